@@ -1,0 +1,126 @@
+# iblbake. `make list` prints the targets; the variables users set are these:
+#   config=release|debug|asan|tsan   CC, CXX, CFLAGS, CXXFLAGS, LDFLAGS
+#   DEPS=no      do not install missing system packages
+#   BUILD=DIR    where everything is built
+#   DESTDIR, PREFIX, BINDIR, LIBDIR, INCLUDEDIR, MANDIR for install
+config ?= release
+ifeq ($(config),release)
+BUILD ?= build
+else
+BUILD ?= build/$(config)
+endif
+PREFIX ?= /usr/local
+BINDIR ?= $(PREFIX)/bin
+LIBDIR ?= $(PREFIX)/lib
+INCLUDEDIR ?= $(PREFIX)/include
+MANDIR ?= $(PREFIX)/share/man
+DEPS ?= yes
+INSTALL ?= install
+
+OPT_release := -O2 -g -DNDEBUG
+OPT_debug := -O0 -g
+OPT_asan := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all \
+            -fno-omit-frame-pointer
+OPT_tsan := -O1 -g -fsanitize=thread
+$(if $(OPT_$(config)),,$(error config=$(config): must be release, debug, asan or tsan))
+WARN := -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion \
+        -Wvla -Wundef $(WERROR)
+CWARN := -Wstrict-prototypes -Wmissing-prototypes
+CFLAGS ?= $(OPT_$(config))
+CXXFLAGS ?= $(OPT_$(config))
+SANITIZE := $(filter -fsanitize=%,$(OPT_$(config)))
+
+# libOpenEXRCore alone, not what pkg-config lists for the C++ library.
+EXR_CFLAGS = $(shell pkg-config --cflags OpenEXR 2>/dev/null)
+EXR_LIBS = $(shell pkg-config --variable=libdir OpenEXR 2>/dev/null | \
+             sed 's/^/-L/') -lOpenEXRCore
+CLI_CFLAGS = $(shell pkg-config --cflags libpng jansson 2>/dev/null)
+CLI_LIBS = $(shell pkg-config --libs libpng jansson 2>/dev/null)
+HAVE_OIIO = $(shell pkg-config --exists OpenImageIO && echo yes)
+
+REQUIRED := -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -pthread \
+            -ffp-contract=off -fvisibility=hidden -MMD -MP
+REVISION := $(shell git describe --always --dirty 2>/dev/null)
+
+X86 := $(filter x86_64,$(shell uname -m))
+LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
+                      src/bake/*.c src/io/*.c)
+ifeq ($(X86),)
+LIB_SRC := $(filter-out %_sse2.c %_avx2.c %_avx512.c,$(LIB_SRC))
+endif
+CLI_SRC := $(wildcard src/cli/*.c)
+LIB := $(BUILD)/libiblbake.a
+BIN := $(BUILD)/iblbake
+BRIDGE := $(BUILD)/libiblbridge.so
+obj = $(patsubst %.c,$(BUILD)/obj/%.o,$(1))
+TESTS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/check_*.c))
+BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
+
+.DELETE_ON_ERROR:
+.SECONDARY:
+.PHONY: all lib deps demo check check-run bench lint format install uninstall \
+        clean list
+
+## all: the program and its image bridge (default)
+all: deps
+	+@$(MAKE) --no-print-directory DEPS=no $(BIN) bridge
+
+## lib: the static library alone
+lib: $(LIB)
+
+## deps: install the system packages that are missing (DEPS=no: never)
+deps:
+	@DEPS=$(DEPS) sh tests/deps.sh build
+
+ISA =
+%_avx2.o: ISA := -mavx2 -mfma -mf16c
+%_avx512.o: ISA := -mavx512f -mavx512bw -mavx512dq -mavx512vl -mavx2 -mfma \
+                   -mf16c -mprefer-vector-width=512
+$(BUILD)/obj/src/io/exr.o: LOCAL = $(EXR_CFLAGS)
+$(BUILD)/obj/src/io/bridge.o: LOCAL = -DIBL_BRIDGE='"$(LIBDIR)/iblbake/libiblbridge.so"'
+$(BUILD)/obj/src/cli/%.o: LOCAL = $(CLI_CFLAGS) -DIBL_REVISION='"$(REVISION)"'
+
+$(BUILD)/obj/%.o: %.c
+	@mkdir -p $(@D)
+	$(CC) $(REQUIRED) $(WARN) $(CWARN) $(LOCAL) $(CPPFLAGS) $(CFLAGS) $(ISA) \
+	    -c -o $@ $<
+
+$(LIB): $(call obj,$(LIB_SRC))
+	@rm -f $@
+	$(AR) rcs $@ $^
+
+$(BIN): $(call obj,$(CLI_SRC)) $(LIB)
+	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(EXR_LIBS) $(CLI_LIBS) \
+	    -lm -ldl $(LDLIBS)
+
+# The one C++ file. Left out, with a word, where OpenImageIO is not installed.
+.PHONY: bridge
+ifeq ($(HAVE_OIIO),yes)
+bridge: $(BRIDGE)
+else
+bridge:
+	@echo "iblbake: built without the image bridge: package" \
+	    "libopenimageio-dev is missing (TIFF, PNG, ... and EXR DWAA/DWAB)"
+endif
+$(BRIDGE): src/io/bridge/bridge.cpp src/io/bridge/bridge.h
+	@mkdir -p $(@D)
+	$(CXX) -std=c++17 -Iinclude -Isrc -fPIC -shared -fvisibility=hidden \
+	    $(WARN) -isystem $$(pkg-config --variable=includedir OpenImageIO) \
+	    $(CPPFLAGS) $(CXXFLAGS) $(LDFLAGS) -o $@ $< \
+	    $$(pkg-config --libs OpenImageIO)
+
+TEST_OBJ := $(call obj,tests/test.c tests/truth.c)
+$(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
+	@mkdir -p $(@D)
+	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(EXR_LIBS) \
+	    $(CLI_LIBS) -lm -ldl $(LDLIBS)
+
+-include $(shell find $(BUILD)/obj -name '*.d' 2>/dev/null)
+
+## clean: remove everything that was built
+clean:
+	rm -rf build $(BUILD)
+
+## list: this list
+list:
+	@sed -n 's/^## //p' $(MAKEFILE_LIST)

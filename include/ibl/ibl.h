@@ -1,0 +1,345 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * iblbake: image-based lighting from an equirectangular environment map.
+ *
+ * This header is the bake: types, conventions, options and calls. Reading
+ * images and writing textures is in <ibl/io.h>.
+ *
+ * CONVENTIONS (the whole library keeps them; nothing else defines them)
+ *
+ *   World        right-handed, +Y up.
+ *   Equirect     row 0 is the zenith (+Y), columns run with
+ *                u = atan2(z, x) / 2pi + 1/2, so the centre column looks
+ *                along +X and u grows from +X towards +Z. Pixel (i, j) of a
+ *                w x h map is centred on u = (i + .5) / w,
+ *                theta = pi (j + .5) / h from +Y, and covers the solid angle
+ *                2pi/w (cos(pi j / h) - cos(pi (j + 1) / h)).
+ *   Cube faces   in the order +X -X +Y -Y +Z -Z, row 0 on top. With
+ *                u = 2 (i + .5) / n - 1 and v = 2 (j + .5) / n - 1, texel
+ *                (i, j) looks along (not normalised)
+ *                  +X ( 1, -v, -u)   -X (-1, -v,  u)
+ *                  +Y ( u,  1,  v)   -Y ( u, -1, -v)
+ *                  +Z ( u, -v,  1)   -Z (-u, -v, -1)
+ *                which is the rule of OpenGL, Direct3D, Vulkan, KTX and DDS.
+ *   Colour       linear RGB, the primaries of the source, scene-referred;
+ *                no tone mapping anywhere.
+ *   Roughness    perceptual, 0..1. The GGX width is alpha = roughness^2.
+ *   Threads      a context belongs to one caller at a time; its calls run on
+ *                its own pool. Different contexts are independent. Every
+ *                output is the same bytes for any number of threads.
+ *   Errors       functions that can fail return ibl_status, 0 for success,
+ *                and explain themselves through the context's log callback
+ *                (one line, naming file, value and limit). Unless a function
+ *                says otherwise its output is untouched by an ARGUMENT error
+ *                and holds nothing to free after any error.
+ */
+#ifndef IBL_IBL_H
+#define IBL_IBL_H
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define IBL_VERSION "0.1.0"
+
+typedef enum ibl_status {
+    IBL_OK = 0,
+    IBL_ERR_ARGUMENT,    /* a value outside its documented range */
+    IBL_ERR_MEMORY,      /* out of memory, or larger than the library takes */
+    IBL_ERR_IO,          /* the system refused to open, read or write */
+    IBL_ERR_FORMAT,      /* not the format it claims, corrupt or cut short */
+    IBL_ERR_UNSUPPORTED, /* valid, but not possible with what is installed */
+    IBL_ERR_CANCELLED    /* ibl_ctx_cancel was called */
+} ibl_status;
+
+/* A short English phrase for a status; never NULL, not to be freed. */
+const char *ibl_status_text(ibl_status status);
+
+/* ---- context -------------------------------------------------------- */
+
+/* Instruction sets of the hot loops. Results of different sets agree to
+ * rounding, not to the byte. */
+typedef enum ibl_isa {
+    IBL_ISA_AUTO = 0, /* the best that this CPU has */
+    IBL_ISA_C,        /* the plain version, the reference for the others */
+    IBL_ISA_SSE2,
+    IBL_ISA_AVX2,  /* AVX2 + FMA + F16C */
+    IBL_ISA_AVX512 /* AVX-512 F, BW, DQ, VL */
+} ibl_isa;
+
+/* "auto", "c", "sse2", "avx2" or "avx512". */
+const char *ibl_isa_name(ibl_isa isa);
+/* The best set that this CPU and build have; never IBL_ISA_AUTO. */
+ibl_isa ibl_isa_best(void);
+
+typedef enum ibl_log_level {
+    IBL_LOG_ERROR,   /* why a call failed */
+    IBL_LOG_WARNING, /* the call went on, but the user should know */
+    IBL_LOG_INFO     /* what was done */
+} ibl_log_level;
+
+/* Receives one line without a newline, on the thread that made the call. */
+typedef void ibl_log_fn(void *cookie, ibl_log_level level, const char *text);
+
+/* Receives the running stage ("decode", "level 0", "specular 3", ...) and how
+ * much of it is done, 0..1, on the thread that made the call. A stage reports
+ * at least its start (0) and its end (1). stage stays valid only during the
+ * call. */
+typedef void ibl_progress_fn(void *cookie, const char *stage, double done);
+
+typedef struct ibl_ctx_options {
+    int threads;               /* 1..1024; 0: ibl_cpu_count() */
+    ibl_isa isa;               /* default IBL_ISA_AUTO */
+    ibl_log_fn *log;           /* NULL: silence */
+    void *log_cookie;          /* passed to log */
+    ibl_progress_fn *progress; /* NULL: none */
+    void *progress_cookie;     /* passed to progress */
+    const char *bridge;        /* path of the image bridge, NULL: the one that
+                                  was compiled in; see ibl/io.h. Copied. */
+} ibl_ctx_options;
+
+typedef struct ibl_ctx ibl_ctx;
+
+/* CPUs this process may use: online, in its affinity mask, and within its
+ * cgroup's quota (rounded up). At least 1. */
+int ibl_cpu_count(void);
+
+ibl_ctx_options ibl_ctx_options_default(void);
+
+/*
+ * Makes a context with its pool of threads. opts may be NULL for defaults.
+ * IBL_ERR_ARGUMENT: threads out of range. IBL_ERR_UNSUPPORTED: the CPU lacks
+ * the instruction set. IBL_ERR_MEMORY: no memory or no threads. *ctx is NULL
+ * after an error.
+ */
+ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **ctx);
+void ibl_ctx_free(ibl_ctx *ctx); /* NULL is fine */
+
+int ibl_ctx_threads(const ibl_ctx *ctx);
+ibl_isa ibl_ctx_isa(const ibl_ctx *ctx); /* the set in use, never AUTO */
+
+/*
+ * Makes the running call, and every later one, return IBL_ERR_CANCELLED as
+ * soon as its jobs in flight end (some milliseconds). Callable from any
+ * thread and from a signal handler.
+ */
+void ibl_ctx_cancel(ibl_ctx *ctx);
+
+/* ---- images --------------------------------------------------------- */
+
+/* Largest width or height that the library takes, in pixels. */
+#define IBL_MAX_EDGE 65536
+
+/*
+ * An equirectangular map: height rows of width texels of 3 floats R, G, B,
+ * tightly packed, row 0 at the zenith. The bake calls take finite values
+ * >= 0 only (ibl_image_read in ibl/io.h sees to that) and any aspect ratio.
+ */
+typedef struct ibl_image {
+    int width;   /* 1..IBL_MAX_EDGE */
+    int height;  /* 1..IBL_MAX_EDGE */
+    float *data; /* 3 * width * height floats */
+} ibl_image;
+
+/* Allocates an image, contents undefined. Free with ibl_image_free. */
+ibl_status ibl_image_alloc(ibl_ctx *ctx, int width, int height, ibl_image *img);
+void ibl_image_free(ibl_image *img); /* NULL and zeroed are fine */
+
+#define IBL_FACES 6
+#define IBL_MAX_CUBE_SIZE 16384 /* texels along a face's edge */
+#define IBL_MAX_LEVELS 15       /* of a cube of IBL_MAX_CUBE_SIZE */
+
+/*
+ * A cube map with its mip chain, RGB floats. Level l has faces of
+ * max(size >> l, 1) texels squared. Levels follow each other from the
+ * largest, in a level the six faces, in a face the rows from the top, no
+ * padding anywhere.
+ */
+typedef struct ibl_cube {
+    int size;    /* edge of level 0 in texels, 1..IBL_MAX_CUBE_SIZE */
+    int levels;  /* 1..floor(log2(size)) + 1 */
+    float *data; /* 3 * ibl_cube_texels(size, levels) floats */
+} ibl_cube;
+
+/* Allocates a cube, contents undefined. Free with ibl_cube_free.
+ * IBL_ERR_ARGUMENT: size or levels out of range. */
+ibl_status ibl_cube_alloc(ibl_ctx *ctx, int size, int levels, ibl_cube *cube);
+void ibl_cube_free(ibl_cube *cube); /* NULL and zeroed are fine */
+
+/* Texels of the first `levels` levels of a cube of `size`, all faces. */
+size_t ibl_cube_texels(int size, int levels);
+/* Edge of a level in texels: max(size >> level, 1). */
+int ibl_cube_edge(int size, int level);
+/* The first texel of a level's face: 3 floats, row-major from there. */
+float *ibl_cube_face(const ibl_cube *cube, int level, int face);
+/* Unit direction of the centre of texel (x, y) of a face of `size`. */
+void ibl_cube_direction(int size, int face, int x, int y, double dir[3]);
+/* Solid angle of texel (x, y) of a face of `size`, in steradians; the 6 n^2
+ * of them sum to 4 pi. */
+double ibl_cube_solid_angle(int size, int x, int y);
+
+/* ---- bakes ---------------------------------------------------------- */
+
+/* How a level's roughness follows from its index; t = level / (levels - 1)
+ * (0 for a single level). */
+typedef enum ibl_roughness_map {
+    IBL_ROUGHNESS_LINEAR,  /* r = t: a shader uses lod = r (levels - 1) */
+    IBL_ROUGHNESS_FILAMENT /* t = r (2 - r), r = 1 - sqrt(1 - t): a shader
+                              uses lod = r (2 - r) (levels - 1) */
+} ibl_roughness_map;
+
+/* "linear" or "filament". */
+const char *ibl_roughness_map_name(ibl_roughness_map map);
+/* Perceptual roughness of a level, 0..1. */
+double ibl_level_roughness(ibl_roughness_map map, int level, int levels);
+/* The default number of levels: down to a last level of 8x8 or, for cubes
+ * smaller than 8, down to 1x1. */
+int ibl_default_levels(int size);
+
+/*
+ * Level 0: the environment as a cube. Each texel is the average of the source
+ * over the texel's solid angle: exact against the source's pixels as constant
+ * patches where they are no larger than the texels; where they are larger the
+ * source is first interpolated bilinearly to pixels that are not, and one
+ * gain per channel keeps the mean radiance.
+ *   env       the map
+ *   yaw_deg   turns the environment about +Y, counter-clockwise seen from
+ *             above; any finite value
+ *   cube      allocated, any size; level 0 is written, the others untouched
+ */
+ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
+                                 double yaw_deg, ibl_cube *cube);
+
+/*
+ * Fills levels 1.. of cube from level 0: each texel the average of the 2x2
+ * texels above it (3 of an odd row's or column's), weighted by their solid
+ * angles.
+ */
+ibl_status ibl_cube_build_mips(ibl_ctx *ctx, ibl_cube *cube);
+
+typedef struct ibl_specular_options {
+    int size;                          /* edge of level 0, default 256 */
+    int levels;                        /* default 0: ibl_default_levels(size) */
+    ibl_roughness_map mapping;         /* default IBL_ROUGHNESS_LINEAR */
+    int samples;                       /* per texel, 1..1048576, default 1024 */
+    int level_samples[IBL_MAX_LEVELS]; /* > 0 overrides samples there */
+    double lod_bias; /* added to the lookups' mip level, -4..4; the default
+                        is what measured best, see the man page */
+    int jitter;      /* 1: turn the sample pattern by a hash of the texel */
+    int pdf_mip;     /* 0: every lookup at mip 0 (the tutorial's first
+                        version); default 1 */
+    double yaw_deg;  /* as in ibl_cube_from_latlong */
+} ibl_specular_options;
+
+ibl_specular_options ibl_specular_options_default(void);
+
+/*
+ * The specular chain by importance sampling: level 0 is the environment
+ * (ibl_cube_from_latlong), level l the environment prefiltered with the GGX
+ * lobe of ibl_level_roughness(mapping, l, levels), N = V = R:
+ *   sum L_i w_i / sum w_i,  w = N.L,
+ * L_i by trilinear lookups, seamless across faces, in a solid-angle-weighted
+ * mip chain, at the level where a texel's solid angle is that of the sample,
+ * 1 / (samples pdf), pdf = D(N.H) N.H / (4 V.H). Hammersley points.
+ *   out   empty; allocated here, the caller's to free with ibl_cube_free
+ * Sources: Karis 2013 (split sum); Walter et al. 2007 eq. 33 (GGX), 35, 36
+ * (sampling); Krivanek and Colbert 2008 (mip from pdf).
+ * IBL_ERR_ARGUMENT: an option out of range.
+ */
+ibl_status ibl_bake_specular(ibl_ctx *ctx, const ibl_image *env,
+                             const ibl_specular_options *opts, ibl_cube *out);
+
+typedef struct ibl_irradiance_options {
+    int size;       /* edge of the faces, default 32 */
+    double step;    /* 0 (default): the sum over every pixel of the source;
+                       > 0, at most 0.5: the classic grid over the hemisphere
+                       in theta and phi, midpoints, this many radians apart,
+                       looked up bilinearly in a cube of the environment */
+    double yaw_deg; /* as in ibl_cube_from_latlong */
+} ibl_irradiance_options;
+
+ibl_irradiance_options ibl_irradiance_options_default(void);
+
+/*
+ * The diffuse map: irradiance / pi,
+ *   sum L_i max(N.L_i, 0) dO_i / sum max(N.L_i, 0) dO_i,
+ * so a shader multiplies by albedo alone. dO_i is a source pixel's exact
+ * solid angle, L_i looks along its centre.
+ *   out   empty; allocated here with one level, the caller's to free
+ * IBL_ERR_ARGUMENT: an option out of range.
+ */
+ibl_status ibl_bake_irradiance(ibl_ctx *ctx, const ibl_image *env,
+                               const ibl_irradiance_options *opts,
+                               ibl_cube *out);
+
+#define IBL_MAX_SH_DEGREE 1000
+
+/*
+ * Spherical harmonics of the radiance, a_lm = sum L_i Y_lm(d_i) dO_i, with
+ * the real orthonormal basis in the world's axes, polar axis +Z:
+ *   Y_lm = sqrt(2) K_l|m| P_l|m|(z) cos(m phi)       m > 0
+ *          K_l0 P_l0(z)                              m = 0
+ *          sqrt(2) K_l|m| P_l|m|(z) sin(|m| phi)     m < 0
+ * with x = sin(t) cos(phi), y = sin(t) sin(phi), z = cos(t), P without the
+ * Condon-Shortley phase: Y_1-1, Y_10, Y_11 are +sqrt(3/4pi) times y, z, x.
+ *   degree   the highest l, 0..IBL_MAX_SH_DEGREE; 2 gives 9 coefficients
+ *   yaw_deg  as in ibl_cube_from_latlong
+ *   coeffs   3 (degree + 1)^2 doubles, the caller's: R, G, B of
+ *            coefficient l (l + 1) + m
+ */
+ibl_status ibl_bake_sh(ibl_ctx *ctx, const ibl_image *env, int degree,
+                       double yaw_deg, double *coeffs);
+
+/*
+ * Factor that turns radiance coefficients of degree l into those of
+ * irradiance / pi: 1, 2/3, 1/4, 0, -1/24, ... (A_l / pi of Ramamoorthi and
+ * Hanrahan 2001).
+ */
+double ibl_sh_cosine(int l);
+
+typedef enum ibl_geometry {
+    IBL_GEOMETRY_SMITH,      /* Smith GGX, height-correlated (Heitz 2014) */
+    IBL_GEOMETRY_SCHLICK_IBL /* Schlick, k = roughness^2 / 2 (Karis 2013) */
+} ibl_geometry;
+
+/* "smith" or "schlick-ibl". */
+const char *ibl_geometry_name(ibl_geometry geometry);
+
+typedef struct ibl_lut_options {
+    int size;              /* edge, 1..4096, default 256 */
+    ibl_geometry geometry; /* default IBL_GEOMETRY_SMITH */
+    int samples;           /* 0 (default): deterministic quadrature; else
+                              Hammersley points per texel, at most 1048576 */
+} ibl_lut_options;
+
+ibl_lut_options ibl_lut_options_default(void);
+
+/* size * size texels of 2 floats; see ibl_bake_lut. */
+typedef struct ibl_lut {
+    int size;
+    float *data;
+} ibl_lut;
+
+void ibl_lut_free(ibl_lut *lut); /* NULL and zeroed are fine */
+
+/*
+ * The split-sum BRDF table. Texel (i, j) holds, for N.V = (i + .5) / size and
+ * roughness = (j + .5) / size (memory row 0 is the smoothest),
+ *   R = integral of (f / F) (1 - Fc) N.L dL   scale of F0
+ *   G = integral of (f / F) Fc N.L dL         bias
+ * with f the GGX microfacet BRDF, F its Fresnel term and
+ * Fc = (1 - V.H)^5. The quadrature is within 5e-5 of the integrals.
+ *   out   empty; allocated here, the caller's to free with ibl_lut_free
+ * Source: Karis 2013, "Real Shading in Unreal Engine 4".
+ * IBL_ERR_ARGUMENT: an option out of range.
+ */
+ibl_status ibl_bake_lut(ibl_ctx *ctx, const ibl_lut_options *opts,
+                        ibl_lut *out);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

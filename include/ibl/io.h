@@ -1,0 +1,231 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * iblbake: reading images, reading and writing textures.
+ *
+ * Conventions, status codes and thread rules: <ibl/ibl.h>. Programs that use
+ * ibl_image_read or ibl_image_decode link OpenEXRCore too; everything else
+ * here needs only the C library.
+ */
+#ifndef IBL_IO_H
+#define IBL_IO_H
+
+#include <stddef.h>
+
+#include "ibl.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- images in ------------------------------------------------------ */
+
+typedef struct ibl_read_options {
+    const char *layer; /* EXR: channels LAYER.R, LAYER.G, ...; NULL: the
+                          unnamed layer, else the file's only one */
+    int part;          /* EXR: part of a multi-part file, from 0; -1: the
+                          first that has colour (default) */
+    int strict;        /* 1: refuse non-finite and negative pixels */
+    int any_aspect;    /* 1: take maps that are not 2:1 */
+} ibl_read_options;
+
+ibl_read_options ibl_read_options_default(void);
+
+/* What was read and what had to be mended. */
+typedef struct ibl_read_report {
+    char format[64];  /* "Radiance RGBE, run-length", "OpenEXR, ZIP", .. */
+    size_t nonfinite; /* pixels that held Inf or NaN */
+    size_t negative;  /* pixels that held a value below 0 */
+    float peak;       /* largest component after repair */
+    int low_range;    /* 1: 8 or 16-bit integers, decoded from sRGB */
+    int bridged;      /* 1: read by OpenImageIO */
+} ibl_read_report;
+
+/*
+ * Reads an equirectangular map as linear RGB floats. The kind of file is told
+ * by its content, never its name:
+ *   Radiance .hdr  RGBE and XYZE (converted to RGB with the file's PRIMARIES
+ *                  or the format's default ones), new and old run lengths and
+ *                  flat, all eight orientations, EXPOSURE and COLORCORR
+ *                  undone
+ *   OpenEXR        scan lines and tiles (level 0), half, float and uint,
+ *                  R G B, or Y, or Y RY BY; the display window is the map,
+ *                  pixels outside the data window are black
+ *   others         whatever OpenImageIO reads, and EXR compressions that
+ *                  OpenEXRCore lacks, through the bridge: a shared object
+ *                  opened only then. 8 and 16-bit integers are decoded from
+ *                  sRGB.
+ * Non-finite components become the largest finite one among the 8 neighbours
+ * (columns wrap; 65504 if there is none and it was +Inf, else 0), negative
+ * ones 0; both are counted and warned of.
+ *   path     a file, or "-" for standard input
+ *   opts     NULL for defaults
+ *   img      empty; filled, the caller's to free with ibl_image_free
+ *   report   may be NULL
+ * IBL_ERR_IO: cannot be opened or read. IBL_ERR_FORMAT: not an image,
+ * corrupt, cut short, not 2:1 without any_aspect, mended pixels with strict.
+ * IBL_ERR_UNSUPPORTED: needs the bridge, which is not there or cannot.
+ * Memory stays within a small multiple of what the file really holds.
+ */
+ibl_status ibl_image_read(ibl_ctx *ctx, const char *path,
+                          const ibl_read_options *opts, ibl_image *img,
+                          ibl_read_report *report);
+
+/* The same from memory; name stands in messages. Files for the bridge are
+ * handed over through a temporary file. */
+ibl_status ibl_image_decode(ibl_ctx *ctx, const char *name, const void *bytes,
+                            size_t size, const ibl_read_options *opts,
+                            ibl_image *img, ibl_read_report *report);
+
+/* ---- textures ------------------------------------------------------- */
+
+typedef enum ibl_pixel {
+    IBL_PIXEL_RGBA16F,    /* 8 bytes: 4 halves; alpha 1 */
+    IBL_PIXEL_RGBA32F,    /* 16 bytes: 4 floats; alpha 1 */
+    IBL_PIXEL_RGB9E5,     /* 4 bytes: 3 x 9 bits, shared 5-bit exponent */
+    IBL_PIXEL_R11G11B10F, /* 4 bytes: unsigned floats of 11, 11, 10 bits */
+    IBL_PIXEL_RG16F,      /* 4 bytes: 2 halves (the LUT) */
+    IBL_PIXEL_RG32F,      /* 8 bytes: 2 floats (the LUT) */
+    IBL_PIXEL_COUNT
+} ibl_pixel;
+
+/* "rgba16f", "rgba32f", "rgb9e5", "r11g11b10f", "rg16f", "rg32f". */
+const char *ibl_pixel_name(ibl_pixel pixel);
+/* Bytes of one texel. */
+size_t ibl_pixel_bytes(ibl_pixel pixel);
+/* Floats that one texel is encoded from and decoded to: 3 (RGB), 2 (RG). */
+int ibl_pixel_channels(ibl_pixel pixel);
+/* Largest finite value the pixel's red holds: 65504, FLT_MAX, 65408, 65024. */
+float ibl_pixel_max(ibl_pixel pixel);
+
+/*
+ * Encodes count texels of ibl_pixel_channels(pixel) floats each. Rounds to
+ * nearest, ties to even (RGB9E5: as EXT_texture_shared_exponent says);
+ * denormals are kept; values beyond the largest finite one, +Inf too, become
+ * that, negative ones and NaN become 0 where the pixel has no sign (halves
+ * and floats keep a sign, NaN becomes 0). Returns how many components were
+ * beyond. dst: count * ibl_pixel_bytes(pixel) bytes, any alignment.
+ */
+size_t ibl_pixel_encode(ibl_pixel pixel, const float *src, size_t count,
+                        void *dst);
+/* The inverse; dst: count * ibl_pixel_channels(pixel) floats. Alpha is
+ * dropped. */
+void ibl_pixel_decode(ibl_pixel pixel, const void *src, size_t count,
+                      float *dst);
+
+typedef struct ibl_key_value {
+    char *key;
+    char *value;
+} ibl_key_value;
+
+/*
+ * A texture in memory, as an API would upload it: levels from the largest, in
+ * a level the faces, in a face the rows from the top, no padding. Cubes have
+ * 6 faces in the order +X -X +Y -Y +Z -Z and width == height; flat textures
+ * 1 face. Zeroed is empty. Free with ibl_texture_free.
+ */
+typedef struct ibl_texture {
+    ibl_pixel pixel;
+    int width, height; /* of level 0, in texels, >= 1 */
+    int levels;        /* >= 1 */
+    int faces;         /* 6 or 1 */
+    size_t bytes;      /* of data */
+    unsigned char *data;
+    ibl_key_value *keys; /* metadata, sorted by key, no key twice */
+    int key_count;
+} ibl_texture;
+
+void ibl_texture_free(ibl_texture *tex); /* NULL and zeroed are fine */
+
+/* Offset in bytes of a level's face in tex->data, and its size. */
+size_t ibl_texture_offset(const ibl_texture *tex, int level, int face);
+size_t ibl_texture_face_bytes(const ibl_texture *tex, int level);
+
+/* Sets a key to a value (both copied; UTF-8, key 1..255 bytes). */
+ibl_status ibl_texture_set(ibl_ctx *ctx, ibl_texture *tex, const char *key,
+                           const char *value);
+/* The value of a key, owned by tex; NULL if it is not there. */
+const char *ibl_texture_get(const ibl_texture *tex, const char *key);
+
+/* Cube or LUT to texture and back. *saturated, if not NULL, is the count of
+ * ibl_pixel_encode. A cube takes the four 3-channel pixels, a LUT the two
+ * 2-channel ones, else IBL_ERR_ARGUMENT. Decoding gives IBL_ERR_ARGUMENT for
+ * a texture of the other kind. */
+ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
+                                 ibl_pixel pixel, ibl_texture *tex,
+                                 size_t *saturated);
+ibl_status ibl_texture_from_lut(ibl_ctx *ctx, const ibl_lut *lut,
+                                ibl_pixel pixel, ibl_texture *tex,
+                                size_t *saturated);
+ibl_status ibl_texture_to_cube(ibl_ctx *ctx, const ibl_texture *tex,
+                               ibl_cube *cube);
+ibl_status ibl_texture_to_lut(ibl_ctx *ctx, const ibl_texture *tex,
+                              ibl_lut *lut);
+
+typedef enum ibl_container {
+    IBL_CONTAINER_KTX2, /* Khronos KTX 2.0, no supercompression */
+    IBL_CONTAINER_KTX,  /* Khronos KTX 1.1, little endian */
+    IBL_CONTAINER_DDS,  /* DDS with the DX10 header; no key/values */
+    IBL_CONTAINER_COUNT
+} ibl_container;
+
+/* "ktx2", "ktx", "dds": the name and the file extension. */
+const char *ibl_container_name(ibl_container container);
+
+/*
+ * The bytes of a file of that kind. *bytes is the caller's to free with
+ * ibl_bytes_free. KTX2 and KTX get KTXorientation and KTXwriter; tex's own
+ * keys follow. DDS has no room for keys and drops them.
+ */
+ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
+                              ibl_container container, void **bytes,
+                              size_t *size);
+void ibl_bytes_free(void *bytes);
+
+/*
+ * Reads a KTX2, KTX or DDS file (told by content) of our pixel formats: cube
+ * or 2D, with or without levels, either byte order for KTX. KTX and KTX2
+ * files of 3-channel 16 or 32-bit floats are widened to 4. What we write is
+ * read back bit for bit, keys included. Arrays, 3D, other pixel formats and
+ * supercompression give IBL_ERR_UNSUPPORTED with the name or number of what
+ * was found; a damaged file IBL_ERR_FORMAT. Never reads outside [bytes, size).
+ *   container   may be NULL
+ */
+ibl_status ibl_texture_decode(ibl_ctx *ctx, const char *name, const void *bytes,
+                              size_t size, ibl_texture *tex,
+                              ibl_container *container);
+/* The same from a file. */
+ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
+                            ibl_container *container);
+
+/* ---- files that appear together or not at all ------------------------ */
+
+/*
+ * A set of output files. Each is written to a temporary beside its target
+ * and flushed to the disk; commit renames them all, abort removes them and
+ * any directory that was made for them. Until commit nothing old is touched.
+ */
+typedef struct ibl_outputs ibl_outputs;
+
+#define IBL_MAX_OUTPUTS 64 /* files in one set */
+
+ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out);
+/* Makes directory path with its parents where missing (mode 0777 & ~umask).
+ */
+ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path);
+/* Writes a file of the set. IBL_ERR_IO: not writable, disk full, or the
+ * target is a directory. IBL_ERR_ARGUMENT: the set is full or has the path
+ * already. */
+ibl_status ibl_outputs_add(ibl_outputs *out, const char *path,
+                           const void *bytes, size_t size);
+/* Renames every file to its target. */
+ibl_status ibl_outputs_commit(ibl_outputs *out);
+/* Removes what was not committed. Only unlink and rmdir are called: safe in a
+ * signal handler. NULL is fine. */
+void ibl_outputs_abort(ibl_outputs *out);
+void ibl_outputs_free(ibl_outputs *out); /* aborts first; NULL is fine */
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,214 @@
+/* SPDX-License-Identifier: MIT */
+#include "core/context.h"
+
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/cpu.h"
+
+enum {
+    MAX_THREADS = 1024
+};
+
+struct ibl_ctx {
+    ibl_pool *pool;
+    ibl_isa isa;
+    ibl_log_fn *log;
+    void *log_cookie;
+    ibl_progress_fn *progress;
+    void *progress_cookie;
+    char *bridge;
+    atomic_bool cancel;
+};
+
+const char *ibl_status_text(ibl_status status)
+{
+    switch (status) {
+    case IBL_OK:
+        return "success";
+    case IBL_ERR_ARGUMENT:
+        return "argument out of range";
+    case IBL_ERR_MEMORY:
+        return "out of memory";
+    case IBL_ERR_IO:
+        return "input/output error";
+    case IBL_ERR_FORMAT:
+        return "bad or damaged file";
+    case IBL_ERR_UNSUPPORTED:
+        return "not supported";
+    case IBL_ERR_CANCELLED:
+        return "cancelled";
+    }
+    return "unknown status";
+}
+
+ibl_ctx_options ibl_ctx_options_default(void)
+{
+    return (ibl_ctx_options){.isa = IBL_ISA_AUTO};
+}
+
+/* Reports through opts while there is no context yet. */
+static ibl_status refuse(const ibl_ctx_options *opts, ibl_status status,
+                         const char *text)
+{
+    if (opts->log)
+        opts->log(opts->log_cookie, IBL_LOG_ERROR, text);
+    return status;
+}
+
+ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **out)
+{
+    const ibl_ctx_options defaults = ibl_ctx_options_default();
+    char text[128];
+
+    *out = NULL;
+    if (!opts)
+        opts = &defaults;
+    if (opts->threads < 0 || opts->threads > MAX_THREADS) {
+        snprintf(text, sizeof text, "%d threads: must be 1 to %d, or 0",
+                 opts->threads, MAX_THREADS);
+        return refuse(opts, IBL_ERR_ARGUMENT, text);
+    }
+    const ibl_isa isa = opts->isa == IBL_ISA_AUTO ? ibl_isa_best() : opts->isa;
+    if (!ibl_cpu_has(isa)) {
+        snprintf(text, sizeof text, "this CPU has no %s; the best it has is %s",
+                 ibl_isa_name(isa), ibl_isa_name(ibl_isa_best()));
+        return refuse(opts, IBL_ERR_UNSUPPORTED, text);
+    }
+
+    ibl_ctx *ctx = ibl_alloc_zeroed(1, sizeof *ctx);
+    if (!ctx)
+        return refuse(opts, IBL_ERR_MEMORY, "no memory for a context");
+    ctx->isa = isa;
+    ctx->log = opts->log;
+    ctx->log_cookie = opts->log_cookie;
+    ctx->progress = opts->progress;
+    ctx->progress_cookie = opts->progress_cookie;
+    if (opts->bridge) {
+        const size_t bytes = strlen(opts->bridge) + 1;
+        ctx->bridge = ibl_alloc_array(bytes, 1);
+        if (!ctx->bridge)
+            goto no_memory;
+        memcpy(ctx->bridge, opts->bridge, bytes);
+    }
+    ctx->pool =
+        ibl_pool_create(opts->threads ? opts->threads : ibl_cpu_count());
+    if (!ctx->pool)
+        goto no_memory;
+    *out = ctx;
+    return IBL_OK;
+
+no_memory:
+    ibl_ctx_free(ctx);
+    return refuse(opts, IBL_ERR_MEMORY, "no memory or threads for a context");
+}
+
+void ibl_ctx_free(ibl_ctx *ctx)
+{
+    if (!ctx)
+        return;
+    ibl_pool_free(ctx->pool);
+    ibl_free(ctx->bridge);
+    ibl_free(ctx);
+}
+
+int ibl_ctx_threads(const ibl_ctx *ctx)
+{
+    return ibl_pool_threads(ctx->pool);
+}
+
+ibl_isa ibl_ctx_isa(const ibl_ctx *ctx)
+{
+    return ctx->isa;
+}
+
+const char *ibl_ctx_bridge(const ibl_ctx *ctx)
+{
+    return ctx->bridge;
+}
+
+void ibl_ctx_cancel(ibl_ctx *ctx)
+{
+    atomic_store(&ctx->cancel, true);
+}
+
+bool ibl_cancelled(const ibl_ctx *ctx)
+{
+    return atomic_load(&ctx->cancel);
+}
+
+static void say(ibl_ctx *ctx, ibl_log_level level, const char *fmt, va_list ap)
+{
+    char text[1024];
+    if (!ctx->log)
+        return;
+    vsnprintf(text, sizeof text, fmt, ap);
+    ctx->log(ctx->log_cookie, level, text);
+}
+
+ibl_status ibl_fail(ibl_ctx *ctx, ibl_status status, const char *fmt, ...)
+{
+    va_list ap;
+    va_start(ap, fmt);
+    say(ctx, IBL_LOG_ERROR, fmt, ap);
+    va_end(ap);
+    return status;
+}
+
+void ibl_warn(ibl_ctx *ctx, const char *fmt, ...)
+{
+    va_list ap;
+    va_start(ap, fmt);
+    say(ctx, IBL_LOG_WARNING, fmt, ap);
+    va_end(ap);
+}
+
+void ibl_info(ibl_ctx *ctx, const char *fmt, ...)
+{
+    va_list ap;
+    va_start(ap, fmt);
+    say(ctx, IBL_LOG_INFO, fmt, ap);
+    va_end(ap);
+}
+
+ibl_status ibl_no_memory(ibl_ctx *ctx, const char *what)
+{
+    return ibl_fail(ctx, IBL_ERR_MEMORY, "no memory for %s", what);
+}
+
+void ibl_progress(ibl_ctx *ctx, const char *stage, double done)
+{
+    if (ctx->progress)
+        ctx->progress(ctx->progress_cookie, stage, done);
+}
+
+struct tick {
+    ibl_ctx *ctx;
+    const char *stage;
+};
+
+static bool tick(void *arg, int done, int jobs)
+{
+    const struct tick *t = arg;
+    if (t->stage && done < jobs)
+        ibl_progress(t->ctx, t->stage, (double)done / jobs);
+    return !ibl_cancelled(t->ctx);
+}
+
+ibl_status ibl_run(ibl_ctx *ctx, const char *stage, int jobs, ibl_job_fn *fn,
+                   void *arg)
+{
+    struct tick t = {ctx, stage};
+    if (ibl_cancelled(ctx))
+        return IBL_ERR_CANCELLED;
+    if (stage)
+        ibl_progress(ctx, stage, 0);
+    if (!ibl_pool_run(ctx->pool, jobs, fn, arg, tick, &t))
+        return IBL_ERR_CANCELLED;
+    if (stage)
+        ibl_progress(ctx, stage, 1);
+    return IBL_OK;
+}

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: MIT */
+/* What a call needs from its context: messages, the pool, the dispatch. */
+#ifndef IBL_CORE_CONTEXT_H
+#define IBL_CORE_CONTEXT_H
+
+#include <stdbool.h>
+
+#include "core/pool.h"
+#include "ibl/ibl.h"
+
+/* Logs an error and returns status, so that `return ibl_fail(...)` reads. */
+ibl_status ibl_fail(ibl_ctx *ctx, ibl_status status, const char *fmt, ...)
+    __attribute__((format(printf, 3, 4)));
+void ibl_warn(ibl_ctx *ctx, const char *fmt, ...)
+    __attribute__((format(printf, 2, 3)));
+void ibl_info(ibl_ctx *ctx, const char *fmt, ...)
+    __attribute__((format(printf, 2, 3)));
+/* ibl_fail for memory that could not be had; what names it. */
+ibl_status ibl_no_memory(ibl_ctx *ctx, const char *what);
+
+bool ibl_cancelled(const ibl_ctx *ctx);
+
+/* Tells the progress callback. */
+void ibl_progress(ibl_ctx *ctx, const char *stage, double done);
+
+/*
+ * Runs jobs on the context's pool and reports progress under stage (NULL:
+ * silently). Jobs should take milliseconds: a cancel waits for those in
+ * flight. Returns IBL_OK or IBL_ERR_CANCELLED. Called from the context's
+ * caller only, never from a job.
+ */
+ibl_status ibl_run(ibl_ctx *ctx, const char *stage, int jobs, ibl_job_fn *fn,
+                   void *arg);
+
+/* Path of the bridge that the context was given, or NULL. */
+const char *ibl_ctx_bridge(const ibl_ctx *ctx);
+
+#endif

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * A fixed set of threads that run numbered jobs. Nothing else in the library
+ * starts a thread.
+ */
+#ifndef IBL_CORE_POOL_H
+#define IBL_CORE_POOL_H
+
+#include <stdbool.h>
+
+typedef struct ibl_pool ibl_pool;
+
+/* Runs one job. worker is 0..threads-1, no two jobs at once have the same:
+ * it indexes scratch that the caller keeps one of for each worker. */
+typedef void ibl_job_fn(void *arg, int job, int worker);
+/* Called on the thread of ibl_pool_run after each of its own jobs. Returning
+ * false keeps jobs from starting that have not. */
+typedef bool ibl_tick_fn(void *arg, int done, int jobs);
+
+/* NULL if memory or threads cannot be had. One of the threads is the one that
+ * calls ibl_pool_run. */
+ibl_pool *ibl_pool_create(int threads);
+void ibl_pool_free(ibl_pool *pool); /* NULL is fine */
+int ibl_pool_threads(const ibl_pool *pool);
+
+/*
+ * Runs jobs 0..jobs-1 in any order and returns when all have ended. Each job
+ * writes only what is its own. tick may be NULL. False if tick stopped it.
+ */
+bool ibl_pool_run(ibl_pool *pool, int jobs, ibl_job_fn *fn, void *arg,
+                  ibl_tick_fn *tick, void *tick_arg);
+
+#endif

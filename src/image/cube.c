@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: MIT */
+#include "image/cube.h"
+
+#include <math.h>
+
+#include "core/alloc.h"
+#include "core/context.h"
+
+const ibl_face_axes ibl_face[IBL_FACES] = {
+    {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, /* +X  ( 1, -v, -u) */
+    {{-1, 0, 0}, {0, 0, 1}, {0, -1, 0}}, /* -X  (-1, -v,  u) */
+    {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   /* +Y  ( u,  1,  v) */
+    {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}}, /* -Y  ( u, -1, -v) */
+    {{0, 0, 1}, {1, 0, 0}, {0, -1, 0}},  /* +Z  ( u, -v,  1) */
+    {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}} /* -Z  (-u, -v, -1) */
+};
+
+static int max_levels(int size)
+{
+    int levels = 1;
+    while (size >> levels)
+        levels++;
+    return levels;
+}
+
+ibl_status ibl_cube_alloc(ibl_ctx *ctx, int size, int levels, ibl_cube *cube)
+{
+    if (size < 1 || size > IBL_MAX_CUBE_SIZE)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a cube of size %d: must be 1 to %d", size,
+                        IBL_MAX_CUBE_SIZE);
+    if (levels < 1 || levels > max_levels(size))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "%d levels of a cube of size %d: must be 1 to %d",
+                        levels, size, max_levels(size));
+    float *data =
+        ibl_alloc_array(ibl_cube_texels(size, levels), 3 * sizeof *data);
+    if (!data)
+        return ibl_no_memory(ctx, "a cube");
+    *cube = (ibl_cube){size, levels, data};
+    return IBL_OK;
+}
+
+void ibl_cube_free(ibl_cube *cube)
+{
+    if (!cube)
+        return;
+    ibl_free(cube->data);
+    *cube = (ibl_cube){0};
+}
+
+int ibl_cube_edge(int size, int level)
+{
+    const int edge = size >> level;
+    return edge ? edge : 1;
+}
+
+size_t ibl_cube_texels(int size, int levels)
+{
+    size_t texels = 0;
+    for (int l = 0; l < levels; l++) {
+        const size_t n = (size_t)ibl_cube_edge(size, l);
+        texels += IBL_FACES * n * n;
+    }
+    return texels;
+}
+
+float *ibl_cube_face(const ibl_cube *cube, int level, int face)
+{
+    const size_t n = (size_t)ibl_cube_edge(cube->size, level);
+    return cube->data +
+           3 * (ibl_cube_texels(cube->size, level) + (size_t)face * n * n);
+}
+
+void ibl_cube_direction(int size, int face, int x, int y, double dir[3])
+{
+    const double u = (2 * x + 1) / (double)size - 1;
+    const double v = (2 * y + 1) / (double)size - 1;
+    const double scale = 1 / sqrt(1 + u * u + v * v);
+    const ibl_face_axes *axes = &ibl_face[face];
+    for (int i = 0; i < 3; i++)
+        dir[i] =
+            scale * (axes->forward[i] + u * axes->right[i] + v * axes->down[i]);
+}
+
+/* Solid angle of the rectangle from the face's centre to (u, v). */
+static double corner_angle(double u, double v)
+{
+    return atan2(u * v, sqrt(1 + u * u + v * v));
+}
+
+double ibl_cube_solid_angle(int size, int x, int y)
+{
+    const double u0 = 2.0 * x / size - 1, u1 = 2.0 * (x + 1) / size - 1;
+    const double v0 = 2.0 * y / size - 1, v1 = 2.0 * (y + 1) / size - 1;
+    return corner_angle(u1, v1) - corner_angle(u0, v1) - corner_angle(u1, v0) +
+           corner_angle(u0, v0);
+}

@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: MIT */
+/* The cube convention of ibl/ibl.h, as data: it stands nowhere else. */
+#ifndef IBL_IMAGE_CUBE_H
+#define IBL_IMAGE_CUBE_H
+
+#include "ibl/ibl.h"
+
+/* A point (u, v) of a face, both in -1..1, looks along
+ * forward + u right + v down. Every component is -1, 0 or 1. */
+typedef struct ibl_face_axes {
+    signed char forward[3], right[3], down[3];
+} ibl_face_axes;
+
+extern const ibl_face_axes ibl_face[IBL_FACES];
+
+#endif

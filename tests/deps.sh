@@ -1,0 +1,71 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# Installs the Debian packages that a step needs and that are missing.
+#   deps.sh build    what compiling needs
+#   deps.sh check    what the tests need besides
+#   deps.sh bench    what comparing with other programs needs besides
+# DEPS=no: installs nothing; the compiler or the test says what it misses.
+set -eu
+
+build='
+gcc:C_compiler
+g++:C++_compiler_of_the_image_bridge
+libc6-dev:C_library
+make:make
+pkg-config:finds_the_libraries
+libopenexr-dev:reads_EXR
+libopenimageio-dev:image_bridge,_reads_other_formats
+libpng-dev:writes_previews
+libjansson-dev:writes_the_sidecar
+'
+check="$build"'
+clang:second_compiler
+libclang-rt-14-dev:sanitizers_of_clang
+clang-format:make_lint
+mandoc:make_lint
+cmake:tests_the_CMake_example
+file:recognises_containers
+openimageio-tools:makes_test_images
+nodejs:runs_the_KTX_reader
+npm:fetches_the_KTX_reader
+'
+bench="$check"'
+libfilament-tools:cmgen_to_compare_with
+libstb-dev:stb_image_to_compare_with
+'
+
+case ${1:-} in
+build) wanted=$build ;;
+check) wanted=$check ;;
+bench) wanted=$bench ;;
+*) echo 'usage: deps.sh build|check|bench' >&2; exit 2 ;;
+esac
+[ "${DEPS:-yes}" != no ] || exit 0
+command -v dpkg-query >/dev/null 2>&1 || {
+    echo 'deps: no dpkg here: install the packages of tests/deps.sh by hand' >&2
+    exit 0
+}
+
+missing=
+for entry in $wanted; do
+    package=${entry%%:*}
+    # Node.js often comes from elsewhere than Debian.
+    case $package in
+    nodejs) command -v node >/dev/null 2>&1 && continue ;;
+    npm) command -v npm >/dev/null 2>&1 && continue ;;
+    esac
+    state=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null) ||
+        state=
+    [ "$state" = installed ] && continue
+    echo "deps: $package is missing ($(echo "${entry#*:}" | tr _ ' '))"
+    missing="$missing $package"
+done
+[ -n "$missing" ] || exit 0
+
+sudo=
+[ "$(id -u)" = 0 ] || sudo=sudo
+echo "deps: installing$missing (DEPS=no turns this off)"
+export DEBIAN_FRONTEND=noninteractive
+$sudo apt-get update -qq
+# shellcheck disable=SC2086
+$sudo apt-get install -y -qq --no-install-recommends $missing >/dev/null

@@ -1,0 +1,162 @@
+/* SPDX-License-Identifier: MIT */
+#include "test.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const char *running;
+static bool failed, skipped;
+static char dir[256];
+
+bool test_check(bool ok, const char *file, int line, const char *expr)
+{
+    if (!ok)
+        test_fail(file, line, "%s", expr);
+    return ok;
+}
+
+void test_fail(const char *file, int line, const char *fmt, ...)
+{
+    va_list ap;
+    va_start(ap, fmt);
+    printf("%s:%d: %s: ", file, line, running);
+    vprintf(fmt, ap);
+    putchar('\n');
+    va_end(ap);
+    failed = true;
+}
+
+bool test_near(double a, double b, double tol, const char *file, int line,
+               const char *text)
+{
+    const bool ok = fabs(a - b) <= tol;
+    if (!ok)
+        test_fail(file, line, "%s: %.9g and %.9g differ by %.3g > %.3g", text,
+                  a, b, fabs(a - b), tol);
+    return ok;
+}
+
+void test_skip(const char *fmt, ...)
+{
+    va_list ap;
+    va_start(ap, fmt);
+    printf("skipped %s: ", running);
+    vprintf(fmt, ap);
+    putchar('\n');
+    va_end(ap);
+    skipped = true;
+}
+
+static bool picked(int argc, char **argv, const char *name)
+{
+    for (int i = 1; i < argc; i++) {
+        if (!strcmp(argv[i], name))
+            return true;
+    }
+    return argc < 2;
+}
+
+int test_main(int argc, char **argv, const test *tests, size_t count)
+{
+    int n_passed = 0, n_failed = 0, n_skipped = 0;
+    setvbuf(stdout, NULL, _IOLBF, 0);
+    for (size_t i = 0; i < count; i++) {
+        if (!picked(argc, argv, tests[i].name))
+            continue;
+        running = tests[i].name;
+        failed = skipped = false;
+        tests[i].run();
+        if (failed) {
+            printf("FAILED %s\n", running);
+            n_failed++;
+        } else if (skipped) {
+            n_skipped++;
+        } else {
+            n_passed++;
+        }
+    }
+    printf("%d passed, %d failed, %d skipped\n", n_passed, n_failed, n_skipped);
+    return n_failed > 0;
+}
+
+uint64_t test_random_u64(test_random *r)
+{
+    uint64_t z = r->state += 0x9E3779B97F4A7C15u;
+    z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9u;
+    z = (z ^ z >> 27) * 0x94D049BB133111EBu;
+    return z ^ z >> 31;
+}
+
+double test_random_unit(test_random *r)
+{
+    return (double)(test_random_u64(r) >> 11) * 0x1p-53;
+}
+
+void test_log(void *cookie, ibl_log_level level, const char *text)
+{
+    (void)cookie;
+    if (level != IBL_LOG_INFO)
+        fprintf(stderr, "%s: %s\n",
+                level == IBL_LOG_ERROR ? "error" : "warning", text);
+}
+
+void test_keep(void *cookie, ibl_log_level level, const char *text)
+{
+    test_messages *kept = cookie;
+    snprintf(kept->text[level], sizeof kept->text[level], "%s", text);
+}
+
+ibl_ctx *test_ctx(int threads, ibl_isa isa)
+{
+    ibl_ctx_options opts = ibl_ctx_options_default();
+    ibl_ctx *ctx;
+    opts.threads = threads;
+    opts.isa = isa;
+    opts.log = test_log;
+    if (ibl_ctx_create(&opts, &ctx)) {
+        printf("no context\n");
+        exit(1);
+    }
+    return ctx;
+}
+
+const char *test_data(const char *name)
+{
+    static char path[256];
+    snprintf(path, sizeof path, "data/%s", name);
+    return path;
+}
+
+const char *test_shared_data(const char *name)
+{
+    static char path[256];
+    snprintf(path, sizeof path, "../shared/data/%s", name);
+    return access(path, R_OK) ? NULL : path;
+}
+
+static void remove_dir(void)
+{
+    char command[300];
+    snprintf(command, sizeof command, "rm -rf '%s'", dir);
+    if (system(command))
+        fprintf(stderr, "could not remove %s\n", dir);
+}
+
+const char *test_dir(void)
+{
+    if (!dir[0]) {
+        const char *base = getenv("TMPDIR");
+        snprintf(dir, sizeof dir, "%s/iblbake-test-XXXXXX",
+                 base ? base : "/tmp");
+        if (!mkdtemp(dir)) {
+            perror(dir);
+            exit(1);
+        }
+        atexit(remove_dir);
+    }
+    return dir;
+}

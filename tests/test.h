@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * A test program: an array of named functions and a main.
+ *
+ *     static void constant_map(void) { ... CHECK(x == y); ... }
+ *     static const test tests[] = {TEST(constant_map)};
+ *     TEST_MAIN(tests)
+ *
+ * Arguments pick tests by name; none runs all. The last line printed is
+ * "N passed, N failed, N skipped"; the exit status is 1 if any failed.
+ */
+#ifndef TEST_H
+#define TEST_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct test {
+    const char *name;
+    void (*run)(void);
+} test;
+
+/* A failed check ends nothing: the test goes on and counts as failed once. */
+#define CHECK(expr) test_check((expr), __FILE__, __LINE__, #expr)
+/* CHECK, with a printf-style text of what was seen. */
+#define CHECK_MSG(expr, ...)                                                   \
+    ((expr) ? (void)0 : test_fail(__FILE__, __LINE__, __VA_ARGS__))
+/* |a - b| <= tol, printing both; NaN fails. */
+#define CHECK_NEAR(a, b, tol)                                                  \
+    test_near((a), (b), (tol), __FILE__, __LINE__, #a " = " #b)
+/* Ends the running test if expr is false: for what later lines need. */
+#define NEED(expr)                                                             \
+    do {                                                                       \
+        if (!test_check((expr), __FILE__, __LINE__, #expr))                    \
+            return;                                                            \
+    } while (0)
+#define TEST(f)                                                                \
+    {                                                                          \
+#f, f                                                                  \
+    }
+#define TEST_MAIN(array)                                                       \
+    int main(int argc, char **argv)                                            \
+    {                                                                          \
+        return test_main(argc, argv, array, sizeof array / sizeof array[0]);   \
+    }
+
+bool test_check(bool ok, const char *file, int line, const char *expr);
+void test_fail(const char *file, int line, const char *fmt, ...)
+    __attribute__((format(printf, 3, 4)));
+bool test_near(double a, double b, double tol, const char *file, int line,
+               const char *text);
+/* Marks the running test as skipped; return from it after. */
+void test_skip(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
+int test_main(int argc, char **argv, const test *tests, size_t count);
+
+/* A seeded generator (splitmix64), the same on every machine. */
+typedef struct test_random {
+    uint64_t state;
+} test_random;
+uint64_t test_random_u64(test_random *r);
+double test_random_unit(test_random *r); /* [0, 1) */
+
+/* A log callback (ibl_log_fn) that prints errors and warnings to stderr. */
+#include "ibl/ibl.h"
+void test_log(void *cookie, ibl_log_level level, const char *text);
+/* A log callback that keeps the last line of each level in a test_messages. */
+typedef struct test_messages {
+    char text[3][1024];
+} test_messages;
+void test_keep(void *cookie, ibl_log_level level, const char *text);
+
+/* A context with test_log, threads and isa as given; exits on failure. */
+ibl_ctx *test_ctx(int threads, ibl_isa isa);
+
+/* Path of a file in data/, or of ../shared/data (NULL where it is absent);
+ * tests run from the top folder. Static storage, overwritten by each call. */
+const char *test_data(const char *name);
+const char *test_shared_data(const char *name);
+/* An empty folder of the running test program's own, made on first use and
+ * removed at exit. */
+const char *test_dir(void);
+
+#endif

@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Truth for the tests: the sums of the conventions in ibl/ibl.h written out
+ * in double precision, slowly, sharing no code with the library. Directions
+ * are unit vectors, colours RGB.
+ */
+#ifndef TRUTH_H
+#define TRUTH_H
+
+#include "ibl/ibl.h"
+
+/* Centre of pixel (i, j) of a w x h map, and the pixel's solid angle. */
+void truth_latlong_direction(int w, int h, int i, int j, double dir[3]);
+double truth_latlong_solid_angle(int w, int h, int j);
+/* The pixel that holds a direction. */
+void truth_latlong_pixel(int w, int h, const double dir[3], int *i, int *j);
+/* Centre of a cube texel; (x, y) may have fractions: (x + .5) / n. */
+void truth_cube_direction(int n, int face, double x, double y, double dir[3]);
+
+/* sum L w dO / sum w dO over every pixel, w = D_ggx(N.H) N.L, N = V = R =
+ * dir, compensated. roughness in (0, 1]. */
+void truth_specular(const ibl_image *env, const double dir[3], double roughness,
+                    double rgb[3]);
+/* sum L max(N.L, 0) dO / sum max(N.L, 0) dO. */
+void truth_irradiance(const ibl_image *env, const double normal[3],
+                      double rgb[3]);
+/* Mean radiance over the sphere: sum L dO / 4 pi. */
+void truth_mean(const ibl_image *env, double rgb[3]);
+/* Average of the map, as constant pixels, over texel (x, y) of a face, by
+ * sub x sub midpoints weighted by solid angle. */
+void truth_texel(const ibl_image *env, int n, int face, int x, int y, int sub,
+                 double rgb[3]);
+/* The split-sum integrals by adaptive quadrature, absolute error about
+ * 1e-7; n_dot_v in (0, 1], roughness in (0, 1]. */
+void truth_lut(double n_dot_v, double roughness, ibl_geometry geometry,
+               double scale_bias[2]);
+/* Real orthonormal spherical harmonic of ibl_bake_sh, l <= 4, from its
+ * Cartesian polynomial or a direct recurrence. */
+double truth_sh(int l, int m, const double dir[3]);
+
+#endif
