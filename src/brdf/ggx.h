@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The GGX microfacet terms, each formula once. Cosines are taken as given in
+ * [0, 1]; alpha is the GGX width, roughness squared.
+ *
+ * Walter et al. 2007, "Microfacet Models for Refraction through Rough
+ * Surfaces"; Heitz 2014, "Understanding the Masking-Shadowing Function";
+ * Karis 2013, "Real Shading in Unreal Engine 4".
+ */
+#ifndef IBL_BRDF_GGX_H
+#define IBL_BRDF_GGX_H
+
+#include <math.h>
+
+#define IBL_PI 3.14159265358979323846
+
+/*
+ * Distribution of normals, Walter eq. 33, from the sine and the cosine of the
+ * half vector's angle: near the peak of a narrow lobe 1 - cos^2 has lost its
+ * digits. alpha = 0 is the delta: 0 off the peak, infinite on it.
+ */
+static inline double ibl_ggx_d_sincos(double sin_h, double cos_h, double alpha)
+{
+    double c = alpha * cos_h;
+    double t = sin_h * sin_h + c * c;
+
+    if (t <= 0.0)
+        return INFINITY;
+    /* alpha / t first: alpha^2 may underflow. */
+    return (alpha / t) * (alpha / t) / IBL_PI;
+}
+
+/* The same from the cosine alone. */
+static inline double ibl_ggx_d(double n_dot_h, double alpha)
+{
+    double s2 = (1.0 - n_dot_h) * (1.0 + n_dot_h);
+
+    return ibl_ggx_d_sincos(sqrt(s2 > 0.0 ? s2 : 0.0), n_dot_h, alpha);
+}
+
+/*
+ * Visibility G / (4 N.L N.V), Smith's G, height-correlated (Heitz eq. 99).
+ * Finite unless alpha = 0 and a cosine is 0.
+ */
+static inline double ibl_smith_visibility(double n_dot_l, double n_dot_v,
+                                          double alpha)
+{
+    double a2 = alpha * alpha;
+    double l = n_dot_v * sqrt(n_dot_l * n_dot_l * (1.0 - a2) + a2);
+    double v = n_dot_l * sqrt(n_dot_v * n_dot_v * (1.0 - a2) + a2);
+
+    return 0.5 / (l + v);
+}
+
+/* Visibility with Schlick's G for image-based light, k = roughness^2 / 2
+ * (Karis). Finite unless alpha = 0 and a cosine is 0. */
+static inline double ibl_schlick_visibility(double n_dot_l, double n_dot_v,
+                                            double alpha)
+{
+    double k = 0.5 * alpha;
+    double l = n_dot_l * (1.0 - k) + k;
+    double v = n_dot_v * (1.0 - k) + k;
+
+    return 0.25 / (l * v);
+}
+
+/* Schlick's Fresnel weight (1 - V.H)^5: F = F0 + (1 - F0) weight. */
+static inline double ibl_fresnel_weight(double v_dot_h)
+{
+    double f = 1.0 - v_dot_h;
+
+    return f * f * (f * f) * f;
+}
+
+/*
+ * Angle of a half vector drawn with density D cos_h (Walter eq. 35): u in
+ * [0, 1], falling density as u grows. Without cancellation at either end;
+ * u = 1 is the horizon, and alpha = 0 gives the normal for every u.
+ */
+static inline void ibl_ggx_sample_half(double u, double alpha, double *sin_h,
+                                       double *cos_h)
+{
+    double s2 = alpha * alpha * u;
+    double c2 = 1.0 - u;
+
+    if (s2 <= 0.0) {
+        *sin_h = 0.0;
+        *cos_h = 1.0;
+        return;
+    }
+    *sin_h = sqrt(s2 / (s2 + c2));
+    *cos_h = sqrt(c2 / (s2 + c2));
+}
+
+#endif

@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: MIT */
+#include "brdf/ggx.h"
+#include "brdf/hammersley.h"
+#include "test.h"
+
+static uint32_t reverse_bit_by_bit(uint32_t i)
+{
+    uint32_t r = 0;
+
+    for (int bit = 0; bit < 32; bit++) {
+        if (i >> bit & 1)
+            r |= 1u << (31 - bit);
+    }
+    return r;
+}
+
+static void radical_inverse(void)
+{
+    test_random rnd = {1};
+    int wrong = 0;
+
+    for (uint32_t i = 0; i < 70000; i++) {
+        wrong += ibl_reverse_bits(i) != reverse_bit_by_bit(i);
+        uint32_t any = (uint32_t)test_random_u64(&rnd);
+        wrong += ibl_reverse_bits(any) != reverse_bit_by_bit(any);
+    }
+    for (int bit = 0; bit < 32; bit++)
+        wrong += ibl_reverse_bits(1u << bit) != 1u << (31 - bit);
+    CHECK(wrong == 0);
+    CHECK(ibl_radical_inverse(0) == 0.0);
+    CHECK(ibl_radical_inverse(1) == 0.5);
+    CHECK(ibl_radical_inverse(6) == 0.375);
+    CHECK(ibl_radical_inverse(0xffffffffu) == 1.0 - 0x1p-32);
+}
+
+static void hammersley(void)
+{
+    /* n a power of two: each coordinate hits each of n intervals once. */
+    unsigned char seen[256] = {0};
+
+    for (uint32_t i = 0; i < 256; i++) {
+        double u1, u2;
+        ibl_hammersley(i, 256, &u1, &u2);
+        CHECK(u1 == ((double)i + 0.5) / 256);
+        CHECK(u2 >= 0.0 && u2 < 1.0);
+        seen[(int)(u2 * 256)]++;
+    }
+    for (int i = 0; i < 256; i++)
+        CHECK(seen[i] == 1);
+    double u1, u2;
+    ibl_hammersley(0, 1, &u1, &u2);
+    CHECK(u1 == 0.5 && u2 == 0.0);
+}
+
+/* 2pi integral of D cos sin over the hemisphere is 1 for every width; midpoint
+ * in log(tan), which follows the peak. */
+static void ggx_normalised(void)
+{
+    const double alphas[] = {1e-4, 1e-3, 0.01, 0.1, 0.3, 0.5, 0.9, 1.0};
+
+    for (size_t k = 0; k < sizeof alphas / sizeof alphas[0]; k++) {
+        double sum = 0.0, from_cos = 0.0, h = 0.01;
+        for (double x = -30.0; x < 30.0; x += h) {
+            double tan_h = alphas[k] * exp(x);
+            double c = 1.0 / sqrt(1.0 + tan_h * tan_h), s = tan_h * c;
+            double w = 2 * IBL_PI * c * s * (h * tan_h * c * c);
+            sum += ibl_ggx_d_sincos(s, c, alphas[k]) * w;
+            from_cos += ibl_ggx_d(c, alphas[k]) * w;
+        }
+        CHECK_NEAR(sum, 1.0, 1e-12);
+        CHECK_NEAR(from_cos, 1.0, 1e-7);
+    }
+}
+
+static void ggx_values(void)
+{
+    /* alpha = 1 is uniform: 1/pi; the peak is 1 / (pi alpha^2). */
+    CHECK_NEAR(ibl_ggx_d(0.3, 1.0), 1 / IBL_PI, 1e-15);
+    CHECK_NEAR(ibl_ggx_d(1.0, 0.1), 100 / IBL_PI, 1e-12);
+    CHECK_NEAR(ibl_ggx_d(0.6, 0.5),
+               0.25 / (IBL_PI * pow(0.36 * -0.75 + 1.0, 2)), 1e-15);
+    CHECK(ibl_ggx_d(0.5, 0.0) == 0.0);
+    CHECK(isinf(ibl_ggx_d(1.0, 0.0)));
+    CHECK(isfinite(ibl_ggx_d(1.0, 1e-150)));
+}
+
+/* D against the sampled density: the share of half vectors within an angle is
+ * the integral of D cos up to it, tan^2 / (tan^2 + alpha^2). */
+static void ggx_sampling(void)
+{
+    const double alphas[] = {1e-8, 1e-3, 0.1, 0.7, 1.0};
+
+    for (size_t k = 0; k < sizeof alphas / sizeof alphas[0]; k++) {
+        double a = alphas[k], last = -1.0;
+        for (int i = 0; i <= 1000; i++) {
+            double u = i / 1000.0, s, c;
+            ibl_ggx_sample_half(u, a, &s, &c);
+            CHECK_NEAR(s * s + c * c, 1.0, 1e-15);
+            CHECK(s > last);
+            last = s;
+            CHECK_NEAR(s * s / (s * s + a * a * c * c), u, 1e-14);
+        }
+    }
+}
+
+static void ggx_sampling_limits(void)
+{
+    for (int i = 0; i <= 4; i++) {
+        double s, c;
+        ibl_ggx_sample_half(i / 4.0, 0.0, &s, &c);
+        CHECK(s == 0.0 && c == 1.0);
+        ibl_ggx_sample_half(i / 4.0, 1e-200, &s, &c);
+        CHECK(isfinite(s) && isfinite(c));
+    }
+    double s, c;
+    ibl_ggx_sample_half(1.0, 0.2, &s, &c);
+    CHECK(s == 1.0 && c == 0.0);
+    ibl_ggx_sample_half(0.0, 0.2, &s, &c);
+    CHECK(s == 0.0 && c == 1.0);
+}
+
+static double lambda(double c, double alpha)
+{
+    double t2 = 1.0 / (c * c) - 1.0;
+
+    return 0.5 * (sqrt(1.0 + alpha * alpha * t2) - 1.0);
+}
+
+static void visibility(void)
+{
+    test_random rnd = {2};
+
+    for (int i = 0; i < 1000; i++) {
+        double l = 0.001 + 0.999 * test_random_unit(&rnd);
+        double v = 0.001 + 0.999 * test_random_unit(&rnd);
+        double a = test_random_unit(&rnd), k = a / 2;
+        double g = 1.0 / (1.0 + lambda(l, a) + lambda(v, a));
+        double smith = ibl_smith_visibility(l, v, a);
+        CHECK_NEAR(smith * 4 * l * v, g, 1e-12);
+        CHECK(smith == ibl_smith_visibility(v, l, a));
+        g = l / (l * (1 - k) + k) * (v / (v * (1 - k) + k));
+        CHECK_NEAR(ibl_schlick_visibility(l, v, a) * 4 * l * v, g, 1e-12);
+    }
+    CHECK(isfinite(ibl_smith_visibility(0.0, 1.0, 0.1)));
+    CHECK(isfinite(ibl_schlick_visibility(0.0, 0.0, 0.1)));
+    CHECK_NEAR(ibl_smith_visibility(0.5, 0.25, 0.0), 2.0, 1e-15);
+}
+
+/*
+ * The weak white furnace (Heitz 2014, section 5.3): with masking alone, the
+ * integral of D G1(V) max(V.H, 0) over half vectors is N.V for every view.
+ * Lambda(N) = 0, so at N.L = 1 the visibility gives G1. D cos dH is du, and
+ * u = 1 - t^2 takes the 1/cos of the horizon out of the sum.
+ */
+static void weak_white_furnace(void)
+{
+    const double views[] = {0.02, 0.1, 0.5, 0.9, 1.0};
+    const int n = 400;
+
+    for (size_t k = 0; k < sizeof views / sizeof views[0]; k++) {
+        for (double a = 0.1; a <= 1.0; a += 0.3) {
+            double v = views[k], sv = sqrt(1 - v * v), sum = 0.0;
+            double g1 = ibl_smith_visibility(1.0, v, a) * 4 * v;
+            for (int i = 0; i < n; i++) {
+                double t = (i + 0.5) / n, s, c;
+                ibl_ggx_sample_half(1 - t * t, a, &s, &c);
+                for (int j = 0; j < n; j++) {
+                    double x = s * cos(2 * IBL_PI * (j + 0.5) / n);
+                    double vh = sv * x + v * c;
+                    sum += vh > 0.0 ? vh / (c * v) * 2 * t : 0.0;
+                }
+            }
+            CHECK_NEAR(sum * g1 / n / n, 1.0, 1e-4);
+        }
+    }
+}
+
+static void fresnel(void)
+{
+    CHECK(ibl_fresnel_weight(1.0) == 0.0);
+    CHECK(ibl_fresnel_weight(0.0) == 1.0);
+    CHECK_NEAR(ibl_fresnel_weight(0.5), 1 / 32.0, 1e-16);
+}
+
+static const test tests[] = {
+    TEST(radical_inverse), TEST(hammersley),         TEST(ggx_normalised),
+    TEST(ggx_values),      TEST(ggx_sampling),       TEST(ggx_sampling_limits),
+    TEST(visibility),      TEST(weak_white_furnace), TEST(fresnel),
+};
+TEST_MAIN(tests)
