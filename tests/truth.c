@@ -1,0 +1,375 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Nothing here includes the library's code: the cube rule, the latlong rule
+ * and GGX are written again from the conventions in ibl/ibl.h, so that a
+ * mistake in one of the two shows.
+ */
+#include "truth.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static const double pi = 3.14159265358979323846;
+
+/* A sum that carries what rounding dropped (Neumaier 1974). */
+typedef struct sum {
+    double value, rest;
+} sum;
+
+static void add(sum *s, double x)
+{
+    const double t = s->value + x;
+    s->rest +=
+        fabs(s->value) >= fabs(x) ? (s->value - t) + x : (x - t) + s->value;
+    s->value = t;
+}
+
+static double total(const sum *s)
+{
+    return s->value + s->rest;
+}
+
+/* ---- directions ------------------------------------------------------ */
+
+void truth_latlong_direction(int w, int h, int i, int j, double dir[3])
+{
+    const double phi = 2.0 * pi * ((i + 0.5) / w - 0.5);
+    const double theta = pi * (j + 0.5) / h;
+    dir[0] = sin(theta) * cos(phi);
+    dir[1] = cos(theta);
+    dir[2] = sin(theta) * sin(phi);
+}
+
+double truth_latlong_solid_angle(int w, int h, int j)
+{
+    /* cos(a) - cos(b) as a product, which cancels nothing at the poles. */
+    return 2.0 * pi / w * 2.0 * sin(pi * (j + 0.5) / h) * sin(0.5 * pi / h);
+}
+
+void truth_latlong_pixel(int w, int h, const double dir[3], int *i, int *j)
+{
+    const double u = atan2(dir[2], dir[0]) / (2.0 * pi) + 0.5;
+    const double theta = atan2(hypot(dir[0], dir[2]), dir[1]);
+    const int x = (int)floor(u * w), y = (int)floor(theta / pi * h);
+    *i = x >= w ? x - w : x;
+    *j = y >= h ? h - 1 : y;
+}
+
+static void cube_point(int face, double u, double v, double p[3])
+{
+    const double rule[6][3] = {{1, -v, -u}, {-1, -v, u}, {u, 1, v},
+                               {u, -1, -v}, {u, -v, 1},  {-u, -v, -1}};
+    for (int k = 0; k < 3; k++)
+        p[k] = rule[face][k];
+}
+
+void truth_cube_direction(int n, int face, double x, double y, double dir[3])
+{
+    const double u = 2.0 * (x + 0.5) / n - 1.0, v = 2.0 * (y + 0.5) / n - 1.0;
+    const double length = sqrt(1.0 + u * u + v * v);
+    cube_point(face, u, v, dir);
+    for (int k = 0; k < 3; k++)
+        dir[k] /= length;
+}
+
+/* ---- sums over a map ------------------------------------------------- */
+
+static const float *row_of(const ibl_image *env, int j)
+{
+    return env->data + 3 * (size_t)env->width * (size_t)j;
+}
+
+/* Adds a row's sums of L w (3) and w to s. Plain inside the row: all terms
+ * are >= 0, so a row of w pixels is off by at most w roundings. */
+static void add_row(sum s[4], const double row[4], double solid_angle)
+{
+    for (int k = 0; k < 4; k++)
+        add(&s[k], row[k] * solid_angle);
+}
+
+static void quotient(const sum s[4], double rgb[3])
+{
+    for (int k = 0; k < 3; k++)
+        rgb[k] = total(&s[k]) / total(&s[3]);
+}
+
+/*
+ * The GGX row. With N = V = R and c = N.L, N.H^2 = (1 + c) / 2. In
+ *     q = (1 - c) / 2 = sin^2(dtheta / 2) + sin(t) sin(t_N) sin^2(dphi / 2)
+ * (both terms >= 0, so nothing cancels in the narrowest lobe)
+ *     D N.L = a^2 (1 - 2q) / (pi (q + a^2 (1 - q))^2).
+ * polar: the first term; scale: sin(t) sin(t_N); across: sin^2(dphi / 2).
+ */
+static void specular_row(const float *px, int w, double polar, double scale,
+                         const double *across, double a2, double row[4])
+{
+    double r = 0, g = 0, b = 0, weights = 0;
+    for (int i = 0; i < w; i++) {
+        const double q = polar + scale * across[i];
+        if (q >= 0.5)
+            continue;
+        const double t = q + a2 * (1.0 - q);
+        const double weight = (1.0 - 2.0 * q) / (t * t);
+        r += weight * px[3 * i];
+        g += weight * px[3 * i + 1];
+        b += weight * px[3 * i + 2];
+        weights += weight;
+    }
+    row[0] = r, row[1] = g, row[2] = b, row[3] = weights;
+}
+
+void truth_specular(const ibl_image *env, const double dir[3], double roughness,
+                    double rgb[3])
+{
+    const int w = env->width, h = env->height;
+    const double a2 = pow(roughness, 4.0);
+    const double theta_n = atan2(hypot(dir[0], dir[2]), dir[1]);
+    const double phi_n = atan2(dir[2], dir[0]);
+    double *across = malloc((size_t)w * sizeof *across);
+    sum s[4] = {{0, 0}};
+    if (!across) {
+        perror("truth_specular");
+        exit(1);
+    }
+    for (int i = 0; i < w; i++) {
+        const double phi = 2.0 * pi * ((i + 0.5) / w - 0.5);
+        across[i] = pow(sin(0.5 * (phi - phi_n)), 2.0);
+    }
+    for (int j = 0; j < h; j++) {
+        const double theta = pi * (j + 0.5) / h;
+        const double polar = pow(sin(0.5 * (theta - theta_n)), 2.0);
+        double row[4];
+        if (polar >= 0.5)
+            continue;
+        specular_row(row_of(env, j), w, polar, sin(theta) * sin(theta_n),
+                     across, a2, row);
+        add_row(s, row, truth_latlong_solid_angle(w, h, j));
+    }
+    free(across);
+    quotient(s, rgb);
+}
+
+void truth_irradiance(const ibl_image *env, const double normal[3],
+                      double rgb[3])
+{
+    const int w = env->width, h = env->height;
+    sum s[4] = {{0, 0}};
+    for (int j = 0; j < h; j++) {
+        const float *px = row_of(env, j);
+        double row[4] = {0};
+        for (int i = 0; i < w; i++) {
+            double l[3];
+            truth_latlong_direction(w, h, i, j, l);
+            const double cosine =
+                l[0] * normal[0] + l[1] * normal[1] + l[2] * normal[2];
+            if (cosine <= 0.0)
+                continue;
+            for (int k = 0; k < 3; k++)
+                row[k] += cosine * px[3 * i + k];
+            row[3] += cosine;
+        }
+        add_row(s, row, truth_latlong_solid_angle(w, h, j));
+    }
+    quotient(s, rgb);
+}
+
+void truth_mean(const ibl_image *env, double rgb[3])
+{
+    const int w = env->width, h = env->height;
+    sum s[4] = {{0, 0}};
+    for (int j = 0; j < h; j++) {
+        const float *px = row_of(env, j);
+        double row[4] = {0};
+        for (int i = 0; i < w; i++)
+            for (int k = 0; k < 3; k++)
+                row[k] += px[3 * i + k];
+        add_row(s, row, truth_latlong_solid_angle(w, h, j));
+    }
+    for (int k = 0; k < 3; k++)
+        rgb[k] = total(&s[k]) / (4.0 * pi);
+}
+
+void truth_texel(const ibl_image *env, int n, int face, int x, int y, int sub,
+                 double rgb[3])
+{
+    sum s[4] = {{0, 0}};
+    for (int b = 0; b < sub; b++) {
+        for (int a = 0; a < sub; a++) {
+            const double u = 2.0 * (x + (a + 0.5) / sub) / n - 1.0;
+            const double v = 2.0 * (y + (b + 0.5) / sub) / n - 1.0;
+            const double weight = pow(1.0 + u * u + v * v, -1.5);
+            double p[3];
+            int i, j;
+            cube_point(face, u, v, p);
+            truth_latlong_pixel(env->width, env->height, p, &i, &j);
+            const float *px = row_of(env, j) + 3 * i;
+            for (int k = 0; k < 3; k++)
+                add(&s[k], weight * px[k]);
+            add(&s[3], weight);
+        }
+    }
+    quotient(s, rgb);
+}
+
+/* ---- split-sum integrals --------------------------------------------- */
+
+/*
+ * With dL = 4 V.H dH the integrals run over half vectors,
+ *     int D G V.H / N.V (1 - Fc or Fc) dH,
+ * H at (theta, phi) about N, phi = 0 towards V. tan(theta) = a tan(psi)
+ * flattens D: D N.H dH = sin(2 psi) dpsi dphi / 2pi. Then
+ *     N.L = N.V cos(2 theta) + sin(theta_V) sin(2 theta) cos(phi)
+ *     V.H = (N.L + N.V) / (2 N.H)
+ * cancel nothing, and N.L > 0 bounds phi: full circle up to
+ * theta = pi/4 - theta_V/2, none from pi/4 + theta_V/2.
+ */
+typedef struct lut_point {
+    double nv, sv;     /* cos and sin of theta_V */
+    double a;          /* GGX alpha */
+    double k;          /* Schlick's k; < 0: Smith */
+    double from, span; /* psi of the segment: from + span (1 - cos(pi t)) / 2 */
+    double nh, cos2, sin2; /* of the theta in hand */
+} lut_point;
+
+typedef void integrand(void *arg, double x, double out[2]);
+
+/* Gauss 7, Kronrod 15: abscissas, both weights (QUADPACK, qk15). */
+static const double gk[8][3] = {
+    {0.991455371120812639206854697526329, 0.022935322010529224963732008058970,
+     0},
+    {0.949107912342758524526189684047851, 0.063092092629978553290700663189204,
+     0.129484966168869693270611432679082},
+    {0.864864423359769072789712788640926, 0.104790010322250183839876322541518,
+     0},
+    {0.741531185599394439863864773280788, 0.140653259715525918745189590510238,
+     0.279705391489276667901467771423780},
+    {0.586087235467691130294144845693, 0.169004726639267902826583426598550, 0},
+    {0.405845151377397166906606412076961, 0.190350578064785409913256402421014,
+     0.381830050505118944950369775488975},
+    {0.207784955007898467600689403773245, 0.204432940075298892414161999234649,
+     0},
+    {0, 0.209482141084727828012999174891714,
+     0.417959183673469387755102040816327}};
+
+/* Adaptive over [from, to], halving where the two rules differ by more than
+ * the interval's share of tol; the difference is far above the true error. */
+static void integrate(integrand *f, void *arg, double from, double to,
+                      double tol, int depth, double out[2])
+{
+    const double mid = 0.5 * (from + to), half = 0.5 * (to - from);
+    double kronrod[2] = {0, 0}, gauss[2] = {0, 0};
+    for (int n = 0; n < 15; n++) {
+        const double *g = gk[n < 8 ? n : 14 - n];
+        double y[2];
+        f(arg, mid + (n < 8 ? -half : half) * g[0], y);
+        for (int c = 0; c < 2; c++) {
+            kronrod[c] += half * g[1] * y[c];
+            gauss[c] += half * g[2] * y[c];
+        }
+    }
+    if (depth == 0 || (fabs(kronrod[0] - gauss[0]) <= tol &&
+                       fabs(kronrod[1] - gauss[1]) <= tol)) {
+        out[0] = kronrod[0], out[1] = kronrod[1];
+        return;
+    }
+    double right[2];
+    integrate(f, arg, from, mid, 0.5 * tol, depth - 1, out);
+    integrate(f, arg, mid, to, 0.5 * tol, depth - 1, right);
+    out[0] += right[0], out[1] += right[1];
+}
+
+static double g_over_nv(const lut_point *p, double nl)
+{
+    if (p->k >= 0.0)
+        return nl /
+               ((nl * (1.0 - p->k) + p->k) * (p->nv * (1.0 - p->k) + p->k));
+    /* Heitz 2014, eq. 99, times 4 N.V N.L. */
+    const double a2 = p->a * p->a;
+    return 2.0 * nl /
+           (nl * sqrt(a2 + (1.0 - a2) * p->nv * p->nv) +
+            p->nv * sqrt(a2 + (1.0 - a2) * nl * nl));
+}
+
+static void at_phi(void *arg, double phi, double out[2])
+{
+    const lut_point *p = arg;
+    const double nl = p->nv * p->cos2 + p->sv * p->sin2 * cos(phi);
+    if (nl <= 0.0) {
+        out[0] = out[1] = 0.0;
+        return;
+    }
+    const double vh = (nl + p->nv) / (2.0 * p->nh);
+    const double fc = vh < 1.0 ? pow(1.0 - vh, 5.0) : 0.0;
+    const double f = g_over_nv(p, nl) * vh / p->nh / pi;
+    out[0] = f * (1.0 - fc);
+    out[1] = f * fc;
+}
+
+static void at_t(void *arg, double t, double out[2])
+{
+    lut_point *p = arg;
+    const double psi = p->from + p->span * 0.5 * (1.0 - cos(pi * t));
+    const double theta = atan(p->a * tan(psi));
+    p->nh = cos(theta);
+    p->cos2 = cos(2.0 * theta);
+    p->sin2 = sin(2.0 * theta);
+    const double across = p->sv * p->sin2, along = p->nv * p->cos2;
+    double limit = pi;
+    if (along < across)
+        limit = -along >= across ? 0.0 : acos(-along / across);
+    integrate(at_phi, p, 0.0, limit, 1e-10, 24, out);
+    for (int c = 0; c < 2; c++)
+        out[c] *= sin(2.0 * psi) * 0.5 * pi * sin(pi * t) * p->span;
+}
+
+void truth_lut(double n_dot_v, double roughness, ibl_geometry geometry,
+               double scale_bias[2])
+{
+    const double alpha = roughness * roughness;
+    lut_point p = {.nv = n_dot_v,
+                   .sv = sqrt((1.0 - n_dot_v) * (1.0 + n_dot_v)),
+                   .a = alpha,
+                   .k = geometry == IBL_GEOMETRY_SMITH ? -1.0 : 0.5 * alpha};
+    /* pi/4 -+ theta_V/2, the bounds above, by their tangents. */
+    const double low = p.nv / (1.0 + p.sv), high = (1.0 + p.sv) / p.nv;
+    const double bounds[3] = {0.0, atan(low / p.a), atan(high / p.a)};
+    scale_bias[0] = scale_bias[1] = 0.0;
+    for (int k = 0; k < 2; k++) {
+        double part[2];
+        p.from = bounds[k];
+        p.span = bounds[k + 1] - bounds[k];
+        integrate(at_t, &p, 0.0, 1.0, 1e-9, 24, part);
+        scale_bias[0] += part[0];
+        scale_bias[1] += part[1];
+    }
+}
+
+/* ---- spherical harmonics --------------------------------------------- */
+
+/*
+ * sin^m(t) cos(m phi) and sin^m(t) sin(m phi) are the parts of (x + iy)^m;
+ * P_lm / sin^m(t) without Condon-Shortley phase follows in l from
+ * (2m - 1)!! by (l - m) P_l = (2l - 1) z P_{l-1} - (l + m - 1) P_{l-2}.
+ */
+double truth_sh(int l, int m, const double dir[3])
+{
+    const int k = m < 0 ? -m : m;
+    double re = 1.0, im = 0.0, p = 1.0, before = 0.0;
+    double norm = (2 * l + 1) / (4.0 * pi);
+    for (int n = 1; n <= k; n++) {
+        const double x = re * dir[0] - im * dir[1];
+        im = re * dir[1] + im * dir[0];
+        re = x;
+        p *= 2 * n - 1;
+    }
+    for (int n = k + 1; n <= l; n++) {
+        const double next =
+            ((2 * n - 1) * dir[2] * p - (n + k - 1) * before) / (n - k);
+        before = p;
+        p = next;
+    }
+    for (int n = l - k + 1; n <= l + k; n++)
+        norm /= n;
+    return sqrt(m == 0 ? norm : 2.0 * norm) * p * (m < 0 ? im : re);
+}
