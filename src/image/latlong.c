@@ -86,6 +86,7 @@ struct face_job {
                         pole's n + 1 lines of constant z, then n + 1 of x */
     double *corners; /* n + 1 for each worker */
     float *texels;   /* of the face */
+    sum4 *totals;    /* of each of its rows: integrals, not means */
 };
 
 /* ---- the source ------------------------------------------------------- */
@@ -144,73 +145,102 @@ static ibl_status source_init(ibl_ctx *ctx, const ibl_image *env,
     return IBL_OK;
 }
 
-/* A row of the map interpolated to a fine column: two taps, wrapping. Beyond
- * a pole (row -1 or height) lies the row next to it, half a turn away. */
-static void tap_row(const ibl_image *env, int row, double x, double weight,
-                    double rgb[3])
-{
-    if (row < 0 || row >= env->height) {
-        row = row < 0 ? 0 : env->height - 1;
-        x += 0.5 * env->width;
-    }
-    const double left = floor(x);
-    const double w[2] = {weight * (1 - (x - left)), weight * (x - left)};
-    for (int tap = 0; tap < 2; tap++) {
-        const int i = wrap((int)left + tap, env->width);
-        const float *p =
-            env->data + 3 * ((size_t)row * (size_t)env->width + (size_t)i);
-        for (int c = 0; c < 3; c++)
-            rgb[c] += w[tap] * (double)p[c];
-    }
-}
+/* ---- prefix sums ------------------------------------------------------ */
 
-/* Radiance of fine pixel (column, row). */
-static void fetch(const struct source *s, int column, int row, double rgb[3])
+/* Where a fine column or row lies between two of the source: offset of the
+ * first, offset of the second, weight of the second. */
+struct tap {
+    size_t at[2];
+    double weight;
+};
+
+static struct tap column_tap(const struct source *s, int column)
 {
-    const ibl_image *env = s->env;
+    const int width = s->env->width;
+    column = wrap(column, s->columns);
     if (!s->bilinear) {
-        const size_t i = (size_t)(column / s->scale_x);
-        const size_t j = (size_t)(row / s->scale_y);
-        const float *p = env->data + 3 * (j * (size_t)env->width + i);
-        for (int c = 0; c < 3; c++)
-            rgb[c] = (double)p[c];
-        return;
+        const size_t at = 3 * (size_t)(column / s->scale_x);
+        return (struct tap){{at, at}, 0};
     }
     const double x = (column + 0.5) / s->scale_x - 0.5;
-    const double y = (row + 0.5) / s->scale_y - 0.5;
-    const double above = floor(y);
-    rgb[0] = rgb[1] = rgb[2] = 0;
-    tap_row(env, (int)above, x, 1 - (y - above), rgb);
-    tap_row(env, (int)above + 1, x, y - above, rgb);
+    const int left = (int)floor(x);
+    return (struct tap){
+        {3 * (size_t)wrap(left, width), 3 * (size_t)wrap(left + 1, width)},
+        x - left};
 }
 
-/* ---- prefix sums ------------------------------------------------------ */
+/* A fine row lies between two of the source. Beyond a pole is the row next
+ * to it, half a turn away: those columns are taps[1]. */
+static void fetch_row(const struct source *s, int row,
+                      struct tap (*taps)[COLUMNS_PER_JOB], int count,
+                      double (*rgb)[3])
+{
+    const ibl_image *env = s->env;
+    const double y = (row + 0.5) / s->scale_y - 0.5;
+    const int above = (int)floor(y);
+    memset(rgb, 0, (size_t)count * sizeof *rgb);
+    for (int k = 0; k < 2; k++) {
+        int j = above + k;
+        const double weight = k ? y - above : 1 - (y - above);
+        const bool beyond = j < 0 || j >= env->height;
+        const struct tap *tap = taps[beyond];
+        if (beyond)
+            j = j < 0 ? 0 : env->height - 1;
+        const float *p = env->data + 3 * (size_t)j * (size_t)env->width;
+        for (int i = 0; i < count; i++) {
+            const double w1 = weight * tap[i].weight, w0 = weight - w1;
+            const float *left = p + tap[i].at[0], *right = p + tap[i].at[1];
+            for (int c = 0; c < 3; c++)
+                rgb[i][c] += w0 * (double)left[c] + w1 * (double)right[c];
+        }
+    }
+}
+
+/* The same where every fine pixel has its source pixel's value. */
+static void copy_row(const struct source *s, int row, const struct tap *tap,
+                     int count, double (*rgb)[3])
+{
+    const float *p =
+        s->env->data + 3 * (size_t)(row / s->scale_y) * (size_t)s->env->width;
+    for (int i = 0; i < count; i++) {
+        for (int c = 0; c < 3; c++)
+            rgb[i][c] = (double)p[tap[i].at[0] + (size_t)c];
+    }
+}
 
 static void sum_columns(void *arg, int job, int worker)
 {
     const struct face_job *f = arg;
     const struct source *s = f->src;
     const struct tile *t = &f->tile;
-    const int begin = job * COLUMNS_PER_JOB;
-    const int end = begin + COLUMNS_PER_JOB < t->columns
-                        ? begin + COLUMNS_PER_JOB
-                        : t->columns;
+    const int begin = job * COLUMNS_PER_JOB, left = t->columns - begin;
+    const int count = left < COLUMNS_PER_JOB ? left : COLUMNS_PER_JOB;
+    struct tap taps[2][COLUMNS_PER_JOB];
+    double rgb[COLUMNS_PER_JOB][3];
+    sum4 sum[COLUMNS_PER_JOB] = {0};
+    sum4 *out = t->prefix + begin;
     (void)worker;
 
-    memset(t->prefix + begin, 0, (size_t)(end - begin) * sizeof *t->prefix);
+    for (int i = 0; i < count; i++) {
+        const int column = t->first + begin + i;
+        taps[0][i] = column_tap(s, column);
+        taps[1][i] = column_tap(s, column + s->columns / 2);
+    }
+    memcpy(out, sum, (size_t)count * sizeof *sum);
     for (int j = t->top; j < t->bottom; j++) {
-        const sum4 *above =
-            t->prefix + (size_t)(j - t->top) * (size_t)t->columns;
-        sum4 *below = t->prefix + (size_t)(j - t->top + 1) * (size_t)t->columns;
         const double dc = s->cosine[j] - s->cosine[j + 1];
         const int row = t->bottom_up ? s->rows - 1 - j : j;
-        for (int k = begin; k < end; k++) {
-            double rgb[RGB1];
-            fetch(s, wrap(t->first + k, s->columns), row, rgb);
-            rgb[3] = 1;
-            for (int c = 0; c < RGB1; c++)
-                below[k].v[c] = above[k].v[c] + rgb[c] * dc;
+        if (s->bilinear)
+            fetch_row(s, row, taps, count, rgb);
+        else
+            copy_row(s, row, taps[0], count, rgb);
+        for (int i = 0; i < count; i++) {
+            for (int c = 0; c < 3; c++)
+                sum[i].v[c] += rgb[i][c] * dc;
+            sum[i].v[3] += dc;
         }
+        out += t->columns;
+        memcpy(out, sum, (size_t)count * sizeof *sum);
     }
 }
 
@@ -445,9 +475,11 @@ static void finish_row(void *arg, int y, int worker)
 {
     const struct face_job *f = arg;
     float *out = f->texels + 3 * (size_t)y * (size_t)f->n;
+    sum4 *total = f->totals + y;
     const int z = f->axes->down[2] > 0 ? y : f->n - 1 - y;
     (void)worker;
 
+    memset(total, 0, sizeof *total);
     for (int x = 0; x < f->n; x++) {
         double v[RGB1];
         for (int c = 0; c < RGB1; c++)
@@ -456,6 +488,8 @@ static void finish_row(void *arg, int y, int worker)
         /* Below a bright pixel G is not 0 and leaves its rounding. */
         for (int c = 0; c < 3; c++)
             out[3 * x + c] = (float)(v[c] > 0 ? v[c] / v[3] : 0);
+        for (int c = 0; c < RGB1; c++)
+            total->v[c] += v[c];
     }
 }
 
@@ -549,39 +583,43 @@ static void source_mean(const ibl_image *env, double mean[3])
     }
 }
 
-static void cube_mean(const ibl_cube *cube, double mean[3])
+struct gain {
+    float *data; /* of the cube, n texels squared a face */
+    int n;
+    double rgb[3];
+};
+
+static void scale_row(void *arg, int row, int worker)
 {
-    const int n = cube->size;
-    mean[0] = mean[1] = mean[2] = 0;
-    for (int y = 0; y < n; y++) {
-        for (int x = 0; x < n; x++) {
-            const double weight = ibl_cube_solid_angle(n, x, y) / (4 * PI);
-            for (int face = 0; face < IBL_FACES; face++) {
-                const float *p = ibl_cube_face(cube, 0, face) +
-                                 3 * ((size_t)y * (size_t)n + (size_t)x);
-                for (int c = 0; c < 3; c++)
-                    mean[c] += weight * (double)p[c];
-            }
-        }
+    const struct gain *g = arg;
+    float *p = g->data + 3 * (size_t)row * (size_t)g->n;
+    (void)worker;
+    for (int i = 0; i < g->n; i++) {
+        for (int c = 0; c < 3; c++)
+            p[3 * i + c] = (float)((double)p[3 * i + c] * g->rgb[c]);
     }
 }
 
 /* Interpolation does not keep the mean where rows differ in solid angle: one
- * factor for each channel does. */
-static void keep_mean(const ibl_image *env, const ibl_cube *cube)
+ * factor for each channel does. totals: of all the cube's rows. */
+static ibl_status keep_mean(ibl_ctx *ctx, const ibl_image *env,
+                            const sum4 *totals, const ibl_cube *cube)
 {
-    const size_t texels = ibl_cube_texels(cube->size, 1);
-    double wanted[3], found[3], gain[3];
+    struct gain gain = {cube->data, cube->size, {1, 1, 1}};
+    const int rows = IBL_FACES * cube->size;
+    double wanted[3];
+    sum4 found = {0};
 
     source_mean(env, wanted);
-    cube_mean(cube, found);
-    for (int c = 0; c < 3; c++)
-        gain[c] = found[c] > 0 ? wanted[c] / found[c] : 1;
-    for (size_t i = 0; i < texels; i++) {
-        for (int c = 0; c < 3; c++)
-            cube->data[3 * i + c] =
-                (float)((double)cube->data[3 * i + c] * gain[c]);
+    for (int y = 0; y < rows; y++) {
+        for (int c = 0; c < RGB1; c++)
+            found.v[c] += totals[y].v[c];
     }
+    for (int c = 0; c < 3; c++) {
+        if (found.v[c] > 0)
+            gain.rgb[c] = wanted[c] * found.v[3] / found.v[c];
+    }
+    return ibl_run(ctx, NULL, rows, scale_row, &gain);
 }
 
 ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
@@ -598,7 +636,8 @@ ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
         return status;
     double *corners = ibl_alloc_array(
         (size_t)ibl_ctx_threads(ctx) * ((size_t)n + 1), sizeof *corners);
-    if (!corners) {
+    sum4 *totals = ibl_alloc_array(IBL_FACES * (size_t)n, sizeof *totals);
+    if (!corners || !totals) {
         status = ibl_no_memory(ctx, "level 0");
         goto done;
     }
@@ -607,15 +646,17 @@ ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
                              .axes = &ibl_face[face],
                              .n = n,
                              .corners = corners,
-                             .texels = ibl_cube_face(cube, 0, face)};
+                             .texels = ibl_cube_face(cube, 0, face),
+                             .totals = totals + (size_t)face * (size_t)n};
         ibl_progress(ctx, "level 0", face / (double)IBL_FACES);
         status = filter_face(ctx, &f);
     }
     if (!status && src.bilinear)
-        keep_mean(env, cube);
+        status = keep_mean(ctx, env, totals, cube);
     if (!status)
         ibl_progress(ctx, "level 0", 1);
 done:
+    ibl_free(totals);
     ibl_free(corners);
     source_free(&src);
     return status;
