@@ -1,0 +1,570 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The truth itself, against closed forms and against plainer sums, long
+ * double where precision could matter; the library is not called.
+ */
+#include "test.h"
+#include "truth.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+static const double pi = 3.14159265358979323846;
+static const long double pil = 3.14159265358979323846264338327950288L;
+
+static ibl_image map_new(int w, int h)
+{
+    ibl_image env = {w, h, calloc((size_t)w * (size_t)h, 3 * sizeof(float))};
+    if (!env.data)
+        abort();
+    return env;
+}
+
+static float *texel(const ibl_image *env, int i, int j)
+{
+    return env->data + 3 * ((size_t)j * (size_t)env->width + (size_t)i);
+}
+
+/* A map of c0 + c1 max(d.axis, floor): floor 0 clamps, -1 does not. */
+static ibl_image map_cosine(int w, int h, double c0, double c1,
+                            const double axis[3], double floor_at)
+{
+    const ibl_image env = map_new(w, h);
+    for (int j = 0; j < h; j++) {
+        for (int i = 0; i < w; i++) {
+            double d[3];
+            truth_latlong_direction(w, h, i, j, d);
+            const double c = d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2];
+            for (int k = 0; k < 3; k++)
+                texel(&env, i, j)[k] = (float)(c0 + c1 * fmax(c, floor_at));
+        }
+    }
+    return env;
+}
+
+static ibl_image map_noise(int w, int h, uint64_t seed)
+{
+    const ibl_image env = map_new(w, h);
+    test_random r = {seed};
+    for (size_t i = 0; i < 3 * (size_t)w * (size_t)h; i++)
+        env.data[i] = (float)pow(test_random_unit(&r), 8.0);
+    *texel(&env, w / 3, h / 4) = 1e5f;
+    return env;
+}
+
+static void random_direction(test_random *r, double d[3])
+{
+    const double y = 2.0 * test_random_unit(r) - 1.0;
+    const double phi = 2.0 * pi * test_random_unit(r);
+    d[0] = sqrt(1.0 - y * y) * cos(phi);
+    d[1] = y;
+    d[2] = sqrt(1.0 - y * y) * sin(phi);
+}
+
+/* ---- directions ------------------------------------------------------ */
+
+static void solid_angles(void)
+{
+    static const int sizes[][2] = {
+        {1, 1}, {2, 1}, {3, 2}, {17, 31}, {512, 256}};
+    for (int n = 0; n < 5; n++) {
+        const int w = sizes[n][0], h = sizes[n][1];
+        double sum = 0.0;
+        for (int j = 0; j < h; j++) {
+            const double exact =
+                2.0 * pi / w * (cos(pi * j / h) - cos(pi * (j + 1) / h));
+            CHECK_NEAR(truth_latlong_solid_angle(w, h, j), exact, 1e-14);
+            sum += w * truth_latlong_solid_angle(w, h, j);
+        }
+        CHECK_NEAR(sum, 4.0 * pi, 1e-13);
+    }
+}
+
+/* The centre column looks along +X, u grows towards +Z, row 0 is the zenith. */
+static void latlong_directions(void)
+{
+    double d[3];
+    truth_latlong_direction(2001, 1001, 1000, 500, d);
+    CHECK_NEAR(d[0], 1.0, 1e-12);
+    truth_latlong_direction(2002, 1001, 1501, 500, d);
+    CHECK_NEAR(d[2], 1.0, 1e-5);
+    truth_latlong_direction(2001, 1001, 7, 0, d);
+    CHECK_NEAR(d[1], 1.0, 1e-5);
+    for (int j = 0; j < 7; j++) {
+        for (int i = 0; i < 13; i++) {
+            int x, y;
+            truth_latlong_direction(13, 7, i, j, d);
+            truth_latlong_pixel(13, 7, d, &x, &y);
+            CHECK_MSG(x == i && y == j, "(%d, %d) came back as (%d, %d)", i, j,
+                      x, y);
+        }
+    }
+}
+
+/* OpenGL 4.6, table 8.19: major axis, sc and tc of each face; s = (sc / |ma|
+ * + 1) / 2 from the left, t from the top row. */
+static void cube_directions(void)
+{
+    for (int face = 0; face < 6; face++) {
+        for (int k = 0; k < 25; k++) {
+            double d[3];
+            truth_cube_direction(5, face, k % 5, k / 5, d);
+            const double sc[6] = {-d[2], d[2], d[0], d[0], d[0], -d[0]};
+            const double tc[6] = {-d[1], -d[1], d[2], -d[2], -d[1], -d[1]};
+            const double ma = (face % 2 ? -1.0 : 1.0) * d[face / 2];
+            CHECK(ma > 0.5);
+            CHECK_NEAR((sc[face] / ma + 1.0) / 2.0, (k % 5 + 0.5) / 5, 1e-14);
+            CHECK_NEAR((tc[face] / ma + 1.0) / 2.0, (k / 5 + 0.5) / 5, 1e-14);
+            CHECK_NEAR(d[0] * d[0] + d[1] * d[1] + d[2] * d[2], 1.0, 1e-14);
+        }
+    }
+}
+
+/* ---- sums over a map ------------------------------------------------- */
+
+static void constant_map(void)
+{
+    static const float colour[3] = {0.7f, 3e4f, 1e-5f};
+    const ibl_image env = map_new(37, 19);
+    test_random r = {1};
+    for (int i = 0; i < 37 * 19 * 3; i++)
+        env.data[i] = colour[i % 3];
+    for (int n = 0; n < 20; n++) {
+        double d[3], s[3], e[3], m[3], t[3];
+        random_direction(&r, d);
+        truth_specular(&env, d, 0.05 + 0.95 * n / 19, s);
+        truth_irradiance(&env, d, e);
+        truth_mean(&env, m);
+        truth_texel(&env, 3, n % 6, n % 3, n / 7, 9, t);
+        for (int k = 0; k < 3; k++) {
+            const double c = (double)colour[k], tol = 1e-14 * c;
+            CHECK_NEAR(s[k], c, tol);
+            CHECK_NEAR(e[k], c, tol);
+            CHECK_NEAR(m[k], c, tol);
+            CHECK_NEAR(t[k], c, tol);
+        }
+    }
+    free(env.data);
+}
+
+/* The sum as the convention writes it, H and all, in long double. */
+static void plain_specular(const ibl_image *env, const double n[3], double r,
+                           double rgb[3])
+{
+    long double sum[4] = {0};
+    const long double a2 = powl(r, 4);
+    for (int j = 0; j < env->height; j++) {
+        const long double lo = pil * j / env->height,
+                          hi = pil * (j + 1) / env->height;
+        for (int i = 0; i < env->width; i++) {
+            const long double theta = (lo + hi) / 2,
+                              phi = 2 * pil * (i + 0.5L) / env->width - pil;
+            const long double l[3] = {sinl(theta) * cosl(phi), cosl(theta),
+                                      sinl(theta) * sinl(phi)};
+            long double nl = 0, h2 = 0, nh = 0;
+            for (int k = 0; k < 3; k++) {
+                nl += n[k] * l[k];
+                h2 += (n[k] + l[k]) * (n[k] + l[k]);
+                nh += n[k] * (n[k] + l[k]);
+            }
+            if (nl <= 0)
+                continue;
+            nh /= sqrtl(h2);
+            const long double t = nh * nh * (a2 - 1) + 1;
+            const long double w =
+                a2 / (pil * t * t) * nl * (cosl(lo) - cosl(hi));
+            for (int k = 0; k < 3; k++)
+                sum[k] += w * (long double)texel(env, i, j)[k];
+            sum[3] += w;
+        }
+    }
+    for (int k = 0; k < 3; k++)
+        rgb[k] = (double)(sum[k] / sum[3]);
+}
+
+static void specular_in_long_double(void)
+{
+    static const double roughness[] = {0.1, 0.25, 0.5, 0.8, 1.0};
+    const ibl_image env = map_noise(60, 31, 2);
+    test_random r = {3};
+    for (int n = 0; n < 25; n++) {
+        double d[3], fast[3], plain[3];
+        random_direction(&r, d);
+        if (n < 5) /* the poles, the seam, a pixel's centre */
+            truth_latlong_direction(60, 31, 12 * n, 30 * n / 4, d);
+        truth_specular(&env, d, roughness[n % 5], fast);
+        plain_specular(&env, d, roughness[n % 5], plain);
+        for (int k = 0; k < 3; k++)
+            CHECK_NEAR(fast[k], plain[k], 1e-12 * plain[k]);
+    }
+    free(env.data);
+}
+
+static void specular_at_poles(void)
+{
+    static const double poles[2][3] = {{0, 1, 0}, {0, -1, 0}};
+    const ibl_image env = map_noise(60, 31, 4);
+    for (int n = 0; n < 2; n++) {
+        double fast[3], plain[3];
+        truth_specular(&env, poles[n], 0.3, fast);
+        plain_specular(&env, poles[n], 0.3, plain);
+        for (int k = 0; k < 3; k++)
+            CHECK_NEAR(fast[k], plain[k], 1e-12 * plain[k]);
+    }
+    free(env.data);
+}
+
+static void roughest_is_irradiance(void)
+{
+    const ibl_image env = map_noise(128, 64, 5);
+    test_random r = {6};
+    for (int n = 0; n < 20; n++) {
+        double d[3], s[3], e[3];
+        random_direction(&r, d);
+        truth_specular(&env, d, 1.0, s);
+        truth_irradiance(&env, d, e);
+        for (int k = 0; k < 3; k++)
+            CHECK_NEAR(s[k], e[k], 1e-12 * e[k]);
+    }
+    free(env.data);
+}
+
+/*
+ * Two clamped cosines g apart integrate to 2/3 (sin g + (pi - g) cos g);
+ * an unclamped one comes out of irradiance / pi with factor 2/3.
+ */
+static void irradiance_of_cosines(void)
+{
+    static const double axis[3] = {0.48, -0.6, 0.64};
+    const ibl_image lobe = map_cosine(512, 256, 0.0, 1.0, axis, 0.0);
+    const ibl_image ramp = map_cosine(512, 256, 1.0, 1.0, axis, -1.0);
+    test_random r = {7};
+    double mean[3];
+    for (int n = 0; n < 10; n++) {
+        double d[3], e[3];
+        random_direction(&r, d);
+        const double c = d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2];
+        const double g = acos(c);
+        truth_irradiance(&lobe, d, e);
+        CHECK_NEAR(e[1], 2.0 / (3.0 * pi) * (sin(g) + (pi - g) * c), 2e-5);
+        truth_irradiance(&ramp, d, e);
+        CHECK_NEAR(e[2], 1.0 + 2.0 / 3.0 * c, 2e-5);
+    }
+    truth_mean(&lobe, mean);
+    CHECK_NEAR(mean[0], 0.25, 1e-5);
+    truth_mean(&ramp, mean);
+    CHECK_NEAR(mean[0], 1.0, 1e-6);
+    free(lobe.data);
+    free(ramp.data);
+}
+
+/* integral of D N.L over the hemisphere, from dO = 4 pi dq of truth.c. */
+static double lobe_integral(double r)
+{
+    const double a2 = pow(r, 4.0), b = 1.0 - a2;
+    if (r >= 1.0)
+        return 1.0;
+    return 4.0 * a2 / (b * b) *
+           ((1.0 + a2) / a2 - 2.0 - 2.0 * log((1.0 + a2) / (2.0 * a2)));
+}
+
+/* One pixel shows the lobe's shape; its norm is the integral. */
+static void one_pixel_sun(void)
+{
+    const int w = 512, h = 256, x = 400, y = 70;
+    const double sun = 1e6;
+    const ibl_image env = map_new(w, h);
+    double s[3], mean[3];
+    test_random rnd = {8};
+    truth_latlong_direction(w, h, x, y, s);
+    texel(&env, x, y)[0] = (float)sun;
+    const double power = sun * truth_latlong_solid_angle(w, h, y);
+    for (int n = 0; n < 12; n++) {
+        const double r = 0.25 + 0.25 * (n % 4), a2 = pow(r, 4.0);
+        double d[3], rgb[3], expected = 0.0;
+        random_direction(&rnd, d);
+        const double nl = d[0] * s[0] + d[1] * s[1] + d[2] * s[2];
+        if (nl > 0.0) {
+            const double t = (1.0 + nl) / 2.0 * (a2 - 1.0) + 1.0;
+            expected = a2 / (pi * t * t) * nl * power / lobe_integral(r);
+        }
+        truth_specular(&env, d, r, rgb);
+        CHECK_NEAR(rgb[0], expected, 2e-4 * expected);
+        CHECK(rgb[1] == 0.0 && rgb[2] == 0.0);
+    }
+    truth_mean(&env, mean);
+    CHECK_NEAR(mean[0], power / (4.0 * pi), 1e-12 * power);
+    free(env.data);
+}
+
+/* On the one texel of face +X, d.x averages to 2 acos(1/3) / sqrt(2) (the
+ * face's edges by Lambert's formula) over 4 pi / 6. */
+static void texel_average(void)
+{
+    static const double axis[3] = {1, 0, 0};
+    const ibl_image env = map_cosine(1024, 512, 1.0, 1.0, axis, -1.0);
+    const double mean = sqrt(2.0) * acos(1.0 / 3.0) / (4.0 * pi / 6.0);
+    double rgb[3], d[3];
+    int i, j;
+    truth_texel(&env, 1, 0, 0, 0, 1200, rgb);
+    CHECK_NEAR(rgb[0], 1.0 + mean, 1e-5);
+    truth_texel(&env, 1, 1, 0, 0, 1200, rgb);
+    CHECK_NEAR(rgb[0], 1.0 - mean, 1e-5);
+    truth_texel(&env, 1, 4, 0, 0, 1200, rgb);
+    CHECK_NEAR(rgb[0], 1.0, 1e-5);
+    truth_texel(&env, 64, 3, 9, 50, 1, rgb);
+    truth_cube_direction(64, 3, 9, 50, d);
+    truth_latlong_pixel(1024, 512, d, &i, &j);
+    CHECK_NEAR(rgb[0], (double)texel(&env, i, j)[0], 1e-14);
+    free(env.data);
+}
+
+/* ---- spherical harmonics --------------------------------------------- */
+
+static void sh_polynomials(void)
+{
+    test_random r = {9};
+    for (int n = 0; n < 20; n++) {
+        double d[3];
+        random_direction(&r, d);
+        const double x = d[0], y = d[1], z = d[2];
+        /* Ramamoorthi and Hanrahan 2001, eq. 3. */
+        CHECK_NEAR(truth_sh(0, 0, d), 0.282095, 1e-6);
+        CHECK_NEAR(truth_sh(1, -1, d), 0.488603 * y, 1e-6);
+        CHECK_NEAR(truth_sh(1, 0, d), 0.488603 * z, 1e-6);
+        CHECK_NEAR(truth_sh(1, 1, d), 0.488603 * x, 1e-6);
+        CHECK_NEAR(truth_sh(2, -2, d), 1.092548 * x * y, 1e-6);
+        CHECK_NEAR(truth_sh(2, -1, d), 1.092548 * y * z, 1e-6);
+        CHECK_NEAR(truth_sh(2, 0, d), 0.315392 * (3 * z * z - 1), 1e-6);
+        CHECK_NEAR(truth_sh(2, 1, d), 1.092548 * x * z, 1e-6);
+        CHECK_NEAR(truth_sh(2, 2, d), 0.546274 * (x * x - y * y), 1e-6);
+    }
+}
+
+/* Positive near +Z where phi is small (no Condon-Shortley phase), and the
+ * phase about +Z that of cos(m phi), sin(|m| phi). */
+static void sh_phases(void)
+{
+    for (int l = 0; l <= 4; l++) {
+        for (int m = -l; m <= l; m++) {
+            const int k = abs(m);
+            const double t = 0.01, phi = 0.3;
+            const double d[3] = {sin(t) * cos(phi), sin(t) * sin(phi), cos(t)};
+            const double e[3] = {sin(t), 0.0, cos(t)};
+            const double factor = m < 0 ? sin(k * phi) : cos(k * phi);
+            CHECK(truth_sh(l, k, e) > 0.0);
+            CHECK_NEAR(truth_sh(l, m, d) / truth_sh(l, k, e), factor, 1e-12);
+        }
+    }
+}
+
+static void sh_orthonormal(void)
+{
+    enum {
+        W = 128,
+        H = 1024
+    };
+    static double gram[25][25];
+    for (int j = 0; j < H; j++) {
+        const double weight = truth_latlong_solid_angle(W, H, j);
+        for (int i = 0; i < W; i++) {
+            double d[3], y[25];
+            truth_latlong_direction(W, H, i, j, d);
+            for (int k = 0, l = 0; l <= 4; l++)
+                for (int m = -l; m <= l; m++)
+                    y[k++] = truth_sh(l, m, d);
+            for (int a = 0; a < 25; a++)
+                for (int b = 0; b < 25; b++)
+                    gram[a][b] += weight * y[a] * y[b];
+        }
+    }
+    for (int a = 0; a < 25; a++)
+        for (int b = 0; b < 25; b++)
+            CHECK_NEAR(gram[a][b], a == b ? 1.0 : 0.0, 2e-5);
+}
+
+/* ---- split-sum integrals --------------------------------------------- */
+
+static void lut_of_roughest(void)
+{
+    static const double nvs[] = {1e-3, 1.0 / 512, 0.03, 0.2, 0.5, 0.9, 1.0};
+    for (int n = 0; n < 7; n++) {
+        const double nv = nvs[n];
+        double smith[2], schlick[2];
+        truth_lut(nv, 1.0, IBL_GEOMETRY_SMITH, smith);
+        truth_lut(nv, 1.0, IBL_GEOMETRY_SCHLICK_IBL, schlick);
+        /* D = 1/pi; Smith: f / F = 1 / (2 pi (N.L + N.V)); Schlick:
+         * f / F = 1 / (pi (1 + N.L) (1 + N.V)). */
+        CHECK_NEAR(smith[0] + smith[1], 1.0 - nv * log((1.0 + nv) / nv), 1e-9);
+        CHECK_NEAR(schlick[0] + schlick[1], 2.0 * (1.0 - log(2.0)) / (1.0 + nv),
+                   1e-9);
+    }
+}
+
+/* N.V = 1, r = 1, c = V.H = N.H: the bias is the integral over c from
+ * 1/sqrt(2) to 1 of 2 (2c^2 - 1) (1 - c)^5 / c. */
+static void lut_head_on(void)
+{
+    static const double p[6] = {1, -5, 10, -10, 5, -1};
+    double lo = 0.0, hi = 0.0, out[2];
+    for (int k = 0; k < 6; k++) {
+        const double c = sqrt(0.5);
+        hi += 4.0 * p[k] / (k + 2);
+        lo += 4.0 * p[k] / (k + 2) * pow(c, k + 2);
+        hi -= k ? 2.0 * p[k] / k : 0.0;
+        lo -= k ? 2.0 * p[k] / k * pow(c, k) : 2.0 * log(c);
+    }
+    for (int g = 0; g < 2; g++) {
+        truth_lut(1.0, 1.0, (ibl_geometry)g, out);
+        CHECK_NEAR(out[1], hi - lo, 1e-10);
+        CHECK_NEAR(out[0] + out[1], 1.0 - log(2.0), 1e-10);
+    }
+}
+
+static void lut_of_smoothest(void)
+{
+    for (int n = 1; n <= 20; n++) {
+        const double nv = n / 20.0, fc = pow(1.0 - nv, 5.0);
+        double out[2];
+        truth_lut(nv, 1e-3, IBL_GEOMETRY_SMITH, out);
+        CHECK_NEAR(out[0], 1.0 - fc, 1e-7);
+        CHECK_NEAR(out[1], fc, 1e-7);
+        /* G1^2 = 1 / (1 + k (1 / nv - 1))^2 is all that remains. */
+        truth_lut(nv, 1e-3, IBL_GEOMETRY_SCHLICK_IBL, out);
+        const double g = pow(1.0 + 0.5e-6 * (1.0 / nv - 1.0), -2.0);
+        CHECK_NEAR(out[0], (1.0 - fc) * g, 1e-7);
+        CHECK_NEAR(out[1], fc * g, 1e-7);
+    }
+}
+
+/* G2 of both geometry terms, Smith by its Lambda (Heitz 2014, eq. 72, 99). */
+static long double shadowing(ibl_geometry g, long double a, long double nv,
+                             long double nl)
+{
+    if (g == IBL_GEOMETRY_SMITH) {
+        const long double tv = (1 - nv * nv) / (nv * nv),
+                          tl = (1 - nl * nl) / (nl * nl);
+        return 2 / (sqrtl(1 + a * a * tv) + sqrtl(1 + a * a * tl));
+    }
+    const long double k = a / 2;
+    return nv / (nv * (1 - k) + k) * nl / (nl * (1 - k) + k);
+}
+
+/* Directly over L, a grid in N.L and phi; for wide lobes. */
+static void lut_over_light(double nv, double r, ibl_geometry g, double out[2])
+{
+    enum {
+        N = 500
+    };
+    const double a = r * r, sv = sqrt(1 - nv * nv);
+    double sum[2] = {0};
+    for (int i = 0; i < N; i++) {
+        const double s = (i + 0.5) / N, nl = s * s * (3 - 2 * s);
+        const double d_nl = 6 * s * (1 - s) / N, sl = sqrt(1 - nl * nl);
+        for (int j = 0; j < N; j++) {
+            const double vl = nv * nl + sv * sl * cos(pi * (j + 0.5) / N);
+            const double vh = sqrt((1 + vl) / 2);
+            const double nh = (nv + nl) / (2 * vh);
+            const double t = nh * nh * (a * a - 1) + 1;
+            const double f = a * a / (pi * t * t) *
+                             (double)shadowing(g, a, nv, nl) / (4 * nv) * d_nl *
+                             2 * pi / N;
+            const double fc = pow(1 - vh, 5);
+            sum[0] += f * (1 - fc);
+            sum[1] += f * fc;
+        }
+    }
+    out[0] = (double)sum[0];
+    out[1] = (double)sum[1];
+}
+
+static void lut_by_light_grid(void)
+{
+    static const double points[][2] = {{0.05, 0.6},      {0.3, 0.4},
+                                       {0.7, 0.5},       {0.9, 0.35},
+                                       {1.0 / 512, 1.0}, {0.5, 0.8}};
+    for (int n = 0; n < 12; n++) {
+        const double *p = points[n / 2];
+        double fast[2], grid[2];
+        truth_lut(p[0], p[1], (ibl_geometry)(n % 2), fast);
+        lut_over_light(p[0], p[1], (ibl_geometry)(n % 2), grid);
+        CHECK_NEAR(fast[0], grid[0], 1e-5);
+        CHECK_NEAR(fast[1], grid[1], 1e-5);
+    }
+}
+
+/*
+ * Over the slopes (a x, a y) of the microfacets, D N.H dH = dx dy /
+ * (pi (1 + x^2 + y^2)^2), x = sinh(s), y = sinh(t) on a grid that reaches the
+ * largest slope that reflects upwards, (1 + sin(theta_V)) / N.V; for narrow
+ * lobes and grazing views. Both geometry terms at once.
+ */
+static void lut_over_slopes(double nv, double r, double out[2][2])
+{
+    enum {
+        N = 1000
+    };
+    const double a = r * r, sv = sqrt(1 - nv * nv);
+    const double edge = asinh((1 + sv) / (nv * a)), step = edge / N;
+    double sum[2][2] = {{0}};
+    for (int i = -N; i < N; i++) {
+        const double x = sinh((i + 0.5) * step);
+        for (int j = 0; j < N; j++) {
+            const double y = sinh((j + 0.5) * step);
+            const double q = 1 + x * x + y * y, s2 = 1 + a * a * (q - 1);
+            const double nh = 1 / sqrt(s2), vh = (a * x * sv + nv) * nh;
+            const double nl = 2 * vh * nh - nv;
+            if (nl <= 0)
+                continue;
+            const double f = 2 * step * step * sqrt((1 + x * x) * (1 + y * y)) /
+                             (pi * q * q) * vh / (nv * nh);
+            const double fc = pow(1 - vh, 5);
+            for (int g = 0; g < 2; g++) {
+                const double fg =
+                    f * (double)shadowing((ibl_geometry)g, a, nv, nl);
+                sum[g][0] += fg * (1 - fc);
+                sum[g][1] += fg * fc;
+            }
+        }
+    }
+    for (int g = 0; g < 4; g++)
+        out[g / 2][g % 2] = (double)sum[g / 2][g % 2];
+}
+
+static void lut_by_slope_grid(void)
+{
+    static const double points[][2] = {
+        {1e-3, 1.0 / 512}, {1.0 / 512, 1.0 / 512},   {1e-3, 0.02},
+        {1.0 / 512, 0.1},  {511.0 / 512, 1.0 / 512}, {0.03, 0.15},
+        {0.25, 0.3},       {511.0 / 512, 0.5}};
+    for (int n = 0; n < 8; n++) {
+        double grid[2][2];
+        lut_over_slopes(points[n][0], points[n][1], grid);
+        for (int g = 0; g < 2; g++) {
+            double fast[2];
+            truth_lut(points[n][0], points[n][1], (ibl_geometry)g, fast);
+            CHECK_NEAR(fast[0], grid[g][0], 2e-5);
+            CHECK_NEAR(fast[1], grid[g][1], 2e-5);
+        }
+    }
+}
+
+static const test tests[] = {TEST(solid_angles),
+                             TEST(latlong_directions),
+                             TEST(cube_directions),
+                             TEST(constant_map),
+                             TEST(specular_in_long_double),
+                             TEST(specular_at_poles),
+                             TEST(roughest_is_irradiance),
+                             TEST(irradiance_of_cosines),
+                             TEST(one_pixel_sun),
+                             TEST(texel_average),
+                             TEST(sh_polynomials),
+                             TEST(sh_phases),
+                             TEST(sh_orthonormal),
+                             TEST(lut_of_roughest),
+                             TEST(lut_head_on),
+                             TEST(lut_of_smoothest),
+                             TEST(lut_by_light_grid),
+                             TEST(lut_by_slope_grid)};
+TEST_MAIN(tests)
