@@ -40,6 +40,8 @@ HAVE_OIIO = $(shell pkg-config --exists OpenImageIO && echo yes)
 
 REQUIRED := -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -pthread \
             -ffp-contract=off -fvisibility=hidden -MMD -MP
+VERSION := $(shell sed -n 's/^.define IBL_VERSION "\(.*\)"/\1/p' \
+             include/ibl/ibl.h)
 REVISION := $(shell git describe --always --dirty 2>/dev/null)
 
 X86 := $(filter x86_64,$(shell uname -m))
@@ -58,8 +60,8 @@ BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 
 .DELETE_ON_ERROR:
 .SECONDARY:
-.PHONY: all lib deps demo check check-run bench lint format install uninstall \
-        clean list
+.PHONY: all lib deps tests benches demo check check-run bench lint format \
+        install uninstall clean list
 
 ## all: the program and its image bridge (default)
 all: deps
@@ -114,6 +116,67 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(EXR_LIBS) \
 	    $(CLI_LIBS) -lm -ldl $(LDLIBS)
+
+tests: $(TESTS)
+benches: $(BENCHES)
+
+## demo: set up, bake data/sky.exr into build/demo, leave a picture
+demo: deps
+	+@$(MAKE) --no-print-directory DEPS=no all
+	$(BIN) data/sky.exr -o build/demo --skybox 512 -v \
+	    --preview build/demo/sky.png
+	@ls -l build/demo
+	@echo "iblbake: look at build/demo/sky.png"
+
+# Every build that must pass, then everything in it.
+CHECKED := build build/clang build/asan build/tsan
+## check: set up, then every test (release, clang, asan, tsan, lint)
+check:
+	@DEPS=$(DEPS) sh tests/deps.sh check
+	+@$(MAKE) --no-print-directory DEPS=no check-run
+check-run:
+	+@$(MAKE) -s WERROR=-Werror all tests
+	+@$(MAKE) -s WERROR=-Werror CC=clang CXX=clang++ BUILD=build/clang all tests
+	+@$(MAKE) -s WERROR=-Werror config=asan all tests
+	+@$(MAKE) -s WERROR=-Werror config=tsan all tests
+	@sh tests/run.sh $(CHECKED)
+
+## bench: set up, then compare with stb_image and cmgen (minutes)
+bench:
+	@DEPS=$(DEPS) sh tests/deps.sh bench
+	+@$(MAKE) -s DEPS=no all benches
+	sh tests/bench.sh $(BUILD)
+
+## lint: formatting, headers alone, symbol prefix, layers, man pages
+lint: $(LIB)
+	@BUILD=$(BUILD) sh tests/lint.sh
+format:
+	clang-format -i $$(git ls-files '*.c' '*.h' '*.cpp')
+
+## install: DESTDIR, PREFIX, BINDIR, LIBDIR, INCLUDEDIR, MANDIR
+install: all
+	$(INSTALL) -d $(DESTDIR)$(BINDIR) $(DESTDIR)$(LIBDIR)/pkgconfig \
+	    $(DESTDIR)$(LIBDIR)/iblbake $(DESTDIR)$(INCLUDEDIR)/ibl \
+	    $(DESTDIR)$(MANDIR)/man1
+	$(INSTALL) -m 755 $(BIN) $(DESTDIR)$(BINDIR)/iblbake
+	$(INSTALL) -m 644 $(LIB) $(DESTDIR)$(LIBDIR)/libiblbake.a
+	$(INSTALL) -m 644 include/ibl/ibl.h include/ibl/io.h \
+	    $(DESTDIR)$(INCLUDEDIR)/ibl
+	$(INSTALL) -m 644 man/iblbake.1 $(DESTDIR)$(MANDIR)/man1
+	if [ -e $(BRIDGE) ]; then $(INSTALL) -m 755 $(BRIDGE) \
+	    $(DESTDIR)$(LIBDIR)/iblbake; fi
+	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@LIBDIR@|$(LIBDIR)|' \
+	    -e 's|@INCLUDEDIR@|$(INCLUDEDIR)|' -e 's|@VERSION@|$(VERSION)|' \
+	    src/iblbake.pc.in > $(DESTDIR)$(LIBDIR)/pkgconfig/iblbake.pc
+
+## uninstall: remove what install put there
+uninstall:
+	rm -f $(DESTDIR)$(BINDIR)/iblbake $(DESTDIR)$(LIBDIR)/libiblbake.a \
+	    $(DESTDIR)$(LIBDIR)/iblbake/libiblbridge.so \
+	    $(DESTDIR)$(LIBDIR)/pkgconfig/iblbake.pc \
+	    $(DESTDIR)$(INCLUDEDIR)/ibl/ibl.h $(DESTDIR)$(INCLUDEDIR)/ibl/io.h \
+	    $(DESTDIR)$(MANDIR)/man1/iblbake.1
+	rmdir $(DESTDIR)$(LIBDIR)/iblbake $(DESTDIR)$(INCLUDEDIR)/ibl || true
 
 -include $(shell find $(BUILD)/obj -name '*.d' 2>/dev/null)
 

@@ -1,0 +1,80 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# What a reader should not have to check. BUILD names a built library.
+set -u
+build=${BUILD:-build}
+bad=0
+complain() { echo "lint: $*"; bad=$((bad + 1)); }
+files=$(git ls-files)
+code=$(git ls-files '*.c' '*.h' '*.cpp')
+
+for f in $code; do
+    clang-format --dry-run -Werror "$f" 2>/dev/null || complain "$f: format"
+done
+
+# White space at line ends, tabs, and a newline at the end of every text.
+for f in $files; do
+    case $f in *.exr | *.hdr | *.png) continue ;; esac
+    [ -f "$f" ] || continue
+    grep -nE '[[:blank:]]$' "$f" /dev/null && complain "$f: trailing blanks"
+    [ ! -s "$f" ] || [ -z "$(tail -c 1 "$f")" ] || complain "$f: no newline"
+done
+awk 'length > 80 { print FILENAME ":" FNR; n++ } END { exit n > 0 }' $code ||
+    complain 'lines over 80 columns'
+
+# Every header compiles alone, the public ones in C++ too.
+for h in $(git ls-files '*.h'); do
+    ${CC:-cc} -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -Itests \
+        $(pkg-config --cflags OpenEXR) -mavx2 -fsyntax-only -x c "$h" ||
+        complain "$h: does not compile alone"
+done
+for h in include/ibl/*.h; do
+    ${CXX:-c++} -std=c++11 -Wall -Wextra -Iinclude -fsyntax-only -x c++ "$h" ||
+        complain "$h: not C++"
+done
+
+# Names with external linkage carry the prefix.
+nm -g --defined-only "$build/libiblbake.a" |
+    awk 'NF == 3 && $3 !~ /^ibl_/ && $3 !~ /^(__|_GLOBAL|DW\.)/ \
+        { print $3; n++ } END { exit n > 0 }' ||
+    complain 'external names without ibl_'
+
+# Includes point downwards: room, then the rooms it may name.
+while read -r room allowed; do
+    for f in $(git ls-files "src/$room/*.[ch]" "src/$room/*.cpp"); do
+        sed -n 's/^#include "\(.*\)"/\1/p' "$f" | while read -r inc; do
+            case $inc in ibl/*) continue ;; esac
+            ok=
+            for a in $allowed; do
+                case $inc in "$a"/*) ok=1 ;; esac
+            done
+            [ -n "$ok" ] || echo "$f includes $inc"
+        done
+    done
+done >"$build/layers.txt" <<'ROOMS'
+core core
+image image core
+brdf brdf core
+kern kern core
+bake bake core image brdf kern
+io io core image kern
+cli cli
+ROOMS
+[ ! -s "$build/layers.txt" ] || {
+    cat "$build/layers.txt"
+    complain 'includes against the arrows'
+}
+for f in $(git ls-files 'src/cli/*'); do
+    grep -nE '#include "(core|image|brdf|kern|bake|io)/' "$f" &&
+        complain "$f: programs see include/ only"
+done
+grep -rn pthread_create src | grep -v '^src/core/pool.c' &&
+    complain 'threads are started in core/pool.c only'
+
+for page in man/*.[0-9]; do
+    [ -f "$page" ] || continue
+    mandoc -Tlint -Wstyle "$page" || complain "$page: mandoc"
+done
+
+[ $bad -eq 0 ] && echo 'lint: clean'
+[ $bad -eq 0 ]
