@@ -24,6 +24,8 @@ libclang-rt-14-dev:sanitizers_of_clang
 clang-format:make_lint
 mandoc:make_lint
 cmake:tests_the_CMake_example
+glslang-tools:tests_the_shader_lines
+man-db:tests_the_manual
 file:recognises_containers
 openimageio-tools:makes_test_images
 nodejs:runs_the_KTX_reader

@@ -1,0 +1,86 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# Installs into an empty root and uses what is there as a user would: the
+# program, the man page, the library from C and from C++ through pkg-config,
+# then uninstalls and finds nothing left.
+set -u
+build=${BUILD:-build}
+root=$(mktemp -d) || exit 1
+trap 'rm -rf "$root"' EXIT
+passed=0 failed=0
+ok() {
+    name=$1
+    shift
+    if "$@" >"$root.log" 2>&1; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "FAILED $name"
+        sed 's/^/    /' "$root.log"
+    fi
+    rm -f "$root.log"
+}
+prefix=$root/usr
+make=(make --no-print-directory DEPS=no BUILD="$build" PREFIX="$prefix")
+ok install "${make[@]}" install
+ok version "$prefix/bin/iblbake" --version
+ok bake "$prefix/bin/iblbake" -q data/sky.exr -o "$root/out" --size 16
+ok bridge "$prefix/bin/iblbake" -q data/studio.exr -o "$root/out" --size 16
+ok manual man -l "$prefix/share/man/man1/iblbake.1"
+
+export PKG_CONFIG_PATH=$prefix/lib/pkgconfig
+cat >"$root/use.c" <<'C'
+#include <ibl/ibl.h>
+#include <ibl/io.h>
+#include <stdio.h>
+int main(int argc, char **argv)
+{
+    ibl_ctx *ctx;
+    ibl_image env;
+    double sh[27];
+    if (argc != 2 || ibl_ctx_create(NULL, &ctx))
+        return 1;
+    if (ibl_image_read(ctx, argv[1], NULL, &env, NULL) ||
+        ibl_bake_sh(ctx, &env, 2, 0, sh))
+        return 1;
+    printf("%g\n", sh[0]);
+    ibl_image_free(&env);
+    ibl_ctx_free(ctx);
+    return !(sh[0] > 0);
+}
+C
+cp "$root/use.c" "$root/use.cpp"
+flags() { pkg-config "$@" iblbake; }
+ok c sh -c "cc '$root/use.c' -o '$root/use' $(flags --cflags --libs)"
+ok c-runs "$root/use" data/sky.exr
+ok c++ sh -c "c++ '$root/use.cpp' -o '$root/use++' $(flags --cflags --libs)"
+ok c++-runs "$root/use++" data/sky.exr
+
+# The bake alone needs nothing but the C library, as does our own .hdr code.
+cat >"$root/alone.c" <<'C'
+#include <ibl/ibl.h>
+int main(void)
+{
+    ibl_ctx *ctx;
+    ibl_cube cube;
+    float white[6] = {1, 1, 1, 1, 1, 1};
+    ibl_image env = {2, 1, white};
+    ibl_specular_options opts = ibl_specular_options_default();
+    opts.size = 8;
+    if (ibl_ctx_create(NULL, &ctx) ||
+        ibl_bake_specular(ctx, &env, &opts, &cube))
+        return 1;
+    ibl_cube_free(&cube);
+    ibl_ctx_free(ctx);
+    return 0;
+}
+C
+ok alone cc "$root/alone.c" -o "$root/alone" -I"$prefix/include" \
+    "$prefix/lib/libiblbake.a" -lm -pthread
+ok alone-runs "$root/alone"
+
+ok uninstall "${make[@]}" uninstall
+left=$(find "$prefix" -type f)
+ok nothing-left test -z "$left"
+echo "$passed passed, $failed failed"
+[ $failed -eq 0 ]

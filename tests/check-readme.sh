@@ -1,0 +1,79 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# Runs the examples of README.md as they stand there: the shell line, the
+# Makefile rule (with -j), the CMake list, and the shader lines through
+# glslang.
+set -u
+build=$(cd "${BUILD:-build}" && pwd) || exit 1
+top=$PWD
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+passed=0 failed=0
+ok() {
+    name=$1
+    shift
+    if "$@" >"$work/log" 2>&1; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "FAILED $name: $*"
+        sed 's/^/    /' "$work/log"
+    fi
+}
+# The first fenced block of a language.
+block() {
+    awk -v fence='```'"$1" '$0 == fence { on = 1; next }
+        on && /^```$/ { exit } on' "$top/README.md"
+}
+export PATH=$build:$PATH
+cd "$work" || exit 1
+mkdir env
+# Two maps of 8x4 pixels, flat RGBE.
+for name in noon dusk; do
+    { printf '#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n'
+      for i in $(seq 32); do printf '\200\100\040\201'; done; } >env/$name.hdr
+done
+
+cp env/noon.hdr env.hdr
+block sh >example.sh
+ok shell-there test -s example.sh
+ok shell sh -e example.sh
+ok shell-output test -s out/env_specular.ktx2
+
+block make >Makefile
+ok make-there test -s Makefile
+ok make make -j4
+for name in noon dusk; do
+    ok "make-$name" test -s lit/${name}_specular.ktx2 -a -s lit/$name.json
+done
+ok make-lut test -s lit/brdf_lut.ktx2
+ok make-idle make -q
+touch -d '+2 seconds' env/dusk.hdr
+make -j4 >again 2>&1
+ok make-one test "$(grep -c iblbake again)" = 1
+
+mkdir cmake && block cmake >cmake/CMakeLists.txt
+cp -r env cmake/env
+ok cmake-there test -s cmake/CMakeLists.txt
+ok cmake cmake -S cmake -B cmake/build
+ok cmake-build cmake --build cmake/build -j4
+ok cmake-output test -s cmake/build/lit/noon_specular.ktx2
+
+if command -v glslangValidator >/dev/null; then
+    { echo '#version 330 core'; block glsl
+      echo 'out vec4 color; uniform samplerCube s, i; uniform sampler2D l;
+        in vec3 n, v;
+        void main() { color = vec4(ibl(s, i, l, 6.0, n, v, vec3(1),
+            vec3(.04), .5), 1); }'; } >ibl.frag
+    ok glsl glslangValidator ibl.frag
+    { block hlsl
+      echo 'TextureCube s, i; Texture2D l; SamplerState f;
+        float4 main(float3 n : N, float3 v : V) : SV_Target
+        { return float4(ibl(s, i, l, f, 6, n, v, 1, .04, .5), 1); }'
+    } >ibl.hlsl
+    ok hlsl glslangValidator -D -S frag -e main -V -o ibl.spv ibl.hlsl
+else
+    echo 'skipped the shader lines: no glslangValidator (glslang-tools)'
+fi
+echo "$passed passed, $failed failed"
+[ $failed -eq 0 ]
