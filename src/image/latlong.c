@@ -32,9 +32,9 @@
 #define PI 3.14159265358979323846
 
 enum {
-    RGB1 = 4,              /* channels of a sum: R, G, B and L = 1 */
-    MIN_COLUMNS = 512,     /* keeps the straight pieces short */
-    TILE_TEXELS = 1 << 19, /* prefix sums held at once: 16 MiB */
+    RGB1 = 4,            /* channels of a sum: R, G, B and L = 1 */
+    MIN_COLUMNS = 512,   /* keeps the straight pieces short */
+    TILE_SUMS = 1 << 17, /* prefix sums held at once: 4 MiB */
     LINES_PER_JOB = 8,
     COLUMNS_PER_JOB = 64
 };
@@ -52,6 +52,7 @@ struct source {
     int columns, rows;
     double yaw;       /* radians, 0..2 pi */
     double *cosine;   /* rows + 1 */
+    double *per_row;  /* rows: 1 / (cosine[j] - cosine[j + 1]) */
     double *cos_edge; /* columns + 1: of the column boundaries' phi */
     double *sin_edge;
 };
@@ -111,6 +112,7 @@ static int ceil_div(int a, int b)
 static void source_free(struct source *s)
 {
     ibl_free(s->cosine);
+    ibl_free(s->per_row);
     ibl_free(s->cos_edge);
     ibl_free(s->sin_edge);
 }
@@ -129,14 +131,17 @@ static ibl_status source_init(ibl_ctx *ctx, const ibl_image *env,
     s->rows = env->height * s->scale_y;
 
     s->cosine = ibl_alloc_array((size_t)s->rows + 1, sizeof *s->cosine);
+    s->per_row = ibl_alloc_array((size_t)s->rows, sizeof *s->per_row);
     s->cos_edge = ibl_alloc_array((size_t)s->columns + 1, sizeof(double));
     s->sin_edge = ibl_alloc_array((size_t)s->columns + 1, sizeof(double));
-    if (!s->cosine || !s->cos_edge || !s->sin_edge) {
+    if (!s->cosine || !s->per_row || !s->cos_edge || !s->sin_edge) {
         source_free(s);
         return ibl_no_memory(ctx, "the source's tables");
     }
     for (int j = 0; j <= s->rows; j++)
         s->cosine[j] = cos(PI * j / s->rows);
+    for (int j = 0; j < s->rows; j++)
+        s->per_row[j] = 1 / (s->cosine[j] - s->cosine[j + 1]);
     for (int k = 0; k <= s->columns; k++) {
         const double phi = 2 * PI * k / s->columns - PI - s->yaw;
         s->cos_edge[k] = cos(phi);
@@ -260,8 +265,7 @@ static void add_mean(const struct source *s, const struct tile *t, int column,
                         (size_t)(row - t->top) * (size_t)t->columns +
                         (size_t)column;
     const sum4 *below = above + t->columns;
-    const double f =
-        (s->cosine[row] - mid) / (s->cosine[row] - s->cosine[row + 1]);
+    const double f = (s->cosine[row] - mid) * s->per_row[row];
     for (int c = 0; c < RGB1; c++)
         sum->v[c] += weight * (above->v[c] + f * (below->v[c] - above->v[c]));
 }
@@ -441,34 +445,36 @@ static void walk_lines(void *arg, int job, int worker)
 
 /* ---- texels ----------------------------------------------------------- */
 
-/* The integral along segment i of a line whose coordinate is `at` (0..n),
- * towards growing x or z. A walk runs the other way where turned is set. */
-static double segment(const struct face_job *f, int line, int i, bool turned,
-                      int channel)
+/* Adds sign times the integral along segment i of a line, i counted towards
+ * growing x, z or u. Where turned is set the walk ran the other way. */
+static void add_segment(const struct face_job *f, int line, int i, bool turned,
+                        double sign, sum4 *sum)
 {
     const int walked = turned ? f->n - 1 - i : i;
-    const double g =
-        f->edges[(size_t)line * (size_t)f->n + (size_t)walked].v[channel];
-    return turned ? -g : g;
+    const sum4 *g = f->edges + (size_t)line * (size_t)f->n + (size_t)walked;
+    if (turned)
+        sign = -sign;
+    for (int c = 0; c < RGB1; c++)
+        sum->v[c] += sign * g->v[c];
 }
 
 /* Loop integral around texel (x, z) of a pole's face, counted from the -x -z
  * corner. Lines of constant z run towards -x when z > 0, lines of constant x
  * towards -z when x < 0. */
-static double pole_loop(const struct face_job *f, int x, int z, int channel)
+static void pole_loop(const struct face_job *f, int x, int z, sum4 *sum)
 {
     const int n = f->n, columns = n + 1;
-    return segment(f, z, x, 2 * z > n, channel) -
-           segment(f, z + 1, x, 2 * (z + 1) > n, channel) +
-           segment(f, columns + x + 1, z, 2 * (x + 1) < n, channel) -
-           segment(f, columns + x, z, 2 * x < n, channel);
+    add_segment(f, z, x, 2 * z > n, 1, sum);
+    add_segment(f, z + 1, x, 2 * (z + 1) > n, -1, sum);
+    add_segment(f, columns + x + 1, z, 2 * (x + 1) < n, 1, sum);
+    add_segment(f, columns + x, z, 2 * x < n, -1, sum);
 }
 
-/* The same for a side: phi grows towards -right on every side face. */
-static double side_loop(const struct face_job *f, int x, int y, int channel)
+/* The same for a side: phi grows against u on every side face. */
+static void side_loop(const struct face_job *f, int x, int y, sum4 *sum)
 {
-    return segment(f, y, x, true, channel) -
-           segment(f, y + 1, x, true, channel);
+    add_segment(f, y, x, true, 1, sum);
+    add_segment(f, y + 1, x, true, -1, sum);
 }
 
 static void finish_row(void *arg, int y, int worker)
@@ -481,15 +487,16 @@ static void finish_row(void *arg, int y, int worker)
 
     memset(total, 0, sizeof *total);
     for (int x = 0; x < f->n; x++) {
-        double v[RGB1];
-        for (int c = 0; c < RGB1; c++)
-            v[c] = is_pole(f->axes) ? pole_loop(f, x, z, c)
-                                    : side_loop(f, x, y, c);
+        sum4 sum = {0};
+        if (is_pole(f->axes))
+            pole_loop(f, x, z, &sum);
+        else
+            side_loop(f, x, y, &sum);
         /* Below a bright pixel G is not 0 and leaves its rounding. */
         for (int c = 0; c < 3; c++)
-            out[3 * x + c] = (float)(v[c] > 0 ? v[c] / v[3] : 0);
+            out[3 * x + c] = (float)(sum.v[c] > 0 ? sum.v[c] / sum.v[3] : 0);
         for (int c = 0; c < RGB1; c++)
-            total->v[c] += v[c];
+            total->v[c] += sum.v[c];
     }
 }
 
@@ -514,6 +521,13 @@ static void set_rows(struct face_job *f)
     }
 }
 
+/* Columns of a tile of so many rows; their sums fit in TILE_SUMS. */
+static int tile_width(int rows)
+{
+    const int width = TILE_SUMS / (rows + 1);
+    return width < 1 ? 1 : width;
+}
+
 /* Columns that the face covers, from the first one. */
 static int set_columns(struct face_job *f)
 {
@@ -526,6 +540,7 @@ static int set_columns(struct face_job *f)
     return (int)ceil(column_of(f->src, foot + PI / 4)) - f->tile.first;
 }
 
+/* f has its buffers: edges for a pole's face, a tile's prefix sums. */
 static ibl_status filter_face(ibl_ctx *ctx, struct face_job *f)
 {
     const size_t edges = (size_t)line_count(f) * (size_t)f->n;
@@ -533,17 +548,8 @@ static ibl_status filter_face(ibl_ctx *ctx, struct face_job *f)
 
     set_rows(f);
     const int columns = set_columns(f), first = f->tile.first;
-    const int sums = f->tile.bottom - f->tile.top + 1;
-    int width = TILE_TEXELS / sums;
-    width = width < 1 ? 1 : width > columns ? columns : width;
-
-    f->edges = ibl_alloc_zeroed(edges, sizeof *f->edges);
-    f->tile.prefix =
-        ibl_alloc_array((size_t)sums * (size_t)width, sizeof *f->tile.prefix);
-    if (!f->edges || !f->tile.prefix) {
-        status = ibl_no_memory(ctx, "level 0");
-        goto done;
-    }
+    const int width = tile_width(f->tile.bottom - f->tile.top);
+    memset(f->edges, 0, edges * sizeof *f->edges);
     for (int done = 0; done < columns && !status; done += width) {
         const int left = columns - done;
         f->tile.first = first + done;
@@ -556,9 +562,6 @@ static ibl_status filter_face(ibl_ctx *ctx, struct face_job *f)
     }
     if (!status)
         status = ibl_run(ctx, NULL, f->n, finish_row, f);
-done:
-    ibl_free(f->tile.prefix);
-    ibl_free(f->edges);
     return status;
 }
 
@@ -625,39 +628,40 @@ static ibl_status keep_mean(ibl_ctx *ctx, const ibl_image *env,
 ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
                                  double yaw_deg, ibl_cube *cube)
 {
-    struct source src;
-    const int n = cube->size;
+    const size_t n = (size_t)cube->size;
+    struct source src = {0};
+    struct face_job f = {.src = &src, .n = cube->size};
+    sum4 *totals = NULL;
     ibl_status status;
 
     if (!isfinite(yaw_deg))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT, "the yaw must be finite");
-    status = source_init(ctx, env, yaw_deg, n, &src);
+    status = source_init(ctx, env, yaw_deg, cube->size, &src);
     if (status)
         return status;
-    double *corners = ibl_alloc_array(
-        (size_t)ibl_ctx_threads(ctx) * ((size_t)n + 1), sizeof *corners);
-    sum4 *totals = ibl_alloc_array(IBL_FACES * (size_t)n, sizeof *totals);
-    if (!corners || !totals) {
+    const size_t sums = src.rows < TILE_SUMS ? TILE_SUMS : src.rows + 1u;
+    f.tile.prefix = ibl_alloc_array(sums, sizeof *f.tile.prefix);
+    f.edges = ibl_alloc_array(2 * (n + 1) * n, sizeof *f.edges);
+    f.corners = ibl_alloc_array((size_t)ibl_ctx_threads(ctx) * (n + 1),
+                                sizeof *f.corners);
+    totals = ibl_alloc_array(IBL_FACES * n, sizeof *totals);
+    if (!f.tile.prefix || !f.edges || !f.corners || !totals)
         status = ibl_no_memory(ctx, "level 0");
-        goto done;
-    }
     for (int face = 0; face < IBL_FACES && !status; face++) {
-        struct face_job f = {.src = &src,
-                             .axes = &ibl_face[face],
-                             .n = n,
-                             .corners = corners,
-                             .texels = ibl_cube_face(cube, 0, face),
-                             .totals = totals + (size_t)face * (size_t)n};
         ibl_progress(ctx, "level 0", face / (double)IBL_FACES);
+        f.axes = &ibl_face[face];
+        f.texels = ibl_cube_face(cube, 0, face);
+        f.totals = totals + (size_t)face * n;
         status = filter_face(ctx, &f);
     }
     if (!status && src.bilinear)
         status = keep_mean(ctx, env, totals, cube);
     if (!status)
         ibl_progress(ctx, "level 0", 1);
-done:
     ibl_free(totals);
-    ibl_free(corners);
+    ibl_free(f.corners);
+    ibl_free(f.edges);
+    ibl_free(f.tile.prefix);
     source_free(&src);
     return status;
 }
