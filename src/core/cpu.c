@@ -7,6 +7,20 @@
 #include <string.h>
 #include <unistd.h>
 
+#if IBL_X86
+#include <cpuid.h>
+#endif
+
+#if IBL_X86
+/* Not every compiler's __builtin_cpu_supports knows "f16c"; its registers are
+ * AVX's, which that function has checked the system for. */
+static bool has_f16c(void)
+{
+    unsigned eax, ebx, ecx, edx;
+    return __get_cpuid(1, &eax, &ebx, &ecx, &edx) && (ecx & bit_F16C);
+}
+#endif
+
 bool ibl_cpu_has(ibl_isa isa)
 {
 #if IBL_X86
@@ -16,7 +30,7 @@ bool ibl_cpu_has(ibl_isa isa)
         return true;
     case IBL_ISA_AVX2:
         return __builtin_cpu_supports("avx2") &&
-               __builtin_cpu_supports("fma") && __builtin_cpu_supports("f16c");
+               __builtin_cpu_supports("fma") && has_f16c();
     case IBL_ISA_AVX512:
         return ibl_cpu_has(IBL_ISA_AVX2) && __builtin_cpu_supports("avx512f") &&
                __builtin_cpu_supports("avx512bw") &&
