@@ -1,0 +1,207 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The plain encoders. Sources: EXT_texture_shared_exponent (RGB9E5),
+ * EXT_packed_float (R11G11B10F), IEEE 754-2008 (halves).
+ */
+#include "kern/pixel.h"
+
+#include <float.h>
+#include <string.h>
+
+#include "core/half.h"
+
+static uint32_t bits_of(float f)
+{
+    uint32_t u;
+    memcpy(&u, &f, sizeof u);
+    return u;
+}
+
+static float power_of_two(int exponent)
+{
+    const uint32_t u = (uint32_t)(exponent + 127) << 23;
+    float f;
+    memcpy(&f, &u, sizeof f);
+    return f;
+}
+
+/* f within [-max, max], NaN as 0; one more in *beyond if it was outside. */
+static float clamp_signed(float f, float max, size_t *beyond)
+{
+    if (f != f)
+        return 0;
+    if (f > max || f < -max) {
+        ++*beyond;
+        return f > 0 ? max : -max;
+    }
+    return f;
+}
+
+/* f within [0, max], NaN as 0; one more in *beyond if it was above. */
+static float clamp_unsigned(float f, float max, size_t *beyond)
+{
+    if (!(f > 0))
+        return 0;
+    if (f > max) {
+        ++*beyond;
+        return max;
+    }
+    return f;
+}
+
+static uint16_t encode_half(float f, size_t *beyond)
+{
+    return ibl_half_from_float(clamp_signed(f, IBL_HALF_MAX, beyond));
+}
+
+size_t ibl_encode_rgba16f_c(const float *src, size_t count, void *dst)
+{
+    unsigned char *out = dst;
+    size_t beyond = 0;
+    for (size_t i = 0; i < count; i++, src += 3, out += 8) {
+        const uint16_t texel[4] = {
+            encode_half(src[0], &beyond), encode_half(src[1], &beyond),
+            encode_half(src[2], &beyond), 0x3C00 /* 1 */};
+        memcpy(out, texel, sizeof texel);
+    }
+    return beyond;
+}
+
+size_t ibl_encode_rg16f_c(const float *src, size_t count, void *dst)
+{
+    unsigned char *out = dst;
+    size_t beyond = 0;
+    for (size_t i = 0; i < count; i++, src += 2, out += 4) {
+        const uint16_t texel[2] = {encode_half(src[0], &beyond),
+                                   encode_half(src[1], &beyond)};
+        memcpy(out, texel, sizeof texel);
+    }
+    return beyond;
+}
+
+size_t ibl_encode_rgba32f_c(const float *src, size_t count, void *dst)
+{
+    unsigned char *out = dst;
+    size_t beyond = 0;
+    for (size_t i = 0; i < count; i++, src += 3, out += 16) {
+        const float texel[4] = {clamp_signed(src[0], FLT_MAX, &beyond),
+                                clamp_signed(src[1], FLT_MAX, &beyond),
+                                clamp_signed(src[2], FLT_MAX, &beyond), 1};
+        memcpy(out, texel, sizeof texel);
+    }
+    return beyond;
+}
+
+size_t ibl_encode_rg32f_c(const float *src, size_t count, void *dst)
+{
+    unsigned char *out = dst;
+    size_t beyond = 0;
+    for (size_t i = 0; i < count; i++, src += 2, out += 8) {
+        const float texel[2] = {clamp_signed(src[0], FLT_MAX, &beyond),
+                                clamp_signed(src[1], FLT_MAX, &beyond)};
+        memcpy(out, texel, sizeof texel);
+    }
+    return beyond;
+}
+
+/*
+ * The shared exponent of EXT_texture_shared_exponent, N = 9, B = 15: with
+ * floor(log2(max)) from the float's own exponent, one more if the largest
+ * mantissa would round up to 2^9. Mantissas are floor(x + 1/2); the sum is
+ * exact in double, in float 0.49999997 would become 1.
+ */
+static uint32_t encode_rgb9e5(const float rgb[3], size_t *beyond)
+{
+    enum {
+        N = 9,
+        B = 15
+    };
+    float c[3], max = 0;
+    for (int i = 0; i < 3; i++) {
+        c[i] = clamp_unsigned(rgb[i], IBL_RGB9E5_MAX, beyond);
+        max = c[i] > max ? c[i] : max;
+    }
+    const int floor_log2 = (int)(bits_of(max) >> 23) - 127;
+    int exponent = (floor_log2 > -B - 1 ? floor_log2 : -B - 1) + 1 + B;
+    double scale = power_of_two(B + N - exponent);
+    if ((uint32_t)(max * scale + 0.5) == 1u << N) {
+        exponent++;
+        scale /= 2;
+    }
+    uint32_t texel = (uint32_t)exponent << 27;
+    for (int i = 0; i < 3; i++)
+        texel |= (uint32_t)(c[i] * scale + 0.5) << (N * i);
+    return texel;
+}
+
+size_t ibl_encode_rgb9e5_c(const float *src, size_t count, void *dst)
+{
+    unsigned char *out = dst;
+    size_t beyond = 0;
+    for (size_t i = 0; i < count; i++, src += 3, out += 4) {
+        const uint32_t texel = encode_rgb9e5(src, &beyond);
+        memcpy(out, &texel, sizeof texel);
+    }
+    return beyond;
+}
+
+uint32_t ibl_small_float(float f, int mantissa)
+{
+    const uint32_t bits = bits_of(f);
+    const int drop = 23 - mantissa;
+
+    if (bits < 0x38800000) {
+        /* Below 2^-14 it counts in units of 2^(-14 - mantissa). Adding the
+         * power of two whose last bit is that unit leaves the count, rounded
+         * to even, in the sum's low bits. */
+        const float magic = power_of_two(drop - 14);
+        return bits_of(f + magic) - bits_of(magic);
+    }
+    /* As in ibl_half_from_float: add half less one, plus the bit that stays. */
+    const uint32_t half = (1u << (drop - 1)) - 1;
+    return (bits + half + (bits >> drop & 1) - (112u << 23)) >> drop;
+}
+
+size_t ibl_encode_r11g11b10f_c(const float *src, size_t count, void *dst)
+{
+    unsigned char *out = dst;
+    size_t beyond = 0;
+    for (size_t i = 0; i < count; i++, src += 3, out += 4) {
+        const float r = clamp_unsigned(src[0], IBL_SMALL11_MAX, &beyond);
+        const float g = clamp_unsigned(src[1], IBL_SMALL11_MAX, &beyond);
+        const float b = clamp_unsigned(src[2], IBL_SMALL10_MAX, &beyond);
+        const uint32_t texel = ibl_small_float(r, 6) |
+                               ibl_small_float(g, 6) << 11 |
+                               ibl_small_float(b, 5) << 22;
+        memcpy(out, &texel, sizeof texel);
+    }
+    return beyond;
+}
+
+void ibl_pixel_dsp_init(ibl_pixel_dsp *dsp, ibl_isa isa)
+{
+    if (isa == IBL_ISA_AUTO)
+        isa = ibl_isa_best();
+    *dsp = (ibl_pixel_dsp){{
+        [IBL_PIXEL_RGBA16F] = ibl_encode_rgba16f_c,
+        [IBL_PIXEL_RGBA32F] = ibl_encode_rgba32f_c,
+        [IBL_PIXEL_RGB9E5] = ibl_encode_rgb9e5_c,
+        [IBL_PIXEL_R11G11B10F] = ibl_encode_r11g11b10f_c,
+        [IBL_PIXEL_RG16F] = ibl_encode_rg16f_c,
+        [IBL_PIXEL_RG32F] = ibl_encode_rg32f_c,
+    }};
+#if IBL_X86
+    if (isa >= IBL_ISA_SSE2) {
+        dsp->encode[IBL_PIXEL_RGBA16F] = ibl_encode_rgba16f_sse2;
+        dsp->encode[IBL_PIXEL_RG16F] = ibl_encode_rg16f_sse2;
+    }
+    if (isa >= IBL_ISA_AVX2) {
+        dsp->encode[IBL_PIXEL_RGBA16F] = ibl_encode_rgba16f_avx2;
+        dsp->encode[IBL_PIXEL_RG16F] = ibl_encode_rg16f_avx2;
+    }
+    if (isa >= IBL_ISA_AVX512) {
+        dsp->encode[IBL_PIXEL_RGBA16F] = ibl_encode_rgba16f_avx512;
+        dsp->encode[IBL_PIXEL_RG16F] = ibl_encode_rg16f_avx512;
+    }
+#endif
+}

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Encoders of the pixel formats in ibl/io.h. Every version of one gives the
+ * same bytes and the same count as the plain one: they round alike, and there
+ * is nothing to sum.
+ */
+#ifndef IBL_KERN_PIXEL_H
+#define IBL_KERN_PIXEL_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "core/cpu.h"
+#include "ibl/io.h"
+
+/*
+ * Encodes count texels of ibl_pixel_channels(pixel) floats to count texels of
+ * ibl_pixel_bytes(pixel), as ibl_pixel_encode says. No alignment, any count;
+ * nothing outside of the two arrays is read or written. Returns how many
+ * components were beyond the largest finite value.
+ */
+typedef size_t ibl_encode_fn(const float *src, size_t count, void *dst);
+
+typedef struct ibl_pixel_dsp {
+    ibl_encode_fn *encode[IBL_PIXEL_COUNT];
+} ibl_pixel_dsp;
+
+/* isa must be one that this CPU has; IBL_ISA_AUTO is the best. */
+void ibl_pixel_dsp_init(ibl_pixel_dsp *dsp, ibl_isa isa);
+
+/* Floats of 5 exponent bits (bias 15), no sign and `mantissa` bits, of which
+ * R11G11B10F has three. f is not NaN, >= 0 and at most the largest finite
+ * value; ties go to even. */
+uint32_t ibl_small_float(float f, int mantissa);
+
+#define IBL_HALF_MAX 65504.0f    /* (2 - 2^-10) 2^15 */
+#define IBL_SMALL11_MAX 65024.0f /* (2 - 2^-6) 2^15 */
+#define IBL_SMALL10_MAX 64512.0f /* (2 - 2^-5) 2^15 */
+#define IBL_RGB9E5_MAX 65408.0f  /* 511/512 2^16 */
+
+ibl_encode_fn ibl_encode_rgba16f_c, ibl_encode_rg16f_c;
+ibl_encode_fn ibl_encode_rgba32f_c, ibl_encode_rg32f_c;
+ibl_encode_fn ibl_encode_rgb9e5_c, ibl_encode_r11g11b10f_c;
+
+#if IBL_X86
+ibl_encode_fn ibl_encode_rgba16f_sse2, ibl_encode_rg16f_sse2;
+ibl_encode_fn ibl_encode_rgba16f_avx2, ibl_encode_rg16f_avx2;
+ibl_encode_fn ibl_encode_rgba16f_avx512, ibl_encode_rg16f_avx512;
+#endif
+
+#endif

@@ -1,0 +1,313 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Pixel formats against tables of every value that a code stands for, built
+ * here with ldexp in doubles, and against the text of
+ * EXT_texture_shared_exponent written with log2 and pow.
+ */
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ibl/io.h"
+#include "test.h"
+
+/* Value of a code of 5 exponent bits, bias 15, and `mantissa` bits. */
+static double code_value(unsigned code, int mantissa)
+{
+    const int exponent = (int)(code >> mantissa);
+    const unsigned fraction = code & ((1u << mantissa) - 1);
+    if (!exponent)
+        return ldexp(fraction, -14 - mantissa);
+    return ldexp((1u << mantissa) + fraction, exponent - 15 - mantissa);
+}
+
+static unsigned finite_codes(int mantissa)
+{
+    return 31u << mantissa;
+}
+
+/* The code nearest to f >= 0, ties to the even one, by bisection. */
+static unsigned nearest_code(double f, int mantissa)
+{
+    unsigned low = 0, high = finite_codes(mantissa) - 1;
+    if (f >= code_value(high, mantissa))
+        return high;
+    while (high - low > 1) {
+        const unsigned middle = (low + high) / 2;
+        if (code_value(middle, mantissa) <= f)
+            low = middle;
+        else
+            high = middle;
+    }
+    const double below = f - code_value(low, mantissa);
+    const double above = code_value(high, mantissa) - f;
+    if (below == above)
+        return low & 1 ? high : low;
+    return below < above ? low : high;
+}
+
+static unsigned encode_half(float f)
+{
+    const float rg[2] = {0, f};
+    uint16_t out[2];
+    ibl_pixel_encode(IBL_PIXEL_RG16F, rg, 1, out);
+    return out[1];
+}
+
+static unsigned encode_11(float f)
+{
+    const float rgb[3] = {0, f, 0};
+    uint32_t out;
+    ibl_pixel_encode(IBL_PIXEL_R11G11B10F, rgb, 1, &out);
+    return out >> 11 & 0x7FF;
+}
+
+static unsigned encode_10(float f)
+{
+    const float rgb[3] = {0, 0, f};
+    uint32_t out;
+    ibl_pixel_encode(IBL_PIXEL_R11G11B10F, rgb, 1, &out);
+    return out >> 22;
+}
+
+typedef unsigned encoder(float f);
+
+/* Each code, the points halfway to the next and their float neighbours. */
+static void every_code(encoder *encode, int mantissa)
+{
+    for (unsigned code = 0; code < finite_codes(mantissa); code++) {
+        const float value = (float)code_value(code, mantissa);
+        CHECK_MSG(encode(value) == code, "%a gives %#x, not %#x", (double)value,
+                  encode(value), code);
+        if (code + 1 == finite_codes(mantissa))
+            break;
+        const float middle = (float)((code_value(code, mantissa) +
+                                      code_value(code + 1, mantissa)) /
+                                     2);
+        CHECK(encode(middle) == (code & 1 ? code + 1 : code));
+        CHECK(encode(nextafterf(middle, 0)) == code);
+        CHECK(encode(nextafterf(middle, FLT_MAX)) == code + 1);
+    }
+}
+
+static void random_values(encoder *encode, int mantissa)
+{
+    test_random r = {1};
+    for (int i = 0; i < 200000; i++) {
+        const float f = (float)ldexp(test_random_unit(&r),
+                                     (int)(test_random_u64(&r) % 46) - 28);
+        CHECK_MSG(encode(f) == nearest_code(f, mantissa),
+                  "%a gives %#x, nearest is %#x", (double)f, encode(f),
+                  nearest_code(f, mantissa));
+    }
+}
+
+static void halves(void)
+{
+    every_code(encode_half, 10);
+    random_values(encode_half, 10);
+}
+
+static void halves_both_signs(void)
+{
+    for (unsigned h = 0; h < 0x10000; h++) {
+        const uint16_t in[4] = {(uint16_t)h, 0x3C00, (uint16_t)h, 0x3C00};
+        float rgb[3];
+        uint16_t out[4];
+        const bool inf = (h & 0x7FFF) == 0x7C00, nan = (h & 0x7FFF) > 0x7C00;
+        ibl_pixel_decode(IBL_PIXEL_RGBA16F, in, 1, rgb);
+        if (!nan && !inf)
+            CHECK(rgb[0] == (h & 0x8000 ? -1 : 1) * code_value(h & 0x7FFF, 10));
+        const size_t beyond = ibl_pixel_encode(IBL_PIXEL_RGBA16F, rgb, 1, out);
+        const unsigned want = nan ? 0 : inf ? (h & 0x8000) | 0x7BFF : h;
+        CHECK(out[0] == want && out[2] == want && out[3] == 0x3C00);
+        CHECK(beyond == (inf ? 2 : 0));
+    }
+}
+
+static void small_floats(void)
+{
+    every_code(encode_11, 6);
+    every_code(encode_10, 5);
+    random_values(encode_11, 6);
+    random_values(encode_10, 5);
+}
+
+static void small_float_words(void)
+{
+    test_random r = {2};
+    for (int i = 0; i < 100000; i++) {
+        const unsigned red = (unsigned)(test_random_u64(&r) % (31 << 6));
+        const unsigned green = (unsigned)(test_random_u64(&r) % (31 << 6));
+        const unsigned blue = (unsigned)(test_random_u64(&r) % (31 << 5));
+        const uint32_t in = red | green << 11 | blue << 22;
+        uint32_t out;
+        float rgb[3];
+        ibl_pixel_decode(IBL_PIXEL_R11G11B10F, &in, 1, rgb);
+        CHECK(rgb[0] == code_value(red, 6) && rgb[1] == code_value(green, 6) &&
+              rgb[2] == code_value(blue, 5));
+        CHECK(ibl_pixel_encode(IBL_PIXEL_R11G11B10F, rgb, 1, &out) == 0);
+        CHECK(in == out);
+    }
+}
+
+/* Section 3.8.1.4 of EXT_texture_shared_exponent, N = 9, B = 15, Emax = 31. */
+static uint32_t shared_exponent(const float rgb[3])
+{
+    const double limit = (pow(2, 9) - 1) / pow(2, 9) * pow(2, 31 - 15);
+    double c[3];
+    for (int i = 0; i < 3; i++)
+        c[i] = rgb[i] > 0 ? fmin(limit, rgb[i]) : 0;
+    const double max = fmax(fmax(c[0], c[1]), c[2]);
+    const double preliminary =
+        max > 0 ? fmax(-15 - 1, floor(log2(max))) + 1 + 15 : 0;
+    const double max_s = floor(max / pow(2, preliminary - 15 - 9) + 0.5);
+    const double exponent = max_s == pow(2, 9) ? preliminary + 1 : preliminary;
+    uint32_t texel = (uint32_t)exponent << 27;
+    for (int i = 0; i < 3; i++)
+        texel |= (uint32_t)floor(c[i] / pow(2, exponent - 15 - 9) + 0.5)
+                 << (9 * i);
+    return texel;
+}
+
+static void check_rgb9e5(const float rgb[3])
+{
+    uint32_t out;
+    ibl_pixel_encode(IBL_PIXEL_RGB9E5, rgb, 1, &out);
+    CHECK_MSG(out == shared_exponent(rgb), "%a %a %a gives %#x, not %#x",
+              (double)rgb[0], (double)rgb[1], (double)rgb[2], out,
+              shared_exponent(rgb));
+}
+
+static void rgb9e5(void)
+{
+    test_random r = {3};
+    for (int i = 0; i < 300000; i++) {
+        const int exponent = (int)(test_random_u64(&r) % 48) - 30;
+        float rgb[3];
+        for (int c = 0; c < 3; c++)
+            rgb[c] = (float)ldexp(test_random_unit(&r),
+                                  exponent - (int)(test_random_u64(&r) % 4));
+        check_rgb9e5(rgb);
+    }
+    /* Around every power of two and every change of the largest mantissa. */
+    for (int e = -27; e <= 16; e++) {
+        for (int m = 255; m <= 513; m++) {
+            const float at = (float)ldexp(m - 0.5, e - 9);
+            const float values[3] = {nextafterf(at, 0), at,
+                                     nextafterf(at, FLT_MAX)};
+            for (int i = 0; i < 3; i++) {
+                check_rgb9e5((float[]){values[i], at / 3, 0});
+                check_rgb9e5((float[]){0, values[i] / 2, values[i]});
+            }
+        }
+    }
+}
+
+/* Every texel that the encoder can give comes back as itself. */
+static void rgb9e5_words(void)
+{
+    test_random r = {4};
+    for (uint32_t e = 0; e < 32; e++) {
+        for (uint32_t m = e ? 256 : 0; m < 512; m++) {
+            for (int place = 0; place < 3; place++) {
+                const uint32_t other =
+                    (uint32_t)(test_random_u64(&r) % (m + 1));
+                const uint32_t in = e << 27 | m << (9 * place) |
+                                    other << (9 * ((place + 1) % 3));
+                uint32_t out;
+                float rgb[3];
+                ibl_pixel_decode(IBL_PIXEL_RGB9E5, &in, 1, rgb);
+                CHECK(rgb[place] == ldexp(m, (int)e - 24));
+                CHECK(!ibl_pixel_encode(IBL_PIXEL_RGB9E5, rgb, 1, &out));
+                CHECK(in == out);
+            }
+        }
+    }
+}
+
+/* No texel at all holds the largest component more nearly. */
+static void rgb9e5_nearest(void)
+{
+    test_random r = {5};
+    for (int i = 0; i < 300; i++) {
+        const float f = (float)ldexp(1 + test_random_unit(&r),
+                                     (int)(test_random_u64(&r) % 40) - 25);
+        const float rgb[3] = {f / 3, f, f / 2};
+        uint32_t texel;
+        float got[3];
+        double best = INFINITY;
+        ibl_pixel_encode(IBL_PIXEL_RGB9E5, rgb, 1, &texel);
+        ibl_pixel_decode(IBL_PIXEL_RGB9E5, &texel, 1, got);
+        for (int e = 0; e < 32; e++) {
+            for (int m = 0; m < 512; m++)
+                best = fmin(best, fabs(f - ldexp(m, e - 24)));
+        }
+        CHECK_MSG(fabs((double)f - got[1]) == best, "%a: off by %g, best %g",
+                  (double)f, fabs((double)f - got[1]), best);
+    }
+}
+
+/* NaN, infinities, negatives and what lies beyond, counted. */
+static void limits(void)
+{
+    for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
+        const int channels = ibl_pixel_channels(p);
+        const bool sign = p != IBL_PIXEL_RGB9E5 && p != IBL_PIXEL_R11G11B10F;
+        const float max = ibl_pixel_max(p);
+        const struct {
+            float in, out;
+            size_t beyond;
+        } cases[] = {
+            {NAN, 0, 0},
+            {-NAN, 0, 0},
+            {INFINITY, max, 1},
+            {max, max, 0},
+            {nextafterf(max, INFINITY), max, 1},
+            {-1, sign ? -1 : 0, 0},
+            {-INFINITY, sign ? -max : 0, sign},
+            {-0.0f, sign ? -0.0f : 0, 0},
+            {0, 0, 0},
+        };
+        for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+            float in[3] = {cases[i].in, 0, 0}, out[3] = {9, 9, 9};
+            unsigned char texel[16];
+            const size_t beyond = ibl_pixel_encode(p, in, 1, texel);
+            ibl_pixel_decode(p, texel, 1, out);
+            CHECK_MSG(beyond == cases[i].beyond, "%s of %g: %zu beyond",
+                      ibl_pixel_name(p), (double)in[0], beyond);
+            CHECK_MSG(out[0] == cases[i].out &&
+                          !signbit(out[0]) == !signbit(cases[i].out),
+                      "%s of %g is %g", ibl_pixel_name(p), (double)in[0],
+                      (double)out[0]);
+            CHECK(out[1] == 0 && (channels == 2 || out[2] == 0));
+        }
+    }
+}
+
+static void floats_unchanged(void)
+{
+    const float in[6] = {FLT_TRUE_MIN, -FLT_MAX, 1e-39f, 3.14159f, -0.0f, 7};
+    float out[6];
+    unsigned char texels[2 * 16 + 1];
+    float alpha;
+    CHECK(ibl_pixel_encode(IBL_PIXEL_RGBA32F, in, 2, texels + 1) == 0);
+    memcpy(&alpha, texels + 1 + 12, sizeof alpha);
+    CHECK(alpha == 1);
+    ibl_pixel_decode(IBL_PIXEL_RGBA32F, texels + 1, 2, out);
+    CHECK(!memcmp(in, out, sizeof in));
+    CHECK(ibl_pixel_encode(IBL_PIXEL_RG32F, in, 3, texels + 1) == 0);
+    ibl_pixel_decode(IBL_PIXEL_RG32F, texels + 1, 3, out);
+    CHECK(!memcmp(in, out, sizeof in));
+}
+
+static const test tests[] = {
+    TEST(halves),           TEST(halves_both_signs),
+    TEST(small_floats),     TEST(small_float_words),
+    TEST(rgb9e5),           TEST(rgb9e5_words),
+    TEST(rgb9e5_nearest),   TEST(limits),
+    TEST(floats_unchanged),
+};
+
+TEST_MAIN(tests)
