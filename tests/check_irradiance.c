@@ -1,0 +1,333 @@
+/* SPDX-License-Identifier: MIT */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "test.h"
+#include "truth.h"
+
+static const double pi = 3.14159265358979323846;
+
+static ibl_image make_map(ibl_ctx *ctx, int w, int h)
+{
+    ibl_image env = {0};
+
+    if (ibl_image_alloc(ctx, w, h, &env))
+        exit(1);
+    memset(env.data, 0, 3 * sizeof *env.data * (size_t)w * (size_t)h);
+    return env;
+}
+
+static float *pixel(const ibl_image *env, int i, int j)
+{
+    return env->data + 3 * ((size_t)j * (size_t)env->width + (size_t)i);
+}
+
+static void fill_random(const ibl_image *env, uint64_t seed)
+{
+    test_random rnd = {seed};
+
+    for (size_t k = 0; k < 3 * (size_t)env->width * (size_t)env->height; k++)
+        env->data[k] = (float)pow(test_random_unit(&rnd), 4.0);
+}
+
+static ibl_cube bake(ibl_ctx *ctx, const ibl_image *env, int size, double yaw)
+{
+    ibl_irradiance_options opts = ibl_irradiance_options_default();
+    ibl_cube cube = {0};
+
+    opts.size = size;
+    opts.yaw_deg = yaw;
+    if (ibl_bake_irradiance(ctx, env, &opts, &cube))
+        exit(1);
+    return cube;
+}
+
+static const float *texel(const ibl_cube *cube, int face, int x, int y)
+{
+    return ibl_cube_face(cube, 0, face) +
+           3 * ((size_t)y * (size_t)cube->size + (size_t)x);
+}
+
+static size_t floats(const ibl_cube *cube)
+{
+    return 3 * ibl_cube_texels(cube->size, cube->levels);
+}
+
+/* Every texel of the cube against the sum over all pixels; the world's
+ * normal is turned by +yaw into the map. */
+static void against_truth(const ibl_image *env, const ibl_cube *cube,
+                          double yaw_deg, int stride)
+{
+    const int n = cube->size;
+    const double c = cos(yaw_deg / 180 * pi), s = sin(yaw_deg / 180 * pi);
+
+    for (int k = 0; k < IBL_FACES * n * n; k += stride) {
+        double dir[3], map[3], rgb[3];
+        const int face = k / (n * n), y = k / n % n, x = k % n;
+        truth_cube_direction(n, face, x, y, dir);
+        map[0] = dir[0] * c - dir[2] * s;
+        map[1] = dir[1];
+        map[2] = dir[2] * c + dir[0] * s;
+        truth_irradiance(env, map, rgb);
+        for (int ch = 0; ch < 3; ch++) {
+            const double got = texel(cube, face, x, y)[ch];
+            CHECK_MSG(fabs(got - rgb[ch]) <= 6.1e-8 * rgb[ch] + 1e-30,
+                      "%dx%d yaw %g, face %d (%d, %d): %.9g, not %.9g",
+                      env->width, env->height, yaw_deg, face, x, y, got,
+                      rgb[ch]);
+        }
+    }
+}
+
+static void random_maps(void)
+{
+    static const int sizes[][2] = {{3, 2},   {4, 2},   {5, 3},  {7, 4}, {17, 9},
+                                   {32, 16}, {61, 31}, {8, 64}, {64, 3}};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+
+    for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
+        ibl_image env = make_map(ctx, sizes[k][0], sizes[k][1]);
+        fill_random(&env, k + 1);
+        for (int size = 1; size <= 10; size += 3) {
+            ibl_cube cube = bake(ctx, &env, size, 0.0);
+            against_truth(&env, &cube, 0.0, 1);
+            ibl_cube_free(&cube);
+            cube = bake(ctx, &env, size, -412.3);
+            against_truth(&env, &cube, -412.3, 1);
+            ibl_cube_free(&cube);
+        }
+        ibl_image_free(&env);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* More families of texels than fit one round, and more rows. */
+static void large_cube(void)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_image env = make_map(ctx, 90, 45);
+
+    fill_random(&env, 5);
+    ibl_cube cube = bake(ctx, &env, 101, 10.0);
+    against_truth(&env, &cube, 10.0, 97);
+    ibl_cube_free(&cube);
+    ibl_image_free(&env);
+    ibl_ctx_free(ctx);
+}
+
+/* Any constant comes back to the bit, from any map, the smallest too, whose
+ * one pixel some normals do not see. */
+static void constant_maps(void)
+{
+    static const int sizes[][2] = {{1, 1}, {2, 1},  {1, 2},    {3, 2},
+                                   {2, 7}, {16, 8}, {127, 61}, {256, 128}};
+    static const float values[] = {0.0f, 1.0f, 0.1f, 1e-30f, 86528.0f, 3e38f};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+
+    for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
+        ibl_image env = make_map(ctx, sizes[k][0], sizes[k][1]);
+        for (size_t v = 0; v < 6; v++) {
+            for (int i = 0; i < 3 * env.width * env.height; i++)
+                env.data[i] = values[(v + (size_t)i % 3) % 6];
+            ibl_cube cube = bake(ctx, &env, 7 + (int)v, 33.0 * (double)v);
+            for (size_t i = 0; i < floats(&cube); i++)
+                CHECK_MSG(cube.data[i] == values[(v + i % 3) % 6],
+                          "%dx%d: %.9g, not %.9g", env.width, env.height,
+                          (double)cube.data[i],
+                          (double)values[(v + i % 3) % 6]);
+            ibl_cube_free(&cube);
+        }
+        ibl_image_free(&env);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* One pixel of 1e6 gives L max(N.L, 0) dO / pi, up to the error of the sum
+ * of weights against pi; normals that face away stay exactly black. */
+static void one_pixel_sun(void)
+{
+    static const int suns[][2] = {{0, 0},    {5, 0},    {0, 127}, {0, 64},
+                                  {255, 64}, {128, 63}, {77, 30}};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+
+    for (size_t k = 0; k < sizeof suns / sizeof suns[0]; k++) {
+        ibl_image env = make_map(ctx, 256, 128);
+        double sun[3];
+        truth_latlong_direction(256, 128, suns[k][0], suns[k][1], sun);
+        const double angle = truth_latlong_solid_angle(256, 128, suns[k][1]);
+        pixel(&env, suns[k][0], suns[k][1])[1] = 1e6f;
+        ibl_cube cube = bake(ctx, &env, 16, 0.0);
+        for (int t = 0; t < IBL_FACES * 256; t++) {
+            double dir[3];
+            const float *got = texel(&cube, t / 256, t % 16, t / 16 % 16);
+            truth_cube_direction(16, t / 256, t % 16, t / 16 % 16, dir);
+            const double c =
+                dir[0] * sun[0] + dir[1] * sun[1] + dir[2] * sun[2];
+            const double want = c > 0.0 ? 1e6 * c * angle / pi : 0.0;
+            CHECK_NEAR(got[1], want, 1e-3 * want + 1e-9);
+            CHECK(got[0] == 0.0f && got[2] == 0.0f);
+            CHECK(c > -1e-12 || got[1] == 0.0f);
+        }
+        ibl_cube_free(&cube);
+        ibl_image_free(&env);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* Radiance max(L.Y, 0): irradiance / pi is 2/3 looking up, 0 looking down and
+ * 2/(3 pi) at the horizon (integrals of cos^2, and of cos over a quarter
+ * sphere times sin^2). */
+static void cosine_lobe(void)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_image env = make_map(ctx, 512, 256);
+
+    for (int j = 0; j < 128; j++) {
+        for (int i = 0; i < 512; i++)
+            pixel(&env, i, j)[0] = (float)cos(pi * (j + 0.5) / 256);
+    }
+    ibl_cube cube = bake(ctx, &env, 1, 0.0);
+    CHECK_NEAR(texel(&cube, 2, 0, 0)[0], 2.0 / 3.0, 1e-4);
+    CHECK(texel(&cube, 3, 0, 0)[0] < 1e-15f);
+    CHECK_NEAR(texel(&cube, 0, 0, 0)[0], 2.0 / (3.0 * pi), 1e-4);
+    CHECK_NEAR(texel(&cube, 5, 0, 0)[0], 2.0 / (3.0 * pi), 1e-4);
+    ibl_cube_free(&cube);
+    ibl_image_free(&env);
+    ibl_ctx_free(ctx);
+}
+
+/* At a quarter turn counter-clockwise seen from above, what was at +Z comes
+ * to +X, and the top face turns in its plane. */
+static void quarter_turn(void)
+{
+    static const int from[] = {4, 5, 2, 3, 1, 0};
+    const int n = 6;
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    ibl_image env = make_map(ctx, 40, 20);
+
+    fill_random(&env, 9);
+    ibl_cube a = bake(ctx, &env, n, 0.0), b = bake(ctx, &env, n, 90.0);
+    for (int k = 0; k < IBL_FACES * n * n; k++) {
+        const int face = k / (n * n), y = k / n % n, x = k % n;
+        int sx = x, sy = y;
+        if (face == 2)
+            sx = n - 1 - y, sy = x;
+        else if (face == 3)
+            sx = y, sy = n - 1 - x;
+        const float *got = texel(&b, face, x, y);
+        const float *want = texel(&a, from[face], sx, sy);
+        for (int ch = 0; ch < 3; ch++)
+            CHECK_NEAR(got[ch], want[ch], 1.2e-7 * want[ch]);
+    }
+    ibl_cube_free(&a);
+    ibl_cube_free(&b);
+    ibl_image_free(&env);
+    ibl_ctx_free(ctx);
+}
+
+static void threads_and_isa(void)
+{
+    static const int threads[] = {1, 2, 7};
+    ibl_cube first = {0};
+
+    for (int isa = IBL_ISA_C; isa <= (int)ibl_isa_best(); isa++) {
+        ibl_cube same = {0};
+        for (int k = 0; k < 3; k++) {
+            ibl_ctx *ctx = test_ctx(threads[k], (ibl_isa)isa);
+            ibl_image env = make_map(ctx, 150, 75);
+            fill_random(&env, 3);
+            pixel(&env, 17, 20)[2] = 3e5f;
+            ibl_cube cube = bake(ctx, &env, 33, 12.0);
+            if (!k)
+                same = cube;
+            else
+                CHECK(!memcmp(cube.data, same.data,
+                              floats(&cube) * sizeof *cube.data));
+            if (k)
+                ibl_cube_free(&cube);
+            ibl_image_free(&env);
+            ibl_ctx_free(ctx);
+        }
+        if (!first.data)
+            first = same;
+        for (size_t i = 0; i < floats(&same); i++)
+            CHECK_NEAR(same.data[i], first.data[i],
+                       1.2e-7 * first.data[i] + 1e-12);
+        if (same.data != first.data)
+            ibl_cube_free(&same);
+    }
+    ibl_cube_free(&first);
+}
+
+static void bad_options(void)
+{
+    ibl_ctx_options co = ibl_ctx_options_default();
+    test_messages kept = {{{0}}};
+    ibl_ctx *ctx;
+    co.threads = 1;
+    co.log = test_keep;
+    co.log_cookie = &kept;
+    NEED(!ibl_ctx_create(&co, &ctx));
+    ibl_image env = make_map(ctx, 4, 2);
+    ibl_cube cube = {0};
+    ibl_irradiance_options opts = ibl_irradiance_options_default();
+
+    CHECK(opts.size == 32 && opts.step == 0.0 && opts.yaw_deg == 0.0);
+    opts.size = 0;
+    CHECK(ibl_bake_irradiance(ctx, &env, &opts, &cube) == IBL_ERR_ARGUMENT);
+    CHECK(strstr(kept.text[IBL_LOG_ERROR], "size 0"));
+    opts.size = IBL_MAX_CUBE_SIZE + 1;
+    CHECK(ibl_bake_irradiance(ctx, &env, &opts, &cube) == IBL_ERR_ARGUMENT);
+    opts = ibl_irradiance_options_default();
+    opts.step = 0.6;
+    CHECK(ibl_bake_irradiance(ctx, &env, &opts, &cube) == IBL_ERR_ARGUMENT);
+    opts.step = NAN;
+    CHECK(ibl_bake_irradiance(ctx, &env, &opts, &cube) == IBL_ERR_ARGUMENT);
+    opts.step = -0.1;
+    CHECK(ibl_bake_irradiance(ctx, &env, &opts, &cube) == IBL_ERR_ARGUMENT);
+    opts = ibl_irradiance_options_default();
+    opts.yaw_deg = INFINITY;
+    CHECK(ibl_bake_irradiance(ctx, &env, &opts, &cube) == IBL_ERR_ARGUMENT);
+    CHECK(!cube.data);
+    ibl_ctx_cancel(ctx);
+    CHECK(ibl_bake_irradiance(ctx, &env, NULL, &cube) == IBL_ERR_CANCELLED);
+    CHECK(!cube.data);
+    ibl_image_free(&env);
+    ibl_ctx_free(ctx);
+}
+
+static void count_progress(void *cookie, const char *stage, double done)
+{
+    double *seen = cookie;
+
+    CHECK(!strcmp(stage, "irradiance"));
+    CHECK(done >= seen[2] && done <= 1.0);
+    seen[0] += done == 0.0;
+    seen[1] += done == 1.0;
+    seen[2] = done;
+}
+
+static void progress(void)
+{
+    double seen[3] = {0};
+    ibl_ctx_options co = ibl_ctx_options_default();
+    ibl_ctx *ctx;
+
+    co.progress = count_progress;
+    co.progress_cookie = seen;
+    NEED(!ibl_ctx_create(&co, &ctx));
+    ibl_image env = make_map(ctx, 300, 150);
+    ibl_cube cube = bake(ctx, &env, 70, 0.0);
+    CHECK(seen[0] == 1.0 && seen[1] == 1.0);
+    ibl_cube_free(&cube);
+    ibl_image_free(&env);
+    ibl_ctx_free(ctx);
+}
+
+static const test tests[] = {
+    TEST(random_maps),     TEST(large_cube),  TEST(constant_maps),
+    TEST(one_pixel_sun),   TEST(cosine_lobe), TEST(quarter_turn),
+    TEST(threads_and_isa), TEST(bad_options), TEST(progress),
+};
+TEST_MAIN(tests)
