@@ -1,0 +1,615 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * How far a bake is from the truth, beside cmgen of Filament.
+ *
+ *     make bench, or: build/tests/bench_quality --help
+ *
+ * Specular: at a set of texels per level, a third of them within 20 degrees
+ * of the map's brightest pixel, the rest stratified over the sphere,
+ *     nRMSE = sqrt(mean (x - t)^2) / sqrt(mean t^2)
+ * over texels and channels, t the sum over every pixel of the source (level
+ * 0: the source's average over the texel). Both programs are judged at the
+ * same directions by the same code.
+ * LUT: the largest absolute difference from the integrals.
+ */
+#include "ibl/io.h"
+#include "test.h"
+#include "truth.h"
+
+#include <getopt.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+static const double pi = 3.14159265358979323846;
+
+typedef struct settings {
+    const char *env;   /* path */
+    const char *cmgen; /* folder of faces m0_px.exr ..; NULL: run it */
+    int with_cmgen, with_specular, with_lut;
+    int threads, texels, lut_samples, seed;
+    ibl_isa isa;
+    ibl_specular_options spec;
+} settings;
+
+/* One texel that is judged. */
+typedef struct probe {
+    int face, x, y, near; /* near: within 20 degrees of the brightest pixel */
+    double dir[3], truth[3];
+} probe;
+
+typedef struct probes {
+    int count, near;
+    probe *list;
+} probes;
+
+typedef struct errors {
+    double all, near, rest; /* nRMSE */
+} errors;
+
+static double seconds(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static void *need(void *p)
+{
+    if (!p) {
+        fprintf(stderr, "bench_quality: out of memory\n");
+        exit(1);
+    }
+    return p;
+}
+
+/* ---- which texels ---------------------------------------------------- */
+
+/* The texel that a direction falls in: the inverse of the cube rule. */
+static void texel_of(int n, const double d[3], int *face, int *x, int *y)
+{
+    int axis = 0;
+    for (int k = 1; k < 3; k++)
+        if (fabs(d[k]) > fabs(d[axis]))
+            axis = k;
+    const int f = 2 * axis + (d[axis] < 0.0);
+    const double u[6] = {-d[2], d[2], d[0], d[0], d[0], -d[0]};
+    const double v[6] = {-d[1], -d[1], d[2], -d[2], -d[1], -d[1]};
+    const double ma = fabs(d[axis]);
+    const int i = (int)floor((u[f] / ma + 1.0) / 2.0 * n);
+    const int j = (int)floor((v[f] / ma + 1.0) / 2.0 * n);
+    *face = f;
+    *x = i >= n ? n - 1 : i;
+    *y = j >= n ? n - 1 : j;
+}
+
+static void brightest(const ibl_image *env, double dir[3])
+{
+    float best = -1.0f;
+    int at = 0;
+    for (int i = 0; i < env->width * env->height; i++) {
+        const float *p = env->data + 3 * (size_t)i;
+        if (p[0] + p[1] + p[2] > best) {
+            best = p[0] + p[1] + p[2];
+            at = i;
+        }
+    }
+    truth_latlong_direction(env->width, env->height, at % env->width,
+                            at / env->width, dir);
+}
+
+static probe probe_at(int n, int face, int x, int y, const double sun[3])
+{
+    probe p = {.face = face, .x = x, .y = y};
+    truth_cube_direction(n, face, x, y, p.dir);
+    p.near = p.dir[0] * sun[0] + p.dir[1] * sun[1] + p.dir[2] * sun[2] >
+             cos(20.0 * pi / 180.0);
+    return p;
+}
+
+/* Up to want of the texels near the sun, each once (selection sampling). */
+static void pick_near(probes *set, int n, int want, const double sun[3],
+                      test_random *r)
+{
+    int left = 0;
+    for (int pass = 0; pass < 2; pass++) {
+        for (int k = 0; k < 6 * n * n; k++) {
+            const probe p = probe_at(n, k / (n * n), k % n, k / n % n, sun);
+            if (!p.near)
+                continue;
+            if (pass == 0) {
+                left++;
+            } else if (test_random_unit(r) * left-- < want) {
+                set->list[set->count++] = p;
+                want--;
+            }
+        }
+    }
+    set->near = set->count;
+}
+
+/* One texel from each of `want` cells of equal solid angle, in a golden
+ * spiral turned and shaken at random. */
+static void pick_rest(probes *set, int n, int want, const double sun[3],
+                      test_random *r)
+{
+    const double turn = test_random_unit(r);
+    for (int k = 0; k < want; k++) {
+        const double y = 1.0 - 2.0 * (k + test_random_unit(r)) / want;
+        const double phi = 2.0 * pi * (turn + k * 0.6180339887498949);
+        const double s = sqrt(1.0 - y * y);
+        const double d[3] = {s * cos(phi), y, s * sin(phi)};
+        int face, i, j;
+        texel_of(n, d, &face, &i, &j);
+        set->list[set->count++] = probe_at(n, face, i, j, sun);
+    }
+}
+
+/* A third near the sun where the level has as many, at least 100 in all. */
+static probes pick(const ibl_image *env, int n, int texels, int seed)
+{
+    probes set = {0, 0, need(calloc((size_t)texels, sizeof(probe)))};
+    test_random r = {(uint64_t)seed};
+    double sun[3];
+    brightest(env, sun);
+    pick_near(&set, n, texels / 3, sun, &r);
+    const int rest = 2 * set.near < 100 - set.near ? 100 - set.near
+                     : set.near == texels / 3      ? texels - set.near
+                                                   : 2 * set.near;
+    pick_rest(&set, n, rest, sun, &r);
+    return set;
+}
+
+static void find_truth(probes *set, const ibl_image *env, int n, double r)
+{
+    for (int k = 0; k < set->count; k++) {
+        probe *p = &set->list[k];
+        if (r > 0.0)
+            truth_specular(env, p->dir, r, p->truth);
+        else
+            truth_texel(env, n, p->face, p->x, p->y, 64, p->truth);
+    }
+}
+
+/* ---- how far --------------------------------------------------------- */
+
+static const float *texel(const ibl_cube *cube, int level, int face, int x,
+                          int y)
+{
+    const size_t n = (size_t)ibl_cube_edge(cube->size, level);
+    return ibl_cube_face(cube, level, face) + 3 * ((size_t)y * n + (size_t)x);
+}
+
+static double ratio(double squares, double norm)
+{
+    return norm > 0.0 ? sqrt(squares / norm) : 0.0;
+}
+
+static errors judge(const ibl_cube *cube, int level, const probes *set)
+{
+    double squares[2] = {0, 0}, norm[2] = {0, 0};
+    for (int k = 0; k < set->count; k++) {
+        const probe *p = &set->list[k];
+        const float *x = texel(cube, level, p->face, p->x, p->y);
+        for (int c = 0; c < 3; c++) {
+            const double e = (double)x[c] - p->truth[c];
+            squares[p->near] += e * e;
+            norm[p->near] += p->truth[c] * p->truth[c];
+        }
+    }
+    return (errors){ratio(squares[0] + squares[1], norm[0] + norm[1]),
+                    ratio(squares[1], norm[1]), ratio(squares[0], norm[0])};
+}
+
+/* Mean radiance of a level over that of the source, over the channels. */
+static double energy(const ibl_cube *cube, int level, const ibl_image *env)
+{
+    const int n = ibl_cube_edge(cube->size, level);
+    double sum = 0.0, weights = 0.0, mean[3];
+    for (int k = 0; k < 6 * n * n; k++) {
+        const int x = k % n, y = k / n % n;
+        const double u = (2 * x + 1.0) / n - 1.0, v = (2 * y + 1.0) / n - 1.0;
+        const double w = pow(1.0 + u * u + v * v, -1.5);
+        const float *p = texel(cube, level, k / (n * n), x, y);
+        sum += w * ((double)p[0] + (double)p[1] + (double)p[2]);
+        weights += w;
+    }
+    truth_mean(env, mean);
+    return sum / weights / (mean[0] + mean[1] + mean[2]);
+}
+
+/* ---- cmgen ----------------------------------------------------------- */
+
+/* Runs cmgen into dir; false if it is not there or fails. */
+static bool run_cmgen(const settings *s, const char *dir)
+{
+    char ld[512], size[32], samples[48];
+    int status;
+    snprintf(ld, sizeof ld, "--ibl-ld=%s", dir);
+    snprintf(size, sizeof size, "--size=%d", s->spec.size);
+    snprintf(samples, sizeof samples, "--ibl-samples=%d", s->spec.samples);
+    const pid_t pid = fork();
+    if (pid == 0) {
+        execlp("cmgen", "cmgen", "-q", "--format=exr", size, samples, ld,
+               s->env, (char *)NULL);
+        _exit(127);
+    }
+    return pid > 0 && waitpid(pid, &status, 0) == pid && status == 0;
+}
+
+/* Reads DIR/mLEVEL_FACE.exr as they are. */
+static bool read_faces(ibl_ctx *ctx, const char *dir, ibl_cube *cube)
+{
+    static const char *const names[] = {"px", "nx", "py", "ny", "pz", "nz"};
+    ibl_read_options opts = ibl_read_options_default();
+    opts.any_aspect = 1;
+    for (int k = 0; k < 6 * cube->levels; k++) {
+        const int n = ibl_cube_edge(cube->size, k / 6);
+        char path[600];
+        ibl_image img;
+        snprintf(path, sizeof path, "%s/m%d_%s.exr", dir, k / 6, names[k % 6]);
+        if (ibl_image_read(ctx, path, &opts, &img, NULL))
+            return false;
+        const bool fits = img.width == n && img.height == n;
+        if (fits)
+            memcpy(ibl_cube_face(cube, k / 6, k % 6), img.data,
+                   3 * sizeof(float) * (size_t)n * (size_t)n);
+        ibl_image_free(&img);
+        if (!fits) {
+            fprintf(stderr, "%s: not %d x %d\n", path, n, n);
+            return false;
+        }
+    }
+    return true;
+}
+
+/* The k-th of the 48 symmetries of the cube: signs and order of the axes. */
+static void symmetry(int k, const double d[3], double e[3])
+{
+    static const int order[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
+                                    {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+    for (int c = 0; c < 3; c++)
+        e[c] = (k >> c & 1 ? -1.0 : 1.0) * d[order[k / 8][c]];
+}
+
+/* dst's texel at d is src's at symmetry(d). */
+static void turn_level(const ibl_cube *src, int level, int sym, ibl_cube *dst)
+{
+    const int n = ibl_cube_edge(src->size, level);
+    float *out = ibl_cube_face(dst, level, 0);
+    for (int k = 0; k < 6 * n * n; k++) {
+        double d[3], e[3];
+        int face, x, y;
+        truth_cube_direction(n, k / (n * n), k % n, k / n % n, d);
+        symmetry(sym, d, e);
+        texel_of(n, e, &face, &x, &y);
+        memcpy(out + 3 * (size_t)k, texel(src, level, face, x, y),
+               3 * sizeof(float));
+    }
+}
+
+/*
+ * Which way cmgen's cube lies is measured: of the 48 symmetries the one whose
+ * level 1 is nearest to the truth. Turns all levels of raw into cube.
+ */
+static void align(const ibl_cube *raw, const probes *set, ibl_cube *cube)
+{
+    double best = INFINITY, next = INFINITY, axes[3];
+    const double xyz[3] = {1, 2, 3};
+    const int level = raw->levels > 1;
+    int sym = 0;
+    for (int k = 0; k < 48; k++) {
+        turn_level(raw, level, k, cube);
+        const double e = judge(cube, level, set).all;
+        if (e < best) {
+            next = best;
+            best = e;
+            sym = k;
+        } else {
+            next = fmin(next, e);
+        }
+    }
+    for (int l = 0; l < raw->levels; l++)
+        turn_level(raw, l, sym, cube);
+    symmetry(sym, xyz, axes);
+    printf("cmgen's cube: its x y z are our");
+    for (int c = 0; c < 3; c++)
+        printf(" %c%c", axes[c] < 0 ? '-' : '+', "xyz"[(int)fabs(axes[c]) - 1]);
+    printf("; level %d nRMSE %.3f so, %.3f the next best way\n", level, best,
+           next);
+}
+
+/* cmgen's levels in our convention; false with a word if there are none. */
+static bool cmgen_cube(ibl_ctx *ctx, const settings *s, const probes *set,
+                       ibl_cube *cube)
+{
+    const char *stem = strrchr(s->env, '/');
+    char dir[512];
+    ibl_cube raw = {0};
+    bool ok = false;
+    stem = stem ? stem + 1 : s->env;
+    if (s->cmgen) {
+        snprintf(dir, sizeof dir, "%s", s->cmgen);
+    } else {
+        const double start = seconds();
+        if (!run_cmgen(s, test_dir())) {
+            printf("cmgen (Debian: libfilament-tools) did not run\n");
+            return false;
+        }
+        printf("cmgen --ibl-ld: %.3f s with its start, decoding, level 0\n",
+               seconds() - start);
+        snprintf(dir, sizeof dir, "%s/%.*s", test_dir(),
+                 (int)strcspn(stem, "."), stem);
+    }
+    if (ibl_cube_alloc(ctx, s->spec.size, s->spec.levels, &raw) == 0 &&
+        ibl_cube_alloc(ctx, s->spec.size, s->spec.levels, cube) == 0 &&
+        read_faces(ctx, dir, &raw)) {
+        align(&raw, set, cube);
+        ok = true;
+    }
+    ibl_cube_free(&raw);
+    return ok;
+}
+
+/* ---- specular -------------------------------------------------------- */
+
+static void print_row(const errors e[2], const double power[2], int programs)
+{
+    printf("  %7.4f %7.4f %7.4f %7.4f", e[0].all, e[0].near, e[0].rest,
+           power[0]);
+    if (programs == 2)
+        printf("  %7.4f %7.4f %7.4f %7.4f  %7.4f", e[1].all, e[1].near,
+               e[1].rest, power[1], e[0].all / e[1].all);
+    putchar('\n');
+}
+
+static void print_head(int programs)
+{
+    printf("nRMSE over texels and channels; near: within 20 degrees of the "
+           "brightest pixel\n");
+    printf("                     iblbake                        ");
+    if (programs == 2)
+        printf("  cmgen                            ");
+    printf("\nlevel  r      texels   all    near    rest  energy");
+    if (programs == 2)
+        printf("     all    near    rest  energy   ratio");
+    putchar('\n');
+}
+
+static void print_table(const settings *s, const ibl_image *env,
+                        const probes *sets, const ibl_cube *cubes, int programs)
+{
+    print_head(programs);
+    for (int l = 0; l < s->spec.levels; l++) {
+        errors e[2];
+        double power[2];
+        for (int k = 0; k < programs; k++) {
+            e[k] = judge(&cubes[k], l, &sets[l]);
+            power[k] = energy(&cubes[k], l, env);
+        }
+        printf("%5d  %.4f %6d", l,
+               ibl_level_roughness(s->spec.mapping, l, s->spec.levels),
+               sets[l].count);
+        print_row(e, power, programs);
+    }
+}
+
+static int bench_specular(ibl_ctx *ctx, const settings *s, const ibl_image *env)
+{
+    const int levels = s->spec.levels;
+    probes sets[IBL_MAX_LEVELS] = {{0, 0, NULL}};
+    ibl_cube cubes[2] = {{0}, {0}};
+    int programs = 1, failed = 1;
+    for (int l = 0; l < levels; l++) {
+        const int n = ibl_cube_edge(s->spec.size, l);
+        sets[l] = pick(env, n, s->texels, s->seed);
+        find_truth(&sets[l], env, n,
+                   ibl_level_roughness(s->spec.mapping, l, levels));
+    }
+    const double start = seconds();
+    if (ibl_bake_specular(ctx, env, &s->spec, &cubes[0]))
+        goto done;
+    printf("%s, %d x %d; size %d, %d levels, %s, %d samples, bias %g%s\n",
+           s->env, env->width, env->height, s->spec.size, levels,
+           ibl_roughness_map_name(s->spec.mapping), s->spec.samples,
+           s->spec.lod_bias, s->spec.jitter ? ", jitter" : "");
+    printf("ibl_bake_specular: %.3f s, %d threads, %s\n", seconds() - start,
+           ibl_ctx_threads(ctx), ibl_isa_name(ibl_ctx_isa(ctx)));
+    if (s->with_cmgen && cmgen_cube(ctx, s, &sets[levels > 1], &cubes[1]))
+        programs = 2;
+    print_table(s, env, sets, cubes, programs);
+    failed = 0;
+done:
+    for (int l = 0; l < levels; l++)
+        free(sets[l].list);
+    ibl_cube_free(&cubes[0]);
+    ibl_cube_free(&cubes[1]);
+    return failed;
+}
+
+/* ---- LUT ------------------------------------------------------------- */
+
+/* Every texel of a coarse grid that grows finer towards all four edges and
+ * holds the outermost lines. */
+static int lut_lines(int size, int lines[64])
+{
+    int count = 0;
+    for (int i = 0; i < size; i++) {
+        const int edge = i < size - 1 - i ? i : size - 1 - i;
+        if (edge < 4 || (edge & (edge - 1)) == 0 || i % 32 == 17)
+            if (count < 64)
+                lines[count++] = i;
+    }
+    return count;
+}
+
+static int bench_lut(ibl_ctx *ctx, ibl_geometry geometry, int samples)
+{
+    ibl_lut_options opts = ibl_lut_options_default();
+    ibl_lut lut;
+    double worst[2] = {0, 0}, where[2][2] = {{0}};
+    int lines[64];
+    opts.geometry = geometry;
+    opts.samples = samples;
+    const double start = seconds();
+    if (ibl_bake_lut(ctx, &opts, &lut))
+        return 1;
+    const double spent = seconds() - start;
+    const int count = lut_lines(lut.size, lines);
+    for (int k = 0; k < count * count; k++) {
+        const int i = lines[k % count], j = lines[k / count];
+        const double nv = (i + 0.5) / lut.size, r = (j + 0.5) / lut.size;
+        double truth[2];
+        truth_lut(nv, r, geometry, truth);
+        for (int c = 0; c < 2; c++) {
+            const float x = lut.data[2 * ((size_t)j * (size_t)lut.size) +
+                                     2 * (size_t)i + (size_t)c];
+            const double e = fabs((double)x - truth[c]);
+            if (!(e <= worst[c])) {
+                worst[c] = e;
+                where[c][0] = nv, where[c][1] = r;
+            }
+        }
+    }
+    printf("%-12s %7d %7d  %9.2e (%.4f, %.4f)  %9.2e (%.4f, %.4f)  %.3f s\n",
+           ibl_geometry_name(geometry), samples, count * count, worst[0],
+           where[0][0], where[0][1], worst[1], where[1][0], where[1][1], spent);
+    ibl_lut_free(&lut);
+    return 0;
+}
+
+static int bench_luts(ibl_ctx *ctx, const settings *s)
+{
+    int failed = 0;
+    printf("\nLUT 256 x 256: largest absolute errors, at (N.V, r); "
+           "0 samples: quadrature\n");
+    printf("geometry     samples  texels  scale                       bias\n");
+    for (int k = 0; k < 4; k++)
+        failed |=
+            bench_lut(ctx, (ibl_geometry)(k % 2), k < 2 ? 0 : s->lut_samples);
+    return failed;
+}
+
+/* ---- command line ---------------------------------------------------- */
+
+static void usage(FILE *f)
+{
+    fputs("usage: bench_quality [options] [ENV]\n"
+          "ENV defaults to ../shared/data/quarry_01_1k.hdr\n"
+          "  --samples N       per texel, for both programs (1024)\n"
+          "  --lod-bias X      of our lookups (the library's default)\n"
+          "  --jitter 0|1      of our sample pattern (the library's default)\n"
+          "  --pdf-mip 0|1     mip from the pdf (1)\n"
+          "  --linear          roughness mapping linear, and no cmgen\n"
+          "  --size N          edge of level 0 (256)\n"
+          "  --levels N        (5: the number cmgen makes of 256)\n"
+          "  --texels N        judged per level, at least 100 (999)\n"
+          "  --seed N          of their choice (1)\n"
+          "  --threads N       (as many as there are CPUs)\n"
+          "  --isa NAME        auto, c, sse2, avx2, avx512\n"
+          "  --cmgen DIR       faces that cmgen --ibl-ld left (runs it)\n"
+          "  --no-cmgen        our side alone\n"
+          "  --only WHAT       specular or lut\n"
+          "  --lut-samples N   of the sampled LUT (1024)\n",
+          f);
+}
+
+static ibl_isa isa_of(const char *name)
+{
+    for (int k = IBL_ISA_AUTO; k <= IBL_ISA_AVX512; k++)
+        if (!strcmp(name, ibl_isa_name((ibl_isa)k)))
+            return (ibl_isa)k;
+    fprintf(stderr, "bench_quality: no instruction set '%s'\n", name);
+    exit(2);
+}
+
+/* Options that set an int of the settings, by their index in this table. */
+static const size_t int_options[] = {
+    offsetof(settings, spec.samples), offsetof(settings, spec.jitter),
+    offsetof(settings, spec.pdf_mip), offsetof(settings, spec.size),
+    offsetof(settings, spec.levels),  offsetof(settings, texels),
+    offsetof(settings, seed),         offsetof(settings, threads),
+    offsetof(settings, lut_samples)};
+static const struct option options[] = {
+    {"samples", 1, NULL, 0},     {"jitter", 1, NULL, 1},
+    {"pdf-mip", 1, NULL, 2},     {"size", 1, NULL, 3},
+    {"levels", 1, NULL, 4},      {"texels", 1, NULL, 5},
+    {"seed", 1, NULL, 6},        {"threads", 1, NULL, 7},
+    {"lut-samples", 1, NULL, 8}, {"lod-bias", 1, NULL, 'b'},
+    {"linear", 0, NULL, 'l'},    {"isa", 1, NULL, 'i'},
+    {"cmgen", 1, NULL, 'c'},     {"no-cmgen", 0, NULL, 'n'},
+    {"only", 1, NULL, 'o'},      {"help", 0, NULL, 'h'},
+    {NULL, 0, NULL, 0}};
+
+static void set_option(settings *s, int c, const char *arg)
+{
+    if (c >= 0 && c < (int)(sizeof int_options / sizeof *int_options)) {
+        *(int *)(void *)((char *)s + int_options[c]) = atoi(arg);
+    } else if (c == 'b') {
+        s->spec.lod_bias = atof(arg);
+    } else if (c == 'l') {
+        s->spec.mapping = IBL_ROUGHNESS_LINEAR;
+        s->with_cmgen = 0;
+    } else if (c == 'i') {
+        s->isa = isa_of(arg);
+    } else if (c == 'c') {
+        s->cmgen = arg;
+    } else if (c == 'n') {
+        s->with_cmgen = 0;
+    } else if (c == 'o') {
+        s->with_specular = !strcmp(arg, "specular");
+        s->with_lut = !strcmp(arg, "lut");
+    } else {
+        usage(c == 'h' ? stdout : stderr);
+        exit(c == 'h' ? 0 : 2);
+    }
+}
+
+static settings parse(int argc, char **argv)
+{
+    settings s = {.with_cmgen = 1,
+                  .with_specular = 1,
+                  .with_lut = 1,
+                  .texels = 999,
+                  .lut_samples = 1024,
+                  .seed = 1};
+    s.spec = ibl_specular_options_default();
+    s.spec.mapping = IBL_ROUGHNESS_FILAMENT;
+    s.spec.size = 256;
+    s.spec.levels = 5;
+    for (int c; (c = getopt_long(argc, argv, "", options, NULL)) != -1;)
+        set_option(&s, c, optarg);
+    s.env = optind < argc ? argv[optind] : test_shared_data("quarry_01_1k.hdr");
+    if (s.texels < 100 || s.spec.levels < 1 || s.spec.levels > IBL_MAX_LEVELS ||
+        s.lut_samples < 1 || !(s.with_specular || s.with_lut)) {
+        usage(stderr);
+        exit(2);
+    }
+    return s;
+}
+
+int main(int argc, char **argv)
+{
+    const settings s = parse(argc, argv);
+    ibl_ctx *ctx = test_ctx(s.threads, s.isa);
+    ibl_image env;
+    int failed = 0;
+    setvbuf(stdout, NULL, _IOLBF, 0);
+    if (s.with_specular && !s.env) {
+        printf("skipped: ../shared/data/quarry_01_1k.hdr is not here\n");
+    } else if (s.with_specular) {
+        failed |= ibl_image_read(ctx, s.env, NULL, &env, NULL) != 0;
+        if (!failed) {
+            failed |= bench_specular(ctx, &s, &env);
+            ibl_image_free(&env);
+        }
+    }
+    if (s.with_lut)
+        failed |= bench_luts(ctx, &s);
+    ibl_ctx_free(ctx);
+    return failed;
+}
