@@ -1,0 +1,391 @@
+/* SPDX-License-Identifier: MIT */
+/* The header of a Radiance picture: lines of text, then the resolution. */
+#include <float.h>
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "core/context.h"
+#include "io/rgbe.h"
+
+struct text {
+    const unsigned char *at, *end;
+};
+
+/* What the lines say; each EXPOSURE and COLORCORR multiplies. */
+struct variables {
+    bool has_format, xyz;
+    double exposure;
+    double correction[3];
+    double primaries[8]; /* xy of red, green, blue, white */
+    bool bad_primaries;
+};
+
+static const double default_primaries[8] = {0.640, 0.330, 0.290,     0.600,
+                                            0.150, 0.060, 1.0 / 3.0, 1.0 / 3.0};
+
+enum {
+    QUOTE = 48 /* bytes of a file that a message repeats, with the NUL */
+};
+
+/* Printable text of a line, cut where it is long. */
+static const char *quote(struct text line, char out[QUOTE])
+{
+    size_t n = 0;
+    for (; line.at < line.end && n < QUOTE - 4; line.at++)
+        out[n++] = *line.at >= 32 && *line.at < 127 ? (char)*line.at : '?';
+    if (line.at < line.end) {
+        memcpy(out + n, "...", 3);
+        n += 3;
+    }
+    out[n] = '\0';
+    return out;
+}
+
+static bool is_blank(unsigned char c)
+{
+    return c == ' ' || c == '\t';
+}
+
+static void skip_blanks(struct text *t)
+{
+    while (t->at < t->end && is_blank(*t->at))
+        t->at++;
+}
+
+static bool take(struct text *t, const char *word)
+{
+    const size_t n = strlen(word);
+    if ((size_t)(t->end - t->at) < n || memcmp(t->at, word, n))
+        return false;
+    t->at += n;
+    return true;
+}
+
+/* A decimal number, the same in every locale. */
+static bool take_number(struct text *t, double *value)
+{
+    uint64_t digits = 0;
+    int exponent = 0, seen = 0;
+    bool negative, point = false;
+
+    skip_blanks(t);
+    negative = take(t, "-");
+    if (!negative)
+        take(t, "+");
+    for (; t->at < t->end; t->at++) {
+        if (*t->at == '.' && !point) {
+            point = true;
+            continue;
+        }
+        if (*t->at < '0' || *t->at > '9')
+            break;
+        if (digits < UINT64_MAX / 10 - 1) {
+            digits = digits * 10 + (*t->at - '0');
+            exponent -= point;
+        } else {
+            exponent += !point;
+        }
+        seen++;
+    }
+    if (!seen)
+        return false;
+
+    struct text tail = *t;
+    if (take(&tail, "e") || take(&tail, "E")) {
+        const bool minus = take(&tail, "-");
+        int e = 0;
+        if (!minus)
+            take(&tail, "+");
+        if (tail.at < tail.end && *tail.at >= '0' && *tail.at <= '9') {
+            for (; tail.at < tail.end && *tail.at >= '0' && *tail.at <= '9';
+                 tail.at++)
+                e = e < 10000 ? e * 10 + (*tail.at - '0') : e;
+            exponent += minus ? -e : e;
+            *t = tail;
+        }
+    }
+    *value = exponent < 0 ? (double)digits / pow(10, -exponent)
+                          : (double)digits * pow(10, exponent);
+    if (negative)
+        *value = -*value;
+    return true;
+}
+
+/* Takes the next line, without its end. A file whose first line ends with a
+ * bare CR has CR for line ends. */
+static bool next_line(struct text *t, bool bare_cr, struct text *line)
+{
+    const unsigned char *end =
+        memchr(t->at, bare_cr ? '\r' : '\n', (size_t)(t->end - t->at));
+    if (!end)
+        return false;
+    *line = (struct text){t->at, end};
+    if (line->end > line->at && line->end[-1] == '\r')
+        line->end--;
+    t->at = end + 1;
+    return true;
+}
+
+static bool uses_bare_cr(struct text t)
+{
+    while (t.at < t.end && *t.at != '\r' && *t.at != '\n')
+        t.at++;
+    return t.end - t.at > 1 && t.at[0] == '\r' && t.at[1] != '\n';
+}
+
+/* NAME=, with blanks around the sign. A line that begins with blanks is the
+ * history of a picture that this one was made from. */
+static bool take_name(struct text *line, const char *name)
+{
+    struct text t = *line;
+    if (!take(&t, name))
+        return false;
+    skip_blanks(&t);
+    if (!take(&t, "="))
+        return false;
+    skip_blanks(&t);
+    *line = t;
+    return true;
+}
+
+static ibl_status take_factors(ibl_ctx *ctx, const char *name, const char *what,
+                               struct text value, double *factors, int count)
+{
+    const struct text all = value;
+    char text[QUOTE];
+    for (int i = 0; i < count; i++) {
+        double f;
+        if (!take_number(&value, &f) || !(f > 0) || isinf(f))
+            return ibl_fail(ctx, IBL_ERR_FORMAT,
+                            "%s: %s is \"%s\": must be %s above 0", name, what,
+                            quote(all, text),
+                            count > 1 ? "three numbers" : "a number");
+        factors[i] *= f;
+    }
+    return IBL_OK;
+}
+
+static ibl_status take_format(ibl_ctx *ctx, const char *name, struct text value,
+                              struct variables *v)
+{
+    char text[QUOTE];
+    while (value.end > value.at && is_blank(value.end[-1]))
+        value.end--;
+    const struct text all = value;
+
+    v->has_format = true;
+    if (take(&value, "32-bit_rle_rgbe") && value.at == value.end) {
+        v->xyz = false;
+        return IBL_OK;
+    }
+    value = all;
+    if (take(&value, "32-bit_rle_xyze") && value.at == value.end) {
+        v->xyz = true;
+        return IBL_OK;
+    }
+    return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
+                    "%s: FORMAT is \"%s\": must be 32-bit_rle_rgbe or "
+                    "32-bit_rle_xyze",
+                    name, quote(all, text));
+}
+
+static void take_primaries(struct text value, struct variables *v)
+{
+    v->bad_primaries = false;
+    for (int i = 0; i < 8; i++) {
+        if (!take_number(&value, &v->primaries[i]))
+            v->bad_primaries = true;
+    }
+}
+
+static ibl_status take_line(ibl_ctx *ctx, const char *name, struct text line,
+                            struct variables *v)
+{
+    struct text value = line;
+    double gamma;
+
+    if (take_name(&value, "FORMAT"))
+        return take_format(ctx, name, value, v);
+    if (take_name(&value, "EXPOSURE"))
+        return take_factors(ctx, name, "EXPOSURE", value, &v->exposure, 1);
+    if (take_name(&value, "COLORCORR"))
+        return take_factors(ctx, name, "COLORCORR", value, v->correction, 3);
+    if (take_name(&value, "PRIMARIES"))
+        take_primaries(value, v);
+    else if (take_name(&value, "GAMMA") && take_number(&value, &gamma) &&
+             gamma != 1)
+        ibl_warn(ctx, "%s: GAMMA=%g is ignored: the pixels are taken as linear",
+                 name, gamma);
+    return IBL_OK;
+}
+
+/* Whether a line can only be the resolution: +X, -X, +Y or -Y, a blank. */
+static bool is_resolution(struct text line)
+{
+    return line.end - line.at > 2 && (line.at[0] == '+' || line.at[0] == '-') &&
+           (line.at[1] == 'X' || line.at[1] == 'Y') && is_blank(line.at[2]);
+}
+
+/* An edge, which may be any text of digits; more than int holds is as wrong
+ * as INT_MAX. */
+static bool take_axis(struct text *t, char axis, bool *decreasing, int *edge)
+{
+    double value;
+    skip_blanks(t);
+    *decreasing = take(t, "-");
+    if ((!*decreasing && !take(t, "+")) || !take(t, (char[]){axis, 0}) ||
+        !take_number(t, &value))
+        return false;
+    *edge = value > INT32_MAX   ? INT32_MAX
+            : value < INT32_MIN ? INT32_MIN
+                                : (int)value;
+    return *edge == value || *edge == INT32_MAX || *edge == INT32_MIN;
+}
+
+/* The eight orientations. The picture's X grows to the right and its Y up, so
+ * rows that run with -Y begin at the top. */
+static ibl_status take_resolution(ibl_ctx *ctx, const char *name,
+                                  struct text line, ibl_rgbe_header *h)
+{
+    struct text t = line;
+    bool x_down, y_down;
+    char text[QUOTE];
+
+    h->by_column = line.end - line.at > 1 && line.at[1] == 'X';
+    bool ok = h->by_column ? take_axis(&t, 'X', &x_down, &h->width) &&
+                                 take_axis(&t, 'Y', &y_down, &h->height)
+                           : take_axis(&t, 'Y', &y_down, &h->height) &&
+                                 take_axis(&t, 'X', &x_down, &h->width);
+    skip_blanks(&t);
+    if (!ok || t.at != t.end)
+        return ibl_fail(ctx, IBL_ERR_FORMAT,
+                        "%s: the resolution line is \"%s\": must be like "
+                        "\"-Y 512 +X 1024\"",
+                        name, quote(line, text));
+    if (h->width < 1 || h->width > IBL_MAX_EDGE || h->height < 1 ||
+        h->height > IBL_MAX_EDGE)
+        return ibl_fail(ctx, IBL_ERR_FORMAT,
+                        "%s: the resolution line is \"%s\": each edge must be "
+                        "1 to %d pixels",
+                        name, quote(line, text), IBL_MAX_EDGE);
+    h->row_px = h->by_column ? h->height : h->width;
+    h->rows = h->by_column ? h->width : h->height;
+    h->reverse_rows = h->by_column ? x_down : !y_down;
+    h->reverse_pixels = h->by_column ? !y_down : x_down;
+    return IBL_OK;
+}
+
+/*
+ * XYZ to RGB. The columns of P are the XYZ of the primaries up to a factor
+ * each, which W = P s gives: white is R = G = B with Y = 1. Then the inverse
+ * of P diag(s). False if the primaries have no such matrix.
+ */
+static bool rgb_from_xyz(const double primaries[8], double m[9])
+{
+    double p[9], inv[9];
+    for (int i = 0; i < 3; i++) {
+        p[i] = primaries[2 * i];
+        p[3 + i] = primaries[2 * i + 1];
+        p[6 + i] = 1 - p[i] - p[3 + i];
+    }
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            const int a = (j + 1) % 3, b = (j + 2) % 3;
+            const int c = (i + 1) % 3, d = (i + 2) % 3;
+            inv[3 * i + j] =
+                p[3 * a + c] * p[3 * b + d] - p[3 * a + d] * p[3 * b + c];
+        }
+    }
+    const double det = p[0] * inv[0] + p[1] * inv[3] + p[2] * inv[6];
+    const double x = primaries[6], y = primaries[7];
+    if (!(fabs(det) > 1e-6) || !(fabs(y) > 1e-6))
+        return false;
+    for (int i = 0; i < 3; i++) {
+        const double s = (inv[3 * i] * x + inv[3 * i + 1] * y +
+                          inv[3 * i + 2] * (1 - x - y)) /
+                         (det * y);
+        if (!(fabs(s) > 1e-6))
+            return false;
+        for (int j = 0; j < 3; j++)
+            m[3 * i + j] = inv[3 * i + j] / (det * s);
+    }
+    for (int i = 0; i < 9; i++) {
+        if (!(fabs(m[i]) < 1e6))
+            return false;
+    }
+    return true;
+}
+
+/* Turns the variables into the factors that the pixels need. */
+static ibl_status set_factors(ibl_ctx *ctx, const char *name,
+                              const struct variables *v, ibl_rgbe_header *h)
+{
+    double matrix[9], scale[3];
+
+    for (int c = 0; c < 3; c++) {
+        scale[c] = 1 / (v->exposure * v->correction[c]);
+        if (!(scale[c] >= FLT_MIN && scale[c] <= FLT_MAX))
+            return ibl_fail(ctx, IBL_ERR_FORMAT,
+                            "%s: EXPOSURE and COLORCORR multiply to %g: must "
+                            "be between 1e-38 and 1e38",
+                            name, v->exposure * v->correction[c]);
+    }
+    h->xyz = v->xyz;
+    for (int c = 0; c < 3; c++)
+        h->scale[c] = v->xyz ? 1.0f : (float)scale[c];
+    if (!v->xyz)
+        return IBL_OK;
+    if (v->bad_primaries || !rgb_from_xyz(v->primaries, matrix)) {
+        ibl_warn(ctx,
+                 "%s: PRIMARIES is no triangle with a white: Radiance's "
+                 "default ones are taken",
+                 name);
+        rgb_from_xyz(default_primaries, matrix);
+    }
+    for (int i = 0; i < 9; i++)
+        h->matrix[i] = (float)(matrix[i] * scale[i % 3]);
+    return IBL_OK;
+}
+
+ibl_status ibl_rgbe_parse(ibl_ctx *ctx, const char *name,
+                          const unsigned char *bytes, size_t size,
+                          ibl_rgbe_header *header)
+{
+    struct text rest = {bytes, bytes + size}, line;
+    struct variables v = {.exposure = 1, .correction = {1, 1, 1}};
+    const bool bare_cr = uses_bare_cr(rest);
+    bool blank = false;
+    char text[QUOTE];
+
+    memcpy(v.primaries, default_primaries, sizeof v.primaries);
+    if (!ibl_rgbe_is(bytes, size))
+        return ibl_fail(ctx, IBL_ERR_FORMAT,
+                        "%s: no Radiance picture: must begin with \"#?\"",
+                        name);
+    for (;;) {
+        if (!next_line(&rest, bare_cr, &line))
+            return ibl_fail(ctx, IBL_ERR_FORMAT,
+                            "%s: the file ends in its header, before the "
+                            "resolution line: it is cut short",
+                            name);
+        if (is_resolution(line))
+            break;
+        if (blank)
+            return ibl_fail(ctx, IBL_ERR_FORMAT,
+                            "%s: no resolution line after the header but "
+                            "\"%s\": must be like \"-Y 512 +X 1024\"",
+                            name, quote(line, text));
+        blank = line.at == line.end;
+        const ibl_status status = take_line(ctx, name, line, &v);
+        if (status)
+            return status;
+    }
+    *header = (ibl_rgbe_header){.data = (size_t)(rest.at - bytes)};
+    const ibl_status status = take_resolution(ctx, name, line, header);
+    if (status)
+        return status;
+    if (!v.has_format)
+        ibl_warn(ctx, "%s: no FORMAT line: taken as 32-bit_rle_rgbe", name);
+    return set_factors(ctx, name, &v, header);
+}

@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The loops of the Radiance reader: run lengths to bytes, bytes to floats.
+ * Every version gives the same bits.
+ */
+#ifndef IBL_KERN_RGBE_H
+#define IBL_KERN_RGBE_H
+
+#include <stddef.h>
+
+#include "ibl/ibl.h"
+
+/* How far ibl_rgbe_dsp.expand may read and write beyond what it is given. */
+#define IBL_RGBE_SLACK 64
+
+typedef struct ibl_rgbe_dsp {
+    /*
+     * Expands one component of a run-length encoded scanline to count bytes.
+     *   src   a record that was checked: its counts sum to count, none is 0.
+     *         Readable for IBL_RGBE_SLACK bytes beyond the record.
+     *   dst   writable for count + IBL_RGBE_SLACK bytes
+     * Returns the end of the record. The plain version needs no slack.
+     */
+    const unsigned char *(*expand)(const unsigned char *src, int count,
+                                   unsigned char *dst);
+    /*
+     * count pixels from four planes of bytes, plane_bytes apart (R, G, B,
+     * exponent), to tightly packed RGB:
+     *   dst = (m * 2^(e - 136)) * scale[c], 0 where e is 0
+     * No half is added to the mantissa. No alignment is needed.
+     */
+    void (*to_rgb)(const unsigned char *src, size_t plane_bytes, int count,
+                   const float scale[3], float *dst);
+} ibl_rgbe_dsp;
+
+void ibl_rgbe_dsp_init(ibl_rgbe_dsp *dsp, ibl_isa isa);
+
+const unsigned char *ibl_rgbe_expand_c(const unsigned char *src, int count,
+                                       unsigned char *dst);
+const unsigned char *ibl_rgbe_expand_sse2(const unsigned char *src, int count,
+                                          unsigned char *dst);
+const unsigned char *ibl_rgbe_expand_avx2(const unsigned char *src, int count,
+                                          unsigned char *dst);
+const unsigned char *ibl_rgbe_expand_avx512(const unsigned char *src, int count,
+                                            unsigned char *dst);
+
+void ibl_rgbe_to_rgb_c(const unsigned char *src, size_t plane_bytes, int count,
+                       const float scale[3], float *dst);
+void ibl_rgbe_to_rgb_sse2(const unsigned char *src, size_t plane_bytes,
+                          int count, const float scale[3], float *dst);
+void ibl_rgbe_to_rgb_avx2(const unsigned char *src, size_t plane_bytes,
+                          int count, const float scale[3], float *dst);
+void ibl_rgbe_to_rgb_avx512(const unsigned char *src, size_t plane_bytes,
+                            int count, const float scale[3], float *dst);
+
+#endif
