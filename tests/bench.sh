@@ -1,0 +1,27 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# bench.sh BUILD: every figure of the README, measured here and now.
+set -eu
+build=${1:-build}
+work=$(mktemp -d "${TMPDIR:-/tmp}/iblbake-bench-XXXXXX")
+trap 'rm -rf "$work"' EXIT
+
+echo '== start-up'
+echo 'int main(void) { return 0; }' >"$work/empty.c"
+${CC:-cc} -O2 "$work/empty.c" -o "$work/empty"
+"$build/tests/bench_startup" "$build/iblbake" "$work/empty"
+
+map=../shared/data/quarry_01_1k.hdr
+[ -r "$map" ] || {
+    echo "skipped the rest: $map is not here"
+    exit 0
+}
+echo '== decoding a 4096x2048 .hdr, beside stb_image'
+oiiotool "$map" --resize 4096x2048 -o "$work/4k.hdr"
+"$build/tests/bench_hdr" "$work/4k.hdr"
+
+echo '== accuracy of the specular levels and the table, beside cmgen'
+"$build/tests/bench_quality"
+
+echo '== whole processes, beside cmgen'
+sh tests/bench-cmgen.sh "$build"
