@@ -78,7 +78,8 @@ ISA =
 %_avx2.o: ISA := -mavx2 -mfma -mf16c
 %_avx512.o: ISA := -mavx512f -mavx512bw -mavx512dq -mavx512vl -mavx2 -mfma \
                    -mf16c -mprefer-vector-width=512
-$(BUILD)/obj/src/io/exr.o: LOCAL = $(EXR_CFLAGS)
+EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/check_exr.o)
+$(EXR_OBJ): LOCAL = $(EXR_CFLAGS)
 $(BUILD)/obj/src/io/bridge.o: LOCAL = -DIBL_BRIDGE='"$(LIBDIR)/iblbake/libiblbridge.so"'
 $(BUILD)/obj/src/cli/%.o: LOCAL = $(CLI_CFLAGS) -DIBL_REVISION='"$(REVISION)"'
 
@@ -107,7 +108,7 @@ endif
 $(BRIDGE): src/io/bridge/bridge.cpp src/io/bridge/bridge.h
 	@mkdir -p $(@D)
 	$(CXX) -std=c++17 -Iinclude -Isrc -fPIC -shared -fvisibility=hidden \
-	    $(WARN) -isystem $$(pkg-config --variable=includedir OpenImageIO) \
+	    $(WARN) $$(pkg-config --cflags OpenImageIO | sed "s/-I/-isystem /g") \
 	    $(CPPFLAGS) $(CXXFLAGS) $(LDFLAGS) -o $@ $< \
 	    $$(pkg-config --libs OpenImageIO)
 

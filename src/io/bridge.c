@@ -1,0 +1,252 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/bridge.h"
+
+#include <dlfcn.h>
+#include <errno.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "core/context.h"
+#include "io/bridge/bridge.h"
+#include "io/read.h"
+
+#ifndef IBL_BRIDGE
+#define IBL_BRIDGE "/usr/local/lib/iblbake/libiblbridge.so"
+#endif
+
+/* The calls of bridge/bridge.h, as dlsym gives them. */
+typedef struct bridge_calls {
+    int (*abi)(void);
+    ibl_bridge_result (*open)(const ibl_bridge_request *, ibl_bridge **,
+                              ibl_bridge_info *, char *);
+    ibl_bridge_result (*read)(ibl_bridge *, float *, ibl_bridge_tick *, void *,
+                              char *);
+    void (*close)(ibl_bridge *);
+} bridge_calls;
+
+/* What the file is, in a sentence about it. */
+static const char *kind_of(const ibl_bridge_source *source, char text[96])
+{
+    if (!source->kind)
+        return "is no Radiance .hdr or OpenEXR file, other kinds need";
+    snprintf(text, 96, "is %s, which needs", source->kind);
+    return text;
+}
+
+/* Says which package is missing, by what the loader said. */
+static ibl_status not_there(ibl_ctx *ctx, const ibl_bridge_source *source,
+                            const char *path, const char *error)
+{
+    char text[96];
+    const char *kind = kind_of(source, text);
+
+    if (access(path, F_OK))
+        return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
+                        "%s: %s the image bridge, and %s is not there: it is "
+                        "built where the package libopenimageio-dev is "
+                        "installed",
+                        source->name, kind, path);
+    if (error && strstr(error, "libOpenImageIO"))
+        return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
+                        "%s: %s the image bridge, which needs OpenImageIO: "
+                        "install the package libopenimageio2.4 (%s)",
+                        source->name, kind, error);
+    return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
+                    "%s: %s the image bridge, which cannot be loaded: %s",
+                    source->name, kind, error ? error : path);
+}
+
+/* POSIX lets a pointer from dlsym become one to a function; C has no cast for
+ * it. */
+static bool find(void *library, const char *name, void *call)
+{
+    void *symbol = dlsym(library, name);
+    memcpy(call, &symbol, sizeof symbol);
+    return symbol != NULL;
+}
+
+/* The library stays open: OpenImageIO keeps threads and statics that do not
+ * survive being unloaded. */
+static ibl_status load(ibl_ctx *ctx, const ibl_bridge_source *source,
+                       bridge_calls *calls)
+{
+    const char *path = ibl_ctx_bridge(ctx) ? ibl_ctx_bridge(ctx) : IBL_BRIDGE;
+    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    if (!library)
+        return not_there(ctx, source, path, dlerror());
+    if (!find(library, "ibl_bridge_abi", &calls->abi) ||
+        !find(library, "ibl_bridge_open", &calls->open) ||
+        !find(library, "ibl_bridge_read", &calls->read) ||
+        !find(library, "ibl_bridge_close", &calls->close) ||
+        calls->abi() != IBL_BRIDGE_ABI)
+        return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
+                        "%s: %s is not the image bridge of this version; "
+                        "rebuild or reinstall it",
+                        source->name, path);
+    return IBL_OK;
+}
+
+/*
+ * A file with the bytes, for readers that want one. It has no name any more
+ * when it is handed over, so nothing stays behind however the program ends;
+ * path is the descriptor's.
+ */
+static int make_file(const ibl_bridge_source *source, char path[32])
+{
+    char name[] = P_tmpdir "/iblbake-XXXXXX";
+    const int fd = mkstemp(name);
+    size_t done = 0;
+
+    if (fd < 0)
+        return -1;
+    unlink(name);
+    while (done < source->size) {
+        const ssize_t n = write(fd, source->bytes + done, source->size - done);
+        if (n < 0 && errno != EINTR) {
+            const int error = errno;
+            close(fd);
+            errno = error;
+            return -1;
+        }
+        done += n > 0 ? (size_t)n : 0;
+    }
+    snprintf(path, 32, "/dev/fd/%d", fd);
+    return fd;
+}
+
+static ibl_status translate(ibl_ctx *ctx, const ibl_bridge_source *source,
+                            ibl_bridge_result result, const char *message)
+{
+    const char *kind = source->kind ? source->kind : "image";
+    switch (result) {
+    case IBL_BRIDGE_OK:
+        return IBL_OK;
+    case IBL_BRIDGE_CANCELLED:
+        return IBL_ERR_CANCELLED;
+    case IBL_BRIDGE_MEMORY:
+        return ibl_fail(ctx, IBL_ERR_MEMORY, "%s: no memory to decode it",
+                        source->name);
+    case IBL_BRIDGE_UNKNOWN:
+        if (source->kind)
+            return ibl_fail(ctx, IBL_ERR_UNSUPPORTED, "%s: is %s, but %s",
+                            source->name, kind, message);
+        return ibl_fail(ctx, IBL_ERR_FORMAT,
+                        "%s: is no image: neither Radiance .hdr nor OpenEXR "
+                        "nor anything that OpenImageIO knows",
+                        source->name);
+    case IBL_BRIDGE_FORMAT:
+    case IBL_BRIDGE_NEEDS_FILE:
+        break;
+    }
+    return ibl_fail(ctx, IBL_ERR_FORMAT, "%s: damaged or unsupported %s: %s",
+                    source->name, kind, message);
+}
+
+/*
+ * Memory by the file's real content: what it unpacks to and the map itself
+ * may be large if they are small in all, or if the file is large too. zlib
+ * cannot do better than 1032:1, DWA than 64 times that on constant pictures.
+ */
+static ibl_status check_claims(ibl_ctx *ctx, const ibl_bridge_source *source,
+                               const ibl_read_options *opts,
+                               const ibl_bridge_info *info)
+{
+    const double most = 2048.0 * (double)source->size;
+    const double map = 12.0 * info->width * info->height;
+    const double data = 12.0 * info->data_width * info->data_height;
+    const ibl_status status =
+        ibl_read_check_size(ctx, source->name, opts, info->width, info->height);
+    if (status)
+        return status;
+    if (map <= 1e8 && info->raw_bytes <= 1e8)
+        return IBL_OK;
+    if (map > 64 * data || info->raw_bytes > most)
+        return ibl_fail(ctx, IBL_ERR_FORMAT,
+                        "%s: %zu bytes claim to hold %dx%d pixels of a %dx%d "
+                        "map, which is taken for damage",
+                        source->name, source->size, info->data_width,
+                        info->data_height, info->width, info->height);
+    return IBL_OK;
+}
+
+static int tick(void *arg, double done)
+{
+    ibl_ctx *ctx = arg;
+    ibl_progress(ctx, "decode", done);
+    return ibl_cancelled(ctx);
+}
+
+static ibl_status decode(ibl_ctx *ctx, const bridge_calls *calls,
+                         const ibl_bridge_source *source,
+                         const ibl_bridge_request *request,
+                         const ibl_read_options *opts, ibl_image *img,
+                         ibl_read_report *report, bool *needs_file)
+{
+    char message[IBL_BRIDGE_MESSAGE];
+    ibl_bridge *bridge = NULL;
+    ibl_bridge_info info;
+
+    ibl_bridge_result result = calls->open(request, &bridge, &info, message);
+    *needs_file = result == IBL_BRIDGE_NEEDS_FILE;
+    if (*needs_file)
+        return IBL_OK;
+    ibl_status status = translate(ctx, source, result, message);
+    if (!status)
+        status = check_claims(ctx, source, opts, &info);
+    if (!status)
+        status = ibl_image_alloc(ctx, info.width, info.height, img);
+    if (status)
+        goto done;
+    result = calls->read(bridge, img->data, tick, ctx, message);
+    status = translate(ctx, source, result, message);
+    if (status) {
+        ibl_image_free(img);
+        goto done;
+    }
+    report->bridged = 1;
+    report->low_range = info.low_range;
+    if (!report->format[0])
+        snprintf(report->format, sizeof report->format, "%s by OpenImageIO",
+                 info.format);
+done:
+    calls->close(bridge);
+    return status;
+}
+
+ibl_status ibl_bridge_decode(ibl_ctx *ctx, const ibl_bridge_source *source,
+                             const ibl_read_options *opts, ibl_image *img,
+                             ibl_read_report *report)
+{
+    ibl_bridge_request request = {
+        .bytes = source->bytes,
+        .size = source->size,
+        .reader = source->reader,
+        .subimage = source->subimage,
+        .channels = {source->channels[0], source->channels[1],
+                     source->channels[2]},
+        .threads = ibl_ctx_threads(ctx),
+    };
+    bridge_calls calls;
+    bool needs_file;
+    char path[32];
+
+    ibl_status status = load(ctx, source, &calls);
+    if (!status)
+        status = decode(ctx, &calls, source, &request, opts, img, report,
+                        &needs_file);
+    if (status || !needs_file)
+        return status;
+    const int fd = make_file(source, path);
+    if (fd < 0)
+        return ibl_fail(ctx, IBL_ERR_IO,
+                        "%s: no temporary file for the image bridge in %s: %s",
+                        source->name, P_tmpdir, strerror(errno));
+    request.path = path;
+    status =
+        decode(ctx, &calls, source, &request, opts, img, report, &needs_file);
+    close(fd);
+    return status;
+}

@@ -1,0 +1,405 @@
+// SPDX-License-Identifier: MIT
+//
+// The only C++ file: OpenImageIO behind the C calls of bridge.h. It becomes a
+// shared object of its own, because a program that links OpenImageIO takes
+// 170 ms to start.
+#include "io/bridge/bridge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#define EXPORT extern "C" __attribute__((visibility("default")))
+
+using namespace OIIO;
+
+namespace
+{
+enum class storage {
+    floats,
+    counts,
+    shorts,
+    fractions
+};
+} // namespace
+
+struct ibl_bridge {
+    // The proxy goes after the reader that uses it.
+    std::unique_ptr<Filesystem::IOMemReader> memory;
+    std::unique_ptr<ImageInput> input;
+    ImageSpec spec;
+    int subimage = 0;
+    int channel[3] = {0, 0, 0};
+    storage kind = storage::floats;
+    int x0 = 0, y0 = 0, width = 0, height = 0; // the display window
+};
+
+namespace
+{
+
+const int strip_rows = 256;
+
+struct failure {
+    ibl_bridge_result result;
+    std::string text;
+};
+
+void say(char *message, const std::string &text)
+{
+    std::snprintf(message, IBL_BRIDGE_MESSAGE, "%s", text.c_str());
+    for (char *c = message; *c; c++) {
+        if (static_cast<unsigned char>(*c) < ' ')
+            *c = ' ';
+    }
+}
+
+// Runs f and turns what it throws into a result and a message.
+template <typename F> ibl_bridge_result guarded(char *message, F f)
+{
+    try {
+        message[0] = 0;
+        f();
+        return IBL_BRIDGE_OK;
+    } catch (const failure &e) {
+        say(message, e.text);
+        return e.result;
+    } catch (const std::bad_alloc &) {
+        say(message, "out of memory");
+        return IBL_BRIDGE_MEMORY;
+    } catch (const std::length_error &) {
+        say(message, "out of memory");
+        return IBL_BRIDGE_MEMORY;
+    } catch (const std::exception &e) {
+        say(message, e.what());
+        return IBL_BRIDGE_FORMAT;
+    } catch (...) {
+        say(message, "unknown exception");
+        return IBL_BRIDGE_FORMAT;
+    }
+}
+
+std::string complaint(ImageInput &input, const char *otherwise)
+{
+    std::string text = input.geterror();
+    return text.empty() ? otherwise : text;
+}
+
+// Stored colours, not premultiplied ones, and no reader's own colour changes.
+ImageSpec hints(ibl_bridge &b)
+{
+    ImageSpec config;
+    config["oiio:UnassociatedAlpha"] = 1;
+    if (b.memory) {
+        void *proxy = b.memory.get();
+        config.attribute("oiio:ioproxy", TypeDesc::PTR, &proxy);
+    }
+    return config;
+}
+
+void open_as(ibl_bridge &b, const ibl_bridge_request &r, const char *reader)
+{
+    b.input = ImageInput::create(reader);
+    if (!b.input) {
+        geterror();
+        throw failure{IBL_BRIDGE_UNKNOWN,
+                      std::string("this OpenImageIO has no reader for ") +
+                          reader};
+    }
+    std::string path = "memory";
+    if (r.path) {
+        path = r.path;
+    } else if (b.input->supports("ioproxy")) {
+        b.memory.reset(new Filesystem::IOMemReader(
+            const_cast<unsigned char *>(r.bytes), r.size));
+    } else {
+        throw failure{IBL_BRIDGE_NEEDS_FILE, ""};
+    }
+    b.input->threads(r.threads);
+    if (!b.input->open(path, b.spec, hints(b)))
+        throw failure{IBL_BRIDGE_FORMAT,
+                      complaint(*b.input, "its header cannot be read")};
+}
+
+// Every reader but those that take anything (films, text terminals, raw
+// volumes) or that are no pictures of the world.
+void open_any(ibl_bridge &b, const ibl_bridge_request &r)
+{
+    static const char *const unwanted[] = {"ffmpeg", "null",  "term", "openvdb",
+                                           "ptex",   "dicom", "ico",  "zfile"};
+    if (!r.path)
+        throw failure{IBL_BRIDGE_NEEDS_FILE, ""};
+    std::vector<std::string> names;
+    Strutil::split(get_string_attribute("format_list"), names, ",");
+    for (const std::string &name : names) {
+        if (std::find(std::begin(unwanted), std::end(unwanted), name) !=
+            std::end(unwanted))
+            continue;
+        try {
+            open_as(b, r, name.c_str());
+            return;
+        } catch (const std::bad_alloc &) {
+            throw;
+        } catch (...) {
+            b.input.reset();
+            b.memory.reset();
+        }
+    }
+    throw failure{IBL_BRIDGE_UNKNOWN, "no reader knows it"};
+}
+
+int find_channel(const ImageSpec &spec, const char *name)
+{
+    for (int i = 0; i < spec.nchannels; i++) {
+        if (spec.channelnames[size_t(i)] == name)
+            return i;
+    }
+    for (int i = 0; i < spec.nchannels; i++) {
+        if (Strutil::iequals(spec.channelnames[size_t(i)], name))
+            return i;
+    }
+    return -1;
+}
+
+// The asked channels; else R, G, B by name, the first three, or one thrice.
+void choose_channels(ibl_bridge &b, const ibl_bridge_request &r)
+{
+    static const char *const rgb[] = {"R", "G", "B"};
+    if (b.spec.nchannels < 1)
+        throw failure{IBL_BRIDGE_FORMAT, "it has no channels"};
+    bool named = true;
+    for (int c = 0; c < 3; c++) {
+        b.channel[c] =
+            find_channel(b.spec, r.channels[c] ? r.channels[c] : rgb[c]);
+        named = named && b.channel[c] >= 0;
+        if (r.channels[c] && b.channel[c] < 0)
+            throw failure{IBL_BRIDGE_FORMAT,
+                          std::string("no channel ") + r.channels[c]};
+    }
+    if (named)
+        return;
+    const bool grey = b.spec.nchannels < 3;
+    for (int c = 0; c < 3; c++)
+        b.channel[c] = grey ? 0 : c;
+}
+
+void seek(ibl_bridge &b)
+{
+    if (!b.input->seek_subimage(b.subimage, 0))
+        throw failure{IBL_BRIDGE_FORMAT,
+                      complaint(*b.input, "its part cannot be read")};
+    b.spec = b.input->spec();
+    if (b.spec.deep)
+        throw failure{IBL_BRIDGE_FORMAT, "deep data has no one colour per "
+                                         "pixel"};
+    if (b.spec.depth > 1)
+        throw failure{IBL_BRIDGE_FORMAT, "it is a volume, not an image"};
+}
+
+// How the wanted channels are stored. OpenEXR's uints are numbers, every
+// other integer is a fraction of its largest.
+storage storage_of(const ibl_bridge &b)
+{
+    const TypeDesc type = b.spec.channelformat(b.channel[0]);
+    const bool exr = std::strcmp(b.input->format_name(), "openexr") == 0;
+    for (int c = 1; c < 3; c++) {
+        const TypeDesc other = b.spec.channelformat(b.channel[c]);
+        if (other.is_floating_point() != type.is_floating_point())
+            throw failure{IBL_BRIDGE_FORMAT,
+                          "its channels are partly integers"};
+    }
+    if (type.is_floating_point())
+        return storage::floats;
+    if (exr)
+        return storage::counts;
+    return type == TypeDesc::UINT8 || type == TypeDesc::UINT16
+               ? storage::shorts
+               : storage::fractions;
+}
+
+void describe(const ibl_bridge &b, ibl_bridge_info *info)
+{
+    *info = ibl_bridge_info();
+    info->width = b.width;
+    info->height = b.height;
+    info->data_width = b.spec.width;
+    info->data_height = b.spec.height;
+    info->raw_bytes = double(b.spec.width) * double(b.spec.height) *
+                      double(b.spec.pixel_bytes(true));
+    info->low_range = b.kind == storage::shorts || b.kind == storage::fractions;
+    std::snprintf(info->format, sizeof info->format, "%s, %s",
+                  b.input->format_name(),
+                  b.spec.channelformat(b.channel[0]).c_str());
+}
+
+// The sRGB decoding of IEC 61966-2-1.
+double srgb_to_linear(double v)
+{
+    return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+}
+
+// Where the data window's pixels go in the map.
+struct placement {
+    int x0, x1, y0, y1; // shown pixels, ends not included
+};
+
+placement place(const ibl_bridge &b)
+{
+    placement p;
+    p.x0 = std::max(b.spec.x, b.x0);
+    p.x1 = int(
+        std::min(int64_t(b.spec.x) + b.spec.width, int64_t(b.x0) + b.width));
+    p.y0 = std::max(b.spec.y, b.y0);
+    p.y1 = int(
+        std::min(int64_t(b.spec.y) + b.spec.height, int64_t(b.y0) + b.height));
+    return p;
+}
+
+// Rows y0..y1-1 of the data window, channels first..last, to buffer.
+void read_rows(ibl_bridge &b, int y0, int y1, int first, int last,
+               TypeDesc type, void *buffer)
+{
+    ImageInput &in = *b.input;
+    const ImageSpec &s = b.spec;
+    const bool ok =
+        s.tile_width > 0
+            ? in.read_tiles(b.subimage, 0, s.x, s.x + s.width, y0, y1, s.z,
+                            s.z + 1, first, last + 1, type, buffer)
+            : in.read_scanlines(b.subimage, 0, y0, y1, s.z, first, last + 1,
+                                type, buffer);
+    if (!ok)
+        throw failure{IBL_BRIDGE_FORMAT,
+                      complaint(in, "its pixels cannot be read")};
+}
+
+// One strip after another; tiled files in whole rows of tiles.
+template <typename T, typename Convert>
+void read_strips(ibl_bridge &b, TypeDesc type, const Convert &convert,
+                 float *rgb, ibl_bridge_tick *tick, void *arg)
+{
+    const placement p = place(b);
+    const int first = *std::min_element(b.channel, b.channel + 3);
+    const int last = *std::max_element(b.channel, b.channel + 3);
+    const size_t step = size_t(last - first + 1);
+    const int tile = std::max(b.spec.tile_height, 1);
+    const int rows = (strip_rows + tile - 1) / tile * tile;
+    const int end = b.spec.y + b.spec.height;
+    std::vector<T> strip(step * size_t(b.spec.width) *
+                         size_t(std::min(rows, b.spec.height)));
+
+    for (int y = b.spec.y; y < end; y += rows) {
+        const int stop = std::min(y + rows, end);
+        if (tick(arg, double(y - b.spec.y) / b.spec.height))
+            throw failure{IBL_BRIDGE_CANCELLED, "cancelled"};
+        read_rows(b, y, stop, first, last, type, strip.data());
+        for (int j = std::max(y, p.y0); j < std::min(stop, p.y1); j++) {
+            const T *src =
+                strip.data() + step * (size_t(j - y) * size_t(b.spec.width) +
+                                       size_t(p.x0 - b.spec.x));
+            float *dst = rgb + 3 * (size_t(j - b.y0) * size_t(b.width) +
+                                    size_t(p.x0 - b.x0));
+            for (int x = p.x0; x < p.x1; x++, src += step, dst += 3) {
+                for (int c = 0; c < 3; c++)
+                    dst[c] = convert(src[b.channel[c] - first]);
+            }
+        }
+    }
+}
+
+} // namespace
+
+EXPORT int ibl_bridge_abi(void)
+{
+    return IBL_BRIDGE_ABI;
+}
+
+EXPORT ibl_bridge_result ibl_bridge_open(const ibl_bridge_request *request,
+                                         ibl_bridge **bridge,
+                                         ibl_bridge_info *info, char *message)
+{
+    *bridge = nullptr;
+    return guarded(message, [&] {
+        std::unique_ptr<ibl_bridge> b(new ibl_bridge);
+        attribute("threads", request->threads);
+        attribute("exr_threads", request->threads > 1 ? request->threads : -1);
+        attribute("try_all_readers", 0);
+        if (request->reader)
+            open_as(*b, *request, request->reader);
+        else
+            open_any(*b, *request);
+        b->subimage = request->subimage;
+        seek(*b);
+        choose_channels(*b, *request);
+        b->kind = storage_of(*b);
+        b->x0 = b->spec.full_x;
+        b->y0 = b->spec.full_y;
+        b->width = b->spec.full_width;
+        b->height = b->spec.full_height;
+        const placement p = place(*b);
+        if (b->spec.width < 1 || b->spec.height < 1 || p.x1 <= p.x0 ||
+            p.y1 <= p.y0)
+            throw failure{IBL_BRIDGE_FORMAT,
+                          "its data lies outside its display window"};
+        describe(*b, info);
+        *bridge = b.release();
+    });
+}
+
+EXPORT ibl_bridge_result ibl_bridge_read(ibl_bridge *bridge, float *rgb,
+                                         ibl_bridge_tick *tick, void *arg,
+                                         char *message)
+{
+    return guarded(message, [&] {
+        ibl_bridge &b = *bridge;
+        const placement p = place(b);
+        if (p.x1 - p.x0 < b.width || p.y1 - p.y0 < b.height)
+            std::fill_n(rgb, size_t(3) * size_t(b.width) * size_t(b.height),
+                        0.0f);
+        switch (b.kind) {
+        case storage::shorts: {
+            // 8 bits widen to 16 exactly: v * 257 / 65535 = v / 255.
+            std::vector<float> table(65536);
+            for (size_t i = 0; i < table.size(); i++)
+                table[i] = float(srgb_to_linear(double(i) / 65535));
+            read_strips<uint16_t>(
+                b, TypeDesc::UINT16, [&](uint16_t v) { return table[v]; }, rgb,
+                tick, arg);
+            break;
+        }
+        case storage::fractions:
+            read_strips<float>(
+                b, TypeDesc::FLOAT,
+                [](float v) { return float(srgb_to_linear(double(v))); }, rgb,
+                tick, arg);
+            break;
+        case storage::counts:
+            read_strips<uint32_t>(
+                b, TypeDesc::UINT32, [](uint32_t v) { return float(v); }, rgb,
+                tick, arg);
+            break;
+        case storage::floats:
+            read_strips<float>(
+                b, TypeDesc::FLOAT, [](float v) { return v; }, rgb, tick, arg);
+            break;
+        }
+    });
+}
+
+EXPORT void ibl_bridge_close(ibl_bridge *bridge)
+{
+    try {
+        if (bridge && bridge->input)
+            bridge->input->close();
+        delete bridge;
+    } catch (...) {
+    }
+}

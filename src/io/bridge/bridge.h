@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What libiblbridge.so exports: OpenImageIO behind plain C. The library opens
+ * it with dlopen and calls these by name; programs use ibl/io.h.
+ *
+ * No call throws, prints or keeps a pointer that it was given beyond
+ * ibl_bridge_close.
+ */
+#ifndef IBL_IO_BRIDGE_BRIDGE_H
+#define IBL_IO_BRIDGE_BRIDGE_H
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Changes with every change of this file. */
+#define IBL_BRIDGE_ABI 1
+#define IBL_BRIDGE_MESSAGE 512
+
+typedef enum ibl_bridge_result {
+    IBL_BRIDGE_OK,
+    IBL_BRIDGE_NEEDS_FILE, /* this reader cannot read from memory: give path */
+    IBL_BRIDGE_UNKNOWN,    /* no reader knows it */
+    IBL_BRIDGE_FORMAT,
+    IBL_BRIDGE_MEMORY,
+    IBL_BRIDGE_CANCELLED
+} ibl_bridge_result;
+
+typedef struct ibl_bridge_request {
+    const unsigned char *bytes;
+    size_t size;
+    const char *path;   /* a file with the same bytes, or NULL */
+    const char *reader; /* OpenImageIO's name of the format; NULL: try all,
+                           which needs path */
+    int subimage;
+    const char *channels[3]; /* all or none; may be the same thrice */
+    int threads;
+} ibl_bridge_request;
+
+typedef struct ibl_bridge_info {
+    int width, height;           /* of the display window, which is the map */
+    int data_width, data_height; /* of the data window */
+    double raw_bytes;            /* decoded, all channels */
+    int low_range;               /* integers, which are decoded from sRGB */
+    char format[32];             /* "tiff, uint16" */
+} ibl_bridge_info;
+
+typedef struct ibl_bridge ibl_bridge;
+
+/* Called between strips with what is done, 0..1; not 0 stops the reading. */
+typedef int ibl_bridge_tick(void *arg, double done);
+
+int ibl_bridge_abi(void);
+
+/* Opens and looks at the header. message: IBL_BRIDGE_MESSAGE bytes, one line
+ * where the result is an error. *bridge is to be closed if it is OK. */
+ibl_bridge_result ibl_bridge_open(const ibl_bridge_request *request,
+                                  ibl_bridge **bridge, ibl_bridge_info *info,
+                                  char *message);
+/* Fills rgb, 3 * width * height linear floats; black outside the data
+ * window. Alpha is dropped: colours are taken as the file has them, neither
+ * multiplied nor divided by it. */
+ibl_bridge_result ibl_bridge_read(ibl_bridge *bridge, float *rgb,
+                                  ibl_bridge_tick *tick, void *arg,
+                                  char *message);
+void ibl_bridge_close(ibl_bridge *bridge); /* NULL is fine */
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
