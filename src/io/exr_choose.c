@@ -1,0 +1,397 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Which part and which channels of an EXR file are the picture.
+ *
+ * A channel's name is LAYER.NAME, the layer being everything before the last
+ * dot; plain names are the unnamed layer. A layer has colour if it has R, G
+ * and B, or Y, or Y, RY and BY ("Technical Introduction to OpenEXR").
+ */
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <strings.h>
+
+#include "core/context.h"
+#include "io/exr_file.h"
+
+enum {
+    MAX_CHANNELS = 1024
+};
+
+const char *ibl_exr_compression_name(exr_compression_t compression)
+{
+    static const char *const names[] = {"uncompressed", "RLE",   "ZIPS", "ZIP",
+                                        "PIZ",          "PXR24", "B44",  "B44A",
+                                        "DWAA",         "DWAB"};
+    const size_t i = (size_t)compression;
+    return i < sizeof names / sizeof names[0] ? names[i] : "unknown";
+}
+
+/* A list for a message, cut with dots where it gets long. */
+typedef struct list {
+    char text[400];
+    size_t used;
+    int count;
+    bool cut;
+} text_list;
+
+static void list_add(text_list *l, const char *fmt, ...)
+    __attribute__((format(printf, 2, 3)));
+
+static void list_add(text_list *l, const char *fmt, ...)
+{
+    const size_t room = sizeof l->text - l->used - sizeof ", ...";
+    char item[280];
+    va_list ap;
+
+    va_start(ap, fmt);
+    vsnprintf(item, sizeof item, fmt, ap);
+    va_end(ap);
+    for (char *c = item; *c; c++) {
+        if ((unsigned char)*c < ' ')
+            *c = '?';
+    }
+    if (l->cut)
+        return;
+    l->cut = strlen(item) + 2 > room;
+    l->used += (size_t)sprintf(l->text + l->used, "%s%s", l->count ? ", " : "",
+                               l->cut ? "..." : item);
+    l->count++;
+}
+
+static const char *base_name(const char *channel)
+{
+    const char *dot = strrchr(channel, '.');
+    return dot ? dot + 1 : channel;
+}
+
+static size_t layer_length(const char *channel)
+{
+    const char *dot = strrchr(channel, '.');
+    return dot ? (size_t)(dot - channel) : 0;
+}
+
+static bool in_layer(const char *channel, const char *layer, size_t length)
+{
+    return layer_length(channel) == length &&
+           (length == 0 || !strncmp(channel, layer, length));
+}
+
+/* The channel of that layer with that name, or with the longer one that some
+ * programs write; -1 if there is none. The exact spelling comes first. */
+static int find(const exr_attr_chlist_t *list, const char *layer, size_t length,
+                const char *name, const char *longer)
+{
+    int other = -1;
+    for (int i = 0; i < list->num_channels; i++) {
+        const char *channel = list->entries[i].name.str;
+        if (!in_layer(channel, layer, length))
+            continue;
+        const char *base = base_name(channel);
+        if (!strcmp(base, name))
+            return i;
+        if (other < 0 &&
+            (!strcasecmp(base, name) || (longer && !strcasecmp(base, longer))))
+            other = i;
+    }
+    return other;
+}
+
+static bool find_colour(const exr_attr_chlist_t *list, const char *layer,
+                        size_t length, ibl_exr_pick *pick)
+{
+    const int r = find(list, layer, length, "R", "red");
+    const int g = find(list, layer, length, "G", "green");
+    const int b = find(list, layer, length, "B", "blue");
+    if (r >= 0 && g >= 0 && b >= 0) {
+        pick->colour = IBL_EXR_RGB;
+        memcpy(pick->channel, (int[]){r, g, b}, sizeof pick->channel);
+        return true;
+    }
+    const int y = find(list, layer, length, "Y", NULL);
+    const int ry = find(list, layer, length, "RY", NULL);
+    const int by = find(list, layer, length, "BY", NULL);
+    if (y < 0)
+        return false;
+    pick->colour = ry >= 0 && by >= 0 ? IBL_EXR_LUMA_CHROMA : IBL_EXR_LUMA;
+    memcpy(pick->channel,
+           pick->colour == IBL_EXR_LUMA ? (int[]){y, y, y} : (int[]){y, ry, by},
+           sizeof pick->channel);
+    return true;
+}
+
+/* Calls add for every layer with colour. The core sorts channels by name, but
+ * a layer's may still lie apart ("a-b.R" sorts between "a" and "a.R"), so a
+ * layer counts at its first channel only. */
+static void list_layers(const exr_attr_chlist_t *list, text_list *out,
+                        ibl_exr_pick *last)
+{
+    for (int i = 0; i < list->num_channels; i++) {
+        const char *channel = list->entries[i].name.str;
+        const size_t length = layer_length(channel);
+        bool seen = false;
+        for (int j = 0; j < i && !seen; j++)
+            seen = in_layer(list->entries[j].name.str, channel, length);
+        if (seen || !find_colour(list, channel, length, last))
+            continue;
+        if (length)
+            list_add(out, "%.*s", (int)(length > 255 ? 255 : length), channel);
+        else
+            list_add(out, "(unnamed)");
+    }
+}
+
+/* Looks for the wanted colour in one part. count: how many layers have
+ * colour where it is not clear which is meant. */
+static bool look_in_part(const exr_attr_chlist_t *channels, const char *layer,
+                         ibl_exr_pick *pick, int *count)
+{
+    text_list layers = {.count = 0};
+    *count = 0;
+    if (layer)
+        return find_colour(channels, layer, strlen(layer), pick);
+    if (find_colour(channels, "", 0, pick))
+        return true;
+    list_layers(channels, &layers, pick);
+    *count = layers.count;
+    return layers.count == 1;
+}
+
+static bool is_deep(exr_storage_t storage)
+{
+    return storage == EXR_STORAGE_DEEP_SCANLINE ||
+           storage == EXR_STORAGE_DEEP_TILED;
+}
+
+static const exr_attr_chlist_t *channels_of(const ibl_exr_file *file, int part)
+{
+    const exr_attr_chlist_t *list = NULL;
+    if (exr_get_channels(file->exr, part, &list))
+        return NULL;
+    return list && list->num_channels <= MAX_CHANNELS ? list : NULL;
+}
+
+/* Why no part had what was wanted. */
+static ibl_status explain(ibl_ctx *ctx, const ibl_exr_file *file,
+                          const ibl_read_options *opts, int parts,
+                          bool ambiguous)
+{
+    text_list layers = {.count = 0}, names = {.count = 0};
+    int deep = 0, flat = 0;
+    ibl_exr_pick scratch;
+
+    for (int p = 0; p < parts; p++) {
+        exr_storage_t storage;
+        const exr_attr_chlist_t *list = channels_of(file, p);
+        if ((opts->part >= 0 && p != opts->part) ||
+            exr_get_storage(file->exr, p, &storage))
+            continue;
+        deep += is_deep(storage);
+        flat += !is_deep(storage);
+        if (!list || is_deep(storage))
+            continue;
+        list_layers(list, &layers, &scratch);
+        for (int i = 0; i < list->num_channels; i++)
+            list_add(&names, "%s", list->entries[i].name.str);
+    }
+    if (deep && !flat)
+        return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
+                        "%s: deep EXR data has no one colour per pixel; "
+                        "flatten it first",
+                        file->name);
+    if (!layers.count)
+        return ibl_fail(ctx, IBL_ERR_FORMAT,
+                        "%s: no colour in this EXR: it has %s, R G B or Y are "
+                        "needed",
+                        file->name, names.count ? names.text : "no channels");
+    if (ambiguous)
+        return ibl_fail(ctx, IBL_ERR_FORMAT,
+                        "%s: several layers have colour: %s; pick one with "
+                        "the layer option",
+                        file->name, layers.text);
+    return ibl_fail(ctx, IBL_ERR_FORMAT,
+                    "%s: no layer '%s' with colour; there are: %s", file->name,
+                    opts->layer ? opts->layer : "", layers.text);
+}
+
+static ibl_status no_such_part(ibl_ctx *ctx, const ibl_exr_file *file, int part,
+                               int parts)
+{
+    text_list names = {.count = 0};
+    for (int p = 0; p < parts; p++) {
+        const char *name = NULL;
+        if (exr_get_name(file->exr, p, &name) || !name)
+            name = "(unnamed)";
+        list_add(&names, "%d %s", p, name);
+    }
+    return ibl_fail(ctx, IBL_ERR_FORMAT, "%s: no part %d; there are: %s",
+                    file->name, part, names.text);
+}
+
+static ibl_status choose_part(ibl_ctx *ctx, const ibl_exr_file *file,
+                              const ibl_read_options *opts, ibl_exr_pick *pick)
+{
+    int parts = 0;
+    bool ambiguous = false;
+
+    if (exr_get_count(file->exr, &parts) || parts < 1)
+        return ibl_fail(ctx, IBL_ERR_FORMAT, "%s: this EXR has no parts",
+                        file->name);
+    if (opts->part >= parts)
+        return no_such_part(ctx, file, opts->part, parts);
+    for (int p = 0; p < parts; p++) {
+        exr_storage_t storage;
+        int count;
+        if (opts->part >= 0 && p != opts->part)
+            continue;
+        if (exr_get_storage(file->exr, p, &storage) || is_deep(storage))
+            continue;
+        pick->channels = channels_of(file, p);
+        if (!pick->channels)
+            continue;
+        if (look_in_part(pick->channels, opts->layer, pick, &count)) {
+            pick->part = p;
+            pick->tiled = storage == EXR_STORAGE_TILED;
+            return IBL_OK;
+        }
+        ambiguous |= count > 1;
+    }
+    return explain(ctx, file, opts, parts, ambiguous);
+}
+
+/* Sampling rates that are wanted: 1 everywhere, 2 for both chroma channels.
+ * And rates of the other channels that the core counts rightly: its chunks
+ * hold whole steps of them. */
+static ibl_status check_sampling(ibl_ctx *ctx, const ibl_exr_file *file,
+                                 ibl_exr_pick *pick)
+{
+    const exr_attr_chlist_entry_t *all = pick->channels->entries;
+    int lines = 1;
+
+    if (!pick->tiled)
+        exr_get_scanlines_per_chunk(file->exr, pick->part, &lines);
+    for (int i = 0; i < pick->channels->num_channels; i++) {
+        if (lines > 1 && lines % all[i].y_sampling)
+            return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
+                            "%s: channel %s has every %dth line only, which "
+                            "%s blocks of %d lines cannot hold",
+                            file->name, all[i].name.str, all[i].y_sampling,
+                            ibl_exr_compression_name(pick->compression), lines);
+    }
+    pick->chroma_step = 1;
+    if (pick->colour == IBL_EXR_LUMA_CHROMA)
+        pick->chroma_step = all[pick->channel[1]].x_sampling;
+    for (int c = 0; c < 3; c++) {
+        const bool chroma = pick->colour == IBL_EXR_LUMA_CHROMA && c > 0;
+        const int step = chroma ? pick->chroma_step : 1;
+        const exr_attr_chlist_entry_t *e = &all[pick->channel[c]];
+        if (e->x_sampling != step || e->y_sampling != step || step > 2)
+            return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
+                            "%s: channel %s is sampled every %d x %d pixels; "
+                            "only RY and BY may be, every 2 x 2",
+                            file->name, e->name.str, e->x_sampling,
+                            e->y_sampling);
+    }
+    return IBL_OK;
+}
+
+static ibl_status read_window(ibl_ctx *ctx, const ibl_exr_file *file,
+                              const exr_attr_box2i_t *box, const char *what,
+                              ibl_exr_window *w)
+{
+    const long long width = (long long)box->max.x - box->min.x + 1;
+    const long long height = (long long)box->max.y - box->min.y + 1;
+    if (width < 1 || height < 1 || width > IBL_MAX_EDGE ||
+        height > IBL_MAX_EDGE)
+        return ibl_fail(ctx, IBL_ERR_FORMAT,
+                        "%s: the EXR's %s is %lldx%lld; each edge must be 1 "
+                        "to %d",
+                        file->name, what, width, height, IBL_MAX_EDGE);
+    *w = (ibl_exr_window){box->min.x, box->min.y, box->max.x,
+                          box->max.y, (int)width, (int)height};
+    return IBL_OK;
+}
+
+/* Black around the data costs memory that the file does not account for. */
+static ibl_status check_windows(ibl_ctx *ctx, const ibl_exr_file *file,
+                                const ibl_exr_pick *pick)
+{
+    const ibl_exr_window *map = &pick->display, *data = &pick->data;
+    const double pixels = (double)map->width * map->height;
+
+    if (data->x1 < map->x0 || data->x0 > map->x1 || data->y1 < map->y0 ||
+        data->y0 > map->y1)
+        return ibl_fail(ctx, IBL_ERR_FORMAT,
+                        "%s: the EXR's data window lies outside its display "
+                        "window, so the map is empty",
+                        file->name);
+    if (pixels > 8e6 && pixels > 64.0 * data->width * data->height)
+        return ibl_fail(ctx, IBL_ERR_FORMAT,
+                        "%s: the EXR's display window is %dx%d but its data "
+                        "only %dx%d; less than 1/64 is taken for damage",
+                        file->name, map->width, map->height, data->width,
+                        data->height);
+    return IBL_OK;
+}
+
+static ibl_status read_luma(ibl_ctx *ctx, const ibl_exr_file *file,
+                            ibl_exr_pick *pick)
+{
+    /* Rec. 709, what a file without the attribute means. */
+    exr_attr_chromaticities_t c = {0.64f, 0.33f, 0.30f,   0.60f,
+                                   0.15f, 0.06f, 0.3127f, 0.3290f};
+    if (pick->colour != IBL_EXR_LUMA_CHROMA)
+        return IBL_OK;
+    exr_attr_get_chromaticities(file->exr, pick->part, "chromaticities", &c);
+    if (!ibl_exr_luma(&c, pick->luma))
+        return ibl_fail(ctx, IBL_ERR_FORMAT,
+                        "%s: the EXR's chromaticities span no colour space",
+                        file->name);
+    return IBL_OK;
+}
+
+static ibl_status refuse_cube(ibl_ctx *ctx, const ibl_exr_file *file, int part)
+{
+    exr_envmap_t kind;
+    if (exr_attr_get_envmap(file->exr, part, "envmap", &kind) ||
+        kind != EXR_ENVMAP_CUBE)
+        return IBL_OK;
+    return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
+                    "%s: this EXR holds the six faces of a cube; a "
+                    "latitude-longitude map is needed (exrenvmap makes one)",
+                    file->name);
+}
+
+ibl_status ibl_exr_choose(ibl_ctx *ctx, ibl_exr_file *file,
+                          const ibl_read_options *opts, ibl_exr_pick *pick)
+{
+    exr_attr_box2i_t display, data;
+    ibl_status status;
+
+    *pick = (ibl_exr_pick){0};
+    ibl_exr_listen(file);
+    status = choose_part(ctx, file, opts, pick);
+    if (status)
+        return status;
+    if (exr_get_display_window(file->exr, pick->part, &display) ||
+        exr_get_data_window(file->exr, pick->part, &data) ||
+        exr_get_compression(file->exr, pick->part, &pick->compression) ||
+        (pick->tiled &&
+         exr_get_tile_sizes(file->exr, pick->part, 0, 0, &pick->tile_width,
+                            &pick->tile_height)))
+        return ibl_fail(ctx, IBL_ERR_FORMAT, "%s: damaged EXR header: %s",
+                        file->name, file->text);
+    status = refuse_cube(ctx, file, pick->part);
+    if (!status)
+        status =
+            read_window(ctx, file, &display, "display window", &pick->display);
+    if (!status)
+        status = read_window(ctx, file, &data, "data window", &pick->data);
+    if (!status)
+        status = check_windows(ctx, file, pick);
+    if (!status)
+        status = check_sampling(ctx, file, pick);
+    if (!status)
+        status = read_luma(ctx, file, pick);
+    return status;
+}

@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: MIT */
+/* What the parts of the EXR reader share. */
+#ifndef IBL_IO_EXR_FILE_H
+#define IBL_IO_EXR_FILE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <OpenEXR/openexr.h>
+
+#include "ibl/io.h"
+
+/* A file in memory, opened by OpenEXRCore. */
+typedef struct ibl_exr_file {
+    const char *name; /* stands in messages */
+    const unsigned char *bytes;
+    size_t size;
+    exr_context_t exr;
+    bool deaf;      /* jobs run: texts of the core are not kept */
+    char text[256]; /* the first complaint of the core since ibl_exr_listen */
+} ibl_exr_file;
+
+/* Forgets the core's last complaint, to have the next one in file->text. */
+void ibl_exr_listen(ibl_exr_file *file);
+
+/* Pixels x0..x1, y0..y1, both ends included. */
+typedef struct ibl_exr_window {
+    int x0, y0, x1, y1;
+    int width, height;
+} ibl_exr_window;
+
+typedef enum ibl_exr_colour {
+    IBL_EXR_RGB,
+    IBL_EXR_LUMA,       /* Y alone */
+    IBL_EXR_LUMA_CHROMA /* Y RY BY */
+} ibl_exr_colour;
+
+/* The pixels that are wanted: a part and three of its channels. */
+typedef struct ibl_exr_pick {
+    int part;
+    ibl_exr_colour colour;
+    int channel[3];  /* places in the part's list: R G B, Y Y Y or Y RY BY */
+    int chroma_step; /* 1, or 2 where RY and BY have half the edge */
+    const exr_attr_chlist_t *channels; /* owned by the core */
+    exr_compression_t compression;
+    bool tiled;
+    int tile_width, tile_height; /* of tiled parts */
+    ibl_exr_window display, data;
+    float luma[3]; /* Y's weights of R, G and B */
+} ibl_exr_pick;
+
+/* "ZIP", "DWAA", ... */
+const char *ibl_exr_compression_name(exr_compression_t compression);
+
+/*
+ * Finds the part and layer that opts ask for, and the part's windows.
+ * Refuses what cannot be read, naming the parts or layers that there are.
+ */
+ibl_status ibl_exr_choose(ibl_ctx *ctx, ibl_exr_file *file,
+                          const ibl_read_options *opts, ibl_exr_pick *pick);
+
+/* One block of the part: its place in the file, and in the image. */
+typedef struct ibl_exr_chunk {
+    uint64_t offset;
+    uint32_t packed, unpacked; /* bytes; equal: stored as it is */
+    int x, y, width, height;   /* pixels, in the file's coordinates */
+} ibl_exr_chunk;
+
+/* Every chunk of level 0 that shows in the image, in the part's order. */
+typedef struct ibl_exr_table {
+    ibl_exr_chunk *chunks;
+    int count;
+    uint64_t unpacked; /* bytes of all of them */
+} ibl_exr_table;
+
+/* Lists the chunks, having checked that the file holds them and that their
+ * sizes are ones which the compression can reach. */
+ibl_status ibl_exr_list_chunks(ibl_ctx *ctx, ibl_exr_file *file,
+                               const ibl_exr_pick *pick, ibl_exr_table *table);
+void ibl_exr_table_free(ibl_exr_table *table);
+
+/* Half-size planes of RY and BY, those of the data window. */
+typedef struct ibl_exr_chroma {
+    int width, height;
+    float *plane[2];
+} ibl_exr_chroma;
+
+/* Whether this core can undo the compression; tries it on one chunk. */
+bool ibl_exr_can_decode(ibl_exr_file *file, const ibl_exr_pick *pick,
+                        const ibl_exr_table *table);
+
+/*
+ * Decodes the chunks on the pool into img, which is as large as the display
+ * window. Chroma that is sampled by half goes to chroma instead.
+ */
+ibl_status ibl_exr_decode_chunks(ibl_ctx *ctx, ibl_exr_file *file,
+                                 const ibl_exr_pick *pick,
+                                 const ibl_exr_table *table, ibl_image *img,
+                                 ibl_exr_chroma *chroma);
+
+/* Weights of R, G and B in Y for a file's chromaticities; false if those
+ * span no colour space. */
+bool ibl_exr_luma(const exr_attr_chromaticities_t *c, float luma[3]);
+
+/* Turns Y RY BY in img to R G B. With half-size chroma img has only Y yet,
+ * and chroma is interpolated. */
+ibl_status ibl_exr_to_rgb(ibl_ctx *ctx, const ibl_exr_pick *pick,
+                          const ibl_exr_chroma *chroma, ibl_image *img);
+
+#endif
