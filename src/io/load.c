@@ -1,0 +1,197 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/load.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/alloc.h"
+#include "core/context.h"
+
+enum {
+    POLL_MS = 50,          /* how soon a cancel is seen */
+    GRACE_MS = 500,        /* for a pipe's writer to come */
+    FIRST_BYTES = 1 << 16, /* of a stream */
+    MAX_READ = 1 << 24
+};
+
+/* Streams end somewhere; a machine's memory should not be what ends them.
+ * The largest map, flat, in 4 channels of 4 bytes, is 64 GiB. */
+static const uint64_t max_known = (uint64_t)65 << 30;
+static const uint64_t max_unknown = (uint64_t)256 << 20;
+
+typedef struct input {
+    ibl_ctx *ctx;
+    const char *name;
+    int fd;
+    bool stream;  /* may wait for a writer */
+    bool may_end; /* a pipe has had a writer, so that its end is its end */
+    ibl_known_fn *known;
+    unsigned char *bytes;
+    size_t size, room;
+} input;
+
+static ibl_status refuse(const input *in, const char *why)
+{
+    return ibl_fail(in->ctx, IBL_ERR_IO, "%s: %s", in->name, why);
+}
+
+static ibl_status grow(input *in)
+{
+    const size_t room = in->room * 2;
+    unsigned char *more = room > in->room ? ibl_alloc_array(room, 1) : NULL;
+    if (!more)
+        return ibl_fail(in->ctx, IBL_ERR_MEMORY,
+                        "%s: no memory for more than %zu bytes", in->name,
+                        in->size);
+    memcpy(more, in->bytes, in->size);
+    ibl_free(in->bytes);
+    in->bytes = more;
+    in->room = room;
+    return IBL_OK;
+}
+
+/* Waits until a stream has something, with an eye on cancelling. */
+static ibl_status wait_for(const input *in)
+{
+    struct pollfd p = {.fd = in->fd, .events = POLLIN};
+    while (!ibl_cancelled(in->ctx)) {
+        const int n = poll(&p, 1, POLL_MS);
+        if (n > 0)
+            return IBL_OK;
+        if (n < 0 && errno != EINTR)
+            return refuse(in, strerror(errno));
+        if (n == 0 && !in->may_end)
+            return IBL_OK;
+    }
+    return IBL_ERR_CANCELLED;
+}
+
+/* Reads once. *n is 0 at the end. */
+static ibl_status read_some(input *in, ssize_t *n)
+{
+    int waited = 0;
+    for (;;) {
+        const size_t room = in->room - in->size;
+        ibl_status status = in->stream ? wait_for(in) : IBL_OK;
+        if (status)
+            return status;
+        *n = read(in->fd, in->bytes + in->size,
+                  room < MAX_READ ? room : MAX_READ);
+        if (*n > 0 || (*n == 0 && in->may_end))
+            return IBL_OK;
+        if (*n < 0 && errno == EAGAIN) {
+            in->may_end = true; /* there is a writer, but no data yet */
+        } else if (*n < 0 && errno != EINTR) {
+            return refuse(in, strerror(errno));
+        } else if (*n == 0) {
+            if (waited >= GRACE_MS)
+                return refuse(in, "is a pipe that nobody writes to");
+            waited += POLL_MS; /* what wait_for took */
+        }
+        if (ibl_cancelled(in->ctx))
+            return IBL_ERR_CANCELLED;
+    }
+}
+
+static ibl_status check_length(const input *in, uint64_t size)
+{
+    const bool known = !in->stream || in->known(in->bytes, in->size);
+    const uint64_t most = known ? max_known : max_unknown;
+    if (size <= most)
+        return IBL_OK;
+    return ibl_fail(in->ctx, IBL_ERR_FORMAT, "%s: over %llu MiB of %s",
+                    in->name, (unsigned long long)(most >> 20),
+                    known ? "image, more than any map has"
+                          : "something that does not begin as an image does");
+}
+
+static ibl_status read_all(input *in)
+{
+    for (;;) {
+        ssize_t n;
+        ibl_status status = IBL_OK;
+        if (in->size == in->room)
+            status = check_length(in, in->size);
+        if (!status && in->size == in->room)
+            status = grow(in);
+        if (!status)
+            status = read_some(in, &n);
+        if (status)
+            return status;
+        if (n == 0)
+            break;
+        in->may_end = true;
+        in->size += (size_t)n;
+        if (ibl_cancelled(in->ctx))
+            return IBL_ERR_CANCELLED;
+    }
+    if (!in->size)
+        return ibl_fail(in->ctx, IBL_ERR_FORMAT, "%s: is empty", in->name);
+    return IBL_OK;
+}
+
+/* Looks at what was opened, and makes the first room. */
+static ibl_status prepare(input *in, bool standard_input)
+{
+    struct stat st;
+    if (fstat(in->fd, &st))
+        return refuse(in, strerror(errno));
+    if (S_ISDIR(st.st_mode))
+        return refuse(in, "is a directory, an image file is needed");
+    if (standard_input && isatty(in->fd))
+        return refuse(in, "is a terminal; pipe an image into it");
+    if (!standard_input && !S_ISREG(st.st_mode) && !S_ISFIFO(st.st_mode))
+        return refuse(in, "is a device, not a file; for standard input give -");
+    in->stream = !S_ISREG(st.st_mode);
+    in->may_end = standard_input || !S_ISFIFO(st.st_mode);
+    /* One byte over, to see the end; a size of 0 may be a file of /proc. */
+    in->room = FIRST_BYTES;
+    if (!in->stream && st.st_size >= FIRST_BYTES) {
+        const ibl_status status = check_length(in, (uint64_t)st.st_size);
+        if (status)
+            return status;
+        in->room = (size_t)st.st_size + 1;
+    }
+    in->bytes = ibl_alloc_array(in->room, 1);
+    if (!in->bytes)
+        return ibl_fail(in->ctx, IBL_ERR_MEMORY,
+                        "%s: no memory for its %zu bytes", in->name, in->room);
+    return IBL_OK;
+}
+
+ibl_status ibl_file_load(ibl_ctx *ctx, const char *path, ibl_known_fn *known,
+                         unsigned char **bytes, size_t *size)
+{
+    const bool standard_input = !strcmp(path, "-");
+    input in = {.ctx = ctx,
+                .name = standard_input ? "standard input" : path,
+                .fd = STDIN_FILENO,
+                .known = known};
+    ibl_status status;
+
+    /* Not blocking: a FIFO without a writer would, for ever. */
+    if (!standard_input)
+        in.fd = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    if (in.fd < 0)
+        return ibl_fail(ctx, IBL_ERR_IO, "%s: cannot be opened: %s", path,
+                        strerror(errno));
+    status = prepare(&in, standard_input);
+    if (!status)
+        status = read_all(&in);
+    if (!standard_input)
+        close(in.fd);
+    if (status) {
+        ibl_free(in.bytes);
+        return status;
+    }
+    *bytes = in.bytes;
+    *size = in.size;
+    return IBL_OK;
+}
