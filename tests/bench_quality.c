@@ -384,7 +384,11 @@ static void print_table(const settings *s, const ibl_image *env,
                         const probes *sets, const ibl_cube *cubes, int programs)
 {
     print_head(programs);
-    for (int l = 0; l < s->spec.levels; l++) {
+    /* Where level 0 magnifies, the library interpolates between pixels. */
+    if (env->width < 4 * s->spec.size)
+        printf("    0  0.0000      -  (the map's pixels are larger than its "
+               "texels)\n");
+    for (int l = env->width < 4 * s->spec.size; l < s->spec.levels; l++) {
         errors e[2];
         double power[2];
         for (int k = 0; k < programs; k++) {
