@@ -76,6 +76,11 @@ ibl_status ibl_image_decode(ibl_ctx *ctx, const char *name, const void *bytes,
                             size_t size, const ibl_read_options *opts,
                             ibl_image *img, ibl_read_report *report);
 
+/* Version of the OpenEXRCore that reads EXR here, as "3.1.5". */
+const char *ibl_exr_version(void);
+/* Where the image bridge is looked for by a context that was given none. */
+const char *ibl_bridge_path(void);
+
 /* ---- textures ------------------------------------------------------- */
 
 typedef enum ibl_pixel {

@@ -59,6 +59,11 @@ static ibl_status not_there(ibl_ctx *ctx, const ibl_bridge_source *source,
                     source->name, kind, error ? error : path);
 }
 
+const char *ibl_bridge_path(void)
+{
+    return IBL_BRIDGE;
+}
+
 /* POSIX lets a pointer from dlsym become one to a function; C has no cast for
  * it. */
 static bool find(void *library, const char *name, void *call)
@@ -73,7 +78,8 @@ static bool find(void *library, const char *name, void *call)
 static ibl_status load(ibl_ctx *ctx, const ibl_bridge_source *source,
                        bridge_calls *calls)
 {
-    const char *path = ibl_ctx_bridge(ctx) ? ibl_ctx_bridge(ctx) : IBL_BRIDGE;
+    const char *path =
+        ibl_ctx_bridge(ctx) ? ibl_ctx_bridge(ctx) : ibl_bridge_path();
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!library)
         return not_there(ctx, source, path, dlerror());
