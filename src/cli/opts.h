@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: MIT */
+/* The command line as one struct. */
+#ifndef CLI_OPTS_H
+#define CLI_OPTS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdio.h>
+
+#include <ibl/ibl.h>
+#include <ibl/io.h>
+
+/* What a bake can leave, in the order in which it is made. Bit n of
+ * ibl_opts.only is output n. */
+typedef enum ibl_output_kind {
+    IBL_OUTPUT_SKYBOX,
+    IBL_OUTPUT_SPECULAR,
+    IBL_OUTPUT_IRRADIANCE,
+    IBL_OUTPUT_LUT,
+    IBL_OUTPUT_JSON,
+    IBL_OUTPUT_COUNT
+} ibl_output_kind;
+
+typedef struct ibl_opts {
+    const char *input; /* "-": standard input; NULL: none (LUT alone) */
+    const char *directory;
+    const char *name; /* NULL until ibl_opts_parse finds it */
+    int format;       /* ibl_container */
+    int pixel;        /* ibl_pixel of the cubes */
+    unsigned only;    /* outputs that are wanted */
+    int skybox;       /* edge; 0: none */
+    ibl_specular_options specular;
+    int mapping; /* ibl_roughness_map */
+    int pdf_mip;
+    ibl_irradiance_options irradiance;
+    ibl_lut_options lut;
+    int geometry;  /* ibl_geometry */
+    int sh_degree; /* of the sidecar's spherical harmonics */
+    double yaw_deg;
+    ibl_read_options read;
+    int threads;
+    int isa; /* ibl_isa */
+    const char *preview;
+    const char *depfile;
+    int timings; /* stage times in the sidecar */
+    int quiet;
+    int verbose;
+    int help;
+    int version;
+    char stem[256]; /* holds name when it comes from input */
+} ibl_opts;
+
+/* Whether the bake leaves an output. */
+bool ibl_opts_wants(const ibl_opts *o, ibl_output_kind kind);
+/* "skybox", "specular", "irradiance", "lut" or "json". */
+const char *ibl_output_name(ibl_output_kind kind);
+
+/* The pixel of the LUT: rg32f where the cubes are rgba32f, else rg16f. */
+ibl_pixel ibl_opts_lut_pixel(const ibl_opts *o);
+
+/*
+ * Fills o from argv; strings point into argv or into o. Returns 0, or 2 after
+ * one line on stderr that says what is wrong. With help or version set
+ * nothing else was checked.
+ */
+int ibl_opts_parse(int argc, char **argv, ibl_opts *o);
+
+/* The whole --help, from the table of options; at most 80 columns. */
+void ibl_opts_help(FILE *to);
+
+#endif
