@@ -34,8 +34,8 @@ SANITIZE := $(filter -fsanitize=%,$(OPT_$(config)))
 EXR_CFLAGS = $(shell pkg-config --cflags OpenEXR 2>/dev/null)
 EXR_LIBS = $(shell pkg-config --variable=libdir OpenEXR 2>/dev/null | \
              sed 's/^/-L/') -lOpenEXRCore
-CLI_CFLAGS = $(shell pkg-config --cflags libpng jansson 2>/dev/null)
-CLI_LIBS = $(shell pkg-config --libs libpng jansson 2>/dev/null)
+CLI_CFLAGS = $(shell pkg-config --cflags libpng zlib jansson 2>/dev/null)
+CLI_LIBS = $(shell pkg-config --libs libpng zlib jansson 2>/dev/null)
 HAVE_OIIO = $(shell pkg-config --exists OpenImageIO && echo yes)
 
 REQUIRED := -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -pthread \

@@ -1,0 +1,328 @@
+/* SPDX-License-Identifier: MIT */
+#include "cli/bake.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "cli/bridge_file.h"
+#include "cli/depfile.h"
+#include "cli/keys.h"
+#include "cli/preview.h"
+#include "cli/sidecar.h"
+#include "cli/signals.h"
+
+int ibl_bake_level_samples(const ibl_bake *b, int level)
+{
+    const ibl_specular_options *o = &b->opts->specular;
+    if (level == 0)
+        return 0;
+    return o->level_samples[level] ? o->level_samples[level] : o->samples;
+}
+
+const char *ibl_bake_irradiance_method(const ibl_bake *b)
+{
+    return b->opts->irradiance.step > 0 ? "hemisphere grid" : "pixel sum";
+}
+
+const char *ibl_bake_lut_method(const ibl_bake *b)
+{
+    return b->opts->lut.samples ? "hammersley" : "quadrature";
+}
+
+static ibl_status no_memory(ibl_bake *b, const char *what)
+{
+    ibl_console_fail(b->console, "no memory for %s: ask for less", what);
+    return IBL_ERR_MEMORY;
+}
+
+/* ---- plan: which files, and that none of them is the input ------------ */
+
+static char *output_path(const ibl_opts *o, ibl_output_kind kind)
+{
+    const char *ext = kind == IBL_OUTPUT_JSON
+                          ? "json"
+                          : ibl_container_name((ibl_container)o->format);
+    const char *slash =
+        o->directory[strlen(o->directory) - 1] == '/' ? "" : "/";
+    const size_t size = strlen(o->directory) + strlen(o->name) + 32;
+    char *path = malloc(size);
+
+    if (!path)
+        return NULL;
+    if (kind == IBL_OUTPUT_LUT)
+        snprintf(path, size, "%s%sbrdf_lut.%s", o->directory, slash, ext);
+    else if (kind == IBL_OUTPUT_JSON)
+        snprintf(path, size, "%s%s%s.%s", o->directory, slash, o->name, ext);
+    else
+        snprintf(path, size, "%s%s%s_%s.%s", o->directory, slash, o->name,
+                 ibl_output_name(kind), ext);
+    return path;
+}
+
+/* Whether an output would replace the input. */
+static bool is_input(const ibl_opts *o, const char *path)
+{
+    struct stat in, out;
+
+    return path && o->input && strcmp(o->input, "-") != 0 &&
+           !stat(o->input, &in) && !stat(path, &out) &&
+           in.st_dev == out.st_dev && in.st_ino == out.st_ino;
+}
+
+static ibl_status plan(ibl_bake *b)
+{
+    const ibl_opts *o = b->opts;
+    const char *paths[IBL_OUTPUT_COUNT + 2];
+    int count = 0;
+
+    for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++)
+        if (ibl_opts_wants(o, (ibl_output_kind)kind)) {
+            b->files[kind].path = output_path(o, (ibl_output_kind)kind);
+            if (!b->files[kind].path)
+                return no_memory(b, "file names");
+            paths[count++] = b->files[kind].path;
+        }
+    paths[count++] = o->preview;
+    paths[count++] = o->depfile;
+    for (int i = 0; i < count; i++)
+        if (is_input(o, paths[i])) {
+            ibl_console_fail(b->console,
+                             "%s: is both input and output: choose another "
+                             "--name or directory",
+                             paths[i]);
+            return IBL_ERR_ARGUMENT;
+        }
+    return IBL_OK;
+}
+
+/* ---- context --------------------------------------------------------- */
+
+static ibl_status open_context(ibl_bake *b)
+{
+    ibl_ctx_options opts = ibl_ctx_options_default();
+    char *bridge = ibl_bridge_beside();
+
+    opts.threads = b->opts->threads;
+    opts.isa = (ibl_isa)b->opts->isa;
+    opts.log = ibl_console_log;
+    opts.log_cookie = b->console;
+    opts.progress = ibl_console_progress;
+    opts.progress_cookie = b->console;
+    opts.bridge = bridge;
+    /* So that no pool thread ever runs the handler. */
+    ibl_signals_hold();
+    const ibl_status status = ibl_ctx_create(&opts, &b->ctx);
+    ibl_signals_release();
+    free(bridge);
+    return status;
+}
+
+/* ---- outputs --------------------------------------------------------- */
+
+/* Hands a file to the set. A signal is held back meanwhile: the set is not
+ * whole while it changes. */
+static ibl_status put(ibl_bake *b, const char *path, const void *bytes,
+                      size_t size)
+{
+    ibl_console_progress(b->console, "write", 0);
+    return ibl_outputs_add(b->outputs, path, bytes, size);
+}
+
+/* Encodes, writes and frees a texture. */
+static ibl_status put_texture(ibl_bake *b, ibl_output_kind kind,
+                              ibl_texture *tex)
+{
+    ibl_baked *file = &b->files[kind];
+    void *bytes = NULL;
+    ibl_status status = ibl_keys_set(b, kind, tex);
+
+    if (!status)
+        status = ibl_texture_encode(b->ctx, tex, (ibl_container)b->opts->format,
+                                    &bytes, &file->bytes);
+    if (!status)
+        status = put(b, file->path, bytes, file->bytes);
+    if (!status && file->saturated)
+        ibl_console_warn(
+            b->console,
+            "%s: %zu values above %.9g became that, the largest of %s: use "
+            "--pixel rgba32f to keep them",
+            file->path, file->saturated, (double)ibl_pixel_max(tex->pixel),
+            ibl_pixel_name(tex->pixel));
+    ibl_bytes_free(bytes);
+    file->shape = *tex;
+    file->shape.data = NULL;
+    file->shape.keys = NULL;
+    file->shape.key_count = 0;
+    ibl_texture_free(tex);
+    return status;
+}
+
+static ibl_status put_cube(ibl_bake *b, ibl_output_kind kind,
+                           const ibl_cube *cube)
+{
+    ibl_texture tex = {0};
+    ibl_console_progress(b->console, "write", 0);
+    const ibl_status status =
+        ibl_texture_from_cube(b->ctx, cube, (ibl_pixel)b->opts->pixel, &tex,
+                              &b->files[kind].saturated);
+    return status ? status : put_texture(b, kind, &tex);
+}
+
+static ibl_status make_skybox(ibl_bake *b)
+{
+    const int size = b->opts->skybox;
+    int levels = 1;
+
+    while (size >> levels)
+        levels++;
+    ibl_status status = ibl_cube_alloc(b->ctx, size, levels, &b->skybox);
+    if (!status)
+        status = ibl_cube_from_latlong(b->ctx, &b->env, b->opts->yaw_deg,
+                                       &b->skybox);
+    if (!status)
+        status = ibl_cube_build_mips(b->ctx, &b->skybox);
+    return status ? status : put_cube(b, IBL_OUTPUT_SKYBOX, &b->skybox);
+}
+
+static ibl_status make_specular(ibl_bake *b)
+{
+    const ibl_status status =
+        ibl_bake_specular(b->ctx, &b->env, &b->opts->specular, &b->specular);
+    return status ? status : put_cube(b, IBL_OUTPUT_SPECULAR, &b->specular);
+}
+
+static ibl_status make_irradiance(ibl_bake *b)
+{
+    const ibl_status status = ibl_bake_irradiance(
+        b->ctx, &b->env, &b->opts->irradiance, &b->irradiance);
+    return status ? status : put_cube(b, IBL_OUTPUT_IRRADIANCE, &b->irradiance);
+}
+
+static ibl_status make_lut(ibl_bake *b)
+{
+    ibl_texture tex = {0};
+    ibl_status status = ibl_bake_lut(b->ctx, &b->opts->lut, &b->lut);
+
+    if (!status)
+        status =
+            ibl_texture_from_lut(b->ctx, &b->lut, ibl_opts_lut_pixel(b->opts),
+                                 &tex, &b->files[IBL_OUTPUT_LUT].saturated);
+    return status ? status : put_texture(b, IBL_OUTPUT_LUT, &tex);
+}
+
+static ibl_status make_json(ibl_bake *b)
+{
+    const size_t edge = (size_t)b->opts->sh_degree + 1;
+    char *text = NULL;
+
+    b->sh = malloc(3 * edge * edge * sizeof *b->sh);
+    if (!b->sh)
+        return no_memory(b, "the spherical harmonics");
+    ibl_status status = ibl_bake_sh(b->ctx, &b->env, b->opts->sh_degree,
+                                    b->opts->yaw_deg, b->sh);
+    if (status)
+        return status;
+    ibl_console_progress(b->console, "write", 0);
+    text = ibl_sidecar_text(b);
+    if (!text)
+        return no_memory(b, "the sidecar");
+    status = put(b, b->files[IBL_OUTPUT_JSON].path, text, strlen(text));
+    free(text);
+    return status;
+}
+
+static ibl_status make_preview(ibl_bake *b)
+{
+    void *png = NULL;
+    size_t size;
+
+    ibl_console_progress(b->console, "preview", 0);
+    if (!ibl_preview_png(b, &png, &size))
+        return no_memory(b, "the preview");
+    const ibl_status status = put(b, b->opts->preview, png, size);
+    free(png);
+    return status;
+}
+
+static ibl_status make_depfile(ibl_bake *b)
+{
+    char *text = ibl_depfile_text(b);
+
+    if (!text)
+        return no_memory(b, "the depfile");
+    const ibl_status status = put(b, b->opts->depfile, text, strlen(text));
+    free(text);
+    return status;
+}
+
+static ibl_status make_all(ibl_bake *b)
+{
+    static ibl_status (*const makers[IBL_OUTPUT_COUNT])(ibl_bake *) = {
+        make_skybox, make_specular, make_irradiance, make_lut, make_json};
+    ibl_status status = IBL_OK;
+
+    if (b->opts->input)
+        status = ibl_image_read(b->ctx, b->opts->input, &b->opts->read, &b->env,
+                                &b->report);
+    for (int kind = 0; kind < IBL_OUTPUT_COUNT && !status; kind++)
+        if (b->files[kind].path)
+            status = makers[kind](b);
+    if (!status && b->opts->preview)
+        status = make_preview(b);
+    if (!status && b->opts->depfile)
+        status = make_depfile(b);
+    return status;
+}
+
+static void free_bake(ibl_bake *b)
+{
+    ibl_signals_guard(NULL);
+    ibl_outputs_free(b->outputs);
+    ibl_image_free(&b->env);
+    ibl_cube_free(&b->skybox);
+    ibl_cube_free(&b->specular);
+    ibl_cube_free(&b->irradiance);
+    ibl_lut_free(&b->lut);
+    free(b->sh);
+    for (int i = 0; i < IBL_OUTPUT_COUNT; i++)
+        free(b->files[i].path);
+    ibl_ctx_free(b->ctx);
+}
+
+int ibl_bake_run(const ibl_opts *opts)
+{
+    ibl_console console;
+    ibl_bake b = {.opts = opts, .console = &console};
+    ibl_status status;
+
+    ibl_console_init(&console, opts->quiet, opts->verbose);
+    ibl_signals_catch();
+    status = plan(&b);
+    if (!status)
+        status = open_context(&b);
+    if (!status)
+        status = ibl_outputs_create(b.ctx, &b.outputs);
+    if (!status) {
+        ibl_signals_guard(b.outputs);
+        status = ibl_outputs_mkdir(b.outputs, opts->directory);
+    }
+    if (!status)
+        status = make_all(&b);
+    if (!status) {
+        ibl_console_progress(&console, "write", 1);
+        ibl_signals_hold();
+        status = ibl_outputs_commit(b.outputs);
+        ibl_signals_guard(NULL);
+        ibl_signals_release();
+    }
+    ibl_console_finish(&console);
+    if (status)
+        ibl_console_fail(&console, "%s", ibl_status_text(status));
+    else if (opts->verbose)
+        ibl_console_print_times(&console);
+    free_bake(&b);
+    return status ? 1 : 0;
+}

@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: MIT */
+/* One bake of the program: what was asked for, read, made and written. */
+#ifndef CLI_BAKE_H
+#define CLI_BAKE_H
+
+#include "cli/console.h"
+#include "cli/opts.h"
+
+/* An output file. path is set before anything is baked, the rest when the
+ * file is made. */
+typedef struct ibl_baked {
+    char *path;        /* NULL: not wanted */
+    size_t bytes;      /* of the file */
+    ibl_texture shape; /* of the texture, without data and keys */
+    size_t saturated;  /* values beyond what the pixel holds */
+} ibl_baked;
+
+typedef struct ibl_bake {
+    const ibl_opts *opts;
+    ibl_console *console;
+    ibl_ctx *ctx;
+    ibl_outputs *outputs;
+    ibl_image env;
+    ibl_read_report report;
+    ibl_cube skybox, specular, irradiance; /* empty where not wanted */
+    ibl_lut lut;
+    double *sh; /* 3 (degree + 1)^2 radiance coefficients, or NULL */
+    ibl_baked files[IBL_OUTPUT_COUNT];
+} ibl_bake;
+
+/* Does what opts asks for; all of it is written, or nothing. Returns the exit
+ * status: 0, or 1 after one line on stderr. */
+int ibl_bake_run(const ibl_opts *opts);
+
+/* Samples of a specular level: none in level 0, which is the environment. */
+int ibl_bake_level_samples(const ibl_bake *b, int level);
+/* "pixel sum" or "hemisphere grid"; "quadrature" or "hammersley". */
+const char *ibl_bake_irradiance_method(const ibl_bake *b);
+const char *ibl_bake_lut_method(const ibl_bake *b);
+
+#endif

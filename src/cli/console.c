@@ -1,0 +1,140 @@
+/* SPDX-License-Identifier: MIT */
+#include "cli/console.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#define REDRAW_SECONDS 0.2
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+void ibl_console_init(ibl_console *c, bool quiet, bool verbose)
+{
+    *c = (ibl_console){.quiet = quiet, .verbose = verbose, .running = -1};
+    c->terminal = !quiet && isatty(STDERR_FILENO);
+    c->begun = now();
+}
+
+static void erase_bar(ibl_console *c)
+{
+    if (c->drawn)
+        fputs("\r\033[K", stderr);
+    c->drawn = false;
+}
+
+void ibl_console_log(void *console, ibl_log_level level, const char *text)
+{
+    ibl_console *c = console;
+    const char *kind = level == IBL_LOG_WARNING ? "warning: " : "";
+
+    if (level == IBL_LOG_ERROR ? c->failed : c->quiet)
+        return;
+    if (level == IBL_LOG_INFO && !c->verbose)
+        return;
+    erase_bar(c);
+    fprintf(stderr, "iblbake: %s%s\n", kind, text);
+    c->failed |= level == IBL_LOG_ERROR;
+}
+
+static void say(ibl_console *c, ibl_log_level level, const char *fmt,
+                va_list ap)
+{
+    char text[1024];
+    vsnprintf(text, sizeof text, fmt, ap);
+    ibl_console_log(c, level, text);
+}
+
+void ibl_console_fail(ibl_console *c, const char *fmt, ...)
+{
+    va_list ap;
+    va_start(ap, fmt);
+    say(c, IBL_LOG_ERROR, fmt, ap);
+    va_end(ap);
+}
+
+void ibl_console_warn(ibl_console *c, const char *fmt, ...)
+{
+    va_list ap;
+    va_start(ap, fmt);
+    say(c, IBL_LOG_WARNING, fmt, ap);
+    va_end(ap);
+}
+
+static int find_stage(ibl_console *c, const char *name)
+{
+    int i = 0;
+
+    while (i < c->count &&
+           strncmp(c->stages[i].name, name, sizeof c->stages[i].name - 1) != 0)
+        i++;
+    if (i == IBL_MAX_STAGES)
+        return i - 1;
+    if (i == c->count) {
+        snprintf(c->stages[i].name, sizeof c->stages[i].name, "%s", name);
+        c->count++;
+    }
+    return i;
+}
+
+/* Makes stage the running one (-1: none) from time t on. */
+static void run_stage(ibl_console *c, int stage, double t)
+{
+    if (stage == c->running)
+        return;
+    if (c->running >= 0)
+        c->stages[c->running].seconds += t - c->stage_from;
+    c->running = stage;
+    c->stage_from = t;
+}
+
+static void draw_bar(ibl_console *c, const char *stage, double done, double t)
+{
+    static const char full[] = "##############################";
+    const int width = (int)sizeof full - 1;
+    const int filled = (int)(done * width);
+    /* Too early a guess is worse than none. */
+    const double spent = t - c->stage_from;
+    const bool guess = done > 0.02 && spent > 0.5;
+    const int left = guess ? (int)(spent * (1 - done) / done + 0.5) : 0;
+
+    fprintf(stderr, "\r%-14.14s [%.*s%*s] %3d %%", stage, filled, full,
+            width - filled, "", (int)(100 * done));
+    if (guess)
+        fprintf(stderr, "  %d:%02d left", left / 60, left % 60);
+    fputs("\033[K", stderr);
+    fflush(stderr);
+    c->drawn = true;
+    c->drawn_at = t;
+}
+
+void ibl_console_progress(void *console, const char *stage, double done)
+{
+    ibl_console *c = console;
+    const double t = now();
+
+    run_stage(c, find_stage(c, stage), t);
+    if (c->terminal && (!c->drawn_at || t - c->drawn_at >= REDRAW_SECONDS))
+        draw_bar(c, stage, done < 0 ? 0 : done > 1 ? 1 : done, t);
+}
+
+void ibl_console_finish(ibl_console *c)
+{
+    run_stage(c, -1, now());
+    erase_bar(c);
+}
+
+void ibl_console_print_times(const ibl_console *c)
+{
+    for (int i = 0; i < c->count; i++)
+        fprintf(stderr, "%-16s %9.3f s\n", c->stages[i].name,
+                c->stages[i].seconds);
+    fprintf(stderr, "%-16s %9.3f s\n", "total", now() - c->begun);
+}

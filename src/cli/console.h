@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: MIT */
+/* What the user sees on stderr: messages, the progress bar, stage times. */
+#ifndef CLI_CONSOLE_H
+#define CLI_CONSOLE_H
+
+#include <stdbool.h>
+
+#include <ibl/ibl.h>
+
+enum {
+    IBL_MAX_STAGES = 64
+};
+
+typedef struct ibl_stage_time {
+    char name[32];
+    double seconds;
+} ibl_stage_time;
+
+/* A stage runs from its first report to the next stage's, so that the times
+ * of all of them add up to the whole. */
+typedef struct ibl_console {
+    bool quiet, verbose;
+    bool terminal;     /* draw the bar */
+    bool drawn;        /* the bar is on the screen now */
+    bool failed;       /* an error was printed */
+    double drawn_at;   /* time of the last redraw */
+    double begun;      /* of the first stage */
+    double stage_from; /* start of the running stage */
+    int running;       /* index of the running stage, or -1 */
+    int count;
+    ibl_stage_time stages[IBL_MAX_STAGES];
+} ibl_console;
+
+void ibl_console_init(ibl_console *c, bool quiet, bool verbose);
+/* An ibl_log_fn and an ibl_progress_fn whose cookie is the console. Of the
+ * errors only the first is printed: it is the cause. */
+void ibl_console_log(void *console, ibl_log_level level, const char *text);
+void ibl_console_progress(void *console, const char *stage, double done);
+/* Prints an error, "iblbake: ..." with a newline. */
+void ibl_console_fail(ibl_console *c, const char *fmt, ...)
+    __attribute__((format(printf, 2, 3)));
+void ibl_console_warn(ibl_console *c, const char *fmt, ...)
+    __attribute__((format(printf, 2, 3)));
+/* Ends the running stage and takes the bar off the screen. */
+void ibl_console_finish(ibl_console *c);
+/* Prints the time of each stage. */
+void ibl_console_print_times(const ibl_console *c);
+
+#endif

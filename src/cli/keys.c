@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: MIT */
+#include "cli/keys.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Sets keys until the first failure, which it keeps. */
+typedef struct setter {
+    ibl_ctx *ctx;
+    ibl_texture *tex;
+    ibl_status status;
+} setter;
+
+static void set(setter *s, const char *key, const char *fmt, ...)
+    __attribute__((format(printf, 3, 4)));
+static void set(setter *s, const char *key, const char *fmt, ...)
+{
+    char value[512];
+    va_list ap;
+
+    va_start(ap, fmt);
+    vsnprintf(value, sizeof value, fmt, ap);
+    va_end(ap);
+    if (!s->status)
+        s->status = ibl_texture_set(s->ctx, s->tex, key, value);
+}
+
+static void set_specular(setter *s, const ibl_bake *b)
+{
+    const ibl_specular_options *o = &b->opts->specular;
+    const int levels = b->specular.levels;
+    char roughness[IBL_MAX_LEVELS * 24] = "";
+    char samples[IBL_MAX_LEVELS * 12] = "";
+
+    for (int l = 0; l < levels; l++) {
+        const size_t r = strlen(roughness), n = strlen(samples);
+        snprintf(roughness + r, sizeof roughness - r, "%s%.9g", l ? "," : "",
+                 ibl_level_roughness(o->mapping, l, levels));
+        snprintf(samples + n, sizeof samples - n, "%s%d", l ? "," : "",
+                 ibl_bake_level_samples(b, l));
+    }
+    set(s, "iblbake.method", "sampled");
+    set(s, "iblbake.mapping", "%s", ibl_roughness_map_name(o->mapping));
+    set(s, "iblbake.roughness", "%s", roughness);
+    set(s, "iblbake.samples", "%s", samples);
+    set(s, "iblbake.lod_bias", "%.9g", o->lod_bias);
+    set(s, "iblbake.jitter", "%s", o->jitter ? "yes" : "no");
+    set(s, "iblbake.pdf_mip", "%s", o->pdf_mip ? "yes" : "no");
+}
+
+static void set_irradiance(setter *s, const ibl_bake *b)
+{
+    set(s, "iblbake.method", "%s", ibl_bake_irradiance_method(b));
+    set(s, "iblbake.irradiance_scale", "E/pi");
+    if (b->opts->irradiance.step > 0)
+        set(s, "iblbake.step", "%.9g", b->opts->irradiance.step);
+}
+
+static void set_lut(setter *s, const ibl_bake *b)
+{
+    set(s, "iblbake.method", "%s", ibl_bake_lut_method(b));
+    set(s, "iblbake.geometry", "%s", ibl_geometry_name(b->opts->lut.geometry));
+    set(s, "iblbake.axes", "u=N.V,v=roughness");
+    if (b->opts->lut.samples)
+        set(s, "iblbake.samples", "%d", b->opts->lut.samples);
+}
+
+ibl_status ibl_keys_set(const ibl_bake *b, ibl_output_kind kind,
+                        ibl_texture *tex)
+{
+    setter s = {b->ctx, tex, IBL_OK};
+
+    set(&s, "iblbake.content", "%s",
+        kind == IBL_OUTPUT_LUT ? "brdf_lut" : ibl_output_name(kind));
+    if (kind != IBL_OUTPUT_LUT)
+        set(&s, "iblbake.yaw_deg", "%.9g", b->opts->yaw_deg);
+    if (kind == IBL_OUTPUT_SPECULAR)
+        set_specular(&s, b);
+    else if (kind == IBL_OUTPUT_IRRADIANCE)
+        set_irradiance(&s, b);
+    else if (kind == IBL_OUTPUT_LUT)
+        set_lut(&s, b);
+    return s.status;
+}

@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: MIT */
+#include "cli/signals.h"
+
+#include <errno.h>
+#include <stdatomic.h>
+#include <stddef.h>
+
+static const int caught[] = {SIGHUP, SIGINT, SIGPIPE, SIGTERM};
+static _Atomic(ibl_outputs *) guarded;
+
+/* The signal is blocked while this runs, so that the one raised here arrives
+ * when it returns, with the default action. */
+static void die(int number)
+{
+    const int saved = errno;
+    ibl_outputs_abort(atomic_load(&guarded));
+    signal(number, SIG_DFL);
+    raise(number);
+    errno = saved;
+}
+
+static void caught_set(sigset_t *set)
+{
+    sigemptyset(set);
+    for (size_t i = 0; i < sizeof caught / sizeof caught[0]; i++)
+        sigaddset(set, caught[i]);
+}
+
+void ibl_signals_catch(void)
+{
+    struct sigaction action = {.sa_handler = die}, old;
+
+    caught_set(&action.sa_mask);
+    for (size_t i = 0; i < sizeof caught / sizeof caught[0]; i++)
+        if (!sigaction(caught[i], NULL, &old) && old.sa_handler != SIG_IGN)
+            sigaction(caught[i], &action, NULL);
+}
+
+void ibl_signals_guard(ibl_outputs *outputs)
+{
+    atomic_store(&guarded, outputs);
+}
+
+void ibl_signals_hold(void)
+{
+    sigset_t set;
+    caught_set(&set);
+    pthread_sigmask(SIG_BLOCK, &set, NULL);
+}
+
+void ibl_signals_release(void)
+{
+    sigset_t set;
+    caught_set(&set);
+    pthread_sigmask(SIG_UNBLOCK, &set, NULL);
+}

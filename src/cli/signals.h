@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: MIT */
+/* Interrupted, the program leaves no temporary files and dies of the signal,
+ * at once: nothing waits for the bake. */
+#ifndef CLI_SIGNALS_H
+#define CLI_SIGNALS_H
+
+#include <signal.h>
+
+#include <ibl/io.h>
+
+/* Catches HUP, INT, PIPE and TERM, those that were not ignored already. */
+void ibl_signals_catch(void);
+/* The set that a signal aborts; NULL: none. */
+void ibl_signals_guard(ibl_outputs *outputs);
+/* Holds those signals back, or lets them through again. Threads made while
+ * they are held back never get them. */
+void ibl_signals_hold(void);
+void ibl_signals_release(void);
+
+#endif
