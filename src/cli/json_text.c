@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: MIT */
+#include "cli/json_text.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Length of the string that begins at the quote s, quotes included. */
+static size_t string_length(const char *s)
+{
+    size_t n = 1;
+    while (s[n] != '"')
+        n += s[n] == '\\' ? 2 : 1;
+    return n + 1;
+}
+
+/* Whether the array that begins at s holds no array or object. */
+static int is_plain(const char *s)
+{
+    for (s++; *s != ']';) {
+        if (*s == '[' || *s == '{')
+            return 0;
+        s += *s == '"' ? string_length(s) : 1;
+    }
+    return 1;
+}
+
+/* Prints the number at s with fewer digits if they do. Returns the length
+ * that it has in s. */
+static size_t put_number(const char *s, FILE *to)
+{
+    const size_t length = strspn(s, "+-.0123456789eE");
+    const double x = strtod(s, NULL);
+    char text[32];
+
+    if (!memchr(s, '.', length) && !memchr(s, 'e', length)) {
+        fprintf(to, "%.*s", (int)length, s);
+        return length;
+    }
+    for (int digits = 1; digits <= 17; digits++) {
+        snprintf(text, sizeof text, "%.*g", digits, x);
+        if (strtod(text, NULL) == x)
+            break;
+    }
+    /* Still a real, for readers that tell 1 from 1.0. */
+    fprintf(to, "%s%s", text, strpbrk(text, ".e") ? "" : ".0");
+    return length;
+}
+
+static void tidy(const char *s, FILE *to)
+{
+    int plain = 0;
+
+    while (*s) {
+        size_t length = 1;
+        if (*s == '"') {
+            length = string_length(s);
+            fwrite(s, 1, length, to);
+        } else if (strchr("-0123456789", *s)) {
+            length = put_number(s, to);
+        } else if (plain && *s == '\n') {
+            length += strspn(s + 1, " ");
+            if (s[-1] == ',')
+                fputc(' ', to);
+        } else {
+            if (*s == '[')
+                plain = is_plain(s);
+            else if (*s == ']')
+                plain = 0;
+            fputc(*s, to);
+        }
+        s += length;
+    }
+    fputc('\n', to);
+}
+
+char *ibl_json_text(const json_t *root)
+{
+    char *raw = json_dumps(root, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
+    char *text = NULL;
+    size_t size;
+    FILE *to = raw ? open_memstream(&text, &size) : NULL;
+
+    if (to) {
+        tidy(raw, to);
+        const int failed = ferror(to);
+        if (fclose(to) || failed) {
+            free(text);
+            text = NULL;
+        }
+    }
+    free(raw);
+    return text;
+}
+
+json_t *ibl_json_string(const char *bytes)
+{
+    json_t *string = json_string(bytes);
+    const size_t length = strlen(bytes);
+    char *text = NULL, *to;
+
+    if (string)
+        return string;
+    to = text = malloc(3 * length + 1);
+    if (!text)
+        return NULL;
+    for (size_t i = 0; i < length;) {
+        /* The longest piece here that jansson takes as UTF-8. */
+        size_t n = 4;
+        json_t *piece = NULL;
+        while (n > 0 && !piece) {
+            if (n <= length - i)
+                piece = json_stringn(bytes + i, n);
+            n -= !piece;
+        }
+        json_decref(piece);
+        memcpy(to, n ? bytes + i : "\xEF\xBF\xBD", n ? n : 3);
+        to += n ? n : 3;
+        i += n ? n : 1;
+    }
+    string = json_stringn(text, (size_t)(to - text));
+    free(text);
+    return string;
+}
