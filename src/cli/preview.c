@@ -1,0 +1,285 @@
+/* SPDX-License-Identifier: MIT */
+#include "cli/preview.h"
+
+#include <math.h>
+#include <png.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    FACE = 96, /* edge of an unfolded cube's face in pixels */
+    PANEL_WIDTH = 4 * FACE,
+    PANEL_HEIGHT = 3 * FACE,
+    GAP = 16,
+    BACKGROUND = 24, /* grey, as the file stores it */
+    MAX_PANELS = IBL_MAX_LEVELS + 4
+};
+
+typedef struct sheet {
+    int width, height;
+    unsigned char *pixels; /* sRGB, 3 bytes each */
+    double exposure;
+} sheet;
+
+/* ---- tones ----------------------------------------------------------- */
+
+static double luminance(const float *rgb)
+{
+    return 0.2126 * (double)rgb[0] + 0.7152 * (double)rgb[1] +
+           0.0722 * (double)rgb[2];
+}
+
+/*
+ * Exposure that puts the logarithmic mean of the map's luminance on middle
+ * grey (Reinhard et al. 2002, eq. 1 and 2), but its plain mean, which is what
+ * the rough levels show, not above 0.6: else a dark room with a few lamps
+ * comes out as white panels.
+ */
+static double find_exposure(const ibl_image *env)
+{
+    const double pi = acos(-1.0);
+    double mean = 0, log_mean = 0;
+
+    for (int pass = 0; pass < 2; pass++)
+        for (int j = 0; j < env->height; j++) {
+            const float *row = env->data + 3 * (size_t)j * (size_t)env->width;
+            const double weight =
+                (cos(pi * j / env->height) - cos(pi * (j + 1) / env->height)) /
+                (2.0 * env->width);
+            double sum = 0;
+            for (int i = 0; i < env->width; i++) {
+                const double y = luminance(row + 3 * i);
+                sum += pass == 0 ? y : log(y + 1e-3 * mean);
+            }
+            *(pass == 0 ? &mean : &log_mean) += weight * sum;
+            if (pass == 0 && j == env->height - 1 && !(mean > 0))
+                return 1;
+        }
+    return fmin(0.18 / exp(log_mean), 0.6 / mean);
+}
+
+static unsigned char srgb_byte(double x)
+{
+    x = x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1 / 2.4) - 0.055;
+    return (unsigned char)(255 * fmin(fmax(x, 0), 1) + 0.5);
+}
+
+/* Narkowicz 2016, "ACES Filmic Tone Mapping Curve". */
+static double film(double x)
+{
+    return x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14);
+}
+
+static void put_radiance(const sheet *s, int x, int y, const double rgb[3])
+{
+    unsigned char *p = s->pixels + 3 * ((size_t)y * (size_t)s->width + x);
+    for (int c = 0; c < 3; c++)
+        p[c] = srgb_byte(film(rgb[c] * s->exposure));
+}
+
+/* ---- cubes ----------------------------------------------------------- */
+
+/* A texel of a face by coordinates that may run over its edges, where the
+ * neighbouring face goes on. */
+static const float *texel(const ibl_cube *cube, int level, int face, int i,
+                          int j)
+{
+    const int n = ibl_cube_edge(cube->size, level);
+
+    if (i < 0 || j < 0 || i >= n || j >= n) {
+        const double u = 2 * (i + 0.5) / n - 1, v = 2 * (j + 0.5) / n - 1;
+        const double d[6][3] = {{1, -v, -u}, {-1, -v, u}, {u, 1, v},
+                                {u, -1, -v}, {u, -v, 1},  {-u, -v, -1}};
+        const double x = d[face][0], y = d[face][1], z = d[face][2];
+        double s, t, m;
+        if (fabs(x) >= fabs(y) && fabs(x) >= fabs(z))
+            face = x < 0, m = fabs(x), s = x < 0 ? z : -z, t = -y;
+        else if (fabs(y) >= fabs(z))
+            face = 2 + (y < 0), m = fabs(y), s = x, t = y < 0 ? -z : z;
+        else
+            face = 4 + (z < 0), m = fabs(z), s = z < 0 ? -x : x, t = -y;
+        i = (int)fmin(fmax(floor((s / m + 1) / 2 * n), 0), n - 1);
+        j = (int)fmin(fmax(floor((t / m + 1) / 2 * n), 0), n - 1);
+    }
+    return ibl_cube_face(cube, level, face) + 3 * ((size_t)j * (size_t)n + i);
+}
+
+/* Pixel (x, y) of a face: the mean of the texels that it covers, or what the
+ * four around its centre give where it is smaller than one. */
+static void face_pixel(const ibl_cube *cube, int level, int face, int x, int y,
+                       double rgb[3])
+{
+    const int n = ibl_cube_edge(cube->size, level);
+    double total = 0;
+
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    if (n >= FACE) {
+        for (int j = y * n / FACE; j < (y + 1) * n / FACE; j++)
+            for (int i = x * n / FACE; i < (x + 1) * n / FACE; i++, total++)
+                for (int c = 0; c < 3; c++)
+                    rgb[c] += (double)texel(cube, level, face, i, j)[c];
+    } else {
+        const double u = (x + 0.5) * n / FACE - 0.5;
+        const double v = (y + 0.5) * n / FACE - 0.5;
+        const int i = (int)floor(u), j = (int)floor(v);
+        for (int k = 0; k < 4; k++) {
+            const double w =
+                (k & 1 ? u - i : i + 1 - u) * (k & 2 ? v - j : j + 1 - v);
+            const float *t = texel(cube, level, face, i + (k & 1), j + k / 2);
+            for (int c = 0; c < 3; c++)
+                rgb[c] += w * (double)t[c];
+        }
+        total = 1;
+    }
+    for (int c = 0; c < 3; c++)
+        rgb[c] /= total;
+}
+
+static void draw_cube(const sheet *s, int left, int top, const ibl_cube *cube,
+                      int level)
+{
+    /* Where each face lies in the cross, in faces. */
+    static const int place[IBL_FACES][2] = {{2, 1}, {0, 1}, {1, 0},
+                                            {1, 2}, {1, 1}, {3, 1}};
+
+    for (int face = 0; face < IBL_FACES; face++)
+        for (int y = 0; y < FACE; y++)
+            for (int x = 0; x < FACE; x++) {
+                double rgb[3];
+                face_pixel(cube, level, face, x, y, rgb);
+                put_radiance(s, left + FACE * place[face][0] + x,
+                             top + FACE * place[face][1] + y, rgb);
+            }
+}
+
+/* ---- the other panels ------------------------------------------------ */
+
+/* A span of n samples under pixel x of a row of `pixels`; never empty. */
+static void span(int x, int pixels, int n, int *from, int *to)
+{
+    *from = (int)((long long)x * n / pixels);
+    *to = (int)((long long)(x + 1) * n / pixels);
+    if (*to == *from)
+        ++*to;
+}
+
+static void draw_map(const sheet *s, int left, int top, const ibl_image *env)
+{
+    const int height = 2 * FACE;
+
+    top += (PANEL_HEIGHT - height) / 2;
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < PANEL_WIDTH; x++) {
+            double rgb[3] = {0, 0, 0};
+            int i0, i1, j0, j1;
+            span(x, PANEL_WIDTH, env->width, &i0, &i1);
+            span(y, height, env->height, &j0, &j1);
+            for (int j = j0; j < j1; j++)
+                for (int i = i0; i < i1; i++)
+                    for (int c = 0; c < 3; c++)
+                        rgb[c] +=
+                            (double)
+                                env->data[3 * ((size_t)j * (size_t)env->width +
+                                               (size_t)i) +
+                                          (size_t)c];
+            for (int c = 0; c < 3; c++)
+                rgb[c] /= (double)(i1 - i0) * (j1 - j0);
+            put_radiance(s, left + x, top + y, rgb);
+        }
+}
+
+/* The values as they are, not as light: red is the scale, green the bias. */
+static void draw_lut(const sheet *s, int left, int top, const ibl_lut *lut)
+{
+    left += (PANEL_WIDTH - PANEL_HEIGHT) / 2;
+    for (int y = 0; y < PANEL_HEIGHT; y++)
+        for (int x = 0; x < PANEL_HEIGHT; x++) {
+            const int i = x * lut->size / PANEL_HEIGHT;
+            const int j = (PANEL_HEIGHT - 1 - y) * lut->size / PANEL_HEIGHT;
+            const float *t =
+                lut->data + 2 * ((size_t)j * (size_t)lut->size + (size_t)i);
+            unsigned char *p =
+                s->pixels +
+                3 * ((size_t)(top + y) * (size_t)s->width + (size_t)(left + x));
+            for (int c = 0; c < 2; c++)
+                p[c] = (unsigned char)(255 * fmin((double)t[c], 1) + 0.5);
+            p[2] = 0;
+        }
+}
+
+/* ---- layout ---------------------------------------------------------- */
+
+typedef struct panel {
+    const ibl_image *map; /* one of the three */
+    const ibl_cube *cube;
+    const ibl_lut *lut;
+    int level;
+} panel;
+
+static int list_panels(const ibl_bake *b, panel *panels)
+{
+    int n = 0;
+
+    if (b->env.data)
+        panels[n++] = (panel){.map = &b->env};
+    if (b->skybox.data)
+        panels[n++] = (panel){.cube = &b->skybox};
+    for (int l = 0; b->specular.data && l < b->specular.levels; l++)
+        panels[n++] = (panel){.cube = &b->specular, .level = l};
+    if (b->irradiance.data)
+        panels[n++] = (panel){.cube = &b->irradiance};
+    if (b->lut.data)
+        panels[n++] = (panel){.lut = &b->lut};
+    return n;
+}
+
+static bool encode(const sheet *s, void **png, size_t *size)
+{
+    png_image image = {.version = PNG_IMAGE_VERSION,
+                       .width = (png_uint_32)s->width,
+                       .height = (png_uint_32)s->height,
+                       .format = PNG_FORMAT_RGB};
+    png_alloc_size_t bytes = PNG_IMAGE_PNG_SIZE_MAX(image);
+
+    *png = malloc(bytes);
+    if (!*png)
+        return false;
+    if (!png_image_write_to_memory(&image, *png, &bytes, 0, s->pixels, 0,
+                                   NULL)) {
+        free(*png);
+        return false;
+    }
+    *size = bytes;
+    return true;
+}
+
+bool ibl_preview_png(const ibl_bake *b, void **png, size_t *size)
+{
+    panel panels[MAX_PANELS];
+    const int count = list_panels(b, panels);
+    const int most = count > 9 ? 4 : 3;
+    const int columns = count < most ? count : most;
+    const int rows = (count + columns - 1) / columns;
+    sheet s = {.width = GAP + columns * (PANEL_WIDTH + GAP),
+               .height = GAP + rows * (PANEL_HEIGHT + GAP)};
+    const size_t bytes = 3 * (size_t)s.width * (size_t)s.height;
+
+    s.pixels = malloc(bytes);
+    if (!s.pixels)
+        return false;
+    memset(s.pixels, BACKGROUND, bytes);
+    s.exposure = b->env.data ? find_exposure(&b->env) : 1;
+    for (int i = 0; i < count; i++) {
+        const int left = GAP + i % columns * (PANEL_WIDTH + GAP);
+        const int top = GAP + i / columns * (PANEL_HEIGHT + GAP);
+        if (panels[i].map)
+            draw_map(&s, left, top, panels[i].map);
+        else if (panels[i].cube)
+            draw_cube(&s, left, top, panels[i].cube, panels[i].level);
+        else
+            draw_lut(&s, left, top, panels[i].lut);
+    }
+    const bool ok = encode(&s, png, size);
+    free(s.pixels);
+    return ok;
+}
