@@ -1,0 +1,375 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+#
+# Runs the built program as a user would. BUILD names the build.
+#
+# tests/cli/*.case hold the plain cases. Lines by their first characters:
+#   == NAME   begins a case, in a fresh directory with env.hdr (32x16, with a
+#             sun beyond half floats) and env.exr (64x32, mild)
+#   $ LINE    shell; the lines from the first to the one before the last
+#             command set up, the last command is what is judged. A line whose
+#             predecessor ends in a backslash continues it.
+#   ! GLOB    the one line on standard error; none: nothing there
+#   + FILES   exist afterwards and are not empty
+#   - FILES   do not
+#   ? STATUS  ends the case
+# After any other status than 0 the directory must be as it was before the
+# last command.
+set -u
+top=$PWD
+build=$(cd "${BUILD:-build}" && pwd) || exit 1
+program=$build/iblbake
+[ -x "$program" ] || { echo "$program: not built"; exit 1; }
+work=$(mktemp -d) || exit 1
+trap 'chmod -R u+rwX "$work"; rm -rf "$work"' EXIT
+mkdir "$work/bin"
+${CC:-cc} -std=c11 -o "$work/bin/mkenv" tests/cli/mkenv.c -lm || exit 1
+ln -s "$program" "$work/bin/iblbake"
+cat >"$work/bin/unprivileged" <<'END'
+#!/bin/sh
+[ "$(id -u)" = 0 ] || exec "$@"
+exec setpriv --reuid=65534 --regid=65534 --clear-groups "$@"
+END
+chmod 755 "$work" "$work/bin" "$work/bin/unprivileged"
+export PATH=$work/bin:$PATH
+mkenv hdr 32 16 >"$work/env.hdr"
+mkenv exr 64 32 BGR >"$work/env.exr"
+small='--size 16 --samples 32 --lut-size 16 --irradiance-size 4'
+
+# Sanitizers map terabytes and run several times slower.
+sanitized=no
+grep -qE '__(asan|tsan)_init' "$program" && sanitized=yes
+# An unprivileged user must reach the program.
+reachable=yes
+unprivileged iblbake --version >/dev/null 2>&1 || reachable=no
+
+passed=0 failed=0 skipped=0
+verdict() { # NAME [WHY]: no reason, no failure
+    if [ $# -eq 1 ] || [ -z "$2" ]; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "FAILED: $1: $2"
+    fi
+}
+skip() { skipped=$((skipped + 1)); echo "skipped: $1: $2"; }
+fresh() { # a new directory with the environments
+    cd "$top"
+    chmod -R u+rwX "$work/case" 2>/dev/null
+    rm -rf "$work/case"
+    mkdir "$work/case"
+    cd "$work/case" || exit 1
+    cp "$work/env.hdr" "$work/env.exr" .
+}
+snapshot() {
+    find . -mindepth 1 \( -type f -printf '%p %m %T@ ' -exec cksum {} \; \) -o \
+        -printf '%p %y\n' 2>/dev/null | sort
+}
+
+# ---- cases ---------------------------------------------------------------
+
+run_case() {
+    local name=$1 setup=$2 command=$3 want=$4 error=$5 with=$6 without=$7
+    local before got text why= f
+    case $command in
+    *unprivileged*)
+        [ $reachable = yes ] ||
+            { skip "$name" 'no unprivileged user can run the program'; return; }
+    esac
+    fresh
+    [ -z "$setup" ] || eval "$setup"
+    before=$(snapshot)
+    (
+        # Generous for the image bridge's libraries, far below what the
+        # absurd sizes ask for.
+        [ $sanitized = yes ] || ulimit -v 2000000
+        eval "$command"
+    ) >"$work/stdout" 2>"$work/stderr" </dev/null
+    got=$?
+    text=$(cat "$work/stderr")
+    # shellcheck disable=SC2254
+    case $text in
+    $error) ;;
+    *) why="stderr is: $text" ;;
+    esac
+    [ "$(wc -l <"$work/stderr")" -le 1 ] || why="several lines: $text"
+    [ ! -s "$work/stdout" ] || why='something on stdout'
+    [ $got -eq "$want" ] || why="status $got, not $want: $text"
+    for f in $with; do
+        [ -s "$f" ] || why="$f is not there"
+    done
+    for f in $without; do
+        [ ! -e "$f" ] || why="$f is there"
+    done
+    [ "$want" = 0 ] || [ "$before" = "$(snapshot)" ] ||
+        why="left behind: $(diff <(echo "$before") <(snapshot) | head -n 3)"
+    verdict "$name" "$why"
+}
+
+run_cases() {
+    local line name= setup= command= error= with= without= more=no
+    while IFS= read -r line; do
+        case $line in
+        '== '*)
+            name="${1##*/}: ${line#== }"
+            setup= command= error= with= without= more=no
+            ;;
+        '$ '*)
+            if [ $more = no ]; then
+                setup=$setup$command$'\n'
+                command=
+            fi
+            command=$command${line#$ }$'\n'
+            case $line in *\\) more=yes ;; *) more=no ;; esac
+            ;;
+        '! '*) error=${line#! } ;;
+        '+ '*) with=${line#+ } ;;
+        '- '*) without=${line#- } ;;
+        '? '*)
+            run_case "$name" "$setup" "$command" "${line#? }" "$error" \
+                "$with" "$without"
+            cd "$top"
+            ;;
+        esac
+    done <"$1"
+}
+
+# ---- the rest: functions named test_*, failing by a reason on stdout -------
+
+test_help_fits_80_columns() {
+    iblbake --help >help 2>err || echo "status $?"
+    [ ! -s err ] || echo 'on stderr'
+    awk 'length > 80 { print "line " NR " has " length }' help
+    iblbake -h | cmp - help
+}
+
+test_version() {
+    iblbake --version >version 2>&1 || echo "status $?"
+    grep -qE '^iblbake [0-9]+\.[0-9]+' version || cat version
+    grep -q 'OpenEXRCore' version || cat version
+}
+
+test_closed_stdout_is_noticed() {
+    iblbake --help >/dev/full 2>err && echo 'status 0'
+    [ "$(wc -l <err)" = 1 ] || cat err
+}
+
+test_formats_and_pixels() {
+    local format pixel want
+    for format in ktx2 ktx dds; do
+        for pixel in rgba16f rgba32f rgb9e5 r11g11b10f; do
+            iblbake env.exr -q $small -o out --skybox 8 --format $format \
+                --pixel $pixel || echo "$format $pixel: status $?"
+            case $format in
+            ktx2) want='KTX 2\|KTX2\|Khronos' ;;
+            ktx) want='Khronos KTX' ;;
+            dds) want='DirectDraw Surface' ;;
+            esac
+            for f in env_specular env_irradiance env_skybox brdf_lut; do
+                file "out/$f.$format" | grep -q "$want" ||
+                    file "out/$f.$format"
+            done
+            grep -q "\"pixel\": \"$pixel\"" out/env.json ||
+                echo "$format $pixel: not in the sidecar"
+        done
+    done
+    ls out | wc -l | grep -qx 13 || ls out
+}
+
+test_same_bytes_for_any_number_of_threads() {
+    local j
+    for j in 1 2 7; do
+        mkdir $j
+        (cd $j && iblbake ../env.hdr -q -j $j --size 64 --samples 64 --jitter \
+            --lut-size 33 --irradiance-size 9 --skybox 32 -o out --sh 5 \
+            --preview p.png --depfile env.d) || echo "-j $j: status $?"
+    done
+    diff -r 1 2
+    diff -r 1 7
+}
+
+test_same_bytes_again_and_timings_on_request() {
+    iblbake env.exr -q $small -o out && cp out/env.json first
+    iblbake env.exr -q $small -o out -j 3 && cmp out/env.json first
+    grep -q seconds first && echo 'times in the sidecar'
+    iblbake env.exr -q $small -o out --timings
+    grep -q '"seconds"' out/env.json || echo 'no times with --timings'
+}
+
+test_every_instruction_set() {
+    local isa
+    for isa in c sse2 avx2 avx512; do
+        iblbake env.exr $small -o out --isa $isa 2>err && continue
+        grep -q "no $isa; the best" err || cat err
+    done
+}
+
+# SIGNAL STATUS: interrupts a bake that would run for minutes.
+interrupt() {
+    local start end
+    start=$(date +%s%N)
+    timeout --preserve-status -s "$1" 1 iblbake env.exr -q -o new/out \
+        --size 1024 --samples 1048576 --skybox 64 --depfile env.d </dev/null
+    [ $? -eq "$2" ] || echo "$1: status is not $2"
+    end=$(date +%s%N)
+    # One second is timeout's; the rest is generous for a busy machine.
+    [ $(((end - start) / 1000000)) -lt 4000 ] || echo "$1: too slow"
+    ls | tr '\n' ' ' | grep -qx 'env.exr env.hdr ' || ls -R
+}
+test_interrupted_leaves_nothing() {
+    interrupt INT 130
+    interrupt TERM 143
+    interrupt HUP 129
+}
+
+test_interrupted_while_reading_a_pipe() {
+    mkfifo pipe
+    exec 8<>pipe
+    timeout --preserve-status -s INT 1 iblbake - -o out <pipe
+    [ $? -eq 130 ] || echo "status is not 130"
+    exec 8>&-
+    [ ! -e out ] || echo 'out is there'
+}
+
+test_interrupted_keeps_old_files() {
+    iblbake env.exr -q $small -o out
+    snapshot >"$work/before"
+    timeout --preserve-status -s INT 1 iblbake env.exr -q -o out \
+        --samples 1048576 --size 1024
+    snapshot | diff "$work/before" -
+}
+
+test_no_progress_in_a_pipe() {
+    iblbake env.exr $small -o out 2>err
+    [ ! -s err ] || cat err
+}
+
+test_progress_on_a_terminal() {
+    script -qec "iblbake env.exr --size 128 --samples 4096 -o out" log \
+        </dev/null >/dev/null
+    grep -q '\[#* *\] *[0-9]* %' log || echo 'no bar'
+    # What was drawn last is wiped off.
+    tr '\r' '\n' <log | grep -v '^Script\|^$' | tail -n 1 | grep -q '#' &&
+        echo 'the bar is left behind'
+    script -qec "iblbake -q env.exr --size 128 --samples 4096 -o out" log \
+        </dev/null >/dev/null
+    grep -q '%' log && echo 'a bar with -q'
+    return 0
+}
+
+test_verbose_prints_times() {
+    iblbake -v env.exr $small -o out 2>err || echo "status $?"
+    grep -qE '^total +[0-9.]+ s$' err || cat err
+}
+
+test_depfile_in_make() {
+    local t=$'\t'
+    mkdir lit
+    cat >Makefile <<END
+lit/env_specular.ktx2: env.exr
+${t}iblbake -q $small \$< -o lit --depfile lit/env.d
+-include lit/env.d
+END
+    make -s && cp -p lit/env.json first
+    make | grep -q "up to date" || echo 'made twice'
+    make lit/env_irradiance.ktx2 | grep -q "Nothing to be done\|up to date" ||
+        echo 'an output is not known'
+    mv env.exr gone
+    make lit/env.json 2>&1 | grep -q "No rule to make target 'env.exr'" ||
+        echo 'the input is not a prerequisite'
+}
+
+test_depfile_quotes() {
+    local name='a b#c$d:e\f'
+    cp env.exr "$name.exr"
+    iblbake -q $small "$name.exr" -o 'o p' --depfile env.d --preview 'p q.png'
+    make -f env.d "o p/${name}_specular.ktx2" "o p/$name.json" 'p q.png' \
+        >log 2>&1 || cat log
+    mv "$name.exr" gone
+    make -f env.d 'p q.png' 2>&1 | grep -qF "'$name.exr'" ||
+        make -f env.d 'p q.png'
+    return 0
+}
+
+test_depfile_of_standard_input() {
+    iblbake -q $small - -o out --depfile env.d <env.exr
+    tr -d '\\\n' <env.d | grep -q 'out/env.json:$' || cat env.d
+}
+
+test_preview_is_a_picture() {
+    iblbake -q $small env.hdr -o out --preview p.png
+    file p.png | grep -q 'PNG image data, [0-9]* x [0-9]*, 8-bit/color RGB' ||
+        file p.png
+    iblbake -q --only lut --lut-size 16 -o out --preview p.png || echo "no LUT"
+}
+
+test_sidecar_is_json() {
+    command -v node >/dev/null || { echo 'node is missing'; return; }
+    cp env.exr 'q"u\o.exr'
+    iblbake -q $small 'q"u\o.exr' -o out --skybox 8 --sh 7
+    cat >read.js <<'END'
+const s = JSON.parse(require('fs').readFileSync('out/q"u\\o.json'));
+const is = (a, b) => { if (a !== b) console.log(`${a} is not ${b}`); };
+is(s.source.path, 'q"u\\o.exr');
+is(s.source.width, 64);
+is(s.sh.radiance.length, 64);
+is(s.sh.irradiance.length, 64);
+is(s.outputs.map(o => o.content).join(),
+   'skybox,specular,irradiance,brdf_lut');
+is(s.outputs[1].file, 'q"u\\o_specular.ktx2');
+is(s.outputs[1].levels.map(l => l.roughness).join(), '0,1');
+is(s.outputs[1].levels.map(l => l.samples).join(), '0,32');
+const size = require('fs').statSync('out/q"u\\o_specular.ktx2').size;
+is(s.outputs[1].bytes, size);
+END
+    node read.js
+}
+
+# env.exr is a sum of known harmonics: band 1 in red, band 2 in green and
+# blue. E/pi keeps 2/3 of band 1 and 1/4 of band 2. The GLSL of the sidecar is
+# run as awk, over its own coefficients.
+test_sidecar_glsl() {
+    iblbake -q env.exr --only json -o out
+    sed -n '/"irradiance": \[/,/^ *\],\{0,1\}$/p' out/env.json |
+        sed -n 's/^ *\[\(.*\)\],\{0,1\}$/\1/p' | tr -d , >coefficients
+    [ "$(wc -l <coefficients)" = 9 ] || cat coefficients
+    sed -n 's/.*"glsl": ".*{ return \(.*\); }".*/\1/p' out/env.json |
+        sed 's/n\.\([xyz]\)/\1/g; s/c\[\([0-9]\)\]/c[\1]/g' >formula
+    cat >check.awk <<END
+function light(x, y, z) { return $(cat formula) }
+function near(what, a, b) {
+    if (a - b > .002 || b - a > .002) print what " " a " is not " b
+}
+{ for (k = 1; k <= 3; k++) sh[k, NR - 1] = \$k }
+END
+    cat >>check.awk <<'END'
+END {
+    for (i = 0; i < 50; i++) {
+        z = 2 * (i + .5) / 50 - 1
+        x = sqrt(1 - z * z) * cos(2.4 * i)
+        y = sqrt(1 - z * z) * sin(2.4 * i)
+        for (k = 1; k <= 3; k++) {
+            for (n = 0; n < 9; n++) c[n] = sh[k, n]
+            e[k] = light(x, y, z)
+        }
+        near("red", e[1], 1 + (.5 * x + .2 * y + .1 * z) * 2 / 3)
+        near("green", e[2], 1 + (.4 * x * y + .3 * y * z + .2 * x * z) / 4)
+        near("blue", e[3], 1 + (.2 * (3 * z * z - 1) + \
+            .3 * (x * x - y * y)) / 4)
+    }
+}
+END
+    awk -f check.awk coefficients | head -n 5
+}
+
+for f in tests/cli/*.case; do
+    run_cases "$f"
+done
+for t in $(compgen -A function test_); do
+    fresh
+    verdict "$t" "$($t 2>&1 | head -n 12)"
+    cd "$top"
+done
+cd "$top"
+echo "$passed passed, $failed failed, $skipped skipped"
+[ $failed -eq 0 ]

@@ -1,0 +1,149 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Writes a small environment to standard output:
+ *   mkenv hdr W H        Radiance, flat RGBE: a sky, ground and a bright sun
+ *   mkenv exr W H NAMES  OpenEXR, uncompressed floats, one scan line a chunk,
+ *                        channels as named ("BGR" or "A", alphabetical): R, G
+ *                        and B hold what sh_light says
+ */
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void direction(int w, int h, int i, int j, double d[3])
+{
+    const double pi = acos(-1.0);
+    const double theta = pi * (j + 0.5) / h;
+    const double phi = 2 * pi * ((i + 0.5) / w - 0.5);
+    d[0] = sin(theta) * cos(phi);
+    d[1] = cos(theta);
+    d[2] = sin(theta) * sin(phi);
+}
+
+static void put_rgbe(const double rgb[3])
+{
+    const double most = fmax(rgb[0], fmax(rgb[1], rgb[2]));
+    int e;
+    const double scale = frexp(most, &e) * 256 / most;
+    for (int c = 0; c < 3; c++)
+        putchar((int)(rgb[c] * scale));
+    putchar(e + 128);
+}
+
+static void hdr(int w, int h)
+{
+    printf("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y %d +X %d\n", h, w);
+    for (int j = 0; j < h; j++)
+        for (int i = 0; i < w; i++) {
+            const double ground[3] = {0.2, 0.15, 0.1}, sky[3] = {0.4, 0.6, 1.1};
+            const double sun[3] = {9e4, 8e4, 6e4};
+            double d[3];
+            direction(w, h, i, j, d);
+            if (i == w * 3 / 4 && j == h / 4)
+                put_rgbe(sun);
+            else
+                put_rgbe(d[1] > 0 ? sky : ground);
+        }
+}
+
+/* Bands 1 in R, 2 in G and B: the irradiance of each is known. */
+static double sh_light(char channel, const double d[3])
+{
+    const double x = d[0], y = d[1], z = d[2];
+    if (channel == 'R')
+        return 1 + 0.5 * x + 0.2 * y + 0.1 * z;
+    if (channel == 'G')
+        return 1 + 0.4 * x * y + 0.3 * y * z + 0.2 * x * z;
+    return 1 + 0.2 * (3 * z * z - 1) + 0.3 * (x * x - y * y);
+}
+
+static void put_bytes(uint64_t value, int bytes)
+{
+    for (int i = 0; i < bytes; i++)
+        putchar((int)(value >> 8 * i & 255));
+}
+
+static void put_float(float f)
+{
+    uint32_t bits;
+    memcpy(&bits, &f, sizeof bits);
+    put_bytes(bits, 4);
+}
+
+static void attribute(const char *name, const char *type, size_t size)
+{
+    printf("%s%c%s%c", name, 0, type, 0);
+    put_bytes(size, 4);
+}
+
+static size_t exr_header(int w, int h, const char *names)
+{
+    static const char *const boxes[] = {"dataWindow", "displayWindow"};
+    const size_t channels = strlen(names);
+
+    put_bytes(20000630, 4);
+    put_bytes(2, 4);
+    attribute("channels", "chlist", 18 * channels + 1);
+    for (size_t c = 0; c < channels; c++) {
+        printf("%c%c", names[c], 0);
+        put_bytes(2, 4);
+        put_bytes(0, 4);
+        put_bytes(1, 4);
+        put_bytes(1, 4);
+    }
+    putchar(0);
+    attribute("compression", "compression", 1);
+    putchar(0);
+    for (int i = 0; i < 2; i++) {
+        attribute(boxes[i], "box2i", 16);
+        put_bytes(0, 8);
+        put_bytes((uint64_t)(w - 1), 4);
+        put_bytes((uint64_t)(h - 1), 4);
+    }
+    attribute("lineOrder", "lineOrder", 1);
+    putchar(0);
+    attribute("pixelAspectRatio", "float", 4);
+    put_float(1);
+    attribute("screenWindowCenter", "v2f", 8);
+    put_bytes(0, 8);
+    attribute("screenWindowWidth", "float", 4);
+    put_float(1);
+    putchar(0);
+    /* magic and version; then name, type and size of each attribute with its
+     * value, as printed above */
+    return 8 + (9 + 7 + 4 + 18 * channels + 1) + (12 + 12 + 4 + 1) +
+           (11 + 6 + 4 + 16) + (14 + 6 + 4 + 16) + (10 + 10 + 4 + 1) +
+           (17 + 6 + 4 + 4) + (19 + 4 + 4 + 8) + (18 + 6 + 4 + 4) + 1;
+}
+
+static void exr(int w, int h, const char *names)
+{
+    const size_t row = 4 * strlen(names) * (size_t)w;
+    const size_t start = exr_header(w, h, names) + 8 * (size_t)h;
+
+    for (int j = 0; j < h; j++)
+        put_bytes(start + (size_t)j * (row + 8), 8);
+    for (int j = 0; j < h; j++) {
+        put_bytes((uint64_t)j, 4);
+        put_bytes(row, 4);
+        for (const char *c = names; *c; c++)
+            for (int i = 0; i < w; i++) {
+                double d[3];
+                direction(w, h, i, j, d);
+                put_float((float)sh_light(*c, d));
+            }
+    }
+}
+
+int main(int argc, char **argv)
+{
+    if (argc == 4 && !strcmp(argv[1], "hdr"))
+        hdr(atoi(argv[2]), atoi(argv[3]));
+    else if (argc == 5 && !strcmp(argv[1], "exr"))
+        exr(atoi(argv[2]), atoi(argv[3]), argv[4]);
+    else
+        return 2;
+    return 0;
+}
