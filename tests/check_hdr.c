@@ -543,6 +543,26 @@ static void old_counts(void)
     ibl_ctx_free(ctx);
 }
 
+/* Widths that the new run lengths are not for, where the size of the file
+ * does not help. */
+static void widths_without_codes(void)
+{
+    static const int w[] = {4, 7, 32768, 65536};
+    ibl_ctx *ctx = quiet_ctx(1, IBL_ISA_AUTO);
+    for (size_t i = 0; i < sizeof w / sizeof *w; i++) {
+        unsigned char *px = picture(w[i], 3);
+        for (int row = 0; row < 3; row++)
+            memcpy(px + 4 * row * w[i],
+                   (unsigned char[]){2, 2, 0, (unsigned char)w[i]}, 4);
+        file f = encode(HEADER, FLAT, orientations[0], px, w[i], 3);
+        put_text(&f, "and more");
+        check_file(ctx, &f, px, w[i], 3, "width without codes");
+        free(f.data);
+        free(px);
+    }
+    ibl_ctx_free(ctx);
+}
+
 /* More bytes than the scanlines need are nobody's business. */
 static void bytes_after(void)
 {
@@ -917,10 +937,19 @@ static void as_openimageio(void)
 }
 
 static const test tests[] = {
-    TEST(every_variant),  TEST(widths),      TEST(describes_format),
-    TEST(headers),        TEST(xyze),        TEST(flat_lookalikes),
-    TEST(old_counts),     TEST(bytes_after), TEST(damaged),
-    TEST(cut_everywhere), TEST(noise),       TEST(cancelled),
+    TEST(every_variant),
+    TEST(widths),
+    TEST(describes_format),
+    TEST(headers),
+    TEST(xyze),
+    TEST(flat_lookalikes),
+    TEST(old_counts),
+    TEST(widths_without_codes),
+    TEST(bytes_after),
+    TEST(damaged),
+    TEST(cut_everywhere),
+    TEST(noise),
+    TEST(cancelled),
     TEST(as_openimageio),
 };
 TEST_MAIN(tests)
