@@ -1,0 +1,265 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Sources: Karis 2013, "Real Shading in Unreal Engine 4" (N.L weights);
+ * Walter et al. 2007, eq. 35 and 36 (sampling GGX); Krivanek and Colbert
+ * 2008, "Real-time Shading with Filtered Importance Sampling" (mip from pdf).
+ */
+#include "bake/samples.h"
+
+#include <limits.h>
+#include <math.h>
+
+#include "brdf/ggx.h"
+#include "brdf/hammersley.h"
+#include "core/alloc.h"
+#include "core/context.h"
+#include "image/cube.h"
+
+enum {
+    ARRAYS = 5 /* x, y, z, fine, coarse */
+};
+
+/* One sample before it is stored. lod never falls from one to the next: D
+ * falls with the regular coordinate of the Hammersley points. */
+typedef struct sample {
+    double x, y, z, weight, lod;
+} sample;
+
+/* ---- storage ---------------------------------------------------------- */
+
+static int level_of(const sample *s)
+{
+    return (int)s->lod;
+}
+
+static int mips_of(const sample *s)
+{
+    return s->lod > level_of(s) ? 2 : 1;
+}
+
+/* Cuts the samples into groups; groups may be NULL to count only. Returns
+ * their number, in *stored the length of the arrays. */
+static int make_groups(const sample *all, int count, ibl_gather_group *groups,
+                       size_t *stored)
+{
+    int made = 0;
+    *stored = 0;
+    for (int i = 0; i < count;) {
+        int n = 1;
+        while (i + n < count && n < IBL_GATHER_MAX_GROUP &&
+               level_of(&all[i + n]) == level_of(&all[i]) &&
+               mips_of(&all[i + n]) == mips_of(&all[i]))
+            n++;
+        if (groups)
+            groups[made] = (ibl_gather_group){
+                (int)*stored, n, level_of(&all[i]), mips_of(&all[i])};
+        made++;
+        *stored += (size_t)(n + IBL_GATHER_ALIGN - 1) / IBL_GATHER_ALIGN *
+                   IBL_GATHER_ALIGN;
+        i += n;
+    }
+    return made;
+}
+
+static void store(const sample *all, size_t length, double sum,
+                  ibl_samples *out)
+{
+    float *a = out->memory;
+    for (int g = 0; g < out->set.group_count; g++) {
+        const ibl_gather_group *group = &out->groups[g];
+        size_t at = (size_t)group->first;
+        for (int i = 0; i < group->count; i++, at++, all++) {
+            const double w = all->weight / sum;
+            const double f = all->lod - level_of(all);
+            a[at] = (float)all->x;
+            a[length + at] = (float)all->y;
+            a[2 * length + at] = (float)all->z;
+            a[3 * length + at] = (float)(w * (1 - f));
+            a[4 * length + at] = (float)(w * f);
+        }
+        for (; at % IBL_GATHER_ALIGN; at++) {
+            a[at] = a[length + at] = 0;
+            a[2 * length + at] = 1;
+            a[3 * length + at] = a[4 * length + at] = 0;
+        }
+    }
+}
+
+/* Stores count samples, sorted by lod, with weights that sum to 1. */
+static ibl_status finish(ibl_ctx *ctx, const sample *all, int count,
+                         ibl_samples *out)
+{
+    size_t length;
+    double sum = 0;
+    const int groups = make_groups(all, count, NULL, &length);
+    *out = (ibl_samples){.count = count};
+    out->memory = ibl_alloc_array(length, ARRAYS * sizeof *out->memory);
+    out->groups = ibl_alloc_array((size_t)groups, sizeof *out->groups);
+    if (!out->memory || !out->groups) {
+        ibl_samples_free(out);
+        return ibl_no_memory(ctx, "a set of samples");
+    }
+    make_groups(all, count, out->groups, &length);
+    const float *m = out->memory;
+    out->set = (ibl_gather_samples){
+        m,           m + length, m + 2 * length, m + 3 * length, m + 4 * length,
+        out->groups, groups};
+    for (int i = 0; i < count; i++)
+        sum += all[i].weight;
+    store(all, length, sum, out);
+    return IBL_OK;
+}
+
+void ibl_samples_free(ibl_samples *samples)
+{
+    if (!samples)
+        return;
+    ibl_free(samples->memory);
+    ibl_free(samples->groups);
+    *samples = (ibl_samples){0};
+}
+
+/* ---- specular --------------------------------------------------------- */
+
+/* Mean solid angle of a texel of the pyramid's level 0. */
+static double texel_angle(const ibl_lobe *lobe)
+{
+    return 4 * IBL_PI / (6.0 * lobe->edge * lobe->edge);
+}
+
+/* Below 0 where a sample wants a finer level than there is. */
+static double lod_of(const ibl_lobe *lobe, double pdf)
+{
+    if (!lobe->pdf_mip)
+        return -1;
+    return 0.5 * log2(1 / (lobe->count * pdf * texel_angle(lobe))) +
+           lobe->lod_bias;
+}
+
+/*
+ * A sample's angle from the normal, moved so that the blur of its lookup
+ * leaves the lobe as wide as it should be.
+ *
+ * A lookup averages the environment over a footprint. With variance v along
+ * an axis that turns the lobe k into k + 1/2 laplace(v k). Samples moved by a
+ * small s change their density by -div(k s), which takes the blur back where
+ *     k s = 1/2 grad(v k).
+ * In texels h of level 0, v is h^2 (4^lod 5/12 - 1/6) at the pyramid's levels
+ * (1/12 for level 0 itself, 3/4 4^l for each step down, 4^lod / 6 for the
+ * bilinear tent), 1/4 h^2 where the level is clamped to 0, and everywhere the
+ * footprint of the source's pixels. With k = D N.L:
+ *
+ * - The part that grows as 4^lod is as 1/D: of v k only N.L has a gradient.
+ *   It and all else that D leaves give s = -v/2 tan(angle); of a cosine lobe
+ *   this is sin -> sin / sqrt(1 + v), in which form it keeps light from
+ *   leaking over the horizon.
+ * - The constant part c adds s = c/2 d(ln D) = -c/2 sin(angle) (1 - a^2) / t,
+ *   t = sin^2 + a^2 cos^2 of the half vector. It counts for lobes little
+ *   wider than a texel; those narrower are past this first order, and their
+ *   samples stay beyond half their angle.
+ */
+static double moved_angle(const ibl_lobe *lobe, double sin_h, double cos_h,
+                          double lod)
+{
+    const double angle = 2 * atan2(sin_h, cos_h);
+    const double a2 = lobe->alpha * lobe->alpha;
+    const double t = sin_h * sin_h + a2 * cos_h * cos_h;
+    const double h2 = texel_angle(lobe);
+    double grown = 0, constant = lobe->footprint + h2 / 4;
+
+    if (lod > 0) {
+        grown = h2 * 5 / 12 * pow(4, fmin(lod, lobe->levels - 1));
+        constant = lobe->footprint - h2 / 6;
+    }
+    double move = -0.5 * constant * sin(angle) * (1 - a2) / t;
+    move = fmin(fmax(move, -0.5 * angle), 0.5 * angle);
+    return asin(fmin(sin(angle + move), 1) / sqrt(1 + grown + constant));
+}
+
+/* Point i of the part of the lobe above the horizon. There the half vector is
+ * within 45 degrees, which is the first 1 / (1 + alpha^2) of Walter's u. */
+static sample make_sample(const ibl_lobe *lobe, int i)
+{
+    const double part = 1 / (1 + lobe->alpha * lobe->alpha);
+    double u1, u2, sin_h, cos_h;
+    ibl_hammersley((uint32_t)i, (uint32_t)lobe->count, &u1, &u2);
+    ibl_ggx_sample_half(u1 * part, lobe->alpha, &sin_h, &cos_h);
+
+    /* pdf = D N.H / (4 V.H), and V = N. */
+    const double d = ibl_ggx_d_sincos(sin_h, cos_h, lobe->alpha);
+    const double lod = lod_of(lobe, d / (4 * part));
+    const double angle = moved_angle(lobe, sin_h, cos_h, lod);
+    const double phi = 2 * IBL_PI * u2;
+    return (sample){.x = sin(angle) * cos(phi),
+                    .y = sin(angle) * sin(phi),
+                    .z = cos(angle),
+                    .weight = (cos_h - sin_h) * (cos_h + sin_h),
+                    .lod = fmin(fmax(lod, 0), lobe->levels - 1)};
+}
+
+ibl_status ibl_samples_specular(ibl_ctx *ctx, const ibl_lobe *lobe,
+                                ibl_samples *samples)
+{
+    sample *all = ibl_alloc_array((size_t)lobe->count, sizeof *all);
+    if (!all)
+        return ibl_no_memory(ctx, "a set of samples");
+    for (int i = 0; i < lobe->count; i++)
+        all[i] = make_sample(lobe, i);
+    const ibl_status status = finish(ctx, all, lobe->count, samples);
+    ibl_free(all);
+    return status;
+}
+
+/* ---- hemisphere ------------------------------------------------------- */
+
+ibl_status ibl_samples_hemisphere(ibl_ctx *ctx, double step,
+                                  ibl_samples *samples)
+{
+    const double wanted = ceil(IBL_PI / 2 / step) * ceil(2 * IBL_PI / step);
+    if (!(wanted < INT_MAX / 2))
+        return ibl_no_memory(ctx, "a hemisphere of samples");
+    const int rings = (int)ceil(IBL_PI / 2 / step);
+    const int spokes = (int)ceil(2 * IBL_PI / step);
+    sample *all = ibl_alloc_array((size_t)rings * (size_t)spokes, sizeof *all);
+    sample *s = all;
+    if (!all)
+        return ibl_no_memory(ctx, "a hemisphere of samples");
+    for (int j = 0; j < rings; j++) {
+        const double theta = IBL_PI / 2 * (j + 0.5) / rings;
+        for (int i = 0; i < spokes; i++) {
+            const double phi = 2 * IBL_PI * (i + 0.5) / spokes;
+            *s++ = (sample){sin(theta) * cos(phi), sin(theta) * sin(phi),
+                            cos(theta), cos(theta) * sin(theta), 0};
+        }
+    }
+    const ibl_status status = finish(ctx, all, rings * spokes, samples);
+    ibl_free(all);
+    return status;
+}
+
+/* ---- frames ----------------------------------------------------------- */
+
+void ibl_texel_frame(int n, int face, int x, int y, double turn, float frame[9])
+{
+    const ibl_face_axes *axes = &ibl_face[face];
+    double normal[3], t[3], b[3], along = 0, length = 0;
+    ibl_cube_direction(n, face, x, y, normal);
+    for (int k = 0; k < 3; k++)
+        along += normal[k] * axes->right[k];
+    for (int k = 0; k < 3; k++) {
+        t[k] = axes->right[k] - along * normal[k];
+        length += t[k] * t[k];
+    }
+    for (int k = 0; k < 3; k++)
+        t[k] /= sqrt(length);
+    for (int k = 0; k < 3; k++) {
+        const int p = (k + 1) % 3, q = (k + 2) % 3;
+        b[k] = normal[p] * t[q] - normal[q] * t[p];
+    }
+    const double c = cos(turn), s = sin(turn);
+    for (int k = 0; k < 3; k++) {
+        frame[k] = (float)(c * t[k] + s * b[k]);
+        frame[3 + k] = (float)(c * b[k] - s * t[k]);
+        frame[6 + k] = (float)normal[k];
+    }
+}

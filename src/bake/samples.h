@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: MIT */
+/* Sample sets: directions around +Z, their weights and mip levels. A set is
+ * made once and serves every texel of a level, turned to the texel's frame. */
+#ifndef IBL_BAKE_SAMPLES_H
+#define IBL_BAKE_SAMPLES_H
+
+#include <stdbool.h>
+
+#include "ibl/ibl.h"
+#include "kern/gather.h"
+
+typedef struct ibl_samples {
+    ibl_gather_samples set; /* weights sum to 1 */
+    int count;              /* samples in all groups */
+    float *memory;
+    ibl_gather_group *groups;
+} ibl_samples;
+
+typedef struct ibl_lobe {
+    double alpha; /* GGX width, 0 < alpha <= 1 */
+    int count;    /* Hammersley points */
+    int edge;     /* of the pyramid's level 0 */
+    int levels;   /* of the pyramid */
+    double lod_bias;
+    bool pdf_mip;     /* else every lookup at level 0 */
+    double footprint; /* variance of a source pixel as level 0 has it, along
+                         one axis, in square radians */
+} ibl_lobe;
+
+/* Hammersley points through the part of the GGX lobe above the horizon,
+ * N = V = R, weights N.L. */
+ibl_status ibl_samples_specular(ibl_ctx *ctx, const ibl_lobe *lobe,
+                                ibl_samples *samples);
+
+/* The grid over the hemisphere in theta and phi: midpoints, at most step
+ * radians apart, weights cos(theta) sin(theta), level 0. */
+ibl_status ibl_samples_hemisphere(ibl_ctx *ctx, double step,
+                                  ibl_samples *samples);
+
+void ibl_samples_free(ibl_samples *samples); /* NULL and zeroed are fine */
+
+/*
+ * Tangent, bitangent and normal of texel (x, y) of a face of edge n: the
+ * tangent follows the face's rows, so symmetric texels have symmetric frames.
+ * turn rotates tangent and bitangent about the normal, in radians.
+ */
+void ibl_texel_frame(int n, int face, int x, int y, double turn,
+                     float frame[9]);
+
+#endif
