@@ -145,7 +145,8 @@ void ibl_texture_free(ibl_texture *tex); /* NULL and zeroed are fine */
 size_t ibl_texture_offset(const ibl_texture *tex, int level, int face);
 size_t ibl_texture_face_bytes(const ibl_texture *tex, int level);
 
-/* Sets a key to a value (both copied; UTF-8, key 1..255 bytes). */
+/* Sets a key to a value (both copied; UTF-8, key 1..255 bytes, at most 4096
+ * keys, else IBL_ERR_ARGUMENT). */
 ibl_status ibl_texture_set(ibl_ctx *ctx, ibl_texture *tex, const char *key,
                            const char *value);
 /* The value of a key, owned by tex; NULL if it is not there. */
@@ -179,7 +180,9 @@ const char *ibl_container_name(ibl_container container);
 /*
  * The bytes of a file of that kind. *bytes is the caller's to free with
  * ibl_bytes_free. KTX2 and KTX get KTXorientation and KTXwriter; tex's own
- * keys follow. DDS has no room for keys and drops them.
+ * keys follow, but for those two. DDS has no room for keys and drops them.
+ * IBL_ERR_ARGUMENT: tex is no whole texture. IBL_ERR_UNSUPPORTED: KTX and a
+ * face of 4 GiB.
  */
 ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, void **bytes,
@@ -192,7 +195,12 @@ void ibl_bytes_free(void *bytes);
  * files of 3-channel 16 or 32-bit floats are widened to 4. What we write is
  * read back bit for bit, keys included. Arrays, 3D, other pixel formats and
  * supercompression give IBL_ERR_UNSUPPORTED with the name or number of what
- * was found; a damaged file IBL_ERR_FORMAT. Never reads outside [bytes, size).
+ * was found; a damaged file IBL_ERR_FORMAT. Never reads outside [bytes, size),
+ * and allocates little more than size. DDS files may also name a float format
+ * of Direct3D 9 in place of a FourCC, and hold RGB floats.
+ * Keys: those whose value is text; KTXwriter comes along, KTXorientation does
+ * not: rows are turned to begin at the top where a flat texture says that
+ * they do not, a cube that says so is IBL_ERR_UNSUPPORTED.
  *   container   may be NULL
  */
 ibl_status ibl_texture_decode(ibl_ctx *ctx, const char *name, const void *bytes,

@@ -1,0 +1,222 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/container.h"
+
+#include <string.h>
+
+#include "core/alloc.h"
+
+/* Numbers: vulkan_core.h, dxgiformat.h, d3d9types.h, the OpenGL registry. */
+const ibl_layout ibl_layouts[IBL_LAYOUT_COUNT] = {
+    /* pixel, bytes, word, vk, dxgi, d3d, type, format, internal format */
+    {IBL_PIXEL_RGBA16F, 8, 2, 97, 10, 113, 0x140B, 0x1908, 0x881A},
+    {IBL_PIXEL_RGBA32F, 16, 4, 109, 2, 116, 0x1406, 0x1908, 0x8814},
+    {IBL_PIXEL_RGB9E5, 4, 4, 123, 67, 0, 0x8C3E, 0x1907, 0x8C3D},
+    {IBL_PIXEL_R11G11B10F, 4, 4, 122, 26, 0, 0x8C3B, 0x1907, 0x8C3A},
+    {IBL_PIXEL_RG16F, 4, 2, 83, 34, 112, 0x140B, 0x8227, 0x822F},
+    {IBL_PIXEL_RG32F, 8, 4, 103, 16, 115, 0x1406, 0x8227, 0x8230},
+    {IBL_PIXEL_RGBA16F, 6, 2, 90, 0, 0, 0x140B, 0x1907, 0x881B},
+    {IBL_PIXEL_RGBA32F, 12, 4, 106, 6, 0, 0x1406, 0x1907, 0x8815},
+};
+
+void ibl_put_u32(unsigned char *dst, uint32_t value)
+{
+    memcpy(dst, &value, sizeof value);
+}
+
+void ibl_put_u64(unsigned char *dst, uint64_t value)
+{
+    memcpy(dst, &value, sizeof value);
+}
+
+uint32_t ibl_file_u32(const ibl_file *file, uint64_t at)
+{
+    uint32_t value;
+    memcpy(&value, file->bytes + at, sizeof value);
+    return file->swap ? __builtin_bswap32(value) : value;
+}
+
+uint64_t ibl_file_u64(const ibl_file *file, uint64_t at)
+{
+    uint64_t value;
+    memcpy(&value, file->bytes + at, sizeof value);
+    return file->swap ? __builtin_bswap64(value) : value;
+}
+
+bool ibl_file_has(const ibl_file *file, uint64_t at, uint64_t size)
+{
+    return at <= file->size && size <= file->size - at;
+}
+
+ibl_status ibl_file_short(const ibl_file *file, const char *what)
+{
+    return ibl_fail(file->ctx, IBL_ERR_FORMAT,
+                    "%s: damaged or cut short: its %zu bytes do not hold %s",
+                    file->name, file->size, what);
+}
+
+static size_t edge(int size, int level)
+{
+    return size >> level ? (size_t)(size >> level) : 1;
+}
+
+size_t ibl_texture_width(const ibl_texture *tex, int level)
+{
+    return edge(tex->width, level);
+}
+
+size_t ibl_texture_height(const ibl_texture *tex, int level)
+{
+    return edge(tex->height, level);
+}
+
+static uint32_t max_levels(uint32_t width, uint32_t height)
+{
+    uint32_t levels = 1;
+    while (width >> levels || height >> levels)
+        levels++;
+    return levels;
+}
+
+static ibl_status unsupported(const ibl_file *file, const char *what,
+                              uint32_t value)
+{
+    return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
+                    "%s: %s (%u): only 2D textures and single cubes are read",
+                    file->name, what, value);
+}
+
+static ibl_status check_shape(const ibl_file *file, const ibl_shape *s)
+{
+    if (s->depth)
+        return unsupported(file, "a 3D texture, by its depth", s->depth);
+    if (s->layers)
+        return unsupported(file, "an array texture, by its layers", s->layers);
+    if (s->width && !s->height)
+        return unsupported(file, "a 1D texture, by its width", s->width);
+    if (s->width < 1 || s->height < 1)
+        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
+                        "%s: %ux%u texels: a texture has at least 1x1",
+                        file->name, s->width, s->height);
+    if (s->width > IBL_MAX_EDGE || s->height > IBL_MAX_EDGE)
+        return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
+                        "%s: %ux%u texels: the limit is %d", file->name,
+                        s->width, s->height, IBL_MAX_EDGE);
+    if (s->faces != 1 && s->faces != IBL_FACES)
+        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
+                        "%s: %u faces: must be 6 or 1", file->name, s->faces);
+    if (s->faces == IBL_FACES && s->width != s->height)
+        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
+                        "%s: cube faces of %ux%u texels: must be square",
+                        file->name, s->width, s->height);
+    if (s->levels > max_levels(s->width, s->height))
+        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
+                        "%s: %u levels of %ux%u texels: the limit is %u",
+                        file->name, s->levels, s->width, s->height,
+                        max_levels(s->width, s->height));
+    return IBL_OK;
+}
+
+static uint64_t row_bytes(const ibl_layout *layout, size_t width,
+                          uint32_t row_align)
+{
+    const uint64_t bytes = (uint64_t)width * (uint64_t)layout->texel_bytes;
+    return (bytes + row_align - 1) / row_align * row_align;
+}
+
+uint64_t ibl_place_bytes(const ibl_place *place, const ibl_texture *tex,
+                         int level)
+{
+    return row_bytes(place->layout, ibl_texture_width(tex, level),
+                     place->row_align) *
+           ibl_texture_height(tex, level);
+}
+
+ibl_status ibl_texture_begin(const ibl_file *file, const ibl_shape *shape,
+                             const ibl_layout *layout, uint32_t row_align,
+                             ibl_texture *tex)
+{
+    const ibl_status status = check_shape(file, shape);
+    if (status)
+        return status;
+    *tex = (ibl_texture){.pixel = layout->pixel,
+                         .width = (int)shape->width,
+                         .height = (int)shape->height,
+                         .levels = shape->levels ? (int)shape->levels : 1,
+                         .faces = (int)shape->faces};
+
+    const ibl_place place = {layout, 0, row_align, false};
+    uint64_t stored = 0, texels = 0;
+    for (int l = 0; l < tex->levels; l++) {
+        stored += (uint64_t)tex->faces * ibl_place_bytes(&place, tex, l);
+        texels += (uint64_t)tex->faces * ibl_texture_width(tex, l) *
+                  ibl_texture_height(tex, l);
+    }
+    if (stored > file->size)
+        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
+                        "%s: damaged or cut short: its texels take %llu bytes,"
+                        " the file has %zu",
+                        file->name, (unsigned long long)stored, file->size);
+    /* No more than 4/3 of the file's own size from here on. */
+    tex->bytes = (size_t)texels * ibl_pixel_bytes(tex->pixel);
+    tex->data = ibl_alloc_array(tex->bytes, 1);
+    return tex->data ? IBL_OK : ibl_no_memory(file->ctx, "a texture");
+}
+
+static void turn_words(unsigned char *p, size_t bytes, int word)
+{
+    for (size_t i = 0; i < bytes; i += (size_t)word) {
+        for (int a = 0, b = word - 1; a < b; a++, b--) {
+            const unsigned char t = p[i + (size_t)a];
+            p[i + (size_t)a] = p[i + (size_t)b];
+            p[i + (size_t)b] = t;
+        }
+    }
+}
+
+/* Three channels to four, the last 1. */
+static void widen(const ibl_layout *layout, const unsigned char *src,
+                  size_t count, bool swap, unsigned char *dst)
+{
+    static const uint16_t half_one = 0x3C00;
+    static const float float_one = 1;
+    const size_t word = (size_t)layout->word_bytes;
+    for (size_t i = 0; i < count; i++, src += 3 * word, dst += 4 * word) {
+        memcpy(dst, src, 3 * word);
+        if (swap)
+            turn_words(dst, 3 * word, layout->word_bytes);
+        if (word == sizeof half_one)
+            memcpy(dst + 3 * word, &half_one, word);
+        else
+            memcpy(dst + 3 * word, &float_one, word);
+    }
+}
+
+ibl_status ibl_place_read(const ibl_file *file, const ibl_place *place,
+                          ibl_texture *tex, int level, int face)
+{
+    const ibl_layout *layout = place->layout;
+    const size_t width = ibl_texture_width(tex, level);
+    const size_t height = ibl_texture_height(tex, level);
+    const uint64_t in_bytes = row_bytes(layout, width, place->row_align);
+    const size_t out_bytes = width * ibl_pixel_bytes(tex->pixel);
+    unsigned char *out = tex->data + ibl_texture_offset(tex, level, face);
+
+    if (!ibl_file_has(file, place->at, ibl_place_bytes(place, tex, level)))
+        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
+                        "%s: damaged or cut short: face %d of level %d is at "
+                        "%llu, beyond the file's %zu bytes",
+                        file->name, face, level, (unsigned long long)place->at,
+                        file->size);
+    for (size_t y = 0; y < height; y++) {
+        const size_t from = place->bottom_up ? height - 1 - y : y;
+        const unsigned char *row = file->bytes + place->at + from * in_bytes;
+        if ((size_t)layout->texel_bytes != ibl_pixel_bytes(tex->pixel)) {
+            widen(layout, row, width, file->swap, out + y * out_bytes);
+            continue;
+        }
+        memcpy(out + y * out_bytes, row, out_bytes);
+        if (file->swap)
+            turn_words(out + y * out_bytes, out_bytes, layout->word_bytes);
+    }
+    return IBL_OK;
+}

@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What the three containers share: the table of formats, shapes, rows in and
+ * out, KTX key/values. A reader trusts nothing but file->size.
+ */
+#ifndef IBL_IO_CONTAINER_H
+#define IBL_IO_CONTAINER_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "core/context.h"
+#include "ibl/io.h"
+
+#if __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
+#error "texels are encoded and stored in the machine's order, little endian"
+#endif
+
+/* How each API calls a format. 0: it has no such format. */
+typedef struct ibl_layout {
+    ibl_pixel pixel;
+    int texel_bytes; /* in the file; 3 channels become 4 when read */
+    int word_bytes;  /* what a change of byte order turns round */
+    uint32_t vk;     /* VkFormat */
+    uint32_t dxgi;   /* DXGI_FORMAT */
+    uint32_t d3d;    /* D3DFMT, in place of a FourCC */
+    uint32_t gl_type, gl_format, gl_internal;
+} ibl_layout;
+
+enum {
+    IBL_LAYOUT_COUNT = IBL_PIXEL_COUNT + 2,
+    IBL_MAX_KEYS = 4096,
+    IBL_MAX_KEY_BYTES = 255
+};
+
+/* One for each ibl_pixel, in that order, then two that are only read. */
+extern const ibl_layout ibl_layouts[IBL_LAYOUT_COUNT];
+
+/* A file in memory. */
+typedef struct ibl_file {
+    ibl_ctx *ctx;
+    const char *name; /* for messages */
+    const unsigned char *bytes;
+    size_t size;
+    bool swap; /* its words are big endian */
+} ibl_file;
+
+/* The words at an offset that the caller has checked. */
+uint32_t ibl_file_u32(const ibl_file *file, uint64_t at);
+uint64_t ibl_file_u64(const ibl_file *file, uint64_t at);
+/* Whether [at, at + size) is inside. */
+bool ibl_file_has(const ibl_file *file, uint64_t at, uint64_t size);
+ibl_status ibl_file_short(const ibl_file *file, const char *what);
+
+/* A texture's shape as a header has it. 0 levels are 1, 0 depth is none. */
+typedef struct ibl_shape {
+    uint32_t width, height, depth, layers, faces, levels;
+} ibl_shape;
+
+/*
+ * Checks shape, that the file has as many bytes as its texels take, and only
+ * then allocates tex, without keys. row_align: rows in the file begin at
+ * multiples of so many bytes.
+ */
+ibl_status ibl_texture_begin(const ibl_file *file, const ibl_shape *shape,
+                             const ibl_layout *layout, uint32_t row_align,
+                             ibl_texture *tex);
+
+/* Where a level's face is in the file. */
+typedef struct ibl_place {
+    const ibl_layout *layout;
+    uint64_t at;
+    uint32_t row_align;
+    bool bottom_up; /* the first row in the file is the lowest */
+} ibl_place;
+
+/* Bytes of a level's face in the file. */
+uint64_t ibl_place_bytes(const ibl_place *place, const ibl_texture *tex,
+                         int level);
+/* Copies one in, turning words round and widening where needed. */
+ibl_status ibl_place_read(const ibl_file *file, const ibl_place *place,
+                          ibl_texture *tex, int level, int face);
+
+/* Edges of a level. */
+size_t ibl_texture_width(const ibl_texture *tex, int level);
+size_t ibl_texture_height(const ibl_texture *tex, int level);
+
+/*
+ * Reads key/value pairs as KTX and KTX2 store them. Values that are no text
+ * (no UTF-8, or zeros inside) are left out, for ibl_key_value has no place
+ * for them. KTXorientation is taken out of the keys and understood:
+ *   down   the orientation whose rows go from the top, "rd" or "S=r,T=d"
+ *   up     the one from the bottom
+ */
+ibl_status ibl_keys_read(const ibl_file *file, uint64_t at, uint64_t size,
+                         const char *down, const char *up, ibl_texture *tex,
+                         bool *bottom_up);
+
+/* The pairs that go into a file: tex's, with KTXorientation and KTXwriter
+ * ours. NULL without memory; free with ibl_free. */
+ibl_key_value *ibl_keys_list(const ibl_texture *tex, const char *orientation,
+                             int *count);
+size_t ibl_keys_bytes(const ibl_key_value *keys, int count);
+/* Writes exactly those bytes. */
+void ibl_keys_write(const ibl_key_value *keys, int count, unsigned char *dst);
+
+void ibl_put_u32(unsigned char *dst, uint32_t value);
+void ibl_put_u64(unsigned char *dst, uint64_t value);
+
+bool ibl_is_ktx2(const unsigned char *bytes, size_t size);
+bool ibl_is_ktx(const unsigned char *bytes, size_t size);
+bool ibl_is_dds(const unsigned char *bytes, size_t size);
+
+/* tex is empty; free it with ibl_texture_free after an error. */
+ibl_status ibl_ktx2_decode(const ibl_file *file, ibl_texture *tex);
+ibl_status ibl_ktx_decode(ibl_file *file, ibl_texture *tex);
+ibl_status ibl_dds_decode(const ibl_file *file, ibl_texture *tex);
+
+/* tex is valid. *bytes: ibl_free. */
+ibl_status ibl_ktx2_encode(ibl_ctx *ctx, const ibl_texture *tex,
+                           unsigned char **bytes, size_t *size);
+ibl_status ibl_ktx_encode(ibl_ctx *ctx, const ibl_texture *tex,
+                          unsigned char **bytes, size_t *size);
+ibl_status ibl_dds_encode(ibl_ctx *ctx, const ibl_texture *tex,
+                          unsigned char **bytes, size_t *size);
+
+#endif

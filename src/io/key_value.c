@@ -1,0 +1,351 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Metadata: keys and values in a texture, and as KTX and KTX2 store them:
+ *     uint32 size of key, its zero and the value; key; 0; value; padding to 4
+ */
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "io/container.h"
+
+static const char orientation_key[] = "KTXorientation";
+static const char writer_key[] = "KTXwriter";
+static const char writer[] = "iblbake " IBL_VERSION;
+
+/* Length of the UTF-8 sequence that begins at p, at most n bytes; 0: none.
+ * The Unicode Standard, table 3-7. */
+static size_t utf8_sequence(const unsigned char *p, size_t n)
+{
+    unsigned char low = 0x80, high = 0xBF;
+    size_t length;
+    if (p[0] < 0x80)
+        return 1;
+    if (p[0] < 0xC2 || p[0] > 0xF4)
+        return 0;
+    length = p[0] < 0xE0 ? 2 : p[0] < 0xF0 ? 3 : 4;
+    if (length > n)
+        return 0;
+    if (p[0] == 0xE0)
+        low = 0xA0;
+    if (p[0] == 0xED)
+        high = 0x9F;
+    if (p[0] == 0xF0)
+        low = 0x90;
+    if (p[0] == 0xF4)
+        high = 0x8F;
+    if (p[1] < low || p[1] > high)
+        return 0;
+    for (size_t i = 2; i < length; i++) {
+        if (p[i] < 0x80 || p[i] > 0xBF)
+            return 0;
+    }
+    return length;
+}
+
+static bool is_utf8(const void *text, size_t n)
+{
+    const unsigned char *p = text;
+    while (n) {
+        const size_t length = utf8_sequence(p, n);
+        if (!length)
+            return false;
+        p += length;
+        n -= length;
+    }
+    return true;
+}
+
+static char *copy_text(const void *text, size_t n)
+{
+    char *copy = ibl_alloc_array(n + 1, 1);
+    if (copy) {
+        memcpy(copy, text, n);
+        copy[n] = '\0';
+    }
+    return copy;
+}
+
+/* Index of the first key not before `key`. */
+static int find_key(const ibl_texture *tex, const char *key)
+{
+    int low = 0, high = tex->key_count;
+    while (low < high) {
+        const int middle = (low + high) / 2;
+        if (strcmp(tex->keys[middle].key, key) < 0)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+static bool has_key(const ibl_texture *tex, int at, const char *key)
+{
+    return at < tex->key_count && !strcmp(tex->keys[at].key, key);
+}
+
+const char *ibl_texture_get(const ibl_texture *tex, const char *key)
+{
+    const int at = find_key(tex, key);
+    return has_key(tex, at, key) ? tex->keys[at].value : NULL;
+}
+
+static ibl_status check_pair(ibl_ctx *ctx, const ibl_texture *tex,
+                             const char *key, const char *value)
+{
+    const size_t n = strlen(key);
+    if (n < 1 || n > IBL_MAX_KEY_BYTES)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a texture's key of %zu bytes: must be 1 to %d", n,
+                        IBL_MAX_KEY_BYTES);
+    if (!is_utf8(key, n) || !is_utf8(value, strlen(value)))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a texture's key or its value is not UTF-8");
+    if (strlen(value) > INT32_MAX - IBL_MAX_KEY_BYTES - 2)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a value of %zu bytes: the limit is 2 GiB",
+                        strlen(value));
+    if (tex->key_count >= IBL_MAX_KEYS)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a texture's keys: the limit is %d", IBL_MAX_KEYS);
+    return IBL_OK;
+}
+
+/* Makes room for a key at `at`; the array is replaced by one longer. */
+static bool insert_key(ibl_texture *tex, int at, ibl_key_value pair)
+{
+    const size_t count = (size_t)tex->key_count, before = (size_t)at;
+    ibl_key_value *keys = ibl_alloc_array(count + 1, sizeof *keys);
+    if (!keys)
+        return false;
+    if (count) {
+        memcpy(keys, tex->keys, before * sizeof *keys);
+        memcpy(keys + before + 1, tex->keys + before,
+               (count - before) * sizeof *keys);
+    }
+    keys[before] = pair;
+    ibl_free(tex->keys);
+    tex->keys = keys;
+    tex->key_count++;
+    return true;
+}
+
+ibl_status ibl_texture_set(ibl_ctx *ctx, ibl_texture *tex, const char *key,
+                           const char *value)
+{
+    const ibl_status status = check_pair(ctx, tex, key, value);
+    if (status)
+        return status;
+    const int at = find_key(tex, key);
+    ibl_key_value pair = {NULL, copy_text(value, strlen(value))};
+    if (!pair.value)
+        return ibl_no_memory(ctx, "a texture's keys");
+    if (has_key(tex, at, key)) {
+        ibl_free(tex->keys[at].value);
+        tex->keys[at].value = pair.value;
+        return IBL_OK;
+    }
+    pair.key = copy_text(key, strlen(key));
+    if (pair.key && insert_key(tex, at, pair))
+        return IBL_OK;
+    ibl_free(pair.key);
+    ibl_free(pair.value);
+    return ibl_no_memory(ctx, "a texture's keys");
+}
+
+/* ---- in a file ------------------------------------------------------ */
+
+/* One pair of a file, unpadded. */
+typedef struct stored_pair {
+    const unsigned char *key, *value;
+    size_t key_bytes, value_bytes;
+} stored_pair;
+
+/* Takes the pair at *at, inside [*at, end), and moves *at behind it. */
+static bool next_pair(const ibl_file *file, uint64_t *at, uint64_t end,
+                      stored_pair *pair)
+{
+    if (end - *at < 4)
+        return false;
+    const uint64_t bytes = ibl_file_u32(file, *at);
+    const uint64_t room = end - *at - 4;
+    if (bytes < 2 || bytes > room)
+        return false;
+    pair->key = file->bytes + *at + 4;
+    const unsigned char *zero = memchr(pair->key, 0, (size_t)bytes);
+    if (!zero || zero == pair->key)
+        return false;
+    pair->key_bytes = (size_t)(zero - pair->key);
+    pair->value = zero + 1;
+    pair->value_bytes = (size_t)bytes - pair->key_bytes - 1;
+    /* Some writers leave out the last padding. */
+    const uint64_t padded = (bytes + 3) / 4 * 4;
+    *at += 4 + (padded < room ? padded : room);
+    return true;
+}
+
+/* Text ends in one zero, or in none. */
+static bool is_text(stored_pair *pair)
+{
+    if (pair->value_bytes && !pair->value[pair->value_bytes - 1])
+        pair->value_bytes--;
+    return pair->key_bytes <= IBL_MAX_KEY_BYTES &&
+           is_utf8(pair->key, pair->key_bytes) &&
+           is_utf8(pair->value, pair->value_bytes) &&
+           !memchr(pair->value, 0, pair->value_bytes);
+}
+
+static int compare_keys(const void *a, const void *b)
+{
+    const ibl_key_value *x = a, *y = b;
+    return strcmp(x->key, y->key);
+}
+
+/* Adds a pair at the end; the array has room. */
+static bool append_pair(ibl_texture *tex, const stored_pair *pair)
+{
+    ibl_key_value *to = &tex->keys[tex->key_count];
+    to->key = copy_text(pair->key, pair->key_bytes);
+    to->value = copy_text(pair->value, pair->value_bytes);
+    tex->key_count++; /* ibl_texture_free takes what is there */
+    return to->key && to->value;
+}
+
+static ibl_status read_pairs(const ibl_file *file, uint64_t at, uint64_t end,
+                             ibl_texture *tex)
+{
+    while (at < end) {
+        stored_pair pair;
+        if (!next_pair(file, &at, end, &pair))
+            return ibl_fail(file->ctx, IBL_ERR_FORMAT,
+                            "%s: damaged: a key or value in its metadata does "
+                            "not end where it should",
+                            file->name);
+        if (!is_text(&pair))
+            continue;
+        if (tex->key_count == IBL_MAX_KEYS)
+            return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
+                            "%s: over %d keys of metadata", file->name,
+                            IBL_MAX_KEYS);
+        if (!append_pair(tex, &pair))
+            return ibl_no_memory(file->ctx, "a texture's keys");
+    }
+    return IBL_OK;
+}
+
+static void remove_key(ibl_texture *tex, int at)
+{
+    ibl_free(tex->keys[at].key);
+    ibl_free(tex->keys[at].value);
+    tex->key_count--;
+    memmove(tex->keys + at, tex->keys + at + 1,
+            (size_t)(tex->key_count - at) * sizeof *tex->keys);
+}
+
+/* The beginning of a text from a file, fit for a line of a message. */
+static const char *printable(const char *text, char out[41])
+{
+    size_t n = 0;
+    for (; n < 40 && text[n]; n++)
+        out[n] = text[n] >= ' ' && text[n] < 127 ? text[n] : '?';
+    out[n] = '\0';
+    return out;
+}
+
+/* Rows are stored from the top in a texture, so the key would lie as soon as
+ * they have been turned over: it goes in any case. */
+static ibl_status take_orientation(const ibl_file *file, const char *down,
+                                   const char *up, ibl_texture *tex,
+                                   bool *bottom_up)
+{
+    const int at = find_key(tex, orientation_key);
+    char text[41];
+    if (!has_key(tex, at, orientation_key))
+        return IBL_OK;
+    const char *value = tex->keys[at].value;
+    *bottom_up = !strcmp(value, up);
+    if (strcmp(value, down) && !(*bottom_up && tex->faces == 1))
+        return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
+                        "%s: %s \"%s\": only \"%s\" is read%s%s%s", file->name,
+                        orientation_key, printable(value, text), down,
+                        tex->faces == 1 ? " and \"" : "",
+                        tex->faces == 1 ? up : "",
+                        tex->faces == 1 ? "\"" : " for cubes");
+    remove_key(tex, at);
+    return IBL_OK;
+}
+
+ibl_status ibl_keys_read(const ibl_file *file, uint64_t at, uint64_t size,
+                         const char *down, const char *up, ibl_texture *tex,
+                         bool *bottom_up)
+{
+    char text[41];
+    *bottom_up = false;
+    if (!ibl_file_has(file, at, size))
+        return ibl_file_short(file, "its metadata");
+    if (!size)
+        return IBL_OK;
+    tex->keys = ibl_alloc_zeroed(IBL_MAX_KEYS, sizeof *tex->keys);
+    if (!tex->keys)
+        return ibl_no_memory(file->ctx, "a texture's keys");
+    const ibl_status status = read_pairs(file, at, at + size, tex);
+    if (status)
+        return status;
+    qsort(tex->keys, (size_t)tex->key_count, sizeof *tex->keys, compare_keys);
+    for (int i = 1; i < tex->key_count; i++) {
+        if (!strcmp(tex->keys[i - 1].key, tex->keys[i].key))
+            return ibl_fail(file->ctx, IBL_ERR_FORMAT,
+                            "%s: damaged: the key \"%s\" is there twice",
+                            file->name, printable(tex->keys[i].key, text));
+    }
+    return take_orientation(file, down, up, tex, bottom_up);
+}
+
+ibl_key_value *ibl_keys_list(const ibl_texture *tex, const char *orientation,
+                             int *count)
+{
+    ibl_key_value *list =
+        ibl_alloc_array((size_t)tex->key_count + 2, sizeof *list);
+    if (!list)
+        return NULL;
+    /* The list borrows its texts and is only read. */
+    list[0] = (ibl_key_value){(char *)orientation_key, (char *)orientation};
+    list[1] = (ibl_key_value){(char *)writer_key, (char *)writer};
+    int n = 2;
+    for (int i = 0; i < tex->key_count; i++) {
+        if (strcmp(tex->keys[i].key, orientation_key) &&
+            strcmp(tex->keys[i].key, writer_key))
+            list[n++] = tex->keys[i];
+    }
+    qsort(list, (size_t)n, sizeof *list, compare_keys);
+    *count = n;
+    return list;
+}
+
+static size_t pair_bytes(const ibl_key_value *pair)
+{
+    return strlen(pair->key) + 1 + strlen(pair->value) + 1;
+}
+
+size_t ibl_keys_bytes(const ibl_key_value *keys, int count)
+{
+    size_t bytes = 0;
+    for (int i = 0; i < count; i++)
+        bytes += 4 + (pair_bytes(&keys[i]) + 3) / 4 * 4;
+    return bytes;
+}
+
+void ibl_keys_write(const ibl_key_value *keys, int count, unsigned char *dst)
+{
+    for (int i = 0; i < count; i++) {
+        const size_t bytes = pair_bytes(&keys[i]);
+        const size_t key = strlen(keys[i].key) + 1;
+        const size_t padded = (bytes + 3) / 4 * 4;
+        ibl_put_u32(dst, (uint32_t)bytes);
+        memcpy(dst + 4, keys[i].key, key);
+        memcpy(dst + 4 + key, keys[i].value, bytes - key);
+        memset(dst + 4 + bytes, 0, padded - bytes);
+        dst += 4 + padded;
+    }
+}

@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Khronos KTX 1.1. Source: KTX File Format Specification, version 1.1. A
+ * cube's imageSize is that of one face; rows are padded to 4 bytes.
+ */
+#include <string.h>
+
+#include "core/alloc.h"
+#include "io/container.h"
+
+static const unsigned char identifier[12] = {
+    0xAB, 'K', 'T', 'X', ' ', '1', '1', 0xBB, '\r', '\n', 0x1A, '\n'};
+
+enum {
+    ENDIANNESS = 12,
+    GL_TYPE = 16,
+    GL_TYPE_SIZE = 20,
+    GL_FORMAT = 24,
+    GL_INTERNAL_FORMAT = 28,
+    GL_BASE_INTERNAL_FORMAT = 32,
+    WIDTH = 36,
+    HEIGHT = 40,
+    DEPTH = 44,
+    ELEMENTS = 48, /* of an array */
+    FACES = 52,
+    LEVELS = 56,
+    KEY_BYTES = 60,
+    HEADER = 64,
+    ROW_ALIGN = 4
+};
+
+static const uint32_t little = 0x04030201, big = 0x01020304;
+static const char rows_down[] = "S=r,T=d", rows_up[] = "S=r,T=u";
+
+bool ibl_is_ktx(const unsigned char *bytes, size_t size)
+{
+    return size >= sizeof identifier &&
+           !memcmp(bytes, identifier, sizeof identifier);
+}
+
+static void write_header(const ibl_texture *tex, size_t key_bytes,
+                         unsigned char *dst)
+{
+    const ibl_layout *layout = &ibl_layouts[tex->pixel];
+    memset(dst, 0, HEADER);
+    memcpy(dst, identifier, sizeof identifier);
+    ibl_put_u32(dst + ENDIANNESS, little);
+    ibl_put_u32(dst + GL_TYPE, layout->gl_type);
+    ibl_put_u32(dst + GL_TYPE_SIZE, (uint32_t)layout->word_bytes);
+    ibl_put_u32(dst + GL_FORMAT, layout->gl_format);
+    ibl_put_u32(dst + GL_INTERNAL_FORMAT, layout->gl_internal);
+    ibl_put_u32(dst + GL_BASE_INTERNAL_FORMAT, layout->gl_format);
+    ibl_put_u32(dst + WIDTH, (uint32_t)tex->width);
+    ibl_put_u32(dst + HEIGHT, (uint32_t)tex->height);
+    ibl_put_u32(dst + FACES, (uint32_t)tex->faces);
+    ibl_put_u32(dst + LEVELS, (uint32_t)tex->levels);
+    ibl_put_u32(dst + KEY_BYTES, (uint32_t)key_bytes);
+}
+
+/* Texels of 4, 8 or 16 bytes leave nothing to pad, neither rows nor faces
+ * nor levels. */
+static void write_levels(const ibl_texture *tex, unsigned char *dst)
+{
+    for (int l = 0; l < tex->levels; l++) {
+        const size_t face_bytes = ibl_texture_face_bytes(tex, l);
+        const size_t bytes = (size_t)tex->faces * face_bytes;
+        ibl_put_u32(dst, (uint32_t)face_bytes);
+        memcpy(dst + 4, tex->data + ibl_texture_offset(tex, l, 0), bytes);
+        dst += 4 + bytes;
+    }
+}
+
+ibl_status ibl_ktx_encode(ibl_ctx *ctx, const ibl_texture *tex,
+                          unsigned char **bytes, size_t *size)
+{
+    int count;
+    if (ibl_texture_face_bytes(tex, 0) > UINT32_MAX)
+        return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
+                        "KTX 1.1: a face of %dx%d %s texels is over its limit "
+                        "of 4 GiB; use ktx2",
+                        tex->width, tex->height, ibl_pixel_name(tex->pixel));
+    ibl_key_value *keys = ibl_keys_list(tex, rows_down, &count);
+    if (!keys)
+        return ibl_no_memory(ctx, "a KTX file");
+    const size_t key_bytes = ibl_keys_bytes(keys, count);
+    const size_t total =
+        HEADER + key_bytes + 4 * (size_t)tex->levels + tex->bytes;
+    unsigned char *dst = ibl_alloc_array(total, 1);
+    if (!dst || key_bytes > UINT32_MAX) {
+        ibl_free(dst);
+        ibl_free(keys);
+        return ibl_no_memory(ctx, "a KTX file");
+    }
+    write_header(tex, key_bytes, dst);
+    ibl_keys_write(keys, count, dst + HEADER);
+    write_levels(tex, dst + HEADER + key_bytes);
+    ibl_free(keys);
+    *bytes = dst;
+    *size = total;
+    return IBL_OK;
+}
+
+static ibl_status find_layout(const ibl_file *file, const ibl_layout **layout)
+{
+    const uint32_t type = ibl_file_u32(file, GL_TYPE);
+    const uint32_t format = ibl_file_u32(file, GL_FORMAT);
+    const uint32_t internal = ibl_file_u32(file, GL_INTERNAL_FORMAT);
+
+    if (!type || !format)
+        return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
+                        "%s: compressed texels (glInternalFormat 0x%X): only "
+                        "float formats are read",
+                        file->name, internal);
+    for (int i = 0; i < IBL_LAYOUT_COUNT; i++) {
+        const ibl_layout *l = &ibl_layouts[i];
+        /* Unsized internal formats are the format's own number. */
+        if (l->gl_type == type && l->gl_format == format &&
+            (l->gl_internal == internal || format == internal)) {
+            *layout = l;
+            return IBL_OK;
+        }
+    }
+    return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
+                    "%s: glType 0x%X, glFormat 0x%X, glInternalFormat 0x%X: "
+                    "only RGBA, RGB and RG of half or float, RGB9_E5 and "
+                    "R11F_G11F_B10F are read",
+                    file->name, type, format, internal);
+}
+
+static ibl_status check_order(ibl_file *file)
+{
+    const uint32_t order = ibl_file_u32(file, ENDIANNESS);
+    file->swap = order == big;
+    if (order != little && order != big)
+        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
+                        "%s: damaged: endianness 0x%08X, must be 0x%08X or "
+                        "0x%08X",
+                        file->name, order, little, big);
+    return IBL_OK;
+}
+
+/* Reads a level at *at and moves *at behind it. */
+static ibl_status read_level(const ibl_file *file, ibl_place *place,
+                             ibl_texture *tex, int level)
+{
+    const uint64_t face_bytes = ibl_place_bytes(place, tex, level);
+    if (!ibl_file_has(file, place->at, 4))
+        return ibl_file_short(file, "one of its levels");
+    const uint64_t bytes = ibl_file_u32(file, place->at);
+    if (bytes != face_bytes)
+        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
+                        "%s: damaged: level %d of %llu bytes, must be %llu",
+                        file->name, level, (unsigned long long)bytes,
+                        (unsigned long long)face_bytes);
+    place->at += 4;
+    for (int f = 0; f < tex->faces; f++, place->at += face_bytes) {
+        const ibl_status status = ibl_place_read(file, place, tex, level, f);
+        if (status)
+            return status;
+    }
+    return IBL_OK;
+}
+
+ibl_status ibl_ktx_decode(ibl_file *file, ibl_texture *tex)
+{
+    ibl_place place = {.row_align = ROW_ALIGN};
+    ibl_status status;
+
+    if (!ibl_file_has(file, 0, HEADER))
+        return ibl_file_short(file, "a KTX header");
+    status = check_order(file);
+    if (!status)
+        status = find_layout(file, &place.layout);
+    if (status)
+        return status;
+    if (ibl_file_u32(file, GL_TYPE_SIZE) != (uint32_t)place.layout->word_bytes)
+        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
+                        "%s: damaged: glTypeSize %u, must be %d", file->name,
+                        ibl_file_u32(file, GL_TYPE_SIZE),
+                        place.layout->word_bytes);
+    const ibl_shape shape = {
+        ibl_file_u32(file, WIDTH), ibl_file_u32(file, HEIGHT),
+        ibl_file_u32(file, DEPTH), ibl_file_u32(file, ELEMENTS),
+        ibl_file_u32(file, FACES), ibl_file_u32(file, LEVELS)};
+    status = ibl_texture_begin(file, &shape, place.layout, ROW_ALIGN, tex);
+    if (status)
+        return status;
+    const uint64_t key_bytes = ibl_file_u32(file, KEY_BYTES);
+    status = ibl_keys_read(file, HEADER, key_bytes, rows_down, rows_up, tex,
+                           &place.bottom_up);
+    place.at = HEADER + key_bytes;
+    for (int l = 0; !status && l < tex->levels; l++)
+        status = read_level(file, &place, tex, l);
+    return status;
+}

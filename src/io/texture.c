@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: MIT */
+#include <string.h>
+
+#include "core/alloc.h"
+#include "io/container.h"
+#include "kern/pixel.h"
+
+void ibl_texture_free(ibl_texture *tex)
+{
+    if (!tex)
+        return;
+    for (int i = 0; i < tex->key_count; i++) {
+        ibl_free(tex->keys[i].key);
+        ibl_free(tex->keys[i].value);
+    }
+    ibl_free(tex->keys);
+    ibl_free(tex->data);
+    *tex = (ibl_texture){0};
+}
+
+size_t ibl_texture_face_bytes(const ibl_texture *tex, int level)
+{
+    return ibl_texture_width(tex, level) * ibl_texture_height(tex, level) *
+           ibl_pixel_bytes(tex->pixel);
+}
+
+size_t ibl_texture_offset(const ibl_texture *tex, int level, int face)
+{
+    size_t offset = 0;
+    for (int l = 0; l < level; l++)
+        offset += (size_t)tex->faces * ibl_texture_face_bytes(tex, l);
+    return offset + (size_t)face * ibl_texture_face_bytes(tex, level);
+}
+
+/* ---- cubes and LUTs ------------------------------------------------- */
+
+enum {
+    JOB_TEXELS = 1 << 14 /* well under a millisecond */
+};
+
+typedef struct encode_arg {
+    ibl_encode_fn *encode;
+    const float *src;
+    unsigned char *dst;
+    size_t texels, texel_bytes;
+    int channels;
+    size_t *beyond; /* of each job */
+} encode_arg;
+
+static void encode_job(void *arg, int job, int worker)
+{
+    const encode_arg *a = arg;
+    const size_t first = (size_t)job * JOB_TEXELS;
+    const size_t left = a->texels - first;
+    (void)worker;
+    a->beyond[job] = a->encode(a->src + first * (size_t)a->channels,
+                               left < JOB_TEXELS ? left : JOB_TEXELS,
+                               a->dst + first * a->texel_bytes);
+}
+
+/* Fills tex, whose shape is set, from texels floats on the pool. */
+static ibl_status encode_texels(ibl_ctx *ctx, const float *src, size_t texels,
+                                ibl_texture *tex, size_t *saturated)
+{
+    const size_t jobs = (texels + JOB_TEXELS - 1) / JOB_TEXELS;
+    ibl_pixel_dsp dsp;
+    ibl_status status;
+
+    ibl_pixel_dsp_init(&dsp, ibl_ctx_isa(ctx));
+    tex->bytes = texels * ibl_pixel_bytes(tex->pixel);
+    tex->data = ibl_alloc_array(texels, ibl_pixel_bytes(tex->pixel));
+    encode_arg arg = {dsp.encode[tex->pixel],
+                      src,
+                      tex->data,
+                      texels,
+                      ibl_pixel_bytes(tex->pixel),
+                      ibl_pixel_channels(tex->pixel),
+                      ibl_alloc_zeroed(jobs, sizeof *arg.beyond)};
+    if (tex->data && arg.beyond)
+        status = ibl_run(ctx, NULL, (int)jobs, encode_job, &arg);
+    else
+        status = ibl_no_memory(ctx, "a texture");
+    if (!status && saturated) {
+        *saturated = 0;
+        for (size_t i = 0; i < jobs; i++)
+            *saturated += arg.beyond[i];
+    }
+    ibl_free(arg.beyond);
+    if (status)
+        ibl_texture_free(tex);
+    return status;
+}
+
+static ibl_status check_pixel(ibl_ctx *ctx, ibl_pixel pixel, int channels,
+                              const char *what)
+{
+    if (pixel >= IBL_PIXEL_COUNT)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "pixel format %d: must be below %d", (int)pixel,
+                        IBL_PIXEL_COUNT);
+    if (ibl_pixel_channels(pixel) != channels)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "%s as %s: a pixel format of %d channels is needed",
+                        what, ibl_pixel_name(pixel), channels);
+    return IBL_OK;
+}
+
+ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
+                                 ibl_pixel pixel, ibl_texture *tex,
+                                 size_t *saturated)
+{
+    const ibl_status status = check_pixel(ctx, pixel, 3, "a cube");
+    if (status)
+        return status;
+    *tex = (ibl_texture){.pixel = pixel,
+                         .width = cube->size,
+                         .height = cube->size,
+                         .levels = cube->levels,
+                         .faces = IBL_FACES};
+    return encode_texels(ctx, cube->data,
+                         ibl_cube_texels(cube->size, cube->levels), tex,
+                         saturated);
+}
+
+ibl_status ibl_texture_from_lut(ibl_ctx *ctx, const ibl_lut *lut,
+                                ibl_pixel pixel, ibl_texture *tex,
+                                size_t *saturated)
+{
+    const ibl_status status = check_pixel(ctx, pixel, 2, "a LUT");
+    if (status)
+        return status;
+    *tex = (ibl_texture){.pixel = pixel,
+                         .width = lut->size,
+                         .height = lut->size,
+                         .levels = 1,
+                         .faces = 1};
+    return encode_texels(ctx, lut->data, (size_t)lut->size * (size_t)lut->size,
+                         tex, saturated);
+}
+
+ibl_status ibl_texture_to_cube(ibl_ctx *ctx, const ibl_texture *tex,
+                               ibl_cube *cube)
+{
+    if (tex->faces != IBL_FACES || ibl_pixel_channels(tex->pixel) != 3)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a texture of %d %s and %d channels is no cube: 6 "
+                        "faces and 3 channels are needed",
+                        tex->faces, tex->faces == 1 ? "face" : "faces",
+                        ibl_pixel_channels(tex->pixel));
+    const ibl_status status =
+        ibl_cube_alloc(ctx, tex->width, tex->levels, cube);
+    if (!status)
+        ibl_pixel_decode(tex->pixel, tex->data,
+                         ibl_cube_texels(cube->size, cube->levels), cube->data);
+    return status;
+}
+
+ibl_status ibl_texture_to_lut(ibl_ctx *ctx, const ibl_texture *tex,
+                              ibl_lut *lut)
+{
+    if (tex->faces != 1 || ibl_pixel_channels(tex->pixel) != 2 ||
+        tex->width != tex->height)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a texture of %dx%d texels, %d faces and %d channels "
+                        "is no LUT: 1 square face and 2 channels are needed",
+                        tex->width, tex->height, tex->faces,
+                        ibl_pixel_channels(tex->pixel));
+    const size_t texels = (size_t)tex->width * (size_t)tex->height;
+    float *data = ibl_alloc_array(texels, 2 * sizeof *data);
+    if (!data)
+        return ibl_no_memory(ctx, "a LUT");
+    ibl_pixel_decode(tex->pixel, tex->data, texels, data);
+    *lut = (ibl_lut){tex->width, data};
+    return IBL_OK;
+}
+
+/* ---- containers ----------------------------------------------------- */
+
+const char *ibl_container_name(ibl_container container)
+{
+    static const char *const names[IBL_CONTAINER_COUNT] = {"ktx2", "ktx",
+                                                           "dds"};
+    return names[container];
+}
+
+/* A texture that a caller may have filled in by hand. */
+static bool is_valid(const ibl_texture *tex)
+{
+    if (tex->pixel >= IBL_PIXEL_COUNT || !tex->data || tex->width < 1 ||
+        tex->width > IBL_MAX_EDGE || tex->height < 1 ||
+        tex->height > IBL_MAX_EDGE || tex->levels < 1 || tex->levels > 17 ||
+        (tex->faces != 1 && tex->faces != IBL_FACES) ||
+        (tex->faces == IBL_FACES && tex->width != tex->height))
+        return false;
+    if (!(tex->width >> (tex->levels - 1)) &&
+        !(tex->height >> (tex->levels - 1)))
+        return false;
+    return tex->bytes == ibl_texture_offset(tex, tex->levels, 0);
+}
+
+ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
+                              ibl_container container, void **bytes,
+                              size_t *size)
+{
+    unsigned char *file = NULL;
+    ibl_status status;
+
+    if (!is_valid(tex))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a texture of %dx%d texels, %d levels and %d faces "
+                        "in %zu bytes: not a whole texture",
+                        tex->width, tex->height, tex->levels, tex->faces,
+                        tex->bytes);
+    switch (container) {
+    case IBL_CONTAINER_KTX2:
+        status = ibl_ktx2_encode(ctx, tex, &file, size);
+        break;
+    case IBL_CONTAINER_KTX:
+        status = ibl_ktx_encode(ctx, tex, &file, size);
+        break;
+    case IBL_CONTAINER_DDS:
+        status = ibl_dds_encode(ctx, tex, &file, size);
+        break;
+    default:
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT, "container %d: must be below %d",
+                        (int)container, IBL_CONTAINER_COUNT);
+    }
+    if (!status)
+        *bytes = file;
+    return status;
+}
+
+void ibl_bytes_free(void *bytes)
+{
+    ibl_free(bytes);
+}
+
+ibl_status ibl_texture_decode(ibl_ctx *ctx, const char *name, const void *bytes,
+                              size_t size, ibl_texture *tex,
+                              ibl_container *container)
+{
+    ibl_file file = {ctx, name, bytes, size, false};
+    ibl_container found;
+    ibl_status status;
+
+    *tex = (ibl_texture){0};
+    if (ibl_is_ktx2(file.bytes, size)) {
+        found = IBL_CONTAINER_KTX2;
+        status = ibl_ktx2_decode(&file, tex);
+    } else if (ibl_is_ktx(file.bytes, size)) {
+        found = IBL_CONTAINER_KTX;
+        status = ibl_ktx_decode(&file, tex);
+    } else if (ibl_is_dds(file.bytes, size)) {
+        found = IBL_CONTAINER_DDS;
+        status = ibl_dds_decode(&file, tex);
+    } else {
+        return ibl_fail(ctx, IBL_ERR_FORMAT,
+                        "%s: not a texture: no KTX2, KTX or DDS file begins "
+                        "like that",
+                        name);
+    }
+    if (status)
+        ibl_texture_free(tex);
+    else if (container)
+        *container = found;
+    return status;
+}

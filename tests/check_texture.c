@@ -1,0 +1,790 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Textures in memory and in their containers. The headers are compared with
+ * numbers from the specifications written out here, the readers with files
+ * that are turned round, widened, cut and damaged.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ibl/io.h"
+#include "test.h"
+
+static ibl_ctx *ctx;   /* prints its errors */
+static ibl_ctx *quiet; /* keeps them in kept */
+static test_messages kept;
+
+static void contexts(void)
+{
+    ibl_ctx_options opts = ibl_ctx_options_default();
+    ctx = test_ctx(2, IBL_ISA_AUTO);
+    opts.threads = 1;
+    opts.log = test_keep;
+    opts.log_cookie = &kept;
+    if (ibl_ctx_create(&opts, &quiet))
+        exit(1);
+}
+
+static uint32_t u32(const unsigned char *p)
+{
+    return p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 |
+           (uint32_t)p[3] << 24;
+}
+
+static void set_u32(unsigned char *p, uint32_t v)
+{
+    for (int i = 0; i < 4; i++)
+        p[i] = (unsigned char)(v >> 8 * i);
+}
+
+/* A texture of random bytes: containers do not look into texels. */
+static ibl_texture make(ibl_pixel pixel, int width, int height, int levels,
+                        int faces)
+{
+    ibl_texture tex = {.pixel = pixel,
+                       .width = width,
+                       .height = height,
+                       .levels = levels,
+                       .faces = faces};
+    test_random r = {(uint64_t)(width * 1000 + height + pixel)};
+    tex.bytes = ibl_texture_offset(&tex, levels, 0);
+    tex.data = malloc(tex.bytes);
+    for (size_t i = 0; i < tex.bytes; i++)
+        tex.data[i] = (unsigned char)test_random_u64(&r);
+    ibl_texture_set(ctx, &tex, "zeta", "last");
+    ibl_texture_set(ctx, &tex, "iblRoughness", "0 0.25 0.5");
+    return tex;
+}
+
+static bool same(const ibl_texture *a, const ibl_texture *b)
+{
+    return a->pixel == b->pixel && a->width == b->width &&
+           a->height == b->height && a->levels == b->levels &&
+           a->faces == b->faces && a->bytes == b->bytes &&
+           !memcmp(a->data, b->data, a->bytes);
+}
+
+static bool is_key(const ibl_texture *tex, const char *key, const char *value)
+{
+    const char *got = ibl_texture_get(tex, key);
+    return got && !strcmp(got, value);
+}
+
+static void keys(void)
+{
+    ibl_texture tex = {0};
+    CHECK(!ibl_texture_set(ctx, &tex, "b", "1"));
+    CHECK(!ibl_texture_set(ctx, &tex, "c", "2"));
+    CHECK(!ibl_texture_set(ctx, &tex, "a", "3"));
+    CHECK(!ibl_texture_set(ctx, &tex, "b", "\xC3\xA9t\xC3\xA9"));
+    CHECK(tex.key_count == 3 && is_key(&tex, "a", "3") &&
+          is_key(&tex, "b", "\xC3\xA9t\xC3\xA9") && is_key(&tex, "c", "2"));
+    CHECK(!strcmp(tex.keys[0].key, "a") && !strcmp(tex.keys[2].key, "c"));
+    CHECK(!ibl_texture_get(&tex, "d") && !ibl_texture_get(&tex, ""));
+    char key[258];
+    memset(key, 'k', sizeof key);
+    key[256] = '\0';
+    CHECK(ibl_texture_set(quiet, &tex, key, "") == IBL_ERR_ARGUMENT);
+    key[255] = '\0';
+    CHECK(!ibl_texture_set(quiet, &tex, key, ""));
+    CHECK(ibl_texture_set(quiet, &tex, "", "v") == IBL_ERR_ARGUMENT);
+    static const char *const bad[] = {"\x80",         "\xC0\xAF",
+                                      "\xED\xA0\x80", "\xF5\x80\x80\x80",
+                                      "\xE2\x82",     "\xFF"};
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
+        CHECK(ibl_texture_set(quiet, &tex, "x", bad[i]) == IBL_ERR_ARGUMENT);
+    CHECK(tex.key_count == 4);
+    ibl_texture_free(&tex);
+    ibl_texture_free(&tex);
+    ibl_texture_free(NULL);
+}
+
+static void cubes(void)
+{
+    ibl_ctx *const one = test_ctx(1, IBL_ISA_C);
+    test_random r = {7};
+    ibl_cube cube, back;
+    NEED(!ibl_cube_alloc(ctx, 70, 5, &cube));
+    const size_t floats = 3 * ibl_cube_texels(70, 5);
+    for (size_t i = 0; i < floats; i++)
+        cube.data[i] = (float)ldexp(test_random_unit(&r),
+                                    (int)(test_random_u64(&r) % 30) - 12);
+    for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
+        ibl_texture a, b;
+        size_t beyond_a = 99, beyond_b = 99;
+        if (ibl_pixel_channels(p) == 2) {
+            CHECK(ibl_texture_from_cube(quiet, &cube, p, &a, NULL) ==
+                  IBL_ERR_ARGUMENT);
+            continue;
+        }
+        NEED(!ibl_texture_from_cube(ctx, &cube, p, &a, &beyond_a));
+        NEED(!ibl_texture_from_cube(one, &cube, p, &b, &beyond_b));
+        CHECK(same(&a, &b) && beyond_a == beyond_b);
+        CHECK((beyond_a > 0) == (p != IBL_PIXEL_RGBA32F));
+        NEED(!ibl_texture_to_cube(ctx, &a, &back));
+        CHECK(back.size == 70 && back.levels == 5);
+        /* The last texel of all, through the reference. */
+        float last[3];
+        unsigned char texel[16];
+        ibl_pixel_encode(p, cube.data + floats - 3, 1, texel);
+        ibl_pixel_decode(p, texel, 1, last);
+        CHECK(!memcmp(last, back.data + floats - 3, sizeof last));
+        CHECK(ibl_texture_offset(&a, 4, 5) + ibl_texture_face_bytes(&a, 4) ==
+              a.bytes);
+        ibl_lut lut;
+        CHECK(ibl_texture_to_lut(quiet, &a, &lut) == IBL_ERR_ARGUMENT);
+        ibl_cube_free(&back);
+        ibl_texture_free(&a);
+        ibl_texture_free(&b);
+    }
+    ibl_cube_free(&cube);
+    ibl_ctx_free(one);
+}
+
+static void luts(void)
+{
+    float data[2 * 9] = {0, 1, 0.5f, 70000, 0.25f, -1};
+    const ibl_lut lut = {3, data};
+    for (ibl_pixel p = IBL_PIXEL_RG16F; p <= IBL_PIXEL_RG32F; p++) {
+        ibl_texture tex;
+        ibl_lut back;
+        ibl_cube cube;
+        size_t beyond;
+        NEED(!ibl_texture_from_lut(ctx, &lut, p, &tex, &beyond));
+        CHECK(beyond == (p == IBL_PIXEL_RG16F));
+        CHECK(tex.faces == 1 && tex.levels == 1 && tex.width == 3);
+        NEED(!ibl_texture_to_lut(ctx, &tex, &back));
+        CHECK(back.size == 3 && back.data[2] == 0.5f && back.data[5] == -1);
+        CHECK(ibl_texture_to_cube(quiet, &tex, &cube) == IBL_ERR_ARGUMENT);
+        free(back.data);
+        ibl_texture_free(&tex);
+    }
+    ibl_texture tex;
+    CHECK(ibl_texture_from_lut(quiet, &lut, IBL_PIXEL_RGB9E5, &tex, NULL) ==
+          IBL_ERR_ARGUMENT);
+}
+
+static void one_round_trip(const ibl_texture *tex, ibl_container container)
+{
+    ibl_texture back;
+    ibl_container found = IBL_CONTAINER_COUNT;
+    void *bytes, *again;
+    size_t size, size_again;
+    NEED(!ibl_texture_encode(ctx, tex, container, &bytes, &size));
+    NEED(!ibl_texture_decode(ctx, "x", bytes, size, &back, &found));
+    CHECK(found == container && same(tex, &back));
+    if (container == IBL_CONTAINER_DDS) {
+        CHECK(back.key_count == 0);
+    } else {
+        CHECK(back.key_count == 3 && is_key(&back, "zeta", "last") &&
+              is_key(&back, "iblRoughness", "0 0.25 0.5") &&
+              is_key(&back, "KTXwriter", "iblbake " IBL_VERSION));
+        NEED(!ibl_texture_encode(ctx, &back, container, &again, &size_again));
+        CHECK(size == size_again && !memcmp(bytes, again, size));
+        ibl_bytes_free(again);
+    }
+    ibl_bytes_free(bytes);
+    ibl_texture_free(&back);
+}
+
+static void round_trips(void)
+{
+    static const int shapes[][4] = {/* width, height, levels, faces */
+                                    {1, 1, 1, 6},  {3, 3, 2, 6},  {5, 5, 1, 6},
+                                    {8, 8, 4, 6},  {7, 3, 3, 1},  {1, 9, 4, 1},
+                                    {16, 2, 1, 1}, {17, 17, 5, 6}};
+    for (size_t i = 0; i < sizeof shapes / sizeof shapes[0]; i++) {
+        for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
+            const int *s = shapes[i];
+            ibl_texture tex = make(p, s[0], s[1], s[2], s[3]);
+            for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++)
+                one_round_trip(&tex, c);
+            ibl_texture_free(&tex);
+        }
+    }
+}
+
+/* KTX 2.0, section 3: the header's words; 3.10: levels, smallest first. */
+static void ktx2_header(void)
+{
+    static const uint32_t formats[][2] = {{97, 2},  {109, 4}, {123, 4},
+                                          {122, 4}, {83, 2},  {103, 4}};
+    for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
+        ibl_texture tex = make(p, 5, 5, 3, 6);
+        void *bytes;
+        size_t size;
+        NEED(!ibl_texture_encode(ctx, &tex, IBL_CONTAINER_KTX2, &bytes, &size));
+        const unsigned char *b = bytes;
+        CHECK(!memcmp(b, "\xABKTX 20\xBB\r\n\x1A\n", 12));
+        const uint32_t want[] = {
+            formats[p][0], formats[p][1], 5, 5, 0, 0, 6, 3, 0};
+        for (size_t i = 0; i < sizeof want / sizeof want[0]; i++)
+            CHECK(u32(b + 12 + 4 * i) == want[i]);
+        const uint32_t dfd = u32(b + 48), kvd = u32(b + 56);
+        CHECK(dfd == 80 + 3 * 24 && u32(b + dfd) == u32(b + 52));
+        CHECK(kvd == dfd + u32(b + 52));
+        CHECK(!u32(b + 64) && !u32(b + 68) && !u32(b + 72) && !u32(b + 76));
+        size_t end = kvd + u32(b + 60);
+        for (int l = 2; l >= 0; l--) {
+            const unsigned char *entry = b + 80 + 24 * l;
+            const size_t texel = ibl_pixel_bytes(p), at = u32(entry);
+            CHECK(at % texel == 0 && at % 4 == 0);
+            CHECK(at >= end && at - end < texel);
+            for (; end < at; end++)
+                CHECK(!b[end]);
+            CHECK(u32(entry + 8) == 6 * ibl_texture_face_bytes(&tex, l));
+            CHECK(u32(entry + 16) == u32(entry + 8));
+            CHECK(!memcmp(b + at, tex.data + ibl_texture_offset(&tex, l, 0),
+                          u32(entry + 8)));
+            end = at + u32(entry + 8);
+        }
+        CHECK(end == size);
+        ibl_bytes_free(bytes);
+        ibl_texture_free(&tex);
+    }
+}
+
+/* Words of Khronos' own descriptor tool for these formats (KTX-Software,
+ * dfdutils): block head, then samples of offset | bits - 1 | channel, lower
+ * and upper. */
+static void ktx2_descriptor(void)
+{
+    static const struct {
+        int samples;
+        uint32_t word[6][3];
+    } want[IBL_PIXEL_COUNT] = {
+        {4,
+         {{0xC00F0000, 0xBF800000, 0x3F800000},
+          {0xC10F0010, 0xBF800000, 0x3F800000},
+          {0xC20F0020, 0xBF800000, 0x3F800000},
+          {0xCF0F0030, 0xBF800000, 0x3F800000}}},
+        {4,
+         {{0xC01F0000, 0xBF800000, 0x3F800000},
+          {0xC11F0020, 0xBF800000, 0x3F800000},
+          {0xC21F0040, 0xBF800000, 0x3F800000},
+          {0xCF1F0060, 0xBF800000, 0x3F800000}}},
+        {6,
+         {{0x00080000, 0, 8448},
+          {0x2004001B, 15, 31},
+          {0x01080009, 0, 8448},
+          {0x2104001B, 15, 31},
+          {0x02080012, 0, 8448},
+          {0x2204001B, 15, 31}}},
+        {3,
+         {{0x800A0000, 0, 0x3F800000},
+          {0x810A000B, 0, 0x3F800000},
+          {0x82090016, 0, 0x3F800000}}},
+        {2,
+         {{0xC00F0000, 0xBF800000, 0x3F800000},
+          {0xC10F0010, 0xBF800000, 0x3F800000}}},
+        {2,
+         {{0xC01F0000, 0xBF800000, 0x3F800000},
+          {0xC11F0020, 0xBF800000, 0x3F800000}}},
+    };
+    for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
+        ibl_texture tex = make(p, 2, 2, 1, 1);
+        void *bytes;
+        size_t size;
+        NEED(!ibl_texture_encode(ctx, &tex, IBL_CONTAINER_KTX2, &bytes, &size));
+        const unsigned char *d =
+            (const unsigned char *)bytes + u32((unsigned char *)bytes + 48);
+        const uint32_t block = 24 + 16 * (uint32_t)want[p].samples;
+        CHECK(u32(d) == block + 4 && u32(d + 4) == 0);
+        CHECK(u32(d + 8) == (2 | block << 16) && u32(d + 12) == 0x00010101);
+        CHECK(u32(d + 16) == 0 && u32(d + 20) == ibl_pixel_bytes(p) &&
+              u32(d + 24) == 0);
+        for (int s = 0; s < want[p].samples; s++) {
+            const unsigned char *at = d + 28 + 16 * s;
+            CHECK(u32(at) == want[p].word[s][0] && u32(at + 4) == 0 &&
+                  u32(at + 8) == want[p].word[s][1] &&
+                  u32(at + 12) == want[p].word[s][2]);
+        }
+        ibl_bytes_free(bytes);
+        ibl_texture_free(&tex);
+    }
+}
+
+/* The metadata, byte for byte, sorted. */
+static void ktx2_metadata(void)
+{
+    static const char want[] = "\x12\0\0\0KTXorientation\0rd\0\0\0"
+                               "\x18\0\0\0KTXwriter\0iblbake " IBL_VERSION "\0"
+                               "\x18\0\0\0iblRoughness\0"
+                               "0 0.25 0.5\0"
+                               "\x0A\0\0\0zeta\0last\0\0\0";
+    ibl_texture tex = make(IBL_PIXEL_RGB9E5, 1, 1, 1, 6);
+    void *bytes;
+    size_t size;
+    NEED(!ibl_texture_encode(ctx, &tex, IBL_CONTAINER_KTX2, &bytes, &size));
+    const unsigned char *b = bytes;
+    CHECK_MSG(u32(b + 60) == sizeof want - 1, "%u bytes, not %zu", u32(b + 60),
+              sizeof want - 1);
+    CHECK(!memcmp(b + u32(b + 56), want, sizeof want - 1));
+    ibl_bytes_free(bytes);
+    ibl_texture_free(&tex);
+}
+
+static void ktx_header(void)
+{
+    static const uint32_t gl[IBL_PIXEL_COUNT][4] = {
+        {0x140B, 2, 0x1908, 0x881A}, {0x1406, 4, 0x1908, 0x8814},
+        {0x8C3E, 4, 0x1907, 0x8C3D}, {0x8C3B, 4, 0x1907, 0x8C3A},
+        {0x140B, 2, 0x8227, 0x822F}, {0x1406, 4, 0x8227, 0x8230}};
+    for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
+        ibl_texture tex = make(p, 5, 5, 3, 6);
+        void *bytes;
+        size_t size;
+        NEED(!ibl_texture_encode(ctx, &tex, IBL_CONTAINER_KTX, &bytes, &size));
+        const unsigned char *b = bytes;
+        const uint32_t want[] = {0x04030201, gl[p][0], gl[p][1], gl[p][2],
+                                 gl[p][3],   gl[p][2], 5,        5,
+                                 0,          0,        6,        3};
+        CHECK(!memcmp(b, "\xABKTX 11\xBB\r\n\x1A\n", 12));
+        for (size_t i = 0; i < sizeof want / sizeof want[0]; i++)
+            CHECK(u32(b + 12 + 4 * i) == want[i]);
+        CHECK(!memcmp(b + 64, "\x17\0\0\0KTXorientation\0S=r,T=d\0\0", 28));
+        size_t at = 64 + u32(b + 60);
+        CHECK(at % 4 == 0);
+        for (int l = 0; l < 3; l++) {
+            const size_t face = ibl_texture_face_bytes(&tex, l);
+            CHECK(u32(b + at) == face);
+            CHECK(!memcmp(b + at + 4, tex.data + ibl_texture_offset(&tex, l, 0),
+                          6 * face));
+            at += 4 + 6 * face;
+        }
+        CHECK(at == size);
+        ibl_bytes_free(bytes);
+        ibl_texture_free(&tex);
+    }
+}
+
+static void dds_header(void)
+{
+    static const uint32_t dxgi[IBL_PIXEL_COUNT] = {10, 2, 67, 26, 34, 16};
+    for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
+        ibl_texture tex = make(p, 5, 5, 3, 6);
+        void *bytes;
+        size_t size;
+        NEED(!ibl_texture_encode(ctx, &tex, IBL_CONTAINER_DDS, &bytes, &size));
+        const unsigned char *b = bytes;
+        CHECK(!memcmp(b, "DDS \x7C\0\0\0\x0F\x10\x02\0", 12));
+        CHECK(u32(b + 12) == 5 && u32(b + 16) == 5 && u32(b + 24) == 0);
+        CHECK(u32(b + 20) == 5 * ibl_pixel_bytes(p) && u32(b + 28) == 3);
+        CHECK(!memcmp(b + 76, "\x20\0\0\0\x04\0\0\0DX10", 12));
+        CHECK(u32(b + 108) == 0x401008 && u32(b + 112) == 0xFE00);
+        CHECK(u32(b + 128) == dxgi[p] && u32(b + 132) == 3 &&
+              u32(b + 136) == 4 && u32(b + 140) == 1 && u32(b + 144) == 0);
+        const unsigned char *at = b + 148;
+        for (int f = 0; f < 6; f++) {
+            for (int l = 0; l < 3; l++) {
+                const size_t face = ibl_texture_face_bytes(&tex, l);
+                CHECK(!memcmp(at, tex.data + ibl_texture_offset(&tex, l, f),
+                              face));
+                at += face;
+            }
+        }
+        CHECK(at == b + size);
+        ibl_bytes_free(bytes);
+        ibl_texture_free(&tex);
+    }
+    ibl_texture flat = make(IBL_PIXEL_RG16F, 4, 4, 1, 1);
+    void *bytes;
+    size_t size;
+    NEED(!ibl_texture_encode(ctx, &flat, IBL_CONTAINER_DDS, &bytes, &size));
+    const unsigned char *b = bytes;
+    CHECK(u32(b + 8) == 0x100F && u32(b + 108) == 0x1000 && !u32(b + 112) &&
+          !u32(b + 136));
+    ibl_bytes_free(bytes);
+    ibl_texture_free(&flat);
+}
+
+static void turn(unsigned char *p, size_t bytes, size_t word)
+{
+    for (size_t i = 0; i + word <= bytes; i += word) {
+        for (size_t a = 0; a < word / 2; a++) {
+            const unsigned char t = p[i + a];
+            p[i + a] = p[i + word - 1 - a];
+            p[i + word - 1 - a] = t;
+        }
+    }
+}
+
+/* A little-endian KTX file with every word turned round. */
+static void turn_ktx(unsigned char *b, const ibl_texture *tex, size_t word)
+{
+    const size_t keys_end = 64 + u32(b + 60);
+    turn(b + 12, 52, 4);
+    for (size_t at = 64; at < keys_end;) {
+        const size_t bytes = (u32(b + at) + 3) / 4 * 4;
+        turn(b + at, 4, 4);
+        at += 4 + bytes;
+    }
+    size_t at = keys_end;
+    for (int l = 0; l < tex->levels; l++) {
+        const size_t bytes =
+            (size_t)tex->faces * ibl_texture_face_bytes(tex, l);
+        turn(b + at, 4, 4);
+        turn(b + at + 4, bytes, word);
+        at += 4 + bytes;
+    }
+}
+
+static void ktx_big_endian(void)
+{
+    for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
+        ibl_texture tex = make(p, 6, 6, 3, 6), back;
+        void *bytes;
+        size_t size;
+        NEED(!ibl_texture_encode(ctx, &tex, IBL_CONTAINER_KTX, &bytes, &size));
+        turn_ktx(bytes, &tex, u32((unsigned char *)bytes + 20));
+        NEED(!ibl_texture_decode(ctx, "big", bytes, size, &back, NULL));
+        CHECK(same(&tex, &back) && is_key(&back, "zeta", "last"));
+        ibl_texture_free(&back);
+        ibl_texture_free(&tex);
+        ibl_bytes_free(bytes);
+    }
+}
+
+/* A 3x2 KTX of RGB halves, whose rows of 18 bytes are padded to 20, in either
+ * byte order. */
+static void ktx_rgb_halves(void)
+{
+    for (int big = 0; big < 2; big++) {
+        unsigned char b[64 + 4 + 40] = "\xABKTX 11\xBB\r\n\x1A\n";
+        const uint32_t words[] = {0x04030201, 0x140B, 2, 0x1907, 0x881B,
+                                  0x1907,     3,      2, 0,      0,
+                                  1,          0,      0, 40};
+        ibl_texture tex;
+        for (size_t i = 0; i < 14; i++)
+            set_u32(b + 12 + 4 * i, words[i]);
+        for (int y = 0; y < 2; y++) {
+            for (int i = 0; i < 9; i++)
+                b[68 + 20 * y + 2 * i] = (unsigned char)(9 * y + i + 1);
+        }
+        if (big) {
+            turn(b + 12, 56, 4);
+            turn(b + 68, 40, 2);
+        }
+        NEED(!ibl_texture_decode(ctx, "rgb", b, sizeof b, &tex, NULL));
+        CHECK(tex.pixel == IBL_PIXEL_RGBA16F && tex.bytes == 48 &&
+              tex.levels == 1);
+        for (int i = 0; i < 6; i++) {
+            const unsigned char *t = tex.data + 8 * i;
+            CHECK(t[0] == 3 * i + 1 && t[2] == 3 * i + 2 && t[4] == 3 * i + 3);
+            CHECK(t[1] == 0 && t[6] == 0 && t[7] == 0x3C);
+        }
+        ibl_texture_free(&tex);
+    }
+}
+
+/* Ours with the format turned to R32G32B32_SFLOAT and as many bytes less. */
+static void ktx2_rgb_floats(void)
+{
+    ibl_texture tex = make(IBL_PIXEL_RGBA32F, 3, 2, 1, 1), back;
+    void *bytes;
+    size_t size;
+    NEED(!ibl_texture_encode(ctx, &tex, IBL_CONTAINER_KTX2, &bytes, &size));
+    unsigned char *b = bytes;
+    set_u32(b + 12, 106);
+    set_u32(b + 88, 72);
+    set_u32(b + 96, 72);
+    NEED(!ibl_texture_decode(ctx, "rgb", b, u32(b + 80) + 72, &back, NULL));
+    CHECK(back.pixel == IBL_PIXEL_RGBA32F && back.bytes == 96);
+    for (int i = 0; i < 6; i++) {
+        CHECK(!memcmp(back.data + 16 * i, b + u32(b + 80) + 12 * i, 12));
+        CHECK(u32(back.data + 16 * i + 12) == 0x3F800000);
+    }
+    ibl_bytes_free(bytes);
+    ibl_texture_free(&tex);
+    ibl_texture_free(&back);
+}
+
+/* DDS files of Direct3D 9, with a number for a FourCC. */
+static void dds_direct3d9(void)
+{
+    static const struct {
+        ibl_pixel pixel;
+        uint32_t d3d;
+    } formats[] = {{IBL_PIXEL_RGBA16F, 113},
+                   {IBL_PIXEL_RGBA32F, 116},
+                   {IBL_PIXEL_RG16F, 112},
+                   {IBL_PIXEL_RG32F, 115}};
+    for (size_t i = 0; i < 4; i++) {
+        ibl_texture tex = make(formats[i].pixel, 4, 4, 3, 6), back;
+        void *bytes;
+        size_t size;
+        NEED(!ibl_texture_encode(ctx, &tex, IBL_CONTAINER_DDS, &bytes, &size));
+        unsigned char *b = bytes;
+        set_u32(b + 84, formats[i].d3d);
+        memmove(b + 128, b + 148, size - 148);
+        NEED(!ibl_texture_decode(ctx, "d3d9", b, size - 20, &back, NULL));
+        CHECK(same(&tex, &back));
+        ibl_texture_free(&back);
+        set_u32(b + 112, 0x0600); /* +X alone */
+        CHECK(ibl_texture_decode(quiet, "d3d9", b, size - 20, &back, NULL) ==
+              IBL_ERR_UNSUPPORTED);
+        ibl_bytes_free(bytes);
+        ibl_texture_free(&tex);
+    }
+}
+
+static void orientation(ibl_container container, const char *from,
+                        const char *to)
+{
+    for (int faces = 1; faces <= 6; faces += 5) {
+        ibl_texture tex = make(IBL_PIXEL_RG32F, 3, 3, 2, faces), back;
+        void *bytes;
+        size_t size, at = 0;
+        NEED(!ibl_texture_encode(ctx, &tex, container, &bytes, &size));
+        while (memcmp((char *)bytes + at, from, strlen(from)))
+            at++;
+        memcpy((char *)bytes + at, to, strlen(to));
+        const ibl_status status =
+            ibl_texture_decode(quiet, "up", bytes, size, &back, NULL);
+        if (faces == 6) {
+            CHECK(status == IBL_ERR_UNSUPPORTED);
+            CHECK(strstr(kept.text[IBL_LOG_ERROR], to));
+        } else {
+            NEED(!status);
+            CHECK(!ibl_texture_get(&back, "KTXorientation"));
+            for (size_t y = 0; y < 3; y++)
+                CHECK(!memcmp(tex.data + 24 * y, back.data + 24 * (2 - y), 24));
+            CHECK(!memcmp(tex.data + 72, back.data + 72, 8));
+        }
+        ibl_texture_free(&back);
+        ibl_texture_free(&tex);
+        ibl_bytes_free(bytes);
+    }
+}
+
+static void bottom_up(void)
+{
+    orientation(IBL_CONTAINER_KTX2, "rd", "ru");
+    orientation(IBL_CONTAINER_KTX, "S=r,T=d", "S=r,T=u");
+}
+
+/* What is not read is named. */
+static void named(void)
+{
+    static const struct {
+        ibl_container container;
+        size_t at;
+        uint32_t value;
+        ibl_status status;
+        const char *text;
+    } cases[] = {
+        {IBL_CONTAINER_KTX2, 12, 37, IBL_ERR_UNSUPPORTED, "VkFormat 37"},
+        {IBL_CONTAINER_KTX2, 16, 1, IBL_ERR_FORMAT, "typeSize 1"},
+        {IBL_CONTAINER_KTX2, 44, 2, IBL_ERR_UNSUPPORTED, "Zstandard"},
+        {IBL_CONTAINER_KTX2, 44, 1, IBL_ERR_UNSUPPORTED, "BasisLZ"},
+        {IBL_CONTAINER_KTX2, 28, 4, IBL_ERR_UNSUPPORTED, "3D"},
+        {IBL_CONTAINER_KTX2, 32, 3, IBL_ERR_UNSUPPORTED, "array"},
+        {IBL_CONTAINER_KTX2, 24, 0, IBL_ERR_UNSUPPORTED, "1D"},
+        {IBL_CONTAINER_KTX2, 24, 3, IBL_ERR_FORMAT, "square"},
+        {IBL_CONTAINER_KTX2, 36, 5, IBL_ERR_FORMAT, "5 faces"},
+        {IBL_CONTAINER_KTX2, 40, 9, IBL_ERR_FORMAT, "9 levels"},
+        {IBL_CONTAINER_KTX2, 20, 70000, IBL_ERR_UNSUPPORTED, "70000x4"},
+        {IBL_CONTAINER_KTX, 12, 5, IBL_ERR_FORMAT, "endianness"},
+        {IBL_CONTAINER_KTX, 16, 0, IBL_ERR_UNSUPPORTED, "compressed"},
+        {IBL_CONTAINER_KTX, 28, 0x8058, IBL_ERR_UNSUPPORTED, "0x8058"},
+        {IBL_CONTAINER_KTX, 48, 2, IBL_ERR_UNSUPPORTED, "array"},
+        {IBL_CONTAINER_KTX, 60, 1 << 20, IBL_ERR_FORMAT, "metadata"},
+        {IBL_CONTAINER_DDS, 4, 100, IBL_ERR_FORMAT, "100"},
+        {IBL_CONTAINER_DDS, 84, 0x31545844, IBL_ERR_UNSUPPORTED, "DXT1"},
+        {IBL_CONTAINER_DDS, 80, 0x41, IBL_ERR_UNSUPPORTED, "integer"},
+        {IBL_CONTAINER_DDS, 128, 98, IBL_ERR_UNSUPPORTED, "DXGI format 98"},
+        {IBL_CONTAINER_DDS, 132, 4, IBL_ERR_UNSUPPORTED, "3D"},
+        {IBL_CONTAINER_DDS, 140, 2, IBL_ERR_UNSUPPORTED, "array"},
+        {IBL_CONTAINER_DDS, 112, 0x200000, IBL_ERR_UNSUPPORTED, "3D"},
+    };
+    ibl_texture tex = make(IBL_PIXEL_RGBA16F, 4, 4, 2, 6), back;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        void *bytes;
+        size_t size;
+        NEED(!ibl_texture_encode(ctx, &tex, cases[i].container, &bytes, &size));
+        set_u32((unsigned char *)bytes + cases[i].at, cases[i].value);
+        kept.text[IBL_LOG_ERROR][0] = '\0';
+        const ibl_status status =
+            ibl_texture_decode(quiet, "NAME", bytes, size, &back, NULL);
+        const char *text = kept.text[IBL_LOG_ERROR];
+        CHECK_MSG(status == cases[i].status && strstr(text, cases[i].text) &&
+                      !strncmp(text, "NAME: ", 6),
+                  "case %zu: status %d: %s", i, (int)status, text);
+        CHECK(!back.data && !back.keys);
+        ibl_bytes_free(bytes);
+    }
+    ibl_texture_free(&tex);
+    CHECK(ibl_texture_decode(quiet, "NAME", "GIF89a", 6, &back, NULL) ==
+          IBL_ERR_FORMAT);
+}
+
+/* Decodes a copy that ends where its memory ends. */
+static void decode_copy(const unsigned char *bytes, size_t size, bool whole)
+{
+    unsigned char *copy = malloc(size ? size : 1);
+    ibl_texture back;
+    memcpy(copy, bytes, size);
+    const ibl_status status =
+        ibl_texture_decode(quiet, "fuzz", copy, size, &back, NULL);
+    CHECK(whole || status == IBL_ERR_FORMAT || status == IBL_ERR_UNSUPPORTED);
+    CHECK(status != IBL_ERR_MEMORY);
+    if (!status)
+        CHECK(back.bytes <= size * 4 / 3 + 16 && back.key_count < 99);
+    else
+        CHECK(!back.data && !back.keys);
+    ibl_texture_free(&back);
+    free(copy);
+}
+
+static void damaged(void)
+{
+    test_random r = {13};
+    for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
+        ibl_texture tex = make(IBL_PIXEL_R11G11B10F, 2, 2, 2, 6);
+        void *bytes;
+        size_t size;
+        NEED(!ibl_texture_encode(ctx, &tex, c, &bytes, &size));
+        unsigned char *b = bytes;
+        for (size_t n = 0; n < size; n++)
+            decode_copy(b, n, false);
+        for (size_t i = 0; i < size; i++) {
+            const unsigned char old = b[i];
+            for (int bit = 0; bit < 10; bit++) {
+                b[i] = bit == 8   ? 0
+                       : bit == 9 ? 0xFF
+                                  : (unsigned char)(old ^ 1 << bit);
+                decode_copy(b, size, true);
+            }
+            b[i] = old;
+        }
+        /* Several words at once, with numbers that overflow sums. */
+        unsigned char *many = malloc(size);
+        for (int n = 0; n < 4000; n++) {
+            static const uint32_t lies[] = {
+                0, 1, 0xFFFFFFFF, 0x7FFFFFFF, 0x80000000, 65536, 6, 3};
+            memcpy(many, b, size);
+            for (int k = 0; k < 3; k++)
+                set_u32(many + 12 + test_random_u64(&r) % 60 * 4 % (size - 16),
+                        lies[test_random_u64(&r) % 8]);
+            decode_copy(many, size, true);
+        }
+        free(many);
+        ibl_bytes_free(bytes);
+        ibl_texture_free(&tex);
+    }
+}
+
+/* Metadata that is no text, has no padding at the end, is there twice. */
+static void odd_metadata(void)
+{
+    static const struct {
+        const char *bytes;
+        uint32_t size;
+        ibl_status status;
+        int keys;
+    } cases[] = {
+        {"\x04\0\0\0a\0b\0", 8, IBL_OK, 1},
+        {"\x03\0\0\0a\0b", 7, IBL_OK, 1},             /* no zero, no padding */
+        {"\x02\0\0\0a\0\0\0", 8, IBL_OK, 1},          /* empty */
+        {"\x06\0\0\0a\0\1\0\2\0\0\0", 12, IBL_OK, 0}, /* binary */
+        {"\x04\0\0\0a\0\xFF\0", 8, IBL_OK, 0},
+        {"\x04\0\0\0a\0b\0\x04\0\0\0a\0c\0", 16, IBL_ERR_FORMAT, 0},
+        {"\x04\0\0\0abcd", 8, IBL_ERR_FORMAT, 0},  /* no end of the key */
+        {"\x04\0\0\0\0bcd", 8, IBL_ERR_FORMAT, 0}, /* no key */
+        {"\x05\0\0\0a\0b\0", 8, IBL_ERR_FORMAT, 0},
+        {"\xFF\xFF\xFF\xFF"
+         "a\0b\0",
+         8, IBL_ERR_FORMAT, 0},
+        {"\x01\0\0\0a\0\0\0", 8, IBL_ERR_FORMAT, 0},
+        {"\x04\0\0", 3, IBL_ERR_FORMAT, 0},
+    };
+    ibl_texture tex = make(IBL_PIXEL_RGB9E5, 2, 2, 1, 1), back;
+    void *bytes;
+    size_t size;
+    NEED(!ibl_texture_encode(ctx, &tex, IBL_CONTAINER_KTX2, &bytes, &size));
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        unsigned char *longer = malloc(size + cases[i].size);
+        memcpy(longer, bytes, size);
+        memcpy(longer + size, cases[i].bytes, cases[i].size);
+        set_u32(longer + 56, (uint32_t)size);
+        set_u32(longer + 60, cases[i].size);
+        const ibl_status status = ibl_texture_decode(
+            quiet, "odd", longer, size + cases[i].size, &back, NULL);
+        CHECK_MSG(status == cases[i].status && back.key_count == cases[i].keys,
+                  "case %zu: status %d, %d keys", i, (int)status,
+                  back.key_count);
+        ibl_texture_free(&back);
+        free(longer);
+    }
+    ibl_bytes_free(bytes);
+    ibl_texture_free(&tex);
+}
+
+static void bad_arguments(void)
+{
+    ibl_texture tex = make(IBL_PIXEL_RGBA16F, 4, 4, 2, 6), bad;
+    void *bytes = NULL;
+    size_t size;
+    const ibl_texture good = tex;
+    for (int i = 0; i < 6; i++) {
+        bad = good;
+        *(i == 0   ? &bad.width
+          : i == 1 ? &bad.height
+          : i == 2 ? &bad.levels
+          : i == 3 ? &bad.faces
+                   : (int *)&bad.pixel) += i == 5 ? 100 : 2;
+        CHECK(ibl_texture_encode(quiet, &bad, IBL_CONTAINER_KTX2, &bytes,
+                                 &size) == IBL_ERR_ARGUMENT);
+    }
+    bad = good;
+    bad.bytes--;
+    CHECK(ibl_texture_encode(quiet, &bad, IBL_CONTAINER_DDS, &bytes, &size) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(ibl_texture_encode(quiet, &good, IBL_CONTAINER_COUNT, &bytes,
+                             &size) == IBL_ERR_ARGUMENT);
+    CHECK(!bytes);
+    ibl_texture_free(&tex);
+}
+
+static void files(void)
+{
+    ibl_texture tex = make(IBL_PIXEL_RGBA16F, 8, 8, 4, 6), back;
+    ibl_container found;
+    char path[300];
+    void *bytes;
+    size_t size;
+    snprintf(path, sizeof path, "%s/t.dds", test_dir());
+    CHECK(ibl_texture_read(quiet, path, &back, NULL) == IBL_ERR_IO);
+    CHECK(ibl_texture_read(quiet, test_dir(), &back, NULL) == IBL_ERR_IO);
+    CHECK(strstr(kept.text[IBL_LOG_ERROR], "directory"));
+    NEED(!ibl_texture_encode(ctx, &tex, IBL_CONTAINER_KTX, &bytes, &size));
+    FILE *f = fopen(path, "wb");
+    NEED(f && fwrite(bytes, 1, size, f) == size && !fclose(f));
+    NEED(!ibl_texture_read(ctx, path, &back, &found));
+    CHECK(found == IBL_CONTAINER_KTX && same(&tex, &back));
+    ibl_bytes_free(bytes);
+    ibl_texture_free(&tex);
+    ibl_texture_free(&back);
+}
+
+static const test tests[] = {
+    TEST(keys),           TEST(cubes),          TEST(luts),
+    TEST(round_trips),    TEST(ktx2_header),    TEST(ktx2_descriptor),
+    TEST(ktx2_metadata),  TEST(ktx_header),     TEST(dds_header),
+    TEST(ktx_big_endian), TEST(ktx_rgb_halves), TEST(ktx2_rgb_floats),
+    TEST(dds_direct3d9),  TEST(bottom_up),      TEST(named),
+    TEST(damaged),        TEST(odd_metadata),   TEST(bad_arguments),
+    TEST(files),
+};
+
+int main(int argc, char **argv)
+{
+    contexts();
+    const int result =
+        test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
+    ibl_ctx_free(ctx);
+    ibl_ctx_free(quiet);
+    return result;
+}
