@@ -41,7 +41,8 @@ void ibl_console_log(void *console, ibl_log_level level, const char *text)
         return;
     erase_bar(c);
     fprintf(stderr, "iblbake: %s%s\n", kind, text);
-    c->failed |= level == IBL_LOG_ERROR;
+    if (level == IBL_LOG_ERROR)
+        c->failed = true;
 }
 
 static void say(ibl_console *c, ibl_log_level level, const char *fmt,

@@ -32,7 +32,7 @@ static double luminance(const float *rgb)
 /*
  * Exposure that puts the logarithmic mean of the map's luminance on middle
  * grey (Reinhard et al. 2002, eq. 1 and 2), but its plain mean, which is what
- * the rough levels show, not above 0.6: else a dark room with a few lamps
+ * the rough levels show, not above 0.35: else a dark room with a few lamps
  * comes out as white panels.
  */
 static double find_exposure(const ibl_image *env)
@@ -55,7 +55,7 @@ static double find_exposure(const ibl_image *env)
             if (pass == 0 && j == env->height - 1 && !(mean > 0))
                 return 1;
         }
-    return fmin(0.18 / exp(log_mean), 0.6 / mean);
+    return fmin(0.18 / exp(log_mean), 0.35 / mean);
 }
 
 static unsigned char srgb_byte(double x)
