@@ -1,11 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/bake.h"
 
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "cli/bridge_file.h"
 #include "cli/depfile.h"
@@ -13,6 +10,7 @@
 #include "cli/preview.h"
 #include "cli/sidecar.h"
 #include "cli/signals.h"
+#include "cli/targets.h"
 
 int ibl_bake_level_samples(const ibl_bake *b, int level)
 {
@@ -36,66 +34,6 @@ static ibl_status no_memory(ibl_bake *b, const char *what)
 {
     ibl_console_fail(b->console, "no memory for %s: ask for less", what);
     return IBL_ERR_MEMORY;
-}
-
-/* ---- plan: which files, and that none of them is the input ------------ */
-
-static char *output_path(const ibl_opts *o, ibl_output_kind kind)
-{
-    const char *ext = kind == IBL_OUTPUT_JSON
-                          ? "json"
-                          : ibl_container_name((ibl_container)o->format);
-    const char *slash =
-        o->directory[strlen(o->directory) - 1] == '/' ? "" : "/";
-    const size_t size = strlen(o->directory) + strlen(o->name) + 32;
-    char *path = malloc(size);
-
-    if (!path)
-        return NULL;
-    if (kind == IBL_OUTPUT_LUT)
-        snprintf(path, size, "%s%sbrdf_lut.%s", o->directory, slash, ext);
-    else if (kind == IBL_OUTPUT_JSON)
-        snprintf(path, size, "%s%s%s.%s", o->directory, slash, o->name, ext);
-    else
-        snprintf(path, size, "%s%s%s_%s.%s", o->directory, slash, o->name,
-                 ibl_output_name(kind), ext);
-    return path;
-}
-
-/* Whether an output would replace the input. */
-static bool is_input(const ibl_opts *o, const char *path)
-{
-    struct stat in, out;
-
-    return path && o->input && strcmp(o->input, "-") != 0 &&
-           !stat(o->input, &in) && !stat(path, &out) &&
-           in.st_dev == out.st_dev && in.st_ino == out.st_ino;
-}
-
-static ibl_status plan(ibl_bake *b)
-{
-    const ibl_opts *o = b->opts;
-    const char *paths[IBL_OUTPUT_COUNT + 2];
-    int count = 0;
-
-    for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++)
-        if (ibl_opts_wants(o, (ibl_output_kind)kind)) {
-            b->files[kind].path = output_path(o, (ibl_output_kind)kind);
-            if (!b->files[kind].path)
-                return no_memory(b, "file names");
-            paths[count++] = b->files[kind].path;
-        }
-    paths[count++] = o->preview;
-    paths[count++] = o->depfile;
-    for (int i = 0; i < count; i++)
-        if (is_input(o, paths[i])) {
-            ibl_console_fail(b->console,
-                             "%s: is both input and output: choose another "
-                             "--name or directory",
-                             paths[i]);
-            return IBL_ERR_ARGUMENT;
-        }
-    return IBL_OK;
 }
 
 /* ---- context --------------------------------------------------------- */
@@ -300,7 +238,7 @@ int ibl_bake_run(const ibl_opts *opts)
 
     ibl_console_init(&console, opts->quiet, opts->verbose);
     ibl_signals_catch();
-    status = plan(&b);
+    status = ibl_targets_name(&b);
     if (!status)
         status = open_context(&b);
     if (!status)
@@ -309,6 +247,8 @@ int ibl_bake_run(const ibl_opts *opts)
         ibl_signals_guard(b.outputs);
         status = ibl_outputs_mkdir(b.outputs, opts->directory);
     }
+    if (!status)
+        status = ibl_targets_check(&b);
     if (!status)
         status = make_all(&b);
     if (!status) {

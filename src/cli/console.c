@@ -122,7 +122,7 @@ void ibl_console_progress(void *console, const char *stage, double done)
     const double t = now();
 
     run_stage(c, find_stage(c, stage), t);
-    if (c->terminal && (!c->drawn_at || t - c->drawn_at >= REDRAW_SECONDS))
+    if (c->terminal && (c->drawn_at == 0 || t - c->drawn_at >= REDRAW_SECONDS))
         draw_bar(c, stage, done < 0 ? 0 : done > 1 ? 1 : done, t);
 }
 
