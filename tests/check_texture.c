@@ -651,10 +651,9 @@ static void damaged(void)
             decode_copy(b, n, false);
         for (size_t i = 0; i < size; i++) {
             const unsigned char old = b[i];
-            for (int bit = 0; bit < 10; bit++) {
-                b[i] = bit == 8   ? 0
-                       : bit == 9 ? 0xFF
-                                  : (unsigned char)(old ^ 1 << bit);
+            for (int way = 0; way < 10; way++) {
+                const int value = way < 8 ? old ^ 1 << way : way == 8 ? 0 : 255;
+                b[i] = (unsigned char)value;
                 decode_copy(b, size, true);
             }
             b[i] = old;
