@@ -214,26 +214,53 @@ ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
 
 /*
  * A set of output files. Each is written to a temporary beside its target
- * and flushed to the disk; commit renames them all, abort removes them and
- * any directory that was made for them. Until commit nothing old is touched.
+ * (".NAME.iblbake-PID-N.tmp", mode 0666 & ~umask) and flushed to the disk;
+ * commit renames them all, abort removes them and any directory that was made
+ * for them. Until commit nothing old is touched.
+ *
+ * A target that is a symbolic link is followed: the file that it names is
+ * replaced, or made. Other things than files (directories, devices, pipes)
+ * and files that may not be written are refused with IBL_ERR_IO, and nothing
+ * has happened to them.
+ *
+ * A path has at most 4031 bytes. Relative ones hold as long as the working
+ * directory stays. Where RLIMIT_FSIZE is set, a program that wants a status
+ * and not a signal ignores SIGXFSZ.
  */
 typedef struct ibl_outputs ibl_outputs;
 
-#define IBL_MAX_OUTPUTS 64 /* files in one set */
+#define IBL_MAX_OUTPUTS 64 /* files in one set, and directories made for it */
 
+/* An empty set; it uses ctx for messages and to see a cancel. */
 ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out);
 /* Makes directory path with its parents where missing (mode 0777 & ~umask).
- */
+ * IBL_ERR_IO: cannot be made, or is there and no directory. */
 ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path);
-/* Writes a file of the set. IBL_ERR_IO: not writable, disk full, or the
- * target is a directory. IBL_ERR_ARGUMENT: the set is full or has the path
- * already. */
+/*
+ * Writes a file of the set. bytes is not needed afterwards. IBL_ERR_IO: not
+ * writable, disk full, or the target cannot be replaced. IBL_ERR_ARGUMENT:
+ * the set is full, aborted or has the target already (by whatever path), or
+ * path is too long. After an error the set is as before.
+ */
 ibl_status ibl_outputs_add(ibl_outputs *out, const char *path,
                            const void *bytes, size_t size);
-/* Renames every file to its target. */
+/*
+ * Renames every file to its target and flushes the directories. The set is
+ * empty then and may be used again. If one cannot be renamed, those that were
+ * are taken back, old files return to their places, the set is aborted and
+ * the status is IBL_ERR_IO. (Only on a file system that cannot exchange two
+ * names, such as NFS or FAT, an old file that was replaced before the failure
+ * stays replaced.) A power cut during commit may leave some files old and
+ * some new, each whole.
+ */
 ibl_status ibl_outputs_commit(ibl_outputs *out);
-/* Removes what was not committed. Only unlink and rmdir are called: safe in a
- * signal handler. NULL is fine. */
+/*
+ * Removes what was not committed, and directories made for the set that are
+ * empty; in the midst of a commit it takes that back as above. Makes only
+ * system calls: safe in a signal handler on any thread, after which the
+ * program should end; errno is kept. Nothing can be added afterwards. NULL is
+ * fine.
+ */
 void ibl_outputs_abort(ibl_outputs *out);
 void ibl_outputs_free(ibl_outputs *out); /* aborts first; NULL is fine */
 

@@ -1,0 +1,518 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Files that appear together or not at all.
+ *
+ * A file's temporary lies in the directory of its target, so that renaming it
+ * stays on one file system. A target that is a symbolic link is followed, as
+ * a shell's > and cp do: the file that it names is replaced, the link stays.
+ *
+ * Commit exchanges temporary and target where the file system can, so that
+ * the old file is kept under the temporary's name until all is done, and a
+ * failure half-way puts it back.
+ *
+ * ibl_outputs_abort may run in a signal handler at any point. What it needs is
+ * in arrays of fixed size; a name is there before its file is, and which of
+ * two names a file bears is not remembered but asked of the file system by
+ * inode, so there is no moment at which the record is wrong.
+ */
+#define _GNU_SOURCE
+#include <errno.h>
+#include <fcntl.h>
+#include <stdatomic.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include "core/alloc.h"
+#include "core/context.h"
+#include "ibl/io.h"
+
+enum {
+    MAX_DIRS = 64,
+    PATH_BYTES = 4096,     /* a path and its zero, Linux's PATH_MAX */
+    SUFFIX_BYTES = 64,     /* what a temporary's name has more */
+    KEPT_NAME_BYTES = 128, /* of the target's name in the temporary's */
+    MAX_LINKS = 40,        /* followed before it is a loop */
+    CHUNK = 1 << 22,       /* written between two looks whether to stop */
+    MAX_TRIES = 1000       /* of temporary names */
+};
+
+/* What abort has to do for a slot. */
+enum {
+    UNUSED, /* nothing */
+    NAMED,  /* remove the temporary if it is there */
+    WRITTEN /* find out which of the names the file bears, and undo that */
+};
+
+typedef struct slot {
+    atomic_int state;
+    atomic_bool replaces; /* commit found an old file */
+    dev_t device;         /* of the file, from WRITTEN on */
+    ino_t inode;
+    dev_t dir_device; /* of its directory */
+    ino_t dir_inode;
+    char target[PATH_BYTES]; /* no symbolic link */
+    char temporary[PATH_BYTES];
+} slot;
+
+typedef struct made_dir {
+    atomic_bool used;
+    char path[PATH_BYTES];
+} made_dir;
+
+struct ibl_outputs {
+    ibl_ctx *ctx;
+    int count; /* of slots ever used */
+    int dir_count;
+    unsigned serial;       /* of temporary names */
+    atomic_bool aborted;   /* for good: nothing is added or renamed any more */
+    atomic_bool committed; /* all is renamed, only old files are left over */
+    slot slots[IBL_MAX_OUTPUTS];
+    made_dir dirs[MAX_DIRS];
+};
+
+static ibl_status failed(const ibl_outputs *out, const char *path,
+                         const char *what)
+{
+    return ibl_fail(out->ctx, IBL_ERR_IO, "%s: %s: %s", path, what,
+                    strerror(errno));
+}
+
+static ibl_status check_length(const ibl_outputs *out, const char *path,
+                               size_t more)
+{
+    const size_t limit = PATH_BYTES - 1 - more;
+    if (!path[0])
+        return ibl_fail(out->ctx, IBL_ERR_ARGUMENT, "an output without a path");
+    if (strlen(path) > limit)
+        return ibl_fail(out->ctx, IBL_ERR_ARGUMENT,
+                        "%.40s...: a path of %zu bytes: the limit is %zu", path,
+                        strlen(path), limit);
+    return IBL_OK;
+}
+
+ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out)
+{
+    *out = ibl_alloc_zeroed(1, sizeof **out);
+    if (!*out)
+        return ibl_no_memory(ctx, "a set of outputs");
+    (*out)->ctx = ctx;
+    return IBL_OK;
+}
+
+/* ---- directories ---------------------------------------------------- */
+
+/* Makes one directory, its parent there. */
+static ibl_status make_dir(ibl_outputs *out, const char *path)
+{
+    struct stat st;
+    if (!stat(path, &st)) {
+        if (S_ISDIR(st.st_mode))
+            return IBL_OK;
+        return ibl_fail(out->ctx, IBL_ERR_IO,
+                        "%s: is there and is no directory", path);
+    }
+    if (errno != ENOENT)
+        return failed(out, path, "cannot be looked at");
+    if (out->dir_count == MAX_DIRS)
+        return ibl_fail(out->ctx, IBL_ERR_ARGUMENT,
+                        "%s: over %d directories to make", path, MAX_DIRS);
+
+    /* Known before it is there; nobody else's, since it was not. */
+    made_dir *dir = &out->dirs[out->dir_count];
+    memcpy(dir->path, path, strlen(path) + 1);
+    atomic_store(&dir->used, true);
+    if (!mkdir(path, 0777)) {
+        out->dir_count++;
+        return IBL_OK;
+    }
+    atomic_store(&dir->used, false);
+    const int error = errno;
+    if (error == EEXIST && !stat(path, &st) && S_ISDIR(st.st_mode))
+        return IBL_OK; /* someone was faster */
+    errno = error;
+    return failed(out, path, "cannot be made");
+}
+
+ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path)
+{
+    char prefix[PATH_BYTES];
+    ibl_status status = check_length(out, path, SUFFIX_BYTES);
+    size_t n = 0;
+
+    while (!status && path[n]) {
+        n += strspn(path + n, "/");
+        n += strcspn(path + n, "/");
+        memcpy(prefix, path, n);
+        prefix[n] = '\0';
+        status = make_dir(out, prefix);
+    }
+    return status;
+}
+
+/* Length of the part of a path that names its directory, slash included. */
+static size_t dir_length(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? (size_t)(slash + 1 - path) : 0;
+}
+
+static void name_dir(const char *path, char dir[PATH_BYTES])
+{
+    const size_t n = dir_length(path);
+    memcpy(dir, path, n);
+    memcpy(dir + n, ".", 2);
+}
+
+/* ---- adding --------------------------------------------------------- */
+
+/* Replaces a target that is a symbolic link by what it names, there or not. */
+static ibl_status follow_links(const ibl_outputs *out, char *target)
+{
+    for (int i = 0; i < MAX_LINKS; i++) {
+        char link[PATH_BYTES];
+        const ssize_t n = readlink(target, link, sizeof link - 1);
+        if (n < 0)
+            return IBL_OK; /* no link, or nothing at all */
+        link[n] = '\0';
+        const size_t dir = link[0] == '/' ? 0 : dir_length(target);
+        if (dir + (size_t)n >= PATH_BYTES - SUFFIX_BYTES) {
+            errno = ENAMETOOLONG;
+            return failed(out, target, "is a link that cannot be followed");
+        }
+        memcpy(target + dir, link, (size_t)n + 1);
+    }
+    errno = ELOOP;
+    return failed(out, target, "is a link that cannot be followed");
+}
+
+/* What a target is that already exists. */
+static ibl_status check_existing(const ibl_outputs *out, const char *path)
+{
+    struct stat st;
+    if (stat(path, &st)) {
+        /* Not there: well. No way there: creating will tell. */
+        return IBL_OK;
+    }
+    if (S_ISDIR(st.st_mode))
+        return ibl_fail(out->ctx, IBL_ERR_IO,
+                        "%s: is a directory, a file cannot replace it", path);
+    if (!S_ISREG(st.st_mode))
+        return ibl_fail(out->ctx, IBL_ERR_IO,
+                        "%s: is a %s; outputs are renamed into place and can "
+                        "only replace files",
+                        path,
+                        S_ISCHR(st.st_mode) || S_ISBLK(st.st_mode) ? "device"
+                        : S_ISFIFO(st.st_mode)                     ? "pipe"
+                                                                   : "socket");
+    if (access(path, W_OK))
+        return failed(out, path, "cannot be replaced");
+    return IBL_OK;
+}
+
+static bool same_target(const slot *a, const slot *b)
+{
+    return a->dir_device == b->dir_device && a->dir_inode == b->dir_inode &&
+           !strcmp(a->target + dir_length(a->target),
+                   b->target + dir_length(b->target));
+}
+
+/* Fills in s's target and its directory. */
+static ibl_status aim(ibl_outputs *out, const char *path, slot *s)
+{
+    struct stat st;
+    ibl_status status = check_length(out, path, SUFFIX_BYTES);
+    if (!status)
+        status = check_existing(out, path);
+    if (status)
+        return status;
+    memcpy(s->target, path, strlen(path) + 1);
+    status = follow_links(out, s->target);
+    if (status)
+        return status;
+    if (!s->target[dir_length(s->target)])
+        return ibl_fail(out->ctx, IBL_ERR_IO, "%s: ends in /, a file is needed",
+                        path);
+
+    char dir[PATH_BYTES];
+    name_dir(s->target, dir);
+    if (stat(dir, &st))
+        return failed(out, path, "its directory cannot be reached");
+    s->dir_device = st.st_dev;
+    s->dir_inode = st.st_ino;
+    for (int i = 0; i < out->count; i++) {
+        if (atomic_load(&out->slots[i].state) == WRITTEN &&
+            same_target(&out->slots[i], s))
+            return ibl_fail(out->ctx, IBL_ERR_ARGUMENT,
+                            "%s: is an output already", path);
+    }
+    return IBL_OK;
+}
+
+/* Creates the temporary under a name that nobody has. */
+static int create_temporary(ibl_outputs *out, slot *s)
+{
+    const size_t dir = dir_length(s->target);
+    int fd = -1;
+    for (int i = 0; i < MAX_TRIES; i++) {
+        memcpy(s->temporary, s->target, dir);
+        snprintf(s->temporary + dir, sizeof s->temporary - dir,
+                 ".%.*s.iblbake-%ld-%u.tmp", KEPT_NAME_BYTES, s->target + dir,
+                 (long)getpid(), out->serial++);
+        atomic_store(&s->state, NAMED);
+        fd = open(s->temporary,
+                  O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+        if (fd >= 0)
+            break;
+        atomic_store(&s->state, UNUSED);
+        if (errno != EEXIST)
+            break;
+    }
+    return fd;
+}
+
+static ibl_status write_all(ibl_outputs *out, const char *path, int fd,
+                            const unsigned char *bytes, size_t size)
+{
+    while (size) {
+        const ssize_t n = write(fd, bytes, size < CHUNK ? size : CHUNK);
+        if (ibl_cancelled(out->ctx))
+            return IBL_ERR_CANCELLED;
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n < 0)
+            return failed(out, path, "cannot be written");
+        bytes += n;
+        size -= (size_t)n;
+    }
+    /* Some file systems cannot flush and say so by EINVAL. */
+    while (fsync(fd)) {
+        if (errno == EINVAL)
+            break;
+        if (errno != EINTR)
+            return failed(out, path, "cannot be flushed to the disk");
+    }
+    return IBL_OK;
+}
+
+static ibl_status write_temporary(ibl_outputs *out, const char *path, slot *s,
+                                  const void *bytes, size_t size)
+{
+    struct stat st;
+    ibl_status status;
+    const int fd = create_temporary(out, s);
+    if (fd < 0)
+        return failed(out, path, "cannot be created");
+    if (fstat(fd, &st))
+        status = failed(out, path, "cannot be written");
+    else
+        status = write_all(out, path, fd, bytes, size);
+    /* Here NFS tells of a full disk, and there is no second time. */
+    if (close(fd) && errno != EINTR && !status)
+        status = failed(out, path, "cannot be written");
+    if (status) {
+        unlink(s->temporary);
+        atomic_store(&s->state, UNUSED);
+        return status;
+    }
+    s->device = st.st_dev;
+    s->inode = st.st_ino;
+    atomic_store(&s->replaces, false);
+    atomic_store(&s->state, WRITTEN);
+    return IBL_OK;
+}
+
+ibl_status ibl_outputs_add(ibl_outputs *out, const char *path,
+                           const void *bytes, size_t size)
+{
+    if (ibl_cancelled(out->ctx))
+        return IBL_ERR_CANCELLED;
+    if (atomic_load(&out->aborted))
+        return ibl_fail(out->ctx, IBL_ERR_ARGUMENT,
+                        "%s: its set of outputs was aborted", path);
+    if (out->count == IBL_MAX_OUTPUTS)
+        return ibl_fail(out->ctx, IBL_ERR_ARGUMENT,
+                        "%s: over %d outputs in one set", path,
+                        IBL_MAX_OUTPUTS);
+    slot *s = &out->slots[out->count];
+    ibl_status status = aim(out, path, s);
+    if (status)
+        return status;
+    out->count++; /* abort looks at the slot from now on */
+    status = write_temporary(out, path, s, bytes, size);
+    if (status)
+        out->count--;
+    return status;
+}
+
+/* ---- commit and abort ----------------------------------------------- */
+
+/* Swaps two names; ENOSYS or EINVAL where that cannot be done. */
+static int exchange(const char *a, const char *b)
+{
+#ifdef SYS_renameat2
+    enum {
+        EXCHANGE = 2 /* RENAME_EXCHANGE */
+    };
+    return (int)syscall(SYS_renameat2, AT_FDCWD, a, AT_FDCWD, b, EXCHANGE);
+#else
+    (void)a;
+    (void)b;
+    errno = ENOSYS;
+    return -1;
+#endif
+}
+
+static bool is_ours(const slot *s, const char *path)
+{
+    struct stat st;
+    return !lstat(path, &st) && st.st_dev == s->device && st.st_ino == s->inode;
+}
+
+/*
+ * Brings one file of the set away, and the old one back. Only system calls.
+ * An old file that rename has replaced, on a file system that cannot
+ * exchange, is gone: there the new one stays.
+ */
+static void undo(slot *s)
+{
+    const int state = atomic_load(&s->state);
+    if (state == UNUSED)
+        return;
+    if (state == NAMED || is_ours(s, s->temporary)) {
+        unlink(s->temporary);
+    } else if (is_ours(s, s->target)) {
+        struct stat st;
+        if (!lstat(s->temporary, &st)) {
+            /* The old file; rename if exchanging fails now. */
+            if (!exchange(s->temporary, s->target))
+                unlink(s->temporary);
+            else
+                rename(s->temporary, s->target);
+        } else if (!atomic_load(&s->replaces)) {
+            unlink(s->target);
+        }
+    }
+    atomic_store(&s->state, UNUSED);
+}
+
+/* After a commit: what bears a temporary's name is the file that was there
+ * before, or nothing. */
+static void remove_old(ibl_outputs *out)
+{
+    for (int i = 0; i < IBL_MAX_OUTPUTS; i++) {
+        if (atomic_load(&out->slots[i].state) != UNUSED)
+            unlink(out->slots[i].temporary);
+        atomic_store(&out->slots[i].state, UNUSED);
+    }
+    for (int i = 0; i < MAX_DIRS; i++)
+        atomic_store(&out->dirs[i].used, false);
+}
+
+void ibl_outputs_abort(ibl_outputs *out)
+{
+    if (!out)
+        return;
+    const int saved = errno;
+    if (atomic_load(&out->committed)) {
+        remove_old(out);
+        errno = saved;
+        return;
+    }
+    atomic_store(&out->aborted, true);
+    for (int i = IBL_MAX_OUTPUTS - 1; i >= 0; i--)
+        undo(&out->slots[i]);
+    for (int i = MAX_DIRS - 1; i >= 0; i--) {
+        if (atomic_load(&out->dirs[i].used))
+            rmdir(out->dirs[i].path); /* fails where others are in it */
+        atomic_store(&out->dirs[i].used, false);
+    }
+    errno = saved;
+}
+
+void ibl_outputs_free(ibl_outputs *out)
+{
+    ibl_outputs_abort(out);
+    ibl_free(out);
+}
+
+/* Gives the file its name. Afterwards the temporary is the old file, or is
+ * not there. */
+static int put_in_place(slot *s)
+{
+    struct stat st;
+    if (lstat(s->target, &st)) {
+        if (errno != ENOENT)
+            return -1;
+        return rename(s->temporary, s->target);
+    }
+    atomic_store(&s->replaces, true);
+    if (S_ISDIR(st.st_mode)) {
+        errno = EISDIR; /* exchanging would take even that */
+        return -1;
+    }
+    if (!exchange(s->temporary, s->target))
+        return 0;
+    if (errno != EINVAL && errno != ENOSYS && errno != EPERM &&
+        errno != EOPNOTSUPP)
+        return -1;
+    return rename(s->temporary, s->target);
+}
+
+/* Flushes the directory that path is in. Where that cannot be done at all,
+ * it need not be. */
+static ibl_status flush_dir(ibl_outputs *out, const char *path)
+{
+    ibl_status status = IBL_OK;
+    char dir[PATH_BYTES];
+    name_dir(path, dir);
+    const int fd = open(dir, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (fd < 0)
+        return IBL_OK; /* writable but not readable */
+    if (fsync(fd) && errno == EIO)
+        status = failed(out, path, "its directory cannot be flushed");
+    close(fd);
+    return status;
+}
+
+static ibl_status flush_dirs(ibl_outputs *out)
+{
+    ibl_status status = IBL_OK;
+    for (int i = 0; !status && i < out->count; i++) {
+        bool known = false;
+        for (int j = 0; j < i; j++)
+            known |= out->slots[i].dir_device == out->slots[j].dir_device &&
+                     out->slots[i].dir_inode == out->slots[j].dir_inode;
+        if (!known)
+            status = flush_dir(out, out->slots[i].target);
+    }
+    for (int i = 0; !status && i < out->dir_count; i++)
+        status = flush_dir(out, out->dirs[i].path);
+    return status;
+}
+
+ibl_status ibl_outputs_commit(ibl_outputs *out)
+{
+    ibl_status status = IBL_OK;
+    for (int i = 0; !status && i < out->count; i++) {
+        if (ibl_cancelled(out->ctx) || atomic_load(&out->aborted))
+            status = IBL_ERR_CANCELLED;
+        else if (put_in_place(&out->slots[i]))
+            status =
+                failed(out, out->slots[i].target, "cannot be put in place");
+    }
+    if (!status)
+        status = flush_dirs(out);
+    if (status) {
+        ibl_outputs_abort(out);
+        return status;
+    }
+    atomic_store(&out->committed, true);
+    remove_old(out);
+    out->count = out->dir_count = 0;
+    atomic_store(&out->committed, false);
+    return IBL_OK;
+}

@@ -1,0 +1,428 @@
+/* SPDX-License-Identifier: MIT */
+/* Sets of output files: all, or nothing and no trace. */
+#define _GNU_SOURCE
+#include <dirent.h>
+#include <errno.h>
+#include <limits.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mount.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "ibl/io.h"
+#include "test.h"
+
+static ibl_ctx *ctx;
+static test_messages kept;
+
+/* A path in a folder of the running test's own, in one of 8 buffers. */
+static const char *at(const char *fmt, ...)
+    __attribute__((format(printf, 1, 2)));
+
+static const char *at(const char *fmt, ...)
+{
+    static char paths[8][PATH_MAX];
+    static int next;
+    char *path = paths[next++ % 8];
+    const int n = snprintf(path, PATH_MAX, "%s/", test_dir());
+    va_list ap;
+    va_start(ap, fmt);
+    vsnprintf(path + n, (size_t)(PATH_MAX - n), fmt, ap);
+    va_end(ap);
+    return path;
+}
+
+static void put(const char *path, const char *text)
+{
+    FILE *f = fopen(path, "w");
+    NEED(f);
+    fputs(text, f);
+    fclose(f);
+}
+
+static bool holds(const char *path, const char *text)
+{
+    char got[64] = {0};
+    FILE *f = fopen(path, "r");
+    if (!f)
+        return false;
+    got[fread(got, 1, sizeof got - 1, f)] = '\0';
+    fclose(f);
+    return !strcmp(got, text);
+}
+
+static bool exists(const char *path)
+{
+    struct stat st;
+    return !lstat(path, &st);
+}
+
+/* Entries of a directory; -1: there is none. */
+static int entries(const char *path)
+{
+    int n = -2;
+    DIR *d = opendir(path);
+    if (!d)
+        return -1;
+    while (readdir(d))
+        n++;
+    closedir(d);
+    return n;
+}
+
+static bool said(const char *text)
+{
+    return strstr(kept.text[IBL_LOG_ERROR], text);
+}
+
+static ibl_status add(ibl_outputs *out, const char *path, const char *text)
+{
+    return ibl_outputs_add(out, path, text, strlen(text));
+}
+
+static void committed(void)
+{
+    ibl_outputs *out;
+    struct stat st;
+    const mode_t mask = umask(027);
+    NEED(!ibl_outputs_create(ctx, &out));
+    NEED(!ibl_outputs_mkdir(out, at("c/d//e/")));
+    NEED(!ibl_outputs_mkdir(out, at("c/d")));
+    CHECK(!add(out, at("c/d/e/one"), "1"));
+    CHECK(!add(out, at("c/two"), ""));
+    CHECK(!exists(at("c/d/e/one")) && !exists(at("c/two")));
+    CHECK(entries(at("c/d/e")) == 1);
+    CHECK(!ibl_outputs_commit(out));
+    CHECK(holds(at("c/d/e/one"), "1") && holds(at("c/two"), ""));
+    CHECK(entries(at("c/d/e")) == 1 && entries(at("c")) == 2);
+    CHECK(!stat(at("c/two"), &st) && (st.st_mode & 0777) == 0640);
+    CHECK(!stat(at("c/d"), &st) && (st.st_mode & 0777) == 0750);
+    /* Again with the same set, over the old ones. */
+    CHECK(!add(out, at("c/two"), "new"));
+    CHECK(holds(at("c/two"), ""));
+    CHECK(!ibl_outputs_commit(out));
+    CHECK(holds(at("c/two"), "new") && entries(at("c")) == 2);
+    ibl_outputs_free(out);
+    CHECK(holds(at("c/two"), "new"));
+    ibl_outputs_free(NULL);
+    ibl_outputs_abort(NULL);
+    umask(mask);
+}
+
+static void aborted(void)
+{
+    ibl_outputs *out;
+    NEED(!mkdir(at("a"), 0777));
+    put(at("a/old"), "old");
+    NEED(!ibl_outputs_create(ctx, &out));
+    NEED(!ibl_outputs_mkdir(out, at("a/b/c")));
+    NEED(!ibl_outputs_mkdir(out, at("a/mine")));
+    CHECK(!add(out, at("a/old"), "new"));
+    CHECK(!add(out, at("a/b/c/x"), "x"));
+    put(at("a/mine/other"), "o");
+    CHECK(holds(at("a/old"), "old"));
+    errno = 77;
+    ibl_outputs_abort(out);
+    CHECK(errno == 77);
+    CHECK(holds(at("a/old"), "old") && !exists(at("a/b")));
+    CHECK(holds(at("a/mine/other"), "o") && entries(at("a")) == 2);
+    CHECK(add(out, at("a/y"), "y") == IBL_ERR_ARGUMENT);
+    CHECK(entries(at("a")) == 2);
+    ibl_outputs_free(out);
+}
+
+/* What cannot be a target stays as it is, and the set goes on. */
+static void refused(void)
+{
+    ibl_outputs *out;
+    char path[5000];
+    NEED(!mkdir(at("r"), 0777) && !mkdir(at("r/dir"), 0777));
+    NEED(!mkfifo(at("r/pipe"), 0666));
+    put(at("r/file"), "f");
+    NEED(!ibl_outputs_create(ctx, &out));
+    const struct {
+        const char *path, *text;
+        ibl_status status;
+    } cases[] = {
+        {at("r/dir"), "is a directory", IBL_ERR_IO},
+        {at("r/new/"), "ends in /", IBL_ERR_IO},
+        {at("r/pipe"), "is a pipe", IBL_ERR_IO},
+        {"/dev/null", "is a device", IBL_ERR_IO},
+        {"/dev/full", "is a device", IBL_ERR_IO},
+        {at("r/file/x"), "Not a directory", IBL_ERR_IO},
+        {at("r/none/x"), "No such file", IBL_ERR_IO},
+        {"/proc/iblbake", "cannot be created", IBL_ERR_IO},
+        {"", "without a path", IBL_ERR_ARGUMENT},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        const ibl_status status = add(out, cases[i].path, "x");
+        CHECK_MSG(status == cases[i].status && said(cases[i].text) &&
+                      said(cases[i].path),
+                  "%s: status %d: %s", cases[i].path, (int)status,
+                  kept.text[IBL_LOG_ERROR]);
+    }
+    memset(path, 'p', sizeof path);
+    path[4032] = '\0';
+    CHECK(add(out, path, "x") == IBL_ERR_ARGUMENT && said("4031"));
+    CHECK(ibl_outputs_mkdir(out, path) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_outputs_mkdir(out, at("r/file")) == IBL_ERR_IO);
+    CHECK(said("no directory"));
+    CHECK(ibl_outputs_mkdir(out, at("r/file/sub")) == IBL_ERR_IO);
+    CHECK(ibl_outputs_mkdir(out, "/proc/iblbake/out") == IBL_ERR_IO);
+    CHECK(!add(out, at("r/good"), "g") && !ibl_outputs_commit(out));
+    CHECK(holds(at("r/good"), "g") && holds(at("r/file"), "f"));
+    CHECK(entries(at("r")) == 4 && !exists("/proc/iblbake"));
+    ibl_outputs_free(out);
+}
+
+static void twice(void)
+{
+    ibl_outputs *out;
+    NEED(!mkdir(at("t"), 0777) && !symlink("x", at("t/link")) &&
+         !symlink("t", at("t2")));
+    NEED(!ibl_outputs_create(ctx, &out));
+    CHECK(!add(out, at("t/x"), "1"));
+    CHECK(add(out, at("t/x"), "2") == IBL_ERR_ARGUMENT);
+    CHECK(add(out, at("t//.//x"), "3") == IBL_ERR_ARGUMENT);
+    CHECK(add(out, at("t/link"), "4") == IBL_ERR_ARGUMENT);
+    CHECK(add(out, at("t2/x"), "5") == IBL_ERR_ARGUMENT);
+    CHECK(!ibl_outputs_commit(out));
+    CHECK(holds(at("t/x"), "1") && entries(at("t")) == 2);
+    ibl_outputs_free(out);
+}
+
+static void too_many(void)
+{
+    ibl_outputs *out;
+    NEED(!mkdir(at("m"), 0777));
+    NEED(!ibl_outputs_create(ctx, &out));
+    for (int i = 0; i < IBL_MAX_OUTPUTS; i++)
+        CHECK(!add(out, at("m/%d", i), "m"));
+    CHECK(add(out, at("m/more"), "m") == IBL_ERR_ARGUMENT);
+    CHECK(!ibl_outputs_commit(out));
+    CHECK(entries(at("m")) == IBL_MAX_OUTPUTS);
+    ibl_outputs_free(out);
+}
+
+static void links(void)
+{
+    ibl_outputs *out;
+    struct stat st;
+    NEED(!mkdir(at("l"), 0777) && !mkdir(at("l/far"), 0777));
+    put(at("l/far/file"), "old");
+    NEED(!symlink("far/file", at("l/link")) &&
+         !symlink("far/not-yet", at("l/dangling")) &&
+         !symlink("loop", at("l/loop")) && !symlink("far", at("l/dir")));
+    NEED(!ibl_outputs_create(ctx, &out));
+    CHECK(!add(out, at("l/link"), "new"));
+    CHECK(!add(out, at("l/dangling"), "made"));
+    CHECK(add(out, at("l/loop"), "x") == IBL_ERR_IO);
+    CHECK(add(out, at("l/dir"), "x") == IBL_ERR_IO && said("directory"));
+    CHECK(!ibl_outputs_commit(out));
+    CHECK(!lstat(at("l/link"), &st) && S_ISLNK(st.st_mode));
+    CHECK(!lstat(at("l/dangling"), &st) && S_ISLNK(st.st_mode));
+    CHECK(holds(at("l/far/file"), "new") && holds(at("l/far/not-yet"), "made"));
+    CHECK(entries(at("l/far")) == 2 && entries(at("l")) == 5);
+    ibl_outputs_free(out);
+}
+
+/* The third rename fails: the second file goes, the first is as before. */
+static void taken_back(void)
+{
+    ibl_outputs *out;
+    NEED(!mkdir(at("b"), 0777));
+    put(at("b/first"), "old");
+    NEED(!ibl_outputs_create(ctx, &out));
+    NEED(!ibl_outputs_mkdir(out, at("b/made")));
+    CHECK(!add(out, at("b/first"), "new"));
+    CHECK(!add(out, at("b/made/second"), "new"));
+    CHECK(!add(out, at("b/third"), "new"));
+    CHECK(!add(out, at("b/fourth"), "new"));
+    NEED(!mkdir(at("b/third"), 0777));
+    CHECK(ibl_outputs_commit(out) == IBL_ERR_IO && said("third"));
+    CHECK(holds(at("b/first"), "old") && !exists(at("b/made")));
+    CHECK(!exists(at("b/fourth")) && entries(at("b")) == 2);
+    CHECK(entries(at("b/third")) == 0);
+    ibl_outputs_free(out);
+    CHECK(entries(at("b")) == 2);
+}
+
+static void cancelled(void)
+{
+    ibl_ctx *other = test_ctx(1, IBL_ISA_C);
+    ibl_outputs *out;
+    NEED(!ibl_outputs_create(other, &out));
+    CHECK(!add(out, at("cancelled"), "x"));
+    ibl_ctx_cancel(other);
+    CHECK(add(out, at("more"), "x") == IBL_ERR_CANCELLED);
+    CHECK(ibl_outputs_commit(out) == IBL_ERR_CANCELLED);
+    CHECK(!exists(at("cancelled")) && !exists(at("more")));
+    ibl_outputs_free(out);
+    ibl_ctx_free(other);
+}
+
+static void fill(const char *dir)
+{
+    ibl_outputs *out;
+    static char bytes[1 << 20];
+    put(at("%s/old", dir), "old");
+    NEED(!ibl_outputs_create(ctx, &out));
+    CHECK(!add(out, at("%s/small", dir), "s"));
+    CHECK(ibl_outputs_add(out, at("%s/old", dir), bytes, sizeof bytes) ==
+          IBL_ERR_IO);
+    CHECK(said("old: cannot be written"));
+    CHECK(entries(at("%s", dir)) == 2);
+    ibl_outputs_free(out);
+    CHECK(holds(at("%s/old", dir), "old") && entries(at("%s", dir)) == 1);
+}
+
+static void file_limit(void)
+{
+    struct rlimit limit, less;
+    NEED(!mkdir(at("limit"), 0777));
+    NEED(!getrlimit(RLIMIT_FSIZE, &limit));
+    less = limit;
+    less.rlim_cur = 100000;
+    signal(SIGXFSZ, SIG_IGN);
+    NEED(!setrlimit(RLIMIT_FSIZE, &less));
+    fill("limit");
+    setrlimit(RLIMIT_FSIZE, &limit);
+    signal(SIGXFSZ, SIG_DFL);
+}
+
+static void full_disk(void)
+{
+    NEED(!mkdir(at("disk"), 0777));
+    if (mount("none", at("disk"), "tmpfs", 0, "size=200k")) {
+        test_skip("cannot mount a small disk: %s", strerror(errno));
+        return;
+    }
+    fill("disk");
+    CHECK(!umount(at("disk")));
+}
+
+static void unwritable(void)
+{
+    ibl_outputs *out;
+    if (!geteuid()) {
+        test_skip("root may write anywhere");
+        return;
+    }
+    NEED(!mkdir(at("u"), 0777));
+    put(at("u/file"), "f");
+    NEED(!chmod(at("u/file"), 0444));
+    NEED(!ibl_outputs_create(ctx, &out));
+    CHECK(add(out, at("u/file"), "x") == IBL_ERR_IO && said("denied"));
+    NEED(!chmod(at("u"), 0555));
+    CHECK(add(out, at("u/new"), "x") == IBL_ERR_IO && said("denied"));
+    NEED(!chmod(at("u"), 0777));
+    ibl_outputs_free(out);
+}
+
+/* ---- signals -------------------------------------------------------- */
+
+enum {
+    FILES = 4
+};
+
+static ibl_outputs *victim;
+
+static void on_signal(int number)
+{
+    (void)number;
+    ibl_outputs_abort(victim);
+    _exit(0);
+}
+
+/* Writes one generation after the other until it is told to stop. */
+static void write_generations(void)
+{
+    char text[32];
+    signal(SIGTERM, on_signal);
+    for (int n = 1;; n++) {
+        if (ibl_outputs_create(ctx, &victim) ||
+            ibl_outputs_mkdir(victim, at("s/sub")))
+            _exit(1);
+        snprintf(text, sizeof text, "%d", n);
+        for (int i = 0; i < FILES; i++) {
+            if (add(victim, at("s/%s%d", i % 2 ? "sub/" : "", i), text))
+                _exit(1);
+        }
+        if (ibl_outputs_commit(victim))
+            _exit(1);
+    }
+}
+
+static long generation(int i)
+{
+    char text[32] = {0};
+    FILE *f = fopen(at("s/%s%d", i % 2 ? "sub/" : "", i), "r");
+    if (!f)
+        return 0;
+    if (!fgets(text, sizeof text, f))
+        text[0] = '\0';
+    fclose(f);
+    return strtol(text, NULL, 10);
+}
+
+/* Ended at any moment, it leaves files of one generation and no others. */
+static void interrupted(void)
+{
+    test_random r = {21};
+    NEED(!mkdir(at("s"), 0777));
+    for (int n = 0; n < 150; n++) {
+        const struct timespec nap = {0, (long)(test_random_u64(&r) % 3000000)};
+        const pid_t child = fork();
+        int result;
+        NEED(child >= 0);
+        if (!child)
+            write_generations();
+        nanosleep(&nap, NULL);
+        kill(child, SIGTERM);
+        waitpid(child, &result, 0);
+        for (int i = 1; i < FILES; i++)
+            CHECK_MSG(generation(i) == generation(0),
+                      "file %d of generation %ld beside %ld", i, generation(i),
+                      generation(0));
+        const bool some = generation(0) > 0;
+        const int inside = entries(at("s/sub"));
+        CHECK_MSG(entries(at("s")) == (some         ? 3
+                                       : inside < 0 ? 0
+                                                    : 1),
+                  "%d entries left", entries(at("s")));
+        CHECK_MSG(some ? inside == 2 : inside <= 0, "%d entries inside",
+                  inside);
+        if (n % 10 == 9) { /* and from nothing */
+            for (int i = 0; i < FILES; i++)
+                remove(at("s/%s%d", i % 2 ? "sub/" : "", i));
+            rmdir(at("s/sub"));
+        }
+    }
+}
+
+static const test tests[] = {
+    TEST(committed),  TEST(aborted),   TEST(refused),    TEST(twice),
+    TEST(too_many),   TEST(links),     TEST(taken_back), TEST(cancelled),
+    TEST(file_limit), TEST(full_disk), TEST(unwritable), TEST(interrupted),
+};
+
+int main(int argc, char **argv)
+{
+    ibl_ctx_options opts = ibl_ctx_options_default();
+    opts.threads = 1;
+    opts.log = test_keep;
+    opts.log_cookie = &kept;
+    if (ibl_ctx_create(&opts, &ctx))
+        return 1;
+    const int result =
+        test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
+    ibl_ctx_free(ctx);
+    return result;
+}
