@@ -256,12 +256,15 @@ static ibl_status aim(ibl_outputs *out, const char *path, slot *s)
 static int create_temporary(ibl_outputs *out, slot *s)
 {
     const size_t dir = dir_length(s->target);
+    char name[KEPT_NAME_BYTES + 1];
     int fd = -1;
+    const size_t kept = strnlen(s->target + dir, KEPT_NAME_BYTES);
+    memcpy(name, s->target + dir, kept);
+    name[kept] = '\0';
+    memcpy(s->temporary, s->target, dir);
     for (int i = 0; i < MAX_TRIES; i++) {
-        memcpy(s->temporary, s->target, dir);
         snprintf(s->temporary + dir, sizeof s->temporary - dir,
-                 ".%.*s.iblbake-%ld-%u.tmp", KEPT_NAME_BYTES, s->target + dir,
-                 (long)getpid(), out->serial++);
+                 ".%s.iblbake-%ld-%u.tmp", name, (long)getpid(), out->serial++);
         atomic_store(&s->state, NAMED);
         fd = open(s->temporary,
                   O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
