@@ -226,6 +226,50 @@ static void quarter_turn(void)
     ibl_ctx_free(ctx);
 }
 
+/* The grid over the hemisphere comes to the same sum as its step falls, from
+ * the same side of the same yaw, and keeps a constant. */
+static void hemisphere_grid(void)
+{
+    static const double steps[] = {0.5, 0.1, 0.025},
+                        limits[] = {0.1, 1e-2, 2e-3};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_image env = make_map(ctx, 128, 64);
+    ibl_irradiance_options opts = ibl_irradiance_options_default();
+    ibl_cube grid = {0};
+
+    for (int j = 0; j < 64; j++) {
+        for (int i = 0; i < 128; i++) {
+            double d[3];
+            truth_latlong_direction(128, 64, i, j, d);
+            pixel(&env, i, j)[0] = (float)(1.0 + d[0]);
+            pixel(&env, i, j)[1] = (float)(1.0 + d[1] * d[2]);
+            pixel(&env, i, j)[2] = (float)exp(2.0 * d[2]);
+        }
+    }
+    opts.size = 8;
+    opts.yaw_deg = 50.0;
+    ibl_cube exact = bake(ctx, &env, 8, 50.0);
+    for (int k = 0; k < 3; k++) {
+        opts.step = steps[k];
+        NEED(!ibl_bake_irradiance(ctx, &env, &opts, &grid));
+        double worst = 0.0;
+        for (size_t i = 0; i < floats(&exact); i++)
+            worst = fmax(worst, fabs((double)grid.data[i] / exact.data[i] - 1));
+        CHECK_MSG(worst < limits[k], "step %g: worst %g", steps[k], worst);
+        CHECK_MSG(worst > 0, "step %g did nothing", steps[k]);
+        ibl_cube_free(&grid);
+    }
+    for (int k = 0; k < 3 * 128 * 64; k++)
+        env.data[k] = 3.0f;
+    NEED(!ibl_bake_irradiance(ctx, &env, &opts, &grid));
+    for (size_t i = 0; i < floats(&grid); i++)
+        CHECK_NEAR(grid.data[i], 3.0, 1e-6);
+    ibl_cube_free(&grid);
+    ibl_cube_free(&exact);
+    ibl_image_free(&env);
+    ibl_ctx_free(ctx);
+}
+
 static void threads_and_isa(void)
 {
     static const int threads[] = {1, 2, 7};
@@ -326,8 +370,9 @@ static void progress(void)
 }
 
 static const test tests[] = {
-    TEST(random_maps),     TEST(large_cube),  TEST(constant_maps),
-    TEST(one_pixel_sun),   TEST(cosine_lobe), TEST(quarter_turn),
-    TEST(threads_and_isa), TEST(bad_options), TEST(progress),
+    TEST(random_maps),     TEST(large_cube),      TEST(constant_maps),
+    TEST(one_pixel_sun),   TEST(cosine_lobe),     TEST(quarter_turn),
+    TEST(hemisphere_grid), TEST(threads_and_isa), TEST(bad_options),
+    TEST(progress),
 };
 TEST_MAIN(tests)

@@ -15,6 +15,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "bake/hemisphere.h"
 #include "core/alloc.h"
 #include "core/context.h"
 #include "kern/arc.h"
@@ -353,7 +354,8 @@ ibl_status ibl_bake_irradiance(ibl_ctx *ctx, const ibl_image *env,
     status = ibl_cube_alloc(ctx, opts->size, 1, out);
     if (status)
         return status;
-    status = sum_pixels(ctx, env, opts->yaw_deg, out);
+    status = opts->step > 0.0 ? ibl_irradiance_grid(ctx, env, opts, out)
+                              : sum_pixels(ctx, env, opts->yaw_deg, out);
     if (status)
         ibl_cube_free(out);
     return status;
