@@ -1,0 +1,79 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# check_readers.sh BUILD: our textures in the eyes of programs that others
+# wrote: file(1), and ktx-parse, three.js and parse-dds from npm. Needs
+# BUILD/tests/write_textures. The last line is "N passed, N failed, N skipped".
+set -eu
+build=$1
+textures=$build/textures
+
+if ! command -v node >/dev/null 2>&1 || ! command -v npm >/dev/null 2>&1; then
+    echo 'skipped: node or npm is not there to read textures with'
+    echo '0 passed, 0 failed, 1 skipped'
+    exit 0
+fi
+
+rm -rf "$textures"
+"$build/tests/write_textures" "$textures"
+
+passed=0
+failed=0
+# is PATTERN WORDS: what file(1) says of the files.
+is() {
+    for f in "$textures"/$1; do
+        said=$(file -b "$f")
+        case $said in
+        "$2") passed=$((passed + 1)) ;;
+        *)
+            echo "FAILED file $f: $said, not $2"
+            failed=$((failed + 1))
+            ;;
+        esac
+    done
+}
+ktx2='Khronos KTX2 texture'
+cube="$ktx2, 8 x 8, 6 faces, 4 mipmaps"
+is rgba16f-cube8x4.ktx2 "$cube, R16G16B16A16_SFLOAT"
+is rgba32f-cube8x4.ktx2 "$cube, R32G32B32A32_SFLOAT"
+is rgb9e5-cube8x4.ktx2 "$cube, E5B9G9R9_UFLOAT_PACK32"
+is r11g11b10f-cube8x4.ktx2 "$cube, B10G11R11_UFLOAT_PACK32"
+is rg16f-flat5x1.ktx2 "$ktx2, 5 x 5, R16G16_SFLOAT"
+is rg32f-flat5x1.ktx2 "$ktx2, 5 x 5, R32G32_SFLOAT"
+ktx='Khronos KTX texture (little-endian)'
+is 'rgba*-cube8x4.ktx' "$ktx, 8 x 8, RGBA"
+is 'r[!g]*-cube8x4.ktx' "$ktx, 8 x 8, RGB"
+is rgb9e5-cube8x4.ktx "$ktx, 8 x 8, RGB"
+is 'rg*f-flat5x1.ktx' "$ktx, 5 x 5"
+dds='Microsoft DirectDraw Surface (DDS):'
+is rgba16f-cube8x4.dds "$dds 8 x 8, DXGI format: R16G16B16A16_FLOAT"
+is rgba32f-cube8x4.dds "$dds 8 x 8, DXGI format: R32G32B32A32_FLOAT"
+is rgb9e5-cube8x4.dds "$dds 8 x 8, DXGI format: R9G9B9E5_SHAREDEXP"
+is r11g11b10f-cube8x4.dds "$dds 8 x 8, DXGI format: R11G11B10_FLOAT"
+is rg16f-flat5x1.dds "$dds 5 x 5, DXGI format: R16G16_FLOAT"
+is rg32f-flat5x1.dds "$dds 5 x 5, DXGI format: R32G32_FLOAT"
+
+if ! npm install --no-save --no-package-lock --no-audit --no-fund \
+    --ignore-scripts --loglevel=error --prefix "$build/npm" \
+    ktx-parse@1.1.0 three@0.187.0 parse-dds@1.2.1; then
+    echo 'FAILED npm: the readers cannot be fetched'
+    echo "$passed passed, $((failed + 1)) failed, 0 skipped"
+    exit 1
+fi
+here=$(dirname "$0")
+node "$here/ktx_parse.mjs" "$build/npm" "$textures"/*.ktx2 "$textures"/*.ktx \
+    "$textures"/*.dds >"$textures/report" || true
+cat "$textures/report"
+last=$(tail -n 1 "$textures/report")
+case $last in
+*' passed, '*' failed')
+    passed=$((passed + ${last%% passed*}))
+    last=${last#* passed, }
+    failed=$((failed + ${last%% failed}))
+    ;;
+*)
+    echo 'FAILED node: no verdict'
+    failed=$((failed + 1))
+    ;;
+esac
+echo "$passed passed, $failed failed, 0 skipped"
+[ "$failed" = 0 ]

@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * write_textures DIR: one file of every container, pixel format and shape,
+ * for programs that others wrote to read. Beside each NAME.ktx2, NAME.ktx and
+ * NAME.dds lies NAME.raw, the texels as ibl_texture has them. NAME is
+ * PIXEL-SHAPE, SHAPE is cubeSIZExLEVELS or flatSIZEx1.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "ibl/io.h"
+#include "test.h"
+
+static ibl_ctx *ctx;
+static ibl_outputs *out;
+
+static void need(ibl_status status)
+{
+    if (status)
+        exit(1);
+}
+
+/* Values of many sizes, 0 and what saturates among them. */
+static void fill(float *data, size_t count)
+{
+    test_random r = {31};
+    for (size_t i = 0; i < count; i++)
+        data[i] = i % 17
+                      ? (float)ldexp(test_random_unit(&r), (int)(i % 40) - 20)
+                      : (float)(i % 3) * 1e5f;
+}
+
+static void write_all(const ibl_texture *tex, const char *dir,
+                      const char *shape)
+{
+    const char *pixel = ibl_pixel_name(tex->pixel);
+    char path[1000];
+    snprintf(path, sizeof path, "%s/%s-%s.raw", dir, pixel, shape);
+    need(ibl_outputs_add(out, path, tex->data, tex->bytes));
+    for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
+        void *bytes;
+        size_t size;
+        need(ibl_texture_encode(ctx, tex, c, &bytes, &size));
+        snprintf(path, sizeof path, "%s/%s-%s.%s", dir, pixel, shape,
+                 ibl_container_name(c));
+        need(ibl_outputs_add(out, path, bytes, size));
+        ibl_bytes_free(bytes);
+    }
+    need(ibl_outputs_commit(out));
+}
+
+static void write_cubes(const char *dir, int size, int levels)
+{
+    char shape[32];
+    ibl_cube cube;
+    snprintf(shape, sizeof shape, "cube%dx%d", size, levels);
+    need(ibl_cube_alloc(ctx, size, levels, &cube));
+    fill(cube.data, 3 * ibl_cube_texels(size, levels));
+    for (ibl_pixel p = IBL_PIXEL_RGBA16F; p <= IBL_PIXEL_R11G11B10F; p++) {
+        ibl_texture tex;
+        need(ibl_texture_from_cube(ctx, &cube, p, &tex, NULL));
+        need(ibl_texture_set(ctx, &tex, "iblRoughness", "0 0.25 0.5 1"));
+        need(ibl_texture_set(ctx, &tex, "Odd", "\xC3\xA9"));
+        write_all(&tex, dir, shape);
+        ibl_texture_free(&tex);
+    }
+    ibl_cube_free(&cube);
+}
+
+static void write_luts(const char *dir)
+{
+    float data[2 * 5 * 5];
+    fill(data, sizeof data / sizeof data[0]);
+    const ibl_lut lut = {5, data};
+    for (ibl_pixel p = IBL_PIXEL_RG16F; p <= IBL_PIXEL_RG32F; p++) {
+        ibl_texture tex;
+        need(ibl_texture_from_lut(ctx, &lut, p, &tex, NULL));
+        need(ibl_texture_set(ctx, &tex, "iblRoughness", "0 0.25 0.5 1"));
+        need(ibl_texture_set(ctx, &tex, "Odd", "\xC3\xA9"));
+        write_all(&tex, dir, "flat5x1");
+        ibl_texture_free(&tex);
+    }
+}
+
+int main(int argc, char **argv)
+{
+    if (argc != 2) {
+        fprintf(stderr, "usage: write_textures DIR\n");
+        return 2;
+    }
+    ctx = test_ctx(1, IBL_ISA_AUTO);
+    need(ibl_outputs_create(ctx, &out));
+    need(ibl_outputs_mkdir(out, argv[1]));
+    write_cubes(argv[1], 8, 4);
+    write_cubes(argv[1], 6, 2);
+    write_cubes(argv[1], 1, 1);
+    write_luts(argv[1]);
+    ibl_outputs_free(out);
+    ibl_ctx_free(ctx);
+    return 0;
+}
