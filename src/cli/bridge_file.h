@@ -2,7 +2,8 @@
 #ifndef CLI_BRIDGE_FILE_H
 #define CLI_BRIDGE_FILE_H
 
-/* The image bridge beside the program, where a build leaves it; the caller's
+/* The image bridge beside the program, where a build leaves it, or in
+ * ../lib/iblbake, where an installation has it; the caller's
  * to free. NULL: there is none, take the one that the library was built
  * with. */
 char *ibl_bridge_beside(void);
