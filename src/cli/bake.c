@@ -60,8 +60,7 @@ static ibl_status open_context(ibl_bake *b)
 
 /* ---- outputs --------------------------------------------------------- */
 
-/* Hands a file to the set. A signal is held back meanwhile: the set is not
- * whole while it changes. */
+/* Hands a file to the set. */
 static ibl_status put(ibl_bake *b, const char *path, const void *bytes,
                       size_t size)
 {

@@ -60,12 +60,19 @@ static bool is_open_directory(const char *path)
     return ok;
 }
 
+static bool is_link(const char *path)
+{
+    struct stat st;
+    return !lstat(path, &st) && S_ISLNK(st.st_mode);
+}
+
 static ibl_status check_target(const ibl_bake *b, const char *path)
 {
     const char *input = b->opts->input;
     struct stat in, out;
 
-    if (!is_open_directory(path)) {
+    /* Where a link leads is for the set of outputs to find out. */
+    if (!is_link(path) && !is_open_directory(path)) {
         ibl_console_fail(b->console,
                          "%s: cannot be written: %s: choose another directory",
                          path, strerror(errno));
@@ -73,10 +80,10 @@ static ibl_status check_target(const ibl_bake *b, const char *path)
     }
     if (stat(path, &out))
         return IBL_OK;
-    if (S_ISDIR(out.st_mode)) {
-        ibl_console_fail(b->console,
-                         "%s: is a directory: remove it or choose another name",
-                         path);
+    if (!S_ISREG(out.st_mode)) {
+        ibl_console_fail(b->console, "%s: is a %s: choose another name", path,
+                         S_ISDIR(out.st_mode) ? "directory"
+                                              : "device, pipe or socket");
         return IBL_ERR_IO;
     }
     if (input && strcmp(input, "-") != 0 && !stat(input, &in) &&
