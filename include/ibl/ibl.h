@@ -225,8 +225,8 @@ typedef struct ibl_specular_options {
     ibl_roughness_map mapping;         /* default IBL_ROUGHNESS_LINEAR */
     int samples;                       /* per texel, 1..1048576, default 1024 */
     int level_samples[IBL_MAX_LEVELS]; /* > 0 overrides samples there */
-    double lod_bias; /* added to the lookups' mip level, -4..4; the default
-                        is what measured best, see the man page */
+    double lod_bias; /* added to the lookups' mip level, -4..4, default 1:
+                        less shows single samples, more blurs the horizon */
     int jitter;      /* 1: turn the sample pattern by a hash of the texel */
     int pdf_mip;     /* 0: every lookup at mip 0 (the tutorial's first
                         version); default 1 */
@@ -242,7 +242,12 @@ ibl_specular_options ibl_specular_options_default(void);
  *   sum L_i w_i / sum w_i,  w = N.L,
  * L_i by trilinear lookups, seamless across faces, in a solid-angle-weighted
  * mip chain, at the level where a texel's solid angle is that of the sample,
- * 1 / (samples pdf), pdf = D(N.H) N.H / (4 V.H). Hammersley points.
+ * 1 / (samples pdf), pdf = D(N.H) N.H / (4 V.H), and lod_bias levels further.
+ * Hammersley points, all of them in the part of the lobe above the horizon,
+ * moved by what takes the blur of the lookups back. The chain that is looked
+ * up is not the output's, nor that of ibl_cube_build_mips: its means are
+ * taken under the tent of bilinear filtering, not over 2x2 texels, which
+ * would move small lights to the middles of texels.
  *   out   empty; allocated here, the caller's to free with ibl_cube_free
  * Sources: Karis 2013 (split sum); Walter et al. 2007 eq. 33 (GGX), 35, 36
  * (sampling); Krivanek and Colbert 2008 (mip from pdf).

@@ -10,7 +10,9 @@
 #include "image/pyramid.h"
 
 enum {
-    MAX_SAMPLES = 1048576
+    MAX_SAMPLES = 1048576,
+    CHEAP_EDGE = 128,       /* a cube of this is always worth making */
+    LOOKUPS_PER_TEXEL = 128 /* measured */
 };
 
 ibl_specular_options ibl_specular_options_default(void)
@@ -63,33 +65,35 @@ static double alpha_of(const ibl_specular_options *o, int level, int levels)
     return r * r;
 }
 
-static int power_of_two(double at_least, int at_most)
-{
-    int edge = 1;
-    while (edge < at_least && edge < at_most)
-        edge *= 2;
-    return edge;
-}
-
 /*
- * Edge of the cube for lookups: so fine that no sample wants texels of less
- * than half its size, but not finer than half a pixel of the source. Level 0
- * of the output is there already; it serves if it is no coarser, and not out
- * of proportion.
+ * Edge of the cube for lookups, a power of two. The finest sample should find
+ * its texels a level below: a light in level 0 itself stands in the middle of
+ * its texel (image/pyramid.h). Finer than half a pixel of the source is of no
+ * use; and making a cube finer than the output, which a texel costs about as
+ * much as LOOKUPS_PER_TEXEL samples, should not take longer than using it.
  */
 static int lookup_edge(const ibl_image *env, const ibl_specular_options *o,
                        int levels)
 {
-    double wanted = 1;
+    double wanted = 1, lookups = 0;
     for (int l = 1; l < levels; l++) {
         /* lod_of() in samples.c at the lobe's peak, D = 1 / (pi alpha^2),
-         * solved for the edge where it is -1. */
+         * solved for the edge where it is 1. */
         const double edge = sqrt(samples_of(o, l) / 6.0) /
-                            (alpha_of(o, l, levels) * exp2(o->lod_bias + 1));
+                            (alpha_of(o, l, levels) * exp2(o->lod_bias - 1));
+        const double n = ibl_cube_edge(o->size, l);
         wanted = fmax(wanted, edge);
+        lookups += IBL_FACES * n * n * samples_of(o, l);
     }
-    const double pixels = fmax(env->width / 2.0, env->height);
-    const int edge = power_of_two(fmin(wanted, pixels), IBL_GATHER_MAX_EDGE);
+    wanted = fmin(wanted, fmax(env->width / 2.0, env->height));
+
+    int edge = 1;
+    while (edge < wanted && edge < IBL_GATHER_MAX_EDGE)
+        edge *= 2;
+    while (edge > CHEAP_EDGE && edge > o->size &&
+           (double)LOOKUPS_PER_TEXEL * IBL_FACES * edge * edge > lookups)
+        edge /= 2;
+    /* Level 0 of the output is there already, if it is of that kind. */
     const bool halves = (o->size & (o->size - 1)) == 0;
     if (halves && o->size >= edge && o->size <= 4 * edge &&
         o->size <= IBL_GATHER_MAX_EDGE)
