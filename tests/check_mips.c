@@ -1,0 +1,309 @@
+/* SPDX-License-Identifier: MIT */
+/* Mip chains, the pyramid for lookups, and what a level stands for. */
+#include <math.h>
+#include <string.h>
+
+#include "ibl/ibl.h"
+#include "image/pyramid.h"
+#include "test.h"
+#include "truth.h"
+
+static const double pi = 3.14159265358979323846;
+
+static int all_levels(int size)
+{
+    int levels = 1;
+    while (size >> levels)
+        levels++;
+    return levels;
+}
+
+/* Level 0 random over six decades; the rest NaN, to be overwritten. */
+static void random_cube(ibl_ctx *ctx, int size, ibl_cube *cube)
+{
+    test_random r = {(uint64_t)size};
+    if (ibl_cube_alloc(ctx, size, all_levels(size), cube))
+        return;
+    const size_t all = 3 * ibl_cube_texels(size, cube->levels);
+    for (size_t i = 0; i < all; i++)
+        cube->data[i] = i < 18 * (size_t)size * (size_t)size
+                            ? (float)pow(10, 6 * test_random_unit(&r) - 3)
+                            : NAN;
+}
+
+static double level_energy(const ibl_cube *cube, int level, int channel)
+{
+    const int n = ibl_cube_edge(cube->size, level);
+    double sum = 0;
+    for (int f = 0; f < IBL_FACES; f++) {
+        const float *p = ibl_cube_face(cube, level, f);
+        for (int i = 0; i < n * n; i++)
+            sum += (double)p[3 * i + channel] *
+                   ibl_cube_solid_angle(n, i % n, i / n);
+    }
+    return sum;
+}
+
+static void mips_keep_energy(void)
+{
+    static const int sizes[] = {1, 2, 3, 5, 7, 12, 33, 64, 101};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {
+        ibl_cube cube = {0};
+        random_cube(ctx, sizes[s], &cube);
+        NEED(cube.data);
+        CHECK(!ibl_cube_build_mips(ctx, &cube));
+        for (int l = 1; l < cube.levels; l++) {
+            for (int c = 0; c < 3; c++) {
+                const double want = level_energy(&cube, 0, c);
+                const double got = level_energy(&cube, l, c);
+                CHECK_MSG(fabs(got - want) <= 1e-6 * want,
+                          "size %d level %d channel %d: %.9g, not %.9g",
+                          sizes[s], l, c, got, want);
+            }
+        }
+        ibl_cube_free(&cube);
+    }
+    ibl_ctx_free(ctx);
+}
+
+static void mips_of_a_constant(void)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    for (int size = 1; size < 40; size++) {
+        ibl_cube cube;
+        bool same = true;
+        NEED(!ibl_cube_alloc(ctx, size, all_levels(size), &cube));
+        const size_t all = 3 * ibl_cube_texels(size, cube.levels);
+        for (size_t i = 0; i < all; i++)
+            cube.data[i] = i < 18 * (size_t)size * (size_t)size ? 0.3f : NAN;
+        CHECK(!ibl_cube_build_mips(ctx, &cube));
+        for (size_t i = 0; i < all; i++)
+            same = same && cube.data[i] == 0.3f;
+        CHECK_MSG(same, "size %d", size);
+        ibl_cube_free(&cube);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* Texel (x, y) of m from n by many small cells, none of them split. */
+static double by_cells(const float *above, int n, int m, int x, int y)
+{
+    const int cells = 8 * n * m, span = cells / m, child = cells / n;
+    double sum = 0, weights = 0;
+    for (int j = y * span; j < (y + 1) * span; j++) {
+        for (int i = x * span; i < (x + 1) * span; i++) {
+            const double u = 2 * (i + .5) / cells - 1;
+            const double v = 2 * (j + .5) / cells - 1;
+            const double w = pow(1 + u * u + v * v, -1.5);
+            sum += w * (double)above[3 * (j / child * n + i / child)];
+            weights += w;
+        }
+    }
+    return sum / weights;
+}
+
+static void mips_are_averages(void)
+{
+    static const int sizes[] = {2, 3, 5, 6, 7, 9};
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {
+        ibl_cube cube = {0};
+        const int n = sizes[s], m = n / 2;
+        random_cube(ctx, n, &cube);
+        NEED(cube.data);
+        CHECK(!ibl_cube_build_mips(ctx, &cube));
+        for (int i = 0; i < IBL_FACES * m * m; i++) {
+            const int face = i / (m * m), x = i % m, y = i / m % m;
+            const double want =
+                by_cells(ibl_cube_face(&cube, 0, face), n, m, x, y);
+            const double got =
+                (double)ibl_cube_face(&cube, 1, face)[3 * (y * m + x)];
+            CHECK_NEAR(got, want, 2e-3 * want);
+        }
+        ibl_cube_free(&cube);
+    }
+    ibl_ctx_free(ctx);
+}
+
+static void mips_do_not_see_threads(void)
+{
+    ibl_cube cubes[2] = {{0}};
+    for (int i = 0; i < 2; i++) {
+        ibl_ctx *ctx = test_ctx(i ? 7 : 1, IBL_ISA_AUTO);
+        random_cube(ctx, 45, &cubes[i]);
+        NEED(cubes[i].data);
+        CHECK(!ibl_cube_build_mips(ctx, &cubes[i]));
+        ibl_ctx_free(ctx);
+    }
+    CHECK(!memcmp(cubes[0].data, cubes[1].data,
+                  3 * sizeof(float) * ibl_cube_texels(45, cubes[0].levels)));
+    ibl_cube_free(&cubes[0]);
+    ibl_cube_free(&cubes[1]);
+}
+
+/* ---- pyramid ---------------------------------------------------------- */
+
+static const float *texel(const ibl_pyramid *p, int level, int face, int x,
+                          int y)
+{
+    const int row = (p->size >> level) + 2;
+    return p->texels[level] + 4 * ((face * row + y + 1) * row + x + 1);
+}
+
+/* The nearest texel of any other face, by angle. */
+static void neighbours_are_nearest(void)
+{
+    for (int n = 1; n < 6; n++) {
+        for (int k = 0; k < IBL_FACES * 4 * n; k++) {
+            const int face = k / (4 * n), side = k / n % 4, i = k % n;
+            const int x = side == 0 ? -1 : side == 1 ? n : i;
+            const int y = side == 2 ? -1 : side == 3 ? n : i;
+            double d[3], best = -2;
+            int f, sx, sy, want = -1;
+            truth_cube_direction(n, face, x, y, d);
+            for (int t = 0; t < IBL_FACES * n * n; t++) {
+                double e[3];
+                if (t / (n * n) == face)
+                    continue;
+                truth_cube_direction(n, t / (n * n), t % n, t / n % n, e);
+                const double c = d[0] * e[0] + d[1] * e[1] + d[2] * e[2];
+                if (c > best + 1e-9) {
+                    best = c;
+                    want = t;
+                }
+            }
+            ibl_cube_neighbour(n, face, x, y, &f, &sx, &sy);
+            CHECK_MSG((f * n + sy) * n + sx == want,
+                      "edge %d face %d (%d, %d): face %d (%d, %d)", n, face, x,
+                      y, f, sx, sy);
+        }
+    }
+}
+
+static void borders_hold_neighbours(void)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_cube cube = {0};
+    ibl_pyramid p;
+    random_cube(ctx, 8, &cube);
+    NEED(cube.data && !ibl_pyramid_create(ctx, &cube, 4, &p));
+    for (int l = 0; l < 4; l++) {
+        const int n = 8 >> l;
+        for (int face = 0; face < IBL_FACES; face++) {
+            for (int i = 0; i < n; i++) {
+                int f, x, y;
+                ibl_cube_neighbour(n, face, n, i, &f, &x, &y);
+                CHECK(!memcmp(texel(&p, l, face, n, i), texel(&p, l, f, x, y),
+                              16));
+                ibl_cube_neighbour(n, face, i, -1, &f, &x, &y);
+                CHECK(!memcmp(texel(&p, l, face, i, -1), texel(&p, l, f, x, y),
+                              16));
+            }
+            for (int c = 0; c < 4; c++) {
+                const double mean = ((double)texel(&p, l, face, 0, 0)[c] +
+                                     (double)texel(&p, l, face, -1, 0)[c] +
+                                     (double)texel(&p, l, face, 0, -1)[c]) /
+                                    3;
+                CHECK_NEAR(texel(&p, l, face, -1, -1)[c], mean, 1e-6 * mean);
+            }
+        }
+    }
+    ibl_pyramid_free(&p);
+    ibl_cube_free(&cube);
+    ibl_ctx_free(ctx);
+}
+
+static void pyramids_keep_energy(void)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_cube cube = {0};
+    ibl_pyramid p;
+    random_cube(ctx, 64, &cube);
+    NEED(cube.data && !ibl_pyramid_create(ctx, &cube, 7, &p));
+    for (int l = 0; l < 7; l++) {
+        const int n = 64 >> l;
+        double angle = 0, energy = 0;
+        for (int i = 0; i < IBL_FACES * n * n; i++) {
+            const float *t = texel(&p, l, i / (n * n), i % n, i / n % n);
+            angle += (double)t[3];
+            energy += (double)t[3] * ((double)t[1] + (double)p.floor[1]);
+        }
+        CHECK_NEAR(angle, 4 * pi, 4e-6 * pi);
+        CHECK_NEAR(energy, level_energy(&cube, 0, 1),
+                   1e-6 * level_energy(&cube, 0, 1));
+    }
+    ibl_pyramid_free(&p);
+    ibl_cube_free(&cube);
+    ibl_ctx_free(ctx);
+}
+
+/* A light of one texel stays where it is: its centre of energy, in the
+ * coordinates of the face, is the same at every level. */
+static void pyramids_keep_places(void)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    for (int at = 28; at < 36; at++) {
+        ibl_cube cube = {0};
+        ibl_pyramid p;
+        NEED(!ibl_cube_alloc(ctx, 64, 1, &cube));
+        memset(cube.data, 0, 3 * sizeof(float) * ibl_cube_texels(64, 1));
+        ibl_cube_face(&cube, 0, 4)[3 * (30 * 64 + at)] = 1e6f;
+        NEED(!ibl_pyramid_create(ctx, &cube, 4, &p));
+        for (int l = 0; l < 4; l++) {
+            const int n = 64 >> l;
+            double energy = 0, x = 0, y = 0;
+            for (int i = 0; i < n * n; i++) {
+                const float *t = texel(&p, l, 4, i % n, i / n);
+                const double e = (double)t[3] * (double)t[0];
+                energy += e;
+                x += e * (i % n + .5) / n;
+                y += e * (i / n + .5) / n;
+            }
+            CHECK_NEAR(x / energy, (at + .5) / 64, 1e-6);
+            CHECK_NEAR(y / energy, 30.5 / 64, 1e-6);
+        }
+        ibl_pyramid_free(&p);
+        ibl_cube_free(&cube);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* ---- levels ----------------------------------------------------------- */
+
+static void roughness_of_levels(void)
+{
+    CHECK(ibl_level_roughness(IBL_ROUGHNESS_LINEAR, 0, 1) == 0);
+    CHECK(ibl_level_roughness(IBL_ROUGHNESS_FILAMENT, 0, 1) == 0);
+    for (int levels = 2; levels < 12; levels++) {
+        for (int l = 0; l < levels; l++) {
+            const double t = (double)l / (levels - 1);
+            const double r =
+                ibl_level_roughness(IBL_ROUGHNESS_FILAMENT, l, levels);
+            CHECK_NEAR(ibl_level_roughness(IBL_ROUGHNESS_LINEAR, l, levels), t,
+                       1e-15);
+            CHECK_NEAR(r * (2 - r), t, 1e-15);
+        }
+    }
+    CHECK(!strcmp(ibl_roughness_map_name(IBL_ROUGHNESS_LINEAR), "linear"));
+    CHECK(!strcmp(ibl_roughness_map_name(IBL_ROUGHNESS_FILAMENT), "filament"));
+}
+
+static void default_levels(void)
+{
+    static const int known[][2] = {{256, 6}, {128, 5}, {8, 1}, {15, 1}, {16, 2},
+                                   {7, 3},   {4, 3},   {2, 2}, {1, 1}};
+    for (size_t i = 0; i < sizeof known / sizeof *known; i++)
+        CHECK_MSG(ibl_default_levels(known[i][0]) == known[i][1],
+                  "size %d: %d levels", known[i][0],
+                  ibl_default_levels(known[i][0]));
+}
+
+static const test tests[] = {
+    TEST(mips_keep_energy),       TEST(mips_of_a_constant),
+    TEST(mips_are_averages),      TEST(mips_do_not_see_threads),
+    TEST(neighbours_are_nearest), TEST(borders_hold_neighbours),
+    TEST(pyramids_keep_energy),   TEST(pyramids_keep_places),
+    TEST(roughness_of_levels),    TEST(default_levels),
+};
+TEST_MAIN(tests)
