@@ -133,6 +133,7 @@ static ibl_status make_specular(ibl_bake *b)
 
 static ibl_status make_irradiance(ibl_bake *b)
 {
+    ibl_console_progress(b->console, "irradiance", 0);
     const ibl_status status = ibl_bake_irradiance(
         b->ctx, &b->env, &b->opts->irradiance, &b->irradiance);
     return status ? status : put_cube(b, IBL_OUTPUT_IRRADIANCE, &b->irradiance);
@@ -141,8 +142,9 @@ static ibl_status make_irradiance(ibl_bake *b)
 static ibl_status make_lut(ibl_bake *b)
 {
     ibl_texture tex = {0};
-    ibl_status status = ibl_bake_lut(b->ctx, &b->opts->lut, &b->lut);
 
+    ibl_console_progress(b->console, "lut", 0);
+    ibl_status status = ibl_bake_lut(b->ctx, &b->opts->lut, &b->lut);
     if (!status)
         status =
             ibl_texture_from_lut(b->ctx, &b->lut, ibl_opts_lut_pixel(b->opts),
@@ -158,6 +160,7 @@ static ibl_status make_json(ibl_bake *b)
     b->sh = malloc(3 * edge * edge * sizeof *b->sh);
     if (!b->sh)
         return no_memory(b, "the spherical harmonics");
+    ibl_console_progress(b->console, "sh", 0);
     ibl_status status = ibl_bake_sh(b->ctx, &b->env, b->opts->sh_degree,
                                     b->opts->yaw_deg, b->sh);
     if (status)
@@ -201,6 +204,7 @@ static ibl_status make_all(ibl_bake *b)
         make_skybox, make_specular, make_irradiance, make_lut, make_json};
     ibl_status status = IBL_OK;
 
+    ibl_console_progress(b->console, "decode", 0);
     if (b->opts->input)
         status = ibl_image_read(b->ctx, b->opts->input, &b->opts->read, &b->env,
                                 &b->report);

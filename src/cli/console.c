@@ -16,13 +16,6 @@ static double now(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-void ibl_console_init(ibl_console *c, bool quiet, bool verbose)
-{
-    *c = (ibl_console){.quiet = quiet, .verbose = verbose, .running = -1};
-    c->terminal = !quiet && isatty(STDERR_FILENO);
-    c->begun = now();
-}
-
 static void erase_bar(ibl_console *c)
 {
     if (c->drawn)
@@ -94,6 +87,14 @@ static void run_stage(ibl_console *c, int stage, double t)
         c->stages[c->running].seconds += t - c->stage_from;
     c->running = stage;
     c->stage_from = t;
+}
+
+void ibl_console_init(ibl_console *c, bool quiet, bool verbose)
+{
+    *c = (ibl_console){.quiet = quiet, .verbose = verbose, .running = -1};
+    c->terminal = !quiet && isatty(STDERR_FILENO);
+    c->begun = now();
+    run_stage(c, find_stage(c, "start"), c->begun);
 }
 
 static void draw_bar(ibl_console *c, const char *stage, double done, double t)

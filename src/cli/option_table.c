@@ -166,7 +166,8 @@ const ibl_option ibl_option_table[] = {
              "always the full resolution"},
 
     {"Irradiance and spherical harmonics", "irradiance-size", 0,
-     INT(irradiance.size, 1, IBL_MAX_CUBE_SIZE), .help = "edge of the faces in texels"},
+     INT(irradiance.size, 1, IBL_MAX_CUBE_SIZE),
+     .help = "edge of the faces in texels"},
     {"Irradiance and spherical harmonics", "irradiance-step", 0,
      REAL(irradiance.step, "RAD", 0.001, 0.5),
      .standard = "the sum over every pixel",
