@@ -191,6 +191,11 @@ static void rgb9e5(void)
                                   exponent - (int)(test_random_u64(&r) % 4));
         check_rgb9e5(rgb);
     }
+    /* Just below half a unit: adding 0.5 in floats would round it up. */
+    for (int e = -14; e <= 15; e++) {
+        const float half = nextafterf(ldexpf(1, e - 9), 0);
+        check_rgb9e5((float[]){ldexpf(1, e), half, half / 3});
+    }
     /* Around every power of two and every change of the largest mantissa. */
     for (int e = -27; e <= 16; e++) {
         for (int m = 255; m <= 513; m++) {
