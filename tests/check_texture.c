@@ -448,6 +448,23 @@ static void ktx_big_endian(void)
     }
 }
 
+/* The header of Filament's cmgen has the internal format for glType, and 1
+ * for its size. */
+static void ktx_cmgen(void)
+{
+    ibl_texture tex = make(IBL_PIXEL_R11G11B10F, 4, 4, 3, 6), back;
+    void *bytes;
+    size_t size;
+    NEED(!ibl_texture_encode(ctx, &tex, IBL_CONTAINER_KTX, &bytes, &size));
+    set_u32((unsigned char *)bytes + 16, 0x8C3A);
+    set_u32((unsigned char *)bytes + 20, 1);
+    NEED(!ibl_texture_decode(ctx, "cmgen", bytes, size, &back, NULL));
+    CHECK(same(&tex, &back));
+    ibl_texture_free(&back);
+    ibl_texture_free(&tex);
+    ibl_bytes_free(bytes);
+}
+
 /* A 3x2 KTX of RGB halves, whose rows of 18 bytes are padded to 20, in either
  * byte order. */
 static void ktx_rgb_halves(void)
@@ -809,13 +826,27 @@ static void files(void)
 }
 
 static const test tests[] = {
-    TEST(keys),           TEST(cubes),          TEST(luts),
-    TEST(round_trips),    TEST(ktx2_header),    TEST(ktx2_descriptor),
-    TEST(ktx2_metadata),  TEST(ktx_header),     TEST(dds_header),
-    TEST(ktx_big_endian), TEST(ktx_rgb_halves), TEST(ktx2_rgb_floats),
-    TEST(dds_direct3d9),  TEST(bottom_up),      TEST(named),
-    TEST(damaged),        TEST(odd_metadata),   TEST(bad_arguments),
-    TEST(boundless),      TEST(files),
+    TEST(keys),
+    TEST(cubes),
+    TEST(luts),
+    TEST(round_trips),
+    TEST(ktx2_header),
+    TEST(ktx2_descriptor),
+    TEST(ktx2_metadata),
+    TEST(ktx_header),
+    TEST(dds_header),
+    TEST(ktx_big_endian),
+    TEST(ktx_cmgen),
+    TEST(ktx_rgb_halves),
+    TEST(ktx2_rgb_floats),
+    TEST(dds_direct3d9),
+    TEST(bottom_up),
+    TEST(named),
+    TEST(damaged),
+    TEST(odd_metadata),
+    TEST(bad_arguments),
+    TEST(boundless),
+    TEST(files),
 };
 
 int main(int argc, char **argv)

@@ -113,9 +113,11 @@ static ibl_status find_layout(const ibl_file *file, const ibl_layout **layout)
                         file->name, internal);
     for (int i = 0; i < IBL_LAYOUT_COUNT; i++) {
         const ibl_layout *l = &ibl_layouts[i];
-        /* Unsized internal formats are the format's own number. */
-        if (l->gl_type == type && l->gl_format == format &&
-            (l->gl_internal == internal || format == internal)) {
+        /* Unsized internal formats are the format's own number. Filament's
+         * cmgen has the internal format for a type. */
+        if ((l->gl_type == type && l->gl_format == format &&
+             (l->gl_internal == internal || format == internal)) ||
+            (l->gl_internal == internal && type == internal)) {
             *layout = l;
             return IBL_OK;
         }
@@ -173,11 +175,13 @@ ibl_status ibl_ktx_decode(ibl_file *file, ibl_texture *tex)
         status = find_layout(file, &place.layout);
     if (status)
         return status;
-    if (ibl_file_u32(file, GL_TYPE_SIZE) != (uint32_t)place.layout->word_bytes)
+    /* And 1 for its size, which matters to no file that is not turned. */
+    const uint32_t type_size = ibl_file_u32(file, GL_TYPE_SIZE);
+    if (type_size != (uint32_t)place.layout->word_bytes &&
+        (type_size != 1 || file->swap))
         return ibl_fail(file->ctx, IBL_ERR_FORMAT,
                         "%s: damaged: glTypeSize %u, must be %d", file->name,
-                        ibl_file_u32(file, GL_TYPE_SIZE),
-                        place.layout->word_bytes);
+                        type_size, place.layout->word_bytes);
     const ibl_shape shape = {
         ibl_file_u32(file, WIDTH), ibl_file_u32(file, HEIGHT),
         ibl_file_u32(file, DEPTH), ibl_file_u32(file, ELEMENTS),
