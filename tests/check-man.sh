@@ -55,7 +55,8 @@ done <"$work/page"
 
 # Ranges and defaults: what --help has in its last parentheses must be in the
 # page under the option, in the same words.
-mandoc -Tascii -O width=1000 "$page" | col -b | tr '\t' ' ' >"$work/text"
+# (Bold is written as a letter, a backspace and the letter again.)
+mandoc -Tascii -O width=1000 "$page" | sed 's/.\x08//g' >"$work/text"
 while IFS=$'\t' read -r entry text; do
     facts=$(echo "$text" | sed -n 's/.* (\(.*\))$/\1/p')
     case $text in *' ('*'(both 0)'*) facts=${text#* (} facts=${facts%)} ;; esac

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/sidecar.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -210,6 +211,7 @@ static json_t *spherical_harmonics(builder *s)
     return j;
 }
 
+/* What was spent until now, to the microsecond. */
 static json_t *timings(builder *s)
 {
     const ibl_console *c = s->b->console;
@@ -217,8 +219,8 @@ static json_t *timings(builder *s)
 
     put(s, j, "threads", json_integer(ibl_ctx_threads(s->b->ctx)));
     for (int i = 0; i < c->count; i++)
-        if (i != c->running)
-            put(s, stages, c->stages[i].name, json_real(c->stages[i].seconds));
+        put(s, stages, c->stages[i].name,
+            json_real(round(c->stages[i].seconds * 1e6) / 1e6));
     put(s, j, "seconds", stages);
     return j;
 }
