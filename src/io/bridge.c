@@ -9,9 +9,11 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "core/alloc.h"
 #include "core/context.h"
 #include "io/bridge/bridge.h"
 #include "io/read.h"
+#include "io/whole.h"
 
 #ifndef IBL_BRIDGE
 #define IBL_BRIDGE "/usr/local/lib/iblbake/libiblbridge.so"
@@ -222,9 +224,11 @@ done:
     return status;
 }
 
-ibl_status ibl_bridge_decode(ibl_ctx *ctx, const ibl_bridge_source *source,
-                             const ibl_read_options *opts, ibl_image *img,
-                             ibl_read_report *report)
+/* From memory, else through a file. */
+static ibl_status decode_either(ibl_ctx *ctx, const bridge_calls *calls,
+                                const ibl_bridge_source *source,
+                                const ibl_read_options *opts, ibl_image *img,
+                                ibl_read_report *report)
 {
     ibl_bridge_request request = {
         .bytes = source->bytes,
@@ -235,14 +239,11 @@ ibl_status ibl_bridge_decode(ibl_ctx *ctx, const ibl_bridge_source *source,
                      source->channels[2]},
         .threads = ibl_ctx_threads(ctx),
     };
-    bridge_calls calls;
     bool needs_file;
     char path[32];
 
-    ibl_status status = load(ctx, source, &calls);
-    if (!status)
-        status = decode(ctx, &calls, source, &request, opts, img, report,
-                        &needs_file);
+    ibl_status status =
+        decode(ctx, calls, source, &request, opts, img, report, &needs_file);
     if (status || !needs_file)
         return status;
     const int fd = make_file(source, path);
@@ -252,7 +253,35 @@ ibl_status ibl_bridge_decode(ibl_ctx *ctx, const ibl_bridge_source *source,
                         source->name, P_tmpdir, strerror(errno));
     request.path = path;
     status =
-        decode(ctx, &calls, source, &request, opts, img, report, &needs_file);
+        decode(ctx, calls, source, &request, opts, img, report, &needs_file);
     close(fd);
+    return status;
+}
+
+ibl_status ibl_bridge_decode(ibl_ctx *ctx, const ibl_bridge_source *source,
+                             const ibl_read_options *opts, ibl_image *img,
+                             ibl_read_report *report)
+{
+    ibl_bridge_source given = *source;
+    unsigned char *picture = NULL;
+    bridge_calls calls;
+
+    ibl_status status = load(ctx, source, &calls);
+    if (status)
+        return status;
+    const char *missing =
+        ibl_whole_check(source->reader, source->bytes, source->size);
+    if (missing)
+        return ibl_fail(ctx, IBL_ERR_FORMAT, "%s: damaged %s: %s", source->name,
+                        source->kind, missing);
+    if (source->reader && !strcmp(source->reader, "png")) {
+        picture = ibl_alloc_array(source->size, 1);
+        if (!picture)
+            return ibl_no_memory(ctx, "a PNG");
+        given.size = ibl_whole_png(source->bytes, source->size, picture);
+        given.bytes = picture;
+    }
+    status = decode_either(ctx, &calls, &given, opts, img, report);
+    ibl_free(picture);
     return status;
 }

@@ -39,6 +39,7 @@ static const signature signatures[] = {
     {0, 9, "SIMPLE  =", "FITS", "fits"},
     {0, 2, "\x01\xda", "SGI", "sgi"},
     {0, 4, "\x53\x80\xf6\x34", "Softimage", "softimage"},
+    {0, 4, "FOR4", "Maya IFF", "iff"},
     {0, 2, "BM", "BMP", "bmp"},
 };
 
