@@ -34,7 +34,7 @@ ibl_read_options ibl_read_options_default(void);
 typedef struct ibl_read_report {
     char format[64];  /* "Radiance RGBE, run-length", "OpenEXR, ZIP", .. */
     size_t nonfinite; /* pixels that held Inf or NaN */
-    size_t negative;  /* pixels that held a value below 0 */
+    size_t negative;  /* pixels that held a finite value below 0 */
     float peak;       /* largest component after repair */
     int low_range;    /* 1: 8 or 16-bit integers, decoded from sRGB */
     int bridged;      /* 1: read by OpenImageIO */
@@ -53,11 +53,14 @@ typedef struct ibl_read_report {
  *   others         whatever OpenImageIO reads, and EXR compressions that
  *                  OpenEXRCore lacks, through the bridge: a shared object
  *                  opened only then. 8 and 16-bit integers are decoded from
- *                  sRGB.
+ *                  sRGB. Alpha is dropped and colours are what the file has,
+ *                  neither multiplied nor divided by it.
  * Non-finite components become the largest finite one among the 8 neighbours
  * (columns wrap; 65504 if there is none and it was +Inf, else 0), negative
  * ones 0; both are counted and warned of.
- *   path     a file, or "-" for standard input
+ *   path     a file, or "-" for standard input; a pipe by name (a FIFO,
+ *            /dev/stdin, what a shell makes of <(command)) is read if somebody
+ *            has it open for writing, devices and directories are refused
  *   opts     NULL for defaults
  *   img      empty; filled, the caller's to free with ibl_image_free
  *   report   may be NULL
@@ -70,8 +73,9 @@ ibl_status ibl_image_read(ibl_ctx *ctx, const char *path,
                           const ibl_read_options *opts, ibl_image *img,
                           ibl_read_report *report);
 
-/* The same from memory; name stands in messages. Files for the bridge are
- * handed over through a temporary file. */
+/* The same from memory; name stands in messages. What the bridge's reader of
+ * the format cannot read from memory goes through a temporary file that has
+ * no name any more when it is read. */
 ibl_status ibl_image_decode(ibl_ctx *ctx, const char *name, const void *bytes,
                             size_t size, const ibl_read_options *opts,
                             ibl_image *img, ibl_read_report *report);

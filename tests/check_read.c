@@ -1,0 +1,652 @@
+/* SPDX-License-Identifier: MIT */
+/* Loading, telling kinds apart, mending, and what goes through the bridge. */
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "files.h"
+#include "ibl/io.h"
+#include "io/repair.h"
+#include "io/sniff.h"
+#include "test.h"
+
+static test_messages kept;
+
+static ibl_status read_file(ibl_ctx *ctx, const char *path, ibl_image *img,
+                            ibl_read_report *report)
+{
+    ibl_read_options opts = ibl_read_options_default();
+    opts.any_aspect = 1;
+    memset(&kept, 0, sizeof kept);
+    *img = (ibl_image){0};
+    return ibl_image_read(ctx, path, &opts, img, report);
+}
+
+/* An uncompressed .hdr of one colour a pixel, so that tests of loading need
+ * no other program. */
+static size_t make_hdr(unsigned char *bytes, int width, int height)
+{
+    size_t n = (size_t)sprintf((char *)bytes,
+                               "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y %d +X "
+                               "%d\n",
+                               height, width);
+    for (int i = 0; i < width * height; i++, n += 4)
+        memcpy(bytes + n,
+               (unsigned char[]){(unsigned char)(128 + i % 100), 64, 32, 129},
+               4);
+    return n;
+}
+
+/* ---- mending -------------------------------------------------------- */
+
+/* The rule of ibl/io.h, by looking at every pixel's neighbours in a copy. */
+static ibl_repair truth(ibl_image *img)
+{
+    const int w = img->width, h = img->height;
+    const size_t bytes = 3 * sizeof(float) * (size_t)w * (size_t)h;
+    float *was = malloc(bytes);
+    ibl_repair count = {0};
+    memcpy(was, img->data, bytes);
+    for (int y = 0; y < h; y++) {
+        for (int x = 0; x < w; x++) {
+            bool bad = false, negative = false;
+            for (int c = 0; c < 3; c++) {
+                float *f = &img->data[3 * (y * w + x) + c];
+                if (!isfinite(*f)) {
+                    float best = -INFINITY;
+                    for (int j = y - 1; j <= y + 1; j++)
+                        for (int i = x - 1; i <= x + 1; i++) {
+                            const int k = (i + w) % w;
+                            if (j < 0 || j >= h || (j == y && k == x))
+                                continue;
+                            const float n = was[3 * (j * w + k) + c];
+                            if (isfinite(n) && n > best)
+                                best = n;
+                        }
+                    if (best == -INFINITY)
+                        best = *f > 0 ? 65504 : 0;
+                    bad = true;
+                    *f = best;
+                } else if (*f < 0) {
+                    negative = true;
+                }
+                if (!(*f > 0))
+                    *f = 0;
+                if (*f > count.peak)
+                    count.peak = *f;
+            }
+            count.nonfinite += bad;
+            count.negative += negative;
+        }
+    }
+    free(was);
+    return count;
+}
+
+static void mending(void)
+{
+    static const int sizes[][2] = {{1, 1},   {2, 1},   {1, 2},   {3, 2},
+                                   {37, 33}, {64, 32}, {300, 49}};
+    /* Shares of Inf, -Inf, NaN and negative values. */
+    static const double shares[] = {0, 0.001, 0.2, 0.9, 1};
+    test_random r = {77};
+
+    for (int threads = 1; threads <= 3; threads += 2) {
+        ibl_ctx *ctx = file_ctx(threads, &kept, NULL);
+        for (int s = 0; s < 7 * 5; s++) {
+            const int w = sizes[s % 7][0], h = sizes[s % 7][1];
+            const size_t bytes = 3 * sizeof(float) * (size_t)w * (size_t)h;
+            ibl_image a, b;
+            ibl_repair done;
+            NEED(!ibl_image_alloc(ctx, w, h, &a));
+            NEED(!ibl_image_alloc(ctx, w, h, &b));
+            for (int i = 0; i < 3 * w * h; i++) {
+                const float bad[] = {INFINITY, -INFINITY, NAN, -1.5f, -0.0f};
+                const bool hit = test_random_unit(&r) < shares[s / 7];
+                a.data[i] = hit ? bad[test_random_u64(&r) % 5]
+                                : (float)test_random_unit(&r);
+            }
+            memcpy(b.data, a.data, bytes);
+            const ibl_repair want = truth(&b);
+            NEED(!ibl_image_repair(ctx, &a, &done));
+            CHECK_MSG(done.nonfinite == want.nonfinite &&
+                          done.negative == want.negative,
+                      "%dx%d: %zu and %zu, not %zu and %zu", w, h,
+                      done.nonfinite, done.negative, want.nonfinite,
+                      want.negative);
+            CHECK(done.peak == want.peak);
+            for (int i = 0; i < 3 * w * h; i++) {
+                if (a.data[i] == b.data[i] && !signbit(a.data[i]))
+                    continue;
+                test_fail(__FILE__, __LINE__, "%dx%d: %d is %g, not %g", w, h,
+                          i, (double)a.data[i], (double)b.data[i]);
+                break;
+            }
+            ibl_image_free(&a);
+            ibl_image_free(&b);
+        }
+        ibl_ctx_free(ctx);
+    }
+}
+
+/* PFM is the plainest way to hand floats in; needs the bridge. */
+static void mended_and_strict(void)
+{
+    if (!file_bridge()) {
+        test_skip("needs the image bridge");
+        return;
+    }
+    ibl_ctx *ctx = file_ctx(2, &kept, file_bridge());
+    ibl_read_options opts = ibl_read_options_default();
+    ibl_read_report report;
+    ibl_image img, back = {0};
+    NEED(!ibl_image_alloc(ctx, 8, 4, &img));
+    for (int i = 0; i < 96; i++)
+        img.data[i] = (float)i;
+    img.data[3 * 11] = INFINITY;
+    img.data[3 * 12 + 1] = -3;
+    img.data[3 * 13 + 2] = NAN;
+    NEED(file_save_pfm(file_path("bad.pfm"), &img));
+    memset(&kept, 0, sizeof kept);
+    NEED(!ibl_image_read(ctx, file_path("bad.pfm"), &opts, &back, &report));
+    CHECK(report.nonfinite == 2 && report.negative == 1);
+    CHECK(back.data[3 * 11] == 60 && back.data[3 * 12 + 1] == 0);
+    CHECK(back.data[3 * 13 + 2] == 68 && report.peak == 95);
+    CHECK(strstr(kept.text[IBL_LOG_WARNING], "1 pixels were negative") != NULL);
+    ibl_image_free(&back);
+    opts.strict = 1;
+    CHECK(ibl_image_read(ctx, file_path("bad.pfm"), &opts, &back, &report) ==
+          IBL_ERR_FORMAT);
+    CHECK_MSG(strstr(kept.text[0], "2 pixels") && !back.data, "%s",
+              kept.text[0]);
+    ibl_image_free(&img);
+    ibl_ctx_free(ctx);
+}
+
+/* ---- loading -------------------------------------------------------- */
+
+static void refused(ibl_ctx *ctx, const char *path, ibl_status want,
+                    const char *text)
+{
+    ibl_image img;
+    const ibl_status status = read_file(ctx, path, &img, NULL);
+    CHECK_MSG(status == want, "%s: %d", path, status);
+    CHECK_MSG(strstr(kept.text[0], text) && !strchr(kept.text[0], '\n'),
+              "%s: %s", path, kept.text[0]);
+    CHECK_MSG(!strcmp(path, "-") || strstr(kept.text[0], path), "%s",
+              kept.text[0]);
+    CHECK(!img.data);
+}
+
+static void not_to_be_opened(void)
+{
+    ibl_ctx *ctx = file_ctx(1, &kept, NULL);
+    const char *fifo = file_path("fifo");
+    char folder[512];
+
+    refused(ctx, "/nonexistent/x.hdr", IBL_ERR_IO, "No such file");
+    snprintf(folder, sizeof folder, "%s", test_dir());
+    refused(ctx, folder, IBL_ERR_IO, "is a directory");
+    NEED(file_save(file_path("empty.hdr"), "", 0));
+    refused(ctx, file_path("empty.hdr"), IBL_ERR_FORMAT, "is empty");
+    NEED(!mkfifo(fifo, 0600));
+    refused(ctx, fifo, IBL_ERR_IO, "nobody writes");
+    refused(ctx, "/dev/zero", IBL_ERR_IO, "is a device");
+    refused(ctx, "/dev/null", IBL_ERR_IO, "is a device");
+    ibl_ctx_free(ctx);
+}
+
+/* Root may read anything, so the reading is done as nobody. */
+static void no_permission(void)
+{
+    NEED(file_save(file_path("secret.hdr"), "#?RADIANCE\n", 11));
+    NEED(!chmod(file_path("secret.hdr"), 0));
+    NEED(!chmod(test_dir(), 0755));
+    const pid_t child = fork();
+    if (child == 0) {
+        ibl_image img;
+        ibl_ctx *ctx;
+        if (!geteuid() && setuid(65534))
+            _exit(3);
+        ctx = file_ctx(1, &kept, NULL);
+        const ibl_status status =
+            read_file(ctx, file_path("secret.hdr"), &img, NULL);
+        _exit(status == IBL_ERR_IO && strstr(kept.text[0], "Permission denied")
+                  ? 0
+                  : 4);
+    }
+    int code;
+    NEED(waitpid(child, &code, 0) == child);
+    CHECK_MSG(code == 0, "child: %x", (unsigned)code);
+}
+
+static void is_the_hdr(const ibl_image *img, int width, int height)
+{
+    NEED(img->data && img->width == width && img->height == height);
+    for (int i = 0; i < width * height; i++)
+        CHECK(fabsf(img->data[3 * i] - (float)(128 + i % 100) / 128) < 0.01f);
+}
+
+static void nap(long milliseconds)
+{
+    const struct timespec t = {0, milliseconds * 1000000L};
+    nanosleep(&t, NULL);
+}
+
+/* Writes a .hdr to fd after a pause, bit by bit; returns the writer. */
+static pid_t writer(const char *fifo, int fd, const void *bytes, size_t size)
+{
+    const pid_t child = fork();
+    if (child)
+        return child;
+    nap(100);
+    if (fifo)
+        fd = open(fifo, O_WRONLY);
+    for (size_t done = 0; done < size;) {
+        const size_t n = size - done < 50000 ? size - done : 50000;
+        const ssize_t wrote = write(fd, (const char *)bytes + done, n);
+        if (wrote <= 0)
+            _exit(1);
+        done += (size_t)wrote;
+        nap(1);
+    }
+    _exit(0);
+}
+
+static void streams(void)
+{
+    static unsigned char bytes[400000];
+    const size_t size = make_hdr(bytes, 300, 150);
+    ibl_ctx *ctx = file_ctx(1, &kept, NULL);
+    const char *fifo = file_path("stream");
+    ibl_image img;
+    int ends[2], code;
+
+    /* A named pipe whose writer comes a little later. */
+    NEED(!mkfifo(fifo, 0600));
+    pid_t child = writer(fifo, -1, bytes, size);
+    CHECK_MSG(!read_file(ctx, fifo, &img, NULL), "%s", kept.text[0]);
+    is_the_hdr(&img, 300, 150);
+    ibl_image_free(&img);
+    waitpid(child, &code, 0);
+
+    /* Standard input, as "-" and by name. */
+    const int saved = dup(STDIN_FILENO);
+    for (int i = 0; i < 2; i++) {
+        NEED(!pipe(ends));
+        child = writer(NULL, ends[1], bytes, size);
+        close(ends[1]);
+        dup2(ends[0], STDIN_FILENO);
+        close(ends[0]);
+        CHECK_MSG(!read_file(ctx, i ? "/dev/stdin" : "-", &img, NULL), "%s",
+                  kept.text[0]);
+        is_the_hdr(&img, 300, 150);
+        ibl_image_free(&img);
+        waitpid(child, &code, 0);
+    }
+    NEED(!pipe(ends));
+    close(ends[1]);
+    dup2(ends[0], STDIN_FILENO);
+    close(ends[0]);
+    refused(ctx, "-", IBL_ERR_FORMAT, "standard input: is empty");
+    const int zero = open("/dev/zero", O_RDONLY);
+    dup2(zero, STDIN_FILENO);
+    close(zero);
+    refused(ctx, "-", IBL_ERR_FORMAT, "over 256 MiB");
+    dup2(saved, STDIN_FILENO);
+    close(saved);
+    ibl_ctx_free(ctx);
+}
+
+static void aspect_and_options(void)
+{
+    static unsigned char bytes[40000];
+    size_t size = make_hdr(bytes, 90, 60);
+    ibl_ctx *ctx = file_ctx(1, &kept, NULL);
+    ibl_read_options opts = ibl_read_options_default();
+    ibl_read_report report;
+    ibl_image img = {0};
+
+    CHECK(!opts.layer && opts.part == -1 && !opts.strict && !opts.any_aspect);
+    CHECK(ibl_image_decode(ctx, "m.hdr", bytes, size, NULL, &img, NULL) ==
+          IBL_ERR_FORMAT);
+    CHECK_MSG(strstr(kept.text[0], "m.hdr: 90x60 is not 2:1") &&
+                  strstr(kept.text[0], "90x45"),
+              "%s", kept.text[0]);
+    CHECK(!img.data);
+    opts.any_aspect = 1;
+    CHECK(!ibl_image_decode(ctx, "m.hdr", bytes, size, &opts, &img, &report));
+    CHECK(strstr(report.format, "RGBE") && !report.bridged &&
+          !report.low_range && report.peak > 1.7f && report.peak < 1.8f);
+    is_the_hdr(&img, 90, 60);
+    ibl_image_free(&img);
+    opts.part = -2;
+    CHECK(ibl_image_decode(ctx, "m.hdr", bytes, size, &opts, &img, &report) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(ibl_image_decode(ctx, "m.hdr", bytes, 0, NULL, &img, NULL) ==
+          IBL_ERR_FORMAT);
+    /* The name means nothing. */
+    size = make_hdr(bytes, 64, 32);
+    NEED(file_save(file_path("really_hdr.exr"), bytes, size));
+    CHECK(!read_file(ctx, file_path("really_hdr.exr"), &img, &report));
+    ibl_image_free(&img);
+    ibl_ctx_free(ctx);
+}
+
+static void cancelled(void)
+{
+    static unsigned char bytes[40000];
+    const size_t size = make_hdr(bytes, 64, 32);
+    ibl_ctx *ctx = file_ctx(2, &kept, NULL);
+    ibl_image img = {0};
+    ibl_ctx_cancel(ctx);
+    CHECK(ibl_image_decode(ctx, "m.hdr", bytes, size, NULL, &img, NULL) ==
+          IBL_ERR_CANCELLED);
+    CHECK(!img.data);
+    ibl_ctx_free(ctx);
+}
+
+/* ---- the bridge ----------------------------------------------------- */
+
+static void without_bridge(void)
+{
+    ibl_ctx *ctx = file_ctx(1, &kept, NULL);
+    static const unsigned char png[] = "\x89PNG\r\n\x1a\n____";
+    static const char text[] = "this is no image at all, but some text\n";
+
+    NEED(file_save(file_path("x.png"), png, sizeof png));
+    refused(ctx, file_path("x.png"), IBL_ERR_UNSUPPORTED,
+            "is PNG, which needs the image bridge");
+    CHECK_MSG(strstr(kept.text[0], "libopenimageio-dev"), "%s", kept.text[0]);
+    NEED(file_save(file_path("x.txt"), text, sizeof text - 1));
+    refused(ctx, file_path("x.txt"), IBL_ERR_UNSUPPORTED,
+            "is no Radiance .hdr or OpenEXR file");
+    ibl_ctx_free(ctx);
+}
+
+/* A bridge whose OpenImageIO has gone, and one that is something else. */
+static void broken_bridge(void)
+{
+    if (!file_run("echo 'int oiio(void) { return 1; }' >o.c && echo 'int "
+                  "oiio(void); int x(void) { return oiio(); }' >b.c && cc "
+                  "-shared -fPIC -Wl,-soname,libOpenImageIO.so.2.4 -o "
+                  "libOpenImageIO.so.2.4 o.c && cc -shared -fPIC -o gone.so "
+                  "b.c ./libOpenImageIO.so.2.4 && cc -shared -fPIC -o other.so "
+                  "o.c && rm libOpenImageIO.so.2.4")) {
+        test_skip("no compiler called cc");
+        return;
+    }
+    /* The real library, where it is installed, would stand in for ours. */
+    const bool real =
+        access("/usr/lib/x86_64-linux-gnu/libOpenImageIO.so.2.4", F_OK) == 0;
+    static const unsigned char png[] = "\x89PNG\r\n\x1a\n____";
+    NEED(file_save(file_path("x.png"), png, sizeof png));
+    ibl_ctx *ctx = file_ctx(1, &kept, file_path("gone.so"));
+    refused(ctx, file_path("x.png"), IBL_ERR_UNSUPPORTED,
+            real ? "image bridge" : "libopenimageio2.4");
+    ibl_ctx_free(ctx);
+    ctx = file_ctx(1, &kept, file_path("other.so"));
+    refused(ctx, file_path("x.png"), IBL_ERR_UNSUPPORTED, "is not the image");
+    ibl_ctx_free(ctx);
+    ctx = file_ctx(1, &kept, file_path("x.png"));
+    refused(ctx, file_path("x.png"), IBL_ERR_UNSUPPORTED, "cannot be loaded");
+    ibl_ctx_free(ctx);
+}
+
+static bool ready(void)
+{
+    if (!file_bridge() || !file_have("oiiotool")) {
+        test_skip("needs the image bridge and oiiotool");
+        return false;
+    }
+    return true;
+}
+
+static bool nothing_left(void)
+{
+    return !file_run("ls /tmp/iblbake-?????? | grep -v test");
+}
+
+/* Floats come back as they were, right side up. */
+static void float_formats(void)
+{
+    if (!ready())
+        return;
+    static const char *const names[] = {"f.pfm", "f.tif", "f_tiled.tif",
+                                        "f_big.tif", "f_wrong.png"};
+    ibl_ctx *ctx = file_ctx(2, &kept, file_bridge());
+    test_random r = {3};
+    ibl_image img, back;
+    ibl_read_report report;
+
+    NEED(!ibl_image_alloc(ctx, 66, 33, &img));
+    for (int i = 0; i < 3 * 66 * 33; i++)
+        img.data[i] = (float)exp(20 * test_random_unit(&r) - 10);
+    NEED(file_save_pfm(file_path("f.pfm"), &img));
+    NEED(file_run("oiiotool f.pfm -d float -o f.tif --tile 16 16 -o "
+                  "f_tiled.tif && oiiotool f.pfm --ch R,G,B,A=0.5 -d float -o "
+                  "f_big.tif && cp f.tif f_wrong.png"));
+    for (int i = 0; i < 5; i++) {
+        CHECK_MSG(!read_file(ctx, file_path(names[i]), &back, &report),
+                  "%s: %s", names[i], kept.text[0]);
+        NEED(back.data);
+        CHECK(report.bridged && !report.low_range);
+        CHECK_MSG(strstr(report.format, "float by OpenImageIO"), "%s",
+                  report.format);
+        CHECK_MSG(back.width == 66 && back.height == 33 &&
+                      !memcmp(back.data, img.data, sizeof(float) * 3 * 66 * 33),
+                  "%s: not what was saved", names[i]);
+        ibl_image_free(&back);
+    }
+    CHECK(nothing_left());
+    ibl_image_free(&img);
+    ibl_ctx_free(ctx);
+}
+
+/* The definition, in double: IEC 61966-2-1. */
+static double to_linear(double v)
+{
+    return v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4);
+}
+
+/* A 16x16 ramp with every 8-bit value, as PPM; and as other formats. */
+static void integer_formats(void)
+{
+    if (!ready())
+        return;
+    static const struct {
+        const char *name;
+        int grey;
+        double tolerance;
+    } cases[] = {{"r.ppm", 0, 1e-6},     {"r.png", 0, 1e-6},
+                 {"r16.png", 0, 1e-6},   {"r.tif", 0, 1e-6},
+                 {"r.bmp", 0, 1e-6},     {"r.tga", 0, 1e-6},
+                 {"alpha.png", 0, 1e-6}, {"alpha16.tif", 0, 1e-6},
+                 {"grey.png", 1, 1e-6},  {"greyalpha.png", 1, 1e-6},
+                 {"r.gif", 0, 0.02},     {"r.sgi", 0, 1e-6},
+                 {"r.dpx", 0, 1e-6},     {"r.webp", 0, 0.2},
+                 {"r.jpg", 0, 0.2}};
+    ibl_ctx *ctx = file_ctx(2, &kept, file_bridge());
+    unsigned char ppm[16 + 768];
+    int n = sprintf((char *)ppm, "P6\n16 16\n255\n");
+    for (int i = 0; i < 256; i++) {
+        ppm[n + 3 * i] = (unsigned char)i;
+        ppm[n + 3 * i + 1] = (unsigned char)(i / 2 + 64);
+        ppm[n + 3 * i + 2] = (unsigned char)(255 - i);
+    }
+    NEED(file_save(file_path("r.ppm"), ppm, (size_t)n + 768));
+    NEED(file_run(
+        "oiiotool r.ppm -o r.png -o r.tif -o r.bmp -o r.tga -o r.gif -o r.sgi "
+        "-d uint16 -o r16.png -d uint8 -o r.dpx && oiiotool r.ppm "
+        "--compression jpeg:98 -o r.jpg --compression webp:100 -o r.webp && "
+        "oiiotool r.ppm --attrib oiio:UnassociatedAlpha 1 --ch R,G,B,A=0.2 -o "
+        "alpha.png -d uint16 -o alpha16.tif && oiiotool r.ppm --ch R --chnames "
+        "Y -o grey.png && oiiotool r.ppm --attrib oiio:UnassociatedAlpha 1 "
+        "--ch Y=R,A=0.5 -o greyalpha.png"));
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        ibl_image img;
+        ibl_read_report report;
+        double worst = 0;
+        CHECK_MSG(!read_file(ctx, file_path(cases[k].name), &img, &report),
+                  "%s: %s", cases[k].name, kept.text[0]);
+        if (!img.data)
+            continue;
+        CHECK_MSG(report.low_range && report.bridged, "%s", cases[k].name);
+        CHECK_MSG(strstr(kept.text[IBL_LOG_WARNING], "low dynamic range"), "%s",
+                  kept.text[IBL_LOG_WARNING]);
+        for (int i = 0; i < 256; i++)
+            for (int c = 0; c < 3; c++)
+                worst = fmax(
+                    worst,
+                    fabs((double)img.data[3 * i + c] -
+                         to_linear(ppm[n + 3 * i + (cases[k].grey ? 0 : c)] /
+                                   255.0)));
+        CHECK_MSG(worst <= cases[k].tolerance, "%s: off by %g", cases[k].name,
+                  worst);
+        ibl_image_free(&img);
+    }
+    CHECK(nothing_left());
+    ibl_ctx_free(ctx);
+}
+
+static void not_images(void)
+{
+    if (!ready())
+        return;
+    ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
+    static unsigned char noise[5000];
+    static const char text[] = "once upon a time there was a text file\n";
+    test_random r = {1};
+
+    NEED(file_save(file_path("a.txt"), text, sizeof text - 1));
+    refused(ctx, file_path("a.txt"), IBL_ERR_FORMAT, "is no image");
+    NEED(file_save(file_path("b.png"), text, sizeof text - 1));
+    refused(ctx, file_path("b.png"), IBL_ERR_FORMAT, "is no image");
+    for (int round = 0; round < 5; round++) {
+        for (size_t i = 0; i < sizeof noise; i++)
+            noise[i] = (unsigned char)test_random_u64(&r);
+        NEED(file_save(file_path("noise"), noise, sizeof noise));
+        refused(ctx, file_path("noise"), IBL_ERR_FORMAT, "is no image");
+    }
+    NEED(file_save(file_path("c.png"), "\x89PNG\r\n\x1a\n", 8));
+    refused(ctx, file_path("c.png"), IBL_ERR_FORMAT, "PNG");
+    NEED(file_save(file_path("d.tif"), "II*\0\x08\0\0\0", 8));
+    refused(ctx, file_path("d.tif"), IBL_ERR_FORMAT, "TIFF");
+    CHECK(nothing_left());
+    ibl_ctx_free(ctx);
+}
+
+/* Headers that claim much more than the file has. */
+static void large_claims(void)
+{
+    if (!ready())
+        return;
+    ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
+    char pfm[64];
+    ibl_image img;
+    unsigned char *bytes;
+    size_t size;
+
+    sprintf(pfm, "PF\n60000 30000\n-1.0\n1234567890");
+    NEED(file_save(file_path("big.pfm"), pfm, strlen(pfm)));
+    CHECK(read_file(ctx, file_path("big.pfm"), &img, NULL) == IBL_ERR_FORMAT);
+    sprintf(pfm, "PF\n600000 300000\n-1.0\n1234567890");
+    NEED(file_save(file_path("big.pfm"), pfm, strlen(pfm)));
+    CHECK(read_file(ctx, file_path("big.pfm"), &img, NULL) == IBL_ERR_FORMAT);
+    NEED(file_run(
+        "oiiotool --pattern constant:color=.2,.3,.4 64x32 3 -o c.png"));
+    bytes = file_load(file_path("c.png"), &size);
+    bytes[18] = 200; /* width, with a wrong check sum */
+    NEED(file_save(file_path("c.png"), bytes, size));
+    CHECK(read_file(ctx, file_path("c.png"), &img, NULL) == IBL_ERR_FORMAT);
+    CHECK_MSG(kept.text[0][0] && !strchr(kept.text[0], '\n'), "%s",
+              kept.text[0]);
+    free(bytes);
+    ibl_ctx_free(ctx);
+}
+
+static void cut_through_bridge(void)
+{
+    if (!ready())
+        return;
+    ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
+    static const char *const names[] = {"n.png", "n.tif", "n.pfm", "n.exr"};
+    test_random r = {9};
+    ibl_image img, back;
+
+    NEED(!ibl_image_alloc(ctx, 64, 32, &img));
+    for (int i = 0; i < 3 * 64 * 32; i++)
+        img.data[i] = (float)(test_random_unit(&r) + (i % 64) * 0.02);
+    NEED(file_save_pfm(file_path("n.pfm"), &img));
+    NEED(file_run("oiiotool n.pfm -d uint8 -o n.png && oiiotool n.pfm -d float "
+                  "-o n.tif && oiiotool n.pfm -d half --compression dwaa -o "
+                  "n.exr"));
+    for (int k = 0; k < 4; k++) {
+        size_t size;
+        unsigned char *bytes = file_load(file_path(names[k]), &size);
+        for (int part = 1; part < 8; part++) {
+            const size_t cut = size * (size_t)part / 8;
+            memset(&kept, 0, sizeof kept);
+            back = (ibl_image){0};
+            const ibl_status status =
+                ibl_image_decode(ctx, "cut", bytes, cut, NULL, &back, NULL);
+            CHECK_MSG(status == IBL_ERR_FORMAT, "%s cut to %zu: %d %s",
+                      names[k], cut, status, kept.text[0]);
+            CHECK(!strchr(kept.text[0], '\n'));
+            ibl_image_free(&back);
+        }
+        free(bytes);
+    }
+    ibl_image_free(&img);
+    ibl_ctx_free(ctx);
+}
+
+static void shared_exr(void)
+{
+    static const char *const names[] = {"sky.exr", "studio.exr", "forest.exr",
+                                        "night.exr"};
+    if (!ready())
+        return;
+    if (!test_shared_data("sky.exr")) {
+        test_skip("../shared/data is not here");
+        return;
+    }
+    ibl_ctx *ctx = file_ctx(2, &kept, file_bridge());
+    for (int i = 0; i < 4; i++) {
+        ibl_image a, b;
+        ibl_read_report report;
+        const char *path = test_shared_data(names[i]);
+        NEED(path);
+        char *full = realpath(path, NULL);
+        NEED(full);
+        NEED(
+            file_run("oiiotool '%s' --compression zip -d half -o z.exr", full));
+        free(full);
+        NEED(!read_file(ctx, path, &a, &report));
+        CHECK(report.bridged && !strcmp(report.format, "OpenEXR, DWAB"));
+        NEED(!read_file(ctx, file_path("z.exr"), &b, &report));
+        CHECK(!report.bridged && a.width == 512 && a.height == 256);
+        CHECK(!memcmp(a.data, b.data, sizeof(float) * 3 * 512 * 256));
+        ibl_image_free(&a);
+        ibl_image_free(&b);
+    }
+    ibl_ctx_free(ctx);
+}
+
+static const test tests[] = {TEST(mending),          TEST(mended_and_strict),
+                             TEST(not_to_be_opened), TEST(no_permission),
+                             TEST(streams),          TEST(aspect_and_options),
+                             TEST(cancelled),        TEST(without_bridge),
+                             TEST(broken_bridge),    TEST(float_formats),
+                             TEST(integer_formats),  TEST(not_images),
+                             TEST(large_claims),     TEST(cut_through_bridge),
+                             TEST(shared_exr)};
+TEST_MAIN(tests)

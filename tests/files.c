@@ -1,0 +1,114 @@
+/* SPDX-License-Identifier: MIT */
+#include "files.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "test.h"
+
+const char *file_path(const char *name)
+{
+    static char paths[4][512];
+    static int next;
+    char *path = paths[next++ % 4];
+    snprintf(path, sizeof paths[0], "%s/%s", test_dir(), name);
+    return path;
+}
+
+bool file_run(const char *fmt, ...)
+{
+    static char command[16384];
+    va_list ap;
+    const int n =
+        snprintf(command, sizeof command, "cd '%s' && { ", test_dir());
+    va_start(ap, fmt);
+    const int m = vsnprintf(command + n, sizeof command - (size_t)n, fmt, ap);
+    va_end(ap);
+    if (n + m + 40 > (int)sizeof command)
+        return false;
+    strcat(command, "\n} >command.log 2>&1");
+    return system(command) == 0;
+}
+
+bool file_have(const char *program)
+{
+    return file_run("command -v %s", program);
+}
+
+unsigned char *file_load(const char *path, size_t *size)
+{
+    FILE *f = fopen(path, "rb");
+    unsigned char *bytes = NULL;
+    long end = -1;
+    if (f && !fseek(f, 0, SEEK_END))
+        end = ftell(f);
+    if (end >= 0)
+        bytes = malloc((size_t)end + 1);
+    if (!bytes || fseek(f, 0, SEEK_SET) ||
+        fread(bytes, 1, (size_t)end, f) != (size_t)end) {
+        printf("%s: cannot be read\n", path);
+        exit(1);
+    }
+    fclose(f);
+    *size = (size_t)end;
+    return bytes;
+}
+
+bool file_save(const char *path, const void *bytes, size_t size)
+{
+    FILE *f = fopen(path, "wb");
+    if (!f)
+        return false;
+    const bool ok = fwrite(bytes, 1, size, f) == size;
+    return !fclose(f) && ok;
+}
+
+bool file_save_pfm(const char *path, const ibl_image *img)
+{
+    FILE *f = fopen(path, "wb");
+    if (!f)
+        return false;
+    fprintf(f, "PF\n%d %d\n-1.0\n", img->width, img->height);
+    bool ok = true;
+    for (int y = img->height - 1; y >= 0; y--)
+        ok &= fwrite(img->data + 3 * (size_t)y * (size_t)img->width,
+                     3 * sizeof(float), (size_t)img->width,
+                     f) == (size_t)img->width;
+    return !fclose(f) && ok;
+}
+
+const char *file_bridge(void)
+{
+    static char path[600];
+    char self[512];
+    const ssize_t n = readlink("/proc/self/exe", self, sizeof self - 1);
+    if (n < 0)
+        return NULL;
+    self[n] = 0;
+    for (int i = 0; i < 2; i++) { /* up from tests/check_x */
+        char *slash = strrchr(self, '/');
+        if (!slash)
+            return NULL;
+        *slash = 0;
+    }
+    snprintf(path, sizeof path, "%s/libiblbridge.so", self);
+    return access(path, R_OK) ? NULL : path;
+}
+
+ibl_ctx *file_ctx(int threads, void *kept, const char *bridge)
+{
+    ibl_ctx_options opts = ibl_ctx_options_default();
+    ibl_ctx *ctx;
+    opts.threads = threads;
+    opts.log = test_keep;
+    opts.log_cookie = kept;
+    opts.bridge = bridge ? bridge : "/nonexistent/libiblbridge.so";
+    if (ibl_ctx_create(&opts, &ctx)) {
+        printf("no context\n");
+        exit(1);
+    }
+    return ctx;
+}

@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: MIT */
+/* Files for tests: made by other programs, loaded, damaged. */
+#ifndef FILES_H
+#define FILES_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "ibl/io.h"
+
+/* Path of a file in test_dir(). Four buffers in turn. */
+const char *file_path(const char *name);
+/* Runs a shell command in test_dir(), quietly; true if it exits with 0. */
+bool file_run(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
+/* Whether a program is there to be run. */
+bool file_have(const char *program);
+/* A file's bytes, for free(); exits if it cannot be read. */
+unsigned char *file_load(const char *path, size_t *size);
+bool file_save(const char *path, const void *bytes, size_t size);
+/* Writes an image as PFM, whose rows run from the bottom. */
+bool file_save_pfm(const char *path, const ibl_image *img);
+
+/* The image bridge of this build; NULL if it has not been built. */
+const char *file_bridge(void);
+/* A context that keeps messages in *kept and uses that bridge (NULL: none
+ * that exists); exits on failure. */
+ibl_ctx *file_ctx(int threads, void *kept, const char *bridge);
+
+#endif
