@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Eight samples at a time are turned, projected and given their weights; what
- * that leaves, an offset and four weights for each sample and mip, goes
- * through memory to the sums, which take the taps of one sample at a time: a
- * row's two texels are one load, and each of the four weights times RGBA is
- * half of a vector.
+ * Eight samples at a time are turned, projected and given their weights. What
+ * that leaves, an offset and four weights for each sample and mip, goes to
+ * the sums, which take the taps of one sample at a time: a row's two texels
+ * are one load, and one permutation puts the two weights beside them.
  */
 #include <immintrin.h>
 #include <stddef.h>
@@ -15,17 +14,12 @@ enum {
     BATCH = 8
 };
 
-/* One mip's part of a batch. Sample i has its weights, w00 w01 w10 w11, at
- * 4 * place(i). */
+/* One mip's part of a batch. The weights of sample i, w00 w01 w10 w11, are
+ * half i / 4 of vector i % 4. */
 typedef struct taps {
     _Alignas(32) int at[BATCH]; /* of the first tap, in floats */
     _Alignas(32) float weight[4 * BATCH];
 } taps;
-
-static inline int place(int i)
-{
-    return i % 4 * (BATCH / 4) + i / 4;
-}
 
 typedef struct points {
     __m256 u, v;
@@ -122,15 +116,26 @@ static inline void make_taps(const points *p, const ibl_gather_level *level,
 static inline void add_taps(const taps *t, int i, const float *texels,
                             size_t row, __m256 sums[2])
 {
-    const __m256i upper = _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1);
-    const __m256i lower = _mm256_setr_epi32(2, 2, 2, 2, 3, 3, 3, 3);
+    const __m256i part = _mm256_set1_epi32(i / 4 * 4);
+    const __m256i upper =
+        _mm256_add_epi32(part, _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1));
+    const __m256i lower =
+        _mm256_add_epi32(part, _mm256_setr_epi32(2, 2, 2, 2, 3, 3, 3, 3));
     const float *p = texels + (size_t)t->at[i];
-    const __m256 w =
-        _mm256_broadcast_ps((const __m128 *)(t->weight + 4 * place(i)));
+    const __m256 w = _mm256_load_ps(t->weight + i % 4 * BATCH);
     sums[0] = _mm256_fmadd_ps(_mm256_loadu_ps(p),
-                              _mm256_permutevar_ps(w, upper), sums[0]);
+                              _mm256_permutevar8x32_ps(w, upper), sums[0]);
     sums[1] = _mm256_fmadd_ps(_mm256_loadu_ps(p + row),
-                              _mm256_permutevar_ps(w, lower), sums[1]);
+                              _mm256_permutevar8x32_ps(w, lower), sums[1]);
+}
+
+static inline void add_four(const taps *t, int i, const float *texels,
+                            size_t row, __m256 sums[2])
+{
+    add_taps(t, i, texels, row, sums);
+    add_taps(t, i + 1, texels, row, sums);
+    add_taps(t, i + 2, texels, row, sums);
+    add_taps(t, i + 3, texels, row, sums);
 }
 
 static inline void add_batch(const taps *t, int count,
@@ -138,8 +143,8 @@ static inline void add_batch(const taps *t, int count,
 {
     const size_t row = 4 * ((size_t)level->edge + 2);
     if (count >= BATCH) {
-        for (int i = 0; i < BATCH; i++)
-            add_taps(t, i, level->texels, row, sums);
+        add_four(t, 0, level->texels, row, sums);
+        add_four(t, 4, level->texels, row, sums);
     } else {
         for (int i = 0; i < count; i++)
             add_taps(t, i, level->texels, row, sums);

@@ -10,17 +10,12 @@ enum {
     BATCH = 16
 };
 
-/* One mip's part of a batch. Sample i has its weights, w00 w01 w10 w11, at
- * 4 * place(i). */
+/* One mip's part of a batch. The weights of sample i, w00 w01 w10 w11, are
+ * part i / 4 of vector i % 4. */
 typedef struct taps {
     _Alignas(64) int at[BATCH]; /* of the first tap, in floats */
     _Alignas(64) float weight[4 * BATCH];
 } taps;
-
-static inline int place(int i)
-{
-    return i % 4 * (BATCH / 4) + i / 4;
-}
 
 typedef struct points {
     __m512 u, v;
@@ -112,25 +107,35 @@ static inline __m512 add_taps(const taps *t, int i, const float *texels,
 {
     const __m512i spread =
         _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
+    const __m512i mine = _mm512_add_epi32(spread, _mm512_set1_epi32(i / 4 * 4));
     const float *p = texels + (size_t)t->at[i];
-    const __m512 w =
-        _mm512_broadcast_f32x4(_mm_load_ps(t->weight + 4 * place(i)));
+    const __m512 w = _mm512_load_ps(t->weight + i % 4 * BATCH);
     const __m512 texel =
         _mm512_insertf32x8(_mm512_castps256_ps512(_mm256_loadu_ps(p)),
                            _mm256_loadu_ps(p + row), 1);
-    return _mm512_fmadd_ps(texel, _mm512_permutevar_ps(w, spread), sum);
+    return _mm512_fmadd_ps(texel, _mm512_permutexvar_ps(mine, w), sum);
 }
 
-/* Two sums, so that one addition need not wait for the last. */
+/* Samples i to i + 3; two sums, so that one addition need not wait for the
+ * last. */
+static inline void add_four(const taps *t, int i, const float *texels,
+                            size_t row, __m512 sums[2])
+{
+    sums[0] = add_taps(t, i, texels, row, sums[0]);
+    sums[1] = add_taps(t, i + 1, texels, row, sums[1]);
+    sums[0] = add_taps(t, i + 2, texels, row, sums[0]);
+    sums[1] = add_taps(t, i + 3, texels, row, sums[1]);
+}
+
 static inline void add_batch(const taps *t, int count,
                              const ibl_gather_level *level, __m512 sums[2])
 {
     const size_t row = 4 * ((size_t)level->edge + 2);
     if (count >= BATCH) {
-        for (int i = 0; i < BATCH; i += 2) {
-            sums[0] = add_taps(t, i, level->texels, row, sums[0]);
-            sums[1] = add_taps(t, i + 1, level->texels, row, sums[1]);
-        }
+        add_four(t, 0, level->texels, row, sums);
+        add_four(t, 4, level->texels, row, sums);
+        add_four(t, 8, level->texels, row, sums);
+        add_four(t, 12, level->texels, row, sums);
     } else {
         for (int i = 0; i < count; i++)
             sums[0] = add_taps(t, i, level->texels, row, sums[0]);
