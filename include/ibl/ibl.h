@@ -271,7 +271,8 @@ ibl_irradiance_options ibl_irradiance_options_default(void);
  * The diffuse map: irradiance / pi,
  *   sum L_i max(N.L_i, 0) dO_i / sum max(N.L_i, 0) dO_i,
  * so a shader multiplies by albedo alone. dO_i is a source pixel's exact
- * solid angle, L_i looks along its centre.
+ * solid angle, L_i looks along its centre. Where N has no pixel's centre above
+ * its horizon, as in maps of one or two columns, the mean radiance.
  *   out   empty; allocated here with one level, the caller's to free
  * IBL_ERR_ARGUMENT: an option out of range.
  */
