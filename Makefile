@@ -161,7 +161,7 @@ install: all
 	    $(DESTDIR)$(MANDIR)/man1
 	$(INSTALL) -m 755 $(BIN) $(DESTDIR)$(BINDIR)/iblbake
 	$(INSTALL) -m 644 $(LIB) $(DESTDIR)$(LIBDIR)/libiblbake.a
-	$(INSTALL) -m 644 include/ibl/ibl.h include/ibl/io.h \
+	$(INSTALL) -m 644 include/ibl/*.h \
 	    $(DESTDIR)$(INCLUDEDIR)/ibl
 	$(INSTALL) -m 644 man/iblbake.1 $(DESTDIR)$(MANDIR)/man1
 	if [ -e $(BRIDGE) ]; then $(INSTALL) -m 755 $(BRIDGE) \
@@ -175,7 +175,7 @@ uninstall:
 	rm -f $(DESTDIR)$(BINDIR)/iblbake $(DESTDIR)$(LIBDIR)/libiblbake.a \
 	    $(DESTDIR)$(LIBDIR)/iblbake/libiblbridge.so \
 	    $(DESTDIR)$(LIBDIR)/pkgconfig/iblbake.pc \
-	    $(DESTDIR)$(INCLUDEDIR)/ibl/ibl.h $(DESTDIR)$(INCLUDEDIR)/ibl/io.h \
+	    $(patsubst include/%,$(DESTDIR)$(INCLUDEDIR)/%,$(wildcard include/ibl/*.h)) \
 	    $(DESTDIR)$(MANDIR)/man1/iblbake.1
 	rmdir $(DESTDIR)$(LIBDIR)/iblbake $(DESTDIR)$(INCLUDEDIR)/ibl || true
 

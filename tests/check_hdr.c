@@ -370,6 +370,10 @@ static void headers(void)
         {"#?RADIANCE\nGAMMA=2.2\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n",
          {1, .5f, .25f},
          "GAMMA=2.2"},
+        {"#?RADIANCE\nEXPOSURE=0\nEXPOSURE=2\nFORMAT=32-bit_rle_rgbe\n\n"
+         "-Y 1 +X 1\n",
+         {.5f, .25f, .125f},
+         "EXPOSURE of 0"},
         {"#?RADIANCE\nEXPOSURE=0.000244140625000000000000000\n"
          "FORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n",
          {4096, 2048, 1024},
@@ -640,7 +644,7 @@ static void damaged(void)
         {B(V "\nY 2 X 2\nabcdabcdabcdabcd"), "no resolution line"},
         {B(V "\n\n\n-Y 2 +X 2\nabcdabcdabcdabcd"), "no resolution line"},
         {B(V "\n\1\2\3\377\n-Y 2 +X 2\nabcdabcdabcdabcd"), "\"????\""},
-        {B(V "EXPOSURE=0\n\n-Y 1 +X 1\nabcd"), "EXPOSURE is \"0\""},
+        {B(V "EXPOSURE=-0.5\n\n-Y 1 +X 1\nabcd"), "EXPOSURE is \"-0.5\""},
         {B(V "EXPOSURE=-1\n\n-Y 1 +X 1\nabcd"), "EXPOSURE"},
         {B(V "EXPOSURE=\n\n-Y 1 +X 1\nabcd"), "EXPOSURE"},
         {B(V "EXPOSURE=1e999\n\n-Y 1 +X 1\nabcd"), "EXPOSURE"},

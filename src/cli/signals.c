@@ -34,6 +34,8 @@ void ibl_signals_catch(void)
     for (size_t i = 0; i < sizeof caught / sizeof caught[0]; i++)
         if (!sigaction(caught[i], NULL, &old) && old.sa_handler != SIG_IGN)
             sigaction(caught[i], &action, NULL);
+    /* A file-size limit is an error of write(), with its own message. */
+    signal(SIGXFSZ, SIG_IGN);
 }
 
 void ibl_signals_guard(ibl_outputs *outputs)

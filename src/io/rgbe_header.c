@@ -149,6 +149,8 @@ static bool take_name(struct text *line, const char *name)
     return true;
 }
 
+/* Factors above 0. A 0, which Filament's cmgen writes for EXPOSURE, cannot have
+ * been one: it is passed over. */
 static ibl_status take_factors(ibl_ctx *ctx, const char *name, const char *what,
                                struct text value, double *factors, int count)
 {
@@ -156,12 +158,15 @@ static ibl_status take_factors(ibl_ctx *ctx, const char *name, const char *what,
     char text[QUOTE];
     for (int i = 0; i < count; i++) {
         double f;
-        if (!take_number(&value, &f) || !(f > 0) || isinf(f))
+        if (!take_number(&value, &f) || !(f >= 0) || isinf(f))
             return ibl_fail(ctx, IBL_ERR_FORMAT,
                             "%s: %s is \"%s\": must be %s above 0", name, what,
                             quote(all, text),
                             count > 1 ? "three numbers" : "a number");
-        factors[i] *= f;
+        if (f > 0)
+            factors[i] *= f;
+        else
+            ibl_warn(ctx, "%s: %s of 0 is ignored", name, what);
     }
     return IBL_OK;
 }
