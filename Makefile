@@ -163,7 +163,7 @@ install: all
 	$(INSTALL) -m 644 $(LIB) $(DESTDIR)$(LIBDIR)/libiblbake.a
 	$(INSTALL) -m 644 include/ibl/*.h \
 	    $(DESTDIR)$(INCLUDEDIR)/ibl
-	$(INSTALL) -m 644 man/iblbake.1 $(DESTDIR)$(MANDIR)/man1
+	$(INSTALL) -m 644 man/*.1 $(DESTDIR)$(MANDIR)/man1
 	if [ -e $(BRIDGE) ]; then $(INSTALL) -m 755 $(BRIDGE) \
 	    $(DESTDIR)$(LIBDIR)/iblbake; fi
 	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@LIBDIR@|$(LIBDIR)|' \
@@ -176,7 +176,7 @@ uninstall:
 	    $(DESTDIR)$(LIBDIR)/iblbake/libiblbridge.so \
 	    $(DESTDIR)$(LIBDIR)/pkgconfig/iblbake.pc \
 	    $(patsubst include/%,$(DESTDIR)$(INCLUDEDIR)/%,$(wildcard include/ibl/*.h)) \
-	    $(DESTDIR)$(MANDIR)/man1/iblbake.1
+	    $(patsubst man/%,$(DESTDIR)$(MANDIR)/man1/%,$(wildcard man/*.1))
 	rmdir $(DESTDIR)$(LIBDIR)/iblbake $(DESTDIR)$(INCLUDEDIR)/ibl || true
 
 -include $(shell find $(BUILD)/obj -name '*.d' 2>/dev/null)

@@ -1,11 +1,11 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# The manual page, --help and the parser name the same options with the same
-# ranges and defaults. BUILD names the build.
+# The manual pages, --help and the parser name the same options with the same
+# ranges and defaults; man/iblbake-NAME.1 is the page of `iblbake NAME`. BUILD
+# names the build.
 set -u
 build=${BUILD:-build}
 program=$build/iblbake
-page=man/iblbake.1
 work=$(mktemp -d) || exit 1
 trap 'rm -rf "$work"' EXIT
 passed=0 failed=0
@@ -18,64 +18,89 @@ check() { # NAME, and what is wrong, or nothing
     fi
 }
 
-# One line an option: its forms as --help writes them, a tab, the explanation.
-"$program" --help | awk '
-    /^  -|^      --/ {
-        if (entry) print entry "\t" text
-        split(substr($0, 3), part, /   +| +[a-z0-9A-Z].*   /)
-        entry = substr($0, 1, 26); text = substr($0, 28)
-        if (length($0) < 27 || substr($0, 27, 1) != " ") {
-            entry = $0; text = ""
+check_page() { # PAGE, of the command in run
+    page=$1
+    # One line an option: its forms as --help writes them, a tab, the
+    # explanation.
+    "${run[@]}" --help | awk '
+        /^  -|^      --/ {
+            if (entry) print entry "\t" text
+            split(substr($0, 3), part, /   +| +[a-z0-9A-Z].*   /)
+            entry = substr($0, 1, 26); text = substr($0, 28)
+            if (length($0) < 27 || substr($0, 27, 1) != " ") {
+                entry = $0; text = ""
+            }
+            gsub(/^ +| +$/, "", entry)
+            next
         }
-        gsub(/^ +| +$/, "", entry)
-        next
-    }
-    /^                           / && entry {
-        sub(/^ */, ""); text = text " " $0; next
-    }
-    { if (entry) print entry "\t" text; entry = "" }
-    END { if (entry) print entry "\t" text }' >"$work/help"
+        /^                           / && entry {
+            sub(/^ */, ""); text = text " " $0; next
+        }
+        { if (entry) print entry "\t" text; entry = "" }
+        END { if (entry) print entry "\t" text }' >"$work/help"
 
-# The same of the page: "-o, --output DIR", from ".It Fl o , Fl -output Ar DIR".
-sed -n '/^\.Ss Outputs/,/^\.Sh ENVIRONMENT/s/^\.It \(Fl .*\)/\1/p' "$page" |
-    sed 's/Fl /-/g; s/ , /, /; s/ Ar / /' >"$work/page"
-check 'options of page and --help' \
-    "$(cut -f 1 "$work/help" | diff - "$work/page")"
+    # The same of the page: "-o, --output DIR", from
+    # ".It Fl o , Fl -output Ar DIR".
+    sed -n '/^\.Sh DESCRIPTION/,/^\.Sh ENVIRONMENT/s/^\.It \(Fl .*\)/\1/p' \
+        "$page" | sed 's/Fl /-/g; s/ , /, /; s/ Ar / /' >"$work/page"
+    check "$page: options of page and --help" \
+        "$(cut -f 1 "$work/help" | diff - "$work/page")"
 
-# Each long name is known to the parser as what the page says it is: with a
-# value or without.
-while IFS= read -r entry; do
-    name=$(echo "$entry" | sed 's/.*--\([a-z-]*\).*/\1/')
-    case $entry in
-    *' '[A-Z]*) got=$("$program" "--$name" 2>&1) want='has no value' ;;
-    *) got=$("$program" "--$name=x" 2>&1) want='takes no value' ;;
-    esac
-    check "parser: $name" "$(echo "$got" | grep -v "$want")"
-done <"$work/page"
-
-# Ranges and defaults: what --help has in its last parentheses must be in the
-# page under the option, in the same words.
-# (Bold is written as a letter, a backspace and the letter again.)
-mandoc -Tascii -O width=1000 "$page" | sed 's/.\x08//g' >"$work/text"
-while IFS=$'\t' read -r entry text; do
-    facts=$(echo "$text" | sed -n 's/.* (\(.*\))$/\1/p')
-    case $text in *' ('*'(both 0)'*) facts=${text#* (} facts=${facts%)} ;; esac
-    [ -n "$facts" ] || continue
-    block=$(awk -v entry="$entry" '
-        $0 ~ "^ *-" { s = $0; sub(/^ +/, "", s)
-            on = index(s " ", entry " ") == 1 }
-        on' "$work/text" | tr -s ' \n' ' ')
-    echo "$facts" | sed 's/; /\n/g' | while IFS= read -r fact; do
-        case $block in
-        *"$fact"*) ;;
-        *) echo "no '$fact' under it" ;;
+    # Each long name is known to the parser as what the page says it is: with a
+    # value or without.
+    while IFS= read -r entry; do
+        name=$(echo "$entry" | sed 's/.*--\([a-z-]*\).*/\1/')
+        case $entry in
+        *' '[A-Z]*) got=$("${run[@]}" "--$name" 2>&1) want='has no value' ;;
+        *) got=$("${run[@]}" "--$name=x" 2>&1) want='takes no value' ;;
         esac
-    done >"$work/why"
-    check "page: $entry" "$(cat "$work/why")"
-done <"$work/help"
+        check "$page: parser: $name" "$(echo "$got" | grep -v "$want")"
+    done <"$work/page"
 
-# Short forms parse.
-check '-h' "$("$program" -h | cmp - <("$program" --help))"
-check 'mandoc' "$(mandoc -Tlint -Wstyle "$page" 2>&1 | grep -v outdated)"
+    # Ranges and defaults: what --help has in its last parentheses must be in
+    # the page under the option, in the same words.
+    # (Bold is written as a letter, a backspace and the letter again.)
+    mandoc -Tascii -O width=1000 "$page" | sed 's/.\x08//g' >"$work/text"
+    while IFS=$'\t' read -r entry text; do
+        facts=$(echo "$text" | sed -n 's/.* (\(.*\))$/\1/p')
+        case $text in
+        *' ('*'(both 0)'*) facts=${text#* (} facts=${facts%)} ;;
+        esac
+        [ -n "$facts" ] || continue
+        block=$(awk -v entry="$entry" '
+            $0 ~ "^ *-" { s = $0; sub(/^ +/, "", s)
+                on = index(s " ", entry " ") == 1 }
+            on' "$work/text" | tr -s ' \n' ' ')
+        echo "$facts" | sed 's/; /\n/g' | while IFS= read -r fact; do
+            case $block in
+            *"$fact"*) ;;
+            *) echo "no '$fact' under it" ;;
+            esac
+        done >"$work/why"
+        check "$page: $entry" "$(cat "$work/why")"
+    done <"$work/help"
+
+    # Short forms parse.
+    check "$page: -h" "$("${run[@]}" -h | cmp - <("${run[@]}" --help))"
+    check "$page: columns" "$("${run[@]}" --help | awk 'length > 80')"
+    check "$page: named by --help" "$("${run[@]}" --help |
+        grep -q "man $(basename "$page" .1)\$" || echo it is not)"
+    check "$page: mandoc" "$(mandoc -Tlint -Wstyle "$page" 2>&1 |
+        grep -v outdated)"
+}
+
+for page in man/iblbake*.1; do
+    name=$(basename "$page" .1)
+    name=${name#iblbake}
+    run=("$program")
+    [ -z "$name" ] || run+=("${name#-}")
+    check_page "$page"
+done
+
+# Each command that --help lists has a page, and each page is of a command.
+"$program" --help | sed -n 's/^  iblbake \([a-z]*\) .*/\1/p' >"$work/commands"
+ls man | sed -n 's/^iblbake-\(.*\)\.1$/\1/p' | sort |
+    diff - <(sort "$work/commands") >"$work/why"
+check 'pages and commands' "$(cat "$work/why")"
 echo "$passed passed, $failed failed"
 [ $failed -eq 0 ]

@@ -43,8 +43,8 @@ static ibl_status open_context(ibl_bake *b)
     ibl_ctx_options opts = ibl_ctx_options_default();
     char *bridge = ibl_bridge_beside();
 
-    opts.threads = b->opts->threads;
-    opts.isa = (ibl_isa)b->opts->isa;
+    opts.threads = b->opts->common.threads;
+    opts.isa = (ibl_isa)b->opts->common.isa;
     opts.log = ibl_console_log;
     opts.log_cookie = b->console;
     opts.progress = ibl_console_progress;
@@ -206,8 +206,8 @@ static ibl_status make_all(ibl_bake *b)
 
     ibl_console_progress(b->console, "decode", 0);
     if (b->opts->input)
-        status = ibl_image_read(b->ctx, b->opts->input, &b->opts->read, &b->env,
-                                &b->report);
+        status = ibl_image_read(b->ctx, b->opts->input, &b->opts->common.read,
+                                &b->env, &b->report);
     for (int kind = 0; kind < IBL_OUTPUT_COUNT && !status; kind++)
         if (b->files[kind].path)
             status = makers[kind](b);
@@ -239,7 +239,7 @@ int ibl_bake_run(const ibl_opts *opts)
     ibl_bake b = {.opts = opts, .console = &console};
     ibl_status status;
 
-    ibl_console_init(&console, opts->quiet, opts->verbose);
+    ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
     ibl_signals_catch();
     status = ibl_targets_name(&b);
     if (!status)
@@ -264,7 +264,7 @@ int ibl_bake_run(const ibl_opts *opts)
     ibl_console_finish(&console);
     if (status)
         ibl_console_fail(&console, "%s", ibl_status_text(status));
-    else if (opts->verbose)
+    else if (opts->common.verbose)
         ibl_console_print_times(&console);
     free_bake(&b);
     return status ? 1 : 0;

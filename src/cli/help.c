@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* --help, and the words for an option's values and default. */
+#include <stdlib.h>
 #include <string.h>
 
 #include "cli/option.h"
@@ -28,10 +29,10 @@ void ibl_option_allowed(const ibl_option *opt, char *text, size_t size)
     }
 }
 
-void ibl_option_standard(const ibl_option *opt, char *text, size_t size)
+void ibl_option_standard(const ibl_option *opt, const void *settings,
+                         char *text, size_t size)
 {
-    const ibl_opts defaults = ibl_opts_default();
-    const void *field = (const char *)&defaults + opt->offset;
+    const void *field = (const char *)settings + opt->offset;
 
     *text = '\0';
     if (opt->standard)
@@ -67,13 +68,13 @@ static void wrap(FILE *to, const char *text, int column)
     fputc('\n', to);
 }
 
-static void print_option(FILE *to, const ibl_option *opt)
+static void print_option(FILE *to, const ibl_option *opt, const void *settings)
 {
     char allowed[160], standard[80], text[640];
     int column;
 
     ibl_option_allowed(opt, allowed, sizeof allowed);
-    ibl_option_standard(opt, standard, sizeof standard);
+    ibl_option_standard(opt, settings, standard, sizeof standard);
     snprintf(text, sizeof text, "%s%s%s%s%s%s%s", opt->help,
              *allowed || *standard ? " (" : "", allowed,
              *allowed && *standard ? "; " : "", *standard ? "default " : "",
@@ -92,31 +93,39 @@ static void print_option(FILE *to, const ibl_option *opt)
     wrap(to, text, column);
 }
 
-void ibl_opts_help(FILE *to)
+/* The other commands, under the bake's own usage. */
+static void print_commands(FILE *to)
 {
-    const char *group = "";
+    if (!ibl_commands[1])
+        return;
+    fputs("\nCommands (as the first argument; a file of that name is given as "
+          "./NAME):\n",
+          to);
+    for (int i = 1; ibl_commands[i]; i++)
+        fprintf(to, "  iblbake %s %s\n      %s\n", ibl_commands[i]->name,
+                ibl_commands[i]->usage, ibl_commands[i]->brief);
+}
 
-    fputs("Usage: iblbake [options] ENV -o DIR\n"
-          "\n"
-          "Bakes an equirectangular HDR environment (.hdr, .exr and others; - "
-          "reads\n"
-          "standard input) into the textures of image-based lighting:\n"
-          "  DIR/NAME_specular.EXT    prefiltered cube, one roughness per "
-          "level\n"
-          "  DIR/NAME_irradiance.EXT  diffuse cube, E/pi\n"
-          "  DIR/brdf_lut.EXT         scale and bias of F0 over N.V and "
-          "roughness\n"
-          "  DIR/NAME.json            spherical harmonics and what was done\n",
-          to);
-    for (int i = 0; i < ibl_option_count; i++) {
-        const ibl_option *opt = &ibl_option_table[i];
-        if (strcmp(group, opt->group) != 0) {
-            group = opt->group;
-            fprintf(to, "\n%s:\n", group);
-        }
-        print_option(to, opt);
+void ibl_command_help(const ibl_command *cmd, FILE *to)
+{
+    const char *title = "", *name = cmd->name ? cmd->name : "";
+    void *settings = calloc(1, cmd->settings_size);
+
+    if (!settings)
+        return;
+    cmd->defaults(settings);
+    fprintf(to, "Usage: iblbake %s%s%s\n\n%s", name, *name ? " " : "",
+            cmd->usage, cmd->intro);
+    if (!cmd->name)
+        print_commands(to);
+    for (const ibl_section *const *s = cmd->sections; *s; s++) {
+        if (strcmp(title, (*s)->title) != 0)
+            fprintf(to, "\n%s:\n", (*s)->title);
+        title = (*s)->title;
+        for (int i = 0; i < (*s)->count; i++)
+            print_option(to, &(*s)->options[i], settings);
     }
-    fputs("\nExit status: 0 done, 1 failed, 2 wrong usage. Manual: man "
-          "iblbake\n",
-          to);
+    free(settings);
+    fprintf(to, "\nExit status: %s. Manual: man iblbake%s%s\n", cmd->statuses,
+            *name ? "-" : "", name);
 }

@@ -1,29 +1,19 @@
 /* SPDX-License-Identifier: MIT */
-/* Every option: what it is called, takes, defaults to and does. */
-#include "cli/option.h"
-
+/* The bake and every option of its own: what it is called, takes, defaults to
+ * and does. */
 #include <errno.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "cli/bake.h"
+#include "cli/opts.h"
 
 static const char *const format_names[] = {"ktx2", "ktx", "dds", NULL};
 static const char *const pixel_names[] = {"rgba16f", "rgba32f", "rgb9e5",
                                           "r11g11b10f", NULL};
 static const char *const mapping_names[] = {"linear", "filament", NULL};
 static const char *const geometry_names[] = {"smith", "schlick-ibl", NULL};
-static const char *const isa_names[] = {"auto", "c",      "sse2",
-                                        "avx2", "avx512", NULL};
 static const char *const no_yes[] = {"no", "yes", NULL};
-
-/* Yaws that make faces look where another program's do. learnopengl and
- * threejs use the mapping of ibl/ibl.h; for cmgen (1.9, without --no-mirror)
- * it was measured: its +Z face shows the centre of the map and its +X face
- * what is a quarter of the width left of it. */
-static const struct {
-    const char *name;
-    double yaw_deg;
-} presets[] = {{"learnopengl", 0}, {"threejs", 0}, {"cmgen", -90}};
 
 const char *ibl_output_name(ibl_output_kind kind)
 {
@@ -32,7 +22,7 @@ const char *ibl_output_name(ibl_output_kind kind)
     return names[kind];
 }
 
-static bool parse_only(ibl_opts *o, const char *value)
+static bool parse_only(void *field, const char *value)
 {
     unsigned only = 0;
 
@@ -50,26 +40,15 @@ static bool parse_only(ibl_opts *o, const char *value)
         if (*value == ',' && !*++value)
             return false;
     }
-    o->only = only;
+    *(unsigned *)field = only;
     return only != 0;
 }
 
-static bool parse_rotate(ibl_opts *o, const char *value)
-{
-    char *end;
-
-    for (size_t i = 0; i < sizeof presets / sizeof presets[0]; i++)
-        if (!strcmp(value, presets[i].name)) {
-            o->yaw_deg = presets[i].yaw_deg;
-            return true;
-        }
-    o->yaw_deg = strtod(value, &end);
-    return end != value && !*end && fabs(o->yaw_deg) <= 360;
-}
-
 /* LEVEL=N[,LEVEL=N]...; whether the levels exist is checked with --levels. */
-static bool parse_level_samples(ibl_opts *o, const char *value)
+static bool parse_level_samples(void *field, const char *value)
 {
+    int *level_samples = field;
+
     for (;;) {
         char *end;
         errno = 0;
@@ -80,7 +59,7 @@ static bool parse_level_samples(ibl_opts *o, const char *value)
         const long samples = strtol(value, &end, 10);
         if (end == value || errno || samples < 1 || samples > 1048576)
             return false;
-        o->specular.level_samples[level] = (int)samples;
+        level_samples[level] = (int)samples;
         if (!*end)
             return true;
         if (*end != ',')
@@ -89,121 +68,111 @@ static bool parse_level_samples(ibl_opts *o, const char *value)
     }
 }
 
-#define AT(field) .offset = offsetof(ibl_opts, field)
-#define FLAG(field) .kind = IBL_OPTION_FLAG, AT(field)
-#define TEXT(field, what) .kind = IBL_OPTION_TEXT, .value = (what), AT(field)
-#define INT(field, lo, hi)                                                     \
-    .kind = IBL_OPTION_INT, .value = "N", AT(field), .low = (lo), .high = (hi)
-#define REAL(field, what, lo, hi)                                              \
-    .kind = IBL_OPTION_REAL, .value = (what), AT(field), .low = (lo),          \
-    .high = (hi)
-#define CHOICE(field, names)                                                   \
-    .kind = IBL_OPTION_CHOICE, .value = "NAME", AT(field), .choices = (names)
-#define OTHER(what, function)                                                  \
-    .kind = IBL_OPTION_OTHER, .value = (what), .parse = (function)
+#define FLAG(field) IBL_FLAG(ibl_opts, field)
+#define TEXT(field, what) IBL_TEXT(ibl_opts, field, what)
+#define INT(field, lo, hi) IBL_INT(ibl_opts, field, lo, hi)
+#define REAL(field, what, lo, hi) IBL_REAL(ibl_opts, field, what, lo, hi)
+#define CHOICE(field, names) IBL_CHOICE(ibl_opts, field, names)
+#define OTHER(field, what, parse) IBL_OTHER(ibl_opts, field, what, parse)
 
 /* clang-format off */
-const ibl_option ibl_option_table[] = {
-    {"Outputs", "output", 'o', TEXT(directory, "DIR"), .standard = "",
+static const ibl_option outputs[] = {
+    {"output", 'o', TEXT(directory, "DIR"), .standard = "",
      .help = "directory of the outputs, made if it is not there; required"},
-    {"Outputs", "name", 0, TEXT(name, "NAME"),
+    {"name", 0, TEXT(name, "NAME"),
      .standard = "ENV without directory and extension",
      .help = "outputs are NAME_specular.EXT and so on"},
-    {"Outputs", "format", 0, CHOICE(format, format_names),
+    {"format", 0, CHOICE(format, format_names),
      .help = "container, and the extension of its files"},
-    {"Outputs", "pixel", 0, CHOICE(pixel, pixel_names),
+    {"pixel", 0, CHOICE(pixel, pixel_names),
      .help = "texels of the cubes; the LUT is rg32f with rgba32f, else rg16f"},
-    {"Outputs", "only", 0, OTHER("LIST", parse_only),
+    {"only", 0, OTHER(only, "LIST", parse_only),
      .allowed = "a list of specular, irradiance, lut, skybox, json",
      .standard = "all", .help = "make these outputs alone"},
-    {"Outputs", "skybox", 0, INT(skybox, 1, IBL_MAX_CUBE_SIZE),
+    {"skybox", 0, INT(skybox, 1, IBL_MAX_CUBE_SIZE),
      .standard = "none",
      .help = "the environment itself too, as a cube with mips, N texels "
              "along an edge"},
-    {"Outputs", "preview", 0, TEXT(preview, "FILE"), .standard = "",
+    {"preview", 0, TEXT(preview, "FILE"), .standard = "",
      .help = "a PNG picture of everything that was made"},
-    {"Outputs", "depfile", 0, TEXT(depfile, "FILE"), .standard = "",
+    {"depfile", 0, TEXT(depfile, "FILE"), .standard = "",
      .help = "a rule for make and ninja: outputs depend on ENV"},
-    {"Outputs", "timings", 0, FLAG(timings),
+    {"timings", 0, FLAG(timings),
      .help = "note the time of each stage in the sidecar, which then differs "
              "from run to run"},
+};
 
-    {"Input", "rotate", 0, OTHER("DEG", parse_rotate),
-     .allowed = "-360 to 360, learnopengl, threejs (both 0) or cmgen (-90)",
+static const ibl_option input[] = {
+    {"rotate", 0, OTHER(yaw_deg, "DEG", ibl_rotate_parse),
+     .allowed = IBL_ROTATE_ALLOWED,
      .standard = "0",
      .help = "turn the environment about +Y, counter-clockwise from above"},
-    {"Input", "layer", 0, TEXT(read.layer, "NAME"),
-     .standard = "the unnamed or only one", .help = "layer of an EXR file"},
-    {"Input", "part", 0, INT(read.part, 0, 65535),
-     .standard = "the first with colour",
-     .help = "part of a multi-part EXR file, from 0"},
-    {"Input", "any-aspect", 0, FLAG(read.any_aspect),
-     .help = "take maps whose width is not twice their height"},
-    {"Input", "strict", 0, FLAG(read.strict),
-     .help = "refuse infinite, NaN and negative pixels, which are otherwise "
-             "mended"},
+};
 
-    {"Specular", "size", 0, INT(specular.size, 1, IBL_MAX_CUBE_SIZE),
+static const ibl_option specular[] = {
+    {"size", 0, INT(specular.size, 1, IBL_MAX_CUBE_SIZE),
      .help = "edge of the largest level in texels"},
-    {"Specular", "levels", 0, INT(specular.levels, 1, IBL_MAX_LEVELS),
+    {"levels", 0, INT(specular.levels, 1, IBL_MAX_LEVELS),
      .standard = "down to 8x8", .help = "number of levels"},
-    {"Specular", "mapping", 0, CHOICE(mapping, mapping_names),
+    {"mapping", 0, CHOICE(mapping, mapping_names),
      .help = "roughness of the levels: lod = r (levels - 1), or "
              "r (2 - r) (levels - 1)"},
-    {"Specular", "samples", 0, INT(specular.samples, 1, 1048576),
+    {"samples", 0, INT(specular.samples, 1, 1048576),
      .help = "samples for each texel"},
-    {"Specular", "level-samples", 0, OTHER("LIST", parse_level_samples),
+    {"level-samples", 0, OTHER(specular.level_samples, "LIST",
+     parse_level_samples),
      .allowed = "LEVEL=N,..., with levels from 1 and N from 1 to 1048576",
      .standard = "",
      .help = "samples of single levels, instead of --samples"},
-    {"Specular", "lod-bias", 0, REAL(specular.lod_bias, "BIAS", -4, 4),
+    {"lod-bias", 0, REAL(specular.lod_bias, "BIAS", -4, 4),
      .help = "added to the mip level of each sample's lookup"},
-    {"Specular", "jitter", 0, FLAG(specular.jitter),
+    {"jitter", 0, FLAG(specular.jitter),
      .help = "turn the sample pattern from texel to texel: noise instead of "
              "structure, the same in every run"},
-    {"Specular", "pdf-mip", 0, CHOICE(pdf_mip, no_yes),
+    {"pdf-mip", 0, CHOICE(pdf_mip, no_yes),
      .help = "choose the mip level of a lookup by the sample's density; no: "
              "always the full resolution"},
+};
 
-    {"Irradiance and spherical harmonics", "irradiance-size", 0,
+static const ibl_option irradiance[] = {
+    {"irradiance-size", 0,
      INT(irradiance.size, 1, IBL_MAX_CUBE_SIZE),
      .help = "edge of the faces in texels"},
-    {"Irradiance and spherical harmonics", "irradiance-step", 0,
+    {"irradiance-step", 0,
      REAL(irradiance.step, "RAD", 0.001, 0.5),
      .standard = "the sum over every pixel",
      .help = "the classic grid over the hemisphere, with this step in radians"},
-    {"Irradiance and spherical harmonics", "sh", 0,
+    {"sh", 0,
      INT(sh_degree, 0, IBL_MAX_SH_DEGREE),
      .help = "degree of the coefficients in the sidecar; 2 gives 9 of them"},
+};
 
-    {"BRDF table", "lut-size", 0, INT(lut.size, 1, 4096),
+static const ibl_option lut[] = {
+    {"lut-size", 0, INT(lut.size, 1, 4096),
      .help = "edge in texels"},
-    {"BRDF table", "lut-samples", 0, INT(lut.samples, 0, 1048576),
+    {"lut-samples", 0, INT(lut.samples, 0, 1048576),
      .help = "sampled with N points for each texel; 0: exact quadrature"},
-    {"BRDF table", "geometry", 0, CHOICE(geometry, geometry_names),
+    {"geometry", 0, CHOICE(geometry, geometry_names),
      .help = "shadowing and masking: Smith height-correlated, or Schlick "
              "with k = r r / 2"},
-
-    {"Running", "threads", 'j', INT(threads, 0, 1024),
-     .help = "threads; 0: as many as there are CPUs for this process. The "
-             "outputs are the same for any number"},
-    {"Running", "isa", 0, CHOICE(isa, isa_names),
-     .help = "instruction set of the hot loops; auto: the best of this CPU"},
-    {"Running", "quiet", 'q', FLAG(quiet), .help = "print errors alone"},
-    {"Running", "verbose", 'v', FLAG(verbose),
-     .help = "print what was done and the time of each stage"},
-    {"Running", "help", 'h', FLAG(help), .help = "print this text"},
-    {"Running", "version", 0, FLAG(version),
-     .help = "print the version and what it was built with"},
 };
 /* clang-format on */
 
-const int ibl_option_count =
-    (int)(sizeof ibl_option_table / sizeof ibl_option_table[0]);
+static const ibl_section *const sections[] = {
+    IBL_SECTION("Outputs", outputs),
+    IBL_SECTION("Input", input),
+    &ibl_input_section,
+    IBL_SECTION("Specular", specular),
+    IBL_SECTION("Irradiance and spherical harmonics", irradiance),
+    IBL_SECTION("BRDF table", lut),
+    &ibl_running_section,
+    NULL,
+};
 
 ibl_opts ibl_opts_default(void)
 {
     ibl_opts o = {
+        .common = ibl_common_default(),
         .format = IBL_CONTAINER_KTX2,
         .pixel = IBL_PIXEL_RGBA16F,
         .only = (1u << IBL_OUTPUT_COUNT) - 1,
@@ -211,8 +180,6 @@ ibl_opts ibl_opts_default(void)
         .irradiance = ibl_irradiance_options_default(),
         .lut = ibl_lut_options_default(),
         .sh_degree = 2,
-        .read = ibl_read_options_default(),
-        .isa = IBL_ISA_AUTO,
     };
 
     /* Enumerations and flags of the library, as ints that the table sets. */
@@ -221,3 +188,34 @@ ibl_opts ibl_opts_default(void)
     o.geometry = (int)o.lut.geometry;
     return o;
 }
+
+static void defaults(void *settings)
+{
+    *(ibl_opts *)settings = ibl_opts_default();
+}
+
+static int run(const void *settings)
+{
+    return ibl_bake_run(settings);
+}
+
+const ibl_command ibl_bake_command = {
+    .usage = "[options] ENV -o DIR",
+    .intro =
+        "Bakes an equirectangular HDR environment (.hdr, .exr and others; - "
+        "reads\n"
+        "standard input) into the textures of image-based lighting:\n"
+        "  DIR/NAME_specular.EXT    prefiltered cube, one roughness per "
+        "level\n"
+        "  DIR/NAME_irradiance.EXT  diffuse cube, E/pi\n"
+        "  DIR/brdf_lut.EXT         scale and bias of F0 over N.V and "
+        "roughness\n"
+        "  DIR/NAME.json            spherical harmonics and what was done\n",
+    .statuses = "0 done, 1 failed, 2 wrong usage",
+    .sections = sections,
+    .settings_size = sizeof(ibl_opts),
+    .defaults = defaults,
+    .take = ibl_opts_take,
+    .finish = ibl_opts_finish,
+    .run = run,
+};

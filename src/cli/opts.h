@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: MIT */
-/* The command line as one struct. */
+/* The bake's command line as one struct. */
 #ifndef CLI_OPTS_H
 #define CLI_OPTS_H
 
 #include <stdbool.h>
 #include <stddef.h>
-#include <stdio.h>
 
 #include <ibl/ibl.h>
 #include <ibl/io.h>
+
+#include "cli/option.h"
 
 /* What a bake can leave, in the order in which it is made. Bit n of
  * ibl_opts.only is output n. */
@@ -22,9 +23,10 @@ typedef enum ibl_output_kind {
 } ibl_output_kind;
 
 typedef struct ibl_opts {
+    ibl_common common;
     const char *input; /* "-": standard input; NULL: none (LUT alone) */
     const char *directory;
-    const char *name; /* NULL until ibl_opts_parse finds it */
+    const char *name; /* NULL until ibl_opts_finish finds it */
     int format;       /* ibl_container */
     int pixel;        /* ibl_pixel of the cubes */
     unsigned only;    /* outputs that are wanted */
@@ -37,16 +39,9 @@ typedef struct ibl_opts {
     int geometry;  /* ibl_geometry */
     int sh_degree; /* of the sidecar's spherical harmonics */
     double yaw_deg;
-    ibl_read_options read;
-    int threads;
-    int isa; /* ibl_isa */
     const char *preview;
     const char *depfile;
-    int timings; /* stage times in the sidecar */
-    int quiet;
-    int verbose;
-    int help;
-    int version;
+    int timings;    /* stage times in the sidecar */
     char stem[256]; /* holds name when it comes from input */
 } ibl_opts;
 
@@ -58,14 +53,15 @@ const char *ibl_output_name(ibl_output_kind kind);
 /* The pixel of the LUT: rg32f where the cubes are rgba32f, else rg16f. */
 ibl_pixel ibl_opts_lut_pixel(const ibl_opts *o);
 
-/*
- * Fills o from argv; strings point into argv or into o. Returns 0, or 2 after
- * one line on stderr that says what is wrong. With help or version set
- * nothing else was checked.
- */
-int ibl_opts_parse(int argc, char **argv, ibl_opts *o);
+/* Options before any argument was seen. */
+ibl_opts ibl_opts_default(void);
+/* The take and the finish of ibl_bake_command; strings point into argv or
+ * into the settings. */
+bool ibl_opts_take(void *settings, const char *word);
+bool ibl_opts_finish(void *settings);
 
-/* The whole --help, from the table of options; at most 80 columns. */
-void ibl_opts_help(FILE *to);
+/* An environment's name without directory and extension; "env" for standard
+ * input or none. False, after a line on stderr, if it does not fit. */
+bool ibl_stem(const char *input, char *stem, size_t size);
 
 #endif

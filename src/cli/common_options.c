@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: MIT */
+/* The options that every command has. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/option.h"
+
+static const char *const isa_names[] = {"auto", "c",      "sse2",
+                                        "avx2", "avx512", NULL};
+
+/* Yaws that make faces look where another program's do. learnopengl and
+ * threejs use the mapping of ibl/ibl.h; for cmgen (1.9, without --no-mirror)
+ * it was measured: its +Z face shows the centre of the map and its +X face
+ * what is a quarter of the width left of it. */
+static const struct {
+    const char *name;
+    double yaw_deg;
+} presets[] = {{"learnopengl", 0}, {"threejs", 0}, {"cmgen", -90}};
+
+bool ibl_rotate_parse(void *yaw_deg, const char *value)
+{
+    double *yaw = yaw_deg;
+    char *end;
+
+    for (size_t i = 0; i < sizeof presets / sizeof presets[0]; i++)
+        if (!strcmp(value, presets[i].name)) {
+            *yaw = presets[i].yaw_deg;
+            return true;
+        }
+    *yaw = strtod(value, &end);
+    return end != value && !*end && fabs(*yaw) <= 360;
+}
+
+/* clang-format off */
+static const ibl_option input[] = {
+    {"layer", 0, IBL_TEXT(ibl_common, read.layer, "NAME"),
+     .standard = "the unnamed or only one", .help = "layer of an EXR file"},
+    {"part", 0, IBL_INT(ibl_common, read.part, 0, 65535),
+     .standard = "the first with colour",
+     .help = "part of a multi-part EXR file, from 0"},
+    {"any-aspect", 0, IBL_FLAG(ibl_common, read.any_aspect),
+     .help = "take maps whose width is not twice their height"},
+    {"strict", 0, IBL_FLAG(ibl_common, read.strict),
+     .help = "refuse infinite, NaN and negative pixels, which are otherwise "
+             "mended"},
+};
+
+static const ibl_option running[] = {
+    {"threads", 'j', IBL_INT(ibl_common, threads, 0, 1024),
+     .help = "threads; 0: as many as there are CPUs for this process. The "
+             "outputs are the same for any number"},
+    {"isa", 0, IBL_CHOICE(ibl_common, isa, isa_names),
+     .help = "instruction set of the hot loops; auto: the best of this CPU"},
+    {"quiet", 'q', IBL_FLAG(ibl_common, quiet), .help = "print errors alone"},
+    {"verbose", 'v', IBL_FLAG(ibl_common, verbose),
+     .help = "print what was done and the time of each stage"},
+    {"help", 'h', .kind = IBL_OPTION_HELP, .help = "print this text"},
+    {"version", 0, .kind = IBL_OPTION_VERSION,
+     .help = "print the version and what it was built with"},
+};
+/* clang-format on */
+
+const ibl_section ibl_input_section = {"Input", input,
+                                       sizeof input / sizeof *input};
+const ibl_section ibl_running_section = {"Running", running,
+                                         sizeof running / sizeof *running};
+
+ibl_common ibl_common_default(void)
+{
+    return (ibl_common){.read = ibl_read_options_default(),
+                        .isa = IBL_ISA_AUTO};
+}
+
+bool ibl_common_finish(const ibl_common *c)
+{
+    if (c->quiet && c->verbose)
+        return ibl_misuse("--quiet and --verbose: choose one");
+    return true;
+}

@@ -1,0 +1,310 @@
+/* SPDX-License-Identifier: MIT */
+/* From the command line to a command's settings. */
+#include <errno.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/option.h"
+#include "cli/version.h"
+
+const ibl_command *const ibl_commands[] = {&ibl_bake_command, NULL};
+
+bool ibl_misuse(const char *fmt, ...)
+{
+    va_list ap;
+
+    fputs("iblbake: ", stderr);
+    va_start(ap, fmt);
+    vfprintf(stderr, fmt, ap);
+    va_end(ap);
+    fputc('\n', stderr);
+    return false;
+}
+
+/* Edit distance: insertions, deletions and replacements. Names longer than
+ * the row are as far as they are long. */
+static size_t distance(const char *a, const char *b, size_t b_length)
+{
+    size_t row[32];
+
+    if (b_length >= sizeof row / sizeof row[0])
+        return b_length;
+    for (size_t j = 0; j <= b_length; j++)
+        row[j] = j;
+    for (size_t i = 0; a[i]; i++) {
+        size_t diagonal = row[0];
+        row[0] = i + 1;
+        for (size_t j = 0; j < b_length; j++) {
+            size_t best = diagonal + (a[i] != b[j]);
+            diagonal = row[j + 1];
+            if (row[j] + 1 < best)
+                best = row[j] + 1;
+            if (diagonal + 1 < best)
+                best = diagonal + 1;
+            row[j + 1] = best;
+        }
+    }
+    return row[b_length];
+}
+
+/* Calls see for every option until it is content. */
+typedef bool see_fn(const ibl_option *opt, void *cookie);
+static const ibl_option *find(const ibl_command *cmd, see_fn *see, void *cookie)
+{
+    for (const ibl_section *const *s = cmd->sections; *s; s++)
+        for (int i = 0; i < (*s)->count; i++)
+            if (see(&(*s)->options[i], cookie))
+                return &(*s)->options[i];
+    return NULL;
+}
+
+typedef struct wanted {
+    const char *word;
+    size_t length;
+    size_t least; /* distance of nearest */
+    const ibl_option *nearest;
+} wanted;
+
+static bool has_name(const ibl_option *opt, void *cookie)
+{
+    const wanted *w = cookie;
+    return strlen(opt->name) == w->length &&
+           !memcmp(opt->name, w->word, w->length);
+}
+
+static bool is_nearer(const ibl_option *opt, void *cookie)
+{
+    wanted *w = cookie;
+    const size_t d = distance(opt->name, w->word, w->length);
+
+    if (d < w->least) {
+        w->least = d;
+        w->nearest = opt;
+    }
+    return false;
+}
+
+static bool has_letter(const ibl_option *opt, void *cookie)
+{
+    return opt->letter && opt->letter == *(const char *)cookie;
+}
+
+static const char *command_suffix(const ibl_command *cmd, const char **space)
+{
+    *space = cmd->name ? " " : "";
+    return cmd->name ? cmd->name : "";
+}
+
+static bool unknown_long(const ibl_command *cmd, const char *word,
+                         size_t length)
+{
+    wanted w = {word, length, length / 3 + 2, NULL};
+    const char *space, *name = command_suffix(cmd, &space);
+
+    find(cmd, is_nearer, &w);
+    if (w.nearest)
+        return ibl_misuse("--%.*s: unknown option: did you mean --%s?",
+                          (int)length, word, w.nearest->name);
+    return ibl_misuse("--%.*s: unknown option: see iblbake%s%s --help",
+                      (int)length, word, space, name);
+}
+
+static bool set_int(const ibl_option *opt, int *field, const char *value)
+{
+    char *end;
+
+    errno = 0;
+    const long n = strtol(value, &end, 10);
+    if (end == value || *end || errno || (double)n < opt->low ||
+        (double)n > opt->high)
+        return false;
+    *field = (int)n;
+    return true;
+}
+
+static bool set_real(const ibl_option *opt, double *field, const char *value)
+{
+    char *end;
+    const double x = strtod(value, &end);
+
+    if (end == value || *end || !(x >= opt->low && x <= opt->high))
+        return false;
+    *field = x;
+    return true;
+}
+
+static bool set_choice(const ibl_option *opt, int *field, const char *value)
+{
+    for (int i = 0; opt->choices[i]; i++)
+        if (!strcmp(opt->choices[i], value)) {
+            *field = i;
+            return true;
+        }
+    return false;
+}
+
+/* Stores the value of an option; value is NULL for a flag. */
+static bool set(void *settings, const ibl_option *opt, const char *value)
+{
+    void *field = (char *)settings + opt->offset;
+    char allowed[160];
+    bool ok = false;
+
+    switch (opt->kind) {
+    case IBL_OPTION_HELP:
+    case IBL_OPTION_VERSION:
+        return true;
+    case IBL_OPTION_FLAG:
+        *(int *)field = 1;
+        return true;
+    case IBL_OPTION_INT:
+        ok = set_int(opt, field, value);
+        break;
+    case IBL_OPTION_REAL:
+        ok = set_real(opt, field, value);
+        break;
+    case IBL_OPTION_CHOICE:
+        ok = set_choice(opt, field, value);
+        break;
+    case IBL_OPTION_TEXT:
+        if (!*value)
+            return ibl_misuse("--%s: is empty: give it a %s", opt->name,
+                              opt->value);
+        *(const char **)field = value;
+        return true;
+    case IBL_OPTION_OTHER:
+        ok = opt->parse(field, value);
+        break;
+    }
+    if (ok)
+        return true;
+    ibl_option_allowed(opt, allowed, sizeof allowed);
+    return ibl_misuse("--%s %s: not a value of that option: it takes %s",
+                      opt->name, value, allowed);
+}
+
+static bool no_value(const ibl_option *opt)
+{
+    char allowed[160];
+
+    ibl_option_allowed(opt, allowed, sizeof allowed);
+    return ibl_misuse("--%s: has no value: it takes %s%s%s", opt->name,
+                      opt->value, *allowed ? ", " : "", allowed);
+}
+
+/* A walk over the command line. */
+typedef struct line {
+    const ibl_command *cmd;
+    void *settings;
+    char **argv;
+    int next;             /* argument after the current one */
+    ibl_option_kind stop; /* HELP or VERSION was seen */
+} line;
+
+static bool take(line *l, const ibl_option *opt, const char *value)
+{
+    if (opt->kind == IBL_OPTION_HELP || opt->kind == IBL_OPTION_VERSION)
+        l->stop = opt->kind;
+    return set(l->settings, opt, value);
+}
+
+/* "--name", "--name=value" or "--name value". */
+static bool take_long(line *l, const char *word)
+{
+    wanted w = {.word = word, .length = strcspn(word, "=")};
+    const ibl_option *opt = find(l->cmd, has_name, &w);
+    const char *value = word[w.length] ? word + w.length + 1 : NULL;
+
+    if (!opt)
+        return unknown_long(l->cmd, word, w.length);
+    if (!opt->value && value)
+        return ibl_misuse("--%s=%s: the option takes no value: leave out =%s",
+                          opt->name, value, value);
+    if (opt->value && !value) {
+        if (!l->argv[l->next])
+            return no_value(opt);
+        value = l->argv[l->next++];
+    }
+    return take(l, opt, value);
+}
+
+/* "-qv", "-j4", "-j 4". */
+static bool take_short(line *l, const char *word)
+{
+    for (; *word; word++) {
+        char letter = *word;
+        const ibl_option *opt = find(l->cmd, has_letter, &letter);
+        const char *space, *name = command_suffix(l->cmd, &space);
+        if (!opt)
+            return ibl_misuse("-%c: unknown option: see iblbake%s%s --help",
+                              letter, space, name);
+        if (opt->value) {
+            const char *value = word[1] ? word + 1 : l->argv[l->next];
+            if (!value)
+                return no_value(opt);
+            l->next += !word[1];
+            return take(l, opt, value);
+        }
+        take(l, opt, NULL);
+    }
+    return true;
+}
+
+/* Parses from argv[next] on; stops at --help and --version. */
+static bool parse(line *l)
+{
+    bool ended = false;
+
+    while (l->argv[l->next]) {
+        const char *word = l->argv[l->next++];
+        bool ok;
+        if (ended || word[0] != '-' || !word[1])
+            ok = l->cmd->take(l->settings, word);
+        else if (!strcmp(word, "--"))
+            ok = ended = true;
+        else if (word[1] == '-')
+            ok = take_long(l, word + 2);
+        else
+            ok = take_short(l, word + 1);
+        if (!ok)
+            return false;
+        if (l->stop)
+            return true;
+    }
+    return l->cmd->finish(l->settings);
+}
+
+static const ibl_command *find_command(const char *word)
+{
+    for (int i = 1; word && ibl_commands[i]; i++)
+        if (!strcmp(ibl_commands[i]->name, word))
+            return ibl_commands[i];
+    return ibl_commands[0];
+}
+
+int ibl_command_main(int argc, char **argv)
+{
+    const ibl_command *cmd = find_command(argc > 0 ? argv[1] : NULL);
+    line l = {.cmd = cmd, .argv = argv, .next = cmd->name ? 2 : 1};
+    int status = 0;
+
+    if (argc < 1)
+        l.next = 0;
+    l.settings = calloc(1, cmd->settings_size);
+    if (!l.settings) {
+        ibl_misuse("no memory for the settings");
+        return 1;
+    }
+    cmd->defaults(l.settings);
+    if (!parse(&l))
+        status = 2;
+    else if (l.stop == IBL_OPTION_HELP)
+        ibl_command_help(cmd, stdout);
+    else if (l.stop == IBL_OPTION_VERSION)
+        ibl_version_print(stdout);
+    else
+        status = cmd->run(l.settings);
+    free(l.settings);
+    return status;
+}
