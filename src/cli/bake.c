@@ -4,12 +4,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/bridge_file.h"
 #include "cli/depfile.h"
 #include "cli/keys.h"
 #include "cli/preview.h"
 #include "cli/sidecar.h"
 #include "cli/signals.h"
+#include "cli/start.h"
 #include "cli/targets.h"
 
 int ibl_bake_level_samples(const ibl_bake *b, int level)
@@ -34,28 +34,6 @@ static ibl_status no_memory(ibl_bake *b, const char *what)
 {
     ibl_console_fail(b->console, "no memory for %s: ask for less", what);
     return IBL_ERR_MEMORY;
-}
-
-/* ---- context --------------------------------------------------------- */
-
-static ibl_status open_context(ibl_bake *b)
-{
-    ibl_ctx_options opts = ibl_ctx_options_default();
-    char *bridge = ibl_bridge_beside();
-
-    opts.threads = b->opts->common.threads;
-    opts.isa = (ibl_isa)b->opts->common.isa;
-    opts.log = ibl_console_log;
-    opts.log_cookie = b->console;
-    opts.progress = ibl_console_progress;
-    opts.progress_cookie = b->console;
-    opts.bridge = bridge;
-    /* So that no pool thread ever runs the handler. */
-    ibl_signals_hold();
-    const ibl_status status = ibl_ctx_create(&opts, &b->ctx);
-    ibl_signals_release();
-    free(bridge);
-    return status;
 }
 
 /* ---- outputs --------------------------------------------------------- */
@@ -243,7 +221,7 @@ int ibl_bake_run(const ibl_opts *opts)
     ibl_signals_catch();
     status = ibl_targets_name(&b);
     if (!status)
-        status = open_context(&b);
+        status = ibl_start(&opts->common, &console, &b.ctx);
     if (!status)
         status = ibl_outputs_create(b.ctx, &b.outputs);
     if (!status) {

@@ -6,10 +6,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/faces.h"
+
 enum {
     FACE = 96, /* edge of an unfolded cube's face in pixels */
-    PANEL_WIDTH = 4 * FACE,
-    PANEL_HEIGHT = 3 * FACE,
+    PANEL_WIDTH = IBL_CROSS_COLUMNS * FACE,
+    PANEL_HEIGHT = IBL_CROSS_ROWS * FACE,
     GAP = 16,
     BACKGROUND = 24, /* grey, as the file stores it */
     MAX_PANELS = IBL_MAX_LEVELS + 4
@@ -87,19 +89,11 @@ static const float *texel(const ibl_cube *cube, int level, int face, int i,
     const int n = ibl_cube_edge(cube->size, level);
 
     if (i < 0 || j < 0 || i >= n || j >= n) {
-        const double u = 2 * (i + 0.5) / n - 1, v = 2 * (j + 0.5) / n - 1;
-        const double d[6][3] = {{1, -v, -u}, {-1, -v, u}, {u, 1, v},
-                                {u, -1, -v}, {u, -v, 1},  {-u, -v, -1}};
-        const double x = d[face][0], y = d[face][1], z = d[face][2];
-        double s, t, m;
-        if (fabs(x) >= fabs(y) && fabs(x) >= fabs(z))
-            face = x < 0, m = fabs(x), s = x < 0 ? z : -z, t = -y;
-        else if (fabs(y) >= fabs(z))
-            face = 2 + (y < 0), m = fabs(y), s = x, t = y < 0 ? -z : z;
-        else
-            face = 4 + (z < 0), m = fabs(z), s = z < 0 ? -x : x, t = -y;
-        i = (int)fmin(fmax(floor((s / m + 1) / 2 * n), 0), n - 1);
-        j = (int)fmin(fmax(floor((t / m + 1) / 2 * n), 0), n - 1);
+        double dir[3];
+        ibl_face_direction(face, 2 * (i + 0.5) / n - 1, 2 * (j + 0.5) / n - 1,
+                           dir);
+        const ibl_texel at = ibl_face_texel(n, dir);
+        face = at.face, i = at.x, j = at.y;
     }
     return ibl_cube_face(cube, level, face) + 3 * ((size_t)j * (size_t)n + i);
 }
@@ -138,17 +132,13 @@ static void face_pixel(const ibl_cube *cube, int level, int face, int x, int y,
 static void draw_cube(const sheet *s, int left, int top, const ibl_cube *cube,
                       int level)
 {
-    /* Where each face lies in the cross, in faces. */
-    static const int place[IBL_FACES][2] = {{2, 1}, {0, 1}, {1, 0},
-                                            {1, 2}, {1, 1}, {3, 1}};
-
     for (int face = 0; face < IBL_FACES; face++)
         for (int y = 0; y < FACE; y++)
             for (int x = 0; x < FACE; x++) {
                 double rgb[3];
                 face_pixel(cube, level, face, x, y, rgb);
-                put_radiance(s, left + FACE * place[face][0] + x,
-                             top + FACE * place[face][1] + y, rgb);
+                put_radiance(s, left + FACE * ibl_cross_place[face][0] + x,
+                             top + FACE * ibl_cross_place[face][1] + y, rgb);
             }
 }
 

@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: MIT */
+#include "cli/faces.h"
+
+#include <math.h>
+
+const int ibl_cross_place[IBL_FACES][2] = {{2, 1}, {0, 1}, {1, 0},
+                                           {1, 2}, {1, 1}, {3, 1}};
+
+void ibl_face_direction(int face, double u, double v, double dir[3])
+{
+    const double d[IBL_FACES][3] = {{1, -v, -u}, {-1, -v, u}, {u, 1, v},
+                                    {u, -1, -v}, {u, -v, 1},  {-u, -v, -1}};
+    for (int k = 0; k < 3; k++)
+        dir[k] = d[face][k];
+}
+
+ibl_texel ibl_face_texel(int size, const double dir[3])
+{
+    const double x = dir[0], y = dir[1], z = dir[2];
+    double s, t, m;
+    int face;
+
+    if (fabs(x) >= fabs(y) && fabs(x) >= fabs(z))
+        face = x < 0, m = fabs(x), s = x < 0 ? z : -z, t = -y;
+    else if (fabs(y) >= fabs(z))
+        face = 2 + (y < 0), m = fabs(y), s = x, t = y < 0 ? -z : z;
+    else
+        face = 4 + (z < 0), m = fabs(z), s = z < 0 ? -x : x, t = -y;
+    return (ibl_texel){
+        face, (int)fmin(fmax(floor((s / m + 1) / 2 * size), 0), size - 1),
+        (int)fmin(fmax(floor((t / m + 1) / 2 * size), 0), size - 1)};
+}

@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: MIT */
+/* The faces of a cube: where texels look, and how a cube is unfolded. */
+#ifndef CLI_FACES_H
+#define CLI_FACES_H
+
+#include <ibl/ibl.h>
+#include <ibl/reference.h>
+
+/* Where point (u, v) in -1..1 of a face looks, not normalised. u and v may
+ * run over the edges. */
+void ibl_face_direction(int face, double u, double v, double dir[3]);
+
+/* The texel of a cube of `size` that a direction falls in. */
+ibl_texel ibl_face_texel(int size, const double dir[3]);
+
+/*
+ * An unfolded cube is a cross of 4 by 3 faces, +Y on top, -X +Z +X -Z in the
+ * middle row, -Y below, so that neighbours in it are neighbours on the cube.
+ * These are the column and row of each face.
+ */
+enum {
+    IBL_CROSS_COLUMNS = 4,
+    IBL_CROSS_ROWS = 3
+};
+extern const int ibl_cross_place[IBL_FACES][2];
+
+#endif

@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * How far baked maps are from the truth of <ibl/reference.h>.
+ *
+ * A level of a cube is judged at chosen texels. Each stands for as many
+ * texels as its kind has members for one that was chosen, and every statistic
+ * weighs it by that number, so that the statistics estimate those of the
+ * whole level although the hard texels are looked at more closely. The kinds,
+ * the first that fits:
+ *   light   the 3x3 texels around each of the environment's brightest pixels
+ *           (at least 10 degrees apart); all of them
+ *   corner  the three texels at each of the cube's corners; all of them
+ *   near    within 20 degrees of the brightest pixel
+ *   edge    at the edge of a face
+ *   dark    in the darkest tenth of the level
+ *   rest    the others, one for each cell of a grid over the faces
+ * The choice depends on the environment, the size, the roughness, the count
+ * and the seed, never on what is judged.
+ *
+ * With x the texel's RGB, t the truth's, |.| the root of the sum of squares
+ * over R, G and B, and means over texels:
+ *   nRMSE           sqrt(mean |x - t|^2) / sqrt(mean |t|^2)
+ *   relative error  |x - t| / max(|t|, floor); the floor is a thousandth of
+ *                   the |.| of the environment's mean radiance, below which a
+ *                   difference is lost beside everything else in the scene
+ *   median, p95     of the relative error
+ *   bias            mean of the level over the mean of the environment - 1:
+ *                   R + G + B, every texel of the level, weighted by solid
+ *                   angle
+ *   rounding        nRMSE of the truth itself when it is encoded as the pixel
+ *                   format and decoded
+ * Texels that are not finite are counted over the whole level and left out of
+ * everything else.
+ */
+#ifndef CLI_JUDGE_H
+#define CLI_JUDGE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include <ibl/ibl.h>
+#include <ibl/io.h>
+#include <ibl/reference.h>
+
+typedef struct ibl_judge_options {
+    int texels; /* of each level, about; at least IBL_JUDGE_MIN_TEXELS */
+    int all;    /* every texel instead */
+    int seed;
+    int grid; /* cells along a face's edge, at least; for pictures. 0: as
+                 texels has it */
+} ibl_judge_options;
+
+enum {
+    IBL_JUDGE_MIN_TEXELS = 24,
+    IBL_JUDGE_TEXELS = 192 /* default */
+};
+
+ibl_judge_options ibl_judge_options_default(void);
+
+/* What a level holds. */
+typedef enum ibl_role {
+    IBL_ROLE_ENVIRONMENT, /* means over texels: skybox, or roughness 0 */
+    IBL_ROLE_SPECULAR,
+    IBL_ROLE_IRRADIANCE
+} ibl_role;
+
+typedef struct ibl_judge_level {
+    ibl_role role;
+    double roughness;    /* SPECULAR, 0..1; 0 is judged as ENVIRONMENT */
+    double scale;        /* what the truth is multiplied by: 1; pi where an
+                            irradiance map holds E */
+    int size;            /* of the faces */
+    const float *texels; /* 3 * 6 * size * size, as a level of ibl_cube */
+    ibl_pixel pixel;     /* that they were decoded from; IBL_PIXEL_COUNT:
+                            none, they are what they are */
+    size_t mended;       /* texels that were not finite before a reader mended
+                            them: counted as such */
+} ibl_judge_level;
+
+typedef struct ibl_judged_texel {
+    ibl_texel at;
+    double weight; /* texels that it stands for */
+    double error;  /* relative */
+} ibl_judged_texel;
+
+typedef struct ibl_verdict {
+    ibl_role role;
+    double roughness;
+    int size;
+    size_t count; /* texels judged, of which texels holds each */
+    double nrmse; /* these seven as defined above */
+    double median;
+    double p95;
+    double worst; /* the largest relative error */
+    double worst_dir[3];
+    ibl_texel worst_at;
+    double bias;
+    double rounding;
+    double rounding_share; /* (rounding / nrmse)^2, at most 1: the part of the
+                              squared error that the pixel format explains */
+    size_t nonfinite;      /* texels of the level with NaN or Inf */
+    ibl_judged_texel *texels;
+} ibl_verdict;
+
+void ibl_verdict_free(ibl_verdict *v); /* NULL and zeroed are fine */
+
+/* An environment with its truth at what was judged until now: levels of the
+ * same role, roughness and size are judged again for little. */
+typedef struct ibl_judge ibl_judge;
+
+/* Borrows ctx and env until ibl_judge_free. yaw_deg as in
+ * ibl_cube_from_latlong. */
+ibl_status ibl_judge_create(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
+                            const ibl_judge_options *opts, ibl_judge **out);
+void ibl_judge_free(ibl_judge *judge); /* NULL is fine */
+
+/* Judges a level; *out is the caller's to free. */
+ibl_status ibl_judge_cube_level(ibl_judge *judge, const ibl_judge_level *level,
+                                ibl_verdict *out);
+
+/* A split-sum table against the integrals, absolute errors over R and G. */
+typedef struct ibl_lut_verdict {
+    int size;
+    size_t count;    /* texels judged: corners, edges, and cells of a grid */
+    double max, rms; /* rms by the numbers that texels stand for, too */
+    double worst_n_dot_v, worst_roughness;
+    double rounding; /* rms that the pixel format leaves */
+    size_t nonfinite;
+} ibl_lut_verdict;
+
+/* pixel as in ibl_judge_level. */
+ibl_status ibl_judge_lut(ibl_ctx *ctx, const ibl_lut *lut, ibl_pixel pixel,
+                         ibl_geometry geometry, const ibl_judge_options *opts,
+                         ibl_lut_verdict *out);
+
+#endif

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: MIT */
+#include "cli/start.h"
+
+#include <stdlib.h>
+
+#include "cli/bridge_file.h"
+#include "cli/signals.h"
+
+ibl_status ibl_start(const ibl_common *common, ibl_console *console,
+                     ibl_ctx **ctx)
+{
+    ibl_ctx_options opts = ibl_ctx_options_default();
+    char *bridge = ibl_bridge_beside();
+
+    opts.threads = common->threads;
+    opts.isa = (ibl_isa)common->isa;
+    opts.log = ibl_console_log;
+    opts.log_cookie = console;
+    opts.progress = ibl_console_progress;
+    opts.progress_cookie = console;
+    opts.bridge = bridge;
+    /* So that no pool thread ever runs the handler. */
+    ibl_signals_hold();
+    const ibl_status status = ibl_ctx_create(&opts, ctx);
+    ibl_signals_release();
+    free(bridge);
+    return status;
+}
