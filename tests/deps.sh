@@ -18,9 +18,12 @@ libopenimageio-dev:image_bridge,_reads_other_formats
 libpng-dev:writes_previews
 libjansson-dev:writes_the_sidecar
 '
+case ${CC:-cc} in
+clang*) build="$build clang:C_compiler_asked_for libclang-rt-dev:sanitizers" ;;
+esac
 check="$build"'
 clang:second_compiler
-libclang-rt-14-dev:sanitizers_of_clang
+libclang-rt-dev:sanitizers_of_clang
 clang-format:make_lint
 mandoc:make_lint
 cmake:tests_the_CMake_example
@@ -56,16 +59,24 @@ for entry in $wanted; do
     nodejs) command -v node >/dev/null 2>&1 && continue ;;
     npm) command -v npm >/dev/null 2>&1 && continue ;;
     esac
-    state=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null) ||
-        state=
-    [ "$state" = installed ] && continue
+    # A line for each architecture that it is known for.
+    dpkg-query -W -f '${db:Status-Status}\n' "$package" 2>/dev/null |
+        grep -qx installed && continue
     echo "deps: $package is missing ($(echo "${entry#*:}" | tr _ ' '))"
     missing="$missing $package"
 done
 [ -n "$missing" ] || exit 0
 
 sudo=
-[ "$(id -u)" = 0 ] || sudo=sudo
+if [ "$(id -u)" != 0 ]; then
+    sudo=sudo
+    command -v sudo >/dev/null 2>&1 || {
+        echo "deps: there is no sudo to install them with; as root run" >&2
+        echo "    apt-get install$missing" >&2
+        echo 'or build with what is there: DEPS=no' >&2
+        exit 1
+    }
+fi
 echo "deps: installing$missing (DEPS=no turns this off)"
 export DEBIAN_FRONTEND=noninteractive
 $sudo apt-get update -qq
