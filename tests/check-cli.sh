@@ -262,6 +262,17 @@ test_verbose_prints_times() {
     grep -qE '^total +[0-9.]+ s$' err || cat err
 }
 
+test_verbose_names_what_was_read_and_written() {
+    local f
+    iblbake -v env.exr $small -o out --preview p.png --depfile d 2>err
+    grep -qx 'iblbake: read env.exr: OpenEXR, .*, 64 x 32, peak .*' err ||
+        cat err
+    for f in out/* p.png d; do
+        grep -q "^iblbake: wrote $f" err || echo "no word of $f"
+    done
+    grep -qF 'specular.ktx2: cube, rgba16f, 16 x 16, levels: 2' err || cat err
+}
+
 test_depfile_in_make() {
     local t=$'\t'
     mkdir lit

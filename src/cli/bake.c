@@ -196,6 +196,32 @@ static ibl_status make_all(ibl_bake *b)
     return status;
 }
 
+/* What was read and written, for -v. */
+static void tell(const ibl_bake *b)
+{
+    if (b->opts->input)
+        ibl_console_info(b->console, "read %s: %s, %d x %d, peak %.6g",
+                         b->opts->input, b->report.format, b->env.width,
+                         b->env.height, (double)b->report.peak);
+    for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++) {
+        const ibl_baked *file = &b->files[kind];
+        if (!file->path)
+            continue;
+        if (kind == IBL_OUTPUT_JSON)
+            ibl_console_info(b->console, "wrote %s", file->path);
+        else
+            ibl_console_info(
+                b->console, "wrote %s: %s, %s, %d x %d, levels: %d", file->path,
+                file->shape.faces == 6 ? "cube" : "2D",
+                ibl_pixel_name(file->shape.pixel), file->shape.width,
+                file->shape.height, file->shape.levels);
+    }
+    if (b->opts->preview)
+        ibl_console_info(b->console, "wrote %s", b->opts->preview);
+    if (b->opts->depfile)
+        ibl_console_info(b->console, "wrote %s", b->opts->depfile);
+}
+
 static void free_bake(ibl_bake *b)
 {
     ibl_signals_guard(NULL);
@@ -242,8 +268,10 @@ int ibl_bake_run(const ibl_opts *opts)
     ibl_console_finish(&console);
     if (status)
         ibl_console_fail(&console, "%s", ibl_status_text(status));
-    else if (opts->common.verbose)
+    else if (opts->common.verbose) {
+        tell(&b);
         ibl_console_print_times(&console);
+    }
     free_bake(&b);
     return status ? 1 : 0;
 }

@@ -62,6 +62,14 @@ void ibl_console_warn(ibl_console *c, const char *fmt, ...)
     va_end(ap);
 }
 
+void ibl_console_info(ibl_console *c, const char *fmt, ...)
+{
+    va_list ap;
+    va_start(ap, fmt);
+    say(c, IBL_LOG_INFO, fmt, ap);
+    va_end(ap);
+}
+
 static int find_stage(ibl_console *c, const char *name)
 {
     int i = 0;

@@ -41,6 +41,9 @@ void ibl_console_fail(ibl_console *c, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
 void ibl_console_warn(ibl_console *c, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
+/* Prints the same way what -v asks for. */
+void ibl_console_info(ibl_console *c, const char *fmt, ...)
+    __attribute__((format(printf, 2, 3)));
 /* Ends the running stage and takes the bar off the screen. */
 void ibl_console_finish(ibl_console *c);
 /* Prints the time of each stage. */
