@@ -47,9 +47,9 @@ static ibl_status not_there(ibl_ctx *ctx, const ibl_bridge_source *source,
 
     if (access(path, F_OK))
         return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
-                        "%s: %s the image bridge, and %s is not there: it is "
-                        "built where the package libopenimageio-dev is "
-                        "installed",
+                        "%s: %s the image bridge, and %s is not there: "
+                        "install the package libopenimageio-dev and build "
+                        "iblbake again",
                         source->name, kind, path);
     if (error && strstr(error, "libOpenImageIO"))
         return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
