@@ -1,8 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # Runs the examples of README.md as they stand there: the shell line, the
-# Makefile rule (with -j), the CMake list, and the shader lines through
-# glslang.
+# Makefile rule (with -j), the CMake list, the C program, and the shader lines
+# through glslang.
 set -u
 build=$(cd "${BUILD:-build}" && pwd) || exit 1
 top=$PWD
@@ -58,6 +58,11 @@ ok cmake-there test -s cmake/CMakeLists.txt
 ok cmake cmake -S cmake -B cmake/build
 ok cmake-build cmake --build cmake/build -j4
 ok cmake-output test -s cmake/build/lit/noon_specular.ktx2
+
+block c >light.c
+ok c cc -Wall -Wextra -Werror -I"$top/include" light.c "$build/libiblbake.a" \
+    -lOpenEXRCore -ldl -lm -pthread -o light
+ok c-runs ./light
 
 if command -v glslangValidator >/dev/null; then
     { echo '#version 330 core'; block glsl
