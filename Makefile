@@ -36,7 +36,7 @@ EXR_LIBS = $(shell pkg-config --variable=libdir OpenEXR 2>/dev/null | \
              sed 's/^/-L/') -lOpenEXRCore
 CLI_CFLAGS = $(shell pkg-config --cflags libpng zlib jansson 2>/dev/null)
 CLI_LIBS = $(shell pkg-config --libs libpng zlib jansson 2>/dev/null)
-HAVE_OIIO = $(shell pkg-config --exists OpenImageIO && echo yes)
+HAVE_OIIO = $(shell pkg-config --exists OpenImageIO 2>/dev/null && echo yes)
 
 REQUIRED := -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -pthread \
             -ffp-contract=off -fvisibility=hidden -MMD -MP
@@ -61,7 +61,7 @@ BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 .DELETE_ON_ERROR:
 .SECONDARY:
 .PHONY: all lib deps tests benches demo check check-run bench lint format \
-        install uninstall clean list
+        install uninstall clean list FORCE
 
 ## all: the program and its image bridge (default)
 all: deps
@@ -72,7 +72,7 @@ lib: $(LIB)
 
 ## deps: install the system packages that are missing (DEPS=no: never)
 deps:
-	@DEPS=$(DEPS) sh tests/deps.sh build
+	@DEPS=$(DEPS) CC="$(CC)" sh tests/deps.sh build
 
 ISA =
 %_avx2.o: ISA := -mavx2 -mfma -mf16c
@@ -83,7 +83,16 @@ $(EXR_OBJ): LOCAL = $(EXR_CFLAGS)
 $(BUILD)/obj/src/io/bridge.o: LOCAL = -DIBL_BRIDGE='"$(LIBDIR)/iblbake/libiblbridge.so"'
 $(BUILD)/obj/src/cli/%.o: LOCAL = $(CLI_CFLAGS) -DIBL_REVISION='"$(REVISION)"'
 
-$(BUILD)/obj/%.o: %.c
+# What else was built with is built again: these files hold what was used and
+# change with it alone.
+$(BUILD)/used-cc: export USED = $(CC) $(CPPFLAGS) $(CFLAGS)
+$(BUILD)/used-libdir: export USED = $(LIBDIR)
+$(BUILD)/used-cc $(BUILD)/used-libdir: FORCE
+	@mkdir -p $(@D)
+	@echo "$$USED" | cmp -s - $@ || echo "$$USED" >$@
+$(BUILD)/obj/src/io/bridge.o: $(BUILD)/used-libdir
+
+$(BUILD)/obj/%.o: %.c $(BUILD)/used-cc
 	@mkdir -p $(@D)
 	$(CC) $(REQUIRED) $(WARN) $(CWARN) $(LOCAL) $(CPPFLAGS) $(CFLAGS) $(ISA) \
 	    -c -o $@ $<
@@ -123,7 +132,8 @@ benches: $(BENCHES)
 
 ## demo: set up, bake data/sky.exr into build/demo, leave a picture
 demo: deps
-	+@$(MAKE) --no-print-directory DEPS=no all
+	@echo "iblbake: building"
+	+@$(MAKE) -s DEPS=no all
 	$(BIN) data/sky.exr -o build/demo --skybox 512 -v \
 	    --preview build/demo/sky.png
 	@ls -l build/demo
@@ -136,6 +146,7 @@ check:
 	@DEPS=$(DEPS) sh tests/deps.sh check
 	+@$(MAKE) --no-print-directory DEPS=no check-run
 check-run:
+	@echo "iblbake: building with gcc, clang, asan and tsan, some minutes"
 	+@$(MAKE) -s WERROR=-Werror all tests
 	+@$(MAKE) -s WERROR=-Werror CC=clang CXX=clang++ BUILD=build/clang all tests
 	+@$(MAKE) -s WERROR=-Werror config=asan all tests
@@ -156,28 +167,28 @@ format:
 
 ## install: DESTDIR, PREFIX, BINDIR, LIBDIR, INCLUDEDIR, MANDIR
 install: all
-	$(INSTALL) -d $(DESTDIR)$(BINDIR) $(DESTDIR)$(LIBDIR)/pkgconfig \
-	    $(DESTDIR)$(LIBDIR)/iblbake $(DESTDIR)$(INCLUDEDIR)/ibl \
-	    $(DESTDIR)$(MANDIR)/man1
-	$(INSTALL) -m 755 $(BIN) $(DESTDIR)$(BINDIR)/iblbake
-	$(INSTALL) -m 644 $(LIB) $(DESTDIR)$(LIBDIR)/libiblbake.a
-	$(INSTALL) -m 644 include/ibl/*.h \
-	    $(DESTDIR)$(INCLUDEDIR)/ibl
-	$(INSTALL) -m 644 man/*.1 $(DESTDIR)$(MANDIR)/man1
+	$(INSTALL) -d "$(DESTDIR)$(BINDIR)" "$(DESTDIR)$(LIBDIR)/pkgconfig" \
+	    "$(DESTDIR)$(LIBDIR)/iblbake" "$(DESTDIR)$(INCLUDEDIR)/ibl" \
+	    "$(DESTDIR)$(MANDIR)/man1"
+	$(INSTALL) -m 755 $(BIN) "$(DESTDIR)$(BINDIR)/iblbake"
+	$(INSTALL) -m 644 $(LIB) "$(DESTDIR)$(LIBDIR)/libiblbake.a"
+	$(INSTALL) -m 644 include/ibl/*.h "$(DESTDIR)$(INCLUDEDIR)/ibl"
+	$(INSTALL) -m 644 man/*.1 "$(DESTDIR)$(MANDIR)/man1"
 	if [ -e $(BRIDGE) ]; then $(INSTALL) -m 755 $(BRIDGE) \
-	    $(DESTDIR)$(LIBDIR)/iblbake; fi
+	    "$(DESTDIR)$(LIBDIR)/iblbake"; fi
 	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@LIBDIR@|$(LIBDIR)|' \
 	    -e 's|@INCLUDEDIR@|$(INCLUDEDIR)|' -e 's|@VERSION@|$(VERSION)|' \
-	    src/iblbake.pc.in > $(DESTDIR)$(LIBDIR)/pkgconfig/iblbake.pc
+	    src/iblbake.pc.in >"$(DESTDIR)$(LIBDIR)/pkgconfig/iblbake.pc"
 
 ## uninstall: remove what install put there
 uninstall:
-	rm -f $(DESTDIR)$(BINDIR)/iblbake $(DESTDIR)$(LIBDIR)/libiblbake.a \
-	    $(DESTDIR)$(LIBDIR)/iblbake/libiblbridge.so \
-	    $(DESTDIR)$(LIBDIR)/pkgconfig/iblbake.pc \
-	    $(patsubst include/%,$(DESTDIR)$(INCLUDEDIR)/%,$(wildcard include/ibl/*.h)) \
-	    $(patsubst man/%,$(DESTDIR)$(MANDIR)/man1/%,$(wildcard man/*.1))
-	rmdir $(DESTDIR)$(LIBDIR)/iblbake $(DESTDIR)$(INCLUDEDIR)/ibl || true
+	rm -f "$(DESTDIR)$(BINDIR)/iblbake" "$(DESTDIR)$(LIBDIR)/libiblbake.a" \
+	    "$(DESTDIR)$(LIBDIR)/iblbake/libiblbridge.so" \
+	    "$(DESTDIR)$(LIBDIR)/pkgconfig/iblbake.pc" \
+	    $(patsubst include/%,"$(DESTDIR)$(INCLUDEDIR)"/%,$(wildcard include/ibl/*.h)) \
+	    $(patsubst man/%,"$(DESTDIR)$(MANDIR)/man1"/%,$(wildcard man/*.1))
+	-rmdir "$(DESTDIR)$(LIBDIR)/iblbake" "$(DESTDIR)$(INCLUDEDIR)/ibl" \
+	    2>/dev/null || true
 
 -include $(shell find $(BUILD)/obj -name '*.d' 2>/dev/null)
 

@@ -53,6 +53,7 @@ cp "$root/use.c" "$root/use.cpp"
 flags() { pkg-config "$@" iblbake; }
 ok c sh -c "cc '$root/use.c' -o '$root/use' $(flags --cflags --libs)"
 ok c-runs "$root/use" data/sky.exr
+ok c-bridge "$root/use" data/studio.exr
 ok c++ sh -c "c++ '$root/use.cpp' -o '$root/use++' $(flags --cflags --libs)"
 ok c++-runs "$root/use++" data/sky.exr
 
@@ -82,5 +83,7 @@ ok alone-runs "$root/alone"
 ok uninstall "${make[@]}" uninstall
 left=$(find "$prefix" -type f)
 ok nothing-left test -z "$left"
+# The library remembers the PREFIX: back to the default one.
+ok as-before make -s DEPS=no BUILD="$build" all
 echo "$passed passed, $failed failed"
 [ $failed -eq 0 ]
