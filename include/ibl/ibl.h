@@ -202,8 +202,9 @@ int ibl_default_levels(int size);
  * Level 0: the environment as a cube. Each texel is the average of the source
  * over the texel's solid angle: exact against the source's pixels as constant
  * patches where they are no larger than the texels; where they are larger the
- * source is first interpolated bilinearly to pixels that are not, and one
- * gain per channel keeps the mean radiance.
+ * source is first interpolated bilinearly to pixels that are not, with the
+ * weights between two rows bent so that every pixel keeps its energy. Linear,
+ * and never outside the range of the source.
  *   env       the map
  *   yaw_deg   turns the environment about +Y, counter-clockwise seen from
  *             above; any finite value

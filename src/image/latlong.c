@@ -19,7 +19,8 @@
  * constant map constant to rounding.
  *
  * A source whose pixels are larger than the texels is interpolated
- * bilinearly to a finer grid on the way into the prefix sums.
+ * bilinearly to a finer grid on the way into the prefix sums, with weights
+ * between rows that leave every pixel the solid angle it has (bend_rows).
  */
 #include <math.h>
 #include <stdbool.h>
@@ -50,6 +51,7 @@ struct source {
     int scale_x, scale_y;
     bool bilinear; /* else every fine pixel has its source pixel's value */
     int columns, rows;
+    double *bend;     /* height + 1, if bilinear; see bend_rows */
     double yaw;       /* radians, 0..2 pi */
     double *cosine;   /* rows + 1 */
     double *per_row;  /* rows: 1 / (cosine[j] - cosine[j + 1]) */
@@ -87,7 +89,6 @@ struct face_job {
                         pole's n + 1 lines of constant z, then n + 1 of x */
     double *corners; /* n + 1 for each worker */
     float *texels;   /* of the face */
-    sum4 *totals;    /* of each of its rows: integrals, not means */
 };
 
 /* ---- the source ------------------------------------------------------- */
@@ -115,6 +116,41 @@ static void source_free(struct source *s)
     ibl_free(s->per_row);
     ibl_free(s->cos_edge);
     ibl_free(s->sin_edge);
+    ibl_free(s->bend);
+}
+
+/* How far down between the centres of two rows a fine row is, 0..1; *above:
+ * the upper one, -1 beyond the zenith. */
+static double between_rows(const struct source *s, int row, int *above)
+{
+    const double y = (row + 0.5) / s->scale_y - 0.5;
+    *above = (int)floor(y);
+    return y - *above;
+}
+
+/*
+ * Rows differ in solid angle, so a linear weight t of the lower row would give
+ * pixels more or less light than they have: a sun next to a pole 8 % more.
+ * With t + bend t (1 - t) every row has, between each two centres, the solid
+ * angle that is its own up to the border. bend is at most 1/4, at the poles,
+ * and the weights stay in 0..1 and sum to 1. Beyond a pole is the same row.
+ */
+static void bend_rows(const struct source *s)
+{
+    double missing = 0, room = 0;
+    int pair = -1;
+    for (int row = 0; row < s->rows; row++) {
+        int above;
+        const double t = between_rows(s, row, &above);
+        const double dc = s->cosine[row] - s->cosine[row + 1];
+        if (above != pair)
+            missing = room = 0;
+        pair = above;
+        missing += ((t > 0.5) - t) * dc;
+        room += t * (1 - t) * dc;
+        if (pair >= 0 && pair < s->env->height - 1 && room > 0)
+            s->bend[pair + 1] = missing / room;
+    }
 }
 
 /* A texel at the middle of a face is 2/n wide, its quarter turn n texels. */
@@ -134,7 +170,8 @@ static ibl_status source_init(ibl_ctx *ctx, const ibl_image *env,
     s->per_row = ibl_alloc_array((size_t)s->rows, sizeof *s->per_row);
     s->cos_edge = ibl_alloc_array((size_t)s->columns + 1, sizeof(double));
     s->sin_edge = ibl_alloc_array((size_t)s->columns + 1, sizeof(double));
-    if (!s->cosine || !s->per_row || !s->cos_edge || !s->sin_edge) {
+    s->bend = ibl_alloc_zeroed((size_t)env->height + 1, sizeof *s->bend);
+    if (!s->cosine || !s->per_row || !s->cos_edge || !s->sin_edge || !s->bend) {
         source_free(s);
         return ibl_no_memory(ctx, "the source's tables");
     }
@@ -147,6 +184,8 @@ static ibl_status source_init(ibl_ctx *ctx, const ibl_image *env,
         s->cos_edge[k] = cos(phi);
         s->sin_edge[k] = sin(phi);
     }
+    if (s->bilinear)
+        bend_rows(s);
     return IBL_OK;
 }
 
@@ -181,12 +220,13 @@ static void fetch_row(const struct source *s, int row,
                       double (*rgb)[3])
 {
     const ibl_image *env = s->env;
-    const double y = (row + 0.5) / s->scale_y - 0.5;
-    const int above = (int)floor(y);
+    int above;
+    const double t = between_rows(s, row, &above);
+    const double lower = t + s->bend[above + 1] * t * (1 - t);
     memset(rgb, 0, (size_t)count * sizeof *rgb);
     for (int k = 0; k < 2; k++) {
         int j = above + k;
-        const double weight = k ? y - above : 1 - (y - above);
+        const double weight = k ? lower : 1 - lower;
         const bool beyond = j < 0 || j >= env->height;
         const struct tap *tap = taps[beyond];
         if (beyond)
@@ -481,11 +521,9 @@ static void finish_row(void *arg, int y, int worker)
 {
     const struct face_job *f = arg;
     float *out = f->texels + 3 * (size_t)y * (size_t)f->n;
-    sum4 *total = f->totals + y;
     const int z = f->axes->down[2] > 0 ? y : f->n - 1 - y;
     (void)worker;
 
-    memset(total, 0, sizeof *total);
     for (int x = 0; x < f->n; x++) {
         sum4 sum = {0};
         if (is_pole(f->axes))
@@ -495,8 +533,6 @@ static void finish_row(void *arg, int y, int worker)
         /* Below a bright pixel G is not 0 and leaves its rounding. */
         for (int c = 0; c < 3; c++)
             out[3 * x + c] = (float)(sum.v[c] > 0 ? sum.v[c] / sum.v[3] : 0);
-        for (int c = 0; c < RGB1; c++)
-            total->v[c] += sum.v[c];
     }
 }
 
@@ -565,73 +601,12 @@ static ibl_status filter_face(ibl_ctx *ctx, struct face_job *f)
     return status;
 }
 
-/* ---- the gain of an interpolated source ------------------------------- */
-
-/* Mean radiance of the map's constant pixels. */
-static void source_mean(const ibl_image *env, double mean[3])
-{
-    mean[0] = mean[1] = mean[2] = 0;
-    for (int j = 0; j < env->height; j++) {
-        const float *row = env->data + 3 * (size_t)j * (size_t)env->width;
-        const double weight =
-            (cos(PI * j / env->height) - cos(PI * (j + 1) / env->height)) /
-            (2.0 * env->width);
-        double sum[3] = {0};
-        for (int i = 0; i < 3 * env->width; i += 3) {
-            for (int c = 0; c < 3; c++)
-                sum[c] += (double)row[i + c];
-        }
-        for (int c = 0; c < 3; c++)
-            mean[c] += weight * sum[c];
-    }
-}
-
-struct gain {
-    float *data; /* of the cube, n texels squared a face */
-    int n;
-    double rgb[3];
-};
-
-static void scale_row(void *arg, int row, int worker)
-{
-    const struct gain *g = arg;
-    float *p = g->data + 3 * (size_t)row * (size_t)g->n;
-    (void)worker;
-    for (int i = 0; i < g->n; i++) {
-        for (int c = 0; c < 3; c++)
-            p[3 * i + c] = (float)((double)p[3 * i + c] * g->rgb[c]);
-    }
-}
-
-/* Interpolation does not keep the mean where rows differ in solid angle: one
- * factor for each channel does. totals: of all the cube's rows. */
-static ibl_status keep_mean(ibl_ctx *ctx, const ibl_image *env,
-                            const sum4 *totals, const ibl_cube *cube)
-{
-    struct gain gain = {cube->data, cube->size, {1, 1, 1}};
-    const int rows = IBL_FACES * cube->size;
-    double wanted[3];
-    sum4 found = {0};
-
-    source_mean(env, wanted);
-    for (int y = 0; y < rows; y++) {
-        for (int c = 0; c < RGB1; c++)
-            found.v[c] += totals[y].v[c];
-    }
-    for (int c = 0; c < 3; c++) {
-        if (found.v[c] > 0)
-            gain.rgb[c] = wanted[c] * found.v[3] / found.v[c];
-    }
-    return ibl_run(ctx, NULL, rows, scale_row, &gain);
-}
-
 ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
                                  double yaw_deg, ibl_cube *cube)
 {
     const size_t n = (size_t)cube->size;
     struct source src = {0};
     struct face_job f = {.src = &src, .n = cube->size};
-    sum4 *totals = NULL;
     ibl_status status;
 
     if (!isfinite(yaw_deg))
@@ -644,21 +619,16 @@ ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
     f.edges = ibl_alloc_array(2 * (n + 1) * n, sizeof *f.edges);
     f.corners = ibl_alloc_array((size_t)ibl_ctx_threads(ctx) * (n + 1),
                                 sizeof *f.corners);
-    totals = ibl_alloc_array(IBL_FACES * n, sizeof *totals);
-    if (!f.tile.prefix || !f.edges || !f.corners || !totals)
+    if (!f.tile.prefix || !f.edges || !f.corners)
         status = ibl_no_memory(ctx, "level 0");
     for (int face = 0; face < IBL_FACES && !status; face++) {
         ibl_progress(ctx, "level 0", face / (double)IBL_FACES);
         f.axes = &ibl_face[face];
         f.texels = ibl_cube_face(cube, 0, face);
-        f.totals = totals + (size_t)face * n;
         status = filter_face(ctx, &f);
     }
-    if (!status && src.bilinear)
-        status = keep_mean(ctx, env, totals, cube);
     if (!status)
         ibl_progress(ctx, "level 0", 1);
-    ibl_free(totals);
     ibl_free(f.corners);
     ibl_free(f.edges);
     ibl_free(f.tile.prefix);
