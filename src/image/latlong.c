@@ -163,6 +163,9 @@ static ibl_status source_init(ibl_ctx *ctx, const ibl_image *env,
     const int columns = 4 * n > MIN_COLUMNS ? 4 * n : MIN_COLUMNS;
     s->scale_x = env->width < columns ? ceil_div(columns, env->width) : 1;
     s->scale_y = env->height < 2 * n ? ceil_div(2 * n, env->height) : 1;
+    /* Even, for beyond the poles: half a turn is whole columns. */
+    if (s->bilinear && env->width % 2 && s->scale_x % 2)
+        s->scale_x++;
     s->columns = env->width * s->scale_x;
     s->rows = env->height * s->scale_y;
 
