@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "bake/filter.h"
 
+#include <float.h>
+#include <math.h>
 #include <stdint.h>
 
 #include "brdf/ggx.h"
@@ -42,8 +44,10 @@ static void filter_texel(const filter *a, long texel)
     ibl_texel_frame(n, face, x, y, a->jitter ? turn_of(a->level, texel) : 0,
                     frame);
     a->dsp.gather(&a->samples->set, a->levels, frame, rgb);
+    /* Weights sum to 1 but for rounding, too much for the largest floats. */
     for (int c = 0; c < 3; c++)
-        a->out[3 * texel + c] = (float)(rgb[c] + a->pyramid->floor[c]);
+        a->out[3 * texel + c] =
+            (float)fmin(rgb[c] + a->pyramid->floor[c], FLT_MAX);
 }
 
 static void filter_job(void *arg, int job, int worker)
