@@ -121,7 +121,8 @@ $(BRIDGE): src/io/bridge/bridge.cpp src/io/bridge/bridge.h
 	    $(CPPFLAGS) $(CXXFLAGS) $(LDFLAGS) -o $@ $< \
 	    $$(pkg-config --libs OpenImageIO)
 
-TEST_OBJ := $(call obj,tests/test.c tests/truth.c tests/files.c)
+TEST_OBJ := $(call obj,tests/test.c tests/truth.c tests/files.c \
+                       tests/maps.c)
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(EXR_LIBS) \

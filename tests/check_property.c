@@ -1,0 +1,747 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Properties that every bake has, over random maps: of 1x1 to 64x40, sparse
+ * suns, noise, smooth, black rows, denormals (maps.h). Map k is made from the
+ * seed IBL_TEST_SEED + k (default 1), k < IBL_TEST_MAPS (default 200, 40 under
+ * a sanitizer). A failure prints the seed of its map:
+ *
+ *     IBL_TEST_SEED=17 IBL_TEST_MAPS=1 build/tests/check_property linear
+ *
+ * IBL_TEST_VERBOSE=1 prints how near each property came to its bound. Bounds
+ * are derived beside the tests; u is the unit roundoff of float, 2^-24, v that
+ * of double, 2^-53.
+ */
+#include <float.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "image/pyramid.h"
+#include "maps.h"
+#include "truth.h"
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define MAPS 40
+#else
+#define MAPS 200
+#endif
+
+static const double u = 0x1p-24, v = 0x1p-53;
+
+enum {
+    SAMPLES = 128 /* of a specular texel */
+};
+
+/* Products of denormal floats round to multiples of 2^-149: 8 a lookup, two
+ * lookups a sample. */
+static const double underflow = 16 * SAMPLES * 0x1p-150;
+/* Groups of 256 samples, 8 products each, are summed in float; all terms are
+ * >= 0, so the sum is off by at most so much of itself (Higham 2002, 4.2). */
+static const double gathered = 8 * 256 * 0x1p-24;
+/*
+ * Standard deviation of what a small sun gives, as a share of it, if the
+ * samples were drawn at random. A lookup spreads each over a footprint of
+ * variance v = 5/12 h^2 an axis, h the edge of a texel (bake/samples.c), and
+ * the mip is chosen so that h^2 holds 4 samples (lod_bias 1). A Gaussian of
+ * that variance has (integral)^2 / integral of squares = 4 pi v, which is
+ * 5/3 pi h^2: 20.9 samples see the sun. Hammersley points must do better.
+ */
+static const double random_error = 0.2186; /* 1 / sqrt(4 * 5 / 3 * pi) */
+
+typedef struct subject {
+    ibl_ctx *ctx;
+    test_random random; /* for further choices */
+    uint64_t seed;
+    bool last; /* of the maps */
+    map_kind kind;
+    ibl_image map;
+} subject;
+
+typedef void property(subject *s);
+
+/* One failure a map is enough. */
+static bool fails(const subject *s, const char *what, double seen, double limit)
+{
+    if (seen <= limit)
+        return false;
+    test_fail(__FILE__, __LINE__,
+              "seed %" PRIu64 ", %dx%d %s: %s: %.4g, not within %.4g", s->seed,
+              s->map.width, s->map.height, map_kind_name(s->kind), what, seen,
+              limit);
+    return true;
+}
+
+/* The largest share of its limit that a property came to, for the table. */
+static double most;
+
+static bool within(const subject *s, const char *what, double seen,
+                   double limit)
+{
+    if (limit > 0 && seen / limit > most)
+        most = seen / limit;
+    return !fails(s, what, seen, limit);
+}
+
+static uint64_t number(const char *name, uint64_t otherwise)
+{
+    const char *text = getenv(name);
+    return text && *text ? strtoull(text, NULL, 10) : otherwise;
+}
+
+static void for_each_map(const char *name, property *f)
+{
+    const uint64_t seed = number("IBL_TEST_SEED", 1);
+    const uint64_t maps = number("IBL_TEST_MAPS", MAPS);
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    most = 0;
+    for (uint64_t k = 0; k < maps; k++) {
+        subject s = {.ctx = ctx,
+                     .random = {seed + k},
+                     .seed = seed + k,
+                     .last = k + 1 == maps};
+        s.map = map_random(ctx, &s.random, &s.kind);
+        f(&s);
+        ibl_image_free(&s.map);
+    }
+    if (number("IBL_TEST_VERBOSE", 0))
+        printf("%s: at most %.3g of its bound\n", name, most);
+    ibl_ctx_free(ctx);
+}
+
+static int below(subject *s, int n)
+{
+    return (int)(test_random_u64(&s->random) % (uint64_t)n);
+}
+
+/* ---- bakes ------------------------------------------------------------ */
+
+static ibl_cube level0(ibl_ctx *ctx, const ibl_image *map, double yaw, int n)
+{
+    ibl_cube cube = {0};
+    if (ibl_cube_alloc(ctx, n, 1, &cube) ||
+        ibl_cube_from_latlong(ctx, map, yaw, &cube))
+        exit(1);
+    return cube;
+}
+
+static ibl_cube irradiance(ibl_ctx *ctx, const ibl_image *map, double yaw,
+                           int n)
+{
+    const ibl_irradiance_options o = {.size = n, .yaw_deg = yaw};
+    ibl_cube cube = {0};
+    if (ibl_bake_irradiance(ctx, map, &o, &cube))
+        exit(1);
+    return cube;
+}
+
+/* levels 0: all down to one texel. */
+static ibl_cube specular(ibl_ctx *ctx, const ibl_image *map, double yaw, int n,
+                         int levels, int samples)
+{
+    ibl_specular_options o = ibl_specular_options_default();
+    ibl_cube cube = {0};
+    o.size = n;
+    o.samples = samples;
+    o.yaw_deg = yaw;
+    o.levels = levels;
+    while (!levels && n >> o.levels)
+        o.levels++;
+    if (ibl_bake_specular(ctx, map, &o, &cube))
+        exit(1);
+    return cube;
+}
+
+/* Rounding of level 0, absolute: of prefix sums over up to h + 2n rows, each
+ * at most 2 peak, times the texel's share of dphi over its solid angle. */
+static double level0_noise(const subject *s, int n, double peak)
+{
+    return 4 * v * (s->map.height + 2 * n) * n * n * peak + 0x1p-149;
+}
+
+static double peak_of(const ibl_image *map)
+{
+    double low, high, peak = 0;
+    for (int c = 0; c < 3; c++) {
+        map_range(map, c, &low, &high);
+        peak = fmax(peak, high);
+    }
+    return peak;
+}
+
+/* ---- energy ----------------------------------------------------------- */
+
+/* Integral of cos(theta) dphi along the line at distance a from the vertical
+ * axis of a face at distance 1, up to t along it. */
+static double line_integral(double a, double t)
+{
+    return atan2(t, a * sqrt(1 + a * a + t * t));
+}
+
+/* The same from t0 to t1 by the trapezium rule with Hermite's end correction
+ * between the borders of so many columns: what level 0 takes it for. */
+static double by_columns(double a, double t0, double t1, int columns)
+{
+    const double step = 2 * 3.14159265358979323846 / columns;
+    const double end = atan2(t1, a);
+    double from = atan2(t0, a), sum = 0;
+    for (double k = floor(from / step) + 1; from < end; k++) {
+        const double to = fmin(k * step, end), dphi = to - from;
+        const double q0 = cos(from), q1 = cos(to);
+        const double d0 = q0 * q0 + a * a, d1 = q1 * q1 + a * a;
+        const double bow =
+            a * a * (sin(to) / (d1 * sqrt(d1)) - sin(from) / (d0 * sqrt(d0))) *
+            dphi / 12;
+        sum += dphi * (0.5 * (q0 / sqrt(d0) + q1 / sqrt(d1)) + bow);
+        from = to;
+    }
+    return sum;
+}
+
+/* The most that a texel of the top or bottom divides by a wrong solid angle,
+ * as a share of it. (The lines of the sides are at a = 1 and 1e-3 of that.) */
+static double solid_angle_error(int n)
+{
+    double worst = 0, smallest = 1e9;
+    for (int j = 0; j <= n; j++) {
+        const double a = fabs(2.0 * j / n - 1);
+        for (int i = 0; i < n && a > 0; i++) {
+            const double t0 = 2.0 * i / n - 1, t1 = 2.0 * (i + 1) / n - 1;
+            const double exact = line_integral(a, t1) - line_integral(a, t0);
+            const double angle = ibl_cube_solid_angle(n, i, j < n ? j : n - 1);
+            worst = fmax(worst, fabs(by_columns(a, t0, t1, 512) - exact));
+            smallest = fmin(smallest, angle);
+        }
+    }
+    return 4 * worst / smallest;
+}
+
+/* Texels partition the sphere, and what one loses at its border the other
+ * gains; each divides by a solid angle that is off by what its four edges are
+ * and rounds to float once. */
+static void energy_of_level0(subject *s)
+{
+    static double error[25];
+    const int n = 1 + below(s, 24);
+    double mean[3];
+    ibl_cube cube = level0(s->ctx, &s->map, 360.0 * below(s, 97) / 97, n);
+    if (!(error[n] > 0))
+        error[n] = solid_angle_error(n);
+    truth_mean(&s->map, mean);
+    for (int c = 0; c < 3; c++)
+        if (!within(s, "mean of level 0",
+                    fabs(cube_mean(&cube, 0, c) - mean[c]),
+                    (u + error[n]) * mean[c] + 0x1p-150))
+            break;
+    ibl_cube_free(&cube);
+}
+
+/* What a sun at d contributes to the mean of a level of n x n faces and that
+ * roughness, 1 if the texels' centres stand for all directions; *texels: how
+ * many see it, as (sum w)^2 / sum w^2. */
+static double seen_by_centres(int n, double roughness, const double d[3],
+                              double *texels)
+{
+    const double a2 = pow(roughness, 4);
+    double sum = 0, squares = 0, whole = 0;
+    for (int i = 0; i < IBL_FACES * n * n; i++) {
+        double e[3];
+        truth_cube_direction(n, i / (n * n), i % n, i / n % n, e);
+        const double c = d[0] * e[0] + d[1] * e[1] + d[2] * e[2];
+        const double q = (1 - c) / 2, t = q + a2 * (1 - q);
+        const double w =
+            c > 0 ? c / (t * t) * ibl_cube_solid_angle(n, i % n, i / n % n) : 0;
+        sum += w;
+        squares += w * w;
+    }
+    for (int i = 0; i < 4000; i++) { /* the integral over c, midpoints */
+        const double q = (i + 0.5) / 8000, t = q + a2 * (1 - q);
+        whole += (1 - 2 * q) / (t * t) / 8000 * 4 * 3.14159265358979323846;
+    }
+    *texels = sum * sum / squares;
+    return sum / whole;
+}
+
+/* The most that the mean of a level strays: by its centres, and by three
+ * standard deviations of as many samples drawn at random (random_error). */
+static double energy_bound(int n, double roughness)
+{
+    test_random r = {5};
+    double worst = 0, fewest = 1e9;
+    for (int k = 0; k < 400; k++) {
+        double d[3], texels;
+        truth_cube_direction(1, 0, test_random_unit(&r) / 2,
+                             test_random_unit(&r) / 2, d);
+        const double seen = seen_by_centres(n, roughness, d, &texels);
+        worst = fmax(worst, fabs(seen - 1));
+        fewest = fmin(fewest, texels);
+    }
+    return worst + 3 * random_error / sqrt(fewest);
+}
+
+static void energy_of_levels(subject *s)
+{
+    static double bounds[3];
+    double mean[3];
+    ibl_cube cube = specular(s->ctx, &s->map, 0, 32, 3, SAMPLES);
+    truth_mean(&s->map, mean);
+    for (int l = 1; l < 3; l++) {
+        if (!(bounds[l] > 0))
+            bounds[l] = energy_bound(32 >> l, l / 2.0);
+        for (int c = 0; c < 3; c++)
+            within(s, l == 1 ? "mean at r = 0.5" : "mean at r = 1",
+                   fabs(cube_mean(&cube, l, c) - mean[c]),
+                   bounds[l] * mean[c] + underflow);
+    }
+    ibl_cube_free(&cube);
+}
+
+/* ---- ranges ----------------------------------------------------------- */
+
+static void check_range(subject *s, const char *what, const ibl_cube *cube,
+                        double relative, double absolute)
+{
+    for (int k = 0; k < 3 * cube->levels; k++) {
+        double low, high, from, to;
+        map_range(&s->map, k % 3, &low, &high);
+        cube_range(cube, k / 3, k % 3, &from, &to);
+        const double slack = relative * high + absolute;
+        if (!(from >= 0 && to <= FLT_MAX)) {
+            fails(s, what, NAN, 0);
+            return;
+        }
+        if (!within(s, what, to - high, slack) ||
+            !within(s, what, low - from, slack))
+            return;
+    }
+}
+
+/* Averages: no texel is above the brightest pixel or below the darkest, but
+ * for one rounding; so nothing is negative or infinite. */
+static void range_of_level0(subject *s)
+{
+    const int n = 1 + below(s, 24);
+    ibl_cube cube = level0(s->ctx, &s->map, 360.0 * below(s, 97) / 97, n);
+    check_range(s, "range of level 0", &cube, u, 0);
+    ibl_cube_free(&cube);
+}
+
+static void range_of_irradiance(subject *s)
+{
+    ibl_cube cube = irradiance(s->ctx, &s->map, 1000.0 / 97, 1 + below(s, 7));
+    check_range(s, "range of irradiance", &cube, u, 0);
+    ibl_cube_free(&cube);
+}
+
+static void range_of_specular(subject *s)
+{
+    const int n = 1 + below(s, 20);
+    ibl_cube cube = specular(s->ctx, &s->map, 1000.0 / 97, n, 0, SAMPLES);
+    check_range(s, "range of specular", &cube, gathered, underflow);
+    ibl_cube_free(&cube);
+}
+
+/* The same where floats end: a sum of weights that rounds to more than 1 must
+ * not make the largest float infinite. */
+static void range_at_the_top(subject *s)
+{
+    const int n = 1 + below(s, 20);
+    const float top = FLT_MAX / 2 / (float)fmax(peak_of(&s->map), 1);
+    for (size_t i = 0; i < map_floats(&s->map); i++)
+        s->map.data[i] = below(s, 300) ? FLT_MAX : s->map.data[i] * top;
+    ibl_cube a = specular(s->ctx, &s->map, 33, n, 0, SAMPLES);
+    ibl_cube b = irradiance(s->ctx, &s->map, 33, 3);
+    check_range(s, "specular of the largest floats", &a, gathered, 0);
+    check_range(s, "irradiance of the largest floats", &b, u, 0);
+    ibl_cube_free(&a);
+    ibl_cube_free(&b);
+}
+
+/* ---- linear ----------------------------------------------------------- */
+
+/* Makes sums of two such maps exact in float: multiples of 1/8 below 2^20. */
+static void quantise(ibl_image *map)
+{
+    for (size_t i = 0; i < map_floats(map); i++)
+        map->data[i] = floorf(fminf(map->data[i], 0x1p20f) * 8) / 8;
+}
+
+static double worst_sum(const ibl_cube *a, const ibl_cube *b, const ibl_cube *c,
+                        double relative, double absolute)
+{
+    double worst = 0;
+    for (size_t i = 0; i < cube_floats(a); i++) {
+        const double off =
+            fabs((double)a->data[i] + (double)b->data[i] - (double)c->data[i]);
+        worst = fmax(worst, off / (relative * (double)c->data[i] + absolute));
+    }
+    return worst;
+}
+
+static void linear(subject *s)
+{
+    const int n = 1 + below(s, 16);
+    const bool tiny = s->kind == MAP_DENORMAL;
+    map_kind kind = tiny ? MAP_DENORMAL : (map_kind)below(s, MAP_KINDS);
+    ibl_image b =
+        map_of_kind(s->ctx, &s->random, kind, s->map.width, s->map.height);
+    ibl_image sum = map_constant(s->ctx, b.width, b.height, 0);
+    if (!tiny) {
+        quantise(&s->map);
+        quantise(&b);
+    }
+    for (size_t i = 0; i < map_floats(&sum); i++)
+        sum.data[i] = s->map.data[i] + b.data[i];
+    const double noise = 3 * level0_noise(s, 64, peak_of(&sum));
+    ibl_cube x[3], y[3], z[3];
+    const ibl_image *maps[3] = {&s->map, &b, &sum};
+    for (int k = 0; k < 3; k++) {
+        x[k] = level0(s->ctx, maps[k], 20, n);
+        y[k] = irradiance(s->ctx, maps[k], 20, n);
+        z[k] = specular(s->ctx, maps[k], 20, n, 0, SAMPLES);
+    }
+    within(s, "level 0 of a sum", worst_sum(&x[0], &x[1], &x[2], 2 * u, noise),
+           1);
+    within(s, "irradiance of a sum",
+           worst_sum(&y[0], &y[1], &y[2], 2 * u, noise), 1);
+    within(s, "specular of a sum",
+           worst_sum(&z[0], &z[1], &z[2], 2 * gathered, noise + 3 * underflow),
+           1);
+    for (int k = 0; k < 3; k++) {
+        ibl_cube_free(&x[k]);
+        ibl_cube_free(&y[k]);
+        ibl_cube_free(&z[k]);
+    }
+    ibl_image_free(&b);
+    ibl_image_free(&sum);
+}
+
+/* a_lm are sums in double of |L| dO |Y_lm| at most, |Y_lm| <= sqrt((2l + 1) /
+ * 4 pi); w + h additions along the rows and over them, and l steps of each
+ * recurrence, round. */
+static void linear_harmonics(subject *s)
+{
+    enum {
+        DEGREE = 6,
+        COUNT = 3 * (DEGREE + 1) * (DEGREE + 1)
+    };
+    double a[COUNT], b[COUNT], sum[COUNT], mean[3];
+    ibl_image other = map_turned(s->ctx, &s->map, s->map.width / 3);
+    ibl_image both = map_constant(s->ctx, other.width, other.height, 0);
+    if (s->kind != MAP_DENORMAL) {
+        quantise(&s->map);
+        quantise(&other);
+    }
+    for (size_t i = 0; i < map_floats(&both); i++)
+        both.data[i] = s->map.data[i] + other.data[i];
+    if (ibl_bake_sh(s->ctx, &s->map, DEGREE, 77, a) ||
+        ibl_bake_sh(s->ctx, &other, DEGREE, 77, b) ||
+        ibl_bake_sh(s->ctx, &both, DEGREE, 77, sum))
+        exit(1);
+    truth_mean(&both, mean);
+    for (int i = 0; i < COUNT; i++)
+        if (!within(s, "harmonics of a sum", fabs(a[i] + b[i] - sum[i]),
+                    2 * v * (s->map.width + s->map.height + 4 * DEGREE) *
+                        sqrt(4 * 3.14159265358979323846 * (2 * DEGREE + 1)) *
+                        mean[i % 3]))
+            break;
+    ibl_image_free(&other);
+    ibl_image_free(&both);
+}
+
+/* A factor of 2^k moves no mantissa: the same bits come out, k higher, but
+ * where denormal floats round. */
+static void powers_of_two(subject *s)
+{
+    const int k = s->kind == MAP_DENORMAL ? 20 : below(s, 41) - 20;
+    const int n = 1 + below(s, 16);
+    ibl_image scaled = map_scaled(s->ctx, &s->map, ldexpf(1, k));
+    ibl_cube a[3] = {level0(s->ctx, &s->map, 20, n),
+                     irradiance(s->ctx, &s->map, 20, n),
+                     specular(s->ctx, &s->map, 20, n, 0, SAMPLES)};
+    ibl_cube b[3] = {level0(s->ctx, &scaled, 20, n),
+                     irradiance(s->ctx, &scaled, 20, n),
+                     specular(s->ctx, &scaled, 20, n, 0, SAMPLES)};
+    for (int j = 0; j < 3; j++) {
+        double worst = 0;
+        for (size_t i = 0; i < cube_floats(&a[j]); i++)
+            worst = fmax(worst, fabs(ldexp((double)b[j].data[i], -k) -
+                                     (double)a[j].data[i]));
+        within(s, "scaled by a power of two", worst,
+               s->kind == MAP_DENORMAL ? underflow : 0);
+        ibl_cube_free(&a[j]);
+        ibl_cube_free(&b[j]);
+    }
+    ibl_image_free(&scaled);
+}
+
+/* ---- symmetry --------------------------------------------------------- */
+
+/* A map of such a size that turns and lobes say something. */
+static void replace_map(subject *s, int width, int height)
+{
+    ibl_image_free(&s->map);
+    s->map = map_of_kind(s->ctx, &s->random, s->kind, width, height);
+}
+
+/* The worst texel of b against where it was in a, over what is allowed. */
+static double worst_moved(const ibl_cube *a, const ibl_cube *b, int level,
+                          int from(int n, int i), bool sides, double relative,
+                          double absolute)
+{
+    const int n = ibl_cube_edge(a->size, level);
+    const float *p = ibl_cube_face(a, level, 0);
+    const float *q = ibl_cube_face(b, level, 0);
+    double worst = 0;
+    for (int i = 0; i < IBL_FACES * n * n; i++) {
+        const int k = from(n, i), face = i / (n * n);
+        if (sides && (face == 2 || face == 3))
+            continue;
+        for (int c = 0; c < 3; c++) {
+            const double want = p[3 * k + c], got = q[3 * i + c];
+            worst =
+                fmax(worst, fabs(got - want) / (relative * want + absolute));
+        }
+    }
+    return worst;
+}
+
+/* nRMSE of b's level against a's as it should be moved. */
+static double moved_error(const ibl_cube *a, const ibl_cube *b, int level,
+                          int from(int n, int i))
+{
+    const int n = ibl_cube_edge(a->size, level);
+    const float *p = ibl_cube_face(a, level, 0);
+    const float *q = ibl_cube_face(b, level, 0);
+    double error = 0, norm = 0;
+    for (int i = 0; i < IBL_FACES * n * n; i++) {
+        const int k = from(n, i);
+        for (int c = 0; c < 3; c++) {
+            error += pow((double)q[3 * i + c] - (double)p[3 * k + c], 2);
+            norm += pow((double)p[3 * k + c], 2);
+        }
+    }
+    return norm > 0 ? sqrt(error / norm) : 0;
+}
+
+/*
+ * The sums of level 0 and of irradiance are the same but for their order and
+ * the rounding of the angles: two floats rounded, and level0_noise for each.
+ * Specular: the pattern of samples follows the faces' rows, so on the sides it
+ * turns with the map: the same sums, but for frames whose last bit differs,
+ * which moves a lookup by u times the edge of the cube looked up (at most 64
+ * here) in texels of at most the peak. On top and bottom, and in a mirror, two
+ * patterns see the same light, each with its own error.
+ */
+static void check_moved(subject *s, const ibl_image *map, double yaw,
+                        int from(int n, int i), bool mirror)
+{
+    const int n = 8 + 8 * below(s, 2);
+    const double noise = 2 * level0_noise(s, 64, peak_of(&s->map));
+    const double frames = 8 * u * 64 * peak_of(&s->map);
+    ibl_cube a[3] = {level0(s->ctx, &s->map, 0, n),
+                     irradiance(s->ctx, &s->map, 0, n),
+                     specular(s->ctx, &s->map, 0, n, 3, SAMPLES)};
+    ibl_cube b[3] = {level0(s->ctx, map, yaw, n),
+                     irradiance(s->ctx, map, yaw, n),
+                     specular(s->ctx, map, yaw, n, 3, SAMPLES)};
+    within(s, "level 0 moved",
+           worst_moved(&a[0], &b[0], 0, from, false, 2 * u, noise), 1);
+    within(s, "irradiance moved",
+           worst_moved(&a[1], &b[1], 0, from, false, 2 * u, noise), 1);
+    for (int l = 1; l < 3; l++) {
+        if (!mirror)
+            within(s, "sides of a level moved",
+                   worst_moved(&a[2], &b[2], l, from, true, 2 * gathered,
+                               frames + noise + 2 * underflow),
+                   1);
+        if (s->kind != MAP_DENORMAL)
+            within(s, "level moved", moved_error(&a[2], &b[2], l, from),
+                   sqrt(2) * random_error);
+    }
+    for (int k = 0; k < 3; k++) {
+        ibl_cube_free(&a[k]);
+        ibl_cube_free(&b[k]);
+    }
+}
+
+static void turned(subject *s)
+{
+    const int height = 4 + below(s, 28);
+    if (below(s, 2)) {
+        check_moved(s, &s->map, 90, cube_turned_from, false);
+    } else {
+        replace_map(s, 4 * (1 + below(s, 16)), height);
+        ibl_image map = map_turned(s->ctx, &s->map, s->map.width / 4);
+        check_moved(s, &map, 0, cube_turned_from, false);
+        ibl_image_free(&map);
+    }
+}
+
+static void mirrored(subject *s)
+{
+    ibl_image map = map_mirrored(s->ctx, &s->map);
+    check_moved(s, &map, 0, cube_mirrored_from, true);
+    ibl_image_free(&map);
+}
+
+/* ---- specular against the truth --------------------------------------- */
+
+/* Jumps of the error (got - want) between neighbours across a cube edge, rms
+ * over the level's rms. */
+static double seam_jumps(int n, const double *error, double rms, double *inside)
+{
+    double sum[2] = {0, 0};
+    int count[2] = {0, 0};
+    for (int i = 0; i < IBL_FACES * n * n; i++) {
+        const int face = i / (n * n), x = i % n, y = i / n % n;
+        for (int k = 0; k < 4; k++) {
+            const int to_x = x + (k == 0) - (k == 1);
+            const int to_y = y + (k == 2) - (k == 3);
+            const bool out = to_x < 0 || to_y < 0 || to_x == n || to_y == n;
+            int f = face, sx = to_x, sy = to_y;
+            if (out)
+                ibl_cube_neighbour(n, face, to_x, to_y, &f, &sx, &sy);
+            const double *a = error + 3 * i;
+            const double *b = error + 3 * ((f * n + sy) * n + sx);
+            for (int c = 0; c < 3; c++)
+                sum[out] += pow(a[c] - b[c], 2);
+            count[out] += 3;
+        }
+    }
+    *inside = sqrt(sum[0] / count[0]) / rms;
+    return sqrt(sum[1] / count[1]) / rms;
+}
+
+/* Mean square jumps over all maps, across edges and inside faces. */
+static double all_jumps[2];
+
+static void near_truth(subject *s)
+{
+    replace_map(s, 64, 32);
+    ibl_cube cube = specular(s->ctx, &s->map, 0, 16, 3, SAMPLES);
+    for (int l = 1; l < 3; l++) {
+        const int n = 16 >> l;
+        const float *p = ibl_cube_face(&cube, l, 0);
+        static double error[3 * IBL_FACES * 64];
+        double square = 0, norm = 0, inside;
+        for (int i = 0; i < IBL_FACES * n * n; i++) {
+            double d[3], want[3];
+            truth_cube_direction(n, i / (n * n), i % n, i / n % n, d);
+            truth_specular(&s->map, d, l / 2.0, want);
+            for (int c = 0; c < 3; c++) {
+                error[3 * i + c] = (double)p[3 * i + c] - want[c];
+                square += pow(error[3 * i + c], 2);
+                norm += want[c] * want[c];
+            }
+        }
+        if (s->kind == MAP_DENORMAL)
+            continue;
+        within(s, l == 1 ? "r = 0.5" : "r = 1", sqrt(square / norm),
+               random_error);
+        const double across =
+            seam_jumps(n, error, sqrt(norm / (18.0 * n * n)), &inside);
+        within(s, "jump at a seam", across, sqrt(2) * random_error);
+        all_jumps[0] += inside * inside;
+        all_jumps[1] += across * across;
+    }
+    if (s->last && number("IBL_TEST_VERBOSE", 0)) {
+        printf("near_truth: rms jump of the error at seams %.2f of inside\n",
+               sqrt(all_jumps[1] / all_jumps[0]));
+    }
+    ibl_cube_free(&cube);
+}
+
+/* At r = 1 the lobe is the cosine. Irradiance takes its pixels as points, the
+ * specular chain as patches or tents of variance up to dO / 6, which changes
+ * a cosine by that share (its Laplacian is -2 times it). */
+static void roughest_is_irradiance(subject *s)
+{
+    replace_map(s, 48, 24);
+    ibl_cube a = specular(s->ctx, &s->map, 0, 16, 3, SAMPLES);
+    ibl_cube b = irradiance(s->ctx, &s->map, 0, 4);
+    ibl_cube last = {4, 1, ibl_cube_face(&a, 2, 0)};
+    const double pixel = 4 * 3.14159265358979323846 / (48 * 24);
+    if (s->kind != MAP_DENORMAL)
+        within(s, "r = 1 against irradiance", cube_nrmse(&last, &b, 0),
+               random_error + pixel / 6);
+    ibl_cube_free(&a);
+    ibl_cube_free(&b);
+}
+
+/* ---- threads ---------------------------------------------------------- */
+
+static void any_threads(subject *s)
+{
+    static const int counts[] = {1, 2, 3, 7, 64};
+    static ibl_ctx *ctx[5];
+    const int n = 1 + below(s, 16);
+    const int k = below(s, 8) ? 1 + below(s, 3) : 4;
+    ibl_ctx *one, *many;
+    for (int i = 0; i < 5; i++)
+        ctx[i] = ctx[i] ? ctx[i] : test_ctx(counts[i], IBL_ISA_AUTO);
+    one = ctx[0];
+    many = ctx[k];
+    ibl_cube a[3] = {level0(one, &s->map, 20, n),
+                     irradiance(one, &s->map, 20, n),
+                     specular(one, &s->map, 20, n, 0, SAMPLES)};
+    ibl_cube b[3] = {level0(many, &s->map, 20, n),
+                     irradiance(many, &s->map, 20, n),
+                     specular(many, &s->map, 20, n, 0, SAMPLES)};
+    double x[48], y[48];
+    if (ibl_bake_sh(one, &s->map, 3, 5, x) ||
+        ibl_bake_sh(many, &s->map, 3, 5, y))
+        exit(1);
+    bool same = !memcmp(x, y, sizeof x);
+    for (int i = 0; i < 3; i++) {
+        same = same && !memcmp(a[i].data, b[i].data,
+                               cube_floats(&a[i]) * sizeof(float));
+        ibl_cube_free(&a[i]);
+        ibl_cube_free(&b[i]);
+    }
+    fails(s, "other bytes with more threads", same ? 0 : counts[k], 0);
+    if (s->last)
+        for (int i = 0; i < 5; i++) {
+            ibl_ctx_free(ctx[i]);
+            ctx[i] = NULL;
+        }
+}
+
+#define PROPERTY(f)                                                            \
+    static void each_##f(void)                                                 \
+    {                                                                          \
+        for_each_map(#f, f);                                                   \
+    }
+PROPERTY(energy_of_level0)
+PROPERTY(energy_of_levels)
+PROPERTY(range_of_level0)
+PROPERTY(range_of_irradiance)
+PROPERTY(range_of_specular)
+PROPERTY(range_at_the_top)
+PROPERTY(linear)
+PROPERTY(linear_harmonics)
+PROPERTY(powers_of_two)
+PROPERTY(turned)
+PROPERTY(mirrored)
+PROPERTY(near_truth)
+PROPERTY(roughest_is_irradiance)
+PROPERTY(any_threads)
+
+static const test tests[] = {
+    {"energy_of_level0", each_energy_of_level0},
+    {"energy_of_levels", each_energy_of_levels},
+    {"range_of_level0", each_range_of_level0},
+    {"range_of_irradiance", each_range_of_irradiance},
+    {"range_of_specular", each_range_of_specular},
+    {"range_at_the_top", each_range_at_the_top},
+    {"linear", each_linear},
+    {"linear_harmonics", each_linear_harmonics},
+    {"powers_of_two", each_powers_of_two},
+    {"turned", each_turned},
+    {"mirrored", each_mirrored},
+    {"near_truth", each_near_truth},
+    {"roughest_is_irradiance", each_roughest_is_irradiance},
+    {"any_threads", each_any_threads},
+};
+TEST_MAIN(tests)

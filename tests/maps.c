@@ -1,0 +1,271 @@
+/* SPDX-License-Identifier: MIT */
+#include "maps.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "truth.h"
+
+static const double pi = 3.14159265358979323846;
+
+/* ---- maps ------------------------------------------------------------- */
+
+ibl_image map_constant(ibl_ctx *ctx, int width, int height, float value)
+{
+    ibl_image map = {0};
+    if (ibl_image_alloc(ctx, width, height, &map))
+        exit(1);
+    for (size_t i = 0; i < map_floats(&map); i++)
+        map.data[i] = value;
+    return map;
+}
+
+void map_set(const ibl_image *map, int x, int y, float r, float g, float b)
+{
+    float *p = map->data + 3 * ((size_t)y * (size_t)map->width + (size_t)x);
+    p[0] = r;
+    p[1] = g;
+    p[2] = b;
+}
+
+size_t map_floats(const ibl_image *map)
+{
+    return 3 * (size_t)map->width * (size_t)map->height;
+}
+
+ibl_image map_turned(ibl_ctx *ctx, const ibl_image *map, int columns)
+{
+    const int w = map->width;
+    ibl_image to = map_constant(ctx, w, map->height, 0);
+    for (int i = 0; i < w * map->height; i++)
+        memcpy(to.data + 3 * i,
+               map->data + 3 * (i / w * w + (i % w + columns) % w),
+               3 * sizeof(float));
+    return to;
+}
+
+ibl_image map_mirrored(ibl_ctx *ctx, const ibl_image *map)
+{
+    const int w = map->width;
+    ibl_image to = map_constant(ctx, w, map->height, 0);
+    for (int i = 0; i < w * map->height; i++)
+        memcpy(to.data + 3 * i, map->data + 3 * (i / w * w + w - 1 - i % w),
+               3 * sizeof(float));
+    return to;
+}
+
+ibl_image map_scaled(ibl_ctx *ctx, const ibl_image *map, float factor)
+{
+    ibl_image to = map_constant(ctx, map->width, map->height, 0);
+    for (size_t i = 0; i < map_floats(map); i++)
+        to.data[i] = map->data[i] * factor;
+    return to;
+}
+
+void map_range(const ibl_image *map, int channel, double *low, double *high)
+{
+    *low = *high = map->data[channel];
+    for (size_t i = (size_t)channel; i < map_floats(map); i += 3) {
+        *low = fmin(*low, map->data[i]);
+        *high = fmax(*high, map->data[i]);
+    }
+}
+
+/* ---- random maps ------------------------------------------------------ */
+
+const char *map_kind_name(map_kind kind)
+{
+    static const char *const names[MAP_KINDS] = {
+        "noise",  "decades",    "suns",     "sunny",
+        "smooth", "black rows", "denormal", "checkerboard"};
+    return names[kind];
+}
+
+static int below(test_random *r, int n)
+{
+    return (int)(test_random_u64(r) % (uint64_t)n);
+}
+
+static void fill_noise(ibl_image *map, test_random *r)
+{
+    for (size_t i = 0; i < map_floats(map); i++)
+        map->data[i] = (float)test_random_unit(r);
+}
+
+static void fill_decades(ibl_image *map, test_random *r)
+{
+    for (size_t i = 0; i < map_floats(map); i++)
+        map->data[i] = (float)pow(10, 16 * test_random_unit(r) - 8);
+}
+
+static void add_suns(ibl_image *map, test_random *r)
+{
+    for (int k = 1 + below(r, 4); k > 0; k--)
+        map_set(map, below(r, map->width), below(r, map->height),
+                (float)(1e6 * test_random_unit(r)),
+                (float)(1e6 * test_random_unit(r)), 1e6f);
+}
+
+static void fill_smooth(ibl_image *map, test_random *r)
+{
+    double lobes[3][3];
+    for (int k = 0; k < 3; k++)
+        truth_cube_direction(1, below(r, 6), test_random_unit(r) - 0.5,
+                             test_random_unit(r) - 0.5, lobes[k]);
+    for (int i = 0; i < map->width * map->height; i++) {
+        double d[3];
+        truth_latlong_direction(map->width, map->height, i % map->width,
+                                i / map->width, d);
+        for (int k = 0; k < 3; k++) {
+            const double *e = lobes[k];
+            const double c = d[0] * e[0] + d[1] * e[1] + d[2] * e[2];
+            map->data[3 * i + k] = (float)(0.1 + exp(3 * (c - 1)));
+        }
+    }
+}
+
+static void blacken(ibl_image *map, test_random *r)
+{
+    const int row = below(r, map->height), column = below(r, map->width);
+    for (int i = 0; i < map->width * map->height; i++) {
+        if (i / map->width == row || i % map->width == column ||
+            i / map->width % 3 == 1)
+            memset(map->data + 3 * i, 0, 3 * sizeof(float));
+    }
+}
+
+/* Halves count in 2^-24 below 2^-14, floats in 2^-149 below 2^-126. */
+static void fill_denormal(ibl_image *map, test_random *r)
+{
+    const bool halves = below(r, 2);
+    for (size_t i = 0; i < map_floats(map); i++)
+        map->data[i] = halves ? ldexpf((float)below(r, 1024), -24)
+                              : ldexpf((float)below(r, 1 << 23), -149);
+}
+
+static void fill_checkerboard(ibl_image *map)
+{
+    for (int i = 0; i < map->width * map->height; i++) {
+        const float v = (float)((i % map->width + i / map->width) & 1);
+        map_set(map, i % map->width, i / map->width, v, 1 - v, v);
+    }
+}
+
+ibl_image map_of_kind(ibl_ctx *ctx, test_random *r, map_kind kind, int width,
+                      int height)
+{
+    ibl_image map = map_constant(ctx, width, height, 0);
+    if (kind == MAP_NOISE || kind == MAP_SUNNY || kind == MAP_BLACK_ROWS)
+        fill_noise(&map, r);
+    if (kind == MAP_DECADES)
+        fill_decades(&map, r);
+    if (kind == MAP_SUNS || kind == MAP_SUNNY)
+        add_suns(&map, r);
+    if (kind == MAP_SMOOTH)
+        fill_smooth(&map, r);
+    if (kind == MAP_BLACK_ROWS)
+        blacken(&map, r);
+    if (kind == MAP_DENORMAL)
+        fill_denormal(&map, r);
+    if (kind == MAP_CHECKERBOARD)
+        fill_checkerboard(&map);
+    return map;
+}
+
+ibl_image map_random(ibl_ctx *ctx, test_random *r, map_kind *kind)
+{
+    const bool two_to_one = below(r, 2);
+    const int height = 1 + below(r, two_to_one ? 32 : 40);
+    const int width = two_to_one ? 2 * height : 1 + below(r, 64);
+    *kind = (map_kind)below(r, MAP_KINDS);
+    return map_of_kind(ctx, r, *kind, width, height);
+}
+
+/* ---- cubes ------------------------------------------------------------ */
+
+size_t cube_floats(const ibl_cube *cube)
+{
+    return 3 * ibl_cube_texels(cube->size, cube->levels);
+}
+
+/* The rectangle from a face's middle to (u, v), seen from the cube's. */
+static double corner_angle(double u, double v)
+{
+    return atan2(u * v, sqrt(1 + u * u + v * v));
+}
+
+static double texel_angle(int n, int x, int y)
+{
+    const double u = 2.0 * x / n - 1, v = 2.0 * y / n - 1, d = 2.0 / n;
+    return corner_angle(u, v) + corner_angle(u + d, v + d) -
+           corner_angle(u + d, v) - corner_angle(u, v + d);
+}
+
+double cube_mean(const ibl_cube *cube, int level, int channel)
+{
+    const int n = ibl_cube_edge(cube->size, level);
+    const float *p = ibl_cube_face(cube, level, 0);
+    double sum = 0;
+    for (int i = 0; i < IBL_FACES * n * n; i++)
+        sum += texel_angle(n, i % n, i / n % n) * (double)p[3 * i + channel];
+    return sum / (4 * pi);
+}
+
+void cube_range(const ibl_cube *cube, int level, int channel, double *low,
+                double *high)
+{
+    const int n = ibl_cube_edge(cube->size, level);
+    const float *p = ibl_cube_face(cube, level, 0) + channel;
+    *low = *high = *p;
+    for (int i = 0; i < IBL_FACES * n * n; i++, p += 3) {
+        if (*p != *p)
+            *low = *high = NAN;
+        *low = *p < *low ? *p : *low;
+        *high = *p > *high ? *p : *high;
+    }
+}
+
+static int texel_at(int n, const double d[3])
+{
+    const double ax = fabs(d[0]), ay = fabs(d[1]), az = fabs(d[2]);
+    const double rule[6][3] = {{ax, -d[2], -d[1]}, {ax, d[2], -d[1]},
+                               {ay, d[0], d[2]},   {ay, d[0], -d[2]},
+                               {az, d[0], -d[1]},  {az, -d[0], -d[1]}};
+    const int face = ax > ay && ax > az ? d[0] < 0
+                     : ay > az          ? 2 + (d[1] < 0)
+                                        : 4 + (d[2] < 0);
+    const double *p = rule[face];
+    const int x = (int)floor((p[1] / p[0] + 1) / 2 * n);
+    const int y = (int)floor((p[2] / p[0] + 1) / 2 * n);
+    return (face * n + y) * n + x;
+}
+
+int cube_turned_from(int n, int i)
+{
+    double d[3];
+    truth_cube_direction(n, i / (n * n), i % n, i / n % n, d);
+    /* What is at +X now was at +Z, what is at +Z was at -X. */
+    return texel_at(n, (const double[3]){-d[2], d[1], d[0]});
+}
+
+int cube_mirrored_from(int n, int i)
+{
+    double d[3];
+    truth_cube_direction(n, i / (n * n), i % n, i / n % n, d);
+    return texel_at(n, (const double[3]){d[0], d[1], -d[2]});
+}
+
+double cube_nrmse(const ibl_cube *a, const ibl_cube *b, int level)
+{
+    const int n = ibl_cube_edge(a->size, level);
+    const float *p = ibl_cube_face(a, level, 0);
+    const float *q = ibl_cube_face(b, level, 0);
+    double error = 0, norm = 0;
+    for (int i = 0; i < 3 * IBL_FACES * n * n; i++) {
+        error += pow((double)p[i] - (double)q[i], 2);
+        norm += pow((double)q[i], 2);
+    }
+    return norm > 0 ? sqrt(error / norm) : sqrt(error);
+}

@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: MIT */
+/* Maps for the tests of hard cases and properties, and what cubes of them are
+ * compared by. Everything that cannot go on exits. */
+#ifndef MAPS_H
+#define MAPS_H
+
+#include "test.h"
+
+/* A map of one value, free with ibl_image_free. */
+ibl_image map_constant(ibl_ctx *ctx, int width, int height, float value);
+/* Sets R G B of a pixel. */
+void map_set(const ibl_image *map, int x, int y, float r, float g, float b);
+/* Columns moved: pixel x is what x + columns was (wrapped), or, mirrored, what
+ * width - 1 - x was. */
+ibl_image map_turned(ibl_ctx *ctx, const ibl_image *map, int columns);
+ibl_image map_mirrored(ibl_ctx *ctx, const ibl_image *map);
+/* Every value times factor. */
+ibl_image map_scaled(ibl_ctx *ctx, const ibl_image *map, float factor);
+size_t map_floats(const ibl_image *map);
+/* Smallest and largest value of a channel. */
+void map_range(const ibl_image *map, int channel, double *low, double *high);
+
+/* Kinds of random maps. */
+typedef enum map_kind {
+    MAP_NOISE,        /* uniform in 0..1 */
+    MAP_DECADES,      /* log-uniform over 16 decades */
+    MAP_SUNS,         /* up to 4 pixels of up to 1e6 on black */
+    MAP_SUNNY,        /* the same on a sky of noise */
+    MAP_SMOOTH,       /* a few broad lobes */
+    MAP_BLACK_ROWS,   /* noise with rows and columns of 0 */
+    MAP_DENORMAL,     /* denormal halves and floats */
+    MAP_CHECKERBOARD, /* 0 and 1 by pixel */
+    MAP_KINDS
+} map_kind;
+
+const char *map_kind_name(map_kind kind);
+/* 1 to 64 columns, 1 to 40 rows, half of them 2:1; any kind. */
+ibl_image map_random(ibl_ctx *ctx, test_random *r, map_kind *kind);
+/* The same of a given size and kind. */
+ibl_image map_of_kind(ibl_ctx *ctx, test_random *r, map_kind kind, int width,
+                      int height);
+
+/* Mean of a level's channel by the texels' exact solid angles. */
+double cube_mean(const ibl_cube *cube, int level, int channel);
+/* Smallest and largest value of a level's channel; NaN if any is. */
+void cube_range(const ibl_cube *cube, int level, int channel, double *low,
+                double *high);
+size_t cube_floats(const ibl_cube *cube);
+
+/* Texel i (of 6 n n) of a cube looks where `from` of it looked before the
+ * world was turned by 90 degrees counter-clockwise seen from above (what was
+ * at +Z comes to +X), or mirrored in z. */
+int cube_turned_from(int n, int i);
+int cube_mirrored_from(int n, int i);
+
+/* sqrt(sum |a - b|^2 / sum b^2) over all channels of the texels of a level. */
+double cube_nrmse(const ibl_cube *a, const ibl_cube *b, int level);
+
+#endif
