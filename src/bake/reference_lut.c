@@ -1,0 +1,251 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The split-sum integrals at one point.
+ *
+ * With half vectors H = (tan(theta), phi) and tan(theta) = alpha rho, D N.H dH
+ * is 2 rho drho / (1 + rho^2)^2 dphi / 2 pi, whatever alpha is (Walter et al.
+ * 2007, eqs. 33 and 35). With s = ln(rho) and dL = 4 V.H dH the integrals are
+ *     1/pi integral over phi in 0..pi, s of
+ *         G / N.V  V.H / N.H  {1 - Fc, Fc}  2 rho^2 / (1 + rho^2)^2.
+ * Everything that happens, at tan(theta) = alpha, 1 and where L meets the
+ * horizon, happens over steps of about 1 in s.
+ *
+ * L is above the horizon for all phi while theta < pi/4 - theta_V/2, for none
+ * beyond pi/4 + theta_V/2, in between for phi < phi_m.
+ *
+ * Both integrals are taken by the double exponential rule (Takahasi and Mori
+ * 1974), which endpoint singularities do not slow down, its step halved until
+ * that changes nothing; an interval that does not settle is halved, too.
+ */
+#include <stdbool.h>
+
+#include "bake/reference_sums.h"
+#include "core/context.h"
+
+static const double pi = REFERENCE_PI;
+
+enum {
+    HALVINGS = 6,
+    MAX_DEPTH = 12
+};
+
+static const double inner_tolerance = 1e-12;
+static const double outer_tolerance = 2e-11;
+/* Where rho^2 and 1 / rho are nothing: the integrand is below
+ * 8 rho^2 (1 + rho) and below 8 (1 + rho) / rho^2. */
+static const double lowest = -16, highest = 32;
+
+struct pair {
+    double v[2];
+};
+
+/* Gets the distances from both ends of the interval: near an end the
+ * argument itself has lost its digits. */
+typedef struct pair integrand(void *arg, double from_begin, double from_end);
+
+/* x = tanh(pi/2 sinh(t)) has 1 - |x| = 2 / (1 + exp(pi sinh|t|)) and
+ * dx/dt = pi/2 cosh(t) / cosh^2(pi/2 sinh(t)). */
+static struct pair sample(integrand *f, void *arg, double length, double t)
+{
+    const double e = exp(pi * sinh(fabs(t)));
+    const double close = length / (1 + e), far = length - close;
+    const double weight =
+        0.5 * length * pi * cosh(t) * 2 * e / ((1 + e) * (1 + e));
+    struct pair y = t < 0 ? f(arg, close, far) : f(arg, far, close);
+
+    for (int c = 0; c < 2; c++)
+        y.v[c] *= weight;
+    return y;
+}
+
+static void add_samples(integrand *f, void *arg, double length, double first,
+                        double step, struct pair *sum)
+{
+    for (double t = first; t < 3.3; t += step) {
+        const struct pair a = sample(f, arg, length, t);
+        const struct pair b =
+            t > 0 ? sample(f, arg, length, -t) : (struct pair){{0, 0}};
+        for (int c = 0; c < 2; c++)
+            sum->v[c] += a.v[c] + b.v[c];
+    }
+}
+
+/* False if halving the step still changes the integral. */
+static bool settle(integrand *f, void *arg, double length, double tolerance,
+                   struct pair *out)
+{
+    double step = 0.5;
+    struct pair sum = {{0, 0}};
+
+    add_samples(f, arg, length, 0, step, &sum);
+    for (int k = 0; k < HALVINGS; k++) {
+        const struct pair before = *out;
+        add_samples(f, arg, length, 0.5 * step, step, &sum);
+        step *= 0.5;
+        double change = 0;
+        for (int c = 0; c < 2; c++) {
+            out->v[c] = sum.v[c] * step;
+            change = fmax(change, fabs(out->v[c] - before.v[c]));
+        }
+        if (k > 0 && change <= tolerance)
+            return true;
+    }
+    return false;
+}
+
+/* ---- over phi --------------------------------------------------------- */
+
+struct point {
+    ibl_geometry geometry;
+    double alpha, nv, sv;
+    double theta_low;    /* pi/4 - theta_V/2 */
+    double from, length; /* the interval of s */
+    /* at one s */
+    double w;      /* tan(theta) */
+    double nh;     /* cos(theta) */
+    double across; /* sin(theta_V) sin(2 theta) */
+    double nl_pi;  /* N.L at phi = pi, if L is above the horizon there */
+    bool whole;    /* for all phi */
+    double phi_m;
+};
+
+static double g_over_nv(const struct point *p, double nl)
+{
+    const double a2 = p->alpha * p->alpha, k = 0.5 * p->alpha;
+
+    if (p->geometry == IBL_GEOMETRY_SCHLICK_IBL)
+        return nl / ((nl + k * (1 - nl)) * (p->nv + k * (1 - p->nv)));
+    /* Heitz 2014, eq. 99. a2 + (1 - a2) x^2, as a norm that cannot
+     * underflow. */
+    const double of_v = hypot(p->alpha, sqrt(1 - a2) * p->nv);
+    const double of_l = hypot(p->alpha, sqrt(1 - a2) * nl);
+    return 2 * nl / (nl * of_v + p->nv * of_l);
+}
+
+static struct pair at_phi(void *arg, double phi, double left)
+{
+    const struct point *p = arg;
+    const double half = sin(0.5 * left);
+    const double nl = p->whole
+                          ? p->nl_pi + 2 * p->across * half * half
+                          : 2 * p->across * half * sin(0.5 * (p->phi_m + phi));
+    struct pair y = {{0, 0}};
+
+    if (!(nl > 0))
+        return y;
+    const double vh_nh = p->nv + p->sv * p->w * cos(phi);
+    const double vh = fmin(vh_nh * p->nh, 1);
+    const double miss = 1 - fmax(vh, 0),
+                 fc = miss * miss * (miss * miss) * miss;
+    const double f = g_over_nv(p, nl) * fmax(vh_nh, 0);
+    y.v[0] = f * (1 - fc);
+    y.v[1] = f * fc;
+    return y;
+}
+
+static struct pair over_phi(struct point *p)
+{
+    struct pair y = {{0, 0}};
+
+    /* One interval settles: nothing inside it is singular. */
+    settle(at_phi, p, p->phi_m, inner_tolerance, &y);
+    return y;
+}
+
+/* ---- over s ----------------------------------------------------------- */
+
+static struct pair at_s(void *arg, double from_begin, double from_end)
+{
+    struct point *p = arg;
+    const double s = from_begin < from_end ? p->from + from_begin
+                                           : p->from + p->length - from_end;
+    const double rho = exp(s), w = p->alpha * rho, theta = atan(w);
+    const double below = sin(2 * (p->theta_low - theta));
+    /* nv cos(2 theta) + sv sin(2 theta), where both are >= 0 or not. */
+    const double above =
+        w < 1 ? (p->nv * (1 - w * w) + p->sv * 2 * w) / (1 + w * w)
+              : sin(2 * (atan(1 / w) - p->theta_low));
+    const double density = rho / (1 + rho * rho);
+
+    p->w = w;
+    p->nh = 1 / sqrt(1 + w * w);
+    p->across = p->sv * 2 * (w * p->nh) * p->nh;
+    p->nl_pi = below;
+    p->whole = below >= 0;
+    if (!p->whole && above <= 0)
+        return (struct pair){{0, 0}};
+    /* cos(phi_m) = -nv cos(2 theta) / across, by its half angle. */
+    p->phi_m = p->whole ? pi : 2 * atan2(sqrt(above), sqrt(-below));
+    struct pair y = over_phi(p);
+    for (int c = 0; c < 2; c++)
+        y.v[c] *= 2 * density * density / pi;
+    return y;
+}
+
+static void over_s(struct point *p, double from, double to, int depth,
+                   struct pair *total)
+{
+    struct pair part = {{0, 0}};
+
+    p->from = from;
+    p->length = to - from;
+    if (!settle(at_s, p, to - from, outer_tolerance, &part) && depth) {
+        const double middle = 0.5 * (from + to);
+        over_s(p, from, middle, depth - 1, total);
+        over_s(p, middle, to, depth - 1, total);
+        return;
+    }
+    for (int c = 0; c < 2; c++)
+        total->v[c] += part.v[c];
+}
+
+static void insert(double *at, int count, double x)
+{
+    for (; count && at[count - 1] > x; count--)
+        at[count] = at[count - 1];
+    at[count] = x;
+}
+
+ibl_status ibl_reference_lut(ibl_ctx *ctx, double n_dot_v, double roughness,
+                             ibl_geometry geometry, double scale_bias[2])
+{
+    if (!(n_dot_v >= 0 && n_dot_v <= 1))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT, "an N.V of %g: must be 0 to 1",
+                        n_dot_v);
+    if (!(roughness >= 0 && roughness <= 1))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a roughness of %g: must be 0 to 1", roughness);
+    if (geometry != IBL_GEOMETRY_SMITH && geometry != IBL_GEOMETRY_SCHLICK_IBL)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "geometry %d: must be smith (%d) or schlick-ibl (%d)",
+                        (int)geometry, IBL_GEOMETRY_SMITH,
+                        IBL_GEOMETRY_SCHLICK_IBL);
+    if (ibl_cancelled(ctx))
+        return IBL_ERR_CANCELLED;
+    const double sv = sqrt((1 - n_dot_v) * (1 + n_dot_v));
+    struct point p = {.geometry = geometry,
+                      .alpha = roughness * roughness,
+                      .nv = n_dot_v,
+                      .sv = sv};
+    if (p.alpha < 1e-300) {
+        scale_bias[1] = pow(1 - n_dot_v, 5);
+        scale_bias[0] = 1 - scale_bias[1];
+        return IBL_OK;
+    }
+    const double low = n_dot_v / (1 + sv), high = (1 + sv) / n_dot_v;
+    p.theta_low = atan(low);
+    const double knot[] = {lowest, 0, -log(p.alpha), log(low / p.alpha),
+                           log(high / p.alpha)};
+    const int knots = (int)(sizeof knot / sizeof *knot);
+    double at[sizeof knot / sizeof *knot];
+    for (int k = 0; k < knots; k++)
+        insert(at, k, fmin(fmax(knot[k], lowest), highest));
+    struct pair total = {{0, 0}};
+    for (int k = 0; k + 1 < knots; k++) {
+        if (at[k + 1] > at[k])
+            over_s(&p, at[k], at[k + 1], MAX_DEPTH, &total);
+    }
+    for (int c = 0; c < 2; c++)
+        scale_bias[c] = total.v[c];
+    return IBL_OK;
+}

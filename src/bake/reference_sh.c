@@ -1,0 +1,287 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Spherical harmonics of the source, pixel by pixel, and its mean.
+ *
+ * With the polar axis +Z, sin^m(t) cos(m phi) and sin^m(t) sin(m phi) are the
+ * parts of (x + iy)^m, and Q_l = P_lm / sin^m(t) without Condon-Shortley phase
+ * follows from Q_m = (2m - 1)!! by
+ *     (l - m) Q_l = (2l - 1) z Q_l-1 - (l + m - 1) Q_l-2.
+ * Nothing of it is normalised before the end; at degree 64 the largest Q is
+ * below 1e120.
+ */
+#include <stdbool.h>
+#include <string.h>
+
+#include "bake/reference_sums.h"
+#include "core/alloc.h"
+#include "core/context.h"
+
+enum {
+    MAX_DEGREE = 64,
+    BLOCK = 64, /* pixels at a time */
+    LANES = 8,
+    PARTS = 6, /* R, G, B of the cosine's, then of the sine's */
+    SH_PIXELS = 1 << 14,
+    MEAN_PIXELS = 1 << 18,
+    BATCH = 64 /* strips whose sums are held at once */
+};
+
+static const double pi = REFERENCE_PI;
+
+/* ---- coefficients ----------------------------------------------------- */
+
+struct harmonics {
+    const ibl_reference *ref;
+    int degree;
+    int strip, first_strip;
+    double *cos_phi, *sin_phi; /* of the columns, in the world */
+    ibl_exact *part;           /* offset(degree + 1) of each strip */
+};
+
+/* Where order m starts; PARTS sums for each degree m..degree. */
+static size_t offset(int degree, int m)
+{
+    return PARTS * ((size_t)m * (size_t)(2 * degree + 3 - m) / 2);
+}
+
+/* (x + iy)^m for a block, by squaring. */
+static void power(int m, const double *x, double y, double *re, double *im)
+{
+    double bre[BLOCK], bim[BLOCK];
+
+    for (int k = 0; k < BLOCK; k++) {
+        bre[k] = x[k], bim[k] = y;
+        re[k] = 1, im[k] = 0;
+    }
+    for (; m; m >>= 1) {
+        for (int k = 0; k < BLOCK && m & 1; k++) {
+            const double t = re[k] * bre[k] - im[k] * bim[k];
+            im[k] = re[k] * bim[k] + im[k] * bre[k];
+            re[k] = t;
+        }
+        for (int k = 0; k < BLOCK; k++) {
+            const double t = (bre[k] - bim[k]) * (bre[k] + bim[k]);
+            bim[k] = 2 * bre[k] * bim[k];
+            bre[k] = t;
+        }
+    }
+}
+
+static double dot(const double *a, const double *b)
+{
+    double s[LANES] = {0};
+
+    for (int k = 0; k < BLOCK; k += LANES) {
+        for (int i = 0; i < LANES; i++)
+            s[i] += a[k + i] * b[k + i];
+    }
+    return ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]));
+}
+
+/* Adds a block of one order; f holds the colours times (x + iy)^m. */
+static void add_block(int m, int degree, const double *z, double (*f)[BLOCK],
+                      ibl_exact *sums)
+{
+    double q[BLOCK], before[BLOCK] = {0}, first = 1;
+
+    for (int k = 2; k <= m; k++)
+        first *= 2 * k - 1;
+    for (int k = 0; k < BLOCK; k++)
+        q[k] = first;
+    for (int l = m; l <= degree; l++, sums += PARTS) {
+        if (l > m) {
+            const double a = (2.0 * l - 1) / (l - m);
+            const double b = (l + m - 1.0) / (l - m);
+            for (int k = 0; k < BLOCK; k++) {
+                const double next = a * z[k] * q[k] - b * before[k];
+                before[k] = q[k];
+                q[k] = next;
+            }
+        }
+        for (int c = 0; c < PARTS; c++)
+            ibl_exact_add(&sums[c], dot(q, f[c]));
+    }
+}
+
+static void add_pixels(const struct harmonics *h, int m, int row, int begin,
+                       ibl_exact *sums)
+{
+    const ibl_reference *ref = h->ref;
+    const int left = ref->env->width - begin, n = left < BLOCK ? left : BLOCK;
+    const float *p =
+        ref->env->data +
+        3 * ((size_t)row * (size_t)ref->env->width + (size_t)begin);
+    const double up = cos(ref->row_theta[row]);
+    const double across = sin(ref->row_theta[row]);
+    double x[BLOCK] = {0}, z[BLOCK] = {0}, re[BLOCK], im[BLOCK];
+    double f[PARTS][BLOCK] = {{0}};
+
+    for (int k = 0; k < n; k++) {
+        x[k] = across * h->cos_phi[begin + k];
+        z[k] = across * h->sin_phi[begin + k];
+    }
+    power(m, x, up, re, im);
+    for (int k = 0; k < n; k++) {
+        for (int c = 0; c < 3; c++) {
+            const double flux = (double)p[3 * k + c] * ref->row_angle[row];
+            f[c][k] = flux * re[k];
+            f[3 + c][k] = flux * im[k];
+        }
+    }
+    add_block(m, h->degree, z, f, sums);
+}
+
+static void harmonics_job(void *arg, int job, int worker)
+{
+    const struct harmonics *h = arg;
+    const int m = job % (h->degree + 1), slot = job / (h->degree + 1);
+    const int begin = (h->first_strip + slot) * h->strip;
+    const int height = h->ref->env->height;
+    const int end = begin + h->strip < height ? begin + h->strip : height;
+    ibl_exact *sums = h->part +
+                      (size_t)slot * offset(h->degree, h->degree + 1) +
+                      offset(h->degree, m);
+    (void)worker;
+
+    for (int j = begin; j < end; j++) {
+        for (int i = 0; i < h->ref->env->width; i += BLOCK)
+            add_pixels(h, m, j, i, sums);
+    }
+}
+
+static double norm(int l, int m)
+{
+    double k = (2 * l + 1) / (4 * pi) * (m ? 2 : 1);
+
+    for (int n = l - m + 1; n <= l + m; n++)
+        k /= n;
+    return sqrt(k);
+}
+
+static void write_coefficients(int degree, const ibl_exact *total,
+                               double *coeffs)
+{
+    for (int m = 0; m <= degree; m++) {
+        for (int l = m; l <= degree; l++) {
+            const ibl_exact *s = total + offset(degree, m) + PARTS * (l - m);
+            const double k = norm(l, m);
+            double *plus = coeffs + 3 * (l * (l + 1) + m);
+            double *minus = coeffs + 3 * (l * (l + 1) - m);
+            for (int c = 0; c < 3; c++) {
+                if (m)
+                    minus[c] = k * ibl_exact_total(&s[3 + c]);
+                plus[c] = k * ibl_exact_total(&s[c]);
+            }
+        }
+    }
+}
+
+static ibl_status run_harmonics(struct harmonics *h, int strips,
+                                ibl_exact *total)
+{
+    const size_t size = offset(h->degree, h->degree + 1);
+    ibl_status status = IBL_OK;
+
+    for (int at = 0; at < strips && !status; at += BATCH) {
+        const int n = strips - at < BATCH ? strips - at : BATCH;
+        h->first_strip = at;
+        memset(h->part, 0, (size_t)n * size * sizeof *h->part);
+        status =
+            ibl_run(h->ref->ctx, NULL, n * (h->degree + 1), harmonics_job, h);
+        for (size_t k = 0; k < (size_t)n * size; k++) {
+            ibl_exact_add(&total[k % size], h->part[k].value);
+            ibl_exact_add(&total[k % size], h->part[k].rest);
+        }
+    }
+    return status;
+}
+
+ibl_status ibl_reference_sh(const ibl_reference *ref, int degree,
+                            double *coeffs)
+{
+    if (degree < 0 || degree > MAX_DEGREE)
+        return ibl_fail(ref->ctx, IBL_ERR_ARGUMENT,
+                        "degree %d of a reference: must be 0 to %d", degree,
+                        MAX_DEGREE);
+    struct harmonics h = {.ref = ref, .degree = degree};
+    const int w = ref->env->width;
+    h.strip = ibl_reference_strip(ref, SH_PIXELS);
+    const int strips = (ref->env->height + h.strip - 1) / h.strip;
+    const size_t size = offset(degree, degree + 1);
+    const size_t held = (size_t)(strips < BATCH ? strips : BATCH);
+    ibl_status status = IBL_OK;
+    ibl_exact *total = ibl_alloc_zeroed(size, sizeof *total);
+    h.cos_phi = ibl_alloc_array((size_t)w, sizeof(double));
+    h.sin_phi = ibl_alloc_array((size_t)w, sizeof(double));
+    h.part = ibl_alloc_array(held * size, sizeof *h.part);
+    if (!total || !h.cos_phi || !h.sin_phi || !h.part) {
+        status = ibl_no_memory(ref->ctx, "the reference's coefficients");
+        goto fail;
+    }
+    for (int i = 0; i < w; i++) {
+        const double phi = 2 * pi * ((i + 0.5) / w - 0.5) - ref->yaw;
+        h.cos_phi[i] = cos(phi);
+        h.sin_phi[i] = sin(phi);
+    }
+    status = run_harmonics(&h, strips, total);
+    if (!status)
+        write_coefficients(degree, total, coeffs);
+fail:
+    ibl_free(total);
+    ibl_free(h.cos_phi);
+    ibl_free(h.sin_phi);
+    ibl_free(h.part);
+    return status;
+}
+
+/* ---- mean ------------------------------------------------------------- */
+
+struct mean {
+    const ibl_reference *ref;
+    int strip;
+    ibl_exact (*part)[3];
+};
+
+static void mean_job(void *arg, int job, int worker)
+{
+    const struct mean *m = arg;
+    const int w = m->ref->env->width, h = m->ref->env->height;
+    const int begin = job * m->strip;
+    const int end = begin + m->strip < h ? begin + m->strip : h;
+    (void)worker;
+
+    for (int j = begin; j < end; j++) {
+        const float *p = m->ref->env->data + 3 * (size_t)j * (size_t)w;
+        ibl_exact row[3] = {{0, 0}};
+        for (int i = 0; i < w; i++) {
+            for (int c = 0; c < 3; c++)
+                ibl_exact_add(&row[c], (double)p[3 * i + c]);
+        }
+        for (int c = 0; c < 3; c++)
+            ibl_exact_add(&m->part[job][c],
+                          ibl_exact_total(&row[c]) * m->ref->row_angle[j]);
+    }
+}
+
+ibl_status ibl_reference_mean(const ibl_reference *ref, double rgb[3])
+{
+    struct mean m = {.ref = ref,
+                     .strip = ibl_reference_strip(ref, MEAN_PIXELS)};
+    const int strips = (ref->env->height + m.strip - 1) / m.strip;
+    ibl_exact total[3] = {{0, 0}};
+
+    m.part = ibl_alloc_zeroed((size_t)strips, sizeof *m.part);
+    if (!m.part)
+        return ibl_no_memory(ref->ctx, "the reference's mean");
+    const ibl_status status = ibl_run(ref->ctx, NULL, strips, mean_job, &m);
+    for (int k = 0; k < strips; k++) {
+        for (int c = 0; c < 3; c++) {
+            ibl_exact_add(&total[c], m.part[k][c].value);
+            ibl_exact_add(&total[c], m.part[k][c].rest);
+        }
+    }
+    ibl_free(m.part);
+    for (int c = 0; c < 3 && !status; c++)
+        rgb[c] = ibl_exact_total(&total[c]) / (4 * pi);
+    return status;
+}
