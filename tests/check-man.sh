@@ -85,6 +85,7 @@ check_page() { # PAGE, of the command in run
     check "$page: columns" "$("${run[@]}" --help | awk 'length > 80')"
     check "$page: named by --help" "$("${run[@]}" --help |
         grep -q "man $(basename "$page" .1)\$" || echo it is not)"
+    check "$page: man" "$(MANWIDTH=80 man -l "$page" 2>&1 >/dev/null)"
     check "$page: mandoc" "$(mandoc -Tlint -Wstyle "$page" 2>&1 |
         grep -v outdated)"
 }
