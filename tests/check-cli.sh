@@ -220,6 +220,31 @@ test_interrupted_leaves_nothing() {
     interrupt INT 130
     interrupt TERM 143
     interrupt HUP 129
+    interrupt QUIT 131
+    interrupt USR1 138
+    interrupt XCPU 152
+}
+
+# A library that gives up calls abort().
+test_aborted_leaves_nothing() {
+    interrupt ABRT 134
+}
+
+# Descriptor 2, closed, must not become an output's and take the messages.
+test_closed_descriptors() {
+    iblbake env.hdr $small -o out --only specular && mv out ok
+    iblbake env.hdr $small -v -o out --only specular <&- >&- 2>&- ||
+        echo "status $?"
+    diff -r ok out
+    iblbake - $small -o out <&- 2>err && echo 'reads a closed input'
+    [ "$(wc -l <err)" = 1 ] || cat err
+}
+
+test_long_names_keep_the_reason() {
+    local name
+    name=$(printf '%0250d/' 1 2 3 4 5 6 7 8)
+    iblbake "${name}env.hdr" $small -o out 2>err && echo 'status 0'
+    grep -q 'env.hdr: .*No such file' err || cut -c 1-80 err
 }
 
 test_interrupted_while_reading_a_pipe() {

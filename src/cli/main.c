@@ -1,10 +1,24 @@
 /* SPDX-License-Identifier: MIT */
+#include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
 
 #include "cli/option.h"
 
+/* Opens what the caller closed of descriptors 0 to 2, the wrong way round so
+ * that it stays unusable: else an output would get the number, and messages
+ * would be written into it. */
+static void keep_standard(void)
+{
+    for (int fd = 0; fd < 3; fd++)
+        if (fcntl(fd, F_GETFD) < 0 && errno == EBADF)
+            if (open("/dev/null", fd ? O_RDONLY : O_WRONLY) < 0)
+                return; /* then nothing else can be opened either */
+}
+
 int main(int argc, char **argv)
 {
+    keep_standard();
     int status = ibl_command_main(argc, argv);
 
     if (fflush(stdout) || ferror(stdout)) {

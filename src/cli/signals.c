@@ -5,7 +5,10 @@
 #include <stdatomic.h>
 #include <stddef.h>
 
-static const int caught[] = {SIGHUP, SIGINT, SIGPIPE, SIGTERM};
+/* What ends a program and may come from outside; ABRT comes from libraries
+ * that give up. */
+static const int caught[] = {SIGHUP,  SIGINT,  SIGQUIT, SIGABRT, SIGUSR1,
+                             SIGUSR2, SIGPIPE, SIGALRM, SIGTERM, SIGXCPU};
 static _Atomic(ibl_outputs *) guarded;
 
 /* The signal is blocked while this runs, so that the one raised here arrives

@@ -8,7 +8,8 @@
 
 #include <ibl/io.h>
 
-/* Catches HUP, INT, PIPE and TERM, those that were not ignored already. */
+/* Catches what ends a program by default, from HUP to XCPU, where it was not
+ * ignored already. */
 void ibl_signals_catch(void);
 /* The set that a signal aborts; NULL: none. */
 void ibl_signals_guard(ibl_outputs *outputs);
