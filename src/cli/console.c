@@ -23,6 +23,17 @@ static void erase_bar(ibl_console *c)
     c->drawn = false;
 }
 
+void ibl_print_line(const char *kind, const char *text)
+{
+    char line[IBL_LINE_BYTES];
+
+    snprintf(line, sizeof line, "%s%s", kind, text);
+    for (char *c = line; *c; c++)
+        if ((unsigned char)*c < ' ' || *c == 0x7f)
+            *c = '?';
+    fprintf(stderr, "iblbake: %s\n", line);
+}
+
 void ibl_console_log(void *console, ibl_log_level level, const char *text)
 {
     ibl_console *c = console;
@@ -33,7 +44,7 @@ void ibl_console_log(void *console, ibl_log_level level, const char *text)
     if (level == IBL_LOG_INFO && !c->verbose)
         return;
     erase_bar(c);
-    fprintf(stderr, "iblbake: %s%s\n", kind, text);
+    ibl_print_line(kind, text);
     if (level == IBL_LOG_ERROR)
         c->failed = true;
 }
@@ -41,7 +52,7 @@ void ibl_console_log(void *console, ibl_log_level level, const char *text)
 static void say(ibl_console *c, ibl_log_level level, const char *fmt,
                 va_list ap)
 {
-    char text[1024];
+    char text[IBL_LINE_BYTES];
     vsnprintf(text, sizeof text, fmt, ap);
     ibl_console_log(c, level, text);
 }

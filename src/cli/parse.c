@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/console.h"
 #include "cli/option.h"
 #include "cli/version.h"
 
@@ -12,13 +13,13 @@ const ibl_command *const ibl_commands[] = {&ibl_bake_command, NULL};
 
 bool ibl_misuse(const char *fmt, ...)
 {
+    char text[IBL_LINE_BYTES];
     va_list ap;
 
-    fputs("iblbake: ", stderr);
     va_start(ap, fmt);
-    vfprintf(stderr, fmt, ap);
+    vsnprintf(text, sizeof text, fmt, ap);
     va_end(ap);
-    fputc('\n', stderr);
+    ibl_print_line("", text);
     return false;
 }
 

@@ -78,8 +78,15 @@ static ibl_status check_target(const ibl_bake *b, const char *path)
                          path, strerror(errno));
         return IBL_ERR_IO;
     }
-    if (stat(path, &out))
-        return IBL_OK;
+    if (stat(path, &out)) {
+        if (errno != ENAMETOOLONG)
+            return IBL_OK;
+        ibl_console_fail(b->console,
+                         "%s: %s: choose a shorter one, the outputs' with "
+                         "--name",
+                         path, strerror(errno));
+        return IBL_ERR_IO;
+    }
     if (!S_ISREG(out.st_mode)) {
         ibl_console_fail(b->console, "%s: is a %s: choose another name", path,
                          S_ISDIR(out.st_mode) ? "directory"
@@ -97,9 +104,21 @@ static ibl_status check_target(const ibl_bake *b, const char *path)
     return IBL_OK;
 }
 
+/* Neither make nor ninja can quote one. */
+static ibl_status check_line_break(const ibl_bake *b, const char *path)
+{
+    if (!strchr(path, '\n'))
+        return IBL_OK;
+    ibl_console_fail(b->console,
+                     "%s: has a line break, which no depfile can name: "
+                     "choose another name or leave out --depfile",
+                     path);
+    return IBL_ERR_ARGUMENT;
+}
+
 ibl_status ibl_targets_check(const ibl_bake *b)
 {
-    const char *paths[IBL_OUTPUT_COUNT + 2];
+    const char *paths[IBL_OUTPUT_COUNT + 3];
     ibl_status status = IBL_OK;
     int count = 0;
 
@@ -110,5 +129,10 @@ ibl_status ibl_targets_check(const ibl_bake *b)
     for (int i = 0; i < count && !status; i++)
         if (paths[i])
             status = check_target(b, paths[i]);
+    if (b->opts->depfile && b->opts->input)
+        paths[count++] = b->opts->input;
+    for (int i = 0; i < count && !status && b->opts->depfile; i++)
+        if (paths[i])
+            status = check_line_break(b, paths[i]);
     return status;
 }

@@ -10,7 +10,8 @@
 #include "core/cpu.h"
 
 enum {
-    MAX_THREADS = 1024
+    MAX_THREADS = 1024,
+    MESSAGE_BYTES = 2 * 4096 + 1024 /* two paths and some words */
 };
 
 struct ibl_ctx {
@@ -142,7 +143,7 @@ bool ibl_cancelled(const ibl_ctx *ctx)
 
 static void say(ibl_ctx *ctx, ibl_log_level level, const char *fmt, va_list ap)
 {
-    char text[1024];
+    char text[MESSAGE_BYTES];
     if (!ctx->log)
         return;
     vsnprintf(text, sizeof text, fmt, ap);

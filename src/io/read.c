@@ -30,8 +30,9 @@ ibl_status ibl_read_check_size(ibl_ctx *ctx, const char *name,
     if (width != 2 * height && !opts->any_aspect)
         return ibl_fail(ctx, IBL_ERR_FORMAT,
                         "%s: %lldx%lld is not 2:1; an equirectangular map "
-                        "that wide is %lldx%lld (any_aspect takes others)",
-                        name, width, height, width, width > 1 ? width / 2 : 1);
+                        "that high is %lldx%lld (the option any-aspect takes "
+                        "others)",
+                        name, width, height, 2 * height, height);
     return IBL_OK;
 }
 
