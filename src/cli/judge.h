@@ -52,7 +52,7 @@ typedef struct ibl_judge_options {
 
 enum {
     IBL_JUDGE_MIN_TEXELS = 24,
-    IBL_JUDGE_TEXELS = 192 /* default */
+    IBL_JUDGE_TEXELS = 256 /* default */
 };
 
 ibl_judge_options ibl_judge_options_default(void);

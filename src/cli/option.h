@@ -92,6 +92,7 @@ typedef struct ibl_command {
 /* Ended by NULL; the bake is the first. */
 extern const ibl_command *const ibl_commands[];
 extern const ibl_command ibl_bake_command;
+extern const ibl_command ibl_verify_command;
 
 /* Parses and does what the command line says; returns the exit status. A
  * command's name must be the first argument; else it is a bake. */

@@ -9,7 +9,8 @@
 #include "cli/option.h"
 #include "cli/version.h"
 
-const ibl_command *const ibl_commands[] = {&ibl_bake_command, NULL};
+const ibl_command *const ibl_commands[] = {&ibl_bake_command,
+                                           &ibl_verify_command, NULL};
 
 bool ibl_misuse(const char *fmt, ...)
 {

@@ -1,25 +1,19 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/preview.h"
 
-#include <math.h>
-#include <png.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "cli/faces.h"
+#include "cli/sheet.h"
+#include <math.h>
 
 enum {
-    FACE = 96, /* edge of an unfolded cube's face in pixels */
-    PANEL_WIDTH = IBL_CROSS_COLUMNS * FACE,
-    PANEL_HEIGHT = IBL_CROSS_ROWS * FACE,
-    GAP = 16,
-    BACKGROUND = 24, /* grey, as the file stores it */
+    FACE = IBL_SHEET_FACE,
+    PANEL_WIDTH = IBL_PANEL_WIDTH,
+    PANEL_HEIGHT = IBL_PANEL_HEIGHT,
     MAX_PANELS = IBL_MAX_LEVELS + 4
 };
 
 typedef struct sheet {
-    int width, height;
-    unsigned char *pixels; /* sRGB, 3 bytes each */
+    ibl_sheet on;
     double exposure;
 } sheet;
 
@@ -74,7 +68,7 @@ static double film(double x)
 
 static void put_radiance(const sheet *s, int x, int y, const double rgb[3])
 {
-    unsigned char *p = s->pixels + 3 * ((size_t)y * (size_t)s->width + x);
+    unsigned char *p = ibl_sheet_pixel(&s->on, x, y);
     for (int c = 0; c < 3; c++)
         p[c] = srgb_byte(film(rgb[c] * s->exposure));
 }
@@ -188,9 +182,7 @@ static void draw_lut(const sheet *s, int left, int top, const ibl_lut *lut)
             const int j = (PANEL_HEIGHT - 1 - y) * lut->size / PANEL_HEIGHT;
             const float *t =
                 lut->data + 2 * ((size_t)j * (size_t)lut->size + (size_t)i);
-            unsigned char *p =
-                s->pixels +
-                3 * ((size_t)(top + y) * (size_t)s->width + (size_t)(left + x));
+            unsigned char *p = ibl_sheet_pixel(&s->on, left + x, top + y);
             for (int c = 0; c < 2; c++)
                 p[c] = (unsigned char)(255 * fmin((double)t[c], 1) + 0.5);
             p[2] = 0;
@@ -223,45 +215,17 @@ static int list_panels(const ibl_bake *b, panel *panels)
     return n;
 }
 
-static bool encode(const sheet *s, void **png, size_t *size)
-{
-    png_image image = {.version = PNG_IMAGE_VERSION,
-                       .width = (png_uint_32)s->width,
-                       .height = (png_uint_32)s->height,
-                       .format = PNG_FORMAT_RGB};
-    png_alloc_size_t bytes = PNG_IMAGE_PNG_SIZE_MAX(image);
-
-    *png = malloc(bytes);
-    if (!*png)
-        return false;
-    if (!png_image_write_to_memory(&image, *png, &bytes, 0, s->pixels, 0,
-                                   NULL)) {
-        free(*png);
-        return false;
-    }
-    *size = bytes;
-    return true;
-}
-
 bool ibl_preview_png(const ibl_bake *b, void **png, size_t *size)
 {
     panel panels[MAX_PANELS];
     const int count = list_panels(b, panels);
-    const int most = count > 9 ? 4 : 3;
-    const int columns = count < most ? count : most;
-    const int rows = (count + columns - 1) / columns;
-    sheet s = {.width = GAP + columns * (PANEL_WIDTH + GAP),
-               .height = GAP + rows * (PANEL_HEIGHT + GAP)};
-    const size_t bytes = 3 * (size_t)s.width * (size_t)s.height;
+    sheet s = {.exposure = b->env.data ? find_exposure(&b->env) : 1};
 
-    s.pixels = malloc(bytes);
-    if (!s.pixels)
+    if (!ibl_sheet_create(&s.on, count, 0))
         return false;
-    memset(s.pixels, BACKGROUND, bytes);
-    s.exposure = b->env.data ? find_exposure(&b->env) : 1;
     for (int i = 0; i < count; i++) {
-        const int left = GAP + i % columns * (PANEL_WIDTH + GAP);
-        const int top = GAP + i / columns * (PANEL_HEIGHT + GAP);
+        int left, top;
+        ibl_sheet_place(&s.on, i, &left, &top);
         if (panels[i].map)
             draw_map(&s, left, top, panels[i].map);
         else if (panels[i].cube)
@@ -269,7 +233,7 @@ bool ibl_preview_png(const ibl_bake *b, void **png, size_t *size)
         else
             draw_lut(&s, left, top, panels[i].lut);
     }
-    const bool ok = encode(&s, png, size);
-    free(s.pixels);
+    const bool ok = ibl_sheet_png(&s.on, png, size);
+    ibl_sheet_free(&s.on);
     return ok;
 }

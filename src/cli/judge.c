@@ -1,0 +1,415 @@
+/* SPDX-License-Identifier: MIT */
+#include "cli/judge.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/faces.h"
+#include "cli/judge_picks.h"
+
+enum {
+    COARSE = 64,     /* columns of the small map that finds the dark texels */
+    DARK_TENTH = 10, /* one cell in this many is dark */
+    CELLS = IBL_FACES * IBL_DARK_CELLS * IBL_DARK_CELLS
+};
+
+/* What was judged before: the choice and the truth. */
+typedef struct known {
+    ibl_role role;
+    double roughness;
+    int size;
+    size_t count;
+    ibl_judged_texel *picks;
+    double *truth; /* 3 each */
+    struct known *next;
+} known;
+
+struct ibl_judge {
+    ibl_ctx *ctx;
+    ibl_judge_options opts;
+    ibl_reference *reference;
+    ibl_image coarse;
+    ibl_reference *coarse_reference;
+    int light_count;
+    double lights[IBL_JUDGE_LIGHTS][3];
+    double mean[3];
+    double floor; /* of the truth in relative errors */
+    known *known;
+};
+
+ibl_judge_options ibl_judge_options_default(void)
+{
+    return (ibl_judge_options){.texels = IBL_JUDGE_TEXELS, .seed = 1};
+}
+
+void ibl_verdict_free(ibl_verdict *v)
+{
+    if (!v)
+        return;
+    free(v->texels);
+    *v = (ibl_verdict){0};
+}
+
+/* ---- the judge ------------------------------------------------------- */
+
+/* A map of few pixels, each the mean of those that it covers. */
+static void shrink(const ibl_image *env, ibl_image *small)
+{
+    for (int j = 0; j < small->height; j++)
+        for (int i = 0; i < small->width; i++) {
+            const int x0 = (int)((long long)i * env->width / small->width);
+            const int x1 = (int)((i + 1LL) * env->width / small->width);
+            const int y0 = (int)((long long)j * env->height / small->height);
+            const int y1 = (int)((j + 1LL) * env->height / small->height);
+            double sum[3] = {0, 0, 0};
+            for (int y = y0; y < y1; y++) {
+                const float *p =
+                    env->data +
+                    3 * ((size_t)y * (size_t)env->width + (size_t)x0);
+                for (int k = 0; k < 3 * (x1 - x0); k++)
+                    sum[k % 3] += (double)p[k];
+            }
+            for (int k = 0; k < 3; k++)
+                small->data[3 * (j * small->width + i) + k] =
+                    (float)(sum[k] / ((double)(x1 - x0) * (y1 - y0)));
+        }
+}
+
+static int at_most(int n, int most)
+{
+    return n < most ? n : most;
+}
+
+ibl_status ibl_judge_create(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
+                            const ibl_judge_options *opts, ibl_judge **out)
+{
+    ibl_judge *j = calloc(1, sizeof *j);
+    ibl_status status;
+
+    *out = NULL;
+    if (!j)
+        return IBL_ERR_MEMORY;
+    j->ctx = ctx;
+    j->opts = *opts;
+    status = ibl_image_alloc(ctx, at_most(env->width, COARSE),
+                             at_most(env->height, COARSE / 2), &j->coarse);
+    if (status)
+        goto fail;
+    shrink(env, &j->coarse);
+    status = ibl_reference_create(ctx, env, yaw_deg, &j->reference);
+    if (!status)
+        status = ibl_reference_create(ctx, &j->coarse, yaw_deg,
+                                      &j->coarse_reference);
+    if (!status)
+        status = ibl_reference_mean(j->reference, j->mean);
+    if (status)
+        goto fail;
+    j->light_count = ibl_find_lights(env, yaw_deg, IBL_JUDGE_LIGHTS, j->lights);
+    j->floor = 1e-3 * sqrt(j->mean[0] * j->mean[0] + j->mean[1] * j->mean[1] +
+                           j->mean[2] * j->mean[2]);
+    /* So that a black map has finite errors. */
+    j->floor = fmax(j->floor, (double)FLT_MIN);
+    *out = j;
+    return IBL_OK;
+
+fail:
+    ibl_judge_free(j);
+    return status;
+}
+
+static void free_known(known *k)
+{
+    if (!k)
+        return;
+    free(k->picks);
+    free(k->truth);
+    free(k);
+}
+
+void ibl_judge_free(ibl_judge *j)
+{
+    if (!j)
+        return;
+    while (j->known) {
+        known *next = j->known->next;
+        free_known(j->known);
+        j->known = next;
+    }
+    ibl_reference_free(j->coarse_reference);
+    ibl_reference_free(j->reference);
+    ibl_image_free(&j->coarse);
+    free(j);
+}
+
+/* ---- truth ----------------------------------------------------------- */
+
+static int by_value(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* The truth of the small map at the middle of every cell. */
+static ibl_status find_coarse(const ibl_judge *j, const known *k, double *dirs,
+                              double *rgb)
+{
+    for (int c = 0; c < CELLS; c++)
+        ibl_cube_direction(IBL_DARK_CELLS, c / (CELLS / IBL_FACES),
+                           c % IBL_DARK_CELLS,
+                           c / IBL_DARK_CELLS % IBL_DARK_CELLS, dirs + 3 * c);
+    if (k->role == IBL_ROLE_IRRADIANCE)
+        return ibl_reference_irradiance(j->coarse_reference, dirs, CELLS, rgb);
+    return ibl_reference_specular(j->coarse_reference, k->roughness, dirs,
+                                  CELLS, rgb);
+}
+
+/* Marks the cells that are in the darkest tenth of the level, by what the
+ * small map says. */
+static ibl_status find_dark(const ibl_judge *j, const known *k,
+                            ibl_pick_scene *scene)
+{
+    double *dirs = malloc(7 * CELLS * sizeof *dirs);
+    double *const rgb = dirs + 3 * CELLS, *const value = rgb + 3 * CELLS;
+
+    if (!dirs)
+        return IBL_ERR_MEMORY;
+    const ibl_status status = find_coarse(j, k, dirs, rgb);
+    if (!status) {
+        for (int c = 0; c < CELLS; c++)
+            value[c] = rgb[3 * c] + rgb[3 * c + 1] + rgb[3 * c + 2];
+        qsort(value, CELLS, sizeof *value, by_value);
+        for (int c = 0; c < CELLS; c++)
+            scene->dark[c] = rgb[3 * c] + rgb[3 * c + 1] + rgb[3 * c + 2] <=
+                             value[CELLS / DARK_TENTH];
+    }
+    free(dirs);
+    return status;
+}
+
+static ibl_status find_truth(const ibl_judge *j, known *k)
+{
+    double *dirs = malloc(3 * k->count * sizeof *dirs);
+    ibl_texel *texels = malloc(k->count * sizeof *texels);
+    ibl_status status = IBL_ERR_MEMORY;
+
+    k->truth = malloc(3 * k->count * sizeof *k->truth);
+    if (!dirs || !texels || !k->truth)
+        goto fail;
+    for (size_t i = 0; i < k->count; i++) {
+        texels[i] = k->picks[i].at;
+        ibl_cube_direction(k->size, texels[i].face, texels[i].x, texels[i].y,
+                           dirs + 3 * i);
+    }
+    switch (k->role) {
+    case IBL_ROLE_ENVIRONMENT:
+        status = ibl_reference_texels(j->reference, k->size, texels, k->count,
+                                      k->truth);
+        break;
+    case IBL_ROLE_SPECULAR:
+        status = ibl_reference_specular(j->reference, k->roughness, dirs,
+                                        k->count, k->truth);
+        break;
+    case IBL_ROLE_IRRADIANCE:
+        status =
+            ibl_reference_irradiance(j->reference, dirs, k->count, k->truth);
+        break;
+    }
+
+fail:
+    free(dirs);
+    free(texels);
+    return status;
+}
+
+static ibl_status find_known(ibl_judge *j, const ibl_judge_level *level,
+                             const known **out)
+{
+    ibl_pick_scene scene = {.size = level->size, .light_count = j->light_count};
+    known want = {.role = level->role, .size = level->size};
+    known *k;
+    ibl_status status;
+
+    if (level->role == IBL_ROLE_SPECULAR)
+        want.roughness = level->roughness;
+    if (want.roughness == 0 && level->role == IBL_ROLE_SPECULAR)
+        want.role = IBL_ROLE_ENVIRONMENT;
+    for (k = j->known; k; k = k->next)
+        if (k->role == want.role && k->size == want.size &&
+            k->roughness == want.roughness) {
+            *out = k;
+            return IBL_OK;
+        }
+    k = malloc(sizeof *k);
+    if (!k)
+        return IBL_ERR_MEMORY;
+    *k = want;
+    memcpy(scene.lights, j->lights, sizeof scene.lights);
+    status = find_dark(j, k, &scene);
+    if (!status && !ibl_picks(&scene, &j->opts, &k->picks, &k->count))
+        status = IBL_ERR_MEMORY;
+    if (!status)
+        status = find_truth(j, k);
+    if (status) {
+        free_known(k);
+        return status;
+    }
+    k->next = j->known;
+    j->known = k;
+    *out = k;
+    return IBL_OK;
+}
+
+/* ---- statistics ------------------------------------------------------ */
+
+static const float *texel_of(const ibl_judge_level *level, ibl_texel at)
+{
+    const size_t n = (size_t)level->size;
+    return level->texels +
+           3 * (((size_t)at.face * n + (size_t)at.y) * n + (size_t)at.x);
+}
+
+static bool is_finite(const float *rgb)
+{
+    return isfinite(rgb[0]) && isfinite(rgb[1]) && isfinite(rgb[2]);
+}
+
+/* The mean of every texel and the count of those that are not finite. */
+static void survey(const ibl_judge *j, const ibl_judge_level *level,
+                   ibl_verdict *v)
+{
+    double sum = 0, total = 0;
+    ibl_texel t;
+
+    for (t.face = 0; t.face < IBL_FACES; t.face++)
+        for (t.y = 0; t.y < level->size; t.y++)
+            for (t.x = 0; t.x < level->size; t.x++) {
+                const float *x = texel_of(level, t);
+                const double w = ibl_cube_solid_angle(level->size, t.x, t.y);
+                if (is_finite(x)) {
+                    sum += w * ((double)x[0] + (double)x[1] + (double)x[2]);
+                    total += w;
+                } else {
+                    v->nonfinite++;
+                }
+            }
+    const double source = j->mean[0] + j->mean[1] + j->mean[2];
+    const double mean = total > 0 ? sum / total / level->scale : 0;
+    v->bias = (mean - source) / fmax(source, (double)FLT_MIN);
+}
+
+/* The pixel format's version of the truth. */
+static void round_truth(const ibl_judge_level *level, const double *truth,
+                        double *rounded)
+{
+    float rgb[3];
+    unsigned char bytes[16];
+
+    for (int c = 0; c < 3; c++)
+        rgb[c] = (float)(truth[c] * level->scale);
+    if (level->pixel != IBL_PIXEL_COUNT) {
+        ibl_pixel_encode(level->pixel, rgb, 1, bytes);
+        ibl_pixel_decode(level->pixel, bytes, 1, rgb);
+    }
+    for (int c = 0; c < 3; c++)
+        rounded[c] = level->pixel == IBL_PIXEL_COUNT
+                         ? truth[c]
+                         : (double)rgb[c] / level->scale;
+}
+
+static int by_error(const void *a, const void *b)
+{
+    const ibl_judged_texel *x = a, *y = b;
+    return (x->error > y->error) - (x->error < y->error);
+}
+
+/* The least error that is not exceeded by a part of the weight; texels sorted
+ * by error. */
+static double quantile(const ibl_judged_texel *texels, size_t count,
+                       double part)
+{
+    double total = 0, sum = 0;
+
+    for (size_t i = 0; i < count; i++)
+        total += texels[i].weight;
+    for (size_t i = 0; i < count; i++) {
+        sum += texels[i].weight;
+        if (sum >= part * total)
+            return texels[i].error;
+    }
+    return 0;
+}
+
+static void find_worst(const known *k, ibl_verdict *v)
+{
+    for (size_t i = 0; i < v->count; i++)
+        if (i == 0 || v->texels[i].error > v->worst) {
+            v->worst = v->texels[i].error;
+            v->worst_at = v->texels[i].at;
+        }
+    if (v->count)
+        ibl_cube_direction(k->size, v->worst_at.face, v->worst_at.x,
+                           v->worst_at.y, v->worst_dir);
+}
+
+static ibl_status compare(const ibl_judge *j, const ibl_judge_level *level,
+                          const known *k, ibl_verdict *v)
+{
+    double wrong = 0, all = 0, rounding = 0;
+
+    v->texels = malloc(k->count * sizeof *v->texels);
+    ibl_judged_texel *sorted = malloc(k->count * sizeof *sorted);
+    if (!v->texels || !sorted) {
+        free(sorted);
+        return IBL_ERR_MEMORY;
+    }
+    for (size_t i = 0; i < k->count; i++) {
+        const float *x = texel_of(level, k->picks[i].at);
+        const double *t = k->truth + 3 * i, w = k->picks[i].weight;
+        double rounded[3], off = 0, size = 0, loss = 0;
+        if (!is_finite(x))
+            continue;
+        round_truth(level, t, rounded);
+        for (int c = 0; c < 3; c++) {
+            const double d = (double)x[c] / level->scale - t[c];
+            off += d * d;
+            size += t[c] * t[c];
+            loss += (rounded[c] - t[c]) * (rounded[c] - t[c]);
+        }
+        wrong += w * off;
+        all += w * size;
+        rounding += w * loss;
+        v->texels[v->count] = k->picks[i];
+        v->texels[v->count++].error = sqrt(off) / fmax(sqrt(size), j->floor);
+    }
+    memcpy(sorted, v->texels, v->count * sizeof *sorted);
+    qsort(sorted, v->count, sizeof *sorted, by_error);
+    v->median = quantile(sorted, v->count, 0.5);
+    v->p95 = quantile(sorted, v->count, 0.95);
+    free(sorted);
+    find_worst(k, v);
+    v->nrmse = sqrt(wrong) / fmax(sqrt(all), (double)FLT_MIN);
+    v->rounding = sqrt(rounding) / fmax(sqrt(all), (double)FLT_MIN);
+    v->rounding_share = wrong > 0 ? fmin(rounding / wrong, 1) : 0;
+    return IBL_OK;
+}
+
+ibl_status ibl_judge_cube_level(ibl_judge *judge, const ibl_judge_level *level,
+                                ibl_verdict *out)
+{
+    const known *k = NULL;
+
+    *out = (ibl_verdict){.role = level->role,
+                         .roughness = level->roughness,
+                         .size = level->size,
+                         .nonfinite = level->mended};
+    ibl_status status = find_known(judge, level, &k);
+    if (status)
+        return status;
+    survey(judge, level, out);
+    status = compare(judge, level, k, out);
+    if (status)
+        ibl_verdict_free(out);
+    return status;
+}

@@ -1,0 +1,109 @@
+/* SPDX-License-Identifier: MIT */
+#include <math.h>
+#include <stdlib.h>
+
+#include "cli/judge.h"
+#include "cli/judge_picks.h"
+
+/* A row or column of the table and the number of those that it stands for. */
+typedef struct line {
+    int at;
+    int weight;
+} line;
+
+/*
+ * The first and the last of n, where the integrals change fastest, and one in
+ * each of parts stretches of what is between; every one if parts is as many.
+ * Returns how many.
+ */
+static int pick_lines(int n, int parts, int seed, int stream, line *lines)
+{
+    const int between = n - 2;
+    int count = 0;
+
+    if (parts >= between) {
+        for (int i = 0; i < n; i++)
+            lines[count++] = (line){i, 1};
+        return count;
+    }
+    lines[count++] = (line){0, 1};
+    for (int i = 0; i < parts; i++) {
+        const int from = 1 + (int)((long long)i * between / parts);
+        const int to = 1 + (int)((i + 1LL) * between / parts);
+        const double u = ibl_pick_random(seed, (unsigned)stream, (unsigned)i);
+        lines[count++] = (line){from + (int)(u * (to - from)), to - from};
+    }
+    lines[count++] = (line){n - 1, 1};
+    return count;
+}
+
+static ibl_status judge_texel(ibl_ctx *ctx, const ibl_lut *lut, ibl_pixel pixel,
+                              ibl_geometry geometry, line u, line v,
+                              ibl_lut_verdict *out)
+{
+    const float *x =
+        lut->data + 2 * ((size_t)v.at * (size_t)lut->size + (size_t)u.at);
+    const double n_dot_v = (u.at + 0.5) / lut->size;
+    const double roughness = (v.at + 0.5) / lut->size;
+    const double weight = (double)u.weight * v.weight;
+    double truth[2];
+    float rounded[2];
+    unsigned char bytes[16];
+
+    const ibl_status status =
+        ibl_reference_lut(ctx, n_dot_v, roughness, geometry, truth);
+    if (status || !isfinite(x[0]) || !isfinite(x[1]))
+        return status;
+    for (int c = 0; c < 2; c++)
+        rounded[c] = (float)truth[c];
+    if (pixel != IBL_PIXEL_COUNT) {
+        ibl_pixel_encode(pixel, rounded, 1, bytes);
+        ibl_pixel_decode(pixel, bytes, 1, rounded);
+    }
+    for (int c = 0; c < 2; c++) {
+        const double off = fabs((double)x[c] - truth[c]);
+        const double loss =
+            pixel == IBL_PIXEL_COUNT ? 0 : (double)rounded[c] - truth[c];
+        if (out->count == 0 || off > out->max) {
+            out->max = off;
+            out->worst_n_dot_v = n_dot_v;
+            out->worst_roughness = roughness;
+        }
+        out->rms += weight / 2 * off * off;
+        out->rounding += weight / 2 * loss * loss;
+    }
+    out->count++;
+    return IBL_OK;
+}
+
+ibl_status ibl_judge_lut(ibl_ctx *ctx, const ibl_lut *lut, ibl_pixel pixel,
+                         ibl_geometry geometry, const ibl_judge_options *opts,
+                         ibl_lut_verdict *out)
+{
+    const int n = lut->size;
+    const size_t texels = (size_t)n * (size_t)n;
+    const int parts = opts->all ? n : (int)sqrt((double)opts->texels) - 1;
+    line *u = malloc((size_t)n * sizeof *u), *v = malloc((size_t)n * sizeof *v);
+    ibl_status status = u && v ? IBL_OK : IBL_ERR_MEMORY;
+    double total = 0;
+
+    *out = (ibl_lut_verdict){.size = n};
+    if (!status) {
+        const int columns = pick_lines(n, parts, opts->seed, 0, u);
+        const int rows = pick_lines(n, parts, opts->seed, 1, v);
+        for (int j = 0; j < rows && !status; j++)
+            for (int i = 0; i < columns && !status; i++) {
+                status =
+                    judge_texel(ctx, lut, pixel, geometry, u[i], v[j], out);
+                total += (double)u[i].weight * v[j].weight;
+            }
+        out->rms = sqrt(out->rms / total);
+        out->rounding = sqrt(out->rounding / total);
+    }
+    for (size_t i = 0; i < texels; i++)
+        out->nonfinite +=
+            !isfinite(lut->data[2 * i]) || !isfinite(lut->data[2 * i + 1]);
+    free(u);
+    free(v);
+    return status;
+}

@@ -1,0 +1,203 @@
+/* SPDX-License-Identifier: MIT */
+#include "cli/judge_report.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+ibl_status ibl_report_add(ibl_report *report, ibl_judge *judge,
+                          const char *content, int level,
+                          const ibl_judge_level *judged)
+{
+    assert(report->count < IBL_REPORT_ROWS);
+    ibl_report_row *row = &report->rows[report->count];
+    const ibl_status status =
+        ibl_judge_cube_level(judge, judged, &row->verdict);
+
+    if (!status) {
+        row->content = content;
+        row->level = level;
+        report->count++;
+    }
+    return status;
+}
+
+ibl_status ibl_report_add_cube(ibl_report *report, ibl_judge *judge,
+                               const char *content, ibl_role role,
+                               const ibl_cube *cube, ibl_pixel pixel,
+                               const double *roughness)
+{
+    ibl_status status = IBL_OK;
+
+    for (int l = 0; l < cube->levels && !status; l++) {
+        const ibl_judge_level level = {.role = role,
+                                       .roughness =
+                                           roughness ? roughness[l] : 0,
+                                       .scale = 1,
+                                       .size = ibl_cube_edge(cube->size, l),
+                                       .texels = ibl_cube_face(cube, l, 0),
+                                       .pixel = pixel};
+        status = ibl_report_add(report, judge, content, l, &level);
+    }
+    return status;
+}
+
+void ibl_report_free(ibl_report *report)
+{
+    for (int i = 0; i < report->count; i++)
+        ibl_verdict_free(&report->rows[i].verdict);
+    report->count = 0;
+}
+
+bool ibl_report_passes(const ibl_report *report, double max_error, char *why,
+                       size_t size)
+{
+    for (int i = 0; i < report->count; i++) {
+        const ibl_report_row *row = &report->rows[i];
+        const ibl_verdict *v = &row->verdict;
+        if (v->nonfinite) {
+            snprintf(why, size, "level %d of %s has %zu texels of NaN or Inf",
+                     row->level, row->content, v->nonfinite);
+            return false;
+        }
+        if (!(v->nrmse <= max_error)) {
+            snprintf(why, size, "level %d of %s has an nRMSE of %.3g, above %g",
+                     row->level, row->content, v->nrmse, max_error);
+            return false;
+        }
+    }
+    if (report->has_lut && report->lut.nonfinite) {
+        snprintf(why, size, "the BRDF table has %zu texels of NaN or Inf",
+                 report->lut.nonfinite);
+        return false;
+    }
+    if (report->has_lut && !(report->lut.max <= max_error)) {
+        snprintf(why, size,
+                 "the BRDF table is off by %.3g at N.V = %.3g, r = %.3g, more "
+                 "than %g",
+                 report->lut.max, report->lut.worst_n_dot_v,
+                 report->lut.worst_roughness, max_error);
+        return false;
+    }
+    return true;
+}
+
+/* ---- table ----------------------------------------------------------- */
+
+static void print_row(const ibl_report_row *row, FILE *to)
+{
+    const ibl_verdict *v = &row->verdict;
+
+    fprintf(to, "%-10s %2d", row->content, row->level);
+    if (v->role == IBL_ROLE_SPECULAR)
+        fprintf(to, " %6.4f", v->roughness);
+    else
+        fprintf(to, " %6s", "-");
+    fprintf(to,
+            " %5d %7zu  %8.2e %8.2e %8.2e %8.2e  (%+.2f %+.2f %+.2f)"
+            "  %+9.1e %5zu %5.1f %%\n",
+            v->size, v->count, v->nrmse, v->median, v->p95, v->worst,
+            v->worst_dir[0], v->worst_dir[1], v->worst_dir[2], v->bias,
+            v->nonfinite, 100 * v->rounding_share);
+}
+
+void ibl_report_print(const ibl_report *report, FILE *to)
+{
+    const ibl_lut_verdict *lut = &report->lut;
+
+    if (report->count)
+        fprintf(to, "%-13s %6s %5s %7s  %8s %8s %8s %8s  %-19s  %9s %5s %7s\n",
+                "level", "r", "size", "texels", "nRMSE", "median", "p95",
+                "worst", "towards", "bias", "NaN", "rounded");
+    for (int i = 0; i < report->count; i++)
+        print_row(&report->rows[i], to);
+    if (report->has_lut)
+        fprintf(to,
+                "BRDF table   size %d, %zu texels: largest error %.2e at N.V "
+                "= %.3f, r = %.3f; rms %.2e (rounding alone %.2e); NaN %zu\n",
+                lut->size, lut->count, lut->max, lut->worst_n_dot_v,
+                lut->worst_roughness, lut->rms, lut->rounding, lut->nonfinite);
+}
+
+/* ---- JSON ------------------------------------------------------------ */
+
+/* As in sidecar.c: setters take values over and cope with NULL. */
+typedef struct builder {
+    bool failed;
+} builder;
+
+static void put(builder *b, json_t *object, const char *key, json_t *value)
+{
+    b->failed |= json_object_set_new(object, key, value) != 0;
+}
+
+/* Four digits: what is measured at chosen texels has no more. */
+static json_t *real(double x)
+{
+    char text[32];
+    snprintf(text, sizeof text, "%.3e", x);
+    return json_real(strtod(text, NULL));
+}
+
+static json_t *row_json(builder *b, const ibl_report_row *row)
+{
+    const ibl_verdict *v = &row->verdict;
+    json_t *j = json_object();
+
+    put(b, j, "content", json_string(row->content));
+    put(b, j, "level", json_integer(row->level));
+    put(b, j, "size", json_integer(v->size));
+    if (v->role == IBL_ROLE_SPECULAR)
+        put(b, j, "roughness", json_real(v->roughness));
+    put(b, j, "texels", json_integer((json_int_t)v->count));
+    put(b, j, "nrmse", real(v->nrmse));
+    put(b, j, "median", real(v->median));
+    put(b, j, "p95", real(v->p95));
+    put(b, j, "worst", real(v->worst));
+    put(b, j, "worst_direction",
+        json_pack("[ooo]", real(v->worst_dir[0]), real(v->worst_dir[1]),
+                  real(v->worst_dir[2])));
+    put(b, j, "bias", real(v->bias));
+    put(b, j, "nonfinite", json_integer((json_int_t)v->nonfinite));
+    put(b, j, "rounding_nrmse", real(v->rounding));
+    put(b, j, "rounding_share", real(v->rounding_share));
+    return j;
+}
+
+static json_t *lut_json(builder *b, const ibl_lut_verdict *v)
+{
+    json_t *j = json_object();
+
+    put(b, j, "size", json_integer(v->size));
+    put(b, j, "texels", json_integer((json_int_t)v->count));
+    put(b, j, "max", real(v->max));
+    put(b, j, "worst_n_dot_v", real(v->worst_n_dot_v));
+    put(b, j, "worst_roughness", real(v->worst_roughness));
+    put(b, j, "rms", real(v->rms));
+    put(b, j, "rounding_rms", real(v->rounding));
+    put(b, j, "nonfinite", json_integer((json_int_t)v->nonfinite));
+    return j;
+}
+
+json_t *ibl_report_json(const ibl_report *report)
+{
+    builder b = {false};
+    json_t *j = json_object(), *levels = json_array();
+
+    if (report->options.all)
+        put(&b, j, "texels", json_string("all"));
+    else
+        put(&b, j, "texels", json_integer(report->options.texels));
+    put(&b, j, "seed", json_integer(report->options.seed));
+    for (int i = 0; i < report->count; i++)
+        b.failed |=
+            json_array_append_new(levels, row_json(&b, &report->rows[i])) != 0;
+    put(&b, j, "levels", levels);
+    if (report->has_lut)
+        put(&b, j, "lut", lut_json(&b, &report->lut));
+    if (!b.failed)
+        return j;
+    json_decref(j);
+    return NULL;
+}

@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: MIT */
+/* Verdicts of one set of files, as a table and as JSON. */
+#ifndef CLI_JUDGE_REPORT_H
+#define CLI_JUDGE_REPORT_H
+
+#include <jansson.h>
+#include <stdio.h>
+
+#include "cli/judge.h"
+
+enum {
+    IBL_REPORT_ROWS = 2 * IBL_MAX_LEVELS + 1
+};
+
+typedef struct ibl_report_row {
+    const char *content; /* "skybox", "specular" or "irradiance" */
+    int level;
+    ibl_verdict verdict;
+} ibl_report_row;
+
+typedef struct ibl_report {
+    ibl_judge_options options;
+    int count;
+    ibl_report_row rows[IBL_REPORT_ROWS];
+    bool has_lut;
+    ibl_lut_verdict lut;
+} ibl_report;
+
+/* Judges a level and adds the verdict. */
+ibl_status ibl_report_add(ibl_report *report, ibl_judge *judge,
+                          const char *content, int level,
+                          const ibl_judge_level *judged);
+/* Every level of a cube in one go. roughness: of each level; NULL where the
+ * role is not SPECULAR. */
+ibl_status ibl_report_add_cube(ibl_report *report, ibl_judge *judge,
+                               const char *content, ibl_role role,
+                               const ibl_cube *cube, ibl_pixel pixel,
+                               const double *roughness);
+void ibl_report_free(ibl_report *report);
+
+/* Whether every nRMSE and the table's largest error are at most max_error and
+ * everything is finite; else why says what is not, in one line. */
+bool ibl_report_passes(const ibl_report *report, double max_error, char *why,
+                       size_t size);
+
+void ibl_report_print(const ibl_report *report, FILE *to);
+/* {"texels": .., "seed": .., "levels": [..], "lut": {..}}; NULL: no memory. */
+json_t *ibl_report_json(const ibl_report *report);
+
+#endif

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: MIT */
+/* A picture of panels in rows, each as large as an unfolded cube. */
+#ifndef CLI_SHEET_H
+#define CLI_SHEET_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "cli/faces.h"
+
+enum {
+    IBL_SHEET_FACE = 96, /* edge of an unfolded cube's face in pixels */
+    IBL_PANEL_WIDTH = IBL_CROSS_COLUMNS * IBL_SHEET_FACE,
+    IBL_PANEL_HEIGHT = IBL_CROSS_ROWS * IBL_SHEET_FACE,
+    IBL_SHEET_GAP = 16
+};
+
+typedef struct ibl_sheet {
+    int width, height;
+    int columns;           /* panels in a row */
+    unsigned char *pixels; /* sRGB, 3 bytes each */
+} ibl_sheet;
+
+/* A grey sheet with room for panels, and footer rows of pixels below them.
+ * False: no memory. */
+bool ibl_sheet_create(ibl_sheet *sheet, int panels, int footer);
+void ibl_sheet_free(ibl_sheet *sheet);
+
+/* The corner of a panel, and the first byte of a pixel. */
+void ibl_sheet_place(const ibl_sheet *sheet, int panel, int *left, int *top);
+unsigned char *ibl_sheet_pixel(const ibl_sheet *sheet, int x, int y);
+
+/* As a PNG file; *png is the caller's to free. False: no memory. */
+bool ibl_sheet_png(const ibl_sheet *sheet, void **png, size_t *size);
+
+#endif

@@ -1,0 +1,221 @@
+/* SPDX-License-Identifier: MIT */
+/* The command line of iblbake verify. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/opts.h"
+#include "cli/verify.h"
+
+static const char *const scale_names[] = {"E/pi", "E", NULL};
+static const char *const geometry_names[] = {"auto", "smith", "schlick-ibl",
+                                             NULL};
+
+static bool parse_face_names(void *field, const char *value)
+{
+    char(*names)[16] = field;
+
+    for (int face = 0; face < IBL_FACES; face++) {
+        const size_t length = strcspn(value, ",");
+        if (length < 1 || length >= sizeof names[face])
+            return false;
+        memcpy(names[face], value, length);
+        names[face][length] = '\0';
+        value += length;
+        if (*value != (face == IBL_FACES - 1 ? '\0' : ','))
+            return false;
+        value++;
+    }
+    return true;
+}
+
+static bool parse_roughness_map(void *field, const char *value)
+{
+    ibl_verify_map m = {.given = 1};
+
+    for (int i = IBL_ROUGHNESS_LINEAR; i <= IBL_ROUGHNESS_FILAMENT; i++)
+        if (!strcmp(value, ibl_roughness_map_name((ibl_roughness_map)i))) {
+            m.map = (ibl_roughness_map)i;
+            *(ibl_verify_map *)field = m;
+            return true;
+        }
+    for (;;) {
+        char *end;
+        const double r = strtod(value, &end);
+        if (end == value || !(r >= 0 && r <= 1) || m.count == IBL_MAX_LEVELS)
+            return false;
+        m.list[m.count++] = r;
+        if (!*end)
+            break;
+        if (*end != ',')
+            return false;
+        value = end + 1;
+    }
+    *(ibl_verify_map *)field = m;
+    return true;
+}
+
+static bool parse_axes(void *field, const char *value)
+{
+    int axes[3] = {0}, seen = 0;
+
+    for (int k = 0; k < 3; k++) {
+        const int sign = *value == '-' ? -1 : 1;
+        value += *value == '-' || *value == '+';
+        if (*value < 'x' || *value > 'z' || seen & 1 << (*value - 'x'))
+            return false;
+        seen |= 1 << (*value - 'x');
+        axes[k] = sign * (*value - 'x' + 1);
+        if (*++value != (k == 2 ? '\0' : ','))
+            return false;
+        value++;
+    }
+    memcpy(field, axes, sizeof axes);
+    return true;
+}
+
+#define FLAG(field) IBL_FLAG(ibl_verify_opts, field)
+#define TEXT(field, what) IBL_TEXT(ibl_verify_opts, field, what)
+#define INT(field, lo, hi) IBL_INT(ibl_verify_opts, field, lo, hi)
+#define REAL(field, what, lo, hi) IBL_REAL(ibl_verify_opts, field, what, lo, hi)
+#define CHOICE(field, names) IBL_CHOICE(ibl_verify_opts, field, names)
+#define OTHER(field, what, parse) IBL_OTHER(ibl_verify_opts, field, what, parse)
+
+/* clang-format off */
+static const ibl_option files[] = {
+    {"name", 0, TEXT(name, "NAME"),
+     .standard = "ENV without directory and extension",
+     .help = "the files in DIR are NAME_specular.EXT and so on"},
+    {"specular", 0, TEXT(files[IBL_VERIFY_SPECULAR], "FILE"), .standard = "",
+     .help = "a specular cube: KTX2, KTX or DDS, or six images a level, named "
+             "by a pattern with %l for the level and %f for the face"},
+    {"irradiance", 0, TEXT(files[IBL_VERIFY_IRRADIANCE], "FILE"),
+     .standard = "", .help = "a diffuse cube, or a pattern with %f"},
+    {"skybox", 0, TEXT(files[IBL_VERIFY_SKYBOX], "FILE"), .standard = "",
+     .help = "the environment as a cube, or a pattern with %f"},
+    {"lut", 0, TEXT(files[IBL_VERIFY_LUT], "FILE"), .standard = "",
+     .help = "a BRDF table; alone it needs no ENV"},
+    {"face-names", 0, OTHER(face_names, "LIST", parse_face_names),
+     .allowed = "six names in the order +X -X +Y -Y +Z -Z",
+     .standard = "px,nx,py,ny,pz,nz", .help = "what %f stands for"},
+};
+
+static const ibl_option meaning[] = {
+    {"roughness-map", 0, OTHER(roughness, "MAP", parse_roughness_map),
+     .allowed = "linear, filament or a list of each level's, as 0,0.5,1",
+     .standard = "what the files say, else linear",
+     .help = "roughness of the specular levels"},
+    {"rotate", 0, OTHER(yaw_deg, "DEG", ibl_rotate_parse),
+     .allowed = IBL_ROTATE_ALLOWED,
+     .standard = "what the files say, else 0",
+     .help = "how the environment was turned about +Y for the bake"},
+    {"axes", 0, OTHER(axes, "LIST", parse_axes),
+     .allowed = "a permutation of x, y and z, each with or without a minus",
+     .standard = "x,y,z",
+     .help = "which axes of iblbake's world the files' +X, +Y and +Z are"},
+    {"irradiance-scale", 0, CHOICE(scale, scale_names),
+     .help = "what the irradiance holds"},
+    {"geometry", 0, CHOICE(geometry, geometry_names),
+     .help = "shadowing and masking of the table; auto: what the files say, "
+             "else smith"},
+};
+
+static const ibl_option judging[] = {
+    {"texels", 0, INT(judge.texels, IBL_JUDGE_MIN_TEXELS, 1000000),
+     .help = "texels of each level that are judged, about"},
+    {"all", 0, FLAG(judge.all), .help = "judge every texel; slow"},
+    {"seed", 0, INT(judge.seed, 0, 1000000000),
+     .help = "another seed judges other texels"},
+    {"max-error", 0, REAL(max_error, "E", 0, 1000), .standard = "none",
+     .help = "exit with status 1 if the nRMSE of a level or the largest error "
+             "of the table is above E, or a texel not finite"},
+};
+
+static const ibl_option results[] = {
+    {"json", 0, TEXT(json, "FILE"), .standard = "",
+     .help = "the table as JSON; -: to standard output, in its place"},
+    {"heatmap", 0, TEXT(heatmap, "FILE"), .standard = "",
+     .help = "a PNG picture of where the error sits; judges more texels"},
+};
+/* clang-format on */
+
+static const ibl_section *const sections[] = {
+    IBL_SECTION("Files", files),
+    IBL_SECTION("What the files mean", meaning),
+    IBL_SECTION("Judging", judging),
+    IBL_SECTION("Results", results),
+    &ibl_input_section,
+    &ibl_running_section,
+    NULL,
+};
+
+static void defaults(void *settings)
+{
+    ibl_verify_opts *o = settings;
+
+    *o = (ibl_verify_opts){.common = ibl_common_default(),
+                           .yaw_deg = NAN,
+                           .axes = {1, 2, 3},
+                           .judge = ibl_judge_options_default(),
+                           .max_error = NAN};
+    parse_face_names(o->face_names, "px,nx,py,ny,pz,nz");
+}
+
+static bool take(void *settings, const char *word)
+{
+    ibl_verify_opts *o = settings;
+
+    if (!*word)
+        return ibl_misuse("an empty argument: verify takes ENV and DIR");
+    if (!o->input)
+        o->input = word;
+    else if (!o->directory)
+        o->directory = word;
+    else
+        return ibl_misuse("%s: a third argument after %s and %s: verify takes "
+                          "ENV and DIR",
+                          word, o->input, o->directory);
+    return true;
+}
+
+static bool finish(void *settings)
+{
+    ibl_verify_opts *o = settings;
+    const bool cubes = o->files[IBL_VERIFY_SKYBOX] ||
+                       o->files[IBL_VERIFY_SPECULAR] ||
+                       o->files[IBL_VERIFY_IRRADIANCE];
+    const bool lut = o->files[IBL_VERIFY_LUT] != NULL;
+
+    if (!o->input && (cubes || !lut))
+        return ibl_misuse("no environment: iblbake verify [options] ENV DIR, "
+                          "see iblbake verify --help");
+    if (!o->directory && !cubes && !lut)
+        return ibl_misuse("nothing to judge: add the directory of the bake, or "
+                          "--specular, --irradiance, --skybox or --lut");
+    if (!ibl_common_finish(&o->common))
+        return false;
+    if (!o->name) {
+        if (!ibl_stem(o->input, o->stem, sizeof o->stem))
+            return false;
+        o->name = o->stem;
+    }
+    return true;
+}
+
+const ibl_command ibl_verify_command = {
+    .name = "verify",
+    .usage = "[options] ENV DIR",
+    .brief = "judge what was baked from ENV by the exact sums",
+    .intro = "Judges the textures in DIR, or those of another program, by the "
+             "exact sums over\n"
+             "every pixel of the environment that they were baked from, and "
+             "prints for each\n"
+             "level how far they are off.\n",
+    .statuses = "0 done, 1 failed or above --max-error, 2 wrong usage",
+    .sections = sections,
+    .settings_size = sizeof(ibl_verify_opts),
+    .defaults = defaults,
+    .take = take,
+    .finish = finish,
+    .run = ibl_verify_run,
+};
