@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/bake_verify.h"
 #include "cli/depfile.h"
 #include "cli/keys.h"
 #include "cli/preview.h"
@@ -18,6 +19,11 @@ int ibl_bake_level_samples(const ibl_bake *b, int level)
     if (level == 0)
         return 0;
     return o->level_samples[level] ? o->level_samples[level] : o->samples;
+}
+
+double ibl_bake_level_roughness(const ibl_bake *b, int level, int levels)
+{
+    return ibl_level_roughness(b->opts->specular.mapping, level, levels);
 }
 
 const char *ibl_bake_irradiance_method(const ibl_bake *b)
@@ -59,6 +65,8 @@ static ibl_status put_texture(ibl_bake *b, ibl_output_kind kind,
                                     &bytes, &file->bytes);
     if (!status)
         status = put(b, file->path, bytes, file->bytes);
+    if (!status && b->opts->verify)
+        status = ibl_bake_judge(b, kind, bytes, file->bytes);
     if (!status && file->saturated)
         ibl_console_warn(
             b->console,
@@ -226,6 +234,8 @@ static void free_bake(ibl_bake *b)
 {
     ibl_signals_guard(NULL);
     ibl_outputs_free(b->outputs);
+    ibl_report_free(&b->judged);
+    ibl_judge_free(b->judge);
     ibl_image_free(&b->env);
     ibl_cube_free(&b->skybox);
     ibl_cube_free(&b->specular);
@@ -258,6 +268,8 @@ int ibl_bake_run(const ibl_opts *opts)
         status = ibl_targets_check(&b);
     if (!status)
         status = make_all(&b);
+    if (!status && opts->verify)
+        status = ibl_bake_judged(&b);
     if (!status) {
         ibl_console_progress(&console, "write", 1);
         ibl_signals_hold();

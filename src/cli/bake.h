@@ -4,6 +4,7 @@
 #define CLI_BAKE_H
 
 #include "cli/console.h"
+#include "cli/judge_report.h"
 #include "cli/opts.h"
 
 /* An output file. path is set before anything is baked, the rest when the
@@ -24,7 +25,9 @@ typedef struct ibl_bake {
     ibl_read_report report;
     ibl_cube skybox, specular, irradiance; /* empty where not wanted */
     ibl_lut lut;
-    double *sh; /* 3 (degree + 1)^2 radiance coefficients, or NULL */
+    double *sh;        /* 3 (degree + 1)^2 radiance coefficients, or NULL */
+    ibl_judge *judge;  /* with --verify, once a cube was judged */
+    ibl_report judged; /* empty without --verify */
     ibl_baked files[IBL_OUTPUT_COUNT];
 } ibl_bake;
 
@@ -34,6 +37,8 @@ int ibl_bake_run(const ibl_opts *opts);
 
 /* Samples of a specular level: none in level 0, which is the environment. */
 int ibl_bake_level_samples(const ibl_bake *b, int level);
+/* Perceptual roughness of a specular level. */
+double ibl_bake_level_roughness(const ibl_bake *b, int level, int levels);
 /* "pixel sum" or "hemisphere grid"; "quadrature" or "hammersley". */
 const char *ibl_bake_irradiance_method(const ibl_bake *b);
 const char *ibl_bake_lut_method(const ibl_bake *b);

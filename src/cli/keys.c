@@ -36,7 +36,7 @@ static void set_specular(setter *s, const ibl_bake *b)
     for (int l = 0; l < levels; l++) {
         const size_t r = strlen(roughness), n = strlen(samples);
         snprintf(roughness + r, sizeof roughness - r, "%s%.9g", l ? "," : "",
-                 ibl_level_roughness(o->mapping, l, levels));
+                 ibl_bake_level_roughness(b, l, levels));
         snprintf(samples + n, sizeof samples - n, "%s%d", l ? "," : "",
                  ibl_bake_level_samples(b, l));
     }

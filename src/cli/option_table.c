@@ -2,6 +2,7 @@
 /* The bake and every option of its own: what it is called, takes, defaults to
  * and does. */
 #include <errno.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -100,6 +101,12 @@ static const ibl_option outputs[] = {
     {"timings", 0, FLAG(timings),
      .help = "note the time of each stage in the sidecar, which then differs "
              "from run to run"},
+    {"verify", 0, FLAG(verify),
+     .help = "judge what was written by the exact sums, as iblbake verify "
+             "does, print the table and note it in the sidecar"},
+    {"max-error", 0, REAL(max_error, "E", 0, 1000), .standard = "none",
+     .help = "verify, and write nothing if the nRMSE of a level or the largest "
+             "error of the table is above E"},
 };
 
 static const ibl_option input[] = {
@@ -180,6 +187,8 @@ ibl_opts ibl_opts_default(void)
         .irradiance = ibl_irradiance_options_default(),
         .lut = ibl_lut_options_default(),
         .sh_degree = 2,
+        .max_error = NAN,
+        .judge = ibl_judge_options_default(),
     };
 
     /* Enumerations and flags of the library, as ints that the table sets. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/opts.h"
 
+#include <math.h>
 #include <string.h>
 
 bool ibl_opts_wants(const ibl_opts *o, ibl_output_kind kind)
@@ -99,6 +100,7 @@ bool ibl_opts_finish(void *settings)
             "--only skybox: its size is not known: add --skybox N");
     if (!ibl_common_finish(&o->common) || !check_levels(o) || !find_name(o))
         return false;
+    o->verify |= !isnan(o->max_error);
     o->specular.mapping = (ibl_roughness_map)o->mapping;
     o->specular.pdf_mip = o->pdf_mip;
     o->specular.yaw_deg = o->yaw_deg;

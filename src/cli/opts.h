@@ -9,6 +9,7 @@
 #include <ibl/ibl.h>
 #include <ibl/io.h>
 
+#include "cli/judge.h"
 #include "cli/option.h"
 
 /* What a bake can leave, in the order in which it is made. Bit n of
@@ -41,7 +42,10 @@ typedef struct ibl_opts {
     double yaw_deg;
     const char *preview;
     const char *depfile;
-    int timings;    /* stage times in the sidecar */
+    int timings; /* stage times in the sidecar */
+    int verify;
+    double max_error; /* of verify; NAN: none */
+    ibl_judge_options judge;
     char stem[256]; /* holds name when it comes from input */
 } ibl_opts;
 

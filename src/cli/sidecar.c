@@ -73,8 +73,7 @@ static json_t *levels(builder *s, ibl_output_kind kind)
         put(s, level, "size", json_integer(ibl_cube_edge(shape->width, l)));
         if (kind == IBL_OUTPUT_SPECULAR) {
             put(s, level, "roughness",
-                json_real(ibl_level_roughness(s->b->opts->specular.mapping, l,
-                                              shape->levels)));
+                json_real(ibl_bake_level_roughness(s->b, l, shape->levels)));
             put(s, level, "samples",
                 json_integer(ibl_bake_level_samples(s->b, l)));
         }
@@ -236,6 +235,8 @@ char *ibl_sidecar_text(const ibl_bake *b)
     put(&s, root, "orientation", orientation(&s));
     put(&s, root, "outputs", outputs(&s));
     put(&s, root, "sh", spherical_harmonics(&s));
+    if (b->opts->verify)
+        put(&s, root, "verify", ibl_report_json(&b->judged));
     if (b->opts->timings)
         put(&s, root, "timings", timings(&s));
     if (!s.failed)

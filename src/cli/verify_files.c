@@ -239,16 +239,35 @@ static ibl_status set_roughness(const reader *r, const ibl_texture *tex,
     return IBL_OK;
 }
 
-static void note_yaw(const reader *r, const ibl_texture *tex)
+static ibl_status note_yaw(const reader *r, const ibl_texture *tex,
+                           const char *path)
 {
     const char *text = ibl_texture_get(tex, "iblbake.yaw_deg");
+    const double asked = r->opts->yaw_deg;
     char *end;
 
-    if (!text || !isnan(r->files->yaw_deg))
-        return;
+    if (!text)
+        return IBL_OK;
     const double yaw = strtod(text, &end);
-    if (end != text && !*end && isfinite(yaw))
-        r->files->yaw_deg = yaw;
+    if (end == text || *end || !isfinite(yaw))
+        return IBL_OK;
+    if (!isnan(asked)) {
+        if (yaw != asked)
+            ibl_console_warn(r->console,
+                             "%s: says --rotate %g, but is judged by --rotate "
+                             "%g as asked",
+                             path, yaw, asked);
+        return IBL_OK;
+    }
+    if (!isnan(r->files->yaw_deg) && yaw != r->files->yaw_deg) {
+        ibl_console_fail(r->console,
+                         "%s: baked with --rotate %g, another file with %g: "
+                         "judge one at a time",
+                         path, yaw, r->files->yaw_deg);
+        return IBL_ERR_ARGUMENT;
+    }
+    r->files->yaw_deg = yaw;
+    return IBL_OK;
 }
 
 /* What neither an option nor a file has said. */
@@ -320,7 +339,8 @@ static ibl_status read_container(const reader *r, ibl_verify_kind kind,
     for (int l = 0; l < levels && !status; l++)
         status = take_level(r, &cube, l, f);
     f->pixel = tex.pixel;
-    note_yaw(r, &tex);
+    if (!status)
+        status = note_yaw(r, &tex, f->path);
     if (!status && kind == IBL_VERIFY_SPECULAR)
         status = set_roughness(r, &tex, f);
     ibl_cube_free(&cube);

@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: MIT */
+#include "cli/bake_verify.h"
+
+#include <math.h>
+
+static ibl_status judge_lut(ibl_bake *b, const ibl_texture *tex)
+{
+    ibl_lut lut = {0};
+    ibl_status status = ibl_texture_to_lut(b->ctx, tex, &lut);
+
+    if (!status)
+        status = ibl_judge_lut(b->ctx, &lut, tex->pixel, b->opts->lut.geometry,
+                               &b->opts->judge, &b->judged.lut);
+    b->judged.has_lut = !status;
+    ibl_lut_free(&lut);
+    return status;
+}
+
+static ibl_status judge_cube(ibl_bake *b, ibl_output_kind kind,
+                             const ibl_texture *tex)
+{
+    double roughness[IBL_MAX_LEVELS] = {0};
+    ibl_cube cube = {0};
+    ibl_status status = IBL_OK;
+    ibl_role role = IBL_ROLE_ENVIRONMENT;
+
+    if (!b->judge)
+        status = ibl_judge_create(b->ctx, &b->env, b->opts->yaw_deg,
+                                  &b->opts->judge, &b->judge);
+    if (!status)
+        status = ibl_texture_to_cube(b->ctx, tex, &cube);
+    if (kind == IBL_OUTPUT_IRRADIANCE)
+        role = IBL_ROLE_IRRADIANCE;
+    if (kind == IBL_OUTPUT_SPECULAR) {
+        role = IBL_ROLE_SPECULAR;
+        for (int l = 0; l < tex->levels; l++)
+            roughness[l] = ibl_bake_level_roughness(b, l, tex->levels);
+    }
+    if (!status)
+        status =
+            ibl_report_add_cube(&b->judged, b->judge, ibl_output_name(kind),
+                                role, &cube, tex->pixel, roughness);
+    ibl_cube_free(&cube);
+    return status;
+}
+
+ibl_status ibl_bake_judge(ibl_bake *b, ibl_output_kind kind, const void *bytes,
+                          size_t size)
+{
+    ibl_texture tex = {0};
+
+    ibl_console_progress(b->console, "verify", 0);
+    b->judged.options = b->opts->judge;
+    ibl_status status = ibl_texture_decode(b->ctx, b->files[kind].path, bytes,
+                                           size, &tex, NULL);
+    if (!status)
+        status = kind == IBL_OUTPUT_LUT ? judge_lut(b, &tex)
+                                        : judge_cube(b, kind, &tex);
+    ibl_texture_free(&tex);
+    return status;
+}
+
+ibl_status ibl_bake_judged(const ibl_bake *b)
+{
+    char why[160];
+
+    ibl_console_finish(b->console);
+    if (!b->opts->common.quiet)
+        ibl_report_print(&b->judged, stdout);
+    if (isnan(b->opts->max_error) ||
+        ibl_report_passes(&b->judged, b->opts->max_error, why, sizeof why))
+        return IBL_OK;
+    ibl_console_fail(b->console, "%s: nothing was written", why);
+    return IBL_ERR_ARGUMENT;
+}
