@@ -126,6 +126,6 @@ void ibl_command_help(const ibl_command *cmd, FILE *to)
             print_option(to, &(*s)->options[i], settings);
     }
     free(settings);
-    fprintf(to, "\nExit status: %s. Manual: man iblbake%s%s\n", cmd->statuses,
+    fprintf(to, "\nExit status: %s.\nManual: man iblbake%s%s\n", cmd->statuses,
             *name ? "-" : "", name);
 }
