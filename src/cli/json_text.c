@@ -37,7 +37,10 @@ static size_t put_number(const char *s, FILE *to)
         fprintf(to, "%.*s", (int)length, s);
         return length;
     }
-    for (int digits = 1; digits <= 17; digits++) {
+    /* Most need 16 or 17: then the fewer are not all tried. */
+    snprintf(text, sizeof text, "%.15g", x);
+    for (int digits = strtod(text, NULL) == x ? 1 : 16; digits <= 17;
+         digits++) {
         snprintf(text, sizeof text, "%.*g", digits, x);
         if (strtod(text, NULL) == x)
             break;
