@@ -51,7 +51,7 @@ typedef struct ibl_aim {
 /* A rectangle in theta and phi, as offsets from an aim. */
 typedef struct ibl_patch {
     double x0, x1; /* theta */
-    double y0, y1; /* phi; holds no multiple of 2 pi but 0 */
+    double y0, y1; /* phi, -2 pi..2 pi */
 } ibl_patch;
 
 /*
