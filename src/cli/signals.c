@@ -4,18 +4,26 @@
 #include <errno.h>
 #include <stdatomic.h>
 #include <stddef.h>
+#include <sys/wait.h>
 
 /* What ends a program and may come from outside; ABRT comes from libraries
  * that give up. */
 static const int caught[] = {SIGHUP,  SIGINT,  SIGQUIT, SIGABRT, SIGUSR1,
                              SIGUSR2, SIGPIPE, SIGALRM, SIGTERM, SIGXCPU};
 static _Atomic(ibl_outputs *) guarded;
+static _Atomic(pid_t) running;
 
 /* The signal is blocked while this runs, so that the one raised here arrives
  * when it returns, with the default action. */
 static void die(int number)
 {
     const int saved = errno;
+    const pid_t group = atomic_load(&running);
+
+    if (group > 0) {
+        kill(-group, SIGKILL);
+        waitpid(group, NULL, 0);
+    }
     ibl_outputs_abort(atomic_load(&guarded));
     signal(number, SIG_DFL);
     raise(number);
@@ -29,14 +37,19 @@ static void caught_set(sigset_t *set)
         sigaddset(set, caught[i]);
 }
 
-void ibl_signals_catch(void)
+void ibl_signals_pass(void (*handler)(int number))
 {
-    struct sigaction action = {.sa_handler = die}, old;
+    struct sigaction action = {.sa_handler = handler}, old;
 
     caught_set(&action.sa_mask);
     for (size_t i = 0; i < sizeof caught / sizeof caught[0]; i++)
         if (!sigaction(caught[i], NULL, &old) && old.sa_handler != SIG_IGN)
             sigaction(caught[i], &action, NULL);
+}
+
+void ibl_signals_catch(void)
+{
+    ibl_signals_pass(die);
     /* A file-size limit is an error of write(), with its own message. */
     signal(SIGXFSZ, SIG_IGN);
 }
@@ -44,6 +57,11 @@ void ibl_signals_catch(void)
 void ibl_signals_guard(ibl_outputs *outputs)
 {
     atomic_store(&guarded, outputs);
+}
+
+void ibl_signals_group(pid_t group)
+{
+    atomic_store(&running, group);
 }
 
 void ibl_signals_hold(void)

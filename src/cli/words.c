@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: MIT */
+#include "cli/words.h"
+
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static bool is_blank(char c)
+{
+    return c == ' ' || c == '\t' || c == '\n';
+}
+
+/* Copies the word at *text to `to` without its quotes and moves *text behind
+ * it. Returns the end of the copy, NULL for an open quote. */
+static char *take_word(const char **text, char *to)
+{
+    const char *s = *text;
+    char quote = '\0';
+
+    for (; *s && (quote || !is_blank(*s)); s++) {
+        if (quote ? *s == quote : *s == '\'' || *s == '"')
+            quote = quote ? '\0' : *s;
+        else if (*s == '\\' && quote != '\'' && s[1])
+            *to++ = *++s;
+        else
+            *to++ = *s;
+    }
+    *to++ = '\0';
+    *text = s;
+    return quote ? NULL : to;
+}
+
+char **ibl_words_split(const char *text)
+{
+    const size_t length = strlen(text);
+    /* A word and its end take two characters; their text follows the
+     * pointers. */
+    const size_t most = length / 2 + 2;
+    char **words = malloc(most * sizeof *words + length + 2);
+    char *to = words ? (char *)(words + most) : NULL;
+    size_t n = 0;
+
+    while (words) {
+        while (is_blank(*text))
+            text++;
+        if (!*text)
+            break;
+        words[n++] = to;
+        to = take_word(&text, to);
+        if (!to) {
+            free(words);
+            return NULL;
+        }
+    }
+    if (words)
+        words[n] = NULL;
+    return words;
+}
+
+void ibl_words_free(char **words)
+{
+    free(words);
+}
+
+char *ibl_words_quote(const char *word)
+{
+    char *text = malloc(4 * strlen(word) + 3), *to = text;
+    const char *plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                        "0123456789_-+=./:,@%";
+
+    if (!text)
+        return NULL;
+    if (*word && !word[strspn(word, plain)])
+        return strcpy(text, word);
+    *to++ = '\'';
+    for (; *word; word++)
+        if (*word == '\'') {
+            memcpy(to, "'\\''", 4);
+            to += 4;
+        } else {
+            *to++ = *word;
+        }
+    *to++ = '\'';
+    *to = '\0';
+    return text;
+}
+
+char *ibl_words_fill(const char *text, const ibl_placeholder *holders,
+                     int count)
+{
+    char *filled = NULL;
+    size_t size;
+    FILE *to = open_memstream(&filled, &size);
+
+    if (!to)
+        return NULL;
+    while (*text) {
+        int i = 0;
+        size_t length = 0;
+        for (; *text == '{' && i < count; i++) {
+            length = strlen(holders[i].name);
+            if (!strncmp(text + 1, holders[i].name, length) &&
+                text[1 + length] == '}')
+                break;
+        }
+        if (*text == '{' && i < count) {
+            fputs(holders[i].text, to);
+            text += length + 2;
+        } else {
+            fputc(*text++, to);
+        }
+    }
+    const int failed = ferror(to);
+    if (fclose(to) || failed) {
+        free(filled);
+        return NULL;
+    }
+    return filled;
+}
