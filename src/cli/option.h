@@ -93,10 +93,16 @@ typedef struct ibl_command {
 extern const ibl_command *const ibl_commands[];
 extern const ibl_command ibl_bake_command;
 extern const ibl_command ibl_verify_command;
+extern const ibl_command ibl_bench_command;
 
 /* Parses and does what the command line says; returns the exit status. A
  * command's name must be the first argument; else it is a bake. */
 int ibl_command_main(int argc, char **argv);
+
+/* Settings of a command (settings_size bytes) from arguments that came from
+ * elsewhere than the command line, ended by NULL. Strings point into words.
+ * False after a line on stderr. */
+bool ibl_command_parse(const ibl_command *cmd, char **words, void *settings);
 
 /* The whole --help, from the tables; at most 80 columns. */
 void ibl_command_help(const ibl_command *cmd, FILE *to);

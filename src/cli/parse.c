@@ -9,8 +9,8 @@
 #include "cli/option.h"
 #include "cli/version.h"
 
-const ibl_command *const ibl_commands[] = {&ibl_bake_command,
-                                           &ibl_verify_command, NULL};
+const ibl_command *const ibl_commands[] = {
+    &ibl_bake_command, &ibl_verify_command, &ibl_bench_command, NULL};
 
 bool ibl_misuse(const char *fmt, ...)
 {
@@ -283,6 +283,19 @@ static const ibl_command *find_command(const char *word)
         if (!strcmp(ibl_commands[i]->name, word))
             return ibl_commands[i];
     return ibl_commands[0];
+}
+
+bool ibl_command_parse(const ibl_command *cmd, char **words, void *settings)
+{
+    line l = {.cmd = cmd, .settings = settings, .argv = words};
+
+    memset(settings, 0, cmd->settings_size);
+    cmd->defaults(settings);
+    if (!parse(&l))
+        return false;
+    return !l.stop ||
+           ibl_misuse("--%s: only on the command line: leave it out",
+                      l.stop == IBL_OPTION_HELP ? "help" : "version");
 }
 
 int ibl_command_main(int argc, char **argv)

@@ -23,11 +23,13 @@ typedef struct verify {
     ibl_report report;
 } verify;
 
-static ibl_status judge_file(verify *v, ibl_verify_kind kind)
+static ibl_status judge_file(const ibl_verify_files *files,
+                             ibl_verify_kind kind, ibl_judge *judge,
+                             ibl_console *console, ibl_report *report)
 {
     static const ibl_role roles[] = {IBL_ROLE_ENVIRONMENT, IBL_ROLE_SPECULAR,
                                      IBL_ROLE_IRRADIANCE};
-    const ibl_verify_file *f = &v->files.cubes[kind];
+    const ibl_verify_file *f = &files->cubes[kind];
     ibl_status status = IBL_OK;
 
     for (int l = 0; l < f->levels && !status; l++) {
@@ -40,10 +42,21 @@ static ibl_status judge_file(verify *v, ibl_verify_kind kind)
                                        .mended = f->mended[l]};
         char stage[32];
         snprintf(stage, sizeof stage, "%s %d", ibl_verify_content(kind), l);
-        ibl_console_progress(v->console, stage, 0);
-        status = ibl_report_add(&v->report, v->judge, ibl_verify_content(kind),
-                                l, &level);
+        ibl_console_progress(console, stage, 0);
+        status =
+            ibl_report_add(report, judge, ibl_verify_content(kind), l, &level);
     }
+    return status;
+}
+
+ibl_status ibl_verify_judge(const ibl_verify_files *files, ibl_judge *judge,
+                            ibl_console *console, ibl_report *report)
+{
+    ibl_status status = IBL_OK;
+
+    for (int kind = 0; kind < IBL_VERIFY_LUT && !status; kind++)
+        status =
+            judge_file(files, (ibl_verify_kind)kind, judge, console, report);
     return status;
 }
 
@@ -60,9 +73,9 @@ static ibl_status judge_cubes(verify *v)
     if (!status)
         status = ibl_judge_create(v->ctx, &v->env, v->files.yaw_deg, &options,
                                   &v->judge);
-    for (int kind = 0; kind < IBL_VERIFY_LUT && !status; kind++)
-        status = judge_file(v, (ibl_verify_kind)kind);
-    return status;
+    return status
+               ? status
+               : ibl_verify_judge(&v->files, v->judge, v->console, &v->report);
 }
 
 static ibl_status judge_all(verify *v)

@@ -3,6 +3,7 @@
 #ifndef CLI_VERIFY_FILES_H
 #define CLI_VERIFY_FILES_H
 
+#include "cli/judge_report.h"
 #include "cli/verify.h"
 
 /* A file, or what a pattern names. */
@@ -30,5 +31,9 @@ typedef struct ibl_verify_files {
 ibl_status ibl_verify_files_read(const ibl_verify_opts *opts, ibl_ctx *ctx,
                                  ibl_console *console, ibl_verify_files *files);
 void ibl_verify_files_free(ibl_verify_files *files);
+
+/* Judges every cube of the files; judge has their yaw. */
+ibl_status ibl_verify_judge(const ibl_verify_files *files, ibl_judge *judge,
+                            ibl_console *console, ibl_report *report);
 
 #endif
