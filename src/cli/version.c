@@ -20,6 +20,16 @@
 #define COMPILER "unknown"
 #endif
 
+const char *ibl_version_compiler(void)
+{
+    return COMPILER;
+}
+
+const char *ibl_version_revision(void)
+{
+    return IBL_REVISION;
+}
+
 void ibl_version_print(FILE *to)
 {
     char *beside = ibl_bridge_beside();

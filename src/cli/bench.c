@@ -1,0 +1,165 @@
+/* SPDX-License-Identifier: MIT */
+#include "cli/bench.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "cli/scratch.h"
+#include "cli/signals.h"
+#include "cli/start.h"
+
+static void free_point(ibl_bench_point *p)
+{
+    for (char **word = p->argv; word && *word; word++)
+        free(*word);
+    for (int i = 0; i < p->stage_count; i++)
+        free(p->stages[i].seconds);
+    free(p->argv);
+    free(p->directory);
+    free(p->log);
+    free(p->wall_s);
+    free(p->cpu_s);
+    free(p->level);
+}
+
+void ibl_bench_free(ibl_bench *b)
+{
+    for (int i = 0; i < b->point_count; i++)
+        free_point(&b->points[i]);
+    for (int i = 0; i < b->source_count; i++)
+        free(b->sources[i].path);
+    free(b->points);
+    free(b->sources);
+}
+
+/* ---- files ----------------------------------------------------------- */
+
+typedef struct report {
+    const char *path;
+    char *(*text)(const ibl_bench *b);
+} report;
+
+/* Said before the minutes of work, not after them. */
+static bool check_reports(const ibl_bench *b, const report *reports, int count)
+{
+    for (int i = 0; i < count; i++) {
+        const char *path = reports[i].path;
+        const char *slash = path ? strrchr(path, '/') : NULL;
+        char *parent;
+        if (!path)
+            continue;
+        parent = slash
+                     ? strndup(path, slash == path ? 1 : (size_t)(slash - path))
+                     : strdup(".");
+        const bool ok = parent && !access(parent, W_OK | X_OK);
+        const int why = errno;
+        free(parent);
+        if (!ok) {
+            ibl_console_fail(b->console,
+                             "%s: cannot be written: %s: choose another "
+                             "directory",
+                             path, strerror(why));
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool write_reports(const ibl_bench *b, const report *reports, int count)
+{
+    ibl_ctx *ctx = NULL;
+    ibl_outputs *outputs = NULL;
+
+    ibl_status status = ibl_start(&b->opts->common, b->console, &ctx);
+    if (!status)
+        status = ibl_outputs_create(ctx, &outputs);
+    ibl_signals_guard(outputs);
+    for (int i = 0; i < count && !status; i++) {
+        char *text;
+        if (!reports[i].path)
+            continue;
+        text = reports[i].text(b);
+        status =
+            text ? ibl_outputs_add(outputs, reports[i].path, text, strlen(text))
+                 : IBL_ERR_MEMORY;
+        free(text);
+    }
+    if (!status) {
+        ibl_signals_hold();
+        status = ibl_outputs_commit(outputs);
+        ibl_signals_guard(NULL);
+        ibl_signals_release();
+    }
+    if (status)
+        ibl_console_fail(b->console, "the reports: %s",
+                         ibl_status_text(status));
+    ibl_signals_guard(NULL);
+    ibl_outputs_free(outputs);
+    ibl_ctx_free(ctx);
+    return !status;
+}
+
+/* ---- the run --------------------------------------------------------- */
+
+/* Marks the points of a map that no other is both faster and better than. */
+static void mark_front(ibl_bench *b)
+{
+    for (int i = 0; i < b->point_count; i++) {
+        ibl_bench_point *p = &b->points[i];
+        p->pareto = ibl_bench_is_rival(b, p);
+        for (int k = 0; k < b->point_count && p->pareto; k++) {
+            const ibl_bench_point *q = &b->points[k];
+            if (q != p && q->source == p->source && ibl_bench_is_rival(b, q) &&
+                q->error <= p->error && q->wall.median <= p->wall.median &&
+                (q->error < p->error || q->wall.median < p->wall.median))
+                p->pareto = false;
+        }
+    }
+}
+
+bool ibl_bench_is_rival(const ibl_bench *b, const ibl_bench_point *p)
+{
+    if (!p->judged || b->sources[p->source].resampled)
+        return false;
+    if (p->kind != IBL_BENCH_BAKE)
+        return true;
+    for (int axis = IBL_BENCH_SIZE; axis < IBL_BENCH_SOURCE; axis++)
+        if (p->at[axis] != b->base[axis])
+            return false;
+    return true;
+}
+
+/* In the private directory. */
+static int work(void *cookie, const char *directory)
+{
+    const ibl_bench_opts *opts = cookie;
+    const report reports[] = {{opts->csv, ibl_bench_csv},
+                              {opts->json, ibl_bench_json},
+                              {opts->html, ibl_bench_html},
+                              {opts->svg, ibl_bench_svg}};
+    const int count = (int)(sizeof reports / sizeof *reports);
+    ibl_console console;
+    ibl_bench b = {.opts = opts, .console = &console, .directory = directory};
+
+    ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
+    ibl_bench_machine_find(&b.machine);
+    bool ok = check_reports(&b, reports, count) && ibl_bench_sources_make(&b) &&
+              ibl_bench_plan(&b) && ibl_bench_measure(&b) &&
+              ibl_bench_judge(&b);
+    ibl_console_finish(&console);
+    if (ok) {
+        mark_front(&b);
+        ibl_bench_print(&b, stdout);
+        ok = write_reports(&b, reports, count);
+    }
+    ibl_bench_free(&b);
+    return ok ? 0 : 1;
+}
+
+int ibl_bench_run(const ibl_bench_opts *opts)
+{
+    ibl_bench_opts copy = *opts;
+    return ibl_scratch_run(work, &copy);
+}

@@ -1,0 +1,209 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * iblbake bench: what is measured, and what came of it.
+ *
+ * A run is a list of points. A point is one command: a bake of ours with one
+ * setting of everything that is swept, a variant (the base bake with more
+ * options) or a peer (another tool). All points run in turns, A B C A B C,
+ * each in a child process; then what the last round left is judged.
+ */
+#ifndef CLI_BENCH_H
+#define CLI_BENCH_H
+
+#include <jansson.h>
+#include <time.h>
+
+#include "cli/child.h"
+#include "cli/console.h"
+#include "cli/option.h"
+
+enum {
+    IBL_BENCH_VALUES = 32, /* of one list */
+    IBL_BENCH_NAMED = 16,  /* variants, peers, environments */
+    IBL_BENCH_STAGES = 32, /* that a bake reports, most */
+    IBL_BENCH_ROUNDS = 999
+};
+
+/* What a bake computes the specular levels with. */
+typedef enum ibl_bench_method {
+    IBL_BENCH_SAMPLED,       /* mip level of a lookup by the sample's density */
+    IBL_BENCH_SAMPLED_NOMIP, /* --pdf-mip no */
+    IBL_BENCH_METHODS
+} ibl_bench_method;
+
+/* "sampled", "sampled-nomip". */
+const char *ibl_bench_method_name(int method);
+
+/* What is swept; the values of one axis are those of the others' base. */
+typedef enum ibl_bench_axis {
+    IBL_BENCH_METHOD,
+    IBL_BENCH_SAMPLES,
+    IBL_BENCH_SIZE,
+    IBL_BENCH_THREADS,
+    IBL_BENCH_ISA,
+    IBL_BENCH_SOURCE,
+    IBL_BENCH_AXES
+} ibl_bench_axis;
+
+/* "method", "samples", "size", "threads", "isa", "source". */
+const char *ibl_bench_axis_name(ibl_bench_axis axis);
+
+typedef struct ibl_bench_list {
+    int count;
+    int values[IBL_BENCH_VALUES];
+} ibl_bench_list;
+
+/* NAME=TEXT options, each may be given several times. */
+typedef struct ibl_bench_names {
+    int count;
+    char name[IBL_BENCH_NAMED][48];
+    const char *text[IBL_BENCH_NAMED];
+} ibl_bench_names;
+
+typedef struct ibl_bench_opts {
+    ibl_common common; /* threads and isa: of the judging */
+    int env_count;
+    const char *envs[IBL_BENCH_NAMED];
+    /* Sources: widths, 0 for the file as it is. Without values: defaults. */
+    ibl_bench_list lists[IBL_BENCH_AXES];
+    const char *bake; /* more options of every bake of ours, or NULL */
+    ibl_bench_names variants, peers, outputs;
+    int full; /* every combination, not one axis at a time */
+    int rounds;
+    double timeout_s;
+    int texels; /* judged in each level; 0: no judging */
+    const char *csv, *json, *html, *svg;
+} ibl_bench_opts;
+
+typedef enum ibl_bench_kind {
+    IBL_BENCH_BAKE,
+    IBL_BENCH_VARIANT,
+    IBL_BENCH_PEER
+} ibl_bench_kind;
+
+/* Where a measured quantity lay, over the rounds. */
+typedef struct ibl_bench_stat {
+    double median, low, high; /* low, high: the quartiles */
+} ibl_bench_stat;
+
+typedef struct ibl_bench_stage {
+    char name[32];
+    double *seconds; /* one a round */
+    ibl_bench_stat stat;
+} ibl_bench_stage;
+
+/* One level of one output against the reference. */
+typedef struct ibl_bench_level {
+    char content[16]; /* "specular", "irradiance", "lut" */
+    int level, size;
+    double roughness;
+    double nrmse, median, p95, worst, bias;
+} ibl_bench_level;
+
+/* A map that is baked: an environment, or one resampled. */
+typedef struct ibl_bench_source {
+    int env;   /* index of ibl_bench_opts.envs */
+    int width; /* pixels */
+    int height;
+    bool resampled;
+    char *path;
+} ibl_bench_source;
+
+typedef struct ibl_bench_point {
+    char name[64]; /* "sampled 1024", "size 512", the variant's, the peer's */
+    ibl_bench_kind kind;
+    int index;              /* of the variant or peer */
+    int source;             /* of ibl_bench.sources */
+    int at[IBL_BENCH_AXES]; /* settings of a bake; -1: does not apply */
+    unsigned sweeps;        /* bit n: this point belongs to axis n's sweep */
+    bool base;
+    char **argv; /* ended by NULL, owned */
+    char *directory, *log;
+
+    double *wall_s, *cpu_s; /* one a round */
+    ibl_bench_stat wall, cpu;
+    size_t peak_bytes;   /* median of the rounds */
+    size_t output_bytes; /* of all files that it left */
+    ibl_bench_stage stages[IBL_BENCH_STAGES];
+    int stage_count;
+
+    bool judged;
+    ibl_bench_level *level;
+    int level_count;
+    double error;     /* rms over the specular levels with r > 0 of nRMSE */
+    double worst_p95; /* worst 95th percentile of those levels */
+    bool pareto;      /* no other point of this map is faster and better */
+} ibl_bench_point;
+
+/* Names of what the times depend on. */
+typedef struct ibl_bench_machine {
+    char cpu[128], system[128], compiler[128], revision[64], date[32];
+    int cpus;        /* that this process may use */
+    int online_cpus; /* that the machine has */
+    double memory_bytes;
+    double load; /* of the last minute when the run began */
+} ibl_bench_machine;
+
+typedef struct ibl_bench {
+    const ibl_bench_opts *opts;
+    ibl_console *console;
+    const char *directory; /* private, removed by whoever made it */
+    ibl_bench_machine machine;
+    int base[IBL_BENCH_AXES];
+    ibl_bench_source *sources;
+    int source_count;
+    ibl_bench_point *points;
+    int point_count;
+    double seconds; /* that the timing took */
+} ibl_bench;
+
+/* The whole command; returns the exit status. */
+int ibl_bench_run(const ibl_bench_opts *opts);
+
+/* The parts of a run, in this order. All but the first and the texts return
+ * false after one line on stderr. */
+void ibl_bench_machine_find(ibl_bench_machine *m);
+/* Resamples the environments: fills b->sources. In a child process, so that
+ * this one stays small: see ibl_child_run. */
+bool ibl_bench_sources_make(ibl_bench *b);
+/* Fills b->points. */
+bool ibl_bench_plan(ibl_bench *b);
+/* text with {env}, {out} and {name} of a point filled in, as words of a shell;
+ * the caller's to free, NULL: no memory. */
+char *ibl_bench_fill(const ibl_bench *b, const ibl_bench_point *p,
+                     const char *text);
+bool ibl_bench_measure(ibl_bench *b);
+/* Whether the arguments of a point's output can be judged by, as far as is
+ * known before it ran. */
+bool ibl_bench_check_output(const ibl_bench *b, const ibl_bench_point *p);
+bool ibl_bench_judge(ibl_bench *b);
+
+void ibl_bench_free(ibl_bench *b);
+
+/* Whether a point stands for error against time: judged, on a map as it is,
+ * and a peer, a variant or a bake with another method or samples alone. */
+bool ibl_bench_is_rival(const ibl_bench *b, const ibl_bench_point *p);
+
+/* ---- reports --------------------------------------------------------- */
+
+void ibl_bench_print(const ibl_bench *b, FILE *to);
+/* Texts, the caller's to free; NULL: no memory. */
+char *ibl_bench_csv(const ibl_bench *b);
+char *ibl_bench_json(const ibl_bench *b);
+char *ibl_bench_html(const ibl_bench *b);
+/* Error against time alone, as an SVG file. */
+char *ibl_bench_svg(const ibl_bench *b);
+
+/* Median and quartiles of n values, n >= 1; sorts them into scratch space of
+ * its own. */
+ibl_bench_stat ibl_bench_stat_of(const double *values, int n);
+
+/* Groups of stages that any point has, in their order; returns how many. */
+int ibl_bench_groups(const ibl_bench *b, char groups[][32], int most);
+/* The stage's name without a level number: "specular 3" -> "specular". */
+void ibl_bench_stage_group(const char *stage, char *group, size_t size);
+/* Median time of a group of stages in a point, NAN if it has none; the rest
+ * (start and end of the process, what no stage covers) is "". */
+double ibl_bench_group_seconds(const ibl_bench_point *p, const char *group);
+
+#endif

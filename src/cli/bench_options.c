@@ -1,0 +1,375 @@
+/* SPDX-License-Identifier: MIT */
+/* The command line of iblbake bench. */
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/bench.h"
+#include "cli/words.h"
+
+const char *ibl_bench_method_name(int method)
+{
+    static const char *const names[] = {"sampled", "sampled-nomip"};
+    return names[method];
+}
+
+const char *ibl_bench_axis_name(ibl_bench_axis axis)
+{
+    static const char *const names[] = {"method",  "samples", "size",
+                                        "threads", "isa",     "source"};
+    return names[axis];
+}
+
+static bool put(ibl_bench_list *list, int value)
+{
+    for (int i = 0; i < list->count; i++)
+        if (list->values[i] == value)
+            return true;
+    if (list->count == IBL_BENCH_VALUES)
+        return false;
+    list->values[list->count++] = value;
+    return true;
+}
+
+/* Numbers in low..high, separated by commas. */
+static bool parse_numbers(ibl_bench_list *list, const char *value, long low,
+                          long high)
+{
+    list->count = 0;
+    for (;;) {
+        char *end;
+        errno = 0;
+        const long n = strtol(value, &end, 10);
+        if (end == value || errno || n < low || n > high || !put(list, (int)n))
+            return false;
+        if (!*end)
+            return true;
+        if (*end != ',')
+            return false;
+        value = end + 1;
+    }
+}
+
+static bool parse_samples(void *field, const char *value)
+{
+    return parse_numbers(field, value, 1, 1048576);
+}
+
+static bool parse_sizes(void *field, const char *value)
+{
+    return parse_numbers(field, value, 1, IBL_MAX_CUBE_SIZE);
+}
+
+static bool parse_threads(void *field, const char *value)
+{
+    return parse_numbers(field, value, 1, 1024);
+}
+
+static bool parse_sources(void *field, const char *value)
+{
+    ibl_bench_list *list = field;
+
+    if (!strcmp(value, "none")) {
+        *list = (ibl_bench_list){1, {0}};
+        return true;
+    }
+    return parse_numbers(list, value, 2, IBL_MAX_EDGE);
+}
+
+/* Names out of count ones, separated by commas. */
+static bool parse_named(ibl_bench_list *list, const char *value,
+                        const char *(*name)(int), int first, int count)
+{
+    list->count = 0;
+    for (;;) {
+        const size_t length = strcspn(value, ",");
+        int i = first;
+        while (i < count && (strlen(name(i)) != length ||
+                             memcmp(name(i), value, length) != 0))
+            i++;
+        if (i == count || !put(list, i))
+            return false;
+        value += length;
+        if (!*value)
+            return true;
+        value++;
+    }
+}
+
+static bool parse_methods(void *field, const char *value)
+{
+    return parse_named(field, value, ibl_bench_method_name, 0,
+                       IBL_BENCH_METHODS);
+}
+
+static const char *isa_name(int isa)
+{
+    return ibl_isa_name((ibl_isa)isa);
+}
+
+static bool parse_isas(void *field, const char *value)
+{
+    return parse_named(field, value, isa_name, IBL_ISA_C, IBL_ISA_AVX512 + 1);
+}
+
+/* NAME=TEXT. */
+static bool parse_name(void *field, const char *value)
+{
+    ibl_bench_names *names = field;
+    const size_t length = strcspn(value, "=");
+    char *name = names->name[names->count];
+
+    if (names->count == IBL_BENCH_NAMED || !length || !value[length] ||
+        !value[length + 1] || length >= sizeof names->name[0])
+        return false;
+    memcpy(name, value, length);
+    name[length] = '\0';
+    if (strpbrk(name, ",\"\n/"))
+        return false;
+    names->text[names->count++] = value + length + 1;
+    return true;
+}
+
+#define LIST(axis, what, parse)                                                \
+    IBL_OTHER(ibl_bench_opts, lists[axis], what, parse)
+#define NAMED(field, what) IBL_OTHER(ibl_bench_opts, field, what, parse_name)
+#define TEXT(field, what) IBL_TEXT(ibl_bench_opts, field, what)
+
+/* clang-format off */
+static const ibl_option sweep[] = {
+    {"methods", 0, LIST(IBL_BENCH_METHOD, "LIST", parse_methods),
+     .allowed = "a list of sampled, sampled-nomip", .standard = "all",
+     .help = "how the specular levels are made; sampled-nomip is the bake's "
+             "--pdf-mip no"},
+    {"samples", 0, LIST(IBL_BENCH_SAMPLES, "LIST", parse_samples),
+     .allowed = "numbers from 1 to 1048576, separated by commas",
+     .standard = "16,64,256,1024,4096",
+     .help = "samples for each texel, with every method"},
+    {"sizes", 0, LIST(IBL_BENCH_SIZE, "LIST", parse_sizes),
+     .allowed = "numbers from 1 to 16384", .standard = "64,128,256,512",
+     .help = "edges of the largest specular level"},
+    {"threads", 0, LIST(IBL_BENCH_THREADS, "LIST", parse_threads),
+     .allowed = "numbers from 1 to 1024",
+     .standard = "powers of two up to the CPUs for this process, and those",
+     .help = "threads of a bake"},
+    {"isa", 0, LIST(IBL_BENCH_ISA, "LIST", parse_isas),
+     .allowed = "a list of c, sse2, avx2, avx512",
+     .standard = "those of this CPU",
+     .help = "instruction sets of the hot loops"},
+    {"source-sizes", 0, LIST(IBL_BENCH_SOURCE, "LIST", parse_sources),
+     .allowed = "none, or widths from 2 to 65536 pixels",
+     .standard = "a half of, once, twice and four times the map's, up to 8192",
+     .help = "bake the map resampled to these widths, too, from Radiance "
+             ".hdr files made for it"},
+    {"full", 0, IBL_FLAG(ibl_bench_opts, full),
+     .help = "every combination of the lists, not one list at a time round "
+             "the base"},
+    {"bake", 0, TEXT(bake, "OPTIONS"), .standard = "none",
+     .help = "more options of every bake, as in a shell; not those that are "
+             "swept"},
+    {"variant", 0, NAMED(variants, "NAME=OPTIONS"),
+     .allowed = "up to 16 times", .standard = "none",
+     .help = "also the base bake with these options added"},
+};
+
+static const ibl_option peers[] = {
+    {"peer", 0, NAMED(peers, "NAME=COMMAND"),
+     .allowed = "up to 16 times", .standard = "none",
+     .help = "another tool, run through sh in the same turns; {env}, {out} "
+             "and {name} stand for the environment, an empty directory and "
+             "the environment's name"},
+    {"peer-output", 0, NAMED(outputs, "NAME=ARGUMENTS"),
+     .allowed = "up to 16 times", .standard = "none",
+     .help = "what that peer leaves, as the arguments of iblbake verify after "
+             "ENV, with {out} and {name} in them; then it is judged as well"},
+};
+
+static const ibl_option runs[] = {
+    {"rounds", 0, IBL_INT(ibl_bench_opts, rounds, 1, IBL_BENCH_ROUNDS),
+     .help = "counted rounds; one more before them is not counted"},
+    {"timeout", 0, IBL_REAL(ibl_bench_opts, timeout_s, "SECONDS", 0.1, 86400),
+     .help = "give up on a command that takes longer"},
+    {"texels", 0, IBL_INT(ibl_bench_opts, texels, 0, 1048576),
+     .help = "texels of each level that are compared with the reference; 0: "
+             "none, times alone"},
+    {"quiet", 'q', IBL_FLAG(ibl_bench_opts, common.quiet),
+     .help = "print errors and the table alone"},
+    {"verbose", 'v', IBL_FLAG(ibl_bench_opts, common.verbose),
+     .help = "print each command before the first round"},
+    {"help", 'h', .kind = IBL_OPTION_HELP, .help = "print this text"},
+    {"version", 0, .kind = IBL_OPTION_VERSION,
+     .help = "print the version and what it was built with"},
+};
+
+static const ibl_option reports[] = {
+    {"csv", 0, TEXT(csv, "FILE"), .standard = "",
+     .help = "the table for programs, one line a level"},
+    {"json", 0, TEXT(json, "FILE"), .standard = "",
+     .help = "everything that was measured, each round of it"},
+    {"html", 0, TEXT(html, "FILE"), .standard = "",
+     .help = "a report with plots, in one file"},
+    {"svg", 0, TEXT(svg, "FILE"), .standard = "",
+     .help = "the plot of error against time alone"},
+};
+/* clang-format on */
+
+static const ibl_section *const sections[] = {
+    IBL_SECTION("Sweep", sweep),     IBL_SECTION("Peers", peers),
+    IBL_SECTION("Reports", reports), &ibl_input_section,
+    IBL_SECTION("Running", runs),    NULL,
+};
+
+static void defaults(void *settings)
+{
+    ibl_bench_opts *o = settings;
+
+    *o = (ibl_bench_opts){.common = ibl_common_default(),
+                          .rounds = 3,
+                          .timeout_s = 600,
+                          .texels = 128};
+}
+
+static void fill_defaults(ibl_bench_opts *o)
+{
+    ibl_bench_list *lists = o->lists;
+    const int cpus = ibl_cpu_count();
+
+    if (!lists[IBL_BENCH_METHOD].count)
+        parse_methods(&lists[IBL_BENCH_METHOD], "sampled,sampled-nomip");
+    if (!lists[IBL_BENCH_SAMPLES].count)
+        parse_samples(&lists[IBL_BENCH_SAMPLES], "16,64,256,1024,4096");
+    if (!lists[IBL_BENCH_SIZE].count)
+        parse_sizes(&lists[IBL_BENCH_SIZE], "64,128,256,512");
+    if (!lists[IBL_BENCH_THREADS].count) {
+        for (int n = 1; n < cpus; n *= 2)
+            put(&lists[IBL_BENCH_THREADS], n);
+        put(&lists[IBL_BENCH_THREADS], cpus);
+    }
+    if (!lists[IBL_BENCH_ISA].count)
+        for (int isa = IBL_ISA_C; isa <= (int)ibl_isa_best(); isa++)
+            put(&lists[IBL_BENCH_ISA], isa);
+    /* What is left empty for the sources depends on the maps. */
+}
+
+static bool take(void *settings, const char *word)
+{
+    ibl_bench_opts *o = settings;
+
+    if (o->env_count == IBL_BENCH_NAMED)
+        return ibl_misuse("%s: more than %d environments: leave some out", word,
+                          IBL_BENCH_NAMED);
+    if (!strcmp(word, "-"))
+        return ibl_misuse("-: standard input can be read only once: give a "
+                          "file");
+    if (!*word)
+        return ibl_misuse("the environment's name is empty: give a file");
+    o->envs[o->env_count++] = word;
+    return true;
+}
+
+static bool check_isas(const ibl_bench_opts *o)
+{
+    const ibl_bench_list *list = &o->lists[IBL_BENCH_ISA];
+
+    for (int i = 0; i < list->count; i++)
+        if (list->values[i] > (int)ibl_isa_best())
+            return ibl_misuse("--isa %s: this CPU has no more than %s",
+                              isa_name(list->values[i]),
+                              ibl_isa_name(ibl_isa_best()));
+    return true;
+}
+
+/* Refuses options of the bake that this command sets itself. */
+static bool check_bake(const char *option, const char *text,
+                       const char *const *own)
+{
+    char **words;
+    bool ok = true;
+
+    if (!text)
+        return true;
+    words = ibl_words_split(text);
+    if (!words)
+        return ibl_misuse("%s %s: an open quote, or no memory: close it",
+                          option, text);
+    for (int i = 0; words[i] && ok; i++)
+        for (int j = 0; own[j] && ok; j++)
+            if (!strncmp(words[i], own[j], strlen(own[j])) &&
+                (own[j][1] != '-' || !words[i][strlen(own[j])] ||
+                 words[i][strlen(own[j])] == '='))
+                ok = ibl_misuse("%s %s: %s is set by iblbake bench: leave it "
+                                "out",
+                                option, text, own[j]);
+    ibl_words_free(words);
+    return ok;
+}
+
+static bool check_names(const ibl_bench_opts *o)
+{
+    static const char *const swept[] = {
+        "--output",  "-o",        "--name", "--timings", "--samples",
+        "--size",    "--threads", "-j",     "--isa",     "--pdf-mip",
+        "--depfile", "--preview", "--help", "--version", NULL};
+    static const char *const placed[] = {"--output",  "-o",        "--name",
+                                         "--timings", "--depfile", "--preview",
+                                         "--help",    "--version", NULL};
+
+    if (!check_bake("--bake", o->bake, swept))
+        return false;
+    for (int i = 0; i < o->variants.count; i++)
+        if (!check_bake("--variant", o->variants.text[i], placed))
+            return false;
+    for (int i = 0; i < o->outputs.count; i++) {
+        int peer = 0;
+        while (peer < o->peers.count &&
+               strcmp(o->peers.name[peer], o->outputs.name[i]) != 0)
+            peer++;
+        if (peer == o->peers.count)
+            return ibl_misuse("--peer-output %s=...: there is no --peer of "
+                              "that name",
+                              o->outputs.name[i]);
+    }
+    for (int i = 0; i < o->peers.count; i++)
+        for (int j = 0; j < i; j++)
+            if (!strcmp(o->peers.name[i], o->peers.name[j]))
+                return ibl_misuse("--peer %s=...: a second peer of that name",
+                                  o->peers.name[i]);
+    return true;
+}
+
+static bool finish(void *settings)
+{
+    ibl_bench_opts *o = settings;
+
+    if (!o->env_count)
+        return ibl_misuse("no environment: iblbake bench [options] ENV..., see "
+                          "iblbake bench --help");
+    fill_defaults(o);
+    return check_isas(o) && check_names(o) && ibl_common_finish(&o->common);
+}
+
+static int run(const void *settings)
+{
+    return ibl_bench_run(settings);
+}
+
+const ibl_command ibl_bench_command = {
+    .name = "bench",
+    .usage = "[options] ENV...",
+    .brief = "measure bakes, and other tools, by time and by error",
+    .intro =
+        "Bakes the environments with many settings, and lets other tools do "
+        "the\n"
+        "same, all in turns, and prints how long each took (medians), its "
+        "memory\n"
+        "and how far it is off the reference. The base that the sweeps go "
+        "round is\n"
+        "the bake's default where the lists have it, else their first value.\n",
+    .statuses = "0 done, 1 failed, 2 wrong usage",
+    .sections = sections,
+    .settings_size = sizeof(ibl_bench_opts),
+    .defaults = defaults,
+    .take = take,
+    .finish = finish,
+    .run = run,
+};
