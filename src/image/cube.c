@@ -83,8 +83,7 @@ void ibl_cube_direction(int size, int face, int x, int y, double dir[3])
             scale * (axes->forward[i] + u * axes->right[i] + v * axes->down[i]);
 }
 
-/* Solid angle of the rectangle from the face's centre to (u, v). */
-static double corner_angle(double u, double v)
+double ibl_face_angle(double u, double v)
 {
     return atan2(u * v, sqrt(1 + u * u + v * v));
 }
@@ -93,6 +92,6 @@ double ibl_cube_solid_angle(int size, int x, int y)
 {
     const double u0 = 2.0 * x / size - 1, u1 = 2.0 * (x + 1) / size - 1;
     const double v0 = 2.0 * y / size - 1, v1 = 2.0 * (y + 1) / size - 1;
-    return corner_angle(u1, v1) - corner_angle(u0, v1) - corner_angle(u1, v0) +
-           corner_angle(u0, v0);
+    return ibl_face_angle(u1, v1) - ibl_face_angle(u0, v1) -
+           ibl_face_angle(u1, v0) + ibl_face_angle(u0, v0);
 }

@@ -13,4 +13,8 @@ typedef struct ibl_face_axes {
 
 extern const ibl_face_axes ibl_face[IBL_FACES];
 
+/* Solid angle of the rectangle from the face's centre to (u, v), with the sign
+ * of u v: four of them give that of any rectangle. */
+double ibl_face_angle(double u, double v);
+
 #endif

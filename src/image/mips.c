@@ -5,12 +5,9 @@
  * texel x spans x n/m to (x + 1) n/m of them. Each part weighs what it has of
  * solid angle, so every level holds the energy of the one above.
  */
-#include <math.h>
-#include <string.h>
-
 #include "core/alloc.h"
 #include "core/context.h"
-#include "ibl/ibl.h"
+#include "image/cube.h"
 
 enum {
     MAX_TAPS = 3
@@ -24,12 +21,6 @@ typedef struct mips {
     double *scratch; /* scratch_size doubles for each worker */
     size_t scratch_size;
 } mips;
-
-/* Solid angle of the rectangle from the face's centre to (u, v). */
-static double corner_angle(double u, double v)
-{
-    return atan2(u * v, sqrt(1 + u * u + v * v));
-}
 
 /* Cut number k of 0..taps * m, in -1..1: the borders of the parts, those of
  * texel x from taps * x on. */
@@ -51,7 +42,7 @@ static void row_weights(const mips *a, int y, double *lines, double *weights)
     for (int j = 0; j <= taps; j++) {
         const double v = cut(a, taps * y + j);
         for (int k = 0; k < cuts; k++)
-            lines[j * cuts + k] = corner_angle(cut(a, k), v);
+            lines[j * cuts + k] = ibl_face_angle(cut(a, k), v);
     }
     for (int x = 0; x < a->m; x++) {
         double *w = weights + x * taps * taps, sum = 0;
