@@ -12,6 +12,7 @@
  * of a cube share: those are handled together, as a family.
  */
 #include <math.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -59,6 +60,8 @@ struct bake {
     int first_row;
     ibl_arc_rows rows;
     ibl_arc_dsp dsp;
+    bool has_mean;
+    double mean[3]; /* of the map, once a texel has asked for it */
 };
 
 /* Solid angle of a pixel of a row; sine is that of the row's centre. */
@@ -203,21 +206,24 @@ static void family_job(void *arg, int job, int worker)
 
 /* Mean radiance of the map, for normals that have no pixel's centre above
  * their horizon: that takes a map of one or two columns or rows. */
-static void mean_radiance(const struct bake *b, double mean[3])
+static const double *mean_radiance(struct bake *b)
 {
     const float *p = b->env->data;
 
-    mean[0] = mean[1] = mean[2] = 0.0;
+    if (b->has_mean)
+        return b->mean;
     for (int j = 0; j < b->env->height; j++) {
         const double angle = pixel_angle(b->env, b->tilt[2 * (size_t)j + 1]);
         for (int i = 0; i < b->env->width; i++, p += 3) {
             for (int k = 0; k < 3; k++)
-                mean[k] += p[k] * angle / (4.0 * pi);
+                b->mean[k] += p[k] * angle / (4.0 * pi);
         }
     }
+    b->has_mean = true;
+    return b->mean;
 }
 
-static void finish_texel(const struct bake *b, const struct texel *t)
+static void finish_texel(struct bake *b, const struct texel *t)
 {
     const double *n = t->normal, *s = t->sum;
     double rgb[4];
@@ -225,7 +231,7 @@ static void finish_texel(const struct bake *b, const struct texel *t)
     for (int k = 0; k < 4; k++)
         rgb[k] = n[0] * s[k] + n[2] * s[4 + k] + n[1] * s[8 + k];
     if (rgb[3] < 1e-12) {
-        mean_radiance(b, rgb);
+        memcpy(rgb, mean_radiance(b), sizeof b->mean);
         rgb[3] = 1.0;
     }
     for (int k = 0; k < 3; k++)
