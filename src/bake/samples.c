@@ -16,7 +16,8 @@
 #include "image/cube.h"
 
 enum {
-    ARRAYS = 5 /* x, y, z, fine, coarse */
+    ARRAYS = 5,       /* x, y, z, fine, coarse */
+    JOB_SAMPLES = 256 /* some tens of microseconds */
 };
 
 /* One sample before it is stored. lod never falls from one to the next: D
@@ -197,16 +198,34 @@ static sample make_sample(const ibl_lobe *lobe, int i)
                     .lod = fmin(fmax(lod, 0), lobe->levels - 1)};
 }
 
+struct drawing {
+    const ibl_lobe *lobe;
+    sample *all;
+};
+
+static void sample_job(void *arg, int job, int worker)
+{
+    const struct drawing *d = arg;
+    const int first = job * JOB_SAMPLES;
+    (void)worker;
+    for (int i = first; i < first + JOB_SAMPLES && i < d->lobe->count; i++)
+        d->all[i] = make_sample(d->lobe, i);
+}
+
 ibl_status ibl_samples_specular(ibl_ctx *ctx, const ibl_lobe *lobe,
                                 ibl_samples *samples)
 {
-    sample *all = ibl_alloc_array((size_t)lobe->count, sizeof *all);
-    if (!all)
+    struct drawing d = {.lobe = lobe};
+    ibl_status status;
+
+    d.all = ibl_alloc_array((size_t)lobe->count, sizeof *d.all);
+    if (!d.all)
         return ibl_no_memory(ctx, "a set of samples");
-    for (int i = 0; i < lobe->count; i++)
-        all[i] = make_sample(lobe, i);
-    const ibl_status status = finish(ctx, all, lobe->count, samples);
-    ibl_free(all);
+    status =
+        ibl_run(ctx, NULL, (lobe->count - 1) / JOB_SAMPLES + 1, sample_job, &d);
+    if (!status)
+        status = finish(ctx, d.all, lobe->count, samples);
+    ibl_free(d.all);
     return status;
 }
 
