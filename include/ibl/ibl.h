@@ -69,7 +69,7 @@ typedef enum ibl_isa {
     IBL_ISA_AVX512 /* AVX-512 F, BW, DQ, VL */
 } ibl_isa;
 
-/* "auto", "c", "sse2", "avx2" or "avx512". */
+/* "auto", "c", "sse2", "avx2" or "avx512"; else "unknown". */
 const char *ibl_isa_name(ibl_isa isa);
 /* The best set that this CPU and build have; never IBL_ISA_AUTO. */
 ibl_isa ibl_isa_best(void);
@@ -110,9 +110,9 @@ ibl_ctx_options ibl_ctx_options_default(void);
 
 /*
  * Makes a context with its pool of threads. opts may be NULL for defaults.
- * IBL_ERR_ARGUMENT: threads out of range. IBL_ERR_UNSUPPORTED: the CPU lacks
- * the instruction set. IBL_ERR_MEMORY: no memory or no threads. *ctx is NULL
- * after an error.
+ * IBL_ERR_ARGUMENT: threads or isa out of range. IBL_ERR_UNSUPPORTED: the CPU
+ * lacks the instruction set. IBL_ERR_MEMORY: no memory or no threads. *ctx is
+ * NULL after an error.
  */
 ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **ctx);
 void ibl_ctx_free(ibl_ctx *ctx); /* NULL is fine */
@@ -181,6 +181,8 @@ void ibl_cube_direction(int size, int face, int x, int y, double dir[3]);
 double ibl_cube_solid_angle(int size, int x, int y);
 
 /* ---- bakes ---------------------------------------------------------- */
+
+/* Where a bake takes options, NULL stands for the defaults. */
 
 /* How a level's roughness follows from its index; t = level / (levels - 1)
  * (0 for a single level). */

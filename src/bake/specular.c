@@ -160,9 +160,14 @@ static ibl_status bake_level(ibl_ctx *ctx, const ibl_image *env,
 ibl_status ibl_bake_specular(ibl_ctx *ctx, const ibl_image *env,
                              const ibl_specular_options *opts, ibl_cube *out)
 {
+    const ibl_specular_options defaults = ibl_specular_options_default();
     ibl_pyramid pyramid = {0};
     ibl_cube cube = {0};
-    ibl_status status = check(ctx, opts);
+    ibl_status status;
+
+    if (!opts)
+        opts = &defaults;
+    status = check(ctx, opts);
     if (status)
         return status;
     const int levels =

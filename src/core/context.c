@@ -73,6 +73,11 @@ ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **out)
                  opts->threads, MAX_THREADS);
         return refuse(opts, IBL_ERR_ARGUMENT, text);
     }
+    if ((unsigned)opts->isa > IBL_ISA_AVX512) {
+        snprintf(text, sizeof text, "instruction set %d: must be %d to %d",
+                 (int)opts->isa, IBL_ISA_AUTO, IBL_ISA_AVX512);
+        return refuse(opts, IBL_ERR_ARGUMENT, text);
+    }
     const ibl_isa isa = opts->isa == IBL_ISA_AUTO ? ibl_isa_best() : opts->isa;
     if (!ibl_cpu_has(isa)) {
         snprintf(text, sizeof text, "this CPU has no %s; the best it has is %s",

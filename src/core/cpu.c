@@ -56,7 +56,8 @@ ibl_isa ibl_isa_best(void)
 const char *ibl_isa_name(ibl_isa isa)
 {
     static const char *const names[] = {"auto", "c", "sse2", "avx2", "avx512"};
-    return names[isa];
+    const size_t i = (size_t)isa;
+    return i < sizeof names / sizeof names[0] ? names[i] : "unknown";
 }
 
 /* CPUs that a cgroup (version 2) with this cpu.max allows; 0: no limit. */

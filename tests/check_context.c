@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: MIT */
+/* Contexts, their refusals, the pool and cancelling. */
+#include <stdatomic.h>
+#include <string.h>
+
+#include "core/context.h"
+#include "test.h"
+
+static void refusals(void)
+{
+    static const struct {
+        int threads, isa;
+        const char *text;
+    } cases[] = {
+        {-1, IBL_ISA_AUTO, "-1 threads"},
+        {1025, IBL_ISA_AUTO, "1025 threads"},
+        {1, -1, "instruction set -1"},
+        {1, IBL_ISA_AVX512 + 1, "instruction set 5"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        ibl_ctx_options opts = ibl_ctx_options_default();
+        ibl_ctx *ctx = (ibl_ctx *)&opts; /* anything but NULL */
+        test_messages kept = {0};
+        opts.threads = cases[i].threads;
+        opts.isa = (ibl_isa)cases[i].isa;
+        opts.log = test_keep;
+        opts.log_cookie = &kept;
+        CHECK(ibl_ctx_create(&opts, &ctx) == IBL_ERR_ARGUMENT);
+        CHECK(!ctx);
+        CHECK_MSG(strstr(kept.text[IBL_LOG_ERROR], cases[i].text), "%s",
+                  kept.text[IBL_LOG_ERROR]);
+    }
+}
+
+static void names(void)
+{
+    CHECK(!strcmp(ibl_isa_name(IBL_ISA_AUTO), "auto"));
+    CHECK(!strcmp(ibl_isa_name(IBL_ISA_AVX512), "avx512"));
+    CHECK(!strcmp(ibl_isa_name((ibl_isa)99), "unknown"));
+    CHECK(!strcmp(ibl_isa_name((ibl_isa)-1), "unknown"));
+    for (int s = IBL_OK; s <= IBL_ERR_CANCELLED; s++)
+        CHECK(strcmp(ibl_status_text((ibl_status)s), "unknown status"));
+    CHECK(!strcmp(ibl_status_text((ibl_status)99), "unknown status"));
+}
+
+enum {
+    JOBS = 5000
+};
+
+struct batch {
+    ibl_ctx *ctx;
+    int stop_at; /* the job that cancels, or -1 */
+    atomic_int ran[JOBS];
+    atomic_int inside[8]; /* jobs of each worker at once */
+    atomic_bool wrong;
+};
+
+static void count_job(void *arg, int job, int worker)
+{
+    struct batch *b = arg;
+    if (worker < 0 || worker >= ibl_ctx_threads(b->ctx) ||
+        atomic_fetch_add(&b->inside[worker], 1))
+        atomic_store(&b->wrong, true);
+    atomic_fetch_add(&b->ran[job], 1);
+    if (job == b->stop_at)
+        ibl_ctx_cancel(b->ctx);
+    atomic_fetch_sub(&b->inside[worker], 1);
+}
+
+/* Every job once, a worker never twice at a time, whatever the threads. */
+static void every_job(void)
+{
+    static struct batch b;
+    for (int threads = 1; threads <= 8; threads++) {
+        for (int jobs = 0; jobs <= JOBS; jobs = 3 * jobs + 1) {
+            memset(&b, 0, sizeof b);
+            b.ctx = test_ctx(threads, IBL_ISA_AUTO);
+            b.stop_at = -1;
+            CHECK(ibl_run(b.ctx, NULL, jobs, count_job, &b) == IBL_OK);
+            for (int i = 0; i < JOBS; i++)
+                CHECK(b.ran[i] == (i < jobs));
+            CHECK(!b.wrong);
+            ibl_ctx_free(b.ctx);
+        }
+    }
+}
+
+/* A cancel keeps jobs from starting, and everything later from running. */
+static void cancel(void)
+{
+    static struct batch b;
+    ibl_image img = {0};
+    ibl_cube cube = {0};
+
+    b.ctx = test_ctx(1, IBL_ISA_AUTO);
+    b.stop_at = 10;
+    CHECK(ibl_run(b.ctx, NULL, JOBS, count_job, &b) == IBL_ERR_CANCELLED);
+    for (int i = 0; i < JOBS; i++)
+        CHECK(b.ran[i] == (i <= 10));
+    CHECK(ibl_run(b.ctx, NULL, 1, count_job, &b) == IBL_ERR_CANCELLED);
+    NEED(!ibl_image_alloc(b.ctx, 2, 1, &img));
+    memset(img.data, 0, 6 * sizeof *img.data);
+    CHECK(ibl_bake_specular(b.ctx, &img, NULL, &cube) == IBL_ERR_CANCELLED);
+    CHECK(ibl_bake_irradiance(b.ctx, &img, NULL, &cube) == IBL_ERR_CANCELLED);
+    CHECK(!cube.data);
+    ibl_image_free(&img);
+    ibl_ctx_free(b.ctx);
+}
+
+/* NULL for options is what ibl_..._options_default() returns. */
+static void default_options(void)
+{
+    const ibl_specular_options s = ibl_specular_options_default();
+    ibl_ctx *ctx = test_ctx(0, IBL_ISA_AUTO);
+    ibl_cube a = {0}, b = {0};
+    ibl_image img = {0};
+
+    NEED(!ibl_image_alloc(ctx, 4, 2, &img));
+    for (int i = 0; i < 24; i++)
+        img.data[i] = (float)(i * i % 7);
+    NEED(!ibl_bake_specular(ctx, &img, NULL, &a));
+    NEED(!ibl_bake_specular(ctx, &img, &s, &b));
+    NEED(a.size == b.size && a.levels == b.levels);
+    CHECK(!memcmp(a.data, b.data,
+                  3 * sizeof *a.data * ibl_cube_texels(a.size, a.levels)));
+    ibl_cube_free(&a);
+    ibl_cube_free(&b);
+    ibl_image_free(&img);
+    ibl_ctx_free(ctx);
+}
+
+static const test tests[] = {
+    TEST(refusals), TEST(names),           TEST(every_job),
+    TEST(cancel),   TEST(default_options),
+};
+TEST_MAIN(tests)
