@@ -37,15 +37,3 @@ uint16_t ibl_half_from_float(float f)
     const uint32_t rounded = mag + 0xFFF + (mag >> 13 & 1);
     return sign | (uint16_t)((rounded - (112u << 23)) >> 13);
 }
-
-float ibl_half_to_float(uint16_t h)
-{
-    const uint32_t sign = (uint32_t)(h & 0x8000) << 16;
-    const uint32_t exponent = h >> 10 & 31, mantissa = h & 1023;
-
-    if (exponent == 0)
-        return float_of(sign | bits_of((float)mantissa * 0x1p-24f));
-    if (exponent == 31)
-        return float_of(sign | 0x7F800000 | mantissa << 13);
-    return float_of(sign | (exponent + 112) << 23 | mantissa << 13);
-}

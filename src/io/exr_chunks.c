@@ -13,6 +13,7 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
+#include "core/half.h"
 #include "io/exr_file.h"
 
 enum {
@@ -326,14 +327,14 @@ bool ibl_exr_can_decode(ibl_exr_file *file, const ibl_exr_pick *pick,
 
 /* ---- pixels --------------------------------------------------------- */
 
-static uint32_t load16(const unsigned char *p)
+static uint16_t load16(const unsigned char *p)
 {
-    return (uint32_t)(p[0] | p[1] << 8);
+    return (uint16_t)(p[0] | p[1] << 8);
 }
 
 static uint32_t load32(const unsigned char *p)
 {
-    return load16(p) | load16(p + 2) << 16;
+    return load16(p) | (uint32_t)load16(p + 2) << 16;
 }
 
 static float as_float(uint32_t bits)
@@ -343,28 +344,13 @@ static float as_float(uint32_t bits)
     return f;
 }
 
-/* As ibl_half_to_float, exact; the exponent is rebiased by 112, twice that
- * for Inf and NaN, and denormals are normalised by a subtraction. */
-static float half_to_float(uint32_t h)
-{
-    const uint32_t sign = (h & 0x8000) << 16, exponent = h & 0x7c00;
-    uint32_t bits = ((h & 0x7fff) << 13) + (112u << 23);
-    if (exponent == 0x7c00)
-        bits += 112u << 23;
-    else if (!exponent) {
-        const float f = as_float(bits + (1u << 23)) - 0x1p-14f;
-        memcpy(&bits, &f, sizeof bits);
-    }
-    return as_float(bits | sign);
-}
-
 /* count samples as floats, uints as the numbers that they are. */
 static void to_floats(const unsigned char *src, exr_pixel_type_t type,
                       int count, float *dst, int dst_step)
 {
     if (type == EXR_PIXEL_HALF) {
         for (int i = 0; i < count; i++)
-            dst[i * dst_step] = half_to_float(load16(src + 2 * i));
+            dst[i * dst_step] = ibl_half_to_float(load16(src + 2 * i));
     } else if (type == EXR_PIXEL_FLOAT) {
         for (int i = 0; i < count; i++)
             dst[i * dst_step] = as_float(load32(src + 4 * i));
