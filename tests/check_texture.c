@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include "ibl/io.h"
 #include "test.h"
@@ -820,6 +821,15 @@ static void files(void)
     NEED(f && fwrite(bytes, 1, size, f) == size && !fclose(f));
     NEED(!ibl_texture_read(ctx, path, &back, &found));
     CHECK(found == IBL_CONTAINER_KTX && same(&tex, &back));
+    ibl_texture_free(&back);
+
+    /* A pipe, as a shell makes one of <(command). */
+    int ends[2];
+    NEED(!pipe(ends));
+    NEED(write(ends[1], bytes, size) == (ssize_t)size && !close(ends[1]));
+    snprintf(path, sizeof path, "/dev/fd/%d", ends[0]);
+    CHECK(!ibl_texture_read(ctx, path, &back, NULL) && same(&tex, &back));
+    close(ends[0]);
     ibl_bytes_free(bytes);
     ibl_texture_free(&tex);
     ibl_texture_free(&back);

@@ -210,7 +210,8 @@ void ibl_bytes_free(void *bytes);
 ibl_status ibl_texture_decode(ibl_ctx *ctx, const char *name, const void *bytes,
                               size_t size, ibl_texture *tex,
                               ibl_container *container);
-/* The same from a file. */
+/* The same from a file, standard input or pipe as ibl_image_read takes them.
+ * IBL_ERR_IO: cannot be opened or read. */
 ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
                             ibl_container *container);
 

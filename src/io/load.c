@@ -106,10 +106,10 @@ static ibl_status check_length(const input *in, uint64_t size)
     const uint64_t most = known ? max_known : max_unknown;
     if (size <= most)
         return IBL_OK;
-    return ibl_fail(in->ctx, IBL_ERR_FORMAT, "%s: over %llu MiB of %s",
-                    in->name, (unsigned long long)(most >> 20),
-                    known ? "image, more than any map has"
-                          : "something that does not begin as an image does");
+    return ibl_fail(in->ctx, IBL_ERR_FORMAT, "%s: over %llu MiB%s", in->name,
+                    (unsigned long long)(most >> 20),
+                    known ? ", more than any map or texture has"
+                          : " of no known kind of file");
 }
 
 static ibl_status read_all(input *in)
@@ -144,9 +144,9 @@ static ibl_status prepare(input *in, bool standard_input)
     if (fstat(in->fd, &st))
         return refuse(in, strerror(errno));
     if (S_ISDIR(st.st_mode))
-        return refuse(in, "is a directory, an image file is needed");
+        return refuse(in, "is a directory, a file is needed");
     if (standard_input && isatty(in->fd))
-        return refuse(in, "is a terminal; pipe an image into it");
+        return refuse(in, "is a terminal; pipe a file into it");
     if (!standard_input && !S_ISREG(st.st_mode) && !S_ISFIFO(st.st_mode))
         return refuse(in, "is a device, not a file; for standard input give -");
     in->stream = !S_ISREG(st.st_mode);
