@@ -70,7 +70,14 @@ static ibl_status check_target(const ibl_bake *b, const char *path)
 {
     const char *input = b->opts->input;
     struct stat in, out;
+    const int error = stat(path, &out) ? errno : 0;
 
+    if (!error && !S_ISREG(out.st_mode)) {
+        ibl_console_fail(b->console, "%s: is a %s: choose another name", path,
+                         S_ISDIR(out.st_mode) ? "directory"
+                                              : "device, pipe or socket");
+        return IBL_ERR_IO;
+    }
     /* Where a link leads is for the set of outputs to find out. */
     if (!is_link(path) && !is_open_directory(path)) {
         ibl_console_fail(b->console,
@@ -78,19 +85,13 @@ static ibl_status check_target(const ibl_bake *b, const char *path)
                          path, strerror(errno));
         return IBL_ERR_IO;
     }
-    if (stat(path, &out)) {
-        if (errno != ENAMETOOLONG)
+    if (error) {
+        if (error != ENAMETOOLONG)
             return IBL_OK;
         ibl_console_fail(b->console,
                          "%s: %s: choose a shorter one, the outputs' with "
                          "--name",
-                         path, strerror(errno));
-        return IBL_ERR_IO;
-    }
-    if (!S_ISREG(out.st_mode)) {
-        ibl_console_fail(b->console, "%s: is a %s: choose another name", path,
-                         S_ISDIR(out.st_mode) ? "directory"
-                                              : "device, pipe or socket");
+                         path, strerror(error));
         return IBL_ERR_IO;
     }
     if (input && strcmp(input, "-") != 0 && !stat(input, &in) &&
