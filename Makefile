@@ -2,6 +2,7 @@
 #   config=release|debug|asan|tsan   CC, CXX, CFLAGS, CXXFLAGS, LDFLAGS
 #   DEPS=no      do not install missing system packages
 #   BUILD=DIR    where everything is built
+#   LARGE=1      tests also bake a map of 16384x8192 (1.6 GB)
 #   DESTDIR, PREFIX, BINDIR, LIBDIR, INCLUDEDIR, MANDIR for install
 config ?= release
 ifeq ($(config),release)
@@ -16,6 +17,8 @@ INCLUDEDIR ?= $(PREFIX)/include
 MANDIR ?= $(PREFIX)/share/man
 DEPS ?= yes
 INSTALL ?= install
+LARGE ?=
+export IBL_TEST_LARGE := $(LARGE)
 
 OPT_release := -O2 -g -DNDEBUG
 OPT_debug := -O0 -g
