@@ -247,6 +247,14 @@ test_long_names_keep_the_reason() {
     grep -q 'env.hdr: .*No such file' err || cut -c 1-80 err
 }
 
+test_no_memory() {
+    [ $sanitized = no ] || return 0
+    (ulimit -v 100000
+    iblbake env.hdr -o out --size 4096 --levels 1) 2>err && echo 'status 0'
+    grep -q 'no memory for .*: ask for less' err || cat err
+    [ ! -e out ] || echo 'out is there'
+}
+
 test_interrupted_while_reading_a_pipe() {
     mkfifo pipe
     exec 8<>pipe

@@ -21,9 +21,10 @@ extern "C" {
 
 typedef struct ibl_read_options {
     const char *layer; /* EXR: channels LAYER.R, LAYER.G, ...; NULL: the
-                          unnamed layer, else the file's only one */
+                          unnamed layer, else the file's only one. Files of
+                          other kinds have none: IBL_ERR_FORMAT */
     int part;          /* EXR: part of a multi-part file, from 0; -1: the
-                          first that has colour (default) */
+                          first that has colour (default). Others have 0 */
     int strict;        /* 1: refuse non-finite and negative pixels */
     int any_aspect;    /* 1: take maps that are not 2:1 */
 } ibl_read_options;

@@ -182,7 +182,8 @@ void ibl_info(ibl_ctx *ctx, const char *fmt, ...)
 
 ibl_status ibl_no_memory(ibl_ctx *ctx, const char *what)
 {
-    return ibl_fail(ctx, IBL_ERR_MEMORY, "no memory for %s", what);
+    return ibl_fail(ctx, IBL_ERR_MEMORY,
+                    "no memory for %s: ask for less, or free some", what);
 }
 
 void ibl_progress(ibl_ctx *ctx, const char *stage, double done)

@@ -43,6 +43,11 @@ static ibl_status decode_any(ibl_ctx *ctx, const char *name,
 {
     if (ibl_exr_is(bytes, size))
         return ibl_exr_decode(ctx, name, bytes, size, opts, img, report);
+    if (opts->layer || opts->part > 0)
+        return ibl_fail(ctx, IBL_ERR_FORMAT,
+                        "%s: has no %s: only OpenEXR files do, so do not ask "
+                        "for one",
+                        name, opts->layer ? "layers" : "parts");
     if (ibl_rgbe_is(bytes, size)) {
         ibl_status status =
             ibl_rgbe_decode(ctx, name, bytes, size, img, report->format);
@@ -74,7 +79,7 @@ static ibl_status mend(ibl_ctx *ctx, const char *name,
     if (opts->strict)
         return ibl_fail(ctx, IBL_ERR_FORMAT,
                         "%s: %zu pixels are not finite and %zu negative, "
-                        "which strict reading refuses",
+                        "which strict reading refuses and any other mends",
                         name, done.nonfinite, done.negative);
     if (done.nonfinite)
         ibl_warn(ctx,
