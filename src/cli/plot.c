@@ -524,10 +524,12 @@ static double legend(const ibl_plot *plot, double y, FILE *to)
 static void begin(const ibl_plot *plot, double height, bool standalone,
                   FILE *to)
 {
+    /* In a page of HTML the namespace is known. */
     fprintf(to,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %.0f\" "
-            "width=\"%d\" height=\"%.0f\" role=\"img\">\n",
-            WIDTH, height, WIDTH, height);
+            "<svg%s viewBox=\"0 0 %d %.0f\" width=\"%d\" height=\"%.0f\" "
+            "role=\"img\">\n",
+            standalone ? " xmlns=\"http://www.w3.org/2000/svg\"" : "", WIDTH,
+            height, WIDTH, height);
     if (plot->title) {
         fputs("<title>", to);
         ibl_plot_escape(plot->title, to);

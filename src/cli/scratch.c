@@ -118,13 +118,13 @@ int ibl_scratch_run(int (*work)(void *cookie, const char *path), void *cookie)
     }
     ibl_signals_pass(SIG_DFL);
     ibl_signals_release();
-    if (killer == SIGHUP || killer == SIGINT || killer == SIGPIPE ||
-        killer == SIGTERM)
-        raise(killer);
-    else if (killer)
+    if (killer == SIGKILL || killer == SIGSEGV || killer == SIGBUS ||
+        killer == SIGFPE || killer == SIGILL)
         fprintf(stderr,
                 "iblbake: the measuring process was killed by signal "
                 "%d\n",
                 killer);
+    else if (killer)
+        raise(killer);
     return status;
 }

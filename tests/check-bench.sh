@@ -1,0 +1,220 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# iblbake bench on small bakes: reports that other programs read, errors that
+# iblbake verify finds, too, peers that fail and hang, signals. BUILD names the
+# build.
+set -u
+build=$(cd "${BUILD:-build}" && pwd) || exit 1
+program=$build/iblbake
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+mkdir "$work/tmp"
+export TMPDIR=$work/tmp
+passed=0 failed=0 skipped=0
+verdict() { # NAME [WHY]: no reason, no failure
+    if [ $# -eq 1 ] || [ -z "$2" ]; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "FAILED: $1: $2"
+    fi
+}
+# Nothing of a run is left in its directory.
+nothing_left() { ls -A "$work/tmp"; }
+
+# A name that has to be quoted everywhere.
+env="$work/it's a sky.exr"
+cp data/sky.exr "$env"
+
+# ---- a run with all reports ------------------------------------------------
+# The peer is ourselves with the settings of the base, so its error is known.
+"$program" bench -q "$env" --sizes 16,32 --samples 16,64 --threads 1,23 --isa c \
+    --source-sizes 32,100 --rounds 2 --texels 24 --bake '--irradiance-size 8' \
+    --variant 'two=--levels 2 --size 32 --lut-size 8' \
+    --peer "self='$program' -q --size 16 --samples 16 --isa c -o {out} {env} \
+        --lut-size 16 --irradiance-size 8" \
+    --peer-output 'self={out} --name {name}' --peer 'true=true {other}' \
+    --csv "$work/r.csv" --json "$work/r.json" --html "$work/r.html" \
+    --svg "$work/r.svg" >"$work/table" 2>"$work/err"
+status=$?
+verdict run "$([ $status = 0 ] || echo "status $status: $(cat "$work/err")")"
+verdict quiet "$(cat "$work/err")"
+verdict run-left "$(nothing_left)"
+for name in 'sampled 16' 'sampled-nomip 64' 'sampled 16, size 32' \
+    'sampled 16, threads 23' 'sampled 16, source 100' two self true; do
+    verdict "table: $name" "$(grep -qE "^[ *]$name  " "$work/table" ||
+        echo 'no such row')"
+done
+
+# The same errors as iblbake verify finds in the same bake.
+"$program" -q --size 16 --samples 16 --isa c -o "$work/out" --name x "$env" \
+    --irradiance-size 8
+"$program" verify -q "$env" "$work/out" --name x --texels 24 \
+    --json "$work/verify.json"
+if command -v node >/dev/null; then
+    node - "$work" >"$work/node" 2>&1 <<'JS'
+const fs = require('fs'), dir = process.argv[2];
+const read = name => fs.readFileSync(`${dir}/${name}`, 'utf8');
+const need = (ok, text) => { if (!ok) console.log(text); };
+const j = JSON.parse(read('r.json'));
+const point = name => j.points.find(p => p.name == name);
+
+for (const p of j.points) {
+    need(p.wall_s.rounds.length == 2, `${p.name}: rounds`);
+    need(p.wall_s.q1 <= p.wall_s.median && p.wall_s.median <= p.wall_s.q3 &&
+        p.wall_s.q1 > 0, `${p.name}: quartiles`);
+    need(p.wall_s.median == (p.wall_s.rounds[0] + p.wall_s.rounds[1]) / 2,
+        `${p.name}: median`);
+    need(p.peak_bytes > 1e5, `${p.name}: memory`);
+    if (p.kind == 'peer') continue;
+    let sum = 0;
+    for (const s in p.stages_s) sum += p.stages_s[s].rounds[0];
+    need(sum > 0 && sum <= p.wall_s.rounds[0], `${p.name}: stages ${sum}`);
+}
+/* methods x samples, a size, a thread count, two sources, a variant, two
+   peers; the base only once. */
+need(j.points.length == 4 + 1 + 1 + 2 + 1 + 2, `${j.points.length} points`);
+need(point('sampled 16').sweeps.join() == 'method,samples,size,threads,isa',
+    `base: ${point('sampled 16').sweeps}`);
+need(point('sampled 16, source 100').source.height == 50, 'source height');
+need(!('error' in point('true')), 'a peer without output has an error');
+need(point('two').levels.filter(l => l.content == 'specular').length == 2,
+    'levels of the variant');
+
+const v = JSON.parse(read('verify.json'));
+/* verify writes four digits. */
+const same = (name, levels) => {
+    const mine = point(name).levels.filter(l => l.content != 'lut');
+    need(mine.length == levels.length, `${name}: ${mine.length} levels`);
+    mine.forEach((l, i) => need(Math.abs(l.nrmse / levels[i].nrmse - 1) < 1e-3,
+        `${name} level ${i}: ${l.nrmse}, verify has ${levels[i].nrmse}`));
+};
+same('sampled 16', v.levels);
+same('self', v.levels);
+same('sampled 16, threads 23', v.levels);
+const rough = v.levels.filter(l => l.content == 'specular' && l.roughness > 0);
+const rms = Math.sqrt(rough.reduce((s, l) => s + l.nrmse ** 2, 0) /
+    rough.length);
+need(Math.abs(point('self').error / rms - 1) < 1e-3, `error, not ${rms}`);
+
+/* CSV: every line as many fields, names in quotes read back. */
+const rows = read('r.csv').trimEnd().split('\n').map(line =>
+    line.match(/("([^"]|"")*"|[^,]*)(,|$)/g).map(f => f.replace(/,$/, ''))
+        .slice(0, -1));
+const head = rows[0];
+rows.forEach((r, i) => need(r.length == head.length ||
+    r.length == head.length - 1, `line ${i}: ${r.length} fields`));
+const column = name => head.indexOf(name);
+const all = rows.filter(r => r[column('content')] == 'all');
+need(all.length == j.points.length, `${all.length} lines for all`);
+all.forEach((r, i) => need(Math.abs(r[column('wall_s')] /
+    j.points[i].wall_s.median - 1) < 1e-8, `line of ${j.points[i].name}`));
+
+/* The page: closed elements, nothing from elsewhere, the plots. */
+const page = read('r.html');
+const open = [];
+for (const [tag, slash, name, rest] of
+    page.replace(/<style>[^]*?<\/style>/g, '').replace(/<!DOCTYPE[^>]*>/, '')
+        .matchAll(/<(\/?)([a-z0-9]+)([^>]*)>/g)) {
+    if (slash) need(open.pop() == name, `unexpected ${tag}`);
+    else if (!rest.endsWith('/')) open.push(name);
+}
+need(open.length == 0, `not closed: ${open}`);
+need(!/https?:|<script|<link|<img|url\(|@import/.test(page), 'loads something');
+need(!/NaN|nan|inf\b/.test(page.replace(/<style>[^]*?<\/style>/g, '')),
+    'a number that is none');
+for (const title of ['Error against time', 'Error against roughness',
+    'Time against samples', 'Time against output size',
+    'Time against source size', 'Time against threads', 'Stages'])
+    need(page.includes(`<h3>${title}</h3>`), `no ${title}`);
+for (const word of [j.machine.cpu, j.machine.compiler, j.date])
+    need(word && page.includes(word), `does not name ${word}`);
+JS
+    verdict reports "$(cat "$work/node")"
+else
+    skipped=$((skipped + 1))
+    echo 'skipped: reports: no node (nodejs)'
+fi
+if command -v xmllint >/dev/null; then
+    verdict svg "$(xmllint --noout "$work/r.svg" 2>&1)"
+else
+    skipped=$((skipped + 1))
+    echo 'skipped: svg: no xmllint (libxml2-utils)'
+fi
+verdict svg-alone "$(sed 's|xmlns="http://www.w3.org/2000/svg"||' \
+    "$work/r.svg" | grep -E 'https?:|<image|<script|url\(')"
+
+# ---- what goes wrong -------------------------------------------------------
+small=(-q --sizes 8 --samples 1 --methods sampled --threads 1 --isa c
+    --source-sizes none --rounds 1 --texels 0)
+wrong() { # NAME STATUS GLOB ARGUMENTS: one line, no report, nothing left
+    local name=$1 want=$2 glob=$3 status text
+    shift 3
+    rm -f "$work/no.csv"
+    "$program" bench "${small[@]}" --csv "$work/no.csv" "$@" \
+        >"$work/out.txt" 2>"$work/err"
+    status=$?
+    text=$(cat "$work/err")
+    # shellcheck disable=SC2254
+    case $text in
+    $glob) verdict "$name" ;;
+    *) verdict "$name" "stderr is: $text" ;;
+    esac
+    verdict "$name: one line" "$([ "$(wc -l <"$work/err")" = 1 ] || cat "$work/err")"
+    verdict "$name: status" "$([ $status = "$want" ] || echo $status)"
+    verdict "$name: reports" "$(ls "$work/no.csv" 2>/dev/null)"
+    verdict "$name: left" "$(nothing_left)"
+}
+wrong fails 1 'iblbake: peer bad: exit status 3: no luck' \
+    data/sky.exr --peer 'bad=echo trying; echo no luck >&2; exit 3'
+wrong missing 1 'iblbake: peer bad: exit status 127: *not found*' \
+    data/sky.exr --peer 'bad=no-such-program {env}'
+wrong killed 1 'iblbake: peer bad: killed by signal 9' \
+    data/sky.exr --peer 'bad=kill -9 $$'
+wrong hangs 1 'iblbake: peer slow: no end within 0.3 s: *--timeout*' \
+    data/sky.exr --timeout 0.3 --peer 'slow=sleep 61.25 & sleep 61.25; true'
+sleep 0.2
+verdict 'hangs: nothing runs on' "$(ps -eo args | grep '^sleep 61.25')"
+wrong no-output 1 'iblbake: *cannot be opened*' data/sky.exr --texels 24 \
+    --peer 'none=true' --peer-output 'none=--specular {out}/x.ktx'
+wrong bake-option 1 'iblbake: bake sampled 1: exit status 2: *--levels*' \
+    data/sky.exr --bake '--levels 9'
+wrong no-map 1 'iblbake: none.exr: *' none.exr
+wrong report 1 'iblbake: *none/x.json: cannot be written*' data/sky.exr \
+    --json "$work/none/x.json"
+wrong swept 2 'iblbake: --bake --size=4: --size is set by*' data/sky.exr \
+    --bake --size=4
+wrong placed 2 'iblbake: --variant -ox: -o is set by*' data/sky.exr \
+    --variant v=-ox
+wrong method 2 'iblbake: --methods magic: not a value*' data/sky.exr \
+    --methods magic
+wrong no-peer 2 'iblbake: --peer-output x=*: there is no --peer*' \
+    data/sky.exr --peer-output x=y
+wrong peer-arguments 1 'iblbake: --bogus: unknown option*' data/sky.exr \
+    --texels 24 --peer x=true --peer-output 'x=--bogus {out}'
+wrong stdin 2 'iblbake: -: standard input*' -
+wrong nothing 2 'iblbake: no environment*'
+
+# ---- signals ---------------------------------------------------------------
+# As at a terminal (the whole group gets it), and sent to the program alone.
+interrupt() { # NAME SIGNAL WHOM
+    # A job in the background of a script would ignore INT.
+    setsid env --default-signal=INT "$program" bench "${small[@]}" data/sky.exr \
+        --peer 'long=touch {out}/begun; sleep 62.25' >"$work/out.txt" 2>&1 &
+    local pid=$! n=0 status
+    until ls "$work"/tmp/*/*/begun >/dev/null 2>&1 || [ $n = 100 ]; do
+        sleep 0.1
+        n=$((n + 1))
+    done
+    kill "-$2" -- "$3$pid"
+    wait $pid
+    status=$?
+    verdict "$1: dies of it" "$([ $status = $((128 + $(kill -l "$2"))) ] ||
+        echo "status $status: $(cat "$work/out.txt")")"
+    verdict "$1: left" "$(nothing_left)"
+    verdict "$1: nothing runs on" "$(ps -eo args | grep '^sleep 62.25')"
+}
+interrupt ctrl-c INT -
+interrupt term TERM ''
+echo "$passed passed, $failed failed, $skipped skipped"
+[ $failed -eq 0 ]
