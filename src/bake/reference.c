@@ -162,7 +162,7 @@ static void add_columns(const struct lobe *lobe, double polar, double scale,
             const double q = polar + scale * across[i + k];
             const double t = q + a2 * (1 - q), g = a2 / t, c = 1 - 2 * q;
             const double x = c * g * g;
-            w[k] = (c > 0) & (t >= near) ? x : 0;
+            w[k] = ((c > 0) & (t >= near)) ? x : 0;
         }
         for (int k = 0; k < LANES; k++)
             sum[3][k] += w[k];
