@@ -20,8 +20,10 @@ typedef struct filter {
     const ibl_samples *samples;
     bool jitter;
     int level, edge;
-    int chunk;  /* texels of a job */
-    float *out; /* the level's first texel */
+    const int *list; /* the texels' numbers; NULL: every one */
+    long count;      /* texels */
+    int chunk;       /* of them in a job */
+    float *out;
 } filter;
 
 /* A turn that looks random from texel to texel: splitmix64 of its index. */
@@ -34,8 +36,9 @@ static double turn_of(int level, long texel)
     return 2 * IBL_PI * 0x1p-53 * (double)((z ^ z >> 31) >> 11);
 }
 
-static void filter_texel(const filter *a, long texel)
+static void filter_texel(const filter *a, long i)
 {
+    const long texel = a->list ? a->list[i] : i;
     const int n = a->edge;
     const int face = (int)(texel / ((long)n * n));
     const int y = (int)(texel / n % n), x = (int)(texel % n);
@@ -46,19 +49,30 @@ static void filter_texel(const filter *a, long texel)
     a->dsp.gather(&a->samples->set, a->levels, frame, rgb);
     /* Weights sum to 1 but for rounding, too much for the largest floats. */
     for (int c = 0; c < 3; c++)
-        a->out[3 * texel + c] =
-            (float)fmin(rgb[c] + a->pyramid->floor[c], FLT_MAX);
+        a->out[3 * i + c] = (float)fmin(rgb[c] + a->pyramid->floor[c], FLT_MAX);
 }
 
 static void filter_job(void *arg, int job, int worker)
 {
     const filter *a = arg;
-    const long all = (long)IBL_FACES * a->edge * a->edge;
     const long begin = (long)job * a->chunk;
-    const long end = begin + a->chunk < all ? begin + a->chunk : all;
+    const long end = begin + a->chunk < a->count ? begin + a->chunk : a->count;
     (void)worker;
     for (long i = begin; i < end; i++)
         filter_texel(a, i);
+}
+
+static ibl_status run(ibl_ctx *ctx, const char *stage, filter *a)
+{
+    for (int l = 0; l < a->pyramid->levels; l++)
+        a->levels[l] = (ibl_gather_level){a->pyramid->texels[l],
+                                          ibl_cube_edge(a->pyramid->size, l)};
+    ibl_gather_dsp_init(&a->dsp, ibl_ctx_isa(ctx));
+    a->chunk = SAMPLES_PER_JOB / a->samples->count;
+    if (a->chunk < 1)
+        a->chunk = 1;
+    return ibl_run(ctx, stage, (int)((a->count + a->chunk - 1) / a->chunk),
+                   filter_job, a);
 }
 
 ibl_status ibl_filter_level(ibl_ctx *ctx, const char *stage,
@@ -66,20 +80,28 @@ ibl_status ibl_filter_level(ibl_ctx *ctx, const char *stage,
                             const ibl_samples *samples, bool jitter,
                             ibl_cube *out, int level)
 {
+    const int n = ibl_cube_edge(out->size, level);
     filter a = {.pyramid = pyramid,
                 .samples = samples,
                 .jitter = jitter,
                 .level = level,
-                .edge = ibl_cube_edge(out->size, level),
+                .edge = n,
+                .count = (long)IBL_FACES * n * n,
                 .out = ibl_cube_face(out, level, 0)};
-    for (int l = 0; l < pyramid->levels; l++)
-        a.levels[l] = (ibl_gather_level){pyramid->texels[l],
-                                         ibl_cube_edge(pyramid->size, l)};
-    ibl_gather_dsp_init(&a.dsp, ibl_ctx_isa(ctx));
-    a.chunk = SAMPLES_PER_JOB / samples->count;
-    if (a.chunk < 1)
-        a.chunk = 1;
-    const long texels = (long)IBL_FACES * a.edge * a.edge;
-    return ibl_run(ctx, stage, (int)((texels + a.chunk - 1) / a.chunk),
-                   filter_job, &a);
+    return run(ctx, stage, &a);
+}
+
+ibl_status ibl_filter_texels(ibl_ctx *ctx, const ibl_pyramid *pyramid,
+                             const ibl_samples *samples, bool jitter, int level,
+                             int edge, const int *texels, int count, float *rgb)
+{
+    filter a = {.pyramid = pyramid,
+                .samples = samples,
+                .jitter = jitter,
+                .level = level,
+                .edge = edge,
+                .list = texels,
+                .count = count,
+                .out = rgb};
+    return run(ctx, NULL, &a);
 }

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* Which roughness a level of the specular chain stands for. */
 #include <math.h>
+#include <stdbool.h>
 
+#include "brdf/ggx.h"
 #include "ibl/ibl.h"
 
 const char *ibl_roughness_map_name(ibl_roughness_map map)
@@ -9,10 +11,20 @@ const char *ibl_roughness_map_name(ibl_roughness_map map)
     return map == IBL_ROUGHNESS_FILAMENT ? "filament" : "linear";
 }
 
+/* What grows in equal steps from level to level. */
+static double x_of(ibl_roughness_map map, double r)
+{
+    return map == IBL_ROUGHNESS_FILAMENT ? r * (2 - r) : r;
+}
+
+static double roughness_of(ibl_roughness_map map, double x)
+{
+    return map == IBL_ROUGHNESS_FILAMENT ? 1 - sqrt(1 - x) : x;
+}
+
 double ibl_level_roughness(ibl_roughness_map map, int level, int levels)
 {
-    const double t = levels > 1 ? (double)level / (levels - 1) : 0;
-    return map == IBL_ROUGHNESS_FILAMENT ? 1 - sqrt(1 - t) : t;
+    return roughness_of(map, levels > 1 ? (double)level / (levels - 1) : 0);
 }
 
 int ibl_default_levels(int size)
@@ -22,4 +34,96 @@ int ibl_default_levels(int size)
     while (size >> levels >= last)
         levels++;
     return levels;
+}
+
+/* ---- parts of the range ----------------------------------------------- */
+
+/*
+ * Texels along an edge that the lobe of roughness r needs, of a chain whose
+ * level 0 has `size`.
+ *
+ * A prefiltered level is the environment convolved with its lobe, whose
+ * spectrum falls like exp(-2 alpha l): above a degree l = ln(1 / eps) /
+ * (2 alpha) less than eps is left, and texels pi / l apart, 90 degrees to a
+ * face, hold the rest: l / 2 along an edge. A shader does not reconstruct it
+ * from these, however, but interpolates. The picture of a small light is
+ * the lobe (1 + (angle / 2 alpha)^2)^-2, whose curvature at the peak is
+ * -1 / alpha^2 in each direction; amid four texels h apart bilinear
+ * interpolation is short of it by h^2 / (4 alpha^2). Let that be a hundredth:
+ * h = alpha / 5, an edge of 5 pi / (2 alpha), l = 5 pi / alpha. That leaves
+ * eps = exp(-10 pi), nothing; and at r = 1, 8 texels: where
+ * ibl_default_levels() ends.
+ *
+ * The whole chain halves its levels regardless of their lobes. What it has
+ * for a roughness between two levels is the size at that lod.
+ */
+static double edge_for(ibl_roughness_map map, int size, double r)
+{
+    const double lod = x_of(map, r) * (ibl_default_levels(size) - 1);
+    const double chain = size * exp2(-lod);
+    return r > 0 ? fmin(chain, 5 * IBL_PI / (2 * r * r)) : size;
+}
+
+static int default_levels(const ibl_specular_options *o, double edge)
+{
+    const double last = edge_for(o->mapping, o->size, o->roughness_max);
+    int levels = 1;
+    if (o->roughness_min <= 0 && o->roughness_max >= 1)
+        return ibl_default_levels(o->size);
+    if (o->roughness_min >= o->roughness_max)
+        return 1;
+    /* Rounding is up, and a chain's own sizes are exact. */
+    while (levels < IBL_MAX_LEVELS && edge * exp2(-levels) >= last - 1e-6)
+        levels++;
+    return levels > 1 || edge < 2 ? levels : 2;
+}
+
+/* The least multiple of 2^(levels - 1) that is not below edge. */
+static int round_up(double edge, int levels)
+{
+    const int step = 1 << (levels - 1);
+    return (int)ceil((edge - 1e-6) / step) * step;
+}
+
+static int most_levels(int size)
+{
+    int levels = 1;
+    while (levels < IBL_MAX_LEVELS && size >> levels)
+        levels++;
+    return levels;
+}
+
+static bool is_valid(const ibl_specular_options *o)
+{
+    return o->size >= 1 && o->size <= IBL_MAX_CUBE_SIZE && o->levels >= 0 &&
+           o->levels <= most_levels(o->size) &&
+           (o->mapping == IBL_ROUGHNESS_LINEAR ||
+            o->mapping == IBL_ROUGHNESS_FILAMENT) &&
+           o->roughness_min >= 0 && o->roughness_min <= o->roughness_max &&
+           o->roughness_max <= 1 &&
+           !(o->roughness_min >= o->roughness_max && o->levels > 1);
+}
+
+ibl_status ibl_specular_layout_of(const ibl_specular_options *o,
+                                  ibl_specular_layout *layout)
+{
+    if (!is_valid(o))
+        return IBL_ERR_ARGUMENT;
+    const double edge = edge_for(o->mapping, o->size, o->roughness_min);
+    const int levels = o->levels ? o->levels : default_levels(o, edge);
+    const double low = x_of(o->mapping, o->roughness_min);
+    const double range = x_of(o->mapping, o->roughness_max) - low;
+    ibl_specular_layout l = {.size = o->size, .levels = levels};
+    if (o->roughness_min > 0 && round_up(edge, levels) < o->size)
+        l.size = round_up(edge, levels);
+    for (int i = 0; i < levels; i++) {
+        const double t = levels > 1 ? (double)i / (levels - 1) : 0;
+        l.roughness[i] = roughness_of(o->mapping, low + range * t);
+    }
+    if (levels > 1) {
+        l.lod_scale = (levels - 1) / range;
+        l.lod_offset = -low * l.lod_scale;
+    }
+    *layout = l;
+    return IBL_OK;
 }

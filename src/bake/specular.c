@@ -1,24 +1,26 @@
 /* SPDX-License-Identifier: MIT */
+#include "bake/specular.h"
+
 #include <math.h>
 #include <stdio.h>
 
 #include "bake/filter.h"
-#include "bake/samples.h"
+#include "bake/tolerance.h"
 #include "brdf/ggx.h"
 #include "core/context.h"
-#include "ibl/ibl.h"
-#include "image/pyramid.h"
 
 enum {
     MAX_SAMPLES = 1048576,
-    CHEAP_EDGE = 128,       /* a cube of this is always worth making */
     LOOKUPS_PER_TEXEL = 128 /* measured */
 };
 
 ibl_specular_options ibl_specular_options_default(void)
 {
-    return (ibl_specular_options){
-        .size = 256, .samples = 1024, .lod_bias = 1, .pdf_mip = 1};
+    return (ibl_specular_options){.size = 256,
+                                  .roughness_max = 1,
+                                  .samples = 1024,
+                                  .lod_bias = 1,
+                                  .pdf_mip = 1};
 }
 
 static ibl_status check_samples(ibl_ctx *ctx, const char *what, int samples)
@@ -38,6 +40,20 @@ static ibl_status check(ibl_ctx *ctx, const ibl_specular_options *o)
                         "filament (%d)",
                         (int)o->mapping, IBL_ROUGHNESS_LINEAR,
                         IBL_ROUGHNESS_FILAMENT);
+    if (!(o->roughness_min >= 0 && o->roughness_min <= o->roughness_max &&
+          o->roughness_max <= 1))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a roughness range of %g to %g: must be 0 to 1, the "
+                        "smaller first",
+                        o->roughness_min, o->roughness_max);
+    if (o->roughness_min >= o->roughness_max && o->levels > 1)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "%d levels of the one roughness %g: must be 1",
+                        o->levels, o->roughness_min);
+    if (o->tolerance != 0 && !(o->tolerance >= 1e-4 && o->tolerance <= 1))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a tolerance of %g: must be 0 (off) or 0.0001 to 1",
+                        o->tolerance);
     if (!(o->lod_bias >= -4 && o->lod_bias <= 4))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a lod bias of %g: must be -4 to 4", o->lod_bias);
@@ -54,15 +70,27 @@ static ibl_status check(ibl_ctx *ctx, const ibl_specular_options *o)
     return status;
 }
 
-static int samples_of(const ibl_specular_options *o, int level)
+/* ---- lookups ----------------------------------------------------------- */
+
+int ibl_lookup_limit(const ibl_image *env)
 {
-    return o->level_samples[level] ? o->level_samples[level] : o->samples;
+    const double wanted = fmax(env->width / 2.0, env->height);
+    int edge = 1;
+    while (edge < wanted && edge < IBL_GATHER_MAX_EDGE)
+        edge *= 2;
+    return edge;
 }
 
-static double alpha_of(const ibl_specular_options *o, int level, int levels)
+double ibl_lookup_cost(int edge)
 {
-    const double r = ibl_level_roughness(o->mapping, level, levels);
-    return r * r;
+    return (double)LOOKUPS_PER_TEXEL * IBL_FACES * edge * edge;
+}
+
+bool ibl_lookup_has_level0(const ibl_specular_bake *b)
+{
+    const int size = b->layout.size;
+    return b->layout.roughness[0] <= 0 && (size & (size - 1)) == 0 &&
+           size <= IBL_GATHER_MAX_EDGE;
 }
 
 /*
@@ -72,34 +100,57 @@ static double alpha_of(const ibl_specular_options *o, int level, int levels)
  * use; and making a cube finer than the output, which a texel costs about as
  * much as LOOKUPS_PER_TEXEL samples, should not take longer than using it.
  */
-static int lookup_edge(const ibl_image *env, const ibl_specular_options *o,
-                       int levels)
+static int lookup_edge(const ibl_specular_bake *b,
+                       const ibl_specular_level *levels)
 {
+    const int size = b->layout.size;
     double wanted = 1, lookups = 0;
-    for (int l = 1; l < levels; l++) {
+    for (int l = 0; l < b->layout.levels; l++) {
         /* lod_of() in samples.c at the lobe's peak, D = 1 / (pi alpha^2),
          * solved for the edge where it is 1. */
-        const double edge = sqrt(samples_of(o, l) / 6.0) /
-                            (alpha_of(o, l, levels) * exp2(o->lod_bias - 1));
-        const double n = ibl_cube_edge(o->size, l);
+        const double r = b->layout.roughness[l];
+        if (r <= 0)
+            continue;
+        const double edge = sqrt(levels[l].samples / 6.0) /
+                            (r * r * exp2(b->opts->lod_bias - 1));
+        const double n = ibl_cube_edge(size, l);
         wanted = fmax(wanted, edge);
-        lookups += IBL_FACES * n * n * samples_of(o, l);
+        lookups += IBL_FACES * n * n * levels[l].samples;
     }
-    wanted = fmin(wanted, fmax(env->width / 2.0, env->height));
+    wanted = fmin(wanted, ibl_lookup_limit(b->env));
 
     int edge = 1;
-    while (edge < wanted && edge < IBL_GATHER_MAX_EDGE)
+    while (edge < wanted)
         edge *= 2;
-    while (edge > CHEAP_EDGE && edge > o->size &&
-           (double)LOOKUPS_PER_TEXEL * IBL_FACES * edge * edge > lookups)
+    while (edge > IBL_LOOKUP_CHEAP_EDGE && edge > size &&
+           ibl_lookup_cost(edge) > lookups)
         edge /= 2;
     /* Level 0 of the output is there already, if it is of that kind. */
-    const bool halves = (o->size & (o->size - 1)) == 0;
-    if (halves && o->size >= edge && o->size <= 4 * edge &&
-        o->size <= IBL_GATHER_MAX_EDGE)
-        return o->size;
+    if (ibl_lookup_has_level0(b) && size >= edge && size <= 4 * edge)
+        return size;
     return edge;
 }
+
+ibl_status ibl_lookup_make(const ibl_specular_bake *b, int edge,
+                           ibl_pyramid *pyramid)
+{
+    int levels = 1;
+    while (edge >> levels)
+        levels++;
+    if (edge == b->layout.size && b->layout.roughness[0] <= 0)
+        return ibl_pyramid_create(b->ctx, &b->cube, levels, pyramid);
+
+    ibl_cube cube = {0};
+    ibl_status status = ibl_cube_alloc(b->ctx, edge, 1, &cube);
+    if (!status)
+        status = ibl_cube_from_latlong(b->ctx, b->env, b->opts->yaw_deg, &cube);
+    if (!status)
+        status = ibl_pyramid_create(b->ctx, &cube, levels, pyramid);
+    ibl_cube_free(&cube);
+    return status;
+}
+
+/* ---- levels ------------------------------------------------------------ */
 
 /* Variance along an axis of a source pixel as a cube of this edge has it: a
  * constant patch or, where it is larger than the texels, a tent. */
@@ -110,81 +161,115 @@ static double footprint(const ibl_image *env, int edge)
     return angle / (tent ? 6 : 12);
 }
 
-/* level0: the output, whose level 0 is done. */
-static ibl_status make_pyramid(ibl_ctx *ctx, const ibl_image *env,
-                               double yaw_deg, const ibl_cube *level0, int edge,
-                               ibl_pyramid *pyramid)
+ibl_status ibl_specular_samples(const ibl_specular_bake *b,
+                                const ibl_pyramid *pyramid, int level,
+                                int count, ibl_samples *samples)
 {
-    int levels = 1;
-    while (edge >> levels)
-        levels++;
-    if (edge == level0->size)
-        return ibl_pyramid_create(ctx, level0, levels, pyramid);
-
-    ibl_cube cube = {0};
-    ibl_status status = ibl_cube_alloc(ctx, edge, 1, &cube);
-    if (!status)
-        status = ibl_cube_from_latlong(ctx, env, yaw_deg, &cube);
-    if (!status)
-        status = ibl_pyramid_create(ctx, &cube, levels, pyramid);
-    ibl_cube_free(&cube);
-    return status;
-}
-
-static ibl_status bake_level(ibl_ctx *ctx, const ibl_image *env,
-                             const ibl_specular_options *o,
-                             const ibl_pyramid *pyramid, ibl_cube *out,
-                             int level)
-{
+    const double r = b->layout.roughness[level];
     const ibl_lobe lobe = {
-        .alpha = alpha_of(o, level, out->levels),
-        .count = samples_of(o, level),
+        .alpha = r * r,
+        .count = count,
         .edge = pyramid->size,
         .levels = pyramid->levels,
-        .lod_bias = o->lod_bias,
-        .pdf_mip = o->pdf_mip,
-        .footprint = footprint(env, pyramid->size),
+        .lod_bias = b->opts->lod_bias,
+        .pdf_mip = b->opts->pdf_mip,
+        .footprint = footprint(b->env, pyramid->size),
     };
+    return ibl_samples_specular(b->ctx, &lobe, samples);
+}
+
+static ibl_status bake_level(ibl_specular_bake *b, int level, int count)
+{
     char stage[32];
     ibl_samples samples;
-    ibl_status status = ibl_samples_specular(ctx, &lobe, &samples);
+    ibl_status status =
+        ibl_specular_samples(b, &b->pyramid, level, count, &samples);
     if (status)
         return status;
     snprintf(stage, sizeof stage, "specular %d", level);
-    status =
-        ibl_filter_level(ctx, stage, pyramid, &samples, o->jitter, out, level);
+    status = ibl_filter_level(b->ctx, stage, &b->pyramid, &samples,
+                              b->opts->jitter, &b->cube, level);
     ibl_samples_free(&samples);
     return status;
+}
+
+/* Says what a part of the range leaves out. */
+static void tell_layout(const ibl_specular_bake *b)
+{
+    const ibl_specular_options *o = b->opts;
+    if (o->roughness_min > 0 || o->roughness_max < 1)
+        ibl_info(b->ctx,
+                 "specular: roughness %g to %g alone, %d level%s from %d "
+                 "texels; a whole chain has %d from %d",
+                 o->roughness_min, o->roughness_max, b->layout.levels,
+                 b->layout.levels == 1 ? "" : "s", b->layout.size,
+                 ibl_default_levels(o->size), o->size);
+}
+
+/* levels: the samples that were asked for; what they became. */
+static ibl_status fill_cube(ibl_specular_bake *b,
+                            ibl_specular_level levels[IBL_MAX_LEVELS])
+{
+    const ibl_specular_layout *layout = &b->layout;
+    const bool sampled = layout->roughness[layout->levels - 1] > 0;
+    ibl_status status = IBL_OK;
+    if (layout->roughness[0] <= 0)
+        status =
+            ibl_cube_from_latlong(b->ctx, b->env, b->opts->yaw_deg, &b->cube);
+    if (!status && sampled)
+        status = b->opts->tolerance > 0
+                     ? ibl_tolerance_choose(b, levels)
+                     : ibl_lookup_make(b, lookup_edge(b, levels), &b->pyramid);
+    for (int l = 0; l < layout->levels && !status; l++)
+        if (layout->roughness[l] > 0)
+            status = bake_level(b, l, levels[l].samples);
+    return status;
+}
+
+ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
+                                    const ibl_specular_options *opts,
+                                    ibl_cube *out, ibl_specular_report *report)
+{
+    const ibl_specular_options defaults = ibl_specular_options_default();
+    ibl_specular_bake b = {.ctx = ctx, .env = env};
+    ibl_specular_report made = {0};
+    ibl_status status;
+
+    if (!opts)
+        opts = &defaults;
+    b.opts = opts;
+    status = check(ctx, opts);
+    if (status)
+        return status;
+    /* What check() passed but the layout refuses, ibl_cube_alloc explains. */
+    if (ibl_specular_layout_of(opts, &b.layout))
+        b.layout.size = opts->size, b.layout.levels = opts->levels;
+    status = ibl_cube_alloc(ctx, b.layout.size, b.layout.levels, &b.cube);
+    if (status)
+        return status;
+    made.layout = b.layout;
+    for (int l = 0; l < b.layout.levels; l++) {
+        const int own = opts->level_samples[l];
+        if (b.layout.roughness[l] > 0)
+            made.level[l].samples = own ? own : opts->samples;
+        made.level[l].error = -1;
+    }
+    tell_layout(&b);
+    status = fill_cube(&b, made.level);
+    made.lookup_size = b.pyramid.size;
+    ibl_pyramid_free(&b.pyramid);
+    if (status) {
+        ibl_cube_free(&b.cube);
+        return status;
+    }
+    *out = b.cube;
+    if (report)
+        *report = made;
+    return IBL_OK;
 }
 
 ibl_status ibl_bake_specular(ibl_ctx *ctx, const ibl_image *env,
                              const ibl_specular_options *opts, ibl_cube *out)
 {
-    const ibl_specular_options defaults = ibl_specular_options_default();
-    ibl_pyramid pyramid = {0};
-    ibl_cube cube = {0};
-    ibl_status status;
-
-    if (!opts)
-        opts = &defaults;
-    status = check(ctx, opts);
-    if (status)
-        return status;
-    const int levels =
-        opts->levels ? opts->levels : ibl_default_levels(opts->size);
-    status = ibl_cube_alloc(ctx, opts->size, levels, &cube);
-    if (status)
-        return status;
-    status = ibl_cube_from_latlong(ctx, env, opts->yaw_deg, &cube);
-    if (!status && levels > 1)
-        status = make_pyramid(ctx, env, opts->yaw_deg, &cube,
-                              lookup_edge(env, opts, levels), &pyramid);
-    for (int l = 1; l < levels && !status; l++)
-        status = bake_level(ctx, env, opts, &pyramid, &cube, l);
-    ibl_pyramid_free(&pyramid);
-    if (status)
-        ibl_cube_free(&cube);
-    else
-        *out = cube;
-    return status;
+    return ibl_bake_specular_report(ctx, env, opts, out, NULL);
 }
