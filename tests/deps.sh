@@ -33,6 +33,8 @@ file:recognises_containers
 openimageio-tools:makes_test_images
 nodejs:runs_the_KTX_reader
 npm:fetches_the_KTX_reader
+libxml2-utils:reads_the_SVG
+procps:finds_what_runs_on
 '
 bench="$check"'
 libfilament-tools:cmgen_to_compare_with

@@ -151,9 +151,10 @@ static int work(void *cookie, const char *directory)
     ibl_console_finish(&console);
     if (ok) {
         mark_front(&b);
-        ibl_bench_print(&b, stdout);
         ok = write_reports(&b, reports, count);
     }
+    if (ok)
+        ibl_bench_print(&b, stdout);
     ibl_bench_free(&b);
     return ok ? 0 : 1;
 }

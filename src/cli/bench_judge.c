@@ -48,12 +48,10 @@ static char **arguments(const ibl_bench *b, const ibl_bench_point *p)
                           p->kind == IBL_BENCH_PEER ? output_of(b, p)
                                                     : "{out} --name bake");
     if (env && rest) {
-        /* "--" ends the options, so the file's name comes last. */
         length = snprintf(NULL, 0, "%s %s", env, rest);
-        all = malloc((size_t)length + 3);
+        all = malloc((size_t)length + 1);
         if (all)
-            snprintf(all, (size_t)length + 3, "%s%s %s",
-                     env[0] == '-' ? "./" : "", env, rest);
+            snprintf(all, (size_t)length + 1, "%s %s", env, rest);
     }
     if (all)
         words = ibl_words_split(all);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cli/bench.h"
+#include "cli/judge.h"
 #include "cli/words.h"
 
 const char *ibl_bench_method_name(int method)
@@ -168,18 +169,18 @@ static const ibl_option sweep[] = {
      .help = "more options of every bake, as in a shell; not those that are "
              "swept"},
     {"variant", 0, NAMED(variants, "NAME=OPTIONS"),
-     .allowed = "up to 16 times", .standard = "none",
+     .allowed = "a name, = and options; up to 16 times", .standard = "none",
      .help = "also the base bake with these options added"},
 };
 
 static const ibl_option peers[] = {
     {"peer", 0, NAMED(peers, "NAME=COMMAND"),
-     .allowed = "up to 16 times", .standard = "none",
+     .allowed = "a name, = and a command; up to 16 times", .standard = "none",
      .help = "another tool, run through sh in the same turns; {env}, {out} "
              "and {name} stand for the environment, an empty directory and "
              "the environment's name"},
     {"peer-output", 0, NAMED(outputs, "NAME=ARGUMENTS"),
-     .allowed = "up to 16 times", .standard = "none",
+     .allowed = "a peer's name, = and arguments; up to 16 times", .standard = "none",
      .help = "what that peer leaves, as the arguments of iblbake verify after "
              "ENV, with {out} and {name} in them; then it is judged as well"},
 };
@@ -190,6 +191,7 @@ static const ibl_option runs[] = {
     {"timeout", 0, IBL_REAL(ibl_bench_opts, timeout_s, "SECONDS", 0.1, 86400),
      .help = "give up on a command that takes longer"},
     {"texels", 0, IBL_INT(ibl_bench_opts, texels, 0, 1048576),
+     .allowed = "0 or 24 to 1048576",
      .help = "texels of each level that are compared with the reference; 0: "
              "none, times alone"},
     {"quiet", 'q', IBL_FLAG(ibl_bench_opts, common.quiet),
@@ -304,21 +306,19 @@ static bool check_bake(const char *option, const char *text,
     return ok;
 }
 
-static bool check_names(const ibl_bench_opts *o)
+static bool check_twice(const char *option, const ibl_bench_names *names)
 {
-    static const char *const swept[] = {
-        "--output",  "-o",        "--name", "--timings", "--samples",
-        "--size",    "--threads", "-j",     "--isa",     "--pdf-mip",
-        "--depfile", "--preview", "--help", "--version", NULL};
-    static const char *const placed[] = {"--output",  "-o",        "--name",
-                                         "--timings", "--depfile", "--preview",
-                                         "--help",    "--version", NULL};
+    for (int i = 0; i < names->count; i++)
+        for (int j = 0; j < i; j++)
+            if (!strcmp(names->name[i], names->name[j]))
+                return ibl_misuse("%s %s=...: that name twice: choose another",
+                                  option, names->name[i]);
+    return true;
+}
 
-    if (!check_bake("--bake", o->bake, swept))
-        return false;
-    for (int i = 0; i < o->variants.count; i++)
-        if (!check_bake("--variant", o->variants.text[i], placed))
-            return false;
+/* Every output is of a peer. */
+static bool check_outputs(const ibl_bench_opts *o)
+{
     for (int i = 0; i < o->outputs.count; i++) {
         int peer = 0;
         while (peer < o->peers.count &&
@@ -329,12 +329,27 @@ static bool check_names(const ibl_bench_opts *o)
                               "that name",
                               o->outputs.name[i]);
     }
-    for (int i = 0; i < o->peers.count; i++)
-        for (int j = 0; j < i; j++)
-            if (!strcmp(o->peers.name[i], o->peers.name[j]))
-                return ibl_misuse("--peer %s=...: a second peer of that name",
-                                  o->peers.name[i]);
     return true;
+}
+
+static bool check_names(const ibl_bench_opts *o)
+{
+    static const char *const swept[] = {
+        "--output",  "-o",     "--name", "--timings", "--samples", "--size",
+        "--threads", "-j",     "--isa",  "--pdf-mip", "--depfile", "--preview",
+        "--verify",  "--help", "-h",     "--version", NULL};
+    static const char *const placed[] = {
+        "--output", "-o",     "--name", "--timings", "--depfile", "--preview",
+        "--verify", "--help", "-h",     "--version", NULL};
+
+    if (!check_bake("--bake", o->bake, swept))
+        return false;
+    for (int i = 0; i < o->variants.count; i++)
+        if (!check_bake("--variant", o->variants.text[i], placed))
+            return false;
+    return check_twice("--variant", &o->variants) &&
+           check_twice("--peer", &o->peers) &&
+           check_twice("--peer-output", &o->outputs) && check_outputs(o);
 }
 
 static bool finish(void *settings)
@@ -344,6 +359,10 @@ static bool finish(void *settings)
     if (!o->env_count)
         return ibl_misuse("no environment: iblbake bench [options] ENV..., see "
                           "iblbake bench --help");
+    if (o->texels && o->texels < IBL_JUDGE_MIN_TEXELS)
+        return ibl_misuse("--texels %d: too few to tell: %d or more, or 0 for "
+                          "none",
+                          o->texels, IBL_JUDGE_MIN_TEXELS);
     fill_defaults(o);
     return check_isas(o) && check_names(o) && ibl_common_finish(&o->common);
 }

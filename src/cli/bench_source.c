@@ -136,13 +136,24 @@ static int make_apart(const ibl_bench *b, int env, found *f, size_t size)
     return !status && got > 0 ? (int)((size_t)got / sizeof *f) : 0;
 }
 
+/* A name that no command takes for an option. */
+static char *env_path(const char *name)
+{
+    const size_t size = strlen(name) + 3;
+    char *path = malloc(size);
+
+    if (path)
+        snprintf(path, size, "%s%s", *name == '-' ? "./" : "", name);
+    return path;
+}
+
 static bool keep(ibl_bench *b, int env, found f, bool resampled)
 {
     ibl_bench_source *s = &b->sources[b->source_count++];
 
     *s = (ibl_bench_source){env, f.width, f.height, resampled, NULL};
     s->path =
-        resampled ? source_path(b, env, f.width) : strdup(b->opts->envs[env]);
+        resampled ? source_path(b, env, f.width) : env_path(b->opts->envs[env]);
     if (!s->path)
         ibl_console_fail(b->console, "no memory for the list of maps");
     return s->path;
