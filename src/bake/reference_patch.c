@@ -8,11 +8,11 @@
  *     q = sin^2(dtheta / 2) + sin(theta) sin(theta_N) sin^2(dphi / 2)
  * is analytic above the horizon, and its nearest singularities are about
  * 2 sqrt(t) away. A cell takes 4 x 4 Gauss points, of its lines of constant
- * theta only what is above the horizon; it is halved, along its longer side or
- * along both, until halving changes nothing. A patch that holds the peak is
- * first cut there: from a corner at 0 halving is exact in floating point
- * however deep it goes. One that the horizon crosses is cut where it enters
- * and where it leaves.
+ * theta only what is above the horizon; it is halved, along theta or phi,
+ * until neither changes anything. A patch that holds the peak is first cut
+ * there: from a corner at 0 halving is exact in floating point however deep it
+ * goes. One that the horizon crosses is cut where it enters and where it
+ * leaves.
  */
 #include <stdbool.h>
 
@@ -20,7 +20,8 @@
 
 enum {
     GAUSS = 4,
-    MAX_DEPTH = 1000
+    MAX_DEPTH = 1000,
+    MAX_PARTS = 10
 };
 
 static const double relative = 1e-8;
@@ -36,7 +37,8 @@ struct lobe {
     const ibl_aim *aim;
     double a2;
     double y0, y1; /* the strip of phi, 0..pi */
-    double enough; /* an error too small to matter */
+    double sum;    /* of the patch so far */
+    double floor;  /* of the sum, before there is any */
 };
 
 /* A part of a strip: theta as an offset, and shares of y0..y1 or, where the
@@ -88,54 +90,35 @@ static double gauss(const struct lobe *lobe, const struct cell *c)
     return sum * half;
 }
 
-/* Cuts a cell; returns the number of parts. */
-static int cut(const struct lobe *lobe, const struct cell *c,
-               struct cell parts[4])
+/*
+ * Adds a cell. It is halved either way for the test; where one of the two
+ * changes something it is halved so for good, the part next to the peak first:
+ * against that the others seldom matter.
+ */
+static void refine(struct lobe *lobe, const struct cell *c, double whole,
+                   int depth)
 {
     const double x = 0.5 * (c->x0 + c->x1), h = 0.5 * (c->h0 + c->h1);
-    const double top = lobe->aim->theta + c->x0;
-    const double bottom = lobe->aim->theta + c->x1;
-    const double equator = 0.5 * REFERENCE_PI;
-    const double widest =
-        top < equator && bottom > equator ? 1 : fmax(sin(top), sin(bottom));
-    const double tall = c->x1 - c->x0;
-    const double wide = widest * (c->h1 - c->h0) * (lobe->y1 - lobe->y0);
+    const struct cell parts[4] = {{c->x0, x, c->h0, c->h1},
+                                  {x, c->x1, c->h0, c->h1},
+                                  {c->x0, c->x1, c->h0, h},
+                                  {c->x0, c->x1, h, c->h1}};
+    double of[4];
 
-    if (tall > 2 * wide) {
-        parts[0] = (struct cell){c->x0, x, c->h0, c->h1};
-        parts[1] = (struct cell){x, c->x1, c->h0, c->h1};
-        return 2;
-    }
-    if (wide > 2 * tall) {
-        parts[0] = (struct cell){c->x0, c->x1, c->h0, h};
-        parts[1] = (struct cell){c->x0, c->x1, h, c->h1};
-        return 2;
-    }
-    parts[0] = (struct cell){c->x0, x, c->h0, h};
-    parts[1] = (struct cell){c->x0, x, h, c->h1};
-    parts[2] = (struct cell){x, c->x1, c->h0, h};
-    parts[3] = (struct cell){x, c->x1, h, c->h1};
-    return 4;
-}
-
-static double refine(const struct lobe *lobe, const struct cell *cell,
-                     double whole, int depth)
-{
-    struct cell parts[4];
-    double of[4], sum = 0;
-    const int n = cut(lobe, cell, parts);
-
-    for (int k = 0; k < n; k++) {
+    for (int k = 0; k < 4; k++)
         of[k] = gauss(lobe, &parts[k]);
-        sum += of[k];
+    const double by_x = of[0] + of[1] - whole, by_h = of[2] + of[3] - whole;
+    const double change = fabs(by_x) + fabs(by_h);
+    const double better = whole + by_x + by_h;
+    if (change <= relative * better ||
+        change <= absolute * fmax(lobe->floor, lobe->sum) || !depth) {
+        lobe->sum += better;
+        return;
     }
-    const double change = fabs(sum - whole);
-    if (change <= relative * sum || change <= lobe->enough || !depth)
-        return sum;
-    sum = 0;
-    for (int k = 0; k < n; k++)
-        sum += refine(lobe, &parts[k], of[k], depth - 1);
-    return sum;
+    const int first = fabs(by_x) < fabs(by_h) ? 2 : c->x0 >= 0 ? 0 : 1;
+    const int second = first ^ 1;
+    refine(lobe, &parts[first], of[first], depth - 1);
+    refine(lobe, &parts[second], of[second], depth - 1);
 }
 
 /* Sorts x into at[0..count - 1] if it is inside at[0]..at[count - 1]. */
@@ -152,17 +135,21 @@ static int insert(double *at, int count, double x)
 }
 
 /*
- * Cuts the lobe's strip at the peak and where the horizon enters and leaves
- * it. There N.L = cos(theta) cos(theta_N) + sin(theta) sin(theta_N) cos(y) is
- * 0: a quarter turn from where it is largest.
+ * Cuts the lobe's strip at the peak, beside it, so that the way there is
+ * short, and where the horizon enters and leaves. There N.L = cos(theta)
+ * cos(theta_N) + sin(theta) sin(theta_N) cos(y) is 0: a quarter turn from
+ * where it is largest.
  */
 static int cut_strip(const struct lobe *lobe, const ibl_patch *patch,
-                     struct cell parts[8])
+                     struct cell parts[MAX_PARTS])
 {
     const ibl_aim *aim = lobe->aim;
-    double x[9] = {patch->x0, patch->x1};
+    const double beside = 32 * sqrt(lobe->a2);
+    double x[MAX_PARTS + 1] = {patch->x0, patch->x1};
     int count = insert(x, 2, 0);
 
+    count = insert(x, count, -beside);
+    count = insert(x, count, beside);
     for (int k = 0; k < 2; k++) {
         const double y = k ? lobe->y1 : lobe->y0;
         const double highest =
@@ -175,40 +162,55 @@ static int cut_strip(const struct lobe *lobe, const ibl_patch *patch,
     return count - 1;
 }
 
-static double over_strip(const ibl_aim *aim, double a2, const ibl_patch *patch,
-                         double y0, double y1)
+/* Distance in theta from the peak. */
+static double away(const struct cell *c)
 {
-    struct lobe lobe = {aim, a2, y0, y1, 0};
-    struct cell parts[8];
-    double of[8], whole = 0, sum = 0;
-    const int count = cut_strip(&lobe, patch, parts);
+    return c->x0 >= 0 ? c->x0 : c->x1 <= 0 ? -c->x1 : 0;
+}
+
+static void add_strip(struct lobe *lobe, const ibl_patch *patch)
+{
+    struct cell parts[MAX_PARTS];
+    double of[MAX_PARTS], whole = 0;
+    const int count = cut_strip(lobe, patch, parts);
 
     for (int k = 0; k < count; k++) {
-        of[k] = gauss(&lobe, &parts[k]);
+        of[k] = gauss(lobe, &parts[k]);
         whole += of[k];
     }
     /* A point near the peak makes too much of it; but the integral over the
      * sphere is at most 4 pi a2, as that of D N.L is at most 4. */
-    lobe.enough = absolute * fmin(whole, 4 * REFERENCE_PI * a2);
-    for (int k = 0; k < count; k++)
-        sum += refine(&lobe, &parts[k], of[k], MAX_DEPTH);
-    return sum;
+    lobe->floor = fmin(whole, 4 * REFERENCE_PI * lobe->a2);
+    for (int done = 0; done < count; done++) {
+        int next = -1;
+        for (int k = 0; k < count; k++) {
+            if (of[k] >= 0 &&
+                (next < 0 || away(&parts[k]) < away(&parts[next])))
+                next = k;
+        }
+        refine(lobe, &parts[next], of[next], MAX_DEPTH);
+        of[next] = -1;
+    }
 }
 
-/* By half turns of phi, folded to 0..pi. */
+/* By half turns of phi, folded to 0..pi; those at the peak first. */
 double ibl_reference_patch(const ibl_aim *aim, double a2,
                            const ibl_patch *patch)
 {
-    double sum = 0;
+    static const int order[4] = {0, -1, 1, -2};
+    struct lobe lobe = {.aim = aim, .a2 = a2};
 
-    for (int k = -2; k < 2; k++) {
+    for (int n = 0; n < 4; n++) {
+        const int k = order[n], turn = k == -2 ? -2 : k == 1 ? 2 : 0;
         const double begin = fmax(patch->y0, k * REFERENCE_PI);
         const double end = fmin(patch->y1, (k + 1) * REFERENCE_PI);
-        const double turn = k == -2 ? -2 : k == 1 ? 2 : 0;
         const double a = fabs(begin - turn * REFERENCE_PI);
         const double b = fabs(end - turn * REFERENCE_PI);
-        if (begin < end)
-            sum += over_strip(aim, a2, patch, fmin(a, b), fmax(a, b));
+        if (begin < end) {
+            lobe.y0 = fmin(a, b);
+            lobe.y1 = fmax(a, b);
+            add_strip(&lobe, patch);
+        }
     }
-    return sum;
+    return lobe.sum;
 }
