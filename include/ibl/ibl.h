@@ -268,10 +268,10 @@ typedef struct ibl_specular_layout {
  *           Else what a lobe of roughness_min needs, 5 pi / (2 alpha) texels
  *           along an edge, or what the whole chain of that size has for it,
  *           whichever is less, rounded up so that every level halves it.
- *   levels  by default as many as leave the last one what a lobe of
- *           roughness_max needs, or what the whole chain has for it; two at
- *           least, unless roughness_min = roughness_max, which is one level.
- *           More than one level of an empty range is an error.
+ *   levels  by default as many as bring the last one nearest to what a lobe
+ *           of roughness_max needs, or to what the whole chain has for it; two
+ *           at least, unless roughness_min = roughness_max: that is one level,
+ *           and asking for more an error.
  * IBL_ERR_ARGUMENT: size, levels, mapping or range out of range; nothing is
  * written. Needs no context and explains nothing.
  */

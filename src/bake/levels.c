@@ -72,8 +72,10 @@ static int default_levels(const ibl_specular_options *o, double edge)
         return ibl_default_levels(o->size);
     if (o->roughness_min >= o->roughness_max)
         return 1;
-    /* Rounding is up, and a chain's own sizes are exact. */
-    while (levels < IBL_MAX_LEVELS && edge * exp2(-levels) >= last - 1e-6)
+    /* The nearest number of halvings: the roughnesses should not lie further
+     * apart than they must. Where that rounds up, what a small light loses to
+     * interpolation is a fiftieth at most. */
+    while (levels < IBL_MAX_LEVELS && edge * exp2(-levels) >= last * sqrt(0.5))
         levels++;
     return levels > 1 || edge < 2 ? levels : 2;
 }

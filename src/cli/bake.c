@@ -13,17 +13,10 @@
 #include "cli/start.h"
 #include "cli/targets.h"
 
-int ibl_bake_level_samples(const ibl_bake *b, int level)
+bool ibl_bake_is_part(const ibl_bake *b)
 {
-    const ibl_specular_options *o = &b->opts->specular;
-    if (level == 0)
-        return 0;
-    return o->level_samples[level] ? o->level_samples[level] : o->samples;
-}
-
-double ibl_bake_level_roughness(const ibl_bake *b, int level, int levels)
-{
-    return ibl_level_roughness(b->opts->specular.mapping, level, levels);
+    return b->opts->specular.roughness_min > 0 ||
+           b->opts->specular.roughness_max < 1;
 }
 
 const char *ibl_bake_irradiance_method(const ibl_bake *b)
@@ -112,8 +105,8 @@ static ibl_status make_skybox(ibl_bake *b)
 
 static ibl_status make_specular(ibl_bake *b)
 {
-    const ibl_status status =
-        ibl_bake_specular(b->ctx, &b->env, &b->opts->specular, &b->specular);
+    const ibl_status status = ibl_bake_specular_report(
+        b->ctx, &b->env, &b->opts->specular, &b->specular, &b->made);
     return status ? status : put_cube(b, IBL_OUTPUT_SPECULAR, &b->specular);
 }
 

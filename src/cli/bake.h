@@ -24,6 +24,7 @@ typedef struct ibl_bake {
     ibl_image env;
     ibl_read_report report;
     ibl_cube skybox, specular, irradiance; /* empty where not wanted */
+    ibl_specular_report made;              /* how specular was */
     ibl_lut lut;
     double *sh;        /* 3 (degree + 1)^2 radiance coefficients, or NULL */
     ibl_judge *judge;  /* with --verify, once a cube was judged */
@@ -35,10 +36,8 @@ typedef struct ibl_bake {
  * status: 0, or 1 after one line on stderr. */
 int ibl_bake_run(const ibl_opts *opts);
 
-/* Samples of a specular level: none in level 0, which is the environment. */
-int ibl_bake_level_samples(const ibl_bake *b, int level);
-/* Perceptual roughness of a specular level. */
-double ibl_bake_level_roughness(const ibl_bake *b, int level, int levels);
+/* Whether only a part of the range of roughness was asked for. */
+bool ibl_bake_is_part(const ibl_bake *b);
 /* "pixel sum" or "hemisphere grid"; "quadrature" or "hammersley". */
 const char *ibl_bake_irradiance_method(const ibl_bake *b);
 const char *ibl_bake_lut_method(const ibl_bake *b);

@@ -54,7 +54,7 @@ static bool parse_level_samples(void *field, const char *value)
         char *end;
         errno = 0;
         const long level = strtol(value, &end, 10);
-        if (end == value || *end != '=' || level < 1 || level >= IBL_MAX_LEVELS)
+        if (end == value || *end != '=' || level < 0 || level >= IBL_MAX_LEVELS)
             return false;
         value = end + 1;
         const long samples = strtol(value, &end, 10);
@@ -67,6 +67,24 @@ static bool parse_level_samples(void *field, const char *value)
             return false;
         value = end + 1;
     }
+}
+
+/* A:B, each 0 to 1, the smaller first. */
+static bool parse_range(void *field, const char *value)
+{
+    double *range = field;
+    char *end;
+
+    const double low = strtod(value, &end);
+    if (end == value || *end != ':')
+        return false;
+    value = end + 1;
+    const double high = strtod(value, &end);
+    if (end == value || *end || !(low >= 0 && low <= high && high <= 1))
+        return false;
+    range[0] = low;
+    range[1] = high;
+    return true;
 }
 
 #define FLAG(field) IBL_FLAG(ibl_opts, field)
@@ -124,13 +142,23 @@ static const ibl_option specular[] = {
     {"mapping", 0, CHOICE(mapping, mapping_names),
      .help = "roughness of the levels: lod = r (levels - 1), or "
              "r (2 - r) (levels - 1)"},
+    {"roughness-range", 0, OTHER(roughness, "A:B", parse_range),
+     .allowed = "two numbers from 0 to 1, the smaller first",
+     .standard = "0:1",
+     .help = "make only what materials of these roughnesses need"},
     {"samples", 0, INT(specular.samples, 1, 1048576),
-     .help = "samples for each texel"},
+     .standard = "1024, with --tolerance 65536",
+     .help = "samples for each texel, with --tolerance the most"},
     {"level-samples", 0, OTHER(specular.level_samples, "LIST",
      parse_level_samples),
-     .allowed = "LEVEL=N,..., with levels from 1 and N from 1 to 1048576",
+     .allowed = "LEVEL=N,..., with N from 1 to 1048576",
      .standard = "",
-     .help = "samples of single levels, instead of --samples"},
+     .help = "samples of single levels, whatever --samples and --tolerance "
+             "say"},
+    {"tolerance", 0, REAL(specular.tolerance, "E", 1e-4, 1),
+     .standard = "none",
+     .help = "choose the fewest samples of each level whose estimated "
+             "relative error is below E"},
     {"lod-bias", 0, REAL(specular.lod_bias, "BIAS", -4, 4),
      .help = "added to the mip level of each sample's lookup"},
     {"jitter", 0, FLAG(specular.jitter),
@@ -192,6 +220,9 @@ ibl_opts ibl_opts_default(void)
     };
 
     /* Enumerations and flags of the library, as ints that the table sets. */
+    o.specular.samples = 0; /* not said */
+    o.roughness[0] = o.specular.roughness_min;
+    o.roughness[1] = o.specular.roughness_max;
     o.mapping = (int)o.specular.mapping;
     o.pdf_mip = o.specular.pdf_mip;
     o.geometry = (int)o.lut.geometry;

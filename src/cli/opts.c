@@ -63,24 +63,44 @@ static bool find_name(ibl_opts *o)
     return true;
 }
 
-static bool check_levels(const ibl_opts *o)
+enum {
+    USUAL_SAMPLES = 1024,
+    MOST_SAMPLES = 65536 /* where a tolerance chooses */
+};
+
+/* The numbers of the specular chain, into the library's options. */
+static bool finish_specular(ibl_opts *o)
 {
+    ibl_specular_options *s = &o->specular;
+    ibl_specular_layout layout;
     int most = 1;
 
-    while (o->specular.size >> most)
+    if (!s->samples)
+        s->samples = s->tolerance > 0 ? MOST_SAMPLES : USUAL_SAMPLES;
+    s->mapping = (ibl_roughness_map)o->mapping;
+    s->pdf_mip = o->pdf_mip;
+    s->yaw_deg = o->yaw_deg;
+    s->roughness_min = o->roughness[0];
+    s->roughness_max = o->roughness[1];
+    while (s->size >> most)
         most++;
-    if (o->specular.levels > most)
+    if (s->levels > most)
         return ibl_misuse("--levels %d: a cube of size %d has 1 to %d levels",
-                          o->specular.levels, o->specular.size, most);
-    const int levels = o->specular.levels
-                           ? o->specular.levels
-                           : ibl_default_levels(o->specular.size);
-    for (int l = levels; l < IBL_MAX_LEVELS; l++)
-        if (o->specular.level_samples[l])
+                          s->levels, s->size, most);
+    if (ibl_specular_layout_of(s, &layout))
+        return ibl_misuse("--levels %d: --roughness-range %g:%g is one "
+                          "roughness, which has one level",
+                          s->levels, s->roughness_min, s->roughness_max);
+    if (s->level_samples[0] && s->roughness_min <= 0)
+        return ibl_misuse("--level-samples 0=%d: level 0 is the environment "
+                          "itself and takes none: levels from 1 do",
+                          s->level_samples[0]);
+    for (int l = layout.levels; l < IBL_MAX_LEVELS; l++)
+        if (s->level_samples[l])
             return ibl_misuse(
                 "--level-samples %d=%d: there is no such level: they "
                 "are 0 to %d",
-                l, o->specular.level_samples[l], levels - 1);
+                l, s->level_samples[l], layout.levels - 1);
     return true;
 }
 
@@ -98,12 +118,9 @@ bool ibl_opts_finish(void *settings)
         o->only != ibl_opts_default().only && !o->skybox)
         return ibl_misuse(
             "--only skybox: its size is not known: add --skybox N");
-    if (!ibl_common_finish(&o->common) || !check_levels(o) || !find_name(o))
+    if (!ibl_common_finish(&o->common) || !finish_specular(o) || !find_name(o))
         return false;
     o->verify |= !isnan(o->max_error);
-    o->specular.mapping = (ibl_roughness_map)o->mapping;
-    o->specular.pdf_mip = o->pdf_mip;
-    o->specular.yaw_deg = o->yaw_deg;
     o->irradiance.yaw_deg = o->yaw_deg;
     o->lut.geometry = (ibl_geometry)o->geometry;
     return true;

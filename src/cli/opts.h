@@ -33,7 +33,8 @@ typedef struct ibl_opts {
     unsigned only;    /* outputs that are wanted */
     int skybox;       /* edge; 0: none */
     ibl_specular_options specular;
-    int mapping; /* ibl_roughness_map */
+    double roughness[2]; /* smallest and largest that is used */
+    int mapping;         /* ibl_roughness_map */
     int pdf_mip;
     ibl_irradiance_options irradiance;
     ibl_lut_options lut;

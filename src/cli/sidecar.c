@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/sidecar.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -72,26 +73,64 @@ static json_t *levels(builder *s, ibl_output_kind kind)
         json_t *level = json_object();
         put(s, level, "size", json_integer(ibl_cube_edge(shape->width, l)));
         if (kind == IBL_OUTPUT_SPECULAR) {
+            const ibl_specular_level *made = &s->b->made.level[l];
             put(s, level, "roughness",
-                json_real(ibl_bake_level_roughness(s->b, l, shape->levels)));
-            put(s, level, "samples",
-                json_integer(ibl_bake_level_samples(s->b, l)));
+                json_real(s->b->made.layout.roughness[l]));
+            put(s, level, "samples", json_integer(made->samples));
+            /* JSON has no infinity; a bound beyond all use says as much. */
+            if (made->error >= 0)
+                put(s, level, "estimated_error",
+                    json_real(fmin(made->error, DBL_MAX)));
         }
         append(s, j, level);
     }
     return j;
 }
 
+/* Where a shader finds a roughness: in words for the whole chain, else with
+ * its numbers. */
+static json_t *lod(const builder *s)
+{
+    const ibl_specular_layout *layout = &s->b->made.layout;
+    const bool linear = s->b->opts->specular.mapping == IBL_ROUGHNESS_LINEAR;
+    const char *x = linear ? "roughness" : "roughness * (2 - roughness)";
+    if (!ibl_bake_is_part(s->b))
+        return json_sprintf("%s * (levels - 1)", x);
+    return json_sprintf("%s * %.9g + %.9g", x, layout->lod_scale,
+                        layout->lod_offset);
+}
+
+/* Of the whole chain, what was not made. */
+static void put_part(builder *s, json_t *j)
+{
+    const ibl_specular_options *o = &s->b->opts->specular;
+    json_t *whole = json_object();
+    put(s, j, "roughness_range",
+        json_pack("[ff]", o->roughness_min, o->roughness_max));
+    put(s, whole, "size", json_integer(o->size));
+    put(s, whole, "levels", json_integer(ibl_default_levels(o->size)));
+    put(s, j, "whole_chain", whole);
+}
+
 static void put_specular(builder *s, json_t *j)
 {
     const ibl_specular_options *o = &s->b->opts->specular;
+    const ibl_specular_report *made = &s->b->made;
     put(s, j, "lobe", json_string("GGX, alpha = roughness^2, N = V = R"));
     put(s, j, "method", json_string("sampled"));
     put(s, j, "mapping", json_string(ibl_roughness_map_name(o->mapping)));
-    put(s, j, "lod",
-        json_string(o->mapping == IBL_ROUGHNESS_LINEAR
-                        ? "roughness * (levels - 1)"
-                        : "roughness * (2 - roughness) * (levels - 1)"));
+    put(s, j, "lod", lod(s));
+    put(s, j, "lod_scale", json_real(made->layout.lod_scale));
+    put(s, j, "lod_offset", json_real(made->layout.lod_offset));
+    if (ibl_bake_is_part(s->b))
+        put_part(s, j);
+    if (o->tolerance > 0) {
+        put(s, j, "tolerance", json_real(o->tolerance));
+        put(s, j, "estimate",
+            json_string("95th percentile of the relative error, bounded with "
+                        "a confidence of 99 %, before rounding to the pixel"));
+        put(s, j, "lookup_size", json_integer(made->lookup_size));
+    }
     put(s, j, "lod_bias", json_real(o->lod_bias));
     put(s, j, "jitter", json_boolean(o->jitter));
     put(s, j, "pdf_mip", json_boolean(o->pdf_mip));
