@@ -1,0 +1,380 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# Runs `iblbake verify` and `iblbake --verify` as a user would: on its own
+# bakes, on bakes that were damaged as bakers do by mistake, on files of other
+# programs, and on nonsense. BUILD names the build.
+set -u
+top=$PWD
+build=$(cd "${BUILD:-build}" && pwd) || exit 1
+program=$build/iblbake
+[ -x "$program" ] || { echo "$program: not built"; exit 1; }
+command -v node >/dev/null || { echo 'node is missing'; exit 1; }
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+mkdir "$work/bin"
+${CC:-cc} -std=c11 -o "$work/bin/mkenv" tests/cli/mkenv.c -lm || exit 1
+ln -s "$program" "$work/bin/iblbake"
+cp tests/cli/damage.mjs "$work/bin"
+export PATH=$work/bin:$PATH
+mkenv hdr 32 16 >"$work/env.hdr" # a sun beyond half floats
+mkenv exr 64 32 BGR >"$work/env.exr" # mild
+# 1 everywhere: the truth is 1 everywhere.
+{
+    printf '#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n'
+    for ((i = 0; i < 128; i++)); do printf '\200\200\200\201'; done
+} >"$work/one.hdr"
+small='--size 32 --irradiance-size 8 --lut-size 16'
+floats="$small --format dds --pixel rgba32f"
+damage() { node "$work/bin/damage.mjs" "$@"; }
+
+passed=0 failed=0
+verdict() { # NAME [WHY]: no reason, no failure
+    if [ -z "$2" ]; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "FAILED: $1: $2"
+    fi
+}
+
+# accept|refuse [options] ENV ...: within --max-error or not, with one line on
+# standard error if not. MAX is the bound.
+judge() {
+    iblbake verify -q --max-error "$MAX" "$@" 2>err >printed
+    status=$?
+    [ ! -s printed ] || echo "with -q, on stdout: $(head -n 1 printed)"
+}
+accept() {
+    judge "$@"
+    [ $status -eq 0 ] || echo "verify $*: status $status: $(cat err)"
+}
+refuse() {
+    judge "$@"
+    [ $status -eq 1 ] || echo "verify $*: status $status"
+    [ "$(wc -l <err)" = 1 ] || echo "verify $*: $(cat err)"
+}
+# wrong STATUS GLOB [arguments]: fails with one line like that.
+wrong() {
+    local want=$1 glob=$2
+    shift 2
+    iblbake verify "$@" 2>err >printed
+    status=$?
+    [ $status -eq "$want" ] || echo "verify $*: status $status, not $want"
+    [ "$(wc -l <err)" = 1 ] || echo "verify $*: several lines or none"
+    # shellcheck disable=SC2254
+    case $(cat err) in
+    $glob) ;;
+    *) echo "verify $*: $(cat err)" ;;
+    esac
+    [ ! -s printed ] || echo "verify $*: on stdout: $(head -n 1 printed)"
+}
+
+# ---- our own bakes -----------------------------------------------------
+
+# The bounds: the sampled method's error with 1,024 samples, which is 1e-3 on
+# a map without small lights and 1e-2 beside a sun; rgb9e5 rounds at 1e-3,
+# r11g11b10f at 1e-2. Level 0 of a map whose pixels are larger than the texels
+# is interpolated in other steps than the truth's: 5e-2 at a sun of one pixel.
+test_own_bakes_pass() {
+    iblbake -q $small env.exr -o out && MAX=0.003 accept env.exr out
+    iblbake -q $floats env.hdr -o out && MAX=0.06 accept env.hdr out
+}
+
+test_containers_and_pixels() {
+    local format pixel
+    for format in ktx2 ktx dds; do
+        for pixel in rgba16f rgba32f rgb9e5 r11g11b10f; do
+            rm -rf out
+            iblbake -q env.exr -o out --size 16 --irradiance-size 4 \
+                --lut-size 8 --skybox 8 --format $format --pixel $pixel \
+                --mapping filament --rotate 30 --geometry schlick-ibl \
+                --samples 4096
+            MAX=0.015 accept env.exr out
+        done
+    done
+}
+
+# DDS has no keys: all is in the sidecar, and without it in options.
+test_sidecar_or_options() {
+    iblbake -q $floats env.exr -o out --mapping filament --rotate 90 \
+        --geometry schlick-ibl
+    MAX=0.003 accept env.exr out
+    mv out/env.json .
+    MAX=0.003 refuse env.exr out
+    MAX=0.003 accept env.exr out --roughness-map filament --rotate 90 \
+        --geometry schlick-ibl
+    MAX=0.003 accept env.exr out --roughness-map 0,0.29289322,1 --rotate 90 \
+        --geometry schlick-ibl
+}
+
+test_a_name_of_its_own() {
+    iblbake -q $small env.exr -o out --name other
+    MAX=0.003 accept --name other env.exr out
+    wrong 1 '*: out: has no env_specular*--name*' env.exr out
+}
+
+test_table_alone() {
+    iblbake -q --only lut --lut-size 16 -o out
+    MAX=0.0003 accept --lut out/brdf_lut.ktx2
+    MAX=0.0003 refuse --lut out/brdf_lut.ktx2 --geometry schlick-ibl
+}
+
+test_every_thread_count() {
+    iblbake -q $small env.exr -o out
+    iblbake verify env.exr out -j 1 --json 1.json --heatmap 1.png >1.txt
+    iblbake verify env.exr out -j 3 --json 3.json --heatmap 3.png >3.txt
+    cmp 1.json 3.json && cmp 1.png 3.png && cmp 1.txt 3.txt
+}
+
+test_seed() {
+    iblbake -q $small env.exr -o out
+    iblbake verify env.exr out --json - >1.json
+    iblbake verify env.exr out --json - --seed 2 >2.json
+    cmp -s 1.json 2.json && echo 'another seed, the same texels'
+    return 0
+}
+
+# ---- damage ------------------------------------------------------------
+
+test_damage_is_found() {
+    iblbake -q $floats env.exr -o out
+    MAX=0.003 accept env.exr out
+    damage out/env_specular.dds swap s.dds
+    MAX=0.003 refuse env.exr out --specular s.dds
+    damage out/env_specular.dds shift s.dds
+    MAX=0.003 refuse env.exr out --specular s.dds
+    damage out/env_specular.dds scale=1.05 s.dds
+    MAX=0.003 refuse env.exr out --specular s.dds
+    damage out/env_irradiance.dds scale=3.14159265 i.dds
+    MAX=0.003 refuse env.exr out --irradiance i.dds
+    MAX=0.003 accept env.exr out --irradiance i.dds --irradiance-scale E
+    # Whatever the bound.
+    damage out/env_specular.dds nan s.dds
+    MAX=1000 refuse env.exr out --specular s.dds
+    grep -q 'level 2 of specular has 1 texel' err || cat err
+    iblbake -q $floats env.exr -o out --mapping filament
+    rm out/env.json
+    MAX=0.003 refuse env.exr out
+}
+
+# Closed forms: where the truth is 1, +X wrong by 0.6 and all else right gives
+# an nRMSE of 0.6 sqrt(1/6), a p95 and a worst of 0.6 towards +X, a median of
+# 0 and a mean of 1.1.
+test_figures() {
+    iblbake -q $floats one.hdr -o out
+    damage out/one_specular.dds face=0.6 s.dds
+    cat >read.mjs <<'END'
+import fs from 'fs';
+const [name, slack] = process.argv.slice(2);
+const near = (what, a, b, by) => {
+    if (!(Math.abs(a - b) <= by)) console.log(`${name}: ${what}: ${a}, ${b}`);
+};
+const report = JSON.parse(fs.readFileSync(name));
+near('levels', report.levels.length, 3, 0);
+for (const l of report.levels) {
+    near('nrmse', l.nrmse, 0.6 * Math.sqrt(1 / 6), Number(slack));
+    near('median', l.median, 0, 1e-4);
+    near('p95', l.p95, 0.6, 1e-3);
+    near('worst', l.worst, 0.6, 1e-3);
+    near('bias', l.bias, 0.1, 1e-3);
+    near('nonfinite', l.nonfinite, 0, 0);
+    const [x, y, z] = l.worst_direction;
+    if (!(x > Math.abs(y) - 1e-3 && x > Math.abs(z) - 1e-3))
+        console.log(`worst towards ${x} ${y} ${z}`);
+}
+END
+    iblbake verify one.hdr --specular s.dds --all --json - >all.json
+    node read.mjs all.json 0.001
+    # Estimates: an eighth of 0.245.
+    iblbake verify one.hdr --specular s.dds --json some.json >table
+    node read.mjs some.json 0.03
+    awk 'NR > 1 && (NF != 16 || $6 < 0.2 || $6 > 0.3)' table
+    [ "$(wc -l <table)" = 4 ] || cat table
+}
+
+# The chosen texels tell of all of them.
+test_estimates() {
+    iblbake -q $small env.hdr -o out --samples 64
+    iblbake verify env.hdr out --json some.json --texels 200 -q
+    iblbake verify env.hdr out --json all.json --all -q
+    cat >read.mjs <<'END'
+import fs from 'fs';
+const read = name => JSON.parse(fs.readFileSync(name)).levels;
+const [some, all] = [read('some.json'), read('all.json')];
+all.forEach((a, i) => {
+    for (const what of ['nrmse', 'median', 'p95']) {
+        const ratio = some[i][what] / a[what];
+        if (!(ratio > 0.6 && ratio < 1.7))
+            console.log(`${a.content} ${a.level}: ${what} ${some[i][what]}, ` +
+                `of all ${a[what]}`);
+    }
+    if (!(some[i].worst <= a.worst && some[i].texels <= a.texels))
+        console.log('more than all');
+    if (some[i].bias !== a.bias) console.log('bias is of all texels');
+});
+END
+    node read.mjs
+}
+
+# ---- files of other programs -------------------------------------------
+
+# cmgen's faces look along axes that are ours by (x, y, z) = (-z, y, x).
+# RGBE cuts values to 8 bits: 2e-3.
+test_six_images() {
+    iblbake -q $floats env.exr -o out --rotate cmgen --mapping filament
+    damage out/env_specular.dds images m%l_%f.hdr
+    damage out/env_irradiance.dds images i_%f.hdr
+    MAX=0.005 accept env.exr --specular m%l_%f.hdr --irradiance i_%f.hdr \
+        --rotate cmgen --roughness-map filament
+    MAX=0.005 accept env.exr --specular m%l_%f.hdr --irradiance i_%f.hdr \
+        --axes -z,y,x --roughness-map filament
+    MAX=0.02 refuse env.exr --specular m%l_%f.hdr --roughness-map filament
+    MAX=0.02 refuse env.exr --specular m%l_%f.hdr --rotate cmgen
+    for f in px:right nx:left py:up ny:down pz:front nz:back; do
+        mv "m1_${f%:*}.hdr" "only_${f#*:}.hdr"
+    done
+    MAX=0.005 accept env.exr --specular only_%f.hdr --rotate cmgen \
+        --face-names right,left,up,down,front,back --roughness-map 0.29289322
+    wrong 1 '*only_px.hdr*' env.exr --specular only_%f.hdr
+    rm m2_py.hdr
+    mv only_right.hdr m1_px.hdr
+    wrong 1 '*m1_nx.hdr*' env.exr --specular m%l_%f.hdr
+    cp m0_px.hdr only_left.hdr
+    wrong 1 '*only_left.hdr: 32 pixels wide*' env.exr \
+        --specular only_%f.hdr --face-names up,left,up,down,front,back
+}
+
+# ---- nonsense ----------------------------------------------------------
+
+test_misuse() {
+    wrong 2 '*no environment*' --json -
+    wrong 2 '*nothing to judge*' env.exr
+    wrong 2 '*a third argument*' env.exr out more
+    wrong 2 '*--texels 3: not a value*' env.exr out --texels 3
+    wrong 2 '*--axes x,y,x: not a value*' env.exr out --axes x,y,x
+    wrong 2 '*--roughness-map 0,2: not a value*' env.exr out \
+        --roughness-map 0,2
+    wrong 2 '*--face-names a,b: not a value*' env.exr out --face-names a,b
+    wrong 2 '*did you mean --heatmap?' env.exr out --heetmap p.png
+    wrong 2 '*see iblbake verify --help' env.exr out --quaternion
+    wrong 2 '*choose one' env.exr out -q -v
+}
+
+test_malformed() {
+    wrong 1 '*gone: No such file*' env.exr gone
+    wrong 1 '*env.exr: not a directory*' env.exr env.exr
+    mkdir empty
+    wrong 1 '*empty: has no env_specular*' env.exr empty
+    iblbake -q $small env.exr -o out
+    wrong 1 '*gone.exr*' gone.exr out --name env
+    cp out/env_specular.ktx2 out/env_specular.dds
+    cp out/env.json .
+    rm out/env.json
+    wrong 1 '*is there, too: name the one to judge with --specular' env.exr out
+    rm out/env_specular.dds
+    wrong 1 '*has 3 levels, but --roughness-map lists 2' env.exr out \
+        --roughness-map 0,1
+    echo '{"outputs": [' >out/env.json
+    wrong 1 '*env.json: not a sidecar*' env.exr out
+    echo '[3, {"outputs": 3}]' >out/env.json
+    MAX=0.003 accept env.exr out
+    cp env.json out
+    rm out/env_specular.ktx2
+    wrong 1 '*env_specular.ktx2*names it*' env.exr out
+    wrong 1 '*a flat texture*' env.exr --specular out/brdf_lut.ktx2
+    wrong 1 '*no BRDF table*' --lut out/env_irradiance.ktx2
+    head -c 300 out/env_irradiance.ktx2 >cut.ktx2
+    wrong 1 '*cut.ktx2*' env.exr --irradiance cut.ktx2
+    wrong 1 '*env.hdr*' env.exr --irradiance env.hdr
+    wrong 1 '*gone/p.png*' env.exr out --specular out/env_irradiance.ktx2 \
+        --roughness-map 1 --heatmap gone/p.png
+}
+
+test_rotations_that_disagree() {
+    iblbake -q $small env.exr -o out
+    iblbake -q $small env.exr -o turned --rotate 90
+    wrong 1 '*another file with*judge one at a time' env.exr \
+        --specular out/env_specular.ktx2 \
+        --irradiance turned/env_irradiance.ktx2
+    iblbake verify env.exr out --rotate 90 2>err >table
+    grep -q 'warning: .*says --rotate 0, but is judged by --rotate 90' err ||
+        cat err
+}
+
+# ---- results -----------------------------------------------------------
+
+test_results_in_spite_of_the_error() {
+    iblbake -q $small env.exr -o out
+    iblbake verify env.exr out --max-error 1e-9 --json v.json \
+        --heatmap p.png >table 2>err && echo 'status 0'
+    [ -s v.json ] && [ -s p.png ] && [ -s table ] || ls -l
+    grep -q '"passed": false' v.json || cat v.json
+}
+
+test_full_stdout_is_noticed() {
+    iblbake -q $small env.exr -o out
+    iblbake verify env.exr out >/dev/full 2>err && echo 'status 0'
+    [ "$(wc -l <err)" = 1 ] || cat err
+}
+
+# The constant map with +X wrong: its face is bright, its neighbours black,
+# where the man page says.
+test_heatmap() {
+    iblbake -q $floats one.hdr -o out
+    damage out/one_specular.dds face=0.6 s.dds
+    iblbake verify -q one.hdr --specular s.dds --heatmap p.png
+    level() { # X Y: mean red of the face there, in the first panel
+        oiiotool p.png --cut "96x96+$1+$2" --printstats |
+            sed -n 's/.*Stats Avg: \([0-9.]*\).*/\1/p'
+    }
+    set -- "$(level 208 112)" "$(level 112 112)" "$(level 16 112)" \
+        "$(level 112 16)" "$(level 304 112)"
+    awk -v v="$*" 'BEGIN { split(v, a, " ")
+        if (!(a[1] > 0.8 && a[2] + a[3] + a[4] + a[5] < 0.01))
+            print "+X +Z -X +Y -Z: " v }'
+}
+
+# ---- the bake's --verify -----------------------------------------------
+
+test_bake_and_verify() {
+    iblbake $small env.exr -o out --verify >table 2>err || echo "status $?"
+    [ ! -s err ] || cat err
+    # The same as verify says of the files.
+    iblbake verify env.exr out | cmp - table
+    cat >read.mjs <<'END'
+import fs from 'fs';
+const v = JSON.parse(fs.readFileSync('out/env.json')).verify;
+const got = v.levels.map(l => l.content + l.level).join();
+if (got !== 'specular0,specular1,specular2,irradiance0') console.log(got);
+if (!(v.levels[1].nrmse < 0.003 && v.lut.max < 0.0003)) console.log(v);
+END
+    node read.mjs
+    iblbake -q $small env.exr -o out2 --max-error 0.003 || echo "status $?"
+    grep -q '"verify"' out2/env.json || echo 'nothing in the sidecar'
+}
+
+test_bake_above_the_bound_leaves_nothing() {
+    iblbake -q $small env.exr -o out --max-error 1e-9 2>err && echo 'status 0'
+    [ "$(wc -l <err)" = 1 ] || cat err
+    [ ! -e out ] || ls out
+}
+
+# The word is a command only as the first argument.
+test_a_map_called_verify() {
+    cp env.exr verify
+    iblbake -q $small ./verify -o out && [ -s out/verify_specular.ktx2 ] ||
+        ls out
+    iblbake -q $small -o out2 verify && [ -s out2/verify.json ] || ls out2
+    MAX=0.003 accept verify out
+}
+
+for t in $(compgen -A function test_); do
+    rm -rf "$work/case"
+    mkdir "$work/case"
+    cd "$work/case" || exit 1
+    cp "$work/env.hdr" "$work/env.exr" "$work/one.hdr" .
+    verdict "$t" "$($t 2>&1 | head -n 12)"
+    cd "$top" || exit 1
+done
+echo "$passed passed, $failed failed"
+[ $failed -eq 0 ]
