@@ -14,6 +14,7 @@
  * >= 0; rows are added with compensation.
  */
 #include <stdbool.h>
+#include <stdint.h>
 #include <string.h>
 
 #include "bake/reference_sums.h"
@@ -21,7 +22,7 @@
 #include "core/context.h"
 
 enum {
-    LANES = 8,
+    LANES = 2,            /* more spill registers */
     GROUP = 8,            /* directions of a job */
     JOB_PIXELS = 1 << 16, /* of each */
     BATCH_SUMS = 1 << 16  /* partial sums held at once */
@@ -148,36 +149,42 @@ static struct span columns_within(const ibl_reference *ref, const ibl_aim *aim,
     return (struct span){2, {0, begin}, {end, ref->padded}};
 }
 
-/* Adds the weights of columns begin..end - 1, and their colours, to sum. */
-static void add_columns(const struct lobe *lobe, double polar, double scale,
-                        const double *restrict across,
-                        const double *restrict rgb, size_t stride, int begin,
-                        int end, double sum[4][LANES])
-{
-    const double a2 = lobe->a2, near = lobe->near;
+/* LANES doubles at once, a type of gcc and clang for any machine. */
+typedef double lanes __attribute__((vector_size(LANES * sizeof(double))));
+typedef int64_t mask __attribute__((vector_size(LANES * sizeof(int64_t))));
 
-    for (int i = begin; i < end; i += LANES) {
-        double w[LANES];
-        for (int k = 0; k < LANES; k++) {
-            const double q = polar + scale * across[i + k];
-            const double t = q + a2 * (1 - q), g = a2 / t, c = 1 - 2 * q;
-            const double x = c * g * g;
-            w[k] = ((c > 0) & (t >= near)) ? x : 0;
-        }
-        for (int k = 0; k < LANES; k++)
-            sum[3][k] += w[k];
-        for (int k = 0; k < LANES; k++)
-            sum[0][k] += w[k] * rgb[i + k];
-        for (int k = 0; k < LANES; k++)
-            sum[1][k] += w[k] * rgb[stride + i + k];
-        for (int k = 0; k < LANES; k++)
-            sum[2][k] += w[k] * rgb[2 * stride + i + k];
+/* Adds the weights of columns begin..end - 1, and their colours, to sum. The
+ * arrays, begin and stride are aligned to LANES. */
+static void add_columns(const struct lobe *lobe, double polar, double scale,
+                        const double *across, const double *rgb, int stride,
+                        int begin, int end, lanes sum[4])
+{
+    const lanes *a = (const lanes *)(across + begin);
+    const lanes *red = (const lanes *)(rgb + begin);
+    const lanes *green = (const lanes *)(rgb + stride + begin);
+    const lanes *blue = (const lanes *)(rgb + 2 * (size_t)stride + begin);
+    const double a2 = lobe->a2, near = lobe->near;
+    lanes r = sum[0], g = sum[1], b = sum[2], all = sum[3];
+
+    for (int k = 0; k < (end - begin) / LANES; k++) {
+        const lanes q = polar + scale * a[k];
+        const lanes t = q + a2 * (1 - q), f = a2 / t, c = 1 - 2 * q;
+        const mask use = (c > 0) & (t >= near);
+        const lanes w = (lanes)((mask)(c * f * f) & use);
+        r += w * red[k];
+        g += w * green[k];
+        b += w * blue[k];
+        all += w;
     }
+    sum[0] = r;
+    sum[1] = g;
+    sum[2] = b;
+    sum[3] = all;
 }
 
-static double lanes(const double v[LANES])
+static double total(lanes v)
 {
-    return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]));
+    return v[0] + v[1];
 }
 
 /* ---- pixels near the peak --------------------------------------------- */
@@ -277,7 +284,7 @@ static void add_row(const ibl_reference *ref, const struct lobe *lobe,
     const double half = sin(0.5 * (ref->row_theta[j] - aim->theta));
     const double polar = half * half;
     const double scale = sin(ref->row_theta[j]) * aim->sin_theta;
-    double row[4][LANES] = {{0}};
+    lanes row[4] = {{0}};
 
     if (lobe->near > 0)
         add_near(ref, lobe, aim, j, polar, scale, across, sum);
@@ -285,10 +292,10 @@ static void add_row(const ibl_reference *ref, const struct lobe *lobe,
         return;
     const struct span s = columns_within(ref, aim, polar, scale, 0.5);
     for (int k = 0; k < s.parts; k++)
-        add_columns(lobe, polar, scale, across, rgb, (size_t)ref->padded,
-                    s.begin[k], s.end[k], row);
+        add_columns(lobe, polar, scale, across, rgb, ref->padded, s.begin[k],
+                    s.end[k], row);
     for (int c = 0; c < 4; c++)
-        ibl_exact_add(&sum[c], lanes(row[c]) * ref->row_angle[j]);
+        ibl_exact_add(&sum[c], total(row[c]) * ref->row_angle[j]);
 }
 
 static void sums_job(void *arg, int job, int worker)

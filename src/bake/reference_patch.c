@@ -36,9 +36,10 @@ static const double mass[GAUSS] = {0.347854845137453857, 0.652145154862546143,
 struct lobe {
     const ibl_aim *aim;
     double a2;
-    double y0, y1; /* the strip of phi, 0..pi */
-    double sum;    /* of the patch so far */
-    double floor;  /* of the sum, before there is any */
+    double y0, y1;  /* the strip of phi, 0..pi */
+    double across1; /* sin^2(y1 / 2) */
+    double sum;     /* of the patch so far */
+    double floor;   /* of the sum, before there is any */
 };
 
 /* A part of a strip: theta as an offset, and shares of y0..y1 or, where the
@@ -50,42 +51,59 @@ struct cell {
 /* Where y0..y1 dives below the horizon, q = 1/2. */
 static double horizon(const struct lobe *lobe, double polar, double scale)
 {
-    const double s = sin(0.5 * lobe->y1);
-
-    if (polar + scale * (s * s) <= 0.5)
+    if (polar + scale * lobe->across1 <= 0.5)
         return lobe->y1;
     if (polar >= 0.5)
         return lobe->y0;
     return fmax(lobe->y0, 2 * asin(fmin(1, sqrt((0.5 - polar) / scale))));
 }
 
-static double gauss_line(const struct lobe *lobe, const struct cell *c,
-                         double x, double sin_theta)
+/* sin^2(phi / 2) at a cell's points, of y0..end; returns half its length. */
+static double fill_across(const struct lobe *lobe, const struct cell *c,
+                          double end, double across[GAUSS])
 {
-    const double p = sin(0.5 * x), polar = p * p;
-    const double scale = sin_theta * lobe->aim->sin_theta;
-    const double length = horizon(lobe, polar, scale) - lobe->y0;
+    const double length = end - lobe->y0;
     const double middle = lobe->y0 + 0.5 * length * (c->h0 + c->h1);
     const double half = 0.5 * length * (c->h1 - c->h0);
+
+    for (int k = 0; k < GAUSS; k++) {
+        const double s = sin(0.5 * (middle + half * node[k]));
+        across[k] = s * s;
+    }
+    return half;
+}
+
+static double gauss_line(double a2, double polar, double scale,
+                         const double across[GAUSS])
+{
     double line = 0;
 
-    for (int k = 0; k < GAUSS && half > 0; k++) {
-        const double s = sin(0.5 * (middle + half * node[k]));
-        const double q = polar + scale * (s * s);
-        const double g = lobe->a2 / (q + lobe->a2 * (1 - q));
+    for (int k = 0; k < GAUSS; k++) {
+        const double q = polar + scale * across[k];
+        const double g = a2 / (q + a2 * (1 - q));
         line += q < 0.5 ? mass[k] * (1 - 2 * q) * g * g : 0;
     }
-    return line * half * sin_theta;
+    return line;
 }
 
 static double gauss(const struct lobe *lobe, const struct cell *c)
 {
     const double middle = 0.5 * (c->x0 + c->x1), half = 0.5 * (c->x1 - c->x0);
-    double sum = 0;
+    double full[GAUSS], part[GAUSS], sum = 0;
+    const double full_half = fill_across(lobe, c, lobe->y1, full);
 
     for (int i = 0; i < GAUSS; i++) {
-        const double x = middle + half * node[i];
-        sum += mass[i] * gauss_line(lobe, c, x, sin(lobe->aim->theta + x));
+        const double x = middle + half * node[i], p = sin(0.5 * x);
+        const double sin_theta = sin(lobe->aim->theta + x);
+        const double polar = p * p, scale = sin_theta * lobe->aim->sin_theta;
+        const double end = horizon(lobe, polar, scale);
+        if (end <= lobe->y0)
+            continue;
+        const bool cut = end < lobe->y1;
+        const double line_half =
+            cut ? fill_across(lobe, c, end, part) : full_half;
+        sum += mass[i] * sin_theta * line_half *
+               gauss_line(lobe->a2, polar, scale, cut ? part : full);
     }
     return sum * half;
 }
@@ -209,6 +227,7 @@ double ibl_reference_patch(const ibl_aim *aim, double a2,
         if (begin < end) {
             lobe.y0 = fmin(a, b);
             lobe.y1 = fmax(a, b);
+            lobe.across1 = pow(sin(0.5 * lobe.y1), 2);
             add_strip(&lobe, patch);
         }
     }
