@@ -25,12 +25,13 @@
 static const double pi = REFERENCE_PI;
 
 enum {
-    HALVINGS = 6,
+    FINEST = 64,  /* steps in 0.5 */
+    POINTS = 423, /* up to t = 3.3 */
     MAX_DEPTH = 12
 };
 
-static const double inner_tolerance = 1e-12;
-static const double outer_tolerance = 2e-11;
+static const double inner_tolerance = 1e-11;
+static const double outer_tolerance = 1e-10;
 /* Where rho^2 and 1 / rho are nothing: the integrand is below
  * 8 rho^2 (1 + rho) and below 8 (1 + rho) / rho^2. */
 static const double lowest = -16, highest = 32;
@@ -43,51 +44,52 @@ struct pair {
  * argument itself has lost its digits. */
 typedef struct pair integrand(void *arg, double from_begin, double from_end);
 
-/* x = tanh(pi/2 sinh(t)) has 1 - |x| = 2 / (1 + exp(pi sinh|t|)) and
- * dx/dt = pi/2 cosh(t) / cosh^2(pi/2 sinh(t)). */
-static struct pair sample(integrand *f, void *arg, double length, double t)
-{
-    const double e = exp(pi * sinh(fabs(t)));
-    const double close = length / (1 + e), far = length - close;
-    const double weight =
-        0.5 * length * pi * cosh(t) * 2 * e / ((1 + e) * (1 + e));
-    struct pair y = t < 0 ? f(arg, close, far) : f(arg, far, close);
+/* The rule's points on an interval of length 1, at t = k / 2 FINEST on the
+ * far side of its middle: x = tanh(pi/2 sinh(t)) has 1 - |x| = 2 / (1 +
+ * exp(pi sinh|t|)) and dx/dt = pi/2 cosh(t) / cosh^2(pi/2 sinh(t)). */
+struct rule {
+    double close[POINTS]; /* distance from the end */
+    double weight[POINTS];
+};
 
-    for (int c = 0; c < 2; c++)
-        y.v[c] *= weight;
-    return y;
+static void fill_rule(struct rule *r)
+{
+    for (int k = 0; k < POINTS; k++) {
+        const double t = 0.5 * k / FINEST, e = exp(pi * sinh(t));
+        r->close[k] = 1 / (1 + e);
+        r->weight[k] = pi * cosh(t) * e / ((1 + e) * (1 + e));
+    }
 }
 
-static void add_samples(integrand *f, void *arg, double length, double first,
-                        double step, struct pair *sum)
+/* Every stride-th point from first on, and their mirror images. */
+static void add_samples(integrand *f, void *arg, const struct rule *r,
+                        double length, int first, int stride, struct pair *sum)
 {
-    for (double t = first; t < 3.3; t += step) {
-        const struct pair a = sample(f, arg, length, t);
-        const struct pair b =
-            t > 0 ? sample(f, arg, length, -t) : (struct pair){{0, 0}};
+    for (int k = first; k < POINTS; k += stride) {
+        const double close = length * r->close[k], far = length - close;
+        const struct pair a = f(arg, far, close);
+        const struct pair b = k ? f(arg, close, far) : (struct pair){{0, 0}};
         for (int c = 0; c < 2; c++)
-            sum->v[c] += a.v[c] + b.v[c];
+            sum->v[c] += length * r->weight[k] * (a.v[c] + b.v[c]);
     }
 }
 
 /* False if halving the step still changes the integral. */
-static bool settle(integrand *f, void *arg, double length, double tolerance,
-                   struct pair *out)
+static bool settle(integrand *f, void *arg, const struct rule *r, double length,
+                   double tolerance, struct pair *out)
 {
-    double step = 0.5;
     struct pair sum = {{0, 0}};
 
-    add_samples(f, arg, length, 0, step, &sum);
-    for (int k = 0; k < HALVINGS; k++) {
+    add_samples(f, arg, r, length, 0, FINEST, &sum);
+    for (int stride = FINEST / 2; stride; stride /= 2) {
         const struct pair before = *out;
-        add_samples(f, arg, length, 0.5 * step, step, &sum);
-        step *= 0.5;
         double change = 0;
+        add_samples(f, arg, r, length, stride, 2 * stride, &sum);
         for (int c = 0; c < 2; c++) {
-            out->v[c] = sum.v[c] * step;
+            out->v[c] = sum.v[c] * 0.5 * stride / FINEST;
             change = fmax(change, fabs(out->v[c] - before.v[c]));
         }
-        if (k > 0 && change <= tolerance)
+        if (stride < FINEST / 2 && change <= tolerance)
             return true;
     }
     return false;
@@ -96,6 +98,7 @@ static bool settle(integrand *f, void *arg, double length, double tolerance,
 /* ---- over phi --------------------------------------------------------- */
 
 struct point {
+    const struct rule *rule;
     ibl_geometry geometry;
     double alpha, nv, sv;
     double theta_low;    /* pi/4 - theta_V/2 */
@@ -115,10 +118,9 @@ static double g_over_nv(const struct point *p, double nl)
 
     if (p->geometry == IBL_GEOMETRY_SCHLICK_IBL)
         return nl / ((nl + k * (1 - nl)) * (p->nv + k * (1 - p->nv)));
-    /* Heitz 2014, eq. 99. a2 + (1 - a2) x^2, as a norm that cannot
-     * underflow. */
-    const double of_v = hypot(p->alpha, sqrt(1 - a2) * p->nv);
-    const double of_l = hypot(p->alpha, sqrt(1 - a2) * nl);
+    /* Heitz 2014, eq. 99. */
+    const double of_v = sqrt(a2 + (1 - a2) * p->nv * p->nv);
+    const double of_l = sqrt(a2 + (1 - a2) * nl * nl);
     return 2 * nl / (nl * of_v + p->nv * of_l);
 }
 
@@ -148,7 +150,7 @@ static struct pair over_phi(struct point *p)
     struct pair y = {{0, 0}};
 
     /* One interval settles: nothing inside it is singular. */
-    settle(at_phi, p, p->phi_m, inner_tolerance, &y);
+    settle(at_phi, p, p->rule, p->phi_m, inner_tolerance, &y);
     return y;
 }
 
@@ -189,7 +191,7 @@ static void over_s(struct point *p, double from, double to, int depth,
 
     p->from = from;
     p->length = to - from;
-    if (!settle(at_s, p, to - from, outer_tolerance, &part) && depth) {
+    if (!settle(at_s, p, p->rule, to - from, outer_tolerance, &part) && depth) {
         const double middle = 0.5 * (from + to);
         over_s(p, from, middle, depth - 1, total);
         over_s(p, middle, to, depth - 1, total);
@@ -206,8 +208,27 @@ static void insert(double *at, int count, double x)
     at[count] = x;
 }
 
-ibl_status ibl_reference_lut(ibl_ctx *ctx, double n_dot_v, double roughness,
-                             ibl_geometry geometry, double scale_bias[2])
+static struct pair integrate(struct point *p)
+{
+    const double low = p->nv / (1 + p->sv), high = (1 + p->sv) / p->nv;
+    const double knot[] = {lowest, 0, -log(p->alpha), log(low / p->alpha),
+                           log(high / p->alpha)};
+    const int knots = (int)(sizeof knot / sizeof *knot);
+    double at[sizeof knot / sizeof *knot];
+    struct pair total = {{0, 0}};
+
+    p->theta_low = atan(low);
+    for (int k = 0; k < knots; k++)
+        insert(at, k, fmin(fmax(knot[k], lowest), highest));
+    for (int k = 0; k + 1 < knots; k++) {
+        if (at[k + 1] > at[k])
+            over_s(p, at[k], at[k + 1], MAX_DEPTH, &total);
+    }
+    return total;
+}
+
+static ibl_status check(ibl_ctx *ctx, double n_dot_v, double roughness,
+                        ibl_geometry geometry)
 {
     if (!(n_dot_v >= 0 && n_dot_v <= 1))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT, "an N.V of %g: must be 0 to 1",
@@ -220,32 +241,30 @@ ibl_status ibl_reference_lut(ibl_ctx *ctx, double n_dot_v, double roughness,
                         "geometry %d: must be smith (%d) or schlick-ibl (%d)",
                         (int)geometry, IBL_GEOMETRY_SMITH,
                         IBL_GEOMETRY_SCHLICK_IBL);
-    if (ibl_cancelled(ctx))
-        return IBL_ERR_CANCELLED;
-    const double sv = sqrt((1 - n_dot_v) * (1 + n_dot_v));
-    struct point p = {.geometry = geometry,
-                      .alpha = roughness * roughness,
-                      .nv = n_dot_v,
-                      .sv = sv};
-    if (p.alpha < 1e-300) {
+    return ibl_cancelled(ctx) ? IBL_ERR_CANCELLED : IBL_OK;
+}
+
+ibl_status ibl_reference_lut(ibl_ctx *ctx, double n_dot_v, double roughness,
+                             ibl_geometry geometry, double scale_bias[2])
+{
+    const ibl_status status = check(ctx, n_dot_v, roughness, geometry);
+    if (status)
+        return status;
+    if (roughness == 0) {
         scale_bias[1] = pow(1 - n_dot_v, 5);
         scale_bias[0] = 1 - scale_bias[1];
         return IBL_OK;
     }
-    const double low = n_dot_v / (1 + sv), high = (1 + sv) / n_dot_v;
-    p.theta_low = atan(low);
-    const double knot[] = {lowest, 0, -log(p.alpha), log(low / p.alpha),
-                           log(high / p.alpha)};
-    const int knots = (int)(sizeof knot / sizeof *knot);
-    double at[sizeof knot / sizeof *knot];
-    for (int k = 0; k < knots; k++)
-        insert(at, k, fmin(fmax(knot[k], lowest), highest));
-    struct pair total = {{0, 0}};
-    for (int k = 0; k + 1 < knots; k++) {
-        if (at[k + 1] > at[k])
-            over_s(&p, at[k], at[k + 1], MAX_DEPTH, &total);
-    }
-    for (int c = 0; c < 2; c++)
-        scale_bias[c] = total.v[c];
+    struct rule rule;
+    /* Far below every other scale the results do not depend on alpha. */
+    struct point p = {.rule = &rule,
+                      .geometry = geometry,
+                      .alpha = fmax(roughness * roughness, 1e-100),
+                      .nv = n_dot_v,
+                      .sv = sqrt((1 - n_dot_v) * (1 + n_dot_v))};
+    fill_rule(&rule);
+    const struct pair total = integrate(&p);
+    scale_bias[0] = total.v[0];
+    scale_bias[1] = total.v[1];
     return IBL_OK;
 }
