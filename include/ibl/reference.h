@@ -71,9 +71,12 @@ typedef struct ibl_texel {
 /*
  * Level 0: the mean over a texel's solid angle of the source. Its pixels are
  * constant patches along an axis on which they are no larger than the texels
- * (phi: width >= 4 size; theta: height >= 2 size), else the value runs
- * linearly from centre to centre; beyond a pole lies the row next to it, half
- * a turn away. Exact to about 1e-9, for any aspect.
+ * (phi: width >= 4 size; theta: height >= 2 size), else the value runs from
+ * centre to centre: linearly in phi; in theta with the weight t + b t (1 - t)
+ * of the lower row, t linear and b such that each of the two has the solid
+ * angle that is its own up to the border, so that pixels keep their energy as
+ * in ibl_cube_from_latlong. Beyond a pole lies the row next to it, half a turn
+ * away. Exact to about 1e-9, for any aspect.
  */
 ibl_status ibl_reference_texels(const ibl_reference *ref, int size,
                                 const ibl_texel *texels, size_t count,

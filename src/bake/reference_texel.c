@@ -5,15 +5,15 @@
  * A half plane through the vertical axis, at azimuth phi, meets a texel in one
  * interval of theta: on a face a meridian is a straight line and a texel is
  * convex. The integral over the interval is exact, with sin(theta) dtheta
- * against constants (a pixel's row) or against linear pieces. What is left is
- * an integral over phi of a function that is smooth but where the meridian
- * passes a corner of the texel, a boundary of the source's columns or a point
- * where one of the texel's edges crosses a boundary of its rows. Between those
- * knots, which are all found in closed form, it is done by Gauss points. An
- * edge at height y and distance a from the axis, its foot at azimuth phi_f, has
- *     cot(theta) = y / a cos(phi - phi_f),
- * no knot interval is longer than its distance from the edge's singularities
- * in the complex plane, and 8 points leave less than 1e-9.
+ * against constants (a pixel's row) or against pieces from centre to centre.
+ * What is left is an integral over phi of a function that is smooth but where
+ * the meridian passes a corner of the texel, a boundary of the source's columns
+ * or a point where one of the texel's edges crosses a boundary of its rows.
+ * Between those knots, which are all found in closed form, it is done by Gauss
+ * points. An edge at height y and distance a from the axis, its foot at azimuth
+ * phi_f, has cot(theta) = y / a cos(phi - phi_f), no knot interval is longer
+ * than its distance from the edge's singularities in the complex plane, and 8
+ * points leave less than 1e-9.
  */
 #include <stdbool.h>
 #include <stdlib.h>
@@ -308,7 +308,38 @@ static void centre_value(const struct texels *t, int j, double x, double rgb[3])
         row_value(t, j, x, rgb);
 }
 
-/* The same for values that run linearly from row centre to row centre. */
+/*
+ * The bend b of the weights t + b t (1 - t) between two row centres a step s
+ * apart, around theta: the integral of ((t > 1/2) - t) sin over that of
+ * t (1 - t) sin. With t = 1/2 + u / s only the odd part of the sine, around
+ * theta, counts above and only the even part below:
+ *     cot(theta) h (h - sin(h)) / (sin(h) - h cos(h)),   h = s / 2.
+ */
+static double bend(double theta, double step)
+{
+    const double h = 0.5 * step;
+    const double ratio = h < 0.01 ? 0.5 * (1 + h * h / 20)
+                                  : (h - sin(h)) / (sin(h) - h * cos(h));
+
+    return h * ratio * cos(theta) / sin(theta);
+}
+
+/* The integral of the lower row's weight from..to, zero the upper's centre. */
+static double lower_weight(double zero, double step, double b, double from,
+                           double to)
+{
+    const double middle = 0.5 * (from + to), half = 0.5 * (to - from);
+    double sum = 0;
+
+    for (int k = 0; k < GAUSS; k++) {
+        const double theta = middle + half * node[k];
+        const double t = (theta - zero) / step;
+        sum += mass[k] * (t + b * t * (1 - t)) * sin(theta);
+    }
+    return sum * half;
+}
+
+/* The same for values that run from row centre to row centre. */
 static void add_linear(const struct texels *t, double x, double from, double to,
                        double sum[4])
 {
@@ -318,13 +349,13 @@ static void add_linear(const struct texels *t, double x, double from, double to,
     for (int j = (int)floor(from / step - 0.5); (j + 0.5) * step < to; j++) {
         const double zero = (j + 0.5) * step;
         const double a = fmax(from, zero), b = fmin(to, zero + step);
-        const double all = 2 * sin(0.5 * (a + b)) * sin(0.5 * (b - a));
-        const double second =
-            ((sin(b) - sin(a)) - (b - zero) * cos(b) + (a - zero) * cos(a)) /
-            step;
+        const bool inside = j >= 0 && j < h - 1;
         double upper[3], lower[3];
         if (b <= a)
             continue;
+        const double all = 2 * sin(0.5 * (a + b)) * sin(0.5 * (b - a));
+        const double second = lower_weight(
+            zero, step, inside ? bend((j + 1) * step, step) : 0, a, b);
         centre_value(t, j, x, upper);
         centre_value(t, j + 1, x, lower);
         for (int c = 0; c < 3; c++)
