@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: MIT
 # iblbake beside Filament's cmgen and the classic tutorial, error beside time,
 # through `iblbake bench`: table, and bench.csv, .json, .html and .svg in OUT.
-#   bench-peers.sh [BUILD [ROUNDS [ENV [OUT]]]]
-#                  build, 5, quarry_01_1k.hdr, BUILD/bench
+#   bench-peers.sh [BUILD [ROUNDS [ENV [OUT [OPTIONS]]]]]
+#                  build, 5, quarry_01_1k.hdr, BUILD/bench, none
+# OPTIONS are more of iblbake bench.
 # The tutorial is learnopengl.com's as published, with our own options: the
 # irradiance by the grid of step 0.025 over the hemisphere at 32x32, 1,024
 # samples at 128x128 in 5 levels, first at full resolution, then with the mip
@@ -15,6 +16,7 @@ build=${1:-build}
 rounds=${2:-5}
 env=${3:-../shared/data/quarry_01_1k.hdr}
 out=${4:-$build/bench}
+[ $# -lt 4 ] && set -- || shift 4
 
 [ -r "$env" ] || {
     echo "skipped: $env is not here"
@@ -30,7 +32,7 @@ tutorial='--size 128 --levels 5 --samples 1024 --lod-bias 0
 alike='--size 256 --levels 5 --samples 1024 --mapping filament --rotate cmgen
     --format ktx --pixel r11g11b10f --skybox 256'
 
-set -- --variant "as cmgen=$alike" \
+set -- "$@" --variant "as cmgen=$alike" \
     --variant "tutorial=$tutorial --pdf-mip no" \
     --variant "tutorial with mips=$tutorial --pdf-mip yes"
 if command -v cmgen >/dev/null 2>&1; then

@@ -69,7 +69,8 @@ for (const p of j.points) {
     if (p.kind == 'peer') continue;
     let sum = 0;
     for (const s in p.stages_s) sum += p.stages_s[s].rounds[0];
-    need(sum > 0 && sum <= p.wall_s.rounds[0], `${p.name}: stages ${sum}`);
+    need(Math.abs(sum / p.wall_s.rounds[0] - 1) < 1e-6,
+        `${p.name}: stages ${sum}`);
 }
 /* methods x samples, a size, a thread count, two sources, a variant, two
    peers; the base only once. */

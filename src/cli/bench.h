@@ -202,8 +202,9 @@ ibl_bench_stat ibl_bench_stat_of(const double *values, int n);
 int ibl_bench_groups(const ibl_bench *b, char groups[][32], int most);
 /* The stage's name without a level number: "specular 3" -> "specular". */
 void ibl_bench_stage_group(const char *stage, char *group, size_t size);
-/* Median time of a group of stages in a point, NAN if it has none; the rest
- * (start and end of the process, what no stage covers) is "". */
+/* Median time of a group of stages in a point, NAN if it has none. "rest" is
+ * what the stages do not cover: start and end of the process, and the flushing
+ * and renaming of the files. */
 double ibl_bench_group_seconds(const ibl_bench_point *p, const char *group);
 
 #endif

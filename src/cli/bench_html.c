@@ -148,7 +148,7 @@ static void put_stages(const ibl_bench *b, int source, FILE *to)
         text(to, groups[i]);
         fputs("</th>", to);
     }
-    fputs("<th>rest</th><th>all</th></tr>\n", to);
+    fputs("<th>all</th></tr>\n", to);
     for (int i = 0; i < b->point_count; i++) {
         const ibl_bench_point *p = &b->points[i];
         if (!ibl_bench_is_of(b, p, source) || !p->stage_count)
@@ -159,7 +159,6 @@ static void put_stages(const ibl_bench *b, int source, FILE *to)
         for (int k = 0; k < count; k++)
             put_value(to, IBL_PLOT_SECONDS,
                       ibl_bench_group_seconds(p, groups[k]));
-        put_value(to, IBL_PLOT_SECONDS, ibl_bench_group_seconds(p, ""));
         put_value(to, IBL_PLOT_SECONDS, p->wall.median);
         fputs("</tr>\n", to);
     }

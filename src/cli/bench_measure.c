@@ -2,6 +2,7 @@
 /* Every command in turns, and what each took. */
 #include <errno.h>
 #include <ftw.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -36,9 +37,11 @@ static ibl_bench_stage *find_stage(const ibl_bench *b, ibl_bench_point *p,
     return s;
 }
 
-/* The stage times that a bake of ours left in its sidecar, if it left one. */
+/* The stage times that a bake of ours left in its sidecar, if it left one, and
+ * what of the whole they do not cover. */
 static void read_stages(const ibl_bench *b, ibl_bench_point *p, int round)
 {
+    double rest = p->wall_s[round];
     char path[4200];
     const char *name;
     json_t *value;
@@ -52,7 +55,11 @@ static void read_stages(const ibl_bench *b, ibl_bench_point *p, int round)
         ibl_bench_stage *s = find_stage(b, p, name);
         if (s)
             s->seconds[round] = json_number_value(value);
+        rest -= json_number_value(value);
     }
+    ibl_bench_stage *s = seconds ? find_stage(b, p, "rest") : NULL;
+    if (s)
+        s->seconds[round] = fmax(rest, 0);
     json_decref(root);
 }
 

@@ -180,7 +180,8 @@ static const ibl_option peers[] = {
              "and {name} stand for the environment, an empty directory and "
              "the environment's name"},
     {"peer-output", 0, NAMED(outputs, "NAME=ARGUMENTS"),
-     .allowed = "a peer's name, = and arguments; up to 16 times", .standard = "none",
+     .allowed = "a peer's name, = and arguments; up to 16 times",
+     .standard = "none",
      .help = "what that peer leaves, as the arguments of iblbake verify after "
              "ENV, with {out} and {name} in them; then it is judged as well"},
 };

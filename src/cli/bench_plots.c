@@ -87,6 +87,9 @@ static void add_rival(ibl_plot_series *s, const ibl_bench_point *p)
     at->ring = p->pareto;
     if (p->kind == IBL_BENCH_BAKE)
         snprintf(at->label, sizeof at->label, "%d", p->at[IBL_BENCH_SAMPLES]);
+    else
+        snprintf(at->label, sizeof at->label, "%.*s", (int)sizeof at->label - 1,
+                 p->name);
 }
 
 static void add_front(ibl_plot *plot, const ibl_bench *b, int source)

@@ -58,19 +58,16 @@ int ibl_bench_groups(const ibl_bench *b, char groups[][32], int most)
 
 double ibl_bench_group_seconds(const ibl_bench_point *p, const char *group)
 {
-    double sum = 0, all = 0;
+    double sum = 0;
     bool any = false;
 
     for (int i = 0; i < p->stage_count; i++) {
         char name[32];
         ibl_bench_stage_group(p->stages[i].name, name, sizeof name);
-        all += p->stages[i].stat.median;
         if (!strcmp(name, group)) {
             sum += p->stages[i].stat.median;
             any = true;
         }
     }
-    if (!*group && p->stage_count)
-        return fmax(p->wall.median - all, 0);
     return any ? sum : NAN;
 }

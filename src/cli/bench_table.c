@@ -95,8 +95,6 @@ static void print_stages(const ibl_bench *b, int env, int width, FILE *to)
         for (int k = 0; k < p->stage_count; k++)
             fprintf(to, " %-*s %-10.10s %9.2f\n", width, k ? "" : p->name,
                     p->stages[k].name, 1e3 * p->stages[k].stat.median);
-        fprintf(to, " %-*s %-10s %9.2f\n", width, "", "rest",
-                1e3 * ibl_bench_group_seconds(p, ""));
     }
 }
 
@@ -189,7 +187,6 @@ static void put_measured(const ibl_bench *b, const ibl_bench_point *p,
     fprintf(to, ",%zu,%zu", p->peak_bytes, p->output_bytes);
     for (int i = 0; i < count; i++)
         put_number(ibl_bench_group_seconds(p, groups[i]), to);
-    put_number(ibl_bench_group_seconds(p, ""), to);
     fprintf(to, ",%s", !p->judged ? "" : p->pareto ? "1" : "0");
 }
 
@@ -221,7 +218,7 @@ char *ibl_bench_csv(const ibl_bench *b)
           to);
     for (int i = 0; i < count; i++)
         fprintf(to, ",%s_s", groups[i]);
-    fputs(",rest_s,front,content,level,level_size,roughness,nrmse,median,p95,"
+    fputs(",front,content,level,level_size,roughness,nrmse,median,p95,"
           "worst,bias\n",
           to);
     for (int i = 0; i < b->point_count; i++) {
