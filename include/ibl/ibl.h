@@ -331,12 +331,12 @@ typedef struct ibl_specular_report {
  * level's own samples against the sum over the source (to an accuracy well
  * below the tolerance, by a tree over its pixels, not by samples). The
  * estimate bounds the 95th percentile of ibl_relative_error over the level's
- * texels with a confidence of 99 %. Powers of two from 8 samples upwards are
- * tried, then three quarters of the first that suffices; and a cube for
- * lookups of twice the edge where that could pay or a level needs it. Where
- * the most samples do not suffice a level is made with the fewest that came as
- * near, within a tenth, as any, and a warning tells the estimate. The rounding to a pixel format is
- * not part of it.
+ * texels with a confidence of 99 %; the rounding to a pixel format is not part
+ * of it. Powers of two from 8 samples upwards are tried, then three quarters
+ * of the first that suffices; and a cube for lookups of twice the edge where
+ * that could pay or a level needs it. Where the most samples do not suffice a
+ * level is made with the fewest that came as near, within a tenth, as any, and
+ * a warning tells the estimate.
  */
 ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
                                     const ibl_specular_options *opts,

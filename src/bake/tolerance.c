@@ -14,6 +14,7 @@
  */
 #include "bake/tolerance.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -77,7 +78,8 @@ double ibl_relative_error(const double rgb[3], const double truth[3],
                          rgb[2] - truth[2]};
     const double floor = IBL_RELATIVE_FLOOR * length(mean);
     const double scale = fmax(length(truth), floor);
-    return scale > 0 ? length(d) / scale : length(d) > 0 ? INFINITY : 0;
+    /* So that a black map has finite errors. */
+    return length(d) / fmax(scale, (double)FLT_MIN);
 }
 
 /* ---- pilots ------------------------------------------------------------ */

@@ -35,7 +35,6 @@ struct ibl_judge {
     int light_count;
     double lights[IBL_JUDGE_LIGHTS][3];
     double mean[3];
-    double floor; /* of the truth in relative errors */
     known *known;
 };
 
@@ -107,10 +106,6 @@ ibl_status ibl_judge_create(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
     if (status)
         goto fail;
     j->light_count = ibl_find_lights(env, yaw_deg, IBL_JUDGE_LIGHTS, j->lights);
-    j->floor = 1e-3 * sqrt(j->mean[0] * j->mean[0] + j->mean[1] * j->mean[1] +
-                           j->mean[2] * j->mean[2]);
-    /* So that a black map has finite errors. */
-    j->floor = fmax(j->floor, (double)FLT_MIN);
     *out = j;
     return IBL_OK;
 
@@ -367,13 +362,13 @@ static ibl_status compare(const ibl_judge *j, const ibl_judge_level *level,
     for (size_t i = 0; i < k->count; i++) {
         const float *x = texel_of(level, k->picks[i].at);
         const double *t = k->truth + 3 * i, w = k->picks[i].weight;
-        double rounded[3], off = 0, size = 0, loss = 0;
+        double got[3], rounded[3], off = 0, size = 0, loss = 0;
         if (!is_finite(x))
             continue;
         round_truth(level, t, rounded);
         for (int c = 0; c < 3; c++) {
-            const double d = (double)x[c] / level->scale - t[c];
-            off += d * d;
+            got[c] = (double)x[c] / level->scale;
+            off += (got[c] - t[c]) * (got[c] - t[c]);
             size += t[c] * t[c];
             loss += (rounded[c] - t[c]) * (rounded[c] - t[c]);
         }
@@ -381,7 +376,7 @@ static ibl_status compare(const ibl_judge *j, const ibl_judge_level *level,
         all += w * size;
         rounding += w * loss;
         v->texels[v->count] = k->picks[i];
-        v->texels[v->count++].error = sqrt(off) / fmax(sqrt(size), j->floor);
+        v->texels[v->count++].error = ibl_relative_error(got, t, j->mean);
     }
     memcpy(sorted, v->texels, v->count * sizeof *sorted);
     qsort(sorted, v->count, sizeof *sorted, by_error);

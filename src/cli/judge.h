@@ -20,9 +20,7 @@
  * With x the texel's RGB, t the truth's, |.| the root of the sum of squares
  * over R, G and B, and means over texels:
  *   nRMSE           sqrt(mean |x - t|^2) / sqrt(mean |t|^2)
- *   relative error  |x - t| / max(|t|, floor); the floor is a thousandth of
- *                   the |.| of the environment's mean radiance, below which a
- *                   difference is lost beside everything else in the scene
+ *   relative error  ibl_relative_error: |x - t| / max(|t|, floor)
  *   median, p95     of the relative error
  *   bias            mean of the level over the mean of the environment - 1:
  *                   R + G + B, every texel of the level, weighted by solid
