@@ -45,7 +45,7 @@ for build; do
     done
     for script in tests/check-*.sh; do
         case $build:$script in
-        "$first":* | *san:*/check-cli.sh)
+        "$first":* | *san:*/check-cli.sh | *asan:*/check-verify.sh)
             run "$build: $script" env BUILD="$build" bash "$script" ;;
         esac
     done

@@ -82,7 +82,7 @@ ibl_status ibl_judge_lut(ibl_ctx *ctx, const ibl_lut *lut, ibl_pixel pixel,
 {
     const int n = lut->size;
     const size_t texels = (size_t)n * (size_t)n;
-    const int parts = opts->all ? n : (int)sqrt((double)opts->texels) - 1;
+    const int parts = opts->all ? n : (int)sqrt(opts->texels / 2.0) - 1;
     line *u = malloc((size_t)n * sizeof *u), *v = malloc((size_t)n * sizeof *v);
     ibl_status status = u && v ? IBL_OK : IBL_ERR_MEMORY;
     double total = 0;
