@@ -31,7 +31,7 @@ static size_t put_number(const char *s, FILE *to)
 {
     const size_t length = strspn(s, "+-.0123456789eE");
     const double x = strtod(s, NULL);
-    char text[32];
+    char text[40];
 
     if (!memchr(s, '.', length) && !memchr(s, 'e', length)) {
         fprintf(to, "%.*s", (int)length, s);
