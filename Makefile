@@ -67,8 +67,12 @@ BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
         install uninstall clean list FORCE
 
 ## all: the program and its image bridge (default)
+ifeq ($(DEPS),no)
+all: $(BIN) bridge
+else
 all: deps
-	+@$(MAKE) --no-print-directory DEPS=no $(BIN) bridge
+	+@$(MAKE) --no-print-directory DEPS=no all
+endif
 
 ## lib: the static library alone
 lib: $(LIB)
@@ -137,7 +141,7 @@ benches: $(BENCHES)
 ## demo: set up, bake data/sky.exr into build/demo, leave a picture
 demo: deps
 	@echo "iblbake: building"
-	+@$(MAKE) -s DEPS=no all
+	+@$(MAKE) -s $(JOBS) DEPS=no all
 	$(BIN) data/sky.exr -o build/demo --skybox 512 -v \
 	    --preview build/demo/sky.png
 	@ls -l build/demo
@@ -149,18 +153,20 @@ CHECKED := build build/clang build/asan build/tsan
 check:
 	@DEPS=$(DEPS) sh tests/deps.sh check
 	+@$(MAKE) --no-print-directory DEPS=no check-run
+JOBS = $(if $(filter -j%,$(MAKEFLAGS)),,-j$(shell nproc))
+STRICT = $(MAKE) -s $(JOBS) DEPS=no WERROR=-Werror all tests
 check-run:
 	@echo "iblbake: building with gcc, clang, asan and tsan, some minutes"
-	+@$(MAKE) -s WERROR=-Werror all tests
-	+@$(MAKE) -s WERROR=-Werror CC=clang CXX=clang++ BUILD=build/clang all tests
-	+@$(MAKE) -s WERROR=-Werror config=asan all tests
-	+@$(MAKE) -s WERROR=-Werror config=tsan all tests
+	+@$(STRICT)
+	+@$(STRICT) CC=clang CXX=clang++ BUILD=build/clang
+	+@$(STRICT) config=asan
+	+@$(STRICT) config=tsan
 	@sh tests/run.sh $(CHECKED)
 
 ## bench: set up, then compare with stb_image and cmgen (minutes)
 bench:
 	@DEPS=$(DEPS) sh tests/deps.sh bench
-	+@$(MAKE) -s DEPS=no all benches
+	+@$(MAKE) -s $(JOBS) DEPS=no all benches
 	sh tests/bench.sh $(BUILD)
 
 ## lint: formatting, headers alone, symbol prefix, layers, man pages
