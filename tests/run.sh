@@ -8,6 +8,9 @@ passed=0 failed=0 skipped=0
 log=$(mktemp) || exit 1
 trap 'rm -f "$log"' EXIT
 
+# Scripts run make as a user would, not as a part of the make that runs them.
+unset MAKEFLAGS MFLAGS MAKELEVEL
+
 export ASAN_OPTIONS=detect_stack_use_after_return=1:allocator_may_return_null=1
 export UBSAN_OPTIONS=print_stacktrace=1
 export TSAN_OPTIONS=halt_on_error=1
