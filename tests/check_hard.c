@@ -16,37 +16,6 @@
 static const double u = 0x1p-24, v = 0x1p-53;
 static const double pi = 3.14159265358979323846;
 
-static ibl_cube level0(ibl_ctx *ctx, const ibl_image *map, int n)
-{
-    ibl_cube cube = {0};
-    if (ibl_cube_alloc(ctx, n, 1, &cube) ||
-        ibl_cube_from_latlong(ctx, map, 0, &cube))
-        exit(1);
-    return cube;
-}
-
-static ibl_cube irradiance(ibl_ctx *ctx, const ibl_image *map, int n)
-{
-    const ibl_irradiance_options o = {.size = n};
-    ibl_cube cube = {0};
-    if (ibl_bake_irradiance(ctx, map, &o, &cube))
-        exit(1);
-    return cube;
-}
-
-static ibl_cube specular(ibl_ctx *ctx, const ibl_image *map, int n, int levels,
-                         int samples)
-{
-    ibl_specular_options o = ibl_specular_options_default();
-    ibl_cube cube = {0};
-    o.size = n;
-    o.levels = levels;
-    o.samples = samples;
-    if (ibl_bake_specular(ctx, map, &o, &cube))
-        exit(1);
-    return cube;
-}
-
 static void measured(const char *what, double seen, double limit)
 {
     const char *verbose = getenv("IBL_TEST_VERBOSE");
@@ -209,7 +178,7 @@ static void sun_in_level0(void)
     for (int k = 0; k < 2 * SUNS; k++) {
         int at[2];
         ibl_image map = sun_map(ctx, sun_maps[k % 2], k / 2, 0, at);
-        ibl_cube cube = level0(ctx, &map, N);
+        ibl_cube cube = cube_level0(ctx, &map, 0, N);
         const double width = 2 * pi / map.width;
         const double height =
             cos(pi * at[1] / map.height) - cos(pi * (at[1] + 1) / map.height);
@@ -252,7 +221,7 @@ static void sun_in_irradiance(void)
     for (int k = 0; k < 2 * SUNS; k++) {
         int at[2];
         ibl_image map = sun_map(ctx, sun_maps[k % 2], k / 2, 1e-3f, at);
-        ibl_cube cube = irradiance(ctx, &map, 8);
+        ibl_cube cube = cube_irradiance(ctx, &map, 0, 8);
         const double sun =
             1e6 * truth_latlong_solid_angle(map.width, map.height, at[1]) / pi;
         for (int i = 0; i < IBL_FACES * 64; i++) {
@@ -291,7 +260,7 @@ static void sun_in_specular(void)
     for (int k = 0; k < 2 * SUNS; k++) {
         int at[2];
         ibl_image map = sun_map(ctx, sun_maps[k % 2], k / 2, 0, at);
-        ibl_cube cube = specular(ctx, &map, 32, 3, 256);
+        ibl_cube cube = cube_specular(ctx, &map, 0, 32, 3, 256);
         for (int l = 1; l < 3; l++) {
             const int n = 32 >> l;
             double error = 0, norm = 0;
@@ -361,8 +330,9 @@ static void sizes(void)
     for (size_t k = 0; k < sizeof all / sizeof all[0]; k++) {
         const int w = all[k][0], h = all[k][1];
         ibl_image map = map_of_kind(ctx, &r, MAP_SUNNY, w, h);
-        ibl_cube a = level0(ctx, &map, 21), b = irradiance(ctx, &map, 3);
-        ibl_cube s = specular(ctx, &map, 16, 5, 64);
+        ibl_cube a = cube_level0(ctx, &map, 0, 21),
+                 b = cube_irradiance(ctx, &map, 0, 3);
+        ibl_cube s = cube_specular(ctx, &map, 0, 16, 5, 64);
         double mean[3];
         truth_mean(&map, mean);
         for (int c = 0; c < 3; c++) {
@@ -394,7 +364,8 @@ static void check_large(int w, int h)
         map.data[i] = (float)(i * 2654435761u % 4096) / 4096;
     map_set(&map, 0, 0, 1e6f, 1e6f, 1e6f);
     map_set(&map, w - 1, h / 2, 1e6f, 1e6f, 1e6f);
-    ibl_cube a = level0(ctx, &map, 16), b = irradiance(ctx, &map, 1);
+    ibl_cube a = cube_level0(ctx, &map, 0, 16),
+             b = cube_irradiance(ctx, &map, 0, 1);
     double mean[3], sum[3] = {0, 0, 0};
     truth_mean(&map, mean);
     for (int c = 0; c < 3; c++)
@@ -441,8 +412,8 @@ static void checkerboard(void)
     };
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_image map = map_of_kind(ctx, NULL, MAP_CHECKERBOARD, 1024, 512);
-    ibl_cube cube = specular(ctx, &map, N, 4, 256),
-             b = irradiance(ctx, &map, 4);
+    ibl_cube cube = cube_specular(ctx, &map, 0, N, 4, 256),
+             b = cube_irradiance(ctx, &map, 0, 4);
     double worst[5] = {0};
     for (int l = 0; l < 4; l++) {
         for (int c = 0; c < 3; c++) {

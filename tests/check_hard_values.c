@@ -12,28 +12,6 @@
 #include "ibl/io.h"
 #include "maps.h"
 
-static ibl_cube irradiance(ibl_ctx *ctx, const ibl_image *map, int n)
-{
-    const ibl_irradiance_options o = {.size = n};
-    ibl_cube cube = {0};
-    if (ibl_bake_irradiance(ctx, map, &o, &cube))
-        exit(1);
-    return cube;
-}
-
-static ibl_cube specular(ibl_ctx *ctx, const ibl_image *map, int n, int levels,
-                         int samples)
-{
-    ibl_specular_options o = ibl_specular_options_default();
-    ibl_cube cube = {0};
-    o.size = n;
-    o.levels = levels;
-    o.samples = samples;
-    if (ibl_bake_specular(ctx, map, &o, &cube))
-        exit(1);
-    return cube;
-}
-
 /* Half a unit in the last place of a pixel format, at f > 0. */
 static double half_unit(ibl_pixel pixel, int channel, double largest, double f)
 {
@@ -95,8 +73,8 @@ static void constant(void)
         ibl_image map = map_constant(ctx, 37 << k % 2, 18, 0);
         for (size_t i = 0; i < map_floats(&map); i++)
             map.data[i] = values[k][i % 3];
-        ibl_cube cubes[] = {specular(ctx, &map, 24, 5, 100),
-                            irradiance(ctx, &map, 5)};
+        ibl_cube cubes[] = {cube_specular(ctx, &map, 0, 24, 5, 100),
+                            cube_irradiance(ctx, &map, 0, 5)};
         for (int j = 0; j < 2; j++) {
             size_t off = 0;
             for (size_t i = 0; i < cube_floats(&cubes[j]); i++)
@@ -119,8 +97,8 @@ static void largest_floats(void)
     ibl_image map = map_constant(ctx, 64, 32, FLT_MAX);
     map_set(&map, 5, 9, 0, 1, FLT_MAX / 2);
     for (int samples = 10; samples < 400; samples += 13) {
-        ibl_cube cubes[] = {specular(ctx, &map, 16, 5, samples),
-                            irradiance(ctx, &map, 3)};
+        ibl_cube cubes[] = {cube_specular(ctx, &map, 0, 16, 5, samples),
+                            cube_irradiance(ctx, &map, 0, 3)};
         for (int j = 0; j < 2; j++) {
             bool finite = true;
             for (size_t i = 0; i < cube_floats(&cubes[j]); i++)
@@ -141,7 +119,7 @@ static void overflow(void)
     ibl_image map = map_constant(ctx, 64, 32, 0.5f);
     for (int i = 0; i < 6; i++)
         map_set(&map, 20 + i, 9 + i, 1e6f, 8e4f * (float)i, 65504);
-    ibl_cube cube = specular(ctx, &map, 64, 6, 64);
+    ibl_cube cube = cube_specular(ctx, &map, 0, 64, 6, 64);
     double low, high;
     cube_range(&cube, 0, 0, &low, &high);
     CHECK(high > 65504);
@@ -161,8 +139,8 @@ static void denormal_halves(void)
     for (size_t i = 0; i < map_floats(&map); i++)
         map.data[i] = ldexpf((float)(i * 2654435761u % 1024), -24);
     ibl_image scaled = map_scaled(ctx, &map, 0x1p20f);
-    ibl_cube a = specular(ctx, &map, 32, 6, 256);
-    ibl_cube b = specular(ctx, &scaled, 32, 6, 256);
+    ibl_cube a = cube_specular(ctx, &map, 0, 32, 6, 256);
+    ibl_cube b = cube_specular(ctx, &scaled, 0, 32, 6, 256);
     for (size_t i = 0; i < cube_floats(&a); i++)
         CHECK(a.data[i] * 0x1p20f == b.data[i] && a.data[i] > 0x1p-25f);
     check_formats(ctx, &a);

@@ -115,44 +115,6 @@ static int below(subject *s, int n)
     return (int)(test_random_u64(&s->random) % (uint64_t)n);
 }
 
-/* ---- bakes ------------------------------------------------------------ */
-
-static ibl_cube level0(ibl_ctx *ctx, const ibl_image *map, double yaw, int n)
-{
-    ibl_cube cube = {0};
-    if (ibl_cube_alloc(ctx, n, 1, &cube) ||
-        ibl_cube_from_latlong(ctx, map, yaw, &cube))
-        exit(1);
-    return cube;
-}
-
-static ibl_cube irradiance(ibl_ctx *ctx, const ibl_image *map, double yaw,
-                           int n)
-{
-    const ibl_irradiance_options o = {.size = n, .yaw_deg = yaw};
-    ibl_cube cube = {0};
-    if (ibl_bake_irradiance(ctx, map, &o, &cube))
-        exit(1);
-    return cube;
-}
-
-/* levels 0: all down to one texel. */
-static ibl_cube specular(ibl_ctx *ctx, const ibl_image *map, double yaw, int n,
-                         int levels, int samples)
-{
-    ibl_specular_options o = ibl_specular_options_default();
-    ibl_cube cube = {0};
-    o.size = n;
-    o.samples = samples;
-    o.yaw_deg = yaw;
-    o.levels = levels;
-    while (!levels && n >> o.levels)
-        o.levels++;
-    if (ibl_bake_specular(ctx, map, &o, &cube))
-        exit(1);
-    return cube;
-}
-
 /* Rounding of level 0, absolute: of prefix sums over up to h + 2n rows, each
  * at most 2 peak, times the texel's share of dphi over its solid angle. */
 static double level0_noise(const subject *s, int n, double peak)
@@ -225,7 +187,7 @@ static void energy_of_level0(subject *s)
     static double error[25];
     const int n = 1 + below(s, 24);
     double mean[3];
-    ibl_cube cube = level0(s->ctx, &s->map, 360.0 * below(s, 97) / 97, n);
+    ibl_cube cube = cube_level0(s->ctx, &s->map, 360.0 * below(s, 97) / 97, n);
     if (!(error[n] > 0))
         error[n] = solid_angle_error(n);
     truth_mean(&s->map, mean);
@@ -284,7 +246,7 @@ static void energy_of_levels(subject *s)
 {
     static double bounds[3];
     double mean[3];
-    ibl_cube cube = specular(s->ctx, &s->map, 0, 32, 3, SAMPLES);
+    ibl_cube cube = cube_specular(s->ctx, &s->map, 0, 32, 3, SAMPLES);
     truth_mean(&s->map, mean);
     for (int l = 1; l < 3; l++) {
         if (!(bounds[l] > 0))
@@ -322,14 +284,15 @@ static void check_range(subject *s, const char *what, const ibl_cube *cube,
 static void range_of_level0(subject *s)
 {
     const int n = 1 + below(s, 24);
-    ibl_cube cube = level0(s->ctx, &s->map, 360.0 * below(s, 97) / 97, n);
+    ibl_cube cube = cube_level0(s->ctx, &s->map, 360.0 * below(s, 97) / 97, n);
     check_range(s, "range of level 0", &cube, u, 0);
     ibl_cube_free(&cube);
 }
 
 static void range_of_irradiance(subject *s)
 {
-    ibl_cube cube = irradiance(s->ctx, &s->map, 1000.0 / 97, 1 + below(s, 7));
+    ibl_cube cube =
+        cube_irradiance(s->ctx, &s->map, 1000.0 / 97, 1 + below(s, 7));
     check_range(s, "range of irradiance", &cube, u, 0);
     ibl_cube_free(&cube);
 }
@@ -337,7 +300,7 @@ static void range_of_irradiance(subject *s)
 static void range_of_specular(subject *s)
 {
     const int n = 1 + below(s, 20);
-    ibl_cube cube = specular(s->ctx, &s->map, 1000.0 / 97, n, 0, SAMPLES);
+    ibl_cube cube = cube_specular(s->ctx, &s->map, 1000.0 / 97, n, 0, SAMPLES);
     check_range(s, "range of specular", &cube, gathered, underflow);
     ibl_cube_free(&cube);
 }
@@ -350,8 +313,8 @@ static void range_at_the_top(subject *s)
     const float top = FLT_MAX / 2 / (float)fmax(peak_of(&s->map), 1);
     for (size_t i = 0; i < map_floats(&s->map); i++)
         s->map.data[i] = below(s, 300) ? FLT_MAX : s->map.data[i] * top;
-    ibl_cube a = specular(s->ctx, &s->map, 33, n, 0, SAMPLES);
-    ibl_cube b = irradiance(s->ctx, &s->map, 33, 3);
+    ibl_cube a = cube_specular(s->ctx, &s->map, 33, n, 0, SAMPLES);
+    ibl_cube b = cube_irradiance(s->ctx, &s->map, 33, 3);
     check_range(s, "specular of the largest floats", &a, gathered, 0);
     check_range(s, "irradiance of the largest floats", &b, u, 0);
     ibl_cube_free(&a);
@@ -397,9 +360,9 @@ static void linear(subject *s)
     ibl_cube x[3], y[3], z[3];
     const ibl_image *maps[3] = {&s->map, &b, &sum};
     for (int k = 0; k < 3; k++) {
-        x[k] = level0(s->ctx, maps[k], 20, n);
-        y[k] = irradiance(s->ctx, maps[k], 20, n);
-        z[k] = specular(s->ctx, maps[k], 20, n, 0, SAMPLES);
+        x[k] = cube_level0(s->ctx, maps[k], 20, n);
+        y[k] = cube_irradiance(s->ctx, maps[k], 20, n);
+        z[k] = cube_specular(s->ctx, maps[k], 20, n, 0, SAMPLES);
     }
     within(s, "level 0 of a sum", worst_sum(&x[0], &x[1], &x[2], 2 * u, noise),
            1);
@@ -457,12 +420,12 @@ static void powers_of_two(subject *s)
     const int k = s->kind == MAP_DENORMAL ? 20 : below(s, 41) - 20;
     const int n = 1 + below(s, 16);
     ibl_image scaled = map_scaled(s->ctx, &s->map, ldexpf(1, k));
-    ibl_cube a[3] = {level0(s->ctx, &s->map, 20, n),
-                     irradiance(s->ctx, &s->map, 20, n),
-                     specular(s->ctx, &s->map, 20, n, 0, SAMPLES)};
-    ibl_cube b[3] = {level0(s->ctx, &scaled, 20, n),
-                     irradiance(s->ctx, &scaled, 20, n),
-                     specular(s->ctx, &scaled, 20, n, 0, SAMPLES)};
+    ibl_cube a[3] = {cube_level0(s->ctx, &s->map, 20, n),
+                     cube_irradiance(s->ctx, &s->map, 20, n),
+                     cube_specular(s->ctx, &s->map, 20, n, 0, SAMPLES)};
+    ibl_cube b[3] = {cube_level0(s->ctx, &scaled, 20, n),
+                     cube_irradiance(s->ctx, &scaled, 20, n),
+                     cube_specular(s->ctx, &scaled, 20, n, 0, SAMPLES)};
     for (int j = 0; j < 3; j++) {
         double worst = 0;
         for (size_t i = 0; i < cube_floats(&a[j]); i++)
@@ -540,12 +503,12 @@ static void check_moved(subject *s, const ibl_image *map, double yaw,
     const int n = 8 + 8 * below(s, 2);
     const double noise = 2 * level0_noise(s, 64, peak_of(&s->map));
     const double frames = 8 * u * 64 * peak_of(&s->map);
-    ibl_cube a[3] = {level0(s->ctx, &s->map, 0, n),
-                     irradiance(s->ctx, &s->map, 0, n),
-                     specular(s->ctx, &s->map, 0, n, 3, SAMPLES)};
-    ibl_cube b[3] = {level0(s->ctx, map, yaw, n),
-                     irradiance(s->ctx, map, yaw, n),
-                     specular(s->ctx, map, yaw, n, 3, SAMPLES)};
+    ibl_cube a[3] = {cube_level0(s->ctx, &s->map, 0, n),
+                     cube_irradiance(s->ctx, &s->map, 0, n),
+                     cube_specular(s->ctx, &s->map, 0, n, 3, SAMPLES)};
+    ibl_cube b[3] = {cube_level0(s->ctx, map, yaw, n),
+                     cube_irradiance(s->ctx, map, yaw, n),
+                     cube_specular(s->ctx, map, yaw, n, 3, SAMPLES)};
     within(s, "level 0 moved",
            worst_moved(&a[0], &b[0], 0, from, false, 2 * u, noise), 1);
     within(s, "irradiance moved",
@@ -620,7 +583,7 @@ static double all_jumps[2];
 static void near_truth(subject *s)
 {
     replace_map(s, 64, 32);
-    ibl_cube cube = specular(s->ctx, &s->map, 0, 16, 3, SAMPLES);
+    ibl_cube cube = cube_specular(s->ctx, &s->map, 0, 16, 3, SAMPLES);
     for (int l = 1; l < 3; l++) {
         const int n = 16 >> l;
         const float *p = ibl_cube_face(&cube, l, 0);
@@ -659,8 +622,8 @@ static void near_truth(subject *s)
 static void roughest_is_irradiance(subject *s)
 {
     replace_map(s, 48, 24);
-    ibl_cube a = specular(s->ctx, &s->map, 0, 16, 3, SAMPLES);
-    ibl_cube b = irradiance(s->ctx, &s->map, 0, 4);
+    ibl_cube a = cube_specular(s->ctx, &s->map, 0, 16, 3, SAMPLES);
+    ibl_cube b = cube_irradiance(s->ctx, &s->map, 0, 4);
     ibl_cube last = {4, 1, ibl_cube_face(&a, 2, 0)};
     const double pixel = 4 * 3.14159265358979323846 / (48 * 24);
     if (s->kind != MAP_DENORMAL)
@@ -683,12 +646,12 @@ static void any_threads(subject *s)
         ctx[i] = ctx[i] ? ctx[i] : test_ctx(counts[i], IBL_ISA_AUTO);
     one = ctx[0];
     many = ctx[k];
-    ibl_cube a[3] = {level0(one, &s->map, 20, n),
-                     irradiance(one, &s->map, 20, n),
-                     specular(one, &s->map, 20, n, 0, SAMPLES)};
-    ibl_cube b[3] = {level0(many, &s->map, 20, n),
-                     irradiance(many, &s->map, 20, n),
-                     specular(many, &s->map, 20, n, 0, SAMPLES)};
+    ibl_cube a[3] = {cube_level0(one, &s->map, 20, n),
+                     cube_irradiance(one, &s->map, 20, n),
+                     cube_specular(one, &s->map, 20, n, 0, SAMPLES)};
+    ibl_cube b[3] = {cube_level0(many, &s->map, 20, n),
+                     cube_irradiance(many, &s->map, 20, n),
+                     cube_specular(many, &s->map, 20, n, 0, SAMPLES)};
     double x[48], y[48];
     if (ibl_bake_sh(one, &s->map, 3, 5, x) ||
         ibl_bake_sh(many, &s->map, 3, 5, y))

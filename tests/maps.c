@@ -269,3 +269,39 @@ double cube_nrmse(const ibl_cube *a, const ibl_cube *b, int level)
     }
     return norm > 0 ? sqrt(error / norm) : sqrt(error);
 }
+
+/* ---- bakes ------------------------------------------------------------ */
+
+ibl_cube cube_level0(ibl_ctx *ctx, const ibl_image *map, double yaw, int n)
+{
+    ibl_cube cube = {0};
+    if (ibl_cube_alloc(ctx, n, 1, &cube) ||
+        ibl_cube_from_latlong(ctx, map, yaw, &cube))
+        exit(1);
+    return cube;
+}
+
+ibl_cube cube_irradiance(ibl_ctx *ctx, const ibl_image *map, double yaw, int n)
+{
+    const ibl_irradiance_options o = {.size = n, .yaw_deg = yaw};
+    ibl_cube cube = {0};
+    if (ibl_bake_irradiance(ctx, map, &o, &cube))
+        exit(1);
+    return cube;
+}
+
+ibl_cube cube_specular(ibl_ctx *ctx, const ibl_image *map, double yaw, int n,
+                       int levels, int samples)
+{
+    ibl_specular_options o = ibl_specular_options_default();
+    ibl_cube cube = {0};
+    o.size = n;
+    o.samples = samples;
+    o.yaw_deg = yaw;
+    o.levels = levels;
+    while (!levels && n >> o.levels)
+        o.levels++;
+    if (ibl_bake_specular(ctx, map, &o, &cube))
+        exit(1);
+    return cube;
+}

@@ -40,6 +40,13 @@ ibl_image map_random(ibl_ctx *ctx, test_random *r, map_kind *kind);
 ibl_image map_of_kind(ibl_ctx *ctx, test_random *r, map_kind kind, int width,
                       int height);
 
+/* The bakes, each the caller's to free with ibl_cube_free. Specular levels 0:
+ * all down to one texel. */
+ibl_cube cube_level0(ibl_ctx *ctx, const ibl_image *map, double yaw, int n);
+ibl_cube cube_irradiance(ibl_ctx *ctx, const ibl_image *map, double yaw, int n);
+ibl_cube cube_specular(ibl_ctx *ctx, const ibl_image *map, double yaw, int n,
+                       int levels, int samples);
+
 /* Mean of a level's channel by the texels' exact solid angles. */
 double cube_mean(const ibl_cube *cube, int level, int channel);
 /* Smallest and largest value of a level's channel; NaN if any is. */
