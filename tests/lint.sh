@@ -25,7 +25,7 @@ awk 'length > 80 { print FILENAME ":" FNR; n++ } END { exit n > 0 }' $code ||
 # Every header compiles alone, the public ones in C++ too.
 for h in $(git ls-files '*.h'); do
     ${CC:-cc} -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -Itests \
-        $(pkg-config --cflags OpenEXR) -mavx2 -fsyntax-only -x c "$h" ||
+        $(pkg-config --cflags OpenEXR) -mavx2 -mfma -fsyntax-only -x c "$h" ||
         complain "$h: does not compile alone"
 done
 for h in include/ibl/*.h; do
