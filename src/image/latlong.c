@@ -22,6 +22,7 @@
  * bilinearly to a finer grid on the way into the prefix sums, with weights
  * between rows that leave every pixel the solid angle it has (bend_rows).
  */
+#include <assert.h>
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
@@ -29,6 +30,7 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "image/cube.h"
+#include "image/level0.h"
 
 #define PI 3.14159265358979323846
 
@@ -604,16 +606,14 @@ static ibl_status filter_face(ibl_ctx *ctx, struct face_job *f)
     return status;
 }
 
-ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
-                                 double yaw_deg, ibl_cube *cube)
+static ibl_status convert(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
+                          const ibl_cube *cube)
 {
     const size_t n = (size_t)cube->size;
     struct source src = {0};
     struct face_job f = {.src = &src, .n = cube->size};
     ibl_status status;
 
-    if (!isfinite(yaw_deg))
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT, "the yaw must be finite");
     status = source_init(ctx, env, yaw_deg, cube->size, &src);
     if (status)
         return status;
@@ -636,5 +636,73 @@ ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
     ibl_free(f.edges);
     ibl_free(f.tile.prefix);
     source_free(&src);
+    return status;
+}
+
+/* ---- rows ------------------------------------------------------------- */
+
+struct ibl_level0 {
+    ibl_ctx *ctx;
+    ibl_cube *cube;
+    double yaw_deg;
+    int added;
+    ibl_image env;
+};
+
+ibl_status ibl_level0_create(ibl_ctx *ctx, int width, int height,
+                             double yaw_deg, ibl_cube *cube, ibl_level0 **out)
+{
+    *out = NULL;
+    if (!isfinite(yaw_deg))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT, "the yaw must be finite");
+    ibl_level0 *l = ibl_alloc_zeroed(1, sizeof *l);
+    if (!l)
+        return ibl_no_memory(ctx, "level 0");
+    *l = (ibl_level0){.ctx = ctx, .cube = cube, .yaw_deg = yaw_deg};
+    const ibl_status status = ibl_image_alloc(ctx, width, height, &l->env);
+    if (status) {
+        ibl_level0_free(l);
+        return status;
+    }
+    *out = l;
+    return IBL_OK;
+}
+
+ibl_status ibl_level0_add(ibl_level0 *l, int rows, const float *rgb)
+{
+    const size_t row = 3 * (size_t)l->env.width;
+    assert(rows >= 0 && rows <= l->env.height - l->added);
+    memcpy(l->env.data + (size_t)l->added * row, rgb,
+           (size_t)rows * row * sizeof *rgb);
+    l->added += rows;
+    return IBL_OK;
+}
+
+ibl_status ibl_level0_finish(ibl_level0 *l)
+{
+    assert(l->added == l->env.height);
+    return convert(l->ctx, &l->env, l->yaw_deg, l->cube);
+}
+
+void ibl_level0_free(ibl_level0 *l)
+{
+    if (!l)
+        return;
+    ibl_image_free(&l->env);
+    ibl_free(l);
+}
+
+ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
+                                 double yaw_deg, ibl_cube *cube)
+{
+    ibl_level0 *l;
+    ibl_status status =
+        ibl_level0_create(ctx, env->width, env->height, yaw_deg, cube, &l);
+    if (status)
+        return status;
+    status = ibl_level0_add(l, env->height, env->data);
+    if (!status)
+        status = ibl_level0_finish(l);
+    ibl_level0_free(l);
     return status;
 }
