@@ -1,0 +1,107 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Spherical harmonics over rings of constant latitude: coefficients from the
+ * Fourier coefficients of each ring, and back.
+ *
+ * CONVENTIONS
+ *
+ *   Axis      theta is the angle from the pole, +Y for a map; phi goes around
+ *             it as the columns of a map do.
+ *   Rings     `count` of them at theta_j = pi (j + 1/2) / count, ring 0 next
+ *             to the pole. Ring j and ring count - 1 - j are mirror images in
+ *             the equator; the middle one of an odd count is its own.
+ *   P_lm      associated Legendre functions, normalised so that the integral
+ *             of P_lm(x)^2 over -1..1 is 1 / (2 pi), without the
+ *             Condon-Shortley phase: P_00 = sqrt(1 / 4 pi), P_mm > 0.
+ *   Y_lm      P_lm(cos theta) e^(i m phi), orthonormal on the sphere.
+ *   a_lm      the integral of f conj(Y_lm). For real f, a_l,-m is the
+ *             conjugate of a_lm in this sign convention, so that m >= 0 is
+ *             kept alone:
+ *               f = sum over l of a_l0 P_l0
+ *                               + 2 Re sum over m > 0 of a_lm P_lm e^(i m phi).
+ */
+#ifndef IBL_BAKE_SPECTRAL_TRANSFORM_H
+#define IBL_BAKE_SPECTRAL_TRANSFORM_H
+
+#include <stddef.h>
+
+#include "ibl/ibl.h"
+
+#define IBL_SHT_MAX_DEGREE 16384
+
+/*
+ * Fourier coefficients F_m, m = 0..orders - 1, of every ring, of three
+ * channels. Part p = 2 channel + (0: real, 1: imaginary) of F_m on ring j is
+ *     data[(m * 6 + p) * stride + j].
+ * What lies between the rings and the stride is nobody's: it may be written
+ * and is never used.
+ */
+typedef struct ibl_ring_spectra {
+    int rings;     /* 1..IBL_MAX_EDGE */
+    int orders;    /* 1..IBL_SHT_MAX_DEGREE + 1 */
+    size_t stride; /* floats: a multiple of 16, and an odd one, so that the
+                      parts of a ring do not share the sets of a cache */
+    float *data;   /* 64-byte aligned, 6 * orders * stride floats */
+} ibl_ring_spectra;
+
+/* Allocates the spectra of rings, contents undefined. out is empty after an
+ * error; free with ibl_ring_spectra_free. */
+ibl_status ibl_ring_spectra_alloc(ibl_ctx *ctx, int rings, int orders,
+                                  ibl_ring_spectra *out);
+void ibl_ring_spectra_free(ibl_ring_spectra *s); /* NULL and zeroed are fine */
+
+/* Part `part` of F_m: `rings` floats. */
+static inline float *ibl_ring_spectra_at(const ibl_ring_spectra *s, int m,
+                                         int part)
+{
+    return s->data + ((size_t)m * 6 + (size_t)part) * s->stride;
+}
+
+/*
+ * Coefficients a_lm of three channels, order after order: for each m the
+ * degrees l = m..degree, 6 doubles each (R re, R im, G re, G im, B re, B im).
+ */
+typedef struct ibl_harmonics {
+    int degree;   /* 0..IBL_SHT_MAX_DEGREE */
+    double *data; /* 64-byte aligned, 6 (degree + 1)(degree + 2) / 2 doubles */
+} ibl_harmonics;
+
+/* Allocates coefficients, contents undefined. out is empty after an error;
+ * free with ibl_harmonics_free. */
+ibl_status ibl_harmonics_alloc(ibl_ctx *ctx, int degree, ibl_harmonics *out);
+void ibl_harmonics_free(ibl_harmonics *h); /* NULL and zeroed are fine */
+
+/* The coefficients of order m: 6 doubles each for l = m, m + 1, ..., degree. */
+static inline double *ibl_harmonics_at(const ibl_harmonics *h, int m)
+{
+    return h->data +
+           (size_t)m * (size_t)(2 * (ptrdiff_t)h->degree + 3 - m) / 2 * 6;
+}
+
+/*
+ * The analysis:
+ *     a_lm = sum over rings j of weight[j] P_lm(cos theta_j) F_m(j)
+ * for l <= out->degree and m < in->orders; orders beyond those of in become
+ * 0. Runs on ctx's pool and reports progress under stage (NULL: silently).
+ *   weight  one for each ring, finite
+ * IBL_ERR_MEMORY, IBL_ERR_CANCELLED: out unspecified. The same bytes for any
+ * number of threads.
+ */
+ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
+                           const ibl_ring_spectra *in, const double *weight,
+                           ibl_harmonics *out);
+
+/*
+ * The synthesis:
+ *     G_m(j) = sum over l = m..degree of factor[l] a_lm P_lm(cos theta_j)
+ * for m <= degree; orders beyond become 0.
+ *   factor  one for each l <= degree, finite
+ *   degree  at most that of in and below out->orders
+ * IBL_ERR_ARGUMENT: degree out of range. IBL_ERR_MEMORY, IBL_ERR_CANCELLED:
+ * out unspecified. The same bytes for any number of threads.
+ */
+ibl_status ibl_sht_synthesise(ibl_ctx *ctx, const char *stage,
+                              const ibl_harmonics *in, const double *factor,
+                              int degree, ibl_ring_spectra *out);
+
+#endif
