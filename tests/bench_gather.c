@@ -57,7 +57,7 @@ static double run(ibl_isa isa, const ibl_samples *samples,
 int main(void)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    const ibl_lobe lobe = {.alpha = 0.018,
+    const ibl_sampling lobe = {.alpha = 0.018,
                            .count = 1024,
                            .edge = SIZE,
                            .levels = LEVELS,

@@ -103,7 +103,7 @@ static void nearly_mirror(void)
     double low, peak;
     cube_range(&source, 0, 0, &low, &peak);
     for (size_t k = 0; k < sizeof alphas / sizeof alphas[0]; k++) {
-        const ibl_lobe lobe = {.alpha = alphas[k],
+        const ibl_sampling lobe = {.alpha = alphas[k],
                                .count = COUNT,
                                .edge = N,
                                .levels = 6,

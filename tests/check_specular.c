@@ -548,7 +548,7 @@ static void sample_sets_are_sound(void)
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     for (int k = 0; k < 7 * 7 * 3; k++) {
         ibl_samples s;
-        const ibl_lobe lobe = {.alpha = alphas[k % 7],
+        const ibl_sampling lobe = {.alpha = alphas[k % 7],
                                .count = counts[k / 7 % 7],
                                .edge = 128,
                                .levels = 8,

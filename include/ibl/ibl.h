@@ -23,7 +23,7 @@
  *                which is the rule of OpenGL, Direct3D, Vulkan, KTX and DDS.
  *   Colour       linear RGB, the primaries of the source, scene-referred;
  *                no tone mapping anywhere.
- *   Roughness    perceptual, 0..1. The GGX width is alpha = roughness^2.
+ *   Roughness    perceptual, 0..1. A lobe's width is alpha = roughness^2.
  *   Threads      a context belongs to one caller at a time; its calls run on
  *                its own pool. Different contexts are independent. Every
  *                output is the same bytes for any number of threads.
@@ -222,7 +222,37 @@ ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
  */
 ibl_status ibl_cube_build_mips(ibl_ctx *ctx, ibl_cube *cube);
 
+/*
+ * What a level of a specular chain is convolved with: a weight w of the angle
+ * psi from R to L alone, N = V = R, so N.L = cos(psi) and N.H = cos(psi / 2);
+ * alpha = roughness^2, and w is 0 below the horizon, psi > 90 degrees. Level 0
+ * of a chain from roughness 0 is the environment for every lobe.
+ *
+ *   GGX      D_ggx(N.H; alpha) N.L (Walter et al. 2007, eq. 33; Karis 2013).
+ *   CHARLIE  D(N.H) N.L, D = (2 + 1/alpha) sin(theta_h)^(1/alpha) / 2pi: sheen
+ *            as of glTF's KHR_materials_sheen (Estevez and Kulla 2017). It is
+ *            0 at the mirror direction and has no mirror for a limit: as
+ *            alpha falls it becomes a ring on the horizon, which level 0 is
+ *            not. A shader should not go below the roughness of level 1.
+ *   PHONG    (N.L)^(n + 1), n = (1/alpha^2 - 1) / 2: a cosine power about R
+ *            and a cosine. n is a quarter of 2/alpha^2 - 2, the exponent of
+ *            Blinn and Phong that is as wide as GGX's alpha, since the angle to
+ *            R is twice that to H (the 1/4 of Lagarde's CubemapGen and of
+ *            cmft's "blinnbrdf").
+ *
+ * At roughness 1 GGX and PHONG are the cosine, so that level is irradiance/pi.
+ */
+typedef enum ibl_lobe {
+    IBL_LOBE_GGX,
+    IBL_LOBE_CHARLIE,
+    IBL_LOBE_PHONG
+} ibl_lobe;
+
+/* "ggx", "charlie" or "phong". */
+const char *ibl_lobe_name(ibl_lobe lobe);
+
 typedef struct ibl_specular_options {
+    ibl_lobe lobe;                     /* default IBL_LOBE_GGX */
     int size;                          /* edge of level 0, default 256 */
     int levels;                        /* default 0: see ibl_specular_layout */
     ibl_roughness_map mapping;         /* default IBL_ROUGHNESS_LINEAR */

@@ -123,13 +123,13 @@ void ibl_samples_free(ibl_samples *samples)
 /* ---- specular --------------------------------------------------------- */
 
 /* Mean solid angle of a texel of the pyramid's level 0. */
-static double texel_angle(const ibl_lobe *lobe)
+static double texel_angle(const ibl_sampling *lobe)
 {
     return 4 * IBL_PI / (6.0 * lobe->edge * lobe->edge);
 }
 
 /* Below 0 where a sample wants a finer level than there is. */
-static double lod_of(const ibl_lobe *lobe, double pdf)
+static double lod_of(const ibl_sampling *lobe, double pdf)
 {
     if (!lobe->pdf_mip)
         return -1;
@@ -159,7 +159,7 @@ static double lod_of(const ibl_lobe *lobe, double pdf)
  *   wider than a texel; those narrower are past this first order, and their
  *   samples stay beyond half their angle.
  */
-static double moved_angle(const ibl_lobe *lobe, double sin_h, double cos_h,
+static double moved_angle(const ibl_sampling *lobe, double sin_h, double cos_h,
                           double lod)
 {
     const double angle = 2 * atan2(sin_h, cos_h);
@@ -179,7 +179,7 @@ static double moved_angle(const ibl_lobe *lobe, double sin_h, double cos_h,
 
 /* Point i of the part of the lobe above the horizon. There the half vector is
  * within 45 degrees, which is the first 1 / (1 + alpha^2) of Walter's u. */
-static sample make_sample(const ibl_lobe *lobe, int i)
+static sample make_sample(const ibl_sampling *lobe, int i)
 {
     const double part = 1 / (1 + lobe->alpha * lobe->alpha);
     double u1, u2, sin_h, cos_h;
@@ -199,7 +199,7 @@ static sample make_sample(const ibl_lobe *lobe, int i)
 }
 
 struct drawing {
-    const ibl_lobe *lobe;
+    const ibl_sampling *lobe;
     sample *all;
 };
 
@@ -212,7 +212,7 @@ static void sample_job(void *arg, int job, int worker)
         d->all[i] = make_sample(d->lobe, i);
 }
 
-ibl_status ibl_samples_specular(ibl_ctx *ctx, const ibl_lobe *lobe,
+ibl_status ibl_samples_specular(ibl_ctx *ctx, const ibl_sampling *lobe,
                                 ibl_samples *samples)
 {
     struct drawing d = {.lobe = lobe};

@@ -16,7 +16,7 @@ typedef struct ibl_samples {
     ibl_gather_group *groups;
 } ibl_samples;
 
-typedef struct ibl_lobe {
+typedef struct ibl_sampling {
     double alpha; /* GGX width, 0 < alpha <= 1 */
     int count;    /* Hammersley points */
     int edge;     /* of the pyramid's level 0 */
@@ -25,11 +25,11 @@ typedef struct ibl_lobe {
     bool pdf_mip;     /* else every lookup at level 0 */
     double footprint; /* variance of a source pixel as level 0 has it, along
                          one axis, in square radians */
-} ibl_lobe;
+} ibl_sampling;
 
 /* Hammersley points through the part of the GGX lobe above the horizon,
  * N = V = R, weights N.L. */
-ibl_status ibl_samples_specular(ibl_ctx *ctx, const ibl_lobe *lobe,
+ibl_status ibl_samples_specular(ibl_ctx *ctx, const ibl_sampling *lobe,
                                 ibl_samples *samples);
 
 /* The grid over the hemisphere in theta and phi: midpoints, at most step

@@ -33,6 +33,15 @@ static ibl_status check_samples(ibl_ctx *ctx, const char *what, int samples)
 
 static ibl_status check(ibl_ctx *ctx, const ibl_specular_options *o)
 {
+    if (o->lobe < IBL_LOBE_GGX || o->lobe > IBL_LOBE_PHONG)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "lobe %d: must be ggx (%d), charlie (%d) or phong (%d)",
+                        (int)o->lobe, IBL_LOBE_GGX, IBL_LOBE_CHARLIE,
+                        IBL_LOBE_PHONG);
+    if (o->lobe != IBL_LOBE_GGX)
+        return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
+                        "lobe %s: cannot be sampled yet: use ggx",
+                        ibl_lobe_name(o->lobe));
     if (o->mapping != IBL_ROUGHNESS_LINEAR &&
         o->mapping != IBL_ROUGHNESS_FILAMENT)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
@@ -166,7 +175,7 @@ ibl_status ibl_specular_samples(const ibl_specular_bake *b,
                                 int count, ibl_samples *samples)
 {
     const double r = b->layout.roughness[level];
-    const ibl_lobe lobe = {
+    const ibl_sampling lobe = {
         .alpha = r * r,
         .count = count,
         .edge = pyramid->size,
