@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: MIT */
+/* Memory: alignment, zeroes, sizes around where huge pages begin, refusals. */
+#include "core/alloc.h"
+
+#include <stdint.h>
+#include <string.h>
+
+#include "test.h"
+
+static const size_t sizes[] = {0,
+                               1,
+                               63,
+                               64,
+                               65,
+                               4096,
+                               (1 << 20) - 1,
+                               1 << 20,
+                               (1 << 21) - 1,
+                               1 << 21,
+                               (1 << 21) + 1,
+                               5 << 20};
+
+enum {
+    SIZES = sizeof sizes / sizeof sizes[0]
+};
+
+/* Two rounds, so that memory is used again that was not zero. */
+static void every_size(void)
+{
+    unsigned char *p[SIZES];
+    for (int round = 0; round < 2; round++) {
+        for (int i = 0; i < SIZES; i++) {
+            p[i] = ibl_alloc_zeroed(sizes[i], 1);
+            NEED(p[i]);
+            CHECK((uintptr_t)p[i] % 64 == 0);
+            size_t others = 0;
+            for (size_t k = 0; k < sizes[i]; k++)
+                others += p[i][k] != 0;
+            CHECK_MSG(!others, "%zu of %zu bytes not 0", others, sizes[i]);
+            memset(p[i], i + 1, sizes[i]);
+        }
+        for (int i = 0; i < SIZES; i++) {
+            CHECK(!sizes[i] ||
+                  (p[i][0] == i + 1 && p[i][sizes[i] - 1] == i + 1));
+            ibl_free(p[i]);
+        }
+    }
+    ibl_free(NULL);
+}
+
+static void too_much(void)
+{
+    CHECK(!ibl_alloc_array(SIZE_MAX, 1));
+    CHECK(!ibl_alloc_array(SIZE_MAX / 2, 1));
+    CHECK(!ibl_alloc_array(SIZE_MAX / 2, 3));
+    CHECK(!ibl_alloc_array(1, SIZE_MAX - 62));
+    CHECK(!ibl_alloc_array((size_t)1 << 33, (size_t)1 << 33));
+}
+
+static const test tests[] = {TEST(every_size), TEST(too_much)};
+TEST_MAIN(tests)
