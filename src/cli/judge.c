@@ -11,7 +11,7 @@
 
 enum {
     COARSE = 64,     /* columns of the small map that finds the dark texels */
-    DARK_TENTH = 10, /* one cell in this many is dark */
+    DARK_TENTH = 10, /* one cell or texel in this many is dark */
     CELLS = IBL_FACES * IBL_DARK_CELLS * IBL_DARK_CELLS
 };
 
@@ -336,6 +336,32 @@ static double quantile(const ibl_judged_texel *texels, size_t count,
     return 0;
 }
 
+static int by_darkness(const void *a, const void *b)
+{
+    const ibl_judged_texel *x = a, *y = b;
+    return (x->value > y->value) - (x->value < y->value);
+}
+
+/* The darkest tenth by weight. Sorts texels its own way. */
+static void judge_dark(ibl_judged_texel *texels, size_t count,
+                       ibl_dark_verdict *dark)
+{
+    double total = 0, sum = 0;
+    size_t n = 0;
+
+    for (size_t i = 0; i < count; i++)
+        total += texels[i].weight;
+    qsort(texels, count, sizeof *texels, by_darkness);
+    while (n < count &&
+           (sum < total / DARK_TENTH || texels[n].value <= texels[n - 1].value))
+        sum += texels[n++].weight;
+    qsort(texels, n, sizeof *texels, by_error);
+    *dark = (ibl_dark_verdict){.count = n,
+                               .median = quantile(texels, n, 0.5),
+                               .p95 = quantile(texels, n, 0.95),
+                               .worst = n ? texels[n - 1].error : 0};
+}
+
 static void find_worst(const known *k, ibl_verdict *v)
 {
     for (size_t i = 0; i < v->count; i++)
@@ -376,12 +402,14 @@ static ibl_status compare(const ibl_judge *j, const ibl_judge_level *level,
         all += w * size;
         rounding += w * loss;
         v->texels[v->count] = k->picks[i];
+        v->texels[v->count].value = t[0] + t[1] + t[2];
         v->texels[v->count++].error = ibl_relative_error(got, t, j->mean);
     }
     memcpy(sorted, v->texels, v->count * sizeof *sorted);
     qsort(sorted, v->count, sizeof *sorted, by_error);
     v->median = quantile(sorted, v->count, 0.5);
     v->p95 = quantile(sorted, v->count, 0.95);
+    judge_dark(sorted, v->count, &v->dark);
     free(sorted);
     find_worst(k, v);
     v->nrmse = sqrt(wrong) / fmax(sqrt(all), (double)FLT_MIN);

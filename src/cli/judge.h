@@ -27,6 +27,9 @@
  *                   angle
  *   rounding        nRMSE of the truth itself when it is encoded as the pixel
  *                   format and decoded
+ *   darkest tenth   of the texels in the order of the truth's R + G + B: the
+ *                   relative error among these alone, where ringing and
+ *                   cancellation show first
  * Texels that are not finite are counted over the whole level and left out of
  * everything else.
  */
@@ -79,7 +82,15 @@ typedef struct ibl_judged_texel {
     ibl_texel at;
     double weight; /* texels that it stands for */
     double error;  /* relative */
+    double value;  /* R + G + B of the truth */
 } ibl_judged_texel;
+
+/* The darkest tenth of a level, as defined above. */
+typedef struct ibl_dark_verdict {
+    size_t count; /* texels judged; at least one, and all that are as dark as
+                     the brightest of them */
+    double median, p95, worst; /* of the relative error */
+} ibl_dark_verdict;
 
 typedef struct ibl_verdict {
     ibl_role role;
@@ -97,6 +108,7 @@ typedef struct ibl_verdict {
     double rounding_share; /* (rounding / nrmse)^2, at most 1: the part of the
                               squared error that the pixel format explains */
     size_t nonfinite;      /* texels of the level with NaN or Inf */
+    ibl_dark_verdict dark;
     ibl_judged_texel *texels;
 } ibl_verdict;
 

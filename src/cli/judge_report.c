@@ -102,6 +102,19 @@ static void print_row(const ibl_report_row *row, FILE *to)
             v->nonfinite, 100 * v->rounding_share);
 }
 
+static void print_dark(const ibl_report *report, FILE *to)
+{
+    fprintf(to, "%-26s %7s  %8s %8s %8s %8s\n", "darkest tenth", "texels", "",
+            "median", "p95", "worst");
+    for (int i = 0; i < report->count; i++) {
+        const ibl_report_row *row = &report->rows[i];
+        const ibl_dark_verdict *dark = &row->verdict.dark;
+        fprintf(to, "%-10s %2d %13s %7zu  %8s %8.2e %8.2e %8.2e\n",
+                row->content, row->level, "", dark->count, "", dark->median,
+                dark->p95, dark->worst);
+    }
+}
+
 void ibl_report_print(const ibl_report *report, FILE *to)
 {
     const ibl_lut_verdict *lut = &report->lut;
@@ -112,6 +125,8 @@ void ibl_report_print(const ibl_report *report, FILE *to)
                 "worst", "towards", "bias", "NaN", "rounded");
     for (int i = 0; i < report->count; i++)
         print_row(&report->rows[i], to);
+    if (report->count)
+        print_dark(report, to);
     if (report->has_lut)
         fprintf(to,
                 "BRDF table   size %d, %zu texels: largest error %.2e at N.V "
@@ -158,6 +173,10 @@ static json_t *row_json(builder *b, const ibl_report_row *row)
     put(b, j, "worst_direction",
         json_pack("[ooo]", real(v->worst_dir[0]), real(v->worst_dir[1]),
                   real(v->worst_dir[2])));
+    put(b, j, "darkest_tenth",
+        json_pack("{s:I,s:o,s:o,s:o}", "texels", (json_int_t)v->dark.count,
+                  "median", real(v->dark.median), "p95", real(v->dark.p95),
+                  "worst", real(v->dark.worst)));
     put(b, j, "bias", real(v->bias));
     put(b, j, "nonfinite", json_integer((json_int_t)v->nonfinite));
     put(b, j, "rounding_nrmse", real(v->rounding));
