@@ -3,8 +3,8 @@
  * iblbake: reading images, reading and writing textures.
  *
  * Conventions, status codes and thread rules: <ibl/ibl.h>. Programs that use
- * ibl_image_read or ibl_image_decode link OpenEXRCore too; everything else
- * here needs only the C library.
+ * ibl_image_read, ibl_image_decode or ibl_source_open link OpenEXRCore too;
+ * everything else here needs only the C library.
  */
 #ifndef IBL_IO_H
 #define IBL_IO_H
@@ -85,6 +85,51 @@ ibl_status ibl_image_decode(ibl_ctx *ctx, const char *name, const void *bytes,
 const char *ibl_exr_version(void);
 /* Where the image bridge is looked for by a context that was given none. */
 const char *ibl_bridge_path(void);
+
+/* ---- images in, row by row ------------------------------------------- */
+
+/*
+ * A map that is read from the zenith down, some rows at a time, so that it
+ * never is in memory as a whole: Radiance pictures whose rows run from the
+ * top, and OpenEXR, from files; what cannot be read so (pictures stored by
+ * column or from the bottom, chroma of half the size) is decoded whole behind
+ * the same calls. Pipes and standard input are loaded whole, and decoded by
+ * rows.
+ */
+typedef struct ibl_source ibl_source;
+
+/*
+ * Opens what ibl_image_read reads and looks at its header; that the file is
+ * whole is known only when all rows have been read.
+ *   path   as in ibl_image_read; copied
+ *   opts   NULL for defaults; not needed afterwards
+ *   out    to be closed with ibl_source_close before ctx is freed; NULL after
+ *          an error
+ * Errors as those of ibl_image_read.
+ */
+ibl_status ibl_source_open(ibl_ctx *ctx, const char *path,
+                           const ibl_read_options *opts, ibl_source **out);
+
+int ibl_source_width(const ibl_source *source);
+int ibl_source_height(const ibl_source *source);
+
+/*
+ * Reads the next rows, mended as ibl_image_read says: the same floats however
+ * they are divided into calls. Runs on the context's pool; progress is told
+ * as stage "decode".
+ *   rows   1 to as many as are left, else IBL_ERR_ARGUMENT
+ *   rgb    3 * width * rows floats
+ * Errors as those of ibl_image_read; that strict reading refuses comes with
+ * the last row, so nothing should be made of rows before all are there. After
+ * an error other than IBL_ERR_ARGUMENT what rgb holds is unspecified, and each
+ * later call has the same status.
+ */
+ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb);
+
+/* What was read: complete once all rows have been. Owned by source. */
+const ibl_read_report *ibl_source_report(const ibl_source *source);
+
+void ibl_source_close(ibl_source *source); /* NULL is fine */
 
 /* ---- textures ------------------------------------------------------- */
 
