@@ -106,10 +106,22 @@ const head = rows[0];
 rows.forEach((r, i) => need(r.length == head.length ||
     r.length == head.length - 1, `line ${i}: ${r.length} fields`));
 const column = name => head.indexOf(name);
+/* A column for each stage, in the order of a bake. */
+const staged = ['start', 'decode', 'level 0', 'specular 1', 'write', 'lut',
+    'rest'].map(name => column(name + '_s'));
+need(!staged.includes(-1), `stages: ${head}`);
+need(['start', 'decode', 'level 0', 'specular 1', 'specular 2', 'rest'].every(
+    (name, i, all) => !i || column(name + '_s') > column(all[i - 1] + '_s')),
+    `order of stages: ${head}`);
 const all = rows.filter(r => r[column('content')] == 'all');
 need(all.length == j.points.length, `${all.length} lines for all`);
 all.forEach((r, i) => need(Math.abs(r[column('wall_s')] /
     j.points[i].wall_s.median - 1) < 1e-8, `line of ${j.points[i].name}`));
+all.forEach((r, i) => {
+    for (const s in j.points[i].stages_s ?? {})
+        need(Math.abs(r[column(s + '_s')] - j.points[i].stages_s[s].median) <
+            1e-8, `${s} of ${j.points[i].name}`);
+});
 
 /* The page: closed elements, nothing from elsewhere, the plots. */
 const page = read('r.html');
@@ -128,6 +140,8 @@ for (const title of ['Error against time', 'Error against roughness',
     'Time against samples', 'Time against output size',
     'Time against source size', 'Time against threads', 'Stages'])
     need(page.includes(`<h3>${title}</h3>`), `no ${title}`);
+for (const s in point('two').stages_s)
+    need(page.includes(`<tr><td>${s}</td>`), `no row of stage ${s}`);
 for (const word of [j.machine.cpu, j.machine.compiler, j.date])
     need(word && page.includes(word), `does not name ${word}`);
 JS

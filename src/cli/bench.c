@@ -131,6 +131,13 @@ bool ibl_bench_is_rival(const ibl_bench *b, const ibl_bench_point *p)
     return true;
 }
 
+bool ibl_bench_is_special(const ibl_bench *b, const ibl_bench_point *p)
+{
+    return p->base || p->kind != IBL_BENCH_BAKE ||
+           (p->sweeps & 1u << IBL_BENCH_METHOD &&
+            !b->sources[p->source].resampled);
+}
+
 /* In the private directory. */
 static int work(void *cookie, const char *directory)
 {

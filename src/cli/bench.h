@@ -20,7 +20,7 @@
 enum {
     IBL_BENCH_VALUES = 32, /* of one list */
     IBL_BENCH_NAMED = 16,  /* variants, peers, environments */
-    IBL_BENCH_STAGES = 32, /* that a bake reports, most */
+    IBL_BENCH_STAGES = 64, /* that a bake reports, most */
     IBL_BENCH_ROUNDS = 999
 };
 
@@ -198,6 +198,15 @@ char *ibl_bench_svg(const ibl_bench *b);
  * its own. */
 ibl_bench_stat ibl_bench_stat_of(const double *values, int n);
 
+/* Whether a point has its levels and stages listed: the base, what differs
+ * from it by the method alone, variants and peers. */
+bool ibl_bench_is_special(const ibl_bench *b, const ibl_bench_point *p);
+
+/* Every stage that any point has, as each of them has it in its own order as
+ * far as that goes; returns how many. */
+int ibl_bench_stages(const ibl_bench *b, char names[][32], int most);
+/* Median time of a stage in a point, NAN if it has none. */
+double ibl_bench_stage_seconds(const ibl_bench_point *p, const char *name);
 /* Groups of stages that any point has, in their order; returns how many. */
 int ibl_bench_groups(const ibl_bench *b, char groups[][32], int most);
 /* The stage's name without a level number: "specular 3" -> "specular". */

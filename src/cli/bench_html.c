@@ -135,6 +135,12 @@ static void put_summary(const ibl_bench *b, int source, FILE *to)
     fputs("</table></div>\n", to);
 }
 
+static bool is_staged(const ibl_bench *b, const ibl_bench_point *p, int source)
+{
+    return ibl_bench_is_of(b, p, source) && ibl_bench_is_special(b, p) &&
+           p->stage_count;
+}
+
 static void put_stages(const ibl_bench *b, int source, FILE *to)
 {
     char groups[IBL_BENCH_STAGES][32];
@@ -165,6 +171,35 @@ static void put_stages(const ibl_bench *b, int source, FILE *to)
     fputs("</table></div>\n<p class=\"dim\">rest: start and end of the "
           "process, the renaming and flushing of the files.</p>\n",
           to);
+}
+
+/* Each stage by itself, of the points that the levels are listed of. */
+static void put_every_stage(const ibl_bench *b, int source, FILE *to)
+{
+    char names[IBL_BENCH_STAGES][32];
+    const int count = ibl_bench_stages(b, names, IBL_BENCH_STAGES);
+
+    fputs("<details open><summary>Every stage</summary>\n<div class=\"wide\">"
+          "<table>\n<tr><th></th>",
+          to);
+    for (int i = 0; i < b->point_count; i++)
+        if (is_staged(b, &b->points[i], source)) {
+            fputs("<th>", to);
+            text(to, b->points[i].name);
+            fputs("</th>", to);
+        }
+    fputs("</tr>\n", to);
+    for (int k = 0; k < count; k++) {
+        fputs("<tr><td>", to);
+        text(to, names[k]);
+        fputs("</td>", to);
+        for (int i = 0; i < b->point_count; i++)
+            if (is_staged(b, &b->points[i], source))
+                put_value(to, IBL_PLOT_SECONDS,
+                          ibl_bench_stage_seconds(&b->points[i], names[k]));
+        fputs("</tr>\n", to);
+    }
+    fputs("</table></div></details>\n", to);
 }
 
 static void put_levels(const ibl_bench *b, int source, FILE *to)
@@ -266,6 +301,7 @@ static void put_environment(const ibl_bench *b, int source, FILE *to)
     fputs("</div>\n", to);
     put_summary(b, source, to);
     put_stages(b, source, to);
+    put_every_stage(b, source, to);
     put_levels(b, source, to);
     put_commands(b, source, to);
 }

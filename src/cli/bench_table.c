@@ -42,11 +42,6 @@ static void print_point(const ibl_bench_point *p, int width, FILE *to)
     fputc('\n', to);
 }
 
-static bool is_special(const ibl_bench_point *p)
-{
-    return p->base || p->kind != IBL_BENCH_BAKE;
-}
-
 static void print_level(const ibl_bench_level *l, const char *name, int width,
                         FILE *to)
 {
@@ -67,7 +62,7 @@ static void print_levels(const ibl_bench *b, int env, int width, FILE *to)
 
     for (int i = 0; i < b->point_count; i++) {
         const ibl_bench_point *p = &b->points[i];
-        if (b->sources[p->source].env != env || !is_special(p))
+        if (b->sources[p->source].env != env || !ibl_bench_is_special(b, p))
             continue;
         for (int k = 0; k < p->level_count; k++) {
             /* The mips of a skybox are not what was swept. */
@@ -84,17 +79,19 @@ static void print_levels(const ibl_bench *b, int env, int width, FILE *to)
     }
 }
 
+/* Stages downwards: a point has more of them than there are points. */
 static void print_stages(const ibl_bench *b, int env, int width, FILE *to)
 {
     for (int i = 0; i < b->point_count; i++) {
         const ibl_bench_point *p = &b->points[i];
-        if (b->sources[p->source].env != env || !is_special(p) ||
+        if (b->sources[p->source].env != env || !ibl_bench_is_special(b, p) ||
             !p->stage_count)
             continue;
-        fprintf(to, "\n %-*s %9s\n", width + 11, "stages", "ms");
+        fprintf(to, "\n %-*s %-16s %9s %7s\n", width, "stages", "", "ms", "%");
         for (int k = 0; k < p->stage_count; k++)
-            fprintf(to, " %-*s %-10.10s %9.2f\n", width, k ? "" : p->name,
-                    p->stages[k].name, 1e3 * p->stages[k].stat.median);
+            fprintf(to, " %-*s %-16s %9.2f %7.1f\n", width, k ? "" : p->name,
+                    p->stages[k].name, 1e3 * p->stages[k].stat.median,
+                    100 * p->stages[k].stat.median / p->wall.median);
     }
 }
 
@@ -177,7 +174,7 @@ static void put_settings(const ibl_bench *b, const ibl_bench_point *p, FILE *to)
 }
 
 static void put_measured(const ibl_bench *b, const ibl_bench_point *p,
-                         char groups[][32], int count, FILE *to)
+                         char stages[][32], int count, FILE *to)
 {
     fprintf(to, ",%d", b->opts->rounds);
     put_number(p->wall.median, to);
@@ -186,7 +183,7 @@ static void put_measured(const ibl_bench *b, const ibl_bench_point *p,
     put_number(p->cpu.median, to);
     fprintf(to, ",%zu,%zu", p->peak_bytes, p->output_bytes);
     for (int i = 0; i < count; i++)
-        put_number(ibl_bench_group_seconds(p, groups[i]), to);
+        put_number(ibl_bench_stage_seconds(p, stages[i]), to);
     fprintf(to, ",%s", !p->judged ? "" : p->pareto ? "1" : "0");
 }
 
@@ -204,8 +201,8 @@ static void put_level(const ibl_bench_level *l, FILE *to)
 
 char *ibl_bench_csv(const ibl_bench *b)
 {
-    char groups[IBL_BENCH_STAGES][32];
-    const int count = ibl_bench_groups(b, groups, IBL_BENCH_STAGES);
+    char stages[IBL_BENCH_STAGES][32];
+    const int count = ibl_bench_stages(b, stages, IBL_BENCH_STAGES);
     char *text = NULL;
     size_t size;
     FILE *to = open_memstream(&text, &size);
@@ -217,14 +214,14 @@ char *ibl_bench_csv(const ibl_bench *b)
           "peak_bytes,output_bytes",
           to);
     for (int i = 0; i < count; i++)
-        fprintf(to, ",%s_s", groups[i]);
+        fprintf(to, ",%s_s", stages[i]);
     fputs(",front,content,level,level_size,roughness,nrmse,median,p95,"
           "worst,bias\n",
           to);
     for (int i = 0; i < b->point_count; i++) {
         const ibl_bench_point *p = &b->points[i];
         put_settings(b, p, to);
-        put_measured(b, p, groups, count, to);
+        put_measured(b, p, stages, count, to);
         fputs(",all,,,", to);
         put_number(p->judged ? p->error : NAN, to);
         fputc(',', to);
@@ -232,7 +229,7 @@ char *ibl_bench_csv(const ibl_bench *b)
         fputs(",,\n", to);
         for (int k = 0; k < p->level_count; k++) {
             put_settings(b, p, to);
-            put_measured(b, p, groups, count, to);
+            put_measured(b, p, stages, count, to);
             put_level(&p->level[k], to);
         }
     }
