@@ -2,6 +2,7 @@
 /* Contexts, their refusals, the pool and cancelling. */
 #include <stdatomic.h>
 #include <string.h>
+#include <time.h>
 
 #include "core/context.h"
 #include "test.h"
@@ -85,6 +86,34 @@ static void every_job(void)
     }
 }
 
+/* Batch after batch on one pool, with and without a pause in which its threads
+ * fall asleep: none is run twice, missed or begun before the last has ended. */
+static void many_batches(void)
+{
+    static struct batch b;
+    const struct timespec nap = {0, 200000};
+    for (int threads = 1; threads <= 8; threads *= 2) {
+        b.ctx = test_ctx(threads, IBL_ISA_AUTO);
+        b.stop_at = -1;
+        memset(b.ran, 0, sizeof b.ran);
+        int want[12] = {0};
+        for (int n = 0; n < 3000; n++) {
+            const int jobs = n % 12;
+            for (int i = 0; i < jobs; i++)
+                want[i]++;
+            CHECK(ibl_run(b.ctx, NULL, jobs, count_job, &b) == IBL_OK);
+            bool right = true;
+            for (int i = 0; i < 12; i++)
+                right &= b.ran[i] == want[i];
+            NEED(right);
+            if (n % 16 == 0)
+                nanosleep(&nap, NULL);
+        }
+        CHECK(!b.wrong);
+        ibl_ctx_free(b.ctx);
+    }
+}
+
 /* A cancel keeps jobs from starting, and everything later from running. */
 static void cancel(void)
 {
@@ -130,7 +159,7 @@ static void default_options(void)
 }
 
 static const test tests[] = {
-    TEST(refusals), TEST(names),           TEST(every_job),
-    TEST(cancel),   TEST(default_options),
+    TEST(refusals),     TEST(names),  TEST(every_job),
+    TEST(many_batches), TEST(cancel), TEST(default_options),
 };
 TEST_MAIN(tests)

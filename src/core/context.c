@@ -100,8 +100,9 @@ ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **out)
             goto no_memory;
         memcpy(ctx->bridge, opts->bridge, bytes);
     }
-    ctx->pool =
-        ibl_pool_create(opts->threads ? opts->threads : ibl_cpu_count());
+    const int cpus = ibl_cpu_count();
+    const int threads = opts->threads ? opts->threads : cpus;
+    ctx->pool = ibl_pool_create(threads, threads <= cpus);
     if (!ctx->pool)
         goto no_memory;
     *out = ctx;

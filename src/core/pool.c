@@ -1,10 +1,32 @@
 /* SPDX-License-Identifier: MIT */
+/*
+ * A batch is open from when the caller has described it until it finds no job
+ * left; workers enter while it is open, and the caller waits for those that
+ * did. Who comes late (waking an idle core takes longer than a short job) has
+ * missed it, and is not waited for. Both facts, open and the number inside,
+ * are in one atomic word, so that nobody enters what is being left.
+ *
+ * Waiting begins with looking again for a while: about as long as it takes
+ * to wake a thread, so that it costs at most about twice what is best.
+ */
 #include "core/pool.h"
 
 #include <pthread.h>
+#include <sched.h>
 #include <stdatomic.h>
+#include <stdint.h>
+#include <time.h>
 
 #include "core/alloc.h"
+
+enum {
+    SPIN_NS = 50000,
+    LOOKS = 64 /* between two looks at the clock */
+};
+
+/* The word: workers inside, whether the batch is open, its number. */
+static const uint64_t inside_mask = 0xFFFF, open_bit = 0x10000,
+                      batch_unit = 0x20000;
 
 struct worker {
     ibl_pool *pool;
@@ -15,20 +37,119 @@ struct worker {
 struct ibl_pool {
     int threads; /* the caller's included */
     int started; /* workers that have a thread */
+    bool spins;
     struct worker *workers;
+    atomic_uint_fast64_t word;
+    atomic_bool quit;
     pthread_mutex_t lock;
-    pthread_cond_t work; /* a batch has begun, or quit */
-    pthread_cond_t idle; /* the last worker of a batch is out of it */
-    unsigned long batch; /* counts batches */
-    int busy;            /* workers inside the batch */
-    bool quit;
-    /* the batch */
+    pthread_cond_t work;  /* a batch is open, or quit */
+    pthread_cond_t idle;  /* a closed batch is empty */
+    atomic_int sleepers;  /* workers that wait for work */
+    atomic_bool sleeping; /* the caller waits for idle */
+    /* the batch; read by who is inside */
     ibl_job_fn *fn;
     void *arg;
     int jobs;
     atomic_int next, done;
     atomic_bool stop;
 };
+
+/* ---- waiting -------------------------------------------------------- */
+
+typedef bool ready_fn(const ibl_pool *pool, uint64_t seen);
+
+static bool has_work(const ibl_pool *pool, uint64_t seen)
+{
+    const uint64_t word = atomic_load(&pool->word);
+    return atomic_load(&pool->quit) ||
+           (word & open_bit && word / batch_unit != seen);
+}
+
+static bool is_empty(const ibl_pool *pool, uint64_t seen)
+{
+    (void)seen;
+    return !(atomic_load(&pool->word) & inside_mask);
+}
+
+static int64_t nanoseconds(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
+}
+
+static void pause_briefly(void)
+{
+#if defined(__x86_64__)
+    __builtin_ia32_pause();
+#elif defined(__aarch64__)
+    __asm__ volatile("yield");
+#endif
+}
+
+/* Looks for a while. The core is offered to others in between: the one who
+ * is to make it ready may be waiting for it. */
+static bool becomes_ready(const ibl_pool *pool, ready_fn *ready, uint64_t seen)
+{
+    if (ready(pool, seen))
+        return true;
+    if (!pool->spins)
+        return false;
+    const int64_t end = nanoseconds() + SPIN_NS;
+    do {
+        for (int i = 0; i < LOOKS; i++) {
+            pause_briefly();
+            if (ready(pool, seen))
+                return true;
+        }
+        sched_yield();
+    } while (nanoseconds() < end);
+    return false;
+}
+
+static void wait_for_work(ibl_pool *pool, uint64_t seen)
+{
+    if (becomes_ready(pool, has_work, seen))
+        return;
+    pthread_mutex_lock(&pool->lock);
+    /* Counted before the word is looked at; the caller does it the other way
+     * round, so one of the two sees the other. */
+    atomic_fetch_add(&pool->sleepers, 1);
+    while (!has_work(pool, seen))
+        pthread_cond_wait(&pool->work, &pool->lock);
+    atomic_fetch_sub(&pool->sleepers, 1);
+    pthread_mutex_unlock(&pool->lock);
+}
+
+static void wait_until_empty(ibl_pool *pool)
+{
+    if (becomes_ready(pool, is_empty, 0))
+        return;
+    pthread_mutex_lock(&pool->lock);
+    atomic_store(&pool->sleeping, true);
+    while (!is_empty(pool, 0))
+        pthread_cond_wait(&pool->idle, &pool->lock);
+    atomic_store(&pool->sleeping, false);
+    pthread_mutex_unlock(&pool->lock);
+}
+
+/* Wakes as many workers as there is work for. */
+static void wake(ibl_pool *pool, int wanted)
+{
+    if (wanted < 1 || !atomic_load(&pool->sleepers))
+        return;
+    /* Through the lock: who was counted is waiting then. */
+    pthread_mutex_lock(&pool->lock);
+    const int sleepers = atomic_load(&pool->sleepers);
+    pthread_mutex_unlock(&pool->lock);
+    if (wanted >= sleepers)
+        pthread_cond_broadcast(&pool->work);
+    else
+        for (int i = 0; i < wanted; i++)
+            pthread_cond_signal(&pool->work);
+}
+
+/* ---- working -------------------------------------------------------- */
 
 static bool run_next(ibl_pool *pool, int worker)
 {
@@ -42,36 +163,55 @@ static bool run_next(ibl_pool *pool, int worker)
     return true;
 }
 
+/* Into the open batch, if there still is one. */
+static bool enter(ibl_pool *pool, uint64_t *seen)
+{
+    uint_fast64_t word = atomic_load(&pool->word);
+    do {
+        if (!(word & open_bit))
+            return false;
+    } while (!atomic_compare_exchange_weak(&pool->word, &word, word + 1));
+    *seen = word / batch_unit;
+    return true;
+}
+
+static void leave(ibl_pool *pool)
+{
+    const uint64_t word = atomic_fetch_sub(&pool->word, 1) - 1;
+    if (word & (inside_mask | open_bit) || !atomic_load(&pool->sleeping))
+        return;
+    pthread_mutex_lock(&pool->lock);
+    pthread_mutex_unlock(&pool->lock);
+    pthread_cond_signal(&pool->idle);
+}
+
 static void *worker_main(void *arg)
 {
     const struct worker *self = arg;
     ibl_pool *pool = self->pool;
-    unsigned long seen = 0;
+    uint64_t seen = 0;
 
-    pthread_mutex_lock(&pool->lock);
     for (;;) {
-        while (!pool->quit && pool->batch == seen)
-            pthread_cond_wait(&pool->work, &pool->lock);
-        if (pool->quit)
-            break;
-        seen = pool->batch;
-        pthread_mutex_unlock(&pool->lock);
+        wait_for_work(pool, seen);
+        if (atomic_load(&pool->quit))
+            return NULL;
+        if (!enter(pool, &seen))
+            continue;
         while (run_next(pool, self->index))
             ;
-        pthread_mutex_lock(&pool->lock);
-        if (!--pool->busy)
-            pthread_cond_signal(&pool->idle);
+        leave(pool);
     }
-    pthread_mutex_unlock(&pool->lock);
-    return NULL;
 }
 
-ibl_pool *ibl_pool_create(int threads)
+/* ---- the calls ------------------------------------------------------ */
+
+ibl_pool *ibl_pool_create(int threads, bool spins)
 {
     ibl_pool *pool = ibl_alloc_zeroed(1, sizeof *pool);
     if (!pool)
         return NULL;
     pool->threads = threads;
+    pool->spins = spins;
     pthread_mutex_init(&pool->lock, NULL);
     pthread_cond_init(&pool->work, NULL);
     pthread_cond_init(&pool->idle, NULL);
@@ -96,10 +236,8 @@ void ibl_pool_free(ibl_pool *pool)
 {
     if (!pool)
         return;
-    pthread_mutex_lock(&pool->lock);
-    pool->quit = true;
-    pthread_cond_broadcast(&pool->work);
-    pthread_mutex_unlock(&pool->lock);
+    atomic_store(&pool->quit, true);
+    wake(pool, pool->started);
     for (int i = 0; i < pool->started; i++)
         pthread_join(pool->workers[i].thread, NULL);
     pthread_cond_destroy(&pool->idle);
@@ -117,26 +255,21 @@ int ibl_pool_threads(const ibl_pool *pool)
 bool ibl_pool_run(ibl_pool *pool, int jobs, ibl_job_fn *fn, void *arg,
                   ibl_tick_fn *tick, void *tick_arg)
 {
-    pthread_mutex_lock(&pool->lock);
     pool->fn = fn;
     pool->arg = arg;
     pool->jobs = jobs;
     atomic_store(&pool->next, 0);
     atomic_store(&pool->done, 0);
     atomic_store(&pool->stop, false);
-    pool->busy = pool->started;
-    pool->batch++;
-    pthread_cond_broadcast(&pool->work);
-    pthread_mutex_unlock(&pool->lock);
+    atomic_fetch_add(&pool->word, batch_unit | open_bit);
+    wake(pool, jobs - 1 < pool->started ? jobs - 1 : pool->started);
 
     while (run_next(pool, 0)) {
         if (tick && !tick(tick_arg, atomic_load(&pool->done), jobs))
             atomic_store(&pool->stop, true);
     }
 
-    pthread_mutex_lock(&pool->lock);
-    while (pool->busy)
-        pthread_cond_wait(&pool->idle, &pool->lock);
-    pthread_mutex_unlock(&pool->lock);
+    atomic_fetch_sub(&pool->word, open_bit);
+    wait_until_empty(pool);
     return !atomic_load(&pool->stop);
 }
