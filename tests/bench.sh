@@ -23,5 +23,8 @@ oiiotool "$map" --resize 4096x2048 -o "$work/4k.hdr"
 echo '== accuracy of the specular levels and the table, beside cmgen'
 "$build/tests/bench_quality"
 
+echo '== what the default bake promises'
+bash tests/bench-spectral.sh "$build"
+
 echo '== whole processes: settings, the classic tutorial, cmgen'
 sh tests/bench-peers.sh "$build"
