@@ -299,6 +299,48 @@ static void one_pixel_sun(void)
 
 /* On the one texel of face +X, d.x averages to 2 acos(1/3) / sqrt(2) (the
  * face's edges by Lambert's formula) over 4 pi / 6. */
+/* Of 1 + c, c the cosine to an axis: with its angle alone a lobe makes
+ * 1 + k c of it, k the mean of N.L under it: (n + 2) / (n + 3) of a power
+ * n + 1, 2 / (b + 3) of q^b (1 - 2 q), b = 1 / (2 alpha). */
+static void lobes_of_a_cosine(void)
+{
+    static const double axis[3] = {0.48, -0.6, 0.64};
+    static const double roughness[] = {0.5, 0.7, 1.0};
+    ibl_image env = map_cosine(256, 128, 1, 1, axis, -1);
+    test_random r = {5};
+
+    for (int k = 0; k < 3; k++) {
+        const double alpha = roughness[k] * roughness[k];
+        const double n = 0.5 * (1 / (alpha * alpha) - 1);
+        double d[3], got[3];
+        random_direction(&r, d);
+        const double c = d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2];
+        truth_lobe(&env, d, IBL_LOBE_PHONG, roughness[k], got);
+        CHECK_NEAR(got[0], 1 + c * (n + 2) / (n + 3), 2e-4);
+        truth_lobe(&env, d, IBL_LOBE_CHARLIE, roughness[k], got);
+        CHECK_NEAR(got[0], 1 + c * 2 / (0.5 / alpha + 3), 2e-4);
+    }
+    ibl_image_free(&env);
+}
+
+/* Midpoints over q. */
+static void lobe_integrals(void)
+{
+    static const double alphas[] = {0.05, 0.3, 0.9, 1};
+
+    for (int lobe = 0; lobe < 3; lobe++)
+        for (int k = 0; k < 4; k++) {
+            const int n = 200000;
+            double sum = 0;
+            for (int i = 0; i < n; i++)
+                sum += truth_lobe_weight((ibl_lobe)lobe, alphas[k],
+                                         0.5 * (i + 0.5) / n);
+            CHECK_NEAR(truth_lobe_integral((ibl_lobe)lobe, alphas[k]) /
+                           (4 * pi * sum * 0.5 / n),
+                       1, 1e-6);
+        }
+}
+
 static void texel_average(void)
 {
     static const double axis[3] = {1, 0, 0};
@@ -558,6 +600,8 @@ static const test tests[] = {TEST(solid_angles),
                              TEST(roughest_is_irradiance),
                              TEST(irradiance_of_cosines),
                              TEST(one_pixel_sun),
+                             TEST(lobes_of_a_cosine),
+                             TEST(lobe_integrals),
                              TEST(texel_average),
                              TEST(sh_polynomials),
                              TEST(sh_phases),

@@ -150,6 +150,77 @@ void truth_specular(const ibl_image *env, const double dir[3], double roughness,
     quotient(s, rgb);
 }
 
+/*
+ * With q as above N.L = 1 - 2 q, N.H^2 = 1 - q, and the sine of the angle to H
+ * is sqrt(q).
+ */
+double truth_lobe_weight(ibl_lobe lobe, double alpha, double q)
+{
+    const double a2 = alpha * alpha, nl = 1.0 - 2.0 * q;
+
+    if (nl <= 0.0)
+        return 0.0;
+    if (lobe == IBL_LOBE_PHONG)
+        return pow(nl, 0.5 * (1.0 / a2 - 1.0) + 1.0);
+    if (lobe == IBL_LOBE_CHARLIE)
+        return pow(q, 0.5 / alpha) * nl;
+    const double t = q + a2 * (1.0 - q);
+    return nl / (t * t);
+}
+
+/*
+ * 4 pi times the integral of w over q from 0 to 1/2. Phong: a power. Charlie:
+ * a beta integral. GGX: over t = a^2 + (1 - a^2) q, 1 - 2 q =
+ * (1 + a^2 - 2 t) / (1 - a^2).
+ */
+double truth_lobe_integral(ibl_lobe lobe, double alpha)
+{
+    const double a2 = alpha * alpha;
+
+    if (lobe == IBL_LOBE_PHONG)
+        return 2.0 * pi / (0.5 * (1.0 / a2 - 1.0) + 2.0);
+    if (lobe == IBL_LOBE_CHARLIE) {
+        const double b = 0.5 / alpha;
+        return 4.0 * pi * pow(0.5, b + 1.0) / ((b + 1.0) * (b + 2.0));
+    }
+    if (alpha == 1.0)
+        return pi;
+    return 4.0 * pi / ((1.0 - a2) * (1.0 - a2)) *
+           ((1.0 + a2) / a2 - 2.0 - 2.0 * log((1.0 + a2) / (2.0 * a2)));
+}
+
+void truth_lobe(const ibl_image *env, const double dir[3], ibl_lobe lobe,
+                double roughness, double rgb[3])
+{
+    const int w = env->width, h = env->height;
+    const double alpha = roughness * roughness;
+    const double theta_n = atan2(hypot(dir[0], dir[2]), dir[1]);
+    const double phi_n = atan2(dir[2], dir[0]);
+    sum s[4] = {{0, 0}};
+
+    if (lobe == IBL_LOBE_GGX) {
+        truth_specular(env, dir, roughness, rgb);
+        return;
+    }
+    for (int j = 0; j < h; j++) {
+        const float *px = row_of(env, j);
+        const double theta = pi * (j + 0.5) / h;
+        const double polar = pow(sin(0.5 * (theta - theta_n)), 2.0);
+        const double scale = sin(theta) * sin(theta_n);
+        double row[4] = {0};
+        for (int i = 0; i < w && polar < 0.5; i++) {
+            const double phi = 2.0 * pi * ((i + 0.5) / w - 0.5);
+            const double q = polar + scale * pow(sin(0.5 * (phi - phi_n)), 2.0);
+            const double weight = truth_lobe_weight(lobe, alpha, q);
+            for (int k = 0; k < 3; k++)
+                row[k] += weight * px[3 * i + k];
+            row[3] += weight;
+        }
+        add_row(s, row, truth_latlong_solid_angle(w, h, j));
+    }
+    quotient(s, rgb);
+}
+
 void truth_irradiance(const ibl_image *env, const double normal[3],
                       double rgb[3])
 {

@@ -21,6 +21,13 @@ void truth_cube_direction(int n, int face, double x, double y, double dir[3]);
  * dir, compensated. roughness in (0, 1]. */
 void truth_specular(const ibl_image *env, const double dir[3], double roughness,
                     double rgb[3]);
+/* The same of any lobe of ibl_lobe, alpha = roughness^2. */
+void truth_lobe(const ibl_image *env, const double dir[3], ibl_lobe lobe,
+                double roughness, double rgb[3]);
+/* The lobe's weight at the angle psi from R, q = sin^2(psi / 2), up to a
+ * factor, and its integral over the sphere. */
+double truth_lobe_weight(ibl_lobe lobe, double alpha, double q);
+double truth_lobe_integral(ibl_lobe lobe, double alpha);
 /* sum L max(N.L, 0) dO / sum max(N.L, 0) dO. */
 void truth_irradiance(const ibl_image *env, const double normal[3],
                       double rgb[3]);
