@@ -104,4 +104,20 @@ ibl_status ibl_sht_synthesise(ibl_ctx *ctx, const char *stage,
                               const ibl_harmonics *in, const double *factor,
                               int degree, ibl_ring_spectra *out);
 
+/* The power in degree l <= h->degree: the sum of |a_lm|^2 over m = -l..l and
+ * the channels. */
+double ibl_sht_power(const ibl_harmonics *h, int l);
+
+/*
+ * The coefficients of a map about +Y in the layout of ibl_bake_sh: real, with
+ * the polar axis +Z.
+ *   degree   at most that of in and IBL_MAX_SH_DEGREE
+ *   yaw_deg  as in ibl_cube_from_latlong
+ *   coeffs   3 (degree + 1)^2 doubles, the caller's
+ * IBL_ERR_ARGUMENT: degree or yaw out of range, coeffs untouched.
+ * IBL_ERR_MEMORY, IBL_ERR_CANCELLED: coeffs unspecified.
+ */
+ibl_status ibl_sht_to_sh(ibl_ctx *ctx, const ibl_harmonics *in, int degree,
+                         double yaw_deg, double *coeffs);
+
 #endif

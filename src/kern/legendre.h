@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Sums with associated Legendre functions over rings of constant latitude,
+ * one order m at a time: the inner loops of bake/spectral/transform.h, whose
+ * conventions (rings, P_lm) are kept.
+ *
+ * All versions work in double. A ring in the north and its mirror image in
+ * the south share their P_lm but for the sign (-1)^(l - m), so sums are taken
+ * over pairs of them. Near the poles P_lm falls below any double long before
+ * it is of no interest, (sin theta)^m for l = m: values start with an exponent
+ * of their own (Holmes and Featherstone 2002, "A unified approach to the
+ * Clenshaw summation ...", J. Geodesy 76) and count only from where they
+ * matter (Reinecke and Seljebotn 2013, "Libsharp", A&A 554; Schaeffer 2013,
+ * "Efficient spherical harmonic transforms ...", G-cubed 14). What is left
+ * out is below IBL_LEGENDRE_NOTHING times the input.
+ */
+#ifndef IBL_KERN_LEGENDRE_H
+#define IBL_KERN_LEGENDRE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "ibl/ibl.h"
+
+#define IBL_LEGENDRE_NOTHING 0x1p-64
+
+/*
+ * What the sums need to know of the rings, the same for all orders. Arrays
+ * are of pairs, from the pole to the equator, and go on with zero weights to
+ * a multiple of 16.
+ */
+typedef struct ibl_legendre_rings {
+    int count;             /* rings */
+    int pairs;             /* (count + 1) / 2: an odd one's middle pairs with
+                              itself, and its weight south is 0 */
+    int degree;            /* the highest that start goes to */
+    double *x;             /* cos theta, >= 0 */
+    double *sine;          /* sin theta */
+    double *north, *south; /* weights, for the analysis */
+    double *mantissa;     /* sin theta = mantissa 2^exponent, the mantissa in */
+    double *exponent;     /*   [sqrt(1/2), sqrt(2)) */
+    double *mantissa_512; /* the same of mantissa^512 */
+    double *exponent_512;
+    double *start; /* P_mm / (sin theta)^m, m = 0..degree */
+} ibl_legendre_rings;
+
+/* weight: one for each ring, or NULL: all 1. False if there is no memory;
+ * then r is empty. */
+bool ibl_legendre_rings_init(ibl_legendre_rings *r, int count, int degree,
+                             const double *weight);
+void ibl_legendre_rings_free(ibl_legendre_rings *r);
+
+/* The order to work on. */
+typedef struct ibl_legendre_order {
+    const ibl_legendre_rings *rings;
+    int m, degree;   /* 0 <= m <= degree <= rings->degree */
+    double *scratch; /* ibl_legendre_scratch(degree) doubles, 64-byte aligned,
+                        contents undefined */
+} ibl_legendre_order;
+
+size_t ibl_legendre_scratch(int degree);
+
+/*
+ * a[6 (l - m) + part] = sum over rings j of w_j P_lm(cos theta_j) F_j for
+ * l = m..degree and 6 parts, F_j = f[part * stride + j].
+ */
+typedef void ibl_legendre_analyse_fn(const ibl_legendre_order *o,
+                                     const float *f, size_t stride, double *a);
+
+/*
+ * g[part * stride + j] = sum over l = m..degree of
+ * factor[l] a[6 (l - m) + part] P_lm(cos theta_j). Nothing beyond the rings
+ * is written.
+ */
+typedef void ibl_legendre_synthesise_fn(const ibl_legendre_order *o,
+                                        const double *a, const double *factor,
+                                        float *g, size_t stride);
+
+typedef struct ibl_legendre_dsp {
+    ibl_legendre_analyse_fn *analyse;
+    ibl_legendre_synthesise_fn *synthesise;
+} ibl_legendre_dsp;
+
+/* isa: what the context uses, not IBL_ISA_AUTO. */
+void ibl_legendre_dsp_init(ibl_legendre_dsp *dsp, ibl_isa isa);
+
+ibl_legendre_analyse_fn ibl_legendre_analyse_c, ibl_legendre_analyse_sse2,
+    ibl_legendre_analyse_avx2, ibl_legendre_analyse_avx512;
+ibl_legendre_synthesise_fn ibl_legendre_synthesise_c,
+    ibl_legendre_synthesise_sse2, ibl_legendre_synthesise_avx2,
+    ibl_legendre_synthesise_avx512;
+
+#endif
