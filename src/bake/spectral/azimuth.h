@@ -9,9 +9,9 @@
  *
  * Rows of a power of two are transformed as they are, exactly (to rounding).
  * Others, and long ones of which few orders are wanted, are first spread
- * onto a ring of a power of two, n >= IBL_AZIMUTH_OVER orders: pixel i adds
- * its value times g(j - x_i) to sample j, x_i = (i + 1/2) n / width, and the
- * transform of g is divided out of the coefficients. This is the
+ * onto a ring of a power of two, n >= IBL_AZIMUTH_OVER (orders - 1): pixel i
+ * adds its value times g(j - x_i) to sample j, x_i = (i + 1/2) n / width, and
+ * the transform of g is divided out of the coefficients. This is the
  * non-uniform FFT of type 1 (Dutt and Rokhlin 1993; g: Barnett, Magland and
  * af Klinteberg 2019), and for width = k n a polyphase decimation. What
  * orders m + k n leak into F_m is at most IBL_AZIMUTH_STOP times the sum of
@@ -25,8 +25,8 @@
 #include "bake/spectral/transform.h"
 #include "ibl/ibl.h"
 
-#define IBL_AZIMUTH_ROWS 16 /* rows in a batch */
-#define IBL_AZIMUTH_OVER 3  /* samples of the spread ring an order, at least */
+#define IBL_AZIMUTH_ROWS 16   /* rows in a batch */
+#define IBL_AZIMUTH_OVER 4    /* samples of the spread ring an order */
 #define IBL_AZIMUTH_STOP 1e-7 /* stop band of the spreading */
 
 /* Constant after creation: any number of threads may use one. */

@@ -1,0 +1,314 @@
+/* SPDX-License-Identifier: MIT */
+#include "bake/spectral/azimuth.h"
+
+#include <assert.h>
+#include <complex.h>
+#include <math.h>
+#include <stdbool.h>
+#include <string.h>
+
+#include "bake/spectral/spread.h"
+#include "core/alloc.h"
+#include "core/context.h"
+#include "kern/fft.h"
+#include "kern/strip.h"
+
+#define PI 3.1415926535897932384626433832795
+
+enum {
+    LANES = IBL_STRIP_LANES,
+    BLOCK = 64, /* pixels taken into lanes at a time before they are spread */
+    MOST_PIXELS = 8, /* a sample */
+    MIN_RING = 16    /* samples: more than IBL_STRIP_TAPS */
+};
+
+struct ibl_azimuth {
+    int width; /* pixels of a row */
+    int orders;
+    int ring;     /* samples of the real transforms, a power of two */
+    bool spreads; /* else pixel i is sample i ring / width */
+    ibl_strip_spread spread;
+    ibl_fft fft; /* of ring / 2 */
+    ibl_fft_pair *pairs;
+    ibl_fft_dsp fft_dsp;
+    ibl_strip_dsp strip_dsp;
+};
+
+/* ---- plans ------------------------------------------------------------ */
+
+static bool power_of_two(int n)
+{
+    return !(n & (n - 1));
+}
+
+/* Samples to spread width pixels onto. One sample in at least MOST_PIXELS, so
+ * that the sums of one are not longer than float is good for. */
+static int ring_of(int width, int orders)
+{
+    int n = MIN_RING;
+    while (n < IBL_AZIMUTH_OVER * (orders - 1) || n < width / MOST_PIXELS)
+        n *= 2;
+    return n;
+}
+
+static double log2_of(int n)
+{
+    return log2((double)n);
+}
+
+/* Whether rows of a power of two are worth spreading. In units of one
+ * vector: a tap is one multiply-add of a pixel, a transform of n takes about
+ * n log2 n, as bench_fft measured. */
+static bool spreading_pays(int width, int ring)
+{
+    return ring < width &&
+           (double)width * IBL_STRIP_TAPS + (double)ring * log2_of(ring) <
+               (double)width * log2_of(width);
+}
+
+static ibl_azimuth *new_plan(ibl_ctx *ctx, int width, int orders)
+{
+    ibl_azimuth *plan = ibl_alloc_zeroed(1, sizeof *plan);
+    if (!plan)
+        return NULL;
+    plan->width = width;
+    plan->orders = orders;
+    ibl_fft_dsp_init(&plan->fft_dsp, ibl_ctx_isa(ctx));
+    ibl_strip_dsp_init(&plan->strip_dsp, ibl_ctx_isa(ctx));
+    return plan;
+}
+
+/* Room for `pairs` pairs and as many factors, and the transform of ring. */
+static bool make_tables(ibl_azimuth *plan, int pairs, double **factor)
+{
+    *factor = ibl_alloc_array((size_t)pairs, 2 * sizeof **factor);
+    plan->pairs = ibl_alloc_array((size_t)pairs, sizeof *plan->pairs);
+    return *factor && plan->pairs && ibl_fft_init(&plan->fft, plan->ring / 2);
+}
+
+static void set_factor(double *factor, int m, double complex value)
+{
+    factor[2 * m] = creal(value);
+    factor[2 * m + 1] = cimag(value);
+}
+
+/* (-1)^m */
+static double sign_of(int m)
+{
+    return m & 1 ? -1 : 1;
+}
+
+/*
+ * With x_i = (i + 1/2) n / width, phi_i = 2 pi x_i / n - pi. Straight: sample
+ * i is at x_0 + i. Spread: sample j is at origin + j, and its transform has
+ * the filter's as a factor.
+ */
+static void forward_factors(const ibl_azimuth *plan, double turn_rad,
+                            const ibl_spread_window *window, int origin,
+                            double *factor)
+{
+    const double n = plan->ring;
+    const double first = plan->spreads ? (double)origin : 0.5 * n / plan->width;
+    for (int m = 0; m < plan->orders; m++) {
+        const double size =
+            plan->spreads ? 1 / ibl_spread_transform(window, m / n) : 1;
+        /* Whole turns go before the product is rounded. */
+        const double turns = fmod(m * first, n) / n;
+        set_factor(factor, m,
+                   size * sign_of(m) * cexp(-2 * PI * I * turns) *
+                       cexp(I * fmod(m * turn_rad, 2 * PI)));
+    }
+}
+
+ibl_status ibl_azimuth_create(ibl_ctx *ctx, int width, int orders,
+                              double turn_rad, ibl_azimuth **out)
+{
+    ibl_spread_window window = {0};
+    double *factor = NULL;
+    int origin = 0;
+    *out = NULL;
+    if (width < 1 || width > IBL_MAX_EDGE || orders < 1 ||
+        orders > IBL_SHT_MAX_DEGREE + 1 || !isfinite(turn_rad))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "azimuth: rows of %d pixels to %d orders: must be "
+                        "1..%d and 1..%d",
+                        width, orders, IBL_MAX_EDGE, IBL_SHT_MAX_DEGREE + 1);
+    ibl_azimuth *plan = new_plan(ctx, width, orders);
+    if (!plan)
+        goto fail;
+    plan->ring = ring_of(width, orders);
+    plan->spreads = !power_of_two(width) || spreading_pays(width, plan->ring);
+    if (plan->spreads) {
+        window = ibl_spread_window_of(plan->ring, orders);
+        if (!ibl_spread_init(&plan->spread, width, plan->ring, &window,
+                             &origin))
+            goto fail;
+    } else {
+        plan->ring = width < 4 ? 4 : width;
+    }
+    if (!make_tables(plan, orders, &factor))
+        goto fail;
+    forward_factors(plan, turn_rad, &window, origin, factor);
+    ibl_fft_real_pairs(plan->ring / 2, factor, orders, plan->pairs);
+    ibl_free(factor);
+    *out = plan;
+    return IBL_OK;
+fail:
+    ibl_free(factor);
+    ibl_azimuth_free(plan);
+    return ibl_no_memory(ctx, "the transform along the rows");
+}
+
+ibl_status ibl_azimuth_create_inverse(ibl_ctx *ctx, int columns, int orders,
+                                      ibl_azimuth **out)
+{
+    double *factor = NULL;
+    *out = NULL;
+    if (columns < 4 || columns > IBL_MAX_EDGE || !power_of_two(columns) ||
+        orders < 1 || orders > columns / 2)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "azimuth: %d orders to rings of %d samples: must be a "
+                        "power of two in 4..%d, of at least 2 an order",
+                        orders, columns, IBL_MAX_EDGE);
+    ibl_azimuth *plan = new_plan(ctx, columns, orders);
+    if (!plan)
+        goto fail;
+    plan->ring = columns;
+    if (!make_tables(plan, columns / 2, &factor))
+        goto fail;
+    for (int m = 0; m < orders; m++)
+        set_factor(factor, m, sign_of(m) * cexp(I * (PI * m / columns)));
+    ibl_fft_real_pairs_inverse(columns / 2, factor, orders, plan->pairs);
+    ibl_free(factor);
+    *out = plan;
+    return IBL_OK;
+fail:
+    ibl_free(factor);
+    ibl_azimuth_free(plan);
+    return ibl_no_memory(ctx, "the transform along the rings");
+}
+
+void ibl_azimuth_free(ibl_azimuth *plan)
+{
+    if (!plan)
+        return;
+    ibl_spread_free(&plan->spread);
+    ibl_fft_free(&plan->fft);
+    ibl_free(plan->pairs);
+    ibl_free(plan);
+}
+
+/* ---- batches ---------------------------------------------------------- */
+
+/* Floats of one channel's ring, and what the last pixels spread beyond. */
+static size_t channel_floats(const ibl_azimuth *plan)
+{
+    const int beyond = plan->spreads ? MIN_RING : 0;
+    return (size_t)(plan->ring + beyond) * LANES;
+}
+
+size_t ibl_azimuth_scratch(const ibl_azimuth *plan)
+{
+    const size_t block = plan->ring == plan->width ? 0 : (size_t)BLOCK * LANES;
+    return 3 * (channel_floats(plan) + block);
+}
+
+/* Pixels of a row of 1 or 2, with zeros between them. */
+static void load_sparse(const ibl_azimuth *plan, const float *const *rows,
+                        const float subtract[3], float *ring)
+{
+    const size_t channel = channel_floats(plan);
+    float *pixels = ring + 3 * channel;
+    memset(ring, 0, 3 * channel * sizeof *ring);
+    plan->strip_dsp.load(rows, plan->width, subtract, pixels, BLOCK * LANES);
+    for (size_t c = 0; c < 3; c++)
+        for (int i = 0; i < plan->width; i++)
+            memcpy(ring + c * channel +
+                       (size_t)(i * plan->ring / plan->width) * LANES,
+                   pixels + (c * BLOCK + (size_t)i) * LANES,
+                   LANES * sizeof *ring);
+}
+
+/* Zeros where no pixel reached, and adds what went around to the start. */
+static void close_ring(const ibl_azimuth *plan, float *samples)
+{
+    const size_t end = ((size_t)plan->ring + IBL_STRIP_TAPS) * LANES;
+    const size_t n = (size_t)plan->ring * LANES;
+    const int64_t last = ibl_strip_first(&plan->spread, plan->width - 1);
+    const size_t done = (size_t)(last + IBL_STRIP_TAPS) * LANES;
+    if (done < end)
+        memset(samples + done, 0, (end - done) * sizeof *samples);
+    for (size_t k = n; k < end; k++)
+        samples[k - n] += samples[k];
+}
+
+static void load_spread(const ibl_azimuth *plan, const float **rows,
+                        const float subtract[3], float *ring)
+{
+    const size_t channel = channel_floats(plan);
+    float *pixels = ring + 3 * channel;
+    for (int start = 0; start < plan->width; start += BLOCK) {
+        const int left = plan->width - start;
+        const int count = left < BLOCK ? left : BLOCK;
+        plan->strip_dsp.load(rows, count, subtract, pixels, BLOCK * LANES);
+        for (size_t c = 0; c < 3; c++)
+            plan->strip_dsp.spread(&plan->spread, pixels + c * BLOCK * LANES,
+                                   start, count, ring + c * channel);
+        for (int r = 0; r < LANES; r++)
+            rows[r] += 3 * (size_t)count;
+    }
+    for (size_t c = 0; c < 3; c++)
+        close_ring(plan, ring + c * channel);
+}
+
+void ibl_azimuth_forward(const ibl_azimuth *plan, const ibl_azimuth_rows *rows,
+                         float *scratch, ibl_ring_spectra *out, int first_ring)
+{
+    const size_t channel = channel_floats(plan);
+    const float *row[LANES];
+    assert(rows->count >= 1 && rows->count <= LANES);
+    assert(first_ring % LANES == 0 && out->orders >= plan->orders);
+    /* Lanes without a row of their own do the last one again. */
+    for (int r = 0; r < LANES; r++) {
+        const int from = r < rows->count ? r : rows->count - 1;
+        row[r] = rows->rgb + (size_t)from * rows->stride;
+    }
+    if (plan->spreads)
+        load_spread(plan, row, rows->subtract, scratch);
+    else if (plan->width < plan->ring)
+        load_sparse(plan, row, rows->subtract, scratch);
+    else
+        plan->strip_dsp.load(row, plan->width, rows->subtract, scratch,
+                             channel);
+    for (int c = 0; c < 3; c++) {
+        const ibl_fft_spectrum to = {ibl_ring_spectra_at(out, 0, 2 * c) +
+                                         first_ring,
+                                     6 * out->stride, out->stride};
+        float *z = scratch + (size_t)c * channel;
+        plan->fft_dsp.forward(&plan->fft, z);
+        plan->fft_dsp.split(z, plan->pairs, plan->orders, &to);
+        /* A real row's mean is real; rounding need not know. */
+        memset(to.data + to.part, 0, LANES * sizeof *to.data);
+    }
+}
+
+void ibl_azimuth_inverse(const ibl_azimuth *plan, const ibl_ring_spectra *in,
+                         int first_ring, float *scratch,
+                         const ibl_azimuth_samples *out)
+{
+    const size_t channel = channel_floats(plan);
+    float *row[LANES];
+    assert(out->count >= 1 && out->count <= LANES);
+    assert(first_ring % LANES == 0 && in->orders >= plan->orders);
+    for (int r = 0; r < LANES; r++)
+        row[r] = out->rgba + (size_t)(r < out->count ? r : 0) * out->stride;
+    for (int c = 0; c < 3; c++) {
+        const ibl_fft_spectrum from = {ibl_ring_spectra_at(in, 0, 2 * c) +
+                                           first_ring,
+                                       6 * in->stride, in->stride};
+        float *z = scratch + (size_t)c * channel;
+        plan->fft_dsp.merge(&from, plan->pairs, plan->fft.size, z);
+        plan->fft_dsp.inverse(&plan->fft, z);
+    }
+    plan->strip_dsp.store(scratch, channel, plan->width, row, out->count);
+}

@@ -1,0 +1,233 @@
+/* SPDX-License-Identifier: MIT */
+#include "kern/fft.h"
+
+#include <assert.h>
+#include <complex.h>
+#include <math.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/cpu.h"
+
+#define TURN 6.283185307179586476925286766559 /* 2 pi */
+
+/* ---- tables ----------------------------------------------------------- */
+
+/* e^(-2 pi i j / size), rounded once. */
+static void root(int size, int j, float cos_sin[2])
+{
+    const double a = TURN * (double)j / (double)size;
+    cos_sin[0] = (float)cos(a);
+    cos_sin[1] = (float)-sin(a);
+}
+
+static void fill_pass(int block, float *pass)
+{
+    for (int j = 0; j < block / 4; j++)
+        for (int k = 1; k <= 3; k++, pass += 2)
+            root(block, k * j, pass);
+}
+
+bool ibl_fft_init(ibl_fft *fft, int size)
+{
+    assert(size >= 2 && size <= IBL_FFT_MAX_SIZE && !(size & (size - 1)));
+    *fft = (ibl_fft){.size = size};
+    fft->roots = ibl_alloc_array((size_t)size, sizeof *fft->roots);
+    if (!fft->roots)
+        return false;
+    for (int j = 0; j < size / 2; j++)
+        root(size, j, fft->roots + 2 * (size_t)j);
+    for (int p = 0; size >> 2 * p > 8; p++) {
+        const int block = size >> 2 * p;
+        fft->passes[p] =
+            ibl_alloc_array((size_t)block / 4 * 6, sizeof *fft->passes[p]);
+        if (!fft->passes[p]) {
+            ibl_fft_free(fft);
+            return false;
+        }
+        fill_pass(block, fft->passes[p]);
+    }
+    return true;
+}
+
+void ibl_fft_free(ibl_fft *fft)
+{
+    ibl_free(fft->roots);
+    for (int p = 0; p < IBL_FFT_MAX_PASSES; p++)
+        ibl_free(fft->passes[p]);
+    *fft = (ibl_fft){0};
+}
+
+int ibl_fft_slot(int size, int i)
+{
+    int slot = 0;
+    for (int bit = 1; bit < size; bit *= 2, i /= 2)
+        slot = 2 * slot + (i & 1);
+    return slot;
+}
+
+static ibl_fft_pair pair(double complex a, double complex b, int first,
+                         int second)
+{
+    return (ibl_fft_pair){{(float)creal(a), (float)cimag(a)},
+                          {(float)creal(b), (float)cimag(b)},
+                          first,
+                          second};
+}
+
+/*
+ * With E and O the transforms of the even and the odd x, Z = E + i O, so
+ * E_m = (Z_m + conj Z_-m) / 2, O_m = (Z_m - conj Z_-m) / 2i, all of period
+ * size, and the transform of x is E_m + e^(-2 pi i m / n) O_m.
+ */
+void ibl_fft_real_pairs(int size, const double *factor, int count,
+                        ibl_fft_pair *pairs)
+{
+    for (int m = 0; m < count; m++) {
+        const double complex f = factor[2 * m] + I * factor[2 * m + 1];
+        const double angle = TURN / 2 * (double)(m % (2 * size)) / (double)size;
+        const double complex odd = -I * (cos(angle) - I * sin(angle));
+        const int k = m % size;
+        pairs[m] =
+            pair(f * (1 + odd) / 2, f * (1 - odd) / 2, ibl_fft_slot(size, k),
+                 ibl_fft_slot(size, (size - k) % size));
+    }
+}
+
+/*
+ * The way back: 2 E_k = X_k + conj X_(size-k), 2 O_k = (X_k - conj
+ * X_(size-k)) e^(2 pi i k / n), where X_m is 0 from count on; twice, since
+ * the bins n - m are left out of the sum over m.
+ */
+void ibl_fft_real_pairs_inverse(int size, const double *factor, int count,
+                                ibl_fft_pair *pairs)
+{
+    assert(count >= 1 && count <= size);
+    for (int k = 0; k < size; k++) {
+        const double angle = TURN / 2 * (double)k / (double)size;
+        const double complex odd = I * (cos(angle) + I * sin(angle));
+        double complex a = 0, b = 0;
+        int first = 0, second = 0;
+        if (k == 0) {
+            /* Re F_0 = (F_0 + conj F_0) / 2, in even and odd samples. */
+            a = b = (1 + I) / 2 * factor[0];
+        } else {
+            if (k < count) {
+                first = k;
+                a = (factor[2 * k] + I * factor[2 * k + 1]) * (1 + odd);
+            }
+            if (size - k < count) {
+                second = size - k;
+                b = (factor[2 * second] - I * factor[2 * second + 1]) *
+                    (1 - odd);
+            }
+        }
+        pairs[ibl_fft_slot(size, k)] = pair(a, b, first, second);
+    }
+}
+
+/* ---- the plain transforms --------------------------------------------- */
+
+/* One butterfly of decimation in frequency: x, y to x + y, (x - y) w. */
+static void butterfly(float *x, float *y, const float w[2])
+{
+    float *xi = x + IBL_FFT_LANES, *yi = y + IBL_FFT_LANES;
+    for (int l = 0; l < IBL_FFT_LANES; l++) {
+        const float dr = x[l] - y[l], di = xi[l] - yi[l];
+        x[l] += y[l];
+        xi[l] += yi[l];
+        y[l] = dr * w[0] - di * w[1];
+        yi[l] = dr * w[1] + di * w[0];
+    }
+}
+
+/* One of decimation in time, the other way: x, y to x + y w*, x - y w*. */
+static void butterfly_inverse(float *x, float *y, const float w[2])
+{
+    float *xi = x + IBL_FFT_LANES, *yi = y + IBL_FFT_LANES;
+    for (int l = 0; l < IBL_FFT_LANES; l++) {
+        const float pr = y[l] * w[0] + yi[l] * w[1];
+        const float pi = yi[l] * w[0] - y[l] * w[1];
+        y[l] = x[l] - pr;
+        yi[l] = xi[l] - pi;
+        x[l] += pr;
+        xi[l] += pi;
+    }
+}
+
+void ibl_fft_forward_c(const ibl_fft *fft, float *z)
+{
+    for (int half = fft->size / 2; half >= 1; half /= 2) {
+        const int turns = fft->size / 2 / half;
+        for (int i = 0; i < fft->size; i += 2 * half)
+            for (int j = 0; j < half; j++) {
+                float *x = z + (size_t)(i + j) * IBL_FFT_VALUE;
+                butterfly(x, x + (size_t)half * IBL_FFT_VALUE,
+                          fft->roots + 2 * (size_t)(j * turns));
+            }
+    }
+}
+
+void ibl_fft_inverse_c(const ibl_fft *fft, float *z)
+{
+    for (int half = 1; half < fft->size; half *= 2) {
+        const int turns = fft->size / 2 / half;
+        for (int i = 0; i < fft->size; i += 2 * half)
+            for (int j = 0; j < half; j++) {
+                float *x = z + (size_t)(i + j) * IBL_FFT_VALUE;
+                butterfly_inverse(x, x + (size_t)half * IBL_FFT_VALUE,
+                                  fft->roots + 2 * (size_t)(j * turns));
+            }
+    }
+}
+
+/* a x + b conj(y) of 16 lanes; part is from real to imaginary parts. */
+static void combine(const ibl_fft_pair *p, const float *x, const float *y,
+                    size_t part, float *re, float *im)
+{
+    for (int l = 0; l < IBL_FFT_LANES; l++) {
+        const float xr = x[l], xi = x[part + (size_t)l];
+        const float yr = y[l], yi = y[part + (size_t)l];
+        re[l] = p->a[0] * xr - p->a[1] * xi + p->b[0] * yr + p->b[1] * yi;
+        im[l] = p->a[0] * xi + p->a[1] * xr + p->b[1] * yr - p->b[0] * yi;
+    }
+}
+
+void ibl_fft_split_c(const float *z, const ibl_fft_pair *pairs, int count,
+                     const ibl_fft_spectrum *out)
+{
+    for (int m = 0; m < count; m++) {
+        float *to = out->data + (size_t)m * out->bin;
+        combine(&pairs[m], z + (size_t)pairs[m].first * IBL_FFT_VALUE,
+                z + (size_t)pairs[m].second * IBL_FFT_VALUE, IBL_FFT_LANES, to,
+                to + out->part);
+    }
+}
+
+void ibl_fft_merge_c(const ibl_fft_spectrum *in, const ibl_fft_pair *pairs,
+                     int count, float *z)
+{
+    for (int k = 0; k < count; k++, z += IBL_FFT_VALUE)
+        combine(&pairs[k], in->data + (size_t)pairs[k].first * in->bin,
+                in->data + (size_t)pairs[k].second * in->bin, in->part, z,
+                z + IBL_FFT_LANES);
+}
+
+void ibl_fft_dsp_init(ibl_fft_dsp *dsp, ibl_isa isa)
+{
+    *dsp = (ibl_fft_dsp){ibl_fft_forward_c, ibl_fft_inverse_c, ibl_fft_split_c,
+                         ibl_fft_merge_c};
+#if IBL_X86
+    if (isa == IBL_ISA_SSE2)
+        *dsp = (ibl_fft_dsp){ibl_fft_forward_sse2, ibl_fft_inverse_sse2,
+                             ibl_fft_split_sse2, ibl_fft_merge_sse2};
+    if (isa == IBL_ISA_AVX2)
+        *dsp = (ibl_fft_dsp){ibl_fft_forward_avx2, ibl_fft_inverse_avx2,
+                             ibl_fft_split_avx2, ibl_fft_merge_avx2};
+    if (isa == IBL_ISA_AVX512)
+        *dsp = (ibl_fft_dsp){ibl_fft_forward_avx512, ibl_fft_inverse_avx512,
+                             ibl_fft_split_avx512, ibl_fft_merge_avx512};
+#else
+    (void)isa;
+#endif
+}

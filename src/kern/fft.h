@@ -1,0 +1,110 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Fast Fourier transforms of sixteen rows at once, row r in lane r of every
+ * vector: no row waits for a shuffle, and the twiddle factors are shared.
+ *
+ * A complex value is 16 real parts and then 16 imaginary ones, value k at
+ * z + k * IBL_FFT_VALUE. So sixteen real rows x_i, 16 floats for each i, are
+ * as they stand the half as many complex values x_2k + i x_(2k+1), and a
+ * real transform of n is a complex one of n / 2 and ibl_fft_split_fn.
+ *
+ * All pointers to lanes are 64-byte aligned.
+ */
+#ifndef IBL_KERN_FFT_H
+#define IBL_KERN_FFT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "ibl/ibl.h"
+
+enum {
+    IBL_FFT_LANES = 16,
+    IBL_FFT_VALUE = 2 * IBL_FFT_LANES, /* floats of a complex value */
+    IBL_FFT_MAX_SIZE = 32768,
+    IBL_FFT_MAX_PASSES = 8
+};
+
+/* Tables of the complex transforms of one size, constant once made. */
+typedef struct ibl_fft {
+    int size;     /* a power of two, 2..IBL_FFT_MAX_SIZE */
+    float *roots; /* e^(-2 pi i j / size), j < size / 2: cos and sin */
+    /* For blocks of size >> 2 p with more than 8 values, w = e^(-2 pi i /
+     * block): w^j, w^2j, w^3j, cos and sin of each, j < block / 4. */
+    float *passes[IBL_FFT_MAX_PASSES];
+} ibl_fft;
+
+/* False if memory cannot be had; *fft is then empty. */
+bool ibl_fft_init(ibl_fft *fft, int size);
+void ibl_fft_free(ibl_fft *fft); /* zeroed is fine */
+
+/* The bits of index i of size turned around. */
+int ibl_fft_slot(int size, int i);
+
+/*
+ * In place, without a factor. Forward takes values in order and leaves
+ *     Z_k = sum over j of z_j e^(-2 pi i j k / size)
+ * in place ibl_fft_slot(size, k). Inverse takes what forward leaves and
+ * gives, in order, the sum over k of Z_k e^(+2 pi i j k / size).
+ */
+typedef void ibl_fft_fn(const ibl_fft *fft, float *z);
+
+/* Two complex factors and two values. */
+typedef struct ibl_fft_pair {
+    float a[2], b[2];
+    int32_t first, second;
+} ibl_fft_pair;
+
+/* Where the spectra of sixteen rows are: part 0 (real) or 1 of bin m at
+ * data + m * bin + part * part_step, 16 floats. */
+typedef struct ibl_fft_spectrum {
+    float *data;
+    size_t bin, part; /* floats from bin to bin and from part to part */
+} ibl_fft_spectrum;
+
+/* Bin m of count = a z[first] + b conj(z[second]) of pairs[m]. */
+typedef void ibl_fft_split_fn(const float *z, const ibl_fft_pair *pairs,
+                              int count, const ibl_fft_spectrum *out);
+/* z[k], k < count, = a F[first] + b conj(F[second]) of pairs[k]. */
+typedef void ibl_fft_merge_fn(const ibl_fft_spectrum *in,
+                              const ibl_fft_pair *pairs, int count, float *z);
+
+/*
+ * Pairs for real rows of n = 2 size values, 16 floats each, which the
+ * complex transforms take for size complex ones.
+ * ibl_fft_real_pairs: after forward, split with the count pairs gives
+ *     F_m = factor_m sum over i < n of x_i e^(-2 pi i m i / n).
+ * ibl_fft_real_pairs_inverse: merge with size pairs, then inverse, gives
+ *     x_i = Re G_0 + 2 Re sum over 0 < m < count of G_m e^(2 pi i m i / n),
+ *     G_m = factor_m F_m, count <= size, factor_0 real.
+ *   factor  count complex numbers, real and imaginary part
+ */
+void ibl_fft_real_pairs(int size, const double *factor, int count,
+                        ibl_fft_pair *pairs);
+void ibl_fft_real_pairs_inverse(int size, const double *factor, int count,
+                                ibl_fft_pair *pairs);
+
+typedef struct ibl_fft_dsp {
+    ibl_fft_fn *forward, *inverse;
+    ibl_fft_split_fn *split;
+    ibl_fft_merge_fn *merge;
+} ibl_fft_dsp;
+
+/* isa: what the context uses, not IBL_ISA_AUTO. */
+void ibl_fft_dsp_init(ibl_fft_dsp *dsp, ibl_isa isa);
+
+ibl_fft_fn ibl_fft_forward_c, ibl_fft_inverse_c;
+ibl_fft_split_fn ibl_fft_split_c;
+ibl_fft_merge_fn ibl_fft_merge_c;
+ibl_fft_fn ibl_fft_forward_sse2, ibl_fft_inverse_sse2;
+ibl_fft_split_fn ibl_fft_split_sse2;
+ibl_fft_merge_fn ibl_fft_merge_sse2;
+ibl_fft_fn ibl_fft_forward_avx2, ibl_fft_inverse_avx2;
+ibl_fft_split_fn ibl_fft_split_avx2;
+ibl_fft_merge_fn ibl_fft_merge_avx2;
+ibl_fft_fn ibl_fft_forward_avx512, ibl_fft_inverse_avx512;
+ibl_fft_split_fn ibl_fft_split_avx512;
+ibl_fft_merge_fn ibl_fft_merge_avx512;
+
+#endif

@@ -1,0 +1,256 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The transforms of kern/fft.h over vectors, for the files that are compiled
+ * for one instruction set each. Two stages of the plain version at a time
+ * (radix 4), a quarter after the other, so that a block that fits a cache is
+ * done with there before the next is begun; three stages at the end where
+ * the count of stages is odd.
+ */
+#ifndef IBL_KERN_FFT_LANES_H
+#define IBL_KERN_FFT_LANES_H
+
+#include "kern/fft.h"
+#include "kern/lanes.h"
+
+typedef struct vc {
+    vf re, im;
+} vc;
+
+static inline vc vc_load(const float *z, size_t k)
+{
+    z += k * IBL_FFT_VALUE;
+    return (vc){vf_load(z), vf_load(z + IBL_FFT_LANES)};
+}
+
+static inline void vc_store(float *z, size_t k, vc v)
+{
+    z += k * IBL_FFT_VALUE;
+    vf_store(z, v.re);
+    vf_store(z + IBL_FFT_LANES, v.im);
+}
+
+static inline vc vc_add(vc a, vc b)
+{
+    return (vc){a.re + b.re, a.im + b.im};
+}
+
+static inline vc vc_sub(vc a, vc b)
+{
+    return (vc){a.re - b.re, a.im - b.im};
+}
+
+/* a + i b */
+static inline vc vc_add_i(vc a, vc b)
+{
+    return (vc){a.re - b.im, a.im + b.re};
+}
+
+/* a - i b */
+static inline vc vc_sub_i(vc a, vc b)
+{
+    return (vc){a.re + b.im, a.im - b.re};
+}
+
+/* a w */
+static inline vc vc_mul(vc a, const float w[2])
+{
+    const vf c = vf_all(w[0]), s = vf_all(w[1]);
+    return (vc){vf_fma(a.re, c, -(a.im * s)), vf_fma(a.im, c, a.re * s)};
+}
+
+/* a conj(w) */
+static inline vc vc_mul_conj(vc a, const float w[2])
+{
+    const vf c = vf_all(w[0]), s = vf_all(w[1]);
+    return (vc){vf_fma(a.re, c, a.im * s), vf_fma(a.im, c, -(a.re * s))};
+}
+
+/* Two stages of a block of four values without factors, and back. */
+static inline void quarter(vc v[4])
+{
+    const vc s0 = vc_add(v[0], v[2]), d0 = vc_sub(v[0], v[2]);
+    const vc s1 = vc_add(v[1], v[3]), d1 = vc_sub(v[1], v[3]);
+    v[0] = vc_add(s0, s1);
+    v[1] = vc_sub(s0, s1);
+    v[2] = vc_sub_i(d0, d1);
+    v[3] = vc_add_i(d0, d1);
+}
+
+static inline void quarter_inverse(vc v[4])
+{
+    const vc s0 = vc_add(v[0], v[1]), d0 = vc_sub(v[0], v[1]);
+    const vc s1 = vc_add(v[2], v[3]), d1 = vc_sub(v[2], v[3]);
+    v[0] = vc_add(s0, s1);
+    v[1] = vc_add_i(d0, d1);
+    v[2] = vc_sub(s0, s1);
+    v[3] = vc_sub_i(d0, d1);
+}
+
+/* The last stages: blocks of at most eight values. */
+static inline void leaf(float *z, int size)
+{
+    static const float w[3][2] = {{0x1.6a09e6p-1f, -0x1.6a09e6p-1f},
+                                  {0, -1},
+                                  {-0x1.6a09e6p-1f, -0x1.6a09e6p-1f}};
+    vc v[4], u[4];
+    if (size == 2) {
+        v[0] = vc_load(z, 0);
+        v[1] = vc_load(z, 1);
+        vc_store(z, 0, vc_add(v[0], v[1]));
+        vc_store(z, 1, vc_sub(v[0], v[1]));
+        return;
+    }
+    if (size == 4) {
+        for (size_t k = 0; k < 4; k++)
+            v[k] = vc_load(z, k);
+        quarter(v);
+        for (size_t k = 0; k < 4; k++)
+            vc_store(z, k, v[k]);
+        return;
+    }
+    for (size_t k = 0; k < 4; k++) {
+        const vc x = vc_load(z, k), y = vc_load(z, k + 4);
+        v[k] = vc_add(x, y);
+        u[k] = vc_sub(x, y);
+    }
+    for (size_t k = 1; k < 4; k++)
+        u[k] = vc_mul(u[k], w[k - 1]);
+    quarter(v);
+    quarter(u);
+    for (size_t k = 0; k < 4; k++) {
+        vc_store(z, k, v[k]);
+        vc_store(z, k + 4, u[k]);
+    }
+}
+
+static inline void leaf_inverse(float *z, int size)
+{
+    static const float w[3][2] = {{0x1.6a09e6p-1f, -0x1.6a09e6p-1f},
+                                  {0, -1},
+                                  {-0x1.6a09e6p-1f, -0x1.6a09e6p-1f}};
+    vc v[4], u[4];
+    if (size == 2) {
+        leaf(z, 2);
+        return;
+    }
+    for (size_t k = 0; k < 4; k++)
+        v[k] = vc_load(z, k);
+    quarter_inverse(v);
+    if (size == 4) {
+        for (size_t k = 0; k < 4; k++)
+            vc_store(z, k, v[k]);
+        return;
+    }
+    for (size_t k = 0; k < 4; k++)
+        u[k] = vc_load(z, k + 4);
+    quarter_inverse(u);
+    for (size_t k = 1; k < 4; k++)
+        u[k] = vc_mul_conj(u[k], w[k - 1]);
+    for (size_t k = 0; k < 4; k++) {
+        vc_store(z, k, vc_add(v[k], u[k]));
+        vc_store(z, k + 4, vc_sub(v[k], u[k]));
+    }
+}
+
+/* Two stages of a block of size values. */
+static inline void pass(float *z, size_t size, const float *w)
+{
+    const size_t q = size / 4;
+    for (size_t j = 0; j < q; j++, w += 6)
+        for (size_t l = 0; l < IBL_FFT_LANES; l += VF) {
+            float *at = z + j * IBL_FFT_VALUE + l;
+            vc v[4];
+            for (size_t k = 0; k < 4; k++)
+                v[k] = vc_load(at, k * q);
+            quarter(v);
+            vc_store(at, 0, v[0]);
+            vc_store(at, q, vc_mul(v[1], w + 2));
+            vc_store(at, 2 * q, vc_mul(v[2], w));
+            vc_store(at, 3 * q, vc_mul(v[3], w + 4));
+        }
+}
+
+static inline void pass_inverse(float *z, size_t size, const float *w)
+{
+    const size_t q = size / 4;
+    for (size_t j = 0; j < q; j++, w += 6)
+        for (size_t l = 0; l < IBL_FFT_LANES; l += VF) {
+            float *at = z + j * IBL_FFT_VALUE + l;
+            vc v[4];
+            v[0] = vc_load(at, 0);
+            v[1] = vc_mul_conj(vc_load(at, q), w + 2);
+            v[2] = vc_mul_conj(vc_load(at, 2 * q), w);
+            v[3] = vc_mul_conj(vc_load(at, 3 * q), w + 4);
+            quarter_inverse(v);
+            for (size_t k = 0; k < 4; k++)
+                vc_store(at, k * q, v[k]);
+        }
+}
+
+static void forward(const float *const *passes, float *z, int size)
+{
+    if (size <= 8) {
+        for (size_t l = 0; l < IBL_FFT_LANES; l += VF)
+            leaf(z + l, size);
+        return;
+    }
+    pass(z, (size_t)size, *passes);
+    for (size_t k = 0; k < 4; k++)
+        forward(passes + 1, z + k * ((size_t)size / 4) * IBL_FFT_VALUE,
+                size / 4);
+}
+
+static void inverse(const float *const *passes, float *z, int size)
+{
+    if (size <= 8) {
+        for (size_t l = 0; l < IBL_FFT_LANES; l += VF)
+            leaf_inverse(z + l, size);
+        return;
+    }
+    for (size_t k = 0; k < 4; k++)
+        inverse(passes + 1, z + k * ((size_t)size / 4) * IBL_FFT_VALUE,
+                size / 4);
+    pass_inverse(z, (size_t)size, *passes);
+}
+
+/* a x + b conj(y); part is from real to imaginary parts. */
+static inline vc combine(const ibl_fft_pair *p, const float *x, const float *y,
+                         size_t part)
+{
+    const vf ar = vf_all(p->a[0]), ai = vf_all(p->a[1]);
+    const vf br = vf_all(p->b[0]), bi = vf_all(p->b[1]);
+    const vf xr = vf_load(x), xi = vf_load(x + part);
+    const vf yr = vf_load(y), yi = vf_load(y + part);
+    return (vc){vf_fma(ar, xr, br * yr) + vf_fma(bi, yi, -(ai * xi)),
+                vf_fma(ar, xi, ai * xr) + vf_fma(bi, yr, -(br * yi))};
+}
+
+static inline void split(const float *z, const ibl_fft_pair *pairs, int count,
+                         const ibl_fft_spectrum *out)
+{
+    for (int m = 0; m < count; m++)
+        for (size_t l = 0; l < IBL_FFT_LANES; l += VF) {
+            const ibl_fft_pair *p = &pairs[m];
+            float *to = out->data + (size_t)m * out->bin + l;
+            const vc v = combine(p, z + (size_t)p->first * IBL_FFT_VALUE + l,
+                                 z + (size_t)p->second * IBL_FFT_VALUE + l,
+                                 IBL_FFT_LANES);
+            vf_store(to, v.re);
+            vf_store(to + out->part, v.im);
+        }
+}
+
+static inline void merge(const ibl_fft_spectrum *in, const ibl_fft_pair *pairs,
+                         int count, float *z)
+{
+    for (int k = 0; k < count; k++)
+        for (size_t l = 0; l < IBL_FFT_LANES; l += VF) {
+            const ibl_fft_pair *p = &pairs[k];
+            vc_store(z + l, (size_t)k,
+                     combine(p, in->data + (size_t)p->first * in->bin + l,
+                             in->data + (size_t)p->second * in->bin + l,
+                             in->part));
+        }
+}
+
+#endif

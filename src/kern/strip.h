@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * A strip is sixteen rows at once, row r in lane r, as kern/fft.h takes
+ * them: rows of a map into lanes, lanes into rows of texels, and rows of any
+ * length onto a ring of samples.
+ */
+#ifndef IBL_KERN_STRIP_H
+#define IBL_KERN_STRIP_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "ibl/ibl.h"
+
+enum {
+    IBL_STRIP_LANES = 16,
+    IBL_STRIP_TAPS = 9 /* samples that a pixel is spread to */
+};
+
+/*
+ * Takes count pixels of sixteen rows of interleaved RGB into lanes:
+ *     lanes[c * channel + i * 16 + r] = rows[r][3 i + c] - subtract[c].
+ *   rows   no alignment; nothing beyond 3 count floats is read
+ *   lanes  64-byte aligned; channel, in floats, a multiple of 16
+ */
+typedef void ibl_strip_load_fn(const float *const rows[IBL_STRIP_LANES],
+                               int count, const float subtract[3], float *lanes,
+                               size_t channel);
+
+/*
+ * The way back, count texels of each of the first `used` rows:
+ *     rows[r][4 i + c] = lanes[c * channel + i * 16 + r], rows[r][4 i + 3] = 0.
+ */
+typedef void ibl_strip_store_fn(const float *lanes, size_t channel, int count,
+                                float *const rows[IBL_STRIP_LANES], int used);
+
+/* How pixels are spread: pixel i = k period + p adds tap t of p times its
+ * value to sample k step + first[p] + t. */
+typedef struct ibl_strip_spread {
+    int period;
+    int step;
+    int32_t *first; /* first[0] is 0; never falls, nor from period to period */
+    float *taps;    /* IBL_STRIP_TAPS of each p */
+} ibl_strip_spread;
+
+/*
+ * Spreads pixels start .. start + count - 1 of one channel, in order from 0
+ * on. Samples below the first that pixel start + count - 1 adds to are done,
+ * its IBL_STRIP_TAPS are under way, those beyond undefined.
+ *   pixels   16 floats for each, that of start first; 64-byte aligned
+ *   samples  16 floats for each, 64-byte aligned
+ */
+typedef void ibl_strip_spread_fn(const ibl_strip_spread *spread,
+                                 const float *pixels, int start, int count,
+                                 float *samples);
+
+typedef struct ibl_strip_dsp {
+    ibl_strip_load_fn *load;
+    ibl_strip_store_fn *store;
+    ibl_strip_spread_fn *spread;
+} ibl_strip_dsp;
+
+/* isa: what the context uses, not IBL_ISA_AUTO. */
+void ibl_strip_dsp_init(ibl_strip_dsp *dsp, ibl_isa isa);
+
+/* The sample that pixel i adds to first. */
+static inline int64_t ibl_strip_first(const ibl_strip_spread *spread, int i)
+{
+    return (int64_t)(i / spread->period) * spread->step +
+           spread->first[i % spread->period];
+}
+
+ibl_strip_load_fn ibl_strip_load_c;
+ibl_strip_store_fn ibl_strip_store_c;
+ibl_strip_spread_fn ibl_strip_spread_c;
+ibl_strip_load_fn ibl_strip_load_sse2;
+ibl_strip_store_fn ibl_strip_store_sse2;
+ibl_strip_spread_fn ibl_strip_spread_sse2;
+ibl_strip_load_fn ibl_strip_load_avx2;
+ibl_strip_store_fn ibl_strip_store_avx2;
+ibl_strip_spread_fn ibl_strip_spread_avx2;
+ibl_strip_load_fn ibl_strip_load_avx512;
+ibl_strip_store_fn ibl_strip_store_avx512;
+ibl_strip_spread_fn ibl_strip_spread_avx512;
+
+#endif

@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: MIT */
+#include "kern/strip_lanes.h"
+
+void ibl_strip_load_avx2(const float *const rows[IBL_STRIP_LANES], int count,
+                         const float subtract[3], float *lanes, size_t channel)
+{
+    load(rows, count, subtract, lanes, channel);
+}
+
+void ibl_strip_store_avx2(const float *lanes, size_t channel, int count,
+                          float *const rows[IBL_STRIP_LANES], int used)
+{
+    store(lanes, channel, count, rows, used);
+}
+
+void ibl_strip_spread_avx2(const ibl_strip_spread *spread, const float *pixels,
+                           int start, int count, float *samples)
+{
+    spread_all(spread, pixels, start, count, samples);
+}

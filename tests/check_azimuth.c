@@ -1,0 +1,499 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The transform along the rows against the sums that define it, in double,
+ * for every kind of width, and the filter that spreads rows against its
+ * stated stop band.
+ */
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "bake/spectral/azimuth.h"
+#include "bake/spectral/spread.h"
+#include "core/alloc.h"
+#include "core/cpu.h"
+#include "test.h"
+
+#define PI 3.1415926535897932384626433832795
+
+enum {
+    ROWS = IBL_AZIMUTH_ROWS,
+    BEFORE = 16, /* rings before those written */
+    RINGS = BEFORE + ROWS + 7,
+    GUARD = 32
+};
+
+static const float marker = 7654321;
+
+static float *floats(size_t n)
+{
+    float *p = ibl_alloc_array(n, sizeof *p);
+    if (!p)
+        exit(1);
+    for (size_t i = 0; i < n; i++)
+        p[i] = marker;
+    return p;
+}
+
+/* ---- forward ---------------------------------------------------------- */
+
+typedef struct fixture {
+    int width, orders, count;
+    double turn;
+    size_t stride;
+    float *rgb;
+    float subtract[3];
+    ibl_ring_spectra out;
+} fixture;
+
+static void fixture_init(ibl_ctx *ctx, fixture *x, int width, int orders,
+                         int count)
+{
+    *x = (fixture){.width = width,
+                   .orders = orders,
+                   .count = count,
+                   .turn = 0.1 + width % 7,
+                   .stride = (size_t)width * 3 + 5};
+    test_random r = {(uint64_t)(width * 31 + orders)};
+    x->rgb = floats(x->stride * (size_t)count);
+    for (int j = 0; j < count; j++)
+        for (int i = 0; i < 3 * width; i++)
+            x->rgb[(size_t)j * x->stride + (size_t)i] =
+                (float)(2 * test_random_unit(&r) - 1);
+    for (int c = 0; c < 3; c++)
+        x->subtract[c] = (float)(0.3 * c - 0.1);
+    if (ibl_ring_spectra_alloc(ctx, RINGS, orders, &x->out))
+        exit(1);
+    const size_t n = (size_t)orders * 6 * x->out.stride;
+    for (size_t i = 0; i < n; i++)
+        x->out.data[i] = marker;
+}
+
+static void fixture_free(fixture *x)
+{
+    ibl_free(x->rgb);
+    ibl_ring_spectra_free(&x->out);
+}
+
+static void forward(ibl_ctx *ctx, fixture *x)
+{
+    ibl_azimuth *plan;
+    if (ibl_azimuth_create(ctx, x->width, x->orders, x->turn, &plan))
+        exit(1);
+    const size_t n = ibl_azimuth_scratch(plan);
+    float *scratch = floats(n + GUARD);
+    const ibl_azimuth_rows rows = {
+        x->rgb,
+        x->stride,
+        x->count,
+        {x->subtract[0], x->subtract[1], x->subtract[2]}};
+    ibl_azimuth_forward(plan, &rows, scratch, &x->out, BEFORE);
+    for (size_t i = n; i < n + GUARD; i++)
+        CHECK(scratch[i] == marker);
+    ibl_free(scratch);
+    ibl_azimuth_free(plan);
+}
+
+static float pixel(const fixture *x, int row, int i, int channel)
+{
+    return x->rgb[(size_t)row * x->stride + (size_t)(3 * i + channel)];
+}
+
+static void direct(const fixture *x, int m, int row, int channel, double f[2])
+{
+    f[0] = f[1] = 0;
+    for (int i = 0; i < x->width; i++) {
+        const double phi = 2 * PI * (i + 0.5) / x->width - PI;
+        const double v =
+            (double)pixel(x, row, i, channel) - x->subtract[channel];
+        f[0] += v * cos(m * (phi - x->turn));
+        f[1] -= v * sin(m * (phi - x->turn));
+    }
+}
+
+/* Largest error over bins and rings, relative to the row's l2 and l1 norm. */
+typedef struct worst {
+    double l2, l1;
+} worst;
+
+static worst compare(const fixture *x, int step)
+{
+    worst w = {0, 0};
+    for (int k = 0; k < x->orders * x->count * 3; k += step) {
+        const int c = k % 3, row = k / 3 % x->count, m = k / 3 / x->count;
+        double f[2], l1 = 0, l2 = 0;
+        direct(x, m, row, c, f);
+        for (int i = 0; i < x->width; i++) {
+            const double v = (double)pixel(x, row, i, c) - x->subtract[c];
+            l1 += fabs(v);
+            l2 += v * v;
+        }
+        const double error = hypot(
+            ibl_ring_spectra_at(&x->out, m, 2 * c)[BEFORE + row] - f[0],
+            ibl_ring_spectra_at(&x->out, m, 2 * c + 1)[BEFORE + row] - f[1]);
+        w.l1 = fmax(w.l1, error / l1);
+        w.l2 = fmax(w.l2, error / sqrt(l2));
+    }
+    return w;
+}
+
+/* Rings before and behind the batch stay as they are. */
+static void check_untouched(const fixture *x)
+{
+    for (int m = 0; m < x->orders; m++)
+        for (int part = 0; part < 6; part++) {
+            const float *f = ibl_ring_spectra_at(&x->out, m, part);
+            for (int j = 0; j < BEFORE; j++)
+                CHECK(f[j] == marker);
+            for (int j = BEFORE + ROWS; j < RINGS; j++)
+                CHECK(f[j] == marker);
+        }
+}
+
+/*
+ * Noise is white: rounding of the values, of some 20 stages, relative to
+ * the l2 norm, and up to 1 / 0.3 times as much where the filter's transform
+ * is divided out; worst of many. Leakage relative to the l1 norm.
+ */
+static void check_width(ibl_ctx *ctx, int width, int orders, int count,
+                        int step)
+{
+    fixture x;
+    fixture_init(ctx, &x, width, orders, count);
+    forward(ctx, &x);
+    const worst w = compare(&x, step);
+    CHECK_MSG(w.l1 <= IBL_AZIMUTH_STOP + 2 * FLT_EPSILON &&
+                  w.l2 <= IBL_AZIMUTH_STOP * sqrt(width) + 12 * FLT_EPSILON,
+              "%s, width %d, %d orders: error %.3g of the l1 norm, %.3g of "
+              "the l2 norm",
+              ibl_isa_name(ibl_ctx_isa(ctx)), width, orders, w.l1, w.l2);
+    check_untouched(&x);
+    if (getenv("IBL_TEST_PRINT"))
+        printf("%s width %d orders %d: l1 %.3g l2 %.3g\n",
+               ibl_isa_name(ibl_ctx_isa(ctx)), width, orders, w.l1, w.l2);
+    fixture_free(&x);
+}
+
+static void each_isa(void (*run)(ibl_ctx *ctx))
+{
+    for (ibl_isa isa = IBL_ISA_C; isa <= IBL_ISA_AVX512; isa++) {
+        if (!ibl_cpu_has(isa))
+            continue;
+        ibl_ctx *ctx = test_ctx(1, isa);
+        run(ctx);
+        ibl_ctx_free(ctx);
+    }
+}
+
+static void small(ibl_ctx *ctx)
+{
+    static const int orders[] = {1, 2, 3, 5, 17, 40, 65};
+    for (int w = 1; w <= 40; w++)
+        for (size_t k = 0; k < sizeof orders / sizeof orders[0]; k++)
+            check_width(ctx, w, orders[k], 1 + (w + (int)k) % ROWS, 1 + w / 2);
+}
+
+static void every_small_width(void)
+{
+    each_isa(small);
+}
+
+static void large(ibl_ctx *ctx)
+{
+    static const struct {
+        int width, orders;
+    } cases[] = {
+        {64, 33},    {127, 100},  {128, 257},  {200, 101},
+        {256, 129},  {333, 129},  {1000, 257}, {1024, 257},
+        {1024, 5},   {1600, 300}, {2048, 257}, {2047, 40},
+        {4096, 257}, {4096, 513}, {4099, 65},  {8192, 129},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++)
+        check_width(ctx, cases[k].width, cases[k].orders, 3 + (int)k % 14,
+                    cases[k].orders * cases[k].width / 1200 + 1);
+}
+
+static void larger_widths(void)
+{
+    each_isa(large);
+}
+
+static void longest_rows(void)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    check_width(ctx, 65536, 257, 2, 151);
+    check_width(ctx, 65521, 257, 2, 151);
+    check_width(ctx, 65536, 16385, 1, 4999);
+    check_width(ctx, 65535, 16385, 1, 4999);
+    ibl_ctx_free(ctx);
+}
+
+/* ---- the filter ------------------------------------------------------- */
+
+/* g^ by the trapezoidal rule with very many points. */
+static double transform(const ibl_spread_window *window, double f)
+{
+    enum {
+        POINTS = 40000
+    };
+    double sum = 0;
+    for (int i = 0; i < POINTS; i++) {
+        const double x = IBL_STRIP_TAPS * ((i + 0.5) / POINTS - 0.5);
+        sum += ibl_spread_value(window, x) * cos(2 * PI * f * x);
+    }
+    return sum * IBL_STRIP_TAPS / POINTS;
+}
+
+/* What the header says of the filter, for the least and more samples. */
+static void stop_band(void)
+{
+    static const struct {
+        int n, orders;
+    } cases[] = {{16, 5}, {1024, 257}, {1024, 200}, {16, 1}, {2048, 258}};
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        const ibl_spread_window window =
+            ibl_spread_window_of(cases[k].n, cases[k].orders);
+        double worst_leak = 0;
+        for (int i = 0; i <= 8; i++) {
+            const double f = (cases[k].orders - 1) * i / 8.0 / cases[k].n;
+            const double pass = ibl_spread_transform(&window, f);
+            double leak = 0;
+            CHECK_NEAR(pass / transform(&window, f), 1, 2e-9);
+            for (int alias = 1; alias <= 12; alias++)
+                leak += fabs(transform(&window, alias + f)) +
+                        fabs(transform(&window, alias - f));
+            worst_leak = fmax(worst_leak, leak / pass);
+        }
+        CHECK_MSG(worst_leak <= 4.5e-8, "%d orders on %d: leak %.3g",
+                  cases[k].orders, cases[k].n, worst_leak);
+    }
+}
+
+/* An impulse at every position of a row, sixteen at a time. */
+static void impulses(ibl_ctx *ctx)
+{
+    static const int widths[] = {4096, 1001};
+    for (int k = 0; k < 2; k++) {
+        fixture x;
+        fixture_init(ctx, &x, widths[k], 65, ROWS);
+        memset(x.subtract, 0, sizeof x.subtract);
+        double worst_error = 0;
+        for (int from = 0; from < x.width; from += k ? 1 : 61) {
+            memset(x.rgb, 0, x.stride * ROWS * sizeof *x.rgb);
+            for (int j = 0; j < ROWS; j++)
+                x.rgb[(size_t)j * x.stride +
+                      (size_t)(3 * ((from + j) % x.width) + j % 3)] = 1;
+            forward(ctx, &x);
+            for (int m = 0; m < x.orders; m += m % 8 ? 1 : 7)
+                for (int j = 0; j < ROWS; j++) {
+                    const int i = (from + j) % x.width, c = j % 3;
+                    const double a =
+                        m * (2 * PI * (i + 0.5) / x.width - PI - x.turn);
+                    const float *re = ibl_ring_spectra_at(&x.out, m, 2 * c);
+                    const float *im = ibl_ring_spectra_at(&x.out, m, 2 * c + 1);
+                    worst_error =
+                        fmax(worst_error, hypot(re[BEFORE + j] - cos(a),
+                                                im[BEFORE + j] + sin(a)));
+                }
+            if (ibl_ctx_isa(ctx) == IBL_ISA_C)
+                from += 97;
+        }
+        CHECK_MSG(worst_error <= IBL_AZIMUTH_STOP + 3 * FLT_EPSILON,
+                  "width %d: error %.3g", x.width, worst_error);
+        fixture_free(&x);
+    }
+}
+
+static void an_impulse_anywhere(void)
+{
+    each_isa(impulses);
+}
+
+/* Cosines above the orders that are kept must not show in any of those. */
+static void high_frequencies(void)
+{
+    enum {
+        WIDTH = 4096,
+        ORDERS = 257
+    };
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    fixture x;
+    fixture_init(ctx, &x, WIDTH, ORDERS, ROWS);
+    memset(x.subtract, 0, sizeof x.subtract);
+    double leak = 0;
+    for (int k = ORDERS; k <= WIDTH / 2; k += 3 * ROWS * 7 + 1) {
+        for (int j = 0; j < ROWS; j++)
+            for (int i = 0; i < 3 * WIDTH; i++)
+                x.rgb[(size_t)j * x.stride + (size_t)i] = (float)cos(
+                    2 * PI * (i / 3 + 0.5) / WIDTH * (k + 7 * (3 * j + i % 3)));
+        forward(ctx, &x);
+        for (int j = 0; j < ROWS; j++)
+            for (int c = 0; c < 3; c++)
+                for (int m = 0; m < ORDERS; m++) {
+                    const int order = k + 7 * (3 * j + c);
+                    if (order > WIDTH - ORDERS)
+                        continue; /* is one of the orders that are kept */
+                    leak = fmax(
+                        leak,
+                        hypot(ibl_ring_spectra_at(&x.out, m, 2 * c)[BEFORE + j],
+                              ibl_ring_spectra_at(&x.out, m,
+                                                  2 * c + 1)[BEFORE + j]));
+                }
+    }
+    /* The sum of |cos| over a row is 2 / pi of the width. */
+    CHECK_MSG(leak <= IBL_AZIMUTH_STOP * WIDTH * 2 / PI, "leak %.3g of l1",
+              leak / (WIDTH * 2 / PI));
+    fixture_free(&x);
+    ibl_ctx_free(ctx);
+}
+
+static void constants(ibl_ctx *ctx)
+{
+    static const int widths[] = {1, 2, 3, 4, 64, 100, 512, 1021};
+    for (size_t k = 0; k < sizeof widths / sizeof widths[0]; k++) {
+        fixture x;
+        fixture_init(ctx, &x, widths[k], 33, ROWS);
+        for (int j = 0; j < ROWS; j++)
+            for (int i = 0; i < 3 * x.width; i++)
+                x.rgb[(size_t)j * x.stride + (size_t)i] = x.subtract[i % 3];
+        forward(ctx, &x);
+        for (int m = 0; m < x.orders; m++)
+            for (int part = 0; part < 6; part++)
+                for (int j = 0; j < ROWS; j++)
+                    CHECK(ibl_ring_spectra_at(&x.out, m, part)[BEFORE + j] ==
+                          0);
+        fixture_free(&x);
+    }
+}
+
+static void constant_rows_vanish(void)
+{
+    each_isa(constants);
+}
+
+/* A row gives the same bytes in any lane, beside any others. */
+static void alone(ibl_ctx *ctx)
+{
+    static const int widths[] = {256, 300};
+    for (int k = 0; k < 2; k++) {
+        fixture x, y;
+        fixture_init(ctx, &x, widths[k], 65, ROWS);
+        fixture_init(ctx, &y, widths[k], 65, 3);
+        memcpy(y.rgb, x.rgb + 9 * x.stride, 3 * x.stride * sizeof *x.rgb);
+        forward(ctx, &x);
+        forward(ctx, &y);
+        for (int m = 0; m < x.orders; m++)
+            for (int part = 0; part < 6; part++)
+                CHECK(!memcmp(ibl_ring_spectra_at(&x.out, m, part) + BEFORE + 9,
+                              ibl_ring_spectra_at(&y.out, m, part) + BEFORE,
+                              3 * sizeof(float)));
+        fixture_free(&x);
+        fixture_free(&y);
+    }
+}
+
+static void rows_are_independent(void)
+{
+    each_isa(alone);
+}
+
+/* ---- inverse ---------------------------------------------------------- */
+
+static void inverse(ibl_ctx *ctx, int columns, int orders, int count, int step)
+{
+    enum {
+        BORDER = 12 /* floats on either side of a row */
+    };
+    test_random r = {(uint64_t)(columns + orders)};
+    const size_t stride = (size_t)columns * 4 + 2 * BORDER;
+    ibl_ring_spectra in;
+    ibl_azimuth *plan;
+    if (ibl_ring_spectra_alloc(ctx, RINGS, orders + 2, &in) ||
+        ibl_azimuth_create_inverse(ctx, columns, orders, &plan))
+        exit(1);
+    for (size_t i = 0; i < (size_t)(orders + 2) * 6 * in.stride; i++)
+        in.data[i] = (float)(2 * test_random_unit(&r) - 1);
+    float *rgba = floats(stride * ROWS);
+    float *scratch = floats(ibl_azimuth_scratch(plan));
+    const ibl_azimuth_samples out = {rgba + BORDER, stride, count};
+    ibl_azimuth_inverse(plan, &in, BEFORE, scratch, &out);
+
+    double error = 0, truth = 0;
+    for (int k = 0; k < columns * count * 3; k += step) {
+        const int c = k % 3, j = k / 3 % count, i = k / 3 / count;
+        const double phi = 2 * PI * (i + 0.5) / columns - PI;
+        double f = 0;
+        for (int m = 0; m < orders; m++) {
+            const double re = ibl_ring_spectra_at(&in, m, 2 * c)[BEFORE + j];
+            const double im =
+                ibl_ring_spectra_at(&in, m, 2 * c + 1)[BEFORE + j];
+            f += m ? 2 * (re * cos(m * phi) - im * sin(m * phi)) : re;
+        }
+        const double e = out.rgba[(size_t)j * stride + (size_t)(4 * i + c)] - f;
+        error += e * e;
+        truth += f * f;
+    }
+    CHECK_MSG(sqrt(error / truth) <= 3e-7, "%s: %d orders to %d: error %.3g",
+              ibl_isa_name(ibl_ctx_isa(ctx)), orders, columns,
+              sqrt(error / truth));
+    for (int j = 0; j < ROWS; j++)
+        for (int k = 0; k < (int)stride; k++) {
+            const float v = rgba[(size_t)j * stride + (size_t)k];
+            if (j >= count || k < BORDER || k >= (int)stride - BORDER)
+                CHECK(v == marker);
+            else if ((k - BORDER) % 4 == 3)
+                CHECK(v == 0);
+        }
+    ibl_free(rgba);
+    ibl_free(scratch);
+    ibl_azimuth_free(plan);
+    ibl_ring_spectra_free(&in);
+}
+
+static void inverses(ibl_ctx *ctx)
+{
+    for (int n = 4; n <= 64; n *= 2)
+        for (int orders = 1; orders <= n / 2; orders++)
+            inverse(ctx, n, orders, 1 + (n + orders) % ROWS, n / 8 + 1);
+    inverse(ctx, 512, 129, ROWS, 101);
+    inverse(ctx, 1024, 257, ROWS, 211);
+    inverse(ctx, 1024, 512, 5, 211);
+    inverse(ctx, 4096, 1000, ROWS, 1999);
+}
+
+static void samples_of_rings(void)
+{
+    each_isa(inverses);
+}
+
+static void wrong_arguments(void)
+{
+    test_messages messages;
+    const ibl_ctx_options options = {
+        .log = test_keep, .log_cookie = &messages, .threads = 1};
+    ibl_ctx *ctx = NULL;
+    NEED(ibl_ctx_create(&options, &ctx) == IBL_OK);
+    ibl_azimuth *plan;
+    CHECK(ibl_azimuth_create(ctx, 0, 1, 0, &plan) == IBL_ERR_ARGUMENT);
+    CHECK(!plan);
+    CHECK(ibl_azimuth_create(ctx, 70000, 1, 0, &plan) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_azimuth_create(ctx, 1, 0, 0, &plan) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_azimuth_create(ctx, 1, 20000, 0, &plan) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_azimuth_create(ctx, 1, 1, NAN, &plan) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_azimuth_create_inverse(ctx, 24, 3, &plan) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_azimuth_create_inverse(ctx, 16, 9, &plan) == IBL_ERR_ARGUMENT);
+    CHECK(!plan);
+    ibl_azimuth_free(NULL);
+    ibl_ctx_free(ctx);
+}
+
+static const test tests[] = {
+    TEST(every_small_width),    TEST(larger_widths),
+    TEST(longest_rows),         TEST(stop_band),
+    TEST(an_impulse_anywhere),  TEST(high_frequencies),
+    TEST(constant_rows_vanish), TEST(rows_are_independent),
+    TEST(samples_of_rings),     TEST(wrong_arguments),
+};
+TEST_MAIN(tests)
