@@ -26,7 +26,7 @@ enum {
 static const uint64_t max_known = (uint64_t)65 << 30;
 static const uint64_t max_unknown = (uint64_t)256 << 20;
 
-typedef struct input {
+typedef struct loading {
     ibl_ctx *ctx;
     const char *name;
     int fd;
@@ -35,14 +35,15 @@ typedef struct input {
     ibl_known_fn *known;
     unsigned char *bytes;
     size_t size, room;
-} input;
+    uint64_t file_size; /* of a regular file */
+} loading;
 
-static ibl_status refuse(const input *in, const char *why)
+static ibl_status refuse(const loading *in, const char *why)
 {
     return ibl_fail(in->ctx, IBL_ERR_IO, "%s: %s", in->name, why);
 }
 
-static ibl_status grow(input *in)
+static ibl_status grow(loading *in)
 {
     const size_t room = in->room * 2;
     unsigned char *more = room > in->room ? ibl_alloc_array(room, 1) : NULL;
@@ -58,7 +59,7 @@ static ibl_status grow(input *in)
 }
 
 /* Waits until a stream has something, with an eye on cancelling. */
-static ibl_status wait_for(const input *in)
+static ibl_status wait_for(const loading *in)
 {
     struct pollfd p = {.fd = in->fd, .events = POLLIN};
     while (!ibl_cancelled(in->ctx)) {
@@ -74,7 +75,7 @@ static ibl_status wait_for(const input *in)
 }
 
 /* Reads once. *n is 0 at the end. */
-static ibl_status read_some(input *in, ssize_t *n)
+static ibl_status read_some(loading *in, ssize_t *n)
 {
     int waited = 0;
     for (;;) {
@@ -100,7 +101,7 @@ static ibl_status read_some(input *in, ssize_t *n)
     }
 }
 
-static ibl_status check_length(const input *in, uint64_t size)
+static ibl_status check_length(const loading *in, uint64_t size)
 {
     const bool known = !in->stream || in->known(in->bytes, in->size);
     const uint64_t most = known ? max_known : max_unknown;
@@ -112,7 +113,7 @@ static ibl_status check_length(const input *in, uint64_t size)
                           : " of no known kind of file");
 }
 
-static ibl_status read_all(input *in)
+static ibl_status read_all(loading *in)
 {
     for (;;) {
         ssize_t n;
@@ -137,8 +138,8 @@ static ibl_status read_all(input *in)
     return IBL_OK;
 }
 
-/* Looks at what was opened, and makes the first room. */
-static ibl_status prepare(input *in, bool standard_input)
+/* Looks at what was opened. */
+static ibl_status look(loading *in, bool standard_input)
 {
     struct stat st;
     if (fstat(in->fd, &st))
@@ -151,47 +152,137 @@ static ibl_status prepare(input *in, bool standard_input)
         return refuse(in, "is a device, not a file; for standard input give -");
     in->stream = !S_ISREG(st.st_mode);
     in->may_end = standard_input || !S_ISFIFO(st.st_mode);
+    if (in->stream)
+        return IBL_OK;
+    in->file_size = (uint64_t)st.st_size;
+    return check_length(in, in->file_size);
+}
+
+static ibl_status load(loading *in)
+{
     /* One byte over, to see the end; a size of 0 may be a file of /proc. */
     in->room = FIRST_BYTES;
-    if (!in->stream && st.st_size >= FIRST_BYTES) {
-        const ibl_status status = check_length(in, (uint64_t)st.st_size);
-        if (status)
-            return status;
-        in->room = (size_t)st.st_size + 1;
-    }
+    if (in->file_size >= FIRST_BYTES)
+        in->room = (size_t)in->file_size + 1;
     in->bytes = ibl_alloc_array(in->room, 1);
     if (!in->bytes)
         return ibl_fail(in->ctx, IBL_ERR_MEMORY,
                         "%s: no memory for its %zu bytes", in->name, in->room);
+    const ibl_status status = read_all(in);
+    if (status)
+        ibl_free(in->bytes);
+    return status;
+}
+
+static ibl_input loaded(const loading *l)
+{
+    ibl_input in = ibl_input_of(l->name, l->bytes, l->size);
+    in.owned = l->bytes;
+    return in;
+}
+
+ibl_status ibl_input_open(ibl_ctx *ctx, const char *path, ibl_known_fn *known,
+                          ibl_input *in)
+{
+    const bool standard_input = !strcmp(path, "-");
+    loading l = {.ctx = ctx,
+                 .name = standard_input ? "standard input" : path,
+                 .fd = STDIN_FILENO,
+                 .known = known};
+    ibl_status status;
+
+    /* Not blocking: a FIFO without a writer would, for ever. */
+    if (!standard_input)
+        l.fd = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    if (l.fd < 0)
+        return ibl_fail(ctx, IBL_ERR_IO, "%s: cannot be opened: %s", path,
+                        strerror(errno));
+    status = look(&l, standard_input);
+    if (!status && !standard_input && l.file_size >= FIRST_BYTES) {
+        *in =
+            (ibl_input){.name = path, .size = (size_t)l.file_size, .fd = l.fd};
+        return IBL_OK;
+    }
+    if (!status)
+        status = load(&l);
+    if (!standard_input)
+        close(l.fd);
+    if (!status)
+        *in = loaded(&l);
+    return status;
+}
+
+ibl_input ibl_input_of(const char *name, const void *bytes, size_t size)
+{
+    return (ibl_input){.name = name, .bytes = bytes, .size = size, .fd = -1};
+}
+
+ibl_status ibl_input_load(ibl_ctx *ctx, ibl_known_fn *known, ibl_input *in)
+{
+    loading l = {.ctx = ctx,
+                 .name = in->name,
+                 .fd = in->fd,
+                 .may_end = true,
+                 .known = known,
+                 .file_size = in->size};
+    if (in->bytes)
+        return IBL_OK;
+    if (lseek(in->fd, 0, SEEK_SET))
+        return refuse(&l, strerror(errno));
+    const ibl_status status = load(&l);
+    if (status)
+        return status;
+    ibl_input_close(in);
+    *in = loaded(&l);
     return IBL_OK;
+}
+
+bool ibl_input_read(const ibl_input *in, uint64_t offset, size_t size,
+                    void *dst, size_t *got)
+{
+    const size_t left = offset < in->size ? in->size - (size_t)offset : 0;
+
+    size = size < left ? size : left;
+    *got = 0;
+    if (in->bytes) {
+        if (size) /* there may be no bytes to point to */
+            memcpy(dst, in->bytes + offset, size);
+        *got = size;
+        return true;
+    }
+    while (*got < size) {
+        const ssize_t n = pread(in->fd, (char *)dst + *got, size - *got,
+                                (off_t)(offset + *got));
+        if (n == 0)
+            return true;
+        if (n < 0 && errno != EINTR)
+            return false;
+        *got += n > 0 ? (size_t)n : 0;
+    }
+    return true;
+}
+
+void ibl_input_close(ibl_input *in)
+{
+    ibl_free(in->owned);
+    if (in->fd >= 0)
+        close(in->fd);
+    *in = (ibl_input){.name = in->name, .fd = -1};
 }
 
 ibl_status ibl_file_load(ibl_ctx *ctx, const char *path, ibl_known_fn *known,
                          unsigned char **bytes, size_t *size)
 {
-    const bool standard_input = !strcmp(path, "-");
-    input in = {.ctx = ctx,
-                .name = standard_input ? "standard input" : path,
-                .fd = STDIN_FILENO,
-                .known = known};
-    ibl_status status;
-
-    /* Not blocking: a FIFO without a writer would, for ever. */
-    if (!standard_input)
-        in.fd = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
-    if (in.fd < 0)
-        return ibl_fail(ctx, IBL_ERR_IO, "%s: cannot be opened: %s", path,
-                        strerror(errno));
-    status = prepare(&in, standard_input);
-    if (!status)
-        status = read_all(&in);
-    if (!standard_input)
-        close(in.fd);
+    ibl_input in;
+    ibl_status status = ibl_input_open(ctx, path, known, &in);
+    if (status)
+        return status;
+    status = ibl_input_load(ctx, known, &in);
     if (status) {
-        ibl_free(in.bytes);
+        ibl_input_close(&in);
         return status;
     }
-    *bytes = in.bytes;
+    *bytes = in.owned;
     *size = in.size;
     return IBL_OK;
 }

@@ -2,9 +2,9 @@
 /*
  * Radiance pictures (.hdr, .pic): RGBE and XYZE.
  *
- * Three steps, so that a caller may also take them one at a time: the header,
- * an index of the scanlines that proves the file whole, single scanlines.
- * Nothing is allocated for pixels before the index is there.
+ * The header, then scanlines one after the other: their ends are found by
+ * passing over them, and once that is known for some they are decoded side by
+ * side.
  *
  * Format: Radiance reference manual, "Picture files"; Ward 1991, "Real
  * Pixels", Graphics Gems II.
@@ -15,26 +15,26 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "ibl/ibl.h"
+#include "io/load.h"
+#include "io/rows.h"
 #include "kern/rgbe.h"
 
 /* Whether the bytes begin like a Radiance picture: "#?". */
 bool ibl_rgbe_is(const void *bytes, size_t size);
 
 /*
- * Decodes a whole picture; row 0 of img is the top of the picture whatever
- * the orientation. EXPOSURE and COLORCORR are divided out. XYZ becomes RGB
- * with the file's PRIMARIES; its unit is kept (Radiance has Y in cd/m^2 where
- * RGB has W/sr/m^2, a factor of 179).
- *   name     stands in messages
- *   img      empty; the caller's to free with ibl_image_free
- *   format   filled with a short description
+ * Opens a picture for its rows, the first at the top of it whatever the
+ * orientation. EXPOSURE and COLORCORR are divided out. XYZ becomes RGB with
+ * the file's PRIMARIES; its unit is kept (Radiance has Y in cd/m^2 where RGB
+ * has W/sr/m^2, a factor of 179). Where scanlines are columns or begin at the
+ * bottom the rows come from a whole image.
+ *   in    must stay as long as rows
+ *   opts  for the size that is taken
  * IBL_ERR_FORMAT: damaged, cut short or no picture. IBL_ERR_UNSUPPORTED: a
- * FORMAT other than the two. IBL_ERR_MEMORY, IBL_ERR_CANCELLED.
+ * FORMAT other than the two. IBL_ERR_IO, IBL_ERR_MEMORY, IBL_ERR_CANCELLED.
  */
-ibl_status ibl_rgbe_decode(ibl_ctx *ctx, const char *name,
-                           const unsigned char *bytes, size_t size,
-                           ibl_image *img, char format[64]);
+ibl_status ibl_rgbe_open(ibl_ctx *ctx, const ibl_input *in,
+                         const ibl_read_options *opts, ibl_rows **rows);
 
 typedef struct ibl_rgbe_header {
     int width, height;   /* of the picture as it is seen */
@@ -48,35 +48,49 @@ typedef struct ibl_rgbe_header {
     size_t data;     /* offset of the first scanline */
 } ibl_rgbe_header;
 
+/* Whether the bytes, the first of a picture, have its header or enough of it
+ * to say what is wrong with it. */
+bool ibl_rgbe_has_header(const unsigned char *bytes, size_t size);
+
 ibl_status ibl_rgbe_parse(ibl_ctx *ctx, const char *name,
                           const unsigned char *bytes, size_t size,
                           ibl_rgbe_header *header);
 
-/* Where the scanlines are. */
-typedef struct ibl_rgbe_index {
-    size_t *row;  /* rows + 1 offsets, the last is the end of the data */
-    bool flat;    /* no scanline is encoded, whatever it looks like */
-    bool has_new; /* some are run-length encoded by component */
-    bool has_old; /* some are run-length encoded by pixel */
-} ibl_rgbe_index;
+typedef enum ibl_rgbe_fault {
+    IBL_RGBE_WHOLE,     /* none */
+    IBL_RGBE_CUT,       /* the bytes end within it */
+    IBL_RGBE_ZERO_RUN,  /* a run of no pixels */
+    IBL_RGBE_OVERRUN,   /* value pixels more than the scanline has */
+    IBL_RGBE_BAD_LENGTH /* a new scanline that says it has value pixels */
+} ibl_rgbe_fault;
 
-/* Finds and checks every scanline. */
-ibl_status ibl_rgbe_scan(ibl_ctx *ctx, const char *name,
-                         const unsigned char *bytes, size_t size,
-                         const ibl_rgbe_header *header, ibl_rgbe_index *index);
-void ibl_rgbe_index_free(ibl_rgbe_index *index); /* zeroed is fine */
+typedef struct ibl_rgbe_scan {
+    const unsigned char *bytes;
+    size_t size, at;
+    int width;
+    bool is_new, is_old; /* how the scanline that was passed last is coded */
+    int value;           /* of a fault */
+} ibl_rgbe_scan;
+
+/* Passes over the scanline at s->at, checking it. */
+ibl_rgbe_fault ibl_rgbe_pass(ibl_rgbe_scan *s);
+/* No scanline takes more bytes than this and has no fault. */
+size_t ibl_rgbe_most_bytes(const ibl_rgbe_header *header);
+
+/* The message for a fault of scanline row. */
+ibl_status ibl_rgbe_tell(ibl_ctx *ctx, const char *name, ibl_rgbe_fault fault,
+                         int row, const ibl_rgbe_header *header, int value);
 
 /* Bytes of scratch that ibl_rgbe_row needs. */
 size_t ibl_rgbe_scratch(const ibl_rgbe_header *header);
 
 /*
- * Decodes scanline row, in the order of the file, to header->row_px RGB
- * pixels. bytes, size: the file that was scanned. Safe on many threads at
- * once, each with its own scratch.
+ * Decodes a scanline that was passed to header->row_px RGB pixels.
+ *   flat       it is not coded, whatever it looks like
+ *   has_slack  IBL_RGBE_SLACK bytes beyond it are readable
  */
-void ibl_rgbe_row(const ibl_rgbe_dsp *dsp, const unsigned char *bytes,
-                  size_t size, const ibl_rgbe_header *header,
-                  const ibl_rgbe_index *index, int row, unsigned char *scratch,
-                  float *dst);
+void ibl_rgbe_row(const ibl_rgbe_dsp *dsp, const ibl_rgbe_header *header,
+                  const unsigned char *src, bool flat, bool has_slack,
+                  unsigned char *scratch, float *dst);
 
 #endif

@@ -353,6 +353,20 @@ static ibl_status set_factors(ibl_ctx *ctx, const char *name,
     return IBL_OK;
 }
 
+bool ibl_rgbe_has_header(const unsigned char *bytes, size_t size)
+{
+    struct text rest = {bytes, bytes + size}, line;
+    const bool bare_cr = uses_bare_cr(rest);
+    bool blank = false;
+
+    while (next_line(&rest, bare_cr, &line)) {
+        if (blank || is_resolution(line))
+            return true;
+        blank = line.at == line.end;
+    }
+    return false;
+}
+
 ibl_status ibl_rgbe_parse(ibl_ctx *ctx, const char *name,
                           const unsigned char *bytes, size_t size,
                           ibl_rgbe_header *header)

@@ -1,57 +1,205 @@
 /* SPDX-License-Identifier: MIT */
+#include "io/source.h"
+
+#include <stdbool.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "core/context.h"
-#include "ibl/io.h"
+#include "io/bridge.h"
+#include "io/exr.h"
+#include "io/load.h"
+#include "io/repair.h"
+#include "io/rgbe.h"
+#include "io/rows.h"
+#include "io/sniff.h"
+
+enum {
+    SNIFF_BYTES = 64 /* that tell the kind of a file */
+};
 
 struct ibl_source {
     ibl_ctx *ctx;
-    ibl_image img;
+    char *name;
+    ibl_input in;
+    ibl_rows *rows;
+    ibl_mender mender;
     ibl_read_report report;
-    int row; /* the next */
+    int strict;
+    int row;           /* the next */
+    ibl_status status; /* of a read that failed */
 };
 
-ibl_status ibl_source_open(ibl_ctx *ctx, const char *path,
-                           const ibl_read_options *opts, ibl_source **out)
-{
-    ibl_source *s = ibl_alloc_zeroed(1, sizeof *s);
+/* ---- opening -------------------------------------------------------- */
 
-    *out = NULL;
+static bool is_known(const unsigned char *bytes, size_t size)
+{
+    const char *kind, *reader;
+    ibl_sniff(bytes, size, &kind, &reader);
+    return kind || ibl_exr_is(bytes, size) || ibl_rgbe_is(bytes, size);
+}
+
+static ibl_status open_bridged(ibl_source *s, const ibl_read_options *opts)
+{
+    ibl_image img = {0};
+    ibl_read_report report = {.format = ""};
+    ibl_status status = ibl_input_load(s->ctx, is_known, &s->in);
+    if (status)
+        return status;
+    ibl_bridge_source source = {
+        .name = s->in.name, .bytes = s->in.bytes, .size = s->in.size};
+    ibl_sniff(s->in.bytes, s->in.size, &source.kind, &source.reader);
+    status = ibl_bridge_decode(s->ctx, &source, opts, &img, &report);
+    if (status)
+        return status;
+    status = ibl_rows_of_image(s->ctx, &img, &s->rows);
+    if (!status)
+        s->rows->report = report;
+    return status;
+}
+
+static ibl_status open_exr(ibl_source *s, const ibl_read_options *opts)
+{
+    ibl_image img = {0};
+    ibl_read_report report = {.format = ""};
+    ibl_status status = ibl_input_load(s->ctx, is_known, &s->in);
+    if (status)
+        return status;
+    status = ibl_exr_decode(s->ctx, s->in.name, s->in.bytes, s->in.size, opts,
+                            &img, &report);
+    if (status)
+        return status;
+    status = ibl_rows_of_image(s->ctx, &img, &s->rows);
+    if (!status)
+        s->rows->report = report;
+    return status;
+}
+
+static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
+{
+    unsigned char first[SNIFF_BYTES];
+    size_t size;
+
+    if (!ibl_input_read(&s->in, 0, sizeof first, first, &size))
+        return ibl_fail(s->ctx, IBL_ERR_IO, "%s: cannot be read", s->in.name);
+    if (ibl_exr_is(first, size))
+        return open_exr(s, opts);
+    if (opts->layer || opts->part > 0)
+        return ibl_fail(s->ctx, IBL_ERR_FORMAT,
+                        "%s: has no %s: only OpenEXR files do, so do not ask "
+                        "for one",
+                        s->in.name, opts->layer ? "layers" : "parts");
+    if (ibl_rgbe_is(first, size))
+        return ibl_rgbe_open(s->ctx, &s->in, opts, &s->rows);
+    return open_bridged(s, opts);
+}
+
+/* A source without its input. Owns a copy of the name. */
+static ibl_status make(ibl_ctx *ctx, const char *name,
+                       const ibl_read_options *opts, ibl_source **out)
+{
+    const size_t bytes = strlen(name) + 1;
+    ibl_source *s;
+
+    if (opts->part < -1)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "part %d: must be -1 or the number of a part, from 0",
+                        opts->part);
+    s = ibl_alloc_zeroed(1, sizeof *s);
     if (!s)
         return ibl_no_memory(ctx, "a source");
     s->ctx = ctx;
-    const ibl_status status =
-        ibl_image_read(ctx, path, opts, &s->img, &s->report);
-    if (status) {
+    s->in.fd = -1;
+    s->strict = opts->strict;
+    s->name = ibl_alloc_array(bytes, 1);
+    if (!s->name) {
         ibl_source_close(s);
-        return status;
+        return ibl_no_memory(ctx, "a source");
     }
+    memcpy(s->name, name, bytes);
     *out = s;
     return IBL_OK;
 }
 
+/* Opens the rows of s->in; frees s if that fails. */
+static ibl_status start(ibl_source *s, const ibl_read_options *opts,
+                        ibl_source **out)
+{
+    ibl_progress(s->ctx, "decode", 0);
+    ibl_status status = open_any(s, opts);
+    if (!status)
+        status = ibl_mender_init(&s->mender, s->rows);
+    if (status) {
+        ibl_source_close(s);
+        return status;
+    }
+    if (s->rows->whole.data)
+        ibl_input_close(&s->in);
+    s->report = s->rows->report;
+    *out = s;
+    return IBL_OK;
+}
+
+ibl_status ibl_source_over(ibl_ctx *ctx, const char *name, const void *bytes,
+                           size_t size, const ibl_read_options *opts,
+                           ibl_source **out)
+{
+    const ibl_read_options defaults = ibl_read_options_default();
+    ibl_source *s;
+    ibl_status status;
+
+    *out = NULL;
+    opts = opts ? opts : &defaults;
+    if (!size)
+        return ibl_fail(ctx, IBL_ERR_FORMAT, "%s: is empty", name);
+    status = make(ctx, name, opts, &s);
+    if (status)
+        return status;
+    s->in = ibl_input_of(s->name, bytes, size);
+    return start(s, opts, out);
+}
+
+ibl_status ibl_source_open(ibl_ctx *ctx, const char *path,
+                           const ibl_read_options *opts, ibl_source **out)
+{
+    const ibl_read_options defaults = ibl_read_options_default();
+    ibl_source *s;
+    ibl_status status;
+
+    *out = NULL;
+    opts = opts ? opts : &defaults;
+    status = make(ctx, path, opts, &s);
+    if (status)
+        return status;
+    status = ibl_input_open(ctx, s->name, is_known, &s->in);
+    if (status) {
+        ibl_source_close(s);
+        return status;
+    }
+    return start(s, opts, out);
+}
+
+void ibl_source_close(ibl_source *source)
+{
+    if (!source)
+        return;
+    ibl_mender_free(&source->mender);
+    ibl_rows_close(source->rows);
+    ibl_input_close(&source->in);
+    ibl_free(source->name);
+    ibl_free(source);
+}
+
+/* ---- reading -------------------------------------------------------- */
+
 int ibl_source_width(const ibl_source *source)
 {
-    return source->img.width;
+    return source->rows->width;
 }
 
 int ibl_source_height(const ibl_source *source)
 {
-    return source->img.height;
-}
-
-ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
-{
-    const size_t floats = 3 * (size_t)source->img.width;
-    if (rows < 1 || rows > source->img.height - source->row)
-        return ibl_fail(source->ctx, IBL_ERR_ARGUMENT,
-                        "%d rows: must be 1 to the %d that are left", rows,
-                        source->img.height - source->row);
-    memcpy(rgb, source->img.data + floats * (size_t)source->row,
-           floats * (size_t)rows * sizeof *rgb);
-    source->row += rows;
-    return ibl_cancelled(source->ctx) ? IBL_ERR_CANCELLED : IBL_OK;
+    return source->rows->height;
 }
 
 const ibl_read_report *ibl_source_report(const ibl_source *source)
@@ -59,10 +207,71 @@ const ibl_read_report *ibl_source_report(const ibl_source *source)
     return &source->report;
 }
 
-void ibl_source_close(ibl_source *source)
+/* Once all is there: says what had to be mended, or refuses it. */
+static ibl_status tell_mended(const ibl_source *s)
 {
-    if (!source)
-        return;
-    ibl_image_free(&source->img);
-    ibl_free(source);
+    const ibl_repair *done = &s->mender.done;
+
+    if (s->strict && (done->nonfinite || done->negative))
+        return ibl_fail(s->ctx, IBL_ERR_FORMAT,
+                        "%s: %zu pixels are not finite and %zu negative, "
+                        "which strict reading refuses and any other mends",
+                        s->in.name, done->nonfinite, done->negative);
+    if (done->nonfinite)
+        ibl_warn(s->ctx,
+                 "%s: %zu pixels were not finite; each became its brightest "
+                 "neighbour",
+                 s->in.name, done->nonfinite);
+    if (done->negative)
+        ibl_warn(s->ctx, "%s: %zu pixels were negative and became 0",
+                 s->in.name, done->negative);
+    if (s->report.low_range)
+        ibl_warn(s->ctx,
+                 "%s: low dynamic range (integers, taken for sRGB): lamps and "
+                 "the sun are clipped, so it cannot light well",
+                 s->in.name);
+    return IBL_OK;
+}
+
+static void fill_report(ibl_source *s)
+{
+    s->report = s->rows->report;
+    s->report.nonfinite = s->mender.done.nonfinite;
+    s->report.negative = s->mender.done.negative;
+    s->report.peak = s->mender.done.peak;
+}
+
+ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
+{
+    ibl_source *s = source;
+    const int left = s->rows->height - s->row;
+
+    if (s->status)
+        return s->status;
+    if (rows < 1 || rows > left)
+        return ibl_fail(s->ctx, IBL_ERR_ARGUMENT,
+                        "%d rows: must be 1 to the %d that are left", rows,
+                        left);
+    s->status = ibl_mender_read(&s->mender, rows, rgb);
+    s->row += rows;
+    fill_report(s);
+    if (!s->status && rows == left)
+        s->status = tell_mended(s);
+    return s->status;
+}
+
+ibl_status ibl_source_image(ibl_source *source, ibl_image *img)
+{
+    ibl_rows *rows = source->rows;
+    ibl_status status = IBL_OK;
+
+    *img = rows->whole;
+    rows->whole = (ibl_image){0};
+    if (!img->data)
+        status = ibl_image_alloc(source->ctx, rows->width, rows->height, img);
+    if (!status)
+        status = ibl_source_read(source, img->height, img->data);
+    if (status)
+        ibl_image_free(img);
+    return status;
 }

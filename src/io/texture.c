@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: MIT */
-#include <assert.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -189,8 +188,7 @@ static bool is_valid(const ibl_texture *tex)
 {
     if (tex->pixel >= IBL_PIXEL_COUNT || !tex->data || tex->width < 1 ||
         tex->width > IBL_MAX_EDGE || tex->height < 1 ||
-        tex->height > IBL_MAX_EDGE || tex->levels < 1 ||
-        tex->levels > IBL_MAX_TEXTURE_LEVELS ||
+        tex->height > IBL_MAX_EDGE || tex->levels < 1 || tex->levels > 17 ||
         (tex->faces != 1 && tex->faces != IBL_FACES) ||
         (tex->faces == IBL_FACES && tex->width != tex->height))
         return false;
@@ -200,29 +198,13 @@ static bool is_valid(const ibl_texture *tex)
     return tex->bytes == ibl_texture_offset(tex, tex->levels, 0);
 }
 
-void ibl_pieces_add(ibl_pieces *file, const void *bytes, size_t size)
+ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
+                              ibl_container container, void **bytes,
+                              size_t *size)
 {
-    assert(file->count < IBL_MAX_PIECES);
-    file->piece[file->count++] = (ibl_piece){bytes, size};
-    file->size += size;
-}
+    unsigned char *file = NULL;
+    ibl_status status;
 
-void ibl_pieces_add_level(ibl_pieces *file, const ibl_texture *tex, int level)
-{
-    ibl_pieces_add(file, tex->data + ibl_texture_offset(tex, level, 0),
-                   (size_t)tex->faces * ibl_texture_face_bytes(tex, level));
-}
-
-void ibl_pieces_add_face(ibl_pieces *file, const ibl_texture *tex, int level,
-                         int face)
-{
-    ibl_pieces_add(file, tex->data + ibl_texture_offset(tex, level, face),
-                   ibl_texture_face_bytes(tex, level));
-}
-
-ibl_status ibl_texture_pieces(ibl_ctx *ctx, const ibl_texture *tex,
-                              ibl_container container, ibl_pieces *file)
-{
     if (!is_valid(tex))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a texture of %dx%d texels, %d levels and %d faces "
@@ -231,38 +213,20 @@ ibl_status ibl_texture_pieces(ibl_ctx *ctx, const ibl_texture *tex,
                         tex->bytes);
     switch (container) {
     case IBL_CONTAINER_KTX2:
-        return ibl_ktx2_encode(ctx, tex, file);
+        status = ibl_ktx2_encode(ctx, tex, &file, size);
+        break;
     case IBL_CONTAINER_KTX:
-        return ibl_ktx_encode(ctx, tex, file);
+        status = ibl_ktx_encode(ctx, tex, &file, size);
+        break;
     case IBL_CONTAINER_DDS:
-        return ibl_dds_encode(ctx, tex, file);
+        status = ibl_dds_encode(ctx, tex, &file, size);
+        break;
     default:
         return ibl_fail(ctx, IBL_ERR_ARGUMENT, "container %d: must be below %d",
                         (int)container, IBL_CONTAINER_COUNT);
     }
-}
-
-ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
-                              ibl_container container, void **bytes,
-                              size_t *size)
-{
-    ibl_pieces file = {0};
-    ibl_status status = ibl_texture_pieces(ctx, tex, container, &file);
-
-    if (!status) {
-        unsigned char *to = ibl_alloc_array(file.size, 1);
-        if (to) {
-            *bytes = to;
-            *size = file.size;
-        } else {
-            status = ibl_no_memory(ctx, "a texture's file");
-        }
-        for (int i = 0; to && i < file.count; i++) {
-            memcpy(to, file.piece[i].bytes, file.piece[i].size);
-            to += file.piece[i].size;
-        }
-    }
-    ibl_free(file.head);
+    if (!status)
+        *bytes = file;
     return status;
 }
 

@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/rows.h"
+
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/context.h"
+#include "kern/most.h"
+
+enum {
+    JOB_PIXELS = 1 << 16 /* looked at in much less than a millisecond */
+};
+
+ibl_status ibl_rows_read(ibl_rows *rows, int count, float *rgb, uint32_t *most)
+{
+    const ibl_status status = rows->read(rows, count, rgb, most);
+    if (status)
+        return status;
+    rows->row += count;
+    ibl_progress(rows->ctx, "decode", (double)rows->row / rows->height);
+    return IBL_OK;
+}
+
+void ibl_rows_close(ibl_rows *rows)
+{
+    if (rows)
+        rows->close(rows);
+}
+
+/* ---- looking -------------------------------------------------------- */
+
+typedef struct looking {
+    const float *rgb;
+    int width, count, job_rows;
+    uint32_t *most;
+    ibl_most_fn *look;
+} looking;
+
+static void look_job(void *arg, int job, int worker)
+{
+    const looking *l = arg;
+    const size_t floats = 3 * (size_t)l->width;
+    const int first = job * l->job_rows;
+
+    (void)worker;
+    for (int i = first; i < l->count && i < first + l->job_rows; i++)
+        l->most[i] = l->look(l->rgb + floats * (size_t)i, floats);
+}
+
+ibl_status ibl_rows_look(ibl_ctx *ctx, const float *rgb, int width, int count,
+                         uint32_t *most)
+{
+    looking l = {rgb,   width,
+                 count, JOB_PIXELS / width + 1,
+                 most,  ibl_most(ibl_ctx_isa(ctx))};
+    return ibl_run(ctx, NULL, (count + l.job_rows - 1) / l.job_rows, look_job,
+                   &l);
+}
+
+/* ---- an image that is there ----------------------------------------- */
+
+typedef struct image_rows {
+    ibl_rows rows;
+    const float *data;
+} image_rows;
+
+static ibl_status image_read(ibl_rows *rows, int count, float *rgb,
+                             uint32_t *most)
+{
+    const image_rows *r = (image_rows *)rows;
+    const size_t floats = 3 * (size_t)rows->width;
+    const float *src = r->data + floats * (size_t)rows->row;
+
+    if (src != rgb)
+        memcpy(rgb, src, floats * (size_t)count * sizeof *rgb);
+    return ibl_rows_look(rows->ctx, rgb, rows->width, count, most);
+}
+
+static void image_close(ibl_rows *rows)
+{
+    ibl_image_free(&rows->whole);
+    ibl_free(rows);
+}
+
+ibl_status ibl_rows_of_image(ibl_ctx *ctx, ibl_image *img, ibl_rows **out)
+{
+    image_rows *r = ibl_alloc_zeroed(1, sizeof *r);
+
+    *out = NULL;
+    if (!r) {
+        ibl_image_free(img);
+        return ibl_no_memory(ctx, "an image");
+    }
+    r->rows = (ibl_rows){.ctx = ctx,
+                         .width = img->width,
+                         .height = img->height,
+                         .read = image_read,
+                         .close = image_close,
+                         .whole = *img};
+    r->data = img->data;
+    *img = (ibl_image){0};
+    *out = &r->rows;
+    return IBL_OK;
+}

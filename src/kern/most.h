@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT */
+/* One look at floats that are to be finite and not negative. */
+#ifndef IBL_KERN_MOST_H
+#define IBL_KERN_MOST_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "ibl/ibl.h"
+
+/* The bits of +Inf. */
+#define IBL_MOST_INFINITE 0x7f800000u
+
+/*
+ * The largest of count floats as bits, if all are finite and none has a sign,
+ * which is if and only if the result is below IBL_MOST_INFINITE. Else some
+ * number from there on. 0 for no floats. No alignment is needed. Every version
+ * gives the same where it is below.
+ */
+typedef uint32_t ibl_most_fn(const float *src, size_t count);
+
+/* The version for an instruction set. */
+ibl_most_fn *ibl_most(ibl_isa isa);
+
+uint32_t ibl_most_c(const float *src, size_t count);
+uint32_t ibl_most_sse2(const float *src, size_t count);
+uint32_t ibl_most_avx2(const float *src, size_t count);
+uint32_t ibl_most_avx512(const float *src, size_t count);
+
+#endif
