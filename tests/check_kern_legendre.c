@@ -253,6 +253,168 @@ static void extreme_values(void)
     for_each_isa(check_extreme_values);
 }
 
-static const test tests[] = {TEST(every_value_to_64),
-                             TEST(random_values_to_2048), TEST(extreme_values)};
+/* ---- sums ----------------------------------------------------------- */
+
+/* Values as maps have them, and others. */
+static double hostile(test_random *rnd)
+{
+    static const double values[] = {0.0, -0.0, 1e-45, 1e-30, 65504.0, 1e30};
+    const uint64_t pick = test_random_u64(rnd) % 40;
+
+    return pick < 6 ? values[pick] : 2.0 * test_random_unit(rnd) - 1.0;
+}
+
+/*
+ * The sum of the absolute terms of each result, in the plain version's way
+ * of summing: sums of absolute values with |P_lm|.
+ */
+typedef struct sums {
+    double value, size;
+} sums;
+
+/* a_lm of a part by the direct sum in long double, from true_legendre. */
+static void true_analysis(const fixture *x, int part, sums *to)
+{
+    const ibl_legendre_order *o = &x->order;
+    const int rings = o->rings->count;
+    long double *p = memory(x->terms, sizeof *p);
+    long double *sum = memory(x->terms, sizeof *sum);
+
+    for (size_t l = 0; l < x->terms; l++)
+        to[l].size = 0.0;
+    for (int j = 0; j < rings; j++) {
+        const long double f =
+            x->weight[j] *
+            (long double)x->f[(size_t)part * x->stride + (size_t)j];
+        true_legendre(rings, j, o->m, o->degree, p);
+        for (size_t l = 0; l < x->terms; l++) {
+            sum[l] += f * p[l];
+            to[l].size += (double)fabsl(f) *
+                          value_bound(rings, j, o->m + (int)l) / DBL_EPSILON;
+        }
+    }
+    for (size_t l = 0; l < x->terms; l++)
+        to[l].value = (double)sum[l];
+    ibl_free(p);
+    ibl_free(sum);
+}
+
+static const int shapes[][3] = {
+    /* rings, degree, m */
+    {1, 0, 0},        {1, 5, 2},     {2, 0, 0},      {2, 1, 1},
+    {3, 7, 0},        {3, 64, 3},    {4, 2, 1},      {5, 64, 17},
+    {15, 16, 15},     {16, 15, 0},   {17, 16, 1},    {18, 14, 14},
+    {31, 30, 0},      {32, 31, 4},   {33, 32, 31},   {34, 33, 2},
+    {47, 10, 9},      {63, 62, 20},  {64, 64, 0},    {65, 63, 5},
+    {66, 64, 64},     {130, 61, 7},  {257, 64, 30},  {511, 100, 60},
+    {512, 64, 1},     {514, 64, 50}, {545, 129, 64}, {1026, 90, 45},
+    {1100, 300, 200},
+};
+
+static void check_analysis(const ibl_legendre_dsp *dsp, ibl_isa isa)
+{
+    test_random rnd = {5};
+
+    worst = 0.0;
+    for (size_t i = 0; i < sizeof shapes / sizeof shapes[0]; i++) {
+        const int rings = shapes[i][0], degree = shapes[i][1];
+        fixture x = make(rings, degree, shapes[i][2]);
+        sums *truth = memory(x.terms, sizeof *truth);
+        for (int j = 0; j < rings; j++) {
+            x.weight[j] = test_random_unit(&rnd);
+            for (int part = 0; part < PARTS; part++)
+                x.f[(size_t)part * x.stride + (size_t)j] = (float)hostile(&rnd);
+        }
+        bind(&x, rings, degree, shapes[i][2]);
+        dsp->analyse(&x.order, x.f, x.stride, x.a);
+        for (int part = 0; part < PARTS; part++) {
+            true_analysis(&x, part, truth);
+            for (size_t l = 0; l < x.terms; l++) {
+                const double error =
+                    fabs(x.a[PARTS * l + (size_t)part] - truth[l].value);
+                const double bound = DBL_EPSILON * truth[l].size;
+                worst = fmax(worst, error / bound);
+                CHECK_MSG(error <= bound,
+                          "%s: %d rings, degree %d, m %d, l - m %zu: %g, "
+                          "not %g",
+                          ibl_isa_name(isa), rings, degree, shapes[i][2], l,
+                          x.a[PARTS * l + (size_t)part], truth[l].value);
+            }
+        }
+        CHECK(guards_hold(&x));
+        ibl_free(truth);
+        drop(&x);
+    }
+    printf("%-6s analysis: %.2g of the bound\n", ibl_isa_name(isa), worst);
+}
+
+static void analysis_is_the_direct_sum(void)
+{
+    for_each_isa(check_analysis);
+}
+
+/* The direct sum for ring j and a part, and its bound, with the result's
+ * rounding to float. */
+static sums true_synthesis(const fixture *x, const double *factor, int j,
+                           int part, const long double *p)
+{
+    const ibl_legendre_order *o = &x->order;
+    long double sum = 0.0L;
+    double bound = 0.0;
+
+    for (size_t l = 0; l < x->terms; l++) {
+        const double c =
+            factor[(size_t)o->m + l] * x->a[PARTS * l + (size_t)part];
+        sum += c * p[l];
+        bound += fabs(c) * value_bound(o->rings->count, j, o->m + (int)l);
+    }
+    bound += FLT_EPSILON / 2 * (double)fabsl(sum) + 1e-45;
+    return (sums){(double)sum, bound};
+}
+
+static void check_synthesis(const ibl_legendre_dsp *dsp, ibl_isa isa)
+{
+    test_random rnd = {6};
+
+    worst = 0.0;
+    for (size_t i = 0; i < sizeof shapes / sizeof shapes[0]; i++) {
+        const int rings = shapes[i][0], degree = shapes[i][1];
+        fixture x = make(rings, degree, shapes[i][2]);
+        long double *p = memory(x.terms, sizeof *p);
+        double *factor = memory((size_t)degree + 1, sizeof *factor);
+        for (int l = 0; l <= degree; l++)
+            factor[l] = hostile(&rnd);
+        for (size_t l = 0; l < PARTS * x.terms; l++)
+            x.a[l] = test_random_unit(&rnd) - 0.5;
+        bind(&x, rings, degree, shapes[i][2]);
+        dsp->synthesise(&x.order, x.a, factor, x.f, x.stride);
+        for (int j = 0; j < rings; j++) {
+            true_legendre(rings, j, shapes[i][2], degree, p);
+            for (int part = 0; part < PARTS; part++) {
+                const sums truth = true_synthesis(&x, factor, j, part, p);
+                const double got = x.f[(size_t)part * x.stride + (size_t)j];
+                const double error = fabs(got - truth.value);
+                worst = fmax(worst, error / truth.size);
+                CHECK_MSG(error <= truth.size,
+                          "%s: ring %d of %d, degree %d, m %d: %g, not %g",
+                          ibl_isa_name(isa), j, rings, degree, shapes[i][2],
+                          got, truth.value);
+            }
+        }
+        CHECK(guards_hold(&x));
+        ibl_free(p);
+        ibl_free(factor);
+        drop(&x);
+    }
+    printf("%-6s synthesis: %.2g of the bound\n", ibl_isa_name(isa), worst);
+}
+
+static void synthesis_is_the_direct_sum(void)
+{
+    for_each_isa(check_synthesis);
+}
+
+static const test tests[] = {
+    TEST(every_value_to_64), TEST(random_values_to_2048), TEST(extreme_values),
+    TEST(analysis_is_the_direct_sum), TEST(synthesis_is_the_direct_sum)};
 TEST_MAIN(tests)

@@ -174,7 +174,7 @@ static inline vd vd_fma(vd a, vd b, vd c)
 
 static inline vd vd_load_floats(const float *p)
 {
-    return _mm_cvtps_pd(_mm_castpd_ps(_mm_load_sd((const double *)p)));
+    return _mm_cvtps_pd(_mm_castsi128_ps(_mm_loadl_epi64((const __m128i *)p)));
 }
 
 static inline void vd_store_floats(float *p, vd v)

@@ -18,7 +18,7 @@ static const double pi = 3.14159265358979323846;
 
 enum {
     PAD = 16,   /* pairs, a multiple of every vector's lanes */
-    ARRAYS = 8, /* of an ibl_legendre_rings, without start */
+    ARRAYS = 9, /* of an ibl_legendre_rings, without start */
     PARTS = 6
 };
 
@@ -45,6 +45,7 @@ static void fill_pair(ibl_legendre_rings *r, int j, const double *weight)
 
     /* The sine of the latitude: to the last bits also at the equator. */
     r->x[j] = sin(half * (r->count - 1 - 2 * j));
+    r->x2[j] = r->x[j] * r->x[j];
     r->sine[j] = sin(half * (2 * j + 1));
     r->north[j] = weight ? weight[j] : 1.0;
     r->south[j] = mirror == j ? 0.0 : weight ? weight[mirror] : 1.0;
@@ -84,12 +85,13 @@ bool ibl_legendre_rings_init(ibl_legendre_rings *r, int count, int degree,
         memory + 5 * padded,
         memory + 6 * padded,
         memory + 7 * padded,
+        memory + 8 * padded,
         memory + ARRAYS * padded,
     };
     for (int j = 0; j < pairs; j++)
         fill_pair(r, j, weight);
     for (size_t j = (size_t)pairs; j < padded; j++) {
-        r->x[j] = r->north[j] = r->south[j] = 0.0;
+        r->x[j] = r->x2[j] = r->north[j] = r->south[j] = 0.0;
         r->sine[j] = r->mantissa[j] = r->mantissa_512[j] = 1.0;
         r->exponent[j] = r->exponent_512[j] = 0.0;
     }
@@ -212,12 +214,24 @@ void ibl_legendre_synthesise_c(const ibl_legendre_order *o, const double *a,
  * vector versions need is in legendre_lanes.h. */
 size_t ibl_legendre_scratch(int degree)
 {
-    return 20 * ((size_t)degree / 2 + 32) / 8 * 8 + 24 * 256;
+    return ((size_t)degree / 2 / 8 + 3) * 8 * 17 + 17 * 256;
 }
 
 void ibl_legendre_dsp_init(ibl_legendre_dsp *dsp, ibl_isa isa)
 {
-    dsp->analyse = ibl_legendre_analyse_c;
-    dsp->synthesise = ibl_legendre_synthesise_c;
+    *dsp =
+        (ibl_legendre_dsp){ibl_legendre_analyse_c, ibl_legendre_synthesise_c};
+#if IBL_X86
+    if (isa == IBL_ISA_SSE2)
+        *dsp = (ibl_legendre_dsp){ibl_legendre_analyse_sse2,
+                                  ibl_legendre_synthesise_sse2};
+    if (isa == IBL_ISA_AVX2)
+        *dsp = (ibl_legendre_dsp){ibl_legendre_analyse_avx2,
+                                  ibl_legendre_synthesise_avx2};
+    if (isa == IBL_ISA_AVX512)
+        *dsp = (ibl_legendre_dsp){ibl_legendre_analyse_avx512,
+                                  ibl_legendre_synthesise_avx512};
+#else
     (void)isa;
+#endif
 }

@@ -35,6 +35,7 @@ typedef struct ibl_legendre_rings {
                               itself, and its weight south is 0 */
     int degree;            /* the highest that start goes to */
     double *x;             /* cos theta, >= 0 */
+    double *x2;            /* x^2 */
     double *sine;          /* sin theta */
     double *north, *south; /* weights, for the analysis */
     double *mantissa;     /* sin theta = mantissa 2^exponent, the mantissa in */

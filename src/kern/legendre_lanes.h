@@ -1,0 +1,797 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * legendre.h for vectors of VD rings, included once for each width.
+ *
+ * Even and odd l - m from one recurrence in x^2 (Ishioka 2018, "A new
+ * recurrence formula for efficient computation of spherical harmonic
+ * transform", J. Met. Soc. Japan 96). With e_l as in legendre.c and
+ *     r_k = P_m+2k+1 / x,   even in x,
+ * x P_l = e_l+1 P_l+1 + e_l P_l-1 taken once and twice is
+ *     P_m+2k  = e_m+2k+1 r_k + e_m+2k r_k-1
+ *     x^2 r_k = A_k r_k+1 + B_k r_k + A_k-1 r_k-1,
+ *     A_k = e_m+2k+2 e_m+2k+3,   B_k = e_m+2k+2^2 + e_m+2k+1^2,
+ * and with r_k = s_k R_k, s_k+1 = -s_k-1 A_k-1 / A_k,
+ *     R_k+1 = (alpha_k x^2 + beta_k) R_k + R_k-1,
+ *     alpha_k = s_k / (A_k s_k+1),   beta_k = -B_k alpha_k:
+ * two products for two degrees. All else is sums with R_k: x is taken into
+ * the input or output of odd l - m, and the combination of r_k and r_k-1 into
+ * the coefficients.
+ */
+#ifndef IBL_KERN_LEGENDRE_LANES_H
+#define IBL_KERN_LEGENDRE_LANES_H
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "kern/lanes.h"
+#include "kern/legendre.h"
+
+enum {
+    BLOCK = 8,   /* of k: rings come in at multiples of it */
+    CHUNK = 256, /* pairs of rings, whose data fit the nearest cache */
+    CHUNK_VECTORS = CHUNK / VD,
+    SUMS = 12,       /* 6 parts for even l - m, 6 for odd */
+    NEVER = 1 << 30, /* block of rings that do not come in */
+    STARTS_AT = -72  /* exponent of R_k where rings come in: s_k <= 2^7 */
+};
+
+typedef long long vl __attribute__((vector_size(8 * VD)));
+typedef unsigned long long vu __attribute__((vector_size(8 * VD)));
+
+/* ---- what lanes.h has not ------------------------------------------- */
+
+#if VD == 8
+static inline vd vd_sqrt(vd v)
+{
+    return _mm512_sqrt_pd(v);
+}
+
+static inline unsigned vd_signs(vd v)
+{
+    return _mm512_movepi64_mask(_mm512_castpd_si512(v));
+}
+
+static inline vd vd_reverse(vd v)
+{
+    return _mm512_permutexvar_pd(_mm512_setr_epi64(7, 6, 5, 4, 3, 2, 1, 0), v);
+}
+
+/* Lane i is the sum of v[i], for VD vectors. */
+static inline vd vd_totals(const vd v[VD])
+{
+    vd half[4], quarter[2];
+
+    for (int i = 0; i < 4; i++)
+        half[i] = _mm512_unpacklo_pd(v[2 * i], v[2 * i + 1]) +
+                  _mm512_unpackhi_pd(v[2 * i], v[2 * i + 1]);
+    for (int i = 0; i < 2; i++)
+        quarter[i] = _mm512_shuffle_f64x2(half[2 * i], half[2 * i + 1], 0x88) +
+                     _mm512_shuffle_f64x2(half[2 * i], half[2 * i + 1], 0xDD);
+    return _mm512_shuffle_f64x2(quarter[0], quarter[1], 0x88) +
+           _mm512_shuffle_f64x2(quarter[0], quarter[1], 0xDD);
+}
+#elif VD == 4
+static inline vd vd_sqrt(vd v)
+{
+    return _mm256_sqrt_pd(v);
+}
+
+static inline unsigned vd_signs(vd v)
+{
+    return (unsigned)_mm256_movemask_pd(v);
+}
+
+static inline vd vd_reverse(vd v)
+{
+    return _mm256_permute4x64_pd(v, 0x1B);
+}
+
+static inline vd vd_totals(const vd v[VD])
+{
+    const vd a = _mm256_hadd_pd(v[0], v[1]), b = _mm256_hadd_pd(v[2], v[3]);
+
+    return _mm256_permute2f128_pd(a, b, 0x20) +
+           _mm256_permute2f128_pd(a, b, 0x31);
+}
+#else
+static inline vd vd_sqrt(vd v)
+{
+    return _mm_sqrt_pd(v);
+}
+
+static inline unsigned vd_signs(vd v)
+{
+    return (unsigned)_mm_movemask_pd(v);
+}
+
+static inline vd vd_reverse(vd v)
+{
+    return _mm_shuffle_pd(v, v, 1);
+}
+
+static inline vd vd_totals(const vd v[VD])
+{
+    return _mm_unpacklo_pd(v[0], v[1]) + _mm_unpackhi_pd(v[0], v[1]);
+}
+#endif
+
+/* e with |v| = f 2^e, 1 <= f < 2, for normal numbers. */
+static inline vd vd_exponent(vd v)
+{
+    const vu field = ((vu)v << 1) >> 53;
+
+    return (vd)(field | 0x4330000000000000) - vd_all(0x1p52 + 1023);
+}
+
+/* 2^e for whole e in -1022..1023. */
+static inline vd vd_power_of_two(vd e)
+{
+    return (vd)((vu)(e + vd_all(0x1p52 + 1023)) << 52);
+}
+
+static inline vd vd_only(vl mask, vd v)
+{
+    return (vd)(mask & (vl)v);
+}
+
+static inline vd vd_either(vl mask, vd yes, vd no)
+{
+    return (vd)((mask & (vl)yes) | (~mask & (vl)no));
+}
+
+/* ---- an order's coefficients ---------------------------------------- */
+
+/*
+ * All in the caller's scratch. Tables in k hold `blocks` whole blocks and
+ * another vector.
+ */
+struct work {
+    const ibl_legendre_order *o;
+    const ibl_legendre_rings *rings;
+    int terms;             /* k = 0..terms - 1 */
+    int blocks;            /* of BLOCK that hold them */
+    double *alpha, *beta;  /* of the recurrence */
+    double *odd;           /* s_k: P_m+2k+1 = x odd R_k */
+    double *even, *before; /* P_m+2k = even R_k + before R_k-1 */
+    double first;          /* R_0 / (sin theta)^m */
+    double *sums;          /* [k][SUMS] */
+    /* of a chunk of rings */
+    double *now, *last;             /* R_k and R_k-1; 0 before they come in */
+    double *late_now, *late_last;   /* what they come in with */
+    double *block;                  /* when, in multiples of BLOCK */
+    double *data;                   /* [vector][SUMS][VD] */
+    int from_block[CHUNK_VECTORS];  /* the first and the last of block in */
+    int until_block[CHUNK_VECTORS]; /*   a vector's lanes */
+    int vectors, active;            /* active..vectors - 1 come in at all */
+};
+
+static struct work layout(const ibl_legendre_order *o)
+{
+    const int terms = (o->degree - o->m) / 2 + 1;
+    const int blocks = (terms + BLOCK - 1) / BLOCK;
+    const size_t size = ((size_t)blocks + 2) * BLOCK;
+    double *p = o->scratch;
+
+    return (struct work){
+        .o = o,
+        .rings = o->rings,
+        .terms = terms,
+        .blocks = blocks,
+        .alpha = p,
+        .beta = p + size,
+        .odd = p + 2 * size,
+        .even = p + 3 * size,
+        .before = p + 4 * size,
+        .sums = p + 5 * size,
+        .now = p + 17 * size,
+        .last = p + 17 * size + CHUNK,
+        .late_now = p + 17 * size + 2 * CHUNK,
+        .late_last = p + 17 * size + 3 * CHUNK,
+        .block = p + 17 * size + 4 * CHUNK,
+        .data = p + 17 * size + 5 * CHUNK,
+    };
+}
+
+/* e_l^2 for the lanes of l - m = i. */
+static inline vd e_squared(vd i, int m)
+{
+    const vd l = i + vd_all(m), twice = l + l;
+
+    return i * (l + vd_all(m)) /
+           ((twice - vd_all(1.0)) * (twice + vd_all(1.0)));
+}
+
+static inline vd counting(double from, double by)
+{
+    vd v;
+
+    for (int i = 0; i < VD; i++)
+        v[i] = from + by * i;
+    return v;
+}
+
+/* e_m+2k and e_m+2k+1 to even and odd, A_k to alpha, -B_k to beta. */
+static void fill_roots(struct work *w)
+{
+    for (int k = 0; k <= w->blocks * BLOCK; k += VD) {
+        const vd i = counting(2.0 * k, 2.0), one = vd_all(1.0);
+        const vd e1 = e_squared(i + one, w->o->m);
+        const vd e2 = e_squared(i + one + one, w->o->m);
+        const vd e3 = e_squared(i + one + one + one, w->o->m);
+        vd_store(w->before + k, vd_sqrt(e_squared(i, w->o->m)));
+        vd_store(w->even + k, vd_sqrt(e1));
+        vd_store(w->alpha + k, vd_sqrt(e2 * e3));
+        vd_store(w->beta + k, vd_all(0.0) - (e1 + e2));
+    }
+}
+
+/* s_0 = s_1 = 1 / sqrt(A_0), and on by -A_k-1 / A_k, which even's place in
+ * sums holds for the time. */
+static void fill_scales(struct work *w)
+{
+    const int count = w->blocks * BLOCK + 1;
+    double *ratio = w->sums;
+
+    for (int k = 0; k < count; k += VD)
+        vd_store(ratio + k, vd_all(0.0) - vd_load(w->alpha + k) /
+                                              vd_load(w->alpha + k + 1));
+    w->odd[0] = w->odd[1] = 1.0 / sqrt(w->alpha[0]);
+    for (int k = 2; k < count + 1; k++)
+        w->odd[k] = w->odd[k - 2] * ratio[k - 2];
+}
+
+static void fill_coefficients(struct work *w)
+{
+    const int m = w->o->m;
+
+    fill_roots(w);
+    fill_scales(w);
+    w->first = w->rings->start[m] / (w->even[0] * w->odd[0]);
+    for (int k = w->blocks * BLOCK - VD; k >= 0; k -= VD) {
+        const vd s = vd_load(w->odd + k), next = vd_load(w->odd + k + 1);
+        const vd alpha = s / (vd_load(w->alpha + k) * next);
+        vd_store(w->alpha + k, alpha);
+        vd_store(w->beta + k, vd_load(w->beta + k) * alpha);
+        vd_store(w->even + k, vd_load(w->even + k) * s);
+        /* before[k + 1] has the s before its own. */
+        vd_store(w->before + k + 1, vd_load(w->before + k + 1) * s);
+    }
+    w->before[0] = 0.0;
+}
+
+/* ---- how rings start ------------------------------------------------ */
+
+/* Values of R_k = now 2^exponent and R_k-1 = last 2^exponent. */
+struct scaled {
+    vd now, last, exponent;
+};
+
+static inline struct scaled normalised(struct scaled s)
+{
+    const vd now = (vd)((vu)s.now << 1 >> 1), last = (vd)((vu)s.last << 1 >> 1);
+    const vd e = vd_exponent(vd_either((vl)(now > last), now, last));
+    const vd scale = vd_power_of_two(vd_all(0.0) - e);
+
+    return (struct scaled){s.now * scale, s.last * scale, s.exponent + e};
+}
+
+/* v^n. */
+static inline vd power(vd v, int n)
+{
+    vd p = n & 1 ? v : vd_all(1.0);
+
+    while (n >>= 1) {
+        v *= v;
+        if (n & 1)
+            p *= v;
+    }
+    return p;
+}
+
+/* R_0; j is a ring in the north. */
+static inline struct scaled at_first(const struct work *w, int j)
+{
+    const int m = w->o->m, low = m & 511, high = m >> 9;
+    const ibl_legendre_rings *r = w->rings;
+    struct scaled s = {.now = vd_all(w->first) *
+                              power(vd_load(r->mantissa + j), low),
+                       .last = vd_all(0.0),
+                       .exponent = vd_all(m) * vd_load(r->exponent + j)};
+
+    if (high) {
+        s.now *= power(vd_load(r->mantissa_512 + j), high);
+        s.exponent += vd_all(high) * vd_load(r->exponent_512 + j);
+    }
+    return normalised(s);
+}
+
+static inline void recur(const struct work *w, int k, vd x2, vd *now, vd *last)
+{
+    const vd t = vd_fma(vd_all(w->alpha[k]), x2, vd_all(w->beta[k]));
+    const vd next = vd_fma(t, *now, *last);
+
+    *last = *now;
+    *now = next;
+}
+
+/*
+ * Vector v, some of whose rings are not yet to come in at k = 0: runs along
+ * k until they have, or to the end. A ring comes in with the first block in
+ * which it matters. False if none ever does.
+ */
+static bool follow(struct work *w, int v, vd x2, struct scaled s)
+{
+    vd late_now = vd_all(0.0), late_last = late_now, at = vd_all(NEVER);
+    int from = NEVER, until = -1;
+
+    for (int b = 0; b < w->blocks; b++) {
+        const struct scaled begin = s;
+        for (int k = b * BLOCK; k < (b + 1) * BLOCK; k++)
+            recur(w, k, x2, &s.now, &s.last);
+        s = normalised(s);
+        const vl in =
+            (vl)(s.exponent >= vd_all(STARTS_AT)) & (vl)(at == vd_all(NEVER));
+        if (!vd_signs((vd)in))
+            continue;
+        const vd scale = vd_power_of_two(begin.exponent);
+        late_now = vd_either(in, begin.now * scale, late_now);
+        late_last = vd_either(in, begin.last * scale, late_last);
+        at = vd_either(in, vd_all(b), at);
+        from = from == NEVER ? b : from;
+        until = b;
+        if (!vd_signs((vd)(vl)(at == vd_all(NEVER))))
+            break;
+    }
+    const vl first = (vl)(at == vd_all(0.0));
+    vd_store(w->now + v * VD, vd_only(first, late_now));
+    vd_store(w->last + v * VD, vd_only(first, late_last));
+    vd_store(w->late_now + v * VD, late_now);
+    vd_store(w->late_last + v * VD, late_last);
+    vd_store(w->block + v * VD, at);
+    w->from_block[v] = from;
+    w->until_block[v] = until;
+    return from != NEVER;
+}
+
+/* The chunk that begins with ring j: R_0 of the rings that matter at k = 0,
+ * and what those come in with that matter later. From the equator to the
+ * pole, as none comes in where one nearer to the equator does not. */
+static void start_chunk(struct work *w, int j)
+{
+    const int left = w->rings->pairs - j;
+    const vd nothing = vd_all(STARTS_AT);
+
+    w->vectors = left < CHUNK ? (left + VD - 1) / VD : CHUNK_VECTORS;
+    w->active = 0;
+    for (int v = w->vectors - 1; v >= 0; v--) {
+        const struct scaled s = at_first(w, j + v * VD);
+        if (!vd_signs((vd)(vl)(s.exponent < nothing))) {
+            vd_store(w->now + v * VD, s.now * vd_power_of_two(s.exponent));
+            vd_store(w->last + v * VD, vd_all(0.0));
+            w->from_block[v] = 0;
+            w->until_block[v] = 0;
+            continue;
+        }
+        if (!follow(w, v, vd_load(w->rings->x2 + j + v * VD), s)) {
+            w->active = v + 1;
+            break;
+        }
+    }
+}
+
+/* Rings of vector v that come in with block b > 0. */
+static inline void come_in(struct work *w, int v, int b)
+{
+    if (b < w->from_block[v] || b > w->until_block[v] || !w->until_block[v])
+        return;
+    const vl in = (vl)(vd_load(w->block + v * VD) == vd_all(b));
+    vd_store(w->now + v * VD, vd_either(in, vd_load(w->late_now + v * VD),
+                                        vd_load(w->now + v * VD)));
+    vd_store(w->last + v * VD, vd_either(in, vd_load(w->late_last + v * VD),
+                                         vd_load(w->last + v * VD)));
+}
+
+/* ---- six sums at a time --------------------------------------------- */
+
+/* Named, not an array: they are to stay in registers. */
+struct six {
+    vd a, b, c, d, e, f;
+};
+
+static inline struct six six_zero(void)
+{
+    const vd z = vd_all(0.0);
+
+    return (struct six){z, z, z, z, z, z};
+}
+
+/* acc + r data, six vectors. */
+static inline struct six six_fma(struct six acc, vd r, const double *data)
+{
+    return (struct six){vd_fma(r, vd_load(data), acc.a),
+                        vd_fma(r, vd_load(data + VD), acc.b),
+                        vd_fma(r, vd_load(data + 2 * VD), acc.c),
+                        vd_fma(r, vd_load(data + 3 * VD), acc.d),
+                        vd_fma(r, vd_load(data + 4 * VD), acc.e),
+                        vd_fma(r, vd_load(data + 5 * VD), acc.f)};
+}
+
+/* acc + r coefficient, six numbers. */
+static inline struct six six_fma_all(struct six acc, vd r, const double *c)
+{
+    return (struct six){
+        vd_fma(r, vd_all(c[0]), acc.a), vd_fma(r, vd_all(c[1]), acc.b),
+        vd_fma(r, vd_all(c[2]), acc.c), vd_fma(r, vd_all(c[3]), acc.d),
+        vd_fma(r, vd_all(c[4]), acc.e), vd_fma(r, vd_all(c[5]), acc.f)};
+}
+
+static inline void six_store(vd *to, struct six s)
+{
+    to[0] = s.a;
+    to[1] = s.b;
+    to[2] = s.c;
+    to[3] = s.d;
+    to[4] = s.e;
+    to[5] = s.f;
+}
+
+static inline struct six six_load(const vd *from)
+{
+    return (struct six){from[0], from[1], from[2], from[3], from[4], from[5]};
+}
+
+/* ---- analysis ------------------------------------------------------- */
+
+/* VD floats of a ring and of its mirror image, from north j on. */
+static inline void load_pairs(const ibl_legendre_rings *r, int j,
+                              const float *ring, vd *north, vd *south)
+{
+    const int mirror = r->count - VD - j;
+
+    if (j + VD <= r->count / 2) {
+        *north = vd_load_floats(ring + j);
+        *south = vd_reverse(vd_load_floats(ring + mirror));
+        return;
+    }
+    *north = *south = vd_all(0.0);
+    for (int i = 0; i < VD && j + i < r->pairs; i++) {
+        (*north)[i] = (double)ring[j + i];
+        if (j + i < r->count / 2)
+            (*south)[i] = (double)ring[mirror + VD - 1 - i];
+    }
+}
+
+/* north + south, and x (north - south), of the chunk that begins with j. */
+static void gather_chunk(struct work *w, int j, const float *f, size_t stride)
+{
+    const ibl_legendre_rings *r = w->rings;
+
+    for (int v = w->active; v < w->vectors; v++) {
+        const int at = j + v * VD;
+        const vd x = vd_load(r->x + at);
+        const vd weight_n = vd_load(r->north + at);
+        const vd weight_s = vd_load(r->south + at);
+        double *to = w->data + (size_t)v * SUMS * VD;
+        for (int part = 0; part < 6; part++, to += VD) {
+            vd n, s;
+            load_pairs(r, at, f + (size_t)part * stride, &n, &s);
+            n *= weight_n;
+            s *= weight_s;
+            vd_store(to, n + s);
+            vd_store(to + 6 * VD, x * (n - s));
+        }
+    }
+}
+
+/* Adds the totals of count vectors to sums. */
+static inline void add_totals(const vd *acc, int count, double *sums)
+{
+    for (int i = 0; i < count; i += VD)
+        vd_store(sums + i, vd_load(sums + i) + vd_totals(acc + i));
+}
+
+#if VD == 8
+enum {
+    AT_ONCE = 2 /* k: 24 sums in 32 registers */
+};
+
+static inline void six_fma_twice(struct six *p, struct six *q, vd r, vd s,
+                                 const double *data)
+{
+    const vd a = vd_load(data), b = vd_load(data + VD);
+    p->a = vd_fma(r, a, p->a);
+    q->a = vd_fma(s, a, q->a);
+    p->b = vd_fma(r, b, p->b);
+    q->b = vd_fma(s, b, q->b);
+    const vd c = vd_load(data + 2 * VD), d = vd_load(data + 3 * VD);
+    p->c = vd_fma(r, c, p->c);
+    q->c = vd_fma(s, c, q->c);
+    p->d = vd_fma(r, d, p->d);
+    q->d = vd_fma(s, d, q->d);
+    const vd e = vd_load(data + 4 * VD), f = vd_load(data + 5 * VD);
+    p->e = vd_fma(r, e, p->e);
+    q->e = vd_fma(s, e, q->e);
+    p->f = vd_fma(r, f, p->f);
+    q->f = vd_fma(s, f, q->f);
+}
+
+/* Sums over the chunk for k and k + 1. */
+static void sum_over_rings(struct work *w, int j, int k, int v)
+{
+    const vd alpha = vd_all(w->alpha[k]), beta = vd_all(w->beta[k]);
+    const vd alpha1 = vd_all(w->alpha[k + 1]), beta1 = vd_all(w->beta[k + 1]);
+    const double *x2 = w->rings->x2 + j + v * VD;
+    double *now = w->now + v * VD, *last = w->last + v * VD;
+    const double *data = w->data + (size_t)v * SUMS * VD;
+    const double *end = w->data + (size_t)w->vectors * SUMS * VD;
+    struct six p = six_zero(), q = p, r = p, s = p;
+    vd totals[2 * SUMS];
+
+    for (; data < end; data += SUMS * VD, now += VD, last += VD, x2 += VD) {
+        const vd r0 = vd_load(now), x = vd_load(x2);
+        const vd r1 = vd_fma(vd_fma(alpha, x, beta), r0, vd_load(last));
+        vd_store(last, r1);
+        vd_store(now, vd_fma(vd_fma(alpha1, x, beta1), r1, r0));
+        six_fma_twice(&p, &r, r0, r1, data);
+        six_fma_twice(&q, &s, r0, r1, data + 6 * VD);
+    }
+    six_store(totals, p);
+    six_store(totals + 6, q);
+    six_store(totals + 12, r);
+    six_store(totals + 18, s);
+    add_totals(totals, 2 * SUMS, w->sums + (size_t)k * SUMS);
+}
+#else
+enum {
+    AT_ONCE = 1 /* k: 12 sums in 16 registers */
+};
+
+static void sum_over_rings(struct work *w, int j, int k, int v)
+{
+    const vd alpha = vd_all(w->alpha[k]), beta = vd_all(w->beta[k]);
+    const double *x2 = w->rings->x2 + j + v * VD;
+    double *now = w->now + v * VD, *last = w->last + v * VD;
+    const double *data = w->data + (size_t)v * SUMS * VD;
+    const double *end = w->data + (size_t)w->vectors * SUMS * VD;
+    struct six p = six_zero(), q = p;
+    vd totals[SUMS];
+
+    for (; data < end; data += SUMS * VD, now += VD, last += VD, x2 += VD) {
+        const vd r = vd_load(now);
+        const vd t = vd_fma(alpha, vd_load(x2), beta);
+        vd_store(now, vd_fma(t, r, vd_load(last)));
+        vd_store(last, r);
+        p = six_fma(p, r, data);
+        q = six_fma(q, r, data + 6 * VD);
+    }
+    six_store(totals, p);
+    six_store(totals + 6, q);
+    add_totals(totals, SUMS, w->sums + (size_t)k * SUMS);
+}
+#endif
+
+static void analyse_chunk(struct work *w, int j)
+{
+    for (int b = 0; b < w->blocks; b++) {
+        int v = w->vectors;
+        for (int i = w->active; i < w->vectors; i++) {
+            if (b)
+                come_in(w, i, b);
+            if (w->from_block[i] <= b && i < v)
+                v = i;
+        }
+        for (int k = b * BLOCK; k < (b + 1) * BLOCK && k < w->terms;
+             k += AT_ONCE)
+            sum_over_rings(w, j, k, v);
+    }
+}
+
+/* The coefficients from sums with R_k. */
+static void finish(const struct work *w, double *a)
+{
+    const int count = w->o->degree - w->o->m + 1;
+    const double *sums = w->sums;
+
+    for (int l = 0; l < count; l++) {
+        const int k = l / 2;
+        const double *now = sums + (size_t)k * SUMS;
+        const double *before = k ? now - SUMS : now;
+        for (int part = 0; part < 6; part++)
+            a[6 * l + part] =
+                l % 2 ? w->odd[k] * now[6 + part]
+                      : w->even[k] * now[part] + w->before[k] * before[part];
+    }
+}
+
+static void analyse(const ibl_legendre_order *o, const float *f, size_t stride,
+                    double *a)
+{
+    struct work w = layout(o);
+
+    fill_coefficients(&w);
+    memset(w.sums, 0, (size_t)w.blocks * BLOCK * SUMS * sizeof *w.sums);
+    for (int j = 0; j < o->rings->pairs; j += CHUNK) {
+        start_chunk(&w, j);
+        gather_chunk(&w, j, f, stride);
+        analyse_chunk(&w, j);
+    }
+    finish(&w, a);
+}
+
+/* ---- synthesis ------------------------------------------------------ */
+
+/* The sums' coefficients of R_k: those of P_m+2k and P_m+2k+2, which both
+ * hold it, and of P_m+2k+1. */
+static void combine(struct work *w, const double *a, const double *factor)
+{
+    const int count = w->o->degree - w->o->m + 1;
+
+    factor += w->o->m;
+    for (int k = 0; k < w->terms; k++) {
+        double *c = w->sums + (size_t)k * SUMS;
+        const int l = 2 * k;
+        const double even = w->even[k] * factor[l];
+        const double odd = l + 1 < count ? w->odd[k] * factor[l + 1] : 0.0;
+        const double after =
+            l + 2 < count ? w->before[k + 1] * factor[l + 2] : 0.0;
+        const double *next = a + 6 * (l + 1 < count ? l + 1 : l);
+        const double *third = a + 6 * (l + 2 < count ? l + 2 : l);
+        for (int part = 0; part < 6; part++) {
+            c[part] = even * a[6 * l + part] + after * third[part];
+            c[6 + part] = odd * next[part];
+        }
+    }
+}
+
+/* Sums for k from..until - 1 of vector v, and the next. */
+#if VD == 8
+enum {
+    SIDE = 2 /* vectors at once: 24 sums in 32 registers */
+};
+
+static void sum_over_k(struct work *w, int j, int v, int from, int until,
+                       vd acc[SIDE * SUMS])
+{
+    const double *c = w->sums + (size_t)from * SUMS;
+    const double *x2 = w->rings->x2 + j + v * VD;
+    const vd x = vd_load(x2), y = vd_load(x2 + VD);
+    double *now = w->now + v * VD, *last = w->last + v * VD;
+    vd r = vd_load(now), r_last = vd_load(last);
+    vd s = vd_load(now + VD), s_last = vd_load(last + VD);
+    struct six p = six_load(acc), q = six_load(acc + 6);
+    struct six t = six_load(acc + 12), u = six_load(acc + 18);
+
+    for (int k = from; k < until; k++, c += SUMS) {
+        p = six_fma_all(p, r, c);
+        t = six_fma_all(t, s, c);
+        q = six_fma_all(q, r, c + 6);
+        u = six_fma_all(u, s, c + 6);
+        recur(w, k, x, &r, &r_last);
+        recur(w, k, y, &s, &s_last);
+    }
+    vd_store(now, r);
+    vd_store(last, r_last);
+    vd_store(now + VD, s);
+    vd_store(last + VD, s_last);
+    six_store(acc, p);
+    six_store(acc + 6, q);
+    six_store(acc + 12, t);
+    six_store(acc + 18, u);
+}
+#else
+enum {
+    SIDE = 1 /* 12 sums in 16 registers */
+};
+
+static void sum_over_k(struct work *w, int j, int v, int from, int until,
+                       vd acc[SIDE * SUMS])
+{
+    const double *c = w->sums + (size_t)from * SUMS;
+    const double *x2 = w->rings->x2 + j + v * VD;
+    const vd x = vd_load(x2);
+    double *now = w->now + v * VD, *last = w->last + v * VD;
+    vd r = vd_load(now), r_last = vd_load(last);
+    struct six p = six_load(acc), q = six_load(acc + 6);
+
+    for (int k = from; k < until; k++, c += SUMS) {
+        p = six_fma_all(p, r, c);
+        q = six_fma_all(q, r, c + 6);
+        recur(w, k, x, &r, &r_last);
+    }
+    vd_store(now, r);
+    vd_store(last, r_last);
+    six_store(acc, p);
+    six_store(acc + 6, q);
+}
+#endif
+
+/* VD rings and their mirror images, from north j on. */
+static inline void store_pairs(const ibl_legendre_rings *r, int j, float *ring,
+                               vd north, vd south)
+{
+    const int mirror = r->count - VD - j;
+
+    if (j + VD <= r->count / 2) {
+        vd_store_floats(ring + j, north);
+        vd_store_floats(ring + mirror, vd_reverse(south));
+        return;
+    }
+    for (int i = 0; i < VD && j + i < r->pairs; i++) {
+        ring[j + i] = (float)north[i];
+        ring[mirror + VD - 1 - i] = (float)south[i];
+    }
+}
+
+static void store_vector(const ibl_legendre_rings *r, int j, const vd acc[SUMS],
+                         float *g, size_t stride)
+{
+    const vd x = vd_load(r->x + j);
+
+    for (int part = 0; part < 6; part++) {
+        const vd odd = x * acc[6 + part];
+        store_pairs(r, j, g + (size_t)part * stride, acc[part] + odd,
+                    acc[part] - odd);
+    }
+}
+
+/* SIDE vectors from v on: stretches of k between which rings come in. */
+static void synthesise_side(struct work *w, int j, int v, vd acc[SIDE * SUMS])
+{
+    int b = NEVER, until = 0;
+
+    for (int i = 0; i < SIDE * SUMS; i++)
+        acc[i] = vd_all(0.0);
+    for (int i = v; i < v + SIDE; i++) {
+        b = w->from_block[i] < b ? w->from_block[i] : b;
+        until = w->until_block[i] > until ? w->until_block[i] : until;
+    }
+    for (; b < until; b++) {
+        for (int i = v; i < v + SIDE; i++)
+            come_in(w, i, b);
+        sum_over_k(w, j, v, b * BLOCK, (b + 1) * BLOCK, acc);
+    }
+    if (b >= w->blocks)
+        return;
+    for (int i = v; i < v + SIDE && b; i++)
+        come_in(w, i, b);
+    sum_over_k(w, j, v, b * BLOCK, w->terms, acc);
+}
+
+static void synthesise_chunk(struct work *w, int j, float *g, size_t stride)
+{
+    const int active = w->active / SIDE * SIDE;
+    vd acc[SIDE * SUMS];
+
+    memset(acc, 0, sizeof acc);
+    for (int v = 0; v < active; v++)
+        store_vector(w->rings, j + v * VD, acc, g, stride);
+    /* To a multiple of SIDE, the rest do not come in. */
+    for (int v = active; v < w->active; v++)
+        w->from_block[v] = NEVER;
+    for (; w->vectors % SIDE; w->vectors++) {
+        w->from_block[w->vectors] = NEVER;
+        vd_store(w->now + w->vectors * VD, vd_all(0.0));
+        vd_store(w->last + w->vectors * VD, vd_all(0.0));
+    }
+    for (int v = active; v < w->vectors; v += SIDE) {
+        synthesise_side(w, j, v, acc);
+        for (int i = 0; i < SIDE; i++)
+            store_vector(w->rings, j + (v + i) * VD, acc + i * SUMS, g, stride);
+    }
+}
+
+static void synthesise(const ibl_legendre_order *o, const double *a,
+                       const double *factor, float *g, size_t stride)
+{
+    struct work w = layout(o);
+
+    fill_coefficients(&w);
+    combine(&w, a, factor);
+    for (int j = 0; j < o->rings->pairs; j += CHUNK) {
+        start_chunk(&w, j);
+        synthesise_chunk(&w, j, g, stride);
+    }
+}
+
+#endif
