@@ -128,6 +128,12 @@ $(BRIDGE): src/io/bridge/bridge.cpp src/io/bridge/bridge.h
 	    $(CPPFLAGS) $(CXXFLAGS) $(LDFLAGS) -o $@ $< \
 	    $$(pkg-config --libs OpenImageIO)
 
+# A peer in one of the benches, where its package is installed.
+KISS = $(shell pkg-config --exists kissfft-float 2>/dev/null && echo yes)
+$(BUILD)/obj/tests/bench_fft.o: LOCAL = $(if $(KISS),-DIBL_KISS \
+    $(shell pkg-config --cflags kissfft-float 2>/dev/null))
+$(BUILD)/tests/bench_fft: TEST_LIBS = $(if $(KISS),-lkissfft-float)
+
 TEST_OBJ := $(call obj,tests/test.c tests/truth.c tests/files.c \
                        tests/maps.c)
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)

@@ -101,22 +101,27 @@ static inline void leaf(float *z, int size)
         return;
     }
     if (size == 4) {
+#pragma GCC unroll 4
         for (size_t k = 0; k < 4; k++)
             v[k] = vc_load(z, k);
         quarter(v);
+#pragma GCC unroll 4
         for (size_t k = 0; k < 4; k++)
             vc_store(z, k, v[k]);
         return;
     }
+#pragma GCC unroll 4
     for (size_t k = 0; k < 4; k++) {
         const vc x = vc_load(z, k), y = vc_load(z, k + 4);
         v[k] = vc_add(x, y);
         u[k] = vc_sub(x, y);
     }
+#pragma GCC unroll 4
     for (size_t k = 1; k < 4; k++)
         u[k] = vc_mul(u[k], w[k - 1]);
     quarter(v);
     quarter(u);
+#pragma GCC unroll 4
     for (size_t k = 0; k < 4; k++) {
         vc_store(z, k, v[k]);
         vc_store(z, k + 4, u[k]);
@@ -133,19 +138,24 @@ static inline void leaf_inverse(float *z, int size)
         leaf(z, 2);
         return;
     }
+#pragma GCC unroll 4
     for (size_t k = 0; k < 4; k++)
         v[k] = vc_load(z, k);
     quarter_inverse(v);
     if (size == 4) {
+#pragma GCC unroll 4
         for (size_t k = 0; k < 4; k++)
             vc_store(z, k, v[k]);
         return;
     }
+#pragma GCC unroll 4
     for (size_t k = 0; k < 4; k++)
         u[k] = vc_load(z, k + 4);
     quarter_inverse(u);
+#pragma GCC unroll 4
     for (size_t k = 1; k < 4; k++)
         u[k] = vc_mul_conj(u[k], w[k - 1]);
+#pragma GCC unroll 4
     for (size_t k = 0; k < 4; k++) {
         vc_store(z, k, vc_add(v[k], u[k]));
         vc_store(z, k + 4, vc_sub(v[k], u[k]));
@@ -160,7 +170,8 @@ static inline void pass(float *z, size_t size, const float *w)
         for (size_t l = 0; l < IBL_FFT_LANES; l += VF) {
             float *at = z + j * IBL_FFT_VALUE + l;
             vc v[4];
-            for (size_t k = 0; k < 4; k++)
+    #pragma GCC unroll 4
+        for (size_t k = 0; k < 4; k++)
                 v[k] = vc_load(at, k * q);
             quarter(v);
             vc_store(at, 0, v[0]);
@@ -182,7 +193,8 @@ static inline void pass_inverse(float *z, size_t size, const float *w)
             v[2] = vc_mul_conj(vc_load(at, 2 * q), w);
             v[3] = vc_mul_conj(vc_load(at, 3 * q), w + 4);
             quarter_inverse(v);
-            for (size_t k = 0; k < 4; k++)
+    #pragma GCC unroll 4
+        for (size_t k = 0; k < 4; k++)
                 vc_store(at, k * q, v[k]);
         }
 }
@@ -195,6 +207,7 @@ static void forward(const float *const *passes, float *z, int size)
         return;
     }
     pass(z, (size_t)size, *passes);
+#pragma GCC unroll 4
     for (size_t k = 0; k < 4; k++)
         forward(passes + 1, z + k * ((size_t)size / 4) * IBL_FFT_VALUE,
                 size / 4);
@@ -207,6 +220,7 @@ static void inverse(const float *const *passes, float *z, int size)
             leaf_inverse(z + l, size);
         return;
     }
+#pragma GCC unroll 4
     for (size_t k = 0; k < 4; k++)
         inverse(passes + 1, z + k * ((size_t)size / 4) * IBL_FFT_VALUE,
                 size / 4);

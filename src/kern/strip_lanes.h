@@ -23,20 +23,6 @@ static inline vf quads(const float *const *rows, size_t at)
     return _mm512_insertf32x4(c, _mm_loadu_ps(rows[12] + at), 3);
 }
 
-static inline __m128 quad_of(vf v, size_t row)
-{
-    switch (row / 4) {
-    case 0:
-        return _mm512_castps512_ps128(v);
-    case 1:
-        return _mm512_extractf32x4_ps(v, 1);
-    case 2:
-        return _mm512_extractf32x4_ps(v, 2);
-    default:
-        return _mm512_extractf32x4_ps(v, 3);
-    }
-}
-
 static inline void transpose(vf v[4])
 {
     const vf a = _mm512_unpacklo_ps(v[0], v[1]);
@@ -89,52 +75,122 @@ static inline void transpose(vf v[4])
 }
 #endif
 
-/* Floats at .. at + 3 of VF rows, into four vectors of lanes. */
-static inline void load4(const float *const *rows, size_t at, vf v[4])
+/*
+ * Floats at .. at + 4 GROUPS - 1 of VF rows, into as many vectors of lanes.
+ * Rows that are a power of two apart share a few sets of the cache, so what a
+ * line holds of a row is taken at once: 16 floats, where registers allow.
+ */
+#define GROUPS (VF == 16 ? 4 : 1)
+static inline void take(const float *const *rows, size_t at, vf *v)
 {
+#pragma GCC unroll 4
     for (size_t k = 0; k < 4; k++)
-        v[k] = quads(rows + k, at);
-    transpose(v);
+#pragma GCC unroll 4
+        for (size_t g = 0; g < GROUPS; g++)
+            v[4 * g + k] = quads(rows + k, at + 4 * g);
+#pragma GCC unroll 4
+    for (size_t g = 0; g < GROUPS; g++)
+        transpose(v + 4 * g);
+}
+
+/* 4 GROUPS pixels of VF rows, in three takes. */
+static inline void load_some(const float *const *rows, size_t i,
+                             const float subtract[3], float *to, size_t channel)
+{
+#pragma GCC unroll 3
+    for (size_t part = 0; part < 3; part++) {
+        const size_t at = part * 4 * GROUPS;
+        vf v[4 * GROUPS];
+        take(rows, 3 * i + at, v);
+#pragma GCC unroll 16
+        for (size_t k = 0; k < 4 * GROUPS; k++) {
+            const size_t c = (at + k) % 3, pixel = (at + k) / 3;
+            vf_store(to + c * channel + pixel * IBL_STRIP_LANES,
+                     v[k] - vf_all(subtract[c]));
+        }
+    }
 }
 
 static inline void load(const float *const rows[IBL_STRIP_LANES], int count,
                         const float subtract[3], float *lanes, size_t channel)
 {
     const float *ends[IBL_STRIP_LANES];
-    const int whole = count & ~3;
-    for (size_t l = 0; l < IBL_STRIP_LANES; l += VF) {
-        for (size_t i = 0; i < (size_t)whole; i += 4) {
-            float *to = lanes + i * IBL_STRIP_LANES + l;
-            vf v[12];
-            for (size_t k = 0; k < 12; k += 4)
-                load4(rows + l, 3 * i + k, v + k);
-            for (size_t k = 0; k < 12; k++)
-                vf_store(to + k % 3 * channel + k / 3 * IBL_STRIP_LANES,
-                         v[k] - vf_all(subtract[k % 3]));
-        }
-    }
+    const int whole = count - count % (4 * GROUPS);
+    for (size_t l = 0; l < IBL_STRIP_LANES; l += VF)
+        for (size_t i = 0; i < (size_t)whole; i += 4 * GROUPS)
+            load_some(rows + l, i, subtract, lanes + i * IBL_STRIP_LANES + l,
+                      channel);
     for (int r = 0; r < IBL_STRIP_LANES; r++)
         ends[r] = rows[r] + 3 * (size_t)whole;
     ibl_strip_load_c(ends, count - whole, subtract,
                      lanes + (size_t)whole * IBL_STRIP_LANES, channel);
 }
 
+/*
+ * TEXELS texels of AT_ONCE rows, which are half of them at most: rows that
+ * are a power of two apart share a few sets of the cache, and the sets do not
+ * hold a line of each of sixteen.
+ */
+#if VF == 16
+#define TEXELS 4
+#define AT_ONCE 8
+
+/* One channel of two texels of eight rows. */
+static inline vf two_texels(const float *from)
+{
+    const __m512 a = _mm512_castps256_ps512(_mm256_loadu_ps(from));
+    return _mm512_insertf32x8(a, _mm256_loadu_ps(from + IBL_STRIP_LANES), 1);
+}
+
+static inline void store_some(const float *from, size_t channel, size_t i,
+                              float *const *rows)
+{
+    vf v[2][4];
+#pragma GCC unroll 2
+    for (size_t k = 0; k < 2; k++) {
+        const float *at = from + 2 * k * IBL_STRIP_LANES;
+        v[k][0] = two_texels(at);
+        v[k][1] = two_texels(at + channel);
+        v[k][2] = two_texels(at + 2 * channel);
+        v[k][3] = vf_all(0);
+        transpose(v[k]);
+    }
+    /* In v[k][j]: rows j and j + 4 of one texel, then of the next. */
+#pragma GCC unroll 4
+    for (size_t j = 0; j < 4; j++) {
+        vf_store(rows[j] + 4 * i, _mm512_shuffle_f32x4(v[0][j], v[1][j], 0x88));
+        vf_store(rows[j + 4] + 4 * i,
+                 _mm512_shuffle_f32x4(v[0][j], v[1][j], 0xDD));
+    }
+}
+#else
+#define TEXELS 1
+#define AT_ONCE VF
+
+static inline void store_some(const float *from, size_t channel, size_t i,
+                              float *const *rows)
+{
+    vf v[4] = {vf_load(from), vf_load(from + channel),
+               vf_load(from + 2 * channel), vf_all(0)};
+    transpose(v);
+#pragma GCC unroll 8
+    for (size_t r = 0; r < AT_ONCE; r++)
+        _mm_storeu_ps(rows[r] + 4 * i, quad_of(v[r % 4], r));
+}
+#endif
+
 static inline void store(const float *lanes, size_t channel, int count,
                          float *const rows[IBL_STRIP_LANES], int used)
 {
-    if (used < IBL_STRIP_LANES) {
-        ibl_strip_store_c(lanes, channel, count, rows, used);
-        return;
-    }
-    for (size_t l = 0; l < IBL_STRIP_LANES; l += VF)
-        for (size_t i = 0; i < (size_t)count; i++) {
-            const float *from = lanes + i * IBL_STRIP_LANES + l;
-            vf v[4] = {vf_load(from), vf_load(from + channel),
-                       vf_load(from + 2 * channel), vf_all(0)};
-            transpose(v);
-            for (size_t r = 0; r < VF; r++)
-                _mm_storeu_ps(rows[l + r] + 4 * i, quad_of(v[r % 4], r));
-        }
+    float *ends[IBL_STRIP_LANES];
+    const int whole = used < IBL_STRIP_LANES ? 0 : count - count % TEXELS;
+    for (size_t l = 0; l < IBL_STRIP_LANES; l += AT_ONCE)
+        for (size_t i = 0; i < (size_t)whole; i += TEXELS)
+            store_some(lanes + i * IBL_STRIP_LANES + l, channel, i, rows + l);
+    for (int r = 0; r < used; r++)
+        ends[r] = rows[r] + 4 * (size_t)whole;
+    ibl_strip_store_c(lanes + (size_t)whole * IBL_STRIP_LANES, channel,
+                      count - whole, ends, used);
 }
 
 /* The samples under way are in registers, the oldest first. */
@@ -147,6 +203,7 @@ static inline void spread_lanes(const ibl_strip_spread *spread,
     int p = start % spread->period;
     float *to = samples + at * IBL_STRIP_LANES;
     vf sum[IBL_STRIP_TAPS];
+#pragma GCC unroll 16
     for (int t = 0; t < IBL_STRIP_TAPS; t++)
         sum[t] = start ? vf_load(to + t * IBL_STRIP_LANES) : vf_all(0);
     for (int i = 0; i < count; i++) {
@@ -155,10 +212,12 @@ static inline void spread_lanes(const ibl_strip_spread *spread,
         const vf v = vf_load(pixels + (size_t)i * IBL_STRIP_LANES);
         for (; at < first; at++, to += IBL_STRIP_LANES) {
             vf_store(to, sum[0]);
+#pragma GCC unroll 16
             for (int t = 1; t < IBL_STRIP_TAPS; t++)
                 sum[t - 1] = sum[t];
             sum[IBL_STRIP_TAPS - 1] = vf_all(0);
         }
+#pragma GCC unroll 16
         for (int t = 0; t < IBL_STRIP_TAPS; t++)
             sum[t] = vf_fma(v, vf_all(taps[t]), sum[t]);
         if (++p == spread->period) {
@@ -166,6 +225,7 @@ static inline void spread_lanes(const ibl_strip_spread *spread,
             base += spread->step;
         }
     }
+#pragma GCC unroll 16
     for (int t = 0; t < IBL_STRIP_TAPS; t++)
         vf_store(to + t * IBL_STRIP_LANES, sum[t]);
 }
