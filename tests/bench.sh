@@ -11,6 +11,9 @@ echo 'int main(void) { return 0; }' >"$work/empty.c"
 ${CC:-cc} -O2 "$work/empty.c" -o "$work/empty"
 "$build/tests/bench_startup" "$build/iblbake" "$work/empty"
 
+echo '== transforms along the rows, beside kissfft'
+"$build/tests/bench_fft"
+
 map=../shared/data/quarry_01_1k.hdr
 [ -r "$map" ] || {
     echo "skipped the rest: $map is not here"

@@ -39,6 +39,7 @@ procps:finds_what_runs_on
 bench="$check"'
 libfilament-tools:cmgen_to_compare_with
 libstb-dev:stb_image_to_compare_with
+libkissfft-dev:kissfft_to_compare_with
 '
 
 case ${1:-} in

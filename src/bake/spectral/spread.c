@@ -8,12 +8,23 @@
 #define PI 3.1415926535897932384626433832795
 #define TAPS ((double)IBL_STRIP_TAPS)
 
+/*
+ * The quadrature: midpoints in the angle a of x = taps / 2 sin a, where the
+ * integrand is smooth but for e^-beta at the ends.
+ */
 ibl_spread_window ibl_spread_window_of(int n, int orders)
 {
     /* The first alias of the highest order begins at 1 - f. The factor trades
      * what leaks from there against what the edge of g leaks everywhere. */
     const double f = (double)(orders - 1) / (double)n;
-    return (ibl_spread_window){0.98 * PI * TAPS * (1 - f)};
+    ibl_spread_window window = {.beta = 0.98 * PI * TAPS * (1 - f)};
+    for (int i = 0; i < IBL_SPREAD_NODES; i++) {
+        const double a = PI / 2 * (i + 0.5) / IBL_SPREAD_NODES;
+        window.weight[i] = TAPS * PI / 2 / IBL_SPREAD_NODES * cos(a) *
+                           exp(window.beta * (cos(a) - 1));
+        window.angle[i] = PI * TAPS * sin(a);
+    }
+    return window;
 }
 
 double ibl_spread_value(const ibl_spread_window *window, double x)
@@ -23,20 +34,12 @@ double ibl_spread_value(const ibl_spread_window *window, double x)
     return square < 0 ? 0 : exp(window->beta * (sqrt(square) - 1));
 }
 
-/* Midpoints in the angle a of x = taps / 2 sin a, where the integrand is
- * smooth but for e^-beta at the ends. */
 double ibl_spread_transform(const ibl_spread_window *window, double f)
 {
-    enum {
-        HALF = 20
-    };
     double sum = 0;
-    for (int i = 0; i < HALF; i++) {
-        const double a = PI / 2 * (i + 0.5) / HALF;
-        sum += exp(window->beta * (cos(a) - 1)) * cos(a) *
-               cos(PI * TAPS * f * sin(a));
-    }
-    return sum * TAPS * PI / 2 / HALF;
+    for (int i = 0; i < IBL_SPREAD_NODES; i++)
+        sum += window->weight[i] * cos(f * window->angle[i]);
+    return sum;
 }
 
 static int common_divisor(int a, int b)

@@ -7,6 +7,8 @@
 
 #include "kern/strip.h"
 
+#define IBL_SPREAD_NODES 12
+
 /*
  * The filter, in samples: g(x) = e^(beta (sqrt(1 - (2 x / taps)^2) - 1)) for
  * |x| <= taps / 2, "exponential of semicircle" (Barnett, Magland, af
@@ -15,10 +17,12 @@
  */
 typedef struct ibl_spread_window {
     double beta;
+    /* A quadrature of its transform: weight cos(f angle). */
+    double weight[IBL_SPREAD_NODES], angle[IBL_SPREAD_NODES];
 } ibl_spread_window;
 
 /* The filter for orders below `orders` on a ring of n >= 4 (orders - 1)
- * samples: |g^(k + m / n)| / g^(m / n) summed over k != 0 is at most 4.5e-8
+ * samples: |g^(k + m / n)| / g^(m / n) summed over k != 0 is at most 5e-8
  * for all m < orders, where g^ is the Fourier transform of g. */
 ibl_spread_window ibl_spread_window_of(int n, int orders);
 
