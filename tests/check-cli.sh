@@ -247,6 +247,12 @@ test_long_names_keep_the_reason() {
     grep -q 'env.hdr: .*No such file' err || cut -c 1-80 err
 }
 
+test_sync() {
+    iblbake env.hdr $small -o one && iblbake env.hdr $small -o two --sync ||
+        echo 'failed'
+    diff -r one two
+}
+
 test_no_memory() {
     [ $sanitized = no ] || return 0
     (ulimit -v 100000

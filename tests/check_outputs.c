@@ -259,16 +259,20 @@ static void taken_back(void)
     CHECK(entries(at("b")) == 2);
 }
 
-/* From here on this process cannot exchange two names. */
-static bool forbid_exchange(void)
+/* From here on a system call, if argument is at least 0 only with that value
+ * for it, fails in this process. */
+static bool forbid(int call, int argument, unsigned value, unsigned error)
 {
     struct sock_filter filter[] = {
         BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(struct seccomp_data, nr)),
-        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_renameat2, 0, 3),
+        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, (unsigned)call, 0, 3),
         BPF_STMT(BPF_LD | BPF_W | BPF_ABS,
-                 offsetof(struct seccomp_data, args[4])), /* little endian */
-        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 2, 0, 1),
-        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EINVAL),
+                 argument < 0 ? (unsigned)offsetof(struct seccomp_data, nr)
+                              : (unsigned)offsetof(struct seccomp_data, args) +
+                                    8 * (unsigned)argument), /* little endian */
+        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K,
+                 argument < 0 ? (unsigned)call : value, 0, 1),
+        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | error),
         BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
     };
     const struct sock_fprog program = {sizeof filter / sizeof filter[0],
@@ -282,7 +286,7 @@ static bool forbid_exchange(void)
 static int replace_plainly(void)
 {
     ibl_outputs *out;
-    if (!forbid_exchange())
+    if (!forbid(SYS_renameat2, 4, 2 /* RENAME_EXCHANGE */, EINVAL))
         return 255;
     if (ibl_outputs_create(ctx, &out) || add(out, at("p/zero"), "new") ||
         ibl_outputs_commit(out) || !holds(at("p/zero"), "new") ||
@@ -298,22 +302,66 @@ static int replace_plainly(void)
     return 0;
 }
 
-static void without_exchange(void)
+/* Runs a test in a process of its own, for what cannot be undone. */
+static void in_child(int (*steps)(void))
 {
     int result;
-    NEED(!mkdir(at("p"), 0777));
-    put(at("p/zero"), "old");
-    put(at("p/first"), "old");
     const pid_t child = fork();
     NEED(child >= 0);
     if (!child)
-        _exit(replace_plainly());
+        _exit(steps());
     waitpid(child, &result, 0);
     NEED(WIFEXITED(result));
     if (WEXITSTATUS(result) == 255)
         test_skip("cannot filter system calls");
     else
         CHECK_MSG(!WEXITSTATUS(result), "step %d", WEXITSTATUS(result));
+}
+
+static void without_exchange(void)
+{
+    NEED(!mkdir(at("p"), 0777));
+    put(at("p/zero"), "old");
+    put(at("p/first"), "old");
+    in_child(replace_plainly);
+}
+
+/* A disk that fails when it is flushed: what asked for that notices it, and
+ * leaves nothing; what did not never flushes. */
+static int flush_in_vain(void)
+{
+    ibl_outputs *out;
+    if (!forbid(SYS_fsync, -1, 0, EIO))
+        return 255;
+    if (ibl_outputs_create(ctx, &out) || add(out, at("f/a"), "new") ||
+        ibl_outputs_commit(out) || !holds(at("f/a"), "new"))
+        return 1;
+    ibl_outputs_sync(out, 1);
+    if (add(out, at("f/a"), "newer") != IBL_ERR_IO || !said("flushed") ||
+        entries(at("f")) != 1)
+        return 2;
+    ibl_outputs_sync(out, 0);
+    if (add(out, at("f/a"), "newer") || add(out, at("f/b"), "new"))
+        return 3;
+    ibl_outputs_sync(out, 1); /* the directory's flush fails */
+    if (ibl_outputs_commit(out) != IBL_ERR_IO || !said("directory") ||
+        !holds(at("f/a"), "new") || entries(at("f")) != 1)
+        return 4;
+    return 0;
+}
+
+static void flushed(void)
+{
+    ibl_outputs *out;
+    NEED(!mkdir(at("f"), 0777));
+    in_child(flush_in_vain);
+    NEED(!ibl_outputs_create(ctx, &out));
+    ibl_outputs_sync(out, 1);
+    NEED(!ibl_outputs_mkdir(out, at("f/sub")));
+    CHECK(!add(out, at("f/sub/a"), "1") && !add(out, at("f/a"), "2"));
+    CHECK(!ibl_outputs_commit(out));
+    CHECK(holds(at("f/sub/a"), "1") && holds(at("f/a"), "2"));
+    ibl_outputs_free(out);
 }
 
 static void cancelled(void)
@@ -470,11 +518,11 @@ static void interrupted(void)
 }
 
 static const test tests[] = {
-    TEST(committed),   TEST(aborted),          TEST(refused),
-    TEST(twice),       TEST(too_many),         TEST(links),
-    TEST(taken_back),  TEST(without_exchange), TEST(cancelled),
-    TEST(file_limit),  TEST(full_disk),        TEST(unwritable),
-    TEST(interrupted),
+    TEST(committed),  TEST(aborted),          TEST(refused),
+    TEST(twice),      TEST(too_many),         TEST(links),
+    TEST(taken_back), TEST(without_exchange), TEST(flushed),
+    TEST(cancelled),  TEST(file_limit),       TEST(full_disk),
+    TEST(unwritable), TEST(interrupted),
 };
 
 int main(int argc, char **argv)

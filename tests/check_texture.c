@@ -168,6 +168,26 @@ static void luts(void)
           IBL_ERR_ARGUMENT);
 }
 
+/* A texture that goes straight to a file is what encoding gives. */
+static void check_file(const ibl_texture *tex, ibl_container container,
+                       const void *bytes, size_t size)
+{
+    ibl_outputs *out;
+    char path[300];
+    size_t said = 0;
+    unsigned char *got = malloc(size + 1);
+    snprintf(path, sizeof path, "%s/direct", test_dir());
+    NEED(got && !ibl_outputs_create(ctx, &out));
+    CHECK(!ibl_outputs_add_texture(out, path, tex, container, &said));
+    CHECK(said == size && !ibl_outputs_commit(out));
+    ibl_outputs_free(out);
+    FILE *f = fopen(path, "rb");
+    NEED(f);
+    CHECK(fread(got, 1, size + 1, f) == size && !memcmp(got, bytes, size));
+    fclose(f);
+    free(got);
+}
+
 static void one_round_trip(const ibl_texture *tex, ibl_container container)
 {
     ibl_texture back;
@@ -177,6 +197,7 @@ static void one_round_trip(const ibl_texture *tex, ibl_container container)
     NEED(!ibl_texture_encode(ctx, tex, container, &bytes, &size));
     NEED(!ibl_texture_decode(ctx, "x", bytes, size, &back, &found));
     CHECK(found == container && same(tex, &back));
+    check_file(tex, container, bytes, size);
     if (container == IBL_CONTAINER_DDS) {
         CHECK(back.key_count == 0);
     } else {
@@ -743,6 +764,7 @@ static void odd_metadata(void)
 static void bad_arguments(void)
 {
     ibl_texture tex = make(IBL_PIXEL_RGBA16F, 4, 4, 2, 6), bad;
+    ibl_outputs *out;
     void *bytes = NULL;
     size_t size;
     const ibl_texture good = tex;
@@ -760,6 +782,12 @@ static void bad_arguments(void)
     bad.bytes--;
     CHECK(ibl_texture_encode(quiet, &bad, IBL_CONTAINER_DDS, &bytes, &size) ==
           IBL_ERR_ARGUMENT);
+    NEED(!ibl_outputs_create(quiet, &out));
+    CHECK(ibl_outputs_add_texture(out, "x", &bad, IBL_CONTAINER_DDS, &size) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(ibl_outputs_add_texture(out, "/proc/x", &good, IBL_CONTAINER_DDS,
+                                  &size) == IBL_ERR_IO);
+    ibl_outputs_free(out);
     CHECK(ibl_texture_encode(quiet, &good, IBL_CONTAINER_COUNT, &bytes,
                              &size) == IBL_ERR_ARGUMENT);
     CHECK(!bytes);

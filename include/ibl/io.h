@@ -265,9 +265,15 @@ ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
 
 /*
  * A set of output files. Each is written to a temporary beside its target
- * (".NAME.iblbake-PID-N.tmp", mode 0666 & ~umask) and flushed to the disk;
- * commit renames them all, abort removes them and any directory that was made
- * for them. Until commit nothing old is touched.
+ * (".NAME.iblbake-PID-N.tmp", mode 0666 & ~umask); commit renames them all,
+ * abort removes them and any directory that was made for them. Until commit
+ * nothing old is touched. What a program's failure, a signal or a full disk
+ * leaves is all of the set, or nothing and what was there before.
+ *
+ * A crash of the system or a power cut is another matter: as with any file
+ * that a program writes, what the system has not brought to the disk by then
+ * (it takes about half a minute) is lost, and a new file may be found empty
+ * or short where an old one was. ibl_outputs_sync is against that.
  *
  * A target that is a symbolic link is followed: the file that it names is
  * replaced, or made. Other things than files (directories, devices, pipes)
@@ -284,6 +290,13 @@ typedef struct ibl_outputs ibl_outputs;
 
 /* An empty set; it uses ctx for messages and to see a cancel. */
 ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out);
+/*
+ * 1: add brings every file to the disk, commit the directories, before
+ * either returns; a power cut during commit may leave some files old and some
+ * new, each whole. Takes as long as the disk does. 0 (default): neither. Asked
+ * for before the first add.
+ */
+void ibl_outputs_sync(ibl_outputs *out, int sync);
 /* Makes directory path with its parents where missing (mode 0777 & ~umask).
  * IBL_ERR_IO: cannot be made, or is there and no directory. */
 ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path);
@@ -296,13 +309,19 @@ ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path);
 ibl_status ibl_outputs_add(ibl_outputs *out, const char *path,
                            const void *bytes, size_t size);
 /*
- * Renames every file to its target and flushes the directories. The set is
- * empty then and may be used again. If one cannot be renamed, those that were
- * are taken back, old files return to their places, the set is aborted and
- * the status is IBL_ERR_IO. (Only on a file system that cannot exchange two
- * names, such as NFS or FAT, an old file that was replaced before the failure
- * stays replaced.) A power cut during commit may leave some files old and
- * some new, each whole.
+ * Writes a texture as a file of the set: the bytes of ibl_texture_encode,
+ * without a second copy of its texels in memory. tex is not needed afterwards.
+ * The errors of both; size, if not NULL, is the file's.
+ */
+ibl_status ibl_outputs_add_texture(ibl_outputs *out, const char *path,
+                                   const ibl_texture *tex,
+                                   ibl_container container, size_t *size);
+/*
+ * Renames every file to its target. The set is empty then and may be used
+ * again. If one cannot be renamed, those that were are taken back, old files
+ * return to their places, the set is aborted and the status is IBL_ERR_IO.
+ * (Only on a file system that cannot exchange two names, such as NFS or FAT,
+ * an old file that was replaced before the failure stays replaced.)
  */
 ibl_status ibl_outputs_commit(ibl_outputs *out);
 /*

@@ -45,21 +45,35 @@ static ibl_status put(ibl_bake *b, const char *path, const void *bytes,
     return ibl_outputs_add(b->outputs, path, bytes, size);
 }
 
-/* Encodes, writes and frees a texture. */
+/* Judges the file that a texture was written as. */
+static ibl_status judge_texture(ibl_bake *b, ibl_output_kind kind,
+                                const ibl_texture *tex)
+{
+    void *bytes = NULL;
+    size_t size;
+    ibl_status status = ibl_texture_encode(
+        b->ctx, tex, (ibl_container)b->opts->format, &bytes, &size);
+
+    if (!status)
+        status = ibl_bake_judge(b, kind, bytes, size);
+    ibl_bytes_free(bytes);
+    return status;
+}
+
+/* Writes and frees a texture. */
 static ibl_status put_texture(ibl_bake *b, ibl_output_kind kind,
                               ibl_texture *tex)
 {
     ibl_baked *file = &b->files[kind];
-    void *bytes = NULL;
     ibl_status status = ibl_keys_set(b, kind, tex);
 
+    ibl_console_progress(b->console, "write", 0);
     if (!status)
-        status = ibl_texture_encode(b->ctx, tex, (ibl_container)b->opts->format,
-                                    &bytes, &file->bytes);
-    if (!status)
-        status = put(b, file->path, bytes, file->bytes);
+        status = ibl_outputs_add_texture(b->outputs, file->path, tex,
+                                         (ibl_container)b->opts->format,
+                                         &file->bytes);
     if (!status && b->opts->verify)
-        status = ibl_bake_judge(b, kind, bytes, file->bytes);
+        status = judge_texture(b, kind, tex);
     if (!status && file->saturated)
         ibl_console_warn(
             b->console,
@@ -67,7 +81,6 @@ static ibl_status put_texture(ibl_bake *b, ibl_output_kind kind,
             "--pixel rgba32f to keep them",
             file->path, file->saturated, (double)ibl_pixel_max(tex->pixel),
             ibl_pixel_name(tex->pixel));
-    ibl_bytes_free(bytes);
     file->shape = *tex;
     file->shape.data = NULL;
     file->shape.keys = NULL;
@@ -254,6 +267,7 @@ int ibl_bake_run(const ibl_opts *opts)
     if (!status)
         status = ibl_outputs_create(b.ctx, &b.outputs);
     if (!status) {
+        ibl_outputs_sync(b.outputs, opts->sync);
         ibl_signals_guard(b.outputs);
         status = ibl_outputs_mkdir(b.outputs, opts->directory);
     }

@@ -81,7 +81,7 @@ static void put_head(const ibl_bench *b, FILE *to)
 static void put_notes(FILE *to)
 {
     fputs("<p class=\"dim\">Times are medians of whole processes, with the "
-          "quartiles: reading, baking, writing and flushing every output, "
+          "quartiles: reading, baking and writing every output, "
           "and for peers the start of a shell. Memory is the largest resident "
           "set. Error is the root mean square, over the specular levels with "
           "roughness above 0, of the normalised root mean square error of "
@@ -169,7 +169,7 @@ static void put_stages(const ibl_bench *b, int source, FILE *to)
         fputs("</tr>\n", to);
     }
     fputs("</table></div>\n<p class=\"dim\">rest: start and end of the "
-          "process, the renaming and flushing of the files.</p>\n",
+          "process, the renaming of the files.</p>\n",
           to);
 }
 

@@ -116,6 +116,9 @@ static const ibl_option outputs[] = {
      .help = "a PNG picture of everything that was made"},
     {"depfile", 0, TEXT(depfile, "FILE"), .standard = "",
      .help = "a rule for make and ninja: outputs depend on ENV"},
+    {"sync", 0, FLAG(sync),
+     .help = "wait until everything is on the disk, so that a power cut "
+             "leaves whole files"},
     {"timings", 0, FLAG(timings),
      .help = "note the time of each stage in the sidecar, which then differs "
              "from run to run"},

@@ -43,6 +43,7 @@ typedef struct ibl_opts {
     double yaw_deg;
     const char *preview;
     const char *depfile;
+    int sync;    /* to the disk before the bake ends */
     int timings; /* stage times in the sidecar */
     int verify;
     double max_error; /* of verify; NAN: none */

@@ -117,12 +117,43 @@ ibl_status ibl_ktx2_decode(const ibl_file *file, ibl_texture *tex);
 ibl_status ibl_ktx_decode(ibl_file *file, ibl_texture *tex);
 ibl_status ibl_dds_decode(const ibl_file *file, ibl_texture *tex);
 
-/* tex is valid. *bytes: ibl_free. */
+/* A stretch of a file. */
+typedef struct ibl_piece {
+    const void *bytes;
+    size_t size;
+} ibl_piece;
+
+enum {
+    IBL_MAX_TEXTURE_LEVELS = 17,
+    IBL_MAX_PIECES = 1 + IBL_FACES * IBL_MAX_TEXTURE_LEVELS
+};
+
+/* A file to be written, piece after piece. Texels stay where they are in the
+ * texture; all else is in head. */
+typedef struct ibl_pieces {
+    unsigned char *head; /* owned: ibl_free */
+    size_t size;         /* of all */
+    int count;
+    ibl_piece piece[IBL_MAX_PIECES];
+} ibl_pieces;
+
+void ibl_pieces_add(ibl_pieces *file, const void *bytes, size_t size);
+/* A whole level, or one face of it. */
+void ibl_pieces_add_level(ibl_pieces *file, const ibl_texture *tex, int level);
+void ibl_pieces_add_face(ibl_pieces *file, const ibl_texture *tex, int level,
+                         int face);
+
+/* The file of tex, whatever the caller has filled in: errors as
+ * ibl_texture_encode. file: zeroed; head is to be freed after errors too. */
+ibl_status ibl_texture_pieces(ibl_ctx *ctx, const ibl_texture *tex,
+                              ibl_container container, ibl_pieces *file);
+
+/* The same, tex being valid. */
 ibl_status ibl_ktx2_encode(ibl_ctx *ctx, const ibl_texture *tex,
-                           unsigned char **bytes, size_t *size);
+                           ibl_pieces *file);
 ibl_status ibl_ktx_encode(ibl_ctx *ctx, const ibl_texture *tex,
-                          unsigned char **bytes, size_t *size);
+                          ibl_pieces *file);
 ibl_status ibl_dds_encode(ibl_ctx *ctx, const ibl_texture *tex,
-                          unsigned char **bytes, size_t *size);
+                          ibl_pieces *file);
 
 #endif

@@ -90,22 +90,16 @@ static void write_header(const ibl_texture *tex, unsigned char *dst)
 }
 
 ibl_status ibl_dds_encode(ibl_ctx *ctx, const ibl_texture *tex,
-                          unsigned char **bytes, size_t *size)
+                          ibl_pieces *file)
 {
-    unsigned char *dst = ibl_alloc_array(HEADER_DX10 + tex->bytes, 1);
-    if (!dst)
+    file->head = ibl_alloc_array(HEADER_DX10, 1);
+    if (!file->head)
         return ibl_no_memory(ctx, "a DDS file");
-    write_header(tex, dst);
-    unsigned char *to = dst + HEADER_DX10;
-    for (int f = 0; f < tex->faces; f++) {
-        for (int l = 0; l < tex->levels; l++) {
-            const size_t face_bytes = ibl_texture_face_bytes(tex, l);
-            memcpy(to, tex->data + ibl_texture_offset(tex, l, f), face_bytes);
-            to += face_bytes;
-        }
-    }
-    *bytes = dst;
-    *size = HEADER_DX10 + tex->bytes;
+    write_header(tex, file->head);
+    ibl_pieces_add(file, file->head, HEADER_DX10);
+    for (int f = 0; f < tex->faces; f++)
+        for (int l = 0; l < tex->levels; l++)
+            ibl_pieces_add_face(file, tex, l, f);
     return IBL_OK;
 }
 

@@ -57,21 +57,8 @@ static void write_header(const ibl_texture *tex, size_t key_bytes,
     ibl_put_u32(dst + KEY_BYTES, (uint32_t)key_bytes);
 }
 
-/* Texels of 4, 8 or 16 bytes leave nothing to pad, neither rows nor faces
- * nor levels. */
-static void write_levels(const ibl_texture *tex, unsigned char *dst)
-{
-    for (int l = 0; l < tex->levels; l++) {
-        const size_t face_bytes = ibl_texture_face_bytes(tex, l);
-        const size_t bytes = (size_t)tex->faces * face_bytes;
-        ibl_put_u32(dst, (uint32_t)face_bytes);
-        memcpy(dst + 4, tex->data + ibl_texture_offset(tex, l, 0), bytes);
-        dst += 4 + bytes;
-    }
-}
-
 ibl_status ibl_ktx_encode(ibl_ctx *ctx, const ibl_texture *tex,
-                          unsigned char **bytes, size_t *size)
+                          ibl_pieces *file)
 {
     int count;
     if (ibl_texture_face_bytes(tex, 0) > UINT32_MAX)
@@ -83,20 +70,25 @@ ibl_status ibl_ktx_encode(ibl_ctx *ctx, const ibl_texture *tex,
     if (!keys)
         return ibl_no_memory(ctx, "a KTX file");
     const size_t key_bytes = ibl_keys_bytes(keys, count);
-    const size_t total =
-        HEADER + key_bytes + 4 * (size_t)tex->levels + tex->bytes;
-    unsigned char *dst = ibl_alloc_array(total, 1);
-    if (!dst || key_bytes > UINT32_MAX) {
-        ibl_free(dst);
+    const size_t begin = HEADER + key_bytes;
+    if (key_bytes <= UINT32_MAX)
+        file->head = ibl_alloc_array(begin + 4 * (size_t)tex->levels, 1);
+    if (!file->head) {
         ibl_free(keys);
         return ibl_no_memory(ctx, "a KTX file");
     }
-    write_header(tex, key_bytes, dst);
-    ibl_keys_write(keys, count, dst + HEADER);
-    write_levels(tex, dst + HEADER + key_bytes);
+    write_header(tex, key_bytes, file->head);
+    ibl_keys_write(keys, count, file->head + HEADER);
+    ibl_pieces_add(file, file->head, begin);
+    /* A face's size before each level. Texels of 4, 8 or 16 bytes leave
+     * nothing to pad, neither rows nor faces nor levels. */
+    for (int l = 0; l < tex->levels; l++) {
+        unsigned char *size = file->head + begin + 4 * l;
+        ibl_put_u32(size, (uint32_t)ibl_texture_face_bytes(tex, l));
+        ibl_pieces_add(file, size, 4);
+        ibl_pieces_add_level(file, tex, l);
+    }
     ibl_free(keys);
-    *bytes = dst;
-    *size = total;
     return IBL_OK;
 }
 

@@ -200,13 +200,17 @@ static void write_header(const ibl_texture *tex, const plan *p,
 }
 
 ibl_status ibl_ktx2_encode(ibl_ctx *ctx, const ibl_texture *tex,
-                           unsigned char **bytes, size_t *size)
+                           ibl_pieces *file)
 {
     plan p = {0};
-    unsigned char *dst = NULL;
+    size_t head_bytes = 0;
     ibl_status status = IBL_OK;
 
-    if (!make_plan(tex, &p) || !(dst = ibl_alloc_array(p.size, 1))) {
+    if (make_plan(tex, &p)) {
+        head_bytes = p.level[tex->levels - 1];
+        file->head = ibl_alloc_zeroed(head_bytes, 1);
+    }
+    if (!file->head) {
         status = ibl_no_memory(ctx, "a KTX2 file");
         goto done;
     }
@@ -216,20 +220,16 @@ ibl_status ibl_ktx2_encode(ibl_ctx *ctx, const ibl_texture *tex,
                           p.kvd_bytes);
         goto done;
     }
-    memset(dst, 0, p.level[tex->levels - 1]);
-    write_header(tex, &p, dst);
-    write_descriptor(tex->pixel, dst + p.dfd);
-    ibl_keys_write(p.keys, p.key_count, dst + p.kvd);
+    write_header(tex, &p, file->head);
+    write_descriptor(tex->pixel, file->head + p.dfd);
+    ibl_keys_write(p.keys, p.key_count, file->head + p.kvd);
+    ibl_pieces_add(file, file->head, head_bytes);
     /* Levels are multiples of their alignment: no gaps between them. */
-    for (int l = 0; l < tex->levels; l++)
-        memcpy(dst + p.level[l], tex->data + ibl_texture_offset(tex, l, 0),
-               level_bytes(tex, l));
-    *bytes = dst;
-    *size = p.size;
-    dst = NULL;
+    for (int l = tex->levels - 1; l >= 0; l--)
+        ibl_pieces_add_level(file, tex, l);
+    assert(file->size == p.size);
 
 done:
-    ibl_free(dst);
     ibl_free(p.keys);
     return status;
 }

@@ -19,7 +19,8 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <stdatomic.h>
-#include <stdint.h>
+#include <stdbool.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -29,6 +30,7 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "ibl/io.h"
+#include "io/container.h"
 
 enum {
     MAX_DIRS = 64,
@@ -54,24 +56,28 @@ typedef struct slot {
     ino_t inode;
     dev_t dir_device; /* of its directory */
     ino_t dir_inode;
-    char target[PATH_BYTES]; /* no symbolic link */
-    char temporary[PATH_BYTES];
+    char *target; /* of PATH_BYTES; no symbolic link */
+    char *temporary;
 } slot;
 
 typedef struct made_dir {
     atomic_bool used;
-    char path[PATH_BYTES];
+    char *path;
 } made_dir;
 
 struct ibl_outputs {
     ibl_ctx *ctx;
     int count; /* of slots ever used */
     int dir_count;
+    bool sync;
     unsigned serial;       /* of temporary names */
     atomic_bool aborted;   /* for good: nothing is added or renamed any more */
     atomic_bool committed; /* all is renamed, only old files are left over */
     slot slots[IBL_MAX_OUTPUTS];
     made_dir dirs[MAX_DIRS];
+    /* Of the slots two each, then the directories'. Apart from the rest, and
+     * not touched before they are needed: together they take 200 pages. */
+    char paths[2 * IBL_MAX_OUTPUTS + MAX_DIRS][PATH_BYTES];
 };
 
 static ibl_status failed(const ibl_outputs *out, const char *path,
@@ -96,11 +102,24 @@ static ibl_status check_length(const ibl_outputs *out, const char *path,
 
 ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out)
 {
-    *out = ibl_alloc_zeroed(1, sizeof **out);
-    if (!*out)
+    ibl_outputs *set = ibl_alloc_array(1, sizeof *set);
+    *out = set;
+    if (!set)
         return ibl_no_memory(ctx, "a set of outputs");
-    (*out)->ctx = ctx;
+    memset(set, 0, offsetof(ibl_outputs, paths));
+    set->ctx = ctx;
+    for (int i = 0; i < IBL_MAX_OUTPUTS; i++) {
+        set->slots[i].target = set->paths[2 * i];
+        set->slots[i].temporary = set->paths[2 * i + 1];
+    }
+    for (int i = 0; i < MAX_DIRS; i++)
+        set->dirs[i].path = set->paths[2 * IBL_MAX_OUTPUTS + i];
     return IBL_OK;
+}
+
+void ibl_outputs_sync(ibl_outputs *out, int sync)
+{
+    out->sync = sync;
 }
 
 /* ---- directories ---------------------------------------------------- */
@@ -263,8 +282,8 @@ static int create_temporary(ibl_outputs *out, slot *s)
     name[kept] = '\0';
     memcpy(s->temporary, s->target, dir);
     for (int i = 0; i < MAX_TRIES; i++) {
-        snprintf(s->temporary + dir, sizeof s->temporary - dir,
-                 ".%s.iblbake-%ld-%u.tmp", name, (long)getpid(), out->serial++);
+        snprintf(s->temporary + dir, PATH_BYTES - dir, ".%s.iblbake-%ld-%u.tmp",
+                 name, (long)getpid(), out->serial++);
         atomic_store(&s->state, NAMED);
         fd = open(s->temporary,
                   O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
@@ -277,11 +296,13 @@ static int create_temporary(ibl_outputs *out, slot *s)
     return fd;
 }
 
-static ibl_status write_all(ibl_outputs *out, const char *path, int fd,
-                            const unsigned char *bytes, size_t size)
+static ibl_status write_piece(ibl_outputs *out, const char *path, int fd,
+                              ibl_piece piece)
 {
-    while (size) {
-        const ssize_t n = write(fd, bytes, size < CHUNK ? size : CHUNK);
+    const unsigned char *bytes = piece.bytes;
+    while (piece.size) {
+        const size_t chunk = piece.size < CHUNK ? piece.size : CHUNK;
+        const ssize_t n = write(fd, bytes, chunk);
         if (ibl_cancelled(out->ctx))
             return IBL_ERR_CANCELLED;
         if (n < 0 && errno == EINTR)
@@ -289,9 +310,14 @@ static ibl_status write_all(ibl_outputs *out, const char *path, int fd,
         if (n < 0)
             return failed(out, path, "cannot be written");
         bytes += n;
-        size -= (size_t)n;
+        piece.size -= (size_t)n;
     }
-    /* Some file systems cannot flush and say so by EINVAL. */
+    return IBL_OK;
+}
+
+/* Some file systems cannot flush and say so by EINVAL. */
+static ibl_status flush_file(ibl_outputs *out, const char *path, int fd)
+{
     while (fsync(fd)) {
         if (errno == EINVAL)
             break;
@@ -302,17 +328,19 @@ static ibl_status write_all(ibl_outputs *out, const char *path, int fd,
 }
 
 static ibl_status write_temporary(ibl_outputs *out, const char *path, slot *s,
-                                  const void *bytes, size_t size)
+                                  const ibl_pieces *file)
 {
     struct stat st;
-    ibl_status status;
+    ibl_status status = IBL_OK;
     const int fd = create_temporary(out, s);
     if (fd < 0)
         return failed(out, path, "cannot be created");
     if (fstat(fd, &st))
         status = failed(out, path, "cannot be written");
-    else
-        status = write_all(out, path, fd, bytes, size);
+    for (int i = 0; i < file->count && !status; i++)
+        status = write_piece(out, path, fd, file->piece[i]);
+    if (!status && out->sync)
+        status = flush_file(out, path, fd);
     /* Here NFS tells of a full disk, and there is no second time. */
     if (close(fd) && errno != EINTR && !status)
         status = failed(out, path, "cannot be written");
@@ -328,8 +356,8 @@ static ibl_status write_temporary(ibl_outputs *out, const char *path, slot *s,
     return IBL_OK;
 }
 
-ibl_status ibl_outputs_add(ibl_outputs *out, const char *path,
-                           const void *bytes, size_t size)
+static ibl_status add_file(ibl_outputs *out, const char *path,
+                           const ibl_pieces *file)
 {
     if (ibl_cancelled(out->ctx))
         return IBL_ERR_CANCELLED;
@@ -345,9 +373,30 @@ ibl_status ibl_outputs_add(ibl_outputs *out, const char *path,
     if (status)
         return status;
     out->count++; /* abort looks at the slot from now on */
-    status = write_temporary(out, path, s, bytes, size);
+    status = write_temporary(out, path, s, file);
     if (status)
         out->count--;
+    return status;
+}
+
+ibl_status ibl_outputs_add(ibl_outputs *out, const char *path,
+                           const void *bytes, size_t size)
+{
+    const ibl_pieces file = {.count = 1, .piece = {{bytes, size}}};
+    return add_file(out, path, &file);
+}
+
+ibl_status ibl_outputs_add_texture(ibl_outputs *out, const char *path,
+                                   const ibl_texture *tex,
+                                   ibl_container container, size_t *size)
+{
+    ibl_pieces file = {0};
+    ibl_status status = ibl_texture_pieces(out->ctx, tex, container, &file);
+    if (!status)
+        status = add_file(out, path, &file);
+    if (!status && size)
+        *size = file.size;
+    ibl_free(file.head);
     return status;
 }
 
@@ -507,7 +556,7 @@ ibl_status ibl_outputs_commit(ibl_outputs *out)
             status =
                 failed(out, out->slots[i].target, "cannot be put in place");
     }
-    if (!status)
+    if (!status && out->sync)
         status = flush_dirs(out);
     if (status) {
         ibl_outputs_abort(out);

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#include <assert.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -188,7 +189,8 @@ static bool is_valid(const ibl_texture *tex)
 {
     if (tex->pixel >= IBL_PIXEL_COUNT || !tex->data || tex->width < 1 ||
         tex->width > IBL_MAX_EDGE || tex->height < 1 ||
-        tex->height > IBL_MAX_EDGE || tex->levels < 1 || tex->levels > 17 ||
+        tex->height > IBL_MAX_EDGE || tex->levels < 1 ||
+        tex->levels > IBL_MAX_TEXTURE_LEVELS ||
         (tex->faces != 1 && tex->faces != IBL_FACES) ||
         (tex->faces == IBL_FACES && tex->width != tex->height))
         return false;
@@ -198,13 +200,29 @@ static bool is_valid(const ibl_texture *tex)
     return tex->bytes == ibl_texture_offset(tex, tex->levels, 0);
 }
 
-ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
-                              ibl_container container, void **bytes,
-                              size_t *size)
+void ibl_pieces_add(ibl_pieces *file, const void *bytes, size_t size)
 {
-    unsigned char *file = NULL;
-    ibl_status status;
+    assert(file->count < IBL_MAX_PIECES);
+    file->piece[file->count++] = (ibl_piece){bytes, size};
+    file->size += size;
+}
 
+void ibl_pieces_add_level(ibl_pieces *file, const ibl_texture *tex, int level)
+{
+    ibl_pieces_add(file, tex->data + ibl_texture_offset(tex, level, 0),
+                   (size_t)tex->faces * ibl_texture_face_bytes(tex, level));
+}
+
+void ibl_pieces_add_face(ibl_pieces *file, const ibl_texture *tex, int level,
+                         int face)
+{
+    ibl_pieces_add(file, tex->data + ibl_texture_offset(tex, level, face),
+                   ibl_texture_face_bytes(tex, level));
+}
+
+ibl_status ibl_texture_pieces(ibl_ctx *ctx, const ibl_texture *tex,
+                              ibl_container container, ibl_pieces *file)
+{
     if (!is_valid(tex))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a texture of %dx%d texels, %d levels and %d faces "
@@ -213,20 +231,38 @@ ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
                         tex->bytes);
     switch (container) {
     case IBL_CONTAINER_KTX2:
-        status = ibl_ktx2_encode(ctx, tex, &file, size);
-        break;
+        return ibl_ktx2_encode(ctx, tex, file);
     case IBL_CONTAINER_KTX:
-        status = ibl_ktx_encode(ctx, tex, &file, size);
-        break;
+        return ibl_ktx_encode(ctx, tex, file);
     case IBL_CONTAINER_DDS:
-        status = ibl_dds_encode(ctx, tex, &file, size);
-        break;
+        return ibl_dds_encode(ctx, tex, file);
     default:
         return ibl_fail(ctx, IBL_ERR_ARGUMENT, "container %d: must be below %d",
                         (int)container, IBL_CONTAINER_COUNT);
     }
-    if (!status)
-        *bytes = file;
+}
+
+ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
+                              ibl_container container, void **bytes,
+                              size_t *size)
+{
+    ibl_pieces file = {0};
+    ibl_status status = ibl_texture_pieces(ctx, tex, container, &file);
+
+    if (!status) {
+        unsigned char *to = ibl_alloc_array(file.size, 1);
+        if (to) {
+            *bytes = to;
+            *size = file.size;
+        } else {
+            status = ibl_no_memory(ctx, "a texture's file");
+        }
+        for (int i = 0; to && i < file.count; i++) {
+            memcpy(to, file.piece[i].bytes, file.piece[i].size);
+            to += file.piece[i].size;
+        }
+    }
+    ibl_free(file.head);
     return status;
 }
 

@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Lobes as factors of spherical harmonics: convolving with a lobe K, a
+ * function of the angle alone whose integral over the sphere is 1, multiplies
+ * every coefficient of degree l by
+ *     k_l = 2 pi int_-1^1 K(c) P_l(c) dc,
+ * P_l Legendre's polynomials; k_0 = 1 (Funk and Hecke's theorem). A point
+ * light's response, K itself, has sum (2 l + 1) k_l^2 = 4 pi int K^2 dO.
+ */
+#ifndef IBL_BAKE_SPECTRAL_KERNEL_H
+#define IBL_BAKE_SPECTRAL_KERNEL_H
+
+#include "ibl/ibl.h"
+
+#define IBL_KERNEL_MAX_DEGREE 65535
+
+/*
+ * k[0..degree] of a lobe (ibl/ibl.h) of width alpha, 0 < alpha <= 1, to about
+ * 1e-14, by quadrature of brdf/lobe.h at about 0.9 degree + 64 points: some
+ * tens of microseconds at degree 512, and as the square.
+ */
+ibl_status ibl_kernel_make(ibl_ctx *ctx, ibl_lobe lobe, double alpha,
+                           int degree, double *k);
+
+/* The same of the cosine, of irradiance / pi: 1, 2/3, 1/4, 0, -1/24, ... */
+void ibl_kernel_lambert(int degree, double *k);
+
+/* sqrt(sum from `from` to degree of (2 l + 1) k_l^2 / the whole sum): the
+ * relative rms error of a point light's response that is cut off there. */
+double ibl_kernel_tail(const double *k, int degree, int from);
+
+/*
+ * The smallest degree that keeps all but `tail` of a point light's response:
+ * ibl_kernel_tail(k, infinity, *degree + 1) < tail; limit, if that is less.
+ * The corner that most lobes have on the horizon leaves k_l a power of l,
+ * l^(-5/2) where the slope jumps; once that is seen the degree is worked out,
+ * within some percent, not searched for.
+ *   tail   1e-12..1
+ *   limit  0..IBL_KERNEL_MAX_DEGREE
+ */
+ibl_status ibl_kernel_band(ibl_ctx *ctx, ibl_lobe lobe, double alpha,
+                           double tail, int limit, int *degree);
+
+#endif

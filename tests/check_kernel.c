@@ -1,0 +1,480 @@
+/* SPDX-License-Identifier: MIT */
+#include <math.h>
+#include <stdlib.h>
+
+#include "bake/spectral/kernel.h"
+#include "test.h"
+
+static const long double pi = 3.141592653589793238462643383279503L;
+static const ibl_lobe lobes[] = {IBL_LOBE_GGX, IBL_LOBE_CHARLIE,
+                                 IBL_LOBE_PHONG};
+
+static double *doubles(int n)
+{
+    double *p = malloc((size_t)n * sizeof *p);
+    if (!p)
+        exit(1);
+    return p;
+}
+
+static double *make(ibl_ctx *ctx, ibl_lobe lobe, double alpha, int degree)
+{
+    double *k = doubles(degree + 1);
+    CHECK(ibl_kernel_make(ctx, lobe, alpha, degree, k) == IBL_OK);
+    return k;
+}
+
+/* ---- brute force ------------------------------------------------------- */
+
+enum {
+    RULE = 32
+};
+
+/* Gauss-Legendre in long double, by Newton's method. */
+static void make_rule(long double x[RULE], long double w[RULE])
+{
+    for (int i = 0; i < RULE; i++) {
+        long double slope = 0;
+        x[i] = cosl(pi * (i + 0.75L) / (RULE + 0.5L));
+        for (int turn = 0; turn < 12; turn++) {
+            long double before = 1, p = x[i];
+            for (int l = 1; l < RULE; l++) {
+                const long double next =
+                    ((2 * l + 1) * x[i] * p - l * before) / (l + 1);
+                before = p;
+                p = next;
+            }
+            slope = RULE * (before - x[i] * p) / (1 - x[i] * x[i]);
+            x[i] -= p / slope;
+        }
+        w[i] = 2 / ((1 - x[i] * x[i]) * slope * slope);
+    }
+}
+
+/* The weights of ibl/ibl.h, not scaled. c = cos(psi), q = sin^2(psi / 2). */
+static long double weight(ibl_lobe lobe, long double alpha, long double q,
+                          long double c)
+{
+    const long double a2 = alpha * alpha, t = q + a2 * (1 - q);
+    if (lobe == IBL_LOBE_CHARLIE)
+        return powl(sqrtl(q) * sqrtl(2), 1 / alpha) * c;
+    if (lobe == IBL_LOBE_PHONG)
+        return powl(c, (1 / a2 - 1) / 2 + 1);
+    return a2 / t * (a2 / t) * c;
+}
+
+typedef struct brute {
+    ibl_lobe lobe;
+    long double alpha;
+    int degree;
+    long double sum, squares; /* of w and of w^2 over the sphere */
+    long double *k;
+} brute;
+
+static void add_angle(brute *b, long double psi, long double x_horizon,
+                      long double mass)
+{
+    const long double c =
+        x_horizon < 0.5L ? sinl(x_horizon) : 1 - 2 * powl(sinl(psi / 2), 2);
+    const long double q =
+        x_horizon < 0.5L ? (1 - c) / 2 : powl(sinl(psi / 2), 2);
+    const long double k = weight(b->lobe, b->alpha, q, c);
+    const long double w = 2 * pi * sinl(psi) * mass * k;
+    long double before = 0, p = 1;
+    b->sum += w;
+    b->squares += w * k;
+    for (int l = 0; l <= b->degree; l++) {
+        const long double next = ((2 * l + 1) * c * p - l * before) / (l + 1);
+        b->k[l] += w * p;
+        before = p;
+        p = next;
+    }
+}
+
+/* Panels that double from either end, of two waves of the degree at most. */
+static brute add_up(ibl_lobe lobe, double alpha, int degree)
+{
+    brute b = {.lobe = lobe, .alpha = alpha, .degree = degree};
+    const long double half = pi / 4, most = 12.0L / (degree + 1);
+    long double x[RULE], w[RULE];
+    make_rule(x, w);
+    b.k = calloc((size_t)degree + 1, sizeof *b.k);
+    if (!b.k)
+        exit(1);
+    for (int end = 0; end < 2; end++) {
+        long double at = 0, step = 1e-6L * b.alpha;
+        while (at < half) {
+            const long double to = fminl(half, at + fminl(step, most));
+            for (int i = 0; i < RULE; i++) {
+                const long double d = (at + to) / 2 + (to - at) / 2 * x[i];
+                add_angle(&b, end ? pi / 2 - d : d, end ? d : pi / 2 - d,
+                          (to - at) / 2 * w[i]);
+            }
+            at = to;
+            step = at / 2;
+        }
+    }
+    for (int l = 0; l <= degree; l++)
+        b.k[l] /= b.sum;
+    return b;
+}
+
+static double worst_against(const double *k, const brute *b)
+{
+    double worst = 0;
+    for (int l = 0; l <= b->degree; l++)
+        worst = fmax(worst, fabs((double)(k[l] - b->k[l])));
+    return worst;
+}
+
+static void against_brute_force(void)
+{
+    test_random rnd = {3};
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    for (int i = 0; i < 36; i++) {
+        const double alpha = exp2(-8 * test_random_unit(&rnd));
+        const int degree = (int)exp2(9 * test_random_unit(&rnd));
+        brute b = add_up(lobes[i % 3], alpha, degree);
+        double *k = make(ctx, lobes[i % 3], alpha, degree);
+        CHECK_MSG(worst_against(k, &b) < 2e-15, "%s alpha %g degree %d: %g off",
+                  ibl_lobe_name(lobes[i % 3]), alpha, degree,
+                  worst_against(k, &b));
+        free(b.k);
+        free(k);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* At the default chain's widths, at a high degree, and at wild widths. */
+static void against_brute_force_at(void)
+{
+    static const struct {
+        double alpha;
+        int degree;
+    } cases[] = {{0.04, 512}, {0.16, 300},   {0.64, 300},
+                 {1, 512},    {0.001, 1000}, {1e-5, 100}};
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    for (size_t i = 0; i < 3 * sizeof cases / sizeof *cases; i++) {
+        const double alpha = cases[i / 3].alpha;
+        const int degree = cases[i / 3].degree;
+        brute b = add_up(lobes[i % 3], alpha, degree);
+        double *k = make(ctx, lobes[i % 3], alpha, degree);
+        CHECK_MSG(worst_against(k, &b) < 4e-15, "%s alpha %g degree %d: %g off",
+                  ibl_lobe_name(lobes[i % 3]), alpha, degree,
+                  worst_against(k, &b));
+        free(b.k);
+        free(k);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* ---- closed forms ------------------------------------------------------ */
+
+static void lambert(void)
+{
+    static const double first[] = {1, 2.0 / 3, 1.0 / 4, 0, -1.0 / 24};
+    double k[201];
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    ibl_kernel_lambert(0, k);
+    CHECK(k[0] == 1);
+    ibl_kernel_lambert(200, k);
+    for (int l = 0; l < 5; l++)
+        CHECK_NEAR(k[l], first[l], 1e-16);
+    for (int l = 0; l <= 200; l++)
+        CHECK_NEAR(k[l], ibl_sh_cosine(l), 1e-15);
+    double *ggx = make(ctx, IBL_LOBE_GGX, 1, 200);
+    double *phong = make(ctx, IBL_LOBE_PHONG, 1, 200);
+    for (int l = 0; l <= 200; l++) {
+        CHECK_NEAR(ggx[l], k[l], 1e-15);
+        CHECK_NEAR(phong[l], k[l], 1e-15);
+    }
+    free(ggx);
+    free(phong);
+    ibl_ctx_free(ctx);
+}
+
+/* int_0^1 x^p P_l dx, l = 0..degree, p >= 0: 1 / (p + 1), 1 / (p + 2), and from
+ * l to l + 2 a factor of (p - l) / (p + l + 3). */
+static void power_moments(double p, int degree, double *to)
+{
+    to[0] = 1 / (p + 1);
+    if (degree > 0)
+        to[1] = 1 / (p + 2);
+    for (int l = 0; l + 2 <= degree; l++)
+        to[l + 2] = to[l] * (p - l) / (p + l + 3);
+}
+
+/* n + 1 odd and whole ends in zeros; others have power laws. */
+static void phong_powers(void)
+{
+    static const double powers[] = {1, 2, 3, 5, 7.5, 11, 63, 1.25, 1999};
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    double want[301];
+    for (size_t i = 0; i < sizeof powers / sizeof *powers; i++) {
+        const double p = powers[i], alpha = 1 / sqrt(2 * p - 1);
+        double *k = make(ctx, IBL_LOBE_PHONG, alpha, 300);
+        power_moments(p, 300, want);
+        for (int l = 0; l <= 300; l++)
+            CHECK_NEAR(k[l], want[l] / want[0], 4e-15);
+        free(k);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* s = 1: c - c^2; s = 2: c - 2 c^2 + c^3; s = 3: c - 3 c^2 + 3 c^3 - c^4. */
+static void charlie_powers(void)
+{
+    static const int binomial[3][4] = {{1, -1}, {1, -2, 1}, {1, -3, 3, -1}};
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    for (int s = 1; s <= 3; s++) {
+        double want[301] = {0}, part[301];
+        double *k = make(ctx, IBL_LOBE_CHARLIE, 0.5 / s, 300);
+        for (int i = 0; i <= s; i++) {
+            power_moments(i + 1, 300, part);
+            for (int l = 0; l <= 300; l++)
+                want[l] += binomial[s - 1][i] * part[l];
+        }
+        for (int l = 0; l <= 300; l++)
+            CHECK_NEAR(k[l], want[l] / want[0], 1e-14);
+        free(k);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* ---- what they add up to ----------------------------------------------- */
+
+/* 4 pi int K^2 dO / (int K dO)^2. */
+static double squares_of(ibl_lobe lobe, double alpha)
+{
+    brute b = add_up(lobe, alpha, 0);
+    free(b.k);
+    return (double)(4 * pi * b.squares / (b.sum * b.sum));
+}
+
+/* The degrees that are left out fall as l^-4 or faster, so that they hold at
+ * most a seventh of the last octave's, were that so from there on. */
+static void parseval(void)
+{
+    static const double alphas[] = {0.02, 0.04, 0.1, 0.16, 0.36, 0.64, 1};
+    enum {
+        DEGREE = 2000
+    };
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    for (size_t i = 0; i < 3 * sizeof alphas / sizeof *alphas; i++) {
+        const ibl_lobe lobe = lobes[i % 3];
+        const double alpha = alphas[i / 3], want = squares_of(lobe, alpha);
+        double *k = make(ctx, lobe, alpha, DEGREE);
+        double sum = 0, octave = 0;
+        for (int l = DEGREE; l >= 0; l--) {
+            sum += (2 * l + 1) * k[l] * k[l];
+            octave = 2 * l > DEGREE ? sum : octave;
+        }
+        CHECK_NEAR(k[0], 1, 1e-15);
+        CHECK_MSG(sum <= want * (1 + 1e-13) &&
+                      want - sum <= octave / 5 + 1e-13 * want,
+                  "%s alpha %g: %.15g of %.15g, last octave %g",
+                  ibl_lobe_name(lobe), alpha, sum, want, octave);
+        free(k);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/*
+ * A narrow GGX lobe is in the plane (1 + (psi / 2 alpha)^2)^-2, whose transform
+ * is z K_1(z), z = 2 alpha l, about sqrt(pi z / 2) exp(-z) (1 + 3 / (8 z)):
+ * that falls all the way, until the corner on the horizon is left.
+ */
+static void ggx_falls_exponentially(void)
+{
+    static const double alphas[] = {0.02, 0.01, 0.005};
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    for (int i = 0; i < 3; i++) {
+        const double alpha = alphas[i];
+        const int last = (int)(7 / alpha);
+        double *k = make(ctx, IBL_LOBE_GGX, alpha, last);
+        for (int l = 0; l < last; l++)
+            CHECK_MSG(k[l + 1] < k[l] && k[l + 1] > 0, "alpha %g: k_%d", alpha,
+                      l + 1);
+        for (int l = last / 7; l <= last; l += 50) {
+            const double z = 2 * alpha * (l + 0.5);
+            const double want = sqrt((double)pi * z / 2) * exp(-z) *
+                                (1 + 3 / (8 * z) - 15 / (128 * z * z));
+            CHECK_MSG(fabs(k[l] / want - 1) < 0.02 + 0.2 / (z * z * z),
+                      "alpha %g: k_%d = %g, asymptotically %g", alpha, l, k[l],
+                      want);
+        }
+        free(k);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* ---- tails and bands --------------------------------------------------- */
+
+static void tails(void)
+{
+    const double k[4] = {1, 0.5, 0.25, 0.125};
+    const double whole = 1 + 3 * 0.25 + 5 * 0.0625 + 7 * 0.015625;
+    CHECK_NEAR(ibl_kernel_tail(k, 3, 0), 1, 1e-15);
+    CHECK_NEAR(ibl_kernel_tail(k, 3, 3), sqrt(7 * 0.015625 / whole), 1e-15);
+    CHECK_NEAR(ibl_kernel_tail(k, 3, 2),
+               sqrt((5 * 0.0625 + 7 * 0.015625) / whole), 1e-15);
+    CHECK(ibl_kernel_tail(k, 3, 4) == 0);
+}
+
+static void bands(void)
+{
+    static const double alphas[] = {0.02, 0.04, 0.16, 0.36, 0.64, 1};
+    static const double wanted[] = {1e-2, 1e-3, 1e-4, 1e-6};
+    enum {
+        DEGREE = 4096
+    };
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    for (size_t i = 0; i < 3 * sizeof alphas / sizeof *alphas; i++) {
+        const ibl_lobe lobe = lobes[i % 3];
+        const double alpha = alphas[i / 3];
+        double *k = make(ctx, lobe, alpha, DEGREE);
+        for (int j = 0; j < 4; j++) {
+            int band = -1;
+            CHECK(!ibl_kernel_band(ctx, lobe, alpha, wanted[j], 60000, &band));
+            if (band == 60000)
+                continue;
+            if (band > DEGREE / 4) {
+                /* Of a degree that high the corner alone is left: l^-3/2. */
+                const double law = ibl_kernel_tail(k, DEGREE, DEGREE / 2) *
+                                   sqrt(8.0 / 7) *
+                                   pow(band / (DEGREE / 2.0), -1.5);
+                CHECK_MSG(fabs(law / wanted[j] - 1) < 0.1,
+                          "%s alpha %g: degree %d leaves %g, not %g",
+                          ibl_lobe_name(lobe), alpha, band, law, wanted[j]);
+                continue;
+            }
+            const double left = ibl_kernel_tail(k, DEGREE, band + 1);
+            const double before = ibl_kernel_tail(k, DEGREE, band);
+            CHECK_MSG(left < 1.05 * wanted[j] &&
+                          (before > 0.95 * wanted[j] || band == 0 ||
+                           (band < 64 &&
+                            ibl_kernel_tail(k, DEGREE, band - 1) > wanted[j])),
+                      "%s alpha %g: degree %d leaves %g, one less %g of %g",
+                      ibl_lobe_name(lobe), alpha, band, left, before,
+                      wanted[j]);
+        }
+        free(k);
+    }
+    ibl_ctx_free(ctx);
+}
+
+static void band_limits(void)
+{
+    int band = -1;
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    CHECK(!ibl_kernel_band(ctx, IBL_LOBE_GGX, 1e-3, 1e-4, 300, &band));
+    CHECK(band == 300);
+    CHECK(!ibl_kernel_band(ctx, IBL_LOBE_GGX, 1e-30, 1e-4, 300, &band));
+    CHECK(band == 300);
+    CHECK(!ibl_kernel_band(ctx, IBL_LOBE_GGX, 1, 1e-12, 100, &band));
+    CHECK(band == 100);
+    CHECK(!ibl_kernel_band(ctx, IBL_LOBE_GGX, 1, 1, 100, &band));
+    CHECK(band == 0);
+    CHECK(!ibl_kernel_band(ctx, IBL_LOBE_PHONG, 0.5, 1e-3, 0, &band));
+    CHECK(band == 0);
+    ibl_ctx_free(ctx);
+}
+
+/* ---- ends of the range ------------------------------------------------- */
+
+/* A needle has all degrees; a ring on the horizon has P_l(0). */
+static void narrowest(void)
+{
+    static const double alphas[] = {1e-9, 1e-75, 1e-300};
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    for (int i = 0; i < 3; i++) {
+        double *ggx = make(ctx, IBL_LOBE_GGX, alphas[i], 100);
+        double *phong = make(ctx, IBL_LOBE_PHONG, alphas[i], 100);
+        double *charlie = make(ctx, IBL_LOBE_CHARLIE, alphas[i], 100);
+        double p = 1;
+        for (int l = 0; l <= 100; l++) {
+            CHECK_NEAR(ggx[l], 1, 1e-12);
+            CHECK_NEAR(phong[l], 1, 1e-14);
+            if (l % 2 == 0) {
+                CHECK_NEAR(charlie[l], p, 1e-5 * (alphas[i] > 1e-10) + 2e-15);
+                p *= -(l + 1.0) / (l + 2);
+            } else {
+                CHECK_NEAR(charlie[l], 0, 1e-6);
+            }
+        }
+        free(ggx);
+        free(phong);
+        free(charlie);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* The start of the coefficients does not depend on how many there are. */
+static void every_degree(void)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    for (int i = 0; i < 3; i++) {
+        double *all = make(ctx, lobes[i], 0.1, 8192);
+        for (int degree = 0; degree < 600; degree = degree * 3 / 2 + 1) {
+            double *k = make(ctx, lobes[i], 0.1, degree);
+            for (int l = 0; l <= degree; l++)
+                CHECK_NEAR(k[l], all[l], 4e-15);
+            free(k);
+        }
+        free(all);
+    }
+    ibl_ctx_free(ctx);
+}
+
+static void instruction_sets(void)
+{
+    ibl_ctx *plain = test_ctx(1, IBL_ISA_C);
+    for (int isa = IBL_ISA_SSE2; isa <= (int)ibl_isa_best(); isa++) {
+        ibl_ctx *ctx = test_ctx(1, (ibl_isa)isa);
+        for (int i = 0; i < 3; i++) {
+            double *want = make(plain, lobes[i], 0.05, 300);
+            double *k = make(ctx, lobes[i], 0.05, 300);
+            for (int l = 0; l <= 300; l++)
+                CHECK_NEAR(k[l], want[l], 2e-15);
+            free(k);
+            free(want);
+        }
+        ibl_ctx_free(ctx);
+    }
+    ibl_ctx_free(plain);
+}
+
+static void refusals(void)
+{
+    double k[4];
+    int band;
+    const ibl_ctx_options o = ibl_ctx_options_default();
+    ibl_ctx *ctx = NULL;
+    NEED(!ibl_ctx_create(&o, &ctx));
+    CHECK(ibl_kernel_make(ctx, (ibl_lobe)3, 1, 3, k) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_kernel_make(ctx, IBL_LOBE_GGX, 0, 3, k) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_kernel_make(ctx, IBL_LOBE_GGX, 1.1, 3, k) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_kernel_make(ctx, IBL_LOBE_GGX, NAN, 3, k) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_kernel_make(ctx, IBL_LOBE_GGX, 1, -1, k) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_kernel_band(ctx, IBL_LOBE_GGX, 1, 0, 100, &band) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(ibl_kernel_band(ctx, IBL_LOBE_GGX, 1, 0.1, -1, &band) ==
+          IBL_ERR_ARGUMENT);
+    ibl_ctx_free(ctx);
+}
+
+static const test tests[] = {TEST(against_brute_force),
+                             TEST(against_brute_force_at),
+                             TEST(lambert),
+                             TEST(phong_powers),
+                             TEST(charlie_powers),
+                             TEST(parseval),
+                             TEST(ggx_falls_exponentially),
+                             TEST(tails),
+                             TEST(bands),
+                             TEST(band_limits),
+                             TEST(narrowest),
+                             TEST(every_degree),
+                             TEST(instruction_sets),
+                             TEST(refusals)};
+TEST_MAIN(tests)
