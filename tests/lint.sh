@@ -53,7 +53,7 @@ while read -r room allowed; do
     done
 done >"$build/layers.txt" <<'ROOMS'
 core core
-image image core
+image image core kern
 brdf brdf core
 kern kern core
 bake bake core image brdf kern

@@ -1,0 +1,152 @@
+/* SPDX-License-Identifier: MIT */
+#include "image/finer.h"
+
+#include <math.h>
+
+#include "core/alloc.h"
+#include "core/context.h"
+#include "kern/octants.h"
+
+#define PI 3.14159265358979323846
+
+enum {
+    MIN_COLUMNS = 512 /* keeps the straight pieces short */
+};
+
+static int ceil_div(int a, int b)
+{
+    return (a + b - 1) / b;
+}
+
+static int wrap(int i, int n)
+{
+    i %= n;
+    return i < 0 ? i + n : i;
+}
+
+/* How far down between the centres of two rows a fine row is, 0..1; *above:
+ * the upper one, -1 beyond the zenith. */
+static double between_rows(const ibl_finer *f, int row, int *above)
+{
+    const double y = (row + 0.5) / f->scale_y - 0.5;
+    *above = (int)floor(y);
+    return y - *above;
+}
+
+/*
+ * Rows differ in solid angle, so a linear weight t of the lower row would give
+ * pixels more or less light than they have: a sun next to a pole 8 % more.
+ * With t + bend t (1 - t) every row has, between each two centres, the solid
+ * angle that is its own up to the border. bend is at most 1/4, at the poles,
+ * and the weights stay in 0..1 and sum to 1. Beyond a pole is the same row.
+ */
+static void bend_rows(ibl_finer *f)
+{
+    double missing = 0, room = 0, top = 1;
+    int pair = -1;
+    for (int row = 0; row < f->rows; row++) {
+        int above;
+        const double t = between_rows(f, row, &above);
+        const double bottom = cos(PI * (row + 1) / f->rows);
+        if (above != pair)
+            missing = room = 0;
+        pair = above;
+        missing += ((t > 0.5) - t) * (top - bottom);
+        room += t * (1 - t) * (top - bottom);
+        if (pair >= 0 && pair < f->height - 1 && room > 0)
+            f->bend[pair + 1] = missing / room;
+        top = bottom;
+    }
+}
+
+static ibl_finer_tap column_tap(const ibl_finer *f, int column)
+{
+    if (!f->bilinear) {
+        const int at = 3 * (column / f->scale_x);
+        return (ibl_finer_tap){{at, at}, 0};
+    }
+    const double x = (column + 0.5) / f->scale_x - 0.5;
+    const int left = (int)floor(x);
+    return (ibl_finer_tap){
+        {3 * wrap(left, f->width), 3 * wrap(left + 1, f->width)}, x - left};
+}
+
+/* A texel at the middle of a face is 2/n wide, its quarter turn n texels. */
+ibl_status ibl_finer_init(ibl_ctx *ctx, int width, int height, int n,
+                          ibl_finer *f)
+{
+    *f = (ibl_finer){.width = width, .height = height};
+    f->bilinear = width < 4 * n || height < 2 * n;
+    const int columns = 4 * n > MIN_COLUMNS ? 4 * n : MIN_COLUMNS;
+    f->scale_x = width < columns ? ceil_div(columns, width) : 1;
+    f->scale_y = height < 2 * n ? ceil_div(2 * n, height) : 1;
+    /* Even, for beyond the poles: half a turn is whole columns. */
+    if (f->bilinear && width % 2 && f->scale_x % 2)
+        f->scale_x++;
+    f->columns = width * f->scale_x;
+    f->rows = height * f->scale_y;
+    if (f->scale_x == 1 && f->scale_y == 1)
+        return IBL_OK;
+    f->taps = ibl_alloc_array((size_t)f->columns, sizeof *f->taps);
+    f->bend = ibl_alloc_zeroed((size_t)height + 1, sizeof *f->bend);
+    if (!f->taps || !f->bend) {
+        ibl_finer_free(f);
+        return ibl_no_memory(ctx, "level 0's tables");
+    }
+    for (int i = 0; i < f->columns; i++)
+        f->taps[i] = column_tap(f, i);
+    if (f->bilinear)
+        bend_rows(f);
+    return IBL_OK;
+}
+
+void ibl_finer_free(ibl_finer *f)
+{
+    ibl_free(f->taps);
+    ibl_free(f->bend);
+    *f = (ibl_finer){0};
+}
+
+ibl_finer_row ibl_finer_between(const ibl_finer *f, int row)
+{
+    if (!f->bilinear)
+        return (ibl_finer_row){{row, row}, {0, 0}, {1, 0}};
+    int above;
+    const double t = between_rows(f, row, &above);
+    const double lower = t + f->bend[above + 1] * t * (1 - t);
+    const int turn = f->columns / 2;
+    ibl_finer_row r = {{above, above + 1}, {0, 0}, {1 - lower, lower}};
+    if (above < 0) {
+        r.row[0] = 0;
+        r.turn[0] = turn;
+    }
+    if (above + 1 >= f->height) {
+        r.row[1] = f->height - 1;
+        r.turn[1] = turn;
+    }
+    return r;
+}
+
+void ibl_finer_collect(const ibl_finer *f, const ibl_finer_row *row,
+                       const float *const source[2], const int *column,
+                       int count, double *pixels)
+{
+    for (int i = 0; i < count * IBL_OCTANTS; i++) {
+        double *rgb = pixels + (size_t)(i / IBL_OCTANTS) * IBL_OCTANT_RGB +
+                      i % IBL_OCTANTS;
+        for (int c = 0; c < 3; c++)
+            rgb[c * IBL_OCTANTS] = 0;
+        for (int k = 0; k < 2; k++) {
+            int at = column[i] + row->turn[k];
+            at -= at >= f->columns ? f->columns : 0;
+            const ibl_finer_tap *tap = &f->taps[at];
+            const double w1 = row->weight[k] * tap->weight;
+            const double w0 = row->weight[k] - w1;
+            const float *left = source[k] + tap->at[0];
+            const float *right = source[k] + tap->at[1];
+            for (int c = 0; c < 3; c++)
+                rgb[c * IBL_OCTANTS] +=
+                    w0 * (double)left[c] + w1 * (double)right[c];
+        }
+    }
+}

@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Sums of pixels for eight images at once. Where eight parts of a map have
+ * the same geometry, a weight counts for all of them: a value is a vector of
+ * eight, one lane for each image, and a pixel or a sum is three of them, R, G
+ * and B. All versions give the same bytes: they add in the same order, and
+ * neither fuse nor reassociate.
+ */
+#ifndef IBL_KERN_OCTANTS_H
+#define IBL_KERN_OCTANTS_H
+
+#include "ibl/ibl.h"
+
+enum {
+    IBL_OCTANTS = 8,                  /* lanes */
+    IBL_OCTANT_RGB = 3 * IBL_OCTANTS, /* doubles of a pixel or a sum */
+};
+
+/* A weight for a run of pixels, to be added to one sum. */
+typedef struct ibl_octant_span {
+    double weight;
+    int pixel, count; /* the first one, and how many: >= 1 */
+    int slot;         /* of the sum */
+} ibl_octant_span;
+
+/*
+ * Brings pixels of a row side by side: lane m of pixel i is the RGB at
+ * row + offset[i * IBL_OCTANTS + m].
+ *   pixels  count of IBL_OCTANT_RGB doubles, 64-byte aligned
+ */
+typedef void ibl_octants_collect_fn(const float *row, const int *offset,
+                                    int count, double *pixels);
+
+/*
+ * sums[slot] += weight * (sum of the run's pixels, from first to last), span
+ * after span.
+ *   pixels, sums  arrays of IBL_OCTANT_RGB doubles, 64-byte aligned
+ */
+typedef void ibl_octants_add_fn(const ibl_octant_span *spans, int count,
+                                const double *pixels, double *sums);
+
+typedef struct ibl_octants_dsp {
+    ibl_octants_collect_fn *collect;
+    ibl_octants_add_fn *add;
+} ibl_octants_dsp;
+
+/* isa: what the context uses, not IBL_ISA_AUTO. */
+void ibl_octants_dsp_init(ibl_octants_dsp *dsp, ibl_isa isa);
+
+ibl_octants_collect_fn ibl_octants_collect_c, ibl_octants_collect_sse2,
+    ibl_octants_collect_avx2, ibl_octants_collect_avx512;
+ibl_octants_add_fn ibl_octants_add_c, ibl_octants_add_sse2,
+    ibl_octants_add_avx2, ibl_octants_add_avx512;
+
+#endif

@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: MIT */
+/* kern/octants.h in vectors of any width. */
+#ifndef IBL_KERN_OCTANTS_LANES_H
+#define IBL_KERN_OCTANTS_LANES_H
+
+#include <stddef.h>
+
+#include "kern/lanes.h"
+#include "kern/octants.h"
+
+/* The RGB at p, and nothing beyond it, with a zero. */
+static inline __m128 load_rgb(const float *p)
+{
+    const __m128 rg = _mm_loadl_pi(_mm_setzero_ps(), (const __m64 *)p);
+    return _mm_movelh_ps(rg, _mm_load_ss(p + 2));
+}
+
+/* Four images' pixel, one channel to a vector. */
+static inline void collect_four(const float *row, const int *offset,
+                                __m128 rgb[3])
+{
+    const __m128 a = load_rgb(row + offset[0]), b = load_rgb(row + offset[1]);
+    const __m128 c = load_rgb(row + offset[2]), d = load_rgb(row + offset[3]);
+    const __m128 ab = _mm_unpacklo_ps(a, b), cd = _mm_unpacklo_ps(c, d);
+    rgb[0] = _mm_movelh_ps(ab, cd);
+    rgb[1] = _mm_movehl_ps(cd, ab);
+    rgb[2] = _mm_movelh_ps(_mm_unpackhi_ps(a, b), _mm_unpackhi_ps(c, d));
+}
+
+static inline void store_four(double *out, __m128 x)
+{
+#if VD >= 4
+    _mm256_store_pd(out, _mm256_cvtps_pd(x));
+#else
+    _mm_store_pd(out, _mm_cvtps_pd(x));
+    _mm_store_pd(out + 2, _mm_cvtps_pd(_mm_movehl_ps(x, x)));
+#endif
+}
+
+static inline void collect(const float *row, const int *offset, int count,
+                           double *pixels)
+{
+    for (int i = 0; i < count; i++) {
+        __m128 low[3], high[3];
+        collect_four(row, offset, low);
+        collect_four(row, offset + 4, high);
+        for (int c = 0; c < 3; c++) {
+            store_four(pixels + c * IBL_OCTANTS, low[c]);
+            store_four(pixels + c * IBL_OCTANTS + 4, high[c]);
+        }
+        offset += IBL_OCTANTS;
+        pixels += IBL_OCTANT_RGB;
+    }
+}
+
+/* One vector of lanes in each channel at a time: three chains of sums. */
+static inline void add_span(const ibl_octant_span *s, const double *p,
+                            double *sum)
+{
+    vd r = vd_load(p), g = vd_load(p + IBL_OCTANTS);
+    vd b = vd_load(p + 2 * IBL_OCTANTS);
+    for (int i = 1; i < s->count; i++) {
+        p += IBL_OCTANT_RGB;
+        r += vd_load(p);
+        g += vd_load(p + IBL_OCTANTS);
+        b += vd_load(p + 2 * IBL_OCTANTS);
+    }
+    const vd w = vd_all(s->weight);
+    vd_store(sum, vd_load(sum) + w * r);
+    sum += IBL_OCTANTS;
+    vd_store(sum, vd_load(sum) + w * g);
+    sum += IBL_OCTANTS;
+    vd_store(sum, vd_load(sum) + w * b);
+}
+
+static inline void add_spans(const ibl_octant_span *spans, int count,
+                             const double *pixels, double *sums)
+{
+    for (const ibl_octant_span *s = spans; s < spans + count; s++) {
+        const double *p = pixels + IBL_OCTANT_RGB * (size_t)s->pixel;
+        double *sum = sums + IBL_OCTANT_RGB * (size_t)s->slot;
+        for (int m = 0; m < IBL_OCTANTS; m += VD)
+            add_span(s, p + m, sum + m);
+    }
+}
+
+#endif
