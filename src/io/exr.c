@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/exr.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -15,12 +16,12 @@ bool ibl_exr_is(const void *bytes, size_t size)
     return size >= 4 && !memcmp(bytes, "\x76\x2f\x31\x01", 4);
 }
 
-/* ---- a file in memory ----------------------------------------------- */
+/* ---- the file ------------------------------------------------------- */
 
 static int64_t size_fn(exr_const_context_t exr, void *user)
 {
     (void)exr;
-    return (int64_t)((const ibl_exr_file *)user)->size;
+    return (int64_t)((const ibl_exr_file *)user)->in->size;
 }
 
 static int64_t read_fn(exr_const_context_t exr, void *user, void *buffer,
@@ -28,14 +29,11 @@ static int64_t read_fn(exr_const_context_t exr, void *user, void *buffer,
                        exr_stream_error_func_ptr_t error)
 {
     const ibl_exr_file *file = user;
-    (void)exr;
-    (void)error;
-    if (offset >= file->size)
-        return 0;
-    if (size > file->size - offset)
-        size = file->size - offset;
-    memcpy(buffer, file->bytes + offset, size);
-    return (int64_t)size;
+    size_t got;
+    if (ibl_input_read(file->in, offset, (size_t)size, buffer, &got))
+        return (int64_t)got;
+    error(exr, EXR_ERR_READ_IO, "%s", strerror(errno));
+    return -1;
 }
 
 /* Keeps what the core would print. The first text is the one that says what
@@ -71,25 +69,49 @@ static ibl_status open_file(ibl_ctx *ctx, ibl_exr_file *file)
     init.size_fn = size_fn;
     init.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
     ibl_exr_listen(file);
-    const exr_result_t rv = exr_start_read(&file->exr, "memory", &init);
+    const exr_result_t rv = exr_start_read(&file->exr, "input", &init);
     if (!rv)
         return IBL_OK;
     file->exr = NULL;
     if (rv == EXR_ERR_OUT_OF_MEMORY)
         return ibl_no_memory(ctx, "the header of an EXR");
     return ibl_fail(ctx, IBL_ERR_FORMAT,
-                    "%s: EXR header damaged or cut short: %s", file->name,
+                    "%s: EXR header damaged or cut short: %s", file->in->name,
                     file->text[0] ? file->text
                                   : exr_get_default_error_message(rv));
 }
 
-/* ---- decoding ------------------------------------------------------- */
+/* ---- opening -------------------------------------------------------- */
+
+/* Opens the file and finds what is asked for. */
+static ibl_status choose(ibl_ctx *ctx, const ibl_read_options *opts,
+                         ibl_exr_decoder *d)
+{
+    const char *name = d->file.in->name;
+    ibl_status status = open_file(ctx, &d->file);
+    if (!status)
+        status = ibl_exr_choose(ctx, &d->file, opts, &d->pick);
+    if (!status)
+        status = ibl_read_check_size(ctx, name, opts, d->pick.display.width,
+                                     d->pick.display.height);
+    if (!status)
+        status = ibl_exr_list_chunks(ctx, &d->file, &d->pick, &d->table);
+    if (!status)
+        status = ibl_exr_decoder_init(ctx, d);
+    return status;
+}
+
+static void describe(const ibl_exr_pick *pick, char format[64])
+{
+    static const char *const colours[] = {"", ", Y", ", Y RY BY"};
+    snprintf(format, 64, "OpenEXR, %s%s%s",
+             ibl_exr_compression_name(pick->compression),
+             pick->tiled ? ", tiled" : "", colours[pick->colour]);
+}
 
 static ibl_status alloc_chroma(ibl_ctx *ctx, const ibl_exr_pick *pick,
                                ibl_exr_chroma *chroma)
 {
-    if (pick->chroma_step == 1)
-        return IBL_OK;
     chroma->width = pick->data.width / 2;
     chroma->height = pick->data.height / 2;
     for (int i = 0; i < 2; i++) {
@@ -101,104 +123,101 @@ static ibl_status alloc_chroma(ibl_ctx *ctx, const ibl_exr_pick *pick,
     return IBL_OK;
 }
 
-static bool covers(const ibl_exr_window *data, const ibl_exr_window *map)
+/* With chroma of half the size, whose filter wants many lines. */
+static ibl_status decode_whole(ibl_ctx *ctx, ibl_exr_decoder *d,
+                               ibl_rows **rows)
 {
-    return data->x0 <= map->x0 && data->y0 <= map->y0 && data->x1 >= map->x1 &&
-           data->y1 >= map->y1;
-}
-
-static ibl_status decode_here(ibl_ctx *ctx, ibl_exr_file *file,
-                              const ibl_exr_pick *pick,
-                              const ibl_exr_table *table, ibl_image *img)
-{
+    const int width = d->pick.display.width, height = d->pick.display.height;
     ibl_exr_chroma chroma = {0};
-    ibl_status status = alloc_chroma(ctx, pick, &chroma);
+    ibl_image img = {0};
+    ibl_status status = alloc_chroma(ctx, &d->pick, &chroma);
+    if (!status)
+        status = ibl_image_alloc(ctx, width, height, &img);
     if (status)
         goto done;
-    status =
-        ibl_image_alloc(ctx, pick->display.width, pick->display.height, img);
-    if (status)
-        goto done;
-    if (!covers(&pick->data, &pick->display))
-        memset(img->data, 0,
-               3 * sizeof(float) * (size_t)img->width * (size_t)img->height);
-    status = ibl_exr_decode_chunks(ctx, file, pick, table, img, &chroma);
-    if (!status && pick->colour == IBL_EXR_LUMA_CHROMA)
-        status = ibl_exr_to_rgb(ctx, pick, &chroma, img);
-    if (status)
-        ibl_image_free(img);
+    const ibl_exr_target target = {
+        .rgb = img.data, .count = height, .chroma = &chroma};
+    memset(img.data, 0, 3 * sizeof(float) * (size_t)width * (size_t)height);
+    status = ibl_exr_decode_chunks(ctx, d, 0, d->table.count, &target);
+    if (!status)
+        status = ibl_exr_to_rgb(ctx, &d->pick, &chroma, &img);
+    if (!status)
+        status = ibl_rows_of_image(ctx, &img, rows);
 done:
+    ibl_image_free(&img);
     ibl_free(chroma.plane[0]);
     ibl_free(chroma.plane[1]);
     return status;
 }
 
-static ibl_status decode_bridged(ibl_ctx *ctx, const ibl_exr_file *file,
-                                 const ibl_exr_pick *pick,
-                                 const ibl_read_options *opts, ibl_image *img,
-                                 ibl_read_report *report)
+static ibl_status open_bridged(ibl_ctx *ctx, const ibl_exr_pick *pick,
+                               ibl_input *in, const ibl_read_options *opts,
+                               ibl_rows **rows)
 {
+    const exr_attr_chlist_entry_t *all = pick->channels->entries;
+    const char *compression = ibl_exr_compression_name(pick->compression);
+    ibl_read_report report = {.format = ""};
+    ibl_image img = {0};
     char kind[64];
-    const ibl_bridge_source source = {
-        .name = file->name,
-        .bytes = file->bytes,
-        .size = file->size,
-        .kind = kind,
-        .reader = "openexr",
-        .subimage = pick->part,
-        .channels = {pick->channels->entries[pick->channel[0]].name.str,
-                     pick->channels->entries[pick->channel[1]].name.str,
-                     pick->channels->entries[pick->channel[2]].name.str},
-    };
-    snprintf(kind, sizeof kind, "OpenEXR, %s",
-             ibl_exr_compression_name(pick->compression));
+    ibl_status status;
+
     if (pick->chroma_step != 1)
         return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
                         "%s: neither OpenEXRCore nor the image bridge reads "
                         "%s with half-size RY and BY; save it as RGB",
-                        file->name,
-                        ibl_exr_compression_name(pick->compression));
-    ibl_status status = ibl_bridge_decode(ctx, &source, opts, img, report);
+                        in->name, compression);
+    status = ibl_input_load(ctx, NULL, in);
     if (status)
         return status;
-    if (pick->colour == IBL_EXR_LUMA_CHROMA) {
-        status = ibl_exr_to_rgb(ctx, pick, NULL, img);
-        if (status)
-            ibl_image_free(img);
-    }
+    const ibl_bridge_source source = {
+        .name = in->name,
+        .bytes = in->bytes,
+        .size = in->size,
+        .kind = kind,
+        .reader = "openexr",
+        .subimage = pick->part,
+        .channels = {all[pick->channel[0]].name.str,
+                     all[pick->channel[1]].name.str,
+                     all[pick->channel[2]].name.str},
+    };
+    snprintf(kind, sizeof kind, "OpenEXR, %s", compression);
+    status = ibl_bridge_decode(ctx, &source, opts, &img, &report);
+    if (status)
+        return status;
+    if (pick->colour == IBL_EXR_LUMA_CHROMA)
+        ibl_exr_line_to_rgb(pick, img.data, img.width * img.height);
+    status = ibl_rows_of_image(ctx, &img, rows);
+    if (!status)
+        (*rows)->report = report;
     return status;
 }
 
-ibl_status ibl_exr_decode(ibl_ctx *ctx, const char *name,
-                          const unsigned char *bytes, size_t size,
-                          const ibl_read_options *opts, ibl_image *img,
-                          ibl_read_report *report)
+ibl_status ibl_exr_open(ibl_ctx *ctx, ibl_input *in,
+                        const ibl_read_options *opts, ibl_rows **rows)
 {
-    static const char *const colours[] = {"", ", Y", ", Y RY BY"};
-    ibl_exr_file file = {.name = name, .bytes = bytes, .size = size};
-    ibl_exr_table table = {0};
-    ibl_exr_pick pick;
+    ibl_exr_decoder *d = ibl_alloc_zeroed(1, sizeof *d);
+    char format[64];
+    ibl_status status;
 
-    ibl_status status = open_file(ctx, &file);
-    if (status)
-        return status;
-    status = ibl_exr_choose(ctx, &file, opts, &pick);
-    if (!status)
-        status = ibl_read_check_size(ctx, name, opts, pick.display.width,
-                                     pick.display.height);
-    if (!status)
-        status = ibl_exr_list_chunks(ctx, &file, &pick, &table);
+    *rows = NULL;
+    if (!d)
+        return ibl_no_memory(ctx, "an EXR");
+    d->file.in = in;
+    status = choose(ctx, opts, d);
     if (status)
         goto done;
-    snprintf(report->format, sizeof report->format, "OpenEXR, %s%s%s",
-             ibl_exr_compression_name(pick.compression),
-             pick.tiled ? ", tiled" : "", colours[pick.colour]);
-    if (ibl_exr_can_decode(&file, &pick, &table))
-        status = decode_here(ctx, &file, &pick, &table, img);
-    else
-        status = decode_bridged(ctx, &file, &pick, opts, img, report);
+    describe(&d->pick, format);
+    if (!ibl_exr_can_decode(d)) {
+        status = open_bridged(ctx, &d->pick, in, opts, rows);
+    } else if (d->pick.chroma_step > 1) {
+        status = decode_whole(ctx, d, rows);
+    } else {
+        status = ibl_exr_rows(ctx, d, rows);
+        d = NULL;
+    }
+    if (!status)
+        memcpy((*rows)->report.format, format, sizeof format);
 done:
-    ibl_exr_table_free(&table);
-    exr_finish(&file.exr);
+    ibl_exr_decoder_free(d);
     return status;
 }

@@ -6,20 +6,20 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "ibl/io.h"
+#include "io/load.h"
+#include "io/rows.h"
 
 /* Whether the bytes begin as an OpenEXR file does. */
 bool ibl_exr_is(const void *bytes, size_t size);
 
 /*
- * Decodes the colour of one part and layer, as ibl_image_read says; pixels
- * are as the file has them, not yet mended. Fills img, report->format and
- * report->bridged: DWAA and DWAB go through the bridge where OpenEXRCore says
- * it has not got them.
+ * Opens the colour of one part and layer, as ibl_image_read says, for its
+ * rows; pixels are as the file has them, not yet mended. DWAA and DWAB go
+ * through the bridge where OpenEXRCore says it has not got them, and where
+ * chroma has half the size the rows come from a whole image.
+ *   in    must stay as long as rows; loaded for the bridge
  */
-ibl_status ibl_exr_decode(ibl_ctx *ctx, const char *name,
-                          const unsigned char *bytes, size_t size,
-                          const ibl_read_options *opts, ibl_image *img,
-                          ibl_read_report *report);
+ibl_status ibl_exr_open(ibl_ctx *ctx, ibl_input *in,
+                        const ibl_read_options *opts, ibl_rows **rows);
 
 #endif

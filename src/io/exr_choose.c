@@ -198,20 +198,21 @@ static ibl_status explain(ibl_ctx *ctx, const ibl_exr_file *file,
         return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
                         "%s: deep EXR data has no one colour per pixel; "
                         "flatten it first",
-                        file->name);
+                        file->in->name);
     if (!layers.count)
         return ibl_fail(ctx, IBL_ERR_FORMAT,
                         "%s: no colour in this EXR: it has %s, R G B or Y are "
                         "needed",
-                        file->name, names.count ? names.text : "no channels");
+                        file->in->name,
+                        names.count ? names.text : "no channels");
     if (ambiguous)
         return ibl_fail(ctx, IBL_ERR_FORMAT,
                         "%s: several layers have colour: %s; pick one with "
                         "the layer option",
-                        file->name, layers.text);
-    return ibl_fail(ctx, IBL_ERR_FORMAT,
-                    "%s: no layer '%s' with colour; there are: %s", file->name,
-                    opts->layer ? opts->layer : "", layers.text);
+                        file->in->name, layers.text);
+    return ibl_fail(
+        ctx, IBL_ERR_FORMAT, "%s: no layer '%s' with colour; there are: %s",
+        file->in->name, opts->layer ? opts->layer : "", layers.text);
 }
 
 static ibl_status no_such_part(ibl_ctx *ctx, const ibl_exr_file *file, int part,
@@ -225,7 +226,7 @@ static ibl_status no_such_part(ibl_ctx *ctx, const ibl_exr_file *file, int part,
         list_add(&names, "%d %s", p, name);
     }
     return ibl_fail(ctx, IBL_ERR_FORMAT, "%s: no part %d; there are: %s",
-                    file->name, part, names.text);
+                    file->in->name, part, names.text);
 }
 
 static ibl_status choose_part(ibl_ctx *ctx, const ibl_exr_file *file,
@@ -236,7 +237,7 @@ static ibl_status choose_part(ibl_ctx *ctx, const ibl_exr_file *file,
 
     if (exr_get_count(file->exr, &parts) || parts < 1)
         return ibl_fail(ctx, IBL_ERR_FORMAT, "%s: this EXR has no parts",
-                        file->name);
+                        file->in->name);
     if (opts->part >= parts)
         return no_such_part(ctx, file, opts->part, parts);
     for (int p = 0; p < parts; p++) {
@@ -275,7 +276,7 @@ static ibl_status check_sampling(ibl_ctx *ctx, const ibl_exr_file *file,
             return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
                             "%s: channel %s has every %dth line only, which "
                             "%s blocks of %d lines cannot hold",
-                            file->name, all[i].name.str, all[i].y_sampling,
+                            file->in->name, all[i].name.str, all[i].y_sampling,
                             ibl_exr_compression_name(pick->compression), lines);
     }
     pick->chroma_step = 1;
@@ -289,7 +290,7 @@ static ibl_status check_sampling(ibl_ctx *ctx, const ibl_exr_file *file,
             return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
                             "%s: channel %s is sampled every %d x %d pixels; "
                             "only RY and BY may be, every 2 x 2",
-                            file->name, e->name.str, e->x_sampling,
+                            file->in->name, e->name.str, e->x_sampling,
                             e->y_sampling);
     }
     return IBL_OK;
@@ -306,7 +307,7 @@ static ibl_status read_window(ibl_ctx *ctx, const ibl_exr_file *file,
         return ibl_fail(ctx, IBL_ERR_FORMAT,
                         "%s: the EXR's %s is %lldx%lld; each edge must be 1 "
                         "to %d",
-                        file->name, what, width, height, IBL_MAX_EDGE);
+                        file->in->name, what, width, height, IBL_MAX_EDGE);
     *w = (ibl_exr_window){box->min.x, box->min.y, box->max.x,
                           box->max.y, (int)width, (int)height};
     return IBL_OK;
@@ -324,12 +325,12 @@ static ibl_status check_windows(ibl_ctx *ctx, const ibl_exr_file *file,
         return ibl_fail(ctx, IBL_ERR_FORMAT,
                         "%s: the EXR's data window lies outside its display "
                         "window, so the map is empty",
-                        file->name);
+                        file->in->name);
     if (pixels > 8e6 && pixels > 64.0 * data->width * data->height)
         return ibl_fail(ctx, IBL_ERR_FORMAT,
                         "%s: the EXR's display window is %dx%d but its data "
                         "only %dx%d; less than 1/64 is taken for damage",
-                        file->name, map->width, map->height, data->width,
+                        file->in->name, map->width, map->height, data->width,
                         data->height);
     return IBL_OK;
 }
@@ -346,7 +347,7 @@ static ibl_status read_luma(ibl_ctx *ctx, const ibl_exr_file *file,
     if (!ibl_exr_luma(&c, pick->luma))
         return ibl_fail(ctx, IBL_ERR_FORMAT,
                         "%s: the EXR's chromaticities span no colour space",
-                        file->name);
+                        file->in->name);
     return IBL_OK;
 }
 
@@ -359,7 +360,7 @@ static ibl_status refuse_cube(ibl_ctx *ctx, const ibl_exr_file *file, int part)
     return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
                     "%s: this EXR holds the six faces of a cube; a "
                     "latitude-longitude map is needed (exrenvmap makes one)",
-                    file->name);
+                    file->in->name);
 }
 
 ibl_status ibl_exr_choose(ibl_ctx *ctx, ibl_exr_file *file,
@@ -380,7 +381,7 @@ ibl_status ibl_exr_choose(ibl_ctx *ctx, ibl_exr_file *file,
          exr_get_tile_sizes(file->exr, pick->part, 0, 0, &pick->tile_width,
                             &pick->tile_height)))
         return ibl_fail(ctx, IBL_ERR_FORMAT, "%s: damaged EXR header: %s",
-                        file->name, file->text);
+                        file->in->name, file->text);
     status = refuse_cube(ctx, file, pick->part);
     if (!status)
         status =

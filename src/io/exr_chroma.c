@@ -122,11 +122,10 @@ static void half_row(const job_data *d, int y, float *scratch)
     }
 }
 
-static void full_row(const job_data *d, int row)
+void ibl_exr_line_to_rgb(const ibl_exr_pick *pick, float *p, int count)
 {
-    float *p = d->img->data + 3 * (size_t)row * (size_t)d->img->width;
-    for (int x = 0; x < d->img->width; x++, p += 3)
-        pixel_to_rgb(p, p[0], p[1], p[2], d->pick->luma);
+    for (; count > 0; count--, p += 3)
+        pixel_to_rgb(p, p[0], p[1], p[2], pick->luma);
 }
 
 static void rows_job(void *arg, int job, int worker)
@@ -137,11 +136,7 @@ static void rows_job(void *arg, int job, int worker)
         const int y = map->y0 + i;
         if (y < data->y0 || y > data->y1)
             continue;
-        if (d->pick->chroma_step == 1)
-            full_row(d, i);
-        else
-            half_row(d, y,
-                     d->scratch + (size_t)worker * 2 * (size_t)data->width);
+        half_row(d, y, d->scratch + (size_t)worker * 2 * (size_t)data->width);
     }
 }
 

@@ -9,13 +9,13 @@
 
 #include <OpenEXR/openexr.h>
 
-#include "ibl/io.h"
+#include "io/load.h"
+#include "io/rows.h"
+#include "kern/most.h"
 
-/* A file in memory, opened by OpenEXRCore. */
+/* A file opened by OpenEXRCore. */
 typedef struct ibl_exr_file {
-    const char *name; /* stands in messages */
-    const unsigned char *bytes;
-    size_t size;
+    const ibl_input *in;
     exr_context_t exr;
     bool deaf;      /* jobs run: texts of the core are not kept */
     char text[256]; /* the first complaint of the core since ibl_exr_listen */
@@ -71,7 +71,10 @@ typedef struct ibl_exr_chunk {
 typedef struct ibl_exr_table {
     ibl_exr_chunk *chunks;
     int count;
-    uint64_t unpacked; /* bytes of all of them */
+    int columns;          /* chunks side by side: 1 without tiles */
+    int lines;            /* of a chunk, but for the last ones */
+    uint64_t unpacked;    /* bytes of all of them */
+    uint32_t most_packed; /* bytes of the largest */
 } ibl_exr_table;
 
 /* Lists the chunks, having checked that the file holds them and that their
@@ -86,25 +89,60 @@ typedef struct ibl_exr_chroma {
     float *plane[2];
 } ibl_exr_chroma;
 
+/* Bytes of a sample, and whether there are samples on line y. */
+int ibl_exr_sample_bytes(const exr_attr_chlist_entry_t *channel);
+bool ibl_exr_has_line(const exr_attr_chlist_entry_t *channel, int y);
+
+/* A worker's own things. */
+typedef struct ibl_exr_unpacker ibl_exr_unpacker;
+
+/* What decodes a part. */
+typedef struct ibl_exr_decoder {
+    ibl_exr_file file;
+    ibl_exr_pick pick;
+    ibl_exr_table table;
+    /* by ibl_exr_decoder_init: */
+    ibl_exr_unpacker *unpackers; /* one for each thread */
+    ibl_most_fn *look;
+    int threads;
+    int per_job; /* chunks */
+} ibl_exr_decoder;
+
+/* To be called with file, pick and table filled. Freeing d, which is memory
+ * of ibl_alloc_zeroed, closes the file, too. */
+ibl_status ibl_exr_decoder_init(ibl_ctx *ctx, ibl_exr_decoder *d);
+void ibl_exr_decoder_free(ibl_exr_decoder *d); /* NULL is fine */
+
 /* Whether this core can undo the compression; tries it on one chunk. */
-bool ibl_exr_can_decode(ibl_exr_file *file, const ibl_exr_pick *pick,
-                        const ibl_exr_table *table);
+bool ibl_exr_can_decode(ibl_exr_decoder *d);
+
+/* Rows of the map that chunks are decoded to. */
+typedef struct ibl_exr_target {
+    float *rgb;
+    int row, count; /* the first, in the display window, and how many */
+    uint32_t *most; /* of each, by d->look; or NULL */
+    ibl_exr_chroma *chroma;
+} ibl_exr_target;
 
 /*
- * Decodes the chunks on the pool into img, which is as large as the display
- * window. Chroma that is sampled by half goes to chroma instead.
+ * Decodes count chunks on the pool. What shows in the target is written there;
+ * what the data window lacks stays as it is. Chroma that is sampled by half
+ * goes to chroma instead.
  */
-ibl_status ibl_exr_decode_chunks(ibl_ctx *ctx, ibl_exr_file *file,
-                                 const ibl_exr_pick *pick,
-                                 const ibl_exr_table *table, ibl_image *img,
-                                 ibl_exr_chroma *chroma);
+ibl_status ibl_exr_decode_chunks(ibl_ctx *ctx, ibl_exr_decoder *d, int first,
+                                 int count, const ibl_exr_target *target);
+
+/* Rows of a part without half-size chroma; d becomes theirs, even after an
+ * error. */
+ibl_status ibl_exr_rows(ibl_ctx *ctx, ibl_exr_decoder *d, ibl_rows **rows);
 
 /* Weights of R, G and B in Y for a file's chromaticities; false if those
  * span no colour space. */
 bool ibl_exr_luma(const exr_attr_chromaticities_t *c, float luma[3]);
 
-/* Turns Y RY BY in img to R G B. With half-size chroma img has only Y yet,
- * and chroma is interpolated. */
+/* Turns count pixels of Y RY BY to R G B. */
+void ibl_exr_line_to_rgb(const ibl_exr_pick *pick, float *p, int count);
+/* Turns an image of Y to R G B; half-size chroma is interpolated. */
 ibl_status ibl_exr_to_rgb(ibl_ctx *ctx, const ibl_exr_pick *pick,
                           const ibl_exr_chroma *chroma, ibl_image *img);
 

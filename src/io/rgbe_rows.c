@@ -209,7 +209,7 @@ typedef struct step {
     ptrdiff_t stride; /* floats from one to the next */
     uint32_t *most;   /* or NULL */
     float *columns;   /* JOB_COLUMNS scanlines for each worker */
-    int first_line;   /* of the picture */
+    int done;         /* scanlines of the call, before these */
 } step;
 
 static void reverse(float *px, int count)
@@ -274,7 +274,7 @@ static void columns_job(void *arg, int job, int worker)
 
     if (!is_decoding(s, &job))
         return;
-    const int first = job * s->job_lines, begin = s->first_line + first;
+    const int first = job * s->job_lines, begin = s->done + first;
     const int left = s->count - first;
     const int count = left < s->job_lines ? left : s->job_lines;
 
@@ -317,7 +317,8 @@ static ibl_status decode(step *s, int count)
                          s->columns ? columns_job : rows_job, s);
         p->used += s->count;
         count -= s->count;
-        s->first_line += s->count;
+        s->done += s->count;
+        ibl_rows_progress(&r->rows, s->done);
         s->dst += s->stride * s->count;
         if (s->most)
             s->most += s->count;

@@ -16,9 +16,15 @@ ibl_status ibl_rows_read(ibl_rows *rows, int count, float *rgb, uint32_t *most)
     const ibl_status status = rows->read(rows, count, rgb, most);
     if (status)
         return status;
+    ibl_rows_progress(rows, count);
     rows->row += count;
-    ibl_progress(rows->ctx, "decode", (double)rows->row / rows->height);
     return IBL_OK;
+}
+
+void ibl_rows_progress(const ibl_rows *rows, int done)
+{
+    ibl_progress(rows->ctx, "decode",
+                 (double)(rows->row + done) / rows->height);
 }
 
 void ibl_rows_close(ibl_rows *rows)

@@ -31,8 +31,11 @@ struct ibl_rows {
     ibl_image whole;
 };
 
-/* rows->read with progress; counts row up. */
+/* rows->read; counts row up. */
 ibl_status ibl_rows_read(ibl_rows *rows, int count, float *rgb, uint32_t *most);
+/* For readers that do much in one call: tells of the first `done` of its
+ * rows. */
+void ibl_rows_progress(const ibl_rows *rows, int done);
 void ibl_rows_close(ibl_rows *rows); /* NULL is fine */
 
 /* Rows of an image, which becomes theirs, even after an error. */

@@ -58,23 +58,6 @@ static ibl_status open_bridged(ibl_source *s, const ibl_read_options *opts)
     return status;
 }
 
-static ibl_status open_exr(ibl_source *s, const ibl_read_options *opts)
-{
-    ibl_image img = {0};
-    ibl_read_report report = {.format = ""};
-    ibl_status status = ibl_input_load(s->ctx, is_known, &s->in);
-    if (status)
-        return status;
-    status = ibl_exr_decode(s->ctx, s->in.name, s->in.bytes, s->in.size, opts,
-                            &img, &report);
-    if (status)
-        return status;
-    status = ibl_rows_of_image(s->ctx, &img, &s->rows);
-    if (!status)
-        s->rows->report = report;
-    return status;
-}
-
 static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
 {
     unsigned char first[SNIFF_BYTES];
@@ -83,7 +66,7 @@ static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
     if (!ibl_input_read(&s->in, 0, sizeof first, first, &size))
         return ibl_fail(s->ctx, IBL_ERR_IO, "%s: cannot be read", s->in.name);
     if (ibl_exr_is(first, size))
-        return open_exr(s, opts);
+        return ibl_exr_open(s->ctx, &s->in, opts, &s->rows);
     if (opts->layer || opts->part > 0)
         return ibl_fail(s->ctx, IBL_ERR_FORMAT,
                         "%s: has no %s: only OpenEXR files do, so do not ask "

@@ -1,0 +1,381 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The pixels of an EXR part's blocks: OpenEXRCore undoes the compression.
+ *
+ * A chunk's bytes are its lines from the top, in a line the channels in the
+ * list's order, of a channel the samples whose coordinates are multiples of
+ * its sampling rates.
+ */
+#include <errno.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/context.h"
+#include "core/half.h"
+#include "io/exr_file.h"
+
+enum {
+    JOB_BYTES = 1 << 17 /* about 1 ms of inflating */
+};
+
+/* ---- undoing the compression ---------------------------------------- */
+
+/* A worker's own. */
+struct ibl_exr_unpacker {
+    exr_decode_pipeline_t pipeline;
+    bool made; /* by the first chunk that needs it */
+    unsigned char *packed;
+    const unsigned char *bytes; /* of the chunk in hand, packed */
+};
+
+/* Stands in for the core's reading: the packed bytes are in memory already.
+ * A buffer of size 0 is one that the core does not free. */
+static exr_result_t use_bytes(exr_decode_pipeline_t *pipeline)
+{
+    const ibl_exr_unpacker *u = pipeline->decoding_user_data;
+    pipeline->packed_buffer = (void *)(uintptr_t)u->bytes;
+    pipeline->packed_alloc_size = 0;
+    return EXR_ERR_SUCCESS;
+}
+
+static exr_result_t leave_packed(exr_decode_pipeline_t *pipeline)
+{
+    (void)pipeline;
+    return EXR_ERR_SUCCESS;
+}
+
+/* Gets the packed bytes of a chunk: *error is errno where they cannot be
+ * read, 0 where the file has become too short. */
+static bool fetch(const ibl_exr_file *file, const ibl_exr_chunk *chunk,
+                  ibl_exr_unpacker *u, int *error)
+{
+    size_t got;
+
+    *error = 0;
+    if (file->in->bytes) {
+        u->bytes = file->in->bytes + chunk->offset;
+        return true;
+    }
+    u->bytes = u->packed;
+    if (!ibl_input_read(file->in, chunk->offset, chunk->packed, u->packed,
+                        &got)) {
+        *error = errno;
+        return false;
+    }
+    return got == chunk->packed;
+}
+
+static exr_result_t make_pipeline(const ibl_exr_file *file,
+                                  const ibl_exr_pick *pick,
+                                  const exr_chunk_info_t *info,
+                                  ibl_exr_unpacker *u)
+{
+    exr_result_t rv =
+        exr_decoding_initialize(file->exr, pick->part, info, &u->pipeline);
+    if (!rv) {
+        u->made = true;
+        rv = exr_decoding_choose_default_routines(file->exr, pick->part,
+                                                  &u->pipeline);
+    }
+    u->pipeline.decoding_user_data = u;
+    u->pipeline.read_fn = use_bytes;
+    u->pipeline.unpack_and_convert_fn = leave_packed;
+    return rv;
+}
+
+/* Undoes the compression of the chunk whose bytes were fetched. */
+static exr_result_t unpack(const ibl_exr_file *file, const ibl_exr_pick *pick,
+                           const ibl_exr_chunk *chunk, ibl_exr_unpacker *u,
+                           const unsigned char **pixels)
+{
+    const exr_chunk_info_t info = {
+        .start_x = chunk->x,
+        .start_y = chunk->y,
+        .width = chunk->width,
+        .height = chunk->height,
+        .type = pick->tiled ? EXR_STORAGE_TILED : EXR_STORAGE_SCANLINE,
+        .compression = (uint8_t)pick->compression,
+        .data_offset = chunk->offset,
+        .packed_size = chunk->packed,
+        .unpacked_size = chunk->unpacked,
+    };
+    exr_result_t rv;
+
+    /* B44 too: a block that did not shrink is stored as it is, although the
+     * core would take one of B44 for packed. */
+    if (chunk->packed == chunk->unpacked) {
+        *pixels = u->bytes;
+        return EXR_ERR_SUCCESS;
+    }
+    rv = u->made
+             ? exr_decoding_update(file->exr, pick->part, &info, &u->pipeline)
+             : make_pipeline(file, pick, &info, u);
+    if (!rv)
+        rv = exr_decoding_run(file->exr, pick->part, &u->pipeline);
+    *pixels = u->pipeline.unpacked_buffer;
+    return rv;
+}
+
+ibl_status ibl_exr_decoder_init(ibl_ctx *ctx, ibl_exr_decoder *d)
+{
+    const size_t threads = (size_t)ibl_ctx_threads(ctx);
+    const uint64_t each = d->table.unpacked / (uint64_t)d->table.count;
+
+    d->look = ibl_most(ibl_ctx_isa(ctx));
+    d->per_job = each < JOB_BYTES ? (int)(JOB_BYTES / (each ? each : 1)) : 1;
+    d->threads = (int)threads;
+    d->unpackers = ibl_alloc_zeroed(threads, sizeof *d->unpackers);
+    if (!d->unpackers)
+        return ibl_no_memory(ctx, "decoding an EXR");
+    for (size_t i = 0; i < threads && !d->file.in->bytes; i++) {
+        d->unpackers[i].packed = ibl_alloc_array(d->table.most_packed, 1);
+        if (!d->unpackers[i].packed)
+            return ibl_no_memory(ctx, "decoding an EXR");
+    }
+    return IBL_OK;
+}
+
+void ibl_exr_decoder_free(ibl_exr_decoder *d)
+{
+    if (!d)
+        return;
+    for (int i = 0; d->unpackers && i < d->threads; i++) {
+        if (d->unpackers[i].made)
+            exr_decoding_destroy(d->file.exr, &d->unpackers[i].pipeline);
+        ibl_free(d->unpackers[i].packed);
+    }
+    ibl_free(d->unpackers);
+    ibl_exr_table_free(&d->table);
+    if (d->file.exr)
+        exr_finish(&d->file.exr);
+    ibl_free(d);
+}
+
+bool ibl_exr_can_decode(ibl_exr_decoder *d)
+{
+    const unsigned char *pixels;
+    int error;
+
+    if (d->pick.compression < EXR_COMPRESSION_DWAA)
+        return true;
+    for (int i = 0; i < d->table.count; i++) {
+        const ibl_exr_chunk *chunk = &d->table.chunks[i];
+        if (chunk->packed == chunk->unpacked)
+            continue;
+        return !fetch(&d->file, chunk, &d->unpackers[0], &error) ||
+               unpack(&d->file, &d->pick, chunk, &d->unpackers[0], &pixels) !=
+                   EXR_ERR_FEATURE_NOT_IMPLEMENTED;
+    }
+    return true;
+}
+
+/* ---- pixels --------------------------------------------------------- */
+
+static uint16_t load16(const unsigned char *p)
+{
+    return (uint16_t)(p[0] | p[1] << 8);
+}
+
+static uint32_t load32(const unsigned char *p)
+{
+    return load16(p) | (uint32_t)load16(p + 2) << 16;
+}
+
+static float as_float(uint32_t bits)
+{
+    float f;
+    memcpy(&f, &bits, sizeof f);
+    return f;
+}
+
+/* count samples as floats, uints as the numbers that they are. */
+static void to_floats(const unsigned char *src, exr_pixel_type_t type,
+                      int count, float *dst, int dst_step)
+{
+    if (type == EXR_PIXEL_HALF) {
+        for (int i = 0; i < count; i++)
+            dst[i * dst_step] = ibl_half_to_float(load16(src + 2 * i));
+    } else if (type == EXR_PIXEL_FLOAT) {
+        for (int i = 0; i < count; i++)
+            dst[i * dst_step] = as_float(load32(src + 4 * i));
+    } else {
+        for (int i = 0; i < count; i++)
+            dst[i * dst_step] = (float)load32(src + 4 * i);
+    }
+}
+
+/* What went wrong with a job's first chunk that did. */
+typedef struct outcome {
+    exr_result_t code; /* EXR_ERR_READ_IO: not read, for error */
+    int error;
+    int y;
+} outcome;
+
+/* Chunks that are decoded together. */
+typedef struct decoding {
+    const ibl_exr_decoder *d;
+    int first, count; /* chunks */
+    const ibl_exr_target *target;
+    outcome *outcomes; /* of each job */
+} decoding;
+
+/* Row y of the file in the target, or NULL. */
+static float *target_row(const decoding *g, int y)
+{
+    const ibl_exr_window *map = &g->d->pick.display;
+    const ibl_exr_target *t = g->target;
+    const int row = y - map->y0 - t->row;
+    if (y < map->y0 || y > map->y1 || row < 0 || row >= t->count)
+        return NULL;
+    return t->rgb + 3 * (size_t)row * (size_t)map->width;
+}
+
+/* The columns of a chunk that show in the map: *x1 is the last. */
+static void shown_columns(const decoding *g, const ibl_exr_chunk *chunk,
+                          int *x0, int *x1)
+{
+    const ibl_exr_window *map = &g->d->pick.display;
+    const int end = chunk->x + chunk->width - 1;
+    *x0 = chunk->x > map->x0 ? chunk->x : map->x0;
+    *x1 = end < map->x1 ? end : map->x1;
+}
+
+/* The samples of one channel on a line of a chunk: to component c of the
+ * row where they show in it. */
+static void put_line(const decoding *g, const ibl_exr_chunk *chunk, float *row,
+                     const unsigned char *src, exr_pixel_type_t type, int c)
+{
+    const int bytes = type == EXR_PIXEL_HALF ? 2 : 4;
+    int x0, x1;
+
+    shown_columns(g, chunk, &x0, &x1);
+    if (!row || x1 < x0)
+        return;
+    to_floats(src + (ptrdiff_t)bytes * (x0 - chunk->x), type, x1 - x0 + 1,
+              row + 3 * (x0 - g->d->pick.display.x0) + c, 3);
+}
+
+/* The same of a half-size chroma channel: to its plane. */
+static void put_chroma(const decoding *g, const ibl_exr_chunk *chunk, int y,
+                       const unsigned char *src, exr_pixel_type_t type, int c)
+{
+    const ibl_exr_chroma *chroma = g->target->chroma;
+    const size_t row = (size_t)((y - g->d->pick.data.y0) / 2);
+    to_floats(src, type, chunk->width / 2,
+              chroma->plane[c - 1] + row * chroma->width, 1);
+}
+
+/* Makes R, G and B of what a line has in their place. */
+static void finish_line(const decoding *g, const ibl_exr_chunk *chunk,
+                        float *row)
+{
+    const ibl_exr_pick *pick = &g->d->pick;
+    int x0, x1;
+
+    shown_columns(g, chunk, &x0, &x1);
+    if (!row || x1 < x0)
+        return;
+    float *p = row + 3 * (x0 - pick->display.x0);
+    if (pick->colour == IBL_EXR_LUMA_CHROMA && pick->chroma_step == 1)
+        ibl_exr_line_to_rgb(pick, p, x1 - x0 + 1);
+    if (pick->colour != IBL_EXR_LUMA)
+        return;
+    for (int x = x0; x <= x1; x++, p += 3)
+        p[1] = p[2] = p[0];
+}
+
+static void put_chunk(const decoding *g, const ibl_exr_chunk *chunk,
+                      const unsigned char *src)
+{
+    const ibl_exr_pick *pick = &g->d->pick;
+    const int wanted = pick->colour == IBL_EXR_LUMA ? 1 : 3;
+
+    for (int y = chunk->y; y < chunk->y + chunk->height; y++) {
+        float *row = target_row(g, y);
+        for (int i = 0; i < pick->channels->num_channels; i++) {
+            const exr_attr_chlist_entry_t *e = &pick->channels->entries[i];
+            if (!ibl_exr_has_line(e, y))
+                continue;
+            for (int c = 0; c < wanted; c++) {
+                if (pick->channel[c] != i)
+                    continue;
+                if (e->x_sampling > 1)
+                    put_chroma(g, chunk, y, src, e->pixel_type, c);
+                else
+                    put_line(g, chunk, row, src, e->pixel_type, c);
+            }
+            src += (ptrdiff_t)(chunk->width / e->x_sampling) *
+                   ibl_exr_sample_bytes(e);
+        }
+        finish_line(g, chunk, row);
+        if (row && g->target->most)
+            g->target->most[y - pick->display.y0 - g->target->row] =
+                g->d->look(row, 3 * (size_t)pick->display.width);
+    }
+}
+
+static void decode_job(void *arg, int job, int worker)
+{
+    const decoding *g = arg;
+    const ibl_exr_decoder *d = g->d;
+    ibl_exr_unpacker *u = &d->unpackers[worker];
+    outcome *o = &g->outcomes[job];
+    const int first = job * d->per_job;
+
+    for (int i = first; i < first + d->per_job && i < g->count; i++) {
+        const ibl_exr_chunk *chunk = &d->table.chunks[g->first + i];
+        const unsigned char *pixels;
+        o->y = chunk->y;
+        o->code = EXR_ERR_READ_IO;
+        if (fetch(&d->file, chunk, u, &o->error))
+            o->code = unpack(&d->file, &d->pick, chunk, u, &pixels);
+        if (o->code)
+            return;
+        put_chunk(g, chunk, pixels);
+    }
+}
+
+static ibl_status tell(ibl_ctx *ctx, const ibl_exr_decoder *d, const outcome *o)
+{
+    const char *name = d->file.in->name;
+    const exr_compression_t compression = d->pick.compression;
+
+    if (o->code == EXR_ERR_READ_IO && o->error)
+        return ibl_fail(ctx, IBL_ERR_IO, "%s: cannot be read: %s", name,
+                        strerror(o->error));
+    if (o->code == EXR_ERR_READ_IO)
+        return ibl_fail(ctx, IBL_ERR_FORMAT,
+                        "%s: EXR cut short: the block of line %d ends past "
+                        "the end of the file",
+                        name, o->y);
+    if (o->code == EXR_ERR_OUT_OF_MEMORY &&
+        compression != EXR_COMPRESSION_PXR24 &&
+        compression < EXR_COMPRESSION_B44)
+        return ibl_no_memory(ctx, "decoding an EXR");
+    return ibl_fail(ctx, IBL_ERR_FORMAT,
+                    "%s: damaged EXR: the %s block of line %d cannot be "
+                    "unpacked: %s",
+                    name, ibl_exr_compression_name(compression), o->y,
+                    exr_get_default_error_message(o->code));
+}
+
+ibl_status ibl_exr_decode_chunks(ibl_ctx *ctx, ibl_exr_decoder *d, int first,
+                                 int count, const ibl_exr_target *target)
+{
+    const int jobs = (count + d->per_job - 1) / d->per_job;
+    decoding g = {.d = d, .first = first, .count = count, .target = target};
+
+    g.outcomes = ibl_alloc_zeroed((size_t)jobs, sizeof *g.outcomes);
+    if (!g.outcomes)
+        return ibl_no_memory(ctx, "decoding an EXR");
+    d->file.deaf = true;
+    ibl_status status = ibl_run(ctx, NULL, jobs, decode_job, &g);
+    d->file.deaf = false;
+    /* Names the first job that failed, whatever order they ran in. */
+    for (int j = 0; j < jobs && !status; j++) {
+        if (g.outcomes[j].code)
+            status = tell(ctx, d, &g.outcomes[j]);
+    }
+    ibl_free(g.outcomes);
+    return status;
+}
