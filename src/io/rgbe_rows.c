@@ -318,7 +318,8 @@ static ibl_status decode(step *s, int count)
         p->used += s->count;
         count -= s->count;
         s->done += s->count;
-        ibl_rows_progress(&r->rows, s->done);
+        ibl_progress(r->rows.ctx, "decode",
+                     (double)(r->rows.row + s->done) / r->h.rows);
         s->dst += s->stride * s->count;
         if (s->most)
             s->most += s->count;

@@ -23,6 +23,8 @@ ibl_status ibl_rows_read(ibl_rows *rows, int count, float *rgb, uint32_t *most)
 
 void ibl_rows_progress(const ibl_rows *rows, int done)
 {
+    if (rows->silent)
+        return;
     ibl_progress(rows->ctx, "decode",
                  (double)(rows->row + done) / rows->height);
 }
@@ -102,7 +104,8 @@ ibl_status ibl_rows_of_image(ibl_ctx *ctx, ibl_image *img, ibl_rows **out)
                          .height = img->height,
                          .read = image_read,
                          .close = image_close,
-                         .whole = *img};
+                         .whole = *img,
+                         .silent = true};
     r->data = img->data;
     *img = (ibl_image){0};
     *out = &r->rows;

@@ -3,6 +3,7 @@
 #ifndef IBL_IO_ROWS_H
 #define IBL_IO_ROWS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "ibl/io.h"
@@ -29,6 +30,7 @@ struct ibl_rows {
     /* The whole image, for readers that have it anyway. Who has taken it
      * gives read its own data for rgb. */
     ibl_image whole;
+    bool silent; /* progress was told before, as if all had been read */
 };
 
 /* rows->read; counts row up. */

@@ -240,6 +240,8 @@ ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
     fill_report(s);
     if (!s->status && rows == left)
         s->status = tell_mended(s);
+    if (!s->status && rows == left && s->rows->silent)
+        ibl_progress(s->ctx, "decode", 1);
     return s->status;
 }
 

@@ -1,0 +1,694 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Maps read row by row: the same floats however they are divided into calls,
+ * by however many threads and from wherever they come; files that are damaged
+ * or cut while they are read; and how much memory it takes.
+ */
+#include <OpenEXR/openexr.h>
+#include <dirent.h>
+#include <fcntl.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "core/half.h"
+#include "files.h"
+#include "ibl/io.h"
+#include "test.h"
+
+enum {
+    W = 300,
+    H = 150
+};
+
+static test_messages kept;
+
+/* ---- reading -------------------------------------------------------- */
+
+static size_t floats_of(const ibl_image *img, int rows)
+{
+    return 3 * (size_t)img->width * (size_t)rows;
+}
+
+/* All rows by ibl_source_read, batch at a time (0: all). */
+static ibl_status by_rows(ibl_ctx *ctx, const char *path, int batch,
+                          const ibl_read_options *opts, ibl_image *img,
+                          ibl_read_report *report)
+{
+    ibl_source *s;
+    ibl_status status;
+
+    memset(&kept, 0, sizeof kept);
+    *img = (ibl_image){0};
+    status = ibl_source_open(ctx, path, opts, &s);
+    if (status) {
+        CHECK(!s);
+        return status;
+    }
+    status =
+        ibl_image_alloc(ctx, ibl_source_width(s), ibl_source_height(s), img);
+    for (int y = 0, n; !status && y < img->height; y += n) {
+        const int left = img->height - y;
+        n = batch && batch < left ? batch : left;
+        status = ibl_source_read(s, n, img->data + floats_of(img, y));
+    }
+    if (report)
+        *report = *ibl_source_report(s);
+    if (status) {
+        float none[1];
+        CHECK(ibl_source_read(s, 1, none) == status);
+        ibl_image_free(img);
+    }
+    ibl_source_close(s);
+    return status;
+}
+
+static bool same_report(const ibl_read_report *a, const ibl_read_report *b)
+{
+    return !strcmp(a->format, b->format) && a->nonfinite == b->nonfinite &&
+           a->negative == b->negative && a->peak == b->peak &&
+           a->low_range == b->low_range && a->bridged == b->bridged;
+}
+
+/* A file by rows in every way beside the same bytes as a whole. */
+static void every_way(const char *path)
+{
+    static const int batches[] = {1, 3, 16, 64, 0}, threads[] = {1, 2, 7};
+    ibl_read_options opts = ibl_read_options_default();
+    ibl_read_report want, got;
+    ibl_image whole = {0}, img;
+    size_t size;
+    unsigned char *bytes = file_load(path, &size);
+    ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
+
+    opts.any_aspect = 1;
+    CHECK_MSG(
+        !ibl_image_decode(ctx, "whole", bytes, size, &opts, &whole, &want),
+        "%s: %s", path, kept.text[0]);
+    ibl_ctx_free(ctx);
+    free(bytes);
+    NEED(whole.data);
+    for (int i = 0; i < 15; i++) {
+        ctx = file_ctx(threads[i / 5], &kept, file_bridge());
+        const ibl_status status =
+            by_rows(ctx, path, batches[i % 5], &opts, &img, &got);
+        CHECK_MSG(!status, "%s: %s", path, kept.text[0]);
+        if (!status) {
+            CHECK_MSG(
+                img.width == whole.width && img.height == whole.height &&
+                    !memcmp(img.data, whole.data,
+                            floats_of(&whole, whole.height) * sizeof(float)),
+                "%s: rows of %d, %d threads differ", path, batches[i % 5],
+                threads[i / 5]);
+            CHECK_MSG(same_report(&got, &want), "%s: %s, %zu, %zu, %g", path,
+                      got.format, got.nonfinite, got.negative,
+                      (double)got.peak);
+        }
+        ibl_image_free(&img);
+        ibl_ctx_free(ctx);
+    }
+    ibl_image_free(&whole);
+}
+
+/* ---- files ---------------------------------------------------------- */
+
+/* Noise that does not compress, with some of what has to be mended: now and
+ * then a pixel, and whole rows around the borders of batches and blocks. */
+static void wild(ibl_image *img)
+{
+    const float odd[] = {INFINITY, -INFINITY, NAN, -2.5f, -0.0f};
+    test_random r = {5};
+    for (int y = 0; y < img->height; y++) {
+        const bool all = y % 16 == 15 || y % 48 == 0 || y == 2;
+        for (int i = 0; i < 3 * img->width; i++) {
+            const double u = test_random_unit(&r);
+            img->data[floats_of(img, y) + (size_t)i] =
+                (all && u < 0.7) || u < 0.002
+                    ? odd[test_random_u64(&r) % 5]
+                    : (float)(exp(8 * u) * test_random_unit(&r));
+        }
+    }
+}
+
+static bool save_wild(const char *name)
+{
+    ibl_ctx *ctx = file_ctx(1, &kept, NULL);
+    ibl_image img;
+    if (ibl_image_alloc(ctx, W, H, &img))
+        return false;
+    wild(&img);
+    const bool ok = file_save_pfm(file_path(name), &img);
+    ibl_image_free(&img);
+    ibl_ctx_free(ctx);
+    return ok;
+}
+
+static bool ready(void)
+{
+    if (file_bridge() && file_have("oiiotool"))
+        return true;
+    test_skip("needs the image bridge and oiiotool");
+    return false;
+}
+
+/* A flat or run-length encoded picture of W x H scanlines in any orientation;
+ * without normalised pixels, so that much looks like codes unless plain. */
+static void save_hdr(const char *path, const char *resolution, bool coded)
+{
+    test_random r = {6};
+    FILE *f = fopen(path, "wb");
+    fprintf(f, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=1e-30\n\n%s\n",
+            resolution);
+    const bool by_column = resolution[1] == 'X';
+    const int px = by_column ? H : W, lines = by_column ? W : H;
+    for (int y = 0; y < lines; y++) {
+        if (coded)
+            fwrite((unsigned char[]){2, 2, (unsigned char)(px >> 8),
+                                     (unsigned char)px},
+                   1, 4, f);
+        for (int left = coded ? 4 * px : 0, plane = px; left > 0;) {
+            const int most = plane < 127 ? plane : 127;
+            const int n = 1 + (int)(test_random_u64(&r) % (uint64_t)most);
+            const bool run = test_random_u64(&r) % 3 == 0;
+            fputc(run ? 128 + n : n, f);
+            for (int i = 0; i < (run ? 1 : n); i++)
+                fputc((int)(test_random_u64(&r) % 256), f);
+            left -= n;
+            plane -= n;
+            plane += plane ? 0 : px;
+        }
+        for (int i = 0; !coded && i < px; i++)
+            fwrite((unsigned char[]){(unsigned char)(128 | (i * 3)),
+                                     (unsigned char)y, (unsigned char)i,
+                                     (unsigned char)(120 + i % 16 * (y % 9))},
+                   1, 4, f);
+    }
+    fclose(f);
+}
+
+static void radiance(void)
+{
+    static const char *const resolutions[] = {
+        "-Y 150 +X 300", "-Y 150 -X 300", "+Y 150 +X 300", "+Y 150 -X 300",
+        "+X 300 -Y 150", "+X 300 +Y 150", "-X 300 -Y 150", "-X 300 +Y 150"};
+    for (int i = 0; i < 16; i++) {
+        save_hdr(file_path("x.hdr"), resolutions[i / 2], i % 2);
+        every_way(file_path("x.hdr"));
+    }
+}
+
+static const char *const compressions[] = {"none", "rle",   "zips", "zip",
+                                           "piz",  "pxr24", "b44",  "b44a"};
+
+static void openexr(void)
+{
+    static const char *const shapes[] = {"", "--tile 32 16", "--tile 64 64",
+                                         "--tile 17 150"};
+    if (!ready())
+        return;
+    NEED(save_wild("w.pfm"));
+    for (int c = 0; c < 8; c++) {
+        NEED(file_run("oiiotool w.pfm -d %s %s --compression %s -o w.exr",
+                      c % 3 ? "float" : "half", shapes[c % 4],
+                      compressions[c]));
+        every_way(file_path("w.exr"));
+    }
+    /* scan lines of one and of 32 lines a block */
+    NEED(file_run("oiiotool w.pfm -d float --compression none -o n.exr && "
+                  "oiiotool w.pfm -d float --compression piz -o p.exr && "
+                  "oiiotool w.pfm -d float --compression dwab -o d.exr"));
+    every_way(file_path("n.exr"));
+    every_way(file_path("p.exr"));
+    every_way(file_path("d.exr"));
+}
+
+/* Windows that begin and end within blocks, and outside each other. */
+static void windows(void)
+{
+    static const char *const sizes[] = {"300x150+0+0",   "300x150-20-13",
+                                        "300x150+31+21", "350x170-20-10",
+                                        "100x40+7+75",   "300x20+0+140"};
+    if (!ready())
+        return;
+    NEED(save_wild("w.pfm"));
+    for (int i = 0; i < 12; i++) {
+        NEED(file_run("oiiotool w.pfm --fullsize %s -d float --compression "
+                      "%s %s -o w.exr",
+                      sizes[i / 2], i % 3 ? "zip" : "none",
+                      i % 2 ? "--tile 64 32" : ""));
+        every_way(file_path("w.exr"));
+    }
+}
+
+static void others(void)
+{
+    if (!ready())
+        return;
+    NEED(save_wild("w.pfm"));
+    NEED(file_run("oiiotool w.pfm -d float -o w.tif && oiiotool w.pfm -d "
+                  "float --tile 32 32 -o t.tif && oiiotool "
+                  "--pattern noise 300x150 3 -d uint8 -o w.png"));
+    every_way(file_path("w.pfm"));
+    every_way(file_path("w.tif"));
+    every_way(file_path("t.tif"));
+    every_way(file_path("w.png"));
+}
+
+/* ---- a writer that never holds the map ------------------------------ */
+
+/* Exact as a half. */
+static float pattern(int x, int y, int c)
+{
+    return (float)((x * 7 + y * 13 + x / 64 * y + c * 11) % 1000) / 8;
+}
+
+static bool write_exr(const char *path, int w, int h, exr_compression_t comp)
+{
+    exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    exr_encode_pipeline_t pipe = EXR_ENCODE_PIPELINE_INITIALIZER;
+    exr_context_t f;
+    int part, lines = 1;
+    bool ok = true;
+
+    if (exr_start_write(&f, path, EXR_WRITE_FILE_DIRECTLY, &init))
+        return false;
+    ok &= !exr_add_part(f, "p", EXR_STORAGE_SCANLINE, &part);
+    ok &= !exr_initialize_required_attr_simple(f, part, w, h, comp);
+    for (int i = 0; i < 3; i++)
+        ok &= !exr_add_channel(f, part, (const char *[]){"B", "G", "R"}[i],
+                               EXR_PIXEL_HALF, EXR_PERCEPTUALLY_LOGARITHMIC, 1,
+                               1);
+    ok &= !exr_write_header(f);
+    ok = ok && !exr_get_scanlines_per_chunk(f, part, &lines);
+    const int chunks = (h + lines - 1) / lines;
+    uint16_t *px = malloc(sizeof *px * 3 * (size_t)w * (size_t)lines);
+    for (int k = 0; ok && k < chunks; k++) {
+        const int y0 = lines * k;
+        exr_chunk_info_t info;
+        for (int y = 0; y < lines; y++)
+            for (int i = 0; i < 3 * w; i++)
+                px[3 * w * y + i] =
+                    ibl_half_from_float(pattern(i / 3, y0 + y, i % 3));
+        ok &= !exr_write_scanline_chunk_info(f, part, y0, &info);
+        ok &= k ? !exr_encoding_update(f, part, &info, &pipe)
+                : !exr_encoding_initialize(f, part, &info, &pipe);
+        for (int i = 0; ok && i < pipe.channel_count; i++) {
+            exr_coding_channel_info_t *c = &pipe.channels[i];
+            c->user_data_type = EXR_PIXEL_HALF;
+            c->user_bytes_per_element = 2;
+            c->user_pixel_stride = 6;
+            c->user_line_stride = 6 * w;
+            c->encode_from_ptr =
+                (const uint8_t *)(px + (*c->channel_name == 'R'   ? 0
+                                        : *c->channel_name == 'G' ? 1
+                                                                  : 2));
+        }
+        if (!k)
+            ok &= !exr_encoding_choose_default_routines(f, part, &pipe);
+        ok &= !exr_encoding_run(f, part, &pipe);
+    }
+    free(px);
+    exr_encoding_destroy(f, &pipe);
+    return !exr_finish(&f) && ok;
+}
+
+/* Scan lines that were written from the bottom. */
+static void decreasing(void)
+{
+    if (!ready())
+        return;
+    ibl_ctx *ctx = file_ctx(2, &kept, NULL);
+    for (int i = 0; i < 2; i++) {
+        const char *path = file_path("down.exr");
+        ibl_image img;
+        int wrong = 0;
+        NEED(write_exr(file_path("up.exr"), W, H, EXR_COMPRESSION_ZIP));
+        NEED(file_run("oiiotool up.exr --compression %s --attrib "
+                      "openexr:lineOrder decreasingY -o down.exr",
+                      i ? "piz" : "none"));
+        every_way(path);
+        NEED(!by_rows(ctx, path, 16, NULL, &img, NULL));
+        for (int k = 0; k < 3 * W * H; k++)
+            wrong += img.data[k] != pattern(k / 3 % W, k / 3 / W, k % 3);
+        CHECK_MSG(!wrong, "%d wrong", wrong);
+        ibl_image_free(&img);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* ---- calls ---------------------------------------------------------- */
+
+static void arguments(void)
+{
+    ibl_ctx *ctx = file_ctx(2, &kept, NULL);
+    static float rgb[3 * W * H];
+    ibl_read_options opts = ibl_read_options_default();
+    ibl_source *s;
+
+    save_hdr(file_path("a.hdr"), "-Y 150 +X 300", false);
+    NEED(!ibl_source_open(ctx, file_path("a.hdr"), NULL, &s));
+    CHECK(ibl_source_width(s) == W && ibl_source_height(s) == H);
+    CHECK(ibl_source_read(s, 0, rgb) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_source_read(s, -1, rgb) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_source_read(s, H + 1, rgb) == IBL_ERR_ARGUMENT);
+    CHECK_MSG(strstr(kept.text[0], "1 to the 150"), "%s", kept.text[0]);
+    CHECK(!ibl_source_read(s, H - 1, rgb));
+    CHECK(ibl_source_read(s, 2, rgb) == IBL_ERR_ARGUMENT);
+    CHECK(!ibl_source_read(s, 1, rgb));
+    CHECK(ibl_source_read(s, 1, rgb) == IBL_ERR_ARGUMENT);
+    CHECK(!strcmp(ibl_source_report(s)->format, "Radiance RGBE, flat"));
+    ibl_source_close(s);
+    /* closed before the end */
+    NEED(!ibl_source_open(ctx, file_path("a.hdr"), NULL, &s));
+    CHECK(!ibl_source_read(s, 7, rgb));
+    ibl_source_close(s);
+    ibl_source_close(NULL);
+    opts.layer = "x";
+    CHECK(ibl_source_open(ctx, file_path("a.hdr"), &opts, &s) ==
+          IBL_ERR_FORMAT);
+    CHECK(!s);
+    opts = (ibl_read_options){.part = -2};
+    CHECK(ibl_source_open(ctx, file_path("a.hdr"), &opts, &s) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(ibl_source_open(ctx, "/nonexistent/x.hdr", NULL, &s) == IBL_ERR_IO);
+    ibl_ctx_free(ctx);
+}
+
+/* Refused, with the whole count, when all has been seen. */
+static void strict(void)
+{
+    if (!ready())
+        return;
+    ibl_ctx *ctx = file_ctx(2, &kept, file_bridge());
+    ibl_read_options opts = ibl_read_options_default();
+    ibl_read_report report;
+    ibl_image img;
+    char count[64];
+
+    NEED(save_wild("w.pfm"));
+    NEED(file_run("oiiotool w.pfm -d float --compression zips -o w.exr"));
+    NEED(!by_rows(ctx, file_path("w.exr"), 16, &opts, &img, &report));
+    CHECK(strstr(kept.text[IBL_LOG_WARNING], "were negative"));
+    ibl_image_free(&img);
+    opts.strict = 1;
+    CHECK(by_rows(ctx, file_path("w.exr"), 16, &opts, &img, NULL) ==
+          IBL_ERR_FORMAT);
+    sprintf(count, "%zu pixels are not finite and %zu negative",
+            report.nonfinite, report.negative);
+    CHECK_MSG(strstr(kept.text[0], count), "%s, not %s", kept.text[0], count);
+    ibl_ctx_free(ctx);
+}
+
+typedef struct canceller {
+    ibl_ctx *ctx;
+    double at;
+    int calls;
+} canceller;
+
+static void cancel_at(void *cookie, const char *stage, double done)
+{
+    canceller *c = cookie;
+    CHECK(!strcmp(stage, "decode"));
+    c->calls++;
+    if (done >= c->at)
+        ibl_ctx_cancel(c->ctx);
+}
+
+static void cancelled(void)
+{
+    save_hdr(file_path("c0"), "-Y 150 +X 300", true);
+    save_hdr(file_path("c1"), "-X 300 +Y 150", true);
+    NEED(write_exr(file_path("c2"), W, H, EXR_COMPRESSION_ZIPS));
+    for (int i = 0; i < 3 * 2 * 3; i++) {
+        char name[] = "c0";
+        canceller c = {.at = (double[]){0, 0.3, 2}[i / 6]};
+        ibl_ctx_options opts = ibl_ctx_options_default();
+        ibl_image img;
+        opts.progress = cancel_at;
+        opts.progress_cookie = &c;
+        NEED(!ibl_ctx_create(&opts, &c.ctx));
+        name[1] = (char)('0' + i % 3);
+        const ibl_status status = by_rows(c.ctx, file_path(name),
+                                          i / 3 % 2 ? 16 : 0, NULL, &img, NULL);
+        /* of a whole image nothing but the copying is left, maybe */
+        CHECK_MSG(status == (c.at < 2 ? IBL_ERR_CANCELLED : IBL_OK) ||
+                      (i / 3 % 2 == 0 && c.at > 0),
+                  "%s at %g: %d", name, c.at, status);
+        CHECK(c.calls > 0);
+        ibl_image_free(&img);
+        ibl_ctx_free(c.ctx);
+    }
+}
+
+/* ---- damage --------------------------------------------------------- */
+
+static int open_files(void)
+{
+    DIR *dir = opendir("/proc/self/fd");
+    int count = 0;
+    while (dir && readdir(dir))
+        count++;
+    if (dir)
+        closedir(dir);
+    return count;
+}
+
+static void refused_cleanly(const char *what, size_t at, ibl_status status)
+{
+    CHECK_MSG(status == IBL_ERR_FORMAT && kept.text[0][0] &&
+                  !strchr(kept.text[0], '\n'),
+              "%s at %zu: %d, \"%s\"", what, at, status, kept.text[0]);
+}
+
+static const char *const victims[] = {"v0", "v1", "v2", "v3"};
+
+static void make_victims(void)
+{
+    save_hdr(file_path("v0"), "-Y 150 +X 300", true);
+    save_hdr(file_path("v1"), "-Y 150 +X 300", false);
+    NEED(write_exr(file_path("v2"), W, H, EXR_COMPRESSION_ZIP));
+    NEED(write_exr(file_path("v3"), W, H, EXR_COMPRESSION_NONE));
+}
+
+/* Files that were cut before they are opened. */
+static void cut(void)
+{
+    ibl_ctx *ctx = file_ctx(2, &kept, NULL);
+    ibl_image img;
+
+    make_victims();
+    const int before = open_files();
+    for (int k = 0; k < 4; k++) {
+        size_t size;
+        unsigned char *bytes = file_load(file_path(victims[k]), &size);
+        for (size_t n = size - 1; n > 20; n -= n / 19 + 1) {
+            NEED(file_save(file_path("cut"), bytes, n));
+            const int batch = n % 3 ? 16 : 0;
+            refused_cleanly(
+                victims[k], n,
+                by_rows(ctx, file_path("cut"), batch, NULL, &img, NULL));
+        }
+        free(bytes);
+    }
+    CHECK_MSG(open_files() == before, "%d files stay open",
+              open_files() - before);
+    ibl_ctx_free(ctx);
+}
+
+/* Files that are cut, and lengthened again, while they are read. */
+static void cut_while_read(void)
+{
+    static float rgb[3 * W * H];
+    ibl_ctx *ctx = file_ctx(2, &kept, NULL);
+
+    make_victims();
+    for (int k = 0; k < 4; k++) {
+        size_t size;
+        unsigned char *bytes = file_load(file_path(victims[k]), &size);
+        for (int rows = 0; rows < H; rows += 49) {
+            ibl_source *s;
+            memset(&kept, 0, sizeof kept);
+            NEED(file_save(file_path("cut"), bytes, size));
+            NEED(!ibl_source_open(ctx, file_path("cut"), NULL, &s));
+            CHECK(!rows || !ibl_source_read(s, rows, rgb));
+            NEED(!truncate(file_path("cut"), (off_t)size / 9));
+            const ibl_status status = ibl_source_read(s, H - rows, rgb);
+            /* what has been read ahead, and small files, may be all */
+            if (status)
+                refused_cleanly(victims[k], (size_t)rows, status);
+            CHECK(status || k < 3);
+            ibl_source_close(s);
+        }
+        free(bytes);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* Random damage: an answer with a line, or rows. */
+static void damaged(void)
+{
+    ibl_ctx *ctx = file_ctx(2, &kept, NULL);
+    test_random r = {8};
+    int refused = 0;
+
+    make_victims();
+    for (int k = 0; k < 4; k++) {
+        size_t size;
+        unsigned char *bytes = file_load(file_path(victims[k]), &size);
+        for (int round = 0; round < 60; round++) {
+            ibl_image img;
+            for (int i = 0; i < 3; i++) {
+                const size_t range = round % 2 ? size : 500;
+                bytes[(size_t)(test_random_unit(&r) * (double)range)] ^=
+                    (unsigned char)(1 << test_random_u64(&r) % 8);
+            }
+            NEED(file_save(file_path("damaged"), bytes, size));
+            const ibl_status status =
+                by_rows(ctx, file_path("damaged"), 1 + round, NULL, &img, NULL);
+            if (status)
+                CHECK_MSG(kept.text[0][0] && !strchr(kept.text[0], '\n'),
+                          "%d \"%s\"", status, kept.text[0]);
+            refused += status != IBL_OK;
+            ibl_image_free(&img);
+            if (round % 10 == 9) {
+                free(bytes);
+                bytes = file_load(file_path(victims[k]), &size);
+            }
+        }
+        free(bytes);
+    }
+    CHECK(refused > 20);
+    ibl_ctx_free(ctx);
+}
+
+/* Headers that claim far more than there is: refused before the caller could
+ * ask for memory for it. */
+static void large_claims(void)
+{
+    static unsigned char file[300000];
+    ibl_ctx *ctx = file_ctx(1, &kept, NULL);
+    ibl_source *s;
+    memset(&kept, 0, sizeof kept);
+    memset(file, 7, sizeof file);
+    memcpy(file, "#?RADIANCE\n\n-Y 32768 +X 65536\n", 31);
+    NEED(file_save(file_path("claim.hdr"), file, sizeof file));
+    refused_cleanly("claim", 0,
+                    ibl_source_open(ctx, file_path("claim.hdr"), NULL, &s));
+    ibl_ctx_free(ctx);
+}
+
+/* A header of any length. */
+static void long_header(void)
+{
+    ibl_ctx *ctx = file_ctx(1, &kept, NULL);
+    const char *path = file_path("long.hdr");
+    ibl_image img;
+    FILE *f = fopen(path, "wb");
+    NEED(f);
+    fprintf(f, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n");
+    for (int i = 0; i < 30000; i++)
+        fprintf(f, "\tpfilt -1 -e +%d\n", i);
+    fprintf(f, "\n-Y 4 +X 8\n");
+    for (int i = 0; i < 32; i++)
+        fwrite((unsigned char[]){128, 64, 32, 129}, 1, 4, f);
+    NEED(!fclose(f));
+    NEED(!by_rows(ctx, path, 1, NULL, &img, NULL));
+    CHECK(img.data[0] == 1 && img.data[95] == 0.25f);
+    ibl_image_free(&img);
+    ibl_ctx_free(ctx);
+}
+
+/* ---- memory --------------------------------------------------------- */
+
+/* The child: reads path by 64 rows; prints nothing, ends with the peak of its
+ * resident memory in MiB, or 255. */
+static int child(const char *path)
+{
+    enum {
+        BATCH = 64
+    };
+    ibl_source *s;
+    ibl_ctx *ctx = file_ctx(2, &kept, NULL);
+    char line[256];
+    long kb = 0;
+
+    if (ibl_source_open(ctx, path, NULL, &s))
+        return 255;
+    const int w = ibl_source_width(s), h = ibl_source_height(s);
+    float *rgb = malloc(sizeof *rgb * 3 * (size_t)w * BATCH);
+    for (int y = 0; y < h; y += BATCH) {
+        if (ibl_source_read(s, BATCH, rgb))
+            return 255;
+        for (int x = 0; x < 3 * w; x += 17)
+            if (rgb[x] != pattern(x / 3, y, x % 3))
+                return 254;
+    }
+    free(rgb);
+    ibl_source_close(s);
+    ibl_ctx_free(ctx);
+    FILE *f = fopen("/proc/self/status", "r");
+    while (f && fgets(line, sizeof line, f))
+        sscanf(line, "VmHWM: %ld", &kb);
+    if (f)
+        fclose(f);
+    kb /= 1024;
+    return kb > 0 && kb < 253 ? (int)kb : 253;
+}
+
+/* A map of a pattern, read by a process of its own, in at most MiB. */
+static void within(int w, int h, int most)
+{
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    (void)w, (void)h, (void)most;
+    test_skip("sanitizers need memory of their own");
+#else
+    const char *path = file_path("large.exr");
+    int code;
+
+    NEED(write_exr(path, w, h, EXR_COMPRESSION_ZIP));
+    const pid_t pid = fork();
+    if (!pid) {
+        execl("/proc/self/exe", "check_source", "--read", path, (char *)NULL);
+        _exit(255);
+    }
+    NEED(waitpid(pid, &code, 0) == pid);
+    remove(path);
+    const int mib = WIFEXITED(code) ? WEXITSTATUS(code) : 255;
+    if (getenv("IBL_TEST_VERBOSE"))
+        printf("  %dx%d: %d MiB of %d\n", w, h, mib, most);
+    CHECK_MSG(mib <= most, "%dx%d: %d MiB, more than %d", w, h, mib, most);
+#endif
+}
+
+/* The image would take 96 MiB. */
+static void memory(void)
+{
+    within(4096, 2048, 40);
+}
+
+/* 1.5 GiB. */
+static void memory_large(void)
+{
+    if (!getenv("IBL_TEST_LARGE") || !*getenv("IBL_TEST_LARGE")) {
+        test_skip("16384x8192: set IBL_TEST_LARGE=1");
+        return;
+    }
+    within(16384, 8192, 120);
+}
+
+static const test tests[] = {
+    TEST(radiance),       TEST(openexr),    TEST(windows),
+    TEST(others),         TEST(decreasing), TEST(arguments),
+    TEST(strict),         TEST(cancelled),  TEST(cut),
+    TEST(cut_while_read), TEST(damaged),    TEST(large_claims),
+    TEST(long_header),    TEST(memory),     TEST(memory_large)};
+
+int main(int argc, char **argv)
+{
+    if (argc == 3 && !strcmp(argv[1], "--read"))
+        return child(argv[2]);
+    return test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
+}
