@@ -1,0 +1,170 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * With waves of power p at w radians a sample, the mean square error at the
+ * position g of weights c_k of samples at x_k is
+ *     sum over w of p |e^(i w g) - sum over k of c_k e^(i w x_k)|^2
+ * and least where A c = b - mu 1 with
+ *     A_jk = sum p cos(w (x_j - x_k)), b_k = sum p cos(w (g - x_k)),
+ * mu such that the c_k sum to 1. White noise of the size of a float's
+ * rounding, added to A's diagonal, keeps the weights from growing where the
+ * waves alone would not tell them. Solved at Chebyshev's nodes of g and made
+ * into polynomials of g by Newton's divided differences.
+ */
+#include "bake/spectral/taps.h"
+
+#include <math.h>
+
+enum {
+    WAVES = 32, /* that stand for the spectrum */
+    NODES = IBL_TAPS_DEGREE + 1
+};
+
+static const double noise_power = 1e-14;
+
+typedef struct waves {
+    int count;
+    double angle[WAVES]; /* a sample, radians */
+    double power[WAVES]; /* their sum 1 */
+} waves;
+
+static double sample_place(int k)
+{
+    return k - IBL_TAPS_FIRST - 0.5;
+}
+
+static void make_waves(const double *spectrum, int degree, double circle,
+                       waves *s)
+{
+    double sum = 0;
+    s->count = degree < WAVES ? degree : WAVES;
+    for (int i = 0; i < s->count; i++) {
+        const int l = (int)((i + 1.0) * degree / s->count + 0.5);
+        const double amplitude =
+            spectrum ? spectrum[l] : pow(10, -5.0 * l / degree);
+        s->angle[i] = 2 * 3.14159265358979323846 * l / circle;
+        s->power[i] = amplitude * amplitude;
+        sum += s->power[i];
+    }
+    for (int i = 0; i < s->count; i++)
+        s->power[i] = sum > 0 ? s->power[i] / sum : 1.0 / s->count;
+}
+
+/* A = L L^T in place, below the diagonal and on it. */
+static void factorise(double a[IBL_TAPS][IBL_TAPS])
+{
+    for (int i = 0; i < IBL_TAPS; i++) {
+        for (int j = 0; j <= i; j++) {
+            double x = a[i][j];
+            for (int k = 0; k < j; k++)
+                x -= a[i][k] * a[j][k];
+            /* Rounding may leave less than the noise that was put in. */
+            a[i][j] = i == j ? sqrt(fmax(x, 0.1 * noise_power)) : x / a[j][j];
+        }
+    }
+}
+
+static void solve(double a[IBL_TAPS][IBL_TAPS], double x[IBL_TAPS])
+{
+    for (int i = 0; i < IBL_TAPS; i++) {
+        for (int k = 0; k < i; k++)
+            x[i] -= a[i][k] * x[k];
+        x[i] /= a[i][i];
+    }
+    for (int i = IBL_TAPS - 1; i >= 0; i--) {
+        for (int k = i + 1; k < IBL_TAPS; k++)
+            x[i] -= a[k][i] * x[k];
+        x[i] /= a[i][i];
+    }
+}
+
+static void make_matrix(const waves *s, double a[IBL_TAPS][IBL_TAPS])
+{
+    double lag[IBL_TAPS] = {1 + noise_power};
+    for (int k = 1; k < IBL_TAPS; k++)
+        for (int i = 0; i < s->count; i++)
+            lag[k] += s->power[i] * cos(s->angle[i] * k);
+    for (int i = 0; i < IBL_TAPS; i++)
+        for (int j = 0; j < IBL_TAPS; j++)
+            a[i][j] = lag[i > j ? i - j : j - i];
+}
+
+/* Adds p cos(w (g - x_k)) for every k, by cos(a + w) = 2 cos(w) cos(a)
+ * - cos(a - w). */
+static void add_wave(double p, double w, double g, double b[IBL_TAPS])
+{
+    const double turn = 2 * cos(w);
+    double last = p * cos(w * (sample_place(0) - g));
+    double next = p * cos(w * (sample_place(1) - g));
+    for (int k = 0; k < IBL_TAPS; k++) {
+        const double after = turn * next - last;
+        b[k] += last;
+        last = next;
+        next = after;
+    }
+}
+
+static double sum_of(const double x[IBL_TAPS])
+{
+    double sum = 0;
+    for (int k = 0; k < IBL_TAPS; k++)
+        sum += x[k];
+    return sum;
+}
+
+static void weights_at(const waves *s, double a[IBL_TAPS][IBL_TAPS],
+                       const double ones[IBL_TAPS], double g,
+                       double c[IBL_TAPS])
+{
+    for (int k = 0; k < IBL_TAPS; k++)
+        c[k] = 0;
+    for (int i = 0; i < s->count; i++)
+        add_wave(s->power[i], s->angle[i], g, c);
+    solve(a, c);
+    const double mu = (sum_of(c) - 1) / sum_of(ones);
+    for (int k = 0; k < IBL_TAPS; k++)
+        c[k] -= mu * ones[k];
+}
+
+/* The polynomial through (g[i], f[i]), constant first, in f. */
+static void through(const double g[NODES], double f[NODES])
+{
+    double poly[NODES] = {0};
+    for (int j = 1; j < NODES; j++)
+        for (int i = NODES - 1; i >= j; i--)
+            f[i] = (f[i] - f[i - 1]) / (g[i] - g[i - j]);
+    for (int i = NODES - 1; i >= 0; i--) {
+        for (int k = NODES - 1; k > 0; k--)
+            poly[k] = poly[k - 1] - g[i] * poly[k];
+        poly[0] = f[i] - g[i] * poly[0];
+    }
+    for (int k = 0; k < NODES; k++)
+        f[k] = poly[k];
+}
+
+void ibl_taps_design(const double *spectrum, int degree, double circle,
+                     ibl_taps *taps)
+{
+    double a[IBL_TAPS][IBL_TAPS], ones[IBL_TAPS], g[NODES];
+    double c[NODES][IBL_TAPS];
+    waves s;
+    make_waves(spectrum, degree, circle, &s);
+    make_matrix(&s, a);
+    factorise(a);
+    for (int k = 0; k < IBL_TAPS; k++)
+        ones[k] = 1;
+    solve(a, ones);
+    for (int i = 0; i < NODES; i++) {
+        g[i] = 0.5 * cos(3.14159265358979323846 * (i + 0.5) / NODES);
+        weights_at(&s, a, ones, g[i], c[i]);
+    }
+    for (int k = 0; k < IBL_TAPS / 2; k++) {
+        double f[NODES];
+        for (int i = 0; i < NODES; i++)
+            f[i] = 0.5 * (c[i][k] + c[NODES - 1 - i][IBL_TAPS - 1 - k]);
+        through(g, f);
+        for (int d = 0; d < NODES; d++) {
+            taps->coef[d][k] = f[d];
+            taps->coef[d][IBL_TAPS - 1 - k] = d % 2 ? -f[d] : f[d];
+        }
+    }
+}

@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: MIT */
+#include "kern/interp.h"
+
+#include <math.h>
+
+#include "core/cpu.h"
+
+static double coordinate(int i, int size)
+{
+    return (2 * i + 1) / (double)size - 1;
+}
+
+static void latitudes(double v, int size, int count, double *angle)
+{
+    for (int i = 0; i < count; i++) {
+        const double u = coordinate(i, size);
+        angle[i] = atan(v / sqrt(1 + u * u));
+    }
+}
+
+static void polar(double v, int size, int count, double *angle, double *azimuth)
+{
+    for (int i = 0; i < count; i++) {
+        const double u = coordinate(i, size);
+        angle[i] = atan(sqrt(u * u + v * v));
+        azimuth[i] = atan2(fabs(v), fabs(u));
+    }
+}
+
+/* Horner's rule for one tap. */
+static double weight_of(const ibl_taps *taps, int tap, double t)
+{
+    double w = taps->coef[IBL_TAPS_DEGREE][tap];
+    for (int d = IBL_TAPS_DEGREE - 1; d >= 0; d--)
+        w = w * t + taps->coef[d][tap];
+    return w;
+}
+
+static void weights(const ibl_taps *taps, double shift, double scale,
+                    const double *angle, int count, int *first, float *weight)
+{
+    for (int i = 0; i < count; i++) {
+        const double position = shift + scale * angle[i];
+        const double whole = floor(position);
+        const double t = position - whole - 0.5;
+        float *w = weight + (size_t)i * IBL_TAPS;
+        double rest = 0;
+        for (int k = 0; k < IBL_TAPS; k++) {
+            const double exact = weight_of(taps, k, t);
+            w[k] = (float)exact;
+            rest += exact - (double)w[k];
+        }
+        /* What rounding took away goes to the largest weight, so that
+         * constants stay what they are. */
+        w[t < 0 ? IBL_TAPS_FIRST : IBL_TAPS_FIRST + 1] += (float)rest;
+        first[i] = (int)whole - IBL_TAPS_FIRST;
+    }
+}
+
+static void row(const ibl_interp_row *a)
+{
+    for (int i = 0; i < a->count; i++) {
+        const float *grid = a->grid +
+                            (ptrdiff_t)a->ring[i] * (ptrdiff_t)a->stride +
+                            4 * (ptrdiff_t)a->column[i];
+        const float *ring = a->ring_weight + (size_t)i * IBL_TAPS;
+        const float *column = a->column_weight + (size_t)i * IBL_TAPS;
+        float sum[4] = {0};
+        for (int k = 0; k < IBL_TAPS; k++) {
+            float along[4] = {0};
+            for (int j = 0; j < IBL_TAPS; j++)
+                for (int c = 0; c < 4; c++)
+                    along[c] +=
+                        ring[j] * grid[(size_t)j * a->stride + 4 * k + c];
+            for (int c = 0; c < 4; c++)
+                sum[c] += column[k] * along[c];
+        }
+        for (int c = 0; c < 4; c++)
+            a->rgba[4 * i + c] = sum[c];
+    }
+}
+
+static void finish(const float *rgba, const float *gain,
+                   const ibl_interp_range *range, int count, float *rgb)
+{
+    for (int i = 0; i < count; i++) {
+        for (int c = 0; c < 3; c++) {
+            float x = rgba[4 * i + c] * (gain ? gain[i] : 1) + range->offset[c];
+            x = x > range->low[c] ? x : range->low[c];
+            rgb[3 * i + c] = x < range->high[c] ? x : range->high[c];
+        }
+    }
+}
+
+void ibl_interp_init_c(ibl_interp_dsp *dsp)
+{
+    *dsp = (ibl_interp_dsp){latitudes, polar, weights, row, finish};
+}
+
+void ibl_interp_dsp_init(ibl_interp_dsp *dsp, ibl_isa isa)
+{
+    ibl_interp_init_c(dsp);
+#if IBL_X86
+    if (isa == IBL_ISA_SSE2)
+        ibl_interp_init_sse2(dsp);
+    if (isa == IBL_ISA_AVX2)
+        ibl_interp_init_avx2(dsp);
+    if (isa == IBL_ISA_AVX512)
+        ibl_interp_init_avx512(dsp);
+#else
+    (void)isa;
+#endif
+}

@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * From samples on rings of a sphere to the texels of a cube: positions of
+ * texels among rings and columns, the weights of 8 x 8 samples around them,
+ * and the weighted sums. Directions and mirror images are the caller's
+ * (bake/spectral/resample.c).
+ */
+#ifndef IBL_KERN_INTERP_H
+#define IBL_KERN_INTERP_H
+
+#include <stddef.h>
+
+#include "ibl/ibl.h"
+
+enum {
+    IBL_TAPS = 8,       /* samples that a position is interpolated from */
+    IBL_TAPS_FIRST = 3, /* of them before the position's whole part */
+    IBL_TAPS_DEGREE = 9
+};
+
+/* The weight of tap k at whole + t is the polynomial of t - 1/2, 0 <= t < 1,
+ * with the coefficients coef[0..degree][k], constant first. They sum to 1 for
+ * every t, and tap 7 - k is tap k mirrored. */
+typedef struct ibl_taps {
+    double coef[IBL_TAPS_DEGREE + 1][IBL_TAPS];
+} ibl_taps;
+
+/* A row of texels to be interpolated. Texel i is the sum, over rows j and
+ * columns k of 8 x 8 samples of 4 floats, the first one at
+ *     grid + ring[i] stride + 4 column[i],
+ * of ring_weight[8 i + j] column_weight[8 i + k] sample. */
+typedef struct ibl_interp_row {
+    const float *grid;
+    size_t stride; /* floats from ring to ring */
+    const int *ring, *column;
+    const float *ring_weight, *column_weight;
+    int count;   /* texels, 0 or more */
+    float *rgba; /* 4 count floats, written */
+} ibl_interp_row;
+
+/* Colours that a texel is given at last, see finish(). */
+typedef struct ibl_interp_range {
+    float offset[4], low[4], high[4]; /* R, G, B, unused */
+} ibl_interp_range;
+
+typedef struct ibl_interp_dsp {
+    /*
+     * Latitudes of the first `count` texels of a row of a side face of `size`,
+     * atan(v / sqrt(1 + u_i^2)), u_i = (2 i + 1) / size - 1, -1 <= v <= 1.
+     * What is written is within 1e-11, and up to the next multiple of 8.
+     */
+    void (*latitudes)(double v, int size, int count, double *angle);
+    /*
+     * The same of the top face: the angle from the pole, atan(hypot(u, v)),
+     * and the azimuth in the first quadrant, atan(|v| / |u|); any azimuth
+     * where both are 0.
+     */
+    void (*polar)(double v, int size, int count, double *angle,
+                  double *azimuth);
+    /*
+     * Weights at the positions shift + scale angle[i]: first[i] is the tap of
+     * the least index, weight[8 i ..] those of it and the next seven, their
+     * sum 1 but for the rounding of the largest of them.
+     */
+    void (*weights)(const ibl_taps *taps, double shift, double scale,
+                    const double *angle, int count, int *first, float *weight);
+    void (*row)(const ibl_interp_row *row);
+    /*
+     * rgb[3 i + c] = rgba[4 i + c] gain[i] + offset[c], then no less than
+     * low[c] and no more than high[c]; NaN becomes low[c].
+     *   gain  NULL: 1
+     *   rgb   3 count floats, written
+     */
+    void (*finish)(const float *rgba, const float *gain,
+                   const ibl_interp_range *range, int count, float *rgb);
+} ibl_interp_dsp;
+
+/* isa: what the context uses, not IBL_ISA_AUTO. */
+void ibl_interp_dsp_init(ibl_interp_dsp *dsp, ibl_isa isa);
+
+void ibl_interp_init_c(ibl_interp_dsp *dsp);
+void ibl_interp_init_sse2(ibl_interp_dsp *dsp);
+void ibl_interp_init_avx2(ibl_interp_dsp *dsp);
+void ibl_interp_init_avx512(ibl_interp_dsp *dsp);
+
+#endif

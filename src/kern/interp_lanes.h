@@ -1,0 +1,269 @@
+/* SPDX-License-Identifier: MIT */
+/* The functions of interp.c for vectors of any width; included by one file
+ * for each instruction set. */
+#ifndef IBL_KERN_INTERP_LANES_H
+#define IBL_KERN_INTERP_LANES_H
+
+#include <stddef.h>
+
+#include "kern/interp.h"
+#include "kern/lanes.h"
+
+enum {
+    VECTORS = 4 * IBL_TAPS / VF, /* that hold a ring's samples */
+    PARTS = IBL_TAPS / VD        /* vectors that hold the weights */
+};
+
+/* What lanes.h lacks: roots; the weights of samples VF/4 k and on, each four
+ * times; the sum of a vector's quarters of four floats. */
+#if VF == 16
+static inline vd vd_sqrt(vd x)
+{
+    return _mm512_sqrt_pd(x);
+}
+
+static inline vd vd_abs(vd x)
+{
+    return _mm512_abs_pd(x);
+}
+
+static inline vf spread(const float *w, int k)
+{
+    const __m512i which = _mm512_add_epi32(
+        _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3),
+        _mm512_set1_epi32(4 * k));
+    return _mm512_permutexvar_ps(which,
+                                 _mm512_castps256_ps512(_mm256_loadu_ps(w)));
+}
+
+static inline __m128 fold(vf v)
+{
+    const __m256 half =
+        _mm256_add_ps(_mm512_castps512_ps256(v), _mm512_extractf32x8_ps(v, 1));
+    return _mm_add_ps(_mm256_castps256_ps128(half),
+                      _mm256_extractf128_ps(half, 1));
+}
+#elif VF == 8
+static inline vd vd_sqrt(vd x)
+{
+    return _mm256_sqrt_pd(x);
+}
+
+static inline vd vd_abs(vd x)
+{
+    return _mm256_andnot_pd(_mm256_set1_pd(-0.0), x);
+}
+
+static inline vf spread(const float *w, int k)
+{
+    const __m256i which = _mm256_add_epi32(
+        _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1), _mm256_set1_epi32(2 * k));
+    return _mm256_permutevar8x32_ps(_mm256_loadu_ps(w), which);
+}
+
+static inline __m128 fold(vf v)
+{
+    return _mm_add_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
+}
+#else
+static inline vd vd_sqrt(vd x)
+{
+    return _mm_sqrt_pd(x);
+}
+
+static inline vd vd_abs(vd x)
+{
+    return _mm_andnot_pd(_mm_set1_pd(-0.0), x);
+}
+
+static inline vf spread(const float *w, int k)
+{
+    return _mm_set1_ps(w[k]);
+}
+
+static inline __m128 fold(vf v)
+{
+    return v;
+}
+#endif
+
+/*
+ * Arc tangent of |x| <= sqrt(2), within 1e-12: half the angle has the tangent
+ * t = x / (1 + sqrt(1 + x^2)) <= 0.518, and atan(t) = t P(t^2), P fitted at
+ * Chebyshev's nodes of 0..0.2687.
+ */
+static inline vd arc_tangent(vd x)
+{
+    static const double p[] = {-0.017315685631039551, 0.042863083998511908,
+                               -0.062181526705302472, 0.076122702165109538,
+                               -0.090818427245336286, 0.11110476614546801,
+                               -0.14285688536604699,  0.19999999465709115,
+                               -0.33333333329009529,  0.99999999999994194};
+    const vd t = x / (1.0 + vd_sqrt(1.0 + x * x));
+    const vd z = t * t;
+    vd s = vd_all(p[0]);
+    for (size_t i = 1; i < sizeof p / sizeof p[0]; i++)
+        s = vd_fma(s, z, vd_all(p[i]));
+    return 2.0 * t * s;
+}
+
+/* u of texels i, i + 1, ... */
+static inline vd coordinates(int i, int size)
+{
+    static const double odd[8] = {1, 3, 5, 7, 9, 11, 13, 15};
+    return (vd_load(odd) + 2.0 * i) / (double)size - 1.0;
+}
+
+static inline void lanes_latitudes(double v, int size, int count, double *angle)
+{
+    for (int i = 0; i < count; i += VD) {
+        const vd u = coordinates(i, size);
+        vd_store(angle + i, arc_tangent(v / vd_sqrt(1.0 + u * u)));
+    }
+}
+
+/* The azimuth counts from the diagonal: a tangent of |v| - |u| over |v| + |u|,
+ * never over 1; at the pole itself 0 / 1e-300. */
+static inline void lanes_polar(double v, int size, int count, double *angle,
+                               double *azimuth)
+{
+    const vd b = vd_abs(vd_all(v));
+    for (int i = 0; i < count; i += VD) {
+        const vd u = coordinates(i, size), a = vd_abs(u);
+        const vd turn = arc_tangent((b - a) / (b + a + 1e-300));
+        vd_store(angle + i, arc_tangent(vd_sqrt(u * u + v * v)));
+        vd_store(azimuth + i, turn + 0.78539816339744830962);
+    }
+}
+
+/* Rounds the weights to float and returns what that took away from each. */
+static inline vd round_weights(vd exact, float *w)
+{
+    vd_store_floats(w, exact);
+    return exact - vd_load_floats(w);
+}
+
+static inline void lanes_weights(const ibl_taps *taps, double shift,
+                                 double scale, const double *angle, int count,
+                                 int *first, float *weight)
+{
+    for (int i = 0; i < count; i++) {
+        /* Casts round towards zero: positions are above -64. */
+        const double position = shift + scale * angle[i];
+        const int whole = (int)(position + 64) - 64;
+        const double t = position - whole - 0.5;
+        float *w = weight + (size_t)i * IBL_TAPS;
+        double rest[VD];
+        vd lost = vd_all(0);
+        for (int k = 0; k < PARTS; k++) {
+            vd exact = vd_load(taps->coef[IBL_TAPS_DEGREE] + k * VD);
+            for (int d = IBL_TAPS_DEGREE - 1; d >= 0; d--)
+                exact =
+                    vd_fma(exact, vd_all(t), vd_load(taps->coef[d] + k * VD));
+            lost += round_weights(exact, w + k * VD);
+        }
+        vd_store(rest, lost);
+        for (int n = VD / 2; n; n /= 2)
+            for (int k = 0; k < n; k++)
+                rest[k] += rest[k + n];
+        w[t < 0 ? IBL_TAPS_FIRST : IBL_TAPS_FIRST + 1] += (float)rest[0];
+        first[i] = whole - IBL_TAPS_FIRST;
+    }
+}
+
+/* Adds w times a ring's samples; written out, as are its calls, since gcc
+ * unrolls no such loop at -O2. */
+static inline void add_ring(const float *grid, float weight, vf along[VECTORS])
+{
+    const vf w = vf_all(weight);
+    along[0] = vf_fma(vf_load(grid), w, along[0]);
+    along[1] = vf_fma(vf_load(grid + VF), w, along[1]);
+#if VF <= 8
+    along[2] = vf_fma(vf_load(grid + 2 * VF), w, along[2]);
+    along[3] = vf_fma(vf_load(grid + 3 * VF), w, along[3]);
+#endif
+#if VF <= 4
+    along[4] = vf_fma(vf_load(grid + 4 * VF), w, along[4]);
+    along[5] = vf_fma(vf_load(grid + 5 * VF), w, along[5]);
+    along[6] = vf_fma(vf_load(grid + 6 * VF), w, along[6]);
+    along[7] = vf_fma(vf_load(grid + 7 * VF), w, along[7]);
+#endif
+}
+
+/* The sum across the columns. */
+static inline vf across(const vf along[VECTORS], const float *w)
+{
+    const vf a = along[0] * spread(w, 0), b = along[1] * spread(w, 1);
+#if VF == 16
+    return a + b;
+#else
+    const vf c = vf_fma(along[2], spread(w, 2), a);
+    const vf d = vf_fma(along[3], spread(w, 3), b);
+#if VF == 8
+    return c + d;
+#else
+    const vf e = vf_fma(along[4], spread(w, 4), c);
+    const vf f = vf_fma(along[5], spread(w, 5), d);
+    const vf g = vf_fma(along[6], spread(w, 6), e);
+    return g + vf_fma(along[7], spread(w, 7), f);
+#endif
+#endif
+}
+
+/* Down the rings first, which keeps all channels and columns apart, then
+ * across the columns. */
+static inline void lanes_row(const ibl_interp_row *row)
+{
+    const ibl_interp_row a = *row;
+    const ptrdiff_t stride = (ptrdiff_t)a.stride;
+    for (int i = 0; i < a.count; i++) {
+        const float *grid =
+            a.grid + a.ring[i] * stride + 4 * (ptrdiff_t)a.column[i];
+        const float *w = a.ring_weight + (size_t)i * IBL_TAPS;
+        vf along[VECTORS] = {vf_all(0)};
+        along[1] = vf_all(0);
+#if VF <= 8
+        along[2] = along[3] = vf_all(0);
+#endif
+#if VF <= 4
+        along[4] = along[5] = along[6] = along[7] = vf_all(0);
+#endif
+        add_ring(grid, w[0], along);
+        add_ring(grid + stride, w[1], along);
+        add_ring(grid + 2 * stride, w[2], along);
+        add_ring(grid + 3 * stride, w[3], along);
+        add_ring(grid + 4 * stride, w[4], along);
+        add_ring(grid + 5 * stride, w[5], along);
+        add_ring(grid + 6 * stride, w[6], along);
+        add_ring(grid + 7 * stride, w[7], along);
+        _mm_storeu_ps(a.rgba + 4 * (size_t)i,
+                      fold(across(along,
+                                  a.column_weight + (size_t)i * IBL_TAPS)));
+    }
+}
+
+/* Each texel is written with the first channel of the next, which is then
+ * written over; but not the row's last. */
+static inline void lanes_finish(const float *rgba, const float *gain,
+                                const ibl_interp_range *range, int count,
+                                float *rgb)
+{
+    const __m128 offset = _mm_loadu_ps(range->offset);
+    const __m128 low = _mm_loadu_ps(range->low);
+    const __m128 high = _mm_loadu_ps(range->high);
+    for (int i = 0; i < count; i++) {
+        __m128 x = _mm_loadu_ps(rgba + 4 * (size_t)i);
+        if (gain)
+            x = _mm_mul_ps(x, _mm_set1_ps(gain[i]));
+        x = _mm_max_ps(_mm_add_ps(x, offset), low);
+        x = _mm_min_ps(x, high);
+        if (i < count - 1) {
+            _mm_storeu_ps(rgb + 3 * (size_t)i, x);
+        } else {
+            _mm_storel_pi((__m64 *)(rgb + 3 * (size_t)i), x);
+            _mm_store_ss(rgb + 3 * (size_t)i + 2, _mm_movehl_ps(x, x));
+        }
+    }
+}
+
+#endif
