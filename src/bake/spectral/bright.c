@@ -1,0 +1,296 @@
+/* SPDX-License-Identifier: MIT */
+#include "bake/spectral/bright.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/context.h"
+#include "image/cube.h"
+
+#define PI 3.14159265358979323846
+
+enum {
+    MIN_BITS = 3, /* pieces an octave, as a power of two */
+    MAX_BITS = 7,
+    MIN_OCTAVES = 2, /* from 2^-k to 1 */
+    MAX_OCTAVES = 40,
+    NODES = 4
+};
+
+/* Of Gauss and Legendre, on 0..1. */
+static const double node[NODES] = {0.069431844202973712, 0.33000947820757187,
+                                   0.66999052179242813, 0.93056815579702629};
+static const double node_weight[NODES] = {
+    0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
+    0.17392742256872693};
+
+/* One side of a lobe: by v = q from the peak or v = 2 - q from the horizon. */
+typedef struct side {
+    ibl_chord_fn *weight;
+    const void *arg;
+    int horizon;
+    int octaves; /* start is 2^-octaves */
+} side;
+
+static double value(const side *s, double v)
+{
+    const double q = s->horizon ? 2 - v : v;
+    return s->weight(sqrt(q > 0 ? q : 0), s->arg);
+}
+
+static double start_of(const side *s)
+{
+    return ldexp(1, -s->octaves);
+}
+
+/* ---- the integral ------------------------------------------------------ */
+
+static double panel(const side *s, double from, double width)
+{
+    double sum = 0;
+    for (int k = 0; k < NODES; k++)
+        sum += node_weight[k] * value(s, from + node[k] * width);
+    return sum * width;
+}
+
+/* Of v from 0 to 1: a solid angle is pi dq. */
+static double integral(const side *s)
+{
+    const double start = start_of(s);
+    double sum = 0;
+    for (int k = 0; k < 8; k++)
+        sum += panel(s, start * k / 8, start / 8);
+    for (double from = start; from < 1; from *= 2)
+        for (int k = 0; k < 8; k++)
+            sum += panel(s, from + from * k / 8, from / 8);
+    return PI * sum;
+}
+
+/* ---- the table --------------------------------------------------------- */
+
+/* The largest weight, near enough. */
+static double peak_of(const side s[2])
+{
+    double peak = 0;
+    for (int h = 0; h < 2; h++) {
+        peak = fmax(peak, value(&s[h], 0));
+        for (int k = 0; k <= 2 * MAX_OCTAVES; k++)
+            peak = fmax(peak, value(&s[h], exp2(-0.5 * k)));
+    }
+    return peak;
+}
+
+/* Octaves go down to where the lobe is near enough to its end. */
+static int octaves_of(const side *s, double peak)
+{
+    const double end = value(s, 0);
+    int k = MIN_OCTAVES;
+    while (k < MAX_OCTAVES &&
+           fabs(value(s, ldexp(1, -k)) - end) > fmax(0.25 * end, 1e-6 * peak))
+        k++;
+    return k;
+}
+
+static int pieces_of(const side *s, int bits)
+{
+    /* t runs to 1 + start. */
+    return (s->octaves << bits) + (int)(start_of(s) * (1 << bits)) + 1;
+}
+
+/* The cubic of x = 0..1 through the lobe at the nodes of a piece. */
+static void fit(const side *s, int bits, int piece, double c[4])
+{
+    const double octave = ldexp(1, (piece >> bits) - s->octaves);
+    const double width = octave / (1 << bits);
+    const double from =
+        octave + width * (piece & ((1 << bits) - 1)) - start_of(s);
+    double f[NODES], poly[NODES] = {0};
+    for (int k = 0; k < NODES; k++)
+        f[k] = value(s, from + node[k] * width);
+    for (int j = 1; j < NODES; j++)
+        for (int i = NODES - 1; i >= j; i--)
+            f[i] = (f[i] - f[i - 1]) / (node[i] - node[i - j]);
+    for (int i = NODES - 1; i >= 0; i--) {
+        for (int k = NODES - 1; k > 0; k--)
+            poly[k] = poly[k - 1] - node[i] * poly[k];
+        poly[0] = f[i] - node[i] * poly[0];
+    }
+    memcpy(c, poly, sizeof poly);
+}
+
+/* Whether a piece is as near to the lobe as ibl_radial_table says. What lies
+ * before the first whole octave, where a lobe that ends in a fractional power
+ * of v has fallen to a millionth, may be a little off. */
+static int near_enough(const side *s, int bits, int piece, double peak)
+{
+    const double octave = ldexp(1, (piece >> bits) - s->octaves);
+    const double width = octave / (1 << bits);
+    const double from =
+        octave + width * (piece & ((1 << bits) - 1)) - start_of(s);
+    const double slack = piece >> bits ? 0 : 3e-8 * peak;
+    double c[4];
+    fit(s, bits, piece, c);
+    for (int i = 0; i <= 2; i++) {
+        const double x = 0.5 * i, truth = value(s, from + x * width);
+        const double fitted = ((c[3] * x + c[2]) * x + c[1]) * x + c[0];
+        const double limit = 8e-7 * fmax(truth, 1e-8 * peak) + slack;
+        if (fabs(fitted - truth) > limit)
+            return 0;
+    }
+    return 1;
+}
+
+/* The fewest pieces that do, as far as the first and the middle one of each
+ * octave tell. */
+static int bits_of(const side *s, double peak)
+{
+    int bits = MIN_BITS;
+    for (int k = 0; k < s->octaves && bits < MAX_BITS;) {
+        if (near_enough(s, bits, k << bits, peak) &&
+            near_enough(s, bits, (2 * k + 1) << (bits - 1), peak))
+            k++;
+        else
+            bits++;
+    }
+    return bits;
+}
+
+static int float_bits(float x, int shift)
+{
+    int word;
+    memcpy(&word, &x, sizeof word);
+    return word >> shift;
+}
+
+static void fill(const side *s, int bits, double scale, float *coef)
+{
+    for (int piece = 0; piece < pieces_of(s, bits); piece++) {
+        double c[4];
+        fit(s, bits, piece, c);
+        /* Denormals would cost time and are nothing beside a peak. */
+        for (int k = 0; k < 4; k++)
+            coef[4 * piece + k] =
+                fabs(c[k] * scale) < 1e-36 ? 0 : (float)(c[k] * scale);
+    }
+}
+
+ibl_status ibl_radial_table(ibl_ctx *ctx, ibl_chord_fn *weight, const void *arg,
+                            ibl_radial *out)
+{
+    side s[2] = {{weight, arg, 0, MAX_OCTAVES}, {weight, arg, 1, MAX_OCTAVES}};
+    const double peak = peak_of(s);
+    int bits = MIN_BITS;
+    *out = (ibl_radial){0};
+    for (int h = 0; h < 2; h++) {
+        s[h].octaves = octaves_of(&s[h], peak);
+        const int wanted = bits_of(&s[h], peak);
+        bits = wanted > bits ? wanted : bits;
+    }
+    const double whole = integral(&s[0]) + integral(&s[1]);
+    if (!(whole > 0 && whole < INFINITY))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a lobe whose integral is %g: must be positive and "
+                        "finite",
+                        whole);
+    const int pieces = pieces_of(&s[0], bits);
+    out->coef = ibl_alloc_array((size_t)(pieces + pieces_of(&s[1], bits)),
+                                4 * sizeof *out->coef);
+    if (!out->coef)
+        return ibl_no_memory(ctx, "a lobe's table");
+    out->bits = bits;
+    fill(&s[0], bits, 1 / whole, out->coef);
+    fill(&s[1], bits, 1 / whole, out->coef + 4 * (size_t)pieces);
+    for (int h = 0; h < 2; h++) {
+        out->start[h] = (float)start_of(&s[h]);
+        out->base[h] = float_bits(out->start[h], 23 - bits) - h * pieces;
+    }
+    return IBL_OK;
+}
+
+void ibl_radial_free(ibl_radial *lobe)
+{
+    if (!lobe)
+        return;
+    ibl_free(lobe->coef);
+    *lobe = (ibl_radial){0};
+}
+
+/* ---- GGX --------------------------------------------------------------- */
+
+/* The formula of kern/radial.h with a peak of 1; arg is the slope. */
+static double ggx_weight(double chord, const void *arg)
+{
+    const double q = chord * chord, t = 1 + *(const double *)arg * q;
+    return (q < 2 ? 1 - 0.5 * q : 0) / (t * t);
+}
+
+/* sin^2 h + alpha^2 cos^2 h = alpha^2 + (1 - alpha^2) q / 4. */
+void ibl_radial_ggx(double alpha, ibl_radial *out)
+{
+    const double a2 = alpha * alpha, slope = 0.25 * (1 - a2) / a2;
+    side s[2] = {{ggx_weight, &slope, 0, 0}, {ggx_weight, &slope, 1, 0}};
+    for (int h = 0; h < 2; h++)
+        s[h].octaves = octaves_of(&s[h], 1);
+    *out =
+        (ibl_radial){.peak = (float)(1 / (integral(&s[0]) + integral(&s[1]))),
+                     .slope = (float)slope};
+}
+
+/* ---- the lights -------------------------------------------------------- */
+
+struct ibl_bright {
+    int count;
+    ibl_radial_light lights[]; /* of face after face */
+};
+
+/* Component along an axis whose components are -1, 0 or 1. */
+static double along(const signed char axis[3], const double d[3])
+{
+    return axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2];
+}
+
+static void turn_light(const ibl_light *light, int face, ibl_radial_light *out)
+{
+    const ibl_face_axes *axes = &ibl_face[face];
+    const double d[3] = {along(axes->forward, light->direction),
+                         along(axes->right, light->direction),
+                         along(axes->down, light->direction)};
+    for (int k = 0; k < 3; k++) {
+        out->at[k] = (float)d[k];
+        out->rest[k] = (float)(d[k] - (double)out->at[k]);
+        out->rgb[k] = light->energy[k];
+    }
+    out->rgb[3] = 0;
+}
+
+ibl_status ibl_bright_create(ibl_ctx *ctx, const ibl_light *lights, int count,
+                             ibl_bright **out)
+{
+    const size_t each = IBL_FACES * sizeof(ibl_radial_light);
+    /* One more light than there are, for what comes before them. */
+    ibl_bright *bright = *out = ibl_alloc_array((size_t)count + 1, each);
+    if (!bright)
+        return ibl_no_memory(ctx, "bright pixels");
+    bright->count = count;
+    for (int face = 0; face < IBL_FACES; face++)
+        for (int i = 0; i < count; i++)
+            turn_light(&lights[i], face,
+                       &bright->lights[(size_t)face * (size_t)count + i]);
+    return IBL_OK;
+}
+
+void ibl_bright_free(ibl_bright *bright)
+{
+    ibl_free(bright);
+}
+
+int ibl_bright_count(const ibl_bright *bright)
+{
+    return bright->count;
+}
+
+const ibl_radial_light *ibl_bright_face(const ibl_bright *bright, int face)
+{
+    return bright->lights + (size_t)face * (size_t)bright->count;
+}

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Point lights seen through a lobe: a function K of the distance between two
+ * unit vectors, q = |d - s|^2, which is 0 from the horizon, q = 2, on.
+ *
+ * Unit vectors come as a float and what that lacks, so that differences of
+ * near ones are as exact as any.
+ */
+#ifndef IBL_KERN_RADIAL_H
+#define IBL_KERN_RADIAL_H
+
+#include "ibl/ibl.h"
+
+enum {
+    IBL_RADIAL_BLOCK = 16 /* texels; rows are padded to multiples of it */
+};
+
+/*
+ * A lobe, one of two ways. Without a table (coef NULL):
+ *     K = peak max(1 - q/2, 0) / (1 + slope q)^2,
+ * GGX, whose half vector has sin^2 = q/4 and cos^2 = 1 - q/4.
+ *
+ * Else by cubic pieces. With v = q to q = 1 and v = 2 - q beyond, on side 0
+ * and 1, t = v + start[side] is a float with 2^bits pieces an octave: its
+ * exponent and the first bits of its fraction, less base[side], are the
+ * number of the piece, the rest of the fraction as x in 0..1 its argument:
+ *     K = c[0] + c[1] x + c[2] x^2 + c[3] x^3, c = coef + 4 piece.
+ */
+typedef struct ibl_radial {
+    float peak, slope;
+    float *coef;
+    int bits;
+    float start[2]; /* powers of two */
+    int base[2];
+} ibl_radial;
+
+/* A light: where it is, the place's remainder, and R, G, B times whatever;
+ * the last is unused. */
+typedef struct ibl_radial_light {
+    float at[3], rest[3], rgb[4];
+} ibl_radial_light;
+
+typedef struct ibl_radial_dsp {
+    /*
+     * Points of a row of a face of `size`: (1, u_i, v) / |(1, u_i, v)|,
+     * u_i = (2 i + 1) / size - 1. Component k of texel i is point[k stride +
+     * i], its remainder point[(k + 3) stride + i], stride = size rounded up
+     * to IBL_RADIAL_BLOCK; 6 stride floats are written.
+     */
+    void (*points)(double v, int size, float *point);
+    /*
+     * rgba[4 i + c] += sum over lights of rgb[c] K(|point_i - at|^2), for the
+     * `size` texels of a row and those up to the multiple of
+     * IBL_RADIAL_BLOCK; the fourth channel is left alone.
+     */
+    void (*add)(const ibl_radial *lobe, const ibl_radial_light *lights,
+                int count, const float *point, int size, float *rgba);
+} ibl_radial_dsp;
+
+/* isa: what the context uses, not IBL_ISA_AUTO. */
+void ibl_radial_dsp_init(ibl_radial_dsp *dsp, ibl_isa isa);
+
+void ibl_radial_init_c(ibl_radial_dsp *dsp);
+void ibl_radial_init_sse2(ibl_radial_dsp *dsp);
+void ibl_radial_init_avx2(ibl_radial_dsp *dsp);
+void ibl_radial_init_avx512(ibl_radial_dsp *dsp);
+
+#endif

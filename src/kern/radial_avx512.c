@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: MIT */
+#include "kern/radial_lanes.h"
+
+static void points(double v, int size, float *point)
+{
+    lanes_points(v, size, point);
+}
+
+static void add(const ibl_radial *lobe, const ibl_radial_light *lights,
+                int count, const float *point, int size, float *rgba)
+{
+    lanes_add(lobe, lights, count, point, size, rgba);
+}
+
+void ibl_radial_init_avx512(ibl_radial_dsp *dsp)
+{
+    *dsp = (ibl_radial_dsp){points, add};
+}
