@@ -1,0 +1,107 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The last step of a spectral level: from samples on rings to the texels of a
+ * cube, by 8 x 8 samples around each texel's centre (taps.h), with what else
+ * a texel is made of in the same pass.
+ *
+ * Weights are made for the field's spectrum, so errors follow from it and
+ * from the samples a wave at the field's degree, on the equator columns /
+ * degree and along a meridian 2 rings / degree. Root mean square error in
+ * each of the two directions, in parts of the field's own:
+ *
+ *     samples a wave            2.2     2.5     3       4       5
+ *     exponential, 1e-5 there   3.5e-5  1.4e-5  3.6e-6  3.9e-7  7e-8
+ *     exponential, 1e-7 there   3.1e-6  1.2e-6  2.9e-7  3e-8    1e-8
+ *     Gaussian,    1e-5 there   1.5e-4  5.5e-5  1.3e-5  1.3e-6  2.2e-7
+ *     as strong as everywhere   6e-2    1.7e-2  3.0e-3  2.3e-4  3.3e-5
+ *
+ * and the rounding of floats, about 1e-7 of the largest values around.
+ */
+#ifndef IBL_BAKE_SPECTRAL_RESAMPLE_H
+#define IBL_BAKE_SPECTRAL_RESAMPLE_H
+
+#include <stddef.h>
+
+#include "bake/spectral/bright.h"
+#include "ibl/ibl.h"
+
+enum {
+    IBL_GRID_BORDER = 4 /* columns and rings around a grid */
+};
+
+/*
+ * Samples of a function on the sphere: ring j at theta = pi (j + 1/2) / rings
+ * from +Y, column i at phi = 2 pi (i + 1/2) / columns - pi in the world's
+ * axes. Around them a border: columns go on around the ring, rings beyond a
+ * pole are those before it half a turn away, as the function is.
+ */
+typedef struct ibl_ring_grid {
+    int rings;     /* 1..IBL_MAX_EDGE */
+    int columns;   /* a power of two, 4..IBL_MAX_EDGE */
+    size_t stride; /* floats from ring to ring, a multiple of 16 */
+    float *data;   /* 4 floats a sample, 64-byte aligned, borders included */
+    size_t room;   /* floats that data has */
+} ibl_ring_grid;
+
+/*
+ * Gives grid a shape, contents undefined. A grid that has been given one
+ * before keeps its memory where that is enough; else a zeroed one. After an
+ * error it is empty. Free with ibl_ring_grid_free.
+ * IBL_ERR_ARGUMENT: rings or columns out of range.
+ */
+ibl_status ibl_ring_grid_alloc(ibl_ctx *ctx, int rings, int columns,
+                               ibl_ring_grid *grid);
+void ibl_ring_grid_free(ibl_ring_grid *grid); /* NULL and zeroed are fine */
+
+/* Column 0 of a ring, -IBL_GRID_BORDER..rings + IBL_GRID_BORDER - 1; 64-byte
+ * aligned. */
+static inline float *ibl_ring_grid_at(const ibl_ring_grid *grid, int ring)
+{
+    return grid->data + (size_t)(ring + IBL_GRID_BORDER) * grid->stride +
+           4 * IBL_GRID_BORDER;
+}
+
+/*
+ * Fills what of the border comes from rings first..first + count - 1, which
+ * have been written: best by the job that wrote them, while they are near.
+ * The border is complete when that was done for every ring.
+ */
+void ibl_ring_grid_close(const ibl_ring_grid *grid, int first, int count);
+/* That for all rings, on the pool. */
+ibl_status ibl_ring_grid_fill_borders(ibl_ctx *ctx, const ibl_ring_grid *grid);
+
+/*
+ * What a level is made of: at each texel's centre d, in each channel
+ *     clamp(offset + gain(theta) (field(d) + sum of energy K(|d - light|))).
+ */
+typedef struct ibl_level_sum {
+    const ibl_ring_grid *grid; /* the field, borders filled */
+    const double *spectrum;    /* its amplitude at degrees 0..degree, in any
+                                  unit (the lobe's k_l); NULL: falling
+                                  exponentially to 1e-5 at degree */
+    int degree;                /* of the field, >= 0 */
+    const ibl_bright *bright;  /* NULL: no lights */
+    const ibl_radial *lobe;    /* K; needed where there are lights */
+    const float *gain;         /* of each ring, interpolated; NULL: 1 */
+    float offset[3], low[3], high[3]; /* low may be -INFINITY, high INFINITY;
+                                         NaN becomes low */
+} ibl_level_sum;
+
+/*
+ * Writes every texel of a level of cube, the edge of its faces any. Runs on
+ * ctx's pool and reports progress under stage (NULL: silently). Nothing but
+ * rounding keeps constants from staying constant: weights sum to 1.
+ * IBL_ERR_MEMORY, IBL_ERR_CANCELLED: the level is unspecified. The same bytes
+ * for any number of threads.
+ */
+ibl_status ibl_spectral_texels(ibl_ctx *ctx, const char *stage,
+                               const ibl_level_sum *sum, const ibl_cube *cube,
+                               int level);
+
+/* The same of the field alone, of unknown spectrum and of degree rings / 2 at
+ * most: 4 samples a wave. */
+ibl_status ibl_grid_to_cube(ibl_ctx *ctx, const char *stage,
+                            const ibl_ring_grid *grid, const ibl_cube *cube,
+                            int level);
+
+#endif
