@@ -334,6 +334,38 @@ static void energy_and_round_trip(void)
     each_isa(parseval);
 }
 
+/* Lane l is a sum of lanes of another run: so are its bins; and twice the
+ * rows give exactly twice the bins. */
+static void linear(ibl_isa isa)
+{
+    enum {
+        N = 1024,
+        BINS = N / 2 + 1
+    };
+    fixture x, y;
+    error_sum e = {0, 0};
+    fixture_init(&x, isa, N, BINS, true);
+    fixture_init(&y, isa, N, BINS, true);
+    for (int k = 0; k < N * LANES; k += LANES) {
+        y.rows[k] = x.rows[k] + x.rows[k + 1];
+        y.rows[k + 1] = 2 * x.rows[k + 2];
+    }
+    forward(&x);
+    forward(&y);
+    for (int k = 0; k < BINS * 2 * LANES; k += LANES) {
+        add_error(&e, y.spectrum[k], (double)x.spectrum[k] + x.spectrum[k + 1]);
+        CHECK(y.spectrum[k + 1] == 2 * x.spectrum[k + 2]);
+    }
+    check_rms(&e, isa, N, "sum");
+    fixture_free(&x);
+    fixture_free(&y);
+}
+
+static void sums_of_rows(void)
+{
+    each_isa(linear);
+}
+
 /* Lanes know nothing of each other: infinite ones spoil themselves alone. */
 static void lane_alone(ibl_isa isa)
 {
@@ -511,6 +543,7 @@ static const test tests[] = {
     TEST(bins_beyond_the_length),
     TEST(impulse_response),
     TEST(energy_and_round_trip),
+    TEST(sums_of_rows),
     TEST(lanes_are_independent),
     TEST(rows_to_lanes),
     TEST(lanes_to_rows),

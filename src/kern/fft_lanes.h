@@ -170,8 +170,8 @@ static inline void pass(float *z, size_t size, const float *w)
         for (size_t l = 0; l < IBL_FFT_LANES; l += VF) {
             float *at = z + j * IBL_FFT_VALUE + l;
             vc v[4];
-    #pragma GCC unroll 4
-        for (size_t k = 0; k < 4; k++)
+#pragma GCC unroll 4
+            for (size_t k = 0; k < 4; k++)
                 v[k] = vc_load(at, k * q);
             quarter(v);
             vc_store(at, 0, v[0]);
@@ -193,8 +193,8 @@ static inline void pass_inverse(float *z, size_t size, const float *w)
             v[2] = vc_mul_conj(vc_load(at, 2 * q), w);
             v[3] = vc_mul_conj(vc_load(at, 3 * q), w + 4);
             quarter_inverse(v);
-    #pragma GCC unroll 4
-        for (size_t k = 0; k < 4; k++)
+#pragma GCC unroll 4
+            for (size_t k = 0; k < 4; k++)
                 vc_store(at, k * q, v[k]);
         }
 }

@@ -72,7 +72,7 @@ typedef struct ibl_azimuth_rows {
  *   plan        of ibl_azimuth_create
  *   out         at least the plan's orders; those beyond are left alone
  *   first_ring  a multiple of IBL_AZIMUTH_ROWS
- * Rows equal to subtract give zeros, exactly.
+ * Rows equal to subtract give zeros, exactly; F_0 is real, exactly.
  */
 void ibl_azimuth_forward(const ibl_azimuth *plan, const ibl_azimuth_rows *rows,
                          float *scratch, ibl_ring_spectra *out, int first_ring);
