@@ -55,7 +55,7 @@ done >"$build/layers.txt" <<'ROOMS'
 core core
 image image core kern
 brdf brdf core
-kern kern core
+kern kern core brdf
 bake bake core image brdf kern
 io io core image kern
 cli cli

@@ -34,6 +34,22 @@ static inline vf vf_all(float x)
     return _mm512_set1_ps(x);
 }
 
+static inline vf vf_sqrt(vf v)
+{
+    return _mm512_sqrt_ps(v);
+}
+
+/* b where one of them is NaN. */
+static inline vf vf_min(vf a, vf b)
+{
+    return _mm512_min_ps(a, b);
+}
+
+static inline vf vf_max(vf a, vf b)
+{
+    return _mm512_max_ps(a, b);
+}
+
 static inline vf vf_fma(vf a, vf b, vf c)
 {
     return _mm512_fmadd_ps(a, b, c);
@@ -91,6 +107,21 @@ static inline vf vf_all(float x)
     return _mm256_set1_ps(x);
 }
 
+static inline vf vf_sqrt(vf v)
+{
+    return _mm256_sqrt_ps(v);
+}
+
+static inline vf vf_min(vf a, vf b)
+{
+    return _mm256_min_ps(a, b);
+}
+
+static inline vf vf_max(vf a, vf b)
+{
+    return _mm256_max_ps(a, b);
+}
+
 static inline vf vf_fma(vf a, vf b, vf c)
 {
     return _mm256_fmadd_ps(a, b, c);
@@ -145,6 +176,21 @@ static inline void vf_store(float *p, vf v)
 static inline vf vf_all(float x)
 {
     return _mm_set1_ps(x);
+}
+
+static inline vf vf_sqrt(vf v)
+{
+    return _mm_sqrt_ps(v);
+}
+
+static inline vf vf_min(vf a, vf b)
+{
+    return _mm_min_ps(a, b);
+}
+
+static inline vf vf_max(vf a, vf b)
+{
+    return _mm_max_ps(a, b);
 }
 
 static inline vf vf_fma(vf a, vf b, vf c)

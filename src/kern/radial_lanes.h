@@ -15,11 +15,6 @@ typedef int vi __attribute__((vector_size(sizeof(vf))));
  * whether any lane is less, gathering, roots, and adding three vectors to VF
  * texels of four floats. */
 #if VF == 16
-static inline vf vf_max(vf a, vf b)
-{
-    return _mm512_max_ps(a, b);
-}
-
 static inline vf keep_less(vf value, vf a, vf b)
 {
     return _mm512_maskz_mov_ps(_mm512_cmp_ps_mask(a, b, _CMP_LT_OQ), value);
@@ -64,11 +59,6 @@ static inline void add_rgb(float *rgba, vf r, vf g, vf b)
              vf_load(rgba + 48) + _mm512_shuffle_f32x4(a2, a3, 0xDD));
 }
 #elif VF == 8
-static inline vf vf_max(vf a, vf b)
-{
-    return _mm256_max_ps(a, b);
-}
-
 static inline vf keep_less(vf value, vf a, vf b)
 {
     return _mm256_and_ps(_mm256_cmp_ps(a, b, _CMP_LT_OQ), value);
@@ -109,11 +99,6 @@ static inline void add_rgb(float *rgba, vf r, vf g, vf b)
              vf_load(rgba + 24) + _mm256_permute2f128_ps(t2, t3, 0x31));
 }
 #else
-static inline vf vf_max(vf a, vf b)
-{
-    return _mm_max_ps(a, b);
-}
-
 static inline vf keep_less(vf value, vf a, vf b)
 {
     return _mm_and_ps(_mm_cmplt_ps(a, b), value);
