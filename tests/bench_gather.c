@@ -57,13 +57,13 @@ static double run(ibl_isa isa, const ibl_samples *samples,
 int main(void)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    const ibl_sampling lobe = {.alpha = 0.018,
-                           .count = 1024,
-                           .edge = SIZE,
-                           .levels = LEVELS,
-                           .lod_bias = 1,
-                           .pdf_mip = true,
-                           .footprint = 1e-5};
+    const ibl_sampling lobe = {.shape = ibl_lobe_shape_of(IBL_LOBE_GGX, 0.018),
+                               .count = 1024,
+                               .edge = SIZE,
+                               .levels = LEVELS,
+                               .lod_bias = 1,
+                               .pdf_mip = true,
+                               .footprint = 1e-5};
     double times[IBL_ISA_AVX512 + 1][ROUNDS];
     ibl_gather_level levels[LEVELS];
     test_random r = {1};

@@ -88,8 +88,8 @@ static ibl_cube bake(ibl_ctx *ctx, const ibl_image *env,
 }
 
 /* Of every step-th texel of a level, over all channels. */
-static double truth_error(const ibl_image *env, const ibl_cube *cube, int level,
-                          double roughness, int step)
+static double lobe_error(const ibl_image *env, const ibl_cube *cube, int level,
+                         ibl_lobe lobe, double roughness, int step)
 {
     const int n = ibl_cube_edge(cube->size, level);
     const float *p = ibl_cube_face(cube, level, 0);
@@ -97,13 +97,19 @@ static double truth_error(const ibl_image *env, const ibl_cube *cube, int level,
     for (int i = 0; i < IBL_FACES * n * n; i += step) {
         double d[3], want[3];
         truth_cube_direction(n, i / (n * n), i % n, i / n % n, d);
-        truth_specular(env, d, roughness, want);
+        truth_lobe(env, d, lobe, roughness, want);
         for (int c = 0; c < 3; c++) {
             error += pow((double)p[3 * i + c] - want[c], 2);
             norm += want[c] * want[c];
         }
     }
     return sqrt(error / norm);
+}
+
+static double truth_error(const ibl_image *env, const ibl_cube *cube, int level,
+                          double roughness, int step)
+{
+    return lobe_error(env, cube, level, IBL_LOBE_GGX, roughness, step);
 }
 
 /* nRMSE of b's level against a's, b looked up where matrix turns a's texel,
@@ -153,8 +159,11 @@ static void constant_stays(void)
     ibl_image env;
     constant_map(ctx, 24, 12, 0.3f, &env);
     for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {
-        for (int mode = 0; mode < 4; mode++) {
+        for (int mode = 0; mode < 6; mode++) {
             ibl_specular_options o = options(sizes[s], 1, 50);
+            o.lobe = mode == 4   ? IBL_LOBE_CHARLIE
+                     : mode == 5 ? IBL_LOBE_PHONG
+                                 : IBL_LOBE_GGX;
             while (sizes[s] >> o.levels)
                 o.levels++;
             o.jitter = mode == 1;
@@ -215,35 +224,71 @@ static void smooth_map_is_right(void)
     ibl_ctx_free(ctx);
 }
 
-static void more_samples_come_closer(void)
+static void other_lobes_are_right(void)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    for (int k = 0; k < 6; k++) {
+        const ibl_lobe lobe = (ibl_lobe)(k % 3);
+        /* A ring all along the horizon is a larger place than a peak. */
+        const double worse = lobe == IBL_LOBE_CHARLIE ? 4 : 1;
+        ibl_image env;
+        ibl_specular_options o = options(32, 4, 1024);
+        o.lobe = lobe;
+        if (k < 3)
+            smooth_map(ctx, 128, 64, &env);
+        else
+            sun_map(ctx, 128, 64, 80, 19, &env);
+        ibl_cube cube = bake(ctx, &env, &o);
+        for (int l = 1; l < 4; l++) {
+            const double e = lobe_error(&env, &cube, l, lobe, l / 3.0, 7);
+            CHECK_MSG(e < (k < 3 ? 6e-3 : 0.05) * worse,
+                      "%s, %s, level %d: %.4f", ibl_lobe_name(lobe),
+                      k < 3 ? "smooth" : "a sun", l, e);
+        }
+        ibl_cube_free(&cube);
+        ibl_image_free(&env);
+    }
+    ibl_ctx_free(ctx);
+}
+
+static void expect_closer(ibl_lobe lobe, double least)
 {
     static const int counts[] = {32, 512, 8192};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_image env;
-    double last = 1;
+    double last = 2;
     sun_map(ctx, 128, 64, 80, 25, &env);
     for (int k = 0; k < 3; k++) {
         ibl_specular_options o = options(16, 3, 7);
+        o.lobe = lobe;
         o.level_samples[1] = o.level_samples[2] = counts[k];
         ibl_cube cube = bake(ctx, &env, &o);
-        const double e = truth_error(&env, &cube, 1, 0.5, 1) +
-                         truth_error(&env, &cube, 2, 1, 1);
-        CHECK_MSG(e < 0.7 * last, "%d samples: %.4f after %.4f", counts[k], e,
-                  last);
+        const double e = lobe_error(&env, &cube, 1, lobe, 0.5, 1) +
+                         lobe_error(&env, &cube, 2, lobe, 1, 1);
+        CHECK_MSG(e < 0.7 * last, "%s, %d samples: %.4f after %.4f",
+                  ibl_lobe_name(lobe), counts[k], e, last);
         last = e;
         ibl_cube_free(&cube);
     }
-    CHECK_MSG(last < 0.02, "%.4f", last);
+    CHECK_MSG(last < least, "%s: %.4f", ibl_lobe_name(lobe), last);
     ibl_image_free(&env);
     ibl_ctx_free(ctx);
 }
 
-static void roughest_level_is_irradiance(void)
+static void more_samples_come_closer(void)
+{
+    expect_closer(IBL_LOBE_GGX, 0.02);
+    expect_closer(IBL_LOBE_CHARLIE, 0.04);
+    expect_closer(IBL_LOBE_PHONG, 0.02);
+}
+
+static void expect_irradiance(ibl_lobe lobe)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_image env;
     sun_map(ctx, 64, 32, 50, 9, &env);
-    const ibl_specular_options o = options(32, 3, 1024);
+    ibl_specular_options o = options(32, 3, 1024);
+    o.lobe = lobe;
     ibl_cube cube = bake(ctx, &env, &o);
     const float *p = ibl_cube_face(&cube, 2, 0);
     double error = 0, norm = 0;
@@ -258,6 +303,12 @@ static void roughest_level_is_irradiance(void)
     ibl_cube_free(&cube);
     ibl_image_free(&env);
     ibl_ctx_free(ctx);
+}
+
+static void roughest_level_is_irradiance(void)
+{
+    expect_irradiance(IBL_LOBE_GGX);
+    expect_irradiance(IBL_LOBE_PHONG);
 }
 
 /* The mean of a level is that of the source, but for the midpoint rule over
@@ -546,15 +597,17 @@ static void sample_sets_are_sound(void)
     static const double alphas[] = {1e-300, 1e-30, 1e-8, 1e-4, 0.018, 0.5, 1};
     static const int counts[] = {1, 2, 15, 16, 17, 1024, 5000};
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    for (int k = 0; k < 7 * 7 * 3; k++) {
+    for (int k = 0; k < 7 * 7 * 3 * 3; k++) {
         ibl_samples s;
-        const ibl_sampling lobe = {.alpha = alphas[k % 7],
-                               .count = counts[k / 7 % 7],
-                               .edge = 128,
-                               .levels = 8,
-                               .lod_bias = 4 * (k / 49) - 4,
-                               .pdf_mip = k % 5 > 0,
-                               .footprint = 1e-5};
+        const ibl_lobe which = (ibl_lobe)(k / 147);
+        const ibl_sampling lobe = {.shape =
+                                       ibl_lobe_shape_of(which, alphas[k % 7]),
+                                   .count = counts[k / 7 % 7],
+                                   .edge = 128,
+                                   .levels = 8,
+                                   .lod_bias = 4 * (k / 49 % 3) - 4,
+                                   .pdf_mip = k % 5 > 0,
+                                   .footprint = 1e-5};
         NEED(!ibl_samples_specular(ctx, &lobe, &s));
         check_set(&s, 8);
         ibl_samples_free(&s);
@@ -670,6 +723,7 @@ static const test tests[] = {
     TEST(constant_stays),
     TEST(one_pixel_sun),
     TEST(smooth_map_is_right),
+    TEST(other_lobes_are_right),
     TEST(more_samples_come_closer),
     TEST(roughest_level_is_irradiance),
     TEST(levels_keep_energy),

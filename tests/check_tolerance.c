@@ -61,7 +61,7 @@ static int rising(const void *a, const void *b)
 
 /* ---- the tree ---------------------------------------------------------- */
 
-static void tree_is_right(void)
+static void tree_is_right_with(ibl_lobe which)
 {
     static const double roughness[] = {0.25, 0.4, 0.6, 0.8, 1};
     static const int shapes[][2] = {{128, 64}, {97, 53}, {5, 3}, {1, 1}};
@@ -74,15 +74,15 @@ static void tree_is_right(void)
         NEED(!ibl_tree_create(ctx, &env, 0, &tree));
         /* Few pixels stand for patches, not for points. */
         for (size_t k = shapes[s][0] < 64 ? 5 : 1; k < 5; k++) {
-            const ibl_tree_lobe lobe =
-                ibl_tree_lobe_of(roughness[k] * roughness[k]);
+            const ibl_lobe_shape lobe =
+                ibl_lobe_shape_of(which, roughness[k] * roughness[k]);
             double worst[3] = {0};
             for (int i = 0; i < 40; i++) {
                 static const double accuracy[] = {1e-2, 1e-3, 1e-4};
                 double d[3], want[3], got[3];
                 truth_cube_direction(8, i % 6, 8 * test_random_unit(&random),
                                      8 * test_random_unit(&random), d);
-                truth_specular(&env, d, roughness[k], want);
+                truth_lobe(&env, d, which, roughness[k], want);
                 for (int a = 0; a < 3; a++) {
                     ibl_tree_specular(tree, &lobe, d, accuracy[a], got);
                     worst[a] =
@@ -96,14 +96,21 @@ static void tree_is_right(void)
             const double rule = pixel * pixel / (alpha * alpha) / 24;
             CHECK_MSG(worst[0] < 2e-2 + rule && worst[1] < 2.5e-3 + rule &&
                           worst[2] < 1e-3 + rule,
-                      "%dx%d r %.2f: %.1e %.1e %.1e, rule %.1e", env.width,
-                      env.height, roughness[k], worst[0], worst[1], worst[2],
-                      rule);
+                      "%s %dx%d r %.2f: %.1e %.1e %.1e, rule %.1e",
+                      ibl_lobe_name(which), env.width, env.height, roughness[k],
+                      worst[0], worst[1], worst[2], rule);
         }
         ibl_tree_free(tree);
         ibl_image_free(&env);
     }
     ibl_ctx_free(ctx);
+}
+
+static void tree_is_right(void)
+{
+    tree_is_right_with(IBL_LOBE_GGX);
+    tree_is_right_with(IBL_LOBE_CHARLIE);
+    tree_is_right_with(IBL_LOBE_PHONG);
 }
 
 /* ---- the estimate ------------------------------------------------------ */
@@ -128,8 +135,8 @@ typedef struct looked {
     double want[MAX_TEXELS][3];
 } looked;
 
-static void look(const ibl_image *env, int edge, double roughness, int cells,
-                 looked *l)
+static void look(const ibl_image *env, int edge, ibl_lobe lobe,
+                 double roughness, int cells, looked *l)
 {
     test_random random = {(uint64_t)edge + 99};
     l->edge = edge;
@@ -145,7 +152,7 @@ static void look(const ibl_image *env, int edge, double roughness, int cells,
         }
         const int face = i / (cells * cells);
         truth_cube_direction(edge, face, x, y, d);
-        truth_specular(env, d, roughness, l->want[l->count]);
+        truth_lobe(env, d, lobe, roughness, l->want[l->count]);
         l->texels[l->count++] = (face * edge + y) * edge + x;
     }
 }
@@ -171,20 +178,22 @@ typedef struct tally {
 } tally;
 
 static void judge(ibl_ctx *ctx, const char *name, const ibl_image *env,
-                  int size, const double *tolerances, int count, int cells,
-                  tally *t)
+                  ibl_lobe lobe, int size, const double *tolerances, int count,
+                  int cells, tally *t)
 {
     const bool full = getenv("IBL_TEST_FULL");
     looked *at = calloc(IBL_MAX_LEVELS, sizeof *at);
     ibl_specular_options o = ibl_specular_options_default();
     ibl_specular_layout layout;
     double mean[3];
+    o.lobe = lobe;
     o.size = size;
     o.samples = 65536;
     NEED(at && !ibl_specular_layout_of(&o, &layout));
     truth_mean(env, mean);
     for (int l = 1; l < layout.levels; l++)
-        look(env, ibl_cube_edge(size, l), layout.roughness[l], cells, &at[l]);
+        look(env, ibl_cube_edge(size, l), lobe, layout.roughness[l], cells,
+             &at[l]);
     for (int k = 0; k < count; k++) {
         ibl_specular_report report;
         ibl_cube cube = {0};
@@ -242,8 +251,12 @@ static void estimate_bounds_error(void)
             continue;
         used++;
         for (int s = 0; s < (full ? 3 : 1); s++)
-            judge(ctx, names[e], &env, sizes[s], full ? all : some,
-                  full ? 4 : 2, full ? 7 : 4, &t);
+            judge(ctx, names[e], &env, IBL_LOBE_GGX, sizes[s],
+                  full ? all : some, full ? 4 : 2, full ? 7 : 4, &t);
+        for (int lobe = IBL_LOBE_CHARLIE; lobe <= (int)IBL_LOBE_PHONG; lobe++)
+            if (!e || full)
+                judge(ctx, ibl_lobe_name((ibl_lobe)lobe), &env, (ibl_lobe)lobe,
+                      64, some, full ? 2 : 1, full ? 7 : 4, &t);
         ibl_image_free(&env);
     }
     CHECK(used >= (wanted < 2 ? wanted : 2));
@@ -417,8 +430,8 @@ static void parts_are_right(void)
     CHECK(cube.levels == report.layout.levels);
     looked *at = calloc(1, sizeof *at);
     for (int l = 0; at && l < cube.levels; l++) {
-        look(&env, ibl_cube_edge(cube.size, l), report.layout.roughness[l], 4,
-             at);
+        look(&env, ibl_cube_edge(cube.size, l), IBL_LOBE_GGX,
+             report.layout.roughness[l], 4, at);
         const double p95 = measured(&cube, l, at, mean);
         CHECK_MSG(p95 < 0.06, "level %d: %.3f", l, p95);
         CHECK(report.level[l].samples == 4096 && report.level[l].error == -1);

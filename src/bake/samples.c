@@ -1,15 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Sources: Karis 2013, "Real Shading in Unreal Engine 4" (N.L weights);
- * Walter et al. 2007, eq. 35 and 36 (sampling GGX); Krivanek and Colbert
- * 2008, "Real-time Shading with Filtered Importance Sampling" (mip from pdf).
+ * Krivanek and Colbert 2008, "Real-time Shading with Filtered Importance
+ * Sampling" (mip from pdf). The sampling of each lobe is in brdf/lobe.h.
  */
 #include "bake/samples.h"
 
 #include <limits.h>
 #include <math.h>
 
-#include "brdf/ggx.h"
 #include "brdf/hammersley.h"
 #include "core/alloc.h"
 #include "core/context.h"
@@ -123,18 +122,24 @@ void ibl_samples_free(ibl_samples *samples)
 /* ---- specular --------------------------------------------------------- */
 
 /* Mean solid angle of a texel of the pyramid's level 0. */
-static double texel_angle(const ibl_sampling *lobe)
+static double texel_angle(const ibl_sampling *s)
 {
-    return 4 * IBL_PI / (6.0 * lobe->edge * lobe->edge);
+    return 4 * IBL_PI / (6.0 * s->edge * s->edge);
 }
 
 /* Below 0 where a sample wants a finer level than there is. */
-static double lod_of(const ibl_sampling *lobe, double pdf)
+static double lod_of(const ibl_sampling *s, double pdf)
 {
-    if (!lobe->pdf_mip)
+    if (!s->pdf_mip)
         return -1;
-    return 0.5 * log2(1 / (lobe->count * pdf * texel_angle(lobe))) +
-           lobe->lod_bias;
+    return 0.5 * log2(1 / (s->count * pdf * texel_angle(s))) + s->lod_bias;
+}
+
+/* d(ln D) for the angle from R: q = sin^2(angle / 2). */
+static double slope(const ibl_lobe_shape *shape, double sin_h, double cos_h,
+                    double cosine)
+{
+    return ibl_lobe_bend_at(shape, sin_h * sin_h, cosine).first * sin_h * cos_h;
 }
 
 /*
@@ -154,52 +159,45 @@ static double lod_of(const ibl_sampling *lobe, double pdf)
  *   It and all else that D leaves give s = -v/2 tan(angle); of a cosine lobe
  *   this is sin -> sin / sqrt(1 + v), in which form it keeps light from
  *   leaking over the horizon.
- * - The constant part c adds s = c/2 d(ln D) = -c/2 sin(angle) (1 - a^2) / t,
- *   t = sin^2 + a^2 cos^2 of the half vector. It counts for lobes little
- *   wider than a texel; those narrower are past this first order, and their
- *   samples stay beyond half their angle.
+ * - The constant part c adds s = c/2 d(ln D). It counts for lobes little wider
+ *   than a texel; those narrower are past this first order, and their samples
+ *   stay beyond half their angle, and above the horizon.
  */
-static double moved_angle(const ibl_sampling *lobe, double sin_h, double cos_h,
+static double moved_angle(const ibl_sampling *s, const ibl_lobe_sample *at,
                           double lod)
 {
-    const double angle = 2 * atan2(sin_h, cos_h);
-    const double a2 = lobe->alpha * lobe->alpha;
-    const double t = sin_h * sin_h + a2 * cos_h * cos_h;
-    const double h2 = texel_angle(lobe);
-    double grown = 0, constant = lobe->footprint + h2 / 4;
+    const double angle = 2 * atan2(at->sin_h, at->cos_h);
+    const double h2 = texel_angle(s);
+    double grown = 0, constant = s->footprint + h2 / 4;
 
     if (lod > 0) {
-        grown = h2 * 5 / 12 * pow(4, fmin(lod, lobe->levels - 1));
-        constant = lobe->footprint - h2 / 6;
+        grown = h2 * 5 / 12 * pow(4, fmin(lod, s->levels - 1));
+        constant = s->footprint - h2 / 6;
     }
-    double move = -0.5 * constant * sin(angle) * (1 - a2) / t;
-    move = fmin(fmax(move, -0.5 * angle), 0.5 * angle);
+    double move =
+        0.5 * constant * slope(&s->shape, at->sin_h, at->cos_h, at->cosine);
+    move =
+        fmin(fmax(move, -0.5 * angle), fmin(0.5 * angle, 0.5 * IBL_PI - angle));
     return asin(fmin(sin(angle + move), 1) / sqrt(1 + grown + constant));
 }
 
-/* Point i of the part of the lobe above the horizon. There the half vector is
- * within 45 degrees, which is the first 1 / (1 + alpha^2) of Walter's u. */
-static sample make_sample(const ibl_sampling *lobe, int i)
+static sample make_sample(const ibl_sampling *s, int i)
 {
-    const double part = 1 / (1 + lobe->alpha * lobe->alpha);
-    double u1, u2, sin_h, cos_h;
-    ibl_hammersley((uint32_t)i, (uint32_t)lobe->count, &u1, &u2);
-    ibl_ggx_sample_half(u1 * part, lobe->alpha, &sin_h, &cos_h);
-
-    /* pdf = D N.H / (4 V.H), and V = N. */
-    const double d = ibl_ggx_d_sincos(sin_h, cos_h, lobe->alpha);
-    const double lod = lod_of(lobe, d / (4 * part));
-    const double angle = moved_angle(lobe, sin_h, cos_h, lod);
+    double u1, u2;
+    ibl_hammersley((uint32_t)i, (uint32_t)s->count, &u1, &u2);
+    const ibl_lobe_sample at = ibl_lobe_draw(&s->shape, u1);
+    const double lod = lod_of(s, at.pdf);
+    const double angle = moved_angle(s, &at, lod);
     const double phi = 2 * IBL_PI * u2;
     return (sample){.x = sin(angle) * cos(phi),
                     .y = sin(angle) * sin(phi),
                     .z = cos(angle),
-                    .weight = (cos_h - sin_h) * (cos_h + sin_h),
-                    .lod = fmin(fmax(lod, 0), lobe->levels - 1)};
+                    .weight = at.cosine,
+                    .lod = fmin(fmax(lod, 0), s->levels - 1)};
 }
 
 struct drawing {
-    const ibl_sampling *lobe;
+    const ibl_sampling *sampling;
     sample *all;
 };
 
@@ -208,23 +206,23 @@ static void sample_job(void *arg, int job, int worker)
     const struct drawing *d = arg;
     const int first = job * JOB_SAMPLES;
     (void)worker;
-    for (int i = first; i < first + JOB_SAMPLES && i < d->lobe->count; i++)
-        d->all[i] = make_sample(d->lobe, i);
+    for (int i = first; i < first + JOB_SAMPLES && i < d->sampling->count; i++)
+        d->all[i] = make_sample(d->sampling, i);
 }
 
-ibl_status ibl_samples_specular(ibl_ctx *ctx, const ibl_sampling *lobe,
+ibl_status ibl_samples_specular(ibl_ctx *ctx, const ibl_sampling *sampling,
                                 ibl_samples *samples)
 {
-    struct drawing d = {.lobe = lobe};
+    struct drawing d = {.sampling = sampling};
     ibl_status status;
 
-    d.all = ibl_alloc_array((size_t)lobe->count, sizeof *d.all);
+    d.all = ibl_alloc_array((size_t)sampling->count, sizeof *d.all);
     if (!d.all)
         return ibl_no_memory(ctx, "a set of samples");
-    status =
-        ibl_run(ctx, NULL, (lobe->count - 1) / JOB_SAMPLES + 1, sample_job, &d);
+    status = ibl_run(ctx, NULL, (sampling->count - 1) / JOB_SAMPLES + 1,
+                     sample_job, &d);
     if (!status)
-        status = finish(ctx, d.all, lobe->count, samples);
+        status = finish(ctx, d.all, sampling->count, samples);
     ibl_free(d.all);
     return status;
 }

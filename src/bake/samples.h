@@ -6,6 +6,7 @@
 
 #include <stdbool.h>
 
+#include "brdf/lobe.h"
 #include "ibl/ibl.h"
 #include "kern/gather.h"
 
@@ -17,19 +18,19 @@ typedef struct ibl_samples {
 } ibl_samples;
 
 typedef struct ibl_sampling {
-    double alpha; /* GGX width, 0 < alpha <= 1 */
-    int count;    /* Hammersley points */
-    int edge;     /* of the pyramid's level 0 */
-    int levels;   /* of the pyramid */
+    ibl_lobe_shape shape;
+    int count;  /* Hammersley points */
+    int edge;   /* of the pyramid's level 0 */
+    int levels; /* of the pyramid */
     double lod_bias;
     bool pdf_mip;     /* else every lookup at level 0 */
     double footprint; /* variance of a source pixel as level 0 has it, along
                          one axis, in square radians */
 } ibl_sampling;
 
-/* Hammersley points through the part of the GGX lobe above the horizon,
+/* Hammersley points through the part of the lobe's D above the horizon,
  * N = V = R, weights N.L. */
-ibl_status ibl_samples_specular(ibl_ctx *ctx, const ibl_sampling *lobe,
+ibl_status ibl_samples_specular(ibl_ctx *ctx, const ibl_sampling *sampling,
                                 ibl_samples *samples);
 
 /* The grid over the hemisphere in theta and phi: midpoints, at most step

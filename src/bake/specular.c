@@ -6,7 +6,7 @@
 
 #include "bake/filter.h"
 #include "bake/tolerance.h"
-#include "brdf/ggx.h"
+#include "brdf/lobe.h"
 #include "core/context.h"
 
 enum {
@@ -38,10 +38,6 @@ static ibl_status check(ibl_ctx *ctx, const ibl_specular_options *o)
                         "lobe %d: must be ggx (%d), charlie (%d) or phong (%d)",
                         (int)o->lobe, IBL_LOBE_GGX, IBL_LOBE_CHARLIE,
                         IBL_LOBE_PHONG);
-    if (o->lobe != IBL_LOBE_GGX)
-        return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
-                        "lobe %s: cannot be sampled yet: use ggx",
-                        ibl_lobe_name(o->lobe));
     if (o->mapping != IBL_ROUGHNESS_LINEAR &&
         o->mapping != IBL_ROUGHNESS_FILAMENT)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
@@ -115,13 +111,15 @@ static int lookup_edge(const ibl_specular_bake *b,
     const int size = b->layout.size;
     double wanted = 1, lookups = 0;
     for (int l = 0; l < b->layout.levels; l++) {
-        /* lod_of() in samples.c at the lobe's peak, D = 1 / (pi alpha^2),
-         * solved for the edge where it is 1. */
+        /* lod_of() in samples.c at the lobe's peak, solved for the edge where
+         * it is 1. */
         const double r = b->layout.roughness[l];
         if (r <= 0)
             continue;
-        const double edge = sqrt(levels[l].samples / 6.0) /
-                            (r * r * exp2(b->opts->lod_bias - 1));
+        const ibl_lobe_shape shape = ibl_lobe_shape_of(b->opts->lobe, r * r);
+        const double edge =
+            sqrt(levels[l].samples / 6.0 * 4 * IBL_PI * ibl_lobe_peak(&shape)) /
+            exp2(b->opts->lod_bias - 1);
         const double n = ibl_cube_edge(size, l);
         wanted = fmax(wanted, edge);
         lookups += IBL_FACES * n * n * levels[l].samples;
@@ -175,8 +173,8 @@ ibl_status ibl_specular_samples(const ibl_specular_bake *b,
                                 int count, ibl_samples *samples)
 {
     const double r = b->layout.roughness[level];
-    const ibl_sampling lobe = {
-        .alpha = r * r,
+    const ibl_sampling sampling = {
+        .shape = ibl_lobe_shape_of(b->opts->lobe, r * r),
         .count = count,
         .edge = pyramid->size,
         .levels = pyramid->levels,
@@ -184,7 +182,7 @@ ibl_status ibl_specular_samples(const ibl_specular_bake *b,
         .pdf_mip = b->opts->pdf_mip,
         .footprint = footprint(b->env, pyramid->size),
     };
-    return ibl_samples_specular(b->ctx, &lobe, samples);
+    return ibl_samples_specular(b->ctx, &sampling, samples);
 }
 
 static ibl_status bake_level(ibl_specular_bake *b, int level, int count)

@@ -21,7 +21,7 @@
 
 #include "bake/filter.h"
 #include "bake/tree.h"
-#include "brdf/ggx.h"
+#include "brdf/lobe.h"
 #include "core/alloc.h"
 #include "core/context.h"
 
@@ -59,7 +59,7 @@ typedef struct trial {
     double accuracy; /* of what the tree says */
     /* The level at work. */
     pilots *at;
-    ibl_tree_lobe lobe;
+    ibl_lobe_shape lobe;
     float got[3 * MAX_PILOTS];
     double errors[MAX_PILOTS];
 } trial;
@@ -131,7 +131,7 @@ static ibl_status find_truth(trial *t, int level)
     t->at = &t->levels[level];
     t->at->level = level;
     t->at->edge = ibl_cube_edge(t->b->layout.size, level);
-    t->lobe = ibl_tree_lobe_of(r * r);
+    t->lobe = ibl_lobe_shape_of(t->b->opts->lobe, r * r);
     place_pilots(t->at);
     return ibl_run(t->b->ctx, NULL,
                    (t->at->count + PILOTS_PER_JOB - 1) / PILOTS_PER_JOB,

@@ -6,20 +6,17 @@
  * first order of what that leaves out vanishes by the choice of the centre,
  * the second is at most
  *     1/2 spread sup |K''|,   spread = sum e_i |d_i - c|^2,
- * over the node. With K = (alpha / t)^2 N.L, t = sin^2 + alpha^2 cos^2 of the
- * half vector, |K''| is below 5 K / t and falls with t, so its value at the
- * point of the node nearest to the lobe's peak bounds it. A node is opened
- * where that bound is above its share of the accuracy. A sun in a node has no
- * spread and is taken where it is, however large the node; a sky far from the
- * peak is taken in large pieces. This is the idea of lightcuts (Walter et al.
- * 2005) with a zonal kernel.
+ * over the node. A node is opened where that is above its share of the
+ * accuracy. A sun in a node has no spread and is taken where it is, however
+ * large the node; a sky far from the peak is taken in large pieces. This is
+ * the idea of lightcuts (Walter et al. 2005) with a zonal kernel.
  */
 #include "bake/tree.h"
 
 #include <math.h>
 #include <stdbool.h>
 
-#include "brdf/ggx.h"
+#include "brdf/lobe.h"
 #include "core/alloc.h"
 #include "core/context.h"
 
@@ -287,27 +284,10 @@ void ibl_tree_free(ibl_tree *t)
 
 /* ---- summing ---------------------------------------------------------- */
 
-/* In s = sin^2 of the half vector's angle the integral is
- * 4 pi int_0^1/2 (alpha / t)^2 (1 - 2 s) ds, and Walter's sampling has
- * du = (alpha / t)^2 ds: midpoints in u. */
-ibl_tree_lobe ibl_tree_lobe_of(double alpha)
-{
-    enum {
-        POINTS = 4096
-    };
-    const double a2 = alpha * alpha, part = 1 / (1 + a2);
-    double sum = 0;
-    for (int i = 0; i < POINTS; i++) {
-        const double u = part * (i + 0.5) / POINTS;
-        sum += 1 - 2 * a2 * u / (a2 * u + 1 - u);
-    }
-    return (ibl_tree_lobe){alpha, 4 * IBL_PI * part * sum / POINTS};
-}
-
 typedef struct summing {
     const ibl_tree *tree;
     const double *dir;
-    double alpha;
+    const ibl_lobe_shape *lobe;
     double share; /* of the error, in energy times lobe, for each node */
     double rgb[3];
 } summing;
@@ -318,12 +298,10 @@ static double chord2(const double a[3], const double b[3])
     return x * x + y * y + z * z;
 }
 
-/* (alpha / t)^2 N.L at a distance from the peak. */
+/* K at a distance from the peak. */
 static double lobe_at(const summing *s, double d2)
 {
-    const double a2 = s->alpha * s->alpha;
-    const double sin2 = d2 / 4, k = s->alpha / (sin2 + a2 * (1 - sin2));
-    return sin2 < 0.5 ? k * k * (1 - 2 * sin2) : 0;
+    return ibl_lobe_value(s->lobe, d2 / 4, 1 - d2 / 2);
 }
 
 static void add(summing *s, const double rgb[3], double k)
@@ -352,10 +330,33 @@ static void add_patch(summing *s, int x, int y, const double rgb[3], int parts)
     add(s, rgb, sum / weight);
 }
 
+/*
+ * Pixels of at most this edge may stand in their centres: by the lobe's
+ * curvature that leaves a hundredth of their weight or less. GGX changes over
+ * a distance of 2 sqrt(t), t = q + alpha^2 nearly; Phong, a Gaussian, by
+ * 1 / n = 2 alpha^2 about its peak, next to which the rest is nothing; Charlie
+ * over 1 / s = 2 alpha.
+ */
+static double fine_edge(const ibl_lobe_shape *lobe, double q)
+{
+    const double alpha = lobe->alpha;
+    return lobe->lobe == IBL_LOBE_GGX     ? sqrt(q + alpha * alpha) / 2
+           : lobe->lobe == IBL_LOBE_PHONG ? alpha * sqrt(0.5)
+                                          : alpha * sqrt(2);
+}
+
+/* Whether nothing of the lobe is within reach of a place. */
+static bool is_nothing(const ibl_lobe_shape *lobe, double d, double reach)
+{
+    const double near = fmax(d - reach, 0), far = fmin(d + reach, sqrt(2));
+    const double at = lobe->lobe == IBL_LOBE_CHARLIE ? far : near;
+    return lobe->lobe != IBL_LOBE_GGX &&
+           ibl_lobe_d(lobe, at * at / 4, fmax(1 - at * at / 2, 0)) < 1e-12;
+}
+
 static void add_pixel(summing *s, int x, int y)
 {
     const ibl_tree *t = s->tree;
-    const double a2 = s->alpha * s->alpha;
     const double height = IBL_PI / t->env->height;
     const double width = t->pixel_width * t->row[3 * y];
     const double edge = fmax(height, width);
@@ -363,13 +364,12 @@ static void add_pixel(summing *s, int x, int y)
     pixel_light(t, x, y, rgb);
     pixel_place(t, x, y, at);
     const double d2 = chord2(at, s->dir);
-    /* 2 sqrt(t) is the width over which the lobe changes. */
-    const double wide = 2 * sqrt(d2 / 4 + a2);
-    if (edge * 4 < wide) {
+    const double fine = fine_edge(s->lobe, d2 / 4);
+    if (edge < fine || is_nothing(s->lobe, sqrt(d2), edge)) {
         add(s, rgb, lobe_at(s, d2));
         return;
     }
-    const double parts = fmin(ceil(8 * edge / wide), SUBDIVISIONS);
+    const double parts = fmin(ceil(2 * edge / fine), SUBDIVISIONS);
     add_patch(s, x, y, rgb, (int)parts);
 }
 
@@ -384,41 +384,106 @@ static void add_leaf(summing *s, int i, int j)
     }
 }
 
+/* ---- bounds ------------------------------------------------------------ */
+
+/*
+ * What a node may leave out, for a unit of spread and of sqrt(spread energy):
+ * half of the second derivative along the sphere, and the jump of the first
+ * where the node lies across the horizon. By v = 1 - N.L the second derivative
+ * is at most 2 v |K''| + |K'|.
+ */
+typedef struct bounds {
+    double bend, jump;
+} bounds;
+
+/* |K''| is below 5 K / t and falls with t: largest at the point of the node
+ * nearest to the peak. */
+static bounds ggx_bounds(const ibl_lobe_shape *lobe, double near, bool across)
+{
+    const double a2 = lobe->alpha * lobe->alpha;
+    const double t = near * near / 4 * (1 - a2) + a2;
+    const double k = lobe->scale * ibl_ggx_d_t(t, lobe->alpha);
+    return (bounds){k / t, across ? k : 0};
+}
+
+/* v^s (1 - v): |K'| <= v^(s-1) max(s, 1) and
+ * v |K''| <= v^(s-1) s max(|s - 1|, 2). */
+static bounds charlie_bounds(const ibl_lobe_shape *lobe, double near,
+                             double far, bool across)
+{
+    const double s = lobe->power, at = s < 1 ? near : far;
+    const double power = pow(fmin(at * at / 2, 1), s - 1);
+    return (bounds){0.5 * lobe->scale * power *
+                        (2 * s * fmax(fabs(s - 1), 2) + fmax(s, 1)),
+                    across ? lobe->scale : 0};
+}
+
+/* c^m: |K'| <= m c^(m-1), |K''| <= m (m - 1) c^(m-2); with m < 2 that has no
+ * limit on the horizon, and the first derivative has to do. */
+static bounds phong_bounds(const ibl_lobe_shape *lobe, double near, double far,
+                           bool across)
+{
+    const double m = lobe->power + 1;
+    const double high = fmax(1 - near * near / 2, 0);
+    const double low = fmax(1 - far * far / 2, 0);
+    const double first = lobe->scale * m * pow(high, m - 1);
+    const double second =
+        lobe->scale * m * (m - 1) * pow(m < 2 ? low : high, m - 2);
+    if (across && m < 2)
+        return (bounds){0, first};
+    return (bounds){0.5 * (2 * fmin(far * far / 2, 1) * second + first), 0};
+}
+
+static bounds bounds_of(const ibl_lobe_shape *lobe, double d2, double radius)
+{
+    const double near = fmax(sqrt(d2) - radius, 0), far = sqrt(d2) + radius;
+    const bool across = fabs(1 - d2 / 2) < radius;
+    switch (lobe->lobe) {
+    case IBL_LOBE_CHARLIE:
+        return charlie_bounds(lobe, near, far, across);
+    case IBL_LOBE_PHONG:
+        return phong_bounds(lobe, near, far, across);
+    case IBL_LOBE_GGX:
+        break;
+    }
+    return ggx_bounds(lobe, near, across);
+}
+
 /* Whether the lobe at the node's centre stands for the node. */
 static bool is_fine(const summing *s, const node *n, double d2, double radius)
 {
-    const double a2 = s->alpha * s->alpha, spread = (double)n->spread;
-    const double near = fmax(sqrt(d2) - radius, 0);
-    const double t = near * near / 4 * (1 - a2) + a2;
-    const double k = s->alpha / t * s->alpha / t;
-    double error = spread * k / t;
-    /* On the horizon the cosine has a corner. */
-    if (fabs(1 - d2 / 2) < radius)
-        error += k * sqrt(spread * ((double)n->rgb[0] + (double)n->rgb[1] +
-                                    (double)n->rgb[2]));
+    const bounds b = bounds_of(s->lobe, d2, radius);
+    const double spread = (double)n->spread;
+    const double energy =
+        (double)n->rgb[0] + (double)n->rgb[1] + (double)n->rgb[2];
+    double error = b.jump * sqrt(spread * energy);
+    /* 0 times no bound is 0: a sun alone is where it is. */
+    if (spread > 0)
+        error += b.bend * spread;
     return error <= s->share;
 }
 
 /*
  * The mean of the lobe over a node whose light spreads evenly in all
- * directions of the tangent plane. In q = d^2, with q' and q'' of K,
- *     K + K' E[delta^2] + 1/2 K'' 4 E[(delta . (at - dir))^2]
- * and sin^2 of the angle is q (1 - q / 4).
+ * directions of the tangent plane. In d^2, 4 q, with ' and '' of K to that,
+ *     K + K' E[delta^2] + 1/2 K'' 4 E[(delta . (at - dir))^2],
+ * the last the half of E[delta^2] times d^2 (1 - q), the squared sine.
  */
-static double lobe_mean(const summing *s, const node *n, double q)
+static double lobe_mean(const summing *s, const node *n, double d2)
 {
-    const double a2 = s->alpha * s->alpha, slope = (1 - a2) / 4;
-    const double t = a2 + slope * q, cosine = 1 - q / 2;
-    const double k = s->alpha / t * s->alpha / t;
-    const double k1 = -2 * k * slope / t,
-                 k2 = 6 * k * (slope / t) * (slope / t);
+    const double q = d2 / 4, cosine = 1 - d2 / 2;
     const double energy =
         (double)n->rgb[0] + (double)n->rgb[1] + (double)n->rgb[2];
     if (cosine <= 0)
         return 0;
-    return k * cosine +
-           (double)n->spread / energy *
-               (k1 * cosine - k / 2 + (k2 * cosine - k1) * q * (1 - q / 4));
+    const double d = s->lobe->scale * ibl_lobe_d(s->lobe, q, cosine);
+    if (!(n->spread > 0) || !(d > 0))
+        return d * cosine;
+    const ibl_lobe_bend b = ibl_lobe_bend_at(s->lobe, q, cosine);
+    const double first = d * (b.first * cosine - 2);
+    const double second = d * (b.second * cosine - 4 * b.first);
+    return d * cosine +
+           (double)n->spread / energy / 4 * (first + second * q * (1 - q));
 }
 
 static void visit(summing *s, int k, int i, int j)
@@ -469,19 +534,19 @@ static double sum_nodes(summing *s, double share)
     return s->rgb[0] + s->rgb[1] + s->rgb[2];
 }
 
-void ibl_tree_specular(const ibl_tree *tree, const ibl_tree_lobe *lobe,
+void ibl_tree_specular(const ibl_tree *tree, const ibl_lobe_shape *lobe,
                        const double dir[3], double accuracy, double rgb[3])
 {
     /* Measured: the bounds of the nodes are not reached, nor have their
      * errors one sign; 1/16 leaves half the accuracy in the median and less
      * than twice it everywhere. */
     const double share = accuracy / 16;
-    summing s = {.tree = tree, .dir = dir, .alpha = lobe->alpha};
+    summing s = {.tree = tree, .dir = dir, .lobe = lobe};
     double mean[3], floor = 0, expected = 0, found = INFINITY;
     ibl_tree_mean(tree, mean);
     for (int c = 0; c < 3; c++) {
-        floor += lobe->norm * (double)tree->floor[c];
-        expected += lobe->norm * mean[c];
+        floor += (double)tree->floor[c];
+        expected += mean[c];
     }
     /* The share is of the result: of the mean at first, and again if that was
      * far above. */
@@ -490,5 +555,5 @@ void ibl_tree_specular(const ibl_tree *tree, const ibl_tree_lobe *lobe,
         expected = floor + sum_nodes(&s, share * found);
     }
     for (int c = 0; c < 3; c++)
-        rgb[c] = s.rgb[c] / lobe->norm + (double)tree->floor[c];
+        rgb[c] = s.rgb[c] + (double)tree->floor[c];
 }

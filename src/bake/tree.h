@@ -4,6 +4,7 @@
 #ifndef IBL_BAKE_TREE_H
 #define IBL_BAKE_TREE_H
 
+#include "brdf/lobe.h"
 #include "ibl/ibl.h"
 
 typedef struct ibl_tree ibl_tree;
@@ -16,23 +17,15 @@ void ibl_tree_free(ibl_tree *tree); /* NULL is fine */
 /* Mean radiance over the sphere. */
 void ibl_tree_mean(const ibl_tree *tree, double rgb[3]);
 
-/* A GGX lobe, N = V = R. */
-typedef struct ibl_tree_lobe {
-    double alpha;
-    double norm; /* integral of (alpha / t)^2 N.L over the hemisphere */
-} ibl_tree_lobe;
-
-ibl_tree_lobe ibl_tree_lobe_of(double alpha);
-
 /*
- * sum L_i w_i dO_i / integral of w, w = D N.L: the sum of ibl_bake_specular
- * in double precision, each pixel's light in its centre where the lobe is wide
- * for it, spread over the pixel where it is not.
+ * sum L_i K_i dO_i, K = D N.L of a lobe with an integral of 1: the sum of
+ * ibl_bake_specular in double precision, each pixel's light in its centre
+ * where the lobe is wide for it, spread over the pixel where it is not.
  *   dir       unit direction
  *   accuracy  the error left, relative to the sum of the three channels, is
  *             about this; 1e-6..0.1
  */
-void ibl_tree_specular(const ibl_tree *tree, const ibl_tree_lobe *lobe,
+void ibl_tree_specular(const ibl_tree *tree, const ibl_lobe_shape *lobe,
                        const double dir[3], double accuracy, double rgb[3]);
 
 #endif

@@ -14,20 +14,24 @@
 
 #define IBL_PI 3.14159265358979323846
 
+/* Walter eq. 33 with t = sin^2 + alpha^2 cos^2 of the half vector's angle. */
+static inline double ibl_ggx_d_t(double t, double alpha)
+{
+    /* alpha / t first: alpha^2 may underflow. */
+    return (alpha / t) * (alpha / t) / IBL_PI;
+}
+
 /*
- * Distribution of normals, Walter eq. 33, from the sine and the cosine of the
- * half vector's angle: near the peak of a narrow lobe 1 - cos^2 has lost its
- * digits. alpha = 0 is the delta: 0 off the peak, infinite on it.
+ * Distribution of normals from the sine and the cosine of the half vector's
+ * angle: near the peak of a narrow lobe 1 - cos^2 has lost its digits.
+ * alpha = 0 is the delta: 0 off the peak, infinite on it.
  */
 static inline double ibl_ggx_d_sincos(double sin_h, double cos_h, double alpha)
 {
     double c = alpha * cos_h;
     double t = sin_h * sin_h + c * c;
 
-    if (t <= 0.0)
-        return INFINITY;
-    /* alpha / t first: alpha^2 may underflow. */
-    return (alpha / t) * (alpha / t) / IBL_PI;
+    return t > 0.0 ? ibl_ggx_d_t(t, alpha) : INFINITY;
 }
 
 /* The same from the cosine alone. */

@@ -35,27 +35,97 @@ typedef struct ibl_lobe_shape {
 /* alpha in (0, 1]; below 1e-75, where its square would underflow, as there. */
 ibl_lobe_shape ibl_lobe_shape_of(ibl_lobe lobe, double alpha);
 
-/* K, per steradian, 0 below the horizon. q in 0..1 and cosine = 1 - 2 q, each
- * with its own digits: those of q count at the peak of GGX and Phong, those of
- * the cosine on the horizon. */
+/* D. q in 0..1/2 and cosine = 1 - 2 q > 0, each with its own digits: those of q
+ * count at the peak of GGX and Phong, those of the cosine on the horizon. */
+static inline double ibl_lobe_d(const ibl_lobe_shape *s, double q,
+                                double cosine)
+{
+    const double a2 = s->alpha * s->alpha;
+    double log_d = 0;
+
+    switch (s->lobe) {
+    case IBL_LOBE_GGX:
+        return ibl_ggx_d_t(q + a2 * (1 - q), s->alpha);
+    case IBL_LOBE_CHARLIE:
+        log_d = cosine < 0.5 ? log1p(-cosine) : log(2 * q);
+        break;
+    case IBL_LOBE_PHONG:
+        log_d = q < 0.25 ? log1p(-2 * q) : log(cosine);
+        break;
+    }
+    return exp(s->power * log_d);
+}
+
+/* K, per steradian; 0 below the horizon. */
 static inline double ibl_lobe_value(const ibl_lobe_shape *s, double q,
                                     double cosine)
 {
-    double log_d = 0;
-    if (!(cosine > 0))
-        return 0;
+    return cosine > 0 ? s->scale * ibl_lobe_d(s, q, cosine) * cosine : 0;
+}
+
+/* First and second derivative of D over D, to q. Those of Charlie have no
+ * limit at q = 0. */
+typedef struct ibl_lobe_bend {
+    double first, second;
+} ibl_lobe_bend;
+
+static inline ibl_lobe_bend ibl_lobe_bend_at(const ibl_lobe_shape *s, double q,
+                                             double cosine)
+{
+    const double a2 = s->alpha * s->alpha;
+    const double ggx = -2 * (1 - a2) / (q + a2 * (1 - q));
+
     switch (s->lobe) {
     case IBL_LOBE_GGX:
-        return s->scale * ibl_ggx_d_sincos(sqrt(q), sqrt(1 - q), s->alpha) *
-               cosine;
+        break;
     case IBL_LOBE_CHARLIE:
-        log_d = s->power * (cosine < 0.5 ? log1p(-cosine) : log(2 * q));
-        break;
+        return (ibl_lobe_bend){s->power / q,
+                               s->power * (s->power - 1) / (q * q)};
     case IBL_LOBE_PHONG:
-        log_d = s->power * (q < 0.25 ? log1p(-2 * q) : log(cosine));
-        break;
+        return (ibl_lobe_bend){-2 * s->power / cosine, 4 * s->power *
+                                                           (s->power - 1) /
+                                                           (cosine * cosine)};
     }
-    return s->scale * exp(log_d) * cosine;
+    return (ibl_lobe_bend){ggx, 1.5 * ggx * ggx};
+}
+
+/* A direction drawn with density D over the hemisphere. */
+typedef struct ibl_lobe_sample {
+    double sin_h, cos_h; /* of the half vector's angle */
+    double cosine;       /* N.L */
+    double pdf;          /* per steradian */
+} ibl_lobe_sample;
+
+/* u in (0, 1); the density falls as u grows. */
+static inline ibl_lobe_sample ibl_lobe_draw(const ibl_lobe_shape *s, double u)
+{
+    ibl_lobe_sample r = {0, 1, 1, 0};
+
+    if (s->lobe == IBL_LOBE_GGX) {
+        /* Above the horizon the half vector is within 45 degrees, which is the
+         * first 1 / (1 + alpha^2) of Walter's u. pdf = D N.H / (4 V.H), and
+         * V = N. */
+        const double part = 1 / (1 + s->alpha * s->alpha);
+        ibl_ggx_sample_half(u * part, s->alpha, &r.sin_h, &r.cos_h);
+        r.cosine = (r.cos_h - r.sin_h) * (r.cos_h + r.sin_h);
+        r.pdf = ibl_ggx_d_sincos(r.sin_h, r.cos_h, s->alpha) / (4 * part);
+        return r;
+    }
+    /* The power p of v or 1 - v, in 0..1, is drawn as u^(1 / (p + 1)). */
+    const double log_x = log1p(-u) / (s->power + 1);
+    const double v = s->lobe == IBL_LOBE_CHARLIE ? exp(log_x) : -expm1(log_x);
+    r.cosine = s->lobe == IBL_LOBE_CHARLIE ? -expm1(log_x) : exp(log_x);
+    r.sin_h = sqrt(v / 2);
+    r.cos_h = sqrt((1 + r.cosine) / 2);
+    r.pdf = (s->power + 1) / (2 * IBL_PI) * exp(s->power * log_x);
+    return r;
+}
+
+/* The largest pdf, to a factor of two. */
+static inline double ibl_lobe_peak(const ibl_lobe_shape *s)
+{
+    return s->lobe == IBL_LOBE_GGX ? 1 / (4 * IBL_PI * s->alpha * s->alpha)
+                                   : (s->power + 1) / (2 * IBL_PI);
 }
 
 #endif
