@@ -61,11 +61,6 @@ static float *noise(size_t n)
     return p;
 }
 
-static const char *name(ibl_isa isa)
-{
-    return ibl_isa_name(isa);
-}
-
 /* ---- transforms alone ------------------------------------------------- */
 
 enum {
@@ -76,7 +71,7 @@ enum {
 /* All bins of TRANSFORMS rows, each time from the same rows. */
 static double time_ours(ibl_isa isa, const float *rows, bool back)
 {
-    static float *z, *spectrum, *factor_room;
+    static float *z, *spectrum;
     const size_t floats = (size_t)LENGTH * LANES;
     ibl_fft_dsp dsp;
     ibl_fft fft;
@@ -87,8 +82,6 @@ static double time_ours(ibl_isa isa, const float *rows, bool back)
     if (!z) {
         z = noise(floats);
         spectrum = noise(2 * floats);
-        factor_room = spectrum + floats;
-        memset(factor_room, 0, floats * sizeof *factor_room);
     }
     if (!factor || !pairs || !ibl_fft_init(&fft, LENGTH / 2))
         exit(1);
@@ -163,7 +156,7 @@ static void transforms(bool back)
     for (ibl_isa isa = IBL_ISA_C; isa <= IBL_ISA_AVX512; isa++)
         if (ibl_cpu_has(isa)) {
             const double t = median(times[isa]);
-            printf("  %-7s %7.3f", name(isa), 1e3 * t);
+            printf("  %-7s %7.3f", ibl_isa_name(isa), 1e3 * t);
             if (HAVE_KISS)
                 printf("  (%.1f times kissfft)", kiss / t);
             printf("\n");
@@ -300,7 +293,7 @@ static double steps_of(ibl_isa isa, int width, int ring)
     const double sum = m[0] + m[1] + m[2] + m[3];
     printf("  %-7s %5d on %5d: %7.1f = load %6.1f, load and spread %6.1f, "
            "transform %6.1f, split %5.1f (store %5.1f)\n",
-           name(isa), width, ring, sum, m[0], m[1], m[2], m[3], m[4]);
+           ibl_isa_name(isa), width, ring, sum, m[0], m[1], m[2], m[3], m[4]);
     return sum;
 }
 
@@ -326,7 +319,7 @@ static void straight_or_spread(void)
 
 /* ---- maps ------------------------------------------------------------- */
 
-static double time_map(ibl_ctx *ctx, int width, int height, bool back)
+static void time_map(ibl_ctx *ctx, int width, int height, bool back)
 {
     ibl_azimuth *plan;
     ibl_ring_spectra spectra;
@@ -359,11 +352,10 @@ static double time_map(ibl_ctx *ctx, int width, int height, bool back)
         ibl_azimuth_free(plan);
     }
     printf("  %5d x %5d %s %-7s: %8.3f, and the plan %.3f\n", width, height,
-           back ? "inverse" : "forward", name(ibl_ctx_isa(ctx)),
+           back ? "inverse" : "forward", ibl_isa_name(ibl_ctx_isa(ctx)),
            1e3 * median(t), 1e3 * median(made));
     ibl_ring_spectra_free(&spectra);
     ibl_free(rows);
-    return 0;
 }
 
 static void maps(void)
