@@ -582,6 +582,7 @@ static settings parse(int argc, char **argv)
                   .lut_samples = 1024,
                   .seed = 1};
     s.spec = ibl_specular_options_default();
+    s.spec.method = IBL_METHOD_SAMPLED;
     s.spec.mapping = IBL_ROUGHNESS_FILAMENT;
     s.spec.size = 256;
     s.spec.levels = 5;

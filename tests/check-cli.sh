@@ -368,7 +368,8 @@ is(s.outputs.map(o => o.content).join(),
    'skybox,specular,irradiance,brdf_lut');
 is(s.outputs[1].file, 'q"u\\o_specular.ktx2');
 is(s.outputs[1].levels.map(l => l.roughness).join(), '0,1');
-is(s.outputs[1].levels.map(l => l.samples).join(), '0,32');
+is(s.outputs[1].levels.map(l => l.method).join(), 'environment,spectral');
+is(s.outputs[1].levels[1].degree > 0, true);
 const size = require('fs').statSync('out/q"u\\o_specular.ktx2').size;
 is(s.outputs[1].bytes, size);
 END

@@ -40,6 +40,7 @@ static ibl_cube bake(ibl_ctx *ctx, const ibl_image *map,
 static ibl_specular_options options(int size, int levels, int samples)
 {
     ibl_specular_options o = ibl_specular_options_default();
+    o.method = IBL_METHOD_SAMPLED;
     o.size = size;
     o.levels = levels;
     o.samples = samples;

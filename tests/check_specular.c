@@ -72,6 +72,7 @@ static void turned_map(ibl_ctx *ctx, const ibl_image *src, int roll,
 static ibl_specular_options options(int size, int levels, int samples)
 {
     ibl_specular_options o = ibl_specular_options_default();
+    o.method = IBL_METHOD_SAMPLED;
     o.size = size;
     o.levels = levels;
     o.samples = samples;

@@ -186,6 +186,7 @@ static void judge(ibl_ctx *ctx, const char *name, const ibl_image *env,
     ibl_specular_options o = ibl_specular_options_default();
     ibl_specular_layout layout;
     double mean[3];
+    o.method = IBL_METHOD_SAMPLED;
     o.lobe = lobe;
     o.size = size;
     o.samples = 65536;
@@ -277,6 +278,7 @@ static void threads_choose_the_same(void)
     ibl_specular_options o = ibl_specular_options_default();
     ibl_specular_report reports[2];
     ibl_cube cubes[2] = {{0}};
+    o.method = IBL_METHOD_SAMPLED;
     o.size = 32;
     o.samples = 8192;
     o.tolerance = 0.05;
@@ -314,6 +316,7 @@ static void missing_is_said(void)
     ibl_cube cube = {0};
     ibl_image env;
     made_map(ctx, 128, 64, &env);
+    o.method = IBL_METHOD_SAMPLED;
     o.size = 32;
     o.samples = 100;
     o.level_samples[2] = 77;
@@ -347,6 +350,7 @@ static ibl_specular_layout layout_of(int size, int levels, double low,
 {
     ibl_specular_options o = ibl_specular_options_default();
     ibl_specular_layout l = {0};
+    o.method = IBL_METHOD_SAMPLED;
     o.size = size;
     o.levels = levels;
     o.mapping = map;
@@ -421,6 +425,7 @@ static void parts_are_right(void)
     double mean[3];
     made_map(ctx, 128, 64, &env);
     truth_mean(&env, mean);
+    o.method = IBL_METHOD_SAMPLED;
     o.size = 64;
     o.samples = 4096;
     o.roughness_min = 0.4;
@@ -453,6 +458,7 @@ static void bad_options(void)
     ibl_cube cube = {0};
     ibl_image env;
     made_map(ctx, 8, 4, &env);
+    o.method = IBL_METHOD_SAMPLED;
     o.size = 16;
     for (size_t i = 0; i < sizeof ranges / sizeof *ranges; i++) {
         o.roughness_min = ranges[i][0];
@@ -465,6 +471,7 @@ static void bad_options(void)
     o.levels = 2;
     CHECK(ibl_bake_specular(ctx, &env, &o, &cube) == IBL_ERR_ARGUMENT);
     o = ibl_specular_options_default();
+    o.method = IBL_METHOD_SAMPLED;
     o.tolerance = 2;
     CHECK(ibl_bake_specular(ctx, &env, &o, &cube) == IBL_ERR_ARGUMENT);
     CHECK(strstr(kept.text[IBL_LOG_ERROR], "tolerance of 2"));

@@ -295,6 +295,7 @@ ibl_cube cube_specular(ibl_ctx *ctx, const ibl_image *map, double yaw, int n,
 {
     ibl_specular_options o = ibl_specular_options_default();
     ibl_cube cube = {0};
+    o.method = IBL_METHOD_SAMPLED;
     o.size = n;
     o.samples = samples;
     o.yaw_deg = yaw;

@@ -251,7 +251,20 @@ typedef enum ibl_lobe {
 /* "ggx", "charlie" or "phong". */
 const char *ibl_lobe_name(ibl_lobe lobe);
 
+/* How the levels of a specular chain are made. */
+typedef enum ibl_method {
+    IBL_METHOD_AUTO,     /* spectral where that keeps the tolerance at less
+                            cost, else sampled; a level with a number of
+                            samples of its own is sampled */
+    IBL_METHOD_SPECTRAL, /* spectral wherever it can be, else sampled */
+    IBL_METHOD_SAMPLED
+} ibl_method;
+
+/* "auto", "spectral" or "sampled". */
+const char *ibl_method_name(ibl_method method);
+
 typedef struct ibl_specular_options {
+    ibl_method method;                 /* default IBL_METHOD_AUTO */
     ibl_lobe lobe;                     /* default IBL_LOBE_GGX */
     int size;                          /* edge of level 0, default 256 */
     int levels;                        /* default 0: see ibl_specular_layout */
@@ -340,11 +353,13 @@ ibl_status ibl_bake_specular(ibl_ctx *ctx, const ibl_image *env,
 double ibl_relative_error(const double rgb[3], const double truth[3],
                           const double mean[3]);
 
-/* How a level of a specular chain was made. */
+/* How a level of a specular chain was made: with samples, or a degree, or
+ * neither: the environment itself. */
 typedef struct ibl_specular_level {
-    int samples;  /* of each texel; 0: the environment, not sampled */
-    double error; /* with a tolerance: the estimate; else, and of the
-                     environment, -1 */
+    int samples;  /* of each texel; 0: not sampled */
+    int degree;   /* of the spherical harmonics; 0: not spectral */
+    double error; /* the estimate, of sampled levels only with a tolerance;
+                     else, and of the environment, -1 */
 } ibl_specular_level;
 
 typedef struct ibl_specular_report {
@@ -420,6 +435,54 @@ ibl_status ibl_bake_sh(ibl_ctx *ctx, const ibl_image *env, int degree,
  * Hanrahan 2001).
  */
 double ibl_sh_cosine(int l);
+
+/*
+ * An environment that is read once, row by row. read writes the next `rows`
+ * rows from the zenith down, 3 * width * rows floats, finite and >= 0; it is
+ * called on the thread of the bake, and a status of its own ends the bake.
+ */
+typedef struct ibl_environment {
+    int width, height; /* 1..IBL_MAX_EDGE */
+    ibl_status (*read)(void *cookie, int rows, float *rgb);
+    void *cookie;
+    const ibl_image *image; /* the same in memory, or NULL; then read is not
+                               called and may be NULL */
+} ibl_environment;
+
+/* The cubes and coefficients that one reading of an environment gives. */
+typedef struct ibl_bake_options {
+    int skybox;   /* edge of a cube of the environment with all its mips;
+                     default 0: none */
+    int specular; /* 0: none; default 1 */
+    ibl_specular_options specular_options;
+    int irradiance; /* 0: none; default 1 */
+    ibl_irradiance_options irradiance_options;
+    int sh_degree;  /* -1: none; default 2 */
+    double yaw_deg; /* in place of those in the options above */
+} ibl_bake_options;
+
+ibl_bake_options ibl_bake_options_default(void);
+
+typedef struct ibl_bake_result {
+    ibl_cube skybox, specular, irradiance; /* empty where not wanted */
+    ibl_specular_report report;            /* of specular */
+    int irradiance_degree; /* of the spherical harmonics; 0: not spectral */
+    double *sh;            /* 3 (sh_degree + 1)^2 as of ibl_bake_sh, or NULL */
+} ibl_bake_result;
+
+void ibl_bake_result_free(ibl_bake_result *r); /* NULL and zeroed are fine */
+
+/*
+ * Everything from one reading, row by row: what it needs of memory grows with
+ * the width of the map and, by a small factor, with its height, not with its
+ * pixels; unless a level has to be sampled, or irradiance_options ask for a
+ * grid: then the whole map is kept.
+ *   result  empty; the caller's to free with ibl_bake_result_free
+ * IBL_ERR_ARGUMENT: an option out of range. The status of env->read.
+ */
+ibl_status ibl_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
+                                const ibl_bake_options *opts,
+                                ibl_bake_result *result);
 
 typedef enum ibl_geometry {
     IBL_GEOMETRY_SMITH,      /* Smith GGX, height-correlated (Heitz 2014) */

@@ -17,6 +17,7 @@
 #include <string.h>
 
 #include "bake/hemisphere.h"
+#include "bake/irradiance.h"
 #include "core/alloc.h"
 #include "core/context.h"
 #include "kern/arc.h"
@@ -338,15 +339,9 @@ ibl_irradiance_options ibl_irradiance_options_default(void)
     return (ibl_irradiance_options){.size = 32};
 }
 
-ibl_status ibl_bake_irradiance(ibl_ctx *ctx, const ibl_image *env,
-                               const ibl_irradiance_options *opts,
-                               ibl_cube *out)
+ibl_status ibl_irradiance_check(ibl_ctx *ctx,
+                                const ibl_irradiance_options *opts)
 {
-    const ibl_irradiance_options defaults = ibl_irradiance_options_default();
-    ibl_status status;
-
-    if (!opts)
-        opts = &defaults;
     if (opts->size < 1 || opts->size > IBL_MAX_CUBE_SIZE)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "irradiance faces of size %d: must be 1 to %d",
@@ -357,7 +352,21 @@ ibl_status ibl_bake_irradiance(ibl_ctx *ctx, const ibl_image *env,
                         opts->step);
     if (!isfinite(opts->yaw_deg))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT, "the yaw must be finite");
-    status = ibl_cube_alloc(ctx, opts->size, 1, out);
+    return IBL_OK;
+}
+
+ibl_status ibl_bake_irradiance(ibl_ctx *ctx, const ibl_image *env,
+                               const ibl_irradiance_options *opts,
+                               ibl_cube *out)
+{
+    const ibl_irradiance_options defaults = ibl_irradiance_options_default();
+    ibl_status status;
+
+    if (!opts)
+        opts = &defaults;
+    status = ibl_irradiance_check(ctx, opts);
+    if (!status)
+        status = ibl_cube_alloc(ctx, opts->size, 1, out);
     if (status)
         return status;
     status = opts->step > 0.0 ? ibl_irradiance_grid(ctx, env, opts, out)

@@ -11,6 +11,13 @@ const char *ibl_roughness_map_name(ibl_roughness_map map)
     return map == IBL_ROUGHNESS_FILAMENT ? "filament" : "linear";
 }
 
+const char *ibl_method_name(ibl_method method)
+{
+    return method == IBL_METHOD_SPECTRAL  ? "spectral"
+           : method == IBL_METHOD_SAMPLED ? "sampled"
+                                          : "auto";
+}
+
 /* What grows in equal steps from level to level. */
 static double x_of(ibl_roughness_map map, double r)
 {

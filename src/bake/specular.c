@@ -31,8 +31,14 @@ static ibl_status check_samples(ibl_ctx *ctx, const char *what, int samples)
     return IBL_OK;
 }
 
-static ibl_status check(ibl_ctx *ctx, const ibl_specular_options *o)
+ibl_status ibl_specular_check(ibl_ctx *ctx, const ibl_specular_options *o)
 {
+    if (o->method < IBL_METHOD_AUTO || o->method > IBL_METHOD_SAMPLED)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "method %d: must be auto (%d), spectral (%d) or "
+                        "sampled (%d)",
+                        (int)o->method, IBL_METHOD_AUTO, IBL_METHOD_SPECTRAL,
+                        IBL_METHOD_SAMPLED);
     if (o->lobe < IBL_LOBE_GGX || o->lobe > IBL_LOBE_PHONG)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "lobe %d: must be ggx (%d), charlie (%d) or phong (%d)",
@@ -114,7 +120,7 @@ static int lookup_edge(const ibl_specular_bake *b,
         /* lod_of() in samples.c at the lobe's peak, solved for the edge where
          * it is 1. */
         const double r = b->layout.roughness[l];
-        if (r <= 0)
+        if (!b->sampled[l])
             continue;
         const ibl_lobe_shape shape = ibl_lobe_shape_of(b->opts->lobe, r * r);
         const double edge =
@@ -200,83 +206,16 @@ static ibl_status bake_level(ibl_specular_bake *b, int level, int count)
     return status;
 }
 
-/* Says what a part of the range leaves out. */
-static void tell_layout(const ibl_specular_bake *b)
+ibl_status ibl_specular_sample(ibl_specular_bake *b,
+                               ibl_specular_level levels[IBL_MAX_LEVELS])
 {
-    const ibl_specular_options *o = b->opts;
-    if (o->roughness_min > 0 || o->roughness_max < 1)
-        ibl_info(b->ctx,
-                 "specular: roughness %g to %g alone, %d level%s from %d "
-                 "texels; a whole chain has %d from %d",
-                 o->roughness_min, o->roughness_max, b->layout.levels,
-                 b->layout.levels == 1 ? "" : "s", b->layout.size,
-                 ibl_default_levels(o->size), o->size);
-}
-
-/* levels: the samples that were asked for; what they became. */
-static ibl_status fill_cube(ibl_specular_bake *b,
-                            ibl_specular_level levels[IBL_MAX_LEVELS])
-{
-    const ibl_specular_layout *layout = &b->layout;
-    const bool sampled = layout->roughness[layout->levels - 1] > 0;
-    ibl_status status = IBL_OK;
-    if (layout->roughness[0] <= 0)
-        status =
-            ibl_cube_from_latlong(b->ctx, b->env, b->opts->yaw_deg, &b->cube);
-    if (!status && sampled)
-        status = b->opts->tolerance > 0
-                     ? ibl_tolerance_choose(b, levels)
-                     : ibl_lookup_make(b, lookup_edge(b, levels), &b->pyramid);
-    for (int l = 0; l < layout->levels && !status; l++)
-        if (layout->roughness[l] > 0)
+    const int count = b->layout.levels;
+    ibl_status status =
+        b->opts->tolerance > 0
+            ? ibl_tolerance_choose(b, levels)
+            : ibl_lookup_make(b, lookup_edge(b, levels), &b->pyramid);
+    for (int l = 0; l < count && !status; l++)
+        if (b->sampled[l])
             status = bake_level(b, l, levels[l].samples);
     return status;
-}
-
-ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
-                                    const ibl_specular_options *opts,
-                                    ibl_cube *out, ibl_specular_report *report)
-{
-    const ibl_specular_options defaults = ibl_specular_options_default();
-    ibl_specular_bake b = {.ctx = ctx, .env = env};
-    ibl_specular_report made = {0};
-    ibl_status status;
-
-    if (!opts)
-        opts = &defaults;
-    b.opts = opts;
-    status = check(ctx, opts);
-    if (status)
-        return status;
-    /* What check() passed but the layout refuses, ibl_cube_alloc explains. */
-    if (ibl_specular_layout_of(opts, &b.layout))
-        b.layout.size = opts->size, b.layout.levels = opts->levels;
-    status = ibl_cube_alloc(ctx, b.layout.size, b.layout.levels, &b.cube);
-    if (status)
-        return status;
-    made.layout = b.layout;
-    for (int l = 0; l < b.layout.levels; l++) {
-        const int own = opts->level_samples[l];
-        if (b.layout.roughness[l] > 0)
-            made.level[l].samples = own ? own : opts->samples;
-        made.level[l].error = -1;
-    }
-    tell_layout(&b);
-    status = fill_cube(&b, made.level);
-    made.lookup_size = b.pyramid.size;
-    ibl_pyramid_free(&b.pyramid);
-    if (status) {
-        ibl_cube_free(&b.cube);
-        return status;
-    }
-    *out = b.cube;
-    if (report)
-        *report = made;
-    return IBL_OK;
-}
-
-ibl_status ibl_bake_specular(ibl_ctx *ctx, const ibl_image *env,
-                             const ibl_specular_options *opts, ibl_cube *out)
-{
-    return ibl_bake_specular_report(ctx, env, opts, out, NULL);
 }

@@ -14,9 +14,20 @@ typedef struct ibl_specular_bake {
     const ibl_image *env;
     const ibl_specular_options *opts; /* in range */
     ibl_specular_layout layout;
+    bool sampled[IBL_MAX_LEVELS]; /* which levels are */
     ibl_cube cube;       /* of that layout */
     ibl_pyramid pyramid; /* that is looked up */
 } ibl_specular_bake;
+
+/* Whether the options are in range, in words if not. */
+ibl_status ibl_specular_check(ibl_ctx *ctx, const ibl_specular_options *opts);
+
+/*
+ * Bakes the levels that are sampled. Level 0 of the cube is done if it is the
+ * environment. levels: the samples that were asked for; what they became.
+ */
+ibl_status ibl_specular_sample(ibl_specular_bake *b,
+                               ibl_specular_level levels[IBL_MAX_LEVELS]);
 
 enum {
     IBL_LOOKUP_CHEAP_EDGE = 128 /* a cube of this is always worth making */

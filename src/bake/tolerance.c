@@ -194,7 +194,8 @@ static ibl_status consider(trial *t, const ibl_pyramid *pyramid, int samples,
     double error = INFINITY;
     const ibl_status status = try_samples(t, pyramid, samples, &error);
     /* Beyond the largest floats nothing is known. */
-    *level = (ibl_specular_level){samples, error < INFINITY ? error : INFINITY};
+    *level = (ibl_specular_level){.samples = samples,
+                                  .error = error < INFINITY ? error : INFINITY};
     return status;
 }
 
@@ -253,8 +254,8 @@ static ibl_status choose_levels(trial *t, choice *c)
     c->cost = 0;
     for (int l = 0; l < layout->levels && !status; l++) {
         const double n = ibl_cube_edge(layout->size, l);
-        c->level[l] = (ibl_specular_level){0, -1};
-        if (layout->roughness[l] <= 0)
+        c->level[l] = (ibl_specular_level){.error = -1};
+        if (!t->b->sampled[l])
             continue;
         t->at = &t->levels[l];
         status = choose_samples(t, &c->pyramid, &c->level[l]);
@@ -344,7 +345,7 @@ static ibl_status find_truths(trial *t)
         return status;
     ibl_tree_mean(t->tree, t->mean);
     for (int l = 0; l < b->layout.levels && !status; l++) {
-        if (b->layout.roughness[l] > 0)
+        if (b->sampled[l])
             status = find_truth(t, l);
         ibl_progress(b->ctx, "estimate", 0.5 * (l + 1) / b->layout.levels);
     }
@@ -380,6 +381,7 @@ ibl_status ibl_tolerance_choose(ibl_specular_bake *b,
     tell(b, &best);
     b->pyramid = best.pyramid;
     for (int l = 0; l < IBL_MAX_LEVELS; l++)
-        levels[l] = best.level[l];
+        if (b->sampled[l])
+            levels[l] = best.level[l];
     return IBL_OK;
 }

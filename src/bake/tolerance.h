@@ -6,8 +6,7 @@
 #include "bake/specular.h"
 
 /*
- * Chooses b->pyramid and the samples of every level that is not the
- * environment, with the estimates that ibl_bake_specular_report describes, and
+ * Chooses b->pyramid and the samples of every level that is sampled, with the estimates that ibl_bake_specular_report describes, and
  * warns of levels that miss the tolerance. level 0 of b->cube is done if it is
  * the environment. Reports as stage "estimate".
  */

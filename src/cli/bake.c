@@ -19,8 +19,22 @@ bool ibl_bake_is_part(const ibl_bake *b)
            b->opts->specular.roughness_max < 1;
 }
 
+const char *ibl_bake_specular_method(const ibl_bake *b)
+{
+    bool sampled = false, spectral = false;
+    for (int l = 0; l < b->made.report.layout.levels; l++) {
+        sampled |= b->made.report.level[l].samples > 0;
+        spectral |= b->made.report.level[l].degree > 0;
+    }
+    if (sampled && spectral)
+        return "mixed";
+    return sampled ? "sampled" : "spectral";
+}
+
 const char *ibl_bake_irradiance_method(const ibl_bake *b)
 {
+    if (b->made.irradiance_degree)
+        return "spectral";
     return b->opts->irradiance.step > 0 ? "hemisphere grid" : "pixel sum";
 }
 
@@ -102,33 +116,17 @@ static ibl_status put_cube(ibl_bake *b, ibl_output_kind kind,
 
 static ibl_status make_skybox(ibl_bake *b)
 {
-    const int size = b->opts->skybox;
-    int levels = 1;
-
-    while (size >> levels)
-        levels++;
-    ibl_status status = ibl_cube_alloc(b->ctx, size, levels, &b->skybox);
-    if (!status)
-        status = ibl_cube_from_latlong(b->ctx, &b->env, b->opts->yaw_deg,
-                                       &b->skybox);
-    if (!status)
-        status = ibl_cube_build_mips(b->ctx, &b->skybox);
-    return status ? status : put_cube(b, IBL_OUTPUT_SKYBOX, &b->skybox);
+    return put_cube(b, IBL_OUTPUT_SKYBOX, &b->made.skybox);
 }
 
 static ibl_status make_specular(ibl_bake *b)
 {
-    const ibl_status status = ibl_bake_specular_report(
-        b->ctx, &b->env, &b->opts->specular, &b->specular, &b->made);
-    return status ? status : put_cube(b, IBL_OUTPUT_SPECULAR, &b->specular);
+    return put_cube(b, IBL_OUTPUT_SPECULAR, &b->made.specular);
 }
 
 static ibl_status make_irradiance(ibl_bake *b)
 {
-    ibl_console_progress(b->console, "irradiance", 0);
-    const ibl_status status = ibl_bake_irradiance(
-        b->ctx, &b->env, &b->opts->irradiance, &b->irradiance);
-    return status ? status : put_cube(b, IBL_OUTPUT_IRRADIANCE, &b->irradiance);
+    return put_cube(b, IBL_OUTPUT_IRRADIANCE, &b->made.irradiance);
 }
 
 static ibl_status make_lut(ibl_bake *b)
@@ -146,22 +144,12 @@ static ibl_status make_lut(ibl_bake *b)
 
 static ibl_status make_json(ibl_bake *b)
 {
-    const size_t edge = (size_t)b->opts->sh_degree + 1;
-    char *text = NULL;
-
-    b->sh = malloc(3 * edge * edge * sizeof *b->sh);
-    if (!b->sh)
-        return no_memory(b, "the spherical harmonics");
-    ibl_console_progress(b->console, "sh", 0);
-    ibl_status status = ibl_bake_sh(b->ctx, &b->env, b->opts->sh_degree,
-                                    b->opts->yaw_deg, b->sh);
-    if (status)
-        return status;
     ibl_console_progress(b->console, "write", 0);
-    text = ibl_sidecar_text(b);
+    char *text = ibl_sidecar_text(b);
     if (!text)
         return no_memory(b, "the sidecar");
-    status = put(b, b->files[IBL_OUTPUT_JSON].path, text, strlen(text));
+    const ibl_status status =
+        put(b, b->files[IBL_OUTPUT_JSON].path, text, strlen(text));
     free(text);
     return status;
 }
@@ -190,16 +178,65 @@ static ibl_status make_depfile(ibl_bake *b)
     return status;
 }
 
+/* ---- environment ------------------------------------------------------ */
+
+static ibl_status read_rows(void *cookie, int rows, float *rgb)
+{
+    return ibl_source_read(cookie, rows, rgb);
+}
+
+static ibl_status bake_rows(ibl_bake *b, const ibl_environment *rows)
+{
+    const ibl_bake_options options = {
+        .skybox = b->files[IBL_OUTPUT_SKYBOX].path ? b->opts->skybox : 0,
+        .specular = b->files[IBL_OUTPUT_SPECULAR].path != NULL,
+        .specular_options = b->opts->specular,
+        .irradiance = b->files[IBL_OUTPUT_IRRADIANCE].path != NULL,
+        .irradiance_options = b->opts->irradiance,
+        .sh_degree = b->files[IBL_OUTPUT_JSON].path ? b->opts->sh_degree : -1,
+        .yaw_deg = b->opts->yaw_deg};
+
+    b->width = rows->width;
+    b->height = rows->height;
+    return ibl_bake_environment(b->ctx, rows, &options, &b->made);
+}
+
+/* The map is read whole for what looks at it again, else row by row. */
+static ibl_status make_environment(ibl_bake *b)
+{
+    const ibl_read_options *read = &b->opts->common.read;
+    ibl_source *source = NULL;
+    ibl_status status;
+
+    ibl_console_progress(b->console, "decode", 0);
+    if (b->opts->verify || b->opts->preview) {
+        status =
+            ibl_image_read(b->ctx, b->opts->input, read, &b->env, &b->report);
+        const ibl_environment rows = {
+            .width = b->env.width, .height = b->env.height, .image = &b->env};
+        return status ? status : bake_rows(b, &rows);
+    }
+    status = ibl_source_open(b->ctx, b->opts->input, read, &source);
+    if (status)
+        return status;
+    const ibl_environment rows = {.width = ibl_source_width(source),
+                                  .height = ibl_source_height(source),
+                                  .read = read_rows,
+                                  .cookie = source};
+    status = bake_rows(b, &rows);
+    b->report = *ibl_source_report(source);
+    ibl_source_close(source);
+    return status;
+}
+
 static ibl_status make_all(ibl_bake *b)
 {
     static ibl_status (*const makers[IBL_OUTPUT_COUNT])(ibl_bake *) = {
         make_skybox, make_specular, make_irradiance, make_lut, make_json};
     ibl_status status = IBL_OK;
 
-    ibl_console_progress(b->console, "decode", 0);
     if (b->opts->input)
-        status = ibl_image_read(b->ctx, b->opts->input, &b->opts->common.read,
-                                &b->env, &b->report);
+        status = make_environment(b);
     for (int kind = 0; kind < IBL_OUTPUT_COUNT && !status; kind++)
         if (b->files[kind].path)
             status = makers[kind](b);
@@ -215,8 +252,8 @@ static void tell(const ibl_bake *b)
 {
     if (b->opts->input)
         ibl_console_info(b->console, "read %s: %s, %d x %d, peak %.6g",
-                         b->opts->input, b->report.format, b->env.width,
-                         b->env.height, (double)b->report.peak);
+                         b->opts->input, b->report.format, b->width, b->height,
+                         (double)b->report.peak);
     for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++) {
         const ibl_baked *file = &b->files[kind];
         if (!file->path)
@@ -243,11 +280,8 @@ static void free_bake(ibl_bake *b)
     ibl_report_free(&b->judged);
     ibl_judge_free(b->judge);
     ibl_image_free(&b->env);
-    ibl_cube_free(&b->skybox);
-    ibl_cube_free(&b->specular);
-    ibl_cube_free(&b->irradiance);
+    ibl_bake_result_free(&b->made);
     ibl_lut_free(&b->lut);
-    free(b->sh);
     for (int i = 0; i < IBL_OUTPUT_COUNT; i++)
         free(b->files[i].path);
     ibl_ctx_free(b->ctx);

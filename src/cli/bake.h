@@ -21,12 +21,11 @@ typedef struct ibl_bake {
     ibl_console *console;
     ibl_ctx *ctx;
     ibl_outputs *outputs;
-    ibl_image env;
-    ibl_read_report report;
-    ibl_cube skybox, specular, irradiance; /* empty where not wanted */
-    ibl_specular_report made;              /* how specular was */
+    int width, height;      /* of the environment */
+    ibl_image env;          /* in memory if something looks at it again */
+    ibl_read_report report; /* of reading it */
+    ibl_bake_result made;   /* of it; empty where not wanted */
     ibl_lut lut;
-    double *sh;        /* 3 (degree + 1)^2 radiance coefficients, or NULL */
     ibl_judge *judge;  /* with --verify, once a cube was judged */
     ibl_report judged; /* empty without --verify */
     ibl_baked files[IBL_OUTPUT_COUNT];
@@ -38,7 +37,10 @@ int ibl_bake_run(const ibl_opts *opts);
 
 /* Whether only a part of the range of roughness was asked for. */
 bool ibl_bake_is_part(const ibl_bake *b);
-/* "pixel sum" or "hemisphere grid"; "quadrature" or "hammersley". */
+/* "spectral", "sampled", or "mixed" where levels differ. */
+const char *ibl_bake_specular_method(const ibl_bake *b);
+/* "spectral", "pixel sum" or "hemisphere grid"; "quadrature" or "hammersley".
+ */
 const char *ibl_bake_irradiance_method(const ibl_bake *b);
 const char *ibl_bake_lut_method(const ibl_bake *b);
 

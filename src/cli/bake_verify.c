@@ -34,7 +34,7 @@ static ibl_status judge_cube(ibl_bake *b, ibl_output_kind kind,
     if (kind == IBL_OUTPUT_SPECULAR) {
         role = IBL_ROLE_SPECULAR;
         for (int l = 0; l < tex->levels; l++)
-            roughness[l] = b->made.layout.roughness[l];
+            roughness[l] = b->made.report.layout.roughness[l];
     }
     if (!status)
         status =

@@ -29,35 +29,41 @@ static void set(setter *s, const char *key, const char *fmt, ...)
 static void set_specular(setter *s, const ibl_bake *b)
 {
     const ibl_specular_options *o = &b->opts->specular;
-    const int levels = b->specular.levels;
+    const ibl_specular_report *made = &b->made.report;
+    const int levels = made->layout.levels;
     char roughness[IBL_MAX_LEVELS * 24] = "";
     char samples[IBL_MAX_LEVELS * 12] = "";
+    char degrees[IBL_MAX_LEVELS * 12] = "";
     char errors[IBL_MAX_LEVELS * 24] = "";
 
     for (int l = 0; l < levels; l++) {
-        const ibl_specular_level *level = &b->made.level[l];
+        const ibl_specular_level *level = &made->level[l];
         const size_t r = strlen(roughness), n = strlen(samples);
-        const size_t e = strlen(errors);
+        const size_t e = strlen(errors), d = strlen(degrees);
         snprintf(roughness + r, sizeof roughness - r, "%s%.9g", l ? "," : "",
-                 b->made.layout.roughness[l]);
+                 made->layout.roughness[l]);
         snprintf(samples + n, sizeof samples - n, "%s%d", l ? "," : "",
                  level->samples);
+        snprintf(degrees + d, sizeof degrees - d, "%s%d", l ? "," : "",
+                 level->degree);
         snprintf(errors + e, sizeof errors - e, "%s%.3g", l ? "," : "",
                  level->error >= 0 ? level->error : 0);
     }
-    set(s, "iblbake.method", "sampled");
+    set(s, "iblbake.method", "%s", ibl_bake_specular_method(b));
     set(s, "iblbake.mapping", "%s", ibl_roughness_map_name(o->mapping));
     set(s, "iblbake.roughness", "%s", roughness);
-    set(s, "iblbake.lod_scale", "%.9g", b->made.layout.lod_scale);
-    set(s, "iblbake.lod_offset", "%.9g", b->made.layout.lod_offset);
+    set(s, "iblbake.lod_scale", "%.9g", made->layout.lod_scale);
+    set(s, "iblbake.lod_offset", "%.9g", made->layout.lod_offset);
     if (ibl_bake_is_part(b))
         set(s, "iblbake.roughness_range", "%.9g:%.9g", o->roughness_min,
             o->roughness_max);
-    set(s, "iblbake.samples", "%s", samples);
-    if (o->tolerance > 0) {
+    set(s, "iblbake.degrees", "%s", degrees);
+    set(s, "iblbake.estimate", "%s", errors);
+    if (o->tolerance > 0)
         set(s, "iblbake.tolerance", "%.9g", o->tolerance);
-        set(s, "iblbake.estimate", "%s", errors);
-    }
+    if (!strcmp(ibl_bake_specular_method(b), "spectral"))
+        return;
+    set(s, "iblbake.samples", "%s", samples);
     set(s, "iblbake.lod_bias", "%.9g", o->lod_bias);
     set(s, "iblbake.jitter", "%s", o->jitter ? "yes" : "no");
     set(s, "iblbake.pdf_mip", "%s", o->pdf_mip ? "yes" : "no");

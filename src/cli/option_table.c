@@ -13,6 +13,7 @@ static const char *const format_names[] = {"ktx2", "ktx", "dds", NULL};
 static const char *const pixel_names[] = {"rgba16f", "rgba32f", "rgb9e5",
                                           "r11g11b10f", NULL};
 static const char *const mapping_names[] = {"linear", "filament", NULL};
+static const char *const method_names[] = {"auto", "spectral", "sampled", NULL};
 static const char *const geometry_names[] = {"smith", "schlick-ibl", NULL};
 static const char *const no_yes[] = {"no", "yes", NULL};
 
@@ -149,19 +150,23 @@ static const ibl_option specular[] = {
      .allowed = "two numbers from 0 to 1, the smaller first",
      .standard = "0:1",
      .help = "make only what materials of these roughnesses need"},
+    {"method", 0, CHOICE(method, method_names),
+     .help = "how levels are made: exactly, by spherical harmonics, or by "
+             "importance sampling; auto: exactly where that is cheaper"},
     {"samples", 0, INT(specular.samples, 1, 1048576),
      .standard = "1024, with --tolerance 65536",
-     .help = "samples for each texel, with --tolerance the most"},
+     .help = "samples for each texel of a sampled level, with --tolerance the "
+             "most"},
     {"level-samples", 0, OTHER(specular.level_samples, "LIST",
      parse_level_samples),
      .allowed = "LEVEL=N,..., with N from 1 to 1048576",
      .standard = "",
      .help = "samples of single levels, whatever --samples and --tolerance "
-             "say"},
+             "say; auto samples them"},
     {"tolerance", 0, REAL(specular.tolerance, "E", 1e-4, 1),
-     .standard = "none",
-     .help = "choose the fewest samples of each level whose estimated "
-             "relative error is below E"},
+     .standard = "5e-5 spectral, none sampled",
+     .help = "choose the lowest degree or the fewest samples of each level "
+             "whose estimated relative error is below E"},
     {"lod-bias", 0, REAL(specular.lod_bias, "BIAS", -4, 4),
      .help = "added to the mip level of each sample's lookup"},
     {"jitter", 0, FLAG(specular.jitter),
@@ -178,7 +183,7 @@ static const ibl_option irradiance[] = {
      .help = "edge of the faces in texels"},
     {"irradiance-step", 0,
      REAL(irradiance.step, "RAD", 0.001, 0.5),
-     .standard = "the sum over every pixel",
+     .standard = "none: exact",
      .help = "the classic grid over the hemisphere, with this step in radians"},
     {"sh", 0,
      INT(sh_degree, 0, IBL_MAX_SH_DEGREE),
@@ -226,6 +231,7 @@ ibl_opts ibl_opts_default(void)
     o.specular.samples = 0; /* not said */
     o.roughness[0] = o.specular.roughness_min;
     o.roughness[1] = o.specular.roughness_max;
+    o.method = (int)o.specular.method;
     o.mapping = (int)o.specular.mapping;
     o.pdf_mip = o.specular.pdf_mip;
     o.geometry = (int)o.lut.geometry;

@@ -34,6 +34,7 @@ typedef struct ibl_opts {
     int skybox;       /* edge; 0: none */
     ibl_specular_options specular;
     double roughness[2]; /* smallest and largest that is used */
+    int method;          /* ibl_method */
     int mapping;         /* ibl_roughness_map */
     int pdf_mip;
     ibl_irradiance_options irradiance;

@@ -204,12 +204,12 @@ static int list_panels(const ibl_bake *b, panel *panels)
 
     if (b->env.data)
         panels[n++] = (panel){.map = &b->env};
-    if (b->skybox.data)
-        panels[n++] = (panel){.cube = &b->skybox};
-    for (int l = 0; b->specular.data && l < b->specular.levels; l++)
-        panels[n++] = (panel){.cube = &b->specular, .level = l};
-    if (b->irradiance.data)
-        panels[n++] = (panel){.cube = &b->irradiance};
+    if (b->made.skybox.data)
+        panels[n++] = (panel){.cube = &b->made.skybox};
+    for (int l = 0; b->made.specular.data && l < b->made.specular.levels; l++)
+        panels[n++] = (panel){.cube = &b->made.specular, .level = l};
+    if (b->made.irradiance.data)
+        panels[n++] = (panel){.cube = &b->made.irradiance};
     if (b->lut.data)
         panels[n++] = (panel){.lut = &b->lut};
     return n;

@@ -43,8 +43,8 @@ static json_t *source(builder *s)
     json_t *j = json_object();
     put(s, j, "path", ibl_json_string(s->b->opts->input));
     put(s, j, "format", ibl_json_string(r->format));
-    put(s, j, "width", json_integer(s->b->env.width));
-    put(s, j, "height", json_integer(s->b->env.height));
+    put(s, j, "width", json_integer(s->b->width));
+    put(s, j, "height", json_integer(s->b->height));
     put(s, j, "peak", json_real((double)r->peak));
     put(s, j, "nonfinite_pixels", json_integer((json_int_t)r->nonfinite));
     put(s, j, "negative_pixels", json_integer((json_int_t)r->negative));
@@ -73,10 +73,17 @@ static json_t *levels(builder *s, ibl_output_kind kind)
         json_t *level = json_object();
         put(s, level, "size", json_integer(ibl_cube_edge(shape->width, l)));
         if (kind == IBL_OUTPUT_SPECULAR) {
-            const ibl_specular_level *made = &s->b->made.level[l];
+            const ibl_specular_level *made = &s->b->made.report.level[l];
             put(s, level, "roughness",
-                json_real(s->b->made.layout.roughness[l]));
-            put(s, level, "samples", json_integer(made->samples));
+                json_real(s->b->made.report.layout.roughness[l]));
+            put(s, level, "method",
+                json_string(made->samples  ? "sampled"
+                            : made->degree ? "spectral"
+                                           : "environment"));
+            if (made->samples)
+                put(s, level, "samples", json_integer(made->samples));
+            if (made->degree)
+                put(s, level, "degree", json_integer(made->degree));
             /* JSON has no infinity; a bound beyond all use says as much. */
             if (made->error >= 0)
                 put(s, level, "estimated_error",
@@ -91,7 +98,7 @@ static json_t *levels(builder *s, ibl_output_kind kind)
  * its numbers. */
 static json_t *lod(const builder *s)
 {
-    const ibl_specular_layout *layout = &s->b->made.layout;
+    const ibl_specular_layout *layout = &s->b->made.report.layout;
     const bool linear = s->b->opts->specular.mapping == IBL_ROUGHNESS_LINEAR;
     const char *x = linear ? "roughness" : "roughness * (2 - roughness)";
     if (!ibl_bake_is_part(s->b))
@@ -115,22 +122,24 @@ static void put_part(builder *s, json_t *j)
 static void put_specular(builder *s, json_t *j)
 {
     const ibl_specular_options *o = &s->b->opts->specular;
-    const ibl_specular_report *made = &s->b->made;
+    const ibl_specular_report *made = &s->b->made.report;
     put(s, j, "lobe", json_string("GGX, alpha = roughness^2, N = V = R"));
-    put(s, j, "method", json_string("sampled"));
+    const char *method = ibl_bake_specular_method(s->b);
+    put(s, j, "method", json_string(method));
     put(s, j, "mapping", json_string(ibl_roughness_map_name(o->mapping)));
     put(s, j, "lod", lod(s));
     put(s, j, "lod_scale", json_real(made->layout.lod_scale));
     put(s, j, "lod_offset", json_real(made->layout.lod_offset));
     if (ibl_bake_is_part(s->b))
         put_part(s, j);
-    if (o->tolerance > 0) {
+    if (o->tolerance > 0)
         put(s, j, "tolerance", json_real(o->tolerance));
-        put(s, j, "estimate",
-            json_string("95th percentile of the relative error, bounded with "
-                        "a confidence of 99 %, before rounding to the pixel"));
-        put(s, j, "lookup_size", json_integer(made->lookup_size));
-    }
+    put(s, j, "estimate",
+        json_string("bound of the 95th percentile of the relative error, "
+                    "before rounding to the pixel"));
+    if (!strcmp(method, "spectral"))
+        return;
+    put(s, j, "lookup_size", json_integer(made->lookup_size));
     put(s, j, "lod_bias", json_real(o->lod_bias));
     put(s, j, "jitter", json_boolean(o->jitter));
     put(s, j, "pdf_mip", json_boolean(o->pdf_mip));
@@ -140,6 +149,8 @@ static void put_irradiance(builder *s, json_t *j)
 {
     put(s, j, "scale", json_string("E/pi"));
     put(s, j, "method", json_string(ibl_bake_irradiance_method(s->b)));
+    if (s->b->made.irradiance_degree)
+        put(s, j, "degree", json_integer(s->b->made.irradiance_degree));
     if (s->b->opts->irradiance.step > 0)
         put(s, j, "step_rad", json_real(s->b->opts->irradiance.step));
 }
@@ -199,7 +210,7 @@ static json_t *outputs(builder *s)
 static json_t *coefficients(builder *s, bool cosine)
 {
     const int degree = s->b->opts->sh_degree;
-    const double *a = s->b->sh;
+    const double *a = s->b->made.sh;
     json_t *j = json_array();
 
     for (int l = 0; l <= degree; l++) {

@@ -1,0 +1,406 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * One reading of an environment for everything that is made of it. Rows go to
+ * whoever takes them as they come: level 0, the sky, the spectral analysis.
+ * What has to see the whole map keeps it.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "bake/irradiance.h"
+#include "bake/spectral/engine.h"
+#include "bake/spectral/plan.h"
+#include "bake/specular.h"
+#include "core/alloc.h"
+#include "core/context.h"
+#include "image/level0.h"
+
+enum {
+    GROUP = IBL_SPECTRAL_GROUP,
+    BATCH_BYTES = 2 << 20 /* of rows, about what a core's cache holds */
+};
+
+/* An environment in the making. */
+typedef struct bake {
+    ibl_ctx *ctx;
+    const ibl_environment *env;
+    ibl_bake_options opts; /* in range, with the bake's yaw */
+    ibl_spectral_plan plan;
+    ibl_specular_layout layout;
+    ibl_image own;          /* the map, where it is needed and was not there */
+    const ibl_image *image; /* the map in memory, or NULL */
+    ibl_level0 *level0, *sky;
+    ibl_spectral *spectral;
+    ibl_bake_result *out;
+} bake;
+
+ibl_bake_options ibl_bake_options_default(void)
+{
+    return (ibl_bake_options){
+        .specular = 1,
+        .specular_options = ibl_specular_options_default(),
+        .irradiance = 1,
+        .irradiance_options = ibl_irradiance_options_default(),
+        .sh_degree = 2,
+    };
+}
+
+void ibl_bake_result_free(ibl_bake_result *r)
+{
+    if (!r)
+        return;
+    ibl_cube_free(&r->skybox);
+    ibl_cube_free(&r->specular);
+    ibl_cube_free(&r->irradiance);
+    ibl_free(r->sh);
+    *r = (ibl_bake_result){0};
+}
+
+/* ---- before anything is read ------------------------------------------- */
+
+static ibl_status check(const bake *b)
+{
+    const ibl_environment *env = b->env;
+    const ibl_bake_options *o = &b->opts;
+    ibl_status status = IBL_OK;
+
+    if (env->width < 1 || env->width > IBL_MAX_EDGE || env->height < 1 ||
+        env->height > IBL_MAX_EDGE)
+        return ibl_fail(b->ctx, IBL_ERR_ARGUMENT,
+                        "a map of %dx%d pixels: must be 1x1 to %dx%d",
+                        env->width, env->height, IBL_MAX_EDGE, IBL_MAX_EDGE);
+    if (!isfinite(o->yaw_deg))
+        return ibl_fail(b->ctx, IBL_ERR_ARGUMENT,
+                        "a yaw of %g degrees: must be finite", o->yaw_deg);
+    if (o->sh_degree < -1 || o->sh_degree > IBL_MAX_SH_DEGREE)
+        return ibl_fail(b->ctx, IBL_ERR_ARGUMENT,
+                        "spherical harmonics of degree %d: must be 0 to %d, "
+                        "or -1 for none",
+                        o->sh_degree, IBL_MAX_SH_DEGREE);
+    if (o->specular)
+        status = ibl_specular_check(b->ctx, &o->specular_options);
+    if (!status && o->irradiance)
+        status = ibl_irradiance_check(b->ctx, &o->irradiance_options);
+    return status;
+}
+
+/* Says what a part of the range leaves out. */
+static void tell_layout(const bake *b)
+{
+    const ibl_specular_options *o = &b->opts.specular_options;
+    if (o->roughness_min > 0 || o->roughness_max < 1)
+        ibl_info(b->ctx,
+                 "specular: roughness %g to %g alone, %d level%s from %d "
+                 "texels; a whole chain has %d from %d",
+                 o->roughness_min, o->roughness_max, b->layout.levels,
+                 b->layout.levels == 1 ? "" : "s", b->layout.size,
+                 ibl_default_levels(o->size), o->size);
+}
+
+static ibl_status prepare_specular(bake *b)
+{
+    const ibl_specular_options *o = &b->opts.specular_options;
+    /* What the check passed but the layout refuses, ibl_cube_alloc explains. */
+    if (ibl_specular_layout_of(o, &b->layout))
+        b->layout.size = o->size, b->layout.levels = o->levels;
+    const ibl_status status = ibl_cube_alloc(
+        b->ctx, b->layout.size, b->layout.levels, &b->out->specular);
+    if (status)
+        return status;
+    b->out->report.layout = b->layout;
+    for (int l = 0; l < b->layout.levels; l++)
+        b->out->report.level[l].error = -1;
+    tell_layout(b);
+    if (b->layout.roughness[0] > 0)
+        return IBL_OK;
+    return ibl_level0_create(b->ctx, b->env->width, b->env->height,
+                             b->opts.yaw_deg, &b->out->specular, &b->level0);
+}
+
+static ibl_status prepare_sky(bake *b)
+{
+    const int size = b->opts.skybox;
+    int levels = 1;
+    while (size >> levels)
+        levels++;
+    const ibl_status status =
+        ibl_cube_alloc(b->ctx, size, levels, &b->out->skybox);
+    if (status)
+        return status;
+    return ibl_level0_create(b->ctx, b->env->width, b->env->height,
+                             b->opts.yaw_deg, &b->out->skybox, &b->sky);
+}
+
+static ibl_status prepare(bake *b)
+{
+    ibl_status status = IBL_OK;
+    if (b->opts.specular)
+        status = prepare_specular(b);
+    if (!status && b->opts.skybox)
+        status = prepare_sky(b);
+    if (!status)
+        status = ibl_spectral_plan_make(b->ctx, b->env->width, b->env->height,
+                                        &b->opts, &b->layout, &b->plan);
+    if (!status && b->plan.degree >= 0)
+        status =
+            ibl_spectral_create(b->ctx, b->env->width, b->env->height,
+                                b->opts.yaw_deg, b->plan.degree, &b->spectral);
+    return status;
+}
+
+/* ---- reading ----------------------------------------------------------- */
+
+static ibl_status read_rows(const bake *b, int rows, float *rgb)
+{
+    ibl_progress(b->ctx, "decode", 0);
+    return b->env->read(b->env->cookie, rows, rgb);
+}
+
+static ibl_status give_rows(bake *b, int rows, const float *rgb, double done)
+{
+    ibl_status status = IBL_OK;
+    if (ibl_cancelled(b->ctx))
+        return IBL_ERR_CANCELLED;
+    if (b->level0 || b->sky)
+        ibl_progress(b->ctx, "level 0", done);
+    if (b->level0)
+        status = ibl_level0_add(b->level0, rows, rgb);
+    if (!status && b->sky)
+        status = ibl_level0_add(b->sky, rows, rgb);
+    if (!status && b->spectral) {
+        ibl_progress(b->ctx, "analysis", done);
+        status = ibl_spectral_add(b->spectral, rows, rgb);
+    }
+    return status;
+}
+
+/* Whole groups of rows, enough for every thread. */
+static int batch_rows(const bake *b)
+{
+    const int threads = ibl_ctx_threads(b->ctx);
+    const size_t row = 3 * sizeof(float) * (size_t)b->env->width;
+    const int fit = (int)(BATCH_BYTES / row) / GROUP;
+    const int least = threads < 2 ? 4 : threads < 64 ? 2 * threads : 128;
+    return GROUP * (fit > least ? fit : least);
+}
+
+static ibl_status keep_whole(bake *b)
+{
+    ibl_status status =
+        ibl_image_alloc(b->ctx, b->env->width, b->env->height, &b->own);
+    if (!status)
+        status = read_rows(b, b->env->height, b->own.data);
+    if (!status)
+        b->image = &b->own;
+    return status;
+}
+
+static ibl_status feed(bake *b)
+{
+    const int height = b->env->height, batch = batch_rows(b);
+    const size_t row = 3 * (size_t)b->env->width;
+    float *rgb = NULL;
+    ibl_status status = IBL_OK;
+
+    if (!b->image) {
+        const int most = batch < height ? batch : height;
+        rgb = ibl_alloc_array(row * (size_t)most, sizeof *rgb);
+        if (!rgb)
+            return ibl_no_memory(b->ctx, "rows of the environment");
+    }
+    for (int done = 0; done < height && !status; done += batch) {
+        const int rows = batch < height - done ? batch : height - done;
+        const float *from = rgb ? rgb : b->image->data + row * (size_t)done;
+        if (rgb)
+            status = read_rows(b, rows, rgb);
+        if (!status)
+            status = give_rows(b, rows, from, (double)done / height);
+    }
+    ibl_free(rgb);
+    return status;
+}
+
+static ibl_status read_all(bake *b)
+{
+    ibl_status status = IBL_OK;
+    b->image = b->env->image;
+    if (!b->image && b->plan.whole)
+        status = keep_whole(b);
+    if (!status && (!b->image || b->level0 || b->sky || b->spectral))
+        status = feed(b);
+    if (!status && b->level0)
+        status = ibl_level0_finish(b->level0);
+    if (!status && b->sky)
+        status = ibl_level0_finish(b->sky);
+    ibl_level0_free(b->level0);
+    ibl_level0_free(b->sky);
+    b->level0 = b->sky = NULL;
+    if (!status && b->spectral)
+        status = ibl_spectral_finish(b->spectral);
+    return status;
+}
+
+/* ---- what is made of it ------------------------------------------------ */
+
+static ibl_status sample_levels(bake *b)
+{
+    ibl_specular_report *report = &b->out->report;
+    ibl_specular_bake s = {.ctx = b->ctx,
+                           .env = b->image,
+                           .opts = &b->opts.specular_options,
+                           .layout = b->layout,
+                           .cube = b->out->specular};
+    bool any = false;
+    for (int l = 0; l < b->layout.levels; l++) {
+        const int own = s.opts->level_samples[l];
+        s.sampled[l] = b->plan.level[l] == IBL_METHOD_SAMPLED;
+        any |= s.sampled[l];
+        if (s.sampled[l])
+            report->level[l].samples = own ? own : s.opts->samples;
+    }
+    if (!any)
+        return IBL_OK;
+    const ibl_status status = ibl_specular_sample(&s, report->level);
+    report->lookup_size = s.pyramid.size;
+    ibl_pyramid_free(&s.pyramid);
+    return status;
+}
+
+static ibl_status spectral_level(bake *b, int level)
+{
+    const ibl_specular_options *o = &b->opts.specular_options;
+    const double r = b->layout.roughness[level];
+    const ibl_spectral_target target = {.lobe = o->lobe,
+                                        .alpha = r * r,
+                                        .tolerance = b->plan.tolerance,
+                                        .cube = &b->out->specular,
+                                        .level = level};
+    ibl_specular_level *made = &b->out->report.level[level];
+    char stage[32];
+    snprintf(stage, sizeof stage, "specular %d", level);
+    const ibl_status status = ibl_spectral_bake(b->spectral, stage, &target,
+                                                &made->degree, &made->error);
+    if (status)
+        return status;
+    if (o->tolerance > 0 && made->error > o->tolerance)
+        ibl_warn(b->ctx,
+                 "specular level %d: a tolerance of %g is not reached: degree "
+                 "%d leaves an estimated error of %.2g: allow a larger one",
+                 level, o->tolerance, made->degree, made->error);
+    else
+        ibl_info(b->ctx, "specular level %d: degree %d, estimated error %.2g",
+                 level, made->degree, made->error);
+    return IBL_OK;
+}
+
+static ibl_status make_specular(bake *b)
+{
+    ibl_status status = sample_levels(b);
+    for (int l = 0; l < b->layout.levels && !status; l++)
+        if (b->plan.level[l] == IBL_METHOD_SPECTRAL)
+            status = spectral_level(b, l);
+    return status;
+}
+
+static ibl_status make_irradiance(bake *b)
+{
+    const ibl_irradiance_options *o = &b->opts.irradiance_options;
+    double error;
+    ibl_status status;
+
+    ibl_progress(b->ctx, "irradiance", 0);
+    if (b->plan.irradiance == IBL_METHOD_SAMPLED)
+        return ibl_bake_irradiance(b->ctx, b->image, o, &b->out->irradiance);
+    status = ibl_cube_alloc(b->ctx, o->size, 1, &b->out->irradiance);
+    if (status)
+        return status;
+    const ibl_spectral_target target = {.lobe = IBL_LOBE_GGX,
+                                        .alpha = 1,
+                                        .tolerance = b->plan.tolerance,
+                                        .cube = &b->out->irradiance};
+    return ibl_spectral_bake(b->spectral, "irradiance", &target,
+                             &b->out->irradiance_degree, &error);
+}
+
+static ibl_status make_sh(bake *b)
+{
+    const size_t edge = (size_t)b->opts.sh_degree + 1;
+    b->out->sh = ibl_alloc_array(3 * edge * edge, sizeof *b->out->sh);
+    if (!b->out->sh)
+        return ibl_no_memory(b->ctx, "the spherical harmonics");
+    ibl_progress(b->ctx, "sh", 0);
+    if (b->plan.sh == IBL_METHOD_SAMPLED)
+        return ibl_bake_sh(b->ctx, b->image, b->opts.sh_degree, b->opts.yaw_deg,
+                           b->out->sh);
+    return ibl_spectral_sh(b->spectral, b->opts.sh_degree, b->out->sh);
+}
+
+static ibl_status make_all(bake *b)
+{
+    ibl_status status = prepare(b);
+    if (!status)
+        status = read_all(b);
+    if (!status && b->opts.skybox)
+        status = ibl_cube_build_mips(b->ctx, &b->out->skybox);
+    if (!status && b->opts.specular)
+        status = make_specular(b);
+    if (!status && b->opts.irradiance)
+        status = make_irradiance(b);
+    if (!status && b->opts.sh_degree >= 0)
+        status = make_sh(b);
+    return status;
+}
+
+ibl_status ibl_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
+                                const ibl_bake_options *opts,
+                                ibl_bake_result *result)
+{
+    ibl_bake_result out = {0};
+    bake b = {.ctx = ctx, .env = env, .out = &out};
+
+    b.opts = opts ? *opts : ibl_bake_options_default();
+    b.opts.specular_options.yaw_deg = b.opts.yaw_deg;
+    b.opts.irradiance_options.yaw_deg = b.opts.yaw_deg;
+    ibl_status status = check(&b);
+    if (!status)
+        status = make_all(&b);
+    ibl_spectral_free(b.spectral);
+    ibl_level0_free(b.level0);
+    ibl_level0_free(b.sky);
+    ibl_image_free(&b.own);
+    if (status)
+        ibl_bake_result_free(&out);
+    else
+        *result = out;
+    return status;
+}
+
+ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
+                                    const ibl_specular_options *opts,
+                                    ibl_cube *out, ibl_specular_report *report)
+{
+    const ibl_environment rows = {
+        .width = env->width, .height = env->height, .image = env};
+    ibl_bake_options o = ibl_bake_options_default();
+    ibl_bake_result made;
+
+    if (opts)
+        o.specular_options = *opts;
+    o.yaw_deg = o.specular_options.yaw_deg;
+    o.irradiance = 0;
+    o.sh_degree = -1;
+    const ibl_status status = ibl_bake_environment(ctx, &rows, &o, &made);
+    if (status)
+        return status;
+    *out = made.specular;
+    if (report)
+        *report = made.report;
+    return IBL_OK;
+}
+
+ibl_status ibl_bake_specular(ibl_ctx *ctx, const ibl_image *env,
+                             const ibl_specular_options *opts, ibl_cube *out)
+{
+    return ibl_bake_specular_report(ctx, env, opts, out, NULL);
+}

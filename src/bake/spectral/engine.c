@@ -1,0 +1,348 @@
+/* SPDX-License-Identifier: MIT */
+#include "bake/spectral/engine.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "bake/spectral/state.h"
+#include "core/alloc.h"
+#include "core/context.h"
+
+enum {
+    GROUP = IBL_SPECTRAL_GROUP
+};
+
+/* A light stays one if it has this much of the map's energy. */
+static const double least_share = 1e-4;
+
+/* ---- create ------------------------------------------------------------ */
+
+static size_t patched_floats(const ibl_spectral *s)
+{
+    return (3 * (size_t)s->width * GROUP + 15) / 16 * 16;
+}
+
+static ibl_status allocate(ibl_spectral *s)
+{
+    const size_t groups = (size_t)s->groups, rows = (size_t)s->height;
+    const size_t threads = (size_t)ibl_ctx_threads(s->ctx);
+    const size_t scratch = ibl_azimuth_scratch(s->azimuth);
+
+    s->weight = ibl_alloc_array(rows, sizeof *s->weight);
+    s->zonal = ibl_alloc_array((size_t)s->degree + 1, sizeof *s->zonal);
+    s->range = ibl_alloc_array(groups, sizeof *s->range);
+    s->found = ibl_alloc_zeroed(groups, sizeof *s->found);
+    s->taken = ibl_alloc_array(groups, IBL_LIGHTS_GROUP * sizeof *s->taken);
+    s->worker_floats = (scratch + 15) / 16 * 16 + patched_floats(s);
+    s->scratch = ibl_alloc_array(threads * s->worker_floats, sizeof(float));
+    if (!s->weight || !s->zonal || !s->range || !s->found || !s->taken ||
+        !s->scratch)
+        return ibl_no_memory(s->ctx, "the analysis");
+    return ibl_ring_spectra_alloc(s->ctx, s->height, s->degree + 1, &s->rows);
+}
+
+/* Solid angles of a row's pixels, as a product that cancels nothing. */
+static void fill_weights(const ibl_spectral *s)
+{
+    for (int j = 0; j < s->height; j++)
+        s->weight[j] = 4 * IBL_PI / s->width *
+                       sin(IBL_PI * (j + 0.5) / s->height) *
+                       sin(0.5 * IBL_PI / s->height);
+}
+
+ibl_status ibl_spectral_create(ibl_ctx *ctx, int width, int height,
+                               double yaw_deg, int degree, ibl_spectral **out)
+{
+    ibl_spectral *s = ibl_alloc_zeroed(1, sizeof *s);
+    *out = NULL;
+    if (!s)
+        return ibl_no_memory(ctx, "the analysis");
+    s->ctx = ctx;
+    s->width = width;
+    s->height = height;
+    s->degree = degree;
+    s->groups = (height + GROUP - 1) / GROUP;
+    s->yaw = (yaw_deg - 360 * floor(yaw_deg / 360)) / 180 * IBL_PI;
+    ibl_status status =
+        ibl_azimuth_create(ctx, width, degree + 1, s->yaw, &s->azimuth);
+    if (!status)
+        status = allocate(s);
+    if (status) {
+        ibl_spectral_free(s);
+        return status;
+    }
+    fill_weights(s);
+    *out = s;
+    return IBL_OK;
+}
+
+static void free_reading(ibl_spectral *s)
+{
+    ibl_azimuth_free(s->azimuth);
+    ibl_ring_spectra_free(&s->rows);
+    ibl_free(s->scratch);
+    ibl_free(s->found);
+    ibl_free(s->taken);
+    ibl_free(s->range);
+    s->azimuth = NULL;
+    s->scratch = NULL;
+    s->found = NULL;
+    s->taken = NULL;
+    s->range = NULL;
+}
+
+void ibl_spectral_free(ibl_spectral *s)
+{
+    if (!s)
+        return;
+    free_reading(s);
+    ibl_free(s->weight);
+    ibl_free(s->zonal);
+    ibl_free(s->lights);
+    ibl_bright_free(s->bright);
+    ibl_harmonics_free(&s->harmonics);
+    ibl_spectral_work_free(&s->work);
+    ibl_free(s);
+}
+
+/* ---- rows -------------------------------------------------------------- */
+
+struct batch {
+    ibl_spectral *s;
+    const float *rgb;
+    int first, rows;
+};
+
+/* Takes the lights out of a copy, that becomes the group's rows. */
+static void take_lights(ibl_spectral *s, ibl_azimuth_rows *in, int group,
+                        float *copy)
+{
+    ibl_pixel_light *lights = s->taken + (size_t)group * IBL_LIGHTS_GROUP;
+    memcpy(copy, in->rgb, in->stride * (size_t)in->count * sizeof *copy);
+    in->rgb = copy;
+    s->found[group] = ibl_lights_take(copy, s->width, in->count, group * GROUP,
+                                      &s->range[group], lights);
+    for (int i = 0; i < s->found[group]; i++) {
+        ibl_pixel_light *l = &lights[i];
+        l->energy = s->weight[l->row] *
+                    ((double)l->rgb[0] + (double)l->rgb[1] + (double)l->rgb[2]);
+    }
+}
+
+static void group_job(void *arg, int job, int worker)
+{
+    const struct batch *b = arg;
+    ibl_spectral *s = b->s;
+    const int first = b->first + job * GROUP;
+    const int left = b->rows - job * GROUP, group = first / GROUP;
+    const size_t row = 3 * (size_t)s->width;
+    float *scratch = s->scratch + (size_t)worker * s->worker_floats;
+    ibl_azimuth_rows in = {.rgb = b->rgb + row * (size_t)(job * GROUP),
+                           .stride = row,
+                           .count = left < GROUP ? left : GROUP};
+
+    memcpy(in.subtract, s->base, sizeof in.subtract);
+    ibl_row_range_of(in.rgb, s->width, in.count, &s->range[group]);
+    if (ibl_lights_any(&s->range[group]))
+        take_lights(s, &in, group,
+                    scratch + s->worker_floats - patched_floats(s));
+    ibl_azimuth_forward(s->azimuth, &in, scratch, &s->rows, first);
+}
+
+/*
+ * A constant that is taken from every pixel and added to every texel: the
+ * least of the first row. A constant map is that alone and stays what it is,
+ * to the last bit.
+ */
+static void choose_base(ibl_spectral *s, const float *rgb)
+{
+    for (int c = 0; c < 3; c++) {
+        s->base[c] = rgb[c];
+        for (int i = 1; i < s->width; i++)
+            s->base[c] = fminf(s->base[c], rgb[3 * i + c]);
+    }
+}
+
+ibl_status ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb)
+{
+    struct batch b = {s, rgb, s->added, rows};
+
+    if (!s->added)
+        choose_base(s, rgb);
+    s->added += rows;
+    return ibl_run(s->ctx, NULL, (rows + GROUP - 1) / GROUP, group_job, &b);
+}
+
+/* ---- lights ------------------------------------------------------------ */
+
+/* Radiance of all channels over the sphere, without the lights. */
+static double energy_of_rows(const ibl_spectral *s)
+{
+    double sum = 0;
+    for (int j = 0; j < s->height; j++)
+        for (int c = 0; c < 3; c++)
+            sum += s->weight[j] *
+                   ((double)ibl_ring_spectra_at(&s->rows, 0, 2 * c)[j] +
+                    (double)s->base[c] * s->width);
+    return sum;
+}
+
+/* By energy; else as they come in the map. */
+static int stronger_first(const void *a, const void *b)
+{
+    const ibl_pixel_light *x = a, *y = b;
+    if (x->energy < y->energy || x->energy > y->energy)
+        return x->energy < y->energy ? 1 : -1;
+    if (x->row != y->row)
+        return x->row > y->row ? 1 : -1;
+    return x->column > y->column ? 1 : -1;
+}
+
+static ibl_status gather_lights(ibl_spectral *s, int *count)
+{
+    int n = 0;
+    for (int g = 0; g < s->groups; g++)
+        n += s->found[g];
+    s->lights = ibl_alloc_array((size_t)n, sizeof *s->lights);
+    if (!s->lights)
+        return ibl_no_memory(s->ctx, "the lights");
+    n = 0;
+    for (int g = 0; g < s->groups; g++)
+        for (int i = 0; i < s->found[g]; i++)
+            s->lights[n++] = s->taken[(size_t)g * IBL_LIGHTS_GROUP + (size_t)i];
+    qsort(s->lights, (size_t)n, sizeof *s->lights, stronger_first);
+    *count = n;
+    return IBL_OK;
+}
+
+struct add_lights {
+    const ibl_spectral *s;
+    const ibl_pixel_light *lights;
+    int count;
+    ibl_ring_spectra *to;
+};
+
+static double azimuth_of(const ibl_spectral *s, const ibl_pixel_light *l)
+{
+    return 2 * IBL_PI * ((l->column + 0.5) / s->width - 0.5) - s->yaw;
+}
+
+static void add_lights_job(void *arg, int m, int worker)
+{
+    const struct add_lights *a = arg;
+    const ibl_spectral *s = a->s;
+    (void)worker;
+    for (int i = 0; i < a->count; i++) {
+        const ibl_pixel_light *l = &a->lights[i];
+        const double angle = m * azimuth_of(s, l);
+        const float re = (float)cos(angle), im = (float)-sin(angle);
+        for (int c = 0; c < 3; c++) {
+            ibl_ring_spectra_at(a->to, m, 2 * c)[l->row] += re * l->rgb[c];
+            ibl_ring_spectra_at(a->to, m, 2 * c + 1)[l->row] += im * l->rgb[c];
+        }
+    }
+}
+
+ibl_status ibl_spectral_add_lights(const ibl_spectral *s,
+                                   const ibl_pixel_light *lights, int count,
+                                   ibl_ring_spectra *to)
+{
+    struct add_lights a = {s, lights, count, to};
+    return count ? ibl_run(s->ctx, NULL, to->orders, add_lights_job, &a)
+                 : IBL_OK;
+}
+
+/* The lights that stay, ready to be added to texels. */
+static ibl_status make_bright(ibl_spectral *s)
+{
+    const size_t count = (size_t)s->light_count;
+    ibl_light *lights = ibl_alloc_array(count, sizeof *lights);
+    if (!lights)
+        return ibl_no_memory(s->ctx, "the lights");
+    for (size_t i = 0; i < count; i++) {
+        const ibl_pixel_light *l = &s->lights[i];
+        const double theta = IBL_PI * (l->row + 0.5) / s->height;
+        const double phi = azimuth_of(s, l);
+        lights[i].direction[0] = sin(theta) * cos(phi);
+        lights[i].direction[1] = cos(theta);
+        lights[i].direction[2] = sin(theta) * sin(phi);
+        for (int c = 0; c < 3; c++)
+            lights[i].energy[c] =
+                (float)((double)l->rgb[c] * s->weight[l->row]);
+    }
+    const ibl_status status =
+        ibl_bright_create(s->ctx, lights, s->light_count, &s->bright);
+    ibl_free(lights);
+    return status;
+}
+
+/* Of the lights that were taken out, the ones to be added to texels; the
+ * others go back to their rows. */
+static ibl_status choose_lights(ibl_spectral *s)
+{
+    double total = energy_of_rows(s);
+    int count = 0;
+    ibl_status status = gather_lights(s, &count);
+    if (status)
+        return status;
+    for (int i = 0; i < count; i++)
+        total += s->lights[i].energy;
+    while (s->light_count < count && s->light_count < IBL_LIGHTS_MOST &&
+           s->lights[s->light_count].energy > least_share * total)
+        s->light_count++;
+    status = ibl_spectral_add_lights(s, s->lights + s->light_count,
+                                     count - s->light_count, &s->rows);
+    return status ? status : make_bright(s);
+}
+
+/* ---- finish ------------------------------------------------------------ */
+
+/* sum over pixels of P_l(cos theta) dO: 4 pi and zeros but for what the
+ * midpoints of rows leave. */
+static void sum_zonal(ibl_spectral *s)
+{
+    memset(s->zonal, 0, ((size_t)s->degree + 1) * sizeof *s->zonal);
+    for (int j = 0; 2 * j < s->height; j++) {
+        const double x = cos(IBL_PI * (j + 0.5) / s->height);
+        const double twice = 2 * j + 1 < s->height ? 2 : 1;
+        const double w = twice * s->weight[j] * s->width;
+        double p = 1, below = 0; /* P_l, P_(l-1) */
+        for (int l = 0; l <= s->degree; l++) {
+            if (l % 2 == 0)
+                s->zonal[l] += w * p;
+            const double next = ((2 * l + 1) * x * p - l * below) / (l + 1);
+            below = p;
+            p = next;
+        }
+    }
+}
+
+static void merge_ranges(ibl_spectral *s)
+{
+    for (int c = 0; c < 3; c++) {
+        s->low[c] = s->range[0].low[c];
+        s->high[c] = s->range[0].high[c];
+        for (int g = 1; g < s->groups; g++) {
+            s->low[c] = fminf(s->low[c], s->range[g].low[c]);
+            s->high[c] = fmaxf(s->high[c], s->range[g].high[c]);
+        }
+    }
+}
+
+ibl_status ibl_spectral_finish(ibl_spectral *s)
+{
+    ibl_progress(s->ctx, "analysis", 1);
+    merge_ranges(s);
+    ibl_status status = choose_lights(s);
+    if (!status)
+        status = ibl_harmonics_alloc(s->ctx, s->degree, &s->harmonics);
+    if (!status)
+        status = ibl_sht_analyse(s->ctx, "analysis", &s->rows, s->weight,
+                                 &s->harmonics);
+    if (status)
+        return status;
+    sum_zonal(s);
+    free_reading(s);
+    return IBL_OK;
+}

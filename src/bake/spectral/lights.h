@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The pixels that outshine the rows around them: a sun, a lamp far away. They
+ * are taken out of the rows before the analysis.
+ */
+#ifndef IBL_BAKE_SPECTRAL_LIGHTS_H
+#define IBL_BAKE_SPECTRAL_LIGHTS_H
+
+#include <stdbool.h>
+
+#include "ibl/ibl.h"
+
+enum {
+    IBL_LIGHTS_GROUP = 256, /* the most that are taken from a group of rows */
+    IBL_LIGHTS_MOST = 1024  /* the most that are kept of all */
+};
+
+/* A pixel, and its radiance above what was left in its place. */
+typedef struct ibl_pixel_light {
+    int row, column;
+    float rgb[3];
+    double energy; /* of the channels together; the caller's to set */
+} ibl_pixel_light;
+
+/* What is known of a group of rows, of each channel. */
+typedef struct ibl_row_range {
+    float low[3], high[3];
+    double mean[3];
+} ibl_row_range;
+
+/* Looks at `rows` rows of `width` pixels. */
+void ibl_row_range_of(const float *rgb, int width, int rows,
+                      ibl_row_range *range);
+
+/* Whether a group has a pixel to be taken out. */
+bool ibl_lights_any(const ibl_row_range *range);
+
+/*
+ * Takes the brightest pixels out of rows: the mean of the others stays in
+ * their place. first_row is the map's row of the first.
+ *   lights   room for IBL_LIGHTS_GROUP
+ * Returns how many there are.
+ */
+int ibl_lights_take(float *rgb, int width, int rows, int first_row,
+                    const ibl_row_range *range, ibl_pixel_light *lights);
+
+#endif

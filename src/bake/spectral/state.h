@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: MIT */
+/* What the files of the spectral engine share. */
+#ifndef IBL_BAKE_SPECTRAL_STATE_H
+#define IBL_BAKE_SPECTRAL_STATE_H
+
+#include "bake/spectral/azimuth.h"
+#include "bake/spectral/engine.h"
+#include "bake/spectral/lights.h"
+#include "bake/spectral/resample.h"
+#include "bake/spectral/transform.h"
+#include "brdf/ggx.h"
+
+/* Memory that levels use one after the other. */
+typedef struct ibl_spectral_work {
+    ibl_ring_spectra spectra;
+    ibl_ring_grid grid;
+} ibl_spectral_work;
+
+void ibl_spectral_work_free(ibl_spectral_work *work);
+
+struct ibl_spectral {
+    ibl_ctx *ctx;
+    int width, height, degree;
+    double yaw; /* radians, 0..2 pi */
+
+    /* While rows come in. */
+    int added;  /* rows */
+    int groups; /* of IBL_SPECTRAL_GROUP rows */
+    ibl_azimuth *azimuth;
+    ibl_ring_spectra rows;
+    float *scratch; /* worker_floats for each worker */
+    size_t worker_floats;
+    ibl_row_range *range;   /* of each group */
+    int *found;             /* lights of each group */
+    ibl_pixel_light *taken; /* IBL_LIGHTS_GROUP for each group */
+
+    /* What is kept of them. */
+    float base[3];           /* taken from every pixel */
+    float low[3], high[3];   /* the range of the map */
+    double *weight;          /* solid angle of a pixel of each row */
+    double *zonal;           /* degree + 1: sum of P_l dO over all pixels */
+    ibl_pixel_light *lights; /* added to each texel */
+    int light_count;
+    ibl_bright *bright;      /* them, ready for texels */
+    ibl_harmonics harmonics; /* of everything else */
+
+    ibl_spectral_work work;
+};
+
+/* Adds the Fourier coefficients of lights to those of their rows. */
+ibl_status ibl_spectral_add_lights(const ibl_spectral *s,
+                                   const ibl_pixel_light *lights, int count,
+                                   ibl_ring_spectra *to);
+
+#endif
