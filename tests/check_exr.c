@@ -118,7 +118,7 @@ static ibl_status decode_oiio(ibl_ctx *ctx, const char *path, int part,
                               const char *const channels[3], ibl_image *img)
 {
     ibl_read_options opts = ibl_read_options_default();
-    ibl_read_report report = {.format = ""};
+    ibl_rows *rows;
     size_t size;
     unsigned char *bytes = file_load(path, &size);
     ibl_bridge_source s = {.name = "f.exr",
@@ -130,7 +130,11 @@ static ibl_status decode_oiio(ibl_ctx *ctx, const char *path, int part,
     for (int c = 0; channels && c < 3; c++)
         s.channels[c] = channels[c];
     opts.any_aspect = 1;
-    const ibl_status status = ibl_bridge_decode(ctx, &s, &opts, img, &report);
+    ibl_status status = ibl_bridge_rows(ctx, &s, &opts, &rows);
+    *img = (ibl_image){0};
+    if (!status)
+        status = read_rows(rows, img);
+    ibl_rows_close(rows);
     free(bytes);
     return status;
 }

@@ -12,6 +12,7 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "io/bridge/bridge.h"
+#include "io/exr.h"
 #include "io/read.h"
 #include "io/whole.h"
 
@@ -24,8 +25,7 @@ typedef struct bridge_calls {
     int (*abi)(void);
     ibl_bridge_result (*open)(const ibl_bridge_request *, ibl_bridge **,
                               ibl_bridge_info *, char *);
-    ibl_bridge_result (*read)(ibl_bridge *, float *, ibl_bridge_tick *, void *,
-                              char *);
+    ibl_bridge_result (*read)(ibl_bridge *, int, int, float *, char *);
     void (*close)(ibl_bridge *);
 } bridge_calls;
 
@@ -125,32 +125,31 @@ static int make_file(const ibl_bridge_source *source, char path[32])
     return fd;
 }
 
-static ibl_status translate(ibl_ctx *ctx, const ibl_bridge_source *source,
-                            ibl_bridge_result result, const char *message)
+static ibl_status translate(ibl_ctx *ctx, const char *name,
+                            const char *known_kind, ibl_bridge_result result,
+                            const char *message)
 {
-    const char *kind = source->kind ? source->kind : "image";
+    const char *kind = known_kind ? known_kind : "image";
     switch (result) {
     case IBL_BRIDGE_OK:
         return IBL_OK;
-    case IBL_BRIDGE_CANCELLED:
-        return IBL_ERR_CANCELLED;
     case IBL_BRIDGE_MEMORY:
         return ibl_fail(ctx, IBL_ERR_MEMORY, "%s: no memory to decode it",
-                        source->name);
+                        name);
     case IBL_BRIDGE_UNKNOWN:
-        if (source->kind)
-            return ibl_fail(ctx, IBL_ERR_UNSUPPORTED, "%s: is %s, but %s",
-                            source->name, kind, message);
+        if (known_kind)
+            return ibl_fail(ctx, IBL_ERR_UNSUPPORTED, "%s: is %s, but %s", name,
+                            kind, message);
         return ibl_fail(ctx, IBL_ERR_FORMAT,
                         "%s: is no image: neither Radiance .hdr nor OpenEXR "
                         "nor anything that OpenImageIO knows",
-                        source->name);
+                        name);
     case IBL_BRIDGE_FORMAT:
     case IBL_BRIDGE_NEEDS_FILE:
         break;
     }
     return ibl_fail(ctx, IBL_ERR_FORMAT, "%s: damaged or unsupported %s: %s",
-                    source->name, kind, message);
+                    name, kind, message);
 }
 
 /*
@@ -180,56 +179,69 @@ static ibl_status check_claims(ibl_ctx *ctx, const ibl_bridge_source *source,
     return IBL_OK;
 }
 
-static int tick(void *arg, double done)
-{
-    ibl_ctx *ctx = arg;
-    ibl_progress(ctx, "decode", done);
-    return ibl_cancelled(ctx);
-}
+/* ---- rows ----------------------------------------------------------- */
 
-static ibl_status decode(ibl_ctx *ctx, const bridge_calls *calls,
-                         const ibl_bridge_source *source,
-                         const ibl_bridge_request *request,
-                         const ibl_read_options *opts, ibl_image *img,
-                         ibl_read_report *report, bool *needs_file)
+enum {
+    CALL_ROWS = 64 /* between two looks at the cancel flag */
+};
+
+typedef struct bridge_rows {
+    ibl_rows rows;
+    bridge_calls calls;
+    ibl_bridge *bridge;
+    const char *name;
+    char kind[64];          /* "": unknown */
+    unsigned char *picture; /* the bytes that it reads, if not the source's */
+    int fd;                 /* of a file with the bytes, or -1 */
+    bool is_luma;           /* Y RY BY, of these weights */
+    float luma[3];
+} bridge_rows;
+
+static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
+                            uint32_t *most)
 {
+    bridge_rows *r = (bridge_rows *)rows;
+    const size_t floats = 3 * (size_t)rows->width;
     char message[IBL_BRIDGE_MESSAGE];
-    ibl_bridge *bridge = NULL;
-    ibl_bridge_info info;
 
-    ibl_bridge_result result = calls->open(request, &bridge, &info, message);
-    *needs_file = result == IBL_BRIDGE_NEEDS_FILE;
-    if (*needs_file)
-        return IBL_OK;
-    ibl_status status = translate(ctx, source, result, message);
-    if (!status)
-        status = check_claims(ctx, source, opts, &info);
-    if (!status)
-        status = ibl_image_alloc(ctx, info.width, info.height, img);
-    if (status)
-        goto done;
-    result = calls->read(bridge, img->data, tick, ctx, message);
-    status = translate(ctx, source, result, message);
-    if (status) {
-        ibl_image_free(img);
-        goto done;
+    for (int done = 0, n; done < count; done += n) {
+        float *dst = rgb + floats * (size_t)done;
+        n = count - done < CALL_ROWS ? count - done : CALL_ROWS;
+        if (ibl_cancelled(rows->ctx))
+            return IBL_ERR_CANCELLED;
+        const ibl_bridge_result result =
+            r->calls.read(r->bridge, rows->row + done, n, dst, message);
+        ibl_status status = translate(
+            rows->ctx, r->name, r->kind[0] ? r->kind : NULL, result, message);
+        if (!status && r->is_luma)
+            ibl_exr_line_to_rgb(r->luma, dst, n * rows->width);
+        if (!status)
+            status = ibl_rows_look(rows->ctx, dst, rows->width, n, most + done);
+        if (status)
+            return status;
+        ibl_rows_progress(rows, done + n);
     }
-    report->bridged = 1;
-    report->low_range = info.low_range;
-    if (!report->format[0])
-        snprintf(report->format, sizeof report->format, "%s by OpenImageIO",
-                 info.format);
-done:
-    calls->close(bridge);
-    return status;
+    return IBL_OK;
 }
+
+static void rows_close(ibl_rows *rows)
+{
+    bridge_rows *r = (bridge_rows *)rows;
+    if (r->bridge)
+        r->calls.close(r->bridge);
+    if (r->fd >= 0)
+        close(r->fd);
+    ibl_free(r->picture);
+    ibl_free(r);
+}
+
+/* ---- opening -------------------------------------------------------- */
 
 /* From memory, else through a file. */
-static ibl_status decode_either(ibl_ctx *ctx, const bridge_calls *calls,
-                                const ibl_bridge_source *source,
-                                const ibl_read_options *opts, ibl_image *img,
-                                ibl_read_report *report)
+static ibl_status open_either(bridge_rows *r, const ibl_bridge_source *source,
+                              ibl_bridge_info *info)
 {
+    ibl_ctx *ctx = r->rows.ctx;
     ibl_bridge_request request = {
         .bytes = source->bytes,
         .size = source->size,
@@ -239,49 +251,86 @@ static ibl_status decode_either(ibl_ctx *ctx, const bridge_calls *calls,
                      source->channels[2]},
         .threads = ibl_ctx_threads(ctx),
     };
-    bool needs_file;
-    char path[32];
+    char message[IBL_BRIDGE_MESSAGE], path[32];
 
-    ibl_status status =
-        decode(ctx, calls, source, &request, opts, img, report, &needs_file);
-    if (status || !needs_file)
-        return status;
-    const int fd = make_file(source, path);
-    if (fd < 0)
-        return ibl_fail(ctx, IBL_ERR_IO,
-                        "%s: no temporary file for the image bridge in %s: %s",
-                        source->name, P_tmpdir, strerror(errno));
-    request.path = path;
-    status =
-        decode(ctx, calls, source, &request, opts, img, report, &needs_file);
-    close(fd);
-    return status;
+    ibl_bridge_result result =
+        r->calls.open(&request, &r->bridge, info, message);
+    if (result == IBL_BRIDGE_NEEDS_FILE) {
+        r->fd = make_file(source, path);
+        if (r->fd < 0)
+            return ibl_fail(ctx, IBL_ERR_IO,
+                            "%s: no temporary file for the image bridge in "
+                            "%s: %s",
+                            source->name, P_tmpdir, strerror(errno));
+        request.path = path;
+        result = r->calls.open(&request, &r->bridge, info, message);
+    }
+    return translate(ctx, source->name, source->kind, result, message);
 }
 
-ibl_status ibl_bridge_decode(ibl_ctx *ctx, const ibl_bridge_source *source,
-                             const ibl_read_options *opts, ibl_image *img,
-                             ibl_read_report *report)
+/* What libpng needs of a PNG: see io/whole.h. */
+static ibl_status clean_png(bridge_rows *r, ibl_bridge_source *source)
 {
-    ibl_bridge_source given = *source;
-    unsigned char *picture = NULL;
-    bridge_calls calls;
+    r->picture = ibl_alloc_array(source->size, 1);
+    if (!r->picture)
+        return ibl_no_memory(r->rows.ctx, "a PNG");
+    source->size = ibl_whole_png(source->bytes, source->size, r->picture);
+    source->bytes = r->picture;
+    return IBL_OK;
+}
 
-    ibl_status status = load(ctx, source, &calls);
+static ibl_status check_and_open(bridge_rows *r,
+                                 const ibl_bridge_source *source,
+                                 const ibl_read_options *opts)
+{
+    ibl_read_report *report = &r->rows.report;
+    ibl_bridge_source given = *source;
+    ibl_bridge_info info;
+    ibl_status status = load(r->rows.ctx, source, &r->calls);
     if (status)
         return status;
     const char *missing =
         ibl_whole_check(source->reader, source->bytes, source->size);
     if (missing)
-        return ibl_fail(ctx, IBL_ERR_FORMAT, "%s: damaged %s: %s", source->name,
-                        source->kind, missing);
-    if (source->reader && !strcmp(source->reader, "png")) {
-        picture = ibl_alloc_array(source->size, 1);
-        if (!picture)
-            return ibl_no_memory(ctx, "a PNG");
-        given.size = ibl_whole_png(source->bytes, source->size, picture);
-        given.bytes = picture;
-    }
-    status = decode_either(ctx, &calls, &given, opts, img, report);
-    ibl_free(picture);
+        return ibl_fail(r->rows.ctx, IBL_ERR_FORMAT, "%s: damaged %s: %s",
+                        source->name, source->kind, missing);
+    if (source->reader && !strcmp(source->reader, "png"))
+        status = clean_png(r, &given);
+    if (!status)
+        status = open_either(r, &given, &info);
+    if (!status)
+        status = check_claims(r->rows.ctx, &given, opts, &info);
+    if (status)
+        return status;
+    r->rows.width = info.width;
+    r->rows.height = info.height;
+    report->bridged = 1;
+    report->low_range = info.low_range;
+    snprintf(report->format, sizeof report->format, "%s by OpenImageIO",
+             info.format);
+    return IBL_OK;
+}
+
+ibl_status ibl_bridge_rows(ibl_ctx *ctx, const ibl_bridge_source *source,
+                           const ibl_read_options *opts, ibl_rows **rows)
+{
+    bridge_rows *r = ibl_alloc_zeroed(1, sizeof *r);
+    ibl_status status;
+
+    *rows = NULL;
+    if (!r)
+        return ibl_no_memory(ctx, "an image");
+    r->rows = (ibl_rows){.ctx = ctx, .read = rows_read, .close = rows_close};
+    r->fd = -1;
+    r->name = source->name;
+    snprintf(r->kind, sizeof r->kind, "%s", source->kind ? source->kind : "");
+    r->is_luma = source->luma != NULL;
+    if (source->luma)
+        memcpy(r->luma, source->luma, sizeof r->luma);
+    status = check_and_open(r, source, opts);
+    if (status)
+        rows_close(&r->rows);
+    else
+        *rows = &r->rows;
     return status;
 }

@@ -5,7 +5,7 @@
 
 #include <stddef.h>
 
-#include "ibl/io.h"
+#include "io/rows.h"
 
 typedef struct ibl_bridge_source {
     const char *name; /* stands in messages */
@@ -16,15 +16,17 @@ typedef struct ibl_bridge_source {
     int subimage;            /* EXR part, else 0 */
     const char *channels[3]; /* NULL: R, G, B or the first; one grey channel
                                 stands for all three */
+    const float *luma;       /* they are Y RY BY: the weights; NULL: they are
+                                not */
 } ibl_bridge_source;
 
 /*
- * Decodes to linear RGB floats, not yet mended; the display window is the
- * map. Fills report->format (unless the caller has), low_range and bridged.
+ * Opens it for its rows: linear RGB floats, not yet mended; the display window
+ * is the map. Fills the rows' report.
+ *   source   its name and bytes must stay as long as rows
  * IBL_ERR_UNSUPPORTED: the bridge is not there.
  */
-ibl_status ibl_bridge_decode(ibl_ctx *ctx, const ibl_bridge_source *source,
-                             const ibl_read_options *opts, ibl_image *img,
-                             ibl_read_report *report);
+ibl_status ibl_bridge_rows(ibl_ctx *ctx, const ibl_bridge_source *source,
+                           const ibl_read_options *opts, ibl_rows **rows);
 
 #endif

@@ -156,8 +156,6 @@ static ibl_status open_bridged(ibl_ctx *ctx, const ibl_exr_pick *pick,
 {
     const exr_attr_chlist_entry_t *all = pick->channels->entries;
     const char *compression = ibl_exr_compression_name(pick->compression);
-    ibl_read_report report = {.format = ""};
-    ibl_image img = {0};
     char kind[64];
     ibl_status status;
 
@@ -179,17 +177,10 @@ static ibl_status open_bridged(ibl_ctx *ctx, const ibl_exr_pick *pick,
         .channels = {all[pick->channel[0]].name.str,
                      all[pick->channel[1]].name.str,
                      all[pick->channel[2]].name.str},
+        .luma = pick->colour == IBL_EXR_LUMA_CHROMA ? pick->luma : NULL,
     };
     snprintf(kind, sizeof kind, "OpenEXR, %s", compression);
-    status = ibl_bridge_decode(ctx, &source, opts, &img, &report);
-    if (status)
-        return status;
-    if (pick->colour == IBL_EXR_LUMA_CHROMA)
-        ibl_exr_line_to_rgb(pick, img.data, img.width * img.height);
-    status = ibl_rows_of_image(ctx, &img, rows);
-    if (!status)
-        (*rows)->report = report;
-    return status;
+    return ibl_bridge_rows(ctx, &source, opts, rows);
 }
 
 ibl_status ibl_exr_open(ibl_ctx *ctx, ibl_input *in,

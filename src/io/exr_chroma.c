@@ -12,6 +12,7 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
+#include "io/exr.h"
 #include "io/exr_file.h"
 
 enum {
@@ -122,10 +123,10 @@ static void half_row(const job_data *d, int y, float *scratch)
     }
 }
 
-void ibl_exr_line_to_rgb(const ibl_exr_pick *pick, float *p, int count)
+void ibl_exr_line_to_rgb(const float luma[3], float *p, int count)
 {
     for (; count > 0; count--, p += 3)
-        pixel_to_rgb(p, p[0], p[1], p[2], pick->luma);
+        pixel_to_rgb(p, p[0], p[1], p[2], luma);
 }
 
 static void rows_job(void *arg, int job, int worker)

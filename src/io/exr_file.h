@@ -140,8 +140,6 @@ ibl_status ibl_exr_rows(ibl_ctx *ctx, ibl_exr_decoder *d, ibl_rows **rows);
  * span no colour space. */
 bool ibl_exr_luma(const exr_attr_chromaticities_t *c, float luma[3]);
 
-/* Turns count pixels of Y RY BY to R G B. */
-void ibl_exr_line_to_rgb(const ibl_exr_pick *pick, float *p, int count);
 /* Turns an image of Y to R G B; half-size chroma is interpolated. */
 ibl_status ibl_exr_to_rgb(ibl_ctx *ctx, const ibl_exr_pick *pick,
                           const ibl_exr_chroma *chroma, ibl_image *img);

@@ -12,6 +12,7 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "core/half.h"
+#include "io/exr.h"
 #include "io/exr_file.h"
 
 enum {
@@ -277,7 +278,7 @@ static void finish_line(const decoding *g, const ibl_exr_chunk *chunk,
         return;
     float *p = row + 3 * (x0 - pick->display.x0);
     if (pick->colour == IBL_EXR_LUMA_CHROMA && pick->chroma_step == 1)
-        ibl_exr_line_to_rgb(pick, p, x1 - x0 + 1);
+        ibl_exr_line_to_rgb(pick->luma, p, x1 - x0 + 1);
     if (pick->colour != IBL_EXR_LUMA)
         return;
     for (int x = x0; x <= x1; x++, p += 3)

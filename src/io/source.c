@@ -41,21 +41,13 @@ static bool is_known(const unsigned char *bytes, size_t size)
 
 static ibl_status open_bridged(ibl_source *s, const ibl_read_options *opts)
 {
-    ibl_image img = {0};
-    ibl_read_report report = {.format = ""};
-    ibl_status status = ibl_input_load(s->ctx, is_known, &s->in);
+    const ibl_status status = ibl_input_load(s->ctx, is_known, &s->in);
     if (status)
         return status;
     ibl_bridge_source source = {
         .name = s->in.name, .bytes = s->in.bytes, .size = s->in.size};
     ibl_sniff(s->in.bytes, s->in.size, &source.kind, &source.reader);
-    status = ibl_bridge_decode(s->ctx, &source, opts, &img, &report);
-    if (status)
-        return status;
-    status = ibl_rows_of_image(s->ctx, &img, &s->rows);
-    if (!status)
-        s->rows->report = report;
-    return status;
+    return ibl_bridge_rows(s->ctx, &source, opts, &s->rows);
 }
 
 static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)

@@ -42,6 +42,10 @@ struct ibl_bridge {
     int channel[3] = {0, 0, 0};
     storage kind = storage::floats;
     int x0 = 0, y0 = 0, width = 0, height = 0; // the display window
+    // Rows strip_y..strip_end-1 of the data window, as they are stored.
+    std::vector<unsigned char> strip;
+    int strip_y = 0, strip_end = 0;
+    std::vector<float> table; // of 16-bit integers
 };
 
 namespace
@@ -302,36 +306,48 @@ void read_rows(ibl_bridge &b, int y0, int y1, int first, int last,
                       complaint(in, "its pixels cannot be read")};
 }
 
-// One strip after another; tiled files in whole rows of tiles.
+// The strip that has row y of the data window; of tiled files whole rows of
+// tiles.
+void load_strip(ibl_bridge &b, int y, int first, int last, TypeDesc type)
+{
+    const int tile = std::max(b.spec.tile_height, 1);
+    const int rows = (strip_rows + tile - 1) / tile * tile;
+    const int begin = b.spec.y + (y - b.spec.y) / rows * rows;
+    const int end = std::min(begin + rows, b.spec.y + b.spec.height);
+
+    b.strip_y = b.strip_end = 0;
+    b.strip.resize(size_t(last - first + 1) * type.size() *
+                   size_t(b.spec.width) *
+                   size_t(std::min(rows, b.spec.height)));
+    read_rows(b, begin, end, first, last, type, b.strip.data());
+    b.strip_y = begin;
+    b.strip_end = end;
+}
+
 template <typename T, typename Convert>
-void read_strips(ibl_bridge &b, TypeDesc type, const Convert &convert,
-                 float *rgb, ibl_bridge_tick *tick, void *arg)
+void read_map(ibl_bridge &b, TypeDesc type, const Convert &convert, int row,
+              int rows, float *rgb)
 {
     const placement p = place(b);
     const int first = *std::min_element(b.channel, b.channel + 3);
     const int last = *std::max_element(b.channel, b.channel + 3);
     const size_t step = size_t(last - first + 1);
-    const int tile = std::max(b.spec.tile_height, 1);
-    const int rows = (strip_rows + tile - 1) / tile * tile;
-    const int end = b.spec.y + b.spec.height;
-    std::vector<T> strip(step * size_t(b.spec.width) *
-                         size_t(std::min(rows, b.spec.height)));
 
-    for (int y = b.spec.y; y < end; y += rows) {
-        const int stop = std::min(y + rows, end);
-        if (tick(arg, double(y - b.spec.y) / b.spec.height))
-            throw failure{IBL_BRIDGE_CANCELLED, "cancelled"};
-        read_rows(b, y, stop, first, last, type, strip.data());
-        for (int j = std::max(y, p.y0); j < std::min(stop, p.y1); j++) {
-            const T *src =
-                strip.data() + step * (size_t(j - y) * size_t(b.spec.width) +
-                                       size_t(p.x0 - b.spec.x));
-            float *dst = rgb + 3 * (size_t(j - b.y0) * size_t(b.width) +
-                                    size_t(p.x0 - b.x0));
-            for (int x = p.x0; x < p.x1; x++, src += step, dst += 3) {
-                for (int c = 0; c < 3; c++)
-                    dst[c] = convert(src[b.channel[c] - first]);
-            }
+    for (int y = b.y0 + row; y < b.y0 + row + rows; y++) {
+        float *dst = rgb + 3 * size_t(y - b.y0 - row) * size_t(b.width);
+        if (p.x1 - p.x0 < b.width || y < p.y0 || y >= p.y1)
+            std::fill_n(dst, 3 * size_t(b.width), 0.0f);
+        if (y < p.y0 || y >= p.y1)
+            continue;
+        if (y < b.strip_y || y >= b.strip_end)
+            load_strip(b, y, first, last, type);
+        const T *src = reinterpret_cast<const T *>(b.strip.data()) +
+                       step * (size_t(y - b.strip_y) * size_t(b.spec.width) +
+                               size_t(p.x0 - b.spec.x));
+        dst += 3 * size_t(p.x0 - b.x0);
+        for (int x = p.x0; x < p.x1; x++, src += step, dst += 3) {
+            for (int c = 0; c < 3; c++)
+                dst[c] = convert(src[b.channel[c] - first]);
         }
     }
 }
@@ -376,41 +392,40 @@ EXPORT ibl_bridge_result ibl_bridge_open(const ibl_bridge_request *request,
     });
 }
 
-EXPORT ibl_bridge_result ibl_bridge_read(ibl_bridge *bridge, float *rgb,
-                                         ibl_bridge_tick *tick, void *arg,
-                                         char *message)
+EXPORT ibl_bridge_result ibl_bridge_read(ibl_bridge *bridge, int first,
+                                         int rows, float *rgb, char *message)
 {
     return guarded(message, [&] {
         ibl_bridge &b = *bridge;
-        const placement p = place(b);
-        if (p.x1 - p.x0 < b.width || p.y1 - p.y0 < b.height)
-            std::fill_n(rgb, size_t(3) * size_t(b.width) * size_t(b.height),
-                        0.0f);
         switch (b.kind) {
         case storage::shorts: {
             // 8 bits widen to 16 exactly: v * 257 / 65535 = v / 255.
-            std::vector<float> table(65536);
-            for (size_t i = 0; i < table.size(); i++)
-                table[i] = float(srgb_to_linear(double(i) / 65535));
-            read_strips<uint16_t>(
-                b, TypeDesc::UINT16, [&](uint16_t v) { return table[v]; }, rgb,
-                tick, arg);
+            if (b.table.empty()) {
+                b.table.resize(65536);
+                for (size_t i = 0; i < b.table.size(); i++)
+                    b.table[i] = float(srgb_to_linear(double(i) / 65535));
+            }
+            const float *table = b.table.data();
+            read_map<uint16_t>(
+                b, TypeDesc::UINT16, [&](uint16_t v) { return table[v]; },
+                first, rows, rgb);
             break;
         }
         case storage::fractions:
-            read_strips<float>(
+            read_map<float>(
                 b, TypeDesc::FLOAT,
-                [](float v) { return float(srgb_to_linear(double(v))); }, rgb,
-                tick, arg);
+                [](float v) { return float(srgb_to_linear(double(v))); }, first,
+                rows, rgb);
             break;
         case storage::counts:
-            read_strips<uint32_t>(
-                b, TypeDesc::UINT32, [](uint32_t v) { return float(v); }, rgb,
-                tick, arg);
+            read_map<uint32_t>(
+                b, TypeDesc::UINT32, [](uint32_t v) { return float(v); }, first,
+                rows, rgb);
             break;
         case storage::floats:
-            read_strips<float>(
-                b, TypeDesc::FLOAT, [](float v) { return v; }, rgb, tick, arg);
+            read_map<float>(
+                b, TypeDesc::FLOAT, [](float v) { return v; }, first, rows,
+                rgb);
             break;
         }
     });

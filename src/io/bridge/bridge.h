@@ -16,7 +16,7 @@ extern "C" {
 #endif
 
 /* Changes with every change of this file. */
-#define IBL_BRIDGE_ABI 1
+#define IBL_BRIDGE_ABI 2
 #define IBL_BRIDGE_MESSAGE 512
 
 typedef enum ibl_bridge_result {
@@ -24,8 +24,7 @@ typedef enum ibl_bridge_result {
     IBL_BRIDGE_NEEDS_FILE, /* this reader cannot read from memory: give path */
     IBL_BRIDGE_UNKNOWN,    /* no reader knows it */
     IBL_BRIDGE_FORMAT,
-    IBL_BRIDGE_MEMORY,
-    IBL_BRIDGE_CANCELLED
+    IBL_BRIDGE_MEMORY
 } ibl_bridge_result;
 
 typedef struct ibl_bridge_request {
@@ -49,9 +48,6 @@ typedef struct ibl_bridge_info {
 
 typedef struct ibl_bridge ibl_bridge;
 
-/* Called between strips with what is done, 0..1; not 0 stops the reading. */
-typedef int ibl_bridge_tick(void *arg, double done);
-
 int ibl_bridge_abi(void);
 
 /* Opens and looks at the header. message: IBL_BRIDGE_MESSAGE bytes, one line
@@ -59,12 +55,15 @@ int ibl_bridge_abi(void);
 ibl_bridge_result ibl_bridge_open(const ibl_bridge_request *request,
                                   ibl_bridge **bridge, ibl_bridge_info *info,
                                   char *message);
-/* Fills rgb, 3 * width * height linear floats; black outside the data
- * window. Alpha is dropped: colours are taken as the file has them, neither
- * multiplied nor divided by it. */
-ibl_bridge_result ibl_bridge_read(ibl_bridge *bridge, float *rgb,
-                                  ibl_bridge_tick *tick, void *arg,
-                                  char *message);
+/*
+ * Fills rgb with `rows` rows of the map, of which row `first` is the first: 3
+ * * width * rows linear floats, black outside the data window. Rows are asked
+ * for in increasing order. Alpha is dropped: colours are taken as the file has
+ * them, neither multiplied nor divided by it. Memory: a strip of some hundred
+ * rows.
+ */
+ibl_bridge_result ibl_bridge_read(ibl_bridge *bridge, int first, int rows,
+                                  float *rgb, char *message);
 void ibl_bridge_close(ibl_bridge *bridge); /* NULL is fine */
 
 #ifdef __cplusplus
