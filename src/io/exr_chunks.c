@@ -213,7 +213,8 @@ ibl_status ibl_exr_list_chunks(ibl_ctx *ctx, ibl_exr_file *file,
     table->chunks = ibl_alloc_array((size_t)count, sizeof *table->chunks);
     if (!table->chunks)
         return ibl_no_memory(ctx, "the blocks of an EXR");
-    table->lines = pick->tiled ? pick->tile_height : lines;
+    lines = pick->tiled ? pick->tile_height : lines;
+    table->lines = lines < pick->data.height ? lines : pick->data.height;
     status = pick->tiled ? list_tiles(ctx, file, pick, columns, rows, table)
                          : list_lines(ctx, file, pick, lines, table);
     if (status)

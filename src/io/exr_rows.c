@@ -41,22 +41,26 @@ static ibl_status decode_blocks(exr_rows *r, int blocks, int count,
                                 const ibl_exr_target *t)
 {
     const int columns = r->d->table.columns;
+    ibl_exr_target part = *t;
     ibl_status status;
 
+    if (columns > 1) /* a tile has no whole row to look at */
+        part.most = NULL;
     if (r->framed)
         memset(t->rgb, 0,
                3 * sizeof(float) * (size_t)r->rows.width * (size_t)t->count);
     status = ibl_exr_decode_chunks(r->rows.ctx, r->d, blocks * columns,
-                                   count * columns, t);
+                                   count * columns, &part);
     if (status || columns == 1)
         return status;
-    /* a tile has no whole row to look at */
     return ibl_rows_look(r->rows.ctx, t->rgb, r->rows.width, t->count, t->most);
 }
 
 static ibl_status fill_band(exr_rows *r, int blocks, int row)
 {
-    const size_t lines = (size_t)r->group * (size_t)r->d->table.lines;
+    const size_t needed = (size_t)r->group * (size_t)r->d->table.lines;
+    const size_t height = (size_t)r->rows.height;
+    const size_t lines = needed < height ? needed : height;
     const int left = r->d->table.count / r->d->table.columns - blocks;
     const int count = left < r->group ? left : r->group;
 
