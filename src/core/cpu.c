@@ -2,7 +2,9 @@
 #define _GNU_SOURCE
 #include "core/cpu.h"
 
+#include <fcntl.h>
 #include <sched.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -11,46 +13,53 @@
 #include <cpuid.h>
 #endif
 
-#if IBL_X86
-/* Not every compiler's __builtin_cpu_supports knows "f16c"; its registers are
- * AVX's, which that function has checked the system for. */
-static bool has_f16c(void)
+/* The best set that CPU and system have. The instruction that tells costs
+ * some microseconds under a hypervisor, so it is asked as little as may be. */
+static ibl_isa find_best(void)
 {
-    unsigned eax, ebx, ecx, edx;
-    return __get_cpuid(1, &eax, &ebx, &ecx, &edx) && (ecx & bit_F16C);
-}
-#endif
+#if IBL_X86
+    enum {
+        LEAF_1 = bit_OSXSAVE | bit_AVX | bit_FMA | bit_F16C,
+        SAVED_AVX = 0x06, /* registers that the system keeps, of XCR0 */
+        SAVED_AVX512 = 0xE6
+    };
+    const unsigned leaf_7 =
+        bit_AVX512F | bit_AVX512BW | bit_AVX512DQ | bit_AVX512VL;
+    unsigned top, eax, ebx, ecx, edx, saved, high;
 
-bool ibl_cpu_has(ibl_isa isa)
-{
-#if IBL_X86
-    __builtin_cpu_init();
-    switch (isa) {
-    case IBL_ISA_SSE2:
-        return true;
-    case IBL_ISA_AVX2:
-        return __builtin_cpu_supports("avx2") &&
-               __builtin_cpu_supports("fma") && has_f16c();
-    case IBL_ISA_AVX512:
-        return ibl_cpu_has(IBL_ISA_AVX2) && __builtin_cpu_supports("avx512f") &&
-               __builtin_cpu_supports("avx512bw") &&
-               __builtin_cpu_supports("avx512dq") &&
-               __builtin_cpu_supports("avx512vl");
-    default:
-        break;
-    }
+    __cpuid(0, top, ebx, ecx, edx);
+    if (top < 7)
+        return IBL_ISA_SSE2;
+    __cpuid(1, eax, ebx, ecx, edx);
+    if ((ecx & LEAF_1) != LEAF_1)
+        return IBL_ISA_SSE2;
+    __asm__ volatile("xgetbv" : "=a"(saved), "=d"(high) : "c"(0));
+    __cpuid_count(7, 0, eax, ebx, ecx, edx);
+    if ((saved & SAVED_AVX) != SAVED_AVX || !(ebx & bit_AVX2))
+        return IBL_ISA_SSE2;
+    return (saved & SAVED_AVX512) == SAVED_AVX512 && (ebx & leaf_7) == leaf_7
+               ? IBL_ISA_AVX512
+               : IBL_ISA_AVX2;
+#else
+    return IBL_ISA_C;
 #endif
-    return isa == IBL_ISA_C;
 }
 
 ibl_isa ibl_isa_best(void)
 {
-    ibl_isa best = IBL_ISA_C;
-    for (ibl_isa isa = IBL_ISA_C; isa <= IBL_ISA_AVX512; isa++) {
-        if (ibl_cpu_has(isa))
-            best = isa;
+    static atomic_int best; /* IBL_ISA_AUTO: not yet known */
+    int isa = atomic_load(&best);
+    if (isa == IBL_ISA_AUTO) {
+        isa = (int)find_best();
+        atomic_store(&best, isa);
     }
-    return best;
+    return (ibl_isa)isa;
+}
+
+/* Each set includes those before it. */
+bool ibl_cpu_has(ibl_isa isa)
+{
+    return isa >= IBL_ISA_C && isa <= ibl_isa_best();
 }
 
 const char *ibl_isa_name(ibl_isa isa)
@@ -60,15 +69,26 @@ const char *ibl_isa_name(ibl_isa isa)
     return i < sizeof names / sizeof names[0] ? names[i] : "unknown";
 }
 
+/* What one read of a system's file gives, as text; false if it is not there. */
+static bool read_text(const char *path, char *text, size_t size)
+{
+    const int fd = open(path, O_RDONLY | O_CLOEXEC);
+    if (fd < 0)
+        return false;
+    const ssize_t n = read(fd, text, size - 1);
+    close(fd);
+    text[n > 0 ? n : 0] = '\0';
+    return n > 0;
+}
+
 /* CPUs that a cgroup (version 2) with this cpu.max allows; 0: no limit. */
 static int quota_of(const char *path)
 {
-    FILE *f = fopen(path, "r");
-    if (!f)
-        return 0;
+    char text[64];
     long long quota = 0, period = 0;
-    const int n = fscanf(f, "%lld %lld", &quota, &period);
-    fclose(f);
+    if (!read_text(path, text, sizeof text))
+        return 0;
+    const int n = sscanf(text, "%lld %lld", &quota, &period);
     if (n != 2 || quota <= 0 || period <= 0)
         return 0;
     return (int)((quota + period - 1) / period);
@@ -77,18 +97,14 @@ static int quota_of(const char *path)
 /* The tightest quota from this process's cgroup up to the root. */
 static int cgroup_quota(void)
 {
-    char line[3072], path[4096];
-    FILE *f = fopen("/proc/self/cgroup", "r");
-    if (!f)
+    char text[8192], path[8192 + 64];
+    text[0] = '\n';
+    if (!read_text("/proc/self/cgroup", text + 1, sizeof text - 1))
         return 0;
-    char *group = NULL;
-    while (!group && fgets(line, sizeof line, f)) {
-        if (!strncmp(line, "0::", 3))
-            group = line + 3;
-    }
-    fclose(f);
+    char *group = strstr(text, "\n0::"); /* the line of version 2 */
     if (!group)
         return 0;
+    group += 4;
     group[strcspn(group, "\n")] = '\0';
 
     int best = 0;
