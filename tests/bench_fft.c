@@ -222,7 +222,7 @@ static steps time_batch(batch *b)
         REPEATS = 8,
         BLOCK = 64
     };
-    const float zero[3] = {0, 0, 0};
+    const ibl_strip_change same = {.scale = 1};
     const size_t channel = (size_t)(b->ring + LANES) * LANES;
     const bool straight = b->width == b->ring;
     steps t = {0, 0, 0, 0, 0};
@@ -235,14 +235,14 @@ static steps time_batch(batch *b)
         }
         double now = seconds(), then = now;
         if (straight)
-            b->strip_dsp.load(in, b->width, zero, b->ring_data, channel);
+            b->strip_dsp.load(in, b->width, &same, b->ring_data, channel);
         now = seconds();
         t.load += now - then;
         if (!straight)
             for (int i = 0; i < b->width; i += BLOCK) {
                 const int left = b->width - i;
                 const int count = left < BLOCK ? left : BLOCK;
-                b->strip_dsp.load(in, count, zero, b->pixels,
+                b->strip_dsp.load(in, count, &same, b->pixels,
                                   (size_t)BLOCK * LANES);
                 for (size_t c = 0; c < 3; c++)
                     b->strip_dsp.spread(&b->spread,
@@ -340,7 +340,7 @@ static void time_map(ibl_ctx *ctx, int width, int height, bool back)
         const double begin = seconds();
         for (int j = 0; j < height; j += LANES) {
             float *at = rows + (size_t)(j % HELD) * stride;
-            const ibl_azimuth_rows in = {at, stride, LANES, {0, 0, 0}};
+            const ibl_azimuth_rows in = {at, stride, LANES, {{0, 0, 0}, 1}};
             const ibl_azimuth_samples out = {at, stride, LANES};
             if (back)
                 ibl_azimuth_inverse(plan, &spectra, j, scratch, &out);

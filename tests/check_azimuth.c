@@ -88,7 +88,7 @@ static void forward(ibl_ctx *ctx, fixture *x)
         x->rgb,
         x->stride,
         x->count,
-        {x->subtract[0], x->subtract[1], x->subtract[2]}};
+        {{x->subtract[0], x->subtract[1], x->subtract[2]}, 1}};
     ibl_azimuth_forward(plan, &rows, scratch, &x->out, BEFORE);
     for (size_t i = n; i < n + GUARD; i++)
         CHECK(scratch[i] == marker);

@@ -434,7 +434,7 @@ static void rows_free(row_set *s)
 
 static void loads(ibl_isa isa)
 {
-    const float subtract[3] = {0.25f, -3, 0};
+    const ibl_strip_change change = {{0.25f, -3, 0}, 0.5f};
     const size_t channel = (MAX_PIXELS + 2) * LANES;
     ibl_strip_dsp dsp;
     test_random r = {5};
@@ -443,14 +443,15 @@ static void loads(ibl_isa isa)
         float *lanes = guarded(3 * channel);
         row_set in;
         rows_init(&in, (size_t)count * 3, &r);
-        dsp.load((const float *const *)in.rows, count, subtract, lanes,
-                 channel);
+        dsp.load((const float *const *)in.rows, count, &change, lanes, channel);
         for (size_t c = 0; c < 3; c++)
             for (size_t k = 0; k < channel; k++) {
                 const size_t i = k / LANES, l = k % LANES;
-                const float want = i < (size_t)count
-                                       ? in.rows[l][3 * i + c] - subtract[c]
-                                       : marker;
+                const float want =
+                    i < (size_t)count
+                        ? (in.rows[l][3 * i + c] - change.subtract[c]) *
+                              change.scale
+                        : marker;
                 CHECK(lanes[c * channel + k] == want);
             }
         rows_free(&in);

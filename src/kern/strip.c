@@ -6,13 +6,14 @@
 #include "core/cpu.h"
 
 void ibl_strip_load_c(const float *const rows[IBL_STRIP_LANES], int count,
-                      const float subtract[3], float *lanes, size_t channel)
+                      const ibl_strip_change *change, float *lanes,
+                      size_t channel)
 {
     for (size_t i = 0; i < (size_t)count; i++)
         for (size_t c = 0; c < 3; c++)
             for (size_t r = 0; r < IBL_STRIP_LANES; r++)
                 lanes[c * channel + i * IBL_STRIP_LANES + r] =
-                    rows[r][3 * i + c] - subtract[c];
+                    (rows[r][3 * i + c] - change->subtract[c]) * change->scale;
 }
 
 void ibl_strip_store_c(const float *lanes, size_t channel, int count,

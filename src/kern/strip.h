@@ -17,15 +17,21 @@ enum {
     IBL_STRIP_TAPS = 9 /* samples that a pixel is spread to */
 };
 
+/* What pixels are before they are transformed: (value - subtract) scale. */
+typedef struct ibl_strip_change {
+    float subtract[3]; /* of each channel */
+    float scale;       /* a power of two */
+} ibl_strip_change;
+
 /*
  * Takes count pixels of sixteen rows of interleaved RGB into lanes:
- *     lanes[c * channel + i * 16 + r] = rows[r][3 i + c] - subtract[c].
+ *     lanes[c * channel + i * 16 + r] = rows[r][3 i + c], changed.
  *   rows   no alignment; nothing beyond 3 count floats is read
  *   lanes  64-byte aligned; channel, in floats, a multiple of 16
  */
 typedef void ibl_strip_load_fn(const float *const rows[IBL_STRIP_LANES],
-                               int count, const float subtract[3], float *lanes,
-                               size_t channel);
+                               int count, const ibl_strip_change *change,
+                               float *lanes, size_t channel);
 
 /*
  * The way back, count texels of each of the first `used` rows:

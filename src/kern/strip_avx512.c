@@ -2,10 +2,10 @@
 #include "kern/strip_lanes.h"
 
 void ibl_strip_load_avx512(const float *const rows[IBL_STRIP_LANES], int count,
-                           const float subtract[3], float *lanes,
+                           const ibl_strip_change *change, float *lanes,
                            size_t channel)
 {
-    load(rows, count, subtract, lanes, channel);
+    load(rows, count, change, lanes, channel);
 }
 
 void ibl_strip_store_avx512(const float *lanes, size_t channel, int count,

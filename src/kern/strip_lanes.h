@@ -95,7 +95,8 @@ static inline void take(const float *const *rows, size_t at, vf *v)
 
 /* 4 GROUPS pixels of VF rows, in three takes. */
 static inline void load_some(const float *const *rows, size_t i,
-                             const float subtract[3], float *to, size_t channel)
+                             const ibl_strip_change *change, float *to,
+                             size_t channel)
 {
 #pragma GCC unroll 3
     for (size_t part = 0; part < 3; part++) {
@@ -106,23 +107,25 @@ static inline void load_some(const float *const *rows, size_t i,
         for (size_t k = 0; k < 4 * GROUPS; k++) {
             const size_t c = (at + k) % 3, pixel = (at + k) / 3;
             vf_store(to + c * channel + pixel * IBL_STRIP_LANES,
-                     v[k] - vf_all(subtract[c]));
+                     (v[k] - vf_all(change->subtract[c])) *
+                         vf_all(change->scale));
         }
     }
 }
 
 static inline void load(const float *const rows[IBL_STRIP_LANES], int count,
-                        const float subtract[3], float *lanes, size_t channel)
+                        const ibl_strip_change *change, float *lanes,
+                        size_t channel)
 {
     const float *ends[IBL_STRIP_LANES];
     const int whole = count - count % (4 * GROUPS);
     for (size_t l = 0; l < IBL_STRIP_LANES; l += VF)
         for (size_t i = 0; i < (size_t)whole; i += 4 * GROUPS)
-            load_some(rows + l, i, subtract, lanes + i * IBL_STRIP_LANES + l,
+            load_some(rows + l, i, change, lanes + i * IBL_STRIP_LANES + l,
                       channel);
     for (int r = 0; r < IBL_STRIP_LANES; r++)
         ends[r] = rows[r] + 3 * (size_t)whole;
-    ibl_strip_load_c(ends, count - whole, subtract,
+    ibl_strip_load_c(ends, count - whole, change,
                      lanes + (size_t)whole * IBL_STRIP_LANES, channel);
 }
 

@@ -208,12 +208,12 @@ size_t ibl_azimuth_scratch(const ibl_azimuth *plan)
 
 /* Pixels of a row of 1 or 2, with zeros between them. */
 static void load_sparse(const ibl_azimuth *plan, const float *const *rows,
-                        const float subtract[3], float *ring)
+                        const ibl_strip_change *change, float *ring)
 {
     const size_t channel = channel_floats(plan);
     float *pixels = ring + 3 * channel;
     memset(ring, 0, 3 * channel * sizeof *ring);
-    plan->strip_dsp.load(rows, plan->width, subtract, pixels, BLOCK * LANES);
+    plan->strip_dsp.load(rows, plan->width, change, pixels, BLOCK * LANES);
     for (size_t c = 0; c < 3; c++)
         for (int i = 0; i < plan->width; i++)
             memcpy(ring + c * channel +
@@ -236,14 +236,14 @@ static void close_ring(const ibl_azimuth *plan, float *samples)
 }
 
 static void load_spread(const ibl_azimuth *plan, const float **rows,
-                        const float subtract[3], float *ring)
+                        const ibl_strip_change *change, float *ring)
 {
     const size_t channel = channel_floats(plan);
     float *pixels = ring + 3 * channel;
     for (int start = 0; start < plan->width; start += BLOCK) {
         const int left = plan->width - start;
         const int count = left < BLOCK ? left : BLOCK;
-        plan->strip_dsp.load(rows, count, subtract, pixels, BLOCK * LANES);
+        plan->strip_dsp.load(rows, count, change, pixels, BLOCK * LANES);
         for (size_t c = 0; c < 3; c++)
             plan->strip_dsp.spread(&plan->spread, pixels + c * BLOCK * LANES,
                                    start, count, ring + c * channel);
@@ -267,12 +267,11 @@ void ibl_azimuth_forward(const ibl_azimuth *plan, const ibl_azimuth_rows *rows,
         row[r] = rows->rgb + (size_t)from * rows->stride;
     }
     if (plan->spreads)
-        load_spread(plan, row, rows->subtract, scratch);
+        load_spread(plan, row, &rows->change, scratch);
     else if (plan->width < plan->ring)
-        load_sparse(plan, row, rows->subtract, scratch);
+        load_sparse(plan, row, &rows->change, scratch);
     else
-        plan->strip_dsp.load(row, plan->width, rows->subtract, scratch,
-                             channel);
+        plan->strip_dsp.load(row, plan->width, &rows->change, scratch, channel);
     for (int c = 0; c < 3; c++) {
         const ibl_fft_spectrum to = {ibl_ring_spectra_at(out, 0, 2 * c) +
                                          first_ring,

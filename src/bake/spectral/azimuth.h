@@ -24,6 +24,7 @@
 
 #include "bake/spectral/transform.h"
 #include "ibl/ibl.h"
+#include "kern/strip.h"
 
 #define IBL_AZIMUTH_ROWS 16   /* rows in a batch */
 #define IBL_AZIMUTH_OVER 4    /* samples of the spread ring an order */
@@ -60,10 +61,10 @@ size_t ibl_azimuth_scratch(const ibl_azimuth *plan);
 
 /* Up to IBL_AZIMUTH_ROWS rows of a map. */
 typedef struct ibl_azimuth_rows {
-    const float *rgb;  /* interleaved, finite; row j begins at rgb + j stride */
-    size_t stride;     /* floats from row to row */
-    int count;         /* 1..IBL_AZIMUTH_ROWS */
-    float subtract[3]; /* taken from every pixel first */
+    const float *rgb; /* interleaved, finite; row j begins at rgb + j stride */
+    size_t stride;    /* floats from row to row */
+    int count;        /* 1..IBL_AZIMUTH_ROWS */
+    ibl_strip_change change; /* what pixels are first */
 } ibl_azimuth_rows;
 
 /*
@@ -72,7 +73,7 @@ typedef struct ibl_azimuth_rows {
  *   plan        of ibl_azimuth_create
  *   out         at least the plan's orders; those beyond are left alone
  *   first_ring  a multiple of IBL_AZIMUTH_ROWS
- * Rows equal to subtract give zeros, exactly; F_0 is real, exactly.
+ * Rows equal to change.subtract give zeros, exactly; F_0 is real, exactly.
  */
 void ibl_azimuth_forward(const ibl_azimuth *plan, const ibl_azimuth_rows *rows,
                          float *scratch, ibl_ring_spectra *out, int first_ring);

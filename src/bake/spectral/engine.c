@@ -125,6 +125,8 @@ static void take_lights(ibl_spectral *s, ibl_azimuth_rows *in, int group,
                                       &s->range[group], lights);
     for (int i = 0; i < s->found[group]; i++) {
         ibl_pixel_light *l = &lights[i];
+        for (int c = 0; c < 3; c++)
+            l->rgb[c] *= IBL_SPECTRAL_SCALE;
         l->energy = s->weight[l->row] *
                     ((double)l->rgb[0] + (double)l->rgb[1] + (double)l->rgb[2]);
     }
@@ -140,9 +142,10 @@ static void group_job(void *arg, int job, int worker)
     float *scratch = s->scratch + (size_t)worker * s->worker_floats;
     ibl_azimuth_rows in = {.rgb = b->rgb + row * (size_t)(job * GROUP),
                            .stride = row,
+                           .change.scale = IBL_SPECTRAL_SCALE,
                            .count = left < GROUP ? left : GROUP};
 
-    memcpy(in.subtract, s->base, sizeof in.subtract);
+    memcpy(in.change.subtract, s->base, sizeof in.change.subtract);
     ibl_row_range_of(in.rgb, s->width, in.count, &s->range[group]);
     if (ibl_lights_any(&s->range[group]))
         take_lights(s, &in, group,
@@ -184,7 +187,7 @@ static double energy_of_rows(const ibl_spectral *s)
         for (int c = 0; c < 3; c++)
             sum += s->weight[j] *
                    ((double)ibl_ring_spectra_at(&s->rows, 0, 2 * c)[j] +
-                    (double)s->base[c] * s->width);
+                    (double)s->base[c] * IBL_SPECTRAL_SCALE * s->width);
     return sum;
 }
 

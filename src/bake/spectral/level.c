@@ -84,8 +84,10 @@ static double mean_of(const ibl_spectral *s)
         double light = 0;
         for (int i = 0; i < s->light_count; i++)
             light += (double)s->lights[i].rgb[c] * s->weight[s->lights[i].row];
-        const double mean = a[2 * c] * sqrt(1 / (4 * IBL_PI)) +
-                            light / (4 * IBL_PI) + (double)s->base[c];
+        const double mean =
+            (a[2 * c] * sqrt(1 / (4 * IBL_PI)) + light / (4 * IBL_PI)) /
+                (double)IBL_SPECTRAL_SCALE +
+            (double)s->base[c];
         sum += mean * mean;
     }
     return sqrt(sum);
@@ -97,7 +99,8 @@ static double mean_of(const ibl_spectral *s)
 static void choose_degree(struct level *v)
 {
     const ibl_spectral *s = v->s;
-    const double wanted = v->target->tolerance / 20 * mean_of(s);
+    const double wanted =
+        v->target->tolerance / 20 * mean_of(s) * (double)IBL_SPECTRAL_SCALE;
     double left = beyond(v);
     int l = s->degree;
 
@@ -111,7 +114,7 @@ static void choose_degree(struct level *v)
         l--;
     }
     v->degree = l;
-    v->rms = sqrt(left);
+    v->rms = sqrt(left) / (double)IBL_SPECTRAL_SCALE;
 }
 
 /* ---- the grid ---------------------------------------------------------- */
@@ -141,7 +144,7 @@ static void fill_gain(const struct level *v)
             below = p;
             p = next;
         }
-        v->gain[j] = (float)(1 / sum);
+        v->gain[j] = (float)(1 / (sum * (double)IBL_SPECTRAL_SCALE));
     }
 }
 

@@ -6,6 +6,7 @@
 #include "bake/spectral/state.h"
 #include "core/context.h"
 
+/* The rows besides the lights; from here on nothing is scaled. */
 static void add_rows(const ibl_spectral *s, ibl_harmonics *sum)
 {
     for (int m = 0; m <= sum->degree; m++) {
@@ -13,7 +14,7 @@ static void add_rows(const ibl_spectral *s, ibl_harmonics *sum)
         const double *from = ibl_harmonics_at(&s->harmonics, m);
         double *to = ibl_harmonics_at(sum, m);
         for (size_t i = 0; i < count; i++)
-            to[i] += from[i];
+            to[i] = (to[i] + from[i]) / (double)IBL_SPECTRAL_SCALE;
     }
 }
 

@@ -10,6 +10,10 @@
 #include "bake/spectral/transform.h"
 #include "brdf/ggx.h"
 
+/* What pixels are multiplied by before anything is summed: sums of the largest
+ * floats stay floats. */
+#define IBL_SPECTRAL_SCALE 0x1p-24f
+
 /* Memory that levels use one after the other. */
 typedef struct ibl_spectral_work {
     ibl_ring_spectra spectra;
@@ -39,7 +43,7 @@ struct ibl_spectral {
     float low[3], high[3];   /* the range of the map */
     double *weight;          /* solid angle of a pixel of each row */
     double *zonal;           /* degree + 1: sum of P_l dO over all pixels */
-    ibl_pixel_light *lights; /* added to each texel */
+    ibl_pixel_light *lights; /* added to each texel, scaled */
     int light_count;
     ibl_bright *bright;      /* them, ready for texels */
     ibl_harmonics harmonics; /* of everything else */
