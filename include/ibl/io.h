@@ -90,11 +90,14 @@ const char *ibl_bridge_path(void);
 
 /*
  * A map that is read from the zenith down, some rows at a time, so that it
- * never is in memory as a whole: Radiance pictures whose rows run from the
- * top, and OpenEXR, from files; what cannot be read so (pictures stored by
- * column or from the bottom, chroma of half the size) is decoded whole behind
- * the same calls. Pipes and standard input are loaded whole, and decoded by
- * rows.
+ * never is in memory as a whole. What is in memory beside the rows of a call:
+ *   Radiance .hdr  2 MiB of the file; the whole image where scanlines are
+ *                  columns or run from the bottom
+ *   OpenEXR        for each thread a block or tile; a row of blocks or tiles,
+ *                  or as many as keep the threads at work within 32 MiB; the
+ *                  whole image where RY and BY have half the size
+ *   others         the file, and a strip of 256 rows
+ *   pipes, standard input, files below 64 KiB: the file
  */
 typedef struct ibl_source ibl_source;
 
