@@ -11,6 +11,7 @@
 
 #include "io/load.h"
 #include "io/rows.h"
+#include "kern/halves.h"
 #include "kern/most.h"
 
 /* A file opened by OpenEXRCore. */
@@ -104,6 +105,7 @@ typedef struct ibl_exr_decoder {
     /* by ibl_exr_decoder_init: */
     ibl_exr_unpacker *unpackers; /* one for each thread */
     ibl_most_fn *look;
+    ibl_halves_fn *halves; /* NULL: the channels are not all halves */
     int threads;
     int per_job; /* chunks */
 } ibl_exr_decoder;

@@ -117,11 +117,22 @@ static exr_result_t unpack(const ibl_exr_file *file, const ibl_exr_pick *pick,
     return rv;
 }
 
+/* Whether three channels of halves make the picture, none the luma alone. */
+static bool is_halves(const ibl_exr_pick *pick)
+{
+    bool all = pick->colour != IBL_EXR_LUMA && pick->chroma_step == 1;
+    for (int c = 0; c < 3; c++)
+        all = all && pick->channels->entries[pick->channel[c]].pixel_type ==
+                         EXR_PIXEL_HALF;
+    return all;
+}
+
 ibl_status ibl_exr_decoder_init(ibl_ctx *ctx, ibl_exr_decoder *d)
 {
     const size_t threads = (size_t)ibl_ctx_threads(ctx);
     const uint64_t each = d->table.unpacked / (uint64_t)d->table.count;
 
+    d->halves = is_halves(&d->pick) ? ibl_halves(ibl_ctx_isa(ctx)) : NULL;
     d->look = ibl_most(ibl_ctx_isa(ctx));
     d->per_job = each < JOB_BYTES ? (int)(JOB_BYTES / (each ? each : 1)) : 1;
     d->threads = (int)threads;
@@ -256,6 +267,20 @@ static void put_line(const decoding *g, const ibl_exr_chunk *chunk, float *row,
               row + 3 * (x0 - g->d->pick.display.x0) + c, 3);
 }
 
+/* All three, where they are halves. */
+static void put_halves(const decoding *g, const ibl_exr_chunk *chunk,
+                       float *row, const unsigned char *plane[3])
+{
+    int x0, x1;
+
+    shown_columns(g, chunk, &x0, &x1);
+    if (!row || x1 < x0)
+        return;
+    for (int c = 0; c < 3; c++)
+        plane[c] += 2 * (ptrdiff_t)(x0 - chunk->x);
+    g->d->halves(plane, x1 - x0 + 1, row + 3 * (x0 - g->d->pick.display.x0));
+}
+
 /* The same of a half-size chroma channel: to its plane. */
 static void put_chroma(const decoding *g, const ibl_exr_chunk *chunk, int y,
                        const unsigned char *src, exr_pixel_type_t type, int c)
@@ -293,6 +318,7 @@ static void put_chunk(const decoding *g, const ibl_exr_chunk *chunk,
 
     for (int y = chunk->y; y < chunk->y + chunk->height; y++) {
         float *row = target_row(g, y);
+        const unsigned char *plane[3] = {NULL, NULL, NULL};
         for (int i = 0; i < pick->channels->num_channels; i++) {
             const exr_attr_chlist_entry_t *e = &pick->channels->entries[i];
             if (!ibl_exr_has_line(e, y))
@@ -300,7 +326,9 @@ static void put_chunk(const decoding *g, const ibl_exr_chunk *chunk,
             for (int c = 0; c < wanted; c++) {
                 if (pick->channel[c] != i)
                     continue;
-                if (e->x_sampling > 1)
+                if (g->d->halves)
+                    plane[c] = src;
+                else if (e->x_sampling > 1)
                     put_chroma(g, chunk, y, src, e->pixel_type, c);
                 else
                     put_line(g, chunk, row, src, e->pixel_type, c);
@@ -308,6 +336,8 @@ static void put_chunk(const decoding *g, const ibl_exr_chunk *chunk,
             src += (ptrdiff_t)(chunk->width / e->x_sampling) *
                    ibl_exr_sample_bytes(e);
         }
+        if (g->d->halves)
+            put_halves(g, chunk, row, plane);
         finish_line(g, chunk, row);
         if (row && g->target->most)
             g->target->most[y - pick->display.y0 - g->target->row] =

@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: MIT */
+/* Planes of halves: every half by every version, every length, guarded. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "kern/halves.h"
+#include "test.h"
+
+enum {
+    ALL = 65536,
+    LONGEST = 70,
+    GUARD = 16
+};
+
+static const ibl_isa levels[] = {IBL_ISA_C, IBL_ISA_SSE2, IBL_ISA_AVX2,
+                                 IBL_ISA_AVX512};
+
+/* IEEE 754: (-1)^s 2^(e - 15) 1.m, and below it 2^-14 0.m. */
+static float value(unsigned half)
+{
+    const int e = (int)(half >> 10 & 31);
+    const double m = half & 1023;
+    const double sign = half & 0x8000 ? -1 : 1;
+    if (e == 31)
+        return m > 0 ? NAN : (float)(sign * (double)INFINITY);
+    return (float)(sign * (e ? ldexp(1024 + m, e - 25) : ldexp(m, -24)));
+}
+
+static bool equal(float a, float b)
+{
+    return (isnan(a) && isnan(b)) || !memcmp(&a, &b, sizeof a);
+}
+
+static void every_half(void)
+{
+    unsigned char *bytes = malloc(2 * ALL + 1);
+    float *rgb = malloc(3 * ALL * sizeof *rgb);
+    for (int i = 0; i < ALL; i++) {
+        bytes[1 + 2 * i] = (unsigned char)i;
+        bytes[2 + 2 * i] = (unsigned char)(i >> 8);
+    }
+    /* from an odd address; B is R, as of grey files */
+    const unsigned char *const plane[3] = {bytes + 1, bytes + 1 + ALL,
+                                           bytes + 1};
+    for (size_t k = 0; k < sizeof levels / sizeof levels[0]; k++) {
+        int wrong = 0;
+        if (levels[k] > ibl_isa_best())
+            continue;
+        ibl_halves(levels[k])(plane, ALL / 2, rgb);
+        for (unsigned i = 0; i < ALL / 2; i++)
+            wrong += !equal(rgb[3 * i], value(i)) +
+                     !equal(rgb[3 * i + 1], value(i + ALL / 2)) +
+                     !equal(rgb[3 * i + 2], value(i));
+        CHECK_MSG(!wrong, "%s: %d wrong", ibl_isa_name(levels[k]), wrong);
+    }
+    free(rgb);
+    free(bytes);
+}
+
+static void lengths(void)
+{
+    static unsigned char bytes[3][2 * LONGEST];
+    static float want[3 * LONGEST], got[3 * LONGEST + GUARD];
+    test_random r = {41};
+
+    for (int n = 0; n <= LONGEST; n++) {
+        /* at the ends of the planes, where asan looks */
+        const unsigned char *const plane[3] = {bytes[0] + 2 * (LONGEST - n),
+                                               bytes[1] + 2 * (LONGEST - n),
+                                               bytes[2] + 2 * (LONGEST - n)};
+        for (int i = 0; i < 6 * LONGEST; i++)
+            bytes[i / (2 * LONGEST)][i % (2 * LONGEST)] =
+                (unsigned char)test_random_u64(&r);
+        ibl_halves_c(plane, n, want);
+        for (size_t k = 0; k < sizeof levels / sizeof levels[0]; k++) {
+            if (levels[k] > ibl_isa_best())
+                continue;
+            for (int i = 0; i < 3 * LONGEST + GUARD; i++)
+                got[i] = -12345;
+            ibl_halves(levels[k])(plane, n, got);
+            for (int i = 0; i < 3 * n; i++)
+                CHECK_MSG(equal(got[i], want[i]), "%s, %d of %d",
+                          ibl_isa_name(levels[k]), i, n);
+            for (int i = 3 * n; i < 3 * n + GUARD; i++)
+                CHECK(got[i] == -12345);
+        }
+    }
+}
+
+static const test tests[] = {TEST(every_half), TEST(lengths)};
+TEST_MAIN(tests)
