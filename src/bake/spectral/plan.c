@@ -11,6 +11,7 @@
 static const double per_sample = 1.0;   /* of a texel */
 static const double per_texel = 40;     /* of a spectral level */
 static const double per_legendre = 0.2; /* a value P_lm on a pair of rings */
+static const double per_pixel = 5; /* of the map, kept as samples need it */
 
 /* How much more than a sampled level a spectral one may cost: its error is a
  * hundredth, at least, of what samples leave. */
@@ -66,16 +67,16 @@ static ibl_status find_degree(const struct request *q, double alpha,
     return status;
 }
 
-/* planned: the degree of the analysis that there will be in any case. */
-static bool is_worth_it(const struct request *q, int degree, int planned,
-                        double texels, double samples)
+static bool is_worth_it(const struct request *q, const ibl_spectral_plan *plan,
+                        int degree, double texels, double samples)
 {
-    const double analysis =
-        legendre_cost(q->height, degree) - legendre_cost(q->height, planned);
+    const double analysis = legendre_cost(q->height, degree) -
+                            legendre_cost(q->height, plan->degree);
     const double spectral = fmax(analysis, 0) +
                             legendre_cost(2 * degree, degree) +
                             per_texel * texels;
-    return spectral < worth * per_sample * texels * samples;
+    const double map = plan->whole ? 0 : per_pixel * q->width * q->height;
+    return spectral < worth * (per_sample * texels * samples + map);
 }
 
 static ibl_status plan_level(const struct request *q,
@@ -100,7 +101,7 @@ static ibl_status plan_level(const struct request *q,
                  l, r, q->width, q->height);
     if (status || !degree ||
         (is_auto &&
-         !is_worth_it(q, degree, plan->degree, IBL_FACES * n * n, o->samples)))
+         !is_worth_it(q, plan, degree, IBL_FACES * n * n, o->samples)))
         return status;
     plan->level[l] = IBL_METHOD_SPECTRAL;
     plan->degree = degree > plan->degree ? degree : plan->degree;
