@@ -56,6 +56,21 @@ ibl_status ibl_reference_specular(const ibl_reference *ref, double roughness,
                                   const double *dirs, size_t count,
                                   double *rgb);
 
+/*
+ * The same of any lobe of ibl_lobe; GGX is ibl_reference_specular.
+ *
+ * Charlie and Phong change over a length that is nearly the same wherever they
+ * are anything, so all pixels are alike: the centre counts from a width
+ * alpha = p up for Charlie, 2 p for Phong, the integral from half of that down,
+ * in between a mix of both that is smooth in alpha. Where the mix begins centre
+ * and patch differ by about 1 % of a pixel's weight, or Charlie's also where
+ * the horizon crosses it. Roughness 0 gives the pixel that R is in for every
+ * lobe; Charlie below alpha = 1e-9 is as there, a ring on the horizon.
+ */
+ibl_status ibl_reference_lobe(const ibl_reference *ref, ibl_lobe lobe,
+                              double roughness, const double *dirs,
+                              size_t count, double *rgb);
+
 /* sum L_i max(N.L_i, 0) dO_i / sum max(N.L_i, 0) dO_i: irradiance / pi; the
  * mean radiance where no pixel's centre is above the horizon, as in
  * ibl_bake_irradiance. */

@@ -9,6 +9,8 @@
  * The factor a2 / t, squared, is used in place of 1 / t^2: it is 1 at the peak
  * and the constants cancel in the quotient.
  *
+ * The other lobes take ibl_reference_weight_at for each pixel.
+ *
  * A job takes a few directions over a few rows: a row's pixels are converted
  * once for all of them. Inside a row sums are plain, in LANES parts, all terms
  * >= 0; rows are added with compensation.
@@ -114,8 +116,9 @@ static ibl_aim aim_at(const ibl_reference *ref, const double dir[3])
 
 /* The lobe, and where its pixels are divided. */
 struct lobe {
-    double a2;
-    double near; /* t below which a pixel counts as a patch, 0: nowhere */
+    ibl_weight weight;
+    double near; /* GGX: t below which a pixel counts as a patch, 0: nowhere */
+    double mix;  /* the others: share of a pixel that counts as a patch */
 };
 
 /* Columns begin[k]..end[k] - 1, in one or two parts. */
@@ -163,7 +166,7 @@ static void add_columns(const struct lobe *lobe, double polar, double scale,
     const lanes *red = (const lanes *)(rgb + begin);
     const lanes *green = (const lanes *)(rgb + stride + begin);
     const lanes *blue = (const lanes *)(rgb + 2 * (size_t)stride + begin);
-    const double a2 = lobe->a2, near = lobe->near;
+    const double a2 = lobe->weight.a2, near = lobe->near;
     lanes r = sum[0], g = sum[1], b = sum[2], all = sum[3];
 
     for (int k = 0; k < (end - begin) / LANES; k++) {
@@ -189,10 +192,8 @@ static double total(lanes v)
 
 /* ---- pixels near the peak --------------------------------------------- */
 
-/* A patch's weight: that of its centre where t = near, its integral where
- * t <= near / 4, smoothly in between. */
-static double patch_weight(const ibl_reference *ref, const struct lobe *lobe,
-                           const ibl_aim *aim, int i, int j, double q, double t)
+static double integral(const ibl_reference *ref, const struct lobe *lobe,
+                       const ibl_aim *aim, int i, int j)
 {
     const double wide = pi / ref->env->width,
                  tall = 0.5 * pi / ref->env->height;
@@ -200,40 +201,127 @@ static double patch_weight(const ibl_reference *ref, const struct lobe *lobe,
     const double phi = 2 * pi * ((i + 0.5) / ref->env->width - 0.5);
     const double y = remainder(phi - aim->phi, 2 * pi);
     const ibl_patch patch = {x - tall, x + tall, y - wide, y + wide};
-    const double integral = ibl_reference_patch(aim, lobe->a2, &patch);
+
+    return ibl_reference_patch(aim, &lobe->weight, &patch);
+}
+
+/* A patch's weight: that of its centre where t = near, its integral where
+ * t <= near / 4, smoothly in between. */
+static double patch_weight(const ibl_reference *ref, const struct lobe *lobe,
+                           const ibl_aim *aim, int i, int j, double q, double t)
+{
+    const double patch = integral(ref, lobe, aim, i, j);
     const double s = (lobe->near - t) / (0.75 * lobe->near);
     if (s >= 1)
-        return integral;
-    const double g = lobe->a2 / t, mix = s * s * (3 - 2 * s);
-    const double centre = q < 0.5 ? (1 - 2 * q) * g * g * ref->row_angle[j] : 0;
-    return centre + mix * (integral - centre);
+        return patch;
+    const double mix = s * s * (3 - 2 * s);
+    const double centre =
+        ibl_reference_weight_at(&lobe->weight, q) * ref->row_angle[j];
+    return centre + mix * (patch - centre);
+}
+
+static void add_exact(const ibl_reference *ref, int i, int j, double weight,
+                      ibl_exact sum[4])
+{
+    const float *row = ref->env->data + 3 * (size_t)j * (size_t)ref->env->width;
+
+    for (int c = 0; c < 3; c++)
+        ibl_exact_add(&sum[c], weight * (double)row[3 * i + c]);
+    ibl_exact_add(&sum[3], weight);
 }
 
 static void add_near(const ibl_reference *ref, const struct lobe *lobe,
                      const ibl_aim *aim, int j, double polar, double scale,
                      const double *across, ibl_exact sum[4])
 {
+    const double a2 = lobe->weight.a2;
     /* t < near, solved for q and moved out a little. */
-    const double limit =
-        lobe->a2 < 1 ? (lobe->near - lobe->a2) / (1 - lobe->a2) * (1 + 1e-9)
-                     : 2;
+    const double limit = a2 < 1 ? (lobe->near - a2) / (1 - a2) * (1 + 1e-9) : 2;
     if (polar >= limit || ibl_cancelled(ref->ctx))
         return;
     const struct span s = columns_within(ref, aim, polar, scale, limit);
-    const float *row = ref->env->data + 3 * (size_t)j * (size_t)ref->env->width;
     for (int part = 0; part < s.parts; part++) {
         for (int i = s.begin[part]; i < s.end[part] && i < ref->env->width;
              i++) {
             const double q = polar + scale * across[i];
-            const double t = q + lobe->a2 * (1 - q);
-            if (t >= lobe->near)
-                continue;
-            const double weight = patch_weight(ref, lobe, aim, i, j, q, t);
-            for (int c = 0; c < 3; c++)
-                ibl_exact_add(&sum[c], weight * (double)row[3 * i + c]);
-            ibl_exact_add(&sum[3], weight);
+            const double t = q + a2 * (1 - q);
+            if (t < lobe->near)
+                add_exact(ref, i, j, patch_weight(ref, lobe, aim, i, j, q, t),
+                          sum);
         }
     }
+}
+
+/* ---- other lobes ------------------------------------------------------ */
+
+/* Weights of columns begin..end - 1 by their centres. */
+static void add_centres(const ibl_reference *ref, const struct lobe *lobe,
+                        int j, double polar, double scale, const double *across,
+                        int begin, int end, double sum[4])
+{
+    const float *row = ref->env->data + 3 * (size_t)j * (size_t)ref->env->width;
+
+    for (int i = begin; i < end && i < ref->env->width; i++) {
+        const double w =
+            ibl_reference_weight_at(&lobe->weight, polar + scale * across[i]);
+        for (int c = 0; c < 3; c++)
+            sum[c] += w * (double)row[3 * i + c];
+        sum[3] += w;
+    }
+}
+
+/* Weights of columns begin..end - 1, patches in part. */
+static void add_patches(const ibl_reference *ref, const struct lobe *lobe,
+                        const ibl_aim *aim, int j, double polar, double scale,
+                        const double *across, int begin, int end, double least,
+                        ibl_exact sum[4])
+{
+    for (int i = begin; i < end && i < ref->env->width; i++) {
+        const double q = polar + scale * across[i];
+        if (q < least)
+            continue;
+        const double centre =
+            ibl_reference_weight_at(&lobe->weight, q) * ref->row_angle[j];
+        const double patch = integral(ref, lobe, aim, i, j);
+        add_exact(ref, i, j, centre + lobe->mix * (patch - centre), sum);
+    }
+}
+
+/* q of an angle that is that of q and `more`. */
+static double moved_out(double q, double more)
+{
+    const double half = asin(sqrt(q)) + 0.5 * more;
+    const double s = sin(fmin(fmax(half, 0), 0.5 * pi));
+
+    return s * s;
+}
+
+/* A row of Charlie or Phong. A pixel reaches no further from its centre than
+ * half its diagonal. */
+static void add_other(const ibl_reference *ref, const struct lobe *lobe,
+                      const ibl_aim *aim, int j, double polar, double scale,
+                      const double *across, ibl_exact sum[4])
+{
+    const double reach = lobe->mix > 0 ? 0.51 * hypot(pi / ref->env->height,
+                                                      2 * pi / ref->env->width)
+                                       : 0;
+    const double most = moved_out(lobe->weight.most, reach);
+    const double least = moved_out(lobe->weight.least, -reach);
+    double row[4] = {0};
+
+    if (polar >= most || ibl_cancelled(ref->ctx))
+        return;
+    const struct span s = columns_within(ref, aim, polar, scale, most);
+    for (int k = 0; k < s.parts; k++) {
+        if (lobe->mix > 0)
+            add_patches(ref, lobe, aim, j, polar, scale, across, s.begin[k],
+                        s.end[k], least, sum);
+        else
+            add_centres(ref, lobe, j, polar, scale, across, s.begin[k],
+                        s.end[k], row);
+    }
+    for (int c = 0; c < 4; c++)
+        ibl_exact_add(&sum[c], row[c] * ref->row_angle[j]);
 }
 
 /* ---- many directions -------------------------------------------------- */
@@ -286,6 +374,10 @@ static void add_row(const ibl_reference *ref, const struct lobe *lobe,
     const double scale = sin(ref->row_theta[j]) * aim->sin_theta;
     lanes row[4] = {{0}};
 
+    if (lobe->weight.lobe != IBL_LOBE_GGX) {
+        add_other(ref, lobe, aim, j, polar, scale, across, sum);
+        return;
+    }
     if (lobe->near > 0)
         add_near(ref, lobe, aim, j, polar, scale, across, sum);
     if (polar >= 0.5)
@@ -414,16 +506,47 @@ static void mirror(const ibl_reference *ref, const double dir[3], double rgb[3])
         rgb[c] = (double)ref->env->data[3 * at + (size_t)c];
 }
 
-ibl_status ibl_reference_specular(const ibl_reference *ref, double roughness,
-                                  const double *dirs, size_t count, double *rgb)
+/* The share of patches, between two widths in pixels. */
+static double mix_of(double alpha, double patches, double centres)
 {
+    const double s = (centres - alpha) / (centres - patches);
+
+    return s <= 0 ? 0 : s >= 1 ? 1 : s * s * (3 - 2 * s);
+}
+
+static struct lobe lobe_of(const ibl_reference *ref, ibl_lobe which,
+                           double alpha)
+{
+    const double pixel = fmax(pi / ref->env->height, 2 * pi / ref->env->width);
+    struct lobe lobe = {.weight = ibl_reference_weight(which, alpha)};
+
+    if (which == IBL_LOBE_CHARLIE)
+        lobe.mix = mix_of(alpha, 0.5 * pixel, pixel);
+    else if (which == IBL_LOBE_PHONG)
+        lobe.mix = mix_of(alpha, pixel, 2 * pixel);
+    else if (16 * pixel * pixel > alpha * alpha)
+        lobe.near = 16 * pixel * pixel;
+    return lobe;
+}
+
+ibl_status ibl_reference_lobe(const ibl_reference *ref, ibl_lobe lobe,
+                              double roughness, const double *dirs,
+                              size_t count, double *rgb)
+{
+    if (lobe < IBL_LOBE_GGX || lobe > IBL_LOBE_PHONG)
+        return ibl_fail(ref->ctx, IBL_ERR_ARGUMENT,
+                        "lobe %d: must be ggx (%d), charlie (%d) or phong (%d)",
+                        (int)lobe, IBL_LOBE_GGX, IBL_LOBE_CHARLIE,
+                        IBL_LOBE_PHONG);
     if (!(roughness >= 0 && roughness <= 1))
         return ibl_fail(ref->ctx, IBL_ERR_ARGUMENT,
                         "a roughness of %g: must be 0 to 1", roughness);
     ibl_status status = check_dirs(ref, dirs, count);
     if (status)
         return status;
-    const double alpha = roughness * roughness;
+    double alpha = roughness * roughness;
+    if (lobe == IBL_LOBE_CHARLIE && roughness > 0)
+        alpha = fmax(alpha, 1e-9);
     /* Narrower than that, the lobe outside the pixel, less than alpha^2 times
      * the pixels' number squared, is nothing even to the floats' whole range
      * of 1e84. */
@@ -432,11 +555,13 @@ ibl_status ibl_reference_specular(const ibl_reference *ref, double roughness,
             mirror(ref, dirs + 3 * k, rgb + 3 * k);
         return ibl_cancelled(ref->ctx) ? IBL_ERR_CANCELLED : IBL_OK;
     }
-    const double pixel = fmax(pi / ref->env->height, 2 * pi / ref->env->width);
-    struct lobe lobe = {alpha * alpha, 16 * pixel * pixel};
-    if (lobe.near <= lobe.a2)
-        lobe.near = 0;
-    return run_sums(ref, lobe, dirs, count, rgb);
+    return run_sums(ref, lobe_of(ref, lobe, alpha), dirs, count, rgb);
+}
+
+ibl_status ibl_reference_specular(const ibl_reference *ref, double roughness,
+                                  const double *dirs, size_t count, double *rgb)
+{
+    return ibl_reference_lobe(ref, IBL_LOBE_GGX, roughness, dirs, count, rgb);
 }
 
 /* At alpha = 1 the lobe is the cosine. */
@@ -445,7 +570,8 @@ ibl_status ibl_reference_irradiance(const ibl_reference *ref,
                                     double *rgb)
 {
     const ibl_status status = check_dirs(ref, dirs, count);
+    const struct lobe cosine = {.weight =
+                                    ibl_reference_weight(IBL_LOBE_GGX, 1)};
 
-    return status ? status
-                  : run_sums(ref, (struct lobe){1, 0}, dirs, count, rgb);
+    return status ? status : run_sums(ref, cosine, dirs, count, rgb);
 }

@@ -55,11 +55,25 @@ typedef struct ibl_patch {
 } ibl_patch;
 
 /*
- * The integral over a patch of (a2 / t)^2 max(1 - 2q, 0), q the squared sine
- * of half the angle from the aim and t = q + a2 (1 - q): the lobe, scaled to 1
- * at its peak. Relative error about 1e-8. a2 in [1e-150, 1].
+ * A lobe's weight as a function of q, the squared sine of half the angle from
+ * the aim, scaled so that the largest is about 1:
+ *   GGX      (a2 / t)^2 (1 - 2 q),  t = q + a2 (1 - q)
+ *   Charlie  (2 q)^power (1 - 2 q) (power + 1) e, power = 1 / (2 alpha)
+ *   Phong    (1 - 2 q)^power, power = 1 + (1 / a2 - 1) / 2
  */
-double ibl_reference_patch(const ibl_aim *aim, double a2,
+typedef struct ibl_weight {
+    ibl_lobe lobe;
+    double a2, power, scale;
+    double least, most; /* q; elsewhere the weight is less than 1e-20 */
+    double whole;       /* its integral over the sphere is at most this */
+} ibl_weight;
+
+/* alpha in [1e-75, 1]; Charlie's no less than 1e-9. */
+ibl_weight ibl_reference_weight(ibl_lobe lobe, double alpha);
+double ibl_reference_weight_at(const ibl_weight *weight, double q);
+
+/* The integral of a weight over a patch. Relative error about 1e-8. */
+double ibl_reference_patch(const ibl_aim *aim, const ibl_weight *weight,
                            const ibl_patch *patch);
 
 /* Rows that a job takes, so that it takes about a millisecond. */
