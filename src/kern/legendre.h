@@ -22,7 +22,7 @@
 
 #include "ibl/ibl.h"
 
-#define IBL_LEGENDRE_NOTHING 0x1p-64
+#define IBL_LEGENDRE_NOTHING 0x1p-54
 
 /*
  * What the sums need to know of the rings, the same for all orders. Arrays

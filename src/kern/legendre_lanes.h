@@ -33,7 +33,7 @@ enum {
     CHUNK_VECTORS = CHUNK / VD,
     SUMS = 12,       /* 6 parts for even l - m, 6 for odd */
     NEVER = 1 << 30, /* block of rings that do not come in */
-    STARTS_AT = -72  /* exponent of R_k where rings come in: s_k <= 2^7 */
+    STARTS_AT = -62  /* exponent of R_k where rings come in: s_k <= 2^7 */
 };
 
 typedef long long vl __attribute__((vector_size(8 * VD)));
@@ -57,19 +57,24 @@ static inline vd vd_reverse(vd v)
     return _mm512_permutexvar_pd(_mm512_setr_epi64(7, 6, 5, 4, 3, 2, 1, 0), v);
 }
 
+/* a0 + a1, b0 + b1, a2 + a3, b2 + b3, ... */
+static inline vd add_pairs(vd a, vd b)
+{
+    return _mm512_unpacklo_pd(a, b) + _mm512_unpackhi_pd(a, b);
+}
+
+/* The same of quarters: 128 bits take the place of a lane. */
+static inline vd add_quarters(vd a, vd b)
+{
+    return _mm512_shuffle_f64x2(a, b, 0x88) + _mm512_shuffle_f64x2(a, b, 0xDD);
+}
+
 /* Lane i is the sum of v[i], for VD vectors. */
 static inline vd vd_totals(const vd v[VD])
 {
-    vd half[4], quarter[2];
-
-    for (int i = 0; i < 4; i++)
-        half[i] = _mm512_unpacklo_pd(v[2 * i], v[2 * i + 1]) +
-                  _mm512_unpackhi_pd(v[2 * i], v[2 * i + 1]);
-    for (int i = 0; i < 2; i++)
-        quarter[i] = _mm512_shuffle_f64x2(half[2 * i], half[2 * i + 1], 0x88) +
-                     _mm512_shuffle_f64x2(half[2 * i], half[2 * i + 1], 0xDD);
-    return _mm512_shuffle_f64x2(quarter[0], quarter[1], 0x88) +
-           _mm512_shuffle_f64x2(quarter[0], quarter[1], 0xDD);
+    return add_quarters(
+        add_quarters(add_pairs(v[0], v[1]), add_pairs(v[2], v[3])),
+        add_quarters(add_pairs(v[4], v[5]), add_pairs(v[6], v[7])));
 }
 #elif VD == 4
 static inline vd vd_sqrt(vd v)
@@ -193,15 +198,6 @@ static struct work layout(const ibl_legendre_order *o)
     };
 }
 
-/* e_l^2 for the lanes of l - m = i. */
-static inline vd e_squared(vd i, int m)
-{
-    const vd l = i + vd_all(m), twice = l + l;
-
-    return i * (l + vd_all(m)) /
-           ((twice - vd_all(1.0)) * (twice + vd_all(1.0)));
-}
-
 static inline vd counting(double from, double by)
 {
     vd v;
@@ -211,46 +207,63 @@ static inline vd counting(double from, double by)
     return v;
 }
 
-/* e_m+2k and e_m+2k+1 to even and odd, A_k to alpha, -B_k to beta. */
+/* e_m+2k to before, e_m+2k+1 to even, -B_k to beta: with l = m + 2k,
+ *     e_l^2   = (l - m) (l + m) (2l + 3) / d
+ *     e_l+1^2 = (l + 1 - m) (l + 1 + m) (2l - 1) / d
+ *     d       = (2l - 1) (2l + 1) (2l + 3). */
 static void fill_roots(struct work *w)
 {
-    for (int k = 0; k <= w->blocks * BLOCK; k += VD) {
-        const vd i = counting(2.0 * k, 2.0), one = vd_all(1.0);
-        const vd e1 = e_squared(i + one, w->o->m);
-        const vd e2 = e_squared(i + one + one, w->o->m);
-        const vd e3 = e_squared(i + one + one + one, w->o->m);
-        vd_store(w->before + k, vd_sqrt(e_squared(i, w->o->m)));
+    const vd m = vd_all(w->o->m), one = vd_all(1.0);
+
+    for (int k = 0; k < (w->blocks + 1) * BLOCK; k += VD) {
+        const vd i = counting(2.0 * k, 2.0), l = i + m, l2 = l + l;
+        const vd low = l2 - one, high = l2 + vd_all(3.0);
+        const vd inverse = one / (low * (l2 + one) * high);
+        const vd e = i * (l + m) * high * inverse;
+        const vd e1 = (i + one) * (l + m + one) * low * inverse;
+        vd_store(w->before + k, vd_sqrt(e));
         vd_store(w->even + k, vd_sqrt(e1));
-        vd_store(w->alpha + k, vd_sqrt(e2 * e3));
-        vd_store(w->beta + k, vd_all(0.0) - (e1 + e2));
+        vd_store(w->beta + k, e1);
+        vd_store(w->alpha + k, e);
     }
+    for (int k = 0; k < w->blocks * BLOCK; k += VD)
+        vd_store(w->beta + k, vd_all(0.0) - vd_load(w->beta + k) -
+                                  vd_load(w->alpha + k + 1));
 }
 
-/* s_0 = s_1 = 1 / sqrt(A_0), and on by -A_k-1 / A_k, which even's place in
- * sums holds for the time. */
+/* A_k, from before and even. */
+static inline vd product(const struct work *w, int k)
+{
+    return vd_load(w->before + k + 1) * vd_load(w->even + k + 1);
+}
+
+/* s_0 = s_1 = 1 / sqrt(A_0), and on by -A_k-1 / A_k, for which the place of
+ * the sums is used. */
 static void fill_scales(struct work *w)
 {
-    const int count = w->blocks * BLOCK + 1;
-    double *ratio = w->sums;
+    const int count = w->blocks * BLOCK;
+    double *a = w->sums, *s = w->odd;
 
     for (int k = 0; k < count; k += VD)
-        vd_store(ratio + k, vd_all(0.0) - vd_load(w->alpha + k) /
-                                              vd_load(w->alpha + k + 1));
-    w->odd[0] = w->odd[1] = 1.0 / sqrt(w->alpha[0]);
-    for (int k = 2; k < count + 1; k++)
-        w->odd[k] = w->odd[k - 2] * ratio[k - 2];
+        vd_store(a + k, product(w, k));
+    s[0] = s[1] = 1.0 / sqrt(a[0]);
+    for (int k = 1; k + 1 < count; k += VD)
+        vd_store(s + k + 1, vd_load(a + k - 1) / vd_load(a + k));
+    for (int k = 2; k < count; k++)
+        s[k] *= -s[k - 2];
+    s[count] = -s[count - 2] * a[count - 2] / a[count - 1];
 }
 
 static void fill_coefficients(struct work *w)
 {
-    const int m = w->o->m;
+    const double *a = w->sums; /* A_k, as fill_scales leaves it */
 
     fill_roots(w);
     fill_scales(w);
-    w->first = w->rings->start[m] / (w->even[0] * w->odd[0]);
+    w->first = w->rings->start[w->o->m] / (w->even[0] * w->odd[0]);
     for (int k = w->blocks * BLOCK - VD; k >= 0; k -= VD) {
         const vd s = vd_load(w->odd + k), next = vd_load(w->odd + k + 1);
-        const vd alpha = s / (vd_load(w->alpha + k) * next);
+        const vd alpha = s / (vd_load(a + k) * next);
         vd_store(w->alpha + k, alpha);
         vd_store(w->beta + k, vd_load(w->beta + k) * alpha);
         vd_store(w->even + k, vd_load(w->even + k) * s);
@@ -315,6 +328,17 @@ static inline void recur(const struct work *w, int k, vd x2, vd *now, vd *last)
     *now = next;
 }
 
+/* Where a lane's `now` is to be looked at: when its ring comes in (of rings
+ * that have, never) or is to be normalised. Growth by a block is below
+ * 2^200, too. */
+static inline vd look_at(vd exponent, vl done)
+{
+    const vd left = vd_all(STARTS_AT) - exponent, most = vd_all(200.0);
+
+    return vd_either(done, vd_all(INFINITY),
+                     vd_power_of_two(vd_either((vl)(left < most), left, most)));
+}
+
 /*
  * Vector v, some of whose rings are not yet to come in at k = 0: runs along
  * k until they have, or to the end. A ring comes in with the first block in
@@ -323,15 +347,20 @@ static inline void recur(const struct work *w, int k, vd x2, vd *now, vd *last)
 static bool follow(struct work *w, int v, vd x2, struct scaled s)
 {
     vd late_now = vd_all(0.0), late_last = late_now, at = vd_all(NEVER);
+    vl done = (vl)late_now;
+    vd look = look_at(s.exponent, done);
     int from = NEVER, until = -1;
 
     for (int b = 0; b < w->blocks; b++) {
         const struct scaled begin = s;
         for (int k = b * BLOCK; k < (b + 1) * BLOCK; k++)
             recur(w, k, x2, &s.now, &s.last);
+        if (!vd_signs((vd)(vl)(s.now >= look)))
+            continue;
         s = normalised(s);
-        const vl in =
-            (vl)(s.exponent >= vd_all(STARTS_AT)) & (vl)(at == vd_all(NEVER));
+        const vl in = (vl)(s.exponent >= vd_all(STARTS_AT)) & ~done;
+        done |= in;
+        look = look_at(s.exponent, done);
         if (!vd_signs((vd)in))
             continue;
         const vd scale = vd_power_of_two(begin.exponent);
@@ -340,7 +369,7 @@ static bool follow(struct work *w, int v, vd x2, struct scaled s)
         at = vd_either(in, vd_all(b), at);
         from = from == NEVER ? b : from;
         until = b;
-        if (!vd_signs((vd)(vl)(at == vd_all(NEVER))))
+        if (!vd_signs((vd)~done))
             break;
     }
     const vl first = (vl)(at == vd_all(0.0));
@@ -462,6 +491,20 @@ static inline void load_pairs(const ibl_legendre_rings *r, int j,
     }
 }
 
+/* Asks for the input of the chunk that begins with j. */
+static void prefetch_chunk(const ibl_legendre_rings *r, int j, const float *f,
+                           size_t stride)
+{
+    const int left = r->pairs - j, count = left < CHUNK ? left : CHUNK;
+
+    for (int part = 0; part < 6 && left > 0; part++, f += stride) {
+        for (int i = 0; i < count; i += 16) {
+            __builtin_prefetch(f + j + i);
+            __builtin_prefetch(f + (r->count - 1 - j - i));
+        }
+    }
+}
+
 /* north + south, and x (north - south), of the chunk that begins with j. */
 static void gather_chunk(struct work *w, int j, const float *f, size_t stride)
 {
@@ -496,26 +539,6 @@ enum {
     AT_ONCE = 2 /* k: 24 sums in 32 registers */
 };
 
-static inline void six_fma_twice(struct six *p, struct six *q, vd r, vd s,
-                                 const double *data)
-{
-    const vd a = vd_load(data), b = vd_load(data + VD);
-    p->a = vd_fma(r, a, p->a);
-    q->a = vd_fma(s, a, q->a);
-    p->b = vd_fma(r, b, p->b);
-    q->b = vd_fma(s, b, q->b);
-    const vd c = vd_load(data + 2 * VD), d = vd_load(data + 3 * VD);
-    p->c = vd_fma(r, c, p->c);
-    q->c = vd_fma(s, c, q->c);
-    p->d = vd_fma(r, d, p->d);
-    q->d = vd_fma(s, d, q->d);
-    const vd e = vd_load(data + 4 * VD), f = vd_load(data + 5 * VD);
-    p->e = vd_fma(r, e, p->e);
-    q->e = vd_fma(s, e, q->e);
-    p->f = vd_fma(r, f, p->f);
-    q->f = vd_fma(s, f, q->f);
-}
-
 /* Sums over the chunk for k and k + 1. */
 static void sum_over_rings(struct work *w, int j, int k, int v)
 {
@@ -533,8 +556,10 @@ static void sum_over_rings(struct work *w, int j, int k, int v)
         const vd r1 = vd_fma(vd_fma(alpha, x, beta), r0, vd_load(last));
         vd_store(last, r1);
         vd_store(now, vd_fma(vd_fma(alpha1, x, beta1), r1, r0));
-        six_fma_twice(&p, &r, r0, r1, data);
-        six_fma_twice(&q, &s, r0, r1, data + 6 * VD);
+        p = six_fma(p, r0, data);
+        q = six_fma(q, r0, data + 6 * VD);
+        r = six_fma(r, r1, data);
+        s = six_fma(s, r1, data + 6 * VD);
     }
     six_store(totals, p);
     six_store(totals + 6, q);
@@ -587,20 +612,29 @@ static void analyse_chunk(struct work *w, int j)
     }
 }
 
+/* to = p a + q b, six numbers. */
+static inline void blend_six(double p, const double *a, double q,
+                             const double *b, double *to)
+{
+    const __m128d u = _mm_set1_pd(p), v = _mm_set1_pd(q);
+
+    for (int i = 0; i < 6; i += 2)
+        _mm_storeu_pd(to + i,
+                      u * _mm_loadu_pd(a + i) + v * _mm_loadu_pd(b + i));
+}
+
 /* The coefficients from sums with R_k. */
 static void finish(const struct work *w, double *a)
 {
     const int count = w->o->degree - w->o->m + 1;
-    const double *sums = w->sums;
+    const double *now = w->sums, *before = now;
 
-    for (int l = 0; l < count; l++) {
-        const int k = l / 2;
-        const double *now = sums + (size_t)k * SUMS;
-        const double *before = k ? now - SUMS : now;
-        for (int part = 0; part < 6; part++)
-            a[6 * l + part] =
-                l % 2 ? w->odd[k] * now[6 + part]
-                      : w->even[k] * now[part] + w->before[k] * before[part];
+    for (int k = 0; k < w->terms; k++, a += SUMS) {
+        blend_six(w->even[k], now, w->before[k], before, a);
+        if (2 * k + 1 < count)
+            blend_six(w->odd[k], now + 6, 0.0, now + 6, a + 6);
+        before = now;
+        now += SUMS;
     }
 }
 
@@ -609,11 +643,13 @@ static void analyse(const ibl_legendre_order *o, const float *f, size_t stride,
 {
     struct work w = layout(o);
 
+    prefetch_chunk(o->rings, 0, f, stride);
     fill_coefficients(&w);
     memset(w.sums, 0, (size_t)w.blocks * BLOCK * SUMS * sizeof *w.sums);
     for (int j = 0; j < o->rings->pairs; j += CHUNK) {
         start_chunk(&w, j);
         gather_chunk(&w, j, f, stride);
+        prefetch_chunk(o->rings, j + CHUNK, f, stride);
         analyse_chunk(&w, j);
     }
     finish(&w, a);
@@ -626,21 +662,17 @@ static void analyse(const ibl_legendre_order *o, const float *f, size_t stride,
 static void combine(struct work *w, const double *a, const double *factor)
 {
     const int count = w->o->degree - w->o->m + 1;
+    double *c = w->sums;
 
     factor += w->o->m;
-    for (int k = 0; k < w->terms; k++) {
-        double *c = w->sums + (size_t)k * SUMS;
-        const int l = 2 * k;
-        const double even = w->even[k] * factor[l];
-        const double odd = l + 1 < count ? w->odd[k] * factor[l + 1] : 0.0;
-        const double after =
-            l + 2 < count ? w->before[k + 1] * factor[l + 2] : 0.0;
-        const double *next = a + 6 * (l + 1 < count ? l + 1 : l);
-        const double *third = a + 6 * (l + 2 < count ? l + 2 : l);
-        for (int part = 0; part < 6; part++) {
-            c[part] = even * a[6 * l + part] + after * third[part];
-            c[6 + part] = odd * next[part];
-        }
+    for (int l = 0; l < count; l += 2, a += SUMS, c += SUMS) {
+        const int k = l / 2;
+        const bool odd = l + 1 < count, after = l + 2 < count;
+        blend_six(w->even[k] * factor[l], a,
+                  after ? w->before[k + 1] * factor[l + 2] : 0.0,
+                  after ? a + SUMS : a, c);
+        blend_six(odd ? w->odd[k] * factor[l + 1] : 0.0, odd ? a + 6 : a, 0.0,
+                  a, c + 6);
     }
 }
 
