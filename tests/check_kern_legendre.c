@@ -15,6 +15,7 @@
 #include "core/cpu.h"
 #include "kern/legendre.h"
 #include "test.h"
+#include "truth.h"
 
 enum {
     PARTS = 6
@@ -24,38 +25,12 @@ static const long double pi = 3.141592653589793238462643383279502884L;
 
 /* ---- truth ---------------------------------------------------------- */
 
-/*
- * P_lm(cos theta_j), l = m..degree, by the recurrence in l of the functions
- * without normalisation divided by (2m - 1)!! sin^m,
- *     (l - m) Q_l = (2l - 1) x Q_l-1 - (l + m - 1) Q_l-2,   Q_m = 1,
- * times sqrt((2l + 1) / 4 pi (l - m)! / (l + m)!) (2m - 1)!! sin^m, whose
- * logarithm is kept. Q is scaled as it grows.
- */
 static void true_legendre(int rings, int j, int m, int degree, long double *p)
 {
     const long double half = pi / 2 / rings;
-    const long double x = sinl(half * (rings - 1 - 2 * j));
-    const long double s = sinl(half * (2 * j + 1));
-    long double q = 1, last = 0, shift = 0, scale = m * log2l(s);
 
-    /* (2m - 1)!!^2 / (2m)! = (2m - 1)!! / (2m)!! */
-    for (int i = 1; i <= m; i++)
-        scale += log2l((2 * i - 1) / (2.0L * i)) / 2;
-    for (int l = m; l <= degree; l++) {
-        if (l > m) {
-            const long double next =
-                ((2 * l - 1) * x * q - (l + m - 1) * last) / (l - m);
-            last = q;
-            q = next;
-            scale += log2l((long double)(l - m) / (l + m)) / 2;
-        }
-        if (fabsl(q) > 0x1p1000L) {
-            q *= 0x1p-1000L;
-            last *= 0x1p-1000L;
-            shift += 1000;
-        }
-        p[l - m] = q * exp2l(scale + shift) * sqrtl((2 * l + 1) / (4 * pi));
-    }
+    truth_legendre(sinl(half * (rings - 1 - 2 * j)), sinl(half * (2 * j + 1)),
+                   m, degree, p);
 }
 
 /* ---- fixture -------------------------------------------------------- */
@@ -237,14 +212,14 @@ static void random_values_to_2048(void)
 /* Next to the poles of the finest grid, and where P_mm is 2^-60000. */
 static void check_extreme_values(const ibl_legendre_dsp *dsp, ibl_isa isa)
 {
-    static const int ring[PARTS] = {0, 1, 15, 100, 5000, 32767};
+    static const int ring[PARTS] = {0, 1, 15, 100, 499, 1999};
 
     worst = 0.0;
-    check_values(dsp, isa, 65536, ring, 0, 4096);
-    check_values(dsp, isa, 65536, ring, 1, 4096);
-    check_values(dsp, isa, 65535, ring, 1000, 4096);
+    check_values(dsp, isa, 65536, ring, 0, 1024);
+    check_values(dsp, isa, 65535, ring, 1, 4096);
+    check_values(dsp, isa, 65536, ring, 3000, 4096);
     check_values(dsp, isa, 65536, ring, 4090, 4097);
-    check_values(dsp, isa, 40000, ring, 16000, 16384);
+    check_values(dsp, isa, 4000, ring, 16000, 16384);
     printf("%-6s P_lm to 16384: %.2g of the bound\n", ibl_isa_name(isa), worst);
 }
 
@@ -264,12 +239,9 @@ static double hostile(test_random *rnd)
     return pick < 6 ? values[pick] : 2.0 * test_random_unit(rnd) - 1.0;
 }
 
-/*
- * The sum of the absolute terms of each result, in the plain version's way
- * of summing: sums of absolute values with |P_lm|.
- */
+/* A sum, and what its error may be. */
 typedef struct sums {
-    double value, size;
+    double value, bound;
 } sums;
 
 /* a_lm of a part by the direct sum in long double, from true_legendre. */
@@ -281,7 +253,7 @@ static void true_analysis(const fixture *x, int part, sums *to)
     long double *sum = memory(x->terms, sizeof *sum);
 
     for (size_t l = 0; l < x->terms; l++)
-        to[l].size = 0.0;
+        to[l].bound = 0.0;
     for (int j = 0; j < rings; j++) {
         const long double f =
             x->weight[j] *
@@ -289,8 +261,8 @@ static void true_analysis(const fixture *x, int part, sums *to)
         true_legendre(rings, j, o->m, o->degree, p);
         for (size_t l = 0; l < x->terms; l++) {
             sum[l] += f * p[l];
-            to[l].size += (double)fabsl(f) *
-                          value_bound(rings, j, o->m + (int)l) / DBL_EPSILON;
+            to[l].bound +=
+                (double)fabsl(f) * value_bound(rings, j, o->m + (int)l);
         }
     }
     for (size_t l = 0; l < x->terms; l++)
@@ -332,7 +304,7 @@ static void check_analysis(const ibl_legendre_dsp *dsp, ibl_isa isa)
             for (size_t l = 0; l < x.terms; l++) {
                 const double error =
                     fabs(x.a[PARTS * l + (size_t)part] - truth[l].value);
-                const double bound = DBL_EPSILON * truth[l].size;
+                const double bound = truth[l].bound;
                 worst = fmax(worst, error / bound);
                 CHECK_MSG(error <= bound,
                           "%s: %d rings, degree %d, m %d, l - m %zu: %g, "
@@ -394,8 +366,8 @@ static void check_synthesis(const ibl_legendre_dsp *dsp, ibl_isa isa)
                 const sums truth = true_synthesis(&x, factor, j, part, p);
                 const double got = x.f[(size_t)part * x.stride + (size_t)j];
                 const double error = fabs(got - truth.value);
-                worst = fmax(worst, error / truth.size);
-                CHECK_MSG(error <= truth.size,
+                worst = fmax(worst, error / truth.bound);
+                CHECK_MSG(error <= truth.bound,
                           "%s: ring %d of %d, degree %d, m %d: %g, not %g",
                           ibl_isa_name(isa), j, rings, degree, shapes[i][2],
                           got, truth.value);
@@ -414,7 +386,76 @@ static void synthesis_is_the_direct_sum(void)
     for_each_isa(check_synthesis);
 }
 
-static const test tests[] = {
-    TEST(every_value_to_64), TEST(random_values_to_2048), TEST(extreme_values),
-    TEST(analysis_is_the_direct_sum), TEST(synthesis_is_the_direct_sum)};
+/* ---- orthonormality ------------------------------------------------- */
+
+enum {
+    TOP = 64,
+    NODES = 2 * TOP + 4 /* Fejer's rule is exact for polynomials below it */
+};
+
+/* Weights for the integral over x of values at the rings' centres (Fejer
+ * 1933, the first rule). */
+static void fejer(int rings, double *weight)
+{
+    for (int j = 0; j < rings; j++) {
+        const double theta = (double)pi * (j + 0.5) / rings;
+        double sum = 1.0;
+        for (int k = 1; k <= rings / 2; k++)
+            sum -= 2.0 * cos(2.0 * k * theta) / (4.0 * k * k - 1.0);
+        weight[j] = 2.0 / rings * sum;
+    }
+}
+
+/* P_lm of all rings, six at a time. p[l - m][ring] */
+static void tabulate(const ibl_legendre_dsp *dsp, int m, double p[][NODES])
+{
+    fixture x = make(NODES, TOP, m);
+
+    bind(&x, NODES, TOP, m);
+    for (int j = 0; j < NODES; j += PARTS) {
+        for (int part = 0; part < PARTS; part++) {
+            float *f = x.f + (size_t)part * x.stride;
+            memset(f, 0, NODES * sizeof *f);
+            f[j + part] = 1.0f;
+        }
+        dsp->analyse(&x.order, x.f, x.stride, x.a);
+        for (size_t l = 0; l < x.terms; l++)
+            memcpy(&p[l][j], x.a + PARTS * l, PARTS * sizeof **p);
+    }
+    drop(&x);
+}
+
+static void check_orthonormal(const ibl_legendre_dsp *dsp, ibl_isa isa)
+{
+    static double p[TOP + 1][NODES], weight[NODES];
+
+    worst = 0.0;
+    fejer(NODES, weight);
+    for (int m = 0; m <= TOP; m++) {
+        tabulate(dsp, m, p);
+        for (int l = 0; l <= TOP - m; l++) {
+            for (int k = 0; k <= l; k++) {
+                double sum = 0.0;
+                for (int j = 0; j < NODES; j++)
+                    sum += weight[j] * p[l][j] * p[k][j];
+                sum *= 2.0 * (double)pi;
+                worst = fmax(worst, fabs(sum - (l == k)));
+                CHECK_NEAR(sum, l == k, 2e-13);
+            }
+        }
+    }
+    printf("%-6s orthonormal to %.2g\n", ibl_isa_name(isa), worst);
+}
+
+static void orthonormal_to_64(void)
+{
+    for_each_isa(check_orthonormal);
+}
+
+static const test tests[] = {TEST(every_value_to_64),
+                             TEST(random_values_to_2048),
+                             TEST(extreme_values),
+                             TEST(analysis_is_the_direct_sum),
+                             TEST(synthesis_is_the_direct_sum),
+                             TEST(orthonormal_to_64)};
 TEST_MAIN(tests)

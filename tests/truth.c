@@ -444,3 +444,34 @@ double truth_sh(int l, int m, const double dir[3])
         norm /= n;
     return sqrt(m == 0 ? norm : 2.0 * norm) * p * (m < 0 ? im : re);
 }
+
+/*
+ * By the recurrence of truth_sh for functions divided by (2m - 1)!! s^m,
+ * times sqrt((2l + 1) / 4 pi (l - m)! / (l + m)!) (2m - 1)!! s^m, whose
+ * logarithm is kept; what grows is scaled.
+ */
+void truth_legendre(long double x, long double s, int m, int degree,
+                    long double *p)
+{
+    long double q = 1.0L, last = 0.0L, shift = 0.0L, scale = m * log2l(s);
+
+    /* (2m - 1)!!^2 / (2m)! = (2m - 1)!! / (2m)!! */
+    for (int i = 1; i <= m; i++)
+        scale += log2l((2 * i - 1) / (2.0L * i)) / 2;
+    for (int l = m; l <= degree; l++) {
+        if (l > m) {
+            const long double next =
+                ((2 * l - 1) * x * q - (l + m - 1) * last) / (l - m);
+            last = q;
+            q = next;
+            scale += log2l((long double)(l - m) / (l + m)) / 2;
+        }
+        if (fabsl(q) > 0x1p1000L) {
+            q *= 0x1p-1000L;
+            last *= 0x1p-1000L;
+            shift += 1000;
+        }
+        p[l - m] = q * exp2l(scale + shift) *
+                   sqrtl((2 * l + 1) / (4 * 3.14159265358979323846264L));
+    }
+}

@@ -44,5 +44,13 @@ void truth_lut(double n_dot_v, double roughness, ibl_geometry geometry,
 /* Real orthonormal spherical harmonic of ibl_bake_sh, l <= 4, from its
  * Cartesian polynomial or a direct recurrence. */
 double truth_sh(int l, int m, const double dir[3]);
+/*
+ * Associated Legendre functions without the Condon-Shortley phase, the
+ * integral of the square over -1..1 being 1 / (2 pi): p[l - m] = P_lm(x) for
+ * l = m..degree, any m and degree. s = sqrt(1 - x^2) > 0, to its own last
+ * bits.
+ */
+void truth_legendre(long double x, long double s, int m, int degree,
+                    long double *p);
 
 #endif

@@ -11,8 +11,16 @@
  * of their own (Holmes and Featherstone 2002, "A unified approach to the
  * Clenshaw summation ...", J. Geodesy 76) and count only from where they
  * matter (Reinecke and Seljebotn 2013, "Libsharp", A&A 554; Schaeffer 2013,
- * "Efficient spherical harmonic transforms ...", G-cubed 14). What is left
- * out is below IBL_LEGENDRE_NOTHING times the input.
+ * "Efficient spherical harmonic transforms ...", G-cubed 14).
+ *
+ * Errors. Each P_lm is within
+ *     DBL_EPSILON (l + 1)^1.5 min(l + 1, 2 / sin theta)
+ *     + IBL_LEGENDRE_NOTHING
+ * of the truth (P_lm itself reaches sqrt(l / 2 pi)): a rounding of cos theta
+ * moves theta by DBL_EPSILON / sin theta and P_lm by l times that, and next to
+ * a pole, where P_lm is even or odd in theta, by l^2 DBL_EPSILON. The second
+ * term is what rings add at most that are left out. The tests hold it, and
+ * the sums with it, to degree 16384, against long double.
  */
 #ifndef IBL_KERN_LEGENDRE_H
 #define IBL_KERN_LEGENDRE_H
@@ -22,6 +30,7 @@
 
 #include "ibl/ibl.h"
 
+/* Below what is lost beside P_00 in a double. */
 #define IBL_LEGENDRE_NOTHING 0x1p-54
 
 /*

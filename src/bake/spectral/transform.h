@@ -19,6 +19,26 @@
  *             kept alone:
  *               f = sum over l of a_l0 P_l0
  *                               + 2 Re sum over m > 0 of a_lm P_lm e^(i m phi).
+ *
+ * HOW EXACT
+ *
+ *   An analysis is the sum that it is said to be, whatever the rings and the
+ *   weights: it is the weights that make an integral of it, the solid angles
+ *   of a map's pixels or a quadrature rule (Fejer's first has these rings for
+ *   nodes and is exact for polynomials in cos theta below their number).
+ *   Sums are in double. Legendre functions are within
+ *       DBL_EPSILON (l + 1)^1.5 min(l + 1, 2 / sin theta) + 2^-54,
+ *   see kern/legendre.h, an analysis and a synthesis within the sum of the
+ *   absolute terms with that for P_lm; what comes in and goes out as floats
+ *   is rounded to them, which is by far the more. There and back, with
+ *   coefficients of about 1, is within 4 FLT_EPSILON.
+ *
+ * WHAT IT COSTS
+ *
+ *   14 multiply-adds for two degrees and a pair of rings of every order, less
+ *   what is skipped next to the poles: about 7/4 degree^2 rings in all. On a
+ *   core with AVX-512 (two units, 3.7 GHz) 1.6 ms for degree 256 and 512
+ *   rings, with AVX2 3 ms.
  */
 #ifndef IBL_BAKE_SPECTRAL_TRANSFORM_H
 #define IBL_BAKE_SPECTRAL_TRANSFORM_H
