@@ -185,11 +185,12 @@ format:
 install: all
 	$(INSTALL) -d "$(DESTDIR)$(BINDIR)" "$(DESTDIR)$(LIBDIR)/pkgconfig" \
 	    "$(DESTDIR)$(LIBDIR)/iblbake" "$(DESTDIR)$(INCLUDEDIR)/ibl" \
-	    "$(DESTDIR)$(MANDIR)/man1"
+	    "$(DESTDIR)$(MANDIR)/man1" "$(DESTDIR)$(MANDIR)/man7"
 	$(INSTALL) -m 755 $(BIN) "$(DESTDIR)$(BINDIR)/iblbake"
 	$(INSTALL) -m 644 $(LIB) "$(DESTDIR)$(LIBDIR)/libiblbake.a"
 	$(INSTALL) -m 644 include/ibl/*.h "$(DESTDIR)$(INCLUDEDIR)/ibl"
 	$(INSTALL) -m 644 man/*.1 "$(DESTDIR)$(MANDIR)/man1"
+	$(INSTALL) -m 644 man/*.7 "$(DESTDIR)$(MANDIR)/man7"
 	if [ -e $(BRIDGE) ]; then $(INSTALL) -m 755 $(BRIDGE) \
 	    "$(DESTDIR)$(LIBDIR)/iblbake"; fi
 	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@LIBDIR@|$(LIBDIR)|' \
@@ -202,7 +203,8 @@ uninstall:
 	    "$(DESTDIR)$(LIBDIR)/iblbake/libiblbridge.so" \
 	    "$(DESTDIR)$(LIBDIR)/pkgconfig/iblbake.pc" \
 	    $(patsubst include/%,"$(DESTDIR)$(INCLUDEDIR)"/%,$(wildcard include/ibl/*.h)) \
-	    $(patsubst man/%,"$(DESTDIR)$(MANDIR)/man1"/%,$(wildcard man/*.1))
+	    $(patsubst man/%,"$(DESTDIR)$(MANDIR)/man1"/%,$(wildcard man/*.1)) \
+	    $(patsubst man/%,"$(DESTDIR)$(MANDIR)/man7"/%,$(wildcard man/*.7))
 	-rmdir "$(DESTDIR)$(LIBDIR)/iblbake" "$(DESTDIR)$(INCLUDEDIR)/ibl" \
 	    2>/dev/null || true
 

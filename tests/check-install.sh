@@ -28,6 +28,7 @@ ok bake "$prefix/bin/iblbake" -q data/sky.exr -o "$root/out" --size 16
 ok bridge "$prefix/bin/iblbake" -q data/studio.exr -o "$root/out" --size 16
 ok manual man -l "$prefix/share/man/man1/iblbake.1"
 ok verify-manual man -l "$prefix/share/man/man1/iblbake-verify.1"
+ok method-manual man -l "$prefix/share/man/man7/iblbake-method.7"
 
 export PKG_CONFIG_PATH=$prefix/lib/pkgconfig
 cat >"$root/use.c" <<'C'

@@ -98,6 +98,31 @@ for page in man/iblbake*.1; do
     check_page "$page"
 done
 
+# The page that explains: it formats, and its options are options.
+page=man/iblbake-method.7
+check "$page: man" "$(MANWIDTH=80 man -l "$page" 2>&1 >/dev/null)"
+check "$page: mandoc" "$(mandoc -Tlint -Wstyle "$page" 2>&1)"
+sed -n 's/.*Fl -\([a-z-]*\).*/\1/p' "$page" | sort -u | while read -r name; do
+    grep -q "^\.It Fl .*-$name\( \|\$\)" man/iblbake.1 || echo "--$name"
+done >"$work/why"
+check "$page: options that there are not" "$(cat "$work/why")"
+
+# Pages name no page that is not there, and every other one.
+for page in man/*.[17]; do
+    sed -n 's/.*Sy \(iblbake[a-z-]*\) Ns (\([17]\)).*/man\/\1.\2/p' "$page" |
+        sort -u | while read -r other; do
+        [ -e "$other" ] || echo "$other is not there"
+    done >"$work/why"
+    sed -n '/^\.Sh SEE ALSO/,$p' "$page" >"$work/also"
+    for other in man/*.[17]; do
+        name=$(basename "${other%.*}")
+        [ "$other" = "$page" ] ||
+            grep -q "^\.Sy $name Ns (${other##*.})" "$work/also" ||
+            echo "$other is not under SEE ALSO"
+    done >>"$work/why"
+    check "$page: other pages" "$(cat "$work/why")"
+done
+
 # Each command that --help lists has a page, and each page is of a command.
 "$program" --help | sed -n 's/^  iblbake \([a-z]*\) .*/\1/p' >"$work/commands"
 ls man | sed -n 's/^iblbake-\(.*\)\.1$/\1/p' | sort |
