@@ -40,8 +40,8 @@ status=$?
 verdict run "$([ $status = 0 ] || echo "status $status: $(cat "$work/err")")"
 verdict quiet "$(cat "$work/err")"
 verdict run-left "$(nothing_left)"
-for name in 'sampled 16' 'sampled-nomip 64' 'sampled 16, size 32' \
-    'sampled 16, threads 23' 'sampled 16, source 100' two self true; do
+for name in auto spectral 'sampled 16' 'sampled-nomip 64' 'auto, size 32' \
+    'auto, threads 23' 'auto, source 100' two self true; do
     verdict "table: $name" "$(grep -qE "^[ *]$name  " "$work/table" ||
         echo 'no such row')"
 done
@@ -72,12 +72,19 @@ for (const p of j.points) {
     need(Math.abs(sum / p.wall_s.rounds[0] - 1) < 1e-6,
         `${p.name}: stages ${sum}`);
 }
-/* methods x samples, a size, a thread count, two sources, a variant, two
+/* two methods, two by two samples, a size, a thread count, two sources, a variant, two
    peers; the base only once. */
-need(j.points.length == 4 + 1 + 1 + 2 + 1 + 2, `${j.points.length} points`);
-need(point('sampled 16').sweeps.join() == 'method,samples,size,threads,isa',
-    `base: ${point('sampled 16').sweeps}`);
-need(point('sampled 16, source 100').source.height == 50, 'source height');
+need(j.points.length == 2 + 4 + 1 + 1 + 2 + 1 + 2, `${j.points.length} points`);
+need(point('auto').sweeps.join() == 'method,size,threads,isa',
+    `base: ${point('auto').sweeps}`);
+need(point('sampled 16').sweeps.join() == 'method,samples',
+    `sampled: ${point('sampled 16').sweeps}`);
+need(point('sampled 16').samples == 16 && !('samples' in point('auto')),
+    'samples');
+/* What is exact is better than what is sampled. */
+need(point('spectral').error < point('sampled 64').error / 10,
+    `spectral: ${point('spectral').error}`);
+need(point('auto, source 100').source.height == 50, 'source height');
 need(!('error' in point('true')), 'a peer without output has an error');
 need(point('two').levels.filter(l => l.content == 'specular').length == 2,
     'levels of the variant');
@@ -90,9 +97,9 @@ const same = (name, levels) => {
     mine.forEach((l, i) => need(Math.abs(l.nrmse / levels[i].nrmse - 1) < 1e-3,
         `${name} level ${i}: ${l.nrmse}, verify has ${levels[i].nrmse}`));
 };
-same('sampled 16', v.levels);
+same('auto', v.levels);
 same('self', v.levels);
-same('sampled 16, threads 23', v.levels);
+same('auto, threads 23', v.levels);
 const rough = v.levels.filter(l => l.content == 'specular' && l.roughness > 0);
 const rms = Math.sqrt(rough.reduce((s, l) => s + l.nrmse ** 2, 0) /
     rough.length);
@@ -158,6 +165,13 @@ else
 fi
 verdict svg-alone "$(sed 's|xmlns="http://www.w3.org/2000/svg"||' \
     "$work/r.svg" | grep -E 'https?:|<image|<script|url\(')"
+
+# Every combination, but of samples only with methods that take them.
+"$program" bench -q --full "$env" --methods spectral,sampled --samples 4,16 \
+    --sizes 8,16 --threads 1 --isa c --source-sizes none --rounds 1 --texels 0 \
+    --json "$work/full.json" >"$work/table" 2>&1
+verdict full "$([ "$(grep -c '"kind": "bake"' "$work/full.json")" = 6 ] ||
+    cat "$work/table")"
 
 # ---- what goes wrong -------------------------------------------------------
 small=(-q --sizes 8 --samples 1 --methods sampled --threads 1 --isa c

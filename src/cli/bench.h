@@ -26,13 +26,17 @@ enum {
 
 /* What a bake computes the specular levels with. */
 typedef enum ibl_bench_method {
+    IBL_BENCH_AUTO,
+    IBL_BENCH_SPECTRAL,
     IBL_BENCH_SAMPLED,       /* mip level of a lookup by the sample's density */
     IBL_BENCH_SAMPLED_NOMIP, /* --pdf-mip no */
     IBL_BENCH_METHODS
 } ibl_bench_method;
 
-/* "sampled", "sampled-nomip". */
+/* "auto", "spectral", "sampled", "sampled-nomip". */
 const char *ibl_bench_method_name(int method);
+/* Whether samples are swept with it: not with the first two. */
+bool ibl_bench_takes_samples(int method);
 
 /* What is swept; the values of one axis are those of the others' base. */
 typedef enum ibl_bench_axis {
@@ -110,7 +114,8 @@ typedef struct ibl_bench_source {
 } ibl_bench_source;
 
 typedef struct ibl_bench_point {
-    char name[64]; /* "sampled 1024", "size 512", the variant's, the peer's */
+    char name[64]; /* "auto", "sampled 1024", "auto, size 512", the variant's,
+                      the peer's */
     ibl_bench_kind kind;
     int index;              /* of the variant or peer */
     int source;             /* of ibl_bench.sources */

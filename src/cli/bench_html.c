@@ -279,12 +279,12 @@ static void put_environment(const ibl_bench *b, int source, FILE *to)
     text(to, b->opts->envs[s->env]);
     fprintf(to, " <span class=\"dim\">%d&#215;%d</span></h2>\n", s->width,
             s->height);
-    fprintf(to,
-            "<p>The base: %s with %d samples, a cube of %d texels an edge, %d "
-            "threads, %s",
-            ibl_bench_method_name(b->base[IBL_BENCH_METHOD]),
-            b->base[IBL_BENCH_SAMPLES], b->base[IBL_BENCH_SIZE],
-            b->base[IBL_BENCH_THREADS],
+    fprintf(to, "<p>The base: %s",
+            ibl_bench_method_name(b->base[IBL_BENCH_METHOD]));
+    if (ibl_bench_takes_samples(b->base[IBL_BENCH_METHOD]))
+        fprintf(to, " with %d samples", b->base[IBL_BENCH_SAMPLES]);
+    fprintf(to, ", a cube of %d texels an edge, %d threads, %s",
+            b->base[IBL_BENCH_SIZE], b->base[IBL_BENCH_THREADS],
             ibl_isa_name((ibl_isa)b->base[IBL_BENCH_ISA]));
     if (b->opts->bake) {
         fputs("; <code>", to);

@@ -83,7 +83,8 @@ static void put_settings(builder *s, json_t *j, const ibl_bench_point *p)
 
     put(s, j, "method",
         json_string(ibl_bench_method_name(p->at[IBL_BENCH_METHOD])));
-    put(s, j, "samples", json_integer(p->at[IBL_BENCH_SAMPLES]));
+    if (ibl_bench_takes_samples(p->at[IBL_BENCH_METHOD]))
+        put(s, j, "samples", json_integer(p->at[IBL_BENCH_SAMPLES]));
     put(s, j, "size", json_integer(p->at[IBL_BENCH_SIZE]));
     put(s, j, "threads", json_integer(p->at[IBL_BENCH_THREADS]));
     put(s, j, "isa", json_string(ibl_isa_name((ibl_isa)p->at[IBL_BENCH_ISA])));

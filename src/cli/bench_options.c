@@ -10,8 +10,14 @@
 
 const char *ibl_bench_method_name(int method)
 {
-    static const char *const names[] = {"sampled", "sampled-nomip"};
+    static const char *const names[] = {"auto", "spectral", "sampled",
+                                        "sampled-nomip"};
     return names[method];
+}
+
+bool ibl_bench_takes_samples(int method)
+{
+    return method == IBL_BENCH_SAMPLED || method == IBL_BENCH_SAMPLED_NOMIP;
 }
 
 const char *ibl_bench_axis_name(ibl_bench_axis axis)
@@ -139,13 +145,13 @@ static bool parse_name(void *field, const char *value)
 /* clang-format off */
 static const ibl_option sweep[] = {
     {"methods", 0, LIST(IBL_BENCH_METHOD, "LIST", parse_methods),
-     .allowed = "a list of sampled, sampled-nomip", .standard = "all",
-     .help = "how the specular levels are made; sampled-nomip is the bake's "
-             "--pdf-mip no"},
+     .allowed = "a list of auto, spectral, sampled, sampled-nomip",
+     .standard = "all",
+     .help = "the bake's --method; sampled-nomip is sampled with --pdf-mip no"},
     {"samples", 0, LIST(IBL_BENCH_SAMPLES, "LIST", parse_samples),
      .allowed = "numbers from 1 to 1048576, separated by commas",
      .standard = "16,64,256,1024,4096",
-     .help = "samples for each texel, with every method"},
+     .help = "samples for each texel, with the methods that take some"},
     {"sizes", 0, LIST(IBL_BENCH_SIZE, "LIST", parse_sizes),
      .allowed = "numbers from 1 to 16384", .standard = "64,128,256,512",
      .help = "edges of the largest specular level"},
@@ -238,7 +244,8 @@ static void fill_defaults(ibl_bench_opts *o)
     const int cpus = ibl_cpu_count();
 
     if (!lists[IBL_BENCH_METHOD].count)
-        parse_methods(&lists[IBL_BENCH_METHOD], "sampled,sampled-nomip");
+        parse_methods(&lists[IBL_BENCH_METHOD],
+                      "auto,spectral,sampled,sampled-nomip");
     if (!lists[IBL_BENCH_SAMPLES].count)
         parse_samples(&lists[IBL_BENCH_SAMPLES], "16,64,256,1024,4096");
     if (!lists[IBL_BENCH_SIZE].count)
@@ -336,9 +343,9 @@ static bool check_outputs(const ibl_bench_opts *o)
 static bool check_names(const ibl_bench_opts *o)
 {
     static const char *const swept[] = {
-        "--output",  "-o",     "--name", "--timings", "--samples", "--size",
-        "--threads", "-j",     "--isa",  "--pdf-mip", "--depfile", "--preview",
-        "--verify",  "--help", "-h",     "--version", NULL};
+        "--method",  "--output",  "-o",     "--name", "--timings", "--samples",
+        "--size",    "--threads", "-j",     "--isa",  "--pdf-mip", "--depfile",
+        "--preview", "--verify",  "--help", "-h",     "--version", NULL};
     static const char *const placed[] = {
         "--output", "-o",     "--name", "--timings", "--depfile", "--preview",
         "--verify", "--help", "-h",     "--version", NULL};

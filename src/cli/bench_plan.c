@@ -80,6 +80,7 @@ static void add_input(arguments *a, const ibl_read_options *read)
 static void add_bake(arguments *a, const ibl_bench *b, const ibl_bench_point *p)
 {
     const ibl_bench_source *source = &b->sources[p->source];
+    const int method = p->at[IBL_BENCH_METHOD];
 
     add(a, "/proc/self/exe");
     add(a, "--quiet");
@@ -90,8 +91,10 @@ static void add_bake(arguments *a, const ibl_bench *b, const ibl_bench_point *p)
         add_input(a, &b->opts->common.read);
     else
         add(a, "--any-aspect");
-    add(a, "--pdf-mip=%s",
-        p->at[IBL_BENCH_METHOD] == IBL_BENCH_SAMPLED_NOMIP ? "no" : "yes");
+    add(a, "--method=%s",
+        method == IBL_BENCH_SAMPLED_NOMIP ? "sampled"
+                                          : ibl_bench_method_name(method));
+    add(a, "--pdf-mip=%s", method == IBL_BENCH_SAMPLED_NOMIP ? "no" : "yes");
     add(a, "--samples=%d", p->at[IBL_BENCH_SAMPLES]);
     add(a, "--size=%d", p->at[IBL_BENCH_SIZE]);
     add(a, "--threads=%d", p->at[IBL_BENCH_THREADS]);
@@ -141,16 +144,17 @@ static bool is_same(const ibl_bench_point *p, const ibl_bench_point *q)
            p->source == q->source && !memcmp(p->at, q->at, sizeof p->at);
 }
 
-/* "sampled 1024, size 512": method and samples, and what else is not as in
- * the base. */
+/* "sampled 1024, size 512": method, samples where it takes them, and what else
+ * is not as in the base. */
 static void name_bake(const ibl_bench *b, ibl_bench_point *p)
 {
     char *to = p->name;
     const char *end = p->name + sizeof p->name;
 
-    to += snprintf(to, (size_t)(end - to), "%s %d",
-                   ibl_bench_method_name(p->at[IBL_BENCH_METHOD]),
-                   p->at[IBL_BENCH_SAMPLES]);
+    to += snprintf(to, (size_t)(end - to), "%s",
+                   ibl_bench_method_name(p->at[IBL_BENCH_METHOD]));
+    if (ibl_bench_takes_samples(p->at[IBL_BENCH_METHOD]))
+        to += snprintf(to, (size_t)(end - to), " %d", p->at[IBL_BENCH_SAMPLES]);
     for (int axis = IBL_BENCH_SIZE; axis < IBL_BENCH_SOURCE; axis++)
         if (p->at[axis] != b->base[axis] && to < end) {
             to += snprintf(to, (size_t)(end - to), ", %s ",
@@ -228,7 +232,7 @@ static void find_bases(ibl_bench *b)
     const ibl_bench_list *lists = b->opts->lists;
 
     b->base[IBL_BENCH_METHOD] =
-        find_base(&lists[IBL_BENCH_METHOD], IBL_BENCH_SAMPLED);
+        find_base(&lists[IBL_BENCH_METHOD], IBL_BENCH_AUTO);
     b->base[IBL_BENCH_SAMPLES] =
         find_base(&lists[IBL_BENCH_SAMPLES], o.samples);
     b->base[IBL_BENCH_SIZE] = find_base(&lists[IBL_BENCH_SIZE], o.size);
@@ -238,7 +242,15 @@ static void find_bases(ibl_bench *b)
         find_base(&lists[IBL_BENCH_ISA], (int)ibl_isa_best());
 }
 
-/* One axis at a time; samples for every method. */
+/* Whether a bake would be the same as with other samples, and is not the one
+ * that stands for all. */
+static bool is_again(const ibl_bench_point *p, const ibl_bench_point *base)
+{
+    return !ibl_bench_takes_samples(p->at[IBL_BENCH_METHOD]) &&
+           p->at[IBL_BENCH_SAMPLES] != base->at[IBL_BENCH_SAMPLES];
+}
+
+/* One axis at a time; samples for every method that takes them. */
 static bool plan_sweeps(ibl_bench *b, const ibl_bench_point *base)
 {
     const ibl_bench_list *lists = b->opts->lists;
@@ -250,7 +262,10 @@ static bool plan_sweeps(ibl_bench *b, const ibl_bench_point *base)
             ibl_bench_point p = *base;
             p.at[IBL_BENCH_METHOD] = methods->values[m];
             p.at[IBL_BENCH_SAMPLES] = lists[IBL_BENCH_SAMPLES].values[i];
-            p.sweeps = 1u << IBL_BENCH_SAMPLES;
+            if (is_again(&p, base))
+                continue;
+            if (ibl_bench_takes_samples(p.at[IBL_BENCH_METHOD]))
+                p.sweeps = 1u << IBL_BENCH_SAMPLES;
             if (p.at[IBL_BENCH_SAMPLES] == base->at[IBL_BENCH_SAMPLES])
                 p.sweeps |= 1u << IBL_BENCH_METHOD;
             ok = keep(b, &p);
@@ -283,7 +298,9 @@ static bool plan_product(ibl_bench *b, const ibl_bench_point *base)
                           (i == IBL_BENCH_SAMPLES && j == IBL_BENCH_METHOD);
             p.sweeps |= others ? 1u << i : 0;
         }
-        ok = keep(b, &p);
+        if (!ibl_bench_takes_samples(p.at[IBL_BENCH_METHOD]))
+            p.sweeps &= ~(1u << IBL_BENCH_SAMPLES);
+        ok = is_again(&p, base) || keep(b, &p);
         while (axis < IBL_BENCH_SOURCE && ++at[axis] == lists[axis].count)
             at[axis++] = 0;
         if (axis == IBL_BENCH_SOURCE)

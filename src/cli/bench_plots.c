@@ -85,7 +85,8 @@ static void add_rival(ibl_plot_series *s, const ibl_bench_point *p)
     at->x_low = p->wall.low;
     at->x_high = p->wall.high;
     at->ring = p->pareto;
-    if (p->kind == IBL_BENCH_BAKE)
+    if (p->kind == IBL_BENCH_BAKE &&
+        ibl_bench_takes_samples(p->at[IBL_BENCH_METHOD]))
         snprintf(at->label, sizeof at->label, "%d", p->at[IBL_BENCH_SAMPLES]);
     else
         snprintf(at->label, sizeof at->label, "%.*s", (int)sizeof at->label - 1,
@@ -123,7 +124,8 @@ ibl_plot ibl_bench_plot_error(const ibl_bench *b, int source)
     for (int m = 0; m < IBL_BENCH_METHODS; m++) {
         char name[64];
         ibl_plot_series *s = NULL;
-        snprintf(name, sizeof name, "%s, by samples", ibl_bench_method_name(m));
+        snprintf(name, sizeof name, "%s%s", ibl_bench_method_name(m),
+                 ibl_bench_takes_samples(m) ? ", by samples" : "");
         for (int i = 0; i < b->point_count; i++) {
             const ibl_bench_point *p = &b->points[i];
             if (p->source != source || p->kind != IBL_BENCH_BAKE ||
@@ -194,12 +196,16 @@ static double axis_value(const ibl_bench *b, const ibl_bench_point *p,
     return axis == IBL_BENCH_SOURCE ? b->sources[p->source].width : p->at[axis];
 }
 
+/* With the base's method; where that takes no samples, those of sampled. */
 static bool sweeps(const ibl_bench *b, const ibl_bench_point *p, int source,
                    ibl_bench_axis axis)
 {
+    int method = b->base[IBL_BENCH_METHOD];
+
+    if (axis == IBL_BENCH_SAMPLES && !ibl_bench_takes_samples(method))
+        method = IBL_BENCH_SAMPLED;
     return ibl_bench_is_of(b, p, source) && p->kind == IBL_BENCH_BAKE &&
-           (p->sweeps & 1u << axis) &&
-           p->at[IBL_BENCH_METHOD] == b->base[IBL_BENCH_METHOD];
+           (p->sweeps & 1u << axis) && p->at[IBL_BENCH_METHOD] == method;
 }
 
 /* The part of the whole time that a group has where it has most. */

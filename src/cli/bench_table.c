@@ -164,7 +164,11 @@ static void put_settings(const ibl_bench *b, const ibl_bench_point *p, FILE *to)
     fprintf(to, ",%s,%s", kinds[p->kind],
             bake ? ibl_bench_method_name(p->at[IBL_BENCH_METHOD]) : "");
     for (int axis = IBL_BENCH_SAMPLES; axis <= IBL_BENCH_THREADS; axis++)
-        put_number(bake ? (double)p->at[axis] : (double)NAN, to);
+        put_number(bake && (axis != IBL_BENCH_SAMPLES ||
+                            ibl_bench_takes_samples(p->at[IBL_BENCH_METHOD]))
+                       ? (double)p->at[axis]
+                       : (double)NAN,
+                   to);
     fprintf(to, ",%s,",
             bake ? ibl_isa_name((ibl_isa)p->at[IBL_BENCH_ISA]) : "");
     for (int axis = 0, n = 0; axis < IBL_BENCH_AXES; axis++)
