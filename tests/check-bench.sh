@@ -117,7 +117,7 @@ const column = name => head.indexOf(name);
 const staged = ['start', 'decode', 'level 0', 'specular 1', 'write', 'lut',
     'rest'].map(name => column(name + '_s'));
 need(!staged.includes(-1), `stages: ${head}`);
-need(['start', 'decode', 'level 0', 'specular 1', 'specular 2', 'rest'].every(
+need(['start', 'decode', 'level 0', 'specular 2', 'lut', 'rest'].every(
     (name, i, all) => !i || column(name + '_s') > column(all[i - 1] + '_s')),
     `order of stages: ${head}`);
 const all = rows.filter(r => r[column('content')] == 'all');

@@ -138,7 +138,7 @@ static void fill_gain(const struct level *v)
     for (int j = 0; j < v->rings; j++) {
         const double x = cos(IBL_PI * (j + 0.5) / v->rings);
         double p = 1, below = 0, sum = 0;
-        for (int l = 0; l <= v->degree; l++) {
+        for (int l = 0; l <= s->degree; l++) {
             sum += (2 * l + 1) / (4 * IBL_PI) * v->kernel[l] * s->zonal[l] * p;
             const double next = ((2 * l + 1) * x * p - l * below) / (l + 1);
             below = p;

@@ -1,0 +1,429 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What must be the same by the spectral method, whatever the map: constants,
+ * turned and mirrored worlds, other scales, threads, instruction sets, maps
+ * read row by row; and what it must have in common with the sampled one.
+ */
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ibl/ibl.h"
+#include "maps.h"
+
+enum {
+    LOBES = 3,
+    WIDE = 256,
+    HIGH = 128
+};
+
+static void measured(const char *what, double seen, double limit)
+{
+    const char *verbose = getenv("IBL_TEST_VERBOSE");
+    if (verbose && *verbose && *verbose != '0')
+        printf("%s: %.3g of %.3g\n", what, seen, limit);
+}
+
+static ibl_bake_options options(ibl_lobe lobe, double yaw)
+{
+    ibl_bake_options o = ibl_bake_options_default();
+    o.specular_options.method = IBL_METHOD_SPECTRAL;
+    o.specular_options.lobe = lobe;
+    o.specular_options.size = 64;
+    o.specular_options.levels = 4; /* alpha 1/9, 4/9, 1 */
+    o.irradiance_options.size = 16;
+    o.sh_degree = 4;
+    o.yaw_deg = yaw;
+    return o;
+}
+
+static ibl_bake_result bake(ibl_ctx *ctx, const ibl_image *map,
+                            const ibl_bake_options *o)
+{
+    const ibl_environment env = {
+        .width = map->width, .height = map->height, .image = map};
+    ibl_bake_result r = {0};
+    if (ibl_bake_environment(ctx, &env, o, &r))
+        exit(1);
+    return r;
+}
+
+static ibl_image sunny(ibl_ctx *ctx, int width, int height, uint64_t seed)
+{
+    test_random r = {seed};
+    return map_of_kind(ctx, &r, MAP_SUNNY, width, height);
+}
+
+/* ---- constants --------------------------------------------------------- */
+
+/* Each value of each output is the map's, all its bits. */
+static void constant_maps(void)
+{
+    static const int sizes[][2] = {{WIDE, HIGH}, {512, 256}, {100, 50},
+                                   {37, 19},     {3, 2},     {1, 1}};
+    static const float values[] = {1, 0.1f, 1e6f, 3e-5f, 0, 65504};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+
+    for (int k = 0; k < 6; k++)
+        for (int lobe = 0; lobe < LOBES; lobe++) {
+            const ibl_bake_options o = options((ibl_lobe)lobe, 20);
+            ibl_image map =
+                map_constant(ctx, sizes[k][0], sizes[k][1], values[k]);
+            ibl_bake_result r = bake(ctx, &map, &o);
+            size_t bad = 0;
+            for (size_t i = 0; i < cube_floats(&r.specular); i++)
+                bad += memcmp(r.specular.data + i, &values[k], 4) != 0;
+            for (size_t i = 0; i < cube_floats(&r.irradiance); i++)
+                bad += memcmp(r.irradiance.data + i, &values[k], 4) != 0;
+            CHECK_MSG(!bad, "%dx%d, %s: %zu values are not %g", map.width,
+                      map.height, ibl_lobe_name((ibl_lobe)lobe), bad,
+                      (double)values[k]);
+            ibl_bake_result_free(&r);
+            ibl_image_free(&map);
+        }
+    ibl_ctx_free(ctx);
+}
+
+/* Channels have nothing to do with each other: a constant one stays that
+ * beside suns in the others. */
+static void constant_channel(void)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    const ibl_bake_options o = options(IBL_LOBE_GGX, 0);
+    ibl_image map = sunny(ctx, WIDE, HIGH, 3);
+    double worst = 0;
+
+    for (int i = 0; i < WIDE * HIGH; i++)
+        map.data[3 * i + 1] = 0.3f;
+    ibl_bake_result r = bake(ctx, &map, &o);
+    for (size_t i = 1; i < cube_floats(&r.specular); i += 3)
+        worst = fmax(worst, fabs((double)r.specular.data[i] / 0.3f - 1));
+    /* Texels go by sums of 8 x 8 weights that are 1 to a rounding each. */
+    CHECK_MSG(worst <= 64 * 0x1p-24, "off by %g", worst);
+    ibl_bake_result_free(&r);
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+}
+
+/* ---- turned, mirrored, scaled ------------------------------------------ */
+
+/* sqrt(sum |a(from(i)) - b(i)|^2 / sum b^2) over a level, and the largest
+ * difference in parts of the brightest texel of the other. */
+static double differ(const ibl_cube *a, const ibl_cube *b, int level,
+                     int (*from)(int n, int i))
+{
+    const int n = ibl_cube_edge(a->size, level);
+    const float *x = ibl_cube_face(a, level, 0),
+                *y = ibl_cube_face(b, level, 0);
+    double off = 0, all = 0;
+
+    for (int i = 0; i < 6 * n * n; i++)
+        for (int c = 0; c < 3; c++) {
+            const double t = x[3 * (from ? from(n, i) : i) + c];
+            off += pow(y[3 * i + c] - t, 2);
+            all += t * t;
+        }
+    return all > 0 ? sqrt(off / all) : 0;
+}
+
+/* Both are within the tolerance of the same truth, 5e-5 of a texel; what is
+ * cut off is the same in both, so they differ by rounding: floats of the
+ * transforms and the texels, and the filter along rows, 1e-7. */
+static const double same_bound = 5e-6;
+
+static void check_same(const ibl_bake_result *a, const ibl_bake_result *b,
+                       int (*from)(int n, int i), const char *what)
+{
+    for (int l = 1; l < a->specular.levels; l++) {
+        const double off = differ(&a->specular, &b->specular, l, from);
+        CHECK_MSG(off <= same_bound, "%s, level %d: %g", what, l, off);
+        measured(what, off, same_bound);
+    }
+    const double off = differ(&a->irradiance, &b->irradiance, 0, from);
+    CHECK_MSG(off <= same_bound, "%s, irradiance: %g", what, off);
+    measured(what, off, same_bound);
+}
+
+/* By moving columns, and by yaw. */
+static void turned(void)
+{
+    static const int sizes[][2] = {{WIDE, HIGH}, {300, 150}, {212, 101}};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    const ibl_bake_options o = options(IBL_LOBE_GGX, 0);
+    const ibl_bake_options yawed = options(IBL_LOBE_GGX, 90);
+
+    for (int k = 0; k < 3; k++) {
+        ibl_image map = sunny(ctx, sizes[k][0], sizes[k][1], 5);
+        ibl_image moved = map_turned(ctx, &map, map.width / 4);
+        ibl_bake_result a = bake(ctx, &map, &o), b = bake(ctx, &moved, &o);
+        ibl_bake_result c = bake(ctx, &map, &yawed);
+        check_same(&a, &b, cube_turned_from, "columns");
+        check_same(&a, &c, cube_turned_from, "yaw");
+        ibl_bake_result_free(&a);
+        ibl_bake_result_free(&b);
+        ibl_bake_result_free(&c);
+        ibl_image_free(&map);
+        ibl_image_free(&moved);
+    }
+    ibl_ctx_free(ctx);
+}
+
+static void mirrored(void)
+{
+    static const int widths[] = {WIDE, 301};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    const ibl_bake_options o = options(IBL_LOBE_PHONG, 0);
+
+    for (int k = 0; k < 2; k++) {
+        ibl_image map = sunny(ctx, widths[k], 150, 6);
+        ibl_image other = map_mirrored(ctx, &map);
+        ibl_bake_result a = bake(ctx, &map, &o), b = bake(ctx, &other, &o);
+        check_same(&a, &b, cube_mirrored_from, "mirrored");
+        ibl_bake_result_free(&a);
+        ibl_bake_result_free(&b);
+        ibl_image_free(&map);
+        ibl_image_free(&other);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* Nothing is measured in absolute radiance: powers of two change no bits. */
+static void scaled(void)
+{
+    static const float factors[] = {0x1p-20f, 0x1p10f, 0x1p60f};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    const ibl_bake_options o = options(IBL_LOBE_GGX, 0);
+    ibl_image map = sunny(ctx, WIDE, HIGH, 7);
+    ibl_bake_result a = bake(ctx, &map, &o);
+
+    for (int k = 0; k < 3; k++) {
+        ibl_image other = map_scaled(ctx, &map, factors[k]);
+        ibl_bake_result b = bake(ctx, &other, &o);
+        size_t bad = 0;
+        for (size_t i = 0; i < cube_floats(&a.specular); i++)
+            bad += a.specular.data[i] * factors[k] > b.specular.data[i] ||
+                   a.specular.data[i] * factors[k] < b.specular.data[i];
+        CHECK_MSG(!bad, "times %g: %zu values", (double)factors[k], bad);
+        ibl_bake_result_free(&b);
+        ibl_image_free(&other);
+    }
+    ibl_bake_result_free(&a);
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+}
+
+/* The ends of what floats hold give no NaN and stay within the map. */
+static void ends_of_floats(void)
+{
+    static const float ends[] = {FLT_MAX, 1e37f, FLT_MIN, 1e-42f};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    const ibl_bake_options o = options(IBL_LOBE_GGX, 0);
+
+    for (int k = 0; k < 4; k++) {
+        ibl_image map = sunny(ctx, WIDE, HIGH, 8);
+        double low, high;
+        size_t bad = 0;
+        for (size_t i = 0; i < map_floats(&map); i++)
+            map.data[i] = fminf(map.data[i], 1) * ends[k];
+        ibl_bake_result r = bake(ctx, &map, &o);
+        map_range(&map, 0, &low, &high);
+        for (size_t i = 0; i < cube_floats(&r.specular); i++)
+            bad += !(r.specular.data[i] >= 0 && r.specular.data[i] <= ends[k]);
+        CHECK_MSG(!bad, "up to %g: %zu values", (double)ends[k], bad);
+        ibl_bake_result_free(&r);
+        ibl_image_free(&map);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* ---- threads, instruction sets, rows ----------------------------------- */
+
+static bool same_bytes(const ibl_bake_result *a, const ibl_bake_result *b)
+{
+    return !memcmp(a->specular.data, b->specular.data,
+                   cube_floats(&a->specular) * sizeof(float)) &&
+           !memcmp(a->irradiance.data, b->irradiance.data,
+                   cube_floats(&a->irradiance) * sizeof(float)) &&
+           !memcmp(a->sh, b->sh, 75 * sizeof *a->sh);
+}
+
+static void every_thread_count(void)
+{
+    static const int counts[] = {2, 3, 7, 64};
+    static const int sizes[][2] = {{WIDE, HIGH}, {301, 150}};
+    const ibl_bake_options o = options(IBL_LOBE_GGX, 30);
+
+    for (int s = 0; s < 2; s++) {
+        ibl_ctx *one = test_ctx(1, IBL_ISA_AUTO);
+        ibl_image map = sunny(one, sizes[s][0], sizes[s][1], 9);
+        ibl_bake_result a = bake(one, &map, &o);
+        for (int k = 0; k < 4; k++) {
+            ibl_ctx *ctx = test_ctx(counts[k], IBL_ISA_AUTO);
+            ibl_bake_result b = bake(ctx, &map, &o);
+            CHECK_MSG(same_bytes(&a, &b), "%d threads", counts[k]);
+            ibl_bake_result_free(&b);
+            ibl_ctx_free(ctx);
+        }
+        ibl_bake_result_free(&a);
+        ibl_image_free(&map);
+        ibl_ctx_free(one);
+    }
+}
+
+static void every_isa(void)
+{
+    static const int sizes[][2] = {{WIDE, HIGH}, {301, 150}};
+
+    for (int s = 0; s < 2; s++)
+        for (int lobe = 0; lobe < LOBES; lobe++) {
+            const ibl_bake_options o = options((ibl_lobe)lobe, 0);
+            ibl_ctx *plain = test_ctx(2, IBL_ISA_C);
+            ibl_image map = sunny(plain, sizes[s][0], sizes[s][1], 10);
+            ibl_bake_result a = bake(plain, &map, &o);
+            for (int isa = IBL_ISA_SSE2; isa <= (int)ibl_isa_best(); isa++) {
+                ibl_ctx *ctx = test_ctx(2, (ibl_isa)isa);
+                ibl_bake_result b = bake(ctx, &map, &o);
+                check_same(&a, &b, NULL, ibl_isa_name((ibl_isa)isa));
+                ibl_bake_result_free(&b);
+                ibl_ctx_free(ctx);
+            }
+            ibl_bake_result_free(&a);
+            ibl_image_free(&map);
+            ibl_ctx_free(plain);
+        }
+}
+
+typedef struct reader {
+    const ibl_image *map;
+    int row, fail_at;
+} reader;
+
+static ibl_status read_some(void *cookie, int rows, float *rgb)
+{
+    reader *r = cookie;
+    const size_t row = 3 * (size_t)r->map->width;
+
+    if (r->row + rows > r->map->height)
+        return IBL_ERR_ARGUMENT;
+    if (r->fail_at >= 0 && r->row + rows > r->fail_at)
+        return IBL_ERR_FORMAT;
+    memcpy(rgb, r->map->data + row * (size_t)r->row,
+           row * (size_t)rows * sizeof *rgb);
+    r->row += rows;
+    return IBL_OK;
+}
+
+/* Read row by row or in memory, the bytes are the same; every row is read
+ * once, and a reader's failure is the bake's. */
+static void row_by_row(void)
+{
+    static const int sizes[][2] = {
+        {WIDE, HIGH}, {2048, 1023}, {301, 17}, {5, 3}};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    const ibl_bake_options o = options(IBL_LOBE_GGX, 30);
+
+    for (int k = 0; k < 4; k++) {
+        ibl_image map = sunny(ctx, sizes[k][0], sizes[k][1], 11);
+        reader from = {&map, 0, -1};
+        ibl_environment env = {.width = map.width,
+                               .height = map.height,
+                               .read = read_some,
+                               .cookie = &from};
+        ibl_bake_result a = bake(ctx, &map, &o), b = {0};
+        NEED(!ibl_bake_environment(ctx, &env, &o, &b));
+        CHECK_MSG(from.row == map.height, "%d of %d rows", from.row,
+                  map.height);
+        CHECK_MSG(same_bytes(&a, &b), "%dx%d", map.width, map.height);
+        ibl_bake_result_free(&a);
+        ibl_bake_result_free(&b);
+        from = (reader){&map, 0, map.height / 2};
+        CHECK(ibl_bake_environment(ctx, &env, &o, &b) == IBL_ERR_FORMAT);
+        CHECK(!b.specular.data && !b.irradiance.data && !b.sh);
+        ibl_image_free(&map);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* ---- the two methods --------------------------------------------------- */
+
+/* The more samples the nearer. Samples are Hammersley's in a mip chain: a few
+ * percent at 64 on a map without suns, falling at each step. */
+static void samples_come_nearer(void)
+{
+    static const int samples[] = {64, 1024, 16384};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    test_random r = {12};
+    ibl_image map = map_of_kind(ctx, &r, MAP_SMOOTH, WIDE, HIGH);
+
+    for (int i = 0; i < WIDE * HIGH; i += 97) /* small lights */
+        map_set(&map, i % WIDE, i / WIDE, 5, 6, 7);
+    for (int lobe = 0; lobe < LOBES; lobe++) {
+        ibl_bake_options o = options((ibl_lobe)lobe, 0);
+        double last[4] = {0.1, 0.1, 0.1, 0.1};
+        ibl_bake_result a = bake(ctx, &map, &o);
+        o.specular_options.method = IBL_METHOD_SAMPLED;
+        for (int k = 0; k < 3; k++) {
+            o.specular_options.samples = samples[k];
+            ibl_bake_result b = bake(ctx, &map, &o);
+            for (int l = 1; l < 4; l++) {
+                const double off = differ(&a.specular, &b.specular, l, NULL);
+                CHECK_MSG(off < last[l], "%s, %d samples, level %d: %g",
+                          ibl_lobe_name((ibl_lobe)lobe), samples[k], l, off);
+                measured(ibl_lobe_name((ibl_lobe)lobe), off, last[l]);
+                last[l] = off;
+            }
+            ibl_bake_result_free(&b);
+        }
+        ibl_bake_result_free(&a);
+    }
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+}
+
+/* The coefficients are ibl_bake_sh's, and the roughest level of GGX and the
+ * power lobe the irradiance. */
+static void one_analysis(void)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_bake_options o = options(IBL_LOBE_PHONG, 25);
+    ibl_image map = sunny(ctx, WIDE, HIGH, 13);
+    double sh[75], most = 0, worst = 0;
+
+    o.irradiance_options.size = 8;
+    ibl_bake_result r = bake(ctx, &map, &o);
+    NEED(!ibl_bake_sh(ctx, &map, 4, 25, sh));
+    for (int i = 0; i < 75; i++) {
+        most = fmax(most, fabs(sh[i]));
+        worst = fmax(worst, fabs(r.sh[i] - sh[i]));
+    }
+    CHECK_MSG(worst <= 1e-6 * most, "coefficients: %g of %g", worst, most);
+    measured("coefficients", worst / most, 1e-6);
+    CHECK(ibl_cube_edge(r.specular.size, 3) == 8);
+    worst = 0;
+    for (size_t i = 0; i < cube_floats(&r.irradiance); i++)
+        worst = fmax(worst, fabs((double)ibl_cube_face(&r.specular, 3, 0)[i] /
+                                     (double)r.irradiance.data[i] -
+                                 1));
+    CHECK_MSG(worst <= 1e-4, "irradiance: %g", worst);
+    measured("irradiance", worst, 1e-4);
+    ibl_bake_result_free(&r);
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+}
+
+static const test tests[] = {
+    TEST(constant_maps),
+    TEST(constant_channel),
+    TEST(turned),
+    TEST(mirrored),
+    TEST(scaled),
+    TEST(ends_of_floats),
+    TEST(every_thread_count),
+    TEST(every_isa),
+    TEST(row_by_row),
+    TEST(samples_come_nearer),
+    TEST(one_analysis),
+};
+TEST_MAIN(tests)
