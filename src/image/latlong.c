@@ -31,8 +31,7 @@
 
 enum {
     PIXELS_PER_RUN = 1 << 18, /* of the fine grid: keeps jobs short */
-    MAX_ROWS_PER_RUN = 256,
-    SPANS = 1024 /* handed on at once */
+    MAX_ROWS_PER_RUN = 256
 };
 
 /* A fine row, or its part on one side of the equator. */
@@ -42,10 +41,12 @@ struct work_row {
     const float *source[2];
 };
 
-/* A worker's own. */
-struct scratch {
+/* A worker's own: spans on their way to a job's sums. */
+struct adder {
+    ibl_wedge_sink sink; /* first: it is what add_spans is given */
+    const ibl_octants_dsp *dsp;
     double *pixels;
-    ibl_octant_span *spans;
+    double *sums;
 };
 
 struct ibl_level0 {
@@ -58,22 +59,13 @@ struct ibl_level0 {
     int done;    /* fine rows */
     struct work_row *rows;
     int row_count;
-    struct scratch *scratch; /* for each worker */
-};
-
-/* A job's spans on their way to its sums. */
-struct adder {
-    ibl_wedge_sink sink;
-    const ibl_octants_dsp *dsp;
-    const double *pixels;
-    double *sums;
+    struct adder *adders; /* for each worker */
 };
 
 static void add_spans(ibl_wedge_sink *sink)
 {
     const struct adder *a = (const struct adder *)(const void *)sink;
     a->dsp->add(sink->spans, sink->count, a->pixels, a->sums);
-    sink->count = 0;
 }
 
 static void collect(const ibl_level0 *l, const struct work_row *r,
@@ -86,9 +78,9 @@ static void collect(const ibl_level0 *l, const struct work_row *r,
         l->dsp.collect(r->source[0], column, count, pixels);
 }
 
-static void add_row(ibl_level0 *l, const struct work_row *r,
+static void add_row(const ibl_level0 *l, const struct work_row *r,
                     const ibl_octant_group *g, const ibl_octant_sums *s,
-                    const struct scratch *scratch)
+                    struct adder *a)
 {
     int begin, end;
     const ibl_wedge_strips *strips =
@@ -97,12 +89,10 @@ static void add_row(ibl_level0 *l, const struct work_row *r,
         return;
     const int first = strips->pixel[begin];
     collect(l, r, g->column + (size_t)first * IBL_OCTANTS,
-            strips->pixel[end - 1] + 1 - first, scratch->pixels);
-    struct adder a = {{scratch->spans, 0, SPANS, s->weights, add_spans},
-                      &l->dsp,
-                      scratch->pixels,
-                      s->sums};
-    ibl_wedge_cut(&g->wedge, &r->cut, &s->part, begin, end, &a.sink);
+            strips->pixel[end - 1] + 1 - first, a->pixels);
+    a->sums = s->sums;
+    a->sink.weights = s->weights;
+    ibl_wedge_cut(&g->wedge, &r->cut, &s->part, begin, end, &a->sink);
 }
 
 static void add_rows(void *arg, int job, int worker)
@@ -113,7 +103,7 @@ static void add_rows(void *arg, int job, int worker)
     for (int i = 0; i < l->row_count; i++) {
         const struct work_row *r = &l->rows[i];
         ibl_octants_write(&l->set, g, part, r->cut.first_line);
-        add_row(l, r, g, &g->sums[part], &l->scratch[worker]);
+        add_row(l, r, g, &g->sums[part], &l->adders[worker]);
     }
 }
 
@@ -194,19 +184,20 @@ ibl_status ibl_level0_finish(ibl_level0 *l)
 
 /* ---- from beginning to end -------------------------------------------- */
 
-static bool alloc_scratch(ibl_level0 *l)
+static bool init_adders(ibl_level0 *l)
 {
     const int threads = ibl_ctx_threads(l->ctx);
-    l->scratch = ibl_alloc_zeroed((size_t)threads, sizeof *l->scratch);
-    for (int i = 0; l->scratch && i < threads; i++) {
-        struct scratch *s = &l->scratch[i];
-        s->pixels = ibl_alloc_array((size_t)l->finer.columns / 8 + 2,
-                                    IBL_OCTANT_RGB * sizeof *s->pixels);
-        s->spans = ibl_alloc_array(SPANS, sizeof *s->spans);
-        if (!s->pixels || !s->spans)
+    l->adders = ibl_alloc_zeroed((size_t)threads, sizeof *l->adders);
+    for (int i = 0; l->adders && i < threads; i++) {
+        struct adder *a = &l->adders[i];
+        a->dsp = &l->dsp;
+        a->pixels = ibl_alloc_array((size_t)l->finer.columns / 8 + 2,
+                                    IBL_OCTANT_RGB * sizeof *a->pixels);
+        if (!a->pixels || !ibl_wedge_sink_init(&a->sink, ibl_ctx_isa(l->ctx)))
             return false;
+        a->sink.full = add_spans;
     }
-    return l->scratch;
+    return l->adders;
 }
 
 ibl_status ibl_level0_create(ibl_ctx *ctx, int width, int height,
@@ -234,7 +225,7 @@ ibl_status ibl_level0_create(ibl_ctx *ctx, int width, int height,
         goto fail;
     l->last = ibl_alloc_array((size_t)width, 3 * sizeof *l->last);
     l->rows = ibl_alloc_array(2 * MAX_ROWS_PER_RUN, sizeof *l->rows);
-    if (!l->last || !l->rows || !alloc_scratch(l)) {
+    if (!l->last || !l->rows || !init_adders(l)) {
         status = ibl_no_memory(ctx, "level 0");
         goto fail;
     }
@@ -249,11 +240,11 @@ void ibl_level0_free(ibl_level0 *l)
 {
     if (!l)
         return;
-    for (int i = 0; l->scratch && i < ibl_ctx_threads(l->ctx); i++) {
-        ibl_free(l->scratch[i].pixels);
-        ibl_free(l->scratch[i].spans);
+    for (int i = 0; l->adders && i < ibl_ctx_threads(l->ctx); i++) {
+        ibl_free(l->adders[i].pixels);
+        ibl_wedge_sink_free(&l->adders[i].sink);
     }
-    ibl_free(l->scratch);
+    ibl_free(l->adders);
     ibl_free(l->rows);
     ibl_free(l->last);
     ibl_octants_free(&l->set);

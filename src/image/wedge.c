@@ -13,16 +13,21 @@ static const double MARGIN = 1e-6;
 
 /* ---- strips ----------------------------------------------------------- */
 
-/* x of a line's upper border on top, z of a column's first one: 0..1. */
+/* a of a line's upper border: up to half also z of a column's first one. */
 static double border(const ibl_wedge *w, int i)
 {
-    return i > 0 ? (2.0 * i - w->size % 2) / w->size : 0;
+    if (i == 0)
+        return 0;
+    if (i <= w->half)
+        return (2.0 * i - w->size % 2) / w->size;
+    return w->size / (w->size - 2.0 * (i - w->half));
 }
 
 static void strips_free(ibl_wedge_strips *s)
 {
     ibl_free(s->cosine);
     ibl_free(s->sine);
+    ibl_free(s->secant);
     ibl_free(s->width);
     ibl_free(s->pixel);
     ibl_free(s->column);
@@ -33,11 +38,12 @@ static bool strips_alloc(ibl_wedge_strips *s, int most, bool columns)
     const size_t n = (size_t)most;
     s->cosine = ibl_alloc_array(n + 1, sizeof *s->cosine);
     s->sine = ibl_alloc_array(n + 1, sizeof *s->sine);
+    s->secant = ibl_alloc_array(n + 1, sizeof *s->secant);
     s->width = ibl_alloc_array(n, sizeof *s->width);
     s->pixel = ibl_alloc_array(n, sizeof *s->pixel);
     if (columns)
         s->column = ibl_alloc_array(n, sizeof *s->column);
-    return s->cosine && s->sine && s->width && s->pixel &&
+    return s->cosine && s->sine && s->secant && s->width && s->pixel &&
            (s->column || !columns);
 }
 
@@ -45,6 +51,7 @@ static void set_border(ibl_wedge_strips *s, double psi)
 {
     s->cosine[s->count] = cos(psi);
     s->sine[s->count] = sin(psi);
+    s->secant[s->count] = 1 / cos(psi);
 }
 
 /* Borders of pixels and, if the strips have columns, of texels on the side;
@@ -59,7 +66,7 @@ static void strips_fill(const ibl_wedge *w, int columns, double before,
     while (at < PI / 4) {
         const double pixel_end = (pixel + 1 - before) * step;
         const double column_end =
-            s->column ? atan(border(w, column + 1)) : PI / 4;
+            s->column ? atan(w->border[column + 1]) : PI / 4;
         double to = pixel_end < column_end ? pixel_end : column_end;
         if (to > PI / 4 - same)
             to = PI / 4;
@@ -86,11 +93,14 @@ ibl_status ibl_wedge_init(ibl_ctx *ctx, int size, int columns, double before,
     *w = (ibl_wedge){.size = size, .half = (size + 1) / 2};
     w->lines = 4 * w->half - size % 2;
     w->pixels = (int)ceil(columns / 8.0 + before);
-    if (!strips_alloc(&w->plain, w->pixels + 1, false) ||
+    w->border = ibl_alloc_array((size_t)w->half * 2, sizeof *w->border);
+    if (!w->border || !strips_alloc(&w->plain, w->pixels + 1, false) ||
         !strips_alloc(&w->cut, w->pixels + w->half + 1, true)) {
         ibl_wedge_free(w);
         return ibl_no_memory(ctx, "level 0's tables");
     }
+    for (int i = 0; i < 2 * w->half; i++)
+        w->border[i] = border(w, i);
     strips_fill(w, columns, before, &w->plain);
     strips_fill(w, columns, before, &w->cut);
     return IBL_OK;
@@ -100,32 +110,28 @@ void ibl_wedge_free(ibl_wedge *w)
 {
     strips_free(&w->plain);
     strips_free(&w->cut);
+    ibl_free(w->border);
     *w = (ibl_wedge){0};
 }
 
 /* ---- rows ------------------------------------------------------------- */
 
-static int clamp(int i, int last)
-{
-    return i < 0 ? 0 : i > last ? last : i;
-}
-
-/* The texel line, from its pole on, that has x in the plane of the top, moved
- * by so much of a texel; x up to infinite. */
-static int line_at(const ibl_wedge *w, double x, double move)
+/* The texel line, from its pole on, that has x = tan(theta) cos(psi) in the
+ * plane of the top, moved by so much of a texel. inverse: 1 / x. */
+static int line_at(const ibl_wedge *w, double x, double inverse, double move)
 {
     const double scale = 0.5 * w->size;
-    const double i =
-        x < 1 ? x * scale + 0.5 * (w->size % 2) : (1 - 1 / x) * scale + w->half;
-    return clamp((int)floor(i + move), 2 * w->half - 1);
+    const double i = x < 1 ? x * scale + 0.5 * (w->size % 2)
+                           : (1 - inverse) * scale + w->half;
+    const int line = (int)(i + move), last = 2 * w->half - 1;
+    return line < last ? line : last;
 }
 
 /* The same for z on top. */
 static int column_at(const ibl_wedge *w, double z, double move)
 {
-    const double i = z * 0.5 * w->size + 0.5 * (w->size % 2);
-    return i + move < w->half ? clamp((int)floor(i + move), w->half - 1)
-                              : w->half - 1;
+    const double i = z * 0.5 * w->size + 0.5 * (w->size % 2) + move;
+    return i < w->half ? (int)i : w->half - 1;
 }
 
 bool ibl_wedge_row_init(const ibl_wedge *w, int rows, int j, bool south,
@@ -142,9 +148,11 @@ bool ibl_wedge_row_init(const ibl_wedge *w, int rows, int j, bool south,
                            .bottom = cos(to),
                            .top_tan = tan(from),
                            .bottom_tan = tan(to)};
-    row->per_cosine = 1 / (row->top - row->bottom);
-    const int first = line_at(w, row->top_tan * sqrt(0.5), -MARGIN);
-    const int last = line_at(w, row->bottom_tan, MARGIN);
+    row->top_cot = 1 / row->top_tan;
+    row->bottom_cot = 1 / row->bottom_tan;
+    const int first =
+        line_at(w, row->top_tan * sqrt(0.5), row->top_cot * sqrt(2), -MARGIN);
+    const int last = line_at(w, row->bottom_tan, row->bottom_cot, MARGIN);
     row->top_lines = first < w->half;
     row->side = last >= w->half;
     row->first_line = south ? w->lines - 1 - last : first;
@@ -197,8 +205,8 @@ const ibl_wedge_strips *ibl_wedge_range(const ibl_wedge *w,
     }
     if (row->top_lines) { /* z = t sin(psi) */
         const double slack = 2 * MARGIN / w->size;
-        const double low = border(w, part->first_z) - slack;
-        const double high = border(w, part->end_z) + slack;
+        const double low = w->border[part->first_z] - slack;
+        const double high = w->border[part->end_z] + slack;
         const int to = strips_below(s, high / row->top_tan);
         if (!row->side) {
             *begin = strips_below(s, low / row->bottom_tan);
@@ -211,10 +219,26 @@ const ibl_wedge_strips *ibl_wedge_range(const ibl_wedge *w,
 
 /* ---- cutting ---------------------------------------------------------- */
 
+enum {
+    PIECE_SPANS = 64 /* more than a piece can have */
+};
+
+/* How a span's weight goes on from the area of its piece. */
+enum {
+    WHOLE, /* it is that */
+    CUT,   /* the part above the next border, less what is above already */
+    LAST   /* what is left */
+};
+
 /* The part of a strip between two angles, as their cosine and sine. */
 struct piece {
     double q[2], r[2];
     double width;
+};
+
+/* Texel lines and columns that a strip can touch. */
+struct box {
+    int line[2], column[2];
 };
 
 struct cutter {
@@ -222,151 +246,113 @@ struct cutter {
     const ibl_wedge_row *row;
     const ibl_wedge_part *part;
     ibl_wedge_sink *sink;
+    double height; /* of the row, in cosines */
     int pixel, column;
 };
 
-static void emit(const struct cutter *c, int line, int column, double weight)
+/* Gives the spans their weights, drops those of other parts, and hands the
+ * rest on. */
+static void settle(const struct cutter *c)
 {
-    ibl_wedge_sink *sink = c->sink;
-    if (line < c->w->half && column > line)
-        column = line; /* by rounding, on the diagonal */
-    if (column < c->part->first_z || column >= c->part->end_z)
-        return;
-    if (c->row->south)
-        line = c->w->lines - 1 - line;
-    const int slot = ibl_wedge_slot(c->part, line) + column - c->part->first_z;
-    sink->weights[slot] += weight;
-    if (sink->count) {
-        ibl_octant_span *last = &sink->spans[sink->count - 1];
-        if (last->slot == slot && last->weight == weight &&
-            last->pixel + last->count == c->pixel) {
-            last->count++;
-            return;
+    ibl_wedge_sink *s = c->sink;
+    const ibl_share_row row = {c->row->top, c->row->bottom, c->row->top_tan,
+                               c->row->bottom_tan};
+    const double *share = s->share;
+    double above = 0;
+    int kept = 0;
+    s->dsp.share(&row, &s->cuts, s->cut_count, s->share);
+    for (int i = 0; i < s->count; i++) {
+        ibl_octant_span span = s->spans[i];
+        if (s->kind[i] == CUT) {
+            const double next = *share > above ? *share : above;
+            span.weight *= next - above;
+            above = next;
+            share++;
+        } else if (s->kind[i] == LAST) {
+            span.weight *= 1 - above;
+            above = 0;
+        }
+        if (span.slot >= 0 && span.weight > 0) {
+            s->weights[span.slot] += span.weight * span.count;
+            s->spans[kept++] = span;
         }
     }
-    if (sink->count == sink->capacity)
-        sink->full(sink);
-    sink->spans[sink->count++] = (ibl_octant_span){weight, c->pixel, 1, slot};
+    s->count = kept;
+    if (kept)
+        s->full(s);
+    s->count = s->cut_count = 0;
 }
 
-/* A point of a curve: the direction of psi, its cosine and slope there. */
-struct point {
-    double q, r;
-    double cosine, slope;
-};
-
-/* A border of texels as cosine = p / sqrt(a^2 + p^2), p = y cos(psi), which
- * falls with psi, or sin(psi), which rises. */
-struct curve {
-    double a, y;
-    bool rises;
-};
-
-static struct point point_at(const struct curve *k, double q, double r)
+/* The slot of a texel, -1 if it is not of the part. */
+static int slot_of(const struct cutter *c, int line, int column)
 {
-    const double p = k->rises ? r : k->y * q;
-    const double dp = k->rises ? q : -k->y * r, a2 = k->a * k->a;
-    const double inverse = 1 / sqrt(a2 + p * p);
-    return (struct point){q, r, p * inverse,
-                          dp * a2 * inverse * inverse * inverse};
+    const ibl_wedge_part *part = c->part;
+    if (line < c->w->half && column > line)
+        column = line; /* by rounding, on the diagonal */
+    if (column < part->first_z || column >= part->end_z)
+        return -1;
+    if (c->row->south)
+        line = c->w->lines - 1 - line;
+    return ibl_wedge_slot(part, line) + column - part->first_z;
 }
 
-/* Where a curve crosses a border of rows: p = a / tan(theta). */
-static struct point crossing(const struct curve *k, double tangent)
+static void add_span(const struct cutter *c, int slot, double area, int kind)
 {
-    const double p = k->a / (k->y * tangent);
-    const double other = sqrt(fmax(1 - p * p, 0));
-    return k->rises ? point_at(k, other, p) : point_at(k, p, other);
+    ibl_wedge_sink *s = c->sink;
+    s->kind[s->count] = (unsigned char)kind;
+    s->spans[s->count++] = (ibl_octant_span){area, c->pixel, 1, slot};
 }
 
-/* Angle from one direction to another, not more than 0.02. */
-static double angle_between(double q0, double r0, double q1, double r1)
+/* A strip that is inside a texel: goes on with the run before it if it can. */
+static void add_whole(const struct cutter *c, int slot, double area)
 {
-    const double s = r1 * q0 - q1 * r0, s2 = s * s;
-    return s * (1 + s2 * (1.0 / 6 + s2 * (3.0 / 40)));
+    ibl_wedge_sink *s = c->sink;
+    ibl_octant_span *last = &s->spans[s->count - 1];
+    if (s->count && s->kind[s->count - 1] == WHOLE && last->slot == slot &&
+        last->weight == area && last->pixel + last->count == c->pixel)
+        last->count++;
+    else
+        add_span(c, slot, area, WHOLE);
 }
 
-/*
- * The share of a piece of the row above a curve. Where that is inside the row
- * it is taken as straight but for its bow, which makes the area right to fourth
- * order (Hermite's end correction of the trapezium rule).
- */
-static double share_above(const ibl_wedge_row *row, const struct piece *e,
-                          const struct curve *k)
+/* A piece's border: of a line, or across it of a column, which rises. */
+static void add_cut(const struct cutter *c, const struct piece *e, double a,
+                    bool rises)
 {
-    struct point at[2] = {point_at(k, e->q[0], e->r[0]),
-                          point_at(k, e->q[1], e->r[1])};
-    struct point *high = &at[k->rises], *low = &at[!k->rises];
-    double below = 0;
-    if (low->cosine >= row->top)
-        return 0;
-    if (high->cosine <= row->bottom)
-        return 1;
-    if (low->cosine < row->bottom) {
-        const struct point to = crossing(k, row->bottom_tan);
-        below = fabs(angle_between(low->q, low->r, to.q, to.r));
-        *low = to;
-    }
-    if (high->cosine > row->top)
-        *high = crossing(k, row->top_tan);
-    const double inside = angle_between(at[0].q, at[0].r, at[1].q, at[1].r);
-    const double mean = 0.5 * (at[0].cosine + at[1].cosine) +
-                        (at[0].slope - at[1].slope) * inside / 12;
-    const double share =
-        (inside * (row->top - mean) * row->per_cosine + below) / e->width;
-    return fmin(fmax(share, 0), 1);
+    ibl_wedge_sink *s = c->sink;
+    const ibl_share_cuts *k = &s->cuts;
+    const int i = s->cut_count++;
+    k->a[i] = a;
+    k->width[i] = e->width;
+    k->q[0][i] = rises ? e->r[1] : e->q[0];
+    k->r[0][i] = rises ? e->q[1] : e->r[0];
+    k->q[1][i] = rises ? e->r[0] : e->q[1];
+    k->r[1][i] = rises ? e->q[0] : e->r[1];
 }
-
-/* Above the upper border of a line. */
-static double above_line(const struct cutter *c, const struct piece *e,
-                         int line)
-{
-    const int half = c->w->half;
-    const struct curve k =
-        line < half
-            ? (struct curve){border(c->w, line), 1, false}
-            : (struct curve){1, 1 - 2.0 * (line - half) / c->w->size, false};
-    return share_above(c->row, e, &k);
-}
-
-/* Above the first border of a column of the top. */
-static double above_column(const struct cutter *c, const struct piece *e,
-                           int column)
-{
-    const struct curve k = {border(c->w, column), 1, true};
-    return share_above(c->row, e, &k);
-}
-
-/* Texel lines and columns that a strip can touch. */
-struct box {
-    int line[2], column[2];
-};
 
 /* Hands a piece out to the texels of a box, downwards. Borders of the box do
  * not cross within the piece, so their order is that in the middle. */
 static void share_out(const struct cutter *c, const struct box *b,
                       const struct piece *e)
 {
-    const ibl_wedge *w = c->w;
+    const double *border = c->w->border;
     const double q = e->q[0] + e->q[1], r = e->r[0] + e->r[1];
-    const double area = e->width * (c->row->top - c->row->bottom);
+    const double area = e->width * c->height;
     int line = b->line[0], column = b->column[0];
-    double above = 0;
-    while (above < 1) {
-        const bool down = line < b->line[1];
-        const bool top = line < w->half;
+    if (c->sink->count + PIECE_SPANS > c->sink->capacity)
+        settle(c);
+    for (;;) {
+        const bool top = line < c->w->half, down = line < b->line[1];
         const bool across =
             top && column < b->column[1] &&
-            (!down || border(w, column + 1) * q < border(w, line + 1) * r);
-        const double next = across ? above_column(c, e, column + 1)
-                            : down ? above_line(c, e, line + 1)
-                                   : 1;
-        if (next > above) {
-            if (!top)
-                column = c->column;
-            emit(c, line, column, (next - above) * area);
-            above = next;
+            (!down || border[column + 1] * q < border[line + 1] * r);
+        const int slot = slot_of(c, line, top ? column : c->column);
+        if (!across && !down) {
+            add_span(c, slot, area, LAST);
+            return;
         }
+        add_span(c, slot, area, CUT);
+        add_cut(c, e, border[across ? column + 1 : line + 1], across);
         line += !across;
         column += across;
     }
@@ -380,7 +366,7 @@ static bool first_crossing(const ibl_wedge *w, const struct box *b,
     bool found = false;
     for (int i = b->line[0] + 1; i <= b->line[1] && i < w->half; i++) {
         for (int j = b->column[0] + 1; j <= b->column[1]; j++) {
-            const double xi = border(w, i), zj = border(w, j);
+            const double xi = w->border[i], zj = w->border[j];
             if (zj * e->q[0] - xi * e->r[0] > well * xi &&
                 xi * e->r[1] - zj * e->q[1] > well * xi &&
                 (!found || zj * *x < *z * xi)) {
@@ -393,6 +379,13 @@ static bool first_crossing(const ibl_wedge *w, const struct box *b,
     return found;
 }
 
+/* Angle between the ends of a piece, not more than 0.02. */
+static double width_of(const struct piece *e)
+{
+    const double s = e->r[1] * e->q[0] - e->q[1] * e->r[0], s2 = s * s;
+    return s * (1 + s2 * (1.0 / 6 + s2 * (3.0 / 40)));
+}
+
 static void cut_strip(const struct cutter *c, const struct box *b,
                       struct piece rest)
 {
@@ -402,7 +395,7 @@ static void cut_strip(const struct cutter *c, const struct box *b,
         struct piece e = rest;
         e.q[1] = x * length;
         e.r[1] = z * length;
-        e.width = angle_between(e.q[0], e.r[0], e.q[1], e.r[1]);
+        e.width = width_of(&e);
         share_out(c, b, &e);
         rest.q[0] = e.q[1];
         rest.r[0] = e.r[1];
@@ -411,36 +404,84 @@ static void cut_strip(const struct cutter *c, const struct box *b,
     share_out(c, b, &rest);
 }
 
+static struct box box_of(const ibl_wedge *w, const ibl_wedge_row *row,
+                         const ibl_wedge_strips *s, int i)
+{
+    const double *q = s->cosine + i, *r = s->sine + i;
+    const double *secant = s->secant + i;
+    struct box b;
+    b.line[0] =
+        line_at(w, row->top_tan * q[1], row->top_cot * secant[1], -MARGIN);
+    b.line[1] =
+        line_at(w, row->bottom_tan * q[0], row->bottom_cot * secant[0], MARGIN);
+    if (b.line[0] < w->half) {
+        b.column[0] = column_at(w, row->top_tan * r[0], -MARGIN);
+        b.column[1] = column_at(w, row->bottom_tan * r[1], MARGIN);
+    } else {
+        b.column[0] = b.column[1] = s->column[i];
+    }
+    return b;
+}
+
 void ibl_wedge_cut(const ibl_wedge *w, const ibl_wedge_row *row,
                    const ibl_wedge_part *part, int begin, int end,
                    ibl_wedge_sink *sink)
 {
     const ibl_wedge_strips *s = row->side ? &w->cut : &w->plain;
-    struct cutter c = {w, row, part, sink, 0, 0};
+    const double height = row->top - row->bottom;
+    struct cutter c = {w, row, part, sink, height, 0, 0};
     for (int i = begin; i < end; i++) {
-        const double *q = s->cosine + i, *r = s->sine + i;
-        struct box b = {{line_at(w, row->top_tan * q[1], -MARGIN),
-                         line_at(w, row->bottom_tan * q[0], MARGIN)},
-                        {0, 0}};
-        c.pixel = s->pixel[i] - s->pixel[begin];
-        c.column = s->column ? s->column[i] : 0;
-        const bool top = b.line[0] < w->half;
-        if (top) {
-            b.column[0] = column_at(w, row->top_tan * r[0], -MARGIN);
-            b.column[1] = column_at(w, row->bottom_tan * r[1], MARGIN);
-        } else {
-            b.column[0] = b.column[1] = c.column;
-        }
+        const struct box b = box_of(w, row, s, i);
         if (b.column[1] < part->first_z || b.column[0] >= part->end_z)
             continue;
+        c.pixel = s->pixel[i] - s->pixel[begin];
+        c.column = s->column ? s->column[i] : 0;
         if (b.line[0] == b.line[1] && b.column[0] == b.column[1]) {
-            emit(&c, b.line[0], b.column[0],
-                 s->width[i] * (row->top - row->bottom));
+            if (sink->count == sink->capacity)
+                settle(&c);
+            add_whole(&c, slot_of(&c, b.line[0], b.column[0]),
+                      s->width[i] * height);
             continue;
         }
-        const struct piece all = {{q[0], q[1]}, {r[0], r[1]}, s->width[i]};
-        cut_strip(&c, &b, all);
+        cut_strip(&c, &b,
+                  (struct piece){{s->cosine[i], s->cosine[i + 1]},
+                                 {s->sine[i], s->sine[i + 1]},
+                                 s->width[i]});
     }
-    if (sink->count)
-        sink->full(sink);
+    settle(&c);
+}
+
+/* ---- sinks ------------------------------------------------------------ */
+
+bool ibl_wedge_sink_init(ibl_wedge_sink *s, ibl_isa isa)
+{
+    enum {
+        SPANS = 1024,
+        ARRAYS = 7
+    };
+    *s = (ibl_wedge_sink){.capacity = SPANS};
+    ibl_share_dsp_init(&s->dsp, isa);
+    s->spans = ibl_alloc_array(SPANS, sizeof *s->spans);
+    s->kind = ibl_alloc_array(SPANS, sizeof *s->kind);
+    s->share = ibl_alloc_zeroed(ARRAYS * SPANS, sizeof *s->share);
+    if (!s->spans || !s->kind || !s->share) {
+        ibl_wedge_sink_free(s);
+        return false;
+    }
+    double *at = s->share;
+    s->cuts.a = at += SPANS;
+    s->cuts.width = at += SPANS;
+    for (int k = 0; k < 2; k++) {
+        s->cuts.q[k] = at += SPANS;
+        s->cuts.r[k] = at += SPANS;
+    }
+    return true;
+}
+
+void ibl_wedge_sink_free(ibl_wedge_sink *s)
+{
+    ibl_free(s->spans);
+    ibl_free(s->kind);
+    ibl_free(s->share);
+    *s = (ibl_wedge_sink){0};
 }

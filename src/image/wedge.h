@@ -26,14 +26,15 @@
 
 #include "ibl/ibl.h"
 #include "kern/octants.h"
+#include "kern/share.h"
 
 /* A row of the source between two borders and not across the equator. South of
  * it all is as in the north, counted from the nadir. */
 typedef struct ibl_wedge_row {
     bool south;
-    double top, bottom;         /* cosines, top > bottom */
+    double top, bottom; /* cosines, top > bottom */
+    double top_cot, bottom_cot;
     double top_tan, bottom_tan; /* of theta, up to infinite */
-    double per_cosine;          /* 1 / (top - bottom) */
     bool top_lines, side;       /* which texels it can touch */
     int first_line, last_line;  /* that it can touch, from the zenith on;
                                    both never fall from row to row */
@@ -42,10 +43,10 @@ typedef struct ibl_wedge_row {
 /* Strips of a row, in order of psi. */
 typedef struct ibl_wedge_strips {
     int count;
-    double *cosine, *sine; /* of psi: count + 1 borders */
-    double *width;         /* count, in psi */
-    int *pixel;            /* count */
-    int *column;           /* count: texel on the side; NULL if not cut so */
+    double *cosine, *sine, *secant; /* of psi: count + 1 borders */
+    double *width;                  /* count, in psi */
+    int *pixel;                     /* count */
+    int *column; /* count: texel on the side; NULL if not cut so */
 } ibl_wedge_strips;
 
 typedef struct ibl_wedge {
@@ -54,6 +55,7 @@ typedef struct ibl_wedge {
                   first one is half a texel wide */
     int lines; /* from pole to pole */
     int pixels;
+    double *border; /* a of the upper border of line 0..2 half - 1 */
     ibl_wedge_strips plain, cut; /* by pixels alone; by columns, too */
 } ibl_wedge;
 
@@ -85,14 +87,24 @@ const ibl_wedge_strips *ibl_wedge_range(const ibl_wedge *w,
                                         const ibl_wedge_part *part, int *begin,
                                         int *end);
 
-/* Receives spans, and each slot's sum of weights. */
+/* Collects spans and hands them on, many at a time. weights and full are the
+ * caller's to set. */
 typedef struct ibl_wedge_sink {
     ibl_octant_span *spans;
     int count, capacity;
-    double *weights; /* of every slot */
-    void (*full)(
-        struct ibl_wedge_sink *sink); /* to empty it, also at the end */
+    double *weights; /* of every slot; each span's is added */
+    void (*full)(struct ibl_wedge_sink *sink); /* takes the spans */
+    /* work space */
+    ibl_share_dsp dsp;
+    unsigned char *kind;
+    ibl_share_cuts cuts;
+    int cut_count;
+    double *share;
 } ibl_wedge_sink;
+
+/* False: no memory. */
+bool ibl_wedge_sink_init(ibl_wedge_sink *s, ibl_isa isa);
+void ibl_wedge_sink_free(ibl_wedge_sink *s);
 
 /* Cuts the strips; pixels are counted from that of strip begin. */
 void ibl_wedge_cut(const ibl_wedge *w, const ibl_wedge_row *row,

@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * How a border of texels cuts a strip of a row of pixels: the shares of many
+ * strips at once. All versions give the same bytes.
+ *
+ * With psi an azimuth, q = cos(psi), r = sin(psi), every border is
+ *     cosine(theta) = q / sqrt(a^2 + q^2),
+ * which falls as psi grows to 90 degrees. (One that rises falls from the other
+ * end: with q and r, and the strip's ends, exchanged.) It crosses cosine(theta)
+ * where q = a / tan(theta).
+ */
+#ifndef IBL_KERN_SHARE_H
+#define IBL_KERN_SHARE_H
+
+#include "ibl/ibl.h"
+
+enum {
+    IBL_SHARE_PAD = 8 /* arrays are a multiple of so many long */
+};
+
+/* A row of pixels between two angles theta up to 90 degrees. */
+typedef struct ibl_share_row {
+    double top, bottom;         /* cosines, top > bottom */
+    double top_tan, bottom_tan; /* 0 to infinite */
+} ibl_share_row;
+
+/* Strips and a border of each: arrays, 64-byte aligned. The strip is from
+ * psi[0] to psi[1] > psi[0], at most 0.02 apart. */
+typedef struct ibl_share_cuts {
+    double *a;
+    double *q[2], *r[2];
+    double *width; /* psi[1] - psi[0] */
+} ibl_share_cuts;
+
+/*
+ * share[i] = the part of strip i of a row above its border, 0..1. Within the
+ * row a border is taken as straight but for its bow, which makes the area
+ * right to fourth order (Hermite's end correction of the trapezium rule).
+ * Arrays are read and written up to the next multiple of IBL_SHARE_PAD.
+ */
+typedef void ibl_share_fn(const ibl_share_row *row, const ibl_share_cuts *cuts,
+                          int count, double *share);
+
+typedef struct ibl_share_dsp {
+    ibl_share_fn *share;
+} ibl_share_dsp;
+
+/* isa: what the context uses, not IBL_ISA_AUTO. */
+void ibl_share_dsp_init(ibl_share_dsp *dsp, ibl_isa isa);
+
+ibl_share_fn ibl_share_c, ibl_share_sse2, ibl_share_avx2, ibl_share_avx512;
+
+#endif
