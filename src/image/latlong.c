@@ -51,7 +51,6 @@ struct adder {
 
 struct ibl_level0 {
     ibl_ctx *ctx;
-    ibl_octants_dsp dsp;
     ibl_finer finer;
     ibl_octant_set set;
     float *last; /* row of the source before the next one */
@@ -75,7 +74,21 @@ static void collect(const ibl_level0 *l, const struct work_row *r,
         ibl_finer_collect(&l->finer, &r->between, r->source, column, count,
                           pixels);
     else
-        l->dsp.collect(r->source[0], column, count, pixels);
+        l->set.dsp.collect(r->source[0], column, count, pixels);
+}
+
+/* Eight short runs of pixels in each row are no pattern that a CPU foresees. */
+static void fetch_ahead(const ibl_level0 *l, const struct work_row *r,
+                        const int *column, int count)
+{
+    const int step = 64 / (3 * (int)sizeof(float));
+    if (l->finer.taps || r + 1 == l->rows + l->row_count)
+        return;
+    const float *next = r[1].source[0];
+    for (int i = 0; i < count; i += step) {
+        for (int m = 0; m < IBL_OCTANTS; m++)
+            __builtin_prefetch(next + column[i * IBL_OCTANTS + m]);
+    }
 }
 
 static void add_row(const ibl_level0 *l, const struct work_row *r,
@@ -88,8 +101,10 @@ static void add_row(const ibl_level0 *l, const struct work_row *r,
     if (begin == end)
         return;
     const int first = strips->pixel[begin];
-    collect(l, r, g->column + (size_t)first * IBL_OCTANTS,
-            strips->pixel[end - 1] + 1 - first, a->pixels);
+    const int *column = g->column + (size_t)first * IBL_OCTANTS;
+    const int count = strips->pixel[end - 1] + 1 - first;
+    fetch_ahead(l, r, column, count);
+    collect(l, r, column, count, a->pixels);
     a->sums = s->sums;
     a->sink.weights = s->weights;
     ibl_wedge_cut(&g->wedge, &r->cut, &s->part, begin, end, &a->sink);
@@ -102,7 +117,7 @@ static void add_rows(void *arg, int job, int worker)
     ibl_octant_group *g = &l->set.group[job % l->set.groups];
     for (int i = 0; i < l->row_count; i++) {
         const struct work_row *r = &l->rows[i];
-        ibl_octants_write(&l->set, g, part, r->cut.first_line);
+        ibl_octants_finish(&l->set, g, part, r->cut.first_line);
         add_row(l, r, g, &g->sums[part], &l->adders[worker]);
     }
 }
@@ -112,7 +127,7 @@ static void write_rest(void *arg, int job, int worker)
     ibl_level0 *l = arg;
     ibl_octant_group *g = &l->set.group[job % l->set.groups];
     (void)worker;
-    ibl_octants_write(&l->set, g, job / l->set.groups, g->wedge.lines);
+    ibl_octants_finish(&l->set, g, job / l->set.groups, g->wedge.lines);
 }
 
 static int job_count(const ibl_level0 *l)
@@ -190,7 +205,7 @@ static bool init_adders(ibl_level0 *l)
     l->adders = ibl_alloc_zeroed((size_t)threads, sizeof *l->adders);
     for (int i = 0; l->adders && i < threads; i++) {
         struct adder *a = &l->adders[i];
-        a->dsp = &l->dsp;
+        a->dsp = &l->set.dsp;
         a->pixels = ibl_alloc_array((size_t)l->finer.columns / 8 + 2,
                                     IBL_OCTANT_RGB * sizeof *a->pixels);
         if (!a->pixels || !ibl_wedge_sink_init(&a->sink, ibl_ctx_isa(l->ctx)))
@@ -216,7 +231,6 @@ ibl_status ibl_level0_create(ibl_ctx *ctx, int width, int height,
     if (!l)
         return ibl_no_memory(ctx, "level 0");
     l->ctx = ctx;
-    ibl_octants_dsp_init(&l->dsp, ibl_ctx_isa(ctx));
     status = ibl_finer_init(ctx, width, height, cube->size, &l->finer);
     if (!status)
         status = ibl_octants_init(ctx, cube, l->finer.columns, l->finer.rows,

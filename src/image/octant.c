@@ -190,6 +190,7 @@ ibl_status ibl_octants_init(ibl_ctx *ctx, const ibl_cube *cube, int columns,
     double before[IBL_OCTANTS];
     ibl_status status = IBL_OK;
     *set = (ibl_octant_set){0};
+    ibl_octants_dsp_init(&set->dsp, ibl_ctx_isa(ctx));
     for (int k = 0; k < IBL_OCTANTS; k++) {
         int column, to = 0;
         const double b = first_pixel(k, columns, yaw_deg, &column);
@@ -240,54 +241,68 @@ static ibl_octant_face face_of(const ibl_wedge *w, int *line)
     return IBL_OCTANT_BOTTOM;
 }
 
+/* Texels z.. of a line of a face: where every lane has them, the one that the
+ * sums are of. */
 static void write_texels(const ibl_octant_set *set, const ibl_octant_group *g,
-                         ibl_octant_face face, int line, int z,
-                         const double *sum, double weight)
+                         ibl_octant_face face, int line, int z, int count,
+                         const double *sums, const double *weights)
 {
-    const double scale = 1 / weight;
-    for (int m = 0; m < g->octants; m++) {
-        const ibl_octant_place *p = &set->place[g->octant[m]][face];
-        float *out = p->base + line * p->line + z * p->step;
-        for (int c = 0; c < 3; c++)
-            out[c] = (float)(sum[c * IBL_OCTANTS + m] * scale);
+    float nowhere[3], *out[IBL_OCTANTS];
+    ptrdiff_t step[IBL_OCTANTS];
+    for (int m = 0; m < IBL_OCTANTS; m++) {
+        out[m] = nowhere;
+        step[m] = 0;
+        if (m < g->octants) {
+            const ibl_octant_place *p = &set->place[g->octant[m]][face];
+            out[m] = p->base + line * p->line + z * p->step;
+            step[m] = p->step;
+        }
     }
+    set->dsp.write(sums, weights, count, out, step);
 }
 
-static void write_line(const ibl_octant_set *set, ibl_octant_group *g,
-                       ibl_octant_sums *s, int line)
+static void keep_shared(const ibl_octant_group *g, int line, bool axis,
+                        const double *sum, double weight)
+{
+    double *to = shared_texel(g, line, axis);
+    memcpy(to, sum, IBL_OCTANT_RGB * sizeof *to);
+    to[IBL_OCTANT_RGB] = weight;
+}
+
+/* A line of a part goes into the cube, but for its ends where these are half
+ * texels: on the diagonal of a pole's face and, with n odd, by psi = 0. */
+static void finish_line(const ibl_octant_set *set, ibl_octant_group *g,
+                        ibl_octant_sums *s, int line)
 {
     const int width = s->part.end_z - s->part.first_z;
     const int slot = ibl_wedge_slot(&s->part, line);
-    const bool odd = g->wedge.size % 2;
-    double *sum = s->sums + IBL_OCTANT_RGB * (size_t)slot;
-    double *weight = s->weights + slot;
-    int i = line;
+    double *sums = s->sums + IBL_OCTANT_RGB * (size_t)slot;
+    double *weights = s->weights + slot;
+    int i = line, begin = 0, end = width;
     const ibl_octant_face face = face_of(&g->wedge, &i);
-    for (int z = s->part.first_z; z < s->part.end_z; z++) {
-        const bool diagonal = face != IBL_OCTANT_SIDE && z == i;
-        const bool axis = odd && z == 0 && !diagonal;
-        if (face != IBL_OCTANT_SIDE && z > i)
-            break;
-        const size_t at = (size_t)(z - s->part.first_z);
-        if (diagonal || axis) {
-            double *to = shared_texel(g, line, axis);
-            memcpy(to, sum + IBL_OCTANT_RGB * at, IBL_OCTANT_RGB * sizeof *to);
-            to[IBL_OCTANT_RGB] = weight[at];
-        } else {
-            write_texels(set, g, face, i, z, sum + IBL_OCTANT_RGB * at,
-                         weight[at]);
-        }
+    if (face != IBL_OCTANT_SIDE && i < s->part.end_z) {
+        end = i - s->part.first_z;
+        if (end >= 0)
+            keep_shared(g, line, false, sums + IBL_OCTANT_RGB * (size_t)end,
+                        weights[end]);
     }
-    memset(sum, 0, (size_t)width * IBL_OCTANT_RGB * sizeof *sum);
-    memset(weight, 0, (size_t)width * sizeof *weight);
+    if (g->wedge.size % 2 && s->part.first_z == 0 && end > 0) {
+        keep_shared(g, line, true, sums, weights[0]);
+        begin = 1;
+    }
+    if (end > begin)
+        write_texels(set, g, face, i, s->part.first_z + begin, end - begin,
+                     sums + IBL_OCTANT_RGB * (size_t)begin, weights + begin);
+    memset(sums, 0, (size_t)width * IBL_OCTANT_RGB * sizeof *sums);
+    memset(weights, 0, (size_t)width * sizeof *weights);
 }
 
-void ibl_octants_write(const ibl_octant_set *set, ibl_octant_group *g, int part,
-                       int line)
+void ibl_octants_finish(const ibl_octant_set *set, ibl_octant_group *g,
+                        int part, int line)
 {
     ibl_octant_sums *s = &g->sums[part];
     while (s->written < line)
-        write_line(set, g, s, s->written++);
+        finish_line(set, g, s, s->written++);
 }
 
 /* The lane of an octant. */

@@ -54,6 +54,7 @@ typedef struct ibl_octant_group {
 typedef struct ibl_octant_set {
     int groups;
     ibl_octant_group group[IBL_OCTANTS];
+    ibl_octants_dsp dsp;
     ibl_octant_place place[IBL_OCTANTS][3];
 } ibl_octant_set;
 
@@ -64,8 +65,8 @@ ibl_status ibl_octants_init(ibl_ctx *ctx, const ibl_cube *cube, int columns,
 void ibl_octants_free(ibl_octant_set *set);
 
 /* Writes the lines before `line` of a part, which no row will touch again. */
-void ibl_octants_write(const ibl_octant_set *set, ibl_octant_group *g, int part,
-                       int line);
+void ibl_octants_finish(const ibl_octant_set *set, ibl_octant_group *g,
+                        int part, int line);
 /* Writes what octants share, after all lines. */
 void ibl_octants_join(const ibl_octant_set *set);
 

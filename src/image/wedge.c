@@ -247,6 +247,7 @@ struct cutter {
     const ibl_wedge_part *part;
     ibl_wedge_sink *sink;
     double height; /* of the row, in cosines */
+    int base;      /* where the row's first line is in the ring */
     int pixel, column;
 };
 
@@ -293,7 +294,10 @@ static int slot_of(const struct cutter *c, int line, int column)
         return -1;
     if (c->row->south)
         line = c->w->lines - 1 - line;
-    return ibl_wedge_slot(part, line) + column - part->first_z;
+    line += c->base - c->row->first_line;
+    if (line >= part->ring)
+        line -= part->ring;
+    return line * (part->end_z - part->first_z) + column - part->first_z;
 }
 
 static void add_span(const struct cutter *c, int slot, double area, int kind)
@@ -303,16 +307,33 @@ static void add_span(const struct cutter *c, int slot, double area, int kind)
     s->spans[s->count++] = (ibl_octant_span){area, c->pixel, 1, slot};
 }
 
-/* A strip that is inside a texel: goes on with the run before it if it can. */
-static void add_whole(const struct cutter *c, int slot, double area)
+/*
+ * Adds strip i, which is inside a texel, and those after it that are, too:
+ * while the upper border stays above and the lower one, on top, below. Returns
+ * the first strip that may not be.
+ */
+static int add_whole(const struct cutter *c, const ibl_wedge_strips *s, int i,
+                     int end, int line, int column)
 {
-    ibl_wedge_sink *s = c->sink;
-    ibl_octant_span *last = &s->spans[s->count - 1];
-    if (s->count && s->kind[s->count - 1] == WHOLE && last->slot == slot &&
-        last->weight == area && last->pixel + last->count == c->pixel)
-        last->count++;
-    else
-        add_span(c, slot, area, WHOLE);
+    const ibl_wedge *w = c->w;
+    const bool top = line < w->half;
+    const double q = w->border[line] * c->row->top_cot + 2 * MARGIN / w->size;
+    const double r =
+        top && column + 1 < w->half
+            ? w->border[column + 1] * c->row->bottom_cot - 2 * MARGIN / w->size
+            : 1;
+    const double width = s->width[i];
+    const int slot = slot_of(c, line, column);
+    if (c->sink->count == c->sink->capacity)
+        settle(c);
+    add_span(c, slot, width * c->height, WHOLE);
+    ibl_octant_span *span = &c->sink->spans[c->sink->count - 1];
+    for (i++; i < end && s->width[i] == width && s->cosine[i + 1] >= q &&
+              s->sine[i + 1] <= r && (top || s->column[i] == column) &&
+              s->pixel[i] > s->pixel[i - 1];
+         i++)
+        span->count++;
+    return i;
 }
 
 /* A piece's border: of a line, or across it of a column, which rises. */
@@ -428,25 +449,28 @@ void ibl_wedge_cut(const ibl_wedge *w, const ibl_wedge_row *row,
                    ibl_wedge_sink *sink)
 {
     const ibl_wedge_strips *s = row->side ? &w->cut : &w->plain;
-    const double height = row->top - row->bottom;
-    struct cutter c = {w, row, part, sink, height, 0, 0};
-    for (int i = begin; i < end; i++) {
+    struct cutter c = {w,
+                       row,
+                       part,
+                       sink,
+                       row->top - row->bottom,
+                       row->first_line % part->ring,
+                       0,
+                       0};
+    for (int i = begin; i < end;) {
         const struct box b = box_of(w, row, s, i);
-        if (b.column[1] < part->first_z || b.column[0] >= part->end_z)
-            continue;
         c.pixel = s->pixel[i] - s->pixel[begin];
         c.column = s->column ? s->column[i] : 0;
         if (b.line[0] == b.line[1] && b.column[0] == b.column[1]) {
-            if (sink->count == sink->capacity)
-                settle(&c);
-            add_whole(&c, slot_of(&c, b.line[0], b.column[0]),
-                      s->width[i] * height);
+            i = add_whole(&c, s, i, end, b.line[0], b.column[0]);
             continue;
         }
-        cut_strip(&c, &b,
-                  (struct piece){{s->cosine[i], s->cosine[i + 1]},
-                                 {s->sine[i], s->sine[i + 1]},
-                                 s->width[i]});
+        if (b.column[1] >= part->first_z && b.column[0] < part->end_z)
+            cut_strip(&c, &b,
+                      (struct piece){{s->cosine[i], s->cosine[i + 1]},
+                                     {s->sine[i], s->sine[i + 1]},
+                                     s->width[i]});
+        i++;
     }
     settle(&c);
 }

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "kern/octants.h"
 
-#include <stddef.h>
-
 #include "core/cpu.h"
 
 void ibl_octants_collect_c(const float *row, const int *offset, int count,
@@ -33,19 +31,36 @@ void ibl_octants_add_c(const ibl_octant_span *spans, int count,
     }
 }
 
+void ibl_octants_write_c(const double *sums, const double *weights, int count,
+                         float *const out[IBL_OCTANTS],
+                         const ptrdiff_t step[IBL_OCTANTS])
+{
+    for (int i = 0; i < count; i++) {
+        const double scale = 1 / weights[i];
+        for (int m = 0; m < IBL_OCTANTS; m++) {
+            for (int c = 0; c < 3; c++)
+                out[m][i * step[m] + c] =
+                    (float)(sums[c * IBL_OCTANTS + m] * scale);
+        }
+        sums += IBL_OCTANT_RGB;
+    }
+}
+
 void ibl_octants_dsp_init(ibl_octants_dsp *dsp, ibl_isa isa)
 {
-    *dsp = (ibl_octants_dsp){ibl_octants_collect_c, ibl_octants_add_c};
+    *dsp = (ibl_octants_dsp){ibl_octants_collect_c, ibl_octants_add_c,
+                             ibl_octants_write_c};
 #if IBL_X86
     if (isa >= IBL_ISA_SSE2)
-        *dsp =
-            (ibl_octants_dsp){ibl_octants_collect_sse2, ibl_octants_add_sse2};
+        *dsp = (ibl_octants_dsp){ibl_octants_collect_sse2, ibl_octants_add_sse2,
+                                 ibl_octants_write_sse2};
     if (isa >= IBL_ISA_AVX2)
-        *dsp =
-            (ibl_octants_dsp){ibl_octants_collect_avx2, ibl_octants_add_avx2};
+        *dsp = (ibl_octants_dsp){ibl_octants_collect_avx2, ibl_octants_add_avx2,
+                                 ibl_octants_write_avx2};
     if (isa >= IBL_ISA_AVX512)
-        *dsp = (ibl_octants_dsp){ibl_octants_collect_avx512,
-                                 ibl_octants_add_avx512};
+        *dsp =
+            (ibl_octants_dsp){ibl_octants_collect_avx512,
+                              ibl_octants_add_avx512, ibl_octants_write_avx512};
 #else
     (void)isa;
 #endif

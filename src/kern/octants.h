@@ -9,6 +9,8 @@
 #ifndef IBL_KERN_OCTANTS_H
 #define IBL_KERN_OCTANTS_H
 
+#include <stddef.h>
+
 #include "ibl/ibl.h"
 
 enum {
@@ -39,9 +41,19 @@ typedef void ibl_octants_collect_fn(const float *row, const int *offset,
 typedef void ibl_octants_add_fn(const ibl_octant_span *spans, int count,
                                 const double *pixels, double *sums);
 
+/*
+ * Writes sums * (1 / weight) as floats: lane m of sum i becomes the RGB at
+ * out[m] + i * step[m]. Lanes may share a place where nothing of use is.
+ *   sums  count of IBL_OCTANT_RGB doubles, 64-byte aligned
+ */
+typedef void ibl_octants_write_fn(const double *sums, const double *weights,
+                                  int count, float *const out[IBL_OCTANTS],
+                                  const ptrdiff_t step[IBL_OCTANTS]);
+
 typedef struct ibl_octants_dsp {
     ibl_octants_collect_fn *collect;
     ibl_octants_add_fn *add;
+    ibl_octants_write_fn *write;
 } ibl_octants_dsp;
 
 /* isa: what the context uses, not IBL_ISA_AUTO. */
@@ -51,5 +63,7 @@ ibl_octants_collect_fn ibl_octants_collect_c, ibl_octants_collect_sse2,
     ibl_octants_collect_avx2, ibl_octants_collect_avx512;
 ibl_octants_add_fn ibl_octants_add_c, ibl_octants_add_sse2,
     ibl_octants_add_avx2, ibl_octants_add_avx512;
+ibl_octants_write_fn ibl_octants_write_c, ibl_octants_write_sse2,
+    ibl_octants_write_avx2, ibl_octants_write_avx512;
 
 #endif

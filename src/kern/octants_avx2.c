@@ -12,3 +12,10 @@ void ibl_octants_add_avx2(const ibl_octant_span *spans, int count,
 {
     add_spans(spans, count, pixels, sums);
 }
+
+void ibl_octants_write_avx2(const double *sums, const double *weights,
+                            int count, float *const out[IBL_OCTANTS],
+                            const ptrdiff_t step[IBL_OCTANTS])
+{
+    write_sums(sums, weights, count, out, step);
+}

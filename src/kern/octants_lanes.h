@@ -8,11 +8,17 @@
 #include "kern/lanes.h"
 #include "kern/octants.h"
 
-/* The RGB at p, and nothing beyond it, with a zero. */
+/* The RGB at p, and nothing beyond it, with a zero or other. */
 static inline __m128 load_rgb(const float *p)
 {
+#if VD == 8
+    return _mm_maskz_loadu_ps(7, p);
+#elif VD == 4
+    return _mm_maskload_ps(p, _mm_setr_epi32(-1, -1, -1, 0));
+#else
     const __m128 rg = _mm_loadl_pi(_mm_setzero_ps(), (const __m64 *)p);
     return _mm_movelh_ps(rg, _mm_load_ss(p + 2));
+#endif
 }
 
 /* Four images' pixel, one channel to a vector. */
@@ -81,6 +87,49 @@ static inline void add_spans(const ibl_octant_span *spans, int count,
         double *sum = sums + IBL_OCTANT_RGB * (size_t)s->slot;
         for (int m = 0; m < IBL_OCTANTS; m += VD)
             add_span(s, p + m, sum + m);
+    }
+}
+
+/* Four lanes times scale. */
+static inline __m128 four_floats(const double *p, double scale)
+{
+#if VD >= 4
+    return _mm256_cvtpd_ps(_mm256_load_pd(p) * _mm256_set1_pd(scale));
+#else
+    const vd s = vd_all(scale);
+    return _mm_movelh_ps(_mm_cvtpd_ps(vd_load(p) * s),
+                         _mm_cvtpd_ps(vd_load(p + 2) * s));
+#endif
+}
+
+static inline void write_rgb(float *const out[4], const ptrdiff_t step[4],
+                             int i, __m128 r, __m128 g, __m128 b)
+{
+    const __m128 low = _mm_unpacklo_ps(r, g), high = _mm_unpackhi_ps(r, g);
+    float *to[4];
+    for (int m = 0; m < 4; m++)
+        to[m] = out[m] + i * step[m];
+    _mm_storel_pi((__m64 *)to[0], low);
+    _mm_storeh_pi((__m64 *)to[1], low);
+    _mm_storel_pi((__m64 *)to[2], high);
+    _mm_storeh_pi((__m64 *)to[3], high);
+    _mm_store_ss(to[0] + 2, b);
+    _mm_store_ss(to[1] + 2, _mm_shuffle_ps(b, b, 1));
+    _mm_store_ss(to[2] + 2, _mm_shuffle_ps(b, b, 2));
+    _mm_store_ss(to[3] + 2, _mm_shuffle_ps(b, b, 3));
+}
+
+static inline void write_sums(const double *sums, const double *weights,
+                              int count, float *const out[IBL_OCTANTS],
+                              const ptrdiff_t step[IBL_OCTANTS])
+{
+    for (int i = 0; i < count; i++) {
+        const double scale = 1 / weights[i];
+        for (int m = 0; m < IBL_OCTANTS; m += 4)
+            write_rgb(out + m, step + m, i, four_floats(sums + m, scale),
+                      four_floats(sums + IBL_OCTANTS + m, scale),
+                      four_floats(sums + 2 * IBL_OCTANTS + m, scale));
+        sums += IBL_OCTANT_RGB;
     }
 }
 
