@@ -86,9 +86,9 @@ static void constant_map(void)
 }
 
 /* The texels partition the sphere, so what the map holds the cube holds. Two
- * terms are left: texels divide by the solid angle inside their pieces' bows
- * instead of arcs (up to 3e-5 in a few texels by the poles, see check_property,
- * of either sign: 1e-7 over the sphere), and floats round (6e-8). */
+ * terms are left: texels divide by the solid angle of their pieces, which are
+ * right to fourth order (see check_property: up to 1e-5 in a few texels, of
+ * either sign: 1e-7 over the sphere), and floats round (6e-8). */
 static void energy(void)
 {
     for (int k = 0; k < SIZES; k++) {

@@ -115,8 +115,9 @@ static int below(subject *s, int n)
     return (int)(test_random_u64(&s->random) % (uint64_t)n);
 }
 
-/* Rounding of level 0, absolute: of prefix sums over up to h + 2n rows, each
- * at most 2 peak, times the texel's share of dphi over its solid angle. */
+/* Rounding of level 0, absolute: sums of positive terms, a few for each pixel
+ * that a texel meets, which are up to h + 2n rows of some columns; and the
+ * cosines' own, where a row and a column meet at a pole. */
 static double level0_noise(const subject *s, int n, double peak)
 {
     return 4 * v * (s->map.height + 2 * n) * n * n * peak + 0x1p-149;
@@ -142,7 +143,8 @@ static double line_integral(double a, double t)
 }
 
 /* The same from t0 to t1 by the trapezium rule with Hermite's end correction
- * between the borders of so many columns: what level 0 takes it for. */
+ * between the borders of so many columns. Level 0 has shorter pieces, cut by
+ * rows, too. */
 static double by_columns(double a, double t0, double t1, int columns)
 {
     const double step = 2 * 3.14159265358979323846 / columns;

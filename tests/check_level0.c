@@ -1,0 +1,274 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Level 0 from rows: however they come, on any number of threads, by every
+ * instruction set, the same bytes; each texel against the reference; and
+ * memory that does not grow with the map.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "ibl/reference.h"
+#include "image/level0.h"
+#include "maps.h"
+
+static const double u = 0x1p-24;
+
+static int below(test_random *r, int n)
+{
+    return (int)(test_random_u64(r) % (uint64_t)n);
+}
+
+/* A map, a yaw and a size: of every kind that the geometry tells apart. */
+struct subject {
+    ibl_image map;
+    double yaw;
+    int size;
+};
+
+static struct subject make(ibl_ctx *ctx, test_random *r)
+{
+    static const int widths[] = {512, 516, 514, 513, 8, 20, 33, 1, 1030};
+    static const double yaws[] = {0, 90, 45, 10, -77.7, 360.0 / 1024, 180};
+    const int w = widths[below(r, 9)];
+    const int h = 1 + below(r, below(r, 2) ? 40 : 160);
+    struct subject s = {.yaw = yaws[below(r, 7)], .size = 1 + below(r, 40)};
+    s.map = map_of_kind(ctx, r, MAP_NOISE, w, h);
+    return s;
+}
+
+static ibl_cube by_rows(ibl_ctx *ctx, const struct subject *s, test_random *r,
+                        int most)
+{
+    const ibl_image *map = &s->map;
+    ibl_level0 *l;
+    ibl_cube cube;
+    if (ibl_cube_alloc(ctx, s->size, 1, &cube) ||
+        ibl_level0_create(ctx, map->width, map->height, s->yaw, &cube, &l))
+        exit(1);
+    for (int j = 0; j < map->height;) {
+        const int left = map->height - j;
+        const int rows = most ? 1 + below(r, most < left ? most : left) : left;
+        const size_t floats = 3 * (size_t)rows * (size_t)map->width;
+        /* Of its own size, so that reading beyond it is seen. */
+        float *batch = malloc(floats * sizeof *batch);
+        memcpy(batch, map->data + 3 * (size_t)j * (size_t)map->width,
+               floats * sizeof *batch);
+        CHECK(!ibl_level0_add(l, rows, batch));
+        free(batch);
+        j += rows;
+    }
+    CHECK(!ibl_level0_finish(l));
+    ibl_level0_free(l);
+    return cube;
+}
+
+static void same_bytes(const struct subject *s, const ibl_cube *a,
+                       const ibl_cube *b, const char *what)
+{
+    CHECK_MSG(!memcmp(a->data, b->data, 12 * ibl_cube_texels(a->size, 1)),
+              "%dx%d to %d, yaw %g: other bytes %s", s->map.width,
+              s->map.height, s->size, s->yaw, what);
+}
+
+static void any_batch_and_threads(void)
+{
+    ibl_ctx *ctx[] = {test_ctx(1, IBL_ISA_AUTO), test_ctx(2, IBL_ISA_AUTO),
+                      test_ctx(7, IBL_ISA_AUTO)};
+    test_random r = {3};
+    for (int k = 0; k < 24; k++) {
+        const int most[] = {1, 3, 1000};
+        struct subject s = make(ctx[0], &r);
+        ibl_cube want = by_rows(ctx[0], &s, &r, 0);
+        for (int i = 0; i < 3; i++) {
+            ibl_cube got = by_rows(ctx[i], &s, &r, most[(i + k) % 3]);
+            same_bytes(&s, &want, &got, "by batches or threads");
+            ibl_cube_free(&got);
+        }
+        ibl_cube_free(&want);
+        ibl_image_free(&s.map);
+    }
+    for (int i = 0; i < 3; i++)
+        ibl_ctx_free(ctx[i]);
+}
+
+static void any_isa(void)
+{
+    test_random r = {4};
+    for (int k = 0; k < 12; k++) {
+        ibl_ctx *plain = test_ctx(1, IBL_ISA_C);
+        struct subject s = make(plain, &r);
+        ibl_cube want = by_rows(plain, &s, &r, 0);
+        for (ibl_isa isa = IBL_ISA_SSE2; isa <= ibl_isa_best(); isa++) {
+            ibl_ctx *ctx = test_ctx(1, isa);
+            ibl_cube got = by_rows(ctx, &s, &r, 0);
+            same_bytes(&s, &want, &got, ibl_isa_name(isa));
+            ibl_cube_free(&got);
+            ibl_ctx_free(ctx);
+        }
+        ibl_cube_free(&want);
+        ibl_image_free(&s.map);
+        ibl_ctx_free(plain);
+    }
+}
+
+/* The largest relative difference to the reference at some texels. */
+static double worst_texel(ibl_ctx *ctx, const struct subject *s, test_random *r)
+{
+    enum {
+        COUNT = 120
+    };
+    ibl_texel t[COUNT];
+    static double rgb[3 * COUNT];
+    ibl_reference *ref;
+    double worst = 0;
+    const int n = s->size;
+    ibl_cube cube = by_rows(ctx, s, r, 0);
+    for (int i = 0; i < COUNT; i++) {
+        /* Half of them on top and bottom, some by the axes and diagonals. */
+        t[i] = (ibl_texel){i % 2 ? 2 + i / 2 % 2 : below(r, 6), below(r, n),
+                           below(r, n)};
+        if (i % 5 == 0)
+            t[i].x = i % 10 ? t[i].y : n / 2;
+    }
+    if (ibl_reference_create(ctx, &s->map, s->yaw, &ref) ||
+        ibl_reference_texels(ref, n, t, COUNT, rgb))
+        exit(1);
+    for (int i = 0; i < COUNT; i++) {
+        const float *p =
+            ibl_cube_face(&cube, 0, t[i].face) + 3 * (t[i].y * n + t[i].x);
+        for (int c = 0; c < 3; c++)
+            worst = fmax(worst,
+                         fabs((double)p[c] - rgb[3 * i + c]) / rgb[3 * i + c]);
+    }
+    ibl_reference_free(ref);
+    ibl_cube_free(&cube);
+    return worst;
+}
+
+/* Noise of 0.5 to 1.5, at most half a texel's value away from it: what a border
+ * of texels is off by moves at most that much light, relative to the texel's
+ * solid angle. check_property computes 1.3e-5 for pieces of a whole column;
+ * rows cut them shorter. No larger pixels than texels: interpolated ones are of
+ * another shape, bilinear here and by steps there. */
+static void near_reference(void)
+{
+    static const int widths[] = {512, 516, 514, 513, 200, 130, 73, 1024};
+    static const double yaws[] = {0, 90, 45, 10, -77.7, 360.0 / 1024};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    test_random r = {5};
+    double most = 0;
+    for (int k = 0; k < 40; k++) {
+        const int w = widths[below(&r, 8)];
+        struct subject s = {.yaw = yaws[below(&r, 6)],
+                            .size = 1 + below(&r, w / 4)};
+        const int h = 2 * s.size + below(&r, 2 * s.size);
+        s.map = map_constant(ctx, w, h, 0);
+        for (size_t i = 0; i < map_floats(&s.map); i++)
+            s.map.data[i] = (float)(0.5 + test_random_unit(&r));
+        const double off = worst_texel(ctx, &s, &r);
+        CHECK_MSG(off <= 1e-5 + u, "%dx%d to %d, yaw %g: %.3g off", w, h,
+                  s.size, s.yaw, off);
+        most = fmax(most, off);
+        ibl_image_free(&s.map);
+    }
+    if (getenv("IBL_TEST_VERBOSE"))
+        printf("near_reference: %.3g of 1e-5\n", most);
+    ibl_ctx_free(ctx);
+}
+
+/* Peak memory in KiB that a process of its own needs more for such a map. */
+static long growth(int w, int h, int n)
+{
+    enum {
+        ROWS = 16
+    };
+    int ends[2];
+    long kib = -1;
+    if (pipe(ends))
+        return -1;
+    const pid_t child = fork();
+    if (child == 0) {
+        struct rusage before, after;
+        ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+        const size_t floats = 3 * (size_t)w * ROWS;
+        float *batch = malloc(floats * sizeof *batch);
+        ibl_level0 *l;
+        ibl_cube cube;
+        for (size_t i = 0; i < floats; i++)
+            batch[i] = 1;
+        if (ibl_cube_alloc(ctx, n, 1, &cube))
+            _exit(1);
+        memset(cube.data, 0, 12 * ibl_cube_texels(n, 1));
+        getrusage(RUSAGE_SELF, &before);
+        if (ibl_level0_create(ctx, w, h, 10, &cube, &l))
+            _exit(1);
+        for (int j = 0; j < h; j += ROWS)
+            if (ibl_level0_add(l, h - j < ROWS ? h - j : ROWS, batch))
+                _exit(1);
+        if (ibl_level0_finish(l))
+            _exit(1);
+        getrusage(RUSAGE_SELF, &after);
+        kib = after.ru_maxrss - before.ru_maxrss;
+        _exit(write(ends[1], &kib, sizeof kib) != sizeof kib);
+    }
+    close(ends[1]);
+    if (child < 0 || read(ends[0], &kib, sizeof kib) != sizeof kib)
+        kib = -1;
+    close(ends[0]);
+    if (child > 0)
+        waitpid(child, NULL, 0);
+    return kib;
+}
+
+/* Sums are kept of the lines of texels that a row crosses: three tenths of a
+ * quarter of the cube, at its corners, in double. Tables are of the size of a
+ * row. */
+static void memory(void)
+{
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    test_skip("a sanitizer has memory of its own");
+#else
+    const long tall = growth(2048, 8192, 64), small = growth(2048, 1024, 64);
+    const long large = growth(4096, 2048, 1024);
+    const long cube = (long)(12 * ibl_cube_texels(1024, 1) / 1024);
+    if (getenv("IBL_TEST_VERBOSE"))
+        printf("memory: %ld, %ld; %ld KiB of %ld\n", small, tall, large, cube);
+    NEED(tall >= 0 && small >= 0 && large >= 0);
+    CHECK_MSG(tall <= small + 256, "%ld KiB for 1024 rows, %ld for 8192", small,
+              tall);
+    CHECK_MSG(large <= 0.4 * (double)cube, "%ld KiB for a cube of %ld", large,
+              cube);
+#endif
+}
+
+/* Misuse that a caller can be told of. */
+static void arguments(void)
+{
+    ibl_ctx_options opts = ibl_ctx_options_default();
+    test_messages said = {0};
+    ibl_level0 *l = NULL;
+    ibl_ctx *ctx;
+    ibl_cube cube;
+    opts.log = test_keep;
+    opts.log_cookie = &said;
+    NEED(!ibl_ctx_create(&opts, &ctx));
+    NEED(!ibl_cube_alloc(ctx, 4, 1, &cube));
+    CHECK(ibl_level0_create(ctx, 8, 4, INFINITY, &cube, &l) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(!l && strstr(said.text[IBL_LOG_ERROR], "finite"));
+    CHECK(ibl_level0_create(ctx, 0, 4, 0, &cube, &l) == IBL_ERR_ARGUMENT);
+    CHECK(!l && strstr(said.text[IBL_LOG_ERROR], "0x4"));
+    ibl_level0_free(NULL);
+    ibl_cube_free(&cube);
+    ibl_ctx_free(ctx);
+}
+
+static const test tests[] = {TEST(any_batch_and_threads), TEST(any_isa),
+                             TEST(near_reference), TEST(memory),
+                             TEST(arguments)};
+TEST_MAIN(tests)
