@@ -60,23 +60,22 @@ static void weights(const ibl_taps *taps, double shift, double scale,
 static void row(const ibl_interp_row *a)
 {
     for (int i = 0; i < a->count; i++) {
-        const float *grid = a->grid +
-                            (ptrdiff_t)a->ring[i] * (ptrdiff_t)a->stride +
-                            4 * (ptrdiff_t)a->column[i];
-        const float *ring = a->ring_weight + (size_t)i * IBL_TAPS;
-        const float *column = a->column_weight + (size_t)i * IBL_TAPS;
+        const ptrdiff_t r = i * a->ring_step, c = i * a->column_step;
+        const float *grid =
+            a->grid + a->ring[r] * a->stride + 4 * (ptrdiff_t)a->column[c];
+        const float *ring = a->ring_weight + r * IBL_TAPS;
+        const float *column = a->column_weight + c * IBL_TAPS;
         float sum[4] = {0};
         for (int k = 0; k < IBL_TAPS; k++) {
             float along[4] = {0};
             for (int j = 0; j < IBL_TAPS; j++)
-                for (int c = 0; c < 4; c++)
-                    along[c] +=
-                        ring[j] * grid[(size_t)j * a->stride + 4 * k + c];
-            for (int c = 0; c < 4; c++)
-                sum[c] += column[k] * along[c];
+                for (int n = 0; n < 4; n++)
+                    along[n] += ring[j] * grid[j * a->stride + 4 * k + n];
+            for (int n = 0; n < 4; n++)
+                sum[n] += column[k] * along[n];
         }
-        for (int c = 0; c < 4; c++)
-            a->rgba[4 * i + c] = sum[c];
+        for (int n = 0; n < 4; n++)
+            a->rgba[4 * i + n] = sum[n];
     }
 }
 

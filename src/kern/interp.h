@@ -25,17 +25,21 @@ typedef struct ibl_taps {
     double coef[IBL_TAPS_DEGREE + 1][IBL_TAPS];
 } ibl_taps;
 
-/* A row of texels to be interpolated. Texel i is the sum, over rows j and
- * columns k of 8 x 8 samples of 4 floats, the first one at
- *     grid + ring[i] stride + 4 column[i],
- * of ring_weight[8 i + j] column_weight[8 i + k] sample. */
+/*
+ * A row of texels to be interpolated. Texel i is the sum, over j and k = 0..7,
+ * of ring_weight[8 r + j] column_weight[8 c + k] times the sample of 4 floats
+ * at
+ *     grid + (ring[r] + j) stride + 4 (column[c] + k),
+ * r = i ring_step, c = i column_step. A negative stride mirrors the rings.
+ */
 typedef struct ibl_interp_row {
     const float *grid;
-    size_t stride; /* floats from ring to ring */
+    ptrdiff_t stride; /* floats from ring to ring */
     const int *ring, *column;
     const float *ring_weight, *column_weight;
-    int count;   /* texels, 0 or more */
-    float *rgba; /* 4 count floats, written */
+    int ring_step, column_step; /* 1 or -1 */
+    int count;                  /* texels, 0 or more */
+    float *rgba;                /* 4 count floats, written */
 } ibl_interp_row;
 
 /* Colours that a texel is given at last, see finish(). */

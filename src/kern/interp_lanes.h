@@ -215,11 +215,12 @@ static inline vf across(const vf along[VECTORS], const float *w)
 static inline void lanes_row(const ibl_interp_row *row)
 {
     const ibl_interp_row a = *row;
-    const ptrdiff_t stride = (ptrdiff_t)a.stride;
+    const ptrdiff_t stride = a.stride;
     for (int i = 0; i < a.count; i++) {
+        const ptrdiff_t r = i * a.ring_step, c = i * a.column_step;
         const float *grid =
-            a.grid + a.ring[i] * stride + 4 * (ptrdiff_t)a.column[i];
-        const float *w = a.ring_weight + (size_t)i * IBL_TAPS;
+            a.grid + a.ring[r] * stride + 4 * (ptrdiff_t)a.column[c];
+        const float *w = a.ring_weight + r * IBL_TAPS;
         vf along[VECTORS] = {vf_all(0)};
         along[1] = vf_all(0);
 #if VF <= 8
@@ -228,6 +229,9 @@ static inline void lanes_row(const ibl_interp_row *row)
 #if VF <= 4
         along[4] = along[5] = along[6] = along[7] = vf_all(0);
 #endif
+        /* What the rows of texels after this one will want. */
+        __builtin_prefetch(grid + 8 * stride + 16);
+        __builtin_prefetch(grid - stride + 16);
         add_ring(grid, w[0], along);
         add_ring(grid + stride, w[1], along);
         add_ring(grid + 2 * stride, w[2], along);
@@ -237,8 +241,7 @@ static inline void lanes_row(const ibl_interp_row *row)
         add_ring(grid + 6 * stride, w[6], along);
         add_ring(grid + 7 * stride, w[7], along);
         _mm_storeu_ps(a.rgba + 4 * (size_t)i,
-                      fold(across(along,
-                                  a.column_weight + (size_t)i * IBL_TAPS)));
+                      fold(across(along, a.column_weight + c * IBL_TAPS)));
     }
 }
 

@@ -8,20 +8,13 @@
 
 #include "core/cpu.h"
 
-static size_t stride_of(int size)
+static void points(double v, int size, int first, int stride, float *point)
 {
-    return ((size_t)size + IBL_RADIAL_BLOCK - 1) / IBL_RADIAL_BLOCK *
-           IBL_RADIAL_BLOCK;
-}
-
-static void points(double v, int size, float *point)
-{
-    const size_t stride = stride_of(size);
-    for (size_t i = 0; i < stride; i++) {
-        const double u = (2.0 * (double)i + 1) / size - 1;
+    for (int i = 0; i < stride; i++) {
+        const double u = (2.0 * (first + i) + 1) / size - 1;
         const double scale = 1 / sqrt(1 + u * u + v * v);
         const double d[3] = {scale, u * scale, v * scale};
-        for (size_t k = 0; k < 3; k++) {
+        for (int k = 0; k < 3; k++) {
             const float near = (float)d[k];
             point[k * stride + i] = near;
             point[(k + 3) * stride + i] = (float)(d[k] - (double)near);
@@ -50,15 +43,14 @@ static float rational(const ibl_radial *lobe, float q)
 }
 
 static void add(const ibl_radial *lobe, const ibl_radial_light *lights,
-                int count, const float *point, int size, float *rgba)
+                int count, const float *point, int stride, float *rgba)
 {
-    const size_t stride = stride_of(size);
-    for (size_t i = 0; i < stride; i++) {
+    for (int i = 0; i < stride; i++) {
         float sum[3] = {0};
         for (int l = 0; l < count; l++) {
             const ibl_radial_light *s = &lights[l];
             float q = 0;
-            for (size_t k = 0; k < 3; k++) {
+            for (int k = 0; k < 3; k++) {
                 const float e = (point[k * stride + i] - s->at[k]) +
                                 (point[(k + 3) * stride + i] - s->rest[k]);
                 q += e * e;
@@ -68,7 +60,7 @@ static void add(const ibl_radial *lobe, const ibl_radial_light *lights,
             for (int c = 0; c < 3; c++)
                 sum[c] += s->rgb[c] * value;
         }
-        for (size_t c = 0; c < 3; c++)
+        for (int c = 0; c < 3; c++)
             rgba[4 * i + c] += sum[c];
     }
 }

@@ -12,7 +12,7 @@
 #include "ibl/ibl.h"
 
 enum {
-    IBL_RADIAL_BLOCK = 16 /* texels; rows are padded to multiples of it */
+    IBL_RADIAL_BLOCK = 16 /* texels */
 };
 
 /*
@@ -42,19 +42,20 @@ typedef struct ibl_radial_light {
 
 typedef struct ibl_radial_dsp {
     /*
-     * Points of a row of a face of `size`: (1, u_i, v) / |(1, u_i, v)|,
-     * u_i = (2 i + 1) / size - 1. Component k of texel i is point[k stride +
-     * i], its remainder point[(k + 3) stride + i], stride = size rounded up
-     * to IBL_RADIAL_BLOCK; 6 stride floats are written.
+     * Points of texels first.. of a row of a face of `size`:
+     * (1, u_i, v) / |(1, u_i, v)|, u_i = (2 i + 1) / size - 1. Component k of
+     * texel first + i is point[k stride + i], its remainder
+     * point[(k + 3) stride + i].
+     *   stride  how many, a multiple of IBL_RADIAL_BLOCK; some may lie beyond
+     *           the face
      */
-    void (*points)(double v, int size, float *point);
+    void (*points)(double v, int size, int first, int stride, float *point);
     /*
      * rgba[4 i + c] += sum over lights of rgb[c] K(|point_i - at|^2), for the
-     * `size` texels of a row and those up to the multiple of
-     * IBL_RADIAL_BLOCK; the fourth channel is left alone.
+     * `stride` texels of points(); the fourth channel is left alone.
      */
     void (*add)(const ibl_radial *lobe, const ibl_radial_light *lights,
-                int count, const float *point, int size, float *rgba);
+                int count, const float *point, int stride, float *rgba);
 } ibl_radial_dsp;
 
 /* isa: what the context uses, not IBL_ISA_AUTO. */

@@ -4,7 +4,7 @@
 #ifndef IBL_KERN_RADIAL_LANES_H
 #define IBL_KERN_RADIAL_LANES_H
 
-#include <stddef.h>
+#include <string.h>
 
 #include "kern/lanes.h"
 #include "kern/radial.h"
@@ -12,7 +12,8 @@
 typedef int vi __attribute__((vector_size(sizeof(vf))));
 
 /* What lanes.h lacks: the greater of two, zero where a mask is not set,
- * whether any lane is less, gathering, roots, and adding three vectors to VF
+ * whether any lane is less, roots, every fourth lane's piece of a table (in
+ * fewer steps than a gather takes), shuffles, and adding three vectors to VF
  * texels of four floats. */
 #if VF == 16
 static inline vf keep_less(vf value, vf a, vf b)
@@ -25,9 +26,36 @@ static inline int any_less(vf a, vf b)
     return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ) != 0;
 }
 
-static inline vf gather(const float *from, vi at)
+/* Pieces at[0], at[4], at[8] and at[12]. */
+static inline vf load_pieces(const float *coef, const int *at)
 {
-    return _mm512_i32gather_ps((__m512i)at, from, 4);
+    const __m256 low =
+        _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(coef + at[0])),
+                             _mm_load_ps(coef + at[4]), 1);
+    const __m256 high =
+        _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(coef + at[8])),
+                             _mm_load_ps(coef + at[12]), 1);
+    return _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
+}
+
+static inline vf low_pairs(vf a, vf b)
+{
+    return _mm512_unpacklo_ps(a, b);
+}
+
+static inline vf high_pairs(vf a, vf b)
+{
+    return _mm512_unpackhi_ps(a, b);
+}
+
+static inline vf low_halves(vf a, vf b)
+{
+    return _mm512_shuffle_ps(a, b, 0x44);
+}
+
+static inline vf high_halves(vf a, vf b)
+{
+    return _mm512_shuffle_ps(a, b, 0xEE);
 }
 
 static inline vd vd_sqrt(vd x)
@@ -38,14 +66,13 @@ static inline vd vd_sqrt(vd x)
 static inline void add_rgb(float *rgba, vf r, vf g, vf b)
 {
     const vf zero = vf_all(0);
-    const vf rg0 = _mm512_unpacklo_ps(r, g), rg1 = _mm512_unpackhi_ps(r, g);
-    const vf b0 = _mm512_unpacklo_ps(b, zero);
-    const vf b1 = _mm512_unpackhi_ps(b, zero);
+    const vf rg0 = low_pairs(r, g), rg1 = high_pairs(r, g);
+    const vf b0 = low_pairs(b, zero), b1 = high_pairs(b, zero);
     /* Texels 0 4 8 12, 1 5 9 13, ... */
-    const vf t0 = _mm512_shuffle_ps(rg0, b0, 0x44);
-    const vf t1 = _mm512_shuffle_ps(rg0, b0, 0xEE);
-    const vf t2 = _mm512_shuffle_ps(rg1, b1, 0x44);
-    const vf t3 = _mm512_shuffle_ps(rg1, b1, 0xEE);
+    const vf t0 = low_halves(rg0, b0);
+    const vf t1 = high_halves(rg0, b0);
+    const vf t2 = low_halves(rg1, b1);
+    const vf t3 = high_halves(rg1, b1);
     const vf a0 = _mm512_shuffle_f32x4(t0, t1, 0x44);
     const vf a1 = _mm512_shuffle_f32x4(t2, t3, 0x44);
     const vf a2 = _mm512_shuffle_f32x4(t0, t1, 0xEE);
@@ -69,9 +96,32 @@ static inline int any_less(vf a, vf b)
     return _mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_LT_OQ)) != 0;
 }
 
-static inline vf gather(const float *from, vi at)
+/* Pieces at[0] and at[4]. */
+static inline vf load_pieces(const float *coef, const int *at)
 {
-    return _mm256_i32gather_ps(from, (__m256i)at, 4);
+    return _mm256_insertf128_ps(
+        _mm256_castps128_ps256(_mm_load_ps(coef + at[0])),
+        _mm_load_ps(coef + at[4]), 1);
+}
+
+static inline vf low_pairs(vf a, vf b)
+{
+    return _mm256_unpacklo_ps(a, b);
+}
+
+static inline vf high_pairs(vf a, vf b)
+{
+    return _mm256_unpackhi_ps(a, b);
+}
+
+static inline vf low_halves(vf a, vf b)
+{
+    return _mm256_shuffle_ps(a, b, 0x44);
+}
+
+static inline vf high_halves(vf a, vf b)
+{
+    return _mm256_shuffle_ps(a, b, 0xEE);
 }
 
 static inline vd vd_sqrt(vd x)
@@ -82,14 +132,13 @@ static inline vd vd_sqrt(vd x)
 static inline void add_rgb(float *rgba, vf r, vf g, vf b)
 {
     const vf zero = vf_all(0);
-    const vf rg0 = _mm256_unpacklo_ps(r, g), rg1 = _mm256_unpackhi_ps(r, g);
-    const vf b0 = _mm256_unpacklo_ps(b, zero);
-    const vf b1 = _mm256_unpackhi_ps(b, zero);
+    const vf rg0 = low_pairs(r, g), rg1 = high_pairs(r, g);
+    const vf b0 = low_pairs(b, zero), b1 = high_pairs(b, zero);
     /* Texels 0 4, 1 5, 2 6, 3 7. */
-    const vf t0 = _mm256_shuffle_ps(rg0, b0, 0x44);
-    const vf t1 = _mm256_shuffle_ps(rg0, b0, 0xEE);
-    const vf t2 = _mm256_shuffle_ps(rg1, b1, 0x44);
-    const vf t3 = _mm256_shuffle_ps(rg1, b1, 0xEE);
+    const vf t0 = low_halves(rg0, b0);
+    const vf t1 = high_halves(rg0, b0);
+    const vf t2 = low_halves(rg1, b1);
+    const vf t3 = high_halves(rg1, b1);
     vf_store(rgba, vf_load(rgba) + _mm256_permute2f128_ps(t0, t1, 0x20));
     vf_store(rgba + 8,
              vf_load(rgba + 8) + _mm256_permute2f128_ps(t2, t3, 0x20));
@@ -109,9 +158,29 @@ static inline int any_less(vf a, vf b)
     return _mm_movemask_ps(_mm_cmplt_ps(a, b)) != 0;
 }
 
-static inline vf gather(const float *from, vi at)
+static inline vf load_pieces(const float *coef, const int *at)
 {
-    return _mm_setr_ps(from[at[0]], from[at[1]], from[at[2]], from[at[3]]);
+    return _mm_load_ps(coef + at[0]);
+}
+
+static inline vf low_pairs(vf a, vf b)
+{
+    return _mm_unpacklo_ps(a, b);
+}
+
+static inline vf high_pairs(vf a, vf b)
+{
+    return _mm_unpackhi_ps(a, b);
+}
+
+static inline vf low_halves(vf a, vf b)
+{
+    return _mm_shuffle_ps(a, b, 0x44);
+}
+
+static inline vf high_halves(vf a, vf b)
+{
+    return _mm_shuffle_ps(a, b, 0xEE);
 }
 
 static inline vd vd_sqrt(vd x)
@@ -130,24 +199,18 @@ static inline void add_rgb(float *rgba, vf r, vf g, vf b)
 }
 #endif
 
-static inline size_t stride_of(int size)
-{
-    return ((size_t)size + IBL_RADIAL_BLOCK - 1) / IBL_RADIAL_BLOCK *
-           IBL_RADIAL_BLOCK;
-}
-
-static inline void store_split(float *point, size_t rest, vd x)
+static inline void store_split(float *point, int rest, vd x)
 {
     vd_store_floats(point, x);
     vd_store_floats(point + rest, x - vd_load_floats(point));
 }
 
-static inline void lanes_points(double v, int size, float *point)
+static inline void lanes_points(double v, int size, int first, int stride,
+                                float *point)
 {
     static const double odd[8] = {1, 3, 5, 7, 9, 11, 13, 15};
-    const size_t stride = stride_of(size);
-    for (size_t i = 0; i < stride; i += VD) {
-        const vd u = (vd_load(odd) + 2.0 * (double)i) / (double)size - 1.0;
+    for (int i = 0; i < stride; i += VD) {
+        const vd u = (vd_load(odd) + 2.0 * (first + i)) / (double)size - 1.0;
         const vd scale = 1.0 / vd_sqrt(1.0 + u * u + v * v);
         store_split(point + i, 3 * stride, scale);
         store_split(point + stride + i, 3 * stride, u * scale);
@@ -185,20 +248,28 @@ static inline vf tabulated(const ibl_radial *lobe, vf q)
     const vi at = ((word >> shift) - base) << 2;
     const vf x = __builtin_convertvector(word & ((1 << shift) - 1), vf) *
                  (1 / (float)(1 << shift));
-    vf k = vf_fma(gather(lobe->coef + 3, at), x, gather(lobe->coef + 2, at));
-    k = vf_fma(k, x, gather(lobe->coef + 1, at));
-    return vf_fma(k, x, gather(lobe->coef, at));
+    int piece[VF];
+    memcpy(piece, &at, sizeof piece);
+    const vf p0 = load_pieces(lobe->coef, piece);
+    const vf p1 = load_pieces(lobe->coef, piece + 1);
+    const vf p2 = load_pieces(lobe->coef, piece + 2);
+    const vf p3 = load_pieces(lobe->coef, piece + 3);
+    /* From four coefficients of each texel to vectors of each coefficient. */
+    const vf a = low_pairs(p0, p1), b = low_pairs(p2, p3);
+    const vf c = high_pairs(p0, p1), d = high_pairs(p2, p3);
+    vf k = vf_fma(high_halves(c, d), x, low_halves(c, d));
+    k = vf_fma(k, x, high_halves(a, b));
+    return vf_fma(k, x, low_halves(a, b));
 }
 
 static inline void lanes_add(const ibl_radial *lobe,
                              const ibl_radial_light *lights, int count,
-                             const float *point, int size, float *rgba)
+                             const float *point, int stride, float *rgba)
 {
-    const size_t stride = stride_of(size);
     const vf horizon = vf_all(2);
-    for (size_t i = 0; i < stride; i += VF) {
+    for (int i = 0; i < stride; i += VF) {
         vf p[6], r = vf_all(0), g = r, b = r;
-        for (size_t k = 0; k < 6; k++)
+        for (int k = 0; k < 6; k++)
             p[k] = vf_load(point + k * stride + i);
         for (int l = 0; l < count; l++) {
             const ibl_radial_light *s = &lights[l];

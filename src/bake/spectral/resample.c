@@ -7,13 +7,13 @@
  * On top and bottom u and v, both signs of each, and the two faces share one
  * distance from the pole and one azimuth in its quadrant.
  *
- * So a job takes a few pairs of rows, y and n - 1 - y, of the four side faces
- * or of top and bottom, and finds places and weights once for all of a pair.
+ * So a job takes some pairs of rows, y and n - 1 - y, of the four side faces
+ * or of top and bottom, and finds places and weights once for all of them.
  */
 #include "bake/spectral/resample.h"
 
 #include <math.h>
-#include <stdint.h>
+#include <stdbool.h>
 #include <string.h>
 
 #include "bake/spectral/taps.h"
@@ -25,134 +25,27 @@
 #define PI 3.14159265358979323846
 
 enum {
-    TEXELS_PER_JOB = 6144,
-    LIGHTS_PER_JOB = 1 << 18 /* times texels */
+    PAIRS = 8, /* of rows in a job, at most */
+    TILE = 64, /* texels along a row, a multiple of IBL_RADIAL_BLOCK */
+    LIGHTS_PER_JOB = 1 << 20 /* times texels, where it is more than a pair */
 };
 
-/* ---- the grid ---------------------------------------------------------- */
-
-static ibl_status check_shape(ibl_ctx *ctx, int rings, int columns)
-{
-    if (rings < 1 || rings > IBL_MAX_EDGE)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "a grid of %d rings: must be 1 to %d", rings,
-                        IBL_MAX_EDGE);
-    if (columns < 4 || columns > IBL_MAX_EDGE || (columns & (columns - 1)))
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "a grid of %d columns: must be a power of two, 4 to %d",
-                        columns, IBL_MAX_EDGE);
-    return IBL_OK;
-}
-
-ibl_status ibl_ring_grid_alloc(ibl_ctx *ctx, int rings, int columns,
-                               ibl_ring_grid *grid)
-{
-    ibl_status status = check_shape(ctx, rings, columns);
-    if (status) {
-        ibl_ring_grid_free(grid);
-        return status;
-    }
-    grid->rings = rings;
-    grid->columns = columns;
-    grid->stride = 4 * ((size_t)columns + 2 * IBL_GRID_BORDER);
-    const size_t rows = (size_t)rings + 2 * IBL_GRID_BORDER;
-    if (grid->room / grid->stride >= rows)
-        return IBL_OK;
-    ibl_free(grid->data);
-    grid->data = ibl_alloc_array(rows, grid->stride * sizeof *grid->data);
-    grid->room = rows * grid->stride;
-    if (!grid->data) {
-        *grid = (ibl_ring_grid){0};
-        return ibl_no_memory(ctx, "a grid of rings");
-    }
-    return IBL_OK;
-}
-
-void ibl_ring_grid_free(ibl_ring_grid *grid)
-{
-    if (!grid)
-        return;
-    ibl_free(grid->data);
-    *grid = (ibl_ring_grid){0};
-}
-
-/* The ring that a row of the border continues, and whether it lies half a turn
- * away: around the sphere after 2 rings. */
-static int ring_behind(const ibl_ring_grid *grid, int row, int *turned)
-{
-    const int around = 2 * grid->rings;
-    row = (row % around + around) % around;
-    *turned = row >= grid->rings;
-    return *turned ? around - 1 - row : row;
-}
-
-/* Writes a row with its border from column `shift` on of another. */
-static void copy_ring(const ibl_ring_grid *grid, const float *from, int shift,
-                      float *to)
-{
-    const int n = grid->columns;
-    for (int i = -IBL_GRID_BORDER; i < n + IBL_GRID_BORDER; i++)
-        memcpy(to + 4 * i, from + 4 * (size_t)((i + shift + 2 * n) & (n - 1)),
-               4 * sizeof *to);
-}
-
-static void close_ring(const ibl_ring_grid *grid, int ring)
-{
-    const int n = grid->columns, rings = grid->rings;
-    float *row = ibl_ring_grid_at(grid, ring);
-    for (int i = 0; i < IBL_GRID_BORDER; i++) {
-        memcpy(row + 4 * (i - IBL_GRID_BORDER),
-               row + 4 * (size_t)((i - IBL_GRID_BORDER + n) & (n - 1)),
-               4 * sizeof *row);
-        memcpy(row + 4 * ((size_t)n + i), row + 4 * (size_t)(i & (n - 1)),
-               4 * sizeof *row);
-    }
-    for (int i = 0; i < 2 * IBL_GRID_BORDER; i++) {
-        const int at = i < IBL_GRID_BORDER ? i - IBL_GRID_BORDER
-                                           : rings + i - IBL_GRID_BORDER;
-        int turned;
-        if (ring_behind(grid, at, &turned) == ring)
-            copy_ring(grid, row, turned ? n / 2 : 0,
-                      ibl_ring_grid_at(grid, at));
-    }
-}
-
-void ibl_ring_grid_close(const ibl_ring_grid *grid, int first, int count)
-{
-    for (int ring = first; ring < first + count; ring++)
-        close_ring(grid, ring);
-}
-
-static void close_job(void *arg, int job, int worker)
-{
-    const ibl_ring_grid *grid = arg;
-    const int first = 64 * job, left = grid->rings - first;
-    (void)worker;
-    ibl_ring_grid_close(grid, first, left < 64 ? left : 64);
-}
-
-ibl_status ibl_ring_grid_fill_borders(ibl_ctx *ctx, const ibl_ring_grid *grid)
-{
-    return ibl_run(ctx, NULL, (grid->rings + 63) / 64, close_job,
-                   (void *)(uintptr_t)grid);
-}
-
-/* ---- a level ----------------------------------------------------------- */
-
-/* A row of texels: where their taps begin and weights, 8 a texel. */
+/* Where texels' taps begin and their weights, 8 a texel. */
 typedef struct places {
     int *first;
     float *weight;
 } places;
 
-/* What a worker has for a pair of rows. */
+/* What a worker knows of a pair of rows, y and n - 1 - y. */
+typedef struct pair {
+    places ring;            /* of the upper row's left half */
+    places column;          /* of the upper row of a pole */
+    float *gain, *low_gain; /* of the texels of both rows */
+} pair;
+
 typedef struct scratch {
     double *angle, *azimuth; /* of a half row */
-    places ring, low_ring;   /* of the upper row, and of its mirror image */
-    places column, low_column;
-    float *gain, *low_gain;
-    float *rgba;
-    float *point;
+    pair pair[PAIRS];
 } scratch;
 
 typedef struct level {
@@ -161,53 +54,30 @@ typedef struct level {
     ibl_radial_dsp radial;
     ibl_taps ring_taps, column_taps;
     ibl_interp_range range;
-    places column;     /* of +X, every row */
-    float *gain;       /* of the rings and their border */
-    scratch *parts;    /* one for each worker */
-    int n, half;       /* edge, and (n + 1) / 2 */
-    int pairs, chunks; /* of rows in a job, and jobs for all pairs */
+    places column;  /* of +X, every row */
+    float *gain;    /* of the rings and their border */
+    scratch *parts; /* one for each worker */
+    int n, half;    /* edge, and (n + 1) / 2 */
+    int chunk;      /* pairs of rows in a job */
+    int chunks;     /* jobs for all pairs */
     float *texels;
 } level;
 
-/* Texel i of a row from the mirror image of texel n - 1 - i, for i >= from:
- * the first tap from end - the other's, the weights in reverse. */
-static void mirror(const level *a, const places *src, int from, int end,
-                   places *dst)
+/* The right half of columns from the left: the first tap is that of the mirror
+ * image, the weights are in reverse. */
+static void mirror(const level *a, const places *p)
 {
-    for (int i = from; i < a->n; i++) {
-        const int k = a->n - 1 - i;
-        dst->first[i] = end - src->first[k];
-        for (int t = 0; t < IBL_TAPS; t++)
-            dst->weight[IBL_TAPS * i + t] =
-                src->weight[IBL_TAPS * k + IBL_TAPS - 1 - t];
-    }
-}
-
-/* The other half of a row, the same as the first in reverse order. */
-static void repeat(const level *a, places *p)
-{
+    const int end = a->sum->grid->columns - IBL_TAPS;
     for (int i = a->half; i < a->n; i++) {
-        const int k = a->n - 1 - i;
-        p->first[i] = p->first[k];
-        memcpy(p->weight + IBL_TAPS * i, p->weight + IBL_TAPS * k,
-               IBL_TAPS * sizeof *p->weight);
-    }
-}
-
-/* The same row mirrored in the equator. */
-static void flip(const level *a, const places *src, places *dst)
-{
-    const int end = a->sum->grid->rings - IBL_TAPS;
-    for (int i = 0; i < a->n; i++) {
-        dst->first[i] = end - src->first[i];
+        const ptrdiff_t k = a->n - 1 - i;
+        float *to = p->weight + IBL_TAPS * (ptrdiff_t)i;
+        p->first[i] = end - p->first[k];
         for (int t = 0; t < IBL_TAPS; t++)
-            dst->weight[IBL_TAPS * i + t] =
-                src->weight[IBL_TAPS * i + IBL_TAPS - 1 - t];
+            to[t] = p->weight[IBL_TAPS * k + IBL_TAPS - 1 - t];
     }
 }
 
-/* Columns that every row of +X has: phi = -atan(u). u falls short of 0 in the
- * first half, and phi is above 0. */
+/* Columns that every row of +X has: phi = -atan(u), above 0 on the left. */
 static void side_columns(level *a, double *angle)
 {
     const int columns = a->sum->grid->columns;
@@ -215,156 +85,209 @@ static void side_columns(level *a, double *angle)
         angle[i] = atan(1 - (2 * i + 1) / (double)a->n);
     a->dsp.weights(&a->column_taps, 0.5 * columns - 0.5, columns / (2 * PI),
                    angle, a->half, a->column.first, a->column.weight);
-    mirror(a, &a->column, a->half, columns - IBL_TAPS, &a->column);
+    mirror(a, &a->column);
 }
 
-/* Interpolates the gain where a row's texels are; NULL for none. */
-static const float *gain_of(const level *a, const places *ring, float *out)
+/* Interpolates the gain at a row's texels; rings from `from` on, by step. */
+static void row_gain(const level *a, const places *ring, int from, int step,
+                     float *out)
 {
-    if (!a->gain)
-        return NULL;
-    for (int i = 0; i < a->n; i++) {
-        const float *gain = a->gain + ring->first[i] + IBL_GRID_BORDER;
+    for (int i = 0; i < a->half; i++) {
+        const float *gain = a->gain + from + ring->first[i] * step;
         float sum = 0;
         for (int t = 0; t < IBL_TAPS; t++)
-            sum += ring->weight[IBL_TAPS * i + t] * gain[t];
-        out[i] = sum;
-    }
-    return out;
-}
-
-/* Texels begin..end - 1 of a row, their columns turned. */
-static void interpolate(const level *a, const places *ring,
-                        const places *column, int turn, int begin, int end,
-                        scratch *s)
-{
-    const ibl_ring_grid *grid = a->sum->grid;
-    const ibl_interp_row row = {
-        .grid = ibl_ring_grid_at(grid, 0) + 4 * (ptrdiff_t)turn,
-        .stride = grid->stride,
-        .ring = ring->first + begin,
-        .column = column->first + begin,
-        .ring_weight = ring->weight + (ptrdiff_t)IBL_TAPS * begin,
-        .column_weight = column->weight + (ptrdiff_t)IBL_TAPS * begin,
-        .count = end - begin,
-        .rgba = s->rgba + 4 * (ptrdiff_t)begin};
-    a->dsp.row(&row);
-}
-
-/* What is to be known of row y of any face before its lights are added. */
-static void place_points(const level *a, int y, scratch *s)
-{
-    if (a->sum->bright)
-        a->radial.points((2 * y + 1) / (double)a->n - 1, a->n, s->point);
-}
-
-static void finish(const level *a, int face, int y, const float *gain,
-                   scratch *s)
-{
-    const ibl_bright *bright = a->sum->bright;
-    const size_t n = (size_t)a->n;
-    if (bright)
-        a->radial.add(a->sum->lobe, ibl_bright_face(bright, face),
-                      ibl_bright_count(bright), s->point, a->n, s->rgba);
-    a->dsp.finish(s->rgba, gain, &a->range, a->n,
-                  a->texels + 3 * ((size_t)face * n + (size_t)y) * n);
-}
-
-/* Row y of the side faces, a quarter turn apart. On -X, half a turn from +X,
- * the left half of the columns are the grid's first and the right half its
- * last. */
-static void side_row(const level *a, int y, const places *ring,
-                     const float *gain, scratch *s)
-{
-    static const struct {
-        int face, left, right; /* quarter turns of its halves */
-    } side[4] = {{0, 0, 0}, {1, -2, 2}, {4, 1, 1}, {5, -1, -1}};
-    const int quarter = a->sum->grid->columns / 4, middle = a->n / 2;
-    place_points(a, y, s);
-    for (int k = 0; k < 4; k++) {
-        interpolate(a, ring, &a->column, side[k].left * quarter, 0, middle, s);
-        interpolate(a, ring, &a->column, side[k].right * quarter, middle, a->n,
-                    s);
-        finish(a, side[k].face, y, gain, s);
+            sum += ring->weight[IBL_TAPS * (ptrdiff_t)i + t] * gain[t * step];
+        out[i] = out[a->n - 1 - i] = sum;
     }
 }
 
-static void side_pair(const level *a, int y, scratch *s)
+static void prepare_gain(const level *a, const pair *p)
+{
+    if (!a->gain)
+        return;
+    row_gain(a, &p->ring, IBL_GRID_BORDER, 1, p->gain);
+    row_gain(a, &p->ring, IBL_GRID_BORDER + a->sum->grid->rings - 1, -1,
+             p->low_gain);
+}
+
+/* Rows y of the side faces: theta = pi / 2 + the latitude of v, since v grows
+ * downwards. */
+static void prepare_side(const level *a, double v, scratch *s, const pair *p)
 {
     const int rings = a->sum->grid->rings;
-    const double v = (2 * y + 1) / (double)a->n - 1;
     a->dsp.latitudes(v, a->n, a->half, s->angle);
-    /* theta = pi / 2 + latitude of v, since v grows downwards. */
     a->dsp.weights(&a->ring_taps, 0.5 * rings - 0.5, rings / PI, s->angle,
-                   a->half, s->ring.first, s->ring.weight);
-    repeat(a, &s->ring);
-    side_row(a, y, &s->ring, gain_of(a, &s->ring, s->gain), s);
-    if (a->n - 1 - y == y)
-        return;
-    flip(a, &s->ring, &s->low_ring);
-    side_row(a, a->n - 1 - y, &s->low_ring, gain_of(a, &s->low_ring, s->gain),
-             s);
+                   a->half, p->ring.first, p->ring.weight);
+    prepare_gain(a, p);
 }
 
 /*
- * Columns of row y of the top, where v <= 0. With a the azimuth in its
- * quadrant phi = a - pi where u <= 0, half a turn from a, and -a where u > 0,
- * the mirror image of a. Row n - 1 - y of the top has pi - a and a, the same
- * from right to left and half a turn on; rows of the bottom have z = -v, so
- * the two are the other way around.
+ * Rows y of top and bottom. On the top v <= 0, and with the azimuth in its
+ * quadrant, a, phi is a - pi on the left, half a turn from a, and -a on the
+ * right, the mirror image of a.
  */
-static void pole_columns(const level *a, scratch *s)
+static void prepare_pole(const level *a, double v, scratch *s, const pair *p)
 {
-    const int columns = a->sum->grid->columns, n = a->n;
+    const int columns = a->sum->grid->columns;
+    a->dsp.polar(v, a->n, a->half, s->angle, s->azimuth);
+    a->dsp.weights(&a->ring_taps, -0.5, a->sum->grid->rings / PI, s->angle,
+                   a->half, p->ring.first, p->ring.weight);
     a->dsp.weights(&a->column_taps, 0.5 * columns - 0.5, columns / (2 * PI),
-                   s->azimuth, a->half, s->column.first, s->column.weight);
-    mirror(a, &s->column, a->half, columns - IBL_TAPS, &s->column);
+                   s->azimuth, a->half, p->column.first, p->column.weight);
+    mirror(a, &p->column);
     for (int i = 0; i < a->half; i++)
-        s->column.first[i] -= columns / 2;
-    for (int i = 0; i < n; i++) {
-        const int k = n - 1 - i;
-        s->low_column.first[i] = s->column.first[k] + columns / 2;
-        memcpy(s->low_column.weight + IBL_TAPS * i,
-               s->column.weight + IBL_TAPS * k,
-               IBL_TAPS * sizeof *s->column.weight);
+        p->column.first[i] -= columns / 2;
+    prepare_gain(a, p);
+}
+
+/* Some texels of a row, all left or all right of the middle. */
+typedef struct tile {
+    int face, y, begin, end;
+    const places *ring, *column;
+    bool low;       /* south of the equator: rings mirrored */
+    bool backwards; /* columns from right to left */
+    int turn;       /* columns to add */
+    const float *gain;
+} tile;
+
+static void interpolate(const level *a, const tile *t, float *rgba)
+{
+    const ibl_ring_grid *grid = a->sum->grid;
+    const ptrdiff_t last = a->n - 1, stride = (ptrdiff_t)grid->stride;
+    const bool left = t->begin < a->half;
+    const ptrdiff_t ring = left ? t->begin : last - t->begin;
+    const ptrdiff_t column = t->backwards ? last - t->begin : t->begin;
+    const float *first = ibl_ring_grid_at(grid, t->low ? grid->rings - 1 : 0);
+    const ibl_interp_row row = {
+        .grid = first + 4 * (ptrdiff_t)t->turn,
+        .stride = t->low ? -stride : stride,
+        .ring = t->ring->first + ring,
+        .column = t->column->first + column,
+        .ring_weight = t->ring->weight + IBL_TAPS * ring,
+        .column_weight = t->column->weight + IBL_TAPS * column,
+        .ring_step = left ? 1 : -1,
+        .column_step = t->backwards ? -1 : 1,
+        .count = t->end - t->begin,
+        .rgba = rgba};
+    a->dsp.row(&row);
+}
+
+static void make_tile(const level *a, const tile *t)
+{
+    const ibl_bright *bright = a->sum->bright;
+    const size_t n = (size_t)a->n;
+    const size_t at = ((size_t)t->face * n + (size_t)t->y) * n;
+    const int count = t->end - t->begin;
+    float rgba[4 * TILE], point[6 * TILE];
+    interpolate(a, t, rgba);
+    if (bright) {
+        const int stride = (count + IBL_RADIAL_BLOCK - 1) / IBL_RADIAL_BLOCK *
+                           IBL_RADIAL_BLOCK;
+        memset(rgba + 4 * (ptrdiff_t)count, 0,
+               4 * (size_t)(stride - count) * sizeof *rgba);
+        a->radial.points((2 * t->y + 1) / (double)a->n - 1, a->n, t->begin,
+                         stride, point);
+        a->radial.add(a->sum->lobe, ibl_bright_face(bright, t->face),
+                      ibl_bright_count(bright), point, stride, rgba);
+    }
+    a->dsp.finish(rgba, t->gain ? t->gain + t->begin : NULL, &a->range, count,
+                  a->texels + 3 * (at + (size_t)t->begin));
+}
+
+/* One face's upper or lower rows of a job. They are made tile by tile, in
+ * columns of tiles: each row finds most of its samples where the one before
+ * has read them, and in the first cache. */
+typedef struct strip {
+    int face, y, rows;
+    bool upwards; /* rows n - 1 - y, n - 2 - y, ... */
+    bool pole, low, backwards;
+    int left, right; /* turns of its halves, in columns */
+} strip;
+
+static void make_column_of_tiles(const level *a, const strip *s,
+                                 const scratch *parts, int begin, int end)
+{
+    const bool left = begin < a->half;
+    for (int k = 0; k < s->rows; k++) {
+        const pair *p = &parts->pair[k];
+        const float *gain = s->low ? p->low_gain : p->gain;
+        const tile t = {.face = s->face,
+                        .y = s->upwards ? a->n - 1 - s->y - k : s->y + k,
+                        .begin = begin,
+                        .end = end,
+                        .ring = &p->ring,
+                        .column = s->pole ? &p->column : &a->column,
+                        .low = s->low,
+                        .backwards = s->backwards,
+                        .turn = left ? s->left : s->right,
+                        .gain = a->gain ? gain : NULL};
+        if (2 * t.y + 1 != a->n || !s->upwards)
+            make_tile(a, &t);
     }
 }
 
-static void pole_row(const level *a, int y, const places *top,
-                     const places *bottom, scratch *s)
+static void make_strip(const level *a, const strip *s, const scratch *parts)
 {
-    place_points(a, y, s);
-    interpolate(a, &s->ring, top, 0, 0, a->n, s);
-    finish(a, 2, y, a->gain ? s->gain : NULL, s);
-    interpolate(a, &s->low_ring, bottom, 0, 0, a->n, s);
-    finish(a, 3, y, a->gain ? s->low_gain : NULL, s);
+    for (int begin = 0; begin < a->n;) {
+        const int stop = begin < a->half ? a->half : a->n;
+        const int end = begin + TILE < stop ? begin + TILE : stop;
+        make_column_of_tiles(a, s, parts, begin, end);
+        begin = end;
+    }
 }
 
-static void pole_pair(const level *a, int y, scratch *s)
+/* The side faces are a quarter turn apart. On -X, half a turn from +X, the
+ * left half of the columns are the grid's first and the right half its last. */
+static void make_sides(const level *a, int y, int rows, const scratch *parts)
 {
-    const int rings = a->sum->grid->rings;
-    const double v = (2 * y + 1) / (double)a->n - 1;
-    a->dsp.polar(v, a->n, a->half, s->angle, s->azimuth);
-    a->dsp.weights(&a->ring_taps, -0.5, rings / PI, s->angle, a->half,
-                   s->ring.first, s->ring.weight);
-    repeat(a, &s->ring);
-    flip(a, &s->ring, &s->low_ring);
-    pole_columns(a, s);
-    gain_of(a, &s->ring, s->gain);
-    gain_of(a, &s->low_ring, s->low_gain);
-    pole_row(a, y, &s->column, &s->low_column, s);
-    if (a->n - 1 - y != y)
-        pole_row(a, a->n - 1 - y, &s->low_column, &s->column, s);
+    static const struct {
+        int face, left, right; /* quarter turns */
+    } side[4] = {{0, 0, 0}, {1, -2, 2}, {4, 1, 1}, {5, -1, -1}};
+    const int quarter = a->sum->grid->columns / 4;
+    for (int k = 0; k < 8; k++) {
+        const strip s = {.face = side[k / 2].face,
+                         .y = y,
+                         .rows = rows,
+                         .low = k % 2,
+                         .upwards = k % 2,
+                         .left = side[k / 2].left * quarter,
+                         .right = side[k / 2].right * quarter};
+        make_strip(a, &s, parts);
+    }
+}
+
+/* Row n - 1 - y of the top is row y from right to left and half a turn on;
+ * rows of the bottom have z = -v, so there it is row y that is so. */
+static void make_poles(const level *a, int y, int rows, const scratch *parts)
+{
+    for (int k = 0; k < 4; k++) {
+        const bool bottom = k / 2, upwards = k % 2;
+        const int turn = bottom != upwards ? a->sum->grid->columns / 2 : 0;
+        const strip s = {.face = bottom ? 3 : 2,
+                         .y = y,
+                         .rows = rows,
+                         .pole = true,
+                         .low = bottom,
+                         .backwards = bottom != upwards,
+                         .upwards = upwards,
+                         .left = turn,
+                         .right = turn};
+        make_strip(a, &s, parts);
+    }
 }
 
 static void level_job(void *arg, int job, int worker)
 {
     const level *a = arg;
-    const int poles = job >= a->chunks;
-    const int begin = (poles ? job - a->chunks : job) * a->pairs;
-    const int end = begin + a->pairs < a->half ? begin + a->pairs : a->half;
-    for (int y = begin; y < end; y++)
-        (poles ? pole_pair : side_pair)(a, y, &a->parts[worker]);
+    scratch *parts = &a->parts[worker];
+    const bool poles = job >= a->chunks;
+    const int y = (poles ? job - a->chunks : job) * a->chunk;
+    const int rows = y + a->chunk < a->half ? a->chunk : a->half - y;
+    for (int k = 0; k < rows; k++) {
+        const double v = (2 * (y + k) + 1) / (double)a->n - 1;
+        (poles ? prepare_pole : prepare_side)(a, v, parts, &parts->pair[k]);
+    }
+    (poles ? make_poles : make_sides)(a, y, rows, parts);
 }
 
 /* ---- setting up -------------------------------------------------------- */
@@ -388,93 +311,90 @@ static places cut_places(cutter *c, size_t n)
     return (places){first, cut(c, IBL_TAPS * n, sizeof(float))};
 }
 
-static scratch cut_scratch(cutter *c, size_t n)
+/* Half rows are written up to a multiple of 8. */
+static void cut_scratch(cutter *c, const level *a, scratch *s)
 {
-    scratch s;
-    s.angle = cut(c, n, sizeof *s.angle);
-    s.azimuth = cut(c, n, sizeof *s.azimuth);
-    s.ring = cut_places(c, n);
-    s.low_ring = cut_places(c, n);
-    s.column = cut_places(c, n);
-    s.low_column = cut_places(c, n);
-    s.gain = cut(c, n, sizeof *s.gain);
-    s.low_gain = cut(c, n, sizeof *s.low_gain);
-    s.rgba = cut(c, 4 * n, sizeof *s.rgba);
-    s.point = cut(c, 6 * n, sizeof *s.point);
-    return s;
+    const size_t n = (size_t)a->n, half = ((size_t)a->half + 7) / 8 * 8;
+    s->angle = cut(c, half, sizeof *s->angle);
+    s->azimuth = cut(c, half, sizeof *s->azimuth);
+    for (int k = 0; k < a->chunk; k++) {
+        pair *p = &s->pair[k];
+        p->ring = cut_places(c, half);
+        p->column = cut_places(c, n);
+        p->gain = a->sum->gain ? cut(c, n, sizeof *p->gain) : NULL;
+        p->low_gain = a->sum->gain ? cut(c, n, sizeof *p->gain) : NULL;
+    }
 }
 
 /* Everything that a level needs, in one piece of memory. */
 static void cut_level(cutter *c, level *a, int threads)
 {
-    const size_t n = ((size_t)a->n + IBL_RADIAL_BLOCK - 1) / IBL_RADIAL_BLOCK *
-                     IBL_RADIAL_BLOCK;
     const size_t rings =
         (size_t)a->sum->grid->rings + 2 * (size_t)IBL_GRID_BORDER;
-    scratch *parts = cut(c, (size_t)threads, sizeof *parts);
-    a->column = cut_places(c, n);
+    scratch none;
+    a->parts = cut(c, (size_t)threads, sizeof *a->parts);
+    a->column = cut_places(c, (size_t)a->n);
     a->gain = a->sum->gain ? cut(c, rings, sizeof *a->gain) : NULL;
-    for (int i = 0; i < threads; i++) {
-        const scratch s = cut_scratch(c, n);
-        if (parts)
-            parts[i] = s;
-    }
-    a->parts = parts;
+    for (int i = 0; i < threads; i++)
+        cut_scratch(c, a, a->parts ? &a->parts[i] : &none);
 }
 
-static void border_gain(level *a)
+static void border_gain(const level *a)
 {
     const ibl_ring_grid *grid = a->sum->grid;
-    for (int i = 0; a->gain && i < grid->rings + 2 * IBL_GRID_BORDER; i++) {
-        int turned;
-        a->gain[i] =
-            a->sum->gain[ring_behind(grid, i - IBL_GRID_BORDER, &turned)];
-    }
+    bool turned;
+    for (int i = 0; a->gain && i < grid->rings + 2 * IBL_GRID_BORDER; i++)
+        a->gain[i] = a->sum->gain[ibl_ring_grid_behind(
+            grid, i - IBL_GRID_BORDER, &turned)];
 }
 
-/* Jobs of equal work: rows of two faces, or four, and the lights on them. */
+/* Small levels in few jobs, and jobs of many lights not too long. */
 static void divide(level *a)
 {
     const ibl_bright *bright = a->sum->bright;
-    const long row = 6L * a->n;
-    const long lights = row * (bright ? ibl_bright_count(bright) : 0);
-    long pairs = TEXELS_PER_JOB / row;
-    if (pairs * lights > LIGHTS_PER_JOB)
-        pairs = LIGHTS_PER_JOB / lights;
-    a->pairs = pairs < 1 ? 1 : (int)pairs;
-    a->chunks = (a->half + a->pairs - 1) / a->pairs;
+    const long lights = bright ? ibl_bright_count(bright) : 0;
+    long chunk = LIGHTS_PER_JOB / (8L * a->n * (lights + 1));
+    chunk = chunk > PAIRS ? PAIRS : chunk < 1 ? 1 : chunk;
+    a->half = (a->n + 1) / 2;
+    a->chunk = chunk < a->half ? (int)chunk : a->half;
+    a->chunks = (a->half + a->chunk - 1) / a->chunk;
+}
+
+static ibl_status run_level(ibl_ctx *ctx, const char *stage, level *a)
+{
+    const ibl_level_sum *sum = a->sum;
+    ibl_interp_dsp_init(&a->dsp, ibl_ctx_isa(ctx));
+    ibl_radial_dsp_init(&a->radial, ibl_ctx_isa(ctx));
+    ibl_taps_design(sum->spectrum, sum->degree, 2.0 * sum->grid->rings,
+                    &a->ring_taps);
+    ibl_taps_design(sum->spectrum, sum->degree, sum->grid->columns,
+                    &a->column_taps);
+    for (int k = 0; k < 3; k++) {
+        a->range.offset[k] = sum->offset[k];
+        a->range.low[k] = sum->low[k];
+        a->range.high[k] = sum->high[k];
+    }
+    side_columns(a, a->parts[0].angle);
+    border_gain(a);
+    return ibl_run(ctx, stage, 2 * a->chunks, level_job, a);
 }
 
 ibl_status ibl_spectral_texels(ibl_ctx *ctx, const char *stage,
                                const ibl_level_sum *sum, const ibl_cube *cube,
                                int level_index)
 {
-    const ibl_ring_grid *grid = sum->grid;
-    level a = {.sum = sum, .n = ibl_cube_edge(cube->size, level_index)};
-    cutter c = {0};
-    a.half = (a.n + 1) / 2;
-    cut_level(&c, &a, ibl_ctx_threads(ctx));
-    c = (cutter){.base = ibl_alloc_array(c.used, 1)};
-    if (!c.base)
-        return ibl_no_memory(ctx, "the places of a level's texels");
-    cut_level(&c, &a, ibl_ctx_threads(ctx));
-
-    ibl_interp_dsp_init(&a.dsp, ibl_ctx_isa(ctx));
-    ibl_radial_dsp_init(&a.radial, ibl_ctx_isa(ctx));
-    ibl_taps_design(sum->spectrum, sum->degree, 2.0 * grid->rings,
-                    &a.ring_taps);
-    ibl_taps_design(sum->spectrum, sum->degree, grid->columns, &a.column_taps);
-    for (int k = 0; k < 3; k++) {
-        a.range.offset[k] = sum->offset[k];
-        a.range.low[k] = sum->low[k];
-        a.range.high[k] = sum->high[k];
-    }
-    a.texels = ibl_cube_face(cube, level_index, 0);
-    side_columns(&a, a.parts[0].angle);
-    border_gain(&a);
+    level a = {.sum = sum,
+               .n = ibl_cube_edge(cube->size, level_index),
+               .texels = ibl_cube_face(cube, level_index, 0)};
+    cutter size = {0}, memory = {0};
     divide(&a);
-    const ibl_status status = ibl_run(ctx, stage, 2 * a.chunks, level_job, &a);
-    ibl_free(c.base);
+    cut_level(&size, &a, ibl_ctx_threads(ctx));
+    memory.base = ibl_alloc_array(size.used, 1);
+    if (!memory.base)
+        return ibl_no_memory(ctx, "the places of a level's texels");
+    cut_level(&memory, &a, ibl_ctx_threads(ctx));
+    const ibl_status status = run_level(ctx, stage, &a);
+    ibl_free(memory.base);
     return status;
 }
 

@@ -20,6 +20,7 @@
 #ifndef IBL_BAKE_SPECTRAL_RESAMPLE_H
 #define IBL_BAKE_SPECTRAL_RESAMPLE_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "bake/spectral/bright.h"
@@ -67,7 +68,9 @@ static inline float *ibl_ring_grid_at(const ibl_ring_grid *grid, int ring)
  * The border is complete when that was done for every ring.
  */
 void ibl_ring_grid_close(const ibl_ring_grid *grid, int first, int count);
-/* That for all rings, on the pool. */
+/* The ring that one of the border is, and whether half a turn away. */
+int ibl_ring_grid_behind(const ibl_ring_grid *grid, int ring, bool *turned);
+/* ibl_ring_grid_close for all rings, on the pool. */
 ibl_status ibl_ring_grid_fill_borders(ibl_ctx *ctx, const ibl_ring_grid *grid);
 
 /*
