@@ -48,6 +48,38 @@ static void every_size(void)
     ibl_free(NULL);
 }
 
+/* More large blocks than are remembered, freed in another order, some kept and
+ * handed out again: none overlap. */
+static void many_large(void)
+{
+    enum {
+        BLOCKS = 80,
+        EDGE = 1 << 20
+    };
+    static unsigned char *p[BLOCKS];
+    test_random rnd = {5};
+
+    for (int n = 0; n < 600; n++) {
+        const int i = (int)(test_random_u64(&rnd) % BLOCKS);
+        if (p[i]) {
+            CHECK(p[i][0] == i && p[i][EDGE - 1] == i);
+            ibl_free(p[i]);
+            p[i] = NULL;
+        } else {
+            const size_t more = (size_t)(test_random_u64(&rnd) % (3 * EDGE));
+            p[i] = ibl_alloc_array(EDGE + more, 1);
+            NEED(p[i]);
+            p[i][0] = p[i][EDGE - 1] = (unsigned char)i;
+        }
+        if (n % 100 == 99)
+            ibl_alloc_trim();
+    }
+    for (int i = 0; i < BLOCKS; i++)
+        ibl_free(p[i]);
+    ibl_alloc_trim();
+    ibl_alloc_trim();
+}
+
 static void too_much(void)
 {
     CHECK(!ibl_alloc_array(SIZE_MAX, 1));
@@ -57,5 +89,6 @@ static void too_much(void)
     CHECK(!ibl_alloc_array((size_t)1 << 33, (size_t)1 << 33));
 }
 
-static const test tests[] = {TEST(every_size), TEST(too_much)};
+static const test tests[] = {TEST(every_size), TEST(many_large),
+                             TEST(too_much)};
 TEST_MAIN(tests)

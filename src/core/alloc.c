@@ -2,6 +2,8 @@
 #define _DEFAULT_SOURCE
 #include "core/alloc.h"
 
+#include <pthread.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,34 +12,136 @@
 enum {
     ALIGNMENT = 64,
     HUGE_PAGE = 1 << 21, /* of x86-64 and of arm64 with pages of 4 KiB */
-    HUGE_FROM = HUGE_PAGE / 2
+    HUGE_FROM = HUGE_PAGE / 2,
+    KEPT_FROM = HUGE_PAGE / 8, /* what may take a kept block */
+    MAX_BLOCKS = 64
 };
+
+/* Kept for the next who asks. Sanitizers are to see every block come and go. */
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define KEPT_BYTES 0
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define KEPT_BYTES 0
+#endif
+#endif
+#ifndef KEPT_BYTES
+#define KEPT_BYTES ((size_t)32 << 20)
+#endif
 
 /*
  * Large memory is asked for in huge pages. The first touch of a fresh page
- * costs the same system call, nearly, whatever its size, and that is most of
- * what short-lived buffers cost: 0.4 ms for each MiB of 4 KiB pages, 0.05 of
- * huge ones, measured. Rounding up wastes less than it asks for at most; where
- * the system gives no huge pages the rest is never touched.
+ * costs nearly the same whatever its size, and that is most of what
+ * short-lived buffers cost: 0.4 ms for each MiB of 4 KiB pages, 0.05 of huge
+ * ones, measured. Rounding up wastes less than it asks for at most; where the
+ * system gives no huge pages the rest is never touched.
+ *
+ * A few of them are kept when they are freed, for a bake takes one after the
+ * other: memory that was touched costs nothing.
  */
+typedef struct block {
+    void *at; /* NULL: no block */
+    size_t bytes;
+    bool kept;
+} block;
+
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+static block blocks[MAX_BLOCKS]; /* under lock; others are not kept */
+static size_t kept_bytes;
+
+/* The smallest kept block that holds bytes and is no more than most. */
+static void *take_kept(size_t bytes, size_t most)
+{
+    block *best = NULL;
+    void *at = NULL;
+
+    pthread_mutex_lock(&lock);
+    for (block *b = blocks; kept_bytes && b < blocks + MAX_BLOCKS; b++)
+        if (b->kept && b->bytes >= bytes && b->bytes <= most &&
+            (!best || b->bytes < best->bytes))
+            best = b;
+    if (best) {
+        at = best->at;
+        best->kept = false;
+        kept_bytes -= best->bytes;
+    }
+    pthread_mutex_unlock(&lock);
+    return at;
+}
+
+static void remember(void *at, size_t bytes)
+{
+    pthread_mutex_lock(&lock);
+    for (block *b = blocks; b < blocks + MAX_BLOCKS; b++)
+        if (!b->at) {
+            *b = (block){at, bytes, false};
+            break;
+        }
+    pthread_mutex_unlock(&lock);
+}
+
+/* Whether a block that is being freed stays here. */
+static bool keep(void *at)
+{
+    bool stays = false;
+
+    pthread_mutex_lock(&lock);
+    for (block *b = blocks; b < blocks + MAX_BLOCKS; b++)
+        if (b->at == at) {
+            stays = b->bytes <= KEPT_BYTES - kept_bytes;
+            b->kept = stays;
+            if (stays)
+                kept_bytes += b->bytes;
+            else
+                b->at = NULL;
+            break;
+        }
+    pthread_mutex_unlock(&lock);
+    return stays;
+}
+
+void ibl_alloc_trim(void)
+{
+    pthread_mutex_lock(&lock);
+    for (block *b = blocks; b < blocks + MAX_BLOCKS; b++)
+        if (b->kept) {
+            free(b->at);
+            *b = (block){0};
+        }
+    kept_bytes = 0;
+    pthread_mutex_unlock(&lock);
+}
+
 static void *alloc_huge(size_t bytes)
 {
     bytes = (bytes + HUGE_PAGE - 1) / HUGE_PAGE * HUGE_PAGE;
-    void *p = aligned_alloc(HUGE_PAGE, bytes);
-#ifdef MADV_HUGEPAGE
+    void *p = take_kept(bytes, 2 * bytes);
     if (p)
-        madvise(p, bytes, MADV_HUGEPAGE); /* a wish */
+        return p;
+    p = aligned_alloc(HUGE_PAGE, bytes);
+    if (!p) {
+        ibl_alloc_trim();
+        p = aligned_alloc(HUGE_PAGE, bytes);
+    }
+    if (!p)
+        return NULL;
+#ifdef MADV_HUGEPAGE
+    madvise(p, bytes, MADV_HUGEPAGE); /* a wish */
 #endif
+    remember(p, bytes);
     return p;
 }
 
 void *ibl_alloc_array(size_t n, size_t size)
 {
-    if (size && n > (SIZE_MAX / 2 - HUGE_PAGE) / size)
+    if (size && n > (SIZE_MAX / 4 - HUGE_PAGE) / size)
         return NULL;
     size_t bytes = n * size;
     if (bytes >= HUGE_FROM)
         return alloc_huge(bytes);
+    void *p = bytes >= KEPT_FROM ? take_kept(bytes, 2 * HUGE_PAGE) : NULL;
+    if (p)
+        return p;
     if (!bytes)
         bytes = 1;
     bytes = (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
@@ -54,5 +158,6 @@ void *ibl_alloc_zeroed(size_t n, size_t size)
 
 void ibl_free(void *p)
 {
-    free(p);
+    if ((uintptr_t)p % HUGE_PAGE || !p || !keep(p))
+        free(p);
 }

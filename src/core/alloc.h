@@ -13,5 +13,7 @@ void *ibl_alloc_array(size_t n, size_t size);
 /* The same, zeroed. */
 void *ibl_alloc_zeroed(size_t n, size_t size);
 void ibl_free(void *p); /* NULL is fine */
+/* Returns to the system what is kept of freed memory, 32 MiB at most. */
+void ibl_alloc_trim(void);
 
 #endif

@@ -120,6 +120,7 @@ void ibl_ctx_free(ibl_ctx *ctx)
     ibl_pool_free(ctx->pool);
     ibl_free(ctx->bridge);
     ibl_free(ctx);
+    ibl_alloc_trim();
 }
 
 int ibl_ctx_threads(const ibl_ctx *ctx)
