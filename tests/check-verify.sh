@@ -107,6 +107,31 @@ test_sidecar_or_options() {
         --geometry schlick-ibl
 }
 
+# Keys, and where there are none the sidecar, and without it an option.
+test_lobes() {
+    local lobe
+    for lobe in charlie phong; do
+        iblbake -q $floats env.exr -o out --lobe $lobe --samples 4096
+        MAX=0.01 accept env.exr out
+        MAX=0.01 refuse env.exr out --lobe ggx
+        MAX=0.01 accept env.exr --specular out/env_specular.dds --lobe $lobe
+        MAX=0.01 refuse env.exr --specular out/env_specular.dds
+        rm -rf out
+        iblbake -q $small env.exr -o out --lobe $lobe --samples 4096
+        MAX=0.01 accept env.exr --specular out/env_specular.ktx2
+        iblbake verify env.exr out --json - | grep -q "\"lobe\": \"$lobe\"" ||
+            echo "$lobe: not in the table's JSON"
+        iblbake -q $small env.exr -o out --lobe $lobe --samples 4096 \
+            --max-error 0.01 || echo "$lobe: bake judges itself: $?"
+        rm -rf out
+    done
+    iblbake -q $floats env.exr -o out
+    sed 's/"lobe": "ggx"/"lobe": "beckmann"/' out/env.json >json
+    mv json out/env.json
+    wrong 1 '*: of a lobe beckmann, *--lobe' env.exr out
+    MAX=0.003 accept env.exr out --lobe ggx
+}
+
 test_a_name_of_its_own() {
     iblbake -q $small env.exr -o out --name other
     MAX=0.003 accept --name other env.exr out

@@ -37,9 +37,9 @@ static ibl_status judge_cube(ibl_bake *b, ibl_output_kind kind,
             roughness[l] = b->made.report.layout.roughness[l];
     }
     if (!status)
-        status =
-            ibl_report_add_cube(&b->judged, b->judge, ibl_output_name(kind),
-                                role, &cube, tex->pixel, roughness);
+        status = ibl_report_add_cube(
+            &b->judged, b->judge, ibl_output_name(kind), role, &cube,
+            tex->pixel, b->opts->specular.lobe, roughness);
     ibl_cube_free(&cube);
     return status;
 }

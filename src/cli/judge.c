@@ -18,6 +18,7 @@ enum {
 /* What was judged before: the choice and the truth. */
 typedef struct known {
     ibl_role role;
+    ibl_lobe lobe;
     double roughness;
     int size;
     size_t count;
@@ -156,8 +157,8 @@ static ibl_status find_coarse(const ibl_judge *j, const known *k, double *dirs,
                            c / IBL_DARK_CELLS % IBL_DARK_CELLS, dirs + 3 * c);
     if (k->role == IBL_ROLE_IRRADIANCE)
         return ibl_reference_irradiance(j->coarse_reference, dirs, CELLS, rgb);
-    return ibl_reference_specular(j->coarse_reference, k->roughness, dirs,
-                                  CELLS, rgb);
+    return ibl_reference_lobe(j->coarse_reference, k->lobe, k->roughness, dirs,
+                              CELLS, rgb);
 }
 
 /* Marks the cells that are in the darkest tenth of the level, by what the
@@ -203,8 +204,8 @@ static ibl_status find_truth(const ibl_judge *j, known *k)
                                       k->truth);
         break;
     case IBL_ROLE_SPECULAR:
-        status = ibl_reference_specular(j->reference, k->roughness, dirs,
-                                        k->count, k->truth);
+        status = ibl_reference_lobe(j->reference, k->lobe, k->roughness, dirs,
+                                    k->count, k->truth);
         break;
     case IBL_ROLE_IRRADIANCE:
         status =
@@ -226,13 +227,17 @@ static ibl_status find_known(ibl_judge *j, const ibl_judge_level *level,
     known *k;
     ibl_status status;
 
-    if (level->role == IBL_ROLE_SPECULAR)
+    if (level->role == IBL_ROLE_SPECULAR) {
+        want.lobe = level->lobe;
         want.roughness = level->roughness;
-    if (want.roughness == 0 && level->role == IBL_ROLE_SPECULAR)
+    }
+    if (want.roughness == 0 && level->role == IBL_ROLE_SPECULAR) {
+        want.lobe = IBL_LOBE_GGX;
         want.role = IBL_ROLE_ENVIRONMENT;
+    }
     for (k = j->known; k; k = k->next)
         if (k->role == want.role && k->size == want.size &&
-            k->roughness == want.roughness) {
+            k->lobe == want.lobe && k->roughness == want.roughness) {
             *out = k;
             return IBL_OK;
         }
@@ -424,6 +429,7 @@ ibl_status ibl_judge_cube_level(ibl_judge *judge, const ibl_judge_level *level,
     const known *k = NULL;
 
     *out = (ibl_verdict){.role = level->role,
+                         .lobe = level->lobe,
                          .roughness = level->roughness,
                          .size = level->size,
                          .nonfinite = level->mended};

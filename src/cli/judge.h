@@ -14,8 +14,8 @@
  *   edge    at the edge of a face
  *   dark    in the darkest tenth of the level
  *   rest    the others, one for each cell of a grid over the faces
- * The choice depends on the environment, the size, the roughness, the count
- * and the seed, never on what is judged.
+ * The choice depends on the environment, the size, the lobe, the roughness, the
+ * count and the seed, never on what is judged.
  *
  * With x the texel's RGB, t the truth's, |.| the root of the sum of squares
  * over R, G and B, and means over texels:
@@ -67,6 +67,7 @@ typedef enum ibl_role {
 
 typedef struct ibl_judge_level {
     ibl_role role;
+    ibl_lobe lobe;       /* SPECULAR */
     double roughness;    /* SPECULAR, 0..1; 0 is judged as ENVIRONMENT */
     double scale;        /* what the truth is multiplied by: 1; pi where an
                             irradiance map holds E */
@@ -94,6 +95,7 @@ typedef struct ibl_dark_verdict {
 
 typedef struct ibl_verdict {
     ibl_role role;
+    ibl_lobe lobe;
     double roughness;
     int size;
     size_t count; /* texels judged, of which texels holds each */

@@ -26,12 +26,13 @@ ibl_status ibl_report_add(ibl_report *report, ibl_judge *judge,
 ibl_status ibl_report_add_cube(ibl_report *report, ibl_judge *judge,
                                const char *content, ibl_role role,
                                const ibl_cube *cube, ibl_pixel pixel,
-                               const double *roughness)
+                               ibl_lobe lobe, const double *roughness)
 {
     ibl_status status = IBL_OK;
 
     for (int l = 0; l < cube->levels && !status; l++) {
         const ibl_judge_level level = {.role = role,
+                                       .lobe = lobe,
                                        .roughness =
                                            roughness ? roughness[l] : 0,
                                        .scale = 1,
@@ -163,8 +164,10 @@ static json_t *row_json(builder *b, const ibl_report_row *row)
     put(b, j, "content", json_string(row->content));
     put(b, j, "level", json_integer(row->level));
     put(b, j, "size", json_integer(v->size));
-    if (v->role == IBL_ROLE_SPECULAR)
+    if (v->role == IBL_ROLE_SPECULAR) {
+        put(b, j, "lobe", json_string(ibl_lobe_name(v->lobe)));
         put(b, j, "roughness", json_real(v->roughness));
+    }
     put(b, j, "texels", json_integer((json_int_t)v->count));
     put(b, j, "nrmse", real(v->nrmse));
     put(b, j, "median", real(v->median));

@@ -35,7 +35,7 @@ ibl_status ibl_report_add(ibl_report *report, ibl_judge *judge,
 ibl_status ibl_report_add_cube(ibl_report *report, ibl_judge *judge,
                                const char *content, ibl_role role,
                                const ibl_cube *cube, ibl_pixel pixel,
-                               const double *roughness);
+                               ibl_lobe lobe, const double *roughness);
 void ibl_report_free(ibl_report *report);
 
 /* Whether every nRMSE and the table's largest error are at most max_error and

@@ -50,6 +50,7 @@ static void set_specular(setter *s, const ibl_bake *b)
                  level->error >= 0 ? level->error : 0);
     }
     set(s, "iblbake.method", "%s", ibl_bake_specular_method(b));
+    set(s, "iblbake.lobe", "%s", ibl_lobe_name(o->lobe));
     set(s, "iblbake.mapping", "%s", ibl_roughness_map_name(o->mapping));
     set(s, "iblbake.roughness", "%s", roughness);
     set(s, "iblbake.lod_scale", "%.9g", made->layout.lod_scale);

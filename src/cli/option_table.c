@@ -12,6 +12,7 @@
 static const char *const format_names[] = {"ktx2", "ktx", "dds", NULL};
 static const char *const pixel_names[] = {"rgba16f", "rgba32f", "rgb9e5",
                                           "r11g11b10f", NULL};
+static const char *const lobe_names[] = {"ggx", "charlie", "phong", NULL};
 static const char *const mapping_names[] = {"linear", "filament", NULL};
 static const char *const method_names[] = {"auto", "spectral", "sampled", NULL};
 static const char *const geometry_names[] = {"smith", "schlick-ibl", NULL};
@@ -143,6 +144,9 @@ static const ibl_option specular[] = {
      .help = "edge of the largest level in texels"},
     {"levels", 0, INT(specular.levels, 1, IBL_MAX_LEVELS),
      .standard = "down to 8x8", .help = "number of levels"},
+    {"lobe", 0, CHOICE(lobe, lobe_names),
+     .help = "what the levels are convolved with: GGX, sheen as of glTF, or a "
+             "cosine power"},
     {"mapping", 0, CHOICE(mapping, mapping_names),
      .help = "roughness of the levels: lod = r (levels - 1), or "
              "r (2 - r) (levels - 1)"},
@@ -232,6 +236,7 @@ ibl_opts ibl_opts_default(void)
     o.roughness[0] = o.specular.roughness_min;
     o.roughness[1] = o.specular.roughness_max;
     o.method = (int)o.specular.method;
+    o.lobe = (int)o.specular.lobe;
     o.mapping = (int)o.specular.mapping;
     o.pdf_mip = o.specular.pdf_mip;
     o.geometry = (int)o.lut.geometry;

@@ -78,6 +78,7 @@ static bool finish_specular(ibl_opts *o)
     if (!s->samples)
         s->samples = s->tolerance > 0 ? MOST_SAMPLES : USUAL_SAMPLES;
     s->method = (ibl_method)o->method;
+    s->lobe = (ibl_lobe)o->lobe;
     s->mapping = (ibl_roughness_map)o->mapping;
     s->pdf_mip = o->pdf_mip;
     s->yaw_deg = o->yaw_deg;

@@ -35,6 +35,7 @@ typedef struct ibl_opts {
     ibl_specular_options specular;
     double roughness[2]; /* smallest and largest that is used */
     int method;          /* ibl_method */
+    int lobe;            /* ibl_lobe */
     int mapping;         /* ibl_roughness_map */
     int pdf_mip;
     ibl_irradiance_options irradiance;

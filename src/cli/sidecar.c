@@ -119,11 +119,26 @@ static void put_part(builder *s, json_t *j)
     put(s, j, "whole_chain", whole);
 }
 
+/* The lobe, N = V = R. */
+static const char *weight_of(ibl_lobe lobe)
+{
+    switch (lobe) {
+    case IBL_LOBE_CHARLIE:
+        return "sin(theta_h)^(1 / alpha) N.L, alpha = roughness^2";
+    case IBL_LOBE_PHONG:
+        return "(R.L)^n N.L, n = (1 / alpha^2 - 1) / 2, alpha = roughness^2";
+    case IBL_LOBE_GGX:
+        break;
+    }
+    return "D_GGX(N.H) N.L, alpha = roughness^2";
+}
+
 static void put_specular(builder *s, json_t *j)
 {
     const ibl_specular_options *o = &s->b->opts->specular;
     const ibl_specular_report *made = &s->b->made.report;
-    put(s, j, "lobe", json_string("GGX, alpha = roughness^2, N = V = R"));
+    put(s, j, "lobe", json_string(ibl_lobe_name(o->lobe)));
+    put(s, j, "weight", json_string(weight_of(o->lobe)));
     const char *method = ibl_bake_specular_method(s->b);
     put(s, j, "method", json_string(method));
     put(s, j, "mapping", json_string(ibl_roughness_map_name(o->mapping)));

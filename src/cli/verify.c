@@ -34,6 +34,7 @@ static ibl_status judge_file(const ibl_verify_files *files,
 
     for (int l = 0; l < f->levels && !status; l++) {
         const ibl_judge_level level = {.role = roles[kind],
+                                       .lobe = f->lobe,
                                        .roughness = f->roughness[l],
                                        .scale = f->scale,
                                        .size = f->level[l].size,

@@ -35,6 +35,7 @@ typedef struct ibl_verify_opts {
     const char *files[IBL_VERIFY_COUNT]; /* NULL: look in directory */
     char face_names[IBL_FACES][16];
     ibl_verify_map roughness;
+    int lobe;       /* 0: what the files say, else GGX; 1 + ibl_lobe */
     double yaw_deg; /* NAN: what the files say, else 0 */
     int axes[3];    /* +-1, 2, 3: our axis that the files' X, Y, Z are */
     int scale;      /* 0: E/pi, 1: E */

@@ -239,6 +239,34 @@ static ibl_status set_roughness(const reader *r, const ibl_texture *tex,
     return IBL_OK;
 }
 
+/* tex may be NULL. */
+static ibl_status set_lobe(const reader *r, const ibl_texture *tex,
+                           ibl_verify_file *f)
+{
+    const bool own = !r->opts->files[IBL_VERIFY_SPECULAR];
+    const char *name = tex ? ibl_texture_get(tex, "iblbake.lobe") : NULL;
+
+    if (!name && own)
+        name = json_string_value(
+            json_object_get(find_output(r, IBL_VERIFY_SPECULAR), "lobe"));
+    f->lobe = IBL_LOBE_GGX;
+    if (r->opts->lobe) {
+        f->lobe = (ibl_lobe)(r->opts->lobe - 1);
+    } else if (name) {
+        while (f->lobe <= IBL_LOBE_PHONG &&
+               strcmp(name, ibl_lobe_name(f->lobe)) != 0)
+            f->lobe++;
+        if (f->lobe > IBL_LOBE_PHONG) {
+            ibl_console_fail(r->console,
+                             "%s: of a lobe %s, which is not known: say what "
+                             "it is with --lobe",
+                             f->path, name);
+            return IBL_ERR_FORMAT;
+        }
+    }
+    return IBL_OK;
+}
+
 static ibl_status note_yaw(const reader *r, const ibl_texture *tex,
                            const char *path)
 {
@@ -341,6 +369,8 @@ static ibl_status read_container(const reader *r, ibl_verify_kind kind,
     f->pixel = tex.pixel;
     if (!status)
         status = note_yaw(r, &tex, f->path);
+    if (!status && kind == IBL_VERIFY_SPECULAR)
+        status = set_lobe(r, &tex, f);
     if (!status && kind == IBL_VERIFY_SPECULAR)
         status = set_roughness(r, &tex, f);
     ibl_cube_free(&cube);
@@ -449,6 +479,8 @@ static ibl_status read_pattern(const reader *r, ibl_verify_kind kind,
             break;
         status = read_faces(r, f, l);
     }
+    if (!status && kind == IBL_VERIFY_SPECULAR)
+        status = set_lobe(r, NULL, f);
     if (!status && kind == IBL_VERIFY_SPECULAR)
         status = set_roughness(r, NULL, f);
     return status;

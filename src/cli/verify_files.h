@@ -13,6 +13,7 @@ typedef struct ibl_verify_file {
     int levels;
     ibl_cube level[IBL_MAX_LEVELS]; /* one each, faces as ours */
     size_t mended[IBL_MAX_LEVELS];  /* texels that were not finite */
+    ibl_lobe lobe;                  /* of a specular chain */
     double roughness[IBL_MAX_LEVELS];
     double scale; /* of an irradiance map */
 } ibl_verify_file;

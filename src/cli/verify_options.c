@@ -8,6 +8,8 @@
 #include "cli/verify.h"
 
 static const char *const scale_names[] = {"E/pi", "E", NULL};
+static const char *const lobe_names[] = {"auto", "ggx", "charlie", "phong",
+                                         NULL};
 static const char *const geometry_names[] = {"auto", "smith", "schlick-ibl",
                                              NULL};
 
@@ -101,6 +103,9 @@ static const ibl_option files[] = {
 };
 
 static const ibl_option meaning[] = {
+    {"lobe", 0, CHOICE(lobe, lobe_names),
+     .help = "what the specular levels are convolved with; auto: what the "
+             "files say, else ggx"},
     {"roughness-map", 0, OTHER(roughness, "MAP", parse_roughness_map),
      .allowed = "linear, filament or a list of each level's, as 0,0.5,1",
      .standard = "what the files say, else linear",
