@@ -91,7 +91,7 @@ const char *ibl_bridge_path(void);
 /*
  * A map that is read from the zenith down, some rows at a time, so that it
  * never is in memory as a whole. What is in memory beside the rows of a call:
- *   Radiance .hdr  2 MiB of the file; the whole image where scanlines are
+ *   Radiance .hdr  1 MiB of the file; the whole image where scanlines are
  *                  columns or run from the bottom
  *   OpenEXR        for each thread a block or tile; a row of blocks or tiles,
  *                  or as many as keep the threads at work within 32 MiB; the

@@ -17,7 +17,7 @@
 #include "kern/most.h"
 
 enum {
-    PACK_BYTES = 1 << 20, /* of a file that are read at once */
+    PACK_BYTES = 1 << 19, /* of a file that are read at once */
     PACK_LINES = 256,
     CALL_LINES = 64,       /* in a pack, where a call wants fewer */
     JOB_PIXELS = 1 << 15,  /* about 0.1 ms of decoding */
