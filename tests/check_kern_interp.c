@@ -289,6 +289,43 @@ static void designs(void)
     }
 }
 
-static const test tests[] = {TEST(angles), TEST(weights), TEST(rows),
-                             TEST(finishes), TEST(designs)};
+/* The error that a design promises, against what its weights do to each wave
+ * of a spectrum that falls as a Gaussian. */
+static void promises(void)
+{
+    static const double circles[] = {2.2, 2.5, 3, 4, 5};
+    enum {
+        DEGREE = 70
+    };
+    double spectrum[DEGREE + 1];
+    for (int l = 0; l <= DEGREE; l++)
+        spectrum[l] = pow(10, -4.0 * l * l / (DEGREE * DEGREE));
+    for (size_t i = 0; i < 5; i++) {
+        const double circle = circles[i] * DEGREE;
+        double errors = 0, powers = 0;
+        ibl_taps taps;
+        const double promised =
+            ibl_taps_design(spectrum, DEGREE, circle, &taps);
+        for (int n = 0; n < 50; n++) {
+            const double t = (n + 0.5) / 50;
+            for (int l = 1; l <= DEGREE; l++) {
+                const double w = 6.283185307179586 * l / circle;
+                double re = cos(w * t), im = sin(w * t);
+                for (int k = 0; k < 8; k++) {
+                    re -= polynomial(&taps, k, t) * cos(w * (k - 3));
+                    im -= polynomial(&taps, k, t) * sin(w * (k - 3));
+                }
+                errors += (re * re + im * im) * spectrum[l] * spectrum[l];
+                powers += spectrum[l] * spectrum[l];
+            }
+        }
+        const double is = sqrt(errors / powers);
+        CHECK_MSG(promised >= 0.7 * is && promised <= 1.4 * is,
+                  "%g samples a wave: promised %.2e, is %.2e", circles[i],
+                  promised, is);
+    }
+}
+
+static const test tests[] = {TEST(angles),   TEST(weights), TEST(rows),
+                             TEST(finishes), TEST(designs), TEST(promises)};
 TEST_MAIN(tests)

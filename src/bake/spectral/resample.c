@@ -398,6 +398,14 @@ ibl_status ibl_spectral_texels(ibl_ctx *ctx, const char *stage,
     return status;
 }
 
+double ibl_ring_grid_error(const double *spectrum, int degree, int rings,
+                           int columns)
+{
+    ibl_taps taps;
+    return hypot(ibl_taps_design(spectrum, degree, 2.0 * rings, &taps),
+                 ibl_taps_design(spectrum, degree, columns, &taps));
+}
+
 ibl_status ibl_grid_to_cube(ibl_ctx *ctx, const char *stage,
                             const ibl_ring_grid *grid, const ibl_cube *cube,
                             int level_index)

@@ -74,6 +74,14 @@ int ibl_ring_grid_behind(const ibl_ring_grid *grid, int ring, bool *turned);
 ibl_status ibl_ring_grid_fill_borders(ibl_ctx *ctx, const ibl_ring_grid *grid);
 
 /*
+ * What interpolation leaves of a field of that spectrum (see ibl_level_sum),
+ * root mean square in parts of the field's own without its mean: the table
+ * above for any spectrum and grid. Takes 30 us.
+ */
+double ibl_ring_grid_error(const double *spectrum, int degree, int rings,
+                           int columns);
+
+/*
  * What a level is made of: at each texel's centre d, in each channel
  *     clamp(offset + gain(theta) (field(d) + sum of energy K(|d - light|))).
  */

@@ -13,6 +13,7 @@
 #include "bake/spectral/taps.h"
 
 #include <math.h>
+#include <string.h>
 
 enum {
     WAVES = 32, /* that stand for the spectrum */
@@ -77,12 +78,16 @@ static void solve(double a[IBL_TAPS][IBL_TAPS], double x[IBL_TAPS])
     }
 }
 
-static void make_matrix(const waves *s, double a[IBL_TAPS][IBL_TAPS])
+/* A_jk is lag[|j - k|]. */
+static void make_matrix(const waves *s, double lag[IBL_TAPS],
+                        double a[IBL_TAPS][IBL_TAPS])
 {
-    double lag[IBL_TAPS] = {1 + noise_power};
-    for (int k = 1; k < IBL_TAPS; k++)
+    lag[0] = 1 + noise_power;
+    for (int k = 1; k < IBL_TAPS; k++) {
+        lag[k] = 0;
         for (int i = 0; i < s->count; i++)
             lag[k] += s->power[i] * cos(s->angle[i] * k);
+    }
     for (int i = 0; i < IBL_TAPS; i++)
         for (int j = 0; j < IBL_TAPS; j++)
             a[i][j] = lag[i > j ? i - j : j - i];
@@ -111,18 +116,35 @@ static double sum_of(const double x[IBL_TAPS])
     return sum;
 }
 
-static void weights_at(const waves *s, double a[IBL_TAPS][IBL_TAPS],
-                       const double ones[IBL_TAPS], double g,
-                       double c[IBL_TAPS])
+/* Mean square error: 1 - 2 c b + c A c. */
+static double error_of(const double lag[IBL_TAPS], const double b[IBL_TAPS],
+                       const double c[IBL_TAPS])
 {
-    for (int k = 0; k < IBL_TAPS; k++)
-        c[k] = 0;
+    double sum = 1;
+    for (int j = 0; j < IBL_TAPS; j++) {
+        double x = -2 * b[j];
+        for (int k = 0; k < IBL_TAPS; k++)
+            x += lag[j > k ? j - k : k - j] * c[k];
+        sum += c[j] * x;
+    }
+    return sum;
+}
+
+/* The weights c at g; returns their error. */
+static double weights_at(const waves *s, const double lag[IBL_TAPS],
+                         double a[IBL_TAPS][IBL_TAPS],
+                         const double ones[IBL_TAPS], double g,
+                         double c[IBL_TAPS])
+{
+    double b[IBL_TAPS] = {0};
     for (int i = 0; i < s->count; i++)
-        add_wave(s->power[i], s->angle[i], g, c);
+        add_wave(s->power[i], s->angle[i], g, b);
+    memcpy(c, b, sizeof b);
     solve(a, c);
     const double mu = (sum_of(c) - 1) / sum_of(ones);
     for (int k = 0; k < IBL_TAPS; k++)
         c[k] -= mu * ones[k];
+    return error_of(lag, b, c);
 }
 
 /* The polynomial through (g[i], f[i]), constant first, in f. */
@@ -141,21 +163,24 @@ static void through(const double g[NODES], double f[NODES])
         f[k] = poly[k];
 }
 
-void ibl_taps_design(const double *spectrum, int degree, double circle,
-                     ibl_taps *taps)
+double ibl_taps_design(const double *spectrum, int degree, double circle,
+                       ibl_taps *taps)
 {
-    double a[IBL_TAPS][IBL_TAPS], ones[IBL_TAPS], g[NODES];
-    double c[NODES][IBL_TAPS];
+    double a[IBL_TAPS][IBL_TAPS], lag[IBL_TAPS], ones[IBL_TAPS], g[NODES];
+    double c[NODES][IBL_TAPS], error = 0, whole = 0;
     waves s;
     make_waves(spectrum, degree, circle, &s);
-    make_matrix(&s, a);
+    make_matrix(&s, lag, a);
     factorise(a);
     for (int k = 0; k < IBL_TAPS; k++)
         ones[k] = 1;
     solve(a, ones);
     for (int i = 0; i < NODES; i++) {
-        g[i] = 0.5 * cos(3.14159265358979323846 * (i + 0.5) / NODES);
-        weights_at(&s, a, ones, g[i], c[i]);
+        /* The nodes are closer towards the ends as the sine is less. */
+        const double angle = 3.14159265358979323846 * (i + 0.5) / NODES;
+        g[i] = 0.5 * cos(angle);
+        error += sin(angle) * weights_at(&s, lag, a, ones, g[i], c[i]);
+        whole += sin(angle);
     }
     for (int k = 0; k < IBL_TAPS / 2; k++) {
         double f[NODES];
@@ -167,4 +192,5 @@ void ibl_taps_design(const double *spectrum, int degree, double circle,
             taps->coef[d][IBL_TAPS - 1 - k] = d % 2 ? -f[d] : f[d];
         }
     }
+    return s.count ? sqrt(fmax(error / whole, 0)) : 0;
 }

@@ -18,8 +18,11 @@
  *   degree    >= 0
  *   circle    samples a circle, more than 2 degree
  * The weights sum to 1 at every position whatever the spectrum.
+ *
+ * Returns their root mean square error over all positions, in parts of that of
+ * the waves without the constant; what is below 1e-7 may be off by as much.
  */
-void ibl_taps_design(const double *spectrum, int degree, double circle,
-                     ibl_taps *taps);
+double ibl_taps_design(const double *spectrum, int degree, double circle,
+                       ibl_taps *taps);
 
 #endif
