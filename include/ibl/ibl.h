@@ -323,13 +323,16 @@ ibl_status ibl_specular_layout_of(const ibl_specular_options *opts,
 
 /*
  * The specular chain by importance sampling: level l is the environment
- * prefiltered with the GGX lobe of ibl_specular_layout_of's roughness[l],
+ * prefiltered with the lobe of ibl_specular_layout_of's roughness[l],
  * N = V = R; where that is 0 it is the environment itself
  * (ibl_cube_from_latlong):
  *   sum L_i w_i / sum w_i,  w = N.L,
  * L_i by trilinear lookups, seamless across faces, in a solid-angle-weighted
  * mip chain, at the level where a texel's solid angle is that of the sample,
- * 1 / (samples pdf), pdf = D(N.H) N.H / (4 V.H), and lod_bias levels further.
+ * 1 / (samples pdf), and lod_bias levels further. The pdf is without N.L: for
+ * GGX D(N.H) N.H / (4 V.H), for Charlie and Phong as (1 - N.L)^(1 / (2 alpha))
+ * and (N.L)^n. Charlie's ring is a larger place than a peak and takes several
+ * times the samples for the same error.
  * Hammersley points, all of them in the part of the lobe above the horizon,
  * moved by what takes the blur of the lookups back. The chain that is looked
  * up is not the output's, nor that of ibl_cube_build_mips: its means are

@@ -427,8 +427,9 @@ static bounds phong_bounds(const ibl_lobe_shape *lobe, double near, double far,
     const double high = fmax(1 - near * near / 2, 0);
     const double low = fmax(1 - far * far / 2, 0);
     const double first = lobe->scale * m * pow(high, m - 1);
+    /* Of the cosine, m = 1, 0: times no bound that would be NaN. */
     const double second =
-        lobe->scale * m * (m - 1) * pow(m < 2 ? low : high, m - 2);
+        m > 1 ? lobe->scale * m * (m - 1) * pow(m < 2 ? low : high, m - 2) : 0;
     if (across && m < 2)
         return (bounds){0, first};
     return (bounds){0.5 * (2 * fmin(far * far / 2, 1) * second + first), 0};

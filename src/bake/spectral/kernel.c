@@ -8,11 +8,12 @@
  *
  *   GGX      analytic but for poles at about +-2 i alpha: the first panel is a
  *            multiple of alpha long, those after it grow in proportion.
- *   Charlie  about exp(-s x), x from the horizon, which counts as a phase of s
- *            per radian; where it is narrow the rest of it is left out. Where
- * it is wide, psi^(2 s) at 0 is no polynomial: psi = u^2 there makes the power
- * twice as large. Phong    about a Gaussian of variance 1 / n. The same,
- * mirrored: x^(n + 1) at the horizon where it is wide.
+ *   Charlie  about exp(-s x), x from the horizon, which counts as a phase of
+ *            s per radian; where it is narrow the rest of it is left out.
+ *            Where it is wide, psi^(2 s) at 0 is no polynomial: psi = u^2
+ *            there makes the power twice as large.
+ *   Phong    about a Gaussian of variance 1 / n. The same, mirrored:
+ *            x^(n + 1) at the horizon where it is wide.
  *
  * The horizon is always the end of a panel.
  */
