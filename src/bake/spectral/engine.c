@@ -8,6 +8,7 @@
 #include "bake/spectral/state.h"
 #include "core/alloc.h"
 #include "core/context.h"
+#include "kern/zonal.h"
 
 enum {
     GROUP = IBL_SPECTRAL_GROUP
@@ -30,14 +31,16 @@ static ibl_status allocate(ibl_spectral *s)
     const size_t scratch = ibl_azimuth_scratch(s->azimuth);
 
     s->weight = ibl_alloc_array(rows, sizeof *s->weight);
-    s->zonal = ibl_alloc_array((size_t)s->degree + 1, sizeof *s->zonal);
+    s->zonal = ibl_alloc_array((size_t)ibl_spectral_known(s->degree) + 1,
+                               sizeof *s->zonal);
     s->range = ibl_alloc_array(groups, sizeof *s->range);
+    s->squares = ibl_alloc_array(groups, sizeof *s->squares);
     s->found = ibl_alloc_zeroed(groups, sizeof *s->found);
     s->taken = ibl_alloc_array(groups, IBL_LIGHTS_GROUP * sizeof *s->taken);
     s->worker_floats = (scratch + 15) / 16 * 16 + patched_floats(s);
     s->scratch = ibl_alloc_array(threads * s->worker_floats, sizeof(float));
-    if (!s->weight || !s->zonal || !s->range || !s->found || !s->taken ||
-        !s->scratch)
+    if (!s->weight || !s->zonal || !s->range || !s->squares || !s->found ||
+        !s->taken || !s->scratch)
         return ibl_no_memory(s->ctx, "the analysis");
     return ibl_ring_spectra_alloc(s->ctx, s->height, s->degree + 1, &s->rows);
 }
@@ -85,6 +88,8 @@ static void free_reading(ibl_spectral *s)
     ibl_free(s->found);
     ibl_free(s->taken);
     ibl_free(s->range);
+    ibl_free(s->squares);
+    s->squares = NULL;
     s->azimuth = NULL;
     s->scratch = NULL;
     s->found = NULL;
@@ -114,6 +119,25 @@ struct batch {
     int first, rows;
 };
 
+/* The rows of a job. */
+static ibl_azimuth_rows group_of(const struct batch *b, int job)
+{
+    const size_t row = 3 * (size_t)b->s->width;
+    const int left = b->rows - job * GROUP;
+    return (ibl_azimuth_rows){.rgb = b->rgb + row * (size_t)(job * GROUP),
+                              .stride = row,
+                              .count = left < GROUP ? left : GROUP};
+}
+
+static void range_job(void *arg, int job, int worker)
+{
+    const struct batch *b = arg;
+    const ibl_azimuth_rows in = group_of(b, job);
+    (void)worker;
+    ibl_row_range_of(in.rgb, b->s->width, in.count,
+                     &b->s->range[b->first / GROUP + job]);
+}
+
 /* Takes the lights out of a copy, that becomes the group's rows. */
 static void take_lights(ibl_spectral *s, ibl_azimuth_rows *in, int group,
                         float *copy)
@@ -126,7 +150,7 @@ static void take_lights(ibl_spectral *s, ibl_azimuth_rows *in, int group,
     for (int i = 0; i < s->found[group]; i++) {
         ibl_pixel_light *l = &lights[i];
         for (int c = 0; c < 3; c++)
-            l->rgb[c] *= IBL_SPECTRAL_SCALE;
+            l->rgb[c] *= (float)s->scale;
         l->energy = s->weight[l->row] *
                     ((double)l->rgb[0] + (double)l->rgb[1] + (double)l->rgb[2]);
     }
@@ -136,20 +160,18 @@ static void group_job(void *arg, int job, int worker)
 {
     const struct batch *b = arg;
     ibl_spectral *s = b->s;
-    const int first = b->first + job * GROUP;
-    const int left = b->rows - job * GROUP, group = first / GROUP;
-    const size_t row = 3 * (size_t)s->width;
+    const int first = b->first + job * GROUP, group = first / GROUP;
     float *scratch = s->scratch + (size_t)worker * s->worker_floats;
-    ibl_azimuth_rows in = {.rgb = b->rgb + row * (size_t)(job * GROUP),
-                           .stride = row,
-                           .change.scale = IBL_SPECTRAL_SCALE,
-                           .count = left < GROUP ? left : GROUP};
+    ibl_azimuth_rows in = group_of(b, job);
 
+    in.change.scale = (float)s->scale;
     memcpy(in.change.subtract, s->base, sizeof in.change.subtract);
-    ibl_row_range_of(in.rgb, s->width, in.count, &s->range[group]);
     if (ibl_lights_any(&s->range[group]))
         take_lights(s, &in, group,
                     scratch + s->worker_floats - patched_floats(s));
+    s->squares[group] =
+        ibl_row_squares(in.rgb, s->width, in.count, s->base, &s->range[group]) *
+        s->weight[first + in.count / 2];
     ibl_azimuth_forward(s->azimuth, &in, scratch, &s->rows, first);
 }
 
@@ -167,14 +189,56 @@ static void choose_base(ibl_spectral *s, const float *rgb)
     }
 }
 
+/* What the rows until now were scaled by becomes factor times that. */
+static void rescale(ibl_spectral *s, float factor)
+{
+    const size_t parts = 6 * (size_t)s->rows.orders;
+    for (size_t part = 0; part < parts; part++) {
+        float *f = s->rows.data + part * s->rows.stride;
+        for (int j = 0; j < s->added; j++)
+            f[j] *= factor;
+    }
+    for (int g = 0; g < s->added / GROUP; g++)
+        for (int i = 0; i < s->found[g]; i++) {
+            ibl_pixel_light *l =
+                &s->taken[(size_t)g * IBL_LIGHTS_GROUP + (size_t)i];
+            for (int c = 0; c < 3; c++)
+                l->rgb[c] *= factor;
+            l->energy *= (double)factor;
+        }
+}
+
+/*
+ * Sums of the largest floats should stay floats, and those of denormal ones
+ * keep their digits: where the peak until now is beyond 2^64 or below 2^-64
+ * everything is scaled by the other.
+ */
+static void choose_scale(ibl_spectral *s)
+{
+    const double scale = s->peak > 0x1p64f    ? 0x1p-64
+                         : s->peak < 0x1p-64f ? 0x1p64
+                                              : 1;
+    if (s->added && (scale < s->scale || scale > s->scale))
+        rescale(s, (float)(scale / s->scale));
+    s->scale = scale;
+}
+
 ibl_status ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb)
 {
     struct batch b = {s, rgb, s->added, rows};
+    const int groups = (rows + GROUP - 1) / GROUP;
 
     if (!s->added)
         choose_base(s, rgb);
+    ibl_status status = ibl_run(s->ctx, NULL, groups, range_job, &b);
+    if (status)
+        return status;
+    for (int g = 0; g < groups; g++)
+        for (int c = 0; c < 3; c++)
+            s->peak = fmaxf(s->peak, s->range[s->added / GROUP + g].high[c]);
+    choose_scale(s);
     s->added += rows;
-    return ibl_run(s->ctx, NULL, (rows + GROUP - 1) / GROUP, group_job, &b);
+    return ibl_run(s->ctx, NULL, groups, group_job, &b);
 }
 
 /* ---- lights ------------------------------------------------------------ */
@@ -187,7 +251,7 @@ static double energy_of_rows(const ibl_spectral *s)
         for (int c = 0; c < 3; c++)
             sum += s->weight[j] *
                    ((double)ibl_ring_spectra_at(&s->rows, 0, 2 * c)[j] +
-                    (double)s->base[c] * IBL_SPECTRAL_SCALE * s->width);
+                    (double)s->base[c] * s->scale * s->width);
     return sum;
 }
 
@@ -301,24 +365,71 @@ static ibl_status choose_lights(ibl_spectral *s)
 
 /* ---- finish ------------------------------------------------------------ */
 
-/* sum over pixels of P_l(cos theta) dO: 4 pi and zeros but for what the
- * midpoints of rows leave. */
-static void sum_zonal(ibl_spectral *s)
+/*
+ * sum over pixels of P_l(cos theta) dO: 4 pi and zeros but for what the
+ * midpoints of rows leave. Rows north and south add up for even l and cancel
+ * for odd.
+ */
+static ibl_status sum_zonal(ibl_spectral *s)
 {
-    memset(s->zonal, 0, ((size_t)s->degree + 1) * sizeof *s->zonal);
-    for (int j = 0; 2 * j < s->height; j++) {
-        const double x = cos(IBL_PI * (j + 0.5) / s->height);
-        const double twice = 2 * j + 1 < s->height ? 2 : 1;
-        const double w = twice * s->weight[j] * s->width;
-        double p = 1, below = 0; /* P_l, P_(l-1) */
-        for (int l = 0; l <= s->degree; l++) {
-            if (l % 2 == 0)
-                s->zonal[l] += w * p;
-            const double next = ((2 * l + 1) * x * p - l * below) / (l + 1);
-            below = p;
-            p = next;
-        }
+    const int half = (s->height + 1) / 2;
+    const int degree = ibl_spectral_known(s->degree);
+    const int count =
+        (half + IBL_ZONAL_POINTS - 1) / IBL_ZONAL_POINTS * IBL_ZONAL_POINTS;
+    const size_t n = (size_t)degree + 1;
+    double *y = ibl_alloc_zeroed(2 * (size_t)count, sizeof *y);
+    double *work = ibl_alloc_array((IBL_ZONAL_SCRATCH + 1) * n, sizeof *work);
+    ibl_zonal_dsp dsp;
+
+    if (!y || !work) {
+        ibl_free(y);
+        ibl_free(work);
+        return ibl_no_memory(s->ctx, "the analysis");
     }
+    for (int j = 0; j < half; j++) {
+        const double half_sine = sin(0.5 * IBL_PI * (j + 0.5) / s->height);
+        const double twice = 2 * j + 1 < s->height ? 2 : 1;
+        y[j] = 2 * half_sine * half_sine;
+        y[count + j] = twice * s->weight[j] * s->width;
+    }
+    for (int l = 0; l < degree; l++)
+        work[l] = 1.0 / (l + 1);
+    ibl_zonal_dsp_init(&dsp, ibl_ctx_isa(s->ctx));
+    dsp.sums(y, y + count, count, work, degree, work + n, s->zonal);
+    for (int l = 1; l <= degree; l += 2)
+        s->zonal[l] = 0;
+    ibl_free(y);
+    ibl_free(work);
+    return IBL_OK;
+}
+
+/*
+ * Takes the mean out of the harmonics. It is the same in every texel, while
+ * its harmonics, in a sum over pixels, are not zero and would be cut off.
+ */
+static void take_mean(ibl_spectral *s)
+{
+    double *a = ibl_harmonics_at(&s->harmonics, 0);
+    for (int c = 0; c < 3; c++) {
+        const double rest = a[2 * c] / sqrt(4 * IBL_PI) / s->scale;
+        s->mean[c] = (float)((double)s->base[c] + rest);
+        const double taken =
+            ((double)s->mean[c] - (double)s->base[c]) * s->scale;
+        for (int l = 0; l <= s->degree; l++)
+            a[6 * l + 2 * c] -=
+                taken * s->zonal[l] * sqrt((2 * l + 1) / (4 * IBL_PI));
+    }
+}
+
+/* What the harmonics do not hold of the mean square, unscaled (Parseval). */
+static void find_unresolved(ibl_spectral *s)
+{
+    double sum = 0, held = 0;
+    for (int g = 0; g < s->groups; g++)
+        sum += s->squares[g];
+    for (int l = 0; l <= s->degree; l++)
+        held += ibl_sht_power(&s->harmonics, l);
+    s->unresolved = fmax(sum - held / s->scale / s->scale, 0) / (4 * IBL_PI);
 }
 
 static void merge_ranges(ibl_spectral *s)
@@ -343,9 +454,12 @@ ibl_status ibl_spectral_finish(ibl_spectral *s)
     if (!status)
         status = ibl_sht_analyse(s->ctx, "analysis", &s->rows, s->weight,
                                  &s->harmonics);
+    if (!status)
+        status = sum_zonal(s);
     if (status)
         return status;
-    sum_zonal(s);
+    find_unresolved(s);
+    take_mean(s);
     free_reading(s);
     return IBL_OK;
 }

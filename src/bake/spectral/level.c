@@ -17,22 +17,25 @@
 enum {
     GROUP = IBL_AZIMUTH_ROWS,
     MIN_COLUMNS = 64,
-    STEP = 8, /* degrees are multiples, less one */
+    LEAST_DEGREE = 8,
     LAST = 8, /* degrees of the kernel's end that are averaged */
     PICKED = 1024
 };
 
-/* What the transforms and the texels leave, in floats. */
-static const double rounding = 1e-6;
+/* What the transforms leave, in floats, and the interpolation of a field in
+ * parts of the field (resample.h, 3 samples a wave). */
+static const double rounding = 5e-6, interpolation = 5e-6;
 
 /* A level in the making. */
 struct level {
     ibl_spectral *s;
     const ibl_spectral_target *target;
-    double *kernel; /* known_degree of the analysis + 1 */
+    double *kernel; /* ibl_spectral_known of the analysis + 1 */
     float *gain;    /* of each ring */
     int degree, rings, columns;
-    double rms; /* estimate of what is left out */
+    double *power; /* of the map in each degree of the analysis */
+    double *field; /* amplitude of the level in each degree */
+    double rms;    /* estimate of the error, absolute */
     ibl_azimuth *azimuth;
     float *scratch;
     size_t scratch_floats;
@@ -44,50 +47,47 @@ void ibl_spectral_work_free(ibl_spectral_work *work)
     ibl_ring_grid_free(&work->grid);
 }
 
-static int known_degree(int degree)
-{
-    return degree + degree / 2 + LAST;
-}
-
 /* ---- the degree -------------------------------------------------------- */
 
-/*
- * Mean square, over the sphere, of what the degrees beyond the analysis would
- * add: the map's power there is taken to be what it is in the last quarter.
- * The kernel is known for half as many degrees again; from there it is taken
- * to fall as l^-2.5, the slowest, as a lobe with a corner on the horizon does.
- */
+/* The kernel from a degree on at most, as it falls at the slowest: like
+ * l^-2.5, which a lobe with a corner on the horizon does. */
+static double kernel_from(const struct level *v, int degree)
+{
+    const int known = ibl_spectral_known(v->s->degree);
+    const int from = degree < known - LAST ? degree : known - LAST;
+    double most = 0;
+    for (int l = from; l <= known; l++)
+        most = fmax(most, fabs(v->kernel[l]));
+    return most * pow((double)from / degree, 2.5);
+}
+
+/* Mean square of what the degrees beyond the analysis would add, at most: all
+ * that is in them times the most of the kernel there. */
 static double beyond(const struct level *v)
 {
-    const int d = v->s->degree, most = known_degree(d);
-    const int from = d - d / 4;
-    double power = 0, sum = 0, last = 0;
+    const ibl_spectral *s = v->s;
+    const double k = kernel_from(v, s->degree + 1);
+    return k * k * s->unresolved * s->scale * s->scale;
+}
 
-    for (int l = from; l <= d; l++)
-        power += ibl_sht_power(&v->s->harmonics, l) / (2 * l + 1);
-    power /= d - from + 1;
-    for (int l = d + 1; l <= most; l++) {
-        const double k = v->kernel[l];
-        sum += (2 * l + 1) * k * k;
-        if (l > most - LAST)
-            last += k * k / LAST;
-    }
-    return power * (sum + last * (2 * most + 1) * most / 3) / (4 * IBL_PI);
+/* Pixels are points: around the degrees of their own grid all of the map
+ * comes again. The part of a texel that this is. */
+static double grid_part(const struct level *v)
+{
+    const int w = v->s->width, h = 2 * v->s->height;
+    return kernel_from(v, w < h ? w : h);
 }
 
 /* Norm of the mean radiance. */
 static double mean_of(const ibl_spectral *s)
 {
-    const double *a = ibl_harmonics_at(&s->harmonics, 0);
     double sum = 0;
     for (int c = 0; c < 3; c++) {
         double light = 0;
         for (int i = 0; i < s->light_count; i++)
             light += (double)s->lights[i].rgb[c] * s->weight[s->lights[i].row];
         const double mean =
-            (a[2 * c] * sqrt(1 / (4 * IBL_PI)) + light / (4 * IBL_PI)) /
-                (double)IBL_SPECTRAL_SCALE +
-            (double)s->base[c];
+            (double)s->mean[c] + light / (4 * IBL_PI) / s->scale;
         sum += mean * mean;
     }
     return sqrt(sum);
@@ -99,53 +99,78 @@ static double mean_of(const ibl_spectral *s)
 static void choose_degree(struct level *v)
 {
     const ibl_spectral *s = v->s;
-    const double wanted =
-        v->target->tolerance / 20 * mean_of(s) * (double)IBL_SPECTRAL_SCALE;
-    double left = beyond(v);
+    const double wanted = v->target->tolerance / 20 * mean_of(s) * v->s->scale;
+    double left, field = 0;
     int l = s->degree;
 
-    while (l > STEP) {
+    for (int k = 0; k <= s->degree; k++)
+        v->power[k] = ibl_sht_power(&s->harmonics, k);
+    left = beyond(v);
+    while (l > LEAST_DEGREE) {
         const double k = v->kernel[l];
-        const double more =
-            left + k * k * ibl_sht_power(&s->harmonics, l) / (4 * IBL_PI);
+        const double more = left + k * k * v->power[l] / (4 * IBL_PI);
         if (more > wanted * wanted)
             break;
         left = more;
         l--;
     }
     v->degree = l;
-    v->rms = sqrt(left) / (double)IBL_SPECTRAL_SCALE;
+    for (; l >= 0; l--) {
+        const double k2 = v->kernel[l] * v->kernel[l];
+        v->field[l] = sqrt(k2 * v->power[l] / (2 * l + 1));
+        field += l ? k2 * v->power[l] / (4 * IBL_PI) : 0;
+    }
+    v->rms = (3 * sqrt(left) + interpolation * sqrt(field)) / v->s->scale;
 }
 
 /* ---- the grid ---------------------------------------------------------- */
 
-/* At least 2.5 samples for the shortest wave. */
+/* At least 3 samples for the shortest wave. */
 static void choose_grid(struct level *v)
 {
     v->columns = MIN_COLUMNS;
-    while (v->columns < 2.5 * v->degree)
+    while (v->columns < 3 * v->degree)
         v->columns *= 2;
     v->rings = v->columns / 2;
 }
 
 /*
  * 1 / sum of K dO over the map's pixels, at the polar angle of each ring: 1
- * but for what the midpoints of rows leave.
+ * but for what the midpoints of rows leave. Symmetric to the equator, for
+ * only even degrees count.
  */
-static void fill_gain(const struct level *v)
+static ibl_status fill_gain(struct level *v)
 {
     const ibl_spectral *s = v->s;
-    for (int j = 0; j < v->rings; j++) {
-        const double x = cos(IBL_PI * (j + 0.5) / v->rings);
-        double p = 1, below = 0, sum = 0;
-        for (int l = 0; l <= s->degree; l++) {
-            sum += (2 * l + 1) / (4 * IBL_PI) * v->kernel[l] * s->zonal[l] * p;
-            const double next = ((2 * l + 1) * x * p - l * below) / (l + 1);
-            below = p;
-            p = next;
-        }
-        v->gain[j] = (float)(1 / (sum * (double)IBL_SPECTRAL_SCALE));
+    const int half = v->rings / 2;
+    double *x = ibl_alloc_array(4 * (size_t)half, sizeof *x);
+    v->gain = ibl_alloc_array((size_t)v->rings, sizeof *v->gain);
+    if (!x || !v->gain) {
+        ibl_free(x);
+        return ibl_no_memory(s->ctx, "the rings of a level");
     }
+    double *p = x + half, *below = p + half, *sum = below + half;
+    for (int j = 0; j < half; j++) {
+        x[j] = cos(IBL_PI * (j + 0.5) / v->rings);
+        p[j] = 1;
+        below[j] = sum[j] = 0;
+    }
+    for (int l = 0; l <= ibl_spectral_known(s->degree); l++) {
+        const double part =
+            (2 * l + 1) / (4 * IBL_PI) * v->kernel[l] * s->zonal[l];
+        const double a = (2 * l + 1) / (l + 1.0), b = l / (l + 1.0);
+        for (int j = 0; j < half; j++) {
+            const double next = a * x[j] * p[j] - b * below[j];
+            sum[j] += part * p[j];
+            below[j] = p[j];
+            p[j] = next;
+        }
+    }
+    for (int j = 0; j < half; j++)
+        v->gain[j] = v->gain[v->rings - 1 - j] =
+            (float)(1 / (sum[j] * s->scale));
+    ibl_free(x);
+    return IBL_OK;
 }
 
 static void rings_job(void *arg, int job, int worker)
@@ -214,13 +239,13 @@ static ibl_status fill_texels(const struct level *v, const char *stage)
     const ibl_spectral_target *t = v->target;
     ibl_radial radial = {0};
     ibl_level_sum sum = {.grid = &s->work.grid,
-                         .spectrum = v->kernel,
+                         .spectrum = v->field,
                          .degree = v->degree,
                          .bright = s->light_count ? s->bright : NULL,
                          .lobe = &radial,
                          .gain = v->gain};
 
-    memcpy(sum.offset, s->base, sizeof sum.offset);
+    memcpy(sum.offset, s->mean, sizeof sum.offset);
     memcpy(sum.low, s->low, sizeof sum.low);
     memcpy(sum.high, s->high, sizeof sum.high);
     ibl_status status = s->light_count ? make_radial(v, &radial) : IBL_OK;
@@ -237,8 +262,8 @@ static int falling(const void *a, const void *b)
 }
 
 /*
- * The 95th percentile of relative errors of twice the rms that is left, over
- * texels spread evenly over the level. What floats round is in it.
+ * The 95th percentile of relative errors of three times the rms that is left,
+ * over texels spread evenly over the level. What floats round is in it.
  */
 static double estimate(const struct level *v)
 {
@@ -248,7 +273,8 @@ static double estimate(const struct level *v)
     const size_t count = texels < PICKED ? texels : PICKED;
     const float *p = ibl_cube_face(cube, v->target->level, 0);
     const double mean = mean_of(v->s);
-    const double points =
+    const double same =
+        rounding + 5 * grid_part(v) +
         ibl_spectral_shortfall(v->s->width, v->s->height, v->target->alpha);
     double errors[PICKED];
 
@@ -258,7 +284,7 @@ static double estimate(const struct level *v)
         for (int c = 0; c < 3; c++)
             sum += (double)rgb[c] * (double)rgb[c];
         const double least = fmax(sqrt(sum), IBL_RELATIVE_FLOOR * mean);
-        errors[i] = least > 0 ? 2 * v->rms / least + rounding + points : 0;
+        errors[i] = least > 0 ? v->rms / least + same : 0;
     }
     qsort(errors, count, sizeof *errors, falling);
     return errors[count / 20];
@@ -266,10 +292,13 @@ static double estimate(const struct level *v)
 
 static ibl_status allocate(struct level *v)
 {
-    const int degree = known_degree(v->s->degree);
-    v->kernel = ibl_alloc_array((size_t)degree + 1, sizeof *v->kernel);
+    const int degree = ibl_spectral_known(v->s->degree);
+    const size_t count = (size_t)degree + 1;
+    v->kernel = ibl_alloc_array(3 * count, sizeof *v->kernel);
     if (!v->kernel)
         return ibl_no_memory(v->s->ctx, "a lobe");
+    v->power = v->kernel + count;
+    v->field = v->power + count;
     return ibl_kernel_make(v->s->ctx, v->target->lobe, v->target->alpha, degree,
                            v->kernel);
 }
@@ -285,14 +314,10 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
     if (!status) {
         choose_degree(&v);
         choose_grid(&v);
-        v.gain = ibl_alloc_array((size_t)v.rings, sizeof *v.gain);
-        if (!v.gain)
-            status = ibl_no_memory(s->ctx, "the rings of a level");
+        status = fill_gain(&v);
     }
-    if (!status) {
-        fill_gain(&v);
+    if (!status)
         status = fill_grid(&v);
-    }
     if (!status)
         status = fill_texels(&v, stage);
     if (!status) {

@@ -50,6 +50,34 @@ void ibl_row_range_of(const float *rgb, int width, int rows,
         range->mean[c] = total[c] / (double)small / (double)pixels;
 }
 
+double ibl_row_squares(const float *rgb, int width, int rows,
+                       const float base[3], const ibl_row_range *range)
+{
+    const size_t pixels = (size_t)width * (size_t)rows;
+    const size_t blocks = pixels / LANES;
+    const float high =
+        fmaxf(range->high[0], fmaxf(range->high[1], range->high[2]));
+    /* The largest becomes 1 at most, and its square with it. */
+    const float scale = high > 0 ? (float)(1 / (double)high) : 1;
+    float sum[3 * LANES] = {0}, from[3 * LANES];
+    double total = 0;
+
+    for (int k = 0; k < 3 * LANES; k++)
+        from[k] = base[k % 3];
+    for (size_t b = 0; b < blocks; b++, rgb += 3 * LANES)
+        for (int k = 0; k < 3 * LANES; k++) {
+            const float v = (rgb[k] - from[k]) * scale;
+            sum[k] += v * v;
+        }
+    for (size_t i = 0; i < 3 * (pixels - blocks * LANES); i++) {
+        const float v = (rgb[i] - from[i]) * scale;
+        sum[i] += v * v;
+    }
+    for (int k = 0; k < 3 * LANES; k++)
+        total += (double)sum[k];
+    return high > 0 ? total * (double)high * (double)high : 0;
+}
+
 /* ---- lights ------------------------------------------------------------ */
 
 bool ibl_lights_any(const ibl_row_range *r)

@@ -14,16 +14,16 @@ static void add_rows(const ibl_spectral *s, ibl_harmonics *sum)
         const double *from = ibl_harmonics_at(&s->harmonics, m);
         double *to = ibl_harmonics_at(sum, m);
         for (size_t i = 0; i < count; i++)
-            to[i] = (to[i] + from[i]) / (double)IBL_SPECTRAL_SCALE;
+            to[i] = (to[i] + from[i]) / s->scale;
     }
 }
 
-static void add_base(const ibl_spectral *s, ibl_harmonics *sum)
+static void add_mean(const ibl_spectral *s, ibl_harmonics *sum)
 {
     double *a = ibl_harmonics_at(sum, 0);
     for (int l = 0; l <= sum->degree; l++)
         for (int c = 0; c < 3; c++)
-            a[6 * l + 2 * c] += (double)s->base[c] * s->zonal[l] *
+            a[6 * l + 2 * c] += (double)s->mean[c] * s->zonal[l] *
                                 sqrt((2 * l + 1) / (4 * IBL_PI));
 }
 
@@ -53,7 +53,7 @@ ibl_status ibl_spectral_sh(const ibl_spectral *s, int degree, double *coeffs)
     status = analyse_lights(s, &sum);
     if (!status) {
         add_rows(s, &sum);
-        add_base(s, &sum);
+        add_mean(s, &sum);
         status = ibl_sht_to_sh(s->ctx, &sum, degree, 0, coeffs);
     }
     ibl_harmonics_free(&sum);

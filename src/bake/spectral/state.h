@@ -10,10 +10,6 @@
 #include "bake/spectral/transform.h"
 #include "brdf/ggx.h"
 
-/* What pixels are multiplied by before anything is summed: sums of the largest
- * floats stay floats. */
-#define IBL_SPECTRAL_SCALE 0x1p-24f
-
 /* Memory that levels use one after the other. */
 typedef struct ibl_spectral_work {
     ibl_ring_spectra spectra;
@@ -27,6 +23,8 @@ struct ibl_spectral {
     int width, height, degree;
     double yaw; /* radians, 0..2 pi */
 
+    double scale; /* of everything that is summed: see choose_scale */
+
     /* While rows come in. */
     int added;  /* rows */
     int groups; /* of IBL_SPECTRAL_GROUP rows */
@@ -35,14 +33,20 @@ struct ibl_spectral {
     float *scratch; /* worker_floats for each worker */
     size_t worker_floats;
     ibl_row_range *range;   /* of each group */
+    double *squares;        /* of each group: sum over its pixels, by dO */
+    float peak;             /* of the groups until now */
     int *found;             /* lights of each group */
     ibl_pixel_light *taken; /* IBL_LIGHTS_GROUP for each group */
 
     /* What is kept of them. */
-    float base[3];           /* taken from every pixel */
+    float mean[3];     /* of all but the lights; no part of the harmonics, and
+                          added to every texel */
+    float base[3];     /* taken from every pixel */
+    double unresolved; /* mean square of what is beyond the harmonics */
     float low[3], high[3];   /* the range of the map */
     double *weight;          /* solid angle of a pixel of each row */
-    double *zonal;           /* degree + 1: sum of P_l dO over all pixels */
+    double *zonal;           /* sum of P_l dO over all pixels, as far as
+                                ibl_spectral_known */
     ibl_pixel_light *lights; /* added to each texel, scaled */
     int light_count;
     ibl_bright *bright;      /* them, ready for texels */
@@ -50,6 +54,12 @@ struct ibl_spectral {
 
     ibl_spectral_work work;
 };
+
+/* The highest degree in which kernels are looked at: half as many again. */
+static inline int ibl_spectral_known(int degree)
+{
+    return degree + degree / 2 + 8;
+}
 
 /* Adds the Fourier coefficients of lights to those of their rows. */
 ibl_status ibl_spectral_add_lights(const ibl_spectral *s,

@@ -1,0 +1,368 @@
+/* SPDX-License-Identifier: MIT */
+/* One reading of an environment, by rows or from memory: the same bytes, what
+ * errors do, and what a level's estimate is worth. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ibl/reference.h"
+#include "maps.h"
+#include "test.h"
+
+/* A map that is handed out row by row, once. */
+typedef struct feeder {
+    const ibl_image *map;
+    int row;
+    int fail_at; /* row before which it fails; 0: never */
+    ibl_ctx *cancel;
+} feeder;
+
+static ibl_status feed(void *cookie, int rows, float *rgb)
+{
+    feeder *f = cookie;
+    const size_t row = 3 * (size_t)f->map->width;
+    if (f->fail_at && f->row + rows > f->fail_at)
+        return IBL_ERR_IO;
+    if (f->cancel)
+        ibl_ctx_cancel(f->cancel);
+    memcpy(rgb, f->map->data + row * (size_t)f->row,
+           row * (size_t)rows * sizeof *rgb);
+    f->row += rows;
+    return IBL_OK;
+}
+
+static ibl_environment by_rows(feeder *f)
+{
+    return (ibl_environment){.width = f->map->width,
+                             .height = f->map->height,
+                             .read = feed,
+                             .cookie = f};
+}
+
+static ibl_environment in_memory(const ibl_image *map)
+{
+    return (ibl_environment){
+        .width = map->width, .height = map->height, .image = map};
+}
+
+static ibl_bake_options options(int size)
+{
+    ibl_bake_options o = ibl_bake_options_default();
+    o.skybox = size;
+    o.specular_options.size = size;
+    o.irradiance_options.size = 8;
+    o.yaw_deg = 33;
+    return o;
+}
+
+static bool same_cube(const ibl_cube *a, const ibl_cube *b)
+{
+    return a->size == b->size && a->levels == b->levels &&
+           !memcmp(a->data, b->data, cube_floats(a) * sizeof *a->data);
+}
+
+static bool same(const ibl_bake_result *a, const ibl_bake_result *b)
+{
+    return same_cube(&a->skybox, &b->skybox) &&
+           same_cube(&a->specular, &b->specular) &&
+           same_cube(&a->irradiance, &b->irradiance) &&
+           a->irradiance_degree == b->irradiance_degree &&
+           !memcmp(a->sh, b->sh, 27 * sizeof *a->sh) &&
+           !memcmp(&a->report.level, &b->report.level, sizeof a->report.level);
+}
+
+/* ---- the same bytes ---------------------------------------------------- */
+
+/* Of one method, from memory with one thread and by rows with some. */
+static void compare(const ibl_image *map, ibl_method method)
+{
+    static const int threads[] = {1, 2, 3, 7};
+    ibl_bake_options o = options(32);
+    ibl_bake_result first;
+    o.specular_options.method = method;
+    o.specular_options.samples = 16;
+    for (int i = 0; i < 4; i++) {
+        ibl_ctx *ctx = test_ctx(threads[i], IBL_ISA_AUTO);
+        feeder f = {.map = map};
+        const ibl_environment env = i ? by_rows(&f) : in_memory(map);
+        ibl_bake_result result;
+        NEED(!ibl_bake_environment(ctx, &env, &o, &result));
+        if (i)
+            CHECK_MSG(same(&result, &first), "%dx%d, %s, %d threads differ",
+                      map->width, map->height, ibl_method_name(method),
+                      threads[i]);
+        if (i)
+            ibl_bake_result_free(&result);
+        else
+            first = result;
+        ibl_ctx_free(ctx);
+    }
+    ibl_bake_result_free(&first);
+}
+
+static void rows_and_threads(void)
+{
+    static const int sizes[][2] = {{256, 128}, {200, 77}, {64, 530}, {9, 5}};
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    test_random r = {11};
+    for (int i = 0; i < 4; i++) {
+        ibl_image map =
+            map_of_kind(ctx, &r, MAP_SUNNY, sizes[i][0], sizes[i][1]);
+        for (int m = IBL_METHOD_AUTO; m <= IBL_METHOD_SAMPLED; m++)
+            compare(&map, (ibl_method)m);
+        ibl_image_free(&map);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* The pieces by themselves are those of the whole. */
+static void pieces(void)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    test_random r = {12};
+    ibl_image map = map_of_kind(ctx, &r, MAP_SUNNY, 128, 64);
+    ibl_bake_options o = options(32);
+    const ibl_environment env = in_memory(&map);
+    ibl_bake_result all, none;
+    ibl_cube specular = {0}, sky = {0};
+    ibl_specular_report report;
+
+    NEED(!ibl_bake_environment(ctx, &env, &o, &all));
+    o.specular_options.yaw_deg = o.yaw_deg;
+    NEED(!ibl_bake_specular_report(ctx, &map, &o.specular_options, &specular,
+                                   &report));
+    CHECK(same_cube(&specular, &all.specular));
+    CHECK(!memcmp(report.level, all.report.level, sizeof report.level));
+    NEED(!ibl_cube_alloc(ctx, 32, 6, &sky));
+    NEED(!ibl_cube_from_latlong(ctx, &map, o.yaw_deg, &sky));
+    NEED(!ibl_cube_build_mips(ctx, &sky));
+    CHECK(same_cube(&sky, &all.skybox));
+
+    o.skybox = o.specular = o.irradiance = 0;
+    o.sh_degree = -1;
+    NEED(!ibl_bake_environment(ctx, &env, &o, &none));
+    CHECK(!none.skybox.data && !none.specular.data && !none.irradiance.data &&
+          !none.sh);
+    ibl_bake_result_free(&none);
+    ibl_bake_result_free(&all);
+    ibl_cube_free(&specular);
+    ibl_cube_free(&sky);
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+}
+
+/* ---- coefficients ------------------------------------------------------ */
+
+/* Those of the analysis are the sums over the pixels, lights and constant and
+ * all, within what floats keep of the brightest. */
+static void harmonics(void)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    test_random r = {13};
+    ibl_image map = map_of_kind(ctx, &r, MAP_SUNNY, 300, 150);
+    ibl_bake_options o = options(16);
+    const ibl_environment env = in_memory(&map);
+    ibl_bake_result made;
+    ibl_reference *ref;
+    double want[3 * 41 * 41];
+
+    o.sh_degree = 40;
+    NEED(!ibl_bake_environment(ctx, &env, &o, &made));
+    NEED(!ibl_reference_create(ctx, &map, o.yaw_deg, &ref));
+    NEED(!ibl_reference_sh(ref, 40, want));
+    for (int i = 0; i < 3 * 41 * 41; i++)
+        CHECK_NEAR(made.sh[i], want[i], 1e-6 * fabs(want[i % 3]));
+    ibl_reference_free(ref);
+    ibl_bake_result_free(&made);
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+}
+
+/* ---- estimates --------------------------------------------------------- */
+
+enum {
+    PICKS = 150
+};
+
+static int rising(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* The 95th percentile of the relative errors of a level. */
+static double percentile(const ibl_reference *ref, const ibl_cube *cube,
+                         int level, double roughness)
+{
+    const int n = ibl_cube_edge(cube->size, level), all = IBL_FACES * n * n;
+    const int count = all < PICKS ? all : PICKS;
+    double dirs[3 * PICKS], want[3 * PICKS], errors[PICKS], mean[3];
+    int at[PICKS];
+
+    for (int i = 0; i < count; i++) {
+        at[i] = (int)((long long)i * all / count);
+        ibl_cube_direction(n, at[i] / (n * n), at[i] % n, at[i] / n % n,
+                           dirs + 3 * i);
+    }
+    if (ibl_reference_mean(ref, mean) ||
+        ibl_reference_specular(ref, roughness, dirs, (size_t)count, want))
+        return INFINITY;
+    for (int i = 0; i < count; i++) {
+        const float *p = ibl_cube_face(cube, level, 0) + 3 * at[i];
+        const double rgb[3] = {(double)p[0], (double)p[1], (double)p[2]};
+        errors[i] = ibl_relative_error(rgb, want + 3 * i, mean);
+    }
+    qsort(errors, (size_t)count, sizeof *errors, rising);
+    return errors[(count - 1) * 19 / 20];
+}
+
+static void judge(ibl_ctx *ctx, const ibl_image *map, ibl_lobe lobe,
+                  double tolerance)
+{
+    ibl_specular_options o = ibl_specular_options_default();
+    ibl_specular_report report;
+    ibl_reference *ref;
+    ibl_cube cube;
+
+    o.method = IBL_METHOD_SPECTRAL;
+    o.lobe = lobe;
+    o.size = 32;
+    o.levels = 4;
+    o.samples = 8;
+    o.tolerance = tolerance;
+    NEED(!ibl_bake_specular_report(ctx, map, &o, &cube, &report));
+    NEED(!ibl_reference_create(ctx, map, 0, &ref));
+    for (int l = 1; l < o.levels; l++) {
+        if (!report.level[l].degree)
+            continue;
+        const double seen =
+            percentile(ref, &cube, l, report.layout.roughness[l]);
+        CHECK_MSG(seen <= report.level[l].error,
+                  "%dx%d, %s, tolerance %g: level %d, degree %d: %.3g, "
+                  "estimated %.3g",
+                  map->width, map->height, ibl_lobe_name(lobe), tolerance, l,
+                  report.level[l].degree, seen, report.level[l].error);
+    }
+    ibl_reference_free(ref);
+    ibl_cube_free(&cube);
+}
+
+static void estimates_hold(void)
+{
+    static const int sizes[][2] = {{256, 128}, {200, 100}, {101, 53}};
+    static const double tolerances[] = {0, 1e-3, 0.05};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    test_random r = {14};
+    for (int kind = 0; kind < MAP_KINDS; kind++)
+        for (int i = 0; i < 3; i++) {
+            ibl_image map =
+                map_of_kind(ctx, &r, (map_kind)kind, sizes[i][0], sizes[i][1]);
+            for (int t = 0; t < 3; t++)
+                judge(ctx, &map, IBL_LOBE_GGX, tolerances[t]);
+            ibl_image_free(&map);
+        }
+    ibl_ctx_free(ctx);
+}
+
+/* ---- values ------------------------------------------------------------ */
+
+/* The largest floats, everywhere and here and there, stay finite and within
+ * the range of the map. */
+static void largest_floats(void)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    for (int k = 0; k < 3; k++) {
+        ibl_image map = map_constant(ctx, 128, 64, k ? 1 : 3.4e38f);
+        ibl_bake_options o = options(16);
+        const ibl_environment env = in_memory(&map);
+        ibl_bake_result made;
+        for (int i = 0; k && i < 128 * 64; i += k == 1 ? 7 : 1 + i % 1999)
+            map_set(&map, i % 128, i / 128, 3.4e38f, 3e38f, 0);
+        NEED(!ibl_bake_environment(ctx, &env, &o, &made));
+        for (size_t i = 0; i < cube_floats(&made.specular); i++)
+            if (!(made.specular.data[i] >= 0 &&
+                  made.specular.data[i] <= 3.4e38f)) {
+                test_fail(__FILE__, __LINE__, "map %d: float %zu is %g", k, i,
+                          (double)made.specular.data[i]);
+                break;
+            }
+        ibl_bake_result_free(&made);
+        ibl_image_free(&map);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* ---- errors ------------------------------------------------------------ */
+
+static void failures(void)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    test_random r = {15};
+    ibl_image map = map_of_kind(ctx, &r, MAP_NOISE, 64, 700);
+    ibl_bake_options o = options(16);
+    ibl_bake_result made = {0};
+
+    for (int fail = 1; fail < 700; fail += 111) {
+        feeder f = {.map = &map, .fail_at = fail};
+        const ibl_environment env = by_rows(&f);
+        CHECK(ibl_bake_environment(ctx, &env, &o, &made) == IBL_ERR_IO);
+        CHECK(!made.specular.data && !made.sh);
+    }
+    feeder f = {.map = &map, .cancel = ctx};
+    const ibl_environment env = by_rows(&f);
+    CHECK(ibl_bake_environment(ctx, &env, &o, &made) == IBL_ERR_CANCELLED);
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+}
+
+static void refused(ibl_ctx *ctx, const ibl_environment *env,
+                    const ibl_bake_options *o)
+{
+    ibl_bake_result made = {0};
+    CHECK(ibl_bake_environment(ctx, env, o, &made) == IBL_ERR_ARGUMENT);
+    CHECK(!made.specular.data);
+}
+
+static void arguments(void)
+{
+    test_messages kept = {0};
+    ibl_ctx_options with = ibl_ctx_options_default();
+    ibl_ctx *ctx;
+    with.log = test_keep;
+    with.log_cookie = &kept;
+    NEED(!ibl_ctx_create(&with, &ctx));
+    ibl_image map = map_constant(ctx, 8, 4, 1);
+    const ibl_environment env = in_memory(&map);
+    const ibl_environment empty = {.width = 0, .height = 4, .image = &map};
+    ibl_bake_options o = options(16);
+
+    refused(ctx, &empty, &o);
+    CHECK(strstr(kept.text[IBL_LOG_ERROR], "0x4"));
+    o.yaw_deg = NAN;
+    refused(ctx, &env, &o);
+    o = options(16);
+    o.sh_degree = IBL_MAX_SH_DEGREE + 1;
+    refused(ctx, &env, &o);
+    CHECK(strstr(kept.text[IBL_LOG_ERROR], "1001"));
+    o = options(0);
+    refused(ctx, &env, &o);
+    o = options(16);
+    o.skybox = IBL_MAX_CUBE_SIZE + 1;
+    refused(ctx, &env, &o);
+    o = options(16);
+    o.specular_options.method = (ibl_method)9;
+    refused(ctx, &env, &o);
+    CHECK(strstr(kept.text[IBL_LOG_ERROR], "method 9"));
+    o = options(16);
+    o.irradiance_options.step = 9;
+    refused(ctx, &env, &o);
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+}
+
+static const test tests[] = {TEST(rows_and_threads), TEST(pieces),
+                             TEST(harmonics),        TEST(estimates_hold),
+                             TEST(largest_floats),   TEST(failures),
+                             TEST(arguments)};
+TEST_MAIN(tests)
