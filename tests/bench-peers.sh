@@ -24,15 +24,16 @@ out=${4:-$build/bench}
 }
 mkdir -p "$out"
 
-tutorial='--size 128 --levels 5 --samples 1024 --lod-bias 0
+tutorial='--method sampled --size 128 --levels 5 --samples 1024 --lod-bias 0
     --irradiance-size 32 --irradiance-step 0.025
     --lut-size 512 --lut-samples 1024 --geometry schlick-ibl'
-# cmgen's outputs: the same levels, mapping, samples, packed floats in KTX and
-# the sky, and our irradiance, table and harmonics besides.
-alike='--size 256 --levels 5 --samples 1024 --mapping filament --rotate cmgen
+# cmgen's outputs: the same levels, mapping, packed floats in KTX and the sky,
+# and our irradiance, table and harmonics besides; also by its samples.
+alike='--size 256 --levels 5 --mapping filament --rotate cmgen
     --format ktx --pixel r11g11b10f --skybox 256'
 
 set -- "$@" --variant "as cmgen=$alike" \
+    --variant "as cmgen by samples=$alike --method sampled --samples 1024" \
     --variant "tutorial=$tutorial --pdf-mip no" \
     --variant "tutorial with mips=$tutorial --pdf-mip yes"
 if command -v cmgen >/dev/null 2>&1; then
