@@ -114,6 +114,48 @@ static void many_batches(void)
     }
 }
 
+struct slow {
+    atomic_int runs;
+    int microseconds;
+};
+
+static void slow_task(void *arg)
+{
+    struct slow *s = arg;
+    const struct timespec nap = {0, 1000L * s->microseconds};
+    nanosleep(&nap, NULL);
+    atomic_fetch_add(&s->runs, 1);
+}
+
+/* A task runs once, beside batches that lose nothing by it; a second one only
+ * after the first was waited for; alone there is nobody to do it. */
+static void task_beside_batches(void)
+{
+    static struct batch b;
+    struct slow s = {0};
+    for (int threads = 1; threads <= 4; threads++) {
+        b.ctx = test_ctx(threads, IBL_ISA_AUTO);
+        b.stop_at = -1;
+        ibl_task_finish(b.ctx);
+        for (int n = 0; n < 300; n++) {
+            memset(b.ran, 0, sizeof b.ran);
+            atomic_store(&s.runs, 0);
+            s.microseconds = n % 3 * 40;
+            const bool started = ibl_task_start(b.ctx, slow_task, &s);
+            CHECK(started == (threads > 1));
+            CHECK(!started || !ibl_task_start(b.ctx, slow_task, &s));
+            for (int k = 0; k < n % 4; k++)
+                CHECK(ibl_run(b.ctx, NULL, 5, count_job, &b) == IBL_OK);
+            ibl_task_finish(b.ctx);
+            CHECK(atomic_load(&s.runs) == started);
+            for (int i = 0; i < 5; i++)
+                CHECK(b.ran[i] == n % 4);
+        }
+        ibl_task_start(b.ctx, slow_task, &s); /* freeing waits for it */
+        ibl_ctx_free(b.ctx);
+    }
+}
+
 /* A cancel keeps jobs from starting, and everything later from running. */
 static void cancel(void)
 {
@@ -159,7 +201,12 @@ static void default_options(void)
 }
 
 static const test tests[] = {
-    TEST(refusals),     TEST(names),  TEST(every_job),
-    TEST(many_batches), TEST(cancel), TEST(default_options),
+    TEST(refusals),
+    TEST(names),
+    TEST(every_job),
+    TEST(many_batches),
+    TEST(task_beside_batches),
+    TEST(cancel),
+    TEST(default_options),
 };
 TEST_MAIN(tests)

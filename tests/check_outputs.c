@@ -393,6 +393,90 @@ static void fill(const char *dir)
     CHECK(holds(at("%s/old", dir), "old") && entries(at("%s", dir)) == 1);
 }
 
+static ibl_texture make_texture(int size)
+{
+    ibl_texture tex = {.pixel = IBL_PIXEL_RGBA16F,
+                       .width = size,
+                       .height = size,
+                       .levels = 1,
+                       .faces = 6,
+                       .bytes = 48 * (size_t)size * (size_t)size};
+    tex.data = aligned_alloc(64, tex.bytes);
+    if (!tex.data)
+        exit(1);
+    memset(tex.data, 7, tex.bytes);
+    return tex;
+}
+
+static ibl_ctx *quiet_ctx(int threads, test_messages *messages)
+{
+    ibl_ctx_options opts = ibl_ctx_options_default();
+    ibl_ctx *quiet = NULL;
+    opts.threads = threads;
+    opts.log = test_keep;
+    opts.log_cookie = messages;
+    if (ibl_ctx_create(&opts, &quiet))
+        exit(1);
+    return quiet;
+}
+
+/* Textures that are taken over: written when waited for, by one thread or
+ * more, and not left behind where nobody commits. */
+static void taken_over(void)
+{
+    test_messages messages = {0};
+    NEED(!mkdir(at("over"), 0777));
+    for (int threads = 1; threads <= 3; threads++) {
+        ibl_ctx *some = quiet_ctx(threads, &messages);
+        for (int n = 0; n < 12; n++) {
+            ibl_outputs *out;
+            size_t size[3] = {0};
+            NEED(!ibl_outputs_create(some, &out));
+            for (int i = 0; i < 3; i++) {
+                ibl_texture tex = make_texture(8 << (2 * i));
+                CHECK(!ibl_outputs_take_texture(out, at("over/%d", i), &tex,
+                                                IBL_CONTAINER_DDS, &size[i]));
+                CHECK(!tex.data && size[i] == 148 + (3072u << (4 * i)));
+            }
+            CHECK(add(out, at("over/0"), "x") == IBL_ERR_ARGUMENT);
+            CHECK(!add(out, at("over/3"), "beside"));
+            if (n % 3 == 1)
+                CHECK(!ibl_outputs_wait(out));
+            if (n % 3 == 2)
+                ibl_outputs_abort(out);
+            else if (n % 3 == 1 || n % 2)
+                CHECK(!ibl_outputs_commit(out));
+            ibl_outputs_free(out);
+            CHECK(entries(at("over")) == (n ? 4 : 0));
+        }
+        for (int i = 0; i < 4; i++)
+            remove(at("over/%d", i));
+        ibl_ctx_free(some);
+    }
+}
+
+/* What fails on another thread fails the commit, or the wait before it. */
+static void fill_later(const char *dir, bool waits)
+{
+    ibl_outputs *out;
+    ibl_texture tex = make_texture(128);
+    test_messages said_there = {0};
+    ibl_ctx *two = quiet_ctx(2, &said_there);
+    put(at("%s/old", dir), "old");
+    NEED(!ibl_outputs_create(two, &out));
+    CHECK(!add(out, at("%s/small", dir), "s"));
+    CHECK(!ibl_outputs_take_texture(out, at("%s/old", dir), &tex,
+                                    IBL_CONTAINER_KTX2, NULL));
+    CHECK((waits ? ibl_outputs_wait(out) : ibl_outputs_commit(out)) ==
+          IBL_ERR_IO);
+    CHECK_MSG(strstr(said_there.text[IBL_LOG_ERROR], "old: cannot be written"),
+              "%s", said_there.text[IBL_LOG_ERROR]);
+    CHECK(holds(at("%s/old", dir), "old") && entries(at("%s", dir)) == 1);
+    ibl_outputs_free(out);
+    CHECK(entries(at("%s", dir)) == 1);
+    ibl_ctx_free(two);
+}
+
 static void file_limit(void)
 {
     struct rlimit limit, less;
@@ -403,6 +487,8 @@ static void file_limit(void)
     signal(SIGXFSZ, SIG_IGN);
     NEED(!setrlimit(RLIMIT_FSIZE, &less));
     fill("limit");
+    fill_later("limit", false);
+    fill_later("limit", true);
     setrlimit(RLIMIT_FSIZE, &limit);
     signal(SIGXFSZ, SIG_DFL);
 }
@@ -415,6 +501,7 @@ static void full_disk(void)
         return;
     }
     fill("disk");
+    fill_later("disk", false);
     CHECK(!umount(at("disk")));
 }
 
@@ -521,8 +608,8 @@ static const test tests[] = {
     TEST(committed),  TEST(aborted),          TEST(refused),
     TEST(twice),      TEST(too_many),         TEST(links),
     TEST(taken_back), TEST(without_exchange), TEST(flushed),
-    TEST(cancelled),  TEST(file_limit),       TEST(full_disk),
-    TEST(unwritable), TEST(interrupted),
+    TEST(taken_over), TEST(cancelled),        TEST(file_limit),
+    TEST(full_disk),  TEST(unwritable),       TEST(interrupted),
 };
 
 int main(int argc, char **argv)

@@ -294,8 +294,8 @@ typedef struct ibl_outputs ibl_outputs;
 /* An empty set; it uses ctx for messages and to see a cancel. */
 ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out);
 /*
- * 1: add brings every file to the disk, commit the directories, before
- * either returns; a power cut during commit may leave some files old and some
+ * 1: add and wait bring the files to the disk, commit the directories, before
+ * they return; a power cut during commit may leave some files old and some
  * new, each whole. Takes as long as the disk does. 0 (default): neither. Asked
  * for before the first add.
  */
@@ -319,6 +319,17 @@ ibl_status ibl_outputs_add(ibl_outputs *out, const char *path,
 ibl_status ibl_outputs_add_texture(ibl_outputs *out, const char *path,
                                    const ibl_texture *tex,
                                    ibl_container container, size_t *size);
+/*
+ * The same, but takes tex over: it is empty afterwards, whatever the status.
+ * The file may still be written when this returns, on a thread of the context,
+ * one file at a time; what then goes wrong is what ibl_outputs_wait or
+ * ibl_outputs_commit returns, and the set is aborted.
+ */
+ibl_status ibl_outputs_take_texture(ibl_outputs *out, const char *path,
+                                    ibl_texture *tex, ibl_container container,
+                                    size_t *size);
+/* Waits until all that was added is written. */
+ibl_status ibl_outputs_wait(ibl_outputs *out);
 /*
  * Renames every file to its target. The set is empty then and may be used
  * again. If one cannot be renamed, those that were are taken back, old files

@@ -59,7 +59,7 @@ static ibl_status put(ibl_bake *b, const char *path, const void *bytes,
     return ibl_outputs_add(b->outputs, path, bytes, size);
 }
 
-/* Judges the file that a texture was written as. */
+/* Judges the file that a texture is written as. */
 static ibl_status judge_texture(ibl_bake *b, ibl_output_kind kind,
                                 const ibl_texture *tex)
 {
@@ -81,25 +81,27 @@ static ibl_status put_texture(ibl_bake *b, ibl_output_kind kind,
     ibl_baked *file = &b->files[kind];
     ibl_status status = ibl_keys_set(b, kind, tex);
 
-    ibl_console_progress(b->console, "write", 0);
-    if (!status)
-        status = ibl_outputs_add_texture(b->outputs, file->path, tex,
-                                         (ibl_container)b->opts->format,
-                                         &file->bytes);
     if (!status && b->opts->verify)
         status = judge_texture(b, kind, tex);
+    ibl_console_progress(b->console, "write", 0);
+    file->shape = *tex;
+    file->shape.data = NULL;
+    file->shape.keys = NULL;
+    file->shape.key_count = 0;
+    if (status)
+        ibl_texture_free(tex);
+    else
+        status = ibl_outputs_take_texture(b->outputs, file->path, tex,
+                                          (ibl_container)b->opts->format,
+                                          &file->bytes);
     if (!status && file->saturated)
         ibl_console_warn(
             b->console,
             "%s: %zu values above %.9g became that, the largest of %s: use "
             "--pixel rgba32f to keep them",
-            file->path, file->saturated, (double)ibl_pixel_max(tex->pixel),
-            ibl_pixel_name(tex->pixel));
-    file->shape = *tex;
-    file->shape.data = NULL;
-    file->shape.keys = NULL;
-    file->shape.key_count = 0;
-    ibl_texture_free(tex);
+            file->path, file->saturated,
+            (double)ibl_pixel_max(file->shape.pixel),
+            ibl_pixel_name(file->shape.pixel));
     return status;
 }
 
@@ -313,6 +315,9 @@ int ibl_bake_run(const ibl_opts *opts)
         status = ibl_bake_judged(&b);
     if (!status) {
         ibl_console_progress(&console, "write", 1);
+        status = ibl_outputs_wait(b.outputs);
+    }
+    if (!status) {
         ibl_signals_hold();
         status = ibl_outputs_commit(b.outputs);
         ibl_signals_guard(NULL);

@@ -221,3 +221,13 @@ ibl_status ibl_run(ibl_ctx *ctx, const char *stage, int jobs, ibl_job_fn *fn,
         ibl_progress(ctx, stage, 1);
     return IBL_OK;
 }
+
+bool ibl_task_start(ibl_ctx *ctx, ibl_task_fn *fn, void *arg)
+{
+    return ibl_pool_start(ctx->pool, fn, arg);
+}
+
+void ibl_task_finish(ibl_ctx *ctx)
+{
+    ibl_pool_finish(ctx->pool);
+}

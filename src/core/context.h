@@ -32,6 +32,11 @@ void ibl_progress(ibl_ctx *ctx, const char *stage, double done);
 ibl_status ibl_run(ibl_ctx *ctx, const char *stage, int jobs, ibl_job_fn *fn,
                    void *arg);
 
+/* ibl_pool_start and ibl_pool_finish of the context's pool. fn says nothing:
+ * messages come from the caller's thread. */
+bool ibl_task_start(ibl_ctx *ctx, ibl_task_fn *fn, void *arg);
+void ibl_task_finish(ibl_ctx *ctx);
+
 /* Path of the bridge that the context was given, or NULL. */
 const char *ibl_ctx_bridge(const ibl_ctx *ctx);
 

@@ -52,6 +52,17 @@ struct ibl_pool {
     int jobs;
     atomic_int next, done;
     atomic_bool stop;
+    /* the task */
+    atomic_int task;
+    ibl_task_fn *task_fn;
+    void *task_arg;
+};
+
+enum {
+    NO_TASK,
+    OFFERED,
+    TAKEN,
+    ENDED /* until the caller has looked */
 };
 
 /* ---- waiting -------------------------------------------------------- */
@@ -61,7 +72,7 @@ typedef bool ready_fn(const ibl_pool *pool, uint64_t seen);
 static bool has_work(const ibl_pool *pool, uint64_t seen)
 {
     const uint64_t word = atomic_load(&pool->word);
-    return atomic_load(&pool->quit) ||
+    return atomic_load(&pool->quit) || atomic_load(&pool->task) == OFFERED ||
            (word & open_bit && word / batch_unit != seen);
 }
 
@@ -69,6 +80,12 @@ static bool is_empty(const ibl_pool *pool, uint64_t seen)
 {
     (void)seen;
     return !(atomic_load(&pool->word) & inside_mask);
+}
+
+static bool has_ended(const ibl_pool *pool, uint64_t seen)
+{
+    (void)seen;
+    return atomic_load(&pool->task) == ENDED;
 }
 
 static int64_t nanoseconds(void)
@@ -121,13 +138,14 @@ static void wait_for_work(ibl_pool *pool, uint64_t seen)
     pthread_mutex_unlock(&pool->lock);
 }
 
-static void wait_until_empty(ibl_pool *pool)
+/* The caller, for workers to have left a batch or ended a task. */
+static void wait_for_workers(ibl_pool *pool, ready_fn *ready)
 {
-    if (becomes_ready(pool, is_empty, 0))
+    if (becomes_ready(pool, ready, 0))
         return;
     pthread_mutex_lock(&pool->lock);
     atomic_store(&pool->sleeping, true);
-    while (!is_empty(pool, 0))
+    while (!ready(pool, 0))
         pthread_cond_wait(&pool->idle, &pool->lock);
     atomic_store(&pool->sleeping, false);
     pthread_mutex_unlock(&pool->lock);
@@ -163,26 +181,43 @@ static bool run_next(ibl_pool *pool, int worker)
     return true;
 }
 
-/* Into the open batch, if there still is one. */
+/* Into the open batch, if there still is one that was not seen. */
 static bool enter(ibl_pool *pool, uint64_t *seen)
 {
     uint_fast64_t word = atomic_load(&pool->word);
     do {
-        if (!(word & open_bit))
+        if (!(word & open_bit) || word / batch_unit == *seen)
             return false;
     } while (!atomic_compare_exchange_weak(&pool->word, &word, word + 1));
     *seen = word / batch_unit;
     return true;
 }
 
-static void leave(ibl_pool *pool)
+static void wake_caller(ibl_pool *pool)
 {
-    const uint64_t word = atomic_fetch_sub(&pool->word, 1) - 1;
-    if (word & (inside_mask | open_bit) || !atomic_load(&pool->sleeping))
+    if (!atomic_load(&pool->sleeping))
         return;
     pthread_mutex_lock(&pool->lock);
     pthread_mutex_unlock(&pool->lock);
     pthread_cond_signal(&pool->idle);
+}
+
+static void leave(ibl_pool *pool)
+{
+    const uint64_t word = atomic_fetch_sub(&pool->word, 1) - 1;
+    if (!(word & (inside_mask | open_bit)))
+        wake_caller(pool);
+}
+
+/* Whoever takes the task does it. */
+static bool take_task(ibl_pool *pool)
+{
+    int offered = OFFERED;
+    if (!atomic_compare_exchange_strong(&pool->task, &offered, TAKEN))
+        return false;
+    pool->task_fn(pool->task_arg);
+    atomic_store(&pool->task, ENDED);
+    return true;
 }
 
 static void *worker_main(void *arg)
@@ -195,6 +230,10 @@ static void *worker_main(void *arg)
         wait_for_work(pool, seen);
         if (atomic_load(&pool->quit))
             return NULL;
+        if (take_task(pool)) {
+            wake_caller(pool);
+            continue;
+        }
         if (!enter(pool, &seen))
             continue;
         while (run_next(pool, self->index))
@@ -236,6 +275,7 @@ void ibl_pool_free(ibl_pool *pool)
 {
     if (!pool)
         return;
+    ibl_pool_finish(pool);
     atomic_store(&pool->quit, true);
     wake(pool, pool->started);
     for (int i = 0; i < pool->started; i++)
@@ -270,6 +310,26 @@ bool ibl_pool_run(ibl_pool *pool, int jobs, ibl_job_fn *fn, void *arg,
     }
 
     atomic_fetch_sub(&pool->word, open_bit);
-    wait_until_empty(pool);
+    wait_for_workers(pool, is_empty);
     return !atomic_load(&pool->stop);
+}
+
+bool ibl_pool_start(ibl_pool *pool, ibl_task_fn *fn, void *arg)
+{
+    if (!pool->started || atomic_load(&pool->task) != NO_TASK)
+        return false;
+    pool->task_fn = fn;
+    pool->task_arg = arg;
+    atomic_store(&pool->task, OFFERED);
+    wake(pool, 1);
+    return true;
+}
+
+void ibl_pool_finish(ibl_pool *pool)
+{
+    if (atomic_load(&pool->task) == NO_TASK)
+        return;
+    if (!take_task(pool))
+        wait_for_workers(pool, has_ended);
+    atomic_store(&pool->task, NO_TASK);
 }

@@ -33,4 +33,15 @@ int ibl_pool_threads(const ibl_pool *pool);
 bool ibl_pool_run(ibl_pool *pool, int jobs, ibl_job_fn *fn, void *arg,
                   ibl_tick_fn *tick, void *tick_arg);
 
+/*
+ * Gives one of the threads something to do beside batches, which go on without
+ * it. False, and nothing happens, if there is no other thread or the last such
+ * task was not waited for.
+ */
+typedef void ibl_task_fn(void *arg);
+bool ibl_pool_start(ibl_pool *pool, ibl_task_fn *fn, void *arg);
+/* Waits until the task has ended, or does it here if none has begun. Nothing
+ * if none was started. */
+void ibl_pool_finish(ibl_pool *pool);
+
 #endif

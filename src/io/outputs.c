@@ -65,8 +65,26 @@ typedef struct made_dir {
     char *path;
 } made_dir;
 
+/* Why a file could not be written. */
+typedef struct trouble {
+    const char *what;
+    int error; /* errno */
+} trouble;
+
+/* A texture that another thread writes. */
+typedef struct writing {
+    bool on;
+    slot *s;
+    int fd;
+    ibl_texture tex;
+    ibl_pieces file;
+    ibl_status status;
+    trouble why;
+} writing;
+
 struct ibl_outputs {
     ibl_ctx *ctx;
+    writing later;
     int count; /* of slots ever used */
     int dir_count;
     bool sync;
@@ -103,7 +121,7 @@ static ibl_status check_length(const ibl_outputs *out, const char *path,
 ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out)
 {
     ibl_outputs *set = ibl_alloc_array(1, sizeof *set);
-    *out = set;
+    *out = NULL;
     if (!set)
         return ibl_no_memory(ctx, "a set of outputs");
     memset(set, 0, offsetof(ibl_outputs, paths));
@@ -114,6 +132,9 @@ ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out)
     }
     for (int i = 0; i < MAX_DIRS; i++)
         set->dirs[i].path = set->paths[2 * IBL_MAX_OUTPUTS + i];
+    /* A signal handler may look as soon as the caller has it. */
+    atomic_signal_fence(memory_order_seq_cst);
+    *out = set;
     return IBL_OK;
 }
 
@@ -263,7 +284,7 @@ static ibl_status aim(ibl_outputs *out, const char *path, slot *s)
     s->dir_device = st.st_dev;
     s->dir_inode = st.st_ino;
     for (int i = 0; i < out->count; i++) {
-        if (atomic_load(&out->slots[i].state) == WRITTEN &&
+        if (atomic_load(&out->slots[i].state) != UNUSED &&
             same_target(&out->slots[i], s))
             return ibl_fail(out->ctx, IBL_ERR_ARGUMENT,
                             "%s: is an output already", path);
@@ -296,8 +317,14 @@ static int create_temporary(ibl_outputs *out, slot *s)
     return fd;
 }
 
-static ibl_status write_piece(ibl_outputs *out, const char *path, int fd,
-                              ibl_piece piece)
+static ibl_status trouble_of(trouble *why, const char *what)
+{
+    *why = (trouble){what, errno};
+    return IBL_ERR_IO;
+}
+
+static ibl_status write_piece(const ibl_outputs *out, int fd, ibl_piece piece,
+                              trouble *why)
 {
     const unsigned char *bytes = piece.bytes;
     while (piece.size) {
@@ -308,7 +335,7 @@ static ibl_status write_piece(ibl_outputs *out, const char *path, int fd,
         if (n < 0 && errno == EINTR)
             continue;
         if (n < 0)
-            return failed(out, path, "cannot be written");
+            return trouble_of(why, "cannot be written");
         bytes += n;
         piece.size -= (size_t)n;
     }
@@ -316,34 +343,33 @@ static ibl_status write_piece(ibl_outputs *out, const char *path, int fd,
 }
 
 /* Some file systems cannot flush and say so by EINVAL. */
-static ibl_status flush_file(ibl_outputs *out, const char *path, int fd)
+static ibl_status flush_file(int fd, trouble *why)
 {
     while (fsync(fd)) {
         if (errno == EINVAL)
             break;
         if (errno != EINTR)
-            return failed(out, path, "cannot be flushed to the disk");
+            return trouble_of(why, "cannot be flushed to the disk");
     }
     return IBL_OK;
 }
 
-static ibl_status write_temporary(ibl_outputs *out, const char *path, slot *s,
-                                  const ibl_pieces *file)
+/* Writes and closes a temporary, and removes it if that fails. On any thread:
+ * the caller's reports. */
+static ibl_status write_temporary(ibl_outputs *out, slot *s, int fd,
+                                  const ibl_pieces *file, trouble *why)
 {
     struct stat st;
     ibl_status status = IBL_OK;
-    const int fd = create_temporary(out, s);
-    if (fd < 0)
-        return failed(out, path, "cannot be created");
     if (fstat(fd, &st))
-        status = failed(out, path, "cannot be written");
+        status = trouble_of(why, "cannot be written");
     for (int i = 0; i < file->count && !status; i++)
-        status = write_piece(out, path, fd, file->piece[i]);
+        status = write_piece(out, fd, file->piece[i], why);
     if (!status && out->sync)
-        status = flush_file(out, path, fd);
+        status = flush_file(fd, why);
     /* Here NFS tells of a full disk, and there is no second time. */
     if (close(fd) && errno != EINTR && !status)
-        status = failed(out, path, "cannot be written");
+        status = trouble_of(why, "cannot be written");
     if (status) {
         unlink(s->temporary);
         atomic_store(&s->state, UNUSED);
@@ -356,8 +382,16 @@ static ibl_status write_temporary(ibl_outputs *out, const char *path, slot *s,
     return IBL_OK;
 }
 
-static ibl_status add_file(ibl_outputs *out, const char *path,
-                           const ibl_pieces *file)
+static ibl_status report(const ibl_outputs *out, const char *path,
+                         ibl_status status, const trouble *why)
+{
+    errno = why->error;
+    return status == IBL_ERR_IO ? failed(out, path, why->what) : status;
+}
+
+/* Makes an empty temporary in the next slot. */
+static ibl_status begin_file(ibl_outputs *out, const char *path, slot **s,
+                             int *fd)
 {
     if (ibl_cancelled(out->ctx))
         return IBL_ERR_CANCELLED;
@@ -368,15 +402,32 @@ static ibl_status add_file(ibl_outputs *out, const char *path,
         return ibl_fail(out->ctx, IBL_ERR_ARGUMENT,
                         "%s: over %d outputs in one set", path,
                         IBL_MAX_OUTPUTS);
-    slot *s = &out->slots[out->count];
-    ibl_status status = aim(out, path, s);
+    *s = &out->slots[out->count];
+    const ibl_status status = aim(out, path, *s);
     if (status)
         return status;
     out->count++; /* abort looks at the slot from now on */
-    status = write_temporary(out, path, s, file);
+    *fd = create_temporary(out, *s);
+    if (*fd >= 0)
+        return IBL_OK;
+    out->count--;
+    return failed(out, path, "cannot be created");
+}
+
+static ibl_status add_file(ibl_outputs *out, const char *path,
+                           const ibl_pieces *file)
+{
+    trouble why = {0};
+    slot *s;
+    int fd;
+    ibl_status status = begin_file(out, path, &s, &fd);
     if (status)
-        out->count--;
-    return status;
+        return status;
+    status = write_temporary(out, s, fd, file, &why);
+    if (!status)
+        return IBL_OK;
+    out->count--;
+    return report(out, path, status, &why);
 }
 
 ibl_status ibl_outputs_add(ibl_outputs *out, const char *path,
@@ -398,6 +449,60 @@ ibl_status ibl_outputs_add_texture(ibl_outputs *out, const char *path,
         *size = file.size;
     ibl_free(file.head);
     return status;
+}
+
+/* ---- writing on another thread --------------------------------------- */
+
+static void write_later(void *arg)
+{
+    ibl_outputs *out = arg;
+    writing *w = &out->later;
+    w->status = write_temporary(out, w->s, w->fd, &w->file, &w->why);
+}
+
+ibl_status ibl_outputs_take_texture(ibl_outputs *out, const char *path,
+                                    ibl_texture *tex, ibl_container container,
+                                    size_t *size)
+{
+    writing w = {.on = true, .tex = *tex};
+    ibl_status status;
+
+    *tex = (ibl_texture){0};
+    if (out->later.on) {
+        status = ibl_outputs_add_texture(out, path, &w.tex, container, size);
+        goto done;
+    }
+    status = ibl_texture_pieces(out->ctx, &w.tex, container, &w.file);
+    if (!status)
+        status = begin_file(out, path, &w.s, &w.fd);
+    if (status)
+        goto done;
+    if (size)
+        *size = w.file.size;
+    out->later = w;
+    if (!ibl_task_start(out->ctx, write_later, out))
+        write_later(out);
+    return IBL_OK;
+
+done:
+    ibl_free(w.file.head);
+    ibl_texture_free(&w.tex);
+    return status;
+}
+
+ibl_status ibl_outputs_wait(ibl_outputs *out)
+{
+    writing *w = &out->later;
+    if (!w->on)
+        return IBL_OK;
+    ibl_task_finish(out->ctx);
+    w->on = false;
+    ibl_free(w->file.head);
+    ibl_texture_free(&w->tex);
+    if (!w->status)
+        return IBL_OK;
+    ibl_outputs_abort(out);
+    return report(out, w->s->target, w->status, &w->why);
 }
 
 /* ---- commit and abort ----------------------------------------------- */
@@ -487,6 +592,11 @@ void ibl_outputs_abort(ibl_outputs *out)
 
 void ibl_outputs_free(ibl_outputs *out)
 {
+    if (out && out->later.on) {
+        ibl_task_finish(out->ctx);
+        ibl_free(out->later.file.head);
+        ibl_texture_free(&out->later.tex);
+    }
     ibl_outputs_abort(out);
     ibl_free(out);
 }
@@ -548,7 +658,7 @@ static ibl_status flush_dirs(ibl_outputs *out)
 
 ibl_status ibl_outputs_commit(ibl_outputs *out)
 {
-    ibl_status status = IBL_OK;
+    ibl_status status = ibl_outputs_wait(out);
     for (int i = 0; !status && i < out->count; i++) {
         if (ibl_cancelled(out->ctx) || atomic_load(&out->aborted))
             status = IBL_ERR_CANCELLED;
