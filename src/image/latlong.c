@@ -202,13 +202,18 @@ ibl_status ibl_level0_finish(ibl_level0 *l)
 static bool init_adders(ibl_level0 *l)
 {
     const int threads = ibl_ctx_threads(l->ctx);
+    const ibl_wedge *most = &l->set.group[0].wedge;
+    for (int i = 1; i < l->set.groups; i++)
+        if (l->set.group[i].wedge.cut.count > most->cut.count)
+            most = &l->set.group[i].wedge;
     l->adders = ibl_alloc_zeroed((size_t)threads, sizeof *l->adders);
     for (int i = 0; l->adders && i < threads; i++) {
         struct adder *a = &l->adders[i];
         a->dsp = &l->set.dsp;
         a->pixels = ibl_alloc_array((size_t)l->finer.columns / 8 + 2,
                                     IBL_OCTANT_RGB * sizeof *a->pixels);
-        if (!a->pixels || !ibl_wedge_sink_init(&a->sink, ibl_ctx_isa(l->ctx)))
+        if (!a->pixels ||
+            !ibl_wedge_sink_init(&a->sink, most, ibl_ctx_isa(l->ctx)))
             return false;
         a->sink.full = add_spans;
     }

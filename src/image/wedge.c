@@ -35,11 +35,11 @@ static void strips_free(ibl_wedge_strips *s)
 
 static bool strips_alloc(ibl_wedge_strips *s, int most, bool columns)
 {
-    const size_t n = (size_t)most;
-    s->cosine = ibl_alloc_array(n + 1, sizeof *s->cosine);
-    s->sine = ibl_alloc_array(n + 1, sizeof *s->sine);
+    const size_t n = (size_t)most + IBL_SHARE_PAD;
+    s->cosine = ibl_alloc_zeroed(n + 1, sizeof *s->cosine);
+    s->sine = ibl_alloc_zeroed(n + 1, sizeof *s->sine);
     s->secant = ibl_alloc_array(n + 1, sizeof *s->secant);
-    s->width = ibl_alloc_array(n, sizeof *s->width);
+    s->width = ibl_alloc_zeroed(n, sizeof *s->width);
     s->pixel = ibl_alloc_array(n, sizeof *s->pixel);
     if (columns)
         s->column = ibl_alloc_array(n, sizeof *s->column);
@@ -251,17 +251,23 @@ struct cutter {
     int pixel, column;
 };
 
+static ibl_share_row share_row(const ibl_wedge_row *row)
+{
+    return (ibl_share_row){row->top, row->bottom, row->top_tan,
+                           row->bottom_tan};
+}
+
 /* Gives the spans their weights, drops those of other parts, and hands the
  * rest on. */
 static void settle(const struct cutter *c)
 {
     ibl_wedge_sink *s = c->sink;
-    const ibl_share_row row = {c->row->top, c->row->bottom, c->row->top_tan,
-                               c->row->bottom_tan};
+    const ibl_share_row row = share_row(c->row);
     const double *share = s->share;
     double above = 0;
     int kept = 0;
-    s->dsp.share(&row, &s->cuts, s->cut_count, s->share);
+    if (s->cut_count)
+        s->dsp.share(&row, &s->cuts, s->cut_count, s->share);
     for (int i = 0; i < s->count; i++) {
         ibl_octant_span span = s->spans[i];
         if (s->kind[i] == CUT) {
@@ -444,11 +450,121 @@ static struct box box_of(const ibl_wedge *w, const ibl_wedge_row *row,
     return b;
 }
 
+/* ---- sides ------------------------------------------------------------ */
+
+/* Strips that a border crosses, and its shares of them. */
+struct zone {
+    int begin, end;
+    double *share;
+};
+
+/* The next border up crosses strips further on. */
+static void find_zone(const struct cutter *c, const ibl_wedge_strips *s,
+                      int end, double a, struct zone *z)
+{
+    ibl_wedge_sink *sink = c->sink;
+    const double high = a * c->row->top_cot, low = a * c->row->bottom_cot;
+    while (z->begin < end && s->cosine[z->begin + 1] >= high)
+        z->begin++;
+    z->end = z->end > z->begin ? z->end : z->begin;
+    while (z->end < end && s->cosine[z->end] > low)
+        z->end++;
+    const int first = z->begin, count = z->end - first;
+    for (int i = 0; i < count + IBL_SHARE_PAD; i++)
+        sink->border[i] = a;
+    const ibl_share_cuts cuts = {
+        .a = sink->border,
+        .q = {s->cosine + first, s->cosine + first + 1},
+        .r = {s->sine + first, s->sine + first + 1},
+        .width = s->width + first};
+    const ibl_share_row row = share_row(c->row);
+    sink->dsp.share(&row, &cuts, count, z->share);
+}
+
+/* The texels of a line, between two borders. slot: of column 0. */
+static void side_line(const struct cutter *c, const ibl_wedge_strips *s,
+                      int origin, int slot, const struct zone *lower,
+                      const struct zone *upper)
+{
+    ibl_wedge_sink *sink = c->sink;
+    for (int i = lower->begin, next; i < upper->end; i = next) {
+        double share = i < lower->end ? lower->share[i - lower->begin] : 1;
+        if (i >= upper->begin)
+            share -= upper->share[i - upper->begin];
+        next = i + 1;
+        if (!(share > 0))
+            continue;
+        if (i >= lower->end) {
+            while (next < upper->begin && s->column[next] == s->column[i] &&
+                   s->width[next] == s->width[i] &&
+                   s->pixel[next] > s->pixel[next - 1])
+                next++;
+        }
+        if (sink->count == sink->capacity)
+            settle(c);
+        sink->kind[sink->count] = WHOLE;
+        sink->spans[sink->count++] = (ibl_octant_span){
+            share * s->width[i] * c->height, s->pixel[i] - origin, next - i,
+            slot + s->column[i]};
+    }
+}
+
+/*
+ * A row that no top reaches: a line at a time, from the lowest at `begin` to
+ * the highest. Borders are crossed by strips one after the other.
+ */
+static void cut_side(const struct cutter *c, const ibl_wedge_strips *s,
+                     int begin, int end)
+{
+    const ibl_wedge *w = c->w;
+    const ibl_wedge_row *row = c->row;
+    const int last = line_at(w, row->bottom_tan * s->cosine[begin],
+                             row->bottom_cot * s->secant[begin], MARGIN);
+    const int first = line_at(w, row->top_tan * s->cosine[end],
+                              row->top_cot * s->secant[end], -MARGIN);
+    struct zone lower = {begin, begin, c->sink->zone[0]};
+    struct zone upper = {begin, begin, c->sink->zone[1]};
+    for (int line = last; line >= first; line--) {
+        double *const room = lower.share;
+        if (line > first)
+            find_zone(c, s, end, w->border[line], &upper);
+        else
+            upper.begin = upper.end = end;
+        side_line(c, s, s->pixel[begin],
+                  slot_of(c, line, c->part->first_z) - c->part->first_z, &lower,
+                  &upper);
+        lower = upper;
+        upper.share = room;
+    }
+}
+
+/* ---- rows of strips --------------------------------------------------- */
+
+/* Strips of a row that the top reaches. */
+static void cut_top(struct cutter *c, const ibl_wedge_strips *s, int begin,
+                    int end)
+{
+    for (int i = begin; i < end;) {
+        const struct box b = box_of(c->w, c->row, s, i);
+        c->pixel = s->pixel[i] - s->pixel[begin];
+        c->column = s->column ? s->column[i] : 0;
+        if (b.line[0] == b.line[1] && b.column[0] == b.column[1]) {
+            i = add_whole(c, s, i, end, b.line[0], b.column[0]);
+            continue;
+        }
+        if (b.column[1] >= c->part->first_z && b.column[0] < c->part->end_z)
+            cut_strip(c, &b,
+                      (struct piece){{s->cosine[i], s->cosine[i + 1]},
+                                     {s->sine[i], s->sine[i + 1]},
+                                     s->width[i]});
+        i++;
+    }
+}
+
 void ibl_wedge_cut(const ibl_wedge *w, const ibl_wedge_row *row,
                    const ibl_wedge_part *part, int begin, int end,
                    ibl_wedge_sink *sink)
 {
-    const ibl_wedge_strips *s = row->side ? &w->cut : &w->plain;
     struct cutter c = {w,
                        row,
                        part,
@@ -457,48 +573,50 @@ void ibl_wedge_cut(const ibl_wedge *w, const ibl_wedge_row *row,
                        row->first_line % part->ring,
                        0,
                        0};
-    for (int i = begin; i < end;) {
-        const struct box b = box_of(w, row, s, i);
-        c.pixel = s->pixel[i] - s->pixel[begin];
-        c.column = s->column ? s->column[i] : 0;
-        if (b.line[0] == b.line[1] && b.column[0] == b.column[1]) {
-            i = add_whole(&c, s, i, end, b.line[0], b.column[0]);
-            continue;
-        }
-        if (b.column[1] >= part->first_z && b.column[0] < part->end_z)
-            cut_strip(&c, &b,
-                      (struct piece){{s->cosine[i], s->cosine[i + 1]},
-                                     {s->sine[i], s->sine[i + 1]},
-                                     s->width[i]});
-        i++;
-    }
+    if (row->top_lines)
+        cut_top(&c, row->side ? &w->cut : &w->plain, begin, end);
+    else
+        cut_side(&c, &w->cut, begin, end);
     settle(&c);
 }
 
 /* ---- sinks ------------------------------------------------------------ */
 
-bool ibl_wedge_sink_init(ibl_wedge_sink *s, ibl_isa isa)
+/* An array of the work space, of so many doubles. */
+static double *take(double **room, size_t count)
+{
+    double *p = *room;
+    *room += count;
+    return p;
+}
+
+bool ibl_wedge_sink_init(ibl_wedge_sink *s, const ibl_wedge *w, ibl_isa isa)
 {
     enum {
-        SPANS = 1024,
-        ARRAYS = 7
+        SPANS = 1024
     };
+    /* Pads, and the alignment of what follows. */
+    const size_t strips = ((size_t)w->cut.count + 2 * IBL_SHARE_PAD) /
+                          IBL_SHARE_PAD * IBL_SHARE_PAD;
     *s = (ibl_wedge_sink){.capacity = SPANS};
     ibl_share_dsp_init(&s->dsp, isa);
     s->spans = ibl_alloc_array(SPANS, sizeof *s->spans);
     s->kind = ibl_alloc_array(SPANS, sizeof *s->kind);
-    s->share = ibl_alloc_zeroed(ARRAYS * SPANS, sizeof *s->share);
-    if (!s->spans || !s->kind || !s->share) {
+    s->room = ibl_alloc_zeroed(7 * SPANS + 3 * strips, sizeof *s->room);
+    if (!s->spans || !s->kind || !s->room) {
         ibl_wedge_sink_free(s);
         return false;
     }
-    double *at = s->share;
-    s->cuts.a = at += SPANS;
-    s->cuts.width = at += SPANS;
+    double *room = s->room;
+    s->share = take(&room, SPANS);
+    s->cuts.a = take(&room, SPANS);
+    s->cuts.width = take(&room, SPANS);
     for (int k = 0; k < 2; k++) {
-        s->cuts.q[k] = at += SPANS;
-        s->cuts.r[k] = at += SPANS;
+        s->cuts.q[k] = take(&room, SPANS);
+        s->cuts.r[k] = take(&room, SPANS);
+        s->zone[k] = take(&room, strips);
     }
+    s->border = take(&room, strips);
     return true;
 }
 
@@ -506,6 +624,6 @@ void ibl_wedge_sink_free(ibl_wedge_sink *s)
 {
     ibl_free(s->spans);
     ibl_free(s->kind);
-    ibl_free(s->share);
+    ibl_free(s->room);
     *s = (ibl_wedge_sink){0};
 }

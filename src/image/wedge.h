@@ -100,10 +100,12 @@ typedef struct ibl_wedge_sink {
     ibl_share_cuts cuts;
     int cut_count;
     double *share;
+    double *border, *zone[2]; /* for every strip */
+    double *room;             /* all arrays of doubles */
 } ibl_wedge_sink;
 
-/* False: no memory. */
-bool ibl_wedge_sink_init(ibl_wedge_sink *s, ibl_isa isa);
+/* For wedges with no more strips than w. False: no memory. */
+bool ibl_wedge_sink_init(ibl_wedge_sink *s, const ibl_wedge *w, ibl_isa isa);
 void ibl_wedge_sink_free(ibl_wedge_sink *s);
 
 /* Cuts the strips; pixels are counted from that of strip begin. */

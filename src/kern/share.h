@@ -24,8 +24,8 @@ typedef struct ibl_share_row {
     double top_tan, bottom_tan; /* 0 to infinite */
 } ibl_share_row;
 
-/* Strips and a border of each: arrays, 64-byte aligned. The strip is from
- * psi[0] to psi[1] > psi[0], at most 0.02 apart. */
+/* Strips and a border of each. The strip is from psi[0] to psi[1] > psi[0], at
+ * most 0.02 apart. */
 typedef struct ibl_share_cuts {
     double *a;
     double *q[2], *r[2];
