@@ -127,26 +127,31 @@ ibl_finer_row ibl_finer_between(const ibl_finer *f, int row)
     return r;
 }
 
+/* The part of a fine pixel that is a row's, of that weight. */
+static void add_row(const ibl_finer_tap *tap, const float *source,
+                    double weight, double *rgb)
+{
+    const double w1 = weight * tap->weight, w0 = weight - w1;
+    const float *left = source + tap->at[0], *right = source + tap->at[1];
+    for (int c = 0; c < 3; c++)
+        rgb[c * IBL_OCTANTS] += w0 * (double)left[c] + w1 * (double)right[c];
+}
+
 void ibl_finer_collect(const ibl_finer *f, const ibl_finer_row *row,
                        const float *const source[2], const int *column,
-                       int count, double *pixels)
+                       int count, int lanes, double *pixels)
 {
-    for (int i = 0; i < count * IBL_OCTANTS; i++) {
-        double *rgb = pixels + (size_t)(i / IBL_OCTANTS) * IBL_OCTANT_RGB +
-                      i % IBL_OCTANTS;
-        for (int c = 0; c < 3; c++)
-            rgb[c * IBL_OCTANTS] = 0;
-        for (int k = 0; k < 2; k++) {
-            int at = column[i] + row->turn[k];
-            at -= at >= f->columns ? f->columns : 0;
-            const ibl_finer_tap *tap = &f->taps[at];
-            const double w1 = row->weight[k] * tap->weight;
-            const double w0 = row->weight[k] - w1;
-            const float *left = source[k] + tap->at[0];
-            const float *right = source[k] + tap->at[1];
+    for (int i = 0; i < count; i++) {
+        for (int m = 0; m < lanes; m++) {
             for (int c = 0; c < 3; c++)
-                rgb[c * IBL_OCTANTS] +=
-                    w0 * (double)left[c] + w1 * (double)right[c];
+                pixels[c * IBL_OCTANTS + m] = 0;
+            for (int k = 0; k < 2; k++) {
+                int at = column[m] + row->turn[k];
+                at -= at >= f->columns ? f->columns : 0;
+                add_row(&f->taps[at], source[k], row->weight[k], pixels + m);
+            }
         }
+        column += IBL_OCTANTS;
+        pixels += IBL_OCTANT_RGB;
     }
 }

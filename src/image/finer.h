@@ -47,9 +47,10 @@ ibl_finer_row ibl_finer_between(const ibl_finer *f, int row);
  * ibl_octants_collect from the fine grid.
  *   source  the two rows of the source
  *   column  count of IBL_OCTANTS fine columns
+ *   lanes   how many of them to write; what others hold stays
  */
 void ibl_finer_collect(const ibl_finer *f, const ibl_finer_row *row,
                        const float *const source[2], const int *column,
-                       int count, double *pixels);
+                       int count, int lanes, double *pixels);
 
 #endif

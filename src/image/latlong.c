@@ -68,11 +68,11 @@ static void add_spans(ibl_wedge_sink *sink)
 }
 
 static void collect(const ibl_level0 *l, const struct work_row *r,
-                    const int *column, int count, double *pixels)
+                    const int *column, int count, int lanes, double *pixels)
 {
     if (l->finer.taps)
         ibl_finer_collect(&l->finer, &r->between, r->source, column, count,
-                          pixels);
+                          lanes, pixels);
     else
         l->set.dsp.collect(r->source[0], column, count, pixels);
 }
@@ -104,7 +104,7 @@ static void add_row(const ibl_level0 *l, const struct work_row *r,
     const int *column = g->column + (size_t)first * IBL_OCTANTS;
     const int count = strips->pixel[end - 1] + 1 - first;
     fetch_ahead(l, r, column, count);
-    collect(l, r, column, count, a->pixels);
+    collect(l, r, column, count, g->octants, a->pixels);
     a->sums = s->sums;
     a->sink.weights = s->weights;
     ibl_wedge_cut(&g->wedge, &r->cut, &s->part, begin, end, &a->sink);
@@ -210,8 +210,8 @@ static bool init_adders(ibl_level0 *l)
     for (int i = 0; l->adders && i < threads; i++) {
         struct adder *a = &l->adders[i];
         a->dsp = &l->set.dsp;
-        a->pixels = ibl_alloc_array((size_t)l->finer.columns / 8 + 2,
-                                    IBL_OCTANT_RGB * sizeof *a->pixels);
+        a->pixels = ibl_alloc_zeroed((size_t)l->finer.columns / 8 + 2,
+                                     IBL_OCTANT_RGB * sizeof *a->pixels);
         if (!a->pixels ||
             !ibl_wedge_sink_init(&a->sink, most, ibl_ctx_isa(l->ctx)))
             return false;
