@@ -22,9 +22,8 @@ enum {
     PICKED = 1024
 };
 
-/* What the transforms leave, in floats, and the interpolation of a field in
- * parts of the field (resample.h, 3 samples a wave). */
-static const double rounding = 5e-6, interpolation = 5e-6;
+/* What the transforms leave, in floats. */
+static const double rounding = 5e-6;
 
 /* A level in the making. */
 struct level {
@@ -33,6 +32,7 @@ struct level {
     double *kernel; /* ibl_spectral_known of the analysis + 1 */
     float *gain;    /* of each ring */
     int degree, rings, columns;
+    int band;      /* degree that the rings have to resolve */
     double *power; /* of the map in each degree of the analysis */
     double *field; /* amplitude of the level in each degree */
     double rms;    /* estimate of the error, absolute */
@@ -93,14 +93,20 @@ static double mean_of(const ibl_spectral *s)
     return sqrt(sum);
 }
 
-/* The smallest degree that leaves an error, in the root mean square, of a
- * twentieth of the tolerance times the mean: texels may be that much darker
- * than the mean and still keep it. */
+/* The error that is aimed at, in the root mean square: a twentieth of the
+ * tolerance times the mean, as texels may be that much darker than the mean
+ * and still keep it. Scaled. */
+static double wanted_rms(const struct level *v)
+{
+    return v->target->tolerance / 20 * mean_of(v->s) * v->s->scale;
+}
+
+/* The smallest degree that leaves no more. */
 static void choose_degree(struct level *v)
 {
     const ibl_spectral *s = v->s;
-    const double wanted = v->target->tolerance / 20 * mean_of(s) * v->s->scale;
-    double left, field = 0;
+    const double wanted = wanted_rms(v);
+    double left;
     int l = s->degree;
 
     for (int k = 0; k <= s->degree; k++)
@@ -115,23 +121,66 @@ static void choose_degree(struct level *v)
         l--;
     }
     v->degree = l;
-    for (; l >= 0; l--) {
-        const double k2 = v->kernel[l] * v->kernel[l];
-        v->field[l] = sqrt(k2 * v->power[l] / (2 * l + 1));
-        field += l ? k2 * v->power[l] / (4 * IBL_PI) : 0;
-    }
-    v->rms = (3 * sqrt(left) + interpolation * sqrt(field)) / v->s->scale;
+    v->rms = sqrt(left);
 }
 
 /* ---- the grid ---------------------------------------------------------- */
 
-/* At least 3 samples for the shortest wave. */
+/* What degree l has of the sum of K dO over the map's pixels, by its polar
+ * angle: 1 at l = 0, and what the midpoints of rows leave. */
+static double gain_at(const struct level *v, int l)
+{
+    return (2 * l + 1) / (4 * IBL_PI) * v->kernel[l] * v->s->zonal[l];
+}
+
+/* The degree at which that ends, but for 1e-6. */
+static int gain_degree(const struct level *v)
+{
+    int l = ibl_spectral_known(v->s->degree);
+    double left = 0;
+    while (l > 0 && left + fabs(gain_at(v, l)) < 1e-6)
+        left += fabs(gain_at(v, l--));
+    return l;
+}
+
+/* Mean square of the level, or of its gain, in degree l. Both are interpolated
+ * from the same rings. */
+static double field_at(const struct level *v, double mean, int l)
+{
+    const double k = l <= v->degree ? v->kernel[l] : 0;
+    const double gain = l ? gain_at(v, l) * mean : 0;
+    const double power = l <= v->s->degree ? v->power[l] : 0;
+    return k * k * power / (4 * IBL_PI) + gain * gain / (2 * l + 1);
+}
+
+/* The coarsest grid that leaves as little, of 2.5 to 8 samples for the
+ * shortest wave. */
 static void choose_grid(struct level *v)
 {
-    v->columns = MIN_COLUMNS;
-    while (v->columns < 3 * v->degree)
-        v->columns *= 2;
-    v->rings = v->columns / 2;
+    static const double samples[] = {2.5, 3, 4, 5, 6, 8};
+    const double wanted = wanted_rms(v);
+    const double mean = mean_of(v->s) * v->s->scale;
+    const int gain = gain_degree(v);
+    double field = 0, left = 0;
+
+    v->band = gain > v->degree ? gain : v->degree;
+    for (int l = 0; l <= v->band; l++) {
+        const double square = field_at(v, mean, l);
+        v->field[l] = sqrt(square / (2 * l + 1));
+        field += l ? square : 0;
+    }
+    for (size_t i = 0; i < sizeof samples / sizeof *samples; i++) {
+        const double needed = samples[i] * v->band;
+        v->columns = MIN_COLUMNS;
+        while (v->columns < needed)
+            v->columns *= 2;
+        v->rings = GROUP * (int)ceil(needed / (2 * GROUP));
+        left = sqrt(field) *
+               ibl_ring_grid_error(v->field, v->band, v->rings, v->columns);
+        if (left <= wanted)
+            break;
+    }
+    v->rms = 3 * (v->rms + left) / v->s->scale;
 }
 
 /*
@@ -156,8 +205,7 @@ static ibl_status fill_gain(struct level *v)
         below[j] = sum[j] = 0;
     }
     for (int l = 0; l <= ibl_spectral_known(s->degree); l++) {
-        const double part =
-            (2 * l + 1) / (4 * IBL_PI) * v->kernel[l] * s->zonal[l];
+        const double part = gain_at(v, l);
         const double a = (2 * l + 1) / (l + 1.0), b = l / (l + 1.0);
         for (int j = 0; j < half; j++) {
             const double next = a * x[j] * p[j] - b * below[j];
@@ -240,7 +288,7 @@ static ibl_status fill_texels(const struct level *v, const char *stage)
     ibl_radial radial = {0};
     ibl_level_sum sum = {.grid = &s->work.grid,
                          .spectrum = v->field,
-                         .degree = v->degree,
+                         .degree = v->band,
                          .bright = s->light_count ? s->bright : NULL,
                          .lobe = &radial,
                          .gain = v->gain};
