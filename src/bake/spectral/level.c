@@ -323,7 +323,8 @@ static double estimate(const struct level *v)
     const double mean = mean_of(v->s);
     const double same =
         rounding + 5 * grid_part(v) +
-        ibl_spectral_shortfall(v->s->width, v->s->height, v->target->alpha);
+        ibl_spectral_shortfall(v->s->width, v->s->height, v->target->lobe,
+                               v->target->alpha);
     double errors[PICKED];
 
     for (size_t i = 0; i < count; i++) {

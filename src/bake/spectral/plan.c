@@ -21,6 +21,9 @@ static const int min_degree = 32;
 
 /* The lights that are taken out leave less of the worst than this. */
 static const double slack = 4;
+/* What of a point light may be left out where more degrees are not worth it.
+ * A thousand samples leave about as much of a whole map. */
+static const double most_tail = 0.01;
 
 /* The larger of a pixel's height and its width at the equator. */
 static double pixel_angle(int width, int height)
@@ -28,10 +31,15 @@ static double pixel_angle(int width, int height)
     return fmax(IBL_PI / height, 2 * IBL_PI / width);
 }
 
-double ibl_spectral_shortfall(int width, int height, double alpha)
+double ibl_spectral_shortfall(int width, int height, ibl_lobe lobe,
+                              double alpha)
 {
-    const double pixels = alpha / pixel_angle(width, height);
-    return pixels < 4 ? 0.01 * (4 - pixels) * (4 - pixels) : 0;
+    /* Of include/ibl/reference.h. */
+    const double points = lobe == IBL_LOBE_GGX     ? 4
+                          : lobe == IBL_LOBE_PHONG ? 2
+                                                   : 1;
+    const double lack = 4 - 4 * alpha / (points * pixel_angle(width, height));
+    return lack > 0 ? 0.01 * lack * lack : 0;
 }
 
 static double legendre_cost(double rings, double degree)
@@ -48,17 +56,21 @@ struct request {
     bool strict; /* it was asked for */
 };
 
-/* The degree that a lobe needs: at it a point light that is not taken out, the
- * worst of all, keeps the tolerance. 0: it cannot be spectral. */
-static ibl_status find_degree(const struct request *q, double alpha,
-                              int *degree)
+/* Whether pixels are points to a lobe. */
+static bool are_points(const struct request *q, double alpha)
 {
-    *degree = 0;
-    if (ibl_spectral_shortfall(q->width, q->height, alpha) >
-        (q->strict ? q->tolerance : IBL_SPECTRAL_SHORTFALL))
-        return IBL_OK;
+    const double allowed = q->strict ? q->tolerance : IBL_SPECTRAL_SHORTFALL;
+    return ibl_spectral_shortfall(q->width, q->height, q->lobe, alpha) <=
+           allowed;
+}
+
+/* The degree at which a point light that is not taken out, the worst of all,
+ * is off by tail. 0: there is none. */
+static ibl_status find_degree(const struct request *q, double alpha,
+                              double tail, int *degree)
+{
     const ibl_status status =
-        ibl_kernel_band(q->ctx, q->lobe, alpha, slack * q->tolerance,
+        ibl_kernel_band(q->ctx, q->lobe, alpha, fmin(tail, 1),
                         IBL_SPECTRAL_MAX_DEGREE + 1, degree);
     if (*degree > IBL_SPECTRAL_MAX_DEGREE)
         *degree = 0;
@@ -79,6 +91,33 @@ static bool is_worth_it(const struct request *q, const ibl_spectral_plan *plan,
     return spectral < worth * (per_sample * texels * samples + map);
 }
 
+/*
+ * The degree of a level, 0 if it is to be sampled. Where what the tolerance
+ * needs is not worth it, more of a point light may be left out, as long as
+ * samples would leave more still.
+ */
+static ibl_status level_degree(const struct request *q,
+                               const ibl_spectral_plan *plan, double alpha,
+                               double texels, double samples, int *degree)
+{
+    double tail = slack * q->tolerance;
+    ibl_status status = IBL_OK;
+
+    *degree = 0;
+    if (!are_points(q, alpha))
+        return IBL_OK;
+    do {
+        status = find_degree(q, alpha, tail, degree);
+        if (status ||
+            (*degree && (q->method == IBL_METHOD_SPECTRAL ||
+                         is_worth_it(q, plan, *degree, texels, samples))))
+            return status;
+        *degree = 0;
+        tail *= 4;
+    } while (tail <= most_tail && !q->strict);
+    return status;
+}
+
 static ibl_status plan_level(const struct request *q,
                              const ibl_specular_options *o,
                              const ibl_specular_layout *layout, int l,
@@ -86,22 +125,20 @@ static ibl_status plan_level(const struct request *q,
 {
     const double r = layout->roughness[l];
     const double n = ibl_cube_edge(layout->size, l);
-    const int own = o->level_samples[l];
-    const bool is_auto = q->method == IBL_METHOD_AUTO;
     int degree;
 
     plan->level[l] = IBL_METHOD_SAMPLED;
-    if (q->method == IBL_METHOD_SAMPLED || (is_auto && own))
+    if (q->method == IBL_METHOD_SAMPLED ||
+        (q->method == IBL_METHOD_AUTO && o->level_samples[l]))
         return IBL_OK;
-    const ibl_status status = find_degree(q, r * r, &degree);
-    if (!status && !degree && !is_auto)
+    const ibl_status status =
+        level_degree(q, plan, r * r, IBL_FACES * n * n, o->samples, &degree);
+    if (!status && !degree && q->method == IBL_METHOD_SPECTRAL)
         ibl_info(q->ctx,
                  "specular level %d: roughness %.3g is too narrow for the "
                  "spectral method on a map of %dx%d: sampled",
                  l, r, q->width, q->height);
-    if (status || !degree ||
-        (is_auto &&
-         !is_worth_it(q, plan, degree, IBL_FACES * n * n, o->samples)))
+    if (status || !degree)
         return status;
     plan->level[l] = IBL_METHOD_SPECTRAL;
     plan->degree = degree > plan->degree ? degree : plan->degree;
@@ -112,11 +149,11 @@ static ibl_status plan_irradiance(const struct request *q,
                                   const ibl_irradiance_options *o,
                                   ibl_spectral_plan *plan)
 {
-    int degree;
+    int degree = 0;
     plan->irradiance = IBL_METHOD_SAMPLED;
-    if (o->step > 0 || q->method == IBL_METHOD_SAMPLED)
+    if (o->step > 0 || q->method == IBL_METHOD_SAMPLED || !are_points(q, 1))
         return IBL_OK;
-    const ibl_status status = find_degree(q, 1, &degree);
+    const ibl_status status = find_degree(q, 1, slack * q->tolerance, &degree);
     if (status || !degree)
         return status;
     plan->irradiance = IBL_METHOD_SPECTRAL;

@@ -22,7 +22,8 @@ typedef struct ibl_spectral_plan {
  *   - its lobe is so narrow that a pixel of the map is no longer a point, see
  *     ibl_spectral_shortfall;
  *   - its degree would be above IBL_SPECTRAL_MAX_DEGREE;
- *   - with IBL_METHOD_AUTO, it costs many times what sampling it does.
+ *   - with IBL_METHOD_AUTO, it costs many times what sampling it does, even
+ *     where it leaves as much.
  * Tells by ibl_info which levels IBL_METHOD_SPECTRAL could not have so.
  *   layout   of the specular chain, if one is wanted
  */
@@ -34,13 +35,15 @@ ibl_status ibl_spectral_plan_make(ibl_ctx *ctx, int width, int height,
 #define IBL_SPECTRAL_MAX_DEGREE 4096
 
 /*
- * Relative error, at most, of taking pixels for points where the lobe's width
- * alpha is below 4 of them and ibl_reference_specular begins to spread those
- * near its peak. Measured at 3.3 pixels: a twentieth of it, see check_spectral.
+ * Relative error, at most, of taking pixels for points where a lobe is so
+ * narrow that the sums of ibl/reference.h begin to spread those near its peak:
+ * below an alpha of 4 pixels of the map (GGX; Phong 2, Charlie 1). Measured at
+ * 3.3 pixels: a twentieth of it.
  */
-double ibl_spectral_shortfall(int width, int height, double alpha);
-/* How much of it is accepted where no tolerance was asked for: lobes of 3
- * pixels. Samples leave more. */
+double ibl_spectral_shortfall(int width, int height, ibl_lobe lobe,
+                              double alpha);
+/* How much of it is accepted where no tolerance was asked for: three quarters
+ * of that width. Samples leave more. */
 #define IBL_SPECTRAL_SHORTFALL 0.01
 
 /* The relative error that is aimed at without a tolerance: a fifth of what
