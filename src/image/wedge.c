@@ -31,6 +31,7 @@ static void strips_free(ibl_wedge_strips *s)
     ibl_free(s->width);
     ibl_free(s->pixel);
     ibl_free(s->column);
+    ibl_free(s->run);
 }
 
 static bool strips_alloc(ibl_wedge_strips *s, int most, bool columns)
@@ -41,10 +42,22 @@ static bool strips_alloc(ibl_wedge_strips *s, int most, bool columns)
     s->secant = ibl_alloc_array(n + 1, sizeof *s->secant);
     s->width = ibl_alloc_zeroed(n, sizeof *s->width);
     s->pixel = ibl_alloc_array(n, sizeof *s->pixel);
+    s->run = ibl_alloc_array(n, sizeof *s->run);
     if (columns)
         s->column = ibl_alloc_array(n, sizeof *s->column);
     return s->cosine && s->sine && s->secant && s->width && s->pixel &&
-           (s->column || !columns);
+           s->run && (s->column || !columns);
+}
+
+static void find_runs(ibl_wedge_strips *s)
+{
+    for (int i = s->count - 1; i >= 0; i--) {
+        const int j = i + 1;
+        const bool on = j < s->count && s->pixel[j] == s->pixel[i] + 1 &&
+                        s->width[j] == s->width[i] &&
+                        (!s->column || s->column[j] == s->column[i]);
+        s->run[i] = on ? s->run[j] : j;
+    }
 }
 
 static void set_border(ibl_wedge_strips *s, double psi)
@@ -103,6 +116,8 @@ ibl_status ibl_wedge_init(ibl_ctx *ctx, int size, int columns, double before,
         w->border[i] = border(w, i);
     strips_fill(w, columns, before, &w->plain);
     strips_fill(w, columns, before, &w->cut);
+    find_runs(&w->plain);
+    find_runs(&w->cut);
     return IBL_OK;
 }
 
@@ -328,18 +343,16 @@ static int add_whole(const struct cutter *c, const ibl_wedge_strips *s, int i,
         top && column + 1 < w->half
             ? w->border[column + 1] * c->row->bottom_cot - 2 * MARGIN / w->size
             : 1;
-    const double width = s->width[i];
+    const int most = s->run[i] < end ? s->run[i] : end;
     const int slot = slot_of(c, line, column);
     if (c->sink->count == c->sink->capacity)
         settle(c);
-    add_span(c, slot, width * c->height, WHOLE);
-    ibl_octant_span *span = &c->sink->spans[c->sink->count - 1];
-    for (i++; i < end && s->width[i] == width && s->cosine[i + 1] >= q &&
-              s->sine[i + 1] <= r && (top || s->column[i] == column) &&
-              s->pixel[i] > s->pixel[i - 1];
-         i++)
-        span->count++;
-    return i;
+    add_span(c, slot, s->width[i] * c->height, WHOLE);
+    int next = i + 1;
+    while (next < most && s->cosine[next + 1] >= q && s->sine[next + 1] <= r)
+        next++;
+    c->sink->spans[c->sink->count - 1].count = next - i;
+    return next;
 }
 
 /* A piece's border: of a line, or across it of a column, which rises. */
@@ -494,12 +507,8 @@ static void side_line(const struct cutter *c, const ibl_wedge_strips *s,
         next = i + 1;
         if (!(share > 0))
             continue;
-        if (i >= lower->end) {
-            while (next < upper->begin && s->column[next] == s->column[i] &&
-                   s->width[next] == s->width[i] &&
-                   s->pixel[next] > s->pixel[next - 1])
-                next++;
-        }
+        if (i >= lower->end && i < upper->begin)
+            next = s->run[i] < upper->begin ? s->run[i] : upper->begin;
         if (sink->count == sink->capacity)
             settle(c);
         sink->kind[sink->count] = WHOLE;

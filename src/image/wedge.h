@@ -47,6 +47,8 @@ typedef struct ibl_wedge_strips {
     double *width;                  /* count, in psi */
     int *pixel;                     /* count */
     int *column; /* count: texel on the side; NULL if not cut so */
+    int *run;    /* count: the first strip that does not go on with this one as
+                    the next pixel, as wide, of the same column */
 } ibl_wedge_strips;
 
 typedef struct ibl_wedge {
