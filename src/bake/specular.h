@@ -15,8 +15,8 @@ typedef struct ibl_specular_bake {
     const ibl_specular_options *opts; /* in range */
     ibl_specular_layout layout;
     bool sampled[IBL_MAX_LEVELS]; /* which levels are */
-    ibl_cube cube;       /* of that layout */
-    ibl_pyramid pyramid; /* that is looked up */
+    ibl_cube cube;                /* of that layout */
+    ibl_pyramid pyramid;          /* that is looked up */
 } ibl_specular_bake;
 
 /* Whether the options are in range, in words if not. */

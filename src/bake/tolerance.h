@@ -6,9 +6,10 @@
 #include "bake/specular.h"
 
 /*
- * Chooses b->pyramid and the samples of every level that is sampled, with the estimates that ibl_bake_specular_report describes, and
- * warns of levels that miss the tolerance. level 0 of b->cube is done if it is
- * the environment. Reports as stage "estimate".
+ * Chooses b->pyramid and the samples of every level that is sampled, with the
+ * estimates that ibl_bake_specular_report describes, and warns of levels that
+ * miss the tolerance. level 0 of b->cube is done if it is the environment.
+ * Reports as stage "estimate".
  */
 ibl_status ibl_tolerance_choose(ibl_specular_bake *b,
                                 ibl_specular_level levels[IBL_MAX_LEVELS]);
