@@ -77,20 +77,6 @@ static void collect(const ibl_level0 *l, const struct work_row *r,
         l->set.dsp.collect(r->source[0], column, count, pixels);
 }
 
-/* Eight short runs of pixels in each row are no pattern that a CPU foresees. */
-static void fetch_ahead(const ibl_level0 *l, const struct work_row *r,
-                        const int *column, int count)
-{
-    const int step = 64 / (3 * (int)sizeof(float));
-    if (l->finer.taps || r + 1 == l->rows + l->row_count)
-        return;
-    const float *next = r[1].source[0];
-    for (int i = 0; i < count; i += step) {
-        for (int m = 0; m < IBL_OCTANTS; m++)
-            __builtin_prefetch(next + column[i * IBL_OCTANTS + m]);
-    }
-}
-
 static void add_row(const ibl_level0 *l, const struct work_row *r,
                     const ibl_octant_group *g, const ibl_octant_sums *s,
                     struct adder *a)
@@ -103,7 +89,6 @@ static void add_row(const ibl_level0 *l, const struct work_row *r,
     const int first = strips->pixel[begin];
     const int *column = g->column + (size_t)first * IBL_OCTANTS;
     const int count = strips->pixel[end - 1] + 1 - first;
-    fetch_ahead(l, r, column, count);
     collect(l, r, column, count, g->octants, a->pixels);
     a->sums = s->sums;
     a->sink.weights = s->weights;
