@@ -263,6 +263,8 @@ static void check_round_trip(ibl_ctx *ctx, int rings, int degree)
     CHECK(ibl_sht_analyse(ctx, NULL, &s, weight, &back) == IBL_OK);
     for (size_t i = 0; i < harmonics_bytes(&h) / sizeof *h.data; i++)
         worst = fmax(worst, fabs(h.data[i] - back.data[i]));
+    for (int l = 0; l <= degree; l++)
+        CHECK(at(&back, l, 0)[1] == 0.0 && at(&back, l, 0)[5] == 0.0);
     /* The spectra, about sqrt(degree) large, are rounded to floats; that
      * averages over the rings. */
     CHECK_MSG(worst <= 4.0 * FLT_EPSILON, "%d rings, degree %d: %g", rings,

@@ -1,425 +1,19 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * legendre.h for vectors of VD rings, included once for each width.
- *
- * Even and odd l - m from one recurrence in x^2 (Ishioka 2018, "A new
- * recurrence formula for efficient computation of spherical harmonic
- * transform", J. Met. Soc. Japan 96). With e_l as in legendre.c and
- *     r_k = P_m+2k+1 / x,   even in x,
- * x P_l = e_l+1 P_l+1 + e_l P_l-1 taken once and twice is
- *     P_m+2k  = e_m+2k+1 r_k + e_m+2k r_k-1
- *     x^2 r_k = A_k r_k+1 + B_k r_k + A_k-1 r_k-1,
- *     A_k = e_m+2k+2 e_m+2k+3,   B_k = e_m+2k+2^2 + e_m+2k+1^2,
- * and with r_k = s_k R_k, s_k+1 = -s_k-1 A_k-1 / A_k,
- *     R_k+1 = (alpha_k x^2 + beta_k) R_k + R_k-1,
- *     alpha_k = s_k / (A_k s_k+1),   beta_k = -B_k alpha_k:
- * two products for two degrees. All else is sums with R_k: x is taken into
- * the input or output of odd l - m, and the combination of r_k and r_k-1 into
- * the coefficients.
+ * legendre.h for vectors of VD rings, included once for each width: sums with
+ * the functions of legendre_recurrence_lanes.h. As many sums stay in registers
+ * as there are, so that the multiply-adds are what takes time: over rings in
+ * the analysis, for two k at a time with 32 registers; over k in the
+ * synthesis, for two vectors of rings.
  */
 #ifndef IBL_KERN_LEGENDRE_LANES_H
 #define IBL_KERN_LEGENDRE_LANES_H
 
-#include <float.h>
-#include <math.h>
 #include <string.h>
 
 #include "kern/lanes.h"
 #include "kern/legendre.h"
-
-enum {
-    BLOCK = 8,   /* of k: rings come in at multiples of it */
-    CHUNK = 256, /* pairs of rings, whose data fit the nearest cache */
-    CHUNK_VECTORS = CHUNK / VD,
-    SUMS = 12,       /* 6 parts for even l - m, 6 for odd */
-    NEVER = 1 << 30, /* block of rings that do not come in */
-    STARTS_AT = -62  /* exponent of R_k where rings come in: s_k <= 2^7 */
-};
-
-typedef long long vl __attribute__((vector_size(8 * VD)));
-typedef unsigned long long vu __attribute__((vector_size(8 * VD)));
-
-/* ---- what lanes.h has not ------------------------------------------- */
-
-#if VD == 8
-static inline vd vd_sqrt(vd v)
-{
-    return _mm512_sqrt_pd(v);
-}
-
-static inline unsigned vd_signs(vd v)
-{
-    return _mm512_movepi64_mask(_mm512_castpd_si512(v));
-}
-
-static inline vd vd_reverse(vd v)
-{
-    return _mm512_permutexvar_pd(_mm512_setr_epi64(7, 6, 5, 4, 3, 2, 1, 0), v);
-}
-
-/* a0 + a1, b0 + b1, a2 + a3, b2 + b3, ... */
-static inline vd add_pairs(vd a, vd b)
-{
-    return _mm512_unpacklo_pd(a, b) + _mm512_unpackhi_pd(a, b);
-}
-
-/* The same of quarters: 128 bits take the place of a lane. */
-static inline vd add_quarters(vd a, vd b)
-{
-    return _mm512_shuffle_f64x2(a, b, 0x88) + _mm512_shuffle_f64x2(a, b, 0xDD);
-}
-
-/* Lane i is the sum of v[i], for VD vectors. */
-static inline vd vd_totals(const vd v[VD])
-{
-    return add_quarters(
-        add_quarters(add_pairs(v[0], v[1]), add_pairs(v[2], v[3])),
-        add_quarters(add_pairs(v[4], v[5]), add_pairs(v[6], v[7])));
-}
-#elif VD == 4
-static inline vd vd_sqrt(vd v)
-{
-    return _mm256_sqrt_pd(v);
-}
-
-static inline unsigned vd_signs(vd v)
-{
-    return (unsigned)_mm256_movemask_pd(v);
-}
-
-static inline vd vd_reverse(vd v)
-{
-    return _mm256_permute4x64_pd(v, 0x1B);
-}
-
-static inline vd vd_totals(const vd v[VD])
-{
-    const vd a = _mm256_hadd_pd(v[0], v[1]), b = _mm256_hadd_pd(v[2], v[3]);
-
-    return _mm256_permute2f128_pd(a, b, 0x20) +
-           _mm256_permute2f128_pd(a, b, 0x31);
-}
-#else
-static inline vd vd_sqrt(vd v)
-{
-    return _mm_sqrt_pd(v);
-}
-
-static inline unsigned vd_signs(vd v)
-{
-    return (unsigned)_mm_movemask_pd(v);
-}
-
-static inline vd vd_reverse(vd v)
-{
-    return _mm_shuffle_pd(v, v, 1);
-}
-
-static inline vd vd_totals(const vd v[VD])
-{
-    return _mm_unpacklo_pd(v[0], v[1]) + _mm_unpackhi_pd(v[0], v[1]);
-}
-#endif
-
-/* e with |v| = f 2^e, 1 <= f < 2, for normal numbers. */
-static inline vd vd_exponent(vd v)
-{
-    const vu field = ((vu)v << 1) >> 53;
-
-    return (vd)(field | 0x4330000000000000) - vd_all(0x1p52 + 1023);
-}
-
-/* 2^e for whole e in -1022..1023. */
-static inline vd vd_power_of_two(vd e)
-{
-    return (vd)((vu)(e + vd_all(0x1p52 + 1023)) << 52);
-}
-
-static inline vd vd_only(vl mask, vd v)
-{
-    return (vd)(mask & (vl)v);
-}
-
-static inline vd vd_either(vl mask, vd yes, vd no)
-{
-    return (vd)((mask & (vl)yes) | (~mask & (vl)no));
-}
-
-/* ---- an order's coefficients ---------------------------------------- */
-
-/*
- * All in the caller's scratch. Tables in k hold `blocks` whole blocks and
- * another vector.
- */
-struct work {
-    const ibl_legendre_order *o;
-    const ibl_legendre_rings *rings;
-    int terms;             /* k = 0..terms - 1 */
-    int blocks;            /* of BLOCK that hold them */
-    double *alpha, *beta;  /* of the recurrence */
-    double *odd;           /* s_k: P_m+2k+1 = x odd R_k */
-    double *even, *before; /* P_m+2k = even R_k + before R_k-1 */
-    double first;          /* R_0 / (sin theta)^m */
-    double *sums;          /* [k][SUMS] */
-    /* of a chunk of rings */
-    double *now, *last;             /* R_k and R_k-1; 0 before they come in */
-    double *late_now, *late_last;   /* what they come in with */
-    double *block;                  /* when, in multiples of BLOCK */
-    double *data;                   /* [vector][SUMS][VD] */
-    int from_block[CHUNK_VECTORS];  /* the first and the last of block in */
-    int until_block[CHUNK_VECTORS]; /*   a vector's lanes */
-    int vectors, active;            /* active..vectors - 1 come in at all */
-};
-
-static struct work layout(const ibl_legendre_order *o)
-{
-    const int terms = (o->degree - o->m) / 2 + 1;
-    const int blocks = (terms + BLOCK - 1) / BLOCK;
-    const size_t size = ((size_t)blocks + 2) * BLOCK;
-    double *p = o->scratch;
-
-    return (struct work){
-        .o = o,
-        .rings = o->rings,
-        .terms = terms,
-        .blocks = blocks,
-        .alpha = p,
-        .beta = p + size,
-        .odd = p + 2 * size,
-        .even = p + 3 * size,
-        .before = p + 4 * size,
-        .sums = p + 5 * size,
-        .now = p + 17 * size,
-        .last = p + 17 * size + CHUNK,
-        .late_now = p + 17 * size + 2 * CHUNK,
-        .late_last = p + 17 * size + 3 * CHUNK,
-        .block = p + 17 * size + 4 * CHUNK,
-        .data = p + 17 * size + 5 * CHUNK,
-    };
-}
-
-static inline vd counting(double from, double by)
-{
-    vd v;
-
-    for (int i = 0; i < VD; i++)
-        v[i] = from + by * i;
-    return v;
-}
-
-/* e_m+2k to before, e_m+2k+1 to even, -B_k to beta: with l = m + 2k,
- *     e_l^2   = (l - m) (l + m) (2l + 3) / d
- *     e_l+1^2 = (l + 1 - m) (l + 1 + m) (2l - 1) / d
- *     d       = (2l - 1) (2l + 1) (2l + 3). */
-static void fill_roots(struct work *w)
-{
-    const vd m = vd_all(w->o->m), one = vd_all(1.0);
-
-    for (int k = 0; k < (w->blocks + 1) * BLOCK; k += VD) {
-        const vd i = counting(2.0 * k, 2.0), l = i + m, l2 = l + l;
-        const vd low = l2 - one, high = l2 + vd_all(3.0);
-        const vd inverse = one / (low * (l2 + one) * high);
-        const vd e = i * (l + m) * high * inverse;
-        const vd e1 = (i + one) * (l + m + one) * low * inverse;
-        vd_store(w->before + k, vd_sqrt(e));
-        vd_store(w->even + k, vd_sqrt(e1));
-        vd_store(w->beta + k, e1);
-        vd_store(w->alpha + k, e);
-    }
-    for (int k = 0; k < w->blocks * BLOCK; k += VD)
-        vd_store(w->beta + k, vd_all(0.0) - vd_load(w->beta + k) -
-                                  vd_load(w->alpha + k + 1));
-}
-
-/* A_k, from before and even. */
-static inline vd product(const struct work *w, int k)
-{
-    return vd_load(w->before + k + 1) * vd_load(w->even + k + 1);
-}
-
-/* s_0 = s_1 = 1 / sqrt(A_0), and on by -A_k-1 / A_k, for which the place of
- * the sums is used. */
-static void fill_scales(struct work *w)
-{
-    const int count = w->blocks * BLOCK;
-    double *a = w->sums, *s = w->odd;
-
-    for (int k = 0; k < count; k += VD)
-        vd_store(a + k, product(w, k));
-    s[0] = s[1] = 1.0 / sqrt(a[0]);
-    for (int k = 1; k + 1 < count; k += VD)
-        vd_store(s + k + 1, vd_load(a + k - 1) / vd_load(a + k));
-    for (int k = 2; k < count; k++)
-        s[k] *= -s[k - 2];
-    s[count] = -s[count - 2] * a[count - 2] / a[count - 1];
-}
-
-static void fill_coefficients(struct work *w)
-{
-    const double *a = w->sums; /* A_k, as fill_scales leaves it */
-
-    fill_roots(w);
-    fill_scales(w);
-    w->first = w->rings->start[w->o->m] / (w->even[0] * w->odd[0]);
-    for (int k = w->blocks * BLOCK - VD; k >= 0; k -= VD) {
-        const vd s = vd_load(w->odd + k), next = vd_load(w->odd + k + 1);
-        const vd alpha = s / (vd_load(a + k) * next);
-        vd_store(w->alpha + k, alpha);
-        vd_store(w->beta + k, vd_load(w->beta + k) * alpha);
-        vd_store(w->even + k, vd_load(w->even + k) * s);
-        /* before[k + 1] has the s before its own. */
-        vd_store(w->before + k + 1, vd_load(w->before + k + 1) * s);
-    }
-    w->before[0] = 0.0;
-}
-
-/* ---- how rings start ------------------------------------------------ */
-
-/* Values of R_k = now 2^exponent and R_k-1 = last 2^exponent. */
-struct scaled {
-    vd now, last, exponent;
-};
-
-static inline struct scaled normalised(struct scaled s)
-{
-    const vd now = (vd)((vu)s.now << 1 >> 1), last = (vd)((vu)s.last << 1 >> 1);
-    const vd e = vd_exponent(vd_either((vl)(now > last), now, last));
-    const vd scale = vd_power_of_two(vd_all(0.0) - e);
-
-    return (struct scaled){s.now * scale, s.last * scale, s.exponent + e};
-}
-
-/* v^n. */
-static inline vd power(vd v, int n)
-{
-    vd p = n & 1 ? v : vd_all(1.0);
-
-    while (n >>= 1) {
-        v *= v;
-        if (n & 1)
-            p *= v;
-    }
-    return p;
-}
-
-/* R_0; j is a ring in the north. */
-static inline struct scaled at_first(const struct work *w, int j)
-{
-    const int m = w->o->m, low = m & 511, high = m >> 9;
-    const ibl_legendre_rings *r = w->rings;
-    struct scaled s = {.now = vd_all(w->first) *
-                              power(vd_load(r->mantissa + j), low),
-                       .last = vd_all(0.0),
-                       .exponent = vd_all(m) * vd_load(r->exponent + j)};
-
-    if (high) {
-        s.now *= power(vd_load(r->mantissa_512 + j), high);
-        s.exponent += vd_all(high) * vd_load(r->exponent_512 + j);
-    }
-    return normalised(s);
-}
-
-static inline void recur(const struct work *w, int k, vd x2, vd *now, vd *last)
-{
-    const vd t = vd_fma(vd_all(w->alpha[k]), x2, vd_all(w->beta[k]));
-    const vd next = vd_fma(t, *now, *last);
-
-    *last = *now;
-    *now = next;
-}
-
-/* Where a lane's `now` is to be looked at: when its ring comes in (of rings
- * that have, never) or is to be normalised. Growth by a block is below
- * 2^200, too. */
-static inline vd look_at(vd exponent, vl done)
-{
-    const vd left = vd_all(STARTS_AT) - exponent, most = vd_all(200.0);
-
-    return vd_either(done, vd_all(INFINITY),
-                     vd_power_of_two(vd_either((vl)(left < most), left, most)));
-}
-
-/*
- * Vector v, some of whose rings are not yet to come in at k = 0: runs along
- * k until they have, or to the end. A ring comes in with the first block in
- * which it matters. False if none ever does.
- */
-static bool follow(struct work *w, int v, vd x2, struct scaled s)
-{
-    vd late_now = vd_all(0.0), late_last = late_now, at = vd_all(NEVER);
-    vl done = (vl)late_now;
-    vd look = look_at(s.exponent, done);
-    int from = NEVER, until = -1;
-
-    for (int b = 0; b < w->blocks; b++) {
-        const struct scaled begin = s;
-        for (int k = b * BLOCK; k < (b + 1) * BLOCK; k++)
-            recur(w, k, x2, &s.now, &s.last);
-        if (!vd_signs((vd)(vl)(s.now >= look)))
-            continue;
-        s = normalised(s);
-        const vl in = (vl)(s.exponent >= vd_all(STARTS_AT)) & ~done;
-        done |= in;
-        look = look_at(s.exponent, done);
-        if (!vd_signs((vd)in))
-            continue;
-        const vd scale = vd_power_of_two(begin.exponent);
-        late_now = vd_either(in, begin.now * scale, late_now);
-        late_last = vd_either(in, begin.last * scale, late_last);
-        at = vd_either(in, vd_all(b), at);
-        from = from == NEVER ? b : from;
-        until = b;
-        if (!vd_signs((vd)~done))
-            break;
-    }
-    const vl first = (vl)(at == vd_all(0.0));
-    vd_store(w->now + v * VD, vd_only(first, late_now));
-    vd_store(w->last + v * VD, vd_only(first, late_last));
-    vd_store(w->late_now + v * VD, late_now);
-    vd_store(w->late_last + v * VD, late_last);
-    vd_store(w->block + v * VD, at);
-    w->from_block[v] = from;
-    w->until_block[v] = until;
-    return from != NEVER;
-}
-
-/* The chunk that begins with ring j: R_0 of the rings that matter at k = 0,
- * and what those come in with that matter later. From the equator to the
- * pole, as none comes in where one nearer to the equator does not. */
-static void start_chunk(struct work *w, int j)
-{
-    const int left = w->rings->pairs - j;
-    const vd nothing = vd_all(STARTS_AT);
-
-    w->vectors = left < CHUNK ? (left + VD - 1) / VD : CHUNK_VECTORS;
-    w->active = 0;
-    for (int v = w->vectors - 1; v >= 0; v--) {
-        const struct scaled s = at_first(w, j + v * VD);
-        if (!vd_signs((vd)(vl)(s.exponent < nothing))) {
-            vd_store(w->now + v * VD, s.now * vd_power_of_two(s.exponent));
-            vd_store(w->last + v * VD, vd_all(0.0));
-            w->from_block[v] = 0;
-            w->until_block[v] = 0;
-            continue;
-        }
-        if (!follow(w, v, vd_load(w->rings->x2 + j + v * VD), s)) {
-            w->active = v + 1;
-            break;
-        }
-    }
-}
-
-/* Rings of vector v that come in with block b > 0. */
-static inline void come_in(struct work *w, int v, int b)
-{
-    if (b < w->from_block[v] || b > w->until_block[v] || !w->until_block[v])
-        return;
-    const vl in = (vl)(vd_load(w->block + v * VD) == vd_all(b));
-    vd_store(w->now + v * VD, vd_either(in, vd_load(w->late_now + v * VD),
-                                        vd_load(w->now + v * VD)));
-    vd_store(w->last + v * VD, vd_either(in, vd_load(w->late_last + v * VD),
-                                         vd_load(w->last + v * VD)));
-}
+#include "kern/legendre_recurrence_lanes.h"
 
 /* ---- six sums at a time --------------------------------------------- */
 
@@ -676,14 +270,15 @@ static void combine(struct work *w, const double *a, const double *factor)
     }
 }
 
-/* Sums for k from..until - 1 of vector v, and the next. */
+/* Sums for k from..until - 1 of SIDE vectors from v on, added to acc or, if
+ * fresh, in its place. */
 #if VD == 8
 enum {
     SIDE = 2 /* vectors at once: 24 sums in 32 registers */
 };
 
 static void sum_over_k(struct work *w, int j, int v, int from, int until,
-                       vd acc[SIDE * SUMS])
+                       bool fresh, vd acc[SIDE * SUMS])
 {
     const double *c = w->sums + (size_t)from * SUMS;
     const double *x2 = w->rings->x2 + j + v * VD;
@@ -691,9 +286,14 @@ static void sum_over_k(struct work *w, int j, int v, int from, int until,
     double *now = w->now + v * VD, *last = w->last + v * VD;
     vd r = vd_load(now), r_last = vd_load(last);
     vd s = vd_load(now + VD), s_last = vd_load(last + VD);
-    struct six p = six_load(acc), q = six_load(acc + 6);
-    struct six t = six_load(acc + 12), u = six_load(acc + 18);
+    struct six p = six_zero(), q = p, t = p, u = p;
 
+    if (!fresh) {
+        p = six_load(acc);
+        q = six_load(acc + 6);
+        t = six_load(acc + 12);
+        u = six_load(acc + 18);
+    }
     for (int k = from; k < until; k++, c += SUMS) {
         p = six_fma_all(p, r, c);
         t = six_fma_all(t, s, c);
@@ -717,15 +317,19 @@ enum {
 };
 
 static void sum_over_k(struct work *w, int j, int v, int from, int until,
-                       vd acc[SIDE * SUMS])
+                       bool fresh, vd acc[SIDE * SUMS])
 {
     const double *c = w->sums + (size_t)from * SUMS;
     const double *x2 = w->rings->x2 + j + v * VD;
     const vd x = vd_load(x2);
     double *now = w->now + v * VD, *last = w->last + v * VD;
     vd r = vd_load(now), r_last = vd_load(last);
-    struct six p = six_load(acc), q = six_load(acc + 6);
+    struct six p = six_zero(), q = p;
 
+    if (!fresh) {
+        p = six_load(acc);
+        q = six_load(acc + 6);
+    }
     for (int k = from; k < until; k++, c += SUMS) {
         p = six_fma_all(p, r, c);
         q = six_fma_all(q, r, c + 6);
@@ -770,24 +374,34 @@ static void store_vector(const ibl_legendre_rings *r, int j, const vd acc[SUMS],
 /* SIDE vectors from v on: stretches of k between which rings come in. */
 static void synthesise_side(struct work *w, int j, int v, vd acc[SIDE * SUMS])
 {
-    int b = NEVER, until = 0;
+    int b = w->blocks, until = 0;
+    bool fresh = true;
 
-    for (int i = 0; i < SIDE * SUMS; i++)
-        acc[i] = vd_all(0.0);
     for (int i = v; i < v + SIDE; i++) {
         b = w->from_block[i] < b ? w->from_block[i] : b;
         until = w->until_block[i] > until ? w->until_block[i] : until;
     }
-    for (; b < until; b++) {
+    for (; b < until; b++, fresh = false) {
         for (int i = v; i < v + SIDE; i++)
             come_in(w, i, b);
-        sum_over_k(w, j, v, b * BLOCK, (b + 1) * BLOCK, acc);
+        sum_over_k(w, j, v, b * BLOCK, (b + 1) * BLOCK, fresh, acc);
     }
-    if (b >= w->blocks)
-        return;
     for (int i = v; i < v + SIDE && b; i++)
         come_in(w, i, b);
-    sum_over_k(w, j, v, b * BLOCK, w->terms, acc);
+    sum_over_k(w, j, v, b * BLOCK, w->terms, fresh, acc);
+}
+
+/* The rings of `vectors` vectors from north j on, in which nothing comes in. */
+static void store_nothing(const ibl_legendre_rings *r, int j, int vectors,
+                          float *g, size_t stride)
+{
+    const int left = r->pairs - j;
+    const size_t n = (size_t)(left < vectors * VD ? left : vectors * VD);
+
+    for (int part = 0; part < 6; part++, g += stride) {
+        memset(g + j, 0, n * sizeof *g);
+        memset(g + (size_t)(r->count - j) - n, 0, n * sizeof *g);
+    }
 }
 
 static void synthesise_chunk(struct work *w, int j, float *g, size_t stride)
@@ -795,14 +409,13 @@ static void synthesise_chunk(struct work *w, int j, float *g, size_t stride)
     const int active = w->active / SIDE * SIDE;
     vd acc[SIDE * SUMS];
 
-    memset(acc, 0, sizeof acc);
-    for (int v = 0; v < active; v++)
-        store_vector(w->rings, j + v * VD, acc, g, stride);
-    /* To a multiple of SIDE, the rest do not come in. */
+    store_nothing(w->rings, j, active, g, stride);
+    /* To a multiple of SIDE: the others do not come in. */
     for (int v = active; v < w->active; v++)
         w->from_block[v] = NEVER;
     for (; w->vectors % SIDE; w->vectors++) {
         w->from_block[w->vectors] = NEVER;
+        w->until_block[w->vectors] = -1;
         vd_store(w->now + w->vectors * VD, vd_all(0.0));
         vd_store(w->last + w->vectors * VD, vd_all(0.0));
     }

@@ -29,9 +29,10 @@
  *   Sums are in double. Legendre functions are within
  *       DBL_EPSILON (l + 1)^1.5 min(l + 1, 2 / sin theta) + 2^-54,
  *   see kern/legendre.h, an analysis and a synthesis within the sum of the
- *   absolute terms with that for P_lm; what comes in and goes out as floats
- *   is rounded to them, which is by far the more. There and back, with
- *   coefficients of about 1, is within 4 FLT_EPSILON.
+ *   absolute terms with that for P_lm. Zeros, as the imaginary parts of m = 0,
+ *   stay zeros. What comes in and goes out as floats is rounded to them, which
+ *   is by far the more: there and back, with coefficients of about 1, is
+ *   within 4 FLT_EPSILON.
  *
  * WHAT IT COSTS
  *
