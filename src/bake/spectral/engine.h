@@ -43,7 +43,8 @@ typedef struct ibl_spectral_target {
 } ibl_spectral_target;
 
 /*
- * Makes a level at the smallest degree that keeps the tolerance.
+ * Makes a level at the smallest degree that keeps the tolerance. Reports its
+ * synthesis under stage, then "resampling".
  *   degree   written: that degree
  *   error    written: the estimate, a bound of the 95th percentile of
  *            ibl_relative_error over the level's texels

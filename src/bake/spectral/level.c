@@ -281,7 +281,7 @@ static ibl_status make_radial(const struct level *v, ibl_radial *radial)
     return IBL_OK;
 }
 
-static ibl_status fill_texels(const struct level *v, const char *stage)
+static ibl_status fill_texels(const struct level *v)
 {
     const ibl_spectral *s = v->s;
     const ibl_spectral_target *t = v->target;
@@ -298,7 +298,8 @@ static ibl_status fill_texels(const struct level *v, const char *stage)
     memcpy(sum.high, s->high, sizeof sum.high);
     ibl_status status = s->light_count ? make_radial(v, &radial) : IBL_OK;
     if (!status)
-        status = ibl_spectral_texels(s->ctx, stage, &sum, t->cube, t->level);
+        status =
+            ibl_spectral_texels(s->ctx, "resampling", &sum, t->cube, t->level);
     ibl_radial_free(&radial);
     return status;
 }
@@ -368,7 +369,7 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
     if (!status)
         status = fill_grid(&v);
     if (!status)
-        status = fill_texels(&v, stage);
+        status = fill_texels(&v);
     if (!status) {
         *degree = v.degree;
         *error = estimate(&v);
