@@ -352,7 +352,7 @@ static void row_by_row(void)
  * percent at 64 on a map without suns, falling at each step. */
 static void samples_come_nearer(void)
 {
-    static const int samples[] = {64, 1024, 16384};
+    static const int samples[] = {64, 512, 4096};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     test_random r = {12};
     ibl_image map = map_of_kind(ctx, &r, MAP_SMOOTH, WIDE, HIGH);
