@@ -51,7 +51,9 @@ struct ibl_bridge {
 namespace
 {
 
-const int strip_rows = 256;
+const int strip_rows = 64;
+// Rows longer than this are decoded by one thread, to bound the memory.
+const int wide_pixels = 8192;
 
 // OpenImageIO's queue of tasks is not built for ThreadSanitizer, which then
 // cannot see what it synchronises.
@@ -352,6 +354,18 @@ void read_map(ibl_bridge &b, TypeDesc type, const Convert &convert, int row,
     }
 }
 
+std::unique_ptr<ibl_bridge> open(const ibl_bridge_request &request,
+                                 int exr_threads)
+{
+    std::unique_ptr<ibl_bridge> b(new ibl_bridge);
+    attribute("exr_threads", exr_threads > 1 ? exr_threads : -1);
+    if (request.reader)
+        open_as(*b, request, request.reader);
+    else
+        open_any(*b, request);
+    return b;
+}
+
 } // namespace
 
 EXPORT int ibl_bridge_abi(void)
@@ -365,15 +379,13 @@ EXPORT ibl_bridge_result ibl_bridge_open(const ibl_bridge_request *request,
 {
     *bridge = nullptr;
     return guarded(message, [&] {
-        std::unique_ptr<ibl_bridge> b(new ibl_bridge);
         const int threads = threads_of(*request);
         attribute("threads", threads);
-        attribute("exr_threads", threads > 1 ? threads : -1);
         attribute("try_all_readers", 0);
-        if (request->reader)
-            open_as(*b, *request, request->reader);
-        else
-            open_any(*b, *request);
+        std::unique_ptr<ibl_bridge> b = open(*request, threads);
+        // OpenEXR keeps two blocks for each of its threads, of up to 256 rows.
+        if (threads > 1 && b->spec.width > wide_pixels)
+            b = open(*request, 1);
         b->subimage = request->subimage;
         seek(*b);
         choose_channels(*b, *request);

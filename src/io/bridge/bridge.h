@@ -59,7 +59,7 @@ ibl_bridge_result ibl_bridge_open(const ibl_bridge_request *request,
  * Fills rgb with `rows` rows of the map, of which row `first` is the first: 3
  * * width * rows linear floats, black outside the data window. Rows are asked
  * for in increasing order. Alpha is dropped: colours are taken as the file has
- * them, neither multiplied nor divided by it. Memory: a strip of some hundred
+ * them, neither multiplied nor divided by it. Memory: a strip of some dozen
  * rows.
  */
 ibl_bridge_result ibl_bridge_read(ibl_bridge *bridge, int first, int rows,
