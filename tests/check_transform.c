@@ -426,9 +426,11 @@ static void power(void)
 
     for (int j = 0; j < 20; j++) {
         ibl_harmonics h = point_light(ctx, 20, j, 0.3 * j, 50);
+        double got[51];
+        ibl_sht_power(&h, got);
         for (int l = 0; l <= 50; l++) {
             const double want = 14.0 * (2 * l + 1) / (4.0 * pi);
-            CHECK_NEAR(ibl_sht_power(&h, l), want, 1e-6 * want);
+            CHECK_NEAR(got[l], want, 1e-6 * want);
         }
         ibl_harmonics_free(&h);
     }

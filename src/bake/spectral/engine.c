@@ -33,14 +33,15 @@ static ibl_status allocate(ibl_spectral *s)
     s->weight = ibl_alloc_array(rows, sizeof *s->weight);
     s->zonal = ibl_alloc_array((size_t)ibl_spectral_known(s->degree) + 1,
                                sizeof *s->zonal);
+    s->power = ibl_alloc_array((size_t)s->degree + 1, sizeof *s->power);
     s->range = ibl_alloc_array(groups, sizeof *s->range);
     s->squares = ibl_alloc_array(groups, sizeof *s->squares);
     s->found = ibl_alloc_zeroed(groups, sizeof *s->found);
     s->taken = ibl_alloc_array(groups, IBL_LIGHTS_GROUP * sizeof *s->taken);
     s->worker_floats = (scratch + 15) / 16 * 16 + patched_floats(s);
     s->scratch = ibl_alloc_array(threads * s->worker_floats, sizeof(float));
-    if (!s->weight || !s->zonal || !s->range || !s->squares || !s->found ||
-        !s->taken || !s->scratch)
+    if (!s->weight || !s->zonal || !s->power || !s->range || !s->squares ||
+        !s->found || !s->taken || !s->scratch)
         return ibl_no_memory(s->ctx, "the analysis");
     return ibl_ring_spectra_alloc(s->ctx, s->height, s->degree + 1, &s->rows);
 }
@@ -104,6 +105,7 @@ void ibl_spectral_free(ibl_spectral *s)
     free_reading(s);
     ibl_free(s->weight);
     ibl_free(s->zonal);
+    ibl_free(s->power);
     ibl_free(s->lights);
     ibl_bright_free(s->bright);
     ibl_harmonics_free(&s->harmonics);
@@ -425,10 +427,11 @@ static void take_mean(ibl_spectral *s)
 static void find_unresolved(ibl_spectral *s)
 {
     double sum = 0, held = 0;
+    ibl_sht_power(&s->harmonics, s->power);
     for (int g = 0; g < s->groups; g++)
         sum += s->squares[g];
     for (int l = 0; l <= s->degree; l++)
-        held += ibl_sht_power(&s->harmonics, l);
+        held += s->power[l];
     s->unresolved = fmax(sum - held / s->scale / s->scale, 0) / (4 * IBL_PI);
 }
 
@@ -460,6 +463,7 @@ ibl_status ibl_spectral_finish(ibl_spectral *s)
         return status;
     find_unresolved(s);
     take_mean(s);
+    ibl_sht_power(&s->harmonics, s->power);
     free_reading(s);
     return IBL_OK;
 }

@@ -64,18 +64,19 @@ void ibl_harmonics_free(ibl_harmonics *h)
     *h = (ibl_harmonics){0};
 }
 
-double ibl_sht_power(const ibl_harmonics *h, int l)
+void ibl_sht_power(const ibl_harmonics *h, double *power)
 {
-    double sum = 0.0;
-
-    for (int m = 0; m <= l; m++) {
-        const double *a = ibl_harmonics_at(h, m) + 6 * (size_t)(l - m);
-        double square = 0.0;
-        for (int part = 0; part < 6; part++)
-            square += a[part] * a[part];
-        sum += m ? 2.0 * square : square;
+    for (int l = 0; l <= h->degree; l++)
+        power[l] = 0.0;
+    for (int m = 0; m <= h->degree; m++) {
+        const double *a = ibl_harmonics_at(h, m);
+        for (int l = m; l <= h->degree; l++, a += 6) {
+            double square = 0.0;
+            for (int part = 0; part < 6; part++)
+                square += a[part] * a[part];
+            power[l] += m ? 2.0 * square : square;
+        }
     }
-    return sum;
 }
 
 /* ---- to the basis of ibl_bake_sh ------------------------------------ */

@@ -33,7 +33,6 @@ struct level {
     float *gain;    /* of each ring */
     int degree, rings, columns;
     int band;      /* degree that the rings have to resolve */
-    double *power; /* of the map in each degree of the analysis */
     double *field; /* amplitude of the level in each degree */
     double rms;    /* estimate of the error, absolute */
     ibl_azimuth *azimuth;
@@ -109,12 +108,10 @@ static void choose_degree(struct level *v)
     double left;
     int l = s->degree;
 
-    for (int k = 0; k <= s->degree; k++)
-        v->power[k] = ibl_sht_power(&s->harmonics, k);
     left = beyond(v);
     while (l > LEAST_DEGREE) {
         const double k = v->kernel[l];
-        const double more = left + k * k * v->power[l] / (4 * IBL_PI);
+        const double more = left + k * k * v->s->power[l] / (4 * IBL_PI);
         if (more > wanted * wanted)
             break;
         left = more;
@@ -149,7 +146,7 @@ static double field_at(const struct level *v, double mean, int l)
 {
     const double k = l <= v->degree ? v->kernel[l] : 0;
     const double gain = l ? gain_at(v, l) * mean : 0;
-    const double power = l <= v->s->degree ? v->power[l] : 0;
+    const double power = l <= v->s->degree ? v->s->power[l] : 0;
     return k * k * power / (4 * IBL_PI) + gain * gain / (2 * l + 1);
 }
 
@@ -344,11 +341,10 @@ static ibl_status allocate(struct level *v)
 {
     const int degree = ibl_spectral_known(v->s->degree);
     const size_t count = (size_t)degree + 1;
-    v->kernel = ibl_alloc_array(3 * count, sizeof *v->kernel);
+    v->kernel = ibl_alloc_array(2 * count, sizeof *v->kernel);
     if (!v->kernel)
         return ibl_no_memory(v->s->ctx, "a lobe");
-    v->power = v->kernel + count;
-    v->field = v->power + count;
+    v->field = v->kernel + count;
     return ibl_kernel_make(v->s->ctx, v->target->lobe, v->target->alpha, degree,
                            v->kernel);
 }

@@ -42,6 +42,7 @@ struct ibl_spectral {
     float mean[3];     /* of all but the lights; no part of the harmonics, and
                           added to every texel */
     float base[3];     /* taken from every pixel */
+    double *power;     /* of the harmonics, in each degree */
     double unresolved; /* mean square of what is beyond the harmonics */
     float low[3], high[3];   /* the range of the map */
     double *weight;          /* solid angle of a pixel of each row */

@@ -125,9 +125,9 @@ ibl_status ibl_sht_synthesise(ibl_ctx *ctx, const char *stage,
                               const ibl_harmonics *in, const double *factor,
                               int degree, ibl_ring_spectra *out);
 
-/* The power in degree l <= h->degree: the sum of |a_lm|^2 over m = -l..l and
- * the channels. */
-double ibl_sht_power(const ibl_harmonics *h, int l);
+/* The power in each degree l = 0..h->degree: power[l] is the sum of |a_lm|^2
+ * over m = -l..l and the channels. */
+void ibl_sht_power(const ibl_harmonics *h, double *power);
 
 /*
  * The coefficients of a map about +Y in the layout of ibl_bake_sh: real, with
