@@ -236,6 +236,9 @@ static void judge(ibl_ctx *ctx, const ibl_image *map, ibl_lobe lobe,
     for (int l = 1; l < o.levels; l++) {
         if (!report.level[l].degree)
             continue;
+        CHECK_MSG(!(tolerance > 0) || report.level[l].error <= tolerance,
+                  "%dx%d, tolerance %g: level %d, estimated %.3g", map->width,
+                  map->height, tolerance, l, report.level[l].error);
         const double seen =
             percentile(ref, &cube, l, report.layout.roughness[l]);
         CHECK_MSG(seen <= report.level[l].error,
@@ -252,8 +255,9 @@ static void estimates_hold(void)
 {
     static const int sizes[][2] = {{256, 128}, {200, 100}, {101, 53}};
     static const double tolerances[] = {0, 1e-3, 0.05};
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_ctx *ctx; /* in silence: samples miss these tolerances */
     test_random r = {14};
+    NEED(!ibl_ctx_create(NULL, &ctx));
     for (int kind = 0; kind < MAP_KINDS; kind++)
         for (int i = 0; i < 3; i++) {
             ibl_image map =

@@ -274,6 +274,7 @@ static ibl_status spectral_level(bake *b, int level)
     const ibl_spectral_target target = {.lobe = o->lobe,
                                         .alpha = r * r,
                                         .tolerance = b->plan.tolerance,
+                                        .strict = o->tolerance > 0,
                                         .cube = &b->out->specular,
                                         .level = level};
     ibl_specular_level *made = &b->out->report.level[level];

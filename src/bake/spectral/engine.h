@@ -14,6 +14,8 @@
 #ifndef IBL_BAKE_SPECTRAL_ENGINE_H
 #define IBL_BAKE_SPECTRAL_ENGINE_H
 
+#include <stdbool.h>
+
 #include "ibl/ibl.h"
 
 #define IBL_SPECTRAL_GROUP 16 /* rows that are analysed together */
@@ -38,6 +40,7 @@ typedef struct ibl_spectral_target {
     ibl_lobe lobe;
     double alpha;     /* of the lobe */
     double tolerance; /* of the relative error */
+    bool strict;      /* more degrees until the estimate keeps it, too */
     ibl_cube *cube;   /* allocated */
     int level;        /* of cube, that is written */
 } ibl_spectral_target;

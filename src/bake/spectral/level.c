@@ -18,7 +18,8 @@ enum {
     GROUP = IBL_AZIMUTH_ROWS,
     MIN_COLUMNS = 64,
     LEAST_DEGREE = 8,
-    LAST = 8, /* degrees of the kernel's end that are averaged */
+    MOST_MARGIN = 10000, /* darker texels count by the floor */
+    LAST = 8,            /* degrees of the kernel's end that are averaged */
     PICKED = 1024
 };
 
@@ -34,6 +35,7 @@ struct level {
     int degree, rings, columns;
     int band;      /* degree that the rings have to resolve */
     double *field; /* amplitude of the level in each degree */
+    double margin; /* see wanted_rms */
     double rms;    /* estimate of the error, absolute */
     ibl_azimuth *azimuth;
     float *scratch;
@@ -92,12 +94,12 @@ static double mean_of(const ibl_spectral *s)
     return sqrt(sum);
 }
 
-/* The error that is aimed at, in the root mean square: a twentieth of the
- * tolerance times the mean, as texels may be that much darker than the mean
- * and still keep it. Scaled. */
+/* The error that is aimed at, in the root mean square: the tolerance times the
+ * mean by the margin, as texels may be that much darker than the mean and
+ * still keep it. Scaled. */
 static double wanted_rms(const struct level *v)
 {
-    return v->target->tolerance / 20 * mean_of(v->s) * v->s->scale;
+    return v->target->tolerance / v->margin * mean_of(v->s) * v->s->scale;
 }
 
 /* The smallest degree that leaves no more. */
@@ -349,30 +351,42 @@ static ibl_status allocate(struct level *v)
                            v->kernel);
 }
 
+/* Makes the level with what the margin asks for. */
+static ibl_status make_level(struct level *v)
+{
+    choose_degree(v);
+    choose_grid(v);
+    ibl_status status = fill_gain(v);
+    if (!status)
+        status = fill_grid(v);
+    if (!status)
+        status = fill_texels(v);
+    ibl_azimuth_free(v->azimuth);
+    ibl_free(v->scratch);
+    ibl_free(v->gain);
+    v->azimuth = NULL;
+    v->scratch = NULL;
+    v->gain = NULL;
+    return status;
+}
+
 ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
                              const ibl_spectral_target *target, int *degree,
                              double *error)
 {
-    struct level v = {.s = s, .target = target};
+    struct level v = {.s = s, .target = target, .margin = 20};
+    bool enough = false;
 
-    ibl_progress(s->ctx, stage, 0);
     ibl_status status = allocate(&v);
-    if (!status) {
-        choose_degree(&v);
-        choose_grid(&v);
-        status = fill_gain(&v);
-    }
-    if (!status)
-        status = fill_grid(&v);
-    if (!status)
-        status = fill_texels(&v);
-    if (!status) {
+    while (!status && !enough) {
+        ibl_progress(s->ctx, stage, 0);
+        status = make_level(&v);
         *degree = v.degree;
-        *error = estimate(&v);
+        *error = status ? INFINITY : estimate(&v);
+        enough = !target->strict || *error <= target->tolerance ||
+                 v.margin > MOST_MARGIN;
+        v.margin *= 16;
     }
-    ibl_azimuth_free(v.azimuth);
-    ibl_free(v.scratch);
-    ibl_free(v.gain);
     ibl_free(v.kernel);
     return status;
 }

@@ -92,15 +92,15 @@ static bool is_worth_it(const struct request *q, const ibl_spectral_plan *plan,
 }
 
 /*
- * The degree of a level, 0 if it is to be sampled. Where what the tolerance
- * needs is not worth it, more of a point light may be left out, as long as
- * samples would leave more still.
+ * The degree to be there for a level, 0 if it is to be sampled; which of them
+ * a tolerance needs turns out later. Where all are not worth it, more of a
+ * point light may be left out, as long as samples would leave more still.
  */
 static ibl_status level_degree(const struct request *q,
                                const ibl_spectral_plan *plan, double alpha,
                                double texels, double samples, int *degree)
 {
-    double tail = slack * q->tolerance;
+    double tail = slack * IBL_SPECTRAL_TOLERANCE;
     ibl_status status = IBL_OK;
 
     *degree = 0;
@@ -153,7 +153,8 @@ static ibl_status plan_irradiance(const struct request *q,
     plan->irradiance = IBL_METHOD_SAMPLED;
     if (o->step > 0 || q->method == IBL_METHOD_SAMPLED || !are_points(q, 1))
         return IBL_OK;
-    const ibl_status status = find_degree(q, 1, slack * q->tolerance, &degree);
+    const ibl_status status =
+        find_degree(q, 1, slack * IBL_SPECTRAL_TOLERANCE, &degree);
     if (status || !degree)
         return status;
     plan->irradiance = IBL_METHOD_SPECTRAL;
