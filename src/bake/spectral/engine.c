@@ -171,9 +171,12 @@ static void group_job(void *arg, int job, int worker)
     if (ibl_lights_any(&s->range[group]))
         take_lights(s, &in, group,
                     scratch + s->worker_floats - patched_floats(s));
-    s->squares[group] =
-        ibl_row_squares(in.rgb, s->width, in.count, s->base, &s->range[group]) *
-        s->weight[first + in.count / 2];
+    s->squares[group] = 0;
+    for (int j = 0; j < in.count; j++)
+        s->squares[group] +=
+            ibl_row_squares(in.rgb + in.stride * (size_t)j, s->width, s->base,
+                            &s->range[group]) *
+            s->weight[first + j];
     ibl_azimuth_forward(s->azimuth, &in, scratch, &s->rows, first);
 }
 
@@ -346,6 +349,19 @@ static ibl_status make_bright(ibl_spectral *s)
     return status;
 }
 
+/* Squares of lights that go back to their rows: what a pixel was besides is
+ * nothing to what outshines it. */
+static void return_squares(const ibl_spectral *s, int count)
+{
+    for (int i = s->light_count; i < count; i++) {
+        const ibl_pixel_light *l = &s->lights[i];
+        for (int c = 0; c < 3; c++) {
+            const double v = (double)l->rgb[c] / s->scale;
+            s->squares[l->row / GROUP] += v * v * s->weight[l->row];
+        }
+    }
+}
+
 /* Of the lights that were taken out, the ones to be added to texels; the
  * others go back to their rows. */
 static ibl_status choose_lights(ibl_spectral *s)
@@ -360,6 +376,7 @@ static ibl_status choose_lights(ibl_spectral *s)
     while (s->light_count < count && s->light_count < IBL_LIGHTS_MOST &&
            s->lights[s->light_count].energy > least_share * total)
         s->light_count++;
+    return_squares(s, count);
     status = ibl_spectral_add_lights(s, s->lights + s->light_count,
                                      count - s->light_count, &s->rows);
     return status ? status : make_bright(s);

@@ -50,15 +50,15 @@ void ibl_row_range_of(const float *rgb, int width, int rows,
         range->mean[c] = total[c] / (double)small / (double)pixels;
 }
 
-double ibl_row_squares(const float *rgb, int width, int rows,
-                       const float base[3], const ibl_row_range *range)
+double ibl_row_squares(const float *rgb, int width, const float base[3],
+                       const ibl_row_range *range)
 {
-    const size_t pixels = (size_t)width * (size_t)rows;
-    const size_t blocks = pixels / LANES;
-    const float high =
-        fmaxf(range->high[0], fmaxf(range->high[1], range->high[2]));
-    /* The largest becomes 1 at most, and its square with it. */
-    const float scale = high > 0 ? (float)(1 / (double)high) : 1;
+    const size_t pixels = (size_t)width, blocks = pixels / LANES;
+    float most = 0x1p-100f;
+    for (int c = 0; c < 3; c++)
+        most = fmaxf(most, fmaxf(range->high[c], base[c]));
+    /* Nothing is above 1, nor is its square. */
+    const float scale = 1 / most;
     float sum[3 * LANES] = {0}, from[3 * LANES];
     double total = 0;
 
@@ -75,25 +75,25 @@ double ibl_row_squares(const float *rgb, int width, int rows,
     }
     for (int k = 0; k < 3 * LANES; k++)
         total += (double)sum[k];
-    return high > 0 ? total * (double)high * (double)high : 0;
+    return total * (double)most * (double)most;
 }
 
 /* ---- lights ------------------------------------------------------------ */
 
-bool ibl_lights_any(const ibl_row_range *r)
-{
-    for (int c = 0; c < 3; c++)
-        if ((double)r->high[c] > OUTSHINE * r->mean[c])
-            return true;
-    return false;
-}
+/* What a mean may lack: half the last bit of what is smallest in sums. */
+static const double lost = 0x1p-126;
 
 static bool is_above(const float *p, const ibl_row_range *r, double times)
 {
     for (int c = 0; c < 3; c++)
-        if ((double)p[c] > times * r->mean[c])
+        if ((double)p[c] > times * (r->mean[c] + lost))
             return true;
     return false;
+}
+
+bool ibl_lights_any(const ibl_row_range *r)
+{
+    return is_above(r->high, r, OUTSHINE);
 }
 
 static size_t count_above(const float *rgb, size_t pixels,

@@ -44,9 +44,9 @@ bool ibl_lights_any(const ibl_row_range *range);
 int ibl_lights_take(float *rgb, int width, int rows, int first_row,
                     const ibl_row_range *range, ibl_pixel_light *lights);
 
-/* Sum of squares of what all channels have above base. Values that are less
- * than 2^-60 of the group's high may not count. */
-double ibl_row_squares(const float *rgb, int width, int rows,
-                       const float base[3], const ibl_row_range *range);
+/* Sum of squares, over a row, of what all channels have above base. Values
+ * that are less than 2^-60 of the group's high or of base may not count. */
+double ibl_row_squares(const float *rgb, int width, const float base[3],
+                       const ibl_row_range *range);
 
 #endif
