@@ -297,6 +297,84 @@ static void largest_floats(void)
     ibl_ctx_free(ctx);
 }
 
+/* Floats that are less than sums of them can tell are no lights: a map of them
+ * takes no longer than any other. */
+static void smallest_floats(void)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    for (int k = 0; k < 2; k++) {
+        ibl_image map = map_constant(ctx, 1024, 512, k ? 1e-39f : 1e-45f);
+        ibl_bake_options o = options(16);
+        const ibl_environment env = in_memory(&map);
+        ibl_bake_result made;
+        for (int i = 0; k && i < 1024 * 512; i += 3)
+            map_set(&map, i % 1024, i / 1024, 2e-39f, 1e-39f, 0);
+        NEED(!ibl_bake_environment(ctx, &env, &o, &made));
+        for (size_t i = 0; i < cube_floats(&made.specular); i++)
+            if (!(made.specular.data[i] >= 0 &&
+                  made.specular.data[i] <= 2e-39f)) {
+                test_fail(__FILE__, __LINE__, "map %d: float %zu is %g", k, i,
+                          (double)made.specular.data[i]);
+                break;
+            }
+        ibl_bake_result_free(&made);
+        ibl_image_free(&map);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* ---- progress ---------------------------------------------------------- */
+
+typedef struct stages {
+    char name[16][24];
+    double first[16], last[16];
+    int count;
+} stages;
+
+static void note_stage(void *cookie, const char *stage, double done)
+{
+    stages *s = cookie;
+    int i = 0;
+    while (i < s->count && strcmp(s->name[i], stage))
+        i++;
+    if (i == 16)
+        return;
+    if (i == s->count) {
+        snprintf(s->name[i], sizeof s->name[i], "%s", stage);
+        s->first[i] = done;
+        s->count++;
+    }
+    s->last[i] = done;
+}
+
+/* Every stage tells of its start and its end. */
+static void progress(void)
+{
+    stages seen = {.count = 0};
+    ibl_ctx_options with = ibl_ctx_options_default();
+    test_random r = {16};
+    ibl_ctx *ctx;
+    with.progress = note_stage;
+    with.progress_cookie = &seen;
+    NEED(!ibl_ctx_create(&with, &ctx));
+    ibl_image map = map_of_kind(ctx, &r, MAP_SUNNY, 128, 640);
+    ibl_bake_options o = options(32);
+    feeder f = {.map = &map};
+    const ibl_environment env = by_rows(&f);
+    ibl_bake_result made;
+    o.specular_options.method = IBL_METHOD_SPECTRAL;
+    seen.count = 0;
+    NEED(!ibl_bake_environment(ctx, &env, &o, &made));
+    CHECK(seen.count >= 6);
+    for (int i = 0; i < seen.count; i++)
+        CHECK_MSG(seen.first[i] <= 0 && seen.last[i] >= 1,
+                  "stage %s goes from %g to %g", seen.name[i], seen.first[i],
+                  seen.last[i]);
+    ibl_bake_result_free(&made);
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+}
+
 /* ---- errors ------------------------------------------------------------ */
 
 static void failures(void)
@@ -354,6 +432,9 @@ static void arguments(void)
     o = options(16);
     o.skybox = IBL_MAX_CUBE_SIZE + 1;
     refused(ctx, &env, &o);
+    o.skybox = -1;
+    refused(ctx, &env, &o);
+    CHECK(strstr(kept.text[IBL_LOG_ERROR], "size -1"));
     o = options(16);
     o.specular_options.method = (ibl_method)9;
     refused(ctx, &env, &o);
@@ -365,8 +446,8 @@ static void arguments(void)
     ibl_ctx_free(ctx);
 }
 
-static const test tests[] = {TEST(rows_and_threads), TEST(pieces),
-                             TEST(harmonics),        TEST(estimates_hold),
-                             TEST(largest_floats),   TEST(failures),
-                             TEST(arguments)};
+static const test tests[] = {
+    TEST(rows_and_threads), TEST(pieces),         TEST(harmonics),
+    TEST(estimates_hold),   TEST(largest_floats), TEST(smallest_floats),
+    TEST(progress),         TEST(failures),       TEST(arguments)};
 TEST_MAIN(tests)

@@ -70,6 +70,10 @@ static ibl_status check(const bake *b)
         return ibl_fail(b->ctx, IBL_ERR_ARGUMENT,
                         "a map of %dx%d pixels: must be 1x1 to %dx%d",
                         env->width, env->height, IBL_MAX_EDGE, IBL_MAX_EDGE);
+    if (o->skybox < 0 || o->skybox > IBL_MAX_CUBE_SIZE)
+        return ibl_fail(b->ctx, IBL_ERR_ARGUMENT,
+                        "a skybox of size %d: must be 1 to %d, or 0 for none",
+                        o->skybox, IBL_MAX_CUBE_SIZE);
     if (!isfinite(o->yaw_deg))
         return ibl_fail(b->ctx, IBL_ERR_ARGUMENT,
                         "a yaw of %g degrees: must be finite", o->yaw_deg);
@@ -151,10 +155,15 @@ static ibl_status prepare(bake *b)
 
 /* ---- reading ----------------------------------------------------------- */
 
-static ibl_status read_rows(const bake *b, int rows, float *rgb)
+/* The next rows, the first of which is `row`. */
+static ibl_status read_rows(const bake *b, int row, int rows, float *rgb)
 {
-    ibl_progress(b->ctx, "decode", 0);
-    return b->env->read(b->env->cookie, rows, rgb);
+    const double height = b->env->height;
+    ibl_progress(b->ctx, "decode", row / height);
+    const ibl_status status = b->env->read(b->env->cookie, rows, rgb);
+    if (!status)
+        ibl_progress(b->ctx, "decode", (row + rows) / height);
+    return status;
 }
 
 static ibl_status give_rows(bake *b, int rows, const float *rgb, double done)
@@ -175,7 +184,8 @@ static ibl_status give_rows(bake *b, int rows, const float *rgb, double done)
     return status;
 }
 
-/* Whole groups of rows, enough for every thread. */
+/* Whole groups of rows, enough for every thread; what is made of them does
+ * not depend on how many. */
 static int batch_rows(const bake *b)
 {
     const int threads = ibl_ctx_threads(b->ctx);
@@ -190,7 +200,7 @@ static ibl_status keep_whole(bake *b)
     ibl_status status =
         ibl_image_alloc(b->ctx, b->env->width, b->env->height, &b->own);
     if (!status)
-        status = read_rows(b, b->env->height, b->own.data);
+        status = read_rows(b, 0, b->env->height, b->own.data);
     if (!status)
         b->image = &b->own;
     return status;
@@ -213,7 +223,7 @@ static ibl_status feed(bake *b)
         const int rows = batch < height - done ? batch : height - done;
         const float *from = rgb ? rgb : b->image->data + row * (size_t)done;
         if (rgb)
-            status = read_rows(b, rows, rgb);
+            status = read_rows(b, done, rows, rgb);
         if (!status)
             status = give_rows(b, rows, from, (double)done / height);
     }
@@ -233,6 +243,8 @@ static ibl_status read_all(bake *b)
         status = ibl_level0_finish(b->level0);
     if (!status && b->sky)
         status = ibl_level0_finish(b->sky);
+    if (!status && (b->level0 || b->sky))
+        ibl_progress(b->ctx, "level 0", 1);
     ibl_level0_free(b->level0);
     ibl_level0_free(b->sky);
     b->level0 = b->sky = NULL;
@@ -334,7 +346,11 @@ static ibl_status make_sh(bake *b)
     if (b->plan.sh == IBL_METHOD_SAMPLED)
         return ibl_bake_sh(b->ctx, b->image, b->opts.sh_degree, b->opts.yaw_deg,
                            b->out->sh);
-    return ibl_spectral_sh(b->spectral, b->opts.sh_degree, b->out->sh);
+    const ibl_status status =
+        ibl_spectral_sh(b->spectral, b->opts.sh_degree, b->out->sh);
+    if (!status)
+        ibl_progress(b->ctx, "sh", 1);
+    return status;
 }
 
 static ibl_status make_all(bake *b)

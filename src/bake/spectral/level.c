@@ -19,7 +19,7 @@ enum {
     MIN_COLUMNS = 64,
     LEAST_DEGREE = 8,
     MOST_MARGIN = 10000, /* darker texels count by the floor */
-    LAST = 8,            /* degrees of the kernel's end that are averaged */
+    LAST = 8, /* degrees of the kernel's end that tell how it goes on */
     PICKED = 1024
 };
 
@@ -352,13 +352,16 @@ static ibl_status allocate(struct level *v)
 }
 
 /* Makes the level with what the margin asks for. */
-static ibl_status make_level(struct level *v)
+static ibl_status make_level(struct level *v, const char *stage)
 {
+    ibl_progress(v->s->ctx, stage, 0);
     choose_degree(v);
     choose_grid(v);
     ibl_status status = fill_gain(v);
     if (!status)
         status = fill_grid(v);
+    if (!status)
+        ibl_progress(v->s->ctx, stage, 1);
     if (!status)
         status = fill_texels(v);
     ibl_azimuth_free(v->azimuth);
@@ -379,8 +382,7 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
 
     ibl_status status = allocate(&v);
     while (!status && !enough) {
-        ibl_progress(s->ctx, stage, 0);
-        status = make_level(&v);
+        status = make_level(&v, stage);
         *degree = v.degree;
         *error = status ? INFINITY : estimate(&v);
         enough = !target->strict || *error <= target->tolerance ||
