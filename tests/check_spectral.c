@@ -310,21 +310,24 @@ static void one_pixel_suns(void)
     ibl_ctx_free(ctx);
 }
 
-/* 2x2, 3x3 and 10x10 pixels: in the open, over the seam, at a pole. */
+/* 2x2, 3x3 and 10x10 pixels: in the open, over the seam, at a pole; of a map
+ * of 4 WIDE columns and, 14 degrees wide, of WIDE. */
 static void square_suns(void)
 {
     static const int edges[] = {2, 3, 10};
     static const int at[][2] = {{360, 200}, {-4, 280}, {130, 0}};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
 
-    for (int k = 0; k < 9; k++) {
-        ibl_image map = map_constant(ctx, 4 * WIDE, 4 * HIGH, 0);
-        const int n = edges[k % 3], *from = at[k / 3];
-        char where[48];
+    for (int k = 0; k < 18; k++) {
+        const int size = k < 9 ? 4 : 1, n = edges[k % 3];
+        const int x = at[k / 3 % 3][0] * size / 4,
+                  y = at[k / 3 % 3][1] * size / 4;
+        ibl_image map = map_constant(ctx, size * WIDE, size * HIGH, 0);
+        char where[64];
         for (int i = 0; i < n * n; i++)
-            light(&map, from[0] + i % n, from[1] + i / n);
-        snprintf(where, sizeof where, "%dx%d at %d, %d", n, n, from[0],
-                 from[1]);
+            light(&map, x + i % n, y + i / n);
+        snprintf(where, sizeof where, "%dx%d at %d, %d of %d columns", n, n, x,
+                 y, map.width);
         check_suns(ctx, &map, IBL_RELATIVE_FLOOR, where);
         ibl_image_free(&map);
     }

@@ -168,7 +168,7 @@ static void group_job(void *arg, int job, int worker)
 
     in.change.scale = (float)s->scale;
     memcpy(in.change.subtract, s->base, sizeof in.change.subtract);
-    if (ibl_lights_any(&s->range[group]))
+    if (ibl_lights_any(&s->range[group], (size_t)s->width * (size_t)in.count))
         take_lights(s, &in, group,
                     scratch + s->worker_floats - patched_floats(s));
     s->squares[group] = 0;

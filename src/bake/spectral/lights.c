@@ -5,8 +5,9 @@
 #include <stddef.h>
 
 enum {
-    LANES = 16, /* pixels looked at together, for the vectoriser */
-    OUTSHINE = 64
+    LANES = 16,    /* pixels looked at together, for the vectoriser */
+    OUTSHINE = 64, /* times the mean of the others */
+    MOST_STEPS = 40
 };
 
 /* ---- range ------------------------------------------------------------- */
@@ -83,26 +84,64 @@ double ibl_row_squares(const float *rgb, int width, const float base[3],
 /* What a mean may lack: half the last bit of what is smallest in sums. */
 static const double lost = 0x1p-126;
 
-static bool is_above(const float *p, const ibl_row_range *r, double times)
+static double sum_of(const double v[3])
 {
-    for (int c = 0; c < 3; c++)
-        if ((double)p[c] > times * (r->mean[c] + lost))
-            return true;
-    return false;
+    return v[0] + v[1] + v[2];
 }
 
-bool ibl_lights_any(const ibl_row_range *r)
+static double brightness(const float *p)
 {
-    return is_above(r->high, r, OUTSHINE);
+    return (double)p[0] + (double)p[1] + (double)p[2];
 }
 
-static size_t count_above(const float *rgb, size_t pixels,
-                          const ibl_row_range *r, double times)
+bool ibl_lights_any(const ibl_row_range *r, size_t pixels)
 {
-    size_t count = 0;
-    for (size_t i = 0; i < pixels; i++)
-        count += is_above(rgb + 3 * i, r, times);
-    return count;
+    /* At the most, and the mean that the others then have at the least. */
+    const double high = brightness(r->high);
+    const double taken = IBL_LIGHTS_GROUP * high / (double)pixels;
+    return high > brightness(r->low) &&
+           high > OUTSHINE * (sum_of(r->mean) + lost - taken);
+}
+
+/* Pixels above a brightness, and what is left to the others. */
+struct split {
+    size_t above;
+    double rest; /* mean of the others */
+};
+
+static struct split split_at(const float *rgb, size_t pixels,
+                             const ibl_row_range *range, double threshold)
+{
+    struct split s = {0};
+    double sum = sum_of(range->mean) * (double)pixels;
+    for (size_t i = 0; i < pixels; i++) {
+        const double b = brightness(rgb + 3 * i);
+        s.above += b > threshold;
+        sum -= b > threshold ? b : 0;
+    }
+    if (s.above < pixels)
+        s.rest = sum / (double)(pixels - s.above);
+    return s;
+}
+
+/* The lowest of some thresholds above which all pixels outshine the others,
+ * and are not too many; infinite if there is none. */
+static double find_threshold(const float *rgb, size_t pixels,
+                             const ibl_row_range *range)
+{
+    double at = brightness(range->high) / 2, found = INFINITY;
+    for (int step = 0; step < MOST_STEPS; step++, at /= 2) {
+        const struct split s = split_at(rgb, pixels, range, at);
+        if (s.above > IBL_LIGHTS_GROUP || s.above > pixels / 2)
+            break;
+        if (at > OUTSHINE * (s.rest + lost))
+            found = at;
+        else if (found < INFINITY)
+            break;
+        if (s.rest <= lost)
+            break;
+    }
+    return found;
 }
 
 /* What a group's other pixels are on average. */
@@ -123,19 +162,19 @@ int ibl_lights_take(float *rgb, int width, int rows, int first_row,
                     const ibl_row_range *range, ibl_pixel_light *lights)
 {
     const size_t w = (size_t)width, pixels = w * (size_t)rows;
-    double times = OUTSHINE;
+    const double threshold = find_threshold(rgb, pixels, range);
     float rest[3];
     int count = 0;
 
-    while (count_above(rgb, pixels, range, times) > IBL_LIGHTS_GROUP)
-        times *= 1.5;
     for (size_t i = 0; i < pixels; i++) {
         const float *p = rgb + 3 * i;
-        if (is_above(p, range, times))
+        if (brightness(p) > threshold)
             lights[count++] = (ibl_pixel_light){.row = first_row + (int)(i / w),
                                                 .column = (int)(i % w),
                                                 .rgb = {p[0], p[1], p[2]}};
     }
+    if (!count)
+        return 0;
     mean_without(range, pixels, lights, count, rest);
     for (int k = 0; k < count; k++) {
         ibl_pixel_light *l = &lights[k];

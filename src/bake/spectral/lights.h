@@ -7,6 +7,7 @@
 #define IBL_BAKE_SPECTRAL_LIGHTS_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 #include "ibl/ibl.h"
 
@@ -32,14 +33,14 @@ typedef struct ibl_row_range {
 void ibl_row_range_of(const float *rgb, int width, int rows,
                       ibl_row_range *range);
 
-/* Whether a group has a pixel to be taken out. */
-bool ibl_lights_any(const ibl_row_range *range);
+/* Whether a group of so many pixels may have one to be taken out. */
+bool ibl_lights_any(const ibl_row_range *range, size_t pixels);
 
 /*
- * Takes the brightest pixels out of rows: the mean of the others stays in
- * their place. first_row is the map's row of the first.
- *   lights   room for IBL_LIGHTS_GROUP
- * Returns how many there are.
+ * Takes the brightest pixels out of rows, if each is 64 times as bright as
+ * the others are on average: their mean stays in its place. first_row is the
+ * map's row of the first. lights   room for IBL_LIGHTS_GROUP Returns how many
+ * there are.
  */
 int ibl_lights_take(float *rgb, int width, int rows, int first_row,
                     const ibl_row_range *range, ibl_pixel_light *lights);
