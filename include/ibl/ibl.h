@@ -253,9 +253,9 @@ const char *ibl_lobe_name(ibl_lobe lobe);
 
 /* How the levels of a specular chain are made. */
 typedef enum ibl_method {
-    IBL_METHOD_AUTO,     /* spectral where that keeps the tolerance at less
-                            cost, else sampled; a level with a number of
-                            samples of its own is sampled */
+    IBL_METHOD_AUTO,     /* spectral where it can be, unless that costs many
+                            times what the samples do; a level with a number
+                            of samples of its own is sampled */
     IBL_METHOD_SPECTRAL, /* spectral wherever it can be, else sampled */
     IBL_METHOD_SAMPLED
 } ibl_method;
@@ -264,25 +264,28 @@ typedef enum ibl_method {
 const char *ibl_method_name(ibl_method method);
 
 typedef struct ibl_specular_options {
-    ibl_method method;                 /* default IBL_METHOD_AUTO */
-    ibl_lobe lobe;                     /* default IBL_LOBE_GGX */
-    int size;                          /* edge of level 0, default 256 */
-    int levels;                        /* default 0: see ibl_specular_layout */
-    ibl_roughness_map mapping;         /* default IBL_ROUGHNESS_LINEAR */
-    double roughness_min;              /* the range that is used, default */
-    double roughness_max;              /*   0..1: see ibl_specular_layout */
+    ibl_method method;         /* default IBL_METHOD_AUTO */
+    ibl_lobe lobe;             /* default IBL_LOBE_GGX */
+    int size;                  /* edge of level 0, default 256 */
+    int levels;                /* default 0: see ibl_specular_layout */
+    ibl_roughness_map mapping; /* default IBL_ROUGHNESS_LINEAR */
+    double roughness_min;      /* the range that is used, default */
+    double roughness_max;      /*   0..1: see ibl_specular_layout */
+    double tolerance; /* 1e-4..1: each level has the lowest degree, or the
+                         fewest samples, whose estimated error is below; 0
+                         (default): spectral ones err by about 5e-5, others
+                         have the samples below */
+    double yaw_deg;   /* as in ibl_cube_from_latlong */
+    /* Of sampled levels alone: */
     int samples;                       /* per texel, 1..1048576, default 1024;
                                           with a tolerance the most */
     int level_samples[IBL_MAX_LEVELS]; /* > 0 overrides samples there, and
                                           the tolerance */
-    double tolerance; /* 0 (default): off; 1e-4..1: the samples of each level
-                         are the fewest whose estimated error is below */
-    double lod_bias;  /* added to the lookups' mip level, -4..4, default 1:
-                         less shows single samples, more blurs the horizon */
-    int jitter;       /* 1: turn the sample pattern by a hash of the texel */
-    int pdf_mip;      /* 0: every lookup at mip 0 (the tutorial's first
-                         version); default 1 */
-    double yaw_deg;   /* as in ibl_cube_from_latlong */
+    double lod_bias; /* added to the lookups' mip level, -4..4, default 1:
+                        less shows single samples, more blurs the horizon */
+    int jitter;      /* 1: turn the sample pattern by a hash of the texel */
+    int pdf_mip;     /* 0: every lookup at mip 0 (the tutorial's first
+                        version); default 1 */
 } ibl_specular_options;
 
 ibl_specular_options ibl_specular_options_default(void);
@@ -322,10 +325,21 @@ ibl_status ibl_specular_layout_of(const ibl_specular_options *opts,
                                   ibl_specular_layout *layout);
 
 /*
- * The specular chain by importance sampling: level l is the environment
- * prefiltered with the lobe of ibl_specular_layout_of's roughness[l],
- * N = V = R; where that is 0 it is the environment itself
- * (ibl_cube_from_latlong):
+ * The specular chain: level l is the environment convolved with the lobe of
+ * ibl_specular_layout_of's roughness[l], N = V = R,
+ *   sum L_i w_i dO_i / sum w_i dO_i,
+ * over the source's pixels i; where that roughness is 0 it is the environment
+ * itself (ibl_cube_from_latlong).
+ *
+ * A spectral level is that sum with every pixel a point at its centre: a
+ * product for each degree of the spherical harmonics of the map, of as many
+ * degrees as the tolerance needs, and the few pixels that outshine all around
+ * them by the lobe's own formula. A level can be spectral where its lobe is
+ * wide enough to take pixels for points, alpha >= 3 pixels (GGX; PHONG 1.5,
+ * CHARLIE 0.75) of the larger of pi / height and 2 pi / width, with a tolerance
+ * up to 4 (2, 1), and needs no degree above 4096.
+ *
+ * A sampled level is importance sampling of the same,
  *   sum L_i w_i / sum w_i,  w = N.L,
  * L_i by trilinear lookups, seamless across faces, in a solid-angle-weighted
  * mip chain, at the level where a texel's solid angle is that of the sample,
@@ -339,8 +353,9 @@ ibl_status ibl_specular_layout_of(const ibl_specular_options *opts,
  * taken under the tent of bilinear filtering, not over 2x2 texels, which
  * would move small lights to the middles of texels.
  *   out   empty; allocated here, the caller's to free with ibl_cube_free
- * Sources: Karis 2013 (split sum); Walter et al. 2007 eq. 33 (GGX), 35, 36
- * (sampling); Krivanek and Colbert 2008 (mip from pdf).
+ * Sources: Karis 2013 (split sum); Ramamoorthi and Hanrahan 2001 (convolution
+ * as a product); Walter et al. 2007 eq. 33 (GGX), 35, 36 (sampling); Krivanek
+ * and Colbert 2008 (mip from pdf).
  * IBL_ERR_ARGUMENT: an option out of range.
  */
 ibl_status ibl_bake_specular(ibl_ctx *ctx, const ibl_image *env,
@@ -374,17 +389,24 @@ typedef struct ibl_specular_report {
 /*
  * ibl_bake_specular that tells how. report may be NULL.
  *
- * With a tolerance, each level's error is estimated at 216 of its texels,
+ * The error of a spectral level is estimated from the power in the degrees that
+ * it leaves out and from how its texels are interpolated: the 95th percentile
+ * over its texels of three times that root mean square, in parts of the texel
+ * as in ibl_relative_error. With a tolerance it has more degrees until the
+ * estimate is below; a warning tells where none suffice.
+ *
+ * That of a sampled level is, with a tolerance, estimated at 216 of its texels,
  * spread over all faces (all of them in faces of 8x8 and less), with the
  * level's own samples against the sum over the source (to an accuracy well
  * below the tolerance, by a tree over its pixels, not by samples). The
  * estimate bounds the 95th percentile of ibl_relative_error over the level's
- * texels with a confidence of 99 %; the rounding to a pixel format is not part
- * of it. Powers of two from 8 samples upwards are tried, then three quarters
- * of the first that suffices; and a cube for lookups of twice the edge where
- * that could pay or a level needs it. Where the most samples do not suffice a
- * level is made with the fewest that came as near, within a tenth, as any, and
- * a warning tells the estimate.
+ * texels with a confidence of 99 %. Powers of two from 8 samples upwards are
+ * tried, then three quarters of the first that suffices; and a cube for
+ * lookups of twice the edge where that could pay or a level needs it. Where
+ * the most samples do not suffice a level is made with the fewest that came as
+ * near, within a tenth, as any, and a warning tells the estimate.
+ *
+ * The rounding to a pixel format is part of neither.
  */
 ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
                                     const ibl_specular_options *opts,
@@ -476,10 +498,16 @@ typedef struct ibl_bake_result {
 void ibl_bake_result_free(ibl_bake_result *r); /* NULL and zeroed are fine */
 
 /*
- * Everything from one reading, row by row: what it needs of memory grows with
- * the width of the map and, by a small factor, with its height, not with its
- * pixels; unless a level has to be sampled, or irradiance_options ask for a
- * grid: then the whole map is kept.
+ * Everything from one reading, row by row. The specular chain is that of
+ * ibl_bake_specular_report. Irradiance and coefficients are the sums of
+ * ibl_bake_irradiance and ibl_bake_sh, as near as the levels and from the same
+ * spherical harmonics; pixel by pixel with IBL_METHOD_SAMPLED, for maps of few
+ * pixels, and coefficients wherever the map is kept whole.
+ *
+ * It is kept whole where something has to be sampled: a level, or irradiance
+ * because of its options, IBL_METHOD_SAMPLED or a map of few pixels. Else what
+ * is needed of memory grows with the width of the map and, by 24 bytes for each
+ * degree, with its height, not with its pixels.
  *   result  empty; the caller's to free with ibl_bake_result_free
  * IBL_ERR_ARGUMENT: an option out of range. The status of env->read.
  */
