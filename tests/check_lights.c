@@ -47,7 +47,7 @@ static void equal(void)
         for (int i = 0; i < 3 * WIDTH * ROWS; i++)
             rgb[i] = ldexpf(1, e);
         ibl_row_range_of(rgb, WIDTH, ROWS, &range);
-        CHECK(!ibl_lights_any(&range));
+        CHECK(!ibl_lights_any(&range, WIDTH * ROWS));
         ibl_pixel_light lights[IBL_LIGHTS_GROUP];
         const int n = ibl_lights_take(rgb, WIDTH, ROWS, 0, &range, lights);
         CHECK(n == 0);
@@ -65,7 +65,7 @@ static void taken(void)
     fill(rgb, &r, 1);
     rgb[3 * at] = 1000;
     ibl_row_range_of(rgb, WIDTH, ROWS, &range);
-    CHECK(ibl_lights_any(&range));
+    CHECK(ibl_lights_any(&range, WIDTH * ROWS));
     const float red = rgb[3 * at], green = rgb[3 * at + 1];
     NEED(ibl_lights_take(rgb, WIDTH, ROWS, 48, &range, lights) == 1);
     CHECK(lights[0].row == 50 && lights[0].column == 11);

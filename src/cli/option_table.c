@@ -156,7 +156,8 @@ static const ibl_option specular[] = {
      .help = "make only what materials of these roughnesses need"},
     {"method", 0, CHOICE(method, method_names),
      .help = "how levels are made: exactly, by spherical harmonics, or by "
-             "importance sampling; auto: exactly unless that takes much longer"},
+             "importance sampling; auto: exactly unless that takes much "
+             "longer"},
     {"samples", 0, INT(specular.samples, 1, 1048576),
      .standard = "1024, with --tolerance 65536",
      .help = "samples for each texel of a sampled level, with --tolerance the "

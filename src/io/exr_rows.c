@@ -113,7 +113,7 @@ static ibl_status next_rows(exr_rows *r, int row, int *end, float *rgb,
     const bool is_black = row < r->begin || row >= r->end;
 
     if (is_black) {
-        if (row<r->begin && * end> r->begin)
+        if (row < r->begin && r->begin < *end)
             *end = r->begin;
         const size_t count = (size_t)(*end - row);
         memset(rgb, 0, floats * count * sizeof *rgb);
