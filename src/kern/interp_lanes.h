@@ -14,14 +14,9 @@ enum {
     PARTS = IBL_TAPS / VD        /* vectors that hold the weights */
 };
 
-/* What lanes.h lacks: roots; the weights of samples VF/4 k and on, each four
- * times; the sum of a vector's quarters of four floats. */
+/* What lanes.h lacks: absolute values; the weights of samples VF/4 k and on,
+ * each four times; the sum of a vector's quarters of four floats. */
 #if VF == 16
-static inline vd vd_sqrt(vd x)
-{
-    return _mm512_sqrt_pd(x);
-}
-
 static inline vd vd_abs(vd x)
 {
     return _mm512_abs_pd(x);
@@ -44,11 +39,6 @@ static inline __m128 fold(vf v)
                       _mm256_extractf128_ps(half, 1));
 }
 #elif VF == 8
-static inline vd vd_sqrt(vd x)
-{
-    return _mm256_sqrt_pd(x);
-}
-
 static inline vd vd_abs(vd x)
 {
     return _mm256_andnot_pd(_mm256_set1_pd(-0.0), x);
@@ -66,11 +56,6 @@ static inline __m128 fold(vf v)
     return _mm_add_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
 }
 #else
-static inline vd vd_sqrt(vd x)
-{
-    return _mm_sqrt_pd(x);
-}
-
 static inline vd vd_abs(vd x)
 {
     return _mm_andnot_pd(_mm_set1_pd(-0.0), x);

@@ -70,6 +70,11 @@ static inline vd vd_all(double x)
     return _mm512_set1_pd(x);
 }
 
+static inline vd vd_sqrt(vd v)
+{
+    return _mm512_sqrt_pd(v);
+}
+
 static inline vd vd_fma(vd a, vd b, vd c)
 {
     return _mm512_fmadd_pd(a, b, c);
@@ -142,6 +147,11 @@ static inline vd vd_all(double x)
     return _mm256_set1_pd(x);
 }
 
+static inline vd vd_sqrt(vd v)
+{
+    return _mm256_sqrt_pd(v);
+}
+
 static inline vd vd_fma(vd a, vd b, vd c)
 {
     return _mm256_fmadd_pd(a, b, c);
@@ -211,6 +221,11 @@ static inline void vd_store(double *p, vd v)
 static inline vd vd_all(double x)
 {
     return _mm_set1_pd(x);
+}
+
+static inline vd vd_sqrt(vd v)
+{
+    return _mm_sqrt_pd(v);
 }
 
 static inline vd vd_fma(vd a, vd b, vd c)

@@ -42,11 +42,6 @@ typedef unsigned long long vu __attribute__((vector_size(8 * VD)));
 /* ---- what lanes.h has not ------------------------------------------- */
 
 #if VD == 8
-static inline vd vd_sqrt(vd v)
-{
-    return _mm512_sqrt_pd(v);
-}
-
 static inline unsigned vd_signs(vd v)
 {
     return _mm512_movepi64_mask(_mm512_castpd_si512(v));
@@ -77,11 +72,6 @@ static inline vd vd_totals(const vd v[VD])
         add_quarters(add_pairs(v[4], v[5]), add_pairs(v[6], v[7])));
 }
 #elif VD == 4
-static inline vd vd_sqrt(vd v)
-{
-    return _mm256_sqrt_pd(v);
-}
-
 static inline unsigned vd_signs(vd v)
 {
     return (unsigned)_mm256_movemask_pd(v);
@@ -100,11 +90,6 @@ static inline vd vd_totals(const vd v[VD])
            _mm256_permute2f128_pd(a, b, 0x31);
 }
 #else
-static inline vd vd_sqrt(vd v)
-{
-    return _mm_sqrt_pd(v);
-}
-
 static inline unsigned vd_signs(vd v)
 {
     return (unsigned)_mm_movemask_pd(v);

@@ -11,10 +11,9 @@
 
 typedef int vi __attribute__((vector_size(sizeof(vf))));
 
-/* What lanes.h lacks: the greater of two, zero where a mask is not set,
- * whether any lane is less, roots, every fourth lane's piece of a table (in
- * fewer steps than a gather takes), shuffles, and adding three vectors to VF
- * texels of four floats. */
+/* What lanes.h lacks: zero where a lane is not less, whether any is, every
+ * fourth lane's piece of a table (in fewer steps than a gather takes),
+ * shuffles, and adding three vectors to VF texels of four floats. */
 #if VF == 16
 static inline vf keep_less(vf value, vf a, vf b)
 {
@@ -56,11 +55,6 @@ static inline vf low_halves(vf a, vf b)
 static inline vf high_halves(vf a, vf b)
 {
     return _mm512_shuffle_ps(a, b, 0xEE);
-}
-
-static inline vd vd_sqrt(vd x)
-{
-    return _mm512_sqrt_pd(x);
 }
 
 static inline void add_rgb(float *rgba, vf r, vf g, vf b)
@@ -124,11 +118,6 @@ static inline vf high_halves(vf a, vf b)
     return _mm256_shuffle_ps(a, b, 0xEE);
 }
 
-static inline vd vd_sqrt(vd x)
-{
-    return _mm256_sqrt_pd(x);
-}
-
 static inline void add_rgb(float *rgba, vf r, vf g, vf b)
 {
     const vf zero = vf_all(0);
@@ -181,11 +170,6 @@ static inline vf low_halves(vf a, vf b)
 static inline vf high_halves(vf a, vf b)
 {
     return _mm_shuffle_ps(a, b, 0xEE);
-}
-
-static inline vd vd_sqrt(vd x)
-{
-    return _mm_sqrt_pd(x);
 }
 
 static inline void add_rgb(float *rgba, vf r, vf g, vf b)

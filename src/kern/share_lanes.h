@@ -6,37 +6,22 @@
 #include "kern/lanes.h"
 #include "kern/share.h"
 
-/* a < b ? x : y, and square roots. */
+/* a < b ? x : y */
 #if VD == 8
 static inline vd if_less(vd a, vd b, vd x, vd y)
 {
     return _mm512_mask_blend_pd(_mm512_cmp_pd_mask(a, b, _CMP_LT_OQ), y, x);
-}
-
-static inline vd root(vd x)
-{
-    return _mm512_sqrt_pd(x);
 }
 #elif VD == 4
 static inline vd if_less(vd a, vd b, vd x, vd y)
 {
     return _mm256_blendv_pd(y, x, _mm256_cmp_pd(a, b, _CMP_LT_OQ));
 }
-
-static inline vd root(vd x)
-{
-    return _mm256_sqrt_pd(x);
-}
 #else
 static inline vd if_less(vd a, vd b, vd x, vd y)
 {
     const vd mask = _mm_cmplt_pd(a, b);
     return _mm_or_pd(_mm_and_pd(mask, x), _mm_andnot_pd(mask, y));
-}
-
-static inline vd root(vd x)
-{
-    return _mm_sqrt_pd(x);
 }
 #endif
 
@@ -47,7 +32,7 @@ struct points {
 
 static inline struct points points_at(vd a, vd q, vd r)
 {
-    const vd inverse = vd_all(1) / root(a * a + q * q);
+    const vd inverse = vd_all(1) / vd_sqrt(a * a + q * q);
     const vd slope = -(r * (a * a)) * (inverse * inverse * inverse);
     return (struct points){q, r, q * inverse, slope};
 }
@@ -55,7 +40,7 @@ static inline struct points points_at(vd a, vd q, vd r)
 static inline struct points crossings(vd a, double cosine, double tangent)
 {
     const vd q = a / vd_all(tangent), r2 = vd_all(1) - q * q;
-    const vd r = root(if_less(vd_all(0), r2, r2, vd_all(0)));
+    const vd r = vd_sqrt(if_less(vd_all(0), r2, r2, vd_all(0)));
     const double sine = cosine * tangent;
     return (struct points){q, r, vd_all(cosine),
                            -r * vd_all(sine * sine * sine) / a};
