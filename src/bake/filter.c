@@ -5,8 +5,8 @@
 #include <math.h>
 #include <stdint.h>
 
-#include "brdf/ggx.h"
 #include "core/context.h"
+#include "core/pi.h"
 
 enum {
     /* Some milliseconds at the slowest kernel's 50 ns a sample. */

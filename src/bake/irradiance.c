@@ -20,9 +20,10 @@
 #include "bake/irradiance.h"
 #include "core/alloc.h"
 #include "core/context.h"
+#include "core/pi.h"
 #include "kern/arc.h"
 
-static const double pi = 3.14159265358979323846;
+static const double pi = IBL_PI;
 
 enum {
     FAMILY_TEXELS = 16,

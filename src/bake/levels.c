@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdbool.h>
 
-#include "brdf/ggx.h"
+#include "core/pi.h"
 #include "ibl/ibl.h"
 
 const char *ibl_roughness_map_name(ibl_roughness_map map)

@@ -18,8 +18,9 @@
 #include "bake/sh_rotate.h"
 #include "core/alloc.h"
 #include "core/context.h"
+#include "core/pi.h"
 
-static const double pi = 3.14159265358979323846;
+static const double pi = IBL_PI;
 
 enum {
     ROWS = 4,          /* that go through a Fourier sum together */

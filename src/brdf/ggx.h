@@ -12,7 +12,7 @@
 
 #include <math.h>
 
-#define IBL_PI 3.14159265358979323846
+#include "core/pi.h"
 
 /* Walter eq. 33 with t = sin^2 + alpha^2 cos^2 of the half vector's angle. */
 static inline double ibl_ggx_d_t(double t, double alpha)

@@ -5,9 +5,8 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
+#include "core/pi.h"
 #include "kern/octants.h"
-
-#define PI 3.14159265358979323846
 
 enum {
     MIN_COLUMNS = 512 /* keeps the straight pieces short */
@@ -47,7 +46,7 @@ static void bend_rows(ibl_finer *f)
     for (int row = 0; row < f->rows; row++) {
         int above;
         const double t = between_rows(f, row, &above);
-        const double bottom = cos(PI * (row + 1) / f->rows);
+        const double bottom = cos(IBL_PI * (row + 1) / f->rows);
         if (above != pair)
             missing = room = 0;
         pair = above;

@@ -5,8 +5,7 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
-
-#define PI 3.14159265358979323846
+#include "core/pi.h"
 
 /* A row is searched so much of a texel beyond its borders, for rounding. */
 static const double MARGIN = 1e-6;
@@ -72,17 +71,17 @@ static void set_border(ibl_wedge_strips *s, double psi)
 static void strips_fill(const ibl_wedge *w, int columns, double before,
                         ibl_wedge_strips *s)
 {
-    const double step = 2 * PI / columns, same = 1e-9 * step;
+    const double step = 2 * IBL_PI / columns, same = 1e-9 * step;
     double at = 0;
     int pixel = 0, column = 0;
     set_border(s, 0);
-    while (at < PI / 4) {
+    while (at < IBL_PI / 4) {
         const double pixel_end = (pixel + 1 - before) * step;
         const double column_end =
-            s->column ? atan(w->border[column + 1]) : PI / 4;
+            s->column ? atan(w->border[column + 1]) : IBL_PI / 4;
         double to = pixel_end < column_end ? pixel_end : column_end;
-        if (to > PI / 4 - same)
-            to = PI / 4;
+        if (to > IBL_PI / 4 - same)
+            to = IBL_PI / 4;
         const bool ends_pixel = pixel_end <= to + same;
         const bool ends_column = column_end <= to + same;
         const bool begins_pixel = fabs(at - (pixel - before) * step) <= same;
@@ -152,12 +151,12 @@ static int column_at(const ibl_wedge *w, double z, double move)
 bool ibl_wedge_row_init(const ibl_wedge *w, int rows, int j, bool south,
                         ibl_wedge_row *row)
 {
-    const double from = PI * (south ? rows - 1 - j : j) / rows;
-    double to = PI * (south ? rows - j : j + 1) / rows;
-    if (from > PI / 2 - 1e-12)
+    const double from = IBL_PI * (south ? rows - 1 - j : j) / rows;
+    double to = IBL_PI * (south ? rows - j : j + 1) / rows;
+    if (from > IBL_PI / 2 - 1e-12)
         return false;
-    if (to > PI / 2)
-        to = PI / 2;
+    if (to > IBL_PI / 2)
+        to = IBL_PI / 2;
     *row = (ibl_wedge_row){.south = south,
                            .top = cos(from),
                            .bottom = cos(to),

@@ -8,8 +8,9 @@
 
 #include "core/alloc.h"
 #include "core/cpu.h"
+#include "core/pi.h"
 
-#define TURN 6.283185307179586476925286766559 /* 2 pi */
+#define TURN (2 * IBL_PI)
 
 /* ---- tables ----------------------------------------------------------- */
 

@@ -13,8 +13,9 @@
 
 #include "core/alloc.h"
 #include "core/cpu.h"
+#include "core/pi.h"
 
-static const double pi = 3.14159265358979323846;
+static const double pi = IBL_PI;
 
 enum {
     PAD = 16,   /* pairs, a multiple of every vector's lanes */

@@ -10,10 +10,9 @@
 #include "bake/spectral/spread.h"
 #include "core/alloc.h"
 #include "core/context.h"
+#include "core/pi.h"
 #include "kern/fft.h"
 #include "kern/strip.h"
-
-#define PI 3.1415926535897932384626433832795
 
 enum {
     LANES = IBL_STRIP_LANES,
@@ -108,8 +107,8 @@ static void forward_factors(const ibl_azimuth *plan, double turn_rad,
         /* Whole turns go before the product is rounded. */
         const double turns = fmod(m * first, n) / n;
         set_factor(factor, m,
-                   size * sign_of(m) * cexp(-2 * PI * I * turns) *
-                       cexp(I * fmod(m * turn_rad, 2 * PI)));
+                   size * sign_of(m) * cexp(-2 * IBL_PI * I * turns) *
+                       cexp(I * fmod(m * turn_rad, 2 * IBL_PI)));
     }
 }
 
@@ -170,7 +169,7 @@ ibl_status ibl_azimuth_create_inverse(ibl_ctx *ctx, int columns, int orders,
     if (!make_tables(plan, columns / 2, &factor))
         goto fail;
     for (int m = 0; m < orders; m++)
-        set_factor(factor, m, sign_of(m) * cexp(I * (PI * m / columns)));
+        set_factor(factor, m, sign_of(m) * cexp(I * (IBL_PI * m / columns)));
     ibl_fft_real_pairs_inverse(columns / 2, factor, orders, plan->pairs);
     ibl_free(factor);
     *out = plan;

@@ -6,9 +6,8 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
+#include "core/pi.h"
 #include "image/cube.h"
-
-#define PI 3.14159265358979323846
 
 enum {
     MIN_BITS = 3, /* pieces an octave, as a power of two */
@@ -64,7 +63,7 @@ static double integral(const side *s)
     for (double from = start; from < 1; from *= 2)
         for (int k = 0; k < 8; k++)
             sum += panel(s, from + from * k / 8, from / 8);
-    return PI * sum;
+    return IBL_PI * sum;
 }
 
 /* ---- the table --------------------------------------------------------- */

@@ -6,8 +6,9 @@
 #include "bake/spectral/transform.h"
 #include "core/alloc.h"
 #include "core/context.h"
+#include "core/pi.h"
 
-static const double pi = 3.14159265358979323846;
+static const double pi = IBL_PI;
 
 enum {
     LINE = 16 /* floats in a cache line */

@@ -4,8 +4,8 @@
 #include <math.h>
 
 #include "bake/spectral/kernel.h"
-#include "brdf/ggx.h"
 #include "core/context.h"
+#include "core/pi.h"
 
 /* Nanoseconds on one core, measured; only their ratios matter. */
 static const double per_sample = 1.0;   /* of a texel */

@@ -19,10 +19,9 @@
 #include "bake/spectral/taps.h"
 #include "core/alloc.h"
 #include "core/context.h"
+#include "core/pi.h"
 #include "image/cube.h"
 #include "kern/interp.h"
-
-#define PI 3.14159265358979323846
 
 enum {
     PAIRS = 8, /* of rows in a job, at most */
@@ -83,7 +82,7 @@ static void side_columns(level *a, double *angle)
     const int columns = a->sum->grid->columns;
     for (int i = 0; i < a->half; i++)
         angle[i] = atan(1 - (2 * i + 1) / (double)a->n);
-    a->dsp.weights(&a->column_taps, 0.5 * columns - 0.5, columns / (2 * PI),
+    a->dsp.weights(&a->column_taps, 0.5 * columns - 0.5, columns / (2 * IBL_PI),
                    angle, a->half, a->column.first, a->column.weight);
     mirror(a, &a->column);
 }
@@ -116,7 +115,7 @@ static void prepare_side(const level *a, double v, scratch *s, const pair *p)
 {
     const int rings = a->sum->grid->rings;
     a->dsp.latitudes(v, a->n, a->half, s->angle);
-    a->dsp.weights(&a->ring_taps, 0.5 * rings - 0.5, rings / PI, s->angle,
+    a->dsp.weights(&a->ring_taps, 0.5 * rings - 0.5, rings / IBL_PI, s->angle,
                    a->half, p->ring.first, p->ring.weight);
     prepare_gain(a, p);
 }
@@ -130,9 +129,9 @@ static void prepare_pole(const level *a, double v, scratch *s, const pair *p)
 {
     const int columns = a->sum->grid->columns;
     a->dsp.polar(v, a->n, a->half, s->angle, s->azimuth);
-    a->dsp.weights(&a->ring_taps, -0.5, a->sum->grid->rings / PI, s->angle,
+    a->dsp.weights(&a->ring_taps, -0.5, a->sum->grid->rings / IBL_PI, s->angle,
                    a->half, p->ring.first, p->ring.weight);
-    a->dsp.weights(&a->column_taps, 0.5 * columns - 0.5, columns / (2 * PI),
+    a->dsp.weights(&a->column_taps, 0.5 * columns - 0.5, columns / (2 * IBL_PI),
                    s->azimuth, a->half, p->column.first, p->column.weight);
     mirror(a, &p->column);
     for (int i = 0; i < a->half; i++)

@@ -4,8 +4,8 @@
 #include <math.h>
 
 #include "core/alloc.h"
+#include "core/pi.h"
 
-#define PI 3.1415926535897932384626433832795
 #define TAPS ((double)IBL_STRIP_TAPS)
 
 /*
@@ -17,12 +17,12 @@ ibl_spread_window ibl_spread_window_of(int n, int orders)
     /* The first alias of the highest order begins at 1 - f. The factor trades
      * what leaks from there against what the edge of g leaks everywhere. */
     const double f = (double)(orders - 1) / (double)n;
-    ibl_spread_window window = {.beta = 0.98 * PI * TAPS * (1 - f)};
+    ibl_spread_window window = {.beta = 0.98 * IBL_PI * TAPS * (1 - f)};
     for (int i = 0; i < IBL_SPREAD_NODES; i++) {
-        const double a = PI / 2 * (i + 0.5) / IBL_SPREAD_NODES;
-        window.weight[i] = TAPS * PI / 2 / IBL_SPREAD_NODES * cos(a) *
+        const double a = IBL_PI / 2 * (i + 0.5) / IBL_SPREAD_NODES;
+        window.weight[i] = TAPS * IBL_PI / 2 / IBL_SPREAD_NODES * cos(a) *
                            exp(window.beta * (cos(a) - 1));
-        window.angle[i] = PI * TAPS * sin(a);
+        window.angle[i] = IBL_PI * TAPS * sin(a);
     }
     return window;
 }

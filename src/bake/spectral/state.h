@@ -8,7 +8,7 @@
 #include "bake/spectral/lights.h"
 #include "bake/spectral/resample.h"
 #include "bake/spectral/transform.h"
-#include "brdf/ggx.h"
+#include "core/pi.h"
 
 /* Memory that levels use one after the other. */
 typedef struct ibl_spectral_work {

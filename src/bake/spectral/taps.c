@@ -11,6 +11,7 @@
  * into polynomials of g by Newton's divided differences.
  */
 #include "bake/spectral/taps.h"
+#include "core/pi.h"
 
 #include <math.h>
 #include <string.h>
@@ -42,7 +43,7 @@ static void make_waves(const double *spectrum, int degree, double circle,
         const int l = (int)((i + 1.0) * degree / s->count + 0.5);
         const double amplitude =
             spectrum ? spectrum[l] : pow(10, -5.0 * l / degree);
-        s->angle[i] = 2 * 3.14159265358979323846 * l / circle;
+        s->angle[i] = 2 * IBL_PI * l / circle;
         s->power[i] = amplitude * amplitude;
         sum += s->power[i];
     }
@@ -177,7 +178,7 @@ double ibl_taps_design(const double *spectrum, int degree, double circle,
     solve(a, ones);
     for (int i = 0; i < NODES; i++) {
         /* The nodes are closer towards the ends as the sine is less. */
-        const double angle = 3.14159265358979323846 * (i + 0.5) / NODES;
+        const double angle = IBL_PI * (i + 0.5) / NODES;
         g[i] = 0.5 * cos(angle);
         error += sin(angle) * weights_at(&s, lag, a, ones, g[i], c[i]);
         whole += sin(angle);
