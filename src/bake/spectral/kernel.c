@@ -242,30 +242,12 @@ ibl_status ibl_kernel_make(ibl_ctx *ctx, ibl_lobe lobe, double alpha,
     return IBL_OK;
 }
 
-/* int_0^1 x P_l dx: from l to l + 2 it changes by (1 - l) / (4 + l). */
-void ibl_kernel_lambert(int degree, double *k)
-{
-    k[0] = 1;
-    if (degree >= 1)
-        k[1] = 2.0 / 3;
-    for (int l = 0; l + 2 <= degree; l++)
-        k[l + 2] = k[l] * (1 - l) / (4 + l);
-}
-
 static double energy(const double *k, int from, int to)
 {
     double sum = 0;
     for (int l = to; l >= from; l--)
         sum += (2 * l + 1) * k[l] * k[l];
     return sum;
-}
-
-double ibl_kernel_tail(const double *k, int degree, int from)
-{
-    if (from > degree)
-        return 0;
-    const double tail = energy(k, from > 0 ? from : 0, degree);
-    return sqrt(tail / (tail + energy(k, 0, from - 1)));
 }
 
 /* sum of (2 l + 1) k_l^2 from a degree on falls as degree^-corner in the end:

@@ -22,16 +22,10 @@
 ibl_status ibl_kernel_make(ibl_ctx *ctx, ibl_lobe lobe, double alpha,
                            int degree, double *k);
 
-/* The same of the cosine, of irradiance / pi: 1, 2/3, 1/4, 0, -1/24, ... */
-void ibl_kernel_lambert(int degree, double *k);
-
-/* sqrt(sum from `from` to degree of (2 l + 1) k_l^2 / the whole sum): the
- * relative rms error of a point light's response that is cut off there. */
-double ibl_kernel_tail(const double *k, int degree, int from);
-
 /*
  * The smallest degree that keeps all but `tail` of a point light's response:
- * ibl_kernel_tail(k, infinity, *degree + 1) < tail; limit, if that is less.
+ * sqrt(sum over l > *degree of (2 l + 1) k_l^2 / the whole sum) < tail, the
+ * relative rms error of what is cut off; limit, if that is less.
  * The corner that most lobes have on the horizon leaves k_l a power of l,
  * l^(-5/2) where the slope jumps; once that is seen the degree is worked out,
  * within some percent, not searched for.
