@@ -404,16 +404,3 @@ double ibl_ring_grid_error(const double *spectrum, int degree, int rings,
     return hypot(ibl_taps_design(spectrum, degree, 2.0 * rings, &taps),
                  ibl_taps_design(spectrum, degree, columns, &taps));
 }
-
-ibl_status ibl_grid_to_cube(ibl_ctx *ctx, const char *stage,
-                            const ibl_ring_grid *grid, const ibl_cube *cube,
-                            int level_index)
-{
-    const int degree = grid->rings / 2 < grid->columns / 4 ? grid->rings / 2
-                                                           : grid->columns / 4;
-    const ibl_level_sum sum = {.grid = grid,
-                               .degree = degree,
-                               .low = {-INFINITY, -INFINITY, -INFINITY},
-                               .high = {INFINITY, INFINITY, INFINITY}};
-    return ibl_spectral_texels(ctx, stage, &sum, cube, level_index);
-}

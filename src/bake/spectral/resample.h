@@ -70,8 +70,6 @@ static inline float *ibl_ring_grid_at(const ibl_ring_grid *grid, int ring)
 void ibl_ring_grid_close(const ibl_ring_grid *grid, int first, int count);
 /* The ring that one of the border is, and whether half a turn away. */
 int ibl_ring_grid_behind(const ibl_ring_grid *grid, int ring, bool *turned);
-/* ibl_ring_grid_close for all rings, on the pool. */
-ibl_status ibl_ring_grid_fill_borders(ibl_ctx *ctx, const ibl_ring_grid *grid);
 
 /*
  * What interpolation leaves of a field of that spectrum (see ibl_level_sum),
@@ -108,11 +106,5 @@ typedef struct ibl_level_sum {
 ibl_status ibl_spectral_texels(ibl_ctx *ctx, const char *stage,
                                const ibl_level_sum *sum, const ibl_cube *cube,
                                int level);
-
-/* The same of the field alone, of unknown spectrum and of degree rings / 2 at
- * most: 4 samples a wave. */
-ibl_status ibl_grid_to_cube(ibl_ctx *ctx, const char *stage,
-                            const ibl_ring_grid *grid, const ibl_cube *cube,
-                            int level);
 
 #endif

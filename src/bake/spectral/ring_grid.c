@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: MIT */
-#include <stdint.h>
 #include <string.h>
 
 #include "bake/spectral/resample.h"
@@ -94,18 +93,4 @@ void ibl_ring_grid_close(const ibl_ring_grid *grid, int first, int count)
 {
     for (int ring = first; ring < first + count; ring++)
         close_ring(grid, ring);
-}
-
-static void close_job(void *arg, int job, int worker)
-{
-    const ibl_ring_grid *grid = arg;
-    const int first = 64 * job, left = grid->rings - first;
-    (void)worker;
-    ibl_ring_grid_close(grid, first, left < 64 ? left : 64);
-}
-
-ibl_status ibl_ring_grid_fill_borders(ibl_ctx *ctx, const ibl_ring_grid *grid)
-{
-    return ibl_run(ctx, NULL, (grid->rings + 63) / 64, close_job,
-                   (void *)(uintptr_t)grid);
 }
