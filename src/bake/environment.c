@@ -14,6 +14,7 @@
 #include "bake/specular.h"
 #include "core/alloc.h"
 #include "core/context.h"
+#include "image/cube.h"
 #include "image/level0.h"
 
 enum {
@@ -125,11 +126,8 @@ static ibl_status prepare_specular(bake *b)
 static ibl_status prepare_sky(bake *b)
 {
     const int size = b->opts.skybox;
-    int levels = 1;
-    while (size >> levels)
-        levels++;
-    const ibl_status status =
-        ibl_cube_alloc(b->ctx, size, levels, &b->out->skybox);
+    const ibl_status status = ibl_cube_alloc(
+        b->ctx, size, ibl_cube_most_levels(size), &b->out->skybox);
     if (status)
         return status;
     return ibl_level0_create(b->ctx, b->env->width, b->env->height,

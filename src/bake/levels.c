@@ -5,6 +5,7 @@
 
 #include "core/pi.h"
 #include "ibl/ibl.h"
+#include "image/cube.h"
 
 const char *ibl_roughness_map_name(ibl_roughness_map map)
 {
@@ -94,18 +95,10 @@ static int round_up(double edge, int levels)
     return (int)ceil((edge - 1e-6) / step) * step;
 }
 
-static int most_levels(int size)
-{
-    int levels = 1;
-    while (levels < IBL_MAX_LEVELS && size >> levels)
-        levels++;
-    return levels;
-}
-
 static bool is_valid(const ibl_specular_options *o)
 {
     return o->size >= 1 && o->size <= IBL_MAX_CUBE_SIZE && o->levels >= 0 &&
-           o->levels <= most_levels(o->size) &&
+           o->levels <= ibl_cube_most_levels(o->size) &&
            (o->mapping == IBL_ROUGHNESS_LINEAR ||
             o->mapping == IBL_ROUGHNESS_FILAMENT) &&
            o->roughness_min >= 0 && o->roughness_min <= o->roughness_max &&

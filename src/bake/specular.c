@@ -8,6 +8,7 @@
 #include "bake/tolerance.h"
 #include "brdf/lobe.h"
 #include "core/context.h"
+#include "image/cube.h"
 
 enum {
     MAX_SAMPLES = 1048576,
@@ -147,9 +148,7 @@ static int lookup_edge(const ibl_specular_bake *b,
 ibl_status ibl_lookup_make(const ibl_specular_bake *b, int edge,
                            ibl_pyramid *pyramid)
 {
-    int levels = 1;
-    while (edge >> levels)
-        levels++;
+    const int levels = ibl_cube_most_levels(edge);
     if (edge == b->layout.size && b->layout.roughness[0] <= 0)
         return ibl_pyramid_create(b->ctx, &b->cube, levels, pyramid);
 

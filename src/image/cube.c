@@ -15,10 +15,10 @@ const ibl_face_axes ibl_face[IBL_FACES] = {
     {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}} /* -Z  (-u, -v, -1) */
 };
 
-static int max_levels(int size)
+int ibl_cube_most_levels(int size)
 {
     int levels = 1;
-    while (size >> levels)
+    for (; size > 1; size /= 2)
         levels++;
     return levels;
 }
@@ -29,10 +29,10 @@ ibl_status ibl_cube_alloc(ibl_ctx *ctx, int size, int levels, ibl_cube *cube)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a cube of size %d: must be 1 to %d", size,
                         IBL_MAX_CUBE_SIZE);
-    if (levels < 1 || levels > max_levels(size))
+    if (levels < 1 || levels > ibl_cube_most_levels(size))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "%d levels of a cube of size %d: must be 1 to %d",
-                        levels, size, max_levels(size));
+                        levels, size, ibl_cube_most_levels(size));
     float *data =
         ibl_alloc_array(ibl_cube_texels(size, levels), 3 * sizeof *data);
     if (!data)

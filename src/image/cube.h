@@ -17,4 +17,8 @@ extern const ibl_face_axes ibl_face[IBL_FACES];
  * of u v: four of them give that of any rectangle. */
 double ibl_face_angle(double u, double v);
 
+/* Levels of a whole chain, down to 1x1: floor(log2(size)) + 1; 1 for sizes
+ * below. */
+int ibl_cube_most_levels(int size);
+
 #endif
