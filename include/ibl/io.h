@@ -96,7 +96,7 @@ const char *ibl_bridge_path(void);
  *   OpenEXR        for each thread a block or tile; a row of blocks or tiles,
  *                  or as many as keep the threads at work within 32 MiB; the
  *                  whole image where RY and BY have half the size
- *   others         the file, and a strip of 256 rows
+ *   others         the file, and a strip of 64 rows, or of a row of tiles
  *   pipes, standard input, files below 64 KiB: the file
  */
 typedef struct ibl_source ibl_source;

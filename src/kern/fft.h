@@ -56,11 +56,11 @@ typedef struct ibl_fft_pair {
     int32_t first, second;
 } ibl_fft_pair;
 
-/* Where the spectra of sixteen rows are: part 0 (real) or 1 of bin m at
- * data + m * bin + part * part_step, 16 floats. */
+/* Where the spectra of sixteen rows are: of bin m the 16 real parts at
+ * data + m * bin, the imaginary ones `part` floats further on. */
 typedef struct ibl_fft_spectrum {
     float *data;
-    size_t bin, part; /* floats from bin to bin and from part to part */
+    size_t bin, part;
 } ibl_fft_spectrum;
 
 /* Bin m of count = a z[first] + b conj(z[second]) of pairs[m]. */
