@@ -376,6 +376,22 @@ END
     node read.js
 }
 
+# What a chain says that it was made by, level 0 alone being the environment.
+test_sidecar_methods() {
+    while read -r wanted options; do
+        # shellcheck disable=SC2086
+        iblbake -q --only specular,json --size 16 $options env.exr -o out
+        sed -n '/"content": "specular"/,/"levels"/s/.*"method": "\(.*\)".*/\1/p' \
+            out/env.json | grep -qx "$wanted" || echo "$options: no $wanted"
+    done <<'END'
+environment --levels 1 --method sampled
+environment --levels 1
+sampled --levels 2 --method sampled --samples 8
+spectral --levels 2
+mixed --levels 3 --level-samples 1=8
+END
+}
+
 # env.exr is a sum of known harmonics: band 1 in red, band 2 in green and
 # blue. E/pi keeps 2/3 of band 1 and 1/4 of band 2. The GLSL of the sidecar is
 # run as awk, over its own coefficients.

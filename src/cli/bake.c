@@ -19,16 +19,22 @@ bool ibl_bake_is_part(const ibl_bake *b)
            b->opts->specular.roughness_max < 1;
 }
 
+bool ibl_bake_is_sampled(const ibl_bake *b)
+{
+    bool sampled = false;
+    for (int l = 0; l < b->made.report.layout.levels; l++)
+        sampled |= b->made.report.level[l].samples > 0;
+    return sampled;
+}
+
 const char *ibl_bake_specular_method(const ibl_bake *b)
 {
-    bool sampled = false, spectral = false;
-    for (int l = 0; l < b->made.report.layout.levels; l++) {
-        sampled |= b->made.report.level[l].samples > 0;
+    bool spectral = false;
+    for (int l = 0; l < b->made.report.layout.levels; l++)
         spectral |= b->made.report.level[l].degree > 0;
-    }
-    if (sampled && spectral)
-        return "mixed";
-    return sampled ? "sampled" : "spectral";
+    if (ibl_bake_is_sampled(b))
+        return spectral ? "mixed" : "sampled";
+    return spectral ? "spectral" : "environment";
 }
 
 const char *ibl_bake_irradiance_method(const ibl_bake *b)

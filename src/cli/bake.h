@@ -37,7 +37,10 @@ int ibl_bake_run(const ibl_opts *opts);
 
 /* Whether only a part of the range of roughness was asked for. */
 bool ibl_bake_is_part(const ibl_bake *b);
-/* "spectral", "sampled", or "mixed" where levels differ. */
+/* Whether any level of the specular chain was sampled. */
+bool ibl_bake_is_sampled(const ibl_bake *b);
+/* "spectral", "sampled", or "mixed" where levels differ; "environment" where
+ * all are that. */
 const char *ibl_bake_specular_method(const ibl_bake *b);
 /* "spectral", "pixel sum" or "hemisphere grid"; "quadrature" or "hammersley".
  */

@@ -62,7 +62,7 @@ static void set_specular(setter *s, const ibl_bake *b)
     set(s, "iblbake.estimate", "%s", errors);
     if (o->tolerance > 0)
         set(s, "iblbake.tolerance", "%.9g", o->tolerance);
-    if (!strcmp(ibl_bake_specular_method(b), "spectral"))
+    if (!ibl_bake_is_sampled(b))
         return;
     set(s, "iblbake.samples", "%s", samples);
     set(s, "iblbake.lod_bias", "%.9g", o->lod_bias);

@@ -139,8 +139,7 @@ static void put_specular(builder *s, json_t *j)
     const ibl_specular_report *made = &s->b->made.report;
     put(s, j, "lobe", json_string(ibl_lobe_name(o->lobe)));
     put(s, j, "weight", json_string(weight_of(o->lobe)));
-    const char *method = ibl_bake_specular_method(s->b);
-    put(s, j, "method", json_string(method));
+    put(s, j, "method", json_string(ibl_bake_specular_method(s->b)));
     put(s, j, "mapping", json_string(ibl_roughness_map_name(o->mapping)));
     put(s, j, "lod", lod(s));
     put(s, j, "lod_scale", json_real(made->layout.lod_scale));
@@ -152,7 +151,7 @@ static void put_specular(builder *s, json_t *j)
     put(s, j, "estimate",
         json_string("bound of the 95th percentile of the relative error, "
                     "before rounding to the pixel"));
-    if (!strcmp(method, "spectral"))
+    if (!ibl_bake_is_sampled(s->b))
         return;
     put(s, j, "lookup_size", json_integer(made->lookup_size));
     put(s, j, "lod_bias", json_real(o->lod_bias));
