@@ -59,7 +59,8 @@ struct request {
 /* Whether pixels are points to a lobe. */
 static bool are_points(const struct request *q, double alpha)
 {
-    const double allowed = q->strict ? q->tolerance : IBL_SPECTRAL_SHORTFALL;
+    const double allowed =
+        q->strict ? q->tolerance / 2 : IBL_SPECTRAL_SHORTFALL;
     return ibl_spectral_shortfall(q->width, q->height, q->lobe, alpha) <=
            allowed;
 }
