@@ -195,6 +195,18 @@ static void specular_narrow(void)
     compare_specular(1, 5, 0.9, 2.2, 0.5, 64);
 }
 
+/* Edges of pixels on the horizon: what rounding leaves of them above it has no
+ * digits to settle by, and halving it for them would not end. */
+static void edge_on_horizon(void)
+{
+    for (int k = -1; k < 3; k++) {
+        compare_specular(13, 7, 1, pi / 2, k * pi / 2, 64);
+        compare_specular(13, 7, 0.4, pi / 2, k * pi / 2, 64);
+    }
+    compare_specular(4, 2, 1, pi / 2, pi / 2, 64);
+    compare_specular(4, 2, 1, 0, 0, 64);
+}
+
 /* The whole lobe in one quarter of the map: its share by the closed form of
  * the lobe inside a cone is what a cap around the pole gets.
  * Inside q0 = sin^2(psi0 / 2), with dO = 4 pi dq and t = a2 + b q,
@@ -973,16 +985,14 @@ static void cancel(void)
     ibl_ctx_free(ctx);
 }
 
-static const test tests[] = {TEST(specular_wide), TEST(specular_narrow),
-                             TEST(one_cap),       TEST(four_pixels),
-                             TEST(one_pixel),     TEST(constant_map),
-                             TEST(mirror),        TEST(continuous),
-                             TEST(linear_light),  TEST(irradiance_sums),
-                             TEST(texels),        TEST(texels_energy),
-                             TEST(orthonormal),   TEST(addition_theorem),
-                             TEST(lut_mirror),    TEST(lut_straight),
-                             TEST(lut_rough),     TEST(lut_hemisphere),
-                             TEST(threads),       TEST(alone),
-                             TEST(bad_arguments), TEST(cancel)};
+static const test tests[] = {
+    TEST(specular_wide),  TEST(specular_narrow), TEST(edge_on_horizon),
+    TEST(one_cap),        TEST(four_pixels),     TEST(one_pixel),
+    TEST(constant_map),   TEST(mirror),          TEST(continuous),
+    TEST(linear_light),   TEST(irradiance_sums), TEST(texels),
+    TEST(texels_energy),  TEST(orthonormal),     TEST(addition_theorem),
+    TEST(lut_mirror),     TEST(lut_straight),    TEST(lut_rough),
+    TEST(lut_hemisphere), TEST(threads),         TEST(alone),
+    TEST(bad_arguments),  TEST(cancel)};
 
 TEST_MAIN(tests)

@@ -253,6 +253,17 @@ static double away(const struct cell *c)
     return c->x0 >= 0 ? c->x0 : c->x1 <= 0 ? -c->x1 : 0;
 }
 
+/* What of a weight needs no digits. Charlie and Phong are next to nothing in
+ * places; GGX never is, but for slivers above the horizon that are rounding
+ * alone, a few times 1e-16 of (a2 / t)^2, and do not settle however often they
+ * are halved. */
+static double worthless(const ibl_weight *w)
+{
+    const double horizon = 2 * w->a2 / (1 + w->a2);
+
+    return w->lobe == IBL_LOBE_GGX ? 1e-4 * horizon * horizon : 1e-5 * w->whole;
+}
+
 static void add_strip(struct lobe *lobe, const ibl_patch *patch)
 {
     struct cell parts[MAX_PARTS];
@@ -265,12 +276,9 @@ static void add_strip(struct lobe *lobe, const ibl_patch *patch)
     }
     /* A point near the peak makes too much of it. */
     lobe->floor = fmin(whole, lobe->weight->whole);
-    /* Where Charlie and Phong are next to nothing their digits are not worth
-     * having: GGX, which is never, has no such places. */
-    if (lobe->weight->lobe != IBL_LOBE_GGX)
-        lobe->floor = fmax(lobe->floor, 1e-5 * lobe->weight->whole *
-                                            (patch->x1 - patch->x0) *
-                                            (patch->y1 - patch->y0));
+    lobe->floor =
+        fmax(lobe->floor, (patch->x1 - patch->x0) * (patch->y1 - patch->y0) *
+                              worthless(lobe->weight));
     for (int done = 0; done < count; done++) {
         int next = -1;
         for (int k = 0; k < count; k++) {
