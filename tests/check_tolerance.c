@@ -8,6 +8,7 @@
  * ../shared/data, sizes and tolerances: in the suite few of them, with
  * IBL_TEST_FULL in the environment all (minutes), one line each.
  */
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -111,6 +112,41 @@ static void tree_is_right(void)
     tree_is_right_with(IBL_LOBE_GGX);
     tree_is_right_with(IBL_LOBE_CHARLIE);
     tree_is_right_with(IBL_LOBE_PHONG);
+}
+
+/* A few pixels of the largest float, whose light with their solid angle is
+ * beyond it, and of denormals, whose light is below. */
+static void tree_has_no_scale(void)
+{
+    static const float scale[] = {1, FLT_MAX / 3000, 0x1p-149f};
+    const ibl_lobe_shape lobe = ibl_lobe_shape_of(IBL_LOBE_GGX, 0.5);
+    const double d[3] = {0.36, 0.48, -0.8};
+    ibl_ctx *ctx = context(1, NULL);
+    double first[3] = {0};
+    for (size_t k = 0; k < sizeof scale / sizeof *scale; k++) {
+        ibl_image env;
+        ibl_tree *tree = NULL;
+        double got[3], mean[3];
+        NEED(!ibl_image_alloc(ctx, 9, 5, &env));
+        /* Whole numbers, so that denormals hold them as well. */
+        for (int i = 0; i < 3 * 9 * 5; i++)
+            env.data[i] =
+                (float)(i * 37 % 101 * (i % 9 < 4 ? 30 : 1)) * scale[k];
+        NEED(!ibl_tree_create(ctx, &env, 0, &tree));
+        ibl_tree_mean(tree, mean);
+        ibl_tree_specular(tree, &lobe, d, 1e-4, got);
+        for (int c = 0; c < 3; c++) {
+            if (k == 0)
+                first[c] = got[c] / mean[c];
+            CHECK_MSG(fabs(got[c] / mean[c] - first[c]) <= 1e-5 * first[c] &&
+                          mean[c] > 0 && mean[c] < 3000 * (double)scale[k],
+                      "times %g: %g of a mean of %g, not %g", (double)scale[k],
+                      got[c], mean[c], first[c]);
+        }
+        ibl_tree_free(tree);
+        ibl_image_free(&env);
+    }
+    ibl_ctx_free(ctx);
 }
 
 /* ---- the estimate ------------------------------------------------------ */
@@ -484,6 +520,7 @@ static void bad_options(void)
 
 static const test tests[] = {
     TEST(tree_is_right),
+    TEST(tree_has_no_scale),
     TEST(estimate_bounds_error),
     TEST(threads_choose_the_same),
     TEST(missing_is_said),

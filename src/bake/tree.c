@@ -28,7 +28,7 @@ enum {
 };
 
 typedef struct node {
-    float rgb[3]; /* sum of L dO, above the floor */
+    float rgb[3]; /* sum of L dO, above the floor, in units */
     float at[3];  /* centre of light */
     float spread; /* sum over pixels of (R + G + B) dO |d - at|^2 */
     float unused; /* 32 bytes */
@@ -43,7 +43,8 @@ typedef struct grid {
 struct ibl_tree {
     const ibl_image *env;
     float floor[3];
-    int depth;                      /* grids */
+    double unit; /* the peak's power of two: all light fits into a float */
+    int depth;   /* grids */
     grid grids[MAX_DEPTH];          /* [0]: leaves */
     double *column;                 /* cos(phi), sin(phi) of each */
     double *row;                    /* sin(theta), cos(theta), solid angle */
@@ -58,7 +59,8 @@ static void pixel_light(const ibl_tree *t, int x, int y, double rgb[3])
     const float *p =
         t->env->data + 3 * ((size_t)y * (size_t)t->env->width + (size_t)x);
     for (int c = 0; c < 3; c++)
-        rgb[c] = ((double)p[c] - (double)t->floor[c]) * t->row[3 * y + 2];
+        rgb[c] =
+            ((double)p[c] - (double)t->floor[c]) / t->unit * t->row[3 * y + 2];
 }
 
 static void pixel_place(const ibl_tree *t, int x, int y, double at[3])
@@ -182,17 +184,21 @@ static void build_grid(const grid *fine, const grid *coarse)
     }
 }
 
-static void find_floor(ibl_tree *t)
+static void find_range(ibl_tree *t)
 {
     const float *p = t->env->data;
     const size_t pixels = (size_t)t->env->width * (size_t)t->env->height;
+    float peak = 0;
     for (int c = 0; c < 3; c++)
         t->floor[c] = p[c];
     for (size_t i = 0; i < pixels; i++) {
-        for (int c = 0; c < 3; c++)
-            t->floor[c] =
-                p[3 * i + c] < t->floor[c] ? p[3 * i + c] : t->floor[c];
+        for (int c = 0; c < 3; c++) {
+            const float v = p[3 * i + c];
+            t->floor[c] = v < t->floor[c] ? v : t->floor[c];
+            peak = v > peak ? v : peak;
+        }
     }
+    t->unit = peak > 0 ? ldexp(1, ilogb((double)peak)) : 1;
 }
 
 static void fill_tables(ibl_tree *t, double yaw_deg)
@@ -258,7 +264,7 @@ ibl_status ibl_tree_create(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
         goto fail;
     }
     fill_tables(t, yaw_deg);
-    find_floor(t);
+    find_range(t);
     status = ibl_run(ctx, NULL, t->grids[0].height, leaf_job, t);
     if (status)
         goto fail;
@@ -518,7 +524,7 @@ void ibl_tree_mean(const ibl_tree *tree, double rgb[3])
         double sum = 0;
         for (int i = 0; i < top->width * top->height; i++)
             sum += (double)top->nodes[i].rgb[c];
-        rgb[c] = sum / (4 * IBL_PI) + (double)tree->floor[c];
+        rgb[c] = sum * tree->unit / (4 * IBL_PI) + (double)tree->floor[c];
     }
 }
 
@@ -546,8 +552,8 @@ void ibl_tree_specular(const ibl_tree *tree, const ibl_lobe_shape *lobe,
     double mean[3], floor = 0, expected = 0, found = INFINITY;
     ibl_tree_mean(tree, mean);
     for (int c = 0; c < 3; c++) {
-        floor += (double)tree->floor[c];
-        expected += mean[c];
+        floor += (double)tree->floor[c] / tree->unit;
+        expected += mean[c] / tree->unit;
     }
     /* The share is of the result: of the mean at first, and again if that was
      * far above. */
@@ -556,5 +562,5 @@ void ibl_tree_specular(const ibl_tree *tree, const ibl_lobe_shape *lobe,
         expected = floor + sum_nodes(&s, share * found);
     }
     for (int c = 0; c < 3; c++)
-        rgb[c] = s.rgb[c] + (double)tree->floor[c];
+        rgb[c] = s.rgb[c] * tree->unit + (double)tree->floor[c];
 }
