@@ -19,7 +19,8 @@
 
 enum {
     GROUP = IBL_SPECTRAL_GROUP,
-    BATCH_BYTES = 2 << 20 /* of rows, about what a core's cache holds */
+    BATCH_BYTES = 2 << 20, /* of rows, about what a core's cache holds */
+    MOST_BYTES = 32 << 20  /* for many threads */
 };
 
 /* An environment in the making. */
@@ -182,15 +183,18 @@ static ibl_status give_rows(bake *b, int rows, const float *rgb, double done)
     return status;
 }
 
-/* Whole groups of rows, enough for every thread; what is made of them does
- * not depend on how many. */
+/* Whole groups of rows, enough for every thread if that is not too much of
+ * memory; what is made of them does not depend on how many. */
 static int batch_rows(const bake *b)
 {
     const int threads = ibl_ctx_threads(b->ctx);
     const size_t row = 3 * sizeof(float) * (size_t)b->env->width;
     const int fit = (int)(BATCH_BYTES / row) / GROUP;
-    const int least = threads < 2 ? 4 : threads < 64 ? 2 * threads : 128;
-    return GROUP * (fit > least ? fit : least);
+    const int most = (int)(MOST_BYTES / row) / GROUP;
+    int groups = threads < 2 ? 4 : 2 * threads;
+    if (groups > most)
+        groups = most > 4 ? most : 4;
+    return GROUP * (fit > groups ? fit : groups);
 }
 
 static ibl_status keep_whole(bake *b)

@@ -39,6 +39,8 @@ double ibl_spectral_shortfall(int width, int height, ibl_lobe lobe,
                           : lobe == IBL_LOBE_PHONG ? 2
                                                    : 1;
     const double lack = 4 - 4 * alpha / (points * pixel_angle(width, height));
+    if (lack > 0 && lobe != IBL_LOBE_GGX)
+        return 1;
     return lack > 0 ? 0.01 * lack * lack : 0;
 }
 

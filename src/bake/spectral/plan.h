@@ -37,13 +37,13 @@ ibl_status ibl_spectral_plan_make(ibl_ctx *ctx, int width, int height,
 /*
  * Relative error, at most, of taking pixels for points where a lobe is so
  * narrow that the sums of ibl/reference.h begin to spread those near its peak:
- * below an alpha of 4 pixels of the map (GGX; Phong 2, Charlie 1). Measured at
- * 3.3 pixels: a twentieth of it.
+ * below an alpha of 4 pixels of the map (GGX; Phong 2, Charlie 1). Measured for
+ * GGX at 3.3 pixels: a twentieth of it. The others end there: 1.
  */
 double ibl_spectral_shortfall(int width, int height, ibl_lobe lobe,
                               double alpha);
-/* How much of it is accepted where no tolerance was asked for: three quarters
- * of that width. Samples leave more. */
+/* How much of it is accepted where no tolerance was asked for: three pixels.
+ * Samples leave more. */
 #define IBL_SPECTRAL_SHORTFALL 0.01
 
 /* The relative error that is aimed at without a tolerance: a fifth of what
