@@ -67,6 +67,7 @@ ibl_status ibl_spectral_create(ibl_ctx *ctx, int width, int height,
     s->height = height;
     s->degree = degree;
     s->groups = (height + GROUP - 1) / GROUP;
+    s->scale = 1;
     s->yaw = (yaw_deg - 360 * floor(yaw_deg / 360)) / 180 * IBL_PI;
     ibl_status status =
         ibl_azimuth_create(ctx, width, degree + 1, s->yaw, &s->azimuth);
@@ -131,15 +132,6 @@ static ibl_azimuth_rows group_of(const struct batch *b, int job)
                               .count = left < GROUP ? left : GROUP};
 }
 
-static void range_job(void *arg, int job, int worker)
-{
-    const struct batch *b = arg;
-    const ibl_azimuth_rows in = group_of(b, job);
-    (void)worker;
-    ibl_row_range_of(in.rgb, b->s->width, in.count,
-                     &b->s->range[b->first / GROUP + job]);
-}
-
 /* Takes the lights out of a copy, that becomes the group's rows. */
 static void take_lights(ibl_spectral *s, ibl_azimuth_rows *in, int group,
                         float *copy)
@@ -166,6 +158,7 @@ static void group_job(void *arg, int job, int worker)
     float *scratch = s->scratch + (size_t)worker * s->worker_floats;
     ibl_azimuth_rows in = group_of(b, job);
 
+    ibl_row_range_of(in.rgb, s->width, in.count, &s->range[group]);
     in.change.scale = (float)s->scale;
     memcpy(in.change.subtract, s->base, sizeof in.change.subtract);
     if (ibl_lights_any(&s->range[group], (size_t)s->width * (size_t)in.count))
@@ -218,14 +211,9 @@ static void rescale(ibl_spectral *s, float factor)
  * keep their digits: where the peak until now is beyond 2^64 or below 2^-64
  * everything is scaled by the other.
  */
-static void choose_scale(ibl_spectral *s)
+static double choose_scale(float peak)
 {
-    const double scale = s->peak > 0x1p64f    ? 0x1p-64
-                         : s->peak < 0x1p-64f ? 0x1p64
-                                              : 1;
-    if (s->added && (scale < s->scale || scale > s->scale))
-        rescale(s, (float)(scale / s->scale));
-    s->scale = scale;
+    return peak > 0x1p64f ? 0x1p-64 : peak < 0x1p-64f ? 0x1p64 : 1;
 }
 
 ibl_status ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb)
@@ -235,15 +223,21 @@ ibl_status ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb)
 
     if (!s->added)
         choose_base(s, rgb);
-    ibl_status status = ibl_run(s->ctx, NULL, groups, range_job, &b);
-    if (status)
-        return status;
+    ibl_status status = ibl_run(s->ctx, NULL, groups, group_job, &b);
     for (int g = 0; g < groups; g++)
         for (int c = 0; c < 3; c++)
             s->peak = fmaxf(s->peak, s->range[s->added / GROUP + g].high[c]);
-    choose_scale(s);
+    const double scale = choose_scale(s->peak);
+    if (!status && (scale < s->scale || scale > s->scale)) {
+        /* What no photograph has: once more, on another scale. */
+        memset(s->found + s->added / GROUP, 0,
+               (size_t)groups * sizeof *s->found);
+        rescale(s, (float)(scale / s->scale));
+        s->scale = scale;
+        status = ibl_run(s->ctx, NULL, groups, group_job, &b);
+    }
     s->added += rows;
-    return ibl_run(s->ctx, NULL, groups, group_job, &b);
+    return status;
 }
 
 /* ---- lights ------------------------------------------------------------ */
