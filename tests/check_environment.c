@@ -258,7 +258,7 @@ static void estimates_hold(void)
     ibl_ctx *ctx; /* in silence: samples miss these tolerances */
     test_random r = {14};
     NEED(!ibl_ctx_create(NULL, &ctx));
-    for (int kind = 0; kind < MAP_KINDS; kind++)
+    for (int kind = 0; kind < MAP_KINDS; kind += TEST_SANITIZED ? 3 : 1)
         for (int i = 0; i < 3; i++) {
             ibl_image map =
                 map_of_kind(ctx, &r, (map_kind)kind, sizes[i][0], sizes[i][1]);

@@ -16,12 +16,6 @@
 #include "image/level0.h"
 #include "maps.h"
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define SANITIZED true
-#else
-#define SANITIZED false
-#endif
-
 static const double u = 0x1p-24;
 
 static int below(test_random *r, int n)
@@ -238,7 +232,7 @@ static long growth(int w, int h, double yaw, int n)
  * of the size of a row. */
 static void memory(void)
 {
-    if (SANITIZED) {
+    if (TEST_SANITIZED) {
         test_skip("a sanitizer has memory of its own");
         return;
     }

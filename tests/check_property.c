@@ -22,11 +22,9 @@
 #include "maps.h"
 #include "truth.h"
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define MAPS 40
-#else
-#define MAPS 200
-#endif
+enum {
+    MAPS = TEST_SANITIZED ? 40 : 200
+};
 
 static const double u = 0x1p-24, v = 0x1p-53;
 
