@@ -268,6 +268,7 @@ static void add_strip(struct lobe *lobe, const ibl_patch *patch)
 {
     struct cell parts[MAX_PARTS];
     double of[MAX_PARTS], whole = 0;
+    bool taken[MAX_PARTS] = {false};
     const int count = cut_strip(lobe, patch, parts);
 
     for (int k = 0; k < count; k++) {
@@ -282,12 +283,11 @@ static void add_strip(struct lobe *lobe, const ibl_patch *patch)
     for (int done = 0; done < count; done++) {
         int next = -1;
         for (int k = 0; k < count; k++) {
-            if (of[k] >= 0 &&
-                (next < 0 || away(&parts[k]) < away(&parts[next])))
+            if (!taken[k] && (next < 0 || away(&parts[k]) < away(&parts[next])))
                 next = k;
         }
         refine(lobe, &parts[next], of[next], MAX_DEPTH);
-        of[next] = -1;
+        taken[next] = true;
     }
 }
 
