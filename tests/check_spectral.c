@@ -300,7 +300,7 @@ static void one_pixel_suns(void)
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
 
     for (size_t k = 0; k < sizeof at / sizeof *at;
-         k += TEST_SANITIZED ? 5 : 1) {
+         k += TEST_SANITIZED ? 12 : 1) {
         ibl_image map = map_constant(ctx, WIDE, HIGH, 0);
         char where[48];
         light(&map, at[k][0], at[k][1]);
@@ -319,7 +319,7 @@ static void square_suns(void)
     static const int at[][2] = {{360, 200}, {-4, 280}, {130, 0}};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
 
-    for (int k = 0; k < 18; k += TEST_SANITIZED ? 7 : 1) {
+    for (int k = 0; k < 18; k += TEST_SANITIZED ? 13 : 1) {
         const int size = k < 9 ? 4 : 1, n = edges[k % 3];
         const int x = at[k / 3 % 3][0] * size / 4,
                   y = at[k / 3 % 3][1] * size / 4;
@@ -346,7 +346,7 @@ static void wide_suns(void)
     static const double at[][2] = {{90, 17}, {40, 179}, {15, 100}, {0, 0}};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
 
-    for (int k = 0; k < 4; k += TEST_SANITIZED ? 3 : 1) {
+    for (int k = 0; k < 4; k += TEST_SANITIZED ? 4 : 1) {
         ibl_image map = map_constant(ctx, 4 * WIDE, 4 * HIGH, 0);
         const double theta = at[k][0] * pi / 180, phi = at[k][1] * pi / 180;
         const double d[3] = {sin(theta) * cos(phi), cos(theta),
@@ -621,8 +621,10 @@ static void photograph(void)
     double sun[3];
     int brightest = 0;
 
+    if (TEST_SANITIZED)
+        path = NULL; /* a minute, for nothing that small maps do not show */
     if (!path) {
-        test_skip("quarry_01_1k.hdr is not here");
+        test_skip("no quarry_01_1k.hdr, or too slow with a sanitizer");
         ibl_ctx_free(ctx);
         return;
     }
