@@ -224,11 +224,13 @@ ibl_status ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb)
     if (!s->added)
         choose_base(s, rgb);
     ibl_status status = ibl_run(s->ctx, NULL, groups, group_job, &b);
+    if (status)
+        return status;
     for (int g = 0; g < groups; g++)
         for (int c = 0; c < 3; c++)
             s->peak = fmaxf(s->peak, s->range[s->added / GROUP + g].high[c]);
     const double scale = choose_scale(s->peak);
-    if (!status && (scale < s->scale || scale > s->scale)) {
+    if (scale < s->scale || scale > s->scale) {
         /* What no photograph has: once more, on another scale. */
         memset(s->found + s->added / GROUP, 0,
                (size_t)groups * sizeof *s->found);
