@@ -645,7 +645,7 @@ static int child(const char *path)
 /* A map of a pattern, read by a process of its own, in at most MiB. */
 static void within(int w, int h, int most)
 {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if TEST_SANITIZED
     (void)w, (void)h, (void)most;
     test_skip("sanitizers need memory of their own");
 #else

@@ -799,14 +799,7 @@ static void bad_arguments(void)
  * terabytes of its own. */
 static void boundless(void)
 {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-    const bool limited = false;
-#elif defined(__has_feature)
-    const bool limited =
-        !__has_feature(address_sanitizer) && !__has_feature(thread_sanitizer);
-#else
-    const bool limited = true;
-#endif
+    const bool limited = !TEST_SANITIZED;
     static const size_t places[][3] = {
         {20, 24, 40}, {36, 40, 56}, {16, 12, 28}};
     struct rlimit limit, less;

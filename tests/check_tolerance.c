@@ -254,18 +254,6 @@ static void judge(ibl_ctx *ctx, const char *name, const ibl_image *env,
     free(at);
 }
 
-static bool is_sanitized(void)
-{
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-    return true;
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-    return true;
-#endif
-#endif
-    return false;
-}
-
 static void estimate_bounds_error(void)
 {
     static const char *const names[] = {
@@ -274,7 +262,7 @@ static void estimate_bounds_error(void)
     static const double all[] = {0.1, 0.05, 0.02, 0.01}, some[] = {0.1, 0.03};
     static const int sizes[] = {64, 128, 256};
     const bool full = getenv("IBL_TEST_FULL");
-    const int wanted = is_sanitized() && !full ? 1 : 6;
+    const int wanted = TEST_SANITIZED && !full ? 1 : 6;
     test_messages kept = {0};
     ibl_ctx *ctx = context(2, &kept);
     tally t = {0};

@@ -20,6 +20,9 @@
  * then take some of them. */
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define TEST_SANITIZED 1
+#elif defined(__has_feature)
+#define TEST_SANITIZED                                                         \
+    (__has_feature(address_sanitizer) || __has_feature(thread_sanitizer))
 #else
 #define TEST_SANITIZED 0
 #endif
