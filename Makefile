@@ -167,7 +167,7 @@ check-run:
 	+@$(STRICT) CC=clang CXX=clang++ BUILD=build/clang
 	+@$(STRICT) config=asan
 	+@$(STRICT) config=tsan
-	@sh tests/run.sh $(CHECKED)
+	@bash tests/run.sh $(CHECKED)
 
 ## bench: set up, then compare with stb_image and cmgen (minutes)
 bench:

@@ -7,7 +7,8 @@ set -u
 build=$(cd "${BUILD:-build}" && pwd) || exit 1
 program=$build/iblbake
 work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
+running=
+trap 'kill $running 2>/dev/null; rm -rf "$work"' EXIT
 mkdir "$work/tmp"
 export TMPDIR=$work/tmp
 passed=0 failed=0 skipped=0
@@ -231,6 +232,7 @@ interrupt() { # NAME SIGNAL WHOM
     setsid env --default-signal=INT "$program" bench "${small[@]}" data/sky.exr \
         --peer 'long=touch {out}/begun; sleep 62.25' >"$work/out.txt" 2>&1 &
     local pid=$! n=0 status
+    running=$pid
     until ls "$work"/tmp/*/*/begun >/dev/null 2>&1 || [ $n = 100 ]; do
         sleep 0.1
         n=$((n + 1))
@@ -238,6 +240,7 @@ interrupt() { # NAME SIGNAL WHOM
     kill "-$2" -- "$3$pid"
     wait $pid
     status=$?
+    running=
     verdict "$1: dies of it" "$([ $status = $((128 + $(kill -l "$2"))) ] ||
         echo "status $status: $(cat "$work/out.txt")")"
     verdict "$1: left" "$(nothing_left)"

@@ -1,12 +1,12 @@
-#!/bin/sh
+#!/bin/bash
 # SPDX-License-Identifier: MIT
 # run.sh BUILD...: runs the test programs of every build, and with the first
-# build the scripts; the sanitized ones run the scripts that bake, too. Ends
-# with the line `N passed, N failed, N skipped`.
+# build the scripts; the sanitized ones run the scripts that bake, too. As many
+# run at once as there are processors, in an order that is always the same and
+# in which they are told. Ends with the line `N passed, N failed, N skipped`.
 set -u
-passed=0 failed=0 skipped=0
-log=$(mktemp) || exit 1
-trap 'rm -f "$log"' EXIT
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
 
 # Scripts run make as a user would, not as a part of the make that runs them.
 unset MAKEFLAGS MFLAGS MAKELEVEL
@@ -14,44 +14,123 @@ unset MAKEFLAGS MFLAGS MAKELEVEL
 export ASAN_OPTIONS=detect_stack_use_after_return=1:allocator_may_return_null=1
 export UBSAN_OPTIONS=print_stacktrace=1
 export TSAN_OPTIONS=halt_on_error=1
+# What a killed test leaves behind goes with ours. Other users run the program
+# there, too.
+export TMPDIR=$work/tmp
+mkdir "$TMPDIR"
+chmod 755 "$work"
 
-# Runs a command, adds up its summary, shows all but the summary.
-run() {
-    name=$1
-    shift
-    begin=$(date +%s)
-    "$@" >"$log" 2>&1 </dev/null
-    status=$?
-    seconds=$(($(date +%s) - begin))
+# A map of gigabytes is read by one test at a time.
+slots=$(nproc)
+[ -z "${IBL_TEST_LARGE:-}" ] || slots=1
+
+# ---- what there is to run: a name, a build and a script, or a program ------
+tests=() alone=()
+first=$1
+programs() {
+    local build=$1 program
+    for program in "$build"/tests/check_*; do
+        [ -x "$program" ] && tests+=("$program")
+    done
+}
+scripts() {
+    local build=$1 script
+    for script in tests/check-*.sh; do
+        case $build:$script in
+        # Builds the program anew that the other scripts run.
+        "$first":*/check-install.sh) alone+=("$build: $script") ;;
+        "$first":* | *san:*/check-cli.sh | *asan:*/check-verify.sh)
+            tests+=("$build: $script") ;;
+        esac
+    done
+}
+# The longest tests must not be the last to begin: the slowest builds, which
+# are the last ones, come first, and of each build the scripts.
+for ((i = $#; i > 0; i--)); do
+    scripts "${!i}"
+    programs "${!i}"
+done
+
+shared=${#tests[@]}
+tests+=("${alone[@]}")
+
+# ---- running them ----------------------------------------------------------
+# Each has a session of its own, by which all of it can be killed; and what
+# runs in the background of a script would ignore INT, which tests send.
+start() { # NUMBER
+    local name=${tests[$1]} command
+    command=("$name")
+    case $name in
+    *': '*) command=(env "BUILD=${name%%: *}" bash "${name#*: }") ;;
+    esac
+    (
+        TIMEFORMAT='%R %U %S'
+        time env --default-signal=INT,QUIT setsid "${command[@]}" \
+            >"$work/$1.log" 2>&1 </dev/null
+        echo $? >"$work/$1.status"
+    ) 2>"$work/$1.time" &
+}
+
+stop() { # SIGNAL
+    local pids
+    trap '' INT TERM HUP
+    # The sessions are named by the only child that each of our jobs has.
+    pids=$(pgrep -d, -P "$(jobs -p | paste -sd,)")
+    if [ -n "$pids" ]; then
+        kill -TERM ${pids//,/ } 2>/dev/null
+        pkill -TERM -s "$pids"
+        wait
+        pkill -KILL -s "$pids"
+    fi
+    exit $((128 + $(kill -l "$1")))
+}
+for signal in INT TERM HUP; do
+    # shellcheck disable=SC2064
+    trap "stop $signal" $signal
+done
+
+# Adds up the summary of a test that has ended, shows all but the summary.
+passed=0 failed=0 skipped=0
+show() { # NUMBER
+    local log=$work/$1.log line status wall user system
+    status=$(cat "$work/$1.status" 2>/dev/null || echo unknown)
+    read -r wall user system < <(tail -n 1 "$work/$1.time")
     line=$(grep -E '^[0-9]+ passed, [0-9]+ failed' "$log" | tail -n 1)
     if [ -z "$line" ]; then
         line='0 passed, 1 failed'
-        [ $status -eq 0 ] || line="$line (exit status $status)"
-    elif [ $status -ne 0 ] && expr "$line" : '.* 0 failed' >/dev/null; then
+        [ "$status" = 0 ] || line="$line (exit status $status)"
+    elif [ "$status" != 0 ] && [[ $line == *' 0 failed'* ]]; then
         line="$line, 1 failed (exit status $status)"
         failed=$((failed + 1))
     fi
-    echo "$name: $line (${seconds} s)"
+    awk -v name="${tests[$1]}: $line" -v wall="$wall" -v cpu="$user $system" \
+        'BEGIN { split(cpu, part, " ")
+            printf "%s (%.0f s, %.0f s of processors)\n", name, wall,
+                part[1] + part[2] }'
     grep -vE '^[0-9]+ passed, [0-9]+ failed' "$log" | sed 's/^/    /'
-    set -- $(echo "$line" | tr -cs '0-9' ' ')
-    passed=$((passed + $1))
-    failed=$((failed + $2))
-    case $line in
-    *skipped*) skipped=$((skipped + $3)) ;;
-    esac
+    if [[ $line =~ ^([0-9]+)\ passed,\ ([0-9]+)\ failed(,\ ([0-9]+)\ sk)? ]]; then
+        passed=$((passed + BASH_REMATCH[1]))
+        failed=$((failed + BASH_REMATCH[2]))
+        skipped=$((skipped + ${BASH_REMATCH[4]:-0}))
+    fi
 }
 
-first=$1
-for build; do
-    for program in "$build"/tests/check_*; do
-        [ -x "$program" ] && run "$program" "$program"
-    done
-    for script in tests/check-*.sh; do
-        case $build:$script in
-        "$first":* | *san:*/check-cli.sh | *asan:*/check-verify.sh)
-            run "$build: $script" env BUILD="$build" bash "$script" ;;
-        esac
-    done
+next=0 active=0 shown=0
+while ((next < ${#tests[@]} || active > 0)); do
+    ((next < shared)) || slots=1
+    if ((next < ${#tests[@]} && active < slots)); then
+        start $((next++))
+        active=$((active + 1))
+    else
+        wait -n
+        active=$((active - 1))
+        while [ -e "$work/$shown.status" ]; do
+            show $((shown++))
+        done
+    fi
+done
+while ((shown < ${#tests[@]})); do
+    show $((shown++))
 done
 echo "$passed passed, $failed failed, $skipped skipped"
 [ $failed -eq 0 ]

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 static const char *running;
@@ -60,8 +61,17 @@ static bool picked(int argc, char **argv, const char *name)
     return argc < 2;
 }
 
+/* The time of all threads, which a busy machine does not lengthen. */
+static double cpu_seconds(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
 int test_main(int argc, char **argv, const test *tests, size_t count)
 {
+    const bool times = getenv("IBL_TEST_TIMES") != NULL;
     int n_passed = 0, n_failed = 0, n_skipped = 0;
     setvbuf(stdout, NULL, _IOLBF, 0);
     for (size_t i = 0; i < count; i++) {
@@ -69,7 +79,10 @@ int test_main(int argc, char **argv, const test *tests, size_t count)
             continue;
         running = tests[i].name;
         failed = skipped = false;
+        const double begin = cpu_seconds();
         tests[i].run();
+        if (times)
+            printf("%8.2f s %s\n", cpu_seconds() - begin, running);
         if (failed) {
             printf("FAILED %s\n", running);
             n_failed++;
