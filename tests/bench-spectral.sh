@@ -124,9 +124,16 @@ fi
 "$stb" --grow 4 "$env" "$work/large.hdr" >"$work/grown"
 "$turns" "$rounds" stb "$stb" "$work/large.hdr" , \
     two "${bake[@]}" -j 2 -o "$work/o" "$work/large.hdr" , \
-    one "${bake[@]}" -j 1 -o "$work/o2" "$work/large.hdr" >"$work/times"
+    one "${bake[@]}" -j 1 -o "$work/o2" "$work/large.hdr" , \
+    both bash -c '"$@" -o "$0/o3" "$0/large.hdr" &
+        "$@" -o "$0/o4" "$0/large.hdr"; wait' "$work" "${bake[@]}" -j 1 \
+    >"$work/times"
 ratio "4 times as wide: ours / stb_image's decoding" 2 two 4 stb 10
 ratio '4 times as wide: -j 1 / -j 2' 1.7 one 4 two 4 up
+row '    here two cores give, by two with -j 1 at once' "$(awk \
+    -v one="$(field one 4)" -v both="$(field both 4)" \
+    'BEGIN { printf "%.2f", 2 * one / both }')"
+ratio '    two with -j 1 at once / -j 2' 1.7 both 4 two 4 up
 
 "$turns" "$rounds" lut "$program" -q -j 1 --only lut -o "$work/o" \
     >"$work/times"
@@ -145,8 +152,8 @@ sed 's/^/the large map: /' "$work/grown"
 echo 'every level, rgba32f: nRMSE and worst of ours, nRMSE of sampled 1,024'
 paste -d ' ' "$work/levels32" "$work/levels-s" | awk '{
     printf "  %-10s %2d %6d texels  %9s %9s %9s\n", $1, $2, $3, $4, $5, $9 }'
-"$program" -q --timings -o "$work/t" "$env"
-echo "stages of one default bake, ms ($(nproc) CPUs)"
+"$program" -q -j 1 --timings -o "$work/t" "$env"
+echo 'stages of one default bake with -j 1, ms'
 sed -n '/"timings"/,$p' "$work/t/$name.json" | sed -n \
     's/.*"\(.*\)": \([0-9.e-]*\),*$/\1|\2/p' | awk -F '|' '$1 != "threads" {
     printf "  %-16s %8.2f\n", $1, 1e3 * $2 }'

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <time.h>
 
+#include "core/context.h"
 #include "image/level0.h"
 #include "test.h"
 
@@ -53,7 +54,8 @@ static void bake(ibl_ctx *ctx, const struct subject *s, const float *rows,
         exit(1);
     for (int j = 0; j < s->height; j += ROWS) {
         const int left = s->height - j;
-        if (ibl_level0_add(l, left < ROWS ? left : ROWS, rows))
+        if (ibl_level0_add(l, left < ROWS ? left : ROWS, rows) ||
+            ibl_run_end(ctx))
             exit(1);
     }
     if (ibl_level0_finish(l))

@@ -114,6 +114,60 @@ static void many_batches(void)
     }
 }
 
+struct begun_job {
+    struct batch *b; /* that checks workers */
+    int first;       /* of its jobs, in b->ran */
+};
+
+static void begun_job(void *arg, int job, int worker)
+{
+    const struct begun_job *j = arg;
+    count_job(j->b, j->first + job, worker);
+}
+
+/* Up to three batches that were begun go on beside runs: every job once, a
+ * worker in one of them at a time, and all ended when the end has been waited
+ * for. */
+static void begun_beside_runs(void)
+{
+    static struct batch b;
+    for (int threads = 1; threads <= 8; threads *= 2) {
+        const struct begun_job part[4] = {
+            {&b, 0}, {&b, 12}, {&b, 24}, {&b, 36}};
+        int want[48] = {0};
+        b.ctx = test_ctx(threads, IBL_ISA_AUTO);
+        b.stop_at = -1;
+        memset(b.ran, 0, sizeof b.ran);
+        for (int n = 0; n < 1000; n++) {
+            const int count = n % 4;
+            int jobs[4];
+            for (int k = 0; k < 4; k++) {
+                jobs[k] = (n / 4 + 5 * k) % 12;
+                for (int i = 0; i < jobs[k] && (k < count || k == 3); i++)
+                    want[12 * k + i]++;
+            }
+            for (int k = 0; k < count; k++)
+                ibl_run_begin(b.ctx, "begun", 0, jobs[k], begun_job,
+                              (void *)(uintptr_t)&part[k]);
+            CHECK(!ibl_run(b.ctx, NULL, jobs[3], begun_job,
+                           (void *)(uintptr_t)&part[3]));
+            bool right = true;
+            for (int i = 36; i < 48; i++)
+                right &= b.ran[i] == want[i];
+            CHECK(!ibl_run_end(b.ctx));
+            for (int i = 0; i < 48; i++)
+                right &= b.ran[i] == want[i];
+            NEED(right);
+        }
+        CHECK(!b.wrong);
+        b.stop_at = 3;
+        ibl_run_begin(b.ctx, "begun", 0, 12, begun_job,
+                      (void *)(uintptr_t)&part[0]);
+        CHECK(ibl_run_end(b.ctx) == IBL_ERR_CANCELLED);
+        ibl_ctx_free(b.ctx);
+    }
+}
+
 struct slow {
     atomic_int runs;
     int microseconds;
@@ -205,6 +259,7 @@ static const test tests[] = {
     TEST(names),
     TEST(every_job),
     TEST(many_batches),
+    TEST(begun_beside_runs),
     TEST(task_beside_batches),
     TEST(cancel),
     TEST(default_options),

@@ -12,6 +12,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "core/context.h"
 #include "ibl/reference.h"
 #include "image/level0.h"
 #include "maps.h"
@@ -59,6 +60,7 @@ static ibl_cube by_rows(ibl_ctx *ctx, const struct subject *s, test_random *r,
         memcpy(batch, map->data + 3 * (size_t)j * (size_t)map->width,
                floats * sizeof *batch);
         CHECK(!ibl_level0_add(l, rows, batch));
+        CHECK(!ibl_run_end(ctx));
         free(batch);
         j += rows;
     }
@@ -208,7 +210,8 @@ static long growth(int w, int h, double yaw, int n)
         if (ibl_level0_create(ctx, w, h, yaw, &cube, &l))
             _exit(1);
         for (int j = 0; j < h; j += ROWS)
-            if (ibl_level0_add(l, h - j < ROWS ? h - j : ROWS, batch))
+            if (ibl_level0_add(l, h - j < ROWS ? h - j : ROWS, batch) ||
+                ibl_run_end(ctx))
                 _exit(1);
         if (ibl_level0_finish(l))
             _exit(1);

@@ -19,8 +19,8 @@
 
 enum {
     GROUP = IBL_SPECTRAL_GROUP,
-    BATCH_BYTES = 2 << 20, /* of rows, about what a core's cache holds */
-    MOST_BYTES = 32 << 20  /* for many threads */
+    BATCH_BYTES = 1 << 20, /* of rows, about what a core's cache holds */
+    MOST_BYTES = 16 << 20  /* for many threads */
 };
 
 /* An environment in the making. */
@@ -32,6 +32,7 @@ typedef struct bake {
     ibl_specular_layout layout;
     ibl_image own;          /* the map, where it is needed and was not there */
     const ibl_image *image; /* the map in memory, or NULL */
+    float *rows;            /* or two batches of it, by turns */
     ibl_level0 *level0, *sky;
     ibl_spectral *spectral;
     ibl_bake_result *out;
@@ -165,21 +166,17 @@ static ibl_status read_rows(const bake *b, int row, int rows, float *rgb)
     return status;
 }
 
-static ibl_status give_rows(bake *b, int rows, const float *rgb, double done)
+/* Begins what is done with rows, after that with the rows of the call before.
+ * They stay until the next call has returned. */
+static ibl_status give_rows(bake *b, int rows, const float *rgb)
 {
-    ibl_status status = IBL_OK;
-    if (ibl_cancelled(b->ctx))
-        return IBL_ERR_CANCELLED;
-    if (b->level0 || b->sky)
-        ibl_progress(b->ctx, "level 0", done);
-    if (b->level0)
+    ibl_status status = ibl_run_end(b->ctx);
+    if (!status && b->level0)
         status = ibl_level0_add(b->level0, rows, rgb);
     if (!status && b->sky)
         status = ibl_level0_add(b->sky, rows, rgb);
-    if (!status && b->spectral) {
-        ibl_progress(b->ctx, "analysis", done);
+    if (!status && b->spectral)
         status = ibl_spectral_add(b->spectral, rows, rgb);
-    }
     return status;
 }
 
@@ -191,9 +188,9 @@ static int batch_rows(const bake *b)
     const size_t row = 3 * sizeof(float) * (size_t)b->env->width;
     const int fit = (int)(BATCH_BYTES / row) / GROUP;
     const int most = (int)(MOST_BYTES / row) / GROUP;
-    int groups = threads < 2 ? 4 : 2 * threads;
+    int groups = threads < 2 ? 2 : threads;
     if (groups > most)
-        groups = most > 4 ? most : 4;
+        groups = most > 2 ? most : 2;
     return GROUP * (fit > groups ? fit : groups);
 }
 
@@ -212,25 +209,26 @@ static ibl_status feed(bake *b)
 {
     const int height = b->env->height, batch = batch_rows(b);
     const size_t row = 3 * (size_t)b->env->width;
-    float *rgb = NULL;
     ibl_status status = IBL_OK;
 
     if (!b->image) {
-        const int most = batch < height ? batch : height;
-        rgb = ibl_alloc_array(row * (size_t)most, sizeof *rgb);
-        if (!rgb)
+        const int most = 2 * batch < height ? 2 * batch : height;
+        b->rows = ibl_alloc_array(row * (size_t)most, sizeof *b->rows);
+        if (!b->rows)
             return ibl_no_memory(b->ctx, "rows of the environment");
     }
     for (int done = 0; done < height && !status; done += batch) {
         const int rows = batch < height - done ? batch : height - done;
+        const int turn = done / batch % 2 * batch;
+        float *rgb = b->rows ? b->rows + row * (size_t)turn : NULL;
         const float *from = rgb ? rgb : b->image->data + row * (size_t)done;
         if (rgb)
             status = read_rows(b, done, rows, rgb);
         if (!status)
-            status = give_rows(b, rows, from, (double)done / height);
+            status = give_rows(b, rows, from);
     }
-    ibl_free(rgb);
-    return status;
+    const ibl_status ended = ibl_run_end(b->ctx);
+    return status ? status : ended;
 }
 
 static ibl_status read_all(bake *b)
@@ -252,6 +250,7 @@ static ibl_status read_all(bake *b)
     b->level0 = b->sky = NULL;
     if (!status && b->spectral)
         status = ibl_spectral_finish(b->spectral);
+    ibl_free(b->rows);
     return status;
 }
 

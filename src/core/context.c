@@ -14,8 +14,16 @@ enum {
     MESSAGE_BYTES = 2 * 4096 + 1024 /* two paths and some words */
 };
 
+/* What ibl_run_end tells of a begun run. */
+struct begun {
+    const char *stage;
+    double done;
+};
+
 struct ibl_ctx {
     ibl_pool *pool;
+    struct begun begun[IBL_POOL_BEGUN];
+    int begun_count;
     ibl_isa isa;
     ibl_log_fn *log;
     void *log_cookie;
@@ -220,6 +228,26 @@ ibl_status ibl_run(ibl_ctx *ctx, const char *stage, int jobs, ibl_job_fn *fn,
     if (stage)
         ibl_progress(ctx, stage, 1);
     return IBL_OK;
+}
+
+void ibl_run_begin(ibl_ctx *ctx, const char *stage, double done, int jobs,
+                   ibl_job_fn *fn, void *arg)
+{
+    ctx->begun[ctx->begun_count++] = (struct begun){stage, done};
+    ibl_pool_begin(ctx->pool, jobs, fn, arg);
+}
+
+ibl_status ibl_run_end(ibl_ctx *ctx)
+{
+    struct tick t = {ctx, NULL};
+    bool whole = true;
+    for (int i = 0; i < ctx->begun_count; i++) {
+        ibl_progress(ctx, ctx->begun[i].stage, ctx->begun[i].done);
+        whole &= ibl_pool_help(ctx->pool, i, tick, &t);
+    }
+    ibl_pool_end(ctx->pool);
+    ctx->begun_count = 0;
+    return whole && !ibl_cancelled(ctx) ? IBL_OK : IBL_ERR_CANCELLED;
 }
 
 bool ibl_task_start(ibl_ctx *ctx, ibl_task_fn *fn, void *arg)

@@ -32,6 +32,17 @@ void ibl_progress(ibl_ctx *ctx, const char *stage, double done);
 ibl_status ibl_run(ibl_ctx *ctx, const char *stage, int jobs, ibl_job_fn *fn,
                    void *arg);
 
+/*
+ * Lets the pool begin with jobs while the caller goes on: until ibl_run_end
+ * has returned, arg and what they work on are theirs. At most IBL_POOL_BEGUN
+ * at a time. ibl_run_end takes part, telling of each the progress that it was
+ * begun with; it returns IBL_OK or IBL_ERR_CANCELLED, and at once where nothing
+ * was begun.
+ */
+void ibl_run_begin(ibl_ctx *ctx, const char *stage, double done, int jobs,
+                   ibl_job_fn *fn, void *arg);
+ibl_status ibl_run_end(ibl_ctx *ctx);
+
 /* ibl_pool_start and ibl_pool_finish of the context's pool. fn says nothing:
  * messages come from the caller's thread. */
 bool ibl_task_start(ibl_ctx *ctx, ibl_task_fn *fn, void *arg);

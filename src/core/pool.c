@@ -6,11 +6,15 @@
  * missed it, and is not waited for. Both facts, open and the number inside,
  * are in one atomic word, so that nobody enters what is being left.
  *
+ * Batches that were begun stay open beside the one that is run; workers look
+ * at them first.
+ *
  * Waiting begins with looking again for a while: about as long as it takes
  * to wake a thread, so that it costs at most about twice what is best.
  */
 #include "core/pool.h"
 
+#include <assert.h>
 #include <pthread.h>
 #include <sched.h>
 #include <stdatomic.h>
@@ -24,9 +28,15 @@ enum {
     LOOKS = 64 /* between two looks at the clock */
 };
 
-/* The word: workers inside, whether the batch is open, its number. */
+/* The batches: those that were begun, and the one that is run. */
+enum {
+    RUN = IBL_POOL_BEGUN,
+    BATCHES
+};
+
+/* The word: workers inside, whether the batch is open, how often it was. */
 static const uint64_t inside_mask = 0xFFFF, open_bit = 0x10000,
-                      batch_unit = 0x20000;
+                      turn_unit = 0x20000;
 
 struct worker {
     ibl_pool *pool;
@@ -34,24 +44,29 @@ struct worker {
     int index;
 };
 
+/* What the word does not say is read by who is inside. */
+typedef struct batch {
+    atomic_uint_fast64_t word;
+    ibl_job_fn *fn;
+    void *arg;
+    int jobs;
+    atomic_int next, done;
+    atomic_bool stop;
+} batch;
+
 struct ibl_pool {
     int threads; /* the caller's included */
     int started; /* workers that have a thread */
     bool spins;
     struct worker *workers;
-    atomic_uint_fast64_t word;
+    batch batches[BATCHES];
+    int begun;
     atomic_bool quit;
     pthread_mutex_t lock;
     pthread_cond_t work;  /* a batch is open, or quit */
     pthread_cond_t idle;  /* a closed batch is empty */
     atomic_int sleepers;  /* workers that wait for work */
     atomic_bool sleeping; /* the caller waits for idle */
-    /* the batch; read by who is inside */
-    ibl_job_fn *fn;
-    void *arg;
-    int jobs;
-    atomic_int next, done;
-    atomic_bool stop;
     /* the task */
     atomic_int task;
     ibl_task_fn *task_fn;
@@ -67,24 +82,34 @@ enum {
 
 /* ---- waiting -------------------------------------------------------- */
 
-typedef bool ready_fn(const ibl_pool *pool, uint64_t seen);
+/* arg: what the one who waits knows. */
+typedef bool ready_fn(const ibl_pool *pool, const void *arg);
 
-static bool has_work(const ibl_pool *pool, uint64_t seen)
+static bool is_new(uint64_t word, uint64_t seen)
 {
-    const uint64_t word = atomic_load(&pool->word);
-    return atomic_load(&pool->quit) || atomic_load(&pool->task) == OFFERED ||
-           (word & open_bit && word / batch_unit != seen);
+    return word & open_bit && word / turn_unit != seen;
 }
 
-static bool is_empty(const ibl_pool *pool, uint64_t seen)
+/* For a worker that has seen these turns of the batches. */
+static bool has_work(const ibl_pool *pool, const void *arg)
 {
-    (void)seen;
-    return !(atomic_load(&pool->word) & inside_mask);
+    const uint64_t *seen = arg;
+    for (int i = 0; i < BATCHES; i++)
+        if (is_new(atomic_load(&pool->batches[i].word), seen[i]))
+            return true;
+    return atomic_load(&pool->quit) || atomic_load(&pool->task) == OFFERED;
 }
 
-static bool has_ended(const ibl_pool *pool, uint64_t seen)
+static bool is_empty(const ibl_pool *pool, const void *arg)
 {
-    (void)seen;
+    const batch *b = arg;
+    (void)pool;
+    return !(atomic_load(&b->word) & inside_mask);
+}
+
+static bool has_ended(const ibl_pool *pool, const void *arg)
+{
+    (void)arg;
     return atomic_load(&pool->task) == ENDED;
 }
 
@@ -106,9 +131,10 @@ static void pause_briefly(void)
 
 /* Looks for a while. The core is offered to others in between: the one who
  * is to make it ready may be waiting for it. */
-static bool becomes_ready(const ibl_pool *pool, ready_fn *ready, uint64_t seen)
+static bool becomes_ready(const ibl_pool *pool, ready_fn *ready,
+                          const void *arg)
 {
-    if (ready(pool, seen))
+    if (ready(pool, arg))
         return true;
     if (!pool->spins)
         return false;
@@ -116,7 +142,7 @@ static bool becomes_ready(const ibl_pool *pool, ready_fn *ready, uint64_t seen)
     do {
         for (int i = 0; i < LOOKS; i++) {
             pause_briefly();
-            if (ready(pool, seen))
+            if (ready(pool, arg))
                 return true;
         }
         sched_yield();
@@ -124,7 +150,7 @@ static bool becomes_ready(const ibl_pool *pool, ready_fn *ready, uint64_t seen)
     return false;
 }
 
-static void wait_for_work(ibl_pool *pool, uint64_t seen)
+static void wait_for_work(ibl_pool *pool, const uint64_t seen[BATCHES])
 {
     if (becomes_ready(pool, has_work, seen))
         return;
@@ -139,13 +165,13 @@ static void wait_for_work(ibl_pool *pool, uint64_t seen)
 }
 
 /* The caller, for workers to have left a batch or ended a task. */
-static void wait_for_workers(ibl_pool *pool, ready_fn *ready)
+static void wait_for_workers(ibl_pool *pool, ready_fn *ready, const void *arg)
 {
-    if (becomes_ready(pool, ready, 0))
+    if (becomes_ready(pool, ready, arg))
         return;
     pthread_mutex_lock(&pool->lock);
     atomic_store(&pool->sleeping, true);
-    while (!ready(pool, 0))
+    while (!ready(pool, arg))
         pthread_cond_wait(&pool->idle, &pool->lock);
     atomic_store(&pool->sleeping, false);
     pthread_mutex_unlock(&pool->lock);
@@ -169,27 +195,27 @@ static void wake(ibl_pool *pool, int wanted)
 
 /* ---- working -------------------------------------------------------- */
 
-static bool run_next(ibl_pool *pool, int worker)
+static bool run_next(batch *b, int worker)
 {
-    if (atomic_load(&pool->stop))
+    if (atomic_load(&b->stop))
         return false;
-    const int job = atomic_fetch_add(&pool->next, 1);
-    if (job >= pool->jobs)
+    const int job = atomic_fetch_add(&b->next, 1);
+    if (job >= b->jobs)
         return false;
-    pool->fn(pool->arg, job, worker);
-    atomic_fetch_add(&pool->done, 1);
+    b->fn(b->arg, job, worker);
+    atomic_fetch_add(&b->done, 1);
     return true;
 }
 
-/* Into the open batch, if there still is one that was not seen. */
-static bool enter(ibl_pool *pool, uint64_t *seen)
+/* Into a batch, if it still is open and was not seen. */
+static bool enter(batch *b, uint64_t *seen)
 {
-    uint_fast64_t word = atomic_load(&pool->word);
+    uint_fast64_t word = atomic_load(&b->word);
     do {
-        if (!(word & open_bit) || word / batch_unit == *seen)
+        if (!is_new(word, *seen))
             return false;
-    } while (!atomic_compare_exchange_weak(&pool->word, &word, word + 1));
-    *seen = word / batch_unit;
+    } while (!atomic_compare_exchange_weak(&b->word, &word, word + 1));
+    *seen = word / turn_unit;
     return true;
 }
 
@@ -202,9 +228,9 @@ static void wake_caller(ibl_pool *pool)
     pthread_cond_signal(&pool->idle);
 }
 
-static void leave(ibl_pool *pool)
+static void leave(ibl_pool *pool, batch *b)
 {
-    const uint64_t word = atomic_fetch_sub(&pool->word, 1) - 1;
+    const uint64_t word = atomic_fetch_sub(&b->word, 1) - 1;
     if (!(word & (inside_mask | open_bit)))
         wake_caller(pool);
 }
@@ -224,7 +250,7 @@ static void *worker_main(void *arg)
 {
     const struct worker *self = arg;
     ibl_pool *pool = self->pool;
-    uint64_t seen = 0;
+    uint64_t seen[BATCHES] = {0};
 
     for (;;) {
         wait_for_work(pool, seen);
@@ -234,11 +260,14 @@ static void *worker_main(void *arg)
             wake_caller(pool);
             continue;
         }
-        if (!enter(pool, &seen))
-            continue;
-        while (run_next(pool, self->index))
-            ;
-        leave(pool);
+        for (int i = 0; i < BATCHES; i++) {
+            batch *b = &pool->batches[i];
+            if (!enter(b, &seen[i]))
+                continue;
+            while (run_next(b, self->index))
+                ;
+            leave(pool, b);
+        }
     }
 }
 
@@ -292,26 +321,57 @@ int ibl_pool_threads(const ibl_pool *pool)
     return pool->threads;
 }
 
+static void open_batch(batch *b, int jobs, ibl_job_fn *fn, void *arg)
+{
+    b->fn = fn;
+    b->arg = arg;
+    b->jobs = jobs;
+    atomic_store(&b->next, 0);
+    atomic_store(&b->done, 0);
+    atomic_store(&b->stop, false);
+    atomic_fetch_add(&b->word, turn_unit | open_bit);
+}
+
+/* Runs the jobs that are left, until tick stops it. */
+static void close_batch(batch *b, ibl_tick_fn *tick, void *tick_arg)
+{
+    while (run_next(b, 0)) {
+        if (tick && !tick(tick_arg, atomic_load(&b->done), b->jobs))
+            atomic_store(&b->stop, true);
+    }
+    atomic_fetch_sub(&b->word, open_bit);
+}
+
 bool ibl_pool_run(ibl_pool *pool, int jobs, ibl_job_fn *fn, void *arg,
                   ibl_tick_fn *tick, void *tick_arg)
 {
-    pool->fn = fn;
-    pool->arg = arg;
-    pool->jobs = jobs;
-    atomic_store(&pool->next, 0);
-    atomic_store(&pool->done, 0);
-    atomic_store(&pool->stop, false);
-    atomic_fetch_add(&pool->word, batch_unit | open_bit);
+    batch *b = &pool->batches[RUN];
+    open_batch(b, jobs, fn, arg);
     wake(pool, jobs - 1 < pool->started ? jobs - 1 : pool->started);
+    close_batch(b, tick, tick_arg);
+    wait_for_workers(pool, is_empty, b);
+    return !atomic_load(&b->stop);
+}
 
-    while (run_next(pool, 0)) {
-        if (tick && !tick(tick_arg, atomic_load(&pool->done), jobs))
-            atomic_store(&pool->stop, true);
-    }
+void ibl_pool_begin(ibl_pool *pool, int jobs, ibl_job_fn *fn, void *arg)
+{
+    assert(pool->begun < IBL_POOL_BEGUN);
+    open_batch(&pool->batches[pool->begun++], jobs, fn, arg);
+    wake(pool, jobs < pool->started ? jobs : pool->started);
+}
 
-    atomic_fetch_sub(&pool->word, open_bit);
-    wait_for_workers(pool, is_empty);
-    return !atomic_load(&pool->stop);
+bool ibl_pool_help(ibl_pool *pool, int i, ibl_tick_fn *tick, void *tick_arg)
+{
+    batch *b = &pool->batches[i];
+    close_batch(b, tick, tick_arg);
+    return !atomic_load(&b->stop);
+}
+
+void ibl_pool_end(ibl_pool *pool)
+{
+    for (int i = 0; i < pool->begun; i++)
+        wait_for_workers(pool, is_empty, &pool->batches[i]);
+    pool->begun = 0;
 }
 
 bool ibl_pool_start(ibl_pool *pool, ibl_task_fn *fn, void *arg)
@@ -330,6 +390,6 @@ void ibl_pool_finish(ibl_pool *pool)
     if (atomic_load(&pool->task) == NO_TASK)
         return;
     if (!take_task(pool))
-        wait_for_workers(pool, has_ended);
+        wait_for_workers(pool, has_ended, NULL);
     atomic_store(&pool->task, NO_TASK);
 }

@@ -33,6 +33,20 @@ int ibl_pool_threads(const ibl_pool *pool);
 bool ibl_pool_run(ibl_pool *pool, int jobs, ibl_job_fn *fn, void *arg,
                   ibl_tick_fn *tick, void *tick_arg);
 
+enum {
+    IBL_POOL_BEGUN = 3
+};
+
+/*
+ * Lets the threads begin with jobs while the caller goes on, with runs of the
+ * pool for one: up to IBL_POOL_BEGUN times. Then the caller takes its share
+ * of each (counted from 0 as they were begun; false if tick stopped it), and
+ * waits for the end of all.
+ */
+void ibl_pool_begin(ibl_pool *pool, int jobs, ibl_job_fn *fn, void *arg);
+bool ibl_pool_help(ibl_pool *pool, int i, ibl_tick_fn *tick, void *tick_arg);
+void ibl_pool_end(ibl_pool *pool);
+
 /*
  * Gives one of the threads something to do beside batches, which go on without
  * it. False, and nothing happens, if there is no other thread or the last such

@@ -30,7 +30,7 @@
 #include "image/octant.h"
 
 enum {
-    PIXELS_PER_RUN = 1 << 18, /* of the fine grid: keeps jobs short */
+    PIXELS_PER_RUN = 1 << 21, /* of the fine grid: keeps jobs short */
     MAX_ROWS_PER_RUN = 256
 };
 
@@ -53,9 +53,10 @@ struct ibl_level0 {
     ibl_ctx *ctx;
     ibl_finer finer;
     ibl_octant_set set;
-    float *last; /* row of the source before the next one */
-    int added;   /* rows of the source */
-    int done;    /* fine rows */
+    float *last;   /* row of the source before the next one */
+    float *latest; /* where the one after these is copied */
+    int added;     /* rows of the source */
+    int done;      /* fine rows */
     struct work_row *rows;
     int row_count;
     struct adder *adders; /* for each worker */
@@ -147,6 +148,17 @@ static bool next_row(ibl_level0 *l, int rows, const float *rgb)
     return true;
 }
 
+/* Lines the next fine rows up, as many as there are but not above most.
+ * Returns how many. */
+static int take_rows(ibl_level0 *l, int most, int rows, const float *rgb)
+{
+    int taken = 0;
+    l->row_count = 0;
+    while (taken < most && next_row(l, rows, rgb))
+        taken++;
+    return taken;
+}
+
 static int rows_per_run(const ibl_level0 *l)
 {
     const int rows = PIXELS_PER_RUN / l->finer.columns;
@@ -159,17 +171,20 @@ ibl_status ibl_level0_add(ibl_level0 *l, int rows, const float *rgb)
     const int most = rows_per_run(l);
     ibl_status status = IBL_OK;
     assert(rows >= 0 && rows <= l->finer.height - l->added);
-    do {
-        l->row_count = 0;
-        for (int i = 0; i < most && next_row(l, rows, rgb); i++)
-            ;
-        if (l->row_count)
-            status = ibl_run(l->ctx, NULL, job_count(l), add_rows, l);
-    } while (l->row_count && !status);
-    if (rows > 0)
-        memcpy(l->last, rgb + (size_t)(rows - 1) * row, row * sizeof *rgb);
+    while (take_rows(l, most, rows, rgb) == most && !status)
+        status = ibl_run(l->ctx, NULL, job_count(l), add_rows, l);
+    if (status)
+        return status;
+    ibl_run_begin(l->ctx, "level 0", (double)l->added / l->finer.height,
+                  job_count(l), add_rows, l);
+    if (rows > 0) {
+        float *const latest = l->latest;
+        memcpy(latest, rgb + (size_t)(rows - 1) * row, row * sizeof *rgb);
+        l->latest = l->last;
+        l->last = latest;
+    }
     l->added += rows;
-    return status;
+    return IBL_OK;
 }
 
 ibl_status ibl_level0_finish(ibl_level0 *l)
@@ -228,8 +243,9 @@ ibl_status ibl_level0_create(ibl_ctx *ctx, int width, int height,
     if (status)
         goto fail;
     l->last = ibl_alloc_array((size_t)width, 3 * sizeof *l->last);
+    l->latest = ibl_alloc_array((size_t)width, 3 * sizeof *l->latest);
     l->rows = ibl_alloc_array(2 * MAX_ROWS_PER_RUN, sizeof *l->rows);
-    if (!l->last || !l->rows || !init_adders(l)) {
+    if (!l->last || !l->latest || !l->rows || !init_adders(l)) {
         status = ibl_no_memory(ctx, "level 0");
         goto fail;
     }
@@ -251,6 +267,7 @@ void ibl_level0_free(ibl_level0 *l)
     ibl_free(l->adders);
     ibl_free(l->rows);
     ibl_free(l->last);
+    ibl_free(l->latest);
     ibl_octants_free(&l->set);
     ibl_finer_free(&l->finer);
     ibl_free(l);
@@ -270,9 +287,10 @@ ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
         return status;
     for (int j = 0; j < env->height && !status; j += rows) {
         const int left = env->height - j;
-        ibl_progress(ctx, "level 0", j / (double)env->height);
         status = ibl_level0_add(l, rows < left ? rows : left,
                                 env->data + 3 * (size_t)j * (size_t)env->width);
+        if (!status)
+            status = ibl_run_end(ctx);
     }
     if (!status)
         status = ibl_level0_finish(l);

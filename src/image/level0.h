@@ -21,8 +21,9 @@ typedef struct ibl_level0 ibl_level0;
 ibl_status ibl_level0_create(ibl_ctx *ctx, int width, int height,
                              double yaw_deg, ibl_cube *cube, ibl_level0 **out);
 
-/* The next rows, RGB, width pixels each, one after the other. Runs jobs on the
- * context's pool: called from its caller, not from a job. */
+/* The next rows, RGB, width pixels each, one after the other. Begins
+ * jobs of the context's pool: ibl_run_end comes before the next call for l, and
+ * before rgb goes. */
 ibl_status ibl_level0_add(ibl_level0 *l, int rows, const float *rgb);
 
 /* All rows have been added: writes what is left of the cube. */

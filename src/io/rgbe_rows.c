@@ -20,7 +20,7 @@ enum {
     PACK_BYTES = 1 << 20, /* of a file that are read at once */
     PACK_LINES = 512,
     CALL_LINES = 64,       /* in a pack, where a call wants fewer */
-    JOB_PIXELS = 1 << 15,  /* about 0.1 ms of decoding */
+    JOB_PIXELS = 1 << 14,  /* about 0.05 ms of decoding */
     JOB_COLUMNS = 8,       /* scanlines that are turned into columns at once */
     HEADER_BYTES = 1 << 16 /* where a header has mostly ended */
 };

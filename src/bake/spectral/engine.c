@@ -116,16 +116,11 @@ void ibl_spectral_free(ibl_spectral *s)
 
 /* ---- rows -------------------------------------------------------------- */
 
-struct batch {
-    ibl_spectral *s;
-    const float *rgb;
-    int first, rows;
-};
-
 /* The rows of a job. */
-static ibl_azimuth_rows group_of(const struct batch *b, int job)
+static ibl_azimuth_rows group_of(const ibl_spectral *s, int job)
 {
-    const size_t row = 3 * (size_t)b->s->width;
+    const ibl_spectral_batch *b = &s->batch;
+    const size_t row = 3 * (size_t)s->width;
     const int left = b->rows - job * GROUP;
     return (ibl_azimuth_rows){.rgb = b->rgb + row * (size_t)(job * GROUP),
                               .stride = row,
@@ -152,11 +147,10 @@ static void take_lights(ibl_spectral *s, ibl_azimuth_rows *in, int group,
 
 static void group_job(void *arg, int job, int worker)
 {
-    const struct batch *b = arg;
-    ibl_spectral *s = b->s;
-    const int first = b->first + job * GROUP, group = first / GROUP;
+    ibl_spectral *s = arg;
+    const int first = s->batch.first + job * GROUP, group = first / GROUP;
     float *scratch = s->scratch + (size_t)worker * s->worker_floats;
-    ibl_azimuth_rows in = group_of(b, job);
+    ibl_azimuth_rows in = group_of(s, job);
 
     ibl_row_range_of(in.rgb, s->width, in.count, &s->range[group]);
     in.change.scale = (float)s->scale;
@@ -187,16 +181,17 @@ static void choose_base(ibl_spectral *s, const float *rgb)
     }
 }
 
-/* What the rows until now were scaled by becomes factor times that. */
+/* What the rows before the batch were scaled by becomes factor times that. */
 static void rescale(ibl_spectral *s, float factor)
 {
     const size_t parts = 6 * (size_t)s->rows.orders;
+    const int before = s->batch.first;
     for (size_t part = 0; part < parts; part++) {
         float *f = s->rows.data + part * s->rows.stride;
-        for (int j = 0; j < s->added; j++)
+        for (int j = 0; j < before; j++)
             f[j] *= factor;
     }
-    for (int g = 0; g < s->added / GROUP; g++)
+    for (int g = 0; g < before / GROUP; g++)
         for (int i = 0; i < s->found[g]; i++) {
             ibl_pixel_light *l =
                 &s->taken[(size_t)g * IBL_LIGHTS_GROUP + (size_t)i];
@@ -216,30 +211,40 @@ static double choose_scale(float peak)
     return peak > 0x1p64f ? 0x1p-64 : peak < 0x1p-64f ? 0x1p64 : 1;
 }
 
+static int batch_groups(const ibl_spectral *s)
+{
+    return (s->batch.rows + GROUP - 1) / GROUP;
+}
+
+/* The jobs of the batch have ended: looks at what they found. */
+static ibl_status settle(ibl_spectral *s)
+{
+    const int first = s->batch.first / GROUP, groups = batch_groups(s);
+    for (int g = first; g < first + groups; g++)
+        for (int c = 0; c < 3; c++)
+            s->peak = fmaxf(s->peak, s->range[g].high[c]);
+    const double scale = choose_scale(s->peak);
+    if (!(scale < s->scale || scale > s->scale))
+        return IBL_OK;
+    /* What no photograph has: once more, on another scale. */
+    memset(s->found + first, 0, (size_t)groups * sizeof *s->found);
+    rescale(s, (float)(scale / s->scale));
+    s->scale = scale;
+    return ibl_run(s->ctx, NULL, groups, group_job, s);
+}
+
 ibl_status ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb)
 {
-    struct batch b = {s, rgb, s->added, rows};
-    const int groups = (rows + GROUP - 1) / GROUP;
-
     if (!s->added)
         choose_base(s, rgb);
-    ibl_status status = ibl_run(s->ctx, NULL, groups, group_job, &b);
+    const ibl_status status = settle(s);
     if (status)
         return status;
-    for (int g = 0; g < groups; g++)
-        for (int c = 0; c < 3; c++)
-            s->peak = fmaxf(s->peak, s->range[s->added / GROUP + g].high[c]);
-    const double scale = choose_scale(s->peak);
-    if (scale < s->scale || scale > s->scale) {
-        /* What no photograph has: once more, on another scale. */
-        memset(s->found + s->added / GROUP, 0,
-               (size_t)groups * sizeof *s->found);
-        rescale(s, (float)(scale / s->scale));
-        s->scale = scale;
-        status = ibl_run(s->ctx, NULL, groups, group_job, &b);
-    }
+    s->batch = (ibl_spectral_batch){rgb, s->added, rows};
     s->added += rows;
-    return status;
+    ibl_run_begin(s->ctx, "analysis", (double)s->batch.first / s->height,
+                  batch_groups(s), group_job, s);
+    return IBL_OK;
 }
 
 /* ---- lights ------------------------------------------------------------ */
@@ -463,8 +468,11 @@ static void merge_ranges(ibl_spectral *s)
 ibl_status ibl_spectral_finish(ibl_spectral *s)
 {
     ibl_progress(s->ctx, "analysis", 1);
+    ibl_status status = settle(s);
+    if (status)
+        return status;
     merge_ranges(s);
-    ibl_status status = choose_lights(s);
+    status = choose_lights(s);
     if (!status)
         status = ibl_harmonics_alloc(s->ctx, s->degree, &s->harmonics);
     if (!status)

@@ -18,6 +18,12 @@ typedef struct ibl_spectral_work {
 
 void ibl_spectral_work_free(ibl_spectral_work *work);
 
+/* Rows that were added last. */
+typedef struct ibl_spectral_batch {
+    const float *rgb;
+    int first, rows;
+} ibl_spectral_batch;
+
 struct ibl_spectral {
     ibl_ctx *ctx;
     int width, height, degree;
@@ -28,6 +34,7 @@ struct ibl_spectral {
     /* While rows come in. */
     int added;  /* rows */
     int groups; /* of IBL_SPECTRAL_GROUP rows */
+    ibl_spectral_batch batch;
     ibl_azimuth *azimuth;
     ibl_ring_spectra rows;
     float *scratch; /* worker_floats for each worker */
