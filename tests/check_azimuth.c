@@ -278,12 +278,13 @@ static void stop_band(void)
 static void impulses(ibl_ctx *ctx)
 {
     static const int widths[] = {4096, 1001};
+    const int rarer = TEST_SANITIZED ? 16 : 1;
     for (int k = 0; k < 2; k++) {
         fixture x;
         fixture_init(ctx, &x, widths[k], 65, ROWS);
         memset(x.subtract, 0, sizeof x.subtract);
         double worst_error = 0;
-        for (int from = 0; from < x.width; from += k ? 1 : 61) {
+        for (int from = 0; from < x.width; from += rarer * (k ? 1 : 61)) {
             memset(x.rgb, 0, x.stride * ROWS * sizeof *x.rgb);
             for (int j = 0; j < ROWS; j++)
                 x.rgb[(size_t)j * x.stride +

@@ -192,7 +192,7 @@ static void check_large_values(const ibl_legendre_dsp *dsp, ibl_isa isa)
     test_random rnd = {17};
 
     worst = 0.0;
-    for (int i = 0; i < 60; i++) {
+    for (int i = 0; i < (TEST_SANITIZED ? 15 : 60); i++) {
         const int rings = 1 << test_random_u64(&rnd) % 15;
         const int degree = (int)(test_random_u64(&rnd) % 2049);
         const int m = (int)(degree * pow(test_random_unit(&rnd), 2.0));
@@ -216,8 +216,10 @@ static void check_extreme_values(const ibl_legendre_dsp *dsp, ibl_isa isa)
 
     worst = 0.0;
     check_values(dsp, isa, 65536, ring, 0, 1024);
-    check_values(dsp, isa, 65535, ring, 1, 4096);
-    check_values(dsp, isa, 65536, ring, 3000, 4096);
+    if (!TEST_SANITIZED) {
+        check_values(dsp, isa, 65535, ring, 1, 4096);
+        check_values(dsp, isa, 65536, ring, 3000, 4096);
+    }
     check_values(dsp, isa, 65536, ring, 4090, 4097);
     check_values(dsp, isa, 4000, ring, 16000, 16384);
     printf("%-6s P_lm to 16384: %.2g of the bound\n", ibl_isa_name(isa), worst);

@@ -23,7 +23,7 @@
 #include "truth.h"
 
 enum {
-    MAPS = TEST_SANITIZED ? 40 : 200
+    MAPS = TEST_SANITIZED ? 20 : 200
 };
 
 static const double u = 0x1p-24, v = 0x1p-53;

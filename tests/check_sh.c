@@ -237,7 +237,7 @@ static void addition_theorem_low(void)
 
 static void addition_theorem_high(void)
 {
-    addition_theorem(IBL_MAX_SH_DEGREE, 63, 32);
+    addition_theorem(TEST_SANITIZED ? 300 : IBL_MAX_SH_DEGREE, 63, 32);
 }
 
 /* All of Y_lm, l <= 200, at one direction: from a one-pixel sun against a
@@ -289,7 +289,8 @@ static void tall_map(void)
     ibl_image env = make_map(ctx, 5, 901);
 
     fill_random(&env, 8);
-    double *low = bake(ctx, &env, 3, 5.0), *high = bake(ctx, &env, 600, 5.0);
+    double *low = bake(ctx, &env, 3, 5.0);
+    double *high = bake(ctx, &env, TEST_SANITIZED ? 200 : 600, 5.0);
     for (size_t k = 0; k < count(3); k++)
         CHECK_NEAR(low[k], high[k], 1e-12);
     free(low);

@@ -257,6 +257,18 @@ static void check_suns_in(const suns *s, const level *l, int stride,
     measured(whole ? "suns in the series, dark" : "suns, dark", dark, limit);
 }
 
+/* With a sanitizer each map is baked with one lobe, in turn: they are other
+ * numbers for the same code. Charlie has the highest degrees, so the longest
+ * transforms, and one turn. */
+static bool left_out(int lobe)
+{
+    static const ibl_lobe turns[] = {
+        IBL_LOBE_GGX,   IBL_LOBE_CHARLIE, IBL_LOBE_PHONG, IBL_LOBE_GGX,
+        IBL_LOBE_PHONG, IBL_LOBE_GGX,     IBL_LOBE_PHONG};
+    static int asked;
+    return TEST_SANITIZED && lobe != (int)turns[asked++ / LOBES % 7];
+}
+
 static void check_suns(ibl_ctx *ctx, const ibl_image *map, double floor_at,
                        const char *where)
 {
@@ -264,6 +276,8 @@ static void check_suns(ibl_ctx *ctx, const ibl_image *map, double floor_at,
     const suns s = suns_of(map);
 
     for (int lobe = 0; lobe < LOBES; lobe++) {
+        if (left_out(lobe))
+            continue;
         ibl_bake_result r =
             bake(ctx, map, IBL_METHOD_SPECTRAL, (ibl_lobe)lobe, 0);
         char text[96];
@@ -415,13 +429,15 @@ static void check_map(ibl_ctx *ctx, const ibl_image *map, ibl_method method,
                       double yaw, const char *what)
 {
     for (int lobe = 0; lobe < LOBES; lobe++) {
+        if (left_out(lobe))
+            continue;
         ibl_bake_result r = bake(ctx, map, method, (ibl_lobe)lobe, yaw);
         char text[96];
         snprintf(text, sizeof text, "%s, %s", what,
                  ibl_lobe_name((ibl_lobe)lobe));
         for (int k = 0; k < JUDGED; k++) {
             const level l = level_of(&r, (ibl_lobe)lobe, k);
-            check_level(map, &l, yaw, 64, text);
+            check_level(map, &l, yaw, TEST_SANITIZED ? 24 : 64, text);
         }
         ibl_bake_result_free(&r);
     }
@@ -540,7 +556,8 @@ static void sizes(void)
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     test_random random = {11};
 
-    for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
+    for (size_t k = 0; k < sizeof all / sizeof *all;
+         k += TEST_SANITIZED ? 2 : 1) {
         ibl_image map =
             map_of_kind(ctx, &random, MAP_SUNNY, all[k][0], all[k][1]);
         check_size(ctx, &map, IBL_METHOD_SPECTRAL);
