@@ -155,9 +155,11 @@ test_closed_stdout_is_noticed() {
 }
 
 test_formats_and_pixels() {
-    local format pixel want
+    local format pixel want n=0
     for format in ktx2 ktx dds; do
         for pixel in rgba16f rgba32f rgb9e5 r11g11b10f; do
+            # Each of both at least once.
+            [ $sanitized = no ] || [ $((n++ % 3)) = 0 ] || continue
             iblbake env.exr -q $small -o out --skybox 8 --format $format \
                 --pixel $pixel || echo "$format $pixel: status $?"
             case $format in
@@ -284,13 +286,15 @@ test_no_progress_in_a_pipe() {
 }
 
 test_progress_on_a_terminal() {
-    script -qec "iblbake env.exr --size 128 --samples 4096 -o out" log \
+    local long='--size 128 --samples 4096'
+    [ $sanitized = no ] || long='--size 64 --lut-size 64'
+    script -qec "iblbake env.exr $long -o out" log \
         </dev/null >/dev/null
     grep -q '\[#* *\] *[0-9]* %' log || echo 'no bar'
     # What was drawn last is wiped off.
     tr '\r' '\n' <log | grep -v '^Script\|^$' | tail -n 1 | grep -q '#' &&
         echo 'the bar is left behind'
-    script -qec "iblbake -q env.exr --size 128 --samples 4096 -o out" log \
+    script -qec "iblbake -q env.exr $long -o out" log \
         </dev/null >/dev/null
     grep -q '%' log && echo 'a bar with -q'
     return 0
