@@ -77,6 +77,7 @@ stop() { # SIGNAL
     # The sessions are named by the only child that each of our jobs has.
     pids=$(pgrep -d, -P "$(jobs -p | paste -sd,)")
     if [ -n "$pids" ]; then
+        # shellcheck disable=SC2086
         kill -TERM ${pids//,/ } 2>/dev/null
         pkill -TERM -s "$pids"
         wait
