@@ -132,7 +132,7 @@ ratio "4 times as wide: ours / stb_image's decoding" 2 two 4 stb 10
 ratio '4 times as wide: -j 1 / -j 2' 1.7 one 4 two 4 up
 row '    here two cores give, by two with -j 1 at once' "$(awk \
     -v one="$(field one 4)" -v both="$(field both 4)" \
-    'BEGIN { printf "%.2f", 2 * one / both }')"
+    'BEGIN { printf "%.2f", 2 * one / both }')" ''
 ratio '    two with -j 1 at once / -j 2' 1.7 both 4 two 4 up
 
 "$turns" "$rounds" lut "$program" -q -j 1 --only lut -o "$work/o" \
