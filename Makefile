@@ -39,6 +39,9 @@ EXR_LIBS = $(shell pkg-config --variable=libdir OpenEXR 2>/dev/null | \
              sed 's/^/-L/') -lOpenEXRCore
 CLI_CFLAGS = $(shell pkg-config --cflags libpng zlib jansson 2>/dev/null)
 CLI_LIBS = $(shell pkg-config --libs libpng zlib jansson 2>/dev/null)
+HAVE_VIEW := $(shell pkg-config --exists glfw3 2>/dev/null && echo yes)
+VIEW_CFLAGS = $(shell pkg-config --cflags glfw3 libpng jansson 2>/dev/null)
+VIEW_LIBS = $(shell pkg-config --libs glfw3 2>/dev/null)
 HAVE_OIIO = $(shell pkg-config --exists OpenImageIO 2>/dev/null && echo yes)
 
 REQUIRED := -std=c11 -D_XOPEN_SOURCE=700 -Iinclude -Isrc -pthread \
@@ -57,8 +60,14 @@ CLI_SRC := $(wildcard src/cli/*.c)
 LIB := $(BUILD)/libiblbake.a
 BIN := $(BUILD)/iblbake
 BRIDGE := $(BUILD)/libiblbridge.so
+VIEW_SRC := $(wildcard src/view/*.c)
+SHADERS := $(sort $(wildcard src/view/shaders/*))
+VIEW := $(BUILD)/iblview
 obj = $(patsubst %.c,$(BUILD)/obj/%.o,$(1))
 TESTS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/check_*.c))
+ifneq ($(HAVE_VIEW),yes)
+TESTS := $(filter-out $(BUILD)/tests/check_view_%,$(TESTS))
+endif
 BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 
 .DELETE_ON_ERROR:
@@ -68,7 +77,7 @@ BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 
 ## all: the program and its image bridge (default)
 ifeq ($(DEPS),no)
-all: $(BIN) bridge
+all: $(BIN) bridge view
 else
 all: deps
 	+@$(MAKE) --no-print-directory DEPS=no all
@@ -88,6 +97,7 @@ ISA =
 EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/check_exr.o tests/check_source.o)
 $(EXR_OBJ): LOCAL = $(EXR_CFLAGS)
 $(BUILD)/obj/src/io/bridge.o: LOCAL = -DIBL_BRIDGE='"$(LIBDIR)/iblbake/libiblbridge.so"'
+$(BUILD)/obj/src/view/%.o: LOCAL = $(VIEW_CFLAGS)
 $(BUILD)/obj/src/cli/%.o: LOCAL = $(CLI_CFLAGS) -DIBL_REVISION='"$(REVISION)"'
 
 # What else was built with is built again: these files hold what was used and
@@ -128,6 +138,26 @@ $(BRIDGE): src/io/bridge/bridge.cpp src/io/bridge/bridge.h
 	    $(CPPFLAGS) $(CXXFLAGS) $(LDFLAGS) -o $@ $< \
 	    $$(pkg-config --libs OpenImageIO)
 
+# The viewer, with its shaders inside. Left out, with a word, without GLFW.
+.PHONY: view
+ifeq ($(HAVE_VIEW),yes)
+view: $(VIEW)
+else
+view:
+	@echo "iblbake: built without iblview: package libglfw3-dev is missing"
+endif
+$(BUILD)/gen/shaders.c: src/view/embed.awk $(SHADERS)
+	@mkdir -p $(@D)
+	awk -f src/view/embed.awk $(SHADERS) >$@
+$(BUILD)/obj/gen/shaders.o: $(BUILD)/gen/shaders.c
+	@mkdir -p $(@D)
+	$(CC) $(REQUIRED) $(WARN) $(CPPFLAGS) $(CFLAGS) -c -o $@ $<
+VIEW_OBJ := $(filter-out %/main.o,$(call obj,$(VIEW_SRC))) \
+            $(BUILD)/obj/gen/shaders.o
+$(VIEW): $(call obj,src/view/main.c) $(VIEW_OBJ) $(LIB)
+	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(VIEW_LIBS) $(EXR_LIBS) \
+	    $(CLI_LIBS) -lm -ldl $(LDLIBS)
+
 # A peer in one of the benches, where its package is installed.
 KISS = $(shell pkg-config --exists kissfft-float 2>/dev/null && echo yes)
 $(BUILD)/obj/tests/bench_fft.o: LOCAL = $(if $(KISS),-DIBL_KISS \
@@ -139,6 +169,12 @@ TEST_OBJ := $(call obj,tests/test.c tests/truth.c tests/files.c \
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(EXR_LIBS) \
+	    $(CLI_LIBS) -lm -ldl $(LDLIBS)
+
+$(BUILD)/tests/check_view_%: $(BUILD)/obj/tests/check_view_%.o \
+        $(call obj,tests/view.c) $(TEST_OBJ) $(VIEW_OBJ) $(LIB)
+	@mkdir -p $(@D)
+	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(VIEW_LIBS) $(EXR_LIBS) \
 	    $(CLI_LIBS) -lm -ldl $(LDLIBS)
 
 tests: $(TESTS)

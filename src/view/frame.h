@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: MIT */
+/* Uniform block "Frame" (shaders/frame.glsl has the same members in the same
+ * order): all that a frame's shaders are told. std140. */
+#ifndef VIEW_FRAME_H
+#define VIEW_FRAME_H
+
+#include "view/scene.h"
+#include "view/set.h"
+
+typedef struct view_frame {
+    float clip[16]; /* world to clip space, column-major */
+    float eye[4];
+    float right[4], up[4], forward[4]; /* of view_camera */
+    float viewport[4];                 /* width, height, 1/width, 1/height */
+    float turn[4];    /* cosine and sine of settings.turn, 0, 0 */
+    float lod[4];     /* scale, offset, last level, mapping (view_set) */
+    float diffuse[4]; /* scale of the irradiance map, 0, 0, 0 */
+    float sh[25][4];  /* RGB of each (l, m), E/pi; zeros beyond sh_degree */
+    float light_position[4][4];  /* world, 1 */
+    float light_intensity[4][4]; /* RGB, 0 */
+    float display[4];    /* 2^ev, split, gain, scale of sky texture's level */
+    int choice[4];       /* fresnel, diffuse, multiscatter, lights */
+    int show[4];         /* tone, false_colour, compare, sky */
+    int inspect[4];      /* mode, layout, level, size of the level */
+    float inspect_at[4]; /* zoom, pan x, pan y, 0 */
+    int sample_range[4]; /* first sample of this pass, samples in it, all, 0 */
+} view_frame;
+
+void view_frame_fill(view_frame *f, const view_settings *s, const view_set *set,
+                     int width, int height);
+
+#endif

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Looking at the maps themselves: levels of a cube as cross, strip or
+ * equirectangular map, the table with lines of equal value. The geometry
+ * stands once, here for the read-out and in shaders/layout.glsl for drawing;
+ * the tests compare the two.
+ */
+#ifndef VIEW_INSPECT_H
+#define VIEW_INSPECT_H
+
+#include "view/set.h"
+#include "view/settings.h"
+
+/* Something under the cursor. */
+typedef struct view_texel {
+    bool inside;         /* else nothing else holds */
+    int face, level;     /* face -1: flat */
+    int x, y;            /* texel */
+    double direction[3]; /* of a cube's texel centre, in the environment's own
+                            frame; of the table: N.V, roughness, 0 */
+    float value[3];      /* as the file has it, decoded */
+} view_texel;
+
+/* Pixel x, y (from the upper left) of a picture of width x height in the modes
+ * that inspect, and of the sky behind the spheres. */
+view_texel view_inspect(const view_set *set, const view_settings *s, int width,
+                        int height, double x, double y);
+/* "level 2  +X (17, 40)  dir 0.98 0.12 -0.10  rgb 1.25 0.91 0.33" */
+void view_texel_text(const view_texel *t, char *text, int size);
+
+#endif

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: MIT */
+/* One line on standard error for what a user has to know. */
+#ifndef VIEW_MESSAGE_H
+#define VIEW_MESSAGE_H
+
+#include <stdbool.h>
+
+#include "ibl/ibl.h"
+
+/* "iblview: ..." Returns false, so that `return view_fail(...)` reads. The
+ * text says what is wrong, where, and what to do. */
+bool view_fail(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
+/* The same for what does not stop the program; silent after view_quiet. */
+void view_note(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
+void view_quiet(void);
+
+/* For ibl_ctx_options: errors to view_fail, warnings to view_note, the rest
+ * nowhere. */
+void view_log(void *cookie, ibl_log_level level, const char *text);
+
+#endif

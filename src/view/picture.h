@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: MIT */
+/* Pictures out of the framebuffer and into PNG files. */
+#ifndef VIEW_PICTURE_H
+#define VIEW_PICTURE_H
+
+#include <stdbool.h>
+
+#include "ibl/ibl.h"
+
+/* 8-bit RGB, rows from the top, no padding; free() it. NULL: no memory. */
+unsigned char *view_picture_read(int width, int height);
+/* Writes a PNG (sRGB chunk; by ibl_outputs: whole or not at all). False, with
+ * a message, if it cannot. */
+bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
+                        const unsigned char *rgb);
+
+#endif

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Shaders: files of src/view/shaders that the build puts into the program
+ * (build/gen/shaders.c). A file may say `#include "name.glsl"` on a line of
+ * its own; each is included once. No file has a #version: 330 core is put
+ * before it. #line keeps names and numbers in messages right.
+ */
+#ifndef VIEW_PROGRAM_H
+#define VIEW_PROGRAM_H
+
+#include "view/gl.h"
+
+/* What the build makes: ended by a NULL name. */
+typedef struct view_shader_file {
+    const char *name, *text;
+} view_shader_file;
+extern const view_shader_file view_shader_files[];
+
+/* Compiles and links. 0, with the compiler's first line as the message, if it
+ * cannot. Its uniform block "Frame", if it has one, is bound to binding 0, and
+ * its samplers to the units of view_unit by name. */
+GLuint view_program(const char *vertex_file, const char *fragment_file);
+
+/* Texture units, and the names of their samplers. */
+typedef enum view_unit {
+    VIEW_UNIT_SPECULAR,   /* samplerCube specular_map */
+    VIEW_UNIT_IRRADIANCE, /* samplerCube irradiance_map */
+    VIEW_UNIT_LUT,        /* sampler2D lut_map */
+    VIEW_UNIT_SKY,        /* samplerCube sky_map */
+    VIEW_UNIT_PICTURE,    /* sampler2D picture: the linear picture */
+    VIEW_UNIT_TRUTH,      /* sampler2D truth: that of --reference */
+    VIEW_UNIT_SUBJECT, /* sampler2D subject: flat texture that is inspected */
+    VIEW_UNIT_COUNT
+} view_unit;
+
+#endif

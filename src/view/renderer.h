@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Makes the picture. Passes, each into what the next one reads:
+ *   1. linear   sky and spheres by the split sum, or what is inspected, as
+ *               scene-linear RGB floats
+ *   2. truth    the same spheres by the integral itself (truth.h), while
+ *               settings.compare asks for it
+ *   3. display  exposure, tone curve, sRGB, and comparing; into framebuffer 0
+ *   4. overlay  text (overlay.h)
+ * State that never changes is set when the renderer is made, textures are
+ * uploaded when a set is loaded, and a frame allocates nothing.
+ *
+ * Spheres are ray-traced on a quad each that covers them: normals are exact,
+ * edges are smoothed by coverage, and spheres are drawn from back to front.
+ */
+#ifndef VIEW_RENDERER_H
+#define VIEW_RENDERER_H
+
+#include "view/gl.h"
+#include "view/scene.h"
+#include "view/set.h"
+
+typedef struct view_renderer view_renderer;
+
+/* Needs a current context. NULL, with a message. */
+view_renderer *view_renderer_create(void);
+void view_renderer_free(view_renderer *r); /* NULL is fine */
+
+/* Uploads a set's textures; what was loaded before goes. set stays the
+ * caller's and must stay until the next load. False, with a message. */
+bool view_renderer_load(view_renderer *r, const view_set *set);
+
+/* Draws into framebuffer 0, width x height pixels. False, with a message. */
+bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
+                        int height);
+
+/* Of the last draw: linear RGB, width * height * 3 floats, rows from the top;
+ * truth: that of the reference. */
+bool view_renderer_read(const view_renderer *r, bool truth, float *rgb);
+
+/* Samples for each pixel that the truth has by now, of view_truth_samples. */
+int view_renderer_samples(const view_renderer *r);
+/* Relative RMSE of the split sum against the truth, of each sphere: room for
+ * its grid; returns how many. 0: no truth is there. */
+int view_renderer_errors(const view_renderer *r, double *rmse);
+
+#endif

@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: MIT */
+/* The sphere grid, its materials and the camera: plain geometry, that shaders
+ * are given and tests compute with. */
+#ifndef VIEW_SCENE_H
+#define VIEW_SCENE_H
+
+#include "view/settings.h"
+
+typedef struct view_material {
+    const char *name;     /* "gold", ... */
+    double metal[3];      /* F0 of the metal end, linear Rec. 709 */
+    double dielectric_f0; /* of the other end */
+    double albedo[3];     /* diffuse colour of the other end */
+    const char *source;   /* where the numbers are from */
+} view_material;
+
+/* Ended by a NULL name; the first is the default. */
+extern const view_material view_materials[];
+int view_material_count(void);
+
+typedef struct view_sphere {
+    double centre[3], radius;
+    double f0[3];     /* mix of dielectric_f0 and metal by metallic */
+    double albedo[3]; /* diffuse: albedo (1 - metallic) */
+    double metallic, roughness;
+} view_sphere;
+
+/* Spheres of the grid, row by row from the bottom left: rows * columns. */
+int view_grid(const view_settings *s,
+              view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID]);
+
+/* right and up are scaled so that the ray through (x, y), each -1..1 from the
+ * lower left, is along forward + x right + y up. */
+typedef struct view_camera {
+    double eye[3], right[3], up[3], forward[3];
+    double near, far;
+} view_camera;
+
+view_camera view_camera_of(const view_settings *s, int width, int height);
+/* World to clip space, column-major as OpenGL has it. */
+void view_camera_matrix(const view_camera *c, double matrix[16]);
+/* Unit direction through the centre of pixel (x, y), row 0 on top. */
+void view_camera_ray(const view_camera *c, int width, int height, double x,
+                     double y, double direction[3]);
+/* Index of the nearest sphere along the ray, and its normal there; -1: none.
+ * normal may be NULL. */
+int view_grid_hit(const view_sphere *spheres, int count, const double eye[3],
+                  const double direction[3], double normal[3]);
+/* A direction of the world turned into the environment's own, and back. */
+void view_turn(double turn_deg, const double world[3], double env[3]);
+void view_unturn(double turn_deg, const double env[3], double world[3]);
+
+#endif

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Where pictures go: a window (GLFW) or memory (OSMesa, opened with dlopen
+ * only then). Either has a current OpenGL 3.3 core context, with gl.h loaded,
+ * once it has been opened; its framebuffer is 0 in a window, and in memory as
+ * well. One screen at a time.
+ */
+#ifndef VIEW_SCREEN_H
+#define VIEW_SCREEN_H
+
+#include <stdbool.h>
+
+typedef struct view_screen view_screen;
+
+/* What a window has to say; members that are NULL are not told. Positions are
+ * in framebuffer pixels from the upper left. */
+typedef struct view_events {
+    void *cookie;
+    /* A printable character or, beyond 0x10FFFF, a view_key. */
+    void (*key)(void *cookie, int key, bool shift);
+    /* button -1: moved; 0, 1, 2: left, right, middle went down or up. */
+    void (*mouse)(void *cookie, double x, double y, int button, bool down);
+    void (*wheel)(void *cookie, double steps);
+    void (*drop)(void *cookie, const char *path); /* of each dropped file */
+} view_events;
+
+enum {
+    VIEW_KEY_ESCAPE = 0x110000,
+    VIEW_KEY_LEFT,
+    VIEW_KEY_RIGHT,
+    VIEW_KEY_UP,
+    VIEW_KEY_DOWN,
+    VIEW_KEY_PAGE_UP,
+    VIEW_KEY_PAGE_DOWN,
+    VIEW_KEY_HOME,
+    VIEW_KEY_END,
+    VIEW_KEY_TAB,
+    VIEW_KEY_ENTER,
+    VIEW_KEY_BACKSPACE
+};
+
+/* A picture in memory, without a display. NULL, with a message, if there is no
+ * OSMesa (says which package has it) or it has no OpenGL 3.3 core. */
+view_screen *view_screen_memory(int width, int height);
+
+/* A window; width and height in screen coordinates. events stays the caller's
+ * and is used until the screen is closed. NULL, with a message (no display,
+ * no OpenGL 3.3 core; says what to do: --offscreen for one). */
+view_screen *view_screen_window(int width, int height, const char *title,
+                                const view_events *events);
+void view_screen_close(view_screen *screen); /* NULL is fine */
+
+/* Of the framebuffer in pixels, as it is now: larger than what was asked for
+ * where the display has a scale. */
+void view_screen_size(const view_screen *screen, int *width, int *height);
+/* Framebuffer pixels to a screen coordinate, 1 or more. */
+double view_screen_scale(const view_screen *screen);
+
+/* Shows what was drawn (in memory: finishes it). */
+void view_screen_show(view_screen *screen);
+/* Delivers events; wait: returns after one, or after that many seconds.
+ * 0: at once. False: the window is to be closed. In memory: true. */
+bool view_screen_poll(view_screen *screen, double wait);
+void view_screen_title(view_screen *screen, const char *title);
+/* "OpenGL 4.5 (Core Profile) Mesa 22.3.6, llvmpipe ..." */
+const char *view_screen_about(const view_screen *screen);
+
+#endif

@@ -1,0 +1,106 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * A baked environment: the files of one, or what the library has just made of
+ * a map, with what they say about themselves.
+ */
+#ifndef VIEW_SET_H
+#define VIEW_SET_H
+
+#include <stdbool.h>
+
+#include "ibl/io.h"
+
+typedef enum view_content {
+    VIEW_SPECULAR,
+    VIEW_IRRADIANCE,
+    VIEW_LUT,
+    VIEW_SKY, /* --skybox; absent: level 0 of the specular chain is the sky */
+    VIEW_CONTENTS
+} view_content;
+
+/* Highest degree of irradiance that a shader sums. */
+#define VIEW_SH_DEGREE 4
+
+typedef struct view_set {
+    char *name; /* for titles: "sky" */
+    /* Texels as the files have them. Zeroed where there is none: of the four
+     * only the specular one is always there. A set without a table or
+     * irradiance gets what the library makes: the table by ibl_bake_lut, the
+     * irradiance from the spherical harmonics or the last level. */
+    ibl_texture texture[VIEW_CONTENTS];
+    char *path[VIEW_CONTENTS]; /* of each file; NULL: none */
+    char *sidecar;             /* path, or NULL */
+
+    ibl_roughness_map mapping;
+    double lod_scale, lod_offset;     /* as ibl_specular_layout has them */
+    double roughness[IBL_MAX_LEVELS]; /* of each level */
+    ibl_lobe lobe;
+    ibl_geometry geometry;   /* of the table */
+    double irradiance_scale; /* the map times this is E/pi; 1 for ours */
+    /* Irradiance E/pi, not radiance: 3 for each (l, m) to sh_degree, ordered
+     * and with the basis of ibl_bake_sh. sh_degree -1: none. */
+    int sh_degree; /* -1..VIEW_SH_DEGREE, what is beyond is left out */
+    double sh[3 * (VIEW_SH_DEGREE + 1) * (VIEW_SH_DEGREE + 1)];
+    double peak; /* largest component of level 0 */
+} view_set;
+
+/* What to open. */
+typedef struct view_request {
+    const char *path; /* a directory, a specular file or (by content, not name)
+                         an equirectangular map that has to be baked */
+    const char *irradiance, *lut, *sky; /* NULL: found beside it */
+} view_request;
+
+/* Whether path is a map rather than a baked set: a file whose content is not
+ * KTX, KTX2 or DDS. */
+bool view_is_map(const char *path);
+
+/*
+ * Reads a set. In a directory the only NAME_specular.ktx2, .ktx or .dds is
+ * taken; several are an error that names them. NAME.json beside it and the
+ * keys of the containers say how it was baked; files that others baked have
+ * neither, and get the defaults of ibl_specular_options (linear mapping, E/pi)
+ * with a note. False, with a message that says what does not fit and what to
+ * do, and *set zeroed.
+ */
+bool view_set_open(ibl_ctx *ctx, const view_request *what, view_set *set);
+void view_set_free(view_set *set); /* zeroed is fine */
+
+/* Makes the set of a map: the defaults of the library, rgba16f, sky from level
+ * 0, harmonics to VIEW_SH_DEGREE. Progress goes to ctx's callback. */
+bool view_set_bake(ibl_ctx *ctx, const char *path, view_set *set);
+/* Of a map in memory (tests, probes); copied name. opts NULL: defaults. */
+bool view_set_bake_image(ibl_ctx *ctx, const char *name, const ibl_image *map,
+                         const ibl_specular_options *opts, view_set *set);
+
+/* Writes the lookup of Filament's or the linear mapping: the level, not
+ * rounded, of roughness r. */
+double view_set_lod(const view_set *set, double roughness);
+
+/* ---- files that change ------------------------------------------------- */
+
+/* What the files of a set were when they were read. */
+typedef struct view_stamp {
+    long long seconds[VIEW_CONTENTS + 1], nanoseconds[VIEW_CONTENTS + 1];
+    long long size[VIEW_CONTENTS + 1], inode[VIEW_CONTENTS + 1];
+} view_stamp;
+
+void view_stamp_take(const view_set *set, view_stamp *stamp);
+/* Whether a file is another one now, and all are there and have been left
+ * alone for settle seconds. */
+bool view_stamp_changed(const view_set *set, const view_stamp *stamp,
+                        double settle);
+
+/* ---- a bake beside the window ------------------------------------------ */
+
+/* view_set_bake on a thread of its own. */
+typedef struct view_baker view_baker;
+
+view_baker *view_baker_start(const char *path); /* NULL, with a message */
+/* Stage and share, 0..1; true once it has ended. stage: room for 64. */
+bool view_baker_poll(view_baker *baker, char *stage, double *done);
+/* Waits, gives the set, frees the baker. False, with its message, if it failed
+ * or was cancelled. set NULL: cancels it. */
+bool view_baker_finish(view_baker *baker, view_set *set);
+
+#endif

@@ -1,0 +1,109 @@
+/* SPDX-License-Identifier: MIT */
+/* Everything that a user can choose: what keys and options change, and what a
+ * picture is a function of, besides the set. */
+#ifndef VIEW_SETTINGS_H
+#define VIEW_SETTINGS_H
+
+#include <stdbool.h>
+
+typedef enum view_mode {
+    VIEW_SPHERES,
+    VIEW_LEVELS,         /* a level of the specular chain */
+    VIEW_IRRADIANCE_MAP, /* the irradiance map */
+    VIEW_TABLE,          /* the BRDF table with iso-lines */
+    VIEW_MODES
+} view_mode;
+
+typedef enum view_layout {
+    VIEW_CROSS,
+    VIEW_STRIP,
+    VIEW_EQUIRECT,
+    VIEW_LAYOUTS
+} view_layout;
+
+typedef enum view_tone {
+    VIEW_TONE_LINEAR,   /* clamp */
+    VIEW_TONE_REINHARD, /* of the luminance, Reinhard et al. 2002 eq. 3 */
+    VIEW_TONE_ACES,     /* Hill's fit of RRT and ODT */
+    VIEW_TONE_NEUTRAL,  /* Khronos PBR Neutral */
+    VIEW_TONES
+} view_tone;
+
+/* Fresnel of the split sum. */
+typedef enum view_fresnel {
+    VIEW_FRESNEL_TABLE,   /* F0 * R + G of the table: Karis 2013 */
+    VIEW_FRESNEL_LAGARDE, /* F of N.V with roughness, times R + G */
+    VIEW_FRESNELS
+} view_fresnel;
+
+typedef enum view_diffuse {
+    VIEW_DIFFUSE_MAP,
+    VIEW_DIFFUSE_SH,
+    VIEW_DIFFUSES
+} view_diffuse;
+
+typedef enum view_compare {
+    VIEW_SPLIT_SUM,  /* what engines show */
+    VIEW_REFERENCE,  /* the integral itself, progressive */
+    VIEW_SPLIT,      /* split sum left of settings.split, reference right */
+    VIEW_DIFFERENCE, /* |split sum - reference| * gain */
+    VIEW_COMPARES
+} view_compare;
+
+#define VIEW_MAX_LIGHTS 4
+#define VIEW_MAX_GRID 16
+
+typedef struct view_light {
+    double position[3];
+    double intensity[3]; /* radiant intensity, radiance times area: at distance
+                            d irradiance is intensity / d^2 */
+} view_light;
+
+typedef struct view_settings {
+    view_mode mode;
+    /* spheres: rows 0 (bottom) .. from dielectric to metal, columns from
+     * smooth to rough; radius 0.45, centres 1 apart in the plane z = 0, the
+     * grid's middle in the origin */
+    int rows, columns;                /* 1..VIEW_MAX_GRID; 7 */
+    int material;                     /* see view_material */
+    double metallic[2], roughness[2]; /* the grid's ranges: 0..1; one row or
+                                         column alone has the first */
+    view_fresnel fresnel;
+    view_diffuse diffuse;
+    bool multiscatter; /* compensate for what single scattering loses */
+    int light_count;
+    view_light light[VIEW_MAX_LIGHTS];
+    /* camera: looks at the origin from distance, right-handed, +Y up; yaw 0
+     * looks along -Z, from +Z */
+    double yaw, pitch; /* degrees; pitch -89..89, positive from above */
+    double distance;   /* 0: so that the grid fits */
+    double fov;        /* vertical, degrees */
+    /* environment */
+    double turn; /* degrees about +Y, counter-clockwise seen from above */
+    bool sky;    /* show it; else the background is black */
+    /* display */
+    double ev; /* exposure 2^ev */
+    view_tone tone;
+    bool false_colour; /* of luminance, in place of tone mapping */
+    /* inspection */
+    view_layout layout;
+    int level;
+    double zoom, pan[2];
+    /* truth */
+    view_compare compare;
+    double split; /* 0..1 of the width */
+    double gain;  /* of differences */
+    bool help;    /* the list of keys is shown */
+} view_settings;
+
+view_settings view_settings_default(void);
+
+/* Names as options and titles have them: "spheres", "aces", ... */
+const char *view_mode_name(view_mode mode);
+const char *view_layout_name(view_layout layout);
+const char *view_tone_name(view_tone tone);
+const char *view_fresnel_name(view_fresnel fresnel);
+const char *view_diffuse_name(view_diffuse diffuse);
+const char *view_compare_name(view_compare compare);
+
+#endif
