@@ -38,10 +38,14 @@ bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
  * truth: that of the reference. */
 bool view_renderer_read(const view_renderer *r, bool truth, float *rgb);
 
-/* Samples for each pixel that the truth has by now, of view_truth_samples. */
+/* How many samples for each pixel a draw adds to the truth. 0, as it is at
+ * first: as many as leave a frame responsive, by the clock; for a picture that
+ * is the same in every run give a number. */
+void view_renderer_budget(view_renderer *r, int samples);
+/* Samples for each pixel that the truth has by now, of VIEW_TRUTH_SAMPLES. */
 int view_renderer_samples(const view_renderer *r);
-/* Relative RMSE of the split sum against the truth, of each sphere: room for
- * its grid; returns how many. 0: no truth is there. */
+/* Relative RMSE of the split sum against the truth, of each sphere (errors.h):
+ * room for its grid; returns how many. 0: no truth is there. */
 int view_renderer_errors(const view_renderer *r, double *rmse);
 
 #endif
