@@ -37,6 +37,7 @@
     X(PFNGLDELETEFRAMEBUFFERSPROC, DeleteFramebuffers)                         \
     X(PFNGLDELETEPROGRAMPROC, DeleteProgram)                                   \
     X(PFNGLDELETEQUERIESPROC, DeleteQueries)                                   \
+    X(PFNGLDELETESAMPLERSPROC, DeleteSamplers)                                 \
     X(PFNGLDELETESHADERPROC, DeleteShader)                                     \
     X(PFNGLDELETETEXTURESPROC, DeleteTextures)                                 \
     X(PFNGLDELETEVERTEXARRAYSPROC, DeleteVertexArrays)                         \
@@ -55,6 +56,7 @@
     X(PFNGLFRAMEBUFFERTEXTURELAYERPROC, FramebufferTextureLayer)               \
     X(PFNGLGENBUFFERSPROC, GenBuffers)                                         \
     X(PFNGLGENFRAMEBUFFERSPROC, GenFramebuffers)                               \
+    X(PFNGLGENSAMPLERSPROC, GenSamplers)                                       \
     X(PFNGLGENTEXTURESPROC, GenTextures)                                       \
     X(PFNGLGENVERTEXARRAYSPROC, GenVertexArrays)                               \
     X(PFNGLGENERATEMIPMAPPROC, GenerateMipmap)                                 \
@@ -75,6 +77,7 @@
     X(PFNGLPIXELSTOREIPROC, PixelStorei)                                       \
     X(PFNGLREADBUFFERPROC, ReadBuffer)                                         \
     X(PFNGLREADPIXELSPROC, ReadPixels)                                         \
+    X(PFNGLSAMPLERPARAMETERIPROC, SamplerParameteri)                           \
     X(PFNGLSCISSORPROC, Scissor)                                               \
     X(PFNGLSHADERSOURCEPROC, ShaderSource)                                     \
     X(PFNGLTEXIMAGE2DPROC, TexImage2D)                                         \

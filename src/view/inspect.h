@@ -25,6 +25,20 @@ typedef struct view_texel {
  * that inspect, and of the sky behind the spheres. */
 view_texel view_inspect(const view_set *set, const view_settings *s, int width,
                         int height, double x, double y);
+/*
+ * settings.zoom and settings.pan: at zoom 1 the whole picture just fits the
+ * window; pan is the point of it, in shares of its width and height from its
+ * middle to the right and down, that the window's middle shows.
+ *
+ * Changes them as a drag by so many pixels does, and a wheel that multiplies
+ * zoom while what is at pixel x, y stays there. zoom stays within 1/4 and what
+ * makes a texel a fourth of the window, pan within -1/2..1/2.
+ */
+void view_inspect_drag(const view_set *set, view_settings *s, int width,
+                       int height, double dx, double dy);
+void view_inspect_zoom(const view_set *set, view_settings *s, int width,
+                       int height, double x, double y, double factor);
+
 /* "level 2  +X (17, 40)  dir 0.98 0.12 -0.10  rgb 1.25 0.91 0.33" */
 void view_texel_text(const view_texel *t, char *text, int size);
 

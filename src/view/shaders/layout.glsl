@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+// Where on a flat picture each texel of a cube lies: the same geometry as in
+// inspect.c, which names what is under the cursor; a test compares the two.
+
+// view_layout of view/settings.h
+const int CROSS = 0, STRIP = 1, EQUIRECT = 2;
+
+// Moves a pixel's centre by so much that none lies on the edge of a texel in
+// pictures and windows of usual sizes, where rounding would choose.
+const float ASIDE = 1.0 / 32.0;
+
+// Size of the picture of a cube with faces of n texels, in such texels; an
+// equirectangular map has those of the faces' middles along its equator.
+vec2 flat_size(int kind, float n) {
+    return kind == CROSS ? vec2(4.0, 3.0) * n
+         : kind == STRIP ? vec2(6.0, 1.0) * n
+         : vec2(4.0, 2.0) * n;
+}
+
+// Pixels of the window to a unit of a picture of that size.
+float flat_scale(vec2 size) {
+    return min(viewport.x / size.x, viewport.y / size.y) * inspect_at.x;
+}
+
+// Point of the picture, from its upper left, that a pixel shows.
+vec2 flat_point(vec2 size) {
+    vec2 pixel = vec2(gl_FragCoord.x, viewport.y - gl_FragCoord.y) + ASIDE;
+    return size * (0.5 + inspect_at.yz) +
+           (pixel - 0.5 * viewport.xy) / flat_scale(size);
+}
+
+bool within(vec2 p, vec2 size) {
+    return all(greaterThanEqual(p, vec2(0.0))) && all(lessThan(p, size));
+}
+
+// Face and texel.
+struct texel {
+    int face; // -1: none
+    ivec2 at;
+};
+
+// A point (u, v) of a face, both -1..1, row 0 on top: the rule of GL, KTX and
+// DDS. OpenGL 4.6 core, table 8.19.
+vec3 face_direction(int face, vec2 p) {
+    return face == 0 ? vec3(1.0, -p.y, -p.x)
+         : face == 1 ? vec3(-1.0, -p.y, p.x)
+         : face == 2 ? vec3(p.x, 1.0, p.y)
+         : face == 3 ? vec3(p.x, -1.0, -p.y)
+         : face == 4 ? vec3(p.x, -p.y, 1.0)
+         : vec3(-p.x, -p.y, -1.0);
+}
+
+// Of the centre, not of unit length.
+vec3 texel_direction(texel t, int n) {
+    return face_direction(t.face, (2.0 * vec2(t.at) + 1.0) / float(n) - 1.0);
+}
+
+// The inverse.
+texel direction_texel(vec3 d, int n) {
+    vec3 a = abs(d);
+    texel t;
+    vec3 s; // u, v and what divides them
+    if (a.x >= a.y && a.x >= a.z) {
+        t.face = d.x < 0.0 ? 1 : 0;
+        s = vec3(d.x < 0.0 ? d.z : -d.z, -d.y, a.x);
+    } else if (a.y >= a.z) {
+        t.face = d.y < 0.0 ? 3 : 2;
+        s = vec3(d.x, d.y < 0.0 ? -d.z : d.z, a.y);
+    } else {
+        t.face = d.z < 0.0 ? 5 : 4;
+        s = vec3(d.z < 0.0 ? -d.x : d.x, -d.y, a.z);
+    }
+    vec2 at = (s.xy / s.z + 1.0) * 0.5 * float(n);
+    t.at = clamp(ivec2(floor(at)), 0, n - 1);
+    return t;
+}
+
+// The cross has +Y on top, -X +Z +X -Z in the middle, -Y below.
+int cross_face(ivec2 cell) {
+    const int middle[4] = int[4](1, 4, 0, 5);
+    if (cell.y == 1)
+        return middle[cell.x];
+    return cell.x != 1 ? -1 : cell.y == 0 ? 2 : 3;
+}
+
+// Row 0 of an equirectangular map is the zenith, its middle looks along +X.
+vec3 equirect_direction(vec2 share) {
+    const float PI = 3.14159265358979;
+    float phi = 2.0 * PI * (share.x - 0.5);
+    float theta = PI * share.y;
+    return vec3(sin(theta) * cos(phi), cos(theta), sin(theta) * sin(phi));
+}
+
+// What a pixel shows of a cube with faces of n texels.
+texel flat_texel(int kind, int n) {
+    vec2 size = flat_size(kind, float(n));
+    vec2 p = flat_point(size);
+    if (!within(p, size))
+        return texel(-1, ivec2(0));
+    if (kind == EQUIRECT)
+        return direction_texel(equirect_direction(p / size), n);
+    ivec2 at = ivec2(p);
+    ivec2 cell = at / n;
+    return texel(kind == STRIP ? cell.x : cross_face(cell), at - cell * n);
+}

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+// Scene-linear RGB (Rec. 709 primaries) to what a display is sent, 0..1.
+
+// Luminance of Rec. 709 primaries: ITU-R BT.709-6, item 3.2.
+float luminance(vec3 c) {
+    return dot(c, vec3(0.2126, 0.7152, 0.0722));
+}
+
+// Told by the exponent's bits: compilers may take isnan for false.
+bvec3 beyond(vec3 c) {
+    return equal(floatBitsToUint(c) & 0x7f800000u, uvec3(0x7f800000u));
+}
+
+bvec3 not_number(vec3 c) {
+    return greaterThan(floatBitsToUint(c) & 0x7fffffffu, uvec3(0x7f800000u));
+}
+
+// Reinhard, Stark, Shirley and Ferwerda 2002, "Photographic Tone Reproduction
+// for Digital Images", eq. 3, of the luminance; colours keep their hue.
+vec3 reinhard(vec3 c) {
+    return c / (1.0 + luminance(c));
+}
+
+// Hill's fit of the ACES reference rendering and sRGB output transforms, with
+// the matrices sRGB => XYZ => D65_2_D60 => AP1 => RRT_SAT before it and
+// ODT_SAT => XYZ => D60_2_D65 => sRGB after it:
+// github.com/TheRealMJP/BakingLab, BakingLab/ACES.hlsl. Columns here are its
+// rows, so the vector is on the left.
+vec3 aces(vec3 c) {
+    const mat3 rendering = mat3(0.59719, 0.35458, 0.04823,
+                                0.07600, 0.90834, 0.01566,
+                                0.02840, 0.13383, 0.83777);
+    const mat3 output_device = mat3(1.60475, -0.53108, -0.07367,
+                                    -0.10208, 1.10813, -0.00605,
+                                    -0.00327, -0.07276, 1.07602);
+    c = c * rendering;
+    // RRTAndODTFit
+    vec3 a = c * (c + 0.0245786) - 0.000090537;
+    vec3 b = c * (0.983729 * c + 0.4329510) + 0.238081;
+    return (a / b) * output_device;
+}
+
+// Khronos PBR Neutral Tone Mapper, specification 1.0 (2024):
+// github.com/KhronosGroup/ToneMapping, PBR_Neutral.
+vec3 neutral(vec3 c) {
+    const float f90 = 0.04; // normal reflection of what is removed
+    const float start = 0.8 - f90;
+    const float desaturation = 0.15;
+    float x = min(c.r, min(c.g, c.b));
+    c -= x < 2.0 * f90 ? x - x * x / (4.0 * f90) : f90;
+    float peak = max(c.r, max(c.g, c.b));
+    if (peak < start)
+        return c;
+    const float d = 1.0 - start;
+    float lower = 1.0 - d * d / (peak + d - start);
+    float g = 1.0 / (desaturation * (peak - lower) + 1.0);
+    return mix(vec3(lower), c * (lower / peak), g);
+}
+
+// IEC 61966-2-1:1999, 5.2.
+vec3 srgb(vec3 c) {
+    c = clamp(c, 0.0, 1.0);
+    return mix(1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, 12.92 * c,
+               lessThanEqual(c, vec3(0.0031308)));
+}
+
+// curve: view_tone of view/settings.h.
+vec3 tone(vec3 c, int curve) {
+    // No less light than none; beyond 1e12 every curve has met its end, and
+    // squares are still floats.
+    c = clamp(c, 0.0, 1e12);
+    if (curve == 1)
+        return reinhard(c);
+    if (curve == 2)
+        return aces(c);
+    if (curve == 3)
+        return neutral(c);
+    return c;
+}
+
+// Cubehelix: Green 2011, "A colour scheme for the display of astronomical
+// intensity images", Bull. Astr. Soc. India 39, eq. 2, with start 0.5,
+// -1.5 rotations, hue and gamma 1. level 0..1 from black to white.
+vec3 helix(float level) {
+    float angle = 6.28318530718 * (0.5 / 3.0 + 1.0 - 1.5 * level);
+    float swing = level * (1.0 - level) / 2.0;
+    vec2 turn = swing * vec2(cos(angle), sin(angle));
+    return clamp(level + mat2x3(-0.14861, -0.29227, 1.97294,
+                                1.78277, -0.90649, 0.0) * turn, 0.0, 1.0);
+}
+
+// Of a luminance, VIEW_STOPS on either side of middle grey; see
+// view/display.h. Not to be encoded: the helix is one of display values.
+vec3 false_colour(float y, vec2 pixel) {
+    const float stops = 8.0;
+    bool stripe = fract((pixel.x + pixel.y) / 8.0) < 0.5;
+    if (y < 0.18 * exp2(-stops))
+        return stripe ? vec3(0.0) : vec3(0.0, 0.0, 0.5);
+    if (y > 0.18 * exp2(stops))
+        return stripe ? vec3(1.0) : vec3(1.0, 0.0, 0.0);
+    float at = clamp(log2(y / 0.18) + stops, 0.0, 2.0 * stops - 1e-4);
+    float share = (floor(at) + 0.5 * fract(at)) / (2.0 * stops);
+    return helix(0.1 + 0.8 * share);
+}
