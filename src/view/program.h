@@ -3,7 +3,7 @@
  * Shaders: files of src/view/shaders that the build puts into the program
  * (build/gen/shaders.c). A file may say `#include "name.glsl"` on a line of
  * its own; each is included once. No file has a #version: 330 core is put
- * before it. #line keeps names and numbers in messages right.
+ * before it. Messages name the file and line that they are about.
  */
 #ifndef VIEW_PROGRAM_H
 #define VIEW_PROGRAM_H
@@ -20,6 +20,9 @@ extern const view_shader_file view_shader_files[];
  * cannot. Its uniform block "Frame", if it has one, is bound to binding 0, and
  * its samplers to the units of view_unit by name. */
 GLuint view_program(const char *vertex_file, const char *fragment_file);
+/* The same out of another table, of at most 64 files. */
+GLuint view_program_from(const view_shader_file *files, const char *vertex_file,
+                         const char *fragment_file);
 
 /* Texture units, and the names of their samplers. */
 typedef enum view_unit {

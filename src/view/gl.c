@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: MIT */
+#include "view/gl.h"
+
+#include "view/message.h"
+#include <stdio.h>
+#include <string.h>
+
+view_gl gl;
+
+/* ISO C has no cast from one kind of function to another through void *;
+ * between kinds of functions it has. */
+static bool find_all(view_gl_proc *(*get)(const char *))
+{
+#define VIEW_GL_FIND(type, name)                                               \
+    gl.name = (type)get("gl" #name);                                           \
+    if (!gl.name)                                                              \
+        return view_fail("this OpenGL has no gl" #name                         \
+                         ": its driver is too old or broken");
+    VIEW_GL_FUNCTIONS(VIEW_GL_FIND)
+#undef VIEW_GL_FIND
+    return true;
+}
+
+static bool is_core(void)
+{
+    GLint mask = 0;
+    gl.GetIntegerv(GL_CONTEXT_PROFILE_MASK, &mask);
+    return mask & GL_CONTEXT_CORE_PROFILE_BIT;
+}
+
+bool view_gl_load(view_gl_proc *(*get)(const char *name))
+{
+    int major = 0, minor = 0;
+
+    gl.GetString = (PFNGLGETSTRINGPROC)get("glGetString");
+    if (!gl.GetString)
+        return view_fail("OpenGL has no glGetString: it is not installed as "
+                         "a whole");
+    const char *version = (const char *)gl.GetString(GL_VERSION);
+    if (!version || sscanf(version, "%d.%d", &major, &minor) != 2)
+        return view_fail("OpenGL does not tell its version: no context");
+    if (major < 3 || (major == 3 && minor < 3))
+        return view_fail("OpenGL 3.3 core is needed, this is \"%s\"", version);
+    if (!find_all(get))
+        return false;
+    if (!is_core())
+        return view_fail("OpenGL 3.3 core is needed, this is \"%s\" without "
+                         "a core profile",
+                         version);
+    return true;
+}
+
+bool view_gl_has(const char *extension)
+{
+    GLint count = 0;
+
+    gl.GetIntegerv(GL_NUM_EXTENSIONS, &count);
+    for (GLint i = 0; i < count; i++) {
+        const char *name =
+            (const char *)gl.GetStringi(GL_EXTENSIONS, (GLuint)i);
+        if (name && !strcmp(name, extension))
+            return true;
+    }
+    return false;
+}
+
+static const char *error_name(GLenum error)
+{
+    switch (error) {
+    case GL_INVALID_ENUM:
+        return "invalid enum";
+    case GL_INVALID_VALUE:
+        return "invalid value";
+    case GL_INVALID_OPERATION:
+        return "invalid operation";
+    case GL_INVALID_FRAMEBUFFER_OPERATION:
+        return "framebuffer not complete";
+    case GL_OUT_OF_MEMORY:
+        return "out of memory";
+    }
+    return "unknown error";
+}
+
+bool view_gl_check(const char *where)
+{
+    const GLenum first = gl.GetError();
+
+    if (first == GL_NO_ERROR)
+        return true;
+    /* A lost context says so for ever. */
+    for (int i = 0; i < 64 && gl.GetError() != GL_NO_ERROR; i++)
+        continue;
+    return view_fail("%s: OpenGL says %s (0x%04x)", where, error_name(first),
+                     first);
+}

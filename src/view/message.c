@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: MIT */
+#include "view/message.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+
+#define LINE_BYTES 4096
+
+static bool quiet;
+
+/* One write for the whole line, which other programs' lines do not cut. File
+ * names may hold what a terminal would obey: shown as "?". */
+static void say(const char *kind, const char *fmt, va_list ap)
+{
+    char text[LINE_BYTES];
+
+    vsnprintf(text, sizeof text, fmt, ap);
+    for (char *c = text; *c; c++)
+        if ((unsigned char)*c < ' ' || *c == 0x7f)
+            *c = '?';
+    fprintf(stderr, "iblview: %s%s\n", kind, text);
+}
+
+bool view_fail(const char *fmt, ...)
+{
+    va_list ap;
+    va_start(ap, fmt);
+    say("", fmt, ap);
+    va_end(ap);
+    return false;
+}
+
+void view_note(const char *fmt, ...)
+{
+    va_list ap;
+    if (quiet)
+        return;
+    va_start(ap, fmt);
+    say("note: ", fmt, ap);
+    va_end(ap);
+}
+
+void view_quiet(void)
+{
+    quiet = true;
+}
+
+void view_log(void *cookie, ibl_log_level level, const char *text)
+{
+    (void)cookie;
+    if (level == IBL_LOG_ERROR)
+        view_fail("%s", text);
+    else if (level == IBL_LOG_WARNING)
+        view_note("%s", text);
+}

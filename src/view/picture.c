@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: MIT */
+#include "view/picture.h"
+
+#include "ibl/io.h"
+#include "view/gl.h"
+#include "view/message.h"
+#include <png.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void flip(unsigned char *pixels, size_t row_bytes, int height)
+{
+    unsigned char part[4096];
+
+    for (int i = 0; i < height / 2; i++) {
+        unsigned char *a = pixels + (size_t)i * row_bytes;
+        unsigned char *b = pixels + (size_t)(height - 1 - i) * row_bytes;
+        for (size_t done = 0; done < row_bytes; done += sizeof part) {
+            const size_t left = row_bytes - done;
+            const size_t n = left < sizeof part ? left : sizeof part;
+            memcpy(part, a + done, n);
+            memcpy(a + done, b + done, n);
+            memcpy(b + done, part, n);
+        }
+    }
+}
+
+unsigned char *view_picture_read(int width, int height)
+{
+    const size_t row_bytes = 3 * (size_t)width;
+    unsigned char *rgb = malloc(row_bytes * (size_t)height);
+
+    if (!rgb) {
+        view_fail("no memory for a picture of %d x %d pixels", width, height);
+        return NULL;
+    }
+    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, 0);
+    gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
+    gl.ReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, rgb);
+    flip(rgb, row_bytes, height);
+    return rgb;
+}
+
+/* 8-bit RGB is what libpng's simple interface marks as sRGB. */
+static void *encode(const char *path, int width, int height,
+                    const unsigned char *rgb, size_t *size)
+{
+    png_image image = {.version = PNG_IMAGE_VERSION,
+                       .width = (png_uint_32)width,
+                       .height = (png_uint_32)height,
+                       .format = PNG_FORMAT_RGB};
+    png_alloc_size_t bytes = PNG_IMAGE_PNG_SIZE_MAX(image);
+    void *png = malloc(bytes);
+
+    if (!png) {
+        view_fail("%s: no memory for a PNG of %d x %d pixels", path, width,
+                  height);
+        return NULL;
+    }
+    if (!png_image_write_to_memory(&image, png, &bytes, 0, rgb, 0, NULL)) {
+        view_fail("%s: libpng cannot make it: %s", path, image.message);
+        free(png);
+        return NULL;
+    }
+    *size = bytes;
+    return png;
+}
+
+bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
+                        const unsigned char *rgb)
+{
+    size_t size;
+    ibl_outputs *outputs = NULL;
+    void *png = encode(path, width, height, rgb, &size);
+
+    /* What fails here has told the context's log. */
+    const bool ok = png && !ibl_outputs_create(ctx, &outputs) &&
+                    !ibl_outputs_add(outputs, path, png, size) &&
+                    !ibl_outputs_commit(outputs);
+    ibl_outputs_free(outputs);
+    free(png);
+    return ok;
+}

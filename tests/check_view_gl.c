@@ -1,0 +1,365 @@
+/* SPDX-License-Identifier: MIT */
+/* The viewer's ground: OpenGL in memory, shaders, pictures and their files. */
+#include "view.h"
+
+#include "files.h"
+#include "view/gl.h"
+#include "view/message.h"
+#include "view/picture.h"
+#include "view/program.h"
+#include "view/screen_kind.h"
+#include <png.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- shaders of this test -------------------------------------------- */
+
+static const view_shader_file shaders[] = {
+    {"whole.vert", "// One triangle over the screen.\n"
+                   "void main() {\n"
+                   "    vec2 p = vec2(gl_VertexID & 1, gl_VertexID >> 1);\n"
+                   "    gl_Position = vec4(4.0 * p - 1.0, 0.0, 1.0);\n"
+                   "}\n"},
+    {"place.frag", "#include \"colour.glsl\"\n"
+                   "#include \"both.glsl\"\n"
+                   "out vec4 colour;\n"
+                   "void main() { colour = of(gl_FragCoord.xy); }\n"},
+    {"colour.glsl", "#include \"both.glsl\"\n"
+                    "vec4 of(vec2 at) { return vec4(at / ALL, 0.25, 1.0); }\n"},
+    {"both.glsl", "#include \"colour.glsl\"\n"
+                  "const float ALL = 255.0;\n"},
+    {"deep.frag", "out vec4 colour;\n"
+                  "#include \"bad.glsl\"\n"
+                  "void main() { colour = vec4(1.0); }\n"},
+    {"bad.glsl", "float fine(float x) { return x; }\n"
+                 "\n"
+                 "float wrong = missing;\n"},
+    {"after.frag", "#include \"colour.glsl\"\n"
+                   "#include \"colour.glsl\"\n"
+                   "out vec4 colour;\n"
+                   "void main() { colour = nothing; }\n"},
+    {"lost.frag", "\n#include \"gone.glsl\"\nvoid main() {}\n"},
+    {"unlinked.frag", "vec4 nowhere();\n"
+                      "out vec4 colour;\n"
+                      "void main() { colour = nowhere(); }\n"},
+    {"units.frag", "uniform samplerCube specular_map;\n"
+                   "uniform sampler2D lut_map, subject;\n"
+                   "layout(std140) uniform Frame { vec4 shade; };\n"
+                   "out vec4 colour;\n"
+                   "void main() {\n"
+                   "    colour = texture(specular_map, shade.xyz) +\n"
+                   "        texture(lut_map, shade.xy) +\n"
+                   "        texture(subject, shade.xy);\n"
+                   "}\n"},
+    {NULL, NULL},
+};
+
+static void draw_whole(GLuint program, int width, int height)
+{
+    GLuint array;
+
+    gl.GenVertexArrays(1, &array);
+    gl.BindVertexArray(array);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
+    gl.Viewport(0, 0, width, height);
+    gl.UseProgram(program);
+    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    gl.UseProgram(0);
+    gl.DeleteVertexArrays(1, &array);
+}
+
+/* ---- the context ----------------------------------------------------- */
+
+static void context(void)
+{
+    int major = 0, minor = 0;
+    view_screen *screen = NULL;
+
+    if (!view_test_begin(16, 8))
+        return;
+    gl.GetIntegerv(GL_MAJOR_VERSION, &major);
+    gl.GetIntegerv(GL_MINOR_VERSION, &minor);
+    CHECK_MSG(10 * major + minor >= 33, "OpenGL %d.%d", major, minor);
+    CHECK(!view_gl_has("GL_EXT_of_nobody"));
+    CHECK(view_gl_check("context"));
+    view_test_end();
+
+    screen = view_screen_memory(31, 7);
+    NEED(screen);
+    int width = 0, height = 0;
+    view_screen_size(screen, &width, &height);
+    CHECK(width == 31 && height == 7);
+    CHECK(view_screen_scale(screen) == 1);
+    CHECK(view_screen_poll(screen, 0));
+    CHECK(!strncmp(view_screen_about(screen), "OpenGL ", 7));
+    view_screen_title(screen, "not shown");
+    view_screen_close(screen);
+    view_screen_close(NULL);
+}
+
+static void library_missing(void)
+{
+    static const char *const names[] = {"libNoSuchMesa.so.8", NULL};
+    static const char *const others[] = {"libm.so.6", NULL};
+
+    view_test_catch();
+    CHECK(!view_screen_memory_from(names, 8, 8));
+    const char *said = view_test_caught();
+    CHECK_MSG(!strcmp(said, "iblview: pictures without a display need OSMesa, "
+                            "and libNoSuchMesa.so.8 cannot be opened: install "
+                            "package libosmesa6\n"),
+              "%s", said);
+    view_test_catch();
+    CHECK(!view_screen_memory_from(others, 8, 8));
+    said = view_test_caught();
+    CHECK_MSG(strstr(said, "older than 11.2"), "%s", said);
+}
+
+static void too_large(void)
+{
+    if (!view_test_begin(8, 8))
+        return;
+    view_test_end();
+    view_test_catch();
+    CHECK(!view_screen_memory(40000, 2));
+    const char *said = view_test_caught();
+    CHECK_MSG(strstr(said, "not 40000 x 2: ask"), "%s", said);
+}
+
+static const GLubyte *old_version(GLenum name)
+{
+    (void)name;
+    return (const GLubyte *)"2.1 Mesa 7.0";
+}
+
+static view_gl_proc *old_get(const char *name)
+{
+    return strcmp(name, "glGetString") ? NULL : (view_gl_proc *)old_version;
+}
+
+static void version_too_old(void)
+{
+    view_test_catch();
+    CHECK(!view_gl_load(old_get));
+    const char *said = view_test_caught();
+    CHECK_MSG(strstr(said, "3.3 core is needed, this is \"2.1 Mesa 7.0\""),
+              "%s", said);
+}
+
+static void errors_of_gl(void)
+{
+    if (!view_test_begin(8, 8))
+        return;
+    gl.Enable(0x1234);
+    gl.Enable(0x1234);
+    view_test_catch();
+    CHECK(!view_gl_check("enabling"));
+    const char *said = view_test_caught();
+    CHECK_MSG(!strcmp(said, "iblview: enabling: OpenGL says invalid enum "
+                            "(0x0500)\n"),
+              "%s", said);
+    CHECK(view_gl_check("enabling"));
+    view_test_end();
+}
+
+/* ---- pictures -------------------------------------------------------- */
+
+/* Odd sizes: rows without padding, and from the top. */
+static void rows_from_the_top(void)
+{
+    enum {
+        WIDTH = 37,
+        HEIGHT = 21
+    };
+    int wrong = 0;
+
+    if (!view_test_begin(WIDTH, HEIGHT))
+        return;
+    const GLuint program =
+        view_program_from(shaders, "whole.vert", "place.frag");
+    NEED(program);
+    draw_whole(program, WIDTH, HEIGHT);
+    unsigned char *rgb = view_picture_read(WIDTH, HEIGHT);
+    NEED(rgb);
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            const unsigned char *p = rgb + 3 * (y * WIDTH + x);
+            /* Pixel centres are halves; those round either way. */
+            wrong += p[0] < x || p[0] > x + 1;
+            wrong += p[1] < HEIGHT - 1 - y || p[1] > HEIGHT - y;
+            wrong += p[2] != 64;
+        }
+    CHECK_MSG(wrong == 0, "%d components differ", wrong);
+    free(rgb);
+    gl.DeleteProgram(program);
+    CHECK(view_gl_check("drawing"));
+    view_test_end();
+}
+
+static void cleared(void)
+{
+    if (!view_test_begin(5, 3))
+        return;
+    gl.ClearColor(1, 0.2f, 0, 1);
+    gl.Clear(GL_COLOR_BUFFER_BIT);
+    unsigned char *rgb = view_picture_read(5, 3);
+    NEED(rgb);
+    for (int i = 0; i < 15; i++)
+        CHECK(rgb[3 * i] == 255 && rgb[3 * i + 1] == 51 && !rgb[3 * i + 2]);
+    free(rgb);
+    view_test_end();
+}
+
+static void written_and_read(void)
+{
+    enum {
+        WIDTH = 45,
+        HEIGHT = 33
+    };
+    unsigned char rgb[3 * WIDTH * HEIGHT], back[sizeof rgb];
+    png_image image = {.version = PNG_IMAGE_VERSION};
+    test_random r = {7};
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    const char *path = file_path("picture.png");
+    size_t size;
+
+    for (size_t i = 0; i < sizeof rgb; i++)
+        rgb[i] = (unsigned char)test_random_u64(&r);
+    CHECK(view_picture_write(ctx, path, WIDTH, HEIGHT, rgb));
+    NEED(png_image_begin_read_from_file(&image, path));
+    CHECK(image.width == WIDTH && image.height == HEIGHT);
+    CHECK(image.format == PNG_FORMAT_RGB);
+    NEED(png_image_finish_read(&image, NULL, back, 0, NULL));
+    CHECK(!memcmp(rgb, back, sizeof rgb));
+    /* The chunk behind the header: length 1, name, intent. */
+    unsigned char *bytes = file_load(path, &size);
+    CHECK(size > 46 && !memcmp(bytes + 33, "\0\0\0\1sRGB", 8));
+    free(bytes);
+    ibl_ctx_free(ctx);
+}
+
+static void not_writable(void)
+{
+    const unsigned char rgb[3] = {1, 2, 3};
+    ibl_ctx_options opts = ibl_ctx_options_default();
+    ibl_ctx *ctx;
+
+    opts.threads = 1;
+    opts.log = view_log;
+    NEED(!ibl_ctx_create(&opts, &ctx));
+    view_test_catch();
+    CHECK(!view_picture_write(ctx, file_path("none/picture.png"), 1, 1, rgb));
+    const char *said = view_test_caught();
+    CHECK_MSG(!strncmp(said, "iblview: ", 9) && strstr(said, "picture.png") &&
+                  strchr(said, '\n') == said + strlen(said) - 1,
+              "%s", said);
+    ibl_ctx_free(ctx);
+}
+
+/* ---- shaders --------------------------------------------------------- */
+
+static void refused(const char *fragment, const char *message)
+{
+    view_test_catch();
+    const GLuint program = view_program_from(shaders, "whole.vert", fragment);
+    const char *said = view_test_caught();
+
+    CHECK(!program);
+    CHECK_MSG(!strncmp(said, message, strlen(message)), "%s", said);
+    CHECK_MSG(strchr(said, '\n') == said + strlen(said) - 1, "%s", said);
+}
+
+static void shader_errors(void)
+{
+    if (!view_test_begin(8, 8))
+        return;
+    refused("deep.frag", "iblview: shader deep.frag: bad.glsl:3: error: ");
+    refused("after.frag", "iblview: shader after.frag: after.frag:4: error: ");
+    refused("unlinked.frag", "iblview: shader unlinked.frag: error: ");
+    refused("lost.frag", "iblview: shader lost.frag:2 includes gone.glsl, "
+                         "which is not in the program\n");
+    refused("absent.frag", "iblview: shader absent.frag is not in the "
+                           "program\n");
+    view_test_catch();
+    CHECK(!view_program("none.vert", "none.frag"));
+    const char *said = view_test_caught();
+    CHECK_MSG(strstr(said, "none.vert is not in the program"), "%s", said);
+    CHECK(view_gl_check("shaders"));
+    view_test_end();
+}
+
+/* A texture of one texel. */
+static GLuint texel(view_unit unit, GLenum kind, const unsigned char *rgba)
+{
+    const bool cube = kind == GL_TEXTURE_CUBE_MAP;
+    GLuint texture;
+
+    gl.GenTextures(1, &texture);
+    gl.ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
+    gl.BindTexture(kind, texture);
+    for (GLenum face = 0; face < (cube ? 6 : 1); face++)
+        gl.TexImage2D(cube ? GL_TEXTURE_CUBE_MAP_POSITIVE_X + face : kind, 0,
+                      GL_RGBA8, 1, 1, 0, GL_RGBA, GL_UNSIGNED_BYTE, rgba);
+    gl.TexParameteri(kind, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    return texture;
+}
+
+/* Samplers and the block get their places by name: the sum of the three
+ * textures comes out, read where the block says. */
+static void shader_units(void)
+{
+    static const unsigned char specular[4] = {10, 0, 0, 0};
+    static const unsigned char lut[4] = {0, 20, 0, 0};
+    static const unsigned char subject[4] = {0, 0, 30, 255};
+    static const float shade[4] = {1, 0, 0, 1};
+    GLuint textures[3], block;
+
+    if (!view_test_begin(4, 4))
+        return;
+    const GLuint program =
+        view_program_from(shaders, "whole.vert", "units.frag");
+    NEED(program);
+    textures[0] = texel(VIEW_UNIT_SPECULAR, GL_TEXTURE_CUBE_MAP, specular);
+    textures[1] = texel(VIEW_UNIT_LUT, GL_TEXTURE_2D, lut);
+    textures[2] = texel(VIEW_UNIT_SUBJECT, GL_TEXTURE_2D, subject);
+    gl.GenBuffers(1, &block);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, block);
+    gl.BufferData(GL_UNIFORM_BUFFER, sizeof shade, shade, GL_STATIC_DRAW);
+    draw_whole(program, 4, 4);
+    unsigned char *rgb = view_picture_read(4, 4);
+    NEED(rgb);
+    CHECK_MSG(rgb[0] == 10 && rgb[1] == 20 && rgb[2] == 30, "%d %d %d", rgb[0],
+              rgb[1], rgb[2]);
+    free(rgb);
+    gl.DeleteBuffers(1, &block);
+    gl.DeleteTextures(3, textures);
+    gl.DeleteProgram(program);
+    CHECK(view_gl_check("units"));
+    view_test_end();
+}
+
+/* ---- messages -------------------------------------------------------- */
+
+static void messages(void)
+{
+    view_test_catch();
+    CHECK(!view_fail("%s: is wrong", "a\033[31m\nb"));
+    view_log(NULL, IBL_LOG_WARNING, "mended 100% of it");
+    view_log(NULL, IBL_LOG_INFO, "chatter");
+    view_log(NULL, IBL_LOG_ERROR, "gone");
+    view_quiet();
+    view_note("not heard");
+    const char *said = view_test_caught();
+    CHECK_MSG(!strcmp(said, "iblview: a?[31m?b: is wrong\n"
+                            "iblview: note: mended 100% of it\n"
+                            "iblview: gone\n"),
+              "%s", said);
+}
+
+static const test tests[] = {
+    TEST(context),         TEST(library_missing),  TEST(too_large),
+    TEST(version_too_old), TEST(errors_of_gl),     TEST(rows_from_the_top),
+    TEST(cleared),         TEST(written_and_read), TEST(not_writable),
+    TEST(shader_errors),   TEST(shader_units),     TEST(messages),
+};
+TEST_MAIN(tests)

@@ -1,0 +1,82 @@
+/* SPDX-License-Identifier: MIT */
+#include "view.h"
+
+#include "view/screen.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#if defined(__has_feature)
+#define THREAD_SANITIZER __has_feature(thread_sanitizer)
+#elif defined(__SANITIZE_THREAD__)
+#define THREAD_SANITIZER 1
+#else
+#define THREAD_SANITIZER 0
+#endif
+
+static view_screen *screen;
+
+/* OSMesa never frees some 480 bytes of its own. */
+const char *__lsan_default_suppressions(void);
+const char *__lsan_default_suppressions(void)
+{
+    return "leak:libOSMesa.so\n";
+}
+
+bool view_test_begin(int width, int height)
+{
+    if (THREAD_SANITIZER) {
+        test_skip("OSMesa compiles as it runs, which the thread sanitizer "
+                  "does not follow");
+        return false;
+    }
+    view_test_end();
+    view_test_catch();
+    screen = view_screen_memory(width, height);
+    const char *said = view_test_caught();
+    if (!screen)
+        test_skip("%.*s", (int)strcspn(said, "\n"), said);
+    return screen != NULL;
+}
+
+void view_test_end(void)
+{
+    view_screen_close(screen);
+    screen = NULL;
+}
+
+/* ---- standard error -------------------------------------------------- */
+
+static int saved = -1;
+static FILE *kept;
+
+static void need(bool ok, const char *what)
+{
+    if (!ok) {
+        perror(what);
+        exit(1);
+    }
+}
+
+void view_test_catch(void)
+{
+    fflush(stderr);
+    kept = tmpfile();
+    need(kept, "temporary file");
+    saved = dup(STDERR_FILENO);
+    need(saved >= 0 && dup2(fileno(kept), STDERR_FILENO) >= 0, "dup");
+}
+
+const char *view_test_caught(void)
+{
+    static char text[8192];
+
+    fflush(stderr);
+    need(dup2(saved, STDERR_FILENO) >= 0, "dup");
+    close(saved);
+    rewind(kept);
+    text[fread(text, 1, sizeof text - 1, kept)] = 0;
+    fclose(kept);
+    return text;
+}

@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: MIT */
+/* What tests of the viewer share: a screen in memory, and what was said. */
+#ifndef TEST_VIEW_H
+#define TEST_VIEW_H
+
+#include <stdbool.h>
+
+#include "test.h"
+
+/* Opens a screen in memory, with gl loaded. False, and the running test is
+ * skipped, where there is no OSMesa, and under the thread sanitizer. */
+bool view_test_begin(int width, int height);
+void view_test_end(void); /* also without a screen */
+
+/* Keeps what is written to standard error, until view_test_caught gives it:
+ * static storage, overwritten by the next call. */
+void view_test_catch(void);
+const char *view_test_caught(void);
+
+#endif
