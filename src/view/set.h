@@ -23,13 +23,15 @@ typedef enum view_content {
 
 typedef struct view_set {
     char *name; /* for titles: "sky" */
-    /* Texels as the files have them. Zeroed where there is none: of the four
-     * only the specular one is always there. A set without a table or
-     * irradiance gets what the library makes: the table by ibl_bake_lut, the
-     * irradiance from the spherical harmonics or the last level. */
+    /* Texels as the files have them. Only the sky may be missing, and is zeroed
+     * then. A set without a table or irradiance gets them here: the table by
+     * ibl_bake_lut; irradiance by the cosine sum over level 0, or, where that
+     * is rough or clipped by its pixel format, the last level if its roughness
+     * is 1, else the spherical harmonics. A note tells. */
     ibl_texture texture[VIEW_CONTENTS];
     char *path[VIEW_CONTENTS]; /* of each file; NULL: none */
     char *sidecar;             /* path, or NULL */
+    char *map;                 /* what was baked here, or NULL */
 
     ibl_roughness_map mapping;
     double lod_scale, lod_offset;     /* as ibl_specular_layout has them */
@@ -51,16 +53,19 @@ typedef struct view_request {
     const char *irradiance, *lut, *sky; /* NULL: found beside it */
 } view_request;
 
-/* Whether path is a map rather than a baked set: a file whose content is not
- * KTX, KTX2 or DDS. */
+/* Whether path is a map rather than a baked set: "-", a pipe, or a file whose
+ * content is neither KTX, KTX2, DDS nor JSON. */
 bool view_is_map(const char *path);
 
 /*
  * Reads a set. In a directory the only NAME_specular.ktx2, .ktx or .dds is
  * taken; several are an error that names them. NAME.json beside it and the
- * keys of the containers say how it was baked; files that others baked have
- * neither, and get the defaults of ibl_specular_options (linear mapping, E/pi)
- * with a note. False, with a message that says what does not fit and what to
+ * keys of the containers say how it was baked; where both do and differ, the
+ * keys, which cannot be parted from their file, with a note. Files that others
+ * baked have neither, and get the defaults of ibl_specular_options (linear
+ * mapping, E/pi) with a note; those of cmgen (KTX with a key "sh") Filament's
+ * mapping. ctx has view_log: what the library finds wrong with a file is told
+ * through it. False, with a message that says what does not fit and what to
  * do, and *set zeroed.
  */
 bool view_set_open(ibl_ctx *ctx, const view_request *what, view_set *set);
@@ -73,16 +78,19 @@ bool view_set_bake(ibl_ctx *ctx, const char *path, view_set *set);
 bool view_set_bake_image(ibl_ctx *ctx, const char *name, const ibl_image *map,
                          const ibl_specular_options *opts, view_set *set);
 
-/* Writes the lookup of Filament's or the linear mapping: the level, not
- * rounded, of roughness r. */
+/* The level, not rounded, 0 to the last, where the set has a roughness. */
 double view_set_lod(const view_set *set, double roughness);
+/* E/pi by the harmonics of a set that has them; may be a little negative. */
+void view_set_sh_irradiance(const view_set *set, const double normal[3],
+                            double rgb[3]);
 
 /* ---- files that change ------------------------------------------------- */
 
 /* What the files of a set were when they were read. */
 typedef struct view_stamp {
-    long long seconds[VIEW_CONTENTS + 1], nanoseconds[VIEW_CONTENTS + 1];
-    long long size[VIEW_CONTENTS + 1], inode[VIEW_CONTENTS + 1];
+    /* the textures', the sidecar, the map */
+    long long seconds[VIEW_CONTENTS + 2], nanoseconds[VIEW_CONTENTS + 2];
+    long long size[VIEW_CONTENTS + 2], inode[VIEW_CONTENTS + 2];
 } view_stamp;
 
 void view_stamp_take(const view_set *set, view_stamp *stamp);

@@ -1,0 +1,606 @@
+/* SPDX-License-Identifier: MIT */
+/* Finding the files of a set and reading them. */
+#include "view/set.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "view/message.h"
+#include "view/set_about.h"
+
+enum {
+    MAGIC = 12
+};
+
+/* ---- what a file is --------------------------------------------------------
+ */
+
+typedef enum kind {
+    KIND_TEXTURE,
+    KIND_JSON,
+    KIND_OTHER,
+    KIND_DIRECTORY,
+    KIND_PIPE,   /* or another thing that cannot be looked into */
+    KIND_MISSING /* errno says why */
+} kind;
+
+static bool is_texture(const char head[MAGIC])
+{
+    return !memcmp(head, "\xABKTX 20\xBB\r\n\x1A\n", MAGIC) ||
+           !memcmp(head, "\xABKTX 11\xBB\r\n\x1A\n", MAGIC) ||
+           !memcmp(head, "DDS ", 4);
+}
+
+/* head: what the file begins with, then zeros. */
+static kind look(const char *path, char head[MAGIC])
+{
+    struct stat st;
+    FILE *file;
+
+    memset(head, 0, MAGIC);
+    if (stat(path, &st))
+        return KIND_MISSING;
+    if (S_ISDIR(st.st_mode))
+        return KIND_DIRECTORY;
+    if (!S_ISREG(st.st_mode))
+        return KIND_PIPE;
+    file = fopen(path, "rb");
+    if (!file)
+        return KIND_MISSING;
+    const size_t got = fread(head, 1, MAGIC, file);
+    fclose(file);
+    if (is_texture(head))
+        return KIND_TEXTURE;
+    const size_t space = strspn(head, " \t\r\n");
+    return space < got && head[space] == '{' ? KIND_JSON : KIND_OTHER;
+}
+
+/* For messages: what a file is that is no texture. */
+static const char *describe(const char head[MAGIC])
+{
+    if (!memcmp(head, "\x89PNG", 4))
+        return "a PNG picture";
+    if (!memcmp(head, "\xFF\xD8\xFF", 3))
+        return "a JPEG picture";
+    if (!memcmp(head, "#?", 2))
+        return "a Radiance map";
+    if (!memcmp(head, "\x76\x2F\x31\x01", 4))
+        return "an OpenEXR map";
+    if (!memcmp(head, "II*\0", 4) || !memcmp(head, "MM\0*", 4))
+        return "a TIFF picture";
+    return *head ? "of another kind" : "empty";
+}
+
+bool view_is_map(const char *path)
+{
+    char head[MAGIC];
+
+    if (!strcmp(path, "-"))
+        return true;
+    const kind k = look(path, head);
+    return k == KIND_OTHER || k == KIND_PIPE;
+}
+
+/* ---- names ------------------------------------------------------------------
+ */
+
+static const char *file_name(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
+char *view_set_stem(const char *path)
+{
+    const char *name = file_name(path);
+    const char *dot = strrchr(name, '.');
+    return dot && dot > name ? strndup(name, (size_t)(dot - name))
+                             : strdup(name);
+}
+
+static char *print(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
+static char *print(const char *fmt, ...)
+{
+    va_list ap;
+
+    va_start(ap, fmt);
+    const int length = vsnprintf(NULL, 0, fmt, ap);
+    va_end(ap);
+    char *text = length >= 0 ? malloc((size_t)length + 1) : NULL;
+    if (text) {
+        va_start(ap, fmt);
+        vsnprintf(text, (size_t)length + 1, fmt, ap);
+        va_end(ap);
+    }
+    return text;
+}
+
+static bool no_memory(const char *path)
+{
+    return view_fail("%s: no memory to open it", path);
+}
+
+/* Where a "_specular" (or another content's name) ends text; NULL: nowhere. */
+static char *content_suffix(char *text)
+{
+    const size_t length = strlen(text);
+
+    for (int i = 0; i < VIEW_CONTENTS; i++) {
+        const char *word = view_content_name((view_content)i);
+        const size_t size = strlen(word);
+        char *at = text + length - size;
+        if (length > size + 1 && at[-1] == '_' && !strcmp(at, word))
+            return at - 1;
+    }
+    return NULL;
+}
+
+/* ---- a directory
+ * -------------------------------------------------------------- */
+
+static bool is_specular(const char *name)
+{
+    for (int i = 0; i < IBL_CONTAINER_COUNT; i++) {
+        char end[32];
+        const int size = snprintf(end, sizeof end, "_specular.%s",
+                                  ibl_container_name((ibl_container)i));
+        const size_t length = strlen(name);
+        if (*name != '.' && length > (size_t)size &&
+            !strcmp(name + length - size, end))
+            return true;
+    }
+    return false;
+}
+
+static int compare_names(const void *a, const void *b)
+{
+    return strcmp(*(char *const *)a, *(char *const *)b);
+}
+
+static void free_names(char **names, int count)
+{
+    for (int i = 0; i < count; i++)
+        free(names[i]);
+    free(names);
+}
+
+/* Names of the specular files in a directory, sorted. */
+static bool list(const char *path, char ***out, int *count)
+{
+    DIR *directory = opendir(path);
+    char **names = NULL;
+    struct dirent *entry;
+
+    *out = NULL;
+    *count = 0;
+    if (!directory)
+        return view_fail("%s: cannot be read: %s", path, strerror(errno));
+    while ((entry = readdir(directory))) {
+        if (!is_specular(entry->d_name))
+            continue;
+        char **more = realloc(names, sizeof *names * (size_t)(*count + 1));
+        if (more)
+            names = more;
+        if (!more || !(names[*count] = strdup(entry->d_name))) {
+            free_names(names, *count);
+            closedir(directory);
+            return no_memory(path);
+        }
+        ++*count;
+    }
+    closedir(directory);
+    if (names)
+        qsort(names, (size_t)*count, sizeof *names, compare_names);
+    *out = names;
+    return true;
+}
+
+/* "a, b, c and 5 more" */
+static bool fail_several(const char *path, char *const *names, int count)
+{
+    char text[256] = "";
+    int shown = 0;
+
+    for (; shown < count; shown++) {
+        const size_t used = strlen(text);
+        if (used + strlen(names[shown]) + 16 > sizeof text)
+            break;
+        snprintf(text + used, sizeof text - used, "%s%s",
+                 shown == 0           ? ""
+                 : shown + 1 == count ? " and "
+                                      : ", ",
+                 names[shown]);
+    }
+    if (shown < count)
+        snprintf(text + strlen(text), sizeof text - strlen(text),
+                 " and %d more", count - shown);
+    return view_fail("%s: holds %d sets: name one of its files: %s", path,
+                     count, text);
+}
+
+/* The specular file of a directory, for free(). */
+static char *find_in_directory(const char *path)
+{
+    const size_t length = strlen(path);
+    const char *slash = length && path[length - 1] == '/' ? "" : "/";
+    char **names, *found = NULL;
+    int count;
+
+    if (!list(path, &names, &count))
+        return NULL;
+    if (count == 0)
+        view_fail("%s: has no NAME_specular.ktx2, .ktx or .dds: bake a map "
+                  "into it (iblbake MAP -o %s), or name another directory, a "
+                  "specular file or a map",
+                  path, path);
+    else if (count > 1)
+        fail_several(path, names, count);
+    else if (!(found = print("%s%s%s", path, slash, names[0])))
+        no_memory(path);
+    free_names(names, count);
+    return found;
+}
+
+/* The specular file that is meant, for free(). */
+static char *find_specular(const char *path)
+{
+    char head[MAGIC];
+    char *found;
+
+    switch (look(path, head)) {
+    case KIND_DIRECTORY:
+        return find_in_directory(path);
+    case KIND_MISSING:
+        view_fail("%s: cannot be opened: %s", path, strerror(errno));
+        return NULL;
+    case KIND_JSON:
+        view_fail("%s: is JSON, no texture: name the NAME_specular file beside "
+                  "it, or the directory",
+                  path);
+        return NULL;
+    case KIND_OTHER:
+        view_fail("%s: is %s, where a baked specular file (KTX2, KTX or DDS) "
+                  "is wanted: bake it first",
+                  path, describe(head));
+        return NULL;
+    case KIND_TEXTURE:
+    case KIND_PIPE:
+        break;
+    }
+    found = strdup(path);
+    if (!found)
+        no_memory(path);
+    return found;
+}
+
+/* ---- the other files
+ * ------------------------------------------------------------ */
+
+/* A set in the making. */
+typedef struct opener {
+    ibl_ctx *ctx;
+    view_set *set;
+    view_sidecar *sidecar;
+    char *directory; /* with its slash, or "" */
+    char *extension; /* of the specular file */
+    bool told;       /* that nothing is known of how the set was baked */
+} opener;
+
+static bool is_file(const char *path)
+{
+    struct stat st;
+    return !stat(path, &st) && S_ISREG(st.st_mode);
+}
+
+/* DIRECTORY/NAME_content.EXTENSION; the table has no NAME. */
+static char *usual_path(const opener *o, view_content content,
+                        const char *extension)
+{
+    const bool lut = content == VIEW_LUT;
+    return print("%s%s%s%s.%s", o->directory, lut ? "" : o->set->name,
+                 lut ? "" : "_", view_content_name(content), extension);
+}
+
+/* Where a content's file is: as the sidecar says, as iblbake names it beside
+ * the specular file, then with other extensions. *out NULL: nowhere. */
+static bool find_beside(const opener *o, view_content content, char **out)
+{
+    const char *told = view_sidecar_file(o->sidecar, content);
+
+    for (int i = -2; i < IBL_CONTAINER_COUNT; i++) {
+        if (i == -2 && !told)
+            continue;
+        char *path =
+            i == -2 ? print("%s%s", o->directory, told)
+            : i == -1
+                ? usual_path(o, content, o->extension)
+                : usual_path(o, content, ibl_container_name((ibl_container)i));
+        *out = path;
+        if (!path)
+            return no_memory(o->set->name);
+        if (is_file(path))
+            return true;
+        free(path);
+    }
+    *out = NULL;
+    return true;
+}
+
+/* ---- what fits
+ * ------------------------------------------------------------------- */
+
+/* What to do about a file that is not what it was taken for. */
+static const char *remedy(view_content wanted)
+{
+    static const char *const words[] = {
+        "name the NAME_specular file, and others with --irradiance and --lut",
+        "name the NAME_irradiance file, or leave --irradiance out",
+        "name the brdf_lut file, or leave --lut out",
+        "name the NAME_skybox file, or leave it out"};
+    return words[wanted];
+}
+
+static bool check_shape(const ibl_texture *tex, const char *path,
+                        view_content wanted)
+{
+    const char *pixel = ibl_pixel_name(tex->pixel);
+    const bool lut = wanted == VIEW_LUT;
+
+    if ((tex->faces == 1) != lut)
+        return view_fail("%s: is a %s (%dx%d, %s), where %s is wanted: %s",
+                         path, lut ? "cube" : "flat texture", tex->width,
+                         tex->height, pixel, view_content_words(wanted),
+                         remedy(wanted));
+    if ((ibl_pixel_channels(tex->pixel) == 2) != lut)
+        return view_fail("%s: has %s texels, where %s has %s: %s", path, pixel,
+                         view_content_words(wanted),
+                         lut ? "two channels, rg16f or rg32f" : "colour",
+                         remedy(wanted));
+    if (lut && tex->width != tex->height)
+        return view_fail("%s: is %dx%d, where a BRDF table is square: %s", path,
+                         tex->width, tex->height, remedy(wanted));
+    if (tex->width > IBL_MAX_CUBE_SIZE)
+        return view_fail("%s: is %dx%d, more than %d: bake it smaller", path,
+                         tex->width, tex->height, IBL_MAX_CUBE_SIZE);
+    return true;
+}
+
+static bool check_content(const opener *o, const char *path,
+                          view_content wanted, const view_about *keys)
+{
+    view_content found =
+        keys->known & VIEW_KNOWS_CONTENT
+            ? keys->content
+            : view_sidecar_content(o->sidecar, file_name(path));
+    if (found == VIEW_CONTENTS || found == wanted)
+        return true;
+    return view_fail("%s: holds %s, where %s is wanted: %s", path,
+                     view_content_words(found), view_content_words(wanted),
+                     remedy(wanted));
+}
+
+/* Reads a file as that content, and what is known of it. Takes path over. */
+static bool load(opener *o, view_content content, char *path, view_about *about)
+{
+    ibl_texture *tex = &o->set->texture[content];
+    view_about said = {0};
+    char head[MAGIC];
+
+    o->set->path[content] = path;
+    const kind k = look(path, head);
+    if (k == KIND_MISSING)
+        return view_fail("%s: cannot be opened: %s", path, strerror(errno));
+    if (k != KIND_TEXTURE && k != KIND_PIPE)
+        return view_fail("%s: is %s, where %s (KTX2, KTX or DDS) is wanted: %s",
+                         path,
+                         k == KIND_DIRECTORY ? "a directory"
+                         : k == KIND_JSON    ? "JSON"
+                                             : describe(head),
+                         view_content_words(content), remedy(content));
+    if (ibl_texture_read(o->ctx, path, tex, NULL))
+        return false;
+    if (!check_shape(tex, path, content) ||
+        !view_about_keys(tex, path, about) ||
+        !check_content(o, path, content, about))
+        return false;
+    const char *listed = view_sidecar_file(o->sidecar, content);
+    if (!listed || strcmp(listed, file_name(path)) != 0)
+        return true;
+    if (!view_sidecar_about(o->sidecar, content, &said))
+        return false;
+    if (view_about_differ(about, &said))
+        view_note("%s: does not say what %s says of it: taken as the file says",
+                  path, o->set->sidecar);
+    view_about_add(about, &said);
+    return true;
+}
+
+/* ---- the specular chain
+ * ------------------------------------------------------------ */
+
+/* A sidecar beside a file of other size tells of another bake. */
+static bool check_sidecar_shape(const opener *o)
+{
+    const ibl_texture *tex = &o->set->texture[VIEW_SPECULAR];
+    const char *path = o->set->path[VIEW_SPECULAR];
+    const char *listed = view_sidecar_file(o->sidecar, VIEW_SPECULAR);
+    int width, levels;
+
+    if (!listed || strcmp(listed, file_name(path)) != 0 ||
+        !view_sidecar_shape(o->sidecar, VIEW_SPECULAR, &width, &levels) ||
+        (width == tex->width && levels == tex->levels))
+        return true;
+    return view_fail("%s: has %d levels from %d texels, but %s tells of %d "
+                     "from %d: bake the set again, or take that file away",
+                     path, tex->levels, tex->width, o->set->sidecar, levels,
+                     width);
+}
+
+/* Says once that a file does not tell how it was baked. */
+static void note_defaults(opener *o, bool cmgen)
+{
+    if (!o->told)
+        view_note("%s: does not say how it was baked: taken as GGX, %s "
+                  "mapping%s, roughness 0 to 1",
+                  o->set->path[VIEW_SPECULAR],
+                  ibl_roughness_map_name(o->set->mapping),
+                  cmgen ? " as cmgen has it" : "");
+    o->told = true;
+}
+
+static bool take_specular(opener *o, const view_about *a)
+{
+    view_set *set = o->set;
+    const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
+    const bool cmgen = !a->known && ibl_texture_get(tex, "sh");
+
+    set->mapping = a->known & VIEW_KNOWS_MAPPING ? a->mapping
+                   : cmgen                       ? IBL_ROUGHNESS_FILAMENT
+                                                 : IBL_ROUGHNESS_LINEAR;
+    set->lobe = a->known & VIEW_KNOWS_LOBE ? a->lobe : IBL_LOBE_GGX;
+    set->lod_scale = tex->levels - 1;
+    set->lod_offset = 0;
+    for (int l = 0; l < tex->levels; l++)
+        set->roughness[l] = ibl_level_roughness(set->mapping, l, tex->levels);
+    if (!(a->known & VIEW_KNOWS_MAPPING))
+        note_defaults(o, cmgen);
+    if (a->known & VIEW_KNOWS_LOD) {
+        set->lod_scale = a->lod_scale;
+        set->lod_offset = a->lod_offset;
+    }
+    if (!(a->known & VIEW_KNOWS_ROUGHNESS))
+        return true;
+    if (a->levels != tex->levels)
+        return view_fail("%s: says the roughness of %d levels and has %d: "
+                         "bake it again",
+                         set->path[VIEW_SPECULAR], a->levels, tex->levels);
+    memcpy(set->roughness, a->roughness, sizeof set->roughness);
+    return true;
+}
+
+/* Directory, name, extension and sidecar of a specular file. */
+static bool name_parts(opener *o, const char *path)
+{
+    const char *name = file_name(path), *dot = strrchr(name, '.');
+    view_set *set = o->set;
+
+    o->directory = strndup(path, (size_t)(name - path));
+    o->extension = strdup(dot ? dot + 1 : "ktx2");
+    set->name = view_set_stem(path);
+    if (!o->directory || !o->extension || !set->name)
+        return no_memory(path);
+    char *suffix = content_suffix(set->name);
+    if (suffix)
+        *suffix = '\0';
+    char *sidecar = print("%s%s.json", o->directory, set->name);
+    if (!sidecar)
+        return no_memory(path);
+    if (!view_sidecar_open(sidecar, &o->sidecar)) {
+        free(sidecar);
+        return false;
+    }
+    if (o->sidecar)
+        set->sidecar = sidecar;
+    else
+        free(sidecar);
+    return true;
+}
+
+static bool open_specular(opener *o, const char *path)
+{
+    char *found = find_specular(path);
+    view_about about;
+
+    if (!found)
+        return false;
+    if (!name_parts(o, found)) {
+        free(found);
+        return false;
+    }
+    return load(o, VIEW_SPECULAR, found, &about) && check_sidecar_shape(o) &&
+           take_specular(o, &about);
+}
+
+/* ---- all of it
+ * ---------------------------------------------------------------------- */
+
+/* One that is named, or lies beside; nothing is no failure. */
+static bool open_other(opener *o, view_content content, const char *named)
+{
+    view_set *set = o->set;
+    view_about about;
+    char *path;
+
+    if (named) {
+        if (!(path = strdup(named)))
+            return no_memory(named);
+    } else if (!find_beside(o, content, &path)) {
+        return false;
+    }
+    if (!path)
+        return true;
+    if (!load(o, content, path, &about))
+        return false;
+    if (content == VIEW_LUT) {
+        set->geometry =
+            about.known & VIEW_KNOWS_GEOMETRY ? about.geometry : set->geometry;
+        if (!(about.known & VIEW_KNOWS_GEOMETRY))
+            view_note("%s: does not say its geometry: taken as %s", path,
+                      ibl_geometry_name(set->geometry));
+    }
+    if (content == VIEW_IRRADIANCE) {
+        if (about.known & VIEW_KNOWS_SCALE)
+            set->irradiance_scale = about.irradiance_scale;
+        else
+            view_note("%s: does not say its scale: taken as irradiance / pi",
+                      path);
+    }
+    return true;
+}
+
+bool view_set_open(ibl_ctx *ctx, const view_request *what, view_set *set)
+{
+    opener o = {.ctx = ctx, .set = set};
+
+    *set = (view_set){.sh_degree = -1, .irradiance_scale = 1};
+    const bool ok = open_specular(&o, what->path) &&
+                    open_other(&o, VIEW_IRRADIANCE, what->irradiance) &&
+                    open_other(&o, VIEW_LUT, what->lut) &&
+                    open_other(&o, VIEW_SKY, what->sky) &&
+                    view_sidecar_sh(o.sidecar, set);
+    if (ok)
+        set->peak = view_set_peak(set);
+    const bool filled = ok && view_set_fill(ctx, set);
+    view_sidecar_free(o.sidecar);
+    free(o.directory);
+    free(o.extension);
+    if (!filled)
+        view_set_free(set);
+    return filled;
+}
+
+void view_set_free(view_set *set)
+{
+    for (int i = 0; i < VIEW_CONTENTS; i++) {
+        ibl_texture_free(&set->texture[i]);
+        free(set->path[i]);
+    }
+    free(set->name);
+    free(set->sidecar);
+    free(set->map);
+    *set = (view_set){0};
+}
+
+double view_set_lod(const view_set *set, double roughness)
+{
+    const double r = roughness;
+    const double x = set->mapping == IBL_ROUGHNESS_LINEAR ? r : r * (2 - r);
+    const double lod = x * set->lod_scale + set->lod_offset;
+    const double last = set->texture[VIEW_SPECULAR].levels - 1;
+    return lod < 0 ? 0 : lod < last ? lod : last;
+}

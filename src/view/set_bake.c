@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: MIT */
+/* Sets that are baked here rather than read. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "view/message.h"
+#include "view/set_about.h"
+
+/* Textures of what was baked; out is not needed afterwards. */
+static bool take(ibl_ctx *ctx, const ibl_bake_result *result,
+                 const ibl_specular_options *opts, view_set *set)
+{
+    const ibl_specular_layout *layout = &result->report.layout;
+    size_t beyond = 0;
+
+    if (ibl_texture_from_cube(ctx, &result->specular, IBL_PIXEL_RGBA16F,
+                              &set->texture[VIEW_SPECULAR], &beyond) ||
+        ibl_texture_from_cube(ctx, &result->irradiance, IBL_PIXEL_RGBA16F,
+                              &set->texture[VIEW_IRRADIANCE], NULL))
+        return false;
+    if (beyond)
+        view_note("%s: %zu components of its levels are beyond %g, the most "
+                  "that is shown",
+                  set->name, beyond, (double)ibl_pixel_max(IBL_PIXEL_RGBA16F));
+    set->mapping = opts->mapping;
+    set->lobe = opts->lobe;
+    set->lod_scale = layout->lod_scale;
+    set->lod_offset = layout->lod_offset;
+    memcpy(set->roughness, layout->roughness, sizeof set->roughness);
+    set->irradiance_scale = 1;
+    set->sh_degree = VIEW_SH_DEGREE;
+    for (int l = 0, i = 0; l <= VIEW_SH_DEGREE; l++)
+        for (int n = 0; n < 3 * (2 * l + 1); n++, i++)
+            set->sh[i] = result->sh[i] * ibl_sh_cosine(l);
+    set->peak = view_set_peak(set);
+    return view_set_fill(ctx, set);
+}
+
+/* Takes name over. */
+static bool bake(ibl_ctx *ctx, char *name, const ibl_environment *env,
+                 const ibl_specular_options *specular, view_set *set)
+{
+    ibl_bake_options opts = ibl_bake_options_default();
+    ibl_bake_result result = {0};
+
+    *set = (view_set){.name = name, .sh_degree = -1};
+    if (!name)
+        return view_fail("no memory to bake");
+    if (specular)
+        opts.specular_options = *specular;
+    opts.yaw_deg = opts.specular_options.yaw_deg;
+    opts.sh_degree = VIEW_SH_DEGREE;
+    const bool ok = !ibl_bake_environment(ctx, env, &opts, &result) &&
+                    take(ctx, &result, &opts.specular_options, set);
+    ibl_bake_result_free(&result);
+    if (!ok)
+        view_set_free(set);
+    return ok;
+}
+
+bool view_set_bake_image(ibl_ctx *ctx, const char *name, const ibl_image *map,
+                         const ibl_specular_options *opts, view_set *set)
+{
+    const ibl_environment env = {
+        .width = map->width, .height = map->height, .image = map};
+    return bake(ctx, strdup(name), &env, opts, set);
+}
+
+static ibl_status read_rows(void *cookie, int rows, float *rgb)
+{
+    return ibl_source_read(cookie, rows, rgb);
+}
+
+bool view_set_bake(ibl_ctx *ctx, const char *path, view_set *set)
+{
+    ibl_source *source;
+
+    *set = (view_set){0};
+    if (ibl_source_open(ctx, path, NULL, &source))
+        return false;
+    const ibl_environment env = {.width = ibl_source_width(source),
+                                 .height = ibl_source_height(source),
+                                 .read = read_rows,
+                                 .cookie = source};
+    bool ok = bake(ctx, view_set_stem(path), &env, NULL, set);
+    ibl_source_close(source);
+    if (ok && !(set->map = strdup(path))) {
+        ok = view_fail("%s: no memory to bake", path);
+        view_set_free(set);
+    }
+    return ok;
+}

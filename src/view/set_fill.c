@@ -1,0 +1,289 @@
+/* SPDX-License-Identifier: MIT */
+/* What a set has not, made of what it has. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "view/message.h"
+#include "view/set_about.h"
+
+#define PI 3.14159265358979323846
+
+enum {
+    EDGE = 16,     /* of a made irradiance map */
+    SUM_EDGE = 32, /* of the cube that is summed: 2.8 degrees a texel */
+    LAST_EDGE = 8, /* smaller ones are too coarse to stand for irradiance */
+    DECODED = 1024 /* texels at a time */
+};
+
+/* Level 0 may be summed up to this roughness: alpha 0.04 widens the cosine's
+ * lobe by less than a texel. */
+#define SMOOTH 0.2
+
+/* ---- decoding --------------------------------------------------------------
+ */
+
+double view_set_peak(const view_set *set)
+{
+    const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
+    const size_t step = ibl_pixel_bytes(tex->pixel);
+    const size_t count = 6 * ibl_texture_face_bytes(tex, 0) / step;
+    float texels[3 * DECODED];
+    float peak = 0;
+
+    for (size_t at = 0; at < count; at += DECODED) {
+        const size_t n = count - at < DECODED ? count - at : DECODED;
+        ibl_pixel_decode(tex->pixel, tex->data + at * step, n, texels);
+        for (size_t i = 0; i < 3 * n; i++)
+            if (isfinite(texels[i]) && texels[i] > peak)
+                peak = texels[i];
+    }
+    return (double)peak;
+}
+
+/* A level of the chain, as level 0 of a cube. Infinite texels become 0. */
+static void decode_level(const view_set *set, int level, const ibl_cube *cube)
+{
+    const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
+    const size_t texels = (size_t)cube->size * cube->size;
+
+    for (int face = 0; face < IBL_FACES; face++) {
+        float *dst = ibl_cube_face(cube, 0, face);
+        ibl_pixel_decode(tex->pixel,
+                         tex->data + ibl_texture_offset(tex, level, face),
+                         texels, dst);
+        for (size_t i = 0; i < 3 * texels; i++)
+            if (!isfinite(dst[i]))
+                dst[i] = 0;
+    }
+}
+
+/* ---- irradiance -------------------------------------------------------------
+ */
+
+/* Texels of a level with directions, weighted by their solid angles. */
+typedef struct light {
+    double direction[3], rgb[3], weight;
+} light;
+
+static light *lights_of(const ibl_cube *cube, int level, int *count)
+{
+    const int n = ibl_cube_edge(cube->size, level);
+    light *lights = malloc(sizeof *lights * (size_t)(6 * n * n));
+    light *l = lights;
+
+    for (int face = 0; lights && face < IBL_FACES; face++) {
+        const float *rgb = ibl_cube_face(cube, level, face);
+        for (int y = 0; y < n; y++) {
+            for (int x = 0; x < n; x++, l++, rgb += 3) {
+                ibl_cube_direction(n, face, x, y, l->direction);
+                l->weight = ibl_cube_solid_angle(n, x, y);
+                for (int c = 0; c < 3; c++)
+                    l->rgb[c] = (double)rgb[c] * l->weight;
+            }
+        }
+    }
+    *count = 6 * n * n;
+    return lights;
+}
+
+/* sum L max(N.L, 0) dO / sum max(N.L, 0) dO, as ibl_bake_irradiance. */
+static void sum_cosine(const light *lights, int count, const double normal[3],
+                       float rgb[3])
+{
+    double sum[3] = {0}, whole = 0;
+
+    for (int i = 0; i < count; i++) {
+        const light *l = &lights[i];
+        const double cosine = l->direction[0] * normal[0] +
+                              l->direction[1] * normal[1] +
+                              l->direction[2] * normal[2];
+        if (cosine <= 0)
+            continue;
+        whole += l->weight * cosine;
+        for (int c = 0; c < 3; c++)
+            sum[c] += l->rgb[c] * cosine;
+    }
+    for (int c = 0; c < 3; c++)
+        rgb[c] = (float)(whole > 0 ? sum[c] / whole : 0);
+}
+
+static ibl_status irradiance_of_level0(ibl_ctx *ctx, const view_set *set,
+                                       ibl_cube *out)
+{
+    const int size = set->texture[VIEW_SPECULAR].width;
+    ibl_cube cube = {0};
+    light *lights = NULL;
+    int levels = 1, count;
+    ibl_status status;
+
+    while (ibl_cube_edge(size, levels - 1) > SUM_EDGE)
+        levels++;
+    status = ibl_cube_alloc(ctx, size, levels, &cube);
+    if (status)
+        return status;
+    decode_level(set, 0, &cube);
+    status = ibl_cube_build_mips(ctx, &cube);
+    if (status)
+        goto done;
+    lights = lights_of(&cube, levels - 1, &count);
+    status = lights ? ibl_cube_alloc(ctx, EDGE, 1, out) : IBL_ERR_MEMORY;
+    for (int i = 0; !status && i < 6 * EDGE * EDGE; i++) {
+        double normal[3];
+        const int face = i / (EDGE * EDGE), at = i % (EDGE * EDGE);
+        ibl_cube_direction(EDGE, face, at % EDGE, at / EDGE, normal);
+        sum_cosine(lights, count, normal, out->data + 3 * (size_t)i);
+    }
+done:
+    free(lights);
+    ibl_cube_free(&cube);
+    return status;
+}
+
+/*
+ * Y_lm of a direction to degree 4, as ibl_bake_sh has them: x, y, z
+ * polynomials of Sloan 2013, "Efficient Spherical Harmonic Evaluation", with
+ * every sign positive.
+ */
+static void basis(const double d[3], double y[25])
+{
+    const double x = d[0], s = d[1], z = d[2], zz = z * z;
+    const double c2 = x * x - s * s, s2 = 2 * x * s;
+    const double c3 = x * c2 - s * s2, s3 = x * s2 + s * c2;
+    const double c4 = x * c3 - s * s3, s4 = x * s3 + s * c3;
+
+    y[0] = sqrt(1 / (4 * PI));
+    y[1] = sqrt(3 / (4 * PI)) * s;
+    y[2] = sqrt(3 / (4 * PI)) * z;
+    y[3] = sqrt(3 / (4 * PI)) * x;
+    y[4] = sqrt(15 / (16 * PI)) * s2;
+    y[5] = sqrt(15 / (4 * PI)) * s * z;
+    y[6] = sqrt(5 / (16 * PI)) * (3 * zz - 1);
+    y[7] = sqrt(15 / (4 * PI)) * x * z;
+    y[8] = sqrt(15 / (16 * PI)) * c2;
+    y[9] = sqrt(35 / (32 * PI)) * s3;
+    y[10] = sqrt(105 / (16 * PI)) * s2 * z;
+    y[11] = sqrt(21 / (32 * PI)) * s * (5 * zz - 1);
+    y[12] = sqrt(7 / (16 * PI)) * z * (5 * zz - 3);
+    y[13] = sqrt(21 / (32 * PI)) * x * (5 * zz - 1);
+    y[14] = sqrt(105 / (16 * PI)) * c2 * z;
+    y[15] = sqrt(35 / (32 * PI)) * c3;
+    y[16] = sqrt(315 / (256 * PI)) * s4;
+    y[17] = sqrt(315 / (32 * PI)) * s3 * z;
+    y[18] = sqrt(45 / (64 * PI)) * s2 * (7 * zz - 1);
+    y[19] = sqrt(45 / (32 * PI)) * s * z * (7 * zz - 3);
+    y[20] = sqrt(9 / (256 * PI)) * (35 * zz * zz - 30 * zz + 3);
+    y[21] = sqrt(45 / (32 * PI)) * x * z * (7 * zz - 3);
+    y[22] = sqrt(45 / (64 * PI)) * c2 * (7 * zz - 1);
+    y[23] = sqrt(315 / (32 * PI)) * c3 * z;
+    y[24] = sqrt(315 / (256 * PI)) * c4;
+}
+
+void view_set_sh_irradiance(const view_set *set, const double normal[3],
+                            double rgb[3])
+{
+    const int count = (set->sh_degree + 1) * (set->sh_degree + 1);
+    double y[25];
+
+    basis(normal, y);
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    for (int i = 0; i < count; i++)
+        for (int c = 0; c < 3; c++)
+            rgb[c] += y[i] * set->sh[3 * i + c];
+}
+
+static ibl_status irradiance_of_sh(ibl_ctx *ctx, const view_set *set,
+                                   ibl_cube *out)
+{
+    ibl_status status = ibl_cube_alloc(ctx, EDGE, 1, out);
+
+    for (int i = 0; !status && i < 6 * EDGE * EDGE; i++) {
+        const int face = i / (EDGE * EDGE), at = i % (EDGE * EDGE);
+        double normal[3], rgb[3];
+        ibl_cube_direction(EDGE, face, at % EDGE, at / EDGE, normal);
+        view_set_sh_irradiance(set, normal, rgb);
+        for (int c = 0; c < 3; c++)
+            out->data[3 * i + c] = (float)fmax(rgb[c], 0);
+    }
+    return status;
+}
+
+/* At roughness 1 GGX and Phong are the cosine itself. */
+static bool last_is_irradiance(const view_set *set)
+{
+    const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
+    return tex->levels > 1 && set->lobe != IBL_LOBE_CHARLIE &&
+           set->roughness[tex->levels - 1] > 1 - 1e-6 &&
+           ibl_cube_edge(tex->width, tex->levels - 1) >= LAST_EDGE;
+}
+
+static ibl_status irradiance_of_last(ibl_ctx *ctx, const view_set *set,
+                                     ibl_cube *out)
+{
+    const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
+    const int edge = ibl_cube_edge(tex->width, tex->levels - 1);
+    const ibl_status status = ibl_cube_alloc(ctx, edge, 1, out);
+
+    if (!status)
+        decode_level(set, tex->levels - 1, out);
+    return status;
+}
+
+/* Neither blurred nor with a sun that its pixels could not hold. */
+static bool level0_is_whole(const view_set *set)
+{
+    return set->roughness[0] <= SMOOTH &&
+           set->peak < (double)ibl_pixel_max(set->texture[VIEW_SPECULAR].pixel);
+}
+
+static bool fill_irradiance(ibl_ctx *ctx, view_set *set)
+{
+    const bool whole = level0_is_whole(set);
+    const char *from;
+    ibl_cube cube = {0};
+    ibl_status status;
+
+    if (!whole && last_is_irradiance(set)) {
+        from = "the last specular level, of roughness 1";
+        status = irradiance_of_last(ctx, set, &cube);
+    } else if (!whole && set->sh_degree >= 2) {
+        from = "the spherical harmonics";
+        status = irradiance_of_sh(ctx, set, &cube);
+    } else {
+        from = "the sum over level 0";
+        status = irradiance_of_level0(ctx, set, &cube);
+    }
+    if (!status)
+        status = ibl_texture_from_cube(ctx, &cube, IBL_PIXEL_RGBA32F,
+                                       &set->texture[VIEW_IRRADIANCE], NULL);
+    ibl_cube_free(&cube);
+    set->irradiance_scale = 1;
+    if (status == IBL_ERR_MEMORY)
+        return view_fail("%s: no memory to make its irradiance", set->name);
+    if (!status)
+        view_note("%s: has no irradiance map: taken from %s", set->name, from);
+    return !status;
+}
+
+/* ---- the table
+ * --------------------------------------------------------------- */
+
+static bool fill_lut(ibl_ctx *ctx, view_set *set)
+{
+    ibl_lut_options opts = ibl_lut_options_default();
+    ibl_lut lut = {0};
+
+    ibl_status status = ibl_bake_lut(ctx, &opts, &lut);
+    if (!status)
+        status = ibl_texture_from_lut(ctx, &lut, IBL_PIXEL_RG16F,
+                                      &set->texture[VIEW_LUT], NULL);
+    ibl_lut_free(&lut);
+    set->geometry = opts.geometry;
+    return !status;
+}
+
+bool view_set_fill(ibl_ctx *ctx, view_set *set)
+{
+    if (!set->texture[VIEW_LUT].data && !fill_lut(ctx, set))
+        return false;
+    return set->texture[VIEW_IRRADIANCE].data || fill_irradiance(ctx, set);
+}
