@@ -14,14 +14,16 @@ typedef struct view_frame {
     float viewport[4];                 /* width, height, 1/width, 1/height */
     float turn[4];    /* cosine and sine of settings.turn, 0, 0 */
     float lod[4];     /* scale, offset, last level, mapping (view_set) */
-    float diffuse[4]; /* scale of the irradiance map, 0, 0, 0 */
+    float diffuse[4]; /* scale of the irradiance map, geometry of the table
+                         (ibl_geometry), 0, 0 */
     float sh[25][4];  /* RGB of each (l, m), E/pi; zeros beyond sh_degree */
     float light_position[4][4];  /* world, 1 */
     float light_intensity[4][4]; /* RGB, 0 */
-    float display[4];    /* 2^ev, split, gain, scale of sky texture's level */
+    float display[4];    /* 2^ev, split, gain, 1 if the sky texture has levels
+                            of its own that may be filtered, else 0 */
     int choice[4];       /* fresnel, diffuse, multiscatter, lights */
     int show[4];         /* tone, false_colour, compare, sky */
-    int inspect[4];      /* mode, layout, level, size of the level */
+    int inspect[4];      /* mode, layout, level, edge of that level */
     float inspect_at[4]; /* zoom, pan x, pan y, 0 */
     int sample_range[4]; /* first sample of this pass, samples in it, all, 0 */
 } view_frame;

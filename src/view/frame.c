@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: MIT */
+#include <math.h>
+#include <string.h>
+
+#include "view/frame.h"
+
+static void copy3(float to[4], const double from[3])
+{
+    for (int k = 0; k < 3; k++)
+        to[k] = (float)from[k];
+}
+
+static void fill_camera(view_frame *f, const view_settings *s, int width,
+                        int height)
+{
+    const view_camera c = view_camera_of(s, width, height);
+    const double turn = s->turn * (3.14159265358979323846 / 180);
+    double matrix[16];
+
+    view_camera_matrix(&c, matrix);
+    for (int i = 0; i < 16; i++)
+        f->clip[i] = (float)matrix[i];
+    copy3(f->eye, c.eye);
+    copy3(f->right, c.right);
+    copy3(f->up, c.up);
+    copy3(f->forward, c.forward);
+    f->viewport[0] = (float)width;
+    f->viewport[1] = (float)height;
+    f->viewport[2] = 1.0f / (float)width;
+    f->viewport[3] = 1.0f / (float)height;
+    f->turn[0] = (float)cos(turn);
+    f->turn[1] = (float)sin(turn);
+}
+
+static void fill_set(view_frame *f, const view_set *set)
+{
+    const int terms = (set->sh_degree + 1) * (set->sh_degree + 1);
+
+    f->lod[0] = (float)set->lod_scale;
+    f->lod[1] = (float)set->lod_offset;
+    f->lod[2] = (float)(set->texture[VIEW_SPECULAR].levels - 1);
+    f->lod[3] = (float)set->mapping;
+    f->diffuse[0] = (float)set->irradiance_scale;
+    f->diffuse[1] = (float)set->geometry;
+    for (int i = 0; i < terms; i++)
+        copy3(f->sh[i], set->sh + 3 * i);
+}
+
+/* Edge of what is looked at in the modes that inspect. */
+static int inspected_edge(const view_settings *s, const view_set *set)
+{
+    const ibl_texture *specular = &set->texture[VIEW_SPECULAR];
+
+    switch (s->mode) {
+    case VIEW_IRRADIANCE_MAP:
+        return set->texture[VIEW_IRRADIANCE].width;
+    case VIEW_TABLE:
+        return set->texture[VIEW_LUT].width;
+    default:
+        return ibl_cube_edge(specular->width, s->level);
+    }
+}
+
+void view_frame_fill(view_frame *f, const view_settings *s, const view_set *set,
+                     int width, int height)
+{
+    /* Frames are compared byte by byte. */
+    memset(f, 0, sizeof *f);
+    fill_camera(f, s, width, height);
+    fill_set(f, set);
+    for (int i = 0; i < s->light_count; i++) {
+        copy3(f->light_position[i], s->light[i].position);
+        f->light_position[i][3] = 1;
+        copy3(f->light_intensity[i], s->light[i].intensity);
+    }
+    f->display[0] = (float)exp2(s->ev);
+    f->display[1] = (float)s->split;
+    f->display[2] = (float)s->gain;
+    f->display[3] = set->texture[VIEW_SKY].levels > 1;
+    f->choice[0] = (int)s->fresnel;
+    f->choice[1] = (int)s->diffuse;
+    f->choice[2] = s->multiscatter;
+    f->choice[3] = s->light_count;
+    f->show[0] = (int)s->tone;
+    f->show[1] = s->false_colour;
+    f->show[2] = (int)s->compare;
+    f->show[3] = s->sky;
+    f->inspect[0] = (int)s->mode;
+    f->inspect[1] = (int)s->layout;
+    f->inspect[2] = s->mode == VIEW_LEVELS ? s->level : 0;
+    f->inspect[3] = inspected_edge(s, set);
+    f->inspect_at[0] = (float)s->zoom;
+    f->inspect_at[1] = (float)s->pan[0];
+    f->inspect_at[2] = (float)s->pan[1];
+}

@@ -1,0 +1,388 @@
+/* SPDX-License-Identifier: MIT */
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "view/frame.h"
+#include "view/message.h"
+#include "view/program.h"
+#include "view/renderer.h"
+#include "view/truth.h"
+#include "view/upload.h"
+
+enum {
+    MAX_SPHERES = VIEW_MAX_GRID * VIEW_MAX_GRID,
+    /* Samples of the reference for each pixel and frame. */
+    TRUTH_BUDGET = 16
+};
+
+/* What sphere.vert is given. */
+typedef struct instance {
+    float centre_radius[4], f0_metallic[4], albedo_roughness[4];
+} instance;
+
+struct view_renderer {
+    GLuint sky, sphere, inspect, display; /* programs */
+    GLuint nothing;                       /* vertex array without attributes */
+    GLuint instances, instance_buffer, frame_buffer;
+    GLuint maps[VIEW_CONTENTS];
+    GLuint picture, target; /* the linear picture, and the framebuffer on it */
+    view_truth *truth;      /* made when first asked for */
+    const view_set *set;
+    /* of the last draw */
+    view_settings settings;
+    view_frame frame;
+    int width, height; /* 0: nothing was drawn */
+    bool has_truth;
+    int count;
+    view_sphere spheres[MAX_SPHERES];
+    instance sorted[MAX_SPHERES];
+};
+
+/* ---- what never changes ------------------------------------------------ */
+
+static void make_arrays(view_renderer *r)
+{
+    gl.GenVertexArrays(1, &r->nothing);
+    gl.GenVertexArrays(1, &r->instances);
+    gl.GenBuffers(1, &r->instance_buffer);
+    gl.BindVertexArray(r->instances);
+    gl.BindBuffer(GL_ARRAY_BUFFER, r->instance_buffer);
+    gl.BufferData(GL_ARRAY_BUFFER, sizeof r->sorted, NULL, GL_DYNAMIC_DRAW);
+    for (GLuint i = 0; i < 3; i++) {
+        gl.EnableVertexAttribArray(i);
+        gl.VertexAttribPointer(
+            i, 4, GL_FLOAT, GL_FALSE, sizeof(instance),
+            (const void *)(uintptr_t)(4 * i * sizeof(float)));
+        gl.VertexAttribDivisor(i, 1);
+    }
+    gl.BindVertexArray(0);
+    gl.GenBuffers(1, &r->frame_buffer);
+    gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
+    gl.BufferData(GL_UNIFORM_BUFFER, sizeof r->frame, NULL, GL_DYNAMIC_DRAW);
+    gl.GenFramebuffers(1, &r->target);
+}
+
+view_renderer *view_renderer_create(void)
+{
+    view_renderer *r = calloc(1, sizeof *r);
+
+    if (!r) {
+        view_fail("not enough memory for the renderer");
+        return NULL;
+    }
+    r->sky = view_program("full.vert", "sky.frag");
+    r->sphere = view_program("sphere.vert", "sphere.frag");
+    r->inspect = view_program("full.vert", "inspect.frag");
+    r->display = view_program("full.vert", "display.frag");
+    if (!r->sky || !r->sphere || !r->inspect || !r->display)
+        goto fail;
+    make_arrays(r);
+    gl.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
+    /* Coverage is alpha; alpha of the picture stays 1. */
+    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+    if (!view_gl_check("making the renderer"))
+        goto fail;
+    return r;
+
+fail:
+    view_renderer_free(r);
+    return NULL;
+}
+
+void view_renderer_free(view_renderer *r)
+{
+    if (!r)
+        return;
+    view_truth_free(r->truth);
+    gl.DeleteFramebuffers(1, &r->target);
+    gl.DeleteTextures(1, &r->picture);
+    gl.DeleteTextures(VIEW_CONTENTS, r->maps);
+    gl.DeleteBuffers(1, &r->frame_buffer);
+    gl.DeleteBuffers(1, &r->instance_buffer);
+    gl.DeleteVertexArrays(1, &r->instances);
+    gl.DeleteVertexArrays(1, &r->nothing);
+    gl.DeleteProgram(r->display);
+    gl.DeleteProgram(r->inspect);
+    gl.DeleteProgram(r->sphere);
+    gl.DeleteProgram(r->sky);
+    free(r);
+}
+
+/* ---- the set ----------------------------------------------------------- */
+
+bool view_renderer_load(view_renderer *r, const view_set *set)
+{
+    static const char *const kinds[VIEW_CONTENTS] = {
+        "specular map", "irradiance map", "BRDF table", "sky"};
+    GLuint maps[VIEW_CONTENTS] = {0};
+
+    for (int i = 0; i < VIEW_CONTENTS; i++) {
+        const ibl_texture *tex = &set->texture[i];
+        if (!tex->data && i == VIEW_SKY)
+            continue;
+        if (tex->data)
+            maps[i] = view_upload(tex, set->path[i] ? set->path[i] : kinds[i]);
+        else
+            view_fail("%s: the %s is missing", set->name, kinds[i]);
+        if (!maps[i]) {
+            gl.DeleteTextures(VIEW_CONTENTS, maps);
+            return false;
+        }
+    }
+    gl.DeleteTextures(VIEW_CONTENTS, r->maps);
+    memcpy(r->maps, maps, sizeof maps);
+    r->set = set;
+    if (r->truth)
+        view_truth_restart(r->truth);
+    return true;
+}
+
+static void bind(view_unit unit, GLenum target, GLuint texture)
+{
+    gl.ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
+    gl.BindTexture(target, texture);
+}
+
+static void bind_maps(const view_renderer *r)
+{
+    const GLuint sky = r->maps[VIEW_SKY], cube = GL_TEXTURE_CUBE_MAP;
+    const GLuint level0 = r->maps[VIEW_SPECULAR];
+
+    bind(VIEW_UNIT_SPECULAR, cube, level0);
+    bind(VIEW_UNIT_IRRADIANCE, cube, r->maps[VIEW_IRRADIANCE]);
+    bind(VIEW_UNIT_LUT, GL_TEXTURE_2D, r->maps[VIEW_LUT]);
+    bind(VIEW_UNIT_SKY, cube, sky ? sky : level0);
+    bind(VIEW_UNIT_SUBJECT, GL_TEXTURE_2D, r->maps[VIEW_LUT]);
+}
+
+/* ---- spheres ----------------------------------------------------------- */
+
+static void fill_instance(instance *to, const view_sphere *p)
+{
+    for (int k = 0; k < 3; k++) {
+        to->centre_radius[k] = (float)p->centre[k];
+        to->f0_metallic[k] = (float)p->f0[k];
+        to->albedo_roughness[k] = (float)p->albedo[k];
+    }
+    to->centre_radius[3] = (float)p->radius;
+    to->f0_metallic[3] = (float)p->metallic;
+    to->albedo_roughness[3] = (float)p->roughness;
+}
+
+static double distance2(const view_sphere *p, const double eye[3])
+{
+    double sum = 0;
+
+    for (int k = 0; k < 3; k++)
+        sum += (p->centre[k] - eye[k]) * (p->centre[k] - eye[k]);
+    return sum;
+}
+
+/* Back to front: of two spheres of one radius the farther centre is never
+ * before the nearer. Insertion, since the order hardly changes. */
+static void sort_spheres(const view_sphere *spheres, int count,
+                         const double eye[3], int *order)
+{
+    for (int i = 0; i < count; i++) {
+        int at = i;
+        const double d = distance2(&spheres[i], eye);
+        for (; at && distance2(&spheres[order[at - 1]], eye) < d; at--)
+            order[at] = order[at - 1];
+        order[at] = i;
+    }
+}
+
+static void update_spheres(view_renderer *r, int width, int height)
+{
+    const view_camera camera = view_camera_of(&r->settings, width, height);
+    view_sphere spheres[MAX_SPHERES];
+    instance sorted[MAX_SPHERES];
+    int order[MAX_SPHERES];
+    const int count = view_grid(&r->settings, spheres);
+    const size_t bytes = count * sizeof *spheres;
+
+    if (r->truth && (count != r->count || memcmp(spheres, r->spheres, bytes)))
+        view_truth_restart(r->truth);
+    memcpy(r->spheres, spheres, bytes);
+    sort_spheres(spheres, count, camera.eye, order);
+    for (int i = 0; i < count; i++)
+        fill_instance(&sorted[i], &spheres[order[i]]);
+    if (count == r->count && !memcmp(sorted, r->sorted, count * sizeof *sorted))
+        return;
+    r->count = count;
+    memcpy(r->sorted, sorted, count * sizeof *sorted);
+    gl.BindBuffer(GL_ARRAY_BUFFER, r->instance_buffer);
+    gl.BufferSubData(GL_ARRAY_BUFFER, 0, count * sizeof *sorted, sorted);
+}
+
+/* ---- passes ------------------------------------------------------------ */
+
+static bool resize(view_renderer *r, int width, int height)
+{
+    if (width == r->width && height == r->height)
+        return true;
+    r->width = r->height = 0;
+    gl.DeleteTextures(1, &r->picture);
+    gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
+    r->picture = view_float_target(width, height);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, r->target);
+    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
+                            r->picture, 0);
+    if (gl.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+        return view_fail("this OpenGL cannot draw into a picture of %d x %d "
+                         "floats: ask for a smaller one",
+                         width, height);
+    r->width = width;
+    r->height = height;
+    return view_gl_check("making the linear picture");
+}
+
+static void full_screen(const view_renderer *r, GLuint program)
+{
+    gl.UseProgram(program);
+    gl.BindVertexArray(r->nothing);
+    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+static void linear_pass(const view_renderer *r)
+{
+    gl.BindFramebuffer(GL_FRAMEBUFFER, r->target);
+    gl.Viewport(0, 0, r->width, r->height);
+    gl.Disable(GL_BLEND);
+    if (r->settings.mode != VIEW_SPHERES) {
+        full_screen(r, r->inspect);
+        return;
+    }
+    full_screen(r, r->sky);
+    gl.Enable(GL_BLEND);
+    gl.UseProgram(r->sphere);
+    gl.BindVertexArray(r->instances);
+    gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, r->count);
+    gl.Disable(GL_BLEND);
+}
+
+static bool truth_pass(view_renderer *r)
+{
+    r->has_truth = false;
+    if (r->settings.compare == VIEW_SPLIT_SUM ||
+        r->settings.mode != VIEW_SPHERES)
+        return true;
+    if (!r->truth)
+        r->truth = view_truth_create();
+    if (!r->truth ||
+        !view_truth_draw(r->truth, &r->frame, r->instances, r->count, r->width,
+                         r->height, TRUTH_BUDGET))
+        return false;
+    r->has_truth = true;
+    return true;
+}
+
+static void display_pass(const view_renderer *r)
+{
+    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
+    gl.Viewport(0, 0, r->width, r->height);
+    gl.Disable(GL_BLEND);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, r->frame_buffer);
+    bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, r->picture);
+    bind(VIEW_UNIT_TRUTH, GL_TEXTURE_2D,
+         r->has_truth ? view_truth_texture(r->truth) : r->picture);
+    full_screen(r, r->display);
+}
+
+bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
+                        int height)
+{
+    if (!r->set)
+        return view_fail("nothing is loaded that could be drawn");
+    if (!resize(r, width, height))
+        return false;
+    r->settings = *s;
+    view_frame_fill(&r->frame, s, r->set, width, height);
+    gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
+    gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof r->frame, &r->frame);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, r->frame_buffer);
+    update_spheres(r, width, height);
+    bind_maps(r);
+    linear_pass(r);
+    if (!truth_pass(r))
+        return false;
+    display_pass(r);
+    return view_gl_check("drawing");
+}
+
+/* ---- reading back ------------------------------------------------------- */
+
+bool view_renderer_read(const view_renderer *r, bool truth, float *rgb)
+{
+    const size_t row = 3 * (size_t)r->width;
+
+    if (!r->width || (truth && !r->has_truth))
+        return view_fail("there is no picture to read");
+    bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D,
+         truth ? view_truth_texture(r->truth) : r->picture);
+    gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
+    gl.GetTexImage(GL_TEXTURE_2D, 0, GL_RGB, GL_FLOAT, rgb);
+    for (int y = 0; y < r->height / 2; y++) {
+        float *a = rgb + row * y, *b = rgb + row * (r->height - 1 - y);
+        for (size_t i = 0; i < row; i++) {
+            const float t = a[i];
+            a[i] = b[i];
+            b[i] = t;
+        }
+    }
+    return view_gl_check("reading the picture");
+}
+
+int view_renderer_samples(const view_renderer *r)
+{
+    return r->has_truth ? view_truth_samples(r->truth) : 0;
+}
+
+/* Pixels whose centres see a sphere count for it. */
+static void sum_errors(const view_renderer *r, const float *split,
+                       const float *truth, double *error, double *power)
+{
+    const view_camera c = view_camera_of(&r->settings, r->width, r->height);
+
+    for (int y = 0; y < r->height; y++) {
+        for (int x = 0; x < r->width; x++) {
+            double ray[3];
+            view_camera_ray(&c, r->width, r->height, x, y, ray);
+            const int at =
+                view_grid_hit(r->spheres, r->count, c.eye, ray, NULL);
+            const size_t i = 3 * ((size_t)y * r->width + x);
+            for (int k = 0; at >= 0 && k < 3; k++) {
+                const double d = split[i + k] - truth[i + k];
+                error[at] += d * d;
+                power[at] += (double)truth[i + k] * truth[i + k];
+            }
+        }
+    }
+}
+
+int view_renderer_errors(const view_renderer *r, double *rmse)
+{
+    double power[MAX_SPHERES] = {0};
+    const size_t floats = 3 * (size_t)r->width * (size_t)r->height;
+    float *split, *truth;
+
+    if (!view_renderer_samples(r))
+        return 0;
+    split = malloc(floats * sizeof *split);
+    truth = malloc(floats * sizeof *truth);
+    for (int i = 0; i < r->count; i++)
+        rmse[i] = 0;
+    if (split && truth && view_renderer_read(r, false, split) &&
+        view_renderer_read(r, true, truth))
+        sum_errors(r, split, truth, rmse, power);
+    else
+        view_fail("not enough memory to compare pictures");
+    free(split);
+    free(truth);
+    for (int i = 0; i < r->count; i++)
+        rmse[i] = power[i] > 0 ? sqrt(rmse[i] / power[i]) : 0;
+    return r->count;
+}

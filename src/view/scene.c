@@ -1,0 +1,229 @@
+/* SPDX-License-Identifier: MIT */
+#include <math.h>
+#include <stddef.h>
+
+#include "view/scene.h"
+
+static const double radius = 0.45;
+/* Of a picture's height or width that a fitted grid leaves free. */
+static const double border = 0.04;
+
+/* ---- materials -------------------------------------------------------- */
+
+/*
+ * F0 of metals: Akenine-Moller et al. 2018, "Real-Time Rendering", 4th edition,
+ * table 9.2, linear and for Rec. 709 primaries, from measured n and k; their
+ * other end is a plastic of that colour. F0 of dielectrics is
+ * ((n - 1) / (n + 1))^2 of n at 589 nm:
+ *   acrylic (PMMA) 1.491, polystyrene 1.590   Sultanova et al. 2003,
+ *                                             Optical and Quantum Electronics
+ *                                             35, pp. 21-34
+ *   water          1.333                      Hale and Querry 1973, Applied
+ *                                             Optics 12, pp. 555-563
+ *   diamond        2.417                      Phillip and Taft 1964, Physical
+ *                                             Review 136, A1445
+ * Diffuse colours are chosen, not measured. Water and diamond have none, and
+ * the same F0 at both ends; the metal end of plastics has their colour.
+ */
+#define METALS "Real-Time Rendering, 4th edition, table 9.2"
+#define GLOSS 0.04 /* dielectrics without a name of their own: n = 1.5 */
+
+const view_material view_materials[] = {
+    {"gold", {1.000, 0.782, 0.344}, GLOSS, {1.000, 0.782, 0.344}, METALS},
+    {"copper", {0.955, 0.638, 0.538}, GLOSS, {0.955, 0.638, 0.538}, METALS},
+    {"iron", {0.562, 0.565, 0.578}, GLOSS, {0.562, 0.565, 0.578}, METALS},
+    {"silver", {0.972, 0.960, 0.915}, GLOSS, {0.972, 0.960, 0.915}, METALS},
+    {"aluminium", {0.913, 0.922, 0.924}, GLOSS, {0.913, 0.922, 0.924}, METALS},
+    {"titanium", {0.542, 0.497, 0.449}, GLOSS, {0.542, 0.497, 0.449}, METALS},
+    {"red acrylic",
+     {0.60, 0.04, 0.03},
+     0.0389,
+     {0.60, 0.04, 0.03},
+     "n = 1.491: Sultanova et al. 2003"},
+    {"blue acrylic",
+     {0.03, 0.10, 0.50},
+     0.0389,
+     {0.03, 0.10, 0.50},
+     "n = 1.491: Sultanova et al. 2003"},
+    {"polystyrene",
+     {0.80, 0.80, 0.80},
+     0.0519,
+     {0.80, 0.80, 0.80},
+     "n = 1.590: Sultanova et al. 2003"},
+    {"water",
+     {0.0204, 0.0204, 0.0204},
+     0.0204,
+     {0, 0, 0},
+     "n = 1.333: Hale and Querry 1973"},
+    {"diamond",
+     {0.172, 0.172, 0.172},
+     0.172,
+     {0, 0, 0},
+     "n = 2.417: Phillip and Taft 1964"},
+    {"white", {1, 1, 1}, GLOSS, {1, 1, 1}, "none: shows what energy is lost"},
+    {NULL, {0}, 0, {0}, NULL},
+};
+
+int view_material_count(void)
+{
+    return (int)(sizeof view_materials / sizeof *view_materials) - 1;
+}
+
+/* ---- the grid --------------------------------------------------------- */
+
+static double mix(double a, double b, double t)
+{
+    return a + (b - a) * t;
+}
+
+static double step(const double range[2], int i, int count)
+{
+    return count > 1 ? mix(range[0], range[1], i / (count - 1.0)) : range[0];
+}
+
+int view_grid(const view_settings *s,
+              view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID])
+{
+    const view_material *m = &view_materials[s->material];
+
+    for (int i = 0; i < s->rows * s->columns; i++) {
+        const int row = i / s->columns, column = i % s->columns;
+        view_sphere *p = &spheres[i];
+        p->centre[0] = column - 0.5 * (s->columns - 1);
+        p->centre[1] = row - 0.5 * (s->rows - 1);
+        p->centre[2] = 0;
+        p->radius = radius;
+        p->metallic = step(s->metallic, row, s->rows);
+        p->roughness = step(s->roughness, column, s->columns);
+        for (int k = 0; k < 3; k++) {
+            p->f0[k] = mix(m->dielectric_f0, m->metal[k], p->metallic);
+            p->albedo[k] = m->albedo[k] * (1 - p->metallic);
+        }
+    }
+    return s->rows * s->columns;
+}
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void normalise(double a[3])
+{
+    const double length = sqrt(dot(a, a));
+
+    for (int k = 0; k < 3; k++)
+        a[k] /= length;
+}
+
+int view_grid_hit(const view_sphere *spheres, int count, const double eye[3],
+                  const double direction[3], double normal[3])
+{
+    double nearest = INFINITY;
+    int hit = -1;
+
+    for (int i = 0; i < count; i++) {
+        const view_sphere *p = &spheres[i];
+        double to[3], off[3];
+        for (int k = 0; k < 3; k++)
+            to[k] = p->centre[k] - eye[k];
+        const double along = dot(to, direction);
+        for (int k = 0; k < 3; k++)
+            off[k] = along * direction[k] - to[k];
+        const double half2 = p->radius * p->radius - dot(off, off);
+        if (half2 < 0)
+            continue;
+        const double half = sqrt(half2);
+        if (along - half <= 0 || along - half >= nearest)
+            continue;
+        nearest = along - half;
+        hit = i;
+        for (int k = 0; normal && k < 3; k++)
+            normal[k] = (off[k] - half * direction[k]) / p->radius;
+    }
+    return hit;
+}
+
+/* ---- the camera ------------------------------------------------------- */
+
+static const double degree = 3.14159265358979323846 / 180;
+
+static double fitting_distance(const view_settings *s, double tan_x,
+                               double tan_y)
+{
+    const double w = 0.5 * (s->columns - 1) + radius;
+    const double h = 0.5 * (s->rows - 1) + radius;
+
+    return radius + fmax(w / tan_x, h / tan_y) / (1 - 2 * border);
+}
+
+view_camera view_camera_of(const view_settings *s, int width, int height)
+{
+    const double yaw = s->yaw * degree, pitch = s->pitch * degree;
+    const double tan_y = tan(0.5 * s->fov * degree);
+    const double tan_x = tan_y * width / height;
+    const double distance =
+        s->distance > 0 ? s->distance : fitting_distance(s, tan_x, tan_y);
+    const double back[3] = {sin(yaw) * cos(pitch), sin(pitch),
+                            cos(yaw) * cos(pitch)};
+    const double right[3] = {cos(yaw), 0, -sin(yaw)};
+    const double up[3] = {-sin(yaw) * sin(pitch), cos(pitch),
+                          -cos(yaw) * sin(pitch)};
+    view_camera c = {.near = 0.01, .far = 1000 + 2 * distance};
+
+    for (int k = 0; k < 3; k++) {
+        c.eye[k] = distance * back[k];
+        c.forward[k] = -back[k];
+        c.right[k] = tan_x * right[k];
+        c.up[k] = tan_y * up[k];
+    }
+    return c;
+}
+
+void view_camera_matrix(const view_camera *c, double matrix[16])
+{
+    const double w2 = dot(c->right, c->right), h2 = dot(c->up, c->up);
+    /* Depth d from near to far becomes -1..1: (d a + b) / d. */
+    const double a = (c->far + c->near) / (c->far - c->near);
+    const double b = -2 * c->far * c->near / (c->far - c->near);
+    double rows[4][4];
+
+    for (int k = 0; k < 3; k++) {
+        rows[0][k] = c->right[k] / w2;
+        rows[1][k] = c->up[k] / h2;
+        rows[2][k] = a * c->forward[k];
+        rows[3][k] = c->forward[k];
+    }
+    for (int i = 0; i < 4; i++)
+        rows[i][3] = -dot(rows[i], c->eye) + (i == 2 ? b : 0);
+    for (int i = 0; i < 16; i++)
+        matrix[i] = rows[i % 4][i / 4];
+}
+
+void view_camera_ray(const view_camera *c, int width, int height, double x,
+                     double y, double direction[3])
+{
+    const double u = 2 * (x + 0.5) / width - 1;
+    const double v = 1 - 2 * (y + 0.5) / height;
+
+    for (int k = 0; k < 3; k++)
+        direction[k] = c->forward[k] + u * c->right[k] + v * c->up[k];
+    normalise(direction);
+}
+
+/* ---- the environment's turn ------------------------------------------- */
+
+void view_turn(double turn_deg, const double world[3], double env[3])
+{
+    const double c = cos(turn_deg * degree), s = sin(turn_deg * degree);
+    const double x = world[0], z = world[2];
+
+    env[0] = c * x - s * z;
+    env[1] = world[1];
+    env[2] = s * x + c * z;
+}
+
+void view_unturn(double turn_deg, const double env[3], double world[3])
+{
+    view_turn(-turn_deg, env, world);
+}

@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: MIT
+// One triangle over the whole picture; three vertices, no attributes.
+void main()
+{
+    vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1);
+    gl_Position = vec4(4.0 * corner - 1.0, 0.0, 1.0);
+}

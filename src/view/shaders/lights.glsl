@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// Point lights: Cook-Torrance with GGX, Smith and Schlick, the light's solid
+// angle falling with the square of its distance.
+#include "brdf.glsl"
+#include "frame.glsl"
+
+// A mirror would show a point light nowhere: the least roughness they see, that
+// of Filament's MIN_PERCEPTUAL_ROUGHNESS.
+const float LIGHT_ROUGHNESS = 0.045;
+
+// Adds what lights reflect at p to specular, and irradiance / pi to diffuse.
+void add_lights(vec3 p, vec3 n, vec3 v, vec3 f0, float roughness,
+                inout vec3 specular, inout vec3 diffuse)
+{
+    float r = max(roughness, LIGHT_ROUGHNESS);
+    float n_v = max(dot(n, v), 0.0);
+    for (int i = 0; i < choice.w; i++) {
+        vec3 to = light_position[i].xyz - p;
+        vec3 l = normalize(to);
+        float n_l = dot(n, l);
+        if (n_l <= 0.0)
+            continue;
+        vec3 h = normalize(v + l);
+        vec3 e = light_intensity[i].rgb * (n_l / dot(to, to));
+        specular += e * ggx_d(n, h, r * r) * smith_v(n_l, n_v, r * r) *
+                    schlick_f(f0, clamp(dot(v, h), 0.0, 1.0));
+        diffuse += e / PI;
+    }
+}

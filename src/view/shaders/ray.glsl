@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// The ray of a pixel, and the turn of the environment: view_camera_ray and
+// view_turn of view/scene.h.
+#include "frame.glsl"
+
+// pixel: as gl_FragCoord, from the lower left
+vec3 ray_through(vec2 pixel)
+{
+    vec2 p = 2.0 * pixel * viewport.zw - 1.0;
+    return normalize(forward.xyz + p.x * right.xyz + p.y * up.xyz);
+}
+
+// A direction of the world in the environment's own frame, and back.
+vec3 turned(vec3 world)
+{
+    return vec3(turn.x * world.x - turn.y * world.z, world.y,
+                turn.y * world.x + turn.x * world.z);
+}
+
+vec3 unturned(vec3 env)
+{
+    return vec3(turn.x * env.x + turn.y * env.z, env.y,
+                turn.x * env.z - turn.y * env.x);
+}
