@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-#include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "view/display.h"
+#include "view/errors.h"
 #include "view/frame.h"
 #include "view/message.h"
 #include "view/program.h"
@@ -13,9 +14,7 @@
 #include "view/upload.h"
 
 enum {
-    MAX_SPHERES = VIEW_MAX_GRID * VIEW_MAX_GRID,
-    /* Samples of the reference for each pixel and frame. */
-    TRUTH_BUDGET = 16
+    MAX_SPHERES = VIEW_MAX_GRID * VIEW_MAX_GRID
 };
 
 /* What sphere.vert is given. */
@@ -24,12 +23,14 @@ typedef struct instance {
 } instance;
 
 struct view_renderer {
-    GLuint sky, sphere, inspect, display; /* programs */
-    GLuint nothing;                       /* vertex array without attributes */
+    GLuint sky, sphere; /* programs */
+    GLuint nothing;     /* vertex array without attributes */
     GLuint instances, instance_buffer, frame_buffer;
     GLuint maps[VIEW_CONTENTS];
     GLuint picture, target; /* the linear picture, and the framebuffer on it */
-    view_truth *truth;      /* made when first asked for */
+    view_display *display;
+    view_truth *truth; /* made when first asked for */
+    int samples;       /* of the truth for each draw; 0: by the clock */
     const view_set *set;
     /* of the last draw */
     view_settings settings;
@@ -75,9 +76,8 @@ view_renderer *view_renderer_create(void)
     }
     r->sky = view_program("full.vert", "sky.frag");
     r->sphere = view_program("sphere.vert", "sphere.frag");
-    r->inspect = view_program("full.vert", "inspect.frag");
-    r->display = view_program("full.vert", "display.frag");
-    if (!r->sky || !r->sphere || !r->inspect || !r->display)
+    r->display = view_display_create();
+    if (!r->sky || !r->sphere || !r->display)
         goto fail;
     make_arrays(r);
     gl.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
@@ -97,6 +97,7 @@ void view_renderer_free(view_renderer *r)
     if (!r)
         return;
     view_truth_free(r->truth);
+    view_display_free(r->display);
     gl.DeleteFramebuffers(1, &r->target);
     gl.DeleteTextures(1, &r->picture);
     gl.DeleteTextures(VIEW_CONTENTS, r->maps);
@@ -104,8 +105,6 @@ void view_renderer_free(view_renderer *r)
     gl.DeleteBuffers(1, &r->instance_buffer);
     gl.DeleteVertexArrays(1, &r->instances);
     gl.DeleteVertexArrays(1, &r->nothing);
-    gl.DeleteProgram(r->display);
-    gl.DeleteProgram(r->inspect);
     gl.DeleteProgram(r->sphere);
     gl.DeleteProgram(r->sky);
     free(r);
@@ -135,9 +134,7 @@ bool view_renderer_load(view_renderer *r, const view_set *set)
     gl.DeleteTextures(VIEW_CONTENTS, r->maps);
     memcpy(r->maps, maps, sizeof maps);
     r->set = set;
-    if (r->truth)
-        view_truth_restart(r->truth);
-    return true;
+    return !r->truth || view_truth_load(r->truth, set);
 }
 
 static void bind(view_unit unit, GLenum target, GLuint texture)
@@ -240,28 +237,29 @@ static bool resize(view_renderer *r, int width, int height)
     return view_gl_check("making the linear picture");
 }
 
-static void full_screen(const view_renderer *r, GLuint program)
-{
-    gl.UseProgram(program);
-    gl.BindVertexArray(r->nothing);
-    gl.DrawArrays(GL_TRIANGLES, 0, 3);
-}
-
 static void linear_pass(const view_renderer *r)
 {
     gl.BindFramebuffer(GL_FRAMEBUFFER, r->target);
     gl.Viewport(0, 0, r->width, r->height);
     gl.Disable(GL_BLEND);
     if (r->settings.mode != VIEW_SPHERES) {
-        full_screen(r, r->inspect);
+        view_display_inspect(r->display);
         return;
     }
-    full_screen(r, r->sky);
+    gl.UseProgram(r->sky);
+    gl.BindVertexArray(r->nothing);
+    gl.DrawArrays(GL_TRIANGLES, 0, 3);
     gl.Enable(GL_BLEND);
     gl.UseProgram(r->sphere);
     gl.BindVertexArray(r->instances);
     gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, r->count);
     gl.Disable(GL_BLEND);
+}
+
+static bool make_truth(view_renderer *r)
+{
+    r->truth = view_truth_create();
+    return r->truth && view_truth_load(r->truth, r->set);
 }
 
 static bool truth_pass(view_renderer *r)
@@ -270,11 +268,10 @@ static bool truth_pass(view_renderer *r)
     if (r->settings.compare == VIEW_SPLIT_SUM ||
         r->settings.mode != VIEW_SPHERES)
         return true;
-    if (!r->truth)
-        r->truth = view_truth_create();
-    if (!r->truth ||
-        !view_truth_draw(r->truth, &r->frame, r->instances, r->count, r->width,
-                         r->height, TRUTH_BUDGET))
+    if (!r->truth && !make_truth(r))
+        return false;
+    if (!view_truth_draw(r->truth, &r->frame, r->instances, r->count, r->width,
+                         r->height, r->samples))
         return false;
     r->has_truth = true;
     return true;
@@ -286,10 +283,8 @@ static void display_pass(const view_renderer *r)
     gl.Viewport(0, 0, r->width, r->height);
     gl.Disable(GL_BLEND);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, r->frame_buffer);
-    bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, r->picture);
-    bind(VIEW_UNIT_TRUTH, GL_TEXTURE_2D,
-         r->has_truth ? view_truth_texture(r->truth) : r->picture);
-    full_screen(r, r->display);
+    view_display_draw(r->display, r->picture,
+                      r->has_truth ? view_truth_texture(r->truth) : 0);
 }
 
 bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
@@ -341,48 +336,28 @@ int view_renderer_samples(const view_renderer *r)
     return r->has_truth ? view_truth_samples(r->truth) : 0;
 }
 
-/* Pixels whose centres see a sphere count for it. */
-static void sum_errors(const view_renderer *r, const float *split,
-                       const float *truth, double *error, double *power)
+void view_renderer_pace(view_renderer *r, int samples)
 {
-    const view_camera c = view_camera_of(&r->settings, r->width, r->height);
-
-    for (int y = 0; y < r->height; y++) {
-        for (int x = 0; x < r->width; x++) {
-            double ray[3];
-            view_camera_ray(&c, r->width, r->height, x, y, ray);
-            const int at =
-                view_grid_hit(r->spheres, r->count, c.eye, ray, NULL);
-            const size_t i = 3 * ((size_t)y * r->width + x);
-            for (int k = 0; at >= 0 && k < 3; k++) {
-                const double d = split[i + k] - truth[i + k];
-                error[at] += d * d;
-                power[at] += (double)truth[i + k] * truth[i + k];
-            }
-        }
-    }
+    r->samples = samples;
 }
 
 int view_renderer_errors(const view_renderer *r, double *rmse)
 {
-    double power[MAX_SPHERES] = {0};
     const size_t floats = 3 * (size_t)r->width * (size_t)r->height;
     float *split, *truth;
+    int count = 0;
 
     if (!view_renderer_samples(r))
         return 0;
     split = malloc(floats * sizeof *split);
     truth = malloc(floats * sizeof *truth);
-    for (int i = 0; i < r->count; i++)
-        rmse[i] = 0;
-    if (split && truth && view_renderer_read(r, false, split) &&
-        view_renderer_read(r, true, truth))
-        sum_errors(r, split, truth, rmse, power);
-    else
+    if (!split || !truth)
         view_fail("not enough memory to compare pictures");
+    else if (view_renderer_read(r, false, split) &&
+             view_renderer_read(r, true, truth))
+        count =
+            view_errors(&r->settings, r->width, r->height, split, truth, rmse);
     free(split);
     free(truth);
-    for (int i = 0; i < r->count; i++)
-        rmse[i] = power[i] > 0 ? sqrt(rmse[i] / power[i]) : 0;
-    return r->count;
+    return count;
 }

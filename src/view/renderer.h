@@ -42,10 +42,15 @@ bool view_renderer_read(const view_renderer *r, bool truth, float *rgb);
  * first: as many as leave a frame responsive, by the clock; for a picture that
  * is the same in every run give a number. */
 void view_renderer_budget(view_renderer *r, int samples);
-/* Samples for each pixel that the truth has by now, of VIEW_TRUTH_SAMPLES. */
+/* Samples of the truth for each pixel and draw; 0 (default): as many as leave a
+ * frame responsive, by the clock. */
+void view_renderer_pace(view_renderer *r, int samples);
+/* Samples for each pixel that the truth has by now, of VIEW_TRUTH_SAMPLES; 0:
+ * the last draw did not ask for it. */
 int view_renderer_samples(const view_renderer *r);
-/* Relative RMSE of the split sum against the truth, of each sphere (errors.h):
- * room for its grid; returns how many. 0: no truth is there. */
+/* Relative RMSE of the split sum against the truth for each sphere, as
+ * view_errors has it: room for the grid; returns how many. 0: no truth is
+ * there. */
 int view_renderer_errors(const view_renderer *r, double *rmse);
 
 #endif
