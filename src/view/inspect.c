@@ -1,0 +1,271 @@
+/* SPDX-License-Identifier: MIT */
+#include "view/inspect.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#include "view/scene.h"
+
+#define PI 3.14159265358979323846
+
+/* As in shaders/layout.glsl. */
+#define ASIDE (1.0 / 32)
+
+/* A map laid out flat. */
+typedef struct flat {
+    const ibl_texture *map;
+    int level;
+    int edge;       /* of a face; 0: the table */
+    double size[2]; /* of the picture, in texels */
+} flat;
+
+/* A point of the picture that a pixel's centre shows. */
+typedef struct window {
+    double size[2], scale; /* pixels; pixels to a texel */
+    double middle[2];      /* what the window's middle shows */
+} window;
+
+/* ---- the picture and the window ---------------------------------------- */
+
+static bool flatten(const view_set *set, const view_settings *s, flat *f)
+{
+    static const int faces[VIEW_LAYOUTS][2] = {{4, 3}, {6, 1}, {4, 2}};
+    const bool chain = s->mode == VIEW_LEVELS;
+    const view_content content = chain ? VIEW_SPECULAR
+                                 : s->mode == VIEW_IRRADIANCE_MAP
+                                     ? VIEW_IRRADIANCE
+                                     : VIEW_LUT;
+    const ibl_texture *map = &set->texture[content];
+
+    if (!map->data)
+        return false;
+    *f = (flat){.map = map, .size = {map->width, map->height}};
+    if (content == VIEW_LUT)
+        return true;
+    if (chain)
+        f->level = s->level < 0              ? 0
+                   : s->level >= map->levels ? map->levels - 1
+                                             : s->level;
+    f->edge = ibl_cube_edge(map->width, f->level);
+    for (int k = 0; k < 2; k++)
+        f->size[k] = (double)faces[s->layout][k] * f->edge;
+    return true;
+}
+
+/* Numbers that the shader has as floats are floats here. */
+static window look(const flat *f, const view_settings *s, int width, int height)
+{
+    window w = {.size = {width, height}};
+
+    w.scale =
+        (float)s->zoom * fmin(w.size[0] / f->size[0], w.size[1] / f->size[1]);
+    for (int k = 0; k < 2; k++)
+        w.middle[k] = f->size[k] * (0.5 + (float)s->pan[k]);
+    return w;
+}
+
+/* What is at x, y pixels of the window. */
+static void point(const window *w, const double at[2], double p[2])
+{
+    for (int k = 0; k < 2; k++)
+        p[k] = w->middle[k] + (at[k] - 0.5 * w->size[k]) / w->scale;
+}
+
+/* ---- cubes ------------------------------------------------------------- */
+
+static int clamp_texel(double at, int edge)
+{
+    return (int)fmin(fmax(floor(at), 0), edge - 1);
+}
+
+/* Face and texel that a direction meets. */
+static void meet(const double d[3], int edge, view_texel *t)
+{
+    const double x = d[0], y = d[1], z = d[2];
+    const double ax = fabs(x), ay = fabs(y), az = fabs(z);
+    double u, v, by;
+
+    if (ax >= ay && ax >= az) {
+        t->face = x < 0;
+        u = x < 0 ? z : -z, v = -y, by = ax;
+    } else if (ay >= az) {
+        t->face = 2 + (y < 0);
+        u = x, v = y < 0 ? -z : z, by = ay;
+    } else {
+        t->face = 4 + (z < 0);
+        u = z < 0 ? -x : x, v = -y, by = az;
+    }
+    t->x = clamp_texel((u / by + 1) / 2 * edge, edge);
+    t->y = clamp_texel((v / by + 1) / 2 * edge, edge);
+}
+
+static int cross_face(int column, int row)
+{
+    static const int middle[4] = {1, 4, 0, 5};
+    if (row == 1)
+        return middle[column];
+    return column != 1 ? -1 : row == 0 ? 2 : 3;
+}
+
+/* Row 0 is the zenith, the middle looks along +X. */
+static void unfold_equirect(const flat *f, const double p[2], view_texel *t)
+{
+    const double phi = 2 * PI * (p[0] / f->size[0] - 0.5);
+    const double theta = PI * p[1] / f->size[1];
+    const double d[3] = {sin(theta) * cos(phi), cos(theta),
+                         sin(theta) * sin(phi)};
+    meet(d, f->edge, t);
+}
+
+static void unfold_faces(const flat *f, view_layout layout, const double p[2],
+                         view_texel *t)
+{
+    const int x = (int)p[0], y = (int)p[1];
+    const int column = x / f->edge, row = y / f->edge;
+
+    t->face = layout == VIEW_STRIP ? column : cross_face(column, row);
+    t->x = x - column * f->edge;
+    t->y = y - row * f->edge;
+}
+
+/* ---- the texel --------------------------------------------------------- */
+
+static void take(const ibl_texture *map, view_texel *t)
+{
+    const int face = t->face < 0 ? 0 : t->face;
+    const int width =
+        t->face < 0 ? map->width : ibl_cube_edge(map->width, t->level);
+    const size_t at = (size_t)t->y * (size_t)width + (size_t)t->x;
+
+    ibl_pixel_decode(map->pixel,
+                     map->data + ibl_texture_offset(map, t->level, face) +
+                         at * ibl_pixel_bytes(map->pixel),
+                     1, t->value);
+    if (t->face >= 0)
+        ibl_cube_direction(width, t->face, t->x, t->y, t->direction);
+}
+
+static view_texel take_flat(const view_set *set, const view_settings *s,
+                            int width, int height, double x, double y)
+{
+    const double at[2] = {x + 0.5 + ASIDE, y + 0.5 + ASIDE};
+    view_texel t = {.face = -1};
+    double p[2];
+    flat f;
+
+    if (!flatten(set, s, &f))
+        return t;
+    const window w = look(&f, s, width, height);
+    point(&w, at, p);
+    if (!(p[0] >= 0 && p[0] < f.size[0] && p[1] >= 0 && p[1] < f.size[1]))
+        return t;
+    t.level = f.level;
+    if (!f.edge) {
+        t.x = (int)p[0];
+        t.y = clamp_texel(f.size[1] - p[1], f.map->height);
+        t.direction[0] = (t.x + 0.5) / f.map->width;
+        t.direction[1] = (t.y + 0.5) / f.map->height;
+    } else if (s->layout == VIEW_EQUIRECT) {
+        unfold_equirect(&f, p, &t);
+    } else {
+        unfold_faces(&f, s->layout, p, &t);
+    }
+    t.inside = !f.edge || t.face >= 0;
+    if (t.inside)
+        take(f.map, &t);
+    return t;
+}
+
+static view_texel take_sky(const view_set *set, const view_settings *s,
+                           int width, int height, double x, double y)
+{
+    const ibl_texture *map = &set->texture[VIEW_SKY];
+    const view_camera c = view_camera_of(s, width, height);
+    view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
+    view_texel t = {.face = -1};
+    double world[3], d[3];
+
+    if (!map->data)
+        map = &set->texture[VIEW_SPECULAR];
+    view_camera_ray(&c, width, height, x, y, world);
+    if (!s->sky || !map->data || !(x >= 0 && x < width && y >= 0) ||
+        y >= height ||
+        view_grid_hit(spheres, view_grid(s, spheres), c.eye, world, NULL) >= 0)
+        return t;
+    view_turn(s->turn, world, d);
+    meet(d, map->width, &t);
+    t.inside = true;
+    take(map, &t);
+    return t;
+}
+
+view_texel view_inspect(const view_set *set, const view_settings *s, int width,
+                        int height, double x, double y)
+{
+    x = floor(x);
+    y = floor(y);
+    return s->mode == VIEW_SPHERES ? take_sky(set, s, width, height, x, y)
+                                   : take_flat(set, s, width, height, x, y);
+}
+
+void view_texel_text(const view_texel *t, char *text, int size)
+{
+    static const char *const names[IBL_FACES] = {"+X", "-X", "+Y",
+                                                 "-Y", "+Z", "-Z"};
+    const double *d = t->direction;
+
+    if (!t->inside)
+        snprintf(text, (size_t)size, "%s", "");
+    else if (t->face < 0)
+        snprintf(text, (size_t)size,
+                 "table  (%d, %d)  N.V %.4f roughness %.4f  R %.5g G %.5g",
+                 t->x, t->y, d[0], d[1], (double)t->value[0],
+                 (double)t->value[1]);
+    else
+        snprintf(text, (size_t)size,
+                 "level %d  %s (%d, %d)  dir %.3f %.3f %.3f  rgb %.4g %.4g "
+                 "%.4g",
+                 t->level, names[t->face], t->x, t->y, d[0], d[1], d[2],
+                 (double)t->value[0], (double)t->value[1], (double)t->value[2]);
+}
+
+/* ---- moving about ------------------------------------------------------ */
+
+static void keep_pan(view_settings *s)
+{
+    for (int k = 0; k < 2; k++)
+        s->pan[k] = fmin(fmax(s->pan[k], -0.5), 0.5);
+}
+
+void view_inspect_drag(const view_set *set, view_settings *s, int width,
+                       int height, double dx, double dy)
+{
+    flat f;
+
+    if (!flatten(set, s, &f))
+        return;
+    const double scale = look(&f, s, width, height).scale;
+    s->pan[0] -= dx / (scale * f.size[0]);
+    s->pan[1] -= dy / (scale * f.size[1]);
+    keep_pan(s);
+}
+
+void view_inspect_zoom(const view_set *set, view_settings *s, int width,
+                       int height, double x, double y, double factor)
+{
+    const double at[2] = {x, y};
+    double before[2], after[2], most;
+    flat f;
+
+    if (!flatten(set, s, &f))
+        return;
+    window w = look(&f, s, width, height);
+    most = fmin(w.size[0], w.size[1]) / 4 * s->zoom / w.scale;
+    point(&w, at, before);
+    s->zoom = fmax(fmin(s->zoom * factor, fmax(most, 1)), 0.25);
+    w = look(&f, s, width, height);
+    point(&w, at, after);
+    for (int k = 0; k < 2; k++)
+        s->pan[k] += (before[k] - after[k]) / f.size[k];
+    keep_pan(s);
+}

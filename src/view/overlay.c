@@ -1,0 +1,266 @@
+/* SPDX-License-Identifier: MIT */
+#include "view/overlay.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <stb/stb_easy_font.h>
+
+#include "view/display.h"
+#include "view/message.h"
+#include "view/program.h"
+
+enum {
+    BATCH = 4096, /* rectangles in the vertex buffer */
+    GLYPH = 16,   /* at most in a character; # has 11 */
+    LINE = 12,    /* font units from line to line, */
+    TAB = 60,     /* from column to column, */
+    MARGIN = 4    /* and of the plate around text */
+};
+
+/* As text.vert takes it. */
+typedef struct rectangle {
+    float left, top, right, bottom;
+    float tint[4];
+} rectangle;
+
+struct view_overlay {
+    GLuint program, buffer, array;
+    GLint window;
+    /* What was added: room grows until a frame's text fits and is then kept. */
+    rectangle *drawn;
+    size_t count, room;
+    bool lost; /* no memory: said once */
+};
+
+static const float plate[4] = {0, 0, 0, 0.65f};
+static const float ink[4] = {1, 1, 1, 1};
+static const float trough[4] = {1, 1, 1, 0.25f};
+
+/* ---- life -------------------------------------------------------------- */
+
+static void describe(const view_overlay *o)
+{
+    gl.BindVertexArray(o->array);
+    gl.BindBuffer(GL_ARRAY_BUFFER, o->buffer);
+    gl.BufferData(GL_ARRAY_BUFFER, BATCH * sizeof(rectangle), NULL,
+                  GL_DYNAMIC_DRAW);
+    for (GLuint i = 0; i < 2; i++) {
+        gl.EnableVertexAttribArray(i);
+        gl.VertexAttribPointer(i, 4, GL_FLOAT, GL_FALSE, sizeof(rectangle),
+                               (const void *)(i * 4 * sizeof(float)));
+        gl.VertexAttribDivisor(i, 1);
+    }
+    gl.BindVertexArray(0);
+}
+
+view_overlay *view_overlay_create(void)
+{
+    view_overlay *o = calloc(1, sizeof *o);
+    if (!o) {
+        view_fail("no memory for text");
+        return NULL;
+    }
+    o->program = view_program("text.vert", "text.frag");
+    if (!o->program)
+        goto fail;
+    o->window = gl.GetUniformLocation(o->program, "window");
+    gl.GenVertexArrays(1, &o->array);
+    gl.GenBuffers(1, &o->buffer);
+    describe(o);
+    if (!view_gl_check("making the text pass"))
+        goto fail;
+    return o;
+
+fail:
+    view_overlay_free(o);
+    return NULL;
+}
+
+void view_overlay_free(view_overlay *o)
+{
+    if (!o)
+        return;
+    gl.DeleteBuffers(1, &o->buffer);
+    gl.DeleteVertexArrays(1, &o->array);
+    gl.DeleteProgram(o->program);
+    free(o->drawn);
+    free(o);
+}
+
+/* ---- adding ------------------------------------------------------------ */
+
+static bool make_room(view_overlay *o)
+{
+    rectangle *grown;
+    const size_t room = o->room ? 2 * o->room : BATCH;
+
+    if (o->count < o->room)
+        return true;
+    grown = o->lost ? NULL : realloc(o->drawn, room * sizeof *grown);
+    if (!grown) {
+        if (!o->lost)
+            view_fail("no memory for %zu characters' strokes of text", room);
+        o->lost = true;
+        return false;
+    }
+    o->drawn = grown;
+    o->room = room;
+    return true;
+}
+
+static void add(view_overlay *o, double left, double top, double right,
+                double bottom, const float tint[4])
+{
+    if (!make_room(o))
+        return;
+    o->drawn[o->count] =
+        (rectangle){(float)left, (float)top, (float)right, (float)bottom, {0}};
+    memcpy(o->drawn[o->count].tint, tint, 4 * sizeof *tint);
+    o->count++;
+}
+
+/* The font has these and reads outside its tables for others. */
+static char printable(char c)
+{
+    return c >= ' ' && c <= '~' ? c : '?';
+}
+
+/* A character of text at *x and line *y, in font units, moves these. */
+static bool control(char c, double *x, double *y)
+{
+    if (c == '\n')
+        *x = 0, *y += LINE;
+    else if (c == '\t')
+        *x = TAB * (floor(*x / TAB) + 1);
+    else
+        return false;
+    return true;
+}
+
+void view_overlay_measure(const char *text, double scale, double *width,
+                          double *height)
+{
+    double x = 0, y = 0, widest = 0;
+    const size_t length = strlen(text);
+
+    for (const char *c = text; *c; c++) {
+        if (!control(*c, &x, &y))
+            x += stb_easy_font_width((char[2]){printable(*c), 0});
+        widest = fmax(widest, x);
+    }
+    if (length && text[length - 1] != '\n')
+        y += LINE;
+    *width = length ? (widest + 2 * MARGIN) * scale : 0;
+    *height = length ? (y + 2 * MARGIN) * scale : 0;
+}
+
+/* A corner of the font's quads, four for each. */
+typedef struct corner {
+    float x, y, z;
+    unsigned char colour[4];
+} corner;
+
+/* Letters alone, their upper left corner at left, top. */
+static void write_text(view_overlay *o, double left, double top, double scale,
+                       const char *text)
+{
+    corner quads[GLYPH][4];
+    double x = 0, y = 0;
+
+    for (const char *c = text; *c; c++) {
+        if (control(*c, &x, &y))
+            continue;
+        char one[2] = {printable(*c), 0};
+        const int n = stb_easy_font_print(0, 0, one, NULL, quads, sizeof quads);
+        for (int i = 0; i < n; i++)
+            add(o, left + (x + quads[i][0].x) * scale,
+                top + (y + quads[i][0].y) * scale,
+                left + (x + quads[i][2].x) * scale,
+                top + (y + quads[i][2].y) * scale, ink);
+        x += stb_easy_font_width(one);
+    }
+}
+
+void view_overlay_text(view_overlay *o, double x, double y, double scale,
+                       const char *text)
+{
+    double width, height;
+
+    view_overlay_measure(text, scale, &width, &height);
+    if (width <= 0)
+        return;
+    /* Whole pixels keep strokes sharp where scale is whole, too. */
+    x = floor(x + 0.5);
+    y = floor(y + 0.5);
+    add(o, x, y, x + width, y + height, plate);
+    write_text(o, x + MARGIN * scale, y + MARGIN * scale, scale, text);
+}
+
+void view_overlay_bar(view_overlay *o, double x, double y, double width,
+                      double height, double share)
+{
+    const double end = x + width * fmin(fmax(share, 0), 1);
+
+    add(o, x, y, x + width, y + height, plate);
+    add(o, x, y, x + width, y + height, trough);
+    if (share > 0)
+        add(o, x, y, end, y + height, ink);
+}
+
+void view_overlay_legend(view_overlay *o, double x, double y, double width,
+                         double scale)
+{
+    enum {
+        PARTS = 4 /* of a stop */
+    };
+    const double inner = width - 2 * MARGIN * scale;
+    const double left = x + MARGIN * scale, top = y + MARGIN * scale;
+    const double step = inner / (2 * VIEW_STOPS * PARTS);
+
+    add(o, x, y, x + width, y + (2 * LINE + 2 * MARGIN) * scale, plate);
+    for (int i = 0; i < 2 * VIEW_STOPS * PARTS; i++) {
+        const double stops = (i + 0.5) / PARTS - VIEW_STOPS;
+        double rgb[3];
+        view_false_colour(stops, rgb);
+        const float tint[4] = {(float)rgb[0], (float)rgb[1], (float)rgb[2], 1};
+        add(o, left + i * step, top, left + (i + 1) * step,
+            top + (LINE - 2) * scale, tint);
+    }
+    for (int i = -VIEW_STOPS; i <= VIEW_STOPS; i += 2) {
+        char text[16];
+        double w, h;
+        snprintf(text, sizeof text, i == VIEW_STOPS ? "%+d EV" : "%+d", i);
+        view_overlay_measure(i ? text : "0", scale, &w, &h);
+        const double at = left + inner * (i + VIEW_STOPS) / (2 * VIEW_STOPS);
+        const double middle = at - w / 2 + MARGIN * scale;
+        write_text(
+            o, fmin(fmax(middle, left), left + inner - w + 2 * MARGIN * scale),
+            top + LINE * scale, scale, i ? text : "0");
+    }
+}
+
+/* ---- drawing ----------------------------------------------------------- */
+
+void view_overlay_draw(view_overlay *o, int width, int height)
+{
+    if (!o->count)
+        return;
+    gl.UseProgram(o->program);
+    gl.Uniform2f(o->window, (float)width, (float)height);
+    gl.BindVertexArray(o->array);
+    gl.BindBuffer(GL_ARRAY_BUFFER, o->buffer);
+    gl.Enable(GL_BLEND);
+    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+    for (size_t i = 0; i < o->count; i += BATCH) {
+        const size_t left = o->count - i, n = left < BATCH ? left : BATCH;
+        gl.BufferSubData(GL_ARRAY_BUFFER, 0,
+                         (GLsizeiptr)(n * sizeof(rectangle)), o->drawn + i);
+        gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, (GLsizei)n);
+    }
+    gl.Disable(GL_BLEND);
+    o->count = 0;
+    o->lost = false;
+}
