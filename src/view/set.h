@@ -86,16 +86,20 @@ void view_set_sh_irradiance(const view_set *set, const double normal[3],
 
 /* ---- files that change ------------------------------------------------- */
 
-/* What the files of a set were when they were read. */
+/* The textures, the sidecar, the map. */
+#define VIEW_STAMPS (VIEW_CONTENTS + 2)
+
+/* What the files of a set were when they were read. size -1: not there. */
 typedef struct view_stamp {
-    /* the textures', the sidecar, the map */
-    long long seconds[VIEW_CONTENTS + 2], nanoseconds[VIEW_CONTENTS + 2];
-    long long size[VIEW_CONTENTS + 2], inode[VIEW_CONTENTS + 2];
+    long long seconds[VIEW_STAMPS], nanoseconds[VIEW_STAMPS];
+    long long size[VIEW_STAMPS], inode[VIEW_STAMPS];
 } view_stamp;
 
+/* To be called before the files are read again, lest a change in between is
+ * missed; of a set that has just been opened it is as good. */
 void view_stamp_take(const view_set *set, view_stamp *stamp);
-/* Whether a file is another one now, and all are there and have been left
- * alone for settle seconds. */
+/* Whether a file is another one now, and all are there that were and have been
+ * left alone for settle seconds. */
 bool view_stamp_changed(const view_set *set, const view_stamp *stamp,
                         double settle);
 
@@ -105,10 +109,11 @@ bool view_stamp_changed(const view_set *set, const view_stamp *stamp,
 typedef struct view_baker view_baker;
 
 view_baker *view_baker_start(const char *path); /* NULL, with a message */
-/* Stage and share, 0..1; true once it has ended. stage: room for 64. */
+/* What it is at, and the share of the whole bake that is done, 0..1 and never
+ * less than before; true once it has ended. stage: room for 64. */
 bool view_baker_poll(view_baker *baker, char *stage, double *done);
-/* Waits, gives the set, frees the baker. False, with its message, if it failed
- * or was cancelled. set NULL: cancels it. */
+/* Waits, gives the set, frees the baker. False, with its message and *set
+ * zeroed, if it failed. set NULL: cancels it, false without a message. */
 bool view_baker_finish(view_baker *baker, view_set *set);
 
 #endif

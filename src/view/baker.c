@@ -1,0 +1,149 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * A bake on a thread of its own, with a context of its own, so that the window
+ * goes on meanwhile. The thread and its caller share what `lock` guards.
+ */
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "view/message.h"
+#include "view/set.h"
+
+enum {
+    STAGE_BYTES = 64,
+    STAGES = 11
+};
+
+struct view_baker {
+    char *path;
+    ibl_ctx *ctx;
+    pthread_t thread;
+    view_set set; /* the thread's, until it is joined */
+    bool ok;      /* so too */
+
+    pthread_mutex_t lock;
+    char stage[STAGE_BYTES];
+    double share[STAGES]; /* of each stage that is done */
+    bool ended;
+    char message[1024]; /* the error */
+};
+
+/* ---- progress -------------------------------------------------------------
+ */
+
+/* Roughly what each stage takes of the time with a map of 8192 pixels. Stages
+ * run beside each other and some twice, so that the whole is the sum over
+ * stages of what was reached at most. */
+static const struct {
+    const char *name;
+    double weight;
+} stages[STAGES] = {
+    {"decode", 0.35},     {"level 0", 0.2},     {"analysis", 0.2},
+    {"specular 1", 0.03}, {"specular 2", 0.03}, {"specular 3", 0.03},
+    {"specular 4", 0.03}, {"specular 5", 0.03}, {"irradiance", 0.03},
+    {"sh", 0.02},         {"lut", 0.05},
+};
+
+static void on_progress(void *cookie, const char *stage, double done)
+{
+    view_baker *b = cookie;
+
+    pthread_mutex_lock(&b->lock);
+    snprintf(b->stage, sizeof b->stage, "%s", stage);
+    for (int i = 0; i < STAGES; i++)
+        if (!strcmp(stage, stages[i].name) && done > b->share[i])
+            b->share[i] = done < 1 ? done : 1;
+    pthread_mutex_unlock(&b->lock);
+}
+
+/* A line tells of a failure when the caller comes for the set. */
+static void on_log(void *cookie, ibl_log_level level, const char *text)
+{
+    view_baker *b = cookie;
+
+    if (level == IBL_LOG_WARNING)
+        view_note("%s", text);
+    if (level != IBL_LOG_ERROR)
+        return;
+    pthread_mutex_lock(&b->lock);
+    snprintf(b->message, sizeof b->message, "%s", text);
+    pthread_mutex_unlock(&b->lock);
+}
+
+bool view_baker_poll(view_baker *baker, char *stage, double *done)
+{
+    double whole = 0;
+
+    pthread_mutex_lock(&baker->lock);
+    const bool ended = baker->ended;
+    memcpy(stage, baker->stage, sizeof baker->stage);
+    for (int i = 0; i < STAGES; i++)
+        whole += stages[i].weight * baker->share[i];
+    pthread_mutex_unlock(&baker->lock);
+    *done = ended || whole > 1 ? 1 : whole;
+    return ended;
+}
+
+/* ---- the thread
+ * -------------------------------------------------------------- */
+
+static void *run(void *cookie)
+{
+    view_baker *b = cookie;
+
+    b->ok = view_set_bake(b->ctx, b->path, &b->set);
+    pthread_mutex_lock(&b->lock);
+    b->ended = true;
+    pthread_mutex_unlock(&b->lock);
+    return NULL;
+}
+
+static void baker_free(view_baker *b)
+{
+    ibl_ctx_free(b->ctx);
+    pthread_mutex_destroy(&b->lock);
+    free(b->path);
+    free(b);
+}
+
+view_baker *view_baker_start(const char *path)
+{
+    ibl_ctx_options opts = ibl_ctx_options_default();
+    view_baker *b = calloc(1, sizeof *b);
+
+    if (!b) {
+        view_fail("%s: no memory to bake it", path);
+        return NULL;
+    }
+    pthread_mutex_init(&b->lock, NULL);
+    opts.log = on_log;
+    opts.log_cookie = b;
+    opts.progress = on_progress;
+    opts.progress_cookie = b;
+    b->path = strdup(path);
+    if (!b->path || ibl_ctx_create(&opts, &b->ctx) ||
+        pthread_create(&b->thread, NULL, run, b)) {
+        view_fail("%s: no memory or no threads to bake it", path);
+        baker_free(b);
+        return NULL;
+    }
+    return b;
+}
+
+bool view_baker_finish(view_baker *baker, view_set *set)
+{
+    if (!set)
+        ibl_ctx_cancel(baker->ctx);
+    pthread_join(baker->thread, NULL);
+    const bool ok = set && baker->ok;
+    if (set)
+        *set = baker->set;
+    else
+        view_set_free(&baker->set);
+    if (set && !ok && *baker->message)
+        view_fail("%s", baker->message);
+    baker_free(baker);
+    return ok;
+}
