@@ -22,6 +22,8 @@ typedef struct view_events {
     void (*mouse)(void *cookie, double x, double y, int button, bool down);
     void (*wheel)(void *cookie, double steps);
     void (*drop)(void *cookie, const char *path); /* of each dropped file */
+    void (*refresh)(void *cookie); /* the size is another, or what was shown
+                                      is lost: draw and show it anew */
 } view_events;
 
 enum {
@@ -50,10 +52,10 @@ view_screen *view_screen_window(int width, int height, const char *title,
                                 const view_events *events);
 void view_screen_close(view_screen *screen); /* NULL is fine */
 
-/* Of the framebuffer in pixels, as it is now: larger than what was asked for
- * where the display has a scale. */
+/* Of the framebuffer in pixels, as it is now, 1 or more: larger than what was
+ * asked for where the display has a scale. */
 void view_screen_size(const view_screen *screen, int *width, int *height);
-/* Framebuffer pixels to a screen coordinate, 1 or more. */
+/* How many pixels text needs for one of an ordinary display, 1 or more. */
 double view_screen_scale(const view_screen *screen);
 
 /* Shows what was drawn (in memory: finishes it). */
