@@ -38,12 +38,8 @@ bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
  * truth: that of the reference. */
 bool view_renderer_read(const view_renderer *r, bool truth, float *rgb);
 
-/* How many samples for each pixel a draw adds to the truth. 0, as it is at
- * first: as many as leave a frame responsive, by the clock; for a picture that
- * is the same in every run give a number. */
-void view_renderer_budget(view_renderer *r, int samples);
 /* Samples of the truth for each pixel and draw; 0 (default): as many as leave a
- * frame responsive, by the clock. */
+ * frame responsive, by the clock, so not the same in every run. */
 void view_renderer_pace(view_renderer *r, int samples);
 /* Samples for each pixel that the truth has by now, of VIEW_TRUTH_SAMPLES; 0:
  * the last draw did not ask for it. */

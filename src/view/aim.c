@@ -1,0 +1,215 @@
+/* SPDX-License-Identifier: MIT */
+#include "view/aim.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "view/message.h"
+
+/* Below this part of all light, what outshines the mean is left to the lobes:
+ * in an even environment it is rounding, and drawing it only noise. */
+static const double worth = 1.0 / 64.0;
+
+static size_t cell_of(int edge, int face, int x, int y)
+{
+    return ((size_t)face * (size_t)edge + (size_t)y) * (size_t)edge + (size_t)x;
+}
+
+/* What the table is proportional to; nothing of what no light can be. */
+static double brightness(const float *rgb)
+{
+    const double b = (double)rgb[0] + (double)rgb[1] + (double)rgb[2];
+
+    return isfinite(b) && b > 0.0 ? b : 0.0;
+}
+
+/* Means of the texels whose centres are in each cell. row: room for 3 floats
+ * for each texel of one. */
+static void pool_face(const ibl_texture *cube, int face, int edge, float *row,
+                      float *cells)
+{
+    const int n = cube->width;
+    const size_t row_bytes = (size_t)n * ibl_pixel_bytes(cube->pixel);
+    const unsigned char *src = cube->data + ibl_texture_offset(cube, 0, face);
+    /* Texels of a cell, n >= edge: between the whole numbers around n / edge
+     * along an axis, so means are sums by the cells' share of the face. */
+    const double share = (double)edge / n * ((double)edge / n);
+
+    for (int y = 0; y < n; ++y) {
+        const int to = (int)((2LL * y + 1) * edge / (2LL * n));
+
+        ibl_pixel_decode(cube->pixel, src + (size_t)y * row_bytes, (size_t)n,
+                         row);
+        for (int x = 0; x < n; ++x) {
+            const int at = (int)((2LL * x + 1) * edge / (2LL * n));
+
+            cells[cell_of(edge, face, at, to)] +=
+                (float)(share * brightness(row + 3 * x));
+        }
+    }
+}
+
+/* A cell's value, or of one beyond one edge that of the cell there on the next
+ * face. */
+static double value_at(const float *cells, int edge, int face, int x, int y)
+{
+    /* s, t along a face's rows and columns; axes as in ibl_cube_direction. */
+    static const signed char axes[6][3][3] = {
+        {{0, 0, -1}, {0, -1, 0}, {1, 0, 0}},
+        {{0, 0, 1}, {0, -1, 0}, {-1, 0, 0}},
+        {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}},
+        {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}},
+        {{1, 0, 0}, {0, -1, 0}, {0, 0, 1}},
+        {{-1, 0, 0}, {0, -1, 0}, {0, 0, -1}}};
+
+    if (x < 0 || x >= edge || y < 0 || y >= edge) {
+        /* A point on the edge itself, then the face that it looks along. */
+        int s = 2 * x + 1 - edge, t = 2 * y + 1 - edge, p[3], next = 0;
+
+        s = s < -edge ? -edge : s > edge ? edge : s;
+        t = t < -edge ? -edge : t > edge ? edge : t;
+        for (int c = 0; c < 3; ++c)
+            p[c] = s * axes[face][0][c] + t * axes[face][1][c] +
+                   (edge - 1) * axes[face][2][c];
+        while (p[0] * axes[next][2][0] + p[1] * axes[next][2][1] +
+                   p[2] * axes[next][2][2] <
+               edge)
+            ++next;
+        s = t = edge;
+        for (int c = 0; c < 3; ++c) {
+            s += p[c] * axes[next][0][c];
+            t += p[c] * axes[next][1][c];
+        }
+        face = next;
+        x = s / 2 < edge ? s / 2 : edge - 1;
+        y = t / 2 < edge ? t / 2 : edge - 1;
+    }
+    return cells[cell_of(edge, face, x, y)];
+}
+
+/* Mean over a cell of what is interpolated between cells' centres: 6/8 of
+ * itself and 1/8 of each neighbour along an axis. */
+static double tent_at(const float *cells, int edge, int face, int x, int y)
+{
+    static const double weight[3] = {0.125, 0.75, 0.125};
+    double sum = 0.0;
+
+    for (int j = -1; j <= 1; ++j)
+        for (int i = -1; i <= 1; ++i)
+            sum += weight[i + 1] * weight[j + 1] *
+                   value_at(cells, edge, face, x + i, y + j);
+    return sum;
+}
+
+/* Cell values to the light of each above the mean. Returns its sum as a part
+ * of all light. */
+static double take_mean_off(const float *cells, int edge, float *light)
+{
+    const size_t count = cell_of(edge, 6, 0, 0);
+    double all = 0.0, above = 0.0;
+
+    for (size_t i = 0; i < count; ++i) {
+        const int x = (int)(i % (size_t)edge);
+        const int y = (int)(i / (size_t)edge % (size_t)edge);
+        const int face = (int)(i / (size_t)edge / (size_t)edge);
+        const double value = tent_at(cells, edge, face, x, y);
+
+        light[i] = (float)value;
+        all += value * ibl_cube_solid_angle(edge, x, y);
+    }
+    for (size_t i = 0; i < count; ++i) {
+        const double solid_angle =
+            ibl_cube_solid_angle(edge, (int)(i % (size_t)edge),
+                                 (int)(i / (size_t)edge % (size_t)edge));
+        const double value = light[i] - all / (4.0 * acos(-1.0));
+
+        light[i] = value > 0.0 ? (float)(value * solid_angle) : 0.0F;
+        above += light[i];
+    }
+    return all > 0.0 ? above / all : 0.0;
+}
+
+/* The bits of a number that stand at even places. */
+static int even_bits(unsigned bits)
+{
+    unsigned x = 0;
+
+    for (int i = 0; i < 16; ++i)
+        x |= (bits >> i) & (1U << i);
+    return (int)x;
+}
+
+/*
+ * Gives each token k the cell where the running sum of light reaches
+ * (k + 1/2) / VIEW_AIM_TOKENS of all, cells in the order of a curve that goes
+ * through squares within squares (Morton 1966), face by face. chance is light
+ * before and the chance after.
+ */
+static void hand_out(int edge, float *chance, float *tokens)
+{
+    const size_t count = cell_of(edge, 6, 0, 0);
+    double all = 0.0, sum = 0.0;
+    unsigned side = 1;
+    int token = 0;
+
+    for (size_t i = 0; i < count; ++i)
+        all += chance[i];
+    while (side < (unsigned)edge)
+        side *= 2;
+    for (unsigned k = 0; k < 6 * side * side; ++k) {
+        const int x = even_bits(k % (side * side));
+        const int y = even_bits(k % (side * side) >> 1);
+        const int first = token;
+
+        if (x >= edge || y >= edge)
+            continue;
+        const size_t cell = cell_of(edge, (int)(k / (side * side)), x, y);
+        sum += chance[cell];
+        while (token < VIEW_AIM_TOKENS &&
+               (token + 0.5) * (all / VIEW_AIM_TOKENS) < sum)
+            tokens[2 * token++] = (float)cell;
+        chance[cell] = (float)(token - first) / VIEW_AIM_TOKENS;
+        for (int i = first; i < token; ++i)
+            tokens[2 * i + 1] = chance[cell];
+    }
+}
+
+bool view_aim_make(const ibl_texture *cube, view_aim *aim)
+{
+    const int edge = cube->width < VIEW_AIM_EDGE ? cube->width : VIEW_AIM_EDGE;
+    const size_t count = cell_of(edge, 6, 0, 0);
+    float *row = malloc(3 * (size_t)cube->width * sizeof *row);
+    float *cells = calloc(count, sizeof *cells);
+
+    *aim = (view_aim){0};
+    aim->chance = malloc(count * sizeof *aim->chance);
+    aim->tokens = malloc((size_t)2 * VIEW_AIM_TOKENS * sizeof *aim->tokens);
+    if (!row || !cells || !aim->chance || !aim->tokens) {
+        view_fail("no memory for a table of %zu cells of the environment",
+                  count);
+        goto fail;
+    }
+    for (int face = 0; face < 6; ++face)
+        pool_face(cube, face, edge, row, cells);
+    if (take_mean_off(cells, edge, aim->chance) > worth) {
+        hand_out(edge, aim->chance, aim->tokens);
+        aim->edge = edge;
+    } else {
+        view_aim_free(aim);
+    }
+    free(cells);
+    free(row);
+    return true;
+fail:
+    view_aim_free(aim);
+    free(cells);
+    free(row);
+    return false;
+}
+
+void view_aim_free(view_aim *aim)
+{
+    free(aim->tokens);
+    free(aim->chance);
+    *aim = (view_aim){0};
+}

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+// Points and directions to sample by.
+//   Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences";
+//   Cranley and Patterson 1976, "Randomization of Number Theoretic Methods for
+//   Multiple Integration";
+//   Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", JCGT 9(3);
+//   Heitz 2018, "Sampling the GGX Distribution of Visible Normals", JCGT 7(4);
+//   Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps".
+
+uniform sampler2D aim_tokens; // of view/aim.h
+uniform samplerCube aim_chance;
+uniform int aim_edge; // 0: there is none
+
+// Three numbers of a pixel that have nothing to do with those of another.
+uvec3 hash_of(uvec3 x)
+{
+    x = x * 1664525u + 1013904223u;
+    x.x += x.y * x.z;
+    x.y += x.z * x.x;
+    x.z += x.x * x.y;
+    x ^= x >> 16u;
+    x.x += x.y * x.z;
+    x.y += x.z * x.x;
+    x.z += x.x * x.y;
+    return x;
+}
+
+// Fractions of 2^32: point i of the sequences R2 and R3, moved by shift around
+// the unit square or cube. The whole numbers wrap, so no point is ever rounded.
+uvec2 point2(uint i, uvec2 shift)
+{
+    return shift + i * uvec2(3242174889u, 2447445413u);
+}
+
+uvec3 point3(uint i, uvec3 shift)
+{
+    return shift + i * uvec3(3518319154u, 2882110344u, 2360945575u);
+}
+
+// The middle of the 2^-23 that a fraction is in: never 0, never 1.
+vec2 unit(uvec2 fraction)
+{
+    return (vec2(fraction >> 9u) + 0.5) / 8388608.0;
+}
+
+// Normal that v sees of a surface around +Z, with the density of Heitz eq. 3,
+// D G1 V.H / N.V; v.z > 0. Stretched to alpha = 1 visible normals are what a
+// sphere reflects evenly to a cap, listing 1 of Dupuy and Benyoub, with h.z
+// summed so that it keeps its digits on the horizon.
+vec3 visible_normal(vec3 v, float alpha, vec2 u)
+{
+    vec3 w = normalize(vec3(alpha * v.xy, v.z));
+    float phi = 2.0 * PI * u.x;
+    float h_z = (1.0 - u.y) * (1.0 + w.z);
+    float c = h_z - w.z;
+    float s = sqrt(max((1.0 - c) * (1.0 + c), 0.0));
+    vec2 h = s * vec2(cos(phi), sin(phi)) + w.xy;
+    return normalize(vec3(alpha * h, h_z));
+}
+
+// Density of a direction of the environment to be drawn by aim_at, whose cell
+// has the chance: dO = dA m^3 on a face, m the largest component.
+float aim_density(float chance, vec3 direction)
+{
+    vec3 d = abs(direction);
+    float m = max(d.x, max(d.y, d.z));
+    return chance * float(aim_edge * aim_edge) * 0.25 / (m * m * m);
+}
+
+// A direction of the environment, not normalised (its face is at a distance of
+// 1), and the chance of its cell.
+vec4 aim_at(uvec3 fraction)
+{
+    ivec2 size = textureSize(aim_tokens, 0);
+    int token = int(fraction.x >> 14u);
+    vec2 t = texelFetch(aim_tokens, ivec2(token % size.x, token / size.x), 0).rg;
+    int cell = int(t.x);
+    vec2 p = vec2(cell % aim_edge, cell / aim_edge % aim_edge);
+    p = 2.0 * (p + unit(fraction.yz)) / float(aim_edge) - 1.0;
+    int face = cell / (aim_edge * aim_edge);
+    vec3 d = face == 0 ? vec3(1.0, -p.y, -p.x)
+           : face == 1 ? vec3(-1.0, -p.y, p.x)
+           : face == 2 ? vec3(p.x, 1.0, p.y)
+           : face == 3 ? vec3(p.x, -1.0, -p.y)
+           : face == 4 ? vec3(p.x, -p.y, 1.0)
+                       : vec3(-p.x, -p.y, -1.0);
+    return vec4(d, t.y);
+}

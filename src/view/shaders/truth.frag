@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+// The integral of BRDF, environment and N.L by importance sampling: the mean of
+// samples first_sample .. first_sample + sample_count - 1 of one sequence.
+// A sample is a visible normal for the specular part, a cosine direction for
+// the diffuse one and, where the environment has lights, one of those for both,
+// weighed by the balance heuristic: Veach and Guibas 1995, "Optimally Combining
+// Sampling Techniques for Monte Carlo Rendering", eq. 12.
+#include "sphere.glsl"
+#include "ibl.glsl"
+#include "brdf.glsl"
+#include "lights.glsl"
+#include "sample.glsl"
+
+uniform samplerCube environment_map;
+uniform int first_sample, sample_count;
+uniform int geometry; // of ibl_geometry
+
+layout(location = 0) out vec4 colour;
+
+// Below this a lobe is a mirror to a float.
+const float MIRROR = 1e-6;
+
+// What a pixel's samples have in common. Vectors are in the normal's frame, N
+// is +Z.
+struct patch_of {
+    vec3 view, f0;
+    float alpha;
+    float spread;      // N.V + sqrt(alpha^2 + (1 - alpha^2) N.V^2)
+    mat3 to_environment;
+};
+
+vec3 light_from(vec3 environment_direction)
+{
+    return textureLod(environment_map, environment_direction, 0.0).rgb;
+}
+
+float aimed(vec3 environment_direction)
+{
+    return aim_edge == 0
+               ? 0.0
+               : aim_density(textureLod(aim_chance, environment_direction,
+                                        0.0).r,
+                             environment_direction);
+}
+
+// BRDF times N.L over the density of l by visible normals, F V N.L 2 spread
+// (Heitz 2018 eq. 19 for any geometry), times the balance heuristic's
+// p / (p + other) with that density p = D / (2 spread). For sums over either
+// kind of sample the same.
+vec3 specular_weight(patch_of s, vec3 h, vec3 l, float other)
+{
+    float v_h = clamp(dot(s.view, h), 0.0, 1.0);
+    float g = geometry == 1 ? schlick_v(l.z, s.view.z, s.alpha)
+                            : smith_v(l.z, s.view.z, s.alpha);
+    float share = 1.0;
+    if (other > 0.0) {
+        float k = s.alpha / (dot(h.xy, h.xy) + s.alpha * s.alpha * h.z * h.z);
+        float p = k * k / (2.0 * PI * s.spread);
+        share = p / (p + other);
+    }
+    return schlick_f(s.f0, v_h) * (g * l.z * 2.0 * s.spread * share);
+}
+
+vec3 by_visible_normal(patch_of s, uvec2 fraction)
+{
+    vec3 h = visible_normal(s.view, s.alpha, unit(fraction));
+    vec3 l = reflect(-s.view, h);
+    if (l.z <= 0.0)
+        return vec3(0.0);
+    vec3 d = s.to_environment * l;
+    float other = s.alpha < MIRROR ? 0.0 : aimed(d);
+    return light_from(d) * specular_weight(s, h, l, other);
+}
+
+// Irradiance / pi.
+vec3 by_cosine(patch_of s, uvec2 fraction)
+{
+    vec3 l = cosine_direction(unit(fraction));
+    vec3 d = s.to_environment * l;
+    float p = l.z / PI;
+    return light_from(d) * (p / (p + aimed(d)));
+}
+
+// Both, of a direction to a light: adds its part to either.
+void by_aim(patch_of s, uvec3 fraction, inout vec3 specular,
+            inout vec3 irradiance)
+{
+    vec4 cell = aim_at(fraction);
+    vec3 d = normalize(cell.xyz);
+    vec3 l = d * s.to_environment;
+    if (l.z <= 0.0)
+        return;
+    vec3 light = light_from(d);
+    float other = aim_density(cell.w, d), p = l.z / PI;
+    irradiance += light * (p / (p + other));
+    if (s.alpha >= MIRROR)
+        specular += light * specular_weight(s, normalize(s.view + l), l, other);
+}
+
+void main()
+{
+    surface at = sphere_at(gl_FragCoord.xy);
+    colour = vec4(0.0);
+    if (at.coverage <= 0.0)
+        return;
+    float roughness = ball_albedo.a;
+    mat3 frame = frame_of(at.normal);
+    patch_of s;
+    s.f0 = ball_f0.rgb;
+    s.alpha = roughness * roughness;
+    s.view = vec3((at.view * frame).xy, max(at.n_v, 1e-6));
+    s.spread = s.view.z + sqrt(s.alpha * s.alpha +
+                               (1.0 - s.alpha * s.alpha) * s.view.z * s.view.z);
+    s.to_environment =
+        mat3(turned(frame[0]), turned(frame[1]), turned(frame[2]));
+
+    vec2 rg = table(at.n_v, roughness);
+    vec3 k = diffuse_factor(s.f0, ball_albedo.rgb, s.f0 * rg.x + rg.y,
+                            rg.x + rg.y, choice.z != 0);
+    bool diffuse_part = any(notEqual(k, vec3(0.0)));
+
+    uvec2 pixel = uvec2(gl_FragCoord.xy);
+    uvec3 a = hash_of(uvec3(pixel, 0u)), b = hash_of(uvec3(pixel, 1u)),
+          c = hash_of(uvec3(pixel, 2u));
+    vec3 specular = vec3(0.0), light = vec3(0.0);
+    for (int i = first_sample; i < first_sample + sample_count; i++) {
+        specular += by_visible_normal(s, point2(uint(i), a.xy));
+        if (diffuse_part)
+            light += by_cosine(s, point2(uint(i), b.xy));
+        if (aim_edge != 0)
+            by_aim(s, point3(uint(i), c), specular, light);
+    }
+    specular /= float(sample_count);
+    light /= float(sample_count);
+    add_lights(at.position, at.normal, at.view, s.f0, roughness, specular,
+               light);
+    colour = vec4(specular + k * light, at.coverage);
+}

@@ -1,0 +1,311 @@
+/* SPDX-License-Identifier: MIT */
+#include "view/truth.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "view/aim.h"
+#include "view/message.h"
+#include "view/program.h"
+
+/* Units of textures that only the truth looks at. */
+enum {
+    UNIT_PASS = VIEW_UNIT_COUNT,
+    UNIT_TOKENS,
+    UNIT_CHANCE
+};
+
+/* Targets: the sky alone; sky and spheres of one pass; the mean of all. */
+enum {
+    SKY,
+    PASS,
+    MEAN,
+    TARGETS
+};
+
+/* Samples of one draw call: systems reset a GPU that is busy for seconds. */
+#define MOST_SAMPLES 16
+/* By the clock: of one frame, and what it may take. */
+#define MOST_BY_CLOCK 64
+static const double frame_seconds = 1.0 / 30.0;
+
+struct view_truth {
+    GLuint spheres, sky, mean; /* programs */
+    GLint first_sample, sample_count, part, environment, geometry, aim_edge;
+    GLuint tokens, chance; /* textures */
+    GLuint target[TARGETS], framebuffer[TARGETS];
+    GLuint corners; /* vertex array without attributes */
+    int width, height;
+    view_frame shown; /* what has part in the samples so far */
+    bool fresh;       /* nothing is in the targets */
+    int samples;
+    int by_clock; /* samples of the next frame */
+};
+
+static void set_parameters(GLenum target)
+{
+    gl.TexParameteri(target, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    gl.TexParameteri(target, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    gl.TexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    gl.TexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    gl.TexParameteri(target, GL_TEXTURE_MAX_LEVEL, 0);
+}
+
+static void bind(int unit, GLenum target, GLuint texture)
+{
+    gl.ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
+    gl.BindTexture(target, texture);
+}
+
+static void set_sampler(GLuint program, const char *name, int unit)
+{
+    gl.Uniform1i(gl.GetUniformLocation(program, name), unit);
+}
+
+static bool make_programs(view_truth *t)
+{
+    t->spheres = view_program("sphere.vert", "truth.frag");
+    t->sky = t->spheres ? view_program("full.vert", "sky.frag") : 0;
+    t->mean = t->sky ? view_program("full.vert", "truth_mean.frag") : 0;
+    if (!t->mean)
+        return false;
+    t->first_sample = gl.GetUniformLocation(t->spheres, "first_sample");
+    t->sample_count = gl.GetUniformLocation(t->spheres, "sample_count");
+    t->environment = gl.GetUniformLocation(t->spheres, "environment_map");
+    t->geometry = gl.GetUniformLocation(t->spheres, "geometry");
+    t->aim_edge = gl.GetUniformLocation(t->spheres, "aim_edge");
+    t->part = gl.GetUniformLocation(t->mean, "part");
+    gl.UseProgram(t->spheres);
+    set_sampler(t->spheres, "aim_tokens", UNIT_TOKENS);
+    set_sampler(t->spheres, "aim_chance", UNIT_CHANCE);
+    gl.UseProgram(t->mean);
+    set_sampler(t->mean, "pass_picture", UNIT_PASS);
+    gl.UseProgram(0);
+    return true;
+}
+
+view_truth *view_truth_create(void)
+{
+    view_truth *t = calloc(1, sizeof *t);
+
+    if (!t) {
+        view_fail("no memory for the reference");
+        return NULL;
+    }
+    if (!make_programs(t)) {
+        view_truth_free(t);
+        return NULL;
+    }
+    gl.GenTextures(TARGETS, t->target);
+    gl.GenTextures(1, &t->tokens);
+    gl.GenTextures(1, &t->chance);
+    gl.GenFramebuffers(TARGETS, t->framebuffer);
+    gl.GenVertexArrays(1, &t->corners);
+    t->by_clock = 1;
+    t->fresh = true;
+    return t;
+}
+
+void view_truth_free(view_truth *t)
+{
+    if (!t)
+        return;
+    gl.DeleteVertexArrays(1, &t->corners);
+    gl.DeleteFramebuffers(TARGETS, t->framebuffer);
+    gl.DeleteTextures(1, &t->chance);
+    gl.DeleteTextures(1, &t->tokens);
+    gl.DeleteTextures(TARGETS, t->target);
+    gl.DeleteProgram(t->mean);
+    gl.DeleteProgram(t->sky);
+    gl.DeleteProgram(t->spheres);
+    free(t);
+}
+
+static void upload_aim(view_truth *t, const view_aim *aim)
+{
+    const size_t face = (size_t)aim->edge * (size_t)aim->edge;
+
+    gl.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
+    bind(UNIT_TOKENS, GL_TEXTURE_2D, t->tokens);
+    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RG32F, VIEW_AIM_ROW, VIEW_AIM_ROW, 0,
+                  GL_RG, GL_FLOAT, aim->tokens);
+    set_parameters(GL_TEXTURE_2D);
+    bind(UNIT_CHANCE, GL_TEXTURE_CUBE_MAP, t->chance);
+    for (size_t i = 0; i < 6; ++i)
+        gl.TexImage2D(GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)i, 0, GL_R32F,
+                      aim->edge, aim->edge, 0, GL_RED, GL_FLOAT,
+                      aim->chance + i * face);
+    set_parameters(GL_TEXTURE_CUBE_MAP);
+    gl.ActiveTexture(GL_TEXTURE0);
+}
+
+bool view_truth_load(view_truth *t, const view_set *set)
+{
+    /* A chain of rough levels alone does not have the environment; a skybox
+       does. */
+    const bool sky = set->roughness[0] > 0.0 && set->texture[VIEW_SKY].data;
+    view_aim aim;
+
+    if (!view_aim_make(&set->texture[sky ? VIEW_SKY : VIEW_SPECULAR], &aim))
+        return false;
+    if (aim.edge)
+        upload_aim(t, &aim);
+    gl.UseProgram(t->spheres);
+    gl.Uniform1i(t->environment, sky ? VIEW_UNIT_SKY : VIEW_UNIT_SPECULAR);
+    gl.Uniform1i(t->geometry, set->geometry);
+    gl.Uniform1i(t->aim_edge, aim.edge);
+    gl.UseProgram(0);
+    view_aim_free(&aim);
+    view_truth_restart(t);
+    return view_gl_check("the table of the environment's lights");
+}
+
+void view_truth_restart(view_truth *t)
+{
+    t->samples = 0;
+    t->fresh = true;
+}
+
+static bool resize(view_truth *t, int width, int height)
+{
+    for (int i = 0; i < TARGETS; ++i) {
+        bind(UNIT_PASS, GL_TEXTURE_2D, t->target[i]);
+        gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA,
+                      GL_FLOAT, NULL);
+        set_parameters(GL_TEXTURE_2D);
+        gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[i]);
+        gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
+                                GL_TEXTURE_2D, t->target[i], 0);
+        if (gl.CheckFramebufferStatus(GL_FRAMEBUFFER) !=
+            GL_FRAMEBUFFER_COMPLETE)
+            return view_fail("OpenGL has no picture of %dx%d RGBA floats for "
+                             "the reference: make the window smaller",
+                             width, height);
+    }
+    bind(UNIT_PASS, GL_TEXTURE_2D, t->target[PASS]);
+    gl.ActiveTexture(GL_TEXTURE0);
+    t->width = width;
+    t->height = height;
+    t->fresh = true;
+    return view_gl_check("the reference's pictures");
+}
+
+/* What of a frame the samples depend on. */
+static view_frame part_of(const view_frame *frame)
+{
+    view_frame f = *frame;
+
+    memset(f.lod, 0, sizeof f.lod);
+    memset(f.diffuse, 0, sizeof f.diffuse);
+    memset(f.sh, 0, sizeof f.sh);
+    memset(f.display, 0, 3 * sizeof f.display[0]); /* but the sky's scale */
+    memset(f.choice, 0, 2 * sizeof f.choice[0]);   /* Fresnel, diffuse */
+    memset(f.show, 0, 3 * sizeof f.show[0]);       /* but the sky */
+    memset(f.inspect, 0, sizeof f.inspect);
+    memset(f.inspect_at, 0, sizeof f.inspect_at);
+    memset(f.sample_range, 0, sizeof f.sample_range);
+    return f;
+}
+
+static void draw_full(const view_truth *t, GLuint program)
+{
+    gl.UseProgram(program);
+    gl.BindVertexArray(t->corners);
+    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+/* The sky, which has no noise, once; and nothing that might stay, were it not
+ * a number, in the mean. */
+static void begin(view_truth *t, const view_frame *part)
+{
+    t->shown = *part;
+    t->fresh = false;
+    t->samples = 0;
+    t->by_clock = t->by_clock > 4 ? t->by_clock / 4 : 1;
+    gl.ClearColor(0.0F, 0.0F, 0.0F, 1.0F);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[MEAN]);
+    gl.Clear(GL_COLOR_BUFFER_BIT);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[SKY]);
+    draw_full(t, t->sky);
+}
+
+/* Adds samples, MOST_SAMPLES at most. */
+static void draw_pass(view_truth *t, GLuint instances, int count, int samples)
+{
+    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, t->framebuffer[SKY]);
+    gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, t->framebuffer[PASS]);
+    gl.BlitFramebuffer(0, 0, t->width, t->height, 0, 0, t->width, t->height,
+                       GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[PASS]);
+    gl.Enable(GL_BLEND);
+    /* Coverage is alpha; alpha of the pictures stays 1. */
+    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+    gl.UseProgram(t->spheres);
+    gl.Uniform1i(t->first_sample, t->samples);
+    gl.Uniform1i(t->sample_count, samples);
+    gl.BindVertexArray(instances);
+    gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, count);
+
+    t->samples += samples;
+    gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[MEAN]);
+    gl.UseProgram(t->mean);
+    gl.Uniform1f(t->part, (float)samples / (float)t->samples);
+    draw_full(t, t->mean);
+    gl.Disable(GL_BLEND);
+}
+
+static double seconds(void)
+{
+    struct timespec now;
+
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* As many samples as would have filled the time, and at most twice as many as
+ * there were: a frame's fixed costs are not theirs. */
+static int next_by_clock(int samples, double took)
+{
+    const double fill = samples * frame_seconds / (took > 1e-6 ? took : 1e-6);
+    const int most = 2 * samples < MOST_BY_CLOCK ? 2 * samples : MOST_BY_CLOCK;
+
+    return fill < 1.0 ? 1 : fill < most ? (int)fill : most;
+}
+
+bool view_truth_draw(view_truth *t, const view_frame *frame, GLuint instances,
+                     int count, int width, int height, int samples)
+{
+    const view_frame part = part_of(frame);
+    const bool by_clock = samples == 0;
+    const double start = by_clock ? seconds() : 0.0;
+
+    if ((width != t->width || height != t->height) && !resize(t, width, height))
+        return false;
+    gl.Viewport(0, 0, width, height);
+    gl.Disable(GL_BLEND);
+    if (t->fresh || memcmp(&part, &t->shown, sizeof part) != 0)
+        begin(t, &part);
+    if (by_clock)
+        samples = t->by_clock;
+    if (samples > VIEW_TRUTH_SAMPLES - t->samples)
+        samples = VIEW_TRUTH_SAMPLES - t->samples;
+    for (int left = samples; left > 0; left -= MOST_SAMPLES)
+        draw_pass(t, instances, count,
+                  left < MOST_SAMPLES ? left : MOST_SAMPLES);
+    if (by_clock && samples > 0) {
+        gl.Finish();
+        t->by_clock = next_by_clock(samples, seconds() - start);
+    }
+    return true;
+}
+
+GLuint view_truth_texture(const view_truth *t)
+{
+    return t->width ? t->target[MEAN] : 0;
+}
+
+int view_truth_samples(const view_truth *t)
+{
+    return t->samples;
+}
