@@ -69,6 +69,9 @@ ifneq ($(HAVE_VIEW),yes)
 TESTS := $(filter-out $(BUILD)/tests/check_view_%,$(TESTS))
 endif
 BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
+ifneq ($(HAVE_VIEW),yes)
+BENCHES := $(filter-out $(BUILD)/tests/bench_view,$(BENCHES))
+endif
 
 .DELETE_ON_ERROR:
 .SECONDARY:
@@ -171,7 +174,9 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(EXR_LIBS) \
 	    $(CLI_LIBS) -lm -ldl $(LDLIBS)
 
-$(BUILD)/tests/check_view_%: $(BUILD)/obj/tests/check_view_%.o \
+VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_view, \
+                       $(TESTS) $(BENCHES))
+$(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
         $(call obj,tests/view.c) $(TEST_OBJ) $(VIEW_OBJ) $(LIB)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(VIEW_LIBS) $(EXR_LIBS) \

@@ -48,6 +48,11 @@ void view_test_end(void)
     screen = NULL;
 }
 
+const char *view_test_about(void)
+{
+    return view_screen_about(screen);
+}
+
 /* ---- standard error -------------------------------------------------- */
 
 static int saved = -1;

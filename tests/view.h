@@ -11,6 +11,8 @@
  * skipped, where there is no OSMesa, and under the thread sanitizer. */
 bool view_test_begin(int width, int height);
 void view_test_end(void); /* also without a screen */
+/* view_screen_about of the screen. */
+const char *view_test_about(void);
 
 /* Keeps what is written to standard error, until view_test_caught gives it:
  * static storage, overwritten by the next call. */
