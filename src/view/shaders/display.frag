@@ -8,42 +8,47 @@ uniform sampler2D truth;
 
 out vec4 colour;
 
-// view_compare of view/settings.h
+// view_mode and view_compare of view/settings.h
+const int SPHERES = 0;
 const int REFERENCE = 1, SPLIT = 2, DIFFERENCE = 3;
 
-// Linear RGB that is to be shown at a pixel.
-vec3 compared(ivec2 at) {
-    if (show.z == REFERENCE)
-        return texelFetch(truth, at, 0).rgb;
-    if (show.z == SPLIT && at.x >= int(floor(display.y * viewport.x)))
-        return texelFetch(truth, at, 0).rgb;
-    vec3 c = texelFetch(picture, at, 0).rgb;
+// First column of the right side.
+int split_column() {
+    return int(floor(display.y * viewport.x));
+}
+
+vec3 compared(ivec2 at, vec3 c, vec3 exact) {
     if (show.z == DIFFERENCE)
-        return abs(c - texelFetch(truth, at, 0).rgb) * display.z;
-    return c;
+        return abs(c - exact) * display.z;
+    return show.z == SPLIT && at.x < split_column() ? c : exact;
+}
+
+// Scene-linear RGB as it is to be shown.
+vec3 shown(vec3 c) {
+    if (any(not_number(c)))
+        return vec3(1.0, 0.0, 1.0);
+    if (any(beyond(c)))
+        return vec3(0.0, 1.0, 1.0);
+    if (show.y != 0)
+        return false_colour(luminance(c) * display.x, gl_FragCoord.xy);
+    return srgb(tone(c * display.x, show.x));
 }
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
-    // The line of the split: a white and a black column, so that it is seen on
-    // whatever is behind it.
-    int beside = at.x - int(floor(display.y * viewport.x));
+    vec4 c = texelFetch(picture, at, 0);
+    // Maps have no truth to compare them with; alpha 0 is beside them.
+    if (inspect.x != SPHERES) {
+        colour = vec4(c.a == 0.0 ? vec3(0.1) : shown(c.rgb), 1.0);
+        return;
+    }
+    // A white and a black column, seen on whatever is behind them.
+    int beside = at.x - split_column();
     if (show.z == SPLIT && (beside == 0 || beside == -1)) {
         colour = vec4(vec3(float(beside + 1)), 1.0);
         return;
     }
-
-    vec3 c = compared(at);
-    // inspect.frag: no map is here.
-    if (inspect.x != 0 && texelFetch(picture, at, 0).a == 0.0)
-        colour = vec4(vec3(0.1), 1.0);
-    else if (any(not_number(c)))
-        colour = vec4(1.0, 0.0, 1.0, 1.0);
-    else if (any(beyond(c)))
-        colour = vec4(0.0, 1.0, 1.0, 1.0);
-    else if (show.y != 0)
-        colour = vec4(false_colour(luminance(c) * display.x,
-                                   gl_FragCoord.xy), 1.0);
-    else
-        colour = vec4(srgb(tone(c * display.x, show.x)), 1.0);
+    if (show.z >= REFERENCE)
+        c.rgb = compared(at, c.rgb, texelFetch(truth, at, 0).rgb);
+    colour = vec4(shown(c.rgb), 1.0);
 }
