@@ -1,0 +1,510 @@
+/* SPDX-License-Identifier: MIT */
+/* The display pass against closed forms in double: every curve over a sweep of
+ * colours, sRGB, false colours, comparing, and numbers that are none. */
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "test.h"
+#include "view.h"
+#include "view/display.h"
+#include "view/frame.h"
+#include "view/picture.h"
+
+enum {
+    WIDTH = 128,
+    HEIGHT = 48
+};
+
+/* What a test draws with; pictures have row 0 on top. */
+typedef struct stage {
+    view_display *display;
+    GLuint textures[2], uniforms;
+    view_frame frame;
+    float picture[2][HEIGHT][WIDTH][4];
+    unsigned char *seen; /* [HEIGHT][WIDTH][3] */
+} stage;
+
+static void close_stage(stage *s)
+{
+    if (s) {
+        free(s->seen);
+        gl.DeleteTextures(2, s->textures);
+        gl.DeleteBuffers(1, &s->uniforms);
+        view_display_free(s->display);
+    }
+    free(s);
+    view_test_end();
+}
+
+static stage *open_stage(void)
+{
+    stage *s;
+
+    if (!view_test_begin(WIDTH, HEIGHT))
+        return NULL;
+    s = calloc(1, sizeof *s);
+    if (!s || !(s->display = view_display_create())) {
+        CHECK(!"a display");
+        close_stage(s);
+        return NULL;
+    }
+    gl.GenTextures(2, s->textures);
+    gl.GenBuffers(1, &s->uniforms);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, s->uniforms);
+    gl.Viewport(0, 0, WIDTH, HEIGHT);
+    s->frame.viewport[0] = WIDTH;
+    s->frame.viewport[1] = HEIGHT;
+    s->frame.display[0] = s->frame.display[2] = 1;
+    for (int i = 0; i < 2 * WIDTH * HEIGHT; i++)
+        s->picture[i / (WIDTH * HEIGHT)][i / WIDTH % HEIGHT][i % WIDTH][3] = 1;
+    return s;
+}
+
+static void draw(stage *s)
+{
+    static float flipped[HEIGHT][WIDTH][4];
+
+    for (int i = 0; i < 2; i++) {
+        for (int y = 0; y < HEIGHT; y++)
+            memcpy(flipped[HEIGHT - 1 - y], s->picture[i][y],
+                   sizeof flipped[0]);
+        gl.ActiveTexture(GL_TEXTURE0);
+        gl.BindTexture(GL_TEXTURE_2D, s->textures[i]);
+        gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+        gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, WIDTH, HEIGHT, 0, GL_RGBA,
+                      GL_FLOAT, flipped);
+    }
+    gl.BindBuffer(GL_UNIFORM_BUFFER, s->uniforms);
+    gl.BufferData(GL_UNIFORM_BUFFER, sizeof s->frame, &s->frame,
+                  GL_DYNAMIC_DRAW);
+    view_display_draw(s->display, s->textures[0], s->textures[1]);
+    free(s->seen);
+    s->seen = view_picture_read(WIDTH, HEIGHT);
+    CHECK(s->seen);
+    CHECK(view_gl_check("test"));
+    if (!s->seen)
+        exit(1);
+}
+
+static const unsigned char *seen(const stage *s, int x, int y)
+{
+    return s->seen + 3 * ((size_t)y * WIDTH + (size_t)x);
+}
+
+/* ---- closed forms ------------------------------------------------------ */
+
+static double encode(double c)
+{
+    c = fmin(fmax(c, 0), 1);
+    return c <= 0.0031308 ? 12.92 * c : 1.055 * pow(c, 1 / 2.4) - 0.055;
+}
+
+static double brightness(const double c[3])
+{
+    return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+}
+
+static void linear(double c[3])
+{
+    (void)c;
+}
+
+static void reinhard(double c[3])
+{
+    const double y = brightness(c), shown = y / (1 + y);
+    for (int k = 0; k < 3; k++)
+        c[k] = y > 0 ? c[k] / y * shown : 0;
+}
+
+static void transform(const double m[3][3], double c[3])
+{
+    double r[3];
+    for (int k = 0; k < 3; k++)
+        r[k] = m[k][0] * c[0] + m[k][1] * c[1] + m[k][2] * c[2];
+    memcpy(c, r, sizeof r);
+}
+
+static const double aces_in[3][3] = {{0.59719, 0.35458, 0.04823},
+                                     {0.07600, 0.90834, 0.01566},
+                                     {0.02840, 0.13383, 0.83777}};
+static const double aces_out[3][3] = {{1.60475, -0.53108, -0.07367},
+                                      {-0.10208, 1.10813, -0.00605},
+                                      {-0.00327, -0.07276, 1.07602}};
+
+static void aces(double c[3])
+{
+    transform(aces_in, c);
+    for (int k = 0; k < 3; k++) {
+        const double v = c[k];
+        c[k] = (v * (v + 0.0245786) - 0.000090537) /
+               (v * (0.983729 * v + 0.4329510) + 0.238081);
+    }
+    transform(aces_out, c);
+}
+
+/* As the specification has it: f, p, p_n, g. */
+static void neutral(double c[3])
+{
+    const double f90 = 0.04, ks = 0.8 - f90, kd = 0.15;
+    const double x = fmin(c[0], fmin(c[1], c[2]));
+    const double f = x <= 2 * f90 ? x - x * x / (4 * f90) : f90;
+    const double p = fmax(c[0], fmax(c[1], c[2])) - f;
+    const double pn = 1 - (1 - ks) * (1 - ks) / (p + 1 - 2 * ks);
+    const double g = 1 / (kd * (p - pn) + 1);
+
+    for (int k = 0; k < 3; k++)
+        c[k] = p <= ks ? c[k] - f : (c[k] - f) * pn / p * g + pn * (1 - g);
+}
+
+static void (*const curves[VIEW_TONES])(double c[3]) = {linear, reinhard, aces,
+                                                        neutral};
+
+/* ---- a sweep ----------------------------------------------------------- */
+
+/* From 2^-16 to 2^16 in columns; rows of grey, pure, mixed and random hues,
+ * the last of them with negative parts. */
+static void fill_sweep(stage *s)
+{
+    test_random r = {1};
+
+    for (int y = 0; y < HEIGHT; y++) {
+        double hue[3];
+        for (int k = 0; k < 3; k++)
+            hue[k] = y == 0  ? 1
+                     : y < 8 ? (y >> k & 1)
+                             : test_random_unit(&r) - (y > HEIGHT - 8) / 4.0;
+        for (int x = 0; x < WIDTH; x++) {
+            const double level = exp2(32.0 * x / (WIDTH - 1) - 16);
+            for (int k = 0; k < 3; k++)
+                s->picture[0][y][x][k] = (float)(level * hue[k]);
+        }
+    }
+}
+
+static void compare_curve(const stage *s, int tone, double exposure)
+{
+    double worst = 0;
+    int at[2] = {0};
+
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            double c[3];
+            for (int k = 0; k < 3; k++)
+                c[k] = fmax(s->picture[0][y][x][k] * exposure, 0);
+            curves[tone](c);
+            for (int k = 0; k < 3; k++) {
+                const double off = fabs(255 * encode(c[k]) - seen(s, x, y)[k]);
+                if (off > worst)
+                    worst = off, at[0] = x, at[1] = y;
+            }
+        }
+    /* Half a step of rounding, and 3e-5 of the range for float. */
+    CHECK_MSG(worst <= 0.5 + 0.008, "curve %d at 2^%g: off by %g at %d, %d",
+              tone, log2(exposure), worst, at[0], at[1]);
+}
+
+static void curves_are_their_formulas(void)
+{
+    stage *s = open_stage();
+
+    if (!s)
+        return;
+    fill_sweep(s);
+    for (int tone = 0; tone < VIEW_TONES; tone++)
+        for (int ev = -6; ev <= 6; ev += 3) {
+            s->frame.show[0] = tone;
+            s->frame.display[0] = (float)exp2(ev);
+            draw(s);
+            compare_curve(s, tone, exp2(ev));
+        }
+    close_stage(s);
+}
+
+/* What the fits must hold whoever typed them: grey stays grey, the neutral
+ * curve takes 0.04 off what is below its shoulder, and nothing goes down. */
+static void curves_keep_grey(void)
+{
+    for (int k = 0; k < 3; k++) {
+        CHECK_NEAR(aces_in[k][0] + aces_in[k][1] + aces_in[k][2], 1, 1e-4);
+        CHECK_NEAR(aces_out[k][0] + aces_out[k][1] + aces_out[k][2], 1, 1e-4);
+    }
+    stage *s = open_stage();
+    if (!s)
+        return;
+    fill_sweep(s);
+    for (int tone = 0; tone < VIEW_TONES; tone++) {
+        s->frame.show[0] = tone;
+        draw(s);
+        for (int x = 0; x < WIDTH; x++) {
+            const unsigned char *c = seen(s, x, 0);
+            CHECK(abs(c[0] - c[1]) <= 1 && abs(c[1] - c[2]) <= 1);
+            CHECK(!x || c[1] >= seen(s, x - 1, 0)[1]);
+        }
+        CHECK(seen(s, WIDTH - 1, 0)[1] == 255);
+        CHECK(seen(s, 0, 0)[1] == 0);
+    }
+    for (int x = 0; x < WIDTH; x++) {
+        const double grey = s->picture[0][0][x][0];
+        if (grey > 0.08 && grey < 0.8)
+            CHECK_NEAR(seen(s, x, 0)[1], 255 * encode(grey - 0.04), 0.51);
+    }
+    close_stage(s);
+}
+
+/* All 256 values, and where the two pieces meet. */
+static void srgb_is_exact(void)
+{
+    stage *s = open_stage();
+
+    if (!s)
+        return;
+    for (int i = 0; i < 256; i++) {
+        const double v = i / 255.0;
+        const double c =
+            v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4);
+        s->picture[0][i / WIDTH][i % WIDTH][0] = (float)c;
+        s->picture[0][i / WIDTH][i % WIDTH][1] = (float)(c * c);
+        s->picture[0][i / WIDTH][i % WIDTH][2] = (float)(i * 0.0062616 / 255);
+    }
+    draw(s);
+    for (int i = 0; i < 256; i++) {
+        const unsigned char *c = seen(s, i % WIDTH, i / WIDTH);
+        const float *from = s->picture[0][i / WIDTH][i % WIDTH];
+        CHECK_MSG(c[0] == i, "%d came back as %d", i, c[0]);
+        for (int k = 1; k < 3; k++)
+            CHECK_NEAR(c[k], 255 * encode(from[k]), 0.508);
+    }
+    close_stage(s);
+}
+
+/* ---- false colour ------------------------------------------------------ */
+
+static double lightness(const double c[3])
+{
+    return 0.30 * c[0] + 0.59 * c[1] + 0.11 * c[2]; /* Green 2011, eq. 1 */
+}
+
+static void false_colours_rise(void)
+{
+    double before = 0;
+
+    for (int i = 0; i <= 64 * VIEW_STOPS; i++) {
+        double c[3];
+        view_false_colour(i / 32.0 - VIEW_STOPS, c);
+        const double now = lightness(c);
+        /* A stop ends with a step that is as large as all that is in it. */
+        if (i && i % 32 == 0 && i < 64 * VIEW_STOPS)
+            CHECK_NEAR(now - before, 0.8 / (2 * VIEW_STOPS) * 33 / 64, 0.004);
+        else if (i)
+            CHECK_MSG(now > before, "stop %g", i / 32.0 - VIEW_STOPS);
+        before = now;
+    }
+}
+
+static void stripes(const stage *s, int x0, int x1, const int a[3],
+                    const int b[3])
+{
+    int count[2] = {0, 0};
+
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = x0; x < x1; x++) {
+            const unsigned char *c = seen(s, x, y);
+            count[0] += c[0] == a[0] && c[1] == a[1] && c[2] == a[2];
+            count[1] += c[0] == b[0] && c[1] == b[1] && c[2] == b[2];
+        }
+    CHECK(count[0] > 0 && count[1] > 0);
+    CHECK(count[0] + count[1] == (x1 - x0) * HEIGHT);
+    CHECK_NEAR(count[0], count[1], HEIGHT * 8);
+}
+
+/* One hue a row, all of the luminance of their column: 9.5 stops each way. */
+static void fill_stops(stage *s, double ev)
+{
+    test_random r = {2};
+
+    for (int y = 0; y < HEIGHT; y++) {
+        double hue[3] = {1, 1, 1};
+        for (int k = 0; y && k < 3; k++)
+            hue[k] = test_random_unit(&r);
+        for (int x = 0; x < WIDTH; x++)
+            for (int k = 0; k < 3; k++)
+                s->picture[0][y][x][k] =
+                    (float)(hue[k] / brightness(hue) * 0.18 *
+                            exp2((x + 0.3) * 19 / WIDTH - 9.5 - ev));
+    }
+}
+
+static void false_colours_are_of_luminance(void)
+{
+    stage *s = open_stage();
+    const int first = 11, last = WIDTH - 11;
+
+    if (!s)
+        return;
+    s->frame.show[1] = 1;
+    for (int ev = -3; ev <= 3; ev += 3) {
+        fill_stops(s, ev);
+        s->frame.display[0] = (float)exp2(ev);
+        draw(s);
+        for (int y = 0; y < HEIGHT; y++)
+            for (int x = first; x < last; x++) {
+                double c[3];
+                view_false_colour((x + 0.3) * 19 / WIDTH - 9.5, c);
+                for (int k = 0; k < 3; k++)
+                    CHECK_NEAR(seen(s, x, y)[k], 255 * c[k], 0.51);
+            }
+        stripes(s, 0, 10, (const int[3]){0, 0, 0}, (const int[3]){0, 0, 128});
+        stripes(s, WIDTH - 10, WIDTH, (const int[3]){255, 255, 255},
+                (const int[3]){255, 0, 0});
+    }
+    close_stage(s);
+}
+
+/* ---- no numbers, and comparing ------------------------------------------ */
+
+static bool is(const unsigned char *c, int r, int g, int b)
+{
+    return c[0] == r && c[1] == g && c[2] == b;
+}
+
+static void no_number_hides(void)
+{
+    stage *s = open_stage();
+
+    if (!s)
+        return;
+    s->picture[0][3][5][0] = NAN;
+    s->picture[0][3][6][1] = -NAN;
+    s->picture[0][3][7][2] = INFINITY;
+    s->picture[0][3][8][0] = -INFINITY;
+    s->picture[0][3][9][0] = NAN;
+    s->picture[0][3][9][1] = INFINITY;
+    s->picture[0][3][10][0] = FLT_MAX;
+    s->picture[0][3][10][1] = FLT_MAX;
+    s->picture[0][3][10][2] = FLT_MAX;
+    s->picture[1][3][100][2] = NAN;
+    s->picture[1][3][101][2] = INFINITY;
+    for (int i = 0; i < 2 * VIEW_TONES; i++) {
+        s->frame.show[0] = i / 2;
+        s->frame.show[1] = i % 2;
+        for (int compare = 0; compare < VIEW_COMPARES; compare++) {
+            s->frame.show[2] = compare;
+            s->frame.display[0] = compare == VIEW_SPLIT ? 8 : 0.125f;
+            s->frame.display[1] = 0.5f;
+            draw(s);
+            const bool left = compare != VIEW_REFERENCE;
+            const bool right = compare != VIEW_SPLIT_SUM;
+            CHECK(is(seen(s, 5, 3), 255, 0, 255) == left);
+            CHECK(is(seen(s, 6, 3), 255, 0, 255) == left);
+            CHECK(is(seen(s, 7, 3), 0, 255, 255) == left);
+            CHECK(is(seen(s, 8, 3), 0, 255, 255) == left);
+            CHECK(is(seen(s, 9, 3), 255, 0, 255) == left);
+            CHECK(is(seen(s, 100, 3), 255, 0, 255) == right);
+            CHECK(is(seen(s, 101, 3), 0, 255, 255) == right);
+            CHECK(!is(seen(s, 10, 3), 0, 255, 255) &&
+                  !is(seen(s, 10, 3), 255, 0, 255));
+            CHECK(i % 2 || !left || is(seen(s, 10, 3), 255, 255, 255));
+        }
+    }
+    close_stage(s);
+}
+
+static void fill_both(stage *s)
+{
+    test_random r = {3};
+
+    for (int i = 0; i < 2 * WIDTH * HEIGHT; i++)
+        for (int k = 0; k < 3; k++)
+            s->picture[i / (WIDTH * HEIGHT)][i / WIDTH % HEIGHT][i % WIDTH][k] =
+                (float)test_random_unit(&r);
+}
+
+/* Pixels of columns x0 .. x1 are those of a picture. */
+static void same(const stage *s, int x0, int x1, int which)
+{
+    int bad = 0;
+
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = x0; x < x1; x++)
+            for (int k = 0; k < 3; k++)
+                bad += !(fabs(255 * encode(s->picture[which][y][x][k]) -
+                              seen(s, x, y)[k]) <= 0.508);
+    CHECK_MSG(!bad, "columns %d to %d: %d are not of picture %d", x0, x1, bad,
+              which);
+}
+
+static void pictures_are_compared(void)
+{
+    static const double splits[] = {0, 0.25, 0.4999, 0.5, 0.777, 1};
+    stage *s = open_stage();
+
+    if (!s)
+        return;
+    fill_both(s);
+    draw(s);
+    same(s, 0, WIDTH, 0);
+    s->frame.show[2] = VIEW_REFERENCE;
+    draw(s);
+    same(s, 0, WIDTH, 1);
+    s->frame.show[2] = VIEW_SPLIT;
+    for (size_t i = 0; i < sizeof splits / sizeof *splits; i++) {
+        const int at = (int)(splits[i] * WIDTH);
+        s->frame.display[1] = (float)splits[i];
+        draw(s);
+        same(s, 0, at - 1, 0);
+        same(s, at + 1, WIDTH, 1);
+        for (int y = 0; y < HEIGHT; y++) {
+            CHECK(at == WIDTH || is(seen(s, at, y), 255, 255, 255));
+            CHECK(at == 0 || is(seen(s, at - 1, y), 0, 0, 0));
+        }
+    }
+    close_stage(s);
+}
+
+static void differences_are_amplified(void)
+{
+    stage *s = open_stage();
+    int bad = 0;
+
+    if (!s)
+        return;
+    fill_both(s);
+    s->frame.show[2] = VIEW_DIFFERENCE;
+    s->frame.display[0] = 2;
+    for (int gain = 1; gain <= 16; gain *= 4) {
+        s->frame.display[2] = (float)gain;
+        draw(s);
+        for (int y = 0; y < HEIGHT; y++)
+            for (int x = 0; x < WIDTH; x++)
+                for (int k = 0; k < 3; k++) {
+                    const double a = s->picture[0][y][x][k];
+                    const double b = s->picture[1][y][x][k];
+                    bad += !(fabs(255 * encode(fabs(a - b) * gain * 2) -
+                                  seen(s, x, y)[k]) <= 0.508);
+                }
+        CHECK_MSG(!bad, "gain %d: %d are off", gain, bad);
+    }
+    /* Maps have nothing to be compared with, and are nowhere where alpha says
+     * so. */
+    s->frame.inspect[0] = VIEW_LEVELS;
+    s->frame.display[0] = 1;
+    s->picture[0][7][0][3] = 0;
+    draw(s);
+    same(s, 1, WIDTH, 0);
+    CHECK(is(seen(s, 0, 7), 26, 26, 26) || is(seen(s, 0, 7), 25, 25, 25));
+    close_stage(s);
+}
+
+static const test tests[] = {
+    TEST(curves_are_their_formulas),
+    TEST(curves_keep_grey),
+    TEST(srgb_is_exact),
+    TEST(false_colours_rise),
+    TEST(false_colours_are_of_luminance),
+    TEST(no_number_hides),
+    TEST(pictures_are_compared),
+    TEST(differences_are_amplified),
+};
+TEST_MAIN(tests)
