@@ -1,0 +1,409 @@
+/* SPDX-License-Identifier: MIT */
+/* Every option: what it is called, takes, defaults to and does. The parser and
+ * --help are made from the tables here. */
+#include "view/options.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "view/message.h"
+#include "view/option_row.h"
+#include "view/scene.h"
+#include "view/truth.h"
+
+const char *view_axis_name(view_axis axis)
+{
+    static const char *const names[] = {"material", "turn",  "tone",
+                                        "ev",       "level", "compare"};
+    return names[axis];
+}
+
+/* ---- names of choices, NULL after the last ------------------------------ */
+
+static const char *axis_name(int i)
+{
+    return i < VIEW_AXES ? view_axis_name((view_axis)i) : NULL;
+}
+
+static const char *mode_name(int i)
+{
+    return i < VIEW_MODES ? view_mode_name((view_mode)i) : NULL;
+}
+
+static const char *layout_name(int i)
+{
+    return i < VIEW_LAYOUTS ? view_layout_name((view_layout)i) : NULL;
+}
+
+static const char *tone_name(int i)
+{
+    return i < VIEW_TONES ? view_tone_name((view_tone)i) : NULL;
+}
+
+static const char *fresnel_name(int i)
+{
+    return i < VIEW_FRESNELS ? view_fresnel_name((view_fresnel)i) : NULL;
+}
+
+static const char *diffuse_name(int i)
+{
+    return i < VIEW_DIFFUSES ? view_diffuse_name((view_diffuse)i) : NULL;
+}
+
+static const char *compare_name(int i)
+{
+    return i < VIEW_COMPARES ? view_compare_name((view_compare)i) : NULL;
+}
+
+static const char *material_name(int i)
+{
+    return i < view_material_count() ? view_materials[i].name : NULL;
+}
+
+/* ---- values of their own kind ------------------------------------------ */
+
+/* count numbers with a character between them, each in low..high. */
+static bool parse_reals(double *to, int count, char between, double low,
+                        double high, const char *value)
+{
+    for (int i = 0; i < count; i++) {
+        char *end;
+        const double x = strtod(value, &end);
+        if (end == value || !(x >= low && x <= high) ||
+            *end != (i + 1 < count ? between : '\0'))
+            return false;
+        to[i] = x;
+        value = end + 1;
+    }
+    return true;
+}
+
+static bool parse_pair(int to[2], int low, int high, const char *value)
+{
+    double pair[2];
+
+    if (!parse_reals(pair, 2, 'x', low, high, value) ||
+        pair[0] != floor(pair[0]) || pair[1] != floor(pair[1]))
+        return false;
+    to[0] = (int)pair[0];
+    to[1] = (int)pair[1];
+    return true;
+}
+
+static bool parse_size(void *options, const char *value)
+{
+    return parse_pair(((view_options *)options)->size, 1, 16384, value);
+}
+
+static bool parse_grid(void *options, const char *value)
+{
+    return parse_pair(((view_options *)options)->grid, 1, VIEW_MAX_GRID, value);
+}
+
+static bool parse_metallic(void *options, const char *value)
+{
+    return parse_reals(((view_options *)options)->settings.metallic, 2, ':', 0,
+                       1, value);
+}
+
+static bool parse_roughness(void *options, const char *value)
+{
+    return parse_reals(((view_options *)options)->settings.roughness, 2, ':', 0,
+                       1, value);
+}
+
+static bool parse_light(void *options, const char *value)
+{
+    view_settings *s = &((view_options *)options)->settings;
+    double x[6];
+
+    if (s->light_count == VIEW_MAX_LIGHTS ||
+        !parse_reals(x, 6, ',', -1e6, 1e6, value) || x[3] < 0 || x[4] < 0 ||
+        x[5] < 0)
+        return false;
+    view_light *light = &s->light[s->light_count++];
+    memcpy(light->position, x, sizeof light->position);
+    memcpy(light->intensity, x + 3, sizeof light->intensity);
+    return true;
+}
+
+static bool parse_texel(void *options, const char *value)
+{
+    return parse_reals(((view_options *)options)->texel, 2, ',', 0, 16383,
+                       value);
+}
+
+static bool parse_pan(void *options, const char *value)
+{
+    return parse_reals(((view_options *)options)->settings.pan, 2, ',', -0.5,
+                       0.5, value);
+}
+
+static bool set_reference(void *options, const char *value)
+{
+    (void)value;
+    ((view_options *)options)->settings.compare = VIEW_REFERENCE;
+    return true;
+}
+
+/* ---- the tables --------------------------------------------------------- */
+
+#define AT(field) .offset = offsetof(view_options, field)
+#define SET(field) AT(settings.field)
+#define FLAG(field) .kind = VIEW_OPTION_ON, AT(field)
+#define TEXT(field, what) .kind = VIEW_OPTION_TEXT, .value = (what), AT(field)
+#define INT(field, lo, hi)                                                     \
+    .kind = VIEW_OPTION_INT, .value = "N", AT(field), .low = (lo), .high = (hi)
+#define REAL(field, what, lo, hi)                                              \
+    .kind = VIEW_OPTION_REAL, .value = (what), SET(field), .low = (lo),        \
+    .high = (hi)
+#define CHOICE(field, names)                                                   \
+    .kind = VIEW_OPTION_CHOICE, .value = "NAME", AT(field), .choice = (names)
+#define OTHER(what, function)                                                  \
+    .kind = VIEW_OPTION_OTHER, .value = (what), .parse = (function)
+
+/* clang-format off */
+static const view_option files[] = {
+    {"irradiance", 0, TEXT(request.irradiance, "FILE"), .standard = "",
+     .help = "the irradiance map, if it is not beside PATH"},
+    {"lut", 0, TEXT(request.lut, "FILE"), .standard = "",
+     .help = "the BRDF table"},
+    {"sky", 0, TEXT(request.sky, "FILE"), .standard = "",
+     .help = "the cube behind the spheres, in place of the skybox or level 0"},
+};
+
+static const view_option pictures[] = {
+    {"offscreen", 0, TEXT(offscreen, "OUT.png"), .standard = "",
+     .help = "write a picture and open no window: needs no display"},
+    {"contact-sheet", 0, TEXT(contact_sheet, "OUT.png"), .standard = "",
+     .help = "write a sheet of pictures the same way"},
+    {"sheet-rows", 0, CHOICE(rows, axis_name), .standard = "material",
+     .help = "what the rows of the sheet go through"},
+    {"sheet-columns", 0, CHOICE(columns, axis_name), .standard = "turn",
+     .help = "what its columns go through"},
+    {"size", 0, OTHER("WxH", parse_size), .allowed = "1x1 to 16384x16384",
+     .standard = "1280x720, 320x240 in a sheet",
+     .help = "of window or picture, of each picture of a sheet"},
+    {"frames", 0, INT(frames, 1, 100000), .standard = "1",
+     .help = "frames drawn before a picture is written; each adds 16 samples to "
+             "the reference"},
+    {"samples", 0, INT(samples, 1, VIEW_TRUTH_SAMPLES),
+     .standard = "256, without --frames",
+     .help = "draw a picture until the reference has that many at each pixel"},
+    {"texel", 0, OTHER("X,Y", parse_texel), .allowed = "0,0 to 16383,16383",
+     .standard = "none",
+     .help = "print what is under that pixel of the picture: texel, "
+             "direction, value"},
+};
+
+static const view_option shows[] = {
+    {"mode", 0, CHOICE(settings.mode, mode_name),
+     .help = "spheres, or the maps themselves"},
+    {"layout", 0, CHOICE(settings.layout, layout_name),
+     .help = "how a cube is laid out flat"},
+    {"level", 0, INT(settings.level, 0, IBL_MAX_LEVELS - 1),
+     .help = "of the specular cube that is shown"},
+    {"zoom", 0, REAL(zoom, "Z", 0.25, 10000),
+     .help = "of maps; 1: all of it just fits"},
+    {"pan", 0, OTHER("X,Y", parse_pan), .allowed = "-0.5,-0.5 to 0.5,0.5",
+     .standard = "0,0",
+     .help = "the point of a map that is in the middle: shares of its size to the right and down of its own"},
+};
+
+static const view_option spheres[] = {
+    {"material", 0, CHOICE(settings.material, material_name),
+     .allowed = "a name that --materials lists",
+     .help = "metal of the upper rows and plastic of the lower ones"},
+    {"grid", 0, OTHER("RxC", parse_grid), .allowed = "1x1 to 16x16",
+     .standard = "7x7, 2x4 in a sheet", .help = "rows and columns"},
+    {"metallic", 0, OTHER("A:B", parse_metallic),
+     .allowed = "two numbers from 0 to 1", .standard = "0:1",
+     .help = "of the lowest and the highest row"},
+    {"roughness", 0, OTHER("A:B", parse_roughness),
+     .allowed = "two numbers from 0 to 1", .standard = "0:1",
+     .help = "of the first and the last column"},
+    {"fresnel", 0, CHOICE(settings.fresnel, fresnel_name),
+     .help = "the table's own, or Lagarde's with roughness"},
+    {"diffuse", 0, CHOICE(settings.diffuse, diffuse_name),
+     .help = "irradiance map, or spherical harmonics of the sidecar"},
+    {"multiscatter", 0, FLAG(settings.multiscatter),
+     .help = "compensate for what single scattering loses (default)"},
+    {"no-multiscatter", 0, .kind = VIEW_OPTION_OFF, SET(multiscatter),
+     .help = "do not"},
+    {"light", 0, OTHER("X,Y,Z,R,G,B", parse_light),
+     .allowed = "six numbers, colours 0 or more; up to 4 times",
+     .standard = "none",
+     .help = "a point light: place and intensity; spheres have radius 0.45 "
+             "and stand 1 apart about 0,0,0"},
+};
+
+static const view_option camera[] = {
+    {"turn", 0, REAL(turn, "DEG", -3600, 3600),
+     .help = "turn the environment about +Y, counter-clockwise from above"},
+    {"yaw", 0, REAL(yaw, "DEG", -3600, 3600),
+     .help = "of the camera about the spheres"},
+    {"pitch", 0, REAL(pitch, "DEG", -89, 89),
+     .help = "of the camera; positive: from above"},
+    {"distance", 0, REAL(distance, "D", 0, 1000),
+     .help = "from the middle of the grid; 0: so that all of it is seen"},
+    {"fov", 0, REAL(fov, "DEG", 1, 120), .help = "vertical field of view"},
+    {"no-sky", 0, .kind = VIEW_OPTION_OFF, SET(sky),
+     .help = "black behind the spheres"},
+};
+
+static const view_option display[] = {
+    {"ev", 0, REAL(ev, "EV", -30, 30), .help = "exposure in stops"},
+    {"tone", 0, CHOICE(settings.tone, tone_name), .help = "tone curve"},
+    {"false-colour", 0, FLAG(settings.false_colour),
+     .help = "luminance in false colours instead"},
+};
+
+static const view_option reference[] = {
+    {"reference", 0, .kind = VIEW_OPTION_OTHER, .parse = set_reference,
+     .help = "shade by the integral itself: the same as --compare reference"},
+    {"compare", 0, CHOICE(settings.compare, compare_name),
+     .help = "the split sum, the reference, both side by side, or the "
+             "difference; pictures print the error of each sphere"},
+    {"split", 0, REAL(split, "X", 0, 1),
+     .help = "where the reference begins, of the width"},
+    {"gain", 0, REAL(gain, "G", 1e-3, 1e6), .help = "of the difference"},
+};
+
+static const view_option running[] = {
+    {"quiet", 'q', FLAG(quiet), .help = "print errors alone"},
+    {"verbose", 'v', FLAG(verbose),
+     .help = "print what was loaded, with what it is drawn and how fast"},
+    {"keys", 0, .kind = VIEW_OPTION_KEYS,
+     .help = "print what the keys of the window do"},
+    {"materials", 0, .kind = VIEW_OPTION_MATERIALS,
+     .help = "print the materials and where their numbers are from"},
+    {"help", 'h', .kind = VIEW_OPTION_HELP, .help = "print this text"},
+    {"version", 0, .kind = VIEW_OPTION_VERSION, .help = "print the version"},
+};
+/* clang-format on */
+
+#define SECTION(title, table)                                                  \
+    {                                                                          \
+        (title), (table), (int)(sizeof(table) / sizeof *(table))               \
+    }
+const view_section view_sections[] = {SECTION("Files", files),
+                                      SECTION("Pictures", pictures),
+                                      SECTION("What is shown", shows),
+                                      SECTION("Spheres", spheres),
+                                      SECTION("Camera", camera),
+                                      SECTION("Display", display),
+                                      SECTION("Reference", reference),
+                                      SECTION("Running", running),
+                                      {NULL, NULL, 0}};
+
+view_options view_options_default(void)
+{
+    return (view_options){.rows = -1,
+                          .columns = -1,
+                          .texel = {-1, -1},
+                          .settings = view_settings_default()};
+}
+
+static bool misuse(const char *what, const char *why)
+{
+    return view_fail("%s: %s", what, why);
+}
+
+static bool check_sheet(const view_options *o)
+{
+    if (o->contact_sheet && o->rows == o->columns)
+        return view_fail("--sheet-rows and --sheet-columns: both %s: choose "
+                         "another for one of them",
+                         view_axis_name((view_axis)o->rows));
+    if (o->contact_sheet && o->offscreen)
+        return misuse("--offscreen and --contact-sheet", "choose one");
+    if (o->contact_sheet && o->texel[0] >= 0)
+        return misuse("--texel and --contact-sheet", "choose one");
+    if (!o->contact_sheet && o->rows >= 0)
+        return misuse("--sheet-rows", "only with --contact-sheet");
+    if (!o->contact_sheet && o->columns >= 0)
+        return misuse("--sheet-columns", "only with --contact-sheet");
+    return true;
+}
+
+static bool check(const view_options *o)
+{
+    static const char pictures_alone[] =
+        "only with --offscreen or --contact-sheet";
+    const bool picture = o->offscreen || o->contact_sheet;
+
+    if (!o->request.path)
+        return view_fail("nothing to show: iblview [options] PATH, see "
+                         "iblview --help");
+    if (o->quiet && o->verbose)
+        return misuse("--quiet and --verbose", "choose one");
+    if (o->frames && !picture)
+        return misuse("--frames", pictures_alone);
+    if (o->samples && !picture)
+        return misuse("--samples", pictures_alone);
+    if (o->frames && o->samples)
+        return misuse("--frames and --samples", "choose one");
+    if (o->texel[0] >= o->size[0] || o->texel[1] >= o->size[1])
+        return view_fail("--texel %g,%g: outside the picture of %dx%d",
+                         o->texel[0], o->texel[1], o->size[0], o->size[1]);
+    return true;
+}
+
+/* An axis that was not chosen, with the other one. */
+static void choose_axis(int *axis, int other, view_axis first, view_axis second)
+{
+    if (*axis < 0)
+        *axis = other == (int)first ? (int)second : (int)first;
+}
+
+bool view_options_finish(view_options *o)
+{
+    const bool sheet = o->contact_sheet;
+
+    if (!o->size[0]) {
+        o->size[0] = sheet ? VIEW_TILE_WIDTH : VIEW_WIDTH;
+        o->size[1] = sheet ? VIEW_TILE_HEIGHT : VIEW_HEIGHT;
+    }
+    if (!o->grid[0]) {
+        o->grid[0] = sheet ? 2 : o->settings.rows;
+        o->grid[1] = sheet ? 4 : o->settings.columns;
+    }
+    o->settings.rows = o->grid[0];
+    o->settings.columns = o->grid[1];
+    if (sheet) {
+        choose_axis(&o->rows, o->columns, VIEW_AXIS_MATERIAL, VIEW_AXIS_TURN);
+        choose_axis(&o->columns, o->rows, VIEW_AXIS_TURN, VIEW_AXIS_MATERIAL);
+    }
+    return check_sheet(o) && check(o);
+}
+
+bool view_options_may(const view_options *o)
+{
+    const view_request *r = &o->request;
+    const char *option = r->irradiance ? "--irradiance"
+                         : r->lut      ? "--lut"
+                         : r->sky      ? "--sky"
+                                       : NULL;
+
+    return !option || !view_is_map(r->path) ||
+           view_fail("%s: %s is baked here, with all that belongs to it: the "
+                     "option is for baked files",
+                     option, r->path);
+}
+
+bool view_options_suit(const view_options *o, const view_set *set)
+{
+    const int levels = set->texture[VIEW_SPECULAR].levels;
+
+    if (o->settings.level >= levels)
+        return view_fail("--level %d: %s has levels 0 to %d", o->settings.level,
+                         set->name, levels - 1);
+    if (o->settings.diffuse == VIEW_DIFFUSE_SH && set->sh_degree < 0)
+        return view_fail("--diffuse sh: %s has no spherical harmonics, which "
+                         "are in a sidecar of iblbake: use the map",
+                         set->name);
+    return true;
+}

@@ -1,0 +1,57 @@
+/* SPDX-License-Identifier: MIT */
+/* The command line. */
+#ifndef VIEW_OPTIONS_H
+#define VIEW_OPTIONS_H
+
+#include <stdbool.h>
+
+#include "view/set.h"
+#include "view/settings.h"
+
+/* What the rows or columns of a contact sheet go through. */
+typedef enum view_axis {
+    VIEW_AXIS_MATERIAL,
+    VIEW_AXIS_TURN,    /* by quarters */
+    VIEW_AXIS_TONE,    /* the tone curves */
+    VIEW_AXIS_EV,      /* 2 stops down to 2 stops up */
+    VIEW_AXIS_LEVEL,   /* the specular levels themselves */
+    VIEW_AXIS_COMPARE, /* split sum, reference, both, difference */
+    VIEW_AXES
+} view_axis;
+
+const char *view_axis_name(view_axis axis);
+
+typedef struct view_options {
+    view_request request;
+    const char *offscreen;     /* picture to write, or NULL */
+    const char *contact_sheet; /* or NULL */
+    int rows, columns;         /* view_axis of the contact sheet */
+    int size[2];               /* 0: default of what is made */
+    int grid[2];               /* rows, columns; 0 before it is settled */
+    int frames, samples;       /* 0: not asked for */
+    double texel[2];           /* pixel to tell of; negative: none */
+    bool quiet, verbose;
+    view_settings settings;
+} view_options;
+
+/* Default sizes of window or picture, and of each picture of a sheet. */
+enum {
+    VIEW_WIDTH = 1280,
+    VIEW_HEIGHT = 720,
+    VIEW_TILE_WIDTH = 320,
+    VIEW_TILE_HEIGHT = 240,
+    VIEW_DEFAULT_SAMPLES = 256, /* of the reference in pictures */
+    VIEW_FRAME_SAMPLES = 16     /* that a frame of a picture adds */
+};
+
+/* Strings point into argv. False: the program is to end with *status, either
+ * because of --help and its like or after a line on standard error. */
+bool view_options_parse(int argc, char **argv, view_options *o, int *status);
+
+/* False, with a message, if an option is not for what PATH is; reads no more
+ * than its first bytes. */
+bool view_options_may(const view_options *o);
+/* False, with a message, if the options ask for what a set does not have. */
+bool view_options_suit(const view_options *o, const view_set *set);
+
+#endif
