@@ -1,0 +1,371 @@
+/* SPDX-License-Identifier: MIT */
+#include "view/app.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "view/clock.h"
+#include "view/gl.h"
+#include "view/keys.h"
+#include "view/message.h"
+#include "view/motion.h"
+#include "view/picture.h"
+#include "view/plate.h"
+#include "view/title.h"
+#include "view/truth.h"
+
+static const double POLL_S = 0.5;    /* how often files are looked at */
+static const double BAKING_S = 0.1;  /* how often a bake is asked */
+static const double SETTLE_S = 0.25; /* files left alone so long are whole */
+
+void view_app_notice(view_app *app, const char *fmt, ...)
+{
+    va_list ap;
+
+    va_start(ap, fmt);
+    vsnprintf(app->notice, sizeof app->notice, fmt, ap);
+    va_end(ap);
+    app->redraw = true;
+}
+
+void view_app_reset(view_app *app)
+{
+    app->settings = app->options->settings;
+    if (app->set && app->settings.level >= app->set->texture[0].levels)
+        app->settings.level = app->set->texture[0].levels - 1;
+    app->redraw = true;
+}
+
+/* ---- opening ------------------------------------------------------------ */
+
+static view_set *free_slot(view_app *app)
+{
+    return app->set == &app->sets[0] ? &app->sets[1] : &app->sets[0];
+}
+
+/* Shows what is in the free slot. If that fails what was shown comes back, and
+ * the slot is empty again. */
+static bool show(view_app *app)
+{
+    view_set *set = free_slot(app), *old = NULL;
+    const int levels = set->texture[VIEW_SPECULAR].levels;
+
+    if (!view_renderer_load(app->renderer, set)) {
+        view_set_free(set);
+        if (app->set && !view_renderer_load(app->renderer, app->set))
+            app->set = NULL;
+        return false;
+    }
+    app->set = set;
+    old = free_slot(app);
+    view_set_free(old);
+    view_stamp_take(set, &app->stamp);
+    if (app->settings.level >= levels)
+        app->settings.level = levels - 1;
+    if (app->settings.diffuse == VIEW_DIFFUSE_SH && set->sh_degree < 0)
+        app->settings.diffuse = VIEW_DIFFUSE_MAP;
+    app->redraw = true;
+    return true;
+}
+
+/* Keeps a copy of where something is from, unless it is the copy. */
+static bool keep(char **copy, const char *path)
+{
+    char *fresh;
+
+    if (*copy == path)
+        return true;
+    fresh = strdup(path);
+    if (!fresh)
+        return view_fail("%s: no memory for its name", path);
+    free(*copy);
+    *copy = fresh;
+    return true;
+}
+
+static bool start_bake(view_app *app, const char *path)
+{
+    if (app->baker)
+        view_baker_finish(app->baker, NULL);
+    app->baker = NULL;
+    if (!keep(&app->baking, path))
+        return false;
+    app->baker = view_baker_start(app->baking);
+    app->baked = 0;
+    snprintf(app->stage, sizeof app->stage, "starting");
+    app->redraw = true;
+    return app->baker;
+}
+
+/* What is in the free slot is shown and, from now on, watched. */
+static bool show_from(view_app *app, const view_request *what)
+{
+    if (!keep(&app->path, what->path)) {
+        view_set_free(free_slot(app));
+        return false;
+    }
+    app->request = *what;
+    app->request.path = app->path;
+    return show(app);
+}
+
+bool view_app_open(view_app *app, const view_request *what)
+{
+    if (view_is_map(what->path))
+        return start_bake(app, what->path);
+    return view_set_open(app->ctx, what, free_slot(app)) &&
+           show_from(app, what);
+}
+
+static void say_why(view_app *app, const char *path)
+{
+    view_app_notice(app, "%s is not shown: the terminal says why", path);
+}
+
+static void drop(void *cookie, const char *path)
+{
+    view_app *app = cookie;
+
+    if (!view_app_open(app, &(view_request){.path = path}))
+        say_why(app, path);
+}
+
+/* ---- between frames ------------------------------------------------------ */
+
+/* Asks the bake how far it is; shows its result. False: it was the first thing
+ * to show, and has failed. */
+static bool tend_bake(view_app *app)
+{
+    view_baker *baker = app->baker;
+
+    if (!baker)
+        return true;
+    app->redraw = true;
+    if (!view_baker_poll(baker, app->stage, &app->baked))
+        return true;
+    app->baker = NULL;
+    if (view_baker_finish(baker, free_slot(app)) &&
+        show_from(app, &(view_request){.path = app->baking}))
+        return true;
+    say_why(app, app->baking);
+    return app->set;
+}
+
+/* Reads the files anew if they have changed. */
+static void tend_files(view_app *app)
+{
+    if (!app->set || app->baker ||
+        !view_stamp_changed(app->set, &app->stamp, SETTLE_S))
+        return;
+    if (view_app_open(app, &app->request)) {
+        if (!app->baker)
+            view_note("%s: read anew", app->request.path);
+        return;
+    }
+    view_stamp_take(app->set, &app->stamp);
+    view_app_notice(app, "the files have changed, but cannot be shown: the "
+                         "terminal says why");
+}
+
+static bool improves(const view_app *app)
+{
+    const view_settings *s = &app->settings;
+
+    return app->set && s->mode == VIEW_SPHERES &&
+           s->compare != VIEW_SPLIT_SUM &&
+           view_renderer_samples(app->renderer) < VIEW_TRUTH_SAMPLES;
+}
+
+/* ---- events -------------------------------------------------------------- */
+
+static void key(void *cookie, int code, bool shift)
+{
+    view_app *app = cookie;
+
+    app->notice[0] = '\0';
+    if (app->set)
+        view_keys_press(app, code, shift);
+    else if (code == 'q' || code == VIEW_KEY_ESCAPE)
+        app->quit = true;
+}
+
+static void mouse(void *cookie, double x, double y, int button, bool down)
+{
+    view_app *app = cookie;
+    view_settings *s = &app->settings;
+    const double dx = x - app->mouse[0], dy = y - app->mouse[1];
+    int width, height;
+
+    view_screen_size(app->screen, &width, &height);
+    app->mouse[0] = x;
+    app->mouse[1] = y;
+    app->redraw = true;
+    if (button >= 0 && button < 3)
+        app->held[button] = down;
+    if (!app->set || width < 1 || height < 1)
+        return;
+    if (button < 0 && app->held[0])
+        view_drag(s, app->set, width, height, dx, dy);
+    else if (button < 0 && app->held[1])
+        view_spin(s, 180 * dx / height);
+    if (app->held[2])
+        s->split = x < 0 ? 0 : x > width ? 1 : x / width;
+}
+
+static void wheel(void *cookie, double steps)
+{
+    view_app *app = cookie;
+    view_place at = {.x = app->mouse[0], .y = app->mouse[1]};
+
+    view_screen_size(app->screen, &at.width, &at.height);
+    if (app->set && at.width > 0 && at.height > 0)
+        view_approach(&app->settings, app->set, at, steps);
+    app->redraw = true;
+}
+
+static void refresh(void *cookie)
+{
+    ((view_app *)cookie)->redraw = true;
+}
+
+/* ---- frames -------------------------------------------------------------- */
+
+static bool draw_scene(view_app *app, int width, int height)
+{
+    if (app->set)
+        return view_renderer_draw(app->renderer, &app->settings, width, height);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
+    gl.Viewport(0, 0, width, height);
+    gl.ClearColor(0, 0, 0, 1);
+    gl.Clear(GL_COLOR_BUFFER_BIT);
+    return true;
+}
+
+static bool draw(view_app *app)
+{
+    const double begun = view_clock();
+    char title[sizeof app->title];
+    int width, height;
+
+    app->redraw = false;
+    view_screen_size(app->screen, &width, &height);
+    if (width < 1 || height < 1) /* minimised */
+        return true;
+    if (!draw_scene(app, width, height))
+        return false;
+    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
+    view_plate_add(app, width, height);
+    view_overlay_draw(app->overlay, width, height);
+    gl.Finish();
+    app->frame_ms = 1e3 * (view_clock() - begun);
+    view_screen_show(app->screen);
+    view_title_text(app, title, sizeof title);
+    if (strcmp(title, app->title) != 0)
+        view_screen_title(app->screen, title);
+    memcpy(app->title, title, sizeof title);
+    return true;
+}
+
+void view_app_picture(view_app *app)
+{
+    char path[32];
+    int width, height, number = 1;
+    unsigned char *rgb = NULL;
+
+    do
+        snprintf(path, sizeof path, "iblview-%03d.png", number++);
+    while (!access(path, F_OK) && number <= 1000);
+    view_screen_size(app->screen, &width, &height);
+    if (draw_scene(app, width, height))
+        rgb = view_picture_read(width, height);
+    if (rgb && view_picture_write(app->ctx, path, width, height, rgb))
+        view_app_notice(app, "%s is written", path);
+    else
+        view_app_notice(app, "%s is not written: the terminal says why", path);
+    free(rgb);
+}
+
+/* Waits for events no longer than there is nothing else to do. False: the
+ * window is to be closed. */
+static bool wait(view_app *app)
+{
+    const double seconds = app->redraw || improves(app) ? 0
+                           : app->baker                 ? BAKING_S
+                                                        : POLL_S;
+
+    return view_screen_poll(app->screen, seconds) && !app->quit;
+}
+
+static bool loop(view_app *app)
+{
+    double looked = view_clock();
+
+    app->redraw = true;
+    for (;;) {
+        if ((app->redraw || improves(app)) && !draw(app))
+            return false;
+        if (!wait(app))
+            return true;
+        if (!tend_bake(app))
+            return false;
+        if (view_clock() - looked >= POLL_S) {
+            tend_files(app);
+            looked = view_clock();
+        }
+    }
+}
+
+/* ---- the whole ----------------------------------------------------------- */
+
+/* What i puts on if no --light was given: one from the upper left. */
+static const view_light lamp = {{-3, 4, 5}, {40, 40, 40}};
+
+static bool make(view_app *app, const view_events *events)
+{
+    const view_options *o = app->options;
+
+    app->screen = view_screen_window(o->size[0], o->size[1], "iblview", events);
+    if (!app->screen)
+        return false;
+    if (o->verbose)
+        view_note("%s", view_screen_about(app->screen));
+    app->renderer = view_renderer_create();
+    app->overlay = view_overlay_create();
+    return app->renderer && app->overlay;
+}
+
+static void unmake(view_app *app)
+{
+    if (app->baker)
+        view_baker_finish(app->baker, NULL);
+    view_overlay_free(app->overlay);
+    view_renderer_free(app->renderer);
+    view_screen_close(app->screen);
+    view_set_free(&app->sets[0]);
+    view_set_free(&app->sets[1]);
+    free(app->baking);
+    free(app->path);
+}
+
+bool view_app_run(ibl_ctx *ctx, const view_options *options)
+{
+    view_app app = {.ctx = ctx,
+                    .options = options,
+                    .settings = options->settings,
+                    .mouse = {-1, -1}};
+    const view_events events = {&app, key, mouse, wheel, drop, refresh};
+    bool ok;
+
+    app.lights_there = options->settings.light_count;
+    memcpy(app.lights, options->settings.light, sizeof app.lights);
+    if (!app.lights_there)
+        app.lights[app.lights_there++] = lamp;
+    ok = make(&app, &events) && view_options_may(options) &&
+         view_app_open(&app, &options->request) &&
+         (!app.set || view_options_suit(options, app.set)) && loop(&app);
+    unmake(&app);
+    return ok;
+}

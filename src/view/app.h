@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: MIT */
+/* The window: what is shown in it, and what keys, mouse, files and dropped
+ * maps do to that. */
+#ifndef VIEW_APP_H
+#define VIEW_APP_H
+
+#include "view/options.h"
+#include "view/overlay.h"
+#include "view/renderer.h"
+#include "view/screen.h"
+
+typedef struct view_app {
+    ibl_ctx *ctx;
+    const view_options *options;
+    view_screen *screen;
+    view_renderer *renderer;
+    view_overlay *overlay;
+
+    view_settings settings;
+    view_light lights[VIEW_MAX_LIGHTS]; /* those that a key puts on and off */
+    int lights_there;
+
+    /* What is shown: one slot, while the other one is filled. */
+    view_set sets[2];
+    const view_set *set;  /* NULL: nothing yet */
+    view_stamp stamp;     /* of its files */
+    view_request request; /* where it is from; path is its own copy */
+    char *path;           /* the same */
+
+    /* A map that is being baked, to be shown after that. */
+    view_baker *baker;
+    char *baking; /* its path */
+    char stage[64];
+    double baked; /* share of the stage */
+
+    double mouse[2]; /* pixels from the upper left */
+    bool held[3];    /* buttons */
+    double frame_ms;
+    char title[300];
+    char notice[200]; /* on screen until the next key; "": none */
+    bool redraw;      /* something changed since the last frame */
+    bool quit;
+} view_app;
+
+/* Shows what the options say until the window is closed. False after a
+ * message. */
+bool view_app_run(ibl_ctx *ctx, const view_options *options);
+
+/* ---- what keys do ------------------------------------------------------- */
+
+/* Back to what the command line said. */
+void view_app_reset(view_app *app);
+/* Writes what is shown to the first iblview-NNN.png that is not there. */
+void view_app_picture(view_app *app);
+/* Says something on the screen until the next key. */
+void view_app_notice(view_app *app, const char *fmt, ...)
+    __attribute__((format(printf, 2, 3)));
+
+/* Opens a set, or begins to bake a map. False after a message; what was shown
+ * stays then. */
+bool view_app_open(view_app *app, const view_request *what);
+
+#endif

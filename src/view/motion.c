@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: MIT */
+#include "view/motion.h"
+
+#include <math.h>
+
+#include "view/inspect.h"
+#include "view/scene.h"
+
+static double clamp(double x, double low, double high)
+{
+    return x < low ? low : x > high ? high : x;
+}
+
+/* Into (-180, 180]. */
+static double turned(double degrees)
+{
+    const double x = remainder(degrees, 360);
+    return x == -180 ? 180 : x;
+}
+
+void view_drag(view_settings *s, const view_set *set, int width, int height,
+               double dx, double dy)
+{
+    if (s->mode != VIEW_SPHERES) {
+        view_inspect_drag(set, s, width, height, dx, dy);
+        return;
+    }
+    s->yaw = turned(s->yaw - 180 * dx / height);
+    s->pitch = clamp(s->pitch + 180 * dy / height, -89, 89);
+}
+
+void view_approach(view_settings *s, const view_set *set, view_place at,
+                   double steps)
+{
+    const double factor = pow(1.1, steps);
+
+    if (s->mode != VIEW_SPHERES) {
+        view_inspect_zoom(set, s, at.width, at.height, at.x, at.y, factor);
+        return;
+    }
+    if (s->distance <= 0) {
+        const view_camera c = view_camera_of(s, at.width, at.height);
+        s->distance = sqrt(c.eye[0] * c.eye[0] + c.eye[1] * c.eye[1] +
+                           c.eye[2] * c.eye[2]);
+    }
+    s->distance = clamp(s->distance / factor, 0.6, 1000);
+}
+
+void view_spin(view_settings *s, double degrees)
+{
+    s->turn = turned(s->turn + degrees);
+}

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: MIT */
+#include "view/report.h"
+
+#include <stdio.h>
+
+bool view_report_print(const view_renderer *r, const view_settings *s)
+{
+    double rmse[VIEW_MAX_GRID * VIEW_MAX_GRID];
+    view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
+    const int count = view_renderer_errors(r, rmse);
+
+    if (count != view_grid(s, spheres))
+        return false;
+    printf("relative RMSE of the split sum, %d samples a pixel\n"
+           "metallic \\ roughness",
+           view_renderer_samples(r));
+    for (int i = 0; i < s->columns; i++)
+        printf(" %7.3f", spheres[i].roughness);
+    putchar('\n');
+    for (int row = s->rows - 1; row >= 0; row--) {
+        printf("%20.3f", spheres[row * s->columns].metallic);
+        for (int i = 0; i < s->columns; i++)
+            printf(" %7.4f", rmse[row * s->columns + i]);
+        putchar('\n');
+    }
+    fflush(stdout);
+    return true;
+}

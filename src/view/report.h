@@ -1,0 +1,11 @@
+/* SPDX-License-Identifier: MIT */
+#ifndef VIEW_REPORT_H
+#define VIEW_REPORT_H
+
+#include "view/renderer.h"
+
+/* Prints how far the split sum of the last draw is off the reference, a number
+ * for each sphere as they stand on the screen. False: no reference is there. */
+bool view_report_print(const view_renderer *r, const view_settings *s);
+
+#endif

@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: MIT */
+#include "view/title.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "view/scene.h"
+#include "view/truth.h"
+
+static void add(char *text, size_t size, const char *fmt, ...)
+    __attribute__((format(printf, 3, 4)));
+static void add(char *text, size_t size, const char *fmt, ...)
+{
+    const size_t used = strlen(text);
+    va_list ap;
+
+    va_start(ap, fmt);
+    vsnprintf(text + used, size - used, fmt, ap);
+    va_end(ap);
+}
+
+static void add_spheres(const view_app *app, char *text, size_t size)
+{
+    const view_settings *s = &app->settings;
+
+    add(text, size, " | %s %dx%d | fresnel %s | diffuse %s | multiscatter %s",
+        view_materials[s->material].name, s->rows, s->columns,
+        view_fresnel_name(s->fresnel), view_diffuse_name(s->diffuse),
+        s->multiscatter ? "on" : "off");
+    if (s->light_count)
+        add(text, size, " | lights %d", s->light_count);
+    if (s->turn < 0 || s->turn > 0)
+        add(text, size, " | turn %.4g", s->turn);
+    if (s->compare == VIEW_SPLIT_SUM)
+        return;
+    add(text, size, " | %s %d/%d", view_compare_name(s->compare),
+        view_renderer_samples(app->renderer), VIEW_TRUTH_SAMPLES);
+    if (s->compare == VIEW_DIFFERENCE)
+        add(text, size, " x %.4g", s->gain);
+}
+
+static void add_map(const view_app *app, char *text, size_t size)
+{
+    const view_settings *s = &app->settings;
+
+    add(text, size, " | %s", view_mode_name(s->mode));
+    if (s->mode == VIEW_LEVELS)
+        add(text, size, " %d, roughness %.3g", s->level,
+            app->set->roughness[s->level]);
+    if (s->mode != VIEW_TABLE)
+        add(text, size, " | %s", view_layout_name(s->layout));
+    add(text, size, " | zoom %.3g", s->zoom);
+}
+
+void view_title_text(const view_app *app, char *text, size_t size)
+{
+    const view_settings *s = &app->settings;
+
+    snprintf(text, size, "iblview");
+    if (!app->set)
+        return;
+    snprintf(text, size, "%s", app->set->name);
+    if (s->mode == VIEW_SPHERES)
+        add_spheres(app, text, size);
+    else
+        add_map(app, text, size);
+    add(text, size, " | EV %+.4g | %s", s->ev,
+        s->false_colour ? "false colour" : view_tone_name(s->tone));
+    add(text, size, " | %.1f ms", app->frame_ms);
+}
