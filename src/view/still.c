@@ -1,0 +1,153 @@
+/* SPDX-License-Identifier: MIT */
+#include "view/still.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "view/clock.h"
+#include "view/contact.h"
+#include "view/gl.h"
+#include "view/inspect.h"
+#include "view/message.h"
+#include "view/picture.h"
+#include "view/report.h"
+#include "view/screen.h"
+
+enum {
+    TIMED = 101 /* frames whose times are kept, the last ones */
+};
+
+static int compare_times(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static double median(double *times, int count)
+{
+    qsort(times, (size_t)count, sizeof *times, compare_times);
+    return times[count / 2];
+}
+
+/* A frame, and how long it took. */
+static bool time_frame(view_renderer *r, const view_options *o,
+                       const view_settings *s, int samples, double *ms)
+{
+    const double begun = view_clock();
+
+    view_renderer_pace(r, samples);
+    if (!view_renderer_draw(r, s, o->size[0], o->size[1]))
+        return false;
+    gl.Finish();
+    *ms = 1e3 * (view_clock() - begun);
+    return true;
+}
+
+bool view_still_draw(view_renderer *r, const view_options *o,
+                     const view_settings *s, double *ms)
+{
+    const bool compares =
+        s->mode == VIEW_SPHERES && s->compare != VIEW_SPLIT_SUM;
+    const int wanted = o->frames    ? o->frames * VIEW_FRAME_SAMPLES
+                       : !compares  ? VIEW_FRAME_SAMPLES
+                       : o->samples ? o->samples
+                                    : VIEW_DEFAULT_SAMPLES;
+    double times[TIMED];
+    int frames = 0;
+
+    for (int samples = 0; samples < wanted; samples += VIEW_FRAME_SAMPLES) {
+        const int left = wanted - samples;
+        if (!time_frame(r, o, s,
+                        left < VIEW_FRAME_SAMPLES ? left : VIEW_FRAME_SAMPLES,
+                        &times[frames++ % TIMED]))
+            return false;
+    }
+    *ms = median(times, frames < TIMED ? frames : TIMED);
+    return true;
+}
+
+static bool write_picture(ibl_ctx *ctx, const view_options *o)
+{
+    unsigned char *rgb = view_picture_read(o->size[0], o->size[1]);
+    const bool ok = rgb && view_picture_write(ctx, o->offscreen, o->size[0],
+                                              o->size[1], rgb);
+    free(rgb);
+    return ok;
+}
+
+static bool draw_picture(ibl_ctx *ctx, const view_options *o, view_renderer *r)
+{
+    double ms;
+
+    if (!view_still_draw(r, o, &o->settings, &ms))
+        return false;
+    if (o->verbose)
+        printf("%.1f ms a frame\n", ms);
+    if (!o->quiet && o->settings.compare != VIEW_SPLIT_SUM)
+        view_report_print(r, &o->settings);
+    return write_picture(ctx, o);
+}
+
+static bool draw(ibl_ctx *ctx, const view_options *o, const view_set *set)
+{
+    view_screen *screen = view_screen_memory(o->size[0], o->size[1]);
+    view_renderer *r = NULL;
+    bool ok = false;
+
+    if (!screen)
+        return false;
+    if (o->verbose)
+        printf("%s\n", view_screen_about(screen));
+    r = view_renderer_create();
+    if (r && view_renderer_load(r, set))
+        ok = o->offscreen ? draw_picture(ctx, o, r)
+                          : view_contact_sheet(ctx, o, set, r);
+    view_renderer_free(r);
+    view_screen_close(screen);
+    return ok;
+}
+
+static void print_texel(const view_options *o, const view_set *set)
+{
+    char text[200];
+    const view_texel t = view_inspect(set, &o->settings, o->size[0], o->size[1],
+                                      o->texel[0] + 0.5, o->texel[1] + 0.5);
+
+    view_texel_text(&t, text, sizeof text);
+    printf("%s\n", t.inside ? text : "nothing of a map is there");
+}
+
+static void print_set(const view_set *set)
+{
+    static const char *const what[] = {"specular", "irradiance", "table",
+                                       "sky"};
+
+    for (int i = 0; i < VIEW_CONTENTS; i++) {
+        const ibl_texture *t = &set->texture[i];
+        if (t->data)
+            printf("%s: %s, %dx%d, levels: %d, %s\n", what[i],
+                   set->path[i] ? set->path[i] : "made by the library",
+                   t->width, t->height, t->levels, ibl_pixel_name(t->pixel));
+    }
+}
+
+bool view_still_run(ibl_ctx *ctx, const view_options *o)
+{
+    view_set set = {0};
+    bool ok;
+
+    if (!view_options_may(o))
+        return false;
+    ok = view_is_map(o->request.path)
+             ? view_set_bake(ctx, o->request.path, &set)
+             : view_set_open(ctx, &o->request, &set);
+    ok = ok && view_options_suit(o, &set);
+    if (ok && o->verbose)
+        print_set(&set);
+    if (ok && (o->offscreen || o->contact_sheet))
+        ok = draw(ctx, o, &set);
+    if (ok && o->texel[0] >= 0)
+        print_texel(o, &set);
+    view_set_free(&set);
+    return ok;
+}

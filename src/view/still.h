@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: MIT */
+/* Pictures without a window. */
+#ifndef VIEW_STILL_H
+#define VIEW_STILL_H
+
+#include "view/options.h"
+#include "view/renderer.h"
+
+/* Draws until the options' frames or samples are there. Median of the frames'
+ * times, in milliseconds, into *ms. False, with a message. */
+bool view_still_draw(view_renderer *r, const view_options *o,
+                     const view_settings *s, double *ms);
+
+/* Opens or bakes what the options name, and writes and prints what they ask
+ * for. False, with a message. */
+bool view_still_run(ibl_ctx *ctx, const view_options *o);
+
+#endif
