@@ -87,18 +87,18 @@ static double value_at(const float *cells, int edge, int face, int x, int y)
     return cells[cell_of(edge, face, x, y)];
 }
 
-/* Mean over a cell of what is interpolated between cells' centres: 6/8 of
- * itself and 1/8 of each neighbour along an axis. */
-static double tent_at(const float *cells, int edge, int face, int x, int y)
+/* A cell's value, or, at an edge of its face, the mean of that and of the next
+ * face's: what the environment is on the edge, where filtering goes across it
+ * but drawing does not. */
+static double edge_value(const float *cells, int edge, int face, int x, int y)
 {
-    static const double weight[3] = {0.125, 0.75, 0.125};
-    double sum = 0.0;
+    double value = value_at(cells, edge, face, x, y);
 
-    for (int j = -1; j <= 1; ++j)
-        for (int i = -1; i <= 1; ++i)
-            sum += weight[i + 1] * weight[j + 1] *
-                   value_at(cells, edge, face, x + i, y + j);
-    return sum;
+    if (x == 0 || x == edge - 1)
+        value = 0.5 * (value + value_at(cells, edge, face, x ? edge : -1, y));
+    if (y == 0 || y == edge - 1)
+        value = 0.5 * (value + value_at(cells, edge, face, x, y ? edge : -1));
+    return value;
 }
 
 /* Cell values to the light of each above the mean. Returns its sum as a part
@@ -112,7 +112,7 @@ static double take_mean_off(const float *cells, int edge, float *light)
         const int x = (int)(i % (size_t)edge);
         const int y = (int)(i / (size_t)edge % (size_t)edge);
         const int face = (int)(i / (size_t)edge / (size_t)edge);
-        const double value = tent_at(cells, edge, face, x, y);
+        const double value = edge_value(cells, edge, face, x, y);
 
         light[i] = (float)value;
         all += value * ibl_cube_solid_angle(edge, x, y);
@@ -167,10 +167,8 @@ static void hand_out(int edge, float *chance, float *tokens)
         sum += chance[cell];
         while (token < VIEW_AIM_TOKENS &&
                (token + 0.5) * (all / VIEW_AIM_TOKENS) < sum)
-            tokens[2 * token++] = (float)cell;
+            tokens[token++] = (float)cell;
         chance[cell] = (float)(token - first) / VIEW_AIM_TOKENS;
-        for (int i = first; i < token; ++i)
-            tokens[2 * i + 1] = chance[cell];
     }
 }
 
@@ -183,7 +181,7 @@ bool view_aim_make(const ibl_texture *cube, view_aim *aim)
 
     *aim = (view_aim){0};
     aim->chance = malloc(count * sizeof *aim->chance);
-    aim->tokens = malloc((size_t)2 * VIEW_AIM_TOKENS * sizeof *aim->tokens);
+    aim->tokens = malloc(VIEW_AIM_TOKENS * sizeof *aim->tokens);
     if (!row || !cells || !aim->chance || !aim->tokens) {
         view_fail("no memory for a table of %zu cells of the environment",
                   count);

@@ -9,10 +9,15 @@
  * what the lobe samples well need not be drawn again.
  *
  * The faces are divided into cells, with a chance of each in proportion to what
- * it shines above the mean. Chances are multiples of 1 / VIEW_AIM_TOKENS: a
- * token drawn with equal chances names a cell, so drawing is one lookup, the
- * chance is known exactly, and tokens that follow each other lie near each
- * other, so that an even sequence of numbers is an even set of directions.
+ * it shines above the mean. A direction is drawn by drawing a cell, and moving
+ * from its middle by up to a cell with a tent for density, back from the edges
+ * of the face: so the density is the chances interpolated bilinearly, as the
+ * environment is between its texels.
+ *
+ * Chances are multiples of 1 / VIEW_AIM_TOKENS: a token drawn with equal
+ * chances names a cell, so drawing is one lookup, the chance is known exactly,
+ * and tokens that follow each other lie near each other, so that an even
+ * sequence of numbers is an even set of directions.
  */
 #ifndef VIEW_AIM_H
 #define VIEW_AIM_H
@@ -29,7 +34,7 @@ typedef struct view_aim {
     int edge;      /* cells along a face's edge; 0: nothing outshines the mean
                       by what is worth a sample, and there is no table */
     float *chance; /* of each cell, faces and rows as in a cube's level */
-    float *tokens; /* 2 for each: index of its cell, chance of that cell */
+    float *tokens; /* index of the cell of each */
 } view_aim;
 
 /* Of level 0 of a cube, as it is between texels when filtered. False, with a

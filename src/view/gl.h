@@ -81,6 +81,7 @@
     X(PFNGLSCISSORPROC, Scissor)                                               \
     X(PFNGLSHADERSOURCEPROC, ShaderSource)                                     \
     X(PFNGLTEXIMAGE2DPROC, TexImage2D)                                         \
+    X(PFNGLTEXIMAGE3DPROC, TexImage3D)                                         \
     X(PFNGLTEXPARAMETERFPROC, TexParameterf)                                   \
     X(PFNGLTEXPARAMETERIPROC, TexParameteri)                                   \
     X(PFNGLTEXSUBIMAGE2DPROC, TexSubImage2D)                                   \

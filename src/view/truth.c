@@ -43,10 +43,10 @@ struct view_truth {
     int by_clock; /* samples of the next frame */
 };
 
-static void set_parameters(GLenum target)
+static void set_parameters(GLenum target, GLint filter)
 {
-    gl.TexParameteri(target, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl.TexParameteri(target, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    gl.TexParameteri(target, GL_TEXTURE_MIN_FILTER, filter);
+    gl.TexParameteri(target, GL_TEXTURE_MAG_FILTER, filter);
     gl.TexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
     gl.TexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
     gl.TexParameteri(target, GL_TEXTURE_MAX_LEVEL, 0);
@@ -124,19 +124,15 @@ void view_truth_free(view_truth *t)
 
 static void upload_aim(view_truth *t, const view_aim *aim)
 {
-    const size_t face = (size_t)aim->edge * (size_t)aim->edge;
-
     gl.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
     bind(UNIT_TOKENS, GL_TEXTURE_2D, t->tokens);
-    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RG32F, VIEW_AIM_ROW, VIEW_AIM_ROW, 0,
-                  GL_RG, GL_FLOAT, aim->tokens);
-    set_parameters(GL_TEXTURE_2D);
-    bind(UNIT_CHANCE, GL_TEXTURE_CUBE_MAP, t->chance);
-    for (size_t i = 0; i < 6; ++i)
-        gl.TexImage2D(GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)i, 0, GL_R32F,
-                      aim->edge, aim->edge, 0, GL_RED, GL_FLOAT,
-                      aim->chance + i * face);
-    set_parameters(GL_TEXTURE_CUBE_MAP);
+    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_R32F, VIEW_AIM_ROW, VIEW_AIM_ROW, 0,
+                  GL_RED, GL_FLOAT, aim->tokens);
+    set_parameters(GL_TEXTURE_2D, GL_NEAREST);
+    bind(UNIT_CHANCE, GL_TEXTURE_2D_ARRAY, t->chance);
+    gl.TexImage3D(GL_TEXTURE_2D_ARRAY, 0, GL_R32F, aim->edge, aim->edge, 6, 0,
+                  GL_RED, GL_FLOAT, aim->chance);
+    set_parameters(GL_TEXTURE_2D_ARRAY, GL_LINEAR);
     gl.ActiveTexture(GL_TEXTURE0);
 }
 
@@ -173,7 +169,7 @@ static bool resize(view_truth *t, int width, int height)
         bind(UNIT_PASS, GL_TEXTURE_2D, t->target[i]);
         gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA,
                       GL_FLOAT, NULL);
-        set_parameters(GL_TEXTURE_2D);
+        set_parameters(GL_TEXTURE_2D, GL_NEAREST);
         gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[i]);
         gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
                                 GL_TEXTURE_2D, t->target[i], 0);

@@ -8,7 +8,7 @@
 //   Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps".
 
 uniform sampler2D aim_tokens; // of view/aim.h
-uniform samplerCube aim_chance;
+uniform sampler2DArray aim_chance; // a layer for each face
 uniform int aim_edge; // 0: there is none
 
 // Three numbers of a pixel that have nothing to do with those of another.
@@ -58,31 +58,55 @@ vec3 visible_normal(vec3 v, float alpha, vec2 u)
     return normalize(vec3(alpha * h, h_z));
 }
 
-// Density of a direction of the environment to be drawn by aim_at, whose cell
-// has the chance: dO = dA m^3 on a face, m the largest component.
-float aim_density(float chance, vec3 direction)
+// Where a direction meets its face, across and down, 0..1, and the face.
+vec3 face_of(vec3 d)
 {
-    vec3 d = abs(direction);
-    float m = max(d.x, max(d.y, d.z));
-    return chance * float(aim_edge * aim_edge) * 0.25 / (m * m * m);
+    vec3 a = abs(d);
+    vec4 at; // twice the way from the middle, the face's distance, the face
+    if (a.x >= a.y && a.x >= a.z)
+        at = d.x > 0.0 ? vec4(-d.z, -d.y, a.x, 0.0) : vec4(d.z, -d.y, a.x, 1.0);
+    else if (a.y >= a.z)
+        at = d.y > 0.0 ? vec4(d.x, d.z, a.y, 2.0) : vec4(d.x, -d.z, a.y, 3.0);
+    else
+        at = d.z > 0.0 ? vec4(d.x, -d.y, a.z, 4.0) : vec4(-d.x, -d.y, a.z, 5.0);
+    return vec3(0.5 * at.xy / at.z + 0.5, at.w);
 }
 
-// A direction of the environment, not normalised (its face is at a distance of
-// 1), and the chance of its cell.
-vec4 aim_at(uvec3 fraction)
+// The inverse; not normalised, its face is at a distance of 1.
+vec3 direction_of(vec3 at)
+{
+    vec2 p = 2.0 * at.xy - 1.0;
+    int face = int(at.z);
+    return face == 0 ? vec3(1.0, -p.y, -p.x)
+         : face == 1 ? vec3(-1.0, -p.y, p.x)
+         : face == 2 ? vec3(p.x, 1.0, p.y)
+         : face == 3 ? vec3(p.x, -1.0, -p.y)
+         : face == 4 ? vec3(p.x, -p.y, 1.0)
+                     : vec3(-p.x, -p.y, -1.0);
+}
+
+// Density with which aim_at gives the unit direction d at that place of a face:
+// dO = dA m^3, m the largest component.
+float aim_density(vec3 at, vec3 d)
+{
+    vec3 a = abs(d);
+    float m = max(a.x, max(a.y, a.z));
+    return textureLod(aim_chance, at, 0.0).r * float(aim_edge * aim_edge) *
+           0.25 / (m * m * m);
+}
+
+// A place of a face, drawn where the environment outshines its mean: a cell, and
+// from its middle by a tent of a cell to either side.
+vec3 aim_at(uvec3 fraction)
 {
     ivec2 size = textureSize(aim_tokens, 0);
     int token = int(fraction.x >> 14u);
-    vec2 t = texelFetch(aim_tokens, ivec2(token % size.x, token / size.x), 0).rg;
-    int cell = int(t.x);
-    vec2 p = vec2(cell % aim_edge, cell / aim_edge % aim_edge);
-    p = 2.0 * (p + unit(fraction.yz)) / float(aim_edge) - 1.0;
-    int face = cell / (aim_edge * aim_edge);
-    vec3 d = face == 0 ? vec3(1.0, -p.y, -p.x)
-           : face == 1 ? vec3(-1.0, -p.y, p.x)
-           : face == 2 ? vec3(p.x, 1.0, p.y)
-           : face == 3 ? vec3(p.x, -1.0, -p.y)
-           : face == 4 ? vec3(p.x, -p.y, 1.0)
-                       : vec3(-p.x, -p.y, -1.0);
-    return vec4(d, t.y);
+    int cell = int(texelFetch(aim_tokens,
+                              ivec2(token % size.x, token / size.x), 0).r);
+    vec2 u = 2.0 * unit(fraction.yz) - 1.0;
+    vec2 tent = sign(u) * (1.0 - sqrt(1.0 - abs(u)));
+    vec2 p = vec2(cell % aim_edge, cell / aim_edge % aim_edge) + 0.5 + tent;
+    p = abs(p); // back from the edges
+    p = float(aim_edge) - abs(float(aim_edge) - p);
+    return vec3(p / float(aim_edge), cell / (aim_edge * aim_edge));
 }

@@ -34,13 +34,9 @@ vec3 light_from(vec3 environment_direction)
     return textureLod(environment_map, environment_direction, 0.0).rgb;
 }
 
-float aimed(vec3 environment_direction)
+float aimed(vec3 d)
 {
-    return aim_edge == 0
-               ? 0.0
-               : aim_density(textureLod(aim_chance, environment_direction,
-                                        0.0).r,
-                             environment_direction);
+    return aim_edge == 0 ? 0.0 : aim_density(face_of(d), d);
 }
 
 // BRDF times N.L over the density of l by visible normals, F V N.L 2 spread
@@ -85,13 +81,13 @@ vec3 by_cosine(patch_of s, uvec2 fraction)
 void by_aim(patch_of s, uvec3 fraction, inout vec3 specular,
             inout vec3 irradiance)
 {
-    vec4 cell = aim_at(fraction);
-    vec3 d = normalize(cell.xyz);
+    vec3 at = aim_at(fraction);
+    vec3 d = normalize(direction_of(at));
     vec3 l = d * s.to_environment;
     if (l.z <= 0.0)
         return;
     vec3 light = light_from(d);
-    float other = aim_density(cell.w, d), p = l.z / PI;
+    float other = aim_density(at, d), p = l.z / PI;
     irradiance += light * (p / (p + other));
     if (s.alpha >= MIRROR)
         specular += light * specular_weight(s, normalize(s.view + l), l, other);
