@@ -125,19 +125,25 @@ static bool no_memory(const char *path)
     return view_fail("%s: no memory to open it", path);
 }
 
-/* Where a "_specular" (or another content's name) ends text; NULL: nowhere. */
-static char *content_suffix(char *text)
+/* The content whose name ends stem, "brdf_lut" or after a "_"; VIEW_CONTENTS:
+ * none. *length is that of what is before. */
+static view_content name_content(const char *stem, size_t *length)
 {
-    const size_t length = strlen(text);
+    const size_t all = strlen(stem);
 
     for (int i = 0; i < VIEW_CONTENTS; i++) {
         const char *word = view_content_name((view_content)i);
         const size_t size = strlen(word);
-        char *at = text + length - size;
-        if (length > size + 1 && at[-1] == '_' && !strcmp(at, word))
-            return at - 1;
+        *length = all - size;
+        if (all < size || strcmp(stem + all - size, word) != 0)
+            continue;
+        if (all == size && i == VIEW_LUT)
+            return VIEW_LUT;
+        if (all > size + 1 && stem[--*length] == '_')
+            return (view_content)i;
     }
-    return NULL;
+    *length = all;
+    return VIEW_CONTENTS;
 }
 
 /* ---- a directory
@@ -370,13 +376,22 @@ static bool check_shape(const ibl_texture *tex, const char *path,
     return true;
 }
 
+/* By its keys, the sidecar or, last, the name. */
 static bool check_content(const opener *o, const char *path,
                           view_content wanted, const view_about *keys)
 {
-    view_content found =
-        keys->known & VIEW_KNOWS_CONTENT
-            ? keys->content
-            : view_sidecar_content(o->sidecar, file_name(path));
+    view_content found = view_sidecar_content(o->sidecar, file_name(path));
+
+    if (keys->known & VIEW_KNOWS_CONTENT) {
+        found = keys->content;
+    } else if (found == VIEW_CONTENTS) {
+        char *stem = view_set_stem(path);
+        size_t length;
+        if (!stem)
+            return no_memory(path);
+        found = name_content(stem, &length);
+        free(stem);
+    }
     if (found == VIEW_CONTENTS || found == wanted)
         return true;
     return view_fail("%s: holds %s, where %s is wanted: %s", path,
@@ -494,9 +509,10 @@ static bool name_parts(opener *o, const char *path)
     set->name = view_set_stem(path);
     if (!o->directory || !o->extension || !set->name)
         return no_memory(path);
-    char *suffix = content_suffix(set->name);
-    if (suffix)
-        *suffix = '\0';
+    size_t length;
+    name_content(set->name, &length);
+    if (length)
+        set->name[length] = '\0';
     char *sidecar = print("%s%s.json", o->directory, set->name);
     if (!sidecar)
         return no_memory(path);
@@ -573,6 +589,9 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, view_set *set)
                     open_other(&o, VIEW_LUT, what->lut) &&
                     open_other(&o, VIEW_SKY, what->sky) &&
                     view_sidecar_sh(o.sidecar, set);
+    if (ok && !set->texture[VIEW_LUT].data)
+        view_note("%s: has no BRDF table: made with the geometry %s", set->name,
+                  ibl_geometry_name(IBL_GEOMETRY_SMITH));
     if (ok)
         set->peak = view_set_peak(set);
     const bool filled = ok && view_set_fill(ctx, set);

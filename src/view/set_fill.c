@@ -249,7 +249,8 @@ static bool fill_irradiance(ibl_ctx *ctx, view_set *set)
         from = "the spherical harmonics";
         status = irradiance_of_sh(ctx, set, &cube);
     } else {
-        from = "the sum over level 0";
+        from = whole ? "the sum over level 0"
+                     : "the sum over level 0, as blurred or clipped as it is";
         status = irradiance_of_level0(ctx, set, &cube);
     }
     if (!status)
