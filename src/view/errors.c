@@ -7,7 +7,7 @@
 #include "view/message.h"
 #include "view/scene.h"
 
-/* Sphere that each pixel of a row shows, -1 for none. */
+/* The sphere that each pixel of a row shows, -1 for none. */
 static void hit_row(const view_camera *camera, const view_sphere *spheres,
                     int count, int width, int height, int y, int *row)
 {
@@ -66,22 +66,14 @@ int view_errors(const view_settings *s, int width, int height,
         return 0;
     }
     for (int y = 0; y < height; ++y) {
-        /* The row below is new; those above have been there. */
-        int *const rows[3] = {hits + (size_t)(y + 2) % 3 * row,
-                              hits + (size_t)y % 3 * row,
-                              hits + (size_t)(y + 1) % 3 * row};
+        int *const rows[3] = {hits + (size_t)(y + 1) % 3 * row,
+                              hits + (size_t)(y + 2) % 3 * row,
+                              hits + (size_t)y % 3 * row};
 
-        if (y + 1 < height)
-            hit_row(&camera, spheres, count, width, height, y + 1, rows[2]);
-        if (y == 0 || y + 1 == height)
-            continue;
-        for (int x = 0; x < width; ++x) {
-            const size_t at = 3 * ((size_t)y * row + (size_t)x);
+        hit_row(&camera, spheres, count, width, height, y, rows[2]);
+        for (int x = 0; y > 1 && x < width; ++x) {
+            const size_t at = 3 * ((size_t)(y - 1) * row + (size_t)x);
 
-            if (y == 1 && x == 0)
-                hit_row(&camera, spheres, count, width, height, 0, rows[0]);
-            if (y == 1 && x == 0)
-                hit_row(&camera, spheres, count, width, height, 1, rows[1]);
             if (!inside(rows, width, x))
                 continue;
             shown[rows[1][x]] = true;
