@@ -260,7 +260,7 @@ void view_inspect_zoom(const view_set *set, view_settings *s, int width,
     if (!flatten(set, s, &f))
         return;
     window w = look(&f, s, width, height);
-    most = fmin(w.size[0], w.size[1]) / 4 * s->zoom / w.scale;
+    most = fmin(w.size[0], w.size[1]) / 4 / w.scale * (float)s->zoom;
     point(&w, at, before);
     s->zoom = fmax(fmin(s->zoom * factor, fmax(most, 1)), 0.25);
     w = look(&f, s, width, height);

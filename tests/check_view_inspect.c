@@ -1,0 +1,517 @@
+/* SPDX-License-Identifier: MIT */
+/* Maps laid out flat: what the shader shows of a texel and what is read out
+ * of it are the same texel, in every pixel, and it lies where it should. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "test.h"
+#include "view.h"
+#include "view/display.h"
+#include "view/frame.h"
+#include "view/inspect.h"
+#include "view/program.h"
+#include "view/scene.h"
+#include "view/upload.h"
+
+#define PI 3.14159265358979323846
+
+enum {
+    MOST = 256 /* pixels of a window's side */
+};
+
+static view_display *display;
+static GLuint target, uniforms;
+static float seen[MOST * MOST][4]; /* rows from the bottom */
+
+/* ---- sets --------------------------------------------------------------- */
+
+static ibl_ctx *ctx;
+
+static void free_set(view_set *set)
+{
+    for (int i = 0; i < VIEW_CONTENTS; i++)
+        ibl_texture_free(&set->texture[i]);
+    ibl_ctx_free(ctx);
+    ctx = NULL;
+}
+
+/* A cube that tells of each texel which it is, all different. */
+static void name_texels(ibl_texture *tex, int edge, int levels, double extra)
+{
+    ibl_cube cube = {0};
+
+    CHECK(!ibl_cube_alloc(ctx, edge, levels, &cube));
+    for (int level = 0; level < levels; level++)
+        for (int face = 0; face < IBL_FACES; face++) {
+            const int n = ibl_cube_edge(edge, level);
+            float *to = ibl_cube_face(&cube, level, face);
+            for (int i = 0; i < n * n; i++, to += 3) {
+                to[0] = (float)(face + 10 * level + extra);
+                to[1] = (float)(i % n);
+                to[2] = (float)(i / n);
+            }
+        }
+    CHECK(!ibl_texture_from_cube(ctx, &cube, IBL_PIXEL_RGBA32F, tex, NULL));
+    ibl_cube_free(&cube);
+}
+
+/* R is N.V, G is half of the roughness. */
+static void ramp_table(ibl_texture *tex)
+{
+    enum {
+        size = 64
+    };
+    float texels[2 * size * size];
+    const ibl_lut lut = {size, texels};
+
+    for (int y = 0; y < size; y++)
+        for (int x = 0; x < size; x++) {
+            texels[2 * (y * size + x)] = (float)((x + 0.5) / size);
+            texels[2 * (y * size + x) + 1] = (float)((y + 0.5) / size / 2);
+        }
+    CHECK(!ibl_texture_from_lut(ctx, &lut, IBL_PIXEL_RG32F, tex, NULL));
+}
+
+static view_set make_set(int edge, int levels)
+{
+    view_set set = {.lod_scale = levels - 1, .irradiance_scale = 1};
+
+    ctx = test_ctx(1, IBL_ISA_C);
+    name_texels(&set.texture[VIEW_SPECULAR], edge, levels, 0);
+    name_texels(&set.texture[VIEW_IRRADIANCE], edge / 2 + 1, 1, 100);
+    ramp_table(&set.texture[VIEW_LUT]);
+    set.sh_degree = -1;
+    return set;
+}
+
+/* ---- drawing ------------------------------------------------------------ */
+
+static void bind_map(view_unit unit, const ibl_texture *tex, GLuint *name)
+{
+    gl.ActiveTexture(GL_TEXTURE0 + unit);
+    *name = view_upload(tex, "test");
+}
+
+static bool begin(void)
+{
+    if (!view_test_begin(16, 16))
+        return false;
+    display = view_display_create();
+    gl.GenFramebuffers(1, &target);
+    gl.GenBuffers(1, &uniforms);
+    gl.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
+    return display != NULL;
+}
+
+static void end(void)
+{
+    gl.DeleteFramebuffers(1, &target);
+    gl.DeleteBuffers(1, &uniforms);
+    view_display_free(display);
+    view_test_end();
+}
+
+static void draw(const view_set *set, const view_settings *s, int width,
+                 int height)
+{
+    view_frame frame;
+    GLuint maps[3], picture;
+
+    bind_map(VIEW_UNIT_SPECULAR, &set->texture[VIEW_SPECULAR], &maps[0]);
+    bind_map(VIEW_UNIT_IRRADIANCE, &set->texture[VIEW_IRRADIANCE], &maps[1]);
+    bind_map(VIEW_UNIT_LUT, &set->texture[VIEW_LUT], &maps[2]);
+    gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
+    picture = view_float_target(width, height);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, target);
+    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
+                            picture, 0);
+    gl.Viewport(0, 0, width, height);
+    view_frame_fill(&frame, s, set, width, height);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, uniforms);
+    gl.BufferData(GL_UNIFORM_BUFFER, sizeof frame, &frame, GL_DYNAMIC_DRAW);
+    view_display_inspect(display);
+    gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
+    gl.GetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_FLOAT, seen);
+    CHECK(view_gl_check("test"));
+    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
+    gl.DeleteTextures(1, &picture);
+    gl.DeleteTextures(3, maps);
+}
+
+/* ---- cubes -------------------------------------------------------------- */
+
+/* How many pixels differ; of how many the map is. */
+static int differ(const view_set *set, const view_settings *s, int width,
+                  int height, int *inside)
+{
+    int bad = 0;
+
+    *inside = 0;
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++) {
+            const float *c = seen[(height - 1 - y) * width + x];
+            const view_texel t = view_inspect(set, s, width, height, x, y);
+            *inside += t.inside;
+            if (t.inside)
+                bad += c[3] != 1 || memcmp(c, t.value, sizeof t.value);
+            else
+                bad += c[3] != 0 || c[0] != 0;
+        }
+    return bad;
+}
+
+static void compare_views(const view_set *set, view_settings *s)
+{
+    static const struct {
+        int width, height;
+        double zoom, pan[2];
+    } views[] = {
+        {128, 96, 1, {0, 0}},         {128, 64, 1, {0, 0}},
+        {192, 32, 1, {0, 0}},         {97, 61, 1, {0, 0}},
+        {37, 90, 1, {0, 0}},          {100, 75, 0.5, {0, 0}},
+        {120, 90, 7.3, {0.21, -0.1}}, {64, 64, 60, {-0.125, 1 / 3.0}},
+        {90, 40, 2, {0.5, 0.5}},
+    };
+    for (size_t i = 0; i < sizeof views / sizeof *views; i++)
+        for (int kind = 0; kind < VIEW_LAYOUTS; kind++) {
+            const int w = views[i].width, h = views[i].height;
+            int inside;
+            s->layout = (view_layout)kind;
+            s->zoom = views[i].zoom;
+            memcpy(s->pan, views[i].pan, sizeof s->pan);
+            draw(set, s, w, h);
+            const int bad = differ(set, s, w, h, &inside);
+            CHECK_MSG(!bad, "%s, view %d, level %d: %d of %d pixels differ",
+                      view_layout_name(s->layout), (int)i, s->level, bad,
+                      w * h);
+            CHECK(inside > 0 || i >= 7);
+        }
+}
+
+static void shader_and_readout_agree(void)
+{
+    static const int edges[][2] = {{32, 6}, {12, 3}, {7, 2}, {1, 1}};
+    view_settings s = view_settings_default();
+
+    if (!begin())
+        return;
+    for (size_t i = 0; i < sizeof edges / sizeof *edges; i++) {
+        view_set set = make_set(edges[i][0], edges[i][1]);
+        s.mode = VIEW_LEVELS;
+        for (s.level = 0; s.level < edges[i][1]; s.level += 2)
+            compare_views(&set, &s);
+        s.mode = VIEW_IRRADIANCE_MAP;
+        compare_views(&set, &s);
+        free_set(&set);
+    }
+    end();
+}
+
+/* A sun beside a texel adds nothing to it. */
+static void texels_are_alone(void)
+{
+    view_set set;
+    view_settings s = view_settings_default();
+    int inside;
+
+    if (!begin())
+        return;
+    set = make_set(16, 1);
+    float *data = (float *)(void *)set.texture[VIEW_SPECULAR].data;
+    for (int i = 0; i < 6 * 16 * 16; i++)
+        if ((i + i / 16) % 2)
+            data[4 * i] = 3e38f;
+    s.mode = VIEW_LEVELS;
+    draw(&set, &s, 128, 96);
+    CHECK(differ(&set, &s, 128, 96, &inside) == 0);
+    CHECK(inside == 128 * 96 / 2);
+    free_set(&set);
+    end();
+}
+
+/* ---- where things are ---------------------------------------------------- */
+
+static double length(const double a[3], const double b[3])
+{
+    return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) +
+                (a[2] - b[2]) * (a[2] - b[2]));
+}
+
+/* The faces of a cross and of a strip, and that texels lie in them as in the
+ * file. */
+static void faces_are_in_place(void)
+{
+    static const int cross[6][2] = {{2, 1}, {0, 1}, {1, 0},
+                                    {1, 2}, {1, 1}, {3, 1}};
+    view_set set = make_set(8, 4);
+    view_settings s = view_settings_default();
+
+    s.mode = VIEW_LEVELS;
+    s.level = 1;
+    for (int face = 0; face < 6; face++)
+        for (int i = 0; i < 16; i++) {
+            const int x = i % 4, y = i / 4;
+            double d[3];
+            ibl_cube_direction(4, face, x, y, d);
+            s.layout = VIEW_CROSS;
+            view_texel t = view_inspect(&set, &s, 160, 120,
+                                        cross[face][0] * 40 + x * 10 + 5,
+                                        cross[face][1] * 40 + y * 10 + 5);
+            CHECK(t.inside && t.face == face && t.x == x && t.y == y);
+            CHECK(t.level == 1 && t.value[0] == 10 + face);
+            CHECK(length(t.direction, d) == 0);
+            s.layout = VIEW_STRIP;
+            t = view_inspect(&set, &s, 240, 60, face * 40 + x * 10 + 5,
+                             10 + y * 10 + 5);
+            CHECK(t.inside && t.face == face && t.x == x && t.y == y);
+        }
+    s.layout = VIEW_CROSS;
+    CHECK(!view_inspect(&set, &s, 160, 120, 0, 0).inside);
+    CHECK(!view_inspect(&set, &s, 160, 120, 80, 39).inside);
+    CHECK(!view_inspect(&set, &s, 160, 120, -1, 60).inside);
+    CHECK(!view_inspect(&set, &s, 160, 120, 160, 60).inside);
+    s.level = 99;
+    CHECK(view_inspect(&set, &s, 160, 120, 50, 50).level == 3);
+    s.level = -1;
+    CHECK(view_inspect(&set, &s, 160, 120, 50, 50).level == 0);
+    free_set(&set);
+}
+
+/* Neighbours in a cross are neighbours on the sphere. */
+static void crosses_fold(void)
+{
+    view_set set = make_set(16, 1);
+    view_settings s = view_settings_default();
+    int pairs = 0;
+
+    s.mode = VIEW_LEVELS;
+    for (int y = 0; y < 48; y++)
+        for (int x = 0; x < 64; x++) {
+            const view_texel t = view_inspect(&set, &s, 64, 48, x, y);
+            const view_texel r = view_inspect(&set, &s, 64, 48, x + 1, y);
+            const view_texel d = view_inspect(&set, &s, 64, 48, x, y + 1);
+            if (t.inside && r.inside)
+                pairs++, CHECK(length(t.direction, r.direction) < 0.126);
+            if (t.inside && d.inside)
+                pairs++, CHECK(length(t.direction, d.direction) < 0.126);
+        }
+    CHECK(pairs == 6 * 2 * 16 * 15 + 5 * 16);
+    free_set(&set);
+}
+
+/* u = atan2(z, x) / 2pi + 1/2, v from the zenith: a pixel shows the texel that
+ * its direction is in. */
+static void equirects_are_mapped(void)
+{
+    view_set set = make_set(64, 1);
+    view_settings s = view_settings_default();
+
+    s.mode = VIEW_LEVELS;
+    s.layout = VIEW_EQUIRECT;
+    for (int y = 0; y < 128; y++)
+        for (int x = 0; x < 256; x++) {
+            const view_texel t = view_inspect(&set, &s, 256, 128, x, y);
+            const double phi = 2 * PI * ((x + 0.5) / 256 - 0.5);
+            const double theta = PI * (y + 0.5) / 128;
+            const double d[3] = {sin(theta) * cos(phi), cos(theta),
+                                 sin(theta) * sin(phi)};
+            /* Half of the diagonal of the largest texel, and some. */
+            CHECK_MSG(t.inside && length(t.direction, d) < 1.45 / 64,
+                      "%d, %d: %g away", x, y, length(t.direction, d));
+        }
+    free_set(&set);
+}
+
+/* The sky behind spheres: the direction of a pixel's ray, turned. */
+static void skies_are_read(void)
+{
+    static const double turns[] = {0, 30, 90, -135};
+    view_set set = make_set(256, 1);
+    view_settings s = view_settings_default();
+    view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
+
+    for (int i = 0; i < 4; i++) {
+        s.turn = turns[i];
+        s.yaw = 20 * i;
+        s.pitch = 10 * i;
+        const view_camera c = view_camera_of(&s, 80, 60);
+        const int count = view_grid(&s, spheres);
+        for (int y = 0; y < 60; y++)
+            for (int x = 0; x < 80; x++) {
+                const view_texel t =
+                    view_inspect(&set, &s, 80, 60, x + 0.9, y + 0.9);
+                double world[3], d[3];
+                view_camera_ray(&c, 80, 60, x, y, world);
+                view_turn(s.turn, world, d);
+                const bool sphere =
+                    view_grid_hit(spheres, count, c.eye, world, NULL) >= 0;
+                CHECK(t.inside == !sphere);
+                CHECK(!t.inside || (length(t.direction, d) < 1.45 / 256 &&
+                                    t.value[0] == t.face));
+            }
+    }
+    s.turn = s.yaw = s.pitch = 0;
+    view_texel t = view_inspect(&set, &s, 400, 60, 0, 30);
+    CHECK(t.inside && t.direction[0] < -0.5 && t.direction[2] < -0.1);
+    s.turn = 90; /* what was ahead, -Z, is now to the left */
+    const double world[3] = {-1, 0, 0};
+    double d[3];
+    view_turn(s.turn, world, d);
+    CHECK_NEAR(d[2], -1, 1e-12);
+    name_texels(&set.texture[VIEW_SKY], 8, 1, 50);
+    t = view_inspect(&set, &s, 400, 60, 0, 30);
+    CHECK(t.value[0] == 50 + t.face && t.x < 8);
+    CHECK(!view_inspect(&set, &s, 400, 60, -1, 30).inside);
+    CHECK(!view_inspect(&set, &s, 400, 60, 0, 60).inside);
+    s.sky = false;
+    CHECK(!view_inspect(&set, &s, 400, 60, 0, 30).inside);
+    free_set(&set);
+}
+
+/* ---- the table ------------------------------------------------------------
+ */
+
+/* Lines lie where R (white) and G (blue) are 0.1, 0.2, .., and elsewhere the
+ * texels are as they are. The table's ramps say where: R to the right, G up. */
+static void lines_are_at_values(void)
+{
+    enum {
+        W = 256
+    };
+    view_set set;
+    view_settings s = view_settings_default();
+    int white = 0, blue = 0;
+
+    if (!begin())
+        return;
+    set = make_set(4, 1);
+    s.mode = VIEW_TABLE;
+    draw(&set, &s, W, W);
+    for (int y = 0; y < W; y++)
+        for (int x = 0; x < W; x++) {
+            const float *c = seen[(W - 1 - y) * W + x];
+            const view_texel t = view_inspect(&set, &s, W, W, x, y);
+            const double r = (x + 0.5) / W, g = (W - y - 0.5) / W / 2;
+            /* pixels from a line */
+            const double far_r = fabs(r - fmax(rint(r * 10), 1) / 10) * W;
+            const double far_g = fabs(g - fmax(rint(g * 10), 1) / 10) * 2 * W;
+            const bool edge_r = r > 0.95, edge_g = g < 0.05;
+            CHECK(t.inside && t.face == -1 && t.x == x / 4 &&
+                  t.y == (W - 1 - y) / 4);
+            CHECK_NEAR(t.direction[0], (x / 4 + 0.5) / 64, 1e-12);
+            CHECK_NEAR(t.direction[1], ((W - 1 - y) / 4 + 0.5) / 64, 1e-12);
+            CHECK(t.value[0] == (float)t.direction[0]);
+            CHECK(t.value[1] == (float)(t.direction[1] / 2));
+            if (!edge_r && far_r < 0.3)
+                white++, CHECK(c[0] > 0.6 && c[1] > 0.6 && c[2] > 0.6);
+            else if ((edge_r || far_r > 1.1) && !edge_g && far_g < 0.3)
+                blue++, CHECK(c[2] > 0.6 && c[0] < 0.4 && c[1] < 0.4);
+            else if ((edge_r || far_r > 1.1) && (edge_g || far_g > 1.1))
+                CHECK(c[0] == t.value[0] && c[1] == t.value[1] && c[2] == 0);
+        }
+    CHECK(white >= 9 * W / 2 && blue >= 4 * W / 2);
+    free_set(&set);
+    end();
+}
+
+/* A flat table has no lines, though it is all at a line's value. */
+static void flat_tables_have_no_lines(void)
+{
+    view_set set;
+    view_settings s = view_settings_default();
+    int bad = 0;
+
+    if (!begin())
+        return;
+    set = make_set(4, 1);
+    ibl_texture *lut = &set.texture[VIEW_LUT];
+    for (size_t i = 0; i < lut->bytes / sizeof(float); i++)
+        ((float *)(void *)lut->data)[i] = 0.5f;
+    s.mode = VIEW_TABLE;
+    s.zoom = 2;
+    draw(&set, &s, 100, 60);
+    for (int i = 0; i < 6000; i++)
+        if (seen[i][3] != 0)
+            bad += seen[i][0] != 0.5f || seen[i][1] != 0.5f || seen[i][2] != 0;
+    CHECK(!bad);
+    free_set(&set);
+    end();
+}
+
+/* ---- moving and telling ----------------------------------------------------
+ */
+
+static void zoom_keeps_what_is_there(void)
+{
+    view_set set = make_set(64, 1);
+    view_settings s = view_settings_default();
+
+    s.mode = VIEW_LEVELS;
+    const view_texel t = view_inspect(&set, &s, 320, 240, 100, 130);
+    for (int i = 0; i < 4; i++)
+        view_inspect_zoom(&set, &s, 320, 240, 100.5, 130.5, 1.25);
+    CHECK_NEAR(s.zoom, 1.25 * 1.25 * 1.25 * 1.25, 1e-12);
+    view_texel u = view_inspect(&set, &s, 320, 240, 100, 130);
+    CHECK(u.inside && u.face == t.face && u.x == t.x && u.y == t.y);
+    view_inspect_drag(&set, &s, 320, 240, 40, -25);
+    u = view_inspect(&set, &s, 320, 240, 140, 105);
+    CHECK(u.inside && u.face == t.face && u.x == t.x && u.y == t.y);
+    for (int i = 0; i < 100; i++)
+        view_inspect_zoom(&set, &s, 320, 240, 140, 105, 1.25);
+    /* a texel is a fourth of the window's smaller side */
+    CHECK_NEAR(s.zoom * 320 / 256, 60, 1e-9);
+    for (int i = 0; i < 100; i++)
+        view_inspect_zoom(&set, &s, 320, 240, 0, 0, 0.8);
+    CHECK(s.zoom == 0.25);
+    view_inspect_drag(&set, &s, 320, 240, 1e9, -1e9);
+    CHECK(s.pan[0] == -0.5 && s.pan[1] == 0.5);
+    free_set(&set);
+}
+
+static void texels_are_told(void)
+{
+    view_texel t = {
+        true, 2, 3, 17, 40, {0.9812, 0.1249, -0.1001}, {1.25f, 0.91f, 86528}};
+    char text[128];
+
+    view_texel_text(&t, text, sizeof text);
+    CHECK_MSG(!strcmp(text, "level 3  +Y (17, 40)  dir 0.981 0.125 -0.100  "
+                            "rgb 1.25 0.91 8.653e+04"),
+              "%s", text);
+    view_texel_text(&t, text, 10);
+    CHECK(!strcmp(text, "level 3  "));
+    t.face = -1;
+    view_texel_text(&t, text, sizeof text);
+    CHECK_MSG(!strcmp(text, "table  (17, 40)  N.V 0.9812 roughness 0.1249  "
+                            "R 1.25 G 0.91"),
+              "%s", text);
+    t.inside = false;
+    view_texel_text(&t, text, sizeof text);
+    CHECK(!*text);
+}
+
+static void absent_maps_are_not_inside(void)
+{
+    const view_set set = {0};
+    view_settings s = view_settings_default();
+
+    for (int mode = 0; mode < VIEW_MODES; mode++) {
+        s.mode = (view_mode)mode;
+        CHECK(!view_inspect(&set, &s, 64, 48, 32, 24).inside);
+        view_inspect_zoom(&set, &s, 64, 48, 0, 0, 2);
+        view_inspect_drag(&set, &s, 64, 48, 1, 1);
+    }
+    CHECK(s.zoom == 1 && s.pan[0] == 0);
+}
+
+static const test tests[] = {
+    TEST(shader_and_readout_agree),   TEST(texels_are_alone),
+    TEST(faces_are_in_place),         TEST(crosses_fold),
+    TEST(equirects_are_mapped),       TEST(skies_are_read),
+    TEST(lines_are_at_values),        TEST(flat_tables_have_no_lines),
+    TEST(zoom_keeps_what_is_there),   TEST(texels_are_told),
+    TEST(absent_maps_are_not_inside),
+};
+TEST_MAIN(tests)
