@@ -1,0 +1,303 @@
+/* SPDX-License-Identifier: MIT */
+/* Text on a picture: where it is, how large, and that nothing else changes. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "test.h"
+#include "view.h"
+#include "view/display.h"
+#include "view/overlay.h"
+#include "view/picture.h"
+
+enum {
+    WIDTH = 240,
+    HEIGHT = 120,
+    GREY = 128
+};
+
+static view_overlay *overlay;
+static unsigned char *seen;
+
+static bool begin(void)
+{
+    if (!view_test_begin(WIDTH, HEIGHT))
+        return false;
+    overlay = view_overlay_create();
+    gl.Viewport(0, 0, WIDTH, HEIGHT);
+    return overlay != NULL;
+}
+
+static void end(void)
+{
+    CHECK(view_gl_check("test"));
+    free(seen);
+    seen = NULL;
+    view_overlay_free(overlay);
+    view_test_end();
+}
+
+/* On grey. */
+static void draw(void)
+{
+    gl.ClearColor(GREY / 255.0f, GREY / 255.0f, GREY / 255.0f, 1);
+    gl.Clear(GL_COLOR_BUFFER_BIT);
+    view_overlay_draw(overlay, WIDTH, HEIGHT);
+    free(seen);
+    seen = view_picture_read(WIDTH, HEIGHT);
+    if (!seen)
+        exit(1);
+}
+
+static int at(int x, int y)
+{
+    return seen[3 * (y * WIDTH + x)];
+}
+
+/* The smallest box that has all pixels that changed, or all that are lighter
+ * than the grey. */
+typedef struct box {
+    int left, top, right, bottom, count;
+} box;
+
+static box find(bool light)
+{
+    box b = {WIDTH, HEIGHT, 0, 0, 0};
+
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            const int v = at(x, y);
+            if (light ? v <= GREY : v == GREY)
+                continue;
+            b.left = x < b.left ? x : b.left;
+            b.top = y < b.top ? y : b.top;
+            b.right = x + 1 > b.right ? x + 1 : b.right;
+            b.bottom = y + 1 > b.bottom ? y + 1 : b.bottom;
+            b.count++;
+        }
+    return b;
+}
+
+static void check_plate(const char *text, double x, double y, double scale)
+{
+    double width, height;
+
+    view_overlay_measure(text, scale, &width, &height);
+    view_overlay_text(overlay, x, y, scale, text);
+    draw();
+    const box plate = find(false), ink = find(true);
+    CHECK(plate.left == x && plate.top == y);
+    CHECK(plate.right == (int)ceil(x + width));
+    CHECK(plate.bottom == (int)ceil(y + height));
+    CHECK(plate.count ==
+          (plate.right - plate.left) * (plate.bottom - plate.top));
+    CHECK(ink.left >= x + 4 * scale - 1 && ink.top >= y + 4 * scale - 1);
+    CHECK(ink.right <= x + width - 4 * scale + 1);
+    CHECK(ink.bottom <= y + height - 4 * scale + 1);
+    CHECK(ink.count > 0 && ink.count < plate.count / 2);
+}
+
+static void text_is_where_measure_says(void)
+{
+    static const char all[] = "!\"#$%&'()*+,-./0123456789:;<=>?\n"
+                              "@ABCDEFGHIJKLMNOPQRSTUVWXYZ[\\]^_\n"
+                              "`abcdefghijklmnopqrstuvwxyz{|}~";
+    double w1, h1, w2, h2;
+
+    if (!begin())
+        return;
+    check_plate("H", 10, 20, 1);
+    check_plate("two lines\nand more of them", 3, 5, 1);
+    check_plate("columns\tof\tkeys\nq\tx\ty", 3, 5, 1);
+    check_plate("scaled", 30, 40, 2);
+    check_plate("by half as much", 30, 40, 1.5);
+    check_plate(all, 7, 9, 1);
+    view_overlay_measure("one", 1, &w1, &h1);
+    view_overlay_measure("one\none", 1, &w2, &h2);
+    CHECK(w1 == w2 && h2 == h1 + 12);
+    view_overlay_measure("one\n", 1, &w2, &h2);
+    CHECK(w1 == w2 && h2 == h1);
+    view_overlay_measure("one", 3, &w2, &h2);
+    CHECK(w2 == 3 * w1 && h2 == 3 * h1);
+    end();
+}
+
+/* An H is two bars of seven pixels and one across; whole scales are exact. */
+static void strokes_are_sharp(void)
+{
+    if (!begin())
+        return;
+    for (int scale = 1; scale <= 3; scale++) {
+        view_overlay_text(overlay, 10.2, 19.9, scale, "H");
+        draw();
+        const box b = find(true);
+        CHECK(b.left == 10 + 4 * scale && b.top == 20 + 4 * scale);
+        CHECK(b.bottom - b.top == 7 * scale);
+        CHECK(b.right - b.left >= 4 * scale && b.right - b.left <= 5 * scale);
+        for (int y = b.top; y < b.bottom; y++)
+            for (int x = b.left; x < b.right; x++)
+                CHECK(at(x, y) == 255 || at(x, y) < GREY);
+        for (int y = b.top; y < b.bottom; y++)
+            CHECK(at(b.left, y) == 255 && at(b.right - 1, y) == 255);
+        CHECK(at((b.left + b.right) / 2, b.top) < GREY);
+    }
+    end();
+}
+
+static void plates_darken(void)
+{
+    if (!begin())
+        return;
+    view_overlay_text(overlay, 0, 0, 1, ".");
+    draw();
+    CHECK_NEAR(at(0, 0), GREY * 0.35, 1);
+    draw(); /* forgotten by now */
+    CHECK(find(false).count == 0);
+    view_overlay_text(overlay, 0, 0, 1, "");
+    draw();
+    CHECK(find(false).count == 0);
+    end();
+}
+
+/* What is partly or wholly outside. */
+static void edges_cut(void)
+{
+    static const double places[][2] = {
+        {-20, 30},  {WIDTH - 15, 30}, {50, -9},   {50, HEIGHT - 9},
+        {-1e6, 30}, {1e6, 30},        {30, -1e6}, {30, 1e6}};
+
+    if (!begin())
+        return;
+    for (int i = 0; i < 8; i++) {
+        view_overlay_text(overlay, places[i][0], places[i][1], 1, "sun HDR");
+        draw();
+        const box b = find(false);
+        if (i >= 4) {
+            CHECK(b.count == 0);
+            continue;
+        }
+        CHECK(b.count > 0 && find(true).count > 0);
+        CHECK(i == 0 || b.left == places[i][0]);
+        CHECK(i == 2 || b.top == places[i][1]);
+        CHECK(i != 0 || b.left == 0);
+        CHECK(i != 1 || b.right == WIDTH);
+        CHECK(i != 2 || b.top == 0);
+        CHECK(i != 3 || b.bottom == HEIGHT);
+    }
+    end();
+}
+
+/* More strokes than the vertex buffer holds, many times; none is lost and the
+ * order stays: the last plate is over all before it. */
+static void any_length_is_taken(void)
+{
+    const int lines = TEST_SANITIZED ? 300 : 1500, columns = 40;
+    char *text = malloc((size_t)lines * (columns + 1) + 1);
+    char *to = text;
+
+    if (!text || !begin()) {
+        free(text);
+        return;
+    }
+    for (int y = 0; y < lines; y++) {
+        memset(to, 'W', columns);
+        to += columns;
+        *to++ = '\n';
+    }
+    *to = 0;
+    view_overlay_text(overlay, 0, HEIGHT - 12 * lines - 4, 1, text);
+    view_overlay_text(overlay, 20, 10, 1, "   ");
+    draw();
+    /* the last lines are seen, the last plate darkens them */
+    box b = find(true);
+    CHECK(b.bottom > HEIGHT - 12 && b.top < 12);
+    int dark = 0;
+    for (int x = 20; x < 40; x++)
+        for (int y = 10; y < 30; y++)
+            dark += at(x, y) < 100;
+    CHECK(dark == 20 * 20);
+    /* and the buffer is as good as before */
+    view_overlay_text(overlay, 5, 5, 1, "x");
+    draw();
+    b = find(false);
+    CHECK(b.left == 5 && b.top == 5);
+    free(text);
+    end();
+}
+
+/* Bytes that the font has not are question marks. */
+static void any_byte_is_taken(void)
+{
+    static unsigned char first[3 * WIDTH * HEIGHT];
+    char text[256], marks[256];
+    double w1, h1, w2, h2;
+    int n = 0;
+
+    if (!begin())
+        return;
+    for (int i = 1; i < 256; i++)
+        if (i != '\n' && i != '\t' && (i < ' ' || i > '~'))
+            text[n] = (char)i, marks[n++] = '?';
+    text[n] = marks[n] = 0;
+    view_overlay_measure(text, 1, &w1, &h1);
+    view_overlay_measure(marks, 1, &w2, &h2);
+    CHECK(w1 == w2 && h1 == h2);
+    view_overlay_text(overlay, 2, 2, 1, text);
+    draw();
+    memcpy(first, seen, sizeof first);
+    view_overlay_text(overlay, 2, 2, 1, marks);
+    draw();
+    CHECK(!memcmp(first, seen, sizeof first));
+    CHECK(find(true).count > 100);
+    end();
+}
+
+static void bars_are_as_long_as_their_share(void)
+{
+    static const double shares[] = {-1, 0, 0.25, 0.5, 1, 2};
+
+    if (!begin())
+        return;
+    for (int i = 0; i < 6; i++) {
+        view_overlay_bar(overlay, 20, 30, 100, 8, shares[i]);
+        draw();
+        const box b = find(false);
+        CHECK(b.left == 20 && b.top == 30 && b.right == 120 && b.bottom == 38);
+        int white = 0;
+        for (int x = 0; x < WIDTH; x++)
+            white += at(x, 33) == 255;
+        CHECK(white == (int)(100 * fmin(fmax(shares[i], 0), 1)));
+    }
+    end();
+}
+
+/* Its middle is the colour of middle grey and each stop has its own. */
+static void legends_show_the_scale(void)
+{
+    if (!begin())
+        return;
+    view_overlay_legend(overlay, 10, 20, 168, 1);
+    draw();
+    const box b = find(false);
+    CHECK(b.left == 10 && b.right == 178 && b.top == 20 && b.bottom == 52);
+    for (int i = -VIEW_STOPS; i < VIEW_STOPS; i++) {
+        const int x = 14 + 10 * (i + VIEW_STOPS) + 1;
+        double c[3];
+        view_false_colour(i + 0.125, c);
+        for (int k = 0; k < 3; k++)
+            CHECK_NEAR(seen[3 * (28 * WIDTH + x) + k], 255 * c[k], 0.51);
+    }
+    end();
+}
+
+static const test tests[] = {
+    TEST(text_is_where_measure_says),
+    TEST(strokes_are_sharp),
+    TEST(plates_darken),
+    TEST(edges_cut),
+    TEST(any_length_is_taken),
+    TEST(any_byte_is_taken),
+    TEST(bars_are_as_long_as_their_share),
+    TEST(legends_show_the_scale),
+};
+TEST_MAIN(tests)
