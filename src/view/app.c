@@ -320,9 +320,6 @@ static bool loop(view_app *app)
 
 /* ---- the whole ----------------------------------------------------------- */
 
-/* What i puts on if no --light was given: one from the upper left. */
-static const view_light lamp = {{-3, 4, 5}, {40, 40, 40}};
-
 static bool make(view_app *app, const view_events *events)
 {
     const view_options *o = app->options;
@@ -359,10 +356,6 @@ bool view_app_run(ibl_ctx *ctx, const view_options *options)
     const view_events events = {&app, key, mouse, wheel, drop, refresh};
     bool ok;
 
-    app.lights_there = options->settings.light_count;
-    memcpy(app.lights, options->settings.light, sizeof app.lights);
-    if (!app.lights_there)
-        app.lights[app.lights_there++] = lamp;
     ok = make(&app, &events) && view_options_may(options) &&
          view_app_open(&app, &options->request) &&
          (!app.set || view_options_suit(options, app.set)) && loop(&app);

@@ -17,8 +17,6 @@ typedef struct view_app {
     view_overlay *overlay;
 
     view_settings settings;
-    view_light lights[VIEW_MAX_LIGHTS]; /* those that a key puts on and off */
-    int lights_there;
 
     /* What is shown: one slot, while the other one is filled. */
     view_set sets[2];

@@ -141,11 +141,9 @@ static void change_multiscatter(view_app *app, int step)
 
 static void change_lights(view_app *app, int step)
 {
-    (void)step;
-    app->settings.light_count =
-        app->settings.light_count ? 0 : app->lights_there;
-    for (int i = 0; i < app->settings.light_count; i++)
-        app->settings.light[i] = app->lights[i];
+    const int count = app->settings.light_count + step;
+    if (count >= 0 && count <= VIEW_MAX_LIGHTS)
+        app->settings.light_count = count;
 }
 
 /* ---- camera and environment --------------------------------------------- */
@@ -276,7 +274,7 @@ static const key_row rows[] = {
     {"f", 'f', 0, 0, change_fresnel, "Fresnel: table, Lagarde"},
     {"d", 'd', 0, 0, change_diffuse, "diffuse: map, spherical harmonics"},
     {"c", 'c', 0, 0, change_multiscatter, "multiple scattering"},
-    {"i", 'i', 0, 0, change_lights, "point lights"},
+    {"i I", 'i', 'I', 0, change_lights, "more point lights, fewer"},
     {"e E", 'e', 'E', 0, change_exposure, "exposure: a quarter stop up, down"},
     {"t T", 't', 'T', 0, change_tone, "tone: linear, Reinhard, ACES, neutral"},
     {"v", 'v', 0, 0, change_false_colour, "false colours of luminance"},

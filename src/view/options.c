@@ -188,8 +188,8 @@ static const view_option pictures[] = {
      .standard = "1280x720, 320x240 in a sheet",
      .help = "of window or picture, of each picture of a sheet"},
     {"frames", 0, INT(frames, 1, 100000), .standard = "1",
-     .help = "frames drawn before a picture is written; each adds 16 samples to "
-             "the reference"},
+     .help = "frames drawn before a picture is written; each adds 16 samples "
+             "to the reference"},
     {"samples", 0, INT(samples, 1, VIEW_TRUTH_SAMPLES),
      .standard = "256, without --frames",
      .help = "draw a picture until the reference has that many at each pixel"},
@@ -210,7 +210,8 @@ static const view_option shows[] = {
      .help = "of maps; 1: all of it just fits"},
     {"pan", 0, OTHER("X,Y", parse_pan), .allowed = "-0.5,-0.5 to 0.5,0.5",
      .standard = "0,0",
-     .help = "the point of a map that is in the middle: shares of its size to the right and down of its own"},
+     .help = "the point of a map that is in the middle: shares of its size to "
+             "the right and down of its own"},
 };
 
 static const view_option spheres[] = {
