@@ -1,14 +1,14 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # The manual pages, --help and the parser name the same options with the same
-# ranges and defaults; man/iblbake-NAME.1 is the page of `iblbake NAME`. BUILD
-# names the build.
+# ranges and defaults; man/iblbake-NAME.1 is the page of `iblbake NAME`, and
+# man/iblview.1 that of the viewer, where that was built. BUILD names the build.
 set -u
 build=${BUILD:-build}
 program=$build/iblbake
 work=$(mktemp -d) || exit 1
 trap 'rm -rf "$work"' EXIT
-passed=0 failed=0
+passed=0 failed=0 skipped=
 check() { # NAME, and what is wrong, or nothing
     if [ -z "$2" ]; then
         passed=$((passed + 1))
@@ -97,6 +97,19 @@ for page in man/iblbake*.1; do
     [ -z "$name" ] || run+=("${name#-}")
     check_page "$page"
 done
+if [ -x "$build/iblview" ]; then
+    run=("$build/iblview")
+    check_page man/iblview.1
+    # Keys: those of --keys, in its order and words.
+    "$build/iblview" --keys | tr -s ' ' >"$work/keys"
+    mandoc -Tascii -O width=1000 man/iblview.1 | sed 's/.\x08//g; s/^ *//' |
+        sed -n '/goes the other way/,/^With the mouse/{//d; /./p}' |
+        tr -s ' ' >"$work/page"
+    check 'man/iblview.1: keys' "$(diff "$work/keys" "$work/page")"
+else
+    skipped='1 skipped'
+    echo 'skipped the options of iblview, which was not built'
+fi
 
 # The page that explains: it formats, and its options are options.
 page=man/iblbake-method.7
@@ -109,7 +122,7 @@ check "$page: options that there are not" "$(cat "$work/why")"
 
 # Pages name no page that is not there, and every other one.
 for page in man/*.[17]; do
-    sed -n 's/.*Sy \(iblbake[a-z-]*\) Ns (\([17]\)).*/man\/\1.\2/p' "$page" |
+    sed -n 's/.*Sy \(ibl[a-z-]*\) Ns (\([17]\)).*/man\/\1.\2/p' "$page" |
         sort -u | while read -r other; do
         [ -e "$other" ] || echo "$other is not there"
     done >"$work/why"
@@ -128,5 +141,5 @@ done
 ls man | sed -n 's/^iblbake-\(.*\)\.1$/\1/p' | sort |
     diff - <(sort "$work/commands") >"$work/why"
 check 'pages and commands' "$(cat "$work/why")"
-echo "$passed passed, $failed failed"
+echo "$passed passed, $failed failed${skipped:+, $skipped}"
 [ $failed -eq 0 ]
