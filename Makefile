@@ -185,14 +185,30 @@ $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
 tests: $(TESTS)
 benches: $(BENCHES)
 
-## demo: set up, bake data/sky.exr into build/demo, leave a picture
+## demo: set up, bake data/sky.exr into build/demo, leave pictures
 demo: deps
 	@echo "iblbake: building"
 	+@$(MAKE) -s $(JOBS) DEPS=no all
 	$(BIN) data/sky.exr -o build/demo --skybox 512 -v \
 	    --preview build/demo/sky.png
+	+@$(MAKE) -s DEPS=no demo-view
+
+# The same environment on spheres: the README's picture, and a sheet.
+.PHONY: demo-view
+ifeq ($(HAVE_VIEW),yes)
+demo-view: $(VIEW)
+	$(VIEW) build/demo --offscreen build/demo/spheres.png $(SPHERES)
+	$(VIEW) build/demo --contact-sheet build/demo/sheet.png
 	@ls -l build/demo
-	@echo "iblbake: look at build/demo/sky.png"
+	@echo "iblbake: look at sky.png, spheres.png and sheet.png in build/demo," \
+	    "or run $(VIEW) build/demo"
+else
+demo-view:
+	@ls -l build/demo
+	@echo "iblbake: look at build/demo/sky.png; there are no spheres, because" \
+	    "iblview was not built"
+endif
+SPHERES = --size 896x504 --grid 5x9 --turn 215 --pitch 4
 
 # Every build that must pass, then everything in it.
 CHECKED := build build/clang build/asan build/tsan
@@ -228,6 +244,8 @@ install: all
 	    "$(DESTDIR)$(LIBDIR)/iblbake" "$(DESTDIR)$(INCLUDEDIR)/ibl" \
 	    "$(DESTDIR)$(MANDIR)/man1" "$(DESTDIR)$(MANDIR)/man7"
 	$(INSTALL) -m 755 $(BIN) "$(DESTDIR)$(BINDIR)/iblbake"
+	if [ -e $(VIEW) ]; then \
+	    $(INSTALL) -m 755 $(VIEW) "$(DESTDIR)$(BINDIR)/iblview"; fi
 	$(INSTALL) -m 644 $(LIB) "$(DESTDIR)$(LIBDIR)/libiblbake.a"
 	$(INSTALL) -m 644 include/ibl/*.h "$(DESTDIR)$(INCLUDEDIR)/ibl"
 	$(INSTALL) -m 644 man/*.1 "$(DESTDIR)$(MANDIR)/man1"
@@ -240,7 +258,8 @@ install: all
 
 ## uninstall: remove what install put there
 uninstall:
-	rm -f "$(DESTDIR)$(BINDIR)/iblbake" "$(DESTDIR)$(LIBDIR)/libiblbake.a" \
+	rm -f "$(DESTDIR)$(BINDIR)/iblbake" "$(DESTDIR)$(BINDIR)/iblview" \
+	    "$(DESTDIR)$(LIBDIR)/libiblbake.a" \
 	    "$(DESTDIR)$(LIBDIR)/iblbake/libiblbridge.so" \
 	    "$(DESTDIR)$(LIBDIR)/pkgconfig/iblbake.pc" \
 	    $(patsubst include/%,"$(DESTDIR)$(INCLUDEDIR)"/%,$(wildcard include/ibl/*.h)) \

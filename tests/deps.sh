@@ -17,6 +17,10 @@ libopenexr-dev:reads_EXR
 libopenimageio-dev:image_bridge,_reads_other_formats
 libpng-dev:writes_previews
 libjansson-dev:writes_the_sidecar
+libglfw3-dev:window_of_the_viewer
+libgl-dev:its_OpenGL
+libstb-dev:its_letters
+libosmesa6:its_pictures_without_a_display
 '
 case ${CC:-cc} in
 clang*) build="$build clang:C_compiler_asked_for libclang-rt-dev:sanitizers" ;;
@@ -35,10 +39,11 @@ nodejs:runs_the_KTX_reader
 npm:fetches_the_KTX_reader
 libxml2-utils:reads_the_SVG
 procps:finds_what_runs_on
+xvfb:display_of_the_window_test
+xdotool:presses_its_keys
 '
 bench="$check"'
 libfilament-tools:cmgen_to_compare_with
-libstb-dev:stb_image_to_compare_with
 libkissfft-dev:kissfft_to_compare_with
 '
 
