@@ -7,7 +7,7 @@ set -u
 build=${BUILD:-build}
 root=$(mktemp -d) || exit 1
 trap 'rm -rf "$root"' EXIT
-passed=0 failed=0
+passed=0 failed=0 skipped=
 ok() {
     name=$1
     shift
@@ -29,6 +29,14 @@ ok bridge "$prefix/bin/iblbake" -q data/studio.exr -o "$root/out" --size 16
 ok manual man -l "$prefix/share/man/man1/iblbake.1"
 ok verify-manual man -l "$prefix/share/man/man1/iblbake-verify.1"
 ok method-manual man -l "$prefix/share/man/man7/iblbake-method.7"
+
+ok view-manual man -l "$prefix/share/man/man1/iblview.1"
+if [ -x "$build/iblview" ]; then
+    ok view "$prefix/bin/iblview" "$root/out" --texel 0,0 --mode table
+else
+    skipped='1 skipped'
+    echo 'skipped iblview, which was not built'
+fi
 
 export PKG_CONFIG_PATH=$prefix/lib/pkgconfig
 cat >"$root/use.c" <<'C'
@@ -87,5 +95,5 @@ left=$(find "$prefix" -type f)
 ok nothing-left test -z "$left"
 # The library remembers the PREFIX: back to the default one.
 ok as-before make -s DEPS=no BUILD="$build" all
-echo "$passed passed, $failed failed"
+echo "$passed passed, $failed failed${skipped:+, $skipped}"
 [ $failed -eq 0 ]

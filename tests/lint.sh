@@ -38,6 +38,13 @@ nm -g --defined-only "$build/libiblbake.a" |
     awk 'NF == 3 && $3 !~ /^ibl_/ && $3 !~ /^(__|_GLOBAL|DW\.)/ \
         { print $3; n++ } END { exit n > 0 }' ||
     complain 'external names without ibl_'
+# The viewer's: view_, gl (which stands for gl.h's functions) and main.
+if [ -e "$build/iblview" ]; then
+    nm -g --defined-only "$build"/obj/src/view/*.o |
+        awk 'NF == 3 && $3 !~ /^(view_|gl$|main$|__|_GLOBAL|DW\.)/ \
+            { print $3; n++ } END { exit n > 0 }' ||
+        complain 'external names of the viewer without view_'
+fi
 
 # Includes point downwards: room, then the rooms it may name.
 while read -r room allowed; do
@@ -59,17 +66,18 @@ kern kern core brdf
 bake bake core image brdf kern
 io io core image kern
 cli cli
+view view
 ROOMS
 [ ! -s "$build/layers.txt" ] || {
     cat "$build/layers.txt"
     complain 'includes against the arrows'
 }
-for f in $(git ls-files 'src/cli/*'); do
+for f in $(git ls-files 'src/cli/*' 'src/view/*'); do
     grep -nE '#include "(core|image|brdf|kern|bake|io)/' "$f" &&
         complain "$f: programs see include/ only"
 done
-grep -rn pthread_create src | grep -v '^src/core/pool.c' &&
-    complain 'threads are started in core/pool.c only'
+grep -rn pthread_create src | grep -vE '^src/(core/pool|view/baker)\.c' &&
+    complain 'threads are started in core/pool.c and view/baker.c only'
 
 for page in man/*.[0-9]; do
     [ -f "$page" ] || continue
