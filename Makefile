@@ -75,8 +75,8 @@ endif
 
 .DELETE_ON_ERROR:
 .SECONDARY:
-.PHONY: all lib deps tests benches demo check check-run bench lint format \
-        install uninstall clean list FORCE
+.PHONY: all lib deps tests benches demo check check-run check-cycles bench \
+        lint format install uninstall clean list FORCE
 
 ## all: the program and its image bridge (default)
 ifeq ($(DEPS),no)
@@ -175,7 +175,7 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 	    $(CLI_LIBS) -lm -ldl $(LDLIBS)
 
 VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_view, \
-                       $(TESTS) $(BENCHES))
+                       $(TESTS) $(BENCHES)) $(BUILD)/tests/cycles
 $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
         $(call obj,tests/view.c) $(TEST_OBJ) $(VIEW_OBJ) $(LIB)
 	@mkdir -p $(@D)
@@ -231,6 +231,11 @@ bench:
 	@DEPS=$(DEPS) sh tests/deps.sh bench
 	+@$(MAKE) -s $(JOBS) DEPS=no all benches
 	sh tests/bench.sh $(BUILD)
+
+## check-cycles: the viewer against Blender's Cycles, where it is installed
+check-cycles: deps
+	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/tests/cycles
+	@sh tests/cycles.sh $(BUILD)
 
 ## lint: formatting, headers alone, symbol prefix, layers, man pages
 lint: $(LIB)
