@@ -1,0 +1,848 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The reference against the same integral written out in double: sums over
+ * parts of level 0's texels for wide lobes, over half vectors for narrow ones.
+ * Neither knows how the shader draws its samples.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ibl/reference.h"
+#include "test.h"
+#include "truth.h"
+#include "view.h"
+#include "view/renderer.h"
+#include "view/truth.h"
+
+static const double pi = 3.14159265358979323846;
+
+/* ---- a scene in memory -------------------------------------------------- */
+
+typedef struct scene {
+    ibl_ctx *ctx;
+    view_set set;
+    view_renderer *renderer;
+    view_settings settings;
+    int width, height;
+    float *rgb;
+} scene;
+
+/* Lights on every face, on an edge and near a corner over a sky that changes
+ * slowly. */
+static void lights(ibl_image *map)
+{
+    static const double at[][3] = {
+        {1, 0.2, 0.1},  {-1, 0.3, 0.4}, {0.1, 1, 0.2}, {0.2, -1, 0.3},
+        {0.3, -0.1, 1}, {0, 0.3, -1},   {1, 0.1, 1},   {-1, 1, 0.9}};
+
+    for (int y = 0; y < map->height; ++y)
+        for (int x = 0; x < map->width; ++x) {
+            float *p = map->data + 3 * (y * map->width + x);
+            p[0] = 0.3F + 0.2F * (float)sin(0.1 * x);
+            p[1] = 0.5F - 0.3F * (float)y / (float)map->height;
+            p[2] = 0.4F;
+        }
+    for (int i = 0; i < 8; ++i) {
+        const double length = sqrt(at[i][0] * at[i][0] + at[i][1] * at[i][1] +
+                                   at[i][2] * at[i][2]);
+        const double d[3] = {at[i][0] / length, at[i][1] / length,
+                             at[i][2] / length};
+        int x, y;
+        truth_latlong_pixel(map->width, map->height, d, &x, &y);
+        float *p = map->data + 3 * (y * map->width + x);
+        p[i % 3] = 100.0F + 30.0F * (float)i;
+        p[(i + 1) % 3] = 50.0F;
+    }
+}
+
+static void constant(ibl_image *map)
+{
+    for (int i = 0; i < map->width * map->height; ++i) {
+        map->data[3 * i] = 1.0F;
+        map->data[3 * i + 1] = 1.0F;
+        map->data[3 * i + 2] = 1.0F;
+    }
+}
+
+static void black(ibl_image *map)
+{
+    memset(map->data, 0,
+           (size_t)3 * map->width * map->height * sizeof *map->data);
+}
+
+static bool bake(scene *s, void (*fill)(ibl_image *), double roughness_min,
+                 view_set *set)
+{
+    ibl_specular_options opts = ibl_specular_options_default();
+    ibl_image map;
+    bool ok;
+
+    opts.size = 16;
+    opts.roughness_min = roughness_min;
+    if (ibl_image_alloc(s->ctx, 64, 32, &map) != IBL_OK)
+        return false;
+    fill(&map);
+    ok = view_set_bake_image(s->ctx, "test", &map, &opts, set);
+    ibl_image_free(&map);
+    return ok;
+}
+
+static void end(scene *s)
+{
+    view_renderer_free(s->renderer);
+    view_test_end();
+    view_set_free(&s->set);
+    ibl_ctx_free(s->ctx);
+    free(s->rgb);
+}
+
+/* A grid of rows x columns under a map, 32 pixels a sphere. */
+static bool begin(scene *s, void (*fill)(ibl_image *), int rows, int columns)
+{
+    *s = (scene){.width = 32 * columns, .height = 32 * rows};
+    if (!view_test_begin(s->width, s->height))
+        return false;
+    s->ctx = test_ctx(0, IBL_ISA_AUTO);
+    s->rgb = malloc((size_t)3 * s->width * s->height * sizeof *s->rgb);
+    s->settings = view_settings_default();
+    s->settings.compare = VIEW_REFERENCE;
+    s->settings.rows = rows;
+    s->settings.columns = columns;
+    s->renderer = view_renderer_create();
+    if (s->rgb && s->renderer && bake(s, fill, 0.0, &s->set) &&
+        view_renderer_load(s->renderer, &s->set))
+        return true;
+    test_check(false, __FILE__, __LINE__, "the scene is made");
+    end(s);
+    return false;
+}
+
+static size_t bytes_of(const scene *s)
+{
+    return (size_t)3 * s->width * s->height * sizeof *s->rgb;
+}
+
+static bool draw(scene *s, int samples)
+{
+    view_renderer_pace(s->renderer, samples);
+    return view_renderer_draw(s->renderer, &s->settings, s->width, s->height);
+}
+
+/* The reference after samples more, in s->rgb. */
+static bool add(scene *s, int samples)
+{
+    return draw(s, samples) && view_renderer_read(s->renderer, true, s->rgb);
+}
+
+/* ---- what a pixel shows ---------------------------------------------------
+ */
+
+typedef struct point {
+    int sphere; /* -1: none, or an outline */
+    double n[3], v[3], n_v;
+    view_sphere ball;
+} point;
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static point point_at(const scene *s, int x, int y)
+{
+    view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
+    const view_camera c = view_camera_of(&s->settings, s->width, s->height);
+    const int count = view_grid(&s->settings, spheres);
+    point p = {.sphere = -1};
+    double ray[3], n[3];
+
+    view_camera_ray(&c, s->width, s->height, x, y, ray);
+    p.sphere = view_grid_hit(spheres, count, c.eye, ray, p.n);
+    for (int k = 0; k < 3; ++k)
+        p.v[k] = -ray[k];
+    if (p.sphere >= 0)
+        p.ball = spheres[p.sphere];
+    p.n_v = dot(p.n, p.v);
+    for (int i = 0; i < 4; ++i) {
+        view_camera_ray(&c, s->width, s->height, x + (i & 1 ? 1 : -1),
+                        y + (i & 2 ? 1 : -1), ray);
+        if (view_grid_hit(spheres, count, c.eye, ray, n) != p.sphere)
+            p.sphere = -1;
+    }
+    return p;
+}
+
+/* ---- level 0 between its texels --------------------------------------------
+ */
+
+static void face_of(const double d[3], int *face, double *u, double *v)
+{
+    const double x = d[0], y = d[1], z = d[2];
+    const double a = fabs(x), b = fabs(y), c = fabs(z);
+
+    if (a >= b && a >= c) {
+        *face = x > 0 ? 0 : 1;
+        *u = (x > 0 ? -z : z) / a;
+        *v = -y / a;
+    } else if (b >= c) {
+        *face = y > 0 ? 2 : 3;
+        *u = x / b;
+        *v = (y > 0 ? z : -z) / b;
+    } else {
+        *face = z > 0 ? 4 : 5;
+        *u = (z > 0 ? x : -x) / c;
+        *v = -y / c;
+    }
+}
+
+/* The middle of a texel, or just beyond the edge that it is beyond. */
+static double beyond(int n, int x)
+{
+    return x < 0 ? -0.5 - 1e-9 : x >= n ? n - 0.5 + 1e-9 : x;
+}
+
+/* A texel, or, beyond one edge of the face, that across the edge. */
+static const float *texel(const ibl_cube *cube, int face, int x, int y)
+{
+    const int n = cube->size;
+    double d[3], u, v;
+
+    if (x < 0 || x >= n || y < 0 || y >= n) {
+        truth_cube_direction(n, face, beyond(n, x), beyond(n, y), d);
+        face_of(d, &face, &u, &v);
+        x = (int)fmin(fmax((u + 1.0) * 0.5 * n, 0.0), n - 1.0);
+        y = (int)fmin(fmax((v + 1.0) * 0.5 * n, 0.0), n - 1.0);
+    }
+    return ibl_cube_face(cube, 0, face) + 3 * (y * n + x);
+}
+
+/* Bilinear, across the edges of faces; at a corner the texel that is not there
+ * is the mean of the three that are. */
+static void light_from(const ibl_cube *cube, const double d[3], double rgb[3])
+{
+    const int n = cube->size;
+    double u, v;
+    int face;
+
+    face_of(d, &face, &u, &v);
+    const double px = (u + 1.0) * 0.5 * n - 0.5, py = (v + 1.0) * 0.5 * n - 0.5;
+    const int x = (int)floor(px), y = (int)floor(py);
+    double t[4][3], corner[3] = {0.0};
+    int missing = -1;
+    for (int i = 0; i < 4; ++i) {
+        const int tx = x + (i & 1), ty = y + (i >> 1);
+        if ((tx < 0 || tx >= n) && (ty < 0 || ty >= n)) {
+            missing = i;
+            continue;
+        }
+        const float *p = texel(cube, face, tx, ty);
+        for (int k = 0; k < 3; ++k) {
+            t[i][k] = p[k];
+            corner[k] += p[k] / 3.0;
+        }
+    }
+    if (missing >= 0)
+        memcpy(t[missing], corner, sizeof corner);
+    for (int k = 0; k < 3; ++k)
+        rgb[k] = (1 - py + y) * ((1 - px + x) * t[0][k] + (px - x) * t[1][k]) +
+                 (py - y) * ((1 - px + x) * t[2][k] + (px - x) * t[3][k]);
+}
+
+/* ---- the integrals in double ------------------------------------------------
+ */
+
+enum {
+    PARTS = 8,       /* of a texel along an axis */
+    HALF_STEPS = 384 /* of half vectors along each axis */
+};
+
+/* Level 0 as points: directions of the world, light times solid angle. */
+typedef struct field {
+    ibl_cube cube;
+    double turn;
+    int count;
+    double (*d)[3], (*light)[3], *solid_angle;
+} field;
+
+static bool make_field(const scene *s, field *f)
+{
+    *f = (field){.turn = s->settings.turn};
+    if (ibl_texture_to_cube(s->ctx, &s->set.texture[VIEW_SPECULAR], &f->cube) !=
+        IBL_OK)
+        return false;
+    const int n = f->cube.size * PARTS;
+    f->count = 6 * n * n;
+    f->d = malloc(f->count * sizeof *f->d);
+    f->light = malloc(f->count * sizeof *f->light);
+    f->solid_angle = malloc(f->count * sizeof *f->solid_angle);
+    if (!f->d || !f->light || !f->solid_angle)
+        return false;
+    for (int i = 0; i < f->count; ++i) {
+        const int x = i % n, y = i / n % n;
+        double d[3];
+        truth_cube_direction(n, i / n / n, x, y, d);
+        light_from(&f->cube, d, f->light[i]);
+        view_unturn(f->turn, d, f->d[i]);
+        f->solid_angle[i] = ibl_cube_solid_angle(n, x, y);
+    }
+    return true;
+}
+
+static void free_field(field *f)
+{
+    free(f->solid_angle);
+    free(f->light);
+    free(f->d);
+    ibl_cube_free(&f->cube);
+}
+
+/* Smith's lambda: Heitz 2014, eq. 72. */
+static double lambda(double cosine, double alpha)
+{
+    const double tan2 = (1.0 - cosine * cosine) / (cosine * cosine);
+
+    return 0.5 * (sqrt(1.0 + alpha * alpha * tan2) - 1.0);
+}
+
+static double masking(double n_l, double n_v, double alpha,
+                      ibl_geometry geometry)
+{
+    const double k = 0.5 * alpha;
+
+    if (geometry == IBL_GEOMETRY_SMITH)
+        return 1.0 / (1.0 + lambda(n_l, alpha) + lambda(n_v, alpha));
+    return n_l / (n_l * (1.0 - k) + k) * n_v / (n_v * (1.0 - k) + k);
+}
+
+static double fresnel(double f0, double v_h)
+{
+    return f0 + (1.0 - f0) * pow(1.0 - v_h, 5.0);
+}
+
+/* Sum over all of level 0 of F D G / (4 N.V) L, and of N.L / pi L. */
+static void by_texels(const field *f, const point *p, ibl_geometry geometry,
+                      double specular[3], double diffuse[3])
+{
+    const double alpha = p->ball.roughness * p->ball.roughness;
+
+    for (int i = 0; i < f->count; ++i) {
+        const double *l = f->d[i], n_l = dot(p->n, l);
+        double h[3], length2 = 0.0;
+        if (n_l <= 0.0)
+            continue;
+        for (int k = 0; k < 3; ++k) {
+            h[k] = l[k] + p->v[k];
+            length2 += h[k] * h[k];
+        }
+        const double n_h = dot(p->n, h) / sqrt(length2);
+        const double v_h = dot(p->v, h) / sqrt(length2);
+        const double t = n_h * n_h * (alpha * alpha - 1.0) + 1.0;
+        const double d = alpha * alpha / (pi * t * t);
+        const double g = masking(n_l, p->n_v, alpha, geometry);
+        for (int k = 0; k < 3; ++k) {
+            const double light = f->light[i][k] * f->solid_angle[i];
+            specular[k] +=
+                fresnel(p->ball.f0[k], v_h) * d * g / (4.0 * p->n_v) * light;
+            diffuse[k] += n_l / pi * light;
+        }
+    }
+}
+
+/* The specular sum over half vectors, dL = 4 V.H dH, the measure D N.H dH being
+ * du dphi / 2 pi (Walter et al. 2007, eq. 35 and 36), by midpoints in phi and
+ * in the fourth root of 1 - u, so that the lobe's tail has its part of them. */
+static void by_half_vectors(const field *f, const point *p,
+                            ibl_geometry geometry, double specular[3])
+{
+    const double alpha = p->ball.roughness * p->ball.roughness;
+    double t[3], b[3];
+
+    for (int k = 0; k < 3; ++k)
+        t[k] = p->v[k] - p->n_v * p->n[k];
+    const double length = sqrt(dot(t, t));
+    for (int k = 0; k < 3; ++k)
+        t[k] /= length;
+    for (int k = 0; k < 3; ++k)
+        b[k] = p->n[(k + 1) % 3] * t[(k + 2) % 3] -
+               p->n[(k + 2) % 3] * t[(k + 1) % 3];
+    for (int i = 0; i < HALF_STEPS * HALF_STEPS; ++i) {
+        const double w = 1.0 - (i / HALF_STEPS + 0.5) / HALF_STEPS;
+        const double left = w * w * (w * w); /* 1 - u */
+        const double phi = 2.0 * pi * (i % HALF_STEPS + 0.5) / HALF_STEPS;
+        const double tan_h = alpha * sqrt((1.0 - left) / left);
+        const double n_h = 1.0 / sqrt(1.0 + tan_h * tan_h);
+        double h[3], l[3], env[3], light[3];
+        for (int k = 0; k < 3; ++k)
+            h[k] =
+                n_h * (p->n[k] + tan_h * (cos(phi) * t[k] + sin(phi) * b[k]));
+        const double v_h = dot(p->v, h);
+        for (int k = 0; k < 3; ++k)
+            l[k] = 2.0 * v_h * h[k] - p->v[k];
+        const double n_l = dot(p->n, l);
+        if (n_l <= 0.0 || v_h <= 0.0)
+            continue;
+        view_turn(f->turn, l, env);
+        light_from(&f->cube, env, light);
+        const double g = masking(n_l, p->n_v, alpha, geometry) * v_h /
+                         (p->n_v * n_h) * 4.0 * w * w * w /
+                         ((double)HALF_STEPS * HALF_STEPS);
+        for (int k = 0; k < 3; ++k)
+            specular[k] += fresnel(p->ball.f0[k], v_h) * g * light[k];
+    }
+}
+
+/* What irradiance / pi is multiplied by: Fdez-Aguera 2019, and what specular
+ * light leaves to the diffuse. */
+static double diffuse_factor(double f0, double albedo, const double rg[2],
+                             bool multiple)
+{
+    const double single = f0 * rg[0] + rg[1], lost = 1.0 - rg[0] - rg[1];
+    const double average = f0 + (1.0 - f0) / 21.0;
+    const double more =
+        multiple ? single * average / (1.0 - average * lost) * lost : 0.0;
+
+    return more + albedo * (1.0 - single - more);
+}
+
+static bool expected(const scene *s, const field *f, const point *p,
+                     double rgb[3])
+{
+    double specular[3] = {0.0}, diffuse[3] = {0.0}, rg[2];
+
+    by_texels(f, p, s->set.geometry, specular, diffuse);
+    if (p->ball.roughness < 0.4) {
+        memset(specular, 0, sizeof specular);
+        by_half_vectors(f, p, s->set.geometry, specular);
+    }
+    if (ibl_reference_lut(s->ctx, p->n_v, p->ball.roughness, s->set.geometry,
+                          rg) != IBL_OK)
+        return false;
+    for (int k = 0; k < 3; ++k)
+        rgb[k] = specular[k] +
+                 diffuse[k] * diffuse_factor(p->ball.f0[k], p->ball.albedo[k],
+                                             rg, s->settings.multiscatter);
+    return true;
+}
+
+/* ---- against the integrals
+ * --------------------------------------------------- */
+
+enum {
+    BATCHES = 16,
+    BATCH = 64 /* samples */
+};
+
+/* Means of stretches of the sequence that have no sample in common, each as it
+ * would be alone: what a draw added to the mean. */
+static bool draw_batches(scene *s, float *batches[BATCHES])
+{
+    const size_t floats = bytes_of(s) / sizeof *s->rgb;
+    double *sum = calloc(floats, sizeof *sum);
+    bool ok = sum != NULL;
+
+    for (int b = 0; ok && b < BATCHES; ++b) {
+        ok = add(s, BATCH) && (batches[b] = malloc(bytes_of(s))) != NULL;
+        for (size_t i = 0; ok && i < floats; ++i) {
+            const double all = (b + 1.0) * s->rgb[i];
+            batches[b][i] = (float)(all - sum[i]);
+            sum[i] = all;
+        }
+    }
+    free(sum);
+    return ok;
+}
+
+/* Mean and standard error of a pixel's batches. */
+static double mean_of(float *const batches[BATCHES], size_t at, double *error)
+{
+    double mean = 0.0, square = 0.0;
+
+    for (int b = 0; b < BATCHES; ++b)
+        mean += batches[b][at] / (double)BATCHES;
+    for (int b = 0; b < BATCHES; ++b)
+        square += (batches[b][at] - mean) * (batches[b][at] - mean);
+    *error = sqrt(square / (BATCHES * (BATCHES - 1.0)));
+    return mean;
+}
+
+/* Relative errors of all pixels together: what they have in common. */
+typedef struct bias {
+    double sum[BATCHES + 1], square[BATCHES + 1];
+    int count;
+} bias;
+
+static void add_to_bias(bias *all, float *const batches[BATCHES], size_t at,
+                        double mean, double truth)
+{
+    for (int b = 0; b <= BATCHES; ++b) {
+        const double e = (b < BATCHES ? batches[b][at] : mean) / truth - 1.0;
+        all->sum[b] += e;
+        all->square[b] += e * e;
+    }
+    ++all->count;
+}
+
+/*
+ * Each pixel is within 5 standard errors of what it should be, as its own
+ * batches tell, and 0.2 % for the sums here and the table that the shader
+ * reads. Over all pixels the mean of the relative errors is within 4 of its
+ * standard errors and 0.05 % of nothing, of the whole picture and of each batch
+ * alone, and their root mean square below `noise`.
+ */
+static void compare(scene *s, double noise)
+{
+    float *batches[BATCHES] = {NULL};
+    bias all = {.count = 0};
+    field f;
+    const int every = TEST_SANITIZED ? 11 : 4;
+
+    if (test_check(make_field(s, &f) && draw_batches(s, batches), __FILE__,
+                   __LINE__, "all is drawn"))
+        for (int i = 0; i < s->width * s->height; i += every) {
+            const point p = point_at(s, i % s->width, i / s->width);
+            double rgb[3], error;
+            if (p.sphere < 0 || p.n_v < 0.02)
+                continue;
+            test_check(expected(s, &f, &p, rgb), __FILE__, __LINE__, "table");
+            for (int k = 0; k < 3; ++k) {
+                const size_t at = 3 * (size_t)i + (size_t)k;
+                const double mean = mean_of(batches, at, &error);
+                CHECK_MSG(fabs(mean - rgb[k]) <= 5.0 * error + 2e-3 * rgb[k],
+                          "roughness %g, metallic %g, N.V %.3f: %g +- %g, "
+                          "should be %g",
+                          p.ball.roughness, p.ball.metallic, p.n_v, mean, error,
+                          rgb[k]);
+                add_to_bias(&all, batches, at, mean, rgb[k]);
+            }
+        }
+    CHECK(all.count > 100);
+    for (int b = 0; b <= BATCHES && all.count; ++b) {
+        const double mean = all.sum[b] / all.count;
+        /* R, G and B are of the same samples. */
+        const double error =
+            sqrt(3.0 * (all.square[b] / all.count - mean * mean) / all.count);
+        CHECK_MSG(fabs(mean) <= 4.0 * error + 5e-4, "batch %d: %g +- %g", b,
+                  mean, error);
+    }
+    const double rms = sqrt(all.square[BATCHES] / all.count);
+    CHECK_MSG(rms <= noise, "noise: %g", rms);
+    for (int b = 0; b < BATCHES; ++b)
+        free(batches[b]);
+    free_field(&f);
+}
+
+/* Wide lobes, dielectric below and metal above, seen from the front and at
+ * grazing angles. */
+static void wide_lobes(void)
+{
+    scene s;
+
+    if (!begin(&s, lights, 2, 3))
+        return;
+    s.settings.roughness[0] = 0.4;
+    s.settings.turn = 37.0;
+    s.settings.yaw = 20.0;
+    s.settings.pitch = 25.0;
+    compare(&s, 0.02);
+    end(&s);
+}
+
+static void narrow_lobes(void)
+{
+    scene s;
+
+    if (!begin(&s, lights, 1, 2))
+        return;
+    s.settings.roughness[0] = 0.1;
+    s.settings.roughness[1] = 0.25;
+    s.settings.metallic[0] = 1.0;
+    s.settings.multiscatter = false;
+    s.settings.yaw = -70.0;
+    compare(&s, 0.03);
+    end(&s);
+}
+
+/* The geometry of the table that comes with the set. */
+static void schlick_geometry(void)
+{
+    scene s;
+
+    if (!begin(&s, lights, 1, 2))
+        return;
+    s.settings.roughness[0] = 0.5;
+    s.settings.metallic[0] = 1.0;
+    s.settings.multiscatter = false;
+    s.settings.pitch = -40.0;
+    s.set.geometry = IBL_GEOMETRY_SCHLICK_IBL;
+    if (CHECK(view_renderer_load(s.renderer, &s.set)))
+        compare(&s, 0.02);
+    end(&s);
+}
+
+/* ---- closed forms ---------------------------------------------------------
+ */
+
+/* Under light of 1 from everywhere white spheres, of whatever roughness and
+ * kind, show 1 if nothing is lost; else what the table says. */
+static void white_furnace(void)
+{
+    scene s;
+    int material = 0;
+
+    if (!begin(&s, constant, 2, 4))
+        return;
+    while (strcmp(view_materials[material].name, "white") != 0)
+        ++material;
+    s.settings.material = material;
+    for (int multiple = 0; multiple < 2; ++multiple) {
+        s.settings.multiscatter = multiple;
+        if (!CHECK(add(&s, 512)))
+            break;
+        for (int i = 0; i < s.width * s.height; i += 5) {
+            const point p = point_at(&s, i % s.width, i / s.width);
+            double rg[2] = {1.0, 0.0};
+            if (p.sphere < 0 || p.n_v < 0.05)
+                continue;
+            if (!multiple)
+                ibl_reference_lut(s.ctx, p.n_v, p.ball.roughness,
+                                  s.set.geometry, rg);
+            const double single = p.ball.f0[0] * rg[0] + rg[1];
+            CHECK_NEAR(s.rgb[3 * i],
+                       multiple ? 1.0
+                                : single + p.ball.albedo[0] * (1.0 - single),
+                       1e-2);
+        }
+    }
+    end(&s);
+}
+
+/* Without a lobe there is nothing to average: one sample is the reflection of
+ * level 0, as it is in the split sum. */
+static void mirror(void)
+{
+    scene s;
+    double error;
+
+    if (!begin(&s, lights, 1, 1))
+        return;
+    s.settings.metallic[0] = 1.0;
+    s.settings.roughness[0] = 0.0;
+    s.settings.multiscatter = false;
+    for (int turn = 0; turn < 360; turn += 75) {
+        s.settings.turn = turn;
+        CHECK(draw(&s, 1));
+        CHECK(view_renderer_errors(s.renderer, &error) == 1);
+        CHECK_MSG(error < 1e-3, "turned by %d: %g", turn, error);
+    }
+    end(&s);
+}
+
+/* Lights without a size are summed, not sampled: in the dark both pictures are
+ * the same, up to Schlick's Fresnel in the table. */
+static void point_lights(void)
+{
+    scene s;
+    double errors[6], most = 0.0;
+
+    if (!begin(&s, black, 2, 3))
+        return;
+    s.settings.light_count = 2;
+    s.settings.light[0] = (view_light){{2, 3, 4}, {10, 20, 30}};
+    s.settings.light[1] = (view_light){{-3, 1, 2}, {30, 5, 10}};
+    CHECK(draw(&s, 1));
+    CHECK(view_renderer_errors(s.renderer, errors) == 6);
+    for (int i = 0; i < 6; ++i)
+        CHECK_MSG(errors[i] < 1e-5, "sphere %d: %g", i, errors[i]);
+    CHECK(view_renderer_read(s.renderer, true, s.rgb));
+    for (size_t i = 0; i < bytes_of(&s) / sizeof *s.rgb; ++i)
+        most = fmax(most, s.rgb[i]);
+    CHECK(most > 0.1);
+    end(&s);
+}
+
+/* ---- sample after sample ---------------------------------------------------
+ */
+
+static double largest_difference(const float *a, const float *b, size_t floats)
+{
+    double most = 0.0;
+
+    for (size_t i = 0; i < floats; ++i)
+        most = fmax(most, fabs((double)a[i] - b[i]) / (1.0 + fabs(b[i])));
+    return most;
+}
+
+/* However samples are divided into draws, they are the same. */
+static void one_by_one(void)
+{
+    scene s;
+    float *whole;
+
+    if (!begin(&s, lights, 1, 2))
+        return;
+    whole = malloc(bytes_of(&s));
+    if (CHECK(whole && add(&s, 37))) {
+        memcpy(whole, s.rgb, bytes_of(&s));
+        view_renderer_load(s.renderer, &s.set);
+        for (int i = 0; i < 37; ++i)
+            CHECK(add(&s, 1));
+        CHECK(view_renderer_samples(s.renderer) == 37);
+        CHECK_NEAR(
+            largest_difference(s.rgb, whole, bytes_of(&s) / sizeof *whole), 0.0,
+            2e-5);
+    }
+    free(whole);
+    end(&s);
+}
+
+/* Samples after a draw of 4 with settings changed by change, after 4 before. */
+static int after(scene *s, const view_settings *changed)
+{
+    const view_settings old = s->settings;
+    int samples = -1;
+
+    view_renderer_load(s->renderer, &s->set);
+    if (CHECK(draw(s, 4) && view_renderer_samples(s->renderer) == 4)) {
+        s->settings = *changed;
+        CHECK(draw(s, 4));
+        samples = view_renderer_samples(s->renderer);
+        s->settings = old;
+    }
+    return samples;
+}
+
+#define AFTER(member, value, samples)                                          \
+    do {                                                                       \
+        view_settings changed = s.settings;                                    \
+        changed.member = (value);                                              \
+        CHECK_MSG(after(&s, &changed) == (samples), "%s = %s", #member,        \
+                  #value);                                                     \
+    } while (0)
+
+/* What the picture depends on begins anew, what only its display depends on
+ * does not. */
+static void restart(void)
+{
+    scene s;
+
+    if (!begin(&s, lights, 2, 2))
+        return;
+    AFTER(ev, 2.0, 8);
+    AFTER(tone, VIEW_TONE_REINHARD, 8);
+    AFTER(false_colour, true, 8);
+    AFTER(compare, VIEW_DIFFERENCE, 8);
+    AFTER(split, 0.25, 8);
+    AFTER(gain, 3.0, 8);
+    AFTER(fresnel, VIEW_FRESNEL_LAGARDE, 8);
+    AFTER(diffuse, VIEW_DIFFUSE_SH, 8);
+    AFTER(help, true, 8);
+    AFTER(yaw, 10.0, 4);
+    AFTER(pitch, 10.0, 4);
+    AFTER(distance, 9.0, 4);
+    AFTER(fov, 50.0, 4);
+    AFTER(turn, 1.0, 4);
+    AFTER(sky, !s.settings.sky, 4);
+    AFTER(multiscatter, !s.settings.multiscatter, 4);
+    AFTER(material, 1, 4);
+    AFTER(rows, 1, 4);
+    AFTER(columns, 3, 4);
+    AFTER(metallic[1], 0.5, 4);
+    AFTER(roughness[0], 0.5, 4);
+    AFTER(light_count, 1, 4);
+    end(&s);
+}
+
+/* Nothing of what was before is left in what is begun anew. */
+static void same_as_new(void)
+{
+    scene s;
+    float *first;
+
+    if (!begin(&s, lights, 1, 2))
+        return;
+    first = malloc(bytes_of(&s));
+    if (CHECK(first && add(&s, 5))) {
+        memcpy(first, s.rgb, bytes_of(&s));
+        s.settings.yaw = 33.0;
+        CHECK(draw(&s, 3));
+        CHECK(view_renderer_draw(s.renderer, &s.settings, 20, 20));
+        s.settings.yaw = 0.0;
+        CHECK(add(&s, 5));
+        CHECK(memcmp(s.rgb, first, bytes_of(&s)) == 0);
+    }
+    free(first);
+    end(&s);
+}
+
+/* At VIEW_TRUTH_SAMPLES it rests. */
+static void rest(void)
+{
+    scene s;
+    float *last;
+
+    if (!begin(&s, lights, 1, 1))
+        return;
+    last = malloc(bytes_of(&s));
+    s.settings.distance = 40.0; /* few pixels */
+    if (CHECK(last && draw(&s, VIEW_TRUTH_SAMPLES - 1) && add(&s, 1000))) {
+        CHECK(view_renderer_samples(s.renderer) == VIEW_TRUTH_SAMPLES);
+        memcpy(last, s.rgb, bytes_of(&s));
+        CHECK(add(&s, 1));
+        CHECK(view_renderer_samples(s.renderer) == VIEW_TRUTH_SAMPLES);
+        CHECK(memcmp(last, s.rgb, bytes_of(&s)) == 0);
+    }
+    free(last);
+    end(&s);
+}
+
+/* By the clock there is at least a sample a frame, and no end of them before
+ * the end. */
+static void by_the_clock(void)
+{
+    scene s;
+    int before = 0;
+
+    if (!begin(&s, lights, 1, 1))
+        return;
+    for (int i = 0; i < 6; ++i) {
+        CHECK(draw(&s, 0));
+        CHECK(view_renderer_samples(s.renderer) > before);
+        before = view_renderer_samples(s.renderer);
+    }
+    end(&s);
+}
+
+/* A chain of rough levels alone with a skybox: that is the environment. */
+static void skybox(void)
+{
+    scene s;
+    float *whole;
+    view_set rough;
+
+    if (!begin(&s, lights, 1, 2))
+        return;
+    whole = malloc(bytes_of(&s));
+    s.settings.sky = false;
+    if (CHECK(whole && add(&s, 8) && bake(&s, lights, 0.4, &rough))) {
+        memcpy(whole, s.rgb, bytes_of(&s));
+        CHECK(rough.roughness[0] > 0.3 && !rough.texture[VIEW_SKY].data);
+        rough.texture[VIEW_SKY] = s.set.texture[VIEW_SPECULAR];
+        s.set.texture[VIEW_SPECULAR] = (ibl_texture){0};
+        CHECK(view_renderer_load(s.renderer, &rough));
+        CHECK(add(&s, 8));
+        CHECK(largest_difference(s.rgb, whole, bytes_of(&s) / sizeof *whole) <
+              1e-4);
+        view_set_free(&rough);
+    }
+    free(whole);
+    end(&s);
+}
+
+static const test tests[] = {
+    TEST(wide_lobes),    TEST(narrow_lobes), TEST(schlick_geometry),
+    TEST(white_furnace), TEST(mirror),       TEST(point_lights),
+    TEST(one_by_one),    TEST(restart),      TEST(same_as_new),
+    TEST(rest),          TEST(by_the_clock), TEST(skybox),
+};
+TEST_MAIN(tests)
