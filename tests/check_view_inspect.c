@@ -407,7 +407,7 @@ static void lines_are_at_values(void)
             if (!edge_r && far_r < 0.3)
                 white++, CHECK(c[0] > 0.6 && c[1] > 0.6 && c[2] > 0.6);
             else if ((edge_r || far_r > 1.1) && !edge_g && far_g < 0.3)
-                blue++, CHECK(c[2] > 0.6 && c[0] < 0.4 && c[1] < 0.4);
+                blue++, CHECK(c[2] > 0.6 && c[0] < 0.4 && c[1] < 0.6);
             else if ((edge_r || far_r > 1.1) && (edge_g || far_g > 1.1))
                 CHECK(c[0] == t.value[0] && c[1] == t.value[1] && c[2] == 0);
         }

@@ -252,6 +252,31 @@ static void any_byte_is_taken(void)
     end();
 }
 
+/* No two printable characters look alike, but l and |, which this font has so.
+ */
+static void letters_differ(void)
+{
+    enum {
+        W = 20,
+        BYTES = 3 * W * W
+    };
+    static unsigned char glyphs[128][BYTES];
+
+    if (!begin())
+        return;
+    for (int c = ' '; c <= '~'; c++) {
+        view_overlay_text(overlay, 0, 0, 1, (char[2]){(char)c, 0});
+        draw();
+        for (int y = 0; y < W; y++)
+            memcpy(glyphs[c] + 3 * W * y, seen + 3 * WIDTH * y, 3 * W);
+        for (int b = ' '; b < c; b++)
+            CHECK_MSG((b == 'l' && c == '|') ||
+                          memcmp(glyphs[b], glyphs[c], BYTES),
+                      "%c is as %c", b, c);
+    }
+    end();
+}
+
 static void bars_are_as_long_as_their_share(void)
 {
     static const double shares[] = {-1, 0, 0.25, 0.5, 1, 2};
@@ -297,6 +322,7 @@ static const test tests[] = {
     TEST(edges_cut),
     TEST(any_length_is_taken),
     TEST(any_byte_is_taken),
+    TEST(letters_differ),
     TEST(bars_are_as_long_as_their_share),
     TEST(legends_show_the_scale),
 };

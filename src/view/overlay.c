@@ -210,35 +210,45 @@ void view_overlay_bar(view_overlay *o, double x, double y, double width,
         add(o, x, y, end, y + height, ink);
 }
 
+/* Text whose middle is at x, moved so that it stays within left .. right. */
+static void write_below(view_overlay *o, double x, double y, double left,
+                        double right, double scale, const char *text)
+{
+    double width, height;
+
+    view_overlay_measure(text, scale, &width, &height);
+    width -= 2 * MARGIN * scale;
+    write_text(o, floor(fmin(fmax(x - width / 2, left), right - width) + 0.5),
+               y, scale, text);
+}
+
 void view_overlay_legend(view_overlay *o, double x, double y, double width,
                          double scale)
 {
     enum {
-        PARTS = 4 /* of a stop */
+        PARTS = 4, /* of a stop */
+        ALL = 2 * VIEW_STOPS * PARTS
     };
-    const double inner = width - 2 * MARGIN * scale;
-    const double left = x + MARGIN * scale, top = y + MARGIN * scale;
-    const double step = inner / (2 * VIEW_STOPS * PARTS);
+    const double left = x + MARGIN * scale, right = x + width - MARGIN * scale;
+    const double top = y + MARGIN * scale, below = top + LINE * scale;
+    const double bottom = below - 2 * scale;
 
-    add(o, x, y, x + width, y + (2 * LINE + 2 * MARGIN) * scale, plate);
-    for (int i = 0; i < 2 * VIEW_STOPS * PARTS; i++) {
-        const double stops = (i + 0.5) / PARTS - VIEW_STOPS;
+    add(o, x, y, x + width, below + (LINE + MARGIN) * scale, plate);
+    for (int i = 0; i < ALL; i++) {
+        const double from = left + (right - left) * i / ALL;
+        const double to = left + (right - left) * (i + 1) / ALL;
         double rgb[3];
-        view_false_colour(stops, rgb);
+        view_false_colour((i + 0.5) / PARTS - VIEW_STOPS, rgb);
         const float tint[4] = {(float)rgb[0], (float)rgb[1], (float)rgb[2], 1};
-        add(o, left + i * step, top, left + (i + 1) * step,
-            top + (LINE - 2) * scale, tint);
+        /* Whole pixels: nothing shines through between neighbours. */
+        add(o, floor(from + 0.5), top, floor(to + 0.5), bottom, tint);
     }
-    for (int i = -VIEW_STOPS; i <= VIEW_STOPS; i += 2) {
+    for (int i = -VIEW_STOPS; i <= VIEW_STOPS; i += 4) {
         char text[16];
-        double w, h;
-        snprintf(text, sizeof text, i == VIEW_STOPS ? "%+d EV" : "%+d", i);
-        view_overlay_measure(i ? text : "0", scale, &w, &h);
-        const double at = left + inner * (i + VIEW_STOPS) / (2 * VIEW_STOPS);
-        const double middle = at - w / 2 + MARGIN * scale;
-        write_text(
-            o, fmin(fmax(middle, left), left + inner - w + 2 * MARGIN * scale),
-            top + LINE * scale, scale, i ? text : "0");
+        snprintf(text, sizeof text, i ? "%+d" : "%d EV", i);
+        write_below(o,
+                    left + (right - left) * (i + VIEW_STOPS) / (2 * VIEW_STOPS),
+                    below, left, right, scale, text);
     }
 }
 

@@ -67,7 +67,7 @@ vec4 flat_table() {
     vec3 c = vec3(texelFetch(lut_map, min(ivec2(p), ivec2(size) - 1), 0).rg,
                   0.0);
     vec2 cover = lines(p, 1.0 / flat_scale(size));
-    c = mix(c, vec3(0.0, 0.1, 1.0), cover.g);
+    c = mix(c, vec3(0.0, 0.5, 1.0), cover.g);
     return vec4(mix(c, vec3(1.0), cover.r), 1.0);
 }
 
