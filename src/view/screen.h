@@ -18,7 +18,8 @@ typedef struct view_events {
     void *cookie;
     /* A printable character or, beyond 0x10FFFF, a view_key. */
     void (*key)(void *cookie, int key, bool shift);
-    /* button -1: moved; 0, 1, 2: left, right, middle went down or up. */
+    /* button -1: moved; 0, 1, 2: left, right, middle went down or up. Moved to
+     * -1, -1: has left the window. */
     void (*mouse)(void *cookie, double x, double y, int button, bool down);
     void (*wheel)(void *cookie, double steps);
     void (*drop)(void *cookie, const char *path); /* of each dropped file */

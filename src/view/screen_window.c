@@ -15,6 +15,7 @@ typedef struct window_screen {
     view_screen base;
     GLFWwindow *window;
     const view_events *events;
+    double x, y;     /* where the pointer was told to be */
     char title[256]; /* as it is: setting it is a message to the display */
 } window_screen;
 
@@ -75,33 +76,45 @@ static void on_key(GLFWwindow *window, int key, int scancode, int action,
 }
 
 /* Positions come in screen coordinates. */
-static void tell_mouse(GLFWwindow *window, double x, double y, int button,
-                       bool down)
+static void tell_mouse(GLFWwindow *window, int button, bool down)
 {
-    const view_events *e = screen_of(window)->events;
+    const window_screen *s = screen_of(window);
+    const view_events *e = s->events;
     int width, height, width_px, height_px;
 
     glfwGetWindowSize(window, &width, &height);
     glfwGetFramebufferSize(window, &width_px, &height_px);
     if (e->mouse && width > 0 && height > 0)
-        e->mouse(e->cookie, x * width_px / width, y * height_px / height,
+        e->mouse(e->cookie, s->x * width_px / width, s->y * height_px / height,
                  button, down);
 }
 
 static void on_move(GLFWwindow *window, double x, double y)
 {
-    tell_mouse(window, x, y, -1, false);
+    window_screen *s = screen_of(window);
+    s->x = x, s->y = y;
+    tell_mouse(window, -1, false);
 }
 
+/* Where the pointer was then: glfwGetCursorPos would tell where it is by now,
+ * with moves still to come that are of before. */
 static void on_button(GLFWwindow *window, int button, int action, int mods)
 {
-    double x, y;
-
     (void)mods;
-    if (button > GLFW_MOUSE_BUTTON_MIDDLE)
-        return;
-    glfwGetCursorPos(window, &x, &y);
-    tell_mouse(window, x, y, button, action == GLFW_PRESS);
+    if (button <= GLFW_MOUSE_BUTTON_MIDDLE)
+        tell_mouse(window, button, action == GLFW_PRESS);
+}
+
+/* While a button is held the window hears of the pointer out there as well. */
+static void on_enter(GLFWwindow *window, int entered)
+{
+    const view_events *e = screen_of(window)->events;
+    bool held = false;
+
+    for (int button = 0; button <= GLFW_MOUSE_BUTTON_MIDDLE; button++)
+        held |= glfwGetMouseButton(window, button) == GLFW_PRESS;
+    if (!entered && !held && e->mouse)
+        e->mouse(e->cookie, -1, -1, -1, false);
 }
 
 static void on_wheel(GLFWwindow *window, double x, double y)
@@ -138,6 +151,7 @@ static void listen(GLFWwindow *window)
     glfwSetKeyCallback(window, on_key);
     glfwSetCursorPosCallback(window, on_move);
     glfwSetMouseButtonCallback(window, on_button);
+    glfwSetCursorEnterCallback(window, on_enter);
     glfwSetScrollCallback(window, on_wheel);
     glfwSetDropCallback(window, on_drop);
     glfwSetWindowRefreshCallback(window, on_refresh);
@@ -251,6 +265,7 @@ view_screen *view_screen_window(int width, int height, const char *title,
         goto fail;
     }
     glfwSetWindowUserPointer(s->window, s);
+    glfwGetCursorPos(s->window, &s->x, &s->y);
     glfwMakeContextCurrent(s->window);
     if (!view_gl_load(glfwGetProcAddress))
         goto fail;

@@ -1,0 +1,341 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# Runs iblview in a window as a user would, on a display of its own: keys,
+# mouse, wheel, another size, files that change, files that are dropped, and
+# the ways out. What the window shows must be what --offscreen writes. BUILD
+# names the build.
+set -u
+top=$PWD
+build=$(cd "${BUILD:-build}" && pwd) || exit 1
+skip() {
+    echo "skipped the window: $1"
+    echo '0 passed, 0 failed, 1 skipped'
+    exit 0
+}
+[ -x "$build/iblview" ] || skip 'iblview has not been built'
+for tool in Xvfb xdotool; do
+    command -v $tool >/dev/null ||
+        skip "$tool is missing (packages xvfb and xdotool)"
+done
+work=$(mktemp -d) || exit 1
+server='' viewer=''
+tidy() {
+    [ -z "$viewer" ] || kill -KILL "$viewer" 2>/dev/null
+    [ -z "$server" ] || kill "$server" 2>/dev/null
+    wait
+    rm -rf "$work"
+}
+trap tidy EXIT
+mkdir "$work/bin" "$work/screen"
+for tool in mkenv shown desktop; do
+    ${CC:-cc} -std=c11 -D_XOPEN_SOURCE=700 -o "$work/bin/$tool" \
+        "tests/cli/$tool.c" -lm -lpng -lX11 2>"$work/err" || {
+        cat "$work/err"
+        skip "tests/cli/$tool.c does not compile (package libx11-dev?)"
+    }
+done
+ln -s "$build/iblview" "$build/iblbake" "$work/bin"
+export PATH=$work/bin:$PATH
+cd "$work" || exit 1
+
+passed=0 failed=0
+verdict() { # NAME [WHY]: no reason, no failure
+    if [ -z "$2" ]; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "FAILED: $1: $2"
+    fi
+}
+
+# within COMMAND...: true as soon as it is; false if it is not in 20 s.
+within() {
+    local n
+    for ((n = 0; n < 200; n++)); do
+        "$@" >/dev/null 2>&1 && return 0
+        sleep 0.1
+    done
+    return 1
+}
+
+# ---- a display -------------------------------------------------------------
+# start_server [arguments]: sets DISPLAY.
+start_server() {
+    : >display
+    Xvfb -displayfd 3 -screen 0 640x480x24 -nolisten tcp "$@" 3>display \
+        2>server.log &
+    server=$!
+    within grep -q . display || { cat server.log; skip 'Xvfb does not start'; }
+    DISPLAY=:$(cat display)
+    export DISPLAY
+}
+stop_server() {
+    kill "$server"
+    wait "$server" 2>/dev/null
+    server=
+}
+
+# ---- the window ------------------------------------------------------------
+# open [arguments]: sets viewer and window; its words go to `said`.
+open() {
+    iblview --size 320x240 "$@" 2>said >printed &
+    viewer=$!
+    within xdotool search --onlyvisible --pid "$viewer" ||
+        { echo "no window: $(cat said)"; return 1; }
+    window=$(xdotool search --onlyvisible --pid "$viewer" | head -n 1)
+}
+# ended: the viewer has; sets status.
+gone() { ! kill -0 "$viewer" 2>/dev/null; }
+ended() {
+    within gone || { echo 'does not end'; kill -KILL "$viewer"; }
+    wait "$viewer"
+    status=$?
+    viewer=
+}
+title() { xdotool getwindowname "$window"; }
+titled() { [[ $(title) == *"$1"* ]]; }
+# shows TEXT: the title comes to say so.
+shows() { within titled "$1" || echo "title is \"$(title)\", not \"$1\""; }
+# After the last key of a window there is none to be released in.
+press() { xdotool key --window "$window" --delay 30 "$@" 2>/dev/null; }
+# snap FILE: what the viewer itself makes of its picture. The next key takes
+# the notice about it away.
+snap() {
+    rm -f iblview-*.png
+    press p
+    within test -e iblview-001.png || { echo 'p writes no picture'; return; }
+    mv iblview-001.png "$1"
+    press x
+}
+# still FILE [arguments]: the same without a window.
+still() {
+    local file=$1
+    shift
+    iblview -q --offscreen "$file" "$@" 2>err || echo "offscreen: $(cat err)"
+}
+same() { cmp -s "$1" "$2" || echo "$1 and $2 differ${3:+: $3}"; }
+other() { ! cmp -s "$1" "$2" || echo "$1 and $2 are the same${3:+: $3}"; }
+# on_screen FILE: the display has these pixels where the window is.
+as_shown() {
+    local X Y WINDOW WIDTH HEIGHT SCREEN
+    eval "$(xdotool getwindowgeometry --shell "$window")"
+    differing=$(shown screen/Xvfb_screen0 "$X" "$Y" "$1") &&
+        [ "$differing" = 0 ]
+}
+on_screen() {
+    within as_shown "$1" || echo "$differing pixels on the screen are not $1's"
+}
+
+# ---- what is shown ---------------------------------------------------------
+mkenv exr 64 32 BGR >env.exr
+mkenv hdr 64 32 >sun.hdr
+baked() { # MAP
+    cp "$1" map"${1#*.}" &&
+        iblbake -q "$1" -o baked --name env --size 64 --irradiance-size 16 \
+            --lut-size 32 2>/dev/null || echo "bake of $1 fails"
+}
+
+test_opens_and_equals_offscreen() {
+    still off.png --size 320x240 baked
+    open baked || return
+    shows 'env | '
+    [ "$(xdotool getwindowgeometry "$window" | grep -o '[0-9]*x[0-9]*')" = \
+        320x240 ] || echo 'has another size'
+    on_screen off.png
+    snap first.png
+    same first.png off.png
+}
+
+# As from the keyboard and as from another program.
+test_keys() {
+    xdotool mousemove --window "$window" 100 100 key e key e
+    shows 'EV +0.5'
+    snap keys.png
+    still off.png --size 320x240 --ev 0.5 baked
+    same keys.png off.png 'two quarter stops up'
+    press t
+    shows '| linear'
+    press Tab
+    shows '| levels 0'
+    press bracketright
+    shows '| levels 1'
+    press shift+Tab
+    shows 'gold 7x7'
+    press Home
+    shows 'EV +0'
+    snap again.png
+    same again.png first.png 'after Home'
+}
+
+test_help() {
+    xdotool mousemove 600 440
+    press question
+    sleep 0.5
+    as_shown first.png && echo '? shows no list'
+    press question
+    on_screen first.png
+}
+
+test_texel_under_the_pointer() {
+    xdotool mousemove --window "$window" 5 5
+    sleep 0.5
+    as_shown first.png && echo 'no texel is read out'
+    xdotool mousemove 600 440
+    on_screen first.png
+}
+
+# 60 of 240 pixels are 45 degrees.
+test_mouse() {
+    xdotool mousemove --window "$window" 100 100 mousedown 1 \
+        mousemove_relative 20 0 mousemove_relative 20 0 \
+        mousemove_relative 20 0 mouseup 1 mousemove_relative 30 30
+    snap dragged.png
+    still off.png --size 320x240 --yaw -45 baked
+    same dragged.png off.png 'dragged by a quarter of the height'
+    press Home
+    xdotool mousemove --window "$window" 100 100 mousedown 3 \
+        mousemove_relative 20 0 mouseup 3
+    within titled '| turn ' || echo 'dragging to the right turns nothing'
+    press Home
+    xdotool click 4
+    snap near.png
+    other near.png first.png 'after the wheel'
+    xdotool click 5
+    snap far.png
+    press Home
+    snap again.png
+    same again.png first.png 'after Home'
+}
+
+test_resize() {
+    xdotool windowsize --sync "$window" 400 300
+    still off.png --size 400x300 baked
+    xdotool mousemove 600 440
+    on_screen off.png
+    snap larger.png
+    same larger.png off.png
+    xdotool windowsize --sync "$window" 320 240
+    on_screen first.png
+}
+
+test_uncovered() {
+    xdotool windowunmap --sync "$window"
+    xdotool windowmap --sync "$window"
+    on_screen first.png
+}
+
+test_reload() {
+    baked sun.hdr
+    still off.png --size 320x240 baked
+    on_screen off.png
+    other off.png first.png 'of another map'
+    within grep -q 'read anew' said || echo "says nothing: $(cat said)"
+}
+
+# What cannot be read leaves what was shown.
+test_reload_of_what_is_broken() {
+    : >said
+    head -c 1000 baked/env_specular.ktx2 >part
+    cp part baked/env_specular.ktx2
+    within grep -q env_specular said || echo "says nothing: $(cat said)"
+    snap kept.png
+    same kept.png off.png 'of the maps that could be read'
+    baked sun.hdr
+    press Home
+    snap mended.png
+    same mended.png off.png 'when it is whole again'
+}
+
+test_drop() {
+    cp env.exr 'dropped map.exr'
+    desktop "$window" drop "file://$work/dropped%20map.exr" ||
+        echo 'does not take what is dropped'
+    shows 'dropped map | '
+    still dropped.png --size 320x240 'dropped map.exr'
+    on_screen dropped.png
+    desktop "$window" drop "file://$work/baked"
+    shows 'env | '
+    desktop "$window" drop "file://$work/bin/mkenv"
+    within grep -q 'mkenv' said || echo "says nothing: $(cat said)"
+    snap kept.png
+    same kept.png off.png 'after something else was dropped'
+}
+
+test_quit() {
+    local way
+    press q
+    ended
+    [ $status = 0 ] || echo "q: status $status: $(cat said)"
+    open baked || return
+    shows 'env | '
+    press Escape
+    ended
+    [ $status = 0 ] || echo "Escape: status $status: $(cat said)"
+    open baked || return
+    shows 'env | '
+    desktop "$window" close
+    ended
+    [ $status = 0 ] || echo "closed: status $status: $(cat said)"
+    [ ! -s said ] || echo "says: $(cat said)"
+}
+
+# A map is baked beside the window; it can be closed meanwhile.
+test_map() {
+    open env.exr || return
+    shows 'env | '
+    still map.png --size 320x240 env.exr
+    on_screen map.png
+    press q
+    ended
+    [ $status = 0 ] || echo "q: status $status: $(cat said)"
+    open env.exr || return
+    press q
+    ended
+    [ $status = 0 ] || echo "while it bakes: status $status: $(cat said)"
+}
+
+# ---- where there is no window ----------------------------------------------
+# fails GLOB [arguments]: with one line like that.
+fails() {
+    local glob=$1 lines
+    shift
+    iblview "$@" 2>err >printed
+    status=$?
+    [ $status = 1 ] || echo "iblview $*: status $status"
+    lines=$(wc -l <err)
+    [ "$lines" = 1 ] || echo "iblview $*: $lines lines"
+    # shellcheck disable=SC2254
+    case $(cat err) in
+    $glob) ;;
+    *) echo "iblview $*: $(cat err)" ;;
+    esac
+}
+test_no_display() {
+    (unset DISPLAY && fails 'iblview: no window: *DISPLAY*--offscreen*' baked)
+    DISPLAY=:4242 fails 'iblview: no window: *:4242*--offscreen*' baked
+}
+test_no_opengl() {
+    fails 'iblview: no window with OpenGL 3.3 core: *--offscreen*' baked
+}
+
+run() { # TESTS
+    local t
+    for t; do
+        "test_$t" >why 2>&1
+        verdict "$t" "$(head -n 5 why)"
+    done
+}
+verdict 'bakes' "$(baked env.exr)"
+start_server -fbdir screen
+run opens_and_equals_offscreen
+if [ -n "$viewer" ]; then
+    run keys help texel_under_the_pointer mouse resize uncovered reload \
+        reload_of_what_is_broken drop quit map
+fi
+stop_server
+run no_display
+start_server -extension GLX
+run no_opengl
+cd "$top" || exit 1
+echo "$passed passed, $failed failed, 0 skipped"
+[ $failed -eq 0 ]
