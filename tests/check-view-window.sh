@@ -48,10 +48,10 @@ verdict() { # NAME [WHY]: no reason, no failure
     fi
 }
 
-# within COMMAND...: true as soon as it is; false if it is not in 20 s.
+# within COMMAND...: true as soon as it is; false if it is not in a minute.
 within() {
     local n
-    for ((n = 0; n < 200; n++)); do
+    for ((n = 0; n < 600; n++)); do
         "$@" >/dev/null 2>&1 && return 0
         sleep 0.1
     done
@@ -96,6 +96,11 @@ title() { xdotool getwindowname "$window"; }
 titled() { [[ $(title) == *"$1"* ]]; }
 # shows TEXT: the title comes to say so.
 shows() { within titled "$1" || echo "title is \"$(title)\", not \"$1\""; }
+# away: the pointer is in the window and leaves it, also after a drop there.
+away() {
+    xdotool mousemove --window "$window" 9 9
+    xdotool mousemove 600 440
+}
 # After the last key of a window there is none to be released in.
 press() { xdotool key --window "$window" --delay 30 "$@" 2>/dev/null; }
 # snap FILE: what the viewer itself makes of its picture. The next key takes
@@ -117,6 +122,7 @@ same() { cmp -s "$1" "$2" || echo "$1 and $2 differ${3:+: $3}"; }
 other() { ! cmp -s "$1" "$2" || echo "$1 and $2 are the same${3:+: $3}"; }
 # on_screen FILE: the display has these pixels where the window is.
 as_shown() {
+    # shellcheck disable=SC2034
     local X Y WINDOW WIDTH HEIGHT SCREEN
     eval "$(xdotool getwindowgeometry --shell "$window")"
     differing=$(shown screen/Xvfb_screen0 "$X" "$Y" "$1") &&
@@ -125,6 +131,7 @@ as_shown() {
 on_screen() {
     within as_shown "$1" || echo "$differing pixels on the screen are not $1's"
 }
+not_shown() { ! as_shown "$1"; }
 
 # ---- what is shown ---------------------------------------------------------
 mkenv exr 64 32 BGR >env.exr
@@ -168,19 +175,17 @@ test_keys() {
 }
 
 test_help() {
-    xdotool mousemove 600 440
+    away
     press question
-    sleep 0.5
-    as_shown first.png && echo '? shows no list'
+    within not_shown first.png || echo '? shows no list'
     press question
     on_screen first.png
 }
 
 test_texel_under_the_pointer() {
     xdotool mousemove --window "$window" 5 5
-    sleep 0.5
-    as_shown first.png && echo 'no texel is read out'
-    xdotool mousemove 600 440
+    within not_shown first.png || echo 'no texel is read out'
+    away
     on_screen first.png
 }
 
@@ -210,7 +215,7 @@ test_mouse() {
 test_resize() {
     xdotool windowsize --sync "$window" 400 300
     still off.png --size 400x300 baked
-    xdotool mousemove 600 440
+    away
     on_screen off.png
     snap larger.png
     same larger.png off.png
@@ -252,6 +257,7 @@ test_drop() {
         echo 'does not take what is dropped'
     shows 'dropped map | '
     still dropped.png --size 320x240 'dropped map.exr'
+    away
     on_screen dropped.png
     desktop "$window" drop "file://$work/baked"
     shows 'env | '
@@ -262,7 +268,6 @@ test_drop() {
 }
 
 test_quit() {
-    local way
     press q
     ended
     [ $status = 0 ] || echo "q: status $status: $(cat said)"

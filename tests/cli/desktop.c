@@ -13,7 +13,7 @@
 #include <unistd.h>
 
 enum {
-    WAIT_S = 10
+    WAIT_S = 60
 };
 
 static Display *display;
