@@ -537,6 +537,7 @@ static void harmonics_are_irradiance(void)
     ibl_ctx *ctx = context();
     ibl_image map = map_constant(ctx, 256, 128, 0);
     const double a[3] = {0.2, -0.3, 0.4};
+    ibl_specular_options opts = ibl_specular_options_default();
     view_set set;
 
     for (int y = 0; y < map.height; y++) {
@@ -548,7 +549,8 @@ static void harmonics_are_irradiance(void)
                     (float)(1 + 0.25 * d[2] * d[1]));
         }
     }
-    NEED(view_set_bake_image(ctx, "linear", &map, NULL, &set));
+    opts.size = 16;
+    NEED(view_set_bake_image(ctx, "linear", &map, &opts, &set));
     CHECK(set.sh_degree == VIEW_SH_DEGREE);
     for (int face = 0; face < 6; face++) {
         double d[3], rgb[3];
@@ -866,12 +868,14 @@ static void bake_is_that_of_the_program(void)
     NEED(view_set_bake(ctx, map_file(), &made));
     check_same(&read, &made, "baked");
     CHECK(made.map && !strcmp(made.map, map_file()));
-    NEED(view_set_bake_image(ctx, "sky", &map, NULL, &image));
-    check_same(&read, &image, "baked from memory");
-    CHECK(!image.map);
+    if (!TEST_SANITIZED) {
+        NEED(view_set_bake_image(ctx, "sky", &map, NULL, &image));
+        check_same(&read, &image, "baked from memory");
+        CHECK(!image.map);
+        view_set_free(&image);
+    }
     view_set_free(&read);
     view_set_free(&made);
-    view_set_free(&image);
     ibl_image_free(&map);
     ibl_ctx_free(ctx);
 }
@@ -1033,7 +1037,7 @@ static void stamps(void)
     view_set_free(&set);
     /* A map that was baked here. */
     NEED(file_run("cp '%s' map_of_stamp.hdr", map_file()));
-    NEED(view_set_bake(ctx, file_path("map_of_stamp.hdr"), &set));
+    set.map = strdup(file_path("map_of_stamp.hdr"));
     view_stamp_take(&set, &stamp);
     CHECK(!view_stamp_changed(&set, &stamp, 0));
     NEED(file_run("touch -d 2001-02-03 map_of_stamp.hdr"));
