@@ -157,8 +157,7 @@ static void refused(ibl_ctx *ctx, const char *path, const char *words)
     check_refused(ctx, &what, path, words);
 }
 
-/* ---- what iblbake writes ----------------------------------------------------
- */
+/* ---- what iblbake writes --------------------------------------------- */
 
 static void check_same(const view_set *a, const view_set *b, const char *what)
 {
@@ -272,8 +271,7 @@ static void pixels_hold_the_map(void)
     ibl_ctx_free(ctx);
 }
 
-/* ---- roughness ------------------------------------------------------------
- */
+/* ---- roughness ------------------------------------------------------- */
 
 static void check_lod(const view_set *set, double low, double high)
 {
@@ -635,7 +633,8 @@ static void wrong_kinds(void)
     NEED(bake("wrong", "--skybox 8"));
     NEED(bake("wrongd", "--skybox 8 --format dds"));
     NEED(file_run("cp wrongd/sky_irradiance.dds a_irradiance.dds"));
-    NEED(file_run("printf hello >text; : >nothing; printf '\\211PNG\\r\\n' "
+    NEED(file_run("printf %%20s >blank; printf hello >text; : >nothing; printf "
+                  "'\\211PNG\\r\\n' "
                   ">picture.png; printf '\\377\\330\\377\\340' >picture.jpg"));
     for (int i = 0; i < 3; i++) {
         static const char *const ext[] = {"ktx2", "dds", "ktx"};
@@ -656,6 +655,7 @@ static void wrong_kinds(void)
     refused(ctx, file_path("a_irradiance.dds"), "irradiance map");
     refused(ctx, file_path("wrong/sky.json"), "JSON");
     refused(ctx, file_path("text"), "of another kind");
+    refused(ctx, file_path("blank"), "of another kind");
     refused(ctx, file_path("nothing"), "is empty");
     refused(ctx, file_path("picture.png"), "PNG");
     refused(ctx, file_path("picture.jpg"), "JPEG");

@@ -30,8 +30,7 @@ struct view_baker {
     char message[1024]; /* the error */
 };
 
-/* ---- progress -------------------------------------------------------------
- */
+/* ---- progress -------------------------------------------------------- */
 
 /* Roughly what each stage takes of the time with a map of 8192 pixels. Stages
  * run beside each other and some twice, so that the whole is the sum over

@@ -1,288 +1,14 @@
 /* SPDX-License-Identifier: MIT */
-/* Finding the files of a set and reading them. */
+/* Reading the files of a set, and what they say together. */
 #include "view/set.h"
 
-#include <dirent.h>
 #include <errno.h>
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
 #include "view/message.h"
-#include "view/set_about.h"
-
-enum {
-    MAGIC = 12
-};
-
-/* ---- what a file is --------------------------------------------------------
- */
-
-typedef enum kind {
-    KIND_TEXTURE,
-    KIND_JSON,
-    KIND_OTHER,
-    KIND_DIRECTORY,
-    KIND_PIPE,   /* or another thing that cannot be looked into */
-    KIND_MISSING /* errno says why */
-} kind;
-
-static bool is_texture(const char head[MAGIC])
-{
-    return !memcmp(head, "\xABKTX 20\xBB\r\n\x1A\n", MAGIC) ||
-           !memcmp(head, "\xABKTX 11\xBB\r\n\x1A\n", MAGIC) ||
-           !memcmp(head, "DDS ", 4);
-}
-
-/* head: what the file begins with, then zeros. */
-static kind look(const char *path, char head[MAGIC])
-{
-    struct stat st;
-    FILE *file;
-
-    memset(head, 0, MAGIC);
-    if (stat(path, &st))
-        return KIND_MISSING;
-    if (S_ISDIR(st.st_mode))
-        return KIND_DIRECTORY;
-    if (!S_ISREG(st.st_mode))
-        return KIND_PIPE;
-    file = fopen(path, "rb");
-    if (!file)
-        return KIND_MISSING;
-    const size_t got = fread(head, 1, MAGIC, file);
-    fclose(file);
-    if (is_texture(head))
-        return KIND_TEXTURE;
-    const size_t space = strspn(head, " \t\r\n");
-    return space < got && head[space] == '{' ? KIND_JSON : KIND_OTHER;
-}
-
-/* For messages: what a file is that is no texture. */
-static const char *describe(const char head[MAGIC])
-{
-    if (!memcmp(head, "\x89PNG", 4))
-        return "a PNG picture";
-    if (!memcmp(head, "\xFF\xD8\xFF", 3))
-        return "a JPEG picture";
-    if (!memcmp(head, "#?", 2))
-        return "a Radiance map";
-    if (!memcmp(head, "\x76\x2F\x31\x01", 4))
-        return "an OpenEXR map";
-    if (!memcmp(head, "II*\0", 4) || !memcmp(head, "MM\0*", 4))
-        return "a TIFF picture";
-    return *head ? "of another kind" : "empty";
-}
-
-bool view_is_map(const char *path)
-{
-    char head[MAGIC];
-
-    if (!strcmp(path, "-"))
-        return true;
-    const kind k = look(path, head);
-    return k == KIND_OTHER || k == KIND_PIPE;
-}
-
-/* ---- names ------------------------------------------------------------------
- */
-
-static const char *file_name(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    return slash ? slash + 1 : path;
-}
-
-char *view_set_stem(const char *path)
-{
-    const char *name = file_name(path);
-    const char *dot = strrchr(name, '.');
-    return dot && dot > name ? strndup(name, (size_t)(dot - name))
-                             : strdup(name);
-}
-
-static char *print(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
-static char *print(const char *fmt, ...)
-{
-    va_list ap;
-
-    va_start(ap, fmt);
-    const int length = vsnprintf(NULL, 0, fmt, ap);
-    va_end(ap);
-    char *text = length >= 0 ? malloc((size_t)length + 1) : NULL;
-    if (text) {
-        va_start(ap, fmt);
-        vsnprintf(text, (size_t)length + 1, fmt, ap);
-        va_end(ap);
-    }
-    return text;
-}
-
-static bool no_memory(const char *path)
-{
-    return view_fail("%s: no memory to open it", path);
-}
-
-/* The content whose name ends stem, "brdf_lut" or after a "_"; VIEW_CONTENTS:
- * none. *length is that of what is before. */
-static view_content name_content(const char *stem, size_t *length)
-{
-    const size_t all = strlen(stem);
-
-    for (int i = 0; i < VIEW_CONTENTS; i++) {
-        const char *word = view_content_name((view_content)i);
-        const size_t size = strlen(word);
-        *length = all - size;
-        if (all < size || strcmp(stem + all - size, word) != 0)
-            continue;
-        if (all == size && i == VIEW_LUT)
-            return VIEW_LUT;
-        if (all > size + 1 && stem[--*length] == '_')
-            return (view_content)i;
-    }
-    *length = all;
-    return VIEW_CONTENTS;
-}
-
-/* ---- a directory
- * -------------------------------------------------------------- */
-
-static bool is_specular(const char *name)
-{
-    for (int i = 0; i < IBL_CONTAINER_COUNT; i++) {
-        char end[32];
-        const int size = snprintf(end, sizeof end, "_specular.%s",
-                                  ibl_container_name((ibl_container)i));
-        const size_t length = strlen(name);
-        if (*name != '.' && length > (size_t)size &&
-            !strcmp(name + length - size, end))
-            return true;
-    }
-    return false;
-}
-
-static int compare_names(const void *a, const void *b)
-{
-    return strcmp(*(char *const *)a, *(char *const *)b);
-}
-
-static void free_names(char **names, int count)
-{
-    for (int i = 0; i < count; i++)
-        free(names[i]);
-    free(names);
-}
-
-/* Names of the specular files in a directory, sorted. */
-static bool list(const char *path, char ***out, int *count)
-{
-    DIR *directory = opendir(path);
-    char **names = NULL;
-    struct dirent *entry;
-
-    *out = NULL;
-    *count = 0;
-    if (!directory)
-        return view_fail("%s: cannot be read: %s", path, strerror(errno));
-    while ((entry = readdir(directory))) {
-        if (!is_specular(entry->d_name))
-            continue;
-        char **more = realloc(names, sizeof *names * (size_t)(*count + 1));
-        if (more)
-            names = more;
-        if (!more || !(names[*count] = strdup(entry->d_name))) {
-            free_names(names, *count);
-            closedir(directory);
-            return no_memory(path);
-        }
-        ++*count;
-    }
-    closedir(directory);
-    if (names)
-        qsort(names, (size_t)*count, sizeof *names, compare_names);
-    *out = names;
-    return true;
-}
-
-/* "a, b, c and 5 more" */
-static bool fail_several(const char *path, char *const *names, int count)
-{
-    char text[256] = "";
-    int shown = 0;
-
-    for (; shown < count; shown++) {
-        const size_t used = strlen(text);
-        if (used + strlen(names[shown]) + 16 > sizeof text)
-            break;
-        snprintf(text + used, sizeof text - used, "%s%s",
-                 shown == 0           ? ""
-                 : shown + 1 == count ? " and "
-                                      : ", ",
-                 names[shown]);
-    }
-    if (shown < count)
-        snprintf(text + strlen(text), sizeof text - strlen(text),
-                 " and %d more", count - shown);
-    return view_fail("%s: holds %d sets: name one of its files: %s", path,
-                     count, text);
-}
-
-/* The specular file of a directory, for free(). */
-static char *find_in_directory(const char *path)
-{
-    const size_t length = strlen(path);
-    const char *slash = length && path[length - 1] == '/' ? "" : "/";
-    char **names, *found = NULL;
-    int count;
-
-    if (!list(path, &names, &count))
-        return NULL;
-    if (count == 0)
-        view_fail("%s: has no NAME_specular.ktx2, .ktx or .dds: bake a map "
-                  "into it (iblbake MAP -o %s), or name another directory, a "
-                  "specular file or a map",
-                  path, path);
-    else if (count > 1)
-        fail_several(path, names, count);
-    else if (!(found = print("%s%s%s", path, slash, names[0])))
-        no_memory(path);
-    free_names(names, count);
-    return found;
-}
-
-/* The specular file that is meant, for free(). */
-static char *find_specular(const char *path)
-{
-    char head[MAGIC];
-    char *found;
-
-    switch (look(path, head)) {
-    case KIND_DIRECTORY:
-        return find_in_directory(path);
-    case KIND_MISSING:
-        view_fail("%s: cannot be opened: %s", path, strerror(errno));
-        return NULL;
-    case KIND_JSON:
-        view_fail("%s: is JSON, no texture: name the NAME_specular file beside "
-                  "it, or the directory",
-                  path);
-        return NULL;
-    case KIND_OTHER:
-        view_fail("%s: is %s, where a baked specular file (KTX2, KTX or DDS) "
-                  "is wanted: bake it first",
-                  path, describe(head));
-        return NULL;
-    case KIND_TEXTURE:
-    case KIND_PIPE:
-        break;
-    }
-    found = strdup(path);
-    if (!found)
-        no_memory(path);
-    return found;
-}
+#include "view/set_find.h"
 
 /* ---- the other files
  * ------------------------------------------------------------ */
@@ -308,8 +34,9 @@ static char *usual_path(const opener *o, view_content content,
                         const char *extension)
 {
     const bool lut = content == VIEW_LUT;
-    return print("%s%s%s%s.%s", o->directory, lut ? "" : o->set->name,
-                 lut ? "" : "_", view_content_name(content), extension);
+    return view_file_print("%s%s%s%s.%s", o->directory, lut ? "" : o->set->name,
+                           lut ? "" : "_", view_content_name(content),
+                           extension);
 }
 
 /* Where a content's file is: as the sidecar says, as iblbake names it beside
@@ -322,13 +49,13 @@ static bool find_beside(const opener *o, view_content content, char **out)
         if (i == -2 && !told)
             continue;
         char *path =
-            i == -2 ? print("%s%s", o->directory, told)
+            i == -2 ? view_file_print("%s%s", o->directory, told)
             : i == -1
                 ? usual_path(o, content, o->extension)
                 : usual_path(o, content, ibl_container_name((ibl_container)i));
         *out = path;
         if (!path)
-            return no_memory(o->set->name);
+            return view_file_no_memory(o->set->name);
         if (is_file(path))
             return true;
         free(path);
@@ -380,7 +107,7 @@ static bool check_shape(const ibl_texture *tex, const char *path,
 static bool check_content(const opener *o, const char *path,
                           view_content wanted, const view_about *keys)
 {
-    view_content found = view_sidecar_content(o->sidecar, file_name(path));
+    view_content found = view_sidecar_content(o->sidecar, view_file_name(path));
 
     if (keys->known & VIEW_KNOWS_CONTENT) {
         found = keys->content;
@@ -388,8 +115,8 @@ static bool check_content(const opener *o, const char *path,
         char *stem = view_set_stem(path);
         size_t length;
         if (!stem)
-            return no_memory(path);
-        found = name_content(stem, &length);
+            return view_file_no_memory(path);
+        found = view_file_content(stem, &length);
         free(stem);
     }
     if (found == VIEW_CONTENTS || found == wanted)
@@ -404,19 +131,16 @@ static bool load(opener *o, view_content content, char *path, view_about *about)
 {
     ibl_texture *tex = &o->set->texture[content];
     view_about said = {0};
-    char head[MAGIC];
+    const char *words;
 
     o->set->path[content] = path;
-    const kind k = look(path, head);
-    if (k == KIND_MISSING)
+    const view_file_kind kind = view_file_look(path, &words);
+    if (kind == VIEW_FILE_MISSING)
         return view_fail("%s: cannot be opened: %s", path, strerror(errno));
-    if (k != KIND_TEXTURE && k != KIND_PIPE)
+    if (kind != VIEW_FILE_TEXTURE && kind != VIEW_FILE_PIPE)
         return view_fail("%s: is %s, where %s (KTX2, KTX or DDS) is wanted: %s",
-                         path,
-                         k == KIND_DIRECTORY ? "a directory"
-                         : k == KIND_JSON    ? "JSON"
-                                             : describe(head),
-                         view_content_words(content), remedy(content));
+                         path, words, view_content_words(content),
+                         remedy(content));
     if (ibl_texture_read(o->ctx, path, tex, NULL))
         return false;
     if (!check_shape(tex, path, content) ||
@@ -424,7 +148,7 @@ static bool load(opener *o, view_content content, char *path, view_about *about)
         !check_content(o, path, content, about))
         return false;
     const char *listed = view_sidecar_file(o->sidecar, content);
-    if (!listed || strcmp(listed, file_name(path)) != 0)
+    if (!listed || strcmp(listed, view_file_name(path)) != 0)
         return true;
     if (!view_sidecar_about(o->sidecar, content, &said))
         return false;
@@ -446,7 +170,7 @@ static bool check_sidecar_shape(const opener *o)
     const char *listed = view_sidecar_file(o->sidecar, VIEW_SPECULAR);
     int width, levels;
 
-    if (!listed || strcmp(listed, file_name(path)) != 0 ||
+    if (!listed || strcmp(listed, view_file_name(path)) != 0 ||
         !view_sidecar_shape(o->sidecar, VIEW_SPECULAR, &width, &levels) ||
         (width == tex->width && levels == tex->levels))
         return true;
@@ -501,21 +225,21 @@ static bool take_specular(opener *o, const view_about *a)
 /* Directory, name, extension and sidecar of a specular file. */
 static bool name_parts(opener *o, const char *path)
 {
-    const char *name = file_name(path), *dot = strrchr(name, '.');
+    const char *name = view_file_name(path), *dot = strrchr(name, '.');
     view_set *set = o->set;
 
     o->directory = strndup(path, (size_t)(name - path));
     o->extension = strdup(dot ? dot + 1 : "ktx2");
     set->name = view_set_stem(path);
     if (!o->directory || !o->extension || !set->name)
-        return no_memory(path);
+        return view_file_no_memory(path);
     size_t length;
-    name_content(set->name, &length);
+    view_file_content(set->name, &length);
     if (length)
         set->name[length] = '\0';
-    char *sidecar = print("%s%s.json", o->directory, set->name);
+    char *sidecar = view_file_print("%s%s.json", o->directory, set->name);
     if (!sidecar)
-        return no_memory(path);
+        return view_file_no_memory(path);
     if (!view_sidecar_open(sidecar, &o->sidecar)) {
         free(sidecar);
         return false;
@@ -529,7 +253,7 @@ static bool name_parts(opener *o, const char *path)
 
 static bool open_specular(opener *o, const char *path)
 {
-    char *found = find_specular(path);
+    char *found = view_file_specular(path);
     view_about about;
 
     if (!found)
@@ -554,7 +278,7 @@ static bool open_other(opener *o, view_content content, const char *named)
 
     if (named) {
         if (!(path = strdup(named)))
-            return no_memory(named);
+            return view_file_no_memory(named);
     } else if (!find_beside(o, content, &path)) {
         return false;
     }

@@ -23,7 +23,7 @@ const char *view_content_words(view_content content)
     return words[content];
 }
 
-/* ---- words --------------------------------------------------------------- */
+/* ---- words ----------------------------------------------------------- */
 
 static bool unknown(const char *where, const char *what, const char *word,
                     const char *known)
@@ -125,7 +125,7 @@ bool view_about_check(const view_about *a, const char *where)
     return true;
 }
 
-/* ---- keys ---------------------------------------------------------------- */
+/* ---- keys ------------------------------------------------------------ */
 
 static const char *key(const ibl_texture *tex, const char *name)
 {
@@ -179,7 +179,7 @@ bool view_about_keys(const ibl_texture *tex, const char *path, view_about *a)
            view_about_check(a, path);
 }
 
-/* ---- two accounts of one file -------------------------------------------- */
+/* ---- two accounts of one file ---------------------------------------- */
 
 void view_about_add(view_about *a, const view_about *from)
 {

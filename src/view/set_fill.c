@@ -19,8 +19,7 @@ enum {
  * lobe by less than a texel. */
 #define SMOOTH 0.2
 
-/* ---- decoding --------------------------------------------------------------
- */
+/* ---- decoding -------------------------------------------------------- */
 
 double view_set_peak(const view_set *set)
 {
@@ -57,8 +56,7 @@ static void decode_level(const view_set *set, int level, const ibl_cube *cube)
     }
 }
 
-/* ---- irradiance -------------------------------------------------------------
- */
+/* ---- irradiance ------------------------------------------------------ */
 
 /* Texels of a level with directions, weighted by their solid angles. */
 typedef struct light {
