@@ -177,7 +177,7 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_view, \
                        $(TESTS) $(BENCHES)) $(BUILD)/tests/cycles
 $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
-        $(call obj,tests/view.c) $(TEST_OBJ) $(VIEW_OBJ) $(LIB)
+        $(call obj,tests/view.c tests/shade.c) $(TEST_OBJ) $(VIEW_OBJ) $(LIB)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(VIEW_LIBS) $(EXR_LIBS) \
 	    $(CLI_LIBS) -lm -ldl $(LDLIBS)

@@ -21,28 +21,25 @@ vec3 specular_light(float roughness, vec3 direction)
 
 // Sum of sh[] with the real basis of ibl_bake_sh, to degree 4: Sloan 2013,
 // "Efficient Spherical Harmonic Evaluation", appendix A2, without its
-// alternating signs.
+// alternating signs. Irradiance has no degree 3: Ramamoorthi and Hanrahan 2001,
+// "An Efficient Representation for Irradiance Environment Maps", eq. 9.
 vec3 irradiance_sh(vec3 d)
 {
     float x = d.x, y = d.y, z = d.z;
     float x2 = x * x, y2 = y * y, z2 = z * z;
     vec3 e = 0.28209479177387814 * sh[0].rgb;
     e += 0.4886025119029199 * (y * sh[1] + z * sh[2] + x * sh[3]).rgb;
-    e += 1.0925484305920792 * (x * y * sh[4] + y * z * sh[5] + x * z * sh[7]).rgb;
+    e += 1.0925484305920792 *
+         (x * y * sh[4] + y * z * sh[5] + x * z * sh[7]).rgb;
     e += 0.31539156525252005 * (3.0 * z2 - 1.0) * sh[6].rgb;
     e += 0.5462742152960396 * (x2 - y2) * sh[8].rgb;
-    e += 0.5900435899266435 *
-         (y * (3.0 * x2 - y2) * sh[9] + x * (x2 - 3.0 * y2) * sh[15]).rgb;
-    e += 2.890611442640554 * x * y * z * sh[10].rgb;
-    e += 0.4570457994644658 * (5.0 * z2 - 1.0) * (y * sh[11] + x * sh[13]).rgb;
-    e += 0.3731763325901154 * z * (5.0 * z2 - 3.0) * sh[12].rgb;
-    e += 1.445305721320277 * z * (x2 - y2) * sh[14].rgb;
     e += 2.5033429417967046 * x * y * (x2 - y2) * sh[16].rgb;
     e += 1.7701307697799304 * z *
          (y * (3.0 * x2 - y2) * sh[17] + x * (x2 - 3.0 * y2) * sh[23]).rgb;
     e += 0.9461746957575601 * (7.0 * z2 - 1.0) *
          (x * y * sh[18] + 0.5 * (x2 - y2) * sh[22]).rgb;
-    e += 0.6690465435572892 * z * (7.0 * z2 - 3.0) * (y * sh[19] + x * sh[21]).rgb;
+    e += 0.6690465435572892 * z * (7.0 * z2 - 3.0) *
+         (y * sh[19] + x * sh[21]).rgb;
     e += 0.10578554691520431 * (z2 * (35.0 * z2 - 30.0) + 3.0) * sh[20].rgb;
     e += 0.6258357354491761 *
          (x2 * (x2 - 3.0 * y2) - y2 * (3.0 * x2 - y2)) * sh[24].rgb;

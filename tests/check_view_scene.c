@@ -1,0 +1,327 @@
+/* SPDX-License-Identifier: MIT */
+#include <math.h>
+#include <string.h>
+
+#include "test.h"
+#include "view/scene.h"
+
+static const double degree = 3.14159265358979323846 / 180;
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* ---- materials --------------------------------------------------------- */
+
+/* Another publication: Hoffman 2010, "Background: Physically-Based Shading",
+ * SIGGRAPH course notes, table 1. */
+static void metals(void)
+{
+    static const struct {
+        const char *name;
+        double f0[3];
+    } other[] = {
+        {"gold", {1.00, 0.71, 0.29}},      {"silver", {0.95, 0.93, 0.88}},
+        {"copper", {0.95, 0.64, 0.54}},    {"iron", {0.56, 0.57, 0.58}},
+        {"aluminium", {0.91, 0.92, 0.92}},
+    };
+
+    for (size_t i = 0; i < sizeof other / sizeof *other; i++) {
+        const view_material *m = view_materials;
+        while (m->name && strcmp(m->name, other[i].name))
+            m++;
+        NEED(m->name);
+        for (int k = 0; k < 3; k++)
+            CHECK_NEAR(m->metal[k], other[i].f0[k], 0.08);
+    }
+}
+
+static void dielectrics(void)
+{
+    static const struct {
+        const char *name;
+        double n;
+    } index[] = {{"red acrylic", 1.491}, {"blue acrylic", 1.491},
+                 {"polystyrene", 1.590}, {"water", 1.333},
+                 {"diamond", 2.417},     {"gold", 1.5}};
+
+    for (size_t i = 0; i < sizeof index / sizeof *index; i++) {
+        const view_material *m = view_materials;
+        while (m->name && strcmp(m->name, index[i].name))
+            m++;
+        NEED(m->name);
+        CHECK_NEAR(m->dielectric_f0,
+                   pow((index[i].n - 1) / (index[i].n + 1), 2), 5e-5);
+    }
+}
+
+static void all_materials(void)
+{
+    const int count = view_material_count();
+
+    CHECK(!view_materials[count].name);
+    for (int i = 0; i < count; i++) {
+        const view_material *m = &view_materials[i];
+        CHECK(m->name && m->source && strlen(m->source) > 4);
+        for (int k = 0; k < 3; k++)
+            CHECK(m->metal[k] >= m->dielectric_f0 / 2 && m->metal[k] <= 1 &&
+                  m->albedo[k] >= 0 && m->albedo[k] <= 1);
+        for (int j = 0; j < i; j++)
+            CHECK(strcmp(m->name, view_materials[j].name));
+    }
+}
+
+/* ---- the grid ---------------------------------------------------------- */
+
+static void grid(void)
+{
+    view_settings s = view_settings_default();
+    view_sphere p[VIEW_MAX_GRID * VIEW_MAX_GRID];
+
+    s.rows = 3;
+    s.columns = 5;
+    s.roughness[0] = 0.2;
+    CHECK(view_grid(&s, p) == 15);
+    CHECK(p[0].centre[0] == -2 && p[0].centre[1] == -1 && p[0].centre[2] == 0);
+    CHECK(p[14].centre[0] == 2 && p[14].centre[1] == 1);
+    CHECK(p[0].metallic == 0 && p[5].metallic == 0.5 && p[14].metallic == 1);
+    CHECK_NEAR(p[0].roughness, 0.2, 0);
+    CHECK_NEAR(p[7].roughness, 0.6, 1e-15);
+    CHECK_NEAR(p[14].roughness, 1, 1e-15);
+    for (int k = 0; k < 3; k++) {
+        const view_material *m = &view_materials[s.material];
+        CHECK_NEAR(p[0].f0[k], m->dielectric_f0, 0);
+        CHECK_NEAR(p[5].f0[k], (m->dielectric_f0 + m->metal[k]) / 2, 1e-15);
+        CHECK_NEAR(p[14].f0[k], m->metal[k], 1e-15);
+        CHECK_NEAR(p[0].albedo[k], m->albedo[k], 0);
+        CHECK_NEAR(p[5].albedo[k], m->albedo[k] / 2, 1e-15);
+        CHECK_NEAR(p[14].albedo[k], 0, 0);
+    }
+    s.rows = s.columns = 1;
+    CHECK(view_grid(&s, p) == 1);
+    CHECK(p[0].centre[0] == 0 && p[0].centre[1] == 0);
+    CHECK(p[0].metallic == 0 && p[0].roughness == 0.2);
+    s.rows = s.columns = VIEW_MAX_GRID;
+    CHECK(view_grid(&s, p) == VIEW_MAX_GRID * VIEW_MAX_GRID);
+}
+
+/* ---- the camera -------------------------------------------------------- */
+
+static void project(const view_camera *c, const double p[3], double ndc[3])
+{
+    double m[16], clip[4];
+
+    view_camera_matrix(c, m);
+    for (int i = 0; i < 4; i++)
+        clip[i] = m[i] * p[0] + m[4 + i] * p[1] + m[8 + i] * p[2] + m[12 + i];
+    for (int k = 0; k < 3; k++)
+        ndc[k] = clip[k] / clip[3];
+}
+
+static void axes(void)
+{
+    view_settings s = view_settings_default();
+    double ray[3];
+
+    s.distance = 10;
+    view_camera c = view_camera_of(&s, 200, 100);
+    CHECK_NEAR(c.eye[2], 10, 1e-12);
+    CHECK_NEAR(c.forward[2], -1, 1e-12);
+    CHECK_NEAR(c.up[1], tan(15 * degree), 1e-12);
+    CHECK_NEAR(c.right[0], 2 * tan(15 * degree), 1e-12);
+    view_camera_ray(&c, 200, 100, 199.5, -0.5, ray);
+    CHECK(ray[0] > 0 && ray[1] > 0);
+    CHECK_NEAR(ray[1] / -ray[2], tan(15 * degree), 1e-12);
+    CHECK_NEAR(ray[0] / -ray[2], 2 * tan(15 * degree), 1e-12);
+    /* Counter-clockwise seen from above is from +Z to +X. */
+    s.yaw = 90;
+    c = view_camera_of(&s, 100, 100);
+    CHECK_NEAR(c.eye[0], 10, 1e-12);
+    s.pitch = 30;
+    c = view_camera_of(&s, 100, 100);
+    CHECK_NEAR(c.eye[1], 5, 1e-12);
+    CHECK(c.up[1] > 0);
+}
+
+/* A point of a pixel's ray is projected to that pixel. */
+static void rays_and_matrix(void)
+{
+    test_random r = {7};
+
+    for (int i = 0; i < 1000; i++) {
+        view_settings s = view_settings_default();
+        s.yaw = 720 * test_random_unit(&r) - 360;
+        s.pitch = 178 * test_random_unit(&r) - 89;
+        s.fov = 5 + 100 * test_random_unit(&r);
+        s.distance = i % 2 ? 0 : 1 + 20 * test_random_unit(&r);
+        const int w = 1 + (int)(500 * test_random_unit(&r));
+        const int h = 1 + (int)(500 * test_random_unit(&r));
+        const view_camera c = view_camera_of(&s, w, h);
+        const double x = w * test_random_unit(&r) - 0.5;
+        const double y = h * test_random_unit(&r) - 0.5;
+        const double far = 0.5 + 30 * test_random_unit(&r);
+        double ray[3], p[3], ndc[3];
+        view_camera_ray(&c, w, h, x, y, ray);
+        CHECK_NEAR(dot(ray, ray), 1, 1e-12);
+        for (int k = 0; k < 3; k++)
+            p[k] = c.eye[k] + far * ray[k];
+        project(&c, p, ndc);
+        CHECK_NEAR((ndc[0] + 1) / 2 * w - 0.5, x, 1e-7);
+        CHECK_NEAR((1 - ndc[1]) / 2 * h - 0.5, y, 1e-7);
+        CHECK(ndc[2] > -1 && ndc[2] < 1);
+    }
+}
+
+/* The whole grid is in the picture, and fills it. */
+static void grid_fits(void)
+{
+    static const int sizes[][2] = {{100, 100}, {1280, 720}, {300, 900}};
+    static const int grids[][2] = {{7, 7}, {1, 1}, {1, 16}, {16, 2}};
+
+    for (int i = 0; i < 12; i++) {
+        view_settings s = view_settings_default();
+        view_sphere p[VIEW_MAX_GRID * VIEW_MAX_GRID];
+        double most = 0;
+        s.rows = grids[i % 4][0];
+        s.columns = grids[i % 4][1];
+        s.fov = i % 2 ? 30 : 60;
+        const view_camera c =
+            view_camera_of(&s, sizes[i / 4][0], sizes[i / 4][1]);
+        const int count = view_grid(&s, p);
+        for (int j = 0; j < count; j++) {
+            for (int k = 0; k < 400; k++) {
+                const double t = k / 20 * 9 * degree, f = k % 20 * 18 * degree;
+                const double at[3] = {
+                    p[j].centre[0] + p[j].radius * sin(t) * cos(f),
+                    p[j].centre[1] + p[j].radius * sin(t) * sin(f),
+                    p[j].centre[2] + p[j].radius * cos(t)};
+                double ndc[3];
+                project(&c, at, ndc);
+                most = fmax(most, fmax(fabs(ndc[0]), fabs(ndc[1])));
+            }
+        }
+        CHECK_MSG(most < 0.99 && most > 0.7, "%d: to %g", i, most);
+    }
+}
+
+/* ---- hits -------------------------------------------------------------- */
+
+/* Where the ray comes within the radius of a centre first, by bisection. */
+static double first_touch(const view_sphere *p, const double eye[3],
+                          const double ray[3])
+{
+    double to[3], low = 0, high;
+
+    for (int k = 0; k < 3; k++)
+        to[k] = p->centre[k] - eye[k];
+    high = dot(to, ray);
+    for (int i = 0; i < 200; i++) {
+        const double t = (low + high) / 2;
+        double d[3];
+        for (int k = 0; k < 3; k++)
+            d[k] = t * ray[k] - to[k];
+        *(dot(d, d) > p->radius * p->radius ? &low : &high) = t;
+    }
+    return high;
+}
+
+static void hits(void)
+{
+    test_random r = {3};
+    int seen = 0;
+
+    for (int i = 0; i < 2000; i++) {
+        view_settings s = view_settings_default();
+        view_sphere p[VIEW_MAX_GRID * VIEW_MAX_GRID];
+        double ray[3], normal[3], nearest = INFINITY;
+        s.yaw = 360 * test_random_unit(&r);
+        s.pitch = 120 * test_random_unit(&r) - 60;
+        const view_camera c = view_camera_of(&s, 100, 100);
+        const int count = view_grid(&s, p);
+        view_camera_ray(&c, 100, 100, 100 * test_random_unit(&r),
+                        100 * test_random_unit(&r), ray);
+        int expected = -1;
+        for (int j = 0; j < count; j++) {
+            double to[3], off2;
+            for (int k = 0; k < 3; k++)
+                to[k] = p[j].centre[k] - c.eye[k];
+            off2 = dot(to, to) - dot(to, ray) * dot(to, ray);
+            if (off2 > p[j].radius * p[j].radius)
+                continue;
+            const double t = first_touch(&p[j], c.eye, ray);
+            if (t < nearest) {
+                nearest = t;
+                expected = j;
+            }
+        }
+        const int hit = view_grid_hit(p, count, c.eye, ray, normal);
+        CHECK(hit == expected);
+        if (hit < 0 || hit != expected)
+            continue;
+        seen++;
+        for (int k = 0; k < 3; k++)
+            CHECK_NEAR(p[hit].centre[k] + p[hit].radius * normal[k],
+                       c.eye[k] + nearest * ray[k], 1e-6);
+    }
+    CHECK(seen > 500);
+}
+
+static void no_hits_behind_or_inside(void)
+{
+    const view_settings s = view_settings_default();
+    view_sphere p[VIEW_MAX_GRID * VIEW_MAX_GRID];
+    const int count = view_grid(&s, p);
+    const double behind[3] = {0, 0, 3}, away[3] = {0, 0, 1};
+
+    CHECK(view_grid_hit(p, count, behind, away, NULL) == -1);
+    CHECK(view_grid_hit(p, count, p[24].centre, away, NULL) == -1);
+}
+
+/* ---- turns ------------------------------------------------------------- */
+
+static void turns(void)
+{
+    const double x[3] = {1, 0, 0}, d[3] = {0.6, 0.48, 0.64};
+    double e[3], back[3];
+
+    /* Counter-clockwise seen from above by 90 degrees: what was at +Z is seen
+     * at +X. */
+    view_turn(90, x, e);
+    CHECK_NEAR(e[0], 0, 1e-15);
+    CHECK_NEAR(e[2], 1, 1e-15);
+    for (double a = -400; a < 400; a += 37) {
+        view_turn(a, d, e);
+        CHECK_NEAR(dot(e, e), 1, 1e-12);
+        CHECK_NEAR(e[1], d[1], 0);
+        CHECK_NEAR(e[0] * d[0] + e[2] * d[2],
+                   (d[0] * d[0] + d[2] * d[2]) * cos(a * degree), 1e-12);
+        view_unturn(a, e, back);
+        for (int k = 0; k < 3; k++)
+            CHECK_NEAR(back[k], d[k], 1e-12);
+    }
+}
+
+static void names(void)
+{
+    for (int i = 0; i < VIEW_MODES; i++)
+        CHECK(view_mode_name((view_mode)i));
+    for (int i = 0; i < VIEW_LAYOUTS; i++)
+        CHECK(view_layout_name((view_layout)i));
+    for (int i = 0; i < VIEW_TONES; i++)
+        CHECK(view_tone_name((view_tone)i));
+    for (int i = 0; i < VIEW_FRESNELS; i++)
+        CHECK(view_fresnel_name((view_fresnel)i));
+    for (int i = 0; i < VIEW_DIFFUSES; i++)
+        CHECK(view_diffuse_name((view_diffuse)i));
+    for (int i = 0; i < VIEW_COMPARES; i++)
+        CHECK(view_compare_name((view_compare)i));
+}
+
+static const test tests[] = {
+    TEST(metals),    TEST(dielectrics), TEST(all_materials),
+    TEST(grid),      TEST(axes),        TEST(rays_and_matrix),
+    TEST(grid_fits), TEST(hits),        TEST(no_hits_behind_or_inside),
+    TEST(turns),     TEST(names),
+};
+TEST_MAIN(tests)

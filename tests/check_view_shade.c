@@ -1,0 +1,520 @@
+/* SPDX-License-Identifier: MIT */
+/* The split sum: energy, every pixel against the same in double, centres
+ * against the library's own sums over the source, point lights. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ibl/reference.h"
+#include "maps.h"
+#include "shade.h"
+#include "truth.h"
+
+static const double pi = 3.14159265358979323846;
+
+static double shown(double linear)
+{
+    const double c = fmin(fmax(linear, 0), 1);
+
+    return c <= 0.0031308 ? 12.92 * c : 1.055 * pow(c, 1 / 2.4) - 0.055;
+}
+
+/* A row of white metal, from smooth to rough. */
+static view_settings white_metal(void)
+{
+    view_settings s = view_settings_default();
+
+    s.rows = 2;
+    s.columns = 7;
+    s.metallic[0] = 1;
+    s.material = shade_material("white");
+    return s;
+}
+
+/* ---- energy ------------------------------------------------------------ */
+
+/* Everything of one colour, spheres too, edges included. */
+static void furnace(const shade_set *set, const view_settings *s,
+                    const float rgb[3], double tolerance)
+{
+    float *picture = shade_draw(&set->set, s);
+    double worst = 0;
+
+    for (int i = 0; i < 3 * shade_width() * shade_height(); i++)
+        worst = fmax(worst, fabs(picture[i] / (double)rgb[i % 3] - 1));
+    CHECK_MSG(worst <= tolerance, "off by %g", worst);
+    free(picture);
+}
+
+static void white_furnace(void)
+{
+    const float white[3] = {1, 1, 1};
+    shade_set set;
+
+    if (!shade_begin(224, 64))
+        return;
+    shade_constant(&set, white);
+    view_settings s = white_metal();
+    s.multiscatter = true;
+    for (int i = 0; i < 4; i++) {
+        s.fresnel = (view_fresnel)(i % 2);
+        s.diffuse = (view_diffuse)(i / 2);
+        furnace(&set, &s, white, 1e-5);
+    }
+    s.yaw = 70;
+    s.pitch = 30;
+    s.turn = 77;
+    furnace(&set, &s, white, 1e-5);
+    shade_free(&set);
+    shade_end();
+}
+
+/* R and G by adaptive quadrature, at the nearest point that the table's texels
+ * go to; at most 1 % from what they would be at that point itself. */
+static void scattered_once(double n_v, double roughness, double rg[2])
+{
+    const double end = 0.5 / SHADE_TABLE;
+    const double inside = fmin(fmax(roughness, end), 1 - end);
+    double exact[2];
+
+    truth_lut(n_v, inside, IBL_GEOMETRY_SMITH, rg);
+    truth_lut(n_v, fmax(roughness, 1e-3), IBL_GEOMETRY_SMITH, exact);
+    CHECK_NEAR(rg[0], exact[0], 0.01);
+    CHECK_NEAR(rg[1], exact[1], 0.01);
+}
+
+/* Without compensation a white metal has what single scattering leaves. */
+static void furnace_without_compensation(void)
+{
+    const float white[3] = {1, 1, 1};
+    view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
+    shade_set set;
+    double least = 1, worst = 0;
+    int seen = 0;
+
+    if (!shade_begin(224, 64))
+        return;
+    shade_constant(&set, white);
+    const view_settings s = white_metal();
+    float *picture = shade_draw(&set.set, &s);
+    shade_pixel *pixels = shade_pixels(&s);
+    view_grid(&s, spheres);
+    for (int i = 0; i < shade_width() * shade_height(); i++) {
+        const shade_pixel *p = &pixels[i];
+        double rg[2];
+        if (p->sphere == -1)
+            CHECK(picture[3 * i] == 1);
+        if (p->sphere < 0 || p->n_v < 0.05 || i % 5)
+            continue;
+        seen++;
+        scattered_once(p->n_v, spheres[p->sphere].roughness, rg);
+        for (int k = 0; k < 3; k++)
+            worst = fmax(worst, fabs(picture[3 * i + k] - rg[0] - rg[1]));
+        least = fmin(least, rg[0] + rg[1]);
+    }
+    CHECK_MSG(worst < 5e-4, "off by %g", worst);
+    CHECK(seen > 200 && least < 0.6);
+    free(pixels);
+    free(picture);
+    shade_free(&set);
+    shade_end();
+}
+
+/* Dielectrics too reflect or scatter no more than there is, and a white one
+ * all of it; light of another colour is a factor. */
+static void coloured_furnace(void)
+{
+    const float rgb[3] = {0.25f, 1.5f, 30};
+    shade_set set;
+
+    if (!shade_begin(128, 128))
+        return;
+    shade_constant(&set, rgb);
+    view_settings s = view_settings_default();
+    s.rows = 2; /* what is between plastic and metal absorbs */
+    s.material = shade_material("white");
+    for (int i = 0; i < 4; i++) {
+        s.fresnel = (view_fresnel)(i % 2);
+        s.multiscatter = true;
+        s.diffuse = (view_diffuse)(i / 2);
+        furnace(&set, &s, rgb, 1e-5);
+    }
+    shade_free(&set);
+    shade_end();
+}
+
+/* Gold of every kind under a constant light. */
+static void constant_light(void)
+{
+    const float rgb[3] = {2, 0.5f, 0.125f};
+    view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
+    shade_set set;
+    double worst = 0;
+
+    if (!shade_begin(128, 128))
+        return;
+    shade_constant(&set, rgb);
+    view_settings s = view_settings_default();
+    s.sky = false;
+    float *picture = shade_draw(&set.set, &s);
+    shade_pixel *pixels = shade_pixels(&s);
+    view_grid(&s, spheres);
+    for (int i = 0; i < shade_width() * shade_height(); i++) {
+        const shade_pixel *p = &pixels[i];
+        for (int k = 0; k < 3 && p->sphere == -1; k++)
+            CHECK(picture[3 * i + k] == 0);
+        if (p->sphere < 0 || p->n_v < 0.1 || i % 7)
+            continue;
+        const view_sphere *ball = &spheres[p->sphere];
+        double rg[2];
+        scattered_once(p->n_v, ball->roughness, rg);
+        for (int k = 0; k < 3; k++) {
+            const double f = ball->f0[k] * rg[0] + rg[1];
+            const double all = f + ball->albedo[k] * (1 - f);
+            worst = fmax(worst, fabs(picture[3 * i + k] / rgb[k] - all));
+        }
+    }
+    CHECK_MSG(worst < 5e-4, "off by %g", worst);
+    free(pixels);
+    free(picture);
+    shade_free(&set);
+    shade_end();
+}
+
+/* ---- every pixel ------------------------------------------------------- */
+
+static ibl_image smooth_map(uint64_t seed)
+{
+    test_random r = {seed};
+
+    return map_of_kind(shade_ctx(), &r, MAP_SMOOTH, 128, 64);
+}
+
+/* The picture against shade_split_sum; tolerance relative to the brightest. */
+static void against_double(const shade_set *set, const view_settings *s,
+                           double tolerance)
+{
+    view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
+    float *picture = shade_draw(&set->set, s);
+    shade_pixel *pixels = shade_pixels(s);
+    double worst = 0, most = 0;
+    int seen = 0;
+
+    view_grid(s, spheres);
+    for (int i = 0; i < shade_width() * shade_height(); i++) {
+        const shade_pixel *p = &pixels[i];
+        shade_light light;
+        double rgb[3];
+        if (p->sphere < 0 || p->n_v < 0.02)
+            continue;
+        seen++;
+        shade_look_up(set, s, &spheres[p->sphere], p, &light);
+        shade_split_sum(s, &spheres[p->sphere], p->n_v, &light, rgb);
+        for (int k = 0; k < 3; k++) {
+            most = fmax(most, rgb[k]);
+            worst = fmax(worst, fabs(picture[3 * i + k] - rgb[k]));
+        }
+    }
+    CHECK(seen > 1000);
+    CHECK_MSG(worst <= tolerance * most, "off by %g of %g", worst, most);
+    free(pixels);
+    free(picture);
+}
+
+static void pixels_in_double(void)
+{
+    ibl_specular_options opts = ibl_specular_options_default();
+    shade_set set;
+
+    if (!shade_begin(128, 128))
+        return;
+    opts.size = 32;
+    ibl_image map = smooth_map(5);
+    for (int i = 0; i < 8; i++) {
+        opts.mapping =
+            i % 4 < 2 ? IBL_ROUGHNESS_LINEAR : IBL_ROUGHNESS_FILAMENT;
+        if (i % 4 == 0 || i % 4 == 2) {
+            if (i)
+                shade_free(&set);
+            shade_bake(&set, &map, &opts);
+        }
+        view_settings s = view_settings_default();
+        s.material = i;
+        s.fresnel = (view_fresnel)(i % 2);
+        s.diffuse = (view_diffuse)(i / 2 % 2);
+        s.multiscatter = i / 4;
+        s.yaw = 50 * i;
+        s.pitch = 8 * i - 30;
+        s.turn = 33 * i;
+        against_double(&set, &s, 1e-4);
+    }
+    shade_free(&set);
+    ibl_image_free(&map);
+    shade_end();
+}
+
+/* Coefficients of every degree that irradiance has, each as large as another;
+ * below 0 the sum is cut off. */
+static void harmonics_in_double(void)
+{
+    const float dim[3] = {0.01f, 0.01f, 0.01f};
+    test_random r = {17};
+    shade_set set;
+
+    if (!shade_begin(96, 96))
+        return;
+    shade_constant(&set, dim);
+    view_settings s = view_settings_default();
+    s.material = shade_material("white");
+    s.diffuse = VIEW_DIFFUSE_SH;
+    set.set.sh_degree = VIEW_SH_DEGREE;
+    for (int i = 0; i < 6; i++) {
+        for (int k = 0; k < 75; k++)
+            set.set.sh[k] = k < 27 || k >= 48 ? test_random_unit(&r) - 0.5 : 0;
+        for (int k = 0; k < 3; k++)
+            set.set.sh[k] = i ? 8 : -8;
+        s.yaw = 60 * i;
+        s.pitch = 12 * i - 30;
+        against_double(&set, &s, 1e-4);
+    }
+    shade_free(&set);
+    shade_end();
+}
+
+/* A scale of the irradiance map that another baker chose. */
+static void irradiance_scale(void)
+{
+    ibl_specular_options opts = ibl_specular_options_default();
+    shade_set set;
+
+    if (!shade_begin(96, 96))
+        return;
+    opts.size = 32;
+    ibl_image map = smooth_map(6);
+    shade_bake(&set, &map, &opts);
+    view_settings s = view_settings_default();
+    float *ours = shade_draw(&set.set, &s);
+    for (size_t i = 0; i < 3 * ibl_cube_texels(set.irradiance.size, 1); i++)
+        set.irradiance.data[i] *= 4;
+    shade_pack(&set, IBL_PIXEL_RGBA32F, IBL_PIXEL_RG32F);
+    set.set.irradiance_scale = 0.25;
+    float *theirs = shade_draw(&set.set, &s);
+    CHECK(!memcmp(ours, theirs, 3 * 96 * 96 * sizeof *ours));
+    free(ours);
+    free(theirs);
+    shade_free(&set);
+    ibl_image_free(&map);
+    shade_end();
+}
+
+/* ---- centres against the library ---------------------------------------- */
+
+/* The sums over the source, where a shader has lookups: within a step of an
+ * 8-bit picture. */
+static void centres(const shade_set *set, const ibl_image *map,
+                    const view_settings *s)
+{
+    view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
+    ibl_reference *ref = NULL;
+    double worst = 0;
+
+    NEED(!ibl_reference_create(shade_ctx(), map, 0, &ref));
+    float *picture = shade_draw(&set->set, s);
+    shade_pixel *pixels = shade_pixels(s);
+    const int count = view_grid(s, spheres);
+    for (int i = 0; i < count; i++) {
+        const int at = shade_centre(s, &spheres[i]);
+        const shade_pixel *p = &pixels[at];
+        const double r = spheres[i].roughness;
+        shade_light light;
+        double rgb[3];
+        CHECK(p->sphere == i);
+        CHECK(!ibl_reference_irradiance(ref, p->normal, 1, light.irradiance));
+        CHECK(!ibl_reference_lut(shade_ctx(), p->n_v, r, IBL_GEOMETRY_SMITH,
+                                 light.table));
+        if (r > 0)
+            CHECK(!ibl_reference_specular(ref, r, p->reflected, 1,
+                                          light.specular));
+        else /* pixels, where level 0 is smooth */
+            shade_cube(&set->specular, 0, p->reflected, light.specular);
+        shade_split_sum(s, &spheres[i], p->n_v, &light, rgb);
+        for (int k = 0; k < 3; k++)
+            worst =
+                fmax(worst, fabs(shown(picture[3 * at + k]) - shown(rgb[k])));
+    }
+    CHECK_MSG(worst <= 1.0 / 255, "off by %g steps", worst * 255);
+    free(pixels);
+    free(picture);
+    ibl_reference_free(ref);
+}
+
+static void centres_by_library(void)
+{
+    ibl_specular_options opts = ibl_specular_options_default();
+    shade_set set;
+
+    if (!shade_begin(217, 217))
+        return;
+    opts.size = 256;
+    ibl_image map = smooth_map(9);
+    for (int i = 0; i < 2; i++) {
+        view_settings s = view_settings_default();
+        /* A level for each column: what lies between levels is interpolated,
+         * in every engine. */
+        opts.mapping = i ? IBL_ROUGHNESS_FILAMENT : IBL_ROUGHNESS_LINEAR;
+        opts.levels = s.columns = 6;
+        shade_bake(&set, &map, &opts);
+        s.multiscatter = i;
+        if (i) {
+            s.columns = 1;
+            for (int level = 0; level < opts.levels; level++) {
+                s.roughness[0] =
+                    ibl_level_roughness(opts.mapping, level, opts.levels);
+                centres(&set, &map, &s);
+            }
+        } else {
+            centres(&set, &map, &s);
+        }
+        shade_free(&set);
+    }
+    ibl_image_free(&map);
+    shade_end();
+}
+
+/* ---- point lights ------------------------------------------------------ */
+
+/* Far lights all over the hemisphere, four at a time, are a white sky: what a
+ * white metal reflects of them is R + G, of a white dielectric 1. */
+static void lights_add_up_to_a_furnace(void)
+{
+    const float black[3] = {0, 0, 0};
+    const int rings = TEST_SANITIZED ? 8 : 16, around = 2 * rings;
+    const double far = 1e4;
+    view_sphere ball[VIEW_MAX_GRID * VIEW_MAX_GRID];
+    double sum[2] = {0, 0}, rg[2];
+    shade_set set;
+
+    if (!shade_begin(31, 31))
+        return;
+    shade_constant(&set, black);
+    view_settings s = white_metal();
+    s.columns = 1;
+    s.metallic[0] = 0;
+    s.metallic[1] = 1;
+    s.roughness[0] = 0.7;
+    s.light_count = 4;
+    s.sky = false;
+    view_grid(&s, ball);
+    shade_pixel *pixels = shade_pixels(&s);
+    for (int i = 0; i < rings * around; i += 4) {
+        for (int j = 0; j < 4; j++) {
+            /* Equal solid angles of the hemisphere towards the camera. */
+            const double z = ((i + j) / around + 0.5) / rings;
+            const double phi = ((i + j) % around + 0.5) * 2 * pi / around;
+            s.light[j] =
+                (view_light){{far * sqrt(1 - z * z) * cos(phi),
+                              far * sqrt(1 - z * z) * sin(phi), far * z},
+                             {0, far * far, 0}};
+        }
+        float *picture = shade_draw(&set.set, &s);
+        for (int j = 0; j < 2; j++)
+            sum[j] += picture[3 * shade_centre(&s, &ball[j]) + 1] * 2 * pi /
+                      (rings * around);
+        for (int j = 0; j < 31 * 31; j++)
+            CHECK(picture[3 * j] == 0 && picture[3 * j + 2] == 0);
+        free(picture);
+    }
+    truth_lut(pixels[shade_centre(&s, &ball[1])].n_v, 0.7, IBL_GEOMETRY_SMITH,
+              rg);
+    CHECK_NEAR(sum[1], rg[0] + rg[1], 0.02);
+    CHECK_NEAR(sum[0], 1, 0.02);
+    free(pixels);
+    shade_free(&set);
+    shade_end();
+}
+
+/* One light as Walter, Heitz and Schlick have it, in double, over all pixels:
+ * distance, back sides, all roughnesses. */
+static double light_at(const view_sphere *ball, const shade_pixel *p,
+                       const view_light *light, int k)
+{
+    const double r = fmax(ball->roughness, 0.045), a2 = r * r * r * r;
+    double l[3], h[3], d2 = 0, nl = 0, nh = 0, vh = 0, length = 0;
+
+    for (int j = 0; j < 3; j++) {
+        l[j] =
+            light->position[j] - ball->centre[j] - ball->radius * p->normal[j];
+        d2 += l[j] * l[j];
+    }
+    for (int j = 0; j < 3; j++) {
+        l[j] /= sqrt(d2);
+        nl += l[j] * p->normal[j];
+        h[j] = l[j] + p->view[j];
+        length += h[j] * h[j];
+    }
+    for (int j = 0; j < 3; j++) {
+        nh += h[j] * p->normal[j] / sqrt(length);
+        vh += h[j] * p->view[j] / sqrt(length);
+    }
+    if (nl <= 0)
+        return 0;
+    const double tan2h = 1 / (nh * nh) - 1;
+    const double d = 1 / (pi * a2 * pow(nh, 4) * pow(1 + tan2h / a2, 2));
+    const double lambda_l = (sqrt(1 + a2 * (1 / (nl * nl) - 1)) - 1) / 2;
+    const double lambda_v =
+        (sqrt(1 + a2 * (1 / (p->n_v * p->n_v) - 1)) - 1) / 2;
+    const double g = 1 / (1 + lambda_l + lambda_v);
+    const double f = ball->f0[k] + (1 - ball->f0[k]) * pow(1 - vh, 5);
+    return light->intensity[k] / d2 * d * g * f / (4 * p->n_v);
+}
+
+static void one_light(void)
+{
+    const float black[3] = {0, 0, 0};
+    view_sphere balls[VIEW_MAX_GRID * VIEW_MAX_GRID];
+    shade_set set;
+    double worst = 0;
+
+    if (!shade_begin(128, 128))
+        return;
+    shade_constant(&set, black);
+    view_settings s = view_settings_default();
+    s.material = shade_material("water"); /* nothing is diffuse */
+    s.light_count = 2;
+    s.light[0] = (view_light){{3, 2, 1}, {10, 5, 2}};
+    s.light[1] = (view_light){{-6, 0, 0.5}, {3, 5, 20}};
+    view_grid(&s, balls);
+    float *picture = shade_draw(&set.set, &s);
+    shade_pixel *pixels = shade_pixels(&s);
+    for (int i = 0; i < 128 * 128; i++) {
+        const shade_pixel *p = &pixels[i];
+        if (p->sphere < 0 || p->n_v < 0.02)
+            continue;
+        for (int k = 0; k < 3; k++) {
+            const double expected =
+                light_at(&balls[p->sphere], p, &s.light[0], k) +
+                light_at(&balls[p->sphere], p, &s.light[1], k);
+            worst = fmax(worst, fabs(picture[3 * i + k] - expected) /
+                                    (expected + 0.01));
+        }
+    }
+    CHECK_MSG(worst < 2e-3, "off by %g", worst);
+    free(pixels);
+    free(picture);
+    shade_free(&set);
+    shade_end();
+}
+
+static const test tests[] = {
+    TEST(white_furnace),
+    TEST(furnace_without_compensation),
+    TEST(coloured_furnace),
+    TEST(constant_light),
+    TEST(pixels_in_double),
+    TEST(irradiance_scale),
+    TEST(harmonics_in_double),
+    TEST(centres_by_library),
+    TEST(lights_add_up_to_a_furnace),
+    TEST(one_light),
+};
+TEST_MAIN(tests)

@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: MIT */
+/* What tests of shading share: sets made in memory, pictures of them, and the
+ * split sum with its lookups written out in double. */
+#ifndef SHADE_H
+#define SHADE_H
+
+#include "view/scene.h"
+#include "view/set.h"
+
+#include "test.h"
+
+/* A screen and a renderer; false where the running test is skipped. */
+bool shade_begin(int width, int height);
+void shade_end(void);
+ibl_ctx *shade_ctx(void);
+
+/* A set with the maps that its textures were made of. Unless a test says
+ * otherwise RGBA32F and RG32F, so that both are the same numbers. */
+typedef struct shade_set {
+    view_set set;
+    ibl_cube specular, irradiance;
+    ibl_lut lut;
+} shade_set;
+
+/* Edge of the tables that are made here. */
+#define SHADE_TABLE 128
+
+void shade_constant(shade_set *s, const float rgb[3]);
+/* Specular chain of size and levels (opts), irradiance, harmonics, table. */
+void shade_bake(shade_set *s, const ibl_image *map,
+                const ibl_specular_options *opts);
+/* Textures anew, from maps that a test has changed. */
+void shade_pack(shade_set *s, ibl_pixel cubes, ibl_pixel lut);
+void shade_free(shade_set *s);
+
+/* Draws; linear RGB, rows from the top, for free(). Exits if it cannot. */
+float *shade_draw(const view_set *set, const view_settings *s);
+int shade_width(void);
+int shade_height(void);
+/* Index in view_materials; exits if there is none of that name. */
+int shade_material(const char *name);
+
+/* What a pixel shows: a sphere, all nine of it and its neighbours, or the sky
+ * (-1), or what both have a part in (-2). */
+typedef struct shade_pixel {
+    int sphere;
+    double normal[3], view[3], reflected[3];
+    double n_v;
+} shade_pixel;
+/* For each pixel of the picture; free(). */
+shade_pixel *shade_pixels(const view_settings *s);
+/* The pixel under which a sphere's centre is. */
+int shade_centre(const view_settings *s, const view_sphere *sphere);
+
+/* Trilinear and seamless; dir in the environment's own frame. */
+void shade_cube(const ibl_cube *cube, double level, const double dir[3],
+                double rgb[3]);
+/* Bilinear, clamped to edges. */
+void shade_table(const ibl_lut *lut, double n_v, double roughness,
+                 double rg[2]);
+/* What light is put into the split sum, and what comes out of it (without
+ * lights that are points). */
+typedef struct shade_light {
+    double specular[3], irradiance[3]; /* E/pi */
+    double table[2];
+} shade_light;
+void shade_look_up(const shade_set *s, const view_settings *settings,
+                   const view_sphere *sphere, const shade_pixel *p,
+                   shade_light *light);
+void shade_split_sum(const view_settings *settings, const view_sphere *sphere,
+                     double n_v, const shade_light *light, double rgb[3]);
+
+#endif
