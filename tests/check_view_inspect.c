@@ -260,7 +260,7 @@ static void faces_are_in_place(void)
                                         cross[face][0] * 40 + x * 10 + 5,
                                         cross[face][1] * 40 + y * 10 + 5);
             CHECK(t.inside && t.face == face && t.x == x && t.y == y);
-            CHECK(t.level == 1 && t.value[0] == 10 + face);
+            CHECK(t.level == 1 && t.value[0] == (float)(10 + face));
             CHECK(length(t.direction, d) == 0);
             s.layout = VIEW_STRIP;
             t = view_inspect(&set, &s, 240, 60, face * 40 + x * 10 + 5,
@@ -349,7 +349,7 @@ static void skies_are_read(void)
                     view_grid_hit(spheres, count, c.eye, world, NULL) >= 0;
                 CHECK(t.inside == !sphere);
                 CHECK(!t.inside || (length(t.direction, d) < 1.45 / 256 &&
-                                    t.value[0] == t.face));
+                                    t.value[0] == (float)t.face));
             }
     }
     s.turn = s.yaw = s.pitch = 0;
@@ -362,7 +362,7 @@ static void skies_are_read(void)
     CHECK_NEAR(d[2], -1, 1e-12);
     name_texels(&set.texture[VIEW_SKY], 8, 1, 50);
     t = view_inspect(&set, &s, 400, 60, 0, 30);
-    CHECK(t.value[0] == 50 + t.face && t.x < 8);
+    CHECK(t.value[0] == (float)(50 + t.face) && t.x < 8);
     CHECK(!view_inspect(&set, &s, 400, 60, -1, 30).inside);
     CHECK(!view_inspect(&set, &s, 400, 60, 0, 60).inside);
     s.sky = false;
