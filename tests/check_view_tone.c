@@ -45,8 +45,10 @@ static stage *open_stage(void)
     if (!view_test_begin(WIDTH, HEIGHT))
         return NULL;
     s = calloc(1, sizeof *s);
-    if (!s || !(s->display = view_display_create())) {
-        CHECK(!"a display");
+    if (s)
+        s->display = view_display_create();
+    CHECK(s && s->display);
+    if (!s || !s->display) {
         close_stage(s);
         return NULL;
     }
