@@ -12,6 +12,7 @@
 #include "view/frame.h"
 #include "view/inspect.h"
 #include "view/program.h"
+#include "view/renderer.h"
 #include "view/scene.h"
 #include "view/upload.h"
 
@@ -370,6 +371,55 @@ static void skies_are_read(void)
     free_set(&set);
 }
 
+/* The same of a picture: a sky whose texels are their own directions. */
+static void skies_are_drawn_so(void)
+{
+    enum {
+        N = 64,
+        W = 120,
+        H = 90
+    };
+    view_settings s = view_settings_default();
+    int sky = 0, bad = 0;
+
+    if (!begin())
+        return;
+    view_set set = make_set(N, 1);
+    float *data = (float *)(void *)set.texture[VIEW_SPECULAR].data;
+    for (int i = 0; i < IBL_FACES * N * N; i++) {
+        double d[3];
+        ibl_cube_direction(N, i / (N * N), i % N, i / N % N, d);
+        for (int k = 0; k < 3; k++)
+            data[4 * i + k] = (float)d[k];
+    }
+    s.turn = 50;
+    s.yaw = -70;
+    s.pitch = 25;
+    view_renderer *r = view_renderer_create();
+    CHECK(r && view_renderer_load(r, &set));
+    CHECK(r && view_renderer_draw(r, &s, W, H));
+    CHECK(r && view_renderer_read(r, false, seen[0]));
+    /* Spheres cover part of pixels beside them whose middle shows the sky. */
+    for (int y = 1; y < H - 1; y++)
+        for (int x = 1; x < W - 1; x++) {
+            const view_texel t = view_inspect(&set, &s, W, H, x, y);
+            const float *c = seen[0] + 3 * (y * W + x);
+            const double drawn[3] = {c[0], c[1], c[2]};
+            bool clear = true;
+            for (int i = 0; i < 9; i++)
+                clear &=
+                    view_inspect(&set, &s, W, H, x + i % 3 - 1, y + i / 3 - 1)
+                        .inside;
+            sky += clear;
+            /* Half of a texel's diagonal, and how far chords lie inside. */
+            bad += clear && length(t.direction, drawn) > 1.45 / N;
+        }
+    CHECK_MSG(sky > W * H / 4 && !bad, "%d of %d differ", bad, sky);
+    view_renderer_free(r);
+    free_set(&set);
+    end();
+}
+
 /* ---- the table ------------------------------------------------------------
  */
 
@@ -507,11 +557,11 @@ static void absent_maps_are_not_inside(void)
 }
 
 static const test tests[] = {
-    TEST(shader_and_readout_agree),   TEST(texels_are_alone),
-    TEST(faces_are_in_place),         TEST(crosses_fold),
-    TEST(equirects_are_mapped),       TEST(skies_are_read),
-    TEST(lines_are_at_values),        TEST(flat_tables_have_no_lines),
-    TEST(zoom_keeps_what_is_there),   TEST(texels_are_told),
-    TEST(absent_maps_are_not_inside),
+    TEST(shader_and_readout_agree),  TEST(texels_are_alone),
+    TEST(faces_are_in_place),        TEST(crosses_fold),
+    TEST(equirects_are_mapped),      TEST(skies_are_read),
+    TEST(skies_are_drawn_so),        TEST(lines_are_at_values),
+    TEST(flat_tables_have_no_lines), TEST(zoom_keeps_what_is_there),
+    TEST(texels_are_told),           TEST(absent_maps_are_not_inside),
 };
 TEST_MAIN(tests)
