@@ -505,6 +505,35 @@ static void one_light(void)
     shade_end();
 }
 
+/* Smooth mirrors, grazing views, lights in and on spheres: all finite. */
+static void everything_is_finite(void)
+{
+    const float bright[3] = {65504, 0, 1e-7f};
+    shade_set set;
+
+    if (!shade_begin(128, 128))
+        return;
+    shade_constant(&set, bright);
+    view_settings s = view_settings_default();
+    s.light_count = VIEW_MAX_LIGHTS;
+    for (int i = 0; i < 2; i++) {
+        s.multiscatter = i;
+        s.fresnel = (view_fresnel)i;
+        s.yaw = 80 * i;
+        s.light[0] = (view_light){{0, 0, 0.45}, {1, 1, 1}};
+        s.light[1] = (view_light){{1, 0, 0}, {1e6, 1, 0}};
+        s.light[2] = (view_light){{0, 1e6, 0}, {1e12, 1e12, 1e12}};
+        float *picture = shade_draw(&set.set, &s);
+        int wrong = 0;
+        for (int k = 0; k < 3 * 128 * 128; k++)
+            wrong += !(picture[k] >= 0) || isinf(picture[k]);
+        CHECK_MSG(!wrong, "%d values", wrong);
+        free(picture);
+    }
+    shade_free(&set);
+    shade_end();
+}
+
 static const test tests[] = {
     TEST(white_furnace),
     TEST(furnace_without_compensation),
@@ -516,5 +545,6 @@ static const test tests[] = {
     TEST(centres_by_library),
     TEST(lights_add_up_to_a_furnace),
     TEST(one_light),
+    TEST(everything_is_finite),
 };
 TEST_MAIN(tests)

@@ -139,6 +139,80 @@ static void sky_of_its_own(void)
     shade_end();
 }
 
+static double level_value(int level)
+{
+    return 1 + level * level;
+}
+
+/* Levels of constant colours, red by level and green 1: red over green is what
+ * the level that was read says. */
+static void levels_of(shade_set *set)
+{
+    float *at = set->specular.data;
+
+    for (int level = 0; level < set->specular.levels; level++) {
+        const int n = ibl_cube_edge(set->specular.size, level);
+        for (int i = 0; i < 6 * n * n; i++, at += 3) {
+            at[0] = (float)level_value(level);
+            at[1] = at[2] = 1;
+        }
+    }
+    shade_pack(set, IBL_PIXEL_RGBA32F, IBL_PIXEL_RG32F);
+}
+
+/* Of a sky of its own smaller levels stand for many texels in a pixel; of a
+ * specular chain they do not, however small the picture. */
+static void small_pictures_of_the_sky(void)
+{
+    shade_set set;
+
+    if (!shade_begin(16, 16))
+        return;
+    shade_constant(&set, white);
+    levels_of(&set);
+    view_settings s = one_sphere("white", 1);
+    s.distance = 900;
+    s.fov = 120;
+    for (int own = 0; own < 2; own++) {
+        if (own)
+            NEED(!ibl_texture_from_cube(shade_ctx(), &set.specular,
+                                        IBL_PIXEL_RGBA32F,
+                                        &set.set.texture[VIEW_SKY], NULL));
+        float *picture = shade_draw(&set.set, &s);
+        /* In the middle a pixel is 2 tan(60) / 16 = 0.22 wide, a texel of 32
+         * in a face 0.0625: 3.5 of them, nearer to level 2 than to level 1. */
+        const float seen = picture[3 * (16 * 8 + 4)];
+        if (own)
+            CHECK_MSG(seen > level_value(1) && seen < level_value(3),
+                      "shows %g", seen);
+        else
+            CHECK(seen == level_value(0));
+        free(picture);
+    }
+    shade_free(&set);
+    shade_end();
+}
+
+/* An eye in a sphere sees through it; nothing is ever not a number. */
+static void from_within(void)
+{
+    shade_set set;
+
+    if (!shade_begin(64, 48))
+        return;
+    shade_constant(&set, white);
+    view_settings s = one_sphere("gold", 0.5);
+    for (int i = 0; i < 3; i++) {
+        s.distance = i < 2 ? 0.1 + 0.349 * i : 0.4501;
+        float *picture = shade_draw(&set.set, &s);
+        for (int k = 0; k < 3 * 64 * 48; k++)
+            CHECK(i < 2 ? picture[k] == 1 : picture[k] > 0 && picture[k] <= 1);
+        free(picture);
+    }
+    shade_free(&set);
+    shade_end();
+}
+
 /* ---- seams ------------------------------------------------------------- */
 
 static void smooth_colour(const double d[3], float rgb[3])
@@ -237,27 +311,6 @@ static void seams(void)
 }
 
 /* ---- levels ------------------------------------------------------------ */
-
-static double level_value(int level)
-{
-    return 1 + level * level;
-}
-
-/* Levels of constant colours, red by level and green 1: red over green is what
- * the level that was read says. */
-static void levels_of(shade_set *set)
-{
-    float *at = set->specular.data;
-
-    for (int level = 0; level < set->specular.levels; level++) {
-        const int n = ibl_cube_edge(set->specular.size, level);
-        for (int i = 0; i < 6 * n * n; i++, at += 3) {
-            at[0] = (float)level_value(level);
-            at[1] = at[2] = 1;
-        }
-    }
-    shade_pack(set, IBL_PIXEL_RGBA32F, IBL_PIXEL_RG32F);
-}
 
 static void check_levels(const shade_set *set, const double *roughness,
                          int count)
@@ -575,6 +628,8 @@ static void coverage(void)
 static const test tests[] = {
     TEST(mirror),
     TEST(sky_of_its_own),
+    TEST(small_pictures_of_the_sky),
+    TEST(from_within),
     TEST(seams),
     TEST(mappings),
     TEST(parts_of_the_range),

@@ -18,8 +18,8 @@ void add_lights(vec3 p, vec3 n, vec3 v, vec3 f0, float roughness,
         vec3 to = light_position[i].xyz - p;
         vec3 l = normalize(to);
         float n_l = dot(n, l);
-        if (n_l <= 0.0)
-            continue;
+        if (!(n_l > 0.0))
+            continue; // behind, or in p itself
         vec3 h = normalize(v + l);
         vec3 e = light_intensity[i].rgb * (n_l / dot(to, to));
         specular += e * ggx_d(n, h, r * r) * smith_v(n_l, n_v, r * r) *
