@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "test.h"
+#include "view/frame.h"
 #include "view/scene.h"
 
 static const double degree = 3.14159265358979323846 / 180;
@@ -302,6 +303,43 @@ static void turns(void)
     }
 }
 
+/* What shaders are told; the shading's tests see the rest. */
+static void frame(void)
+{
+    static view_frame f, again;
+    view_settings s = view_settings_default();
+    view_set set = {.lod_scale = 5, .lod_offset = -0.5, .sh_degree = 1};
+
+    set.mapping = IBL_ROUGHNESS_FILAMENT;
+    set.geometry = IBL_GEOMETRY_SCHLICK_IBL;
+    set.irradiance_scale = 0.25;
+    set.texture[VIEW_SPECULAR] =
+        (ibl_texture){.width = 64, .height = 64, .levels = 6, .faces = 6};
+    set.sh[11] = 7;
+    set.sh[12] = 9; /* beyond the degree */
+    s.ev = -3;
+    s.turn = 90;
+    s.light_count = 1;
+    s.compare = VIEW_DIFFERENCE;
+    s.mode = VIEW_LEVELS;
+    s.level = 2;
+    view_frame_fill(&f, &s, &set, 320, 200);
+    CHECK(f.display[0] == 0.125f && f.display[3] == 0);
+    CHECK(f.lod[0] == 5 && f.lod[1] == -0.5f && f.lod[2] == 5 && f.lod[3] == 1);
+    CHECK(f.diffuse[0] == 0.25f && f.diffuse[1] == 1);
+    CHECK(f.sh[3][2] == 7 && f.sh[4][0] == 0);
+    CHECK(f.viewport[0] == 320 && f.viewport[3] == 1.0f / 200);
+    CHECK_NEAR(f.turn[1], 1, 1e-7);
+    CHECK(f.choice[3] == 1 && f.show[2] == VIEW_DIFFERENCE && f.show[3] == 1);
+    CHECK(f.light_intensity[0][0] > 0 && f.light_intensity[1][0] == 0);
+    CHECK(f.inspect[0] == VIEW_LEVELS && f.inspect[2] == 2 &&
+          f.inspect[3] == 16);
+    /* Frames are compared by their bytes. */
+    memset(&again, 255, sizeof again);
+    view_frame_fill(&again, &s, &set, 320, 200);
+    CHECK(!memcmp(&f, &again, sizeof f));
+}
+
 static void names(void)
 {
     for (int i = 0; i < VIEW_MODES; i++)
@@ -322,6 +360,6 @@ static const test tests[] = {
     TEST(metals),    TEST(dielectrics), TEST(all_materials),
     TEST(grid),      TEST(axes),        TEST(rays_and_matrix),
     TEST(grid_fits), TEST(hits),        TEST(no_hits_behind_or_inside),
-    TEST(turns),     TEST(names),
+    TEST(turns),     TEST(frame),       TEST(names),
 };
 TEST_MAIN(tests)
