@@ -545,6 +545,7 @@ static void wide_lobes(void)
     for (int i = 0; i < 2; ++i) {
         s.settings.turn = i ? 217.0 : 37.0;
         s.settings.pitch = i ? -25.0 : 25.0;
+        s.settings.multiscatter = i;
         compare(&s, 0.01);
     }
     end(&s);
