@@ -165,6 +165,7 @@ void view_truth_restart(view_truth *t)
 
 static bool resize(view_truth *t, int width, int height)
 {
+    t->width = t->height = 0;
     for (int i = 0; i < TARGETS; ++i) {
         bind(UNIT_PASS, GL_TEXTURE_2D, t->target[i]);
         gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA,
