@@ -26,9 +26,11 @@ enum {
 
 /* Samples of one draw call: systems reset a GPU that is busy for seconds. */
 #define MOST_SAMPLES 16
-/* By the clock: of one frame, and what it may take. */
+/* By the clock: of one frame at most, and the time that it should take. What
+ * turns or moves begins anew with few, so that only a picture that stands
+ * still waits that long for the next one. */
 #define MOST_BY_CLOCK 64
-static const double frame_seconds = 1.0 / 30.0;
+static const double quick_seconds = 0.05, slow_seconds = 0.1;
 
 struct view_truth {
     GLuint spheres, sky, mean; /* programs */
@@ -260,14 +262,12 @@ static double seconds(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* As many samples as would have filled the time, and at most twice as many as
- * there were: a frame's fixed costs are not theirs. */
+/* By twos, as a frame has costs that are not of its samples. */
 static int next_by_clock(int samples, double took)
 {
-    const double fill = samples * frame_seconds / (took > 1e-6 ? took : 1e-6);
-    const int most = 2 * samples < MOST_BY_CLOCK ? 2 * samples : MOST_BY_CLOCK;
-
-    return fill < 1.0 ? 1 : fill < most ? (int)fill : most;
+    if (took < quick_seconds)
+        return 2 * samples < MOST_BY_CLOCK ? 2 * samples : MOST_BY_CLOCK;
+    return took > slow_seconds && samples > 1 ? samples / 2 : samples;
 }
 
 bool view_truth_draw(view_truth *t, const view_frame *frame, GLuint instances,
