@@ -959,17 +959,35 @@ static void baker_bakes(void)
     ibl_ctx_free(ctx);
 }
 
+/* Of all threads of this process, which waiting does not change. */
+static double processor_seconds(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
 static void baker_is_cancelled(void)
 {
     static const double after[] = {0, 0.001, 0.01, 0.05};
-
+    const char *path = large_map();
+    view_set set;
+    double spent = -processor_seconds();
+    NEED(view_baker_finish(view_baker_start(path), &set));
+    spent += processor_seconds();
+    view_set_free(&set);
     for (int i = 0; i < 4; i++) {
-        view_baker *baker = view_baker_start(large_map());
+        double cancelled = -processor_seconds();
+        view_baker *baker = view_baker_start(path);
         NEED(baker);
         pause_for(after[i]);
         view_test_catch();
         CHECK(!view_baker_finish(baker, NULL));
         CHECK(!*view_test_caught());
+        cancelled += processor_seconds();
+        CHECK_MSG(i > 0 || cancelled < 0.5 * spent,
+                  "cancelled after %g s of work, all of it takes %g", cancelled,
+                  spent);
     }
     /* One that has ended already. */
     view_baker *baker = view_baker_start(map_file());
