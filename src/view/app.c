@@ -62,7 +62,7 @@ static bool show(view_app *app)
     app->set = set;
     old = free_slot(app);
     view_set_free(old);
-    view_stamp_take(set, &app->stamp);
+    app->stamp = set->read;
     if (app->settings.level >= levels)
         app->settings.level = levels - 1;
     if (app->settings.diffuse == VIEW_DIFFUSE_SH && set->sh_degree < 0)

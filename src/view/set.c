@@ -141,6 +141,7 @@ static bool load(opener *o, view_content content, char *path, view_about *about)
         return view_fail("%s: is %s, where %s (KTX2, KTX or DDS) is wanted: %s",
                          path, words, view_content_words(content),
                          remedy(content));
+    view_stamp_read(o->set, content);
     if (ibl_texture_read(o->ctx, path, tex, NULL))
         return false;
     if (!check_shape(tex, path, content) ||
@@ -237,17 +238,16 @@ static bool name_parts(opener *o, const char *path)
     view_file_content(set->name, &length);
     if (length)
         set->name[length] = '\0';
-    char *sidecar = view_file_print("%s%s.json", o->directory, set->name);
-    if (!sidecar)
+    set->sidecar = view_file_print("%s%s.json", o->directory, set->name);
+    if (!set->sidecar)
         return view_file_no_memory(path);
-    if (!view_sidecar_open(sidecar, &o->sidecar)) {
-        free(sidecar);
+    view_stamp_read(set, VIEW_CONTENTS);
+    if (!view_sidecar_open(set->sidecar, &o->sidecar))
         return false;
+    if (!o->sidecar) {
+        free(set->sidecar);
+        set->sidecar = NULL;
     }
-    if (o->sidecar)
-        set->sidecar = sidecar;
-    else
-        free(sidecar);
     return true;
 }
 

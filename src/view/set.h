@@ -21,6 +21,14 @@ typedef enum view_content {
 /* Highest degree of irradiance that a shader sums. */
 #define VIEW_SH_DEGREE 4
 
+#define VIEW_STAMPS (VIEW_CONTENTS + 2) /* the textures, sidecar, map */
+
+/* What the files of a set were, where it has any. size -1: it is gone. */
+typedef struct view_stamp {
+    long long seconds[VIEW_STAMPS], nanoseconds[VIEW_STAMPS];
+    long long size[VIEW_STAMPS], inode[VIEW_STAMPS];
+} view_stamp;
+
 typedef struct view_set {
     char *name; /* for titles: "sky" */
     /* Texels as the files have them. Only the sky may be missing, and is zeroed
@@ -32,6 +40,7 @@ typedef struct view_set {
     char *path[VIEW_CONTENTS]; /* of each file; NULL: none */
     char *sidecar;             /* path, or NULL */
     char *map;                 /* what was baked here, or NULL */
+    view_stamp read;           /* of those, just before they were read */
 
     ibl_roughness_map mapping;
     double lod_scale, lod_offset;     /* as ibl_specular_layout has them */
@@ -86,20 +95,12 @@ void view_set_sh_irradiance(const view_set *set, const double normal[3],
 
 /* ---- files that change ------------------------------------------------- */
 
-/* The textures, the sidecar, the map. */
-#define VIEW_STAMPS (VIEW_CONTENTS + 2)
-
-/* What the files of a set were when they were read. size -1: not there. */
-typedef struct view_stamp {
-    long long seconds[VIEW_STAMPS], nanoseconds[VIEW_STAMPS];
-    long long size[VIEW_STAMPS], inode[VIEW_STAMPS];
-} view_stamp;
-
-/* To be called before the files are read again, lest a change in between is
- * missed; of a set that has just been opened it is as good. */
+/* What they are now: where reading them anew has failed, so as to wait for the
+ * next change. */
 void view_stamp_take(const view_set *set, view_stamp *stamp);
 /* Whether a file is another one now, and all are there that were and have been
- * left alone for settle seconds. */
+ * left alone for settle seconds. Of set.read nothing is missed that happened
+ * while the set was read or baked. */
 bool view_stamp_changed(const view_set *set, const view_stamp *stamp,
                         double settle);
 

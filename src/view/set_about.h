@@ -83,6 +83,8 @@ bool view_sidecar_sh(const view_sidecar *s, view_set *set);
 bool view_set_fill(ibl_ctx *ctx, view_set *set);
 /* The largest finite component of level 0 of the specular chain. */
 double view_set_peak(const view_set *set);
+/* Fills entry i of set->read: before that file is read. */
+void view_stamp_read(view_set *set, int i);
 /* File's name without directory, and without its last extension: for
  * free(). */
 char *view_set_stem(const char *path);

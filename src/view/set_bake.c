@@ -36,15 +36,14 @@ static bool take(ibl_ctx *ctx, const ibl_bake_result *result,
     return view_set_fill(ctx, set);
 }
 
-/* Takes name over. */
-static bool bake(ibl_ctx *ctx, char *name, const ibl_environment *env,
+/* Into a set that has its name, or has not for want of memory. */
+static bool bake(ibl_ctx *ctx, const ibl_environment *env,
                  const ibl_specular_options *specular, view_set *set)
 {
     ibl_bake_options opts = ibl_bake_options_default();
     ibl_bake_result result = {0};
 
-    *set = (view_set){.name = name, .sh_degree = -1};
-    if (!name)
+    if (!set->name)
         return view_fail("no memory to bake");
     if (specular)
         opts.specular_options = *specular;
@@ -53,8 +52,6 @@ static bool bake(ibl_ctx *ctx, char *name, const ibl_environment *env,
     const bool ok = !ibl_bake_environment(ctx, env, &opts, &result) &&
                     take(ctx, &result, &opts.specular_options, set);
     ibl_bake_result_free(&result);
-    if (!ok)
-        view_set_free(set);
     return ok;
 }
 
@@ -63,7 +60,12 @@ bool view_set_bake_image(ibl_ctx *ctx, const char *name, const ibl_image *map,
 {
     const ibl_environment env = {
         .width = map->width, .height = map->height, .image = map};
-    return bake(ctx, strdup(name), &env, opts, set);
+
+    *set = (view_set){.name = strdup(name)};
+    if (bake(ctx, &env, opts, set))
+        return true;
+    view_set_free(set);
+    return false;
 }
 
 static ibl_status read_rows(void *cookie, int rows, float *rgb)
@@ -71,22 +73,32 @@ static ibl_status read_rows(void *cookie, int rows, float *rgb)
     return ibl_source_read(cookie, rows, rgb);
 }
 
-bool view_set_bake(ibl_ctx *ctx, const char *path, view_set *set)
+static bool bake_source(ibl_ctx *ctx, const char *path, view_set *set)
 {
     ibl_source *source;
 
-    *set = (view_set){0};
     if (ibl_source_open(ctx, path, NULL, &source))
         return false;
     const ibl_environment env = {.width = ibl_source_width(source),
                                  .height = ibl_source_height(source),
                                  .read = read_rows,
                                  .cookie = source};
-    bool ok = bake(ctx, view_set_stem(path), &env, NULL, set);
+    const bool ok = bake(ctx, &env, NULL, set);
     ibl_source_close(source);
-    if (ok && !(set->map = strdup(path))) {
-        ok = view_fail("%s: no memory to bake", path);
-        view_set_free(set);
-    }
     return ok;
+}
+
+bool view_set_bake(ibl_ctx *ctx, const char *path, view_set *set)
+{
+    *set = (view_set){.name = view_set_stem(path), .map = strdup(path)};
+    if (!set->map) {
+        view_fail("%s: no memory to bake it", path);
+        goto fail;
+    }
+    view_stamp_read(set, VIEW_CONTENTS + 1);
+    if (bake_source(ctx, path, set))
+        return true;
+fail:
+    view_set_free(set);
+    return false;
 }

@@ -2,7 +2,7 @@
 #include <sys/stat.h>
 #include <time.h>
 
-#include "view/set.h"
+#include "view/set_about.h"
 
 static const char *path_of(const view_set *set, int i)
 {
@@ -33,6 +33,12 @@ static void take(const view_set *set, int i, view_stamp *stamp, double *age)
     clock_gettime(CLOCK_REALTIME, &now);
     *age = (double)(now.tv_sec - st.st_ctim.tv_sec) +
            1e-9 * (double)(now.tv_nsec - st.st_ctim.tv_nsec);
+}
+
+void view_stamp_read(view_set *set, int i)
+{
+    double age;
+    take(set, i, &set->read, &age);
 }
 
 void view_stamp_take(const view_set *set, view_stamp *stamp)
