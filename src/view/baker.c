@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "view/bridge_path.h"
 #include "view/message.h"
 #include "view/set.h"
 
@@ -85,8 +86,7 @@ bool view_baker_poll(view_baker *baker, char *stage, double *done)
     return ended;
 }
 
-/* ---- the thread
- * -------------------------------------------------------------- */
+/* ---- the thread ------------------------------------------------------ */
 
 static void *run(void *cookie)
 {
@@ -121,9 +121,12 @@ view_baker *view_baker_start(const char *path)
     opts.log_cookie = b;
     opts.progress = on_progress;
     opts.progress_cookie = b;
+    char *bridge = view_bridge_path();
+    opts.bridge = bridge;
     b->path = strdup(path);
-    if (!b->path || ibl_ctx_create(&opts, &b->ctx) ||
-        pthread_create(&b->thread, NULL, run, b)) {
+    const bool ready = b->path && !ibl_ctx_create(&opts, &b->ctx);
+    free(bridge);
+    if (!ready || pthread_create(&b->thread, NULL, run, b)) {
         view_fail("%s: no memory or no threads to bake it", path);
         baker_free(b);
         return NULL;

@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /* iblview: shows what a material looks like under a baked environment. */
+#include <errno.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 
 #include "view/app.h"
+#include "view/bridge_path.h"
 #include "view/message.h"
 #include "view/still.h"
 
@@ -18,14 +22,32 @@ static void show_progress(void *cookie, const char *stage, double done)
 static ibl_ctx *make_context(const view_options *o)
 {
     ibl_ctx_options opts = ibl_ctx_options_default();
+    char *bridge = view_bridge_path();
     ibl_ctx *ctx = NULL;
 
     opts.log = view_log;
+    opts.bridge = bridge;
     if (!o->quiet && isatty(STDERR_FILENO))
         opts.progress = show_progress;
-    if (ibl_ctx_create(&opts, &ctx))
-        return NULL;
+    ibl_ctx_create(&opts, &ctx); /* says why there is none */
+    free(bridge);
     return ctx;
+}
+
+static bool run(const view_options *o)
+{
+    const bool picture = o->offscreen || o->contact_sheet || o->texel[0] >= 0;
+    ibl_ctx *ctx;
+    bool ok;
+
+    if (o->quiet)
+        view_quiet();
+    ctx = make_context(o);
+    if (!ctx)
+        return false;
+    ok = picture ? view_still_run(ctx, o) : view_app_run(ctx, o);
+    ibl_ctx_free(ctx);
+    return ok;
 }
 
 int main(int argc, char **argv)
@@ -33,19 +55,11 @@ int main(int argc, char **argv)
     view_options o;
     int status;
 
-    if (!view_options_parse(argc, argv, &o, &status))
-        return status;
-    if (o.quiet)
-        view_quiet();
-    ibl_ctx *ctx = make_context(&o);
-    if (!ctx)
-        return 1;
-    const bool window = !o.offscreen && !o.contact_sheet && o.texel[0] < 0;
-    const bool ok = window ? view_app_run(ctx, &o) : view_still_run(ctx, &o);
-    ibl_ctx_free(ctx);
+    if (view_options_parse(argc, argv, &o, &status))
+        status = run(&o) ? 0 : 1;
     if (fflush(stdout) || ferror(stdout)) {
-        view_fail("standard output cannot be written");
+        view_fail("standard output cannot be written: %s", strerror(errno));
         return 1;
     }
-    return ok ? 0 : 1;
+    return status;
 }
