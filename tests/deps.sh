@@ -41,6 +41,7 @@ libxml2-utils:reads_the_SVG
 procps:finds_what_runs_on
 xvfb:display_of_the_window_test
 xdotool:presses_its_keys
+libx11-dev:drops_files_on_it
 '
 bench="$check"'
 libfilament-tools:cmgen_to_compare_with

@@ -39,7 +39,8 @@ scripts() {
         case $build:$script in
         # Builds the program anew that the other scripts run.
         "$first":*/check-install.sh) alone+=("$build: $script") ;;
-        "$first":* | *san:*/check-cli.sh | *asan:*/check-verify.sh)
+        "$first":* | *san:*/check-cli.sh | *asan:*/check-verify.sh | \
+            *asan:*/check-view*.sh)
             tests+=("$build: $script") ;;
         esac
     done

@@ -1,0 +1,305 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# Runs iblview without a display as a user would: pictures, sheets, read-outs,
+# and what is said about what does not work. BUILD names the build.
+set -u
+top=$PWD
+build=$(cd "${BUILD:-build}" && pwd) || exit 1
+program=$build/iblview
+[ -x "$program" ] || {
+    echo 'skipped: iblview was not built (package libglfw3-dev)'
+    echo '0 passed, 0 failed, 1 skipped'
+    exit 0
+}
+command -v node >/dev/null || { echo 'node is missing'; exit 1; }
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+mkdir "$work/bin"
+${CC:-cc} -std=c11 -o "$work/bin/mkenv" tests/cli/mkenv.c -lm || exit 1
+ln -s "$build/iblbake" "$program" "$work/bin"
+cp tests/cli/png.mjs "$work/bin"
+export PATH=$work/bin:$PATH
+unset DISPLAY WAYLAND_DISPLAY
+# OSMesa never frees some 480 bytes.
+echo leak:libOSMesa.so >"$work/leaks"
+export LSAN_OPTIONS=suppressions=$work/leaks:print_suppressions=0
+
+mkenv hdr 32 16 >"$work/env.hdr"
+mkenv exr 64 32 BGR >"$work/env.exr"
+bake="iblbake -q $work/env.exr --size 16 --irradiance-size 8 --lut-size 16"
+for format in ktx2 ktx dds; do
+    $bake -o "$work/$format" --format $format --skybox 32 || exit 1
+done
+small='--size 48x36 --grid 2x2'
+
+# Without OSMesa there are no pictures.
+iblview "$work/ktx2" --offscreen "$work/first.png" $small 2>"$work/err"
+case $(cat "$work/err") in
+*libosmesa6*)
+    echo "skipped: $(cat "$work/err")"
+    echo '0 passed, 0 failed, 1 skipped'
+    exit 0 ;;
+esac
+
+passed=0 failed=0
+verdict() { # NAME [WHY]: no reason, no failure
+    if [ -z "$2" ]; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "FAILED: $1: $2"
+    fi
+}
+
+# draw OUT.png [arguments]: a picture without a word.
+draw() {
+    local out=$1
+    shift
+    iblview --offscreen "$out" $small "$@" >said 2>&1 || echo "$*: status $?"
+    [ -s "$out" ] || echo "$*: no picture"
+    [ ! -s said ] || echo "$*: $(head -n 1 said)"
+}
+# wrong STATUS GLOB [arguments]: fails with one line like that, and leaves
+# nothing.
+wrong() {
+    local want=$1 glob=$2 status
+    shift 2
+    ls -A >before
+    iblview "$@" 2>"$work/err" >"$work/printed"
+    status=$?
+    ls -A | diff before - || echo "$*: left something"
+    [ $status -eq "$want" ] || echo "$*: status $status, not $want"
+    [ "$(wc -l <"$work/err")" = 1 ] ||
+        echo "$*: several lines or none: $(cat "$work/err")"
+    # shellcheck disable=SC2254
+    case $(cat "$work/err") in
+    $glob) ;;
+    *) echo "$*: $(cat "$work/err")" ;;
+    esac
+    [ ! -s "$work/printed" ] || echo "$*: on stdout: $(cat "$work/printed")"
+}
+size() { file "$1" | sed 's/.*PNG image data, \([0-9]* x [0-9]*\),.*/\1/'; }
+same() { cmp "$1" "$2"; }
+differ() { ! cmp -s "$1" "$2" || echo "$1 and $2 are the same"; }
+
+# ---- pictures ------------------------------------------------------------
+
+test_same_bytes_in_every_run() {
+    draw a.png "$work/ktx2"
+    draw b.png "$work/ktx2"
+    same a.png b.png
+    [ "$(size a.png)" = '48 x 36' ] || size a.png
+    draw a.png "$work/ktx2" --reference -q
+    draw b.png "$work/ktx2" --reference -q
+    same a.png b.png
+}
+
+test_containers_look_the_same() {
+    draw a.png "$work/ktx2" -q
+    draw b.png "$work/ktx" -q
+    draw c.png "$work/dds" -q
+    same a.png b.png
+    same a.png c.png
+    draw d.png "$work/dds/env_specular.dds" -q
+    same a.png d.png
+}
+
+test_files_by_name() {
+    draw a.png "$work/ktx2"
+    mkdir apart
+    cp "$work/ktx2/env_specular.ktx2" apart
+    cp "$work/ktx2/env_irradiance.ktx2" irr.ktx2
+    cp "$work/ktx2/brdf_lut.ktx2" lut.ktx2
+    cp "$work/ktx2/env_skybox.ktx2" sky.ktx2
+    draw b.png apart -q --irradiance irr.ktx2 --lut lut.ktx2 --sky sky.ktx2
+    same a.png b.png
+}
+
+test_maps_are_baked() {
+    draw a.png env.exr -q
+    draw b.png env.hdr -q
+    differ a.png b.png
+    iblbake -q env.exr -o out && draw c.png out && same a.png c.png
+    # Through the image bridge, which is found beside the program.
+    [ ! -e "$build/libiblbridge.so" ] || draw d.png "$top/data/studio.exr"
+}
+
+# Each option changes the picture, except those that say the default.
+test_every_option_counts() {
+    local with
+    draw plain.png "$work/ktx2" -q
+    for with in '--material copper' '--grid 3x2' '--metallic 1:1' \
+        '--roughness 0:0.5' '--fresnel lagarde' \
+        '--multiscatter' '--light 0,0,3,9,9,9' '--turn 90' '--yaw 30' \
+        '--pitch 30' '--distance 9' '--fov 60' '--no-sky' '--ev 1' \
+        '--tone linear' '--tone reinhard' '--tone aces' '--false-colour' \
+        '--mode levels' '--mode irradiance' '--mode table' '--reference' \
+        '--compare split' '--compare difference'; do
+        draw a.png "$work/ktx2" $with -q
+        differ plain.png a.png
+    done
+    draw map.png "$work/ktx2" --mode levels
+    for with in '--layout strip' '--layout equirect' '--level 1' '--zoom 2' \
+        '--pan 0.25,0'; do
+        draw a.png "$work/ktx2" --mode levels $with
+        differ map.png a.png
+    done
+    draw part.png "$work/ktx2" --compare difference -q
+    draw a.png "$work/ktx2" --compare difference --gain 100 -q
+    differ part.png a.png
+    draw part.png "$work/ktx2" --compare split -q
+    draw a.png "$work/ktx2" --compare split --split 0.1 -q
+    differ part.png a.png
+    draw a.png "$work/ktx2" --no-multiscatter --compare split-sum -q
+    same plain.png a.png
+    draw a.png "$work/ktx2" --diffuse sh -q
+    node "$work/bin/png.mjs" plain.png a.png 2
+}
+
+test_samples_and_frames() {
+    draw a.png "$work/ktx2" --reference --samples 32 -q
+    draw b.png "$work/ktx2" --reference --frames 2 -q
+    same a.png b.png
+    draw b.png "$work/ktx2" --reference --samples 33 -q
+    differ a.png b.png
+    iblview "$work/ktx2" --offscreen c.png $small --compare split >table
+    [ "$(wc -l <table)" = 4 ] || cat table
+    head -n 1 table | grep -q ' 256 samples' || head -n 1 table
+    iblview "$work/ktx2" --offscreen c.png $small -v --frames 3 >said
+    grep -q '^[0-9.]* ms a frame$' said && grep -q '^OpenGL' said || cat said
+}
+
+test_contact_sheets() {
+    local n
+    n=$(iblview --materials | wc -l)
+    iblview "$work/ktx2" --contact-sheet a.png $small || echo "status $?"
+    [ "$(size a.png)" = "$((4 + 4 * 52)) x $((4 + n * 40))" ] || size a.png
+    iblview "$work/ktx2" --contact-sheet b.png $small --sheet-rows tone \
+        --sheet-columns ev || echo "status $?"
+    [ "$(size b.png)" = "$((4 + 5 * 52)) x $((4 + 4 * 40))" ] || size b.png
+    iblview "$work/ktx2" --contact-sheet c.png $small --sheet-rows compare \
+        --sheet-columns level --samples 1 || echo "status $?"
+    [ "$(size c.png)" = "$((4 + 2 * 52)) x $((4 + 4 * 40))" ] || size c.png
+    iblview "$work/ktx2" --contact-sheet d.png $small || echo "status $?"
+    same a.png d.png
+}
+
+# The table of 16x16 is 16 pixels to a texel in a picture of 256x256, with
+# roughness upwards; N.V and roughness are those of the texels' centres.
+test_texels() {
+    iblview "$work/ktx2" --mode table --size 256x256 --texel 0,255 >said
+    grep -q '(0, 0)  *N.V 0.031[23]* roughness 0.031' said || cat said
+    iblview "$work/ktx2" --mode table --size 256x256 --texel 255,0 >said
+    grep -q '(15, 15)  *N.V 0.968' said || cat said
+    iblview "$work/ktx2" --mode levels --size 256x192 --texel 96,96 >said
+    grep -q 'level 0  *+Z (8, 8)' said || cat said
+    iblview "$work/ktx2" --mode levels --size 256x192 --texel 0,0 >said
+    grep -q 'nothing' said || cat said
+    iblview "$work/ktx2" --offscreen a.png $small --texel 0,0 >said
+    [ -s a.png ] && grep -q 'rgb' said || cat said
+}
+
+# ---- what does not work --------------------------------------------------
+
+test_misuse() {
+    wrong 2 '*nothing to show*--help' --offscreen a.png
+    wrong 2 '*twice*' "$work/ktx2" twice
+    wrong 2 '*empty*' ''
+    wrong 2 '*--frobnicate*unknown*--help' --frobnicate x
+    wrong 2 '*-x: unknown*--help' -x
+    wrong 2 '*--level*has no value*' "$work/ktx2" --level
+    wrong 2 '*--level 15*0 to 14' "$work/ktx2" --level 15
+    wrong 2 '*--ev x*-30 to 30' "$work/ktx2" --ev x
+    wrong 2 '*--tone filmic*linear, reinhard, aces or neutral' x --tone filmic
+    wrong 2 '*--material mud*--materials*' x --material mud
+    wrong 2 '*--size 0x9*' x --size 0x9
+    wrong 2 '*--size 9*' x --size 9
+    wrong 2 '*--size 1.5x9*' x --size 1.5x9
+    wrong 2 '*--grid 17x1*16x16' x --grid 17x1
+    wrong 2 '*--metallic 0:2*' x --metallic 0:2
+    wrong 2 '*--light 1,2,3*' x --light 1,2,3
+    wrong 2 '*--light*up to 4*' x --light 1,1,1,1,1,1 --light 1,1,1,1,1,1 \
+        --light 1,1,1,1,1,1 --light 1,1,1,1,1,1 --light 1,1,1,1,1,1
+    wrong 2 '*--no-sky=1*takes no value*' x --no-sky=1
+    wrong 2 '*--offscreen*empty*' x --offscreen ''
+    wrong 2 '*choose one*' x --offscreen a.png --contact-sheet b.png
+    wrong 2 '*choose one*' x -qv
+    wrong 2 '*choose one*' x --offscreen a.png --frames 2 --samples 2
+    wrong 2 '*--frames: only with*' x --frames 2
+    wrong 2 '*--samples: only with*' x --samples 2
+    wrong 2 '*--sheet-rows: only with*' x --sheet-rows ev
+    wrong 2 '*both ev*' x --contact-sheet a.png --sheet-rows ev \
+        --sheet-columns ev
+    wrong 2 '*--texel 1280,0: outside*1280x720' x --texel 1280,0
+}
+
+test_missing_and_wrong_files() {
+    local to='--offscreen a.png'
+    wrong 1 '*nowhere*' nowhere $to
+    mkdir empty
+    wrong 1 '*empty*' empty $to
+    echo text >text
+    wrong 1 '*text*' text $to
+    head -c 100 "$work/ktx2/env_specular.ktx2" >cut.ktx2
+    wrong 1 '*cut.ktx2*' cut.ktx2 $to
+    wrong 1 '*nowhere*' "$work/ktx2" --irradiance nowhere $to
+    wrong 1 '*brdf_lut.ktx2*' "$work/ktx2" $to \
+        --irradiance "$work/ktx2/brdf_lut.ktx2"
+    wrong 1 '*env_irradiance.ktx2*' "$work/ktx2" $to \
+        --lut "$work/ktx2/env_irradiance.ktx2"
+    wrong 1 '*brdf_lut.ktx2*' "$work/ktx2/brdf_lut.ktx2" $to
+    wrong 1 '*--level 14*0 to 1' "$work/ktx2" --level 14 $to
+    wrong 1 '*--lut*baked files' env.exr --lut x $to
+    cp -r "$work/ktx2" both
+    cp "$work/ktx/env_specular.ktx" both/other_specular.ktx
+    wrong 1 '*other_specular.ktx*' both $to
+}
+
+test_unwritable_outputs() {
+    mkdir dir
+    wrong 1 '*nowhere*' "$work/ktx2" $small --offscreen nowhere/a.png
+    wrong 1 '*dir*' "$work/ktx2" $small --offscreen dir
+    wrong 1 '*nowhere*' "$work/ktx2" $small --contact-sheet nowhere/a.png \
+        --sheet-rows ev --sheet-columns tone
+    iblview --materials >/dev/full 2>err
+    [ $? = 1 ] && [ "$(wc -l <err)" = 1 ] || echo "full: $(cat err)"
+}
+
+test_a_failure_leaves_the_old_picture() {
+    draw a.png "$work/ktx2"
+    cp a.png old.png
+    wrong 1 '*--level 5*' "$work/ktx2" --level 5 $small --offscreen a.png
+    same a.png old.png
+}
+
+test_no_display() {
+    wrong 1 '*--offscreen*' "$work/ktx2"
+    wrong 1 '*--offscreen*' env.exr
+}
+
+# ---- what it says of itself ----------------------------------------------
+
+test_texts() {
+    [ "$(iblview --version)" = "$(iblbake --version | head -n 1 |
+        sed 's/iblbake/iblview/; s/ (.*//')" ] || iblview --version
+    # Keys in 16 columns, then what they do.
+    iblview --keys | awk 'length > 80 || /^ / || substr($0, 16, 1) != " " ||
+        substr($0, 17) !~ /^[A-Za-z]/'
+    # Nothing but what they ask for, to be piped.
+    iblview --keys 2>&1 >/dev/null
+    # Options that README.md names are there.
+    iblview --help | grep -o -- '--[a-z-]*' | sort -u >known
+    sed -n 's/^.*iblview \(.*\)/\1/p' "$top/README.md" | sed 's/#.*//' |
+        grep -o -- '--[a-z-]*' | sort -u | comm -13 known -
+}
+
+for t in $(compgen -A function test_); do
+    rm -rf "$work/case"
+    mkdir "$work/case"
+    cd "$work/case" || exit 1
+    cp "$work/env.hdr" "$work/env.exr" .
+    verdict "$t" "$($t 2>&1 | head -n 12)"
+    cd "$top" || exit 1
+done
+echo "$passed passed, $failed failed"
+[ $failed -eq 0 ]
