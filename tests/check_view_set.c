@@ -693,6 +693,26 @@ static void wrong_kinds(void)
     ibl_ctx_free(ctx);
 }
 
+static void skies(void)
+{
+    ibl_ctx *ctx = context();
+    char path[512], sky[512], table[512];
+    view_set set;
+
+    NEED(bake("skies", "--skybox 8"));
+    snprintf(path, sizeof path, "%s/skies", test_dir());
+    snprintf(sky, sizeof sky, "%s/skies/sky_irradiance.ktx2", test_dir());
+    snprintf(table, sizeof table, "%s/skies/brdf_lut.ktx2", test_dir());
+    /* Any cube is a sky to those who name it. */
+    NEED(view_set_open(ctx, &(view_request){.path = path, .sky = sky}, &set));
+    CHECK(!strcmp(set.path[VIEW_SKY], sky));
+    CHECK(set.texture[VIEW_SKY].bytes == set.texture[VIEW_IRRADIANCE].bytes);
+    view_set_free(&set);
+    check_refused(ctx, &(view_request){.path = path, .sky = table}, table,
+                  "leave --sky out");
+    ibl_ctx_free(ctx);
+}
+
 /* A table with four channels, one that is not square. */
 static void wrong_tables(void)
 {
@@ -1084,6 +1104,7 @@ static const test tests[] = {
     TEST(harmonics_basis),
     TEST(directories),
     TEST(wrong_kinds),
+    TEST(skies),
     TEST(wrong_tables),
     TEST(sidecars),
     TEST(hostile_sidecars),

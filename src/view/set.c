@@ -74,7 +74,7 @@ static const char *remedy(view_content wanted)
         "name the NAME_specular file, and others with --irradiance and --lut",
         "name the NAME_irradiance file, or leave --irradiance out",
         "name the brdf_lut file, or leave --lut out",
-        "name the NAME_skybox file, or leave it out"};
+        "name the NAME_skybox file or another cube, or leave --sky out"};
     return words[wanted];
 }
 
@@ -103,7 +103,7 @@ static bool check_shape(const ibl_texture *tex, const char *path,
     return true;
 }
 
-/* By its keys, the sidecar or, last, the name. */
+/* By its keys, the sidecar or, last, the name. Any cube does for a sky. */
 static bool check_content(const opener *o, const char *path,
                           view_content wanted, const view_about *keys)
 {
@@ -119,7 +119,7 @@ static bool check_content(const opener *o, const char *path,
         found = view_file_content(stem, &length);
         free(stem);
     }
-    if (found == VIEW_CONTENTS || found == wanted)
+    if (found == VIEW_CONTENTS || found == wanted || wanted == VIEW_SKY)
         return true;
     return view_fail("%s: holds %s, where %s is wanted: %s", path,
                      view_content_words(found), view_content_words(wanted),
