@@ -28,6 +28,7 @@ static view_settings white_metal(void)
     s.columns = 7;
     s.metallic[0] = 1;
     s.material = shade_material("white");
+    s.multiscatter = false;
     return s;
 }
 
@@ -155,6 +156,7 @@ static void constant_light(void)
         return;
     shade_constant(&set, rgb);
     view_settings s = view_settings_default();
+    s.multiscatter = false;
     s.sky = false;
     float *picture = shade_draw(&set.set, &s);
     shade_pixel *pixels = shade_pixels(&s);
@@ -480,6 +482,7 @@ static void one_light(void)
     shade_constant(&set, black);
     view_settings s = view_settings_default();
     s.material = shade_material("water"); /* nothing is diffuse */
+    s.multiscatter = false;
     s.light_count = 2;
     s.light[0] = (view_light){{3, 2, 1}, {10, 5, 2}};
     s.light[1] = (view_light){{-6, 0, 0.5}, {3, 5, 20}};

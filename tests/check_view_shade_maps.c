@@ -21,6 +21,7 @@ static view_settings one_sphere(const char *material, double roughness)
     s.metallic[0] = 1;
     s.roughness[0] = roughness;
     s.material = shade_material(material);
+    s.multiscatter = false;
     return s;
 }
 

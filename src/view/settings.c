@@ -15,6 +15,7 @@ view_settings view_settings_default(void)
         .roughness = {0, 1},
         .fresnel = VIEW_FRESNEL_TABLE,
         .diffuse = VIEW_DIFFUSE_MAP,
+        .multiscatter = true,
         .fov = 30,
         .sky = true,
         .tone = VIEW_TONE_NEUTRAL,
