@@ -32,7 +32,8 @@ ok method-manual man -l "$prefix/share/man/man7/iblbake-method.7"
 
 ok view-manual man -l "$prefix/share/man/man1/iblview.1"
 if [ -x "$build/iblview" ]; then
-    ok view "$prefix/bin/iblview" "$root/out" --texel 0,0 --mode table
+    ok view "$prefix/bin/iblview" "$root/out/sky_specular.ktx2" --texel 0,0
+    ok view-bridge "$prefix/bin/iblview" data/studio.exr --texel 0,0
 else
     skipped='1 skipped'
     echo 'skipped iblview, which was not built'
