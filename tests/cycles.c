@@ -245,7 +245,7 @@ static int compare(const char *map, const char *picture)
         }
     for (int y = 0; y < HEIGHT; y++)
         for (int x = 0; x < WIDTH; x++) {
-            double nv;
+            double nv = 0;
             const int k = sphere_at(spheres, count, &c, x, y, &nv);
             const size_t at = 3 * ((size_t)y * WIDTH + (size_t)x);
             if (k < 0)
