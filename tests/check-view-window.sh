@@ -287,6 +287,25 @@ test_quit() {
 }
 
 # A map is baked beside the window; it can be closed meanwhile.
+# What cannot be baked is tried once, not over and over.
+test_map_that_changes() {
+    cp env.exr map.exr
+    open map.exr || return
+    shows 'map | '
+    cp sun.hdr map.exr
+    still off.png --size 320x240 map.exr
+    on_screen off.png
+    : >said
+    echo text >map.exr
+    within grep -q map.exr said || echo "says nothing: $(cat said)"
+    sleep 2
+    [ "$(wc -l <said)" = 1 ] || cat said
+    press x
+    on_screen off.png
+    press q
+    ended
+    [ $status = 0 ] || echo "status $status: $(cat said)"
+}
 test_map() {
     open env.exr || return
     shows 'env | '
@@ -337,7 +356,8 @@ start_server -fbdir screen
 run opens_and_equals_offscreen
 if [ -n "$viewer" ]; then
     run keys help texel_under_the_pointer mouse resize uncovered reload \
-        reload_of_what_is_broken drop quit map
+        reload_of_what_is_broken drop quit map \
+        map_that_changes
 fi
 stop_server
 run no_display

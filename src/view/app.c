@@ -160,14 +160,13 @@ static void tend_files(view_app *app)
     if (!app->set || app->baker ||
         !view_stamp_changed(app->set, &app->stamp, SETTLE_S))
         return;
-    if (view_app_open(app, &app->request)) {
-        if (!app->baker)
-            view_note("%s: read anew", app->request.path);
-        return;
-    }
+    /* If that fails, it is tried again after the next change. */
     view_stamp_take(app->set, &app->stamp);
-    view_app_notice(app, "the files have changed, but cannot be shown: the "
-                         "terminal says why");
+    if (!view_app_open(app, &app->request))
+        view_app_notice(app, "the files have changed, but cannot be shown: "
+                             "the terminal says why");
+    else if (!app->baker)
+        view_note("%s: read anew", app->request.path);
 }
 
 static bool improves(const view_app *app)
