@@ -14,6 +14,7 @@
 #include "view/motion.h"
 #include "view/picture.h"
 #include "view/plate.h"
+#include "view/report.h"
 #include "view/title.h"
 #include "view/truth.h"
 
@@ -68,6 +69,8 @@ static bool show(view_app *app)
     if (app->settings.diffuse == VIEW_DIFFUSE_SH && set->sh_degree < 0)
         app->settings.diffuse = VIEW_DIFFUSE_MAP;
     app->redraw = true;
+    if (app->options->verbose)
+        view_report_set(set);
     return true;
 }
 
@@ -327,7 +330,7 @@ static bool make(view_app *app, const view_events *events)
     if (!app->screen)
         return false;
     if (o->verbose)
-        view_note("%s", view_screen_about(app->screen));
+        printf("%s\n", view_screen_about(app->screen));
     app->renderer = view_renderer_create();
     app->overlay = view_overlay_create();
     return app->renderer && app->overlay;

@@ -26,3 +26,18 @@ bool view_report_print(const view_renderer *r, const view_settings *s)
     fflush(stdout);
     return true;
 }
+
+void view_report_set(const view_set *set)
+{
+    static const char *const what[] = {"specular", "irradiance", "table",
+                                       "sky"};
+
+    for (int i = 0; i < VIEW_CONTENTS; i++) {
+        const ibl_texture *t = &set->texture[i];
+        if (t->data)
+            printf("%s: %s, %dx%d, levels: %d, %s\n", what[i],
+                   set->path[i] ? set->path[i] : "made by the library",
+                   t->width, t->height, t->levels, ibl_pixel_name(t->pixel));
+    }
+    fflush(stdout);
+}

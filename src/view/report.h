@@ -7,5 +7,7 @@
 /* Prints how far the split sum of the last draw is off the reference, a number
  * for each sphere as they stand on the screen. False: no reference is there. */
 bool view_report_print(const view_renderer *r, const view_settings *s);
+/* Prints what a set consists of. */
+void view_report_set(const view_set *set);
 
 #endif

@@ -117,20 +117,6 @@ static void print_texel(const view_options *o, const view_set *set)
     printf("%s\n", t.inside ? text : "nothing of a map is there");
 }
 
-static void print_set(const view_set *set)
-{
-    static const char *const what[] = {"specular", "irradiance", "table",
-                                       "sky"};
-
-    for (int i = 0; i < VIEW_CONTENTS; i++) {
-        const ibl_texture *t = &set->texture[i];
-        if (t->data)
-            printf("%s: %s, %dx%d, levels: %d, %s\n", what[i],
-                   set->path[i] ? set->path[i] : "made by the library",
-                   t->width, t->height, t->levels, ibl_pixel_name(t->pixel));
-    }
-}
-
 bool view_still_run(ibl_ctx *ctx, const view_options *o)
 {
     view_set set = {0};
@@ -143,7 +129,7 @@ bool view_still_run(ibl_ctx *ctx, const view_options *o)
              : view_set_open(ctx, &o->request, &set);
     ok = ok && view_options_suit(o, &set);
     if (ok && o->verbose)
-        print_set(&set);
+        view_report_set(&set);
     if (ok && (o->offscreen || o->contact_sheet))
         ok = draw(ctx, o, &set);
     if (ok && o->texel[0] >= 0)

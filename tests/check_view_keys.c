@@ -1,0 +1,315 @@
+/* SPDX-License-Identifier: MIT */
+/* Keys: each changes its own setting alone, stays within its range however
+ * often it is pressed, and together they reach every setting. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "maps.h"
+#include "test.h"
+#include "view.h"
+#include "view/keys.h"
+#include "view/motion.h"
+
+/* A key and the setting that it changes; back: what takes that back. */
+typedef struct key_case {
+    int key, back;
+    size_t offset, size;
+    view_mode mode;
+} key_case;
+
+#define CHANGES(field)                                                         \
+    offsetof(view_settings, field), sizeof((view_settings *)0)->field
+#define PLAIN(key, back, field)                                                \
+    {                                                                          \
+        key, back, CHANGES(field), VIEW_SPHERES                                \
+    }
+#define MAP(key, back, field)                                                  \
+    {                                                                          \
+        key, back, CHANGES(field), VIEW_LEVELS                                 \
+    }
+
+static const key_case cases[] = {
+    PLAIN('m', 'M', mode),
+    PLAIN(VIEW_KEY_TAB, 'M', mode),
+    PLAIN('l', 'L', layout),
+    PLAIN(']', '[', level),
+    PLAIN('r', 'R', compare),
+    PLAIN('s', 'S', split),
+    PLAIN('g', 'G', gain),
+    PLAIN('2', '1', material),
+    PLAIN('9', '1', material),
+    PLAIN('n', 'N', material),
+    PLAIN('}', '{', columns),
+    PLAIN(')', '(', rows),
+    PLAIN('a', 'A', metallic),
+    PLAIN('u', 'U', roughness),
+    PLAIN('f', 'f', fresnel),
+    PLAIN('d', 'd', diffuse),
+    PLAIN('c', 'c', multiscatter),
+    PLAIN('i', 'I', light_count),
+    PLAIN('e', 'E', ev),
+    PLAIN('t', 'T', tone),
+    PLAIN('v', 'v', false_colour),
+    PLAIN('b', 'b', sky),
+    PLAIN('o', 'O', fov),
+    PLAIN('.', ',', turn),
+    PLAIN('?', '?', help),
+    PLAIN(VIEW_KEY_RIGHT, VIEW_KEY_LEFT, yaw),
+    PLAIN(VIEW_KEY_UP, VIEW_KEY_DOWN, pitch),
+    PLAIN('+', 0, distance),
+    PLAIN(VIEW_KEY_PAGE_DOWN, 0, distance),
+    MAP(VIEW_KEY_RIGHT, VIEW_KEY_LEFT, pan),
+    MAP(VIEW_KEY_UP, VIEW_KEY_DOWN, pan),
+    MAP('+', 0, zoom),
+    MAP(VIEW_KEY_PAGE_DOWN, 0, zoom),
+};
+enum {
+    CASES = sizeof cases / sizeof *cases
+};
+
+/* What keys work on: an app with a set, and a screen in memory. */
+static view_app app;
+static view_options options;
+
+static bool begin(void)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    ibl_image map = map_constant(ctx, 8, 4, 1);
+    ibl_specular_options specular = ibl_specular_options_default();
+    bool ok;
+
+    specular.size = 16;
+    specular.levels = 3;
+    memset(&app, 0, sizeof app);
+    memset(&options, 0, sizeof options);
+    options.settings = view_settings_default();
+    app.options = &options;
+    app.settings = options.settings;
+    ok = view_set_bake_image(ctx, "map", &map, &specular, &app.sets[0]);
+    app.set = &app.sets[0];
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+    return ok;
+}
+
+static void end(void)
+{
+    view_screen_close(app.screen);
+    view_set_free(&app.sets[0]);
+}
+
+/* Keys that move about ask the screen for its size. */
+static bool moves(const key_case *c)
+{
+    return c->key > 0x10ffff ? c->key != VIEW_KEY_TAB : c->key == '+';
+}
+
+/* Whether a and b differ in the field alone, or, with no size, at all. */
+static bool same_but(view_settings a, const view_settings *b, size_t offset,
+                     size_t size)
+{
+    memcpy((char *)&a + offset, (const char *)b + offset, size);
+    return !memcmp(&a, b, sizeof a);
+}
+
+static void start_case(const key_case *c)
+{
+    app.settings = options.settings;
+    app.settings.mode = c->mode;
+    if (c->mode == VIEW_LEVELS)
+        app.settings.zoom = 4;
+}
+
+static void try_case(const key_case *c)
+{
+    start_case(c);
+    const view_settings before = app.settings;
+
+    view_keys_press(&app, c->key, false);
+    CHECK_MSG(!same_but(app.settings, &before, 0, 0), "key %d changes nothing",
+              c->key);
+    CHECK_MSG(same_but(app.settings, &before, c->offset, c->size),
+              "key %d changes something else", c->key);
+    CHECK_MSG(app.redraw, "key %d is not seen", c->key);
+    app.redraw = false;
+    if (!c->back)
+        return;
+    view_keys_press(&app, c->back, false);
+    CHECK_NEAR(app.settings.yaw, before.yaw, 1e-9);
+    CHECK_NEAR(app.settings.pitch, before.pitch, 1e-9);
+    CHECK_NEAR(app.settings.pan[0], before.pan[0], 1e-9);
+    CHECK_NEAR(app.settings.pan[1], before.pan[1], 1e-9);
+    CHECK_NEAR(app.settings.split, before.split, 1e-9);
+    if (c->offset != offsetof(view_settings, yaw) &&
+        c->offset != offsetof(view_settings, pitch) &&
+        c->offset != offsetof(view_settings, pan) &&
+        c->offset != offsetof(view_settings, split))
+        CHECK_MSG(same_but(app.settings, &before, 0, 0),
+                  "key %d is not taken back by %d", c->key, c->back);
+}
+
+static bool needs_screen(void)
+{
+    if (!view_test_begin(64, 48)) /* skips the test where there is none */
+        return false;
+    view_test_end();
+    app.screen = view_screen_memory(64, 48);
+    return app.screen;
+}
+
+static void change_one_setting(void)
+{
+    NEED(begin());
+    for (int i = 0; i < CASES; i++)
+        if (!moves(&cases[i]))
+            try_case(&cases[i]);
+    end();
+}
+
+static void move(void)
+{
+    NEED(begin());
+    if (needs_screen())
+        for (int i = 0; i < CASES; i++)
+            if (moves(&cases[i]))
+                try_case(&cases[i]);
+    end();
+}
+
+static void tab_goes_back_with_shift(void)
+{
+    NEED(begin());
+    view_keys_press(&app, VIEW_KEY_TAB, true);
+    CHECK(app.settings.mode == VIEW_TABLE);
+    view_keys_press(&app, VIEW_KEY_TAB, false);
+    CHECK(app.settings.mode == VIEW_SPHERES);
+    end();
+}
+
+static void check_ranges(int key)
+{
+    const view_settings *s = &app.settings;
+
+    CHECK_MSG(s->rows >= 1 && s->rows <= VIEW_MAX_GRID && s->columns >= 1 &&
+                  s->columns <= VIEW_MAX_GRID,
+              "key %d: %dx%d", key, s->rows, s->columns);
+    CHECK_MSG(s->level >= 0 && s->level < 3, "key %d: level %d", key, s->level);
+    CHECK_MSG(s->light_count >= 0 && s->light_count <= VIEW_MAX_LIGHTS,
+              "key %d: %d lights", key, s->light_count);
+    CHECK_MSG(s->material >= 0 && s->material < view_material_count(),
+              "key %d: material %d", key, s->material);
+    CHECK_MSG(s->fov >= 1 && s->fov <= 120, "key %d: fov %g", key, s->fov);
+    CHECK_MSG(s->ev >= -30 && s->ev <= 30, "key %d: ev %g", key, s->ev);
+    CHECK_MSG(s->split >= 0 && s->split <= 1, "key %d: %g", key, s->split);
+    CHECK_MSG(s->gain >= 1e-3 && s->gain <= 1e6, "key %d: gain %g", key,
+              s->gain);
+    CHECK_MSG(s->pitch >= -89 && s->pitch <= 89 && s->yaw > -181 &&
+                  s->yaw < 181 && s->turn > -181 && s->turn < 181,
+              "key %d: angles %g %g %g", key, s->pitch, s->yaw, s->turn);
+    CHECK_MSG(s->distance >= 0 && s->distance <= 1000, "key %d: distance %g",
+              key, s->distance);
+}
+
+/* Every key, pressed on and on. */
+static void stay_in_range(void)
+{
+    NEED(begin());
+    for (int i = 0; i < CASES; i++) {
+        if (moves(&cases[i]))
+            continue;
+        for (int back = 0; back < 2; back++) {
+            start_case(&cases[i]);
+            const int key = back ? cases[i].back : cases[i].key;
+            for (int n = 0; n < 300; n++) {
+                view_keys_press(&app, key, false);
+                check_ranges(key);
+            }
+        }
+    }
+    end();
+}
+
+static void moving_stays_in_range(void)
+{
+    const view_place at = {640, 480, 0, 0};
+    view_settings s;
+
+    NEED(begin());
+    for (int sign = -1; sign <= 1; sign += 2) {
+        s = options.settings;
+        for (int n = 0; n < 300; n++) {
+            view_drag(&s, app.set, 640, 480, 50 * sign, 50 * sign);
+            view_approach(&s, app.set, at, sign);
+            view_spin(&s, 50 * sign);
+            app.settings = s;
+            check_ranges(sign);
+        }
+        CHECK_NEAR(s.pitch, 89 * sign, 0);
+        CHECK_NEAR(s.distance, sign > 0 ? 0.6 : 1000, 0);
+    }
+    end();
+}
+
+static void reset_brings_all_back(void)
+{
+    NEED(begin());
+    for (int i = 0; i < CASES; i++)
+        if (!moves(&cases[i]))
+            view_keys_press(&app, cases[i].key, false);
+    view_keys_press(&app, '0', false);
+    CHECK(same_but(app.settings, &options.settings, 0, 0));
+    end();
+}
+
+static void others_do_nothing(void)
+{
+    NEED(begin());
+    view_keys_press(&app, 'x', false);
+    view_keys_press(&app, 0x3b1, false);
+    view_keys_press(&app, VIEW_KEY_ENTER, true);
+    CHECK(same_but(app.settings, &options.settings, 0, 0));
+    CHECK(!app.quit);
+    view_keys_press(&app, 'q', false);
+    CHECK(app.quit);
+    end();
+}
+
+/* Without harmonics there is nothing to switch to, and that is said. */
+static void no_harmonics(void)
+{
+    NEED(begin());
+    app.sets[0].sh_degree = -1;
+    view_keys_press(&app, 'd', false);
+    CHECK(app.settings.diffuse == VIEW_DIFFUSE_MAP);
+    CHECK(strstr(app.notice, "harmonics"));
+    end();
+}
+
+/* Every line fits the columns that --keys and the list on screen have. */
+static void list_fits(void)
+{
+    char text[VIEW_KEYS_BYTES];
+    int lines = 0;
+
+    view_keys_text(text, sizeof text);
+    CHECK(strlen(text) < sizeof text - 80);
+    for (char *line = strtok(text, "\n"); line; line = strtok(NULL, "\n")) {
+        CHECK_MSG(strlen(line) > 16 && line[15] == ' ' && line[16] != ' ',
+                  "\"%s\"", line);
+        lines++;
+    }
+    CHECK(lines > 30);
+}
+
+static const test tests[] = {
+    TEST(change_one_setting),
+    TEST(move),
+    TEST(tab_goes_back_with_shift),
+    TEST(stay_in_range),
+    TEST(moving_stays_in_range),
+    TEST(reset_brings_all_back),
+    TEST(others_do_nothing),
+    TEST(no_harmonics),
+    TEST(list_fits),
+};
+TEST_MAIN(tests)
