@@ -80,7 +80,8 @@ stop_server() {
 # ---- the window ------------------------------------------------------------
 # open [arguments]: sets viewer and window; its words go to `said`.
 open() {
-    iblview --size 320x240 "$@" 2>said >printed &
+    : >said # which is emptied between, so it is added to
+    iblview --size 320x240 "$@" 2>>said >printed &
     viewer=$!
     within xdotool search --onlyvisible --pid "$viewer" ||
         { echo "no window: $(cat said)"; return 1; }
