@@ -39,8 +39,8 @@ EXR_LIBS = $(shell pkg-config --variable=libdir OpenEXR 2>/dev/null | \
              sed 's/^/-L/') -lOpenEXRCore
 CLI_CFLAGS = $(shell pkg-config --cflags libpng zlib jansson 2>/dev/null)
 CLI_LIBS = $(shell pkg-config --libs libpng zlib jansson 2>/dev/null)
-HAVE_VIEW := $(shell pkg-config --exists glfw3 2>/dev/null && echo yes)
-VIEW_CFLAGS = $(shell pkg-config --cflags glfw3 libpng jansson 2>/dev/null)
+HAVE_VIEW := $(shell pkg-config --exists glfw3 gl stb 2>/dev/null && echo yes)
+VIEW_CFLAGS = $(shell pkg-config --cflags glfw3 gl stb libpng jansson 2>/dev/null)
 VIEW_LIBS = $(shell pkg-config --libs glfw3 2>/dev/null)
 HAVE_OIIO = $(shell pkg-config --exists OpenImageIO 2>/dev/null && echo yes)
 
@@ -141,13 +141,15 @@ $(BRIDGE): src/io/bridge/bridge.cpp src/io/bridge/bridge.h
 	    $(CPPFLAGS) $(CXXFLAGS) $(LDFLAGS) -o $@ $< \
 	    $$(pkg-config --libs OpenImageIO)
 
-# The viewer, with its shaders inside. Left out, with a word, without GLFW.
+# The viewer, with its shaders inside. Left out, with a word, without GLFW,
+# OpenGL's header or stb.
 .PHONY: view
 ifeq ($(HAVE_VIEW),yes)
 view: $(VIEW)
 else
 view:
-	@echo "iblbake: built without iblview: package libglfw3-dev is missing"
+	@echo "iblbake: built without iblview: package libglfw3-dev, libgl-dev or" \
+	    "libstb-dev is missing"
 endif
 $(BUILD)/gen/shaders.c: src/view/embed.awk $(SHADERS)
 	@mkdir -p $(@D)

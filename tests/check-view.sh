@@ -7,7 +7,7 @@ top=$PWD
 build=$(cd "${BUILD:-build}" && pwd) || exit 1
 program=$build/iblview
 [ -x "$program" ] || {
-    echo 'skipped: iblview was not built (package libglfw3-dev)'
+    echo 'skipped: iblview was not built'
     echo '0 passed, 0 failed, 1 skipped'
     exit 0
 }
