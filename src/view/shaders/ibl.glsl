@@ -46,17 +46,18 @@ vec3 irradiance_sh(vec3 d)
     return max(e, 0.0);
 }
 
-// Irradiance / pi.
+// Irradiance / pi. A map may have smaller pictures of itself, which a sphere's
+// outline would choose.
 vec3 irradiance(vec3 n)
 {
     vec3 d = turned(n);
     return choice.y == 1 ? irradiance_sh(d)
-                         : diffuse.x * texture(irradiance_map, d).rgb;
+                         : diffuse.x * textureLod(irradiance_map, d, 0.0).rgb;
 }
 
 // R and G of the split sum: texel (i, j) is at N.V = (i + .5) / n and
 // roughness = (j + .5) / n, as texture coordinates are; clamped to the edge.
 vec2 table(float n_v, float roughness)
 {
-    return texture(lut_map, vec2(n_v, roughness)).rg;
+    return textureLod(lut_map, vec2(n_v, roughness), 0.0).rg;
 }
