@@ -373,8 +373,7 @@ static void nothing_is_told(void)
     ibl_ctx_free(ctx);
 }
 
-/* ---- what a set has not
- * ------------------------------------------------------ */
+/* ---- what a set has not ----------------------------------------------- */
 
 /* The map that the file has, as the library reads it. */
 static ibl_image read_map(ibl_ctx *ctx)
@@ -526,8 +525,7 @@ static void clipped_sun(void)
     ibl_ctx_free(ctx);
 }
 
-/* ---- harmonics
- * ------------------------------------------------------------------ */
+/* ---- harmonics -------------------------------------------------------- */
 
 /* L = 1 + a.d + b d_x d_y has E/pi = 1 + 2/3 a.d + 1/4 b d_x d_y. */
 static void harmonics_are_irradiance(void)
@@ -585,8 +583,7 @@ static void harmonics_basis(void)
     }
 }
 
-/* ---- directories and files that do not fit
- * -------------------------------------- */
+/* ---- directories and files that do not fit ---------------------------- */
 
 static void directories(void)
 {
@@ -743,8 +740,7 @@ static void wrong_tables(void)
     ibl_ctx_free(ctx);
 }
 
-/* ---- sidecars
- * ---------------------------------------------------------------------- */
+/* ---- sidecars --------------------------------------------------------- */
 
 static void sidecars(void)
 {
@@ -827,8 +823,7 @@ static void hostile_sidecars(void)
     ibl_ctx_free(ctx);
 }
 
-/* ---- others'
- * ------------------------------------------------------------------------ */
+/* ---- others' ---------------------------------------------------------- */
 
 static void of_cmgen(void)
 {
@@ -1035,8 +1030,7 @@ static void baker_fails(void)
     CHECK_MSG(lines(said) == 1 && strstr(said, "not there.hdr"), "%s", said);
 }
 
-/* ---- files that change
- * ---------------------------------------------------------------- */
+/* ---- files that change ------------------------------------------------ */
 
 /* Whether a change is seen within some seconds. */
 static bool comes(const view_set *set, const view_stamp *stamp, double settle)

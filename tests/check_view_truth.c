@@ -425,8 +425,7 @@ static bool expected(const scene *s, const field *f, const point *p,
     return true;
 }
 
-/* ---- against the integrals
- * --------------------------------------------------- */
+/* ---- against the integrals -------------------------------------------- */
 
 enum {
     BATCHES = 16,

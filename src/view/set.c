@@ -10,8 +10,7 @@
 #include "view/message.h"
 #include "view/set_find.h"
 
-/* ---- the other files
- * ------------------------------------------------------------ */
+/* ---- the other files -------------------------------------------------- */
 
 /* A set in the making. */
 typedef struct opener {
@@ -64,8 +63,7 @@ static bool find_beside(const opener *o, view_content content, char **out)
     return true;
 }
 
-/* ---- what fits
- * ------------------------------------------------------------------- */
+/* ---- what fits -------------------------------------------------------- */
 
 /* What to do about a file that is not what it was taken for. */
 static const char *remedy(view_content wanted)
@@ -160,8 +158,7 @@ static bool load(opener *o, view_content content, char *path, view_about *about)
     return true;
 }
 
-/* ---- the specular chain
- * ------------------------------------------------------------ */
+/* ---- the specular chain ----------------------------------------------- */
 
 /* A sidecar beside a file of other size tells of another bake. */
 static bool check_sidecar_shape(const opener *o)
@@ -266,8 +263,7 @@ static bool open_specular(opener *o, const char *path)
            take_specular(o, &about);
 }
 
-/* ---- all of it
- * ---------------------------------------------------------------------- */
+/* ---- all of it -------------------------------------------------------- */
 
 /* One that is named, or lies beside; nothing is no failure. */
 static bool open_other(opener *o, view_content content, const char *named)

@@ -263,8 +263,7 @@ static bool fill_irradiance(ibl_ctx *ctx, view_set *set)
     return !status;
 }
 
-/* ---- the table
- * --------------------------------------------------------------- */
+/* ---- the table -------------------------------------------------------- */
 
 static bool fill_lut(ibl_ctx *ctx, view_set *set)
 {

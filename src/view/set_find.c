@@ -134,8 +134,7 @@ view_content view_file_content(const char *stem, size_t *length)
     return VIEW_CONTENTS;
 }
 
-/* ---- a directory
- * -------------------------------------------------------------- */
+/* ---- a directory ------------------------------------------------------ */
 
 static bool is_specular(const char *name)
 {
