@@ -29,7 +29,7 @@ typedef struct view_app {
     view_baker *baker;
     char *baking; /* its path */
     char stage[64];
-    double baked; /* share of the stage */
+    double baked; /* share of the whole bake */
 
     double mouse[2]; /* pixels from the upper left */
     bool held[3];    /* buttons */

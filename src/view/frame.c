@@ -46,21 +46,6 @@ static void fill_set(view_frame *f, const view_set *set)
         copy3(f->sh[i], set->sh + 3 * i);
 }
 
-/* Edge of what is looked at in the modes that inspect. */
-static int inspected_edge(const view_settings *s, const view_set *set)
-{
-    const ibl_texture *specular = &set->texture[VIEW_SPECULAR];
-
-    switch (s->mode) {
-    case VIEW_IRRADIANCE_MAP:
-        return set->texture[VIEW_IRRADIANCE].width;
-    case VIEW_TABLE:
-        return set->texture[VIEW_LUT].width;
-    default:
-        return ibl_cube_edge(specular->width, s->level);
-    }
-}
-
 void view_frame_fill(view_frame *f, const view_settings *s, const view_set *set,
                      int width, int height)
 {
@@ -88,7 +73,6 @@ void view_frame_fill(view_frame *f, const view_settings *s, const view_set *set,
     f->inspect[0] = (int)s->mode;
     f->inspect[1] = (int)s->layout;
     f->inspect[2] = s->mode == VIEW_LEVELS ? s->level : 0;
-    f->inspect[3] = inspected_edge(s, set);
     f->inspect_at[0] = (float)s->zoom;
     f->inspect_at[1] = (float)s->pan[0];
     f->inspect_at[2] = (float)s->pan[1];

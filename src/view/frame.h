@@ -23,9 +23,8 @@ typedef struct view_frame {
                             of its own that may be filtered, else 0 */
     int choice[4];       /* fresnel, diffuse, multiscatter, lights */
     int show[4];         /* tone, false_colour, compare, sky */
-    int inspect[4];      /* mode, layout, level, edge of that level */
+    int inspect[4];      /* mode, layout, level, 0 */
     float inspect_at[4]; /* zoom, pan x, pan y, 0 */
-    int sample_range[4]; /* first sample of this pass, samples in it, all, 0 */
 } view_frame;
 
 void view_frame_fill(view_frame *f, const view_settings *s, const view_set *set,

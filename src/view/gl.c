@@ -3,7 +3,6 @@
 
 #include "view/message.h"
 #include <stdio.h>
-#include <string.h>
 
 view_gl gl;
 
@@ -48,20 +47,6 @@ bool view_gl_load(view_gl_proc *(*get)(const char *name))
                          "a core profile",
                          version);
     return true;
-}
-
-bool view_gl_has(const char *extension)
-{
-    GLint count = 0;
-
-    gl.GetIntegerv(GL_NUM_EXTENSIONS, &count);
-    for (GLint i = 0; i < count; i++) {
-        const char *name =
-            (const char *)gl.GetStringi(GL_EXTENSIONS, (GLuint)i);
-        if (name && !strcmp(name, extension))
-            return true;
-    }
-    return false;
 }
 
 static const char *error_name(GLenum error)

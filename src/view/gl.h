@@ -15,14 +15,12 @@
 #define VIEW_GL_FUNCTIONS(X)                                                   \
     X(PFNGLACTIVETEXTUREPROC, ActiveTexture)                                   \
     X(PFNGLATTACHSHADERPROC, AttachShader)                                     \
-    X(PFNGLBINDATTRIBLOCATIONPROC, BindAttribLocation)                         \
     X(PFNGLBINDBUFFERPROC, BindBuffer)                                         \
     X(PFNGLBINDBUFFERBASEPROC, BindBufferBase)                                 \
     X(PFNGLBINDFRAMEBUFFERPROC, BindFramebuffer)                               \
     X(PFNGLBINDSAMPLERPROC, BindSampler)                                       \
     X(PFNGLBINDTEXTUREPROC, BindTexture)                                       \
     X(PFNGLBINDVERTEXARRAYPROC, BindVertexArray)                               \
-    X(PFNGLBLENDFUNCPROC, BlendFunc)                                           \
     X(PFNGLBLENDFUNCSEPARATEPROC, BlendFuncSeparate)                           \
     X(PFNGLBLITFRAMEBUFFERPROC, BlitFramebuffer)                               \
     X(PFNGLBUFFERDATAPROC, BufferData)                                         \
@@ -36,7 +34,6 @@
     X(PFNGLDELETEBUFFERSPROC, DeleteBuffers)                                   \
     X(PFNGLDELETEFRAMEBUFFERSPROC, DeleteFramebuffers)                         \
     X(PFNGLDELETEPROGRAMPROC, DeleteProgram)                                   \
-    X(PFNGLDELETEQUERIESPROC, DeleteQueries)                                   \
     X(PFNGLDELETESAMPLERSPROC, DeleteSamplers)                                 \
     X(PFNGLDELETESHADERPROC, DeleteShader)                                     \
     X(PFNGLDELETETEXTURESPROC, DeleteTextures)                                 \
@@ -45,54 +42,37 @@
     X(PFNGLDISABLEPROC, Disable)                                               \
     X(PFNGLDRAWARRAYSPROC, DrawArrays)                                         \
     X(PFNGLDRAWARRAYSINSTANCEDPROC, DrawArraysInstanced)                       \
-    X(PFNGLDRAWBUFFERPROC, DrawBuffer)                                         \
-    X(PFNGLDRAWBUFFERSPROC, DrawBuffers)                                       \
-    X(PFNGLDRAWELEMENTSPROC, DrawElements)                                     \
     X(PFNGLENABLEPROC, Enable)                                                 \
     X(PFNGLENABLEVERTEXATTRIBARRAYPROC, EnableVertexAttribArray)               \
     X(PFNGLFINISHPROC, Finish)                                                 \
-    X(PFNGLFLUSHPROC, Flush)                                                   \
     X(PFNGLFRAMEBUFFERTEXTURE2DPROC, FramebufferTexture2D)                     \
-    X(PFNGLFRAMEBUFFERTEXTURELAYERPROC, FramebufferTextureLayer)               \
     X(PFNGLGENBUFFERSPROC, GenBuffers)                                         \
     X(PFNGLGENFRAMEBUFFERSPROC, GenFramebuffers)                               \
     X(PFNGLGENSAMPLERSPROC, GenSamplers)                                       \
     X(PFNGLGENTEXTURESPROC, GenTextures)                                       \
     X(PFNGLGENVERTEXARRAYSPROC, GenVertexArrays)                               \
-    X(PFNGLGENERATEMIPMAPPROC, GenerateMipmap)                                 \
-    X(PFNGLGETBOOLEANVPROC, GetBooleanv)                                       \
     X(PFNGLGETERRORPROC, GetError)                                             \
-    X(PFNGLGETFLOATVPROC, GetFloatv)                                           \
     X(PFNGLGETINTEGERVPROC, GetIntegerv)                                       \
     X(PFNGLGETPROGRAMINFOLOGPROC, GetProgramInfoLog)                           \
     X(PFNGLGETPROGRAMIVPROC, GetProgramiv)                                     \
     X(PFNGLGETSHADERINFOLOGPROC, GetShaderInfoLog)                             \
     X(PFNGLGETSHADERIVPROC, GetShaderiv)                                       \
     X(PFNGLGETSTRINGPROC, GetString)                                           \
-    X(PFNGLGETSTRINGIPROC, GetStringi)                                         \
     X(PFNGLGETTEXIMAGEPROC, GetTexImage)                                       \
     X(PFNGLGETUNIFORMBLOCKINDEXPROC, GetUniformBlockIndex)                     \
     X(PFNGLGETUNIFORMLOCATIONPROC, GetUniformLocation)                         \
     X(PFNGLLINKPROGRAMPROC, LinkProgram)                                       \
     X(PFNGLPIXELSTOREIPROC, PixelStorei)                                       \
-    X(PFNGLREADBUFFERPROC, ReadBuffer)                                         \
     X(PFNGLREADPIXELSPROC, ReadPixels)                                         \
     X(PFNGLSAMPLERPARAMETERIPROC, SamplerParameteri)                           \
-    X(PFNGLSCISSORPROC, Scissor)                                               \
     X(PFNGLSHADERSOURCEPROC, ShaderSource)                                     \
     X(PFNGLTEXIMAGE2DPROC, TexImage2D)                                         \
     X(PFNGLTEXIMAGE3DPROC, TexImage3D)                                         \
-    X(PFNGLTEXPARAMETERFPROC, TexParameterf)                                   \
     X(PFNGLTEXPARAMETERIPROC, TexParameteri)                                   \
-    X(PFNGLTEXSUBIMAGE2DPROC, TexSubImage2D)                                   \
     X(PFNGLUNIFORM1FPROC, Uniform1f)                                           \
     X(PFNGLUNIFORM1IPROC, Uniform1i)                                           \
     X(PFNGLUNIFORM2FPROC, Uniform2f)                                           \
-    X(PFNGLUNIFORM3FPROC, Uniform3f)                                           \
-    X(PFNGLUNIFORM4FPROC, Uniform4f)                                           \
-    X(PFNGLUNIFORM4FVPROC, Uniform4fv)                                         \
     X(PFNGLUNIFORMBLOCKBINDINGPROC, UniformBlockBinding)                       \
-    X(PFNGLUNIFORMMATRIX4FVPROC, UniformMatrix4fv)                             \
     X(PFNGLUSEPROGRAMPROC, UseProgram)                                         \
     X(PFNGLVERTEXATTRIBDIVISORPROC, VertexAttribDivisor)                       \
     X(PFNGLVERTEXATTRIBPOINTERPROC, VertexAttribPointer)                       \
@@ -111,8 +91,6 @@ typedef void view_gl_proc(void);
 /* Fills gl by get, of the current context. False, with a message, if that has
    no OpenGL 3.3 core. */
 bool view_gl_load(view_gl_proc *(*get)(const char *name));
-/* Whether the context has an extension. */
-bool view_gl_has(const char *extension);
 /* False, with a message that says where, if OpenGL has noted an error. */
 bool view_gl_check(const char *where);
 

@@ -228,7 +228,6 @@ static void bind(GLuint program)
         [VIEW_UNIT_SKY] = "sky_map",
         [VIEW_UNIT_PICTURE] = "picture",
         [VIEW_UNIT_TRUTH] = "truth",
-        [VIEW_UNIT_SUBJECT] = "subject",
     };
     const GLuint block = gl.GetUniformBlockIndex(program, "Frame");
 

@@ -32,7 +32,6 @@ typedef enum view_unit {
     VIEW_UNIT_SKY,        /* samplerCube sky_map */
     VIEW_UNIT_PICTURE,    /* sampler2D picture: the linear picture */
     VIEW_UNIT_TRUTH,      /* sampler2D truth: that of --reference */
-    VIEW_UNIT_SUBJECT, /* sampler2D subject: flat texture that is inspected */
     VIEW_UNIT_COUNT
 } view_unit;
 

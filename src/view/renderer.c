@@ -152,7 +152,6 @@ static void bind_maps(const view_renderer *r)
     bind(VIEW_UNIT_IRRADIANCE, cube, r->maps[VIEW_IRRADIANCE]);
     bind(VIEW_UNIT_LUT, GL_TEXTURE_2D, r->maps[VIEW_LUT]);
     bind(VIEW_UNIT_SKY, cube, sky ? sky : level0);
-    bind(VIEW_UNIT_SUBJECT, GL_TEXTURE_2D, r->maps[VIEW_LUT]);
 }
 
 /* ---- spheres ----------------------------------------------------------- */

@@ -3,9 +3,9 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "view/aim.h"
+#include "view/clock.h"
 #include "view/message.h"
 #include "view/program.h"
 
@@ -34,7 +34,7 @@ static const double quick_seconds = 0.05, slow_seconds = 0.1;
 
 struct view_truth {
     GLuint spheres, sky, mean; /* programs */
-    GLint first_sample, sample_count, part, environment, geometry, aim_edge;
+    GLint first_sample, sample_count, part, environment, aim_edge;
     GLuint tokens, chance; /* textures */
     GLuint target[TARGETS], framebuffer[TARGETS];
     GLuint corners; /* vertex array without attributes */
@@ -75,7 +75,6 @@ static bool make_programs(view_truth *t)
     t->first_sample = gl.GetUniformLocation(t->spheres, "first_sample");
     t->sample_count = gl.GetUniformLocation(t->spheres, "sample_count");
     t->environment = gl.GetUniformLocation(t->spheres, "environment_map");
-    t->geometry = gl.GetUniformLocation(t->spheres, "geometry");
     t->aim_edge = gl.GetUniformLocation(t->spheres, "aim_edge");
     t->part = gl.GetUniformLocation(t->mean, "part");
     gl.UseProgram(t->spheres);
@@ -151,7 +150,6 @@ bool view_truth_load(view_truth *t, const view_set *set)
         upload_aim(t, &aim);
     gl.UseProgram(t->spheres);
     gl.Uniform1i(t->environment, sky ? VIEW_UNIT_SKY : VIEW_UNIT_SPECULAR);
-    gl.Uniform1i(t->geometry, set->geometry);
     gl.Uniform1i(t->aim_edge, aim.edge);
     gl.UseProgram(0);
     view_aim_free(&aim);
@@ -203,7 +201,6 @@ static view_frame part_of(const view_frame *frame)
     memset(f.show, 0, 3 * sizeof f.show[0]);       /* but the sky */
     memset(f.inspect, 0, sizeof f.inspect);
     memset(f.inspect_at, 0, sizeof f.inspect_at);
-    memset(f.sample_range, 0, sizeof f.sample_range);
     return f;
 }
 
@@ -254,14 +251,6 @@ static void draw_pass(view_truth *t, GLuint instances, int count, int samples)
     gl.Disable(GL_BLEND);
 }
 
-static double seconds(void)
-{
-    struct timespec now;
-
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 /* By twos, as a frame has costs that are not of its samples. */
 static int next_by_clock(int samples, double took)
 {
@@ -275,7 +264,7 @@ bool view_truth_draw(view_truth *t, const view_frame *frame, GLuint instances,
 {
     const view_frame part = part_of(frame);
     const bool by_clock = samples == 0;
-    const double start = by_clock ? seconds() : 0.0;
+    const double start = by_clock ? view_clock() : 0.0;
 
     if ((width != t->width || height != t->height) && !resize(t, width, height))
         return false;
@@ -292,7 +281,7 @@ bool view_truth_draw(view_truth *t, const view_frame *frame, GLuint instances,
                   left < MOST_SAMPLES ? left : MOST_SAMPLES);
     if (by_clock && samples > 0) {
         gl.Finish();
-        t->by_clock = next_by_clock(samples, seconds() - start);
+        t->by_clock = next_by_clock(samples, view_clock() - start);
     }
     return true;
 }

@@ -16,5 +16,4 @@ layout(std140) uniform Frame {
     ivec4 show;
     ivec4 inspect;
     vec4 inspect_at;
-    ivec4 sample_range;
 };

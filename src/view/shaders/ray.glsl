@@ -10,15 +10,9 @@ vec3 ray_through(vec2 pixel)
     return normalize(forward.xyz + p.x * right.xyz + p.y * up.xyz);
 }
 
-// A direction of the world in the environment's own frame, and back.
+// A direction of the world in the environment's own frame.
 vec3 turned(vec3 world)
 {
     return vec3(turn.x * world.x - turn.y * world.z, world.y,
                 turn.y * world.x + turn.x * world.z);
-}
-
-vec3 unturned(vec3 env)
-{
-    return vec3(turn.x * env.x + turn.y * env.z, env.y,
-                turn.x * env.z - turn.y * env.x);
 }

@@ -13,7 +13,6 @@
 
 uniform samplerCube environment_map;
 uniform int first_sample, sample_count;
-uniform int geometry; // of ibl_geometry
 
 layout(location = 0) out vec4 colour;
 
@@ -46,7 +45,7 @@ float aimed(vec3 d)
 vec3 specular_weight(patch_of s, vec3 h, vec3 l, float other)
 {
     float v_h = clamp(dot(s.view, h), 0.0, 1.0);
-    float g = geometry == 1 ? schlick_v(l.z, s.view.z, s.alpha)
+    float g = int(diffuse.y) == 1 ? schlick_v(l.z, s.view.z, s.alpha)
                             : smith_v(l.z, s.view.z, s.alpha);
     float share = 1.0;
     if (other > 0.0) {
