@@ -698,60 +698,88 @@ static void one_by_one(void)
     end(&s);
 }
 
-/* Samples after a draw of 4 with settings changed by change, after 4 before. */
-static int after(scene *s, const view_settings *changed)
+/* Draws of spheres: of the split sum, and of each pass of the reference. */
+static PFNGLDRAWARRAYSINSTANCEDPROC draw_instances;
+static int sphere_draws;
+
+static void APIENTRY count_draw(GLenum kind, GLint first, GLsizei vertices,
+                                GLsizei instances)
+{
+    ++sphere_draws;
+    draw_instances(kind, first, vertices, instances);
+}
+
+/* How often a frame draws spheres. */
+static int draws(scene *s, int samples)
+{
+    sphere_draws = 0;
+    draw_instances = gl.DrawArraysInstanced;
+    gl.DrawArraysInstanced = count_draw;
+    CHECK(draw(s, samples));
+    gl.DrawArraysInstanced = draw_instances;
+    return sphere_draws;
+}
+
+/* Samples after a draw of 4 with settings changed by change, after 4 before;
+ * *split: whether that drew the split sum as well. */
+static int after(scene *s, const view_settings *changed, bool *split)
 {
     const view_settings old = s->settings;
     int samples = -1;
 
     view_renderer_load(s->renderer, &s->set);
-    if (CHECK(draw(s, 4) && view_renderer_samples(s->renderer) == 4)) {
+    if (CHECK(draws(s, 4) == 2 && view_renderer_samples(s->renderer) == 4)) {
+        CHECK(draws(s, 4) == 1);
+        view_renderer_load(s->renderer, &s->set);
+        CHECK(draws(s, 4) == 2);
         s->settings = *changed;
-        CHECK(draw(s, 4));
+        *split = draws(s, 4) == 2;
         samples = view_renderer_samples(s->renderer);
         s->settings = old;
     }
     return samples;
 }
 
-#define AFTER(member, value, samples)                                          \
+#define AFTER(member, value, samples, redrawn)                                 \
     do {                                                                       \
         view_settings changed = s.settings;                                    \
+        bool split = false;                                                    \
         changed.member = (value);                                              \
-        CHECK_MSG(after(&s, &changed) == (samples), "%s = %s", #member,        \
-                  #value);                                                     \
+        CHECK_MSG(after(&s, &changed, &split) == (samples) &&                  \
+                      split == (redrawn),                                      \
+                  "%s = %s", #member, #value);                                 \
     } while (0)
 
-/* What the picture depends on begins anew, what only its display depends on
- * does not. */
+/* What either picture depends on draws that anew, what only the display
+ * depends on does not. */
 static void restart(void)
 {
     scene s;
 
     if (!begin(&s, lights, 2, 2))
         return;
-    AFTER(ev, 2.0, 8);
-    AFTER(tone, VIEW_TONE_REINHARD, 8);
-    AFTER(false_colour, true, 8);
-    AFTER(compare, VIEW_DIFFERENCE, 8);
-    AFTER(split, 0.25, 8);
-    AFTER(gain, 3.0, 8);
-    AFTER(fresnel, VIEW_FRESNEL_LAGARDE, 8);
-    AFTER(diffuse, VIEW_DIFFUSE_SH, 8);
-    AFTER(help, true, 8);
-    AFTER(yaw, 10.0, 4);
-    AFTER(pitch, 10.0, 4);
-    AFTER(distance, 9.0, 4);
-    AFTER(fov, 50.0, 4);
-    AFTER(turn, 1.0, 4);
-    AFTER(sky, !s.settings.sky, 4);
-    AFTER(multiscatter, !s.settings.multiscatter, 4);
-    AFTER(material, 1, 4);
-    AFTER(rows, 1, 4);
-    AFTER(columns, 3, 4);
-    AFTER(metallic[1], 0.5, 4);
-    AFTER(roughness[0], 0.5, 4);
-    AFTER(light_count, 1, 4);
+    AFTER(ev, 2.0, 8, false);
+    AFTER(tone, VIEW_TONE_REINHARD, 8, false);
+    AFTER(false_colour, true, 8, false);
+    AFTER(compare, VIEW_DIFFERENCE, 8, false);
+    AFTER(split, 0.25, 8, false);
+    AFTER(gain, 3.0, 8, false);
+    AFTER(fresnel, VIEW_FRESNEL_LAGARDE, 8, true);
+    AFTER(diffuse, VIEW_DIFFUSE_SH, 8, true);
+    AFTER(help, true, 8, false);
+    AFTER(yaw, 10.0, 4, true);
+    AFTER(pitch, 10.0, 4, true);
+    AFTER(distance, 9.0, 4, true);
+    AFTER(fov, 50.0, 4, true);
+    AFTER(turn, 1.0, 4, true);
+    AFTER(sky, !s.settings.sky, 4, true);
+    AFTER(multiscatter, !s.settings.multiscatter, 4, true);
+    AFTER(material, 1, 4, true);
+    AFTER(rows, 1, 4, true);
+    AFTER(columns, 3, 4, true);
+    AFTER(metallic[1], 0.5, 4, true);
+    AFTER(roughness[0], 0.5, 4, true);
+    AFTER(light_count, 1, 4, true);
     end(&s);
 }
 

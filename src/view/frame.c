@@ -77,3 +77,12 @@ void view_frame_fill(view_frame *f, const view_settings *s, const view_set *set,
     f->inspect_at[1] = (float)s->pan[0];
     f->inspect_at[2] = (float)s->pan[1];
 }
+
+view_frame view_frame_linear(const view_frame *f)
+{
+    view_frame linear = *f;
+
+    memset(linear.display, 0, 3 * sizeof *f->display); /* but the sky's scale */
+    memset(linear.show, 0, 3 * sizeof *f->show);       /* but the sky */
+    return linear;
+}

@@ -29,5 +29,8 @@ typedef struct view_frame {
 
 void view_frame_fill(view_frame *f, const view_settings *s, const view_set *set,
                      int width, int height);
+/* What of a frame the linear picture depends on: the rest, which is of its
+ * display alone, is zero. */
+view_frame view_frame_linear(const view_frame *f);
 
 #endif

@@ -37,6 +37,8 @@ struct view_renderer {
     view_frame frame;
     int width, height; /* 0: nothing was drawn */
     bool has_truth;
+    view_frame linear; /* what the linear picture was drawn by */
+    bool stale;        /* or it was drawn of something else */
     int count;
     view_sphere spheres[MAX_SPHERES];
     instance sorted[MAX_SPHERES];
@@ -134,6 +136,7 @@ bool view_renderer_load(view_renderer *r, const view_set *set)
     gl.DeleteTextures(VIEW_CONTENTS, r->maps);
     memcpy(r->maps, maps, sizeof maps);
     r->set = set;
+    r->stale = true;
     return !r->truth || view_truth_load(r->truth, set);
 }
 
@@ -208,6 +211,7 @@ static void update_spheres(view_renderer *r, int width, int height)
         fill_instance(&sorted[i], &spheres[order[i]]);
     if (count == r->count && !memcmp(sorted, r->sorted, count * sizeof *sorted))
         return;
+    r->stale = true;
     r->count = count;
     memcpy(r->sorted, sorted, count * sizeof *sorted);
     gl.BindBuffer(GL_ARRAY_BUFFER, r->instance_buffer);
@@ -221,6 +225,7 @@ static bool resize(view_renderer *r, int width, int height)
     if (width == r->width && height == r->height)
         return true;
     r->width = r->height = 0;
+    r->stale = true;
     gl.DeleteTextures(1, &r->picture);
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
     r->picture = view_float_target(width, height);
@@ -236,8 +241,29 @@ static bool resize(view_renderer *r, int width, int height)
     return view_gl_check("making the linear picture");
 }
 
-static void linear_pass(const view_renderer *r)
+static bool compares(const view_renderer *r)
 {
+    return r->settings.compare != VIEW_SPLIT_SUM &&
+           r->settings.mode == VIEW_SPHERES;
+}
+
+/* While the truth gathers samples frame after frame, what it is compared with
+ * stays. Frames that compare nothing are drawn as they are asked for. */
+static bool stays(view_renderer *r)
+{
+    const view_frame linear = view_frame_linear(&r->frame);
+    const bool same =
+        !r->stale && memcmp(&linear, &r->linear, sizeof linear) == 0;
+
+    r->linear = linear;
+    r->stale = false;
+    return same && compares(r);
+}
+
+static void linear_pass(view_renderer *r)
+{
+    if (stays(r))
+        return;
     gl.BindFramebuffer(GL_FRAMEBUFFER, r->target);
     gl.Viewport(0, 0, r->width, r->height);
     gl.Disable(GL_BLEND);
@@ -264,8 +290,7 @@ static bool make_truth(view_renderer *r)
 static bool truth_pass(view_renderer *r)
 {
     r->has_truth = false;
-    if (r->settings.compare == VIEW_SPLIT_SUM ||
-        r->settings.mode != VIEW_SPHERES)
+    if (!compares(r))
         return true;
     if (!r->truth && !make_truth(r))
         return false;

@@ -2,7 +2,8 @@
 /*
  * Makes the picture. Passes, each into what the next one reads:
  *   1. linear   sky and spheres by the split sum, or what is inspected, as
- *               scene-linear RGB floats
+ *               scene-linear RGB floats; while the truth goes on, that of the
+ *               frame before
  *   2. truth    the same spheres by the integral itself (truth.h), while
  *               settings.compare asks for it
  *   3. display  exposure, tone curve, sRGB, and comparing; into framebuffer 0

@@ -191,14 +191,12 @@ static bool resize(view_truth *t, int width, int height)
 /* What of a frame the samples depend on. */
 static view_frame part_of(const view_frame *frame)
 {
-    view_frame f = *frame;
+    view_frame f = view_frame_linear(frame);
 
     memset(f.lod, 0, sizeof f.lod);
     memset(f.diffuse, 0, sizeof f.diffuse);
     memset(f.sh, 0, sizeof f.sh);
-    memset(f.display, 0, 3 * sizeof f.display[0]); /* but the sky's scale */
-    memset(f.choice, 0, 2 * sizeof f.choice[0]);   /* Fresnel, diffuse */
-    memset(f.show, 0, 3 * sizeof f.show[0]);       /* but the sky */
+    memset(f.choice, 0, 2 * sizeof f.choice[0]); /* Fresnel, diffuse */
     memset(f.inspect, 0, sizeof f.inspect);
     memset(f.inspect_at, 0, sizeof f.inspect_at);
     return f;
