@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "view/cube.h"
 #include "view/message.h"
 
 /* Below this part of all light, what outshines the mean is left to the lobes:
@@ -53,36 +54,12 @@ static void pool_face(const ibl_texture *cube, int face, int edge, float *row,
  * face. */
 static double value_at(const float *cells, int edge, int face, int x, int y)
 {
-    /* s, t along a face's rows and columns; axes as in ibl_cube_direction. */
-    static const signed char axes[6][3][3] = {
-        {{0, 0, -1}, {0, -1, 0}, {1, 0, 0}},
-        {{0, 0, 1}, {0, -1, 0}, {-1, 0, 0}},
-        {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}},
-        {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}},
-        {{1, 0, 0}, {0, -1, 0}, {0, 0, 1}},
-        {{-1, 0, 0}, {0, -1, 0}, {0, 0, -1}}};
-
     if (x < 0 || x >= edge || y < 0 || y >= edge) {
-        /* A point on the edge itself, then the face that it looks along. */
-        int s = 2 * x + 1 - edge, t = 2 * y + 1 - edge, p[3], next = 0;
-
-        s = s < -edge ? -edge : s > edge ? edge : s;
-        t = t < -edge ? -edge : t > edge ? edge : t;
-        for (int c = 0; c < 3; ++c)
-            p[c] = s * axes[face][0][c] + t * axes[face][1][c] +
-                   (edge - 1) * axes[face][2][c];
-        while (p[0] * axes[next][2][0] + p[1] * axes[next][2][1] +
-                   p[2] * axes[next][2][2] <
-               edge)
-            ++next;
-        s = t = edge;
-        for (int c = 0; c < 3; ++c) {
-            s += p[c] * axes[next][0][c];
-            t += p[c] * axes[next][1][c];
-        }
-        face = next;
-        x = s / 2 < edge ? s / 2 : edge - 1;
-        y = t / 2 < edge ? t / 2 : edge - 1;
+        /* Half a cell beyond the edge: a direction of the next face, there so
+           little farther in that it is in the same row of cells. */
+        double d[3];
+        ibl_cube_direction(edge, face, x, y, d);
+        view_cube_texel(d, edge, &face, &x, &y);
     }
     return cells[cell_of(edge, face, x, y)];
 }

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "view/cube.h"
 #include "view/scene.h"
 
 #define PI 3.14159265358979323846
@@ -78,27 +79,6 @@ static int clamp_texel(double at, int edge)
     return (int)fmin(fmax(floor(at), 0), edge - 1);
 }
 
-/* Face and texel that a direction meets. */
-static void meet(const double d[3], int edge, view_texel *t)
-{
-    const double x = d[0], y = d[1], z = d[2];
-    const double ax = fabs(x), ay = fabs(y), az = fabs(z);
-    double u, v, by;
-
-    if (ax >= ay && ax >= az) {
-        t->face = x < 0;
-        u = x < 0 ? z : -z, v = -y, by = ax;
-    } else if (ay >= az) {
-        t->face = 2 + (y < 0);
-        u = x, v = y < 0 ? -z : z, by = ay;
-    } else {
-        t->face = 4 + (z < 0);
-        u = z < 0 ? -x : x, v = -y, by = az;
-    }
-    t->x = clamp_texel((u / by + 1) / 2 * edge, edge);
-    t->y = clamp_texel((v / by + 1) / 2 * edge, edge);
-}
-
 static int cross_face(int column, int row)
 {
     static const int middle[4] = {1, 4, 0, 5};
@@ -114,7 +94,7 @@ static void unfold_equirect(const flat *f, const double p[2], view_texel *t)
     const double theta = PI * p[1] / f->size[1];
     const double d[3] = {sin(theta) * cos(phi), cos(theta),
                          sin(theta) * sin(phi)};
-    meet(d, f->edge, t);
+    view_cube_texel(d, f->edge, &t->face, &t->x, &t->y);
 }
 
 static void unfold_faces(const flat *f, view_layout layout, const double p[2],
@@ -193,7 +173,7 @@ static view_texel take_sky(const view_set *set, const view_settings *s,
         view_grid_hit(spheres, view_grid(s, spheres), c.eye, world, NULL) >= 0)
         return t;
     view_turn(s->turn, world, d);
-    meet(d, map->width, &t);
+    view_cube_texel(d, map->width, &t.face, &t.x, &t.y);
     t.inside = true;
     take(map, &t);
     return t;

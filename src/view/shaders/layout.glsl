@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Where on a flat picture each texel of a cube lies: the same geometry as in
 // inspect.c, which names what is under the cursor; a test compares the two.
+#include "cube.glsl"
 
 // view_layout of view/settings.h
 const int CROSS = 0, STRIP = 1, EQUIRECT = 2;
@@ -39,17 +40,6 @@ struct texel {
     ivec2 at;
 };
 
-// A point (u, v) of a face, both -1..1, row 0 on top: the rule of GL, KTX and
-// DDS. OpenGL 4.6 core, table 8.19.
-vec3 face_direction(int face, vec2 p) {
-    return face == 0 ? vec3(1.0, -p.y, -p.x)
-         : face == 1 ? vec3(-1.0, -p.y, p.x)
-         : face == 2 ? vec3(p.x, 1.0, p.y)
-         : face == 3 ? vec3(p.x, -1.0, -p.y)
-         : face == 4 ? vec3(p.x, -p.y, 1.0)
-         : vec3(-p.x, -p.y, -1.0);
-}
-
 // Of the centre, not of unit length.
 vec3 texel_direction(texel t, int n) {
     return face_direction(t.face, (2.0 * vec2(t.at) + 1.0) / float(n) - 1.0);
@@ -57,22 +47,9 @@ vec3 texel_direction(texel t, int n) {
 
 // The inverse.
 texel direction_texel(vec3 d, int n) {
-    vec3 a = abs(d);
-    texel t;
-    vec3 s; // u, v and what divides them
-    if (a.x >= a.y && a.x >= a.z) {
-        t.face = d.x < 0.0 ? 1 : 0;
-        s = vec3(d.x < 0.0 ? d.z : -d.z, -d.y, a.x);
-    } else if (a.y >= a.z) {
-        t.face = d.y < 0.0 ? 3 : 2;
-        s = vec3(d.x, d.y < 0.0 ? -d.z : d.z, a.y);
-    } else {
-        t.face = d.z < 0.0 ? 5 : 4;
-        s = vec3(d.z < 0.0 ? -d.x : d.x, -d.y, a.z);
-    }
-    vec2 at = (s.xy / s.z + 1.0) * 0.5 * float(n);
-    t.at = clamp(ivec2(floor(at)), 0, n - 1);
-    return t;
+    vec3 place = face_place(d);
+    vec2 at = (place.xy + 1.0) * 0.5 * float(n);
+    return texel(int(place.z), clamp(ivec2(floor(at)), 0, n - 1));
 }
 
 // The cross has +Y on top, -X +Z +X -Z in the middle, -Y below.

@@ -6,6 +6,7 @@
 //   Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", JCGT 9(3);
 //   Heitz 2018, "Sampling the GGX Distribution of Visible Normals", JCGT 7(4);
 //   Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps".
+#include "cube.glsl"
 
 uniform sampler2D aim_tokens; // of view/aim.h
 uniform sampler2DArray aim_chance; // a layer for each face
@@ -58,44 +59,17 @@ vec3 visible_normal(vec3 v, float alpha, vec2 u)
     return normalize(vec3(alpha * h, h_z));
 }
 
-// Where a direction meets its face, across and down, 0..1, and the face.
-vec3 face_of(vec3 d)
-{
-    vec3 a = abs(d);
-    vec4 at; // twice the way from the middle, the face's distance, the face
-    if (a.x >= a.y && a.x >= a.z)
-        at = d.x > 0.0 ? vec4(-d.z, -d.y, a.x, 0.0) : vec4(d.z, -d.y, a.x, 1.0);
-    else if (a.y >= a.z)
-        at = d.y > 0.0 ? vec4(d.x, d.z, a.y, 2.0) : vec4(d.x, -d.z, a.y, 3.0);
-    else
-        at = d.z > 0.0 ? vec4(d.x, -d.y, a.z, 4.0) : vec4(-d.x, -d.y, a.z, 5.0);
-    return vec3(0.5 * at.xy / at.z + 0.5, at.w);
-}
-
-// The inverse; not normalised, its face is at a distance of 1.
-vec3 direction_of(vec3 at)
-{
-    vec2 p = 2.0 * at.xy - 1.0;
-    int face = int(at.z);
-    return face == 0 ? vec3(1.0, -p.y, -p.x)
-         : face == 1 ? vec3(-1.0, -p.y, p.x)
-         : face == 2 ? vec3(p.x, 1.0, p.y)
-         : face == 3 ? vec3(p.x, -1.0, -p.y)
-         : face == 4 ? vec3(p.x, -p.y, 1.0)
-                     : vec3(-p.x, -p.y, -1.0);
-}
-
-// Density with which aim_at gives the unit direction d at that place of a face:
+// Density with which aim_at gives the unit direction d, whose place that is:
 // dO = dA m^3, m the largest component.
 float aim_density(vec3 at, vec3 d)
 {
     vec3 a = abs(d);
     float m = max(a.x, max(a.y, a.z));
-    return textureLod(aim_chance, at, 0.0).r * float(aim_edge * aim_edge) *
+    return textureLod(aim_chance, vec3(0.5 * at.xy + 0.5, at.z), 0.0).r * float(aim_edge * aim_edge) *
            0.25 / (m * m * m);
 }
 
-// A place of a face, drawn where the environment outshines its mean: a cell, and
+// A place drawn where the environment outshines its mean: a cell, and
 // from its middle by a tent of a cell to either side.
 vec3 aim_at(uvec3 fraction)
 {
@@ -108,5 +82,6 @@ vec3 aim_at(uvec3 fraction)
     vec2 p = vec2(cell % aim_edge, cell / aim_edge % aim_edge) + 0.5 + tent;
     p = abs(p); // back from the edges
     p = float(aim_edge) - abs(float(aim_edge) - p);
-    return vec3(p / float(aim_edge), cell / (aim_edge * aim_edge));
+    return vec3(2.0 * p / float(aim_edge) - 1.0,
+                cell / (aim_edge * aim_edge));
 }

@@ -35,7 +35,7 @@ vec3 light_from(vec3 environment_direction)
 
 float aimed(vec3 d)
 {
-    return aim_edge == 0 ? 0.0 : aim_density(face_of(d), d);
+    return aim_edge == 0 ? 0.0 : aim_density(face_place(d), d);
 }
 
 // BRDF times N.L over the density of l by visible normals, F V N.L 2 spread
@@ -81,7 +81,7 @@ void by_aim(patch_of s, uvec3 fraction, inout vec3 specular,
             inout vec3 irradiance)
 {
     vec3 at = aim_at(fraction);
-    vec3 d = normalize(direction_of(at));
+    vec3 d = normalize(face_direction(int(at.z), at.xy));
     vec3 l = d * s.to_environment;
     if (l.z <= 0.0)
         return;
