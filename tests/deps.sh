@@ -31,7 +31,7 @@ libclang-rt-dev:sanitizers_of_clang
 clang-format:make_lint
 mandoc:make_lint
 cmake:tests_the_CMake_example
-glslang-tools:tests_the_shader_lines
+glslang-tools:reads_the_shaders
 man-db:tests_the_manual
 file:recognises_containers
 openimageio-tools:makes_test_images

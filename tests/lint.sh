@@ -7,6 +7,7 @@ bad=0
 complain() { echo "lint: $*"; bad=$((bad + 1)); }
 files=$(git ls-files)
 code=$(git ls-files '*.c' '*.h' '*.cpp')
+shaders=$(git ls-files src/view/shaders)
 
 for f in $code; do
     clang-format --dry-run -Werror "$f" 2>/dev/null || complain "$f: format"
@@ -19,8 +20,8 @@ for f in $files; do
     grep -nE '[[:blank:]]$' "$f" /dev/null && complain "$f: trailing blanks"
     [ ! -s "$f" ] || [ -z "$(tail -c 1 "$f")" ] || complain "$f: no newline"
 done
-awk 'length > 80 { print FILENAME ":" FNR; n++ } END { exit n > 0 }' $code ||
-    complain 'lines over 80 columns'
+awk 'length > 80 { print FILENAME ":" FNR; n++ } END { exit n > 0 }' $code \
+    $shaders || complain 'lines over 80 columns'
 
 # Every header compiles alone, the public ones in C++ too.
 for h in $(git ls-files '*.h'); do
@@ -32,6 +33,37 @@ for h in include/ibl/*.h; do
     ${CXX:-c++} -std=c++11 -Wall -Wextra -Iinclude -fsyntax-only -x c++ "$h" ||
         complain "$h: not C++"
 done
+
+# Shaders, as the viewer puts them together, are GLSL 3.30 to a stricter
+# compiler than Mesa's, program by program.
+mkdir -p "$build/glsl"
+for f in $shaders; do
+    awk -v file="$f" 'function take(name,    line, part) {
+            if (had[name]++)
+                return
+            while ((getline line <name) > 0)
+                if (split(line, part, "\"") == 3 && line ~ /^#include "/)
+                    take(dir part[2])
+                else
+                    print line
+        }
+        BEGIN {
+            dir = file
+            sub(/[^\/]*$/, "", dir)
+            print "#version 330 core"
+            take(file)
+        }' >"$build/glsl/${f##*/}"
+done
+programs=$(sed -n 's/.*view_program("\(.*\)", "\(.*\)").*/\1 \2/p' src/view/*.c)
+[ -n "$programs" ] || complain 'no shader programs are found'
+while read -r vertex fragment; do
+    glslangValidator -l "$build/glsl/$vertex" "$build/glsl/$fragment" \
+        >"$build/glsl/log" && continue
+    cat "$build/glsl/log"
+    complain "$vertex, $fragment: not GLSL"
+done <<PROGRAMS
+$programs
+PROGRAMS
 
 # Names with external linkage carry the prefix.
 nm -g --defined-only "$build/libiblbake.a" |

@@ -87,8 +87,9 @@ vec3 cosine_direction(vec2 u)
 // The factor of irradiance / pi, the same in split sum and reference. fss: what
 // single scattering reflects of white light; ess: the same for F0 = 1. The
 // diffuse part has what the specular parts leave.
-// multiple: compensation for what single scattering loses, Fdez-Aguera 2019, "A Multiple-Scattering Microfacet Model for
-// Real-Time Image Based Lighting", JCGT 8(1), listing 1.
+// multiple: compensation for what single scattering loses, Fdez-Aguera 2019, "A
+// Multiple-Scattering Microfacet Model for Real-Time Image Based Lighting",
+// JCGT 8(1), listing 1.
 vec3 diffuse_factor(vec3 f0, vec3 albedo, vec3 fss, float ess, bool multiple)
 {
     vec3 fms = vec3(0.0);

@@ -65,8 +65,8 @@ float aim_density(vec3 at, vec3 d)
 {
     vec3 a = abs(d);
     float m = max(a.x, max(a.y, a.z));
-    return textureLod(aim_chance, vec3(0.5 * at.xy + 0.5, at.z), 0.0).r * float(aim_edge * aim_edge) *
-           0.25 / (m * m * m);
+    float chance = textureLod(aim_chance, vec3(0.5 * at.xy + 0.5, at.z), 0.0).r;
+    return chance * float(aim_edge * aim_edge) * 0.25 / (m * m * m);
 }
 
 // A place drawn where the environment outshines its mean: a cell, and

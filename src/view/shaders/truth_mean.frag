@@ -7,5 +7,6 @@ layout(location = 0) out vec4 colour;
 
 void main()
 {
-    colour = vec4(texelFetch(pass_picture, ivec2(gl_FragCoord.xy), 0).rgb, part);
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    colour = vec4(texelFetch(pass_picture, at, 0).rgb, part);
 }
