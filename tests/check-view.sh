@@ -272,6 +272,37 @@ test_a_failure_leaves_the_old_picture() {
     same a.png old.png
 }
 
+# A file-size limit is an error like another, and a signal in the midst of
+# writing takes back what was written.
+test_nothing_half_written() {
+    draw a.png "$work/ktx2"
+    cp a.png old.png
+    (ulimit -f 0
+     iblview "$work/ktx2" $small --ev 1 --offscreen a.png 2>&1
+     echo "status $?") | grep -vx 'status 1' | grep -vx 'iblview: .*a.png.*'
+    same a.png old.png
+    cat >raiser.c <<'END'
+#define _GNU_SOURCE
+#include <signal.h>
+#include <string.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+ssize_t write(int file, const void *bytes, size_t size)
+{
+    if (size > 3 && !memcmp(bytes, "\x89PNG", 4))
+        raise(SIGTERM);
+    return syscall(SYS_write, file, bytes, size);
+}
+END
+    ${CC:-cc} -shared -fPIC -o raiser.so raiser.c || return
+    ls -A >before
+    { ASAN_OPTIONS=verify_asan_link_order=0 LD_PRELOAD=$PWD/raiser.so \
+        iblview "$work/ktx2" $small --ev 1 --offscreen a.png; } 2>/dev/null
+    [ $? = 143 ] || echo "the signal is lost"
+    ls -A | diff before -
+    same a.png old.png
+}
+
 test_no_display() {
     wrong 1 '*--offscreen*' "$work/ktx2"
     wrong 1 '*--offscreen*' env.exr

@@ -8,6 +8,7 @@
 
 #include "view/app.h"
 #include "view/bridge_path.h"
+#include "view/interrupt.h"
 #include "view/message.h"
 #include "view/still.h"
 
@@ -55,6 +56,7 @@ int main(int argc, char **argv)
     view_options o;
     int status;
 
+    view_interrupt_catch();
     if (view_options_parse(argc, argv, &o, &status))
         status = run(&o) ? 0 : 1;
     if (fflush(stdout) || ferror(stdout)) {

@@ -3,6 +3,7 @@
 
 #include "ibl/io.h"
 #include "view/gl.h"
+#include "view/interrupt.h"
 #include "view/message.h"
 #include <png.h>
 #include <stdlib.h>
@@ -74,9 +75,11 @@ bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
     void *png = encode(path, width, height, rgb, &size);
 
     /* What fails here has told the context's log. */
-    const bool ok = png && !ibl_outputs_create(ctx, &outputs) &&
-                    !ibl_outputs_add(outputs, path, png, size) &&
-                    !ibl_outputs_commit(outputs);
+    bool ok = png && !ibl_outputs_create(ctx, &outputs);
+    view_interrupt_guard(outputs);
+    ok = ok && !ibl_outputs_add(outputs, path, png, size) &&
+         !ibl_outputs_commit(outputs);
+    view_interrupt_guard(NULL);
     ibl_outputs_free(outputs);
     free(png);
     return ok;
