@@ -1068,9 +1068,18 @@ static void stamps(void)
     /* Written anew by the program itself. */
     NEED(bake("stamp", "--levels 2"));
     CHECK(comes(&set, &stamp, 0));
-    /* While one is missing the set is none. */
+    /* One that is gone alone is about to come back, or so it may be. */
+    view_stamp_take(&set, &stamp);
     NEED(file_run("mv stamp/sky.json away"));
     CHECK(!view_stamp_changed(&set, &stamp, 0));
+    NEED(file_run("touch stamp/brdf_lut.ktx2"));
+    CHECK(!view_stamp_changed(&set, &stamp, 5));
+    CHECK(comes(&set, &stamp, 0));
+    CHECK(comes(&set, &stamp, 0.02));
+    /* Without the specular file there is no set. */
+    NEED(file_run("mv stamp/sky_specular.ktx2 specular"));
+    CHECK(!view_stamp_changed(&set, &stamp, 0));
+    NEED(file_run("mv specular stamp/sky_specular.ktx2"));
     NEED(file_run("mv away stamp/sky.json"));
     CHECK(comes(&set, &stamp, 0));
     view_set_free(&set);

@@ -98,9 +98,10 @@ void view_set_sh_irradiance(const view_set *set, const double normal[3],
 /* What they are now: where reading them anew has failed, so as to wait for the
  * next change. */
 void view_stamp_take(const view_set *set, view_stamp *stamp);
-/* Whether a file is another one now, and all are there that were and have been
- * left alone for settle seconds. Of set.read nothing is missed that happened
- * while the set was read or baked. */
+/* Whether a file is another one now, and those that are have been left alone
+ * for settle seconds, longer where one is gone; never without the specular file
+ * or the map. Of set.read nothing is missed that happened while the set was
+ * read or baked. */
 bool view_stamp_changed(const view_set *set, const view_stamp *stamp,
                         double settle);
 

@@ -1,8 +1,13 @@
 /* SPDX-License-Identifier: MIT */
+#include <math.h>
 #include <sys/stat.h>
 #include <time.h>
 
 #include "view/set_about.h"
+
+/* A file that the new set may not have, or that is still to come, is waited for
+ * this much longer. */
+static const double GONE = 12;
 
 static const char *path_of(const view_set *set, int i)
 {
@@ -52,7 +57,8 @@ void view_stamp_take(const view_set *set, view_stamp *stamp)
 bool view_stamp_changed(const view_set *set, const view_stamp *stamp,
                         double settle)
 {
-    bool changed = false;
+    bool changed = false, gone = false;
+    double nearest = INFINITY;
 
     for (int i = 0; i < VIEW_STAMPS; i++) {
         view_stamp now;
@@ -66,10 +72,15 @@ bool view_stamp_changed(const view_set *set, const view_stamp *stamp,
                           now.inode[i] == stamp->inode[i];
         if (same)
             continue;
-        /* In the future: by another machine's clock, which says nothing. */
-        if (now.size[i] < 0 || (age < settle && age > -settle))
+        if (now.size[i] < 0 && (i == VIEW_SPECULAR || i > VIEW_CONTENTS))
             return false;
+        if (now.size[i] < 0) {
+            gone = true;
+            continue;
+        }
+        /* In the future: by another machine's clock, which says nothing. */
+        nearest = fmin(nearest, fabs(age));
         changed = true;
     }
-    return changed;
+    return changed && nearest >= (gone ? GONE * settle : settle);
 }
