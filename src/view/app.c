@@ -123,9 +123,16 @@ bool view_app_open(view_app *app, const view_request *what)
            show_from(app, what);
 }
 
+/* The end of a long path tells more than its beginning. */
 static void say_why(view_app *app, const char *path)
 {
-    view_app_notice(app, "%s is not shown: the terminal says why", path);
+    enum {
+        MOST = 60
+    };
+    const size_t length = strlen(path), cut = length > MOST ? length - MOST : 0;
+
+    view_app_notice(app, "%s%s is not shown: the terminal says why",
+                    cut ? ".." : "", path + cut);
 }
 
 static void drop(void *cookie, const char *path)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "view/plate.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -10,16 +11,22 @@
 static const double MARGIN = 8; /* pixels of a display without a scale */
 static const double TEXT = 2;   /* scale of text there */
 
+/* A scale at which a text that is as large at another one has room. */
+static double fit(double scale, double size, double room)
+{
+    return size > room && room > 0 ? scale * room / size : scale;
+}
+
 /* In two columns: keys, then what they do. Letters are of different widths,
  * so each column is a plate of its own. */
-static void add_keys(view_app *app, double scale, int height)
+static void add_keys(view_app *app, double scale, int width, int height)
 {
     enum {
         COLUMN = 16
     };
     char text[VIEW_KEYS_BYTES], left[VIEW_KEYS_BYTES] = "",
                                 right[VIEW_KEYS_BYTES] = "";
-    double w, h, fit = TEXT * scale;
+    double w, more, h, size = TEXT * scale;
 
     view_keys_text(text, sizeof text);
     for (char *line = strtok(text, "\n"); line; line = strtok(NULL, "\n")) {
@@ -28,39 +35,42 @@ static void add_keys(view_app *app, double scale, int height)
         strcat(strcat(right, line + COLUMN), "\n");
     }
     left[strlen(left) - 1] = right[strlen(right) - 1] = '\0';
-    view_overlay_measure(left, fit, &w, &h);
-    if (h > height - 2 * MARGIN * scale) {
-        fit *= (height - 2 * MARGIN * scale) / h;
-        view_overlay_measure(left, fit, &w, &h);
-    }
-    view_overlay_text(app->overlay, MARGIN * scale, MARGIN * scale, fit, left);
-    view_overlay_text(app->overlay, MARGIN * scale + w, MARGIN * scale, fit,
+    view_overlay_measure(right, size, &more, &h);
+    view_overlay_measure(left, size, &w, &h);
+    size = fmin(fit(size, h, height - 2 * MARGIN * scale),
+                fit(size, w + more, width - 2 * MARGIN * scale));
+    view_overlay_measure(left, size, &w, &h);
+    view_overlay_text(app->overlay, MARGIN * scale, MARGIN * scale, size, left);
+    view_overlay_text(app->overlay, MARGIN * scale + w, MARGIN * scale, size,
                       right);
 }
 
 static void add_progress(view_app *app, double scale, int width, int height)
 {
-    char text[200];
-    double w, h;
+    char text[400];
+    double w, h, size = TEXT * scale;
     const double bar_width = 0.5 * width, bar_height = 12 * scale;
 
     snprintf(text, sizeof text, "baking %s: %s", app->baking, app->stage);
-    view_overlay_measure(text, TEXT * scale, &w, &h);
+    view_overlay_measure(text, size, &w, &h);
+    size = fit(size, w, width - 2 * MARGIN * scale);
+    view_overlay_measure(text, size, &w, &h);
     view_overlay_text(app->overlay, 0.5 * (width - w),
-                      0.5 * height - h - bar_height, TEXT * scale, text);
+                      0.5 * height - h - bar_height, size, text);
     view_overlay_bar(app->overlay, 0.5 * (width - bar_width), 0.5 * height,
                      bar_width, bar_height, app->baked);
 }
 
 /* A line of text at the lower left, above what is there already. */
-static double add_line(view_app *app, double scale, double below,
+static double add_line(view_app *app, double scale, int width, double below,
                        const char *text)
 {
-    double w, h;
+    double w, h, size = TEXT * scale;
 
-    view_overlay_measure(text, TEXT * scale, &w, &h);
-    view_overlay_text(app->overlay, MARGIN * scale, below - h, TEXT * scale,
-                      text);
+    view_overlay_measure(text, size, &w, &h);
+    size = fit(size, w, width - 2 * MARGIN * scale);
+    view_overlay_measure(text, size, &w, &h);
+    view_overlay_text(app->overlay, MARGIN * scale, below - h, size, text);
     return below - h;
 }
 
@@ -76,15 +86,15 @@ void view_plate_add(view_app *app, int width, int height)
                                           app->mouse[0], app->mouse[1]);
         view_texel_text(&t, text, sizeof text);
         if (t.inside && !s->help)
-            below = add_line(app, scale, below, text);
+            below = add_line(app, scale, width, below, text);
         if (s->false_colour)
             view_overlay_legend(app->overlay, 0.5 * width, MARGIN * scale,
                                 0.5 * width - MARGIN * scale, TEXT * scale);
     }
     if (app->notice[0])
-        add_line(app, scale, below, app->notice);
+        add_line(app, scale, width, below, app->notice);
     if (app->baker)
         add_progress(app, scale, width, height);
     if (s->help)
-        add_keys(app, scale, height);
+        add_keys(app, scale, width, height);
 }
