@@ -178,8 +178,15 @@ test_contact_sheets() {
         --sheet-columns ev || echo "status $?"
     [ "$(size b.png)" = "$((4 + 5 * 52)) x $((4 + 4 * 40))" ] || size b.png
     iblview "$work/ktx2" --contact-sheet c.png $small --sheet-rows compare \
-        --sheet-columns level --samples 1 || echo "status $?"
-    [ "$(size c.png)" = "$((4 + 2 * 52)) x $((4 + 4 * 40))" ] || size c.png
+        --sheet-columns ev --samples 1 || echo "status $?"
+    [ "$(size c.png)" = "$((4 + 5 * 52)) x $((4 + 4 * 40))" ] || size c.png
+    # Of maps the levels, if there are several, by exposure.
+    iblview "$work/ktx2" --contact-sheet e.png $small --mode levels ||
+        echo "status $?"
+    [ "$(size e.png)" = "$((4 + 5 * 52)) x $((4 + 2 * 40))" ] || size e.png
+    iblview "$work/ktx2" --contact-sheet f.png $small --mode table ||
+        echo "status $?"
+    [ "$(size f.png)" = "$((4 + 5 * 52)) x $((4 + 4 * 40))" ] || size f.png
     iblview "$work/ktx2" --contact-sheet d.png $small || echo "status $?"
     same a.png d.png
 }
@@ -230,6 +237,10 @@ test_misuse() {
     wrong 2 '*--sheet-rows: only with*' x --sheet-rows ev
     wrong 2 '*both ev*' x --contact-sheet a.png --sheet-rows ev \
         --sheet-columns ev
+    wrong 2 '*--sheet-columns turn: maps are the same*' x --contact-sheet a.png \
+        --sheet-rows level --sheet-columns turn
+    wrong 2 '*--sheet-rows level: --mode table has none*' x \
+        --contact-sheet a.png --sheet-rows level --mode table
     wrong 2 '*--texel 1280,0: outside*1280x720' x --texel 1280,0
 }
 

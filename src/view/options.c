@@ -180,9 +180,11 @@ static const view_option pictures[] = {
      .help = "write a picture and open no window: needs no display"},
     {"contact-sheet", 0, TEXT(contact_sheet, "OUT.png"), .standard = "",
      .help = "write a sheet of pictures the same way"},
-    {"sheet-rows", 0, CHOICE(rows, axis_name), .standard = "material",
+    {"sheet-rows", 0, CHOICE(rows, axis_name),
+     .standard = "material, of maps level",
      .help = "what the rows of the sheet go through"},
-    {"sheet-columns", 0, CHOICE(columns, axis_name), .standard = "turn",
+    {"sheet-columns", 0, CHOICE(columns, axis_name),
+     .standard = "turn, of maps ev",
      .help = "what its columns go through"},
     {"size", 0, OTHER("WxH", parse_size), .allowed = "1x1 to 16384x16384",
      .standard = "1280x720, 320x240 in a sheet",
@@ -313,6 +315,38 @@ static bool misuse(const char *what, const char *why)
     return view_fail("%s: %s", what, why);
 }
 
+/* Maps are the same with every material, turn and comparison. */
+static bool for_spheres(int axis)
+{
+    return axis == VIEW_AXIS_MATERIAL || axis == VIEW_AXIS_TURN ||
+           axis == VIEW_AXIS_COMPARE;
+}
+
+static bool shows_maps(const view_options *o)
+{
+    return o->settings.mode != VIEW_SPHERES || o->rows == VIEW_AXIS_LEVEL ||
+           o->columns == VIEW_AXIS_LEVEL;
+}
+
+static bool has_one_level(const view_options *o)
+{
+    return o->settings.mode == VIEW_IRRADIANCE_MAP ||
+           o->settings.mode == VIEW_TABLE;
+}
+
+/* Whether something changes along an axis. */
+static bool check_axis(const view_options *o, const char *option, int axis)
+{
+    if (shows_maps(o) && for_spheres(axis))
+        return view_fail(
+            "%s %s: maps are the same with each: choose ev or tone", option,
+            view_axis_name((view_axis)axis));
+    if (axis == VIEW_AXIS_LEVEL && has_one_level(o))
+        return view_fail("%s level: --mode %s has none: leave one of them out",
+                         option, view_mode_name(o->settings.mode));
+    return true;
+}
+
 static bool check_sheet(const view_options *o)
 {
     if (o->contact_sheet && o->rows == o->columns)
@@ -327,7 +361,8 @@ static bool check_sheet(const view_options *o)
         return misuse("--sheet-rows", "only with --contact-sheet");
     if (!o->contact_sheet && o->columns >= 0)
         return misuse("--sheet-columns", "only with --contact-sheet");
-    return true;
+    return !o->contact_sheet || (check_axis(o, "--sheet-rows", o->rows) &&
+                                 check_axis(o, "--sheet-columns", o->columns));
 }
 
 static bool check(const view_options *o)
@@ -360,6 +395,17 @@ static void choose_axis(int *axis, int other, view_axis first, view_axis second)
         *axis = other == (int)first ? (int)second : (int)first;
 }
 
+static void choose_axes(view_options *o)
+{
+    const view_axis first = !shows_maps(o)      ? VIEW_AXIS_MATERIAL
+                            : !has_one_level(o) ? VIEW_AXIS_LEVEL
+                                                : VIEW_AXIS_TONE;
+    const view_axis second = shows_maps(o) ? VIEW_AXIS_EV : VIEW_AXIS_TURN;
+
+    choose_axis(&o->rows, o->columns, first, second);
+    choose_axis(&o->columns, o->rows, second, first);
+}
+
 bool view_options_finish(view_options *o)
 {
     const bool sheet = o->contact_sheet;
@@ -374,10 +420,8 @@ bool view_options_finish(view_options *o)
     }
     o->settings.rows = o->grid[0];
     o->settings.columns = o->grid[1];
-    if (sheet) {
-        choose_axis(&o->rows, o->columns, VIEW_AXIS_MATERIAL, VIEW_AXIS_TURN);
-        choose_axis(&o->columns, o->rows, VIEW_AXIS_TURN, VIEW_AXIS_MATERIAL);
-    }
+    if (sheet)
+        choose_axes(o);
     return check_sheet(o) && check(o);
 }
 
