@@ -177,7 +177,7 @@ static bool resize(view_truth *t, int width, int height)
         if (gl.CheckFramebufferStatus(GL_FRAMEBUFFER) !=
             GL_FRAMEBUFFER_COMPLETE)
             return view_fail("OpenGL has no picture of %dx%d RGBA floats for "
-                             "the reference: make the window smaller",
+                             "the reference: make window or picture smaller",
                              width, height);
     }
     bind(UNIT_PASS, GL_TEXTURE_2D, t->target[PASS]);
