@@ -64,8 +64,8 @@ within() {
 # start_server [arguments]: sets DISPLAY.
 start_server() {
     : >display
-    Xvfb -displayfd 3 -screen 0 640x480x24 -nolisten tcp "$@" 3>display \
-        2>server.log &
+    Xvfb -displayfd 3 -screen 0 800x600x24 -dpi 96 -noreset -nolisten tcp \
+        "$@" 3>display 2>server.log &
     server=$!
     within grep -q . display || { cat server.log; skip 'Xvfb does not start'; }
     DISPLAY=:$(cat display)
@@ -78,14 +78,17 @@ stop_server() {
 }
 
 # ---- the window ------------------------------------------------------------
+# A window that goes away while it is looked at is an error of xdotool.
+find_window() {
+    window=$(xdotool search --onlyvisible --pid "$viewer" | head -n 1)
+    [ -n "$window" ]
+}
 # open [arguments]: sets viewer and window; its words go to `said`.
 open() {
     : >said # which is emptied between, so it is added to
     iblview --size 320x240 "$@" 2>>said >printed &
     viewer=$!
-    within xdotool search --onlyvisible --pid "$viewer" ||
-        { echo "no window: $(cat said)"; return 1; }
-    window=$(xdotool search --onlyvisible --pid "$viewer" | head -n 1)
+    within find_window || { echo "no window: $(cat said)"; return 1; }
 }
 # ended: the viewer has; sets status.
 gone() { ! kill -0 "$viewer" 2>/dev/null; }
@@ -94,6 +97,8 @@ ended() {
     wait "$viewer"
     status=$?
     viewer=
+    # The key that ended it was not released in it, and would repeat.
+    xdotool keyup q keyup Escape
 }
 title() { xdotool getwindowname "$window"; }
 titled() { [[ $(title) == *"$1"* ]]; }
@@ -102,7 +107,7 @@ shows() { within titled "$1" || echo "title is \"$(title)\", not \"$1\""; }
 # away: the pointer is in the window and leaves it, also after a drop there.
 away() {
     xdotool mousemove --window "$window" 9 9
-    xdotool mousemove 600 440
+    xdotool mousemove 780 580
 }
 # After the last key of a window there is none to be released in.
 press() { xdotool key --window "$window" --delay 30 "$@" 2>/dev/null; }
@@ -287,7 +292,6 @@ test_quit() {
     [ ! -s said ] || echo "says: $(cat said)"
 }
 
-# A map is baked beside the window; it can be closed meanwhile.
 # What cannot be baked is tried once, not over and over.
 test_map_that_changes() {
     cp env.exr map.exr
@@ -307,6 +311,8 @@ test_map_that_changes() {
     ended
     [ $status = 0 ] || echo "status $status: $(cat said)"
 }
+
+# A map is baked beside the window; it can be closed meanwhile.
 test_map() {
     open env.exr || return
     shows 'env | '
@@ -319,6 +325,24 @@ test_map() {
     press q
     ended
     [ $status = 0 ] || echo "while it bakes: status $status: $(cat said)"
+}
+
+# Twice as fine a display: a window, and a picture, of twice as many pixels.
+test_fine_display() {
+    desktop root dpi 192
+    open baked || return
+    shows 'env | '
+    still off.png --size 640x480 baked
+    away
+    on_screen off.png
+    xdotool mousemove --window "$window" 200 100 mousedown 1 \
+        mousemove_relative 40 0 mousemove_relative 80 0 mouseup 1
+    snap dragged.png
+    still off.png --size 640x480 --yaw -45 baked
+    same dragged.png off.png 'dragged by a quarter of the height'
+    press q
+    ended
+    desktop root dpi 96
 }
 
 # ---- where there is no window ----------------------------------------------
@@ -357,8 +381,8 @@ start_server -fbdir screen
 run opens_and_equals_offscreen
 if [ -n "$viewer" ]; then
     run keys help texel_under_the_pointer mouse resize uncovered reload \
-        reload_of_what_is_broken drop quit map \
-        map_that_changes
+        reload_of_what_is_broken drop quit map map_that_changes \
+        fine_display
 fi
 stop_server
 run no_display

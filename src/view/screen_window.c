@@ -236,6 +236,9 @@ static GLFWwindow *create(int width, int height, const char *title)
     glfwWindowHint(GLFW_DEPTH_BITS, 0);
     glfwWindowHint(GLFW_STENCIL_BITS, 0);
     glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
+    /* What a desktop knows the program's windows by. */
+    glfwWindowHintString(GLFW_X11_CLASS_NAME, "iblview");
+    glfwWindowHintString(GLFW_X11_INSTANCE_NAME, "iblview");
     return glfwCreateWindow(width, height, title, NULL, NULL);
 }
 

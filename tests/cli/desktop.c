@@ -3,6 +3,7 @@
  * What a desktop does to a window and xdotool cannot:
  *   desktop WINDOW close      asks it to close, as the cross of a title bar
  *   desktop WINDOW drop URI   drags a file from another window and drops it
+ *   desktop root dpi N        says how fine the display is, as settings do
  * Dropping is the protocol XDND, version 5, of which this is the source.
  */
 #include <X11/Xatom.h>
@@ -86,11 +87,22 @@ static void drop(Window to, const char *uri)
     }
 }
 
+static void set_dpi(const char *dpi)
+{
+    char text[64];
+    const int size = snprintf(text, sizeof text, "Xft.dpi:\t%s\n", dpi);
+
+    XChangeProperty(display, DefaultRootWindow(display), XA_RESOURCE_MANAGER,
+                    XA_STRING, 8, PropModeReplace, (unsigned char *)text, size);
+    XSync(display, False);
+}
+
 int main(int argc, char **argv)
 {
     display = XOpenDisplay(NULL);
     if (!display || argc < 3) {
-        fprintf(stderr, "desktop WINDOW close|drop [URI], on a display\n");
+        fprintf(stderr,
+                "desktop WINDOW close|drop|dpi [URI|N], on a display\n");
         return 2;
     }
     const Window to = strtoul(argv[1], NULL, 0);
@@ -99,6 +111,8 @@ int main(int argc, char **argv)
         close_window(to);
     else if (!strcmp(argv[2], "drop") && argc == 4)
         drop(to, argv[3]);
+    else if (!strcmp(argv[2], "dpi") && argc == 4)
+        set_dpi(argv[3]);
     else
         return 2;
     XCloseDisplay(display);
