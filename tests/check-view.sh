@@ -191,6 +191,15 @@ test_contact_sheets() {
     same a.png d.png
 }
 
+# Near enough, only the sphere in the middle is in the picture.
+test_errors_of_what_is_seen() {
+    iblview "$work/ktx2" --offscreen a.png --size 16x16 --grid 3x3 --samples 1 \
+        --distance 1.5 --compare split >said || echo "status $?"
+    tail -n 3 said | cut -c 21- >errors
+    grep -c '^       -       -       -$' errors | grep -qx 2 || cat said
+    grep -q '^       -  [0-9]\.[0-9]*       -$' errors || cat said
+}
+
 # The table of 16x16 is 16 pixels to a texel in a picture of 256x256, with
 # roughness upwards; N.V and roughness are those of the texels' centres.
 test_texels() {

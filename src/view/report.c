@@ -3,6 +3,15 @@
 
 #include <stdio.h>
 
+/* Spheres that are not in the picture have none. */
+static void print_error(double rmse)
+{
+    if (rmse < 0)
+        printf(" %7s", "-");
+    else
+        printf(" %7.4f", rmse);
+}
+
 bool view_report_print(const view_renderer *r, const view_settings *s)
 {
     double rmse[VIEW_MAX_GRID * VIEW_MAX_GRID];
@@ -20,7 +29,7 @@ bool view_report_print(const view_renderer *r, const view_settings *s)
     for (int row = s->rows - 1; row >= 0; row--) {
         printf("%20.3f", spheres[row * s->columns].metallic);
         for (int i = 0; i < s->columns; i++)
-            printf(" %7.4f", rmse[row * s->columns + i]);
+            print_error(rmse[row * s->columns + i]);
         putchar('\n');
     }
     fflush(stdout);
