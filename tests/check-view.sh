@@ -326,6 +326,9 @@ END
 test_no_display() {
     wrong 1 '*--offscreen*' "$work/ktx2"
     wrong 1 '*--offscreen*' env.exr
+    # What is wrong with a display, too, comes first.
+    wrong 1 '*nowhere*' nowhere
+    wrong 1 '*--lut*baked files' env.exr --lut x
 }
 
 # ---- what it says of itself ----------------------------------------------

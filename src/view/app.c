@@ -365,7 +365,7 @@ bool view_app_run(ibl_ctx *ctx, const view_options *options)
     const view_events events = {&app, key, mouse, wheel, drop, refresh};
     bool ok;
 
-    ok = make(&app, &events) && view_options_may(options) &&
+    ok = view_options_may(options) && make(&app, &events) &&
          view_app_open(&app, &options->request) &&
          (!app.set || view_options_suit(options, app.set)) && loop(&app);
     unmake(&app);

@@ -3,6 +3,7 @@
  * --help are made from the tables here. */
 #include "view/options.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -12,6 +13,7 @@
 #include "view/message.h"
 #include "view/option_row.h"
 #include "view/scene.h"
+#include "view/set_find.h"
 #include "view/truth.h"
 
 const char *view_axis_name(view_axis axis)
@@ -432,7 +434,11 @@ bool view_options_may(const view_options *o)
                          : r->lut      ? "--lut"
                          : r->sky      ? "--sky"
                                        : NULL;
+    const char *words;
 
+    if (strcmp(r->path, "-") != 0 &&
+        view_file_look(r->path, &words) == VIEW_FILE_MISSING)
+        return view_fail("%s: cannot be opened: %s", r->path, strerror(errno));
     return !option || !view_is_map(r->path) ||
            view_fail("%s: %s is baked here, with all that belongs to it: the "
                      "option is for baked files",

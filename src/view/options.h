@@ -48,8 +48,8 @@ enum {
  * because of --help and its like or after a line on standard error. */
 bool view_options_parse(int argc, char **argv, view_options *o, int *status);
 
-/* False, with a message, if an option is not for what PATH is; reads no more
- * than its first bytes. */
+/* False, with a message, if nothing is at PATH or an option is not for what is
+ * there; reads no more than its first bytes. */
 bool view_options_may(const view_options *o);
 /* False, with a message, if the options ask for what a set does not have. */
 bool view_options_suit(const view_options *o, const view_set *set);
