@@ -269,6 +269,13 @@ test_drop() {
     on_screen dropped.png
     desktop "$window" drop "file://$work/baked"
     shows 'env | '
+    # What is dropped last is what stays, however long the other takes.
+    mkenv hdr 4096 2048 >large.hdr
+    desktop "$window" drop "file://$work/large.hdr"
+    desktop "$window" drop "file://$work/baked"
+    sleep 2
+    rm large.hdr
+    shows 'env | '
     desktop "$window" drop "file://$work/bin/mkenv"
     within grep -q 'mkenv' said || echo "says nothing: $(cat said)"
     snap kept.png

@@ -74,28 +74,20 @@ static bool show(view_app *app)
     return true;
 }
 
-/* Keeps a copy of where something is from, unless it is the copy. */
-static bool keep(char **copy, const char *path)
-{
-    char *fresh;
-
-    if (*copy == path)
-        return true;
-    fresh = strdup(path);
-    if (!fresh)
-        return view_fail("%s: no memory for its name", path);
-    free(*copy);
-    *copy = fresh;
-    return true;
-}
-
-static bool start_bake(view_app *app, const char *path)
+static void stop_bake(view_app *app)
 {
     if (app->baker)
         view_baker_finish(app->baker, NULL);
     app->baker = NULL;
-    if (!keep(&app->baking, path))
-        return false;
+}
+
+static bool start_bake(view_app *app, const char *path)
+{
+    stop_bake(app);
+    free(app->baking);
+    app->baking = strdup(path);
+    if (!app->baking)
+        return view_fail("%s: no memory for its name", path);
     app->baker = view_baker_start(app->baking);
     app->baked = 0;
     snprintf(app->stage, sizeof app->stage, "starting");
@@ -103,24 +95,36 @@ static bool start_bake(view_app *app, const char *path)
     return app->baker;
 }
 
-/* What is in the free slot is shown and, from now on, watched. */
+/* What is in the free slot is shown and, from now on, watched. If it cannot be,
+ * what was shown goes on being watched. */
 static bool show_from(view_app *app, const view_request *what)
 {
-    if (!keep(&app->path, what->path)) {
+    char *path = strdup(what->path);
+
+    if (!path) {
         view_set_free(free_slot(app));
+        return view_fail("%s: no memory for its name", what->path);
+    }
+    if (!show(app)) {
+        free(path);
         return false;
     }
     app->request = *what;
-    app->request.path = app->path;
-    return show(app);
+    app->request.path = path;
+    free(app->path); /* perhaps what->path */
+    app->path = path;
+    return true;
 }
 
 bool view_app_open(view_app *app, const view_request *what)
 {
     if (view_is_map(what->path))
         return start_bake(app, what->path);
-    return view_set_open(app->ctx, what, free_slot(app)) &&
-           show_from(app, what);
+    if (!view_set_open(app->ctx, what, free_slot(app)) || !show_from(app, what))
+        return false;
+    /* What was asked for before would come over it. */
+    stop_bake(app);
+    return true;
 }
 
 /* The end of a long path tells more than its beginning. */
@@ -345,8 +349,7 @@ static bool make(view_app *app, const view_events *events)
 
 static void unmake(view_app *app)
 {
-    if (app->baker)
-        view_baker_finish(app->baker, NULL);
+    stop_bake(app);
     view_overlay_free(app->overlay);
     view_renderer_free(app->renderer);
     view_screen_close(app->screen);
