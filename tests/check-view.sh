@@ -191,6 +191,13 @@ test_contact_sheets() {
     same a.png d.png
 }
 
+test_notes_on_what_does_not_fit() {
+    $bake --quiet -o out --lobe charlie --roughness-range 0.25:1 >said 2>&1
+    iblview out --offscreen a.png $small >said 2>&1 || echo "status $?"
+    [ "$(wc -l <said)" = 2 ] && grep -q 'lobe charlie' said &&
+        grep -q 'level 0 is of roughness 0.25' said || cat said
+}
+
 # Near enough, only the sphere in the middle is in the picture.
 test_errors_of_what_is_seen() {
     iblview "$work/ktx2" --offscreen a.png --size 16x16 --grid 3x3 --samples 1 \

@@ -190,6 +190,19 @@ static void note_defaults(opener *o, bool cmgen)
     o->told = true;
 }
 
+/* What the spheres cannot make up for. */
+static void note_misfits(const view_set *set)
+{
+    if (set->lobe != IBL_LOBE_GGX)
+        view_note("%s: its levels are of the lobe %s: spheres, which are "
+                  "shaded by GGX, are only similar",
+                  set->path[VIEW_SPECULAR], ibl_lobe_name(set->lobe));
+    if (set->roughness[0] > 0)
+        view_note("%s: its level 0 is of roughness %.3g: the reference and a "
+                  "sky without a skybox are as blurred",
+                  set->path[VIEW_SPECULAR], set->roughness[0]);
+}
+
 static bool take_specular(opener *o, const view_about *a)
 {
     view_set *set = o->set;
@@ -210,13 +223,13 @@ static bool take_specular(opener *o, const view_about *a)
         set->lod_scale = a->lod_scale;
         set->lod_offset = a->lod_offset;
     }
-    if (!(a->known & VIEW_KNOWS_ROUGHNESS))
-        return true;
-    if (a->levels != tex->levels)
+    if (a->known & VIEW_KNOWS_ROUGHNESS && a->levels != tex->levels)
         return view_fail("%s: says the roughness of %d levels and has %d: "
                          "bake it again",
                          set->path[VIEW_SPECULAR], a->levels, tex->levels);
-    memcpy(set->roughness, a->roughness, sizeof set->roughness);
+    if (a->known & VIEW_KNOWS_ROUGHNESS)
+        memcpy(set->roughness, a->roughness, sizeof set->roughness);
+    note_misfits(set);
     return true;
 }
 
