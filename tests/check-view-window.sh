@@ -180,6 +180,16 @@ test_keys() {
     shows 'EV +0'
     snap again.png
     same again.png first.png 'after Home'
+    # No picture is written over another one.
+    touch iblview-{001..999}.png
+    press p
+    away
+    within not_shown first.png || echo 'says nothing of all the pictures'
+    find . -name 'iblview-*.png' -size +0
+    [ ! -e iblview-1000.png ] || echo 'writes a thousandth picture'
+    rm iblview-*.png
+    press x
+    on_screen first.png
 }
 
 test_help() {

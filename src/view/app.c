@@ -282,15 +282,28 @@ static bool draw(view_app *app)
     return true;
 }
 
+/* A name that no file has yet. */
+static bool free_name(char *path, size_t size)
+{
+    for (int number = 1; number <= 999; number++) {
+        snprintf(path, size, "iblview-%03d.png", number);
+        if (access(path, F_OK))
+            return true;
+    }
+    return false;
+}
+
 void view_app_picture(view_app *app)
 {
     char path[32];
-    int width, height, number = 1;
+    int width, height;
     unsigned char *rgb = NULL;
 
-    do
-        snprintf(path, sizeof path, "iblview-%03d.png", number++);
-    while (!access(path, F_OK) && number <= 1000);
+    if (!free_name(path, sizeof path)) {
+        view_app_notice(app, "no picture is written: up to %s all are there",
+                        path);
+        return;
+    }
     view_screen_size(app->screen, &width, &height);
     if (draw_scene(app, width, height))
         rgb = view_picture_read(width, height);
