@@ -176,8 +176,10 @@ test_keys() {
     shows '| levels 1'
     press shift+Tab
     shows 'gold 7x7'
+    press u A
+    shows '| metallic 0:0 | roughness 0:0.25 | EV'
     press Home
-    shows 'EV +0'
+    shows 'on | EV +0'
     snap again.png
     same again.png first.png 'after Home'
     # No picture is written over another one.

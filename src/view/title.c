@@ -20,6 +20,14 @@ static void add(char *text, size_t size, const char *fmt, ...)
     va_end(ap);
 }
 
+/* Of rows or columns, where it is not the usual one. */
+static void add_range(const char *name, const double range[2], char *text,
+                      size_t size)
+{
+    if (range[0] > 0 || range[1] < 1)
+        add(text, size, " | %s %.3g:%.3g", name, range[0], range[1]);
+}
+
 static void add_spheres(const view_app *app, char *text, size_t size)
 {
     const view_settings *s = &app->settings;
@@ -28,6 +36,8 @@ static void add_spheres(const view_app *app, char *text, size_t size)
         view_materials[s->material].name, s->rows, s->columns,
         view_fresnel_name(s->fresnel), view_diffuse_name(s->diffuse),
         s->multiscatter ? "on" : "off");
+    add_range("metallic", s->metallic, text, size);
+    add_range("roughness", s->roughness, text, size);
     if (s->light_count)
         add(text, size, " | lights %d", s->light_count);
     if (s->turn < 0 || s->turn > 0)
