@@ -217,7 +217,7 @@ static void against_double(const shade_set *set, const view_settings *s,
             worst = fmax(worst, fabs(picture[3 * i + k] - rgb[k]));
         }
     }
-    CHECK(seen > 1000);
+    CHECK(seen > 500);
     CHECK_MSG(worst <= tolerance * most, "off by %g of %g", worst, most);
     free(pixels);
     free(picture);

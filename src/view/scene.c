@@ -148,13 +148,23 @@ int view_grid_hit(const view_sphere *spheres, int count, const double eye[3],
 
 static const double degree = 3.14159265358979323846 / 180;
 
-static double fitting_distance(const view_settings *s, double tan_x,
-                               double tan_y)
+/* From where the spheres in the corners are seen, and with them all between;
+ * those that are nearer to the eye ask for more. axes: right, up and back. */
+static double fitting_distance(const view_settings *s, const double axes[3][3],
+                               double tan_x, double tan_y)
 {
-    const double w = 0.5 * (s->columns - 1) + radius;
-    const double h = 0.5 * (s->rows - 1) + radius;
+    double distance = 0;
 
-    return radius + fmax(w / tan_x, h / tan_y) / (1 - 2 * border);
+    for (int i = 0; i < 4; i++) {
+        const double corner[3] = {(i % 2 - 0.5) * (s->columns - 1),
+                                  (i / 2 - 0.5) * (s->rows - 1), 0};
+        const double w = fabs(dot(corner, axes[0])) + radius;
+        const double h = fabs(dot(corner, axes[1])) + radius;
+        const double needed = dot(corner, axes[2]) + radius +
+                              fmax(w / tan_x, h / tan_y) / (1 - 2 * border);
+        distance = fmax(distance, needed);
+    }
+    return distance;
 }
 
 view_camera view_camera_of(const view_settings *s, int width, int height)
@@ -162,20 +172,19 @@ view_camera view_camera_of(const view_settings *s, int width, int height)
     const double yaw = s->yaw * degree, pitch = s->pitch * degree;
     const double tan_y = tan(0.5 * s->fov * degree);
     const double tan_x = tan_y * width / height;
+    const double axes[3][3] = {
+        {cos(yaw), 0, -sin(yaw)},
+        {-sin(yaw) * sin(pitch), cos(pitch), -cos(yaw) * sin(pitch)},
+        {sin(yaw) * cos(pitch), sin(pitch), cos(yaw) * cos(pitch)}};
     const double distance =
-        s->distance > 0 ? s->distance : fitting_distance(s, tan_x, tan_y);
-    const double back[3] = {sin(yaw) * cos(pitch), sin(pitch),
-                            cos(yaw) * cos(pitch)};
-    const double right[3] = {cos(yaw), 0, -sin(yaw)};
-    const double up[3] = {-sin(yaw) * sin(pitch), cos(pitch),
-                          -cos(yaw) * sin(pitch)};
+        s->distance > 0 ? s->distance : fitting_distance(s, axes, tan_x, tan_y);
     view_camera c = {.near = 0.01, .far = 1000 + 2 * distance};
 
     for (int k = 0; k < 3; k++) {
-        c.eye[k] = distance * back[k];
-        c.forward[k] = -back[k];
-        c.right[k] = tan_x * right[k];
-        c.up[k] = tan_y * up[k];
+        c.eye[k] = distance * axes[2][k];
+        c.forward[k] = -axes[2][k];
+        c.right[k] = tan_x * axes[0][k];
+        c.up[k] = tan_y * axes[1][k];
     }
     return c;
 }
