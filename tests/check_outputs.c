@@ -399,6 +399,7 @@ static ibl_texture make_texture(int size)
                        .width = size,
                        .height = size,
                        .levels = 1,
+                       .layers = 1,
                        .faces = 6,
                        .bytes = 48 * (size_t)size * (size_t)size};
     tex.data = aligned_alloc(64, tex.bytes);

@@ -49,6 +49,7 @@ static ibl_texture make(ibl_pixel pixel, int width, int height, int levels,
                        .width = width,
                        .height = height,
                        .levels = levels,
+                       .layers = 1,
                        .faces = faces};
     test_random r = {(uint64_t)(width * 1000 + height + pixel)};
     tex.bytes = ibl_texture_offset(&tex, levels, 0);
@@ -64,8 +65,8 @@ static bool same(const ibl_texture *a, const ibl_texture *b)
 {
     return a->pixel == b->pixel && a->width == b->width &&
            a->height == b->height && a->levels == b->levels &&
-           a->faces == b->faces && a->bytes == b->bytes &&
-           !memcmp(a->data, b->data, a->bytes);
+           a->layers == b->layers && a->faces == b->faces &&
+           a->bytes == b->bytes && !memcmp(a->data, b->data, a->bytes);
 }
 
 static bool is_key(const ibl_texture *tex, const char *key, const char *value)
@@ -620,7 +621,8 @@ static void named(void)
         {IBL_CONTAINER_KTX2, 44, 2, IBL_ERR_UNSUPPORTED, "Zstandard"},
         {IBL_CONTAINER_KTX2, 44, 1, IBL_ERR_UNSUPPORTED, "BasisLZ"},
         {IBL_CONTAINER_KTX2, 28, 4, IBL_ERR_UNSUPPORTED, "3D"},
-        {IBL_CONTAINER_KTX2, 32, 3, IBL_ERR_UNSUPPORTED, "array"},
+        {IBL_CONTAINER_KTX2, 32, 3, IBL_ERR_FORMAT, "cut short"},
+        {IBL_CONTAINER_KTX2, 32, 2049, IBL_ERR_UNSUPPORTED, "2048"},
         {IBL_CONTAINER_KTX2, 24, 0, IBL_ERR_UNSUPPORTED, "1D"},
         {IBL_CONTAINER_KTX2, 24, 3, IBL_ERR_FORMAT, "square"},
         {IBL_CONTAINER_KTX2, 36, 5, IBL_ERR_FORMAT, "5 faces"},
@@ -629,14 +631,15 @@ static void named(void)
         {IBL_CONTAINER_KTX, 12, 5, IBL_ERR_FORMAT, "endianness"},
         {IBL_CONTAINER_KTX, 16, 0, IBL_ERR_UNSUPPORTED, "compressed"},
         {IBL_CONTAINER_KTX, 28, 0x8058, IBL_ERR_UNSUPPORTED, "0x8058"},
-        {IBL_CONTAINER_KTX, 48, 2, IBL_ERR_UNSUPPORTED, "array"},
+        {IBL_CONTAINER_KTX, 48, 1, IBL_ERR_FORMAT, "level 0"},
         {IBL_CONTAINER_KTX, 60, 1 << 20, IBL_ERR_FORMAT, "metadata"},
         {IBL_CONTAINER_DDS, 4, 100, IBL_ERR_FORMAT, "100"},
         {IBL_CONTAINER_DDS, 84, 0x31545844, IBL_ERR_UNSUPPORTED, "DXT1"},
         {IBL_CONTAINER_DDS, 80, 0x41, IBL_ERR_UNSUPPORTED, "integer"},
         {IBL_CONTAINER_DDS, 128, 98, IBL_ERR_UNSUPPORTED, "DXGI format 98"},
         {IBL_CONTAINER_DDS, 132, 4, IBL_ERR_UNSUPPORTED, "3D"},
-        {IBL_CONTAINER_DDS, 140, 2, IBL_ERR_UNSUPPORTED, "array"},
+        {IBL_CONTAINER_DDS, 140, 2, IBL_ERR_FORMAT, "cut short"},
+        {IBL_CONTAINER_DDS, 140, 0, IBL_ERR_FORMAT, "no textures"},
         {IBL_CONTAINER_DDS, 112, 0x200000, IBL_ERR_UNSUPPORTED, "3D"},
     };
     ibl_texture tex = make(IBL_PIXEL_RGBA16F, 4, 4, 2, 6), back;
@@ -768,13 +771,14 @@ static void bad_arguments(void)
     void *bytes = NULL;
     size_t size;
     const ibl_texture good = tex;
-    for (int i = 0; i < 6; i++) {
+    for (int i = 0; i < 7; i++) {
         bad = good;
         *(i == 0   ? &bad.width
           : i == 1 ? &bad.height
           : i == 2 ? &bad.levels
           : i == 3 ? &bad.faces
-                   : (int *)&bad.pixel) += i == 5 ? 100 : 2;
+          : i == 4 ? &bad.layers
+                   : (int *)&bad.pixel) += i == 6 ? 100 : 2;
         CHECK(ibl_texture_encode(quiet, &bad, IBL_CONTAINER_KTX2, &bytes,
                                  &size) == IBL_ERR_ARGUMENT);
     }

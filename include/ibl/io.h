@@ -176,15 +176,24 @@ typedef struct ibl_key_value {
 } ibl_key_value;
 
 /*
+ * What OpenGL and Direct3D promise for arrays of flat textures. Of a cube
+ * array they count the faces: where the limit is no higher than promised,
+ * 341 cubes can be uploaded as one.
+ */
+#define IBL_MAX_LAYERS 2048
+
+/*
  * A texture in memory, as an API would upload it: levels from the largest, in
- * a level the faces, in a face the rows from the top, no padding. Cubes have
- * 6 faces in the order +X -X +Y -Y +Z -Z and width == height; flat textures
- * 1 face. Zeroed is empty. Free with ibl_texture_free.
+ * a level the layers, in a layer the faces, in a face the rows from the top,
+ * no padding. Cubes have 6 faces in the order +X -X +Y -Y +Z -Z and width ==
+ * height; flat textures 1 face. An array has layers, all of one shape; other
+ * textures have 1. Zeroed is empty. Free with ibl_texture_free.
  */
 typedef struct ibl_texture {
     ibl_pixel pixel;
     int width, height; /* of level 0, in texels, >= 1 */
     int levels;        /* >= 1 */
+    int layers;        /* 1..IBL_MAX_LAYERS */
     int faces;         /* 6 or 1 */
     size_t bytes;      /* of data */
     unsigned char *data;
@@ -194,9 +203,28 @@ typedef struct ibl_texture {
 
 void ibl_texture_free(ibl_texture *tex); /* NULL and zeroed are fine */
 
-/* Offset in bytes of a level's face in tex->data, and its size. */
+/* Offset in bytes of a level's face in tex->data, of layer 0 or of any, and
+ * its size. */
 size_t ibl_texture_offset(const ibl_texture *tex, int level, int face);
+size_t ibl_texture_layer_offset(const ibl_texture *tex, int level, int layer,
+                                int face);
 size_t ibl_texture_face_bytes(const ibl_texture *tex, int level);
+
+/*
+ * An array of textures that have pixel, size, levels and faces in common; of
+ * those that are arrays themselves all layers follow one another. Copies.
+ *   layers  count textures, count >= 1
+ *   out     empty, to be freed with ibl_texture_free; it gets the keys that
+ *           all have with the same value. Empty after an error
+ * IBL_ERR_ARGUMENT: one is no whole texture or differs from the first, or
+ * there would be more than IBL_MAX_LAYERS.
+ */
+ibl_status ibl_texture_array(ibl_ctx *ctx, const ibl_texture *const *layers,
+                             int count, ibl_texture *out);
+/* A copy of one layer, with all keys. out: as above. IBL_ERR_ARGUMENT: tex
+ * has no such layer or is no whole texture. */
+ibl_status ibl_texture_layer(ibl_ctx *ctx, const ibl_texture *tex, int layer,
+                             ibl_texture *out);
 
 /* Sets a key to a value (both copied; UTF-8, key 1..255 bytes, at most 4096
  * keys, else IBL_ERR_ARGUMENT). */
@@ -208,7 +236,8 @@ const char *ibl_texture_get(const ibl_texture *tex, const char *key);
 /* Cube or LUT to texture and back. *saturated, if not NULL, is the count of
  * ibl_pixel_encode. A cube takes the four 3-channel pixels, a LUT the two
  * 2-channel ones, else IBL_ERR_ARGUMENT. Decoding gives IBL_ERR_ARGUMENT for
- * a texture of the other kind. */
+ * a texture of the other kind, and for an array of more than one layer:
+ * ibl_texture_layer takes one out. */
 ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
                                  ibl_pixel pixel, ibl_texture *tex,
                                  size_t *saturated);
@@ -234,8 +263,9 @@ const char *ibl_container_name(ibl_container container);
  * The bytes of a file of that kind. *bytes is the caller's to free with
  * ibl_bytes_free. KTX2 and KTX get KTXorientation and KTXwriter; tex's own
  * keys follow, but for those two. DDS has no room for keys and drops them.
+ * A texture of one layer is written as no array.
  * IBL_ERR_ARGUMENT: tex is no whole texture. IBL_ERR_UNSUPPORTED: KTX and a
- * face of 4 GiB.
+ * face of 4 GiB, or a level of 4 GiB of an array.
  */
 ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, void **bytes,
@@ -244,11 +274,12 @@ void ibl_bytes_free(void *bytes);
 
 /*
  * Reads a KTX2, KTX or DDS file (told by content) of our pixel formats: cube
- * or 2D, with or without levels, either byte order for KTX. KTX and KTX2
- * files of 3-channel 16 or 32-bit floats are widened to 4. What we write is
- * read back bit for bit, keys included. Arrays, 3D, other pixel formats and
- * supercompression give IBL_ERR_UNSUPPORTED with the name or number of what
- * was found; a damaged file IBL_ERR_FORMAT. Never reads outside [bytes, size),
+ * or 2D or an array of either, with or without levels, either byte order for
+ * KTX. KTX and KTX2 files of 3-channel 16 or 32-bit floats are widened to 4.
+ * What we write is read back bit for bit, keys included. More layers than
+ * IBL_MAX_LAYERS, 3D, other pixel formats and supercompression give
+ * IBL_ERR_UNSUPPORTED with the name or number of what was found; a damaged
+ * file IBL_ERR_FORMAT. Never reads outside [bytes, size),
  * and allocates little more than size. DDS files may also name a float format
  * of Direct3D 9 in place of a FourCC, and hold RGB floats.
  * Keys: those whose value is text; KTXwriter comes along, KTXorientation does

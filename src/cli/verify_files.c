@@ -346,6 +346,17 @@ static ibl_status take_level(const reader *r, const ibl_cube *from, int level,
     return IBL_OK;
 }
 
+static ibl_status check_single(const reader *r, const ibl_texture *tex,
+                               const char *path, const char *content)
+{
+    if (tex->layers == 1)
+        return IBL_OK;
+    ibl_console_fail(r->console,
+                     "%s: an array of %d layers: %s is a single one", path,
+                     tex->layers, content);
+    return IBL_ERR_FORMAT;
+}
+
 static ibl_status read_container(const reader *r, ibl_verify_kind kind,
                                  ibl_verify_file *f)
 {
@@ -360,6 +371,8 @@ static ibl_status read_container(const reader *r, ibl_verify_kind kind,
                          f->path, ibl_verify_content(kind));
         status = IBL_ERR_FORMAT;
     }
+    if (!status)
+        status = check_single(r, &tex, f->path, ibl_verify_content(kind));
     if (!status)
         status = ibl_texture_to_cube(r->ctx, &tex, &cube);
     /* Mips of an irradiance map are for minification, nothing to judge. */
@@ -512,6 +525,9 @@ static ibl_status read_lut(const reader *r)
                          f->lut_path);
         status = IBL_ERR_FORMAT;
     }
+    if (!status)
+        status = check_single(r, &tex, f->lut_path,
+                              ibl_verify_content(IBL_VERIFY_LUT));
     if (!status)
         status = ibl_texture_to_lut(r->ctx, &tex, &f->lut);
     ibl_texture_free(&tex);

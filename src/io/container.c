@@ -81,7 +81,8 @@ static ibl_status unsupported(const ibl_file *file, const char *what,
                               uint32_t value)
 {
     return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
-                    "%s: %s (%u): only 2D textures and single cubes are read",
+                    "%s: %s (%u): only 2D textures, cubes and arrays of them "
+                    "are read",
                     file->name, what, value);
 }
 
@@ -89,8 +90,6 @@ static ibl_status check_shape(const ibl_file *file, const ibl_shape *s)
 {
     if (s->depth)
         return unsupported(file, "a 3D texture, by its depth", s->depth);
-    if (s->layers)
-        return unsupported(file, "an array texture, by its layers", s->layers);
     if (s->width && !s->height)
         return unsupported(file, "a 1D texture, by its width", s->width);
     if (s->width < 1 || s->height < 1)
@@ -101,6 +100,10 @@ static ibl_status check_shape(const ibl_file *file, const ibl_shape *s)
         return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
                         "%s: %ux%u texels: the limit is %d", file->name,
                         s->width, s->height, IBL_MAX_EDGE);
+    if (s->layers > IBL_MAX_LAYERS)
+        return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
+                        "%s: an array of %u layers: the limit is %d",
+                        file->name, s->layers, IBL_MAX_LAYERS);
     if (s->faces != 1 && s->faces != IBL_FACES)
         return ibl_fail(file->ctx, IBL_ERR_FORMAT,
                         "%s: %u faces: must be 6 or 1", file->name, s->faces);
@@ -142,14 +145,16 @@ ibl_status ibl_texture_begin(const ibl_file *file, const ibl_shape *shape,
                          .width = (int)shape->width,
                          .height = (int)shape->height,
                          .levels = shape->levels ? (int)shape->levels : 1,
+                         .layers = shape->layers ? (int)shape->layers : 1,
                          .faces = (int)shape->faces};
 
     const ibl_place place = {layout, 0, row_align, false};
+    const uint64_t images = (uint64_t)tex->layers * (uint64_t)tex->faces;
     uint64_t stored = 0, texels = 0;
-    for (int l = 0; l < tex->levels; l++) {
-        stored += (uint64_t)tex->faces * ibl_place_bytes(&place, tex, l);
-        texels += (uint64_t)tex->faces * ibl_texture_width(tex, l) *
-                  ibl_texture_height(tex, l);
+    for (int l = 0; l < tex->levels; l++) { /* below 2^51, by the limits */
+        stored += images * ibl_place_bytes(&place, tex, l);
+        texels +=
+            images * ibl_texture_width(tex, l) * ibl_texture_height(tex, l);
     }
     if (stored > file->size)
         return ibl_fail(file->ctx, IBL_ERR_FORMAT,
@@ -192,21 +197,22 @@ static void widen(const ibl_layout *layout, const unsigned char *src,
 }
 
 ibl_status ibl_place_read(const ibl_file *file, const ibl_place *place,
-                          ibl_texture *tex, int level, int face)
+                          ibl_texture *tex, int level, int layer, int face)
 {
     const ibl_layout *layout = place->layout;
     const size_t width = ibl_texture_width(tex, level);
     const size_t height = ibl_texture_height(tex, level);
     const uint64_t in_bytes = row_bytes(layout, width, place->row_align);
     const size_t out_bytes = width * ibl_pixel_bytes(tex->pixel);
-    unsigned char *out = tex->data + ibl_texture_offset(tex, level, face);
+    unsigned char *out =
+        tex->data + ibl_texture_layer_offset(tex, level, layer, face);
 
     if (!ibl_file_has(file, place->at, ibl_place_bytes(place, tex, level)))
         return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                        "%s: damaged or cut short: face %d of level %d is at "
-                        "%llu, beyond the file's %zu bytes",
-                        file->name, face, level, (unsigned long long)place->at,
-                        file->size);
+                        "%s: damaged or cut short: face %d of level %d, layer "
+                        "%d, is at %llu, beyond the file's %zu bytes",
+                        file->name, face, level, layer,
+                        (unsigned long long)place->at, file->size);
     for (size_t y = 0; y < height; y++) {
         const size_t from = place->bottom_up ? height - 1 - y : y;
         const unsigned char *row = file->bytes + place->at + from * in_bytes;
@@ -217,6 +223,20 @@ ibl_status ibl_place_read(const ibl_file *file, const ibl_place *place,
         memcpy(out + y * out_bytes, row, out_bytes);
         if (file->swap)
             turn_words(out + y * out_bytes, out_bytes, layout->word_bytes);
+    }
+    return IBL_OK;
+}
+
+ibl_status ibl_place_read_level(const ibl_file *file, ibl_place *place,
+                                ibl_texture *tex, int level)
+{
+    const uint64_t face_bytes = ibl_place_bytes(place, tex, level);
+    for (int i = 0; i < tex->layers * tex->faces; i++) {
+        const ibl_status status = ibl_place_read(
+            file, place, tex, level, i / tex->faces, i % tex->faces);
+        if (status)
+            return status;
+        place->at += face_bytes;
     }
     return IBL_OK;
 }

@@ -53,7 +53,8 @@ uint64_t ibl_file_u64(const ibl_file *file, uint64_t at);
 bool ibl_file_has(const ibl_file *file, uint64_t at, uint64_t size);
 ibl_status ibl_file_short(const ibl_file *file, const char *what);
 
-/* A texture's shape as a header has it. 0 levels are 1, 0 depth is none. */
+/* A texture's shape as a header has it. 0 levels are 1, 0 layers are 1 and no
+ * array, 0 depth is none. */
 typedef struct ibl_shape {
     uint32_t width, height, depth, layers, faces, levels;
 } ibl_shape;
@@ -67,7 +68,7 @@ ibl_status ibl_texture_begin(const ibl_file *file, const ibl_shape *shape,
                              const ibl_layout *layout, uint32_t row_align,
                              ibl_texture *tex);
 
-/* Where a level's face is in the file. */
+/* Where a level's face of a layer is in the file. */
 typedef struct ibl_place {
     const ibl_layout *layout;
     uint64_t at;
@@ -80,11 +81,21 @@ uint64_t ibl_place_bytes(const ibl_place *place, const ibl_texture *tex,
                          int level);
 /* Copies one in, turning words round and widening where needed. */
 ibl_status ibl_place_read(const ibl_file *file, const ibl_place *place,
-                          ibl_texture *tex, int level, int face);
+                          ibl_texture *tex, int level, int layer, int face);
+/* Reads a level whose layers' faces follow one another at place->at, and
+ * moves that behind them. */
+ibl_status ibl_place_read_level(const ibl_file *file, ibl_place *place,
+                                ibl_texture *tex, int level);
 
 /* Edges of a level. */
 size_t ibl_texture_width(const ibl_texture *tex, int level);
 size_t ibl_texture_height(const ibl_texture *tex, int level);
+/* Bytes of a level, all layers and faces. */
+size_t ibl_texture_level_bytes(const ibl_texture *tex, int level);
+
+/* Whether a texture that a caller may have filled in by hand is whole:
+ * IBL_ERR_ARGUMENT. */
+ibl_status ibl_texture_check(ibl_ctx *ctx, const ibl_texture *tex);
 
 /*
  * Reads key/value pairs as KTX and KTX2 store them. Values that are no text
@@ -124,27 +135,27 @@ typedef struct ibl_piece {
 } ibl_piece;
 
 enum {
-    IBL_MAX_TEXTURE_LEVELS = 17,
-    IBL_MAX_PIECES = 1 + IBL_FACES * IBL_MAX_TEXTURE_LEVELS
+    IBL_MAX_TEXTURE_LEVELS = 17
 };
 
 /* A file to be written, piece after piece. Texels stay where they are in the
  * texture; all else is in head. */
 typedef struct ibl_pieces {
-    unsigned char *head; /* owned: ibl_free */
-    size_t size;         /* of all */
-    int count;
-    ibl_piece piece[IBL_MAX_PIECES];
+    unsigned char *head; /* owned, as piece: ibl_pieces_free */
+    ibl_piece *piece;
+    size_t size; /* of all */
+    int count, room;
 } ibl_pieces;
 
+/* Room for so many pieces, and a zeroed head. False without memory. */
+bool ibl_pieces_alloc(ibl_pieces *file, size_t head_bytes, int room);
+void ibl_pieces_free(ibl_pieces *file);
 void ibl_pieces_add(ibl_pieces *file, const void *bytes, size_t size);
-/* A whole level, or one face of it. */
+/* A whole level. */
 void ibl_pieces_add_level(ibl_pieces *file, const ibl_texture *tex, int level);
-void ibl_pieces_add_face(ibl_pieces *file, const ibl_texture *tex, int level,
-                         int face);
 
 /* The file of tex, whatever the caller has filled in: errors as
- * ibl_texture_encode. file: zeroed; head is to be freed after errors too. */
+ * ibl_texture_encode. file: zeroed; to be freed after errors too. */
 ibl_status ibl_texture_pieces(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, ibl_pieces *file);
 

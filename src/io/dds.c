@@ -2,11 +2,11 @@
 /*
  * DirectDraw Surface with the DX10 header; files that name a float format of
  * Direct3D 9 in place of a FourCC are read too. Source: Microsoft,
- * "Programming Guide for DDS". A face is followed by its own levels.
+ * "Programming Guide for DDS". Layer after layer, in a layer face after face,
+ * and each face is followed by its own levels.
  */
 #include <string.h>
 
-#include "core/alloc.h"
 #include "io/container.h"
 
 enum {
@@ -66,6 +66,7 @@ bool ibl_is_dds(const unsigned char *bytes, size_t size)
 static void write_header(const ibl_texture *tex, unsigned char *dst)
 {
     const bool cube = tex->faces == IBL_FACES, mips = tex->levels > 1;
+    const bool many = cube || mips || tex->layers > 1;
     memset(dst, 0, HEADER_DX10);
     ibl_put_u32(dst + MAGIC, magic);
     ibl_put_u32(dst + SIZE, HEADER_SIZE);
@@ -79,27 +80,31 @@ static void write_header(const ibl_texture *tex, unsigned char *dst)
     ibl_put_u32(dst + PF_SIZE, PF_HEADER_SIZE);
     ibl_put_u32(dst + PF_FLAGS, PF_HAS_FOURCC);
     ibl_put_u32(dst + PF_FOURCC, fourcc_dx10);
-    ibl_put_u32(dst + CAPS, CAPS_TEXTURE | (cube || mips ? CAPS_COMPLEX : 0) |
+    ibl_put_u32(dst + CAPS, CAPS_TEXTURE | (many ? CAPS_COMPLEX : 0) |
                                 (mips ? CAPS_MIPMAP : 0));
     ibl_put_u32(dst + CAPS2, cube ? CAPS2_CUBE | CAPS2_FACES : 0);
     ibl_put_u32(dst + DXGI, ibl_layouts[tex->pixel].dxgi);
     ibl_put_u32(dst + DIMENSION, DIMENSION_2D);
     ibl_put_u32(dst + MISC, cube ? MISC_CUBE : 0);
-    ibl_put_u32(dst + ARRAY, 1);
+    ibl_put_u32(dst + ARRAY, (uint32_t)tex->layers); /* cubes, not faces */
     /* miscFlags2 stays 0, "alpha unknown": D3DX refuses any other. */
 }
 
 ibl_status ibl_dds_encode(ibl_ctx *ctx, const ibl_texture *tex,
                           ibl_pieces *file)
 {
-    file->head = ibl_alloc_array(HEADER_DX10, 1);
-    if (!file->head)
+    const int images = tex->layers * tex->faces;
+    if (!ibl_pieces_alloc(file, HEADER_DX10, 1 + images * tex->levels))
         return ibl_no_memory(ctx, "a DDS file");
     write_header(tex, file->head);
     ibl_pieces_add(file, file->head, HEADER_DX10);
-    for (int f = 0; f < tex->faces; f++)
+    for (int i = 0; i < images; i++)
         for (int l = 0; l < tex->levels; l++)
-            ibl_pieces_add_face(file, tex, l, f);
+            ibl_pieces_add(file,
+                           tex->data + ibl_texture_layer_offset(tex, l,
+                                                                i / tex->faces,
+                                                                i % tex->faces),
+                           ibl_texture_face_bytes(tex, l));
     return IBL_OK;
 }
 
@@ -145,7 +150,7 @@ static ibl_status read_dx10(const ibl_file *file, const ibl_layout **layout,
                         dimension == 2   ? " (1D)"
                         : dimension == 4 ? " (3D)"
                                          : "");
-    shape->layers = array == 1 ? 0 : array;
+    shape->layers = array;
     if (!array)
         return ibl_fail(file->ctx, IBL_ERR_FORMAT,
                         "%s: damaged: an array of no textures", file->name);
@@ -228,9 +233,10 @@ ibl_status ibl_dds_decode(const ibl_file *file, ibl_texture *tex)
         status = ibl_texture_begin(file, &shape, place.layout, 1, tex);
     if (status)
         return status;
-    for (int f = 0; f < tex->faces; f++) {
+    for (int i = 0; i < tex->layers * tex->faces; i++) {
         for (int l = 0; !status && l < tex->levels; l++) {
-            status = ibl_place_read(file, &place, tex, l, f);
+            status = ibl_place_read(file, &place, tex, l, i / tex->faces,
+                                    i % tex->faces);
             place.at += ibl_place_bytes(&place, tex, l);
         }
     }

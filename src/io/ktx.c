@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Khronos KTX 1.1. Source: KTX File Format Specification, version 1.1. A
- * cube's imageSize is that of one face; rows are padded to 4 bytes.
+ * cube's imageSize is that of one face, any other's and a cube array's that
+ * of the level; rows are padded to 4 bytes.
  */
 #include <string.h>
 
@@ -52,39 +53,49 @@ static void write_header(const ibl_texture *tex, size_t key_bytes,
     ibl_put_u32(dst + GL_BASE_INTERNAL_FORMAT, layout->gl_format);
     ibl_put_u32(dst + WIDTH, (uint32_t)tex->width);
     ibl_put_u32(dst + HEIGHT, (uint32_t)tex->height);
+    /* 0: no array. */
+    ibl_put_u32(dst + ELEMENTS, tex->layers > 1 ? (uint32_t)tex->layers : 0);
     ibl_put_u32(dst + FACES, (uint32_t)tex->faces);
     ibl_put_u32(dst + LEVELS, (uint32_t)tex->levels);
     ibl_put_u32(dst + KEY_BYTES, (uint32_t)key_bytes);
+}
+
+/* What is written before a level. */
+static size_t image_size(const ibl_texture *tex, int level)
+{
+    return tex->layers > 1 ? ibl_texture_level_bytes(tex, level)
+                           : ibl_texture_face_bytes(tex, level);
 }
 
 ibl_status ibl_ktx_encode(ibl_ctx *ctx, const ibl_texture *tex,
                           ibl_pieces *file)
 {
     int count;
-    if (ibl_texture_face_bytes(tex, 0) > UINT32_MAX)
+    if (image_size(tex, 0) > UINT32_MAX)
         return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
-                        "KTX 1.1: a face of %dx%d %s texels is over its limit "
+                        "KTX 1.1: a %s of %dx%d %s texels is over its limit "
                         "of 4 GiB; use ktx2",
+                        tex->layers > 1 ? "level of an array" : "face",
                         tex->width, tex->height, ibl_pixel_name(tex->pixel));
     ibl_key_value *keys = ibl_keys_list(tex, rows_down, &count);
     if (!keys)
         return ibl_no_memory(ctx, "a KTX file");
     const size_t key_bytes = ibl_keys_bytes(keys, count);
     const size_t begin = HEADER + key_bytes;
-    if (key_bytes <= UINT32_MAX)
-        file->head = ibl_alloc_array(begin + 4 * (size_t)tex->levels, 1);
-    if (!file->head) {
+    if (key_bytes > UINT32_MAX ||
+        !ibl_pieces_alloc(file, begin + 4 * (size_t)tex->levels,
+                          1 + 2 * tex->levels)) {
         ibl_free(keys);
         return ibl_no_memory(ctx, "a KTX file");
     }
     write_header(tex, key_bytes, file->head);
     ibl_keys_write(keys, count, file->head + HEADER);
     ibl_pieces_add(file, file->head, begin);
-    /* A face's size before each level. Texels of 4, 8 or 16 bytes leave
-     * nothing to pad, neither rows nor faces nor levels. */
+    /* A size before each level. Texels of 4, 8 or 16 bytes leave nothing to
+     * pad, neither rows nor faces nor levels. */
     for (int l = 0; l < tex->levels; l++) {
         unsigned char *size = file->head + begin + 4 * l;
-        ibl_put_u32(size, (uint32_t)ibl_texture_face_bytes(tex, l));
+        ibl_put_u32(size, (uint32_t)image_size(tex, l));
         ibl_pieces_add(file, size, 4);
         ibl_pieces_add_level(file, tex, l);
     }
@@ -133,26 +144,24 @@ static ibl_status check_order(ibl_file *file)
     return IBL_OK;
 }
 
-/* Reads a level at *at and moves *at behind it. */
-static ibl_status read_level(const ibl_file *file, ibl_place *place,
+/* Reads a level at place->at and moves that behind it. array: the file says
+ * that it is one, be it of one element. */
+static ibl_status read_level(const ibl_file *file, ibl_place *place, bool array,
                              ibl_texture *tex, int level)
 {
-    const uint64_t face_bytes = ibl_place_bytes(place, tex, level);
+    const uint64_t images =
+        array ? (uint64_t)tex->layers * (uint64_t)tex->faces : 1;
+    const uint64_t must = images * ibl_place_bytes(place, tex, level);
     if (!ibl_file_has(file, place->at, 4))
         return ibl_file_short(file, "one of its levels");
     const uint64_t bytes = ibl_file_u32(file, place->at);
-    if (bytes != face_bytes)
+    if (bytes != must)
         return ibl_fail(file->ctx, IBL_ERR_FORMAT,
                         "%s: damaged: level %d of %llu bytes, must be %llu",
                         file->name, level, (unsigned long long)bytes,
-                        (unsigned long long)face_bytes);
+                        (unsigned long long)must);
     place->at += 4;
-    for (int f = 0; f < tex->faces; f++, place->at += face_bytes) {
-        const ibl_status status = ibl_place_read(file, place, tex, level, f);
-        if (status)
-            return status;
-    }
-    return IBL_OK;
+    return ibl_place_read_level(file, place, tex, level);
 }
 
 ibl_status ibl_ktx_decode(ibl_file *file, ibl_texture *tex)
@@ -186,6 +195,6 @@ ibl_status ibl_ktx_decode(ibl_file *file, ibl_texture *tex)
                            &place.bottom_up);
     place.at = HEADER + key_bytes;
     for (int l = 0; !status && l < tex->levels; l++)
-        status = read_level(file, &place, tex, l);
+        status = read_level(file, &place, shape.layers > 0, tex, l);
     return status;
 }

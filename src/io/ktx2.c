@@ -151,11 +151,6 @@ typedef struct plan {
     size_t size;
 } plan;
 
-static size_t level_bytes(const ibl_texture *tex, int level)
-{
-    return (size_t)tex->faces * ibl_texture_face_bytes(tex, level);
-}
-
 static bool make_plan(const ibl_texture *tex, plan *p)
 {
     /* lcm(4, texel size): texels take 4, 8 or 16 bytes. */
@@ -171,7 +166,7 @@ static bool make_plan(const ibl_texture *tex, plan *p)
     p->size = p->kvd + p->kvd_bytes;
     for (int l = tex->levels - 1; l >= 0; l--) { /* the smallest first */
         p->level[l] = (p->size + align - 1) / align * align;
-        p->size = p->level[l] + level_bytes(tex, l);
+        p->size = p->level[l] + ibl_texture_level_bytes(tex, l);
     }
     return true;
 }
@@ -185,6 +180,8 @@ static void write_header(const ibl_texture *tex, const plan *p,
     ibl_put_u32(dst + TYPE_SIZE, (uint32_t)layout->word_bytes);
     ibl_put_u32(dst + WIDTH, (uint32_t)tex->width);
     ibl_put_u32(dst + HEIGHT, (uint32_t)tex->height);
+    /* 0: no array. */
+    ibl_put_u32(dst + LAYERS, tex->layers > 1 ? (uint32_t)tex->layers : 0);
     ibl_put_u32(dst + FACES, (uint32_t)tex->faces);
     ibl_put_u32(dst + LEVELS, (uint32_t)tex->levels);
     ibl_put_u32(dst + DFD, (uint32_t)p->dfd);
@@ -194,8 +191,8 @@ static void write_header(const ibl_texture *tex, const plan *p,
     for (int l = 0; l < tex->levels; l++) {
         unsigned char *entry = dst + INDEX + INDEX_ENTRY * l;
         ibl_put_u64(entry, p->level[l]);
-        ibl_put_u64(entry + 8, level_bytes(tex, l));
-        ibl_put_u64(entry + 16, level_bytes(tex, l));
+        ibl_put_u64(entry + 8, ibl_texture_level_bytes(tex, l));
+        ibl_put_u64(entry + 16, ibl_texture_level_bytes(tex, l));
     }
 }
 
@@ -206,11 +203,9 @@ ibl_status ibl_ktx2_encode(ibl_ctx *ctx, const ibl_texture *tex,
     size_t head_bytes = 0;
     ibl_status status = IBL_OK;
 
-    if (make_plan(tex, &p)) {
+    if (make_plan(tex, &p))
         head_bytes = p.level[tex->levels - 1];
-        file->head = ibl_alloc_zeroed(head_bytes, 1);
-    }
-    if (!file->head) {
+    if (!head_bytes || !ibl_pieces_alloc(file, head_bytes, 1 + tex->levels)) {
         status = ibl_no_memory(ctx, "a KTX2 file");
         goto done;
     }
@@ -292,24 +287,18 @@ static ibl_status read_level(const ibl_file *file, const ibl_layout *layout,
     const uint64_t entry = INDEX + INDEX_ENTRY * (uint64_t)level;
     ibl_place place = {layout, ibl_file_u64(file, entry), 1, bottom_up};
     const uint64_t bytes = ibl_file_u64(file, entry + 8);
-    const uint64_t face_bytes = ibl_place_bytes(&place, tex, level);
+    const uint64_t must = ibl_place_bytes(&place, tex, level) *
+                          (uint64_t)tex->layers * (uint64_t)tex->faces;
 
-    if (bytes != face_bytes * (uint64_t)tex->faces ||
-        bytes != ibl_file_u64(file, entry + 16))
+    if (bytes != must || bytes != ibl_file_u64(file, entry + 16))
         return ibl_fail(file->ctx, IBL_ERR_FORMAT,
                         "%s: damaged: level %d of %llu bytes, must be %llu",
                         file->name, level, (unsigned long long)bytes,
-                        (unsigned long long)face_bytes *
-                            (unsigned long long)tex->faces);
+                        (unsigned long long)must);
     /* So that adding a face to the offset cannot overflow. */
     if (!ibl_file_has(file, place.at, bytes))
         return ibl_file_short(file, "one of its levels");
-    for (int f = 0; f < tex->faces; f++, place.at += face_bytes) {
-        const ibl_status status = ibl_place_read(file, &place, tex, level, f);
-        if (status)
-            return status;
-    }
-    return IBL_OK;
+    return ibl_place_read_level(file, &place, tex, level);
 }
 
 ibl_status ibl_ktx2_decode(const ibl_file *file, ibl_texture *tex)

@@ -433,7 +433,8 @@ static ibl_status add_file(ibl_outputs *out, const char *path,
 ibl_status ibl_outputs_add(ibl_outputs *out, const char *path,
                            const void *bytes, size_t size)
 {
-    const ibl_pieces file = {.count = 1, .piece = {{bytes, size}}};
+    ibl_piece whole = {bytes, size};
+    const ibl_pieces file = {.piece = &whole, .size = size, .count = 1};
     return add_file(out, path, &file);
 }
 
@@ -447,7 +448,7 @@ ibl_status ibl_outputs_add_texture(ibl_outputs *out, const char *path,
         status = add_file(out, path, &file);
     if (!status && size)
         *size = file.size;
-    ibl_free(file.head);
+    ibl_pieces_free(&file);
     return status;
 }
 
@@ -485,7 +486,7 @@ ibl_status ibl_outputs_take_texture(ibl_outputs *out, const char *path,
     return IBL_OK;
 
 done:
-    ibl_free(w.file.head);
+    ibl_pieces_free(&w.file);
     ibl_texture_free(&w.tex);
     return status;
 }
@@ -497,7 +498,7 @@ ibl_status ibl_outputs_wait(ibl_outputs *out)
         return IBL_OK;
     ibl_task_finish(out->ctx);
     w->on = false;
-    ibl_free(w->file.head);
+    ibl_pieces_free(&w->file);
     ibl_texture_free(&w->tex);
     if (!w->status)
         return IBL_OK;
@@ -594,7 +595,7 @@ void ibl_outputs_free(ibl_outputs *out)
 {
     if (out && out->later.on) {
         ibl_task_finish(out->ctx);
-        ibl_free(out->later.file.head);
+        ibl_pieces_free(&out->later.file);
         ibl_texture_free(&out->later.tex);
     }
     ibl_outputs_abort(out);

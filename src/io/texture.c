@@ -25,12 +25,25 @@ size_t ibl_texture_face_bytes(const ibl_texture *tex, int level)
            ibl_pixel_bytes(tex->pixel);
 }
 
-size_t ibl_texture_offset(const ibl_texture *tex, int level, int face)
+size_t ibl_texture_level_bytes(const ibl_texture *tex, int level)
 {
+    return (size_t)tex->layers * (size_t)tex->faces *
+           ibl_texture_face_bytes(tex, level);
+}
+
+size_t ibl_texture_layer_offset(const ibl_texture *tex, int level, int layer,
+                                int face)
+{
+    const size_t image = (size_t)layer * (size_t)tex->faces + (size_t)face;
     size_t offset = 0;
     for (int l = 0; l < level; l++)
-        offset += (size_t)tex->faces * ibl_texture_face_bytes(tex, l);
-    return offset + (size_t)face * ibl_texture_face_bytes(tex, level);
+        offset += ibl_texture_level_bytes(tex, l);
+    return offset + image * ibl_texture_face_bytes(tex, level);
+}
+
+size_t ibl_texture_offset(const ibl_texture *tex, int level, int face)
+{
+    return ibl_texture_layer_offset(tex, level, 0, face);
 }
 
 /* ---- cubes and LUTs ------------------------------------------------- */
@@ -117,6 +130,7 @@ ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
                          .width = cube->size,
                          .height = cube->size,
                          .levels = cube->levels,
+                         .layers = 1,
                          .faces = IBL_FACES};
     return encode_texels(ctx, cube->data,
                          ibl_cube_texels(cube->size, cube->levels), tex,
@@ -134,9 +148,19 @@ ibl_status ibl_texture_from_lut(ibl_ctx *ctx, const ibl_lut *lut,
                          .width = lut->size,
                          .height = lut->size,
                          .levels = 1,
+                         .layers = 1,
                          .faces = 1};
     return encode_texels(ctx, lut->data, (size_t)lut->size * (size_t)lut->size,
                          tex, saturated);
+}
+
+static ibl_status check_single(ibl_ctx *ctx, const ibl_texture *tex)
+{
+    if (tex->layers == 1)
+        return IBL_OK;
+    return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                    "a texture of %d layers: take one out of the array first",
+                    tex->layers);
 }
 
 ibl_status ibl_texture_to_cube(ibl_ctx *ctx, const ibl_texture *tex,
@@ -148,8 +172,9 @@ ibl_status ibl_texture_to_cube(ibl_ctx *ctx, const ibl_texture *tex,
                         "faces and 3 channels are needed",
                         tex->faces, tex->faces == 1 ? "face" : "faces",
                         ibl_pixel_channels(tex->pixel));
-    const ibl_status status =
-        ibl_cube_alloc(ctx, tex->width, tex->levels, cube);
+    ibl_status status = check_single(ctx, tex);
+    if (!status)
+        status = ibl_cube_alloc(ctx, tex->width, tex->levels, cube);
     if (!status)
         ibl_pixel_decode(tex->pixel, tex->data,
                          ibl_cube_texels(cube->size, cube->levels), cube->data);
@@ -166,6 +191,9 @@ ibl_status ibl_texture_to_lut(ibl_ctx *ctx, const ibl_texture *tex,
                         "is no LUT: 1 square face and 2 channels are needed",
                         tex->width, tex->height, tex->faces,
                         ibl_pixel_channels(tex->pixel));
+    const ibl_status status = check_single(ctx, tex);
+    if (status)
+        return status;
     const size_t texels = (size_t)tex->width * (size_t)tex->height;
     float *data = ibl_alloc_array(texels, 2 * sizeof *data);
     if (!data)
@@ -184,13 +212,13 @@ const char *ibl_container_name(ibl_container container)
     return names[container];
 }
 
-/* A texture that a caller may have filled in by hand. */
 static bool is_valid(const ibl_texture *tex)
 {
     if (tex->pixel >= IBL_PIXEL_COUNT || !tex->data || tex->width < 1 ||
         tex->width > IBL_MAX_EDGE || tex->height < 1 ||
         tex->height > IBL_MAX_EDGE || tex->levels < 1 ||
-        tex->levels > IBL_MAX_TEXTURE_LEVELS ||
+        tex->levels > IBL_MAX_TEXTURE_LEVELS || tex->layers < 1 ||
+        tex->layers > IBL_MAX_LAYERS ||
         (tex->faces != 1 && tex->faces != IBL_FACES) ||
         (tex->faces == IBL_FACES && tex->width != tex->height))
         return false;
@@ -200,9 +228,35 @@ static bool is_valid(const ibl_texture *tex)
     return tex->bytes == ibl_texture_offset(tex, tex->levels, 0);
 }
 
+ibl_status ibl_texture_check(ibl_ctx *ctx, const ibl_texture *tex)
+{
+    if (is_valid(tex))
+        return IBL_OK;
+    return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                    "a texture of %dx%d texels, %d levels, %d layers and %d "
+                    "faces in %zu bytes: not a whole texture",
+                    tex->width, tex->height, tex->levels, tex->layers,
+                    tex->faces, tex->bytes);
+}
+
+bool ibl_pieces_alloc(ibl_pieces *file, size_t head_bytes, int room)
+{
+    file->head = ibl_alloc_zeroed(head_bytes, 1);
+    file->piece = ibl_alloc_array((size_t)room, sizeof *file->piece);
+    file->room = room;
+    return file->head && file->piece;
+}
+
+void ibl_pieces_free(ibl_pieces *file)
+{
+    ibl_free(file->head);
+    ibl_free(file->piece);
+    *file = (ibl_pieces){0};
+}
+
 void ibl_pieces_add(ibl_pieces *file, const void *bytes, size_t size)
 {
-    assert(file->count < IBL_MAX_PIECES);
+    assert(file->count < file->room);
     file->piece[file->count++] = (ibl_piece){bytes, size};
     file->size += size;
 }
@@ -210,25 +264,15 @@ void ibl_pieces_add(ibl_pieces *file, const void *bytes, size_t size)
 void ibl_pieces_add_level(ibl_pieces *file, const ibl_texture *tex, int level)
 {
     ibl_pieces_add(file, tex->data + ibl_texture_offset(tex, level, 0),
-                   (size_t)tex->faces * ibl_texture_face_bytes(tex, level));
-}
-
-void ibl_pieces_add_face(ibl_pieces *file, const ibl_texture *tex, int level,
-                         int face)
-{
-    ibl_pieces_add(file, tex->data + ibl_texture_offset(tex, level, face),
-                   ibl_texture_face_bytes(tex, level));
+                   ibl_texture_level_bytes(tex, level));
 }
 
 ibl_status ibl_texture_pieces(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, ibl_pieces *file)
 {
-    if (!is_valid(tex))
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "a texture of %dx%d texels, %d levels and %d faces "
-                        "in %zu bytes: not a whole texture",
-                        tex->width, tex->height, tex->levels, tex->faces,
-                        tex->bytes);
+    const ibl_status status = ibl_texture_check(ctx, tex);
+    if (status)
+        return status;
     switch (container) {
     case IBL_CONTAINER_KTX2:
         return ibl_ktx2_encode(ctx, tex, file);
@@ -262,7 +306,7 @@ ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
             to += file.piece[i].size;
         }
     }
-    ibl_free(file.head);
+    ibl_pieces_free(&file);
     return status;
 }
 

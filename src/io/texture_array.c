@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Arrays of textures, put together and taken apart. A level has its layers
+ * one after the other, so whole levels are copied into an array and whole
+ * layers out of one.
+ */
+#include <string.h>
+
+#include "core/alloc.h"
+#include "io/container.h"
+
+/* The shape of tex with so many layers, and memory for its texels. */
+static ibl_status begin(ibl_ctx *ctx, const ibl_texture *tex, int layers,
+                        ibl_texture *out)
+{
+    *out = (ibl_texture){.pixel = tex->pixel,
+                         .width = tex->width,
+                         .height = tex->height,
+                         .levels = tex->levels,
+                         .layers = layers,
+                         .faces = tex->faces};
+    const size_t layer_bytes = tex->bytes / (size_t)tex->layers;
+    out->data = ibl_alloc_array(layer_bytes, (size_t)layers);
+    if (!out->data)
+        return ibl_no_memory(ctx, "a texture");
+    out->bytes = layer_bytes * (size_t)layers;
+    return IBL_OK;
+}
+
+/* Adds tex's keys, all or those that have the same value in each of layers. */
+static ibl_status add_keys(ibl_ctx *ctx, const ibl_texture *tex,
+                           const ibl_texture *const *layers, int count,
+                           ibl_texture *out)
+{
+    ibl_status status = IBL_OK;
+    for (int k = 0; k < tex->key_count && !status; k++) {
+        const ibl_key_value *pair = &tex->keys[k];
+        bool common = true;
+        for (int i = 0; i < count && common; i++) {
+            const char *value = ibl_texture_get(layers[i], pair->key);
+            common = value && !strcmp(value, pair->value);
+        }
+        if (common)
+            status = ibl_texture_set(ctx, out, pair->key, pair->value);
+    }
+    return status;
+}
+
+static ibl_status check_alike(ibl_ctx *ctx, const ibl_texture *first,
+                              const ibl_texture *tex, int i)
+{
+    const ibl_status status = ibl_texture_check(ctx, tex);
+    if (status)
+        return status;
+    if (tex->pixel == first->pixel && tex->width == first->width &&
+        tex->height == first->height && tex->levels == first->levels &&
+        tex->faces == first->faces)
+        return IBL_OK;
+    return ibl_fail(
+        ctx, IBL_ERR_ARGUMENT,
+        "texture %d of an array has %dx%d %s texels, %d levels and %d faces, "
+        "the first %dx%d %s, %d and %d: all must be alike",
+        i, tex->width, tex->height, ibl_pixel_name(tex->pixel), tex->levels,
+        tex->faces, first->width, first->height, ibl_pixel_name(first->pixel),
+        first->levels, first->faces);
+}
+
+ibl_status ibl_texture_array(ibl_ctx *ctx, const ibl_texture *const *layers,
+                             int count, ibl_texture *out)
+{
+    ibl_status status = IBL_OK;
+    int total = 0;
+
+    *out = (ibl_texture){0};
+    if (count < 1)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "an array of %d textures: must be 1 or more", count);
+    for (int i = 0; i < count; i++) {
+        status = check_alike(ctx, layers[0], layers[i], i);
+        if (status)
+            return status;
+        total += layers[i]->layers;
+        if (total > IBL_MAX_LAYERS)
+            return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                            "an array of %d textures, %d layers in the first "
+                            "%d: the limit is %d",
+                            count, total, i + 1, IBL_MAX_LAYERS);
+    }
+    status = begin(ctx, layers[0], total, out);
+    unsigned char *to = out->data;
+    for (int l = 0; l < out->levels && !status; l++)
+        for (int i = 0; i < count; i++) {
+            const size_t bytes = ibl_texture_level_bytes(layers[i], l);
+            memcpy(to, layers[i]->data + ibl_texture_offset(layers[i], l, 0),
+                   bytes);
+            to += bytes;
+        }
+    if (!status)
+        status = add_keys(ctx, layers[0], layers, count, out);
+    if (status)
+        ibl_texture_free(out);
+    return status;
+}
+
+ibl_status ibl_texture_layer(ibl_ctx *ctx, const ibl_texture *tex, int layer,
+                             ibl_texture *out)
+{
+    *out = (ibl_texture){0};
+    ibl_status status = ibl_texture_check(ctx, tex);
+    if (status)
+        return status;
+    if (layer < 0 || layer >= tex->layers)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "layer %d of a texture: must be 0 to %d", layer,
+                        tex->layers - 1);
+    status = begin(ctx, tex, 1, out);
+    for (int l = 0; l < out->levels && !status; l++)
+        memcpy(out->data + ibl_texture_offset(out, l, 0),
+               tex->data + ibl_texture_layer_offset(tex, l, layer, 0),
+               ibl_texture_level_bytes(out, l));
+    if (!status)
+        status = add_keys(ctx, tex, NULL, 0, out);
+    if (status)
+        ibl_texture_free(out);
+    return status;
+}
