@@ -347,6 +347,19 @@ test_malformed() {
     wrong 1 '*env_specular.ktx2*names it*' env.exr out
     wrong 1 '*a flat texture*' env.exr --specular out/brdf_lut.ktx2
     wrong 1 '*no BRDF table*' --lut out/env_irradiance.ktx2
+    iblbake -q $small env.exr -o dds --format dds
+    for name in env_irradiance brdf_lut; do # two layers of the same
+        {
+            head -c 140 "dds/$name.dds"
+            printf '\2\0\0\0'
+            tail -c +145 "dds/$name.dds"
+            tail -c +149 "dds/$name.dds"
+        } >"array_$name.dds"
+    done
+    wrong 1 '*array_env_irradiance.dds: an array of 2 layers*' env.exr \
+        --irradiance array_env_irradiance.dds
+    wrong 1 '*array_brdf_lut.dds: an array of 2 layers*' \
+        --lut array_brdf_lut.dds
     head -c 300 out/env_irradiance.ktx2 >cut.ktx2
     wrong 1 '*cut.ktx2*' env.exr --irradiance cut.ktx2
     wrong 1 '*env.hdr*' env.exr --irradiance env.hdr

@@ -5,8 +5,10 @@
  * Reads textures that write_textures wrote with readers that others wrote,
  * installed under NPM/node_modules: KTX2 with ktx-parse, KTX with three's
  * KTXLoader, DDS with parse-dds (which knows rgba32f cubes with all levels
- * alone; the header of others is checked against Microsoft's numbers). The
- * texels of FILE = PIXEL-SHAPE.EXT are compared with PIXEL-SHAPE.raw.
+ * alone; the header of others is checked against Microsoft's numbers). The two
+ * last do not know arrays: KTX arrays are taken apart here as the
+ * specification says. The texels of FILE = PIXEL-SHAPE.EXT are compared with
+ * PIXEL-SHAPE.raw.
  * Prints a line for each file; the last line is "N passed, N failed".
  */
 import {readFileSync} from 'node:fs';
@@ -65,8 +67,8 @@ function sameBytes(what, got, want) {
 /* What the file's name promises. */
 function expected(file) {
     const name = path.basename(file, path.extname(file));
-    const [, pixel, shape, size, levels] =
-        name.match(/^(\w+)-(cube|flat)(\d+)x(\d+)$/);
+    const [, pixel, shape, size, levels, layers = 1] =
+        name.match(/^(\w+)-(cube|flat)(\d+)x(\d+)(?:x(\d+))?$/);
     const raw = readFileSync(path.join(path.dirname(file), name + '.raw'));
     const faces = shape === 'cube' ? 6 : 1;
     const images = [];
@@ -74,13 +76,13 @@ function expected(file) {
     for (let l = 0; l < levels; l++) {
         const edge = Math.max(size >> l, 1);
         const bytes = edge * edge * pixels[pixel].bytes;
-        images.push({edge, bytes, faces: []});
-        for (let f = 0; f < faces; f++, at += bytes)
+        images.push({edge, bytes, faces: []}); // of all layers
+        for (let f = 0; f < layers * faces; f++, at += bytes)
             images[l].faces.push(raw.subarray(at, at + bytes));
     }
     same('raw texels', raw.length, at);
-    return {...pixels[pixel], pixel, size: +size, levels: +levels, faces,
-            images};
+    return {...pixels[pixel], pixel, size: +size, levels: +levels,
+            layers: +layers, faces, images};
 }
 
 function checkKtx2(bytes, want) {
@@ -88,7 +90,7 @@ function checkKtx2(bytes, want) {
     same('vkFormat', k.vkFormat, want.vk);
     same('typeSize', k.typeSize, want.type);
     same('size', [k.pixelWidth, k.pixelHeight, k.pixelDepth, k.layerCount],
-         [want.size, want.size, 0, 0]);
+         [want.size, want.size, 0, want.layers > 1 ? want.layers : 0]);
     same('faces and levels', [k.faceCount, k.levelCount, k.levels.length],
          [want.faces, want.levels, want.levels]);
     same('supercompression', [k.supercompressionScheme, k.globalData],
@@ -131,7 +133,27 @@ function checkKtx2(bytes, want) {
     return `vkFormat ${k.vkFormat}`;
 }
 
+/* KTX 1.1: an array's imageSize is the level's. */
+function checkKtxArray(bytes, want) {
+    const word = i => bytes.readUInt32LE(i);
+    same('elements, faces and levels', [word(48), word(52), word(56)],
+         [want.layers, want.faces, want.levels]);
+    let at = 64 + word(60);
+    want.images.forEach((image, l) => {
+        const size = word(at);
+        same(`level ${l}'s imageSize`, size,
+             want.layers * want.faces * image.bytes);
+        sameBytes(`level ${l}`, bytes.subarray(at + 4, at + 4 + size),
+                  Buffer.concat(image.faces));
+        at += 4 + size;
+    });
+    same('file size', bytes.length, at);
+    return `${want.layers} layers, taken apart here`;
+}
+
 function checkKtx(bytes, want) {
+    if (want.layers > 1)
+        return checkKtxArray(bytes, want);
     const buffer = new Uint8Array(bytes).buffer;
     // It means to read compressed texels and warns, but it reads any.
     const warn = console.warn;
@@ -160,7 +182,8 @@ function checkDds(bytes, want) {
     same('magic, size', [words[0], words[1], words[19]],
          [0x20534444, 124, 32]);
     same('DX10', [words[21], words[32], words[33], words[34], words[35]],
-         [0x30315844, want.dxgi, 3, want.faces === 6 ? 4 : 0, 1]);
+         [0x30315844, want.dxgi, 3, want.faces === 6 ? 4 : 0,
+          want.layers]);
     let offsets = null;
     if (want.pixel === 'rgba32f' && want.images.at(-1).edge === 1) {
         const d = parseDds(buffer);
@@ -170,9 +193,10 @@ function checkDds(bytes, want) {
         offsets = d.images.map(i => i.offset);
     }
     let at = 148;
-    for (let f = 0; f < want.faces; f++) {
+    for (let f = 0; f < want.layers * want.faces; f++) {
         want.images.forEach((image, l) => {
-            const from = offsets ? offsets[f * want.levels + l] : at;
+            /* It reads the first layer. */
+            const from = offsets?.[f * want.levels + l] ?? at;
             sameBytes(`face ${f} level ${l}`,
                       new Uint8Array(buffer, from, image.bytes),
                       image.faces[f]);

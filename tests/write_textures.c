@@ -3,7 +3,8 @@
  * write_textures DIR: one file of every container, pixel format and shape,
  * for programs that others wrote to read. Beside each NAME.ktx2, NAME.ktx and
  * NAME.dds lies NAME.raw, the texels as ibl_texture has them. NAME is
- * PIXEL-SHAPE, SHAPE is cubeSIZExLEVELS or flatSIZEx1.
+ * PIXEL-SHAPE, SHAPE is cubeSIZExLEVELS or flatSIZEx1, or one of these with
+ * xLAYERS behind.
  */
 #include <math.h>
 #include <stdio.h>
@@ -50,6 +51,27 @@ static void write_all(const ibl_texture *tex, const char *dir,
     need(ibl_outputs_commit(out));
 }
 
+/* An array of a texture, each layer turned by some bytes. */
+static void write_array(const ibl_texture *tex, int count, const char *dir,
+                        const char *shape)
+{
+    ibl_texture layer[5], array;
+    const ibl_texture *list[5];
+    char name[40];
+    for (int i = 0; i < count; i++) {
+        need(ibl_texture_layer(ctx, tex, 0, &layer[i]));
+        for (size_t k = 0; k < tex->bytes; k++)
+            layer[i].data[k] = tex->data[(k + (size_t)i) % tex->bytes];
+        list[i] = &layer[i];
+    }
+    need(ibl_texture_array(ctx, list, count, &array));
+    snprintf(name, sizeof name, "%sx%d", shape, count);
+    write_all(&array, dir, name);
+    ibl_texture_free(&array);
+    for (int i = 0; i < count; i++)
+        ibl_texture_free(&layer[i]);
+}
+
 static void write_cubes(const char *dir, int size, int levels)
 {
     char shape[32];
@@ -63,6 +85,8 @@ static void write_cubes(const char *dir, int size, int levels)
         need(ibl_texture_set(ctx, &tex, "iblRoughness", "0 0.25 0.5 1"));
         need(ibl_texture_set(ctx, &tex, "Odd", "\xC3\xA9"));
         write_all(&tex, dir, shape);
+        write_array(&tex, 2, dir, shape);
+        write_array(&tex, 5, dir, shape);
         ibl_texture_free(&tex);
     }
     ibl_cube_free(&cube);
@@ -79,6 +103,8 @@ static void write_luts(const char *dir)
         need(ibl_texture_set(ctx, &tex, "iblRoughness", "0 0.25 0.5 1"));
         need(ibl_texture_set(ctx, &tex, "Odd", "\xC3\xA9"));
         write_all(&tex, dir, "flat5x1");
+        write_array(&tex, 2, dir, "flat5x1");
+        write_array(&tex, 5, dir, "flat5x1");
         ibl_texture_free(&tex);
     }
 }

@@ -176,9 +176,9 @@ typedef struct ibl_key_value {
 } ibl_key_value;
 
 /*
- * What OpenGL and Direct3D promise for arrays of flat textures. Of a cube
- * array they count the faces: where the limit is no higher than promised,
- * 341 cubes can be uploaded as one.
+ * What OpenGL 4 and Direct3D 11 promise for arrays of flat textures. Of a cube
+ * array they count the faces: where they take no more than they promise, 341
+ * cubes can be uploaded as one.
  */
 #define IBL_MAX_LAYERS 2048
 

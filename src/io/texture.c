@@ -159,7 +159,8 @@ static ibl_status check_single(ibl_ctx *ctx, const ibl_texture *tex)
     if (tex->layers == 1)
         return IBL_OK;
     return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                    "a texture of %d layers: take one out of the array first",
+                    "a texture of %d layers: 1 is needed; ibl_texture_layer "
+                    "takes one out of an array",
                     tex->layers);
 }
 

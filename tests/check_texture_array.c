@@ -1,0 +1,617 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Arrays of textures. Where a layer's face is in memory and in each container
+ * is written out here by hand, from the specifications: every face is filled
+ * with a number of its own, and files are looked through for them.
+ */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+
+#include "ibl/io.h"
+#include "test.h"
+
+static ibl_ctx *ctx;   /* prints its errors */
+static ibl_ctx *quiet; /* keeps them in kept */
+static test_messages kept;
+
+static void contexts(void)
+{
+    ibl_ctx_options opts = ibl_ctx_options_default();
+    ctx = test_ctx(2, IBL_ISA_AUTO);
+    opts.threads = 1;
+    opts.log = test_keep;
+    opts.log_cookie = &kept;
+    if (ibl_ctx_create(&opts, &quiet))
+        exit(1);
+}
+
+static bool said(const char *text)
+{
+    return strstr(kept.text[IBL_LOG_ERROR], text) != NULL;
+}
+
+static uint32_t u32(const unsigned char *p)
+{
+    return p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 |
+           (uint32_t)p[3] << 24;
+}
+
+static void set_u32(unsigned char *p, uint32_t v)
+{
+    for (int i = 0; i < 4; i++)
+        p[i] = (unsigned char)(v >> 8 * i);
+}
+
+/* A texture of random bytes: containers do not look into texels. */
+static ibl_texture make(ibl_pixel pixel, int width, int height, int levels,
+                        int layers, int faces)
+{
+    ibl_texture tex = {.pixel = pixel,
+                       .width = width,
+                       .height = height,
+                       .levels = levels,
+                       .layers = layers,
+                       .faces = faces};
+    test_random r = {(uint64_t)(width * 1000 + height + layers)};
+    for (int l = 0; l < levels; l++)
+        tex.bytes += ibl_texture_face_bytes(&tex, l) * (size_t)(layers * faces);
+    tex.data = malloc(tex.bytes);
+    if (!tex.data)
+        exit(1);
+    for (size_t i = 0; i < tex.bytes; i++)
+        tex.data[i] = (unsigned char)test_random_u64(&r);
+    ibl_texture_set(ctx, &tex, "zeta", "last");
+    return tex;
+}
+
+/* Every byte of a face is 100 * level + 10 * layer + face + 1. */
+static ibl_texture make_numbered(ibl_pixel pixel, int size, int levels,
+                                 int layers, int faces)
+{
+    ibl_texture tex = make(pixel, size, size, levels, layers, faces);
+    unsigned char *at = tex.data;
+    for (int l = 0; l < levels; l++)
+        for (int layer = 0; layer < layers; layer++)
+            for (int f = 0; f < faces; f++) {
+                const size_t bytes = ibl_texture_face_bytes(&tex, l);
+                memset(at, 100 * l + 10 * layer + f + 1, bytes);
+                at += bytes;
+            }
+    return tex;
+}
+
+/* Whether the bytes are those of such a face, all of them. */
+static bool numbered(const unsigned char *at, size_t bytes, int level,
+                     int layer, int face)
+{
+    for (size_t i = 0; i < bytes; i++)
+        if (at[i] != 100 * level + 10 * layer + face + 1)
+            return false;
+    return true;
+}
+
+static bool same(const ibl_texture *a, const ibl_texture *b)
+{
+    return a->pixel == b->pixel && a->width == b->width &&
+           a->height == b->height && a->levels == b->levels &&
+           a->layers == b->layers && a->faces == b->faces &&
+           a->bytes == b->bytes && !memcmp(a->data, b->data, a->bytes);
+}
+
+static bool is_key(const ibl_texture *tex, const char *key, const char *value)
+{
+    const char *got = ibl_texture_get(tex, key);
+    return value ? got && !strcmp(got, value) : !got;
+}
+
+static unsigned char *encode(const ibl_texture *tex, ibl_container container,
+                             size_t *size)
+{
+    void *bytes = NULL;
+    *size = 0;
+    CHECK(!ibl_texture_encode(ctx, tex, container, &bytes, size));
+    return bytes;
+}
+
+static void offsets(void)
+{
+    /* Faces of 128, 32 and 8 bytes; levels of 3840, 960 and 240. */
+    ibl_texture tex = make(IBL_PIXEL_RGBA16F, 4, 4, 3, 5, 6);
+    CHECK(tex.bytes == 5040);
+    CHECK(ibl_texture_offset(&tex, 0, 2) == 256);
+    CHECK(ibl_texture_offset(&tex, 1, 0) == 3840);
+    CHECK(ibl_texture_offset(&tex, 3, 0) == 5040);
+    CHECK(ibl_texture_layer_offset(&tex, 0, 1, 0) == 768);
+    CHECK(ibl_texture_layer_offset(&tex, 1, 2, 3) == 3840 + 15 * 32);
+    CHECK(ibl_texture_layer_offset(&tex, 2, 4, 5) == 5032);
+    ibl_texture_free(&tex);
+}
+
+/* A texture that goes straight to a file is what encoding gives, whoever
+ * writes it. Takes tex. */
+static void check_files(ibl_texture *tex, ibl_container container,
+                        const void *bytes, size_t size)
+{
+    ibl_outputs *out;
+    char path[2][300];
+    size_t told[2] = {0};
+    unsigned char *got = malloc(size + 1);
+    snprintf(path[0], sizeof path[0], "%s/lent", test_dir());
+    snprintf(path[1], sizeof path[1], "%s/taken", test_dir());
+    NEED(got && !ibl_outputs_create(ctx, &out));
+    CHECK(!ibl_outputs_add_texture(out, path[0], tex, container, &told[0]));
+    CHECK(!ibl_outputs_take_texture(out, path[1], tex, container, &told[1]));
+    CHECK(!tex->data && !ibl_outputs_commit(out));
+    ibl_outputs_free(out);
+    for (int i = 0; i < 2; i++) {
+        FILE *f = fopen(path[i], "rb");
+        NEED(f);
+        CHECK(told[i] == size && fread(got, 1, size + 1, f) == size &&
+              !memcmp(got, bytes, size));
+        fclose(f);
+    }
+    free(got);
+}
+
+static void round_trip(const int *s, ibl_pixel p, int layers, ibl_container c)
+{
+    ibl_texture tex = make(p, s[0], s[1], s[2], layers, s[3]), back;
+    ibl_container found = IBL_CONTAINER_COUNT;
+    size_t size;
+    unsigned char *bytes = encode(&tex, c, &size);
+    NEED(!ibl_texture_decode(ctx, "x", bytes, size, &back, &found));
+    CHECK(found == c && same(&tex, &back));
+    CHECK(is_key(&back, "zeta", c == IBL_CONTAINER_DDS ? NULL : "last"));
+    check_files(&tex, c, bytes, size);
+    ibl_bytes_free(bytes);
+    ibl_texture_free(&back);
+    ibl_texture_free(&tex);
+}
+
+static void round_trips(void)
+{
+    static const int counts[] = {1, 2, 5};
+    static const int shapes[][4] = {/* width, height, levels, faces */
+                                    {1, 1, 1, 6},   {3, 3, 2, 6}, {8, 8, 4, 6},
+                                    {17, 17, 5, 6}, {7, 3, 3, 1}, {1, 9, 4, 1},
+                                    {16, 2, 1, 1}};
+    for (size_t i = 0; i < sizeof shapes / sizeof shapes[0]; i++)
+        for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++)
+            for (int n = 0; n < 3; n++)
+                for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++)
+                    round_trip(shapes[i], p, counts[n], c);
+}
+
+/* KTX 2.0: layerCount is 0 where there is no array; in a level layer by layer,
+ * in a layer face by face. */
+static void ktx2_structure(void)
+{
+    /* Faces of 2x2 and 1x1 texels of 4 bytes; 18 of them a level. */
+    ibl_texture tex = make_numbered(IBL_PIXEL_RGB9E5, 2, 2, 3, 6);
+    size_t size;
+    unsigned char *b = encode(&tex, IBL_CONTAINER_KTX2, &size);
+    NEED(b);
+    CHECK(u32(b + 32) == 3 && u32(b + 36) == 6 && u32(b + 40) == 2);
+    CHECK(u32(b + 88) == 288 && u32(b + 96) == 288);
+    CHECK(u32(b + 112) == 72 && u32(b + 120) == 72);
+    CHECK(u32(b + 104) + 72 == u32(b + 80) && u32(b + 80) + 288 == size);
+    for (int layer = 0; layer < 3; layer++)
+        for (int f = 0; f < 6; f++) {
+            const int i = 6 * layer + f;
+            CHECK(numbered(b + u32(b + 80) + 16 * i, 16, 0, layer, f));
+            CHECK(numbered(b + u32(b + 104) + 4 * i, 4, 1, layer, f));
+        }
+    ibl_bytes_free(b);
+    ibl_texture_free(&tex);
+}
+
+/* KTX 1.1: the imageSize of a cube that is no array is that of one face, all
+ * others cover the level. */
+static void ktx_structure(void)
+{
+    ibl_texture tex = make_numbered(IBL_PIXEL_RGB9E5, 2, 2, 3, 6);
+    size_t size;
+    unsigned char *b = encode(&tex, IBL_CONTAINER_KTX, &size);
+    NEED(b);
+    CHECK(u32(b + 44) == 0 && u32(b + 48) == 3 && u32(b + 52) == 6 &&
+          u32(b + 56) == 2);
+    const unsigned char *large = b + 64 + u32(b + 60);
+    const unsigned char *small = large + 4 + 288;
+    CHECK(u32(large) == 288 && u32(small) == 72 && small + 76 == b + size);
+    for (int layer = 0; layer < 3; layer++)
+        for (int f = 0; f < 6; f++) {
+            const int i = 6 * layer + f;
+            CHECK(numbered(large + 4 + 16 * i, 16, 0, layer, f));
+            CHECK(numbered(small + 4 + 4 * i, 4, 1, layer, f));
+        }
+    ibl_bytes_free(b);
+    ibl_texture_free(&tex);
+}
+
+/* DDS: arraySize counts cubes; a layer's faces follow one another, each with
+ * all its levels. */
+static void dds_structure(void)
+{
+    for (int faces = 1; faces <= 6; faces += 5) {
+        ibl_texture tex = make_numbered(IBL_PIXEL_RGB9E5, 2, 2, 3, faces);
+        size_t size;
+        unsigned char *b = encode(&tex, IBL_CONTAINER_DDS, &size);
+        NEED(b);
+        CHECK(u32(b + 132) == 3 && u32(b + 136) == (faces == 6 ? 4 : 0) &&
+              u32(b + 140) == 3);
+        CHECK(u32(b + 108) == 0x401008 && u32(b + 28) == 2);
+        const unsigned char *at = b + 148;
+        for (int layer = 0; layer < 3; layer++)
+            for (int f = 0; f < faces; f++, at += 20)
+                CHECK(numbered(at, 16, 0, layer, f) &&
+                      numbered(at + 16, 4, 1, layer, f));
+        CHECK(at == b + size);
+        ibl_bytes_free(b);
+        ibl_texture_free(&tex);
+    }
+    /* More than one surface, with neither levels nor faces. */
+    ibl_texture flat = make(IBL_PIXEL_RG16F, 4, 4, 1, 2, 1);
+    size_t size;
+    unsigned char *b = encode(&flat, IBL_CONTAINER_DDS, &size);
+    NEED(b);
+    CHECK(u32(b + 108) == 0x1008 && u32(b + 140) == 2);
+    ibl_bytes_free(b);
+    ibl_texture_free(&flat);
+}
+
+/* One layer is written as no array, and an array of one is read as one layer:
+ * in KTX its cube has another imageSize. */
+static void arrays_of_one(void)
+{
+    static const size_t places[] = {32, 48, 140};
+    ibl_texture tex = make(IBL_PIXEL_RGBA16F, 4, 4, 2, 1, 6), back;
+    for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
+        size_t size;
+        unsigned char *b = encode(&tex, c, &size);
+        NEED(b);
+        CHECK(u32(b + places[c]) == (c == IBL_CONTAINER_DDS));
+        set_u32(b + places[c], 1);
+        if (c == IBL_CONTAINER_KTX) {
+            CHECK(ibl_texture_decode(quiet, "one", b, size, &back, NULL) ==
+                  IBL_ERR_FORMAT);
+            unsigned char *level = b + 64 + u32(b + 60);
+            CHECK(u32(level) == 128 && u32(level + 4 + 768) == 32);
+            set_u32(level, 768);
+            set_u32(level + 4 + 768, 192);
+        }
+        NEED(!ibl_texture_decode(ctx, "one", b, size, &back, NULL));
+        CHECK(same(&tex, &back));
+        ibl_texture_free(&back);
+        ibl_bytes_free(b);
+    }
+    ibl_texture_free(&tex);
+}
+
+/* Two layers of 3x2 RGB halves, whose rows of 18 bytes are padded to 20, in
+ * big-endian KTX, and the first row is the lowest. */
+static void ktx_turned_and_widened(void)
+{
+    enum {
+        KEYS = 28,
+        LEVEL = 80
+    };
+    unsigned char b[64 + KEYS + 4 + LEVEL] = "\xABKTX 11\xBB\r\n\x1A\n";
+    static const uint32_t words[] = {
+        0x04030201, 0x140B, 2, 0x1907, 0x881B, 0x1907, 3, 2, 0, 2, 1, 0, KEYS};
+    ibl_texture tex;
+    for (size_t i = 0; i < 13; i++)
+        for (int k = 0; k < 4; k++)
+            b[12 + 4 * i + (size_t)k] =
+                (unsigned char)(words[i] >> (24 - 8 * k));
+    memcpy(b + 64, "\0\0\0\x17KTXorientation\0S=r,T=u\0", KEYS);
+    unsigned char *level = b + 64 + KEYS;
+    level[3] = LEVEL;
+    for (int row = 0; row < 4; row++)
+        for (int i = 0; i < 9; i++)
+            level[4 + 20 * row + 2 * i + 1] = (unsigned char)(9 * row + i + 1);
+    NEED(!ibl_texture_decode(ctx, "up", b, sizeof b, &tex, NULL));
+    CHECK(tex.layers == 2 && tex.pixel == IBL_PIXEL_RGBA16F && tex.bytes == 96);
+    for (int layer = 0; layer < 2; layer++)
+        for (int y = 0; y < 2; y++)
+            for (int x = 0; x < 3; x++) {
+                const unsigned char *t = tex.data + 48 * layer + 24 * y + 8 * x;
+                const int first = 18 * layer + 9 * (1 - y) + 3 * x + 1;
+                CHECK(t[0] == first && t[2] == first + 1 && t[4] == first + 2 &&
+                      t[7] == 0x3C);
+            }
+    ibl_texture_free(&tex);
+}
+
+/* Together and apart again. */
+static void build(void)
+{
+    ibl_texture one[3], whole, twice, layer;
+    const ibl_texture *list[3] = {&one[0], &one[1], &one[2]};
+    for (int i = 0; i < 3; i++) {
+        char text[2] = {(char)('0' + i), '\0'};
+        one[i] = make(IBL_PIXEL_RGB9E5, 4, 4, 3, 1, 6);
+        for (size_t k = 0; k < one[i].bytes; k++)
+            one[i].data[k] = (unsigned char)(one[i].data[k] + i);
+        ibl_texture_set(ctx, &one[i], "which", text);
+        if (i)
+            ibl_texture_set(ctx, &one[i], "only", "some");
+    }
+    NEED(!ibl_texture_array(ctx, list, 3, &whole));
+    CHECK(whole.layers == 3 && whole.bytes == 3 * one[0].bytes);
+    /* Faces of 64, 16 and 4 bytes. */
+    CHECK(!memcmp(whole.data + 6 * 64, one[1].data, 6 * 64));
+    CHECK(
+        !memcmp(whole.data + 18 * 64 + 12 * 16, one[2].data + 6 * 64, 6 * 16));
+    CHECK(!memcmp(whole.data + 18 * 80 + 12 * 4, one[2].data + 6 * 80, 6 * 4));
+    CHECK(is_key(&whole, "zeta", "last") && whole.key_count == 1);
+    for (int i = 0; i < 3; i++) {
+        NEED(!ibl_texture_layer(ctx, &whole, i, &layer));
+        CHECK(same(&layer, &one[i]) && is_key(&layer, "zeta", "last"));
+        ibl_texture_free(&layer);
+    }
+    /* Arrays one after the other. */
+    const ibl_texture *more[3] = {&one[2], &whole, &one[0]};
+    static const int order[5] = {2, 0, 1, 2, 0};
+    NEED(!ibl_texture_array(ctx, more, 3, &twice));
+    CHECK(twice.layers == 5);
+    for (int i = 0; i < 5; i++) {
+        NEED(!ibl_texture_layer(ctx, &twice, i, &layer));
+        CHECK(same(&layer, &one[order[i]]));
+        ibl_texture_free(&layer);
+    }
+    ibl_texture_free(&twice);
+    ibl_texture_free(&whole);
+    for (int i = 0; i < 3; i++)
+        ibl_texture_free(&one[i]);
+}
+
+static void unlike(void)
+{
+    ibl_texture a = make(IBL_PIXEL_RGBA16F, 4, 4, 2, 1, 6), out;
+    ibl_texture other[6] = {make(IBL_PIXEL_RGB9E5, 4, 4, 2, 1, 6),
+                            make(IBL_PIXEL_RGBA16F, 8, 8, 2, 1, 6),
+                            make(IBL_PIXEL_RGBA16F, 4, 4, 1, 1, 6),
+                            make(IBL_PIXEL_RGBA16F, 4, 4, 2, 1, 1),
+                            make(IBL_PIXEL_RGBA16F, 4, 3, 2, 1, 1),
+                            make(IBL_PIXEL_RGBA16F, 4, 4, 2, 1, 6)};
+    other[5].bytes--;
+    for (int i = 0; i < 6; i++) {
+        const ibl_texture *list[3] = {&a, &other[i], &a};
+        CHECK(ibl_texture_array(quiet, list, 3, &out) == IBL_ERR_ARGUMENT);
+        CHECK(!out.data && said(i == 5 ? "not a whole" : "texture 1 of"));
+    }
+    const ibl_texture *list[1] = {&a};
+    CHECK(ibl_texture_array(quiet, list, 0, &out) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_texture_layer(quiet, &a, 1, &out) == IBL_ERR_ARGUMENT);
+    CHECK(said("layer 1 of a texture: must be 0 to 0"));
+    CHECK(ibl_texture_layer(quiet, &a, -1, &out) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_texture_layer(quiet, &other[5], 0, &out) == IBL_ERR_ARGUMENT);
+    CHECK(!out.data);
+    ibl_texture_free(&a);
+    for (int i = 0; i < 6; i++)
+        ibl_texture_free(&other[i]);
+}
+
+/* What wants one cube or table says so. */
+static void not_single(void)
+{
+    ibl_texture cubes = make(IBL_PIXEL_RGBA16F, 4, 4, 2, 3, 6), layer;
+    ibl_texture luts = make(IBL_PIXEL_RG16F, 4, 4, 1, 2, 1);
+    ibl_cube cube;
+    ibl_lut lut;
+    CHECK(ibl_texture_to_cube(quiet, &cubes, &cube) == IBL_ERR_ARGUMENT);
+    CHECK(said("3 layers"));
+    CHECK(ibl_texture_to_lut(quiet, &luts, &lut) == IBL_ERR_ARGUMENT);
+    CHECK(said("2 layers"));
+    NEED(!ibl_texture_layer(ctx, &cubes, 2, &layer));
+    CHECK(!ibl_texture_to_cube(ctx, &layer, &cube));
+    ibl_cube_free(&cube);
+    ibl_texture_free(&layer);
+    ibl_texture_free(&cubes);
+    ibl_texture_free(&luts);
+}
+
+/* The most layers, and one more. */
+static void limits(void)
+{
+    ibl_texture tex = make(IBL_PIXEL_RGB9E5, 2, 2, 2, IBL_MAX_LAYERS, 6), out;
+    static const size_t places[] = {32, 48, 140};
+    for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
+        size_t size;
+        unsigned char *b = encode(&tex, c, &size);
+        NEED(b);
+        NEED(!ibl_texture_decode(ctx, "most", b, size, &out, NULL));
+        CHECK(same(&tex, &out));
+        ibl_texture_free(&out);
+        set_u32(b + places[c], IBL_MAX_LAYERS + 1);
+        CHECK(ibl_texture_decode(quiet, "most", b, size, &out, NULL) ==
+              IBL_ERR_UNSUPPORTED);
+        CHECK(said("most: an array of 2049 layers: the limit is 2048"));
+        ibl_bytes_free(b);
+    }
+    const ibl_texture *list[2] = {&tex, &tex};
+    CHECK(ibl_texture_array(quiet, list, 2, &out) == IBL_ERR_ARGUMENT);
+    CHECK(said("4096 layers") && said("the limit is 2048") && !out.data);
+    tex.layers++;
+    tex.bytes += 120;
+    void *bytes = NULL;
+    size_t size;
+    CHECK(ibl_texture_encode(quiet, &tex, IBL_CONTAINER_DDS, &bytes, &size) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(said("2049 layers") && !bytes);
+    ibl_texture_free(&tex);
+}
+
+/* A level of 6.4 GB, which an imageSize cannot say; its texels are never
+ * looked at. */
+static void ktx_too_large(void)
+{
+    unsigned char byte;
+    const ibl_texture tex = {.pixel = IBL_PIXEL_RGBA32F,
+                             .width = 1024,
+                             .height = 1024,
+                             .levels = 1,
+                             .layers = 64,
+                             .faces = 6,
+                             .bytes = (size_t)384 << 24,
+                             .data = &byte};
+    void *bytes = NULL;
+    size_t size;
+    CHECK(ibl_texture_encode(quiet, &tex, IBL_CONTAINER_KTX, &bytes, &size) ==
+          IBL_ERR_UNSUPPORTED);
+    CHECK(said("4 GiB") && !bytes);
+}
+
+/* Counts that are not what the file has. */
+static void counts(void)
+{
+    static const size_t places[] = {32, 48, 140};
+    static const uint32_t lies[] = {
+        0x80000000, 0xFFFFFFFF, 0x7FFFFFFF, 0x2AAAAAAB, 65537, 2049,
+        2048,       4,          2,          1,          0};
+    ibl_texture tex = make(IBL_PIXEL_RGBA16F, 4, 4, 2, 3, 6), back;
+    for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
+        size_t size;
+        unsigned char *b = encode(&tex, c, &size);
+        NEED(b);
+        for (size_t i = 0; i < sizeof lies / sizeof lies[0]; i++) {
+            set_u32(b + places[c], lies[i]);
+            const ibl_status status =
+                ibl_texture_decode(quiet, "lie", b, size, &back, NULL);
+            /* A DDS file does not say how long it is. */
+            const bool part =
+                c == IBL_CONTAINER_DDS && (lies[i] == 1 || lies[i] == 2);
+            const ibl_status want = part             ? IBL_OK
+                                    : lies[i] > 2048 ? IBL_ERR_UNSUPPORTED
+                                                     : IBL_ERR_FORMAT;
+            CHECK_MSG(status == want, "%s, %u layers: status %d: %s",
+                      ibl_container_name(c), lies[i], (int)status,
+                      kept.text[IBL_LOG_ERROR]);
+            CHECK(part == (back.data != NULL));
+            if (lies[i] == 2048 || lies[i] == 4)
+                CHECK(said("cut short"));
+            ibl_texture_free(&back);
+        }
+        ibl_bytes_free(b);
+    }
+    ibl_texture_free(&tex);
+}
+
+/* Decodes a copy that ends where its memory ends. */
+static void decode_copy(const unsigned char *bytes, size_t size, bool whole)
+{
+    unsigned char *copy = malloc(size ? size : 1);
+    ibl_texture back;
+    memcpy(copy, bytes, size);
+    const ibl_status status =
+        ibl_texture_decode(quiet, "fuzz", copy, size, &back, NULL);
+    CHECK(whole || status == IBL_ERR_FORMAT || status == IBL_ERR_UNSUPPORTED);
+    CHECK(status != IBL_ERR_MEMORY);
+    if (!status)
+        CHECK(back.bytes <= size * 4 / 3 + 16 && back.layers >= 1 &&
+              back.layers <= IBL_MAX_LAYERS);
+    else
+        CHECK(!back.data && !back.keys);
+    ibl_texture_free(&back);
+    free(copy);
+}
+
+/* Cut everywhere, one byte changed, and several words at once with numbers
+ * that overflow products. */
+static void damaged(void)
+{
+    static const uint32_t lies[] = {0,     1, 2, 0xFFFFFFFF, 0x80000000,
+                                    65536, 6, 3, 2048,       0x2AAAAAAB};
+    static const size_t words[] = {12, 16, 20, 24, 28,  32,  36,  40, 44,
+                                   48, 52, 56, 60, 128, 136, 140, 88, 96};
+    test_random r = {17};
+    for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
+        ibl_texture tex = make(IBL_PIXEL_R11G11B10F, 2, 2, 2, 2, 6);
+        size_t size;
+        unsigned char *b = encode(&tex, c, &size);
+        unsigned char *many = malloc(size);
+        NEED(b && many);
+        for (size_t n = 0; n < size; n++)
+            decode_copy(b, n, false);
+        for (size_t i = 0; i < size; i++) {
+            const unsigned char old = b[i];
+            for (int way = 0; way < 10; way++) {
+                const int value = way < 8 ? old ^ 1 << way : way == 8 ? 0 : 255;
+                b[i] = (unsigned char)value;
+                decode_copy(b, size, true);
+            }
+            b[i] = old;
+        }
+        for (int n = 0; n < 4000; n++) {
+            memcpy(many, b, size);
+            for (int k = 0; k < 3; k++)
+                set_u32(many + words[test_random_u64(&r) % 18],
+                        lies[test_random_u64(&r) % 10]);
+            decode_copy(many, size, true);
+        }
+        free(many);
+        ibl_bytes_free(b);
+        ibl_texture_free(&tex);
+    }
+}
+
+/* A header of the largest array, and nothing behind it: it must be seen before
+ * memory is taken, which a limit shows where a sanitizer does not map
+ * terabytes of its own. */
+static void boundless(void)
+{
+    static const size_t places[][4] = {
+        {20, 24, 40, 32}, {36, 40, 56, 48}, {16, 12, 28, 140}};
+    struct rlimit limit, less;
+    ibl_texture tex = make(IBL_PIXEL_RGBA32F, 4, 4, 1, 2, 6), back;
+    NEED(!getrlimit(RLIMIT_AS, &limit));
+    less = limit;
+    less.rlim_cur = (rlim_t)1 << 30;
+    for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
+        size_t size;
+        unsigned char *b = encode(&tex, c, &size);
+        NEED(b);
+        set_u32(b + places[c][0], 65536);
+        set_u32(b + places[c][1], 65536);
+        set_u32(b + places[c][2], 17);
+        set_u32(b + places[c][3], 2048);
+        if (!TEST_SANITIZED)
+            NEED(!setrlimit(RLIMIT_AS, &less));
+        CHECK(ibl_texture_decode(quiet, "big", b, size, &back, NULL) ==
+              IBL_ERR_FORMAT);
+        CHECK(said("cut short"));
+        setrlimit(RLIMIT_AS, &limit);
+        ibl_bytes_free(b);
+    }
+    ibl_texture_free(&tex);
+}
+
+static const test tests[] = {
+    TEST(offsets),
+    TEST(round_trips),
+    TEST(ktx2_structure),
+    TEST(ktx_structure),
+    TEST(dds_structure),
+    TEST(arrays_of_one),
+    TEST(ktx_turned_and_widened),
+    TEST(build),
+    TEST(unlike),
+    TEST(not_single),
+    TEST(limits),
+    TEST(ktx_too_large),
+    TEST(counts),
+    TEST(damaged),
+    TEST(boundless),
+};
+
+int main(int argc, char **argv)
+{
+    contexts();
+    const int result =
+        test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
+    ibl_ctx_free(ctx);
+    ibl_ctx_free(quiet);
+    return result;
+}
