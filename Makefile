@@ -52,7 +52,8 @@ REVISION := $(shell git describe --always --dirty 2>/dev/null)
 
 X86 := $(filter x86_64,$(shell uname -m))
 LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
-                      src/bake/*.c src/bake/spectral/*.c src/io/*.c)
+                      src/bake/*.c src/bake/spectral/*.c src/probe/*.c \
+                      src/io/*.c)
 ifeq ($(X86),)
 LIB_SRC := $(filter-out %_sse2.c %_avx2.c %_avx512.c,$(LIB_SRC))
 endif

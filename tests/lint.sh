@@ -96,6 +96,7 @@ image image core kern
 brdf brdf core
 kern kern core brdf
 bake bake core image brdf kern
+probe probe core
 io io core image kern
 cli cli
 view view
@@ -105,7 +106,7 @@ ROOMS
     complain 'includes against the arrows'
 }
 for f in $(git ls-files 'src/cli/*' 'src/view/*'); do
-    grep -nE '#include "(core|image|brdf|kern|bake|io)/' "$f" &&
+    grep -nE '#include "(core|image|brdf|kern|bake|probe|io)/' "$f" &&
         complain "$f: programs see include/ only"
 done
 grep -rn pthread_create src | grep -vE '^src/(core/pool|view/baker)\.c' &&

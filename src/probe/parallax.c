@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: MIT */
+#include <math.h>
+
+#include "ibl/probes.h"
+#include "probe/vector.h"
+
+/* How far beyond the wall a point is still taken for one on it: what rounding
+ * does to points of a floor that is the wall. */
+static const double slack = 1 + 1.0 / 1024;
+
+/* Where the ray from q along unit d leaves the box around the origin; false
+ * with q outside. */
+static bool leave_box(const double half[3], double q[3], const double d[3])
+{
+    double least = HUGE_VAL;
+    int wall = 0;
+
+    for (int i = 0; i < 3; i++) {
+        if (!(fabs(q[i]) <= half[i] * slack))
+            return false;
+        q[i] = fmax(-half[i], fmin(q[i], half[i]));
+        if (d[i] == 0)
+            continue;
+        const double t = (copysign(half[i], d[i]) - q[i]) / d[i];
+        if (t < least) {
+            least = t;
+            wall = i;
+        }
+    }
+    for (int i = 0; i < 3; i++)
+        q[i] = fmax(-half[i], fmin(q[i] + least * d[i], half[i]));
+    q[wall] = copysign(half[wall], d[wall]);
+    return true;
+}
+
+/*
+ * The same for the sphere: |q + t d| = r, t >= 0. Both forms of the root, for
+ * neither loses what the other keeps.
+ */
+static bool leave_sphere(double radius, double q[3], const double d[3])
+{
+    double far = sqrt(dot3(q, q));
+
+    if (!(far <= radius * slack))
+        return false;
+    if (far > radius) {
+        for (int i = 0; i < 3; i++)
+            q[i] *= radius / far;
+        far = radius;
+    }
+    const double along = dot3(q, d);
+    const double inside = (radius - far) * (radius + far);
+    const double root = sqrt(along * along + inside);
+    const double t = along > 0 ? inside / (along + root) : root - along;
+
+    for (int i = 0; i < 3; i++)
+        q[i] += t * d[i];
+    return true;
+}
+
+int ibl_probe_parallax(const ibl_probe *probe, const double point[3],
+                       const double direction[3], double lookup[3])
+{
+    const ibl_volume *proxy = &probe->proxy;
+    double d[3] = {direction[0], direction[1], direction[2]}, q[3], to[3];
+    bool hit = unit3(d);
+
+    for (int i = 0; i < 3; i++)
+        lookup[i] = d[i];
+    if (!hit || !probe->has_proxy)
+        return 0;
+    subtract3(point, proxy->centre, q);
+    hit = proxy->shape == IBL_SHAPE_SPHERE ? leave_sphere(proxy->half[0], q, d)
+                                           : leave_box(proxy->half, q, d);
+    if (!hit)
+        return 0;
+    for (int i = 0; i < 3; i++)
+        to[i] = proxy->centre[i] - probe->position[i] + q[i];
+    if (!unit3(to))
+        return 0;
+    for (int i = 0; i < 3; i++)
+        lookup[i] = to[i];
+    return 1;
+}

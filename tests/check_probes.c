@@ -1,0 +1,605 @@
+/* SPDX-License-Identifier: MIT */
+/* Which probes a point has, against definitions written out a second time, and
+ * how fast weights change along random walks. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ibl/probes.h"
+#include "test.h"
+
+enum {
+    MOST = 12
+};
+
+static double between(test_random *r, double a, double b)
+{
+    return a + (b - a) * test_random_unit(r);
+}
+
+static int pick(test_random *r, int n)
+{
+    return (int)(test_random_u64(r) % (uint64_t)n);
+}
+
+static void random_point(test_random *r, double reach, double p[3])
+{
+    for (int i = 0; i < 3; i++)
+        p[i] = between(r, -reach, reach);
+}
+
+static ibl_probe random_probe(test_random *r)
+{
+    ibl_probe probe = {0};
+
+    random_point(r, 2, probe.position);
+    random_point(r, 2, probe.influence.centre);
+    for (int i = 0; i < 3; i++)
+        probe.influence.half[i] = between(r, 0.3, 2.5);
+    probe.influence.shape = pick(r, 2) ? IBL_SHAPE_BOX : IBL_SHAPE_SPHERE;
+    probe.blend = between(r, 0.1, 1.5);
+    probe.priority = pick(r, 4) == 0 ? pick(r, 3) - 1 : 0;
+    return probe;
+}
+
+/* Probes of which some are one another's copies, within another, or share a
+ * wall with one; in every third set many have a small share at once. */
+static int random_set(test_random *r, ibl_probe *probes)
+{
+    const int count = 1 + pick(r, MOST);
+    const bool crowded = pick(r, 3) == 0;
+
+    for (int i = 0; i < count; i++) {
+        probes[i] = random_probe(r);
+        if (crowded) {
+            random_point(r, 0.5, probes[i].influence.centre);
+            probes[i].blend = between(r, 3, 6);
+            continue;
+        }
+        if (i == 0)
+            continue;
+        const ibl_volume *other = &probes[pick(r, i)].influence;
+        ibl_volume *mine = &probes[i].influence;
+        switch (pick(r, 4)) {
+        case 0:
+            *mine = *other;
+            break;
+        case 1:
+            *mine = *other;
+            for (int k = 0; k < 3; k++)
+                mine->half[k] *= 0.6;
+            break;
+        case 2:
+            *mine = *other;
+            mine->centre[0] += 2 * other->half[0];
+            break;
+        default:
+            break;
+        }
+    }
+    return count;
+}
+
+static long double length3(const double a[3], const double b[3])
+{
+    const long double x = (long double)a[0] - b[0];
+    const long double y = (long double)a[1] - b[1];
+    const long double z = (long double)a[2] - b[2];
+
+    return sqrtl(x * x + y * y + z * z);
+}
+
+static long double true_depth(const ibl_volume *v, const double p[3])
+{
+    long double least = HUGE_VALL;
+
+    if (v->shape == IBL_SHAPE_SPHERE)
+        return v->half[0] - length3(p, v->centre);
+    for (int i = 0; i < 3; i++) {
+        const long double low = p[i] - ((long double)v->centre[i] - v->half[i]);
+        const long double high = (long double)v->centre[i] + v->half[i] - p[i];
+        least = fminl(least, fminl(low, high));
+    }
+    return least;
+}
+
+static long double true_influence(const ibl_probe *probe, const double p[3])
+{
+    const long double depth = true_depth(&probe->influence, p);
+
+    if (depth <= 0)
+        return 0;
+    if (depth >= probe->blend)
+        return 1;
+    const long double t = depth / probe->blend;
+    return 3 * t * t - 2 * t * t * t;
+}
+
+/* ---- influence ---------------------------------------------------------- */
+
+static void names_and_sizes(void)
+{
+    const ibl_volume box = {IBL_SHAPE_BOX, {1, 2, 3}, {1, 2, 3}};
+    const ibl_volume ball = {IBL_SHAPE_SPHERE, {1, 2, 3}, {2, 0, 0}};
+
+    CHECK(strcmp(ibl_shape_name(IBL_SHAPE_BOX), "box") == 0);
+    CHECK(strcmp(ibl_shape_name(IBL_SHAPE_SPHERE), "sphere") == 0);
+    CHECK(strcmp(ibl_shape_name((ibl_shape)7), "unknown") == 0);
+    CHECK_NEAR(ibl_volume_size(&box), 48, 0);
+    CHECK_NEAR(ibl_volume_size(&ball), 33.510321638291127877, 1e-14);
+}
+
+static void influence_values(void)
+{
+    ibl_probe probe = {.blend = 0.5};
+
+    probe.influence = (ibl_volume){IBL_SHAPE_BOX, {10, 0, 0}, {1, 2, 3}};
+    CHECK(ibl_probe_influence(&probe, (double[]){10, 0, 0}) == 1);
+    CHECK(ibl_probe_influence(&probe, (double[]){10.5, 1.5, -2.5}) == 1);
+    CHECK(ibl_probe_influence(&probe, (double[]){10.75, 1.5, 0}) == 0.5);
+    CHECK(ibl_probe_influence(&probe, (double[]){10.75, 1.875, 0}) == 0.15625);
+    CHECK(ibl_probe_influence(&probe, (double[]){11, 0, 0}) == 0);
+    CHECK(ibl_probe_influence(&probe, (double[]){10, 0, -3}) == 0);
+    CHECK(ibl_probe_influence(&probe, (double[]){10, 5, 0}) == 0);
+    probe.influence.shape = IBL_SHAPE_SPHERE;
+    CHECK(ibl_probe_influence(&probe, (double[]){10, 0.5, 0}) == 1);
+    CHECK(ibl_probe_influence(&probe, (double[]){10, 0, 0.75}) == 0.5);
+    CHECK(ibl_probe_influence(&probe, (double[]){10, 1, 0}) == 0);
+    probe.blend = 0;
+    CHECK(ibl_probe_influence(&probe, (double[]){10, 0.999, 0}) == 1);
+    CHECK(ibl_probe_influence(&probe, (double[]){10, 1, 0}) == 0);
+    /* Wider than deep. */
+    probe.blend = 2;
+    CHECK(ibl_probe_influence(&probe, (double[]){10, 0, 0}) == 0.5);
+}
+
+static void influence_everywhere(void)
+{
+    test_random r = {1};
+    double p[3];
+
+    for (int n = 0; n < 20000; n++) {
+        const ibl_probe probe = random_probe(&r);
+        random_point(&r, 4, p);
+        CHECK_NEAR(ibl_probe_influence(&probe, p),
+                   (double)true_influence(&probe, p), 4e-14);
+    }
+}
+
+/* ---- order, nearest ----------------------------------------------------- */
+
+static void order_by_definition(void)
+{
+    test_random r = {2};
+    ibl_probe probes[MOST];
+    int order[MOST], ties = 0;
+
+    for (int n = 0; n < 2000; n++) {
+        const int count = random_set(&r, probes);
+        bool seen[MOST] = {false};
+
+        ibl_probes_order(probes, count, order);
+        for (int i = 0; i < count; i++) {
+            NEED(order[i] >= 0 && order[i] < count && !seen[order[i]]);
+            seen[order[i]] = true;
+            if (i == 0)
+                continue;
+            const int a = order[i - 1], b = order[i];
+            const double size_a = ibl_volume_size(&probes[a].influence);
+            const double size_b = ibl_volume_size(&probes[b].influence);
+            CHECK(probes[a].priority >= probes[b].priority);
+            if (probes[a].priority != probes[b].priority)
+                continue;
+            CHECK(size_a <= size_b);
+            CHECK(size_a != size_b || a < b);
+            ties += size_a == size_b;
+        }
+    }
+    CHECK(ties > 1000);
+    ibl_probes_order(probes, 0, NULL);
+}
+
+static void nearest_by_brute_force(void)
+{
+    test_random r = {3};
+    ibl_probe probes[MOST];
+    double p[3];
+
+    CHECK(ibl_probes_nearest(NULL, 0, (double[]){0, 0, 0}) == -1);
+    for (int n = 0; n < 5000; n++) {
+        const int count = random_set(&r, probes);
+        int nearest = 0;
+
+        if (count > 1 && n % 3 == 0)
+            memcpy(probes[count - 1].position, probes[0].position,
+                   sizeof probes[0].position);
+        random_point(&r, 3, p);
+        for (int i = 1; i < count; i++) {
+            if (length3(p, probes[i].position) <
+                length3(p, probes[nearest].position))
+                nearest = i;
+        }
+        CHECK(ibl_probes_nearest(probes, count, p) == nearest);
+    }
+}
+
+/* ---- k nearest ---------------------------------------------------------- */
+
+/* Distances in rising order, then infinity. */
+static void sorted_distances(const ibl_probe *probes, int count,
+                             const double p[3], long double *d)
+{
+    for (int i = 0; i < MOST + 2; i++)
+        d[i] = HUGE_VALL;
+    for (int i = 0; i < count; i++) {
+        const long double mine = length3(p, probes[i].position);
+        int at = i;
+
+        for (; at > 0 && d[at - 1] > mine; at--)
+            d[at] = d[at - 1];
+        d[at] = mine;
+    }
+}
+
+static void dense(const ibl_probe_mix *mix, double *weights)
+{
+    memset(weights, 0, MOST * sizeof *weights);
+    for (int i = 0; i < mix->count; i++)
+        weights[mix->probe[i]] += mix->weight[i];
+}
+
+static void check_mix(const ibl_probe_mix *mix, int count)
+{
+    double sum = mix->rest;
+    unsigned seen = 0;
+
+    CHECK(mix->count >= 0 && mix->count <= IBL_MAX_PROBES_AT);
+    CHECK(mix->rest >= 0 && mix->rest <= 1);
+    for (int i = 0; i < mix->count; i++) {
+        CHECK(mix->probe[i] >= 0 && mix->probe[i] < count);
+        CHECK(!(seen >> mix->probe[i] & 1));
+        seen |= 1U << mix->probe[i];
+        CHECK(mix->weight[i] >= 0 && mix->weight[i] <= 1);
+        sum += mix->weight[i];
+    }
+    CHECK_NEAR(sum, 1, 1e-15);
+}
+
+static void near_by_definition(void)
+{
+    test_random r = {4};
+    ibl_probe probes[MOST];
+    ibl_probe_mix mix;
+    long double d[MOST + 2];
+    double p[3], weights[MOST];
+
+    for (int n = 0; n < 5000; n++) {
+        const int count = random_set(&r, probes), k = 1 + n % 4;
+        long double sum = 0;
+
+        random_point(&r, 3, p);
+        sorted_distances(probes, count, p, d);
+        ibl_probes_near(probes, count, p, k, &mix);
+        check_mix(&mix, count);
+        CHECK(mix.rest == 0 && mix.count == (count < k ? count : k));
+        dense(&mix, weights);
+        for (int i = 0; i < k && i < count; i++) {
+            CHECK_NEAR((double)length3(p, probes[mix.probe[i]].position),
+                       (double)d[i], 1e-14);
+            sum += powl(1 / d[i] - 1 / d[k], 2);
+        }
+        for (int i = 0; i < count; i++) {
+            const long double mine = length3(p, probes[i].position);
+            const long double w = powl(fmaxl(1 / mine - 1 / d[k], 0), 2) / sum;
+            CHECK_NEAR(weights[i], (double)w, 1e-12);
+        }
+    }
+}
+
+static void near_at_special_points(void)
+{
+    ibl_probe probes[8] = {0};
+    ibl_probe_mix mix;
+
+    ibl_probes_near(NULL, 0, (double[]){1, 2, 3}, 4, &mix);
+    CHECK(mix.count == 0 && mix.rest == 1);
+    for (int i = 0; i < 8; i++) {
+        for (int k = 0; k < 3; k++)
+            probes[i].position[k] = i >> k & 1;
+    }
+    /* On one, the others have nothing. */
+    ibl_probes_near(probes, 8, probes[5].position, 4, &mix);
+    check_mix(&mix, 8);
+    CHECK(mix.probe[0] == 5 && mix.weight[0] == 1);
+    /* In the middle of the cell: equal, whichever they are. */
+    for (int k = 1; k <= 4; k++) {
+        ibl_probes_near(probes, 8, (double[]){.5, .5, .5}, k, &mix);
+        check_mix(&mix, 8);
+        for (int i = 0; i < k; i++)
+            CHECK(mix.probe[i] == i && mix.weight[i] == 1.0 / k);
+    }
+    /* Two at one place share. */
+    memcpy(probes[3].position, probes[5].position, sizeof probes[5].position);
+    ibl_probes_near(probes, 8, probes[5].position, 4, &mix);
+    check_mix(&mix, 8);
+    CHECK(mix.probe[0] == 3 && mix.weight[0] == 0.5);
+    CHECK(mix.probe[1] == 5 && mix.weight[1] == 0.5);
+    /* k out of range is taken into it. */
+    ibl_probes_near(probes, 8, (double[]){.1, .2, .3}, 99, &mix);
+    CHECK(mix.count == 4);
+    ibl_probes_near(probes, 8, (double[]){.1, .2, .3}, -1, &mix);
+    CHECK(mix.count == 1 && mix.weight[0] == 1);
+}
+
+/* Steps now straight on, now into another direction. */
+static void step_from(test_random *r, const double p[3], double step,
+                      double d[3], double q[3])
+{
+    if (pick(r, 20) == 0)
+        random_point(r, 1, d);
+    const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    for (int i = 0; i < 3; i++)
+        q[i] = p[i] + d[i] * (step / length);
+}
+
+/* The bound of the header, the worst within a step of the point; 0 for none. */
+static double near_slope(const ibl_probe *probes, int count, const double p[3],
+                         int k, double step)
+{
+    long double d[MOST + 2];
+
+    sorted_distances(probes, count, p, d);
+    const double reach = (double)d[k], gap = (double)(d[k] - d[0]) - 2 * step;
+    const double second = (double)d[1] - step;
+
+    if (gap <= 0 || second <= 0)
+        return 0;
+    return 8 * (k - 1) / second * (isinf(reach) ? 1 : (reach + step) / gap);
+}
+
+static void near_walks(void)
+{
+    test_random r = {5};
+    ibl_probe probes[MOST];
+    ibl_probe_mix mix;
+    double p[3], q[3], d[3] = {1, 0, 0}, here[MOST], there[MOST];
+    int bounded = 0, swaps = 0;
+    const double step = 3e-3;
+
+    for (int n = 0; n < 400; n++) {
+        const int count = random_set(&r, probes), k = 2 + n % 3;
+
+        random_point(&r, 3, p);
+        ibl_probes_near(probes, count, p, k, &mix);
+        dense(&mix, here);
+        for (int i = 0; i < 200; i++) {
+            const double slope = near_slope(probes, count, p, k, step);
+            const int last = mix.probe[mix.count - 1];
+
+            step_from(&r, p, step, d, q);
+            ibl_probes_near(probes, count, q, k, &mix);
+            dense(&mix, there);
+            bounded += slope > 0;
+            swaps += mix.probe[mix.count - 1] != last;
+            for (int j = 0; j < count && slope > 0; j++)
+                CHECK_MSG(fabs(there[j] - here[j]) <= slope * step + 1e-12,
+                          "weight steps by %g, at most %g",
+                          fabs(there[j] - here[j]), slope * step);
+            memcpy(here, there, sizeof here);
+            memcpy(p, q, sizeof p);
+        }
+    }
+    CHECK_MSG(bounded > 60000, "only %d steps had a bound", bounded);
+    CHECK_MSG(swaps > 100, "only %d changes of probe", swaps);
+}
+
+/* ---- volumes ------------------------------------------------------------ */
+
+/* The shares, from sums that are never over 1; returns how many have one. */
+static int true_shares(const ibl_probe *probes, int count, const int *order,
+                       const double p[3], const double *alpha,
+                       long double *share)
+{
+    long double sum = 0;
+    int some = 0;
+
+    for (int i = 0; i < count; i++) {
+        const long double before = fminl(sum, 1);
+
+        sum += true_influence(&probes[order[i]], p) *
+               (alpha ? alpha[order[i]] : 1);
+        share[order[i]] = fminl(sum, 1) - before;
+        some += share[order[i]] > 0;
+    }
+    return some;
+}
+
+static long double fifth_share(const long double *share, int count)
+{
+    for (int i = 0; i < count; i++) {
+        int larger = 0;
+
+        for (int j = 0; j < count; j++)
+            larger += share[j] > share[i] || (share[j] == share[i] && j < i);
+        if (larger == IBL_MAX_PROBES_AT)
+            return share[i];
+    }
+    return 0;
+}
+
+static void blend_by_definition(void)
+{
+    test_random r = {6};
+    ibl_probe probes[MOST];
+    ibl_probe_mix mix;
+    long double share[MOST];
+    double p[3], weights[MOST], alpha[MOST];
+    int order[MOST], crowded = 0;
+
+    for (int n = 0; n < 20000; n++) {
+        const int count = random_set(&r, probes);
+        const double *seen = n % 2 ? alpha : NULL;
+
+        for (int i = 0; i < count; i++)
+            alpha[i] = pick(&r, 3) ? test_random_unit(&r) : 0;
+        ibl_probes_order(probes, count, order);
+        random_point(&r, 2.5, p);
+        crowded += true_shares(probes, count, order, p, seen, share) > 4;
+        const long double fifth = fifth_share(share, count);
+        ibl_probes_blend(probes, count, order, p, seen, &mix);
+        check_mix(&mix, count);
+        dense(&mix, weights);
+        for (int i = 0; i < count; i++)
+            CHECK_NEAR(weights[i], (double)fmaxl(share[i] - fifth, 0), 1e-13);
+        for (int i = 1; i < mix.count; i++) {
+            int a = 0, b = 0;
+            while (order[a] != mix.probe[i - 1])
+                a++;
+            while (order[b] != mix.probe[i])
+                b++;
+            CHECK(a < b);
+        }
+    }
+    CHECK_MSG(crowded > 200, "only %d points with many", crowded);
+}
+
+/* The sum of 1.5 / blend over the probes whose width is within a step. */
+static double blend_slope(const ibl_probe *probes, int count, const double p[3],
+                          double step)
+{
+    double slope = 0;
+
+    for (int i = 0; i < count; i++) {
+        const double depth = (double)true_depth(&probes[i].influence, p);
+        if (depth > -step && depth < probes[i].blend + step)
+            slope += 1.5 / probes[i].blend;
+    }
+    return slope;
+}
+
+static void blend_walks(void)
+{
+    test_random r = {7};
+    ibl_probe probes[MOST];
+    ibl_probe_mix mix;
+    long double share[MOST];
+    double p[3], q[3], d[3] = {1, 0, 0}, here[MOST], there[MOST];
+    int order[MOST], crowded = 0, moved = 0;
+    const double step = 2e-3;
+
+    for (int n = 0; n < 600; n++) {
+        const int count = random_set(&r, probes);
+
+        ibl_probes_order(probes, count, order);
+        random_point(&r, 2, p);
+        ibl_probes_blend(probes, count, order, p, NULL, &mix);
+        double rest = mix.rest;
+        dense(&mix, here);
+        for (int i = 0; i < 200; i++) {
+            const double most = step * blend_slope(probes, count, p, step);
+            int many = true_shares(probes, count, order, p, NULL, share) > 4;
+
+            step_from(&r, p, step, d, q);
+            many |= true_shares(probes, count, order, q, NULL, share) > 4;
+            ibl_probes_blend(probes, count, order, q, NULL, &mix);
+            dense(&mix, there);
+            for (int j = 0; j < count; j++) {
+                const double moves = fabs(there[j] - here[j]);
+                CHECK_MSG(moves <= (many ? 2 : 1) * most + 1e-12,
+                          "weight steps by %g, at most %g", moves, most);
+                moved += moves > 0;
+            }
+            CHECK(fabs(mix.rest - rest) <= (many ? 5 : 1) * most + 1e-12);
+            crowded += many;
+            rest = mix.rest;
+            memcpy(here, there, sizeof here);
+            memcpy(p, q, sizeof p);
+        }
+    }
+    CHECK_MSG(crowded > 1000, "only %d steps with many", crowded);
+    CHECK_MSG(moved > 50000, "only %d weights changed", moved);
+}
+
+/* A small probe with holes in a bigger one, in the open. */
+static void blend_nested(void)
+{
+    ibl_probe probes[2] = {{.blend = 1}, {.blend = 0.5}};
+    const double alpha[2] = {1, 0.25};
+    ibl_probe_mix mix;
+    int order[2];
+
+    probes[0].influence = (ibl_volume){IBL_SHAPE_BOX, {0, 0, 0}, {4, 4, 4}};
+    probes[1].influence = (ibl_volume){IBL_SHAPE_SPHERE, {0, 0, 0}, {2}};
+    ibl_probes_order(probes, 2, order);
+    CHECK(order[0] == 1 && order[1] == 0);
+    ibl_probes_blend(probes, 2, order, (double[]){0, 0, 1}, NULL, &mix);
+    CHECK(mix.count == 1 && mix.probe[0] == 1 && mix.weight[0] == 1);
+    CHECK(mix.rest == 0);
+    ibl_probes_blend(probes, 2, order, (double[]){0, 0, 1}, alpha, &mix);
+    CHECK(mix.count == 2 && mix.weight[0] == 0.25 && mix.weight[1] == 0.75);
+    ibl_probes_blend(probes, 2, order, (double[]){0, 1.75, 0}, NULL, &mix);
+    CHECK(mix.count == 2 && mix.weight[0] == 0.5 && mix.weight[1] == 0.5);
+    ibl_probes_blend(probes, 2, order, (double[]){3.5, 0, 0}, NULL, &mix);
+    CHECK(mix.count == 1 && mix.weight[0] == 0.5 && mix.rest == 0.5);
+    ibl_probes_blend(probes, 2, order, (double[]){5, 0, 0}, NULL, &mix);
+    CHECK(mix.count == 0 && mix.rest == 1);
+    probes[1].priority = -1;
+    ibl_probes_order(probes, 2, order);
+    CHECK(order[0] == 0);
+}
+
+/* ---- hostile ------------------------------------------------------------ */
+
+static double hostile(test_random *r, bool positive)
+{
+    static const double values[] = {0,   1e-75, 1e75, 1,    0.5, 2,
+                                    -0., 1e-30, 1e30, 3e-9, 7e8, 1e-75};
+    double v = values[pick(r, 12)];
+
+    if (pick(r, 2))
+        v = between(r, 0, 4);
+    if (positive)
+        return v > 0 ? v : 1;
+    return pick(r, 2) ? v : -v;
+}
+
+static void no_nan(void)
+{
+    test_random r = {8};
+    ibl_probe probes[6] = {0};
+    ibl_probe_mix mix;
+    int order[6];
+    const int rounds = TEST_SANITIZED ? 20000 : 200000;
+
+    for (int n = 0; n < rounds; n++) {
+        double p[3];
+        for (int i = 0; i < 3; i++)
+            p[i] = hostile(&r, false);
+        for (int j = 0; j < 6; j++) {
+            for (int i = 0; i < 3; i++) {
+                probes[j].position[i] = hostile(&r, false);
+                probes[j].influence.centre[i] = hostile(&r, false);
+                probes[j].influence.half[i] = hostile(&r, true);
+            }
+            probes[j].blend = fabs(hostile(&r, false));
+            probes[j].influence.shape = (ibl_shape)pick(&r, 2);
+            if (pick(&r, 3) == 0)
+                memcpy(p, probes[j].position, sizeof p);
+        }
+        ibl_probes_order(probes, 6, order);
+        ibl_probes_blend(probes, 6, order, p, NULL, &mix);
+        check_mix(&mix, 6);
+        ibl_probes_near(probes, 6, p, 1 + n % 4, &mix);
+        check_mix(&mix, 6);
+    }
+}
+
+static const test tests[] = {
+    TEST(names_and_sizes),        TEST(influence_values),
+    TEST(influence_everywhere),   TEST(order_by_definition),
+    TEST(nearest_by_brute_force), TEST(near_by_definition),
+    TEST(near_at_special_points), TEST(near_walks),
+    TEST(blend_by_definition),    TEST(blend_walks),
+    TEST(blend_nested),           TEST(no_nan),
+};
+TEST_MAIN(tests)
