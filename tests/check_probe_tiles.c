@@ -331,6 +331,20 @@ static void around_and_behind(void)
     }
 }
 
+/* Behind the eye, all but around it, and across the plane w = 0: only what is
+ * seen opposite is near it. */
+static void at_the_back(void)
+{
+    const ibl_tiles tiles = looking_along_z(100, 100, 10);
+    unsigned long long masks[100];
+    const double off = 1.002 / sqrt(3);
+    ibl_probe probe = {0};
+
+    probe.influence = (ibl_volume){IBL_SHAPE_SPHERE, {-off, -off, off}, {1}};
+    CHECK(ibl_tiles_cull(&tiles, &probe, 1, masks) == IBL_OK);
+    CHECK(masks[0] == 1 && masks[99] == 0);
+}
+
 /* Tiles named one by one: the last column and row are cut, the first row is at
  * the bottom. A pixel is 0.02 wide at the distance 1. */
 static void tiles_by_hand(void)
@@ -419,8 +433,8 @@ static void refuses(void)
 }
 
 static const test tests[] = {
-    TEST(never_misses),  TEST(few_too_many),   TEST(around_and_behind),
-    TEST(tiles_by_hand), TEST(rounds_corners), TEST(sixty_four),
-    TEST(refuses),
+    TEST(never_misses), TEST(few_too_many),  TEST(around_and_behind),
+    TEST(at_the_back),  TEST(tiles_by_hand), TEST(rounds_corners),
+    TEST(sixty_four),   TEST(refuses),
 };
 TEST_MAIN(tests)

@@ -33,10 +33,7 @@ static bool leave_box(const double half[3], double q[3], const double d[3])
     return true;
 }
 
-/*
- * The same for the sphere: |q + t d| = r, t >= 0. Both forms of the root, for
- * neither loses what the other keeps.
- */
+/* The same for the sphere: |q + t d| = radius, t >= 0. */
 static bool leave_sphere(double radius, double q[3], const double d[3])
 {
     double far = sqrt(dot3(q, q));
@@ -51,7 +48,7 @@ static bool leave_sphere(double radius, double q[3], const double d[3])
     const double along = dot3(q, d);
     const double inside = (radius - far) * (radius + far);
     const double root = sqrt(along * along + inside);
-    const double t = along > 0 ? inside / (along + root) : root - along;
+    const double t = root - along;
 
     for (int i = 0; i < 3; i++)
         q[i] += t * d[i];

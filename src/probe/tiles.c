@@ -197,10 +197,6 @@ static void make_cone(double left, double bottom, double right, double top,
 
 static bool touches(const struct body *body, const struct cone *cone)
 {
-    const double front[3] = {0, 0, 1};
-
-    if (behind(body, front))
-        return false;
     for (int i = 0; i < 4; i++) {
         if (behind(body, cone->face[i]))
             return false;
