@@ -255,7 +255,8 @@ install: all
 	if [ -e $(VIEW) ]; then \
 	    $(INSTALL) -m 755 $(VIEW) "$(DESTDIR)$(BINDIR)/iblview"; fi
 	$(INSTALL) -m 644 $(LIB) "$(DESTDIR)$(LIBDIR)/libiblbake.a"
-	$(INSTALL) -m 644 include/ibl/*.h "$(DESTDIR)$(INCLUDEDIR)/ibl"
+	$(INSTALL) -m 644 include/ibl/*.h include/ibl/*.glsl \
+	    "$(DESTDIR)$(INCLUDEDIR)/ibl"
 	$(INSTALL) -m 644 man/*.1 "$(DESTDIR)$(MANDIR)/man1"
 	$(INSTALL) -m 644 man/*.7 "$(DESTDIR)$(MANDIR)/man7"
 	if [ -e $(BRIDGE) ]; then $(INSTALL) -m 755 $(BRIDGE) \
@@ -270,7 +271,7 @@ uninstall:
 	    "$(DESTDIR)$(LIBDIR)/libiblbake.a" \
 	    "$(DESTDIR)$(LIBDIR)/iblbake/libiblbridge.so" \
 	    "$(DESTDIR)$(LIBDIR)/pkgconfig/iblbake.pc" \
-	    $(patsubst include/%,"$(DESTDIR)$(INCLUDEDIR)"/%,$(wildcard include/ibl/*.h)) \
+	    $(patsubst include/%,"$(DESTDIR)$(INCLUDEDIR)"/%,$(wildcard include/ibl/*.h include/ibl/*.glsl)) \
 	    $(patsubst man/%,"$(DESTDIR)$(MANDIR)/man1"/%,$(wildcard man/*.1)) \
 	    $(patsubst man/%,"$(DESTDIR)$(MANDIR)/man7"/%,$(wildcard man/*.7))
 	-rmdir "$(DESTDIR)$(LIBDIR)/iblbake" "$(DESTDIR)$(INCLUDEDIR)/ibl" \

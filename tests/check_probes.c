@@ -548,6 +548,31 @@ static void blend_nested(void)
     CHECK(order[0] == 0);
 }
 
+/* ---- for shaders -------------------------------------------------------- */
+
+static void packed(void)
+{
+    ibl_probe probes[2] = {{.blend = 0.25, .layer = 7, .priority = 1},
+                           {.blend = 0.5, .has_proxy = 2, .layer = 2047}};
+    const int order[2] = {1, 0};
+    float texels[2 * IBL_PROBE_FLOATS + 1];
+    const float expected[IBL_PROBE_FLOATS] = {
+        1, 2, 3, 0.5F, 4, 5, 6, 1, 7, 8, 9, 1, 10, 11, 12, 0, 13, 14, 15, 2047};
+
+    probes[1].influence = (ibl_volume){IBL_SHAPE_SPHERE, {1, 2, 3}, {4, 5, 6}};
+    probes[1].proxy = (ibl_volume){IBL_SHAPE_BOX, {7, 8, 9}, {10, 11, 12}};
+    for (int i = 0; i < 3; i++)
+        probes[1].position[i] = 13 + i;
+    texels[2 * IBL_PROBE_FLOATS] = -1;
+    ibl_probes_pack(probes, 2, order, texels);
+    for (int i = 0; i < IBL_PROBE_FLOATS; i++)
+        CHECK(texels[i] == expected[i]);
+    CHECK(texels[IBL_PROBE_FLOATS + 3] == 0.25F);
+    CHECK(texels[IBL_PROBE_FLOATS + 11] == 0);
+    CHECK(texels[IBL_PROBE_FLOATS + 19] == 7);
+    CHECK(texels[2 * IBL_PROBE_FLOATS] == -1);
+}
+
 /* ---- hostile ------------------------------------------------------------ */
 
 static double hostile(test_random *r, bool positive)
@@ -595,11 +620,18 @@ static void no_nan(void)
 }
 
 static const test tests[] = {
-    TEST(names_and_sizes),        TEST(influence_values),
-    TEST(influence_everywhere),   TEST(order_by_definition),
-    TEST(nearest_by_brute_force), TEST(near_by_definition),
-    TEST(near_at_special_points), TEST(near_walks),
-    TEST(blend_by_definition),    TEST(blend_walks),
-    TEST(blend_nested),           TEST(no_nan),
+    TEST(names_and_sizes),
+    TEST(influence_values),
+    TEST(influence_everywhere),
+    TEST(order_by_definition),
+    TEST(nearest_by_brute_force),
+    TEST(near_by_definition),
+    TEST(near_at_special_points),
+    TEST(near_walks),
+    TEST(blend_by_definition),
+    TEST(blend_walks),
+    TEST(blend_nested),
+    TEST(packed),
+    TEST(no_nan),
 };
 TEST_MAIN(tests)

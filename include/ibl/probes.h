@@ -6,8 +6,10 @@
  * captured somewhere: it holds for the points of its influence volume, and its
  * reflections are looked up as if they came from the walls of its proxy. What
  * is here decides which probes a point has, how much of each, and in which
- * direction to look. Needs the C library alone; nothing allocates, nothing
- * keeps state, so that any number of threads may call at once.
+ * direction to look; ibl/probes.glsl, installed beside this header, is the same
+ * for shaders, and tests hold the two to each other. Needs the C library alone;
+ * nothing allocates, nothing keeps state, so that any number of threads may
+ * call at once.
  *
  * Points and vectors are of the world (right-handed, +Y up) in any unit of
  * length; boxes stand along the axes. Lengths and coordinates are finite and,
@@ -155,6 +157,26 @@ int ibl_tiles_rows(const ibl_tiles *tiles);
  */
 ibl_status ibl_tiles_cull(const ibl_tiles *tiles, const ibl_probe *probes,
                           int count, unsigned long long *masks);
+
+/* ---- for shaders -------------------------------------------------------- */
+
+#define IBL_PROBE_FLOATS 20
+
+/*
+ * What ibl/probes.glsl reads, IBL_PROBE_FLOATS for each of count probes, in
+ * order: texels of RGBA32F, in a buffer texture, are
+ *
+ *     influence's centre, blend
+ *     influence's half, 1 for a sphere
+ *     proxy's centre, 1 for has_proxy
+ *     proxy's half, 1 for a sphere
+ *     position, layer
+ *
+ * An index in the shader is a place in order. For masks that agree with it give
+ * ibl_tiles_cull the probes themselves in order.
+ */
+void ibl_probes_pack(const ibl_probe *probes, int count, const int *order,
+                     float *texels);
 
 #ifdef __cplusplus
 }
