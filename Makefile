@@ -37,8 +37,10 @@ SANITIZE := $(filter -fsanitize=%,$(OPT_$(config)))
 EXR_CFLAGS = $(shell pkg-config --cflags OpenEXR 2>/dev/null)
 EXR_LIBS = $(shell pkg-config --variable=libdir OpenEXR 2>/dev/null | \
              sed 's/^/-L/') -lOpenEXRCore
-CLI_CFLAGS = $(shell pkg-config --cflags libpng zlib jansson 2>/dev/null)
-CLI_LIBS = $(shell pkg-config --libs libpng zlib jansson 2>/dev/null)
+CLI_CFLAGS = $(shell pkg-config --cflags libpng zlib jansson libxxhash \
+               2>/dev/null)
+CLI_LIBS = $(shell pkg-config --libs libpng zlib jansson libxxhash \
+               2>/dev/null)
 HAVE_VIEW := $(shell pkg-config --exists glfw3 gl stb 2>/dev/null && echo yes)
 VIEW_CFLAGS = $(shell pkg-config --cflags glfw3 gl stb libpng jansson 2>/dev/null)
 VIEW_LIBS = $(shell pkg-config --libs glfw3 2>/dev/null)

@@ -16,7 +16,8 @@ pkg-config:finds_the_libraries
 libopenexr-dev:reads_EXR
 libopenimageio-dev:image_bridge,_reads_other_formats
 libpng-dev:writes_previews
-libjansson-dev:writes_the_sidecar
+libjansson-dev:reads_and_writes_JSON
+libxxhash-dev:tells_probes_that_changed
 libglfw3-dev:window_of_the_viewer
 libgl-dev:its_OpenGL
 libstb-dev:its_letters

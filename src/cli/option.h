@@ -94,6 +94,7 @@ extern const ibl_command *const ibl_commands[];
 extern const ibl_command ibl_bake_command;
 extern const ibl_command ibl_verify_command;
 extern const ibl_command ibl_bench_command;
+extern const ibl_command ibl_probes_command;
 
 /* Parses and does what the command line says; returns the exit status. A
  * command's name must be the first argument; else it is a bake. */

@@ -10,7 +10,8 @@
 #include "cli/version.h"
 
 const ibl_command *const ibl_commands[] = {
-    &ibl_bake_command, &ibl_verify_command, &ibl_bench_command, NULL};
+    &ibl_bake_command, &ibl_verify_command, &ibl_bench_command,
+    &ibl_probes_command, NULL};
 
 bool ibl_misuse(const char *fmt, ...)
 {

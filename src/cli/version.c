@@ -5,6 +5,7 @@
 #include <png.h>
 #include <stdlib.h>
 #include <unistd.h>
+#include <xxhash.h>
 #include <zlib.h>
 
 #include <ibl/ibl.h>
@@ -40,9 +41,11 @@ void ibl_version_print(FILE *to)
             revision, *revision ? ")" : "");
     fprintf(to, "compiler      %s\n", COMPILER);
     fprintf(to,
-            "libraries     OpenEXRCore %s, libpng %s, zlib %s, jansson %s\n",
+            "libraries     OpenEXRCore %s, libpng %s, zlib %s, jansson %s, "
+            "xxHash %u.%u.%u\n",
             ibl_exr_version(), png_get_libpng_ver(NULL), zlibVersion(),
-            jansson_version_str());
+            jansson_version_str(), XXH_versionNumber() / 10000,
+            XXH_versionNumber() / 100 % 100, XXH_versionNumber() % 100);
     /* Not opened to look: that would take longer than all else here. */
     if (access(bridge, R_OK))
         fprintf(to, "image bridge  none (%s)\n", bridge);

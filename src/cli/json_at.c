@@ -1,0 +1,239 @@
+/* SPDX-License-Identifier: MIT */
+#include "cli/json_at.h"
+
+#include <errno.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+
+bool ibl_json_open(ibl_json_file *file, const char *name, ibl_console *console)
+{
+    FILE *from = fopen(name, "rb");
+    struct stat st;
+    json_error_t why;
+
+    *file = (ibl_json_file){.name = name, .console = console};
+    if (!from || fstat(fileno(from), &st) || S_ISDIR(st.st_mode)) {
+        ibl_console_fail(console, "%s: cannot be read: %s", name,
+                         from ? strerror(EISDIR) : strerror(errno));
+        if (from)
+            fclose(from);
+        return false;
+    }
+    file->root = json_loadf(from, JSON_REJECT_DUPLICATES, &why);
+    fclose(from);
+    if (!file->root)
+        ibl_console_fail(console, "%s:%d:%d: no JSON: %s", name, why.line,
+                         why.column, why.text);
+    return file->root != NULL;
+}
+
+ibl_json_at ibl_json_root(const ibl_json_file *file)
+{
+    return (ibl_json_at){.file = file, .value = file->root};
+}
+
+ibl_json_at ibl_json_member(const ibl_json_at *at, const char *key)
+{
+    return (ibl_json_at){.file = at->file,
+                         .value = json_object_get(at->value, key),
+                         .above = at,
+                         .key = key};
+}
+
+ibl_json_at ibl_json_element(const ibl_json_at *at, size_t index)
+{
+    return (ibl_json_at){.file = at->file,
+                         .value = json_array_get(at->value, index),
+                         .above = at,
+                         .index = index};
+}
+
+void ibl_json_path(const ibl_json_at *at, char *text, size_t size)
+{
+    size_t used;
+
+    if (!at->above) {
+        snprintf(text, size, "%s", "");
+        return;
+    }
+    ibl_json_path(at->above, text, size);
+    used = strlen(text);
+    if (at->key)
+        snprintf(text + used, size - used, "%s%s", used ? "." : "", at->key);
+    else
+        snprintf(text + used, size - used, "[%zu]", at->index);
+}
+
+static void describe(const json_t *value, char *text, size_t size)
+{
+    switch (value ? json_typeof(value) : JSON_NULL) {
+    case JSON_OBJECT: {
+        const char *key =
+            json_object_iter_key(json_object_iter((json_t *)value));
+        snprintf(text, size, key ? "an object with \"%.40s\"" : "an object%s",
+                 key ? key : " without members");
+        break;
+    }
+    case JSON_ARRAY:
+        snprintf(text, size, "an array of %zu", json_array_size(value));
+        break;
+    case JSON_STRING:
+        snprintf(text, size, "\"%.60s\"", json_string_value(value));
+        break;
+    case JSON_INTEGER:
+        snprintf(text, size, "%" JSON_INTEGER_FORMAT,
+                 json_integer_value(value));
+        break;
+    case JSON_REAL:
+        snprintf(text, size, "%.10g", json_real_value(value));
+        break;
+    case JSON_TRUE:
+        snprintf(text, size, "true");
+        break;
+    case JSON_FALSE:
+        snprintf(text, size, "false");
+        break;
+    case JSON_NULL:
+        snprintf(text, size, value ? "null" : "nothing");
+        break;
+    }
+}
+
+bool ibl_json_complain(const ibl_json_at *at, const char *fmt, ...)
+{
+    char path[512], text[2048];
+    va_list ap;
+
+    ibl_json_path(at, path, sizeof path);
+    va_start(ap, fmt);
+    vsnprintf(text, sizeof text, fmt, ap);
+    va_end(ap);
+    ibl_console_fail(at->file->console, "%s: %s%s%s", at->file->name, path,
+                     *path ? ": " : "", text);
+    return false;
+}
+
+bool ibl_json_wrong(const ibl_json_at *at, const char *expected, ...)
+{
+    char text[1024], found[256];
+    va_list ap;
+
+    va_start(ap, expected);
+    vsnprintf(text, sizeof text, expected, ap);
+    va_end(ap);
+    describe(at->value, found, sizeof found);
+    return ibl_json_complain(at, "expected %s, found %s", text, found);
+}
+
+/* "a, b or c" */
+static void list_names(const char *const *names, char *text, size_t size)
+{
+    *text = '\0';
+    for (int i = 0; names[i]; i++) {
+        const size_t used = strlen(text);
+        snprintf(text + used, size - used, "%s%s",
+                 i == 0         ? ""
+                 : names[i + 1] ? ", "
+                                : " or ",
+                 names[i]);
+    }
+}
+
+bool ibl_json_object(const ibl_json_at *at, const char *const *keys)
+{
+    char names[512];
+
+    list_names(keys, names, sizeof names);
+    if (!json_is_object(at->value))
+        return ibl_json_wrong(at, "an object with %s", names);
+    const char *key;
+    json_t *value;
+    json_object_foreach((json_t *)at->value, key, value)
+    {
+        int i = 0;
+        while (keys[i] && strcmp(keys[i], key) != 0)
+            i++;
+        if (keys[i])
+            continue;
+        const ibl_json_at member = ibl_json_member(at, key);
+        return ibl_json_complain(
+            &member, "expected no such member, but %s; found \"%.60s\"", names,
+            key);
+    }
+    return true;
+}
+
+bool ibl_json_array(const ibl_json_at *at, size_t least, size_t most)
+{
+    const size_t count = json_array_size(at->value);
+
+    if (json_is_array(at->value) && count >= least && count <= most)
+        return true;
+    if (least == most)
+        return ibl_json_wrong(at, "an array of %zu", least);
+    return ibl_json_wrong(at, "an array of %zu to %zu", least, most);
+}
+
+bool ibl_json_text_at(const ibl_json_at *at, const char **text)
+{
+    if (!json_is_string(at->value) || !json_string_length(at->value))
+        return ibl_json_wrong(at, "a string that is not empty");
+    *text = json_string_value(at->value);
+    if (strlen(*text) != json_string_length(at->value))
+        return ibl_json_wrong(at, "a string without NUL");
+    return true;
+}
+
+bool ibl_json_real(const ibl_json_at *at, double low, double high, bool open,
+                   double *value)
+{
+    const double x = json_number_value(at->value);
+
+    if (!json_is_number(at->value) || !(x >= low && x <= high) ||
+        (open && x <= low))
+        return ibl_json_wrong(at,
+                              open ? "a number above %.10g, up to %.10g"
+                                   : "a number from %.10g to %.10g",
+                              low, high);
+    *value = x;
+    return true;
+}
+
+bool ibl_json_int(const ibl_json_at *at, int low, int high, int *value)
+{
+    const json_int_t n = json_integer_value(at->value);
+
+    if (!json_is_integer(at->value) || n < low || n > high)
+        return ibl_json_wrong(at, "a whole number from %d to %d", low, high);
+    *value = (int)n;
+    return true;
+}
+
+bool ibl_json_choice(const ibl_json_at *at, const char *const *names,
+                     int *value)
+{
+    char text[256];
+
+    for (int i = 0; json_is_string(at->value) && names[i]; i++)
+        if (!strcmp(json_string_value(at->value), names[i])) {
+            *value = i;
+            return true;
+        }
+    list_names(names, text, sizeof text);
+    return ibl_json_wrong(at, "%s", text);
+}
+
+bool ibl_json_triple(const ibl_json_at *at, double low, double high, bool open,
+                     double value[3])
+{
+    if (!json_is_array(at->value) || json_array_size(at->value) != 3)
+        return ibl_json_wrong(at, "an array of 3 numbers");
+    for (size_t k = 0; k < 3; k++) {
+        const ibl_json_at element = ibl_json_element(at, k);
+        if (!ibl_json_real(&element, low, high, open, &value[k]))
+            return false;
+    }
+    return true;
+}

@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: MIT */
+/* Reading a JSON file that people write: every error names the file, the path
+ * in it, what was expected and what was found. */
+#ifndef CLI_JSON_AT_H
+#define CLI_JSON_AT_H
+
+#include <jansson.h>
+#include <stdbool.h>
+
+#include "cli/console.h"
+
+typedef struct ibl_json_file {
+    const char *name; /* for messages */
+    ibl_console *console;
+    json_t *root;
+} ibl_json_file;
+
+/* A place in a file: "probes[3].influence.box". It lives on the stack of who
+ * reads it, and what is above it outlives it. */
+typedef struct ibl_json_at {
+    const ibl_json_file *file;
+    const json_t *value; /* NULL: there is none */
+    const struct ibl_json_at *above;
+    const char *key; /* NULL: an element */
+    size_t index;
+} ibl_json_at;
+
+/* Reads name; false after a line on stderr. To be freed with json_decref. */
+bool ibl_json_open(ibl_json_file *file, const char *name, ibl_console *console);
+
+ibl_json_at ibl_json_root(const ibl_json_file *file);
+/* at is an object; the value is NULL where it has no such member. */
+ibl_json_at ibl_json_member(const ibl_json_at *at, const char *key);
+/* at is an array, index in it. */
+ibl_json_at ibl_json_element(const ibl_json_at *at, size_t index);
+
+/* Says that at is not what was expected, and what it is. False. */
+bool ibl_json_wrong(const ibl_json_at *at, const char *expected, ...)
+    __attribute__((format(printf, 2, 3)));
+/* Says something else of it: "FILE: PATH: ...". False. */
+bool ibl_json_complain(const ibl_json_at *at, const char *fmt, ...)
+    __attribute__((format(printf, 2, 3)));
+/* The path of at: "probes[3].name". */
+void ibl_json_path(const ibl_json_at *at, char *text, size_t size);
+
+/* These check what at is, and return false after ibl_json_wrong. */
+
+/* An object without other members than the keys, ended by NULL. */
+bool ibl_json_object(const ibl_json_at *at, const char *const *keys);
+bool ibl_json_array(const ibl_json_at *at, size_t least, size_t most);
+bool ibl_json_text_at(const ibl_json_at *at, const char **text);
+/* Not NaN, from low to high; above 0 where low is 0 and open. */
+bool ibl_json_real(const ibl_json_at *at, double low, double high, bool open,
+                   double *value);
+bool ibl_json_int(const ibl_json_at *at, int low, int high, int *value);
+/* One of the names, ended by NULL; its number. */
+bool ibl_json_choice(const ibl_json_at *at, const char *const *names,
+                     int *value);
+/* Three numbers as ibl_json_real takes them. */
+bool ibl_json_triple(const ibl_json_at *at, double low, double high, bool open,
+                     double value[3]);
+
+#endif

@@ -1,0 +1,388 @@
+/* SPDX-License-Identifier: MIT */
+#include "cli/probe_set.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Lengths and places are in any unit; these keep volumes and their ratios
+ * well inside of a double. */
+#define FARTHEST 1e12
+
+const char *const ibl_set_containers[] = {"ktx2", "ktx", "dds", NULL};
+const char *const ibl_set_pixels[] = {"rgba16f", "rgba32f", "rgb9e5",
+                                      "r11g11b10f", NULL};
+static const char *const capture_names[] = {"equirect", "cross", "faces", NULL};
+
+const char *ibl_capture_name(ibl_capture_kind kind)
+{
+    return capture_names[kind];
+}
+
+int ibl_probe_set_layers(const ibl_probe_set *set)
+{
+    return set->count + set->has_global;
+}
+
+/* ---- volumes ----------------------------------------------------------- */
+
+static bool take_box(const ibl_json_at *at, ibl_volume *v)
+{
+    static const char *const keys[] = {"centre", "half", NULL};
+    const ibl_json_at centre = ibl_json_member(at, "centre");
+    const ibl_json_at half = ibl_json_member(at, "half");
+
+    v->shape = IBL_SHAPE_BOX;
+    return ibl_json_object(at, keys) &&
+           ibl_json_triple(&centre, -FARTHEST, FARTHEST, false, v->centre) &&
+           ibl_json_triple(&half, 0, FARTHEST, true, v->half);
+}
+
+static bool take_sphere(const ibl_json_at *at, ibl_volume *v)
+{
+    static const char *const keys[] = {"centre", "radius", NULL};
+    const ibl_json_at centre = ibl_json_member(at, "centre");
+    const ibl_json_at radius = ibl_json_member(at, "radius");
+
+    v->shape = IBL_SHAPE_SPHERE;
+    if (!ibl_json_object(at, keys) ||
+        !ibl_json_triple(&centre, -FARTHEST, FARTHEST, false, v->centre) ||
+        !ibl_json_real(&radius, 0, FARTHEST, true, &v->half[0]))
+        return false;
+    v->half[1] = v->half[2] = v->half[0];
+    return true;
+}
+
+bool ibl_set_volume(const ibl_json_at *at, ibl_volume *volume)
+{
+    static const char *const keys[] = {"box", "sphere", NULL};
+    const ibl_json_at box = ibl_json_member(at, "box");
+    const ibl_json_at sphere = ibl_json_member(at, "sphere");
+
+    if (!ibl_json_object(at, keys))
+        return false;
+    if (!box.value == !sphere.value)
+        return ibl_json_wrong(at, "one of box and sphere");
+    return box.value ? take_box(&box, volume) : take_sphere(&sphere, volume);
+}
+
+static double least_half(const ibl_volume *v)
+{
+    return fmin(v->half[0], fmin(v->half[1], v->half[2]));
+}
+
+/* ---- captures ---------------------------------------------------------- */
+
+bool ibl_set_capture(const ibl_json_at *at, ibl_capture_kind *kind)
+{
+    const char *text;
+    int found = -1;
+
+    if (!ibl_json_object(at, capture_names))
+        return false;
+    if (json_object_size(at->value) != 1)
+        return ibl_json_wrong(at, "one of equirect, cross and faces");
+    for (int i = 0; capture_names[i]; i++)
+        if (json_object_get(at->value, capture_names[i]))
+            found = i;
+    *kind = (ibl_capture_kind)found;
+    const ibl_json_at files = ibl_json_member(at, capture_names[found]);
+    if (*kind != IBL_CAPTURE_FACES)
+        return ibl_json_text_at(&files, &text);
+    if (!json_is_array(files.value) ||
+        json_array_size(files.value) != IBL_FACES)
+        return ibl_json_wrong(&files, "an array of 6 files, +X -X +Y -Y +Z -Z");
+    for (size_t i = 0; i < IBL_FACES; i++) {
+        const ibl_json_at file = ibl_json_element(&files, i);
+        if (!ibl_json_text_at(&file, &text))
+            return false;
+    }
+    return true;
+}
+
+static bool no_memory(const ibl_json_at *at)
+{
+    ibl_console_fail(at->file->console, "%s: no memory for the set",
+                     at->file->name);
+    return false;
+}
+
+/* name as it is seen from the directory of the set. */
+static char *beside(const char *set, const char *name)
+{
+    const char *slash = strrchr(set, '/');
+    const size_t length = slash && *name != '/' ? (size_t)(slash - set) + 1 : 0;
+    char *path = malloc(length + strlen(name) + 1);
+
+    if (path) {
+        memcpy(path, set, length);
+        strcpy(path + length, name);
+    }
+    return path;
+}
+
+static bool take_capture(const ibl_json_at *at, ibl_capture *c)
+{
+    char place[128];
+
+    if (!ibl_set_capture(at, &c->kind))
+        return false;
+    ibl_json_path(at, place, sizeof place);
+    c->place = strdup(place);
+    if (!c->place)
+        return no_memory(at);
+    const json_t *files = json_object_get(at->value, ibl_capture_name(c->kind));
+    const int count = c->kind == IBL_CAPTURE_FACES ? IBL_FACES : 1;
+    for (; c->count < count; c->count++) {
+        const json_t *file =
+            count == 1 ? files : json_array_get(files, (size_t)c->count);
+        c->file[c->count] = beside(at->file->name, json_string_value(file));
+        if (!c->file[c->count])
+            return no_memory(at);
+    }
+    return true;
+}
+
+/* ---- probes ------------------------------------------------------------ */
+
+static bool is_inside(const ibl_volume *v, const double p[3])
+{
+    double square = 0;
+
+    for (int k = 0; k < 3; k++) {
+        const double d = fabs(p[k] - v->centre[k]);
+        if (v->shape == IBL_SHAPE_BOX && d > v->half[k])
+            return false;
+        square += d * d;
+    }
+    return v->shape == IBL_SHAPE_BOX || square <= v->half[0] * v->half[0];
+}
+
+/* What is not there keeps its default: no blending, priority 0, no proxy. */
+static bool take_optional(const ibl_json_at *at, ibl_probe *p)
+{
+    const ibl_json_at blend = ibl_json_member(at, "blend");
+    const ibl_json_at proxy = ibl_json_member(at, "proxy");
+    const ibl_json_at priority = ibl_json_member(at, "priority");
+    const double widest = least_half(&p->influence);
+
+    if (blend.value) {
+        double x;
+        if (!ibl_json_real(&blend, 0, FARTHEST, false, &x))
+            return false;
+        if (x > widest)
+            return ibl_json_wrong(
+                &blend, "at most %.10g, half the influence's least width",
+                widest);
+        p->blend = x;
+    }
+    if (priority.value &&
+        !ibl_json_int(&priority, -1000000, 1000000, &p->priority))
+        return false;
+    p->has_proxy = proxy.value != NULL;
+    if (!proxy.value)
+        return true;
+    if (!ibl_set_volume(&proxy, &p->proxy))
+        return false;
+    return is_inside(&p->proxy, p->position) ||
+           ibl_json_complain(&proxy, "expected a volume around the probe's "
+                                     "position, found it outside");
+}
+
+static bool take_name(const ibl_json_at *at, const ibl_probe_set *set,
+                      ibl_set_entry *e)
+{
+    const ibl_json_at name = ibl_json_member(at, "name");
+    const char *text;
+
+    if (!ibl_json_text_at(&name, &text))
+        return false;
+    for (int i = 0; i < set->count; i++)
+        if (!strcmp(set->entry[i].name, text))
+            return ibl_json_complain(
+                &name,
+                "expected a name of its own, found \"%.60s\", which "
+                "probes[%d] has",
+                text, i);
+    e->name = strdup(text);
+    return e->name || no_memory(at);
+}
+
+static bool take_probe(const ibl_json_at *at, const ibl_probe_set *set,
+                       ibl_set_entry *e)
+{
+    static const char *const keys[] = {"name",      "position", "capture",
+                                       "influence", "blend",    "proxy",
+                                       "priority",  NULL};
+    const ibl_json_at position = ibl_json_member(at, "position");
+    const ibl_json_at influence = ibl_json_member(at, "influence");
+    const ibl_json_at capture = ibl_json_member(at, "capture");
+
+    return ibl_json_object(at, keys) && take_name(at, set, e) &&
+           ibl_json_triple(&position, -FARTHEST, FARTHEST, false,
+                           e->probe.position) &&
+           take_capture(&capture, &e->capture) &&
+           ibl_set_volume(&influence, &e->probe.influence) &&
+           take_optional(at, &e->probe);
+}
+
+static bool take_global(const ibl_json_at *at, ibl_set_entry *e)
+{
+    static const char *const keys[] = {"capture", NULL};
+    const ibl_json_at capture = ibl_json_member(at, "capture");
+
+    if (!ibl_json_object(at, keys) || !take_capture(&capture, &e->capture))
+        return false;
+    e->name = strdup("");
+    return e->name || no_memory(at);
+}
+
+/* ---- the rest of a set ------------------------------------------------- */
+
+static ibl_set_bake bake_default(void)
+{
+    return (ibl_set_bake){.size = 128,
+                          .pixel = IBL_PIXEL_RGBA16F,
+                          .container = 0,
+                          .irradiance = 16,
+                          .lut_size = ibl_lut_options_default().size};
+}
+
+static bool take_irradiance(const ibl_json_at *at, int *edge)
+{
+    if (json_is_string(at->value) &&
+        !strcmp(json_string_value(at->value), "sh")) {
+        *edge = 0;
+        return true;
+    }
+    const json_int_t n = json_integer_value(at->value);
+    if (!json_is_integer(at->value) || n < 1 || n > IBL_MAX_CUBE_SIZE)
+        return ibl_json_wrong(at, "a whole number from 1 to %d or \"sh\"",
+                              IBL_MAX_CUBE_SIZE);
+    *edge = (int)n;
+    return true;
+}
+
+static bool take_levels(const ibl_json_at *at, int size, int *levels)
+{
+    int most = 1;
+
+    while (size >> most)
+        most++;
+    return ibl_json_int(at, 1, most, levels);
+}
+
+static bool take_defaults(const ibl_json_at *at, ibl_set_bake *b)
+{
+    static const char *const keys[] = {
+        "size",  "levels",    "mapping",    "method",   "samples", "tolerance",
+        "pixel", "container", "irradiance", "lut_size", NULL};
+    static const char *const mappings[] = {"linear", "filament", NULL};
+    static const char *const methods[] = {"auto", "spectral", "sampled", NULL};
+    ibl_json_at m[sizeof keys / sizeof *keys - 1];
+
+    if (!at->value)
+        return true;
+    if (!ibl_json_object(at, keys))
+        return false;
+    for (int i = 0; keys[i]; i++)
+        m[i] = ibl_json_member(at, keys[i]);
+    return (!m[0].value ||
+            ibl_json_int(&m[0], 1, IBL_MAX_CUBE_SIZE, &b->size)) &&
+           (!m[1].value || take_levels(&m[1], b->size, &b->levels)) &&
+           (!m[2].value || ibl_json_choice(&m[2], mappings, &b->mapping)) &&
+           (!m[3].value || ibl_json_choice(&m[3], methods, &b->method)) &&
+           (!m[4].value || ibl_json_int(&m[4], 1, 1048576, &b->samples)) &&
+           (!m[5].value ||
+            ibl_json_real(&m[5], 1e-4, 1, false, &b->tolerance)) &&
+           (!m[6].value || ibl_json_choice(&m[6], ibl_set_pixels, &b->pixel)) &&
+           (!m[7].value ||
+            ibl_json_choice(&m[7], ibl_set_containers, &b->container)) &&
+           (!m[8].value || take_irradiance(&m[8], &b->irradiance)) &&
+           (!m[9].value || ibl_json_int(&m[9], 1, 4096, &b->lut_size));
+}
+
+/* Entries in the order in which a point takes them; layers are in the same. */
+static bool sort(ibl_probe_set *set)
+{
+    const size_t n = (size_t)set->count;
+    ibl_set_entry *from = calloc(n, sizeof *from);
+    ibl_probe *probes = calloc(n, sizeof *probes);
+    int *order = calloc(n, sizeof *order);
+    const bool ok = from && probes && order;
+
+    for (size_t i = 0; i < n && ok; i++) {
+        from[i] = set->entry[i];
+        probes[i] = from[i].probe;
+    }
+    if (ok)
+        ibl_probes_order(probes, set->count, order);
+    for (int i = 0; i < set->count && ok; i++) {
+        set->entry[i] = from[order[i]];
+        set->entry[i].probe.layer = i;
+    }
+    free(from);
+    free(probes);
+    free(order);
+    return ok;
+}
+
+static bool take_set(const ibl_json_at *root, ibl_probe_set *set)
+{
+    static const char *const keys[] = {"version", "defaults", "global",
+                                       "probes", NULL};
+    const ibl_json_at version = ibl_json_member(root, "version");
+    const ibl_json_at defaults = ibl_json_member(root, "defaults");
+    const ibl_json_at global = ibl_json_member(root, "global");
+    const ibl_json_at probes = ibl_json_member(root, "probes");
+    const size_t most = IBL_MAX_SET_LAYERS - (global.value != NULL);
+    int number;
+
+    if (!ibl_json_object(root, keys) ||
+        !ibl_json_int(&version, IBL_SET_VERSION, IBL_SET_VERSION, &number) ||
+        !take_defaults(&defaults, &set->bake) ||
+        !ibl_json_array(&probes, 1, most))
+        return false;
+    const size_t count = json_array_size(probes.value);
+    set->entry = calloc(count + 1, sizeof *set->entry);
+    if (!set->entry)
+        return no_memory(root);
+    for (size_t i = 0; i < count; i++) {
+        const ibl_json_at probe = ibl_json_element(&probes, i);
+        const bool ok = take_probe(&probe, set, &set->entry[i]);
+        set->count++;
+        if (!ok)
+            return false;
+    }
+    set->has_global = global.value != NULL;
+    if (global.value && !take_global(&global, &set->entry[count]))
+        return false;
+    return sort(set) || no_memory(root);
+}
+
+bool ibl_probe_set_read(const char *path, ibl_console *console,
+                        ibl_probe_set *set)
+{
+    ibl_json_file file;
+
+    *set = (ibl_probe_set){.path = path, .bake = bake_default()};
+    if (!ibl_json_open(&file, path, console))
+        return false;
+    const ibl_json_at root = ibl_json_root(&file);
+    const bool ok = take_set(&root, set);
+    json_decref(file.root);
+    return ok;
+}
+
+void ibl_probe_set_free(ibl_probe_set *set)
+{
+    for (int i = 0; set->entry && i < ibl_probe_set_layers(set); i++) {
+        free(set->entry[i].name);
+        for (int k = 0; k < set->entry[i].capture.count; k++)
+            free(set->entry[i].capture.file[k]);
+        free(set->entry[i].capture.place);
+    }
+    free(set->entry);
+    *set = (ibl_probe_set){0};
+}

@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: MIT */
+/* A set of reflection probes as SET.json names it: what iblbake-probes(1)
+ * says of the file. */
+#ifndef CLI_PROBE_SET_H
+#define CLI_PROBE_SET_H
+
+#include <stdbool.h>
+
+#include <ibl/ibl.h>
+#include <ibl/io.h>
+#include <ibl/probes.h>
+
+#include "cli/json_at.h"
+
+/* Cubes in an array: 2048 layers of six faces is what Direct3D 11 and desktop
+ * OpenGL 4 promise. */
+#define IBL_MAX_SET_LAYERS 341
+#define IBL_SET_VERSION 1
+
+typedef enum ibl_capture_kind {
+    IBL_CAPTURE_EQUIRECT,
+    IBL_CAPTURE_CROSS,
+    IBL_CAPTURE_FACES
+} ibl_capture_kind;
+
+/* "equirect", "cross" or "faces". */
+const char *ibl_capture_name(ibl_capture_kind kind);
+
+typedef struct ibl_capture {
+    ibl_capture_kind kind;
+    int count;             /* of files: 1 or 6 */
+    char *file[IBL_FACES]; /* relative to the working directory */
+    char *place;           /* "probes[3].capture" */
+} ibl_capture;
+
+typedef struct ibl_set_entry {
+    char *name; /* "" of the global environment */
+    ibl_capture capture;
+    ibl_probe probe; /* layer included; unused of the global environment */
+} ibl_set_entry;
+
+/* What all layers have in common; 0 and -1 as in the library's options. */
+typedef struct ibl_set_bake {
+    int size, levels;
+    int mapping; /* ibl_roughness_map */
+    int method;  /* ibl_method */
+    int samples;
+    double tolerance;
+    int pixel;      /* ibl_pixel */
+    int container;  /* ibl_container */
+    int irradiance; /* edge; 0: spherical harmonics in the index */
+    int lut_size;
+} ibl_set_bake;
+
+typedef struct ibl_probe_set {
+    const char *path;
+    ibl_set_bake bake;
+    int count;      /* of probes, in the order of ibl_probes_order */
+    int has_global; /* entry[count] is the global environment */
+    ibl_set_entry *entry;
+} ibl_probe_set;
+
+/* Layers of the arrays: probes and the global environment. */
+int ibl_probe_set_layers(const ibl_probe_set *set);
+
+/* Reads a set; false after one line on stderr. Freed with
+ * ibl_probe_set_free, after a failure too. */
+bool ibl_probe_set_read(const char *path, ibl_console *console,
+                        ibl_probe_set *set);
+void ibl_probe_set_free(ibl_probe_set *set);
+
+/* What a member may be; the values of the options, too. */
+extern const char *const ibl_set_containers[];
+extern const char *const ibl_set_pixels[];
+
+/* Checks and takes a volume, {"box": ..} or {"sphere": ..}. */
+bool ibl_set_volume(const ibl_json_at *at, ibl_volume *volume);
+/* Checks a capture; file names are not looked at. */
+bool ibl_set_capture(const ibl_json_at *at, ibl_capture_kind *kind);
+
+#endif

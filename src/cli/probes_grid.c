@@ -1,0 +1,373 @@
+/* SPDX-License-Identifier: MIT */
+/* A grid of probes in a box, as a set to complete with captures. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/json_text.h"
+#include "cli/probes.h"
+#include "cli/signals.h"
+#include "cli/start.h"
+#include "cli/words.h"
+
+#define FARTHEST 1e12
+
+enum {
+    MOST_ALONG = 1000 /* cells along an axis */
+};
+
+typedef struct grid {
+    const ibl_json_file *file;
+    double low[3], high[3];
+    int counts[3];
+    double cell[3];
+    const char *name;
+    const json_t *capture;
+    json_t *solid; /* array of {"min", "max"}, or NULL */
+    double blend;
+    int priority;
+    json_t *set;
+    int made, skipped;
+} grid;
+
+/* ---- reading ----------------------------------------------------------- */
+
+static bool take_box(const ibl_json_at *at, double low[3], double high[3])
+{
+    const ibl_json_at min = ibl_json_member(at, "min");
+    const ibl_json_at max = ibl_json_member(at, "max");
+
+    if (!ibl_json_triple(&min, -FARTHEST, FARTHEST, false, low) ||
+        !ibl_json_triple(&max, -FARTHEST, FARTHEST, false, high))
+        return false;
+    for (size_t k = 0; k < 3; k++)
+        if (high[k] <= low[k]) {
+            const ibl_json_at element = ibl_json_element(&max, k);
+            return ibl_json_wrong(&element, "a number above min's %.10g",
+                                  low[k]);
+        }
+    return true;
+}
+
+/* As many cells as keep probes no further apart than the spacing. */
+static bool take_spacing(const ibl_json_at *at, grid *g)
+{
+    double spacing[3];
+
+    if (json_is_array(at->value)) {
+        if (!ibl_json_triple(at, 0, FARTHEST, true, spacing))
+            return false;
+    } else {
+        if (!ibl_json_real(at, 0, FARTHEST, true, &spacing[0]))
+            return false;
+        spacing[1] = spacing[2] = spacing[0];
+    }
+    for (int k = 0; k < 3; k++) {
+        /* 3 / 0.1 is a little more than 30. */
+        const double n =
+            ceil((g->high[k] - g->low[k]) / spacing[k] * (1 - 1e-12));
+        if (n > MOST_ALONG)
+            return ibl_json_wrong(at, "at most %d cells along an axis",
+                                  MOST_ALONG);
+        g->counts[k] = n > 1 ? (int)n : 1;
+    }
+    return true;
+}
+
+static bool take_counts(const ibl_json_at *at, grid *g)
+{
+    if (!ibl_json_array(at, 3, 3))
+        return false;
+    for (size_t k = 0; k < 3; k++) {
+        const ibl_json_at element = ibl_json_element(at, k);
+        if (!ibl_json_int(&element, 1, MOST_ALONG, &g->counts[k]))
+            return false;
+    }
+    return true;
+}
+
+static bool take_name(const ibl_json_at *at, grid *g)
+{
+    static const char *const holders[] = {"{x}", "{y}", "{z}"};
+
+    g->name = "probe_{x}_{y}_{z}";
+    if (at->value && !ibl_json_text_at(at, &g->name))
+        return false;
+    for (int k = 0; k < 3; k++)
+        if (g->counts[k] > 1 && !strstr(g->name, holders[k]))
+            return ibl_json_wrong(
+                at, "a name with %s, as there are %d cells along that axis",
+                holders[k], g->counts[k]);
+    return true;
+}
+
+static bool take_solid(const ibl_json_at *at, grid *g)
+{
+    static const char *const keys[] = {"min", "max", NULL};
+    double low[3], high[3];
+
+    g->solid = (json_t *)at->value;
+    if (!at->value)
+        return true;
+    if (!ibl_json_array(at, 0, 1000000))
+        return false;
+    for (size_t i = 0; i < json_array_size(at->value); i++) {
+        const ibl_json_at box = ibl_json_element(at, i);
+        if (!ibl_json_object(&box, keys) || !take_box(&box, low, high))
+            return false;
+    }
+    return true;
+}
+
+static bool take_capture(const ibl_json_at *at, grid *g)
+{
+    ibl_capture_kind kind;
+
+    g->capture = at->value;
+    return !at->value || ibl_set_capture(at, &kind);
+}
+
+static bool take_blend(const ibl_json_at *at, grid *g)
+{
+    const double least = fmin(g->cell[0], fmin(g->cell[1], g->cell[2]));
+
+    g->blend = least / 2;
+    return !at->value || ibl_json_real(at, 0, least, false, &g->blend);
+}
+
+static bool take_grid(const ibl_json_at *root, grid *g)
+{
+    static const char *const keys[] = {
+        "version", "min",   "max",      "spacing",  "counts", "solid", "name",
+        "capture", "blend", "priority", "defaults", "global", "proxy", NULL};
+    ibl_json_at m[sizeof keys / sizeof *keys - 1];
+    ibl_volume proxy;
+    int version;
+
+    if (!ibl_json_object(root, keys))
+        return false;
+    for (int i = 0; keys[i]; i++)
+        m[i] = ibl_json_member(root, keys[i]);
+    if (!ibl_json_int(&m[0], IBL_SET_VERSION, IBL_SET_VERSION, &version) ||
+        !take_box(root, g->low, g->high))
+        return false;
+    if (!m[3].value == !m[4].value)
+        return ibl_json_wrong(root, "one of spacing and counts");
+    if (m[3].value ? !take_spacing(&m[3], g) : !take_counts(&m[4], g))
+        return false;
+    for (int k = 0; k < 3; k++)
+        g->cell[k] = (g->high[k] - g->low[k]) / g->counts[k];
+    return take_solid(&m[5], g) && take_name(&m[6], g) &&
+           take_capture(&m[7], g) && take_blend(&m[8], g) &&
+           (!m[9].value ||
+            ibl_json_int(&m[9], -1000000, 1000000, &g->priority)) &&
+           (!m[12].value || ibl_set_volume(&m[12], &proxy));
+}
+
+/* ---- making ------------------------------------------------------------ */
+
+static bool is_solid(const grid *g, const double p[3])
+{
+    const json_t *box;
+    size_t i;
+
+    json_array_foreach(g->solid, i, box)
+    {
+        bool inside = true;
+        for (size_t k = 0; k < 3 && inside; k++)
+            inside =
+                p[k] >= json_number_value(
+                            json_array_get(json_object_get(box, "min"), k)) &&
+                p[k] <= json_number_value(
+                            json_array_get(json_object_get(box, "max"), k));
+        if (inside)
+            return true;
+    }
+    return false;
+}
+
+/* A copy of a capture with {name} in its file names replaced; NULL: no
+ * memory. */
+static json_t *fill(const json_t *value, const char *name)
+{
+    const ibl_placeholder holder = {"name", name};
+    json_t *copy = NULL, *part;
+    const char *key;
+    size_t i;
+
+    if (json_is_string(value)) {
+        char *text = ibl_words_fill(json_string_value(value), &holder, 1);
+        copy = text ? json_string(text) : NULL;
+        free(text);
+    } else if (json_is_array(value)) {
+        copy = json_array();
+        json_array_foreach((json_t *)value, i, part)
+        {
+            json_array_append_new(copy, fill(part, name));
+        }
+    } else if (json_is_object(value)) {
+        copy = json_object();
+        json_object_foreach((json_t *)value, key, part)
+        {
+            json_object_set_new(copy, key, fill(part, name));
+        }
+    }
+    return copy;
+}
+
+static json_t *make_capture(const grid *g, const char *name)
+{
+    json_t *standard, *copy;
+
+    if (g->capture)
+        return fill(g->capture, name);
+    standard = json_pack("{ss}", "equirect", "captures/{name}.exr");
+    copy = fill(standard, name);
+    json_decref(standard);
+    return copy;
+}
+
+/* A probe in the middle of its cell, with an influence that reaches half the
+ * blending into the neighbours, so that the weights of two have the sum 1. */
+static bool add_probe(grid *g, const int at[3], const double p[3])
+{
+    char number[3][16];
+    const ibl_placeholder holders[] = {
+        {"x", number[0]}, {"y", number[1]}, {"z", number[2]}};
+    double half[3];
+
+    for (int k = 0; k < 3; k++) {
+        snprintf(number[k], sizeof number[k], "%d", at[k]);
+        half[k] = (g->cell[k] + g->blend) / 2;
+    }
+    char *name = ibl_words_fill(g->name, holders, 3);
+    const json_t *proxy = json_object_get(g->file->root, "proxy");
+    json_t *probe =
+        name ? json_pack("{ss s[fff] so s{s{s[fff] s[fff]}} sf}", "name", name,
+                         "position", p[0], p[1], p[2], "capture",
+                         make_capture(g, name), "influence", "box", "centre",
+                         p[0], p[1], p[2], "half", half[0], half[1], half[2],
+                         "blend", g->blend)
+             : NULL;
+    free(name);
+    if (probe && proxy)
+        json_object_set_new(probe, "proxy", json_deep_copy(proxy));
+    if (probe && g->priority)
+        json_object_set_new(probe, "priority", json_integer(g->priority));
+    return probe &&
+           !json_array_append_new(json_object_get(g->set, "probes"), probe);
+}
+
+/* x fastest, then y, then z. False after a line on stderr. */
+static bool add_probes(grid *g)
+{
+    const ibl_json_at root = ibl_json_root(g->file);
+    int at[3];
+
+    for (at[2] = 0; at[2] < g->counts[2]; at[2]++)
+        for (at[1] = 0; at[1] < g->counts[1]; at[1]++)
+            for (at[0] = 0; at[0] < g->counts[0]; at[0]++) {
+                double p[3];
+                for (int k = 0; k < 3; k++)
+                    p[k] = g->low[k] + (at[k] + 0.5) * g->cell[k];
+                if (is_solid(g, p)) {
+                    g->skipped++;
+                    continue;
+                }
+                if (++g->made > IBL_MAX_SET_LAYERS)
+                    return ibl_json_complain(
+                        &root,
+                        "expected a grid of at most %d probes, found more: "
+                        "choose a wider spacing",
+                        IBL_MAX_SET_LAYERS);
+                if (!add_probe(g, at, p))
+                    return ibl_json_complain(&root, "no memory for the set");
+            }
+    return g->made ||
+           ibl_json_complain(&root,
+                             "expected a cell that is free, found all "
+                             "%d solid",
+                             g->skipped);
+}
+
+static char *make_set(grid *g)
+{
+    static const char *const copied[] = {"defaults", "global", NULL};
+    char *text = NULL;
+
+    g->set = json_pack("{si}", "version", IBL_SET_VERSION);
+    for (int i = 0; copied[i]; i++) {
+        json_t *part = json_object_get(g->file->root, copied[i]);
+        if (part)
+            json_object_set(g->set, copied[i], part);
+    }
+    json_object_set_new(g->set, "probes", json_array());
+    if (add_probes(g)) {
+        text = ibl_json_text(g->set);
+        if (!text)
+            ibl_console_fail(g->file->console, "%s: no memory for the set",
+                             g->file->name);
+    }
+    json_decref(g->set);
+    return text;
+}
+
+/* ---- writing ------------------------------------------------------------ */
+
+static ibl_status write_set(const ibl_probes_opts *opts, ibl_console *console,
+                            const char *text)
+{
+    ibl_ctx *ctx = NULL;
+    ibl_outputs *outputs = NULL;
+    ibl_common common = opts->common;
+    ibl_status status;
+
+    if (!opts->output) {
+        fputs(text, stdout);
+        return IBL_OK;
+    }
+    ibl_signals_catch();
+    common.threads = 1;
+    status = ibl_start(&common, console, &ctx);
+    if (!status)
+        status = ibl_outputs_create(ctx, &outputs);
+    if (!status) {
+        ibl_outputs_sync(outputs, opts->sync);
+        ibl_signals_guard(outputs);
+        status = ibl_outputs_add(outputs, opts->output, text, strlen(text));
+    }
+    if (!status)
+        status = ibl_outputs_commit(outputs);
+    ibl_signals_guard(NULL);
+    ibl_outputs_free(outputs);
+    ibl_ctx_free(ctx);
+    return status;
+}
+
+int ibl_probes_grid(const ibl_probes_opts *opts)
+{
+    ibl_console console;
+    ibl_json_file file;
+    grid g = {.file = &file};
+    char *text = NULL;
+    ibl_status status = IBL_ERR_FORMAT;
+
+    ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
+    if (ibl_json_open(&file, opts->input, &console)) {
+        const ibl_json_at root = ibl_json_root(&file);
+        if (take_grid(&root, &g))
+            text = make_set(&g);
+        if (text)
+            status = write_set(opts, &console, text);
+    }
+    ibl_console_finish(&console);
+    if (status)
+        ibl_console_fail(&console, "%s", ibl_status_text(status));
+    else
+        ibl_console_info(&console, "placed %d probes, left out %d solid cells",
+                         g.made, g.skipped);
+    json_decref(file.root);
+    free(text);
+    return status ? 1 : 0;
+}

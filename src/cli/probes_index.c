@@ -1,0 +1,339 @@
+/* SPDX-License-Identifier: MIT */
+/* The index of a set: what iblbake-probes(1) says of index.json. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/json_text.h"
+#include "cli/probes.h"
+
+enum {
+    INDEX_VERSION = 1
+};
+
+static const char *const file_keys[] = {"specular", "irradiance", "brdf_lut"};
+
+void ibl_probes_index_free(ibl_probes_index *index)
+{
+    free(index->layer);
+    *index = (ibl_probes_index){0};
+}
+
+/* Name of what an index says but for its own hash. False: no memory. */
+static bool hash_index(json_t *root, char hash[IBL_HASH_SIZE])
+{
+    json_t *bare = json_copy(root);
+
+    json_object_del(bare, "hash");
+    char *text = json_dumps(bare, JSON_COMPACT | JSON_SORT_KEYS |
+                                      JSON_REAL_PRECISION(17));
+    if (text)
+        ibl_hash_bytes(text, strlen(text), hash);
+    json_decref(bare);
+    free(text);
+    return text != NULL;
+}
+
+/* ---- reading ----------------------------------------------------------- */
+
+static bool get_hash(const json_t *object, const char *key,
+                     char hash[IBL_HASH_SIZE])
+{
+    const char *text = json_string_value(json_object_get(object, key));
+
+    if (!text || !ibl_hash_is(text))
+        return false;
+    memcpy(hash, text, IBL_HASH_SIZE);
+    return true;
+}
+
+static bool get_layer(const json_t *entry, ibl_probes_index *index)
+{
+    const json_t *number = json_object_get(entry, "layer");
+    const json_t *saturated = json_object_get(entry, "saturated");
+    const json_t *sh = json_object_get(entry, "sh");
+    const json_int_t layer = json_integer_value(number);
+
+    if (!json_is_integer(number) || layer < 0 || layer >= index->layers ||
+        !json_is_integer(saturated))
+        return false;
+    ibl_probes_layer *l = &index->layer[layer];
+    l->saturated = (size_t)json_integer_value(saturated);
+    for (size_t i = 0; sh && i < IBL_PROBES_SH_NUMBERS; i++)
+        l->sh[i] =
+            json_number_value(json_array_get(json_array_get(sh, i / 3), i % 3));
+    return get_hash(entry, "hash", l->hash);
+}
+
+static bool get_file(const json_t *files, int kind, ibl_probes_index *index)
+{
+    const json_t *file = json_object_get(files, file_keys[kind]);
+    const char *name = json_string_value(json_object_get(file, "file"));
+    ibl_probes_texture *t = &index->file[kind];
+
+    if (!file)
+        return kind == IBL_PROBES_IRRADIANCE;
+    if (!name || strlen(name) >= sizeof t->name || strchr(name, '/'))
+        return false;
+    strcpy(t->name, name);
+    return get_hash(file, "hash", t->hash) &&
+           (kind != IBL_PROBES_LUT || get_hash(file, "inputs", t->inputs));
+}
+
+static bool take_index(json_t *root, ibl_probes_index *index)
+{
+    const json_t *files = json_object_get(root, "files");
+    const json_t *probes = json_object_get(root, "probes"), *probe;
+    const json_t *global = json_object_get(root, "global");
+    char said[IBL_HASH_SIZE], is[IBL_HASH_SIZE];
+    size_t i;
+
+    if (json_integer_value(json_object_get(root, "version")) != INDEX_VERSION ||
+        !get_hash(root, "hash", said) || !hash_index(root, is) ||
+        strcmp(said, is) != 0)
+        return false;
+    index->layers = (int)json_array_size(probes) + (global != NULL);
+    index->layer = calloc((size_t)index->layers + 1, sizeof *index->layer);
+    if (!index->layer)
+        return false;
+    json_array_foreach((json_t *)probes, i, probe)
+    {
+        if (!get_layer(probe, index))
+            return false;
+    }
+    if (global && !get_layer(global, index))
+        return false;
+    for (int kind = 0; kind < IBL_PROBES_TEXTURES; kind++)
+        if (!get_file(files, kind, index))
+            return false;
+    return true;
+}
+
+/* All of a file, ended by a NUL; NULL where it cannot be read. */
+static char *read_text(const char *path)
+{
+    FILE *from = fopen(path, "rb");
+    char *text = NULL;
+    size_t size = 0;
+    FILE *to = from ? open_memstream(&text, &size) : NULL;
+    char buffer[4096];
+    size_t got;
+
+    while (to && (got = fread(buffer, 1, sizeof buffer, from)) > 0)
+        fwrite(buffer, 1, got, to);
+    const bool failed = !to || ferror(from) || ferror(to);
+    if (from)
+        fclose(from);
+    if ((to && fclose(to)) || failed) {
+        free(text);
+        return NULL;
+    }
+    return text;
+}
+
+void ibl_probes_index_read(const char *path, char **text,
+                           ibl_probes_index *index)
+{
+    json_t *root = NULL;
+
+    *index = (ibl_probes_index){0};
+    *text = read_text(path);
+    if (*text)
+        root = json_loads(*text, JSON_REJECT_DUPLICATES, NULL);
+    if (!root || !take_index(root, index))
+        ibl_probes_index_free(index);
+    json_decref(root);
+}
+
+/* ---- writing ----------------------------------------------------------- */
+
+typedef struct builder {
+    const ibl_probe_set *set;
+    const ibl_probes_index *index;
+    const ibl_specular_options *options;
+    ibl_isa isa;
+    ibl_specular_layout layout;
+    bool failed;
+} builder;
+
+static void put(builder *b, json_t *object, const char *key, json_t *value)
+{
+    b->failed |= json_object_set_new(object, key, value) != 0;
+}
+
+static void append(builder *b, json_t *array, json_t *value)
+{
+    b->failed |= json_array_append_new(array, value) != 0;
+}
+
+static json_t *triple(builder *b, const double v[3])
+{
+    json_t *j = json_array();
+    for (int k = 0; k < 3; k++)
+        append(b, j, json_real(v[k]));
+    return j;
+}
+
+static json_t *volume(builder *b, const ibl_volume *v)
+{
+    json_t *j = json_object(), *shape = json_object();
+    put(b, shape, "centre", triple(b, v->centre));
+    if (v->shape == IBL_SHAPE_BOX)
+        put(b, shape, "half", triple(b, v->half));
+    else
+        put(b, shape, "radius", json_real(v->half[0]));
+    put(b, j, v->shape == IBL_SHAPE_BOX ? "box" : "sphere", shape);
+    return j;
+}
+
+static json_t *generator(builder *b)
+{
+    json_t *j = json_object();
+    put(b, j, "name", json_string("iblbake"));
+    put(b, j, "version", json_string(IBL_VERSION));
+    if (*IBL_REVISION)
+        put(b, j, "revision", json_string(IBL_REVISION));
+    put(b, j, "isa", json_string(ibl_isa_name(b->isa)));
+    return j;
+}
+
+static json_t *file(builder *b, ibl_probes_file kind)
+{
+    const ibl_probes_texture *t = &b->index->file[kind];
+    const ibl_set_bake *bake = &b->set->bake;
+    const bool lut = kind == IBL_PROBES_LUT;
+    const ibl_pixel pixel = !lut ? (ibl_pixel)bake->pixel
+                            : bake->pixel == IBL_PIXEL_RGBA32F
+                                ? IBL_PIXEL_RG32F
+                                : IBL_PIXEL_RG16F;
+    json_t *j = json_object();
+
+    put(b, j, "file", json_string(t->name));
+    put(b, j, "container",
+        json_string(ibl_container_name((ibl_container)bake->container)));
+    put(b, j, "pixel", json_string(ibl_pixel_name(pixel)));
+    put(b, j, "size",
+        json_integer(kind == IBL_PROBES_SPECULAR     ? b->layout.size
+                     : kind == IBL_PROBES_IRRADIANCE ? bake->irradiance
+                                                     : bake->lut_size));
+    put(b, j, "levels",
+        json_integer(kind == IBL_PROBES_SPECULAR ? b->layout.levels : 1));
+    put(b, j, "layers", json_integer(lut ? 1 : b->index->layers));
+    put(b, j, "hash", json_string(t->hash));
+    if (lut)
+        put(b, j, "inputs", json_string(t->inputs));
+    return j;
+}
+
+static json_t *files(builder *b)
+{
+    json_t *j = json_object();
+    for (int kind = 0; kind < IBL_PROBES_TEXTURES; kind++)
+        if (*b->index->file[kind].name)
+            put(b, j, file_keys[kind], file(b, (ibl_probes_file)kind));
+    return j;
+}
+
+static json_t *specular(builder *b)
+{
+    const bool linear = b->options->mapping == IBL_ROUGHNESS_LINEAR;
+    json_t *j = json_object(), *roughness = json_array();
+
+    for (int l = 0; l < b->layout.levels; l++)
+        append(b, roughness, json_real(b->layout.roughness[l]));
+    put(b, j, "lobe", json_string(ibl_lobe_name(b->options->lobe)));
+    put(b, j, "mapping",
+        json_string(ibl_roughness_map_name(b->options->mapping)));
+    put(b, j, "roughness", roughness);
+    put(b, j, "lod",
+        json_string(linear ? "roughness * lod_scale + lod_offset"
+                           : "roughness * (2 - roughness) * lod_scale + "
+                             "lod_offset"));
+    put(b, j, "lod_scale", json_real(b->layout.lod_scale));
+    put(b, j, "lod_offset", json_real(b->layout.lod_offset + 0.0));
+    return j;
+}
+
+static json_t *irradiance(builder *b)
+{
+    const bool sh = !b->set->bake.irradiance;
+    json_t *j = json_object();
+
+    put(b, j, "kind", json_string(sh ? "sh" : "cube"));
+    put(b, j, "scale", json_string("E/pi"));
+    if (!sh)
+        return j;
+    put(b, j, "degree", json_integer(IBL_PROBES_SH_DEGREE));
+    put(b, j, "basis",
+        json_string("real, orthonormal, polar axis +Z, no Condon-Shortley "
+                    "phase: Y(1,-1), Y(1,0), Y(1,1) = +sqrt(3/4pi) y, z, x"));
+    put(b, j, "order", json_string("coefficient l (l + 1) + m, [R, G, B]"));
+    return j;
+}
+
+static void put_layer(builder *b, json_t *j, int layer)
+{
+    const ibl_probes_layer *l = &b->index->layer[layer];
+
+    put(b, j, "saturated", json_integer((json_int_t)l->saturated));
+    if (!b->set->bake.irradiance) {
+        json_t *sh = json_array();
+        for (int i = 0; i < IBL_PROBES_SH_NUMBERS; i += 3)
+            append(b, sh, triple(b, &l->sh[i]));
+        put(b, j, "sh", sh);
+    }
+    put(b, j, "hash", json_string(l->hash));
+}
+
+static json_t *probe(builder *b, int i)
+{
+    const ibl_set_entry *e = &b->set->entry[i];
+    json_t *j = json_object();
+
+    put(b, j, "name", json_string(e->name));
+    put(b, j, "layer", json_integer(e->probe.layer));
+    put(b, j, "priority", json_integer(e->probe.priority));
+    put(b, j, "position", triple(b, e->probe.position));
+    put(b, j, "influence", volume(b, &e->probe.influence));
+    put(b, j, "blend", json_real(e->probe.blend));
+    if (e->probe.has_proxy)
+        put(b, j, "proxy", volume(b, &e->probe.proxy));
+    put_layer(b, j, i);
+    return j;
+}
+
+char *ibl_probes_index_text(const ibl_probe_set *set,
+                            const ibl_probes_index *index,
+                            const ibl_specular_options *options, ibl_isa isa)
+{
+    builder b = {.set = set, .index = index, .options = options, .isa = isa};
+    json_t *root = json_object(), *probes = json_array();
+    char hash[IBL_HASH_SIZE], *text = NULL;
+
+    ibl_specular_layout_of(options, &b.layout);
+    put(&b, root, "version", json_integer(INDEX_VERSION));
+    put(&b, root, "generator", generator(&b));
+    put(&b, root, "world",
+        json_string("right-handed, +Y up; faces +X -X +Y -Y +Z -Z, row 0 on "
+                    "top"));
+    put(&b, root, "files", files(&b));
+    put(&b, root, "specular", specular(&b));
+    put(&b, root, "irradiance", irradiance(&b));
+    for (int i = 0; i < set->count; i++)
+        append(&b, probes, probe(&b, i));
+    put(&b, root, "probes", probes);
+    if (set->has_global) {
+        json_t *global = json_object();
+        put(&b, global, "layer", json_integer(set->count));
+        put_layer(&b, global, set->count);
+        put(&b, root, "global", global);
+    }
+    if (!b.failed && hash_index(root, hash)) {
+        put(&b, root, "hash", json_string(hash));
+        if (!b.failed)
+            text = ibl_json_text(root);
+    }
+    json_decref(root);
+    return text;
+}

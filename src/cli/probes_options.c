@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: MIT */
+/* iblbake probes on the command line. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/probes.h"
+
+#define FROM_SET "what the set says"
+
+static bool parse_irradiance(void *field, const char *value)
+{
+    char *end;
+    const long n = strtol(value, &end, 10);
+
+    if (!strcmp(value, "sh")) {
+        *(int *)field = 0;
+        return true;
+    }
+    if (end == value || *end || n < 1 || n > IBL_MAX_CUBE_SIZE)
+        return false;
+    *(int *)field = (int)n;
+    return true;
+}
+
+#define FLAG(field) IBL_FLAG(ibl_probes_opts, field)
+#define TEXT(field, what) IBL_TEXT(ibl_probes_opts, field, what)
+#define INT(field, lo, hi) IBL_INT(ibl_probes_opts, field, lo, hi)
+#define CHOICE(field, names) IBL_CHOICE(ibl_probes_opts, field, names)
+#define OTHER(field, what, parse) IBL_OTHER(ibl_probes_opts, field, what, parse)
+
+/* clang-format off */
+static const ibl_option outputs[] = {
+    {"output", 'o', TEXT(output, "DIR"), .standard = "",
+     .help = "directory of the outputs, made if it is not there; required. "
+             "With --grid the file that the set is written to, or else "
+             "standard output"},
+    {"force", 0, FLAG(force),
+     .help = "bake every probe, whatever a former run left"},
+    {"grid", 0, FLAG(grid),
+     .help = "bake nothing: SET.json describes a grid, of which a set is made"},
+    {"sync", 0, FLAG(sync),
+     .help = "wait until everything is on the disk, so that a power cut "
+             "leaves whole files"},
+};
+
+static const ibl_option overrides[] = {
+    {"container", 0, CHOICE(container, ibl_set_containers),
+     .standard = FROM_SET,
+     .help = "container of the arrays, and the extension of their files"},
+    {"pixel", 0, CHOICE(pixel, ibl_set_pixels), .standard = FROM_SET,
+     .help = "texels of the arrays"},
+    {"size", 0, INT(size, 1, IBL_MAX_CUBE_SIZE), .standard = FROM_SET,
+     .help = "edge of the largest specular level in texels"},
+    {"levels", 0, INT(levels, 1, IBL_MAX_LEVELS), .standard = FROM_SET,
+     .help = "number of specular levels"},
+    {"irradiance", 0, OTHER(irradiance, "N", parse_irradiance),
+     .allowed = "1 to 16384 or sh", .standard = FROM_SET,
+     .help = "edge of the irradiance cubes; sh: spherical harmonics in the "
+             "index instead"},
+};
+/* clang-format on */
+
+static const ibl_section *const sections[] = {
+    IBL_SECTION("Outputs", outputs),
+    IBL_SECTION("In place of what the set says", overrides),
+    &ibl_input_section,
+    &ibl_running_section,
+    NULL,
+};
+
+static void defaults(void *settings)
+{
+    *(ibl_probes_opts *)settings =
+        (ibl_probes_opts){.common = ibl_common_default(),
+                          .container = -1,
+                          .pixel = -1,
+                          .size = -1,
+                          .levels = -1,
+                          .irradiance = -1};
+}
+
+static bool take(void *settings, const char *word)
+{
+    ibl_probes_opts *o = settings;
+
+    if (o->input)
+        return ibl_misuse("%s: a second set after %s: bake one at a time", word,
+                          o->input);
+    if (!*word || !strcmp(word, "-"))
+        return ibl_misuse("a set is a file, beside which its captures are "
+                          "looked for: give its name");
+    o->input = word;
+    return true;
+}
+
+static bool finish(void *settings)
+{
+    const ibl_probes_opts *o = settings;
+
+    if (!o->input)
+        return ibl_misuse("no set: iblbake probes [options] SET.json -o DIR, "
+                          "see iblbake probes --help");
+    if (!o->output && !o->grid)
+        return ibl_misuse("no output directory: add -o DIR");
+    return ibl_common_finish(&o->common);
+}
+
+const ibl_command ibl_probes_command = {
+    .name = "probes",
+    .usage = "[options] SET.json -o DIR",
+    .brief = "bake a set of reflection probes into cube arrays",
+    .intro =
+        "Bakes the reflection probes that SET.json names, and of them only "
+        "what changed\n"
+        "since the last time, into what an engine loads:\n"
+        "  DIR/probes_specular.EXT    cube array, a layer for each probe\n"
+        "  DIR/probes_irradiance.EXT  cube array, E/pi\n"
+        "  DIR/brdf_lut.EXT           scale and bias of F0\n"
+        "  DIR/index.json             probes with their layers and volumes\n",
+    .statuses = "0 done, 1 failed, 2 wrong usage",
+    .sections = sections,
+    .settings_size = sizeof(ibl_probes_opts),
+    .defaults = defaults,
+    .take = take,
+    .finish = finish,
+    .run = ibl_probes_run,
+};

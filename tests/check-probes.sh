@@ -1,0 +1,481 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# Runs `iblbake probes` as a user would: sets against bakes of their maps one
+# by one, what is baked again and what is not, mistakes in sets, grids. BUILD
+# names the build.
+set -u
+top=$PWD
+build=$(cd "${BUILD:-build}" && pwd) || exit 1
+program=$build/iblbake
+[ -x "$program" ] || { echo "$program: not built"; exit 1; }
+command -v node >/dev/null || { echo 'node is missing'; exit 1; }
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+mkdir "$work/bin"
+${CC:-cc} -std=c11 -o "$work/bin/mkenv" tests/cli/mkenv.c -lm || exit 1
+ln -s "$program" "$work/bin/iblbake"
+export PATH=$work/bin:$PATH
+mkenv hdr 32 16 >"$work/sun.hdr"
+mkenv exr 64 32 BGR >"$work/mild.exr"
+mkenv exr 32 16 BGR >"$work/other.exr"
+cd "$work" || exit 1
+
+passed=0 failed=0
+verdict() { # NAME [WHY]: no reason, no failure
+    if [ -z "$2" ]; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "FAILED: $1: $2"
+    fi
+}
+layer() { node "$top/tests/cli/layer.mjs" "$@"; }
+# Which layers a run baked, by name.
+baked() {
+    iblbake probes "$@" -v 2>err >/dev/null || { cat err; return; }
+    sed -n 's/.*layer [0-9]*: \(.*\): baked$/\1/p' err | paste -sd' '
+}
+expect() { # WANT, [options]: which layers are baked
+    local want=$1 got
+    shift
+    got=$(baked "$@")
+    [ "$got" = "$want" ] || echo "baked '$got', not '$want'; "
+}
+state() { find "$1" -type f -printf '%p %i %T@\n' | sort; }
+
+# Three probes, of which two come in another order, and the sky.
+cat >set.json <<'END'
+{"version": 1,
+ "defaults": {"size": 16, "levels": 3, "irradiance": 4, "lut_size": 16},
+ "global": {"capture": {"equirect": "other.exr"}},
+ "probes": [
+  {"name": "hall", "position": [0, 1, 0], "capture": {"equirect": "mild.exr"},
+   "influence": {"box": {"centre": [0, 1, 0], "half": [4, 2, 4]}}, "blend": 1,
+   "proxy": {"sphere": {"centre": [0, 1, 0], "radius": 6}}},
+  {"name": "lamp", "position": [1, 1, 0], "capture": {"equirect": "sun.hdr"},
+   "influence": {"sphere": {"centre": [1, 1, 0], "radius": 1}}}
+ ]}
+END
+edit() { # JSON changed by a line of JavaScript on s
+    node -e "const fs = require('fs');
+        const s = JSON.parse(fs.readFileSync('$1')); $2;
+        fs.writeFileSync('$3', JSON.stringify(s))"
+}
+
+test_layers_are_single_bakes() {
+    local size='--size 16 --levels 3 --irradiance-size 4 --lut-size 16'
+    iblbake probes -q set.json -o out || echo 'failed '
+    set -- lamp sun.hdr hall mild.exr global other.exr
+    for layer in 0 1 2; do
+        # shellcheck disable=SC2086
+        iblbake -q $size "$2" -o one --name "$1" || echo 'failed '
+        layer out/probes_specular.ktx2 $layer "one/$1_specular.ktx2"
+        layer out/probes_irradiance.ktx2 $layer "one/$1_irradiance.ktx2"
+        shift 2
+    done
+    layer out/brdf_lut.ktx2 0 one/brdf_lut.ktx2
+}
+test_index() {
+    node -e "const i = JSON.parse(require('fs').readFileSync('out/index.json'));
+        const same = (a, b) => JSON.stringify(a) === JSON.stringify(b) ||
+            console.log(JSON.stringify(a), 'is not', JSON.stringify(b));
+        same(i.version, 1);
+        same(i.probes.map(p => [p.name, p.layer]), [['lamp', 0], ['hall', 1]]);
+        same(i.global.layer, 2);
+        same(i.probes[1].influence, {box: {centre: [0, 1, 0],
+            half: [4, 2, 4]}});
+        same([i.probes[1].blend, i.probes[0].blend], [1, 0]);
+        same(i.probes[1].proxy, {sphere: {centre: [0, 1, 0], radius: 6}});
+        same(i.probes[0].proxy, undefined);
+        same(i.specular.roughness, [0, 0.5, 1]);
+        same([i.specular.lod_scale, i.specular.lod_offset], [2, 0]);
+        same(i.files.specular.layers, 3);
+        same(Object.values(i.files).map(f => f.file), ['probes_specular.ktx2',
+            'probes_irradiance.ktx2', 'brdf_lut.ktx2']);"
+}
+test_any_number_of_threads() {
+    for threads in 1 3; do
+        iblbake probes -q -j $threads set.json -o "j$threads"
+        diff -r out "j$threads"
+    done
+}
+
+# ---- what is baked again -------------------------------------------------
+test_unchanged_is_left_alone() {
+    local before
+    before=$(state out)
+    expect '' set.json -o out
+    [ "$before" = "$(state out)" ] || echo 'files were written'
+}
+# An incremental run leaves what a run from the start does.
+like_new() { # SET, [options]
+    rm -rf new
+    iblbake probes -q "$@" -o new
+    diff -r new inc
+}
+test_one_capture_changes() {
+    rm -rf inc && cp -a out inc
+    cp mild.exr saved && mkenv exr 48 24 BGR >mild.exr
+    expect 'hall' set.json -o inc
+    like_new set.json
+    mv saved mild.exr
+    expect 'hall' set.json -o inc
+    diff -r out inc
+}
+test_places_change() {
+    rm -rf inc && cp -a out inc
+    edit set.json 's.probes[0].influence.box.half[0] = 3;
+        s.probes[0].name = "room"; s.probes[1].blend = 0.5' moved.json
+    expect '' moved.json -o inc
+    like_new moved.json
+    # The hall goes before the lamp, so that layers change places.
+    edit set.json 's.probes[0].priority = 1' first.json
+    expect '' first.json -o inc
+    like_new first.json
+}
+test_probes_come_and_go() {
+    rm -rf inc && cp -a out inc
+    edit set.json 's.probes.push({...s.probes[0], name: "twin",
+        priority: -1})' more.json
+    expect '' more.json -o inc
+    like_new more.json
+    edit set.json 's.probes.shift(); delete s.global' less.json
+    expect '' less.json -o inc
+    like_new less.json
+    expect 'hall (global)' set.json -o inc
+    diff -r out inc
+}
+test_equal_captures_are_baked_once() {
+    cp sun.hdr again.hdr
+    edit set.json 's.probes[0].capture.equirect = "again.hdr"' equal.json
+    expect 'lamp (global)' equal.json -o equal
+    layer equal/probes_specular.ktx2 1 one/lamp_specular.ktx2
+}
+test_options_change() {
+    rm -rf inc && cp -a out inc
+    expect 'lamp hall (global)' set.json -o inc --size 8
+    expect 'lamp hall (global)' set.json -o inc
+    diff -r out inc
+    expect '' set.json -o inc --container dds
+    rm inc/*.ktx2
+    like_new set.json --container dds
+    expect '' set.json -o inc
+    rm inc/*.dds
+    diff -r out inc
+}
+test_force() {
+    local before
+    rm -rf inc && cp -a out inc
+    before=$(state inc)
+    expect 'lamp hall (global)' set.json -o inc --force
+    diff -r out inc
+    [ -z "$(comm -12 <(echo "$before") <(state inc))" ] || echo 'files are old'
+}
+test_damage_is_mended() {
+    local f
+    for f in out/*; do
+        f=${f#out/}
+        for how in missing cut flipped empty directory_gone; do
+            rm -rf inc && cp -a out inc
+            case $how in
+            missing) rm "inc/$f" ;;
+            cut) truncate -s -1 "inc/$f" ;;
+            flipped) printf '\377' | dd of="inc/$f" bs=1 seek=200 conv=notrunc \
+                status=none ;;
+            empty) : >"inc/$f" ;;
+            directory_gone) rm -rf inc ;;
+            esac
+            iblbake probes -q set.json -o inc || echo "$f $how: failed"
+            diff -r out inc >/dev/null || echo "$f $how: not mended"
+        done
+    done
+    # An index that fits no file, or is of another version.
+    for change in 's.files.specular.file = "../../x"' 's.version = 2' \
+        's.probes[0].layer = 1' 's.hash = "0"' 's.probes = 3'; do
+        rm -rf inc && cp -a out inc
+        edit out/index.json "$change" inc/index.json
+        iblbake probes -q set.json -o inc || echo "$change: failed"
+        diff -r out inc >/dev/null || echo "$change: not mended"
+    done
+}
+test_harmonics() {
+    rm -rf inc && cp -a out inc
+    iblbake probes -q set.json -o inc --irradiance sh || echo 'failed '
+    rm inc/probes_irradiance.ktx2
+    rm -rf new && iblbake probes -q set.json -o new --irradiance sh
+    diff -r new inc
+    cmp new/probes_specular.ktx2 out/probes_specular.ktx2
+    expect '' set.json -o inc --irradiance sh
+    iblbake -q mild.exr -o one --only json
+    node -e "const read = f => JSON.parse(require('fs').readFileSync(f));
+        const a = read('new/index.json').probes[1].sh;
+        const b = read('one/mild.json').sh.irradiance;
+        if (a.length !== 9 || a.flat().some((x, i) => !(Math.abs(
+            x - b.flat()[i]) < 1e-6))) console.log('not the sidecar\\'s')"
+}
+
+# ---- cubes ----------------------------------------------------------------
+# The same cube as faces and as both crosses: flat RGBE, each texel a colour
+# of its own. Level 0 is the cube itself.
+cat >cube.mjs <<'END'
+import fs from 'fs';
+const n = 16, rgbe = (f, x, y) => [30 + 40 * f, 20 + 14 * x, 20 + 14 * y, 129];
+const write = (name, w, h, at) => {
+    const bytes = [];
+    for (let y = 0; y < h; y++)
+        for (let x = 0; x < w; x++) bytes.push(...(at(x, y) ?? [0, 0, 0, 0]));
+    fs.writeFileSync(name, Buffer.concat([Buffer.from(
+        `#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y ${h} +X ${w}\n`),
+        Buffer.from(bytes)]));
+};
+for (let f = 0; f < 6; f++)
+    write(`face${f}.hdr`, n, n, (x, y) => rgbe(f, x, y));
+const lying = [[-1, 2, -1, -1], [1, 4, 0, 5], [-1, 3, -1, -1]];
+const cell = (grid, x, y) => grid[Math.floor(y / n)][Math.floor(x / n)];
+write('lying.hdr', 4 * n, 3 * n, (x, y) => cell(lying, x, y) < 0 ? null :
+    rgbe(cell(lying, x, y), x % n, y % n));
+const upright = [[-1, 2, -1], [1, 4, 0], [-1, 3, -1], [-1, 5, -1]];
+write('upright.hdr', 3 * n, 4 * n, (x, y) => {
+    const f = cell(upright, x, y);
+    if (f < 0) return null;
+    return f === 5 ? rgbe(5, n - 1 - x % n, n - 1 - y % n)
+                   : rgbe(f, x % n, y % n);
+});
+write('narrow.hdr', 8, 16, () => [9, 9, 9, 129]);
+write('small.hdr', 8, 8, () => [9, 9, 9, 129]);
+END
+node cube.mjs
+test_cubes() {
+    local f='["face0.hdr","face1.hdr","face2.hdr","face3.hdr","face4.hdr",
+        "face5.hdr"]'
+    edit set.json "delete s.global; s.probes = ['faces', 'cross', 'cross'].map(
+        (k, i) => ({...s.probes[0], name: 'p' + i, capture: {[k]:
+        [$f, 'lying.hdr', 'upright.hdr'][i]}}))" cubes.json
+    expect 'p0 p1 p2' cubes.json -o cubes --pixel rgba32f
+    edit cubes.json 's.probes = s.probes.slice(0, 1)' cube.json
+    iblbake probes -q cube.json -o cube --pixel rgba32f
+    for layer in 0 1 2; do
+        layer cubes/probes_specular.ktx2 $layer cube/probes_specular.ktx2
+        layer cubes/probes_irradiance.ktx2 $layer cube/probes_irradiance.ktx2
+    done
+    node -e "const b = require('fs').readFileSync('cube/probes_specular.ktx2');
+        const from = Number(b.readBigUInt64LE(80));
+        for (let i = 0; i < 6 * 256; i++) {
+            const f = i >> 8, y = i >> 4 & 15, x = i & 15;
+            [30 + 40 * f, 20 + 14 * x, 20 + 14 * y].forEach((v, c) => {
+                const got = b.readFloatLE(from + 16 * i + 4 * c);
+                if (Math.abs(got - v / 128) > 0.01 && i % 97 === 0)
+                    console.log('face', f, x, y, c, got, v / 128);
+            });
+        }"
+    iblbake probes -q cube.json -o half --size 8 || echo 'half: failed'
+    iblbake probes -q cube.json -o odd --size 12 || echo 'odd: failed'
+    iblbake probes -q cube.json -o twice --size 32 || echo 'twice: failed'
+}
+
+# ---- mistakes --------------------------------------------------------------
+# One line a mistake: what is done to the set, and what the message says.
+wrong() { # CHANGE GLOB [SET]
+    edit "${3:-set.json}" "$1" bad.json
+    iblbake probes bad.json -o bad 2>err >printed
+    local status=$?
+    [ $status -eq 1 ] || echo "$1: status $status"
+    [ "$(wc -l <err)" = 1 ] || echo "$1: several lines or none"
+    [ ! -e bad ] || { echo "$1: left something"; rm -rf bad; }
+    # shellcheck disable=SC2254
+    case $(cat err) in
+    $2) ;;
+    *) echo "$1: $(cat err)" ;;
+    esac
+}
+test_mistakes() {
+    local change glob
+    while IFS='|' read -r change glob; do
+        [ -z "$change" ] || wrong "$change" "iblbake: bad.json: $glob"
+    done <<'END'
+s.version = 2|version: expected a whole number from 1 to 1, found 2
+delete s.version|version: expected *, found nothing
+s.extra = 1|extra: expected no such member, but version, defaults, global or probes; found "extra"
+s.probes = {}|probes: expected an array of 1 to 340, found an object without members
+s.probes = []|probes: expected *, found an array of 0
+delete s.probes|probes: expected *, found nothing
+s.probes[1] = 7|probes[[]1]: expected an object with name, *, found 7
+s.defaults = []|defaults: expected an object *, found an array of 0
+s.defaults.size = 0|defaults.size: expected a whole number from 1 to 16384, found 0
+s.defaults.size = 1.5|defaults.size: expected a whole number *, found 1.5
+s.defaults.size = "16"|defaults.size: expected a whole number *, found "16"
+s.defaults.levels = 6|defaults.levels: expected a whole number from 1 to 5, found 6
+s.defaults.pixel = "rgb8"|defaults.pixel: expected rgba16f, rgba32f, rgb9e5 or r11g11b10f, found "rgb8"
+s.defaults.container = null|defaults.container: expected ktx2, ktx or dds, found null
+s.defaults.irradiance = "SH"|defaults.irradiance: expected a whole number from 1 to 16384 or "sh", found "SH"
+s.defaults.mapping = 3|defaults.mapping: expected linear or filament, found 3
+s.defaults.method = "slow"|defaults.method: expected auto, spectral or sampled, found "slow"
+s.defaults.samples = -1|defaults.samples: expected *, found -1
+s.defaults.tolerance = 2|defaults.tolerance: expected a number from 0.0001 to 1, found 2
+s.defaults.lut_size = 5000|defaults.lut_size: expected a whole number from 1 to 4096, found 5000
+s.defaults.sise = 1|defaults.sise: expected no such member, *; found "sise"
+s.global = {}|global.capture: expected an object with equirect, cross or faces, found nothing
+s.global.name = "sky"|global.name: expected no such member, *
+delete s.probes[0].name|probes[[]0].name: expected a string that is not empty, found nothing
+s.probes[0].name = ""|probes[[]0].name: expected a string that is not empty, found ""
+s.probes[1].name = "hall"|probes[[]1].name: expected a name of its own, found "hall", which probes[[]0] has
+s.probes[0].positon = 1|probes[[]0].positon: expected no such member, *
+s.probes[0].position = [1, 2]|probes[[]0].position: expected an array of 3 numbers, found an array of 2
+s.probes[0].position[2] = "0"|probes[[]0].position[[]2]: expected a number from *, found "0"
+s.probes[0].position[0] = 1e300|probes[[]0].position[[]0]: expected a number *, found 1e+300
+delete s.probes[0].influence|probes[[]0].influence: expected an object with box or sphere, found nothing
+s.probes[0].influence = {}|probes[[]0].influence: expected one of box and sphere, found *
+s.probes[0].influence.sphere = {}|probes[[]0].influence: expected one of box and sphere, found *
+s.probes[0].influence.box.half[1] = 0|probes[[]0].influence.box.half[[]1]: expected a number above 0, up to *, found 0
+s.probes[0].influence.box.half[1] = true|probes[[]0].influence.box.half[[]1]: expected *, found true
+s.probes[0].influence.box.radius = 1|probes[[]0].influence.box.radius: expected no such member, but centre or half; *
+delete s.probes[1].influence.sphere.radius|probes[[]1].influence.sphere.radius: expected *, found nothing
+s.probes[1].influence.sphere.radius = -2|probes[[]1].influence.sphere.radius: expected a number above 0, *, found -2
+s.probes[0].blend = -1|probes[[]0].blend: expected a number from 0 to *, found -1
+s.probes[0].blend = 2.5|probes[[]0].blend: expected at most 2, half the influence's least width, found 2.5
+s.probes[0].proxy.sphere.centre = [9, 0, 0]|probes[[]0].proxy: expected a volume around the probe's position, found it outside
+s.probes[0].proxy = null|probes[[]0].proxy: expected an object *, found null
+s.probes[0].priority = 0.5|probes[[]0].priority: expected a whole number *, found 0.5
+s.probes[0].capture = "mild.exr"|probes[[]0].capture: expected an object *, found "mild.exr"
+s.probes[0].capture.cross = "x"|probes[[]0].capture: expected one of equirect, cross and faces, found *
+s.probes[0].capture = {faces: ["a"]}|probes[[]0].capture.faces: expected an array of 6 files, *, found an array of 1
+s.probes[0].capture = {faces: [1, 2, 3, 4, 5, 6]}|probes[[]0].capture.faces[[]0]: expected a string *, found 1
+s.probes[0].capture.equirect = 5|probes[[]0].capture.equirect: expected a string *, found 5
+s.probes[0].capture.equirect = "no.exr"|probes[[]0].capture.equirect: expected a file that can be read, found no.exr: No such file or directory
+s.probes[0].capture.equirect = "bin"|probes[[]0].capture.equirect: expected a file *, found bin: Is a directory
+s.probes[0].capture = {cross: "narrow.hdr"}|probes[[]0].capture.cross: narrow.hdr: expected a cross of 4 x 3 or 3 x 4 faces, found 8 x 16
+s.probes[0].capture = {faces: Array(6).fill("narrow.hdr")}|probes[[]0].capture.faces[[]0]: narrow.hdr: expected a square, found 8 x 16
+s.probes[0].capture = {faces: [...Array(5).fill("face0.hdr"), "small.hdr"]}|probes[[]0].capture.faces[[]5]: small.hdr: expected 16 x 16 as faces[[]0], found 8 x 8
+END
+}
+test_other_mistakes() {
+    local line
+    while IFS='|' read -r command status glob; do
+        [ -n "$command" ] || continue
+        (eval "$command") 2>err >/dev/null
+        line=$?
+        [ $line -eq "$status" ] || echo "$command: status $line"
+        # shellcheck disable=SC2254
+        case $(cat err) in
+        $glob) ;;
+        *) echo "$command: $(cat err)" ;;
+        esac
+        [ ! -e bad ] || { echo "$command: left something"; rm -rf bad; }
+    done <<'END'
+iblbake probes no.json -o bad|1|iblbake: no.json: cannot be read: No such file or directory
+iblbake probes bin -o bad|1|iblbake: bin: cannot be read: Is a directory
+echo '{"version": 1,}' >x.json; iblbake probes x.json -o bad|1|iblbake: x.json:1:15: no JSON: *
+echo '{"version": 1, "version": 1}' >x.json; iblbake probes x.json -o bad|1|iblbake: x.json:1:*: no JSON: duplicate*
+iblbake probes -o bad|2|iblbake: no set: *
+iblbake probes set.json|2|iblbake: no output directory: *
+iblbake probes set.json set.json -o bad|2|iblbake: set.json: a second set *
+iblbake probes set.json -o bad --levels 9|1|iblbake: --levels 9: a cube of size 16 *
+iblbake probes set.json -o bad --irradiance 0|2|iblbake: --irradiance 0: not a value *
+mkdir self; cp *.exr *.hdr self; cp set.json self/index.json; iblbake probes self/index.json -o self|1|iblbake: self/index.json: is both input and output: *
+END
+}
+test_failure_leaves_what_was() {
+    local before
+    rm -rf inc && cp -a out inc
+    before=$(state inc)
+    head -c 300 sun.hdr >cut.hdr
+    edit set.json 's.probes[0].capture.equirect = "cut.hdr"' cut.json
+    iblbake probes cut.json -o inc 2>err && echo 'no failure'
+    [ "$(wc -l <err)" = 1 ] || echo 'several lines or none'
+    [ "$before" = "$(state inc)" ] || echo 'something changed'
+}
+test_interrupted() {
+    local before pid
+    rm -rf inc && cp -a out inc
+    before=$(state inc)
+    edit set.json 's.defaults.method = "sampled"; s.defaults.samples = 1048576;
+        s.defaults.size = 128; delete s.defaults.levels' slow.json
+    iblbake probes slow.json -o inc &
+    pid=$!
+    sleep 0.5
+    kill -TERM $pid
+    wait $pid
+    [ $? -eq 143 ] || echo 'it was not interrupted'
+    [ "$before" = "$(state inc)" ] || echo 'something changed'
+    iblbake probes slow.json -o gone &
+    pid=$!
+    sleep 0.5
+    kill -HUP $pid
+    wait $pid
+    [ ! -e gone ] || echo 'a directory is left'
+}
+
+# ---- many, and grids --------------------------------------------------------
+test_sixty_four() {
+    local begin end
+    edit set.json 's.defaults.irradiance = 4; s.probes = Array.from({length: 64},
+        (_, i) => ({...s.probes[0], name: "p" + i, capture: {equirect:
+        "many/" + i + ".exr"}}))' many.json
+    mkdir many
+    for ((i = 0; i < 64; i++)); do
+        mkenv exr $((32 + i)) $((16 + i / 2)) BGR >many/$i.exr
+    done
+    iblbake probes -q --any-aspect many.json -o lots || echo 'failed '
+    expect '' --any-aspect many.json -o lots
+    mkenv exr 200 100 BGR >many/7.exr
+    expect 'p7' --any-aspect many.json -o lots
+    edit many.json 's.probes = Array(341).fill(s.probes[0])' toomany.json
+    wrong '' '*: probes: expected an array of 1 to 340, *' toomany.json
+}
+test_grid() {
+    cat >room.json <<'END'
+{"version": 1, "min": [-6, 0, -4], "max": [6, 3, 4], "spacing": 4,
+ "solid": [{"min": [-1, 0, -5], "max": [1, 9, 0]}],
+ "capture": {"equirect": "grid/{name}.exr"}, "defaults": {"size": 8}}
+END
+    iblbake probes --grid room.json -o grid.json || echo 'failed '
+    iblbake probes --grid room.json | cmp - grid.json
+    node -e "const s = JSON.parse(require('fs').readFileSync('grid.json'));
+        const want = ['0_0_0', '2_0_0', '0_0_1', '1_0_1', '2_0_1'];
+        if (s.probes.map(p => p.name.slice(6)).join() !== want.join() ||
+            s.probes[3].position.join() !== '0,1.5,2' ||
+            s.probes[3].influence.box.half.join() !== '2.75,2.25,2.75' ||
+            s.probes[3].blend !== 1.5 ||
+            s.probes[3].capture.equirect !== 'grid/probe_1_0_1.exr')
+            console.log(JSON.stringify(s))"
+    mkdir grid
+    for name in 0_0_0 2_0_0 0_0_1 1_0_1 2_0_1; do
+        cp mild.exr grid/probe_$name.exr
+    done
+    expect 'probe_0_0_0' grid.json -o gridded
+    local change glob
+    while IFS='|' read -r change glob; do
+        [ -n "$change" ] || continue
+        edit room.json "$change" bad.json
+        iblbake probes --grid bad.json 2>err >printed && echo "$change: worked"
+        [ ! -s printed ] || echo "$change: printed something"
+        # shellcheck disable=SC2254
+        case $(cat err) in
+        "iblbake: bad.json: "$glob) ;;
+        *) echo "$change: $(cat err)" ;;
+        esac
+    done <<'END'
+s.max[1] = 0|max[[]1]: expected a number above min's 0, found 0
+s.spacing = 0|spacing: expected a number above 0, *, found 0
+s.spacing = [1, 1]|spacing: expected an array of 3 numbers, *
+s.spacing = 0.001|spacing: expected at most 1000 cells along an axis, *
+s.counts = [1, 1, 1]|expected one of spacing and counts, *
+delete s.spacing; s.counts = [1, 0, 1]|counts[[]1]: expected a whole number from 1 to 1000, found 0
+s.spacing = 0.8|expected a grid of at most 341 probes, found more*
+s.solid[0].max = [1]|solid[[]0].max: expected an array of 3 numbers, found an array of 1
+s.solid[0].half = 1|solid[[]0].half: expected no such member, *
+s.solid[0] = {min: [-9, -9, -9], max: [9, 9, 9]}|expected a cell that is free, found all 6 solid
+s.name = "p{x}"|name: expected a name with {z}, *, found "p{x}"
+s.capture = {}|capture: expected one of equirect, cross and faces, *
+s.blend = 9|blend: expected a number from 0 to 3, found 9
+s.gap = 1|gap: expected no such member, *
+END
+}
+
+# In the order of this file: later ones use what earlier ones left.
+for name in $(sed -n 's/^\(test_[a-z_]*\)() {$/\1/p' \
+    "$top/tests/check-probes.sh"); do
+    verdict "$name" "$($name 2>&1)"
+done
+echo "$passed passed, $failed failed"
+[ $failed -eq 0 ]

@@ -1,0 +1,208 @@
+/* SPDX-License-Identifier: MIT */
+/* Cubes as equirectangular maps: what `iblbake probes` bakes captured faces
+ * from. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/cube_map.c"
+#include "ibl/ibl.h"
+#include "test.h"
+
+static ibl_ctx *ctx;
+
+static ibl_cube make_cube(int n)
+{
+    ibl_cube cube = {0};
+    if (ibl_cube_alloc(ctx, n, 1, &cube))
+        exit(1);
+    memset(cube.data, 0, 3 * sizeof(float) * ibl_cube_texels(n, 1));
+    return cube;
+}
+
+static ibl_image make_map(const ibl_cube *cube)
+{
+    const int width = ibl_cube_map_width(cube->size);
+    ibl_image map = {0};
+    if (ibl_image_alloc(ctx, width, width / 2, &map) ||
+        !ibl_cube_map_fill(cube, &map))
+        exit(1);
+    return map;
+}
+
+static double map_energy(const ibl_image *map, int channel)
+{
+    double sum = 0;
+    for (int y = 0; y < map->height; y++) {
+        const double omega =
+            2 * PI / map->width *
+            (cos(PI * y / map->height) - cos(PI * (y + 1) / map->height));
+        for (int x = 0; x < map->width; x++)
+            sum +=
+                omega * (double)map->data[3 * (y * map->width + x) + channel];
+    }
+    return sum;
+}
+
+static void constant_stays(void)
+{
+    static const int sizes[] = {1, 2, 3, 7, 32, 33};
+
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        ibl_cube cube = make_cube(sizes[i]);
+        for (size_t k = 0; k < 3 * ibl_cube_texels(sizes[i], 1); k++)
+            cube.data[k] = 0.7f;
+        ibl_image map = make_map(&cube);
+        for (int k = 0; k < 3 * map.width * map.height; k++)
+            CHECK_NEAR((double)map.data[k], 0.7, 1e-6);
+        ibl_image_free(&map);
+        ibl_cube_free(&cube);
+    }
+}
+
+/* Each texel alone: what the map has of it is its solid angle. Texels of the
+ * upright faces are cut exactly but for the slant of their edges, those of +Y
+ * and -Y by meridians. */
+static void each_texel_keeps_its_energy(void)
+{
+    static const int sizes[] = {1, 2, 5, 16};
+    double worst = 0;
+
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        const int n = sizes[i];
+        ibl_cube cube = make_cube(n);
+        for (int f = 0; f < IBL_FACES; f++)
+            for (int y = 0; y < n; y++)
+                for (int x = 0; x < n; x++) {
+                    float *texel = ibl_cube_face(&cube, 0, f) + 3 * (y * n + x);
+                    texel[1] = 1000;
+                    ibl_image map = make_map(&cube);
+                    const double want = 1000 * ibl_cube_solid_angle(n, x, y);
+                    const double got = map_energy(&map, 1);
+                    worst = fmax(worst, fabs(got / want - 1));
+                    texel[1] = 0;
+                    ibl_image_free(&map);
+                }
+        ibl_cube_free(&cube);
+    }
+    printf("worst energy of a texel: %.2e\n", worst);
+    CHECK(worst < 0.01);
+}
+
+/* Texels that hold where they look, so that a pixel that is taken from the
+ * wrong place is seen. */
+static void pixels_look_where_texels_do(void)
+{
+    const int n = 32;
+    ibl_cube cube = make_cube(n);
+    double worst = 0;
+
+    for (int f = 0; f < IBL_FACES; f++)
+        for (int y = 0; y < n; y++)
+            for (int x = 0; x < n; x++) {
+                double d[3];
+                ibl_cube_direction(n, f, x, y, d);
+                for (int k = 0; k < 3; k++)
+                    ibl_cube_face(&cube, 0, f)[3 * (y * n + x) + k] =
+                        (float)(d[k] + 1);
+            }
+    ibl_image map = make_map(&cube);
+    for (int y = 0; y < map.height; y++)
+        for (int x = 0; x < map.width; x++) {
+            const double theta = PI * (y + 0.5) / map.height;
+            const double phi = 2 * PI * (x + 0.5) / map.width - PI;
+            const double d[3] = {sin(theta) * cos(phi), cos(theta),
+                                 sin(theta) * sin(phi)};
+            for (int k = 0; k < 3; k++)
+                worst = fmax(
+                    worst, fabs((double)map.data[3 * (y * map.width + x) + k] -
+                                1 - d[k]));
+        }
+    printf("worst place, in texels: %.2f\n", worst * n / 2);
+    CHECK(worst < 2.0 / n);
+    ibl_image_free(&map);
+    ibl_cube_free(&cube);
+}
+
+/* The GGX level of one roughness towards d, as a sum over the cube's texels,
+ * each a point in its middle. */
+static double truth(const ibl_cube *cube, double alpha, const double d[3])
+{
+    const int n = cube->size;
+    double sum = 0, weights = 0;
+
+    for (int f = 0; f < IBL_FACES; f++)
+        for (int y = 0; y < n; y++)
+            for (int x = 0; x < n; x++) {
+                double l[3];
+                ibl_cube_direction(n, f, x, y, l);
+                const double c = d[0] * l[0] + d[1] * l[1] + d[2] * l[2];
+                if (c <= 0)
+                    continue;
+                const double nh2 = (1 + c) / 2, a2 = alpha * alpha;
+                const double q = nh2 * (a2 - 1) + 1;
+                const double w =
+                    c * a2 / (q * q) * ibl_cube_solid_angle(n, x, y);
+                sum += w * (double)ibl_cube_face(cube, 0, f)[3 * (y * n + x)];
+                weights += w;
+            }
+    return sum / weights;
+}
+
+/* The bake of the map against sums over the faces themselves: noise with some
+ * texels a thousand times as bright. */
+static void levels_are_those_of_the_faces(void)
+{
+    const int n = 64;
+    ibl_cube cube = make_cube(n), out = {0};
+    ibl_specular_options options = ibl_specular_options_default();
+    ibl_specular_layout layout;
+    double error[IBL_MAX_LEVELS] = {0}, power[IBL_MAX_LEVELS] = {0};
+    unsigned seed = 1;
+
+    for (size_t i = 0; i < 3 * ibl_cube_texels(n, 1); i++) {
+        seed = seed * 1664525u + 1013904223u;
+        cube.data[i] = (float)(seed >> 8) / 16777216;
+        if (seed % 1009 == 0)
+            cube.data[i] *= 1000;
+    }
+    options.size = n;
+    ibl_image map = make_map(&cube);
+    NEED(!ibl_specular_layout_of(&options, &layout));
+    NEED(!ibl_bake_specular(ctx, &map, &options, &out));
+    for (int l = 1; l < layout.levels; l++) {
+        const int edge = ibl_cube_edge(n, l);
+        const double r = layout.roughness[l];
+        for (int f = 0; f < IBL_FACES; f++)
+            for (int k = 0; k < edge * edge; k += 1 + edge * edge / 7) {
+                double d[3];
+                ibl_cube_direction(edge, f, k % edge, k / edge, d);
+                const double want = truth(&cube, r * r, d);
+                const double got = (double)ibl_cube_face(&out, l, f)[3 * k];
+                error[l] += (got - want) * (got - want);
+                power[l] += want * want;
+            }
+        printf("roughness %.2f: nRMSE %.2e\n", r, sqrt(error[l] / power[l]));
+        CHECK(sqrt(error[l] / power[l]) < 0.02);
+    }
+    ibl_cube_free(&out);
+    ibl_image_free(&map);
+    ibl_cube_free(&cube);
+}
+
+static const test tests[] = {
+    TEST(constant_stays),
+    TEST(each_texel_keeps_its_energy),
+    TEST(pixels_look_where_texels_do),
+    TEST(levels_are_those_of_the_faces),
+};
+
+int main(int argc, char **argv)
+{
+    ctx = test_ctx(0, IBL_ISA_AUTO);
+    const int status =
+        test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
+    ibl_ctx_free(ctx);
+    return status;
+}
