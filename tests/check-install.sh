@@ -29,6 +29,7 @@ ok bridge "$prefix/bin/iblbake" -q data/studio.exr -o "$root/out" --size 16
 ok manual man -l "$prefix/share/man/man1/iblbake.1"
 ok verify-manual man -l "$prefix/share/man/man1/iblbake-verify.1"
 ok method-manual man -l "$prefix/share/man/man7/iblbake-method.7"
+ok shaders test -s "$prefix/include/ibl/probes.glsl"
 
 ok view-manual man -l "$prefix/share/man/man1/iblview.1"
 if [ -x "$build/iblview" ]; then

@@ -25,7 +25,8 @@
 // Where captures have alpha, call ibl_mix_add for each probe with its influence
 // times the alpha of its lookup, from ibl_mix_none() to ibl_mix_end.
 //
-// Lengths, of directions too, are from 1e-9 to 1e9 or 0; then no result is NaN.
+// Lengths are from 1e-9 to 1e9 or 0, those of directions from 1e-30 to 1e30;
+// then no result is NaN.
 // Weights, and directions looked up, are those of C to the rounding of float.
 
 struct ibl_volume {
@@ -117,7 +118,6 @@ bool ibl_unit(inout vec3 v)
 bool ibl_leave_box(vec3 extent, inout vec3 q, vec3 d)
 {
     float least = 3e38;
-    int wall = 0;
 
     for (int i = 0; i < 3; i++) {
         if (!(abs(q[i]) <= extent[i] * ibl_slack))
@@ -126,13 +126,9 @@ bool ibl_leave_box(vec3 extent, inout vec3 q, vec3 d)
         if (d[i] == 0.0)
             continue;
         float t = ((d[i] < 0.0 ? -extent[i] : extent[i]) - q[i]) / d[i];
-        if (t < least) {
-            least = t;
-            wall = i;
-        }
+        least = min(least, t);
     }
     q = clamp(q + least * d, -extent, extent);
-    q[wall] = d[wall] < 0.0 ? -extent[wall] : extent[wall];
     return true;
 }
 

@@ -13,7 +13,6 @@ static const double slack = 1 + 1.0 / 1024;
 static bool leave_box(const double half[3], double q[3], const double d[3])
 {
     double least = HUGE_VAL;
-    int wall = 0;
 
     for (int i = 0; i < 3; i++) {
         if (!(fabs(q[i]) <= half[i] * slack))
@@ -22,14 +21,10 @@ static bool leave_box(const double half[3], double q[3], const double d[3])
         if (d[i] == 0)
             continue;
         const double t = (copysign(half[i], d[i]) - q[i]) / d[i];
-        if (t < least) {
-            least = t;
-            wall = i;
-        }
+        least = fmin(least, t);
     }
     for (int i = 0; i < 3; i++)
         q[i] = fmax(-half[i], fmin(q[i] + least * d[i], half[i]));
-    q[wall] = copysign(half[wall], d[wall]);
     return true;
 }
 
