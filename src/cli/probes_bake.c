@@ -36,7 +36,7 @@ typedef struct probes {
     char *old_text;                      /* of the index */
     ibl_probes_index old, index;
     bool whole[IBL_PROBES_TEXTURES]; /* the old file is what its index says */
-    bool same[IBL_PROBES_TEXTURES];  /* and what we would write */
+    bool same[IBL_PROBES_TEXTURES + 1]; /* and what we would write */
     source *source;
     ibl_texture *texture[2]; /* of each layer: specular, irradiance */
 } probes;
@@ -349,6 +349,21 @@ static ibl_status take_old(probes *p, int kind)
     return status;
 }
 
+/* Where a layer came from, for -v. */
+static void tell_layer(const probes *p, int layer)
+{
+    const source *s = &p->source[layer];
+    const char *name =
+        layer < p->set.count ? p->set.entry[layer].name : "(global)";
+
+    if (s->from == FROM_TWIN)
+        ibl_console_info(p->console, "layer %d: %s: as layer %d", layer, name,
+                         s->layer);
+    else
+        ibl_console_info(p->console, "layer %d: %s: %s", layer, name,
+                         s->from == FROM_BAKE ? "baked" : "kept");
+}
+
 static ibl_status make_layers(probes *p)
 {
     ibl_status status = IBL_OK;
@@ -357,9 +372,8 @@ static ibl_status make_layers(probes *p)
     for (int i = 0; i < p->layers; i++) {
         const source *s = &p->source[i];
         old |= s->from == FROM_OLD;
-        if (s->from == FROM_OLD) {
+        if (s->from == FROM_OLD)
             p->index.layer[i] = p->old.layer[s->layer];
-        }
     }
     for (int kind = 0; kind < 2 && !status; kind++)
         if (old && p->path[kind] && !p->same[kind])
@@ -370,6 +384,8 @@ static ibl_status make_layers(probes *p)
             status = bake_layer(p, i);
         else if (s->from == FROM_TWIN)
             p->index.layer[i] = p->index.layer[s->layer];
+        if (!status)
+            tell_layer(p, i);
     }
     return status;
 }
@@ -492,8 +508,9 @@ static ibl_status put_index(probes *p)
                                        &p->options.specular_options, p->isa);
     ibl_status status = text ? IBL_OK : no_memory(p);
 
-    if (!status &&
-        (p->opts->force || !p->old_text || strcmp(text, p->old_text) != 0))
+    p->same[INDEX] =
+        text && p->old_text && !p->opts->force && !strcmp(text, p->old_text);
+    if (!status && !p->same[INDEX])
         status =
             ibl_outputs_add(p->outputs, p->path[INDEX], text, strlen(text));
     free(text);
@@ -563,27 +580,18 @@ static ibl_status commit(probes *p)
     return status;
 }
 
-/* What was done, for -v. */
+/* How much was done, for -v. */
 static void tell(const probes *p)
 {
     int baked = 0;
 
-    for (int i = 0; i < p->layers; i++) {
-        const ibl_set_entry *e = &p->set.entry[i];
-        const bool bake = p->source[i].from == FROM_BAKE;
-        const char *how = bake                             ? "baked"
-                          : p->source[i].from == FROM_TWIN ? "as layer"
-                                                           : "kept";
-        baked += bake;
-        if (p->source[i].from == FROM_TWIN)
-            ibl_console_info(p->console, "layer %d: %s: %s %d", i,
-                             i < p->set.count ? e->name : "(global)", how,
-                             p->source[i].layer);
-        else
-            ibl_console_info(p->console, "layer %d: %s: %s", i,
-                             i < p->set.count ? e->name : "(global)", how);
-    }
+    for (int i = 0; i < p->layers; i++)
+        baked += p->source[i].from == FROM_BAKE;
     ibl_console_info(p->console, "baked %d of %d layers", baked, p->layers);
+    for (int i = 0; i <= INDEX; i++)
+        if (p->path[i])
+            ibl_console_info(p->console, "%s %s", p->same[i] ? "kept" : "wrote",
+                             p->path[i]);
     ibl_console_print_times(p->console);
 }
 
