@@ -40,7 +40,7 @@ scripts() {
         # Builds the program anew that the other scripts run.
         "$first":*/check-install.sh) alone+=("$build: $script") ;;
         "$first":* | *san:*/check-cli.sh | *asan:*/check-verify.sh | \
-            *asan:*/check-view*.sh)
+            *asan:*/check-view*.sh | *asan:*/check-probes.sh)
             tests+=("$build: $script") ;;
         esac
     done

@@ -37,7 +37,7 @@ typedef struct ibl_probes_layer {
     double sh[IBL_PROBES_SH_NUMBERS]; /* irradiance / pi, if asked for */
 } ibl_probes_layer;
 
-/* A file of the set: its name without the directory, NULL where there is
+/* A file of the set; its name is without the directory, "" where there is
  * none. */
 typedef struct ibl_probes_texture {
     char name[32];
@@ -49,7 +49,7 @@ typedef struct ibl_probes_texture {
 typedef struct ibl_probes_index {
     int layers;
     ibl_probes_layer *layer;
-    ibl_probes_texture file[IBL_PROBES_TEXTURES]; /* name "": none */
+    ibl_probes_texture file[IBL_PROBES_TEXTURES];
 } ibl_probes_index;
 
 void ibl_probes_index_free(ibl_probes_index *index);
