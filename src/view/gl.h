@@ -66,6 +66,7 @@
     X(PFNGLREADPIXELSPROC, ReadPixels)                                         \
     X(PFNGLSAMPLERPARAMETERIPROC, SamplerParameteri)                           \
     X(PFNGLSHADERSOURCEPROC, ShaderSource)                                     \
+    X(PFNGLTEXBUFFERPROC, TexBuffer)                                           \
     X(PFNGLTEXIMAGE2DPROC, TexImage2D)                                         \
     X(PFNGLTEXIMAGE3DPROC, TexImage3D)                                         \
     X(PFNGLTEXPARAMETERIPROC, TexParameteri)                                   \

@@ -1,0 +1,640 @@
+/* SPDX-License-Identifier: MIT */
+/* ibl/probes.glsl on a GPU, or what OSMesa has for one, against the functions
+ * of ibl/probes.h: each pixel of a draw is a point, a ray or a tile. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ibl/probes.h"
+#include "test.h"
+#include "view.h"
+#include "view/gl.h"
+#include "view/program.h"
+
+enum {
+    EDGE = 64,
+    PIXELS = EDGE * EDGE,
+    MOST = IBL_MAX_TILE_PROBES
+};
+
+static const char vertex_text[] =
+    "void main() {\n"
+    "    vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1);\n"
+    "    gl_Position = vec4(4.0 * corner - 1.0, 0.0, 1.0);\n"
+    "}\n";
+
+/* what: 0 blend of count, 1 of a mask, 2 the k nearest: part 0 the weights, 1
+ * the probes, 2 rest, count and the nearest. 3 parallax, 4 a tile's mask. */
+static const char fragment_text[] =
+    "#include \"probes.glsl\"\n"
+    "uniform samplerBuffer probes;\n"
+    "uniform usampler2D mask;\n"
+    "uniform sampler2D points, directions, camera;\n"
+    "uniform int what, part, count, k, width, height, tile;\n"
+    "out vec4 result;\n"
+    "vec4 of_mix(ibl_mix m, int nearest)\n"
+    "{\n"
+    "    vec4 v = vec4(m.rest, m.count, nearest, 0);\n"
+    "    for (int i = 0; i < 4 && part < 2; i++)\n"
+    "        v[i] = i >= m.count ? 0.0\n"
+    "             : part == 0 ? m.weight[i] : float(m.probe[i]);\n"
+    "    return v;\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n"
+    "    vec3 point = texelFetch(points, at, 0).xyz;\n"
+    "    vec3 lookup;\n"
+    "    if (what == 0) {\n"
+    "        result = of_mix(ibl_probes_blend(probes, count, point), -1);\n"
+    "    } else if (what == 1) {\n"
+    "        uvec2 m = ibl_tile_mask(mask, gl_FragCoord.xy, 16);\n"
+    "        result = of_mix(ibl_probes_blend(probes, m, point), -1);\n"
+    "    } else if (what == 2) {\n"
+    "        result = of_mix(ibl_probes_near(probes, count, point, k),\n"
+    "                        ibl_probes_nearest(probes, count, point));\n"
+    "    } else if (what == 3) {\n"
+    "        bool hit = ibl_probe_parallax(\n"
+    "            ibl_probe_fetch(probes, 0), point,\n"
+    "            texelFetch(directions, at, 0).xyz, lookup);\n"
+    "        result = vec4(lookup, hit);\n"
+    "    } else {\n"
+    "        mat4 clip;\n"
+    "        for (int i = 0; i < 4; i++)\n"
+    "            clip[i] = texelFetch(camera, ivec2(i, 0), 0);\n"
+    "        uvec2 m = ibl_tile_cull(probes, count, clip,\n"
+    "                                ivec2(width, height), tile, at);\n"
+    "        result = vec4(m.x & 65535u, m.x >> 16,\n"
+    "                      m.y & 65535u, m.y >> 16);\n"
+    "    }\n"
+    "}\n";
+
+typedef float texel[4];
+
+/* What draws with it: units 0..4 in the order of the samplers. */
+typedef struct stage {
+    GLuint program, buffer, frame, vertices, textures[6];
+    ibl_probe probes[MOST];
+    int order[MOST];
+    texel points[PIXELS], directions[PIXELS], seen[PIXELS];
+} stage;
+
+enum {
+    BUFFER,
+    MASK,
+    POINTS,
+    DIRECTIONS,
+    CAMERA,
+    SEEN
+};
+
+static char *read_text(const char *path)
+{
+    FILE *f = fopen(path, "rb");
+    char *text = calloc(1, 65536);
+
+    if (!f || !text || fread(text, 1, 65535, f) == 0)
+        exit(1);
+    fclose(f);
+    return text;
+}
+
+static void set(const stage *s, const char *name, int value)
+{
+    gl.Uniform1i(gl.GetUniformLocation(s->program, name), value);
+}
+
+static void upload(const stage *s, int which, int width, int height,
+                   const texel *texels)
+{
+    gl.ActiveTexture(GL_TEXTURE0 + (GLenum)which);
+    gl.BindTexture(GL_TEXTURE_2D, s->textures[which]);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA,
+                  GL_FLOAT, texels);
+}
+
+/* Masks of 4 x 4 tiles. */
+static void upload_masks(const stage *s, const unsigned long long *masks)
+{
+    unsigned words[32];
+
+    for (int i = 0; i < 16; i++) {
+        words[2 * i] = (unsigned)masks[i];
+        words[2 * i + 1] = (unsigned)(masks[i] >> 32);
+    }
+    gl.ActiveTexture(GL_TEXTURE0 + MASK);
+    gl.BindTexture(GL_TEXTURE_2D, s->textures[MASK]);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RG32UI, 4, 4, 0, GL_RG_INTEGER,
+                  GL_UNSIGNED_INT, words);
+}
+
+/* Gives the shader the probes in s->order. */
+static void upload_probes(const stage *s, int count)
+{
+    float texels[MOST * IBL_PROBE_FLOATS];
+
+    ibl_probes_pack(s->probes, count, s->order, texels);
+    gl.BindBuffer(GL_TEXTURE_BUFFER, s->buffer);
+    gl.BufferData(GL_TEXTURE_BUFFER,
+                  (GLsizeiptr)sizeof(float) * IBL_PROBE_FLOATS * count, texels,
+                  GL_DYNAMIC_DRAW);
+    gl.ActiveTexture(GL_TEXTURE0 + BUFFER);
+    gl.BindTexture(GL_TEXTURE_BUFFER, s->textures[BUFFER]);
+    gl.TexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, s->buffer);
+    set(s, "count", count);
+}
+
+static void draw(stage *s, int what, int part)
+{
+    set(s, "what", what);
+    set(s, "part", part);
+    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    gl.ReadPixels(0, 0, EDGE, EDGE, GL_RGBA, GL_FLOAT, s->seen);
+    if (!view_gl_check("test"))
+        exit(1);
+}
+
+static void close_stage(stage *s)
+{
+    if (s) {
+        gl.DeleteProgram(s->program);
+        gl.DeleteBuffers(1, &s->buffer);
+        gl.DeleteFramebuffers(1, &s->frame);
+        gl.DeleteVertexArrays(1, &s->vertices);
+        gl.DeleteTextures(6, s->textures);
+    }
+    free(s);
+    view_test_end();
+}
+
+static GLuint make_program(void)
+{
+    char *text = read_text("include/ibl/probes.glsl");
+    const view_shader_file files[] = {{"probes.glsl", text},
+                                      {"all.vert", vertex_text},
+                                      {"probes.frag", fragment_text},
+                                      {NULL, NULL}};
+    const GLuint program = view_program_from(files, "all.vert", "probes.frag");
+
+    free(text);
+    return program;
+}
+
+static stage *open_stage(void)
+{
+    static const char *const names[] = {"probes", "mask", "points",
+                                        "directions", "camera"};
+    stage *s;
+
+    if (!view_test_begin(EDGE, EDGE))
+        return NULL;
+    s = calloc(1, sizeof *s);
+    if (!s)
+        exit(1);
+    s->program = make_program();
+    CHECK_MSG(s->program, "%s", view_test_caught());
+    gl.GenBuffers(1, &s->buffer);
+    gl.GenFramebuffers(1, &s->frame);
+    gl.GenVertexArrays(1, &s->vertices);
+    gl.GenTextures(6, s->textures);
+    gl.UseProgram(s->program);
+    for (int i = 0; i < 5; i++)
+        set(s, names[i], i);
+    for (int i = 0; i < MOST; i++)
+        s->order[i] = i;
+    upload(s, POINTS, EDGE, EDGE, s->points);
+    upload(s, DIRECTIONS, EDGE, EDGE, s->points);
+    upload(s, CAMERA, 4, 1, s->points);
+    upload(s, SEEN, EDGE, EDGE, NULL);
+    upload_masks(s, (unsigned long long[16]){0});
+    gl.BindFramebuffer(GL_FRAMEBUFFER, s->frame);
+    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
+                            s->textures[SEEN], 0);
+    gl.BindVertexArray(s->vertices);
+    gl.Viewport(0, 0, EDGE, EDGE);
+    if (!s->program || !view_gl_check("test")) {
+        close_stage(s);
+        return NULL;
+    }
+    return s;
+}
+
+/* ---- what is drawn: numbers of float, as the shader gets them ------------ */
+
+static double between(test_random *r, double a, double b)
+{
+    return (float)(a + (b - a) * test_random_unit(r));
+}
+
+static int pick(test_random *r, int n)
+{
+    return (int)(test_random_u64(r) % (uint64_t)n);
+}
+
+static void random_probes(stage *s, test_random *r, int count, bool crowded)
+{
+    for (int i = 0; i < count; i++) {
+        ibl_probe *p = &s->probes[i];
+
+        *p = (ibl_probe){.blend =
+                             crowded ? between(r, 3, 6) : between(r, 0.1, 1.5)};
+        p->influence.shape = (ibl_shape)pick(r, 2);
+        p->priority = pick(r, 5) == 0;
+        for (int k = 0; k < 3; k++) {
+            p->position[k] = between(r, -2, 2);
+            p->influence.centre[k] = between(r, -2, 2) * (crowded ? 0.25 : 1);
+            p->influence.half[k] = between(r, 0.3, 2.5);
+        }
+        if (i > 0 && pick(r, 6) == 0)
+            p->influence = s->probes[i - 1].influence;
+    }
+    ibl_probes_order(s->probes, count, s->order);
+    for (int i = count; i < MOST; i++)
+        s->order[i] = i;
+}
+
+static void random_texels(test_random *r, texel *texels, double reach)
+{
+    for (int i = 0; i < PIXELS; i++) {
+        for (int k = 0; k < 3; k++)
+            texels[i][k] = (float)between(r, -reach, reach);
+    }
+}
+
+static void widen(const float v[4], double d[3])
+{
+    for (int i = 0; i < 3; i++)
+        d[i] = (double)v[i];
+}
+
+/* The weights of each probe's place in order. */
+typedef struct mixes {
+    double weight[PIXELS][MOST];
+    double rest[PIXELS];
+    int nearest[PIXELS];
+} mixes;
+
+static void draw_mixes(stage *s, int what, mixes *m)
+{
+    static texel weights[PIXELS];
+
+    memset(m, 0, sizeof *m);
+    draw(s, what, 0);
+    memcpy(weights, s->seen, sizeof weights);
+    draw(s, what, 1);
+    for (int i = 0; i < PIXELS; i++) {
+        for (int k = 0; k < 4; k++)
+            m->weight[i][(int)s->seen[i][k] & (MOST - 1)] +=
+                (double)weights[i][k];
+    }
+    draw(s, what, 2);
+    for (int i = 0; i < PIXELS; i++) {
+        m->rest[i] = (double)s->seen[i][0];
+        m->nearest[i] = (int)s->seen[i][2];
+    }
+}
+
+/* The largest difference to the shader's, of weights and rest. */
+static double differ(const stage *s, const mixes *m, int pixel,
+                     const ibl_probe_mix *mix)
+{
+    double weight[MOST] = {0}, worst = fabs(m->rest[pixel] - mix->rest);
+
+    for (int i = 0; i < mix->count; i++)
+        weight[mix->probe[i]] = mix->weight[i];
+    for (int i = 0; i < MOST; i++) {
+        const double d = fabs(m->weight[pixel][i] - weight[s->order[i]]);
+        worst = d <= worst ? worst : d;
+    }
+    return worst;
+}
+
+/* ---- tests -------------------------------------------------------------- */
+
+static void blends(void)
+{
+    stage *s = open_stage();
+    mixes *m = malloc(sizeof *m);
+    test_random r = {1};
+    ibl_probe_mix mix;
+    double p[3], worst = 0;
+    int full = 0;
+
+    for (int n = 0; s && m && n < (TEST_SANITIZED ? 4 : 16); n++) {
+        const int count = 1 + pick(&r, 16);
+        random_probes(s, &r, count, n % 2);
+        random_texels(&r, s->points, 2.5);
+        upload(s, POINTS, EDGE, EDGE, s->points);
+        upload_probes(s, count);
+        draw_mixes(s, 0, m);
+        for (int i = 0; i < PIXELS; i++) {
+            widen(s->points[i], p);
+            ibl_probes_blend(s->probes, count, s->order, p, NULL, &mix);
+            worst = fmax(worst, differ(s, m, i, &mix));
+            full += mix.count == IBL_MAX_PROBES_AT;
+        }
+    }
+    /* Slopes to 15 a unit, at coordinates to 5, by some roundings. */
+    CHECK_MSG(!(worst > 1e-5), "differs by %g", worst);
+    CHECK(!s || full > 500);
+    free(m);
+    close_stage(s);
+}
+
+static void blends_of_masks(void)
+{
+    stage *s = open_stage();
+    mixes *m = malloc(sizeof *m);
+    test_random r = {2};
+    ibl_probe_mix mix;
+    unsigned long long masks[16];
+    double p[3], worst = 0;
+
+    for (int n = 0; s && m && n < (TEST_SANITIZED ? 2 : 8); n++) {
+        random_probes(s, &r, MOST, n % 2);
+        random_texels(&r, s->points, 2.5);
+        upload(s, POINTS, EDGE, EDGE, s->points);
+        upload_probes(s, MOST);
+        for (int i = 0; i < 16; i++)
+            masks[i] =
+                test_random_u64(&r) & test_random_u64(&r) & test_random_u64(&r);
+        masks[5] = 1ULL << 63;
+        masks[6] = 1;
+        masks[7] = 0;
+        upload_masks(s, masks);
+        draw_mixes(s, 1, m);
+        for (int i = 0; i < PIXELS; i++) {
+            const unsigned long long mask =
+                masks[i / EDGE / 16 * 4 + i % EDGE / 16];
+            int some[MOST], count = 0;
+            for (int k = 0; k < MOST; k++) {
+                if (mask >> k & 1)
+                    some[count++] = s->order[k];
+            }
+            widen(s->points[i], p);
+            ibl_probes_blend(s->probes, count, some, p, NULL, &mix);
+            worst = fmax(worst, differ(s, m, i, &mix));
+        }
+    }
+    CHECK_MSG(!(worst > 1e-5), "differs by %g", worst);
+    free(m);
+    close_stage(s);
+}
+
+/* Whether the k + 1 nearest are far enough apart for float: what rounding does
+ * to weights is that of distances, 1e-6, times their slope. */
+static double near_error(const ibl_probe *probes, int count, const double p[3],
+                         int k)
+{
+    double d[MOST + 1];
+
+    for (int i = 0; i < count; i++) {
+        const double mine = hypot(
+            hypot(probes[i].position[0] - p[0], probes[i].position[1] - p[1]),
+            probes[i].position[2] - p[2]);
+        int at = i;
+        for (; at > 0 && d[at - 1] > mine; at--)
+            d[at] = d[at - 1];
+        d[at] = mine;
+    }
+    const double reach = count > k ? d[k] : 1e9;
+    const double second = count > 1 ? d[1] : 1;
+    return 1e-6 + 1e-6 * 24 * reach / (second * (reach - d[0]));
+}
+
+static void nearest_ones(void)
+{
+    stage *s = open_stage();
+    mixes *m = malloc(sizeof *m);
+    test_random r = {3};
+    ibl_probe_mix mix;
+    double p[3];
+    int compared = 0;
+
+    for (int n = 0; s && m && n < (TEST_SANITIZED ? 4 : 16); n++) {
+        const int count = pick(&r, 16), k = 1 + n % 4;
+        random_probes(s, &r, count, false);
+        random_texels(&r, s->points, 2.5);
+        for (int i = 0; i < 3 && count > 0; i++)
+            s->points[7][i] = (float)s->probes[0].position[i];
+        upload(s, POINTS, EDGE, EDGE, s->points);
+        upload_probes(s, count);
+        set(s, "k", k);
+        draw_mixes(s, 2, m);
+        for (int i = 0; i < PIXELS; i++) {
+            widen(s->points[i], p);
+            ibl_probes_near(s->probes, count, p, k, &mix);
+            const double error = near_error(s->probes, count, p, k);
+            const int nearest = ibl_probes_nearest(s->probes, count, p);
+            CHECK((nearest < 0) == (m->nearest[i] < 0));
+            if (error > 1e-3)
+                continue;
+            compared++;
+            CHECK(nearest < 0 || s->order[m->nearest[i]] == nearest);
+            CHECK_MSG(!(differ(s, m, i, &mix) > error), "differs by %g of %g",
+                      differ(s, m, i, &mix), error);
+        }
+    }
+    CHECK(!s || compared > (TEST_SANITIZED ? 10000 : 50000));
+    free(m);
+    close_stage(s);
+}
+
+/* Within, on the wall, a hair outside, outside, where numbers are exact in
+ * float; directions with components of 0 and of any length. */
+static void random_rays(stage *s, test_random *r)
+{
+    static const float lengths[] = {1, 1, 5, 1e-25F, 1e25F};
+    static const double parts[] = {-1, 1, 0.5, 0, -1.0005, 1.5};
+    const ibl_volume *v = &s->probes[0].proxy;
+    const bool round = v->shape == IBL_SHAPE_SPHERE;
+
+    for (int i = 0; i < PIXELS; i++) {
+        const float length = lengths[pick(r, 5)];
+        const int axis = pick(r, 3);
+        for (int k = 0; k < 3; k++) {
+            const double half = v->half[round ? 0 : k];
+            double part = between(r, -1, 1) * (round ? 0.55 : 0.99);
+            if (pick(r, 3) == 0)
+                part = round ? 0 : parts[pick(r, 6)];
+            if (round && k == axis && pick(r, 3) == 0)
+                part = parts[pick(r, 6)];
+            s->points[i][k] = (float)(v->centre[k] + part * half);
+            s->directions[i][k] = (float)between(r, -1, 1) * length;
+            if (pick(r, 4) == 0)
+                s->directions[i][k] = 0;
+        }
+        if (i % 500 == 0)
+            memset(s->directions[i], 0, sizeof s->directions[i]);
+    }
+    upload(s, POINTS, EDGE, EDGE, s->points);
+    upload(s, DIRECTIONS, EDGE, EDGE, s->directions);
+}
+
+/* How far the point is from where another answer begins: the border of what
+ * counts as inside, and the wall, from which a ray may leave at once or not;
+ * in the proxy's size. */
+static bool on_an_edge(const ibl_volume *v, const double p[3])
+{
+    double parts[3], square = 0;
+
+    for (int k = 0; k < 3; k++) {
+        parts[k] = fabs(p[k] - v->centre[k]) /
+                   v->half[v->shape == IBL_SHAPE_SPHERE ? 0 : k];
+        square += parts[k] * parts[k];
+    }
+    if (v->shape == IBL_SHAPE_SPHERE)
+        parts[0] = parts[1] = parts[2] = sqrt(square);
+    for (int k = 0; k < 3; k++) {
+        if (fabs(parts[k] - 1 - 1.0 / 1024) < 1e-5 ||
+            (parts[k] != 1 && fabs(parts[k] - 1) < 1e-5))
+            return true;
+    }
+    return false;
+}
+
+static void parallax(void)
+{
+    stage *s = open_stage();
+    test_random r = {4};
+    int hits = 0, misses = 0;
+    double worst = 0;
+
+    for (int n = 0; s && n < (TEST_SANITIZED ? 6 : 40); n++) {
+        ibl_probe *probe = &s->probes[0];
+        ibl_volume *v = &probe->proxy;
+        *probe = (ibl_probe){.has_proxy = n % 10 != 9, .blend = 1};
+        v->shape = (ibl_shape)(n % 2);
+        for (int k = 0; k < 3; k++) {
+            /* Of few bits, so that walls are where they are. */
+            v->half[k] = (1 + pick(&r, 64)) / 16.;
+            v->centre[k] = (pick(&r, 128) - 64) / 16.;
+        }
+        for (int k = 0; k < 3; k++)
+            probe->position[k] =
+                (float)(v->centre[k] +
+                        v->half[n % 2 ? 0 : k] * between(&r, -0.4, 0.4));
+        random_rays(s, &r);
+        upload_probes(s, 1);
+        draw(s, 3, 0);
+        for (int i = 0; i < PIXELS; i++) {
+            double p[3], d[3], truth[3], seen[3], apart = 0;
+            widen(s->points[i], p);
+            widen(s->directions[i], d);
+            widen(s->seen[i], seen);
+            if (on_an_edge(v, p))
+                continue;
+            const int hit = ibl_probe_parallax(probe, p, d, truth);
+            CHECK(hit == (int)s->seen[i][3]);
+            for (int k = 0; k < 3; k++)
+                apart = fmax(apart, fabs(seen[k] - truth[k]));
+            CHECK(apart == apart && isfinite(seen[0] + seen[1] + seen[2]));
+            worst = fmax(worst, apart);
+            hits += hit;
+            misses += !hit;
+        }
+    }
+    /* Where the ray meets may be an eighth of the size from the probe. */
+    CHECK_MSG(!(worst > 1e-5), "differs by %g", worst);
+    CHECK(!s || (hits > 10000 && misses > 4000));
+    close_stage(s);
+}
+
+/* ---- tiles -------------------------------------------------------------- */
+
+static void random_camera(test_random *r, float clip[16])
+{
+    const double yaw = between(r, -3.2, 3.2), pitch = between(r, -1.5, 1.5);
+    const double rows[3][3] = {
+        {cos(yaw), 0, sin(yaw)},
+        {sin(pitch) * sin(yaw), cos(pitch), -sin(pitch) * cos(yaw)},
+        {sin(yaw) * cos(pitch), -sin(pitch), -cos(yaw) * cos(pitch)}};
+    const double eye[3] = {between(r, -3, 3), between(r, -3, 3),
+                           between(r, -3, 3)};
+    const double focal = between(r, 0.4, 3);
+    const int row_of[4] = {0, 1, 2, 2};
+
+    memset(clip, 0, 16 * sizeof *clip);
+    for (int row = 0; row < 4; row++) {
+        const double *axis = rows[row_of[row]];
+        const double scale = row == 0 ? focal * 0.6 : row == 1 ? focal : 1;
+        double shift = 0;
+        for (int i = 0; i < 3; i++) {
+            clip[4 * i + row] = (float)(scale * axis[i]);
+            shift -= scale * axis[i] * eye[i];
+        }
+        clip[12 + row] = (float)shift;
+    }
+}
+
+static void tiles_agree(void)
+{
+    stage *s = open_stage();
+    test_random r = {5};
+    static unsigned long long exact[PIXELS], larger[PIXELS];
+    ibl_probe grown[MOST];
+    float clip[16];
+    long named = 0, more = 0;
+
+    for (int n = 0; s && n < (TEST_SANITIZED ? 3 : 12); n++) {
+        ibl_tiles tiles = {.tile = 3 + pick(&r, 14)};
+        const int count = n % 2 ? MOST : 1 + pick(&r, MOST);
+
+        tiles.width = 1 + pick(&r, tiles.tile * 50);
+        tiles.height = 1 + pick(&r, tiles.tile * 30);
+        const int columns = ibl_tiles_columns(&tiles);
+        random_camera(&r, clip);
+        for (int i = 0; i < 16; i++)
+            tiles.clip[i] = (double)clip[i];
+        random_probes(s, &r, count, false);
+        for (int i = 0; i < count; i++) {
+            for (int k = 0; k < 3; k++) {
+                s->probes[i].influence.centre[k] = between(&r, -6, 6);
+                s->probes[i].influence.half[k] *= 0.5;
+            }
+        }
+        /* Margins of float let a small sphere far away grow by a percent. */
+        for (int i = 0; i < count; i++) {
+            grown[i] = s->probes[i];
+            for (int k = 0; k < 3; k++)
+                grown[i].influence.half[k] += 2e-2;
+        }
+        for (int i = 0; i < count; i++)
+            s->order[i] = i;
+        upload_probes(s, count);
+        upload(s, CAMERA, 4, 1, (const texel *)clip);
+        set(s, "width", tiles.width);
+        set(s, "height", tiles.height);
+        set(s, "tile", tiles.tile);
+        draw(s, 4, 0);
+        CHECK(ibl_tiles_cull(&tiles, s->probes, count, exact) == IBL_OK);
+        CHECK(ibl_tiles_cull(&tiles, grown, count, larger) == IBL_OK);
+        for (int t = 0; t < columns * ibl_tiles_rows(&tiles); t++) {
+            const float *seen = s->seen[t / columns * EDGE + t % columns];
+            unsigned long long mask = 0;
+            for (int k = 3; k >= 0; k--)
+                mask = mask << 16 | (unsigned long long)seen[k];
+            CHECK_MSG((exact[t] & ~mask) == 0, "tile %d lacks %llx", t,
+                      exact[t] & ~mask);
+            CHECK_MSG((mask & ~larger[t]) == 0, "tile %d has %llx", t,
+                      mask & ~larger[t]);
+            named += __builtin_popcountll(exact[t]);
+            more += __builtin_popcountll(mask & ~exact[t]);
+        }
+    }
+    CHECK_MSG(!s ||
+                  (named > (TEST_SANITIZED ? 300 : 2000) && more < named / 100),
+              "%ld, %ld more", named, more);
+    close_stage(s);
+}
+
+static const test tests[] = {
+    TEST(blends),   TEST(blends_of_masks), TEST(nearest_ones),
+    TEST(parallax), TEST(tiles_agree),
+};
+TEST_MAIN(tests)
