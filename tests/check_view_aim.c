@@ -16,6 +16,7 @@ static bool make_cube(int edge, float value, ibl_texture *cube)
                           .width = edge,
                           .height = edge,
                           .levels = 1,
+                          .layers = 1,
                           .faces = 6,
                           .bytes = 16 * texels,
                           .data = (unsigned char *)rgba};

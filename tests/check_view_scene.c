@@ -317,8 +317,8 @@ static void frame(void)
     set.mapping = IBL_ROUGHNESS_FILAMENT;
     set.geometry = IBL_GEOMETRY_SCHLICK_IBL;
     set.irradiance_scale = 0.25;
-    set.texture[VIEW_SPECULAR] =
-        (ibl_texture){.width = 64, .height = 64, .levels = 6, .faces = 6};
+    set.texture[VIEW_SPECULAR] = (ibl_texture){
+        .width = 64, .height = 64, .levels = 6, .layers = 1, .faces = 6};
     set.sh[11] = 7;
     set.sh[12] = 9; /* beyond the degree */
     s.ev = -3;

@@ -626,6 +626,28 @@ static void directories(void)
     ibl_ctx_free(ctx);
 }
 
+/* What a probe set holds. */
+static void arrays(void)
+{
+    ibl_ctx *ctx = context();
+    ibl_texture one = {0}, two = {0};
+    ibl_outputs *out;
+    NEED(bake("one", ""));
+    NEED(
+        !ibl_texture_read(ctx, file_path("one/sky_specular.ktx2"), &one, NULL));
+    const ibl_texture *const layers[] = {&one, &one};
+    NEED(!ibl_texture_array(ctx, layers, 2, &two));
+    NEED(!ibl_outputs_create(ctx, &out));
+    CHECK(!ibl_outputs_add_texture(out, file_path("array.ktx2"), &two,
+                                   IBL_CONTAINER_KTX2, NULL));
+    CHECK(!ibl_outputs_commit(out));
+    refused(ctx, file_path("array.ktx2"), "an array of 2 layers");
+    ibl_outputs_free(out);
+    ibl_texture_free(&one);
+    ibl_texture_free(&two);
+    ibl_ctx_free(ctx);
+}
+
 static void wrong_kinds(void)
 {
     ibl_ctx *ctx = context();
@@ -727,7 +749,7 @@ static void wrong_tables(void)
         ibl_texture tex = tables[i];
         ibl_outputs *out;
         char path[512], lut[512];
-        tex.levels = tex.faces = 1;
+        tex.levels = tex.layers = tex.faces = 1;
         tex.bytes = ibl_pixel_bytes(tex.pixel) * (size_t)tex.width * tex.height;
         tex.data = calloc(1, tex.bytes);
         snprintf(path, sizeof path, "%s/tables", test_dir());
@@ -1110,6 +1132,7 @@ static const test tests[] = {
     TEST(harmonics_basis),
     TEST(directories),
     TEST(wrong_kinds),
+    TEST(arrays),
     TEST(skies),
     TEST(wrong_tables),
     TEST(sidecars),

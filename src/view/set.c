@@ -92,6 +92,11 @@ static bool check_shape(const ibl_texture *tex, const char *path,
                          view_content_words(wanted),
                          lut ? "two channels, rg16f or rg32f" : "colour",
                          remedy(wanted));
+    if (tex->layers > 1)
+        return view_fail(
+            "%s: is an array of %d layers, of a probe set perhaps, "
+            "where a single texture is wanted: %s",
+            path, tex->layers, remedy(wanted));
     if (lut && tex->width != tex->height)
         return view_fail("%s: is %dx%d, where a BRDF table is square: %s", path,
                          tex->width, tex->height, remedy(wanted));
