@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: MIT */
+/* What of a set has to be baked: what has changed since the last time. */
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/probes_bake.h"
+
+/* What the texels of a layer depend on besides the files. */
+static void describe(const ibl_probes_bake *p, char *text, size_t size)
+{
+    const ibl_set_bake *b = &p->set.bake;
+    const ibl_specular_options *s = &p->options.specular_options;
+    const ibl_read_options *r = &p->opts->common.read;
+
+    snprintf(text, size,
+             "iblbake %s %s %s\nsize %d levels %d mapping %d method %d "
+             "samples %d tolerance %.17g pixel %d irradiance %d\n"
+             "part %d strict %d any_aspect %d layer %s\n",
+             IBL_VERSION, IBL_REVISION, ibl_isa_name(p->isa), s->size,
+             s->levels, (int)s->mapping, (int)s->method, s->samples,
+             s->tolerance, b->pixel, b->irradiance, r->part, r->strict,
+             r->any_aspect, r->layer ? r->layer : "");
+}
+
+static ibl_status hash_capture(const ibl_probes_bake *p, const ibl_capture *c,
+                               const char *options, char hash[IBL_HASH_SIZE])
+{
+    char *text = NULL;
+    size_t size;
+    FILE *to = open_memstream(&text, &size);
+    ibl_status status = IBL_OK;
+
+    if (!to)
+        return ibl_probes_no_memory(p);
+    fprintf(to, "%s%s", options, ibl_capture_name(c->kind));
+    for (int i = 0; i < c->count && !status; i++) {
+        char one[IBL_HASH_SIZE];
+        status = ibl_probes_check_input(p, c->file[i]);
+        if (!status && !ibl_hash_file(c->file[i], one)) {
+            char element[16] = "";
+            if (c->count > 1)
+                snprintf(element, sizeof element, "[%d]", i);
+            ibl_console_fail(p->console,
+                             "%s: %s.%s%s: expected a file that can be read, "
+                             "found %s: %s",
+                             p->opts->input, c->place,
+                             ibl_capture_name(c->kind), element, c->file[i],
+                             errno == EINVAL ? "no regular file"
+                                             : strerror(errno));
+            status = IBL_ERR_IO;
+        }
+        if (!status)
+            fprintf(to, " %s", one);
+    }
+    if (fclose(to) && !status)
+        status = ibl_probes_no_memory(p);
+    if (!status)
+        ibl_hash_bytes(text, size, hash);
+    free(text);
+    return status;
+}
+
+ibl_status ibl_probes_hash_inputs(ibl_probes_bake *p)
+{
+    char options[1024], lut[128];
+    ibl_status status = IBL_OK;
+
+    describe(p, options, sizeof options);
+    for (int i = 0; i < p->layers && !status; i++)
+        status = hash_capture(p, &p->set.entry[i].capture, options,
+                              p->index.layer[i].hash);
+    const int n =
+        snprintf(lut, sizeof lut, "iblbake %s %s %s\nlut %d %d", IBL_VERSION,
+                 IBL_REVISION, ibl_isa_name(p->isa), p->set.bake.lut_size,
+                 p->set.bake.pixel == IBL_PIXEL_RGBA32F);
+    ibl_hash_bytes(lut, (size_t)n, p->index.file[IBL_PROBES_LUT].inputs);
+    return status;
+}
+
+ibl_status ibl_probes_look_back(ibl_probes_bake *p)
+{
+    ibl_probes_index_read(p->path[IBL_PROBES_INDEX], &p->old_text, &p->old);
+    for (int kind = 0; kind < IBL_PROBES_TEXTURES; kind++) {
+        const ibl_probes_texture *t = &p->old.file[kind];
+        char *path =
+            *t->name ? ibl_probes_join(p->opts->output, t->name) : NULL;
+        char hash[IBL_HASH_SIZE];
+        if (!path && *t->name)
+            return ibl_probes_no_memory(p);
+        p->whole[kind] =
+            path && ibl_hash_file(path, hash) && !strcmp(hash, t->hash);
+        free(path);
+    }
+    return IBL_OK;
+}
+
+/* The old layer with the same inputs, its own place first; -1: none. */
+static int find_old(const ibl_probes_bake *p, int layer)
+{
+    const char *hash = p->index.layer[layer].hash;
+
+    if (layer < p->old.layers && !strcmp(p->old.layer[layer].hash, hash))
+        return layer;
+    for (int i = 0; i < p->old.layers; i++)
+        if (!strcmp(p->old.layer[i].hash, hash))
+            return i;
+    return -1;
+}
+
+static int find_twin(const ibl_probes_bake *p, int layer)
+{
+    for (int i = 0; i < layer; i++)
+        if (!strcmp(p->index.layer[i].hash, p->index.layer[layer].hash))
+            return i;
+    return -1;
+}
+
+void ibl_probes_plan(ibl_probes_bake *p)
+{
+    const bool usable =
+        !p->opts->force && p->whole[IBL_PROBES_SPECULAR] &&
+        (!p->set.bake.irradiance || p->whole[IBL_PROBES_IRRADIANCE]);
+    bool moved = p->old.layers != p->layers;
+
+    for (int i = 0; i < p->layers; i++) {
+        const int old = usable ? find_old(p, i) : -1;
+        const int twin = find_twin(p, i);
+        p->source[i] = old >= 0    ? (ibl_probes_source){IBL_FROM_OLD, old}
+                       : twin >= 0 ? (ibl_probes_source){IBL_FROM_TWIN, twin}
+                                   : (ibl_probes_source){IBL_FROM_BAKE, -1};
+        moved |= old != i;
+    }
+    for (int kind = 0; kind < IBL_PROBES_TEXTURES; kind++)
+        p->same[kind] =
+            !p->opts->force && p->whole[kind] &&
+            !strcmp(p->old.file[kind].name, p->index.file[kind].name) &&
+            (kind == IBL_PROBES_LUT
+                 ? !strcmp(p->old.file[kind].inputs, p->index.file[kind].inputs)
+                 : !moved);
+}

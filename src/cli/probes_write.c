@@ -1,0 +1,151 @@
+/* SPDX-License-Identifier: MIT */
+/* The files of a set. */
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/probes_bake.h"
+
+/* Sets keys until the first failure, which it keeps. */
+static void set_key(const ibl_probes_bake *p, ibl_texture *tex,
+                    ibl_status *status, const char *key, const char *fmt, ...)
+    __attribute__((format(printf, 5, 6)));
+static void set_key(const ibl_probes_bake *p, ibl_texture *tex,
+                    ibl_status *status, const char *key, const char *fmt, ...)
+{
+    char value[512];
+    va_list ap;
+
+    va_start(ap, fmt);
+    vsnprintf(value, sizeof value, fmt, ap);
+    va_end(ap);
+    if (!*status)
+        *status = ibl_texture_set(p->ctx, tex, key, value);
+}
+
+static ibl_status set_keys(const ibl_probes_bake *p, ibl_probes_file kind,
+                           ibl_texture *tex)
+{
+    const ibl_specular_options *o = &p->options.specular_options;
+    ibl_specular_layout layout;
+    char roughness[IBL_MAX_LEVELS * 24] = "";
+    ibl_status status = IBL_OK;
+
+    ibl_specular_layout_of(o, &layout);
+    for (int l = 0; l < layout.levels; l++) {
+        const size_t used = strlen(roughness);
+        snprintf(roughness + used, sizeof roughness - used, "%s%.9g",
+                 l ? "," : "", layout.roughness[l]);
+    }
+    if (kind == IBL_PROBES_LUT) {
+        set_key(p, tex, &status, "iblbake.content", "brdf_lut");
+        set_key(p, tex, &status, "iblbake.axes", "u=N.V,v=roughness");
+        set_key(p, tex, &status, "iblbake.geometry", "smith");
+    } else if (kind == IBL_PROBES_IRRADIANCE) {
+        set_key(p, tex, &status, "iblbake.content", "irradiance");
+        set_key(p, tex, &status, "iblbake.irradiance_scale", "E/pi");
+    } else {
+        set_key(p, tex, &status, "iblbake.content", "specular");
+        set_key(p, tex, &status, "iblbake.lobe", "%s", ibl_lobe_name(o->lobe));
+        set_key(p, tex, &status, "iblbake.mapping", "%s",
+                ibl_roughness_map_name(o->mapping));
+        set_key(p, tex, &status, "iblbake.roughness", "%s", roughness);
+        set_key(p, tex, &status, "iblbake.lod_scale", "%.9g", layout.lod_scale);
+        set_key(p, tex, &status, "iblbake.lod_offset", "%.9g",
+                layout.lod_offset);
+    }
+    return status;
+}
+
+static ibl_status put_texture(ibl_probes_bake *p, ibl_probes_file kind,
+                              ibl_texture *tex)
+{
+    void *bytes = NULL;
+    size_t size;
+    ibl_status status = set_keys(p, kind, tex);
+
+    ibl_console_progress(p->console, "write", 0);
+    if (!status)
+        status = ibl_texture_encode(
+            p->ctx, tex, (ibl_container)p->set.bake.container, &bytes, &size);
+    if (!status) {
+        ibl_hash_bytes(bytes, size, p->index.file[kind].hash);
+        status = ibl_outputs_add(p->outputs, p->path[kind], bytes, size);
+    }
+    ibl_bytes_free(bytes);
+    return status;
+}
+
+static ibl_status put_array(ibl_probes_bake *p, ibl_probes_file kind)
+{
+    const ibl_texture **layer = calloc((size_t)p->layers, sizeof *layer);
+    ibl_texture array = {0};
+    ibl_status status = layer ? IBL_OK : ibl_probes_no_memory(p);
+
+    for (int i = 0; i < p->layers && !status; i++) {
+        const ibl_probes_source *s = &p->source[i];
+        layer[i] = &p->texture[kind][s->from == IBL_FROM_TWIN ? s->layer : i];
+    }
+    if (!status)
+        status = ibl_texture_array(p->ctx, layer, p->layers, &array);
+    if (!status)
+        status = put_texture(p, kind, &array);
+    ibl_texture_free(&array);
+    free(layer);
+    return status;
+}
+
+static ibl_status put_lut(ibl_probes_bake *p)
+{
+    ibl_lut_options options = ibl_lut_options_default();
+    const ibl_pixel pixel = p->set.bake.pixel == IBL_PIXEL_RGBA32F
+                                ? IBL_PIXEL_RG32F
+                                : IBL_PIXEL_RG16F;
+    ibl_lut lut = {0};
+    ibl_texture tex = {0};
+
+    options.size = p->set.bake.lut_size;
+    ibl_console_progress(p->console, "lut", 0);
+    ibl_status status = ibl_bake_lut(p->ctx, &options, &lut);
+    if (!status)
+        status = ibl_texture_from_lut(p->ctx, &lut, pixel, &tex, NULL);
+    if (!status)
+        status = put_texture(p, IBL_PROBES_LUT, &tex);
+    ibl_texture_free(&tex);
+    ibl_lut_free(&lut);
+    return status;
+}
+
+/* Writes the index unless it is there, to the byte. */
+static ibl_status put_index(ibl_probes_bake *p)
+{
+    char *text = ibl_probes_index_text(&p->set, &p->index,
+                                       &p->options.specular_options, p->isa);
+    ibl_status status = text ? IBL_OK : ibl_probes_no_memory(p);
+
+    p->same[IBL_PROBES_INDEX] =
+        text && p->old_text && !p->opts->force && !strcmp(text, p->old_text);
+    if (!status && !p->same[IBL_PROBES_INDEX])
+        status = ibl_outputs_add(p->outputs, p->path[IBL_PROBES_INDEX], text,
+                                 strlen(text));
+    free(text);
+    return status;
+}
+
+ibl_status ibl_probes_put(ibl_probes_bake *p)
+{
+    ibl_status status = IBL_OK;
+
+    for (int kind = 0; kind < IBL_PROBES_TEXTURES && !status; kind++) {
+        if (!p->path[kind])
+            continue;
+        if (p->same[kind])
+            p->index.file[kind] = p->old.file[kind];
+        else if (kind == IBL_PROBES_LUT)
+            status = put_lut(p);
+        else
+            status = put_array(p, (ibl_probes_file)kind);
+    }
+    return status ? status : put_index(p);
+}
