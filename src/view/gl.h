@@ -38,14 +38,18 @@
     X(PFNGLDELETESHADERPROC, DeleteShader)                                     \
     X(PFNGLDELETETEXTURESPROC, DeleteTextures)                                 \
     X(PFNGLDELETEVERTEXARRAYSPROC, DeleteVertexArrays)                         \
+    X(PFNGLDEPTHFUNCPROC, DepthFunc)                                           \
     X(PFNGLDETACHSHADERPROC, DetachShader)                                     \
     X(PFNGLDISABLEPROC, Disable)                                               \
     X(PFNGLDRAWARRAYSPROC, DrawArrays)                                         \
     X(PFNGLDRAWARRAYSINSTANCEDPROC, DrawArraysInstanced)                       \
+    X(PFNGLDRAWELEMENTSPROC, DrawElements)                                     \
+    X(PFNGLDRAWELEMENTSINSTANCEDPROC, DrawElementsInstanced)                   \
     X(PFNGLENABLEPROC, Enable)                                                 \
     X(PFNGLENABLEVERTEXATTRIBARRAYPROC, EnableVertexAttribArray)               \
     X(PFNGLFINISHPROC, Finish)                                                 \
     X(PFNGLFRAMEBUFFERTEXTURE2DPROC, FramebufferTexture2D)                     \
+    X(PFNGLFRONTFACEPROC, FrontFace)                                           \
     X(PFNGLGENBUFFERSPROC, GenBuffers)                                         \
     X(PFNGLGENFRAMEBUFFERSPROC, GenFramebuffers)                               \
     X(PFNGLGENSAMPLERSPROC, GenSamplers)                                       \

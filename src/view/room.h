@@ -2,13 +2,14 @@
 /*
  * The scene that probes are shown in: a room of 10 x 4 x 10 units about the
  * origin (floor at y = 0), with a glossy floor, four pillars, coloured panels
- * that emit light, windows to the environment, and spheres that move. All of it
- * is made here, of boxes and spheres; there are no files.
+ * that emit light, windows to the environment, and spheres, most of which move.
+ * All of it is made here, of boxes and spheres; there are no files.
  *
  * It is lit by what comes through the windows and from the panels, as probes
  * see it: each surface is shaded by the split sum with the probes it is given,
  * mixed and looked up as ibl/probes.h says, so that probes of probes (the
- * second bounce) come with the next refresh.
+ * second bounce) come with the next refresh. Nothing else casts light, and
+ * so nothing casts a shadow.
  */
 #ifndef VIEW_ROOM_H
 #define VIEW_ROOM_H
@@ -21,8 +22,40 @@ typedef struct view_room view_room;
 
 #define VIEW_ROOM_PROBES 4 /* that a draw can have */
 
-/* A probe as it is drawn with: a prefiltered cube (RGBA16F or RGBA32F, alpha
- * what of it has been seen), its irradiance / pi as a cube, and where. */
+/* Inside of the walls, for proxies. */
+extern const double view_room_centre[3], view_room_half[3];
+
+typedef struct view_room_material {
+    float albedo[3]; /* diffuse; 0 of metals */
+    float roughness;
+    float f0[3];
+    float emission[3]; /* radiance */
+} view_room_material;
+
+/* Solid, its sides along the axes. */
+typedef struct view_room_box {
+    double low[3], high[3];
+    view_room_material material;
+} view_room_box;
+
+/* All that stands still but the sphere in the middle. */
+int view_room_boxes(void);
+const view_room_box *view_room_box_at(int i);
+
+/* Spheres, and where one of them is at a time. Sphere 0 is a mirror that stands
+ * still, 1 is a lamp, the others are rough; these move. */
+#define VIEW_ROOM_SPHERES 4
+void view_room_sphere(int i, double seconds, double centre[3], double *radius);
+bool view_room_sphere_moves(int i);
+const view_room_material *view_room_sphere_material(int i);
+/* Whether what is to be seen inside the box differs between two times: of a
+ * sphere that has moved, some part is in it at one of them. */
+bool view_room_moved(double from, double to, const double centre[3],
+                     const double half[3]);
+
+/* A probe as it is drawn with: a prefiltered cube (RGBA16F or RGBA32F; alpha
+ * is what of it has been seen, and colour is multiplied by that), its
+ * irradiance / pi as a cube of the same kind, and where. */
 typedef struct view_room_probe {
     GLuint specular, irradiance;
     float lod_scale, lod_offset, last_level; /* as view_frame.lod, linear */
@@ -31,35 +64,47 @@ typedef struct view_room_probe {
     float proxy_centre[3], proxy_half[3]; /* boxes; half 0: no parallax */
 } view_room_probe;
 
+/* What is seen through windows, and has the share that no probe takes. */
+typedef struct view_room_environment {
+    GLuint specular, irradiance, sky; /* sky: level 0 or the skybox */
+    float lod[4];                     /* as view_frame.lod */
+    float irradiance_scale;           /* as view_frame.diffuse[0] */
+    double turn;                      /* degrees */
+} view_room_environment;
+
 typedef struct view_room_draw {
-    double clip[16]; /* world to clip space, column-major */
+    /* World to clip space, column-major. For a paraboloid: to where it is at 0
+     * and looks along +Z, x to the right and y up; what is there in direction
+     * d, unit, is at d.xy / (1 + d.z) of the viewport from -1 to 1. Mirrored
+     * or not. */
+    double clip[16];
     double eye[3];
-    double near;    /* what is nearer than that is not drawn */
-    double seconds; /* where what moves is */
-    bool shadows;   /* of the sun-like strongest panel */
-    bool moving;    /* draw what moves */
-    int hidden;     /* sphere that is left out, -1: none */
-    int probe_count;
+    bool paraboloid;
+    double near, far; /* distances that a paraboloid's depth goes between */
+    double seconds;   /* where what moves is */
+    bool moving;      /* draw what moves */
+    int hidden;       /* sphere that is left out, -1: none */
+    /* Alpha is 1; with limited, what is not in this box is 0 in all four, but
+     * hides what is behind it. */
+    bool limited;
+    double limit_centre[3], limit_half[3];
+    int probe_count; /* in the order of ibl_probes_order */
     view_room_probe probe[VIEW_ROOM_PROBES];
-    GLuint environment; /* level 0 or the skybox: seen through windows */
-    GLuint table;       /* of the split sum */
-    double turn;        /* degrees, of the environment */
+    view_room_environment environment;
+    GLuint table; /* of the split sum */
     bool parallax;
 } view_room_draw;
 
 view_room *view_room_create(void); /* NULL, with a message */
 void view_room_free(view_room *r); /* NULL is fine */
 
-/* Draws into the bound framebuffer, which has a depth buffer, as scene-linear
- * RGB; alpha 1. Its viewport is set. */
+/*
+ * Draws into the bound framebuffer, which has a depth buffer, as scene-linear
+ * RGBA; all of its viewport is drawn, its depth cleared before. The texture
+ * units to VIEW_ROOM_UNITS, uniform buffers 0 and 1, program and vertex array
+ * are others afterwards; tests of depth and back faces are off.
+ */
+#define VIEW_ROOM_UNITS 14
 void view_room_render(view_room *r, const view_room_draw *d);
-
-/* Spheres that move, and where one of them is at a time. */
-int view_room_spheres(const view_room *r);
-void view_room_sphere(const view_room *r, int i, double seconds,
-                      double centre[3], double *radius);
-/* Whether anything inside the box has moved between two times. */
-bool view_room_moved(const view_room *r, double from, double to,
-                     const double centre[3], const double half[3]);
 
 #endif

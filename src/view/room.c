@@ -1,0 +1,405 @@
+/* SPDX-License-Identifier: MIT */
+#include "view/room.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "view/frame.h"
+#include "view/message.h"
+#include "view/program.h"
+#include "view/room_geometry.h"
+
+enum {
+    UNIT_PROBES = VIEW_UNIT_COUNT, /* specular, then irradiance of each */
+    BLOCK = 1                      /* binding of the uniform block "Room" */
+};
+_Static_assert(UNIT_PROBES + 2 * VIEW_ROOM_PROBES == VIEW_ROOM_UNITS,
+               "units as the header says");
+
+/* Uniform block "Room" (shaders/room.glsl), std140. */
+typedef struct room_block {
+    float picture[16];
+    float range[4];
+    float limit_centre[4], limit_half[4];
+    float probe_position[VIEW_ROOM_PROBES][4];
+    float influence_centre[VIEW_ROOM_PROBES][4];
+    float influence_half[VIEW_ROOM_PROBES][4];
+    float proxy_centre[VIEW_ROOM_PROBES][4];
+    float proxy_half[VIEW_ROOM_PROBES][4];
+    float probe_lod[VIEW_ROOM_PROBES][4];
+} room_block;
+
+/* What room_ball.vert is given of each sphere. */
+typedef struct ball {
+    float centre_radius[4];
+    view_room_material material;
+} ball;
+
+struct view_room {
+    GLuint boxes, balls, sky; /* programs */
+    GLuint box_array, ball_array, nothing;
+    GLuint box_vertices, box_indices, ball_vertices, ball_indices, instances;
+    GLuint frame_buffer, room_buffer;
+    int box_count, box_coarse, ball_count; /* of indices */
+};
+
+/* ---- what never changes ------------------------------------------------ */
+
+/* The block, and the probes' samplers, of a program that may have failed. */
+static GLuint bound(GLuint program)
+{
+    if (!program)
+        return 0;
+    gl.UniformBlockBinding(program, gl.GetUniformBlockIndex(program, "Room"),
+                           BLOCK);
+    gl.UseProgram(program);
+    for (int i = 0; i < 2 * VIEW_ROOM_PROBES; i++) {
+        char name[32];
+        snprintf(name, sizeof name, "probe_%s[%d]",
+                 i < VIEW_ROOM_PROBES ? "specular" : "irradiance",
+                 i % VIEW_ROOM_PROBES);
+        const GLint at = gl.GetUniformLocation(program, name);
+        if (at >= 0)
+            gl.Uniform1i(at, UNIT_PROBES + i);
+    }
+    gl.UseProgram(0);
+    return program;
+}
+
+static bool make_programs(view_room *r)
+{
+    r->boxes = bound(view_program("room.vert", "room.frag"));
+    if (r->boxes)
+        r->balls = bound(view_program("room_ball.vert", "room.frag"));
+    if (r->balls)
+        r->sky = bound(view_program("room_sky.vert", "room_sky.frag"));
+    return r->sky != 0;
+}
+
+static void attribute(GLuint at, int size, size_t stride, size_t offset,
+                      GLuint divisor)
+{
+    gl.EnableVertexAttribArray(at);
+    gl.VertexAttribPointer(at, size, GL_FLOAT, GL_FALSE, (GLsizei)stride,
+                           (const void *)(uintptr_t)offset);
+    gl.VertexAttribDivisor(at, divisor);
+}
+
+/* Attributes 2 to 4 of a vertex or a ball, whose material is at offset. */
+static void material_attributes(size_t stride, size_t offset, GLuint divisor)
+{
+    attribute(2, 4, stride, offset, divisor);
+    attribute(3, 3, stride, offset + offsetof(view_room_material, f0), divisor);
+    attribute(4, 3, stride, offset + offsetof(view_room_material, emission),
+              divisor);
+}
+
+/* Leaves array and vertices bound, and attribute 0 set. */
+static void make_array(const view_room_mesh *mesh, GLuint *array,
+                       GLuint *vertices, GLuint *indices)
+{
+    const size_t bytes = (size_t)mesh->vertex_count * sizeof *mesh->vertices;
+
+    gl.GenVertexArrays(1, array);
+    gl.GenBuffers(1, vertices);
+    gl.GenBuffers(1, indices);
+    gl.BindVertexArray(*array);
+    gl.BindBuffer(GL_ARRAY_BUFFER, *vertices);
+    gl.BufferData(GL_ARRAY_BUFFER, (GLsizeiptr)bytes, mesh->vertices,
+                  GL_STATIC_DRAW);
+    gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, *indices);
+    gl.BufferData(GL_ELEMENT_ARRAY_BUFFER,
+                  (GLsizeiptr)((size_t)mesh->index_count * sizeof(GLuint)),
+                  mesh->indices, GL_STATIC_DRAW);
+    attribute(0, 3, sizeof *mesh->vertices, 0, 0);
+}
+
+static bool make_boxes(view_room *r)
+{
+    view_room_mesh mesh;
+
+    if (!view_room_mesh_boxes(&mesh))
+        return false;
+    make_array(&mesh, &r->box_array, &r->box_vertices, &r->box_indices);
+    attribute(1, 3, sizeof *mesh.vertices, offsetof(view_room_vertex, normal),
+              0);
+    material_attributes(sizeof *mesh.vertices,
+                        offsetof(view_room_vertex, material), 0);
+    r->box_count = mesh.index_count;
+    r->box_coarse = mesh.coarse;
+    view_room_mesh_free(&mesh);
+    return true;
+}
+
+static bool make_balls(view_room *r)
+{
+    view_room_mesh mesh;
+
+    if (!view_room_mesh_sphere(&mesh))
+        return false;
+    make_array(&mesh, &r->ball_array, &r->ball_vertices, &r->ball_indices);
+    gl.GenBuffers(1, &r->instances);
+    gl.BindBuffer(GL_ARRAY_BUFFER, r->instances);
+    gl.BufferData(GL_ARRAY_BUFFER, VIEW_ROOM_SPHERES * sizeof(ball), NULL,
+                  GL_DYNAMIC_DRAW);
+    attribute(1, 4, sizeof(ball), offsetof(ball, centre_radius), 1);
+    material_attributes(sizeof(ball), offsetof(ball, material), 1);
+    r->ball_count = mesh.index_count;
+    view_room_mesh_free(&mesh);
+    return true;
+}
+
+static GLuint make_block(size_t bytes)
+{
+    GLuint buffer;
+
+    gl.GenBuffers(1, &buffer);
+    gl.BindBuffer(GL_UNIFORM_BUFFER, buffer);
+    gl.BufferData(GL_UNIFORM_BUFFER, (GLsizeiptr)bytes, NULL, GL_DYNAMIC_DRAW);
+    return buffer;
+}
+
+view_room *view_room_create(void)
+{
+    view_room *r = calloc(1, sizeof *r);
+
+    if (!r) {
+        view_fail("no memory for the room");
+        return NULL;
+    }
+    if (!make_programs(r) || !make_boxes(r) || !make_balls(r))
+        goto fail;
+    gl.GenVertexArrays(1, &r->nothing);
+    r->frame_buffer = make_block(sizeof(view_frame));
+    r->room_buffer = make_block(sizeof(room_block));
+    gl.BindVertexArray(0);
+    gl.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
+    if (!view_gl_check("making the room"))
+        goto fail;
+    return r;
+
+fail:
+    view_room_free(r);
+    return NULL;
+}
+
+void view_room_free(view_room *r)
+{
+    if (!r)
+        return;
+    const GLuint buffers[] = {r->box_vertices, r->box_indices, r->ball_vertices,
+                              r->ball_indices, r->instances,   r->frame_buffer,
+                              r->room_buffer};
+    const GLuint arrays[] = {r->box_array, r->ball_array, r->nothing};
+
+    gl.DeleteBuffers(sizeof buffers / sizeof buffers[0], buffers);
+    gl.DeleteVertexArrays(sizeof arrays / sizeof arrays[0], arrays);
+    gl.DeleteProgram(r->sky);
+    gl.DeleteProgram(r->balls);
+    gl.DeleteProgram(r->boxes);
+    free(r);
+}
+
+/* ---- what a draw is told ----------------------------------------------- */
+
+/* Rows of the picture: where a point is to the right, up, and in depth (what
+ * divides, or z of a paraboloid). */
+static void picture_rows(const view_room_draw *d, double rows[3][3])
+{
+    for (int k = 0; k < 3; k++) {
+        rows[0][k] = d->clip[4 * k];
+        rows[1][k] = d->clip[4 * k + 1];
+        rows[2][k] = d->clip[4 * k + (d->paraboloid ? 2 : 3)];
+    }
+}
+
+static void cross(const double a[3], const double b[3], double c[3])
+{
+    for (int k = 0; k < 3; k++)
+        c[k] =
+            a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+
+/* Inverse, as columns of 4; returns the determinant: below 0 if the picture is
+ * not mirrored, since depth is away from who looks. */
+static double invert_rows(const double rows[3][3], float columns[16])
+{
+    double c[3][3], det = 0;
+
+    for (int i = 0; i < 3; i++)
+        cross(rows[(i + 1) % 3], rows[(i + 2) % 3], c[i]);
+    for (int k = 0; k < 3; k++)
+        det += rows[0][k] * c[0][k];
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++)
+            columns[4 * i + k] = (float)(c[i][k] / det);
+    return det;
+}
+
+static void fill_frame(view_frame *f, const view_room_draw *d)
+{
+    const view_room_environment *e = &d->environment;
+    const double turn = e->turn * (3.14159265358979323846 / 180);
+
+    memset(f, 0, sizeof *f);
+    for (int i = 0; i < 16; i++)
+        f->clip[i] = (float)d->clip[i];
+    for (int k = 0; k < 3; k++)
+        f->eye[k] = (float)d->eye[k];
+    f->turn[0] = (float)cos(turn);
+    f->turn[1] = (float)sin(turn);
+    memcpy(f->lod, e->lod, sizeof f->lod);
+    f->diffuse[0] = e->irradiance_scale;
+    f->choice[2] = 1; /* as the viewer starts: nothing lost by scattering */
+}
+
+static void fill_probe(room_block *b, int i, const view_room_probe *p)
+{
+    memcpy(b->probe_position[i], p->position, sizeof p->position);
+    b->probe_position[i][3] = p->blend;
+    memcpy(b->influence_centre[i], p->influence_centre,
+           sizeof p->influence_centre);
+    memcpy(b->influence_half[i], p->influence_half, sizeof p->influence_half);
+    memcpy(b->proxy_centre[i], p->proxy_centre, sizeof p->proxy_centre);
+    memcpy(b->proxy_half[i], p->proxy_half, sizeof p->proxy_half);
+    b->probe_lod[i][0] = p->lod_scale;
+    b->probe_lod[i][1] = p->lod_offset;
+    b->probe_lod[i][2] = p->last_level;
+}
+
+static void fill_block(room_block *b, const view_room_draw *d)
+{
+    b->range[0] = (float)d->near;
+    b->range[1] = (float)d->far;
+    b->range[2] = d->paraboloid;
+    b->range[3] = (float)d->probe_count;
+    for (int k = 0; k < 3; k++) {
+        b->limit_centre[k] = (float)d->limit_centre[k];
+        b->limit_half[k] = (float)d->limit_half[k];
+    }
+    b->limit_centre[3] = d->limited;
+    b->limit_half[3] = d->parallax;
+    for (int i = 0; i < d->probe_count; i++)
+        fill_probe(b, i, &d->probe[i]);
+}
+
+/* Returns whether the picture is mirrored. */
+static bool upload_blocks(view_room *r, const view_room_draw *d)
+{
+    view_frame frame;
+    room_block block = {0};
+    double rows[3][3];
+
+    fill_frame(&frame, d);
+    fill_block(&block, d);
+    picture_rows(d, rows);
+    const double det = invert_rows(rows, block.picture);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, r->frame_buffer);
+    gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof frame, &frame);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK, r->room_buffer);
+    gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
+    return det > 0;
+}
+
+static void bind(int unit, GLenum target, GLuint texture)
+{
+    gl.ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
+    gl.BindTexture(target, texture);
+}
+
+static void bind_maps(const view_room_draw *d)
+{
+    const GLuint cube = GL_TEXTURE_CUBE_MAP;
+
+    bind(VIEW_UNIT_SPECULAR, cube, d->environment.specular);
+    bind(VIEW_UNIT_IRRADIANCE, cube, d->environment.irradiance);
+    bind(VIEW_UNIT_SKY, cube, d->environment.sky);
+    bind(VIEW_UNIT_LUT, GL_TEXTURE_2D, d->table);
+    for (int i = 0; i < VIEW_ROOM_PROBES; i++) {
+        const view_room_probe *p = &d->probe[i];
+        const bool has = i < d->probe_count;
+        bind(UNIT_PROBES + i, cube, has ? p->specular : 0);
+        bind(UNIT_PROBES + VIEW_ROOM_PROBES + i, cube, has ? p->irradiance : 0);
+    }
+}
+
+/* ---- drawing ----------------------------------------------------------- */
+
+static int upload_balls(view_room *r, const view_room_draw *d)
+{
+    ball balls[VIEW_ROOM_SPHERES];
+    int count = 0;
+
+    for (int i = 0; i < VIEW_ROOM_SPHERES; i++) {
+        double centre[3], radius;
+        if (i == d->hidden || (!d->moving && view_room_sphere_moves(i)))
+            continue;
+        ball *b = &balls[count++];
+        view_room_sphere(i, d->seconds, centre, &radius);
+        for (int k = 0; k < 3; k++)
+            b->centre_radius[k] = (float)centre[k];
+        b->centre_radius[3] = (float)radius;
+        b->material = *view_room_sphere_material(i);
+    }
+    if (count) {
+        gl.BindBuffer(GL_ARRAY_BUFFER, r->instances);
+        gl.BufferSubData(GL_ARRAY_BUFFER, 0,
+                         (GLsizeiptr)((size_t)count * sizeof balls[0]), balls);
+    }
+    return count;
+}
+
+static void draw_boxes(const view_room *r, bool cells)
+{
+    const int first = cells ? r->box_coarse : 0;
+    const int end = cells ? r->box_count : r->box_coarse;
+
+    gl.UseProgram(r->boxes);
+    gl.BindVertexArray(r->box_array);
+    gl.DrawElements(GL_TRIANGLES, end - first, GL_UNSIGNED_INT,
+                    (const void *)((uintptr_t)first * sizeof(GLuint)));
+}
+
+static void draw_balls(const view_room *r, int count)
+{
+    gl.UseProgram(r->balls);
+    gl.BindVertexArray(r->ball_array);
+    gl.DrawElementsInstanced(GL_TRIANGLES, r->ball_count, GL_UNSIGNED_INT, NULL,
+                             count);
+}
+
+static void draw_sky(const view_room *r)
+{
+    gl.UseProgram(r->sky);
+    gl.BindVertexArray(r->nothing);
+    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+void view_room_render(view_room *r, const view_room_draw *d)
+{
+    const bool mirrored = upload_blocks(r, d);
+    const int count = upload_balls(r, d);
+
+    bind_maps(d);
+    gl.Disable(GL_BLEND);
+    gl.Enable(GL_DEPTH_TEST);
+    gl.DepthFunc(GL_LEQUAL); /* the sky is as far as what was cleared */
+    gl.Enable(GL_CULL_FACE);
+    gl.FrontFace(mirrored ? GL_CW : GL_CCW);
+    if (d->paraboloid)
+        gl.Enable(GL_CLIP_DISTANCE0);
+    gl.Clear(GL_DEPTH_BUFFER_BIT);
+    if (count)
+        draw_balls(r, count);
+    draw_boxes(r, d->paraboloid);
+    gl.Disable(GL_CLIP_DISTANCE0);
+    gl.Disable(GL_CULL_FACE);
+    gl.FrontFace(GL_CCW);
+    draw_sky(r);
+    gl.DepthFunc(GL_LESS);
+    gl.Disable(GL_DEPTH_TEST);
+}

@@ -1,0 +1,208 @@
+/* SPDX-License-Identifier: MIT */
+#include "view/room.h"
+
+#include <math.h>
+
+#define WHITE                                                                  \
+    {                                                                          \
+        {0.75f, 0.75f, 0.75f}, 0.9f, {0.04f, 0.04f, 0.04f},                    \
+        {                                                                      \
+            0, 0, 0                                                            \
+        }                                                                      \
+    }
+#define RED                                                                    \
+    {                                                                          \
+        {0.63f, 0.1f, 0.07f}, 0.8f, {0.04f, 0.04f, 0.04f},                     \
+        {                                                                      \
+            0, 0, 0                                                            \
+        }                                                                      \
+    }
+#define GREEN                                                                  \
+    {                                                                          \
+        {0.15f, 0.45f, 0.12f}, 0.8f, {0.04f, 0.04f, 0.04f},                    \
+        {                                                                      \
+            0, 0, 0                                                            \
+        }                                                                      \
+    }
+#define BLUE                                                                   \
+    {                                                                          \
+        {0.12f, 0.2f, 0.6f}, 0.8f, {0.04f, 0.04f, 0.04f},                      \
+        {                                                                      \
+            0, 0, 0                                                            \
+        }                                                                      \
+    }
+#define YELLOW                                                                 \
+    {                                                                          \
+        {0.6f, 0.5f, 0.18f}, 0.8f, {0.04f, 0.04f, 0.04f},                      \
+        {                                                                      \
+            0, 0, 0                                                            \
+        }                                                                      \
+    }
+#define DARK                                                                   \
+    {                                                                          \
+        {0.1f, 0.1f, 0.11f}, 0.08f, {0.06f, 0.06f, 0.06f},                     \
+        {                                                                      \
+            0, 0, 0                                                            \
+        }                                                                      \
+    }
+#define LIGHT                                                                  \
+    {                                                                          \
+        {0.3f, 0.29f, 0.27f}, 0.08f, {0.06f, 0.06f, 0.06f},                    \
+        {                                                                      \
+            0, 0, 0                                                            \
+        }                                                                      \
+    }
+#define STONE                                                                  \
+    {                                                                          \
+        {0.5f, 0.47f, 0.42f}, 0.35f, {0.04f, 0.04f, 0.04f},                    \
+        {                                                                      \
+            0, 0, 0                                                            \
+        }                                                                      \
+    }
+/* A panel is seen by what it emits alone. */
+#define LAMP(r, g, b)                                                          \
+    {                                                                          \
+        {0, 0, 0}, 1, {0, 0, 0},                                               \
+        {                                                                      \
+            r, g, b                                                            \
+        }                                                                      \
+    }
+
+/* Walls are WALL thick, outside of the room. */
+#define WALL 0.25
+#define OUT (5 + WALL)
+
+const double view_room_centre[3] = {0, 2, 0}, view_room_half[3] = {5, 2, 5};
+
+/* Boxes touch and do not overlap, so that no two sides are in one place and
+ * face the same way. */
+static const view_room_box boxes[] = {
+    /* the floor's quarters, so that it has lines to look at */
+    {{-OUT, -WALL, -OUT}, {0, 0, 0}, DARK},
+    {{0, -WALL, -OUT}, {OUT, 0, 0}, LIGHT},
+    {{-OUT, -WALL, 0}, {0, 0, OUT}, LIGHT},
+    {{0, -WALL, 0}, {OUT, 0, OUT}, DARK},
+    {{-OUT, 4, -OUT}, {OUT, 4 + WALL, OUT}, WHITE}, /* the ceiling */
+    /* -X, with two windows: below, above, and three piers */
+    {{-OUT, 0, -5}, {-5, 1, 5}, RED},
+    {{-OUT, 3, -5}, {-5, 4, 5}, RED},
+    {{-OUT, 1, -5}, {-5, 3, -3.8}, RED},
+    {{-OUT, 1, -1.2}, {-5, 3, 1.2}, RED},
+    {{-OUT, 1, 3.8}, {-5, 3, 5}, RED},
+    {{5, 0, -5}, {OUT, 4, 5}, GREEN},      /* +X */
+    {{-OUT, 0, -OUT}, {OUT, 4, -5}, BLUE}, /* -Z */
+    /* +Z, with two windows */
+    {{-OUT, 0, 5}, {OUT, 1, OUT}, YELLOW},
+    {{-OUT, 3, 5}, {OUT, 4, OUT}, YELLOW},
+    {{-OUT, 1, 5}, {-3.8, 3, OUT}, YELLOW},
+    {{-1.2, 1, 5}, {1.2, 3, OUT}, YELLOW},
+    {{3.8, 1, 5}, {OUT, 3, OUT}, YELLOW},
+    /* pillars */
+    {{-2.8, 0, -2.8}, {-2.2, 4, -2.2}, STONE},
+    {{2.2, 0, -2.8}, {2.8, 4, -2.2}, STONE},
+    {{-2.8, 0, 2.2}, {-2.2, 4, 2.8}, STONE},
+    {{2.2, 0, 2.2}, {2.8, 4, 2.8}, STONE},
+    /* panels */
+    {{4.95, 0.8, -3.6}, {5, 3.2, -2}, LAMP(5, 1.6f, 0.3f)},
+    {{4.95, 0.8, 1}, {5, 3.2, 2.6}, LAMP(0.3f, 2.6f, 4)},
+    {{-4, 1.2, -5}, {-1, 2.8, -4.95}, LAMP(4, 3.6f, 3)},
+    {{1.4, 0.6, -5}, {2, 3.4, -4.95}, LAMP(4, 0.4f, 2.4f)},
+    {{-1.5, 3.95, -3.4}, {1.5, 4, -3}, LAMP(7, 6.6f, 6)},
+    {{-1.5, 3.95, 3}, {1.5, 4, 3.4}, LAMP(7, 6.6f, 6)},
+};
+
+int view_room_boxes(void)
+{
+    return (int)(sizeof boxes / sizeof boxes[0]);
+}
+
+const view_room_box *view_room_box_at(int i)
+{
+    return &boxes[i];
+}
+
+/* ---- spheres ----------------------------------------------------------- */
+
+/* Each swings along every axis by itself, as a sine. */
+static const struct {
+    double radius, middle[3], reach[3], seconds[3], phase[3]; /* turns */
+    view_room_material material;
+} spheres[VIEW_ROOM_SPHERES] = {
+    {0.6,
+     {0, 0.9, 0},
+     {0, 0, 0},
+     {1, 1, 1},
+     {0, 0, 0},
+     {{0, 0, 0}, 0, {0.95f, 0.95f, 0.95f}, {0, 0, 0}}},
+    {0.22,
+     {0, 1.1, 0},
+     {1.8, 0.5, 1.8},
+     {8, 5, 8},
+     {0.25, 0, 0},
+     LAMP(12, 5, 1.5f)},
+    {0.45,
+     {0, 0.45, 3.7},
+     {3.6, 0, 0},
+     {11, 1, 1},
+     {0, 0, 0},
+     {{0, 0, 0}, 0.25f, {1, 0.78f, 0.34f}, {0, 0, 0}}},
+    {0.5,
+     {-3.7, 1.2, 0},
+     {0, 0.7, 2.4},
+     {1, 3, 13},
+     {0, 0, 0.25},
+     {{0.05f, 0.2f, 0.55f}, 0.3f, {0.04f, 0.04f, 0.04f}, {0, 0, 0}}},
+};
+
+void view_room_sphere(int i, double seconds, double centre[3], double *radius)
+{
+    const double turn = 2 * 3.14159265358979323846;
+
+    for (int k = 0; k < 3; k++) {
+        const double turns =
+            seconds / spheres[i].seconds[k] + spheres[i].phase[k];
+        centre[k] =
+            spheres[i].middle[k] + spheres[i].reach[k] * sin(turn * turns);
+    }
+    *radius = spheres[i].radius;
+}
+
+bool view_room_sphere_moves(int i)
+{
+    const double *reach = spheres[i].reach;
+
+    return reach[0] != 0 || reach[1] != 0 || reach[2] != 0;
+}
+
+const view_room_material *view_room_sphere_material(int i)
+{
+    return &spheres[i].material;
+}
+
+static bool touches(const double sphere[3], double radius,
+                    const double centre[3], const double half[3])
+{
+    double sum = 0;
+
+    for (int k = 0; k < 3; k++) {
+        const double beyond = fabs(sphere[k] - centre[k]) - half[k];
+        sum += beyond > 0 ? beyond * beyond : 0;
+    }
+    return sum < radius * radius;
+}
+
+bool view_room_moved(double from, double to, const double centre[3],
+                     const double half[3])
+{
+    for (int i = 0; i < VIEW_ROOM_SPHERES; i++) {
+        double was[3], is[3], radius;
+        view_room_sphere(i, from, was, &radius);
+        view_room_sphere(i, to, is, &radius);
+        if (was[0] == is[0] && was[1] == is[1] && was[2] == is[2])
+            continue;
+        if (touches(was, radius, centre, half) ||
+            touches(is, radius, centre, half))
+            return true;
+    }
+    return false;
+}

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+// The split sum as sphere.frag has it, with light of the probes that hold here;
+// of the environment what they leave: ibl_probes_blend of ibl/probes.h.
+#include "room.glsl"
+#include "ibl.glsl"
+#include "brdf.glsl"
+#include "probes.glsl"
+
+uniform samplerCube probe_specular[PROBES];
+uniform samplerCube probe_irradiance[PROBES];
+
+in vec3 surface_position;
+in vec3 surface_normal;
+flat in vec4 surface_albedo;
+flat in vec3 surface_f0;
+flat in vec3 surface_emission;
+
+layout(location = 0) out vec4 colour;
+
+// rgb: the sum so far; a: what is left of 1.
+void take(inout vec4 sum, vec4 seen, float influence)
+{
+    if (seen.a <= 0.0)
+        return;
+    float share = min(influence * min(seen.a, 1.0), sum.a);
+    sum += vec4(share / seen.a * seen.rgb, -share);
+}
+
+// Samplers cannot be chosen by an index that varies.
+void add_probe(int i, samplerCube specular_cube, samplerCube irradiance_cube,
+               vec3 normal, vec3 reflected, inout vec4 specular,
+               inout vec4 light)
+{
+    vec3 p = surface_position;
+    float influence =
+        probe_influence(p, influence_centre[i].xyz, influence_half[i].xyz,
+                        probe_position[i].w);
+    if (influence <= 0.0)
+        return;
+    vec3 d = reflected;
+    if (limit_half.w != 0.0 && proxy_half[i].x > 0.0)
+        d = probe_parallax(p, reflected, probe_position[i].xyz,
+                           proxy_centre[i].xyz, proxy_half[i].xyz);
+    float lod = clamp(surface_albedo.a * probe_lod[i].x + probe_lod[i].y, 0.0,
+                      probe_lod[i].z);
+    take(specular, textureLod(specular_cube, d, lod), influence);
+    take(light, textureLod(irradiance_cube, normal, 0.0), influence);
+}
+
+bool beyond_limit()
+{
+    // What is on the border is inside: it may be a wall.
+    return limit_centre.w != 0.0 &&
+           any(greaterThan(abs(surface_position - limit_centre.xyz),
+                           limit_half.xyz * (1.0 + 1.0 / 1024.0)));
+}
+
+void main()
+{
+    if (beyond_limit()) {
+        colour = vec4(0.0);
+        return;
+    }
+    vec3 normal = normalize(surface_normal);
+    vec3 view = normalize(eye.xyz - surface_position);
+    vec3 reflected = reflect(-view, normal);
+    float n_v = clamp(dot(normal, view), 0.0, 1.0);
+
+    vec4 specular = vec4(0.0, 0.0, 0.0, 1.0), light = specular;
+    int probes = int(range.w);
+    if (probes > 0)
+        add_probe(0, probe_specular[0], probe_irradiance[0], normal, reflected,
+                  specular, light);
+    if (probes > 1)
+        add_probe(1, probe_specular[1], probe_irradiance[1], normal, reflected,
+                  specular, light);
+    if (probes > 2)
+        add_probe(2, probe_specular[2], probe_irradiance[2], normal, reflected,
+                  specular, light);
+    if (probes > 3)
+        add_probe(3, probe_specular[3], probe_irradiance[3], normal, reflected,
+                  specular, light);
+    if (specular.a > 0.0)
+        specular.rgb += specular.a * specular_light(surface_albedo.a,
+                                                    reflected);
+    if (light.a > 0.0)
+        light.rgb += light.a * irradiance(normal);
+
+    vec2 rg = table(n_v, surface_albedo.a);
+    vec3 fss = surface_f0 * rg.x + rg.y;
+    vec3 k = diffuse_factor(surface_f0, surface_albedo.rgb, fss, rg.x + rg.y,
+                            choice.z != 0);
+    colour = vec4(fss * specular.rgb + k * light.rgb + surface_emission, 1.0);
+}

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+// What stands still, with its material.
+#include "room.glsl"
+
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec4 albedo_roughness;
+layout(location = 3) in vec3 f0;
+layout(location = 4) in vec3 emission;
+
+out vec3 surface_position;
+out vec3 surface_normal;
+flat out vec4 surface_albedo; // and roughness
+flat out vec3 surface_f0;
+flat out vec3 surface_emission;
+
+void main()
+{
+    surface_position = position;
+    surface_normal = normal;
+    surface_albedo = albedo_roughness;
+    surface_f0 = f0;
+    surface_emission = emission;
+    gl_Position = projected(position, gl_ClipDistance[0]);
+}

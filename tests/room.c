@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: MIT */
+#include "room.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ibl/ibl.h"
+
+static void *need(void *memory)
+{
+    if (!memory) {
+        fprintf(stderr, "room: no memory\n");
+        exit(1);
+    }
+    return memory;
+}
+
+/* ---- targets ----------------------------------------------------------- */
+
+static GLuint texture(GLenum target)
+{
+    GLuint t;
+
+    gl.GenTextures(1, &t);
+    gl.ActiveTexture(GL_TEXTURE0);
+    gl.BindTexture(target, t);
+    gl.TexParameteri(target, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    gl.TexParameteri(target, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    gl.TexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    gl.TexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    gl.TexParameteri(target, GL_TEXTURE_MAX_LEVEL, 0);
+    return t;
+}
+
+void room_target_make(room_target *t, int width, int height)
+{
+    *t = (room_target){.width = width, .height = height};
+    t->colour = texture(GL_TEXTURE_2D);
+    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA,
+                  GL_FLOAT, NULL);
+    t->depth = texture(GL_TEXTURE_2D);
+    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, width, height, 0,
+                  GL_DEPTH_COMPONENT, GL_UNSIGNED_INT, NULL);
+    gl.GenFramebuffers(1, &t->framebuffer);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer);
+    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
+                            t->colour, 0);
+    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D,
+                            t->depth, 0);
+    gl.Viewport(0, 0, width, height);
+}
+
+void room_target_free(room_target *t)
+{
+    gl.DeleteFramebuffers(1, &t->framebuffer);
+    gl.DeleteTextures(1, &t->depth);
+    gl.DeleteTextures(1, &t->colour);
+}
+
+void room_target_bind(const room_target *t)
+{
+    gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer);
+    gl.Viewport(0, 0, t->width, t->height);
+}
+
+float *room_target_read(const room_target *t)
+{
+    const size_t row = 4 * (size_t)t->width, rows = (size_t)t->height;
+    float *up = need(malloc(row * rows * sizeof *up));
+    float *down = need(malloc(row * rows * sizeof *down));
+
+    room_target_bind(t);
+    gl.ReadPixels(0, 0, t->width, t->height, GL_RGBA, GL_FLOAT, up);
+    for (size_t y = 0; y < rows; y++)
+        memcpy(down + y * row, up + (rows - 1 - y) * row, row * sizeof *up);
+    free(up);
+    return down;
+}
+
+/* ---- cameras ----------------------------------------------------------- */
+
+static void normalise(double a[3])
+{
+    const double length = sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+
+    for (int k = 0; k < 3; k++)
+        a[k] /= length;
+}
+
+static void cross(const double a[3], const double b[3], double c[3])
+{
+    for (int k = 0; k < 3; k++)
+        c[k] =
+            a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+
+view_camera room_camera(const double eye[3], const double at[3], double fov,
+                        int width, int height)
+{
+    view_camera c = {.near = 0.05, .far = 40};
+    const double scale = tan(fov * acos(-1.0) / 360);
+
+    for (int k = 0; k < 3; k++) {
+        c.eye[k] = eye[k];
+        c.forward[k] = at[k] - eye[k];
+    }
+    normalise(c.forward);
+    const bool upright = fabs(c.forward[1]) < 0.99;
+    const double up[3] = {0, upright, !upright};
+    cross(c.forward, up, c.right);
+    normalise(c.right);
+    cross(c.right, c.forward, c.up);
+    for (int k = 0; k < 3; k++) {
+        c.right[k] *= scale * width / height;
+        c.up[k] *= scale;
+    }
+    return c;
+}
+
+view_room_draw room_draw_by(const view_camera *camera)
+{
+    view_room_draw d = {.moving = true, .hidden = -1, .parallax = true};
+
+    view_camera_matrix(camera, d.clip);
+    memcpy(d.eye, camera->eye, sizeof d.eye);
+    d.near = camera->near;
+    d.far = camera->far;
+    d.environment.irradiance_scale = 1;
+    return d;
+}
+
+/* ---- maps -------------------------------------------------------------- */
+
+GLuint room_cube(int size, room_texel *texel, void *cookie)
+{
+    const GLuint cube = texture(GL_TEXTURE_CUBE_MAP);
+    float *texels = need(malloc(4 * sizeof(float) * size * size));
+
+    gl.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
+    for (int face = 0; face < IBL_FACES; face++) {
+        for (int i = 0; i < size * size; i++) {
+            double d[3];
+            ibl_cube_direction(face, i % size, i / size, size, d);
+            texel(cookie, d, texels + 4 * (size_t)i);
+        }
+        gl.TexImage2D(GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)face, 0,
+                      GL_RGBA32F, size, size, 0, GL_RGBA, GL_FLOAT, texels);
+    }
+    free(texels);
+    return cube;
+}
+
+static void same(void *cookie, const double direction[3], float rgba[4])
+{
+    (void)direction;
+    memcpy(rgba, cookie, 4 * sizeof *rgba);
+}
+
+GLuint room_cube_of(float r, float g, float b, float a)
+{
+    float rgba[4] = {r, g, b, a};
+
+    return room_cube(2, same, rgba);
+}
+
+GLuint room_table_of(float r, float g)
+{
+    const GLuint table = texture(GL_TEXTURE_2D);
+    const float rg[2] = {r, g};
+
+    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RG32F, 1, 1, 0, GL_RG, GL_FLOAT, rg);
+    return table;
+}

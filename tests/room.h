@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: MIT */
+/* What programs that draw the room share. */
+#ifndef TEST_ROOM_H
+#define TEST_ROOM_H
+
+#include "view/room.h"
+#include "view/scene.h"
+
+/* Floats with depth, drawn into once they are bound. */
+typedef struct room_target {
+    int width, height;
+    GLuint colour, depth, framebuffer;
+} room_target;
+
+void room_target_make(room_target *t, int width, int height);
+void room_target_free(room_target *t);
+void room_target_bind(const room_target *t);
+/* RGBA, rows from the top; free() it. */
+float *room_target_read(const room_target *t);
+
+/* Looks from eye to a point; fov in degrees is vertical. */
+view_camera room_camera(const double eye[3], const double at[3], double fov,
+                        int width, int height);
+/* A draw by that camera with everything shown, without maps. */
+view_room_draw room_draw_by(const view_camera *camera);
+
+/* A cube of levels 1, RGBA32F, texel by texel of a function of its direction
+ * (unit). */
+typedef void room_texel(void *cookie, const double direction[3], float rgba[4]);
+GLuint room_cube(int size, room_texel *texel, void *cookie);
+/* The same everywhere. */
+GLuint room_cube_of(float r, float g, float b, float a);
+/* A table that is the same everywhere. */
+GLuint room_table_of(float r, float g);
+
+#endif
