@@ -38,13 +38,15 @@ done
 # compiler than Mesa's, program by program.
 mkdir -p "$build/glsl"
 for f in $shaders; do
-    awk -v file="$f" 'function take(name,    line, part) {
+    awk -v file="$f" 'function take(name,    line, part, here) {
             if (had[name]++)
                 return
             while ((getline line <name) > 0)
-                if (split(line, part, "\"") == 3 && line ~ /^#include "/)
-                    take(dir part[2])
-                else
+                if (split(line, part, "\"") == 3 && line ~ /^#include "/) {
+                    here = (getline line <(dir part[2])) >= 0
+                    close(dir part[2])
+                    take((here ? dir : "include/ibl/") part[2])
+                } else
                     print line
         }
         BEGIN {

@@ -142,7 +142,7 @@ GLuint room_cube(int size, room_texel *texel, void *cookie)
     for (int face = 0; face < IBL_FACES; face++) {
         for (int i = 0; i < size * size; i++) {
             double d[3];
-            ibl_cube_direction(face, i % size, i / size, size, d);
+            ibl_cube_direction(size, face, i % size, i / size, d);
             texel(cookie, d, texels + 4 * (size_t)i);
         }
         gl.TexImage2D(GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)face, 0,

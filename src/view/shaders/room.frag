@@ -17,6 +17,17 @@ flat in vec3 surface_emission;
 
 layout(location = 0) out vec4 colour;
 
+ibl_probe probe_at(int i)
+{
+    ibl_volume influence =
+        ibl_volume(false, influence_centre[i].xyz, influence_half[i].xyz);
+    ibl_volume proxy =
+        ibl_volume(false, proxy_centre[i].xyz, proxy_half[i].xyz);
+    bool has_proxy = limit_half.w != 0.0 && proxy_half[i].x > 0.0;
+    return ibl_probe(probe_position[i].xyz, influence, probe_position[i].w,
+                     has_proxy, proxy, i);
+}
+
 // rgb: the sum so far; a: what is left of 1.
 void take(inout vec4 sum, vec4 seen, float influence)
 {
@@ -31,16 +42,12 @@ void add_probe(int i, samplerCube specular_cube, samplerCube irradiance_cube,
                vec3 normal, vec3 reflected, inout vec4 specular,
                inout vec4 light)
 {
-    vec3 p = surface_position;
-    float influence =
-        probe_influence(p, influence_centre[i].xyz, influence_half[i].xyz,
-                        probe_position[i].w);
+    vec3 d;
+    ibl_probe p = probe_at(i);
+    float influence = ibl_probe_influence(p, surface_position);
     if (influence <= 0.0)
         return;
-    vec3 d = reflected;
-    if (limit_half.w != 0.0 && proxy_half[i].x > 0.0)
-        d = probe_parallax(p, reflected, probe_position[i].xyz,
-                           proxy_centre[i].xyz, proxy_half[i].xyz);
+    ibl_probe_parallax(p, surface_position, reflected, d);
     float lod = clamp(surface_albedo.a * probe_lod[i].x + probe_lod[i].y, 0.0,
                       probe_lod[i].z);
     take(specular, textureLod(specular_cube, d, lod), influence);
@@ -87,6 +94,9 @@ void main()
         light.rgb += light.a * irradiance(normal);
 
     vec2 rg = table(n_v, surface_albedo.a);
+    // Nothing at all is reflected at grazing angles where F0 is 0: panels.
+    if (surface_f0 == vec3(0.0))
+        rg = vec2(0.0);
     vec3 fss = surface_f0 * rg.x + rg.y;
     vec3 k = diffuse_factor(surface_f0, surface_albedo.rgb, fss, rg.x + rg.y,
                             choice.z != 0);

@@ -1,0 +1,689 @@
+/* SPDX-License-Identifier: MIT */
+/* The room against rays that are cast here, in double, into its boxes and
+ * spheres. */
+#include "room.h"
+#include "view.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ibl/ibl.h"
+
+static const float sky[3] = {0.3f, 0.4f, 0.9f};
+
+/* ---- rays -------------------------------------------------------------- */
+
+typedef struct hit {
+    int what; /* box; boxes + sphere; -1: the sky */
+    double distance, point[3], normal[3];
+    const view_room_material *material;
+} hit;
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static bool cast_box(const view_room_box *b, const double eye[3],
+                     const double d[3], hit *h)
+{
+    double enter = 0, leave = INFINITY;
+    int axis = -1;
+
+    for (int k = 0; k < 3; k++) {
+        const double t0 = (b->low[k] - eye[k]) / d[k];
+        const double t1 = (b->high[k] - eye[k]) / d[k];
+        if (fmin(t0, t1) > enter) {
+            enter = fmin(t0, t1);
+            axis = k;
+        }
+        leave = fmin(leave, fmax(t0, t1));
+    }
+    if (axis < 0 || enter >= leave || enter >= h->distance)
+        return false;
+    h->distance = enter;
+    memset(h->normal, 0, sizeof h->normal);
+    h->normal[axis] = d[axis] < 0 ? 1 : -1;
+    h->material = &b->material;
+    return true;
+}
+
+static bool cast_sphere(int i, double seconds, const double eye[3],
+                        const double d[3], hit *h)
+{
+    double centre[3], radius, to[3];
+
+    view_room_sphere(i, seconds, centre, &radius);
+    for (int k = 0; k < 3; k++)
+        to[k] = centre[k] - eye[k];
+    const double along = dot(to, d);
+    const double half2 = along * along - dot(to, to) + radius * radius;
+    const double t = half2 > 0 ? along - sqrt(half2) : -1;
+    if (t <= 0 || t >= h->distance)
+        return false;
+    h->distance = t;
+    for (int k = 0; k < 3; k++)
+        h->normal[k] = (t * d[k] - to[k]) / radius;
+    h->material = view_room_sphere_material(i);
+    return true;
+}
+
+/* direction: unit */
+static hit cast(const view_room_draw *draw, const double eye[3],
+                const double direction[3])
+{
+    hit h = {.what = -1, .distance = INFINITY};
+
+    for (int i = 0; i < view_room_boxes(); i++)
+        if (cast_box(view_room_box_at(i), eye, direction, &h))
+            h.what = i;
+    for (int i = 0; i < VIEW_ROOM_SPHERES; i++)
+        if (i != draw->hidden && (draw->moving || !view_room_sphere_moves(i)) &&
+            cast_sphere(i, draw->seconds, eye, direction, &h))
+            h.what = view_room_boxes() + i;
+    for (int k = 0; k < 3 && h.what >= 0; k++)
+        h.point[k] = eye[k] + h.distance * direction[k];
+    return h;
+}
+
+/* ---- what is drawn ------------------------------------------------------ */
+
+static view_room *room;
+static room_target target;
+static GLuint white, black, blue, table;
+
+/* Light is white everywhere, and the table that of a surface that loses
+ * nothing: each material has one colour. */
+static bool begin(int width, int height)
+{
+    if (!view_test_begin(width, height))
+        return false;
+    room = view_room_create();
+    room_target_make(&target, width, height);
+    white = room_cube_of(1, 1, 1, 1);
+    black = room_cube_of(0, 0, 0, 1);
+    blue = room_cube_of(sky[0], sky[1], sky[2], 1);
+    table = room_table_of(1, 0);
+    return room != NULL;
+}
+
+static void end(void)
+{
+    const GLuint maps[] = {white, black, blue, table};
+
+    CHECK(view_gl_check("drawing the room"));
+    gl.DeleteTextures(4, maps);
+    room_target_free(&target);
+    view_room_free(room);
+    view_test_end();
+}
+
+static view_room_draw white_draw(const view_camera *camera)
+{
+    view_room_draw d = room_draw_by(camera);
+
+    d.environment.specular = d.environment.irradiance = white;
+    d.environment.sky = blue;
+    d.table = table;
+    return d;
+}
+
+static float *render(const view_room_draw *d)
+{
+    room_target_bind(&target);
+    view_room_render(room, d);
+    return room_target_read(&target);
+}
+
+/* The colour of a material in that light. */
+static void material_colour(const hit *h, double rgb[3])
+{
+    for (int k = 0; k < 3; k++) {
+        if (h->what < 0) {
+            rgb[k] = (double)sky[k];
+            continue;
+        }
+        const double f0 = (double)h->material->f0[k];
+        rgb[k] = f0 + (1 - f0) * (double)h->material->albedo[k] +
+                 (double)h->material->emission[k];
+    }
+}
+
+static double difference(const float *pixel, const double rgb[3])
+{
+    double most = 0;
+
+    for (int k = 0; k < 3; k++)
+        most = fmax(most, fabs((double)pixel[k] - rgb[k]) / (1 + rgb[k]));
+    return most;
+}
+
+/* ---- what is before what ------------------------------------------------ */
+
+/* Of a pixel, the other way round than view_camera_matrix. */
+static float *read_depths(const view_camera *c)
+{
+    const int w = target.width, h = target.height;
+    float *depth = malloc(sizeof *depth * w * h);
+    const double a = (c->far + c->near) / (c->far - c->near);
+    const double b = -2 * c->far * c->near / (c->far - c->near);
+
+    gl.ReadPixels(0, 0, w, h, GL_DEPTH_COMPONENT, GL_FLOAT, depth);
+    for (int i = 0; i < w * h; i++)
+        depth[i] = (float)(b / (2 * (double)depth[i] - 1 - a));
+    return depth;
+}
+
+/* Whether a ray near the pixel's centre sees that colour at that depth. Edges
+ * of spheres are those of triangles. */
+static bool is_seen(const view_camera *c, const view_room_draw *d, int x, int y,
+                    const float *pixel, double depth, double near_by)
+{
+    for (int i = 0; i < 9; i++) {
+        double direction[3], rgb[3];
+        view_camera_ray(c, target.width, target.height,
+                        x + near_by * ((i + 1) % 3 - 1),
+                        y + near_by * ((i + 4) / 3 % 3 - 1), direction);
+        const hit h = cast(d, c->eye, direction);
+        const double away = h.distance * dot(direction, c->forward);
+        const bool round = h.what >= view_room_boxes();
+        material_colour(&h, rgb);
+        if (difference(pixel, rgb) < 1e-4 &&
+            (h.what < 0 ? depth > 39
+                        : fabs(away - depth) < (round ? .06 : .004)))
+            return true;
+    }
+    return false;
+}
+
+static void depth_order(void)
+{
+    static const struct {
+        double eye[3], at[3], seconds;
+    } views[] = {
+        {{3.4, 2.3, 4.6}, {-0.8, 1.2, -1}, 0},
+        {{-4.5, 1.3, -0.3}, {3, 1, 0.4}, 1.7},
+        {{0.2, 3.8, 0.3}, {0.3, 0, 0.1}, 3.1},
+        {{-9, 3, 8}, {0, 1, 0}, 4.4}, /* from outside */
+        {{0, 9, 7}, {0, 1, 0}, 5},
+    };
+
+    if (!begin(160, 96))
+        return;
+    for (size_t v = 0; v < sizeof views / sizeof views[0]; v++) {
+        const view_camera c =
+            room_camera(views[v].eye, views[v].at, 70, 160, 96);
+        view_room_draw d = white_draw(&c);
+        d.seconds = views[v].seconds;
+        float *picture = render(&d), *depths = read_depths(&c);
+        int bad = 0;
+        for (int i = 0; i < 160 * 96; i++) {
+            const int x = i % 160, y = i / 160;
+            bad += !is_seen(&c, &d, x, y, picture + 4 * i,
+                            (double)depths[160 * (95 - y) + x], 0.06);
+        }
+        CHECK_MSG(bad == 0, "view %zu: %d of %d pixels", v, bad, 160 * 96);
+        free(depths);
+        free(picture);
+    }
+    end();
+}
+
+/* Seen in a mirror, everything is where it was, the other way round. */
+static void mirrored(void)
+{
+    const double eye[3] = {3.4, 2.3, 4.6}, at[3] = {-1, 1, -1};
+
+    if (!begin(96, 64))
+        return;
+    const view_camera c = room_camera(eye, at, 70, 96, 64);
+    view_room_draw d = white_draw(&c);
+    float *straight = render(&d);
+    for (int i = 0; i < 16; i += 4)
+        d.clip[i] = -d.clip[i];
+    float *other = render(&d);
+    int bad = 0;
+    for (int i = 0; i < 96 * 64; i++) {
+        const float *mirror = other + 4 * (i / 96 * 96 + 95 - i % 96);
+        bad += memcmp(straight + 4 * i, mirror, 4 * sizeof *mirror) != 0;
+    }
+    CHECK_MSG(bad < 96 * 64 / 100, "%d pixels", bad);
+    free(other);
+    free(straight);
+    end();
+}
+
+/* ---- six faces, two paraboloids ----------------------------------------- */
+
+static const double middle[3] = {0.31, 2.07, 0.43};
+
+/* Where x, y and z point, from the middle; of a projection or a paraboloid. */
+static void look(view_room_draw *d, double axes[3][3])
+{
+    const double near = 0.05, far = 40;
+    const double a = (far + near) / (far - near);
+    const double b = -2 * far * near / (far - near);
+
+    for (int k = 0; k < 4; k++)
+        for (int i = 0; i < 4; i++) {
+            const double *axis = axes[i < 2 ? i : 2];
+            const double at = k < 3 ? axis[k] : -dot(axis, middle);
+            const bool depth = i == 2 && !d->paraboloid;
+            d->clip[4 * k + i] = depth ? a * at + (k == 3 ? b : 0) : at;
+        }
+    if (d->paraboloid)
+        for (int k = 0; k < 4; k++)
+            d->clip[4 * k + 3] = k == 3;
+    memcpy(d->eye, middle, sizeof d->eye);
+    d->near = near;
+    d->far = far;
+    d->hidden = 0;
+}
+
+/* The other way round, pixels of a face in rows as they are drawn. */
+static void face_axes(int face, double axes[3][3])
+{
+    double corner[4][3];
+
+    for (int i = 0; i < 3; i++) {
+        ibl_cube_direction(2, face, i == 0, i == 1, corner[i]);
+        const double most = fmax(fabs(corner[i][0]),
+                                 fmax(fabs(corner[i][1]), fabs(corner[i][2])));
+        for (int k = 0; k < 3; k++)
+            corner[i][k] /= most;
+    }
+    for (int k = 0; k < 3; k++) {
+        axes[0][k] = corner[0][k] - corner[2][k];
+        axes[1][k] = corner[1][k] - corner[2][k];
+        axes[2][k] = (corner[0][k] + corner[1][k]) / 2;
+    }
+}
+
+static bool sees(const view_room_draw *d, const float *pixel,
+                 const double direction[3])
+{
+    double rgb[3];
+    const hit h = cast(d, middle, direction);
+
+    material_colour(&h, rgb);
+    return difference(pixel, rgb) < 1e-4;
+}
+
+/* Every texel of all faces, but where two things meet. */
+static void six_faces(void)
+{
+    enum {
+        SIZE = 48
+    };
+    static const int ahead[6] = {10, 8, 4, 3, 15, 11}; /* boxes */
+    const view_camera any = {.near = 1, .far = 2};
+
+    if (!begin(SIZE, SIZE))
+        return;
+    for (int face = 0; face < IBL_FACES; face++) {
+        view_room_draw d = white_draw(&any);
+        double axes[3][3], direction[3];
+        face_axes(face, axes);
+        look(&d, axes);
+        const hit h = cast(&d, middle, axes[2]);
+        CHECK_MSG(h.what == ahead[face], "face %d: box %d", face, h.what);
+        float *picture = render(&d);
+        int bad = 0;
+        for (int i = 0; i < SIZE * SIZE; i++) {
+            const int x = i % SIZE, y = SIZE - 1 - i / SIZE;
+            ibl_cube_direction(SIZE, face, x, y, direction);
+            bad += !sees(&d, picture + 4 * i, direction);
+        }
+        CHECK_MSG(bad <= 6, "face %d: %d texels", face, bad);
+        free(picture);
+    }
+    end();
+}
+
+/* Triangles have straight edges there, so that edges are up to a pixel away. */
+static void paraboloids(void)
+{
+    enum {
+        SIZE = 64
+    };
+    const view_camera any = {.near = 1, .far = 2};
+
+    if (!begin(SIZE, SIZE))
+        return;
+    for (int side = 0; side < 2; side++) {
+        const double s = side ? -1 : 1;
+        double axes[3][3] = {{s, 0, 0}, {0, 1, 0}, {0, 0, s}};
+        view_room_draw d = white_draw(&any);
+        d.paraboloid = true;
+        look(&d, axes);
+        float *picture = render(&d);
+        int bad = 0, all = 0;
+        for (int i = 0; i < SIZE * SIZE; i++) {
+            const double x = (i % SIZE + 0.5) * 2 / SIZE - 1;
+            const double y = 1 - (i / SIZE + 0.5) * 2 / SIZE;
+            bool seen = false;
+            if (x * x + y * y > 1)
+                continue;
+            for (int k = 0; k < 9; k++) {
+                const double u = x + (k % 3 - 1) * 1.5 / SIZE;
+                const double v = y + (k / 3 - 1) * 1.5 / SIZE;
+                const double r2 = 1 + u * u + v * v;
+                const double direction[3] = {s * 2 * u / r2, 2 * v / r2,
+                                             s * (2 - r2) / r2};
+                seen = seen || sees(&d, picture + 4 * i, direction);
+            }
+            bad += !seen;
+            all++;
+        }
+        CHECK_MSG(bad * 200 <= all, "side %d: %d of %d pixels", side, bad, all);
+        free(picture);
+    }
+    end();
+}
+
+/* ---- light ---------------------------------------------------------------*/
+
+static void panels_emit(void)
+{
+    const float some[2] = {0.7f, 0.2f};
+    int panels = 0;
+
+    if (!begin(4, 4))
+        return;
+    gl.DeleteTextures(1, &table);
+    table = room_table_of(some[0], some[1]);
+    for (int i = 0; i < view_room_boxes(); i++) {
+        const view_room_box *b = view_room_box_at(i);
+        double at[3], eye[3];
+        if (b->material.emission[0] <= 0)
+            continue;
+        for (int k = 0; k < 3; k++) {
+            at[k] = 0.5 * (b->low[k] + b->high[k]);
+            eye[k] = at[k] * 0.8 + view_room_centre[k] * 0.2;
+        }
+        const view_camera c = room_camera(eye, at, 3, 4, 4);
+        view_room_draw d = white_draw(&c);
+        float *picture = render(&d);
+        CHECK(!memcmp(picture, b->material.emission, 3 * sizeof *picture));
+        free(picture);
+        panels++;
+    }
+    CHECK(panels == 6);
+    end();
+}
+
+/* A box without walls that says where on its inside one looks. */
+static void inside_of_room(const double from[3], const double d[3],
+                           double at[3])
+{
+    double t = INFINITY;
+
+    for (int k = 0; k < 3; k++) {
+        const double wall =
+            view_room_centre[k] + copysign(view_room_half[k], d[k]);
+        if (d[k] != 0)
+            t = fmin(t, (wall - from[k]) / d[k]);
+    }
+    for (int k = 0; k < 3; k++)
+        at[k] = from[k] + t * d[k];
+}
+
+static void place_texel(void *cookie, const double direction[3], float rgba[4])
+{
+    double at[3];
+
+    inside_of_room(cookie, direction, at);
+    for (int k = 0; k < 3; k++)
+        rgba[k] = (float)at[k];
+    rgba[3] = 1;
+}
+
+static void copy3(float to[3], const double from[3])
+{
+    for (int k = 0; k < 3; k++)
+        to[k] = (float)from[k];
+}
+
+static view_room_probe room_probe(GLuint cube, const double position[3])
+{
+    view_room_probe p = {
+        .specular = cube, .irradiance = black, .influence_half = {6, 6, 6}};
+
+    copy3(p.position, position);
+    copy3(p.proxy_centre, view_room_centre);
+    copy3(p.proxy_half, view_room_half);
+    return p;
+}
+
+enum {
+    CUBE = 64
+};
+
+/* How far apart what is seen at a pixel and what a mirror there reflects are,
+ * in texels where it is. */
+static double reflection_error(const hit *h, const double from[3],
+                               const double eye_ray[3], const float *pixel)
+{
+    double d[3], at[3], apart = 0, away = 0, seen[3], flat = 0;
+    const double cosine = dot(eye_ray, h->normal);
+
+    for (int k = 0; k < 3; k++)
+        d[k] = eye_ray[k] - 2 * cosine * h->normal[k];
+    inside_of_room(h->point, d, at);
+    for (int k = 0; k < 3; k++) {
+        seen[k] = (double)pixel[k] / (double)h->material->f0[k];
+        apart += (seen[k] - at[k]) * (seen[k] - at[k]);
+        away += (at[k] - from[k]) * (at[k] - from[k]);
+        if (fabs(fabs(at[k] - view_room_centre[k]) - view_room_half[k]) < 1e-9)
+            flat = fabs(at[k] - from[k]);
+    }
+    /* A texel is 2 / CUBE at a distance of 1 along its face's axis. */
+    const double texel = 2.0 / CUBE * away / flat;
+    return sqrt(apart) / texel;
+}
+
+static void count_errors(const view_camera *c, const view_room_draw *d,
+                         const double from[3], int what, int *all, int *wrong)
+{
+    const int w = target.width, h = target.height;
+    float *picture = render(d);
+
+    *all = *wrong = 0;
+    for (int i = 0; i < w * h; i++) {
+        double ray[3];
+        view_camera_ray(c, w, h, i % w, i / w, ray);
+        const hit at = cast(d, c->eye, ray);
+        const bool wanted =
+            what ? at.what == view_room_boxes() : at.what >= 0 && at.what < 4;
+        if (!wanted || dot(ray, at.normal) > -0.1)
+            continue;
+        *all += 1;
+        *wrong += !(reflection_error(&at, from, ray, picture + 4 * i) <= 1);
+    }
+    free(picture);
+}
+
+/* what: 0 the floor, 1 the mirror */
+static void reflects(int what)
+{
+    double from[3] = {1.1, 1.7, -0.9};
+    const double eye[3] = {1.7, 1.9, 1.9}, at[3] = {-0.3, 0.6, -0.2};
+    int all, wrong;
+
+    if (!begin(96, 96))
+        return;
+    GLuint cube = room_cube(CUBE, place_texel, from);
+    const view_camera c = room_camera(eye, at, 60, 96, 96);
+    view_room_draw d = white_draw(&c);
+    d.moving = false;
+    d.probe_count = 1;
+    d.probe[0] = room_probe(cube, from);
+    count_errors(&c, &d, from, what, &all, &wrong);
+    CHECK(all > 500);
+    CHECK_MSG(wrong * 100 <= all, "with: %d of %d", wrong, all);
+    d.parallax = false;
+    count_errors(&c, &d, from, what, &all, &wrong);
+    CHECK_MSG(wrong * 100 > 95 * all, "without: %d of %d", wrong, all);
+    d.parallax = true;
+    memset(d.probe[0].proxy_half, 0, sizeof d.probe[0].proxy_half);
+    count_errors(&c, &d, from, what, &all, &wrong);
+    CHECK_MSG(wrong * 100 > 95 * all, "no proxy: %d of %d", wrong, all);
+    gl.DeleteTextures(1, &cube);
+    end();
+}
+
+static void floor_reflects(void)
+{
+    reflects(0);
+}
+
+static void mirror_reflects(void)
+{
+    reflects(1);
+}
+
+/* ---- shares of probes ---------------------------------------------------- */
+
+/* Light from the pixel before the eye, seen in the floor right below it: what
+ * of red, green (probes) and the environment's blue. */
+static void shares(view_room_draw *d, double share[3])
+{
+    float *picture = render(d);
+
+    for (int k = 0; k < 3; k++)
+        share[k] = (double)picture[4 * 5 + k] / 0.06;
+    free(picture);
+}
+
+static view_room_draw above_floor(double x)
+{
+    const double eye[3] = {x, 1.5, 0.5}, at[3] = {x, 0, 0.5};
+    const view_camera c = room_camera(eye, at, 0.1, 4, 4);
+    view_room_draw d = white_draw(&c);
+
+    d.hidden = 0;
+    d.moving = false;
+    d.environment.specular = d.environment.sky;
+    d.environment.irradiance = black;
+    return d;
+}
+
+static void blending(void)
+{
+    if (!begin(4, 4))
+        return;
+    const float part = 0.25f; /* seen; colours are multiplied by it */
+    const GLuint red = room_cube_of(1, 0, 0, 1);
+    const GLuint green = room_cube_of(0, part, 0, part);
+    gl.DeleteTextures(1, &blue);
+    blue = room_cube_of(0, 0, 1, 1);
+    const double origin[3] = {0, 1, 0};
+    for (int i = -1; i <= 10; i++) {
+        const double x = 1 + 0.1 * i, t = fmin(fmax(i / 10.0, 0), 1);
+        const double w = 1 - t * t * (3 - 2 * t);
+        view_room_draw d = above_floor(x);
+        double share[3];
+        d.probe_count = 2;
+        d.probe[0] = room_probe(red, origin);
+        d.probe[0].influence_half[0] = 2;
+        d.probe[0].blend = 1;
+        d.probe[1] = room_probe(green, origin);
+        shares(&d, share);
+        CHECK_NEAR(share[0], w, 1e-3);
+        CHECK_NEAR(share[1], fmin(0.25, 1 - w), 1e-3);
+        CHECK_NEAR(share[2], 1 - w - fmin(0.25, 1 - w), 1e-3);
+    }
+    gl.DeleteTextures(1, &red);
+    gl.DeleteTextures(1, &green);
+    end();
+}
+
+/* Beyond the limit all is 0, and inside nothing else. */
+static void limited(void)
+{
+    const double eye[3] = {0.5, 1.5, 3.2}, at[3] = {-1, 1, -2};
+
+    if (!begin(64, 64))
+        return;
+    const view_camera c = room_camera(eye, at, 80, 64, 64);
+    view_room_draw d = white_draw(&c);
+    float *whole = render(&d);
+    d.limited = true;
+    d.limit_centre[1] = 1.5;
+    d.limit_half[0] = d.limit_half[2] = 3.1;
+    d.limit_half[1] = 1.5;
+    float *part = render(&d);
+    int inside = 0, bad = 0;
+    for (int i = 0; i < 64 * 64; i++) {
+        double ray[3];
+        bool in = true, near = false;
+        view_camera_ray(&c, 64, 64, i % 64, i / 64, ray);
+        const hit h = cast(&d, eye, ray);
+        for (int k = 0; k < 3; k++) {
+            const double deep =
+                d.limit_half[k] - fabs(h.point[k] - d.limit_centre[k]);
+            in = in && deep > -0.003;
+            near = near || (fabs(deep) < 0.05 && fabs(deep) > 1e-9);
+        }
+        in = in && h.what >= 0;
+        inside += in;
+        const float none[4] = {0};
+        bad += !near && memcmp(part + 4 * i, in ? whole + 4 * i : none,
+                               sizeof none) != 0;
+    }
+    CHECK(inside > 500 && inside < 3500);
+    CHECK_MSG(bad < 8, "%d pixels", bad);
+    free(part);
+    free(whole);
+    end();
+}
+
+/* ---- movement ----------------------------------------------------------- */
+
+/* A box that a sphere's rim, at one of the times, comes into by `depth` along
+ * a direction. */
+static bool rim_moved(int i, double when, double other, const double d[3],
+                      double depth)
+{
+    double centre[3], radius, box[3];
+    const double half[3] = {0.01, 0.01, 0.01};
+
+    view_room_sphere(i, when, centre, &radius);
+    for (int k = 0; k < 3; k++) {
+        const double touch = centre[k] + (radius - depth) * d[k];
+        box[k] = touch + (d[k] > 0 ? half[k] : d[k] < 0 ? -half[k] : 0);
+    }
+    return view_room_moved(when, other, box, half);
+}
+
+static void movement(void)
+{
+    static const double ways[][3] = {
+        {1, 0, 0}, {0, 1, 0}, {0, 0, -1}, {-0.6, 0.8, 0}, {0.36, 0.48, -0.8}};
+    const double all_half[3] = {50, 50, 50}, tiny[3] = {0.3, 0.3, 0.3};
+    double centre[3], radius;
+
+    CHECK(view_room_moved(0, 0.1, view_room_centre, all_half));
+    CHECK(!view_room_moved(0.1, 0.1, view_room_centre, all_half));
+    view_room_sphere(0, 0, centre, &radius);
+    CHECK(!view_room_moved(0, 0.7, centre, tiny)); /* that one stands still */
+    for (int i = 0; i < VIEW_ROOM_SPHERES; i++)
+        for (size_t w = 0; w < sizeof ways / sizeof ways[0]; w++) {
+            const bool moves = view_room_sphere_moves(i);
+            CHECK(rim_moved(i, 2, 4.9, ways[w], 1e-9) == moves);
+            CHECK(!rim_moved(i, 2, 4.9, ways[w], -1e-9));
+        }
+    /* where it went to, as where it came from */
+    view_room_sphere(1, 3, centre, &radius);
+    CHECK(view_room_moved(1, 3, centre, tiny));
+    CHECK(view_room_moved(3, 1, centre, tiny));
+}
+
+static const test tests[] = {
+    TEST(depth_order),     TEST(mirrored),    TEST(six_faces),
+    TEST(paraboloids),     TEST(panels_emit), TEST(floor_reflects),
+    TEST(mirror_reflects), TEST(blending),    TEST(limited),
+    TEST(movement),
+};
+TEST_MAIN(tests)
