@@ -73,8 +73,8 @@ TESTS := $(filter-out $(BUILD)/tests/check_view_%,$(TESTS))
 endif
 BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 ifneq ($(HAVE_VIEW),yes)
-BENCHES := $(filter-out $(BUILD)/tests/bench_view $(BUILD)/tests/bench_room, \
-                        $(BENCHES))
+BENCHES := $(filter-out $(BUILD)/tests/bench_view $(BUILD)/tests/bench_room \
+                        $(BUILD)/tests/bench_capture,$(BENCHES))
 endif
 
 .DELETE_ON_ERROR:
@@ -181,10 +181,12 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 	    $(CLI_LIBS) -lm -ldl $(LDLIBS)
 
 VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_view \
-                       $(BUILD)/tests/bench_room, \
+                       $(BUILD)/tests/bench_room \
+                       $(BUILD)/tests/bench_capture, \
                        $(TESTS) $(BENCHES)) $(BUILD)/tests/cycles
 $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
-        $(call obj,tests/view.c tests/shade.c tests/room.c) $(TEST_OBJ) $(VIEW_OBJ) $(LIB)
+        $(call obj,tests/view.c tests/shade.c tests/room.c tests/box.c) \
+        $(TEST_OBJ) $(VIEW_OBJ) $(LIB)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(VIEW_LIBS) $(EXR_LIBS) \
 	    $(CLI_LIBS) -lm -ldl $(LDLIBS)

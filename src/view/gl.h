@@ -18,6 +18,7 @@
     X(PFNGLBINDBUFFERPROC, BindBuffer)                                         \
     X(PFNGLBINDBUFFERBASEPROC, BindBufferBase)                                 \
     X(PFNGLBINDFRAMEBUFFERPROC, BindFramebuffer)                               \
+    X(PFNGLBINDRENDERBUFFERPROC, BindRenderbuffer)                             \
     X(PFNGLBINDSAMPLERPROC, BindSampler)                                       \
     X(PFNGLBINDTEXTUREPROC, BindTexture)                                       \
     X(PFNGLBINDVERTEXARRAYPROC, BindVertexArray)                               \
@@ -34,6 +35,7 @@
     X(PFNGLDELETEBUFFERSPROC, DeleteBuffers)                                   \
     X(PFNGLDELETEFRAMEBUFFERSPROC, DeleteFramebuffers)                         \
     X(PFNGLDELETEPROGRAMPROC, DeleteProgram)                                   \
+    X(PFNGLDELETERENDERBUFFERSPROC, DeleteRenderbuffers)                       \
     X(PFNGLDELETESAMPLERSPROC, DeleteSamplers)                                 \
     X(PFNGLDELETESHADERPROC, DeleteShader)                                     \
     X(PFNGLDELETETEXTURESPROC, DeleteTextures)                                 \
@@ -48,10 +50,12 @@
     X(PFNGLENABLEPROC, Enable)                                                 \
     X(PFNGLENABLEVERTEXATTRIBARRAYPROC, EnableVertexAttribArray)               \
     X(PFNGLFINISHPROC, Finish)                                                 \
+    X(PFNGLFRAMEBUFFERRENDERBUFFERPROC, FramebufferRenderbuffer)               \
     X(PFNGLFRAMEBUFFERTEXTURE2DPROC, FramebufferTexture2D)                     \
     X(PFNGLFRONTFACEPROC, FrontFace)                                           \
     X(PFNGLGENBUFFERSPROC, GenBuffers)                                         \
     X(PFNGLGENFRAMEBUFFERSPROC, GenFramebuffers)                               \
+    X(PFNGLGENRENDERBUFFERSPROC, GenRenderbuffers)                             \
     X(PFNGLGENSAMPLERSPROC, GenSamplers)                                       \
     X(PFNGLGENTEXTURESPROC, GenTextures)                                       \
     X(PFNGLGENVERTEXARRAYSPROC, GenVertexArrays)                               \
@@ -68,6 +72,7 @@
     X(PFNGLLINKPROGRAMPROC, LinkProgram)                                       \
     X(PFNGLPIXELSTOREIPROC, PixelStorei)                                       \
     X(PFNGLREADPIXELSPROC, ReadPixels)                                         \
+    X(PFNGLRENDERBUFFERSTORAGEPROC, RenderbufferStorage)                       \
     X(PFNGLSAMPLERPARAMETERIPROC, SamplerParameteri)                           \
     X(PFNGLSHADERSOURCEPROC, ShaderSource)                                     \
     X(PFNGLTEXBUFFERPROC, TexBuffer)                                           \

@@ -1,0 +1,264 @@
+/* SPDX-License-Identifier: MIT */
+/* The steps of an update, one after the other. */
+#include <string.h>
+
+#include "view/capture_parts.h"
+#include "view/clock.h"
+#include "view/message.h"
+
+/* ---- what scenes are told ---------------------------------------------- */
+
+/* Of each face: where it looks, where its columns and its rows go. An ordinary
+ * camera, whose pictures begin below, thus draws the first row first. */
+static const int faces[IBL_FACES][3][3] = {
+    {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
+    {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
+    {{0, 0, 1}, {1, 0, 0}, {0, -1, 0}},  {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}},
+};
+/* The same of paraboloids, upright: towards +Z and -Z. */
+static const int halves[2][3][3] = {
+    {{0, 0, 1}, {-1, 0, 0}, {0, 1, 0}},
+    {{0, 0, -1}, {1, 0, 0}, {0, 1, 0}},
+};
+
+/* A row of a column-major matrix: scale * (axis . (p - eye)) + add. */
+static void set_row(double clip[16], int row, const int axis[3],
+                    const double eye[3], double scale, double add)
+{
+    double along = 0;
+
+    for (int k = 0; k < 3; k++) {
+        clip[4 * k + row] = scale * axis[k];
+        along += axis[k] * eye[k];
+    }
+    clip[12 + row] = add - scale * along;
+}
+
+static void face_clip(const view_capture *c, int face, double clip[16])
+{
+    const double near = c->options.near, far = c->options.far;
+
+    set_row(clip, 0, faces[face][1], c->position, 1, 0);
+    set_row(clip, 1, faces[face][2], c->position, 1, 0);
+    set_row(clip, 2, faces[face][0], c->position, (far + near) / (far - near),
+            -2 * far * near / (far - near));
+    set_row(clip, 3, faces[face][0], c->position, 1, 0);
+}
+
+static void half_clip(const view_capture *c, int side, double clip[16])
+{
+    static const int none[3];
+    const double far = c->options.far;
+
+    set_row(clip, 0, halves[side][1], c->position, 1 / far, 0);
+    set_row(clip, 1, halves[side][2], c->position, 1 / far, 0);
+    set_row(clip, 2, halves[side][0], c->position, 1 / far, 0);
+    set_row(clip, 3, none, c->position, 0, c->options.near / far);
+}
+
+/* ---- steps ------------------------------------------------------------- */
+
+static bool paraboloids(const view_capture *c)
+{
+    return c->options.kind == VIEW_CAPTURE_PARABOLOIDS;
+}
+
+static void draw(view_capture *c, int index, view_capture_scene *scene,
+                 void *cookie)
+{
+    const int n = paraboloids(c) ? 2 * c->options.size : c->options.size;
+    const int picture = paraboloids(c) ? index : 0;
+    double clip[16];
+
+    if (paraboloids(c))
+        half_clip(c, index, clip);
+    else
+        face_clip(c, index, clip);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, c->drawn[picture]);
+    gl.Viewport(0, 0, n, n);
+    gl.ClearColor(0, 0, 0, 0);
+    gl.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    gl.Enable(GL_DEPTH_TEST);
+    gl.Disable(GL_BLEND);
+    gl.ActiveTexture(GL_TEXTURE0);
+    scene(cookie, clip, c->position, n, paraboloids(c) ? index : -1);
+    gl.Disable(GL_DEPTH_TEST);
+    gl.Disable(GL_BLEND);
+    gl.BindVertexArray(c->corners);
+    if (paraboloids(c))
+        return;
+    view_capture_source(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0]);
+    view_capture_fill(c, &c->face, c->lookup, 0, index, n);
+}
+
+static void resample(view_capture *c)
+{
+    view_capture_source(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0]);
+    view_capture_source(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->picture[1]);
+    for (int f = 0; f < IBL_FACES; f++)
+        view_capture_fill(c, &c->paraboloid, c->lookup, 0, f, c->options.size);
+}
+
+/* Level 0 as what is shown has it: the same texels. */
+static void copy(view_capture *c)
+{
+    const int n = c->options.size;
+
+    for (int f = 0; f < IBL_FACES; f++) {
+        const GLenum face = GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)f;
+        gl.BindFramebuffer(GL_READ_FRAMEBUFFER, c->source);
+        gl.FramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, face,
+                                c->lookup, 0);
+        gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, c->target);
+        gl.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, face,
+                                view_capture_back(c)->specular, 0);
+        gl.BlitFramebuffer(0, 0, n, n, 0, 0, n, n, GL_COLOR_BUFFER_BIT,
+                           GL_NEAREST);
+    }
+}
+
+/* Each level from the one above, which is all that the texture then has. */
+static void make_mips(view_capture *c)
+{
+    int level = 1;
+
+    view_capture_source(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, c->lookup);
+    for (; c->options.size >> level; level++) {
+        gl.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_BASE_LEVEL, level - 1);
+        gl.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAX_LEVEL, level - 1);
+        for (int f = 0; f < IBL_FACES; f++)
+            view_capture_fill(c, &c->mip, c->lookup, level, f,
+                              c->options.size >> level);
+    }
+    gl.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_BASE_LEVEL, 0);
+    gl.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAX_LEVEL, level - 1);
+}
+
+/* level options.levels: irradiance. */
+static void filter(view_capture *c, int level, int face)
+{
+    const view_capture_set *set = view_capture_back(c);
+    const bool diffuse = level == c->options.levels;
+
+    view_capture_source(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, c->lookup);
+    view_capture_source(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->samples);
+    gl.UseProgram(c->lobe.program);
+    gl.Uniform1i(c->lobe.row, level - 1);
+    gl.Uniform1i(c->lobe.count, diffuse ? view_capture_diffuse_samples(c)
+                                        : c->options.samples);
+    if (diffuse)
+        view_capture_fill(c, &c->lobe, set->irradiance, 0, face,
+                          VIEW_CAPTURE_IRRADIANCE);
+    else
+        view_capture_fill(c, &c->lobe, set->specular, level, face,
+                          ibl_cube_edge(c->options.size, level));
+}
+
+int view_capture_draws(const view_capture *c)
+{
+    return paraboloids(c) ? 2 : IBL_FACES;
+}
+
+int view_capture_steps(const view_capture *c)
+{
+    return view_capture_draws(c) + 1 +
+           (c->options.cpu ? 0 : IBL_FACES * c->options.levels);
+}
+
+/* The part of the times that it counts to; -1: it failed. */
+static int do_step(view_capture *c, view_capture_scene *scene, void *cookie)
+{
+    const int index = c->step - view_capture_draws(c);
+
+    if (index < 0) {
+        draw(c, c->step, scene, cookie);
+        return VIEW_CAPTURE_DRAWING;
+    }
+    if (index > 0) {
+        const int level = 1 + (index - 1) / IBL_FACES;
+        filter(c, level, (index - 1) % IBL_FACES);
+        return level == c->options.levels ? VIEW_CAPTURE_DIFFUSE
+                                          : VIEW_CAPTURE_LEVELS;
+    }
+    if (paraboloids(c))
+        resample(c);
+    copy(c);
+    if (!c->options.cpu)
+        make_mips(c);
+    else if (!view_capture_by_library(c, c->options.cpu, view_capture_back(c)))
+        return -1;
+    return VIEW_CAPTURE_LEVELS;
+}
+
+/* ---- updates ----------------------------------------------------------- */
+
+static bool timed_step(view_capture *c, view_capture_scene *scene, void *cookie)
+{
+    const double begin = view_clock();
+    const int part = do_step(c, scene, cookie);
+
+    if (part < 0)
+        return false;
+    if (c->options.timed)
+        gl.Finish();
+    c->doing[part] += 1e3 * (view_clock() - begin);
+    c->step++;
+    return true;
+}
+
+static bool show(view_capture *c)
+{
+    c->shown = !c->shown;
+    memcpy(c->ms, c->doing, sizeof c->ms);
+    view_capture_restart(c);
+    return view_gl_check("a capture");
+}
+
+bool view_capture_advance(view_capture *c, const double position[3],
+                          view_capture_scene *scene, void *cookie, int steps)
+{
+    const view_capture_state kept = view_capture_begin(c);
+    const int all = view_capture_steps(c);
+    bool ok = true;
+
+    if (!c->step)
+        memcpy(c->position, position, sizeof c->position);
+    for (int i = 0; i < steps && c->step < all && ok; i++)
+        ok = timed_step(c, scene, cookie);
+    if (!ok)
+        view_capture_restart(c);
+    const bool done = c->step == all;
+    view_capture_end(&kept);
+    return done && show(c);
+}
+
+bool view_capture_update(view_capture *c, const double position[3],
+                         view_capture_scene *scene, void *cookie)
+{
+    view_capture_restart(c);
+    return view_capture_advance(c, position, scene, cookie,
+                                view_capture_steps(c));
+}
+
+void view_capture_restart(view_capture *c)
+{
+    c->step = 0;
+    memset(c->doing, 0, sizeof c->doing);
+}
+
+bool view_capture_filter_cpu(view_capture *c, ibl_ctx *ctx)
+{
+    const view_capture_state kept = view_capture_begin(c);
+    const double begin = view_clock();
+
+    view_capture_restart(c);
+    const bool ok = view_capture_by_library(c, ctx, &c->set[c->shown]);
+    if (ok && c->options.timed)
+        gl.Finish();
+    if (ok) {
+        c->ms[VIEW_CAPTURE_LEVELS] = 1e3 * (view_clock() - begin);
+        c->ms[VIEW_CAPTURE_DIFFUSE] = 0;
+    }
+    view_capture_end(&kept);
+    return view_gl_check("a capture that the library filters") && ok;
+}

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// What the passes that fill a cube have in common. Row 0 of the target, which
+// is the first in memory, is the face's upper one.
+#include "cube.glsl"
+
+uniform int face;
+uniform float edge; // of the target
+
+layout(location = 0) out vec4 colour;
+
+// Place of the texel on its face, -1..1.
+vec2 texel_place()
+{
+    return 2.0 * gl_FragCoord.xy / edge - 1.0;
+}
+
+// Not of unit length.
+vec3 texel_direction()
+{
+    return face_direction(face, texel_place());
+}
+
+// The nearest half, ties to even. OpenGL may cut what is stored in halves,
+// and some do: from level to level it would get darker.
+vec4 nearest(vec4 c)
+{
+    uvec4 b = floatBitsToUint(c);
+    b = (b + 0xfffu + ((b >> 13u) & 1u)) & ~uvec4(0x1fffu);
+    const float least = 1.0 / 16777216.0; // step of those below 2^-14
+    return mix(uintBitsToFloat(b), round(c / least) * least,
+               lessThan(c, vec4(1.0 / 16384.0)));
+}
+
+// What a cube of halves keeps: of what is undefined or negative, nothing.
+vec4 kept(vec4 c)
+{
+    c = mix(c, vec4(0.0), isnan(c));
+    return nearest(clamp(c, 0.0, 65504.0));
+}

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// The level below: the mean under the tent of bilinear lookups, along each edge
+// 1/8 3/8 3/8 1/8 of four texels, across faces too, weighed by solid angle.
+// A plain mean of 2x2 would put a small light in the middle of its texel. Each
+// of four lookups between two texels, three quarters of one from the middle,
+// has 1/4 and 3/4 of them.
+#include "capture.glsl"
+
+uniform samplerCube source; // its one level is that above
+
+void main()
+{
+    vec2 p = texel_place();
+    vec4 sum = vec4(0.0);
+    float weights = 0.0;
+    for (int i = 0; i < 4; i++) {
+        vec2 side = vec2(2 * (i & 1) - 1, 2 * (i >> 1) - 1);
+        vec3 d = face_direction(face, p + side * (0.75 / edge));
+        float r2 = dot(d, d), w = inversesqrt(r2) / r2;
+        sum += w * textureLod(source, d, 0.0);
+        weights += w;
+    }
+    colour = nearest(sum / weights);
+}
