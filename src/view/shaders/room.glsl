@@ -6,7 +6,7 @@
 const int PROBES = 4;
 
 layout(std140) uniform Room {
-    mat4 picture; // of the picture, x, y and the depth, to the world's direction
+    mat4 picture;       // x, y and depth in the picture to the direction
     vec4 range;         // near, far, 1 of a paraboloid, probes
     vec4 limit_centre;  // w: 1 if there is a limit
     vec4 limit_half;    // w: 1 for parallax
