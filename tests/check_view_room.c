@@ -257,11 +257,11 @@ static void mirrored(void)
     float *other = render(&d), *other_depths = read_depths(&c);
     int bad = 0;
     for (int i = 0; i < 96 * 64; i++) {
-        const int at = i / 96 * 96 + 95 - i % 96;
-        bool same = fabsf(depths[i] / other_depths[at] - 1) < 1e-3f;
+        const int there = i / 96 * 96 + 95 - i % 96;
+        bool same = fabsf(depths[i] / other_depths[there] - 1) < 1e-3f;
         for (int k = 0; k < 4; k++)
-            same =
-                same && fabsf(straight[4 * i + k] - other[4 * at + k]) < 1e-4f;
+            same = same &&
+                   fabsf(straight[4 * i + k] - other[4 * there + k]) < 1e-4f;
         bad += !same;
     }
     CHECK_MSG(bad < 96 * 64 / 100, "%d pixels", bad);
