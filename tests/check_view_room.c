@@ -289,13 +289,10 @@ static void look(view_room_draw *d, double axes[3][3])
             const double at = k < 3 ? axis[k] : -dot(axis, middle);
             const bool depth = i == 2 && !d->paraboloid;
             d->clip[4 * k + i] = depth ? a * at + (k == 3 ? b : 0) : at;
+            if (d->paraboloid)
+                d->clip[4 * k + i] = i < 3 ? at / far : k == 3 ? near / far : 0;
         }
-    if (d->paraboloid)
-        for (int k = 0; k < 4; k++)
-            d->clip[4 * k + 3] = k == 3;
     memcpy(d->eye, middle, sizeof d->eye);
-    d->near = near;
-    d->far = far;
     d->hidden = 0;
 }
 
@@ -376,8 +373,9 @@ static void paraboloids(void)
         float *picture = render(&d);
         int bad = 0, all = 0;
         for (int i = 0; i < SIZE * SIZE; i++) {
-            const double x = (i % SIZE + 0.5) * 2 / SIZE - 1;
-            const double y = 1 - (i / SIZE + 0.5) * 2 / SIZE;
+            const double fill = 0.9375; /* of the picture */
+            const double x = ((i % SIZE + 0.5) * 2 / SIZE - 1) / fill;
+            const double y = (1 - (i / SIZE + 0.5) * 2 / SIZE) / fill;
             bool seen = false;
             if (x * x + y * y > 1)
                 continue;

@@ -125,8 +125,6 @@ view_room_draw room_draw_by(const view_camera *camera)
 
     view_camera_matrix(camera, d.clip);
     memcpy(d.eye, camera->eye, sizeof d.eye);
-    d.near = camera->near;
-    d.far = camera->far;
     d.environment.irradiance_scale = 1;
     return d;
 }

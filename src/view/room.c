@@ -273,10 +273,8 @@ static void fill_probe(room_block *b, int i, const view_room_probe *p)
 
 static void fill_block(room_block *b, const view_room_draw *d)
 {
-    b->range[0] = (float)d->near;
-    b->range[1] = (float)d->far;
-    b->range[2] = d->paraboloid;
-    b->range[3] = (float)d->probe_count;
+    b->range[0] = d->paraboloid;
+    b->range[1] = (float)d->probe_count;
     for (int k = 0; k < 3; k++) {
         b->limit_centre[k] = (float)d->limit_centre[k];
         b->limit_half[k] = (float)d->limit_half[k];

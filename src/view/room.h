@@ -73,17 +73,13 @@ typedef struct view_room_environment {
 } view_room_environment;
 
 typedef struct view_room_draw {
-    /* World to clip space, column-major. For a paraboloid: to where it is at 0
-     * and looks along +Z, x to the right and y up; what is there in direction
-     * d, unit, is at d.xy / (1 + d.z) of the viewport from -1 to 1. Mirrored
-     * or not. */
-    double clip[16];
+    double clip[16]; /* world to clip space, column-major; mirrored or not. Of
+                        a paraboloid what shaders/paraboloid.glsl wants */
     double eye[3];
     bool paraboloid;
-    double near, far; /* distances that a paraboloid's depth goes between */
-    double seconds;   /* where what moves is */
-    bool moving;      /* draw what moves */
-    int hidden;       /* sphere that is left out, -1: none */
+    double seconds; /* where what moves is */
+    bool moving;    /* draw what moves */
+    int hidden;     /* sphere that is left out, -1: none */
     /* Alpha is 1; with limited, what is not in this box is 0 in all four, but
      * hides what is behind it. */
     bool limited;

@@ -74,7 +74,7 @@ void main()
     float n_v = clamp(dot(normal, view), 0.0, 1.0);
 
     vec4 specular = vec4(0.0, 0.0, 0.0, 1.0), light = specular;
-    int probes = int(range.w);
+    int probes = int(range.y);
     if (probes > 0)
         add_probe(0, probe_specular[0], probe_irradiance[0], normal, reflected,
                   specular, light);

@@ -2,12 +2,13 @@
 // Uniform block of view/room.c: the same members in the same order. And where
 // points of the world are in the picture.
 #include "frame.glsl"
+#include "paraboloid.glsl"
 
 const int PROBES = 4;
 
 layout(std140) uniform Room {
     mat4 picture;       // x, y and depth in the picture to the direction
-    vec4 range;         // near, far, 1 of a paraboloid, probes
+    vec4 range;         // 1 of a paraboloid, probes
     vec4 limit_centre;  // w: 1 if there is a limit
     vec4 limit_half;    // w: 1 for parallax
     vec4 probe_position[PROBES]; // w: width of the blend
@@ -18,28 +19,22 @@ layout(std140) uniform Room {
     vec4 probe_lod[PROBES]; // scale, offset, last level
 };
 
-// Cosines: what reaches further behind a paraboloid is cut off, some way after
-// its picture's edge; and what triangles that are cut are drawn by.
-const float BEHIND = -0.2, FAR_BEHIND = -0.6;
-
+// before: below 0 of what is too far behind a paraboloid.
 vec4 projected(vec3 point, out float before)
 {
     vec4 p = clip * vec4(point, 1.0);
     before = 1.0;
-    if (range.z == 0.0)
+    if (range.x == 0.0)
         return p;
-    float away = length(p.xyz);
-    vec3 d = p.xyz / max(away, 1e-20);
-    float depth = (away - range.x) / (range.y - range.x);
-    before = d.z - BEHIND;
-    return vec4(d.xy / (1.0 + max(d.z, FAR_BEHIND)), 2.0 * depth - 1.0, 1.0);
+    before = paraboloid_front(p) - PARABOLOID_BACK;
+    return paraboloid_position(p);
 }
 
-// The other way: the direction that is seen at a place, -1..1.
+// The other way: the direction that is seen at a place, -1..1; of
+// any length.
 vec3 seen_at(vec2 p)
 {
-    float square = dot(p, p);
-    vec3 d = range.z == 0.0 ? vec3(p, 1.0)
-                            : vec3(2.0 * p, 1.0 - square) / (1.0 + square);
-    return mat3(picture) * d;
+    vec2 q = p / PARABOLOID_FILL;
+    return mat3(picture) *
+           (range.x == 0.0 ? vec3(p, 1.0) : vec3(2.0 * q, 1.0 - dot(q, q)));
 }
