@@ -130,19 +130,18 @@ static void add_wall(const box_scene *s, float **to, int which, int wall)
 static const view_shader_file *shader_files(void)
 {
     static view_shader_file files[] = {
-        {"box.vert",
-         "#include \"paraboloid.glsl\"\n"
-         "uniform int side;\n"
-         "layout(location = 0) in vec4 place;\n"
-         "layout(location = 1) in vec4 rgba;\n"
-         "out vec4 paint;\n"
-         "out float front;\n"
-         "void main() {\n"
-         "    gl_Position = side < 0 ? place :\n"
-         "                  paraboloid_position(place.xyz, 0.05, 100.0);\n"
-         "    front = side < 0 ? 1.0 : paraboloid_front(place.xyz);\n"
-         "    paint = rgba;\n"
-         "}\n"},
+        {"box.vert", "#include \"paraboloid.glsl\"\n"
+                     "uniform int side;\n"
+                     "layout(location = 0) in vec4 place;\n"
+                     "layout(location = 1) in vec4 rgba;\n"
+                     "out vec4 paint;\n"
+                     "out float front;\n"
+                     "void main() {\n"
+                     "    gl_Position = side < 0 ? place :\n"
+                     "                  paraboloid_position(place);\n"
+                     "    front = side < 0 ? 1.0 : paraboloid_front(place);\n"
+                     "    paint = rgba;\n"
+                     "}\n"},
         {"box.frag", "#include \"paraboloid.glsl\"\n"
                      "in vec4 paint;\n"
                      "in float front;\n"

@@ -33,10 +33,8 @@ typedef enum view_capture_kind {
  * RGBA, world to clip space by clip (column-major), from eye. The framebuffer
  * has been cleared to zeros, depth test is on and blending off. What is beyond
  * a half float is cut later.
- *   side   of paraboloids 0 (towards +Z) or 1 (-Z), else -1. clip then only
- *          takes the world to the eye, x to the right, y up, z along the axis;
- *          what is there in direction d, unit, is at d.xy / (1 + d.z) of the
- *          viewport from -1 to 1, for which there is shaders/paraboloid.glsl.
+ *   side   of paraboloids 0 (towards +Z) or 1 (-Z), and clip is what
+ *          shaders/paraboloid.glsl wants; else -1
  * Front faces are counter-clockwise as everywhere. Up in the world may be down
  * in the framebuffer: a cube's rows begin at its top.
  */

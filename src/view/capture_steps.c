@@ -45,14 +45,16 @@ static void face_clip(const view_capture *c, int face, double clip[16])
     set_row(clip, 3, faces[face][0], c->position, 1, 0);
 }
 
+/* What shaders/paraboloid.glsl wants: distances in parts of far. */
 static void half_clip(const view_capture *c, int side, double clip[16])
 {
     static const int none[3];
+    const double far = c->options.far;
 
-    set_row(clip, 0, halves[side][1], c->position, 1, 0);
-    set_row(clip, 1, halves[side][2], c->position, 1, 0);
-    set_row(clip, 2, halves[side][0], c->position, 1, 0);
-    set_row(clip, 3, none, c->position, 0, 1);
+    set_row(clip, 0, halves[side][1], c->position, 1 / far, 0);
+    set_row(clip, 1, halves[side][2], c->position, 1 / far, 0);
+    set_row(clip, 2, halves[side][0], c->position, 1 / far, 0);
+    set_row(clip, 3, none, c->position, 0, c->options.near / far);
 }
 
 /* ---- steps ------------------------------------------------------------- */

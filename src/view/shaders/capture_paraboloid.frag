@@ -11,9 +11,15 @@ vec4 lookup(sampler2D picture, vec3 d)
     return textureLod(picture, 0.5 + 0.5 * paraboloid_place(d), 0.0);
 }
 
+// On the rim from one to the other: each is coarse there in its own way.
 void main()
 {
     vec3 d = normalize(texel_direction());
-    colour = kept(d.z < 0.0 ? lookup(source1, vec3(d.x, d.y, -d.z))
-                            : lookup(source, vec3(-d.x, d.y, d.z)));
+    float share = clamp(0.5 - 0.6 * d.z / PARABOLOID_BACK, 0.0, 1.0);
+    vec4 towards = vec4(0.0), away = vec4(0.0);
+    if (share > 0.0)
+        towards = lookup(source, vec3(-d.x, d.y, d.z));
+    if (share < 1.0)
+        away = lookup(source1, vec3(d.x, d.y, -d.z));
+    colour = kept(mix(away, towards, share));
 }

@@ -4,34 +4,36 @@
 // two paraboloids (view/capture.h). Vertices go where they should and edges
 // between them are straight, so what is drawn has to be of small triangles.
 //
-// Vertex shader, with p = (clip * vec4(world, 1.0)).xyz:
-//     gl_Position = paraboloid_position(p, near, far);
+// Vertex shader, with p = clip * vec4(world, 1.0):
+//     gl_Position = paraboloid_position(p);
 //     front = paraboloid_front(p);
 // Fragment shader:
 //     if (front < PARABOLOID_BACK)
 //         discard;
 
-// Cosine of the angle to the axis: a little behind the rim is drawn as well,
-// for lookups between pixels.
-const float PARABOLOID_BACK = -0.1;
+// The disc of the half space in front is smaller than the picture: what is a
+// little way behind is drawn as well, so that lookups on the rim find both.
+const float PARABOLOID_FILL = 0.9375;
+// Cosine of the angle to the axis on the edge of the picture, r = 1 / FILL:
+// (1 - r^2) / (1 + r^2).
+const float PARABOLOID_BACK = -0.0644;
 
-// Where a direction of unit length is: inside the unit circle if it is in
-// front.
+// Where a direction of unit length is, -1..1.
 vec2 paraboloid_place(vec3 d)
 {
-    return d.xy / max(1.0 + d.z, 1e-3);
+    return PARABOLOID_FILL * d.xy / max(1.0 + d.z, 1e-3);
 }
 
-// p is from the eye, with z along the axis. Depth is by distance.
-vec4 paraboloid_position(vec3 p, float near, float far)
+// p: distances are shares of far, p.w is near / far. Depth is by distance.
+vec4 paraboloid_position(vec4 p)
 {
-    float l = length(p);
-    return vec4(paraboloid_place(p / max(l, 1e-20)),
-                2.0 * (l - near) / (far - near) - 1.0, 1.0);
+    float l = length(p.xyz);
+    return vec4(paraboloid_place(p.xyz / max(l, 1e-20)),
+                2.0 * (l - p.w) / (1.0 - p.w) - 1.0, 1.0);
 }
 
 // Cosine of the angle to the axis.
-float paraboloid_front(vec3 p)
+float paraboloid_front(vec4 p)
 {
-    return p.z / max(length(p), 1e-20);
+    return p.z / max(length(p.xyz), 1e-20);
 }
