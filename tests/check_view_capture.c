@@ -229,7 +229,7 @@ static void paraboloids_are_near_faces(void)
     printf("paraboloids: %.4f of one colour are off, at most %.3f; nRMSE "
            "between their levels and faces'",
            s.wrong, s.worst);
-    CHECK_MSG(s.wrong < 0.06, "%g", s.wrong);
+    CHECK_MSG(s.wrong < 0.08, "%g", s.wrong);
     for (int l = 0; l < faces.levels; l++) {
         const double e = nrmse(&r.cube, &faces, l);
         printf(" %.4f", e);
@@ -331,6 +331,22 @@ static void alphas(const rig *r, int level, float *a)
             a[f * n * n + i] = rgba[4 * i + 3];
         free(rgba);
     }
+}
+
+/* What is behind the rim of a paraboloid is drawn as well. */
+static void paraboloids_have_no_holes(void)
+{
+    float alpha[6 * 16 * 16];
+    rig r;
+
+    if (!begin(&r, 16, 0, false))
+        return;
+    r.options.kind = VIEW_CAPTURE_PARABOLOIDS;
+    CHECK(make(&r) && update(&r));
+    alphas(&r, 0, alpha);
+    for (int i = 0; i < 6 * 16 * 16; i++)
+        CHECK_NEAR(alpha[i], 1, 0);
+    end(&r);
 }
 
 /* With options.cpu, and later of what the GPU has filtered: the same. */
@@ -578,12 +594,19 @@ static void state_is_as_it_was(void)
 }
 
 static const test tests[] = {
-    TEST(faces_show_what_rays_meet),  TEST(paraboloids_are_near_faces),
-    TEST(a_constant_stays),           TEST(levels_are_the_librarys),
-    TEST(levels_with_a_bright_panel), TEST(library_filters_as_well),
-    TEST(alpha_is_filtered),          TEST(faces_step_by_step),
-    TEST(paraboloids_step_by_step),   TEST(position_is_that_of_the_first_step),
-    TEST(what_no_half_holds_is_cut),  TEST(options_have_limits),
+    TEST(faces_show_what_rays_meet),
+    TEST(paraboloids_are_near_faces),
+    TEST(a_constant_stays),
+    TEST(levels_are_the_librarys),
+    TEST(levels_with_a_bright_panel),
+    TEST(library_filters_as_well),
+    TEST(paraboloids_have_no_holes),
+    TEST(alpha_is_filtered),
+    TEST(faces_step_by_step),
+    TEST(paraboloids_step_by_step),
+    TEST(position_is_that_of_the_first_step),
+    TEST(what_no_half_holds_is_cut),
+    TEST(options_have_limits),
     TEST(state_is_as_it_was),
 };
 TEST_MAIN(tests)

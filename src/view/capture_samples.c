@@ -99,7 +99,7 @@ static int last_level(int size)
 int view_capture_diffuse_samples(const view_capture *c)
 {
     /* There are few of its texels, and they are to be as good as a level's. */
-    return c->options.samples < 256 ? 256 : c->options.samples;
+    return c->options.samples < 128 ? 128 : c->options.samples;
 }
 
 bool view_capture_make_samples(view_capture *c)

@@ -11,11 +11,14 @@ vec4 lookup(sampler2D picture, vec3 d)
     return textureLod(picture, 0.5 + 0.5 * paraboloid_place(d), 0.0);
 }
 
-// On the rim from one to the other: each is coarse there in its own way.
+// Cosine of the angle to the rim, over which one goes into the other. Both
+// have it, and each has its own errors there.
+const float RIM = 0.04;
+
 void main()
 {
     vec3 d = normalize(texel_direction());
-    float share = clamp(0.5 - 0.6 * d.z / PARABOLOID_BACK, 0.0, 1.0);
+    float share = clamp(0.5 + 0.5 * d.z / RIM, 0.0, 1.0);
     vec4 towards = vec4(0.0), away = vec4(0.0);
     if (share > 0.0)
         towards = lookup(source, vec3(-d.x, d.y, d.z));

@@ -14,9 +14,10 @@
 // The disc of the half space in front is smaller than the picture: what is a
 // little way behind is drawn as well, so that lookups on the rim find both.
 const float PARABOLOID_FILL = 0.9375;
-// Cosine of the angle to the axis on the edge of the picture, r = 1 / FILL:
-// (1 - r^2) / (1 + r^2).
-const float PARABOLOID_BACK = -0.0644;
+// Cosine of the angle to the axis, up to which is drawn: some way beyond the
+// edge of the picture, which is at r = 1 / FILL or -0.064, for the pixels in
+// its corners that lookups on the rim are near.
+const float PARABOLOID_BACK = -0.3;
 
 // Where a direction of unit length is, -1..1.
 vec2 paraboloid_place(vec3 d)
