@@ -559,8 +559,8 @@ static void mirror_reflects(void)
 
 /* ---- shares of probes ---------------------------------------------------- */
 
-/* Light from the pixel before the eye, seen in the floor right below it: what
- * of red, green (probes) and the environment's blue. */
+/* What the floor below the eye reflects: of red and green (probes) and the
+ * environment's blue. */
 static void shares(view_room_draw *d, double share[3])
 {
     float *picture = render(d);
@@ -610,6 +610,42 @@ static void blending(void)
     }
     gl.DeleteTextures(1, &red);
     gl.DeleteTextures(1, &green);
+    end();
+}
+
+/* Each probe's cubes are its own, with its levels: specular in red, irradiance
+ * in green. */
+static void cubes_of_probes(void)
+{
+    GLuint cubes[VIEW_ROOM_PROBES], lights[VIEW_ROOM_PROBES];
+
+    if (!begin(4, 4))
+        return;
+    view_room_draw d = above_floor(0);
+    d.probe_count = VIEW_ROOM_PROBES;
+    for (int i = 0; i < VIEW_ROOM_PROBES; i++) {
+        const double at[3] = {i - 1.5, 1, 0.5};
+        cubes[i] = room_cube_of(0.2f * (float)(i + 1), 0, 0, 1);
+        lights[i] = room_cube_of(0, 0.15f * (float)(i + 1), 0, 1);
+        d.probe[i] = room_probe(cubes[i], at);
+        d.probe[i].irradiance = lights[i];
+        copy3(d.probe[i].influence_centre, at);
+        d.probe[i].influence_half[0] = 0.5f;
+    }
+    for (int i = 0; i < VIEW_ROOM_PROBES; i++) {
+        const view_room_draw here = above_floor(i - 1.4);
+        memcpy(d.clip, here.clip, sizeof d.clip);
+        memcpy(d.eye, here.eye, sizeof d.eye);
+        float *picture = render(&d);
+        const hit h = cast(&d, d.eye, (const double[3]){0, -1, 0});
+        const double albedo = 0.94 * (double)h.material->albedo[1];
+        CHECK_NEAR((double)picture[0], 0.06 * 0.2 * (i + 1), 1e-5);
+        CHECK_NEAR((double)picture[1], albedo * 0.15 * (i + 1), 1e-5);
+        CHECK_NEAR((double)picture[2], 0, 1e-6);
+        free(picture);
+    }
+    gl.DeleteTextures(VIEW_ROOM_PROBES, cubes);
+    gl.DeleteTextures(VIEW_ROOM_PROBES, lights);
     end();
 }
 
@@ -697,7 +733,7 @@ static void movement(void)
 static const test tests[] = {
     TEST(depth_order),     TEST(mirrored),    TEST(six_faces),
     TEST(paraboloids),     TEST(panels_emit), TEST(floor_reflects),
-    TEST(mirror_reflects), TEST(blending),    TEST(limited),
-    TEST(movement),
+    TEST(mirror_reflects), TEST(blending),    TEST(cubes_of_probes),
+    TEST(limited),         TEST(movement),
 };
 TEST_MAIN(tests)

@@ -309,19 +309,23 @@ static void bind(int unit, GLenum target, GLuint texture)
     gl.BindTexture(target, texture);
 }
 
+/* Samplers that no probe needs have the environment's cubes: with none, drivers
+ * warn, or compile the shader anew when there is one. */
 static void bind_maps(const view_room_draw *d)
 {
+    const view_room_environment *e = &d->environment;
     const GLuint cube = GL_TEXTURE_CUBE_MAP;
 
-    bind(VIEW_UNIT_SPECULAR, cube, d->environment.specular);
-    bind(VIEW_UNIT_IRRADIANCE, cube, d->environment.irradiance);
-    bind(VIEW_UNIT_SKY, cube, d->environment.sky);
+    bind(VIEW_UNIT_SPECULAR, cube, e->specular);
+    bind(VIEW_UNIT_IRRADIANCE, cube, e->irradiance);
+    bind(VIEW_UNIT_SKY, cube, e->sky);
     bind(VIEW_UNIT_LUT, GL_TEXTURE_2D, d->table);
     for (int i = 0; i < VIEW_ROOM_PROBES; i++) {
         const view_room_probe *p = &d->probe[i];
         const bool has = i < d->probe_count;
-        bind(UNIT_PROBES + i, cube, has ? p->specular : 0);
-        bind(UNIT_PROBES + VIEW_ROOM_PROBES + i, cube, has ? p->irradiance : 0);
+        bind(UNIT_PROBES + i, cube, has ? p->specular : e->specular);
+        bind(UNIT_PROBES + VIEW_ROOM_PROBES + i, cube,
+             has ? p->irradiance : e->irradiance);
     }
 }
 

@@ -81,7 +81,8 @@ typedef struct view_room_draw {
     bool moving;    /* draw what moves */
     int hidden;     /* sphere that is left out, -1: none */
     /* Alpha is 1; with limited, what is not in this box is 0 in all four, but
-     * hides what is behind it. */
+     * hides what is behind it. The sky is never in it. Where clip ends before
+     * the walls do, the sky is seen: limit that too. */
     bool limited;
     double limit_centre[3], limit_half[3];
     int probe_count; /* in the order of ibl_probes_order */
