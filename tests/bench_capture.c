@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Milliseconds of a capture's update by size and method, of the room of
- * tests/box.h with a panel of radiance 50, and how far the methods' levels are
- * from each other. Arguments: samples, and sizes, 64 and 64 128 256 by default.
+ * Milliseconds of a capture's update by size and method, and how far the
+ * methods' levels are from each other: of the box of tests/box.h with a panel
+ * of radiance 50, and of the room that the viewer shows. Arguments: samples,
+ * and sizes, 64 and 64 128 256 by default.
  */
 #include "box.h"
+#include "room.h"
 #include "view.h"
 
 #include <math.h>
@@ -32,7 +34,9 @@ static const char *const names[METHODS] = {"faces, GPU", "paraboloids, GPU",
 
 typedef struct job {
     ibl_ctx *ctx;
-    box_scene box;
+    view_capture_scene *scene;
+    void *cookie;
+    const double *eye;
     int size, samples;
     view_capture *capture[METHODS];
     ibl_cube cube[METHODS], irradiance[METHODS];
@@ -77,13 +81,12 @@ static void drop(job *j)
 /* The methods take turns, so that a busy machine is busy for all. */
 static void measure(job *j)
 {
-    static const double eye[3] = {0.3, 0.2, -0.4};
-
     for (int run = -1; run < RUNS; run++)
         for (int m = 0; m < METHODS; m++) {
             const double begin = view_clock();
             double ms[3];
-            if (!view_capture_update(j->capture[m], eye, box_draw, &j->box))
+            if (!view_capture_update(j->capture[m], j->eye, j->scene,
+                                     j->cookie))
                 fail("no update");
             const double all = 1e3 * (view_clock() - begin);
             view_capture_times(j->capture[m], ms);
@@ -141,26 +144,75 @@ static void tell(job *j)
     tell_error(j, "GPU from library", FACES, LIBRARY);
 }
 
+/* ---- scenes ------------------------------------------------------------ */
+
+typedef struct room_scene {
+    view_room *room;
+    view_room_draw draw;
+} room_scene;
+
+static void room_draw(void *cookie, const double clip[16], const double eye[3],
+                      int size, int side)
+{
+    room_scene *s = cookie;
+
+    (void)size;
+    for (int i = 0; i < 16; i++)
+        s->draw.clip[i] = clip[i];
+    for (int k = 0; k < 3; k++)
+        s->draw.eye[k] = eye[k];
+    s->draw.paraboloid = side >= 0;
+    view_room_render(s->room, &s->draw);
+}
+
+static void room_begin(room_scene *s)
+{
+    const GLuint sky = room_cube_of(0.5F, 0.6F, 0.8F, 1);
+
+    *s = (room_scene){.room = view_room_create()};
+    if (!s->room)
+        fail("no room");
+    s->draw.moving = true;
+    s->draw.hidden = 0;
+    s->draw.environment = (view_room_environment){
+        .specular = sky, .irradiance = sky, .sky = sky, .irradiance_scale = 1};
+    s->draw.table = room_table_of(0.9F, 0.05F);
+}
+
+static void bench(job *j, const char *name, int count, char **sizes)
+{
+    static char *usual[] = {"64", "128", "256"};
+
+    printf("%s\n%5s %-18s %10s %10s %10s %10s  ms\n", name, "size", "",
+           "drawing", "levels", "irradiance", "all");
+    for (int i = 0; i < (count ? count : 3); i++) {
+        j->size = atoi(count ? sizes[i] : usual[i]);
+        make(j);
+        measure(j);
+        tell(j);
+        drop(j);
+    }
+}
+
 int main(int argc, char **argv)
 {
-    static const char *const sizes[] = {"64", "128", "256"};
-    job j = {.box = {.panel = 50}, .samples = argc > 1 ? atoi(argv[1]) : 64};
-    const int count = argc > 2 ? argc - 2 : 3;
+    static const double in_box[3] = {0.3, 0.2, -0.4}, in_room[3] = {0, 1.2, 0};
+    job j = {.samples = argc > 1 ? atoi(argv[1]) : 64};
+    const int count = argc > 2 ? argc - 2 : 0;
+    box_scene box = {.panel = 50};
+    room_scene room;
 
     j.ctx = test_ctx(0, IBL_ISA_AUTO);
-    if (!view_test_begin(32, 32) || !box_begin(&j.box))
+    if (!view_test_begin(32, 32) || !box_begin(&box))
         fail("no OpenGL in memory");
+    room_begin(&room);
     printf("%d samples, %s\n", j.samples, view_test_about());
-    printf("%5s %-18s %10s %10s %10s %10s  ms\n", "size", "", "drawing",
-           "levels", "irradiance", "all");
-    for (int i = 0; i < count; i++) {
-        j.size = atoi(argc > 2 ? argv[i + 2] : sizes[i]);
-        make(&j);
-        measure(&j);
-        tell(&j);
-        drop(&j);
-    }
-    box_end(&j.box);
+    j.scene = box_draw, j.cookie = &box, j.eye = in_box;
+    bench(&j, "box", count, argv + 2);
+    j.scene = room_draw, j.cookie = &room, j.eye = in_room;
+    bench(&j, "room", count, argv + 2);
+    view_room_free(room.room);
+    box_end(&box);
     view_test_end();
     ibl_ctx_free(j.ctx);
     return 0;

@@ -11,7 +11,8 @@
  * in has 1 - alpha.
  *
  * All of this leaves the framebuffer and the viewport as they were, depth test
- * and blending off, and no program in use.
+ * and blending off, and no program in use; texture units 12 and 13, the vertex
+ * array and the colour to clear with are others afterwards.
  */
 #ifndef VIEW_CAPTURE_H
 #define VIEW_CAPTURE_H
