@@ -45,8 +45,9 @@ typedef void view_capture_scene(void *cookie, const double clip[16],
 typedef struct view_capture_options {
     view_capture_kind kind;
     int size;    /* of faces, a power of two, 16..1024; default 256. Pictures
-                    of paraboloids have twice the edge: about as many pixels
-                    to an angle. */
+                    of paraboloids have twice the edge, so about as many
+                    pixels to an angle: a third more than six faces have. They
+                    pay where what is drawn costs more than pixels do. */
     int levels;  /* 0: ibl_default_levels(size) */
     int samples; /* of each texel of a filtered level, 1..1024, default 64 */
     double near, far; /* default 0.05 and 100 */
