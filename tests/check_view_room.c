@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "ibl/ibl.h"
+#include "view/capture.h"
 
 /* ---- rays -------------------------------------------------------------- */
 
@@ -160,7 +161,7 @@ static void material_colour(const hit *h, double rgb[3])
 }
 
 /* The sky is a filtered texture. */
-static bool has_colour(const float *pixel, const hit *h)
+static bool has_colour(const float *pixel, const hit *h, double tolerance)
 {
     double rgb[3], most = 0;
 
@@ -168,7 +169,7 @@ static bool has_colour(const float *pixel, const hit *h)
 
     for (int k = 0; k < 3; k++)
         most = fmax(most, fabs((double)pixel[k] - rgb[k]) / (1 + rgb[k]));
-    return most < (h->what < 0 ? 1e-3 : 1e-4);
+    return most < (h->what < 0 ? fmax(tolerance, 1e-3) : tolerance);
 }
 
 /* ---- what is before what ------------------------------------------------ */
@@ -200,7 +201,7 @@ static bool is_seen(const view_camera *c, const view_room_draw *d, int x, int y,
         const hit h = cast(d, c->eye, direction);
         const double away = h.distance * dot(direction, c->forward);
         const bool round = h.what >= view_room_boxes();
-        if (has_colour(pixel, &h) &&
+        if (has_colour(pixel, &h, 1e-4) &&
             (h.what < 0 ? depth > 39
                         : fabs(away - depth) < (round ? .06 : .004)))
             return true;
@@ -320,7 +321,7 @@ static bool sees(const view_room_draw *d, const float *pixel,
 {
     const hit h = cast(d, middle, direction);
 
-    return has_colour(pixel, &h);
+    return has_colour(pixel, &h, 1e-4);
 }
 
 /* Every texel of all faces, but where two things meet. */
@@ -394,6 +395,94 @@ static void paraboloids(void)
         free(picture);
     }
     end();
+}
+
+/* What a capture asks for, drawn as it is asked. */
+static void capture_scene(void *cookie, const double clip[16],
+                          const double eye[3], int size, int side)
+{
+    view_room_draw d = *(const view_room_draw *)cookie;
+
+    (void)size;
+    memcpy(d.clip, clip, sizeof d.clip);
+    memcpy(d.eye, eye, sizeof d.eye);
+    d.paraboloid = side >= 0;
+    view_room_render(room, &d);
+}
+
+/* Whether a texel sees that, or what is up to so many texels away; or it is
+ * between two things, and may be a mix of them. */
+static bool texel_sees(const view_room_draw *d, const ibl_cube *cube, int face,
+                       int x, int y, double around)
+{
+    enum {
+        FINE = 64
+    };
+    const view_room_material *first = NULL;
+    const float *texel =
+        ibl_cube_face(cube, 0, face) + 3 * ((size_t)y * cube->size + x);
+
+    for (int i = 0; i < 9; i++) {
+        double direction[3];
+        ibl_cube_direction(
+            cube->size * FINE, face,
+            x * FINE + FINE / 2 + (int)(around * FINE) * ((i + 1) % 3 - 1),
+            y * FINE + FINE / 2 + (int)(around * FINE) * ((i + 4) / 3 % 3 - 1),
+            direction);
+        const hit h = cast(d, middle, direction);
+        if (has_colour(texel, &h, 2e-3) || (i && h.material != first))
+            return true;
+        first = h.material;
+    }
+    return false;
+}
+
+/* Captures of the room see what is there, whichever way they are made. */
+static void captured(view_capture_kind kind, double around, int most)
+{
+    enum {
+        SIZE = 64
+    };
+    const view_camera any = {.near = 1, .far = 2};
+    view_capture_options o = view_capture_options_default();
+    ibl_cube cube = {0};
+    int bad = 0;
+
+    if (!begin(4, 4))
+        return;
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    view_room_draw d = white_draw(&any);
+    d.hidden = 0;
+    o.kind = kind;
+    o.size = SIZE;
+    o.samples = 1;
+    o.far = 40;
+    view_capture *c = view_capture_create(&o);
+    if (c && view_capture_update(c, middle, capture_scene, &d) &&
+        ibl_cube_alloc(ctx, SIZE, 1, &cube) == IBL_OK &&
+        view_capture_read(c, &cube)) {
+        for (int i = 0; i < IBL_FACES * SIZE * SIZE; i++)
+            bad += !texel_sees(&d, &cube, i / (SIZE * SIZE), i % SIZE,
+                               i / SIZE % SIZE, around);
+        CHECK_MSG(bad <= most, "%d of %d texels", bad, IBL_FACES * SIZE * SIZE);
+    } else {
+        CHECK(!"captured");
+    }
+    ibl_cube_free(&cube);
+    view_capture_free(c);
+    ibl_ctx_free(ctx);
+    end();
+}
+
+static void captured_faces(void)
+{
+    captured(VIEW_CAPTURE_FACES, 0.1, 0);
+}
+
+/* Edges of triangles are straight there, so that some are further away. */
+static void captured_paraboloids(void)
+{
+    captured(VIEW_CAPTURE_PARABOLOIDS, 1.5, 24);
 }
 
 /* ---- light ---------------------------------------------------------------*/
@@ -731,9 +820,10 @@ static void movement(void)
 }
 
 static const test tests[] = {
-    TEST(depth_order),     TEST(mirrored),    TEST(six_faces),
-    TEST(paraboloids),     TEST(panels_emit), TEST(floor_reflects),
-    TEST(mirror_reflects), TEST(blending),    TEST(cubes_of_probes),
-    TEST(limited),         TEST(movement),
+    TEST(depth_order), TEST(mirrored),        TEST(six_faces),
+    TEST(paraboloids), TEST(captured_faces),  TEST(captured_paraboloids),
+    TEST(panels_emit), TEST(floor_reflects),  TEST(mirror_reflects),
+    TEST(blending),    TEST(cubes_of_probes), TEST(limited),
+    TEST(movement),
 };
 TEST_MAIN(tests)
