@@ -156,6 +156,26 @@ test_every_option_counts() {
     node "$work/bin/png.mjs" plain.png a.png 2
 }
 
+test_scene() {
+    local with scene='--mode scene --probe-size 32'
+    draw scene.png "$work/ktx2" $scene
+    draw a.png "$work/ktx2" $scene --probe-capture faces
+    same scene.png a.png
+    for with in '--seconds 2' '--no-parallax' '--probe-capture paraboloids' \
+        '--probe-size 64' '--turn 90' '--yaw 30' '--distance 2'; do
+        draw a.png "$work/ktx2" $scene $with
+        differ scene.png a.png
+    done
+    iblview "$work/ktx2" --offscreen a.png $small $scene -v >said
+    grep -q '^probe: [0-9.]* ms drawing, [0-9.]* levels, [0-9.]* irr' said ||
+        cat said
+    iblview "$work/ktx2" --contact-sheet b.png $small $scene || echo "$?"
+    [ "$(size b.png)" = "$((4 + 5 * 52)) x $((4 + 4 * 40))" ] || size b.png
+    wrong 2 '*--probe-size 100: *power of two*' "$work/ktx2" --probe-size 100
+    wrong 2 '*--sheet-rows material: not of --mode scene*' "$work/ktx2" \
+        --contact-sheet c.png --mode scene --sheet-rows material
+}
+
 test_samples_and_frames() {
     draw a.png "$work/ktx2" --reference --samples 32 -q
     draw b.png "$work/ktx2" --reference --frames 2 -q

@@ -51,6 +51,9 @@ static const key_case cases[] = {
     PLAIN('t', 'T', tone),
     PLAIN('v', 'v', false_colour),
     PLAIN('b', 'b', sky),
+    PLAIN('x', 'x', parallax),
+    PLAIN('k', 'k', probe_capture),
+    PLAIN('j', 'J', probe_interval),
     PLAIN('o', 'O', fov),
     PLAIN('.', ',', turn),
     PLAIN('?', '?', help),
@@ -180,7 +183,7 @@ static void tab_goes_back_with_shift(void)
 {
     NEED(begin());
     view_keys_press(&app, VIEW_KEY_TAB, true);
-    CHECK(app.settings.mode == VIEW_TABLE);
+    CHECK(app.settings.mode == VIEW_SCENE);
     view_keys_press(&app, VIEW_KEY_TAB, false);
     CHECK(app.settings.mode == VIEW_SPHERES);
     end();
@@ -206,6 +209,8 @@ static void check_ranges(int key)
     CHECK_MSG(s->pitch >= -89 && s->pitch <= 89 && s->yaw > -181 &&
                   s->yaw < 181 && s->turn > -181 && s->turn < 181,
               "key %d: angles %g %g %g", key, s->pitch, s->yaw, s->turn);
+    CHECK_MSG(s->probe_interval >= 0 && s->probe_interval <= 2,
+              "key %d: interval %g", key, s->probe_interval);
     CHECK_MSG(s->distance >= 0 && s->distance <= 1000, "key %d: distance %g",
               key, s->distance);
 }
@@ -264,7 +269,7 @@ static void reset_brings_all_back(void)
 static void others_do_nothing(void)
 {
     NEED(begin());
-    view_keys_press(&app, 'x', false);
+    view_keys_press(&app, 'z', false);
     view_keys_press(&app, 0x3b1, false);
     view_keys_press(&app, VIEW_KEY_ENTER, true);
     CHECK(same_but(app.settings, &options.settings, 0, 0));

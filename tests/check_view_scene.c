@@ -357,6 +357,8 @@ static void names(void)
         CHECK(view_diffuse_name((view_diffuse)i));
     for (int i = 0; i < VIEW_COMPARES; i++)
         CHECK(view_compare_name((view_compare)i));
+    for (int i = 0; i < VIEW_PROBE_CAPTURES; i++)
+        CHECK(view_probe_capture_name((view_probe_capture)i));
 }
 
 static const test tests[] = {

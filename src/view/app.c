@@ -183,10 +183,13 @@ static void tend_files(view_app *app)
         view_note("%s: read anew", app->request.path);
 }
 
-static bool improves(const view_app *app)
+/* Whether the next frame is another though nothing was done. */
+static bool goes_on(const view_app *app)
 {
     const view_settings *s = &app->settings;
 
+    if (app->set && s->mode == VIEW_SCENE)
+        return true;
     return app->set && s->mode == VIEW_SPHERES &&
            s->compare != VIEW_SPLIT_SUM &&
            view_renderer_samples(app->renderer) < VIEW_TRUTH_SAMPLES;
@@ -248,8 +251,11 @@ static void refresh(void *cookie)
 
 static bool draw_scene(view_app *app, int width, int height)
 {
-    if (app->set)
-        return view_renderer_draw(app->renderer, &app->settings, width, height);
+    if (app->set) {
+        view_settings now = app->settings;
+        now.seconds += view_clock() - app->begun;
+        return view_renderer_draw(app->renderer, &now, width, height);
+    }
     gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
     gl.Viewport(0, 0, width, height);
     gl.ClearColor(0, 0, 0, 1);
@@ -318,9 +324,9 @@ void view_app_picture(view_app *app)
  * window is to be closed. */
 static bool wait(view_app *app)
 {
-    const double seconds = app->redraw || improves(app) ? 0
-                           : app->baker                 ? BAKING_S
-                                                        : POLL_S;
+    const double seconds = app->redraw || goes_on(app) ? 0
+                           : app->baker                ? BAKING_S
+                                                       : POLL_S;
 
     return view_screen_poll(app->screen, seconds) && !app->quit;
 }
@@ -331,7 +337,7 @@ static bool loop(view_app *app)
 
     app->redraw = true;
     for (;;) {
-        if ((app->redraw || improves(app)) && !draw(app))
+        if ((app->redraw || goes_on(app)) && !draw(app))
             return false;
         if (!wait(app))
             return true;
@@ -377,7 +383,8 @@ bool view_app_run(ibl_ctx *ctx, const view_options *options)
     view_app app = {.ctx = ctx,
                     .options = options,
                     .settings = options->settings,
-                    .mouse = {-1, -1}};
+                    .mouse = {-1, -1},
+                    .begun = view_clock()};
     const view_events events = {&app, key, mouse, wheel, drop, refresh};
     bool ok;
 

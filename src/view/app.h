@@ -31,6 +31,7 @@ typedef struct view_app {
     char stage[64];
     double baked; /* share of the whole bake */
 
+    double begun;    /* view_clock() when the scene's time began */
     double mouse[2]; /* pixels from the upper left */
     bool held[3];    /* buttons */
     double frame_ms;

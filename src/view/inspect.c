@@ -38,7 +38,7 @@ static bool flatten(const view_set *set, const view_settings *s, flat *f)
                                      : VIEW_LUT;
     const ibl_texture *map = &set->texture[content];
 
-    if (!map->data)
+    if (s->mode == VIEW_SCENE || !map->data)
         return false;
     *f = (flat){.map = map, .size = {map->width, map->height}};
     if (content == VIEW_LUT)

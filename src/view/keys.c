@@ -146,6 +146,35 @@ static void change_lights(view_app *app, int step)
         app->settings.light_count = count;
 }
 
+/* ---- scene -------------------------------------------------------------- */
+
+static void change_parallax(view_app *app, int step)
+{
+    (void)step;
+    app->settings.parallax = !app->settings.parallax;
+}
+
+static void change_capture(view_app *app, int step)
+{
+    view_settings *s = &app->settings;
+    s->probe_capture = (view_probe_capture)next((int)s->probe_capture, step,
+                                                VIEW_PROBE_CAPTURES);
+}
+
+static void change_interval(view_app *app, int step)
+{
+    static const double times[] = {0, 0.1, 0.25, 0.5, 1, 2};
+    enum {
+        LAST = sizeof times / sizeof *times - 1
+    };
+    double *x = &app->settings.probe_interval;
+    int i = step > 0 ? 0 : LAST;
+
+    while (step > 0 ? i < LAST && times[i] <= *x : i > 0 && times[i] >= *x)
+        i += step;
+    *x = times[i];
+}
+
 /* ---- camera and environment --------------------------------------------- */
 
 static void move_across(view_app *app, int step)
@@ -257,7 +286,7 @@ typedef struct key_row {
 /* Tab with Shift, as it is everywhere, goes the other way. */
 static const key_row rows[] = {
     {"m M", 'm', 'M', 0, change_mode,
-     "mode: spheres, levels, irradiance, table"},
+     "mode: spheres, levels, irradiance, table, scene"},
     {"Tab", VIEW_KEY_TAB, 0, 0, change_mode, "the same; back with Shift"},
     {"l L", 'l', 'L', 0, change_layout, "layout: cross, strip, equirect"},
     {"] [", ']', '[', 0, change_level, "next level, the one before"},
@@ -275,6 +304,9 @@ static const key_row rows[] = {
     {"d", 'd', 0, 0, change_diffuse, "diffuse: map, spherical harmonics"},
     {"c", 'c', 0, 0, change_multiscatter, "multiple scattering"},
     {"i I", 'i', 'I', 0, change_lights, "more point lights, fewer"},
+    {"x", 'x', 0, 0, change_parallax, "parallax of the scene's probe"},
+    {"k", 'k', 0, 0, change_capture, "its capture: faces, paraboloids"},
+    {"j J", 'j', 'J', 0, change_interval, "captured more rarely, more often"},
     {"e E", 'e', 'E', 0, change_exposure, "exposure: a quarter stop up, down"},
     {"t T", 't', 'T', 0, change_tone, "tone: linear, Reinhard, ACES, neutral"},
     {"v", 'v', 0, 0, change_false_colour, "false colours of luminance"},

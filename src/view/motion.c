@@ -5,6 +5,7 @@
 
 #include "view/inspect.h"
 #include "view/scene.h"
+#include "view/stage.h"
 
 static double clamp(double x, double low, double high)
 {
@@ -18,10 +19,15 @@ static double turned(double degrees)
     return x == -180 ? 180 : x;
 }
 
+static bool shows_map(const view_settings *s)
+{
+    return s->mode != VIEW_SPHERES && s->mode != VIEW_SCENE;
+}
+
 void view_drag(view_settings *s, const view_set *set, int width, int height,
                double dx, double dy)
 {
-    if (s->mode != VIEW_SPHERES) {
+    if (shows_map(s)) {
         view_inspect_drag(set, s, width, height, dx, dy);
         return;
     }
@@ -34,10 +40,12 @@ void view_approach(view_settings *s, const view_set *set, view_place at,
 {
     const double factor = pow(1.1, steps);
 
-    if (s->mode != VIEW_SPHERES) {
+    if (shows_map(s)) {
         view_inspect_zoom(set, s, at.width, at.height, at.x, at.y, factor);
         return;
     }
+    if (s->distance <= 0 && s->mode == VIEW_SCENE)
+        s->distance = view_stage_distance;
     if (s->distance <= 0) {
         const view_camera c = view_camera_of(s, at.width, at.height);
         s->distance = sqrt(c.eye[0] * c.eye[0] + c.eye[1] * c.eye[1] +

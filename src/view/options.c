@@ -55,6 +55,13 @@ static const char *diffuse_name(int i)
     return i < VIEW_DIFFUSES ? view_diffuse_name((view_diffuse)i) : NULL;
 }
 
+static const char *capture_name(int i)
+{
+    return i < VIEW_PROBE_CAPTURES
+               ? view_probe_capture_name((view_probe_capture)i)
+               : NULL;
+}
+
 static const char *compare_name(int i)
 {
     return i < VIEW_COMPARES ? view_compare_name((view_compare)i) : NULL;
@@ -144,6 +151,17 @@ static bool parse_pan(void *options, const char *value)
                        0.5, value);
 }
 
+static bool parse_probe_size(void *options, const char *value)
+{
+    double x;
+
+    if (!parse_reals(&x, 1, '\0', 16, 1024, value) || x != floor(x) ||
+        ((int)x & ((int)x - 1)))
+        return false;
+    ((view_options *)options)->settings.probe_size = (int)x;
+    return true;
+}
+
 static bool set_reference(void *options, const char *value)
 {
     (void)value;
@@ -183,10 +201,10 @@ static const view_option pictures[] = {
     {"contact-sheet", 0, TEXT(contact_sheet, "OUT.png"), .standard = "",
      .help = "write a sheet of pictures the same way"},
     {"sheet-rows", 0, CHOICE(rows, axis_name),
-     .standard = "material, of maps level",
+     .standard = "material, of maps level, of the scene turn",
      .help = "what the rows of the sheet go through"},
     {"sheet-columns", 0, CHOICE(columns, axis_name),
-     .standard = "turn, of maps ev",
+     .standard = "turn, of maps and the scene ev",
      .help = "what its columns go through"},
     {"size", 0, OTHER("WxH", parse_size), .allowed = "1x1 to 16384x16384",
      .standard = "1280x720, 320x240 in a sheet",
@@ -205,7 +223,7 @@ static const view_option pictures[] = {
 
 static const view_option shows[] = {
     {"mode", 0, CHOICE(settings.mode, mode_name),
-     .help = "spheres, or the maps themselves"},
+     .help = "spheres, the maps themselves, or a scene with a probe"},
     {"layout", 0, CHOICE(settings.layout, layout_name),
      .help = "how a cube is laid out flat"},
     {"level", 0, INT(settings.level, 0, IBL_MAX_LEVELS - 1),
@@ -243,6 +261,24 @@ static const view_option spheres[] = {
      .standard = "none",
      .help = "a point light: place and intensity; spheres have radius 0.45 "
              "and stand 1 apart about 0,0,0"},
+};
+
+static const view_option scene[] = {
+    {"seconds", 0, REAL(seconds, "T", 0, 1e6),
+     .help = "where what moves is in a picture, and begins in a window"},
+    {"no-parallax", 0, .kind = VIEW_OPTION_OFF, SET(parallax),
+     .help = "look reflections up as if all were infinitely far away"},
+    {"probe-size", 0, OTHER("N", parse_probe_size),
+     .allowed = "a power of two from 16 to 1024", .standard = "256",
+     .help = "edge of the faces of the probe's cube"},
+    {"probe-capture", 0, CHOICE(settings.probe_capture, capture_name),
+     .help = "draw six faces, or two paraboloids"},
+    {"probe-interval", 0, REAL(probe_interval, "S", 0, 3600),
+     .help = "seconds from a capture to the next in a window, if something "
+             "has moved; 0: every frame"},
+    {"probe-faces", 0, INT(settings.probe_faces, 0, 1000),
+     .help = "faces that a frame in a window draws or filters of a capture; "
+             "0: all at once"},
 };
 
 static const view_option camera[] = {
@@ -294,15 +330,12 @@ static const view_option running[] = {
     {                                                                          \
         (title), (table), (int)(sizeof(table) / sizeof *(table))               \
     }
-const view_section view_sections[] = {SECTION("Files", files),
-                                      SECTION("Pictures", pictures),
-                                      SECTION("What is shown", shows),
-                                      SECTION("Spheres", spheres),
-                                      SECTION("Camera", camera),
-                                      SECTION("Display", display),
-                                      SECTION("Reference", reference),
-                                      SECTION("Running", running),
-                                      {NULL, NULL, 0}};
+const view_section view_sections[] = {
+    SECTION("Files", files),         SECTION("Pictures", pictures),
+    SECTION("What is shown", shows), SECTION("Spheres", spheres),
+    SECTION("Scene", scene),         SECTION("Camera", camera),
+    SECTION("Display", display),     SECTION("Reference", reference),
+    SECTION("Running", running),     {NULL, NULL, 0}};
 
 view_options view_options_default(void)
 {
@@ -326,8 +359,9 @@ static bool for_spheres(int axis)
 
 static bool shows_maps(const view_options *o)
 {
-    return o->settings.mode != VIEW_SPHERES || o->rows == VIEW_AXIS_LEVEL ||
-           o->columns == VIEW_AXIS_LEVEL;
+    return (o->settings.mode != VIEW_SPHERES &&
+            o->settings.mode != VIEW_SCENE) ||
+           o->rows == VIEW_AXIS_LEVEL || o->columns == VIEW_AXIS_LEVEL;
 }
 
 static bool has_one_level(const view_options *o)
@@ -339,6 +373,11 @@ static bool has_one_level(const view_options *o)
 /* Whether something changes along an axis. */
 static bool check_axis(const view_options *o, const char *option, int axis)
 {
+    if (o->settings.mode == VIEW_SCENE &&
+        (axis == VIEW_AXIS_MATERIAL || axis == VIEW_AXIS_COMPARE ||
+         axis == VIEW_AXIS_LEVEL))
+        return view_fail("%s %s: not of --mode scene: choose turn, ev or tone",
+                         option, view_axis_name((view_axis)axis));
     if (shows_maps(o) && for_spheres(axis))
         return view_fail(
             "%s %s: maps are the same with each: choose ev or tone", option,
@@ -399,10 +438,13 @@ static void choose_axis(int *axis, int other, view_axis first, view_axis second)
 
 static void choose_axes(view_options *o)
 {
-    const view_axis first = !shows_maps(o)      ? VIEW_AXIS_MATERIAL
+    const bool scene_shown = o->settings.mode == VIEW_SCENE;
+    const view_axis first = scene_shown         ? VIEW_AXIS_TURN
+                            : !shows_maps(o)    ? VIEW_AXIS_MATERIAL
                             : !has_one_level(o) ? VIEW_AXIS_LEVEL
                                                 : VIEW_AXIS_TONE;
-    const view_axis second = shows_maps(o) ? VIEW_AXIS_EV : VIEW_AXIS_TURN;
+    const view_axis second =
+        scene_shown || shows_maps(o) ? VIEW_AXIS_EV : VIEW_AXIS_TURN;
 
     choose_axis(&o->rows, o->columns, first, second);
     choose_axis(&o->columns, o->rows, second, first);

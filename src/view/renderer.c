@@ -30,6 +30,7 @@ struct view_renderer {
     GLuint picture, target; /* the linear picture, and the framebuffer on it */
     view_display *display;
     view_truth *truth; /* made when first asked for */
+    view_stage *stage; /* the same */
     int samples;       /* of the truth for each draw; 0: by the clock */
     const view_set *set;
     /* of the last draw */
@@ -99,6 +100,7 @@ void view_renderer_free(view_renderer *r)
     if (!r)
         return;
     view_truth_free(r->truth);
+    view_stage_free(r->stage);
     view_display_free(r->display);
     gl.DeleteFramebuffers(1, &r->target);
     gl.DeleteTextures(1, &r->picture);
@@ -137,6 +139,8 @@ bool view_renderer_load(view_renderer *r, const view_set *set)
     memcpy(r->maps, maps, sizeof maps);
     r->set = set;
     r->stale = true;
+    if (r->stage)
+        view_stage_restart(r->stage);
     return !r->truth || view_truth_load(r->truth, set);
 }
 
@@ -260,16 +264,33 @@ static bool stays(view_renderer *r)
     return same && compares(r);
 }
 
-static void linear_pass(view_renderer *r)
+static bool draw_stage(view_renderer *r)
+{
+    const GLuint level0 = r->maps[VIEW_SPECULAR], sky = r->maps[VIEW_SKY];
+    view_room_environment e = {.specular = level0,
+                               .irradiance = r->maps[VIEW_IRRADIANCE],
+                               .sky = sky ? sky : level0,
+                               .irradiance_scale = r->frame.diffuse[0]};
+
+    if (!r->stage && !(r->stage = view_stage_create()))
+        return false;
+    memcpy(e.lod, r->frame.lod, sizeof e.lod);
+    return view_stage_draw(r->stage, &r->settings, &e, r->maps[VIEW_LUT],
+                           r->picture, r->width, r->height);
+}
+
+static bool linear_pass(view_renderer *r)
 {
     if (stays(r))
-        return;
+        return true;
+    if (r->settings.mode == VIEW_SCENE)
+        return draw_stage(r);
     gl.BindFramebuffer(GL_FRAMEBUFFER, r->target);
     gl.Viewport(0, 0, r->width, r->height);
     gl.Disable(GL_BLEND);
     if (r->settings.mode != VIEW_SPHERES) {
         view_display_inspect(r->display);
-        return;
+        return true;
     }
     gl.UseProgram(r->sky);
     gl.BindVertexArray(r->nothing);
@@ -279,6 +300,7 @@ static void linear_pass(view_renderer *r)
     gl.BindVertexArray(r->instances);
     gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, r->count);
     gl.Disable(GL_BLEND);
+    return true;
 }
 
 static bool make_truth(view_renderer *r)
@@ -325,8 +347,7 @@ bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
     gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, r->frame_buffer);
     update_spheres(r, width, height);
     bind_maps(r);
-    linear_pass(r);
-    if (!truth_pass(r))
+    if (!linear_pass(r) || !truth_pass(r))
         return false;
     display_pass(r);
     return view_gl_check("drawing");
@@ -353,6 +374,11 @@ bool view_renderer_read(const view_renderer *r, bool truth, float *rgb)
         }
     }
     return view_gl_check("reading the picture");
+}
+
+const view_stage *view_renderer_stage(const view_renderer *r)
+{
+    return r->stage;
 }
 
 int view_renderer_samples(const view_renderer *r)

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Makes the picture. Passes, each into what the next one reads:
- *   1. linear   sky and spheres by the split sum, or what is inspected, as
- *               scene-linear RGB floats; while the truth goes on, that of the
- *               frame before
+ *   1. linear   sky and spheres by the split sum, what is inspected, or the
+ *               scene (stage.h), as scene-linear RGB floats; while the truth
+ * goes on, that of the frame before
  *   2. truth    the same spheres by the integral itself (truth.h), while
  *               settings.compare asks for it
  *   3. display  exposure, tone curve, sRGB, and comparing; into framebuffer 0
@@ -20,6 +20,7 @@
 #include "view/gl.h"
 #include "view/scene.h"
 #include "view/set.h"
+#include "view/stage.h"
 
 typedef struct view_renderer view_renderer;
 
@@ -38,6 +39,9 @@ bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
 /* Of the last draw: linear RGB, width * height * 3 floats, rows from the top;
  * truth: that of the reference. */
 bool view_renderer_read(const view_renderer *r, bool truth, float *rgb);
+
+/* The scene, once it has been drawn; else NULL. */
+const view_stage *view_renderer_stage(const view_renderer *r);
 
 /* Samples of the truth for each pixel and draw; 0 (default): as many as leave a
  * frame responsive, by the clock, so not the same in every run. */

@@ -10,4 +10,7 @@ bool view_report_print(const view_renderer *r, const view_settings *s);
 /* Prints what a set consists of. */
 void view_report_set(const view_set *set);
 
+/* Prints how long the last capture of the scene took. */
+void view_report_probe(const view_stage *stage);
+
 #endif

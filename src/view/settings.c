@@ -24,6 +24,9 @@ view_settings view_settings_default(void)
         .compare = VIEW_SPLIT_SUM,
         .split = 0.5,
         .gain = 10,
+        .parallax = true,
+        .probe_size = 256,
+        .probe_interval = 0.5,
     };
     for (int i = 0; i < VIEW_MAX_LIGHTS; i++) {
         view_light *l = &s.light[i];
@@ -38,8 +41,8 @@ view_settings view_settings_default(void)
 
 const char *view_mode_name(view_mode mode)
 {
-    static const char *const names[VIEW_MODES] = {"spheres", "levels",
-                                                  "irradiance", "table"};
+    static const char *const names[VIEW_MODES] = {
+        "spheres", "levels", "irradiance", "table", "scene"};
     return names[mode];
 }
 
@@ -74,4 +77,11 @@ const char *view_compare_name(view_compare compare)
     static const char *const names[VIEW_COMPARES] = {"split-sum", "reference",
                                                      "split", "difference"};
     return names[compare];
+}
+
+const char *view_probe_capture_name(view_probe_capture capture)
+{
+    static const char *const names[VIEW_PROBE_CAPTURES] = {"faces",
+                                                           "paraboloids"};
+    return names[capture];
 }

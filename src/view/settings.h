@@ -11,6 +11,7 @@ typedef enum view_mode {
     VIEW_LEVELS,         /* a level of the specular chain */
     VIEW_IRRADIANCE_MAP, /* the irradiance map */
     VIEW_TABLE,          /* the BRDF table with iso-lines */
+    VIEW_SCENE,          /* the room with a probe */
     VIEW_MODES
 } view_mode;
 
@@ -49,6 +50,13 @@ typedef enum view_compare {
     VIEW_DIFFERENCE, /* |split sum - reference| * gain */
     VIEW_COMPARES
 } view_compare;
+
+/* How a probe sees the scene. */
+typedef enum view_probe_capture {
+    VIEW_PROBE_FACES,
+    VIEW_PROBE_PARABOLOIDS,
+    VIEW_PROBE_CAPTURES
+} view_probe_capture;
 
 #define VIEW_MAX_LIGHTS 4
 #define VIEW_MAX_GRID 16
@@ -93,7 +101,15 @@ typedef struct view_settings {
     view_compare compare;
     double split; /* 0..1 of the width */
     double gain;  /* of differences */
-    bool help;    /* the list of keys is shown */
+    /* scene */
+    double seconds;        /* where what moves is */
+    bool parallax;         /* reflections of the room's walls, not of what is
+                              infinitely far */
+    int probe_size;        /* of faces: a power of two */
+    double probe_interval; /* seconds; 0: every frame */
+    int probe_faces;       /* steps of view_capture_advance a frame; 0: all */
+    view_probe_capture probe_capture;
+    bool help; /* the list of keys is shown */
 } view_settings;
 
 view_settings view_settings_default(void);
@@ -105,5 +121,6 @@ const char *view_tone_name(view_tone tone);
 const char *view_fresnel_name(view_fresnel fresnel);
 const char *view_diffuse_name(view_diffuse diffuse);
 const char *view_compare_name(view_compare compare);
+const char *view_probe_capture_name(view_probe_capture capture);
 
 #endif

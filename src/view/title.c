@@ -63,6 +63,24 @@ static void add_map(const view_app *app, char *text, size_t size)
     add(text, size, " | zoom %.3g", s->zoom);
 }
 
+static void add_scene(const view_app *app, char *text, size_t size)
+{
+    const view_settings *s = &app->settings;
+    const view_stage *stage = view_renderer_stage(app->renderer);
+    double ms[3];
+
+    add(text, size, " | scene | parallax %s | probe %d, %s, %.3g s",
+        s->parallax ? "on" : "off", s->probe_size,
+        view_probe_capture_name(s->probe_capture), s->probe_interval);
+    if (s->turn < 0 || s->turn > 0)
+        add(text, size, " | turn %.4g", s->turn);
+    if (!stage)
+        return;
+    view_stage_times(stage, ms);
+    add(text, size, " | ms drawing %.1f levels %.1f irradiance %.1f", ms[0],
+        ms[1], ms[2]);
+}
+
 void view_title_text(const view_app *app, char *text, size_t size)
 {
     const view_settings *s = &app->settings;
@@ -73,6 +91,8 @@ void view_title_text(const view_app *app, char *text, size_t size)
     snprintf(text, size, "%s", app->set->name);
     if (s->mode == VIEW_SPHERES)
         add_spheres(app, text, size);
+    else if (s->mode == VIEW_SCENE)
+        add_scene(app, text, size);
     else
         add_map(app, text, size);
     add(text, size, " | EV %+.4g | %s", s->ev,

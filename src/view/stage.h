@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: MIT */
+/* The room of room.h with a probe in its mirror, which is captured again while
+ * things move: what --mode scene shows. */
+#ifndef VIEW_STAGE_H
+#define VIEW_STAGE_H
+
+#include "view/capture.h"
+#include "view/room.h"
+#include "view/scene.h"
+
+typedef struct view_stage view_stage;
+
+view_stage *view_stage_create(void);  /* NULL, with a message */
+void view_stage_free(view_stage *st); /* NULL is fine */
+
+/* What lights the room is another: the next draw captures anew. */
+void view_stage_restart(view_stage *st);
+
+/*
+ * Draws into a texture of width x height pixels what settings say: camera,
+ * turn, parallax, seconds and how the probe is refreshed. The first draw, and
+ * each after a change of the light or of the capture, makes a whole capture
+ * with its bounces; later ones capture when the interval is over and something
+ * has moved, going by settings.seconds. turn of the environment is the
+ * settings'. Leaves a framebuffer of its own bound, and state as
+ * view_room_render does. False, with a message.
+ */
+bool view_stage_draw(view_stage *st, const view_settings *s,
+                     const view_room_environment *environment, GLuint table,
+                     GLuint picture, int width, int height);
+
+/* Milliseconds of the probe's last update: drawing, levels, irradiance. */
+void view_stage_times(const view_stage *st, double ms[3]);
+/* The time that the probe shows: settings.seconds when its capture began. */
+double view_stage_shown(const view_stage *st);
+
+/* Of the camera, where settings have none. */
+extern const double view_stage_distance;
+/* The camera goes about the mirror and stays in the room. */
+view_camera view_stage_camera(const view_settings *s, int width, int height);
+
+#endif
