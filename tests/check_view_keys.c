@@ -53,6 +53,7 @@ static const key_case cases[] = {
     PLAIN('b', 'b', sky),
     PLAIN('x', 'x', parallax),
     PLAIN('k', 'k', probe_capture),
+    PLAIN('h', 'H', probes),
     PLAIN('j', 'J', probe_interval),
     PLAIN('o', 'O', fov),
     PLAIN('.', ',', turn),
@@ -209,6 +210,8 @@ static void check_ranges(int key)
     CHECK_MSG(s->pitch >= -89 && s->pitch <= 89 && s->yaw > -181 &&
                   s->yaw < 181 && s->turn > -181 && s->turn < 181,
               "key %d: angles %g %g %g", key, s->pitch, s->yaw, s->turn);
+    CHECK_MSG(s->probes >= 0 && s->probes <= VIEW_STAGE_LOCAL,
+              "key %d: %d probes", key, s->probes);
     CHECK_MSG(s->probe_interval >= 0 && s->probe_interval <= 2,
               "key %d: interval %g", key, s->probe_interval);
     CHECK_MSG(s->distance >= 0 && s->distance <= 1000, "key %d: distance %g",

@@ -161,6 +161,13 @@ static void change_capture(view_app *app, int step)
                                                 VIEW_PROBE_CAPTURES);
 }
 
+static void change_probes(view_app *app, int step)
+{
+    const int count = app->settings.probes + step;
+    if (count >= 0 && count <= VIEW_STAGE_LOCAL)
+        app->settings.probes = count;
+}
+
 static void change_interval(view_app *app, int step)
 {
     static const double times[] = {0, 0.1, 0.25, 0.5, 1, 2};
@@ -307,6 +314,7 @@ static const key_row rows[] = {
     {"x", 'x', 0, 0, change_parallax, "parallax of the scene's probe"},
     {"k", 'k', 0, 0, change_capture, "its capture: faces, paraboloids"},
     {"j J", 'j', 'J', 0, change_interval, "captured more rarely, more often"},
+    {"h H", 'h', 'H', 0, change_probes, "more local probes, fewer"},
     {"e E", 'e', 'E', 0, change_exposure, "exposure: a quarter stop up, down"},
     {"t T", 't', 'T', 0, change_tone, "tone: linear, Reinhard, ACES, neutral"},
     {"v", 'v', 0, 0, change_false_colour, "false colours of luminance"},

@@ -268,6 +268,8 @@ static const view_option scene[] = {
      .help = "where what moves is in a picture, and begins in a window"},
     {"no-parallax", 0, .kind = VIEW_OPTION_OFF, SET(parallax),
      .help = "look reflections up as if all were infinitely far away"},
+    {"probes", 0, INT(settings.probes, 0, VIEW_STAGE_LOCAL),
+     .help = "local probes besides, captured once, of what stands still"},
     {"probe-size", 0, OTHER("N", parse_probe_size),
      .allowed = "a power of two from 16 to 1024", .standard = "256",
      .help = "edge of the faces of the probe's cube"},

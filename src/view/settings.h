@@ -58,6 +58,7 @@ typedef enum view_probe_capture {
     VIEW_PROBE_CAPTURES
 } view_probe_capture;
 
+#define VIEW_STAGE_LOCAL 3 /* probes of the scene that stand still */
 #define VIEW_MAX_LIGHTS 4
 #define VIEW_MAX_GRID 16
 
@@ -105,6 +106,7 @@ typedef struct view_settings {
     double seconds;        /* where what moves is */
     bool parallax;         /* reflections of the room's walls, not of what is
                               infinitely far */
+    int probes;            /* local ones, 0..VIEW_STAGE_LOCAL */
     int probe_size;        /* of faces: a power of two */
     double probe_interval; /* seconds; 0: every frame */
     int probe_faces;       /* steps of view_capture_advance a frame; 0: all */

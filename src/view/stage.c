@@ -18,10 +18,17 @@ const double view_stage_distance = 3.1;
 static const double from_wall = 0.3; /* that the camera stays away */
 /* The probe is for all of the room: its box goes a little beyond the walls. */
 static const double beyond = 1;
+/* Local probes, beside the mirror and not in it. */
+static const double places[VIEW_STAGE_LOCAL][3] = {
+    {-2.5, 1.5, 0.4}, {2.5, 1.5, -0.6}, {-0.3, 1.5, 3.4}};
+/* From beneath the floor to above the ceiling, so that both have them. */
+static const double local_half[3] = {1.8, 4, 1.8};
 
 struct view_stage {
     view_room *room;
-    view_capture *capture;
+    view_capture *capture; /* in the mirror, of what moves too */
+    view_capture *local[VIEW_STAGE_LOCAL];
+    int locals;
     view_capture_options made; /* what capture was made by */
     view_room_draw draw;       /* of the frame that is being made */
     GLuint framebuffer, depth;
@@ -50,11 +57,23 @@ view_stage *view_stage_create(void)
     return st;
 }
 
+static void drop_captures(view_stage *st)
+{
+    view_capture_free(st->capture);
+    st->capture = NULL;
+    for (int i = 0; i < VIEW_STAGE_LOCAL; i++) {
+        view_capture_free(st->local[i]);
+        st->local[i] = NULL;
+    }
+    st->locals = 0;
+    st->fresh = st->begun = false;
+}
+
 void view_stage_free(view_stage *st)
 {
     if (!st)
         return;
-    view_capture_free(st->capture);
+    drop_captures(st);
     view_room_free(st->room);
     gl.DeleteFramebuffers(1, &st->framebuffer);
     gl.DeleteTextures(1, &st->depth);
@@ -82,7 +101,7 @@ static bool resize(view_stage *st, int width, int height)
     return view_gl_check("making the scene's depth");
 }
 
-static bool make_capture(view_stage *st, const view_settings *s)
+static bool make_captures(view_stage *st, const view_settings *s)
 {
     view_capture_options o = view_capture_options_default();
 
@@ -91,12 +110,15 @@ static bool make_capture(view_stage *st, const view_settings *s)
                  ? VIEW_CAPTURE_PARABOLOIDS
                  : VIEW_CAPTURE_FACES;
     o.timed = true;
-    if (st->capture && o.size == st->made.size && o.kind == st->made.kind)
+    if (st->capture && o.size == st->made.size && o.kind == st->made.kind &&
+        s->probes == st->locals)
         return true;
-    view_capture_free(st->capture);
-    st->capture = view_capture_create(&o);
+    drop_captures(st);
     st->made = o;
-    st->fresh = false;
+    st->capture = view_capture_create(&o);
+    for (; st->capture && st->locals < s->probes; st->locals++)
+        if (!(st->local[st->locals] = view_capture_create(&o)))
+            return false;
     return st->capture;
 }
 
@@ -118,14 +140,27 @@ static void capture_scene(void *cookie, const double clip[16],
     view_room_render(st->room, &d);
 }
 
-/* The last whole update lights what is drawn. */
-static void use_probe(view_stage *st, const double position[3])
+/* What stands still alone. */
+static void capture_still(void *cookie, const double clip[16],
+                          const double eye[3], int size, int side)
 {
-    view_room_probe *p = &st->draw.probe[0];
+    const view_stage *st = cookie;
+    view_room_draw d = st->draw;
 
-    *p = (view_room_probe){.specular = view_capture_specular(st->capture),
-                           .irradiance = view_capture_irradiance(st->capture)};
-    p->last_level = (float)(view_capture_levels(st->capture) - 1);
+    (void)size;
+    memcpy(d.clip, clip, sizeof d.clip);
+    memcpy(d.eye, eye, sizeof d.eye);
+    d.paraboloid = side >= 0;
+    d.moving = false;
+    view_room_render(st->room, &d);
+}
+
+static void use_probe(view_room_probe *p, const view_capture *c,
+                      const double position[3])
+{
+    *p = (view_room_probe){.specular = view_capture_specular(c),
+                           .irradiance = view_capture_irradiance(c)};
+    p->last_level = (float)(view_capture_levels(c) - 1);
     p->lod_scale = p->last_level;
     for (int k = 0; k < 3; k++) {
         p->position[k] = (float)position[k];
@@ -134,7 +169,23 @@ static void use_probe(view_stage *st, const double position[3])
         p->proxy_half[k] = (float)view_room_half[k];
         p->influence_half[k] = (float)(view_room_half[k] + beyond);
     }
-    st->draw.probe_count = 1;
+}
+
+/* The last whole updates light what is drawn: local ones come first, and what
+ * they leave is the mirror's. */
+static void use_probes(view_stage *st, const double position[3])
+{
+    for (int i = 0; i < st->locals; i++) {
+        view_room_probe *p = &st->draw.probe[i];
+        use_probe(p, st->local[i], places[i]);
+        p->blend = 1;
+        for (int k = 0; k < 3; k++) {
+            p->influence_centre[k] = p->position[k];
+            p->influence_half[k] = (float)local_half[k];
+        }
+    }
+    use_probe(&st->draw.probe[st->locals], st->capture, position);
+    st->draw.probe_count = st->locals + 1;
 }
 
 /* Everything at once, beginning with what the environment alone lights. */
@@ -145,7 +196,11 @@ static bool capture_whole(view_stage *st, const double position[3])
     for (int bounce = 0; bounce < BOUNCES; bounce++) {
         if (!view_capture_update(st->capture, position, capture_scene, st))
             return false;
-        use_probe(st, position);
+        for (int i = 0; i < st->locals; i++)
+            if (!view_capture_update(st->local[i], places[i], capture_still,
+                                     st))
+                return false;
+        use_probes(st, position);
     }
     st->begun = false;
     st->fresh = true;
@@ -165,7 +220,7 @@ static bool is_due(const view_stage *st, const view_settings *s)
 static void refresh(view_stage *st, const view_settings *s,
                     const double position[3])
 {
-    use_probe(st, position);
+    use_probes(st, position);
     if (!st->begun) {
         if (!is_due(st, s))
             return;
@@ -177,7 +232,7 @@ static void refresh(view_stage *st, const view_settings *s,
         return;
     st->begun = false;
     st->shown_at = st->begun_at;
-    use_probe(st, position);
+    use_probes(st, position);
 }
 
 /* ---- frames ------------------------------------------------------------ */
@@ -224,7 +279,7 @@ bool view_stage_draw(view_stage *st, const view_settings *s,
 {
     double position[3], radius;
 
-    if (!resize(st, width, height) || !make_capture(st, s))
+    if (!resize(st, width, height) || !make_captures(st, s))
         return false;
     const bool stale = is_stale(st, s);
     st->draw = (view_room_draw){.seconds = s->seconds,

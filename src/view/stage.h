@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The room of room.h with a probe in its mirror, which is captured again while
- * things move: what --mode scene shows. */
+ * things move, and local ones that see what stands still: what --mode scene
+ * shows. */
 #ifndef VIEW_STAGE_H
 #define VIEW_STAGE_H
 
@@ -9,6 +10,8 @@
 #include "view/scene.h"
 
 typedef struct view_stage view_stage;
+
+_Static_assert(VIEW_STAGE_LOCAL < VIEW_ROOM_PROBES, "too many probes");
 
 view_stage *view_stage_create(void);  /* NULL, with a message */
 void view_stage_free(view_stage *st); /* NULL is fine */

@@ -69,8 +69,8 @@ static void add_scene(const view_app *app, char *text, size_t size)
     const view_stage *stage = view_renderer_stage(app->renderer);
     double ms[3];
 
-    add(text, size, " | scene | parallax %s | probe %d, %s, %.3g s",
-        s->parallax ? "on" : "off", s->probe_size,
+    add(text, size, " | scene | parallax %s | local %d | probe %d, %s, %.3g s",
+        s->parallax ? "on" : "off", s->probes, s->probe_size,
         view_probe_capture_name(s->probe_capture), s->probe_interval);
     if (s->turn < 0 || s->turn > 0)
         add(text, size, " | turn %.4g", s->turn);
