@@ -53,6 +53,7 @@ static const key_case cases[] = {
     PLAIN('b', 'b', sky),
     PLAIN('x', 'x', parallax),
     PLAIN('k', 'k', probe_capture),
+    PLAIN('y', 'y', probe_filter),
     PLAIN('h', 'H', probes),
     PLAIN('j', 'J', probe_interval),
     PLAIN('o', 'O', fov),

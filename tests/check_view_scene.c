@@ -359,6 +359,8 @@ static void names(void)
         CHECK(view_compare_name((view_compare)i));
     for (int i = 0; i < VIEW_PROBE_CAPTURES; i++)
         CHECK(view_probe_capture_name((view_probe_capture)i));
+    for (int i = 0; i < VIEW_PROBE_FILTERS; i++)
+        CHECK(view_probe_filter_name((view_probe_filter)i));
 }
 
 static const test tests[] = {

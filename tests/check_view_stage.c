@@ -177,6 +177,11 @@ static void settings_count(void)
     CHECK(draw(l, 1));
     CHECK_MSG(changed(l) > 0 && changed(l) < 0.2, "%g", changed(l));
     l->s.probe_capture = VIEW_PROBE_FACES;
+    l->s.probe_filter = VIEW_PROBE_CPU;
+    CHECK(draw(l, 1));
+    l->s.probe_filter = VIEW_PROBE_GPU;
+    CHECK(draw(l, 1));
+    CHECK_MSG(changed(l) > 0 && changed(l) < 0.05, "%g", changed(l));
     l->s.probe_size = 64;
     CHECK(draw(l, 1));
     CHECK(changed(l) > 0);

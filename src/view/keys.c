@@ -161,6 +161,13 @@ static void change_capture(view_app *app, int step)
                                                 VIEW_PROBE_CAPTURES);
 }
 
+static void change_filter(view_app *app, int step)
+{
+    view_settings *s = &app->settings;
+    s->probe_filter =
+        (view_probe_filter)next((int)s->probe_filter, step, VIEW_PROBE_FILTERS);
+}
+
 static void change_probes(view_app *app, int step)
 {
     const int count = app->settings.probes + step;
@@ -313,6 +320,7 @@ static const key_row rows[] = {
     {"i I", 'i', 'I', 0, change_lights, "more point lights, fewer"},
     {"x", 'x', 0, 0, change_parallax, "parallax of the scene's probe"},
     {"k", 'k', 0, 0, change_capture, "its capture: faces, paraboloids"},
+    {"y", 'y', 0, 0, change_filter, "its filter: OpenGL, the library"},
     {"j J", 'j', 'J', 0, change_interval, "captured more rarely, more often"},
     {"h H", 'h', 'H', 0, change_probes, "more local probes, fewer"},
     {"e E", 'e', 'E', 0, change_exposure, "exposure: a quarter stop up, down"},

@@ -62,6 +62,12 @@ static const char *capture_name(int i)
                : NULL;
 }
 
+static const char *filter_name(int i)
+{
+    return i < VIEW_PROBE_FILTERS ? view_probe_filter_name((view_probe_filter)i)
+                                  : NULL;
+}
+
 static const char *compare_name(int i)
 {
     return i < VIEW_COMPARES ? view_compare_name((view_compare)i) : NULL;
@@ -275,6 +281,8 @@ static const view_option scene[] = {
      .help = "edge of the faces of the probe's cube"},
     {"probe-capture", 0, CHOICE(settings.probe_capture, capture_name),
      .help = "draw six faces, or two paraboloids"},
+    {"probe-filter", 0, CHOICE(settings.probe_filter, filter_name),
+     .help = "what filters captures: this OpenGL, or the library"},
     {"probe-interval", 0, REAL(probe_interval, "S", 0, 3600),
      .help = "seconds from a capture to the next in a window, if something "
              "has moved; 0: every frame"},

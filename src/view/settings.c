@@ -85,3 +85,9 @@ const char *view_probe_capture_name(view_probe_capture capture)
                                                            "paraboloids"};
     return names[capture];
 }
+
+const char *view_probe_filter_name(view_probe_filter filter)
+{
+    static const char *const names[VIEW_PROBE_FILTERS] = {"gpu", "cpu"};
+    return names[filter];
+}

@@ -58,6 +58,13 @@ typedef enum view_probe_capture {
     VIEW_PROBE_CAPTURES
 } view_probe_capture;
 
+/* What filters it. */
+typedef enum view_probe_filter {
+    VIEW_PROBE_GPU,
+    VIEW_PROBE_CPU, /* the library, from what is read back */
+    VIEW_PROBE_FILTERS
+} view_probe_filter;
+
 #define VIEW_STAGE_LOCAL 3 /* probes of the scene that stand still */
 #define VIEW_MAX_LIGHTS 4
 #define VIEW_MAX_GRID 16
@@ -111,6 +118,7 @@ typedef struct view_settings {
     double probe_interval; /* seconds; 0: every frame */
     int probe_faces;       /* steps of view_capture_advance a frame; 0: all */
     view_probe_capture probe_capture;
+    view_probe_filter probe_filter;
     bool help; /* the list of keys is shown */
 } view_settings;
 
@@ -123,6 +131,7 @@ const char *view_tone_name(view_tone tone);
 const char *view_fresnel_name(view_fresnel fresnel);
 const char *view_diffuse_name(view_diffuse diffuse);
 const char *view_compare_name(view_compare compare);
+const char *view_probe_filter_name(view_probe_filter filter);
 const char *view_probe_capture_name(view_probe_capture capture);
 
 #endif

@@ -29,6 +29,7 @@ struct view_stage {
     view_capture *capture; /* in the mirror, of what moves too */
     view_capture *local[VIEW_STAGE_LOCAL];
     int locals;
+    ibl_ctx *ctx;              /* made when the library is to filter */
     view_capture_options made; /* what capture was made by */
     view_room_draw draw;       /* of the frame that is being made */
     GLuint framebuffer, depth;
@@ -74,6 +75,7 @@ void view_stage_free(view_stage *st)
     if (!st)
         return;
     drop_captures(st);
+    ibl_ctx_free(st->ctx);
     view_room_free(st->room);
     gl.DeleteFramebuffers(1, &st->framebuffer);
     gl.DeleteTextures(1, &st->depth);
@@ -101,6 +103,14 @@ static bool resize(view_stage *st, int width, int height)
     return view_gl_check("making the scene's depth");
 }
 
+static bool make_context(view_stage *st)
+{
+    ibl_ctx_options o = ibl_ctx_options_default();
+
+    o.log = view_log;
+    return st->ctx || !ibl_ctx_create(&o, &st->ctx);
+}
+
 static bool make_captures(view_stage *st, const view_settings *s)
 {
     view_capture_options o = view_capture_options_default();
@@ -110,8 +120,13 @@ static bool make_captures(view_stage *st, const view_settings *s)
                  ? VIEW_CAPTURE_PARABOLOIDS
                  : VIEW_CAPTURE_FACES;
     o.timed = true;
+    if (s->probe_filter == VIEW_PROBE_CPU) {
+        if (!make_context(st))
+            return false;
+        o.cpu = st->ctx;
+    }
     if (st->capture && o.size == st->made.size && o.kind == st->made.kind &&
-        s->probes == st->locals)
+        o.cpu == st->made.cpu && s->probes == st->locals)
         return true;
     drop_captures(st);
     st->made = o;
