@@ -400,7 +400,7 @@ test_interrupted() {
     iblbake probes slow.json -o gone &
     pid=$!
     sleep 0.5
-    kill -HUP $pid
+    kill -XCPU $pid
     wait $pid
     [ ! -e gone ] || echo 'a directory is left'
 }
