@@ -139,6 +139,16 @@ static bool make_captures(view_stage *st, const view_settings *s)
 
 /* ---- the probe --------------------------------------------------------- */
 
+/* A room as it is captured, seen by clip from eye. */
+static void draw_captured(const view_stage *st, view_room_draw d,
+                          const double clip[16], const double eye[3], int side)
+{
+    memcpy(d.clip, clip, sizeof d.clip);
+    memcpy(d.eye, eye, sizeof d.eye);
+    d.paraboloid = side >= 0;
+    view_room_render(st->room, &d);
+}
+
 static void capture_scene(void *cookie, const double clip[16],
                           const double eye[3], int size, int side)
 {
@@ -146,13 +156,10 @@ static void capture_scene(void *cookie, const double clip[16],
     view_room_draw d = st->draw;
 
     (void)size;
-    memcpy(d.clip, clip, sizeof d.clip);
-    memcpy(d.eye, eye, sizeof d.eye);
-    d.paraboloid = side >= 0;
     d.hidden = MIRROR;
     /* All of an update is of one moment. */
     d.seconds = st->begun_at;
-    view_room_render(st->room, &d);
+    draw_captured(st, d, clip, eye, side);
 }
 
 /* What stands still alone. */
@@ -163,11 +170,8 @@ static void capture_still(void *cookie, const double clip[16],
     view_room_draw d = st->draw;
 
     (void)size;
-    memcpy(d.clip, clip, sizeof d.clip);
-    memcpy(d.eye, eye, sizeof d.eye);
-    d.paraboloid = side >= 0;
     d.moving = false;
-    view_room_render(st->room, &d);
+    draw_captured(st, d, clip, eye, side);
 }
 
 static void use_probe(view_room_probe *p, const view_capture *c,
