@@ -16,6 +16,7 @@
 
 #include <stdbool.h>
 
+#include "ibl/probes.h"
 #include "view/gl.h"
 
 typedef struct view_room view_room;
@@ -63,6 +64,17 @@ typedef struct view_room_probe {
     float influence_centre[3], influence_half[3], blend;
     float proxy_centre[3], proxy_half[3]; /* boxes; half 0: no parallax */
 } view_room_probe;
+
+/* Local probes, each a layer of cube arrays: filtered linearly, alpha is how
+ * much has been seen, and colour is multiplied by it. */
+typedef struct view_room_locals {
+    int count;              /* 0..IBL_MAX_TILE_PROBES */
+    const ibl_probe *probe; /* in the order of ibl_probes_order; layer: of the
+                               arrays */
+    GLuint specular, irradiance;
+    float lod_scale, lod_offset, last_level; /* roughness to level, linear */
+    float irradiance_scale;                  /* times the texel is E / pi */
+} view_room_locals;
 
 /* What is seen through windows, and has the share that no probe takes. */
 typedef struct view_room_environment {
