@@ -11,81 +11,9 @@
 #include "ibl/ibl.h"
 #include "view/capture.h"
 
-/* ---- rays -------------------------------------------------------------- */
-
-typedef struct hit {
-    int what; /* box; boxes + sphere; -1: the sky */
-    double distance, point[3], normal[3];
-    double sky[3]; /* direction of the environment */
-    const view_room_material *material;
-} hit;
-
 static double dot(const double a[3], const double b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static bool cast_box(const view_room_box *b, const double eye[3],
-                     const double d[3], hit *h)
-{
-    double enter = 0, leave = INFINITY;
-    int axis = -1;
-
-    for (int k = 0; k < 3; k++) {
-        const double t0 = (b->low[k] - eye[k]) / d[k];
-        const double t1 = (b->high[k] - eye[k]) / d[k];
-        if (fmin(t0, t1) > enter) {
-            enter = fmin(t0, t1);
-            axis = k;
-        }
-        leave = fmin(leave, fmax(t0, t1));
-    }
-    if (axis < 0 || enter >= leave || enter >= h->distance)
-        return false;
-    h->distance = enter;
-    memset(h->normal, 0, sizeof h->normal);
-    h->normal[axis] = d[axis] < 0 ? 1 : -1;
-    h->material = &b->material;
-    return true;
-}
-
-static bool cast_sphere(int i, double seconds, const double eye[3],
-                        const double d[3], hit *h)
-{
-    double centre[3], radius, to[3];
-
-    view_room_sphere(i, seconds, centre, &radius);
-    for (int k = 0; k < 3; k++)
-        to[k] = centre[k] - eye[k];
-    const double along = dot(to, d);
-    const double half2 = along * along - dot(to, to) + radius * radius;
-    const double t = half2 > 0 ? along - sqrt(half2) : -1;
-    if (t <= 0 || t >= h->distance)
-        return false;
-    h->distance = t;
-    for (int k = 0; k < 3; k++)
-        h->normal[k] = (t * d[k] - to[k]) / radius;
-    h->material = view_room_sphere_material(i);
-    return true;
-}
-
-/* direction: unit */
-static hit cast(const view_room_draw *draw, const double eye[3],
-                const double direction[3])
-{
-    hit h = {.what = -1, .distance = INFINITY};
-
-    for (int i = 0; i < view_room_boxes(); i++)
-        if (cast_box(view_room_box_at(i), eye, direction, &h))
-            h.what = i;
-    for (int i = 0; i < VIEW_ROOM_SPHERES; i++)
-        if (i != draw->hidden && (draw->moving || !view_room_sphere_moves(i)) &&
-            cast_sphere(i, draw->seconds, eye, direction, &h))
-            h.what = view_room_boxes() + i;
-    for (int k = 0; k < 3 && h.what >= 0; k++)
-        h.point[k] = eye[k] + h.distance * direction[k];
-    view_turn(draw->environment.turn, direction, h.sky);
-    return h;
 }
 
 /* ---- what is drawn ------------------------------------------------------ */
@@ -147,7 +75,7 @@ static float *render(const view_room_draw *d)
 }
 
 /* The colour of a material in that light. */
-static void material_colour(const hit *h, double rgb[3])
+static void material_colour(const room_hit *h, double rgb[3])
 {
     for (int k = 0; k < 3; k++) {
         if (h->what < 0) {
@@ -161,7 +89,7 @@ static void material_colour(const hit *h, double rgb[3])
 }
 
 /* The sky is a filtered texture. */
-static bool has_colour(const float *pixel, const hit *h, double tolerance)
+static bool has_colour(const float *pixel, const room_hit *h, double tolerance)
 {
     double rgb[3], most = 0;
 
@@ -198,7 +126,7 @@ static bool is_seen(const view_camera *c, const view_room_draw *d, int x, int y,
         view_camera_ray(c, target.width, target.height,
                         x + near_by * ((i + 1) % 3 - 1),
                         y + near_by * ((i + 4) / 3 % 3 - 1), direction);
-        const hit h = cast(d, c->eye, direction);
+        const room_hit h = room_cast(d, c->eye, direction);
         const double away = h.distance * dot(direction, c->forward);
         const bool round = h.what >= view_room_boxes();
         if (has_colour(pixel, &h, 1e-4) &&
@@ -319,7 +247,7 @@ static void face_axes(int face, double axes[3][3])
 static bool sees(const view_room_draw *d, const float *pixel,
                  const double direction[3])
 {
-    const hit h = cast(d, middle, direction);
+    const room_hit h = room_cast(d, middle, direction);
 
     return has_colour(pixel, &h, 1e-4);
 }
@@ -340,7 +268,7 @@ static void six_faces(void)
         double axes[3][3], direction[3];
         face_axes(face, axes);
         look(&d, axes);
-        const hit h = cast(&d, middle, axes[2]);
+        const room_hit h = room_cast(&d, middle, axes[2]);
         CHECK_MSG(h.what == ahead[face], "face %d: box %d", face, h.what);
         float *picture = render(&d);
         int bad = 0;
@@ -429,7 +357,7 @@ static bool texel_sees(const view_room_draw *d, const ibl_cube *cube, int face,
             x * FINE + FINE / 2 + (int)(around * FINE) * ((i + 1) % 3 - 1),
             y * FINE + FINE / 2 + (int)(around * FINE) * ((i + 4) / 3 % 3 - 1),
             direction);
-        const hit h = cast(d, middle, direction);
+        const room_hit h = room_cast(d, middle, direction);
         if (has_colour(texel, &h, 2e-3) || (i && h.material != first))
             return true;
         first = h.material;
@@ -563,7 +491,7 @@ enum {
 
 /* How far apart what is seen at a pixel and what a mirror there reflects are,
  * in texels where it is. */
-static double reflection_error(const hit *h, const double from[3],
+static double reflection_error(const room_hit *h, const double from[3],
                                const double eye_ray[3], const float *pixel)
 {
     double d[3], at[3], apart = 0, away = 0, seen[3], flat = 0;
@@ -594,7 +522,7 @@ static void count_errors(const view_camera *c, const view_room_draw *d,
     for (int i = 0; i < w * h; i++) {
         double ray[3];
         view_camera_ray(c, w, h, i % w, i / w, ray);
-        const hit at = cast(d, c->eye, ray);
+        const room_hit at = room_cast(d, c->eye, ray);
         const bool wanted =
             what ? at.what == view_room_boxes() : at.what >= 0 && at.what < 4;
         if (!wanted || dot(ray, at.normal) > -0.1)
@@ -724,7 +652,7 @@ static void cubes_of_probes(void)
         memcpy(d.clip, here.clip, sizeof d.clip);
         memcpy(d.eye, here.eye, sizeof d.eye);
         float *picture = render(&d);
-        const hit h = cast(&d, d.eye, (const double[3]){0, -1, 0});
+        const room_hit h = room_cast(&d, d.eye, (const double[3]){0, -1, 0});
         const double albedo = 0.94 * (double)h.material->albedo[1];
         CHECK_NEAR((double)picture[0], 0.06 * 0.2 * (i + 1), 1e-5);
         CHECK_NEAR((double)picture[1], albedo * 0.15 * (i + 1), 1e-5);
@@ -756,7 +684,7 @@ static void limited(void)
         double ray[3];
         bool in = true, near = false;
         view_camera_ray(&c, 64, 64, i % 64, i / 64, ray);
-        const hit h = cast(&d, eye, ray);
+        const room_hit h = room_cast(&d, eye, ray);
         for (int k = 0; k < 3; k++) {
             const double deep =
                 d.limit_half[k] - fabs(h.point[k] - d.limit_centre[k]);

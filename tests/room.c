@@ -129,6 +129,75 @@ view_room_draw room_draw_by(const view_camera *camera)
     return d;
 }
 
+/* ---- rays -------------------------------------------------------------- */
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static bool cast_box(const view_room_box *b, const double eye[3],
+                     const double d[3], room_hit *h)
+{
+    double enter = 0, leave = INFINITY;
+    int axis = -1;
+
+    for (int k = 0; k < 3; k++) {
+        const double t0 = (b->low[k] - eye[k]) / d[k];
+        const double t1 = (b->high[k] - eye[k]) / d[k];
+        if (fmin(t0, t1) > enter) {
+            enter = fmin(t0, t1);
+            axis = k;
+        }
+        leave = fmin(leave, fmax(t0, t1));
+    }
+    if (axis < 0 || enter >= leave || enter >= h->distance)
+        return false;
+    h->distance = enter;
+    memset(h->normal, 0, sizeof h->normal);
+    h->normal[axis] = d[axis] < 0 ? 1 : -1;
+    h->material = &b->material;
+    return true;
+}
+
+static bool cast_sphere(int i, double seconds, const double eye[3],
+                        const double d[3], room_hit *h)
+{
+    double centre[3], radius, to[3];
+
+    view_room_sphere(i, seconds, centre, &radius);
+    for (int k = 0; k < 3; k++)
+        to[k] = centre[k] - eye[k];
+    const double along = dot(to, d);
+    const double half2 = along * along - dot(to, to) + radius * radius;
+    const double t = half2 > 0 ? along - sqrt(half2) : -1;
+    if (t <= 0 || t >= h->distance)
+        return false;
+    h->distance = t;
+    for (int k = 0; k < 3; k++)
+        h->normal[k] = (t * d[k] - to[k]) / radius;
+    h->material = view_room_sphere_material(i);
+    return true;
+}
+
+room_hit room_cast(const view_room_draw *draw, const double eye[3],
+                   const double direction[3])
+{
+    room_hit h = {.what = -1, .distance = INFINITY};
+
+    for (int i = 0; i < view_room_boxes(); i++)
+        if (cast_box(view_room_box_at(i), eye, direction, &h))
+            h.what = i;
+    for (int i = 0; i < VIEW_ROOM_SPHERES; i++)
+        if (i != draw->hidden && (draw->moving || !view_room_sphere_moves(i)) &&
+            cast_sphere(i, draw->seconds, eye, direction, &h))
+            h.what = view_room_boxes() + i;
+    for (int k = 0; k < 3 && h.what >= 0; k++)
+        h.point[k] = eye[k] + h.distance * direction[k];
+    view_turn(draw->environment.turn, direction, h.sky);
+    return h;
+}
+
 /* ---- maps -------------------------------------------------------------- */
 
 GLuint room_cube(int size, room_texel *texel, void *cookie)

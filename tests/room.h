@@ -24,6 +24,19 @@ view_camera room_camera(const double eye[3], const double at[3], double fov,
 /* A draw by that camera with everything shown, without maps. */
 view_room_draw room_draw_by(const view_camera *camera);
 
+/* What a ray meets, cast in double into the boxes and spheres that are drawn.
+ */
+typedef struct room_hit {
+    int what; /* box; boxes + sphere; -1: the sky */
+    double distance, point[3], normal[3];
+    double sky[3]; /* direction of the environment */
+    const view_room_material *material;
+} room_hit;
+
+/* direction: unit */
+room_hit room_cast(const view_room_draw *draw, const double eye[3],
+                   const double direction[3]);
+
 /* A cube of levels 1, RGBA32F, texel by texel of a function of its direction
  * (unit). */
 typedef void room_texel(void *cookie, const double direction[3], float rgba[4]);
