@@ -283,6 +283,9 @@ static const view_option scene[] = {
      .help = "draw six faces, or two paraboloids"},
     {"probe-filter", 0, CHOICE(settings.probe_filter, filter_name),
      .help = "what filters captures: this OpenGL, or the library"},
+    {"probe-limit", 0, FLAG(settings.probe_limit),
+     .help = "each sees only what is in the box of points that it is for: "
+             "others and the environment fill in"},
     {"probe-interval", 0, REAL(probe_interval, "S", 0, 3600),
      .help = "seconds from a capture to the next in a window, if something "
              "has moved; 0: every frame"},

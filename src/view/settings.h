@@ -119,6 +119,7 @@ typedef struct view_settings {
     int probe_faces;       /* steps of view_capture_advance a frame; 0: all */
     view_probe_capture probe_capture;
     view_probe_filter probe_filter;
+    bool probe_limit; /* a probe sees what it is for alone */
     bool help; /* the list of keys is shown */
 } view_settings;
 

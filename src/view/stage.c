@@ -31,6 +31,7 @@ struct view_stage {
     int locals;
     ibl_ctx *ctx;              /* made when the library is to filter */
     view_capture_options made; /* what capture was made by */
+    bool limited;              /* and whether it was to see its box alone */
     view_room_draw draw;       /* of the frame that is being made */
     GLuint framebuffer, depth;
     int width, height; /* of depth */
@@ -38,6 +39,29 @@ struct view_stage {
     bool begun;        /* an update that is spread over frames */
     double begun_at, shown_at;
 };
+
+/* The box that a probe is for; below 0 the mirror's. */
+static void influence_of(int local, double centre[3], double half[3])
+{
+    for (int k = 0; k < 3; k++) {
+        centre[k] = local < 0 ? view_room_centre[k] : places[local][k];
+        half[k] = local < 0 ? view_room_half[k] + beyond : local_half[k];
+    }
+}
+
+/* Where a capture that is limited to that box may end, a little behind its
+ * farthest corner: what is on the border is in it. */
+static double farthest(int local, const double position[3])
+{
+    double centre[3], half[3], sum = 0;
+
+    influence_of(local, centre, half);
+    for (int k = 0; k < 3; k++) {
+        const double away = fabs(position[k] - centre[k]) + half[k];
+        sum += away * away;
+    }
+    return 1.01 * sqrt(sum);
+}
 
 /* ---- what is kept ------------------------------------------------------ */
 
@@ -114,111 +138,112 @@ static bool make_context(view_stage *st)
 static bool make_captures(view_stage *st, const view_settings *s)
 {
     view_capture_options o = view_capture_options_default();
+    const double whole = o.far;
+    double mirror[3], radius;
 
     o.size = s->probe_size;
     o.kind = s->probe_capture == VIEW_PROBE_PARABOLOIDS
                  ? VIEW_CAPTURE_PARABOLOIDS
                  : VIEW_CAPTURE_FACES;
     o.timed = true;
+    view_room_sphere(MIRROR, s->seconds, mirror, &radius);
     if (s->probe_filter == VIEW_PROBE_CPU) {
         if (!make_context(st))
             return false;
         o.cpu = st->ctx;
     }
     if (st->capture && o.size == st->made.size && o.kind == st->made.kind &&
-        o.cpu == st->made.cpu && s->probes == st->locals)
+        o.cpu == st->made.cpu && s->probes == st->locals &&
+        s->probe_limit == st->limited)
         return true;
     drop_captures(st);
     st->made = o;
+    st->limited = s->probe_limit;
+    o.far = st->limited ? farthest(-1, mirror) : whole;
     st->capture = view_capture_create(&o);
-    for (; st->capture && st->locals < s->probes; st->locals++)
+    for (; st->capture && st->locals < s->probes; st->locals++) {
+        o.far = st->limited ? farthest(st->locals, places[st->locals]) : whole;
         if (!(st->local[st->locals] = view_capture_create(&o)))
             return false;
+    }
     return st->capture;
 }
 
 /* ---- the probe --------------------------------------------------------- */
 
-/* A room as it is captured, seen by clip from eye. */
-static void draw_captured(const view_stage *st, view_room_draw d,
-                          const double clip[16], const double eye[3], int side)
-{
-    memcpy(d.clip, clip, sizeof d.clip);
-    memcpy(d.eye, eye, sizeof d.eye);
-    d.paraboloid = side >= 0;
-    view_room_render(st->room, &d);
-}
+/* Whose capture it is: of st->local, or below 0 the mirror's. */
+typedef struct shot {
+    const view_stage *st;
+    int local;
+} shot;
 
 static void capture_scene(void *cookie, const double clip[16],
                           const double eye[3], int size, int side)
 {
-    const view_stage *st = cookie;
-    view_room_draw d = st->draw;
+    const shot *s = cookie;
+    view_room_draw d = s->st->draw;
 
     (void)size;
-    d.hidden = MIRROR;
+    if (s->local < 0)
+        d.hidden = MIRROR;
+    /* What stands still alone. */
+    d.moving = s->local < 0;
     /* All of an update is of one moment. */
-    d.seconds = st->begun_at;
-    draw_captured(st, d, clip, eye, side);
+    d.seconds = s->st->begun_at;
+    d.limited = s->st->limited;
+    influence_of(s->local, d.limit_centre, d.limit_half);
+    memcpy(d.clip, clip, sizeof d.clip);
+    memcpy(d.eye, eye, sizeof d.eye);
+    d.paraboloid = side >= 0;
+    view_room_render(s->st->room, &d);
 }
 
-/* What stands still alone. */
-static void capture_still(void *cookie, const double clip[16],
-                          const double eye[3], int size, int side)
-{
-    const view_stage *st = cookie;
-    view_room_draw d = st->draw;
-
-    (void)size;
-    d.moving = false;
-    draw_captured(st, d, clip, eye, side);
-}
-
-static void use_probe(view_room_probe *p, const view_capture *c,
+static void use_probe(view_room_probe *p, const view_capture *c, int local,
                       const double position[3])
 {
+    double centre[3], half[3];
+
+    influence_of(local, centre, half);
     *p = (view_room_probe){.specular = view_capture_specular(c),
                            .irradiance = view_capture_irradiance(c)};
     p->last_level = (float)(view_capture_levels(c) - 1);
     p->lod_scale = p->last_level;
     for (int k = 0; k < 3; k++) {
         p->position[k] = (float)position[k];
-        p->influence_centre[k] = p->proxy_centre[k] =
-            (float)view_room_centre[k];
+        p->influence_centre[k] = (float)centre[k];
+        p->influence_half[k] = (float)half[k];
+        p->proxy_centre[k] = (float)view_room_centre[k];
         p->proxy_half[k] = (float)view_room_half[k];
-        p->influence_half[k] = (float)(view_room_half[k] + beyond);
     }
+    p->blend = local < 0 ? 0 : 1;
 }
 
 /* The last whole updates light what is drawn: local ones come first, and what
  * they leave is the mirror's. */
 static void use_probes(view_stage *st, const double position[3])
 {
-    for (int i = 0; i < st->locals; i++) {
-        view_room_probe *p = &st->draw.probe[i];
-        use_probe(p, st->local[i], places[i]);
-        p->blend = 1;
-        for (int k = 0; k < 3; k++) {
-            p->influence_centre[k] = p->position[k];
-            p->influence_half[k] = (float)local_half[k];
-        }
-    }
-    use_probe(&st->draw.probe[st->locals], st->capture, position);
+    for (int i = 0; i < st->locals; i++)
+        use_probe(&st->draw.probe[i], st->local[i], i, places[i]);
+    use_probe(&st->draw.probe[st->locals], st->capture, -1, position);
     st->draw.probe_count = st->locals + 1;
 }
 
 /* Everything at once, beginning with what the environment alone lights. */
 static bool capture_whole(view_stage *st, const double position[3])
 {
+    shot mirror = {st, -1};
+
     st->draw.probe_count = 0;
     st->begun_at = st->draw.seconds;
     for (int bounce = 0; bounce < BOUNCES; bounce++) {
-        if (!view_capture_update(st->capture, position, capture_scene, st))
+        if (!view_capture_update(st->capture, position, capture_scene, &mirror))
             return false;
-        for (int i = 0; i < st->locals; i++)
-            if (!view_capture_update(st->local[i], places[i], capture_still,
-                                     st))
+        for (int i = 0; i < st->locals; i++) {
+            shot local = {st, i};
+            if (!view_capture_update(st->local[i], places[i], capture_scene,
+                                     &local))
                 return false;
+        }
         use_probes(st, position);
     }
     st->begun = false;
@@ -239,6 +264,8 @@ static bool is_due(const view_stage *st, const view_settings *s)
 static void refresh(view_stage *st, const view_settings *s,
                     const double position[3])
 {
+    shot mirror = {st, -1};
+
     use_probes(st, position);
     if (!st->begun) {
         if (!is_due(st, s))
@@ -246,7 +273,7 @@ static void refresh(view_stage *st, const view_settings *s,
         st->begun = true;
         st->begun_at = s->seconds;
     }
-    if (!view_capture_advance(st->capture, position, capture_scene, st,
+    if (!view_capture_advance(st->capture, position, capture_scene, &mirror,
                               s->probe_faces ? s->probe_faces : ALL))
         return;
     st->begun = false;
@@ -332,4 +359,9 @@ void view_stage_times(const view_stage *st, double ms[3])
 double view_stage_shown(const view_stage *st)
 {
     return st->shown_at;
+}
+
+const view_room_draw *view_stage_drawn(const view_stage *st)
+{
+    return &st->draw;
 }

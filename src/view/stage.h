@@ -37,6 +37,9 @@ void view_stage_times(const view_stage *st, double ms[3]);
 /* The time that the probe shows: settings.seconds when its capture began. */
 double view_stage_shown(const view_stage *st);
 
+/* What the last draw was drawn by, with its probes. */
+const view_room_draw *view_stage_drawn(const view_stage *st);
+
 /* Of the camera, where settings have none. */
 extern const double view_stage_distance;
 /* The camera goes about the mirror and stays in the room. */

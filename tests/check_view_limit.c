@@ -1,0 +1,412 @@
+/* SPDX-License-Identifier: MIT */
+/* Captures that see what is in their own boxes alone: what is beyond is marked
+ * by alpha, and in the picture the next probe fills in, as ibl/probes.h says.
+ */
+#include "room.h"
+#include "view.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ibl/ibl.h"
+#include "ibl/probes.h"
+#include "view/stage.h"
+
+enum {
+    WIDTH = 96,
+    HEIGHT = 64,
+    SIZE = 32, /* of captures */
+    LEVELS = 2 /* that the floor looks up */
+};
+
+static const float light[3] = {0.5F, 0.6F, 0.8F}; /* of the environment */
+/* Nothing is lost: the split sum of a surface is F0 R + G and the rest. */
+static const float table_r = 0.95F, table_g = 0.05F;
+
+typedef struct look {
+    view_stage *stage;
+    view_settings s;
+    view_room_environment environment;
+    GLuint table;
+    room_target target;
+    float *rgba; /* of the last picture */
+} look;
+
+static look *begin(void)
+{
+    look *l = calloc(1, sizeof *l);
+
+    if (!l || !view_test_begin(WIDTH, HEIGHT)) {
+        free(l);
+        return NULL;
+    }
+    const GLuint all = room_cube_of(light[0], light[1], light[2], 1);
+    l->s = view_settings_default();
+    l->s.mode = VIEW_SCENE;
+    l->s.probe_size = SIZE;
+    l->s.probes = 1;
+    l->s.probe_limit = true;
+    l->environment = (view_room_environment){
+        .specular = all, .irradiance = all, .sky = all, .irradiance_scale = 1};
+    l->table = room_table_of(table_r, table_g);
+    room_target_make(&l->target, WIDTH, HEIGHT);
+    l->stage = view_stage_create();
+    return l;
+}
+
+static void end(look *l)
+{
+    free(l->rgba);
+    view_stage_free(l->stage);
+    room_target_free(&l->target);
+    view_test_end();
+    free(l);
+}
+
+static const view_room_draw *draw(look *l)
+{
+    if (!l->stage ||
+        !view_stage_draw(l->stage, &l->s, &l->environment, l->table,
+                         l->target.colour, WIDTH, HEIGHT))
+        return NULL;
+    free(l->rgba);
+    l->rgba = room_target_read(&l->target);
+    return view_stage_drawn(l->stage);
+}
+
+/* ---- what probes hold --------------------------------------------------- */
+
+typedef struct probe_texels {
+    float specular[LEVELS][IBL_FACES][4 * SIZE * SIZE];
+    float irradiance[IBL_FACES]
+                    [4 * VIEW_CAPTURE_IRRADIANCE * VIEW_CAPTURE_IRRADIANCE];
+} probe_texels;
+
+static void read_level(GLuint cube, int level, int face, float *rgba)
+{
+    gl.ActiveTexture(GL_TEXTURE0);
+    gl.BindTexture(GL_TEXTURE_CUBE_MAP, cube);
+    gl.GetTexImage(GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)face, level,
+                   GL_RGBA, GL_FLOAT, rgba);
+}
+
+static probe_texels *read_probe(const view_room_draw *d, int i)
+{
+    const view_room_probe *p = &d->probe[i];
+    probe_texels *t = malloc(sizeof *t);
+
+    if (!t)
+        exit(1);
+    for (int face = 0; face < IBL_FACES; face++) {
+        for (int level = 0; level < LEVELS; level++)
+            read_level(p->specular, level, face, t->specular[level][face]);
+        read_level(p->irradiance, 0, face, t->irradiance[face]);
+    }
+    return t;
+}
+
+/* The probe as the library has it. */
+static ibl_probe library_probe(const view_room_draw *d, int i)
+{
+    const view_room_probe *p = &d->probe[i];
+    ibl_probe to = {.blend = (double)p->blend, .has_proxy = 1};
+
+    for (int k = 0; k < 3; k++) {
+        to.position[k] = (double)p->position[k];
+        to.influence.centre[k] = (double)p->influence_centre[k];
+        to.influence.half[k] = (double)p->influence_half[k];
+        to.proxy.centre[k] = (double)p->proxy_centre[k];
+        to.proxy.half[k] = (double)p->proxy_half[k];
+    }
+    return to;
+}
+
+/* ---- marks -------------------------------------------------------------- */
+
+/* How far a hit is inside a box; below 0 beyond it, as the sky is. What is on
+ * the border is inside, and a side of a pillar is. */
+static double depth_in(const ibl_volume *box, const room_hit *h)
+{
+    double least = h->what < 0 ? -1 : INFINITY;
+
+    for (int k = 0; k < 3; k++)
+        least = fmin(least, box->half[k] - fabs(h->point[k] - box->centre[k]));
+    return least;
+}
+
+/* Whether what a texel sees is in the box: 1 or 0; or -1 where it may see
+ * both, `around` texels from its middle. */
+static int texel_is_in(const view_room_draw *d, const ibl_probe *p, int face,
+                       int x, int y, double around)
+{
+    enum {
+        FINE = 64
+    };
+    const int step = (int)(around * FINE);
+    int in = 0;
+
+    for (int i = 0; i < 9; i++) {
+        double direction[3];
+        ibl_cube_direction(SIZE * FINE, face,
+                           x * FINE + FINE / 2 + step * (i % 3 - 1),
+                           y * FINE + FINE / 2 + step * (i / 3 - 1), direction);
+        const room_hit h = room_cast(d, p->position, direction);
+        in += depth_in(&p->influence, &h) > -1e-3;
+    }
+    return in == 9 ? 1 : in == 0 ? 0 : -1;
+}
+
+/* d: what the capture was drawn by. */
+static void check_marks(const view_room_draw *d, const probe_texels *t,
+                        const ibl_probe *p, double around)
+{
+    int bad = 0, marked = 0, seen = 0, none = 0;
+
+    for (int i = 0; i < IBL_FACES * SIZE * SIZE; i++) {
+        const int face = i / (SIZE * SIZE), at = i % (SIZE * SIZE);
+        const float *rgba = t->specular[0][face] + 4 * at;
+        const int in = texel_is_in(d, p, face, at % SIZE, at / SIZE, around);
+        static const float zeros[4] = {0};
+        if (in == 0)
+            bad += memcmp(rgba, zeros, sizeof zeros) != 0;
+        else if (in > 0)
+            bad += rgba[3] < 0.999F;
+        marked += in == 0;
+        seen += in > 0;
+        none += in < 0;
+    }
+    CHECK_MSG(bad == 0, "%d of %d texels", bad, marked + seen);
+    CHECK_MSG(marked > 20 && seen > 500 && none < 1500, "%d, %d, %d", marked,
+              seen, none);
+}
+
+static void marks_what_is_beyond(void)
+{
+    static const double around[VIEW_PROBE_CAPTURES] = {0.5, 2};
+    look *l = begin();
+
+    if (!l)
+        return;
+    for (int kind = 0; kind < VIEW_PROBE_CAPTURES; kind++) {
+        l->s.probe_capture = (view_probe_capture)kind;
+        const view_room_draw *d = draw(l);
+        NEED(d && d->probe_count == 2);
+        for (int i = 0; i < d->probe_count; i++) {
+            view_room_draw captured = *d;
+            const ibl_probe p = library_probe(d, i);
+            probe_texels *t = read_probe(d, i);
+            captured.hidden = i == 1 ? 0 : -1;
+            captured.moving = i == 1;
+            check_marks(&captured, t, &p, around[kind]);
+            free(t);
+        }
+    }
+    end(l);
+}
+
+/* Without the limit nothing is marked. */
+static void sees_all_without(void)
+{
+    look *l = begin();
+    int marked = 0;
+
+    if (!l)
+        return;
+    l->s.probe_limit = false;
+    const view_room_draw *d = draw(l);
+    NEED(d && d->probe_count == 2);
+    for (int i = 0; i < 2; i++) {
+        probe_texels *t = read_probe(d, i);
+        for (int at = 0; at < IBL_FACES * SIZE * SIZE; at++)
+            marked += t->specular[0][at / (SIZE * SIZE)]
+                                 [4 * (at % (SIZE * SIZE)) + 3] < 1;
+        free(t);
+    }
+    CHECK_MSG(marked == 0, "%d texels", marked);
+    end(l);
+}
+
+/* ---- what fills in ------------------------------------------------------ */
+
+/* Where a direction is on a cube: its face, and 0..1 to the right and down. */
+static int place_of(const double d[3], double *u, double *v)
+{
+    int axis = 0;
+
+    for (int k = 1; k < 3; k++)
+        if (fabs(d[k]) > fabs(d[axis]))
+            axis = k;
+    const double m = fabs(d[axis]), s = d[axis] < 0 ? -1 : 1;
+    const double right[3] = {-s * d[2], d[0], s * d[0]};
+    const double down[3] = {-d[1], s * d[2], -d[1]};
+    *u = 0.5 + 0.5 * right[axis] / m;
+    *v = 0.5 + 0.5 * down[axis] / m;
+    return 2 * axis + (s < 0);
+}
+
+/* Bilinear. False near edges, where other faces have a share. */
+static bool lookup(const float *const faces[IBL_FACES], int size,
+                   const double direction[3], double rgba[4])
+{
+    double u, v;
+    const float *texels = faces[place_of(direction, &u, &v)];
+    const double x = u * size - 0.5, y = v * size - 0.5;
+
+    memset(rgba, 0, 4 * sizeof *rgba);
+    if (!(x >= 0 && y >= 0 && x < size - 1 && y < size - 1))
+        return false;
+    for (int i = 0; i < 4; i++) {
+        const int at_x = (int)x + i % 2, at_y = (int)y + i / 2;
+        const double share = (1 - fabs(x - at_x)) * (1 - fabs(y - at_y));
+        for (int k = 0; k < 4; k++)
+            rgba[k] += share * (double)texels[4 * (at_y * size + at_x) + k];
+    }
+    return true;
+}
+
+static bool lookup_specular(const probe_texels *t, double lod,
+                            const double direction[3], double rgba[4])
+{
+    double level[LEVELS][4];
+
+    for (int i = 0; i < LEVELS; i++) {
+        const float *faces[IBL_FACES];
+        for (int f = 0; f < IBL_FACES; f++)
+            faces[f] = t->specular[i][f];
+        if (!lookup(faces, SIZE >> i, direction, level[i]))
+            return false;
+    }
+    for (int k = 0; k < 4; k++)
+        rgba[k] = (1 - lod) * level[0][k] + lod * level[1][k];
+    return true;
+}
+
+static bool lookup_irradiance(const probe_texels *t, const double normal[3],
+                              double rgba[4])
+{
+    const float *faces[IBL_FACES];
+
+    for (int f = 0; f < IBL_FACES; f++)
+        faces[f] = t->irradiance[f];
+    return lookup(faces, VIEW_CAPTURE_IRRADIANCE, normal, rgba);
+}
+
+/* What the probes and the environment have together, of colours that are
+ * multiplied by alpha; and the first one's share, and alpha. */
+static void fill_in(const ibl_probe *probes, int count, const double point[3],
+                    double rgba[][4], double rgb[3])
+{
+    double alpha[VIEW_ROOM_PROBES];
+    int order[VIEW_ROOM_PROBES];
+    ibl_probe_mix mix;
+
+    for (int i = 0; i < count; i++) {
+        alpha[i] = rgba[i][3];
+        order[i] = i;
+    }
+    ibl_probes_blend(probes, count, order, point, alpha, &mix);
+    for (int k = 0; k < 3; k++) {
+        rgb[k] = mix.rest * (double)light[k];
+        for (int i = 0; i < mix.count; i++)
+            rgb[k] +=
+                mix.weight[i] * rgba[mix.probe[i]][k] / alpha[mix.probe[i]];
+    }
+}
+
+typedef struct lit {
+    const view_room_draw *d;
+    ibl_probe probes[VIEW_ROOM_PROBES];
+    probe_texels *texels[VIEW_ROOM_PROBES];
+} lit;
+
+/* What is to be seen of a hit. False where that is hard to say. holes: the
+ * first probe, of which there is a share there, has not seen what is
+ * reflected. */
+static bool shade(const lit *m, const room_hit *h, const double ray[3],
+                  double rgb[3], bool *holes)
+{
+    double r[3], seen[VIEW_ROOM_PROBES][4], from[VIEW_ROOM_PROBES][4];
+    double specular[3], diffuse[3], cosine = 0;
+    const int count = m->d->probe_count;
+
+    for (int k = 0; k < 3; k++)
+        cosine += ray[k] * h->normal[k];
+    for (int k = 0; k < 3; k++)
+        r[k] = ray[k] - 2 * cosine * h->normal[k];
+    for (int i = 0; i < count; i++) {
+        const double lod =
+            (double)(h->material->roughness * m->d->probe[i].lod_scale);
+        double to[3];
+        ibl_probe_parallax(&m->probes[i], h->point, r, to);
+        if (!lookup_specular(m->texels[i], lod, to, seen[i]) ||
+            !lookup_irradiance(m->texels[i], h->normal, from[i]))
+            return false;
+    }
+    fill_in(m->probes, count, h->point, seen, specular);
+    fill_in(m->probes, count, h->point, from, diffuse);
+    for (int k = 0; k < 3; k++) {
+        const double fss = (double)(h->material->f0[k] * table_r + table_g);
+        rgb[k] = fss * specular[k] +
+                 (1 - fss) * (double)h->material->albedo[k] * diffuse[k];
+    }
+    *holes =
+        ibl_probe_influence(&m->probes[0], h->point) > 0.5 && seen[0][3] < 0.5;
+    return true;
+}
+
+static double error_of(const float *pixel, const double rgb[3])
+{
+    double worst = 0;
+
+    for (int k = 0; k < 3; k++)
+        worst = fmax(worst,
+                     fabs((double)pixel[k] - rgb[k]) / (0.02 + fabs(rgb[k])));
+    return worst;
+}
+
+/* The floor, by what is said in C of the probes there are. */
+static void fills_holes(void)
+{
+    look *l = begin();
+    int floor = 0, filled = 0, bad = 0;
+
+    if (!l)
+        return;
+    l->s.seconds = 1;
+    l->s.probes = 2;
+    l->s.pitch = 35;
+    l->s.fov = 75;
+    const view_room_draw *d = draw(l);
+    NEED(d && d->probe_count == 3);
+    const view_camera c = view_stage_camera(&l->s, WIDTH, HEIGHT);
+    lit m = {.d = d};
+    for (int i = 0; i < d->probe_count; i++) {
+        m.probes[i] = library_probe(d, i);
+        m.texels[i] = read_probe(d, i);
+    }
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        double ray[3], rgb[3];
+        bool hole;
+        view_camera_ray(&c, WIDTH, HEIGHT, i % WIDTH, i / WIDTH, ray);
+        const room_hit h = room_cast(d, c.eye, ray);
+        if (h.what < 0 || h.what > 3 || h.normal[1] < 0.5 ||
+            !shade(&m, &h, ray, rgb, &hole))
+            continue;
+        floor++;
+        filled += hole;
+        bad += !(error_of(l->rgba + 4 * i, rgb) < 0.02);
+    }
+    CHECK_MSG(floor > 1000 && filled > 100, "%d, %d", floor, filled);
+    CHECK_MSG(bad <= floor / 100, "%d of %d pixels", bad, floor);
+    for (int i = 0; i < d->probe_count; i++)
+        free(m.texels[i]);
+    end(l);
+}
+
+static const test tests[] = {
+    TEST(marks_what_is_beyond),
+    TEST(sees_all_without),
+    TEST(fills_holes),
+};
+TEST_MAIN(tests)
