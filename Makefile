@@ -59,11 +59,12 @@ LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
 ifeq ($(X86),)
 LIB_SRC := $(filter-out %_sse2.c %_avx2.c %_avx512.c,$(LIB_SRC))
 endif
-CLI_SRC := $(wildcard src/cli/*.c)
+COMMON_SRC := $(wildcard src/common/*.c)
+CLI_SRC := $(COMMON_SRC) $(wildcard src/cli/*.c)
 LIB := $(BUILD)/libiblbake.a
 BIN := $(BUILD)/iblbake
 BRIDGE := $(BUILD)/libiblbridge.so
-VIEW_SRC := $(wildcard src/view/*.c)
+VIEW_SRC := $(COMMON_SRC) $(wildcard src/view/*.c)
 SHADERS := $(sort $(wildcard src/view/shaders/* include/ibl/*.glsl))
 VIEW := $(BUILD)/iblview
 obj = $(patsubst %.c,$(BUILD)/obj/%.o,$(1))

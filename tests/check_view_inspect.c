@@ -185,7 +185,7 @@ static void compare_views(const view_set *set, view_settings *s)
             draw(set, s, w, h);
             const int bad = differ(set, s, w, h, &inside);
             CHECK_MSG(!bad, "%s, view %d, level %d: %d of %d pixels differ",
-                      view_layout_name(s->layout), (int)i, s->level, bad,
+                      view_layout_names[s->layout], (int)i, s->level, bad,
                       w * h);
             CHECK(inside > 0 || i >= 7);
         }

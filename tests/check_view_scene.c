@@ -346,21 +346,21 @@ static void frame(void)
 static void names(void)
 {
     for (int i = 0; i < VIEW_MODES; i++)
-        CHECK(view_mode_name((view_mode)i));
+        CHECK(view_mode_names[i]);
     for (int i = 0; i < VIEW_LAYOUTS; i++)
-        CHECK(view_layout_name((view_layout)i));
+        CHECK(view_layout_names[i]);
     for (int i = 0; i < VIEW_TONES; i++)
-        CHECK(view_tone_name((view_tone)i));
+        CHECK(view_tone_names[i]);
     for (int i = 0; i < VIEW_FRESNELS; i++)
-        CHECK(view_fresnel_name((view_fresnel)i));
+        CHECK(view_fresnel_names[i]);
     for (int i = 0; i < VIEW_DIFFUSES; i++)
-        CHECK(view_diffuse_name((view_diffuse)i));
+        CHECK(view_diffuse_names[i]);
     for (int i = 0; i < VIEW_COMPARES; i++)
-        CHECK(view_compare_name((view_compare)i));
+        CHECK(view_compare_names[i]);
     for (int i = 0; i < VIEW_PROBE_CAPTURES; i++)
-        CHECK(view_probe_capture_name((view_probe_capture)i));
+        CHECK(view_probe_capture_names[i]);
     for (int i = 0; i < VIEW_PROBE_FILTERS; i++)
-        CHECK(view_probe_filter_name((view_probe_filter)i));
+        CHECK(view_probe_filter_names[i]);
 }
 
 static const test tests[] = {

@@ -72,10 +72,12 @@ nm -g --defined-only "$build/libiblbake.a" |
     awk 'NF == 3 && $3 !~ /^ibl_/ && $3 !~ /^(__|_GLOBAL|DW\.)/ \
         { print $3; n++ } END { exit n > 0 }' ||
     complain 'external names without ibl_'
-# The viewer's: view_, gl (which stands for gl.h's functions) and main.
+# The viewer's: view_, gl (which stands for gl.h's functions), main and what
+# src/common/ asks a program for.
 if [ -e "$build/iblview" ]; then
     nm -g --defined-only "$build"/obj/src/view/*.o |
-        awk 'NF == 3 && $3 !~ /^(view_|gl$|main$|__|_GLOBAL|DW\.)/ \
+        awk 'NF == 3 && $3 != "ibl_this_program" && \
+            $3 !~ /^(view_|gl$|main$|__|_GLOBAL|DW\.)/ \
             { print $3; n++ } END { exit n > 0 }' ||
         complain 'external names of the viewer without view_'
 fi
@@ -100,14 +102,15 @@ kern kern core brdf
 bake bake core image brdf kern
 probe probe core
 io io core image kern
-cli cli
-view view
+common common
+cli cli common
+view view common
 ROOMS
 [ ! -s "$build/layers.txt" ] || {
     cat "$build/layers.txt"
     complain 'includes against the arrows'
 }
-for f in $(git ls-files 'src/cli/*' 'src/view/*'); do
+for f in $(git ls-files 'src/common/*' 'src/cli/*' 'src/view/*'); do
     grep -nE '#include "(core|image|brdf|kern|bake|probe|io)/' "$f" &&
         complain "$f: programs see include/ only"
 done

@@ -6,6 +6,7 @@
 
 #include "cli/bench.h"
 #include "cli/judge.h"
+#include "cli/version.h"
 #include "cli/words.h"
 
 const char *ibl_bench_method_name(int method)
@@ -206,7 +207,7 @@ static const ibl_option runs[] = {
     {"verbose", 'v', IBL_FLAG(ibl_bench_opts, common.verbose),
      .help = "print each command before the first round"},
     {"help", 'h', .kind = IBL_OPTION_HELP, .help = "print this text"},
-    {"version", 0, .kind = IBL_OPTION_VERSION,
+    {"version", 0, .kind = IBL_OPTION_PRINT, .print = ibl_version_print,
      .help = "print the version and what it was built with"},
 };
 

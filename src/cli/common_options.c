@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cli/option.h"
+#include "cli/version.h"
 
 static const char *const isa_names[] = {"auto", "c",      "sse2",
                                         "avx2", "avx512", NULL};
@@ -56,7 +57,7 @@ static const ibl_option running[] = {
     {"verbose", 'v', IBL_FLAG(ibl_common, verbose),
      .help = "print what was done and the time of each stage"},
     {"help", 'h', .kind = IBL_OPTION_HELP, .help = "print this text"},
-    {"version", 0, .kind = IBL_OPTION_VERSION,
+    {"version", 0, .kind = IBL_OPTION_PRINT, .print = ibl_version_print,
      .help = "print the version and what it was built with"},
 };
 /* clang-format on */

@@ -23,17 +23,6 @@ static void erase_bar(ibl_console *c)
     c->drawn = false;
 }
 
-void ibl_print_line(const char *kind, const char *text)
-{
-    char line[IBL_LINE_BYTES];
-
-    snprintf(line, sizeof line, "%s%s", kind, text);
-    for (char *c = line; *c; c++)
-        if ((unsigned char)*c < ' ' || *c == 0x7f)
-            *c = '?';
-    fprintf(stderr, "iblbake: %s\n", line);
-}
-
 void ibl_console_log(void *console, ibl_log_level level, const char *text)
 {
     ibl_console *c = console;

@@ -7,6 +7,8 @@
 
 #include <ibl/ibl.h>
 
+#include "common/line.h"
+
 enum {
     IBL_MAX_STAGES = 64
 };
@@ -30,15 +32,6 @@ typedef struct ibl_console {
     int count;
     ibl_stage_time stages[IBL_MAX_STAGES];
 } ibl_console;
-
-/* Room for two paths and what is to be said about them. */
-enum {
-    IBL_LINE_BYTES = 2 * 4096 + 1024
-};
-
-/* Prints "iblbake: ", kind and text as one line on standard error: a byte in a
- * name that would break the line or steer the terminal becomes '?'. */
-void ibl_print_line(const char *kind, const char *text);
 
 void ibl_console_init(ibl_console *c, bool quiet, bool verbose);
 /* An ibl_log_fn and an ibl_progress_fn whose cookie is the console. Of the

@@ -5,6 +5,12 @@
 
 #include "cli/option.h"
 
+static const ibl_command *const commands[] = {
+    &ibl_bake_command, &ibl_verify_command, &ibl_bench_command,
+    &ibl_probes_command, NULL};
+
+const ibl_program ibl_this_program = {"iblbake", commands};
+
 /* Opens what the caller closed of descriptors 0 to 2, the wrong way round so
  * that it stays unusable: else an output would get the number, and messages
  * would be written into it. */

@@ -3,8 +3,8 @@
 
 #include <stdlib.h>
 
-#include "cli/bridge_file.h"
 #include "cli/signals.h"
+#include "common/bridge_file.h"
 
 ibl_status ibl_start(const ibl_common *common, ibl_console *console,
                      ibl_ctx **ctx)

@@ -11,7 +11,7 @@
 #include <ibl/ibl.h>
 #include <ibl/io.h>
 
-#include "cli/bridge_file.h"
+#include "common/bridge_file.h"
 
 #if defined(__clang__)
 #define COMPILER "clang " __clang_version__

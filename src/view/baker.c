@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "view/bridge_path.h"
+#include "common/bridge_file.h"
 #include "view/message.h"
 #include "view/set.h"
 
@@ -121,7 +121,7 @@ view_baker *view_baker_start(const char *path)
     opts.log_cookie = b;
     opts.progress = on_progress;
     opts.progress_cookie = b;
-    char *bridge = view_bridge_path();
+    char *bridge = ibl_bridge_beside();
     opts.bridge = bridge;
     b->path = strdup(path);
     const bool ready = b->path && !ibl_ctx_create(&opts, &b->ctx);

@@ -54,7 +54,7 @@ static void axis_apply(view_axis axis, const view_set *set, int i,
         break;
     case VIEW_AXIS_TONE:
         s->tone = (view_tone)i;
-        snprintf(label, size, "%s", view_tone_name(s->tone));
+        snprintf(label, size, "%s", view_tone_names[s->tone]);
         break;
     case VIEW_AXIS_EV:
         s->ev += i - 2;
@@ -67,7 +67,7 @@ static void axis_apply(view_axis axis, const view_set *set, int i,
         break;
     case VIEW_AXIS_COMPARE:
         s->compare = (view_compare)i;
-        snprintf(label, size, "%s", view_compare_name(s->compare));
+        snprintf(label, size, "%s", view_compare_names[s->compare]);
         break;
     case VIEW_AXES:
         break;

@@ -6,8 +6,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "common/bridge_file.h"
 #include "view/app.h"
-#include "view/bridge_path.h"
 #include "view/interrupt.h"
 #include "view/message.h"
 #include "view/still.h"
@@ -23,7 +23,7 @@ static void show_progress(void *cookie, const char *stage, double done)
 static ibl_ctx *make_context(const view_options *o)
 {
     ibl_ctx_options opts = ibl_ctx_options_default();
-    char *bridge = view_bridge_path();
+    char *bridge = ibl_bridge_beside();
     ibl_ctx *ctx = NULL;
 
     opts.log = view_log;
@@ -57,7 +57,7 @@ int main(int argc, char **argv)
     int status;
 
     view_interrupt_catch();
-    if (view_options_parse(argc, argv, &o, &status))
+    if (view_options_parse(argc > 0 ? argv + 1 : argv, &o, &status))
         status = run(&o) ? 0 : 1;
     if (fflush(stdout) || ferror(stdout)) {
         view_fail("standard output cannot be written: %s", strerror(errno));

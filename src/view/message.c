@@ -4,21 +4,16 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-#define LINE_BYTES 4096
+#include "common/line.h"
 
 static bool quiet;
 
-/* One write for the whole line, which other programs' lines do not cut. File
- * names may hold what a terminal would obey: shown as "?". */
 static void say(const char *kind, const char *fmt, va_list ap)
 {
-    char text[LINE_BYTES];
+    char text[IBL_LINE_BYTES];
 
     vsnprintf(text, sizeof text, fmt, ap);
-    for (char *c = text; *c; c++)
-        if ((unsigned char)*c < ' ' || *c == 0x7f)
-            *c = '?';
-    fprintf(stderr, "iblview: %s%s\n", kind, text);
+    ibl_print_line(kind, text);
 }
 
 bool view_fail(const char *fmt, ...)

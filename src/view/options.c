@@ -10,73 +10,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/option.h"
+#include "view/keys.h"
 #include "view/message.h"
-#include "view/option_row.h"
 #include "view/scene.h"
 #include "view/set_find.h"
 #include "view/truth.h"
 
-const char *view_axis_name(view_axis axis)
-{
-    static const char *const names[] = {"material", "turn",  "tone",
-                                        "ev",       "level", "compare"};
-    return names[axis];
-}
-
-/* ---- names of choices, NULL after the last ------------------------------ */
-
-static const char *axis_name(int i)
-{
-    return i < VIEW_AXES ? view_axis_name((view_axis)i) : NULL;
-}
-
-static const char *mode_name(int i)
-{
-    return i < VIEW_MODES ? view_mode_name((view_mode)i) : NULL;
-}
-
-static const char *layout_name(int i)
-{
-    return i < VIEW_LAYOUTS ? view_layout_name((view_layout)i) : NULL;
-}
-
-static const char *tone_name(int i)
-{
-    return i < VIEW_TONES ? view_tone_name((view_tone)i) : NULL;
-}
-
-static const char *fresnel_name(int i)
-{
-    return i < VIEW_FRESNELS ? view_fresnel_name((view_fresnel)i) : NULL;
-}
-
-static const char *diffuse_name(int i)
-{
-    return i < VIEW_DIFFUSES ? view_diffuse_name((view_diffuse)i) : NULL;
-}
-
-static const char *capture_name(int i)
-{
-    return i < VIEW_PROBE_CAPTURES
-               ? view_probe_capture_name((view_probe_capture)i)
-               : NULL;
-}
-
-static const char *filter_name(int i)
-{
-    return i < VIEW_PROBE_FILTERS ? view_probe_filter_name((view_probe_filter)i)
-                                  : NULL;
-}
-
-static const char *compare_name(int i)
-{
-    return i < VIEW_COMPARES ? view_compare_name((view_compare)i) : NULL;
-}
-
-static const char *material_name(int i)
-{
-    return i < view_material_count() ? view_materials[i].name : NULL;
-}
+const char *const view_axis_names[VIEW_AXES + 1] = {
+    "material", "turn", "tone", "ev", "level", "compare"};
 
 /* ---- values of their own kind ------------------------------------------ */
 
@@ -168,6 +110,16 @@ static bool parse_probe_size(void *options, const char *value)
     return true;
 }
 
+static bool parse_material(void *options, const char *value)
+{
+    for (int i = 0; i < view_material_count(); i++)
+        if (!strcmp(view_materials[i].name, value)) {
+            ((view_options *)options)->settings.material = i;
+            return true;
+        }
+    return false;
+}
+
 static bool set_reference(void *options, const char *value)
 {
     (void)value;
@@ -175,24 +127,47 @@ static bool set_reference(void *options, const char *value)
     return true;
 }
 
+/* ---- what is printed ---------------------------------------------------- */
+
+static void print_materials(FILE *to)
+{
+    for (const view_material *m = view_materials; m->name; m++)
+        fprintf(to,
+                "%-12s metal F0 %.3f %.3f %.3f, else F0 %.3f and albedo %.3f "
+                "%.3f %.3f; %s\n",
+                m->name, m->metal[0], m->metal[1], m->metal[2],
+                m->dielectric_f0, m->albedo[0], m->albedo[1], m->albedo[2],
+                m->source);
+}
+
+static void print_keys(FILE *to)
+{
+    char text[VIEW_KEYS_BYTES];
+
+    view_keys_text(text, sizeof text);
+    fputs(text, to);
+}
+
+static void print_version(FILE *to)
+{
+    fprintf(to, "iblview %s\n", IBL_VERSION);
+}
+
 /* ---- the tables --------------------------------------------------------- */
 
-#define AT(field) .offset = offsetof(view_options, field)
-#define SET(field) AT(settings.field)
-#define FLAG(field) .kind = VIEW_OPTION_ON, AT(field)
-#define TEXT(field, what) .kind = VIEW_OPTION_TEXT, .value = (what), AT(field)
-#define INT(field, lo, hi)                                                     \
-    .kind = VIEW_OPTION_INT, .value = "N", AT(field), .low = (lo), .high = (hi)
+#define SET(field) IBL_AT(view_options, settings.field)
+#define FLAG(field) .kind = IBL_OPTION_ON, IBL_AT(view_options, field)
+#define OFF(field) .kind = IBL_OPTION_OFF, SET(field)
+#define TEXT(field, what) IBL_TEXT(view_options, field, what)
+#define INT(field, lo, hi) IBL_INT(view_options, field, lo, hi)
 #define REAL(field, what, lo, hi)                                              \
-    .kind = VIEW_OPTION_REAL, .value = (what), SET(field), .low = (lo),        \
-    .high = (hi)
-#define CHOICE(field, names)                                                   \
-    .kind = VIEW_OPTION_CHOICE, .value = "NAME", AT(field), .choice = (names)
+    IBL_REAL(view_options, settings.field, what, lo, hi)
+#define CHOICE(field, names) IBL_CHOICE(view_options, field, names)
 #define OTHER(what, function)                                                  \
-    .kind = VIEW_OPTION_OTHER, .value = (what), .parse = (function)
+    .kind = IBL_OPTION_OTHER, .value = (what), .parse = (function)
 
 /* clang-format off */
-static const view_option files[] = {
+static const ibl_option files[] = {
     {"irradiance", 0, TEXT(request.irradiance, "FILE"), .standard = "",
      .help = "the irradiance map, if it is not beside PATH"},
     {"lut", 0, TEXT(request.lut, "FILE"), .standard = "",
@@ -201,15 +176,15 @@ static const view_option files[] = {
      .help = "the cube behind the spheres, in place of the skybox or level 0"},
 };
 
-static const view_option pictures[] = {
+static const ibl_option pictures[] = {
     {"offscreen", 0, TEXT(offscreen, "OUT.png"), .standard = "",
      .help = "write a picture and open no window: needs no display"},
     {"contact-sheet", 0, TEXT(contact_sheet, "OUT.png"), .standard = "",
      .help = "write a sheet of pictures the same way"},
-    {"sheet-rows", 0, CHOICE(rows, axis_name),
+    {"sheet-rows", 0, CHOICE(rows, view_axis_names),
      .standard = "material, of maps level, of the scene turn",
      .help = "what the rows of the sheet go through"},
-    {"sheet-columns", 0, CHOICE(columns, axis_name),
+    {"sheet-columns", 0, CHOICE(columns, view_axis_names),
      .standard = "turn, of maps and the scene ev",
      .help = "what its columns go through"},
     {"size", 0, OTHER("WxH", parse_size), .allowed = "1x1 to 16384x16384",
@@ -227,10 +202,10 @@ static const view_option pictures[] = {
              "direction, value"},
 };
 
-static const view_option shows[] = {
-    {"mode", 0, CHOICE(settings.mode, mode_name),
+static const ibl_option shows[] = {
+    {"mode", 0, CHOICE(settings.mode, view_mode_names),
      .help = "spheres, the maps themselves, or a scene with a probe"},
-    {"layout", 0, CHOICE(settings.layout, layout_name),
+    {"layout", 0, CHOICE(settings.layout, view_layout_names),
      .help = "how a cube is laid out flat"},
     {"level", 0, INT(settings.level, 0, IBL_MAX_LEVELS - 1),
      .help = "of the specular cube that is shown"},
@@ -242,9 +217,9 @@ static const view_option shows[] = {
              "the right and down of its own"},
 };
 
-static const view_option spheres[] = {
-    {"material", 0, CHOICE(settings.material, material_name),
-     .allowed = "a name that --materials lists",
+static const ibl_option spheres[] = {
+    {"material", 0, OTHER("NAME", parse_material),
+     .allowed = "a name that --materials lists", .standard = "gold",
      .help = "metal of the upper rows and plastic of the lower ones"},
     {"grid", 0, OTHER("RxC", parse_grid), .allowed = "1x1 to 16x16",
      .standard = "7x7, 2x4 in a sheet", .help = "rows and columns"},
@@ -254,13 +229,13 @@ static const view_option spheres[] = {
     {"roughness", 0, OTHER("A:B", parse_roughness),
      .allowed = "two numbers from 0 to 1", .standard = "0:1",
      .help = "of the first and the last column"},
-    {"fresnel", 0, CHOICE(settings.fresnel, fresnel_name),
+    {"fresnel", 0, CHOICE(settings.fresnel, view_fresnel_names),
      .help = "the table's own, or Lagarde's with roughness"},
-    {"diffuse", 0, CHOICE(settings.diffuse, diffuse_name),
+    {"diffuse", 0, CHOICE(settings.diffuse, view_diffuse_names),
      .help = "irradiance map, or spherical harmonics of the sidecar"},
     {"multiscatter", 0, FLAG(settings.multiscatter),
      .help = "compensate for what single scattering loses (default)"},
-    {"no-multiscatter", 0, .kind = VIEW_OPTION_OFF, SET(multiscatter),
+    {"no-multiscatter", 0, OFF(multiscatter),
      .help = "do not"},
     {"light", 0, OTHER("X,Y,Z,R,G,B", parse_light),
      .allowed = "six numbers, colours 0 or more; up to 4 times",
@@ -269,19 +244,19 @@ static const view_option spheres[] = {
              "and stand 1 apart about 0,0,0"},
 };
 
-static const view_option scene[] = {
+static const ibl_option scene[] = {
     {"seconds", 0, REAL(seconds, "T", 0, 1e6),
      .help = "where what moves is in a picture, and begins in a window"},
-    {"no-parallax", 0, .kind = VIEW_OPTION_OFF, SET(parallax),
+    {"no-parallax", 0, OFF(parallax),
      .help = "look reflections up as if all were infinitely far away"},
     {"probes", 0, INT(settings.probes, 0, VIEW_STAGE_LOCAL),
      .help = "local probes besides, captured once, of what stands still"},
     {"probe-size", 0, OTHER("N", parse_probe_size),
      .allowed = "a power of two from 16 to 1024", .standard = "256",
      .help = "edge of the faces of the probe's cube"},
-    {"probe-capture", 0, CHOICE(settings.probe_capture, capture_name),
+    {"probe-capture", 0, CHOICE(settings.probe_capture, view_probe_capture_names),
      .help = "draw six faces, or two paraboloids"},
-    {"probe-filter", 0, CHOICE(settings.probe_filter, filter_name),
+    {"probe-filter", 0, CHOICE(settings.probe_filter, view_probe_filter_names),
      .help = "what filters captures: this OpenGL, or the library"},
     {"probe-limit", 0, FLAG(settings.probe_limit),
      .help = "each sees only what is in the box of points that it is for: "
@@ -294,7 +269,7 @@ static const view_option scene[] = {
              "0: all at once"},
 };
 
-static const view_option camera[] = {
+static const ibl_option camera[] = {
     {"turn", 0, REAL(turn, "DEG", -3600, 3600),
      .help = "turn the environment about +Y, counter-clockwise from above"},
     {"yaw", 0, REAL(yaw, "DEG", -3600, 3600),
@@ -304,21 +279,21 @@ static const view_option camera[] = {
     {"distance", 0, REAL(distance, "D", 0, 1000),
      .help = "from the middle of the grid; 0: so that all of it is seen"},
     {"fov", 0, REAL(fov, "DEG", 1, 120), .help = "vertical field of view"},
-    {"no-sky", 0, .kind = VIEW_OPTION_OFF, SET(sky),
+    {"no-sky", 0, OFF(sky),
      .help = "black behind the spheres"},
 };
 
-static const view_option display[] = {
+static const ibl_option display[] = {
     {"ev", 0, REAL(ev, "EV", -30, 30), .help = "exposure in stops"},
-    {"tone", 0, CHOICE(settings.tone, tone_name), .help = "tone curve"},
+    {"tone", 0, CHOICE(settings.tone, view_tone_names), .help = "tone curve"},
     {"false-colour", 0, FLAG(settings.false_colour),
      .help = "luminance in false colours instead"},
 };
 
-static const view_option reference[] = {
-    {"reference", 0, .kind = VIEW_OPTION_OTHER, .parse = set_reference,
+static const ibl_option reference[] = {
+    {"reference", 0, .kind = IBL_OPTION_OTHER, .parse = set_reference,
      .help = "shade by the integral itself: the same as --compare reference"},
-    {"compare", 0, CHOICE(settings.compare, compare_name),
+    {"compare", 0, CHOICE(settings.compare, view_compare_names),
      .help = "the split sum, the reference, both side by side, or the "
              "difference; pictures print the error of each sphere"},
     {"split", 0, REAL(split, "X", 0, 1),
@@ -326,36 +301,34 @@ static const view_option reference[] = {
     {"gain", 0, REAL(gain, "G", 1e-3, 1e6), .help = "of the difference"},
 };
 
-static const view_option running[] = {
+static const ibl_option running[] = {
     {"quiet", 'q', FLAG(quiet), .help = "print errors alone"},
     {"verbose", 'v', FLAG(verbose),
      .help = "print what was loaded, with what it is drawn and how fast"},
-    {"keys", 0, .kind = VIEW_OPTION_KEYS,
+    {"keys", 0, .kind = IBL_OPTION_PRINT, .print = print_keys,
      .help = "print what the keys of the window do"},
-    {"materials", 0, .kind = VIEW_OPTION_MATERIALS,
+    {"materials", 0, .kind = IBL_OPTION_PRINT, .print = print_materials,
      .help = "print the materials and where their numbers are from"},
-    {"help", 'h', .kind = VIEW_OPTION_HELP, .help = "print this text"},
-    {"version", 0, .kind = VIEW_OPTION_VERSION, .help = "print the version"},
+    {"help", 'h', .kind = IBL_OPTION_HELP, .help = "print this text"},
+    {"version", 0, .kind = IBL_OPTION_PRINT, .print = print_version,
+     .help = "print the version"},
 };
 /* clang-format on */
 
-#define SECTION(title, table)                                                  \
-    {                                                                          \
-        (title), (table), (int)(sizeof(table) / sizeof *(table))               \
-    }
-const view_section view_sections[] = {
-    SECTION("Files", files),         SECTION("Pictures", pictures),
-    SECTION("What is shown", shows), SECTION("Spheres", spheres),
-    SECTION("Scene", scene),         SECTION("Camera", camera),
-    SECTION("Display", display),     SECTION("Reference", reference),
-    SECTION("Running", running),     {NULL, NULL, 0}};
+static const ibl_section *const sections[] = {
+    IBL_SECTION("Files", files),         IBL_SECTION("Pictures", pictures),
+    IBL_SECTION("What is shown", shows), IBL_SECTION("Spheres", spheres),
+    IBL_SECTION("Scene", scene),         IBL_SECTION("Camera", camera),
+    IBL_SECTION("Display", display),     IBL_SECTION("Reference", reference),
+    IBL_SECTION("Running", running),     NULL};
 
-view_options view_options_default(void)
+static void set_defaults(void *options)
 {
-    return (view_options){.rows = -1,
-                          .columns = -1,
-                          .texel = {-1, -1},
-                          .settings = view_settings_default()};
+    *(view_options *)options =
+        (view_options){.rows = -1,
+                       .columns = -1,
+                       .texel = {-1, -1},
+                       .settings = view_settings_default()};
 }
 
 static bool misuse(const char *what, const char *why)
@@ -390,14 +363,14 @@ static bool check_axis(const view_options *o, const char *option, int axis)
         (axis == VIEW_AXIS_MATERIAL || axis == VIEW_AXIS_COMPARE ||
          axis == VIEW_AXIS_LEVEL))
         return view_fail("%s %s: not of --mode scene: choose turn, ev or tone",
-                         option, view_axis_name((view_axis)axis));
+                         option, view_axis_names[axis]);
     if (shows_maps(o) && for_spheres(axis))
         return view_fail(
             "%s %s: maps are the same with each: choose ev or tone", option,
-            view_axis_name((view_axis)axis));
+            view_axis_names[axis]);
     if (axis == VIEW_AXIS_LEVEL && has_one_level(o))
         return view_fail("%s level: --mode %s has none: leave one of them out",
-                         option, view_mode_name(o->settings.mode));
+                         option, view_mode_names[o->settings.mode]);
     return true;
 }
 
@@ -406,7 +379,7 @@ static bool check_sheet(const view_options *o)
     if (o->contact_sheet && o->rows == o->columns)
         return view_fail("--sheet-rows and --sheet-columns: both %s: choose "
                          "another for one of them",
-                         view_axis_name((view_axis)o->rows));
+                         view_axis_names[o->rows]);
     if (o->contact_sheet && o->offscreen)
         return misuse("--offscreen and --contact-sheet", "choose one");
     if (o->contact_sheet && o->texel[0] >= 0)
@@ -463,8 +436,9 @@ static void choose_axes(view_options *o)
     choose_axis(&o->columns, o->rows, second, first);
 }
 
-bool view_options_finish(view_options *o)
+static bool finish(void *options)
 {
+    view_options *o = options;
     const bool sheet = o->contact_sheet;
 
     if (!o->size[0]) {
@@ -480,6 +454,44 @@ bool view_options_finish(view_options *o)
     if (sheet)
         choose_axes(o);
     return check_sheet(o) && check(o);
+}
+
+static bool take(void *options, const char *word)
+{
+    view_request *r = &((view_options *)options)->request;
+
+    if (r->path)
+        return view_fail("%s: more than one thing to show: %s is already given",
+                         word, r->path);
+    if (!*word)
+        return view_fail("the name of what to show is empty: give a file or a "
+                         "directory");
+    r->path = word;
+    return true;
+}
+
+static const ibl_command show = {
+    .usage = "[options] PATH",
+    .intro = "Shows what materials look like under a baked environment, or the "
+             "maps\n"
+             "themselves. PATH is a directory that iblbake has written, a "
+             "specular cube\n"
+             "(KTX2, KTX, DDS), or an environment (.hdr, .exr), which is baked "
+             "first.\n"
+             "In the window ? lists the keys.\n",
+    .statuses = "0 done, 1 failed, 2 wrong usage",
+    .sections = sections,
+    .settings_size = sizeof(view_options),
+    .defaults = set_defaults,
+    .take = take,
+    .finish = finish,
+};
+static const ibl_command *const commands[] = {&show, NULL};
+const ibl_program ibl_this_program = {"iblview", commands};
+
+bool view_options_parse(char **words, view_options *o, int *status)
+{
+    return ibl_command_line(&show, words, o, status);
 }
 
 bool view_options_may(const view_options *o)

@@ -19,7 +19,7 @@ typedef enum view_axis {
     VIEW_AXES
 } view_axis;
 
-const char *view_axis_name(view_axis axis);
+extern const char *const view_axis_names[VIEW_AXES + 1]; /* NULL at the end */
 
 typedef struct view_options {
     view_request request;
@@ -44,9 +44,10 @@ enum {
     VIEW_FRAME_SAMPLES = 16     /* that a frame of a picture adds */
 };
 
-/* Strings point into argv. False: the program is to end with *status, either
- * because of --help and its like or after a line on standard error. */
-bool view_options_parse(int argc, char **argv, view_options *o, int *status);
+/* From the words of the command line, ended by NULL; strings point into them.
+ * False: the program is to end with *status, either because of --help and its
+ * like or after a line on standard error. */
+bool view_options_parse(char **words, view_options *o, int *status);
 
 /* False, with a message, if nothing is at PATH or an option is not for what is
  * there; reads no more than its first bytes. */

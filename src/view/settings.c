@@ -39,55 +39,24 @@ view_settings view_settings_default(void)
     return s;
 }
 
-const char *view_mode_name(view_mode mode)
-{
-    static const char *const names[VIEW_MODES] = {
-        "spheres", "levels", "irradiance", "table", "scene"};
-    return names[mode];
-}
+const char *const view_mode_names[VIEW_MODES + 1] = {
+    "spheres", "levels", "irradiance", "table", "scene"};
 
-const char *view_layout_name(view_layout layout)
-{
-    static const char *const names[VIEW_LAYOUTS] = {"cross", "strip",
-                                                    "equirect"};
-    return names[layout];
-}
+const char *const view_layout_names[VIEW_LAYOUTS + 1] = {"cross", "strip",
+                                                         "equirect"};
 
-const char *view_tone_name(view_tone tone)
-{
-    static const char *const names[VIEW_TONES] = {"linear", "reinhard", "aces",
-                                                  "neutral"};
-    return names[tone];
-}
+const char *const view_tone_names[VIEW_TONES + 1] = {"linear", "reinhard",
+                                                     "aces", "neutral"};
 
-const char *view_fresnel_name(view_fresnel fresnel)
-{
-    static const char *const names[VIEW_FRESNELS] = {"table", "lagarde"};
-    return names[fresnel];
-}
+const char *const view_fresnel_names[VIEW_FRESNELS + 1] = {"table", "lagarde"};
 
-const char *view_diffuse_name(view_diffuse diffuse)
-{
-    static const char *const names[VIEW_DIFFUSES] = {"map", "sh"};
-    return names[diffuse];
-}
+const char *const view_diffuse_names[VIEW_DIFFUSES + 1] = {"map", "sh"};
 
-const char *view_compare_name(view_compare compare)
-{
-    static const char *const names[VIEW_COMPARES] = {"split-sum", "reference",
-                                                     "split", "difference"};
-    return names[compare];
-}
+const char *const view_compare_names[VIEW_COMPARES + 1] = {
+    "split-sum", "reference", "split", "difference"};
 
-const char *view_probe_capture_name(view_probe_capture capture)
-{
-    static const char *const names[VIEW_PROBE_CAPTURES] = {"faces",
-                                                           "paraboloids"};
-    return names[capture];
-}
+const char *const view_probe_capture_names[VIEW_PROBE_CAPTURES + 1] = {
+    "faces", "paraboloids"};
 
-const char *view_probe_filter_name(view_probe_filter filter)
-{
-    static const char *const names[VIEW_PROBE_FILTERS] = {"gpu", "cpu"};
-    return names[filter];
-}
+const char *const view_probe_filter_names[VIEW_PROBE_FILTERS + 1] = {"gpu",
+                                                                     "cpu"};

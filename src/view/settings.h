@@ -125,14 +125,15 @@ typedef struct view_settings {
 
 view_settings view_settings_default(void);
 
-/* Names as options and titles have them: "spheres", "aces", ... */
-const char *view_mode_name(view_mode mode);
-const char *view_layout_name(view_layout layout);
-const char *view_tone_name(view_tone tone);
-const char *view_fresnel_name(view_fresnel fresnel);
-const char *view_diffuse_name(view_diffuse diffuse);
-const char *view_compare_name(view_compare compare);
-const char *view_probe_filter_name(view_probe_filter filter);
-const char *view_probe_capture_name(view_probe_capture capture);
+/* Names as options and titles have them, "spheres", "aces", ..., by the
+ * enumeration; NULL after the last. */
+extern const char *const view_mode_names[VIEW_MODES + 1];
+extern const char *const view_layout_names[VIEW_LAYOUTS + 1];
+extern const char *const view_tone_names[VIEW_TONES + 1];
+extern const char *const view_fresnel_names[VIEW_FRESNELS + 1];
+extern const char *const view_diffuse_names[VIEW_DIFFUSES + 1];
+extern const char *const view_compare_names[VIEW_COMPARES + 1];
+extern const char *const view_probe_filter_names[VIEW_PROBE_FILTERS + 1];
+extern const char *const view_probe_capture_names[VIEW_PROBE_CAPTURES + 1];
 
 #endif

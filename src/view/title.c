@@ -34,7 +34,7 @@ static void add_spheres(const view_app *app, char *text, size_t size)
 
     add(text, size, " | %s %dx%d | fresnel %s | diffuse %s | multiscatter %s",
         view_materials[s->material].name, s->rows, s->columns,
-        view_fresnel_name(s->fresnel), view_diffuse_name(s->diffuse),
+        view_fresnel_names[s->fresnel], view_diffuse_names[s->diffuse],
         s->multiscatter ? "on" : "off");
     add_range("metallic", s->metallic, text, size);
     add_range("roughness", s->roughness, text, size);
@@ -44,7 +44,7 @@ static void add_spheres(const view_app *app, char *text, size_t size)
         add(text, size, " | turn %.4g", s->turn);
     if (s->compare == VIEW_SPLIT_SUM)
         return;
-    add(text, size, " | %s %d/%d", view_compare_name(s->compare),
+    add(text, size, " | %s %d/%d", view_compare_names[s->compare],
         view_renderer_samples(app->renderer), VIEW_TRUTH_SAMPLES);
     if (s->compare == VIEW_DIFFERENCE)
         add(text, size, " x %.4g", s->gain);
@@ -54,12 +54,12 @@ static void add_map(const view_app *app, char *text, size_t size)
 {
     const view_settings *s = &app->settings;
 
-    add(text, size, " | %s", view_mode_name(s->mode));
+    add(text, size, " | %s", view_mode_names[s->mode]);
     if (s->mode == VIEW_LEVELS)
         add(text, size, " %d, roughness %.3g", s->level,
             app->set->roughness[s->level]);
     if (s->mode != VIEW_TABLE)
-        add(text, size, " | %s", view_layout_name(s->layout));
+        add(text, size, " | %s", view_layout_names[s->layout]);
     add(text, size, " | zoom %.3g", s->zoom);
 }
 
@@ -72,8 +72,8 @@ static void add_scene(const view_app *app, char *text, size_t size)
     add(text, size,
         " | scene | parallax %s | local %d | probe %d, %s, %s, %.3g s",
         s->parallax ? "on" : "off", s->probes, s->probe_size,
-        view_probe_capture_name(s->probe_capture),
-        view_probe_filter_name(s->probe_filter), s->probe_interval);
+        view_probe_capture_names[s->probe_capture],
+        view_probe_filter_names[s->probe_filter], s->probe_interval);
     if (s->turn < 0 || s->turn > 0)
         add(text, size, " | turn %.4g", s->turn);
     if (!stage)
@@ -98,6 +98,6 @@ void view_title_text(const view_app *app, char *text, size_t size)
     else
         add_map(app, text, size);
     add(text, size, " | EV %+.4g | %s", s->ev,
-        s->false_colour ? "false colour" : view_tone_name(s->tone));
+        s->false_colour ? "false colour" : view_tone_names[s->tone]);
     add(text, size, " | %.1f ms", app->frame_ms);
 }

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/option.h"
+#include "common/option.h"
 
 enum {
     WIDTH = 80, /* columns of a line */
@@ -29,6 +29,15 @@ void ibl_option_allowed(const ibl_option *opt, char *text, size_t size)
     }
 }
 
+/* Of an int, or of an enumeration. */
+static int index_of(const void *field)
+{
+    int i;
+
+    memcpy(&i, field, sizeof i);
+    return i;
+}
+
 void ibl_option_standard(const ibl_option *opt, const void *settings,
                          char *text, size_t size)
 {
@@ -42,7 +51,7 @@ void ibl_option_standard(const ibl_option *opt, const void *settings,
     else if (opt->kind == IBL_OPTION_REAL)
         snprintf(text, size, "%.10g", *(const double *)field);
     else if (opt->kind == IBL_OPTION_CHOICE)
-        snprintf(text, size, "%s", opt->choices[*(const int *)field]);
+        snprintf(text, size, "%s", opt->choices[index_of(field)]);
 }
 
 /* Prints text from column INDENT on, broken at spaces; column is where the
@@ -93,28 +102,31 @@ static void print_option(FILE *to, const ibl_option *opt, const void *settings)
     wrap(to, text, column);
 }
 
-/* The other commands, under the bake's own usage. */
+/* The other commands, under the first one's own usage. */
 static void print_commands(FILE *to)
 {
-    if (!ibl_commands[1])
+    const ibl_command *const *all = ibl_this_program.commands;
+
+    if (!all[1])
         return;
     fputs("\nCommands (as the first argument; a file of that name is given as "
           "./NAME):\n",
           to);
-    for (int i = 1; ibl_commands[i]; i++)
-        fprintf(to, "  iblbake %s %s\n      %s\n", ibl_commands[i]->name,
-                ibl_commands[i]->usage, ibl_commands[i]->brief);
+    for (int i = 1; all[i]; i++)
+        fprintf(to, "  %s %s %s\n      %s\n", ibl_this_program.name,
+                all[i]->name, all[i]->usage, all[i]->brief);
 }
 
 void ibl_command_help(const ibl_command *cmd, FILE *to)
 {
+    const char *const program = ibl_this_program.name;
     const char *title = "", *name = cmd->name ? cmd->name : "";
     void *settings = calloc(1, cmd->settings_size);
 
     if (!settings)
         return;
     cmd->defaults(settings);
-    fprintf(to, "Usage: iblbake %s%s%s\n\n%s", name, *name ? " " : "",
+    fprintf(to, "Usage: %s %s%s%s\n\n%s", program, name, *name ? " " : "",
             cmd->usage, cmd->intro);
     if (!cmd->name)
         print_commands(to);
@@ -126,6 +138,6 @@ void ibl_command_help(const ibl_command *cmd, FILE *to)
             print_option(to, &(*s)->options[i], settings);
     }
     free(settings);
-    fprintf(to, "\nExit status: %s.\nManual: man iblbake%s%s\n", cmd->statuses,
-            *name ? "-" : "", name);
+    fprintf(to, "\nExit status: %s.\nManual: man %s%s%s\n", cmd->statuses,
+            program, *name ? "-" : "", name);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-#ifndef CLI_BRIDGE_FILE_H
-#define CLI_BRIDGE_FILE_H
+#ifndef COMMON_BRIDGE_FILE_H
+#define COMMON_BRIDGE_FILE_H
 
 /* The image bridge beside the program, where a build leaves it, or in
  * ../lib/iblbake, where an installation has it; the caller's

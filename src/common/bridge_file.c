@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-#include "view/bridge_path.h"
+#include "common/bridge_file.h"
 
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
-char *view_bridge_path(void)
+char *ibl_bridge_beside(void)
 {
     /* As built, and as installed under any prefix. */
     static const char *const places[] = {"libiblbridge.so",

@@ -5,13 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/console.h"
-#include "cli/option.h"
-#include "cli/version.h"
-
-const ibl_command *const ibl_commands[] = {
-    &ibl_bake_command, &ibl_verify_command, &ibl_bench_command,
-    &ibl_probes_command, NULL};
+#include "common/line.h"
+#include "common/option.h"
 
 bool ibl_misuse(const char *fmt, ...)
 {
@@ -93,27 +88,28 @@ static bool has_letter(const ibl_option *opt, void *cookie)
     return opt->letter && opt->letter == *(const char *)cookie;
 }
 
-static const char *command_suffix(const ibl_command *cmd, const char **space)
+/* "see iblbake probes --help". */
+static bool unknown(const ibl_command *cmd, const char *dashes,
+                    const char *word, size_t length)
 {
-    *space = cmd->name ? " " : "";
-    return cmd->name ? cmd->name : "";
+    return ibl_misuse("%s%.*s: unknown option: see %s%s%s --help", dashes,
+                      (int)length, word, ibl_this_program.name,
+                      cmd->name ? " " : "", cmd->name ? cmd->name : "");
 }
 
 static bool unknown_long(const ibl_command *cmd, const char *word,
                          size_t length)
 {
     wanted w = {word, length, length / 3 + 2, NULL};
-    const char *space, *name = command_suffix(cmd, &space);
 
     find(cmd, is_nearer, &w);
     if (w.nearest)
         return ibl_misuse("--%.*s: unknown option: did you mean --%s?",
                           (int)length, word, w.nearest->name);
-    return ibl_misuse("--%.*s: unknown option: see iblbake%s%s --help",
-                      (int)length, word, space, name);
+    return unknown(cmd, "--", word, length);
 }
 
-static bool set_int(const ibl_option *opt, int *field, const char *value)
+static bool set_int(const ibl_option *opt, void *field, const char *value)
 {
     char *end;
 
@@ -122,26 +118,29 @@ static bool set_int(const ibl_option *opt, int *field, const char *value)
     if (end == value || *end || errno || (double)n < opt->low ||
         (double)n > opt->high)
         return false;
-    *field = (int)n;
+    *(int *)field = (int)n;
     return true;
 }
 
-static bool set_real(const ibl_option *opt, double *field, const char *value)
+static bool set_real(const ibl_option *opt, void *field, const char *value)
 {
     char *end;
     const double x = strtod(value, &end);
 
     if (end == value || *end || !(x >= opt->low && x <= opt->high))
         return false;
-    *field = x;
+    *(double *)field = x;
     return true;
 }
 
-static bool set_choice(const ibl_option *opt, int *field, const char *value)
+/* Enumerations are as wide as an int, but may be unsigned. */
+_Static_assert(sizeof(ibl_option_kind) == sizeof(int), "no int");
+
+static bool set_choice(const ibl_option *opt, void *field, const char *value)
 {
     for (int i = 0; opt->choices[i]; i++)
         if (!strcmp(opt->choices[i], value)) {
-            *field = i;
+            memcpy(field, &i, sizeof i);
             return true;
         }
     return false;
@@ -156,10 +155,14 @@ static bool set(void *settings, const ibl_option *opt, const char *value)
 
     switch (opt->kind) {
     case IBL_OPTION_HELP:
-    case IBL_OPTION_VERSION:
+    case IBL_OPTION_PRINT:
         return true;
     case IBL_OPTION_FLAG:
         *(int *)field = 1;
+        return true;
+    case IBL_OPTION_ON:
+    case IBL_OPTION_OFF:
+        *(bool *)field = opt->kind == IBL_OPTION_ON;
         return true;
     case IBL_OPTION_INT:
         ok = set_int(opt, field, value);
@@ -201,14 +204,14 @@ typedef struct line {
     const ibl_command *cmd;
     void *settings;
     char **argv;
-    int next;             /* argument after the current one */
-    ibl_option_kind stop; /* HELP or VERSION was seen */
+    int next;               /* argument after the current one */
+    const ibl_option *stop; /* HELP or PRINT that was seen */
 } line;
 
 static bool take(line *l, const ibl_option *opt, const char *value)
 {
-    if (opt->kind == IBL_OPTION_HELP || opt->kind == IBL_OPTION_VERSION)
-        l->stop = opt->kind;
+    if (opt->kind == IBL_OPTION_HELP || opt->kind == IBL_OPTION_PRINT)
+        l->stop = opt;
     return set(l->settings, opt, value);
 }
 
@@ -238,10 +241,8 @@ static bool take_short(line *l, const char *word)
     for (; *word; word++) {
         char letter = *word;
         const ibl_option *opt = find(l->cmd, has_letter, &letter);
-        const char *space, *name = command_suffix(l->cmd, &space);
         if (!opt)
-            return ibl_misuse("-%c: unknown option: see iblbake%s%s --help",
-                              letter, space, name);
+            return unknown(l->cmd, "-", word, 1);
         if (opt->value) {
             const char *value = word[1] ? word + 1 : l->argv[l->next];
             if (!value)
@@ -254,7 +255,7 @@ static bool take_short(line *l, const char *word)
     return true;
 }
 
-/* Parses from argv[next] on; stops at --help and --version. */
+/* Parses from argv[next] on; stops at --help and its like. */
 static bool parse(line *l)
 {
     bool ended = false;
@@ -278,49 +279,65 @@ static bool parse(line *l)
     return l->cmd->finish(l->settings);
 }
 
-static const ibl_command *find_command(const char *word)
+/* The command of a line that is yet to be parsed, with its defaults. */
+static bool parse_all(line *l)
 {
-    for (int i = 1; word && ibl_commands[i]; i++)
-        if (!strcmp(ibl_commands[i]->name, word))
-            return ibl_commands[i];
-    return ibl_commands[0];
+    memset(l->settings, 0, l->cmd->settings_size);
+    l->cmd->defaults(l->settings);
+    return parse(l);
 }
 
 bool ibl_command_parse(const ibl_command *cmd, char **words, void *settings)
 {
     line l = {.cmd = cmd, .settings = settings, .argv = words};
 
-    memset(settings, 0, cmd->settings_size);
-    cmd->defaults(settings);
-    if (!parse(&l))
+    return parse_all(&l) &&
+           (!l.stop ||
+            ibl_misuse("--%s: only on the command line: leave it out",
+                       l.stop->name));
+}
+
+bool ibl_command_line(const ibl_command *cmd, char **words, void *settings,
+                      int *status)
+{
+    line l = {.cmd = cmd, .settings = settings, .argv = words};
+
+    *status = 2;
+    if (!parse_all(&l))
         return false;
-    return !l.stop ||
-           ibl_misuse("--%s: only on the command line: leave it out",
-                      l.stop == IBL_OPTION_HELP ? "help" : "version");
+    if (!l.stop)
+        return true;
+    *status = 0;
+    if (l.stop->kind == IBL_OPTION_HELP)
+        ibl_command_help(cmd, stdout);
+    else
+        l.stop->print(stdout);
+    return false;
+}
+
+static const ibl_command *find_command(const char *word)
+{
+    const ibl_command *const *all = ibl_this_program.commands;
+
+    for (int i = 1; word && all[i]; i++)
+        if (!strcmp(all[i]->name, word))
+            return all[i];
+    return all[0];
 }
 
 int ibl_command_main(int argc, char **argv)
 {
-    const ibl_command *cmd = find_command(argc > 0 ? argv[1] : NULL);
-    line l = {.cmd = cmd, .argv = argv, .next = cmd->name ? 2 : 1};
-    int status = 0;
+    char **words = argc > 0 ? argv + 1 : argv;
+    const ibl_command *cmd = find_command(words[0]);
+    void *settings = calloc(1, cmd->settings_size);
+    int status;
 
-    if (argc < 1)
-        l.next = 0;
-    l.settings = calloc(1, cmd->settings_size);
-    if (!l.settings) {
+    if (!settings) {
         ibl_misuse("no memory for the settings");
         return 1;
     }
-    cmd->defaults(l.settings);
-    if (!parse(&l))
-        status = 2;
-    else if (l.stop == IBL_OPTION_HELP)
-        ibl_command_help(cmd, stdout);
-    else if (l.stop == IBL_OPTION_VERSION)
-        ibl_version_print(stdout);
-    else
-        status = cmd->run(l.settings);
-    free(l.settings);
+    if (ibl_command_line(cmd, cmd->name ? words + 1 : words, settings, &status))
+        status = cmd->run(settings);
+    free(settings);
     return status;
 }

@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: MIT */
+#include "common/line.h"
+
+#include <stdio.h>
+
+#include "common/option.h"
+
+void ibl_print_line(const char *kind, const char *text)
+{
+    char line[IBL_LINE_BYTES];
+
+    snprintf(line, sizeof line, "%s%s", kind, text);
+    for (char *c = line; *c; c++)
+        if ((unsigned char)*c < ' ' || *c == 0x7f)
+            *c = '?';
+    fprintf(stderr, "%s: %s\n", ibl_this_program.name, line);
+}
