@@ -163,7 +163,8 @@ test_scene() {
     same scene.png a.png
     for with in '--seconds 2' '--no-parallax' '--probe-capture paraboloids' \
         '--probe-size 64' '--probe-filter cpu' '--probes 1' '--probes 3' \
-        '--probes 2 --probe-limit' '--turn 90' '--yaw 30' '--distance 2'; do
+        '--probes 2 --probe-limit' '--volumes' '--turn 90' \
+        '--yaw 30' '--distance 2'; do
         draw a.png "$work/ktx2" $scene $with
         differ scene.png a.png
     done

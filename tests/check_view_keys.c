@@ -55,6 +55,7 @@ static const key_case cases[] = {
     PLAIN('k', 'k', probe_capture),
     PLAIN('y', 'y', probe_filter),
     PLAIN('h', 'H', probes),
+    PLAIN('V', 'V', volumes),
     PLAIN('j', 'J', probe_interval),
     PLAIN('o', 'O', fov),
     PLAIN('.', ',', turn),

@@ -41,6 +41,7 @@
     X(PFNGLDELETETEXTURESPROC, DeleteTextures)                                 \
     X(PFNGLDELETEVERTEXARRAYSPROC, DeleteVertexArrays)                         \
     X(PFNGLDEPTHFUNCPROC, DepthFunc)                                           \
+    X(PFNGLDEPTHMASKPROC, DepthMask)                                           \
     X(PFNGLDETACHSHADERPROC, DetachShader)                                     \
     X(PFNGLDISABLEPROC, Disable)                                               \
     X(PFNGLDRAWARRAYSPROC, DrawArrays)                                         \

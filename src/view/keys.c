@@ -154,6 +154,12 @@ static void change_parallax(view_app *app, int step)
     app->settings.parallax = !app->settings.parallax;
 }
 
+static void change_volumes(view_app *app, int step)
+{
+    (void)step;
+    app->settings.volumes = !app->settings.volumes;
+}
+
 static void change_capture(view_app *app, int step)
 {
     view_settings *s = &app->settings;
@@ -323,6 +329,7 @@ static const key_row rows[] = {
     {"y", 'y', 0, 0, change_filter, "its filter: OpenGL, the library"},
     {"j J", 'j', 'J', 0, change_interval, "captured more rarely, more often"},
     {"h H", 'h', 'H', 0, change_probes, "more local probes, fewer"},
+    {"V", 'V', 0, 0, change_volumes, "volumes of probes as wires"},
     {"e E", 'e', 'E', 0, change_exposure, "exposure: a quarter stop up, down"},
     {"t T", 't', 'T', 0, change_tone, "tone: linear, Reinhard, ACES, neutral"},
     {"v", 'v', 0, 0, change_false_colour, "false colours of luminance"},

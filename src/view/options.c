@@ -261,6 +261,9 @@ static const ibl_option scene[] = {
     {"probe-limit", 0, FLAG(settings.probe_limit),
      .help = "each sees only what is in the box of points that it is for: "
              "others and the environment fill in"},
+    {"volumes", 0, FLAG(settings.volumes),
+     .help = "show what probes are for as wires, and the walls that their "
+             "reflections are looked up on"},
     {"probe-interval", 0, REAL(probe_interval, "S", 0, 3600),
      .help = "seconds from a capture to the next in a window, if something "
              "has moved; 0: every frame"},

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "view/message.h"
+#include "view/volumes.h"
 
 enum {
     MIRROR = 0,  /* sphere that the probe is in */
@@ -26,6 +27,7 @@ static const double local_half[3] = {1.8, 4, 1.8};
 
 struct view_stage {
     view_room *room;
+    view_volumes *volumes; /* made when they are to be drawn */
     view_capture *capture; /* in the mirror, of what moves too */
     view_capture *local[VIEW_STAGE_LOCAL];
     int locals;
@@ -100,6 +102,7 @@ void view_stage_free(view_stage *st)
         return;
     drop_captures(st);
     ibl_ctx_free(st->ctx);
+    view_volumes_free(st->volumes);
     view_room_free(st->room);
     gl.DeleteFramebuffers(1, &st->framebuffer);
     gl.DeleteTextures(1, &st->depth);
@@ -319,6 +322,60 @@ static void look(view_stage *st, const view_settings *s, int width, int height)
     memcpy(st->draw.eye, c.eye, sizeof c.eye);
 }
 
+/* The probes of what was drawn, as the library has them. */
+static int list_probes(const view_stage *st, ibl_probe *probes)
+{
+    const view_room_draw *d = &st->draw;
+
+    for (int i = 0; i < d->probe_count; i++) {
+        const view_room_probe *p = &d->probe[i];
+        probes[i] =
+            (ibl_probe){.blend = (double)p->blend, .has_proxy = d->parallax};
+        for (int k = 0; k < 3; k++) {
+            probes[i].position[k] = (double)p->position[k];
+            probes[i].influence.centre[k] = (double)p->influence_centre[k];
+            probes[i].influence.half[k] = (double)p->influence_half[k];
+            probes[i].proxy.centre[k] = (double)p->proxy_centre[k];
+            probes[i].proxy.half[k] = (double)p->proxy_half[k];
+        }
+    }
+    return d->probe_count;
+}
+
+/* What of a box is in the room, a little away from the walls, where proxies
+ * are: of what is beyond them no wire would be seen. */
+static void clip_to_room(ibl_volume *box)
+{
+    const double inset = 0.03;
+
+    for (int k = 0; k < 3; k++) {
+        const double wall = view_room_half[k] - inset;
+        const double low =
+            fmax(box->centre[k] - box->half[k], view_room_centre[k] - wall);
+        const double high =
+            fmin(box->centre[k] + box->half[k], view_room_centre[k] + wall);
+        box->centre[k] = 0.5 * (low + high);
+        box->half[k] = 0.5 * fmax(high - low, 0);
+    }
+}
+
+static bool draw_volumes(view_stage *st, double ev)
+{
+    ibl_probe probes[VIEW_ROOM_PROBES];
+    view_volumes_draw d = {.ev = ev, .probe = probes};
+
+    if (!st->volumes && !(st->volumes = view_volumes_create()))
+        return false;
+    memcpy(d.clip, st->draw.clip, sizeof d.clip);
+    memcpy(d.eye, st->draw.eye, sizeof d.eye);
+    d.count = list_probes(st, probes);
+    for (int i = 0; i < d.count; i++)
+        if (probes[i].influence.shape == IBL_SHAPE_BOX)
+            clip_to_room(&probes[i].influence);
+    view_volumes_render(st->volumes, &d);
+    return true;
+}
+
 bool view_stage_draw(view_stage *st, const view_settings *s,
                      const view_room_environment *environment, GLuint table,
                      GLuint picture, int width, int height)
@@ -348,6 +405,8 @@ bool view_stage_draw(view_stage *st, const view_settings *s,
                             st->depth, 0);
     gl.Viewport(0, 0, width, height);
     view_room_render(st->room, &st->draw);
+    if (s->volumes && !draw_volumes(st, s->ev))
+        return false;
     return view_gl_check("drawing the scene");
 }
 

@@ -1,0 +1,158 @@
+/* SPDX-License-Identifier: MIT */
+#include "view/volumes.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include "view/message.h"
+#include "view/program.h"
+
+enum {
+    EDGES = 12,
+    PARTS = 64, /* straight lines of a circle */
+    MOST = 2 * 3 * PARTS
+};
+
+const float view_volumes_influence[3] = {0, 0.7f, 0.7f};
+const float view_volumes_proxy[3] = {0.7f, 0, 0.7f};
+
+/* Wires are nearer by that share of their distance, so that those on a wall
+ * are seen; it is more than depth of 24 bits is off in a room. */
+static const double nearer = 1.0 / 256;
+
+/* In clip space. */
+typedef struct vertex {
+    float position[4], colour[3];
+} vertex;
+
+struct view_volumes {
+    GLuint program, array, buffer;
+};
+
+view_volumes *view_volumes_create(void)
+{
+    view_volumes *v = calloc(1, sizeof *v);
+
+    if (!v) {
+        view_fail("no memory for the wires of probes");
+        return NULL;
+    }
+    v->program = view_program("volume.vert", "volume.frag");
+    if (!v->program)
+        goto fail;
+    gl.GenVertexArrays(1, &v->array);
+    gl.GenBuffers(1, &v->buffer);
+    gl.BindVertexArray(v->array);
+    gl.BindBuffer(GL_ARRAY_BUFFER, v->buffer);
+    gl.EnableVertexAttribArray(0);
+    gl.VertexAttribPointer(0, 4, GL_FLOAT, GL_FALSE, sizeof(vertex), NULL);
+    gl.EnableVertexAttribArray(1);
+    gl.VertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, sizeof(vertex),
+                           (const void *)(uintptr_t)offsetof(vertex, colour));
+    gl.BindVertexArray(0);
+    if (!view_gl_check("making the wires of probes"))
+        goto fail;
+    return v;
+
+fail:
+    view_volumes_free(v);
+    return NULL;
+}
+
+void view_volumes_free(view_volumes *v)
+{
+    if (!v)
+        return;
+    gl.DeleteBuffers(1, &v->buffer);
+    gl.DeleteVertexArrays(1, &v->array);
+    gl.DeleteProgram(v->program);
+    free(v);
+}
+
+/* ---- lines ------------------------------------------------------------- */
+
+/* End `end` of an edge: it goes along one axis, at one of four places. */
+static void box_point(int edge, int end, double p[3])
+{
+    const int axis = edge / 4;
+
+    p[axis] = end ? 1 : -1;
+    p[(axis + 1) % 3] = edge & 1 ? 1 : -1;
+    p[(axis + 2) % 3] = edge & 2 ? 1 : -1;
+}
+
+/* The same of the parts of three circles of radius 1. */
+static void sphere_point(int part, int end, double p[3])
+{
+    const int axis = part / PARTS;
+    const double turn = 2 * 3.14159265358979323846 * (part + end) / PARTS;
+
+    p[axis] = 0;
+    p[(axis + 1) % 3] = cos(turn);
+    p[(axis + 2) % 3] = sin(turn);
+}
+
+/* From -1..1 of a volume to clip space. */
+static void project(const view_volumes_draw *d, const ibl_volume *volume,
+                    const double p[3], float clip[4])
+{
+    double at[4] = {0, 0, 0, 1};
+
+    for (int k = 0; k < 3; k++) {
+        const double half =
+            volume->half[volume->shape == IBL_SHAPE_SPHERE ? 0 : k];
+        const double world = volume->centre[k] + half * p[k];
+        at[k] = d->eye[k] + (1 - nearer) * (world - d->eye[k]);
+    }
+    for (int i = 0; i < 4; i++) {
+        double sum = 0;
+        for (int k = 0; k < 4; k++)
+            sum += d->clip[4 * k + i] * at[k];
+        clip[i] = (float)sum;
+    }
+}
+
+static void draw_volume(const view_volumes_draw *d, const ibl_volume *volume,
+                        const float colour[3])
+{
+    const bool sphere = volume->shape == IBL_SHAPE_SPHERE;
+    const int count = sphere ? MOST : 2 * EDGES;
+    const float scale = (float)exp2(-d->ev);
+    vertex vertices[MOST];
+
+    for (int i = 0; i < count; i++) {
+        double p[3];
+        if (sphere)
+            sphere_point(i / 2, i % 2, p);
+        else
+            box_point(i / 2, i % 2, p);
+        project(d, volume, p, vertices[i].position);
+        for (int k = 0; k < 3; k++)
+            vertices[i].colour[k] = scale * colour[k];
+    }
+    gl.BufferData(GL_ARRAY_BUFFER,
+                  (GLsizeiptr)((size_t)count * sizeof *vertices), vertices,
+                  GL_STREAM_DRAW);
+    gl.DrawArrays(GL_LINES, 0, count);
+}
+
+void view_volumes_render(view_volumes *v, const view_volumes_draw *d)
+{
+    gl.Disable(GL_BLEND);
+    gl.Enable(GL_DEPTH_TEST);
+    gl.DepthFunc(GL_LEQUAL);
+    gl.DepthMask(GL_FALSE);
+    gl.UseProgram(v->program);
+    gl.BindVertexArray(v->array);
+    gl.BindBuffer(GL_ARRAY_BUFFER, v->buffer);
+    for (int i = 0; i < d->count; i++)
+        if (d->probe[i].has_proxy)
+            draw_volume(d, &d->probe[i].proxy, view_volumes_proxy);
+    for (int i = 0; i < d->count; i++)
+        draw_volume(d, &d->probe[i].influence, view_volumes_influence);
+    gl.DepthMask(GL_TRUE);
+    gl.DepthFunc(GL_LESS);
+    gl.Disable(GL_DEPTH_TEST);
+}

@@ -1,0 +1,274 @@
+/* SPDX-License-Identifier: MIT */
+/* Wires of probes: along the edges of their volumes, where nothing of the room
+ * is before them, and nowhere else. */
+#include "room.h"
+#include "view.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "view/volumes.h"
+
+enum {
+    WIDTH = 160,
+    HEIGHT = 120,
+    PIXELS = WIDTH * HEIGHT
+};
+
+static view_room *room;
+static view_volumes *volumes;
+static room_target target;
+static GLuint grey, table;
+
+static bool begin(void)
+{
+    if (!view_test_begin(WIDTH, HEIGHT))
+        return false;
+    room = view_room_create();
+    volumes = view_volumes_create();
+    room_target_make(&target, WIDTH, HEIGHT);
+    grey = room_cube_of(0.5F, 0.5F, 0.5F, 1);
+    table = room_table_of(1, 0);
+    return true;
+}
+
+static void end(void)
+{
+    CHECK(view_gl_check("drawing wires"));
+    gl.DeleteTextures(1, &grey);
+    gl.DeleteTextures(1, &table);
+    room_target_free(&target);
+    view_volumes_free(volumes);
+    view_room_free(room);
+    view_test_end();
+}
+
+/* ---- which pixels are drawn --------------------------------------------- */
+
+typedef struct wires {
+    view_camera camera;
+    view_room_draw draw;
+    unsigned char drawn[PIXELS];  /* 1 influence, 2 proxy */
+    unsigned char may_be[PIXELS]; /* the same, a bit each: a wire is near */
+    int missing, checked;
+} wires;
+
+static bool is_colour(const float *pixel, const float colour[3], float scale)
+{
+    for (int k = 0; k < 3; k++)
+        if (fabsf(pixel[k] - scale * colour[k]) > 1e-5F)
+            return false;
+    return true;
+}
+
+/* What differs from the room alone has one of two colours. */
+static void draw(wires *w, const ibl_probe *probes, int count, double ev)
+{
+    view_volumes_draw d = {.ev = ev, .count = count, .probe = probes};
+    const float scale = (float)exp2(-ev);
+    int other = 0;
+
+    w->draw.environment.specular = w->draw.environment.irradiance = grey;
+    w->draw.environment.sky = grey;
+    w->draw.table = table;
+    memcpy(d.clip, w->draw.clip, sizeof d.clip);
+    memcpy(d.eye, w->draw.eye, sizeof d.eye);
+    room_target_bind(&target);
+    view_room_render(room, &w->draw);
+    float *before = room_target_read(&target);
+    view_volumes_render(volumes, &d);
+    float *after = room_target_read(&target);
+    for (int i = 0; i < PIXELS; i++) {
+        const float *a = after + 4 * i;
+        w->drawn[i] = !memcmp(before + 4 * i, a, 4 * sizeof *a)     ? 0
+                      : is_colour(a, view_volumes_influence, scale) ? 1
+                      : is_colour(a, view_volumes_proxy, scale)     ? 2
+                                                                    : 3;
+        other += w->drawn[i] == 3;
+    }
+    CHECK_MSG(other == 0, "%d pixels of other colours", other);
+    free(after);
+    free(before);
+}
+
+/* Where a point of the world is, pixels from the upper left. False behind the
+ * camera or outside of the picture. */
+static bool place(const wires *w, const double p[3], double *x, double *y)
+{
+    double clip[4];
+
+    for (int i = 0; i < 4; i++) {
+        clip[i] = w->draw.clip[12 + i];
+        for (int k = 0; k < 3; k++)
+            clip[i] += w->draw.clip[4 * k + i] * p[k];
+    }
+    *x = (0.5 + 0.5 * clip[0] / clip[3]) * WIDTH;
+    *y = (0.5 - 0.5 * clip[1] / clip[3]) * HEIGHT;
+    return clip[3] > 0.06 && *x > 2 && *y > 2 && *x < WIDTH - 2 &&
+           *y < HEIGHT - 2;
+}
+
+/* How far something is before a point, seen from the camera; below 0: nothing
+ * is. */
+static double hidden_by(const wires *w, const double p[3])
+{
+    double ray[3], away = 0;
+
+    for (int k = 0; k < 3; k++) {
+        ray[k] = p[k] - w->camera.eye[k];
+        away += ray[k] * ray[k];
+    }
+    away = sqrt(away);
+    for (int k = 0; k < 3; k++)
+        ray[k] /= away;
+    const room_hit h = room_cast(&w->draw, w->camera.eye, ray);
+    return (away - h.distance) / away;
+}
+
+/* A point of a wire: there is a pixel of it near by, if it is to be seen. */
+static void check_point(wires *w, const double p[3], int kind)
+{
+    double x, y;
+    bool found = false;
+
+    if (!place(w, p, &x, &y))
+        return;
+    const double behind = hidden_by(w, p);
+    for (int i = 0; i < 9; i++) {
+        const int at = ((int)y + i / 3 - 1) * WIDTH + (int)x + i % 3 - 1;
+        /* Proxies are drawn first. */
+        found = found || w->drawn[at] == kind || w->drawn[at] == 1;
+        if (behind < 0.02)
+            w->may_be[at] |= (unsigned char)kind;
+    }
+    if (behind < -0.02) {
+        w->missing += !found;
+        w->checked++;
+    }
+}
+
+/* Points on the edges of -1..1, or circles of radius 1. */
+static void walk(wires *w, const ibl_volume *v, int kind)
+{
+    const bool sphere = v->shape == IBL_SHAPE_SPHERE;
+
+    for (int wire = 0; wire < (sphere ? 3 : 12); wire++)
+        for (int i = 0; i <= 2000; i++) {
+            const double t = i / 1000.0 - 1;
+            double p[3];
+            const int axis = wire % 3, a = (axis + 1) % 3, b = (axis + 2) % 3;
+            p[axis] = sphere ? 0 : t;
+            p[a] = sphere ? cos(3.14159265358979 * t) : wire / 3 % 2 ? 1 : -1;
+            p[b] = sphere ? sin(3.14159265358979 * t) : wire / 6 ? 1 : -1;
+            for (int k = 0; k < 3; k++)
+                p[k] = v->centre[k] + p[k] * v->half[sphere ? 0 : k];
+            check_point(w, p, kind);
+        }
+}
+
+static wires *look(const double eye[3], const double at[3])
+{
+    wires *w = calloc(1, sizeof *w);
+
+    if (!w)
+        exit(1);
+    w->camera = room_camera(eye, at, 70, WIDTH, HEIGHT);
+    w->draw = room_draw_by(&w->camera);
+    w->draw.seconds = 1;
+    return w;
+}
+
+/* Every pixel of a wire is where one is, and of each that is not hidden there
+ * are pixels. */
+static void check_wires(wires *w, const ibl_probe *probes, int count,
+                        int at_least)
+{
+    int stray = 0;
+
+    for (int i = 0; i < count; i++) {
+        walk(w, &probes[i].influence, 1);
+        if (probes[i].has_proxy)
+            walk(w, &probes[i].proxy, 2);
+    }
+    for (int i = 0; i < PIXELS; i++) {
+        const int x = i % WIDTH, y = i / WIDTH;
+        const bool inside = x > 2 && y > 2 && x < WIDTH - 3 && y < HEIGHT - 3;
+        stray += inside && (w->drawn[i] & ~w->may_be[i]);
+    }
+    CHECK_MSG(stray == 0, "%d pixels where no wire is", stray);
+    CHECK_MSG(w->missing == 0, "%d of %d points", w->missing, w->checked);
+    CHECK_MSG(w->checked > at_least, "%d points", w->checked);
+}
+
+/* Partly behind pillars and the mirror, and in the floor. */
+static const ibl_probe some[] = {
+    {.influence = {IBL_SHAPE_BOX, {-2, 1.2, 0.4}, {1.5, 0.9, 1.2}},
+     .has_proxy = 1,
+     .proxy = {IBL_SHAPE_BOX, {0, 2, 0}, {5, 2, 5}}},
+    {.influence = {IBL_SHAPE_SPHERE, {1.5, 1, -1.5}, {1.4, 0, 0}},
+     .has_proxy = 1,
+     .proxy = {IBL_SHAPE_SPHERE, {0.4, 1.6, 0.3}, {1.2, 0, 0}}},
+    {.influence = {IBL_SHAPE_BOX, {0, 2, 0}, {6, 3, 6}}}, /* behind walls */
+};
+
+static void are_where_volumes_are(void)
+{
+    static const double eyes[][3] = {{0.3, 2.4, 4.6}, {4.4, 1.4, 1.2}};
+    const double at[3] = {-0.2, 1.1, -0.4};
+
+    if (!begin())
+        return;
+    for (int i = 0; i < 2; i++) {
+        wires *w = look(eyes[i], at);
+        draw(w, some, 3, 0);
+        check_wires(w, some, 3, 5000);
+        free(w);
+    }
+    end();
+}
+
+/* A wall's own edges are seen, though they are no nearer than the wall. */
+static void show_on_walls(void)
+{
+    const double eye[3] = {0.3, 2.4, 3.6}, at[3] = {-0.2, 2, -5};
+    int proxy = 0;
+
+    if (!begin())
+        return;
+    wires *w = look(eye, at);
+    draw(w, some, 1, 0);
+    for (int i = 0; i < PIXELS; i++)
+        proxy += w->drawn[i] == 2;
+    /* Three sides of the far wall, at least. */
+    CHECK_MSG(proxy > WIDTH, "%d pixels", proxy);
+    free(w);
+    end();
+}
+
+static void none_without_probes(void)
+{
+    const double eye[3] = {0.3, 2.4, 4.6}, at[3] = {0, 1, 0};
+
+    if (!begin())
+        return;
+    wires *w = look(eye, at);
+    draw(w, some, 0, 0);
+    for (int i = 0; i < PIXELS; i++)
+        CHECK(w->drawn[i] == 0);
+    /* Of one whose proxy does not count, there is none of that colour; and at
+     * another exposure as much more light. */
+    ibl_probe p = some[0];
+    p.has_proxy = 0;
+    draw(w, &p, 1, -2);
+    check_wires(w, &p, 1, 2000);
+    free(w);
+    end();
+}
+
+static const test tests[] = {
+    TEST(are_where_volumes_are),
+    TEST(show_on_walls),
+    TEST(none_without_probes),
+};
+TEST_MAIN(tests)
