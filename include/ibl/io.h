@@ -320,7 +320,8 @@ ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
  */
 typedef struct ibl_outputs ibl_outputs;
 
-#define IBL_MAX_OUTPUTS 64 /* files in one set, and directories made for it */
+#define IBL_MAX_OUTPUTS 512    /* files in one set */
+#define IBL_MAX_OUTPUT_DIRS 64 /* directories made for it */
 
 /* An empty set; it uses ctx for messages and to see a cancel. */
 ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out);

@@ -33,7 +33,6 @@
 #include "io/container.h"
 
 enum {
-    MAX_DIRS = 64,
     PATH_BYTES = 4096,     /* a path and its zero, Linux's PATH_MAX */
     SUFFIX_BYTES = 64,     /* what a temporary's name has more */
     KEPT_NAME_BYTES = 128, /* of the target's name in the temporary's */
@@ -92,10 +91,10 @@ struct ibl_outputs {
     atomic_bool aborted;   /* for good: nothing is added or renamed any more */
     atomic_bool committed; /* all is renamed, only old files are left over */
     slot slots[IBL_MAX_OUTPUTS];
-    made_dir dirs[MAX_DIRS];
+    made_dir dirs[IBL_MAX_OUTPUT_DIRS];
     /* Of the slots two each, then the directories'. Apart from the rest, and
-     * not touched before they are needed: together they take 200 pages. */
-    char paths[2 * IBL_MAX_OUTPUTS + MAX_DIRS][PATH_BYTES];
+     * not touched before they are needed: together they take 4 MiB. */
+    char paths[2 * IBL_MAX_OUTPUTS + IBL_MAX_OUTPUT_DIRS][PATH_BYTES];
 };
 
 static ibl_status failed(const ibl_outputs *out, const char *path,
@@ -130,7 +129,7 @@ ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out)
         set->slots[i].target = set->paths[2 * i];
         set->slots[i].temporary = set->paths[2 * i + 1];
     }
-    for (int i = 0; i < MAX_DIRS; i++)
+    for (int i = 0; i < IBL_MAX_OUTPUT_DIRS; i++)
         set->dirs[i].path = set->paths[2 * IBL_MAX_OUTPUTS + i];
     /* A signal handler may look as soon as the caller has it. */
     atomic_signal_fence(memory_order_seq_cst);
@@ -157,9 +156,10 @@ static ibl_status make_dir(ibl_outputs *out, const char *path)
     }
     if (errno != ENOENT)
         return failed(out, path, "cannot be looked at");
-    if (out->dir_count == MAX_DIRS)
+    if (out->dir_count == IBL_MAX_OUTPUT_DIRS)
         return ibl_fail(out->ctx, IBL_ERR_ARGUMENT,
-                        "%s: over %d directories to make", path, MAX_DIRS);
+                        "%s: over %d directories to make", path,
+                        IBL_MAX_OUTPUT_DIRS);
 
     /* Known before it is there; nobody else's, since it was not. */
     made_dir *dir = &out->dirs[out->dir_count];
@@ -566,7 +566,7 @@ static void remove_old(ibl_outputs *out)
             unlink(out->slots[i].temporary);
         atomic_store(&out->slots[i].state, UNUSED);
     }
-    for (int i = 0; i < MAX_DIRS; i++)
+    for (int i = 0; i < IBL_MAX_OUTPUT_DIRS; i++)
         atomic_store(&out->dirs[i].used, false);
 }
 
@@ -583,7 +583,7 @@ void ibl_outputs_abort(ibl_outputs *out)
     atomic_store(&out->aborted, true);
     for (int i = IBL_MAX_OUTPUTS - 1; i >= 0; i--)
         undo(&out->slots[i]);
-    for (int i = MAX_DIRS - 1; i >= 0; i--) {
+    for (int i = IBL_MAX_OUTPUT_DIRS - 1; i >= 0; i--) {
         if (atomic_load(&out->dirs[i].used))
             rmdir(out->dirs[i].path); /* fails where others are in it */
         atomic_store(&out->dirs[i].used, false);
