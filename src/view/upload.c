@@ -78,6 +78,36 @@ GLuint view_upload(const ibl_texture *tex, const char *name)
     return 0;
 }
 
+GLuint view_upload_cubes(const ibl_texture *tex, const char *name)
+{
+    const GLenum target = GL_TEXTURE_CUBE_MAP_ARRAY;
+    const layout *as = &layouts[tex->pixel];
+    const GLint depth = tex->layers * IBL_FACES;
+    GLuint texture = 0;
+    GLint most = 0;
+
+    if (!fits(tex, name))
+        return 0;
+    gl.GetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &most);
+    if (depth > most) {
+        view_fail("%s: %d cubes, and this OpenGL takes %d at most: bake fewer",
+                  name, tex->layers, (int)most / IBL_FACES);
+        return 0;
+    }
+    gl.GenTextures(1, &texture);
+    gl.BindTexture(target, texture);
+    gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    for (int level = 0; level < tex->levels; level++)
+        gl.TexImage3D(target, level, as->internal, edge(tex->width, level),
+                      edge(tex->height, level), depth, 0, as->format, as->type,
+                      tex->data + ibl_texture_offset(tex, level, 0));
+    filter(target, GL_LINEAR, tex->levels);
+    if (view_gl_check(name))
+        return texture;
+    gl.DeleteTextures(1, &texture);
+    return 0;
+}
+
 GLuint view_float_target(int width, int height)
 {
     GLuint texture = 0;

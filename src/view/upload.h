@@ -14,6 +14,10 @@
  */
 GLuint view_upload(const ibl_texture *tex, const char *name);
 
+/* The same of an array of cubes, of one layer too, as a cube map array: needs
+ * what view/gl.h says of these. */
+GLuint view_upload_cubes(const ibl_texture *tex, const char *name);
+
 /* An RGBA32F texture of width x height that is read texel by texel. */
 GLuint view_float_target(int width, int height);
 

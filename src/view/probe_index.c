@@ -1,0 +1,276 @@
+/* SPDX-License-Identifier: MIT */
+#include "view/probe_index.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "view/json_at.h"
+#include "view/message.h"
+
+#define PI 3.14159265358979323846
+
+/* As of the sets that they are baked from. */
+static const double FARTHEST = 1e12;
+/* What a bake can hold as irradiance, and more. */
+static const double BRIGHTEST = 1e30;
+
+enum {
+    VERSION = 1
+};
+
+/* ---- volumes and probes ------------------------------------------------ */
+
+static bool take_box(const view_json_at *at, ibl_volume *v)
+{
+    const view_json_at centre = view_json_member(at, "centre");
+    const view_json_at half = view_json_member(at, "half");
+
+    v->shape = IBL_SHAPE_BOX;
+    return view_json_triple(&centre, -FARTHEST, FARTHEST, false, v->centre) &&
+           view_json_triple(&half, 0, FARTHEST, true, v->half);
+}
+
+static bool take_sphere(const view_json_at *at, ibl_volume *v)
+{
+    const view_json_at centre = view_json_member(at, "centre");
+    const view_json_at radius = view_json_member(at, "radius");
+
+    v->shape = IBL_SHAPE_SPHERE;
+    if (!view_json_triple(&centre, -FARTHEST, FARTHEST, false, v->centre) ||
+        !view_json_real(&radius, 0, FARTHEST, true, &v->half[0]))
+        return false;
+    v->half[1] = v->half[2] = v->half[0];
+    return true;
+}
+
+static bool take_volume(const view_json_at *at, ibl_volume *v)
+{
+    const view_json_at box = view_json_member(at, "box");
+    const view_json_at sphere = view_json_member(at, "sphere");
+
+    if (!box.value == !sphere.value)
+        return view_json_wrong(at, "an object with \"box\" or \"sphere\"");
+    return box.value ? take_box(&box, v) : take_sphere(&sphere, v);
+}
+
+static bool take_probe(const view_json_at *at, int layers, ibl_probe *p)
+{
+    const view_json_at layer = view_json_member(at, "layer");
+    const view_json_at priority = view_json_member(at, "priority");
+    const view_json_at position = view_json_member(at, "position");
+    const view_json_at influence = view_json_member(at, "influence");
+    const view_json_at blend = view_json_member(at, "blend");
+    const view_json_at proxy = view_json_member(at, "proxy");
+
+    p->has_proxy = proxy.value != NULL;
+    return view_json_int(&layer, 0, layers - 1, &p->layer) &&
+           view_json_int(&priority, -1000000, 1000000, &p->priority) &&
+           view_json_triple(&position, -FARTHEST, FARTHEST, false,
+                            p->position) &&
+           take_volume(&influence, &p->influence) &&
+           view_json_real(&blend, 0, FARTHEST, false, &p->blend) &&
+           (!proxy.value || take_volume(&proxy, &p->proxy));
+}
+
+static bool take_sh(const view_json_at *at, double sh[3 * VIEW_PROBE_SH])
+{
+    const view_json_at all = view_json_member(at, "sh");
+
+    if (!view_json_array(&all, VIEW_PROBE_SH, VIEW_PROBE_SH))
+        return false;
+    for (size_t i = 0; i < VIEW_PROBE_SH; i++) {
+        const view_json_at one = view_json_element(&all, i);
+        if (!view_json_triple(&one, -BRIGHTEST, BRIGHTEST, false, &sh[3 * i]))
+            return false;
+    }
+    return true;
+}
+
+/* Programs write probes in their order; an index that was edited may have lost
+ * it. */
+static bool sort(const char *path, view_probe_index *x)
+{
+    const size_t count = (size_t)x->count;
+    ibl_probe *from = calloc(count, sizeof *from);
+    double(*sh)[3 * VIEW_PROBE_SH] = calloc(count, sizeof *sh);
+    int *order = calloc(count, sizeof *order);
+    const bool ok = from && sh && order;
+
+    if (ok) {
+        memcpy(from, x->probe, count * sizeof *from);
+        memcpy(sh, x->sh, count * sizeof *sh);
+        ibl_probes_order(from, x->count, order);
+    } else {
+        view_fail("%s: no memory for its probes", path);
+    }
+    for (size_t i = 0; i < count && ok; i++) {
+        x->probe[i] = from[order[i]];
+        memcpy(x->sh[i], sh[order[i]], sizeof *sh);
+    }
+    free(order);
+    free(sh);
+    free(from);
+    return ok;
+}
+
+static bool take_probes(const view_json_at *root, view_probe_index *x)
+{
+    const view_json_at probes = view_json_member(root, "probes");
+    const size_t count = json_array_size(probes.value);
+
+    if (json_is_array(probes.value) && count > IBL_MAX_TILE_PROBES)
+        return view_json_wrong(&probes,
+                               "at most %d probes, which is what is drawn with",
+                               IBL_MAX_TILE_PROBES);
+    if (!view_json_array(&probes, 1, IBL_MAX_TILE_PROBES))
+        return false;
+    x->probe = calloc(count, sizeof *x->probe);
+    x->sh = calloc(count, sizeof *x->sh);
+    if (!x->probe || !x->sh)
+        return view_fail("%s: no memory for its probes", root->file);
+    for (size_t i = 0; i < count; i++) {
+        const view_json_at at = view_json_element(&probes, i);
+        if (!take_probe(&at, x->specular.layers, &x->probe[i]) ||
+            (!x->irradiance.path && !take_sh(&at, x->sh[i])))
+            return false;
+    }
+    x->count = (int)count;
+    return sort(root->file, x);
+}
+
+/* ---- arrays ------------------------------------------------------------ */
+
+/* name beside the index, for free(). */
+static char *beside(const char *index, const char *name)
+{
+    const char *slash = strrchr(index, '/');
+    const size_t length = slash ? (size_t)(slash - index) + 1 : 0;
+    char *path = malloc(length + strlen(name) + 1);
+
+    if (path) {
+        memcpy(path, index, length);
+        strcpy(path + length, name);
+    }
+    return path;
+}
+
+static bool take_array(const view_json_at *at, view_probe_array *a)
+{
+    static const char *const pixels[] = {"rgba16f", "rgba32f", "rgb9e5",
+                                         "r11g11b10f", NULL};
+    const view_json_at file = view_json_member(at, "file");
+    const view_json_at pixel = view_json_member(at, "pixel");
+    const view_json_at size = view_json_member(at, "size");
+    const view_json_at levels = view_json_member(at, "levels");
+    const view_json_at layers = view_json_member(at, "layers");
+    const char *name;
+    int choice;
+
+    if (!view_json_text(&file, &name))
+        return false;
+    /* A name, never a way to somewhere else. */
+    if (strchr(name, '/'))
+        return view_json_wrong(&file, "the name of a file beside the index");
+    if (!view_json_choice(&pixel, pixels, &choice) ||
+        !view_json_int(&size, 1, IBL_MAX_CUBE_SIZE, &a->size) ||
+        !view_json_int(&levels, 1, IBL_MAX_LEVELS, &a->levels) ||
+        !view_json_int(&layers, 1, IBL_MAX_LAYERS, &a->layers))
+        return false;
+    a->pixel = (ibl_pixel)choice;
+    a->path = beside(at->file, name);
+    return a->path || view_fail("%s: no memory for names in it", at->file);
+}
+
+_Static_assert(IBL_PIXEL_RGBA16F == 0 && IBL_PIXEL_RGBA32F == 1 &&
+                   IBL_PIXEL_RGB9E5 == 2 && IBL_PIXEL_R11G11B10F == 3,
+               "pixels as take_array has them");
+
+static bool take_arrays(const view_json_at *root, view_probe_index *x)
+{
+    static const char *const kinds[] = {"cube", "sh", NULL};
+    const view_json_at files = view_json_member(root, "files");
+    const view_json_at specular = view_json_member(&files, "specular");
+    const view_json_at irradiance = view_json_member(&files, "irradiance");
+    const view_json_at about = view_json_member(root, "irradiance");
+    const view_json_at kind = view_json_member(&about, "kind");
+    int choice;
+
+    if (!take_array(&specular, &x->specular) ||
+        !view_json_choice(&kind, kinds, &choice))
+        return false;
+    if (choice == 1)
+        return true;
+    if (!take_array(&irradiance, &x->irradiance))
+        return false;
+    const view_json_at layers = view_json_member(&irradiance, "layers");
+    return x->irradiance.layers == x->specular.layers ||
+           view_json_wrong(&layers, "%d, as many as files.specular has",
+                           x->specular.layers);
+}
+
+/* ---- how to look things up --------------------------------------------- */
+
+static bool take_lookups(const view_json_at *root, view_probe_index *x)
+{
+    static const char *const mappings[] = {"linear", "filament", NULL};
+    static const char *const scales[] = {"E/pi", "E", NULL};
+    const view_json_at specular = view_json_member(root, "specular");
+    const view_json_at irradiance = view_json_member(root, "irradiance");
+    const view_json_at mapping = view_json_member(&specular, "mapping");
+    const view_json_at scale = view_json_member(&specular, "lod_scale");
+    const view_json_at offset = view_json_member(&specular, "lod_offset");
+    const view_json_at unit = view_json_member(&irradiance, "scale");
+    int map, choice;
+
+    if (!view_json_choice(&mapping, mappings, &map) ||
+        !view_json_real(&scale, 0, 1e6, false, &x->lod_scale) ||
+        !view_json_real(&offset, -1e6, 1e6, false, &x->lod_offset) ||
+        !view_json_choice(&unit, scales, &choice))
+        return false;
+    x->mapping = map ? IBL_ROUGHNESS_FILAMENT : IBL_ROUGHNESS_LINEAR;
+    x->irradiance_scale = choice ? 1 / PI : 1;
+    return true;
+}
+
+static bool take_index(const view_json_at *root, view_probe_index *x)
+{
+    const view_json_at version = view_json_member(root, "version");
+    int number;
+
+    if (!json_is_object(root->value))
+        return view_json_wrong(root, "an object, the index of baked probes");
+    if (json_is_integer(version.value) &&
+        json_object_get(root->value, "probes") &&
+        !json_object_get(root->value, "files"))
+        return view_fail("%s: is a set to bake, not the index of one: run "
+                         "iblbake probes, and give its index.json",
+                         root->file);
+    return view_json_int(&version, VERSION, VERSION, &number) &&
+           take_arrays(root, x) && take_lookups(root, x) &&
+           take_probes(root, x);
+}
+
+bool view_probe_index_read(const char *path, view_probe_index *index)
+{
+    json_t *root = view_json_open(path);
+
+    *index = (view_probe_index){0};
+    if (!root)
+        return false;
+    const view_json_at at = view_json_root(path, root);
+    const bool ok = take_index(&at, index);
+    json_decref(root);
+    if (!ok)
+        view_probe_index_free(index);
+    return ok;
+}
+
+void view_probe_index_free(view_probe_index *index)
+{
+    free(index->sh);
+    free(index->irradiance.path);
+    free(index->specular.path);
+    free(index->probe);
+    *index = (view_probe_index){0};
+}

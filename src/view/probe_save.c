@@ -1,0 +1,189 @@
+/* SPDX-License-Identifier: MIT */
+#include "view/probe_save.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ibl/io.h"
+#include "view/interrupt.h"
+#include "view/message.h"
+#include "view/write_exr.h"
+
+_Static_assert(IBL_MAX_TILE_PROBES *IBL_FACES < IBL_MAX_OUTPUTS,
+               "a set does not fit into one set of outputs");
+
+enum {
+    NAME_BYTES = 32
+};
+
+static void name_face(int probe, int face, char name[NAME_BYTES])
+{
+    static const char *const ends[IBL_FACES] = {"px", "nx", "py",
+                                                "ny", "pz", "nz"};
+    snprintf(name, NAME_BYTES, "probe_%02d_%s.exr", probe, ends[face]);
+}
+
+/* dir/name, for free(). */
+static char *path_of(const char *dir, const char *name)
+{
+    const size_t size = strlen(dir) + strlen(name) + 2;
+    char *path = malloc(size);
+
+    if (path)
+        snprintf(path, size, "%s/%s", dir, name);
+    else
+        view_fail("%s: no memory for a name in it", dir);
+    return path;
+}
+
+/* What fails has told the context's log. */
+static bool add(ibl_outputs *outputs, const char *path, const void *bytes,
+                size_t size)
+{
+    return !ibl_outputs_add(outputs, path, bytes, size);
+}
+
+/* ---- faces ------------------------------------------------------------- */
+
+static bool add_face(ibl_outputs *outputs, const char *dir,
+                     const view_probe_captures *c, int probe, int face,
+                     uint16_t *rgba)
+{
+    char name[NAME_BYTES];
+    void *bytes = NULL;
+    size_t size = 0;
+
+    name_face(probe, face, name);
+    char *path = path_of(dir, name);
+    const bool ok =
+        path && c->face(c->cookie, probe, face, rgba) &&
+        view_exr_encode(path, c->size, c->size, rgba, &bytes, &size) &&
+        add(outputs, path, bytes, size);
+    free(bytes);
+    free(path);
+    return ok;
+}
+
+static bool add_faces(ibl_outputs *outputs, const char *dir,
+                      const view_probe_captures *c)
+{
+    uint16_t *rgba = malloc((size_t)c->size * (size_t)c->size * 4 * 2);
+    bool ok = rgba != NULL;
+
+    if (!rgba)
+        view_fail("%s: no memory for faces of %d x %d pixels", dir, c->size,
+                  c->size);
+    for (int i = 0; i < c->count * IBL_FACES && ok; i++)
+        ok = add_face(outputs, dir, c, i / IBL_FACES, i % IBL_FACES, rgba);
+    free(rgba);
+    return ok;
+}
+
+/* ---- the set ----------------------------------------------------------- */
+
+/* With the fewest digits that read back as the same. */
+static void put_number(FILE *to, double x)
+{
+    char text[40];
+
+    for (int digits = 1; digits <= 17; digits++) {
+        snprintf(text, sizeof text, "%.*g", digits, x);
+        const double back = strtod(text, NULL);
+        if (!(back < x || back > x))
+            break;
+    }
+    fputs(text, to);
+}
+
+static void put_triple(FILE *to, const double v[3])
+{
+    for (int k = 0; k < 3; k++) {
+        fputs(k ? ", " : "[", to);
+        put_number(to, v[k]);
+    }
+    fputc(']', to);
+}
+
+static void put_volume(FILE *to, const char *name, const ibl_volume *v)
+{
+    const bool box = v->shape == IBL_SHAPE_BOX;
+
+    fprintf(to, ",\n      \"%s\": {\"%s\": {\"centre\": ", name,
+            ibl_shape_name(v->shape));
+    put_triple(to, v->centre);
+    fputs(box ? ", \"half\": " : ", \"radius\": ", to);
+    if (box)
+        put_triple(to, v->half);
+    else
+        put_number(to, v->half[0]);
+    fputs("}}", to);
+}
+
+static void put_probe(FILE *to, const ibl_probe *p, int i)
+{
+    char name[NAME_BYTES];
+
+    fprintf(to,
+            "%s    {\n      \"name\": \"probe_%02d\",\n      \"position\": ",
+            i ? ",\n" : "", i);
+    put_triple(to, p->position);
+    fputs(",\n      \"capture\": {\"faces\": [", to);
+    for (int face = 0; face < IBL_FACES; face++) {
+        name_face(i, face, name);
+        fprintf(to, "%s\"%s\"",
+                face == 0       ? ""
+                : face % 2 == 0 ? ",\n                            "
+                                : ", ",
+                name);
+    }
+    fputs("]}", to);
+    put_volume(to, "influence", &p->influence);
+    fputs(",\n      \"blend\": ", to);
+    put_number(to, p->blend);
+    if (p->has_proxy)
+        put_volume(to, "proxy", &p->proxy);
+    fprintf(to, ",\n      \"priority\": %d\n    }", p->priority);
+}
+
+static bool add_set(ibl_outputs *outputs, const char *dir,
+                    const view_probe_captures *c)
+{
+    char *path = path_of(dir, "set.json"), *text = NULL;
+    size_t size = 0;
+    FILE *to = path ? open_memstream(&text, &size) : NULL;
+    bool ok = to != NULL;
+
+    if (to) {
+        fprintf(to,
+                "{\n  \"version\": 1,\n  \"defaults\": {\"size\": %d, "
+                "\"irradiance\": %d},\n  \"probes\": [\n",
+                c->size, c->irradiance);
+        for (int i = 0; i < c->count; i++)
+            put_probe(to, &c->probe[i], i);
+        fputs("\n  ]\n}\n", to);
+        ok = !ferror(to);
+        ok = !fclose(to) && ok;
+    }
+    if (path && !ok)
+        view_fail("%s: no memory for it", path);
+    ok = ok && add(outputs, path, text, size);
+    free(text);
+    free(path);
+    return ok;
+}
+
+bool view_probe_save(ibl_ctx *ctx, const char *dir,
+                     const view_probe_captures *captures)
+{
+    ibl_outputs *outputs = NULL;
+    bool ok = !ibl_outputs_create(ctx, &outputs);
+
+    view_interrupt_guard(outputs);
+    ok = ok && !ibl_outputs_mkdir(outputs, dir) &&
+         add_faces(outputs, dir, captures) && add_set(outputs, dir, captures) &&
+         !ibl_outputs_commit(outputs);
+    view_interrupt_guard(NULL);
+    ibl_outputs_free(outputs);
+    return ok;
+}

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT */
+/* What probes have captured, as files that `iblbake probes` takes. */
+#ifndef VIEW_PROBE_SAVE_H
+#define VIEW_PROBE_SAVE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "ibl/probes.h"
+
+/* Gives a face of a probe's capture: size x size pixels of 4 halves, faces and
+ * rows as cubes have them. False, with a message. */
+typedef bool view_probe_face(void *cookie, int probe, int face, uint16_t *rgba);
+
+typedef struct view_probe_captures {
+    const ibl_probe *probe; /* layer is not looked at */
+    int count;              /* 1..IBL_MAX_TILE_PROBES */
+    int size;               /* edge of the faces */
+    int irradiance;         /* edge of cubes that the set is to ask for */
+    view_probe_face *face;
+    void *cookie;
+} view_probe_captures;
+
+/*
+ * Writes DIR/probe_NN_px.exr, _nx, _py, _ny, _pz, _nz of each probe and
+ * DIR/set.json, which names them, with default sizes that keep the captures'
+ * own. DIR and its parents are made where missing. All files are replaced
+ * together, or none. False, with a message.
+ */
+bool view_probe_save(ibl_ctx *ctx, const char *dir,
+                     const view_probe_captures *captures);
+
+#endif

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: MIT */
+/* Probes that `iblbake probes` baked, as cube arrays of OpenGL. */
+#ifndef VIEW_PROBE_SET_H
+#define VIEW_PROBE_SET_H
+
+#include <stdbool.h>
+
+#include "view/room.h"
+
+typedef struct view_probe_set view_probe_set;
+
+/*
+ * Reads an index, as iblbake-probes(1) says, and the arrays that it names;
+ * irradiance that it holds as spherical harmonics becomes cubes. The global
+ * environment of a set is left out. ctx has view_log: what the library finds
+ * wrong with a file is told through it. NULL, with a message, if anything is
+ * missing, does not fit, or is no finite number.
+ */
+view_probe_set *view_probe_set_load(ibl_ctx *ctx, const char *index);
+void view_probe_set_free(view_probe_set *set); /* NULL is fine */
+
+/* What the room is drawn with; owned by set. */
+const view_room_locals *view_probe_set_locals(const view_probe_set *set);
+/* The index, as it was given. */
+const char *view_probe_set_path(const view_probe_set *set);
+
+/* Whether the index is another file now than the one that was read, and has
+ * been left alone for settle seconds. A bake that changes any of its files
+ * replaces the index with them. */
+bool view_probe_set_changed(const view_probe_set *set, double settle);
+/* Looks no more at what the index is now, until it changes again. */
+void view_probe_set_seen(view_probe_set *set);
+
+#endif

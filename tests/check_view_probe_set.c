@@ -1,0 +1,613 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Captures as files, through `iblbake probes`, and back into cube arrays:
+ * every face the right way round, whatever the container and the pixels; and
+ * what is said about files that are damaged or do not belong together.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "box.h"
+#include "files.h"
+#include "test.h"
+#include "view.h"
+#include "view/capture.h"
+#include "view/json_at.h"
+#include "view/message.h"
+#include "view/probe_save.h"
+#include "view/probe_set.h"
+#include "view/write_exr.h"
+
+enum {
+    SIZE = 16,
+    PROBES = 3
+};
+
+/* ---- what tests share -------------------------------------------------- */
+
+static ibl_ctx *ctx;
+
+static void make_context(void)
+{
+    ibl_ctx_options opts = ibl_ctx_options_default();
+
+    opts.threads = 2;
+    opts.log = view_log;
+    if (!ctx && ibl_ctx_create(&opts, &ctx)) {
+        printf("no context\n");
+        exit(1);
+    }
+}
+
+/* The program of this build. */
+static const char *program(void)
+{
+    static char path[600];
+    char self[512];
+    const ssize_t n = readlink("/proc/self/exe", self, sizeof self - 1);
+
+    self[n > 0 ? n : 0] = 0;
+    for (int i = 0; i < 2; i++) { /* up from tests/check_x */
+        char *slash = strrchr(self, '/');
+        if (slash)
+            *slash = 0;
+    }
+    snprintf(path, sizeof path, "%s/iblbake", self);
+    return path;
+}
+
+/* Sums of powers of 2 alone, which halves and every pixel hold exactly. */
+static uint16_t half(double x)
+{
+    const float f = (float)x;
+    uint16_t pixel[4];
+
+    ibl_pixel_encode(IBL_PIXEL_RGBA16F, (float[]){f, f, f}, 1, pixel);
+    return pixel[0];
+}
+
+/* Of texel (x, y) of a face: a colour of the face and the probe, brighter in
+ * the upper left and darker at the left edge. */
+static double painted(int probe, int face, int x, int y, int channel)
+{
+    const double colour = channel == face % 3 ? 1 : face < 3 ? 0.25 : 0.5;
+    const double shade = x < 4 && y < 4 ? 2 : x < 4 ? 0.5 : 1;
+
+    return colour * shade * (1 << probe);
+}
+
+static bool paint(void *cookie, int probe, int face, uint16_t *rgba)
+{
+    (void)cookie;
+    for (int i = 0; i < SIZE * SIZE; i++)
+        for (int c = 0; c < 4; c++)
+            rgba[4 * i + c] =
+                half(c == 3 ? 1 : painted(probe, face, i % SIZE, i / SIZE, c));
+    return true;
+}
+
+/* Of rising size, so that the order of the set is that of an index, but for
+ * the last, which has a priority. */
+static void make_probes(ibl_probe probe[PROBES])
+{
+    for (int i = 0; i < PROBES; i++)
+        probe[i] = (ibl_probe){
+            .position = {i, 0.1, -1.0 / 3},
+            .influence = {.centre = {i, 0, 0}, .half = {1 + i, 2, 1e-3}},
+            .blend = 0.7e-3,
+            .has_proxy = i != 1,
+            .proxy = {.centre = {0.5, 0, 0}, .half = {9, 8, 7}}};
+    probe[1].influence.shape = IBL_SHAPE_SPHERE;
+    probe[1].influence.half[0] = 3;
+    probe[2].priority = 5;
+}
+
+static view_probe_captures captures_of(const ibl_probe *probe)
+{
+    return (view_probe_captures){.probe = probe,
+                                 .count = PROBES,
+                                 .size = SIZE,
+                                 .irradiance = 8,
+                                 .face = paint};
+}
+
+/* Saves the painted probes, and bakes them with some options into DIR. */
+static bool bake(const char *dir, const char *options)
+{
+    ibl_probe probe[PROBES];
+
+    make_probes(probe);
+    const view_probe_captures c = captures_of(probe);
+    return view_probe_save(ctx, file_path("painted"), &c) &&
+           file_run("'%s' probes -q painted/set.json -o %s %s", program(), dir,
+                    options);
+}
+
+static view_probe_set *load(const char *dir)
+{
+    char path[600];
+
+    snprintf(path, sizeof path, "%s/index.json", file_path(dir));
+    return view_probe_set_load(ctx, path);
+}
+
+/* A level of a cube array: RGBA. */
+static float *read_array(GLuint cubes, int size, int layers, int level)
+{
+    float *rgba = malloc(sizeof *rgba * 4 * 6 * (size_t)(size * size * layers));
+
+    gl.BindTexture(GL_TEXTURE_CUBE_MAP_ARRAY, cubes);
+    gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
+    gl.GetTexImage(GL_TEXTURE_CUBE_MAP_ARRAY, level, GL_RGBA, GL_FLOAT, rgba);
+    gl.BindTexture(GL_TEXTURE_CUBE_MAP_ARRAY, 0);
+    return rgba;
+}
+
+static const float *texel(const float *rgba, int size, int layer, int face,
+                          int x, int y)
+{
+    return rgba + 4 * ((((size_t)layer * 6 + face) * size + y) * size + x);
+}
+
+/* ---- pictures ---------------------------------------------------------- */
+
+static void pictures_are_exact(void)
+{
+    static const int sizes[][2] = {{1, 1}, {16, 16}, {37, 41}};
+    test_random r = {7};
+
+    make_context();
+    for (int i = 0; i < 3; i++) {
+        const int width = sizes[i][0], height = sizes[i][1];
+        uint16_t *rgba = malloc(8 * (size_t)(width * height));
+        void *bytes = NULL;
+        size_t size = 0;
+        ibl_read_options o = ibl_read_options_default();
+        ibl_read_report report;
+        ibl_image img = {0};
+
+        for (int k = 0; k < 4 * width * height; k++)
+            rgba[k] = (uint16_t)(test_random_u64(&r) % 0x7c00);
+        CHECK(view_exr_encode("a", width, height, rgba, &bytes, &size));
+        o.any_aspect = 1;
+        NEED(!ibl_image_decode(ctx, "a", bytes, size, &o, &img, &report));
+        CHECK_MSG(strstr(report.format, "ZIP"), "%s", report.format);
+        CHECK(img.width == width && img.height == height);
+        for (int k = 0; k < 3 * width * height; k++) {
+            float rgb[3];
+            ibl_pixel_decode(IBL_PIXEL_RGBA16F, rgba + 4 * (k / 3), 1, rgb);
+            CHECK_NEAR(img.data[k], rgb[k % 3], 0);
+        }
+        ibl_image_free(&img);
+        if (file_have("oiiotool")) { /* which finds alpha where it should be */
+            CHECK(file_save(file_path("a.exr"), bytes, size));
+            NEED(file_run("oiiotool a.exr --ch R=A,G=A,B=A -o alpha.exr"));
+            NEED(!ibl_image_read(ctx, file_path("alpha.exr"), &o, &img, NULL));
+            for (int k = 0; k < width * height; k++) {
+                const uint16_t grey[4] = {rgba[4 * k + 3], 0, 0, 0};
+                float rgb[3];
+                ibl_pixel_decode(IBL_PIXEL_RGBA16F, grey, 1, rgb);
+                CHECK_NEAR(img.data[3 * k], rgb[0], 0);
+            }
+            ibl_image_free(&img);
+        }
+        free(bytes);
+        free(rgba);
+    }
+}
+
+/* ---- saving ------------------------------------------------------------ */
+
+static void sets_say_what_probes_are(void)
+{
+    ibl_probe probe[PROBES];
+
+    make_context();
+    make_probes(probe);
+    const view_probe_captures c = captures_of(probe);
+    NEED(view_probe_save(ctx, file_path("new/deep"), &c));
+    const char *name = file_path("new/deep/set.json");
+    json_t *root = view_json_open(name);
+    const view_json_at at = view_json_root(name, root);
+    const view_json_at all = view_json_member(&at, "probes");
+    CHECK(view_json_array(&all, PROBES, PROBES));
+    for (size_t i = 0; i < PROBES; i++) {
+        const view_json_at p = view_json_element(&all, i);
+        const view_json_at position = view_json_member(&p, "position");
+        const view_json_at blend = view_json_member(&p, "blend");
+        double x[3], width;
+        CHECK(view_json_triple(&position, -9, 9, false, x) &&
+              !memcmp(x, probe[i].position, sizeof x));
+        CHECK(view_json_real(&blend, 0, 1, false, &width));
+        CHECK_NEAR(width, probe[i].blend, 0);
+    }
+    json_decref(root);
+    CHECK(file_run("[ $(ls -A new/deep | wc -l) = %d ]", 6 * PROBES + 1));
+}
+
+static bool fail_late(void *cookie, int probe, int face, uint16_t *rgba)
+{
+    (void)cookie;
+    /* Another one, so that what is replaced is seen. */
+    return probe < PROBES - 1 ? paint(cookie, probe, face ^ 1, rgba)
+                              : view_fail("face %d is missing", face);
+}
+
+static void failures_leave_nothing(void)
+{
+    ibl_probe probe[PROBES];
+
+    make_context();
+    make_probes(probe);
+    view_probe_captures c = captures_of(probe);
+    c.face = fail_late;
+    view_test_catch();
+    CHECK(!view_probe_save(ctx, file_path("none/deep"), &c));
+    CHECK(!strcmp(view_test_caught(), "iblview: face 0 is missing\n"));
+    CHECK(file_run("[ ! -e none ]"));
+    c.face = paint;
+    NEED(view_probe_save(ctx, file_path("kept"), &c));
+    NEED(file_run("cp -r kept before"));
+    c.face = fail_late;
+    view_test_catch();
+    CHECK(!view_probe_save(ctx, file_path("kept"), &c));
+    view_test_caught();
+    CHECK(file_run("diff -r kept before"));
+    NEED(file_run("echo >plain"));
+    view_test_catch();
+    CHECK(!view_probe_save(ctx, file_path("plain"), &c));
+    CHECK(strstr(view_test_caught(), "plain"));
+}
+
+/* ---- loading ----------------------------------------------------------- */
+
+/* Layer by layer what was painted, to within what a pixel can hold. */
+static void check_painted(const char *dir, const view_probe_set *set)
+{
+    const view_room_locals *l = view_probe_set_locals(set);
+    static const int was[PROBES] = {2, 0, 1}; /* priority, then size */
+    static const int at[][2] = {{8, 8}, {1, 1}, {1, 14}, {14, 1}, {14, 14}};
+    ibl_probe probe[PROBES];
+    float *rgba = read_array(l->specular, SIZE, PROBES, 0);
+
+    make_probes(probe);
+    CHECK(l->count == PROBES);
+    for (int i = 0; i < PROBES; i++) {
+        const ibl_probe *p = &l->probe[i], *q = &probe[was[i]];
+        CHECK(p->layer == i && p->priority == q->priority &&
+              p->has_proxy == q->has_proxy &&
+              p->influence.shape == q->influence.shape);
+        CHECK(!memcmp(p->position, q->position, sizeof p->position));
+        CHECK_NEAR(p->blend, q->blend, 0);
+        CHECK_NEAR(p->influence.half[0], q->influence.half[0], 0);
+        CHECK_NEAR(p->proxy.half[2], q->has_proxy ? 7 : 0, 0);
+        for (int k = 0; k < 5 * 6 * 3; k++) {
+            const int x = at[k % 5][0], y = at[k % 5][1], f = k / 5 % 6;
+            const double want = painted(was[i], f, x, y, k / 30);
+            const float *got = texel(rgba, SIZE, i, f, x, y);
+            CHECK_MSG(fabs(got[k / 30] - want) < 0.02 * want,
+                      "%s: probe %d, face %d, (%d, %d): %g, not %g", dir, i, f,
+                      x, y, got[k / 30], want);
+            CHECK_NEAR(got[3], 1, 0);
+        }
+    }
+    free(rgba);
+}
+
+static void faces_are_the_right_way_round(void)
+{
+    static const char *const options[] = {
+        "",
+        "--container ktx --pixel rgba32f",
+        "--container dds --pixel rgb9e5",
+        "--pixel r11g11b10f --irradiance sh",
+    };
+
+    if (!view_test_begin(16, 16))
+        return;
+    make_context();
+    for (int i = 0; i < 4; i++) {
+        char dir[16];
+        snprintf(dir, sizeof dir, "way%d", i);
+        NEED(bake(dir, options[i]));
+        view_probe_set *set = load(dir);
+        NEED(set);
+        check_painted(dir, set);
+        const view_room_locals *l = view_probe_set_locals(set);
+        CHECK_NEAR(l->last_level, 1, 0);
+        CHECK_NEAR(l->lod_scale, 1, 0);
+        CHECK_NEAR(l->irradiance_scale, 1, 0);
+        view_probe_set_free(set);
+    }
+    view_test_end();
+}
+
+/* Harmonics as cubes are nearly what the cubes are: irradiance has hardly more
+ * than degree 2. */
+static void harmonics_become_cubes(void)
+{
+    if (!view_test_begin(16, 16))
+        return;
+    make_context();
+    NEED(bake("cubes", "--irradiance 16") && bake("sums", "--irradiance sh"));
+    view_probe_set *cubes = load("cubes"), *sums = load("sums");
+    NEED(cubes && sums);
+    float *a =
+        read_array(view_probe_set_locals(cubes)->irradiance, 16, PROBES, 0);
+    float *b =
+        read_array(view_probe_set_locals(sums)->irradiance, 16, PROBES, 0);
+    double worst = 0, mean = 0;
+    const int count = 16 * 16 * 6 * PROBES;
+    for (int i = 0; i < 4 * count; i++) {
+        const double d = fabs(a[i] / b[i] - 1);
+        worst = fmax(worst, d);
+        mean += d / (4 * count);
+    }
+    CHECK_MSG(worst < 0.12 && mean < 0.02, "%g, %g", worst, mean);
+    free(a);
+    free(b);
+    view_probe_set_free(cubes);
+    view_probe_set_free(sums);
+    view_test_end();
+}
+
+/* ---- a captured room --------------------------------------------------- */
+
+static bool captured(void *cookie, int probe, int face, uint16_t *rgba)
+{
+    (void)probe;
+    return view_capture_read_face(cookie, face, rgba);
+}
+
+/* Every wall has another colour: what rays from the probe meet. */
+static void a_room_comes_back(void)
+{
+    static const double eye[3] = {0.3, 0.2, -0.4};
+    const int edge = 64;
+    box_scene box = {0};
+    const ibl_probe probe = {.position = {eye[0], eye[1], eye[2]},
+                             .influence = {.half = {2, 2, 3}}};
+    view_capture_options o = view_capture_options_default();
+    view_probe_captures c = {.probe = &probe,
+                             .count = 1,
+                             .size = edge,
+                             .irradiance = 8,
+                             .face = captured};
+
+    if (!view_test_begin(16, 16))
+        return;
+    make_context();
+    o.size = edge;
+    o.samples = 1;
+    NEED(box_begin(&box));
+    c.cookie = view_capture_create(&o);
+    NEED(c.cookie && view_capture_update(c.cookie, eye, box_draw, &box));
+    NEED(view_probe_save(ctx, file_path("room"), &c));
+    NEED(file_run("'%s' probes -q room/set.json -o room/baked", program()));
+    view_probe_set *set = load("room/baked");
+    NEED(set);
+    float *rgba = read_array(view_probe_set_locals(set)->specular, edge, 1, 0);
+    int right = 0, count = 0;
+    for (int at = 0; at < 6 * edge * edge; at++) {
+        const int face = at / (edge * edge), x = at % edge,
+                  y = at / edge % edge;
+        const float *got = texel(rgba, edge, 0, face, x, y);
+        double dir[3], want[4];
+        ibl_cube_direction(edge, face, x, y, dir);
+        box_trace(&box, eye, dir, want);
+        const bool same = fabs(got[0] - want[0]) < 2e-3 &&
+                          fabs(got[1] - want[1]) < 2e-3 &&
+                          fabs(got[2] - want[2]) < 2e-3;
+        right += same;
+        count++;
+        if (x == edge / 2 && y == edge / 2)
+            CHECK_MSG(same, "face %d: %g %g %g, not %g %g %g", face, got[0],
+                      got[1], got[2], want[0], want[1], want[2]);
+    }
+    /* But for edges of squares within a texel. */
+    CHECK_MSG(right > 0.97 * count, "%d of %d", right, count);
+    free(rgba);
+    view_probe_set_free(set);
+    view_capture_free(c.cookie);
+    box_end(&box);
+    view_test_end();
+}
+
+/* ---- files that will not do -------------------------------------------- */
+
+/* Says one line with all the words, which are parted by "|". */
+static void refuses(const char *dir, const char *words)
+{
+    char list[400], *rest = NULL;
+
+    snprintf(list, sizeof list, "%s", words);
+    view_test_catch();
+    view_probe_set *set = load(dir);
+    const char *said = view_test_caught();
+    CHECK_MSG(!set, "%s: is loaded", words);
+    view_probe_set_free(set);
+    const char *end = strchr(said, '\n');
+    CHECK_MSG(end && !end[1], "not one line: %s", said);
+    for (char *word = strtok_r(list, "|", &rest); word;
+         word = strtok_r(NULL, "|", &rest))
+        CHECK_MSG(strstr(said, word), "no \"%s\" in: %s", word, said);
+}
+
+/* An index with its text changed by sed. */
+static void refuses_edited(const char *sed, const char *words)
+{
+    NEED(file_run("cp whole/index.json bad/ && sed -i -E '%s' bad/index.json "
+                  "&& ! cmp -s whole/index.json bad/index.json",
+                  sed));
+    refuses("bad", words);
+    NEED(file_run("cp whole/index.json bad/"));
+}
+
+static void damaged_indices_are_refused(void)
+{
+    if (!view_test_begin(16, 16))
+        return;
+    make_context();
+    NEED(bake("whole", "--irradiance sh") && file_run("cp -r whole bad"));
+    refuses("missing", "missing/index.json: cannot be read");
+    NEED(file_run("mkfifo bad/pipe && mkdir holes && cd holes && mkfifo "
+                  "index.json"));
+    refuses("holes", "holes/index.json: is no file");
+    NEED(file_run("head -c 600 whole/index.json >bad/index.json"));
+    refuses("bad", "bad/index.json:|is no JSON");
+    NEED(file_run("head -c 100000 /dev/zero | tr '\\0' '[' >bad/index.json"));
+    refuses("bad", "bad/index.json:|is no JSON");
+    NEED(file_run("echo '[]' >bad/index.json"));
+    refuses("bad", "expected an object");
+    NEED(file_run("cp painted/set.json bad/index.json"));
+    refuses("bad", "is a set to bake");
+    refuses_edited("s/\"version\": 1,/\"version\": 2,/",
+                   "index.json: version: expected 1, found 2");
+    refuses_edited("s/\"layer\": 1/\"layer\": 3/",
+                   "probes[1].layer: expected a whole number from 0 to 2, "
+                   "found 3");
+    refuses_edited("s/\"layer\": 1/\"layer\": -1/", "probes[1].layer|found -1");
+    refuses_edited("s/\"linear\"/\"cubic\"/",
+                   "specular.mapping: expected \"linear\" or \"filament\", "
+                   "found \"cubic\"");
+    refuses_edited("s/\"kind\": \"sh\"/\"kind\": 3/",
+                   "irradiance.kind|found 3");
+    refuses_edited("s/\"scale\": \"E.pi\"/\"scale\": \"E2\"/",
+                   "irradiance.scale|found \"E2\"");
+    refuses_edited("s/\"radius\": 3.0/\"radius\": 0/",
+                   "influence.sphere.radius: expected a number above 0");
+    refuses_edited("s/\"sphere\"/\"cone\"/", "\"box\" or \"sphere\"");
+    refuses_edited("s/\"position\": \\[2.0, /\"position\": [/",
+                   "probes[0].position: expected an array of 3");
+    refuses_edited("s/\"sh\": \\[/\"sh\": [[1, 2, 3],/",
+                   "probes[0].sh: expected an array of 9, found an array of "
+                   "10");
+    refuses_edited("s/\"lod_scale\": 1.0/\"lod_scale\": null/",
+                   "specular.lod_scale|found null");
+    refuses_edited("s/\"file\": \"probes/\"file\": \"..\\/probes/",
+                   "files.specular.file|beside the index");
+    refuses_edited("s/\"file\": \"probes_specular/\"file\": \"probes_none/",
+                   "probes_none.ktx2");
+    refuses_edited("s/\"layers\": 3/\"layers\": 300/",
+                   "has 3 layers, its index says 300");
+    refuses_edited("s/\"layers\": 3/\"layers\": 3000000/",
+                   "files.specular.layers");
+    refuses_edited("s/\"size\": 16/\"size\": 32/",
+                   "16 texels with levels: 2, its index says 32 with 2");
+    refuses_edited("s/\"levels\": 2/\"levels\": 5/",
+                   "its index says 16 with 5");
+    refuses_edited("s/\"rgba16f\"/\"rgb9e5\"/",
+                   "holds rgba16f, its index says rgb9e5");
+    refuses_edited("s/\"name\": \"[^\"]*\",/\"priority\": 1,/", "is no JSON");
+    view_test_end();
+}
+
+/* More than fit in a frame, all of the same layer. */
+static void too_many_are_refused(void)
+{
+    if (!view_test_begin(16, 16))
+        return;
+    make_context();
+    NEED(bake("whole", "--irradiance sh") && file_run("rm -rf bad; cp -r "
+                                                      "whole bad"));
+    json_t *root = json_load_file(file_path("whole/index.json"), 0, NULL);
+    json_t *probes = json_object_get(root, "probes");
+    while (json_array_size(probes) <= IBL_MAX_TILE_PROBES)
+        json_array_append(probes, json_array_get(probes, 0));
+    NEED(!json_dump_file(root, file_path("bad/index.json"), 0));
+    refuses("bad", "probes: expected at most 64|found an array of 65");
+    json_array_remove(probes, 0);
+    NEED(!json_dump_file(root, file_path("bad/index.json"), 0));
+    view_probe_set *set = load("bad");
+    CHECK(set && view_probe_set_locals(set)->count == 64);
+    view_probe_set_free(set);
+    json_decref(root);
+    view_test_end();
+}
+
+/* Pokes a texel's channel of an array of halves. */
+static bool poke(const char *from, const char *to, size_t at, uint16_t value)
+{
+    ibl_texture tex = {0};
+    void *bytes = NULL;
+    size_t size;
+
+    if (ibl_texture_read(ctx, file_path(from), &tex, NULL) ||
+        at + 2 > tex.bytes)
+        return false;
+    memcpy(tex.data + at, &value, 2);
+    const bool ok =
+        !ibl_texture_encode(ctx, &tex, IBL_CONTAINER_KTX2, &bytes, &size) &&
+        file_save(file_path(to), bytes, size);
+    ibl_bytes_free(bytes);
+    ibl_texture_free(&tex);
+    return ok;
+}
+
+static void damaged_arrays_are_refused(void)
+{
+    static const char specular[] = "bad/probes_specular.ktx2";
+    struct stat st;
+
+    if (!view_test_begin(16, 16))
+        return;
+    make_context();
+    NEED(bake("whole", "") && file_run("rm -rf bad; cp -r whole bad"));
+    NEED(!stat(file_path(specular), &st));
+    for (long cut = 0; cut < st.st_size; cut += 1 + cut / 2) {
+        NEED(file_run("head -c %ld whole/probes_specular.ktx2 >%s", cut,
+                      specular));
+        refuses("bad", "probes_specular.ktx2");
+    }
+    NEED(file_run("rm %s", specular));
+    refuses("bad", "probes_specular.ktx2");
+    NEED(file_run("cp painted/probe_00_px.exr %s", specular));
+    refuses("bad", "probes_specular.ktx2");
+    NEED(file_run("cp whole/brdf_lut.ktx2 %s", specular));
+    refuses("bad", "probes_specular.ktx2: is flat");
+    NEED(file_run("cp whole/probes_irradiance.ktx2 %s", specular));
+    refuses("bad", "8 texels with levels: 1, its index says 16 with 2");
+    NEED(poke("whole/probes_specular.ktx2", specular, 8 * 300 + 2, 0x7e00));
+    refuses("bad", "texel 300 is no finite number");
+    NEED(poke("whole/probes_specular.ktx2", specular, 8 * 301 + 6, 0xfc00));
+    refuses("bad", "texel 301 is no finite number");
+    /* Of one probe less. */
+    NEED(file_run("cp whole/probes_specular.ktx2 %s && rm "
+                  "bad/probes_irradiance.ktx2",
+                  specular));
+    refuses("bad", "probes_irradiance.ktx2");
+    view_test_end();
+}
+
+static void changes_are_seen(void)
+{
+    if (!view_test_begin(16, 16))
+        return;
+    make_context();
+    NEED(bake("watched", ""));
+    view_probe_set *set = load("watched");
+    NEED(set);
+    CHECK(!view_probe_set_changed(set, 0));
+    NEED(file_run("cp watched/index.json copy && mv copy watched/index.json"));
+    CHECK(view_probe_set_changed(set, 0));
+    CHECK(!view_probe_set_changed(set, 1000));
+    view_probe_set_seen(set);
+    CHECK(!view_probe_set_changed(set, 0));
+    NEED(file_run("rm watched/index.json"));
+    CHECK(!view_probe_set_changed(set, 0));
+    view_probe_set_free(set);
+    view_test_end();
+}
+
+static const test tests[] = {
+    TEST(pictures_are_exact),          TEST(sets_say_what_probes_are),
+    TEST(failures_leave_nothing),      TEST(faces_are_the_right_way_round),
+    TEST(harmonics_become_cubes),      TEST(a_room_comes_back),
+    TEST(damaged_indices_are_refused), TEST(too_many_are_refused),
+    TEST(damaged_arrays_are_refused),  TEST(changes_are_seen),
+};
+TEST_MAIN(tests)
