@@ -121,7 +121,7 @@ typedef struct view_settings {
     view_probe_filter probe_filter;
     bool probe_limit; /* a probe sees what it is for alone */
     bool volumes;     /* of probes are drawn as wires */
-    bool help; /* the list of keys is shown */
+    bool help;        /* the list of keys is shown */
 } view_settings;
 
 view_settings view_settings_default(void);
