@@ -19,6 +19,23 @@ extern "C" {
 
 /* ---- images in ------------------------------------------------------ */
 
+/*
+ * What becomes of an alpha channel: how much of a pixel is there, 0..1. What
+ * filters an image filters colours multiplied by alpha, and alpha; quotients
+ * are the colours of what is there.
+ */
+typedef enum ibl_alpha {
+    IBL_ALPHA_IGNORE,  /* dropped: colours are what the file has */
+    IBL_ALPHA_FILE,    /* kept. Colours are multiplied by it, or taken as they
+                          are where they are so by the rule of the format:
+                          OpenEXR always, TIFF and others where they say so */
+    IBL_ALPHA_STRAIGHT /* kept. Colours are multiplied by it, whatever the
+                          format's rule: for files that break it */
+} ibl_alpha;
+
+/* "ignore", "file" or "straight". */
+const char *ibl_alpha_name(ibl_alpha alpha);
+
 typedef struct ibl_read_options {
     const char *layer; /* EXR: channels LAYER.R, LAYER.G, ...; NULL: the
                           unnamed layer, else the file's only one. Files of
@@ -27,18 +44,27 @@ typedef struct ibl_read_options {
                           first that has colour (default). Others have 0 */
     int strict;        /* 1: refuse non-finite and negative pixels */
     int any_aspect;    /* 1: take maps that are not 2:1 */
+    ibl_alpha alpha;   /* what to do with alpha, default IBL_ALPHA_IGNORE:
+                          see ibl_source_alpha */
 } ibl_read_options;
 
 ibl_read_options ibl_read_options_default(void);
 
 /* What was read and what had to be mended. */
 typedef struct ibl_read_report {
-    char format[64];  /* "Radiance RGBE, run-length", "OpenEXR, ZIP", .. */
-    size_t nonfinite; /* pixels that held Inf or NaN */
-    size_t negative;  /* pixels that held a finite value below 0 */
-    float peak;       /* largest component after repair */
-    int low_range;    /* 1: 8 or 16-bit integers, decoded from sRGB */
-    int bridged;      /* 1: read by OpenImageIO */
+    char format[64];   /* "Radiance RGBE, run-length", "OpenEXR, ZIP", .. */
+    size_t nonfinite;  /* pixels that held Inf or NaN */
+    size_t negative;   /* pixels that held a finite value below 0 */
+    float peak;        /* largest component after repair, before alpha */
+    int low_range;     /* 1: 8 or 16-bit integers, decoded from sRGB */
+    int bridged;       /* 1: read by OpenImageIO */
+    int has_alpha;     /* 1: alpha is there and was read */
+    float alpha_least; /* the smallest and largest alpha after repair; both 1 */
+    float alpha_most;  /*   without alpha */
+    size_t alpha_nonfinite; /* pixels whose alpha was Inf or NaN */
+    size_t alpha_beyond;    /* pixels whose alpha was below 0 or above 1 */
+    size_t alpha_hidden;    /* pixels that had lost their colour to alpha 0
+                               although it was said to be multiplied by it */
 } ibl_read_report;
 
 /*
@@ -54,8 +80,9 @@ typedef struct ibl_read_report {
  *   others         whatever OpenImageIO reads, and EXR compressions that
  *                  OpenEXRCore lacks, through the bridge: a shared object
  *                  opened only then. 8 and 16-bit integers are decoded from
- *                  sRGB. Alpha is dropped and colours are what the file has,
- *                  neither multiplied nor divided by it.
+ *                  sRGB.
+ * Alpha is dropped and colours are what the file has, neither multiplied nor
+ * divided by it; ibl_source_alpha has more.
  * Non-finite components become the largest finite one among the 8 neighbours
  * (columns wrap; 65504 if there is none and it was +Inf, else 0), negative
  * ones 0; both are counted and warned of.
@@ -129,6 +156,23 @@ int ibl_source_height(const ibl_source *source);
  */
 ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb);
 
+/*
+ * Alpha, where the options ask for it and the file has it: width * height
+ * floats from the zenith down, of which those of the rows that were read are
+ * there; owned by source. NULL: there is none, and alpha is 1 everywhere.
+ *
+ * It is the channel A of the layer that colour is from (OpenEXR), or what
+ * OpenImageIO says is alpha; never decoded from sRGB, which colours are before
+ * they are multiplied by it. Outside an OpenEXR file's data window it is 0.
+ * What is not finite becomes 0, as if nothing had been seen, and what is below
+ * 0 or above 1 that; both are counted and warned of, and refused by strict.
+ * Colours where alpha is 0 become 0: were they kept, what is divided by the
+ * alpha of a neighbourhood would be brighter than anything in it.
+ *
+ * Takes 4 bytes of memory for each pixel of the map.
+ */
+const float *ibl_source_alpha(const ibl_source *source);
+
 /* What was read: complete once all rows have been. Owned by source. */
 const ibl_read_report *ibl_source_report(const ibl_source *source);
 
@@ -137,8 +181,8 @@ void ibl_source_close(ibl_source *source); /* NULL is fine */
 /* ---- textures ------------------------------------------------------- */
 
 typedef enum ibl_pixel {
-    IBL_PIXEL_RGBA16F,    /* 8 bytes: 4 halves; alpha 1 */
-    IBL_PIXEL_RGBA32F,    /* 16 bytes: 4 floats; alpha 1 */
+    IBL_PIXEL_RGBA16F,    /* 8 bytes: 4 halves */
+    IBL_PIXEL_RGBA32F,    /* 16 bytes: 4 floats */
     IBL_PIXEL_RGB9E5,     /* 4 bytes: 3 x 9 bits, shared 5-bit exponent */
     IBL_PIXEL_R11G11B10F, /* 4 bytes: unsigned floats of 11, 11, 10 bits */
     IBL_PIXEL_RG16F,      /* 4 bytes: 2 halves (the LUT) */
@@ -152,6 +196,8 @@ const char *ibl_pixel_name(ibl_pixel pixel);
 size_t ibl_pixel_bytes(ibl_pixel pixel);
 /* Floats that one texel is encoded from and decoded to: 3 (RGB), 2 (RG). */
 int ibl_pixel_channels(ibl_pixel pixel);
+/* 1: it has alpha, too, which is encoded as 1: see ibl_texture_set_alpha. */
+int ibl_pixel_has_alpha(ibl_pixel pixel);
 /* Largest finite value the pixel's red holds: 65504, FLT_MAX, 65408, 65024. */
 float ibl_pixel_max(ibl_pixel pixel);
 
@@ -197,6 +243,9 @@ typedef struct ibl_texture {
     int faces;         /* 6 or 1 */
     size_t bytes;      /* of data */
     unsigned char *data;
+    int premultiplied;   /* 1: colours are multiplied by an alpha that is not 1
+                            everywhere. KTX2 says so in its descriptor; KTX and
+                            DDS have no place for it and are read back with 0 */
     ibl_key_value *keys; /* metadata, sorted by key, no key twice */
     int key_count;
 } ibl_texture;
@@ -215,7 +264,8 @@ size_t ibl_texture_face_bytes(const ibl_texture *tex, int level);
  * those that are arrays themselves all layers follow one another. Copies.
  *   layers  count textures, count >= 1
  *   out     empty, to be freed with ibl_texture_free; it gets the keys that
- *           all have with the same value. Empty after an error
+ *           all have with the same value, and is premultiplied if one is.
+ *           Empty after an error
  * IBL_ERR_ARGUMENT: one is no whole texture or differs from the first, or
  * there would be more than IBL_MAX_LAYERS.
  */
@@ -248,6 +298,20 @@ ibl_status ibl_texture_to_cube(ibl_ctx *ctx, const ibl_texture *tex,
                                ibl_cube *cube);
 ibl_status ibl_texture_to_lut(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_lut *lut);
+
+/*
+ * Alpha of a cube's texels, with colours that are multiplied by it already.
+ * Takes the red of each texel of alpha, which has the shape of tex: what is
+ * below 0 or NaN as 0, above 1 as 1. Makes tex premultiplied.
+ * IBL_ERR_ARGUMENT: tex is no cube of one layer, its pixels have no alpha
+ * (ibl_pixel_has_alpha), or alpha has another shape; tex is untouched.
+ */
+ibl_status ibl_texture_set_alpha(ibl_ctx *ctx, ibl_texture *tex,
+                                 const ibl_cube *alpha);
+/* The inverse: alpha in all three components; 1 where pixels have none. alpha:
+ * empty, to be freed with ibl_cube_free. Errors as of ibl_texture_to_cube. */
+ibl_status ibl_texture_get_alpha(ibl_ctx *ctx, const ibl_texture *tex,
+                                 ibl_cube *alpha);
 
 typedef enum ibl_container {
     IBL_CONTAINER_KTX2, /* Khronos KTX 2.0, no supercompression */

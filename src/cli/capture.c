@@ -13,39 +13,138 @@ typedef struct taker {
     const char *set;
     const ibl_capture *capture;
     const ibl_read_options *read;
+    ibl_bake_result *made, *alpha;
 } taker;
+
+/* ---- alpha ------------------------------------------------------------- */
+
+/* Whether alpha is worth a bake; the least and the most of a capture. */
+static ibl_status look_at_alpha(const taker *t, float least, float most,
+                                bool *needed)
+{
+    *needed = least < IBL_CAPTURE_OPAQUE;
+    if (most > 0)
+        return IBL_OK;
+    ibl_console_fail(t->console,
+                     "%s: %s: alpha is 0 everywhere, so nothing would be seen "
+                     "of this probe: save it with alpha 1 where something is, "
+                     "or take --alpha ignore",
+                     t->set, t->capture->place);
+    return IBL_ERR_FORMAT;
+}
+
+/* Rows of alpha as rows of greys. */
+typedef struct greys {
+    const float *alpha;
+    int width;
+} greys;
+
+static ibl_status read_greys(void *cookie, int rows, float *rgb)
+{
+    greys *g = cookie;
+    const size_t count = (size_t)rows * (size_t)g->width;
+
+    for (size_t i = 0; i < 3 * count; i++)
+        rgb[i] = g->alpha[i / 3];
+    g->alpha += count;
+    return IBL_OK;
+}
+
+/* ---- maps -------------------------------------------------------------- */
 
 static ibl_status read_rows(void *cookie, int rows, float *rgb)
 {
     return ibl_source_read(cookie, rows, rgb);
 }
 
-static ibl_status bake_equirect(const taker *t, const ibl_bake_options *options,
-                                ibl_bake_result *made)
+static ibl_status bake_source(const taker *t, ibl_source *source,
+                              const ibl_bake_options *options)
+{
+    greys grey = {ibl_source_alpha(source), ibl_source_width(source)};
+    ibl_environment rows = {.width = ibl_source_width(source),
+                            .height = ibl_source_height(source),
+                            .read = read_rows,
+                            .cookie = source};
+    ibl_status status = ibl_bake_environment(t->ctx, &rows, options, t->made);
+    bool needed = false;
+
+    if (!status && grey.alpha) {
+        const ibl_read_report *r = ibl_source_report(source);
+        status = look_at_alpha(t, r->alpha_least, r->alpha_most, &needed);
+    }
+    if (!status && needed) {
+        rows.read = read_greys;
+        rows.cookie = &grey;
+        status = ibl_bake_environment(t->ctx, &rows, options, t->alpha);
+    }
+    return status;
+}
+
+static ibl_status bake_equirect(const taker *t, const ibl_bake_options *options)
 {
     ibl_source *source = NULL;
     ibl_status status =
         ibl_source_open(t->ctx, t->capture->file[0], t->read, &source);
 
-    if (status)
-        return status;
-    const ibl_environment rows = {.width = ibl_source_width(source),
-                                  .height = ibl_source_height(source),
-                                  .read = read_rows,
-                                  .cookie = source};
-    status = ibl_bake_environment(t->ctx, &rows, options, made);
+    if (!status)
+        status = bake_source(t, source, options);
     ibl_source_close(source);
     return status;
 }
 
 /* ---- cubes ------------------------------------------------------------- */
 
-static ibl_status read_image(const taker *t, const char *file, ibl_image *img)
+/* What was read of a file, and of all files: level 0 of two cubes. */
+typedef struct view {
+    ibl_image colour, alpha; /* alpha in greys; empty: 1 */
+} view;
+
+typedef struct cubes {
+    ibl_cube colour, alpha;
+    float least, most; /* alpha */
+} cubes;
+
+static void free_view(view *v)
+{
+    ibl_image_free(&v->colour);
+    ibl_image_free(&v->alpha);
+}
+
+static ibl_status read_alpha(const taker *t, const ibl_source *source, view *v)
+{
+    greys grey = {ibl_source_alpha(source), ibl_source_width(source)};
+    ibl_status status;
+
+    if (!grey.alpha)
+        return IBL_OK;
+    status = ibl_image_alloc(t->ctx, grey.width, ibl_source_height(source),
+                             &v->alpha);
+    if (!status)
+        status = read_greys(&grey, v->alpha.height, v->alpha.data);
+    return status;
+}
+
+/* Widens the range of alpha by the file's. */
+static ibl_status read_view(const taker *t, const char *file, view *v, cubes *c)
 {
     ibl_read_options read = *t->read;
+    ibl_source *source = NULL;
 
     read.any_aspect = 1;
-    return ibl_image_read(t->ctx, file, &read, img, NULL);
+    ibl_status status = ibl_source_open(t->ctx, file, &read, &source);
+    if (status)
+        return status;
+    status = ibl_image_alloc(t->ctx, ibl_source_width(source),
+                             ibl_source_height(source), &v->colour);
+    if (!status)
+        status = ibl_source_read(source, v->colour.height, v->colour.data);
+    if (!status)
+        status = read_alpha(t, source, v);
+    const ibl_read_report *r = ibl_source_report(source);
+    c->least = r->alpha_least < c->least ? r->alpha_least : c->least;
+    c->most = r->alpha_most > c->most ? r->alpha_most : c->most;
+    ibl_source_close(source);
+    return status;
 }
 
 static ibl_status wrong_shape(const taker *t, int i, const ibl_image *img,
@@ -63,41 +162,22 @@ static ibl_status wrong_shape(const taker *t, int i, const ibl_image *img,
     return IBL_ERR_FORMAT;
 }
 
-static ibl_status alloc_cube(const taker *t, int n, ibl_cube *cube)
+/* Both, alpha all 1 for files that have none. */
+static ibl_status alloc_cubes(const taker *t, int n, cubes *c)
 {
     int levels = 1;
 
     while (n >> levels)
         levels++;
-    return ibl_cube_alloc(t->ctx, n, levels, cube);
-}
-
-static ibl_status read_faces(const taker *t, ibl_cube *cube)
-{
-    ibl_status status = IBL_OK;
-
-    for (int f = 0; f < IBL_FACES && !status; f++) {
-        ibl_image img = {0};
-        char expected[64] = "a square";
-        status = read_image(t, t->capture->file[f], &img);
-        if (!status && cube->size)
-            snprintf(expected, sizeof expected, "%d x %d as faces[0]",
-                     cube->size, cube->size);
-        if (!status &&
-            (img.width != img.height || img.width > IBL_MAX_CUBE_SIZE ||
-             (cube->size && img.width != cube->size)))
-            status = wrong_shape(t, f, &img, expected);
-        if (!status && !cube->size)
-            status = alloc_cube(t, img.width, cube);
-        if (!status)
-            memcpy(ibl_cube_face(cube, 0, f), img.data,
-                   3 * sizeof(float) * (size_t)img.width * (size_t)img.width);
-        ibl_image_free(&img);
-    }
+    ibl_status status = ibl_cube_alloc(t->ctx, n, levels, &c->colour);
+    if (!status)
+        status = ibl_cube_alloc(t->ctx, n, levels, &c->alpha);
+    for (size_t i = 0; !status && i < 3 * ibl_cube_texels(n, 1); i++)
+        c->alpha.data[i] = 1;
     return status;
 }
 
-/* One face of a cross whose upper left texel is (x, y); turned: by half a
+/* One face of a picture whose upper left texel is (x, y); turned: by half a
  * turn. */
 static void cut_face(const ibl_image *img, int x, int y, bool turned, int n,
                      float *face)
@@ -113,28 +193,64 @@ static void cut_face(const ibl_image *img, int x, int y, bool turned, int n,
         }
 }
 
+static void cut_view(const view *v, int x, int y, bool turned, int face,
+                     cubes *c)
+{
+    const int n = c->colour.size;
+
+    cut_face(&v->colour, x, y, turned, n, ibl_cube_face(&c->colour, 0, face));
+    if (v->alpha.data)
+        cut_face(&v->alpha, x, y, turned, n, ibl_cube_face(&c->alpha, 0, face));
+}
+
+static ibl_status read_faces(const taker *t, cubes *c)
+{
+    ibl_status status = IBL_OK;
+
+    for (int f = 0; f < IBL_FACES && !status; f++) {
+        const int size = c->colour.size;
+        view v = {0};
+        char expected[64] = "a square";
+        status = read_view(t, t->capture->file[f], &v, c);
+        const ibl_image *img = &v.colour;
+        if (!status && size)
+            snprintf(expected, sizeof expected, "%d x %d as faces[0]", size,
+                     size);
+        if (!status &&
+            (img->width != img->height || img->width > IBL_MAX_CUBE_SIZE ||
+             (size && img->width != size)))
+            status = wrong_shape(t, f, img, expected);
+        if (!status && !size)
+            status = alloc_cubes(t, img->width, c);
+        if (!status)
+            cut_view(&v, 0, 0, false, f, c);
+        free_view(&v);
+    }
+    return status;
+}
+
 /* Both crosses are those of cli/faces.h but for -Z, which in the upright one
  * hangs below -Y and stands on its head. */
-static ibl_status read_cross(const taker *t, ibl_cube *cube)
+static ibl_status read_cross(const taker *t, cubes *c)
 {
-    ibl_image img = {0};
-    ibl_status status = read_image(t, t->capture->file[0], &img);
-    const bool lying = img.width > img.height;
-    const int n = lying ? img.width / 4 : img.width / 3;
+    view v = {0};
+    ibl_status status = read_view(t, t->capture->file[0], &v, c);
+    const ibl_image *img = &v.colour;
+    const bool lying = img->width > img->height;
+    const int n = lying ? img->width / 4 : img->width / 3;
 
     if (!status &&
-        (n < 1 || n > IBL_MAX_CUBE_SIZE || img.width != n * (lying ? 4 : 3) ||
-         img.height != n * (lying ? 3 : 4)))
-        status = wrong_shape(t, 0, &img, "a cross of 4 x 3 or 3 x 4 faces");
+        (n < 1 || n > IBL_MAX_CUBE_SIZE || img->width != n * (lying ? 4 : 3) ||
+         img->height != n * (lying ? 3 : 4)))
+        status = wrong_shape(t, 0, img, "a cross of 4 x 3 or 3 x 4 faces");
     if (!status)
-        status = alloc_cube(t, n, cube);
+        status = alloc_cubes(t, n, c);
     for (int f = 0; f < IBL_FACES && !status; f++) {
         const bool last = f == 5 && !lying;
-        cut_face(&img, n * (last ? 1 : ibl_cross_place[f][0]),
-                 n * (last ? 3 : ibl_cross_place[f][1]), last, n,
-                 ibl_cube_face(cube, 0, f));
+        cut_view(&v, n * (last ? 1 : ibl_cross_place[f][0]),
+                 n * (last ? 3 : ibl_cross_place[f][1]), last, f, c);
     }
-    ibl_image_free(&img);
+    free_view(&v);
     return status;
 }
 
@@ -155,21 +271,18 @@ static ibl_status put_level0(const taker *t, ibl_cube *cube, ibl_cube *specular)
     return status;
 }
 
-static ibl_status bake_cube(const taker *t, const ibl_bake_options *options,
+/* Colours or alpha. */
+static ibl_status bake_cube(const taker *t, ibl_cube *cube,
+                            const ibl_bake_options *options,
                             ibl_bake_result *made)
 {
-    ibl_cube cube = {0};
+    const int width = ibl_cube_map_width(cube->size);
     ibl_image map = {0};
-    ibl_status status = t->capture->kind == IBL_CAPTURE_FACES
-                            ? read_faces(t, &cube)
-                            : read_cross(t, &cube);
+    ibl_status status;
 
-    if (!status) {
-        const int width = ibl_cube_map_width(cube.size);
-        ibl_console_progress(t->console, "map", 0);
-        status = ibl_image_alloc(t->ctx, width, width / 2, &map);
-    }
-    if (!status && !ibl_cube_map_fill(&cube, &map)) {
+    ibl_console_progress(t->console, "map", 0);
+    status = ibl_image_alloc(t->ctx, width, width / 2, &map);
+    if (!status && !ibl_cube_map_fill(cube, &map)) {
         ibl_console_fail(t->console, "%s: no memory for the map",
                          t->capture->file[0]);
         status = IBL_ERR_MEMORY;
@@ -180,11 +293,27 @@ static ibl_status bake_cube(const taker *t, const ibl_bake_options *options,
         status = ibl_bake_environment(t->ctx, &env, options, made);
     }
     if (!status && options->specular)
-        status = put_level0(t, &cube, &made->specular);
-    if (status)
-        ibl_bake_result_free(made);
+        status = put_level0(t, cube, &made->specular);
     ibl_image_free(&map);
-    ibl_cube_free(&cube);
+    return status;
+}
+
+static ibl_status bake_cubes(const taker *t, const ibl_bake_options *options)
+{
+    cubes c = {.least = 1};
+    bool needed = false;
+    ibl_status status = t->capture->kind == IBL_CAPTURE_FACES
+                            ? read_faces(t, &c)
+                            : read_cross(t, &c);
+
+    if (!status)
+        status = look_at_alpha(t, c.least, c.most, &needed);
+    if (!status)
+        status = bake_cube(t, &c.colour, options, t->made);
+    if (!status && needed)
+        status = bake_cube(t, &c.alpha, options, t->alpha);
+    ibl_cube_free(&c.colour);
+    ibl_cube_free(&c.alpha);
     return status;
 }
 
@@ -192,12 +321,17 @@ ibl_status ibl_capture_bake(ibl_ctx *ctx, ibl_console *console, const char *set,
                             const ibl_capture *capture,
                             const ibl_read_options *read,
                             const ibl_bake_options *options,
-                            ibl_bake_result *made)
+                            ibl_bake_result *made, ibl_bake_result *alpha)
 {
-    const taker t = {ctx, console, set, capture, read};
+    const taker t = {ctx, console, set, capture, read, made, alpha};
 
     ibl_console_progress(console, "decode", 0);
-    return capture->kind == IBL_CAPTURE_EQUIRECT
-               ? bake_equirect(&t, options, made)
-               : bake_cube(&t, options, made);
+    const ibl_status status = capture->kind == IBL_CAPTURE_EQUIRECT
+                                  ? bake_equirect(&t, options)
+                                  : bake_cubes(&t, options);
+    if (status) {
+        ibl_bake_result_free(made);
+        ibl_bake_result_free(alpha);
+    }
+    return status;
 }

@@ -13,6 +13,7 @@
 const char *const ibl_set_containers[] = {"ktx2", "ktx", "dds", NULL};
 const char *const ibl_set_pixels[] = {"rgba16f", "rgba32f", "rgb9e5",
                                       "r11g11b10f", NULL};
+const char *const ibl_set_alphas[] = {"ignore", "file", "straight", NULL};
 static const char *const capture_names[] = {"equirect", "cross", "faces", NULL};
 
 const char *ibl_capture_name(ibl_capture_kind kind)
@@ -246,6 +247,7 @@ static ibl_set_bake bake_default(void)
                           .pixel = IBL_PIXEL_RGBA16F,
                           .container = 0,
                           .irradiance = 16,
+                          .alpha = IBL_ALPHA_FILE,
                           .lut_size = ibl_lut_options_default().size};
 }
 
@@ -277,7 +279,7 @@ static bool take_defaults(const ibl_json_at *at, ibl_set_bake *b)
 {
     static const char *const keys[] = {
         "size",  "levels",    "mapping",    "method",   "samples", "tolerance",
-        "pixel", "container", "irradiance", "lut_size", NULL};
+        "pixel", "container", "irradiance", "lut_size", "alpha",   NULL};
     static const char *const mappings[] = {"linear", "filament", NULL};
     static const char *const methods[] = {"auto", "spectral", "sampled", NULL};
     ibl_json_at m[sizeof keys / sizeof *keys - 1];
@@ -300,7 +302,8 @@ static bool take_defaults(const ibl_json_at *at, ibl_set_bake *b)
            (!m[7].value ||
             ibl_json_choice(&m[7], ibl_set_containers, &b->container)) &&
            (!m[8].value || take_irradiance(&m[8], &b->irradiance)) &&
-           (!m[9].value || ibl_json_int(&m[9], 1, 4096, &b->lut_size));
+           (!m[9].value || ibl_json_int(&m[9], 1, 4096, &b->lut_size)) &&
+           (!m[10].value || ibl_json_choice(&m[10], ibl_set_alphas, &b->alpha));
 }
 
 /* Entries in the order in which a point takes them; layers are in the same. */

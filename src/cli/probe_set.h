@@ -49,6 +49,7 @@ typedef struct ibl_set_bake {
     int pixel;      /* ibl_pixel */
     int container;  /* ibl_container */
     int irradiance; /* edge; 0: spherical harmonics in the index */
+    int alpha;      /* ibl_alpha, of the captures of probes */
     int lut_size;
 } ibl_set_bake;
 
@@ -72,6 +73,7 @@ void ibl_probe_set_free(ibl_probe_set *set);
 /* What a member may be; the values of the options, too. */
 extern const char *const ibl_set_containers[];
 extern const char *const ibl_set_pixels[];
+extern const char *const ibl_set_alphas[];
 
 /* Checks and takes a volume, {"box": ..} or {"sphere": ..}. */
 bool ibl_set_volume(const ibl_json_at *at, ibl_volume *volume);

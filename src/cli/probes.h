@@ -18,6 +18,7 @@ typedef struct ibl_probes_opts {
     /* What the command line says in place of the set; -1: nothing. */
     int container, pixel, size, levels;
     int irradiance; /* edge; 0: spherical harmonics */
+    int alpha;      /* ibl_alpha */
 } ibl_probes_opts;
 
 typedef enum ibl_probes_file {
@@ -35,6 +36,8 @@ typedef struct ibl_probes_layer {
     char hash[IBL_HASH_SIZE];         /* of its inputs and options */
     size_t saturated;                 /* values beyond what the pixel holds */
     double sh[IBL_PROBES_SH_NUMBERS]; /* irradiance / pi, if asked for */
+    bool alpha;                       /* it has not seen everything */
+    double alpha_sh[IBL_PROBES_SH_NUMBERS / 3]; /* as sh, of alpha */
 } ibl_probes_layer;
 
 /* A file of the set; its name is without the directory, "" where there is

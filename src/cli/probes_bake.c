@@ -37,6 +37,8 @@ static ibl_status find_options(ibl_probes_bake *p)
         b->container = o->container;
     if (o->irradiance >= 0)
         b->irradiance = o->irradiance;
+    if (o->alpha >= 0)
+        b->alpha = o->alpha;
     p->options = ibl_bake_options_default();
     s->size = b->size;
     s->levels = b->levels;
@@ -110,44 +112,77 @@ ibl_status ibl_probes_check_input(const ibl_probes_bake *p, const char *input)
 
 /* ---- layers -------------------------------------------------------------- */
 
+/* alpha without texels: it is 1. */
 static ibl_status take_cube(ibl_probes_bake *p, int kind, int layer,
-                            const ibl_cube *cube)
+                            const ibl_cube *cube, const ibl_cube *alpha)
 {
+    ibl_texture *tex = &p->texture[kind][layer];
     size_t saturated;
-    const ibl_status status =
-        ibl_texture_from_cube(p->ctx, cube, (ibl_pixel)p->set.bake.pixel,
-                              &p->texture[kind][layer], &saturated);
+    ibl_status status = ibl_texture_from_cube(
+        p->ctx, cube, (ibl_pixel)p->set.bake.pixel, tex, &saturated);
 
     if (!status)
         p->index.layer[layer].saturated += saturated;
+    if (!status && alpha->data)
+        status = ibl_texture_set_alpha(p->ctx, tex, alpha);
     return status;
 }
 
-static void take_sh(ibl_probes_layer *layer, const double *sh)
+/* Of radiance; of greys the first of three numbers is each. */
+static void take_sh(ibl_probes_layer *layer, const double *sh,
+                    const double *alpha)
 {
     int i = 0;
 
     for (int l = 0; l <= IBL_PROBES_SH_DEGREE; l++)
-        for (int k = 0; k < 3 * (2 * l + 1); k++, i++)
+        for (int k = 0; k < 3 * (2 * l + 1); k++, i++) {
             layer->sh[i] = ibl_sh_cosine(l) * sh[i] + 0.0;
+            if (alpha)
+                layer->alpha_sh[i / 3] =
+                    ibl_sh_cosine(l) * alpha[i / 3 * 3] + 0.0;
+        }
+}
+
+/* Whether there is room for alpha. */
+static ibl_status check_alpha(const ibl_probes_bake *p, const ibl_set_entry *e)
+{
+    const ibl_pixel pixel = (ibl_pixel)p->set.bake.pixel;
+
+    if (ibl_pixel_has_alpha(pixel))
+        return IBL_OK;
+    ibl_console_fail(p->console,
+                     "%s: %s: has alpha below 1, which %s has no room for: "
+                     "choose --pixel rgba16f or rgba32f, or --alpha ignore",
+                     p->opts->input, e->capture.place, ibl_pixel_name(pixel));
+    return IBL_ERR_UNSUPPORTED;
 }
 
 static ibl_status bake_layer(ibl_probes_bake *p, int layer)
 {
     const ibl_set_entry *e = &p->set.entry[layer];
     ibl_probes_layer *l = &p->index.layer[layer];
-    ibl_bake_result made = {0};
-    ibl_status status =
-        ibl_capture_bake(p->ctx, p->console, p->opts->input, &e->capture,
-                         &p->opts->common.read, &p->options, &made);
+    ibl_read_options read = p->opts->common.read;
+    ibl_bake_result made = {0}, alpha = {0};
 
+    /* Nothing lies behind the global environment that could fill in. */
+    read.alpha =
+        layer < p->set.count ? (ibl_alpha)p->set.bake.alpha : IBL_ALPHA_IGNORE;
+    ibl_status status =
+        ibl_capture_bake(p->ctx, p->console, p->opts->input, &e->capture, &read,
+                         &p->options, &made, &alpha);
+    l->alpha = alpha.specular.data != NULL;
+    if (!status && l->alpha)
+        status = check_alpha(p, e);
     if (!status)
-        status = take_cube(p, IBL_PROBES_SPECULAR, layer, &made.specular);
+        status = take_cube(p, IBL_PROBES_SPECULAR, layer, &made.specular,
+                           &alpha.specular);
     if (!status && p->set.bake.irradiance)
-        status = take_cube(p, IBL_PROBES_IRRADIANCE, layer, &made.irradiance);
+        status = take_cube(p, IBL_PROBES_IRRADIANCE, layer, &made.irradiance,
+                           &alpha.irradiance);
     if (!status && made.sh)
-        take_sh(l, made.sh);
+        take_sh(l, made.sh, alpha.sh);
     ibl_bake_result_free(&made);
+    ibl_bake_result_free(&alpha);
     if (!status && l->saturated)
         ibl_console_warn(
             p->console,
@@ -188,7 +223,9 @@ static void tell_layer(const ibl_probes_bake *p, int layer)
                          s->layer);
     else
         ibl_console_info(p->console, "layer %d: %s: %s", layer, name,
-                         s->from == IBL_FROM_BAKE ? "baked" : "kept");
+                         s->from != IBL_FROM_BAKE      ? "kept"
+                         : p->index.layer[layer].alpha ? "baked, with alpha"
+                                                       : "baked");
 }
 
 static ibl_status make_layers(ibl_probes_bake *p)

@@ -63,6 +63,10 @@ static bool get_layer(const json_t *entry, ibl_probes_index *index)
     for (size_t i = 0; sh && i < IBL_PROBES_SH_NUMBERS; i++)
         l->sh[i] =
             json_number_value(json_array_get(json_array_get(sh, i / 3), i % 3));
+    l->alpha = json_is_true(json_object_get(entry, "alpha"));
+    const json_t *alpha_sh = json_object_get(entry, "alpha_sh");
+    for (size_t i = 0; alpha_sh && i < IBL_PROBES_SH_NUMBERS / 3; i++)
+        l->alpha_sh[i] = json_number_value(json_array_get(alpha_sh, i));
     return get_hash(entry, "hash", l->hash);
 }
 
@@ -272,16 +276,29 @@ static json_t *irradiance(builder *b)
     return j;
 }
 
+static json_t *alpha_harmonics(builder *b, const ibl_probes_layer *l)
+{
+    json_t *j = json_array();
+    for (int i = 0; i < IBL_PROBES_SH_NUMBERS / 3; i++)
+        append(b, j, json_real(l->alpha_sh[i]));
+    return j;
+}
+
 static void put_layer(builder *b, json_t *j, int layer)
 {
     const ibl_probes_layer *l = &b->index->layer[layer];
 
+    /* The global environment has none. */
+    if (layer < b->set->count)
+        put(b, j, "alpha", json_boolean(l->alpha));
     put(b, j, "saturated", json_integer((json_int_t)l->saturated));
     if (!b->set->bake.irradiance) {
         json_t *sh = json_array();
         for (int i = 0; i < IBL_PROBES_SH_NUMBERS; i += 3)
             append(b, sh, triple(b, &l->sh[i]));
         put(b, j, "sh", sh);
+        if (l->alpha)
+            put(b, j, "alpha_sh", alpha_harmonics(b, l));
     }
     put(b, j, "hash", json_string(l->hash));
 }

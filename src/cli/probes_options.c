@@ -44,6 +44,9 @@ static const ibl_option outputs[] = {
 };
 
 static const ibl_option overrides[] = {
+    {"alpha", 0, CHOICE(alpha, ibl_set_alphas), .standard = FROM_SET,
+     .help = "alpha of captures: drop it, take colours as the file's format "
+             "says, or as not yet multiplied by it"},
     {"container", 0, CHOICE(container, ibl_set_containers),
      .standard = FROM_SET,
      .help = "container of the arrays, and the extension of their files"},
@@ -76,7 +79,8 @@ static void defaults(void *settings)
                           .pixel = -1,
                           .size = -1,
                           .levels = -1,
-                          .irradiance = -1};
+                          .irradiance = -1,
+                          .alpha = -1};
 }
 
 static bool take(void *settings, const char *word)

@@ -8,7 +8,8 @@
 #include "cli/probes_bake.h"
 
 /* What the texels of a layer depend on besides the files. */
-static void describe(const ibl_probes_bake *p, char *text, size_t size)
+static void describe(const ibl_probes_bake *p, ibl_alpha alpha, char *text,
+                     size_t size)
 {
     const ibl_set_bake *b = &p->set.bake;
     const ibl_specular_options *s = &p->options.specular_options;
@@ -17,11 +18,11 @@ static void describe(const ibl_probes_bake *p, char *text, size_t size)
     snprintf(text, size,
              "iblbake %s %s %s\nsize %d levels %d mapping %d method %d "
              "samples %d tolerance %.17g pixel %d irradiance %d\n"
-             "part %d strict %d any_aspect %d layer %s\n",
+             "part %d strict %d any_aspect %d alpha %s layer %s\n",
              IBL_VERSION, IBL_REVISION, ibl_isa_name(p->isa), s->size,
              s->levels, (int)s->mapping, (int)s->method, s->samples,
              s->tolerance, b->pixel, b->irradiance, r->part, r->strict,
-             r->any_aspect, r->layer ? r->layer : "");
+             r->any_aspect, ibl_alpha_name(alpha), r->layer ? r->layer : "");
 }
 
 static ibl_status hash_capture(const ibl_probes_bake *p, const ibl_capture *c,
@@ -67,10 +68,14 @@ ibl_status ibl_probes_hash_inputs(ibl_probes_bake *p)
     char options[1024], lut[128];
     ibl_status status = IBL_OK;
 
-    describe(p, options, sizeof options);
-    for (int i = 0; i < p->layers && !status; i++)
+    for (int i = 0; i < p->layers && !status; i++) {
+        describe(p,
+                 i < p->set.count ? (ibl_alpha)p->set.bake.alpha
+                                  : IBL_ALPHA_IGNORE,
+                 options, sizeof options);
         status = hash_capture(p, &p->set.entry[i].capture, options,
                               p->index.layer[i].hash);
+    }
     const int n =
         snprintf(lut, sizeof lut, "iblbake %s %s %s\nlut %d %d", IBL_VERSION,
                  IBL_REVISION, ibl_isa_name(p->isa), p->set.bake.lut_size,

@@ -38,6 +38,8 @@ static ibl_status set_keys(const ibl_probes_bake *p, ibl_probes_file kind,
         snprintf(roughness + used, sizeof roughness - used, "%s%.9g",
                  l ? "," : "", layout.roughness[l]);
     }
+    if (tex->premultiplied)
+        set_key(p, tex, &status, "iblbake.alpha", "premultiplied");
     if (kind == IBL_PROBES_LUT) {
         set_key(p, tex, &status, "iblbake.content", "brdf_lut");
         set_key(p, tex, &status, "iblbake.axes", "u=N.V,v=roughness");
@@ -89,6 +91,10 @@ static ibl_status put_array(ibl_probes_bake *p, ibl_probes_file kind)
     }
     if (!status)
         status = ibl_texture_array(p->ctx, layer, p->layers, &array);
+    /* Layers of old arrays are as the array was. */
+    array.premultiplied = 0;
+    for (int i = 0; i < p->layers; i++)
+        array.premultiplied |= p->index.layer[i].alpha;
     if (!status)
         status = put_texture(p, kind, &array);
     ibl_texture_free(&array);

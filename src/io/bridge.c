@@ -25,7 +25,7 @@ typedef struct bridge_calls {
     int (*abi)(void);
     ibl_bridge_result (*open)(const ibl_bridge_request *, ibl_bridge **,
                               ibl_bridge_info *, char *);
-    ibl_bridge_result (*read)(ibl_bridge *, int, int, float *, char *);
+    ibl_bridge_result (*read)(ibl_bridge *, int, int, float *, float *, char *);
     void (*close)(ibl_bridge *);
 } bridge_calls;
 
@@ -206,11 +206,15 @@ static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
 
     for (int done = 0, n; done < count; done += n) {
         float *dst = rgb + floats * (size_t)done;
+        float *alpha =
+            rows->alpha
+                ? rows->alpha + (size_t)rows->width * (size_t)(rows->row + done)
+                : NULL;
         n = count - done < CALL_ROWS ? count - done : CALL_ROWS;
         if (ibl_cancelled(rows->ctx))
             return IBL_ERR_CANCELLED;
         const ibl_bridge_result result =
-            r->calls.read(r->bridge, rows->row + done, n, dst, message);
+            r->calls.read(r->bridge, rows->row + done, n, dst, alpha, message);
         ibl_status status = translate(
             rows->ctx, r->name, r->kind[0] ? r->kind : NULL, result, message);
         if (!status && r->is_luma)
@@ -239,7 +243,7 @@ static void rows_close(ibl_rows *rows)
 
 /* From memory, else through a file. */
 static ibl_status open_either(bridge_rows *r, const ibl_bridge_source *source,
-                              ibl_bridge_info *info)
+                              bool want_alpha, ibl_bridge_info *info)
 {
     ibl_ctx *ctx = r->rows.ctx;
     ibl_bridge_request request = {
@@ -249,6 +253,8 @@ static ibl_status open_either(bridge_rows *r, const ibl_bridge_source *source,
         .subimage = source->subimage,
         .channels = {source->channels[0], source->channels[1],
                      source->channels[2]},
+        .want_alpha = want_alpha,
+        .alpha = source->alpha,
         .threads = ibl_ctx_threads(ctx),
     };
     char message[IBL_BRIDGE_MESSAGE], path[32];
@@ -297,18 +303,19 @@ static ibl_status check_and_open(bridge_rows *r,
     if (source->reader && !strcmp(source->reader, "png"))
         status = clean_png(r, &given);
     if (!status)
-        status = open_either(r, &given, &info);
+        status = open_either(r, &given, opts->alpha != IBL_ALPHA_IGNORE, &info);
     if (!status)
         status = check_claims(r->rows.ctx, &given, opts, &info);
     if (status)
         return status;
     r->rows.width = info.width;
     r->rows.height = info.height;
+    r->rows.straight = info.straight;
     report->bridged = 1;
     report->low_range = info.low_range;
     snprintf(report->format, sizeof report->format, "%s by OpenImageIO",
              info.format);
-    return IBL_OK;
+    return info.has_alpha ? ibl_rows_alloc_alpha(&r->rows) : IBL_OK;
 }
 
 ibl_status ibl_bridge_rows(ibl_ctx *ctx, const ibl_bridge_source *source,
@@ -329,7 +336,7 @@ ibl_status ibl_bridge_rows(ibl_ctx *ctx, const ibl_bridge_source *source,
         memcpy(r->luma, source->luma, sizeof r->luma);
     status = check_and_open(r, source, opts);
     if (status)
-        rows_close(&r->rows);
+        ibl_rows_close(&r->rows);
     else
         *rows = &r->rows;
     return status;

@@ -16,6 +16,7 @@ typedef struct ibl_bridge_source {
     int subimage;            /* EXR part, else 0 */
     const char *channels[3]; /* NULL: R, G, B or the first; one grey channel
                                 stands for all three */
+    const char *alpha;       /* with channels, NULL: none */
     const float *luma;       /* they are Y RY BY: the weights; NULL: they are
                                 not */
 } ibl_bridge_source;

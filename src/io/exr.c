@@ -128,23 +128,33 @@ static ibl_status decode_whole(ibl_ctx *ctx, ibl_exr_decoder *d,
                                ibl_rows **rows)
 {
     const int width = d->pick.display.width, height = d->pick.display.height;
+    ibl_rows plane = {.ctx = ctx, .width = width, .height = height};
     ibl_exr_chroma chroma = {0};
     ibl_image img = {0};
     ibl_status status = alloc_chroma(ctx, &d->pick, &chroma);
     if (!status)
         status = ibl_image_alloc(ctx, width, height, &img);
+    if (!status && d->pick.alpha >= 0)
+        status = ibl_rows_alloc_alpha(&plane);
     if (status)
         goto done;
-    const ibl_exr_target target = {
-        .rgb = img.data, .count = height, .chroma = &chroma};
+    const ibl_exr_target target = {.rgb = img.data,
+                                   .count = height,
+                                   .alpha = plane.alpha,
+                                   .chroma = &chroma};
     memset(img.data, 0, 3 * sizeof(float) * (size_t)width * (size_t)height);
     status = ibl_exr_decode_chunks(ctx, d, 0, d->table.count, &target);
     if (!status)
         status = ibl_exr_to_rgb(ctx, &d->pick, &chroma, &img);
     if (!status)
         status = ibl_rows_of_image(ctx, &img, rows);
+    if (!status) {
+        (*rows)->alpha = plane.alpha;
+        plane.alpha = NULL;
+    }
 done:
     ibl_image_free(&img);
+    ibl_free(plane.alpha);
     ibl_free(chroma.plane[0]);
     ibl_free(chroma.plane[1]);
     return status;
@@ -177,6 +187,7 @@ static ibl_status open_bridged(ibl_ctx *ctx, const ibl_exr_pick *pick,
         .channels = {all[pick->channel[0]].name.str,
                      all[pick->channel[1]].name.str,
                      all[pick->channel[2]].name.str},
+        .alpha = pick->alpha < 0 ? NULL : all[pick->alpha].name.str,
         .luma = pick->colour == IBL_EXR_LUMA_CHROMA ? pick->luma : NULL,
     };
     snprintf(kind, sizeof kind, "OpenEXR, %s", compression);

@@ -103,6 +103,7 @@ static bool find_colour(const exr_attr_chlist_t *list, const char *layer,
     const int r = find(list, layer, length, "R", "red");
     const int g = find(list, layer, length, "G", "green");
     const int b = find(list, layer, length, "B", "blue");
+    pick->alpha = find(list, layer, length, "A", "alpha");
     if (r >= 0 && g >= 0 && b >= 0) {
         pick->colour = IBL_EXR_RGB;
         memcpy(pick->channel, (int[]){r, g, b}, sizeof pick->channel);
@@ -293,6 +294,14 @@ static ibl_status check_sampling(ibl_ctx *ctx, const ibl_exr_file *file,
                             file->in->name, e->name.str, e->x_sampling,
                             e->y_sampling);
     }
+    const exr_attr_chlist_entry_t *a =
+        pick->alpha < 0 ? NULL : &all[pick->alpha];
+    if (a && (a->x_sampling != 1 || a->y_sampling != 1))
+        return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
+                        "%s: channel %s is sampled every %d x %d pixels; "
+                        "alpha may not be",
+                        file->in->name, a->name.str, a->x_sampling,
+                        a->y_sampling);
     return IBL_OK;
 }
 
@@ -374,6 +383,8 @@ ibl_status ibl_exr_choose(ibl_ctx *ctx, ibl_exr_file *file,
     status = choose_part(ctx, file, opts, pick);
     if (status)
         return status;
+    if (opts->alpha == IBL_ALPHA_IGNORE)
+        pick->alpha = -1;
     if (exr_get_display_window(file->exr, pick->part, &display) ||
         exr_get_data_window(file->exr, pick->part, &data) ||
         exr_get_compression(file->exr, pick->part, &pick->compression) ||

@@ -42,6 +42,7 @@ typedef struct ibl_exr_pick {
     int part;
     ibl_exr_colour colour;
     int channel[3];  /* places in the part's list: R G B, Y Y Y or Y RY BY */
+    int alpha;       /* place of A, if it is wanted and there, or -1 */
     int chroma_step; /* 1, or 2 where RY and BY have half the edge */
     const exr_attr_chlist_t *channels; /* owned by the core */
     exr_compression_t compression;
@@ -123,6 +124,7 @@ typedef struct ibl_exr_target {
     float *rgb;
     int row, count; /* the first, in the display window, and how many */
     uint32_t *most; /* of each, by d->look; or NULL */
+    float *alpha;   /* of the whole map, or NULL */
     ibl_exr_chroma *chroma;
 } ibl_exr_target;
 

@@ -44,6 +44,7 @@ static ibl_status decode_blocks(exr_rows *r, int blocks, int count,
     ibl_exr_target part = *t;
     ibl_status status;
 
+    part.alpha = r->rows.alpha;
     if (columns > 1) /* a tile has no whole row to look at */
         part.most = NULL;
     if (r->framed)
@@ -179,6 +180,8 @@ static void lay_out(exr_rows *r)
 ibl_status ibl_exr_rows(ibl_ctx *ctx, ibl_exr_decoder *d, ibl_rows **rows)
 {
     exr_rows *r = ibl_alloc_zeroed(1, sizeof *r);
+    ibl_status status = IBL_OK;
+
     if (!r) {
         ibl_exr_decoder_free(d);
         return ibl_no_memory(ctx, "an EXR");
@@ -190,6 +193,11 @@ ibl_status ibl_exr_rows(ibl_ctx *ctx, ibl_exr_decoder *d, ibl_rows **rows)
                          .close = rows_close};
     r->d = d;
     lay_out(r);
-    *rows = &r->rows;
-    return IBL_OK;
+    if (d->pick.alpha >= 0)
+        status = ibl_rows_alloc_alpha(&r->rows);
+    if (status)
+        ibl_rows_close(&r->rows);
+    else
+        *rows = &r->rows;
+    return status;
 }

@@ -267,6 +267,23 @@ static void put_line(const decoding *g, const ibl_exr_chunk *chunk, float *row,
               row + 3 * (x0 - g->d->pick.display.x0) + c, 3);
 }
 
+/* The same of alpha, whose plane is the whole map's. */
+static void put_alpha(const decoding *g, const ibl_exr_chunk *chunk, int y,
+                      const unsigned char *src, exr_pixel_type_t type)
+{
+    const ibl_exr_window *map = &g->d->pick.display;
+    const int bytes = type == EXR_PIXEL_HALF ? 2 : 4;
+    int x0, x1;
+
+    shown_columns(g, chunk, &x0, &x1);
+    if (!g->target->alpha || y < map->y0 || y > map->y1 || x1 < x0)
+        return;
+    to_floats(src + (ptrdiff_t)bytes * (x0 - chunk->x), type, x1 - x0 + 1,
+              g->target->alpha + (size_t)(y - map->y0) * (size_t)map->width +
+                  (x0 - map->x0),
+              1);
+}
+
 /* All three, where they are halves. */
 static void put_halves(const decoding *g, const ibl_exr_chunk *chunk,
                        float *row, const unsigned char *plane[3])
@@ -323,6 +340,8 @@ static void put_chunk(const decoding *g, const ibl_exr_chunk *chunk,
             const exr_attr_chlist_entry_t *e = &pick->channels->entries[i];
             if (!ibl_exr_has_line(e, y))
                 continue;
+            if (i == pick->alpha)
+                put_alpha(g, chunk, y, src, e->pixel_type);
             for (int c = 0; c < wanted; c++) {
                 if (pick->channel[c] != i)
                     continue;

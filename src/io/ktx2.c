@@ -45,6 +45,8 @@ enum {
     FLOAT = 0x80,
     MAX_SAMPLES = 6,
     DFD_HEAD = 4 + 24, /* total size and the block without samples */
+    DFD_FLAGS = 15,
+    ALPHA_PREMULTIPLIED = 1,
     SAMPLE_BYTES = 16
 };
 
@@ -110,7 +112,8 @@ static size_t descriptor_bytes(ibl_pixel pixel)
     return DFD_HEAD + SAMPLE_BYTES * (size_t)samples_of(pixel, s);
 }
 
-static void write_descriptor(ibl_pixel pixel, unsigned char *dst)
+static void write_descriptor(ibl_pixel pixel, bool premultiplied,
+                             unsigned char *dst)
 {
     enum {
         VERSION = 2, /* of the specification: 1.3 */
@@ -118,6 +121,7 @@ static void write_descriptor(ibl_pixel pixel, unsigned char *dst)
         PRIMARIES_BT709 = 1,
         TRANSFER_LINEAR = 1
     };
+    const uint32_t flags = premultiplied ? ALPHA_PREMULTIPLIED : 0;
     sample s[MAX_SAMPLES];
     const int count = samples_of(pixel, s);
     const uint32_t bytes = (uint32_t)descriptor_bytes(pixel);
@@ -125,8 +129,8 @@ static void write_descriptor(ibl_pixel pixel, unsigned char *dst)
     ibl_put_u32(dst, bytes);
     ibl_put_u32(dst + 4, 0); /* vendor Khronos, basic descriptor */
     ibl_put_u32(dst + 8, VERSION | (bytes - 4) << 16);
-    ibl_put_u32(dst + 12,
-                MODEL_RGBSDA | PRIMARIES_BT709 << 8 | TRANSFER_LINEAR << 16);
+    ibl_put_u32(dst + 12, MODEL_RGBSDA | PRIMARIES_BT709 << 8 |
+                              TRANSFER_LINEAR << 16 | flags << 24);
     ibl_put_u32(dst + 16, 0); /* blocks of one texel */
     ibl_put_u32(dst + 20, (uint32_t)ibl_pixel_bytes(pixel)); /* plane 0 */
     ibl_put_u32(dst + 24, 0);
@@ -216,7 +220,7 @@ ibl_status ibl_ktx2_encode(ibl_ctx *ctx, const ibl_texture *tex,
         goto done;
     }
     write_header(tex, &p, file->head);
-    write_descriptor(tex->pixel, file->head + p.dfd);
+    write_descriptor(tex->pixel, tex->premultiplied, file->head + p.dfd);
     ibl_keys_write(p.keys, p.key_count, file->head + p.kvd);
     ibl_pieces_add(file, file->head, head_bytes);
     /* Levels are multiples of their alignment: no gaps between them. */
@@ -326,6 +330,11 @@ ibl_status ibl_ktx2_decode(const ibl_file *file, ibl_texture *tex)
     status =
         ibl_keys_read(file, ibl_file_u32(file, KVD),
                       ibl_file_u32(file, KVD + 4), "rd", "ru", tex, &bottom_up);
+    const uint32_t dfd = ibl_file_u32(file, DFD);
+    tex->premultiplied =
+        layout->texel_bytes == (int)ibl_pixel_bytes(tex->pixel) &&
+        ibl_pixel_has_alpha(tex->pixel) &&
+        file->bytes[dfd + DFD_FLAGS] & ALPHA_PREMULTIPLIED;
     for (int l = 0; !status && l < tex->levels; l++)
         status = read_level(file, layout, tex, l, bottom_up);
     return status;

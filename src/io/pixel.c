@@ -39,6 +39,11 @@ int ibl_pixel_channels(ibl_pixel pixel)
     return formats[pixel].channels;
 }
 
+int ibl_pixel_has_alpha(ibl_pixel pixel)
+{
+    return pixel == IBL_PIXEL_RGBA16F || pixel == IBL_PIXEL_RGBA32F;
+}
+
 float ibl_pixel_max(ibl_pixel pixel)
 {
     assert(pixel < IBL_PIXEL_COUNT);

@@ -31,8 +31,18 @@ void ibl_rows_progress(const ibl_rows *rows, int done)
 
 void ibl_rows_close(ibl_rows *rows)
 {
-    if (rows)
+    if (rows) {
+        float *alpha = rows->alpha;
         rows->close(rows);
+        ibl_free(alpha);
+    }
+}
+
+ibl_status ibl_rows_alloc_alpha(ibl_rows *rows)
+{
+    rows->alpha = ibl_alloc_zeroed((size_t)rows->width * (size_t)rows->height,
+                                   sizeof *rows->alpha);
+    return rows->alpha ? IBL_OK : ibl_no_memory(rows->ctx, "alpha");
 }
 
 /* ---- looking -------------------------------------------------------- */

@@ -31,6 +31,11 @@ struct ibl_rows {
      * gives read its own data for rgb. */
     ibl_image whole;
     bool silent; /* progress was told before, as if all had been read */
+    /* Of the whole map, by ibl_rows_alloc_alpha, where it is asked for and the
+     * file has it: read fills it for the rows that it reads, as the file has
+     * it. Not the reader's to free. */
+    float *alpha;
+    bool straight; /* colours are not multiplied by it */
 };
 
 /* rows->read; counts row up. */
@@ -39,6 +44,8 @@ ibl_status ibl_rows_read(ibl_rows *rows, int count, float *rgb, uint32_t *most);
  * rows. */
 void ibl_rows_progress(const ibl_rows *rows, int done);
 void ibl_rows_close(ibl_rows *rows); /* NULL is fine */
+/* Makes rows->alpha of width x height, all 0. */
+ibl_status ibl_rows_alloc_alpha(ibl_rows *rows);
 
 /* Rows of an image, which becomes theirs, even after an error. */
 ibl_status ibl_rows_of_image(ibl_ctx *ctx, ibl_image *img, ibl_rows **out);

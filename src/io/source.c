@@ -6,6 +6,7 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
+#include "io/alpha.h"
 #include "io/bridge.h"
 #include "io/exr.h"
 #include "io/load.h"
@@ -26,8 +27,10 @@ struct ibl_source {
     ibl_mender mender;
     ibl_read_report report;
     int strict;
-    int row;           /* the next */
-    ibl_status status; /* of a read that failed */
+    bool straight;         /* colours are to be multiplied by alpha */
+    ibl_alpha_count alpha; /* what it was like */
+    int row;               /* the next */
+    ibl_status status;     /* of a read that failed */
 };
 
 /* ---- opening -------------------------------------------------------- */
@@ -80,12 +83,17 @@ static ibl_status make(ibl_ctx *ctx, const char *name,
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "part %d: must be -1 or the number of a part, from 0",
                         opts->part);
+    if (opts->alpha > IBL_ALPHA_STRAIGHT)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "alpha option %d: must be at most %d", (int)opts->alpha,
+                        IBL_ALPHA_STRAIGHT);
     s = ibl_alloc_zeroed(1, sizeof *s);
     if (!s)
         return ibl_no_memory(ctx, "a source");
     s->ctx = ctx;
     s->in.fd = -1;
     s->strict = opts->strict;
+    s->alpha = ibl_alpha_count_none();
     s->name = ibl_alloc_array(bytes, 1);
     if (!s->name) {
         ibl_source_close(s);
@@ -94,6 +102,22 @@ static ibl_status make(ibl_ctx *ctx, const char *name,
     memcpy(s->name, name, bytes);
     *out = s;
     return IBL_OK;
+}
+
+static void fill_report(ibl_source *s)
+{
+    ibl_read_report *r = &s->report;
+
+    *r = s->rows->report;
+    r->nonfinite = s->mender.done.nonfinite;
+    r->negative = s->mender.done.negative;
+    r->peak = s->mender.done.peak;
+    r->has_alpha = s->rows->alpha != NULL;
+    r->alpha_least = s->row && r->has_alpha ? s->alpha.least : 1;
+    r->alpha_most = s->row && r->has_alpha ? s->alpha.most : 1;
+    r->alpha_nonfinite = s->alpha.nonfinite;
+    r->alpha_beyond = s->alpha.beyond;
+    r->alpha_hidden = s->alpha.hidden;
 }
 
 /* Opens the rows of s->in; frees s if that fails. */
@@ -110,7 +134,8 @@ static ibl_status start(ibl_source *s, const ibl_read_options *opts,
     }
     if (s->rows->whole.data)
         ibl_input_close(&s->in);
-    s->report = s->rows->report;
+    s->straight = s->rows->straight || opts->alpha == IBL_ALPHA_STRAIGHT;
+    fill_report(s);
     *out = s;
     return IBL_OK;
 }
@@ -177,9 +202,44 @@ int ibl_source_height(const ibl_source *source)
     return source->rows->height;
 }
 
+const float *ibl_source_alpha(const ibl_source *source)
+{
+    return source->rows->alpha;
+}
+
 const ibl_read_report *ibl_source_report(const ibl_source *source)
 {
     return &source->report;
+}
+
+/* The same of alpha. */
+static ibl_status tell_alpha(const ibl_source *s)
+{
+    const ibl_alpha_count *a = &s->alpha;
+
+    if (s->strict && (a->nonfinite || a->beyond))
+        return ibl_fail(s->ctx, IBL_ERR_FORMAT,
+                        "%s: alpha is not finite in %zu pixels and not from 0 "
+                        "to 1 in %zu, which strict reading refuses and any "
+                        "other mends",
+                        s->in.name, a->nonfinite, a->beyond);
+    if (a->nonfinite)
+        ibl_warn(s->ctx,
+                 "%s: alpha of %zu pixels was not finite and became 0: they "
+                 "count as not seen",
+                 s->in.name, a->nonfinite);
+    if (a->beyond)
+        ibl_warn(s->ctx,
+                 "%s: alpha of %zu pixels was not from 0 to 1 but from %.9g "
+                 "to %.9g, and became 0 or 1",
+                 s->in.name, a->beyond, (double)a->lowest, (double)a->highest);
+    if (a->hidden)
+        ibl_warn(s->ctx,
+                 "%s: %zu pixels had a colour but alpha 0, and became black: "
+                 "colours are taken as multiplied by alpha unless they are "
+                 "said to be straight",
+                 s->in.name, a->hidden);
+    return IBL_OK;
 }
 
 /* Once all is there: says what had to be mended, or refuses it. */
@@ -205,15 +265,17 @@ static ibl_status tell_mended(const ibl_source *s)
                  "%s: low dynamic range (integers, taken for sRGB): lamps and "
                  "the sun are clipped, so it cannot light well",
                  s->in.name);
-    return IBL_OK;
+    return tell_alpha(s);
 }
 
-static void fill_report(ibl_source *s)
+/* Alpha of the next rows, whose colours are there. */
+static void apply_alpha(ibl_source *s, int rows, float *rgb)
 {
-    s->report = s->rows->report;
-    s->report.nonfinite = s->mender.done.nonfinite;
-    s->report.negative = s->mender.done.negative;
-    s->report.peak = s->mender.done.peak;
+    const size_t width = (size_t)s->rows->width;
+
+    if (s->rows->alpha)
+        ibl_alpha_apply(s->rows->alpha + width * (size_t)s->row, rgb,
+                        width * (size_t)rows, s->straight, &s->alpha);
 }
 
 ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
@@ -228,6 +290,8 @@ ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
                         "%d rows: must be 1 to the %d that are left", rows,
                         left);
     s->status = ibl_mender_read(&s->mender, rows, rgb);
+    if (!s->status)
+        apply_alpha(s, rows, rgb);
     s->row += rows;
     fill_report(s);
     if (!s->status && rows == left)

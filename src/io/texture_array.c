@@ -18,7 +18,8 @@ static ibl_status begin(ibl_ctx *ctx, const ibl_texture *tex, int layers,
                          .height = tex->height,
                          .levels = tex->levels,
                          .layers = layers,
-                         .faces = tex->faces};
+                         .faces = tex->faces,
+                         .premultiplied = tex->premultiplied};
     const size_t layer_bytes = tex->bytes / (size_t)tex->layers;
     out->data = ibl_alloc_array(layer_bytes, (size_t)layers);
     if (!out->data)
@@ -69,7 +70,7 @@ ibl_status ibl_texture_array(ibl_ctx *ctx, const ibl_texture *const *layers,
                              int count, ibl_texture *out)
 {
     ibl_status status = IBL_OK;
-    int total = 0;
+    int total = 0, premultiplied = 0;
 
     *out = (ibl_texture){0};
     if (count < 1)
@@ -79,6 +80,7 @@ ibl_status ibl_texture_array(ibl_ctx *ctx, const ibl_texture *const *layers,
         status = check_alike(ctx, layers[0], layers[i], i);
         if (status)
             return status;
+        premultiplied |= layers[i]->premultiplied;
         total += layers[i]->layers;
         if (total > IBL_MAX_LAYERS)
             return ibl_fail(ctx, IBL_ERR_ARGUMENT,
@@ -87,6 +89,7 @@ ibl_status ibl_texture_array(ibl_ctx *ctx, const ibl_texture *const *layers,
                             count, total, i + 1, IBL_MAX_LAYERS);
     }
     status = begin(ctx, layers[0], total, out);
+    out->premultiplied = premultiplied;
     unsigned char *to = out->data;
     for (int l = 0; l < out->levels && !status; l++)
         for (int i = 0; i < count; i++) {

@@ -4,7 +4,10 @@
  *   mkenv hdr W H        Radiance, flat RGBE: a sky, ground and a bright sun
  *   mkenv exr W H NAMES  OpenEXR, uncompressed floats, one scan line a chunk,
  *                        channels as named ("BGR" or "A", alphabetical): R, G
- *                        and B hold what sh_light says
+ *                        and B hold what sh_light says, A 1
+ *   mkenv exr W H NAMES IN [OUT]
+ *                        A is IN where z > 0.8, else OUT (1); R, G and B are
+ *                        multiplied by it if it is from 0 to 1
  */
 #include <math.h>
 #include <stdint.h>
@@ -46,6 +49,13 @@ static void hdr(int w, int h)
             else
                 put_rgbe(d[1] > 0 ? sky : ground);
         }
+}
+
+static double alpha_in = 1, alpha_out = 1;
+
+static double alpha(const double d[3])
+{
+    return d[2] > 0.8 ? alpha_in : alpha_out;
 }
 
 /* Bands 1 in R, 2 in G and B: the irradiance of each is known. */
@@ -132,7 +142,10 @@ static void exr(int w, int h, const char *names)
             for (int i = 0; i < w; i++) {
                 double d[3];
                 direction(w, h, i, j, d);
-                put_float((float)sh_light(*c, d));
+                const double a = alpha(d);
+                put_float((float)(*c == 'A'          ? a
+                                  : a >= 0 && a <= 1 ? a * sh_light(*c, d)
+                                                     : sh_light(*c, d)));
             }
     }
 }
@@ -141,9 +154,11 @@ int main(int argc, char **argv)
 {
     if (argc == 4 && !strcmp(argv[1], "hdr"))
         hdr(atoi(argv[2]), atoi(argv[3]));
-    else if (argc == 5 && !strcmp(argv[1], "exr"))
+    else if (argc >= 5 && argc <= 7 && !strcmp(argv[1], "exr")) {
+        alpha_in = argc > 5 ? atof(argv[5]) : 1;
+        alpha_out = argc > 6 ? atof(argv[6]) : 1;
         exr(atoi(argv[2]), atoi(argv[3]), argv[4]);
-    else
+    } else
         return 2;
     return 0;
 }

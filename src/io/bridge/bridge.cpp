@@ -40,6 +40,7 @@ struct ibl_bridge {
     ImageSpec spec;
     int subimage = 0;
     int channel[3] = {0, 0, 0};
+    int alpha = -1; // its channel
     storage kind = storage::floats;
     int x0 = 0, y0 = 0, width = 0, height = 0; // the display window
     // Rows strip_y..strip_end-1 of the data window, as they are stored.
@@ -219,6 +220,24 @@ void choose_channels(ibl_bridge &b, const ibl_bridge_request &r)
         b.channel[c] = grey ? 0 : c;
 }
 
+// What is to be alpha: asked for by name, or what the reader says it is.
+void choose_alpha(ibl_bridge &b, const ibl_bridge_request &r)
+{
+    if (!r.want_alpha)
+        return;
+    if (r.alpha)
+        b.alpha = find_channel(b.spec, r.alpha);
+    else if (!r.channels[0])
+        b.alpha = b.spec.alpha_channel >= 0 ? b.spec.alpha_channel
+                                            : find_channel(b.spec, "A");
+    if (b.alpha >= b.spec.nchannels)
+        b.alpha = -1;
+    for (int c = 0; c < 3; c++) {
+        if (b.alpha == b.channel[c])
+            b.alpha = -1;
+    }
+}
+
 void seek(ibl_bridge &b)
 {
     if (!b.input->seek_subimage(b.subimage, 0))
@@ -238,8 +257,9 @@ storage storage_of(const ibl_bridge &b)
 {
     const TypeDesc type = b.spec.channelformat(b.channel[0]);
     const bool exr = std::strcmp(b.input->format_name(), "openexr") == 0;
-    for (int c = 1; c < 3; c++) {
-        const TypeDesc other = b.spec.channelformat(b.channel[c]);
+    for (int c = 1; c < (b.alpha < 0 ? 3 : 4); c++) {
+        const TypeDesc other =
+            b.spec.channelformat(c < 3 ? b.channel[c] : b.alpha);
         if (other.is_floating_point() != type.is_floating_point())
             throw failure{IBL_BRIDGE_FORMAT,
                           "its channels are partly integers"};
@@ -263,6 +283,9 @@ void describe(const ibl_bridge &b, ibl_bridge_info *info)
     info->raw_bytes = double(b.spec.width) * double(b.spec.height) *
                       double(b.spec.pixel_bytes(true));
     info->low_range = b.kind == storage::shorts || b.kind == storage::fractions;
+    info->has_alpha = b.alpha >= 0;
+    // Set where the file is so and hints were heard, else it is premultiplied.
+    info->straight = b.spec.get_int_attribute("oiio:UnassociatedAlpha") != 0;
     std::snprintf(info->format, sizeof info->format, "%s, %s",
                   b.input->format_name(),
                   b.spec.channelformat(b.channel[0]).c_str());
@@ -326,19 +349,30 @@ void load_strip(ibl_bridge &b, int y, int first, int last, TypeDesc type)
     b.strip_end = end;
 }
 
+// Converts colours; alpha, whose unit is one, is the same number whatever they
+// are.
 template <typename T, typename Convert>
-void read_map(ibl_bridge &b, TypeDesc type, const Convert &convert, int row,
-              int rows, float *rgb)
+void read_map(ibl_bridge &b, TypeDesc type, const Convert &convert, float one,
+              int row, int rows, float *rgb, float *alpha)
 {
     const placement p = place(b);
-    const int first = *std::min_element(b.channel, b.channel + 3);
-    const int last = *std::max_element(b.channel, b.channel + 3);
+    int first = *std::min_element(b.channel, b.channel + 3);
+    int last = *std::max_element(b.channel, b.channel + 3);
+    if (alpha) {
+        first = std::min(first, b.alpha);
+        last = std::max(last, b.alpha);
+    }
     const size_t step = size_t(last - first + 1);
 
     for (int y = b.y0 + row; y < b.y0 + row + rows; y++) {
-        float *dst = rgb + 3 * size_t(y - b.y0 - row) * size_t(b.width);
-        if (p.x1 - p.x0 < b.width || y < p.y0 || y >= p.y1)
+        const size_t before = size_t(y - b.y0 - row) * size_t(b.width);
+        float *dst = rgb + 3 * before;
+        float *a = alpha ? alpha + before : nullptr;
+        if (p.x1 - p.x0 < b.width || y < p.y0 || y >= p.y1) {
             std::fill_n(dst, 3 * size_t(b.width), 0.0f);
+            if (a)
+                std::fill_n(a, size_t(b.width), 0.0f);
+        }
         if (y < p.y0 || y >= p.y1)
             continue;
         if (y < b.strip_y || y >= b.strip_end)
@@ -350,6 +384,8 @@ void read_map(ibl_bridge &b, TypeDesc type, const Convert &convert, int row,
         for (int x = p.x0; x < p.x1; x++, src += step, dst += 3) {
             for (int c = 0; c < 3; c++)
                 dst[c] = convert(src[b.channel[c] - first]);
+            if (a)
+                a[x - b.x0] = float(src[b.alpha - first]) / one;
         }
     }
 }
@@ -389,6 +425,7 @@ EXPORT ibl_bridge_result ibl_bridge_open(const ibl_bridge_request *request,
         b->subimage = request->subimage;
         seek(*b);
         choose_channels(*b, *request);
+        choose_alpha(*b, *request);
         b->kind = storage_of(*b);
         b->x0 = b->spec.full_x;
         b->y0 = b->spec.full_y;
@@ -405,10 +442,13 @@ EXPORT ibl_bridge_result ibl_bridge_open(const ibl_bridge_request *request,
 }
 
 EXPORT ibl_bridge_result ibl_bridge_read(ibl_bridge *bridge, int first,
-                                         int rows, float *rgb, char *message)
+                                         int rows, float *rgb, float *alpha,
+                                         char *message)
 {
     return guarded(message, [&] {
         ibl_bridge &b = *bridge;
+        if (b.alpha < 0)
+            alpha = nullptr;
         switch (b.kind) {
         case storage::shorts: {
             // 8 bits widen to 16 exactly: v * 257 / 65535 = v / 255.
@@ -420,24 +460,24 @@ EXPORT ibl_bridge_result ibl_bridge_read(ibl_bridge *bridge, int first,
             const float *table = b.table.data();
             read_map<uint16_t>(
                 b, TypeDesc::UINT16, [&](uint16_t v) { return table[v]; },
-                first, rows, rgb);
+                65535, first, rows, rgb, alpha);
             break;
         }
         case storage::fractions:
             read_map<float>(
                 b, TypeDesc::FLOAT,
-                [](float v) { return float(srgb_to_linear(double(v))); }, first,
-                rows, rgb);
+                [](float v) { return float(srgb_to_linear(double(v))); }, 1,
+                first, rows, rgb, alpha);
             break;
         case storage::counts:
             read_map<uint32_t>(
-                b, TypeDesc::UINT32, [](uint32_t v) { return float(v); }, first,
-                rows, rgb);
+                b, TypeDesc::UINT32, [](uint32_t v) { return float(v); }, 1,
+                first, rows, rgb, alpha);
             break;
         case storage::floats:
             read_map<float>(
-                b, TypeDesc::FLOAT, [](float v) { return v; }, first, rows,
-                rgb);
+                b, TypeDesc::FLOAT, [](float v) { return v; }, 1, first, rows,
+                rgb, alpha);
             break;
         }
     });

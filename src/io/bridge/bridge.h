@@ -16,7 +16,7 @@ extern "C" {
 #endif
 
 /* Changes with every change of this file. */
-#define IBL_BRIDGE_ABI 2
+#define IBL_BRIDGE_ABI 3
 #define IBL_BRIDGE_MESSAGE 512
 
 typedef enum ibl_bridge_result {
@@ -35,6 +35,9 @@ typedef struct ibl_bridge_request {
                            which needs path */
     int subimage;
     const char *channels[3]; /* all or none; may be the same thrice */
+    int want_alpha;
+    const char *alpha; /* the channel; NULL: what the file says is alpha, or
+                          none where channels are named */
     int threads;
 } ibl_bridge_request;
 
@@ -43,6 +46,8 @@ typedef struct ibl_bridge_info {
     int data_width, data_height; /* of the data window */
     double raw_bytes;            /* decoded, all channels */
     int low_range;               /* integers, which are decoded from sRGB */
+    int has_alpha;               /* which was wanted and is there */
+    int straight;                /* colours are not multiplied by it */
     char format[32];             /* "tiff, uint16" */
 } ibl_bridge_info;
 
@@ -58,12 +63,13 @@ ibl_bridge_result ibl_bridge_open(const ibl_bridge_request *request,
 /*
  * Fills rgb with `rows` rows of the map, of which row `first` is the first: 3
  * * width * rows linear floats, black outside the data window. Rows are asked
- * for in increasing order. Alpha is dropped: colours are taken as the file has
- * them, neither multiplied nor divided by it. Memory: a strip of some dozen
- * rows.
+ * for in increasing order. Colours are taken as the file has them, neither
+ * multiplied nor divided by alpha, which goes to alpha, as it is, width * rows
+ * floats, 0 outside the data window; NULL: dropped. Memory: a strip of some
+ * dozen rows.
  */
 ibl_bridge_result ibl_bridge_read(ibl_bridge *bridge, int first, int rows,
-                                  float *rgb, char *message);
+                                  float *rgb, float *alpha, char *message);
 void ibl_bridge_close(ibl_bridge *bridge); /* NULL is fine */
 
 #ifdef __cplusplus
