@@ -191,6 +191,44 @@ static void settings_count(void)
     end(l);
 }
 
+static int lines(const char *text)
+{
+    int count = 0;
+
+    for (; *text; text++)
+        count += *text == '\n';
+    return count;
+}
+
+/* What the library cannot filter it says once, and goes on with what there is,
+ * until there is something else to do. */
+static void failure_is_said_once(void)
+{
+    look *l = begin();
+
+    if (!l)
+        return;
+    NEED(l->stage);
+    l->s.probe_filter = VIEW_PROBE_CPU;
+    l->s.probe_interval = 0;
+    CHECK(draw(l, 0));
+    CHECK(draw(l, 1));
+    CHECK_NEAR(view_stage_shown(l->stage), 1, 0);
+    NEED(view_stage_context(l->stage));
+    ibl_ctx_cancel(view_stage_context(l->stage));
+    view_test_catch();
+    for (int i = 2; i < 8; i++)
+        CHECK(draw(l, i));
+    const char *said = view_test_caught();
+    CHECK_MSG(lines(said) <= 2 && strstr(said, "probe stays"), "%s", said);
+    CHECK_NEAR(view_stage_shown(l->stage), 1, 0);
+    l->s.probe_filter = VIEW_PROBE_GPU;
+    CHECK(draw(l, 8));
+    CHECK(draw(l, 9));
+    CHECK_NEAR(view_stage_shown(l->stage), 9, 0);
+    end(l);
+}
+
 static void camera_stays_inside(void)
 {
     view_settings s = view_settings_default();
@@ -209,6 +247,7 @@ static const test tests[] = {
     TEST(follows_within_the_interval),
     TEST(is_spread_over_frames),
     TEST(settings_count),
+    TEST(failure_is_said_once),
     TEST(camera_stays_inside),
 };
 TEST_MAIN(tests)

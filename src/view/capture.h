@@ -82,6 +82,8 @@ bool view_capture_update(view_capture *c, const double position[3],
  */
 bool view_capture_advance(view_capture *c, const double position[3],
                           view_capture_scene *scene, void *cookie, int steps);
+/* Whether the last call of it did fail. */
+bool view_capture_failed(const view_capture *c);
 int view_capture_steps(const view_capture *c);
 /* Of them, those that call the scene, which are the first. */
 int view_capture_draws(const view_capture *c);

@@ -35,6 +35,7 @@ struct view_capture {
     view_capture_set set[2];
     int shown; /* of the sets */
     int step;  /* that is next */
+    bool failed;
     double position[3];
     double doing[VIEW_CAPTURE_PARTS], ms[VIEW_CAPTURE_PARTS];
 };

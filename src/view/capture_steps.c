@@ -230,7 +230,13 @@ bool view_capture_advance(view_capture *c, const double position[3],
         view_capture_restart(c);
     const bool done = c->step == all;
     view_capture_end(&kept);
-    return done && show(c);
+    c->failed = !ok || (done && !show(c));
+    return done && !c->failed;
+}
+
+bool view_capture_failed(const view_capture *c)
+{
+    return c->failed;
 }
 
 bool view_capture_update(view_capture *c, const double position[3],

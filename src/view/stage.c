@@ -39,6 +39,7 @@ struct view_stage {
     int width, height; /* of depth */
     bool fresh;        /* a whole update was made, and nothing is another */
     bool begun;        /* an update that is spread over frames */
+    bool failed;       /* the last one: there is none until something changes */
     double begun_at, shown_at;
 };
 
@@ -238,6 +239,7 @@ static bool capture_whole(view_stage *st, const double position[3])
 
     st->draw.probe_count = 0;
     st->begun_at = st->draw.seconds;
+    st->failed = false;
     for (int bounce = 0; bounce < BOUNCES; bounce++) {
         if (!view_capture_update(st->capture, position, capture_scene, &mirror))
             return false;
@@ -264,12 +266,25 @@ static bool is_due(const view_stage *st, const view_settings *s)
            view_room_moved(st->shown_at, now, view_room_centre, view_room_half);
 }
 
+/* An update that fails would fail, and say so, in each frame. */
+static void give_up(view_stage *st)
+{
+    st->failed = view_capture_failed(st->capture);
+    if (!st->failed)
+        return;
+    st->begun = false;
+    view_note("the scene's probe stays as it is until it is asked for in "
+              "another way");
+}
+
 static void refresh(view_stage *st, const view_settings *s,
                     const double position[3])
 {
     shot mirror = {st, -1};
 
     use_probes(st, position);
+    if (st->failed)
+        return;
     if (!st->begun) {
         if (!is_due(st, s))
             return;
@@ -277,8 +292,10 @@ static void refresh(view_stage *st, const view_settings *s,
         st->begun_at = s->seconds;
     }
     if (!view_capture_advance(st->capture, position, capture_scene, &mirror,
-                              s->probe_faces ? s->probe_faces : ALL))
+                              s->probe_faces ? s->probe_faces : ALL)) {
+        give_up(st);
         return;
+    }
     st->begun = false;
     st->shown_at = st->begun_at;
     use_probes(st, position);
@@ -423,4 +440,9 @@ double view_stage_shown(const view_stage *st)
 const view_room_draw *view_stage_drawn(const view_stage *st)
 {
     return &st->draw;
+}
+
+ibl_ctx *view_stage_context(view_stage *st)
+{
+    return st->ctx;
 }

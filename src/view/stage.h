@@ -24,7 +24,8 @@ void view_stage_restart(view_stage *st);
  * turn, parallax, seconds and how the probe is refreshed. The first draw, and
  * each after a change of the light or of the capture, makes a whole capture
  * with its bounces; later ones capture when the interval is over and something
- * has moved, going by settings.seconds. turn of the environment is the
+ * has moved, going by settings.seconds; if one of these fails, with a message,
+ * the probe stays as it is until the next change. turn of the environment is the
  * settings'. Leaves a framebuffer of its own bound, and state as
  * view_room_render does. False, with a message.
  */
@@ -34,6 +35,8 @@ bool view_stage_draw(view_stage *st, const view_settings *s,
 
 /* Milliseconds of the probe's last update: drawing, levels, irradiance. */
 void view_stage_times(const view_stage *st, double ms[3]);
+/* What the library filters with, once it has been asked to; else NULL. */
+ibl_ctx *view_stage_context(view_stage *st);
 /* The time that the probe shows: settings.seconds when its capture began. */
 double view_stage_shown(const view_stage *st);
 
