@@ -34,7 +34,7 @@ chmod 755 "$work" "$work/bin" "$work/bin/unprivileged"
 export PATH=$work/bin:$PATH
 mkenv hdr 32 16 >"$work/env.hdr"
 mkenv exr 64 32 BGR >"$work/env.exr"
-small='--size 16 --samples 32 --lut-size 16 --irradiance-size 4'
+small='--size 16 --lut-size 16 --irradiance-size 4'
 
 # Sanitizers map terabytes and run several times slower.
 sanitized=no

@@ -303,6 +303,7 @@ test_six_images() {
     rm m2_py.hdr
     mv only_right.hdr m1_px.hdr
     wrong 1 '*m1_nx.hdr*' env.exr --specular m%l_%f.hdr
+    wrong 1 '*m%l.hdr: has %l but no %f*' env.exr --specular m%l.hdr
     cp m0_px.hdr only_left.hdr
     wrong 1 '*only_left.hdr: 32 pixels wide*' env.exr \
         --specular only_%f.hdr --face-names up,left,up,down,front,back
@@ -326,7 +327,7 @@ test_misuse() {
 
 test_malformed() {
     wrong 1 '*gone: No such file*' env.exr gone
-    wrong 1 '*env.exr: not a directory*' env.exr env.exr
+    wrong 1 '*env.exr: not a directory: *environment first*' env.exr env.exr
     mkdir empty
     wrong 1 '*empty: has no env_specular*' env.exr empty
     iblbake -q $small env.exr -o out

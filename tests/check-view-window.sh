@@ -83,12 +83,14 @@ find_window() {
     window=$(xdotool search --onlyvisible --pid "$viewer" | head -n 1)
     [ -n "$window" ]
 }
-# open [arguments]: sets viewer and window; its words go to `said`.
+# open [arguments]: sets viewer and window; its words go to `said`. The hint at
+# the keys goes with any key.
 open() {
     : >said # which is emptied between, so it is added to
     iblview --size 320x240 "$@" 2>>said >printed &
     viewer=$!
     within find_window || { echo "no window: $(cat said)"; return 1; }
+    [ "${hint:-}" = kept ] || press x
 }
 # ended: the viewer has; sets status.
 gone() { ! kill -0 "$viewer" 2>/dev/null; }
@@ -152,8 +154,10 @@ baked() { # MAP
 
 test_opens_and_equals_offscreen() {
     still off.png --size 320x240 baked
-    open baked || return
+    hint=kept open baked || return
     shows 'env | '
+    within not_shown off.png || echo 'nothing says how to see the keys'
+    press x
     [ "$(xdotool getwindowgeometry "$window" | grep -o '[0-9]*x[0-9]*')" = \
         320x240 ] || echo 'has another size'
     on_screen off.png

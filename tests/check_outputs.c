@@ -194,7 +194,8 @@ static void twice(void)
          !symlink("t", at("t2")));
     NEED(!ibl_outputs_create(ctx, &out));
     CHECK(!add(out, at("t/x"), "1"));
-    CHECK(add(out, at("t/x"), "2") == IBL_ERR_ARGUMENT);
+    CHECK(add(out, at("t/x"), "2") == IBL_ERR_ARGUMENT &&
+          said("give each its own"));
     CHECK(add(out, at("t//.//x"), "3") == IBL_ERR_ARGUMENT);
     CHECK(add(out, at("t/link"), "4") == IBL_ERR_ARGUMENT);
     CHECK(add(out, at("t2/x"), "5") == IBL_ERR_ARGUMENT);
@@ -502,6 +503,7 @@ static void full_disk(void)
         return;
     }
     fill("disk");
+    CHECK(said("make room"));
     fill_later("disk", false);
     CHECK(!umount(at("disk")));
 }

@@ -129,6 +129,12 @@ static ibl_status make_skybox(ibl_bake *b)
 
 static ibl_status make_specular(ibl_bake *b)
 {
+    if (b->opts->sampling[0] &&
+        !strcmp(ibl_bake_specular_method(b), "spectral"))
+        ibl_console_warn(b->console,
+                         "%s: without effect, since no level is sampled: add "
+                         "--method sampled or leave it out",
+                         b->opts->sampling);
     return put_cube(b, IBL_OUTPUT_SPECULAR, &b->made.specular);
 }
 

@@ -2,6 +2,7 @@
 #include "cli/opts.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 bool ibl_opts_wants(const ibl_opts *o, ibl_output_kind kind)
@@ -68,6 +69,27 @@ enum {
     MOST_SAMPLES = 65536 /* where a tolerance chooses */
 };
 
+static void note_sampling(ibl_opts *o, bool given, const char *name)
+{
+    const size_t used = strlen(o->sampling);
+
+    if (given)
+        snprintf(o->sampling + used, sizeof o->sampling - used, "%s%s",
+                 used ? ", " : "", name);
+}
+
+/* Before what was not given is filled in. */
+static void note_samplings(ibl_opts *o)
+{
+    const ibl_opts d = ibl_opts_default();
+    const double bias = o->specular.lod_bias, usual = d.specular.lod_bias;
+
+    note_sampling(o, o->specular.samples, "--samples");
+    note_sampling(o, bias < usual || bias > usual, "--lod-bias");
+    note_sampling(o, o->specular.jitter, "--jitter");
+    note_sampling(o, o->pdf_mip != d.pdf_mip, "--pdf-mip");
+}
+
 /* The numbers of the specular chain, into the library's options. */
 static bool finish_specular(ibl_opts *o)
 {
@@ -75,6 +97,7 @@ static bool finish_specular(ibl_opts *o)
     ibl_specular_layout layout;
     int most = 1;
 
+    note_samplings(o);
     if (!s->samples)
         s->samples = s->tolerance > 0 ? MOST_SAMPLES : USUAL_SAMPLES;
     s->method = (ibl_method)o->method;

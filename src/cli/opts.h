@@ -38,6 +38,7 @@ typedef struct ibl_opts {
     int lobe;            /* ibl_lobe */
     int mapping;         /* ibl_roughness_map */
     int pdf_mip;
+    char sampling[64]; /* options that only sampled levels heed, as given */
     ibl_irradiance_options irradiance;
     ibl_lut_options lut;
     int geometry;  /* ibl_geometry */

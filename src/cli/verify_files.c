@@ -71,10 +71,16 @@ static ibl_status open_sidecar(reader *r)
     json_error_t error;
     struct stat st;
 
-    if (stat(o->directory, &st) || !S_ISDIR(st.st_mode)) {
-        ibl_console_fail(
-            r->console, "%s: %s: give the directory of a bake", o->directory,
-            stat(o->directory, &st) ? strerror(errno) : "not a directory");
+    if (stat(o->directory, &st)) {
+        ibl_console_fail(r->console, "%s: %s: give the directory of a bake",
+                         o->directory, strerror(errno));
+        return IBL_ERR_IO;
+    }
+    if (!S_ISDIR(st.st_mode)) {
+        ibl_console_fail(r->console,
+                         "%s: not a directory: give the environment first, "
+                         "then the directory of its bake",
+                         o->directory);
         return IBL_ERR_IO;
     }
     r->sidecar_path = join(o->directory, "%s%s.%s", o->name, "", "json");
@@ -362,8 +368,16 @@ static ibl_status read_container(const reader *r, ibl_verify_kind kind,
 {
     ibl_texture tex = {0};
     ibl_cube cube = {0};
-    ibl_status status = ibl_texture_read(r->ctx, f->path, &tex, NULL);
+    ibl_status status;
 
+    if (strstr(f->path, "%l") && access(f->path, F_OK)) {
+        ibl_console_fail(r->console,
+                         "%s: has %%l but no %%f: put %%f where the names of "
+                         "the faces are",
+                         f->path);
+        return IBL_ERR_ARGUMENT;
+    }
+    status = ibl_texture_read(r->ctx, f->path, &tex, NULL);
     if (status)
         return status;
     if (tex.faces != IBL_FACES) {

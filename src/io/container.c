@@ -50,7 +50,8 @@ bool ibl_file_has(const ibl_file *file, uint64_t at, uint64_t size)
 ibl_status ibl_file_short(const ibl_file *file, const char *what)
 {
     return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                    "%s: damaged or cut short: its %zu bytes do not hold %s",
+                    "%s: damaged or cut short: its %zu bytes do not hold %s: "
+                    "copy or make it again",
                     file->name, file->size, what);
 }
 
@@ -159,7 +160,7 @@ ibl_status ibl_texture_begin(const ibl_file *file, const ibl_shape *shape,
     if (stored > file->size)
         return ibl_fail(file->ctx, IBL_ERR_FORMAT,
                         "%s: damaged or cut short: its texels take %llu bytes,"
-                        " the file has %zu",
+                        " the file has %zu: copy or make it again",
                         file->name, (unsigned long long)stored, file->size);
     /* No more than 4/3 of the file's own size from here on. */
     tex->bytes = (size_t)texels * ibl_pixel_bytes(tex->pixel);
@@ -210,7 +211,8 @@ ibl_status ibl_place_read(const ibl_file *file, const ibl_place *place,
     if (!ibl_file_has(file, place->at, ibl_place_bytes(place, tex, level)))
         return ibl_fail(file->ctx, IBL_ERR_FORMAT,
                         "%s: damaged or cut short: face %d of level %d, layer "
-                        "%d, is at %llu, beyond the file's %zu bytes",
+                        "%d, is at %llu, beyond the file's %zu bytes: copy or "
+                        "make it again",
                         file->name, face, level, layer,
                         (unsigned long long)place->at, file->size);
     for (size_t y = 0; y < height; y++) {

@@ -81,7 +81,7 @@ static ibl_status add_chunk(ibl_ctx *ctx, const ibl_exr_file *file,
         info->data_offset > file->in->size - info->packed_size)
         return ibl_fail(ctx, IBL_ERR_FORMAT,
                         "%s: EXR cut short: the block of line %d ends past "
-                        "the end of the file",
+                        "the end of the file: copy it again",
                         file->in->name, y);
     if (bytes != info->unpacked_size || bytes > INT_MAX)
         return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,

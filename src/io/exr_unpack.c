@@ -396,7 +396,7 @@ static ibl_status tell(ibl_ctx *ctx, const ibl_exr_decoder *d, const outcome *o)
     if (o->code == EXR_ERR_READ_IO)
         return ibl_fail(ctx, IBL_ERR_FORMAT,
                         "%s: EXR cut short: the block of line %d ends past "
-                        "the end of the file",
+                        "the end of the file: copy it again",
                         name, o->y);
     if (o->code == EXR_ERR_OUT_OF_MEMORY &&
         compression != EXR_COMPRESSION_PXR24 &&

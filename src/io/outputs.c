@@ -97,11 +97,34 @@ struct ibl_outputs {
     char paths[2 * IBL_MAX_OUTPUTS + IBL_MAX_OUTPUT_DIRS][PATH_BYTES];
 };
 
+/* What to do about an errno. */
+static const char *advice(int error)
+{
+    switch (error) {
+    case ENOSPC:
+    case EDQUOT:
+        return ": make room there or choose another directory";
+    case EACCES:
+    case EPERM:
+    case EROFS:
+    case ENOENT:
+    case ENOTDIR:
+        return ": choose another directory";
+    case ENAMETOOLONG:
+        return ": choose a shorter name";
+    case EFBIG:
+        return ": raise the limit on files or ask for smaller outputs";
+    default:
+        return "";
+    }
+}
+
 static ibl_status failed(const ibl_outputs *out, const char *path,
                          const char *what)
 {
-    return ibl_fail(out->ctx, IBL_ERR_IO, "%s: %s: %s", path, what,
-                    strerror(errno));
+    const int error = errno;
+    return ibl_fail(out->ctx, IBL_ERR_IO, "%s: %s: %s%s", path, what,
+                    strerror(error), advice(error));
 }
 
 static ibl_status check_length(const ibl_outputs *out, const char *path,
@@ -152,7 +175,9 @@ static ibl_status make_dir(ibl_outputs *out, const char *path)
         if (S_ISDIR(st.st_mode))
             return IBL_OK;
         return ibl_fail(out->ctx, IBL_ERR_IO,
-                        "%s: is there and is no directory", path);
+                        "%s: is there and is no directory: choose another "
+                        "name",
+                        path);
     }
     if (errno != ENOENT)
         return failed(out, path, "cannot be looked at");
@@ -239,7 +264,9 @@ static ibl_status check_existing(const ibl_outputs *out, const char *path)
     }
     if (S_ISDIR(st.st_mode))
         return ibl_fail(out->ctx, IBL_ERR_IO,
-                        "%s: is a directory, a file cannot replace it", path);
+                        "%s: is a directory, a file cannot replace it: choose "
+                        "another name",
+                        path);
     if (!S_ISREG(st.st_mode))
         return ibl_fail(out->ctx, IBL_ERR_IO,
                         "%s: is a %s; outputs are renamed into place and can "
@@ -287,7 +314,9 @@ static ibl_status aim(ibl_outputs *out, const char *path, slot *s)
         if (atomic_load(&out->slots[i].state) != UNUSED &&
             same_target(&out->slots[i], s))
             return ibl_fail(out->ctx, IBL_ERR_ARGUMENT,
-                            "%s: is an output already", path);
+                            "%s: is the name of another output too: give "
+                            "each its own",
+                            path);
     }
     return IBL_OK;
 }

@@ -140,7 +140,8 @@ ibl_status ibl_rgbe_tell(ibl_ctx *ctx, const char *name, ibl_rgbe_fault f,
         break;
     }
     return ibl_fail(ctx, IBL_ERR_FORMAT,
-                    "%s: the file ends in scanline %d of %d: it is cut short",
+                    "%s: the file ends in scanline %d of %d: it is cut short: "
+                    "copy it again",
                     name, row + 1, h->rows);
 }
 

@@ -386,7 +386,7 @@ ibl_status ibl_rgbe_parse(ibl_ctx *ctx, const char *name,
         if (!next_line(&rest, bare_cr, &line))
             return ibl_fail(ctx, IBL_ERR_FORMAT,
                             "%s: the file ends in its header, before the "
-                            "resolution line: it is cut short",
+                            "resolution line: it is cut short: copy it again",
                             name);
         if (is_resolution(line))
             break;

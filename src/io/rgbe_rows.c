@@ -388,13 +388,14 @@ static ibl_status check_length(const rgbe_rows *r)
     const size_t bytes = r->in->size - r->h.data;
     if (!bytes)
         return ibl_fail(r->rows.ctx, IBL_ERR_FORMAT,
-                        "%s: the file ends after its header: it is cut short",
+                        "%s: the file ends after its header: it is cut short: "
+                        "copy it again",
                         r->in->name);
     /* no scanline is shorter than a pixel */
     if (bytes / 4 < (size_t)r->h.rows)
         return ibl_fail(r->rows.ctx, IBL_ERR_FORMAT,
                         "%s: %zu bytes of pixels cannot hold %d scanlines: "
-                        "the file is cut short",
+                        "the file is cut short: copy it again",
                         r->in->name, bytes, r->h.rows);
     return IBL_OK;
 }

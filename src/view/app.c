@@ -221,6 +221,8 @@ static void mouse(void *cookie, double x, double y, int button, bool down)
     app->redraw = true;
     if (button >= 0 && button < 3)
         app->held[button] = down;
+    if (button >= 0 && down)
+        app->notice[0] = '\0';
     if (!app->set || width < 1 || height < 1)
         return;
     if (button < 0 && app->held[0])
@@ -335,6 +337,8 @@ static bool loop(view_app *app)
 {
     double looked = view_clock();
 
+    if (!app->notice[0])
+        view_app_notice(app, "? lists the keys");
     app->redraw = true;
     for (;;) {
         if ((app->redraw || goes_on(app)) && !draw(app))

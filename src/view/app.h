@@ -36,7 +36,7 @@ typedef struct view_app {
     bool held[3];    /* buttons */
     double frame_ms;
     char title[300];
-    char notice[200]; /* on screen until the next key; "": none */
+    char notice[200]; /* on screen until a key or a click; "": none */
     bool redraw;      /* something changed since the last frame */
     bool quit;
 } view_app;
@@ -51,7 +51,7 @@ bool view_app_run(ibl_ctx *ctx, const view_options *options);
 void view_app_reset(view_app *app);
 /* Writes what is shown to the first iblview-NNN.png that is not there. */
 void view_app_picture(view_app *app);
-/* Says something on the screen until the next key. */
+/* Says something on the screen until the next key or click. */
 void view_app_notice(view_app *app, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
 
