@@ -216,6 +216,23 @@ ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
                                  double yaw_deg, ibl_cube *cube);
 
 /*
+ * The other way: fills map (allocated, width a multiple of 8, height even) from
+ * level 0 of cube. Each pixel is the mean over its solid angle of the texels as
+ * constant patches, so that the map is the same light: a constant stays that,
+ * nothing leaves the range of the cube, and a texel's energy arrives. The
+ * integral is exact along meridians, of which there are four between the edges
+ * of pixels and of the columns of texels of the four upright faces: 1e-5 of
+ * what such a texel holds, and 0.5 % (root mean square; 3 % at most) of a
+ * single texel of +Y or -Y, goes to its neighbours instead or comes from them.
+ * IBL_ERR_ARGUMENT: width or height. IBL_ERR_MEMORY: map unspecified.
+ */
+ibl_status ibl_latlong_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
+                                 ibl_image *map);
+/* Width of the map that has all that a cube of a size has: 8 size, at least
+ * 256, at most IBL_MAX_EDGE. It is half as high. */
+int ibl_latlong_width(int size);
+
+/*
  * Fills levels 1.. of cube from level 0: each texel the average of the 2x2
  * texels above it (3 of an odd row's or column's), weighted by their solid
  * angles.

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/cube_map.h"
 #include "cli/faces.h"
 
 typedef struct taker {
@@ -276,17 +275,12 @@ static ibl_status bake_cube(const taker *t, ibl_cube *cube,
                             const ibl_bake_options *options,
                             ibl_bake_result *made)
 {
-    const int width = ibl_cube_map_width(cube->size);
+    const int width = ibl_latlong_width(cube->size);
     ibl_image map = {0};
-    ibl_status status;
 
-    ibl_console_progress(t->console, "map", 0);
-    status = ibl_image_alloc(t->ctx, width, width / 2, &map);
-    if (!status && !ibl_cube_map_fill(cube, &map)) {
-        ibl_console_fail(t->console, "%s: no memory for the map",
-                         t->capture->file[0]);
-        status = IBL_ERR_MEMORY;
-    }
+    ibl_status status = ibl_image_alloc(t->ctx, width, width / 2, &map);
+    if (!status)
+        status = ibl_latlong_from_cube(t->ctx, cube, &map);
     if (!status) {
         const ibl_environment env = {
             .width = map.width, .height = map.height, .image = &map};

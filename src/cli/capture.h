@@ -14,9 +14,9 @@
 
 /*
  * Bakes a capture. An equirectangular one row by row, as the bake of the file
- * alone. Of faces and crosses a map is made (cli/cube_map.h); level 0 of the
- * specular cube is then not from that but the faces themselves, or the means
- * of their texels, where they are 2^k times as large.
+ * alone. Of faces and crosses a map is made; level 0 of the specular cube is
+ * then not from that but the faces themselves, or the means of their texels,
+ * where they are 2^k times as large.
  *   read   of each file
  *   made   empty; the caller's to free with ibl_bake_result_free
  *   alpha  the same, of greys that are alpha: made with the same options if

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* Cubes as equirectangular maps: what `iblbake probes` bakes captured faces
- * from. */
+/* Cubes as equirectangular maps. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/cube_map.c"
+#include "core/pi.h"
 #include "ibl/ibl.h"
 #include "test.h"
 
@@ -23,10 +22,10 @@ static ibl_cube make_cube(int n)
 
 static ibl_image make_map(const ibl_cube *cube)
 {
-    const int width = ibl_cube_map_width(cube->size);
+    const int width = ibl_latlong_width(cube->size);
     ibl_image map = {0};
     if (ibl_image_alloc(ctx, width, width / 2, &map) ||
-        !ibl_cube_map_fill(cube, &map))
+        ibl_latlong_from_cube(ctx, cube, &map))
         exit(1);
     return map;
 }
@@ -35,9 +34,9 @@ static double map_energy(const ibl_image *map, int channel)
 {
     double sum = 0;
     for (int y = 0; y < map->height; y++) {
-        const double omega =
-            2 * PI / map->width *
-            (cos(PI * y / map->height) - cos(PI * (y + 1) / map->height));
+        const double omega = 2 * IBL_PI / map->width *
+                             (cos(IBL_PI * y / map->height) -
+                              cos(IBL_PI * (y + 1) / map->height));
         for (int x = 0; x < map->width; x++)
             sum +=
                 omega * (double)map->data[3 * (y * map->width + x) + channel];
@@ -103,9 +102,8 @@ static void each_texel_keeps_its_energy(void)
 
 /* Texels that hold where they look, so that a pixel that is taken from the
  * wrong place is seen. */
-static void pixels_look_where_texels_do(void)
+static double worst_look(int n)
 {
-    const int n = 32;
     ibl_cube cube = make_cube(n);
     double worst = 0;
 
@@ -121,8 +119,8 @@ static void pixels_look_where_texels_do(void)
     ibl_image map = make_map(&cube);
     for (int y = 0; y < map.height; y++)
         for (int x = 0; x < map.width; x++) {
-            const double theta = PI * (y + 0.5) / map.height;
-            const double phi = 2 * PI * (x + 0.5) / map.width - PI;
+            const double theta = IBL_PI * (y + 0.5) / map.height;
+            const double phi = 2 * IBL_PI * (x + 0.5) / map.width - IBL_PI;
             const double d[3] = {sin(theta) * cos(phi), cos(theta),
                                  sin(theta) * sin(phi)};
             for (int k = 0; k < 3; k++)
@@ -130,9 +128,56 @@ static void pixels_look_where_texels_do(void)
                     worst, fabs((double)map.data[3 * (y * map.width + x) + k] -
                                 1 - d[k]));
         }
-    CHECK(worst < 2.0 / n);
     ibl_image_free(&map);
     ibl_cube_free(&cube);
+    return worst;
+}
+
+static void pixels_look_where_texels_do(void)
+{
+    CHECK(worst_look(32) < 2.0 / 32);
+    CHECK(worst_look(33) < 2.0 / 33);
+}
+
+static void any_number_of_threads(void)
+{
+    static const int sizes[] = {1, 13, 40};
+    ibl_ctx *one = test_ctx(1, IBL_ISA_AUTO), *three = test_ctx(3, 0);
+
+    for (int i = 0; i < 3; i++) {
+        ibl_cube cube = make_cube(sizes[i]);
+        ibl_image a = make_map(&cube), b = make_map(&cube);
+        const size_t bytes =
+            3 * sizeof(float) * (size_t)a.width * (size_t)a.height;
+        test_random r = {1};
+        for (size_t k = 0; k < 3 * ibl_cube_texels(sizes[i], 1); k++)
+            cube.data[k] = (float)test_random_unit(&r);
+        CHECK(!ibl_latlong_from_cube(one, &cube, &a));
+        CHECK(!ibl_latlong_from_cube(three, &cube, &b));
+        CHECK(!memcmp(a.data, b.data, bytes));
+        ibl_image_free(&a);
+        ibl_image_free(&b);
+        ibl_cube_free(&cube);
+    }
+    ibl_ctx_free(one);
+    ibl_ctx_free(three);
+}
+
+static void shapes_that_do_not_fit(void)
+{
+    static const int shapes[][2] = {{4, 2}, {12, 6}, {16, 7}, {8, 1}};
+    ibl_ctx *quiet = NULL;
+    ibl_cube cube = make_cube(2);
+
+    NEED(!ibl_ctx_create(NULL, &quiet));
+    for (int i = 0; i < 4; i++) {
+        ibl_image map = {0};
+        NEED(!ibl_image_alloc(ctx, shapes[i][0], shapes[i][1], &map));
+        CHECK(ibl_latlong_from_cube(quiet, &cube, &map) == IBL_ERR_ARGUMENT);
+        ibl_image_free(&map);
+    }
+    ibl_cube_free(&cube);
+    ibl_ctx_free(quiet);
 }
 
 /* The GGX level of one roughness towards d, as a sum over the cube's texels,
@@ -205,6 +250,8 @@ static const test tests[] = {
     TEST(constant_stays),
     TEST(each_texel_keeps_its_energy),
     TEST(pixels_look_where_texels_do),
+    TEST(any_number_of_threads),
+    TEST(shapes_that_do_not_fit),
     TEST(levels_are_those_of_the_faces),
 };
 
