@@ -14,7 +14,7 @@ enum {
     HUGE_PAGE = 1 << 21, /* of x86-64 and of arm64 with pages of 4 KiB */
     HUGE_FROM = HUGE_PAGE / 2,
     KEPT_FROM = HUGE_PAGE / 8, /* what may take a kept block */
-    MAX_BLOCKS = 64
+    MAX_BLOCKS = 1024 /* a set of probes has a texture or two for each */
 };
 
 /* Kept for the next who asks. Sanitizers are to see every block come and go. */
@@ -46,7 +46,8 @@ typedef struct block {
 } block;
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
-static block blocks[MAX_BLOCKS]; /* under lock; others are not kept */
+static block blocks[MAX_BLOCKS];   /* under lock; others are not kept */
+static block *blocks_end = blocks; /* of those that ever were in use */
 static size_t kept_bytes;
 
 /* The smallest kept block that holds bytes and is no more than most. */
@@ -56,7 +57,7 @@ static void *take_kept(size_t bytes, size_t most)
     void *at = NULL;
 
     pthread_mutex_lock(&lock);
-    for (block *b = blocks; kept_bytes && b < blocks + MAX_BLOCKS; b++)
+    for (block *b = blocks; kept_bytes && b < blocks_end; b++)
         if (b->kept && b->bytes >= bytes && b->bytes <= most &&
             (!best || b->bytes < best->bytes))
             best = b;
@@ -75,6 +76,7 @@ static void remember(void *at, size_t bytes)
     for (block *b = blocks; b < blocks + MAX_BLOCKS; b++)
         if (!b->at) {
             *b = (block){at, bytes, false};
+            blocks_end = b < blocks_end ? blocks_end : b + 1;
             break;
         }
     pthread_mutex_unlock(&lock);
@@ -86,7 +88,7 @@ static bool keep(void *at)
     bool stays = false;
 
     pthread_mutex_lock(&lock);
-    for (block *b = blocks; b < blocks + MAX_BLOCKS; b++)
+    for (block *b = blocks; b < blocks_end; b++)
         if (b->at == at) {
             stays = b->bytes <= KEPT_BYTES - kept_bytes;
             b->kept = stays;
@@ -103,7 +105,7 @@ static bool keep(void *at)
 void ibl_alloc_trim(void)
 {
     pthread_mutex_lock(&lock);
-    for (block *b = blocks; b < blocks + MAX_BLOCKS; b++)
+    for (block *b = blocks; b < blocks_end; b++)
         if (b->kept) {
             free(b->at);
             *b = (block){0};
