@@ -107,6 +107,7 @@ $(EXR_OBJ): LOCAL = $(EXR_CFLAGS)
 $(BUILD)/obj/src/io/bridge.o: LOCAL = -DIBL_BRIDGE='"$(LIBDIR)/iblbake/libiblbridge.so"'
 $(BUILD)/obj/src/view/%.o: LOCAL = $(VIEW_CFLAGS)
 $(BUILD)/obj/src/view/write_exr.o: LOCAL = $(VIEW_CFLAGS) $(EXR_CFLAGS)
+$(BUILD)/obj/src/common/%.o: LOCAL = $(CLI_CFLAGS)
 $(BUILD)/obj/src/cli/%.o: LOCAL = $(CLI_CFLAGS) -DIBL_REVISION='"$(REVISION)"'
 
 # What else was built with is built again: these files hold what was used and

@@ -12,11 +12,11 @@
 #include <unistd.h>
 
 #include "box.h"
+#include "common/json_at.h"
 #include "files.h"
 #include "test.h"
 #include "view.h"
 #include "view/capture.h"
-#include "view/json_at.h"
 #include "view/message.h"
 #include "view/probe_save.h"
 #include "view/probe_set.h"
@@ -210,22 +210,22 @@ static void sets_say_what_probes_are(void)
     make_probes(probe);
     const view_probe_captures c = captures_of(probe);
     NEED(view_probe_save(ctx, file_path("new/deep"), &c));
-    const char *name = file_path("new/deep/set.json");
-    json_t *root = view_json_open(name);
-    const view_json_at at = view_json_root(name, root);
-    const view_json_at all = view_json_member(&at, "probes");
-    CHECK(view_json_array(&all, PROBES, PROBES));
+    ibl_json_file file = {.name = file_path("new/deep/set.json")};
+    NEED(ibl_json_open(&file));
+    const ibl_json_at at = ibl_json_root(&file);
+    const ibl_json_at all = ibl_json_member(&at, "probes");
+    CHECK(ibl_json_array(&all, PROBES, PROBES));
     for (size_t i = 0; i < PROBES; i++) {
-        const view_json_at p = view_json_element(&all, i);
-        const view_json_at position = view_json_member(&p, "position");
-        const view_json_at blend = view_json_member(&p, "blend");
+        const ibl_json_at p = ibl_json_element(&all, i);
+        const ibl_json_at position = ibl_json_member(&p, "position");
+        const ibl_json_at blend = ibl_json_member(&p, "blend");
         double x[3], width;
-        CHECK(view_json_triple(&position, -9, 9, false, x) &&
+        CHECK(ibl_json_triple(&position, -9, 9, false, x) &&
               !memcmp(x, probe[i].position, sizeof x));
-        CHECK(view_json_real(&blend, 0, 1, false, &width));
+        CHECK(ibl_json_real(&blend, 0, 1, false, &width));
         CHECK_NEAR(width, probe[i].blend, 0);
     }
-    json_decref(root);
+    json_decref(file.root);
     CHECK(file_run("[ $(ls -A new/deep | wc -l) = %d ]", 6 * PROBES + 1));
 }
 
@@ -458,21 +458,21 @@ static void damaged_indices_are_refused(void)
                   "index.json"));
     refuses("holes", "holes/index.json: is no file");
     NEED(file_run("head -c 600 whole/index.json >bad/index.json"));
-    refuses("bad", "bad/index.json:|is no JSON");
+    refuses("bad", "bad/index.json:|no JSON");
     NEED(file_run("head -c 100000 /dev/zero | tr '\\0' '[' >bad/index.json"));
-    refuses("bad", "bad/index.json:|is no JSON");
+    refuses("bad", "bad/index.json:|no JSON");
     NEED(file_run("echo '[]' >bad/index.json"));
     refuses("bad", "expected an object");
     NEED(file_run("cp painted/set.json bad/index.json"));
     refuses("bad", "is a set to bake");
     refuses_edited("s/\"version\": 1,/\"version\": 2,/",
-                   "index.json: version: expected 1, found 2");
+                   "index.json: version|found 2");
     refuses_edited("s/\"layer\": 1/\"layer\": 3/",
                    "probes[1].layer: expected a whole number from 0 to 2, "
                    "found 3");
     refuses_edited("s/\"layer\": 1/\"layer\": -1/", "probes[1].layer|found -1");
     refuses_edited("s/\"linear\"/\"cubic\"/",
-                   "specular.mapping: expected \"linear\" or \"filament\", "
+                   "specular.mapping: expected linear or filament, "
                    "found \"cubic\"");
     refuses_edited("s/\"kind\": \"sh\"/\"kind\": 3/",
                    "irradiance.kind|found 3");
@@ -480,7 +480,7 @@ static void damaged_indices_are_refused(void)
                    "irradiance.scale|found \"E2\"");
     refuses_edited("s/\"radius\": 3.0/\"radius\": 0/",
                    "influence.sphere.radius: expected a number above 0");
-    refuses_edited("s/\"sphere\"/\"cone\"/", "\"box\" or \"sphere\"");
+    refuses_edited("s/\"sphere\"/\"cone\"/", "expected one of box and sphere");
     refuses_edited("s/\"position\": \\[2.0, /\"position\": [/",
                    "probes[0].position: expected an array of 3");
     refuses_edited("s/\"sh\": \\[/\"sh\": [[1, 2, 3],/",
@@ -502,7 +502,7 @@ static void damaged_indices_are_refused(void)
                    "its index says 16 with 5");
     refuses_edited("s/\"rgba16f\"/\"rgb9e5\"/",
                    "holds rgba16f, its index says rgb9e5");
-    refuses_edited("s/\"name\": \"[^\"]*\",/\"priority\": 1,/", "is no JSON");
+    refuses_edited("s/\"name\": \"[^\"]*\",/\"priority\": 1,/", "no JSON");
     view_test_end();
 }
 

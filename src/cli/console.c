@@ -54,6 +54,11 @@ void ibl_console_fail(ibl_console *c, const char *fmt, ...)
     va_end(ap);
 }
 
+void ibl_console_error(void *console, const char *text)
+{
+    ibl_console_fail(console, "%s", text);
+}
+
 void ibl_console_warn(ibl_console *c, const char *fmt, ...)
 {
     va_list ap;

@@ -41,6 +41,8 @@ void ibl_console_progress(void *console, const char *stage, double done);
 /* Prints an error, "iblbake: ..." with a newline. */
 void ibl_console_fail(ibl_console *c, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
+/* The same, for an ibl_json_file whose cookie is the console. */
+void ibl_console_error(void *console, const char *text);
 void ibl_console_warn(ibl_console *c, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
 /* Prints the same way what -v asks for. */

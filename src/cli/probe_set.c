@@ -104,9 +104,7 @@ bool ibl_set_capture(const ibl_json_at *at, ibl_capture_kind *kind)
 
 static bool no_memory(const ibl_json_at *at)
 {
-    ibl_console_fail(at->file->console, "%s: no memory for the set",
-                     at->file->name);
-    return false;
+    return ibl_json_complain(at, "no memory for it");
 }
 
 /* name as it is seen from the directory of the set. */
@@ -367,10 +365,11 @@ static bool take_set(const ibl_json_at *root, ibl_probe_set *set)
 bool ibl_probe_set_read(const char *path, ibl_console *console,
                         ibl_probe_set *set)
 {
-    ibl_json_file file;
+    ibl_json_file file = {
+        .name = path, .fail = ibl_console_error, .cookie = console};
 
     *set = (ibl_probe_set){.path = path, .bake = bake_default()};
-    if (!ibl_json_open(&file, path, console))
+    if (!ibl_json_open(&file))
         return false;
     const ibl_json_at root = ibl_json_root(&file);
     const bool ok = take_set(&root, set);

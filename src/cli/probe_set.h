@@ -10,7 +10,8 @@
 #include <ibl/io.h>
 #include <ibl/probes.h>
 
-#include "cli/json_at.h"
+#include "cli/console.h"
+#include "common/json_at.h"
 
 /* Cubes in an array: 2048 layers of six faces is what Direct3D 11 and desktop
  * OpenGL 4 promise. */

@@ -305,9 +305,10 @@ static char *make_set(grid *g)
     json_object_set_new(g->set, "probes", json_array());
     if (add_probes(g)) {
         text = ibl_json_text(g->set);
-        if (!text)
-            ibl_console_fail(g->file->console, "%s: no memory for the set",
-                             g->file->name);
+        if (!text) {
+            const ibl_json_at root = ibl_json_root(g->file);
+            ibl_json_complain(&root, "no memory for the set");
+        }
     }
     json_decref(g->set);
     return text;
@@ -348,13 +349,14 @@ static ibl_status write_set(const ibl_probes_opts *opts, ibl_console *console,
 int ibl_probes_grid(const ibl_probes_opts *opts)
 {
     ibl_console console;
-    ibl_json_file file;
+    ibl_json_file file = {
+        .name = opts->input, .fail = ibl_console_error, .cookie = &console};
     grid g = {.file = &file};
     char *text = NULL;
     ibl_status status = IBL_ERR_FORMAT;
 
     ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
-    if (ibl_json_open(&file, opts->input, &console)) {
+    if (ibl_json_open(&file)) {
         const ibl_json_at root = ibl_json_root(&file);
         if (take_grid(&root, &g))
             text = make_set(&g);

@@ -4,8 +4,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
-#include "view/json_at.h"
+#include "common/json_at.h"
 #include "view/message.h"
 
 #define PI 3.14159265358979323846
@@ -21,67 +22,67 @@ enum {
 
 /* ---- volumes and probes ------------------------------------------------ */
 
-static bool take_box(const view_json_at *at, ibl_volume *v)
+static bool take_box(const ibl_json_at *at, ibl_volume *v)
 {
-    const view_json_at centre = view_json_member(at, "centre");
-    const view_json_at half = view_json_member(at, "half");
+    const ibl_json_at centre = ibl_json_member(at, "centre");
+    const ibl_json_at half = ibl_json_member(at, "half");
 
     v->shape = IBL_SHAPE_BOX;
-    return view_json_triple(&centre, -FARTHEST, FARTHEST, false, v->centre) &&
-           view_json_triple(&half, 0, FARTHEST, true, v->half);
+    return ibl_json_triple(&centre, -FARTHEST, FARTHEST, false, v->centre) &&
+           ibl_json_triple(&half, 0, FARTHEST, true, v->half);
 }
 
-static bool take_sphere(const view_json_at *at, ibl_volume *v)
+static bool take_sphere(const ibl_json_at *at, ibl_volume *v)
 {
-    const view_json_at centre = view_json_member(at, "centre");
-    const view_json_at radius = view_json_member(at, "radius");
+    const ibl_json_at centre = ibl_json_member(at, "centre");
+    const ibl_json_at radius = ibl_json_member(at, "radius");
 
     v->shape = IBL_SHAPE_SPHERE;
-    if (!view_json_triple(&centre, -FARTHEST, FARTHEST, false, v->centre) ||
-        !view_json_real(&radius, 0, FARTHEST, true, &v->half[0]))
+    if (!ibl_json_triple(&centre, -FARTHEST, FARTHEST, false, v->centre) ||
+        !ibl_json_real(&radius, 0, FARTHEST, true, &v->half[0]))
         return false;
     v->half[1] = v->half[2] = v->half[0];
     return true;
 }
 
-static bool take_volume(const view_json_at *at, ibl_volume *v)
+static bool take_volume(const ibl_json_at *at, ibl_volume *v)
 {
-    const view_json_at box = view_json_member(at, "box");
-    const view_json_at sphere = view_json_member(at, "sphere");
+    const ibl_json_at box = ibl_json_member(at, "box");
+    const ibl_json_at sphere = ibl_json_member(at, "sphere");
 
     if (!box.value == !sphere.value)
-        return view_json_wrong(at, "an object with \"box\" or \"sphere\"");
+        return ibl_json_wrong(at, "one of box and sphere");
     return box.value ? take_box(&box, v) : take_sphere(&sphere, v);
 }
 
-static bool take_probe(const view_json_at *at, int layers, ibl_probe *p)
+static bool take_probe(const ibl_json_at *at, int layers, ibl_probe *p)
 {
-    const view_json_at layer = view_json_member(at, "layer");
-    const view_json_at priority = view_json_member(at, "priority");
-    const view_json_at position = view_json_member(at, "position");
-    const view_json_at influence = view_json_member(at, "influence");
-    const view_json_at blend = view_json_member(at, "blend");
-    const view_json_at proxy = view_json_member(at, "proxy");
+    const ibl_json_at layer = ibl_json_member(at, "layer");
+    const ibl_json_at priority = ibl_json_member(at, "priority");
+    const ibl_json_at position = ibl_json_member(at, "position");
+    const ibl_json_at influence = ibl_json_member(at, "influence");
+    const ibl_json_at blend = ibl_json_member(at, "blend");
+    const ibl_json_at proxy = ibl_json_member(at, "proxy");
 
     p->has_proxy = proxy.value != NULL;
-    return view_json_int(&layer, 0, layers - 1, &p->layer) &&
-           view_json_int(&priority, -1000000, 1000000, &p->priority) &&
-           view_json_triple(&position, -FARTHEST, FARTHEST, false,
-                            p->position) &&
+    return ibl_json_int(&layer, 0, layers - 1, &p->layer) &&
+           ibl_json_int(&priority, -1000000, 1000000, &p->priority) &&
+           ibl_json_triple(&position, -FARTHEST, FARTHEST, false,
+                           p->position) &&
            take_volume(&influence, &p->influence) &&
-           view_json_real(&blend, 0, FARTHEST, false, &p->blend) &&
+           ibl_json_real(&blend, 0, FARTHEST, false, &p->blend) &&
            (!proxy.value || take_volume(&proxy, &p->proxy));
 }
 
-static bool take_sh(const view_json_at *at, double sh[3 * VIEW_PROBE_SH])
+static bool take_sh(const ibl_json_at *at, double sh[3 * VIEW_PROBE_SH])
 {
-    const view_json_at all = view_json_member(at, "sh");
+    const ibl_json_at all = ibl_json_member(at, "sh");
 
-    if (!view_json_array(&all, VIEW_PROBE_SH, VIEW_PROBE_SH))
+    if (!ibl_json_array(&all, VIEW_PROBE_SH, VIEW_PROBE_SH))
         return false;
     for (size_t i = 0; i < VIEW_PROBE_SH; i++) {
-        const view_json_at one = view_json_element(&all, i);
-        if (!view_json_triple(&one, -BRIGHTEST, BRIGHTEST, false, &sh[3 * i]))
+        const ibl_json_at one = ibl_json_element(&all, i);
+        if (!ibl_json_triple(&one, -BRIGHTEST, BRIGHTEST, false, &sh[3 * i]))
             return false;
     }
     return true;
@@ -114,29 +115,29 @@ static bool sort(const char *path, view_probe_index *x)
     return ok;
 }
 
-static bool take_probes(const view_json_at *root, view_probe_index *x)
+static bool take_probes(const ibl_json_at *root, view_probe_index *x)
 {
-    const view_json_at probes = view_json_member(root, "probes");
+    const ibl_json_at probes = ibl_json_member(root, "probes");
     const size_t count = json_array_size(probes.value);
 
     if (json_is_array(probes.value) && count > IBL_MAX_TILE_PROBES)
-        return view_json_wrong(&probes,
-                               "at most %d probes, which is what is drawn with",
-                               IBL_MAX_TILE_PROBES);
-    if (!view_json_array(&probes, 1, IBL_MAX_TILE_PROBES))
+        return ibl_json_wrong(&probes,
+                              "at most %d probes, which is what is drawn with",
+                              IBL_MAX_TILE_PROBES);
+    if (!ibl_json_array(&probes, 1, IBL_MAX_TILE_PROBES))
         return false;
     x->probe = calloc(count, sizeof *x->probe);
     x->sh = calloc(count, sizeof *x->sh);
     if (!x->probe || !x->sh)
-        return view_fail("%s: no memory for its probes", root->file);
+        return view_fail("%s: no memory for its probes", root->file->name);
     for (size_t i = 0; i < count; i++) {
-        const view_json_at at = view_json_element(&probes, i);
+        const ibl_json_at at = ibl_json_element(&probes, i);
         if (!take_probe(&at, x->specular.layers, &x->probe[i]) ||
             (!x->irradiance.path && !take_sh(&at, x->sh[i])))
             return false;
     }
     x->count = (int)count;
-    return sort(root->file, x);
+    return sort(root->file->name, x);
 }
 
 /* ---- arrays ------------------------------------------------------------ */
@@ -155,112 +156,124 @@ static char *beside(const char *index, const char *name)
     return path;
 }
 
-static bool take_array(const view_json_at *at, view_probe_array *a)
+static bool take_array(const ibl_json_at *at, view_probe_array *a)
 {
     static const char *const pixels[] = {"rgba16f", "rgba32f", "rgb9e5",
                                          "r11g11b10f", NULL};
-    const view_json_at file = view_json_member(at, "file");
-    const view_json_at pixel = view_json_member(at, "pixel");
-    const view_json_at size = view_json_member(at, "size");
-    const view_json_at levels = view_json_member(at, "levels");
-    const view_json_at layers = view_json_member(at, "layers");
+    const ibl_json_at file = ibl_json_member(at, "file");
+    const ibl_json_at pixel = ibl_json_member(at, "pixel");
+    const ibl_json_at size = ibl_json_member(at, "size");
+    const ibl_json_at levels = ibl_json_member(at, "levels");
+    const ibl_json_at layers = ibl_json_member(at, "layers");
     const char *name;
     int choice;
 
-    if (!view_json_text(&file, &name))
+    if (!ibl_json_text_at(&file, &name))
         return false;
     /* A name, never a way to somewhere else. */
     if (strchr(name, '/'))
-        return view_json_wrong(&file, "the name of a file beside the index");
-    if (!view_json_choice(&pixel, pixels, &choice) ||
-        !view_json_int(&size, 1, IBL_MAX_CUBE_SIZE, &a->size) ||
-        !view_json_int(&levels, 1, IBL_MAX_LEVELS, &a->levels) ||
-        !view_json_int(&layers, 1, IBL_MAX_LAYERS, &a->layers))
+        return ibl_json_wrong(&file, "the name of a file beside the index");
+    if (!ibl_json_choice(&pixel, pixels, &choice) ||
+        !ibl_json_int(&size, 1, IBL_MAX_CUBE_SIZE, &a->size) ||
+        !ibl_json_int(&levels, 1, IBL_MAX_LEVELS, &a->levels) ||
+        !ibl_json_int(&layers, 1, IBL_MAX_LAYERS, &a->layers))
         return false;
     a->pixel = (ibl_pixel)choice;
-    a->path = beside(at->file, name);
-    return a->path || view_fail("%s: no memory for names in it", at->file);
+    a->path = beside(at->file->name, name);
+    return a->path ||
+           view_fail("%s: no memory for names in it", at->file->name);
 }
 
 _Static_assert(IBL_PIXEL_RGBA16F == 0 && IBL_PIXEL_RGBA32F == 1 &&
                    IBL_PIXEL_RGB9E5 == 2 && IBL_PIXEL_R11G11B10F == 3,
                "pixels as take_array has them");
 
-static bool take_arrays(const view_json_at *root, view_probe_index *x)
+static bool take_arrays(const ibl_json_at *root, view_probe_index *x)
 {
     static const char *const kinds[] = {"cube", "sh", NULL};
-    const view_json_at files = view_json_member(root, "files");
-    const view_json_at specular = view_json_member(&files, "specular");
-    const view_json_at irradiance = view_json_member(&files, "irradiance");
-    const view_json_at about = view_json_member(root, "irradiance");
-    const view_json_at kind = view_json_member(&about, "kind");
+    const ibl_json_at files = ibl_json_member(root, "files");
+    const ibl_json_at specular = ibl_json_member(&files, "specular");
+    const ibl_json_at irradiance = ibl_json_member(&files, "irradiance");
+    const ibl_json_at about = ibl_json_member(root, "irradiance");
+    const ibl_json_at kind = ibl_json_member(&about, "kind");
     int choice;
 
     if (!take_array(&specular, &x->specular) ||
-        !view_json_choice(&kind, kinds, &choice))
+        !ibl_json_choice(&kind, kinds, &choice))
         return false;
     if (choice == 1)
         return true;
     if (!take_array(&irradiance, &x->irradiance))
         return false;
-    const view_json_at layers = view_json_member(&irradiance, "layers");
+    const ibl_json_at layers = ibl_json_member(&irradiance, "layers");
     return x->irradiance.layers == x->specular.layers ||
-           view_json_wrong(&layers, "%d, as many as files.specular has",
-                           x->specular.layers);
+           ibl_json_wrong(&layers, "%d, as many as files.specular has",
+                          x->specular.layers);
 }
 
 /* ---- how to look things up --------------------------------------------- */
 
-static bool take_lookups(const view_json_at *root, view_probe_index *x)
+static bool take_lookups(const ibl_json_at *root, view_probe_index *x)
 {
     static const char *const mappings[] = {"linear", "filament", NULL};
     static const char *const scales[] = {"E/pi", "E", NULL};
-    const view_json_at specular = view_json_member(root, "specular");
-    const view_json_at irradiance = view_json_member(root, "irradiance");
-    const view_json_at mapping = view_json_member(&specular, "mapping");
-    const view_json_at scale = view_json_member(&specular, "lod_scale");
-    const view_json_at offset = view_json_member(&specular, "lod_offset");
-    const view_json_at unit = view_json_member(&irradiance, "scale");
+    const ibl_json_at specular = ibl_json_member(root, "specular");
+    const ibl_json_at irradiance = ibl_json_member(root, "irradiance");
+    const ibl_json_at mapping = ibl_json_member(&specular, "mapping");
+    const ibl_json_at scale = ibl_json_member(&specular, "lod_scale");
+    const ibl_json_at offset = ibl_json_member(&specular, "lod_offset");
+    const ibl_json_at unit = ibl_json_member(&irradiance, "scale");
     int map, choice;
 
-    if (!view_json_choice(&mapping, mappings, &map) ||
-        !view_json_real(&scale, 0, 1e6, false, &x->lod_scale) ||
-        !view_json_real(&offset, -1e6, 1e6, false, &x->lod_offset) ||
-        !view_json_choice(&unit, scales, &choice))
+    if (!ibl_json_choice(&mapping, mappings, &map) ||
+        !ibl_json_real(&scale, 0, 1e6, false, &x->lod_scale) ||
+        !ibl_json_real(&offset, -1e6, 1e6, false, &x->lod_offset) ||
+        !ibl_json_choice(&unit, scales, &choice))
         return false;
     x->mapping = map ? IBL_ROUGHNESS_FILAMENT : IBL_ROUGHNESS_LINEAR;
     x->irradiance_scale = choice ? 1 / PI : 1;
     return true;
 }
 
-static bool take_index(const view_json_at *root, view_probe_index *x)
+static bool take_index(const ibl_json_at *root, view_probe_index *x)
 {
-    const view_json_at version = view_json_member(root, "version");
+    const ibl_json_at version = ibl_json_member(root, "version");
     int number;
 
     if (!json_is_object(root->value))
-        return view_json_wrong(root, "an object, the index of baked probes");
+        return ibl_json_wrong(root, "an object, the index of baked probes");
     if (json_is_integer(version.value) &&
         json_object_get(root->value, "probes") &&
         !json_object_get(root->value, "files"))
         return view_fail("%s: is a set to bake, not the index of one: run "
                          "iblbake probes, and give its index.json",
-                         root->file);
-    return view_json_int(&version, VERSION, VERSION, &number) &&
+                         root->file->name);
+    return ibl_json_int(&version, VERSION, VERSION, &number) &&
            take_arrays(root, x) && take_lookups(root, x) &&
            take_probes(root, x);
 }
 
+static void fail(void *cookie, const char *text)
+{
+    (void)cookie;
+    view_fail("%s", text);
+}
+
 bool view_probe_index_read(const char *path, view_probe_index *index)
 {
-    json_t *root = view_json_open(path);
+    ibl_json_file file = {.name = path, .fail = fail};
+    struct stat st;
 
     *index = (view_probe_index){0};
-    if (!root)
+    /* A pipe would be waited for. */
+    if (!stat(path, &st) && !S_ISREG(st.st_mode))
+        return view_fail("%s: is no file: give the index.json of baked probes",
+                         path);
+    if (!ibl_json_open(&file))
         return false;
-    const view_json_at at = view_json_root(path, root);
-    const bool ok = take_index(&at, index);
-    json_decref(root);
+    const ibl_json_at root = ibl_json_root(&file);
+    const bool ok = take_index(&root, index);
+    json_decref(file.root);
     if (!ok)
         view_probe_index_free(index);
     return ok;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/json_at.h"
+#include "common/json_at.h"
 
 #include <errno.h>
 #include <stdarg.h>
@@ -7,26 +7,40 @@
 #include <string.h>
 #include <sys/stat.h>
 
-bool ibl_json_open(ibl_json_file *file, const char *name, ibl_console *console)
+#include "common/line.h"
+
+static bool fail(const ibl_json_file *file, const char *fmt, ...)
+    __attribute__((format(printf, 2, 3)));
+static bool fail(const ibl_json_file *file, const char *fmt, ...)
 {
-    FILE *from = fopen(name, "rb");
+    char text[IBL_LINE_BYTES];
+    va_list ap;
+
+    va_start(ap, fmt);
+    vsnprintf(text, sizeof text, fmt, ap);
+    va_end(ap);
+    file->fail(file->cookie, text);
+    return false;
+}
+
+bool ibl_json_open(ibl_json_file *file)
+{
+    FILE *from = fopen(file->name, "rb");
     struct stat st;
     json_error_t why;
 
-    *file = (ibl_json_file){.name = name, .console = console};
+    file->root = NULL;
     if (!from || fstat(fileno(from), &st) || S_ISDIR(st.st_mode)) {
-        ibl_console_fail(console, "%s: cannot be read: %s", name,
-                         from ? strerror(EISDIR) : strerror(errno));
+        fail(file, "%s: cannot be read: %s", file->name,
+             from ? strerror(EISDIR) : strerror(errno));
         if (from)
             fclose(from);
         return false;
     }
     file->root = json_loadf(from, JSON_REJECT_DUPLICATES, &why);
     fclose(from);
-    if (!file->root)
-        ibl_console_fail(console, "%s:%d:%d: no JSON: %s", name, why.line,
-                         why.column, why.text);
-    return file->root != NULL;
+    return file->root || fail(file, "%s:%d:%d: no JSON: %s", file->name,
+                              why.line, why.column, why.text);
 }
 
 ibl_json_at ibl_json_root(const ibl_json_file *file)
@@ -110,9 +124,8 @@ bool ibl_json_complain(const ibl_json_at *at, const char *fmt, ...)
     va_start(ap, fmt);
     vsnprintf(text, sizeof text, fmt, ap);
     va_end(ap);
-    ibl_console_fail(at->file->console, "%s: %s%s%s", at->file->name, path,
-                     *path ? ": " : "", text);
-    return false;
+    return fail(at->file, "%s: %s%s%s", at->file->name, path, *path ? ": " : "",
+                text);
 }
 
 bool ibl_json_wrong(const ibl_json_at *at, const char *expected, ...)

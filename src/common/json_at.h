@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: MIT */
-/* Reading a JSON file that people write: every error names the file, the path
- * in it, what was expected and what was found. */
-#ifndef CLI_JSON_AT_H
-#define CLI_JSON_AT_H
+/* Reading a JSON file: every error names the file, the path in it, what was
+ * expected and what was found. */
+#ifndef COMMON_JSON_AT_H
+#define COMMON_JSON_AT_H
 
 #include <jansson.h>
 #include <stdbool.h>
 
-#include "cli/console.h"
-
 typedef struct ibl_json_file {
     const char *name; /* for messages */
-    ibl_console *console;
+    /* Is told what is wrong, one line each time. */
+    void (*fail)(void *cookie, const char *text);
+    void *cookie;
     json_t *root;
 } ibl_json_file;
 
@@ -25,8 +25,9 @@ typedef struct ibl_json_at {
     size_t index;
 } ibl_json_at;
 
-/* Reads name; false after a line on stderr. To be freed with json_decref. */
-bool ibl_json_open(ibl_json_file *file, const char *name, ibl_console *console);
+/* Reads file->name, a pipe too; file->root is to be freed with json_decref.
+ * False after a failure. */
+bool ibl_json_open(ibl_json_file *file);
 
 ibl_json_at ibl_json_root(const ibl_json_file *file);
 /* at is an object; the value is NULL where it has no such member. */
@@ -37,7 +38,8 @@ ibl_json_at ibl_json_element(const ibl_json_at *at, size_t index);
 /* Says that at is not what was expected, and what it is. False. */
 bool ibl_json_wrong(const ibl_json_at *at, const char *expected, ...)
     __attribute__((format(printf, 2, 3)));
-/* Says something else of it: "FILE: PATH: ...". False. */
+/* Says something else of it: "FILE: PATH: ..."; false, as these are after a
+ * failure. */
 bool ibl_json_complain(const ibl_json_at *at, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
 /* The path of at: "probes[3].name". */
