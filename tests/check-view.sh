@@ -178,6 +178,35 @@ test_scene() {
         --contact-sheet c.png --mode scene --sheet-rows material
 }
 
+# --stats: words of NAME=NUMBER, whose parts sum up; the second line is of the
+# same capture through the other filter.
+test_stats() {
+    local by scene='--mode scene --probe-size 32 --stats'
+    for by in gpu cpu; do
+        iblview "$work/ktx2" --offscreen a.png $small $scene --seconds 1.5 \
+            --probe-filter $by --frames 2 >said || echo "status $?"
+        awk -v by=$by '
+            { split("", v)
+              for (i = 2; i <= NF; i++) { split($i, p, "="); v[p[1]] = p[2] }
+              sum = v["drawing"] + v["levels"] + v["irradiance"] - v["ms"]
+              if ($1 != "probe" || v["seconds"] != 1.5 || v["size"] != 32 ||
+                  v["capture"] != "faces" || v["ms"] <= 0 ||
+                  v["drawing"] <= 0 || v["levels"] <= 0 ||
+                  (v["filter"] == "cpu") != (v["irradiance"] == 0) ||
+                  sum > 0.2 || sum < -0.2 ||
+                  (v["filter"] == by) != (NR == 1) ||
+                  (v["frames"] == 2 && v["worst"] >= v["frame"]) != (NR == 1))
+                  print }
+            END { if (NR != 2) print NR, "lines" }' said
+    done
+    iblview "$work/ktx2" --offscreen a.png $small --frames 3 --stats >said
+    grep -Eqx 'view mode=spheres frames=3 frame=[0-9.]+ worst=[0-9.]+' said ||
+        cat said
+    iblview "$work/ktx2" --contact-sheet a.png $small $scene >said
+    [ "$(wc -l <said)" = 2 ] && grep -q '^probe .* frames=20 ' said || cat said
+    wrong 2 '*--quiet and --stats*' "$work/ktx2" -q --stats --offscreen b.png
+}
+
 test_samples_and_frames() {
     draw a.png "$work/ktx2" --reference --samples 32 -q
     draw b.png "$work/ktx2" --reference --frames 2 -q

@@ -265,6 +265,14 @@ static bool draw_scene(view_app *app, int width, int height)
     return true;
 }
 
+static void tell_stats(view_app *app)
+{
+    if (!app->options->stats || !app->set)
+        return;
+    view_stats_add(&app->stats, app->frame_ms);
+    view_stats_tell(&app->stats, app->renderer, &app->settings);
+}
+
 static bool draw(view_app *app)
 {
     const double begun = view_clock();
@@ -283,6 +291,7 @@ static bool draw(view_app *app)
     gl.Finish();
     app->frame_ms = 1e3 * (view_clock() - begun);
     view_screen_show(app->screen);
+    tell_stats(app);
     view_title_text(app, title, sizeof title);
     if (strcmp(title, app->title) != 0)
         view_screen_title(app->screen, title);

@@ -8,6 +8,7 @@
 #include "view/overlay.h"
 #include "view/renderer.h"
 #include "view/screen.h"
+#include "view/stats.h"
 
 typedef struct view_app {
     ibl_ctx *ctx;
@@ -35,6 +36,7 @@ typedef struct view_app {
     double mouse[2]; /* pixels from the upper left */
     bool held[3];    /* buttons */
     double frame_ms;
+    view_stats stats;
     char title[300];
     char notice[200]; /* on screen until a key or a click; "": none */
     bool redraw;      /* something changed since the last frame */

@@ -82,6 +82,7 @@ typedef struct sheet {
     int rows, columns;
     int width, height;  /* of the whole */
     unsigned char *rgb; /* of the whole */
+    view_stats stats;
 } sheet;
 
 static bool prepare(sheet *h)
@@ -118,7 +119,7 @@ static bool draw_tile(sheet *h, int row, int column, double *ms)
                sizeof row_label);
     axis_apply((view_axis)o->columns, h->set, column, &s, column_label,
                sizeof column_label);
-    if (!view_still_draw(h->renderer, o, &s, ms))
+    if (!view_still_draw(h->renderer, o, &s, ms, &h->stats))
         return false;
     snprintf(label, sizeof label, "%s, %s", row_label, column_label);
     gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
@@ -160,7 +161,8 @@ bool view_contact_sheet(ibl_ctx *ctx, const view_options *o,
     h.rows = axis_count((view_axis)o->rows, set);
     h.columns = axis_count((view_axis)o->columns, set);
     ok = prepare(&h) && draw_all(&h) &&
-         view_picture_write(ctx, o->contact_sheet, h.width, h.height, h.rgb);
+         view_picture_write(ctx, o->contact_sheet, h.width, h.height, h.rgb) &&
+         (!o->stats || view_stats_end(&h.stats, r, &o->settings));
     view_overlay_free(h.overlay);
     free(h.rgb);
     return ok;

@@ -309,6 +309,9 @@ static const ibl_option running[] = {
     {"quiet", 'q', FLAG(quiet), .help = "print errors alone"},
     {"verbose", 'v', FLAG(verbose),
      .help = "print what was loaded, with what it is drawn and how fast"},
+    {"stats", 0, FLAG(stats),
+     .help = "print times to read by a program: a line for each update of the "
+             "scene's probe"},
     {"keys", 0, .kind = IBL_OPTION_PRINT, .print = print_keys,
      .help = "print what the keys of the window do"},
     {"materials", 0, .kind = IBL_OPTION_PRINT, .print = print_materials,
@@ -407,6 +410,8 @@ static bool check(const view_options *o)
                          "iblview --help");
     if (o->quiet && o->verbose)
         return misuse("--quiet and --verbose", "choose one");
+    if (o->quiet && o->stats)
+        return misuse("--quiet and --stats", "choose one");
     if (o->frames && !picture)
         return misuse("--frames", pictures_alone);
     if (o->samples && !picture)

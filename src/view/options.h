@@ -30,7 +30,7 @@ typedef struct view_options {
     int grid[2];               /* rows, columns; 0 before it is settled */
     int frames, samples;       /* 0: not asked for */
     double texel[2];           /* pixel to tell of; negative: none */
-    bool quiet, verbose;
+    bool quiet, verbose, stats;
     view_settings settings;
 } view_options;
 

@@ -376,7 +376,7 @@ bool view_renderer_read(const view_renderer *r, bool truth, float *rgb)
     return view_gl_check("reading the picture");
 }
 
-const view_stage *view_renderer_stage(const view_renderer *r)
+view_stage *view_renderer_stage(const view_renderer *r)
 {
     return r->stage;
 }

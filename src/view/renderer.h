@@ -41,7 +41,7 @@ bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
 bool view_renderer_read(const view_renderer *r, bool truth, float *rgb);
 
 /* The scene, once it has been drawn; else NULL. */
-const view_stage *view_renderer_stage(const view_renderer *r);
+view_stage *view_renderer_stage(const view_renderer *r);
 
 /* Samples of the truth for each pixel and draw; 0 (default): as many as leave a
  * frame responsive, by the clock, so not the same in every run. */

@@ -51,11 +51,11 @@ void view_report_set(const view_set *set)
     fflush(stdout);
 }
 
-void view_report_probe(const view_stage *stage)
+void view_report_probe(const view_stage *stage, view_probe_filter filter)
 {
     double ms[3];
 
-    view_stage_times(stage, ms);
+    view_stage_times(stage, filter, ms);
     printf("probe: %.1f ms drawing, %.1f levels, %.1f irradiance\n", ms[0],
            ms[1], ms[2]);
 }

@@ -11,6 +11,6 @@ bool view_report_print(const view_renderer *r, const view_settings *s);
 void view_report_set(const view_set *set);
 
 /* Prints how long the last capture of the scene took. */
-void view_report_probe(const view_stage *stage);
+void view_report_probe(const view_stage *stage, view_probe_filter filter);
 
 #endif

@@ -41,6 +41,9 @@ struct view_stage {
     bool begun;        /* an update that is spread over frames */
     bool failed;       /* the last one: there is none until something changes */
     double begun_at, shown_at;
+    int updates;
+    bool timed[VIEW_PROBE_FILTERS];
+    double ms[VIEW_PROBE_FILTERS][3]; /* of the last update by each */
 };
 
 /* The box that a probe is for; below 0 the mirror's. */
@@ -139,6 +142,12 @@ static bool make_context(view_stage *st)
     return st->ctx || !ibl_ctx_create(&o, &st->ctx);
 }
 
+static void forget_times(view_stage *st)
+{
+    memset(st->timed, 0, sizeof st->timed);
+    memset(st->ms, 0, sizeof st->ms);
+}
+
 static bool make_captures(view_stage *st, const view_settings *s)
 {
     view_capture_options o = view_capture_options_default();
@@ -161,9 +170,13 @@ static bool make_captures(view_stage *st, const view_settings *s)
         s->probe_limit == st->limited)
         return true;
     drop_captures(st);
+    o.far = s->probe_limit ? farthest(-1, mirror) : whole;
+    /* Times compare filters of the same. */
+    if (o.size != st->made.size || o.kind != st->made.kind ||
+        s->probe_limit != st->limited)
+        forget_times(st);
     st->made = o;
     st->limited = s->probe_limit;
-    o.far = st->limited ? farthest(-1, mirror) : whole;
     st->capture = view_capture_create(&o);
     for (; st->capture && st->locals < s->probes; st->locals++) {
         o.far = st->limited ? farthest(st->locals, places[st->locals]) : whole;
@@ -232,6 +245,21 @@ static void use_probes(view_stage *st, const double position[3])
     st->draw.probe_count = st->locals + 1;
 }
 
+static void note_times(view_stage *st, const view_capture *c,
+                       view_probe_filter filter)
+{
+    view_capture_times(c, st->ms[filter]);
+    st->timed[filter] = true;
+}
+
+/* The mirror's capture is a whole one again. */
+static void note_update(view_stage *st)
+{
+    st->shown_at = st->begun_at;
+    st->updates++;
+    note_times(st, st->capture, st->made.cpu ? VIEW_PROBE_CPU : VIEW_PROBE_GPU);
+}
+
 /* Everything at once, beginning with what the environment alone lights. */
 static bool capture_whole(view_stage *st, const double position[3])
 {
@@ -253,7 +281,7 @@ static bool capture_whole(view_stage *st, const double position[3])
     }
     st->begun = false;
     st->fresh = true;
-    st->shown_at = st->begun_at;
+    note_update(st);
     return true;
 }
 
@@ -297,7 +325,7 @@ static void refresh(view_stage *st, const view_settings *s,
         return;
     }
     st->begun = false;
-    st->shown_at = st->begun_at;
+    note_update(st);
     use_probes(st, position);
 }
 
@@ -427,9 +455,37 @@ bool view_stage_draw(view_stage *st, const view_settings *s,
     return view_gl_check("drawing the scene");
 }
 
-void view_stage_times(const view_stage *st, double ms[3])
+int view_stage_updates(const view_stage *st)
 {
-    view_capture_times(st->capture, ms);
+    return st->updates;
+}
+
+bool view_stage_times(const view_stage *st, view_probe_filter filter,
+                      double ms[3])
+{
+    memcpy(ms, st->ms[filter], sizeof st->ms[filter]);
+    return st->timed[filter];
+}
+
+bool view_stage_measure(view_stage *st, view_probe_filter filter)
+{
+    view_capture_options o = st->made;
+    shot mirror = {st, -1};
+    double position[3], radius;
+
+    if (filter == VIEW_PROBE_CPU && !make_context(st))
+        return false;
+    o.cpu = filter == VIEW_PROBE_CPU ? st->ctx : NULL;
+    view_room_sphere(MIRROR, st->begun_at, position, &radius);
+    view_capture *c = view_capture_create(&o);
+    bool ok = c;
+    /* With the first one, OpenGL compiles what it draws with. */
+    for (int i = 0; i < 2 && ok; i++)
+        ok = view_capture_update(c, position, capture_scene, &mirror);
+    if (ok)
+        note_times(st, c, filter);
+    view_capture_free(c);
+    return ok;
 }
 
 double view_stage_shown(const view_stage *st)

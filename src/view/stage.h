@@ -25,16 +25,24 @@ void view_stage_restart(view_stage *st);
  * each after a change of the light or of the capture, makes a whole capture
  * with its bounces; later ones capture when the interval is over and something
  * has moved, going by settings.seconds; if one of these fails, with a message,
- * the probe stays as it is until the next change. turn of the environment is the
- * settings'. Leaves a framebuffer of its own bound, and state as
+ * the probe stays as it is until the next change. turn of the environment is
+ * the settings'. Leaves a framebuffer of its own bound, and state as
  * view_room_render does. False, with a message.
  */
 bool view_stage_draw(view_stage *st, const view_settings *s,
                      const view_room_environment *environment, GLuint table,
                      GLuint picture, int width, int height);
 
-/* Milliseconds of the probe's last update: drawing, levels, irradiance. */
-void view_stage_times(const view_stage *st, double ms[3]);
+/* Updates of the probe that were shown, so far. */
+int view_stage_updates(const view_stage *st);
+/* Milliseconds of the last one that was filtered so: drawing, levels,
+ * irradiance. False, and zeros, if there was none of this size and kind of
+ * capture. */
+bool view_stage_times(const view_stage *st, view_probe_filter filter,
+                      double ms[3]);
+/* Captures what the last draw was of once more, to be filtered so, for its
+ * times alone. False, with a message. */
+bool view_stage_measure(view_stage *st, view_probe_filter filter);
 /* What the library filters with, once it has been asked to; else NULL. */
 ibl_ctx *view_stage_context(view_stage *st);
 /* The time that the probe shows: settings.seconds when its capture began. */

@@ -44,7 +44,7 @@ static bool time_frame(view_renderer *r, const view_options *o,
 }
 
 bool view_still_draw(view_renderer *r, const view_options *o,
-                     const view_settings *s, double *ms)
+                     const view_settings *s, double *ms, view_stats *stats)
 {
     const bool compares =
         s->mode == VIEW_SPHERES && s->compare != VIEW_SPLIT_SUM;
@@ -57,10 +57,12 @@ bool view_still_draw(view_renderer *r, const view_options *o,
 
     for (int samples = 0; samples < wanted; samples += VIEW_FRAME_SAMPLES) {
         const int left = wanted - samples;
+        double *last = &times[frames++ % TIMED];
         if (!time_frame(r, o, s,
                         left < VIEW_FRAME_SAMPLES ? left : VIEW_FRAME_SAMPLES,
-                        &times[frames++ % TIMED]))
+                        last))
             return false;
+        view_stats_add(stats, *last);
     }
     *ms = median(times, frames < TIMED ? frames : TIMED);
     return true;
@@ -77,17 +79,19 @@ static bool write_picture(ibl_ctx *ctx, const view_options *o)
 
 static bool draw_picture(ibl_ctx *ctx, const view_options *o, view_renderer *r)
 {
+    view_stats stats = {0};
     double ms;
 
-    if (!view_still_draw(r, o, &o->settings, &ms))
+    if (!view_still_draw(r, o, &o->settings, &ms, &stats))
         return false;
     if (o->verbose)
         printf("%.1f ms a frame\n", ms);
     if (o->verbose && o->settings.mode == VIEW_SCENE)
-        view_report_probe(view_renderer_stage(r));
+        view_report_probe(view_renderer_stage(r), o->settings.probe_filter);
     if (!o->quiet && o->settings.compare != VIEW_SPLIT_SUM)
         view_report_print(r, &o->settings);
-    return write_picture(ctx, o);
+    return write_picture(ctx, o) &&
+           (!o->stats || view_stats_end(&stats, r, &o->settings));
 }
 
 static bool draw(ibl_ctx *ctx, const view_options *o, const view_set *set)

@@ -5,11 +5,13 @@
 
 #include "view/options.h"
 #include "view/renderer.h"
+#include "view/stats.h"
 
 /* Draws until the options' frames or samples are there. Median of the frames'
- * times, in milliseconds, into *ms. False, with a message. */
+ * times, in milliseconds, into *ms; all of them are added to stats. False, with
+ * a message. */
 bool view_still_draw(view_renderer *r, const view_options *o,
-                     const view_settings *s, double *ms);
+                     const view_settings *s, double *ms, view_stats *stats);
 
 /* Opens or bakes what the options name, and writes and prints what they ask
  * for. False, with a message. */

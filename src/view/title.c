@@ -63,11 +63,25 @@ static void add_map(const view_app *app, char *text, size_t size)
     add(text, size, " | zoom %.3g", s->zoom);
 }
 
+/* The parts of the one in use, and what the other one took. */
+static void add_times(const view_stage *stage, view_probe_filter filter,
+                      bool parts, char *text, size_t size)
+{
+    double ms[3];
+
+    if (!view_stage_times(stage, filter, ms))
+        return;
+    add(text, size, " | %s %.1f ms", view_probe_filter_names[filter],
+        ms[0] + ms[1] + ms[2]);
+    if (parts)
+        add(text, size, ": drawing %.1f levels %.1f irradiance %.1f", ms[0],
+            ms[1], ms[2]);
+}
+
 static void add_scene(const view_app *app, char *text, size_t size)
 {
     const view_settings *s = &app->settings;
     const view_stage *stage = view_renderer_stage(app->renderer);
-    double ms[3];
 
     add(text, size,
         " | scene | parallax %s | local %d | probe %d, %s, %s, %.3g s",
@@ -78,9 +92,9 @@ static void add_scene(const view_app *app, char *text, size_t size)
         add(text, size, " | turn %.4g", s->turn);
     if (!stage)
         return;
-    view_stage_times(stage, ms);
-    add(text, size, " | ms drawing %.1f levels %.1f irradiance %.1f", ms[0],
-        ms[1], ms[2]);
+    for (int i = 0; i < VIEW_PROBE_FILTERS; i++)
+        add_times(stage, (view_probe_filter)i, i == (int)s->probe_filter, text,
+                  size);
 }
 
 void view_title_text(const view_app *app, char *text, size_t size)

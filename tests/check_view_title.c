@@ -1,0 +1,119 @@
+/* SPDX-License-Identifier: MIT */
+/* What the window's title tells of the scene: how its probe is captured, and
+ * how long that took by each filter that was tried. */
+#include <string.h>
+
+#include "maps.h"
+#include "test.h"
+#include "view.h"
+#include "view/title.h"
+
+enum {
+    WIDTH = 32,
+    HEIGHT = 24
+};
+
+static view_app app;
+static char title[300];
+
+static bool begin(void)
+{
+    ibl_specular_options specular = ibl_specular_options_default();
+
+    if (!view_test_begin(WIDTH, HEIGHT))
+        return false;
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    ibl_image map = map_constant(ctx, 8, 4, 1);
+    specular.size = 16;
+    memset(&app, 0, sizeof app);
+    app.settings = view_settings_default();
+    app.settings.mode = VIEW_SCENE;
+    app.settings.probe_size = 16;
+    app.renderer = view_renderer_create();
+    const bool ok =
+        app.renderer &&
+        view_set_bake_image(ctx, "map", &map, &specular, &app.sets[0]) &&
+        view_renderer_load(app.renderer, &app.sets[0]);
+    app.set = &app.sets[0];
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+    CHECK(ok);
+    return ok;
+}
+
+static void end(void)
+{
+    view_renderer_free(app.renderer);
+    view_set_free(&app.sets[0]);
+    view_test_end();
+}
+
+static const char *title_after_draw(void)
+{
+    CHECK(view_renderer_draw(app.renderer, &app.settings, WIDTH, HEIGHT));
+    view_title_text(&app, title, sizeof title);
+    return title;
+}
+
+static bool has(const char *part)
+{
+    return strstr(title, part) != NULL;
+}
+
+static void tells_of_both_filters(void)
+{
+    if (!begin())
+        return;
+    title_after_draw();
+    CHECK_MSG(has("scene") && has("probe 16, faces, gpu, 0.5 s"), "%s", title);
+    CHECK_MSG(has(" ms: drawing ") && has("| gpu ") && !has("| cpu "), "%s",
+              title);
+    app.settings.probe_filter = VIEW_PROBE_CPU;
+    app.settings.probe_capture = VIEW_PROBE_FACES;
+    title_after_draw();
+    CHECK_MSG(has("| gpu ") && has("| cpu "), "%s", title);
+    /* Parts are of the one in use. */
+    CHECK_MSG(strstr(title, "| cpu ") < strstr(title, ": drawing"), "%s",
+              title);
+    /* Times of another size are no comparison. */
+    app.settings.probe_size = 32;
+    title_after_draw();
+    CHECK_MSG(!has("| gpu ") && has("| cpu "), "%s", title);
+    end();
+}
+
+/* Before the first draw there is nothing to tell. */
+static void tells_no_times_before(void)
+{
+    if (!begin())
+        return;
+    view_title_text(&app, title, sizeof title);
+    CHECK_MSG(has("scene") && !has("drawing"), "%s", title);
+    end();
+}
+
+/* The longest one is not cut. */
+static void has_room(void)
+{
+    if (!begin())
+        return;
+    view_settings *s = &app.settings;
+    s->turn = -123.4;
+    s->parallax = false;
+    s->ev = -12.25;
+    title_after_draw();
+    s->probe_filter = VIEW_PROBE_CPU;
+    title_after_draw();
+    app.frame_ms = 12345.6;
+    view_title_text(&app, title, sizeof title);
+    CHECK_MSG(has("12345.6 ms") && strlen(title) < sizeof app.title - 60, "%s",
+              title);
+    end();
+}
+
+static const test tests[] = {
+    TEST(tells_of_both_filters),
+    TEST(tells_no_times_before),
+    TEST(has_room),
+};
+TEST_MAIN(tests)
