@@ -168,6 +168,18 @@ test_scene() {
         draw a.png "$work/ktx2" $scene $with
         differ scene.png a.png
     done
+    # That environment has no sun.
+    for with in '--no-sun' '--no-capture-shadows'; do
+        draw a.png "$work/ktx2" $scene $with
+        same scene.png a.png
+    done
+    iblbake -q "$top/data/sky.exr" --size 64 --lut-size 16 -o sunny || return
+    scene="$scene --turn 235"
+    draw scene.png sunny $scene
+    for with in '--no-sun' '--no-capture-shadows'; do
+        draw a.png sunny $scene $with
+        differ scene.png a.png
+    done
     iblview "$work/ktx2" --offscreen a.png $small $scene -v >said
     grep -q '^probe: [0-9.]* ms drawing, [0-9.]* levels, [0-9.]* irr' said ||
         cat said

@@ -57,6 +57,8 @@ static const key_case cases[] = {
     PLAIN('h', 'H', probes),
     PLAIN('V', 'V', volumes),
     PLAIN('j', 'J', probe_interval),
+    PLAIN('z', 'z', capture_shadows),
+    PLAIN('Z', 'Z', sun),
     PLAIN('o', 'O', fov),
     PLAIN('.', ',', turn),
     PLAIN('?', '?', help),
@@ -274,7 +276,7 @@ static void reset_brings_all_back(void)
 static void others_do_nothing(void)
 {
     NEED(begin());
-    view_keys_press(&app, 'z', false);
+    view_keys_press(&app, 'Q', false);
     view_keys_press(&app, 0x3b1, false);
     view_keys_press(&app, VIEW_KEY_ENTER, true);
     CHECK(same_but(app.settings, &options.settings, 0, 0));

@@ -229,6 +229,40 @@ static void failure_is_said_once(void)
     end(l);
 }
 
+/* A sun through the windows is seen in captures with its shadows or without,
+ * and no sun is no different from one that is not wanted. */
+static void sun_counts(void)
+{
+    look *l = begin();
+
+    if (!l)
+        return;
+    NEED(l->stage);
+    CHECK(draw(l, 1));
+    l->s.sun = l->s.capture_shadows = false;
+    CHECK(draw(l, 1));
+    CHECK(!memcmp(l->rgb, l->before, sizeof l->rgb));
+    l->environment.sun = (view_room_sun){.direction = {-0.64, 0.48, 0.6},
+                                         .irradiance = {6, 5, 4},
+                                         .limit = 9,
+                                         .cosine = 0.98};
+    CHECK(draw(l, 1));
+    CHECK(!memcmp(l->rgb, l->before, sizeof l->rgb));
+    l->s.sun = true;
+    CHECK(draw(l, 1));
+    CHECK_MSG(changed(l) > 0.03, "without shadows: %g", changed(l));
+    l->s.capture_shadows = true;
+    CHECK(draw(l, 1));
+    CHECK_MSG(changed(l) > 0.03, "with them: %g", changed(l));
+    double sum[2] = {0};
+    for (int i = 0; i < FLOATS; i++) {
+        sum[0] += (double)l->before[i];
+        sum[1] += (double)l->rgb[i];
+    }
+    CHECK_MSG(sum[1] < 0.95 * sum[0], "%g, %g", sum[1], sum[0]);
+    end(l);
+}
+
 static void camera_stays_inside(void)
 {
     view_settings s = view_settings_default();
@@ -247,6 +281,7 @@ static const test tests[] = {
     TEST(follows_within_the_interval),
     TEST(is_spread_over_frames),
     TEST(settings_count),
+    TEST(sun_counts),
     TEST(failure_is_said_once),
     TEST(camera_stays_inside),
 };

@@ -121,7 +121,8 @@ view_camera room_camera(const double eye[3], const double at[3], double fov,
 
 view_room_draw room_draw_by(const view_camera *camera)
 {
-    view_room_draw d = {.moving = true, .hidden = -1, .parallax = true};
+    view_room_draw d = {
+        .moving = true, .hidden = -1, .shadows = true, .parallax = true};
 
     view_camera_matrix(camera, d.clip);
     memcpy(d.eye, camera->eye, sizeof d.eye);

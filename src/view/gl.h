@@ -46,6 +46,7 @@
     X(PFNGLDISABLEPROC, Disable)                                               \
     X(PFNGLDRAWARRAYSPROC, DrawArrays)                                         \
     X(PFNGLDRAWARRAYSINSTANCEDPROC, DrawArraysInstanced)                       \
+    X(PFNGLDRAWBUFFERPROC, DrawBuffer)                                         \
     X(PFNGLDRAWELEMENTSPROC, DrawElements)                                     \
     X(PFNGLDRAWELEMENTSINSTANCEDPROC, DrawElementsInstanced)                   \
     X(PFNGLENABLEPROC, Enable)                                                 \
@@ -72,6 +73,7 @@
     X(PFNGLGETUNIFORMLOCATIONPROC, GetUniformLocation)                         \
     X(PFNGLLINKPROGRAMPROC, LinkProgram)                                       \
     X(PFNGLPIXELSTOREIPROC, PixelStorei)                                       \
+    X(PFNGLREADBUFFERPROC, ReadBuffer)                                         \
     X(PFNGLREADPIXELSPROC, ReadPixels)                                         \
     X(PFNGLRENDERBUFFERSTORAGEPROC, RenderbufferStorage)                       \
     X(PFNGLSAMPLERPARAMETERIPROC, SamplerParameteri)                           \

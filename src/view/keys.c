@@ -195,6 +195,18 @@ static void change_interval(view_app *app, int step)
     *x = times[i];
 }
 
+static void change_capture_shadows(view_app *app, int step)
+{
+    (void)step;
+    app->settings.capture_shadows = !app->settings.capture_shadows;
+}
+
+static void change_sun(view_app *app, int step)
+{
+    (void)step;
+    app->settings.sun = !app->settings.sun;
+}
+
 /* ---- camera and environment --------------------------------------------- */
 
 static void move_across(view_app *app, int step)
@@ -330,6 +342,8 @@ static const key_row rows[] = {
     {"j J", 'j', 'J', 0, change_interval, "captured more rarely, more often"},
     {"h H", 'h', 'H', 0, change_probes, "more local probes, fewer"},
     {"V", 'V', 0, 0, change_volumes, "volumes of probes as wires"},
+    {"z", 'z', 0, 0, change_capture_shadows, "shadows in captures"},
+    {"Z", 'Z', 0, 0, change_sun, "the sun as a light with shadows"},
     {"e E", 'e', 'E', 0, change_exposure, "exposure: a quarter stop up, down"},
     {"t T", 't', 'T', 0, change_tone, "tone: linear, Reinhard, ACES, neutral"},
     {"v", 'v', 0, 0, change_false_colour, "false colours of luminance"},

@@ -271,6 +271,10 @@ static const ibl_option scene[] = {
     {"probe-faces", 0, INT(settings.probe_faces, 0, 1000),
      .help = "faces that a frame in a window draws or filters of a capture; "
              "0: all at once"},
+    {"no-capture-shadows", 0, OFF(capture_shadows),
+     .help = "captures see everything in the sun, behind other things too"},
+    {"no-sun", 0, OFF(sun),
+     .help = "leave the sun in the environment: it casts no shadows then"},
 };
 
 static const ibl_option camera[] = {

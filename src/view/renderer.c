@@ -33,6 +33,8 @@ struct view_renderer {
     view_stage *stage; /* the same */
     int samples;       /* of the truth for each draw; 0: by the clock */
     const view_set *set;
+    view_room_sun sun; /* of the set, once the stage was drawn with it */
+    bool knows_sun;
     /* of the last draw */
     view_settings settings;
     view_frame frame;
@@ -138,6 +140,7 @@ bool view_renderer_load(view_renderer *r, const view_set *set)
     gl.DeleteTextures(VIEW_CONTENTS, r->maps);
     memcpy(r->maps, maps, sizeof maps);
     r->set = set;
+    r->knows_sun = false;
     r->stale = true;
     if (r->stage)
         view_stage_restart(r->stage);
@@ -264,6 +267,16 @@ static bool stays(view_renderer *r)
     return same && compares(r);
 }
 
+/* That of what is seen through windows. */
+static bool find_sun(view_renderer *r)
+{
+    const ibl_texture *maps = r->set->texture;
+    const view_content sky = maps[VIEW_SKY].data ? VIEW_SKY : VIEW_SPECULAR;
+
+    r->knows_sun = r->knows_sun || view_room_sun_find(&maps[sky], &r->sun);
+    return r->knows_sun;
+}
+
 static bool draw_stage(view_renderer *r)
 {
     const GLuint level0 = r->maps[VIEW_SPECULAR], sky = r->maps[VIEW_SKY];
@@ -272,8 +285,9 @@ static bool draw_stage(view_renderer *r)
                                .sky = sky ? sky : level0,
                                .irradiance_scale = r->frame.diffuse[0]};
 
-    if (!r->stage && !(r->stage = view_stage_create()))
+    if (!find_sun(r) || (!r->stage && !(r->stage = view_stage_create())))
         return false;
+    e.sun = r->sun;
     memcpy(e.lod, r->frame.lod, sizeof e.lod);
     return view_stage_draw(r->stage, &r->settings, &e, r->maps[VIEW_LUT],
                            r->picture, r->width, r->height);

@@ -12,12 +12,13 @@
 #include "view/message.h"
 #include "view/program.h"
 #include "view/room_geometry.h"
+#include "view/room_shadow.h"
 
 enum {
     UNIT_PROBES = VIEW_UNIT_COUNT, /* specular, then irradiance of each */
     BLOCK = 1                      /* binding of the uniform block "Room" */
 };
-_Static_assert(UNIT_PROBES + 2 * VIEW_ROOM_PROBES == VIEW_ROOM_UNITS,
+_Static_assert(UNIT_PROBES + 2 * VIEW_ROOM_PROBES == VIEW_ROOM_SHADOW_UNIT,
                "units as the header says");
 
 /* Uniform block "Room" (shaders/room.glsl), std140. */
@@ -41,6 +42,7 @@ typedef struct ball {
 
 struct view_room {
     GLuint boxes, balls, sky; /* programs */
+    view_room_shadow *shadow;
     GLuint box_array, ball_array, nothing;
     GLuint box_vertices, box_indices, ball_vertices, ball_indices, instances;
     GLuint frame_buffer, room_buffer;
@@ -57,6 +59,7 @@ static GLuint bound(GLuint program)
     gl.UniformBlockBinding(program, gl.GetUniformBlockIndex(program, "Room"),
                            BLOCK);
     gl.UseProgram(program);
+    view_room_shadow_bind(program);
     for (int i = 0; i < 2 * VIEW_ROOM_PROBES; i++) {
         char name[32];
         snprintf(name, sizeof name, "probe_%s[%d]",
@@ -77,7 +80,9 @@ static bool make_programs(view_room *r)
         r->balls = bound(view_program("room_ball.vert", "room.frag"));
     if (r->balls)
         r->sky = bound(view_program("room_sky.vert", "room_sky.frag"));
-    return r->sky != 0;
+    if (r->sky)
+        r->shadow = view_room_shadow_create();
+    return r->shadow != NULL;
 }
 
 static void attribute(GLuint at, int size, size_t stride, size_t offset,
@@ -198,6 +203,7 @@ void view_room_free(view_room *r)
 
     gl.DeleteBuffers(sizeof buffers / sizeof buffers[0], buffers);
     gl.DeleteVertexArrays(sizeof arrays / sizeof arrays[0], arrays);
+    view_room_shadow_free(r->shadow);
     gl.DeleteProgram(r->sky);
     gl.DeleteProgram(r->balls);
     gl.DeleteProgram(r->boxes);
@@ -355,20 +361,20 @@ static int upload_balls(view_room *r, const view_room_draw *d)
     return count;
 }
 
-static void draw_boxes(const view_room *r, bool cells)
+static void draw_boxes(const view_room *r, GLuint program, bool cells)
 {
     const int first = cells ? r->box_coarse : 0;
     const int end = cells ? r->box_count : r->box_coarse;
 
-    gl.UseProgram(r->boxes);
+    gl.UseProgram(program);
     gl.BindVertexArray(r->box_array);
     gl.DrawElements(GL_TRIANGLES, end - first, GL_UNSIGNED_INT,
                     (const void *)((uintptr_t)first * sizeof(GLuint)));
 }
 
-static void draw_balls(const view_room *r, int count)
+static void draw_balls(const view_room *r, GLuint program, int count)
 {
-    gl.UseProgram(r->balls);
+    gl.UseProgram(program);
     gl.BindVertexArray(r->ball_array);
     gl.DrawElementsInstanced(GL_TRIANGLES, r->ball_count, GL_UNSIGNED_INT, NULL,
                              count);
@@ -381,8 +387,22 @@ static void draw_sky(const view_room *r)
     gl.DrawArrays(GL_TRIANGLES, 0, 3);
 }
 
+static void draw_shadows(view_room *r, const view_room_draw *d)
+{
+    view_room_draw all = *d;
+    GLuint box_program, ball_program;
+
+    if (!view_room_shadow_begin(r->shadow, d, &box_program, &ball_program))
+        return;
+    all.hidden = -1;
+    draw_balls(r, ball_program, upload_balls(r, &all));
+    draw_boxes(r, box_program, false);
+    view_room_shadow_end(r->shadow);
+}
+
 void view_room_render(view_room *r, const view_room_draw *d)
 {
+    draw_shadows(r, d);
     const bool mirrored = upload_blocks(r, d);
     const int count = upload_balls(r, d);
 
@@ -396,8 +416,8 @@ void view_room_render(view_room *r, const view_room_draw *d)
         gl.Enable(GL_CLIP_DISTANCE0);
     gl.Clear(GL_DEPTH_BUFFER_BIT);
     if (count)
-        draw_balls(r, count);
-    draw_boxes(r, d->paraboloid);
+        draw_balls(r, r->balls, count);
+    draw_boxes(r, r->boxes, d->paraboloid);
     gl.Disable(GL_CLIP_DISTANCE0);
     gl.Disable(GL_CULL_FACE);
     gl.FrontFace(GL_CCW);

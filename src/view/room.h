@@ -8,8 +8,8 @@
  * It is lit by what comes through the windows and from the panels, as probes
  * see it: each surface is shaded by the split sum with the probes it is given,
  * mixed and looked up as ibl/probes.h says, so that probes of probes (the
- * second bounce) come with the next refresh. Nothing else casts light, and
- * so nothing casts a shadow.
+ * second bounce) come with the next refresh. The environment's sun, if it has
+ * one, is a light of its own, in which everything casts a shadow.
  */
 #ifndef VIEW_ROOM_H
 #define VIEW_ROOM_H
@@ -18,6 +18,7 @@
 
 #include "ibl/probes.h"
 #include "view/gl.h"
+#include "view/room_sun.h"
 
 typedef struct view_room view_room;
 
@@ -82,6 +83,9 @@ typedef struct view_room_environment {
     float lod[4];                     /* as view_frame.lod */
     float irradiance_scale;           /* as view_frame.diffuse[0] */
     double turn;                      /* degrees */
+    view_room_sun sun;                /* zeros: none. Taken off the sky, but not
+                                         off the other two: where no probe takes
+                                         a share the sun is in it once more */
 } view_room_environment;
 
 typedef struct view_room_draw {
@@ -91,7 +95,8 @@ typedef struct view_room_draw {
     bool paraboloid;
     double seconds; /* where what moves is */
     bool moving;    /* draw what moves */
-    int hidden;     /* sphere that is left out, -1: none */
+    int hidden;     /* sphere that is left out, -1: none; it casts a shadow */
+    bool shadows;   /* in the sun */
     /* Alpha is 1; with limited, what is not in this box is 0 in all four, but
      * hides what is behind it. The sky is never in it. Where clip ends before
      * the walls do, the sky is seen: limit that too. */
@@ -109,11 +114,13 @@ void view_room_free(view_room *r); /* NULL is fine */
 
 /*
  * Draws into the bound framebuffer, which has a depth buffer, as scene-linear
- * RGBA; all of its viewport is drawn, its depth cleared before. The texture
- * units to VIEW_ROOM_UNITS, uniform buffers 0 and 1, program and vertex array
+ * RGBA; all of its viewport is drawn, its depth cleared before. Shadows are
+ * made anew where sun, turn or what moves are others than the last time. The
+ * texture units to VIEW_ROOM_UNITS, uniform buffers 0 to 2, program and vertex
+ * array
  * are others afterwards; tests of depth and back faces are off.
  */
-#define VIEW_ROOM_UNITS 14
+#define VIEW_ROOM_UNITS 15
 void view_room_render(view_room *r, const view_room_draw *d);
 
 #endif

@@ -27,6 +27,8 @@ view_settings view_settings_default(void)
         .parallax = true,
         .probe_size = 256,
         .probe_interval = 0.5,
+        .sun = true,
+        .capture_shadows = true,
     };
     for (int i = 0; i < VIEW_MAX_LIGHTS; i++) {
         view_light *l = &s.light[i];

@@ -119,9 +119,11 @@ typedef struct view_settings {
     int probe_faces;       /* steps of view_capture_advance a frame; 0: all */
     view_probe_capture probe_capture;
     view_probe_filter probe_filter;
-    bool probe_limit; /* a probe sees what it is for alone */
-    bool volumes;     /* of probes are drawn as wires */
-    bool help;        /* the list of keys is shown */
+    bool probe_limit;     /* a probe sees what it is for alone */
+    bool volumes;         /* of probes are drawn as wires */
+    bool sun;             /* the environment's, as a light with shadows */
+    bool capture_shadows; /* in captures too */
+    bool help;            /* the list of keys is shown */
 } view_settings;
 
 view_settings view_settings_default(void);

@@ -38,8 +38,9 @@ struct view_stage {
     GLuint framebuffer, depth;
     int width, height; /* of depth */
     bool fresh;        /* a whole update was made, and nothing is another */
-    bool begun;        /* an update that is spread over frames */
-    bool failed;       /* the last one: there is none until something changes */
+    bool sun, capture_shadows; /* of the settings that it was made by */
+    bool begun;                /* an update that is spread over frames */
+    bool failed; /* the last one: there is none until something changes */
     double begun_at, shown_at;
     int updates;
     bool timed[VIEW_PROBE_FILTERS];
@@ -207,6 +208,7 @@ static void capture_scene(void *cookie, const double clip[16],
     d.moving = s->local < 0;
     /* All of an update is of one moment. */
     d.seconds = s->st->begun_at;
+    d.shadows = s->st->capture_shadows;
     d.limited = s->st->limited;
     influence_of(s->local, d.limit_centre, d.limit_half);
     memcpy(d.clip, clip, sizeof d.clip);
@@ -356,7 +358,8 @@ static bool is_stale(const view_stage *st, const view_settings *s)
     const view_room_draw *d = &st->draw;
 
     return !st->fresh || d->environment.turn < s->turn ||
-           d->environment.turn > s->turn || d->parallax != s->parallax;
+           d->environment.turn > s->turn || d->parallax != s->parallax ||
+           st->sun != s->sun || st->capture_shadows != s->capture_shadows;
 }
 
 static void look(view_stage *st, const view_settings *s, int width, int height)
@@ -433,10 +436,15 @@ bool view_stage_draw(view_stage *st, const view_settings *s,
     st->draw = (view_room_draw){.seconds = s->seconds,
                                 .moving = true,
                                 .hidden = -1,
+                                .shadows = true,
                                 .environment = *environment,
                                 .table = table,
                                 .parallax = s->parallax};
     st->draw.environment.turn = s->turn;
+    if (!s->sun)
+        st->draw.environment.sun = (view_room_sun){0};
+    st->sun = s->sun;
+    st->capture_shadows = s->capture_shadows;
     look(st, s, width, height);
     view_room_sphere(MIRROR, s->seconds, position, &radius);
     if (!stale)

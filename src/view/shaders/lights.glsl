@@ -8,22 +8,30 @@
 // of Filament's MIN_PERCEPTUAL_ROUGHNESS.
 const float LIGHT_ROUGHNESS = 0.045;
 
-// Adds what lights reflect at p to specular, and irradiance / pi to diffuse.
+// Adds what light from l (unit) of irradiance e across it reflects to specular,
+// and irradiance / pi to diffuse.
+void add_light(vec3 n, vec3 v, vec3 l, vec3 e, vec3 f0, float roughness,
+               inout vec3 specular, inout vec3 diffuse)
+{
+    float r = max(roughness, LIGHT_ROUGHNESS);
+    float n_v = max(dot(n, v), 0.0), n_l = dot(n, l);
+    if (!(n_l > 0.0))
+        return; // behind, or in p itself
+    vec3 h = normalize(v + l);
+    e *= n_l;
+    specular += e * ggx_d(n, h, r * r) * smith_v(n_l, n_v, r * r) *
+                schlick_f(f0, clamp(dot(v, h), 0.0, 1.0));
+    diffuse += e / PI;
+}
+
+// The same of all lights at p.
 void add_lights(vec3 p, vec3 n, vec3 v, vec3 f0, float roughness,
                 inout vec3 specular, inout vec3 diffuse)
 {
-    float r = max(roughness, LIGHT_ROUGHNESS);
-    float n_v = max(dot(n, v), 0.0);
     for (int i = 0; i < choice.w; i++) {
         vec3 to = light_position[i].xyz - p;
-        vec3 l = normalize(to);
-        float n_l = dot(n, l);
-        if (!(n_l > 0.0))
-            continue; // behind, or in p itself
-        vec3 h = normalize(v + l);
-        vec3 e = light_intensity[i].rgb * (n_l / dot(to, to));
-        specular += e * ggx_d(n, h, r * r) * smith_v(n_l, n_v, r * r) *
-                    schlick_f(f0, clamp(dot(v, h), 0.0, 1.0));
-        diffuse += e / PI;
+        add_light(n, v, normalize(to),
+                  light_intensity[i].rgb * (1.0 / dot(to, to)), f0, roughness,
+                  specular, diffuse);
     }
 }

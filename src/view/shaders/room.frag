@@ -5,6 +5,8 @@
 #include "ibl.glsl"
 #include "brdf.glsl"
 #include "probes.glsl"
+#include "lights.glsl"
+#include "sun.glsl"
 
 uniform samplerCube probe_specular[PROBES];
 uniform samplerCube probe_irradiance[PROBES];
@@ -62,6 +64,22 @@ bool beyond_limit()
                            limit_half.xyz * (1.0 + 1.0 / 1024.0)));
 }
 
+// What the sun gives: the reflection of it, and irradiance / pi. What is
+// smoother than a light's least roughness would show it as sharp as the sky
+// does, and does show it in the sky, as much of it as is left there: it has no
+// reflection besides.
+vec3 add_sun(vec3 normal, vec3 view, inout vec3 light)
+{
+    float n_l = dot(normal, sun_direction.xyz);
+    vec3 specular = vec3(0.0);
+    if (sun_irradiance.w == 0.0 || n_l <= 0.0 || surface_f0 == vec3(0.0))
+        return specular;
+    vec3 e = sun_irradiance.rgb * sun_seen(surface_position, normal, n_l);
+    add_light(normal, view, sun_direction.xyz, e, surface_f0, surface_albedo.a,
+              specular, light);
+    return surface_albedo.a < LIGHT_ROUGHNESS ? vec3(0.0) : specular;
+}
+
 void main()
 {
     if (beyond_limit()) {
@@ -93,6 +111,8 @@ void main()
     if (light.a > 0.0)
         light.rgb += light.a * irradiance(normal);
 
+    vec3 direct = add_sun(normal, view, light.rgb);
+
     vec2 rg = table(n_v, surface_albedo.a);
     // Nothing at all is reflected at grazing angles where F0 is 0: panels.
     if (surface_f0 == vec3(0.0))
@@ -100,5 +120,6 @@ void main()
     vec3 fss = surface_f0 * rg.x + rg.y;
     vec3 k = diffuse_factor(surface_f0, surface_albedo.rgb, fss, rg.x + rg.y,
                             choice.z != 0);
-    colour = vec4(fss * specular.rgb + k * light.rgb + surface_emission, 1.0);
+    colour = vec4(fss * specular.rgb + direct + k * light.rgb +
+                  surface_emission, 1.0);
 }

@@ -1,0 +1,290 @@
+/* SPDX-License-Identifier: MIT */
+#include "view/room_shadow.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "view/message.h"
+#include "view/program.h"
+#include "view/scene.h"
+
+enum {
+    EDGE = 2048, /* of the depths: 5 to 9 mm, if a unit is a metre */
+    BLOCK = 2    /* binding of the uniform block "Sun" */
+};
+
+/* Uniform block "Sun" (shaders/sun.glsl), std140. */
+typedef struct sun_block {
+    float clip[16];
+    float direction[4], irradiance[4], right[4], up[4], cone[4], limit[4];
+} sun_block;
+
+/* What the depths depend on. */
+typedef struct shadow_key {
+    double direction[3];
+    double seconds; /* 0 if nothing moves */
+    bool moving;
+} shadow_key;
+
+struct view_room_shadow {
+    GLuint boxes, balls; /* programs */
+    GLuint depth, framebuffer, buffer;
+    bool made; /* depths, and by key */
+    shadow_key key;
+    GLint other_framebuffer, other_viewport[4]; /* from begin to end */
+};
+
+/* ---- where the sun is --------------------------------------------------- */
+
+/* The room from the sun: the boxes about it along its axes, and where. */
+typedef struct shadow_view {
+    double axes[3][3];          /* right, up, to the sun: unit */
+    double middle[3], reach[3]; /* along them */
+} shadow_view;
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(const double a[3], const double b[3], double c[3])
+{
+    for (int k = 0; k < 3; k++)
+        c[k] =
+            a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+
+static void set_axes(const double direction[3], double axes[3][3])
+{
+    const bool steep = fabs(direction[1]) > 0.999;
+    const double up[3] = {steep, !steep, 0};
+
+    memcpy(axes[2], direction, sizeof axes[2]);
+    cross(up, direction, axes[0]);
+    const double length = sqrt(dot(axes[0], axes[0]));
+    for (int k = 0; k < 3; k++)
+        axes[0][k] /= length;
+    cross(direction, axes[0], axes[1]);
+}
+
+/* All boxes are in it; spheres stay inside of the walls. */
+static void fit(shadow_view *v)
+{
+    for (int i = 0; i < 3; i++) {
+        double low = INFINITY, high = -INFINITY;
+        for (int b = 0; b < view_room_boxes(); b++) {
+            const view_room_box *box = view_room_box_at(b);
+            double most = 0, least = 0;
+            for (int k = 0; k < 3; k++) {
+                const double x = v->axes[i][k] * box->low[k];
+                const double y = v->axes[i][k] * box->high[k];
+                least += fmin(x, y);
+                most += fmax(x, y);
+            }
+            low = fmin(low, least);
+            high = fmax(high, most);
+        }
+        v->middle[i] = 0.5 * (low + high);
+        v->reach[i] = 0.5 * (high - low) * (1 + 2.0 / EDGE);
+    }
+}
+
+static shadow_view view_from(const view_room_sun *sun, double turn)
+{
+    double direction[3];
+    shadow_view v;
+
+    view_unturn(turn, sun->direction, direction);
+    set_axes(direction, v.axes);
+    fit(&v);
+    return v;
+}
+
+double view_room_shadow_texel(const view_room_sun *sun, double turn)
+{
+    const shadow_view v = view_from(sun, turn);
+
+    return 2 * fmax(v.reach[0], v.reach[1]) / EDGE;
+}
+
+/* ---- what is kept ------------------------------------------------------- */
+
+void view_room_shadow_bind(GLuint program)
+{
+    const GLuint block = gl.GetUniformBlockIndex(program, "Sun");
+    const GLint at = gl.GetUniformLocation(program, "sun_depth");
+
+    if (block != GL_INVALID_INDEX)
+        gl.UniformBlockBinding(program, block, BLOCK);
+    if (at >= 0)
+        gl.Uniform1i(at, VIEW_ROOM_SHADOW_UNIT);
+}
+
+static void allot(const view_room_shadow *s, int edge)
+{
+    gl.ActiveTexture(GL_TEXTURE0 + VIEW_ROOM_SHADOW_UNIT);
+    gl.BindTexture(GL_TEXTURE_2D, s->depth);
+    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, edge, edge, 0,
+                  GL_DEPTH_COMPONENT, GL_UNSIGNED_INT, NULL);
+}
+
+/* A texel until there is a sun. */
+static void make_depth(view_room_shadow *s)
+{
+    gl.GenTextures(1, &s->depth);
+    allot(s, 1);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE,
+                     GL_COMPARE_REF_TO_TEXTURE);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
+}
+
+/* Of a program that may have failed. */
+static GLuint bound(GLuint program)
+{
+    gl.UseProgram(program);
+    if (program)
+        view_room_shadow_bind(program);
+    return program;
+}
+
+view_room_shadow *view_room_shadow_create(void)
+{
+    view_room_shadow *s = calloc(1, sizeof *s);
+
+    if (!s) {
+        view_fail("no memory for the room's shadows");
+        return NULL;
+    }
+    s->boxes = bound(view_program("room_shadow.vert", "room_shadow.frag"));
+    if (s->boxes)
+        s->balls =
+            bound(view_program("room_shadow_ball.vert", "room_shadow.frag"));
+    if (!s->balls) {
+        view_room_shadow_free(s);
+        return NULL;
+    }
+    make_depth(s);
+    gl.GenFramebuffers(1, &s->framebuffer);
+    gl.GenBuffers(1, &s->buffer);
+    gl.BindBuffer(GL_UNIFORM_BUFFER, s->buffer);
+    gl.BufferData(GL_UNIFORM_BUFFER, sizeof(sun_block), NULL, GL_DYNAMIC_DRAW);
+    return s;
+}
+
+void view_room_shadow_free(view_room_shadow *s)
+{
+    if (!s)
+        return;
+    gl.DeleteBuffers(1, &s->buffer);
+    gl.DeleteFramebuffers(1, &s->framebuffer);
+    gl.DeleteTextures(1, &s->depth);
+    gl.DeleteProgram(s->balls);
+    gl.DeleteProgram(s->boxes);
+    free(s);
+}
+
+/* ---- draws -------------------------------------------------------------- */
+
+static void fill_clip(float clip[16], const shadow_view *v)
+{
+    memset(clip, 0, 16 * sizeof *clip);
+    clip[15] = 1;
+    for (int i = 0; i < 3; i++) {
+        /* Depth is away from the sun. */
+        const double scale = (i < 2 ? 1 : -1) / v->reach[i];
+        for (int k = 0; k < 3; k++)
+            clip[4 * k + i] = (float)(scale * v->axes[i][k]);
+        clip[12 + i] = (float)(-scale * v->middle[i]);
+    }
+}
+
+static void fill_block(sun_block *b, const view_room_draw *d,
+                       const shadow_view *v)
+{
+    const view_room_sun *sun = &d->environment.sun;
+
+    fill_clip(b->clip, v);
+    for (int k = 0; k < 3; k++) {
+        b->direction[k] = (float)v->axes[2][k];
+        b->irradiance[k] = (float)sun->irradiance[k];
+        b->right[k] = (float)(v->axes[0][k] * 2 * v->reach[0] / EDGE);
+        b->up[k] = (float)(v->axes[1][k] * 2 * v->reach[1] / EDGE);
+        b->cone[k] = (float)sun->direction[k];
+    }
+    b->direction[3] = d->shadows;
+    b->irradiance[3] = 1;
+    b->right[3] = EDGE;
+    b->up[3] = (float)(0.5 / v->reach[2]);
+    b->cone[3] = (float)sun->cosine;
+    b->limit[0] = (float)sun->limit;
+}
+
+static bool same_key(const shadow_key *a, const shadow_key *b)
+{
+    return a->moving == b->moving && !(a->seconds < b->seconds) &&
+           !(a->seconds > b->seconds) &&
+           !memcmp(a->direction, b->direction, sizeof a->direction);
+}
+
+static void set_target(view_room_shadow *s)
+{
+    gl.GetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &s->other_framebuffer);
+    gl.GetIntegerv(GL_VIEWPORT, s->other_viewport);
+    if (!s->made)
+        allot(s, EDGE);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, s->framebuffer);
+    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D,
+                            s->depth, 0);
+    gl.DrawBuffer(GL_NONE);
+    gl.ReadBuffer(GL_NONE);
+    gl.Viewport(0, 0, EDGE, EDGE);
+    gl.Clear(GL_DEPTH_BUFFER_BIT);
+    gl.Enable(GL_DEPTH_TEST);
+    gl.DepthFunc(GL_LESS);
+    gl.Enable(GL_CULL_FACE);
+    gl.FrontFace(GL_CCW);
+}
+
+bool view_room_shadow_begin(view_room_shadow *s, const view_room_draw *d,
+                            GLuint *boxes, GLuint *balls)
+{
+    const view_room_sun *sun = &d->environment.sun;
+    sun_block block = {0};
+    shadow_key key = {.moving = d->moving,
+                      .seconds = d->moving ? d->seconds : 0};
+
+    gl.ActiveTexture(GL_TEXTURE0 + VIEW_ROOM_SHADOW_UNIT);
+    gl.BindTexture(GL_TEXTURE_2D, s->depth);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK, s->buffer);
+    if (view_room_sun_shines(sun)) {
+        const shadow_view v = view_from(sun, d->environment.turn);
+        memcpy(key.direction, v.axes[2], sizeof key.direction);
+        fill_block(&block, d, &v);
+    }
+    gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
+    if (!view_room_sun_shines(sun) || !d->shadows ||
+        (s->made && same_key(&key, &s->key)))
+        return false;
+    set_target(s);
+    s->made = true;
+    s->key = key;
+    *boxes = s->boxes;
+    *balls = s->balls;
+    return true;
+}
+
+void view_room_shadow_end(view_room_shadow *s)
+{
+    const GLint *v = s->other_viewport;
+
+    gl.Disable(GL_CULL_FACE);
+    gl.Disable(GL_DEPTH_TEST);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, (GLuint)s->other_framebuffer);
+    gl.Viewport(v[0], v[1], v[2], v[3]);
+}

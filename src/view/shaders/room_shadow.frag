@@ -1,0 +1,5 @@
+// SPDX-License-Identifier: MIT
+// Depth alone.
+void main()
+{
+}

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+// A sphere, as the sun sees it.
+#include "sun.glsl"
+
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec4 centre_radius; // of each
+
+void main()
+{
+    gl_Position = sun_clip * vec4(centre_radius.xyz +
+                                  centre_radius.w * position, 1.0);
+}

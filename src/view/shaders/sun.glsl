@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+// The sun of an environment as light from one direction, with its shadows:
+// uniform block of view/room_shadow.c, the same members in the same order.
+layout(std140) uniform Sun {
+    mat4 sun_clip;       // world to the clip space of the depths
+    vec4 sun_direction;  // to it, of the world; w: 1 with shadows
+    vec4 sun_irradiance; // w: 1 if there is a sun
+    vec4 sun_right;      // a texel of the depths, of the world; w: texels
+    vec4 sun_up;         // w: depth of a unit of the world
+    vec4 sun_cone;       // as the environment has it; w: cosine
+    vec4 sun_limit;      // x: luminance that is left of it
+};
+
+uniform sampler2DShadow sun_depth;
+
+// So much above their surfaces points are looked up, in units of the room:
+// spheres are of triangles, which are as far beneath the spheres.
+const float SUN_ABOVE = 0.003;
+// Planes that the sun sees from the side would rise too much from texel to
+// texel; they have hardly any light of it.
+const float SUN_LEAST = 0.01;
+
+// Share of the sun that is seen from a surface: 3 x 3 texels weighted by a
+// quadratic B-spline. Each is compared with where the surface's plane is at
+// that texel, so that no plane is in its own shadow.
+float sun_seen(vec3 point, vec3 normal, float n_l)
+{
+    if (sun_direction.w == 0.0)
+        return 1.0;
+    vec3 at = 0.5 + 0.5 * (sun_clip * vec4(point + SUN_ABOVE * normal,
+                                           1.0)).xyz;
+    vec2 slope = vec2(dot(normal, sun_right.xyz), dot(normal, sun_up.xyz)) *
+                 (sun_up.w / max(n_l, SUN_LEAST));
+    vec2 texel = floor(at.xy * sun_right.w);
+    vec2 off = at.xy * sun_right.w - texel - 0.5; // of the middle one's centre
+    vec2 low = 0.5 * (0.5 - off) * (0.5 - off);
+    vec2 high = 0.5 * (0.5 + off) * (0.5 + off);
+    vec2 weight[3] = vec2[3](low, 1.0 - low - high, high);
+    float seen = 0.0;
+    for (int y = 0; y < 3; y++)
+        for (int x = 0; x < 3; x++) {
+            vec2 step = vec2(x - 1, y - 1);
+            vec3 tap = vec3((texel + 0.5 + step) / sun_right.w,
+                            at.z + dot(slope, step - off));
+            seen += weight[x].x * weight[y].y *
+                    textureLod(sun_depth, tap, 0.0);
+        }
+    return seen;
+}
+
+// What is left of the environment's radiance in a direction of its own, unit.
+vec3 sun_cut(vec3 direction, vec3 radiance)
+{
+    if (sun_irradiance.w == 0.0 || dot(direction, sun_cone.xyz) < sun_cone.w)
+        return radiance;
+    float y = dot(radiance, vec3(0.2126, 0.7152, 0.0722));
+    return y > sun_limit.x ? radiance * (sun_limit.x / y) : radiance;
+}

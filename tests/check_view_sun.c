@@ -1,0 +1,518 @@
+/* SPDX-License-Identifier: MIT */
+/* The sun: found in an environment whose sun is known, taken off it, and its
+ * light and shadows in the room against rays that are cast to it. */
+#include "maps.h"
+#include "room.h"
+#include "view.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "view/room_shadow.h"
+#include "view/set.h"
+
+#define PI 3.14159265358979323846
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void normalise(double a[3])
+{
+    const double length = sqrt(dot(a, a));
+
+    for (int k = 0; k < 3; k++)
+        a[k] /= length;
+}
+
+/* ---- finding it ---------------------------------------------------------- */
+
+/* Radiance of a direction (unit). */
+typedef void radiance(const void *cookie, const double d[3], double rgb[3]);
+
+/* Means over texels, of so many places each way in them, or but one where the
+ * direction is not within a tenth of that. */
+static ibl_texture cube_of(ibl_ctx *ctx, int size, int most, radiance *light,
+                           const void *cookie, const double near_by[3])
+{
+    ibl_cube cube = {0};
+    ibl_texture tex = {0};
+
+    if (ibl_cube_alloc(ctx, size, 1, &cube))
+        exit(1);
+    for (int i = 0; i < IBL_FACES * size * size; i++) {
+        const int face = i / (size * size), y = i / size % size, x = i % size;
+        double sum[3] = {0}, whole = 0, d[3], rgb[3];
+        ibl_cube_direction(size, face, x, y, d);
+        const int fine = dot(d, near_by) > 0.98 ? most : 1;
+        for (int j = 0; j < fine * fine; j++) {
+            const int u = x * fine + j % fine, v = y * fine + j / fine;
+            const double a = ibl_cube_solid_angle(size * fine, u, v);
+            ibl_cube_direction(size * fine, face, u, v, d);
+            light(cookie, d, rgb);
+            for (int k = 0; k < 3; k++)
+                sum[k] += a * rgb[k];
+            whole += a;
+        }
+        for (int k = 0; k < 3; k++)
+            cube.data[3 * i + k] = (float)(sum[k] / whole);
+    }
+    if (ibl_texture_from_cube(ctx, &cube, IBL_PIXEL_RGBA32F, &tex, NULL))
+        exit(1);
+    ibl_cube_free(&cube);
+    return tex;
+}
+
+/* A disc on a gradient. */
+typedef struct disc {
+    double direction[3], radius_deg, radiance[3];
+} disc;
+
+static void disc_light(const void *cookie, const double d[3], double rgb[3])
+{
+    const disc *s = cookie;
+    const bool in = dot(d, s->direction) > cos(s->radius_deg * PI / 180);
+
+    for (int k = 0; k < 3; k++)
+        rgb[k] = (in ? s->radiance[k] : 0) + 0.5 + 0.3 * d[1] + 0.05 * k;
+}
+
+/* Integrals of the whole and of what the sun leaves. */
+static void integrate(const ibl_texture *tex, const view_room_sun *sun,
+                      double whole[3], double left[3])
+{
+    const int n = tex->width;
+    const float *texel = (const float *)(const void *)tex->data;
+
+    memset(whole, 0, 3 * sizeof *whole);
+    memset(left, 0, 3 * sizeof *left);
+    for (int i = 0; i < IBL_FACES * n * n; i++, texel += 4) {
+        const double a = ibl_cube_solid_angle(n, i % n, i / n % n);
+        double d[3], rgb[3];
+        ibl_cube_direction(n, i / (n * n), i % n, i / n % n, d);
+        for (int k = 0; k < 3; k++) {
+            rgb[k] = (double)texel[k];
+            whole[k] += a * rgb[k];
+        }
+        view_room_sun_cut(sun, d, rgb);
+        for (int k = 0; k < 3; k++)
+            left[k] += a * rgb[k];
+    }
+}
+
+static void check_disc(ibl_ctx *ctx, int size, disc s)
+{
+    view_room_sun sun;
+    double whole[3], left[3];
+
+    normalise(s.direction);
+    ibl_texture tex = cube_of(ctx, size, 48, disc_light, &s, s.direction);
+    NEED(view_room_sun_find(&tex, &sun));
+    NEED(view_room_sun_shines(&sun));
+    const double apart =
+        acos(fmin(dot(sun.direction, s.direction), 1)) * 180 / PI;
+    CHECK_MSG(apart < 45.0 / size, "%g degrees, %d texels", apart, size);
+    const double angle = 2 * PI * (1 - cos(s.radius_deg * PI / 180));
+    for (int k = 0; k < 3; k++)
+        CHECK_NEAR(sun.irradiance[k] / (s.radiance[k] * angle), 1, 0.01);
+    integrate(&tex, &sun, whole, left);
+    for (int k = 0; k < 3; k++)
+        CHECK_NEAR((left[k] + sun.irradiance[k]) / whole[k], 1, 1e-12);
+    ibl_texture_free(&tex);
+}
+
+/* In the middle of a face, off it, on an edge, in a corner, at a pole. */
+static void finds_known_sun(void)
+{
+    static const double directions[][3] = {
+        {1, 0, 0}, {-0.3, 0.7, 0.5}, {1, 0.4, -1}, {-1, 1, 1}, {0.001, 1, 0}};
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+
+    for (int i = 0; i < 5; i++) {
+        disc s = {.radius_deg = 1 + 0.3 * i, .radiance = {9000, 7000, 4000}};
+        memcpy(s.direction, directions[i], sizeof s.direction);
+        check_disc(ctx, i % 2 ? 96 : 64, s);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* A box of half the edge tan, bright by so much, on 1. */
+typedef struct soft {
+    double tan, radiance;
+} soft;
+
+static void soft_light(const void *cookie, const double d[3], double rgb[3])
+{
+    const soft *s = cookie;
+    const bool in =
+        d[2] > 0 && fabs(d[0]) < s->tan * d[2] && fabs(d[1]) < s->tan * d[2];
+
+    rgb[0] = rgb[1] = rgb[2] = in ? s->radiance : 1;
+}
+
+/* Even light, a soft box, a little lamp; and all black. */
+static void finds_no_other(void)
+{
+    static const soft boxes[] = {
+        {0, 0}, {0.3, 60}, {1, 60}, {0.02, 30}, {0.5, 1e4}};
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+
+    for (size_t i = 0; i <= sizeof boxes / sizeof *boxes; i++) {
+        const disc none = {.direction = {1, 0, 0}};
+        view_room_sun sun;
+        ibl_texture tex =
+            i < sizeof boxes / sizeof *boxes
+                ? cube_of(ctx, 32, 1, soft_light, &boxes[i], none.direction)
+                : cube_of(ctx, 32, 1, disc_light, &none, none.direction);
+        if (i == 0)
+            memset(tex.data, 0, tex.bytes);
+        CHECK(view_room_sun_find(&tex, &sun));
+        CHECK_MSG(!view_room_sun_shines(&sun), "%zu: %g", i, sun.irradiance[1]);
+        double rgb[3] = {9, 99, 9e9};
+        view_room_sun_cut(&sun, sun.direction, rgb);
+        CHECK_NEAR(rgb[2], 9e9, 0);
+        ibl_texture_free(&tex);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* Of a photograph's like the same comes out at each size and of halves. */
+static void finds_sun_of_sky(void)
+{
+    ibl_ctx *ctx = test_ctx(0, IBL_ISA_AUTO);
+    view_room_sun first = {0};
+
+    for (int size = 64; size <= 256; size *= 2) {
+        ibl_specular_options o = ibl_specular_options_default();
+        ibl_image map = {0};
+        view_set set = {0};
+        view_room_sun sun;
+        o.size = size;
+        o.levels = 1;
+        NEED(!ibl_image_read(ctx, test_data("sky.exr"), NULL, &map, NULL));
+        NEED(view_set_bake_image(ctx, "sky", &map, &o, &set));
+        CHECK(view_room_sun_find(&set.texture[VIEW_SPECULAR], &sun));
+        CHECK(view_room_sun_shines(&sun));
+        if (size == 64)
+            first = sun;
+        CHECK(dot(sun.direction, first.direction) > cos(0.7 * PI / 180));
+        for (int k = 0; k < 3; k++)
+            CHECK_NEAR(sun.irradiance[k] / first.irradiance[k], 1, 0.05);
+        view_set_free(&set);
+        ibl_image_free(&map);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* ---- in the room --------------------------------------------------------- */
+
+static view_room *room;
+static room_target target;
+static GLuint white, sky, table;
+
+enum {
+    WIDTH = 160,
+    HEIGHT = 96
+};
+
+/* Light is white everywhere, and the table that of a surface that loses
+ * nothing. */
+static bool begin(void)
+{
+    if (!view_test_begin(WIDTH, HEIGHT))
+        return false;
+    room = view_room_create();
+    room_target_make(&target, WIDTH, HEIGHT);
+    white = room_cube_of(1, 1, 1, 1);
+    sky = room_cube_of(10, 20, 30, 1);
+    table = room_table_of(1, 0);
+    return room != NULL;
+}
+
+static void end(void)
+{
+    const GLuint maps[] = {white, sky, table};
+
+    CHECK(view_gl_check("drawing the room"));
+    gl.DeleteTextures(3, maps);
+    room_target_free(&target);
+    view_room_free(room);
+    view_test_end();
+}
+
+/* Of the world, for a turn of 0. */
+static view_room_sun sun_at(double x, double y, double z)
+{
+    view_room_sun sun = {.direction = {x, y, z},
+                         .irradiance = {6, 5, 3},
+                         .limit = 4,
+                         .cosine = cos(10 * PI / 180)};
+
+    normalise(sun.direction);
+    return sun;
+}
+
+static view_room_draw sunny_draw(const view_camera *camera,
+                                 const view_room_sun *sun)
+{
+    view_room_draw d = room_draw_by(camera);
+
+    d.environment.specular = d.environment.irradiance = white;
+    d.environment.sky = sky;
+    d.environment.sun = *sun;
+    d.table = table;
+    return d;
+}
+
+static float *render(const view_room_draw *d)
+{
+    room_target_bind(&target);
+    view_room_render(room, d);
+    return room_target_read(&target);
+}
+
+/* Whether a point is in a box: such have no light. */
+static bool is_inside(const double p[3])
+{
+    for (int i = 0; i < view_room_boxes(); i++) {
+        const view_room_box *b = view_room_box_at(i);
+        if (p[0] > b->low[0] && p[0] < b->high[0] && p[1] > b->low[1] &&
+            p[1] < b->high[1] && p[2] > b->low[2] && p[2] < b->high[2])
+            return true;
+    }
+    return false;
+}
+
+/* How many of nine points about that of a hit see the sun: as far away across
+ * its light as the texels that are looked up, in the plane of the surface. */
+static int count_seen(const view_room_draw *d, const room_hit *h,
+                      const double l[3], double away)
+{
+    view_room_draw all = *d;
+    double right[3] = {l[2], 0, -l[0]}, up[3];
+    int seen = 0;
+
+    all.hidden = -1;
+    normalise(right);
+    for (int k = 0; k < 3; k++)
+        up[k] = l[(k + 1) % 3] * right[(k + 2) % 3] -
+                l[(k + 2) % 3] * right[(k + 1) % 3];
+    for (int i = 0; i < 9; i++) {
+        const double a = away * (i % 3 - 1), b = away * (i / 3 - 1);
+        const double rise =
+            -(a * dot(h->normal, right) + b * dot(h->normal, up)) /
+            dot(h->normal, l);
+        double p[3];
+        for (int k = 0; k < 3; k++)
+            p[k] = h->point[k] + a * right[k] + b * up[k] + rise * l[k] +
+                   1e-5 * h->normal[k];
+        seen += !is_inside(p) && room_cast(&all, p, l).what < 0;
+    }
+    return seen;
+}
+
+/* What it gives a surface. */
+static void sun_term(const view_room_sun *sun, const room_hit *h,
+                     const double l[3], const double eye_ray[3], double rgb[3])
+{
+    const view_room_material *m = h->material;
+    const double r = (double)m->roughness, alpha = r * r, a2 = alpha * alpha;
+    const double n_l = dot(h->normal, l), n_v = -dot(h->normal, eye_ray);
+    double half[3];
+
+    for (int k = 0; k < 3; k++)
+        half[k] = l[k] - eye_ray[k];
+    normalise(half);
+    const double n_h = dot(h->normal, half), v_h = -dot(half, eye_ray);
+    const double k2 = 1 - (1 - a2) * n_h * n_h;
+    const double v = 0.5 / (n_v * sqrt(n_l * n_l * (1 - a2) + a2) +
+                            n_l * sqrt(n_v * n_v * (1 - a2) + a2));
+    for (int k = 0; k < 3; k++) {
+        const double f0 = (double)m->f0[k], albedo = (double)m->albedo[k];
+        const double f = f0 + (1 - f0) * pow(1 - v_h, 5);
+        const double specular =
+            r < 0.045 || f0 <= 0 ? 0 : a2 / (PI * k2 * k2) * v * f;
+        rgb[k] = sun->irradiance[k] * n_l * (specular + (1 - f0) * albedo / PI);
+    }
+}
+
+/* Whether a pixel has what is expected, in the sun or not. */
+static bool has_colour(const float *pixel, const view_room_draw *d,
+                       const room_hit *h, const double l[3],
+                       const double ray[3], bool lit, double tolerance)
+{
+    double rgb[3] = {0};
+
+    if (lit)
+        sun_term(&d->environment.sun, h, l, ray, rgb);
+    for (int k = 0; k < 3; k++) {
+        const double f0 = (double)h->material->f0[k];
+        rgb[k] += f0 + (1 - f0) * (double)h->material->albedo[k] +
+                  (double)h->material->emission[k];
+        if (!(fabs((double)pixel[k] - rgb[k]) < tolerance * rgb[k]))
+            return false;
+    }
+    return true;
+}
+
+typedef struct counts {
+    int lit, dark, unsure, bad;
+} counts;
+
+/* What all rays near a pixel's centre meet; what -2: not the same side of
+ * something. */
+static room_hit hit_of(const view_camera *c, const view_room_draw *d, int i,
+                       double ray[3])
+{
+    room_hit h = {.what = -2};
+
+    for (int j = 8; j >= 0; j--) {
+        const room_hit other = h;
+        view_camera_ray(c, WIDTH, HEIGHT, i % WIDTH + 0.6 * ((j + 1) % 3 - 1),
+                        i / WIDTH + 0.6 * ((j + 4) / 3 % 3 - 1), ray);
+        h = room_cast(d, c->eye, ray);
+        if (j < 8 &&
+            (h.what != other.what || dot(h.normal, other.normal) < 0.8)) {
+            h.what = -2;
+            return h;
+        }
+    }
+    return h;
+}
+
+static void count_pixels(const view_camera *c, const view_room_draw *d,
+                         counts *n)
+{
+    const view_room_environment *e = &d->environment;
+    const double away = 2 * view_room_shadow_texel(&e->sun, e->turn);
+    float *picture = render(d);
+    double l[3], ray[3];
+
+    *n = (counts){0};
+    view_unturn(e->turn, e->sun.direction, l);
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        const room_hit h = hit_of(c, d, i, ray);
+        const double n_l = h.what >= 0 ? dot(h.normal, l) : 0;
+        const bool round = h.what >= view_room_boxes();
+        if (h.what < 0 ||
+            (round && (dot(h.normal, ray) > -0.4 || fabs(n_l) < 0.1)))
+            continue;
+        const int seen = n_l <= 0      ? 0
+                         : !d->shadows ? 9
+                                       : count_seen(d, &h, l, away);
+        const bool ok = has_colour(picture + 4 * i, d, &h, l, ray, seen > 0,
+                                   round ? 0.08 : 0.004);
+        n->lit += seen == 9;
+        n->dark += seen == 0;
+        n->unsure += seen > 0 && seen < 9;
+        n->bad += !ok && seen % 9 == 0;
+    }
+    free(picture);
+}
+
+/* Whole pictures: boxes, spheres that move from one to the next, the sun where
+ * it comes through these or those windows, or from above. */
+static void shadows_are_those_of_rays(void)
+{
+    static const struct {
+        double eye[3], at[3], sun[3], seconds, turn;
+    } views[] = {
+        {{3.4, 2.3, 4.6}, {-0.8, 0.6, -1}, {-0.8, 0.5, 0.55}, 0, 0},
+        {{4.5, 1.8, -1.3}, {-3, 0.2, 0.4}, {-0.9, 0.2, 0.1}, 1.7, 0},
+        {{0.2, 3.8, 0.3}, {0.3, 0, 0.1}, {-0.4, 0.35, 0.8}, 3.1, 70},
+        {{4, 3, -4}, {-1, 0.6, 2}, {-0.35, 0.3, 0.7}, 6.9, -30},
+        {{-9, 5, 8}, {0, 1, 0}, {-0.3, 0.8, 0.5}, 4.4, 0}, /* from outside */
+    };
+
+    if (!begin())
+        return;
+    for (size_t v = 0; v < sizeof views / sizeof views[0]; v++) {
+        const view_camera c =
+            room_camera(views[v].eye, views[v].at, 70, WIDTH, HEIGHT);
+        view_room_sun sun =
+            sun_at(views[v].sun[0], views[v].sun[1], views[v].sun[2]);
+        double world[3];
+        counts n;
+        memcpy(world, sun.direction, sizeof world);
+        view_turn(views[v].turn, world, sun.direction);
+        view_room_draw d = sunny_draw(&c, &sun);
+        d.seconds = views[v].seconds;
+        d.environment.turn = views[v].turn;
+        for (int shadows = 1; shadows >= 0; shadows--) {
+            d.shadows = shadows;
+            count_pixels(&c, &d, &n);
+            CHECK_MSG(n.bad == 0 && n.lit > 300 && (n.dark > 150 || !shadows) &&
+                          n.unsure < 2000,
+                      "view %zu, shadows %d: %d wrong, %d lit, %d dark, "
+                      "%d unsure",
+                      v, shadows, n.bad, n.lit, n.dark, n.unsure);
+        }
+    }
+    end();
+}
+
+/* What is hidden, or does not move and so is drawn alone, has its shadow; what
+ * moves has none then. */
+static void hidden_casts_shadow(void)
+{
+    const double eye[3] = {1.5, 2.2, 0}, at[3] = {1, 0, 0.2};
+
+    if (!begin())
+        return;
+    /* The sun behind the mirror, through a window. */
+    const view_room_sun sun = sun_at(-0.8, 0.45, 0.35);
+    const view_camera c = room_camera(eye, at, 80, WIDTH, HEIGHT);
+    view_room_draw d = sunny_draw(&c, &sun);
+    counts n;
+    for (int i = 0; i < 4; i++) {
+        d.hidden = i % 2 - 1;
+        d.moving = i / 2;
+        d.seconds = 2.2;
+        count_pixels(&c, &d, &n);
+        CHECK_MSG(n.bad == 0, "%d: %d wrong", i, n.bad);
+    }
+    end();
+}
+
+/* The sky has what is left. */
+static void sky_is_cut(void)
+{
+    const double eye[3] = {0, 9, 0}, at[3] = {-9, 16, 3};
+
+    if (!begin())
+        return;
+    const view_camera c = room_camera(eye, at, 70, WIDTH, HEIGHT);
+    view_room_sun sun = sun_at(-9, 8, 4);
+    view_room_draw d = sunny_draw(&c, &sun);
+    d.environment.turn = 20;
+    view_turn(20,
+              (double[]){sun.direction[0], sun.direction[1], sun.direction[2]},
+              sun.direction);
+    d.environment.sun = sun;
+    float *picture = render(&d);
+    int bad = 0, cut = 0;
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        double ray[3], rgb[3] = {10, 20, 30}, env[3];
+        view_camera_ray(&c, WIDTH, HEIGHT, i % WIDTH, i / WIDTH, ray);
+        view_turn(20, ray, env);
+        if (fabs(dot(env, sun.direction) - sun.cosine) < 1e-5)
+            continue;
+        view_room_sun_cut(&sun, env, rgb);
+        cut += rgb[0] < 9;
+        for (int k = 0; k < 3; k++)
+            bad += !(fabs((double)picture[4 * i + k] - rgb[k]) < 1e-4);
+    }
+    CHECK_MSG(bad == 0 && cut > 300 && cut < 5000, "%d wrong, %d cut", bad,
+              cut);
+    free(picture);
+    end();
+}
+
+static const test tests[] = {
+    TEST(finds_known_sun),     TEST(finds_no_other),
+    TEST(finds_sun_of_sky),    TEST(shadows_are_those_of_rays),
+    TEST(hidden_casts_shadow), TEST(sky_is_cut),
+};
+TEST_MAIN(tests)
