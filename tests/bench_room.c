@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* Milliseconds of a frame of the room by how many probes light it, and of their
- * captures; and what it looks like. Arguments: width, height, and how the names
- * of PNGs begin that are to be written. */
+/* Milliseconds of a frame of the room by how many probes light it, with masks
+ * of tiles and with each pixel going through all probes; and what it looks
+ * like. Arguments: width, height, and how the names of PNGs begin that are to
+ * be written. */
 #include "room.h"
 #include "view.h"
 
@@ -14,33 +15,17 @@
 #include "view/clock.h"
 #include "view/picture.h"
 #include "view/set.h"
+#include "view/stage_locals.h"
 #include "view/upload.h"
 
 enum {
-    RUNS = 9
+    RUNS = 5
 };
 
 static int compare(const void *a, const void *b)
 {
     const double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
-}
-
-static double measure(view_room *room, const room_target *target,
-                      const view_room_draw *d)
-{
-    double ms[RUNS];
-
-    for (int i = -1; i < RUNS; i++) {
-        const double before = view_clock();
-        room_target_bind(target);
-        view_room_render(room, d);
-        gl.Finish();
-        if (i >= 0)
-            ms[i] = 1e3 * (view_clock() - before);
-    }
-    qsort(ms, RUNS, sizeof ms[0], compare);
-    return ms[RUNS / 2];
 }
 
 static bool write_picture(ibl_ctx *ctx, const char *path,
@@ -79,18 +64,37 @@ static bool load(const view_set *set, view_room_draw *d)
     return e->specular && e->irradiance && e->sky && d->table;
 }
 
-/* ---- probes ------------------------------------------------------------- */
+/* ---- what is measured ---------------------------------------------------- */
 
-/* The first is in the mirror; the others have the room's quarters. */
-static const double places[VIEW_ROOM_PROBES][3] = {
-    {0, 0.9, 0}, {-2.5, 1.5, 0.4}, {2.5, 1.5, -0.6}, {-0.3, 1.5, 3.4}};
+static const struct {
+    const char *name;
+    int locals; /* place in counts + 1, 0: none */
+    bool dynamic, untiled, flat;
+} cases[] = {
+    {"none", 0, false, false, false},
+    {"dynamic", 0, true, false, false},
+    {"dynamic-flat", 0, true, false, true},
+    {"local-1", 1, false, false, false},
+    {"local-1-untiled", 1, false, true, false},
+    {"local-8", 2, false, false, false},
+    {"local-8-untiled", 2, false, true, false},
+    {"local-64", 3, false, false, false},
+    {"local-64-untiled", 3, false, true, false},
+    {"both-64", 3, true, false, false},
+};
+static const int counts[] = {1, 8, 64};
+enum {
+    CASES = sizeof cases / sizeof *cases,
+    COUNTS = sizeof counts / sizeof *counts
+};
 
 typedef struct bench {
     ibl_ctx *ctx;
     view_room *room;
     view_room_draw draw; /* what of it all draws share */
     room_target target;
-    view_capture *capture[VIEW_ROOM_PROBES];
+    view_capture *capture;
+    view_stage_locals *locals[COUNTS];
     const char *name; /* of pictures; NULL: none */
 } bench;
 
@@ -108,93 +112,110 @@ static void capture_scene(void *cookie, const double clip[16],
     view_room_render(b->room, &d);
 }
 
-static void copy3(float to[3], const double from[3])
+static void use_dynamic(bench *b, view_room_draw *d)
 {
-    for (int k = 0; k < 3; k++)
-        to[k] = (float)from[k];
-}
+    const float last = (float)(view_capture_levels(b->capture) - 1);
+    ibl_probe *p = &d->dynamic.probe;
 
-/* As many probes as are wanted of those captured; the last is for everywhere.
- */
-static void use_probes(bench *b, int count)
-{
-    b->draw.probe_count = count;
-    for (int i = 0; i < count; i++) {
-        view_room_probe *p = &b->draw.probe[i];
-        const view_capture *c = b->capture[i];
-        const bool last = i == count - 1;
-        *p = (view_room_probe){.specular = view_capture_specular(c),
-                               .irradiance = view_capture_irradiance(c),
-                               .blend = last ? 0 : 1};
-        p->last_level = (float)(view_capture_levels(c) - 1);
-        p->lod_scale = p->last_level;
-        copy3(p->position, places[i]);
-        copy3(p->influence_centre, last ? view_room_centre : places[i]);
-        for (int k = 0; k < 3; k++)
-            p->influence_half[k] = last ? 6 : 2;
-        copy3(p->proxy_centre, view_room_centre);
-        copy3(p->proxy_half, view_room_half);
+    d->dynamic =
+        (view_room_dynamic){.specular = view_capture_specular(b->capture),
+                            .irradiance = view_capture_irradiance(b->capture),
+                            .lod_scale = last,
+                            .last_level = last,
+                            .probe = {.position = {0, 0.9, 0}, .has_proxy = 1}};
+    for (int k = 0; k < 3; k++) {
+        p->influence.centre[k] = p->proxy.centre[k] = view_room_centre[k];
+        p->influence.half[k] = 6;
+        p->proxy.half[k] = view_room_half[k];
     }
 }
 
-/* Lit by themselves, and the last time with all compiled. */
+/* The dynamic one lit by itself, and all local ones by it. */
 static bool capture(bench *b)
 {
+    const double middle[3] = {0, 0.9, 0};
     view_capture_options o = view_capture_options_default();
+    double ms[3];
 
     o.size = 128;
     o.timed = true;
-    for (int i = 0; i < VIEW_ROOM_PROBES; i++)
-        if (!(b->capture[i] = view_capture_create(&o)))
-            return false;
+    if (!(b->capture = view_capture_create(&o)))
+        return false;
     for (int bounce = 0; bounce < 3; bounce++) {
-        for (int i = 0; i < VIEW_ROOM_PROBES; i++)
-            if (!view_capture_update(b->capture[i], places[i], capture_scene,
-                                     b))
-                return false;
-        use_probes(b, VIEW_ROOM_PROBES);
+        if (!view_capture_update(b->capture, middle, capture_scene, b))
+            return false;
+        use_dynamic(b, &b->draw);
     }
-    double ms[3];
-    view_capture_times(b->capture[0], ms);
-    printf("captured with %d probes, 128: %.1f ms drawn, %.1f levels, "
-           "%.1f irradiance\n",
-           VIEW_ROOM_PROBES, ms[0], ms[1], ms[2]);
+    view_capture_times(b->capture, ms);
+    printf("dynamic, 128: %.1f ms drawn, %.1f levels, %.1f irradiance\n", ms[0],
+           ms[1], ms[2]);
+    o.size = 64;
+    for (int i = 0; i < COUNTS; i++) {
+        if (!(b->locals[i] = view_stage_locals_create(&o, counts[i])))
+            return false;
+        const double before = view_clock();
+        for (int k = 0; k < counts[i]; k++)
+            if (!view_stage_locals_capture(b->locals[i], k, o.far,
+                                           capture_scene, b))
+                return false;
+        gl.Finish();
+        printf("%d local, 64: %.1f ms each\n", counts[i],
+               1e3 * (view_clock() - before) / counts[i]);
+    }
     return true;
 }
 
-static bool show(bench *b, const char *what)
+static double draw(bench *b, int i)
 {
-    char path[400];
+    view_room_draw d = b->draw;
 
-    printf("%-24s %7.2f ms\n", what, measure(b->room, &b->target, &b->draw));
-    if (!b->name)
-        return true;
-    snprintf(path, sizeof path, "%s%s.png", b->name, what);
-    return write_picture(b->ctx, path, &b->target);
+    d.dynamic = (view_room_dynamic){0};
+    if (cases[i].dynamic)
+        use_dynamic(b, &d);
+    if (cases[i].locals)
+        d.locals = view_stage_locals_drawn(b->locals[cases[i].locals - 1]);
+    d.untiled = cases[i].untiled;
+    d.parallax = !cases[i].flat;
+    gl.Finish();
+    const double before = view_clock();
+    room_target_bind(&b->target);
+    view_room_render(b->room, &d);
+    gl.Finish();
+    return 1e3 * (view_clock() - before);
 }
 
+/* Each in turn, so that other load on the machine is in all of them. */
 static bool run(bench *b)
 {
-    bool ok = show(b, "none") && capture(b);
+    static double ms[CASES][RUNS];
+    bool ok = capture(b);
 
-    use_probes(b, 1);
-    ok = ok && show(b, "one");
-    b->draw.parallax = false;
-    ok = ok && show(b, "one-flat");
-    b->draw.parallax = true;
-    use_probes(b, VIEW_ROOM_PROBES);
-    ok = ok && show(b, "four");
-    b->draw.seconds = 2;
-    ok = ok && show(b, "four-later");
-    for (int i = 0; i < VIEW_ROOM_PROBES; i++)
-        view_capture_free(b->capture[i]);
+    for (int n = -1; ok && n < RUNS; n++)
+        for (int i = 0; i < CASES; i++) {
+            const double took = draw(b, i);
+            if (n >= 0)
+                ms[i][n] = took;
+        }
+    for (int i = 0; ok && i < CASES; i++) {
+        char path[400];
+        qsort(ms[i], RUNS, sizeof ms[i][0], compare);
+        printf("%-24s %7.2f ms\n", cases[i].name, ms[i][RUNS / 2]);
+        if (!b->name)
+            continue;
+        draw(b, i);
+        snprintf(path, sizeof path, "%s%s.png", b->name, cases[i].name);
+        ok = write_picture(b->ctx, path, &b->target);
+    }
+    for (int i = 0; i < COUNTS; i++)
+        view_stage_locals_free(b->locals[i]);
+    view_capture_free(b->capture);
     return ok;
 }
 
 int main(int argc, char **argv)
 {
-    const int width = argc > 1 ? atoi(argv[1]) : 640;
-    const int height = argc > 2 ? atoi(argv[2]) : 360;
+    const int width = argc > 1 ? atoi(argv[1]) : 1280;
+    const int height = argc > 2 ? atoi(argv[2]) : 720;
     const double eye[3] = {1.6, 1.9, 3.6}, at[3] = {-0.5, 1, -1};
     bench b = {.name = argc > 3 ? argv[3] : NULL};
     view_set set = {0};

@@ -83,43 +83,66 @@ typedef struct probe_texels {
                     [4 * VIEW_CAPTURE_IRRADIANCE * VIEW_CAPTURE_IRRADIANCE];
 } probe_texels;
 
-static void read_level(GLuint cube, int level, int face, float *rgba)
+enum {
+    MOST = 4 /* probes of a test */
+};
+
+/* With a limit the mirror's is the last, as it is for all of the room. */
+static int count_probes(const view_room_draw *d)
 {
+    CHECK(d->locals.count < MOST);
+    return d->locals.count + 1;
+}
+
+static ibl_probe probe_of(const view_room_draw *d, int i)
+{
+    return i < d->locals.count ? d->locals.probe[i] : d->dynamic.probe;
+}
+
+/* Of a cube array with count layers of n x n texels, or a cube, with 0. */
+static void read_face(GLuint texture, int count, int layer, int level, int n,
+                      int face, float *rgba)
+{
+    const size_t floats = (size_t)4 * n * n;
+    float *all;
+
     gl.ActiveTexture(GL_TEXTURE0);
-    gl.BindTexture(GL_TEXTURE_CUBE_MAP, cube);
-    gl.GetTexImage(GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)face, level,
-                   GL_RGBA, GL_FLOAT, rgba);
+    if (!count) {
+        gl.BindTexture(GL_TEXTURE_CUBE_MAP, texture);
+        gl.GetTexImage(GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)face, level,
+                       GL_RGBA, GL_FLOAT, rgba);
+        return;
+    }
+    all = malloc(floats * sizeof *all * IBL_FACES * (size_t)count);
+    if (!all)
+        exit(1);
+    gl.BindTexture(GL_TEXTURE_CUBE_MAP_ARRAY, texture);
+    gl.GetTexImage(GL_TEXTURE_CUBE_MAP_ARRAY, level, GL_RGBA, GL_FLOAT, all);
+    memcpy(rgba, all + floats * (size_t)(IBL_FACES * layer + face),
+           floats * sizeof *all);
+    free(all);
 }
 
 static probe_texels *read_probe(const view_room_draw *d, int i)
 {
-    const view_room_probe *p = &d->probe[i];
+    const bool local = i < d->locals.count;
+    const int count = local ? d->locals.count : 0;
+    const int layer = local ? d->locals.probe[i].layer : 0;
+    const GLuint specular = local ? d->locals.specular : d->dynamic.specular;
+    const GLuint irradiance =
+        local ? d->locals.irradiance : d->dynamic.irradiance;
     probe_texels *t = malloc(sizeof *t);
 
     if (!t)
         exit(1);
     for (int face = 0; face < IBL_FACES; face++) {
         for (int level = 0; level < LEVELS; level++)
-            read_level(p->specular, level, face, t->specular[level][face]);
-        read_level(p->irradiance, 0, face, t->irradiance[face]);
+            read_face(specular, count, layer, level, SIZE >> level, face,
+                      t->specular[level][face]);
+        read_face(irradiance, count, layer, 0, VIEW_CAPTURE_IRRADIANCE, face,
+                  t->irradiance[face]);
     }
     return t;
-}
-
-/* The probe as the library has it. */
-static ibl_probe library_probe(const view_room_draw *d, int i)
-{
-    const view_room_probe *p = &d->probe[i];
-    ibl_probe to = {.blend = (double)p->blend, .has_proxy = 1};
-
-    for (int k = 0; k < 3; k++) {
-        to.position[k] = (double)p->position[k];
-        to.influence.centre[k] = (double)p->influence_centre[k];
-        to.influence.half[k] = (double)p->influence_half[k];
-        to.proxy.centre[k] = (double)p->proxy_centre[k];
-        to.proxy.half[k] = (double)p->proxy_half[k];
-    }
-    return to;
 }
 
 /* ---- marks -------------------------------------------------------------- */
@@ -191,10 +214,10 @@ static void marks_what_is_beyond(void)
     for (int kind = 0; kind < VIEW_PROBE_CAPTURES; kind++) {
         l->s.probe_capture = (view_probe_capture)kind;
         const view_room_draw *d = draw(l);
-        NEED(d && d->probe_count == 2);
-        for (int i = 0; i < d->probe_count; i++) {
+        NEED(d && count_probes(d) == 2);
+        for (int i = 0; i < count_probes(d); i++) {
             view_room_draw captured = *d;
-            const ibl_probe p = library_probe(d, i);
+            const ibl_probe p = probe_of(d, i);
             probe_texels *t = read_probe(d, i);
             captured.hidden = i == 1 ? 0 : -1;
             captured.moving = i == 1;
@@ -215,7 +238,7 @@ static void sees_all_without(void)
         return;
     l->s.probe_limit = false;
     const view_room_draw *d = draw(l);
-    NEED(d && d->probe_count == 2);
+    NEED(d && count_probes(d) == 2);
     for (int i = 0; i < 2; i++) {
         probe_texels *t = read_probe(d, i);
         for (int at = 0; at < IBL_FACES * SIZE * SIZE; at++)
@@ -297,8 +320,8 @@ static bool lookup_irradiance(const probe_texels *t, const double normal[3],
 static void fill_in(const ibl_probe *probes, int count, const double point[3],
                     double rgba[][4], double rgb[3])
 {
-    double alpha[VIEW_ROOM_PROBES];
-    int order[VIEW_ROOM_PROBES];
+    double alpha[MOST];
+    int order[MOST];
     ibl_probe_mix mix;
 
     for (int i = 0; i < count; i++) {
@@ -316,8 +339,8 @@ static void fill_in(const ibl_probe *probes, int count, const double point[3],
 
 typedef struct lit {
     const view_room_draw *d;
-    ibl_probe probes[VIEW_ROOM_PROBES];
-    probe_texels *texels[VIEW_ROOM_PROBES];
+    ibl_probe probes[MOST];
+    probe_texels *texels[MOST];
 } lit;
 
 /* What is to be seen of a hit. False where that is hard to say. holes: the
@@ -326,9 +349,9 @@ typedef struct lit {
 static bool shade(const lit *m, const room_hit *h, const double ray[3],
                   double rgb[3], bool *holes)
 {
-    double r[3], seen[VIEW_ROOM_PROBES][4], from[VIEW_ROOM_PROBES][4];
+    double r[3], seen[MOST][4], from[MOST][4];
     double specular[3], diffuse[3], cosine = 0;
-    const int count = m->d->probe_count;
+    const int count = count_probes(m->d);
 
     for (int k = 0; k < 3; k++)
         cosine += ray[k] * h->normal[k];
@@ -336,7 +359,7 @@ static bool shade(const lit *m, const room_hit *h, const double ray[3],
         r[k] = ray[k] - 2 * cosine * h->normal[k];
     for (int i = 0; i < count; i++) {
         const double lod =
-            (double)(h->material->roughness * m->d->probe[i].lod_scale);
+            (double)(h->material->roughness * m->d->dynamic.lod_scale);
         double to[3];
         ibl_probe_parallax(&m->probes[i], h->point, r, to);
         if (!lookup_specular(m->texels[i], lod, to, seen[i]) ||
@@ -378,11 +401,11 @@ static void fills_holes(void)
     l->s.pitch = 35;
     l->s.fov = 75;
     const view_room_draw *d = draw(l);
-    NEED(d && d->probe_count == 3);
+    NEED(d && count_probes(d) == 3);
     const view_camera c = view_stage_camera(&l->s, WIDTH, HEIGHT);
     lit m = {.d = d};
-    for (int i = 0; i < d->probe_count; i++) {
-        m.probes[i] = library_probe(d, i);
+    for (int i = 0; i < count_probes(d); i++) {
+        m.probes[i] = probe_of(d, i);
         m.texels[i] = read_probe(d, i);
     }
     for (int i = 0; i < WIDTH * HEIGHT; i++) {
@@ -399,7 +422,7 @@ static void fills_holes(void)
     }
     CHECK_MSG(floor > 1000 && filled > 100, "%d, %d", floor, filled);
     CHECK_MSG(bad <= floor / 100, "%d of %d pixels", bad, floor);
-    for (int i = 0; i < d->probe_count; i++)
+    for (int i = 0; i < count_probes(d); i++)
         free(m.texels[i]);
     end(l);
 }

@@ -468,20 +468,16 @@ static void place_texel(void *cookie, const double direction[3], float rgba[4])
     rgba[3] = 1;
 }
 
-static void copy3(float to[3], const double from[3])
+/* For all of the room. */
+static ibl_probe room_probe(const double position[3])
 {
-    for (int k = 0; k < 3; k++)
-        to[k] = (float)from[k];
-}
+    ibl_probe p = {.influence = {.half = {6, 6, 6}}, .has_proxy = 1};
 
-static view_room_probe room_probe(GLuint cube, const double position[3])
-{
-    view_room_probe p = {
-        .specular = cube, .irradiance = black, .influence_half = {6, 6, 6}};
-
-    copy3(p.position, position);
-    copy3(p.proxy_centre, view_room_centre);
-    copy3(p.proxy_half, view_room_half);
+    for (int k = 0; k < 3; k++) {
+        p.position[k] = position[k];
+        p.influence.centre[k] = p.proxy.centre[k] = view_room_centre[k];
+        p.proxy.half[k] = view_room_half[k];
+    }
     return p;
 }
 
@@ -534,7 +530,7 @@ static void count_errors(const view_camera *c, const view_room_draw *d,
 }
 
 /* what: 0 the floor, 1 the mirror */
-static void reflects(int what)
+static void reflects(int what, bool local)
 {
     double from[3] = {1.1, 1.7, -0.9};
     const double eye[3] = {1.7, 1.9, 1.9}, at[3] = {-0.3, 0.6, -0.2};
@@ -542,12 +538,19 @@ static void reflects(int what)
 
     if (!begin(96, 96))
         return;
-    GLuint cube = room_cube(CUBE, place_texel, from);
+    const GLuint cube =
+        (local ? room_layer : room_cube)(CUBE, place_texel, from);
+    const GLuint dark = room_cubes_of(1, &(const float[4]){0, 0, 0, 1});
     const view_camera c = room_camera(eye, at, 60, 96, 96);
     view_room_draw d = white_draw(&c);
+    ibl_probe probe = room_probe(from);
     d.moving = false;
-    d.probe_count = 1;
-    d.probe[0] = room_probe(cube, from);
+    d.dynamic.probe = probe;
+    if (local)
+        d.locals = (view_room_locals){
+            .count = 1, .probe = &probe, .specular = cube, .irradiance = dark};
+    else
+        d.dynamic.specular = cube, d.dynamic.irradiance = black;
     count_errors(&c, &d, from, what, &all, &wrong);
     CHECK(all > 500);
     CHECK_MSG(wrong * 100 <= all, "with: %d of %d", wrong, all);
@@ -555,21 +558,24 @@ static void reflects(int what)
     count_errors(&c, &d, from, what, &all, &wrong);
     CHECK_MSG(wrong * 100 > 95 * all, "without: %d of %d", wrong, all);
     d.parallax = true;
-    memset(d.probe[0].proxy_half, 0, sizeof d.probe[0].proxy_half);
+    probe.has_proxy = d.dynamic.probe.has_proxy = 0;
     count_errors(&c, &d, from, what, &all, &wrong);
     CHECK_MSG(wrong * 100 > 95 * all, "no proxy: %d of %d", wrong, all);
     gl.DeleteTextures(1, &cube);
+    gl.DeleteTextures(1, &dark);
     end();
 }
 
 static void floor_reflects(void)
 {
-    reflects(0);
+    reflects(0, false);
+    reflects(0, true);
 }
 
 static void mirror_reflects(void)
 {
-    reflects(1);
+    reflects(1, false);
+    reflects(1, true);
 }
 
 /* ---- shares of probes ---------------------------------------------------- */
@@ -585,9 +591,9 @@ static void shares(view_room_draw *d, double share[3])
     free(picture);
 }
 
-static view_room_draw above_floor(double x)
+static view_room_draw above_floor(double x, double z)
 {
-    const double eye[3] = {x, 1.5, 0.5}, at[3] = {x, 0, 0.5};
+    const double eye[3] = {x, 1.5, z}, at[3] = {x, 0, z};
     const view_camera c = room_camera(eye, at, 0.1, 4, 4);
     view_room_draw d = white_draw(&c);
 
@@ -598,69 +604,100 @@ static view_room_draw above_floor(double x)
     return d;
 }
 
-static void blending(void)
+/* Red fades into green, of which a part was seen: one is local, the other
+ * dynamic. Which is first is not said by that. */
+static void blends(bool red_is_local)
 {
+    const float part = 0.25f; /* colours are multiplied by it */
+    const float red[4] = {1, 0, 0, 1}, green[4] = {0, part, 0, part};
+    const float *local = red_is_local ? red : green;
+    const float *other = red_is_local ? green : red;
+    const double origin[3] = {0, 1, 0};
+
     if (!begin(4, 4))
         return;
-    const float part = 0.25f; /* seen; colours are multiplied by it */
-    const GLuint red = room_cube_of(1, 0, 0, 1);
-    const GLuint green = room_cube_of(0, part, 0, part);
     gl.DeleteTextures(1, &sky);
     sky = room_cube_of(0, 0, 1, 1);
-    const double origin[3] = {0, 1, 0};
+    const GLuint cubes = room_cubes_of(1, (const float(*)[4])local);
+    const GLuint cube = room_cube_of(other[0], other[1], other[2], other[3]);
+    const GLuint dark = room_cubes_of(1, &(const float[4]){0, 0, 0, 1});
+    ibl_probe small = room_probe(origin);
+    const ibl_probe large = small;
+    small.influence.centre[0] = 0;
+    small.influence.half[0] = 2;
+    small.blend = 1;
     for (int i = -1; i <= 10; i++) {
         const double x = 1 + 0.1 * i, t = fmin(fmax(i / 10.0, 0), 1);
         const double w = 1 - t * t * (3 - 2 * t);
-        view_room_draw d = above_floor(x);
+        view_room_draw d = above_floor(x, 0.5);
         double share[3];
-        d.probe_count = 2;
-        d.probe[0] = room_probe(red, origin);
-        d.probe[0].influence_half[0] = 2;
-        d.probe[0].blend = 1;
-        d.probe[1] = room_probe(green, origin);
+        d.dynamic = (view_room_dynamic){.specular = cube,
+                                        .irradiance = black,
+                                        .probe = red_is_local ? large : small};
+        d.locals = (view_room_locals){.count = 1,
+                                      .probe = red_is_local ? &small : &large,
+                                      .specular = cubes,
+                                      .irradiance = dark};
         shares(&d, share);
         CHECK_NEAR(share[0], w, 1e-3);
         CHECK_NEAR(share[1], fmin(0.25, 1 - w), 1e-3);
         CHECK_NEAR(share[2], 1 - w - fmin(0.25, 1 - w), 1e-3);
     }
-    gl.DeleteTextures(1, &red);
-    gl.DeleteTextures(1, &green);
+    gl.DeleteTextures(1, &cubes);
+    gl.DeleteTextures(1, &cube);
+    gl.DeleteTextures(1, &dark);
     end();
 }
 
-/* Each probe's cubes are its own, with its levels: specular in red, irradiance
- * in green. */
-static void cubes_of_probes(void)
+static void blending(void)
 {
-    GLuint cubes[VIEW_ROOM_PROBES], lights[VIEW_ROOM_PROBES];
+    blends(true);
+    blends(false);
+}
+
+/* Each local probe's cubes are its layer's: specular in red, irradiance in
+ * green, which is scaled. */
+static void layers_of_probes(void)
+{
+    enum {
+        COUNT = 9
+    };
+    float specular[COUNT][4], light[COUNT][4];
+    ibl_probe probes[COUNT];
 
     if (!begin(4, 4))
         return;
-    view_room_draw d = above_floor(0);
-    d.probe_count = VIEW_ROOM_PROBES;
-    for (int i = 0; i < VIEW_ROOM_PROBES; i++) {
-        const double at[3] = {i - 1.5, 1, 0.5};
-        cubes[i] = room_cube_of(0.2f * (float)(i + 1), 0, 0, 1);
-        lights[i] = room_cube_of(0, 0.15f * (float)(i + 1), 0, 1);
-        d.probe[i] = room_probe(cubes[i], at);
-        d.probe[i].irradiance = lights[i];
-        copy3(d.probe[i].influence_centre, at);
-        d.probe[i].influence_half[0] = 0.5f;
+    for (int i = 0; i < COUNT; i++) {
+        const double at[3] = {i - 4, 1, 0.5};
+        const int layer = (i + 4) % COUNT;
+        probes[i] = room_probe(at);
+        probes[i].layer = layer;
+        probes[i].influence.centre[0] = at[0];
+        probes[i].influence.half[0] = 0.5;
+        memcpy(specular[layer], (float[4]){0.1f * (float)(i + 1), 0, 0, 1},
+               sizeof specular[0]);
+        memcpy(light[layer], (float[4]){0, 0.05f * (float)(i + 1), 0, 1},
+               sizeof light[0]);
     }
-    for (int i = 0; i < VIEW_ROOM_PROBES; i++) {
-        const view_room_draw here = above_floor(i - 1.4);
-        memcpy(d.clip, here.clip, sizeof d.clip);
-        memcpy(d.eye, here.eye, sizeof d.eye);
+    const GLuint cubes = room_cubes_of(COUNT, (const float(*)[4])specular);
+    const GLuint lights = room_cubes_of(COUNT, (const float(*)[4])light);
+    for (int i = 0; i < COUNT; i++) {
+        view_room_draw d = above_floor(i - 3.9, 0.5);
+        d.locals = (view_room_locals){.count = COUNT,
+                                      .probe = probes,
+                                      .specular = cubes,
+                                      .irradiance = lights,
+                                      .irradiance_scale = 2};
         float *picture = render(&d);
         const room_hit h = room_cast(&d, d.eye, (const double[3]){0, -1, 0});
         const double albedo = 0.94 * (double)h.material->albedo[1];
-        CHECK_NEAR((double)picture[0], 0.06 * 0.2 * (i + 1), 1e-5);
-        CHECK_NEAR((double)picture[1], albedo * 0.15 * (i + 1), 1e-5);
+        CHECK_NEAR((double)picture[0], 0.06 * 0.1 * (i + 1), 1e-5);
+        CHECK_NEAR((double)picture[1], albedo * 0.1 * (i + 1), 1e-5);
         CHECK_NEAR((double)picture[2], 0, 1e-6);
         free(picture);
     }
-    gl.DeleteTextures(VIEW_ROOM_PROBES, cubes);
-    gl.DeleteTextures(VIEW_ROOM_PROBES, lights);
+    gl.DeleteTextures(1, &cubes);
+    gl.DeleteTextures(1, &lights);
     end();
 }
 
@@ -746,10 +783,10 @@ static void movement(void)
 }
 
 static const test tests[] = {
-    TEST(depth_order), TEST(mirrored),        TEST(six_faces),
-    TEST(paraboloids), TEST(captured_faces),  TEST(captured_paraboloids),
-    TEST(panels_emit), TEST(floor_reflects),  TEST(mirror_reflects),
-    TEST(blending),    TEST(cubes_of_probes), TEST(limited),
+    TEST(depth_order), TEST(mirrored),         TEST(six_faces),
+    TEST(paraboloids), TEST(captured_faces),   TEST(captured_paraboloids),
+    TEST(panels_emit), TEST(floor_reflects),   TEST(mirror_reflects),
+    TEST(blending),    TEST(layers_of_probes), TEST(limited),
     TEST(movement),
 };
 TEST_MAIN(tests)

@@ -233,6 +233,36 @@ GLuint room_cube_of(float r, float g, float b, float a)
     return room_cube(2, same, rgba);
 }
 
+GLuint room_cubes_of(int count, const float (*rgba)[4])
+{
+    const GLuint array = texture(GL_TEXTURE_CUBE_MAP_ARRAY);
+    float *texels = need(malloc(sizeof(float) * 4 * IBL_FACES * (size_t)count));
+
+    for (int i = 0; i < IBL_FACES * count; i++)
+        memcpy(texels + 4 * (size_t)i, rgba[i / IBL_FACES], sizeof rgba[0]);
+    gl.TexImage3D(GL_TEXTURE_CUBE_MAP_ARRAY, 0, GL_RGBA32F, 1, 1,
+                  IBL_FACES * count, 0, GL_RGBA, GL_FLOAT, texels);
+    free(texels);
+    return array;
+}
+
+GLuint room_layer(int size, room_texel *texel, void *cookie)
+{
+    const GLuint array = texture(GL_TEXTURE_CUBE_MAP_ARRAY);
+    const int face = size * size;
+    float *texels = need(malloc(sizeof(float) * 4 * IBL_FACES * (size_t)face));
+
+    for (int i = 0; i < IBL_FACES * face; i++) {
+        double d[3];
+        ibl_cube_direction(size, i / face, i % size, i % face / size, d);
+        texel(cookie, d, texels + 4 * (size_t)i);
+    }
+    gl.TexImage3D(GL_TEXTURE_CUBE_MAP_ARRAY, 0, GL_RGBA32F, size, size,
+                  IBL_FACES, 0, GL_RGBA, GL_FLOAT, texels);
+    free(texels);
+    return array;
+}
+
 GLuint room_table_of(float r, float g)
 {
     const GLuint table = texture(GL_TEXTURE_2D);

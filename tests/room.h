@@ -43,6 +43,11 @@ typedef void room_texel(void *cookie, const double direction[3], float rgba[4]);
 GLuint room_cube(int size, room_texel *texel, void *cookie);
 /* The same everywhere. */
 GLuint room_cube_of(float r, float g, float b, float a);
+/* Cubes of one texel a face, RGBA32F, each the same everywhere: count layers of
+ * an array. */
+GLuint room_cubes_of(int count, const float (*rgba)[4]);
+/* The same as room_cube, as the one layer of an array. */
+GLuint room_layer(int size, room_texel *texel, void *cookie);
 /* A table that is the same everywhere. */
 GLuint room_table_of(float r, float g);
 

@@ -87,6 +87,8 @@ bool view_capture_failed(const view_capture *c);
 int view_capture_steps(const view_capture *c);
 /* Of them, those that call the scene, which are the first. */
 int view_capture_draws(const view_capture *c);
+/* In place of options.far, from the next draw on. */
+void view_capture_set_far(view_capture *c, double far);
 /* What had been begun is left off: the next step is an update's first. */
 void view_capture_restart(view_capture *c);
 

@@ -247,6 +247,11 @@ bool view_capture_update(view_capture *c, const double position[3],
                                 view_capture_steps(c));
 }
 
+void view_capture_set_far(view_capture *c, double far)
+{
+    c->options.far = far;
+}
+
 void view_capture_restart(view_capture *c)
 {
     c->step = 0;

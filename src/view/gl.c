@@ -3,6 +3,7 @@
 
 #include "view/message.h"
 #include <stdio.h>
+#include <string.h>
 
 view_gl gl;
 
@@ -47,6 +48,23 @@ bool view_gl_load(view_gl_proc *(*get)(const char *name))
                          "a core profile",
                          version);
     return true;
+}
+
+bool view_gl_has_cube_arrays(void)
+{
+    GLint major = 0, count = 0;
+
+    gl.GetIntegerv(GL_MAJOR_VERSION, &major);
+    if (major >= 4)
+        return true;
+    gl.GetIntegerv(GL_NUM_EXTENSIONS, &count);
+    for (int i = 0; i < count; i++) {
+        const GLubyte *name = gl.GetStringi(GL_EXTENSIONS, (GLuint)i);
+        if (name &&
+            !strcmp((const char *)name, "GL_ARB_texture_cube_map_array"))
+            return true;
+    }
+    return false;
 }
 
 static const char *error_name(GLenum error)

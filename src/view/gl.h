@@ -54,6 +54,7 @@
     X(PFNGLFINISHPROC, Finish)                                                 \
     X(PFNGLFRAMEBUFFERRENDERBUFFERPROC, FramebufferRenderbuffer)               \
     X(PFNGLFRAMEBUFFERTEXTURE2DPROC, FramebufferTexture2D)                     \
+    X(PFNGLFRAMEBUFFERTEXTURELAYERPROC, FramebufferTextureLayer)               \
     X(PFNGLFRONTFACEPROC, FrontFace)                                           \
     X(PFNGLGENBUFFERSPROC, GenBuffers)                                         \
     X(PFNGLGENFRAMEBUFFERSPROC, GenFramebuffers)                               \
@@ -68,6 +69,7 @@
     X(PFNGLGETSHADERINFOLOGPROC, GetShaderInfoLog)                             \
     X(PFNGLGETSHADERIVPROC, GetShaderiv)                                       \
     X(PFNGLGETSTRINGPROC, GetString)                                           \
+    X(PFNGLGETSTRINGIPROC, GetStringi)                                         \
     X(PFNGLGETTEXIMAGEPROC, GetTexImage)                                       \
     X(PFNGLGETUNIFORMBLOCKINDEXPROC, GetUniformBlockIndex)                     \
     X(PFNGLGETUNIFORMLOCATIONPROC, GetUniformLocation)                         \
@@ -104,6 +106,9 @@ typedef void view_gl_proc(void);
 /* Fills gl by get, of the current context. False, with a message, if that has
    no OpenGL 3.3 core. */
 bool view_gl_load(view_gl_proc *(*get)(const char *name));
+/* Whether shaders of 3.30 have samplerCubeArray: OpenGL 4.0, or
+ * ARB_texture_cube_map_array. */
+bool view_gl_has_cube_arrays(void);
 /* False, with a message that says where, if OpenGL has noted an error. */
 bool view_gl_check(const char *where);
 

@@ -174,11 +174,17 @@ static void change_filter(view_app *app, int step)
         (view_probe_filter)next((int)s->probe_filter, step, VIEW_PROBE_FILTERS);
 }
 
+/* None, then powers of two. */
 static void change_probes(view_app *app, int step)
 {
-    const int count = app->settings.probes + step;
-    if (count >= 0 && count <= VIEW_STAGE_LOCAL)
-        app->settings.probes = count;
+    int *n = &app->settings.probes, power = 1;
+
+    while (step > 0 ? power <= *n : 2 * power < *n)
+        power *= 2;
+    if (step < 0 && *n <= 1)
+        *n = 0;
+    else if (power <= VIEW_STAGE_LOCAL)
+        *n = power;
 }
 
 static void change_interval(view_app *app, int step)

@@ -253,7 +253,7 @@ static const ibl_option scene[] = {
      .help = "local probes besides, captured once, of what stands still"},
     {"probe-size", 0, OTHER("N", parse_probe_size),
      .allowed = "a power of two from 16 to 1024", .standard = "256",
-     .help = "edge of the faces of the probe's cube"},
+     .help = "edge of the faces of each probe's cube"},
     {"probe-capture", 0,
      CHOICE(settings.probe_capture, view_probe_capture_names),
      .help = "draw six faces, or two paraboloids"},

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,26 +11,19 @@
 #include "view/message.h"
 #include "view/program.h"
 #include "view/room_geometry.h"
+#include "view/room_probes.h"
 #include "view/room_shadow.h"
 
 enum {
-    UNIT_PROBES = VIEW_UNIT_COUNT, /* specular, then irradiance of each */
-    BLOCK = 1                      /* binding of the uniform block "Room" */
+    BLOCK = 1 /* binding of the uniform block "Room" */
 };
-_Static_assert(UNIT_PROBES + 2 * VIEW_ROOM_PROBES == VIEW_ROOM_SHADOW_UNIT,
-               "units as the header says");
 
 /* Uniform block "Room" (shaders/room.glsl), std140. */
 typedef struct room_block {
     float picture[16];
     float range[4];
     float limit_centre[4], limit_half[4];
-    float probe_position[VIEW_ROOM_PROBES][4];
-    float influence_centre[VIEW_ROOM_PROBES][4];
-    float influence_half[VIEW_ROOM_PROBES][4];
-    float proxy_centre[VIEW_ROOM_PROBES][4];
-    float proxy_half[VIEW_ROOM_PROBES][4];
-    float probe_lod[VIEW_ROOM_PROBES][4];
+    view_room_probe_block probes;
 } room_block;
 
 /* What room_ball.vert is given of each sphere. */
@@ -47,6 +39,7 @@ struct view_room {
     GLuint box_vertices, box_indices, ball_vertices, ball_indices, instances;
     GLuint frame_buffer, room_buffer;
     int box_count, box_coarse, ball_count; /* of indices */
+    view_room_probes *probes;
 };
 
 /* ---- what never changes ------------------------------------------------ */
@@ -54,22 +47,13 @@ struct view_room {
 /* The block, and the probes' samplers, of a program that may have failed. */
 static GLuint bound(GLuint program)
 {
-    if (!program)
-        return 0;
-    gl.UniformBlockBinding(program, gl.GetUniformBlockIndex(program, "Room"),
-                           BLOCK);
-    gl.UseProgram(program);
-    view_room_shadow_bind(program);
-    for (int i = 0; i < 2 * VIEW_ROOM_PROBES; i++) {
-        char name[32];
-        snprintf(name, sizeof name, "probe_%s[%d]",
-                 i < VIEW_ROOM_PROBES ? "specular" : "irradiance",
-                 i % VIEW_ROOM_PROBES);
-        const GLint at = gl.GetUniformLocation(program, name);
-        if (at >= 0)
-            gl.Uniform1i(at, UNIT_PROBES + i);
+    if (program) {
+        gl.UniformBlockBinding(program,
+                               gl.GetUniformBlockIndex(program, "Room"), BLOCK);
+        gl.UseProgram(program);
+        view_room_shadow_bind(program);
+        view_room_probes_samplers(program);
     }
-    gl.UseProgram(0);
     return program;
 }
 
@@ -82,7 +66,9 @@ static bool make_programs(view_room *r)
         r->sky = bound(view_program("room_sky.vert", "room_sky.frag"));
     if (r->sky)
         r->shadow = view_room_shadow_create();
-    return r->shadow != NULL;
+    if (r->shadow)
+        r->probes = view_room_probes_create();
+    return r->probes && bound(view_room_probes_program(r->probes));
 }
 
 static void attribute(GLuint at, int size, size_t stride, size_t offset,
@@ -170,8 +156,14 @@ static GLuint make_block(size_t bytes)
 
 view_room *view_room_create(void)
 {
-    view_room *r = calloc(1, sizeof *r);
+    view_room *r;
 
+    if (!view_gl_has_cube_arrays()) {
+        view_fail("the scene needs OpenGL 4.0 or ARB_texture_cube_map_array, "
+                  "for its probes");
+        return NULL;
+    }
+    r = calloc(1, sizeof *r);
     if (!r) {
         view_fail("no memory for the room");
         return NULL;
@@ -203,6 +195,7 @@ void view_room_free(view_room *r)
 
     gl.DeleteBuffers(sizeof buffers / sizeof buffers[0], buffers);
     gl.DeleteVertexArrays(sizeof arrays / sizeof arrays[0], arrays);
+    view_room_probes_free(r->probes);
     view_room_shadow_free(r->shadow);
     gl.DeleteProgram(r->sky);
     gl.DeleteProgram(r->balls);
@@ -263,36 +256,20 @@ static void fill_frame(view_frame *f, const view_room_draw *d)
     f->choice[2] = 1; /* as the viewer starts: nothing lost by scattering */
 }
 
-static void fill_probe(room_block *b, int i, const view_room_probe *p)
-{
-    memcpy(b->probe_position[i], p->position, sizeof p->position);
-    b->probe_position[i][3] = p->blend;
-    memcpy(b->influence_centre[i], p->influence_centre,
-           sizeof p->influence_centre);
-    memcpy(b->influence_half[i], p->influence_half, sizeof p->influence_half);
-    memcpy(b->proxy_centre[i], p->proxy_centre, sizeof p->proxy_centre);
-    memcpy(b->proxy_half[i], p->proxy_half, sizeof p->proxy_half);
-    b->probe_lod[i][0] = p->lod_scale;
-    b->probe_lod[i][1] = p->lod_offset;
-    b->probe_lod[i][2] = p->last_level;
-}
-
 static void fill_block(room_block *b, const view_room_draw *d)
 {
     b->range[0] = d->paraboloid;
-    b->range[1] = (float)d->probe_count;
     for (int k = 0; k < 3; k++) {
         b->limit_centre[k] = (float)d->limit_centre[k];
         b->limit_half[k] = (float)d->limit_half[k];
     }
     b->limit_centre[3] = d->limited;
     b->limit_half[3] = d->parallax;
-    for (int i = 0; i < d->probe_count; i++)
-        fill_probe(b, i, &d->probe[i]);
 }
 
 /* Returns whether the picture is mirrored. */
-static bool upload_blocks(view_room *r, const view_room_draw *d)
+static bool upload_blocks(view_room *r, const view_room_draw *d,
+                          const GLint viewport[4])
 {
     view_frame frame;
     room_block block = {0};
@@ -300,6 +277,7 @@ static bool upload_blocks(view_room *r, const view_room_draw *d)
 
     fill_frame(&frame, d);
     fill_block(&block, d);
+    view_room_probes_block(&block.probes, d, viewport + 2);
     picture_rows(d, rows);
     const double det = invert_rows(rows, block.picture);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, r->frame_buffer);
@@ -315,8 +293,6 @@ static void bind(int unit, GLenum target, GLuint texture)
     gl.BindTexture(target, texture);
 }
 
-/* Samplers that no probe needs have the environment's cubes: with none, drivers
- * warn, or compile the shader anew when there is one. */
 static void bind_maps(const view_room_draw *d)
 {
     const view_room_environment *e = &d->environment;
@@ -326,13 +302,6 @@ static void bind_maps(const view_room_draw *d)
     bind(VIEW_UNIT_IRRADIANCE, cube, e->irradiance);
     bind(VIEW_UNIT_SKY, cube, e->sky);
     bind(VIEW_UNIT_LUT, GL_TEXTURE_2D, d->table);
-    for (int i = 0; i < VIEW_ROOM_PROBES; i++) {
-        const view_room_probe *p = &d->probe[i];
-        const bool has = i < d->probe_count;
-        bind(UNIT_PROBES + i, cube, has ? p->specular : e->specular);
-        bind(UNIT_PROBES + VIEW_ROOM_PROBES + i, cube,
-             has ? p->irradiance : e->irradiance);
-    }
 }
 
 /* ---- drawing ----------------------------------------------------------- */
@@ -402,12 +371,16 @@ static void draw_shadows(view_room *r, const view_room_draw *d)
 
 void view_room_render(view_room *r, const view_room_draw *d)
 {
+    GLint viewport[4];
+
     draw_shadows(r, d);
-    const bool mirrored = upload_blocks(r, d);
+    gl.GetIntegerv(GL_VIEWPORT, viewport);
+    const bool mirrored = upload_blocks(r, d, viewport);
     const int count = upload_balls(r, d);
 
     bind_maps(d);
     gl.Disable(GL_BLEND);
+    view_room_probes_use(r->probes, d, viewport);
     gl.Enable(GL_DEPTH_TEST);
     gl.DepthFunc(GL_LEQUAL); /* the sky is as far as what was cleared */
     gl.Enable(GL_CULL_FACE);
@@ -424,4 +397,9 @@ void view_room_render(view_room *r, const view_room_draw *d)
     draw_sky(r);
     gl.DepthFunc(GL_LESS);
     gl.Disable(GL_DEPTH_TEST);
+}
+
+GLuint view_room_masks(const view_room *r, int *columns, int *rows)
+{
+    return view_room_probes_masks(r->probes, columns, rows);
 }

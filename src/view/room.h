@@ -22,8 +22,6 @@
 
 typedef struct view_room view_room;
 
-#define VIEW_ROOM_PROBES 4 /* that a draw can have */
-
 /* Inside of the walls, for proxies. */
 extern const double view_room_centre[3], view_room_half[3];
 
@@ -55,16 +53,12 @@ const view_room_material *view_room_sphere_material(int i);
 bool view_room_moved(double from, double to, const double centre[3],
                      const double half[3]);
 
-/* A probe as it is drawn with: a prefiltered cube (RGBA16F or RGBA32F; alpha
- * is what of it has been seen, and colour is multiplied by that), its
- * irradiance / pi as a cube of the same kind, and where. */
-typedef struct view_room_probe {
-    GLuint specular, irradiance;
-    float lod_scale, lod_offset, last_level; /* as view_frame.lod, linear */
-    float position[3];
-    float influence_centre[3], influence_half[3], blend;
-    float proxy_centre[3], proxy_half[3]; /* boxes; half 0: no parallax */
-} view_room_probe;
+/* A probe that is captured anew: cubes as below, of its own. */
+typedef struct view_room_dynamic {
+    GLuint specular, irradiance;             /* 0: there is none */
+    float lod_scale, lod_offset, last_level; /* as below */
+    ibl_probe probe;                         /* layer is not looked at */
+} view_room_dynamic;
 
 /* Local probes, each a layer of cube arrays: filtered linearly, alpha is how
  * much has been seen, and colour is multiplied by it. */
@@ -102,14 +96,19 @@ typedef struct view_room_draw {
      * the walls do, the sky is seen: limit that too. */
     bool limited;
     double limit_centre[3], limit_half[3];
-    int probe_count; /* in the order of ibl_probes_order */
-    view_room_probe probe[VIEW_ROOM_PROBES];
+    /* Those of both at a point are taken in the order of ibl_probes_order, of
+     * equals the local ones first, as ibl_probes_blend does with alpha, and
+     * however many have a share. */
+    view_room_locals locals;
+    view_room_dynamic dynamic;
+    bool untiled; /* each pixel goes through all locals: the same picture */
     view_room_environment environment;
     GLuint table; /* of the split sum */
     bool parallax;
 } view_room_draw;
 
-view_room *view_room_create(void); /* NULL, with a message */
+/* NULL, with a message: shaders have to have arrays of cubes. */
+view_room *view_room_create(void);
 void view_room_free(view_room *r); /* NULL is fine */
 
 /*
@@ -117,10 +116,15 @@ void view_room_free(view_room *r); /* NULL is fine */
  * RGBA; all of its viewport is drawn, its depth cleared before. Shadows are
  * made anew where sun, turn or what moves are others than the last time. The
  * texture units to VIEW_ROOM_UNITS, uniform buffers 0 to 2, program and vertex
- * array
- * are others afterwards; tests of depth and back faces are off.
+ * array are others afterwards; tests of depth and back faces are off.
  */
 #define VIEW_ROOM_UNITS 15
 void view_room_render(view_room *r, const view_room_draw *d);
+
+/* Of the last draw with tiles: which locals each has, as ibl_tiles_cull has
+ * them in words of 32 bits, lower first, in a texture of RG32UI that is at
+ * least columns x rows. Not of paraboloids, which are no projection. */
+#define VIEW_ROOM_TILE 16
+GLuint view_room_masks(const view_room *r, int *columns, int *rows);
 
 #endif

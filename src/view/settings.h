@@ -65,7 +65,7 @@ typedef enum view_probe_filter {
     VIEW_PROBE_FILTERS
 } view_probe_filter;
 
-#define VIEW_STAGE_LOCAL 3 /* probes of the scene that stand still */
+#define VIEW_STAGE_LOCAL 64 /* probes of the scene that stand still */
 #define VIEW_MAX_LIGHTS 4
 #define VIEW_MAX_GRID 16
 

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "view/message.h"
+#include "view/stage_locals.h"
 #include "view/volumes.h"
 
 enum {
@@ -17,20 +18,19 @@ enum {
 /* Nearer than any sphere comes to the mirror on that side. */
 const double view_stage_distance = 3.1;
 static const double from_wall = 0.3; /* that the camera stays away */
-/* The probe is for all of the room: its box goes a little beyond the walls. */
+/* Alone the probe is for all of the room: its box goes a little beyond the
+ * walls. */
 static const double beyond = 1;
-/* Local probes, beside the mirror and not in it. */
-static const double places[VIEW_STAGE_LOCAL][3] = {
-    {-2.5, 1.5, 0.4}, {2.5, 1.5, -0.6}, {-0.3, 1.5, 3.4}};
-/* From beneath the floor to above the ceiling, so that both have them. */
-static const double local_half[3] = {1.8, 4, 1.8};
+/* With local ones, which see all of the room but not what moves in it, it comes
+ * before them near the mirror: for all of that and what is about it. */
+static const double near_half[3] = {1.5, 1.8, 1.5}, near_blend = 0.6;
 
 struct view_stage {
     view_room *room;
-    view_volumes *volumes; /* made when they are to be drawn */
-    view_capture *capture; /* in the mirror, of what moves too */
-    view_capture *local[VIEW_STAGE_LOCAL];
-    int locals;
+    view_volumes *volumes;     /* made when they are to be drawn */
+    view_capture *capture;     /* in the mirror, of what moves too */
+    view_stage_locals *locals; /* NULL: none */
+    int local_count;
     ibl_ctx *ctx;              /* made when the library is to filter */
     view_capture_options made; /* what capture was made by */
     bool limited;              /* and whether it was to see its box alone */
@@ -39,36 +39,15 @@ struct view_stage {
     int width, height; /* of depth */
     bool fresh;        /* a whole update was made, and nothing is another */
     bool sun, capture_shadows; /* of the settings that it was made by */
+    bool still;                /* what is captured is without what moves */
     bool begun;                /* an update that is spread over frames */
     bool failed; /* the last one: there is none until something changes */
     double begun_at, shown_at;
     int updates;
     bool timed[VIEW_PROBE_FILTERS];
-    double ms[VIEW_PROBE_FILTERS][3]; /* of the last update by each */
+    double ms[VIEW_PROBE_FILTERS][3];      /* of the last update by each */
+    ibl_probe wired[VIEW_STAGE_LOCAL + 1]; /* whose volumes are drawn */
 };
-
-/* The box that a probe is for; below 0 the mirror's. */
-static void influence_of(int local, double centre[3], double half[3])
-{
-    for (int k = 0; k < 3; k++) {
-        centre[k] = local < 0 ? view_room_centre[k] : places[local][k];
-        half[k] = local < 0 ? view_room_half[k] + beyond : local_half[k];
-    }
-}
-
-/* Where a capture that is limited to that box may end, a little behind its
- * farthest corner: what is on the border is in it. */
-static double farthest(int local, const double position[3])
-{
-    double centre[3], half[3], sum = 0;
-
-    influence_of(local, centre, half);
-    for (int k = 0; k < 3; k++) {
-        const double away = fabs(position[k] - centre[k]) + half[k];
-        sum += away * away;
-    }
-    return 1.01 * sqrt(sum);
-}
 
 /* ---- what is kept ------------------------------------------------------ */
 
@@ -93,11 +72,9 @@ static void drop_captures(view_stage *st)
 {
     view_capture_free(st->capture);
     st->capture = NULL;
-    for (int i = 0; i < VIEW_STAGE_LOCAL; i++) {
-        view_capture_free(st->local[i]);
-        st->local[i] = NULL;
-    }
-    st->locals = 0;
+    view_stage_locals_free(st->locals);
+    st->locals = NULL;
+    st->local_count = 0;
     st->fresh = st->begun = false;
 }
 
@@ -152,26 +129,22 @@ static void forget_times(view_stage *st)
 static bool make_captures(view_stage *st, const view_settings *s)
 {
     view_capture_options o = view_capture_options_default();
-    const double whole = o.far;
-    double mirror[3], radius;
 
     o.size = s->probe_size;
     o.kind = s->probe_capture == VIEW_PROBE_PARABOLOIDS
                  ? VIEW_CAPTURE_PARABOLOIDS
                  : VIEW_CAPTURE_FACES;
     o.timed = true;
-    view_room_sphere(MIRROR, s->seconds, mirror, &radius);
     if (s->probe_filter == VIEW_PROBE_CPU) {
         if (!make_context(st))
             return false;
         o.cpu = st->ctx;
     }
     if (st->capture && o.size == st->made.size && o.kind == st->made.kind &&
-        o.cpu == st->made.cpu && s->probes == st->locals &&
+        o.cpu == st->made.cpu && s->probes == st->local_count &&
         s->probe_limit == st->limited)
         return true;
     drop_captures(st);
-    o.far = s->probe_limit ? farthest(-1, mirror) : whole;
     /* Times compare filters of the same. */
     if (o.size != st->made.size || o.kind != st->made.kind ||
         s->probe_limit != st->limited)
@@ -179,20 +152,42 @@ static bool make_captures(view_stage *st, const view_settings *s)
     st->made = o;
     st->limited = s->probe_limit;
     st->capture = view_capture_create(&o);
-    for (; st->capture && st->locals < s->probes; st->locals++) {
-        o.far = st->limited ? farthest(st->locals, places[st->locals]) : whole;
-        if (!(st->local[st->locals] = view_capture_create(&o)))
-            return false;
-    }
-    return st->capture;
+    if (!st->capture || !s->probes)
+        return st->capture;
+    o.timed = false;
+    st->locals = view_stage_locals_create(&o, s->probes);
+    st->local_count = st->locals ? s->probes : 0;
+    return st->locals;
 }
 
 /* ---- the probe --------------------------------------------------------- */
 
-/* Whose capture it is: of st->local, or below 0 the mirror's. */
+/* Of the mirror. The first bounces of light come before there are local ones,
+ * and where those leave to others what they do not see, it is the last of all.
+ */
+static ibl_probe mirror_probe(const view_stage *st, const double position[3])
+{
+    const bool whole = !st->draw.locals.count || st->limited;
+    ibl_probe p = {.has_proxy = 1,
+                   .blend = whole ? 0 : near_blend,
+                   .priority = whole ? -1 : 1,
+                   .layer = -1};
+
+    for (int k = 0; k < 3; k++) {
+        p.position[k] = position[k];
+        p.proxy.centre[k] = view_room_centre[k];
+        p.proxy.half[k] = view_room_half[k];
+        p.influence.centre[k] = whole ? view_room_centre[k] : position[k];
+        p.influence.half[k] = whole ? view_room_half[k] + beyond : near_half[k];
+    }
+    return p;
+}
+
+/* Whose capture it is: the mirror's, or a local one's. */
 typedef struct shot {
     const view_stage *st;
-    int local;
+    ibl_probe probe;
+    bool local;
 } shot;
 
 static void capture_scene(void *cookie, const double clip[16],
@@ -202,49 +197,58 @@ static void capture_scene(void *cookie, const double clip[16],
     view_room_draw d = s->st->draw;
 
     (void)size;
-    if (s->local < 0)
+    if (!s->local)
         d.hidden = MIRROR;
-    /* What stands still alone. */
-    d.moving = s->local < 0;
+    d.moving = !s->local && !s->st->still;
     /* All of an update is of one moment. */
     d.seconds = s->st->begun_at;
     d.shadows = s->st->capture_shadows;
     d.limited = s->st->limited;
-    influence_of(s->local, d.limit_centre, d.limit_half);
+    memcpy(d.limit_centre, s->probe.influence.centre, sizeof d.limit_centre);
+    memcpy(d.limit_half, s->probe.influence.half, sizeof d.limit_half);
     memcpy(d.clip, clip, sizeof d.clip);
     memcpy(d.eye, eye, sizeof d.eye);
     d.paraboloid = side >= 0;
     view_room_render(s->st->room, &d);
 }
 
-static void use_probe(view_room_probe *p, const view_capture *c, int local,
-                      const double position[3])
+/* Where a capture that is limited to its probe's box may end, a little behind
+ * its farthest corner: what is on the border is in it. */
+static double farthest(const ibl_probe *p)
 {
-    double centre[3], half[3];
+    double sum = 0;
 
-    influence_of(local, centre, half);
-    *p = (view_room_probe){.specular = view_capture_specular(c),
-                           .irradiance = view_capture_irradiance(c)};
-    p->last_level = (float)(view_capture_levels(c) - 1);
-    p->lod_scale = p->last_level;
     for (int k = 0; k < 3; k++) {
-        p->position[k] = (float)position[k];
-        p->influence_centre[k] = (float)centre[k];
-        p->influence_half[k] = (float)half[k];
-        p->proxy_centre[k] = (float)view_room_centre[k];
-        p->proxy_half[k] = (float)view_room_half[k];
+        const double away = fabs(p->position[k] - p->influence.centre[k]) +
+                            p->influence.half[k];
+        sum += away * away;
     }
-    p->blend = local < 0 ? 0 : 1;
+    return 1.01 * sqrt(sum);
 }
 
-/* The last whole updates light what is drawn: local ones come first, and what
- * they leave is the mirror's. */
+static double end_of(const view_stage *st, const ibl_probe *p)
+{
+    return st->limited ? farthest(p) : view_capture_options_default().far;
+}
+
+static void use_capture(view_stage *st, const double position[3])
+{
+    const float last = (float)(view_capture_levels(st->capture) - 1);
+
+    st->draw.dynamic =
+        (view_room_dynamic){.specular = view_capture_specular(st->capture),
+                            .irradiance = view_capture_irradiance(st->capture),
+                            .lod_scale = last,
+                            .last_level = last,
+                            .probe = mirror_probe(st, position)};
+}
+
+/* The last whole updates light what is drawn. */
 static void use_probes(view_stage *st, const double position[3])
 {
-    for (int i = 0; i < st->locals; i++)
-        use_probe(&st->draw.probe[i], st->local[i], i, places[i]);
-    use_probe(&st->draw.probe[st->locals], st->capture, -1, position);
-    st->draw.probe_count = st->locals + 1;
+    if (st->locals)
+        st->draw.locals = view_stage_locals_drawn(st->locals);
+    use_capture(st, position);
 }
 
 static void note_times(view_stage *st, const view_capture *c,
@@ -262,25 +266,54 @@ static void note_update(view_stage *st)
     note_times(st, st->capture, st->made.cpu ? VIEW_PROBE_CPU : VIEW_PROBE_GPU);
 }
 
-/* Everything at once, beginning with what the environment alone lights. */
+static bool capture_mirror(view_stage *st, const double position[3])
+{
+    shot mirror = {st, mirror_probe(st, position), false};
+
+    view_capture_set_far(st->capture, end_of(st, &mirror.probe));
+    return view_capture_update(st->capture, position, capture_scene, &mirror);
+}
+
+/* Lit at first by the environment alone, then by itself. */
+static bool capture_bounces(view_stage *st, const double position[3])
+{
+    for (int bounce = 0; bounce < BOUNCES; bounce++) {
+        if (!capture_mirror(st, position))
+            return false;
+        use_capture(st, position);
+    }
+    return true;
+}
+
+/* There may be many, so that each is captured but once, in the light that the
+ * mirror's has after its bounces, without what moves as they are. */
+static bool capture_locals(view_stage *st, const double position[3])
+{
+    const view_room_locals l = view_stage_locals_drawn(st->locals);
+
+    st->still = true;
+    bool ok = capture_bounces(st, position);
+    st->still = false;
+    for (int i = 0; ok && i < l.count; i++) {
+        shot local = {st, l.probe[i], true};
+        ok = view_stage_locals_capture(st->locals, i, end_of(st, &l.probe[i]),
+                                       capture_scene, &local);
+    }
+    if (!ok)
+        return false;
+    use_probes(st, position);
+    return capture_mirror(st, position);
+}
+
+/* Everything at once. */
 static bool capture_whole(view_stage *st, const double position[3])
 {
-    shot mirror = {st, -1};
-
-    st->draw.probe_count = 0;
     st->begun_at = st->draw.seconds;
     st->failed = false;
-    for (int bounce = 0; bounce < BOUNCES; bounce++) {
-        if (!view_capture_update(st->capture, position, capture_scene, &mirror))
-            return false;
-        for (int i = 0; i < st->locals; i++) {
-            shot local = {st, i};
-            if (!view_capture_update(st->local[i], places[i], capture_scene,
-                                     &local))
-                return false;
-        }
-        use_probes(st, position);
-    }
+    if (!(st->locals ? capture_locals(st, position)
+                     : capture_bounces(st, position)))
+        return false;
+    use_probes(st, position);
     st->begun = false;
     st->fresh = true;
     note_update(st);
@@ -310,8 +343,6 @@ static void give_up(view_stage *st)
 static void refresh(view_stage *st, const view_settings *s,
                     const double position[3])
 {
-    shot mirror = {st, -1};
-
     use_probes(st, position);
     if (st->failed)
         return;
@@ -321,6 +352,8 @@ static void refresh(view_stage *st, const view_settings *s,
         st->begun = true;
         st->begun_at = s->seconds;
     }
+    shot mirror = {st, st->draw.dynamic.probe, false};
+    view_capture_set_far(st->capture, end_of(st, &mirror.probe));
     if (!view_capture_advance(st->capture, position, capture_scene, &mirror,
                               s->probe_faces ? s->probe_faces : ALL)) {
         give_up(st);
@@ -370,26 +403,6 @@ static void look(view_stage *st, const view_settings *s, int width, int height)
     memcpy(st->draw.eye, c.eye, sizeof c.eye);
 }
 
-/* The probes of what was drawn, as the library has them. */
-static int list_probes(const view_stage *st, ibl_probe *probes)
-{
-    const view_room_draw *d = &st->draw;
-
-    for (int i = 0; i < d->probe_count; i++) {
-        const view_room_probe *p = &d->probe[i];
-        probes[i] =
-            (ibl_probe){.blend = (double)p->blend, .has_proxy = d->parallax};
-        for (int k = 0; k < 3; k++) {
-            probes[i].position[k] = (double)p->position[k];
-            probes[i].influence.centre[k] = (double)p->influence_centre[k];
-            probes[i].influence.half[k] = (double)p->influence_half[k];
-            probes[i].proxy.centre[k] = (double)p->proxy_centre[k];
-            probes[i].proxy.half[k] = (double)p->proxy_half[k];
-        }
-    }
-    return d->probe_count;
-}
-
 /* What of a box is in the room, a little away from the walls, where proxies
  * are: of what is beyond them no wire would be seen. */
 static void clip_to_room(ibl_volume *box)
@@ -407,19 +420,26 @@ static void clip_to_room(ibl_volume *box)
     }
 }
 
+static void add_volumes(view_stage *st, int i, const ibl_probe *p)
+{
+    st->wired[i] = *p;
+    st->wired[i].has_proxy = p->has_proxy && st->draw.parallax;
+    if (p->influence.shape == IBL_SHAPE_BOX)
+        clip_to_room(&st->wired[i].influence);
+}
+
 static bool draw_volumes(view_stage *st, double ev)
 {
-    ibl_probe probes[VIEW_ROOM_PROBES];
-    view_volumes_draw d = {.ev = ev, .probe = probes};
+    const view_room_locals *l = &st->draw.locals;
+    view_volumes_draw d = {.ev = ev, .count = l->count + 1, .probe = st->wired};
 
     if (!st->volumes && !(st->volumes = view_volumes_create()))
         return false;
+    for (int i = 0; i < l->count; i++)
+        add_volumes(st, i, &l->probe[i]);
+    add_volumes(st, l->count, &st->draw.dynamic.probe);
     memcpy(d.clip, st->draw.clip, sizeof d.clip);
     memcpy(d.eye, st->draw.eye, sizeof d.eye);
-    d.count = list_probes(st, probes);
-    for (int i = 0; i < d.count; i++)
-        if (probes[i].influence.shape == IBL_SHAPE_BOX)
-            clip_to_room(&probes[i].influence);
     view_volumes_render(st->volumes, &d);
     return true;
 }
@@ -478,12 +498,13 @@ bool view_stage_times(const view_stage *st, view_probe_filter filter,
 bool view_stage_measure(view_stage *st, view_probe_filter filter)
 {
     view_capture_options o = st->made;
-    shot mirror = {st, -1};
+    shot mirror = {st, st->draw.dynamic.probe, false};
     double position[3], radius;
 
     if (filter == VIEW_PROBE_CPU && !make_context(st))
         return false;
     o.cpu = filter == VIEW_PROBE_CPU ? st->ctx : NULL;
+    o.far = end_of(st, &mirror.probe);
     view_room_sphere(MIRROR, st->begun_at, position, &radius);
     view_capture *c = view_capture_create(&o);
     bool ok = c;

@@ -11,8 +11,6 @@
 
 typedef struct view_stage view_stage;
 
-_Static_assert(VIEW_STAGE_LOCAL < VIEW_ROOM_PROBES, "too many probes");
-
 view_stage *view_stage_create(void);  /* NULL, with a message */
 void view_stage_free(view_stage *st); /* NULL is fine */
 

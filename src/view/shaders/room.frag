@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The split sum as sphere.frag has it, with light of the probes that hold here;
-// of the environment what they leave: ibl_probes_blend of ibl/probes.h.
+// of the environment what they leave: ibl_probes_blend of ibl/probes.h, with as
+// many as have a share. Local probes are layers of cube arrays; the dynamic one
+// has cubes of its own.
+#extension GL_ARB_texture_cube_map_array : require
 #include "room.glsl"
 #include "ibl.glsl"
 #include "brdf.glsl"
@@ -8,8 +11,12 @@
 #include "lights.glsl"
 #include "sun.glsl"
 
-uniform samplerCube probe_specular[PROBES];
-uniform samplerCube probe_irradiance[PROBES];
+uniform samplerBuffer probe_buffer;
+uniform usampler2D tile_masks;
+uniform samplerCubeArray local_specular;
+uniform samplerCubeArray local_irradiance;
+uniform samplerCube dynamic_specular;
+uniform samplerCube dynamic_irradiance;
 
 in vec3 surface_position;
 in vec3 surface_normal;
@@ -18,17 +25,6 @@ flat in vec3 surface_f0;
 flat in vec3 surface_emission;
 
 layout(location = 0) out vec4 colour;
-
-ibl_probe probe_at(int i)
-{
-    ibl_volume influence =
-        ibl_volume(false, influence_centre[i].xyz, influence_half[i].xyz);
-    ibl_volume proxy =
-        ibl_volume(false, proxy_centre[i].xyz, proxy_half[i].xyz);
-    bool has_proxy = limit_half.w != 0.0 && proxy_half[i].x > 0.0;
-    return ibl_probe(probe_position[i].xyz, influence, probe_position[i].w,
-                     has_proxy, proxy, i);
-}
 
 // rgb: the sum so far; a: what is left of 1.
 void take(inout vec4 sum, vec4 seen, float influence)
@@ -39,21 +35,93 @@ void take(inout vec4 sum, vec4 seen, float influence)
     sum += vec4(share / seen.a * seen.rgb, -share);
 }
 
-// Samplers cannot be chosen by an index that varies.
-void add_probe(int i, samplerCube specular_cube, samplerCube irradiance_cube,
-               vec3 normal, vec3 reflected, inout vec4 specular,
-               inout vec4 light)
+// Of the probe i here, which is all that most of them need.
+float influence_of(int i)
+{
+    vec4 first = texelFetch(probe_buffer, ibl_probe_texels * i);
+    vec4 second = texelFetch(probe_buffer, ibl_probe_texels * i + 1);
+
+    return ibl_volume_influence(ibl_volume_unpack(first, second), first.w,
+                                surface_position);
+}
+
+vec3 lookup_of(ibl_probe probe, vec3 reflected)
 {
     vec3 d;
-    ibl_probe p = probe_at(i);
-    float influence = ibl_probe_influence(p, surface_position);
+
+    probe.has_proxy = probe.has_proxy && limit_half.w != 0.0;
+    ibl_probe_parallax(probe, surface_position, reflected, d);
+    return d;
+}
+
+float level_of(vec4 lod)
+{
+    return clamp(surface_albedo.a * lod.x + lod.y, 0.0, lod.z);
+}
+
+void add_local(int i, vec3 normal, vec3 reflected, inout vec4 specular,
+               inout vec4 light)
+{
+    float influence = influence_of(i);
     if (influence <= 0.0)
         return;
-    ibl_probe_parallax(p, surface_position, reflected, d);
-    float lod = clamp(surface_albedo.a * probe_lod[i].x + probe_lod[i].y, 0.0,
-                      probe_lod[i].z);
-    take(specular, textureLod(specular_cube, d, lod), influence);
-    take(light, textureLod(irradiance_cube, normal, 0.0), influence);
+    ibl_probe probe = ibl_probe_fetch(probe_buffer, i);
+    float layer = float(probe.layer);
+    vec4 seen = textureLod(local_specular,
+                           vec4(lookup_of(probe, reflected), layer),
+                           level_of(local_lod));
+    vec4 diffuse = textureLod(local_irradiance, vec4(normal, layer), 0.0);
+
+    take(specular, seen, influence);
+    take(light, vec4(local_lod.w * diffuse.rgb, diffuse.a), influence);
+}
+
+void add_dynamic(vec3 normal, vec3 reflected, inout vec4 specular,
+                 inout vec4 light)
+{
+    float influence = dynamic_lod.w == 0.0 ? 0.0 : influence_of(DYNAMIC);
+    if (influence <= 0.0)
+        return;
+    ibl_probe probe = ibl_probe_fetch(probe_buffer, DYNAMIC);
+
+    take(specular,
+         textureLod(dynamic_specular, lookup_of(probe, reflected),
+                    level_of(dynamic_lod)),
+         influence);
+    take(light, textureLod(dynamic_irradiance, normal, 0.0), influence);
+}
+
+// Of a number that is a power of two, as its exponent says.
+int place_of(uint bit)
+{
+    return (floatBitsToInt(float(bit)) >> 23) - 127;
+}
+
+// Those of this tile in order, until nothing is left of 1: two words of the
+// local ones before the dynamic one, that one, two words of those after it.
+void add_probes(vec3 normal, vec3 reflected, inout vec4 specular,
+                inout vec4 light)
+{
+    uvec2 mask = picture_size.z == 0
+                     ? masks.xy
+                     : ibl_tile_mask(tile_masks, gl_FragCoord.xy,
+                                     picture_size.z);
+
+    for (int part = 0; part < 5; part++) {
+        int word = part > 2 ? part - 3 : part;
+        if (part == 2) {
+            if (specular.a > 0.0 || light.a > 0.0)
+                add_dynamic(normal, reflected, specular, light);
+            continue;
+        }
+        uint bits = mask[word] & (part < 2 ? masks[2 + word]
+                                           : ~masks[2 + word]);
+        while (bits != 0u && (specular.a > 0.0 || light.a > 0.0)) {
+            int i = place_of(bits & (~bits + 1u));
+            bits &= bits - 1u;
+            add_local(32 * word + i, normal, reflected, specular, light);
+        }
+    }
 }
 
 bool beyond_limit()
@@ -92,19 +160,7 @@ void main()
     float n_v = clamp(dot(normal, view), 0.0, 1.0);
 
     vec4 specular = vec4(0.0, 0.0, 0.0, 1.0), light = specular;
-    int probes = int(range.y);
-    if (probes > 0)
-        add_probe(0, probe_specular[0], probe_irradiance[0], normal, reflected,
-                  specular, light);
-    if (probes > 1)
-        add_probe(1, probe_specular[1], probe_irradiance[1], normal, reflected,
-                  specular, light);
-    if (probes > 2)
-        add_probe(2, probe_specular[2], probe_irradiance[2], normal, reflected,
-                  specular, light);
-    if (probes > 3)
-        add_probe(3, probe_specular[3], probe_irradiance[3], normal, reflected,
-                  specular, light);
+    add_probes(normal, reflected, specular, light);
     if (specular.a > 0.0)
         specular.rgb += specular.a * specular_light(surface_albedo.a,
                                                     reflected);

@@ -4,19 +4,18 @@
 #include "frame.glsl"
 #include "paraboloid.glsl"
 
-const int PROBES = 4;
+// The dynamic probe's index; local ones have those from 0 on.
+const int DYNAMIC = 64;
 
 layout(std140) uniform Room {
     mat4 picture;       // x, y and depth in the picture to the direction
-    vec4 range;         // 1 of a paraboloid, probes
+    vec4 range;         // 1 of a paraboloid
     vec4 limit_centre;  // w: 1 if there is a limit
     vec4 limit_half;    // w: 1 for parallax
-    vec4 probe_position[PROBES]; // w: width of the blend
-    vec4 influence_centre[PROBES];
-    vec4 influence_half[PROBES];
-    vec4 proxy_centre[PROBES];
-    vec4 proxy_half[PROBES];
-    vec4 probe_lod[PROBES]; // scale, offset, last level
+    ivec4 picture_size; // and edge of tiles, 0: no masks; locals
+    uvec4 masks;        // xy: all locals; zw: those before the dynamic one
+    vec4 local_lod;     // scale, offset, last level, irradiance scale
+    vec4 dynamic_lod;   // the same; w: 1 if there is one
 };
 
 // before: below 0 of what is too far behind a paraboloid.
