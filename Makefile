@@ -81,7 +81,7 @@ endif
 .DELETE_ON_ERROR:
 .SECONDARY:
 .PHONY: all lib deps tests benches demo check check-run check-cycles bench \
-        lint format install uninstall clean list FORCE
+        shader-cost lint format install uninstall clean list FORCE
 
 ## all: the program and its image bridge (default)
 ifeq ($(DEPS),no)
@@ -248,6 +248,10 @@ bench:
 check-cycles: deps
 	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/tests/cycles
 	@sh tests/cycles.sh $(BUILD)
+
+## shader-cost: the viewer's shaders by a compiler for an integrated GPU
+shader-cost:
+	@CC="$(CC)" sh tests/shader_cost.sh
 
 ## lint: formatting, headers alone, symbol prefix, layers, man pages
 lint: $(LIB)
