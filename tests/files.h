@@ -20,6 +20,13 @@ bool file_save(const char *path, const void *bytes, size_t size);
 /* Writes an image as PFM, whose rows run from the bottom. */
 bool file_save_pfm(const char *path, const ibl_image *img);
 
+/* Writes an image as OpenEXR: uncompressed floats B, G and R, and A, one for
+ * each pixel, if alpha is not NULL. */
+bool file_save_exr(const char *path, const ibl_image *img, const float *alpha);
+
+/* A file of this build, beside the folder of the test programs; NULL if it is
+ * not there. Static storage, overwritten by each call. */
+const char *file_built(const char *name);
 /* The image bridge of this build; NULL if it has not been built. */
 const char *file_bridge(void);
 /* A context that keeps messages in *kept and uses that bridge (NULL: none
