@@ -33,7 +33,8 @@ layer() { node "$top/tests/cli/layer.mjs" "$@"; }
 # Which layers a run baked, by name.
 baked() {
     iblbake probes "$@" -v 2>err >/dev/null || { cat err; return; }
-    sed -n 's/.*layer [0-9]*: \(.*\): baked$/\1/p' err | paste -sd' '
+    sed -n 's/.*layer [0-9]*: \(.*\): baked\(, with alpha\)*$/\1/p' err |
+        paste -sd' '
 }
 expect() { # WANT, [options]: which layers are baked
     local want=$1 got
@@ -273,6 +274,183 @@ test_cubes() {
     iblbake probes -q cube.json -o twice --size 32 || echo 'twice: failed'
 }
 
+# ---- alpha -------------------------------------------------------------------
+# Prints what is not as in bakes of the colours, and of alpha as a map of greys.
+#   node alpha.mjs ARRAY LAYER COLOURS ALPHA
+cat >alpha.mjs <<'END'
+import fs from 'fs';
+function levels(name) {
+    const b = fs.readFileSync(name);
+    const layers = Math.max(b.readUInt32LE(32), 1), out = [];
+    for (let l = 0; l < Math.max(b.readUInt32LE(40), 1); l++) {
+        const from = Number(b.readBigUInt64LE(80 + 24 * l));
+        const bytes = Number(b.readBigUInt64LE(88 + 24 * l)) / layers;
+        out.push(k => b.subarray(from + k * bytes, from + (k + 1) * bytes));
+    }
+    return out;
+}
+const [array, layer, colours, alpha] = process.argv.slice(2);
+const [a, c, g] = [array, colours, alpha].map(levels);
+const one = 0x3C00;
+a.forEach((at, l) => {
+    const [texels, rgb, grey] = [at(+layer), c[l](0), g[l](0)];
+    let wrong = 0;
+    for (let i = 0; i < texels.length; i += 8) {
+        for (let k = 0; k < 6; k += 2)
+            wrong += texels.readUInt16LE(i + k) !== rgb.readUInt16LE(i + k);
+        wrong += texels.readUInt16LE(i + 6) !==
+            Math.min(grey.readUInt16LE(i), one);
+    }
+    if (wrong || texels.length !== rgb.length)
+        console.log(`${array}: level ${l}: ${wrong} numbers are others`);
+});
+END
+mkenv exr 64 32 ABGR 0 >hole.exr
+mkenv exr 64 32 BGR 0 >hole_colours.exr
+mkenv exr 64 32 Y 0 >hole_alpha.exr
+mkenv exr 64 32 ABGR 0.5 >veil.exr
+mkenv exr 64 32 ABGR 0.9995 >rounded.exr
+mkenv exr 64 32 ABGR 0 0 >blind.exr
+mkenv exr 64 32 ABGR nan >nan.exr
+mkenv exr 64 32 ABGR 255 >large.exr
+edit set.json 's.probes[1].capture.equirect = "hole.exr"' hole.json
+
+test_alpha_is_filtered_as_colours() {
+    local size='--size 16 --levels 3 --irradiance-size 4 --lut-size 16'
+    iblbake probes -v hole.json -o alpha 2>err || echo 'failed '
+    grep -q 'layer 0: lamp: baked, with alpha$' err || echo 'not told'
+    for part in colours alpha; do
+        # shellcheck disable=SC2086
+        iblbake -q $size hole_$part.exr -o one --name $part || echo 'failed '
+    done
+    for kind in specular irradiance; do
+        node alpha.mjs alpha/probes_$kind.ktx2 0 one/colours_$kind.ktx2 \
+            one/alpha_$kind.ktx2
+        layer alpha/probes_$kind.ktx2 1 one/hall_$kind.ktx2
+        layer alpha/probes_$kind.ktx2 2 one/global_$kind.ktx2
+        node -e "const b = require('fs').readFileSync(
+            'alpha/probes_$kind.ktx2');
+            if (b[b.readUInt32LE(48) + 15] !== 1 ||
+                !b.includes('iblbake.alpha\\0premultiplied\\0'))
+                console.log('$kind: not said to be premultiplied');"
+    done
+    node -e "const read = f => JSON.parse(require('fs').readFileSync(f));
+        const {probes, global} = read('alpha/index.json');
+        if (probes[0].alpha !== true || probes[1].alpha !== false ||
+            'alpha' in global) console.log('the index says something else');
+        if (read('out/index.json').probes.some(p => p.alpha !== false))
+            console.log('the other index does not say that there is none');"
+    for threads in 1 3; do
+        iblbake probes -q -j $threads hole.json -o j$threads --force
+        diff -r alpha j$threads
+    done
+}
+test_alpha_harmonics() {
+    rm -rf inc && iblbake probes -q hole.json -o inc --irradiance sh
+    for part in colours alpha; do
+        iblbake -q hole_$part.exr -o one --only json --name $part
+    done
+    node -e "const read = f => JSON.parse(require('fs').readFileSync(f));
+        const {probes} = read('inc/index.json');
+        const far = (a, b) => a.length !== b.length || a.some((x, i) =>
+            !(Math.abs(x - b[i]) < 1e-6));
+        const part = n => read('one/' + n + '.json').sh.irradiance;
+        if (far(probes[0].sh.flat(), part('colours').flat()) ||
+            far(probes[0].alpha_sh, part('alpha').map(c => c[0])))
+            console.log('not the sidecars\\'');
+        if ('alpha_sh' in probes[1]) console.log('alpha where there is none')"
+    expect '' hole.json -o inc --irradiance sh
+    # Kept layers keep theirs.
+    edit hole.json 's.probes[0].capture.equirect = "sun.hdr"' other.json
+    expect 'hall' other.json -o inc --irradiance sh
+    like_new other.json --irradiance sh
+}
+test_alpha_changes() {
+    rm -rf inc && cp -a alpha inc
+    expect '' hole.json -o inc
+    cp hole.exr saved && cp veil.exr hole.exr
+    expect 'lamp' hole.json -o inc
+    like_new hole.json
+    # The same colours in a file without alpha, and the other way round.
+    cp hole_colours.exr hole.exr
+    expect 'lamp' hole.json -o inc
+    like_new hole.json
+    mv saved hole.exr
+    expect 'lamp' hole.json -o inc
+    diff -r alpha inc
+    # Twins as well, of which the global environment is none.
+    edit hole.json 's.global = {capture: {equirect: "hole.exr"}};
+        s.probes.push({...s.probes[1], name: "twin"})' twins.json
+    expect '(global)' twins.json -o inc
+    like_new twins.json
+    layer inc/probes_specular.ktx2 3 one/colours_specular.ktx2
+    # What was the global environment's is there already.
+    expect 'hall (global)' hole.json -o inc --alpha ignore
+    like_new hole.json --alpha ignore
+    layer inc/probes_specular.ktx2 0 one/colours_specular.ktx2
+    edit hole.json 's.defaults.alpha = "straight"' said.json
+    expect 'lamp hall' said.json -o inc
+    like_new said.json
+    # Those that go take the mark of the arrays with them.
+    expect 'lamp hall' hole.json -o inc
+    edit hole.json 's.probes.pop()' less.json
+    expect '' less.json -o inc
+    like_new less.json
+    # Other containers.
+    for kind in ktx dds; do
+        rm -rf inc && iblbake probes -q hole.json -o inc --container $kind
+        edit hole.json 's.probes[0].priority = 1' first.json
+        expect '' first.json -o inc --container $kind
+        like_new first.json --container $kind
+    done
+}
+test_alpha_of_no_account() {
+    # Of renderers' rounding, and of the global environment.
+    edit hole.json 's.probes[1].capture.equirect = "rounded.exr"' round.json
+    iblbake probes -q round.json -o inc --pixel rgb9e5 || echo 'rounding'
+    edit set.json 's.global.capture.equirect = "blind.exr"' sky.json
+    iblbake probes sky.json -o inc --pixel rgb9e5 2>err || echo 'sky failed'
+    [ ! -s err ] || cat err
+    iblbake probes -q hole.json -o inc --pixel rgb9e5 --alpha ignore ||
+        echo 'ignored, but failed'
+}
+test_alpha_warnings() {
+    local file glob
+    while IFS='|' read -r file glob; do
+        [ -n "$file" ] || continue
+        edit hole.json "s.probes[1].capture.equirect = '$file'" odd.json
+        rm -rf inc
+        iblbake probes odd.json -o inc 2>err || echo "$file: failed"
+        # shellcheck disable=SC2254
+        case $(cat err) in
+        "iblbake: warning: $file: "$glob) ;;
+        *) echo "$file: $(cat err)" ;;
+        esac
+        iblbake probes odd.json -o bad --strict 2>err && echo "$file: strict"
+        [ "$(wc -l <err)" = 1 ] || cat err
+        [ ! -e bad ] || echo "$file: left something"
+    done <<'END'
+nan.exr|alpha of 140 pixels was not finite and became 0: they count as not seen
+large.exr|alpha of 140 pixels was not from 0 to 1 but from 1 to 255, and became 0 or 1
+END
+    # Colours that were not multiplied: those of veil, alpha of hole.
+    node -e "const fs = require('fs'), row = 64 * 4;
+        const b = fs.readFileSync('hole.exr'), c = fs.readFileSync('veil.exr');
+        for (let y = 0; y < 32; y++) {
+            const at = b.length - (32 - y) * (4 * row + 8) + 8;
+            c.copy(b, at + row, at + row, at + 4 * row);
+        }
+        fs.writeFileSync('shown.exr', b);"
+    edit hole.json 's.probes[1].capture.equirect = "shown.exr"' odd.json
+    iblbake probes odd.json -o inc 2>err || echo 'shown.exr: failed'
+    case $(cat err) in
+    'iblbake: warning: shown.exr: 140 pixels had a colour but alpha 0, '*) ;;
+    *) cat err ;;
+    esac
+    iblbake probes odd.json -o inc --alpha straight 2>err || echo 'failed'
+    [ ! -s err ] || cat err
+}
+
 # ---- mistakes --------------------------------------------------------------
 # One line a mistake: what is done to the set, and what the message says.
 wrong() { # CHANGE GLOB [SET]
@@ -313,6 +491,10 @@ s.defaults.method = "slow"|defaults.method: expected auto, spectral or sampled, 
 s.defaults.samples = -1|defaults.samples: expected *, found -1
 s.defaults.tolerance = 2|defaults.tolerance: expected a number from 0.0001 to 1, found 2
 s.defaults.lut_size = 5000|defaults.lut_size: expected a whole number from 1 to 4096, found 5000
+s.defaults.alpha = "yes"|defaults.alpha: expected ignore, file or straight, found "yes"
+s.probes[0].capture.equirect = "blind.exr"|probes[[]0].capture: alpha is 0 everywhere, so nothing *, or take --alpha ignore
+s.probes[0].capture.equirect = "hole.exr"; s.defaults.pixel = "rgb9e5"|probes[[]0].capture: has alpha below 1, which rgb9e5 has no room for: choose --pixel rgba16f or rgba32f, *
+s.probes[0].capture.equirect = "veil.exr"; s.defaults.pixel = "r11g11b10f"|probes[[]0].capture: has alpha below 1, which r11g11b10f has no room for: *
 s.defaults.sise = 1|defaults.sise: expected no such member, *; found "sise"
 s.global = {}|global.capture: expected an object with equirect, cross or faces, found nothing
 s.global.name = "sky"|global.name: expected no such member, *
@@ -370,6 +552,7 @@ iblbake probes -o bad|2|iblbake: no set: *
 iblbake probes set.json|2|iblbake: no output directory: *
 iblbake probes set.json set.json -o bad|2|iblbake: set.json: a second set *
 iblbake probes set.json -o bad --levels 9|1|iblbake: --levels 9: a cube of size 16 *
+iblbake probes set.json -o bad --alpha no|2|iblbake: --alpha no: not a value *
 iblbake probes set.json -o bad --irradiance 0|2|iblbake: --irradiance 0: not a value *
 mkdir self; cp *.exr *.hdr self; cp set.json self/index.json; iblbake probes self/index.json -o self|1|iblbake: self/index.json: is both input and output: *
 END

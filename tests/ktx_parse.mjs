@@ -68,9 +68,9 @@ function sameBytes(what, got, want) {
 function expected(file) {
     const name = path.basename(file, path.extname(file));
     const [, pixel, shape, size, levels, layers = 1] =
-        name.match(/^(\w+)-(cube|flat)(\d+)x(\d+)(?:x(\d+))?$/);
+        name.match(/^(\w+)-(cube|alpha|flat)(\d+)x(\d+)(?:x(\d+))?$/);
     const raw = readFileSync(path.join(path.dirname(file), name + '.raw'));
-    const faces = shape === 'cube' ? 6 : 1;
+    const faces = shape === 'flat' ? 1 : 6;
     const images = [];
     let at = 0;
     for (let l = 0; l < levels; l++) {
@@ -82,7 +82,7 @@ function expected(file) {
     }
     same('raw texels', raw.length, at);
     return {...pixels[pixel], pixel, size: +size, levels: +levels,
-            layers: +layers, faces, images};
+            layers: +layers, faces, images, alpha: shape === 'alpha'};
 }
 
 function checkKtx2(bytes, want) {
@@ -102,7 +102,8 @@ function checkKtx2(bytes, want) {
          d.colorModel, d.colorPrimaries, d.transferFunction, d.flags],
          [0, 0, ktxParse.KHR_DF_VERSION, ktxParse.KHR_DF_MODEL_RGBSDA,
           ktxParse.KHR_DF_PRIMARIES_BT709, ktxParse.KHR_DF_TRANSFER_LINEAR,
-          ktxParse.KHR_DF_FLAG_ALPHA_STRAIGHT]);
+          want.alpha ? ktxParse.KHR_DF_FLAG_ALPHA_PREMULTIPLIED
+                     : ktxParse.KHR_DF_FLAG_ALPHA_STRAIGHT]);
     same('texel block', d.texelBlockDimension, [0, 0, 0, 0]);
     same('planes', d.bytesPlane, [want.bytes, 0, 0, 0, 0, 0, 0, 0]);
     same('samples', d.samples.map(s => [s.bitOffset, s.bitLength,

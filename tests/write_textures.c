@@ -3,8 +3,8 @@
  * write_textures DIR: one file of every container, pixel format and shape,
  * for programs that others wrote to read. Beside each NAME.ktx2, NAME.ktx and
  * NAME.dds lies NAME.raw, the texels as ibl_texture has them. NAME is
- * PIXEL-SHAPE, SHAPE is cubeSIZExLEVELS or flatSIZEx1, or one of these with
- * xLAYERS behind.
+ * PIXEL-SHAPE, SHAPE is cubeSIZExLEVELS, alphaSIZExLEVELS (a cube whose colours
+ * are multiplied by alpha) or flatSIZEx1, or one of these with xLAYERS behind.
  */
 #include <math.h>
 #include <stdio.h>
@@ -92,6 +92,28 @@ static void write_cubes(const char *dir, int size, int levels)
     ibl_cube_free(&cube);
 }
 
+static void write_alpha(const char *dir)
+{
+    ibl_cube cube, alpha;
+    need(ibl_cube_alloc(ctx, 8, 4, &cube));
+    need(ibl_cube_alloc(ctx, 8, 4, &alpha));
+    fill(cube.data, 3 * ibl_cube_texels(8, 4));
+    for (size_t i = 0; i < 3 * ibl_cube_texels(8, 4); i++)
+        alpha.data[i] = (float)(i % 101) / 100;
+    for (ibl_pixel p = IBL_PIXEL_RGBA16F; p <= IBL_PIXEL_RGBA32F; p++) {
+        ibl_texture tex;
+        need(ibl_texture_from_cube(ctx, &cube, p, &tex, NULL));
+        need(ibl_texture_set_alpha(ctx, &tex, &alpha));
+        need(ibl_texture_set(ctx, &tex, "iblRoughness", "0 0.25 0.5 1"));
+        need(ibl_texture_set(ctx, &tex, "Odd", "\xC3\xA9"));
+        write_all(&tex, dir, "alpha8x4");
+        write_array(&tex, 2, dir, "alpha8x4");
+        ibl_texture_free(&tex);
+    }
+    ibl_cube_free(&cube);
+    ibl_cube_free(&alpha);
+}
+
 static void write_luts(const char *dir)
 {
     float data[2 * 5 * 5];
@@ -121,6 +143,7 @@ int main(int argc, char **argv)
     write_cubes(argv[1], 8, 4);
     write_cubes(argv[1], 6, 2);
     write_cubes(argv[1], 1, 1);
+    write_alpha(argv[1]);
     write_luts(argv[1]);
     ibl_outputs_free(out);
     ibl_ctx_free(ctx);

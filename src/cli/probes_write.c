@@ -38,8 +38,10 @@ static ibl_status set_keys(const ibl_probes_bake *p, ibl_probes_file kind,
         snprintf(roughness + used, sizeof roughness - used, "%s%.9g",
                  l ? "," : "", layout.roughness[l]);
     }
-    if (tex->premultiplied)
-        set_key(p, tex, &status, "iblbake.alpha", "premultiplied");
+    /* Said in any case: layers of old arrays bring their keys along. */
+    if (kind != IBL_PROBES_LUT)
+        set_key(p, tex, &status, "iblbake.alpha", "%s",
+                tex->premultiplied ? "premultiplied" : "opaque");
     if (kind == IBL_PROBES_LUT) {
         set_key(p, tex, &status, "iblbake.content", "brdf_lut");
         set_key(p, tex, &status, "iblbake.axes", "u=N.V,v=roughness");

@@ -6,8 +6,8 @@
  *                        channels as named ("BGR" or "A", alphabetical): R, G
  *                        and B hold what sh_light says, A 1
  *   mkenv exr W H NAMES IN [OUT]
- *                        A is IN where z > 0.8, else OUT (1); R, G and B are
- *                        multiplied by it if it is from 0 to 1
+ *                        A is IN where z > 0.8, else OUT (1), and Y the same;
+ *                        R, G and B are multiplied by it if it is from 0 to 1
  */
 #include <math.h>
 #include <stdint.h>
@@ -143,7 +143,7 @@ static void exr(int w, int h, const char *names)
                 double d[3];
                 direction(w, h, i, j, d);
                 const double a = alpha(d);
-                put_float((float)(*c == 'A'          ? a
+                put_float((float)(strchr("AY", *c)   ? a
                                   : a >= 0 && a <= 1 ? a * sh_light(*c, d)
                                                      : sh_light(*c, d)));
             }
