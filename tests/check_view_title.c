@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* What the window's title tells of the scene: how its probe is captured, and
- * how long that took by each filter that was tried. */
+/* What the window's title and --stats tell of the scene: how its probe is
+ * captured, and how long that took by each filter that was tried. */
+#include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "maps.h"
 #include "test.h"
@@ -111,9 +113,78 @@ static void has_room(void)
     end();
 }
 
+/* ---- --stats ------------------------------------------------------------ */
+
+/* What is printed after a frame, "" for nothing. */
+static const char *printed(view_stats *stats)
+{
+    static char text[1000];
+    FILE *kept = tmpfile();
+    const int saved = dup(STDOUT_FILENO);
+
+    if (!kept || saved < 0)
+        return "no temporary file";
+    fflush(stdout);
+    dup2(fileno(kept), STDOUT_FILENO);
+    view_stats_tell(stats, app.renderer, &app.settings);
+    fflush(stdout);
+    dup2(saved, STDOUT_FILENO);
+    close(saved);
+    rewind(kept);
+    text[fread(text, 1, sizeof text - 1, kept)] = '\0';
+    fclose(kept);
+    return text;
+}
+
+static const char *frame(view_stats *stats, double seconds)
+{
+    app.settings.seconds = seconds;
+    CHECK(view_renderer_draw(app.renderer, &app.settings, WIDTH, HEIGHT));
+    view_stats_add(stats, 10 * (1 + seconds));
+    return printed(stats);
+}
+
+/* One line for each update of the probe, with the frames since the last. */
+static void a_line_for_each_update(void)
+{
+    view_stats stats = {0};
+
+    if (!begin())
+        return;
+    const char *line = frame(&stats, 0);
+    CHECK_MSG(strstr(line, "probe seconds=0.000 size=16 capture=faces "
+                           "filter=gpu ms=") == line &&
+                  strstr(line, " frames=1 frame=10.0 worst=10.0\n"),
+              "%s", line);
+    CHECK(!*frame(&stats, 0.1));
+    CHECK(!*frame(&stats, 0.4));
+    line = frame(&stats, 1);
+    CHECK_MSG(strstr(line, "probe seconds=1.000 ") == line &&
+                  strstr(line, " frames=3 frame=15.0 worst=20.0\n"),
+              "%s", line);
+    end();
+}
+
+/* Without a probe they are of a second each. */
+static void a_line_for_each_second(void)
+{
+    view_stats stats = {0};
+
+    if (!begin())
+        return;
+    app.settings.mode = VIEW_SPHERES;
+    CHECK(!*frame(&stats, 0));
+    stats.begun -= 1;
+    const char *line = frame(&stats, 1);
+    CHECK_MSG(!strcmp(line, "view mode=spheres frames=2 frame=15.0 "
+                            "worst=20.0\n"),
+              "%s", line);
+    CHECK(!*frame(&stats, 0));
+    end();
+}
+
 static const test tests[] = {
-    TEST(tells_of_both_filters),
-    TEST(tells_no_times_before),
-    TEST(has_room),
+    TEST(tells_of_both_filters),  TEST(tells_no_times_before),  TEST(has_room),
+    TEST(a_line_for_each_update), TEST(a_line_for_each_second),
 };
 TEST_MAIN(tests)
