@@ -163,10 +163,14 @@ test_scene() {
     same scene.png a.png
     for with in '--seconds 2' '--no-parallax' '--probe-capture paraboloids' \
         '--probe-size 64' '--probe-filter cpu' '--probes 1' '--probes 3' \
-        '--probes 2 --probe-limit' '--volumes' '--turn 90' \
-        '--yaw 30' '--distance 2'; do
+        '--volumes' '--turn 90' '--yaw 30' '--distance 2'; do
         draw a.png "$work/ktx2" $scene $with
         differ scene.png a.png
+    done
+    draw probes.png "$work/ktx2" $scene --probes 2
+    for with in '--probe-limit' '--no-blend'; do
+        draw a.png "$work/ktx2" $scene --probes 2 $with
+        differ probes.png a.png
     done
     # That environment has no sun.
     for with in '--no-sun' '--no-capture-shadows'; do

@@ -56,6 +56,7 @@ static const key_case cases[] = {
     PLAIN('y', 'y', probe_filter),
     PLAIN('h', 'H', probes),
     PLAIN('V', 'V', volumes),
+    PLAIN('B', 'B', blend),
     PLAIN('j', 'J', probe_interval),
     PLAIN('z', 'z', capture_shadows),
     PLAIN('Z', 'Z', sun),

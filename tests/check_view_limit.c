@@ -388,14 +388,27 @@ static double error_of(const float *pixel, const double rgb[3])
     return worst;
 }
 
-/* The floor, by what is said in C of the probes there are. */
-static void fills_holes(void)
+/* Whether a point is where a probe's influence falls to 0. */
+static bool is_between(const lit *m, const double point[3])
+{
+    for (int i = 0; i < count_probes(m->d); i++) {
+        const double x = ibl_probe_influence(&m->probes[i], point);
+        if (x > 0.05 && x < 0.95)
+            return true;
+    }
+    return false;
+}
+
+/* The floor, by what is said in C of the probes there are. Without blending
+ * their influences have sharp borders. */
+static void fills_holes_of(bool blend)
 {
     look *l = begin();
-    int floor = 0, filled = 0, bad = 0;
+    int floor = 0, filled = 0, between = 0, bad = 0;
 
     if (!l)
         return;
+    l->s.blend = blend;
     l->s.seconds = 1;
     l->s.probes = 2;
     l->s.pitch = 35;
@@ -407,6 +420,8 @@ static void fills_holes(void)
     for (int i = 0; i < count_probes(d); i++) {
         m.probes[i] = probe_of(d, i);
         m.texels[i] = read_probe(d, i);
+        if (!blend)
+            m.probes[i].blend = 0;
     }
     for (int i = 0; i < WIDTH * HEIGHT; i++) {
         double ray[3], rgb[3];
@@ -418,18 +433,31 @@ static void fills_holes(void)
             continue;
         floor++;
         filled += hole;
+        between += is_between(&m, h.point);
         bad += !(error_of(l->rgba + 4 * i, rgb) < 0.02);
     }
     CHECK_MSG(floor > 1000 && filled > 100, "%d, %d", floor, filled);
+    CHECK_MSG((between > 100) == blend, "%d", between);
     CHECK_MSG(bad <= floor / 100, "%d of %d pixels", bad, floor);
     for (int i = 0; i < count_probes(d); i++)
         free(m.texels[i]);
     end(l);
 }
 
+static void fills_holes(void)
+{
+    fills_holes_of(true);
+}
+
+static void without_blending(void)
+{
+    fills_holes_of(false);
+}
+
 static const test tests[] = {
     TEST(marks_what_is_beyond),
     TEST(sees_all_without),
     TEST(fills_holes),
+    TEST(without_blending),
 };
 TEST_MAIN(tests)

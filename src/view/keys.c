@@ -154,6 +154,12 @@ static void change_parallax(view_app *app, int step)
     app->settings.parallax = !app->settings.parallax;
 }
 
+static void change_blend(view_app *app, int step)
+{
+    (void)step;
+    app->settings.blend = !app->settings.blend;
+}
+
 static void change_volumes(view_app *app, int step)
 {
     (void)step;
@@ -347,6 +353,7 @@ static const key_row rows[] = {
     {"y", 'y', 0, 0, change_filter, "its filter: OpenGL, the library"},
     {"j J", 'j', 'J', 0, change_interval, "captured more rarely, more often"},
     {"h H", 'h', 'H', 0, change_probes, "more local probes, fewer"},
+    {"B", 'B', 0, 0, change_blend, "blending of probes"},
     {"V", 'V', 0, 0, change_volumes, "volumes of probes as wires"},
     {"z", 'z', 0, 0, change_capture_shadows, "shadows in captures"},
     {"Z", 'Z', 0, 0, change_sun, "the sun as a light with shadows"},

@@ -249,6 +249,9 @@ static const ibl_option scene[] = {
      .help = "where what moves is in a picture, and begins in a window"},
     {"no-parallax", 0, OFF(parallax),
      .help = "look reflections up as if all were infinitely far away"},
+    {"no-blend", 0, OFF(blend),
+     .help = "of probes: each point has all of the first whose box it is in, "
+             "by priority and size"},
     {"probes", 0, INT(settings.probes, 0, VIEW_STAGE_LOCAL),
      .help = "local probes besides, captured once, of what stands still"},
     {"probe-size", 0, OTHER("N", parse_probe_size),

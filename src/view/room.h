@@ -105,6 +105,8 @@ typedef struct view_room_draw {
     view_room_environment environment;
     GLuint table; /* of the split sum */
     bool parallax;
+    bool sharp; /* probes as if their blend was 0: a point has all of the first
+                   whose influence it is in */
 } view_room_draw;
 
 /* NULL, with a message: shaders have to have arrays of cubes. */

@@ -204,6 +204,8 @@ static void upload(view_room_probes *p, const view_room_draw *d)
     ibl_probes_pack(d->locals.probe, d->locals.count, p->order, wanted);
     ibl_probes_pack(&d->dynamic.probe, 1, &first,
                     wanted + DYNAMIC * IBL_PROBE_FLOATS);
+    for (int i = 0; d->sharp && i < FLOATS; i += IBL_PROBE_FLOATS)
+        wanted[i + 3] = 0; /* blend */
     if (!memcmp(p->packed[0], wanted, sizeof p->packed[0]))
         return;
     memcpy(p->packed[0], wanted, sizeof p->packed[0]);

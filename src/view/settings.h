@@ -113,6 +113,7 @@ typedef struct view_settings {
     double seconds;        /* where what moves is */
     bool parallax;         /* reflections of the room's walls, not of what is
                               infinitely far */
+    bool blend;            /* probes, over the widths at their borders */
     int probes;            /* local ones, 0..VIEW_STAGE_LOCAL */
     int probe_size;        /* of faces: a power of two */
     double probe_interval; /* seconds; 0: every frame */

@@ -392,7 +392,8 @@ static bool is_stale(const view_stage *st, const view_settings *s)
 
     return !st->fresh || d->environment.turn < s->turn ||
            d->environment.turn > s->turn || d->parallax != s->parallax ||
-           st->sun != s->sun || st->capture_shadows != s->capture_shadows;
+           d->sharp == s->blend || st->sun != s->sun ||
+           st->capture_shadows != s->capture_shadows;
 }
 
 static void look(view_stage *st, const view_settings *s, int width, int height)
@@ -459,7 +460,8 @@ bool view_stage_draw(view_stage *st, const view_settings *s,
                                 .shadows = true,
                                 .environment = *environment,
                                 .table = table,
-                                .parallax = s->parallax};
+                                .parallax = s->parallax,
+                                .sharp = !s->blend};
     st->draw.environment.turn = s->turn;
     if (!s->sun)
         st->draw.environment.sun = (view_room_sun){0};

@@ -84,9 +84,10 @@ static void add_scene(const view_app *app, char *text, size_t size)
     const view_stage *stage = view_renderer_stage(app->renderer);
 
     add(text, size,
-        " | scene | parallax %s | local %d | probe %d, %s, %s, %.3g s",
-        s->parallax ? "on" : "off", s->probes, s->probe_size,
-        view_probe_capture_names[s->probe_capture],
+        " | scene | parallax %s | blend %s | local %d | probe %d, %s, %s, "
+        "%.3g s",
+        s->parallax ? "on" : "off", s->blend ? "on" : "off", s->probes,
+        s->probe_size, view_probe_capture_names[s->probe_capture],
         view_probe_filter_names[s->probe_filter], s->probe_interval);
     if (s->turn < 0 || s->turn > 0)
         add(text, size, " | turn %.4g", s->turn);
