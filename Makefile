@@ -75,13 +75,15 @@ endif
 BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 ifneq ($(HAVE_VIEW),yes)
 BENCHES := $(filter-out $(BUILD)/tests/bench_view $(BUILD)/tests/bench_room \
-                        $(BUILD)/tests/bench_capture,$(BENCHES))
+                        $(BUILD)/tests/bench_capture \
+                        $(BUILD)/tests/bench_tiles,$(BENCHES))
 endif
 
 .DELETE_ON_ERROR:
 .SECONDARY:
 .PHONY: all lib deps tests benches demo check check-run check-cycles bench \
-        shader-cost lint format install uninstall clean list FORCE
+        bench-probes shader-cost lint format install uninstall clean list \
+        FORCE
 
 ## all: the program and its image bridge (default)
 ifeq ($(DEPS),no)
@@ -102,7 +104,7 @@ ISA =
 %_avx2.o: ISA := -mavx2 -mfma -mf16c
 %_avx512.o: ISA := -mavx512f -mavx512bw -mavx512dq -mavx512vl -mavx2 -mfma \
                    -mf16c -mprefer-vector-width=512
-EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/check_exr.o tests/check_source.o)
+EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/check_exr.o tests/check_source.o tests/bench_set.o)
 $(EXR_OBJ): LOCAL = $(EXR_CFLAGS)
 $(BUILD)/obj/src/io/bridge.o: LOCAL = -DIBL_BRIDGE='"$(LIBDIR)/iblbake/libiblbridge.so"'
 $(BUILD)/obj/src/view/%.o: LOCAL = $(VIEW_CFLAGS)
@@ -185,7 +187,8 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 
 VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_view \
                        $(BUILD)/tests/bench_room \
-                       $(BUILD)/tests/bench_capture, \
+                       $(BUILD)/tests/bench_capture \
+                       $(BUILD)/tests/bench_tiles, \
                        $(TESTS) $(BENCHES)) $(BUILD)/tests/cycles
 $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
         $(call obj,tests/view.c tests/shade.c tests/room.c tests/box.c) \
@@ -243,6 +246,11 @@ bench:
 	@DEPS=$(DEPS) sh tests/deps.sh bench
 	+@$(MAKE) -s $(JOBS) DEPS=no all benches
 	sh tests/bench.sh $(BUILD)
+
+## bench-probes: set up, then measure probes, in the viewer and offline (minutes)
+bench-probes: deps
+	+@$(MAKE) -s $(JOBS) DEPS=no all benches
+	@bash tests/bench-probes.sh $(BUILD)
 
 ## check-cycles: the viewer against Blender's Cycles, where it is installed
 check-cycles: deps

@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Milliseconds of a capture's update by size and method, and how far the
- * methods' levels are from each other: of the box of tests/box.h with a panel
- * of radiance 50, and of the room that the viewer shows. Arguments: samples,
- * and sizes, 64 and 64 128 256 by default.
+ * Milliseconds of a capture's update by size and method, medians of runs in
+ * turns, and how far the methods' levels are from each other: of the room that
+ * the viewer shows, or of the box of tests/box.h with a panel of radiance 50.
+ *
+ *     bench_capture [room|box [SAMPLES [SIZE...]]]
+ *
+ * room, 64 and 64 128 256 512 by default.
  */
 #include "box.h"
 #include "room.h"
@@ -12,25 +15,28 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "view/capture.h"
 #include "view/clock.h"
 
 enum {
-    RUNS = 7,
-    PARTS = 4 /* drawing, levels, irradiance, all */
+    RUNS = 7, /* of large captures fewer */
+    LARGE_RUNS = 5,
+    PARTS = 5 /* drawing, levels, irradiance, all, the longest step */
 };
 
-/* GPU; GPU of paraboloids; the library. */
+/* Filtered on the GPU, or by the library. */
 enum {
     FACES,
     PARABOLOIDS,
-    LIBRARY,
+    FACES_LIBRARY,
+    PARABOLOIDS_LIBRARY,
     METHODS
 };
 
-static const char *const names[METHODS] = {"faces, GPU", "paraboloids, GPU",
-                                           "faces, library"};
+static const char *const names[METHODS] = {
+    "faces, GPU", "paraboloids, GPU", "faces, library", "paraboloids, library"};
 
 typedef struct job {
     ibl_ctx *ctx;
@@ -49,15 +55,21 @@ static void fail(const char *what)
     exit(1);
 }
 
+static int runs(const job *j)
+{
+    return j->size < 512 ? RUNS : LARGE_RUNS;
+}
+
 static void make(job *j)
 {
     for (int m = 0; m < METHODS; m++) {
         view_capture_options o = view_capture_options_default();
-        o.kind =
-            m == PARABOLOIDS ? VIEW_CAPTURE_PARABOLOIDS : VIEW_CAPTURE_FACES;
+        o.kind = m == PARABOLOIDS || m == PARABOLOIDS_LIBRARY
+                     ? VIEW_CAPTURE_PARABOLOIDS
+                     : VIEW_CAPTURE_FACES;
         o.size = j->size;
         o.samples = j->samples;
-        o.cpu = m == LIBRARY ? j->ctx : NULL;
+        o.cpu = m >= FACES_LIBRARY ? j->ctx : NULL;
         o.timed = true;
         j->capture[m] = view_capture_create(&o);
         if (!j->capture[m] ||
@@ -78,20 +90,34 @@ static void drop(job *j)
     }
 }
 
+/* An update in steps, as it is spread over frames: all, and the longest. */
+static void update(job *j, int method, double ms[PARTS])
+{
+    view_capture *c = j->capture[method];
+    bool done = false;
+
+    ms[PARTS - 2] = ms[PARTS - 1] = 0;
+    for (int i = view_capture_steps(c); i > 0; i--) {
+        const double begin = view_clock();
+        done = view_capture_advance(c, j->eye, j->scene, j->cookie, 1);
+        const double step = 1e3 * (view_clock() - begin);
+        ms[PARTS - 2] += step;
+        ms[PARTS - 1] = fmax(ms[PARTS - 1], step);
+    }
+    if (!done)
+        fail("no update");
+    view_capture_times(c, ms);
+}
+
 /* The methods take turns, so that a busy machine is busy for all. */
 static void measure(job *j)
 {
-    for (int run = -1; run < RUNS; run++)
+    for (int run = -1; run < runs(j); run++)
         for (int m = 0; m < METHODS; m++) {
-            const double begin = view_clock();
-            double ms[3];
-            if (!view_capture_update(j->capture[m], j->eye, j->scene,
-                                     j->cookie))
-                fail("no update");
-            const double all = 1e3 * (view_clock() - begin);
-            view_capture_times(j->capture[m], ms);
+            double ms[PARTS];
+            update(j, m, ms);
             for (int p = 0; p < PARTS && run >= 0; p++)
-                j->ms[m][p][run] = p < 3 ? ms[p] : all;
+                j->ms[m][p][run] = ms[p];
         }
     for (int m = 0; m < METHODS; m++)
         if (!view_capture_read(j->capture[m], &j->cube[m]) ||
@@ -133,15 +159,15 @@ static void tell_error(const job *j, const char *what, int a, int b)
 static void tell(job *j)
 {
     for (int m = 0; m < METHODS; m++) {
-        printf("%5d %-18s", j->size, names[m]);
+        printf("%5d %-20s", j->size, names[m]);
         for (int p = 0; p < PARTS; p++) {
-            qsort(j->ms[m][p], RUNS, sizeof j->ms[m][p][0], compare);
-            printf(" %10.1f", j->ms[m][p][RUNS / 2]);
+            qsort(j->ms[m][p], runs(j), sizeof j->ms[m][p][0], compare);
+            printf(" %10.1f", j->ms[m][p][runs(j) / 2]);
         }
         printf("\n");
     }
     tell_error(j, "paraboloids from faces", PARABOLOIDS, FACES);
-    tell_error(j, "GPU from library", FACES, LIBRARY);
+    tell_error(j, "GPU from library", FACES, FACES_LIBRARY);
 }
 
 /* ---- scenes ------------------------------------------------------------ */
@@ -181,11 +207,12 @@ static void room_begin(room_scene *s)
 
 static void bench(job *j, const char *name, int count, char **sizes)
 {
-    static char *usual[] = {"64", "128", "256"};
+    static char *usual[] = {"64", "128", "256", "512"};
 
-    printf("%s\n%5s %-18s %10s %10s %10s %10s  ms\n", name, "size", "",
-           "drawing", "levels", "irradiance", "all");
-    for (int i = 0; i < (count ? count : 3); i++) {
+    printf("%s, %d samples, %s\n", name, j->samples, view_test_about());
+    printf("%5s %-20s %10s %10s %10s %10s %10s  ms\n", "size", "", "drawing",
+           "levels", "irradiance", "all", "a step");
+    for (int i = 0; i < (count ? count : 4); i++) {
         j->size = atoi(count ? sizes[i] : usual[i]);
         make(j);
         measure(j);
@@ -197,20 +224,26 @@ static void bench(job *j, const char *name, int count, char **sizes)
 int main(int argc, char **argv)
 {
     static const double in_box[3] = {0.3, 0.2, -0.4}, in_room[3] = {0, 1.2, 0};
-    job j = {.samples = argc > 1 ? atoi(argv[1]) : 64};
-    const int count = argc > 2 ? argc - 2 : 0;
+    const char *name = argc > 1 ? argv[1] : "room";
+    const bool is_box = !strcmp(name, "box");
+    job j = {.samples = argc > 2 ? atoi(argv[2]) : 64};
+    const int count = argc > 3 ? argc - 3 : 0;
     box_scene box = {.panel = 50};
     room_scene room;
 
+    if (!is_box && strcmp(name, "room") != 0) {
+        fprintf(stderr,
+                "usage: bench_capture [room|box [SAMPLES [SIZE...]]]\n");
+        return 2;
+    }
     j.ctx = test_ctx(0, IBL_ISA_AUTO);
     if (!view_test_begin(32, 32) || !box_begin(&box))
         fail("no OpenGL in memory");
     room_begin(&room);
-    printf("%d samples, %s\n", j.samples, view_test_about());
-    j.scene = box_draw, j.cookie = &box, j.eye = in_box;
-    bench(&j, "box", count, argv + 2);
-    j.scene = room_draw, j.cookie = &room, j.eye = in_room;
-    bench(&j, "room", count, argv + 2);
+    j.scene = is_box ? box_draw : room_draw;
+    j.cookie = is_box ? (void *)&box : (void *)&room;
+    j.eye = is_box ? in_box : in_room;
+    bench(&j, name, count, argv + 3);
     view_room_free(room.room);
     box_end(&box);
     view_test_end();

@@ -118,6 +118,8 @@ static ibl_status take_cube(ibl_probes_bake *p, int kind, int layer,
 {
     ibl_texture *tex = &p->texture[kind][layer];
     size_t saturated;
+
+    ibl_console_progress(p->console, "texels", 0);
     ibl_status status = ibl_texture_from_cube(
         p->ctx, cube, (ibl_pixel)p->set.bake.pixel, tex, &saturated);
 

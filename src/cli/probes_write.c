@@ -74,7 +74,9 @@ static ibl_status put_texture(ibl_probes_bake *p, ibl_probes_file kind,
         status = ibl_texture_encode(
             p->ctx, tex, (ibl_container)p->set.bake.container, &bytes, &size);
     if (!status) {
+        ibl_console_progress(p->console, "hash", 0);
         ibl_hash_bytes(bytes, size, p->index.file[kind].hash);
+        ibl_console_progress(p->console, "write", 0);
         status = ibl_outputs_add(p->outputs, p->path[kind], bytes, size);
     }
     ibl_bytes_free(bytes);
