@@ -51,7 +51,10 @@ for pair in full.vert:sky.frag sphere.vert:sphere.frag full.vert:display.frag \
     vertex=${pair%:*} fragment=${pair#*:}
     mkdir "$work/$fragment"
     flat "$vertex" >"$work/$fragment/$vertex"
-    flat "$fragment" >"$work/$fragment/$fragment"
+    # Local probes come in four words of bits, and hardly any point has more
+    # than one probe of each; a compiler would think of all that could be.
+    flat "$fragment" | sed 's/while (bits != 0u/if (bits != 0u/' \
+        >"$work/$fragment/$fragment"
     (cd "$work/$fragment" && glslangValidator -V -R --aml --amb -l "$vertex" \
         "$fragment" >log) || { cat "$work/$fragment/log"; exit 1; }
     set -- "$@" "$fragment" "$work/$fragment/vert.spv" "$work/$fragment/frag.spv"
@@ -72,12 +75,14 @@ busy     cycles that a SIMD is busy with a wave, with the others in flight; for
          a choice that all pixels make alike both ways count half
 ms, %    busy for 1920x1080 pixels, all covered, on 8 units of 4 SIMDs at
          1.1 GHz; share of the 16.7 ms between frames at 60 a second
-most     ms if every wave went through every instruction once, 4 cycles each
-cube, 2D lookups of a pixel, all branches taken; ms: of the units that filter,
-         at one of these a clock and unit, as with halves between two levels
+once     ms if every wave went through every instruction once, 4 cycles each
+cube, 2D lookups of a pixel, and those in buffers, all branches taken, loops
+         turning three times; ms: of the units that filter, at one of them a
+         clock and unit, as with halves between two levels, or four of buffers
 bytes    of texels that a pixel's lookups touch; GB/s: at 60 frames a second,
          if no cache had any of them. Two channels of DDR4-2400 have 38; caches
          are what lookups of neighbouring pixels count on
+The room has four local probes at each pixel, and the one that moves.
 What is written and blended adds 52 bytes a pixel, 6.5 GB/s.
 END
 cat "$work/table"
