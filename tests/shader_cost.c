@@ -18,6 +18,9 @@
 
 #include <vulkan/vulkan.h>
 
+/* The name is too long for a line. */
+#define FEATURES(x) VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_##x##_FEATURES_KHR
+
 /* Vega 8: Ryzen 3 2200G and the like. A unit filters four texels of 32 bits a
  * clock: of 64 bits half as many, half of that between two levels, as many as
  * are fetched of 128 bits. */
@@ -313,8 +316,7 @@ static gpu open_gpu(void)
         .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
         .pApplicationInfo = &app};
     VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR features = {
-        .sType =
-            VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PIPELINE_EXECUTABLE_PROPERTIES_FEATURES_KHR,
+        .sType = FEATURES(PIPELINE_EXECUTABLE_PROPERTIES),
         .pipelineExecutableInfo = VK_TRUE};
     const VkPhysicalDeviceFeatures clip = {.shaderClipDistance = VK_TRUE,
                                            .imageCubeArray = VK_TRUE};
