@@ -199,7 +199,6 @@ static void room_begin(room_scene *s)
     if (!s->room)
         fail("no room");
     s->draw.moving = true;
-    s->draw.hidden = 0;
     s->draw.environment = (view_room_environment){
         .specular = sky, .irradiance = sky, .sky = sky, .irradiance_scale = 1};
     s->draw.table = room_table_of(0.9F, 0.05F);

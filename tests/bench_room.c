@@ -108,7 +108,6 @@ static void capture_scene(void *cookie, const double clip[16],
     memcpy(d.clip, clip, sizeof d.clip);
     memcpy(d.eye, eye, sizeof d.eye);
     d.paraboloid = side >= 0;
-    d.hidden = 0;
     view_room_render(b->room, &d);
 }
 

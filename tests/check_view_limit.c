@@ -219,7 +219,6 @@ static void marks_what_is_beyond(void)
             view_room_draw captured = *d;
             const ibl_probe p = probe_of(d, i);
             probe_texels *t = read_probe(d, i);
-            captured.hidden = i == 1 ? 0 : -1;
             captured.moving = i == 1;
             check_marks(&captured, t, &p, around[kind]);
             free(t);

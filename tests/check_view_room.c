@@ -203,7 +203,7 @@ static void mirrored(void)
 
 /* ---- six faces, two paraboloids ----------------------------------------- */
 
-static const double middle[3] = {0.31, 2.07, 0.43};
+static const double middle[3] = {1.11, 2.07, 0.83};
 
 /* Where x, y and z point, from the middle; of a projection or a paraboloid. */
 static void look(view_room_draw *d, double axes[3][3])
@@ -222,7 +222,6 @@ static void look(view_room_draw *d, double axes[3][3])
                 d->clip[4 * k + i] = i < 3 ? at / far : k == 3 ? near / far : 0;
         }
     memcpy(d->eye, middle, sizeof d->eye);
-    d->hidden = 0;
 }
 
 /* The other way round, pixels of a face in rows as they are drawn. */
@@ -340,8 +339,9 @@ static void capture_scene(void *cookie, const double clip[16],
 
 /* Whether a texel sees that, or what is up to so many texels away; or it is
  * between two things, and may be a mix of them. */
-static bool texel_sees(const view_room_draw *d, const ibl_cube *cube, int face,
-                       int x, int y, double around)
+static bool texel_sees(const view_room_draw *d, const double from[3],
+                       const ibl_cube *cube, int face, int x, int y,
+                       double around)
 {
     enum {
         FINE = 64
@@ -357,7 +357,7 @@ static bool texel_sees(const view_room_draw *d, const ibl_cube *cube, int face,
             x * FINE + FINE / 2 + (int)(around * FINE) * ((i + 1) % 3 - 1),
             y * FINE + FINE / 2 + (int)(around * FINE) * ((i + 4) / 3 % 3 - 1),
             direction);
-        const room_hit h = room_cast(d, middle, direction);
+        const room_hit h = room_cast(d, from, direction);
         if (has_colour(texel, &h, 2e-3) || (i && h.material != first))
             return true;
         first = h.material;
@@ -366,7 +366,8 @@ static bool texel_sees(const view_room_draw *d, const ibl_cube *cube, int face,
 }
 
 /* Captures of the room see what is there, whichever way they are made. */
-static void captured(view_capture_kind kind, double around, int most)
+static void captured(view_capture_kind kind, const double from[3],
+                     double around, int most)
 {
     enum {
         SIZE = 64
@@ -380,18 +381,17 @@ static void captured(view_capture_kind kind, double around, int most)
         return;
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     view_room_draw d = white_draw(&any);
-    d.hidden = 0;
     o.kind = kind;
     o.size = SIZE;
     o.samples = 1;
     o.far = 40;
     view_capture *c = view_capture_create(&o);
-    const bool ok = c && view_capture_update(c, middle, capture_scene, &d) &&
+    const bool ok = c && view_capture_update(c, from, capture_scene, &d) &&
                     ibl_cube_alloc(ctx, SIZE, 1, &cube) == IBL_OK &&
                     view_capture_read(c, &cube);
     CHECK(ok);
     for (int i = 0; ok && i < IBL_FACES * SIZE * SIZE; i++)
-        bad += !texel_sees(&d, &cube, i / (SIZE * SIZE), i % SIZE,
+        bad += !texel_sees(&d, from, &cube, i / (SIZE * SIZE), i % SIZE,
                            i / SIZE % SIZE, around);
     CHECK_MSG(bad <= most, "%d of %d texels", bad, IBL_FACES * SIZE * SIZE);
     ibl_cube_free(&cube);
@@ -402,13 +402,23 @@ static void captured(view_capture_kind kind, double around, int most)
 
 static void captured_faces(void)
 {
-    captured(VIEW_CAPTURE_FACES, 0.1, 0);
+    captured(VIEW_CAPTURE_FACES, middle, 0.1, 0);
 }
 
 /* Edges of triangles are straight there, so that some are further away. */
 static void captured_paraboloids(void)
 {
-    captured(VIEW_CAPTURE_PARABOLOIDS, 1.5, 24);
+    captured(VIEW_CAPTURE_PARABOLOIDS, middle, 1.5, 24);
+}
+
+/* The mirror is not in the way of what is captured within it. */
+static void captured_in_mirror(void)
+{
+    double centre[3], radius;
+
+    view_room_sphere(0, 0, centre, &radius);
+    captured(VIEW_CAPTURE_FACES, centre, 0.1, 0);
+    captured(VIEW_CAPTURE_PARABOLOIDS, centre, 1.5, 24);
 }
 
 /* ---- light ---------------------------------------------------------------*/
@@ -597,7 +607,6 @@ static view_room_draw above_floor(double x, double z)
     const view_camera c = room_camera(eye, at, 0.1, 4, 4);
     view_room_draw d = white_draw(&c);
 
-    d.hidden = 0;
     d.moving = false;
     d.environment.specular = d.environment.sky;
     d.environment.irradiance = black;
@@ -668,7 +677,7 @@ static void layers_of_probes(void)
     if (!begin(4, 4))
         return;
     for (int i = 0; i < COUNT; i++) {
-        const double at[3] = {i - 4, 1, 0.5};
+        const double at[3] = {i - 4, 1, 1.2}; /* beside the mirror */
         const int layer = (i + 4) % COUNT;
         probes[i] = room_probe(at);
         probes[i].layer = layer;
@@ -682,7 +691,7 @@ static void layers_of_probes(void)
     const GLuint cubes = room_cubes_of(COUNT, (const float(*)[4])specular);
     const GLuint lights = room_cubes_of(COUNT, (const float(*)[4])light);
     for (int i = 0; i < COUNT; i++) {
-        view_room_draw d = above_floor(i - 3.9, 0.5);
+        view_room_draw d = above_floor(i - 3.9, 1.2);
         d.locals = (view_room_locals){.count = COUNT,
                                       .probe = probes,
                                       .specular = cubes,
@@ -783,10 +792,19 @@ static void movement(void)
 }
 
 static const test tests[] = {
-    TEST(depth_order), TEST(mirrored),         TEST(six_faces),
-    TEST(paraboloids), TEST(captured_faces),   TEST(captured_paraboloids),
-    TEST(panels_emit), TEST(floor_reflects),   TEST(mirror_reflects),
-    TEST(blending),    TEST(layers_of_probes), TEST(limited),
+    TEST(depth_order),
+    TEST(mirrored),
+    TEST(six_faces),
+    TEST(paraboloids),
+    TEST(captured_faces),
+    TEST(captured_paraboloids),
+    TEST(captured_in_mirror),
+    TEST(panels_emit),
+    TEST(floor_reflects),
+    TEST(mirror_reflects),
+    TEST(blending),
+    TEST(layers_of_probes),
+    TEST(limited),
     TEST(movement),
 };
 TEST_MAIN(tests)

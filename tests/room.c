@@ -121,8 +121,7 @@ view_camera room_camera(const double eye[3], const double at[3], double fov,
 
 view_room_draw room_draw_by(const view_camera *camera)
 {
-    view_room_draw d = {
-        .moving = true, .hidden = -1, .shadows = true, .parallax = true};
+    view_room_draw d = {.moving = true, .shadows = true, .parallax = true};
 
     view_camera_matrix(camera, d.clip);
     memcpy(d.eye, camera->eye, sizeof d.eye);
@@ -190,7 +189,7 @@ room_hit room_cast(const view_room_draw *draw, const double eye[3],
         if (cast_box(view_room_box_at(i), eye, direction, &h))
             h.what = i;
     for (int i = 0; i < VIEW_ROOM_SPHERES; i++)
-        if (i != draw->hidden && (draw->moving || !view_room_sphere_moves(i)) &&
+        if ((draw->moving || !view_room_sphere_moves(i)) &&
             cast_sphere(i, draw->seconds, eye, direction, &h))
             h.what = view_room_boxes() + i;
     for (int k = 0; k < 3 && h.what >= 0; k++)

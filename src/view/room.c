@@ -313,7 +313,7 @@ static int upload_balls(view_room *r, const view_room_draw *d)
 
     for (int i = 0; i < VIEW_ROOM_SPHERES; i++) {
         double centre[3], radius;
-        if (i == d->hidden || (!d->moving && view_room_sphere_moves(i)))
+        if (!d->moving && view_room_sphere_moves(i))
             continue;
         ball *b = &balls[count++];
         view_room_sphere(i, d->seconds, centre, &radius);
@@ -358,13 +358,11 @@ static void draw_sky(const view_room *r)
 
 static void draw_shadows(view_room *r, const view_room_draw *d)
 {
-    view_room_draw all = *d;
     GLuint box_program, ball_program;
 
     if (!view_room_shadow_begin(r->shadow, d, &box_program, &ball_program))
         return;
-    all.hidden = -1;
-    draw_balls(r, ball_program, upload_balls(r, &all));
+    draw_balls(r, ball_program, upload_balls(r, d));
     draw_boxes(r, box_program, false);
     view_room_shadow_end(r->shadow);
 }

@@ -89,7 +89,6 @@ typedef struct view_room_draw {
     bool paraboloid;
     double seconds; /* where what moves is */
     bool moving;    /* draw what moves */
-    int hidden;     /* sphere that is left out, -1: none; it casts a shadow */
     bool shadows;   /* in the sun */
     /* Alpha is 1; with limited, what is not in this box is 0 in all four, but
      * hides what is behind it. The sky is never in it. Where clip ends before

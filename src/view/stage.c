@@ -197,8 +197,8 @@ static void capture_scene(void *cookie, const double clip[16],
     view_room_draw d = s->st->draw;
 
     (void)size;
-    if (!s->local)
-        d.hidden = MIRROR;
+    /* The mirror is in the way of its own, but has one side alone: from within
+     * it is not seen. */
     d.moving = !s->local && !s->st->still;
     /* All of an update is of one moment. */
     d.seconds = s->st->begun_at;
@@ -456,7 +456,6 @@ bool view_stage_draw(view_stage *st, const view_settings *s,
     const bool stale = is_stale(st, s);
     st->draw = (view_room_draw){.seconds = s->seconds,
                                 .moving = true,
-                                .hidden = -1,
                                 .shadows = true,
                                 .environment = *environment,
                                 .table = table,
