@@ -1,0 +1,311 @@
+/* SPDX-License-Identifier: MIT */
+/* Frames of the window when all has been seen once: none of our own code asks
+ * for memory, nothing is made, uploaded, compiled or looked up by name, and a
+ * program is used once for what it draws. The linker puts the functions below
+ * before those of the C library for our own objects, not for OpenGL's. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "maps.h"
+#include "test.h"
+#include "view.h"
+#include "view/plate.h"
+#include "view/title.h"
+
+enum {
+    WIDTH = 64,
+    HEIGHT = 48,
+    WARM = 4, /* frames until all has been seen */
+    STEADY = 4
+};
+
+/* ---- what is counted ---------------------------------------------------- */
+
+/* Volatile: compilers know that calloc changes no variable. */
+static volatile int allocations, makings, uses;
+
+void *__real_malloc(size_t size);
+void *__real_calloc(size_t count, size_t size);
+void *__real_realloc(void *old, size_t size);
+void *__real_aligned_alloc(size_t alignment, size_t size);
+int __real_posix_memalign(void **to, size_t alignment, size_t size);
+char *__real_strdup(const char *text);
+void *__wrap_malloc(size_t size);
+void *__wrap_calloc(size_t count, size_t size);
+void *__wrap_realloc(void *old, size_t size);
+void *__wrap_aligned_alloc(size_t alignment, size_t size);
+int __wrap_posix_memalign(void **to, size_t alignment, size_t size);
+char *__wrap_strdup(const char *text);
+
+void *__wrap_malloc(size_t size)
+{
+    allocations++;
+    return __real_malloc(size);
+}
+
+void *__wrap_calloc(size_t count, size_t size)
+{
+    allocations++;
+    return __real_calloc(count, size);
+}
+
+void *__wrap_realloc(void *old, size_t size)
+{
+    allocations++;
+    return __real_realloc(old, size);
+}
+
+void *__wrap_aligned_alloc(size_t alignment, size_t size)
+{
+    allocations++;
+    return __real_aligned_alloc(alignment, size);
+}
+
+int __wrap_posix_memalign(void **to, size_t alignment, size_t size)
+{
+    allocations++;
+    return __real_posix_memalign(to, alignment, size);
+}
+
+char *__wrap_strdup(const char *text)
+{
+    allocations++;
+    return __real_strdup(text);
+}
+
+/* OpenGL as it was loaded. */
+static view_gl real;
+
+static void APIENTRY gen_textures(GLsizei n, GLuint *names)
+{
+    makings++;
+    real.GenTextures(n, names);
+}
+
+static void APIENTRY gen_buffers(GLsizei n, GLuint *names)
+{
+    makings++;
+    real.GenBuffers(n, names);
+}
+
+static void APIENTRY tex_image_2d(GLenum target, GLint level, GLint internal,
+                                  GLsizei width, GLsizei height, GLint border,
+                                  GLenum format, GLenum type,
+                                  const void *texels)
+{
+    makings++;
+    real.TexImage2D(target, level, internal, width, height, border, format,
+                    type, texels);
+}
+
+static void APIENTRY tex_image_3d(GLenum target, GLint level, GLint internal,
+                                  GLsizei width, GLsizei height, GLsizei depth,
+                                  GLint border, GLenum format, GLenum type,
+                                  const void *texels)
+{
+    makings++;
+    real.TexImage3D(target, level, internal, width, height, depth, border,
+                    format, type, texels);
+}
+
+static void APIENTRY buffer_data(GLenum target, GLsizeiptr size,
+                                 const void *data, GLenum usage)
+{
+    makings++;
+    real.BufferData(target, size, data, usage);
+}
+
+static GLuint APIENTRY create_shader(GLenum type)
+{
+    makings++;
+    return real.CreateShader(type);
+}
+
+static GLint APIENTRY get_uniform_location(GLuint program, const GLchar *name)
+{
+    makings++;
+    return real.GetUniformLocation(program, name);
+}
+
+static void APIENTRY use_program(GLuint program)
+{
+    uses++;
+    real.UseProgram(program);
+}
+
+static void count_calls(void)
+{
+    real = gl;
+    gl.GenTextures = gen_textures;
+    gl.GenBuffers = gen_buffers;
+    gl.TexImage2D = tex_image_2d;
+    gl.TexImage3D = tex_image_3d;
+    gl.BufferData = buffer_data;
+    gl.CreateShader = create_shader;
+    gl.GetUniformLocation = get_uniform_location;
+    gl.UseProgram = use_program;
+}
+
+/* ---- a window in memory -------------------------------------------------- */
+
+static view_app app;
+static view_options options;
+
+static bool begin(void)
+{
+    ibl_ctx *ctx = NULL;
+    ibl_specular_options specular = ibl_specular_options_default();
+
+    if (!view_test_begin(WIDTH, HEIGHT))
+        return false;
+    view_test_end();
+    memset(&app, 0, sizeof app);
+    memset(&options, 0, sizeof options);
+    options.settings = view_settings_default();
+    options.settings.probe_size = 16;
+    app.options = &options;
+    app.settings = options.settings;
+    app.mouse[0] = app.mouse[1] = 3; /* a texel is read out */
+    app.screen = view_screen_memory(WIDTH, HEIGHT);
+    if (!app.screen)
+        return false;
+    count_calls();
+    ctx = test_ctx(1, IBL_ISA_AUTO);
+    ibl_image map = map_constant(ctx, 8, 4, 1);
+    specular.size = 16;
+    specular.levels = 3;
+    app.renderer = view_renderer_create();
+    app.overlay = view_overlay_create();
+    const bool ok =
+        view_set_bake_image(ctx, "map", &map, &specular, &app.sets[0]) &&
+        view_renderer_load(app.renderer, &app.sets[0]);
+    app.set = &app.sets[0];
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+    return ok;
+}
+
+static void end(void)
+{
+    view_overlay_free(app.overlay);
+    view_renderer_free(app.renderer);
+    view_set_free(&app.sets[0]);
+    view_screen_close(app.screen);
+}
+
+/* As app.c draws one, a sixtieth of a second after the last. */
+static bool frame(void)
+{
+    char title[sizeof app.title];
+
+    app.settings.seconds += 1.0 / 60;
+    if (!view_renderer_draw(app.renderer, &app.settings, WIDTH, HEIGHT))
+        return false;
+    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
+    view_plate_add(&app, WIDTH, HEIGHT);
+    view_overlay_draw(app.overlay, WIDTH, HEIGHT);
+    gl.Finish();
+    view_screen_show(app.screen);
+    view_title_text(&app, title, sizeof title);
+    return true;
+}
+
+/* Frames by app.settings; most: programs that one uses. */
+static void stay(const char *what, int most)
+{
+    for (int i = 0; i < WARM; i++)
+        CHECK(frame());
+    allocations = makings = uses = 0;
+    for (int i = 0; i < STEADY; i++)
+        CHECK(frame());
+    CHECK_MSG(!allocations, "%s: %d allocations in %d frames", what,
+              allocations, STEADY);
+    CHECK_MSG(!makings, "%s: %d things made in %d frames", what, makings,
+              STEADY);
+    CHECK_MSG(uses <= most * STEADY, "%s: %d programs in %d frames", what, uses,
+              STEADY);
+}
+
+/* ---- tests ----------------------------------------------------------------
+ */
+
+/* Of the sky, spheres, display and text. */
+static void spheres(void)
+{
+    if (begin()) {
+        stay("spheres", 4);
+        app.settings.light_count = VIEW_MAX_LIGHTS;
+        app.settings.false_colour = true;
+        stay("lights and false colours", 4);
+        app.settings.help = true;
+        view_app_notice(&app, "a notice");
+        stay("list of keys", 4);
+    }
+    end();
+}
+
+/* Of the map, display and text. */
+static void maps(void)
+{
+    static const view_mode modes[] = {VIEW_LEVELS, VIEW_IRRADIANCE_MAP,
+                                      VIEW_TABLE};
+
+    if (begin())
+        for (int i = 0; i < 3; i++) {
+            app.settings.mode = modes[i];
+            stay(view_mode_names[modes[i]], 3);
+        }
+    end();
+}
+
+/* The truth gathers samples, pass by pass. */
+static void reference(void)
+{
+    if (begin()) {
+        app.settings.compare = VIEW_DIFFERENCE;
+        stay("reference", 1000);
+    }
+    end();
+}
+
+/* With a capture in each frame, all of it or a face. */
+static void scene(void)
+{
+    if (begin()) {
+        app.settings.mode = VIEW_SCENE;
+        app.settings.probe_interval = 0;
+        app.settings.probes = 1;
+        stay("scene, captured whole", 1000);
+        app.settings.probe_faces = 1;
+        stay("scene, a face at a time", 1000);
+        app.settings.probe_capture = VIEW_PROBE_PARABOLOIDS;
+        stay("scene, paraboloids", 1000);
+        app.settings.probe_interval = 1000;
+        stay("scene, no capture", 20);
+    }
+    end();
+}
+
+/* That something is counted at all. */
+static void counted(void)
+{
+    char *volatile text = NULL; /* for the compiler to leave it be */
+
+    allocations = 0;
+    text = strdup("x");
+    free(text);
+    text = calloc(1, 1);
+    free(text);
+    CHECK(allocations == 2);
+    if (begin()) {
+        makings = uses = 0;
+        app.settings.mode = VIEW_SCENE;
+        CHECK(frame() && makings > 0 && uses > 0);
+    }
+    end();
+}
+
+static const test tests[] = {
+    TEST(spheres), TEST(maps), TEST(reference), TEST(scene), TEST(counted),
+};
+TEST_MAIN(tests)
