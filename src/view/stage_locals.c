@@ -16,7 +16,8 @@ static const double height = 1.5;
 static const double clearance = 0.25;
 /* That influence goes beyond the walls, besides the blend width. */
 static const double beyond = 0.25;
-/* The blend width, of the shorter side of a cell. */
+/* The blend width, of the shortest side of a cell: it is the same of all, so
+ * that neighbours always sum to 1 at least. */
 static const double blend_part = 0.4;
 
 struct view_stage_locals {
@@ -81,12 +82,12 @@ static double reach(double border, double outwards, double wall, double blend)
 }
 
 /* Of the cell from low to high of the floor, x and z. */
-static void place(ibl_probe *p, const double low[2], const double high[2])
+static void place(ibl_probe *p, const double low[2], const double high[2],
+                  double blend)
 {
     const double *c = view_room_centre, *h = view_room_half;
 
-    *p = (ibl_probe){.has_proxy = 1};
-    p->blend = blend_part * fmin(high[0] - low[0], high[1] - low[1]);
+    *p = (ibl_probe){.has_proxy = 1, .blend = blend};
     for (int k = 0; k < 3; k++) {
         const double wall[2] = {c[k] - h[k], c[k] + h[k]};
         const double from = k == 1 ? wall[0] : low[k / 2];
@@ -110,6 +111,10 @@ static double between(int k, int part, int parts)
 void view_stage_place(ibl_probe *probes, int count)
 {
     const int rows = (int)lround(sqrt(count));
+    const int columns = (count + rows - 1) / rows; /* at most */
+    const double blend =
+        2 * blend_part *
+        fmin(view_room_half[0] / columns, view_room_half[2] / rows);
     ibl_probe placed[VIEW_STAGE_LOCAL];
     int order[VIEW_STAGE_LOCAL];
 
@@ -120,7 +125,7 @@ void view_stage_place(ibl_probe *probes, int count)
                                    between(2, row, rows)};
             const double high[2] = {between(0, i - first + 1, end - first),
                                     between(2, row + 1, rows)};
-            place(&placed[i], low, high);
+            place(&placed[i], low, high, blend);
         }
     }
     ibl_probes_order(placed, count, order);

@@ -1,0 +1,455 @@
+/* SPDX-License-Identifier: MIT */
+/* Local probes of the scene: where they are put, and that pictures with many of
+ * them are those of ibl/probes.h, with masks of tiles as without. */
+#include "room.h"
+#include "view.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ibl/probes.h"
+#include "view/stage_locals.h"
+
+enum {
+    MOST = IBL_MAX_TILE_PROBES,
+    WIDTH = 150, /* no whole tiles */
+    HEIGHT = 100
+};
+
+static const struct {
+    double eye[3], at[3], fov;
+} views[] = {
+    {{3.4, 2.3, 4.6}, {-0.8, 1.2, -1}, 70},
+    {{-4.5, 1.3, -0.3}, {3, 1, 0.4}, 100},
+    {{0.2, 3.8, 0.3}, {0.3, 0, 0.1}, 40},
+    {{-9, 3, 8}, {0, 1, 0}, 50}, /* from outside */
+};
+enum {
+    VIEWS = sizeof views / sizeof *views
+};
+
+/* ---- where they are ------------------------------------------------------ */
+
+static bool is_free(const double p[3])
+{
+    double middle[3], radius, away = 0;
+
+    for (int i = 0; i < view_room_boxes(); i++) {
+        const view_room_box *b = view_room_box_at(i);
+        int in = 0;
+        for (int k = 0; k < 3; k++)
+            in += p[k] > b->low[k] - 0.1 && p[k] < b->high[k] + 0.1;
+        if (in == 3)
+            return false;
+    }
+    view_room_sphere(0, 0, middle, &radius);
+    for (int k = 0; k < 3; k++)
+        away += (p[k] - middle[k]) * (p[k] - middle[k]);
+    return sqrt(away) > radius + 0.1;
+}
+
+static double random_between(test_random *r, double low, double high)
+{
+    return low + (high - low) * test_random_unit(r);
+}
+
+/* Of all there are 1 at least everywhere in the room, walls and all. */
+static double least_sum(const ibl_probe *probes, int count, test_random *r)
+{
+    double least = INFINITY;
+
+    for (int i = 0; i < 500; i++) {
+        double p[3], sum = 0;
+        for (int k = 0; k < 3; k++)
+            p[k] = view_room_centre[k] +
+                   view_room_half[k] *
+                       fmin(fmax(random_between(r, -1.1, 1.1), -1), 1);
+        for (int n = 0; n < count; n++)
+            sum += ibl_probe_influence(&probes[n], p);
+        least = fmin(least, sum);
+    }
+    return least;
+}
+
+static void placed(void)
+{
+    ibl_probe probes[MOST];
+    int order[MOST];
+    test_random r = {5};
+
+    for (int count = 1; count <= MOST; count++) {
+        view_stage_place(probes, count);
+        ibl_probes_order(probes, count, order);
+        for (int i = 0; i < count; i++) {
+            const ibl_probe *p = &probes[i];
+            CHECK(order[i] == i && p->layer == i);
+            CHECK_MSG(is_free(p->position), "%d of %d: %g %g", i, count,
+                      p->position[0], p->position[2]);
+            CHECK_MSG(ibl_probe_influence(p, p->position) > 0, "%d of %d", i,
+                      count);
+            CHECK(p->has_proxy && p->blend > 0.3);
+        }
+        const double least = least_sum(probes, count, &r);
+        CHECK_MSG(least > 1 - 1e-9, "%d: %g", count, least);
+    }
+}
+
+/* ---- pictures ------------------------------------------------------------ */
+
+/* A room that reflects what probes have, each in one colour, and nothing else:
+ * metal in all but name. */
+typedef struct look {
+    view_room *room;
+    room_target target;
+    GLuint black, white, table, cubes, dark, cube;
+    ibl_probe probes[MOST + 1]; /* the dynamic one is the last */
+    float colour[MOST + 1][4];
+    view_room_draw draw;
+} look;
+
+static void fill_colours(look *l, test_random *r, double least_alpha)
+{
+    for (int i = 0; i <= MOST; i++) {
+        const double a = random_between(r, least_alpha, 1);
+        for (int k = 0; k < 3; k++)
+            l->colour[i][k] = (float)(a * random_between(r, 0, 2));
+        l->colour[i][3] = (float)a;
+    }
+}
+
+/* In order, with the last one's cell by itself: about the mirror. */
+static void place(look *l, int count)
+{
+    ibl_probe *dynamic = &l->probes[MOST];
+
+    view_stage_place(l->probes, count);
+    *dynamic = (ibl_probe){.position = {0, 0.9, 0},
+                           .influence = {.half = {1.7, 2.3, 1.5}},
+                           .blend = 0.7,
+                           .priority = 1};
+}
+
+static look *begin(int count, double least_alpha)
+{
+    static float dark[MOST][4];
+    look *l = calloc(1, sizeof *l);
+    test_random r = {7};
+
+    if (!l || !view_test_begin(WIDTH, HEIGHT)) {
+        free(l);
+        return NULL;
+    }
+    l->room = view_room_create();
+    room_target_make(&l->target, WIDTH, HEIGHT);
+    place(l, count);
+    fill_colours(l, &r, least_alpha);
+    for (int i = 0; i < MOST; i++)
+        dark[i][3] = 1;
+    const float *c = l->colour[MOST];
+    l->black = room_cube_of(0, 0, 0, 1);
+    l->white = room_cube_of(1, 1, 1, 1);
+    l->cube = room_cube_of(c[0], c[1], c[2], c[3]);
+    l->cubes = room_cubes_of(count, (const float(*)[4])l->colour);
+    l->dark = room_cubes_of(count, (const float(*)[4])dark);
+    l->table = room_table_of(1, 0);
+    l->draw.locals = (view_room_locals){.count = count,
+                                        .probe = l->probes,
+                                        .specular = l->cubes,
+                                        .irradiance = l->dark,
+                                        .irradiance_scale = 1};
+    l->draw.dynamic = (view_room_dynamic){
+        .specular = l->cube, .irradiance = l->black, .probe = l->probes[MOST]};
+    return l;
+}
+
+static void look_at(look *l, int view)
+{
+    const view_camera c = room_camera(views[view].eye, views[view].at,
+                                      views[view].fov, WIDTH, HEIGHT);
+    const view_room_locals locals = l->draw.locals;
+    const view_room_dynamic dynamic = l->draw.dynamic;
+
+    l->draw = room_draw_by(&c);
+    l->draw.moving = false;
+    l->draw.hidden = 0;
+    l->draw.locals = locals;
+    l->draw.dynamic = dynamic;
+    l->draw.table = l->table;
+    l->draw.environment.specular = l->white;
+    l->draw.environment.irradiance = l->black;
+    l->draw.environment.sky = l->black;
+}
+
+static float *render(look *l)
+{
+    room_target_bind(&l->target);
+    view_room_render(l->room, &l->draw);
+    return room_target_read(&l->target);
+}
+
+static void end(look *l)
+{
+    const GLuint textures[] = {l->black, l->white, l->table,
+                               l->cubes, l->dark,  l->cube};
+
+    CHECK(view_gl_check("drawing with local probes"));
+    gl.DeleteTextures(6, textures);
+    room_target_free(&l->target);
+    view_room_free(l->room);
+    view_test_end();
+    free(l);
+}
+
+/* ---- masks --------------------------------------------------------------- */
+
+static unsigned long long *read_masks(const look *l, int *columns, int *rows)
+{
+    const GLuint masks = view_room_masks(l->room, columns, rows);
+    const size_t count = (size_t)(*columns * *rows);
+    GLuint framebuffer;
+
+    unsigned *words = malloc(sizeof *words * 2 * count);
+    unsigned long long *all = malloc(sizeof *all * count);
+    if (!words || !all)
+        exit(1);
+    gl.GenFramebuffers(1, &framebuffer);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
+                            masks, 0);
+    gl.ReadPixels(0, 0, *columns, *rows, GL_RG_INTEGER, GL_UNSIGNED_INT, words);
+    gl.DeleteFramebuffers(1, &framebuffer);
+    for (size_t i = 0; i < count; i++)
+        all[i] = words[2 * i] | (unsigned long long)words[2 * i + 1] << 32;
+    free(words);
+    return all;
+}
+
+static int bits(unsigned long long mask)
+{
+    int count = 0;
+
+    for (; mask; mask &= mask - 1)
+        count++;
+    return count;
+}
+
+/* Those of the shader have what those in double have, and hardly more. */
+static void compare_masks(const look *l, int view)
+{
+    ibl_tiles tiles = {
+        .width = WIDTH, .height = HEIGHT, .tile = VIEW_ROOM_TILE};
+    int columns, rows, missing = 0, more = 0, all = 0;
+    unsigned long long *seen = read_masks(l, &columns, &rows);
+
+    memcpy(tiles.clip, l->draw.clip, sizeof tiles.clip);
+    CHECK(columns == ibl_tiles_columns(&tiles) &&
+          rows == ibl_tiles_rows(&tiles));
+    const int count = columns * rows;
+    unsigned long long *exact = malloc(sizeof *exact * (size_t)count);
+    CHECK(ibl_tiles_cull(&tiles, l->probes, l->draw.locals.count, exact) ==
+          IBL_OK);
+    for (int i = 0; i < count; i++) {
+        missing += bits(exact[i] & ~seen[i]);
+        more += bits(seen[i] & ~exact[i]);
+        all += bits(exact[i]);
+    }
+    CHECK_MSG(missing == 0 && more * 500 <= all, "view %d: %d less, %d more",
+              view, missing, more);
+    /* Else there is nothing to be gained. */
+    CHECK_MSG(all < count * l->draw.locals.count * 3 / 4 && all > count,
+              "view %d: %d of %d", view, all, count * l->draw.locals.count);
+    free(exact);
+    free(seen);
+}
+
+static void masks_are_those_of_the_library(void)
+{
+    look *l = begin(MOST, 1);
+
+    if (!l)
+        return;
+    NEED(l->room);
+    for (int view = 0; view < VIEWS; view++) {
+        look_at(l, view);
+        free(render(l));
+        compare_masks(l, view);
+    }
+    end(l);
+}
+
+/* Pixel for pixel, whichever way round the picture is. */
+static void tiles_change_nothing(void)
+{
+    look *l = begin(MOST, 0.3);
+
+    if (!l)
+        return;
+    NEED(l->room);
+    for (int view = 0; view < 2 * VIEWS; view++) {
+        int bad = 0;
+        look_at(l, view / 2);
+        for (int i = 0; i < 16 && view % 2; i += 4)
+            l->draw.clip[i] = -l->draw.clip[i];
+        float *with = render(l);
+        l->draw.untiled = true;
+        float *without = render(l);
+        for (int i = 0; i < WIDTH * HEIGHT; i++)
+            bad += memcmp(with + 4 * i, without + 4 * i, 4 * sizeof *with) != 0;
+        CHECK_MSG(bad == 0, "view %d: %d pixels", view, bad);
+        free(with);
+        free(without);
+    }
+    end(l);
+}
+
+/* ---- weights ------------------------------------------------------------- */
+
+/* How many have a share. */
+static int count_shares(const ibl_probe *probes, int count, const int *order,
+                        const double *alpha, const double point[3])
+{
+    double rest = 1;
+    int shares = 0;
+
+    for (int i = 0; i < count && rest > 0; i++) {
+        const double share =
+            ibl_probe_influence(&probes[order[i]], point) * alpha[order[i]];
+        rest -= share;
+        shares += share > 0;
+    }
+    return shares;
+}
+
+/* The light of a point by the library, of colours that are multiplied by alpha;
+ * false where it leaves out a probe with a share. */
+static bool blend(const look *l, const double point[3], double rgb[3])
+{
+    const int count = l->draw.locals.count;
+    ibl_probe probes[MOST + 1];
+    double alpha[MOST + 1];
+    int order[MOST + 1];
+    ibl_probe_mix mix;
+
+    for (int i = 0; i <= count; i++) {
+        const int from = i < count ? i : MOST;
+        probes[i] = l->probes[from];
+        alpha[i] = (double)l->colour[from][3];
+    }
+    ibl_probes_order(probes, count + 1, order);
+    ibl_probes_blend(probes, count + 1, order, point, alpha, &mix);
+    for (int k = 0; k < 3; k++) {
+        rgb[k] = mix.rest;
+        for (int i = 0; i < mix.count; i++) {
+            const int at = mix.probe[i] < count ? mix.probe[i] : MOST;
+            rgb[k] +=
+                mix.weight[i] * (double)l->colour[at][k] / alpha[mix.probe[i]];
+        }
+    }
+    return count_shares(probes, count + 1, order, alpha, point) <=
+           IBL_MAX_PROBES_AT;
+}
+
+static void compare_weights(look *l, int view)
+{
+    const view_camera c = room_camera(views[view].eye, views[view].at,
+                                      views[view].fov, WIDTH, HEIGHT);
+    float *picture = render(l);
+    int all = 0, bad = 0;
+
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        double ray[3], rgb[3], worst = 0;
+        view_camera_ray(&c, WIDTH, HEIGHT, i % WIDTH, i / WIDTH, ray);
+        const room_hit h = room_cast(&l->draw, c.eye, ray);
+        if (h.what < 0 || h.material->emission[0] > 0 ||
+            !blend(l, h.point, rgb))
+            continue;
+        for (int k = 0; k < 3; k++)
+            worst = fmax(worst, fabs((double)picture[4 * i + k] /
+                                         (double)h.material->f0[k] -
+                                     rgb[k]));
+        all++;
+        bad += !(worst < 1e-3);
+    }
+    /* But where two things meet. */
+    CHECK_MSG(all > WIDTH * HEIGHT / 3, "view %d: %d pixels", view, all);
+    CHECK_MSG(bad * 200 <= all, "view %d: %d of %d pixels", view, bad, all);
+    free(picture);
+}
+
+static void weights(int count, double least_alpha)
+{
+    look *l = begin(count, least_alpha);
+
+    if (!l)
+        return;
+    NEED(l->room);
+    for (int view = 0; view < VIEWS - 1; view++) {
+        look_at(l, view);
+        compare_weights(l, view);
+    }
+    end(l);
+}
+
+static void weights_are_those_of_the_library(void)
+{
+    weights(MOST, 1);
+    weights(9, 1);
+}
+
+static void weights_with_alpha(void)
+{
+    weights(MOST, 0.6);
+}
+
+/* ---- without arrays of cubes --------------------------------------------- */
+
+static PFNGLGETINTEGERVPROC real_integers;
+
+static void APIENTRY old_integers(GLenum name, GLint *value)
+{
+    if (name == GL_MAJOR_VERSION)
+        *value = 3;
+    else
+        real_integers(name, value);
+}
+
+static const char *named; /* by old_strings */
+
+static const GLubyte *APIENTRY old_strings(GLenum name, GLuint i)
+{
+    (void)name;
+    return (const GLubyte *)(i == 1 ? named : "GL_ARB_other");
+}
+
+static void needs_cube_arrays(void)
+{
+    if (!view_test_begin(16, 16))
+        return;
+    const PFNGLGETSTRINGIPROC strings = gl.GetStringi;
+    real_integers = gl.GetIntegerv;
+    gl.GetIntegerv = old_integers;
+    gl.GetStringi = old_strings;
+    named = "GL_ARB_texture_cube_map_array_not";
+    view_test_catch();
+    view_room *room = view_room_create();
+    CHECK(!room);
+    CHECK(strstr(view_test_caught(), "ARB_texture_cube_map_array"));
+    named = "GL_ARB_texture_cube_map_array";
+    room = view_room_create();
+    CHECK(room != NULL);
+    view_room_free(room);
+    gl.GetIntegerv = real_integers;
+    gl.GetStringi = strings;
+    view_test_end();
+}
+
+static const test tests[] = {
+    TEST(placed),
+    TEST(masks_are_those_of_the_library),
+    TEST(tiles_change_nothing),
+    TEST(weights_are_those_of_the_library),
+    TEST(weights_with_alpha),
+    TEST(needs_cube_arrays),
+};
+TEST_MAIN(tests)
