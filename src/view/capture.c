@@ -2,8 +2,8 @@
 /*
  * An update is a row of steps, each of which fills one face of something in
  * what is not shown. What a scene draws goes into a picture of floats first,
- * and from there, cut to what a half holds, into a cube with mips that all
- * lookups are in: the tents of view/shaders/capture_mip.frag, as the library's.
+ * and from there, cut to what a half holds, into a cube with levels, each more
+ * blurred, that all lookups are in.
  */
 #include "view/capture_parts.h"
 
@@ -63,6 +63,8 @@ static bool make_pass(view_capture_pass *p, GLuint program)
     p->edge = gl.GetUniformLocation(program, "edge");
     p->row = gl.GetUniformLocation(program, "row");
     p->count = gl.GetUniformLocation(program, "count");
+    p->spread = gl.GetUniformLocation(program, "spread");
+    p->rings = gl.GetUniformLocation(program, "rings");
     gl.UseProgram(program);
     gl.Uniform1i(gl.GetUniformLocation(program, "source"), VIEW_CAPTURE_UNIT);
     gl.Uniform1i(gl.GetUniformLocation(program, "source1"),
@@ -80,6 +82,8 @@ static bool make_passes(view_capture *c)
            make_pass(&c->paraboloid,
                      view_program("full.vert", "capture_paraboloid.frag")) &&
            make_pass(&c->mip, view_program("full.vert", "capture_mip.frag")) &&
+           make_pass(&c->blur,
+                     view_program("full.vert", "capture_blur.frag")) &&
            make_pass(&c->lobe,
                      view_program("full.vert", "capture_lobe.frag")) &&
            make_pass(&c->equirect,
@@ -95,6 +99,11 @@ static int most_levels(int size)
     while (size >> levels)
         levels++;
     return levels;
+}
+
+int view_capture_lookups(int size)
+{
+    return most_levels(size) - 2;
 }
 
 static bool check(const view_capture_options *o)
@@ -198,7 +207,8 @@ static bool make_cubes(view_capture *c)
 
     gl.GenFramebuffers(1, &c->target);
     gl.GenFramebuffers(1, &c->source);
-    c->lookup = make_cube(c, size, most_levels(size));
+    c->halved = make_cube(c, size / 2, 1);
+    c->lookup = make_cube(c, size, view_capture_lookups(size));
     for (int i = 0; i < 2; i++) {
         c->set[i].specular = make_cube(c, size, c->options.levels);
         c->set[i].irradiance = make_cube(c, VIEW_CAPTURE_IRRADIANCE, 1);
@@ -268,6 +278,7 @@ void view_capture_free(view_capture *c)
         gl.DeleteTextures(1, &c->set[i].specular);
     }
     gl.DeleteTextures(1, &c->lookup);
+    gl.DeleteTextures(1, &c->halved);
     gl.DeleteFramebuffers(1, &c->source);
     gl.DeleteFramebuffers(1, &c->target);
     gl.DeleteRenderbuffers(1, &c->depth);
@@ -276,6 +287,7 @@ void view_capture_free(view_capture *c)
     gl.DeleteVertexArrays(1, &c->corners);
     gl.DeleteProgram(c->equirect.program);
     gl.DeleteProgram(c->lobe.program);
+    gl.DeleteProgram(c->blur.program);
     gl.DeleteProgram(c->mip.program);
     gl.DeleteProgram(c->paraboloid.program);
     gl.DeleteProgram(c->face.program);

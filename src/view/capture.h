@@ -2,9 +2,13 @@
 /*
  * Cubes that are captured and filtered here, on the GPU: six faces (or two
  * paraboloids) of something that draws, then the levels of roughness and the
- * irradiance by the formulas of the bake (ibl/ibl.h: GGX with N = V = R,
- * Hammersley points, mip by pdf), a face at a time if it is to be spread over
- * frames. Or filtered by the library on the CPU from what is read back.
+ * irradiance (ibl/ibl.h: GGX with N = V = R), a face at a time if it is to be
+ * spread over frames. Or filtered by the library on the CPU from what is read
+ * back. From it, with 64 samples, the GPU's levels and irradiance differ by an
+ * nRMSE of 0.3 % in an evenly lit room, of at most 1.6 % with a light 50 times
+ * as bright as the room and of 2 % with one 200 times as bright, wherever it is
+ * and whatever its size; a small one that is 1000 times as bright leaves up to
+ * 2.6 % in a corner of the cube (tests/check_view_capture.c).
  *
  * Alpha is how much of a texel has been seen: 0 where nothing was drawn. It is
  * filtered as the colours are, which are thus premultiplied by it: what fills

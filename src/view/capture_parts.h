@@ -15,7 +15,7 @@ enum {
 /* A program that fills a face. */
 typedef struct view_capture_pass {
     GLuint program;
-    GLint face, edge, row, count;
+    GLint face, edge, row, count, spread, rings;
 } view_capture_pass;
 
 typedef struct view_capture_set {
@@ -24,12 +24,13 @@ typedef struct view_capture_set {
 
 struct view_capture {
     view_capture_options options; /* levels resolved */
-    view_capture_pass face, paraboloid, mip, lobe, equirect;
+    view_capture_pass face, paraboloid, mip, blur, lobe, equirect;
     GLuint corners;         /* vertex array without attributes */
     GLuint picture[2];      /* RGBA32F: one, or two paraboloids */
     GLuint depth, drawn[2]; /* their depth, framebuffers */
     GLuint target, source;  /* framebuffers of what is drawn and copied */
-    GLuint lookup;          /* cube with all mips */
+    GLuint halved;          /* cube of half the edge, one level */
+    GLuint lookup;          /* cube with blurred levels from 1 on */
     GLuint samples;         /* a row of it for each level from 1 on, one for
                                irradiance */
     view_capture_set set[2];
@@ -45,6 +46,13 @@ enum {
     VIEW_CAPTURE_UNIT = 12, /* source */
     VIEW_CAPTURE_UNIT_MORE  /* samples, the other paraboloid */
 };
+
+/* Levels of the lookups: the last has four texels along an edge. */
+int view_capture_lookups(int size);
+/* Of a lookup in a level from 1 on, variance along an axis, in mean solid
+ * angles of a texel there. So wide that texels, up to 5 times as large in the
+ * middle of faces as in corners, do not show. */
+#define VIEW_CAPTURE_BLUR (5.0 / 3)
 
 /* What OpenGL has that is not the capture's, from begin to end. */
 typedef struct view_capture_state {

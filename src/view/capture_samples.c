@@ -1,15 +1,19 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The sample sets of filtered levels: what ibl_bake_specular does where it
- * samples. Points through the part of GGX's half vectors that lies above the
- * horizon (Walter et al. 2007, eq. 35, 36), weights N.L (Karis 2013), each
- * looked up where a texel's solid angle is that of the sample, 1 / (n pdf)
- * (Krivanek and Colbert 2008).
+ * The sample sets of filtered levels. Points lie through the part of GGX's half
+ * vectors that is above the horizon (Walter et al. 2007, eq. 35, 36), the turn
+ * about the axis by the golden angle, and each looks up what is blurred as much
+ * as the solid angle that it stands for (Krivanek and Colbert 2008).
  *
- * Two things differ, for these samples are few. The angle from the axis has
- * Hammersley's regular coordinate, but the turn about it goes by the golden
- * angle, and lookups are not a level further: of 64 samples in a room with a
- * bright panel the error is a half and less of what it was.
+ * What a texel sums up is then the cube under a kernel that is known: blurs b_i
+ * (Gaussians, see capture_blur.frag) around directions s_i, times weights w_i.
+ * The weights are those for which it is nearest to the lobe, k = D N.L, in the
+ * mean of squares over the sphere. In Legendre series, sqrt(2 l + 1) being part
+ * of the coefficients, the addition theorem has
+ *   <b_i, b_j> = sum over l of b_il b_jl P_l(s_i . s_j),
+ *   <b_i, k>   = sum over l of b_il k_l P_l(s_i . axis),
+ * so that sum_j <b_i, b_j> w_j = <b_i, k>, with the sum of weights 1. They take
+ * back what blurs add to the lobe's width: some at its rim are below 0.
  */
 #include "view/capture_parts.h"
 
@@ -23,77 +27,209 @@ static const double pi = 3.14159265358979323846;
 /* Of a turn: the golden ratio's fraction. */
 static const double golden = 0.6180339887498949;
 
+enum {
+    BANDS = 200 /* most of a series */
+};
+
 typedef struct lobe {
     double alpha;
     int count;
     double texel; /* mean solid angle of one of level 0 */
     int last;     /* level of the lookups */
+    int bands;
+    double kernel[BANDS]; /* the lobe's series */
 } lobe;
 
-/*
- * An angle from the normal, moved by what takes the blur of its lookup back.
- * With variance v of a lookup along an axis, a lobe k = D N.L turns into
- * k + laplace(v k) / 2; moving its samples by s, k s = grad(v k) / 2, undoes
- * that. In texels h of level 0, which here are the source's pixels themselves,
- * v is h^2 (4^lod 5/12 - 1/4): 1/12 for the step from the source to level 0,
- * which was none, less than what the library's levels have. The part that
- * grows as 4^lod is as 1/D, so that only N.L has a gradient; the constant one
- * adds half of it times d(ln D).
- */
-static double moved(const lobe *b, double sin_h, double cos_h, double lod)
-{
-    const double angle = 2 * atan2(sin_h, cos_h), h2 = b->texel;
-    const double a2 = b->alpha * b->alpha, q = sin_h * sin_h;
-    const double slope = -2 * (1 - a2) / (q + a2 * (1 - q)) * sin_h * cos_h;
-    double grown = 0, constant = h2 / 6;
+typedef struct point {
+    double x, y, z, lod;
+    double series[BANDS]; /* of its blur */
+} point;
 
-    if (lod > 0) {
-        grown = h2 * 5 / 12 * pow(4, fmin(lod, b->last));
-        constant = -h2 / 4;
+/* ---- series ------------------------------------------------------------ */
+
+/* The sum of a_l b_l P_l(c). */
+static double product(const double *a, const double *b, int bands, double c)
+{
+    double before = 0, p = 1, sum = 0;
+
+    for (int l = 0; l < bands; l++) {
+        const double next = ((2 * l + 1) * c * p - l * before) / (l + 1);
+        sum += a[l] * b[l] * p;
+        before = p;
+        p = next;
     }
-    double move = 0.5 * constant * slope;
-    move = fmin(fmax(move, -0.5 * angle), fmin(0.5 * angle, 0.5 * pi - angle));
-    return asin(fmin(sin(angle + move), 1) / sqrt(1 + grown + constant));
+    return sum;
 }
 
-/* x, y, weight and level of point i; its weight. */
-static double draw(const lobe *b, int i, float sample[4])
+/* Of k, whose tail is long and whose peak narrow: theta goes by squares. */
+static void expand_lobe(lobe *b)
+{
+    const int steps = 2000;
+    const double a2 = b->alpha * b->alpha;
+
+    b->bands = (int)fmin(6 / b->alpha + 20, BANDS);
+    for (int i = 0; i < steps; i++) {
+        const double t = (i + 0.5) / steps, theta = 0.5 * pi * t * t;
+        const double c = cos(theta), h2 = 0.5 + 0.5 * c;
+        const double d = h2 * (a2 - 1) + 1;
+        const double weight = c / (d * d) * sin(theta) * t;
+        double before = 0, p = 1;
+        for (int l = 0; l < b->bands; l++) {
+            const double next = ((2 * l + 1) * c * p - l * before) / (l + 1);
+            b->kernel[l] += weight * p;
+            before = p;
+            p = next;
+        }
+    }
+    const double all = b->kernel[0];
+    for (int l = 0; l < b->bands; l++)
+        b->kernel[l] *= sqrt(2 * l + 1) / all;
+}
+
+/* Variance along an axis of a lookup in a level. In level 0, between texels,
+ * it is 1/6 of one; but a texel, which is of one colour, has 1/12 itself. */
+static double variance(const lobe *b, int level)
+{
+    return b->texel * (level ? VIEW_CAPTURE_BLUR * pow(4, level) : 1.0 / 12);
+}
+
+static void expand_blur(const lobe *b, point *p)
+{
+    const int level = (int)p->lod;
+    const double part = p->lod - level;
+    const double near = variance(b, level), far = variance(b, level + 1);
+
+    for (int l = 0; l < b->bands; l++) {
+        const double half = -0.5 * l * (l + 1);
+        p->series[l] = sqrt(2 * l + 1) *
+                       ((1 - part) * exp(half * near) + part * exp(half * far));
+    }
+}
+
+/* ---- points ------------------------------------------------------------ */
+
+/* Levels are mixed by what is between a sixth and five sixths: one lookup in
+ * three is in one level alone, which is half the work. */
+static double snapped(double lod)
+{
+    const double level = floor(lod);
+
+    return level + fmin(fmax(1.5 * (lod - level) - 0.25, 0), 1);
+}
+
+/* Somewhat closer to each other towards the rim, which is harder to follow. */
+static point place(const lobe *b, int i)
 {
     const double a2 = b->alpha * b->alpha, part = 1 / (1 + a2);
-    const double u = (i + 0.5) / b->count * part;
+    const double left = 1 - (i + 0.5) / b->count;
+    const double u = (1 - pow(left, 1.2)) * part;
+    const double thinner = 1.2 * pow(left, 0.2);
     const double s2 = a2 * u, c2 = 1 - u;
     const double sin_h = sqrt(s2 / (s2 + c2)), cos_h = sqrt(c2 / (s2 + c2));
     const double t = sin_h * sin_h + a2 * cos_h * cos_h;
-    const double pdf = a2 / (pi * t * t) / (4 * part);
-    const double lod = 0.5 * log2(1 / (b->count * pdf * b->texel));
-    const double angle = moved(b, sin_h, cos_h, lod);
+    const double pdf = a2 / (pi * t * t) / (4 * part) / thinner;
+    /* Variance of 5/4 solid angle: less and the points show, more and weights
+       grow too much. */
+    const double lod =
+        0.5 * log2(1.25 / (b->count * pdf) / (VIEW_CAPTURE_BLUR * b->texel));
+    /* Level 0 is as coarse as texels are: not where level 1 will do. */
+    const double least = variance(b, 1) < 0.5 * a2;
+    const double angle = 2 * atan2(sin_h, cos_h);
     const double phi = 2 * pi * fmod(i * golden, 1);
-    const double weight = (cos_h - sin_h) * (cos_h + sin_h);
+    point p = {.x = sin(angle) * cos(phi),
+               .y = sin(angle) * sin(phi),
+               .z = cos(angle),
+               .lod = snapped(fmin(fmax(lod, least), b->last))};
 
-    sample[0] = (float)(sin(angle) * cos(phi));
-    sample[1] = (float)(sin(angle) * sin(phi));
-    sample[2] = (float)weight;
-    sample[3] = (float)fmin(fmax(lod, 0), b->last);
-    return weight;
+    expand_blur(b, &p);
+    return p;
 }
 
-static void draw_all(const lobe *b, float *samples)
-{
-    double sum = 0;
+/* ---- weights ----------------------------------------------------------- */
 
-    for (int i = 0; i < b->count; i++)
-        sum += draw(b, i, samples + 4 * i);
-    for (int i = 0; i < b->count; i++)
-        samples[4 * i + 2] = (float)(samples[4 * i + 2] / sum);
+/* a, n x n, symmetric and positive, into the lower triangle of its root
+ * (Cholesky). */
+static void root(double *a, int n)
+{
+    for (int j = 0; j < n; j++)
+        for (int i = j; i < n; i++) {
+            double sum = a[(size_t)i * n + j];
+            for (int k = 0; k < j; k++)
+                sum -= a[(size_t)i * n + k] * a[(size_t)j * n + k];
+            a[(size_t)i * n + j] =
+                i == j ? sqrt(sum) : sum / a[(size_t)j * n + j];
+        }
 }
 
-static int last_level(int size)
+static void solve(const double *a, int n, double *x)
 {
-    int level = 0;
+    for (int i = 0; i < n; i++) {
+        for (int k = 0; k < i; k++)
+            x[i] -= a[(size_t)i * n + k] * x[k];
+        x[i] /= a[(size_t)i * n + i];
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        for (int k = i + 1; k < n; k++)
+            x[i] -= a[(size_t)k * n + i] * x[k];
+        x[i] /= a[(size_t)i * n + i];
+    }
+}
 
-    while (size >> (level + 1))
-        level++;
-    return level;
+/* matrix: count x count of room; x: count, becomes the weights; y: as many. */
+static void weigh(const lobe *b, const point *p, double *matrix, double *x,
+                  double *y)
+{
+    /* Lookups are off by about this much of themselves. */
+    const double off = 0.03;
+    const int n = b->count;
+    double sum_x = 0, sum_y = 0;
+
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j <= i; j++) {
+            const double c =
+                p[i].x * p[j].x + p[i].y * p[j].y + p[i].z * p[j].z;
+            matrix[(size_t)i * n + j] =
+                product(p[i].series, p[j].series, b->bands, c);
+        }
+        matrix[(size_t)i * n + i] *= 1 + off * off;
+        x[i] = product(p[i].series, b->kernel, b->bands, p[i].z);
+        y[i] = 1;
+    }
+    root(matrix, n);
+    solve(matrix, n, x);
+    solve(matrix, n, y);
+    for (int i = 0; i < n; i++) {
+        sum_x += x[i];
+        sum_y += y[i];
+    }
+    for (int i = 0; i < n; i++)
+        x[i] += y[i] * (1 - sum_x) / sum_y;
+}
+
+/* samples: x, y, weight and level of each. False: no memory. */
+static bool draw(lobe *b, float *samples)
+{
+    const size_t n = (size_t)b->count;
+    point *p = malloc(n * sizeof *p);
+    double *room = malloc((n + 2) * n * sizeof *room);
+    const bool ok = p && room;
+
+    if (ok) {
+        double *weight = room + n * n;
+        expand_lobe(b);
+        for (int i = 0; i < b->count; i++)
+            p[i] = place(b, i);
+        weigh(b, p, room, weight, weight + n);
+        for (int i = 0; i < b->count; i++) {
+            samples[4 * i] = (float)p[i].x;
+            samples[4 * i + 1] = (float)p[i].y;
+            samples[4 * i + 2] = (float)weight[i];
+            samples[4 * i + 3] = (float)p[i].lod;
+        }
+    }
+    free(room);
+    free(p);
+    return ok;
 }
 
 int view_capture_diffuse_samples(const view_capture *c)
@@ -107,18 +243,21 @@ bool view_capture_make_samples(view_capture *c)
     const int size = c->options.size, levels = c->options.levels;
     const int width = view_capture_diffuse_samples(c);
     float *all = calloc((size_t)width * levels, 4 * sizeof *all);
+    bool ok = all;
 
-    if (!all)
-        return view_fail("no memory for the samples of a capture");
-    for (int l = 1; l <= levels; l++) {
+    for (int l = 1; l <= levels && ok; l++) {
         const bool diffuse = l == levels;
         const double r =
             diffuse ? 1 : ibl_level_roughness(IBL_ROUGHNESS_LINEAR, l, levels);
-        const lobe b = {.alpha = r * r,
-                        .count = diffuse ? width : c->options.samples,
-                        .texel = 4 * pi / (6.0 * size * size),
-                        .last = last_level(size)};
-        draw_all(&b, all + (size_t)4 * width * (l - 1));
+        lobe b = {.alpha = r * r,
+                  .count = diffuse ? width : c->options.samples,
+                  .texel = 4 * pi / (6.0 * size * size),
+                  .last = view_capture_lookups(size) - 1};
+        ok = draw(&b, all + (size_t)4 * width * (l - 1));
+    }
+    if (!ok) {
+        free(all);
+        return view_fail("no memory for the samples of a capture");
     }
     view_capture_source(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->samples);
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, levels, 0, GL_RGBA,

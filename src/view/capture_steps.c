@@ -118,21 +118,52 @@ static void copy(view_capture *c)
     }
 }
 
-/* Each level from the one above, which is all that the texture then has. */
-static void make_mips(view_capture *c)
+/* What passes read of the lookups: levels first to last. */
+static void lookups(const view_capture *c, int first, int last)
 {
-    int level = 1;
-
     view_capture_source(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, c->lookup);
-    for (; c->options.size >> level; level++) {
-        gl.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_BASE_LEVEL, level - 1);
-        gl.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAX_LEVEL, level - 1);
-        for (int f = 0; f < IBL_FACES; f++)
-            view_capture_fill(c, &c->mip, c->lookup, level, f,
-                              c->options.size >> level);
+    gl.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_BASE_LEVEL, first);
+    gl.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAX_LEVEL, last);
+}
+
+/*
+ * A level of the lookups out of what is bound, so that a lookup in it has the
+ * variance that is wanted, VIEW_CAPTURE_BLUR, everywhere. What the blur does
+ * not have to add is the step from texel to texel, 1/6 of one as large as it
+ * is there, and what lookups in the source have: in the level above, a quarter
+ * of it all; where it is halved, 1/6 once more as its texels are, and from the
+ * first texels to those 3/16 less the 1/48 that the former have themselves.
+ */
+static void blur(const view_capture *c, int level)
+{
+    const int n = c->options.size >> level;
+    const double mean = 4 * 3.14159265358979 / (6.0 * n * n);
+    const double middle = 4.0 / n / n; /* of the solid angles there */
+    const bool first = level == 1;
+    const double all = VIEW_CAPTURE_BLUR * mean * (first ? 1 : 0.75);
+
+    gl.UseProgram(c->blur.program);
+    gl.Uniform2f(c->blur.spread, (float)all,
+                 (float)(middle * (first ? 0.5 : 1.0 / 6)));
+    gl.Uniform1i(c->blur.rings, first ? 2 : 3);
+    for (int f = 0; f < IBL_FACES; f++)
+        view_capture_fill(c, &c->blur, c->lookup, level, f, n);
+}
+
+static void make_lookups(view_capture *c)
+{
+    const int last = view_capture_lookups(c->options.size) - 1;
+
+    lookups(c, 0, 0);
+    for (int f = 0; f < IBL_FACES; f++)
+        view_capture_fill(c, &c->mip, c->halved, 0, f, c->options.size / 2);
+    view_capture_source(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, c->halved);
+    blur(c, 1);
+    for (int level = 2; level <= last; level++) {
+        lookups(c, level - 1, level - 1);
+        blur(c, level);
     }
-    gl.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_BASE_LEVEL, 0);
-    gl.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAX_LEVEL, level - 1);
+    lookups(c, 0, last);
 }
 
 /* level options.levels: irradiance. */
@@ -185,7 +216,7 @@ static int do_step(view_capture *c, view_capture_scene *scene, void *cookie)
         resample(c);
     copy(c);
     if (!c->options.cpu)
-        make_mips(c);
+        make_lookups(c);
     else if (!view_capture_by_library(c, c->options.cpu, view_capture_back(c)))
         return -1;
     return VIEW_CAPTURE_LEVELS;

@@ -20,6 +20,15 @@ vec3 texel_direction()
     return face_direction(face, texel_place());
 }
 
+// The plane across n, which texel_direction gives: t along the face's rows.
+void texel_frame(vec3 n, out vec3 t, out vec3 b)
+{
+    vec3 right = face_direction(face, vec2(1.0, 0.0)) -
+                 face_direction(face, vec2(0.0));
+    t = normalize(right - dot(n, right) * n);
+    b = cross(n, t);
+}
+
 // The nearest half, ties to even. OpenGL may cut what is stored in halves,
 // and some do: from level to level it would get darker.
 vec4 nearest(vec4 c)

@@ -11,15 +11,14 @@ uniform int row, count;
 void main()
 {
     vec3 n = normalize(texel_direction());
-    vec3 right = face_direction(face, vec2(1.0, 0.0)) -
-                 face_direction(face, vec2(0.0));
-    vec3 t = normalize(right - dot(n, right) * n);
-    vec3 b = cross(n, t);
+    vec3 t, b;
+    texel_frame(n, t, b);
     vec4 sum = vec4(0.0);
     for (int i = 0; i < count; i++) {
         vec4 s = texelFetch(samples, ivec2(i, row), 0);
         float z = sqrt(max(1.0 - dot(s.xy, s.xy), 0.0));
         sum += s.z * textureLod(source, s.x * t + s.y * b + z * n, s.w);
     }
-    colour = nearest(min(sum, 65504.0));
+    // Weights below 0 may leave less than nothing, or more of alpha than all.
+    colour = nearest(clamp(sum, vec4(0.0), vec4(vec3(65504.0), 1.0)));
 }

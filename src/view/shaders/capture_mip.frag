@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The level below: the mean under the tent of bilinear lookups, along each edge
+// Half the edge: the mean under the tent of bilinear lookups, along each edge
 // 1/8 3/8 3/8 1/8 of four texels, across faces too, weighed by solid angle.
 // A plain mean of 2x2 would put a small light in the middle of its texel. Each
 // of four lookups between two texels, three quarters of one from the middle,

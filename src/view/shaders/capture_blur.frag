@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+// A level of lookups: what is above it under a Gaussian on the sphere, as wide
+// everywhere. Means over 2x2 or 4x4 texels are not: a cube's texels differ by a
+// factor of 5 in solid angle, and level after level, lights in corners and in
+// the middle of faces would end up too bright or too dark by a third.
+// Lookups are on rings, the nodes of Gauss-Laguerre quadrature in r^2 / (2 v)
+// (Abramowitz and Stegun 1964, table 25.9), every other one turned by a half.
+#include "capture.glsl"
+
+uniform samplerCube source; // its one level is what is blurred
+// Variance along an axis: x, less y where texels have the solid angle of those
+// in the middle of faces, and less of it as they have less.
+uniform vec2 spread;
+uniform int rings; // 2 or 3
+
+const vec2 TWO[2] = vec2[](vec2(0.585786, 0.853553), vec2(3.414214, 0.146447));
+const vec2 THREE[3] = vec2[](vec2(0.415775, 0.711093), vec2(2.294280, 0.278518),
+                             vec2(6.289945, 0.010389));
+const int POINTS = 8; // of a ring
+const float TURN = 6.28318530718;
+
+void main()
+{
+    vec3 n = normalize(texel_direction());
+    vec3 t, b;
+    texel_frame(n, t, b);
+    vec3 a = abs(n);
+    float most = max(a.x, max(a.y, a.z));
+    float v = spread.x - spread.y * most * most * most;
+    vec4 sum = vec4(0.0);
+    for (int r = 0; r < rings; r++) {
+        vec2 ring = rings == 2 ? TWO[r] : THREE[r];
+        float angle = sqrt(2.0 * v * ring.x), s = sin(angle);
+        for (int i = 0; i < POINTS; i++) {
+            float phi = TURN * (float(i) + 0.5 * float(r)) / float(POINTS);
+            vec3 d = cos(angle) * n + s * (cos(phi) * t + sin(phi) * b);
+            sum += ring.y / float(POINTS) * textureLod(source, d, 0.0);
+        }
+    }
+    colour = nearest(sum);
+}
