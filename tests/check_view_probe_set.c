@@ -17,6 +17,7 @@
 #include "test.h"
 #include "view.h"
 #include "view/capture.h"
+#include "view/keys.h"
 #include "view/message.h"
 #include "view/probe_save.h"
 #include "view/probe_set.h"
@@ -360,7 +361,10 @@ static void harmonics_become_cubes(void)
 static bool captured(void *cookie, int probe, int face, uint16_t *rgba)
 {
     (void)probe;
-    return view_capture_read_face(cookie, face, rgba);
+    gl.BindTexture(GL_TEXTURE_CUBE_MAP, view_capture_specular(cookie));
+    gl.GetTexImage(GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)face, 0, GL_RGBA,
+                   GL_HALF_FLOAT, rgba);
+    return view_gl_check("reading a face");
 }
 
 /* Every wall has another colour: what rays from the probe meet. */
@@ -603,11 +607,31 @@ static void changes_are_seen(void)
     view_test_end();
 }
 
+/* Keys do not ask for other probes then. */
+static void keys_say_whose_they_are(void)
+{
+    view_app app = {.settings = view_settings_default()};
+
+    if (!view_test_begin(16, 16))
+        return;
+    make_context();
+    NEED(bake("keyed", ""));
+    app.probes = load("keyed");
+    NEED(app.probes);
+    view_keys_press(&app, 'h', false);
+    CHECK(!app.settings.probes);
+    CHECK_MSG(!strcmp(app.notice, "the 3 local probes are of a file"), "%s",
+              app.notice);
+    view_probe_set_free(app.probes);
+    view_test_end();
+}
+
 static const test tests[] = {
     TEST(pictures_are_exact),          TEST(sets_say_what_probes_are),
     TEST(failures_leave_nothing),      TEST(faces_are_the_right_way_round),
     TEST(harmonics_become_cubes),      TEST(a_room_comes_back),
     TEST(damaged_indices_are_refused), TEST(too_many_are_refused),
     TEST(damaged_arrays_are_refused),  TEST(changes_are_seen),
+    TEST(keys_say_whose_they_are),
 };
 TEST_MAIN(tests)

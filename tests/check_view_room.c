@@ -710,6 +710,57 @@ static void layers_of_probes(void)
     end();
 }
 
+/* Cubes of two levels, black and then red: how red the floor is, is the level
+ * that its roughness has. */
+static GLuint black_and_red(void)
+{
+    const GLuint cubes = room_cubes_of(1, &(const float[4]){0, 0, 0, 1});
+    const GLenum array = GL_TEXTURE_CUBE_MAP_ARRAY;
+    float texels[2][IBL_FACES * 4][4];
+
+    for (int i = 0; i < IBL_FACES * 4; i++) {
+        memcpy(texels[0][i], (float[4]){0, 0, 0, 1}, sizeof texels[0][i]);
+        memcpy(texels[1][i], (float[4]){1, 0, 0, 1}, sizeof texels[1][i]);
+    }
+    gl.BindTexture(array, cubes);
+    for (int level = 0; level < 2; level++)
+        gl.TexImage3D(array, level, GL_RGBA32F, 2 >> level, 2 >> level,
+                      IBL_FACES, 0, GL_RGBA, GL_FLOAT, texels[level]);
+    gl.TexParameteri(array, GL_TEXTURE_MAX_LEVEL, 1);
+    gl.TexParameteri(array, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+    return cubes;
+}
+
+static void levels_of_roughness(void)
+{
+    static const double origin[3] = {0, 1, 0};
+    ibl_probe probe = room_probe(origin);
+
+    if (!begin(4, 4))
+        return;
+    const GLuint cubes = black_and_red();
+    const GLuint dark = room_cubes_of(1, &(const float[4]){0, 0, 0, 1});
+    for (int filament = 0; filament < 2; filament++) {
+        view_room_draw d = above_floor(1, 0.5);
+        double share[3];
+        d.locals = (view_room_locals){.count = 1,
+                                      .probe = &probe,
+                                      .specular = cubes,
+                                      .irradiance = dark,
+                                      .filament = filament,
+                                      .lod_scale = 4,
+                                      .lod_offset = 0.125f,
+                                      .last_level = 1};
+        const room_hit h = room_cast(&d, d.eye, (const double[3]){0, -1, 0});
+        const double r = (double)h.material->roughness;
+        shares(&d, share);
+        CHECK_NEAR(share[0], 0.125 + 4 * (filament ? r * (2 - r) : r), 6e-3);
+    }
+    gl.DeleteTextures(1, &cubes);
+    gl.DeleteTextures(1, &dark);
+    end();
+}
+
 /* Beyond the limit all is 0, and inside nothing else. */
 static void limited(void)
 {
@@ -792,19 +843,10 @@ static void movement(void)
 }
 
 static const test tests[] = {
-    TEST(depth_order),
-    TEST(mirrored),
-    TEST(six_faces),
-    TEST(paraboloids),
-    TEST(captured_faces),
-    TEST(captured_paraboloids),
-    TEST(captured_in_mirror),
-    TEST(panels_emit),
-    TEST(floor_reflects),
-    TEST(mirror_reflects),
-    TEST(blending),
-    TEST(layers_of_probes),
-    TEST(limited),
-    TEST(movement),
+    TEST(depth_order),         TEST(mirrored),       TEST(six_faces),
+    TEST(paraboloids),         TEST(captured_faces), TEST(captured_paraboloids),
+    TEST(captured_in_mirror),  TEST(panels_emit),    TEST(floor_reflects),
+    TEST(mirror_reflects),     TEST(blending),       TEST(layers_of_probes),
+    TEST(levels_of_roughness), TEST(limited),        TEST(movement),
 };
 TEST_MAIN(tests)

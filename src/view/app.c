@@ -183,6 +183,26 @@ static void tend_files(view_app *app)
         view_note("%s: read anew", app->request.path);
 }
 
+/* The same of baked probes. Those that cannot be read leave the old ones. */
+static void tend_probes(view_app *app)
+{
+    view_probe_set *set;
+
+    if (!app->probes || !view_probe_set_changed(app->probes, SETTLE_S))
+        return;
+    view_probe_set_seen(app->probes);
+    set = view_probe_set_load(app->ctx, view_probe_set_path(app->probes));
+    if (!set) {
+        say_why(app, view_probe_set_path(app->probes));
+        return;
+    }
+    view_note("%s: read anew", view_probe_set_path(set));
+    view_renderer_probes(app->renderer, set);
+    view_probe_set_free(app->probes);
+    app->probes = set;
+    app->redraw = true;
+}
+
 /* Whether the next frame is another though nothing was done. */
 static bool goes_on(const view_app *app)
 {
@@ -358,12 +378,24 @@ static bool loop(view_app *app)
             return false;
         if (view_clock() - looked >= POLL_S) {
             tend_files(app);
+            tend_probes(app);
             looked = view_clock();
         }
     }
 }
 
 /* ---- the whole ----------------------------------------------------------- */
+
+static bool use_probes(view_app *app, const char *index)
+{
+    app->probes = view_probe_set_load(app->ctx, index);
+    if (!app->probes)
+        return false;
+    view_renderer_probes(app->renderer, app->probes);
+    if (app->options->verbose)
+        view_report_probe_set(app->probes);
+    return true;
+}
 
 static bool make(view_app *app, const view_events *events)
 {
@@ -376,7 +408,8 @@ static bool make(view_app *app, const view_events *events)
         printf("%s\n", view_screen_about(app->screen));
     app->renderer = view_renderer_create();
     app->overlay = view_overlay_create();
-    return app->renderer && app->overlay;
+    return app->renderer && app->overlay &&
+           (!o->probe_set || use_probes(app, o->probe_set));
 }
 
 static void unmake(view_app *app)
@@ -384,6 +417,7 @@ static void unmake(view_app *app)
     stop_bake(app);
     view_overlay_free(app->overlay);
     view_renderer_free(app->renderer);
+    view_probe_set_free(app->probes);
     view_screen_close(app->screen);
     view_set_free(&app->sets[0]);
     view_set_free(&app->sets[1]);

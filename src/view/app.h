@@ -6,6 +6,7 @@
 
 #include "view/options.h"
 #include "view/overlay.h"
+#include "view/probe_set.h"
 #include "view/renderer.h"
 #include "view/screen.h"
 #include "view/stats.h"
@@ -16,6 +17,7 @@ typedef struct view_app {
     view_screen *screen;
     view_renderer *renderer;
     view_overlay *overlay;
+    view_probe_set *probes; /* of a file, or NULL */
 
     view_settings settings;
 

@@ -343,17 +343,6 @@ bool view_capture_read(const view_capture *c, ibl_cube *cube)
                 cube);
 }
 
-bool view_capture_read_face(const view_capture *c, int face, uint16_t *rgba)
-{
-    view_capture_source(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP,
-                        view_capture_specular(c));
-    gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
-    gl.GetTexImage(GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)face, 0, GL_RGBA,
-                   GL_HALF_FLOAT, rgba);
-    gl.ActiveTexture(GL_TEXTURE0);
-    return view_gl_check("reading a capture");
-}
-
 bool view_capture_read_irradiance(const view_capture *c, ibl_cube *cube)
 {
     return read(view_capture_irradiance(c), VIEW_CAPTURE_IRRADIANCE, 1, cube);

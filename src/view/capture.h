@@ -22,7 +22,6 @@
 #define VIEW_CAPTURE_H
 
 #include <stdbool.h>
-#include <stdint.h>
 
 #include "ibl/ibl.h"
 #include "view/gl.h"
@@ -111,8 +110,6 @@ int view_capture_levels(const view_capture *c);
  * most as many levels; irradiance of VIEW_CAPTURE_IRRADIANCE and one level.
  * False, with a message. */
 bool view_capture_read(const view_capture *c, ibl_cube *cube);
-/* A face as it was captured: 4 halves a pixel. False, with a message. */
-bool view_capture_read_face(const view_capture *c, int face, uint16_t *rgba);
 bool view_capture_read_irradiance(const view_capture *c, ibl_cube *cube);
 /* Milliseconds of the last whole update's parts: drawing, levels, irradiance
  * (0 if the library made it with the levels). Without options.timed what it

@@ -185,6 +185,11 @@ static void change_probes(view_app *app, int step)
 {
     int *n = &app->settings.probes, power = 1;
 
+    if (app->probes) {
+        view_app_notice(app, "the %d local probes are of a file",
+                        view_probe_set_locals(app->probes)->count);
+        return;
+    }
     while (step > 0 ? power <= *n : 2 * power < *n)
         power *= 2;
     if (step < 0 && *n <= 1)

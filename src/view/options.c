@@ -254,6 +254,11 @@ static const ibl_option scene[] = {
              "by priority and size"},
     {"probes", 0, INT(settings.probes, 0, VIEW_STAGE_LOCAL),
      .help = "local probes besides, captured once, of what stands still"},
+    {"probe-set", 0, TEXT(probe_set, "INDEX"), .standard = "",
+     .help = "local probes that iblbake probes has baked: its index.json"},
+    {"save-probes", 0, TEXT(save_probes, "DIR"), .standard = "",
+     .help = "write what local probes have captured, and DIR/set.json for "
+             "iblbake probes; opens no window"},
     {"probe-size", 0, OTHER("N", parse_probe_size),
      .allowed = "a power of two from 16 to 1024", .standard = "256",
      .help = "edge of the faces of each probe's cube"},
@@ -406,6 +411,24 @@ static bool check_sheet(const view_options *o)
                                  check_axis(o, "--sheet-columns", o->columns));
 }
 
+static bool check_probes(const view_options *o)
+{
+    const char *save = o->save_probes;
+
+    if (o->probe_set && o->settings.probes)
+        return misuse("--probe-set and --probes", "choose one");
+    if (save && o->probe_set)
+        return misuse("--save-probes and --probe-set", "choose one");
+    if (save && o->contact_sheet)
+        return misuse("--save-probes and --contact-sheet", "choose one");
+    if (save && o->settings.mode != VIEW_SCENE)
+        return misuse("--save-probes", "only with --mode scene");
+    if (save && !o->settings.probes)
+        return misuse("--save-probes",
+                      "there are no local probes: say how many by --probes");
+    return true;
+}
+
 static bool check(const view_options *o)
 {
     static const char pictures_alone[] =
@@ -469,7 +492,7 @@ static bool finish(void *options)
     o->settings.columns = o->grid[1];
     if (sheet)
         choose_axes(o);
-    return check_sheet(o) && check(o);
+    return check_sheet(o) && check_probes(o) && check(o);
 }
 
 static bool take(void *options, const char *word)

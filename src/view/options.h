@@ -25,6 +25,8 @@ typedef struct view_options {
     view_request request;
     const char *offscreen;     /* picture to write, or NULL */
     const char *contact_sheet; /* or NULL */
+    const char *probe_set;     /* index of baked probes, or NULL */
+    const char *save_probes;   /* directory to write captures to, or NULL */
     int rows, columns;         /* view_axis of the contact sheet */
     int size[2];               /* 0: default of what is made */
     int grid[2];               /* rows, columns; 0 before it is settled */

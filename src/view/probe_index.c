@@ -74,15 +74,24 @@ static bool take_probe(const ibl_json_at *at, int layers, ibl_probe *p)
            (!proxy.value || take_volume(&proxy, &p->proxy));
 }
 
-static bool take_sh(const ibl_json_at *at, double sh[3 * VIEW_PROBE_SH])
+/* Probes that have seen everything have no harmonics of alpha. */
+static bool take_sh(const ibl_json_at *at, double sh[4 * VIEW_PROBE_SH])
 {
+    static const double constant = 3.5449077018110318; /* sqrt(4 pi): of 1 */
     const ibl_json_at all = ibl_json_member(at, "sh");
+    const ibl_json_at alphas = ibl_json_member(at, "alpha_sh");
 
-    if (!ibl_json_array(&all, VIEW_PROBE_SH, VIEW_PROBE_SH))
+    if (!ibl_json_array(&all, VIEW_PROBE_SH, VIEW_PROBE_SH) ||
+        (alphas.value &&
+         !ibl_json_array(&alphas, VIEW_PROBE_SH, VIEW_PROBE_SH)))
         return false;
     for (size_t i = 0; i < VIEW_PROBE_SH; i++) {
         const ibl_json_at one = ibl_json_element(&all, i);
-        if (!ibl_json_triple(&one, -BRIGHTEST, BRIGHTEST, false, &sh[3 * i]))
+        const ibl_json_at alpha = ibl_json_element(&alphas, i);
+        double *to = &sh[4 * i];
+        to[3] = i ? 0 : constant;
+        if (!ibl_json_triple(&one, -BRIGHTEST, BRIGHTEST, false, to) ||
+            (alphas.value && !ibl_json_real(&alpha, -100, 100, false, &to[3])))
             return false;
     }
     return true;
@@ -94,7 +103,7 @@ static bool sort(const char *path, view_probe_index *x)
 {
     const size_t count = (size_t)x->count;
     ibl_probe *from = calloc(count, sizeof *from);
-    double(*sh)[3 * VIEW_PROBE_SH] = calloc(count, sizeof *sh);
+    double(*sh)[4 * VIEW_PROBE_SH] = calloc(count, sizeof *sh);
     int *order = calloc(count, sizeof *order);
     const bool ok = from && sh && order;
 
@@ -115,6 +124,16 @@ static bool sort(const char *path, view_probe_index *x)
     return ok;
 }
 
+/* Older indices do not have it. */
+static bool take_alpha(const ibl_json_at *at, view_probe_index *x)
+{
+    const ibl_json_at alpha = ibl_json_member(at, "alpha");
+
+    x->holes |= json_is_true(alpha.value);
+    return !alpha.value || json_is_boolean(alpha.value) ||
+           ibl_json_wrong(&alpha, "true or false");
+}
+
 static bool take_probes(const ibl_json_at *root, view_probe_index *x)
 {
     const ibl_json_at probes = ibl_json_member(root, "probes");
@@ -133,6 +152,7 @@ static bool take_probes(const ibl_json_at *root, view_probe_index *x)
     for (size_t i = 0; i < count; i++) {
         const ibl_json_at at = ibl_json_element(&probes, i);
         if (!take_probe(&at, x->specular.layers, &x->probe[i]) ||
+            !take_alpha(&at, x) ||
             (!x->irradiance.path && !take_sh(&at, x->sh[i])))
             return false;
     }

@@ -23,13 +23,14 @@ typedef struct view_probe_array {
 typedef struct view_probe_index {
     int count;
     ibl_probe *probe; /* in the order of ibl_probes_order, with their layers */
+    bool holes;       /* of some there are directions that have not been seen */
     view_probe_array specular, irradiance;
     ibl_roughness_map mapping;
     double lod_scale, lod_offset;
     double irradiance_scale; /* times the map, or sh, is E / pi */
-    /* Without an irradiance array: of each probe, in order, RGB of
+    /* Without an irradiance array: of each probe, in order, RGBA of
      * VIEW_PROBE_SH coefficients. */
-    double (*sh)[3 * VIEW_PROBE_SH];
+    double (*sh)[4 * VIEW_PROBE_SH];
 } view_probe_index;
 
 /* False, with a message, and *index zeroed. */

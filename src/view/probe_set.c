@@ -157,8 +157,8 @@ static void basis(const double d[3], double y[VIEW_PROBE_SH])
     y[8] = 0.5462742152960396 * (d[0] * d[0] - d[1] * d[1]);
 }
 
-/* A sum may be a little below 0 where it is dark. */
-static void fill_cube(const double sh[3 * VIEW_PROBE_SH], float *rgba)
+/* A sum may be a little below 0 where it is dark, that of alpha above 1. */
+static void fill_cube(const double sh[4 * VIEW_PROBE_SH], float *rgba)
 {
     double d[3], y[VIEW_PROBE_SH];
 
@@ -167,13 +167,13 @@ static void fill_cube(const double sh[3 * VIEW_PROBE_SH], float *rgba)
         ibl_cube_direction(SH_EDGE, face, at % SH_EDGE, at / SH_EDGE % SH_EDGE,
                            d);
         basis(d, y);
-        for (int c = 0; c < 3; c++) {
+        for (int c = 0; c < 4; c++) {
             double sum = 0;
             for (int i = 0; i < VIEW_PROBE_SH; i++)
-                sum += sh[3 * i + c] * y[i];
+                sum += sh[4 * i + c] * y[i];
             rgba[c] = (float)fmax(sum, 0);
         }
-        rgba[3] = 1;
+        rgba[3] = fminf(rgba[3], 1);
     }
 }
 
@@ -210,11 +210,16 @@ static bool load(ibl_ctx *ctx, view_probe_set *set)
     view_probe_index *x = &set->index;
     view_room_locals *l = &set->locals;
 
+    if (!view_gl_has_cube_arrays())
+        return view_fail("%s: needs cube map arrays: OpenGL 4.0, or "
+                         "ARB_texture_cube_map_array",
+                         set->path);
     view_probe_set_seen(set);
     if (!view_probe_index_read(set->path, x))
         return false;
     *l = (view_room_locals){.count = x->count,
                             .probe = x->probe,
+                            .filament = x->mapping == IBL_ROUGHNESS_FILAMENT,
                             .lod_scale = (float)x->lod_scale,
                             .lod_offset = (float)x->lod_offset,
                             .last_level = (float)(x->specular.levels - 1),
@@ -255,6 +260,11 @@ void view_probe_set_free(view_probe_set *set)
 const view_room_locals *view_probe_set_locals(const view_probe_set *set)
 {
     return &set->locals;
+}
+
+bool view_probe_set_holes(const view_probe_set *set)
+{
+    return set->index.holes;
 }
 
 const char *view_probe_set_path(const view_probe_set *set)

@@ -29,9 +29,10 @@ struct view_renderer {
     GLuint maps[VIEW_CONTENTS];
     GLuint picture, target; /* the linear picture, and the framebuffer on it */
     view_display *display;
-    view_truth *truth; /* made when first asked for */
-    view_stage *stage; /* the same */
-    int samples;       /* of the truth for each draw; 0: by the clock */
+    view_truth *truth;            /* made when first asked for */
+    view_stage *stage;            /* the same */
+    const view_probe_set *probes; /* of the stage, or NULL */
+    int samples; /* of the truth for each draw; 0: by the clock */
     const view_set *set;
     view_room_sun sun; /* of the set, once the stage was drawn with it */
     bool knows_sun;
@@ -277,6 +278,22 @@ static bool find_sun(view_renderer *r)
     return r->knows_sun;
 }
 
+void view_renderer_probes(view_renderer *r, const view_probe_set *probes)
+{
+    r->probes = probes;
+    r->stale = true;
+    if (r->stage)
+        view_stage_use(r->stage, probes);
+}
+
+static bool make_stage(view_renderer *r)
+{
+    r->stage = view_stage_create();
+    if (r->stage)
+        view_stage_use(r->stage, r->probes);
+    return r->stage;
+}
+
 static bool draw_stage(view_renderer *r)
 {
     const GLuint level0 = r->maps[VIEW_SPECULAR], sky = r->maps[VIEW_SKY];
@@ -285,7 +302,7 @@ static bool draw_stage(view_renderer *r)
                                .sky = sky ? sky : level0,
                                .irradiance_scale = r->frame.diffuse[0]};
 
-    if (!find_sun(r) || (!r->stage && !(r->stage = view_stage_create())))
+    if (!find_sun(r) || (!r->stage && !make_stage(r)))
         return false;
     e.sun = r->sun;
     memcpy(e.lod, r->frame.lod, sizeof e.lod);

@@ -18,6 +18,7 @@
 #define VIEW_RENDERER_H
 
 #include "view/gl.h"
+#include "view/probe_set.h"
 #include "view/scene.h"
 #include "view/set.h"
 #include "view/stage.h"
@@ -31,6 +32,10 @@ void view_renderer_free(view_renderer *r); /* NULL is fine */
 /* Uploads a set's textures; what was loaded before goes. set stays the
  * caller's and must stay until the next load. False, with a message. */
 bool view_renderer_load(view_renderer *r, const view_set *set);
+
+/* Local probes of the scene from now on, in place of captured ones; NULL: none.
+ * They stay the caller's, and until others are given. */
+void view_renderer_probes(view_renderer *r, const view_probe_set *probes);
 
 /* Draws into framebuffer 0, width x height pixels. False, with a message. */
 bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,

@@ -51,6 +51,15 @@ void view_report_set(const view_set *set)
     fflush(stdout);
 }
 
+void view_report_probe_set(const view_probe_set *set)
+{
+    const view_room_locals *l = view_probe_set_locals(set);
+
+    printf("probes: %s, %d, levels: %g\n", view_probe_set_path(set), l->count,
+           (double)l->last_level + 1);
+    fflush(stdout);
+}
+
 void view_report_probe(const view_stage *stage, view_probe_filter filter)
 {
     double ms[3];

@@ -2,6 +2,7 @@
 #ifndef VIEW_REPORT_H
 #define VIEW_REPORT_H
 
+#include "view/probe_set.h"
 #include "view/renderer.h"
 
 /* Prints how far the split sum of the last draw is off the reference, a number
@@ -12,5 +13,8 @@ void view_report_set(const view_set *set);
 
 /* Prints how long the last capture of the scene took. */
 void view_report_probe(const view_stage *stage, view_probe_filter filter);
+
+/* Where baked probes are from, and how many. */
+void view_report_probe_set(const view_probe_set *set);
 
 #endif

@@ -259,6 +259,7 @@ static void fill_frame(view_frame *f, const view_room_draw *d)
 static void fill_block(room_block *b, const view_room_draw *d)
 {
     b->range[0] = d->paraboloid;
+    b->range[1] = d->locals.filament;
     for (int k = 0; k < 3; k++) {
         b->limit_centre[k] = (float)d->limit_centre[k];
         b->limit_half[k] = (float)d->limit_half[k];

@@ -67,8 +67,9 @@ typedef struct view_room_locals {
     const ibl_probe *probe; /* in the order of ibl_probes_order; layer: of the
                                arrays */
     GLuint specular, irradiance;
-    float lod_scale, lod_offset, last_level; /* roughness to level, linear */
-    float irradiance_scale;                  /* times the texel is E / pi */
+    bool filament; /* levels are linear in r (2 - r), not in roughness r */
+    float lod_scale, lod_offset, last_level;
+    float irradiance_scale; /* times the texel is E / pi */
 } view_room_locals;
 
 /* What is seen through windows, and has the share that no probe takes. */

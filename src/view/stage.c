@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "view/message.h"
+#include "view/probe_save.h"
 #include "view/stage_locals.h"
 #include "view/volumes.h"
 
@@ -31,6 +32,7 @@ struct view_stage {
     view_capture *capture;     /* in the mirror, of what moves too */
     view_stage_locals *locals; /* NULL: none */
     int local_count;
+    const view_probe_set *set; /* that was baked; then there are no locals */
     ibl_ctx *ctx;              /* made when the library is to filter */
     view_capture_options made; /* what capture was made by */
     bool limited;              /* and whether it was to see its box alone */
@@ -91,6 +93,12 @@ void view_stage_free(view_stage *st)
     free(st);
 }
 
+void view_stage_use(view_stage *st, const view_probe_set *probes)
+{
+    st->set = probes;
+    st->fresh = false;
+}
+
 void view_stage_restart(view_stage *st)
 {
     st->fresh = false;
@@ -129,6 +137,7 @@ static void forget_times(view_stage *st)
 static bool make_captures(view_stage *st, const view_settings *s)
 {
     view_capture_options o = view_capture_options_default();
+    const int locals = st->set ? 0 : s->probes;
 
     o.size = s->probe_size;
     o.kind = s->probe_capture == VIEW_PROBE_PARABOLOIDS
@@ -141,7 +150,7 @@ static bool make_captures(view_stage *st, const view_settings *s)
         o.cpu = st->ctx;
     }
     if (st->capture && o.size == st->made.size && o.kind == st->made.kind &&
-        o.cpu == st->made.cpu && s->probes == st->local_count &&
+        o.cpu == st->made.cpu && locals == st->local_count &&
         s->probe_limit == st->limited)
         return true;
     drop_captures(st);
@@ -152,11 +161,11 @@ static bool make_captures(view_stage *st, const view_settings *s)
     st->made = o;
     st->limited = s->probe_limit;
     st->capture = view_capture_create(&o);
-    if (!st->capture || !s->probes)
+    if (!st->capture || !locals)
         return st->capture;
     o.timed = false;
-    st->locals = view_stage_locals_create(&o, s->probes);
-    st->local_count = st->locals ? s->probes : 0;
+    st->locals = view_stage_locals_create(&o, locals);
+    st->local_count = st->locals ? locals : 0;
     return st->locals;
 }
 
@@ -167,7 +176,9 @@ static bool make_captures(view_stage *st, const view_settings *s)
  */
 static ibl_probe mirror_probe(const view_stage *st, const double position[3])
 {
-    const bool whole = !st->draw.locals.count || st->limited;
+    const bool holes =
+        st->limited || (st->set && view_probe_set_holes(st->set));
+    const bool whole = !st->draw.locals.count || holes;
     ibl_probe p = {.has_proxy = 1,
                    .blend = whole ? 0 : near_blend,
                    .priority = whole ? -1 : 1,
@@ -246,7 +257,9 @@ static void use_capture(view_stage *st, const double position[3])
 /* The last whole updates light what is drawn. */
 static void use_probes(view_stage *st, const double position[3])
 {
-    if (st->locals)
+    if (st->set)
+        st->draw.locals = *view_probe_set_locals(st->set);
+    else if (st->locals)
         st->draw.locals = view_stage_locals_drawn(st->locals);
     use_capture(st, position);
 }
@@ -285,20 +298,28 @@ static bool capture_bounces(view_stage *st, const double position[3])
     return true;
 }
 
-/* There may be many, so that each is captured but once, in the light that the
- * mirror's has after its bounces, without what moves as they are. */
-static bool capture_locals(view_stage *st, const double position[3])
+static bool capture_locals(view_stage *st)
 {
     const view_room_locals l = view_stage_locals_drawn(st->locals);
+    bool ok = true;
 
-    st->still = true;
-    bool ok = capture_bounces(st, position);
-    st->still = false;
     for (int i = 0; ok && i < l.count; i++) {
         shot local = {st, l.probe[i], true};
         ok = view_stage_locals_capture(st->locals, i, end_of(st, &l.probe[i]),
                                        capture_scene, &local);
     }
+    return ok;
+}
+
+/* There may be many, so that each is captured but once, in the light that the
+ * mirror's has after its bounces, without what moves as they are. The mirror's
+ * is the same with those that are baked. */
+static bool capture_with_locals(view_stage *st, const double position[3])
+{
+    st->still = true;
+    bool ok = capture_bounces(st, position);
+    st->still = false;
+    ok = ok && (!st->locals || capture_locals(st));
     if (!ok)
         return false;
     use_probes(st, position);
@@ -310,8 +331,8 @@ static bool capture_whole(view_stage *st, const double position[3])
 {
     st->begun_at = st->draw.seconds;
     st->failed = false;
-    if (!(st->locals ? capture_locals(st, position)
-                     : capture_bounces(st, position)))
+    if (!(st->locals || st->set ? capture_with_locals(st, position)
+                                : capture_bounces(st, position)))
         return false;
     use_probes(st, position);
     st->begun = false;
@@ -531,4 +552,26 @@ const view_room_draw *view_stage_drawn(const view_stage *st)
 ibl_ctx *view_stage_context(view_stage *st)
 {
     return st->ctx;
+}
+
+/* ---- captures as files ------------------------------------------------- */
+
+static bool read_face(void *cookie, int probe, int face, uint16_t *rgba)
+{
+    return view_stage_locals_face(cookie, probe, face, rgba);
+}
+
+bool view_stage_save(const view_stage *st, ibl_ctx *ctx, const char *dir)
+{
+    if (!st || !st->locals)
+        return view_fail("%s: there are no local probes to be written", dir);
+    const view_room_locals l = view_stage_locals_drawn(st->locals);
+    return view_probe_save(
+        ctx, dir,
+        &(view_probe_captures){.probe = l.probe,
+                               .count = l.count,
+                               .size = view_capture_size(st->capture),
+                               .irradiance = VIEW_CAPTURE_IRRADIANCE,
+                               .face = read_face,
+                               .cookie = st->locals});
 }

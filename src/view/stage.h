@@ -6,6 +6,7 @@
 #define VIEW_STAGE_H
 
 #include "view/capture.h"
+#include "view/probe_set.h"
 #include "view/room.h"
 #include "view/scene.h"
 
@@ -13,6 +14,10 @@ typedef struct view_stage view_stage;
 
 view_stage *view_stage_create(void);  /* NULL, with a message */
 void view_stage_free(view_stage *st); /* NULL is fine */
+
+/* Local probes from now on, in place of those that settings ask for; NULL:
+ * none. They stay the caller's, and until others are given. */
+void view_stage_use(view_stage *st, const view_probe_set *probes);
 
 /* What lights the room is another: the next draw captures anew. */
 void view_stage_restart(view_stage *st);
@@ -45,6 +50,10 @@ bool view_stage_measure(view_stage *st, view_probe_filter filter);
 ibl_ctx *view_stage_context(view_stage *st);
 /* The time that the probe shows: settings.seconds when its capture began. */
 double view_stage_shown(const view_stage *st);
+
+/* Writes what the local probes of the last draw have captured into a directory,
+ * as probe_save.h says. False, with a message: there are none, too. */
+bool view_stage_save(const view_stage *st, ibl_ctx *ctx, const char *dir);
 
 /* What the last draw was drawn by, with its probes. */
 const view_room_draw *view_stage_drawn(const view_stage *st);

@@ -261,3 +261,17 @@ bool view_stage_locals_capture(view_stage_locals *l, int i, double far,
     copy_all(l, l->probe[i].layer);
     return view_gl_check("capturing local probes");
 }
+
+bool view_stage_locals_face(const view_stage_locals *l, int probe, int face,
+                            uint16_t *rgba)
+{
+    const int n = view_capture_size(l->capture);
+
+    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, l->source);
+    gl.FramebufferTextureLayer(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
+                               l->specular, 0,
+                               IBL_FACES * l->probe[probe].layer + face);
+    gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
+    gl.ReadPixels(0, 0, n, n, GL_RGBA, GL_HALF_FLOAT, rgba);
+    return view_gl_check("reading a local probe");
+}

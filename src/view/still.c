@@ -14,7 +14,8 @@
 #include "view/screen.h"
 
 enum {
-    TIMED = 101 /* frames whose times are kept, the last ones */
+    TIMED = 101,    /* frames whose times are kept, the last ones */
+    SMALL_EDGE = 16 /* of a picture that nobody asked for */
 };
 
 static int compare_times(const void *a, const void *b)
@@ -94,9 +95,42 @@ static bool draw_picture(ibl_ctx *ctx, const view_options *o, view_renderer *r)
            (!o->stats || view_stats_end(&stats, r, &o->settings));
 }
 
+/* Captures are the same in every picture: a small one will do. */
+static bool save_probes(ibl_ctx *ctx, const view_options *o, view_renderer *r)
+{
+    if (!o->offscreen &&
+        !view_renderer_draw(r, &o->settings, SMALL_EDGE, SMALL_EDGE))
+        return false;
+    if (!view_stage_save(view_renderer_stage(r), ctx, o->save_probes))
+        return false;
+    if (o->verbose)
+        printf("probes: %d, faces of %d, written to %s\n", o->settings.probes,
+               o->settings.probe_size, o->save_probes);
+    return true;
+}
+
+/* What is asked for. */
+static bool make(ibl_ctx *ctx, const view_options *o, const view_set *set,
+                 view_renderer *r)
+{
+    if (o->contact_sheet)
+        return view_contact_sheet(ctx, o, set, r);
+    return (!o->offscreen || draw_picture(ctx, o, r)) &&
+           (!o->save_probes || save_probes(ctx, o, r));
+}
+
+static view_screen *open_screen(const view_options *o)
+{
+    const bool picture = o->offscreen || o->contact_sheet;
+
+    return picture ? view_screen_memory(o->size[0], o->size[1])
+                   : view_screen_memory(SMALL_EDGE, SMALL_EDGE);
+}
+
 static bool draw(ibl_ctx *ctx, const view_options *o, const view_set *set)
 {
-    view_screen *screen = view_screen_memory(o->size[0], o->size[1]);
+    view_screen *screen = open_screen(o);
+    view_probe_set *probes = NULL;
     view_renderer *r = NULL;
     bool ok = false;
 
@@ -104,11 +138,18 @@ static bool draw(ibl_ctx *ctx, const view_options *o, const view_set *set)
         return false;
     if (o->verbose)
         printf("%s\n", view_screen_about(screen));
+    if (o->probe_set && !(probes = view_probe_set_load(ctx, o->probe_set)))
+        goto fail;
+    if (probes && o->verbose)
+        view_report_probe_set(probes);
     r = view_renderer_create();
-    if (r && view_renderer_load(r, set))
-        ok = o->offscreen ? draw_picture(ctx, o, r)
-                          : view_contact_sheet(ctx, o, set, r);
+    if (!r || !view_renderer_load(r, set))
+        goto fail;
+    view_renderer_probes(r, probes);
+    ok = make(ctx, o, set, r);
+fail:
     view_renderer_free(r);
+    view_probe_set_free(probes);
     view_screen_close(screen);
     return ok;
 }
@@ -136,7 +177,7 @@ bool view_still_run(ibl_ctx *ctx, const view_options *o)
     ok = ok && view_options_suit(o, &set);
     if (ok && o->verbose)
         view_report_set(&set);
-    if (ok && (o->offscreen || o->contact_sheet))
+    if (ok && (o->offscreen || o->contact_sheet || o->save_probes))
         ok = draw(ctx, o, &set);
     if (ok && o->texel[0] >= 0)
         print_texel(o, &set);

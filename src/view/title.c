@@ -82,11 +82,14 @@ static void add_scene(const view_app *app, char *text, size_t size)
 {
     const view_settings *s = &app->settings;
     const view_stage *stage = view_renderer_stage(app->renderer);
+    const view_room_locals *baked =
+        app->probes ? view_probe_set_locals(app->probes) : NULL;
 
     add(text, size,
-        " | scene | parallax %s | blend %s | local %d | probe %d, %s, %s, "
+        " | scene | parallax %s | blend %s | local %d%s | probe %d, %s, %s, "
         "%.3g s",
-        s->parallax ? "on" : "off", s->blend ? "on" : "off", s->probes,
+        s->parallax ? "on" : "off", s->blend ? "on" : "off",
+        baked ? baked->count : s->probes, baked ? " of a file" : "",
         s->probe_size, view_probe_capture_names[s->probe_capture],
         view_probe_filter_names[s->probe_filter], s->probe_interval);
     if (s->turn < 0 || s->turn > 0)

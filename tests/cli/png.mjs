@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Compares pictures, none of which is read by our own code:
-//   node png.mjs A.png B.png N     no value differs by more than N
+//   node png.mjs A.png B.png N [MEAN]   no value differs by more than N, and
+//                                        none of the means of the values in
+//                                        4 x 4 parts by more than MEAN
 // They are 8-bit RGB without interlacing. Says what is not so.
 import fs from 'fs';
 import zlib from 'zlib';
@@ -52,10 +54,32 @@ function readPng(path) {
     return {width, height, data};
 }
 
-const [first, second, most] = process.argv.slice(2);
+// Of each part and channel.
+function means({width, height, data}) {
+    const sums = Array(48).fill(0), counts = Array(48).fill(0);
+    for (let i = 0; i < data.length; i++) {
+        const texel = Math.floor(i / 3);
+        const x = Math.floor((texel % width) * 4 / width);
+        const y = Math.floor(Math.floor(texel / width) * 4 / height);
+        const at = 3 * (4 * y + x) + i % 3;
+        sums[at] += data[i];
+        counts[at]++;
+    }
+    return sums.map((sum, i) => counts[i] ? sum / counts[i] : 0);
+}
+
+const [first, second, most, mean] = process.argv.slice(2);
 const [a, b] = [first, second].map(readPng);
 let worst = a.width === b.width && a.height === b.height ? 0 : Infinity;
 for (let i = 0; i < a.data.length; i++)
     worst = Math.max(worst, Math.abs(a.data[i] - b.data[i]));
 if (!(worst <= +most))
     console.log(`${first} and ${second} differ by ${worst}`);
+if (mean !== undefined) {
+    const other = means(b);
+    const off = means(a).map((x, i) => Math.abs(x - other[i]));
+    const part = off.indexOf(Math.max(...off));
+    if (!(off[part] <= +mean))
+        console.log(`${first} and ${second} differ by ${off[part].toFixed(2)}` +
+            ` in the mean of part ${Math.floor(part / 3)}`);
+}

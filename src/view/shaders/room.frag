@@ -54,9 +54,13 @@ vec3 lookup_of(ibl_probe probe, vec3 reflected)
     return d;
 }
 
-float level_of(vec4 lod)
+// As lod_of of ibl.glsl.
+float level_of(vec4 lod, bool filament)
 {
-    return clamp(surface_albedo.a * lod.x + lod.y, 0.0, lod.z);
+    float r = surface_albedo.a;
+    float x = filament ? r * (2.0 - r) : r;
+
+    return clamp(x * lod.x + lod.y, 0.0, lod.z);
 }
 
 void add_local(int i, vec3 normal, vec3 reflected, inout vec4 specular,
@@ -69,7 +73,7 @@ void add_local(int i, vec3 normal, vec3 reflected, inout vec4 specular,
     float layer = float(probe.layer);
     vec4 seen = textureLod(local_specular,
                            vec4(lookup_of(probe, reflected), layer),
-                           level_of(local_lod));
+                           level_of(local_lod, range.y != 0.0));
     vec4 diffuse = textureLod(local_irradiance, vec4(normal, layer), 0.0);
 
     take(specular, seen, influence);
@@ -86,7 +90,7 @@ void add_dynamic(vec3 normal, vec3 reflected, inout vec4 specular,
 
     take(specular,
          textureLod(dynamic_specular, lookup_of(probe, reflected),
-                    level_of(dynamic_lod)),
+                    level_of(dynamic_lod, false)),
          influence);
     take(light, textureLod(dynamic_irradiance, normal, 0.0), influence);
 }

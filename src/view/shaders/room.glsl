@@ -9,7 +9,7 @@ const int DYNAMIC = 64;
 
 layout(std140) uniform Room {
     mat4 picture;       // x, y and depth in the picture to the direction
-    vec4 range;         // 1 of a paraboloid
+    vec4 range;         // 1 of a paraboloid, 1 for locals' Filament's mapping
     vec4 limit_centre;  // w: 1 if there is a limit
     vec4 limit_half;    // w: 1 for parallax
     ivec4 picture_size; // and edge of tiles, 0: no masks; locals

@@ -1,0 +1,220 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# The scene's probes round: iblview writes what they have captured, iblbake
+# bakes it, and iblview lights the scene by that. BUILD names the build.
+set -u
+build=$(cd "${BUILD:-build}" && pwd) || exit 1
+program=$build/iblview
+[ -x "$program" ] || {
+    echo 'skipped: iblview was not built'
+    echo '0 passed, 0 failed, 1 skipped'
+    exit 0
+}
+command -v node >/dev/null || { echo 'node is missing'; exit 1; }
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+mkdir "$work/bin"
+${CC:-cc} -std=c11 -o "$work/bin/mkenv" tests/cli/mkenv.c -lm || exit 1
+ln -s "$build/iblbake" "$program" "$work/bin"
+cp tests/cli/png.mjs "$work/bin"
+export PATH=$work/bin:$PATH
+unset DISPLAY WAYLAND_DISPLAY
+# OSMesa never frees some 480 bytes.
+echo leak:libOSMesa.so >"$work/leaks"
+export LSAN_OPTIONS=suppressions=$work/leaks:print_suppressions=0
+
+mkenv exr 64 32 BGR >"$work/env.exr"
+iblbake -q "$work/env.exr" -o "$work/sky" --size 32 --irradiance-size 8 \
+    --lut-size 32 || exit 1
+scene='--mode scene --probe-size 32 --seconds 1.5'
+picture="--size 128x96 $scene"
+
+# Without OSMesa there are no pictures.
+cd "$work" || exit 1
+# shellcheck disable=SC2086
+iblview sky --offscreen captured.png $picture --probes 8 2>err
+case $(cat err) in
+*libosmesa6*)
+    echo "skipped: $(cat err)"
+    echo '0 passed, 0 failed, 1 skipped'
+    exit 0 ;;
+esac
+# shellcheck disable=SC2086
+iblview sky --offscreen alone.png $picture || exit 1
+
+passed=0 failed=0
+verdict() { # NAME [WHY]: no reason, no failure
+    if [ -z "$2" ]; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "FAILED: $1: $2"
+    fi
+}
+
+# quietly [command]: it works without a word.
+quietly() {
+    "$@" >"$work/said" 2>&1 || echo "$*: status $?"
+    [ ! -s "$work/said" ] || echo "$*: $(head -n 1 "$work/said")"
+}
+# wrong STATUS GLOB [arguments]: iblview fails with one line like that, and
+# leaves nothing.
+wrong() {
+    local want=$1 glob=$2 status
+    shift 2
+    ls -A >"$work/before"
+    iblview "$@" 2>"$work/err" >"$work/printed"
+    status=$?
+    ls -A | diff "$work/before" -
+    [ $status -eq "$want" ] || echo "$*: status $status, not $want"
+    [ "$(wc -l <"$work/err")" = 1 ] ||
+        echo "$*: not one line: $(cat "$work/err")"
+    # shellcheck disable=SC2254
+    case $(cat "$work/err") in
+    $glob) ;;
+    *) echo "$*: $(cat "$work/err")" ;;
+    esac
+    [ ! -s "$work/printed" ] || echo "$*: on stdout: $(cat "$work/printed")"
+}
+near() { node "$work/bin/png.mjs" "$@"; }
+save() { # DIR [arguments]
+    local dir=$1
+    shift
+    # shellcheck disable=SC2086
+    quietly iblview sky $scene --probes 8 --save-probes "$dir" "$@"
+}
+bake() { quietly iblbake probes -q "$@"; } # SET -o DIR [options]
+show() { # OUT.png INDEX [arguments]
+    local out=$1 index=$2
+    shift 2
+    # shellcheck disable=SC2086
+    quietly iblview sky --offscreen "$out" $picture --probe-set "$index" "$@"
+}
+
+# ---- round ----------------------------------------------------------------
+
+# What is left is 64 samples a texel against the exact prefilter: of 255 values
+# 8 at most, and 1.6 in the mean of a part.
+test_the_same_picture() {
+    save scene
+    [ "$(find scene -type f | wc -l)" = 49 ] || ls scene
+    bake scene/set.json -o scene/baked
+    show baked.png scene/baked/index.json
+    near captured.png baked.png 12 2
+    # Without probes it is another one.
+    [ -n "$(near captured.png alone.png 60 10)" ] || echo 'probes do nothing'
+}
+
+# Filtered by the library as well, both are nearly the same.
+test_filtered_by_the_library() {
+    save scene --probe-filter cpu
+    bake scene/set.json -o baked
+    # shellcheck disable=SC2086
+    quietly iblview sky --offscreen a.png $picture --probes 8 \
+        --probe-filter cpu
+    show b.png baked/index.json --probe-filter cpu
+    near a.png b.png 4 1
+}
+
+# Nine harmonics are what irradiance is but for some percent.
+test_every_way_to_bake() {
+    save scene
+    bake scene/set.json -o baked --container dds --pixel rgba32f
+    show a.png baked/index.json
+    near captured.png a.png 12 2
+    bake scene/set.json -o baked --container ktx --pixel rgb9e5
+    show a.png baked/index.json
+    near captured.png a.png 12 2
+    bake scene/set.json -o baked --pixel r11g11b10f --irradiance sh
+    show a.png baked/index.json
+    near captured.png a.png 24 6
+}
+
+# Holes of captures that are limited to what probes are for are filled in as
+# they were.
+test_limited_probes() {
+    local limit=--probe-limit
+    # shellcheck disable=SC2086
+    quietly iblview sky --offscreen limited.png $picture --probes 8 $limit
+    save scene $limit
+    bake scene/set.json -o baked
+    show a.png baked/index.json $limit
+    near limited.png a.png 12 2
+    near captured.png a.png 12 2 >other
+    [ -s other ] || echo 'the limit does nothing'
+    grep -q '"alpha": true' baked/index.json || echo 'no probe has alpha'
+}
+
+# ---- saving ----------------------------------------------------------------
+
+test_saving() {
+    save a
+    save b --offscreen b.png --size 128x96
+    diff -r a b
+    cmp captured.png b.png
+    save b # over what is there
+    diff -r a b
+    save paraboloids --probe-capture paraboloids
+    diff -rq a paraboloids >differ && echo 'no paraboloids'
+    # shellcheck disable=SC2086
+    iblview sky $scene --probes 2 --save-probes c/d -v >said ||
+        echo "status $?"
+    [ -s c/d/set.json ] || echo 'no directory was made'
+    grep -q 'probes: 2, faces of 32, written to c/d' said || cat said
+}
+
+test_saving_fails_whole() {
+    echo >plain
+    wrong 1 '*plain*' sky $scene --probes 8 --save-probes plain
+    wrong 1 '*/dev/null*' sky $scene --probes 8 --save-probes /dev/null/x
+    mkdir full
+    mkdir full/probe_07_nz.exr
+    ls -A full >names
+    wrong 1 '*probe_07_nz.exr*' sky $scene --probes 8 --save-probes full
+    ls -A full | diff names -
+}
+
+# ---- what is said ----------------------------------------------------------
+
+test_misuse() {
+    wrong 2 '*--probe-set and --probes: choose one*' sky $scene --probes 2 \
+        --probe-set x.json --offscreen a.png
+    wrong 2 '*--save-probes and --probe-set: choose one*' sky $scene \
+        --probe-set x.json --save-probes out
+    wrong 2 '*--save-probes: there are no local probes*' sky $scene \
+        --save-probes out
+    wrong 2 '*--save-probes: only with --mode scene*' sky --probes 2 \
+        --save-probes out
+    wrong 2 '*--save-probes and --contact-sheet: choose one*' sky $scene \
+        --probes 2 --save-probes out --contact-sheet a.png
+}
+
+test_bad_sets() {
+    wrong 1 '*none.json: cannot be read*' sky $scene --offscreen a.png \
+        --probe-set none.json
+    save scene
+    wrong 1 '*scene/set.json: is a set to bake*' sky $scene --offscreen a.png \
+        --probe-set scene/set.json
+    bake scene/set.json -o baked
+    sed -i 's/"layer": 1,/"layer": 99,/' baked/index.json
+    wrong 1 '*index.json: probes\[1\].layer: *from 0 to 7, found 99*' sky \
+        $scene --offscreen a.png --probe-set baked/index.json
+}
+
+test_what_is_told() {
+    save scene
+    bake scene/set.json -o baked
+    # shellcheck disable=SC2086
+    iblview sky --offscreen a.png $picture --probe-set baked/index.json -v \
+        >said 2>&1 || echo "status $?"
+    grep -q '^probes: baked/index.json, 8, levels: 3$' said || cat said
+}
+
+for t in $(declare -F | sed -n 's/^declare -f \(test_.*\)/\1/p'); do
+    mkdir "$work/$t" && cd "$work/$t" || exit 1
+    ln -s ../sky ../captured.png ../alone.png .
+    verdict "$t" "$($t 2>&1)"
+    cd "$work" || exit 1
+done
+echo "$passed passed, $failed failed"
+[ $failed -eq 0 ]
