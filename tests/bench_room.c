@@ -66,21 +66,32 @@ static bool load(const view_set *set, view_room_draw *d)
 
 /* ---- what is measured ---------------------------------------------------- */
 
+typedef enum sun_kind {
+    NO_SUN,
+    UNSHADOWED,
+    SHADOWED,
+    MOVED /* its shadows have to be made anew */
+} sun_kind;
+
 static const struct {
     const char *name;
     int locals; /* place in counts + 1, 0: none */
     bool dynamic, untiled, flat;
+    sun_kind sun;
 } cases[] = {
-    {"none", 0, false, false, false},
-    {"dynamic", 0, true, false, false},
-    {"dynamic-flat", 0, true, false, true},
-    {"local-1", 1, false, false, false},
-    {"local-1-untiled", 1, false, true, false},
-    {"local-8", 2, false, false, false},
-    {"local-8-untiled", 2, false, true, false},
-    {"local-64", 3, false, false, false},
-    {"local-64-untiled", 3, false, true, false},
-    {"both-64", 3, true, false, false},
+    {"none", 0, false, false, false, NO_SUN},
+    {"dynamic", 0, true, false, false, NO_SUN},
+    {"dynamic-flat", 0, true, false, true, NO_SUN},
+    {"local-1", 1, false, false, false, NO_SUN},
+    {"local-1-untiled", 1, false, true, false, NO_SUN},
+    {"local-8", 2, false, false, false, NO_SUN},
+    {"local-8-untiled", 2, false, true, false, NO_SUN},
+    {"local-64", 3, false, false, false, NO_SUN},
+    {"local-64-untiled", 3, false, true, false, NO_SUN},
+    {"both-64", 3, true, false, false, NO_SUN},
+    {"dynamic-sun-unshadowed", 0, true, false, false, UNSHADOWED},
+    {"dynamic-sun", 0, true, false, false, SHADOWED},
+    {"dynamic-sun-moved", 0, true, false, false, MOVED},
 };
 static const int counts[] = {1, 8, 64};
 enum {
@@ -93,6 +104,7 @@ typedef struct bench {
     view_room *room;
     view_room_draw draw; /* what of it all draws share */
     room_target target;
+    view_room_sun sun;
     view_capture *capture;
     view_stage_locals *locals[COUNTS];
     const char *name; /* of pictures; NULL: none */
@@ -175,9 +187,16 @@ static double draw(bench *b, int i)
         d.locals = view_stage_locals_drawn(b->locals[cases[i].locals - 1]);
     d.untiled = cases[i].untiled;
     d.parallax = !cases[i].flat;
+    d.shadows = cases[i].sun != UNSHADOWED;
+    if (cases[i].sun != NO_SUN)
+        d.environment.sun = b->sun;
+    room_target_bind(&b->target);
+    if (cases[i].sun == SHADOWED)
+        view_room_render(b->room, &d);
+    if (cases[i].sun == MOVED)
+        d.environment.turn += 1;
     gl.Finish();
     const double before = view_clock();
-    room_target_bind(&b->target);
     view_room_render(b->room, &d);
     gl.Finish();
     return 1e3 * (view_clock() - before);
@@ -231,7 +250,8 @@ int main(int argc, char **argv)
         const view_camera camera = room_camera(eye, at, 65, width, height);
         b.draw = room_draw_by(&camera);
         room_target_make(&b.target, width, height);
-        if (load(&set, &b.draw)) {
+        if (load(&set, &b.draw) &&
+            view_room_sun_find(&set.texture[VIEW_SPECULAR], &b.sun)) {
             printf("%d x %d, %s\n", width, height, view_test_about());
             status = !run(&b);
         }

@@ -11,6 +11,7 @@
 
 #include "view/room_shadow.h"
 #include "view/set.h"
+#include "view/upload.h"
 
 #define PI 3.14159265358979323846
 
@@ -214,7 +215,8 @@ static GLuint white, sky, table;
 
 enum {
     WIDTH = 160,
-    HEIGHT = 96
+    HEIGHT = 96,
+    FEW = 2 /* pixels */
 };
 
 /* Light is white everywhere, and the table that of a surface that loses
@@ -263,6 +265,11 @@ static view_room_draw sunny_draw(const view_camera *camera,
     d.environment.sky = sky;
     d.environment.sun = *sun;
     d.table = table;
+    /* One probe has all, so that nothing is taken off what is white. */
+    d.dynamic =
+        (view_room_dynamic){.specular = white,
+                            .irradiance = white,
+                            .probe = {.influence = {.half = {20, 20, 20}}}};
     return d;
 }
 
@@ -355,6 +362,8 @@ static bool has_colour(const float *pixel, const view_room_draw *d,
     return true;
 }
 
+/* bad: of lit and dark ones; of the corners of shadows that come between the
+ * nine points there are a few. */
 typedef struct counts {
     int lit, dark, unsure, bad;
 } counts;
@@ -380,11 +389,14 @@ static room_hit hit_of(const view_camera *c, const view_room_draw *d, int i,
     return h;
 }
 
+/* Spheres, whose triangles show in their highlights, count where the tolerance
+ * is less than theirs. */
 static void count_pixels(const view_camera *c, const view_room_draw *d,
-                         counts *n)
+                         double tolerance, counts *n)
 {
     const view_room_environment *e = &d->environment;
     const double away = 2 * view_room_shadow_texel(&e->sun, e->turn);
+    const bool spheres = tolerance < 0.08;
     float *picture = render(d);
     double l[3], ray[3];
 
@@ -394,14 +406,14 @@ static void count_pixels(const view_camera *c, const view_room_draw *d,
         const room_hit h = hit_of(c, d, i, ray);
         const double n_l = h.what >= 0 ? dot(h.normal, l) : 0;
         const bool round = h.what >= view_room_boxes();
-        if (h.what < 0 ||
-            (round && (dot(h.normal, ray) > -0.4 || fabs(n_l) < 0.1)))
+        if (h.what < 0 || (round && (!spheres || dot(h.normal, ray) > -0.4 ||
+                                     fabs(n_l) < 0.1)))
             continue;
         const int seen = n_l <= 0      ? 0
                          : !d->shadows ? 9
                                        : count_seen(d, &h, l, away);
         const bool ok = has_colour(picture + 4 * i, d, &h, l, ray, seen > 0,
-                                   round ? 0.08 : 0.004);
+                                   round ? 0.08 : tolerance);
         n->lit += seen == 9;
         n->dark += seen == 0;
         n->unsure += seen > 0 && seen < 9;
@@ -440,7 +452,7 @@ static void shadows_are_those_of_rays(void)
         d.environment.turn = views[v].turn;
         for (int shadows = 1; shadows >= 0; shadows--) {
             d.shadows = shadows;
-            count_pixels(&c, &d, &n);
+            count_pixels(&c, &d, 0.004, &n);
             CHECK_MSG(n.bad == 0 && n.lit > 300 && (n.dark > 150 || !shadows) &&
                           n.unsure < 2000,
                       "view %zu, shadows %d: %d wrong, %d lit, %d dark, "
@@ -451,25 +463,39 @@ static void shadows_are_those_of_rays(void)
     end();
 }
 
-/* What does not move has its shadow when it is drawn alone, and what moves has
- * none then. */
-static void still_ones_cast_shadows(void)
+/* From one draw to the next only one thing is another: what moves takes its
+ * shadow along, or has none where it is not drawn, and the sun turns with the
+ * environment. */
+static void shadows_follow(void)
 {
-    const double eye[3] = {1.5, 2.2, 0}, at[3] = {1, 0, 0.2};
+    static const struct {
+        double seconds, turn;
+        bool still;
+    } draws[] = {
+        {4, 0, false},  {1.6, 0, false}, {1.6, 0, true},
+        {1.6, 9, true}, {1.6, 9, false}, {6, 9, false},
+    };
+    const double eye[3] = {1.5, 2.8, 0.5}, at[3] = {3.3, 0, -1.7};
+    int lit[sizeof draws / sizeof *draws];
 
     if (!begin())
         return;
-    /* The sun behind the mirror, through a window. */
-    const view_room_sun sun = sun_at(-0.8, 0.45, 0.35);
+    /* Through a window on the mirror, before which another sphere comes. */
+    const view_room_sun sun = sun_at(-5, 1.1, 2.5);
     const view_camera c = room_camera(eye, at, 80, WIDTH, HEIGHT);
     view_room_draw d = sunny_draw(&c, &sun);
-    counts n;
-    for (int i = 0; i < 2; i++) {
-        d.moving = i;
-        d.seconds = 2.2;
-        count_pixels(&c, &d, &n);
-        CHECK_MSG(n.bad == 0, "%d: %d wrong", i, n.bad);
+    for (size_t i = 0; i < sizeof draws / sizeof *draws; i++) {
+        counts n;
+        d.moving = !draws[i].still;
+        d.seconds = draws[i].seconds;
+        d.environment.turn = draws[i].turn;
+        count_pixels(&c, &d, 0.004, &n);
+        CHECK_MSG(n.bad <= FEW, "draw %zu: %d wrong, %d lit", i, n.bad, n.lit);
+        lit[i] = n.lit;
     }
+    CHECK_MSG(lit[1] < lit[0] - 50, "%d, %d", lit[0], lit[1]);
+    CHECK_MSG(lit[1] < lit[2] - 50, "%d, %d", lit[2], lit[1]);
+    CHECK_MSG(abs(lit[3] - lit[2]) > 50, "%d, %d", lit[2], lit[3]);
     end();
 }
 
@@ -507,9 +533,81 @@ static void sky_is_cut(void)
     end();
 }
 
+static void sun_on_white(const void *cookie, const double d[3], double rgb[3])
+{
+    const disc *s = cookie;
+    const bool in = dot(d, s->direction) > cos(s->radius_deg * PI / 180);
+
+    for (int k = 0; k < 3; k++)
+        rgb[k] = 1 + (in ? s->radiance[k] : 0);
+}
+
+/* A map as sun_on_white has it. */
+static ibl_image map_of(ibl_ctx *ctx, const disc *s)
+{
+    ibl_image map = map_constant(ctx, 512, 256, 1);
+
+    for (int i = 0; i < 512 * 256; i++) {
+        const double phi = 2 * PI * ((i % 512 + 0.5) / 512 - 0.5);
+        const double theta = PI * (i / 512 + 0.5) / 256;
+        const double d[3] = {sin(theta) * cos(phi), cos(theta),
+                             sin(theta) * sin(phi)};
+        double rgb[3];
+        sun_on_white(s, d, rgb);
+        map_set(&map, i % 512, i / 512, (float)rgb[0], (float)rgb[1],
+                (float)rgb[2]);
+    }
+    return map;
+}
+
+static bool use_set(const view_set *set, view_room_environment *e)
+{
+    e->specular = view_upload(&set->texture[VIEW_SPECULAR], "specular");
+    e->irradiance = view_upload(&set->texture[VIEW_IRRADIANCE], "irradiance");
+    e->lod[0] = (float)set->lod_scale;
+    e->lod[1] = (float)set->lod_offset;
+    e->lod[2] = (float)(set->texture[VIEW_SPECULAR].levels - 1);
+    e->irradiance_scale = (float)set->irradiance_scale;
+    return e->specular && e->irradiance &&
+           view_room_sun_find(&set->texture[VIEW_SPECULAR], &e->sun);
+}
+
+/* Without a probe a baked environment lights all: together with the light of
+ * its sun as much as what is about it and that light. */
+static void is_not_counted_twice(void)
+{
+    const double eye[3] = {3.4, 2.3, 4.6}, at[3] = {-0.8, 0.6, -1};
+    disc s = {{-0.8, 0.5, 0.55}, 2, {900, 700, 500}};
+    view_set set = {0};
+
+    if (!begin())
+        return;
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    normalise(s.direction);
+    ibl_image map = map_of(ctx, &s);
+    const view_camera c = room_camera(eye, at, 70, WIDTH, HEIGHT);
+    view_room_draw d = sunny_draw(&c, &(view_room_sun){0});
+    if (view_set_bake_image(ctx, "sun", &map, NULL, &set) &&
+        use_set(&set, &d.environment)) {
+        counts n;
+        d.dynamic = (view_room_dynamic){0};
+        CHECK(view_room_sun_shines(&d.environment.sun));
+        count_pixels(&c, &d, 0.1, &n);
+        CHECK_MSG(n.bad == 0 && n.lit > 300, "%d wrong, %d lit, %d dark", n.bad,
+                  n.lit, n.dark);
+        gl.DeleteTextures(1, &d.environment.specular);
+        gl.DeleteTextures(1, &d.environment.irradiance);
+    }
+    view_set_free(&set);
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+    end();
+}
+
 static const test tests[] = {
-    TEST(finds_known_sun),         TEST(finds_no_other),
-    TEST(finds_sun_of_sky),        TEST(shadows_are_those_of_rays),
-    TEST(still_ones_cast_shadows), TEST(sky_is_cut),
+    TEST(finds_known_sun),      TEST(finds_no_other),
+    TEST(finds_sun_of_sky),     TEST(shadows_are_those_of_rays),
+    TEST(shadows_follow),       TEST(sky_is_cut),
+    TEST(is_not_counted_twice),
 };
 TEST_MAIN(tests)

@@ -78,9 +78,8 @@ typedef struct view_room_environment {
     float lod[4];                     /* as view_frame.lod */
     float irradiance_scale;           /* as view_frame.diffuse[0] */
     double turn;                      /* degrees */
-    view_room_sun sun;                /* zeros: none. Taken off the sky, but not
-                                         off the other two: where no probe takes
-                                         a share the sun is in it once more */
+    view_room_sun sun;                /* zeros: none. It is in all of these, and
+                                         is taken off them where they are seen */
 } view_room_environment;
 
 typedef struct view_room_draw {

@@ -17,7 +17,7 @@ enum {
 /* Uniform block "Sun" (shaders/sun.glsl), std140. */
 typedef struct sun_block {
     float clip[16];
-    float direction[4], irradiance[4], right[4], up[4], cone[4], limit[4];
+    float direction[4], irradiance[4], right[4], up[4], limit[4];
 } sun_block;
 
 /* What the depths depend on. */
@@ -215,14 +215,13 @@ static void fill_block(sun_block *b, const view_room_draw *d,
         b->irradiance[k] = (float)sun->irradiance[k];
         b->right[k] = (float)(v->axes[0][k] * 2 * v->reach[0] / EDGE);
         b->up[k] = (float)(v->axes[1][k] * 2 * v->reach[1] / EDGE);
-        b->cone[k] = (float)sun->direction[k];
     }
     b->direction[3] = d->shadows;
     b->irradiance[3] = 1;
     b->right[3] = EDGE;
     b->up[3] = (float)(0.5 / v->reach[2]);
-    b->cone[3] = (float)sun->cosine;
     b->limit[0] = (float)sun->limit;
+    b->limit[1] = (float)sun->cosine;
 }
 
 static bool same_key(const shadow_key *a, const shadow_key *b)

@@ -21,8 +21,9 @@ void view_room_shadow_bind(GLuint program);
 
 /*
  * Tells shaders of the sun of a draw. If its shadows are wanted and those there
- * are not they, true: everything that casts any is to be drawn then, with the program for boxes and that for spheres and front faces
- * counter-clockwise; then end is to be called.
+ * are not they, true: everything that casts any is to be drawn then, with the
+ * program for boxes and that for spheres and front faces counter-clockwise;
+ * then end is to be called.
  */
 bool view_room_shadow_begin(view_room_shadow *s, const view_room_draw *d,
                             GLuint *boxes, GLuint *balls);

@@ -11,9 +11,9 @@
 static const double cone_deg = 10;
 /* Of the mean luminance outside: skies without their sun have less. */
 static const double times_mean = 8;
-/* Root mean square of the angle to the middle of what is taken: discs of twice
- * the diameter cast shadows that one direction is no likeness of. */
-static const double most_spread_deg = 3.5;
+/* Root mean square of the angle to the middle of what is taken: discs that are
+ * 6 degrees wide cast shadows that one direction is no likeness of. */
+static const double most_spread_deg = 2;
 /* Of the irradiance that the mean outside gives. */
 static const double least_share = 0.1;
 

@@ -166,10 +166,12 @@ void main()
     vec4 specular = vec4(0.0, 0.0, 0.0, 1.0), light = specular;
     add_probes(normal, reflected, specular, light);
     if (specular.a > 0.0)
-        specular.rgb += specular.a * specular_light(surface_albedo.a,
-                                                    reflected);
+        specular.rgb += specular.a *
+                        sun_cut_specular(reflected, surface_albedo.a,
+                                         specular_light(surface_albedo.a,
+                                                        reflected));
     if (light.a > 0.0)
-        light.rgb += light.a * irradiance(normal);
+        light.rgb += light.a * sun_cut_irradiance(normal, irradiance(normal));
 
     vec3 direct = add_sun(normal, view, light.rgb);
 

@@ -11,7 +11,7 @@ layout(location = 0) out vec4 colour;
 
 void main()
 {
-    vec3 d = turned(normalize(seen_at(place)));
-    vec3 rgb = sun_cut(d, textureLod(sky_map, d, 0.0).rgb);
+    vec3 d = normalize(seen_at(place));
+    vec3 rgb = sun_cut(d, textureLod(sky_map, turned(d), 0.0).rgb);
     colour = limit_centre.w != 0.0 ? vec4(0.0) : vec4(rgb, 1.0);
 }

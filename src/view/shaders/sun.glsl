@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 // The sun of an environment as light from one direction, with its shadows:
 // uniform block of view/room_shadow.c, the same members in the same order.
+#include "brdf.glsl"
+
 layout(std140) uniform Sun {
     mat4 sun_clip;       // world to the clip space of the depths
     vec4 sun_direction;  // to it, of the world; w: 1 with shadows
     vec4 sun_irradiance; // w: 1 if there is a sun
     vec4 sun_right;      // a texel of the depths, of the world; w: texels
     vec4 sun_up;         // w: depth of a unit of the world
-    vec4 sun_cone;       // as the environment has it; w: cosine
-    vec4 sun_limit;      // x: luminance that is left of it
+    vec4 sun_limit;      // luminance that is left of it, cosine of the cone
 };
 
 uniform sampler2DShadow sun_depth;
@@ -48,11 +49,42 @@ float sun_seen(vec3 point, vec3 normal, float n_l)
     return seen;
 }
 
-// What is left of the environment's radiance in a direction of its own, unit.
+// What is left of the environment's radiance in a direction of the world, unit.
 vec3 sun_cut(vec3 direction, vec3 radiance)
 {
-    if (sun_irradiance.w == 0.0 || dot(direction, sun_cone.xyz) < sun_cone.w)
+    if (sun_irradiance.w == 0.0 ||
+        dot(direction, sun_direction.xyz) < sun_limit.y)
         return radiance;
     float y = dot(radiance, vec3(0.2126, 0.7152, 0.0722));
     return y > sun_limit.x ? radiance * (sun_limit.x / y) : radiance;
+}
+
+// The same of irradiance / pi that was baked with the sun in it.
+vec3 sun_cut_irradiance(vec3 normal, vec3 light)
+{
+    float n_l = max(dot(normal, sun_direction.xyz), 0.0);
+    return max(light - sun_irradiance.rgb * (n_l / PI), 0.0);
+}
+
+// The integral of D N.H times N.L over all L, N = V.
+float sun_lobe(float alpha)
+{
+    float a2 = alpha * alpha, b = 1.0 - a2;
+    return b < 0.02 ? 1.0 + b * (2.0 / 3.0)
+                    : 4.0 / (b * b) *
+                          (b - 2.0 * a2 * log((1.0 + a2) / (2.0 * a2)));
+}
+
+// The same of a level of that roughness in a direction. Narrow lobes, which
+// levels between which is mixed are less like, are cut as the sky is.
+vec3 sun_cut_specular(vec3 direction, float roughness, vec3 light)
+{
+    float alpha = roughness * roughness;
+    float n_l = dot(direction, sun_direction.xyz);
+    if (n_l > 0.0 && alpha > 1e-3) {
+        vec3 h = normalize(direction + sun_direction.xyz);
+        light -= sun_irradiance.rgb *
+                 (ggx_d(direction, h, alpha) * n_l / sun_lobe(alpha));
+    }
+    return sun_cut(direction, max(light, 0.0));
 }
