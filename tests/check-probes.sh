@@ -473,6 +473,7 @@ test_mistakes() {
     done <<'END'
 s.version = 2|version: expected a whole number from 1 to 1, found 2
 delete s.version|version: expected *, found nothing
+delete s.probes; s.min = [0, 0, 0]|is a grid: add --grid, *
 s.extra = 1|extra: expected no such member, but version, defaults, global or probes; found "extra"
 s.probes = {}|probes: expected an array of 1 to 340, found an object without members
 s.probes = []|probes: expected *, found an array of 0
@@ -551,7 +552,7 @@ echo '{"version": 1, "version": 1}' >x.json; iblbake probes x.json -o bad|1|iblb
 iblbake probes -o bad|2|iblbake: no set: *
 iblbake probes set.json|2|iblbake: no output directory: *
 iblbake probes set.json set.json -o bad|2|iblbake: set.json: a second set *
-iblbake probes set.json -o bad --levels 9|1|iblbake: --levels 9: a cube of size 16 *
+iblbake probes set.json -o bad --levels 9|1|iblbake: --levels 9: a cube of size 16 has 1 to 5 levels
 iblbake probes set.json -o bad --alpha no|2|iblbake: --alpha no: not a value *
 iblbake probes set.json -o bad --irradiance 0|2|iblbake: --irradiance 0: not a value *
 mkdir self; cp *.exr *.hdr self; cp set.json self/index.json; iblbake probes self/index.json -o self|1|iblbake: self/index.json: is both input and output: *
@@ -651,6 +652,7 @@ s.solid[0] = {min: [-9, -9, -9], max: [9, 9, 9]}|expected a cell that is free, f
 s.name = "p{x}"|name: expected a name with {z}, *, found "p{x}"
 s.capture = {}|capture: expected one of equirect, cross and faces, *
 s.blend = 9|blend: expected a number from 0 to 3, found 9
+s.probes = []|is a set already: leave out --grid
 s.gap = 1|gap: expected no such member, *
 END
 }

@@ -340,6 +340,9 @@ static bool take_set(const ibl_json_at *root, ibl_probe_set *set)
     const size_t most = IBL_MAX_SET_LAYERS - (global.value != NULL);
     int number;
 
+    if (!probes.value && ibl_json_member(root, "min").value)
+        return ibl_json_complain(root, "is a grid: add --grid, which makes a "
+                                       "set of it");
     if (!ibl_json_object(root, keys) ||
         !ibl_json_int(&version, IBL_SET_VERSION, IBL_SET_VERSION, &number) ||
         !take_defaults(&defaults, &set->bake) ||

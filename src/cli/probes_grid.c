@@ -145,6 +145,8 @@ static bool take_grid(const ibl_json_at *root, grid *g)
     ibl_volume proxy;
     int version;
 
+    if (ibl_json_member(root, "probes").value)
+        return ibl_json_complain(root, "is a set already: leave out --grid");
     if (!ibl_json_object(root, keys))
         return false;
     for (int i = 0; keys[i]; i++)
