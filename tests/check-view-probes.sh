@@ -41,6 +41,8 @@ case $(cat err) in
 esac
 # shellcheck disable=SC2086
 iblview sky --offscreen alone.png $picture || exit 1
+# shellcheck disable=SC2086
+iblview sky $scene --probes 8 --save-probes scene || exit 1
 
 passed=0 failed=0
 verdict() { # NAME [WHY]: no reason, no failure
@@ -96,10 +98,9 @@ show() { # OUT.png INDEX [arguments]
 # What is left is 64 samples a texel against the exact prefilter: of 255 values
 # 8 at most, and 1.6 in the mean of a part.
 test_the_same_picture() {
-    save scene
-    [ "$(find scene -type f | wc -l)" = 49 ] || ls scene
-    bake scene/set.json -o scene/baked
-    show baked.png scene/baked/index.json
+    [ "$(find scene/ -type f | wc -l)" = 49 ] || ls scene
+    bake scene/set.json -o baked
+    show baked.png baked/index.json
     near captured.png baked.png 12 2
     # Without probes it is another one.
     [ -n "$(near captured.png alone.png 60 10)" ] || echo 'probes do nothing'
@@ -107,8 +108,8 @@ test_the_same_picture() {
 
 # Filtered by the library as well, both are nearly the same.
 test_filtered_by_the_library() {
-    save scene --probe-filter cpu
-    bake scene/set.json -o baked
+    save filtered --probe-filter cpu
+    bake filtered/set.json -o baked
     # shellcheck disable=SC2086
     quietly iblview sky --offscreen a.png $picture --probes 8 \
         --probe-filter cpu
@@ -118,7 +119,6 @@ test_filtered_by_the_library() {
 
 # Nine harmonics are what irradiance is but for some percent.
 test_every_way_to_bake() {
-    save scene
     bake scene/set.json -o baked --container dds --pixel rgba32f
     show a.png baked/index.json
     near captured.png a.png 12 2
@@ -136,10 +136,13 @@ test_limited_probes() {
     local limit=--probe-limit
     # shellcheck disable=SC2086
     quietly iblview sky --offscreen limited.png $picture --probes 8 $limit
-    save scene $limit
-    bake scene/set.json -o baked
+    save limited $limit
+    bake limited/set.json -o baked
     show a.png baked/index.json $limit
     near limited.png a.png 12 2
+    bake limited/set.json -o sums --irradiance sh
+    show b.png sums/index.json $limit
+    near limited.png b.png 24 6
     near captured.png a.png 12 2 >other
     [ -s other ] || echo 'the limit does nothing'
     grep -q '"alpha": true' baked/index.json || echo 'no probe has alpha'
@@ -148,14 +151,13 @@ test_limited_probes() {
 # ---- saving ----------------------------------------------------------------
 
 test_saving() {
-    save a
     save b --offscreen b.png --size 128x96
-    diff -r a b
+    diff -r scene b
     cmp captured.png b.png
     save b # over what is there
-    diff -r a b
+    diff -r scene b
     save paraboloids --probe-capture paraboloids
-    diff -rq a paraboloids >differ && echo 'no paraboloids'
+    diff -rq scene paraboloids >differ && echo 'no paraboloids'
     # shellcheck disable=SC2086
     iblview sky $scene --probes 2 --save-probes c/d -v >said ||
         echo "status $?"
@@ -192,7 +194,6 @@ test_misuse() {
 test_bad_sets() {
     wrong 1 '*none.json: cannot be read*' sky $scene --offscreen a.png \
         --probe-set none.json
-    save scene
     wrong 1 '*scene/set.json: is a set to bake*' sky $scene --offscreen a.png \
         --probe-set scene/set.json
     bake scene/set.json -o baked
@@ -202,7 +203,6 @@ test_bad_sets() {
 }
 
 test_what_is_told() {
-    save scene
     bake scene/set.json -o baked
     # shellcheck disable=SC2086
     iblview sky --offscreen a.png $picture --probe-set baked/index.json -v \
@@ -212,7 +212,7 @@ test_what_is_told() {
 
 for t in $(declare -F | sed -n 's/^declare -f \(test_.*\)/\1/p'); do
     mkdir "$work/$t" && cd "$work/$t" || exit 1
-    ln -s ../sky ../captured.png ../alone.png .
+    ln -s ../sky ../scene ../captured.png ../alone.png .
     verdict "$t" "$($t 2>&1)"
     cd "$work" || exit 1
 done

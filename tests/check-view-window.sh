@@ -335,6 +335,34 @@ test_map_that_changes() {
     [ $status = 0 ] || echo "status $status: $(cat said)"
 }
 
+# probes N: baked ones of the scene, in `probes`.
+probes() {
+    iblview baked -q --mode scene --probe-size 16 --probes "$1" \
+        --save-probes probes && iblbake probes -q probes/set.json -o probes
+}
+# Of the scene, read anew when a bake has replaced them, not when they are
+# broken.
+test_baked_probes() {
+    probes 2
+    open baked --mode scene --probe-size 16 --probe-set probes/index.json ||
+        return
+    shows '| local 2 of a file |'
+    press h
+    : >said
+    probes 3
+    shows '| local 3 of a file |'
+    within grep -q 'probes/index.json: read anew' said || cat said
+    : >said
+    echo '{' >probes/index.json
+    within grep -q 'probes/index.json:.*no JSON' said || cat said
+    sleep 1
+    [ "$(wc -l <said)" = 1 ] || cat said
+    shows '| local 3 of a file |'
+    press q
+    ended
+    [ $status = 0 ] || echo "status $status: $(cat said)"
+}
+
 # A map is baked beside the window; it can be closed meanwhile.
 test_map() {
     open env.exr || return
@@ -404,8 +432,8 @@ start_server -fbdir screen
 run opens_and_equals_offscreen
 if [ -n "$viewer" ]; then
     run keys help texel_under_the_pointer mouse resize uncovered reload \
-        reload_of_what_is_broken drop quit map map_that_changes \
-        fine_display
+        reload_of_what_is_broken drop quit baked_probes map \
+        map_that_changes fine_display
 fi
 stop_server
 run no_display

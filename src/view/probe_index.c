@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "view/probe_index.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,7 +18,8 @@ static const double FARTHEST = 1e12;
 static const double BRIGHTEST = 1e30;
 
 enum {
-    VERSION = 1
+    VERSION = 1,
+    MOST_BYTES = 1 << 24 /* 64 probes with harmonics have 100 kB */
 };
 
 /* ---- volumes and probes ------------------------------------------------ */
@@ -285,10 +287,16 @@ bool view_probe_index_read(const char *path, view_probe_index *index)
     struct stat st;
 
     *index = (view_probe_index){0};
+    if (stat(path, &st))
+        return view_fail("%s: cannot be read: %s", path, strerror(errno));
     /* A pipe would be waited for. */
-    if (!stat(path, &st) && !S_ISREG(st.st_mode))
+    if (!S_ISREG(st.st_mode))
         return view_fail("%s: is no file: give the index.json of baked probes",
                          path);
+    if (st.st_size > MOST_BYTES)
+        return view_fail("%s: %lld bytes are no index of probes, which has %d "
+                         "at most: give the index.json of baked probes",
+                         path, (long long)st.st_size, MOST_BYTES);
     if (!ibl_json_open(&file))
         return false;
     const ibl_json_at root = ibl_json_root(&file);
