@@ -823,6 +823,60 @@ static void sampling_refused(void)
     ibl_ctx_free(ctx);
 }
 
+/* ---- alpha beside luminance ------------------------------------------ */
+
+/* Beside half-size chroma, of which an image is made before rows are read. */
+static void luma_chroma_alpha(void)
+{
+    enum {
+        w = 40,
+        h = 36
+    };
+    static float luma[h * w], chroma[h / 2 * (w / 2)], alpha[h * w];
+    const writer_channel channels[] = {{"A", EXR_PIXEL_FLOAT, 1, alpha},
+                                       {"BY", EXR_PIXEL_HALF, 2, chroma},
+                                       {"RY", EXR_PIXEL_HALF, 2, chroma},
+                                       {"Y", EXR_PIXEL_FLOAT, 1, luma}};
+    const writer_channel coarse[] = {{"A", EXR_PIXEL_HALF, 2, chroma},
+                                     {"B", EXR_PIXEL_HALF, 1, luma},
+                                     {"G", EXR_PIXEL_HALF, 1, luma},
+                                     {"R", EXR_PIXEL_HALF, 1, luma}};
+    ibl_ctx *ctx = file_ctx(2, &kept, NULL);
+    ibl_read_options opts = ibl_read_options_default();
+    ibl_source *source;
+    static float rgb[3 * w * h];
+
+    opts.any_aspect = 1;
+    for (int i = 0; i < w * h; i++) {
+        alpha[i] = (float)(i % 7) / 6;
+        luma[i] = 2 * alpha[i];
+    }
+    for (int comp = 0; comp < 4; comp++) {
+        NEED(write_core(file_path("core.exr"), w, h, (exr_compression_t)comp,
+                        channels, 4, NULL));
+        for (int want = 0; want < 2; want++) {
+            opts.alpha = want ? IBL_ALPHA_FILE : IBL_ALPHA_IGNORE;
+            NEED(!ibl_source_open(ctx, file_path("core.exr"), &opts, &source));
+            NEED(!ibl_source_read(source, 5, rgb));
+            NEED(!ibl_source_read(source, h - 5, rgb + 3 * 5 * w));
+            const float *got = ibl_source_alpha(source);
+            CHECK(!got == !want);
+            CHECK(!got || !memcmp(got, alpha, sizeof alpha));
+            for (int i = 0; i < w * h; i++)
+                CHECK_NEAR((double)rgb[3 * i], (double)luma[i], 1e-6);
+            ibl_source_close(source);
+        }
+    }
+    NEED(write_core(file_path("a.exr"), w, h, 0, coarse, 4, NULL));
+    CHECK(ibl_source_open(ctx, file_path("a.exr"), &opts, &source) ==
+          IBL_ERR_UNSUPPORTED);
+    CHECK_MSG(strstr(kept.text[0], "channel A is sampled"), "%s", kept.text[0]);
+    opts.alpha = IBL_ALPHA_IGNORE;
+    NEED(!ibl_source_open(ctx, file_path("a.exr"), &opts, &source));
+    ibl_source_close(source);
+    ibl_ctx_free(ctx);
+}
+
 /* ---- damage --------------------------------------------------------- */
 
 /* Decodes bytes in memory of just their size, so that a sanitizer sees every
@@ -837,6 +891,7 @@ static bool survives(ibl_ctx *ctx, const unsigned char *bytes, size_t size,
     memcpy(copy, bytes, size);
     memset(&kept, 0, sizeof kept);
     opts.any_aspect = 1;
+    opts.alpha = IBL_ALPHA_FILE;
     *status = decode_bytes(ctx, copy, size, &opts, &img, &report);
     free(copy);
     if (!*status) {
@@ -883,7 +938,7 @@ static void bits_flipped(void)
     ibl_ctx *ctx = file_ctx(2, &kept, NULL);
     ibl_image img = source(ctx, 24, 40);
     test_random r = {2024};
-    char command[2000] = "oiiotool s.pfm";
+    char command[2000] = "oiiotool s.pfm --ch R,G,B,A=0.5";
     int refused = 0;
 
     NEED(file_save_pfm(file_path("s.pfm"), &img));
@@ -1035,6 +1090,7 @@ static const test tests[] = {TEST(every_compression),
                              TEST(luma_chroma),
                              TEST(luma_chroma_core),
                              TEST(sampling_refused),
+                             TEST(luma_chroma_alpha),
                              TEST(cut_short),
                              TEST(bits_flipped),
                              TEST(absurd_claims),
