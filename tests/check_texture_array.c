@@ -367,6 +367,79 @@ static void build(void)
         ibl_texture_free(&one[i]);
 }
 
+/* One layer at a time. */
+static void filled(void)
+{
+    ibl_texture one[3], whole, array, other;
+    const ibl_texture *list[3] = {&one[0], &one[1], &one[2]};
+
+    for (int i = 0; i < 3; i++) {
+        one[i] = make(IBL_PIXEL_RGBA16F, 5, 5, 3, 1, 6);
+        for (size_t k = 0; k < one[i].bytes; k++)
+            one[i].data[k] = (unsigned char)(one[i].data[k] + i);
+    }
+    one[1].premultiplied = 1;
+    NEED(!ibl_texture_array(ctx, list, 3, &whole));
+    NEED(!ibl_texture_array_begin(ctx, &one[2], 3, &array));
+    for (int i = 2; i >= 0; i--)
+        CHECK(!ibl_texture_array_put(ctx, &array, i, &one[i]));
+    CHECK(array.layers == 3 && array.premultiplied && !array.key_count);
+    CHECK(array.bytes == whole.bytes &&
+          !memcmp(array.data, whole.data, whole.bytes));
+    CHECK(ibl_texture_array_put(quiet, &array, 3, &one[0]) == IBL_ERR_ARGUMENT);
+    CHECK(said("layer 3 of an array: must be 0 to 2"));
+    CHECK(ibl_texture_array_put(quiet, &array, 0, &whole) == IBL_ERR_ARGUMENT);
+    CHECK(said("must be one layer"));
+    other = make(IBL_PIXEL_RGBA16F, 5, 5, 2, 1, 6);
+    CHECK(ibl_texture_array_put(quiet, &array, 0, &other) == IBL_ERR_ARGUMENT);
+    CHECK(said("layer 0 of an array: its texels"));
+    ibl_texture_free(&other);
+    CHECK(ibl_texture_array_begin(quiet, &one[0], IBL_MAX_LAYERS + 1, &other) ==
+          IBL_ERR_ARGUMENT);
+    CHECK(said("2049 layers: must be 1 to 2048") && !other.data);
+    ibl_texture_free(&array);
+    ibl_texture_free(&whole);
+    for (int i = 0; i < 3; i++)
+        ibl_texture_free(&one[i]);
+}
+
+/* What visit gives, one after the other. */
+typedef struct gathered {
+    unsigned char *bytes;
+    size_t size;
+} gathered;
+
+static void gather(void *cookie, const void *bytes, size_t size)
+{
+    gathered *g = cookie;
+
+    g->bytes = realloc(g->bytes, g->size + size);
+    if (!g->bytes)
+        exit(1);
+    memcpy(g->bytes + g->size, bytes, size);
+    g->size += size;
+}
+
+static void visited(void)
+{
+    ibl_texture tex = make(IBL_PIXEL_RGBA16F, 4, 4, 3, 2, 6);
+
+    for (int c = 0; c < 3; c++) {
+        gathered g = {0};
+        size_t size;
+        unsigned char *b = encode(&tex, c, &size);
+        NEED(b);
+        NEED(!ibl_texture_visit(ctx, &tex, (ibl_container)c, gather, &g));
+        CHECK(g.size == size && !memcmp(g.bytes, b, size));
+        free(g.bytes);
+        ibl_bytes_free(b);
+    }
+    tex.bytes--;
+    CHECK(ibl_texture_visit(quiet, &tex, IBL_CONTAINER_KTX2, gather, NULL) ==
+          IBL_ERR_ARGUMENT);
+    ibl_texture_free(&tex);
+}
+
 static void unlike(void)
 {
     ibl_texture a = make(IBL_PIXEL_RGBA16F, 4, 4, 2, 1, 6), out;
@@ -597,6 +670,8 @@ static const test tests[] = {
     TEST(arrays_of_one),
     TEST(ktx_turned_and_widened),
     TEST(build),
+    TEST(filled),
+    TEST(visited),
     TEST(unlike),
     TEST(not_single),
     TEST(limits),

@@ -275,6 +275,17 @@ ibl_status ibl_texture_array(ibl_ctx *ctx, const ibl_texture *const *layers,
  * has no such layer or is no whole texture. */
 ibl_status ibl_texture_layer(ibl_ctx *ctx, const ibl_texture *tex, int layer,
                              ibl_texture *out);
+/*
+ * An array that is filled layer by layer, so that there need be one layer
+ * besides at a time: begin makes it (out: as above, without keys) for `layers`
+ * ones of the shape of tex, texels undefined, and put copies tex into one.
+ * IBL_ERR_ARGUMENT: tex is no whole texture of one layer, or differs from the
+ * array, or the array has no such layer or more than IBL_MAX_LAYERS.
+ */
+ibl_status ibl_texture_array_begin(ibl_ctx *ctx, const ibl_texture *tex,
+                                   int layers, ibl_texture *out);
+ibl_status ibl_texture_array_put(ibl_ctx *ctx, ibl_texture *array, int layer,
+                                 const ibl_texture *tex);
 
 /* Sets a key to a value (both copied; UTF-8, key 1..255 bytes, at most 4096
  * keys, else IBL_ERR_ARGUMENT). */
@@ -335,6 +346,12 @@ ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, void **bytes,
                               size_t *size);
 void ibl_bytes_free(void *bytes);
+/* Gives the same bytes to fn, piece by piece in their order, without a copy of
+ * the texels in memory. */
+typedef void ibl_bytes_fn(void *cookie, const void *bytes, size_t size);
+ibl_status ibl_texture_visit(ibl_ctx *ctx, const ibl_texture *tex,
+                             ibl_container container, ibl_bytes_fn *fn,
+                             void *cookie);
 
 /*
  * Reads a KTX2, KTX or DDS file (told by content) of our pixel formats: cube

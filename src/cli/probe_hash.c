@@ -25,6 +25,27 @@ void ibl_hash_bytes(const void *bytes, size_t size, char hash[IBL_HASH_SIZE])
     put_hash(XXH3_128bits(bytes, size), hash);
 }
 
+static void take_piece(void *state, const void *bytes, size_t size)
+{
+    XXH3_128bits_update(state, bytes, size);
+}
+
+ibl_status ibl_hash_texture(ibl_ctx *ctx, const ibl_texture *tex,
+                            ibl_container container, char hash[IBL_HASH_SIZE])
+{
+    XXH3_state_t *state = XXH3_createState();
+
+    if (!state)
+        return IBL_ERR_MEMORY;
+    XXH3_128bits_reset(state);
+    const ibl_status status =
+        ibl_texture_visit(ctx, tex, container, take_piece, state);
+    if (!status)
+        put_hash(XXH3_128bits_digest(state), hash);
+    XXH3_freeState(state);
+    return status;
+}
+
 /* An errno, or 0 at the end of the file. */
 static int read_all(int fd, XXH3_state_t *state, char *buffer)
 {

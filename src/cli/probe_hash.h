@@ -7,11 +7,17 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include <ibl/io.h>
+
 enum {
     IBL_HASH_SIZE = 33
 };
 
 void ibl_hash_bytes(const void *bytes, size_t size, char hash[IBL_HASH_SIZE]);
+
+/* Of the file that a texture is written as. */
+ibl_status ibl_hash_texture(ibl_ctx *ctx, const ibl_texture *tex,
+                            ibl_container container, char hash[IBL_HASH_SIZE]);
 
 /* Of all of a file, which must be a regular one; errno if not. */
 bool ibl_hash_file(const char *path, char hash[IBL_HASH_SIZE]);

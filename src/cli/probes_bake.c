@@ -117,20 +117,38 @@ ibl_status ibl_probes_check_input(const ibl_probes_bake *p, const char *input)
 /* ---- layers -------------------------------------------------------------- */
 
 /* alpha without texels: it is 1. */
+/* Puts a layer into its array, and frees it. */
+static ibl_status take_texture(ibl_probes_bake *p, int kind, int layer,
+                               ibl_texture *tex)
+{
+    ibl_texture *array = &p->array[kind];
+    ibl_status status = IBL_OK;
+
+    if (!array->data)
+        status = ibl_texture_array_begin(p->ctx, tex, p->layers, array);
+    if (!status)
+        status = ibl_texture_array_put(p->ctx, array, layer, tex);
+    ibl_texture_free(tex);
+    return status;
+}
+
 static ibl_status take_cube(ibl_probes_bake *p, int kind, int layer,
                             const ibl_cube *cube, const ibl_cube *alpha)
 {
-    ibl_texture *tex = &p->texture[kind][layer];
+    ibl_texture tex = {0};
     size_t saturated;
 
     ibl_console_progress(p->console, "texels", 0);
     ibl_status status = ibl_texture_from_cube(
-        p->ctx, cube, (ibl_pixel)p->set.bake.pixel, tex, &saturated);
+        p->ctx, cube, (ibl_pixel)p->set.bake.pixel, &tex, &saturated);
 
     if (!status)
         p->index.layer[layer].saturated += saturated;
     if (!status && alpha->data)
-        status = ibl_texture_set_alpha(p->ctx, tex, alpha);
+        status = ibl_texture_set_alpha(p->ctx, &tex, alpha);
+    if (!status)
+        return take_texture(p, kind, layer, &tex);
+    ibl_texture_free(&tex);
     return status;
 }
 
@@ -200,6 +218,15 @@ static ibl_status bake_layer(ibl_probes_bake *p, int layer)
     return status;
 }
 
+static ibl_status copy_layer(ibl_probes_bake *p, int kind, int layer,
+                             const ibl_texture *array, int from)
+{
+    ibl_texture tex = {0};
+    const ibl_status status = ibl_texture_layer(p->ctx, array, from, &tex);
+
+    return status ? status : take_texture(p, kind, layer, &tex);
+}
+
 /* Copies what does not have to be baked from the old array. */
 static ibl_status take_old(ibl_probes_bake *p, int kind)
 {
@@ -210,10 +237,22 @@ static ibl_status take_old(ibl_probes_bake *p, int kind)
 
     for (int i = 0; i < p->layers && !status; i++)
         if (p->source[i].from == IBL_FROM_OLD)
-            status = ibl_texture_layer(p->ctx, &array, p->source[i].layer,
-                                       &p->texture[kind][i]);
+            status = copy_layer(p, kind, i, &array, p->source[i].layer);
     ibl_texture_free(&array);
     free(path);
+    return status;
+}
+
+/* A layer that is as an earlier one. */
+static ibl_status take_twin(ibl_probes_bake *p, int layer)
+{
+    const int twin = p->source[layer].layer;
+    ibl_status status = IBL_OK;
+
+    p->index.layer[layer] = p->index.layer[twin];
+    for (int kind = 0; kind < 2 && !status; kind++)
+        if (p->array[kind].data)
+            status = copy_layer(p, kind, layer, &p->array[kind], twin);
     return status;
 }
 
@@ -253,7 +292,7 @@ static ibl_status make_layers(ibl_probes_bake *p)
         if (s->from == IBL_FROM_BAKE)
             status = bake_layer(p, i);
         else if (s->from == IBL_FROM_TWIN)
-            p->index.layer[i] = p->index.layer[s->layer];
+            status = take_twin(p, i);
         if (!status)
             tell_layer(p, i);
     }
@@ -282,9 +321,7 @@ static ibl_status prepare(ibl_probes_bake *p)
     p->index.layers = p->layers;
     p->index.layer = calloc(n, sizeof *p->index.layer);
     p->source = calloc(n, sizeof *p->source);
-    for (int kind = 0; kind < 2; kind++)
-        p->texture[kind] = calloc(n, sizeof *p->texture[kind]);
-    if (!p->index.layer || !p->source || !p->texture[0] || !p->texture[1])
+    if (!p->index.layer || !p->source)
         return ibl_probes_no_memory(p);
     ibl_console_progress(p->console, "look", 0);
     status = ibl_probes_hash_inputs(p);
@@ -324,11 +361,8 @@ static void free_probes(ibl_probes_bake *p)
 {
     ibl_signals_guard(NULL);
     ibl_outputs_free(p->outputs);
-    for (int kind = 0; kind < 2; kind++) {
-        for (int i = 0; p->texture[kind] && i < p->layers; i++)
-            ibl_texture_free(&p->texture[kind][i]);
-        free(p->texture[kind]);
-    }
+    for (int kind = 0; kind < 2; kind++)
+        ibl_texture_free(&p->array[kind]);
     for (int i = 0; i <= IBL_PROBES_INDEX; i++)
         free(p->path[i]);
     free(p->source);

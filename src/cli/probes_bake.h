@@ -36,7 +36,7 @@ typedef struct ibl_probes_bake {
     bool whole[IBL_PROBES_TEXTURES]; /* the old file is what its index says */
     bool same[IBL_PROBES_TEXTURES + 1]; /* and what we would write */
     ibl_probes_source *source;
-    ibl_texture *texture[2]; /* of each layer: specular, irradiance */
+    ibl_texture array[2]; /* specular, irradiance; as layers come */
 } ibl_probes_bake;
 
 /* IBL_ERR_MEMORY, after a line on stderr. */

@@ -62,48 +62,33 @@ static ibl_status set_keys(const ibl_probes_bake *p, ibl_probes_file kind,
     return status;
 }
 
+/* Writes tex, which is empty afterwards. */
 static ibl_status put_texture(ibl_probes_bake *p, ibl_probes_file kind,
                               ibl_texture *tex)
 {
-    void *bytes = NULL;
-    size_t size;
+    const ibl_container container = (ibl_container)p->set.bake.container;
     ibl_status status = set_keys(p, kind, tex);
 
+    ibl_console_progress(p->console, "hash", 0);
+    if (!status)
+        status =
+            ibl_hash_texture(p->ctx, tex, container, p->index.file[kind].hash);
     ibl_console_progress(p->console, "write", 0);
     if (!status)
-        status = ibl_texture_encode(
-            p->ctx, tex, (ibl_container)p->set.bake.container, &bytes, &size);
-    if (!status) {
-        ibl_console_progress(p->console, "hash", 0);
-        ibl_hash_bytes(bytes, size, p->index.file[kind].hash);
-        ibl_console_progress(p->console, "write", 0);
-        status = ibl_outputs_add(p->outputs, p->path[kind], bytes, size);
-    }
-    ibl_bytes_free(bytes);
+        status = ibl_outputs_take_texture(p->outputs, p->path[kind], tex,
+                                          container, NULL);
     return status;
 }
 
 static ibl_status put_array(ibl_probes_bake *p, ibl_probes_file kind)
 {
-    const ibl_texture **layer = calloc((size_t)p->layers, sizeof *layer);
-    ibl_texture array = {0};
-    ibl_status status = layer ? IBL_OK : ibl_probes_no_memory(p);
+    ibl_texture *array = &p->array[kind];
 
-    for (int i = 0; i < p->layers && !status; i++) {
-        const ibl_probes_source *s = &p->source[i];
-        layer[i] = &p->texture[kind][s->from == IBL_FROM_TWIN ? s->layer : i];
-    }
-    if (!status)
-        status = ibl_texture_array(p->ctx, layer, p->layers, &array);
     /* Layers of old arrays are as the array was. */
-    array.premultiplied = 0;
+    array->premultiplied = 0;
     for (int i = 0; i < p->layers; i++)
-        array.premultiplied |= p->index.layer[i].alpha;
-    if (!status)
-        status = put_texture(p, kind, &array);
-    ibl_texture_free(&array);
-    free(layer);
-    return status;
+        array->premultiplied |= p->index.layer[i].alpha;
+    return put_texture(p, kind, array);
 }
 
 static ibl_status put_lut(ibl_probes_bake *p)

@@ -47,16 +47,19 @@ static ibl_status add_keys(ibl_ctx *ctx, const ibl_texture *tex,
     return status;
 }
 
+static bool is_alike(const ibl_texture *a, const ibl_texture *b)
+{
+    return a->pixel == b->pixel && a->width == b->width &&
+           a->height == b->height && a->levels == b->levels &&
+           a->faces == b->faces;
+}
+
 static ibl_status check_alike(ibl_ctx *ctx, const ibl_texture *first,
                               const ibl_texture *tex, int i)
 {
     const ibl_status status = ibl_texture_check(ctx, tex);
-    if (status)
+    if (status || is_alike(first, tex))
         return status;
-    if (tex->pixel == first->pixel && tex->width == first->width &&
-        tex->height == first->height && tex->levels == first->levels &&
-        tex->faces == first->faces)
-        return IBL_OK;
     return ibl_fail(
         ctx, IBL_ERR_ARGUMENT,
         "texture %d of an array has %dx%d %s texels, %d levels and %d faces, "
@@ -103,6 +106,54 @@ ibl_status ibl_texture_array(ibl_ctx *ctx, const ibl_texture *const *layers,
     if (status)
         ibl_texture_free(out);
     return status;
+}
+
+/* Whether tex can be a layer. */
+static ibl_status check_layer(ibl_ctx *ctx, const ibl_texture *tex)
+{
+    const ibl_status status = ibl_texture_check(ctx, tex);
+    if (status || tex->layers == 1)
+        return status;
+    return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                    "an array of %d for a layer of another: must be one layer",
+                    tex->layers);
+}
+
+ibl_status ibl_texture_array_begin(ibl_ctx *ctx, const ibl_texture *tex,
+                                   int layers, ibl_texture *out)
+{
+    *out = (ibl_texture){0};
+    const ibl_status status = check_layer(ctx, tex);
+    if (status)
+        return status;
+    if (layers < 1 || layers > IBL_MAX_LAYERS)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "an array of %d layers: must be 1 to %d", layers,
+                        IBL_MAX_LAYERS);
+    return begin(ctx, tex, layers, out);
+}
+
+ibl_status ibl_texture_array_put(ibl_ctx *ctx, ibl_texture *array, int layer,
+                                 const ibl_texture *tex)
+{
+    const ibl_status status = check_layer(ctx, tex);
+    if (status)
+        return status;
+    if (layer < 0 || layer >= array->layers)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "layer %d of an array: must be 0 to %d", layer,
+                        array->layers - 1);
+    if (!is_alike(array, tex))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "layer %d of an array: its texels, size, levels or "
+                        "faces are not the array's",
+                        layer);
+    for (int l = 0; l < tex->levels; l++)
+        memcpy(array->data + ibl_texture_layer_offset(array, l, layer, 0),
+               tex->data + ibl_texture_offset(tex, l, 0),
+               ibl_texture_level_bytes(tex, l));
+    array->premultiplied |= tex->premultiplied;
+    return IBL_OK;
 }
 
 ibl_status ibl_texture_layer(ibl_ctx *ctx, const ibl_texture *tex, int layer,
