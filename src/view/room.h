@@ -79,7 +79,7 @@ typedef struct view_room_environment {
     float irradiance_scale;           /* as view_frame.diffuse[0] */
     double turn;                      /* degrees */
     view_room_sun sun;                /* zeros: none. It is in all of these, and
-                                         is taken off them where they are seen */
+                                         taken off them where they are seen */
 } view_room_environment;
 
 typedef struct view_room_draw {
