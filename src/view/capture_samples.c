@@ -117,23 +117,20 @@ static double snapped(double lod)
     return level + fmin(fmax(1.5 * (lod - level) - 0.25, 0), 1);
 }
 
-/* Somewhat closer to each other towards the rim, which is harder to follow. */
 static point place(const lobe *b, int i)
 {
     const double a2 = b->alpha * b->alpha, part = 1 / (1 + a2);
-    const double left = 1 - (i + 0.5) / b->count;
-    const double u = (1 - pow(left, 1.2)) * part;
-    const double thinner = 1.2 * pow(left, 0.2);
+    const double u = (i + 0.5) / b->count * part;
     const double s2 = a2 * u, c2 = 1 - u;
     const double sin_h = sqrt(s2 / (s2 + c2)), cos_h = sqrt(c2 / (s2 + c2));
     const double t = sin_h * sin_h + a2 * cos_h * cos_h;
-    const double pdf = a2 / (pi * t * t) / (4 * part) / thinner;
-    /* Variance of 5/4 solid angle: less and the points show, more and weights
-       grow too much. */
+    const double pdf = a2 / (pi * t * t) / (4 * part);
+    /* The variance is the solid angle: with less the points show, with more
+       weights grow and with them what lookups are off by. */
     const double lod =
-        0.5 * log2(1.25 / (b->count * pdf) / (VIEW_CAPTURE_BLUR * b->texel));
+        0.5 * log2(1 / (b->count * pdf * VIEW_CAPTURE_BLUR * b->texel));
     /* Level 0 is as coarse as texels are: not where level 1 will do. */
-    const double least = variance(b, 1) < 0.5 * a2;
+    const double least = variance(b, 1) < a2;
     const double angle = 2 * atan2(sin_h, cos_h);
     const double phi = 2 * pi * fmod(i * golden, 1);
     point p = {.x = sin(angle) * cos(phi),
