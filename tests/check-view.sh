@@ -162,7 +162,7 @@ test_scene() {
     draw a.png "$work/ktx2" $scene --probe-capture faces
     same scene.png a.png
     for with in '--seconds 2' '--no-parallax' '--probe-capture paraboloids' \
-        '--probe-size 64' '--probe-filter cpu' '--probes 1' '--probes 3' \
+        '--probe-size 64' '--probe-filter cpu' '--probes 1' '--probes 64' \
         '--volumes' '--turn 90' '--yaw 30' '--distance 2'; do
         draw a.png "$work/ktx2" $scene $with
         differ scene.png a.png
@@ -190,6 +190,7 @@ test_scene() {
     iblview "$work/ktx2" --contact-sheet b.png $small $scene || echo "$?"
     [ "$(size b.png)" = "$((4 + 5 * 52)) x $((4 + 4 * 40))" ] || size b.png
     wrong 2 '*--probe-size 100: *power of two*' "$work/ktx2" --probe-size 100
+    wrong 2 '*--probes 65: *0 to 64*' "$work/ktx2" --probes 65
     wrong 2 '*--sheet-rows material: not of --mode scene*' "$work/ktx2" \
         --contact-sheet c.png --mode scene --sheet-rows material
 }

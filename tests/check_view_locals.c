@@ -413,6 +413,95 @@ static void weights_with_alpha(void)
     weights(MOST, 0.6);
 }
 
+/* ---- captures into layers ------------------------------------------------ */
+
+/* A colour of each face of each probe, on a ground that is the probe's alone:
+ * what is filtered has no other. */
+typedef struct paint {
+    int probe, face;
+} paint;
+
+enum {
+    COUNT = 3,
+    EDGE = 16
+};
+
+static void colour_of(int probe, int face, float rgba[4])
+{
+    rgba[0] = 0.25f * (float)(probe + 1);
+    rgba[1] = 0.125f * (float)face;
+    rgba[2] = 0;
+    rgba[3] = 1;
+}
+
+static void paint_scene(void *cookie, const double clip[16],
+                        const double eye[3], int size, int side)
+{
+    paint *p = cookie;
+    float rgba[4];
+
+    (void)clip, (void)eye, (void)size, (void)side;
+    colour_of(p->probe, p->face++, rgba);
+    gl.ClearColor(rgba[0], rgba[1], rgba[2], rgba[3]);
+    gl.Clear(GL_COLOR_BUFFER_BIT);
+}
+
+static int count_wrong(const float *texels, size_t count, const float rgba[4],
+                       int channels)
+{
+    int bad = 0;
+
+    for (size_t i = 0; i < count; i++)
+        for (int k = 0; k < channels; k++)
+            bad += !(fabsf(texels[4 * i + (size_t)k] - rgba[k]) < 2e-3f);
+    return bad;
+}
+
+/* Level 0 by face; of what is filtered, what all faces have. */
+static void check_layers(GLuint array, int level, int n, int channels)
+{
+    const size_t face = (size_t)n * n;
+    float *all = malloc(sizeof *all * 4 * face * IBL_FACES * COUNT);
+    int bad = 0;
+
+    if (!all)
+        exit(1);
+    gl.ActiveTexture(GL_TEXTURE0);
+    gl.BindTexture(GL_TEXTURE_CUBE_MAP_ARRAY, array);
+    gl.GetTexImage(GL_TEXTURE_CUBE_MAP_ARRAY, level, GL_RGBA, GL_FLOAT, all);
+    for (int i = 0; i < IBL_FACES * COUNT; i++) {
+        float rgba[4];
+        colour_of(i / IBL_FACES, i % IBL_FACES, rgba);
+        bad += count_wrong(all + 4 * face * (size_t)i, face, rgba, channels);
+    }
+    CHECK_MSG(bad == 0, "level %d of %d: %d", level, n, bad);
+    free(all);
+}
+
+static void captures_are_layers(void)
+{
+    view_capture_options o = view_capture_options_default();
+
+    if (!view_test_begin(16, 16))
+        return;
+    o.size = EDGE;
+    view_stage_locals *l = view_stage_locals_create(&o, COUNT);
+    NEED(l);
+    for (int i = COUNT - 1; i >= 0; i--) {
+        paint p = {.probe = i};
+        CHECK(view_stage_locals_capture(l, i, 10, paint_scene, &p));
+        CHECK(p.face == IBL_FACES);
+    }
+    const view_room_locals drawn = view_stage_locals_drawn(l);
+    CHECK(drawn.count == COUNT && drawn.last_level >= 1);
+    check_layers(drawn.specular, 0, EDGE, 4);
+    check_layers(drawn.specular, 1, EDGE / 2, 1);
+    check_layers(drawn.irradiance, 0, VIEW_CAPTURE_IRRADIANCE, 1);
+    view_stage_locals_free(l);
+    CHECK(view_gl_check("captures into layers"));
+    view_test_end();
+}
+
 /* ---- without arrays of cubes --------------------------------------------- */
 
 static PFNGLGETINTEGERVPROC real_integers;
@@ -461,6 +550,7 @@ static const test tests[] = {
     TEST(tiles_change_nothing),
     TEST(weights_are_those_of_the_library),
     TEST(weights_with_alpha),
+    TEST(captures_are_layers),
     TEST(needs_cube_arrays),
 };
 TEST_MAIN(tests)

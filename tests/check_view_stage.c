@@ -263,6 +263,34 @@ static void sun_counts(void)
     end(l);
 }
 
+/* The mirror shows what moves with local probes, too, which do not, whether
+ * these see the whole room or leave to it what they do not see. */
+static void moves_among_locals(void)
+{
+    look *l = begin();
+    float alone[FLOATS];
+
+    if (!l)
+        return;
+    NEED(l->stage);
+    CHECK(draw(l, 0));
+    memcpy(alone, l->rgb, sizeof alone);
+    for (int i = 0; i < 2; i++) {
+        l->s.probes = 9;
+        l->s.probe_limit = i;
+        CHECK(draw(l, 0));
+        CHECK(view_stage_drawn(l->stage)->locals.count == 9);
+        CHECK(draw(l, 2));
+        CHECK_MSG(changed(l) > 0.01, "%g", changed(l));
+    }
+    l->s.probes = 0;
+    l->s.probe_limit = false;
+    CHECK(draw(l, 0));
+    memcpy(l->before, alone, sizeof alone);
+    CHECK_MSG(changed(l) < 1e-6, "%g", changed(l));
+    end(l);
+}
+
 static void camera_stays_inside(void)
 {
     view_settings s = view_settings_default();
@@ -283,6 +311,7 @@ static const test tests[] = {
     TEST(settings_count),
     TEST(sun_counts),
     TEST(failure_is_said_once),
+    TEST(moves_among_locals),
     TEST(camera_stays_inside),
 };
 TEST_MAIN(tests)
