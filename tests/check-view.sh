@@ -184,9 +184,14 @@ test_scene() {
         draw a.png sunny $scene $with
         differ scene.png a.png
     done
+    # 48 degrees high, and turned to the windows.
+    iblview sunny --offscreen a.png $small $scene -v >said
+    grep -q '^sun: from -0.6[0-9]* 0.74[0-9]* 0.2[0-9]*, irradiance 5' said ||
+        cat said
     iblview "$work/ktx2" --offscreen a.png $small $scene -v >said
     grep -q '^probe: [0-9.]* ms drawing, [0-9.]* levels, [0-9.]* irr' said ||
         cat said
+    grep -q '^sun: none$' said || cat said
     iblview "$work/ktx2" --contact-sheet b.png $small $scene || echo "$?"
     [ "$(size b.png)" = "$((4 + 5 * 52)) x $((4 + 4 * 40))" ] || size b.png
     wrong 2 '*--probe-size 100: *power of two*' "$work/ktx2" --probe-size 100

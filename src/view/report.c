@@ -3,6 +3,8 @@
 
 #include <stdio.h>
 
+#include "view/scene.h"
+
 /* Spheres that are not in the picture have none. */
 static void print_error(double rmse)
 {
@@ -58,6 +60,21 @@ void view_report_probe_set(const view_probe_set *set)
     printf("probes: %s, %d, levels: %g\n", view_probe_set_path(set), l->count,
            (double)l->last_level + 1);
     fflush(stdout);
+}
+
+void view_report_sun(const view_stage *stage)
+{
+    const view_room_environment *e = &view_stage_drawn(stage)->environment;
+    double world[3];
+
+    if (!view_room_sun_shines(&e->sun)) {
+        printf("sun: none\n");
+        return;
+    }
+    view_unturn(e->turn, e->sun.direction, world);
+    printf("sun: from %.3f %.3f %.3f, irradiance %.3g %.3g %.3g\n", world[0],
+           world[1], world[2], e->sun.irradiance[0], e->sun.irradiance[1],
+           e->sun.irradiance[2]);
 }
 
 void view_report_probe(const view_stage *stage, view_probe_filter filter)

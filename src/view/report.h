@@ -14,6 +14,10 @@ void view_report_set(const view_set *set);
 /* Prints how long the last capture of the scene took. */
 void view_report_probe(const view_stage *stage, view_probe_filter filter);
 
+/* Where the sun of the last draw of the scene is, in the world, and what it
+ * gives a surface that faces it. */
+void view_report_sun(const view_stage *stage);
+
 /* Where baked probes are from, and how many. */
 void view_report_probe_set(const view_probe_set *set);
 

@@ -87,8 +87,10 @@ static bool draw_picture(ibl_ctx *ctx, const view_options *o, view_renderer *r)
         return false;
     if (o->verbose)
         printf("%.1f ms a frame\n", ms);
-    if (o->verbose && o->settings.mode == VIEW_SCENE)
+    if (o->verbose && o->settings.mode == VIEW_SCENE) {
+        view_report_sun(view_renderer_stage(r));
         view_report_probe(view_renderer_stage(r), o->settings.probe_filter);
+    }
     if (!o->quiet && o->settings.compare != VIEW_SPLIT_SUM)
         view_report_print(r, &o->settings);
     return write_picture(ctx, o) &&
