@@ -51,10 +51,17 @@ for pair in full.vert:sky.frag sphere.vert:sphere.frag full.vert:display.frag \
     vertex=${pair%:*} fragment=${pair#*:}
     mkdir "$work/$fragment"
     flat "$vertex" >"$work/$fragment/$vertex"
+    flat "$fragment" >"$work/$fragment/$fragment"
     # Local probes come in four words of bits, and hardly any point has more
     # than one probe of each; a compiler would think of all that could be.
-    flat "$fragment" | sed 's/while (bits != 0u/if (bits != 0u/' \
-        >"$work/$fragment/$fragment"
+    if [ "$fragment" = room.frag ]; then
+        sed -i 's/while (bits != 0u/if (bits != 0u/w '"$work/once" \
+            "$work/$fragment/$fragment"
+        [ -s "$work/once" ] || {
+            echo 'room.frag: no loop over probes: mend the line that finds it' >&2
+            exit 1
+        }
+    fi
     (cd "$work/$fragment" && glslangValidator -V -R --aml --amb -l "$vertex" \
         "$fragment" >log) || { cat "$work/$fragment/log"; exit 1; }
     set -- "$@" "$fragment" "$work/$fragment/vert.spv" "$work/$fragment/frag.spv"
