@@ -152,6 +152,35 @@ static void pieces(void)
     ibl_ctx_free(ctx);
 }
 
+/* A level 0 that is given is that of the chain, and all else is the same. */
+static void given_level0(void)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    test_random r = {16};
+    ibl_image map = map_of_kind(ctx, &r, MAP_SUNNY, 128, 64);
+    ibl_bake_options o = options(32);
+    const ibl_environment env = in_memory(&map);
+    const size_t first = 3 * ibl_cube_texels(32, 1);
+    ibl_bake_result a, b;
+    ibl_cube given = {0};
+
+    o.specular_options.method = IBL_METHOD_SPECTRAL;
+    NEED(!ibl_cube_alloc(ctx, 32, 1, &given));
+    for (size_t i = 0; i < first; i++)
+        given.data[i] = (float)test_random_unit(&r);
+    NEED(!ibl_bake_environment(ctx, &env, &o, &a));
+    o.level0 = &given;
+    NEED(!ibl_bake_environment(ctx, &env, &o, &b));
+    CHECK(!memcmp(b.specular.data, given.data, first * sizeof(float)));
+    memcpy(b.specular.data, a.specular.data, first * sizeof(float));
+    CHECK(same(&a, &b));
+    ibl_bake_result_free(&a);
+    ibl_bake_result_free(&b);
+    ibl_cube_free(&given);
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+}
+
 /* ---- coefficients ------------------------------------------------------ */
 
 /* Those of the analysis are the sums over the pixels, lights and constant and
@@ -427,6 +456,10 @@ static void arguments(void)
     o.sh_degree = IBL_MAX_SH_DEGREE + 1;
     refused(ctx, &env, &o);
     CHECK(strstr(kept.text[IBL_LOG_ERROR], "1001"));
+    o = options(16);
+    o.level0 = &(ibl_cube){.size = 8};
+    refused(ctx, &env, &o);
+    CHECK(strstr(kept.text[IBL_LOG_ERROR], "a level 0 of size 8"));
     o = options(0);
     refused(ctx, &env, &o);
     o = options(16);
@@ -446,8 +479,9 @@ static void arguments(void)
     ibl_ctx_free(ctx);
 }
 
-static const test tests[] = {
-    TEST(rows_and_threads), TEST(pieces),         TEST(harmonics),
-    TEST(estimates_hold),   TEST(largest_floats), TEST(smallest_floats),
-    TEST(progress),         TEST(failures),       TEST(arguments)};
+static const test tests[] = {TEST(rows_and_threads), TEST(pieces),
+                             TEST(given_level0),     TEST(harmonics),
+                             TEST(estimates_hold),   TEST(largest_floats),
+                             TEST(smallest_floats),  TEST(progress),
+                             TEST(failures),         TEST(arguments)};
 TEST_MAIN(tests)

@@ -85,6 +85,11 @@ static ibl_status check(const bake *b)
                         "spherical harmonics of degree %d: must be 0 to %d, "
                         "or -1 for none",
                         o->sh_degree, IBL_MAX_SH_DEGREE);
+    if (o->specular && o->level0 && o->level0->size != o->specular_options.size)
+        return ibl_fail(b->ctx, IBL_ERR_ARGUMENT,
+                        "a level 0 of size %d for a specular cube of %d: must "
+                        "have its size",
+                        o->level0->size, o->specular_options.size);
     if (o->specular)
         status = ibl_specular_check(b->ctx, &o->specular_options);
     if (!status && o->irradiance)
@@ -121,8 +126,13 @@ static ibl_status prepare_specular(bake *b)
     tell_layout(b);
     if (b->layout.roughness[0] > 0)
         return IBL_OK;
-    return ibl_level0_create(b->ctx, b->env->width, b->env->height,
-                             b->opts.yaw_deg, &b->out->specular, &b->level0);
+    if (!b->opts.level0)
+        return ibl_level0_create(b->ctx, b->env->width, b->env->height,
+                                 b->opts.yaw_deg, &b->out->specular,
+                                 &b->level0);
+    memcpy(b->out->specular.data, b->opts.level0->data,
+           3 * sizeof(float) * ibl_cube_texels(b->layout.size, 1));
+    return IBL_OK;
 }
 
 static ibl_status prepare_sky(bake *b)

@@ -253,21 +253,19 @@ static ibl_status read_cross(const taker *t, cubes *c)
     return status;
 }
 
-/* Level 0 from the faces where it can be. */
-static ibl_status put_level0(const taker *t, ibl_cube *cube, ibl_cube *specular)
+/* Level 0 is the faces where it can be; else it has no texels. */
+static ibl_status find_level0(const taker *t, ibl_cube *cube, int size,
+                              ibl_cube *level0)
 {
     int level = 0;
 
-    while (level + 1 < cube->levels && cube->size >> level > specular->size)
+    *level0 = (ibl_cube){0};
+    while (level + 1 < cube->levels && cube->size >> level > size)
         level++;
-    if (specular->size << level != cube->size)
+    if (size << level != cube->size)
         return IBL_OK;
-    const ibl_status status =
-        level ? ibl_cube_build_mips(t->ctx, cube) : IBL_OK;
-    if (!status)
-        memcpy(specular->data, ibl_cube_face(cube, level, 0),
-               3 * sizeof(float) * ibl_cube_texels(specular->size, 1));
-    return status;
+    *level0 = (ibl_cube){size, 1, ibl_cube_face(cube, level, 0)};
+    return level ? ibl_cube_build_mips(t->ctx, cube) : IBL_OK;
 }
 
 /* Colours or alpha. */
@@ -276,18 +274,21 @@ static ibl_status bake_cube(const taker *t, ibl_cube *cube,
                             ibl_bake_result *made)
 {
     const int width = ibl_latlong_width(cube->size);
+    ibl_bake_options own = *options;
     ibl_image map = {0};
+    ibl_cube level0;
 
     ibl_status status = ibl_image_alloc(t->ctx, width, width / 2, &map);
     if (!status)
         status = ibl_latlong_from_cube(t->ctx, cube, &map);
+    if (!status)
+        status = find_level0(t, cube, own.specular_options.size, &level0);
     if (!status) {
         const ibl_environment env = {
             .width = map.width, .height = map.height, .image = &map};
-        status = ibl_bake_environment(t->ctx, &env, options, made);
+        own.level0 = level0.data ? &level0 : NULL;
+        status = ibl_bake_environment(t->ctx, &env, &own, made);
     }
-    if (!status && options->specular)
-        status = put_level0(t, cube, &made->specular);
     ibl_image_free(&map);
     return status;
 }
