@@ -8,7 +8,7 @@
  * 64 texels and more differ by an nRMSE of 0.2 % in an evenly lit room, of 1.5
  * % at most with a light that is 50 times as bright as the room and 2 % with
  * one of 200 times, wherever it is and whatever its size; small ones that are
- * 1000 times as bright leave up to 2.6 % (tests/check_view_capture.c).
+ * 1000 times as bright leave up to 2.2 % (tests/check_view_capture.c).
  *
  * Alpha is how much of a texel has been seen: 0 where nothing was drawn. It is
  * filtered as the colours are, which are thus premultiplied by it: what fills
