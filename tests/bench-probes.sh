@@ -3,8 +3,9 @@
 # What probes cost, here and now: captures and their filters by size and method,
 # frames by how many probes light them, tiles, and a set of 64 baked offline.
 #   bench-probes.sh [BUILD [ROUNDS]]      build, 5 rounds of the set
-# Everything that is compared takes turns; figures are medians. OpenGL draws
-# into memory, where Mesa's llvmpipe is the GPU: its lines say so.
+# Everything that is compared takes turns; figures are medians, and CPU time
+# is of all threads. OpenGL draws into memory, where llvmpipe of Mesa is the GPU:
+# its lines say so.
 set -eu
 build=${1:-build}
 rounds=${2:-5}
@@ -43,12 +44,12 @@ done
 
 # A run, with its time and that of each stage added to FILE: lines of STAGE MS.
 bake() { # TYPE THREADS FILE
-    local begin=$EPOCHREALTIME
-    "$program" probes "$work/$1/set.json" -o "$work/out-$1-$2" -j "$2" \
-        --force -v 2>"$work/said"
-    local end=$EPOCHREALTIME
+    local TIMEFORMAT='%R %U %S'
+    { time "$program" probes "$work/$1/set.json" -o "$work/out-$1-$2" \
+        -j "$2" --force -v 2>"$work/said"; } 2>"$work/time"
     {
-        echo "all $(((${end/./} - ${begin/./}) / 1000))"
+        awk '{ print "all", 1000 * $1; print "cpu", 1000 * ($2 + $3) }' \
+            "$work/time"
         awk '$NF == "s" && $1 != "total" {
                 ms = 1000 * $(NF - 1)
                 NF -= 2
@@ -104,6 +105,7 @@ row 'table of the split sum' lut
 row 'arrays and files' write
 row 'hashes of files' hash
 row 'whole process' all
+row 'its CPU time' cpu
 printf '%-34s' 'probes per second'
 for f in "${files[@]}"; do
     awk -v n=$probes -v ms="$(median all "$f")" \

@@ -41,8 +41,9 @@ typedef struct mapper {
     ibl_image *map;
     int half;           /* texels from a face's middle to its edge, that in
                            the middle counted whole */
-    double *edges;      /* azimuths of the lines between columns of texels,
-                           half + 1 */
+    double *lines;      /* between texels, from the middle of a face, 0, to its
+                           edge, 1: half + 1 */
+    double *edges;      /* azimuths of those between columns of texels */
     double *z;          /* of the edges of rows, height / 2 + 1 */
     float *side, *pole; /* half x half bundles */
     double *sums;       /* of each worker: a bundle for each row */
@@ -61,13 +62,6 @@ int ibl_latlong_width(int size)
 }
 
 /* ---- bundles ----------------------------------------------------------- */
-
-/* Line c from the middle of a face, whose edge is at 1. */
-static double line(const mapper *m, int c)
-{
-    const int n = m->cube->size;
-    return c ? 2.0 * (n - m->half + c) / n - 1 : 0;
-}
 
 /* The index along a whole edge of texel c from the middle. */
 static int place(const mapper *m, int c, bool negative)
@@ -147,21 +141,17 @@ static void go(walker *w, double z, const float *bundle)
     }
 }
 
-static double line_along(const mapper *m, int c, double along)
-{
-    return along > 0 ? line(m, c) / along : HUGE_VAL;
-}
-
 /* Distance rho from the middle of +Y is z = 1 / sqrt(1 + rho^2). */
 static void walk_pole(walker *w, double along_x, double along_z)
 {
     const mapper *m = w->m;
+    const double by_x = 1 / along_x, by_z = 1 / along_z;
     int p = 0, q = 0;
 
     while (p < m->half) {
-        const double to_p = line_along(m, p + 1, along_x);
-        const double to_q = line_along(m, q + 1, along_z);
-        const double rho = fmin(to_p, to_q);
+        const double to_p = m->lines[p + 1] * by_x;
+        const double to_q = m->lines[q + 1] * by_z;
+        const double rho = to_p < to_q ? to_p : to_q;
         go(w, 1 / sqrt(1 + rho * rho),
            m->pole + ((size_t)p * (size_t)m->half + (size_t)q) * BUNDLE);
         p += to_p <= rho;
@@ -176,8 +166,8 @@ static void walk_side(walker *w, double along_x, int column)
     const float *bundle = m->side + (size_t)column * (size_t)m->half * BUNDLE;
 
     for (int y = 0; y < m->half; y++, bundle += BUNDLE) {
-        const double t = (1 - 2.0 * (y + 1) / m->cube->size) * along_x;
-        go(w, fmax(t / sqrt(1 + t * t), 0), bundle);
+        const double t = m->lines[m->half - 1 - y] * along_x;
+        go(w, t / sqrt(1 + t * t), bundle);
     }
 }
 
@@ -260,14 +250,18 @@ static bool make(mapper *m, int threads)
     const double height = m->map->height;
 
     m->edges = ibl_alloc_array(h + 1, sizeof *m->edges);
+    m->lines = ibl_alloc_array(h + 1, sizeof *m->lines);
     m->z = ibl_alloc_array(rows + 1, sizeof *m->z);
     m->side = ibl_alloc_array(h * h, BUNDLE * sizeof *m->side);
     m->pole = ibl_alloc_array(h * h, BUNDLE * sizeof *m->pole);
     m->sums = ibl_alloc_array(rows * (size_t)threads, BUNDLE * sizeof *m->sums);
-    if (!m->edges || !m->z || !m->side || !m->pole || !m->sums)
+    if (!m->edges || !m->lines || !m->z || !m->side || !m->pole || !m->sums)
         return false;
-    for (int c = 0; c <= m->half; c++)
-        m->edges[c] = atan(line(m, c));
+    for (int c = 0; c <= m->half; c++) {
+        m->lines[c] =
+            c ? 2.0 * (m->cube->size - m->half + c) / m->cube->size - 1 : 0;
+        m->edges[c] = atan(m->lines[c]);
+    }
     for (size_t y = 0; y < rows; y++)
         m->z[y] = cos(IBL_PI * (double)y / height);
     m->z[rows] = 0;
@@ -294,6 +288,7 @@ ibl_status ibl_latlong_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
         status = ibl_run(ctx, "map", (columns + JOB_COLUMNS - 1) / JOB_COLUMNS,
                          fill_columns, &m);
     ibl_free(m.edges);
+    ibl_free(m.lines);
     ibl_free(m.z);
     ibl_free(m.side);
     ibl_free(m.pole);
