@@ -486,7 +486,9 @@ static void damaged_indices_are_refused(void)
                    "irradiance.scale|found \"E2\"");
     refuses_edited("s/\"radius\": 3.0/\"radius\": 0/",
                    "influence.sphere.radius: expected a number above 0");
-    refuses_edited("s/\"sphere\"/\"cone\"/", "expected one of box and sphere");
+    refuses_edited(
+        "s/\"sphere\"/\"cone\"/",
+        "influence.cone: expected no such member, but box or sphere");
     refuses_edited("s/\"position\": \\[2.0, /\"position\": [/",
                    "probes[0].position: expected an array of 3");
     refuses_edited("s/\"sh\": \\[/\"sh\": [[1, 2, 3],/",

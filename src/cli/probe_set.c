@@ -6,9 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Lengths and places are in any unit; these keep volumes and their ratios
- * well inside of a double. */
-#define FARTHEST 1e12
+#include "common/json_volume.h"
 
 const char *const ibl_set_containers[] = {"ktx2", "ktx", "dds", NULL};
 const char *const ibl_set_pixels[] = {"rgba16f", "rgba32f", "rgb9e5",
@@ -24,53 +22,6 @@ const char *ibl_capture_name(ibl_capture_kind kind)
 int ibl_probe_set_layers(const ibl_probe_set *set)
 {
     return set->count + set->has_global;
-}
-
-/* ---- volumes ----------------------------------------------------------- */
-
-static bool take_box(const ibl_json_at *at, ibl_volume *v)
-{
-    static const char *const keys[] = {"centre", "half", NULL};
-    const ibl_json_at centre = ibl_json_member(at, "centre");
-    const ibl_json_at half = ibl_json_member(at, "half");
-
-    v->shape = IBL_SHAPE_BOX;
-    return ibl_json_object(at, keys) &&
-           ibl_json_triple(&centre, -FARTHEST, FARTHEST, false, v->centre) &&
-           ibl_json_triple(&half, 0, FARTHEST, true, v->half);
-}
-
-static bool take_sphere(const ibl_json_at *at, ibl_volume *v)
-{
-    static const char *const keys[] = {"centre", "radius", NULL};
-    const ibl_json_at centre = ibl_json_member(at, "centre");
-    const ibl_json_at radius = ibl_json_member(at, "radius");
-
-    v->shape = IBL_SHAPE_SPHERE;
-    if (!ibl_json_object(at, keys) ||
-        !ibl_json_triple(&centre, -FARTHEST, FARTHEST, false, v->centre) ||
-        !ibl_json_real(&radius, 0, FARTHEST, true, &v->half[0]))
-        return false;
-    v->half[1] = v->half[2] = v->half[0];
-    return true;
-}
-
-bool ibl_set_volume(const ibl_json_at *at, ibl_volume *volume)
-{
-    static const char *const keys[] = {"box", "sphere", NULL};
-    const ibl_json_at box = ibl_json_member(at, "box");
-    const ibl_json_at sphere = ibl_json_member(at, "sphere");
-
-    if (!ibl_json_object(at, keys))
-        return false;
-    if (!box.value == !sphere.value)
-        return ibl_json_wrong(at, "one of box and sphere");
-    return box.value ? take_box(&box, volume) : take_sphere(&sphere, volume);
-}
-
-static double least_half(const ibl_volume *v)
-{
-    return fmin(v->half[0], fmin(v->half[1], v->half[2]));
 }
 
 /* ---- captures ---------------------------------------------------------- */
@@ -158,6 +109,11 @@ static bool is_inside(const ibl_volume *v, const double p[3])
     return v->shape == IBL_SHAPE_BOX || square <= v->half[0] * v->half[0];
 }
 
+static double least_half(const ibl_volume *v)
+{
+    return fmin(v->half[0], fmin(v->half[1], v->half[2]));
+}
+
 /* What is not there keeps its default: no blending, priority 0, no proxy. */
 static bool take_optional(const ibl_json_at *at, ibl_probe *p)
 {
@@ -168,7 +124,7 @@ static bool take_optional(const ibl_json_at *at, ibl_probe *p)
 
     if (blend.value) {
         double x;
-        if (!ibl_json_real(&blend, 0, FARTHEST, false, &x))
+        if (!ibl_json_real(&blend, 0, IBL_JSON_FARTHEST, false, &x))
             return false;
         if (x > widest)
             return ibl_json_wrong(
@@ -182,7 +138,7 @@ static bool take_optional(const ibl_json_at *at, ibl_probe *p)
     p->has_proxy = proxy.value != NULL;
     if (!proxy.value)
         return true;
-    if (!ibl_set_volume(&proxy, &p->proxy))
+    if (!ibl_json_volume(&proxy, &p->proxy))
         return false;
     return is_inside(&p->proxy, p->position) ||
            ibl_json_complain(&proxy, "expected a volume around the probe's "
@@ -219,10 +175,10 @@ static bool take_probe(const ibl_json_at *at, const ibl_probe_set *set,
     const ibl_json_at capture = ibl_json_member(at, "capture");
 
     return ibl_json_object(at, keys) && take_name(at, set, e) &&
-           ibl_json_triple(&position, -FARTHEST, FARTHEST, false,
-                           e->probe.position) &&
+           ibl_json_triple(&position, -IBL_JSON_FARTHEST, IBL_JSON_FARTHEST,
+                           false, e->probe.position) &&
            take_capture(&capture, &e->capture) &&
-           ibl_set_volume(&influence, &e->probe.influence) &&
+           ibl_json_volume(&influence, &e->probe.influence) &&
            take_optional(at, &e->probe);
 }
 

@@ -76,8 +76,6 @@ extern const char *const ibl_set_containers[];
 extern const char *const ibl_set_pixels[];
 extern const char *const ibl_set_alphas[];
 
-/* Checks and takes a volume, {"box": ..} or {"sphere": ..}. */
-bool ibl_set_volume(const ibl_json_at *at, ibl_volume *volume);
 /* Checks a capture; file names are not looked at. */
 bool ibl_set_capture(const ibl_json_at *at, ibl_capture_kind *kind);
 

@@ -10,8 +10,7 @@
 #include "cli/signals.h"
 #include "cli/start.h"
 #include "cli/words.h"
-
-#define FARTHEST 1e12
+#include "common/json_volume.h"
 
 enum {
     MOST_ALONG = 1000 /* cells along an axis */
@@ -38,8 +37,10 @@ static bool take_box(const ibl_json_at *at, double low[3], double high[3])
     const ibl_json_at min = ibl_json_member(at, "min");
     const ibl_json_at max = ibl_json_member(at, "max");
 
-    if (!ibl_json_triple(&min, -FARTHEST, FARTHEST, false, low) ||
-        !ibl_json_triple(&max, -FARTHEST, FARTHEST, false, high))
+    if (!ibl_json_triple(&min, -IBL_JSON_FARTHEST, IBL_JSON_FARTHEST, false,
+                         low) ||
+        !ibl_json_triple(&max, -IBL_JSON_FARTHEST, IBL_JSON_FARTHEST, false,
+                         high))
         return false;
     for (size_t k = 0; k < 3; k++)
         if (high[k] <= low[k]) {
@@ -56,10 +57,10 @@ static bool take_spacing(const ibl_json_at *at, grid *g)
     double spacing[3];
 
     if (json_is_array(at->value)) {
-        if (!ibl_json_triple(at, 0, FARTHEST, true, spacing))
+        if (!ibl_json_triple(at, 0, IBL_JSON_FARTHEST, true, spacing))
             return false;
     } else {
-        if (!ibl_json_real(at, 0, FARTHEST, true, &spacing[0]))
+        if (!ibl_json_real(at, 0, IBL_JSON_FARTHEST, true, &spacing[0]))
             return false;
         spacing[1] = spacing[2] = spacing[0];
     }
@@ -164,7 +165,7 @@ static bool take_grid(const ibl_json_at *root, grid *g)
            take_capture(&m[7], g) && take_blend(&m[8], g) &&
            (!m[9].value ||
             ibl_json_int(&m[9], -1000000, 1000000, &g->priority)) &&
-           (!m[12].value || ibl_set_volume(&m[12], &proxy));
+           (!m[12].value || ibl_json_volume(&m[12], &proxy));
 }
 
 /* ---- making ------------------------------------------------------------ */

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/names.h"
 #include "common/option.h"
 
 enum {
@@ -18,14 +19,7 @@ void ibl_option_allowed(const ibl_option *opt, char *text, size_t size)
     } else if (opt->kind == IBL_OPTION_INT || opt->kind == IBL_OPTION_REAL) {
         snprintf(text, size, "%.10g to %.10g", opt->low, opt->high);
     } else if (opt->kind == IBL_OPTION_CHOICE) {
-        for (int i = 0; opt->choices[i]; i++) {
-            const size_t used = strlen(text);
-            const char *between = i == 0                ? ""
-                                  : opt->choices[i + 1] ? ", "
-                                                        : " or ";
-            snprintf(text + used, size - used, "%s%s", between,
-                     opt->choices[i]);
-        }
+        ibl_names_text(opt->choices, text, size);
     }
 }
 

@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 
 #include "common/line.h"
+#include "common/names.h"
 
 static bool fail(const ibl_json_file *file, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
@@ -140,35 +141,18 @@ bool ibl_json_wrong(const ibl_json_at *at, const char *expected, ...)
     return ibl_json_complain(at, "expected %s, found %s", text, found);
 }
 
-/* "a, b or c" */
-static void list_names(const char *const *names, char *text, size_t size)
-{
-    *text = '\0';
-    for (int i = 0; names[i]; i++) {
-        const size_t used = strlen(text);
-        snprintf(text + used, size - used, "%s%s",
-                 i == 0         ? ""
-                 : names[i + 1] ? ", "
-                                : " or ",
-                 names[i]);
-    }
-}
-
 bool ibl_json_object(const ibl_json_at *at, const char *const *keys)
 {
     char names[512];
 
-    list_names(keys, names, sizeof names);
+    ibl_names_text(keys, names, sizeof names);
     if (!json_is_object(at->value))
         return ibl_json_wrong(at, "an object with %s", names);
     const char *key;
     json_t *value;
     json_object_foreach((json_t *)at->value, key, value)
     {
-        int i = 0;
-        while (keys[i] && strcmp(keys[i], key) != 0)
-            i++;
-        if (keys[i])
+        if (ibl_names_find(keys, key) >= 0)
             continue;
         const ibl_json_at member = ibl_json_member(at, key);
         return ibl_json_complain(
@@ -227,14 +211,15 @@ bool ibl_json_int(const ibl_json_at *at, int low, int high, int *value)
 bool ibl_json_choice(const ibl_json_at *at, const char *const *names,
                      int *value)
 {
+    const char *word = json_string_value(at->value);
+    const int found = word ? ibl_names_find(names, word) : -1;
     char text[256];
 
-    for (int i = 0; json_is_string(at->value) && names[i]; i++)
-        if (!strcmp(json_string_value(at->value), names[i])) {
-            *value = i;
-            return true;
-        }
-    list_names(names, text, sizeof text);
+    if (found >= 0) {
+        *value = found;
+        return true;
+    }
+    ibl_names_text(names, text, sizeof text);
     return ibl_json_wrong(at, "%s", text);
 }
 

@@ -51,7 +51,7 @@ void ibl_json_path(const ibl_json_at *at, char *text, size_t size);
 bool ibl_json_object(const ibl_json_at *at, const char *const *keys);
 bool ibl_json_array(const ibl_json_at *at, size_t least, size_t most);
 bool ibl_json_text_at(const ibl_json_at *at, const char **text);
-/* Not NaN, from low to high; above 0 where low is 0 and open. */
+/* From low, or above it where open, to high. */
 bool ibl_json_real(const ibl_json_at *at, double low, double high, bool open,
                    double *value);
 bool ibl_json_int(const ibl_json_at *at, int low, int high, int *value);

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "common/line.h"
+#include "common/names.h"
 #include "common/option.h"
 
 bool ibl_misuse(const char *fmt, ...)
@@ -138,12 +139,11 @@ _Static_assert(sizeof(ibl_option_kind) == sizeof(int), "no int");
 
 static bool set_choice(const ibl_option *opt, void *field, const char *value)
 {
-    for (int i = 0; opt->choices[i]; i++)
-        if (!strcmp(opt->choices[i], value)) {
-            memcpy(field, &i, sizeof i);
-            return true;
-        }
-    return false;
+    const int i = ibl_names_find(opt->choices, value);
+
+    if (i >= 0)
+        memcpy(field, &i, sizeof i);
+    return i >= 0;
 }
 
 /* Stores the value of an option; value is NULL for a flag. */

@@ -7,55 +7,20 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "common/json_at.h"
+#include "common/json_volume.h"
 #include "view/message.h"
 
 #define PI 3.14159265358979323846
 
-/* As of the sets that they are baked from. */
-static const double FARTHEST = 1e12;
 /* What a bake can hold as irradiance, and more. */
-static const double BRIGHTEST = 1e30;
+static const double brightest = 1e30;
 
 enum {
     VERSION = 1,
     MOST_BYTES = 1 << 24 /* 64 probes with harmonics have 100 kB */
 };
 
-/* ---- volumes and probes ------------------------------------------------ */
-
-static bool take_box(const ibl_json_at *at, ibl_volume *v)
-{
-    const ibl_json_at centre = ibl_json_member(at, "centre");
-    const ibl_json_at half = ibl_json_member(at, "half");
-
-    v->shape = IBL_SHAPE_BOX;
-    return ibl_json_triple(&centre, -FARTHEST, FARTHEST, false, v->centre) &&
-           ibl_json_triple(&half, 0, FARTHEST, true, v->half);
-}
-
-static bool take_sphere(const ibl_json_at *at, ibl_volume *v)
-{
-    const ibl_json_at centre = ibl_json_member(at, "centre");
-    const ibl_json_at radius = ibl_json_member(at, "radius");
-
-    v->shape = IBL_SHAPE_SPHERE;
-    if (!ibl_json_triple(&centre, -FARTHEST, FARTHEST, false, v->centre) ||
-        !ibl_json_real(&radius, 0, FARTHEST, true, &v->half[0]))
-        return false;
-    v->half[1] = v->half[2] = v->half[0];
-    return true;
-}
-
-static bool take_volume(const ibl_json_at *at, ibl_volume *v)
-{
-    const ibl_json_at box = ibl_json_member(at, "box");
-    const ibl_json_at sphere = ibl_json_member(at, "sphere");
-
-    if (!box.value == !sphere.value)
-        return ibl_json_wrong(at, "one of box and sphere");
-    return box.value ? take_box(&box, v) : take_sphere(&sphere, v);
-}
+/* ---- probes ------------------------------------------------------------ */
 
 static bool take_probe(const ibl_json_at *at, int layers, ibl_probe *p)
 {
@@ -69,11 +34,11 @@ static bool take_probe(const ibl_json_at *at, int layers, ibl_probe *p)
     p->has_proxy = proxy.value != NULL;
     return ibl_json_int(&layer, 0, layers - 1, &p->layer) &&
            ibl_json_int(&priority, -1000000, 1000000, &p->priority) &&
-           ibl_json_triple(&position, -FARTHEST, FARTHEST, false,
-                           p->position) &&
-           take_volume(&influence, &p->influence) &&
-           ibl_json_real(&blend, 0, FARTHEST, false, &p->blend) &&
-           (!proxy.value || take_volume(&proxy, &p->proxy));
+           ibl_json_triple(&position, -IBL_JSON_FARTHEST, IBL_JSON_FARTHEST,
+                           false, p->position) &&
+           ibl_json_volume(&influence, &p->influence) &&
+           ibl_json_real(&blend, 0, IBL_JSON_FARTHEST, false, &p->blend) &&
+           (!proxy.value || ibl_json_volume(&proxy, &p->proxy));
 }
 
 /* Probes that have seen everything have no harmonics of alpha. */
@@ -92,7 +57,7 @@ static bool take_sh(const ibl_json_at *at, double sh[4 * VIEW_PROBE_SH])
         const ibl_json_at alpha = ibl_json_element(&alphas, i);
         double *to = &sh[4 * i];
         to[3] = i ? 0 : constant;
-        if (!ibl_json_triple(&one, -BRIGHTEST, BRIGHTEST, false, to) ||
+        if (!ibl_json_triple(&one, -brightest, brightest, false, to) ||
             (alphas.value && !ibl_json_real(&alpha, -100, 100, false, &to[3])))
             return false;
     }
