@@ -227,6 +227,7 @@ test_stats() {
     iblview "$work/ktx2" --contact-sheet a.png $small $scene >said
     [ "$(wc -l <said)" = 2 ] && grep -q '^probe .* frames=20 ' said || cat said
     wrong 2 '*--quiet and --stats*' "$work/ktx2" -q --stats --offscreen b.png
+    wrong 2 '*--stats: no picture is drawn*' "$work/ktx2" --texel 1,1 --stats
 }
 
 test_samples_and_frames() {

@@ -442,6 +442,9 @@ static bool check(const view_options *o)
         return misuse("--quiet and --verbose", "choose one");
     if (o->quiet && o->stats)
         return misuse("--quiet and --stats", "choose one");
+    if (o->stats && !picture && (o->save_probes || o->texel[0] >= 0))
+        return misuse("--stats", "no picture is drawn: add --offscreen or "
+                                 "--contact-sheet");
     if (o->frames && !picture)
         return misuse("--frames", pictures_alone);
     if (o->samples && !picture)
