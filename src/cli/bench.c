@@ -24,7 +24,7 @@ static void free_point(ibl_bench_point *p)
     free(p->level);
 }
 
-void ibl_bench_free(ibl_bench *b)
+static void free_bench(ibl_bench *b)
 {
     for (int i = 0; i < b->point_count; i++)
         free_point(&b->points[i]);
@@ -162,7 +162,7 @@ static int work(void *cookie, const char *directory)
     }
     if (ok)
         ibl_bench_print(&b, stdout);
-    ibl_bench_free(&b);
+    free_bench(&b);
     return ok ? 0 : 1;
 }
 

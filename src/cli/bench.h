@@ -183,8 +183,6 @@ bool ibl_bench_measure(ibl_bench *b);
 bool ibl_bench_check_output(const ibl_bench *b, const ibl_bench_point *p);
 bool ibl_bench_judge(ibl_bench *b);
 
-void ibl_bench_free(ibl_bench *b);
-
 /* Whether a point stands for error against time: judged, on a map as it is,
  * and a peer, a variant or a bake with another method or samples alone. */
 bool ibl_bench_is_rival(const ibl_bench *b, const ibl_bench_point *p);
@@ -214,8 +212,6 @@ int ibl_bench_stages(const ibl_bench *b, char names[][32], int most);
 double ibl_bench_stage_seconds(const ibl_bench_point *p, const char *name);
 /* Groups of stages that any point has, in their order; returns how many. */
 int ibl_bench_groups(const ibl_bench *b, char groups[][32], int most);
-/* The stage's name without a level number: "specular 3" -> "specular". */
-void ibl_bench_stage_group(const char *stage, char *group, size_t size);
 /* Median time of a group of stages in a point, NAN if it has none. "rest" is
  * what the stages do not cover: start and end of the process, and the flushing
  * and renaming of the files. */

@@ -69,7 +69,8 @@ double ibl_bench_stage_seconds(const ibl_bench_point *p, const char *name)
     return NAN;
 }
 
-void ibl_bench_stage_group(const char *stage, char *group, size_t size)
+/* The stage's name without a level number: "specular 3" -> "specular". */
+static void group_of(const char *stage, char *group, size_t size)
 {
     snprintf(group, size, "%s", stage);
     if (!strncmp(group, "specular ", 9))
@@ -84,8 +85,7 @@ int ibl_bench_groups(const ibl_bench *b, char groups[][32], int most)
         for (int k = 0; k < b->points[i].stage_count; k++) {
             char name[32];
             int g = 0;
-            ibl_bench_stage_group(b->points[i].stages[k].name, name,
-                                  sizeof name);
+            group_of(b->points[i].stages[k].name, name, sizeof name);
             while (g < count && strcmp(groups[g], name) != 0)
                 g++;
             if (g == count && count < most)
@@ -101,7 +101,7 @@ double ibl_bench_group_seconds(const ibl_bench_point *p, const char *group)
 
     for (int i = 0; i < p->stage_count; i++) {
         char name[32];
-        ibl_bench_stage_group(p->stages[i].name, name, sizeof name);
+        group_of(p->stages[i].name, name, sizeof name);
         if (!strcmp(name, group)) {
             sum += p->stages[i].stat.median;
             any = true;

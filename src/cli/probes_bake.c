@@ -116,7 +116,6 @@ ibl_status ibl_probes_check_input(const ibl_probes_bake *p, const char *input)
 
 /* ---- layers -------------------------------------------------------------- */
 
-/* alpha without texels: it is 1. */
 /* Puts a layer into its array, and frees it. */
 static ibl_status take_texture(ibl_probes_bake *p, int kind, int layer,
                                ibl_texture *tex)
@@ -132,6 +131,7 @@ static ibl_status take_texture(ibl_probes_bake *p, int kind, int layer,
     return status;
 }
 
+/* alpha without texels: it is 1. */
 static ibl_status take_cube(ibl_probes_bake *p, int kind, int layer,
                             const ibl_cube *cube, const ibl_cube *alpha)
 {

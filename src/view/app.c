@@ -116,7 +116,9 @@ static bool show_from(view_app *app, const view_request *what)
     return true;
 }
 
-bool view_app_open(view_app *app, const view_request *what)
+/* Opens a set, or begins to bake a map. False after a message; what was shown
+ * stays then. */
+static bool open_path(view_app *app, const view_request *what)
 {
     if (view_is_map(what->path))
         return start_bake(app, what->path);
@@ -143,7 +145,7 @@ static void drop(void *cookie, const char *path)
 {
     view_app *app = cookie;
 
-    if (!view_app_open(app, &(view_request){.path = path}))
+    if (!open_path(app, &(view_request){.path = path}))
         say_why(app, path);
 }
 
@@ -176,7 +178,7 @@ static void tend_files(view_app *app)
         return;
     /* If that fails, it is tried again after the next change. */
     view_stamp_take(app->set, &app->stamp);
-    if (!view_app_open(app, &app->request))
+    if (!open_path(app, &app->request))
         view_app_notice(app, "the files have changed, but cannot be shown: "
                              "the terminal says why");
     else if (!app->baker)
@@ -436,7 +438,7 @@ bool view_app_run(ibl_ctx *ctx, const view_options *options)
     bool ok;
 
     ok = view_options_may(options) && make(&app, &events) &&
-         view_app_open(&app, &options->request) &&
+         open_path(&app, &options->request) &&
          (!app.set || view_options_suit(options, app.set)) && loop(&app);
     unmake(&app);
     return ok;

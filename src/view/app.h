@@ -59,8 +59,4 @@ void view_app_picture(view_app *app);
 void view_app_notice(view_app *app, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
 
-/* Opens a set, or begins to bake a map. False after a message; what was shown
- * stays then. */
-bool view_app_open(view_app *app, const view_request *what);
-
 #endif

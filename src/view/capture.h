@@ -81,7 +81,7 @@ bool view_capture_update(view_capture *c, const double position[3],
  * done. True once it has. position counts at an update's first step. False
  * with a message if the library could not filter: the next is a first step.
  *
- * Steps are: six faces or two sides drawn; the mips for lookups; each face of
+ * Steps are: six faces or two sides drawn; the levels for lookups; each face of
  * each level from 1 on; each face of the irradiance. With options.cpu, after
  * those drawn, one.
  */

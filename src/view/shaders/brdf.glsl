@@ -66,18 +66,7 @@ mat3 frame_of(vec3 n)
                 vec3(b, s + n.y * n.y * a, -n.y), n);
 }
 
-// Half vector around +Z with density D N.H, u in 0..1 squared: Walter eq. 35
-// and 36.
-vec3 ggx_half(vec2 u, float alpha)
-{
-    float s2 = alpha * alpha * u.x, c2 = 1.0 - u.x;
-    float scale = inversesqrt(max(s2 + c2, 1e-30));
-    float phi = 2.0 * PI * u.y;
-    float s = sqrt(s2) * scale;
-    return vec3(s * cos(phi), s * sin(phi), sqrt(c2) * scale);
-}
-
-// Direction around +Z with density N.L / pi.
+// Direction around +Z with density N.L / pi, u in 0..1 squared.
 vec3 cosine_direction(vec2 u)
 {
     float s = sqrt(u.x), phi = 2.0 * PI * u.y;
