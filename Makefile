@@ -219,9 +219,10 @@ ifeq ($(HAVE_VIEW),yes)
 demo-view: $(VIEW)
 	$(VIEW) build/demo --offscreen build/demo/spheres.png $(SPHERES)
 	$(VIEW) build/demo --contact-sheet build/demo/sheet.png
+	$(VIEW) build/demo --mode scene --offscreen build/demo/scene.png $(ROOM)
 	@ls -l build/demo
-	@echo "iblbake: look at sky.png, spheres.png and sheet.png in build/demo," \
-	    "or run $(VIEW) build/demo"
+	@echo "iblbake: look at sky.png, spheres.png, sheet.png and scene.png in" \
+	    "build/demo, or run $(VIEW) build/demo"
 else
 demo-view:
 	@ls -l build/demo
@@ -229,6 +230,23 @@ demo-view:
 	    "iblview was not built"
 endif
 SPHERES = --size 896x504 --grid 5x9 --turn 215 --pitch 4
+ROOM = --size 896x504 --turn 215 --pitch 16 --distance 4.6 --fov 65 --seconds 3 \
+       --probes 16
+
+## pictures: the README's, from the demo's environment, into data/
+SCENE = $(VIEW) build/demo -q --mode scene --size 480x270 --turn 215 \
+        --offscreen data/scene
+WIDE = --distance 4.6 --fov 65 --seconds 3
+.PHONY: pictures
+pictures: demo
+	$(BIN) data/sky.exr -q -o build/pictures --preview data/preview.png
+	cp build/demo/spheres.png data/iblview.png
+	$(SCENE)-infinite.png $(WIDE) --pitch 16 --no-parallax
+	$(SCENE)-parallax.png $(WIDE) --pitch 16
+	$(SCENE)-one.png $(WIDE) --pitch 30
+	$(SCENE)-blended.png $(WIDE) --pitch 30 --probes 16
+	$(SCENE)-right.png --pitch 10 --seconds 0.2
+	$(SCENE)-left.png --pitch 10 --seconds 3.8
 
 # Every build that must pass, then everything in it.
 CHECKED := build build/clang build/asan build/tsan
