@@ -267,13 +267,14 @@ static void failures_leave_nothing(void)
 /* ---- loading ----------------------------------------------------------- */
 
 /* Layer by layer what was painted, to within what a pixel can hold. */
-static void check_painted(const char *dir, const view_probe_set *set)
+static void check_painted(const char *dir, const view_probe_set *set,
+                          int layers)
 {
     const view_room_locals *l = view_probe_set_locals(set);
     static const int was[PROBES] = {2, 0, 1}; /* priority, then size */
     static const int at[][2] = {{8, 8}, {1, 1}, {1, 14}, {14, 1}, {14, 14}};
     ibl_probe probe[PROBES];
-    float *rgba = read_array(l->specular, SIZE, PROBES, 0);
+    float *rgba = read_array(l->specular, SIZE, layers, 0);
 
     make_probes(probe);
     CHECK(l->count == PROBES);
@@ -317,13 +318,33 @@ static void faces_are_the_right_way_round(void)
         NEED(bake(dir, options[i]));
         view_probe_set *set = load(dir);
         NEED(set);
-        check_painted(dir, set);
+        check_painted(dir, set, PROBES);
         const view_room_locals *l = view_probe_set_locals(set);
         CHECK_NEAR(l->last_level, 1, 0);
         CHECK_NEAR(l->lod_scale, 1, 0);
         CHECK_NEAR(l->irradiance_scale, 1, 0);
         view_probe_set_free(set);
     }
+    view_test_end();
+}
+
+/* It has a layer, which no probe has. */
+static void the_global_environment_is_left_out(void)
+{
+    if (!view_test_begin(16, 16))
+        return;
+    make_context();
+    NEED(bake("without", ""));
+    NEED(file_run("sed -i 's/\"probes\": \\[/\"global\": {\"capture\": "
+                  "{\"faces\": [%s, %s, %s]}},&/' painted/set.json && "
+                  "'%s' probes -q painted/set.json -o global --irradiance sh",
+                  "\"probe_00_px.exr\", \"probe_00_nx.exr\"",
+                  "\"probe_00_py.exr\", \"probe_00_ny.exr\"",
+                  "\"probe_00_pz.exr\", \"probe_00_nz.exr\"", program()));
+    view_probe_set *set = load("global");
+    NEED(set);
+    check_painted("global", set, PROBES + 1);
+    view_probe_set_free(set);
     view_test_end();
 }
 
@@ -631,11 +652,17 @@ static void keys_say_whose_they_are(void)
 }
 
 static const test tests[] = {
-    TEST(pictures_are_exact),          TEST(sets_say_what_probes_are),
-    TEST(failures_leave_nothing),      TEST(faces_are_the_right_way_round),
-    TEST(harmonics_become_cubes),      TEST(a_room_comes_back),
-    TEST(damaged_indices_are_refused), TEST(too_many_are_refused),
-    TEST(damaged_arrays_are_refused),  TEST(changes_are_seen),
+    TEST(pictures_are_exact),
+    TEST(sets_say_what_probes_are),
+    TEST(failures_leave_nothing),
+    TEST(faces_are_the_right_way_round),
+    TEST(the_global_environment_is_left_out),
+    TEST(harmonics_become_cubes),
+    TEST(a_room_comes_back),
+    TEST(damaged_indices_are_refused),
+    TEST(too_many_are_refused),
+    TEST(damaged_arrays_are_refused),
+    TEST(changes_are_seen),
     TEST(keys_say_whose_they_are),
 };
 TEST_MAIN(tests)
