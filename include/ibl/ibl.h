@@ -499,8 +499,8 @@ typedef struct ibl_bake_options {
     ibl_specular_options specular_options;
     int irradiance; /* 0: none; default 1 */
     ibl_irradiance_options irradiance_options;
-    int sh_degree;  /* -1: none; default 2 */
-    double yaw_deg; /* in place of those in the options above */
+    int sh_degree;          /* -1: none; default 2 */
+    double yaw_deg;         /* in place of those in the options above */
     const ibl_cube *level0; /* level 0 of specular where that has roughness 0,
                                not turned: the environment is a map of this
                                cube. Its size is specular's. Default NULL: made
