@@ -4,8 +4,8 @@
 # frames by how many probes light them, tiles, and a set of 64 baked offline.
 #   bench-probes.sh [BUILD [ROUNDS]]      build, 5 rounds of the set
 # Everything that is compared takes turns; figures are medians, and CPU time
-# is of all threads. OpenGL draws into memory, where llvmpipe of Mesa is the GPU:
-# its lines say so.
+# is of all threads. OpenGL draws into memory, where Mesa's llvmpipe is the GPU,
+# as the lines say.
 set -eu
 build=${1:-build}
 rounds=${2:-5}
