@@ -475,10 +475,7 @@ static void samples_of_rings(void)
 static void wrong_arguments(void)
 {
     test_messages messages;
-    const ibl_ctx_options options = {
-        .log = test_keep, .log_cookie = &messages, .threads = 1};
-    ibl_ctx *ctx = NULL;
-    NEED(ibl_ctx_create(&options, &ctx) == IBL_OK);
+    ibl_ctx *ctx = test_keeping_ctx(1, &messages);
     ibl_azimuth *plan;
     CHECK(ibl_azimuth_create(ctx, 0, 1, 0, &plan) == IBL_ERR_ARGUMENT);
     CHECK(!plan);

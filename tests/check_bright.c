@@ -258,13 +258,8 @@ static double nothing(double chord, const void *arg)
 static void no_lobe(void)
 {
     test_messages said = {0};
-    ibl_ctx_options o = ibl_ctx_options_default();
-    ibl_ctx *ctx;
     ibl_radial radial;
-    o.log = test_keep;
-    o.log_cookie = &said;
-    o.threads = 1;
-    NEED(!ibl_ctx_create(&o, &ctx));
+    ibl_ctx *ctx = test_keeping_ctx(1, &said);
     CHECK(ibl_radial_table(ctx, nothing, NULL, &radial) == IBL_ERR_ARGUMENT);
     CHECK(!radial.coef && strstr(said.text[IBL_LOG_ERROR], "integral"));
     ibl_radial_free(&radial);

@@ -438,11 +438,7 @@ static void refused(ibl_ctx *ctx, const ibl_environment *env,
 static void arguments(void)
 {
     test_messages kept = {0};
-    ibl_ctx_options with = ibl_ctx_options_default();
-    ibl_ctx *ctx;
-    with.log = test_keep;
-    with.log_cookie = &kept;
-    NEED(!ibl_ctx_create(&with, &ctx));
+    ibl_ctx *ctx = test_keeping_ctx(0, &kept);
     ibl_image map = map_constant(ctx, 8, 4, 1);
     const ibl_environment env = in_memory(&map);
     const ibl_environment empty = {.width = 0, .height = 4, .image = &map};

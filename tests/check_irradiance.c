@@ -306,13 +306,8 @@ static void threads_and_isa(void)
 
 static void bad_options(void)
 {
-    ibl_ctx_options co = ibl_ctx_options_default();
     test_messages kept = {{{0}}};
-    ibl_ctx *ctx;
-    co.threads = 1;
-    co.log = test_keep;
-    co.log_cookie = &kept;
-    NEED(!ibl_ctx_create(&co, &ctx));
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
     ibl_image env = make_map(ctx, 4, 2);
     ibl_cube cube = {0};
     ibl_irradiance_options opts = ibl_irradiance_options_default();

@@ -254,14 +254,10 @@ static void memory(void)
 /* Misuse that a caller can be told of. */
 static void arguments(void)
 {
-    ibl_ctx_options opts = ibl_ctx_options_default();
     test_messages said = {0};
     ibl_level0 *l = NULL;
-    ibl_ctx *ctx;
     ibl_cube cube;
-    opts.log = test_keep;
-    opts.log_cookie = &said;
-    NEED(!ibl_ctx_create(&opts, &ctx));
+    ibl_ctx *ctx = test_keeping_ctx(0, &said);
     NEED(!ibl_cube_alloc(ctx, 4, 1, &cube));
     CHECK(ibl_level0_create(ctx, 8, 4, INFINITY, &cube, &l) ==
           IBL_ERR_ARGUMENT);

@@ -209,15 +209,10 @@ static void threads(void)
 
 static void bad_options(void)
 {
-    ibl_ctx_options co = ibl_ctx_options_default();
     test_messages kept = {{{0}}};
     ibl_lut lut = {0};
-    ibl_ctx *ctx;
 
-    co.threads = 1;
-    co.log = test_keep;
-    co.log_cookie = &kept;
-    NEED(!ibl_ctx_create(&co, &ctx));
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
     ibl_lut_options opts = ibl_lut_options_default();
     CHECK(opts.size == 256 && opts.samples == 0);
     CHECK(opts.geometry == IBL_GEOMETRY_SMITH);

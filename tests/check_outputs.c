@@ -410,18 +410,6 @@ static ibl_texture make_texture(int size)
     return tex;
 }
 
-static ibl_ctx *quiet_ctx(int threads, test_messages *messages)
-{
-    ibl_ctx_options opts = ibl_ctx_options_default();
-    ibl_ctx *quiet = NULL;
-    opts.threads = threads;
-    opts.log = test_keep;
-    opts.log_cookie = messages;
-    if (ibl_ctx_create(&opts, &quiet))
-        exit(1);
-    return quiet;
-}
-
 /* Textures that are taken over: written when waited for, by one thread or
  * more, and not left behind where nobody commits. */
 static void taken_over(void)
@@ -429,7 +417,7 @@ static void taken_over(void)
     test_messages messages = {0};
     NEED(!mkdir(at("over"), 0777));
     for (int threads = 1; threads <= 3; threads++) {
-        ibl_ctx *some = quiet_ctx(threads, &messages);
+        ibl_ctx *some = test_keeping_ctx(threads, &messages);
         for (int n = 0; n < 12; n++) {
             ibl_outputs *out;
             size_t size[3] = {0};
@@ -463,7 +451,7 @@ static void fill_later(const char *dir, bool waits)
     ibl_outputs *out;
     ibl_texture tex = make_texture(128);
     test_messages said_there = {0};
-    ibl_ctx *two = quiet_ctx(2, &said_there);
+    ibl_ctx *two = test_keeping_ctx(2, &said_there);
     put(at("%s/old", dir), "old");
     NEED(!ibl_outputs_create(two, &out));
     CHECK(!add(out, at("%s/small", dir), "s"));
@@ -617,12 +605,7 @@ static const test tests[] = {
 
 int main(int argc, char **argv)
 {
-    ibl_ctx_options opts = ibl_ctx_options_default();
-    opts.threads = 1;
-    opts.log = test_keep;
-    opts.log_cookie = &kept;
-    if (ibl_ctx_create(&opts, &ctx))
-        return 1;
+    ctx = test_keeping_ctx(1, &kept);
     const int result =
         test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
     ibl_ctx_free(ctx);

@@ -435,13 +435,8 @@ static void large(void)
 static void arguments(void)
 {
     test_messages said = {0};
-    ibl_ctx_options o = ibl_ctx_options_default();
-    ibl_ctx *ctx;
     ibl_ring_grid grid = {0};
-    o.log = test_keep;
-    o.log_cookie = &said;
-    o.threads = 1;
-    NEED(!ibl_ctx_create(&o, &ctx));
+    ibl_ctx *ctx = test_keeping_ctx(1, &said);
     CHECK(!ibl_ring_grid_alloc(ctx, 20, 32, &grid));
     const float *data = grid.data;
     CHECK(!ibl_ring_grid_alloc(ctx, 30, 16, &grid));

@@ -392,15 +392,10 @@ static void irradiance_from_coefficients(void)
 
 static void bad_arguments(void)
 {
-    ibl_ctx_options co = ibl_ctx_options_default();
     test_messages kept = {{{0}}};
-    ibl_ctx *ctx;
     double c[3] = {7, 7, 7};
 
-    co.threads = 1;
-    co.log = test_keep;
-    co.log_cookie = &kept;
-    NEED(!ibl_ctx_create(&co, &ctx));
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
     ibl_image env = make_map(ctx, 4, 2);
     CHECK(ibl_bake_sh(ctx, &env, -1, 0.0, c) == IBL_ERR_ARGUMENT);
     CHECK(strstr(kept.text[IBL_LOG_ERROR], "degree -1"));

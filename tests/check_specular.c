@@ -515,14 +515,10 @@ static void refuse(ibl_ctx *ctx, const ibl_image *env,
 static void bad_options(void)
 {
     test_messages kept = {0};
-    ibl_ctx_options co = ibl_ctx_options_default();
     const ibl_specular_options good = options(16, 2, 8);
     ibl_specular_options o;
     ibl_image env;
-    ibl_ctx *ctx;
-    co.log = test_keep;
-    co.log_cookie = &kept;
-    NEED(!ibl_ctx_create(&co, &ctx));
+    ibl_ctx *ctx = test_keeping_ctx(0, &kept);
     constant_map(ctx, 4, 2, 1, &env);
     refuse(ctx, &env, (o = good, o.size = 0, &o), &kept, "size 0");
     refuse(ctx, &env, (o = good, o.size = 99999, &o), &kept, "99999");
@@ -669,14 +665,10 @@ static void grid_is_irradiance(void)
 static void grid_beyond_memory(void)
 {
     test_messages kept = {0};
-    ibl_ctx_options co = ibl_ctx_options_default();
     ibl_irradiance_options o = {.size = 1, .step = 1e-9};
     ibl_image env;
     ibl_cube cube;
-    ibl_ctx *ctx;
-    co.log = test_keep;
-    co.log_cookie = &kept;
-    NEED(!ibl_ctx_create(&co, &ctx));
+    ibl_ctx *ctx = test_keeping_ctx(0, &kept);
     constant_map(ctx, 4, 2, 1, &env);
     NEED(!ibl_cube_alloc(ctx, 1, 1, &cube));
     CHECK(ibl_irradiance_grid(ctx, &env, &o, &cube) == IBL_ERR_MEMORY);

@@ -9,8 +9,10 @@
 #include <string.h>
 #include <sys/resource.h>
 
+#include "files.h"
 #include "ibl/io.h"
 #include "test.h"
+#include "textures.h"
 
 static ibl_ctx *ctx;   /* prints its errors */
 static ibl_ctx *quiet; /* keeps them in kept */
@@ -18,52 +20,20 @@ static test_messages kept;
 
 static void contexts(void)
 {
-    ibl_ctx_options opts = ibl_ctx_options_default();
     ctx = test_ctx(2, IBL_ISA_AUTO);
-    opts.threads = 1;
-    opts.log = test_keep;
-    opts.log_cookie = &kept;
-    if (ibl_ctx_create(&opts, &quiet))
-        exit(1);
+    quiet = test_keeping_ctx(1, &kept);
 }
 
-static bool said(const char *text)
+static bool said(const char *words)
 {
-    return strstr(kept.text[IBL_LOG_ERROR], text) != NULL;
+    return test_said(&kept, words);
 }
 
-static uint32_t u32(const unsigned char *p)
-{
-    return p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 |
-           (uint32_t)p[3] << 24;
-}
-
-static void set_u32(unsigned char *p, uint32_t v)
-{
-    for (int i = 0; i < 4; i++)
-        p[i] = (unsigned char)(v >> 8 * i);
-}
-
-/* A texture of random bytes: containers do not look into texels. */
 static ibl_texture make(ibl_pixel pixel, int width, int height, int levels,
                         int layers, int faces)
 {
-    ibl_texture tex = {.pixel = pixel,
-                       .width = width,
-                       .height = height,
-                       .levels = levels,
-                       .layers = layers,
-                       .faces = faces};
-    test_random r = {(uint64_t)(width * 1000 + height + layers)};
-    for (int l = 0; l < levels; l++)
-        tex.bytes += ibl_texture_face_bytes(&tex, l) * (size_t)(layers * faces);
-    tex.data = malloc(tex.bytes);
-    if (!tex.data)
-        exit(1);
-    for (size_t i = 0; i < tex.bytes; i++)
-        tex.data[i] = (unsigned char)test_random_u64(&r);
-    ibl_texture_set(ctx, &tex, "zeta", "last");
-    return tex;
+    return texture_random(ctx, pixel, (int[]){width, height, levels, faces},
+                          layers);
 }
 
 /* Every byte of a face is 100 * level + 10 * layer + face + 1. */
@@ -90,20 +60,6 @@ static bool numbered(const unsigned char *at, size_t bytes, int level,
         if (at[i] != 100 * level + 10 * layer + face + 1)
             return false;
     return true;
-}
-
-static bool same(const ibl_texture *a, const ibl_texture *b)
-{
-    return a->pixel == b->pixel && a->width == b->width &&
-           a->height == b->height && a->levels == b->levels &&
-           a->layers == b->layers && a->faces == b->faces &&
-           a->bytes == b->bytes && !memcmp(a->data, b->data, a->bytes);
-}
-
-static bool is_key(const ibl_texture *tex, const char *key, const char *value)
-{
-    const char *got = ibl_texture_get(tex, key);
-    return value ? got && !strcmp(got, value) : !got;
 }
 
 static unsigned char *encode(const ibl_texture *tex, ibl_container container,
@@ -162,8 +118,8 @@ static void round_trip(const int *s, ibl_pixel p, int layers, ibl_container c)
     size_t size;
     unsigned char *bytes = encode(&tex, c, &size);
     NEED(!ibl_texture_decode(ctx, "x", bytes, size, &back, &found));
-    CHECK(found == c && same(&tex, &back));
-    CHECK(is_key(&back, "zeta", c == IBL_CONTAINER_DDS ? NULL : "last"));
+    CHECK(found == c && texture_same(&tex, &back));
+    CHECK(texture_has(&back, "zeta", c == IBL_CONTAINER_DDS ? NULL : "last"));
     check_files(&tex, c, bytes, size);
     ibl_bytes_free(bytes);
     ibl_texture_free(&back);
@@ -193,15 +149,17 @@ static void ktx2_structure(void)
     size_t size;
     unsigned char *b = encode(&tex, IBL_CONTAINER_KTX2, &size);
     NEED(b);
-    CHECK(u32(b + 32) == 3 && u32(b + 36) == 6 && u32(b + 40) == 2);
-    CHECK(u32(b + 88) == 288 && u32(b + 96) == 288);
-    CHECK(u32(b + 112) == 72 && u32(b + 120) == 72);
-    CHECK(u32(b + 104) + 72 == u32(b + 80) && u32(b + 80) + 288 == size);
+    CHECK(file_u32(b + 32) == 3 && file_u32(b + 36) == 6 &&
+          file_u32(b + 40) == 2);
+    CHECK(file_u32(b + 88) == 288 && file_u32(b + 96) == 288);
+    CHECK(file_u32(b + 112) == 72 && file_u32(b + 120) == 72);
+    CHECK(file_u32(b + 104) + 72 == file_u32(b + 80) &&
+          file_u32(b + 80) + 288 == size);
     for (int layer = 0; layer < 3; layer++)
         for (int f = 0; f < 6; f++) {
             const int i = 6 * layer + f;
-            CHECK(numbered(b + u32(b + 80) + 16 * i, 16, 0, layer, f));
-            CHECK(numbered(b + u32(b + 104) + 4 * i, 4, 1, layer, f));
+            CHECK(numbered(b + file_u32(b + 80) + 16 * i, 16, 0, layer, f));
+            CHECK(numbered(b + file_u32(b + 104) + 4 * i, 4, 1, layer, f));
         }
     ibl_bytes_free(b);
     ibl_texture_free(&tex);
@@ -215,11 +173,12 @@ static void ktx_structure(void)
     size_t size;
     unsigned char *b = encode(&tex, IBL_CONTAINER_KTX, &size);
     NEED(b);
-    CHECK(u32(b + 44) == 0 && u32(b + 48) == 3 && u32(b + 52) == 6 &&
-          u32(b + 56) == 2);
-    const unsigned char *large = b + 64 + u32(b + 60);
+    CHECK(file_u32(b + 44) == 0 && file_u32(b + 48) == 3 &&
+          file_u32(b + 52) == 6 && file_u32(b + 56) == 2);
+    const unsigned char *large = b + 64 + file_u32(b + 60);
     const unsigned char *small = large + 4 + 288;
-    CHECK(u32(large) == 288 && u32(small) == 72 && small + 76 == b + size);
+    CHECK(file_u32(large) == 288 && file_u32(small) == 72 &&
+          small + 76 == b + size);
     for (int layer = 0; layer < 3; layer++)
         for (int f = 0; f < 6; f++) {
             const int i = 6 * layer + f;
@@ -239,9 +198,10 @@ static void dds_structure(void)
         size_t size;
         unsigned char *b = encode(&tex, IBL_CONTAINER_DDS, &size);
         NEED(b);
-        CHECK(u32(b + 132) == 3 && u32(b + 136) == (faces == 6 ? 4 : 0) &&
-              u32(b + 140) == 3);
-        CHECK(u32(b + 108) == 0x401008 && u32(b + 28) == 2);
+        CHECK(file_u32(b + 132) == 3 &&
+              file_u32(b + 136) == (faces == 6 ? 4 : 0) &&
+              file_u32(b + 140) == 3);
+        CHECK(file_u32(b + 108) == 0x401008 && file_u32(b + 28) == 2);
         const unsigned char *at = b + 148;
         for (int layer = 0; layer < 3; layer++)
             for (int f = 0; f < faces; f++, at += 20)
@@ -256,7 +216,7 @@ static void dds_structure(void)
     size_t size;
     unsigned char *b = encode(&flat, IBL_CONTAINER_DDS, &size);
     NEED(b);
-    CHECK(u32(b + 108) == 0x1008 && u32(b + 140) == 2);
+    CHECK(file_u32(b + 108) == 0x1008 && file_u32(b + 140) == 2);
     ibl_bytes_free(b);
     ibl_texture_free(&flat);
 }
@@ -271,18 +231,18 @@ static void arrays_of_one(void)
         size_t size;
         unsigned char *b = encode(&tex, c, &size);
         NEED(b);
-        CHECK(u32(b + places[c]) == (c == IBL_CONTAINER_DDS));
-        set_u32(b + places[c], 1);
+        CHECK(file_u32(b + places[c]) == (c == IBL_CONTAINER_DDS));
+        file_set_u32(b + places[c], 1);
         if (c == IBL_CONTAINER_KTX) {
             CHECK(ibl_texture_decode(quiet, "one", b, size, &back, NULL) ==
                   IBL_ERR_FORMAT);
-            unsigned char *level = b + 64 + u32(b + 60);
-            CHECK(u32(level) == 128 && u32(level + 4 + 768) == 32);
-            set_u32(level, 768);
-            set_u32(level + 4 + 768, 192);
+            unsigned char *level = b + 64 + file_u32(b + 60);
+            CHECK(file_u32(level) == 128 && file_u32(level + 4 + 768) == 32);
+            file_set_u32(level, 768);
+            file_set_u32(level + 4 + 768, 192);
         }
         NEED(!ibl_texture_decode(ctx, "one", b, size, &back, NULL));
-        CHECK(same(&tex, &back));
+        CHECK(texture_same(&tex, &back));
         ibl_texture_free(&back);
         ibl_bytes_free(b);
     }
@@ -345,10 +305,11 @@ static void build(void)
     CHECK(
         !memcmp(whole.data + 18 * 64 + 12 * 16, one[2].data + 6 * 64, 6 * 16));
     CHECK(!memcmp(whole.data + 18 * 80 + 12 * 4, one[2].data + 6 * 80, 6 * 4));
-    CHECK(is_key(&whole, "zeta", "last") && whole.key_count == 1);
+    CHECK(texture_has(&whole, "zeta", "last") && whole.key_count == 1);
     for (int i = 0; i < 3; i++) {
         NEED(!ibl_texture_layer(ctx, &whole, i, &layer));
-        CHECK(same(&layer, &one[i]) && is_key(&layer, "zeta", "last"));
+        CHECK(texture_same(&layer, &one[i]) &&
+              texture_has(&layer, "zeta", "last"));
         ibl_texture_free(&layer);
     }
     /* Arrays one after the other. */
@@ -358,7 +319,7 @@ static void build(void)
     CHECK(twice.layers == 5);
     for (int i = 0; i < 5; i++) {
         NEED(!ibl_texture_layer(ctx, &twice, i, &layer));
-        CHECK(same(&layer, &one[order[i]]));
+        CHECK(texture_same(&layer, &one[order[i]]));
         ibl_texture_free(&layer);
     }
     ibl_texture_free(&twice);
@@ -496,9 +457,9 @@ static void limits(void)
         unsigned char *b = encode(&tex, c, &size);
         NEED(b);
         NEED(!ibl_texture_decode(ctx, "most", b, size, &out, NULL));
-        CHECK(same(&tex, &out));
+        CHECK(texture_same(&tex, &out));
         ibl_texture_free(&out);
-        set_u32(b + places[c], IBL_MAX_LAYERS + 1);
+        file_set_u32(b + places[c], IBL_MAX_LAYERS + 1);
         CHECK(ibl_texture_decode(quiet, "most", b, size, &out, NULL) ==
               IBL_ERR_UNSUPPORTED);
         CHECK(said("most: an array of 2049 layers: the limit is 2048"));
@@ -550,7 +511,7 @@ static void counts(void)
         unsigned char *b = encode(&tex, c, &size);
         NEED(b);
         for (size_t i = 0; i < sizeof lies / sizeof lies[0]; i++) {
-            set_u32(b + places[c], lies[i]);
+            file_set_u32(b + places[c], lies[i]);
             const ibl_status status =
                 ibl_texture_decode(quiet, "lie", b, size, &back, NULL);
             /* A DDS file does not say how long it is. */
@@ -620,8 +581,8 @@ static void damaged(void)
         for (int n = 0; n < 4000; n++) {
             memcpy(many, b, size);
             for (int k = 0; k < 3; k++)
-                set_u32(many + words[test_random_u64(&r) % 18],
-                        lies[test_random_u64(&r) % 10]);
+                file_set_u32(many + words[test_random_u64(&r) % 18],
+                             lies[test_random_u64(&r) % 10]);
             decode_copy(many, size, true);
         }
         free(many);
@@ -646,10 +607,10 @@ static void boundless(void)
         size_t size;
         unsigned char *b = encode(&tex, c, &size);
         NEED(b);
-        set_u32(b + places[c][0], 65536);
-        set_u32(b + places[c][1], 65536);
-        set_u32(b + places[c][2], 17);
-        set_u32(b + places[c][3], 2048);
+        file_set_u32(b + places[c][0], 65536);
+        file_set_u32(b + places[c][1], 65536);
+        file_set_u32(b + places[c][2], 17);
+        file_set_u32(b + places[c][3], 2048);
         if (!TEST_SANITIZED)
             NEED(!setrlimit(RLIMIT_AS, &less));
         CHECK(ibl_texture_decode(quiet, "big", b, size, &back, NULL) ==

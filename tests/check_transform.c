@@ -605,15 +605,11 @@ static void missing_orders_are_zero(void)
 static void refusals(void)
 {
     test_messages kept = {{{0}}};
-    ibl_ctx_options opts = ibl_ctx_options_default();
     ibl_ring_spectra s;
     ibl_harmonics h;
-    ibl_ctx *ctx;
     double ones[9], sh[3 * 81];
 
-    opts.log = test_keep;
-    opts.log_cookie = &kept;
-    NEED(!ibl_ctx_create(&opts, &ctx));
+    ibl_ctx *ctx = test_keeping_ctx(0, &kept);
     CHECK(ibl_ring_spectra_alloc(ctx, 0, 1, &s) == IBL_ERR_ARGUMENT);
     CHECK(ibl_ring_spectra_alloc(ctx, 65537, 1, &s) == IBL_ERR_ARGUMENT);
     CHECK(ibl_ring_spectra_alloc(ctx, 1, 0, &s) == IBL_ERR_ARGUMENT);

@@ -240,12 +240,8 @@ static void written_and_read(void)
 static void not_writable(void)
 {
     const unsigned char rgb[3] = {1, 2, 3};
-    ibl_ctx_options opts = ibl_ctx_options_default();
-    ibl_ctx *ctx;
+    ibl_ctx *ctx = view_test_ctx(1);
 
-    opts.threads = 1;
-    opts.log = view_log;
-    NEED(!ibl_ctx_create(&opts, &ctx));
     view_test_catch();
     CHECK(!view_picture_write(ctx, file_path("none/picture.png"), 1, 1, rgb));
     const char *said = view_test_caught();

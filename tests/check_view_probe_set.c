@@ -9,7 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include "box.h"
 #include "common/json_at.h"
@@ -34,31 +33,8 @@ static ibl_ctx *ctx;
 
 static void make_context(void)
 {
-    ibl_ctx_options opts = ibl_ctx_options_default();
-
-    opts.threads = 2;
-    opts.log = view_log;
-    if (!ctx && ibl_ctx_create(&opts, &ctx)) {
-        printf("no context\n");
-        exit(1);
-    }
-}
-
-/* The program of this build. */
-static const char *program(void)
-{
-    static char path[600];
-    char self[512];
-    const ssize_t n = readlink("/proc/self/exe", self, sizeof self - 1);
-
-    self[n > 0 ? n : 0] = 0;
-    for (int i = 0; i < 2; i++) { /* up from tests/check_x */
-        char *slash = strrchr(self, '/');
-        if (slash)
-            *slash = 0;
-    }
-    snprintf(path, sizeof path, "%s/iblbake", self);
-    return path;
+    if (!ctx)
+        ctx = view_test_ctx(2);
 }
 
 /* Sums of powers of 2 alone, which halves and every pixel hold exactly. */
@@ -124,8 +100,8 @@ static bool bake(const char *dir, const char *options)
     make_probes(probe);
     const view_probe_captures c = captures_of(probe);
     return view_probe_save(ctx, file_path("painted"), &c) &&
-           file_run("'%s' probes -q painted/set.json -o %s %s", program(), dir,
-                    options);
+           file_run("'%s' probes -q painted/set.json -o %s %s",
+                    file_built("iblbake"), dir, options);
 }
 
 static view_probe_set *load(const char *dir)
@@ -340,7 +316,8 @@ static void the_global_environment_is_left_out(void)
                   "'%s' probes -q painted/set.json -o global --irradiance sh",
                   "\"probe_00_px.exr\", \"probe_00_nx.exr\"",
                   "\"probe_00_py.exr\", \"probe_00_ny.exr\"",
-                  "\"probe_00_pz.exr\", \"probe_00_nz.exr\"", program()));
+                  "\"probe_00_pz.exr\", \"probe_00_nz.exr\"",
+                  file_built("iblbake")));
     view_probe_set *set = load("global");
     NEED(set);
     check_painted("global", set, PROBES + 1);
@@ -412,7 +389,8 @@ static void a_room_comes_back(void)
     c.cookie = view_capture_create(&o);
     NEED(c.cookie && view_capture_update(c.cookie, eye, box_draw, &box));
     NEED(view_probe_save(ctx, file_path("room"), &c));
-    NEED(file_run("'%s' probes -q room/set.json -o room/baked", program()));
+    NEED(file_run("'%s' probes -q room/set.json -o room/baked",
+                  file_built("iblbake")));
     view_probe_set *set = load("room/baked");
     NEED(set);
     float *rgba = read_array(view_probe_set_locals(set)->specular, edge, 1, 0);

@@ -14,41 +14,9 @@
 #include "test.h"
 #include "truth.h"
 #include "view.h"
-#include "view/message.h"
 #include "view/set.h"
 
 #define PI 3.14159265358979323846
-
-static ibl_ctx *context(void)
-{
-    ibl_ctx_options opts = ibl_ctx_options_default();
-    ibl_ctx *ctx;
-
-    opts.threads = 2;
-    opts.log = view_log;
-    if (ibl_ctx_create(&opts, &ctx)) {
-        printf("no context\n");
-        exit(1);
-    }
-    return ctx;
-}
-
-/* The program of this build. */
-static const char *program(void)
-{
-    static char path[600];
-    char self[512];
-    const ssize_t n = readlink("/proc/self/exe", self, sizeof self - 1);
-
-    self[n > 0 ? n : 0] = 0;
-    for (int i = 0; i < 2; i++) { /* up from tests/check_x */
-        char *slash = strrchr(self, '/');
-        if (slash)
-            *slash = 0;
-    }
-    snprintf(path, sizeof path, "%s/iblbake", self);
-    return path;
-}
 
 /* A smooth sky with a sun, none of it zero. */
 static ibl_image sky_map(ibl_ctx *ctx, int width, double sun)
@@ -81,7 +49,7 @@ static const char *map_file(void)
     if (*path)
         return path;
     snprintf(path, sizeof path, "%s/sky.hdr", test_dir());
-    ctx = context();
+    ctx = view_test_ctx(2);
     map = sky_map(ctx, 64, 60);
     FILE *f = fopen(path, "wb");
     if (f)
@@ -110,7 +78,7 @@ static bool bake(const char *directory, const char *options)
 {
     return file_run("'%s' -q '%s' --size 32 --irradiance-size 8 --lut-size 16 "
                     "-o %s %s",
-                    program(), map_file(), directory, options);
+                    file_built("iblbake"), map_file(), directory, options);
 }
 
 static bool open_at(ibl_ctx *ctx, const char *name, view_set *set)
@@ -184,7 +152,7 @@ static void check_same(const view_set *a, const view_set *b, const char *what)
 static void containers_agree(void)
 {
     static const char *const names[] = {"ktx2", "ktx", "dds"};
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
     view_set sets[3];
 
     for (int i = 0; i < 3; i++) {
@@ -233,7 +201,7 @@ static void pixels_hold_the_map(void)
                   {"rgba16f", 0x1p-11},
                   {"rgb9e5", 0x1p-9},
                   {"r11g11b10f", 0x1p-6}};
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
     float *exact = NULL;
 
     for (int i = 0; i < 4; i++) {
@@ -305,7 +273,7 @@ static void mappings_and_ranges(void)
          IBL_ROUGHNESS_FILAMENT, 0.1, 0.6},
         {"--roughness-range 0.5:0.5", IBL_ROUGHNESS_LINEAR, 0.5, 0.5},
     };
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
 
     for (int i = 0; i < 5; i++) {
         view_set set;
@@ -336,7 +304,7 @@ static void mappings_and_ranges(void)
 
 static void lobe_and_geometry(void)
 {
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
 
     for (int dds = 0; dds < 2; dds++) {
         view_set set;
@@ -358,7 +326,7 @@ static void lobe_and_geometry(void)
 /* Neither keys nor sidecar: defaults, and a line for each. */
 static void nothing_is_told(void)
 {
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
     view_set set;
 
     NEED(bake("bare", "--format dds --levels 4 --mapping filament"));
@@ -415,7 +383,7 @@ static void check_irradiance(ibl_ctx *ctx, const view_set *set, double bound)
 
 static void table_is_made(void)
 {
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
     view_set set;
 
     NEED(bake("table", "--geometry schlick-ibl"));
@@ -463,7 +431,7 @@ static void irradiance_is_made(void)
          0.02},
         {"--roughness-range 0.3:0.8 --levels 2 --sh 1", "blurred", 0.05},
     };
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
 
     for (int i = 0; i < 5; i++) {
         char path[32], name[64];
@@ -488,7 +456,7 @@ static void irradiance_is_made(void)
 /* A sun that halves do not hold: the last level knows what it gave. */
 static void clipped_sun(void)
 {
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
     ibl_specular_options opts = ibl_specular_options_default();
     ibl_image map = sky_map(ctx, 128, 1e7);
     view_set baked, set;
@@ -533,7 +501,7 @@ static void clipped_sun(void)
 /* L = 1 + a.d + b d_x d_y has E/pi = 1 + 2/3 a.d + 1/4 b d_x d_y. */
 static void harmonics_are_irradiance(void)
 {
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
     ibl_image map = map_constant(ctx, 256, 128, 0);
     const double a[3] = {0.2, -0.3, 0.4};
     ibl_specular_options opts = ibl_specular_options_default();
@@ -590,7 +558,7 @@ static void harmonics_basis(void)
 
 static void directories(void)
 {
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
     view_set set;
 
     NEED(file_run("mkdir -p empty several many hidden"));
@@ -629,7 +597,7 @@ static void directories(void)
 /* What a probe set holds. */
 static void arrays(void)
 {
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
     ibl_texture one = {0}, two = {0};
     ibl_outputs *out;
     NEED(bake("one", ""));
@@ -650,7 +618,7 @@ static void arrays(void)
 
 static void wrong_kinds(void)
 {
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
 
     NEED(bake("wrong", "--skybox 8"));
     NEED(bake("wrongd", "--skybox 8 --format dds"));
@@ -717,7 +685,7 @@ static void wrong_kinds(void)
 
 static void skies(void)
 {
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
     char path[512], sky[512], table[512];
     view_set set;
 
@@ -738,7 +706,7 @@ static void skies(void)
 /* A table with four channels, one that is not square. */
 static void wrong_tables(void)
 {
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
     const ibl_texture tables[] = {
         {.pixel = IBL_PIXEL_RGBA16F, .width = 16, .height = 16},
         {.pixel = IBL_PIXEL_RG16F, .width = 16, .height = 8}};
@@ -769,7 +737,7 @@ static void wrong_tables(void)
 
 static void sidecars(void)
 {
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
     view_set set;
 
     NEED(bake("side", "--format dds"));
@@ -811,7 +779,7 @@ static void sidecars(void)
 static void hostile_sidecars(void)
 {
     const int rounds = TEST_SANITIZED ? 150 : 600;
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
     test_random random = {7};
     size_t size;
 
@@ -859,7 +827,7 @@ static void of_cmgen(void)
         test_skip("cmgen (package filament) is not installed");
         return;
     }
-    ctx = context();
+    ctx = view_test_ctx(2);
     NEED(file_run("mkdir -p cm && timeout 100 cmgen -q --format=ktx --size=64 "
                   "--ibl-samples=64 --deploy=cm '%s'",
                   map_file()));
@@ -899,11 +867,12 @@ static void maps_are_told(void)
 
 static void bake_is_that_of_the_program(void)
 {
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
     view_set read, made, image;
     ibl_image map = read_map(ctx);
 
-    NEED(file_run("'%s' -q '%s' --sh 4 -o same", program(), map_file()));
+    NEED(file_run("'%s' -q '%s' --sh 4 -o same", file_built("iblbake"),
+                  map_file()));
     NEED(open_at(ctx, "same", &read));
     NEED(view_set_bake(ctx, map_file(), &made));
     check_same(&read, &made, "baked");
@@ -924,7 +893,7 @@ static void bake_is_that_of_the_program(void)
 
 static void bake_fails_with_a_line(void)
 {
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
     view_set set;
 
     NEED(file_run("echo nonsense >map.hdr"));
@@ -977,7 +946,7 @@ static void pause_for(double seconds)
 
 static void baker_bakes(void)
 {
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
     view_set made, set;
     char stage[64] = "";
     double done, before = 0;
@@ -1070,7 +1039,7 @@ static bool comes(const view_set *set, const view_stamp *stamp, double settle)
 
 static void stamps(void)
 {
-    ibl_ctx *ctx = context();
+    ibl_ctx *ctx = view_test_ctx(2);
     view_set set;
     view_stamp stamp;
 

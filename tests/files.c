@@ -67,6 +67,18 @@ bool file_save(const char *path, const void *bytes, size_t size)
     return !fclose(f) && ok;
 }
 
+uint32_t file_u32(const unsigned char *p)
+{
+    return p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 |
+           (uint32_t)p[3] << 24;
+}
+
+void file_set_u32(unsigned char *p, uint32_t value)
+{
+    for (int i = 0; i < 4; i++)
+        p[i] = (unsigned char)(value >> 8 * i);
+}
+
 bool file_save_pfm(const char *path, const ibl_image *img)
 {
     FILE *f = fopen(path, "wb");

@@ -5,6 +5,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include "ibl/io.h"
 
@@ -17,6 +18,9 @@ bool file_have(const char *program);
 /* A file's bytes, for free(); exits if it cannot be read. */
 unsigned char *file_load(const char *path, size_t *size);
 bool file_save(const char *path, const void *bytes, size_t size);
+/* Four bytes of a header, the least significant first. */
+uint32_t file_u32(const unsigned char *p);
+void file_set_u32(unsigned char *p, uint32_t value);
 /* Writes an image as PFM, whose rows run from the bottom. */
 bool file_save_pfm(const char *path, const ibl_image *img);
 

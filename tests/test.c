@@ -123,18 +123,40 @@ void test_keep(void *cookie, ibl_log_level level, const char *text)
     snprintf(kept->text[level], sizeof kept->text[level], "%s", text);
 }
 
-ibl_ctx *test_ctx(int threads, ibl_isa isa)
+bool test_said(const test_messages *kept, const char *words)
 {
-    ibl_ctx_options opts = ibl_ctx_options_default();
+    return strstr(kept->text[IBL_LOG_ERROR], words) != NULL;
+}
+
+static ibl_ctx *make_ctx(const ibl_ctx_options *opts)
+{
     ibl_ctx *ctx;
-    opts.threads = threads;
-    opts.isa = isa;
-    opts.log = test_log;
-    if (ibl_ctx_create(&opts, &ctx)) {
+
+    if (ibl_ctx_create(opts, &ctx)) {
         printf("no context\n");
         exit(1);
     }
     return ctx;
+}
+
+ibl_ctx *test_ctx(int threads, ibl_isa isa)
+{
+    ibl_ctx_options opts = ibl_ctx_options_default();
+
+    opts.threads = threads;
+    opts.isa = isa;
+    opts.log = test_log;
+    return make_ctx(&opts);
+}
+
+ibl_ctx *test_keeping_ctx(int threads, test_messages *kept)
+{
+    ibl_ctx_options opts = ibl_ctx_options_default();
+
+    opts.threads = threads;
+    opts.log = test_keep;
+    opts.log_cookie = kept;
+    return make_ctx(&opts);
 }
 
 const char *test_data(const char *name)

@@ -81,8 +81,13 @@ typedef struct test_messages {
 } test_messages;
 void test_keep(void *cookie, ibl_log_level level, const char *text);
 
+/* Whether an error that was kept has these words. */
+bool test_said(const test_messages *kept, const char *words);
+
 /* A context with test_log, threads and isa as given; exits on failure. */
 ibl_ctx *test_ctx(int threads, ibl_isa isa);
+/* The same with test_keep. */
+ibl_ctx *test_keeping_ctx(int threads, test_messages *kept);
 
 /* Path of a file in data/, or of ../shared/data (NULL where it is absent);
  * tests run from the top folder. Static storage, overwritten by each call. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "view.h"
 
+#include "view/message.h"
 #include "view/screen.h"
 #include <stdio.h>
 #include <stdlib.h>
@@ -51,6 +52,20 @@ void view_test_end(void)
 const char *view_test_about(void)
 {
     return view_screen_about(screen);
+}
+
+ibl_ctx *view_test_ctx(int threads)
+{
+    ibl_ctx_options opts = ibl_ctx_options_default();
+    ibl_ctx *ctx;
+
+    opts.threads = threads;
+    opts.log = view_log;
+    if (ibl_ctx_create(&opts, &ctx)) {
+        printf("no context\n");
+        exit(1);
+    }
+    return ctx;
 }
 
 /* ---- standard error -------------------------------------------------- */

@@ -14,6 +14,9 @@ void view_test_end(void); /* also without a screen */
 /* view_screen_about of the screen. */
 const char *view_test_about(void);
 
+/* A context whose messages are the viewer's; exits on failure. */
+ibl_ctx *view_test_ctx(int threads);
+
 /* Keeps what is written to standard error, until view_test_caught gives it:
  * static storage, overwritten by the next call. */
 void view_test_catch(void);
