@@ -4,22 +4,12 @@
 # iblbake verify finds, too, peers that fail and hang, signals. BUILD names the
 # build.
 set -u
-build=$(cd "${BUILD:-build}" && pwd) || exit 1
+. tests/lib.sh
 program=$build/iblbake
-work=$(mktemp -d) || exit 1
 running=
 trap 'kill $running 2>/dev/null; rm -rf "$work"' EXIT
 mkdir "$work/tmp"
 export TMPDIR=$work/tmp
-passed=0 failed=0 skipped=0
-verdict() { # NAME [WHY]: no reason, no failure
-    if [ $# -eq 1 ] || [ -z "$2" ]; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "FAILED: $1: $2"
-    fi
-}
 # Nothing of a run is left in its directory.
 nothing_left() { ls -A "$work/tmp"; }
 
@@ -248,5 +238,4 @@ interrupt() { # NAME SIGNAL WHOM
 }
 interrupt ctrl-c INT -
 interrupt term TERM ''
-echo "$passed passed, $failed failed, $skipped skipped"
-[ $failed -eq 0 ]
+end

@@ -16,22 +16,16 @@
 # After any other status than 0 the directory must be as it was before the
 # last command.
 set -u
-top=$PWD
-build=$(cd "${BUILD:-build}" && pwd) || exit 1
+. tests/lib.sh
 program=$build/iblbake
-[ -x "$program" ] || { echo "$program: not built"; exit 1; }
-work=$(mktemp -d) || exit 1
+use iblbake
 trap 'chmod -R u+rwX "$work"; rm -rf "$work"' EXIT
-mkdir "$work/bin"
-${CC:-cc} -std=c11 -o "$work/bin/mkenv" tests/cli/mkenv.c -lm || exit 1
-ln -s "$program" "$work/bin/iblbake"
 cat >"$work/bin/unprivileged" <<'END'
 #!/bin/sh
 [ "$(id -u)" = 0 ] || exec "$@"
 exec setpriv --reuid=65534 --regid=65534 --clear-groups "$@"
 END
 chmod 755 "$work" "$work/bin" "$work/bin/unprivileged"
-export PATH=$work/bin:$PATH
 mkenv hdr 32 16 >"$work/env.hdr"
 mkenv exr 64 32 BGR >"$work/env.exr"
 small='--size 16 --lut-size 16 --irradiance-size 4'
@@ -43,15 +37,6 @@ grep -qE '__(asan|tsan)_init' "$program" && sanitized=yes
 reachable=yes
 unprivileged iblbake --version >/dev/null 2>&1 || reachable=no
 
-passed=0 failed=0 skipped=0
-verdict() { # NAME [WHY]: no reason, no failure
-    if [ $# -eq 1 ] || [ -z "$2" ]; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "FAILED: $1: $2"
-    fi
-}
 skip() { skipped=$((skipped + 1)); echo "skipped: $1: $2"; }
 fresh() { # a new directory with the environments
     cd "$top"
@@ -442,5 +427,4 @@ for t in $(compgen -A function test_); do
     cd "$top"
 done
 cd "$top"
-echo "$passed passed, $failed failed, $skipped skipped"
-[ $failed -eq 0 ]
+end

@@ -3,25 +3,9 @@
 # The functions for shaders as a compiler of GLSL sees them that is not of a
 # driver, in both languages that they are for; each must be called here.
 set -u
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-if ! command -v glslangValidator >/dev/null; then
-    echo 'skipped: no glslangValidator (glslang-tools)'
-    echo '0 passed, 0 failed, 1 skipped'
-    exit 0
-fi
-passed=0 failed=0
-ok() {
-    name=$1
-    shift
-    if "$@" >"$work/log" 2>&1; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "FAILED $name"
-        sed 's/^/    /' "$work/log"
-    fi
-}
+. tests/lib.sh
+command -v glslangValidator >/dev/null ||
+    skip_all 'no glslangValidator (glslang-tools)'
 
 cat >"$work/use.glsl" <<'GLSL'
 uniform samplerBuffer probes;
@@ -75,5 +59,4 @@ for name in $(sed -nE 's/^[a-z0-9_]+ (ibl_[a-z_]+)\(.*/\1/p' \
     ok "called-$name" test "$(cat include/ibl/probes.glsl "$work/use.glsl" |
         grep -cw "$name")" -gt 1
 done
-echo "$passed passed, $failed failed"
-[ $failed -eq 0 ]
+end

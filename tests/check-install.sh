@@ -4,28 +4,14 @@
 # program, the man page, the library from C and from C++ through pkg-config,
 # then uninstalls and finds nothing left.
 set -u
-build=${BUILD:-build}
-root=$(mktemp -d) || exit 1
-trap 'rm -rf "$root"' EXIT
-passed=0 failed=0 skipped=
-ok() {
-    name=$1
-    shift
-    if "$@" >"$root.log" 2>&1; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "FAILED $name"
-        sed 's/^/    /' "$root.log"
-    fi
-    rm -f "$root.log"
-}
-prefix=$root/usr
-make=(make --no-print-directory DEPS=no BUILD="$build" PREFIX="$prefix")
+. tests/lib.sh
+prefix=$work/usr
+# By the name that it was built by, or all would be built anew.
+make=(make --no-print-directory DEPS=no BUILD="${BUILD:-build}" PREFIX="$prefix")
 ok install "${make[@]}" install
 ok version "$prefix/bin/iblbake" --version
-ok bake "$prefix/bin/iblbake" -q data/sky.exr -o "$root/out" --size 16
-ok bridge "$prefix/bin/iblbake" -q data/studio.exr -o "$root/out" --size 16
+ok bake "$prefix/bin/iblbake" -q data/sky.exr -o "$work/out" --size 16
+ok bridge "$prefix/bin/iblbake" -q data/studio.exr -o "$work/out" --size 16
 ok manual man -l "$prefix/share/man/man1/iblbake.1"
 ok verify-manual man -l "$prefix/share/man/man1/iblbake-verify.1"
 ok method-manual man -l "$prefix/share/man/man7/iblbake-method.7"
@@ -33,16 +19,16 @@ ok shaders test -s "$prefix/include/ibl/probes.glsl"
 
 if [ -x "$build/iblview" ]; then
     ok view-manual man -l "$prefix/share/man/man1/iblview.1"
-    ok view "$prefix/bin/iblview" "$root/out/sky_specular.ktx2" --texel 0,0
+    ok view "$prefix/bin/iblview" "$work/out/sky_specular.ktx2" --texel 0,0
     ok view-bridge "$prefix/bin/iblview" data/studio.exr --texel 0,0
 else
-    skipped='1 skipped'
+    skipped=1
     echo 'skipped iblview, which was not built'
     ok no-view-manual test ! -e "$prefix/share/man/man1/iblview.1"
 fi
 
 export PKG_CONFIG_PATH=$prefix/lib/pkgconfig
-cat >"$root/use.c" <<'C'
+cat >"$work/use.c" <<'C'
 #include <ibl/ibl.h>
 #include <ibl/io.h>
 #include <stdio.h>
@@ -62,16 +48,16 @@ int main(int argc, char **argv)
     return !(sh[0] > 0);
 }
 C
-cp "$root/use.c" "$root/use.cpp"
+cp "$work/use.c" "$work/use.cpp"
 flags() { pkg-config "$@" iblbake; }
-ok c sh -c "cc '$root/use.c' -o '$root/use' $(flags --cflags --libs)"
-ok c-runs "$root/use" data/sky.exr
-ok c-bridge "$root/use" data/studio.exr
-ok c++ sh -c "c++ '$root/use.cpp' -o '$root/use++' $(flags --cflags --libs)"
-ok c++-runs "$root/use++" data/sky.exr
+ok c sh -c "cc '$work/use.c' -o '$work/use' $(flags --cflags --libs)"
+ok c-runs "$work/use" data/sky.exr
+ok c-bridge "$work/use" data/studio.exr
+ok c++ sh -c "c++ '$work/use.cpp' -o '$work/use++' $(flags --cflags --libs)"
+ok c++-runs "$work/use++" data/sky.exr
 
 # The bake alone needs nothing but the C library, as does our own .hdr code.
-cat >"$root/alone.c" <<'C'
+cat >"$work/alone.c" <<'C'
 #include <ibl/ibl.h>
 int main(void)
 {
@@ -89,14 +75,13 @@ int main(void)
     return 0;
 }
 C
-ok alone cc "$root/alone.c" -o "$root/alone" -I"$prefix/include" \
+ok alone cc "$work/alone.c" -o "$work/alone" -I"$prefix/include" \
     "$prefix/lib/libiblbake.a" -lm -pthread
-ok alone-runs "$root/alone"
+ok alone-runs "$work/alone"
 
 ok uninstall "${make[@]}" uninstall
 left=$(find "$prefix" -type f)
 ok nothing-left test -z "$left"
 # The library remembers the PREFIX: back to the default one.
-ok as-before make -s DEPS=no BUILD="$build" all
-echo "$passed passed, $failed failed${skipped:+, $skipped}"
-[ $failed -eq 0 ]
+ok as-before make -s DEPS=no BUILD="${BUILD:-build}" all
+end

@@ -4,19 +4,8 @@
 # ranges and defaults; man/iblbake-NAME.1 is the page of `iblbake NAME`, and
 # man/iblview.1 that of the viewer, where that was built. BUILD names the build.
 set -u
-build=${BUILD:-build}
+. tests/lib.sh
 program=$build/iblbake
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-passed=0 failed=0 skipped=
-check() { # NAME, and what is wrong, or nothing
-    if [ -z "$2" ]; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "FAILED: $1: $2"
-    fi
-}
 
 check_page() { # PAGE, of the command in run
     page=$1
@@ -43,7 +32,7 @@ check_page() { # PAGE, of the command in run
     # ".It Fl o , Fl -output Ar DIR".
     sed -n '/^\.Sh DESCRIPTION/,/^\.Sh ENVIRONMENT/s/^\.It \(Fl .*\)/\1/p' \
         "$page" | sed 's/Fl /-/g; s/ , /, /; s/ Ar / /' >"$work/page"
-    check "$page: options of page and --help" \
+    verdict "$page: options of page and --help" \
         "$(cut -f 1 "$work/help" | diff - "$work/page")"
 
     # Each long name is known to the parser as what the page says it is: with a
@@ -54,7 +43,7 @@ check_page() { # PAGE, of the command in run
         *' '[A-Z]*) got=$("${run[@]}" "--$name" 2>&1) want='has no value' ;;
         *) got=$("${run[@]}" "--$name=x" 2>&1) want='takes no value' ;;
         esac
-        check "$page: parser: $name" "$(echo "$got" | grep -v "$want")"
+        verdict "$page: parser: $name" "$(echo "$got" | grep -v "$want")"
     done <"$work/page"
 
     # Ranges and defaults: what --help has in its last parentheses must be in
@@ -77,16 +66,16 @@ check_page() { # PAGE, of the command in run
             *) echo "no '$fact' under it" ;;
             esac
         done >"$work/why"
-        check "$page: $entry" "$(cat "$work/why")"
+        verdict "$page: $entry" "$(cat "$work/why")"
     done <"$work/help"
 
     # Short forms parse.
-    check "$page: -h" "$("${run[@]}" -h | cmp - <("${run[@]}" --help))"
-    check "$page: columns" "$("${run[@]}" --help | awk 'length > 80')"
-    check "$page: named by --help" "$("${run[@]}" --help |
+    verdict "$page: -h" "$("${run[@]}" -h | cmp - <("${run[@]}" --help))"
+    verdict "$page: columns" "$("${run[@]}" --help | awk 'length > 80')"
+    verdict "$page: named by --help" "$("${run[@]}" --help |
         grep -q "man $(basename "$page" .1)\$" || echo it is not)"
-    check "$page: man" "$(MANWIDTH=80 man -l "$page" 2>&1 >/dev/null)"
-    check "$page: mandoc" "$(mandoc -Tlint -Wstyle "$page" 2>&1 |
+    verdict "$page: man" "$(MANWIDTH=80 man -l "$page" 2>&1 >/dev/null)"
+    verdict "$page: mandoc" "$(mandoc -Tlint -Wstyle "$page" 2>&1 |
         grep -v outdated)"
 }
 
@@ -105,20 +94,20 @@ if [ -x "$build/iblview" ]; then
     mandoc -Tascii -O width=1000 man/iblview.1 | sed 's/.\x08//g; s/^ *//' |
         sed -n '/goes the other way/,/^With the mouse/{//d; /./p}' |
         tr -s ' ' >"$work/page"
-    check 'man/iblview.1: keys' "$(diff "$work/keys" "$work/page")"
+    verdict 'man/iblview.1: keys' "$(diff "$work/keys" "$work/page")"
 else
-    skipped='1 skipped'
+    skipped=1
     echo 'skipped the options of iblview, which was not built'
 fi
 
 # The page that explains: it formats, and its options are options.
 page=man/iblbake-method.7
-check "$page: man" "$(MANWIDTH=80 man -l "$page" 2>&1 >/dev/null)"
-check "$page: mandoc" "$(mandoc -Tlint -Wstyle "$page" 2>&1)"
+verdict "$page: man" "$(MANWIDTH=80 man -l "$page" 2>&1 >/dev/null)"
+verdict "$page: mandoc" "$(mandoc -Tlint -Wstyle "$page" 2>&1)"
 sed -n 's/.*Fl -\([a-z-]*\).*/\1/p' "$page" | sort -u | while read -r name; do
     grep -q "^\.It Fl .*-$name\( \|\$\)" man/iblbake.1 || echo "--$name"
 done >"$work/why"
-check "$page: options that there are not" "$(cat "$work/why")"
+verdict "$page: options that there are not" "$(cat "$work/why")"
 
 # Pages name no page that is not there, and every other one.
 for page in man/*.[17]; do
@@ -133,13 +122,12 @@ for page in man/*.[17]; do
             grep -q "^\.Sy $name Ns (${other##*.})" "$work/also" ||
             echo "$other is not under SEE ALSO"
     done >>"$work/why"
-    check "$page: other pages" "$(cat "$work/why")"
+    verdict "$page: other pages" "$(cat "$work/why")"
 done
 
 # Each command that --help lists has a page, and each page is of a command.
 "$program" --help | sed -n 's/^  iblbake \([a-z]*\) .*/\1/p' >"$work/commands"
 ls man | sed -n 's/^iblbake-\(.*\)\.1$/\1/p' | sort |
     diff - <(sort "$work/commands") >"$work/why"
-check 'pages and commands' "$(cat "$work/why")"
-echo "$passed passed, $failed failed${skipped:+, $skipped}"
-[ $failed -eq 0 ]
+verdict 'pages and commands' "$(cat "$work/why")"
+end

@@ -4,31 +4,14 @@
 # by one, what is baked again and what is not, mistakes in sets, grids. BUILD
 # names the build.
 set -u
-top=$PWD
-build=$(cd "${BUILD:-build}" && pwd) || exit 1
-program=$build/iblbake
-[ -x "$program" ] || { echo "$program: not built"; exit 1; }
-command -v node >/dev/null || { echo 'node is missing'; exit 1; }
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-mkdir "$work/bin"
-${CC:-cc} -std=c11 -o "$work/bin/mkenv" tests/cli/mkenv.c -lm || exit 1
-ln -s "$program" "$work/bin/iblbake"
-export PATH=$work/bin:$PATH
+. tests/lib.sh
+need node
+use iblbake
 mkenv hdr 32 16 >"$work/sun.hdr"
 mkenv exr 64 32 BGR >"$work/mild.exr"
 mkenv exr 32 16 BGR >"$work/other.exr"
 cd "$work" || exit 1
 
-passed=0 failed=0
-verdict() { # NAME [WHY]: no reason, no failure
-    if [ -z "$2" ]; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "FAILED: $1: $2"
-    fi
-}
 layer() { node "$top/tests/cli/layer.mjs" "$@"; }
 # Which layers a run baked, by name.
 baked() {
@@ -662,5 +645,4 @@ for name in $(sed -n 's/^\(test_[a-z_]*\)() {$/\1/p' \
     "$top/tests/check-probes.sh"); do
     verdict "$name" "$($name 2>&1)"
 done
-echo "$passed passed, $failed failed"
-[ $failed -eq 0 ]
+end

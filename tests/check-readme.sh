@@ -4,22 +4,7 @@
 # Makefile rule (with -j), the CMake list, the C program, and the shader lines
 # through glslang.
 set -u
-build=$(cd "${BUILD:-build}" && pwd) || exit 1
-top=$PWD
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-passed=0 failed=0
-ok() {
-    name=$1
-    shift
-    if "$@" >"$work/log" 2>&1; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "FAILED $name: $*"
-        sed 's/^/    /' "$work/log"
-    fi
-}
+. tests/lib.sh
 # The first fenced block of a language.
 block() {
     awk -v fence='```'"$1" '$0 == fence { on = 1; next }
@@ -80,5 +65,4 @@ if command -v glslangValidator >/dev/null; then
 else
     echo 'skipped the shader lines: no glslangValidator (glslang-tools)'
 fi
-echo "$passed passed, $failed failed"
-[ $failed -eq 0 ]
+end

@@ -4,18 +4,10 @@
 # bakes, on bakes that were damaged as bakers do by mistake, on files of other
 # programs, and on nonsense. BUILD names the build.
 set -u
-top=$PWD
-build=$(cd "${BUILD:-build}" && pwd) || exit 1
-program=$build/iblbake
-[ -x "$program" ] || { echo "$program: not built"; exit 1; }
-command -v node >/dev/null || { echo 'node is missing'; exit 1; }
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-mkdir "$work/bin"
-${CC:-cc} -std=c11 -o "$work/bin/mkenv" tests/cli/mkenv.c -lm || exit 1
-ln -s "$program" "$work/bin/iblbake"
+. tests/lib.sh
+need node
+use iblbake
 cp tests/cli/damage.mjs "$work/bin"
-export PATH=$work/bin:$PATH
 mkenv hdr 32 16 >"$work/env.hdr" # a sun beyond half floats
 mkenv exr 64 32 BGR >"$work/env.exr" # mild
 # 1 everywhere: the truth is 1 everywhere.
@@ -26,16 +18,6 @@ mkenv exr 64 32 BGR >"$work/env.exr" # mild
 small='--size 32 --irradiance-size 8 --lut-size 16'
 floats="$small --format dds --pixel rgba32f"
 damage() { node "$work/bin/damage.mjs" "$@"; }
-
-passed=0 failed=0
-verdict() { # NAME [WHY]: no reason, no failure
-    if [ -z "$2" ]; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "FAILED: $1: $2"
-    fi
-}
 
 # accept|refuse [options] ENV ...: within --max-error or not, with one line on
 # standard error if not. MAX is the bound.
@@ -454,5 +436,4 @@ for t in $(compgen -A function test_); do
     verdict "$t" "$($t 2>&1 | head -n 12)"
     cd "$top" || exit 1
 done
-echo "$passed passed, $failed failed"
-[ $failed -eq 0 ]
+end

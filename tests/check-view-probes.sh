@@ -3,82 +3,27 @@
 # The scene's probes round: iblview writes what they have captured, iblbake
 # bakes it, and iblview lights the scene by that. BUILD names the build.
 set -u
-build=$(cd "${BUILD:-build}" && pwd) || exit 1
-program=$build/iblview
-[ -x "$program" ] || {
-    echo 'skipped: iblview was not built'
-    echo '0 passed, 0 failed, 1 skipped'
-    exit 0
-}
-command -v node >/dev/null || { echo 'node is missing'; exit 1; }
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-mkdir "$work/bin"
-${CC:-cc} -std=c11 -o "$work/bin/mkenv" tests/cli/mkenv.c -lm || exit 1
-ln -s "$build/iblbake" "$program" "$work/bin"
-cp tests/cli/png.mjs "$work/bin"
-export PATH=$work/bin:$PATH
-unset DISPLAY WAYLAND_DISPLAY
-# OSMesa never frees some 480 bytes. GCC's leak sanitizer takes blocks of memory
-# that begin a page for thread-local storage of an old glibc, and crashes: it is
-# to look for pointers elsewhere, which finds all of ours.
-echo leak:libOSMesa.so >"$work/leaks"
-export LSAN_OPTIONS=suppressions=$work/leaks:print_suppressions=0:use_tls=0
-
+. tests/lib.sh
+use_viewer
 mkenv exr 64 32 BGR >"$work/env.exr"
 iblbake -q "$work/env.exr" -o "$work/sky" --size 32 --irradiance-size 8 \
     --lut-size 32 || exit 1
 scene='--mode scene --probe-size 32 --seconds 1.5 --fov 70 --pitch 15 --yaw 30'
 picture="--size 128x96 $scene"
 
-# Without OSMesa there are no pictures.
 cd "$work" || exit 1
 # shellcheck disable=SC2086
 iblview sky --offscreen captured.png $picture --probes 8 2>err
-case $(cat err) in
-*libosmesa6*)
-    echo "skipped: $(cat err)"
-    echo '0 passed, 0 failed, 1 skipped'
-    exit 0 ;;
-esac
+need_pictures err
 # shellcheck disable=SC2086
 iblview sky --offscreen alone.png $picture || exit 1
 # shellcheck disable=SC2086
 iblview sky $scene --probes 8 --save-probes scene || exit 1
 
-passed=0 failed=0
-verdict() { # NAME [WHY]: no reason, no failure
-    if [ -z "$2" ]; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "FAILED: $1: $2"
-    fi
-}
-
 # quietly [command]: it works without a word.
 quietly() {
     "$@" >"$work/said" 2>&1 || echo "$*: status $?"
     [ ! -s "$work/said" ] || echo "$*: $(head -n 1 "$work/said")"
-}
-# wrong STATUS GLOB [arguments]: iblview fails with one line like that, and
-# leaves nothing.
-wrong() {
-    local want=$1 glob=$2 status
-    shift 2
-    ls -A >"$work/before"
-    iblview "$@" 2>"$work/err" >"$work/printed"
-    status=$?
-    ls -A | diff "$work/before" -
-    [ $status -eq "$want" ] || echo "$*: status $status, not $want"
-    [ "$(wc -l <"$work/err")" = 1 ] ||
-        echo "$*: not one line: $(cat "$work/err")"
-    # shellcheck disable=SC2254
-    case $(cat "$work/err") in
-    $glob) ;;
-    *) echo "$*: $(cat "$work/err")" ;;
-    esac
-    [ ! -s "$work/printed" ] || echo "$*: on stdout: $(cat "$work/printed")"
 }
 near() { node "$work/bin/png.mjs" "$@"; }
 save() { # DIR [arguments]
@@ -221,5 +166,4 @@ for t in $(declare -F | sed -n 's/^declare -f \(test_.*\)/\1/p'); do
     verdict "$t" "$($t 2>&1)"
     cd "$work" || exit 1
 done
-echo "$passed passed, $failed failed"
-[ $failed -eq 0 ]
+end

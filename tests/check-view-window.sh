@@ -5,19 +5,12 @@
 # the ways out. What the window shows must be what --offscreen writes. BUILD
 # names the build.
 set -u
-top=$PWD
-build=$(cd "${BUILD:-build}" && pwd) || exit 1
-skip() {
-    echo "skipped the window: $1"
-    echo '0 passed, 0 failed, 1 skipped'
-    exit 0
-}
-[ -x "$build/iblview" ] || skip 'iblview has not been built'
+. tests/lib.sh
+[ -x "$build/iblview" ] || skip_all 'iblview was not built'
 for tool in Xvfb xdotool; do
     command -v $tool >/dev/null ||
-        skip "$tool is missing (packages xvfb and xdotool)"
+        skip_all "$tool is missing (packages xvfb and xdotool)"
 done
-work=$(mktemp -d) || exit 1
 server='' viewer=''
 tidy() {
     [ -z "$viewer" ] || kill -KILL "$viewer" 2>/dev/null
@@ -31,7 +24,7 @@ for tool in mkenv shown desktop; do
     ${CC:-cc} -std=c11 -D_XOPEN_SOURCE=700 -o "$work/bin/$tool" \
         "tests/cli/$tool.c" -lm -lpng -lX11 2>"$work/err" || {
         cat "$work/err"
-        skip "tests/cli/$tool.c does not compile (package libx11-dev?)"
+        skip_all "tests/cli/$tool.c does not compile (package libx11-dev?)"
     }
 done
 ln -s "$build/iblview" "$build/iblbake" "$work/bin"
@@ -39,16 +32,6 @@ export PATH=$work/bin:$PATH
 cd "$work" || exit 1
 # Drivers leak, and are gone when the leak sanitizer wants their names.
 export ASAN_OPTIONS=${ASAN_OPTIONS:+$ASAN_OPTIONS:}detect_leaks=0
-
-passed=0 failed=0
-verdict() { # NAME [WHY]: no reason, no failure
-    if [ -z "$2" ]; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "FAILED: $1: $2"
-    fi
-}
 
 # within COMMAND...: true as soon as it is; false if it is not in a minute.
 within() {
@@ -67,7 +50,7 @@ start_server() {
     Xvfb -displayfd 3 -screen 0 800x600x24 -dpi 96 -noreset -nolisten tcp \
         "$@" 3>display 2>server.log &
     server=$!
-    within grep -q . display || { cat server.log; skip 'Xvfb does not start'; }
+    within grep -q . display || { cat server.log; skip_all 'Xvfb does not start'; }
     DISPLAY=:$(cat display)
     export DISPLAY
 }
@@ -440,5 +423,4 @@ run no_display
 start_server -extension GLX
 run no_opengl
 cd "$top" || exit 1
-echo "$passed passed, $failed failed, 0 skipped"
-[ $failed -eq 0 ]
+end

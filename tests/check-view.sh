@@ -3,27 +3,8 @@
 # Runs iblview without a display as a user would: pictures, sheets, read-outs,
 # and what is said about what does not work. BUILD names the build.
 set -u
-top=$PWD
-build=$(cd "${BUILD:-build}" && pwd) || exit 1
-program=$build/iblview
-[ -x "$program" ] || {
-    echo 'skipped: iblview was not built'
-    echo '0 passed, 0 failed, 1 skipped'
-    exit 0
-}
-command -v node >/dev/null || { echo 'node is missing'; exit 1; }
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-mkdir "$work/bin"
-${CC:-cc} -std=c11 -o "$work/bin/mkenv" tests/cli/mkenv.c -lm || exit 1
-ln -s "$build/iblbake" "$program" "$work/bin"
-cp tests/cli/png.mjs "$work/bin"
-export PATH=$work/bin:$PATH
-unset DISPLAY WAYLAND_DISPLAY
-# OSMesa never frees some 480 bytes.
-echo leak:libOSMesa.so >"$work/leaks"
-export LSAN_OPTIONS=suppressions=$work/leaks:print_suppressions=0
-
+. tests/lib.sh
+use_viewer
 mkenv hdr 32 16 >"$work/env.hdr"
 mkenv exr 64 32 BGR >"$work/env.exr"
 bake="iblbake -q $work/env.exr --size 16 --irradiance-size 8 --lut-size 16"
@@ -32,24 +13,8 @@ for format in ktx2 ktx dds; do
 done
 small='--size 48x36 --grid 2x2'
 
-# Without OSMesa there are no pictures.
 iblview "$work/ktx2" --offscreen "$work/first.png" $small 2>"$work/err"
-case $(cat "$work/err") in
-*libosmesa6*)
-    echo "skipped: $(cat "$work/err")"
-    echo '0 passed, 0 failed, 1 skipped'
-    exit 0 ;;
-esac
-
-passed=0 failed=0
-verdict() { # NAME [WHY]: no reason, no failure
-    if [ -z "$2" ]; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "FAILED: $1: $2"
-    fi
-}
+need_pictures "$work/err"
 
 # draw OUT.png [arguments]: a picture without a word.
 draw() {
@@ -58,25 +23,6 @@ draw() {
     iblview --offscreen "$out" $small "$@" >said 2>&1 || echo "$*: status $?"
     [ -s "$out" ] || echo "$*: no picture"
     [ ! -s said ] || echo "$*: $(head -n 1 said)"
-}
-# wrong STATUS GLOB [arguments]: fails with one line like that, and leaves
-# nothing.
-wrong() {
-    local want=$1 glob=$2 status
-    shift 2
-    ls -A >before
-    iblview "$@" 2>"$work/err" >"$work/printed"
-    status=$?
-    ls -A | diff before - || echo "$*: left something"
-    [ $status -eq "$want" ] || echo "$*: status $status, not $want"
-    [ "$(wc -l <"$work/err")" = 1 ] ||
-        echo "$*: several lines or none: $(cat "$work/err")"
-    # shellcheck disable=SC2254
-    case $(cat "$work/err") in
-    $glob) ;;
-    *) echo "$*: $(cat "$work/err")" ;;
-    esac
-    [ ! -s "$work/printed" ] || echo "$*: on stdout: $(cat "$work/printed")"
 }
 size() { file "$1" | sed 's/.*PNG image data, \([0-9]* x [0-9]*\),.*/\1/'; }
 same() { cmp "$1" "$2"; }
@@ -436,5 +382,4 @@ for t in $(compgen -A function test_); do
     verdict "$t" "$($t 2>&1 | head -n 12)"
     cd "$top" || exit 1
 done
-echo "$passed passed, $failed failed"
-[ $failed -eq 0 ]
+end
