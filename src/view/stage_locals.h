@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The local probes of --mode scene: where in the room they are, and their
- * captures, each a layer of cube arrays. Part of stage.c, used there alone. */
+ * captures, each a layer of cube arrays. Part of view/stage.h, used there
+ * alone. */
 #ifndef VIEW_STAGE_LOCALS_H
 #define VIEW_STAGE_LOCALS_H
 
