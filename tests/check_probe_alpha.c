@@ -584,12 +584,35 @@ static void crosses_are_as_faces(void)
         free_picture(&p[f]);
 }
 
+/* Beside the faces a cross is transparent, or has nothing at all: what counts
+ * is in them. */
+static void crosses_have_alpha_in_their_faces(void)
+{
+    picture p[6];
+
+    for (int f = 0; f < 6; f++) {
+        p[f] = new_picture(FACE, FACE);
+        for (int i = 0; i < FACE * FACE; i++) {
+            p[f].alpha[i] = 1;
+            for (int k = 0; k < 3; k++)
+                p[f].img.data[3 * i + k] = 2;
+        }
+    }
+    NEED(save_cross("lying.exr", p, false) && save_cross("up.exr", p, true));
+    /* Which has no room for alpha. */
+    CHECK(bake("\"cross\": \"lying.exr\"", "\"cross\": \"up.exr\"",
+               "\"equirect\": \"sky.exr\"", "--pixel rgb9e5"));
+    for (int f = 0; f < 6; f++)
+        free_picture(&p[f]);
+}
+
 static const test tests[] = {
     TEST(hole_shows_what_is_behind),
     TEST(constant_under_any_alpha),
     TEST(no_rims),
     TEST(faces_are_filtered),
     TEST(crosses_are_as_faces),
+    TEST(crosses_have_alpha_in_their_faces),
 };
 
 int main(int argc, char **argv)

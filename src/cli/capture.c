@@ -100,7 +100,6 @@ typedef struct view {
 
 typedef struct cubes {
     ibl_cube colour, alpha;
-    float least, most; /* alpha */
 } cubes;
 
 static void free_view(view *v)
@@ -123,8 +122,7 @@ static ibl_status read_alpha(const taker *t, const ibl_source *source, view *v)
     return status;
 }
 
-/* Widens the range of alpha by the file's. */
-static ibl_status read_view(const taker *t, const char *file, view *v, cubes *c)
+static ibl_status read_view(const taker *t, const char *file, view *v)
 {
     ibl_read_options read = *t->read;
     ibl_source *source = NULL;
@@ -139,9 +137,6 @@ static ibl_status read_view(const taker *t, const char *file, view *v, cubes *c)
         status = ibl_source_read(source, v->colour.height, v->colour.data);
     if (!status)
         status = read_alpha(t, source, v);
-    const ibl_read_report *r = ibl_source_report(source);
-    c->least = r->alpha_least < c->least ? r->alpha_least : c->least;
-    c->most = r->alpha_most > c->most ? r->alpha_most : c->most;
     ibl_source_close(source);
     return status;
 }
@@ -210,7 +205,7 @@ static ibl_status read_faces(const taker *t, cubes *c)
         const int size = c->colour.size;
         view v = {0};
         char expected[64] = "a square";
-        status = read_view(t, t->capture->file[f], &v, c);
+        status = read_view(t, t->capture->file[f], &v);
         const ibl_image *img = &v.colour;
         if (!status && size)
             snprintf(expected, sizeof expected, "%d x %d as faces[0]", size,
@@ -233,7 +228,7 @@ static ibl_status read_faces(const taker *t, cubes *c)
 static ibl_status read_cross(const taker *t, cubes *c)
 {
     view v = {0};
-    ibl_status status = read_view(t, t->capture->file[0], &v, c);
+    ibl_status status = read_view(t, t->capture->file[0], &v);
     const ibl_image *img = &v.colour;
     const bool lying = img->width > img->height;
     const int n = lying ? img->width / 4 : img->width / 3;
@@ -293,16 +288,30 @@ static ibl_status bake_cube(const taker *t, ibl_cube *cube,
     return status;
 }
 
+/* Of the faces alone: a cross has transparent pixels beside them. */
+static ibl_status look_at_cube(const taker *t, const cubes *c, bool *needed)
+{
+    const size_t texels = ibl_cube_texels(c->alpha.size, 1);
+    float least = 1, most = 0;
+
+    for (size_t i = 0; i < texels; i++) {
+        const float a = c->alpha.data[3 * i];
+        least = a < least ? a : least;
+        most = a > most ? a : most;
+    }
+    return look_at_alpha(t, least, most, needed);
+}
+
 static ibl_status bake_cubes(const taker *t, const ibl_bake_options *options)
 {
-    cubes c = {.least = 1};
+    cubes c = {0};
     bool needed = false;
     ibl_status status = t->capture->kind == IBL_CAPTURE_FACES
                             ? read_faces(t, &c)
                             : read_cross(t, &c);
 
     if (!status)
-        status = look_at_alpha(t, c.least, c.most, &needed);
+        status = look_at_cube(t, &c, &needed);
     if (!status)
         status = bake_cube(t, &c.colour, options, t->made);
     if (!status && needed)
