@@ -502,6 +502,27 @@ static void captures_are_layers(void)
     view_test_end();
 }
 
+/* 3 GB are more than a texture of llvmpipe may have. */
+static void says_what_to_do_without_room(void)
+{
+    view_capture_options o = view_capture_options_default();
+
+    if (!view_test_begin(16, 16))
+        return;
+    o.size = 1024;
+    view_test_catch();
+    view_stage_locals *l = view_stage_locals_create(&o, 64);
+    const char *said = view_test_caught();
+    CHECK(!l);
+    CHECK_MSG(!strcmp(said, "iblview: 64 local probes with faces of 1024: this "
+                            "OpenGL has no room for them: take fewer by "
+                            "--probes, or smaller ones by --probe-size\n"),
+              "%s", said);
+    view_stage_locals_free(l);
+    CHECK(view_gl_check("local probes without room"));
+    view_test_end();
+}
+
 /* ---- without arrays of cubes --------------------------------------------- */
 
 static PFNGLGETINTEGERVPROC real_integers;
@@ -551,6 +572,7 @@ static const test tests[] = {
     TEST(weights_are_those_of_the_library),
     TEST(weights_with_alpha),
     TEST(captures_are_layers),
+    TEST(says_what_to_do_without_room),
     TEST(needs_cube_arrays),
 };
 TEST_MAIN(tests)

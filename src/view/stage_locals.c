@@ -137,6 +137,17 @@ void view_stage_place(ibl_probe *probes, int count)
 
 /* ---- what is kept ------------------------------------------------------ */
 
+/* After the largest level: whether it was made. */
+static bool has_room(int size, int count)
+{
+    return gl.GetError() == GL_NO_ERROR ||
+           view_fail("%d local probes with faces of %d: this OpenGL has no "
+                     "room for them: take fewer by --probes, or smaller ones "
+                     "by --probe-size",
+                     count, size);
+}
+
+/* 0, with a message, if there is no room for it. */
 static GLuint make_array(int size, int levels, int count)
 {
     const GLenum target = GL_TEXTURE_CUBE_MAP_ARRAY;
@@ -149,6 +160,10 @@ static GLuint make_array(int size, int levels, int count)
         const int n = ibl_cube_edge(size, l);
         gl.TexImage3D(target, l, GL_RGBA16F, n, n, IBL_FACES * count, 0,
                       GL_RGBA, GL_FLOAT, NULL);
+        if (l == 0 && !has_room(size, count)) {
+            gl.DeleteTextures(1, &array);
+            return 0;
+        }
     }
     gl.TexParameteri(target, GL_TEXTURE_MAX_LEVEL, levels - 1);
     gl.TexParameteri(target, GL_TEXTURE_MIN_FILTER,
@@ -186,7 +201,10 @@ view_stage_locals *view_stage_locals_create(const view_capture_options *options,
         goto fail;
     l->specular =
         make_array(options->size, view_capture_levels(l->capture), count);
-    l->irradiance = make_array(VIEW_CAPTURE_IRRADIANCE, 1, count);
+    if (l->specular)
+        l->irradiance = make_array(VIEW_CAPTURE_IRRADIANCE, 1, count);
+    if (!l->irradiance)
+        goto fail;
     gl.GenFramebuffers(1, &l->source);
     gl.GenFramebuffers(1, &l->target);
     if (!view_gl_check("the cubes of local probes"))
