@@ -22,14 +22,10 @@ enum {
 
 static const float light[3] = {0.5F, 0.6F, 0.8F}; /* of the environment */
 /* Nothing is lost: the split sum of a surface is F0 R + G and the rest. */
-static const float table_r = 0.95F, table_g = 0.05F;
+static const float table[2] = {0.95F, 0.05F};
 
 typedef struct look {
-    view_stage *stage;
-    view_settings s;
-    view_room_environment environment;
-    GLuint table;
-    room_target target;
+    room_stage on;
     float *rgba; /* of the last picture */
 } look;
 
@@ -37,42 +33,28 @@ static look *begin(void)
 {
     look *l = calloc(1, sizeof *l);
 
-    if (!l || !view_test_begin(WIDTH, HEIGHT)) {
+    if (!l || !room_stage_begin(&l->on, WIDTH, HEIGHT, light, table)) {
         free(l);
         return NULL;
     }
-    const GLuint all = room_cube_of(light[0], light[1], light[2], 1);
-    l->s = view_settings_default();
-    l->s.mode = VIEW_SCENE;
-    l->s.probe_size = SIZE;
-    l->s.probes = 1;
-    l->s.probe_limit = true;
-    l->environment = (view_room_environment){
-        .specular = all, .irradiance = all, .sky = all, .irradiance_scale = 1};
-    l->table = room_table_of(table_r, table_g);
-    room_target_make(&l->target, WIDTH, HEIGHT);
-    l->stage = view_stage_create();
+    l->on.s.probe_size = SIZE;
+    l->on.s.probes = 1;
+    l->on.s.probe_limit = true;
     return l;
 }
 
 static void end(look *l)
 {
     free(l->rgba);
-    view_stage_free(l->stage);
-    room_target_free(&l->target);
-    view_test_end();
+    room_stage_end(&l->on);
     free(l);
 }
 
 static const view_room_draw *draw(look *l)
 {
-    if (!l->stage ||
-        !view_stage_draw(l->stage, &l->s, &l->environment, l->table,
-                         l->target.colour, WIDTH, HEIGHT))
-        return NULL;
     free(l->rgba);
-    l->rgba = room_target_read(&l->target);
-    return view_stage_drawn(l->stage);
+    l->rgba = room_stage_draw(&l->on);
+    return l->rgba ? view_stage_drawn(l->on.stage) : NULL;
 }
 
 /* ---- what probes hold --------------------------------------------------- */
@@ -212,7 +194,7 @@ static void marks_what_is_beyond(void)
     if (!l)
         return;
     for (int kind = 0; kind < VIEW_PROBE_CAPTURES; kind++) {
-        l->s.probe_capture = (view_probe_capture)kind;
+        l->on.s.probe_capture = (view_probe_capture)kind;
         const view_room_draw *d = draw(l);
         NEED(d && count_probes(d) == 2);
         for (int i = 0; i < count_probes(d); i++) {
@@ -235,7 +217,7 @@ static void sees_all_without(void)
 
     if (!l)
         return;
-    l->s.probe_limit = false;
+    l->on.s.probe_limit = false;
     const view_room_draw *d = draw(l);
     NEED(d && count_probes(d) == 2);
     for (int i = 0; i < 2; i++) {
@@ -368,7 +350,7 @@ static bool shade(const lit *m, const room_hit *h, const double ray[3],
     fill_in(m->probes, count, h->point, seen, specular);
     fill_in(m->probes, count, h->point, from, diffuse);
     for (int k = 0; k < 3; k++) {
-        const double fss = (double)(h->material->f0[k] * table_r + table_g);
+        const double fss = (double)(h->material->f0[k] * table[0] + table[1]);
         rgb[k] = fss * specular[k] +
                  (1 - fss) * (double)h->material->albedo[k] * diffuse[k];
     }
@@ -407,14 +389,14 @@ static void fills_holes_of(bool blend)
 
     if (!l)
         return;
-    l->s.blend = blend;
-    l->s.seconds = 1;
-    l->s.probes = 2;
-    l->s.pitch = 35;
-    l->s.fov = 75;
+    l->on.s.blend = blend;
+    l->on.s.seconds = 1;
+    l->on.s.probes = 2;
+    l->on.s.pitch = 35;
+    l->on.s.fov = 75;
     const view_room_draw *d = draw(l);
     NEED(d && count_probes(d) == 3);
-    const view_camera c = view_stage_camera(&l->s, WIDTH, HEIGHT);
+    const view_camera c = view_stage_camera(&l->on.s, WIDTH, HEIGHT);
     lit m = {.d = d};
     for (int i = 0; i < count_probes(d); i++) {
         m.probes[i] = probe_of(d, i);

@@ -8,7 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "view/program.h"
 #include "view/stage.h"
 
 enum {
@@ -17,60 +16,41 @@ enum {
     FLOATS = 3 * WIDTH * HEIGHT
 };
 
-/* The stage by a uniform environment, and pictures of it. */
+/* The stage, and pictures of it. */
 typedef struct look {
-    view_stage *stage;
-    view_settings s;
-    view_room_environment environment;
-    GLuint table;
-    room_target target;
+    room_stage on;
     float rgb[FLOATS], before[FLOATS];
 } look;
 
 static look *begin(void)
 {
+    static const float light[3] = {0.5F, 0.6F, 0.8F}, table[2] = {0.9F, 0.05F};
     look *l = calloc(1, sizeof *l);
 
-    if (!l || !view_test_begin(WIDTH, HEIGHT)) {
+    if (!l || !room_stage_begin(&l->on, WIDTH, HEIGHT, light, table)) {
         free(l);
         return NULL;
     }
-    const GLuint grey = room_cube_of(0.5F, 0.6F, 0.8F, 1);
-    l->s = view_settings_default();
-    l->s.mode = VIEW_SCENE;
-    l->s.probe_size = 32;
-    l->environment = (view_room_environment){.specular = grey,
-                                             .irradiance = grey,
-                                             .sky = grey,
-                                             .irradiance_scale = 1};
-    l->table = room_table_of(0.9F, 0.05F);
-    room_target_make(&l->target, WIDTH, HEIGHT);
-    l->stage = view_stage_create();
+    l->on.s.probe_size = 32;
     return l;
 }
 
 static void end(look *l)
 {
-    if (!l)
-        return;
-    view_stage_free(l->stage);
-    room_target_free(&l->target);
-    view_test_end();
+    room_stage_end(&l->on);
     free(l);
 }
 
 static bool draw(look *l, double seconds)
 {
     memcpy(l->before, l->rgb, sizeof l->rgb);
-    l->s.seconds = seconds;
-    if (!view_stage_draw(l->stage, &l->s, &l->environment, l->table,
-                         l->target.colour, WIDTH, HEIGHT))
-        return false;
-    float *rgba = room_target_read(&l->target);
-    for (int i = 0; i < FLOATS; i++)
+    l->on.s.seconds = seconds;
+    float *rgba = room_stage_draw(&l->on);
+    for (int i = 0; rgba && i < FLOATS; i++)
         l->rgb[i] = rgba[4 * (i / 3) + i % 3];
+    const bool ok = rgba != NULL;
     free(rgba);
-    return true;
+    return ok;
 }
 
 /* Mean difference of what is in the middle, in the mirror. */
@@ -97,34 +77,34 @@ static void follows_within_the_interval(void)
 
     if (!l)
         return;
-    NEED(l->stage);
+    NEED(l->on.stage);
     CHECK(draw(l, 0));
-    CHECK_NEAR(view_stage_shown(l->stage), 0, 0);
+    CHECK_NEAR(view_stage_shown(l->on.stage), 0, 0);
     CHECK(draw(l, 0.4));
-    CHECK_NEAR(view_stage_shown(l->stage), 0, 0);
+    CHECK_NEAR(view_stage_shown(l->on.stage), 0, 0);
     CHECK(draw(l, 0.5));
-    CHECK_NEAR(view_stage_shown(l->stage), 0.5, 0);
+    CHECK_NEAR(view_stage_shown(l->on.stage), 0.5, 0);
     CHECK(draw(l, 0.9));
-    CHECK_NEAR(view_stage_shown(l->stage), 0.5, 0);
+    CHECK_NEAR(view_stage_shown(l->on.stage), 0.5, 0);
     /* A jump is followed: the mirror has the lamp where it is then. */
     CHECK(draw(l, 2));
     CHECK(changed(l) > 0.01);
-    l->s.probe_interval = 9;
+    l->on.s.probe_interval = 9;
     CHECK(draw(l, 2.6));
     memcpy(stale, l->rgb, sizeof stale);
-    l->s.probe_interval = 0.5;
+    l->on.s.probe_interval = 0.5;
     CHECK(draw(l, 2.6));
     memcpy(late, l->rgb, sizeof late);
-    view_stage_restart(l->stage);
+    view_stage_restart(l->on.stage);
     CHECK(draw(l, 2.6));
     /* Only the light's later bounces are behind. */
     memcpy(l->before, stale, sizeof stale);
     const double behind = changed(l);
     memcpy(l->before, late, sizeof late);
     CHECK_MSG(changed(l) < 0.25 * behind, "%g, %g", changed(l), behind);
-    l->s.probe_interval = 0;
+    l->on.s.probe_interval = 0;
     CHECK(draw(l, 2.7));
-    CHECK_NEAR(view_stage_shown(l->stage), 2.7, 0);
+    CHECK_NEAR(view_stage_shown(l->on.stage), 2.7, 0);
     end(l);
 }
 
@@ -137,20 +117,20 @@ static void is_spread_over_frames(void)
 
     if (!l)
         return;
-    NEED(l->stage);
+    NEED(l->on.stage);
     CHECK(draw(l, 0));
-    l->s.probe_faces = 1;
+    l->on.s.probe_faces = 1;
     CHECK(draw(l, 1));
-    for (; frames < 200 && view_stage_shown(l->stage) < 1; frames++)
+    for (; frames < 200 && view_stage_shown(l->on.stage) < 1; frames++)
         CHECK(draw(l, 1));
     CHECK_MSG(frames > 12 && frames < 200, "%d", frames);
-    CHECK_NEAR(view_stage_shown(l->stage), 1, 0);
+    CHECK_NEAR(view_stage_shown(l->on.stage), 1, 0);
     CHECK(draw(l, 1));
     float spread[FLOATS];
     memcpy(spread, l->rgb, sizeof spread);
-    view_stage_restart(l->stage);
+    view_stage_restart(l->on.stage);
     CHECK(draw(l, 0));
-    l->s.probe_faces = 0;
+    l->on.s.probe_faces = 0;
     CHECK(draw(l, 1));
     memcpy(l->before, spread, sizeof spread);
     CHECK_MSG(changed(l) < 1e-6, "%g", changed(l));
@@ -164,28 +144,28 @@ static void settings_count(void)
 
     if (!l)
         return;
-    NEED(l->stage);
+    NEED(l->on.stage);
     CHECK(draw(l, 1));
     CHECK(draw(l, 1));
     CHECK(changed(l) < 1e-9);
-    l->s.parallax = false;
+    l->on.s.parallax = false;
     CHECK(draw(l, 1));
     CHECK(changed(l) > 0.01);
-    l->s.parallax = true;
+    l->on.s.parallax = true;
     CHECK(draw(l, 1));
-    l->s.probe_capture = VIEW_PROBE_PARABOLOIDS;
+    l->on.s.probe_capture = VIEW_PROBE_PARABOLOIDS;
     CHECK(draw(l, 1));
     CHECK_MSG(changed(l) > 0 && changed(l) < 0.2, "%g", changed(l));
-    l->s.probe_capture = VIEW_PROBE_FACES;
-    l->s.probe_filter = VIEW_PROBE_CPU;
+    l->on.s.probe_capture = VIEW_PROBE_FACES;
+    l->on.s.probe_filter = VIEW_PROBE_CPU;
     CHECK(draw(l, 1));
-    l->s.probe_filter = VIEW_PROBE_GPU;
+    l->on.s.probe_filter = VIEW_PROBE_GPU;
     CHECK(draw(l, 1));
     CHECK_MSG(changed(l) > 0 && changed(l) < 0.05, "%g", changed(l));
-    l->s.probe_size = 64;
+    l->on.s.probe_size = 64;
     CHECK(draw(l, 1));
     CHECK(changed(l) > 0);
-    l->s.yaw = 40;
+    l->on.s.yaw = 40;
     CHECK(draw(l, 1));
     CHECK(changed(l) > 0.01);
     end(l);
@@ -208,24 +188,24 @@ static void failure_is_said_once(void)
 
     if (!l)
         return;
-    NEED(l->stage);
-    l->s.probe_filter = VIEW_PROBE_CPU;
-    l->s.probe_interval = 0;
+    NEED(l->on.stage);
+    l->on.s.probe_filter = VIEW_PROBE_CPU;
+    l->on.s.probe_interval = 0;
     CHECK(draw(l, 0));
     CHECK(draw(l, 1));
-    CHECK_NEAR(view_stage_shown(l->stage), 1, 0);
-    NEED(view_stage_context(l->stage));
-    ibl_ctx_cancel(view_stage_context(l->stage));
+    CHECK_NEAR(view_stage_shown(l->on.stage), 1, 0);
+    NEED(view_stage_context(l->on.stage));
+    ibl_ctx_cancel(view_stage_context(l->on.stage));
     view_test_catch();
     for (int i = 2; i < 8; i++)
         CHECK(draw(l, i));
     const char *said = view_test_caught();
     CHECK_MSG(lines(said) <= 2 && strstr(said, "probe stays"), "%s", said);
-    CHECK_NEAR(view_stage_shown(l->stage), 1, 0);
-    l->s.probe_filter = VIEW_PROBE_GPU;
+    CHECK_NEAR(view_stage_shown(l->on.stage), 1, 0);
+    l->on.s.probe_filter = VIEW_PROBE_GPU;
     CHECK(draw(l, 8));
     CHECK(draw(l, 9));
-    CHECK_NEAR(view_stage_shown(l->stage), 9, 0);
+    CHECK_NEAR(view_stage_shown(l->on.stage), 9, 0);
     end(l);
 }
 
@@ -237,21 +217,21 @@ static void sun_counts(void)
 
     if (!l)
         return;
-    NEED(l->stage);
+    NEED(l->on.stage);
     CHECK(draw(l, 1));
-    l->s.sun = l->s.capture_shadows = false;
-    CHECK(draw(l, 1));
-    CHECK(!memcmp(l->rgb, l->before, sizeof l->rgb));
-    l->environment.sun = (view_room_sun){.direction = {-0.64, 0.48, 0.6},
-                                         .irradiance = {6, 5, 4},
-                                         .limit = 9,
-                                         .cosine = 0.98};
+    l->on.s.sun = l->on.s.capture_shadows = false;
     CHECK(draw(l, 1));
     CHECK(!memcmp(l->rgb, l->before, sizeof l->rgb));
-    l->s.sun = true;
+    l->on.environment.sun = (view_room_sun){.direction = {-0.64, 0.48, 0.6},
+                                            .irradiance = {6, 5, 4},
+                                            .limit = 9,
+                                            .cosine = 0.98};
+    CHECK(draw(l, 1));
+    CHECK(!memcmp(l->rgb, l->before, sizeof l->rgb));
+    l->on.s.sun = true;
     CHECK(draw(l, 1));
     CHECK_MSG(changed(l) > 0.03, "without shadows: %g", changed(l));
-    l->s.capture_shadows = true;
+    l->on.s.capture_shadows = true;
     CHECK(draw(l, 1));
     CHECK_MSG(changed(l) > 0.03, "with them: %g", changed(l));
     double sum[2] = {0};
@@ -272,19 +252,19 @@ static void moves_among_locals(void)
 
     if (!l)
         return;
-    NEED(l->stage);
+    NEED(l->on.stage);
     CHECK(draw(l, 0));
     memcpy(alone, l->rgb, sizeof alone);
     for (int i = 0; i < 2; i++) {
-        l->s.probes = 9;
-        l->s.probe_limit = i;
+        l->on.s.probes = 9;
+        l->on.s.probe_limit = i;
         CHECK(draw(l, 0));
-        CHECK(view_stage_drawn(l->stage)->locals.count == 9);
+        CHECK(view_stage_drawn(l->on.stage)->locals.count == 9);
         CHECK(draw(l, 2));
         CHECK_MSG(changed(l) > 0.01, "%g", changed(l));
     }
-    l->s.probes = 0;
-    l->s.probe_limit = false;
+    l->on.s.probes = 0;
+    l->on.s.probe_limit = false;
     CHECK(draw(l, 0));
     memcpy(l->before, alone, sizeof alone);
     CHECK_MSG(changed(l) < 1e-6, "%g", changed(l));

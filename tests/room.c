@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "ibl/ibl.h"
+#include "view.h"
 
 static void *need(void *memory)
 {
@@ -269,4 +270,44 @@ GLuint room_table_of(float r, float g)
 
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RG32F, 1, 1, 0, GL_RG, GL_FLOAT, rg);
     return table;
+}
+
+/* ---- the stage --------------------------------------------------------- */
+
+bool room_stage_begin(room_stage *on, int width, int height,
+                      const float light[3], const float table[2])
+{
+    if (!view_test_begin(width, height))
+        return false;
+    const GLuint all = room_cube_of(light[0], light[1], light[2], 1);
+    *on = (room_stage){.s = view_settings_default(),
+                       .environment = {.specular = all,
+                                       .irradiance = all,
+                                       .sky = all,
+                                       .irradiance_scale = 1},
+                       .table = room_table_of(table[0], table[1])};
+    on->s.mode = VIEW_SCENE;
+    room_target_make(&on->target, width, height);
+    on->stage = view_stage_create();
+    return true;
+}
+
+void room_stage_end(room_stage *on)
+{
+    view_stage_free(on->stage);
+    room_target_free(&on->target);
+    gl.DeleteTextures(1, &on->table);
+    gl.DeleteTextures(1, &on->environment.sky);
+    view_test_end();
+}
+
+float *room_stage_draw(room_stage *on)
+{
+    const room_target *t = &on->target;
+
+    if (!on->stage ||
+        !view_stage_draw(on->stage, &on->s, &on->environment, on->table,
+                         t->colour, t->width, t->height))
+        return NULL;
+    return room_target_read(t);
 }

@@ -5,6 +5,7 @@
 
 #include "view/room.h"
 #include "view/scene.h"
+#include "view/stage.h"
 
 /* Floats with depth, drawn into once they are bound. */
 typedef struct room_target {
@@ -50,5 +51,21 @@ GLuint room_cubes_of(int count, const float (*rgba)[4]);
 GLuint room_layer(int size, room_texel *texel, void *cookie);
 /* A table that is the same everywhere. */
 GLuint room_table_of(float r, float g);
+
+/* What --mode scene shows, in uniform light of the environment. */
+typedef struct room_stage {
+    view_stage *stage; /* NULL: it could not be made */
+    view_settings s;   /* the defaults, in that mode */
+    view_room_environment environment;
+    GLuint table;
+    room_target target;
+} room_stage;
+
+/* Opens a screen of that size, too. False where the running test is skipped. */
+bool room_stage_begin(room_stage *on, int width, int height,
+                      const float light[3], const float table[2]);
+void room_stage_end(room_stage *on);
+/* A picture as room_target_read has it; NULL after a failure. */
+float *room_stage_draw(room_stage *on);
 
 #endif
