@@ -538,15 +538,10 @@ static void movement(void)
 }
 
 static const test tests[] = {
-    TEST(depth_order),
-    TEST(mirrored),
-    TEST(panels_emit),
-    TEST(floor_reflects),
-    TEST(mirror_reflects),
-    TEST(blending),
-    TEST(layers_of_probes),
-    TEST(levels_of_roughness),
-    TEST(limited),
-    TEST(movement),
+    TEST(depth_order),      TEST(mirrored),
+    TEST(panels_emit),      TEST(floor_reflects),
+    TEST(mirror_reflects),  TEST(blending),
+    TEST(layers_of_probes), TEST(levels_of_roughness),
+    TEST(limited),          TEST(movement),
 };
 TEST_MAIN(tests)
