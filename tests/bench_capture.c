@@ -95,13 +95,6 @@ static void drop(job *j)
     }
 }
 
-static double cpu_ms(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
-}
-
 /* An update in steps, as it is spread over frames: all, and the longest. */
 static void update(job *j, int method, double ms[PARTS])
 {
@@ -109,7 +102,7 @@ static void update(job *j, int method, double ms[PARTS])
     bool done = false;
 
     ms[ALL] = ms[LONGEST] = 0;
-    ms[CPU] = -cpu_ms();
+    ms[CPU] = -test_ms(CLOCK_PROCESS_CPUTIME_ID);
     for (int i = view_capture_steps(c); i > 0; i--) {
         const double begin = view_clock();
         done = view_capture_advance(c, j->eye, j->scene, j->cookie, 1);
@@ -117,7 +110,7 @@ static void update(job *j, int method, double ms[PARTS])
         ms[ALL] += step;
         ms[LONGEST] = fmax(ms[LONGEST], step);
     }
-    ms[CPU] += cpu_ms();
+    ms[CPU] += test_ms(CLOCK_PROCESS_CPUTIME_ID);
     if (!done)
         fail("no update");
     view_capture_times(c, ms);
@@ -140,12 +133,6 @@ static void measure(job *j)
 }
 
 /* ---- report ------------------------------------------------------------ */
-
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 
 static double nrmse(const ibl_cube *a, const ibl_cube *b, int level)
 {
@@ -174,10 +161,8 @@ static void tell(job *j)
 {
     for (int m = 0; m < METHODS; m++) {
         printf("%5d %-20s", j->size, names[m]);
-        for (int p = 0; p < PARTS; p++) {
-            qsort(j->ms[m][p], runs(j), sizeof j->ms[m][p][0], compare);
-            printf(" %10.1f", j->ms[m][p][runs(j) / 2]);
-        }
+        for (int p = 0; p < PARTS; p++)
+            printf(" %10.1f", test_median(j->ms[m][p], runs(j)));
         printf("\n");
     }
     tell_error(j, "paraboloids from faces", PARABOLOIDS, FACES);

@@ -38,18 +38,6 @@ static double seconds(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static int by_value(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *t)
-{
-    qsort(t, ROUNDS, sizeof *t, by_value);
-    return t[ROUNDS / 2];
-}
-
 static float *noise(size_t n)
 {
     test_random r = {n};
@@ -148,14 +136,14 @@ static void transforms(bool back)
     printf("%d real rows of %d, %s, ms\n", TRANSFORMS, LENGTH,
            back ? "inverse" : "forward");
     if (HAVE_KISS) {
-        kiss = median(times[0]);
+        kiss = test_median(times[0], ROUNDS);
         printf("  kissfft %7.3f\n", 1e3 * kiss);
     } else {
         printf("  no kissfft: package libkissfft-dev is missing\n");
     }
     for (ibl_isa isa = IBL_ISA_C; isa <= IBL_ISA_AVX512; isa++)
         if (ibl_cpu_has(isa)) {
-            const double t = median(times[isa]);
+            const double t = test_median(times[isa], ROUNDS);
             printf("  %-7s %7.3f", ibl_isa_name(isa), 1e3 * t);
             if (HAVE_KISS)
                 printf("  (%.1f times kissfft)", kiss / t);
@@ -289,7 +277,7 @@ static double steps_of(ibl_isa isa, int width, int ring)
     batch_free(&b);
     double m[5];
     for (int i = 0; i < 5; i++)
-        m[i] = 1e6 * median(t[i]);
+        m[i] = 1e6 * test_median(t[i], ROUNDS);
     const double sum = m[0] + m[1] + m[2] + m[3];
     printf("  %-7s %5d on %5d: %7.1f = load %6.1f, load and spread %6.1f, "
            "transform %6.1f, split %5.1f (store %5.1f)\n",
@@ -353,7 +341,7 @@ static void time_map(ibl_ctx *ctx, int width, int height, bool back)
     }
     printf("  %5d x %5d %s %-7s: %8.3f, and the plan %.3f\n", width, height,
            back ? "inverse" : "forward", ibl_isa_name(ibl_ctx_isa(ctx)),
-           1e3 * median(t), 1e3 * median(made));
+           1e3 * test_median(t, ROUNDS), 1e3 * test_median(made, ROUNDS));
     ibl_ring_spectra_free(&spectra);
     ibl_free(rows);
 }

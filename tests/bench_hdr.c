@@ -21,6 +21,7 @@
 #include <time.h>
 
 #include "ibl/io.h"
+#include "test.h"
 
 #if __has_include(<stb/stb_image.h>)
 #define STBI_ONLY_HDR
@@ -42,19 +43,12 @@ struct input {
     size_t size;
 };
 
-static double now_ms(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec * 1e3 + (double)t.tv_nsec * 1e-6;
-}
-
 static double time_stb(const struct input *in)
 {
     int w, h, n;
-    const double begin = now_ms();
+    const double begin = test_ms(CLOCK_MONOTONIC);
     float *px = stbi_loadf_from_memory(in->bytes, (int)in->size, &w, &h, &n, 3);
-    const double end = now_ms();
+    const double end = test_ms(CLOCK_MONOTONIC);
     if (!px) {
         fprintf(stderr, "stb: %s\n", stbi_failure_reason());
         exit(1);
@@ -68,10 +62,10 @@ static double time_ibl(ibl_ctx *ctx, const struct input *in)
     ibl_image img;
     ibl_read_options opts = ibl_read_options_default();
     opts.any_aspect = 1;
-    const double begin = now_ms();
+    const double begin = test_ms(CLOCK_MONOTONIC);
     const ibl_status status =
         ibl_image_decode(ctx, "bench", in->bytes, in->size, &opts, &img, NULL);
-    const double end = now_ms();
+    const double end = test_ms(CLOCK_MONOTONIC);
     if (status) {
         fprintf(stderr, "%s\n", ibl_status_text(status));
         exit(1);
@@ -89,7 +83,7 @@ static double time_source(ibl_ctx *ctx, const struct input *in)
     ibl_status status;
     opts.any_aspect = 1;
 
-    const double begin = now_ms();
+    const double begin = test_ms(CLOCK_MONOTONIC);
     status = ibl_source_open(ctx, in->path, &opts, &source);
     if (status)
         exit(1);
@@ -102,22 +96,10 @@ static double time_source(ibl_ctx *ctx, const struct input *in)
     }
     ibl_source_close(source);
     free(rgb);
-    const double end = now_ms();
+    const double end = test_ms(CLOCK_MONOTONIC);
     if (status)
         exit(1);
     return end - begin;
-}
-
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *t, int n)
-{
-    qsort(t, (size_t)n, sizeof *t, compare);
-    return n % 2 ? t[n / 2] : (t[n / 2 - 1] + t[n / 2]) / 2;
 }
 
 static ibl_ctx *context(int threads, ibl_isa isa)
@@ -159,10 +141,10 @@ static void compare_all(const char *title, const struct input *in, int rounds)
             t[1 + k][at] = (ways[k].by_rows ? time_source
                                             : time_ibl)(ctx[ways[k].ctx], in);
     }
-    const double stb = median(t[0], rounds);
+    const double stb = test_median(t[0], rounds);
     printf("%s\n  %-20s %8.2f\n", title, "stb_image", stb);
     for (int k = 0; k < WAYS; k++) {
-        const double ms = median(t[1 + k], rounds);
+        const double ms = test_median(t[1 + k], rounds);
         printf("  %-20s %8.2f  %5.2f times as fast\n", ways[k].name, ms,
                stb / ms);
     }

@@ -27,25 +27,6 @@ static const struct subject {
                 {4096, 2048, 256, 0}, {4096, 2048, 1024, 0},
                 {1024, 512, 512, 0},  {16384, 8192, 256, 0}};
 
-static double now(clockid_t clock)
-{
-    struct timespec t;
-    clock_gettime(clock, &t);
-    return (double)t.tv_sec * 1e3 + (double)t.tv_nsec * 1e-6;
-}
-
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *ms)
-{
-    qsort(ms, RUNS, sizeof *ms, compare);
-    return ms[RUNS / 2];
-}
-
 static void bake(ibl_ctx *ctx, const struct subject *s, const float *rows,
                  ibl_cube *cube)
 {
@@ -78,18 +59,18 @@ static void measure(const struct subject *s)
         exit(1);
     for (int run = 0; run < RUNS; run++) {
         for (int k = 0; k < 2; k++) {
-            const double begin = now(CLOCK_PROCESS_CPUTIME_ID);
-            const double start = now(CLOCK_MONOTONIC);
+            const double begin = test_ms(CLOCK_PROCESS_CPUTIME_ID);
+            const double start = test_ms(CLOCK_MONOTONIC);
             bake(ctx[k], s, rows, &cube);
-            wall[k][run] = now(CLOCK_MONOTONIC) - start;
+            wall[k][run] = test_ms(CLOCK_MONOTONIC) - start;
             if (k == 0)
-                cpu[run] = now(CLOCK_PROCESS_CPUTIME_ID) - begin;
+                cpu[run] = test_ms(CLOCK_PROCESS_CPUTIME_ID) - begin;
         }
     }
-    const double one = median(wall[0]);
+    const double one = test_median(wall[0], RUNS);
     printf("%5dx%-5d to %4d yaw %2g: %7.2f ms of CPU, two threads %.2f times\n",
-           s->width, s->height, s->size, s->yaw, median(cpu),
-           one / median(wall[1]));
+           s->width, s->height, s->size, s->yaw, test_median(cpu, RUNS),
+           one / test_median(wall[1], RUNS));
     ibl_cube_free(&cube);
     ibl_ctx_free(ctx[0]);
     ibl_ctx_free(ctx[1]);

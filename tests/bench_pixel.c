@@ -12,22 +12,9 @@ enum {
     RUNS = 15
 };
 
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
-}
-
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 int main(void)
 {
-    static double seconds[IBL_ISA_AVX512 + 1][RUNS];
+    static double ms[IBL_ISA_AVX512 + 1][RUNS];
     float *src = malloc(3 * COUNT * sizeof *src);
     char *dst = malloc(16 * COUNT);
     test_random r = {1};
@@ -42,18 +29,17 @@ int main(void)
                 if (!ibl_cpu_has(isa))
                     continue;
                 ibl_pixel_dsp_init(&dsp, isa);
-                const double begin = now();
+                const double begin = test_ms(CLOCK_MONOTONIC);
                 dsp.encode[p](src, COUNT, dst);
-                seconds[isa][run] = now() - begin;
+                ms[isa][run] = test_ms(CLOCK_MONOTONIC) - begin;
             }
         }
         printf("%-11s", ibl_pixel_name(p));
         for (ibl_isa isa = IBL_ISA_C; isa <= IBL_ISA_AVX512; isa++) {
             if (!ibl_cpu_has(isa))
                 continue;
-            qsort(seconds[isa], RUNS, sizeof seconds[isa][0], compare);
             printf(" %s %.0f", ibl_isa_name(isa),
-                   COUNT / seconds[isa][RUNS / 2] * 1e-6);
+                   COUNT / test_median(ms[isa], RUNS) * 1e-3);
         }
         printf(" Mtexel/s\n");
     }

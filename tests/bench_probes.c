@@ -25,25 +25,6 @@ static const int edges[] = {8, 16, 32};
 static unsigned long long masks[(WIDTH / 8) * (HEIGHT / 8)];
 static double sink; /* keeps what is measured */
 
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec * 1e3 + (double)t.tv_nsec * 1e-6;
-}
-
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *ms)
-{
-    qsort(ms, RUNS, sizeof *ms, compare);
-    return ms[RUNS / 2];
-}
-
 /* Rooms of a building, 40 by 40, looked at from a corner. */
 static void make_probes(ibl_probe *probes)
 {
@@ -73,15 +54,15 @@ static void measure_tiles(const ibl_probe *probes, int count, int edge)
     long set = 0;
 
     for (int run = 0; run < RUNS; run++) {
-        const double start = now();
+        const double start = test_ms(CLOCK_THREAD_CPUTIME_ID);
         if (ibl_tiles_cull(&tiles, probes, count, masks))
             exit(1);
-        ms[run] = now() - start;
+        ms[run] = test_ms(CLOCK_THREAD_CPUTIME_ID) - start;
     }
     for (int i = 0; i < n; i++)
         set += __builtin_popcountll(masks[i]);
     printf("%2d probes, %5d tiles of %2d: %7.3f ms, %5.2f probes a tile\n",
-           count, n, edge, median(ms), (double)set / n);
+           count, n, edge, test_median(ms, RUNS), (double)set / n);
 }
 
 /* What a point needs: its mix, and a direction corrected for each of that. */
@@ -94,7 +75,7 @@ static void measure_points(const ibl_probe *probes, int count)
     ibl_probes_order(probes, count, order);
     for (int run = 0; run < 2 * RUNS; run++) {
         test_random r = {2};
-        const double start = now();
+        const double start = test_ms(CLOCK_THREAD_CPUTIME_ID);
         for (int i = 0; i < POINTS; i++) {
             const double p[3] = {40 * test_random_unit(&r) - 20,
                                  2 * test_random_unit(&r) - 1,
@@ -110,10 +91,11 @@ static void measure_points(const ibl_probe *probes, int count)
                 sink += lookup[0] * mix.weight[k];
             }
         }
-        ms[run % 2][run / 2] = now() - start;
+        ms[run % 2][run / 2] = test_ms(CLOCK_THREAD_CPUTIME_ID) - start;
     }
     printf("%2d probes: a point by volumes %6.0f ns, by distance %6.0f ns\n",
-           count, median(ms[0]) * 1e6 / POINTS, median(ms[1]) * 1e6 / POINTS);
+           count, test_median(ms[0], RUNS) * 1e6 / POINTS,
+           test_median(ms[1], RUNS) * 1e6 / POINTS);
 }
 
 int main(void)

@@ -32,12 +32,6 @@ static double seconds(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static int by_value(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static double phong(double chord, const void *arg)
 {
     return chord * chord < 2 ? pow(1 - 0.5 * chord * chord, *(const int *)arg)
@@ -88,8 +82,7 @@ static int measure(const bench *b, double ms[IBL_ISA_AVX512 + 1])
         }
     }
     for (ibl_isa isa = IBL_ISA_C; isa <= IBL_ISA_AVX512; isa++) {
-        qsort(times[isa], ROUNDS, sizeof(double), by_value);
-        ms[isa] = times[isa][ROUNDS / 2];
+        ms[isa] = test_median(times[isa], ROUNDS);
         ibl_ctx_free(ctx[isa]);
     }
     ibl_bright_free(bright);

@@ -22,12 +22,6 @@ enum {
     RUNS = 5
 };
 
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static bool write_picture(ibl_ctx *ctx, const char *path,
                           const room_target *target)
 {
@@ -216,8 +210,7 @@ static bool run(bench *b)
         }
     for (int i = 0; ok && i < CASES; i++) {
         char path[400];
-        qsort(ms[i], RUNS, sizeof ms[i][0], compare);
-        printf("%-24s %7.2f ms\n", cases[i].name, ms[i][RUNS / 2]);
+        printf("%-24s %7.2f ms\n", cases[i].name, test_median(ms[i], RUNS));
         if (!b->name)
             continue;
         draw(b, i);

@@ -23,6 +23,8 @@
 #include <sys/stat.h>
 #include <time.h>
 
+#include "test.h"
+
 #if __has_include(<stb/stb_image_write.h>)
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"
@@ -40,13 +42,6 @@
 
 #define NOISE 0.005
 
-static double now_ms(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec * 1e3 + (double)t.tv_nsec * 1e-6;
-}
-
 static float *load(const char *path, int *w, int *h)
 {
     int n;
@@ -60,9 +55,9 @@ static float *load(const char *path, int *w, int *h)
 static int decode(const char *path)
 {
     int w, h;
-    const double begin = now_ms();
+    const double begin = test_ms(CLOCK_MONOTONIC);
     float *px = load(path, &w, &h);
-    const double end = now_ms();
+    const double end = test_ms(CLOCK_MONOTONIC);
 
     if (!px)
         return 1;

@@ -46,12 +46,6 @@ typedef struct bench {
     unsigned long long masks[COLUMNS * ROWS];
 } bench;
 
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static const char *text_of(const char *name)
 {
     const view_shader_file *f = view_shader_files;
@@ -173,11 +167,9 @@ static void measure(bench *b, int width, int height, int count)
     }
     for (int i = 0; i < n; i++)
         bits += __builtin_popcountll(b->masks[i]);
-    qsort(library, RUNS, sizeof *library, compare);
-    qsort(shader, RUNS, sizeof *shader, compare);
     printf("%4d x %-4d %2d probes %10.3f %10.3f   %5.2f %5.2f\n", width, height,
-           count, library[RUNS / 2], shader[RUNS / 2], (double)bits / n,
-           (double)count_bits(columns, n / columns) / n);
+           count, test_median(library, RUNS), test_median(shader, RUNS),
+           (double)bits / n, (double)count_bits(columns, n / columns) / n);
 }
 
 int main(void)

@@ -26,6 +26,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "test.h"
+
 extern char **environ;
 
 enum {
@@ -47,13 +49,6 @@ typedef struct command {
 } command;
 
 static command commands[MAX_COMMANDS];
-
-static double now_ms(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec * 1e3 + (double)t.tv_nsec * 1e-6;
-}
 
 static double timeval_ms(struct timeval t)
 {
@@ -86,14 +81,14 @@ static bool run(const command *c, double ms[MEASURES])
         return false;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-    const double begin = now_ms();
+    const double begin = test_ms(CLOCK_MONOTONIC);
     const int why =
         posix_spawnp(&pid, c->argv[0], &actions, NULL, c->argv, environ);
     close(ends[1]);
     if (!why) {
         ms[SAID] = listen_to(ends[0]);
         wait4(pid, &status, 0, &used);
-        ms[WALL] = now_ms() - begin;
+        ms[WALL] = test_ms(CLOCK_MONOTONIC) - begin;
         ms[CPU] = timeval_ms(used.ru_utime) + timeval_ms(used.ru_stime);
     }
     close(ends[0]);
@@ -105,21 +100,14 @@ static bool run(const command *c, double ms[MEASURES])
     return !why && !status;
 }
 
-static int by_value(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static void print(const char *what, double *ms, int rounds)
 {
     if (isnan(ms[0])) {
         printf(" %s - -", what);
         return;
     }
-    qsort(ms, (size_t)rounds, sizeof *ms, by_value);
-    printf(" %s %.3f %.3f", what, 0.5 * (ms[rounds / 2] + ms[(rounds - 1) / 2]),
-           ms[0]);
+    const double median = test_median(ms, rounds);
+    printf(" %s %.3f %.3f", what, median, ms[0]);
 }
 
 /* Cuts the arguments at the commas; 0: wrong. */

@@ -140,25 +140,6 @@ enum {
 
 /* ---- measuring ------------------------------------------------------- */
 
-static double now(clockid_t clock)
-{
-    struct timespec t;
-    clock_gettime(clock, &t);
-    return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
-}
-
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double ms[RUNS])
-{
-    qsort(ms, RUNS, sizeof ms[0], compare);
-    return ms[RUNS / 2];
-}
-
 /* The cases take turns, so that a busy machine is busy for all. */
 static void measure(job *j)
 {
@@ -168,18 +149,18 @@ static void measure(job *j)
         for (int i = 0; i < CASES; i++) {
             cases[i].set(j);
             cases[i].run(j); /* what is made once, is made */
-            const double wall0 = now(CLOCK_MONOTONIC);
-            const double cpu0 = now(CLOCK_PROCESS_CPUTIME_ID);
+            const double wall0 = test_ms(CLOCK_MONOTONIC);
+            const double cpu0 = test_ms(CLOCK_PROCESS_CPUTIME_ID);
             cases[i].run(j);
             if (run < 0)
                 continue;
-            wall[i][run] = now(CLOCK_MONOTONIC) - wall0;
-            cpu[i][run] = now(CLOCK_PROCESS_CPUTIME_ID) - cpu0;
+            wall[i][run] = test_ms(CLOCK_MONOTONIC) - wall0;
+            cpu[i][run] = test_ms(CLOCK_PROCESS_CPUTIME_ID) - cpu0;
         }
     printf("%-32s %9s %9s\n", "", "ms", "cpu ms");
     for (int i = 0; i < CASES; i++)
-        printf("%-32s %9.2f %9.2f\n", cases[i].name, median(wall[i]),
-               median(cpu[i]));
+        printf("%-32s %9.2f %9.2f\n", cases[i].name, test_median(wall[i], RUNS),
+               test_median(cpu[i], RUNS));
 }
 
 int main(int argc, char **argv)

@@ -123,6 +123,28 @@ void test_keep(void *cookie, ibl_log_level level, const char *text)
     snprintf(kept->text[level], sizeof kept->text[level], "%s", text);
 }
 
+double test_ms(clockid_t clock)
+{
+    struct timespec t;
+
+    clock_gettime(clock, &t);
+    return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
+}
+
+static int by_value(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+double test_median(double *values, int count)
+{
+    const int half = count / 2;
+
+    qsort(values, (size_t)count, sizeof *values, by_value);
+    return count % 2 ? values[half] : (values[half - 1] + values[half]) / 2;
+}
+
 bool test_said(const test_messages *kept, const char *words)
 {
     return strstr(kept->text[IBL_LOG_ERROR], words) != NULL;

@@ -15,6 +15,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <time.h>
 
 /* Whether a sanitizer makes everything many times slower: tests of many cases
  * then take some of them. */
@@ -71,6 +72,11 @@ typedef struct test_random {
 } test_random;
 uint64_t test_random_u64(test_random *r);
 double test_random_unit(test_random *r); /* [0, 1) */
+
+/* For what is measured: milliseconds of a clock, and the median of some
+ * numbers, which are sorted then. */
+double test_ms(clockid_t clock);
+double test_median(double *values, int count);
 
 /* A log callback (ibl_log_fn) that prints errors and warnings to stderr. */
 #include "ibl/ibl.h"
