@@ -3,33 +3,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "maps.h"
 #include "test.h"
 #include "truth.h"
 
 static const double pi = 3.14159265358979323846;
-
-static ibl_image make_map(ibl_ctx *ctx, int w, int h)
-{
-    ibl_image env = {0};
-
-    if (ibl_image_alloc(ctx, w, h, &env))
-        exit(1);
-    memset(env.data, 0, 3 * sizeof *env.data * (size_t)w * (size_t)h);
-    return env;
-}
-
-static float *pixel(const ibl_image *env, int i, int j)
-{
-    return env->data + 3 * ((size_t)j * (size_t)env->width + (size_t)i);
-}
-
-static void fill_random(const ibl_image *env, uint64_t seed)
-{
-    test_random rnd = {seed};
-
-    for (size_t k = 0; k < 3 * (size_t)env->width * (size_t)env->height; k++)
-        env->data[k] = (float)pow(test_random_unit(&rnd), 4.0);
-}
 
 static ibl_cube bake(ibl_ctx *ctx, const ibl_image *env, int size, double yaw)
 {
@@ -87,8 +65,8 @@ static void random_maps(void)
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
 
     for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
-        ibl_image env = make_map(ctx, sizes[k][0], sizes[k][1]);
-        fill_random(&env, k + 1);
+        ibl_image env = map_constant(ctx, sizes[k][0], sizes[k][1], 0);
+        map_fill(&env, k + 1);
         for (int size = 1; size <= 10; size += 3) {
             ibl_cube cube = bake(ctx, &env, size, 0.0);
             against_truth(&env, &cube, 0.0, 1);
@@ -106,9 +84,9 @@ static void random_maps(void)
 static void large_cube(void)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_image env = make_map(ctx, 90, 45);
+    ibl_image env = map_constant(ctx, 90, 45, 0);
 
-    fill_random(&env, 5);
+    map_fill(&env, 5);
     ibl_cube cube = bake(ctx, &env, 101, 10.0);
     against_truth(&env, &cube, 10.0, 97);
     ibl_cube_free(&cube);
@@ -126,7 +104,7 @@ static void constant_maps(void)
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
 
     for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
-        ibl_image env = make_map(ctx, sizes[k][0], sizes[k][1]);
+        ibl_image env = map_constant(ctx, sizes[k][0], sizes[k][1], 0);
         for (size_t v = 0; v < 6; v++) {
             for (int i = 0; i < 3 * env.width * env.height; i++)
                 env.data[i] = values[(v + (size_t)i % 3) % 6];
@@ -152,11 +130,11 @@ static void one_pixel_sun(void)
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
 
     for (size_t k = 0; k < sizeof suns / sizeof suns[0]; k++) {
-        ibl_image env = make_map(ctx, 256, 128);
+        ibl_image env = map_constant(ctx, 256, 128, 0);
         double sun[3];
         truth_latlong_direction(256, 128, suns[k][0], suns[k][1], sun);
         const double angle = truth_latlong_solid_angle(256, 128, suns[k][1]);
-        pixel(&env, suns[k][0], suns[k][1])[1] = 1e6f;
+        map_pixel(&env, suns[k][0], suns[k][1])[1] = 1e6f;
         ibl_cube cube = bake(ctx, &env, 16, 0.0);
         for (int t = 0; t < IBL_FACES * 256; t++) {
             double dir[3];
@@ -181,11 +159,11 @@ static void one_pixel_sun(void)
 static void cosine_lobe(void)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_image env = make_map(ctx, 512, 256);
+    ibl_image env = map_constant(ctx, 512, 256, 0);
 
     for (int j = 0; j < 128; j++) {
         for (int i = 0; i < 512; i++)
-            pixel(&env, i, j)[0] = (float)cos(pi * (j + 0.5) / 256);
+            map_pixel(&env, i, j)[0] = (float)cos(pi * (j + 0.5) / 256);
     }
     ibl_cube cube = bake(ctx, &env, 1, 0.0);
     CHECK_NEAR(texel(&cube, 2, 0, 0)[0], 2.0 / 3.0, 1e-4);
@@ -204,9 +182,9 @@ static void quarter_turn(void)
     static const int from[] = {4, 5, 2, 3, 1, 0};
     const int n = 6;
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_image env = make_map(ctx, 40, 20);
+    ibl_image env = map_constant(ctx, 40, 20, 0);
 
-    fill_random(&env, 9);
+    map_fill(&env, 9);
     ibl_cube a = bake(ctx, &env, n, 0.0), b = bake(ctx, &env, n, 90.0);
     for (int k = 0; k < IBL_FACES * n * n; k++) {
         const int face = k / (n * n), y = k / n % n, x = k % n;
@@ -233,7 +211,7 @@ static void hemisphere_grid(void)
     static const double steps[] = {0.5, 0.1, 0.025},
                         limits[] = {0.1, 1e-2, 2e-3};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_image env = make_map(ctx, 128, 64);
+    ibl_image env = map_constant(ctx, 128, 64, 0);
     ibl_irradiance_options opts = ibl_irradiance_options_default();
     ibl_cube grid = {0};
 
@@ -241,9 +219,9 @@ static void hemisphere_grid(void)
         for (int i = 0; i < 128; i++) {
             double d[3];
             truth_latlong_direction(128, 64, i, j, d);
-            pixel(&env, i, j)[0] = (float)(1.0 + d[0]);
-            pixel(&env, i, j)[1] = (float)(1.0 + d[1] * d[2]);
-            pixel(&env, i, j)[2] = (float)exp(2.0 * d[2]);
+            map_pixel(&env, i, j)[0] = (float)(1.0 + d[0]);
+            map_pixel(&env, i, j)[1] = (float)(1.0 + d[1] * d[2]);
+            map_pixel(&env, i, j)[2] = (float)exp(2.0 * d[2]);
         }
     }
     opts.size = 8;
@@ -279,9 +257,9 @@ static void threads_and_isa(void)
         ibl_cube same = {0};
         for (int k = 0; k < 3; k++) {
             ibl_ctx *ctx = test_ctx(threads[k], (ibl_isa)isa);
-            ibl_image env = make_map(ctx, 150, 75);
-            fill_random(&env, 3);
-            pixel(&env, 17, 20)[2] = 3e5f;
+            ibl_image env = map_constant(ctx, 150, 75, 0);
+            map_fill(&env, 3);
+            map_pixel(&env, 17, 20)[2] = 3e5f;
             ibl_cube cube = bake(ctx, &env, 33, 12.0);
             if (!k)
                 same = cube;
@@ -308,7 +286,7 @@ static void bad_options(void)
 {
     test_messages kept = {{{0}}};
     ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-    ibl_image env = make_map(ctx, 4, 2);
+    ibl_image env = map_constant(ctx, 4, 2, 0);
     ibl_cube cube = {0};
     ibl_irradiance_options opts = ibl_irradiance_options_default();
 
@@ -356,7 +334,7 @@ static void progress(void)
     co.progress = count_progress;
     co.progress_cookie = seen;
     NEED(!ibl_ctx_create(&co, &ctx));
-    ibl_image env = make_map(ctx, 300, 150);
+    ibl_image env = map_constant(ctx, 300, 150, 0);
     ibl_cube cube = bake(ctx, &env, 70, 0.0);
     CHECK(seen[0] == 1.0 && seen[1] == 1.0);
     ibl_cube_free(&cube);

@@ -3,33 +3,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "maps.h"
 #include "test.h"
 #include "truth.h"
 
 static const double pi = 3.14159265358979323846;
-
-static ibl_image make_map(ibl_ctx *ctx, int w, int h)
-{
-    ibl_image env = {0};
-
-    if (ibl_image_alloc(ctx, w, h, &env))
-        exit(1);
-    memset(env.data, 0, 3 * sizeof *env.data * (size_t)w * (size_t)h);
-    return env;
-}
-
-static float *pixel(const ibl_image *env, int i, int j)
-{
-    return env->data + 3 * ((size_t)j * (size_t)env->width + (size_t)i);
-}
-
-static void fill_random(const ibl_image *env, uint64_t seed)
-{
-    test_random rnd = {seed};
-
-    for (size_t k = 0; k < 3 * (size_t)env->width * (size_t)env->height; k++)
-        env->data[k] = (float)pow(test_random_unit(&rnd), 4.0);
-}
 
 static size_t count(int degree)
 {
@@ -76,8 +54,8 @@ static void against_truth(ibl_ctx *ctx, const ibl_image *env, int degree,
                     world_direction(env, i, j, yaw, dir);
                     const double y = truth_sh(l, m, dir) * angle;
                     for (int k = 0; k < 3; k++) {
-                        want[k] += y * pixel(env, i, j)[k];
-                        all[k] += angle * pixel(env, i, j)[k];
+                        want[k] += y * map_pixel(env, i, j)[k];
+                        all[k] += angle * map_pixel(env, i, j)[k];
                     }
                 }
             }
@@ -100,8 +78,8 @@ static void random_maps(void)
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
 
     for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
-        ibl_image env = make_map(ctx, sizes[k][0], sizes[k][1]);
-        fill_random(&env, k + 1);
+        ibl_image env = map_constant(ctx, sizes[k][0], sizes[k][1], 0);
+        map_fill(&env, k + 1);
         for (int degree = 0; degree <= 5; degree++)
             against_truth(ctx, &env, degree, 0.0);
         against_truth(ctx, &env, 4, 90.0);
@@ -117,7 +95,7 @@ static void random_maps(void)
 static void constant_map(void)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_image env = make_map(ctx, 512, 256);
+    ibl_image env = map_constant(ctx, 512, 256, 0);
 
     for (int k = 0; k < 3 * 512 * 256; k++)
         env.data[k] = 2.0f;
@@ -135,7 +113,7 @@ static void constant_map(void)
 static void nine(void)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_image env = make_map(ctx, 1024, 512);
+    ibl_image env = map_constant(ctx, 1024, 512, 0);
     const double one = 2.0 * sqrt(pi), linear = sqrt(4.0 * pi / 3.0);
 
     for (int j = 0; j < 512; j++) {
@@ -143,7 +121,7 @@ static void nine(void)
             double d[3];
             truth_latlong_direction(1024, 512, i, j, d);
             for (int k = 0; k < 3; k++)
-                pixel(&env, i, j)[k] = (float)(1.0 + d[k]);
+                map_pixel(&env, i, j)[k] = (float)(1.0 + d[k]);
         }
     }
     double *c = bake(ctx, &env, 2, 0.0);
@@ -159,9 +137,9 @@ static void nine(void)
         for (int i = 0; i < 1024; i++) {
             double d[3];
             truth_latlong_direction(1024, 512, i, j, d);
-            pixel(&env, i, j)[0] = (float)(1.0 + d[0] * d[1]);
-            pixel(&env, i, j)[1] = (float)(1.0 + d[0] * d[0] - d[1] * d[1]);
-            pixel(&env, i, j)[2] = (float)(1.0 + 3.0 * d[2] * d[2]);
+            map_pixel(&env, i, j)[0] = (float)(1.0 + d[0] * d[1]);
+            map_pixel(&env, i, j)[1] = (float)(1.0 + d[0] * d[0] - d[1] * d[1]);
+            map_pixel(&env, i, j)[2] = (float)(1.0 + 3.0 * d[2] * d[2]);
         }
     }
     c = bake(ctx, &env, 2, 0.0);
@@ -204,12 +182,12 @@ static double legendre(int l, double x)
 static void addition_theorem(int degree, int w, int h)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_image env = make_map(ctx, w, h);
+    ibl_image env = map_constant(ctx, w, h, 0);
     const int at[3][2] = {{w / 3, h / 5}, {w - 1, h / 2}, {w / 2, h - 1}};
     double d[3][3], angle[3];
 
     for (int k = 0; k < 3; k++) {
-        pixel(&env, at[k][0], at[k][1])[k] = 1024.0f;
+        map_pixel(&env, at[k][0], at[k][1])[k] = 1024.0f;
         world_direction(&env, at[k][0], at[k][1], 17.0, d[k]);
         angle[k] = 1024.0 * truth_latlong_solid_angle(w, h, at[k][1]);
     }
@@ -248,10 +226,10 @@ static void high_degree_values(void)
         L = 200
     };
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_image env = make_map(ctx, 50, 25);
+    ibl_image env = map_constant(ctx, 50, 25, 0);
     double d[3];
 
-    pixel(&env, 31, 9)[0] = 1.0f;
+    map_pixel(&env, 31, 9)[0] = 1.0f;
     truth_latlong_direction(50, 25, 31, 9, d);
     const double angle = truth_latlong_solid_angle(50, 25, 9);
     double *c = bake(ctx, &env, L, 0.0);
@@ -286,9 +264,9 @@ static void high_degree_values(void)
 static void tall_map(void)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_image env = make_map(ctx, 5, 901);
+    ibl_image env = map_constant(ctx, 5, 901, 0);
 
-    fill_random(&env, 8);
+    map_fill(&env, 8);
     double *low = bake(ctx, &env, 3, 5.0);
     double *high = bake(ctx, &env, TEST_SANITIZED ? 200 : 600, 5.0);
     for (size_t k = 0; k < count(3); k++)
@@ -296,8 +274,8 @@ static void tall_map(void)
     free(low);
     free(high);
     ibl_image_free(&env);
-    env = make_map(ctx, 40000, 2);
-    fill_random(&env, 8);
+    env = map_constant(ctx, 40000, 2, 0);
+    map_fill(&env, 8);
     low = bake(ctx, &env, 3, 5.0);
     high = bake(ctx, &env, 150, 5.0);
     for (size_t k = 0; k < count(3); k++)
@@ -317,9 +295,9 @@ static void threads_and_isa(void)
         double *same = NULL;
         for (int k = 0; k < 3; k++) {
             ibl_ctx *ctx = test_ctx(threads[k], (ibl_isa)isa);
-            ibl_image env = make_map(ctx, 150, 75);
-            fill_random(&env, 3);
-            pixel(&env, 17, 20)[2] = 3e5f;
+            ibl_image env = map_constant(ctx, 150, 75, 0);
+            map_fill(&env, 3);
+            map_pixel(&env, 17, 20)[2] = 3e5f;
             double *c = bake(ctx, &env, 50, 12.0);
             if (same)
                 CHECK(!memcmp(c, same, count(50) * sizeof *c));
@@ -367,11 +345,11 @@ static void cosine_factors(void)
 static void irradiance_from_coefficients(void)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_image env = make_map(ctx, 64, 32);
+    ibl_image env = map_constant(ctx, 64, 32, 0);
 
-    fill_random(&env, 4);
+    map_fill(&env, 4);
     for (int j = 0; j < 10; j++)
-        pixel(&env, 20, j)[0] = 5.0f;
+        map_pixel(&env, 20, j)[0] = 5.0f;
     double *c = bake(ctx, &env, 30, 0.0);
     double dir[3] = {0.36, 0.48, 0.8}, want[3];
     truth_irradiance(&env, dir, want);
@@ -396,7 +374,7 @@ static void bad_arguments(void)
     double c[3] = {7, 7, 7};
 
     ibl_ctx *ctx = test_keeping_ctx(1, &kept);
-    ibl_image env = make_map(ctx, 4, 2);
+    ibl_image env = map_constant(ctx, 4, 2, 0);
     CHECK(ibl_bake_sh(ctx, &env, -1, 0.0, c) == IBL_ERR_ARGUMENT);
     CHECK(strstr(kept.text[IBL_LOG_ERROR], "degree -1"));
     CHECK(ibl_bake_sh(ctx, &env, 1001, 0.0, c) == IBL_ERR_ARGUMENT);

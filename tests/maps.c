@@ -22,12 +22,26 @@ ibl_image map_constant(ibl_ctx *ctx, int width, int height, float value)
     return map;
 }
 
+float *map_pixel(const ibl_image *map, int x, int y)
+{
+    return map->data + 3 * ((size_t)y * (size_t)map->width + (size_t)x);
+}
+
 void map_set(const ibl_image *map, int x, int y, float r, float g, float b)
 {
-    float *p = map->data + 3 * ((size_t)y * (size_t)map->width + (size_t)x);
+    float *p = map_pixel(map, x, y);
+
     p[0] = r;
     p[1] = g;
     p[2] = b;
+}
+
+void map_fill(const ibl_image *map, uint64_t seed)
+{
+    test_random r = {seed};
+
+    for (size_t i = 0; i < map_floats(map); i++)
+        map->data[i] = (float)pow(test_random_unit(&r), 4.0);
 }
 
 size_t map_floats(const ibl_image *map)

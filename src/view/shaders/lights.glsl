@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Point lights: Cook-Torrance with GGX, Smith and Schlick, the light's solid
-// angle falling with the square of its distance.
+// Lights from one direction: Cook-Torrance with GGX, Smith and Schlick. That of
+// points falls with the square of their distance.
 #include "brdf.glsl"
 #include "frame.glsl"
 
