@@ -181,6 +181,10 @@ static void refused(void)
     CHECK(said("no directory"));
     CHECK(ibl_outputs_mkdir(out, at("r/file/sub")) == IBL_ERR_IO);
     CHECK(ibl_outputs_mkdir(out, "/proc/iblbake/out") == IBL_ERR_IO);
+    NEED(!symlink("gone", at("r/link")));
+    CHECK(ibl_outputs_mkdir(out, at("r/link")) == IBL_ERR_IO);
+    CHECK(said("choose another name"));
+    NEED(!unlink(at("r/link")));
     CHECK(!add(out, at("r/good"), "g") && !ibl_outputs_commit(out));
     CHECK(holds(at("r/good"), "g") && holds(at("r/file"), "f"));
     CHECK(entries(at("r")) == 4 && !exists("/proc/iblbake"));

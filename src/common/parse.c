@@ -175,7 +175,7 @@ static bool set(void *settings, const ibl_option *opt, const char *value)
         break;
     case IBL_OPTION_TEXT:
         if (!*value)
-            return ibl_misuse("--%s: is empty: give it a %s", opt->name,
+            return ibl_misuse("--%s: is empty: it takes %s", opt->name,
                               opt->value);
         *(const char **)field = value;
         return true;

@@ -110,6 +110,9 @@ static const char *advice(int error)
     case ENOENT:
     case ENOTDIR:
         return ": choose another directory";
+    case EEXIST: /* a link to nowhere */
+    case ELOOP:
+        return ": choose another name";
     case ENAMETOOLONG:
         return ": choose a shorter name";
     case EFBIG:

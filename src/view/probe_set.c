@@ -71,7 +71,8 @@ void view_probe_set_seen(view_probe_set *set)
 static bool check_shape(const view_probe_array *a, const ibl_texture *tex)
 {
     if (tex->faces != IBL_FACES)
-        return view_fail("%s: is flat: an array of %d cubes was expected",
+        return view_fail("%s: is flat, its index says %d cubes: bake the "
+                         "probes again",
                          a->path, a->layers);
     if (tex->layers != a->layers)
         return view_fail("%s: has %d layers, its index says %d: bake the "
