@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The room against rays that are cast here, in double, into its boxes and
- * spheres. */
+/* The room against rays that are cast in double into its boxes and spheres. */
 #include "lit_room.h"
 #include "view.h"
 

@@ -11,7 +11,6 @@
 #include <string.h>
 
 #include "view/message.h"
-#include "view/program.h"
 
 view_capture_options view_capture_options_default(void)
 {

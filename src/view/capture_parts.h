@@ -4,6 +4,7 @@
 #define VIEW_CAPTURE_PARTS_H
 
 #include "view/capture.h"
+#include "view/program.h"
 
 enum {
     VIEW_CAPTURE_DRAWING,
@@ -39,12 +40,6 @@ struct view_capture {
     bool failed;
     double position[3];
     double doing[VIEW_CAPTURE_PARTS], ms[VIEW_CAPTURE_PARTS];
-};
-
-/* Texture units that nothing else has. */
-enum {
-    VIEW_CAPTURE_UNIT = 12, /* source */
-    VIEW_CAPTURE_UNIT_MORE  /* samples, the other paraboloid */
 };
 
 /* Levels of the lookups: the last has four texels along an edge. */

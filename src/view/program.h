@@ -35,4 +35,11 @@ typedef enum view_unit {
     VIEW_UNIT_COUNT
 } view_unit;
 
+/* Those of captures, which are of nothing else: what is captured keeps its own.
+ */
+enum {
+    VIEW_CAPTURE_UNIT = 12, /* source */
+    VIEW_CAPTURE_UNIT_MORE  /* samples, the other paraboloid */
+};
+
 #endif

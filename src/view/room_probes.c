@@ -18,7 +18,9 @@ enum {
     DYNAMIC = MOST, /* its place in the buffer, as in room.glsl */
     FLOATS = (MOST + 1) * IBL_PROBE_FLOATS
 };
-_Static_assert(UNITS <= VIEW_ROOM_SHADOW_UNIT, "units as the header says");
+_Static_assert((int)UNITS <= (int)VIEW_CAPTURE_UNIT &&
+                   (int)VIEW_CAPTURE_UNIT_MORE < VIEW_ROOM_SHADOW_UNIT,
+               "captures need units that the room has not");
 
 struct view_room_probes {
     GLuint program;

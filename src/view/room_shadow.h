@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The shadows of the room's sun: how far it sees, in a square of texels that is
  * as large as the room is from there, and what shaders are told of it
- * (shaders/sun.glsl). Part of room.c, used there alone. */
+ * (shaders/sun.glsl). Part of view/room.h, used there alone. */
 #ifndef VIEW_ROOM_SHADOW_H
 #define VIEW_ROOM_SHADOW_H
 
