@@ -97,6 +97,27 @@ static bool take(void *settings, const char *word)
     return true;
 }
 
+/* A grid is not baked: false, with a line, of an option that says how. */
+static bool check_grid(const ibl_probes_opts *o)
+{
+    const ibl_read_options *r = &o->common.read;
+    const char *baking = o->force        ? "force"
+                         : r->layer      ? "layer"
+                         : r->part >= 0  ? "part"
+                         : r->any_aspect ? "any-aspect"
+                         : r->strict     ? "strict"
+                                         : NULL;
+
+    for (size_t i = 0; i < sizeof overrides / sizeof *overrides; i++) {
+        const void *field = (const char *)o + overrides[i].offset;
+        if (*(const int *)field >= 0)
+            baking = overrides[i].name;
+    }
+    return !baking || ibl_misuse("--%s: --grid bakes nothing: leave out one of "
+                                 "them",
+                                 baking);
+}
+
 static bool finish(void *settings)
 {
     const ibl_probes_opts *o = settings;
@@ -106,6 +127,8 @@ static bool finish(void *settings)
                           "see iblbake probes --help");
     if (!o->output && !o->grid)
         return ibl_misuse("no output directory: add -o DIR");
+    if (o->grid && !check_grid(o))
+        return false;
     return ibl_common_finish(&o->common);
 }
 
