@@ -60,11 +60,9 @@ use_viewer() {
     use iblbake iblview
     cp tests/cli/png.mjs "$work/bin"
     unset DISPLAY WAYLAND_DISPLAY
-    # OSMesa never frees some 480 bytes. GCC's leak sanitizer takes blocks of
-    # memory that begin a page for thread-local storage of an old glibc, and
-    # crashes: it is to look for pointers elsewhere, which finds all of ours.
+    # OSMesa never frees some 480 bytes.
     echo leak:libOSMesa.so >"$work/leaks"
-    export LSAN_OPTIONS=suppressions=$work/leaks:print_suppressions=0:use_tls=0
+    export LSAN_OPTIONS=suppressions=$work/leaks:print_suppressions=0
 }
 # Without OSMesa there are no pictures, as the first one says in FILE.
 need_pictures() { # FILE
