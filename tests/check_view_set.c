@@ -867,10 +867,6 @@ static void maps_are_told(void)
 
 static void bake_is_that_of_the_program(void)
 {
-#ifdef __SANITIZE_THREAD__
-    test_skip("default bakes take half a minute with ThreadSanitizer");
-    return;
-#endif
     ibl_ctx *ctx = view_test_ctx(2);
     view_set read, made, image;
     ibl_image map = read_map(ctx);
@@ -1119,4 +1115,16 @@ static const test tests[] = {
     TEST(baker_fails),
     TEST(stamps),
 };
-TEST_MAIN(tests)
+
+int main(int argc, char **argv)
+{
+    const size_t count = sizeof tests / sizeof tests[0];
+    size_t first = 0;
+
+#ifdef __SANITIZE_THREAD__
+    /* What has no threads takes a minute with it. */
+    while (strcmp(tests[first].name, "bake_fails_with_a_line") != 0)
+        first++;
+#endif
+    return test_main(argc, argv, tests + first, count - first);
+}
