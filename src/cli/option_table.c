@@ -8,13 +8,9 @@
 
 #include "cli/bake.h"
 #include "cli/opts.h"
+#include "common/names.h"
 
-static const char *const format_names[] = {"ktx2", "ktx", "dds", NULL};
-static const char *const pixel_names[] = {"rgba16f", "rgba32f", "rgb9e5",
-                                          "r11g11b10f", NULL};
 static const char *const lobe_names[] = {"ggx", "charlie", "phong", NULL};
-static const char *const mapping_names[] = {"linear", "filament", NULL};
-static const char *const method_names[] = {"auto", "spectral", "sampled", NULL};
 static const char *const geometry_names[] = {"smith", "schlick-ibl", NULL};
 static const char *const no_yes[] = {"no", "yes", NULL};
 
@@ -103,9 +99,9 @@ static const ibl_option outputs[] = {
     {"name", 0, TEXT(name, "NAME"),
      .standard = "ENV without directory and extension",
      .help = "outputs are NAME_specular.EXT and so on"},
-    {"format", 0, CHOICE(format, format_names),
+    {"format", 0, CHOICE(format, ibl_container_names),
      .help = "container, and the extension of its files"},
-    {"pixel", 0, CHOICE(pixel, pixel_names),
+    {"pixel", 0, CHOICE(pixel, ibl_pixel_names),
      .help = "texels of the cubes; the LUT is rg32f with rgba32f, else rg16f"},
     {"only", 0, OTHER(only, "LIST", parse_only),
      .allowed = "a list of specular, irradiance, lut, skybox, json",
@@ -147,14 +143,14 @@ static const ibl_option specular[] = {
     {"lobe", 0, CHOICE(lobe, lobe_names),
      .help = "what the levels are convolved with: GGX, sheen as of glTF, or a "
              "cosine power"},
-    {"mapping", 0, CHOICE(mapping, mapping_names),
+    {"mapping", 0, CHOICE(mapping, ibl_mapping_names),
      .help = "roughness of the levels: lod = r (levels - 1), or "
              "r (2 - r) (levels - 1)"},
     {"roughness-range", 0, OTHER(roughness, "A:B", parse_range),
      .allowed = "two numbers from 0 to 1, the smaller first",
      .standard = "0:1",
      .help = "make only what materials of these roughnesses need"},
-    {"method", 0, CHOICE(method, method_names),
+    {"method", 0, CHOICE(method, ibl_method_names),
      .help = "how levels are made: exactly, by spherical harmonics, or by "
              "importance sampling; auto: exactly unless that takes much "
              "longer"},

@@ -7,10 +7,8 @@
 #include <string.h>
 
 #include "common/json_volume.h"
+#include "common/names.h"
 
-const char *const ibl_set_containers[] = {"ktx2", "ktx", "dds", NULL};
-const char *const ibl_set_pixels[] = {"rgba16f", "rgba32f", "rgb9e5",
-                                      "r11g11b10f", NULL};
 const char *const ibl_set_alphas[] = {"ignore", "file", "straight", NULL};
 static const char *const capture_names[] = {"equirect", "cross", "faces", NULL};
 
@@ -234,8 +232,6 @@ static bool take_defaults(const ibl_json_at *at, ibl_set_bake *b)
     static const char *const keys[] = {
         "size",  "levels",    "mapping",    "method",   "samples", "tolerance",
         "pixel", "container", "irradiance", "lut_size", "alpha",   NULL};
-    static const char *const mappings[] = {"linear", "filament", NULL};
-    static const char *const methods[] = {"auto", "spectral", "sampled", NULL};
     ibl_json_at m[sizeof keys / sizeof *keys - 1];
 
     if (!at->value)
@@ -247,14 +243,17 @@ static bool take_defaults(const ibl_json_at *at, ibl_set_bake *b)
     return (!m[0].value ||
             ibl_json_int(&m[0], 1, IBL_MAX_CUBE_SIZE, &b->size)) &&
            (!m[1].value || take_levels(&m[1], b->size, &b->levels)) &&
-           (!m[2].value || ibl_json_choice(&m[2], mappings, &b->mapping)) &&
-           (!m[3].value || ibl_json_choice(&m[3], methods, &b->method)) &&
+           (!m[2].value ||
+            ibl_json_choice(&m[2], ibl_mapping_names, &b->mapping)) &&
+           (!m[3].value ||
+            ibl_json_choice(&m[3], ibl_method_names, &b->method)) &&
            (!m[4].value || ibl_json_int(&m[4], 1, 1048576, &b->samples)) &&
            (!m[5].value ||
             ibl_json_real(&m[5], 1e-4, 1, false, &b->tolerance)) &&
-           (!m[6].value || ibl_json_choice(&m[6], ibl_set_pixels, &b->pixel)) &&
+           (!m[6].value ||
+            ibl_json_choice(&m[6], ibl_pixel_names, &b->pixel)) &&
            (!m[7].value ||
-            ibl_json_choice(&m[7], ibl_set_containers, &b->container)) &&
+            ibl_json_choice(&m[7], ibl_container_names, &b->container)) &&
            (!m[8].value || take_irradiance(&m[8], &b->irradiance)) &&
            (!m[9].value || ibl_json_int(&m[9], 1, 4096, &b->lut_size)) &&
            (!m[10].value || ibl_json_choice(&m[10], ibl_set_alphas, &b->alpha));

@@ -72,8 +72,6 @@ bool ibl_probe_set_read(const char *path, ibl_console *console,
 void ibl_probe_set_free(ibl_probe_set *set);
 
 /* What a member may be; the values of the options, too. */
-extern const char *const ibl_set_containers[];
-extern const char *const ibl_set_pixels[];
 extern const char *const ibl_set_alphas[];
 
 /* Checks a capture; file names are not looked at. */

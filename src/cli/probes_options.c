@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "cli/probes.h"
+#include "common/names.h"
 
 #define FROM_SET "what the set says"
 
@@ -47,10 +48,10 @@ static const ibl_option overrides[] = {
     {"alpha", 0, CHOICE(alpha, ibl_set_alphas), .standard = FROM_SET,
      .help = "alpha of captures: drop it, take colours as the file's format "
              "says, or as not yet multiplied by it"},
-    {"container", 0, CHOICE(container, ibl_set_containers),
+    {"container", 0, CHOICE(container, ibl_container_names),
      .standard = FROM_SET,
      .help = "container of the arrays, and the extension of their files"},
-    {"pixel", 0, CHOICE(pixel, ibl_set_pixels), .standard = FROM_SET,
+    {"pixel", 0, CHOICE(pixel, ibl_pixel_names), .standard = FROM_SET,
      .help = "texels of the arrays"},
     {"size", 0, INT(size, 1, IBL_MAX_CUBE_SIZE), .standard = FROM_SET,
      .help = "edge of the largest specular level in texels"},

@@ -4,6 +4,28 @@
 #include <stdio.h>
 #include <string.h>
 
+#include <ibl/io.h>
+
+_Static_assert(IBL_CONTAINER_KTX2 == 0 && IBL_CONTAINER_KTX == 1 &&
+                   IBL_CONTAINER_DDS == 2,
+               "containers as named");
+const char *const ibl_container_names[] = {"ktx2", "ktx", "dds", NULL};
+
+_Static_assert(IBL_PIXEL_RGBA16F == 0 && IBL_PIXEL_RGBA32F == 1 &&
+                   IBL_PIXEL_RGB9E5 == 2 && IBL_PIXEL_R11G11B10F == 3,
+               "pixels as named");
+const char *const ibl_pixel_names[] = {"rgba16f", "rgba32f", "rgb9e5",
+                                       "r11g11b10f", NULL};
+
+_Static_assert(IBL_ROUGHNESS_LINEAR == 0 && IBL_ROUGHNESS_FILAMENT == 1,
+               "mappings as named");
+const char *const ibl_mapping_names[] = {"linear", "filament", NULL};
+
+_Static_assert(IBL_METHOD_AUTO == 0 && IBL_METHOD_SPECTRAL == 1 &&
+                   IBL_METHOD_SAMPLED == 2,
+               "methods as named");
+const char *const ibl_method_names[] = {"auto", "spectral", "sampled", NULL};
+
 void ibl_names_text(const char *const *names, char *text, size_t size)
 {
     *text = '\0';

@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 
 #include "common/json_volume.h"
+#include "common/names.h"
 #include "view/message.h"
 
 #define PI 3.14159265358979323846
@@ -145,8 +146,6 @@ static char *beside(const char *index, const char *name)
 
 static bool take_array(const ibl_json_at *at, view_probe_array *a)
 {
-    static const char *const pixels[] = {"rgba16f", "rgba32f", "rgb9e5",
-                                         "r11g11b10f", NULL};
     const ibl_json_at file = ibl_json_member(at, "file");
     const ibl_json_at pixel = ibl_json_member(at, "pixel");
     const ibl_json_at size = ibl_json_member(at, "size");
@@ -160,7 +159,7 @@ static bool take_array(const ibl_json_at *at, view_probe_array *a)
     /* A name, never a way to somewhere else. */
     if (strchr(name, '/'))
         return ibl_json_wrong(&file, "the name of a file beside the index");
-    if (!ibl_json_choice(&pixel, pixels, &choice) ||
+    if (!ibl_json_choice(&pixel, ibl_pixel_names, &choice) ||
         !ibl_json_int(&size, 1, IBL_MAX_CUBE_SIZE, &a->size) ||
         !ibl_json_int(&levels, 1, IBL_MAX_LEVELS, &a->levels) ||
         !ibl_json_int(&layers, 1, IBL_MAX_LAYERS, &a->layers))
@@ -170,10 +169,6 @@ static bool take_array(const ibl_json_at *at, view_probe_array *a)
     return a->path ||
            view_fail("%s: no memory for names in it", at->file->name);
 }
-
-_Static_assert(IBL_PIXEL_RGBA16F == 0 && IBL_PIXEL_RGBA32F == 1 &&
-                   IBL_PIXEL_RGB9E5 == 2 && IBL_PIXEL_R11G11B10F == 3,
-               "pixels as take_array has them");
 
 static bool take_arrays(const ibl_json_at *root, view_probe_index *x)
 {
@@ -202,7 +197,6 @@ static bool take_arrays(const ibl_json_at *root, view_probe_index *x)
 
 static bool take_lookups(const ibl_json_at *root, view_probe_index *x)
 {
-    static const char *const mappings[] = {"linear", "filament", NULL};
     static const char *const scales[] = {"E/pi", "E", NULL};
     const ibl_json_at specular = ibl_json_member(root, "specular");
     const ibl_json_at irradiance = ibl_json_member(root, "irradiance");
@@ -212,7 +206,7 @@ static bool take_lookups(const ibl_json_at *root, view_probe_index *x)
     const ibl_json_at unit = ibl_json_member(&irradiance, "scale");
     int map, choice;
 
-    if (!ibl_json_choice(&mapping, mappings, &map) ||
+    if (!ibl_json_choice(&mapping, ibl_mapping_names, &map) ||
         !ibl_json_real(&scale, 0, 1e6, false, &x->lod_scale) ||
         !ibl_json_real(&offset, -1e6, 1e6, false, &x->lod_offset) ||
         !ibl_json_choice(&unit, scales, &choice))
