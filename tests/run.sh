@@ -3,7 +3,9 @@
 # run.sh BUILD...: runs the test programs of every build, and with the first
 # build the scripts; the sanitized ones run the scripts that bake, too. As many
 # run at once as there are processors, in an order that is always the same and
-# in which they are told. Ends with the line `N passed, N failed, N skipped`.
+# in which they are told. Ends with what failed, told again, since of a long
+# log often only the end is kept, and with the line `N passed, N failed, N
+# skipped`.
 set -u
 work=$(mktemp -d) || exit 1
 trap 'rm -rf "$work"' EXIT
@@ -11,7 +13,11 @@ trap 'rm -rf "$work"' EXIT
 # Scripts run make as a user would, not as a part of the make that runs them.
 unset MAKEFLAGS MFLAGS MAKELEVEL
 
-export ASAN_OPTIONS=detect_stack_use_after_return=1:allocator_may_return_null=1
+ASAN_OPTIONS=detect_stack_use_after_return=1:allocator_may_return_null=1
+# GCC's sanitizer takes blocks of memory that begin a page for thread-local
+# storage of an old glibc, and its search for leaks crashes there. Without this
+# it comes to thread-local storage by glibc's own tables.
+export ASAN_OPTIONS=$ASAN_OPTIONS:intercept_tls_get_addr=0
 export UBSAN_OPTIONS=print_stacktrace=1
 # OpenImageIO, which is not built for it, starts a thread whatever it is told,
 # and shares with it what ThreadSanitizer cannot see to be guarded.
@@ -101,7 +107,7 @@ for signal in INT TERM HUP; do
 done
 
 # Adds up the summary of a test that has ended, shows all but the summary.
-passed=0 failed=0 skipped=0
+passed=0 failed=0 skipped=0 again=
 show() { # NUMBER
     local log=$work/$1.log line status wall user system
     status=$(cat "$work/$1.status" 2>/dev/null || echo unknown)
@@ -114,6 +120,7 @@ show() { # NUMBER
         line="$line, 1 failed (exit status $status)"
         failed=$((failed + 1))
     fi
+    [[ $line == *' 0 failed'* && $status = 0 ]] || again="$again $1"
     awk -v name="${tests[$1]}: $line" -v wall="$wall" -v cpu="$user $system" \
         'BEGIN { split(cpu, part, " ")
             printf "%s (%.0f s, %.0f s of processors)\n", name, wall,
@@ -135,13 +142,18 @@ while ((next < ${#tests[@]} || active > 0)); do
     else
         wait -n
         active=$((active - 1))
-        while [ -e "$work/$shown.status" ]; do
+        # Not by -e: a file is there before anything is in it.
+        while [ -s "$work/$shown.status" ]; do
             show $((shown++))
         done
     fi
 done
 while ((shown < ${#tests[@]})); do
     show $((shown++))
+done
+for number in $again; do
+    echo "${tests[$number]} did not pass:"
+    tail -n 40 "$work/$number.log" | sed 's/^/    /'
 done
 echo "$passed passed, $failed failed, $skipped skipped"
 [ $failed -eq 0 ]
