@@ -23,12 +23,6 @@ view_capture_options view_capture_options_default(void)
 
 /* ---- passes ------------------------------------------------------------ */
 
-void view_capture_source(int unit, GLenum target, GLuint texture)
-{
-    gl.ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
-    gl.BindTexture(target, texture);
-}
-
 static void attach(GLenum framebuffer, GLuint cube, int level, int face)
 {
     gl.FramebufferTexture2D(framebuffer, GL_COLOR_ATTACHMENT0,
@@ -125,32 +119,19 @@ static bool check(const view_capture_options *o)
     return true;
 }
 
-static void set_parameters(GLenum target, int levels)
-{
-    const GLint min = levels > 1 ? GL_LINEAR_MIPMAP_LINEAR : GL_LINEAR;
-
-    gl.TexParameteri(target, GL_TEXTURE_BASE_LEVEL, 0);
-    gl.TexParameteri(target, GL_TEXTURE_MAX_LEVEL, levels - 1);
-    gl.TexParameteri(target, GL_TEXTURE_MIN_FILTER, min);
-    gl.TexParameteri(target, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    gl.TexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    gl.TexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    gl.TexParameteri(target, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
-}
-
 /* Black. */
 static GLuint make_cube(const view_capture *c, int size, int levels)
 {
     GLuint cube = 0;
 
     gl.GenTextures(1, &cube);
-    view_capture_source(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, cube);
+    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, cube);
     for (int l = 0; l < levels; l++)
         for (int f = 0; f < IBL_FACES; f++)
             gl.TexImage2D(GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)f, l,
                           GL_RGBA16F, ibl_cube_edge(size, l),
                           ibl_cube_edge(size, l), 0, GL_RGBA, GL_FLOAT, NULL);
-    set_parameters(GL_TEXTURE_CUBE_MAP, levels);
+    view_gl_filter(GL_TEXTURE_CUBE_MAP, GL_LINEAR, levels);
     gl.BindFramebuffer(GL_FRAMEBUFFER, c->target);
     gl.ClearColor(0, 0, 0, 0);
     for (int l = 0; l < levels; l++)
@@ -182,10 +163,10 @@ static bool make_pictures(view_capture *c)
     gl.BindRenderbuffer(GL_RENDERBUFFER, c->depth);
     gl.RenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, n, n);
     for (int i = 0; i < sides(c); i++) {
-        view_capture_source(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[i]);
+        view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[i]);
         gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, n, n, 0, GL_RGBA, GL_FLOAT,
                       NULL);
-        set_parameters(GL_TEXTURE_2D, 1);
+        view_gl_filter(GL_TEXTURE_2D, GL_LINEAR, 1);
         gl.BindFramebuffer(GL_FRAMEBUFFER, c->drawn[i]);
         gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
                                 GL_TEXTURE_2D, c->picture[i], 0);
@@ -326,7 +307,7 @@ static bool read(GLuint texture, int size, int levels, ibl_cube *cube)
         return view_fail("a cube of %d texels, %d levels for a capture of %d, "
                          "%d",
                          cube->size, cube->levels, size, levels);
-    view_capture_source(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, texture);
+    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, texture);
     gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
     for (int l = 0; l < cube->levels; l++)
         for (int f = 0; f < IBL_FACES; f++)

@@ -25,7 +25,7 @@ static float *read_equirect(const view_capture *c, GLuint cube, int width,
         return NULL;
     }
     gl.GenTextures(1, &map);
-    view_capture_source(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, map);
+    view_gl_bind(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, map);
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA,
                   GL_FLOAT, NULL);
     gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
@@ -35,7 +35,7 @@ static float *read_equirect(const view_capture *c, GLuint cube, int width,
     gl.Viewport(0, 0, width, height);
     gl.UseProgram(c->equirect.program);
     gl.Uniform1f(c->equirect.edge, (float)height);
-    view_capture_source(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, cube);
+    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, cube);
     gl.DrawArrays(GL_TRIANGLES, 0, 3);
     gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
     gl.ReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, rgba);
@@ -72,7 +72,7 @@ static bool upload(const ibl_cube *rgb, const ibl_cube *alpha, int first,
 
     if (!rgba)
         return view_fail("no memory for a level of a capture");
-    view_capture_source(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, cube);
+    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, cube);
     gl.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
     for (int l = first; l < rgb->levels; l++)
         for (int f = 0; f < IBL_FACES; f++) {

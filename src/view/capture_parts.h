@@ -59,9 +59,8 @@ void view_capture_end(const view_capture_state *state);
 /* The set that is not shown. */
 view_capture_set *view_capture_back(view_capture *c);
 
-/* What a pass reads, in a unit that is active then; and its face of a level of
- * a cube, n x n. */
-void view_capture_source(int unit, GLenum target, GLuint texture);
+/* A pass into a face of a level of a cube, n x n, from what is bound to
+ * VIEW_CAPTURE_UNIT and VIEW_CAPTURE_UNIT_MORE. */
 void view_capture_fill(const view_capture *c, const view_capture_pass *pass,
                        GLuint cube, int level, int face, int n);
 

@@ -256,12 +256,10 @@ bool view_capture_make_samples(view_capture *c)
         free(all);
         return view_fail("no memory for the samples of a capture");
     }
-    view_capture_source(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->samples);
+    view_gl_bind(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->samples);
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, levels, 0, GL_RGBA,
                   GL_FLOAT, all);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
     free(all);
     return true;
 }

@@ -88,14 +88,14 @@ static void draw(view_capture *c, int index, view_capture_scene *scene,
     gl.BindVertexArray(c->corners);
     if (paraboloids(c))
         return;
-    view_capture_source(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0]);
+    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0]);
     view_capture_fill(c, &c->face, c->lookup, 0, index, n);
 }
 
 static void resample(view_capture *c)
 {
-    view_capture_source(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0]);
-    view_capture_source(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->picture[1]);
+    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0]);
+    view_gl_bind(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->picture[1]);
     for (int f = 0; f < IBL_FACES; f++)
         view_capture_fill(c, &c->paraboloid, c->lookup, 0, f, c->options.size);
 }
@@ -121,7 +121,7 @@ static void copy(view_capture *c)
 /* What passes read of the lookups: levels first to last. */
 static void lookups(const view_capture *c, int first, int last)
 {
-    view_capture_source(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, c->lookup);
+    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, c->lookup);
     gl.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_BASE_LEVEL, first);
     gl.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAX_LEVEL, last);
 }
@@ -157,7 +157,7 @@ static void make_lookups(view_capture *c)
     lookups(c, 0, 0);
     for (int f = 0; f < IBL_FACES; f++)
         view_capture_fill(c, &c->mip, c->halved, 0, f, c->options.size / 2);
-    view_capture_source(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, c->halved);
+    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, c->halved);
     blur(c, 1);
     for (int level = 2; level <= last; level++) {
         lookups(c, level - 1, level - 1);
@@ -172,8 +172,8 @@ static void filter(view_capture *c, int level, int face)
     const view_capture_set *set = view_capture_back(c);
     const bool diffuse = level == c->options.levels;
 
-    view_capture_source(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, c->lookup);
-    view_capture_source(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->samples);
+    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, c->lookup);
+    view_gl_bind(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->samples);
     gl.UseProgram(c->lobe.program);
     gl.Uniform1i(c->lobe.row, level - 1);
     gl.Uniform1i(c->lobe.count, diffuse ? view_capture_diffuse_samples(c)

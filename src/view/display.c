@@ -49,16 +49,10 @@ void view_display_free(view_display *d)
     free(d);
 }
 
-static void bind(view_unit unit, GLuint texture)
-{
-    gl.ActiveTexture(GL_TEXTURE0 + unit);
-    gl.BindTexture(GL_TEXTURE_2D, texture);
-}
-
 void view_display_draw(view_display *d, GLuint picture, GLuint truth)
 {
-    bind(VIEW_UNIT_PICTURE, picture);
-    bind(VIEW_UNIT_TRUTH, truth);
+    view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, picture);
+    view_gl_bind(VIEW_UNIT_TRUTH, GL_TEXTURE_2D, truth);
     gl.UseProgram(d->show);
     gl.BindVertexArray(d->none);
     gl.DrawArrays(GL_TRIANGLES, 0, 3);

@@ -67,6 +67,26 @@ bool view_gl_has_cube_arrays(void)
     return false;
 }
 
+void view_gl_bind(int unit, GLenum target, GLuint texture)
+{
+    gl.ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
+    gl.BindTexture(target, texture);
+}
+
+void view_gl_filter(GLenum target, GLint filtering, int levels)
+{
+    const bool mips = filtering == GL_LINEAR && levels > 1;
+
+    gl.TexParameteri(target, GL_TEXTURE_BASE_LEVEL, 0);
+    gl.TexParameteri(target, GL_TEXTURE_MAX_LEVEL, levels - 1);
+    gl.TexParameteri(target, GL_TEXTURE_MAG_FILTER, filtering);
+    gl.TexParameteri(target, GL_TEXTURE_MIN_FILTER,
+                     mips ? GL_LINEAR_MIPMAP_LINEAR : filtering);
+    gl.TexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    gl.TexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    gl.TexParameteri(target, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
+}
+
 static const char *error_name(GLenum error)
 {
     switch (error) {

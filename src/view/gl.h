@@ -109,6 +109,13 @@ bool view_gl_load(view_gl_proc *(*get)(const char *name));
 /* Whether shaders of 3.30 have samplerCubeArray: OpenGL 4.0, or
  * ARB_texture_cube_map_array. */
 bool view_gl_has_cube_arrays(void);
+
+/* Binds a texture to a unit, which is active then. */
+void view_gl_bind(int unit, GLenum target, GLuint texture);
+/* How the texture that is bound is looked up: GL_NEAREST or GL_LINEAR, then
+ * between levels too, of which there are so many; clamped to edges. */
+void view_gl_filter(GLenum target, GLint filtering, int levels);
+
 /* False, with a message that says where, if OpenGL has noted an error. */
 bool view_gl_check(const char *where);
 

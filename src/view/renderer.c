@@ -148,21 +148,15 @@ bool view_renderer_load(view_renderer *r, const view_set *set)
     return !r->truth || view_truth_load(r->truth, set);
 }
 
-static void bind(view_unit unit, GLenum target, GLuint texture)
-{
-    gl.ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
-    gl.BindTexture(target, texture);
-}
-
 static void bind_maps(const view_renderer *r)
 {
     const GLuint sky = r->maps[VIEW_SKY], cube = GL_TEXTURE_CUBE_MAP;
     const GLuint level0 = r->maps[VIEW_SPECULAR];
 
-    bind(VIEW_UNIT_SPECULAR, cube, level0);
-    bind(VIEW_UNIT_IRRADIANCE, cube, r->maps[VIEW_IRRADIANCE]);
-    bind(VIEW_UNIT_LUT, GL_TEXTURE_2D, r->maps[VIEW_LUT]);
-    bind(VIEW_UNIT_SKY, cube, sky ? sky : level0);
+    view_gl_bind(VIEW_UNIT_SPECULAR, cube, level0);
+    view_gl_bind(VIEW_UNIT_IRRADIANCE, cube, r->maps[VIEW_IRRADIANCE]);
+    view_gl_bind(VIEW_UNIT_LUT, GL_TEXTURE_2D, r->maps[VIEW_LUT]);
+    view_gl_bind(VIEW_UNIT_SKY, cube, sky ? sky : level0);
 }
 
 /* ---- spheres ----------------------------------------------------------- */
@@ -392,8 +386,8 @@ bool view_renderer_read(const view_renderer *r, bool truth, float *rgb)
 
     if (!r->width || (truth && !r->has_truth))
         return view_fail("there is no picture to read");
-    bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D,
-         truth ? view_truth_texture(r->truth) : r->picture);
+    view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D,
+                 truth ? view_truth_texture(r->truth) : r->picture);
     gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
     gl.GetTexImage(GL_TEXTURE_2D, 0, GL_RGB, GL_FLOAT, rgb);
     for (int y = 0; y < r->height / 2; y++) {

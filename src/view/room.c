@@ -288,21 +288,15 @@ static bool upload_blocks(view_room *r, const view_room_draw *d,
     return det > 0;
 }
 
-static void bind(int unit, GLenum target, GLuint texture)
-{
-    gl.ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
-    gl.BindTexture(target, texture);
-}
-
 static void bind_maps(const view_room_draw *d)
 {
     const view_room_environment *e = &d->environment;
     const GLuint cube = GL_TEXTURE_CUBE_MAP;
 
-    bind(VIEW_UNIT_SPECULAR, cube, e->specular);
-    bind(VIEW_UNIT_IRRADIANCE, cube, e->irradiance);
-    bind(VIEW_UNIT_SKY, cube, e->sky);
-    bind(VIEW_UNIT_LUT, GL_TEXTURE_2D, d->table);
+    view_gl_bind(VIEW_UNIT_SPECULAR, cube, e->specular);
+    view_gl_bind(VIEW_UNIT_IRRADIANCE, cube, e->irradiance);
+    view_gl_bind(VIEW_UNIT_SKY, cube, e->sky);
+    view_gl_bind(VIEW_UNIT_LUT, GL_TEXTURE_2D, d->table);
 }
 
 /* ---- drawing ----------------------------------------------------------- */

@@ -58,12 +58,6 @@ void view_room_probes_samplers(GLuint program)
     gl.UseProgram(0);
 }
 
-static void bind(int unit, GLenum target, GLuint texture)
-{
-    gl.ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
-    gl.BindTexture(target, texture);
-}
-
 static void make_buffer(view_room_probes *p)
 {
     gl.GenBuffers(1, &p->buffer);
@@ -71,7 +65,7 @@ static void make_buffer(view_room_probes *p)
     gl.BufferData(GL_TEXTURE_BUFFER, sizeof p->packed[0], p->packed[0],
                   GL_DYNAMIC_DRAW);
     gl.GenTextures(1, &p->texels);
-    bind(UNIT_BUFFER, GL_TEXTURE_BUFFER, p->texels);
+    view_gl_bind(UNIT_BUFFER, GL_TEXTURE_BUFFER, p->texels);
     gl.TexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, p->buffer);
 }
 
@@ -80,10 +74,8 @@ static void make_none(view_room_probes *p)
     static const float black[4 * 6];
 
     gl.GenTextures(1, &p->none);
-    bind(UNIT_LOCALS, GL_TEXTURE_CUBE_MAP_ARRAY, p->none);
-    gl.TexParameteri(GL_TEXTURE_CUBE_MAP_ARRAY, GL_TEXTURE_MIN_FILTER,
-                     GL_LINEAR);
-    gl.TexParameteri(GL_TEXTURE_CUBE_MAP_ARRAY, GL_TEXTURE_MAX_LEVEL, 0);
+    view_gl_bind(UNIT_LOCALS, GL_TEXTURE_CUBE_MAP_ARRAY, p->none);
+    view_gl_filter(GL_TEXTURE_CUBE_MAP_ARRAY, GL_LINEAR, 1);
     gl.TexImage3D(GL_TEXTURE_CUBE_MAP_ARRAY, 0, GL_RGBA16F, 1, 1, 6, 0, GL_RGBA,
                   GL_FLOAT, black);
 }
@@ -95,10 +87,8 @@ static void make_masks(view_room_probes *p, int columns, int rows)
         return;
     p->columns = columns > p->columns ? columns : p->columns;
     p->rows = rows > p->rows ? rows : p->rows;
-    bind(UNIT_MASKS, GL_TEXTURE_2D, p->masks);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
+    view_gl_bind(UNIT_MASKS, GL_TEXTURE_2D, p->masks);
+    view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RG32UI, p->columns, p->rows, 0,
                   GL_RG_INTEGER, GL_UNSIGNED_INT, NULL);
 }
@@ -244,18 +234,18 @@ void view_room_probes_use(view_room_probes *p, const view_room_draw *d,
     const view_room_environment *e = &d->environment;
 
     upload(p, d);
-    bind(UNIT_BUFFER, GL_TEXTURE_BUFFER, p->texels);
+    view_gl_bind(UNIT_BUFFER, GL_TEXTURE_BUFFER, p->texels);
     if (has_masks(d))
         cull(p, viewport);
-    bind(UNIT_DYNAMIC, GL_TEXTURE_CUBE_MAP,
-         moving ? d->dynamic.specular : e->specular);
-    bind(UNIT_DYNAMIC + 1, GL_TEXTURE_CUBE_MAP,
-         moving ? d->dynamic.irradiance : e->irradiance);
-    bind(UNIT_LOCALS, GL_TEXTURE_CUBE_MAP_ARRAY,
-         some ? d->locals.specular : p->none);
-    bind(UNIT_LOCALS + 1, GL_TEXTURE_CUBE_MAP_ARRAY,
-         some ? d->locals.irradiance : p->none);
-    bind(UNIT_MASKS, GL_TEXTURE_2D, p->masks);
+    view_gl_bind(UNIT_DYNAMIC, GL_TEXTURE_CUBE_MAP,
+                 moving ? d->dynamic.specular : e->specular);
+    view_gl_bind(UNIT_DYNAMIC + 1, GL_TEXTURE_CUBE_MAP,
+                 moving ? d->dynamic.irradiance : e->irradiance);
+    view_gl_bind(UNIT_LOCALS, GL_TEXTURE_CUBE_MAP_ARRAY,
+                 some ? d->locals.specular : p->none);
+    view_gl_bind(UNIT_LOCALS + 1, GL_TEXTURE_CUBE_MAP_ARRAY,
+                 some ? d->locals.irradiance : p->none);
+    view_gl_bind(UNIT_MASKS, GL_TEXTURE_2D, p->masks);
 }
 
 GLuint view_room_probes_masks(const view_room_probes *p, int *columns,

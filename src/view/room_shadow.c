@@ -123,8 +123,7 @@ void view_room_shadow_bind(GLuint program)
 
 static void allot(const view_room_shadow *s, int edge)
 {
-    gl.ActiveTexture(GL_TEXTURE0 + VIEW_ROOM_SHADOW_UNIT);
-    gl.BindTexture(GL_TEXTURE_2D, s->depth);
+    view_gl_bind(VIEW_ROOM_SHADOW_UNIT, GL_TEXTURE_2D, s->depth);
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, edge, edge, 0,
                   GL_DEPTH_COMPONENT, GL_UNSIGNED_INT, NULL);
 }
@@ -134,11 +133,7 @@ static void make_depth(view_room_shadow *s)
 {
     gl.GenTextures(1, &s->depth);
     allot(s, 1);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
     gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE,
                      GL_COMPARE_REF_TO_TEXTURE);
     gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
@@ -258,8 +253,7 @@ bool view_room_shadow_begin(view_room_shadow *s, const view_room_draw *d,
     shadow_key key = {.moving = d->moving,
                       .seconds = d->moving ? d->seconds : 0};
 
-    gl.ActiveTexture(GL_TEXTURE0 + VIEW_ROOM_SHADOW_UNIT);
-    gl.BindTexture(GL_TEXTURE_2D, s->depth);
+    view_gl_bind(VIEW_ROOM_SHADOW_UNIT, GL_TEXTURE_2D, s->depth);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK, s->buffer);
     if (view_room_sun_shines(sun)) {
         const shadow_view v = view_from(sun, d->environment.turn);

@@ -60,8 +60,7 @@ static bool resize(view_stage *st, int width, int height)
         return true;
     gl.DeleteTextures(1, &st->depth);
     gl.GenTextures(1, &st->depth);
-    gl.ActiveTexture(GL_TEXTURE0);
-    gl.BindTexture(GL_TEXTURE_2D, st->depth);
+    view_gl_bind(0, GL_TEXTURE_2D, st->depth);
     gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, width, height, 0,
                   GL_DEPTH_COMPONENT, GL_UNSIGNED_INT, NULL);

@@ -154,8 +154,7 @@ static GLuint make_array(int size, int levels, int count)
     GLuint array;
 
     gl.GenTextures(1, &array);
-    gl.ActiveTexture(GL_TEXTURE0);
-    gl.BindTexture(target, array);
+    view_gl_bind(0, target, array);
     for (int l = 0; l < levels; l++) {
         const int n = ibl_cube_edge(size, l);
         gl.TexImage3D(target, l, GL_RGBA16F, n, n, IBL_FACES * count, 0,
@@ -165,13 +164,7 @@ static GLuint make_array(int size, int levels, int count)
             return 0;
         }
     }
-    gl.TexParameteri(target, GL_TEXTURE_MAX_LEVEL, levels - 1);
-    gl.TexParameteri(target, GL_TEXTURE_MIN_FILTER,
-                     levels > 1 ? GL_LINEAR_MIPMAP_LINEAR : GL_LINEAR);
-    gl.TexParameteri(target, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    gl.TexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    gl.TexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    gl.TexParameteri(target, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
+    view_gl_filter(target, GL_LINEAR, levels);
     return array;
 }
 

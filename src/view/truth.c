@@ -45,21 +45,6 @@ struct view_truth {
     int by_clock; /* samples of the next frame */
 };
 
-static void set_parameters(GLenum target, GLint filter)
-{
-    gl.TexParameteri(target, GL_TEXTURE_MIN_FILTER, filter);
-    gl.TexParameteri(target, GL_TEXTURE_MAG_FILTER, filter);
-    gl.TexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    gl.TexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    gl.TexParameteri(target, GL_TEXTURE_MAX_LEVEL, 0);
-}
-
-static void bind(int unit, GLenum target, GLuint texture)
-{
-    gl.ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
-    gl.BindTexture(target, texture);
-}
-
 static void set_sampler(GLuint program, const char *name, int unit)
 {
     gl.Uniform1i(gl.GetUniformLocation(program, name), unit);
@@ -126,14 +111,14 @@ void view_truth_free(view_truth *t)
 static void upload_aim(view_truth *t, const view_aim *aim)
 {
     gl.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
-    bind(UNIT_TOKENS, GL_TEXTURE_2D, t->tokens);
+    view_gl_bind(UNIT_TOKENS, GL_TEXTURE_2D, t->tokens);
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_R32F, VIEW_AIM_ROW, VIEW_AIM_ROW, 0,
                   GL_RED, GL_FLOAT, aim->tokens);
-    set_parameters(GL_TEXTURE_2D, GL_NEAREST);
-    bind(UNIT_CHANCE, GL_TEXTURE_2D_ARRAY, t->chance);
+    view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
+    view_gl_bind(UNIT_CHANCE, GL_TEXTURE_2D_ARRAY, t->chance);
     gl.TexImage3D(GL_TEXTURE_2D_ARRAY, 0, GL_R32F, aim->edge, aim->edge, 6, 0,
                   GL_RED, GL_FLOAT, aim->chance);
-    set_parameters(GL_TEXTURE_2D_ARRAY, GL_LINEAR);
+    view_gl_filter(GL_TEXTURE_2D_ARRAY, GL_LINEAR, 1);
     gl.ActiveTexture(GL_TEXTURE0);
 }
 
@@ -167,10 +152,10 @@ static bool resize(view_truth *t, int width, int height)
 {
     t->width = t->height = 0;
     for (int i = 0; i < TARGETS; ++i) {
-        bind(UNIT_PASS, GL_TEXTURE_2D, t->target[i]);
+        view_gl_bind(UNIT_PASS, GL_TEXTURE_2D, t->target[i]);
         gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA,
                       GL_FLOAT, NULL);
-        set_parameters(GL_TEXTURE_2D, GL_NEAREST);
+        view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
         gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[i]);
         gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
                                 GL_TEXTURE_2D, t->target[i], 0);
@@ -180,7 +165,7 @@ static bool resize(view_truth *t, int width, int height)
                              "the reference: make window or picture smaller",
                              width, height);
     }
-    bind(UNIT_PASS, GL_TEXTURE_2D, t->target[PASS]);
+    view_gl_bind(UNIT_PASS, GL_TEXTURE_2D, t->target[PASS]);
     gl.ActiveTexture(GL_TEXTURE0);
     t->width = width;
     t->height = height;

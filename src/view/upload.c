@@ -17,20 +17,6 @@ static const layout layouts[IBL_PIXEL_COUNT] = {
     [IBL_PIXEL_RG32F] = {GL_RG32F, GL_RG, GL_FLOAT},
 };
 
-static void filter(GLenum target, GLint filtering, int levels)
-{
-    const bool mips = filtering == GL_LINEAR && levels > 1;
-
-    gl.TexParameteri(target, GL_TEXTURE_BASE_LEVEL, 0);
-    gl.TexParameteri(target, GL_TEXTURE_MAX_LEVEL, levels - 1);
-    gl.TexParameteri(target, GL_TEXTURE_MAG_FILTER, filtering);
-    gl.TexParameteri(target, GL_TEXTURE_MIN_FILTER,
-                     mips ? GL_LINEAR_MIPMAP_LINEAR : filtering);
-    gl.TexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    gl.TexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    gl.TexParameteri(target, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
-}
-
 static int edge(int size, int level)
 {
     return size >> level ? size >> level : 1;
@@ -71,7 +57,7 @@ GLuint view_upload(const ibl_texture *tex, const char *name)
                           tex->data + ibl_texture_offset(tex, level, face));
         }
     }
-    filter(target, GL_LINEAR, tex->levels);
+    view_gl_filter(target, GL_LINEAR, tex->levels);
     if (view_gl_check(name))
         return texture;
     gl.DeleteTextures(1, &texture);
@@ -101,7 +87,7 @@ GLuint view_upload_cubes(const ibl_texture *tex, const char *name)
         gl.TexImage3D(target, level, as->internal, edge(tex->width, level),
                       edge(tex->height, level), depth, 0, as->format, as->type,
                       tex->data + ibl_texture_offset(tex, level, 0));
-    filter(target, GL_LINEAR, tex->levels);
+    view_gl_filter(target, GL_LINEAR, tex->levels);
     if (view_gl_check(name))
         return texture;
     gl.DeleteTextures(1, &texture);
@@ -116,6 +102,6 @@ GLuint view_float_target(int width, int height)
     gl.BindTexture(GL_TEXTURE_2D, texture);
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA,
                   GL_FLOAT, NULL);
-    filter(GL_TEXTURE_2D, GL_NEAREST, 1);
+    view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
     return texture;
 }
