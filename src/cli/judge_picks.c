@@ -6,8 +6,6 @@
 
 #include "cli/faces.h"
 
-#define PI 3.14159265358979323846
-
 enum {
     BLOCKS = 32 /* of the map, along a row, of which each has one brightest
                    pixel; half as many along a column */
@@ -55,8 +53,8 @@ static void pixel_direction(const ibl_image *env, double yaw_deg, pixel at,
                             double dir[3])
 {
     const double phi =
-        ((at.x + 0.5) / env->width - 0.5) * 2 * PI - yaw_deg * PI / 180;
-    const double theta = PI * (at.y + 0.5) / env->height;
+        ((at.x + 0.5) / env->width - 0.5) * 2 * M_PI - yaw_deg * M_PI / 180;
+    const double theta = M_PI * (at.y + 0.5) / env->height;
     dir[0] = sin(theta) * cos(phi);
     dir[1] = cos(theta);
     dir[2] = sin(theta) * sin(phi);
@@ -84,7 +82,7 @@ static bool is_far(const double dir[3], double dirs[][3], int count)
 {
     for (int i = 0; i < count; i++)
         if (dir[0] * dirs[i][0] + dir[1] * dirs[i][1] + dir[2] * dirs[i][2] >
-            cos(10 * PI / 180))
+            cos(10 * M_PI / 180))
             return false;
     return true;
 }
@@ -148,7 +146,7 @@ static bool is_near(const picker *p, ibl_texel t)
                        2 * (t.y + 0.5) / p->n - 1, d);
     const double dot = d[0] * l[0] + d[1] * l[1] + d[2] * l[2];
     const double length2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    const double limit = cos(20 * PI / 180);
+    const double limit = cos(20 * M_PI / 180);
     return dot > 0 && dot * dot > limit * limit * length2;
 }
 

@@ -6,12 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double pi = 3.14159265358979323846;
-
 /* Solid angle, but for the width, of the band between rows a and b of h. */
 static double band(double a, double b, int h)
 {
-    return cos(pi * a / h) - cos(pi * b / h);
+    return cos(M_PI * a / h) - cos(M_PI * b / h);
 }
 
 static void add_row(const ibl_image *env, int y, double weight, double *row)

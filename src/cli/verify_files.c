@@ -12,8 +12,6 @@
 
 #include "cli/faces.h"
 
-#define PI 3.14159265358979323846
-
 typedef struct reader {
     const ibl_verify_opts *opts;
     ibl_ctx *ctx;
@@ -556,7 +554,7 @@ static ibl_status read_files(const reader *r)
         ibl_verify_file *f = &r->files->cubes[kind];
         if (!f->path)
             continue;
-        f->scale = kind == IBL_VERIFY_IRRADIANCE && r->opts->scale ? PI : 1;
+        f->scale = kind == IBL_VERIFY_IRRADIANCE && r->opts->scale ? M_PI : 1;
         status = strstr(f->path, "%f")
                      ? read_pattern(r, (ibl_verify_kind)kind, f)
                      : read_container(r, (ibl_verify_kind)kind, f);

@@ -22,8 +22,6 @@
 
 #include "view/message.h"
 
-static const double pi = 3.14159265358979323846;
-
 /* Of a turn: the golden ratio's fraction. */
 static const double golden = 0.6180339887498949;
 
@@ -69,7 +67,7 @@ static void expand_lobe(lobe *b)
 
     b->bands = (int)fmin(6 / b->alpha + 20, BANDS);
     for (int i = 0; i < steps; i++) {
-        const double t = (i + 0.5) / steps, theta = 0.5 * pi * t * t;
+        const double t = (i + 0.5) / steps, theta = 0.5 * M_PI * t * t;
         const double c = cos(theta), h2 = 0.5 + 0.5 * c;
         const double d = h2 * (a2 - 1) + 1;
         const double weight = c / (d * d) * sin(theta) * t;
@@ -124,7 +122,7 @@ static point place(const lobe *b, int i)
     const double s2 = a2 * u, c2 = 1 - u;
     const double sin_h = sqrt(s2 / (s2 + c2)), cos_h = sqrt(c2 / (s2 + c2));
     const double t = sin_h * sin_h + a2 * cos_h * cos_h;
-    const double pdf = a2 / (pi * t * t) / (4 * part);
+    const double pdf = a2 / (M_PI * t * t) / (4 * part);
     /* The variance is the solid angle: with less the points show, with more
        weights grow and with them what lookups are off by. */
     const double lod =
@@ -132,7 +130,7 @@ static point place(const lobe *b, int i)
     /* Level 0 is as coarse as texels are: not where level 1 will do. */
     const double least = variance(b, 1) < a2;
     const double angle = 2 * atan2(sin_h, cos_h);
-    const double phi = 2 * pi * fmod(i * golden, 1);
+    const double phi = 2 * M_PI * fmod(i * golden, 1);
     point p = {.x = sin(angle) * cos(phi),
                .y = sin(angle) * sin(phi),
                .z = cos(angle),
@@ -248,7 +246,7 @@ bool view_capture_make_samples(view_capture *c)
             diffuse ? 1 : ibl_level_roughness(IBL_ROUGHNESS_LINEAR, l, levels);
         lobe b = {.alpha = r * r,
                   .count = diffuse ? width : c->options.samples,
-                  .texel = 4 * pi / (6.0 * size * size),
+                  .texel = 4 * M_PI / (6.0 * size * size),
                   .last = view_capture_lookups(size) - 1};
         ok = draw(&b, all + (size_t)4 * width * (l - 1));
     }

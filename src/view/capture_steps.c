@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The steps of an update, one after the other. */
+#include <math.h>
 #include <string.h>
 
 #include "view/capture_parts.h"
@@ -137,7 +138,7 @@ static void lookups(const view_capture *c, int first, int last)
 static void blur(const view_capture *c, int level)
 {
     const int n = c->options.size >> level;
-    const double mean = 4 * 3.14159265358979 / (6.0 * n * n);
+    const double mean = 4 * M_PI / (6.0 * n * n);
     const double middle = 4.0 / n / n; /* of the solid angles there */
     const bool first = level == 1;
     const double all = VIEW_CAPTURE_BLUR * mean * (first ? 1 : 0.75);

@@ -75,8 +75,7 @@ void view_false_colour(double stops, double srgb[3])
     const double share =
         (floor(at) + 0.5 * (at - floor(at))) / (2 * VIEW_STOPS);
     const double level = 0.1 + 0.8 * share;
-    const double angle =
-        2 * 3.14159265358979323846 * (0.5 / 3 + 1 - 1.5 * level);
+    const double angle = 2 * M_PI * (0.5 / 3 + 1 - 1.5 * level);
     const double swing = level * (1 - level) / 2;
     const double c = swing * cos(angle), s = swing * sin(angle);
 

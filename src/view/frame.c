@@ -14,7 +14,7 @@ static void fill_camera(view_frame *f, const view_settings *s, int width,
                         int height)
 {
     const view_camera c = view_camera_of(s, width, height);
-    const double turn = s->turn * (3.14159265358979323846 / 180);
+    const double turn = s->turn * (M_PI / 180);
     double matrix[16];
 
     view_camera_matrix(&c, matrix);

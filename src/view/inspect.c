@@ -7,8 +7,6 @@
 #include "view/cube.h"
 #include "view/scene.h"
 
-#define PI 3.14159265358979323846
-
 /* As in shaders/layout.glsl. */
 #define ASIDE (1.0 / 32)
 
@@ -90,8 +88,8 @@ static int cross_face(int column, int row)
 /* Row 0 is the zenith, the middle looks along +X. */
 static void unfold_equirect(const flat *f, const double p[2], view_texel *t)
 {
-    const double phi = 2 * PI * (p[0] / f->size[0] - 0.5);
-    const double theta = PI * p[1] / f->size[1];
+    const double phi = 2 * M_PI * (p[0] / f->size[0] - 0.5);
+    const double theta = M_PI * p[1] / f->size[1];
     const double d[3] = {sin(theta) * cos(phi), cos(theta),
                          sin(theta) * sin(phi)};
     view_cube_texel(d, f->edge, &t->face, &t->x, &t->y);

@@ -6,6 +6,7 @@
 #include "view/inspect.h"
 #include "view/scene.h"
 #include "view/stage.h"
+#include "view/vector.h"
 
 static double clamp(double x, double low, double high)
 {
@@ -48,8 +49,7 @@ void view_approach(view_settings *s, const view_set *set, view_place at,
         s->distance = view_stage_distance;
     if (s->distance <= 0) {
         const view_camera c = view_camera_of(s, at.width, at.height);
-        s->distance = sqrt(c.eye[0] * c.eye[0] + c.eye[1] * c.eye[1] +
-                           c.eye[2] * c.eye[2]);
+        s->distance = sqrt(dot3(c.eye, c.eye));
     }
     s->distance = clamp(s->distance / factor, 0.6, 1000);
 }

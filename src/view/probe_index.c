@@ -2,6 +2,7 @@
 #include "view/probe_index.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,8 +11,6 @@
 #include "common/json_volume.h"
 #include "common/names.h"
 #include "view/message.h"
-
-#define PI 3.14159265358979323846
 
 /* What a bake can hold as irradiance, and more. */
 static const double brightest = 1e30;
@@ -212,7 +211,7 @@ static bool take_lookups(const ibl_json_at *root, view_probe_index *x)
         !ibl_json_choice(&unit, scales, &choice))
         return false;
     x->mapping = map ? IBL_ROUGHNESS_FILAMENT : IBL_ROUGHNESS_LINEAR;
-    x->irradiance_scale = choice ? 1 / PI : 1;
+    x->irradiance_scale = choice ? 1 / M_PI : 1;
     return true;
 }
 

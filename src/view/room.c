@@ -13,6 +13,7 @@
 #include "view/room_geometry.h"
 #include "view/room_probes.h"
 #include "view/room_shadow.h"
+#include "view/vector.h"
 
 enum {
     BLOCK = 1 /* binding of the uniform block "Room" */
@@ -216,13 +217,6 @@ static void picture_rows(const view_room_draw *d, double rows[3][3])
     }
 }
 
-static void cross(const double a[3], const double b[3], double c[3])
-{
-    for (int k = 0; k < 3; k++)
-        c[k] =
-            a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
-}
-
 /* Inverse, as columns of 4; returns the determinant: below 0 if the picture is
  * not mirrored, since depth is away from who looks. */
 static double invert_rows(const double rows[3][3], float columns[16])
@@ -230,7 +224,7 @@ static double invert_rows(const double rows[3][3], float columns[16])
     double c[3][3], det = 0;
 
     for (int i = 0; i < 3; i++)
-        cross(rows[(i + 1) % 3], rows[(i + 2) % 3], c[i]);
+        cross3(rows[(i + 1) % 3], rows[(i + 2) % 3], c[i]);
     for (int k = 0; k < 3; k++)
         det += rows[0][k] * c[0][k];
     for (int i = 0; i < 3; i++)
@@ -242,7 +236,7 @@ static double invert_rows(const double rows[3][3], float columns[16])
 static void fill_frame(view_frame *f, const view_room_draw *d)
 {
     const view_room_environment *e = &d->environment;
-    const double turn = e->turn * (3.14159265358979323846 / 180);
+    const double turn = e->turn * (M_PI / 180);
 
     memset(f, 0, sizeof *f);
     for (int i = 0; i < 16; i++)

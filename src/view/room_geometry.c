@@ -135,15 +135,13 @@ bool view_room_mesh_boxes(view_room_mesh *mesh)
 
 bool view_room_mesh_sphere(view_room_mesh *mesh)
 {
-    const double pi = 3.14159265358979323846;
-
     *mesh = (view_room_mesh){0};
     if (!make_room(mesh, (AROUND + 1) * (DOWN + 1), 6 * AROUND * DOWN))
         return false;
     for (int y = 0; y <= DOWN; y++)
         for (int x = 0; x <= AROUND; x++) {
             view_room_vertex *to = &mesh->vertices[mesh->vertex_count++];
-            const double theta = pi * y / DOWN, phi = 2 * pi * x / AROUND;
+            const double theta = M_PI * y / DOWN, phi = 2 * M_PI * x / AROUND;
             to->position[0] = (float)(sin(theta) * sin(phi));
             to->position[1] = (float)-cos(theta);
             to->position[2] = (float)(sin(theta) * cos(phi));

@@ -156,7 +156,7 @@ static const struct {
 
 void view_room_sphere(int i, double seconds, double centre[3], double *radius)
 {
-    const double turn = 2 * 3.14159265358979323846;
+    const double turn = 2 * M_PI;
 
     for (int k = 0; k < 3; k++) {
         const double turns =

@@ -8,6 +8,7 @@
 #include "view/message.h"
 #include "view/program.h"
 #include "view/scene.h"
+#include "view/vector.h"
 
 enum {
     EDGE = 2048, /* of the depths: 5 to 9 mm, if a unit is a metre */
@@ -43,29 +44,15 @@ typedef struct shadow_view {
     double middle[3], reach[3]; /* along them */
 } shadow_view;
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double c[3])
-{
-    for (int k = 0; k < 3; k++)
-        c[k] =
-            a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
-}
-
 static void set_axes(const double direction[3], double axes[3][3])
 {
     const bool steep = fabs(direction[1]) > 0.999;
     const double up[3] = {steep, !steep, 0};
 
     memcpy(axes[2], direction, sizeof axes[2]);
-    cross(up, direction, axes[0]);
-    const double length = sqrt(dot(axes[0], axes[0]));
-    for (int k = 0; k < 3; k++)
-        axes[0][k] /= length;
-    cross(direction, axes[0], axes[1]);
+    cross3(up, direction, axes[0]);
+    normalise3(axes[0]);
+    cross3(direction, axes[0], axes[1]);
 }
 
 /* All boxes are in it; spheres stay inside of the walls. */

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "view/message.h"
+#include "view/vector.h"
 
 /* Wide enough for a sun of a coarse cube and for much of its glow. */
 static const double cone_deg = 10;
@@ -17,8 +18,7 @@ static const double most_spread_deg = 2;
 /* Of the irradiance that the mean outside gives. */
 static const double least_share = 0.1;
 
-#define PI 3.14159265358979323846
-#define DEGREE (PI / 180)
+#define DEGREE (M_PI / 180)
 
 enum {
     SETTLED = 8 /* times that the cone comes to the middle of what is in it */
@@ -28,11 +28,6 @@ enum {
 static double luminance(const double rgb[3])
 {
     return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
-}
-
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
 /* ---- texels ------------------------------------------------------------- */
@@ -149,7 +144,7 @@ static bool gather(rows *r, const double peak[3], region *g)
             texel t = {.solid_angle = r->solid_angles[r->y * n + x]};
             copy_rgb(r, x, t.rgb);
             ibl_cube_direction(n, r->face, x, r->y, t.direction);
-            const double c = dot(t.direction, peak);
+            const double c = dot3(t.direction, peak);
             if (c < inner) {
                 g->rest += luminance(t.rgb) * t.solid_angle;
                 g->rest_angle += t.solid_angle;
@@ -173,7 +168,7 @@ void view_room_sun_cut(const view_room_sun *sun, const double direction[3],
     const double y = luminance(rgb);
 
     if (!view_room_sun_shines(sun) || y <= sun->limit ||
-        dot(direction, sun->direction) < sun->cosine)
+        dot3(direction, sun->direction) < sun->cosine)
         return;
     for (int k = 0; k < 3; k++)
         rgb[k] *= sun->limit / y;
@@ -190,7 +185,7 @@ static double take(const region *g, view_room_sun *sun, double middle[3])
     for (size_t i = 0; i < g->count; i++) {
         const texel *t = &g->texels[i];
         const double y = luminance(t->rgb);
-        const double c = dot(t->direction, sun->direction);
+        const double c = dot3(t->direction, sun->direction);
         if (c < sun->cosine || y <= sun->limit)
             continue;
         const double share = (1 - sun->limit / y) * t->solid_angle;
@@ -209,10 +204,9 @@ static double settle(const region *g, view_room_sun *sun)
 {
     double middle[3], square = take(g, sun, middle);
 
-    for (int i = 0; i < SETTLED && dot(middle, middle) > 0; i++) {
-        const double length = sqrt(dot(middle, middle));
-        for (int k = 0; k < 3; k++)
-            sun->direction[k] = middle[k] / length;
+    for (int i = 0; i < SETTLED && dot3(middle, middle) > 0; i++) {
+        normalise3(middle);
+        memcpy(sun->direction, middle, sizeof middle);
         square = take(g, sun, middle);
     }
     return square;
@@ -234,7 +228,7 @@ bool view_room_sun_find(const ibl_texture *sky, view_room_sun *sun)
     if (ok)
         square = settle(&g, sun);
     if (square > most_square ||
-        luminance(sun->irradiance) <= least_share * PI * mean)
+        luminance(sun->irradiance) <= least_share * M_PI * mean)
         *sun = (view_room_sun){0};
     free(g.texels);
     free(r.solid_angles);

@@ -3,6 +3,7 @@
 #include <stddef.h>
 
 #include "view/scene.h"
+#include "view/vector.h"
 
 static const double radius = 0.45;
 /* Of a picture's height or width that a fitted grid leaves free. */
@@ -103,19 +104,6 @@ int view_grid(const view_settings *s,
     return s->rows * s->columns;
 }
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void normalise(double a[3])
-{
-    const double length = sqrt(dot(a, a));
-
-    for (int k = 0; k < 3; k++)
-        a[k] /= length;
-}
-
 int view_grid_hit(const view_sphere *spheres, int count, const double eye[3],
                   const double direction[3], double normal[3])
 {
@@ -127,10 +115,10 @@ int view_grid_hit(const view_sphere *spheres, int count, const double eye[3],
         double to[3], off[3];
         for (int k = 0; k < 3; k++)
             to[k] = p->centre[k] - eye[k];
-        const double along = dot(to, direction);
+        const double along = dot3(to, direction);
         for (int k = 0; k < 3; k++)
             off[k] = along * direction[k] - to[k];
-        const double half2 = p->radius * p->radius - dot(off, off);
+        const double half2 = p->radius * p->radius - dot3(off, off);
         if (half2 < 0)
             continue;
         const double half = sqrt(half2);
@@ -146,7 +134,7 @@ int view_grid_hit(const view_sphere *spheres, int count, const double eye[3],
 
 /* ---- the camera ------------------------------------------------------- */
 
-static const double degree = 3.14159265358979323846 / 180;
+static const double degree = M_PI / 180;
 
 /* From where the spheres in the corners are seen, and with them all between;
  * those that are nearer to the eye ask for more. axes: right, up and back. */
@@ -158,9 +146,9 @@ static double fitting_distance(const view_settings *s, const double axes[3][3],
     for (int i = 0; i < 4; i++) {
         const double corner[3] = {(i % 2 - 0.5) * (s->columns - 1),
                                   (i / 2 - 0.5) * (s->rows - 1), 0};
-        const double w = fabs(dot(corner, axes[0])) + radius;
-        const double h = fabs(dot(corner, axes[1])) + radius;
-        const double needed = dot(corner, axes[2]) + radius +
+        const double w = fabs(dot3(corner, axes[0])) + radius;
+        const double h = fabs(dot3(corner, axes[1])) + radius;
+        const double needed = dot3(corner, axes[2]) + radius +
                               fmax(w / tan_x, h / tan_y) / (1 - 2 * border);
         distance = fmax(distance, needed);
     }
@@ -191,7 +179,7 @@ view_camera view_camera_of(const view_settings *s, int width, int height)
 
 void view_camera_matrix(const view_camera *c, double matrix[16])
 {
-    const double w2 = dot(c->right, c->right), h2 = dot(c->up, c->up);
+    const double w2 = dot3(c->right, c->right), h2 = dot3(c->up, c->up);
     /* Depth d from near to far becomes -1..1: (d a + b) / d. */
     const double a = (c->far + c->near) / (c->far - c->near);
     const double b = -2 * c->far * c->near / (c->far - c->near);
@@ -204,7 +192,7 @@ void view_camera_matrix(const view_camera *c, double matrix[16])
         rows[3][k] = c->forward[k];
     }
     for (int i = 0; i < 4; i++)
-        rows[i][3] = -dot(rows[i], c->eye) + (i == 2 ? b : 0);
+        rows[i][3] = -dot3(rows[i], c->eye) + (i == 2 ? b : 0);
     for (int i = 0; i < 16; i++)
         matrix[i] = rows[i % 4][i / 4];
 }
@@ -217,7 +205,7 @@ void view_camera_ray(const view_camera *c, int width, int height, double x,
 
     for (int k = 0; k < 3; k++)
         direction[k] = c->forward[k] + u * c->right[k] + v * c->up[k];
-    normalise(direction);
+    normalise3(direction);
 }
 
 /* ---- the environment's turn ------------------------------------------- */

@@ -7,8 +7,6 @@
 
 #include "view/message.h"
 
-#define PI 3.14159265358979323846
-
 const char *view_content_name(view_content content)
 {
     static const char *const names[] = {"specular", "irradiance", "brdf_lut",
@@ -97,7 +95,7 @@ bool view_about_scale(view_about *a, const char *where, const char *word)
     if (!strcmp(word, "E/pi"))
         a->irradiance_scale = 1;
     else if (!strcmp(word, "E"))
-        a->irradiance_scale = 1 / PI;
+        a->irradiance_scale = 1 / M_PI;
     else
         return unknown(where, "irradiance scale", word, "E/pi, E");
     a->known |= VIEW_KNOWS_SCALE;

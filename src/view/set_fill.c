@@ -5,8 +5,7 @@
 
 #include "view/message.h"
 #include "view/set_about.h"
-
-#define PI 3.14159265358979323846
+#include "view/vector.h"
 
 enum {
     EDGE = 16,     /* of a made irradiance map */
@@ -92,9 +91,7 @@ static void sum_cosine(const light *lights, int count, const double normal[3],
 
     for (int i = 0; i < count; i++) {
         const light *l = &lights[i];
-        const double cosine = l->direction[0] * normal[0] +
-                              l->direction[1] * normal[1] +
-                              l->direction[2] * normal[2];
+        const double cosine = dot3(l->direction, normal);
         if (cosine <= 0)
             continue;
         whole += l->weight * cosine;
@@ -149,31 +146,31 @@ static void basis(const double d[3], double y[25])
     const double c3 = x * c2 - s * s2, s3 = x * s2 + s * c2;
     const double c4 = x * c3 - s * s3, s4 = x * s3 + s * c3;
 
-    y[0] = sqrt(1 / (4 * PI));
-    y[1] = sqrt(3 / (4 * PI)) * s;
-    y[2] = sqrt(3 / (4 * PI)) * z;
-    y[3] = sqrt(3 / (4 * PI)) * x;
-    y[4] = sqrt(15 / (16 * PI)) * s2;
-    y[5] = sqrt(15 / (4 * PI)) * s * z;
-    y[6] = sqrt(5 / (16 * PI)) * (3 * zz - 1);
-    y[7] = sqrt(15 / (4 * PI)) * x * z;
-    y[8] = sqrt(15 / (16 * PI)) * c2;
-    y[9] = sqrt(35 / (32 * PI)) * s3;
-    y[10] = sqrt(105 / (16 * PI)) * s2 * z;
-    y[11] = sqrt(21 / (32 * PI)) * s * (5 * zz - 1);
-    y[12] = sqrt(7 / (16 * PI)) * z * (5 * zz - 3);
-    y[13] = sqrt(21 / (32 * PI)) * x * (5 * zz - 1);
-    y[14] = sqrt(105 / (16 * PI)) * c2 * z;
-    y[15] = sqrt(35 / (32 * PI)) * c3;
-    y[16] = sqrt(315 / (256 * PI)) * s4;
-    y[17] = sqrt(315 / (32 * PI)) * s3 * z;
-    y[18] = sqrt(45 / (64 * PI)) * s2 * (7 * zz - 1);
-    y[19] = sqrt(45 / (32 * PI)) * s * z * (7 * zz - 3);
-    y[20] = sqrt(9 / (256 * PI)) * (35 * zz * zz - 30 * zz + 3);
-    y[21] = sqrt(45 / (32 * PI)) * x * z * (7 * zz - 3);
-    y[22] = sqrt(45 / (64 * PI)) * c2 * (7 * zz - 1);
-    y[23] = sqrt(315 / (32 * PI)) * c3 * z;
-    y[24] = sqrt(315 / (256 * PI)) * c4;
+    y[0] = sqrt(1 / (4 * M_PI));
+    y[1] = sqrt(3 / (4 * M_PI)) * s;
+    y[2] = sqrt(3 / (4 * M_PI)) * z;
+    y[3] = sqrt(3 / (4 * M_PI)) * x;
+    y[4] = sqrt(15 / (16 * M_PI)) * s2;
+    y[5] = sqrt(15 / (4 * M_PI)) * s * z;
+    y[6] = sqrt(5 / (16 * M_PI)) * (3 * zz - 1);
+    y[7] = sqrt(15 / (4 * M_PI)) * x * z;
+    y[8] = sqrt(15 / (16 * M_PI)) * c2;
+    y[9] = sqrt(35 / (32 * M_PI)) * s3;
+    y[10] = sqrt(105 / (16 * M_PI)) * s2 * z;
+    y[11] = sqrt(21 / (32 * M_PI)) * s * (5 * zz - 1);
+    y[12] = sqrt(7 / (16 * M_PI)) * z * (5 * zz - 3);
+    y[13] = sqrt(21 / (32 * M_PI)) * x * (5 * zz - 1);
+    y[14] = sqrt(105 / (16 * M_PI)) * c2 * z;
+    y[15] = sqrt(35 / (32 * M_PI)) * c3;
+    y[16] = sqrt(315 / (256 * M_PI)) * s4;
+    y[17] = sqrt(315 / (32 * M_PI)) * s3 * z;
+    y[18] = sqrt(45 / (64 * M_PI)) * s2 * (7 * zz - 1);
+    y[19] = sqrt(45 / (32 * M_PI)) * s * z * (7 * zz - 3);
+    y[20] = sqrt(9 / (256 * M_PI)) * (35 * zz * zz - 30 * zz + 3);
+    y[21] = sqrt(45 / (32 * M_PI)) * x * z * (7 * zz - 3);
+    y[22] = sqrt(45 / (64 * M_PI)) * c2 * (7 * zz - 1);
+    y[23] = sqrt(315 / (32 * M_PI)) * c3 * z;
+    y[24] = sqrt(315 / (256 * M_PI)) * c4;
 }
 
 void view_set_sh_irradiance(const view_set *set, const double normal[3],

@@ -87,7 +87,7 @@ static void box_point(int edge, int end, double p[3])
 static void sphere_point(int part, int end, double p[3])
 {
     const int axis = part / PARTS;
-    const double turn = 2 * 3.14159265358979323846 * (part + end) / PARTS;
+    const double turn = 2 * M_PI * (part + end) / PARTS;
 
     p[axis] = 0;
     p[(axis + 1) % 3] = cos(turn);
