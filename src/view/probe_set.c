@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <time.h>
 
+#include "view/harmonics.h"
 #include "view/message.h"
 #include "view/probe_index.h"
 #include "view/upload.h"
@@ -144,30 +145,16 @@ static GLuint load_array(ibl_ctx *ctx, const view_probe_array *a)
 
 /* ---- spherical harmonics ----------------------------------------------- */
 
-/* To degree 2, as ibl_bake_sh has them. */
-static void basis(const double d[3], double y[VIEW_PROBE_SH])
-{
-    y[0] = 0.28209479177387814;
-    y[1] = 0.4886025119029199 * d[1];
-    y[2] = 0.4886025119029199 * d[2];
-    y[3] = 0.4886025119029199 * d[0];
-    y[4] = 1.0925484305920792 * d[0] * d[1];
-    y[5] = 1.0925484305920792 * d[1] * d[2];
-    y[6] = 0.31539156525252005 * (3 * d[2] * d[2] - 1);
-    y[7] = 1.0925484305920792 * d[0] * d[2];
-    y[8] = 0.5462742152960396 * (d[0] * d[0] - d[1] * d[1]);
-}
-
 /* A sum may be a little below 0 where it is dark, that of alpha above 1. */
 static void fill_cube(const double sh[4 * VIEW_PROBE_SH], float *rgba)
 {
-    double d[3], y[VIEW_PROBE_SH];
+    double d[3], y[VIEW_SH_COUNT];
 
     for (int at = 0; at < IBL_FACES * SH_EDGE * SH_EDGE; at++, rgba += 4) {
         const int face = at / (SH_EDGE * SH_EDGE);
         ibl_cube_direction(SH_EDGE, face, at % SH_EDGE, at / SH_EDGE % SH_EDGE,
                            d);
-        basis(d, y);
+        view_harmonics(d, y);
         for (int c = 0; c < 4; c++) {
             double sum = 0;
             for (int i = 0; i < VIEW_PROBE_SH; i++)

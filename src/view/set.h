@@ -9,6 +9,7 @@
 #include <stdbool.h>
 
 #include "ibl/io.h"
+#include "view/harmonics.h"
 
 typedef enum view_content {
     VIEW_SPECULAR,
@@ -17,9 +18,6 @@ typedef enum view_content {
     VIEW_SKY, /* --skybox; absent: level 0 of the specular chain is the sky */
     VIEW_CONTENTS
 } view_content;
-
-/* Highest degree of irradiance that a shader sums. */
-#define VIEW_SH_DEGREE 4
 
 #define VIEW_STAMPS (VIEW_CONTENTS + 2) /* the textures, sidecar, map */
 
@@ -51,7 +49,7 @@ typedef struct view_set {
     /* Irradiance E/pi, not radiance: 3 for each (l, m) to sh_degree, ordered
      * and with the basis of ibl_bake_sh. sh_degree -1: none. */
     int sh_degree; /* -1..VIEW_SH_DEGREE, what is beyond is left out */
-    double sh[3 * (VIEW_SH_DEGREE + 1) * (VIEW_SH_DEGREE + 1)];
+    double sh[3 * VIEW_SH_COUNT];
     double peak; /* largest component of level 0 */
 } view_set;
 

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "view/harmonics.h"
 #include "view/message.h"
 #include "view/set_about.h"
 #include "view/vector.h"
@@ -134,52 +135,13 @@ done:
     return status;
 }
 
-/*
- * Y_lm of a direction to degree 4, as ibl_bake_sh has them: x, y, z
- * polynomials of Sloan 2013, "Efficient Spherical Harmonic Evaluation", with
- * every sign positive.
- */
-static void basis(const double d[3], double y[25])
-{
-    const double x = d[0], s = d[1], z = d[2], zz = z * z;
-    const double c2 = x * x - s * s, s2 = 2 * x * s;
-    const double c3 = x * c2 - s * s2, s3 = x * s2 + s * c2;
-    const double c4 = x * c3 - s * s3, s4 = x * s3 + s * c3;
-
-    y[0] = sqrt(1 / (4 * M_PI));
-    y[1] = sqrt(3 / (4 * M_PI)) * s;
-    y[2] = sqrt(3 / (4 * M_PI)) * z;
-    y[3] = sqrt(3 / (4 * M_PI)) * x;
-    y[4] = sqrt(15 / (16 * M_PI)) * s2;
-    y[5] = sqrt(15 / (4 * M_PI)) * s * z;
-    y[6] = sqrt(5 / (16 * M_PI)) * (3 * zz - 1);
-    y[7] = sqrt(15 / (4 * M_PI)) * x * z;
-    y[8] = sqrt(15 / (16 * M_PI)) * c2;
-    y[9] = sqrt(35 / (32 * M_PI)) * s3;
-    y[10] = sqrt(105 / (16 * M_PI)) * s2 * z;
-    y[11] = sqrt(21 / (32 * M_PI)) * s * (5 * zz - 1);
-    y[12] = sqrt(7 / (16 * M_PI)) * z * (5 * zz - 3);
-    y[13] = sqrt(21 / (32 * M_PI)) * x * (5 * zz - 1);
-    y[14] = sqrt(105 / (16 * M_PI)) * c2 * z;
-    y[15] = sqrt(35 / (32 * M_PI)) * c3;
-    y[16] = sqrt(315 / (256 * M_PI)) * s4;
-    y[17] = sqrt(315 / (32 * M_PI)) * s3 * z;
-    y[18] = sqrt(45 / (64 * M_PI)) * s2 * (7 * zz - 1);
-    y[19] = sqrt(45 / (32 * M_PI)) * s * z * (7 * zz - 3);
-    y[20] = sqrt(9 / (256 * M_PI)) * (35 * zz * zz - 30 * zz + 3);
-    y[21] = sqrt(45 / (32 * M_PI)) * x * z * (7 * zz - 3);
-    y[22] = sqrt(45 / (64 * M_PI)) * c2 * (7 * zz - 1);
-    y[23] = sqrt(315 / (32 * M_PI)) * c3 * z;
-    y[24] = sqrt(315 / (256 * M_PI)) * c4;
-}
-
 void view_set_sh_irradiance(const view_set *set, const double normal[3],
                             double rgb[3])
 {
     const int count = (set->sh_degree + 1) * (set->sh_degree + 1);
-    double y[25];
+    double y[VIEW_SH_COUNT];
 
-    basis(normal, y);
+    view_harmonics(normal, y);
     rgb[0] = rgb[1] = rgb[2] = 0;
     for (int i = 0; i < count; i++)
         for (int c = 0; c < 3; c++)
