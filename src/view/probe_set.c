@@ -5,9 +5,8 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <time.h>
 
+#include "view/file_stamp.h"
 #include "view/harmonics.h"
 #include "view/message.h"
 #include "view/probe_index.h"
@@ -18,52 +17,28 @@ enum {
     DECODED = 1024 /* texels at a time */
 };
 
-/* What a file was. size -1: it is gone. */
-typedef struct stamp {
-    struct timespec written;
-    long long size, inode;
-} stamp;
-
 struct view_probe_set {
     char *path;
-    stamp read;
+    view_file_stamp read;
     view_probe_index index;
     view_room_locals locals;
 };
 
 /* ---- files that change ------------------------------------------------- */
 
-/* *age: seconds since the file was written or came to its name. */
-static stamp stamp_of(const char *path, double *age)
-{
-    struct timespec now;
-    struct stat st;
-
-    *age = 0;
-    if (stat(path, &st))
-        return (stamp){.size = -1};
-    /* The last change of any kind, as stamp.c has it. */
-    clock_gettime(CLOCK_REALTIME, &now);
-    *age = (double)(now.tv_sec - st.st_ctim.tv_sec) +
-           1e-9 * (double)(now.tv_nsec - st.st_ctim.tv_nsec);
-    return (stamp){st.st_mtim, st.st_size, (long long)st.st_ino};
-}
-
 bool view_probe_set_changed(const view_probe_set *set, double settle)
 {
     double age;
-    const stamp now = stamp_of(set->path, &age), *old = &set->read;
+    const view_file_stamp now = view_file_stamp_of(set->path, &age);
 
     return now.size >= 0 && fabs(age) >= settle &&
-           (now.size != old->size || now.inode != old->inode ||
-            now.written.tv_sec != old->written.tv_sec ||
-            now.written.tv_nsec != old->written.tv_nsec);
+           !view_file_stamp_same(&now, &set->read);
 }
 
 void view_probe_set_seen(view_probe_set *set)
 {
     double age;
-    set->read = stamp_of(set->path, &age);
+    set->read = view_file_stamp_of(set->path, &age);
 }
 
 /* ---- arrays ------------------------------------------------------------ */

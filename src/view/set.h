@@ -9,6 +9,7 @@
 #include <stdbool.h>
 
 #include "ibl/io.h"
+#include "view/file_stamp.h"
 #include "view/harmonics.h"
 
 typedef enum view_content {
@@ -21,10 +22,9 @@ typedef enum view_content {
 
 #define VIEW_STAMPS (VIEW_CONTENTS + 2) /* the textures, sidecar, map */
 
-/* What the files of a set were, where it has any. size -1: it is gone. */
+/* What the files of a set were, where it has any. */
 typedef struct view_stamp {
-    long long seconds[VIEW_STAMPS], nanoseconds[VIEW_STAMPS];
-    long long size[VIEW_STAMPS], inode[VIEW_STAMPS];
+    view_file_stamp file[VIEW_STAMPS];
 } view_stamp;
 
 typedef struct view_set {
