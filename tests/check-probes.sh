@@ -572,6 +572,45 @@ test_interrupted() {
     [ ! -e gone ] || echo 'a directory is left'
 }
 
+# ---- two runs at once -------------------------------------------------------
+# Until the file has this, or a minute is over.
+has() { # FILE TEXT
+    local n
+    for ((n = 0; n < 600; n++)); do
+        grep -q "$2" "$1" && return
+        sleep 0.1
+    done
+    echo "$1: no '$2'"
+}
+# What comes while a run waits is what it goes on from.
+test_waits_for_another_run() {
+    edit set.json 's.probes[1].priority = -1' other.json
+    iblbake probes -q other.json -o other || echo 'failed '
+    rm -rf inc && cp -a out inc
+    exec 8<inc
+    flock 8
+    iblbake probes set.json -o inc 2>waiting 8<&- &
+    has waiting '^iblbake: warning: inc: another run is at work there'
+    cp other/* inc
+    exec 8<&-
+    wait $! || echo 'failed '
+    diff -r out inc
+}
+test_runs_at_once() {
+    local round first second
+    for ((round = 0; round < 10; round++)); do
+        rm -rf inc
+        [ $((round % 2)) -eq 0 ] || cp -a out inc
+        iblbake probes -q set.json -o inc &
+        first=$!
+        iblbake probes -q other.json -o inc &
+        second=$!
+        iblbake probes -q set.json -o inc || echo 'failed '
+        wait $first && wait $second || echo 'failed '
+        diff -rq out inc >differs || diff -rq other inc || echo 'mixed '
+    done
+}
+
 # ---- many, and grids --------------------------------------------------------
 test_sixty_four() {
     local begin end

@@ -304,6 +304,7 @@ static ibl_status make_layers(ibl_probes_bake *p)
 static ibl_status prepare(ibl_probes_bake *p)
 {
     const ibl_isa isa = (ibl_isa)p->opts->common.isa;
+    bool there;
     ibl_status status;
 
     p->isa = isa == IBL_ISA_AUTO ? ibl_isa_best() : isa;
@@ -324,8 +325,9 @@ static ibl_status prepare(ibl_probes_bake *p)
     if (!p->index.layer || !p->source)
         return ibl_probes_no_memory(p);
     ibl_console_progress(p->console, "look", 0);
+    there = ibl_probes_hold(p);
     status = ibl_probes_hash_inputs(p);
-    return status ? status : ibl_probes_look_back(p);
+    return status || !there ? status : ibl_probes_look_back(p);
 }
 
 static ibl_status commit(ibl_probes_bake *p)
@@ -361,6 +363,7 @@ static void free_probes(ibl_probes_bake *p)
 {
     ibl_signals_guard(NULL);
     ibl_outputs_free(p->outputs);
+    ibl_probes_release(p);
     for (int kind = 0; kind < 2; kind++)
         ibl_texture_free(&p->array[kind]);
     for (int i = 0; i <= IBL_PROBES_INDEX; i++)
@@ -377,7 +380,7 @@ int ibl_probes_run(const void *settings)
 {
     const ibl_probes_opts *opts = settings;
     ibl_console console;
-    ibl_probes_bake p = {.opts = opts, .console = &console};
+    ibl_probes_bake p = {.opts = opts, .console = &console, .held = -1};
     ibl_status status;
 
     if (opts->grid)
@@ -396,6 +399,8 @@ int ibl_probes_run(const void *settings)
         ibl_signals_guard(p.outputs);
         status = ibl_outputs_mkdir(p.outputs, opts->output);
     }
+    if (!status && p.held < 0)
+        ibl_probes_hold(&p);
     if (!status)
         status = make_layers(&p);
     if (!status)

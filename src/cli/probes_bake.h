@@ -37,6 +37,7 @@ typedef struct ibl_probes_bake {
     bool same[IBL_PROBES_TEXTURES + 1]; /* and what we would write */
     ibl_probes_source *source;
     ibl_texture array[2]; /* specular, irradiance; as layers come */
+    int held;             /* the output directory, or -1 */
 } ibl_probes_bake;
 
 /* IBL_ERR_MEMORY, after a line on stderr. */
@@ -45,6 +46,11 @@ ibl_status ibl_probes_no_memory(const ibl_probes_bake *p);
 char *ibl_probes_join(const char *directory, const char *name);
 /* Refuses outputs that would replace what they are made from. */
 ibl_status ibl_probes_check_input(const ibl_probes_bake *p, const char *input);
+
+/* Waits until no other run is at work in the output directory, and keeps others
+ * waiting until it is released. False: there is no such directory. */
+bool ibl_probes_hold(ibl_probes_bake *p);
+void ibl_probes_release(ibl_probes_bake *p);
 
 /* Finds the hash of each layer and of the table. */
 ibl_status ibl_probes_hash_inputs(ibl_probes_bake *p);
