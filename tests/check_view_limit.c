@@ -409,8 +409,7 @@ static void fills_holes_of(bool blend)
         bool hole;
         view_camera_ray(&c, WIDTH, HEIGHT, i % WIDTH, i / WIDTH, ray);
         const room_hit h = room_cast(d, c.eye, ray);
-        if (h.what < 0 || h.what > 3 || h.normal[1] < 0.5 ||
-            !shade(&m, &h, ray, rgb, &hole))
+        if (!room_is_floor(&h) || !shade(&m, &h, ray, rgb, &hole))
             continue;
         floor++;
         filled += hole;

@@ -224,7 +224,7 @@ static void count_errors(const view_camera *c, const view_room_draw *d,
         view_camera_ray(c, w, h, i % w, i / w, ray);
         const room_hit at = room_cast(d, c->eye, ray);
         const bool wanted =
-            what ? at.what == view_room_boxes() : at.what >= 0 && at.what < 4;
+            what ? at.what == view_room_boxes() : room_is_floor(&at);
         if (!wanted || dot(ray, at.normal) > -0.1)
             continue;
         *all += 1;
@@ -435,7 +435,7 @@ static void levels_of_roughness(void)
     const GLuint cubes = black_and_red();
     const GLuint dark = room_cubes_of(1, &(const float[4]){0, 0, 0, 1});
     for (int filament = 0; filament < 2; filament++) {
-        view_room_draw d = above_floor(1, 0.5);
+        view_room_draw d = above_floor(1.5, 0.5);
         double share[3];
         d.locals = (view_room_locals){.count = 1,
                                       .probe = &probe,

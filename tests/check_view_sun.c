@@ -453,7 +453,7 @@ static void shadows_are_those_of_rays(void)
         for (int shadows = 1; shadows >= 0; shadows--) {
             d.shadows = shadows;
             count_pixels(&c, &d, 0.004, &n);
-            CHECK_MSG(n.bad == 0 && n.lit > 300 && (n.dark > 150 || !shadows) &&
+            CHECK_MSG(n.bad == 0 && n.lit > 300 && (n.dark > 100 || !shadows) &&
                           n.unsure < 2000,
                       "view %zu, shadows %d: %d wrong, %d lit, %d dark, "
                       "%d unsure",

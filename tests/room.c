@@ -199,6 +199,12 @@ room_hit room_cast(const view_room_draw *draw, const double eye[3],
     return h;
 }
 
+bool room_is_floor(const room_hit *h)
+{
+    return h->what >= 0 && h->what < view_room_boxes() && h->normal[1] > 0.5 &&
+           fabs(h->point[1]) < 1e-9;
+}
+
 /* ---- maps -------------------------------------------------------------- */
 
 GLuint room_cube(int size, room_texel *texel, void *cookie)

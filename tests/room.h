@@ -38,6 +38,9 @@ typedef struct room_hit {
 room_hit room_cast(const view_room_draw *draw, const double eye[3],
                    const double direction[3]);
 
+/* The top of the floor, of any of its tiles. */
+bool room_is_floor(const room_hit *h);
+
 /* A cube of levels 1, RGBA32F, texel by texel of a function of its direction
  * (unit). */
 typedef void room_texel(void *cookie, const double direction[3], float rgba[4]);

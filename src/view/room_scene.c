@@ -74,14 +74,24 @@
 
 const double view_room_centre[3] = {0, 2, 0}, view_room_half[3] = {5, 2, 5};
 
+/* Five tiles of the floor, from -X to +X. */
+#define TILES(from, to, even, odd)                                             \
+    {{-OUT, -WALL, from}, {-3, 0, to}, even},                                  \
+        {{-3, -WALL, from}, {-1, 0, to}, odd},                                 \
+        {{-1, -WALL, from}, {1, 0, to}, even},                                 \
+        {{1, -WALL, from}, {3, 0, to}, odd},                                   \
+    {                                                                          \
+        {3, -WALL, from}, {OUT, 0, to}, even                                   \
+    }
+
 /* Boxes touch and do not overlap, so that no two sides are in one place and
  * face the same way. */
 static const view_room_box boxes[] = {
-    /* the floor's quarters, so that it has lines to look at */
-    {{-OUT, -WALL, -OUT}, {0, 0, 0}, DARK},
-    {{0, -WALL, -OUT}, {OUT, 0, 0}, LIGHT},
-    {{-OUT, -WALL, 0}, {0, 0, OUT}, LIGHT},
-    {{0, -WALL, 0}, {OUT, 0, OUT}, DARK},
+    TILES(-OUT, -3, DARK, LIGHT),
+    TILES(-3, -1, LIGHT, DARK),
+    TILES(-1, 1, DARK, LIGHT),
+    TILES(1, 3, LIGHT, DARK),
+    TILES(3, OUT, DARK, LIGHT),
     {{-OUT, 4, -OUT}, {OUT, 4 + WALL, OUT}, WHITE}, /* the ceiling */
     /* -X, with two windows: below, above, and three piers */
     {{-OUT, 0, -5}, {-5, 1, 5}, RED},
