@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/json_put.h"
+
 /* Length of the string that begins at the quote s, quotes included. */
 static size_t string_length(const char *s)
 {
@@ -124,4 +126,25 @@ json_t *ibl_json_string(const char *bytes)
     string = json_stringn(text, (size_t)(to - text));
     free(text);
     return string;
+}
+
+json_t *ibl_json_generator(ibl_isa isa)
+{
+    json_t *j = json_object();
+
+    put(&j, "name", json_string("iblbake"));
+    put(&j, "version", json_string(IBL_VERSION));
+    if (*IBL_REVISION)
+        put(&j, "revision", json_string(IBL_REVISION));
+    put(&j, "isa", json_string(ibl_isa_name(isa)));
+    return j;
+}
+
+void ibl_json_put_basis(json_t **object, int degree)
+{
+    put(object, "degree", json_integer(degree));
+    put(object, "basis",
+        json_string("real, orthonormal, polar axis +Z, no Condon-Shortley "
+                    "phase: Y(1,-1), Y(1,0), Y(1,1) = +sqrt(3/4pi) y, z, x"));
+    put(object, "order", json_string("coefficient l (l + 1) + m, [R, G, B]"));
 }

@@ -4,14 +4,23 @@
 
 #include <jansson.h>
 
+#include <ibl/ibl.h>
+
 /*
  * JSON for people and programs: indented, arrays of plain values on one line,
  * each number with the fewest digits that read back as the same double. The
- * text ends with a newline and is the caller's to free; NULL: no memory.
+ * text ends with a newline and is the caller's to free; NULL: no memory, or
+ * root is NULL.
  */
 char *ibl_json_text(const json_t *root);
 
 /* A string of any bytes: those that are not UTF-8 become U+FFFD. */
 json_t *ibl_json_string(const char *bytes);
+
+/* What has written a file. NULL: no memory. */
+json_t *ibl_json_generator(ibl_isa isa);
+/* What spherical harmonics are that stand beside it, as ibl_bake_sh has
+ * them. */
+void ibl_json_put_basis(json_t **object, int degree);
 
 #endif

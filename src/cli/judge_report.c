@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/json_put.h"
+
 ibl_status ibl_report_add(ibl_report *report, ibl_judge *judge,
                           const char *content, int level,
                           const ibl_judge_level *judged)
@@ -140,16 +142,6 @@ void ibl_report_print(const ibl_report *report, FILE *to)
 
 /* ---- JSON ------------------------------------------------------------ */
 
-/* As in sidecar.c: setters take values over and cope with NULL. */
-typedef struct builder {
-    bool failed;
-} builder;
-
-static void put(builder *b, json_t *object, const char *key, json_t *value)
-{
-    b->failed |= json_object_set_new(object, key, value) != 0;
-}
-
 /* Four digits: what is measured at chosen texels has no more. */
 static json_t *real(double x)
 {
@@ -158,70 +150,65 @@ static json_t *real(double x)
     return json_real(strtod(text, NULL));
 }
 
-static json_t *row_json(builder *b, const ibl_report_row *row)
+static json_t *row_json(const ibl_report_row *row)
 {
     const ibl_verdict *v = &row->verdict;
     json_t *j = json_object();
 
-    put(b, j, "content", json_string(row->content));
-    put(b, j, "level", json_integer(row->level));
-    put(b, j, "size", json_integer(v->size));
+    put(&j, "content", json_string(row->content));
+    put(&j, "level", json_integer(row->level));
+    put(&j, "size", json_integer(v->size));
     if (v->role == IBL_ROLE_SPECULAR) {
-        put(b, j, "lobe", json_string(ibl_lobe_name(v->lobe)));
-        put(b, j, "roughness", json_real(v->roughness));
+        put(&j, "lobe", json_string(ibl_lobe_name(v->lobe)));
+        put(&j, "roughness", json_real(v->roughness));
     }
-    put(b, j, "texels", json_integer((json_int_t)v->count));
-    put(b, j, "nrmse", real(v->nrmse));
-    put(b, j, "median", real(v->median));
-    put(b, j, "p95", real(v->p95));
-    put(b, j, "worst", real(v->worst));
-    put(b, j, "worst_direction",
+    put(&j, "texels", json_integer((json_int_t)v->count));
+    put(&j, "nrmse", real(v->nrmse));
+    put(&j, "median", real(v->median));
+    put(&j, "p95", real(v->p95));
+    put(&j, "worst", real(v->worst));
+    put(&j, "worst_direction",
         json_pack("[ooo]", real(v->worst_dir[0]), real(v->worst_dir[1]),
                   real(v->worst_dir[2])));
-    put(b, j, "darkest_tenth",
+    put(&j, "darkest_tenth",
         json_pack("{s:I,s:o,s:o,s:o}", "texels", (json_int_t)v->dark.count,
                   "median", real(v->dark.median), "p95", real(v->dark.p95),
                   "worst", real(v->dark.worst)));
-    put(b, j, "bias", real(v->bias));
-    put(b, j, "nonfinite", json_integer((json_int_t)v->nonfinite));
-    put(b, j, "rounding_nrmse", real(v->rounding));
-    put(b, j, "rounding_share", real(v->rounding_share));
+    put(&j, "bias", real(v->bias));
+    put(&j, "nonfinite", json_integer((json_int_t)v->nonfinite));
+    put(&j, "rounding_nrmse", real(v->rounding));
+    put(&j, "rounding_share", real(v->rounding_share));
     return j;
 }
 
-static json_t *lut_json(builder *b, const ibl_lut_verdict *v)
+static json_t *lut_json(const ibl_lut_verdict *v)
 {
     json_t *j = json_object();
 
-    put(b, j, "size", json_integer(v->size));
-    put(b, j, "texels", json_integer((json_int_t)v->count));
-    put(b, j, "max", real(v->max));
-    put(b, j, "worst_n_dot_v", real(v->worst_n_dot_v));
-    put(b, j, "worst_roughness", real(v->worst_roughness));
-    put(b, j, "rms", real(v->rms));
-    put(b, j, "rounding_rms", real(v->rounding));
-    put(b, j, "nonfinite", json_integer((json_int_t)v->nonfinite));
+    put(&j, "size", json_integer(v->size));
+    put(&j, "texels", json_integer((json_int_t)v->count));
+    put(&j, "max", real(v->max));
+    put(&j, "worst_n_dot_v", real(v->worst_n_dot_v));
+    put(&j, "worst_roughness", real(v->worst_roughness));
+    put(&j, "rms", real(v->rms));
+    put(&j, "rounding_rms", real(v->rounding));
+    put(&j, "nonfinite", json_integer((json_int_t)v->nonfinite));
     return j;
 }
 
 json_t *ibl_report_json(const ibl_report *report)
 {
-    builder b = {false};
     json_t *j = json_object(), *levels = json_array();
 
     if (report->options.all)
-        put(&b, j, "texels", json_string("all"));
+        put(&j, "texels", json_string("all"));
     else
-        put(&b, j, "texels", json_integer(report->options.texels));
-    put(&b, j, "seed", json_integer(report->options.seed));
+        put(&j, "texels", json_integer(report->options.texels));
+    put(&j, "seed", json_integer(report->options.seed));
     for (int i = 0; i < report->count; i++)
-        b.failed |=
-            json_array_append_new(levels, row_json(&b, &report->rows[i])) != 0;
-    put(&b, j, "levels", levels);
+        append(&levels, row_json(&report->rows[i]));
+    put(&j, "levels", levels);
     if (report->has_lut)
-        put(&b, j, "lut", lut_json(&b, &report->lut));
-    if (!b.failed)
-        return j;
-    json_decref(j);
-    return NULL;
+        put(&j, "lut", lut_json(&report->lut));
+    return j;
 }

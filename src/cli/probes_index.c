@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/json_put.h"
 #include "cli/json_text.h"
 #include "cli/probes.h"
 
@@ -158,51 +159,29 @@ typedef struct builder {
     const ibl_specular_options *options;
     ibl_isa isa;
     ibl_specular_layout layout;
-    bool failed;
 } builder;
 
-static void put(builder *b, json_t *object, const char *key, json_t *value)
-{
-    b->failed |= json_object_set_new(object, key, value) != 0;
-}
-
-static void append(builder *b, json_t *array, json_t *value)
-{
-    b->failed |= json_array_append_new(array, value) != 0;
-}
-
-static json_t *triple(builder *b, const double v[3])
+static json_t *triple(const double v[3])
 {
     json_t *j = json_array();
     for (int k = 0; k < 3; k++)
-        append(b, j, json_real(v[k]));
+        append(&j, json_real(v[k]));
     return j;
 }
 
-static json_t *volume(builder *b, const ibl_volume *v)
+static json_t *volume(const ibl_volume *v)
 {
     json_t *j = json_object(), *shape = json_object();
-    put(b, shape, "centre", triple(b, v->centre));
+    put(&shape, "centre", triple(v->centre));
     if (v->shape == IBL_SHAPE_BOX)
-        put(b, shape, "half", triple(b, v->half));
+        put(&shape, "half", triple(v->half));
     else
-        put(b, shape, "radius", json_real(v->half[0]));
-    put(b, j, v->shape == IBL_SHAPE_BOX ? "box" : "sphere", shape);
+        put(&shape, "radius", json_real(v->half[0]));
+    put(&j, v->shape == IBL_SHAPE_BOX ? "box" : "sphere", shape);
     return j;
 }
 
-static json_t *generator(builder *b)
-{
-    json_t *j = json_object();
-    put(b, j, "name", json_string("iblbake"));
-    put(b, j, "version", json_string(IBL_VERSION));
-    if (*IBL_REVISION)
-        put(b, j, "revision", json_string(IBL_REVISION));
-    put(b, j, "isa", json_string(ibl_isa_name(b->isa)));
-    return j;
-}
-
-static json_t *file(builder *b, ibl_probes_file kind)
+static json_t *file(const builder *b, ibl_probes_file kind)
 {
     const ibl_probes_texture *t = &b->index->file[kind];
     const ibl_set_bake *bake = &b->set->bake;
@@ -213,110 +192,106 @@ static json_t *file(builder *b, ibl_probes_file kind)
                                 : IBL_PIXEL_RG16F;
     json_t *j = json_object();
 
-    put(b, j, "file", json_string(t->name));
-    put(b, j, "container",
+    put(&j, "file", json_string(t->name));
+    put(&j, "container",
         json_string(ibl_container_name((ibl_container)bake->container)));
-    put(b, j, "pixel", json_string(ibl_pixel_name(pixel)));
-    put(b, j, "size",
+    put(&j, "pixel", json_string(ibl_pixel_name(pixel)));
+    put(&j, "size",
         json_integer(kind == IBL_PROBES_SPECULAR     ? b->layout.size
                      : kind == IBL_PROBES_IRRADIANCE ? bake->irradiance
                                                      : bake->lut_size));
-    put(b, j, "levels",
+    put(&j, "levels",
         json_integer(kind == IBL_PROBES_SPECULAR ? b->layout.levels : 1));
-    put(b, j, "layers", json_integer(lut ? 1 : b->index->layers));
-    put(b, j, "hash", json_string(t->hash));
+    put(&j, "layers", json_integer(lut ? 1 : b->index->layers));
+    put(&j, "hash", json_string(t->hash));
     if (lut)
-        put(b, j, "inputs", json_string(t->inputs));
+        put(&j, "inputs", json_string(t->inputs));
     return j;
 }
 
-static json_t *files(builder *b)
+static json_t *files(const builder *b)
 {
     json_t *j = json_object();
     for (int kind = 0; kind < IBL_PROBES_TEXTURES; kind++)
         if (*b->index->file[kind].name)
-            put(b, j, file_keys[kind], file(b, (ibl_probes_file)kind));
+            put(&j, file_keys[kind], file(b, (ibl_probes_file)kind));
     return j;
 }
 
-static json_t *specular(builder *b)
+static json_t *specular(const builder *b)
 {
     const bool linear = b->options->mapping == IBL_ROUGHNESS_LINEAR;
     json_t *j = json_object(), *roughness = json_array();
 
     for (int l = 0; l < b->layout.levels; l++)
-        append(b, roughness, json_real(b->layout.roughness[l]));
-    put(b, j, "lobe", json_string(ibl_lobe_name(b->options->lobe)));
-    put(b, j, "mapping",
+        append(&roughness, json_real(b->layout.roughness[l]));
+    put(&j, "lobe", json_string(ibl_lobe_name(b->options->lobe)));
+    put(&j, "mapping",
         json_string(ibl_roughness_map_name(b->options->mapping)));
-    put(b, j, "roughness", roughness);
-    put(b, j, "lod",
+    put(&j, "roughness", roughness);
+    put(&j, "lod",
         json_string(linear ? "roughness * lod_scale + lod_offset"
                            : "roughness * (2 - roughness) * lod_scale + "
                              "lod_offset"));
-    put(b, j, "lod_scale", json_real(b->layout.lod_scale));
-    put(b, j, "lod_offset", json_real(b->layout.lod_offset + 0.0));
+    put(&j, "lod_scale", json_real(b->layout.lod_scale));
+    put(&j, "lod_offset", json_real(b->layout.lod_offset + 0.0));
     return j;
 }
 
-static json_t *irradiance(builder *b)
+static json_t *irradiance(const builder *b)
 {
     const bool sh = !b->set->bake.irradiance;
     json_t *j = json_object();
 
-    put(b, j, "kind", json_string(sh ? "sh" : "cube"));
-    put(b, j, "scale", json_string("E/pi"));
+    put(&j, "kind", json_string(sh ? "sh" : "cube"));
+    put(&j, "scale", json_string("E/pi"));
     if (!sh)
         return j;
-    put(b, j, "degree", json_integer(IBL_PROBES_SH_DEGREE));
-    put(b, j, "basis",
-        json_string("real, orthonormal, polar axis +Z, no Condon-Shortley "
-                    "phase: Y(1,-1), Y(1,0), Y(1,1) = +sqrt(3/4pi) y, z, x"));
-    put(b, j, "order", json_string("coefficient l (l + 1) + m, [R, G, B]"));
+    ibl_json_put_basis(&j, IBL_PROBES_SH_DEGREE);
     return j;
 }
 
-static json_t *alpha_harmonics(builder *b, const ibl_probes_layer *l)
+static json_t *alpha_harmonics(const ibl_probes_layer *l)
 {
     json_t *j = json_array();
     for (int i = 0; i < IBL_PROBES_SH_NUMBERS / 3; i++)
-        append(b, j, json_real(l->alpha_sh[i]));
+        append(&j, json_real(l->alpha_sh[i]));
     return j;
 }
 
-static void put_layer(builder *b, json_t *j, int layer)
+static void put_layer(const builder *b, json_t **j, int layer)
 {
     const ibl_probes_layer *l = &b->index->layer[layer];
 
     /* The global environment has none. */
     if (layer < b->set->count)
-        put(b, j, "alpha", json_boolean(l->alpha));
-    put(b, j, "saturated", json_integer((json_int_t)l->saturated));
+        put(j, "alpha", json_boolean(l->alpha));
+    put(j, "saturated", json_integer((json_int_t)l->saturated));
     if (!b->set->bake.irradiance) {
         json_t *sh = json_array();
         for (int i = 0; i < IBL_PROBES_SH_NUMBERS; i += 3)
-            append(b, sh, triple(b, &l->sh[i]));
-        put(b, j, "sh", sh);
+            append(&sh, triple(&l->sh[i]));
+        put(j, "sh", sh);
         if (l->alpha)
-            put(b, j, "alpha_sh", alpha_harmonics(b, l));
+            put(j, "alpha_sh", alpha_harmonics(l));
     }
-    put(b, j, "hash", json_string(l->hash));
+    put(j, "hash", json_string(l->hash));
 }
 
-static json_t *probe(builder *b, int i)
+static json_t *probe(const builder *b, int i)
 {
     const ibl_set_entry *e = &b->set->entry[i];
     json_t *j = json_object();
 
-    put(b, j, "name", json_string(e->name));
-    put(b, j, "layer", json_integer(e->probe.layer));
-    put(b, j, "priority", json_integer(e->probe.priority));
-    put(b, j, "position", triple(b, e->probe.position));
-    put(b, j, "influence", volume(b, &e->probe.influence));
-    put(b, j, "blend", json_real(e->probe.blend));
+    put(&j, "name", json_string(e->name));
+    put(&j, "layer", json_integer(e->probe.layer));
+    put(&j, "priority", json_integer(e->probe.priority));
+    put(&j, "position", triple(e->probe.position));
+    put(&j, "influence", volume(&e->probe.influence));
+    put(&j, "blend", json_real(e->probe.blend));
     if (e->probe.has_proxy)
-        put(b, j, "proxy", volume(b, &e->probe.proxy));
-    put_layer(b, j, i);
+        put(&j, "proxy", volume(&e->probe.proxy));
+    put_layer(b, &j, i);
     return j;
 }
 
@@ -329,27 +304,26 @@ char *ibl_probes_index_text(const ibl_probe_set *set,
     char hash[IBL_HASH_SIZE], *text = NULL;
 
     ibl_specular_layout_of(options, &b.layout);
-    put(&b, root, "version", json_integer(INDEX_VERSION));
-    put(&b, root, "generator", generator(&b));
-    put(&b, root, "world",
+    put(&root, "version", json_integer(INDEX_VERSION));
+    put(&root, "generator", ibl_json_generator(isa));
+    put(&root, "world",
         json_string("right-handed, +Y up; faces +X -X +Y -Y +Z -Z, row 0 on "
                     "top"));
-    put(&b, root, "files", files(&b));
-    put(&b, root, "specular", specular(&b));
-    put(&b, root, "irradiance", irradiance(&b));
+    put(&root, "files", files(&b));
+    put(&root, "specular", specular(&b));
+    put(&root, "irradiance", irradiance(&b));
     for (int i = 0; i < set->count; i++)
-        append(&b, probes, probe(&b, i));
-    put(&b, root, "probes", probes);
+        append(&probes, probe(&b, i));
+    put(&root, "probes", probes);
     if (set->has_global) {
         json_t *global = json_object();
-        put(&b, global, "layer", json_integer(set->count));
-        put_layer(&b, global, set->count);
-        put(&b, root, "global", global);
+        put(&global, "layer", json_integer(set->count));
+        put_layer(&b, &global, set->count);
+        put(&root, "global", global);
     }
-    if (!b.failed && hash_index(root, hash)) {
-        put(&b, root, "hash", json_string(hash));
-        if (!b.failed)
-            text = ibl_json_text(root);
+    if (root && hash_index(root, hash)) {
+        put(&root, "hash", json_string(hash));
+        text = ibl_json_text(root);
     }
     json_decref(root);
     return text;
