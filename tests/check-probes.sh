@@ -679,6 +679,29 @@ s.gap = 1|gap: expected no such member, *
 END
 }
 
+# Any one allocation may fail: there is a line then, and no set that is not all
+# of it.
+test_grid_without_memory() {
+    grep -qE '__(asan|tsan)_init' "$build/iblbake" && return
+    ${CC:-cc} -shared -fPIC -o no_memory.so "$top/tests/cli/no_memory.c" ||
+        return
+    edit room.json 's.capture = {faces: Array(6).fill("{name}")};
+        s.priority = 1; s.proxy = {sphere: {centre: [0, 0, 0], radius: 9}}' \
+        faces.json
+    iblbake probes --grid faces.json >whole
+    local at status
+    for ((at = 0; at < 700; at += 7)); do
+        LD_PRELOAD=$PWD/no_memory.so NO_MEMORY_AT=$at \
+            iblbake probes --grid faces.json >printed 2>err
+        status=$?
+        case $status in
+        0) cmp printed whole ;;
+        1) [ -s err ] && [ ! -s printed ] ;;
+        *) false ;;
+        esac || echo "after $at: status $status, $(cat err)"
+    done
+}
+
 # In the order of this file: later ones use what earlier ones left.
 for name in $(sed -n 's/^\(test_[a-z_]*\)() {$/\1/p' \
     "$top/tests/check-probes.sh"); do

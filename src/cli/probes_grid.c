@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/json_put.h"
 #include "cli/json_text.h"
 #include "cli/probes.h"
 #include "cli/signals.h"
@@ -26,7 +27,7 @@ typedef struct grid {
     json_t *solid; /* array of {"min", "max"}, or NULL */
     double blend;
     int priority;
-    json_t *set;
+    json_t *probes; /* those of the set that is made */
     int made, skipped;
 } grid;
 
@@ -207,13 +208,13 @@ static json_t *fill(const json_t *value, const char *name)
         copy = json_array();
         json_array_foreach((json_t *)value, i, part)
         {
-            json_array_append_new(copy, fill(part, name));
+            append(&copy, fill(part, name));
         }
     } else if (json_is_object(value)) {
         copy = json_object();
         json_object_foreach((json_t *)value, key, part)
         {
-            json_object_set_new(copy, key, fill(part, name));
+            put(&copy, key, fill(part, name));
         }
     }
     return copy;
@@ -254,12 +255,12 @@ static bool add_probe(grid *g, const int at[3], const double p[3])
                          "blend", g->blend)
              : NULL;
     free(name);
-    if (probe && proxy)
-        json_object_set_new(probe, "proxy", json_deep_copy(proxy));
-    if (probe && g->priority)
-        json_object_set_new(probe, "priority", json_integer(g->priority));
-    return probe &&
-           !json_array_append_new(json_object_get(g->set, "probes"), probe);
+    if (proxy)
+        put(&probe, "proxy", json_deep_copy(proxy));
+    if (g->priority)
+        put(&probe, "priority", json_integer(g->priority));
+    append(&g->probes, probe);
+    return g->probes;
 }
 
 /* x fastest, then y, then z. False after a line on stderr. */
@@ -297,23 +298,22 @@ static bool add_probes(grid *g)
 static char *make_set(grid *g)
 {
     static const char *const copied[] = {"defaults", "global", NULL};
+    const ibl_json_at root = ibl_json_root(g->file);
+    json_t *set = json_object();
     char *text = NULL;
 
-    g->set = json_pack("{si}", "version", IBL_SET_VERSION);
+    put(&set, "version", json_integer(IBL_SET_VERSION));
     for (int i = 0; copied[i]; i++) {
         json_t *part = json_object_get(g->file->root, copied[i]);
         if (part)
-            json_object_set(g->set, copied[i], part);
+            put(&set, copied[i], json_incref(part));
     }
-    json_object_set_new(g->set, "probes", json_array());
-    if (add_probes(g)) {
-        text = ibl_json_text(g->set);
-        if (!text) {
-            const ibl_json_at root = ibl_json_root(g->file);
-            ibl_json_complain(&root, "no memory for the set");
-        }
-    }
-    json_decref(g->set);
+    g->probes = json_array();
+    const bool ok = add_probes(g);
+    put(&set, "probes", g->probes);
+    if (ok && !(text = ibl_json_text(set)))
+        ibl_json_complain(&root, "no memory for the set");
+    json_decref(set);
     return text;
 }
 
