@@ -529,7 +529,8 @@ test_other_mistakes() {
         [ ! -e bad ] || { echo "$command: left something"; rm -rf bad; }
     done <<'END'
 iblbake probes no.json -o bad|1|iblbake: no.json: cannot be read: No such file or directory
-iblbake probes bin -o bad|1|iblbake: bin: cannot be read: Is a directory
+iblbake probes bin -o bad|1|iblbake: bin: is a directory: give the name of a file in it
+iblbake probes --grid bin|1|iblbake: bin: is a directory: give the name of a file in it
 echo '{"version": 1,}' >x.json; iblbake probes x.json -o bad|1|iblbake: x.json:1:15: no JSON: *
 echo '{"version": 1, "version": 1}' >x.json; iblbake probes x.json -o bad|1|iblbake: x.json:1:*: no JSON: duplicate*
 iblbake probes -o bad|2|iblbake: no set: *

@@ -31,17 +31,23 @@ bool ibl_json_open(ibl_json_file *file)
     json_error_t why;
 
     file->root = NULL;
-    if (!from || fstat(fileno(from), &st) || S_ISDIR(st.st_mode)) {
-        fail(file, "%s: cannot be read: %s", file->name,
-             from ? strerror(EISDIR) : strerror(errno));
-        if (from)
-            fclose(from);
-        return false;
+    if (!from || fstat(fileno(from), &st)) {
+        fail(file, "%s: cannot be read: %s", file->name, strerror(errno));
+        goto close;
+    }
+    if (S_ISDIR(st.st_mode)) {
+        fail(file, "%s: is a directory: give the name of a file in it",
+             file->name);
+        goto close;
     }
     file->root = json_loadf(from, JSON_REJECT_DUPLICATES, &why);
-    fclose(from);
-    return file->root || fail(file, "%s:%d:%d: no JSON: %s", file->name,
-                              why.line, why.column, why.text);
+    if (!file->root)
+        fail(file, "%s:%d:%d: no JSON: %s", file->name, why.line, why.column,
+             why.text);
+close:
+    if (from)
+        fclose(from);
+    return file->root;
 }
 
 ibl_json_at ibl_json_root(const ibl_json_file *file)
