@@ -17,28 +17,62 @@ enum {
     DECODED = 1024 /* texels at a time */
 };
 
+/* What a set is read from. */
+enum {
+    INDEX,
+    SPECULAR,
+    IRRADIANCE,
+    FILES
+};
+
 struct view_probe_set {
     char *path;
-    view_file_stamp read;
+    view_file_stamp read[FILES];
     view_probe_index index;
     view_room_locals locals;
 };
 
 /* ---- files that change ------------------------------------------------- */
 
+/* NULL: there is none. */
+static const char *file_of(const view_probe_set *set, int i)
+{
+    return i == INDEX      ? set->path
+           : i == SPECULAR ? set->index.specular.path
+                           : set->index.irradiance.path;
+}
+
 bool view_probe_set_changed(const view_probe_set *set, double settle)
 {
-    double age;
-    const view_file_stamp now = view_file_stamp_of(set->path, &age);
+    double nearest = INFINITY;
+    bool changed = false;
 
-    return now.size >= 0 && fabs(age) >= settle &&
-           !view_file_stamp_same(&now, &set->read);
+    for (int i = 0; i < FILES; i++) {
+        double age;
+        if (!file_of(set, i))
+            continue;
+        const view_file_stamp now = view_file_stamp_of(file_of(set, i), &age);
+        if (now.size < 0 && i == INDEX)
+            return false;
+        if (now.size < 0 || view_file_stamp_same(&now, &set->read[i]))
+            continue;
+        nearest = fmin(nearest, fabs(age));
+        changed = true;
+    }
+    return changed && nearest >= settle;
+}
+
+static void see(view_probe_set *set, int i)
+{
+    double age;
+    if (file_of(set, i))
+        set->read[i] = view_file_stamp_of(file_of(set, i), &age);
 }
 
 void view_probe_set_seen(view_probe_set *set)
 {
-    double age;
-    set->read = view_file_stamp_of(set->path, &age);
+    for (int i = 0; i < FILES; i++)
+        see(set, i);
 }
 
 /* ---- arrays ------------------------------------------------------------ */
@@ -177,9 +211,11 @@ static bool load(ibl_ctx *ctx, view_probe_set *set)
         return view_fail("%s: needs cube map arrays: OpenGL 4.0, or "
                          "ARB_texture_cube_map_array",
                          set->path);
-    view_probe_set_seen(set);
+    see(set, INDEX);
     if (!view_probe_index_read(set->path, x))
         return false;
+    see(set, SPECULAR);
+    see(set, IRRADIANCE);
     *l = (view_room_locals){.count = x->count,
                             .probe = x->probe,
                             .filament = x->mapping == IBL_ROUGHNESS_FILAMENT,

@@ -26,11 +26,11 @@ bool view_probe_set_holes(const view_probe_set *set);
 /* The index, as it was given. */
 const char *view_probe_set_path(const view_probe_set *set);
 
-/* Whether the index is another file now than the one that was read, and has
- * been left alone for settle seconds. A bake that changes any of its files
- * replaces the index with them. */
+/* Whether the index or an array that it names is another file now than the one
+ * that was read, and those that are have been left alone for settle seconds;
+ * never without the index. */
 bool view_probe_set_changed(const view_probe_set *set, double settle);
-/* Looks no more at what the index is now, until it changes again. */
+/* Looks no more at what the files are now, until they change again. */
 void view_probe_set_seen(view_probe_set *set);
 
 #endif
