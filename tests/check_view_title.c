@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* What the window's title and --stats tell of the scene: how its probe is
- * captured, and how long that took by each filter that was tried. */
+ * captured, and how long that took by each filter that was tried; and what is
+ * drawn where there is no room for what was asked for. */
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -8,6 +9,9 @@
 #include "maps.h"
 #include "test.h"
 #include "view.h"
+#include "view/clock.h"
+#include "view/gl.h"
+#include "view/keys.h"
 #include "view/title.h"
 
 enum {
@@ -113,6 +117,65 @@ static void has_room(void)
     end();
 }
 
+/* ---- without room ---------------------------------------------------------
+ */
+
+static PFNGLTEXIMAGE3DPROC real_image;
+static int most_layers;
+
+static void APIENTRY scarce_image(GLenum target, GLint level, GLint format,
+                                  GLsizei width, GLsizei height, GLsizei depth,
+                                  GLint border, GLenum from, GLenum type,
+                                  const void *pixels)
+{
+    real_image(target, level, format, depth > most_layers ? -1 : width, height,
+               depth, border, from, type, pixels);
+}
+
+static void press_without_room(void)
+{
+    view_keys_press(&app, 'h', false);
+    CHECK(app.settings.probes == 2);
+    view_test_catch();
+    CHECK(view_app_draw(&app, WIDTH, HEIGHT));
+    const char *said = view_test_caught();
+    CHECK_MSG(strstr(said, "2 local probes with faces of 16: this OpenGL has "
+                           "no room for them"),
+              "%s", said);
+    CHECK(!strcmp(app.notice, "as it was before: the terminal says why"));
+    view_title_text(&app, title, sizeof title);
+    CHECK_MSG(has("| local 1 |"), "%s", title);
+}
+
+/* What a key asks for and cannot be made leaves what was there. */
+static void goes_back_without_room(void)
+{
+    if (!begin())
+        return;
+    real_image = gl.TexImage3D;
+    gl.TexImage3D = scarce_image;
+    most_layers = IBL_FACES;
+    app.begun = view_clock();
+    app.settings.probes = 1;
+    CHECK(view_app_draw(&app, WIDTH, HEIGHT));
+    for (int i = 0; i < 2; i++)
+        press_without_room();
+    CHECK(view_stage_drawn(view_renderer_stage(app.renderer))->locals.count ==
+          1);
+    most_layers = 2 * IBL_FACES;
+    view_keys_press(&app, 'h', false);
+    CHECK(view_app_draw(&app, WIDTH, HEIGHT));
+    CHECK(app.settings.probes == 2);
+    /* With room for neither there is nothing left to show. */
+    most_layers = 0;
+    view_keys_press(&app, 'h', false);
+    view_test_catch();
+    CHECK(!view_app_draw(&app, WIDTH, HEIGHT));
+    CHECK(strstr(view_test_caught(), "2 local probes"));
+    gl.TexImage3D = real_image;
+    end();
+}
+
 /* ---- --stats ------------------------------------------------------------ */
 
 /* What is printed after a frame, "" for nothing. */
@@ -184,7 +247,11 @@ static void a_line_for_each_second(void)
 }
 
 static const test tests[] = {
-    TEST(tells_of_both_filters),  TEST(tells_no_times_before),  TEST(has_room),
-    TEST(a_line_for_each_update), TEST(a_line_for_each_second),
+    TEST(tells_of_both_filters),
+    TEST(tells_no_times_before),
+    TEST(has_room),
+    TEST(a_line_for_each_update),
+    TEST(a_line_for_each_second),
+    TEST(goes_back_without_room),
 };
 TEST_MAIN(tests)

@@ -61,6 +61,7 @@ static bool show(view_app *app)
         return false;
     }
     app->set = set;
+    app->drew = false;
     old = free_slot(app);
     view_set_free(old);
     app->stamp = set->read;
@@ -273,17 +274,39 @@ static void refresh(void *cookie)
 
 /* ---- frames -------------------------------------------------------------- */
 
-static bool draw_scene(view_app *app, int width, int height)
+static bool draw_as_set(view_app *app, int width, int height)
 {
-    if (app->set) {
-        view_settings now = app->settings;
-        now.seconds += view_clock() - app->begun;
-        return view_renderer_draw(app->renderer, &now, width, height);
+    view_settings now = app->settings;
+
+    now.seconds += view_clock() - app->begun;
+    return view_renderer_draw(app->renderer, &now, width, height);
+}
+
+/* What has just been asked for may need more memory than there is. */
+static bool go_back(view_app *app)
+{
+    if (!app->drew)
+        return false;
+    app->drew = false;
+    app->settings = app->drawn;
+    view_app_notice(app, "as it was before: the terminal says why");
+    return true;
+}
+
+bool view_app_draw(view_app *app, int width, int height)
+{
+    if (!app->set) {
+        gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
+        gl.Viewport(0, 0, width, height);
+        gl.ClearColor(0, 0, 0, 1);
+        gl.Clear(GL_COLOR_BUFFER_BIT);
+        return true;
     }
-    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
-    gl.Viewport(0, 0, width, height);
-    gl.ClearColor(0, 0, 0, 1);
-    gl.Clear(GL_COLOR_BUFFER_BIT);
+    if (!draw_as_set(app, width, height) &&
+        !(go_back(app) && draw_as_set(app, width, height)))
+        return false;
+    app->drawn = app->settings;
+    app->drew = true;
     return true;
 }
 
@@ -305,7 +328,7 @@ static bool draw(view_app *app)
     view_screen_size(app->screen, &width, &height);
     if (width < 1 || height < 1) /* minimised */
         return true;
-    if (!draw_scene(app, width, height))
+    if (!view_app_draw(app, width, height))
         return false;
     gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
     view_plate_add(app, width, height);
@@ -344,7 +367,7 @@ void view_app_picture(view_app *app)
         return;
     }
     view_screen_size(app->screen, &width, &height);
-    if (draw_scene(app, width, height))
+    if (view_app_draw(app, width, height))
         rgb = view_picture_read(width, height);
     if (rgb && view_picture_write(app->ctx, path, width, height, rgb))
         view_app_notice(app, "%s is written", path);

@@ -20,6 +20,8 @@ typedef struct view_app {
     view_probe_set *probes; /* of a file, or NULL */
 
     view_settings settings;
+    view_settings drawn; /* those of the last frame that could be drawn */
+    bool drew;           /* there was one */
 
     /* What is shown: one slot, while the other one is filled. */
     view_set sets[2];
@@ -48,6 +50,11 @@ typedef struct view_app {
 /* Shows what the options say until the window is closed. False after a
  * message. */
 bool view_app_run(ibl_ctx *ctx, const view_options *options);
+
+/* Draws what is shown into framebuffer 0. Where that fails the settings become
+ * those of the last frame, which is drawn instead, and a notice says so. False,
+ * with a message, if that fails, too. */
+bool view_app_draw(view_app *app, int width, int height);
 
 /* ---- what keys do ------------------------------------------------------- */
 
