@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "view/stage.h"
+#include "view/stage_parts.h"
 
 enum {
     WIDTH = 96,
@@ -271,6 +271,59 @@ static void moves_among_locals(void)
     end(l);
 }
 
+/* Frames until an update is shown, each with a probe more than the one before,
+ * or all of them where there were all. */
+static int frames_of_update(look *l, bool all)
+{
+    const int updates = view_stage_updates(l->on.stage);
+    int frames = 0;
+
+    while (view_stage_updates(l->on.stage) == updates && frames < 99) {
+        CHECK(draw(l, 1));
+        frames++;
+        const int count = view_stage_drawn(l->on.stage)->locals.count;
+        CHECK_MSG(count == (all ? l->on.s.probes : frames), "%d", count);
+    }
+    return frames;
+}
+
+/* What is then shown is what is captured at once. */
+static void locals_are_spread_over_frames(void)
+{
+    look *l = begin();
+    float first[FLOATS], turned[FLOATS];
+
+    if (!l)
+        return;
+    NEED(l->on.stage);
+    l->on.s.probes = 5;
+    CHECK(draw(l, 1));
+    memcpy(first, l->rgb, sizeof first);
+    l->on.s.parallax = false;
+    CHECK(draw(l, 1));
+    memcpy(turned, l->rgb, sizeof turned);
+    l->on.s.spread = true;
+    l->on.s.parallax = true;
+    CHECK(frames_of_update(l, true) == 5);
+    CHECK(!memcmp(l->rgb, first, sizeof first));
+    view_stage_drop_captures(l->on.stage);
+    CHECK(frames_of_update(l, false) == 5);
+    CHECK(!memcmp(l->rgb, first, sizeof first));
+    /* Another change begins anew, and a picture waits for nothing. */
+    l->on.s.parallax = false;
+    CHECK(draw(l, 1) && draw(l, 1));
+    CHECK(memcmp(l->rgb, turned, sizeof turned));
+    l->on.s.parallax = true;
+    CHECK(frames_of_update(l, true) == 5);
+    CHECK(!memcmp(l->rgb, first, sizeof first));
+    l->on.s.parallax = false;
+    CHECK(draw(l, 1));
+    l->on.s.spread = false;
+    CHECK(draw(l, 1));
+    CHECK(!memcmp(l->rgb, turned, sizeof turned));
+    end(l);
+}
+
 static void camera_stays_inside(void)
 {
     view_settings s = view_settings_default();
@@ -292,6 +345,7 @@ static const test tests[] = {
     TEST(sun_counts),
     TEST(failure_is_said_once),
     TEST(moves_among_locals),
+    TEST(locals_are_spread_over_frames),
     TEST(camera_stays_inside),
 };
 TEST_MAIN(tests)

@@ -137,7 +137,7 @@ static void press_without_room(void)
     view_keys_press(&app, 'h', false);
     CHECK(app.settings.probes == 2);
     view_test_catch();
-    CHECK(view_app_draw(&app, WIDTH, HEIGHT));
+    CHECK(view_app_draw(&app, false, WIDTH, HEIGHT));
     const char *said = view_test_caught();
     CHECK_MSG(strstr(said, "2 local probes with faces of 16: this OpenGL has "
                            "no room for them"),
@@ -157,20 +157,20 @@ static void goes_back_without_room(void)
     most_layers = IBL_FACES;
     app.begun = view_clock();
     app.settings.probes = 1;
-    CHECK(view_app_draw(&app, WIDTH, HEIGHT));
+    CHECK(view_app_draw(&app, false, WIDTH, HEIGHT));
     for (int i = 0; i < 2; i++)
         press_without_room();
     CHECK(view_stage_drawn(view_renderer_stage(app.renderer))->locals.count ==
           1);
     most_layers = 2 * IBL_FACES;
     view_keys_press(&app, 'h', false);
-    CHECK(view_app_draw(&app, WIDTH, HEIGHT));
+    CHECK(view_app_draw(&app, false, WIDTH, HEIGHT));
     CHECK(app.settings.probes == 2);
     /* With room for neither there is nothing left to show. */
     most_layers = 0;
     view_keys_press(&app, 'h', false);
     view_test_catch();
-    CHECK(!view_app_draw(&app, WIDTH, HEIGHT));
+    CHECK(!view_app_draw(&app, false, WIDTH, HEIGHT));
     CHECK(strstr(view_test_caught(), "2 local probes"));
     gl.TexImage3D = real_image;
     end();

@@ -274,10 +274,11 @@ static void refresh(void *cookie)
 
 /* ---- frames -------------------------------------------------------------- */
 
-static bool draw_as_set(view_app *app, int width, int height)
+static bool draw_as_set(view_app *app, bool spread, int width, int height)
 {
     view_settings now = app->settings;
 
+    now.spread = spread;
     now.seconds += view_clock() - app->begun;
     return view_renderer_draw(app->renderer, &now, width, height);
 }
@@ -293,7 +294,7 @@ static bool go_back(view_app *app)
     return true;
 }
 
-bool view_app_draw(view_app *app, int width, int height)
+bool view_app_draw(view_app *app, bool spread, int width, int height)
 {
     if (!app->set) {
         gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
@@ -302,8 +303,8 @@ bool view_app_draw(view_app *app, int width, int height)
         gl.Clear(GL_COLOR_BUFFER_BIT);
         return true;
     }
-    if (!draw_as_set(app, width, height) &&
-        !(go_back(app) && draw_as_set(app, width, height)))
+    if (!draw_as_set(app, spread, width, height) &&
+        !(go_back(app) && draw_as_set(app, spread, width, height)))
         return false;
     app->drawn = app->settings;
     app->drew = true;
@@ -328,7 +329,7 @@ static bool draw(view_app *app)
     view_screen_size(app->screen, &width, &height);
     if (width < 1 || height < 1) /* minimised */
         return true;
-    if (!view_app_draw(app, width, height))
+    if (!view_app_draw(app, true, width, height))
         return false;
     gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
     view_plate_add(app, width, height);
@@ -367,7 +368,7 @@ void view_app_picture(view_app *app)
         return;
     }
     view_screen_size(app->screen, &width, &height);
-    if (view_app_draw(app, width, height))
+    if (view_app_draw(app, false, width, height))
         rgb = view_picture_read(width, height);
     if (rgb && view_picture_write(app->ctx, path, width, height, rgb))
         view_app_notice(app, "%s is written", path);

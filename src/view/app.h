@@ -51,10 +51,10 @@ typedef struct view_app {
  * message. */
 bool view_app_run(ibl_ctx *ctx, const view_options *options);
 
-/* Draws what is shown into framebuffer 0. Where that fails the settings become
- * those of the last frame, which is drawn instead, and a notice says so. False,
- * with a message, if that fails, too. */
-bool view_app_draw(view_app *app, int width, int height);
+/* Draws what is shown into framebuffer 0; spread: as settings have it. Where
+ * that fails the settings become those of the last frame, which is drawn
+ * instead, and a notice says so. False, with a message, if that fails, too. */
+bool view_app_draw(view_app *app, bool spread, int width, int height);
 
 /* ---- what keys do ------------------------------------------------------- */
 

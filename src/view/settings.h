@@ -120,6 +120,7 @@ typedef struct view_settings {
     int probe_faces;       /* steps of view_capture_advance a frame; 0: all */
     view_probe_capture probe_capture;
     view_probe_filter probe_filter;
+    bool spread;          /* local probes are captured one a frame */
     bool probe_limit;     /* a probe sees what it is for alone */
     bool volumes;         /* of probes are drawn as wires */
     bool sun;             /* the environment's, as a light with shadows */

@@ -173,9 +173,8 @@ bool view_stage_draw(view_stage *st, const view_settings *s,
     st->capture_shadows = s->capture_shadows;
     look(st, s, width, height);
     view_room_sphere(VIEW_STAGE_MIRROR, s->seconds, position, &radius);
-    if (!stale)
-        view_stage_refresh(st, s, position);
-    else if (!view_stage_capture_whole(st, position))
+    if (!(stale ? view_stage_capture_whole : view_stage_refresh)(st, s,
+                                                                 position))
         return false;
     gl.BindFramebuffer(GL_FRAMEBUFFER, st->framebuffer);
     gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,

@@ -26,11 +26,13 @@ void view_stage_restart(view_stage *st);
  * Draws into a texture of width x height pixels what settings say: camera,
  * turn, parallax, seconds and how the probe is refreshed. The first draw, and
  * each after a change of the light or of the capture, makes a whole capture
- * with its bounces; later ones capture when the interval is over and something
- * has moved, going by settings.seconds; if one of these fails, with a message,
- * the probe stays as it is until the next change. turn of the environment is
- * the settings'. Leaves a framebuffer of its own bound, and state as
- * view_room_render does. False, with a message.
+ * with its bounces (where settings spread local probes, one of them; each of
+ * the next draws another one, and the last of them the mirror's again, which
+ * sees nothing move until then); later ones capture when the interval is over
+ * and something has moved, going by settings.seconds; if one of these fails,
+ * with a message, the probe stays as it is until the next change. turn of the
+ * environment is the settings'. Leaves a framebuffer of its own bound, and
+ * state as view_room_render does. False, with a message.
  */
 bool view_stage_draw(view_stage *st, const view_settings *s,
                      const view_room_environment *environment, GLuint table,

@@ -28,7 +28,7 @@ void view_stage_drop_captures(view_stage *st)
     st->capture = NULL;
     view_stage_locals_free(st->locals);
     st->locals = NULL;
-    st->local_count = 0;
+    st->local_count = st->due = st->seen = 0;
     st->fresh = st->begun = false;
 }
 
@@ -84,13 +84,14 @@ bool view_stage_make_captures(view_stage *st, const view_settings *s)
 /* ---- the probe --------------------------------------------------------- */
 
 /* Of the mirror. The first bounces of light come before there are local ones,
- * and where those leave to others what they do not see, it is the last of all.
- */
+ * and until there are all of them, and where they leave to others what they do
+ * not see, it is the last of all. */
 static ibl_probe mirror_probe(const view_stage *st, const double position[3])
 {
     const bool holes =
         st->limited || (st->set && view_probe_set_holes(st->set));
-    const bool whole = !st->draw.locals.count || holes;
+    const bool all = st->seen == st->local_count;
+    const bool whole = !st->draw.locals.count || !all || holes;
     ibl_probe p = {.has_proxy = 1,
                    .blend = whole ? 0 : near_blend,
                    .priority = whole ? -1 : 1,
@@ -171,8 +172,10 @@ static void use_probes(view_stage *st, const double position[3])
 {
     if (st->set)
         st->draw.locals = *view_probe_set_locals(st->set);
-    else if (st->locals)
+    else if (st->seen)
         st->draw.locals = view_stage_locals_drawn(st->locals);
+    if (!st->set)
+        st->draw.locals.count = st->seen;
     use_capture(st, position);
 }
 
@@ -210,47 +213,62 @@ static bool capture_bounces(view_stage *st, const double position[3])
     return true;
 }
 
-static bool capture_locals(view_stage *st)
+static bool capture_local(view_stage *st, int i)
 {
-    const view_room_locals l = view_stage_locals_drawn(st->locals);
-    bool ok = true;
+    const ibl_probe p = view_stage_locals_drawn(st->locals).probe[i];
+    shot local = {st, p, true};
 
-    for (int i = 0; ok && i < l.count; i++) {
-        shot local = {st, l.probe[i], true};
-        ok = view_stage_locals_capture(st->locals, i, end_of(st, &l.probe[i]),
-                                       capture_scene, &local);
-    }
-    return ok;
+    return view_stage_locals_capture(st->locals, i, end_of(st, &p),
+                                     capture_scene, &local);
+}
+
+static void show_update(view_stage *st, const double position[3])
+{
+    use_probes(st, position);
+    note_update(st);
 }
 
 /* There may be many, so that each is captured but once, in the light that the
- * mirror's has after its bounces, without what moves as they are. The mirror's
- * is the same with those that are baked. */
-static bool capture_with_locals(view_stage *st, const double position[3])
+ * mirror's has after its bounces, without what moves as they are; the mirror's
+ * goes on when there are all. It is the same with those that are baked. */
+static bool capture_due(view_stage *st, const view_settings *s,
+                        const double position[3])
 {
-    st->still = true;
-    bool ok = capture_bounces(st, position);
-    st->still = false;
-    ok = ok && (!st->locals || capture_locals(st));
-    if (!ok)
-        return false;
+    use_capture(st, position);
+    for (int left = s->spread && st->due ? 1 : st->due; left; left--) {
+        if (!capture_local(st, st->local_count - st->due))
+            return false;
+        st->due--;
+        if (st->seen < st->local_count - st->due)
+            st->seen = st->local_count - st->due;
+    }
     use_probes(st, position);
-    return capture_mirror(st, position);
+    if (st->due)
+        return true;
+    st->begun_at = st->draw.seconds;
+    if (!capture_mirror(st, position))
+        return false;
+    show_update(st, position);
+    return true;
 }
 
-/* Everything at once. */
-bool view_stage_capture_whole(view_stage *st, const double position[3])
+bool view_stage_capture_whole(view_stage *st, const view_settings *s,
+                              const double position[3])
 {
+    const bool others = st->locals || st->set;
+
     st->begun_at = st->draw.seconds;
-    st->failed = false;
-    if (!(st->locals || st->set ? capture_with_locals(st, position)
-                                : capture_bounces(st, position)))
-        return false;
-    use_probes(st, position);
-    st->begun = false;
-    st->fresh = true;
-    note_update(st);
-    return true;
+    st->begun = st->failed = st->fresh = false;
+    st->due = st->local_count;
+    st->still = others;
+    bool ok = capture_bounces(st, position);
+    st->still = false;
+    if (ok && others)
+        ok = capture_due(st, s, position);
+    else if (ok)
+        show_update(st, position);
+    st->fresh = ok;
+    return ok;
 }
 
 /* Seconds that go back are another time as well. */
@@ -273,15 +291,17 @@ static void give_up(view_stage *st)
               "another way");
 }
 
-void view_stage_refresh(view_stage *st, const view_settings *s,
+bool view_stage_refresh(view_stage *st, const view_settings *s,
                         const double position[3])
 {
+    if (st->due)
+        return capture_due(st, s, position);
     use_probes(st, position);
     if (st->failed)
-        return;
+        return true;
     if (!st->begun) {
         if (!is_due(st, s))
-            return;
+            return true;
         st->begun = true;
         st->begun_at = s->seconds;
     }
@@ -290,11 +310,11 @@ void view_stage_refresh(view_stage *st, const view_settings *s,
     if (!view_capture_advance(st->capture, position, capture_scene, &mirror,
                               s->probe_faces ? s->probe_faces : ALL)) {
         give_up(st);
-        return;
+        return true;
     }
     st->begun = false;
-    note_update(st);
-    use_probes(st, position);
+    show_update(st, position);
+    return true;
 }
 
 /* ---- what is told ------------------------------------------------------ */

@@ -17,6 +17,8 @@ struct view_stage {
     view_capture *capture;     /* in the mirror, of what moves too */
     view_stage_locals *locals; /* NULL: none */
     int local_count;
+    int due;  /* of them, the last, which are still to be captured anew */
+    int seen; /* the first, which have been captured ever */
     const view_probe_set *set; /* that was baked; then there are no locals */
     ibl_ctx *ctx;              /* made when the library is to filter */
     view_capture_options made; /* what capture was made by */
@@ -43,10 +45,11 @@ void view_stage_drop_captures(view_stage *st);
 bool view_stage_make_captures(view_stage *st, const view_settings *s);
 
 /* These capture from the position, in the light of st->draw, which has the
- * probes then: everything at once (false, with a message), or what is due of
- * the mirror's. */
-bool view_stage_capture_whole(view_stage *st, const double position[3]);
-void view_stage_refresh(view_stage *st, const view_settings *s,
+ * probes then: everything, local probes one by one where settings spread them;
+ * or what is due of that, or of the mirror's. False, with a message. */
+bool view_stage_capture_whole(view_stage *st, const view_settings *s,
+                              const double position[3]);
+bool view_stage_refresh(view_stage *st, const view_settings *s,
                         const double position[3]);
 
 #endif
