@@ -10,8 +10,6 @@
 #include "cli/opts.h"
 #include "common/names.h"
 
-static const char *const lobe_names[] = {"ggx", "charlie", "phong", NULL};
-static const char *const geometry_names[] = {"smith", "schlick-ibl", NULL};
 static const char *const no_yes[] = {"no", "yes", NULL};
 
 const char *ibl_output_name(ibl_output_kind kind)
@@ -140,7 +138,7 @@ static const ibl_option specular[] = {
      .help = "edge of the largest level in texels"},
     {"levels", 0, INT(specular.levels, 1, IBL_MAX_LEVELS),
      .standard = "down to 8x8", .help = "number of levels"},
-    {"lobe", 0, CHOICE(lobe, lobe_names),
+    {"lobe", 0, CHOICE(lobe, ibl_lobe_names),
      .help = "what the levels are convolved with: GGX, sheen as of glTF, or a "
              "cosine power"},
     {"mapping", 0, CHOICE(mapping, ibl_mapping_names),
@@ -196,7 +194,7 @@ static const ibl_option lut[] = {
      .help = "edge in texels"},
     {"lut-samples", 0, INT(lut.samples, 0, 1048576),
      .help = "sampled with N points for each texel; 0: exact quadrature"},
-    {"geometry", 0, CHOICE(geometry, geometry_names),
+    {"geometry", 0, CHOICE(geometry, ibl_geometry_names),
      .help = "shadowing and masking: Smith height-correlated, or Schlick "
              "with k = r r / 2"},
 };

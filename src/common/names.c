@@ -26,6 +26,15 @@ _Static_assert(IBL_METHOD_AUTO == 0 && IBL_METHOD_SPECTRAL == 1 &&
                "methods as named");
 const char *const ibl_method_names[] = {"auto", "spectral", "sampled", NULL};
 
+_Static_assert(IBL_LOBE_GGX == 0 && IBL_LOBE_CHARLIE == 1 &&
+                   IBL_LOBE_PHONG == 2,
+               "lobes as named");
+const char *const ibl_lobe_names[] = {"ggx", "charlie", "phong", NULL};
+
+_Static_assert(IBL_GEOMETRY_SMITH == 0 && IBL_GEOMETRY_SCHLICK_IBL == 1,
+               "geometry terms as named");
+const char *const ibl_geometry_names[] = {"smith", "schlick-ibl", NULL};
+
 void ibl_names_text(const char *const *names, char *text, size_t size)
 {
     *text = '\0';

@@ -7,14 +7,17 @@
 
 /* "a, b or c" */
 void ibl_names_text(const char *const *names, char *text, size_t size);
-/* Options, sets and indices have the same words for these: by ibl_container,
- * ibl_pixel (of cubes), ibl_roughness_map and ibl_method. */
+/* The number of a word; -1: it is none of them. */
+int ibl_names_find(const char *const *names, const char *word);
+
+/* Options, sets, indices and sidecars have the same words for these: by
+ * ibl_container, ibl_pixel (of cubes), ibl_roughness_map, ibl_method, ibl_lobe
+ * and ibl_geometry. */
 extern const char *const ibl_container_names[];
 extern const char *const ibl_pixel_names[];
 extern const char *const ibl_mapping_names[];
 extern const char *const ibl_method_names[];
-
-/* The number of a word; -1: it is none of them. */
-int ibl_names_find(const char *const *names, const char *word);
+extern const char *const ibl_lobe_names[];
+extern const char *const ibl_geometry_names[];
 
 #endif

@@ -5,13 +5,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/names.h"
 #include "view/message.h"
+
+static const char *const content_names[] = {"specular", "irradiance",
+                                            "brdf_lut", "skybox", NULL};
 
 const char *view_content_name(view_content content)
 {
-    static const char *const names[] = {"specular", "irradiance", "brdf_lut",
-                                        "skybox"};
-    return names[content];
+    return content_names[content];
 }
 
 const char *view_content_words(view_content content)
@@ -23,82 +25,47 @@ const char *view_content_words(view_content content)
 
 /* ---- words ----------------------------------------------------------- */
 
-static bool unknown(const char *where, const char *what, const char *word,
-                    const char *known)
+/* *found is the place of a word, if it is not NULL, among the names. */
+static bool find_word(view_about *a, unsigned known, const char *where,
+                      const char *what, const char *const *names,
+                      const char *word, int *found)
 {
+    char text[128];
+
+    *found = 0;
+    if (!word)
+        return true;
+    *found = ibl_names_find(names, word);
+    a->known |= known;
+    if (*found >= 0)
+        return true;
+    ibl_names_text(names, text, sizeof text);
     return view_fail("%s: has the %s \"%.40s\", which is none of %s: bake it "
                      "again with the iblbake of this version",
-                     where, what, word, known);
+                     where, what, word, text);
 }
 
-bool view_about_content(view_about *a, const char *where, const char *word)
+bool view_about_words(view_about *a, const char *where, const view_words *w)
 {
-    if (!word)
-        return true;
-    for (int i = 0; i < VIEW_CONTENTS; i++) {
-        if (strcmp(word, view_content_name((view_content)i)) != 0)
-            continue;
-        a->content = (view_content)i;
-        a->known |= VIEW_KNOWS_CONTENT;
-        return true;
-    }
-    return unknown(where, "content", word,
-                   "specular, irradiance, brdf_lut, skybox");
-}
+    static const char *const scales[] = {"E/pi", "E", NULL};
+    int content, mapping, lobe, geometry, scale;
 
-bool view_about_mapping(view_about *a, const char *where, const char *word)
-{
-    if (!word)
-        return true;
-    for (int i = IBL_ROUGHNESS_LINEAR; i <= IBL_ROUGHNESS_FILAMENT; i++) {
-        if (strcmp(word, ibl_roughness_map_name((ibl_roughness_map)i)) != 0)
-            continue;
-        a->mapping = (ibl_roughness_map)i;
-        a->known |= VIEW_KNOWS_MAPPING;
-        return true;
-    }
-    return unknown(where, "roughness mapping", word, "linear, filament");
-}
-
-bool view_about_lobe(view_about *a, const char *where, const char *word)
-{
-    if (!word)
-        return true;
-    for (int i = IBL_LOBE_GGX; i <= IBL_LOBE_PHONG; i++) {
-        if (strcmp(word, ibl_lobe_name((ibl_lobe)i)) != 0)
-            continue;
-        a->lobe = (ibl_lobe)i;
-        a->known |= VIEW_KNOWS_LOBE;
-        return true;
-    }
-    return unknown(where, "lobe", word, "ggx, charlie, phong");
-}
-
-bool view_about_geometry(view_about *a, const char *where, const char *word)
-{
-    if (!word)
-        return true;
-    for (int i = IBL_GEOMETRY_SMITH; i <= IBL_GEOMETRY_SCHLICK_IBL; i++) {
-        if (strcmp(word, ibl_geometry_name((ibl_geometry)i)) != 0)
-            continue;
-        a->geometry = (ibl_geometry)i;
-        a->known |= VIEW_KNOWS_GEOMETRY;
-        return true;
-    }
-    return unknown(where, "geometry", word, "smith, schlick-ibl");
-}
-
-bool view_about_scale(view_about *a, const char *where, const char *word)
-{
-    if (!word)
-        return true;
-    if (!strcmp(word, "E/pi"))
-        a->irradiance_scale = 1;
-    else if (!strcmp(word, "E"))
-        a->irradiance_scale = 1 / M_PI;
-    else
-        return unknown(where, "irradiance scale", word, "E/pi, E");
-    a->known |= VIEW_KNOWS_SCALE;
+    if (!find_word(a, VIEW_KNOWS_CONTENT, where, "content", content_names,
+                   w->content, &content) ||
+        !find_word(a, VIEW_KNOWS_MAPPING, where, "roughness mapping",
+                   ibl_mapping_names, w->mapping, &mapping) ||
+        !find_word(a, VIEW_KNOWS_LOBE, where, "lobe", ibl_lobe_names, w->lobe,
+                   &lobe) ||
+        !find_word(a, VIEW_KNOWS_GEOMETRY, where, "geometry",
+                   ibl_geometry_names, w->geometry, &geometry) ||
+        !find_word(a, VIEW_KNOWS_SCALE, where, "irradiance scale", scales,
+                   w->scale, &scale))
+        return false;
+    a->content = (view_content)content;
+    a->mapping = (ibl_roughness_map)mapping;
+    a->lobe = (ibl_lobe)lobe;
+    a->geometry = (ibl_geometry)geometry;
+    a->irradiance_scale = scale ? 1 / M_PI : 1;
     return true;
 }
 
@@ -168,11 +135,12 @@ bool view_about_keys(const ibl_texture *tex, const char *path, view_about *a)
         a->lod_offset = number(offset);
         a->known |= VIEW_KNOWS_LOD;
     }
-    return view_about_content(a, path, key(tex, "iblbake.content")) &&
-           view_about_mapping(a, path, key(tex, "iblbake.mapping")) &&
-           view_about_lobe(a, path, key(tex, "iblbake.lobe")) &&
-           view_about_geometry(a, path, key(tex, "iblbake.geometry")) &&
-           view_about_scale(a, path, key(tex, "iblbake.irradiance_scale")) &&
+    const view_words words = {.content = key(tex, "iblbake.content"),
+                              .mapping = key(tex, "iblbake.mapping"),
+                              .lobe = key(tex, "iblbake.lobe"),
+                              .geometry = key(tex, "iblbake.geometry"),
+                              .scale = key(tex, "iblbake.irradiance_scale")};
+    return view_about_words(a, path, &words) &&
            read_roughness(a, path, key(tex, "iblbake.roughness")) &&
            view_about_check(a, path);
 }

@@ -37,13 +37,15 @@ const char *view_content_name(view_content content);
 /* What people call it: "specular chain", "BRDF table", ... */
 const char *view_content_words(view_content content);
 
-/* Takes a word, if it is not NULL, that stands in `where`. False, with a
- * message, for one that is unknown. */
-bool view_about_content(view_about *a, const char *where, const char *word);
-bool view_about_mapping(view_about *a, const char *where, const char *word);
-bool view_about_lobe(view_about *a, const char *where, const char *word);
-bool view_about_geometry(view_about *a, const char *where, const char *word);
-bool view_about_scale(view_about *a, const char *where, const char *word);
+/* As keys and sidecars have them; NULL: not there. */
+typedef struct view_words {
+    const char *content, *mapping, *lobe, *geometry, *scale;
+} view_words;
+
+/* Takes the words that stand in `where`. False, with a message, if one is
+ * unknown. */
+bool view_about_words(view_about *a, const char *where,
+                      const view_words *words);
 /* Checks numbers once all are there. */
 bool view_about_check(const view_about *a, const char *where);
 

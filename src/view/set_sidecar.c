@@ -160,11 +160,12 @@ bool view_sidecar_about(const view_sidecar *s, view_content content,
         a->lod_offset = json_number_value(offset);
         a->known |= VIEW_KNOWS_LOD;
     }
-    return view_about_content(a, s->path, text(output, "content")) &&
-           view_about_mapping(a, s->path, text(output, "mapping")) &&
-           view_about_lobe(a, s->path, text(output, "lobe")) &&
-           view_about_geometry(a, s->path, text(output, "geometry")) &&
-           view_about_scale(a, s->path, text(output, "scale")) &&
+    const view_words words = {.content = text(output, "content"),
+                              .mapping = text(output, "mapping"),
+                              .lobe = text(output, "lobe"),
+                              .geometry = text(output, "geometry"),
+                              .scale = text(output, "scale")};
+    return view_about_words(a, s->path, &words) &&
            read_roughness(s, json_object_get(output, "levels"), a) &&
            view_about_check(a, s->path);
 }
