@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "cli/bench_plots.h"
+#include "common/memory_file.h"
 
 static const char css[] =
     "body{margin:0;background:var(--bg);color:var(--fg);"
@@ -306,23 +307,10 @@ static void put_environment(const ibl_bench *b, int source, FILE *to)
     put_commands(b, source, to);
 }
 
-/* Closes a stream in memory; its text, or NULL. */
-static char *finish(FILE *to, char **s)
-{
-    const int failed = ferror(to);
-
-    if (fclose(to) || failed) {
-        free(*s);
-        return NULL;
-    }
-    return *s;
-}
-
 char *ibl_bench_html(const ibl_bench *b)
 {
-    char *page = NULL;
-    size_t size;
-    FILE *to = open_memstream(&page, &size);
+    ibl_memory_file page;
+    FILE *to = ibl_memory_open(&page);
 
     if (!to)
         return NULL;
@@ -332,20 +320,17 @@ char *ibl_bench_html(const ibl_bench *b)
         if (!b->sources[s].resampled)
             put_environment(b, s, to);
     fputs("</main>\n</body>\n</html>\n", to);
-    return finish(to, &page);
+    return ibl_memory_close(to, &page);
 }
 
 char *ibl_bench_svg(const ibl_bench *b)
 {
     ibl_plot plot = ibl_bench_plot_error(b, 0);
-    char *file = NULL;
-    size_t size;
-    FILE *to = open_memstream(&file, &size);
+    ibl_memory_file file;
+    FILE *to = ibl_memory_open(&file);
 
-    if (to) {
+    if (to)
         ibl_plot_write(&plot, true, to);
-        file = finish(to, &file);
-    }
     ibl_bench_plot_free(&plot);
-    return file;
+    return ibl_memory_close(to, &file);
 }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cli/bench.h"
+#include "common/memory_file.h"
 
 static const char *file_name(const char *path)
 {
@@ -207,9 +208,8 @@ char *ibl_bench_csv(const ibl_bench *b)
 {
     char stages[IBL_BENCH_STAGES][32];
     const int count = ibl_bench_stages(b, stages, IBL_BENCH_STAGES);
-    char *text = NULL;
-    size_t size;
-    FILE *to = open_memstream(&text, &size);
+    ibl_memory_file file;
+    FILE *to = ibl_memory_open(&file);
 
     if (!to)
         return NULL;
@@ -237,10 +237,5 @@ char *ibl_bench_csv(const ibl_bench *b)
             put_level(&p->level[k], to);
         }
     }
-    const int failed = ferror(to);
-    if (fclose(to) || failed) {
-        free(text);
-        return NULL;
-    }
-    return text;
+    return ibl_memory_close(to, &file);
 }

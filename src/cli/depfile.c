@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/memory_file.h"
+
 /*
  * Quotes as GCC's -MD does, which make and ninja both understand: a dollar is
  * doubled, '#' and ':' get a backslash, a blank too, and backslashes before a
@@ -31,9 +33,8 @@ char *ibl_depfile_text(const ibl_bake *b)
 {
     const ibl_opts *o = b->opts;
     const char *between = "";
-    char *text = NULL;
-    size_t size;
-    FILE *to = open_memstream(&text, &size);
+    ibl_memory_file file;
+    FILE *to = ibl_memory_open(&file);
 
     if (!to)
         return NULL;
@@ -53,10 +54,5 @@ char *ibl_depfile_text(const ibl_bake *b)
         put_path(to, o->input);
     }
     fputc('\n', to);
-    const int failed = ferror(to);
-    if (fclose(to) || failed) {
-        free(text);
-        return NULL;
-    }
-    return text;
+    return ibl_memory_close(to, &file);
 }

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "cli/json_put.h"
+#include "common/memory_file.h"
 
 /* Length of the string that begins at the quote s, quotes included. */
 static size_t string_length(const char *s)
@@ -79,23 +80,29 @@ static void tidy(const char *s, FILE *to)
     fputc('\n', to);
 }
 
+/* Not json_dumps, which does not notice that there is no memory for a key. */
+static char *dump(const json_t *root)
+{
+    ibl_memory_file file;
+    FILE *to = ibl_memory_open(&file);
+
+    if (to && json_dumpf(root, to, JSON_INDENT(2) | JSON_REAL_PRECISION(17))) {
+        free(ibl_memory_close(to, &file));
+        return NULL;
+    }
+    return ibl_memory_close(to, &file);
+}
+
 char *ibl_json_text(const json_t *root)
 {
-    char *raw = json_dumps(root, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
-    char *text = NULL;
-    size_t size;
-    FILE *to = raw ? open_memstream(&text, &size) : NULL;
+    char *raw = dump(root);
+    ibl_memory_file file;
+    FILE *to = raw ? ibl_memory_open(&file) : NULL;
 
-    if (to) {
+    if (to)
         tidy(raw, to);
-        const int failed = ferror(to);
-        if (fclose(to) || failed) {
-            free(text);
-            text = NULL;
-        }
-    }
     free(raw);
-    return text;
+    return ibl_memory_close(to, &file);
 }
 
 json_t *ibl_json_string(const char *bytes)

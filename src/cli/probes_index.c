@@ -8,6 +8,7 @@
 #include "cli/json_put.h"
 #include "cli/json_text.h"
 #include "cli/probes.h"
+#include "common/memory_file.h"
 
 enum {
     INDEX_VERSION = 1
@@ -119,21 +120,20 @@ static bool take_index(json_t *root, ibl_probes_index *index)
 static char *read_text(const char *path)
 {
     FILE *from = fopen(path, "rb");
-    char *text = NULL;
-    size_t size = 0;
-    FILE *to = from ? open_memstream(&text, &size) : NULL;
+    ibl_memory_file file;
+    FILE *to = from ? ibl_memory_open(&file) : NULL;
     char buffer[4096];
     size_t got;
 
     while (to && (got = fread(buffer, 1, sizeof buffer, from)) > 0)
         fwrite(buffer, 1, got, to);
-    const bool failed = !to || ferror(from) || ferror(to);
+    char *text = ibl_memory_close(to, &file);
+    if (text && ferror(from)) {
+        free(text);
+        text = NULL;
+    }
     if (from)
         fclose(from);
-    if ((to && fclose(to)) || failed) {
-        free(text);
-        return NULL;
-    }
     return text;
 }
 

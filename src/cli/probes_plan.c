@@ -6,36 +6,36 @@
 #include <string.h>
 
 #include "cli/probes_bake.h"
+#include "common/memory_file.h"
 
 /* What the texels of a layer depend on besides the files. */
-static void describe(const ibl_probes_bake *p, ibl_alpha alpha, char *text,
-                     size_t size)
+static void describe(const ibl_probes_bake *p, ibl_alpha alpha, FILE *to)
 {
     const ibl_set_bake *b = &p->set.bake;
     const ibl_specular_options *s = &p->options.specular_options;
     const ibl_read_options *r = &p->opts->common.read;
 
-    snprintf(text, size,
-             "iblbake %s %s %s\nsize %d levels %d mapping %d method %d "
-             "samples %d tolerance %.17g pixel %d irradiance %d\n"
-             "part %d strict %d any_aspect %d alpha %s layer %s\n",
-             IBL_VERSION, IBL_REVISION, ibl_isa_name(p->isa), s->size,
-             s->levels, (int)s->mapping, (int)s->method, s->samples,
-             s->tolerance, b->pixel, b->irradiance, r->part, r->strict,
-             r->any_aspect, ibl_alpha_name(alpha), r->layer ? r->layer : "");
+    fprintf(to,
+            "iblbake %s %s %s\nsize %d levels %d mapping %d method %d "
+            "samples %d tolerance %.17g pixel %d irradiance %d\n"
+            "part %d strict %d any_aspect %d alpha %s layer %s\n",
+            IBL_VERSION, IBL_REVISION, ibl_isa_name(p->isa), s->size, s->levels,
+            (int)s->mapping, (int)s->method, s->samples, s->tolerance, b->pixel,
+            b->irradiance, r->part, r->strict, r->any_aspect,
+            ibl_alpha_name(alpha), r->layer ? r->layer : "");
 }
 
 static ibl_status hash_capture(const ibl_probes_bake *p, const ibl_capture *c,
-                               const char *options, char hash[IBL_HASH_SIZE])
+                               ibl_alpha alpha, char hash[IBL_HASH_SIZE])
 {
-    char *text = NULL;
-    size_t size;
-    FILE *to = open_memstream(&text, &size);
+    ibl_memory_file file;
+    FILE *to = ibl_memory_open(&file);
     ibl_status status = IBL_OK;
 
     if (!to)
         return ibl_probes_no_memory(p);
-    fprintf(to, "%s%s", options, ibl_capture_name(c->kind));
+    describe(p, alpha, to);
+    fputs(ibl_capture_name(c->kind), to);
     for (int i = 0; i < c->count && !status; i++) {
         char one[IBL_HASH_SIZE];
         status = ibl_probes_check_input(p, c->file[i]);
@@ -55,25 +55,24 @@ static ibl_status hash_capture(const ibl_probes_bake *p, const ibl_capture *c,
         if (!status)
             fprintf(to, " %s", one);
     }
-    if (fclose(to) && !status)
+    char *text = ibl_memory_close(to, &file);
+    if (!text && !status)
         status = ibl_probes_no_memory(p);
     if (!status)
-        ibl_hash_bytes(text, size, hash);
+        ibl_hash_bytes(text, file.size, hash);
     free(text);
     return status;
 }
 
 ibl_status ibl_probes_hash_inputs(ibl_probes_bake *p)
 {
-    char options[1024], lut[128];
+    char lut[128];
     ibl_status status = IBL_OK;
 
     for (int i = 0; i < p->layers && !status; i++) {
-        describe(p,
-                 i < p->set.count ? (ibl_alpha)p->set.bake.alpha
-                                  : IBL_ALPHA_IGNORE,
-                 options, sizeof options);
-        status = hash_capture(p, &p->set.entry[i].capture, options,
+        const ibl_alpha alpha =
+            i < p->set.count ? (ibl_alpha)p->set.bake.alpha : IBL_ALPHA_IGNORE;
+        status = hash_capture(p, &p->set.entry[i].capture, alpha,
                               p->index.layer[i].hash);
     }
     const int n =

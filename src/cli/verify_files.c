@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "cli/faces.h"
+#include "common/memory_file.h"
 
 typedef struct reader {
     const ibl_verify_opts *opts;
@@ -407,9 +408,8 @@ static ibl_status read_container(const reader *r, ibl_verify_kind kind,
  * the caller's to free. */
 static char *expand(const char *pattern, int level, const char *face)
 {
-    char *text = NULL;
-    size_t size;
-    FILE *to = open_memstream(&text, &size);
+    ibl_memory_file file;
+    FILE *to = ibl_memory_open(&file);
 
     if (!to)
         return NULL;
@@ -423,11 +423,7 @@ static char *expand(const char *pattern, int level, const char *face)
             fputc(*pattern, to);
         pattern += next == 'l' || next == 'f' || next == '%';
     }
-    if (fclose(to)) {
-        free(text);
-        return NULL;
-    }
-    return text;
+    return ibl_memory_close(to, &file);
 }
 
 static ibl_status copy_face(const reader *r, const char *path,

@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/memory_file.h"
+
 static bool is_blank(char c)
 {
     return c == ' ' || c == '\t' || c == '\n';
@@ -89,9 +91,8 @@ char *ibl_words_quote(const char *word)
 char *ibl_words_fill(const char *text, const ibl_placeholder *holders,
                      int count)
 {
-    char *filled = NULL;
-    size_t size;
-    FILE *to = open_memstream(&filled, &size);
+    ibl_memory_file file;
+    FILE *to = ibl_memory_open(&file);
 
     if (!to)
         return NULL;
@@ -111,10 +112,5 @@ char *ibl_words_fill(const char *text, const ibl_placeholder *holders,
             fputc(*text++, to);
         }
     }
-    const int failed = ferror(to);
-    if (fclose(to) || failed) {
-        free(filled);
-        return NULL;
-    }
-    return filled;
+    return ibl_memory_close(to, &file);
 }

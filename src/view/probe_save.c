@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/memory_file.h"
 #include "ibl/io.h"
 #include "view/interrupt.h"
 #include "view/message.h"
@@ -149,10 +150,9 @@ static void put_probe(FILE *to, const ibl_probe *p, int i)
 static bool add_set(ibl_outputs *outputs, const char *dir,
                     const view_probe_captures *c)
 {
-    char *path = path_of(dir, "set.json"), *text = NULL;
-    size_t size = 0;
-    FILE *to = path ? open_memstream(&text, &size) : NULL;
-    bool ok = to != NULL;
+    char *path = path_of(dir, "set.json");
+    ibl_memory_file file;
+    FILE *to = path ? ibl_memory_open(&file) : NULL;
 
     if (to) {
         fprintf(to,
@@ -162,12 +162,11 @@ static bool add_set(ibl_outputs *outputs, const char *dir,
         for (int i = 0; i < c->count; i++)
             put_probe(to, &c->probe[i], i);
         fputs("\n  ]\n}\n", to);
-        ok = !ferror(to);
-        ok = !fclose(to) && ok;
     }
-    if (path && !ok)
+    char *text = ibl_memory_close(to, &file);
+    if (path && !text)
         view_fail("%s: no memory for it", path);
-    ok = ok && add(outputs, path, text, size);
+    const bool ok = text && add(outputs, path, text, file.size);
     free(text);
     free(path);
     return ok;

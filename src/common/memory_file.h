@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: MIT */
+/* A stream into memory, for what open_memstream is not: where memory runs out
+ * glibc's loses text, and neither ferror nor fclose tells. */
+#ifndef COMMON_MEMORY_FILE_H
+#define COMMON_MEMORY_FILE_H
+
+#include <stdio.h>
+
+typedef struct ibl_memory_file {
+    char *text;
+    size_t size, room;
+} ibl_memory_file;
+
+/* NULL: no memory. */
+FILE *ibl_memory_open(ibl_memory_file *m);
+/* Closes it. All that was written, ended by a NUL beyond m->size, for free();
+ * NULL: there was no memory for some of it, or to is NULL. */
+char *ibl_memory_close(FILE *to, ibl_memory_file *m);
+
+#endif
