@@ -69,6 +69,15 @@ check_page() { # PAGE, of the command in run
         verdict "$page: $entry" "$(cat "$work/why")"
     done <"$work/help"
 
+    # The headings of --help are headings of the page, as it is read: a word
+    # that is a macro of mdoc would be another there.
+    MANWIDTH=80 man -l "$page" 2>/dev/null | sed 's/.\x08//g' >"$work/read"
+    "${run[@]}" --help | sed -n 's/^\([A-Z][A-Za-z ]*\):$/\1/p' |
+        while read -r heading; do
+            grep -q "^ *$heading\$" "$work/read" || echo "no '$heading'"
+        done >"$work/why"
+    verdict "$page: headings" "$(cat "$work/why")"
+
     # Short forms parse.
     verdict "$page: -h" "$("${run[@]}" -h | cmp - <("${run[@]}" --help))"
     verdict "$page: columns" "$("${run[@]}" --help | awk 'length > 80')"
