@@ -352,6 +352,14 @@ static void aspect_and_options(void)
                   strstr(kept.text[0], "120x60"),
               "%s", kept.text[0]);
     CHECK(!img.data);
+    CHECK(!strstr(kept.text[0], "cube")); /* only of its shape */
+    for (int tall = 0; tall < 2; tall++) {
+        size = tall ? make_hdr(bytes, 60, 80) : make_hdr(bytes, 80, 60);
+        CHECK(ibl_image_decode(ctx, "m.hdr", bytes, size, NULL, &img, NULL) ==
+              IBL_ERR_FORMAT);
+        CHECK_MSG(strstr(kept.text[0], "unfolded cube"), "%s", kept.text[0]);
+    }
+    size = make_hdr(bytes, 90, 60);
     opts.any_aspect = 1;
     CHECK(!ibl_image_decode(ctx, "m.hdr", bytes, size, &opts, &img, &report));
     CHECK(strstr(report.format, "RGBE") && !report.bridged &&

@@ -202,8 +202,8 @@ static ibl_status explain(ibl_ctx *ctx, const ibl_exr_file *file,
                         file->in->name);
     if (!layers.count)
         return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: no colour in this EXR: it has %s, R G B or Y are "
-                        "needed",
+                        "%s: no colour in this EXR: it has %s; R, G and B or "
+                        "Y alone are needed",
                         file->in->name,
                         names.count ? names.text : "no channels");
     if (ambiguous)

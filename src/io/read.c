@@ -18,12 +18,17 @@ ibl_status ibl_read_check_size(ibl_ctx *ctx, const char *name,
         return ibl_fail(ctx, IBL_ERR_FORMAT,
                         "%s: %lldx%lld pixels; each edge must be 1 to %d", name,
                         width, height, IBL_MAX_EDGE);
+    const bool cross = 3 * width == 4 * height || 4 * width == 3 * height;
     if (width != 2 * height && !opts->any_aspect)
         return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: %lldx%lld is not 2:1; an equirectangular map "
+                        "%s: %lldx%lld is not 2:1%s; an equirectangular map "
                         "that high is %lldx%lld (the option any-aspect takes "
                         "others)",
-                        name, width, height, 2 * height, height);
+                        name, width, height,
+                        cross ? " but the shape of an unfolded cube, which "
+                                "sets of probes take as a cross"
+                              : "",
+                        2 * height, height);
     return IBL_OK;
 }
 
