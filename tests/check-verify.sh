@@ -302,6 +302,8 @@ test_misuse() {
     wrong 2 '*--roughness-map 0,2: not a value*' env.exr out \
         --roughness-map 0,2
     wrong 2 '*--face-names a,b: not a value*' env.exr out --face-names a,b
+    wrong 2 '*--heatmap h.jpg: pictures are PNG*.png' env.exr out \
+        --heatmap h.jpg
     wrong 2 '*did you mean --heatmap?' env.exr out --heetmap p.png
     wrong 2 '*see iblbake verify --help' env.exr out --quaternion
     wrong 2 '*choose one' env.exr out -q -v

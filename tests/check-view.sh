@@ -265,6 +265,9 @@ test_misuse() {
         --light 1,1,1,1,1,1 --light 1,1,1,1,1,1 --light 1,1,1,1,1,1
     wrong 2 '*--no-sky=1*takes no value*' x --no-sky=1
     wrong 2 '*--offscreen*empty*' x --offscreen ''
+    wrong 2 '*--offscreen a.jpg: pictures are PNG*.png' x --offscreen a.jpg
+    wrong 2 '*--offscreen -: pictures are PNG*.png' x --offscreen -
+    wrong 2 '*--contact-sheet png: *.png' x --contact-sheet png
     wrong 2 '*choose one*' x --offscreen a.png --contact-sheet b.png
     wrong 2 '*choose one*' x -qv
     wrong 2 '*choose one*' x --offscreen a.png --frames 2 --samples 2
@@ -303,9 +306,9 @@ test_missing_and_wrong_files() {
 }
 
 test_unwritable_outputs() {
-    mkdir dir
+    mkdir dir.png
     wrong 1 '*nowhere*' "$work/ktx2" $small --offscreen nowhere/a.png
-    wrong 1 '*dir*' "$work/ktx2" $small --offscreen dir
+    wrong 1 '*dir.png*' "$work/ktx2" $small --offscreen dir.png
     wrong 1 '*nowhere*' "$work/ktx2" $small --contact-sheet nowhere/a.png \
         --sheet-rows ev --sheet-columns tone
     iblview --materials >/dev/full 2>err

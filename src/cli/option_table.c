@@ -108,7 +108,7 @@ static const ibl_option outputs[] = {
      .standard = "none",
      .help = "the environment itself too, as a cube with mips, N texels "
              "along an edge"},
-    {"preview", 0, TEXT(preview, "FILE"), .standard = "",
+    {"preview", 0, IBL_PNG(ibl_opts, preview, "FILE"),
      .help = "a PNG picture of everything that was made"},
     {"depfile", 0, TEXT(depfile, "FILE"), .standard = "",
      .help = "a rule for make and ninja: outputs depend on ENV"},

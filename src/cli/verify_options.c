@@ -139,7 +139,7 @@ static const ibl_option judging[] = {
 static const ibl_option results[] = {
     {"json", 0, TEXT(json, "FILE"), .standard = "",
      .help = "the table as JSON; -: to standard output, in its place"},
-    {"heatmap", 0, TEXT(heatmap, "FILE"), .standard = "",
+    {"heatmap", 0, IBL_PNG(ibl_verify_opts, heatmap, "FILE"),
      .help = "a PNG picture of where the error sits; judges more texels"},
 };
 /* clang-format on */

@@ -16,6 +16,8 @@ void ibl_option_allowed(const ibl_option *opt, char *text, size_t size)
     *text = '\0';
     if (opt->allowed) {
         snprintf(text, size, "%s", opt->allowed);
+    } else if (opt->kind == IBL_OPTION_PNG) {
+        snprintf(text, size, "a name that ends in .png");
     } else if (opt->kind == IBL_OPTION_INT || opt->kind == IBL_OPTION_REAL) {
         snprintf(text, size, "%.10g to %.10g", opt->low, opt->high);
     } else if (opt->kind == IBL_OPTION_CHOICE) {

@@ -16,6 +16,7 @@ typedef enum ibl_option_kind {
     IBL_OPTION_REAL,   /* double in low..high */
     IBL_OPTION_CHOICE, /* int or enumeration: index of the value in choices */
     IBL_OPTION_TEXT,   /* const char *, not empty */
+    IBL_OPTION_PNG,    /* const char *, a name that ends in .png */
     IBL_OPTION_OTHER,  /* parse decides, with a value or (NULL) without */
     IBL_OPTION_HELP,   /* prints the command's help and ends; no value */
     IBL_OPTION_PRINT   /* print does, and the program ends; no value */
@@ -43,6 +44,8 @@ typedef struct ibl_option {
 #define IBL_FLAG(type, field) .kind = IBL_OPTION_FLAG, IBL_AT(type, field)
 #define IBL_TEXT(type, field, what)                                            \
     .kind = IBL_OPTION_TEXT, .value = (what), IBL_AT(type, field)
+#define IBL_PNG(type, field, what)                                             \
+    .kind = IBL_OPTION_PNG, .value = (what), IBL_AT(type, field)
 #define IBL_INT(type, field, lo, hi)                                           \
     .kind = IBL_OPTION_INT, .value = "N", IBL_AT(type, field), .low = (lo),    \
     .high = (hi)

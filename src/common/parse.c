@@ -4,6 +4,7 @@
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "common/line.h"
 #include "common/names.h"
@@ -146,6 +147,24 @@ static bool set_choice(const ibl_option *opt, void *field, const char *value)
     return i >= 0;
 }
 
+static bool ends_in_png(const char *name)
+{
+    const size_t length = strlen(name);
+    return length > 4 && !strcasecmp(name + length - 4, ".png");
+}
+
+static bool set_text(const ibl_option *opt, void *field, const char *value)
+{
+    if (!*value)
+        return ibl_misuse("--%s: is empty: it takes %s", opt->name, opt->value);
+    if (opt->kind == IBL_OPTION_PNG && !ends_in_png(value))
+        return ibl_misuse("--%s %s: pictures are PNG files: give a name that "
+                          "ends in .png",
+                          opt->name, value);
+    *(const char **)field = value;
+    return true;
+}
+
 /* Stores the value of an option; value is NULL for a flag. */
 static bool set(void *settings, const ibl_option *opt, const char *value)
 {
@@ -174,11 +193,8 @@ static bool set(void *settings, const ibl_option *opt, const char *value)
         ok = set_choice(opt, field, value);
         break;
     case IBL_OPTION_TEXT:
-        if (!*value)
-            return ibl_misuse("--%s: is empty: it takes %s", opt->name,
-                              opt->value);
-        *(const char **)field = value;
-        return true;
+    case IBL_OPTION_PNG:
+        return set_text(opt, field, value);
     case IBL_OPTION_OTHER:
         ok = opt->parse(field, value);
         break;

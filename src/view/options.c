@@ -157,6 +157,7 @@ static void print_version(FILE *to)
 #define FLAG(field) .kind = IBL_OPTION_ON, IBL_AT(view_options, field)
 #define OFF(field) .kind = IBL_OPTION_OFF, SET(field)
 #define TEXT(field, what) IBL_TEXT(view_options, field, what)
+#define PNG(field) IBL_PNG(view_options, field, "OUT.png")
 #define INT(field, lo, hi) IBL_INT(view_options, field, lo, hi)
 #define REAL(field, what, lo, hi)                                              \
     IBL_REAL(view_options, settings.field, what, lo, hi)
@@ -175,9 +176,9 @@ static const ibl_option files[] = {
 };
 
 static const ibl_option pictures[] = {
-    {"offscreen", 0, TEXT(offscreen, "OUT.png"), .standard = "",
+    {"offscreen", 0, PNG(offscreen),
      .help = "write a picture and open no window: needs no display"},
-    {"contact-sheet", 0, TEXT(contact_sheet, "OUT.png"), .standard = "",
+    {"contact-sheet", 0, PNG(contact_sheet),
      .help = "write a sheet of pictures the same way"},
     {"sheet-rows", 0, CHOICE(rows, view_axis_names),
      .standard = "material, of maps level, of the scene turn",
