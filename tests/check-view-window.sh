@@ -281,6 +281,16 @@ test_drop() {
     same kept.png off.png 'after something else was dropped'
 }
 
+# Dragging ends with the program that it is from.
+test_drag_from_a_window_that_is_gone() {
+    desktop "$window" vanish
+    snap kept.png
+    same kept.png off.png 'after something was dragged'
+    press e
+    shows 'EV +0.25'
+    press Home
+}
+
 test_quit() {
     press q
     ended
@@ -415,8 +425,8 @@ start_server -fbdir screen
 run opens_and_equals_offscreen
 if [ -n "$viewer" ]; then
     run keys help texel_under_the_pointer mouse resize uncovered reload \
-        reload_of_what_is_broken drop quit baked_probes map \
-        map_that_changes fine_display
+        reload_of_what_is_broken drop drag_from_a_window_that_is_gone quit \
+        baked_probes map map_that_changes fine_display
 fi
 stop_server
 run no_display

@@ -7,6 +7,7 @@
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
+#include <dlfcn.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -158,6 +159,40 @@ static void listen(GLFWwindow *window)
     glfwSetFramebufferSizeCallback(window, on_size);
 }
 
+/* ---- errors of the X11 display ---------------------------------------- */
+
+/* From X11/Xlib.h, which need not be there to build with GLFW. */
+typedef struct x_error {
+    int type;
+    void *display;
+    unsigned long resource, serial;
+    unsigned char code, request, minor;
+} x_error;
+typedef int x_handler(void *display, x_error *error);
+enum {
+    BAD_WINDOW = 3
+};
+
+static x_handler *other_errors;
+
+static int on_error(void *display, x_error *error)
+{
+    return error->code == BAD_WINDOW ? 0 : other_errors(display, error);
+}
+
+/* GLFW answers the window that something is dragged from. If that one is gone
+ * by then, Xlib would end this program. */
+static void survive_others_windows(void)
+{
+    x_handler *(*set)(x_handler *);
+    void *library = dlopen("libX11.so.6", RTLD_LAZY | RTLD_LOCAL);
+    void *symbol = library ? dlsym(library, "XSetErrorHandler") : NULL;
+
+    memcpy(&set, &symbol, sizeof set);
+    if (set)
+        other_errors = set(on_error);
+}
+
 /* ---- the screen ------------------------------------------------------ */
 
 static void close_window(view_screen *screen)
@@ -273,6 +308,7 @@ view_screen *view_screen_window(int width, int height, const char *title,
     if (!view_gl_load(glfwGetProcAddress))
         goto fail;
     glfwSwapInterval(1);
+    survive_others_windows(); /* of GLFW's own it has taken care by now */
     listen(s->window);
     view_screen_describe(&s->base);
     return &s->base;

@@ -3,6 +3,8 @@
  * What a desktop does to a window and xdotool cannot:
  *   desktop WINDOW close      asks it to close, as the cross of a title bar
  *   desktop WINDOW drop URI   drags a file from another window and drops it
+ *   desktop WINDOW vanish     drags a file from a window that is gone when the
+ *                             other one answers
  *   desktop root dpi N        says how fine the display is, as settings do
  * Dropping is the protocol XDND, version 5, of which this is the source.
  */
@@ -60,19 +62,39 @@ static void answer(const XSelectionRequestEvent *asked, const char *uri)
     XFlush(display);
 }
 
-static void drop(Window to, const char *uri)
+static Window make_source(void)
 {
-    const Window from = XCreateSimpleWindow(display, DefaultRootWindow(display),
-                                            0, 0, 1, 1, 0, 0, 0);
+    return XCreateSimpleWindow(display, DefaultRootWindow(display), 0, 0, 1, 1,
+                               0, 0, 0);
+}
+
+static void drag(Window from, Window to)
+{
     const long source = (long)from, list = (long)atom("text/uri-list");
     const long enter[5] = {source, 5 << 24, list};
     const long position[5] = {source, 0, 5 << 16 | 5, CurrentTime,
                               (long)atom("XdndActionCopy")};
-    const long now[5] = {source, 0, CurrentTime};
 
-    XSetSelectionOwner(display, atom("XdndSelection"), from, CurrentTime);
     tell(to, "XdndEnter", enter);
     tell(to, "XdndPosition", position);
+}
+
+static void vanish(Window to)
+{
+    const Window from = make_source();
+
+    XDestroyWindow(display, from);
+    drag(from, to);
+    XSync(display, False);
+}
+
+static void drop(Window to, const char *uri)
+{
+    const Window from = make_source();
+    const long now[5] = {(long)from, 0, CurrentTime};
+
+    XSetSelectionOwner(display, atom("XdndSelection"), from, CurrentTime);
+    drag(from, to);
     for (;;) {
         XEvent e;
         XNextEvent(display, &e);
@@ -101,8 +123,8 @@ int main(int argc, char **argv)
 {
     display = XOpenDisplay(NULL);
     if (!display || argc < 3) {
-        fprintf(stderr,
-                "desktop WINDOW close|drop|dpi [URI|N], on a display\n");
+        fprintf(stderr, "desktop WINDOW close|drop|vanish|dpi [URI|N], on a "
+                        "display\n");
         return 2;
     }
     const Window to = strtoul(argv[1], NULL, 0);
@@ -111,6 +133,8 @@ int main(int argc, char **argv)
         close_window(to);
     else if (!strcmp(argv[2], "drop") && argc == 4)
         drop(to, argv[3]);
+    else if (!strcmp(argv[2], "vanish"))
+        vanish(to);
     else if (!strcmp(argv[2], "dpi") && argc == 4)
         set_dpi(argv[3]);
     else
