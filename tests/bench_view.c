@@ -103,12 +103,12 @@ static void load(job *j)
 
 static void read_picture(job *j)
 {
-    free(view_picture_read(j->width, j->height));
+    free(view_picture_read(0, j->width, j->height));
 }
 
 static void write_picture(job *j)
 {
-    unsigned char *rgb = view_picture_read(j->width, j->height);
+    unsigned char *rgb = view_picture_read(0, j->width, j->height);
     char path[300];
 
     snprintf(path, sizeof path, "%s/picture.png", test_dir());

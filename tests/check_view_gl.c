@@ -3,10 +3,12 @@
 #include "view.h"
 
 #include "files.h"
+#include "maps.h"
 #include "view/gl.h"
 #include "view/message.h"
 #include "view/picture.h"
 #include "view/program.h"
+#include "view/renderer.h"
 #include "view/screen_kind.h"
 #include <png.h>
 #include <stdlib.h>
@@ -178,7 +180,7 @@ static void rows_from_the_top(void)
         view_program_from(shaders, "whole.vert", "place.frag");
     NEED(program);
     draw_whole(program, WIDTH, HEIGHT);
-    unsigned char *rgb = view_picture_read(WIDTH, HEIGHT);
+    unsigned char *rgb = view_picture_read(0, WIDTH, HEIGHT);
     NEED(rgb);
     for (int y = 0; y < HEIGHT; y++)
         for (int x = 0; x < WIDTH; x++) {
@@ -201,7 +203,7 @@ static void cleared(void)
         return;
     gl.ClearColor(1, 0.2f, 0, 1);
     gl.Clear(GL_COLOR_BUFFER_BIT);
-    unsigned char *rgb = view_picture_read(5, 3);
+    unsigned char *rgb = view_picture_read(0, 5, 3);
     NEED(rgb);
     for (int i = 0; i < 15; i++)
         CHECK(rgb[3 * i] == 255 && rgb[3 * i + 1] == 51 && !rgb[3 * i + 2]);
@@ -249,6 +251,41 @@ static void not_writable(void)
                   strchr(said, '\n') == said + strlen(said) - 1,
               "%s", said);
     ibl_ctx_free(ctx);
+}
+
+/* What was shown is drawn again for it, not read from the screen, which other
+ * windows may cover. */
+static void picture_of_the_last_draw(void)
+{
+    enum {
+        WIDTH = 32,
+        HEIGHT = 24
+    };
+    ibl_specular_options specular = ibl_specular_options_default();
+    const view_settings settings = view_settings_default();
+    view_set set = {0};
+
+    if (!view_test_begin(WIDTH, HEIGHT))
+        return;
+    ibl_ctx *ctx = view_test_ctx(1);
+    ibl_image map = map_constant(ctx, 8, 4, 1);
+    view_renderer *r = view_renderer_create();
+    specular.size = 16;
+    CHECK(r && view_set_bake_image(ctx, "map", &map, &specular, &set) &&
+          view_renderer_load(r, &set) &&
+          view_renderer_draw(r, &settings, WIDTH, HEIGHT));
+    unsigned char *shown = view_picture_read(0, WIDTH, HEIGHT);
+    gl.ClearColor(1, 0, 1, 1);
+    gl.Clear(GL_COLOR_BUFFER_BIT);
+    unsigned char *rgb = view_renderer_picture(r);
+    CHECK(shown && rgb && !memcmp(shown, rgb, (size_t)3 * WIDTH * HEIGHT));
+    free(shown);
+    free(rgb);
+    view_renderer_free(r);
+    view_set_free(&set);
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+    view_test_end();
 }
 
 /* ---- shaders --------------------------------------------------------- */
@@ -321,7 +358,7 @@ static void shader_units(void)
     gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, block);
     gl.BufferData(GL_UNIFORM_BUFFER, sizeof shade, shade, GL_STATIC_DRAW);
     draw_whole(program, 4, 4);
-    unsigned char *rgb = view_picture_read(4, 4);
+    unsigned char *rgb = view_picture_read(0, 4, 4);
     NEED(rgb);
     CHECK_MSG(rgb[0] == 10 && rgb[1] == 20 && rgb[2] == 30, "%d %d %d", rgb[0],
               rgb[1], rgb[2]);
@@ -352,9 +389,18 @@ static void messages(void)
 }
 
 static const test tests[] = {
-    TEST(context),         TEST(library_missing),  TEST(too_large),
-    TEST(version_too_old), TEST(errors_of_gl),     TEST(rows_from_the_top),
-    TEST(cleared),         TEST(written_and_read), TEST(not_writable),
-    TEST(shader_errors),   TEST(shader_units),     TEST(messages),
+    TEST(context),
+    TEST(library_missing),
+    TEST(too_large),
+    TEST(version_too_old),
+    TEST(errors_of_gl),
+    TEST(rows_from_the_top),
+    TEST(cleared),
+    TEST(written_and_read),
+    TEST(not_writable),
+    TEST(shader_errors),
+    TEST(shader_units),
+    TEST(messages),
+    TEST(picture_of_the_last_draw),
 };
 TEST_MAIN(tests)

@@ -44,7 +44,7 @@ static void draw(void)
     gl.Clear(GL_COLOR_BUFFER_BIT);
     view_overlay_draw(overlay, WIDTH, HEIGHT);
     free(seen);
-    seen = view_picture_read(WIDTH, HEIGHT);
+    seen = view_picture_read(0, WIDTH, HEIGHT);
     if (!seen)
         exit(1);
 }

@@ -83,7 +83,7 @@ static void draw(stage *s)
                   GL_DYNAMIC_DRAW);
     view_display_draw(s->display, s->textures[0], s->textures[1]);
     free(s->seen);
-    s->seen = view_picture_read(WIDTH, HEIGHT);
+    s->seen = view_picture_read(0, WIDTH, HEIGHT);
     CHECK(s->seen);
     CHECK(view_gl_check("test"));
     if (!s->seen)

@@ -369,7 +369,7 @@ void view_app_picture(view_app *app)
     }
     view_screen_size(app->screen, &width, &height);
     if (view_app_draw(app, false, width, height))
-        rgb = view_picture_read(width, height);
+        rgb = view_renderer_picture(app->renderer);
     if (rgb && view_picture_write(app->ctx, path, width, height, rgb))
         view_app_notice(app, "%s is written", path);
     else

@@ -126,7 +126,7 @@ static bool draw_tile(sheet *h, int row, int column, double *ms)
     view_overlay_text(h->overlay, 4, 4, w < 640 ? 1 : 2, label);
     view_overlay_draw(h->overlay, w, height);
 
-    unsigned char *tile = view_picture_read(w, height);
+    unsigned char *tile = view_picture_read(0, w, height);
     if (!tile)
         return false;
     for (int y = 0; y < height; y++) {

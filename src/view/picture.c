@@ -26,7 +26,7 @@ static void flip(unsigned char *pixels, size_t row_bytes, int height)
     }
 }
 
-unsigned char *view_picture_read(int width, int height)
+unsigned char *view_picture_read(GLuint framebuffer, int width, int height)
 {
     const size_t row_bytes = 3 * (size_t)width;
     unsigned char *rgb = malloc(row_bytes * (size_t)height);
@@ -35,7 +35,7 @@ unsigned char *view_picture_read(int width, int height)
         view_fail("no memory for a picture of %d x %d pixels", width, height);
         return NULL;
     }
-    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, 0);
+    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
     gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
     gl.ReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, rgb);
     flip(rgb, row_bytes, height);

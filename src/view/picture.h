@@ -6,9 +6,11 @@
 #include <stdbool.h>
 
 #include "ibl/ibl.h"
+#include "view/gl.h"
 
-/* 8-bit RGB, rows from the top, no padding; free() it. NULL: no memory. */
-unsigned char *view_picture_read(int width, int height);
+/* Of a framebuffer, 0 for the screen: 8-bit RGB, rows from the top, no padding;
+ * free() it. NULL: no memory. */
+unsigned char *view_picture_read(GLuint framebuffer, int width, int height);
 /* Writes a PNG (sRGB chunk; by ibl_outputs: whole or not at all). False, with
  * a message, if it cannot. */
 bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,

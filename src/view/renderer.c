@@ -8,6 +8,7 @@
 #include "view/errors.h"
 #include "view/frame.h"
 #include "view/message.h"
+#include "view/picture.h"
 #include "view/program.h"
 #include "view/renderer.h"
 #include "view/truth.h"
@@ -348,9 +349,9 @@ static bool truth_pass(view_renderer *r)
     return true;
 }
 
-static void display_pass(const view_renderer *r)
+static void display_pass(const view_renderer *r, GLuint framebuffer)
 {
-    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     gl.Viewport(0, 0, r->width, r->height);
     gl.Disable(GL_BLEND);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, r->frame_buffer);
@@ -374,7 +375,7 @@ bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
     bind_maps(r);
     if (!linear_pass(r) || !truth_pass(r))
         return false;
-    display_pass(r);
+    display_pass(r, 0);
     return view_gl_check("drawing");
 }
 
@@ -399,6 +400,26 @@ bool view_renderer_read(const view_renderer *r, bool truth, float *rgb)
         }
     }
     return view_gl_check("reading the picture");
+}
+
+unsigned char *view_renderer_picture(const view_renderer *r)
+{
+    unsigned char *rgb = NULL;
+    GLuint colours, framebuffer;
+
+    gl.GenRenderbuffers(1, &colours);
+    gl.BindRenderbuffer(GL_RENDERBUFFER, colours);
+    gl.RenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, r->width, r->height);
+    gl.GenFramebuffers(1, &framebuffer);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
+                               GL_RENDERBUFFER, colours);
+    display_pass(r, framebuffer);
+    if (view_gl_check("drawing a picture"))
+        rgb = view_picture_read(framebuffer, r->width, r->height);
+    gl.DeleteFramebuffers(1, &framebuffer);
+    gl.DeleteRenderbuffers(1, &colours);
+    return rgb;
 }
 
 view_stage *view_renderer_stage(const view_renderer *r)

@@ -45,6 +45,11 @@ bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
  * truth: that of the reference. */
 bool view_renderer_read(const view_renderer *r, bool truth, float *rgb);
 
+/* Of the last draw: what it showed, as view_picture_read has it, but drawn once
+ * more into a framebuffer of its own: the pixels of a window are undefined
+ * where others cover it. NULL, with a message. */
+unsigned char *view_renderer_picture(const view_renderer *r);
+
 /* The scene, once it has been drawn; else NULL. */
 view_stage *view_renderer_stage(const view_renderer *r);
 

@@ -71,7 +71,7 @@ bool view_still_draw(view_renderer *r, const view_options *o,
 
 static bool write_picture(ibl_ctx *ctx, const view_options *o)
 {
-    unsigned char *rgb = view_picture_read(o->size[0], o->size[1]);
+    unsigned char *rgb = view_picture_read(0, o->size[0], o->size[1]);
     const bool ok = rgb && view_picture_write(ctx, o->offscreen, o->size[0],
                                               o->size[1], rgb);
     free(rgb);
