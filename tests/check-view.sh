@@ -361,6 +361,19 @@ test_no_display() {
     wrong 1 '*--lut*baked files' env.exr --lut x
 }
 
+# A name cannot break a line or steer the terminal.
+test_odd_names() {
+    local odd=$'a\nb\033[31m' scene='--mode scene --probe-size 16'
+    cp -r "$work/ktx2" "$odd"
+    iblview "$odd" --offscreen a.png $small -v >said || echo "status $?"
+    iblview "$odd" $scene --probes 1 --save-probes "$odd" -v >>said ||
+        echo "status $?"
+    iblview "$odd" --probe-set "$odd/gone.json" $scene --offscreen a.png -v \
+        >>said 2>&1 && echo 'status 0'
+    LC_ALL=C grep -n '[^ -~]' said
+    [ "$(grep -c 'a?b?\[31m' said)" = 14 ] || cat said
+}
+
 # ---- what it says of itself ----------------------------------------------
 
 test_texts() {

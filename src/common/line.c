@@ -5,13 +5,18 @@
 
 #include "common/option.h"
 
+void ibl_one_line(char *text)
+{
+    for (char *c = text; *c; c++)
+        if ((unsigned char)*c < ' ' || *c == 0x7f)
+            *c = '?';
+}
+
 void ibl_print_line(const char *kind, const char *text)
 {
     char line[IBL_LINE_BYTES];
 
     snprintf(line, sizeof line, "%s%s", kind, text);
-    for (char *c = line; *c; c++)
-        if ((unsigned char)*c < ' ' || *c == 0x7f)
-            *c = '?';
+    ibl_one_line(line);
     fprintf(stderr, "%s: %s\n", ibl_this_program.name, line);
 }

@@ -7,9 +7,12 @@ enum {
     IBL_LINE_BYTES = 2 * 4096 + 1024
 };
 
-/* Prints "PROGRAM: ", kind and text as one line on standard error, by one
- * write, which other programs' lines do not cut: a byte in a name that would
- * break the line or steer the terminal becomes '?'. */
+/* A byte in a name that would break a line or steer the terminal becomes
+ * '?'. */
+void ibl_one_line(char *text);
+
+/* Prints "PROGRAM: ", kind and text as one such line on standard error, by one
+ * write, which other programs' lines do not cut. */
 void ibl_print_line(const char *kind, const char *text);
 
 #endif

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "common/line.h"
 #include "view/clock.h"
 #include "view/gl.h"
 #include "view/keys.h"
@@ -29,6 +30,7 @@ void view_app_notice(view_app *app, const char *fmt, ...)
     va_start(ap, fmt);
     vsnprintf(app->notice, sizeof app->notice, fmt, ap);
     va_end(ap);
+    ibl_one_line(app->notice);
     app->redraw = true;
 }
 

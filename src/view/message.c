@@ -35,6 +35,18 @@ void view_note(const char *fmt, ...)
     va_end(ap);
 }
 
+void view_tell(const char *fmt, ...)
+{
+    char text[IBL_LINE_BYTES];
+    va_list ap;
+
+    va_start(ap, fmt);
+    vsnprintf(text, sizeof text, fmt, ap);
+    va_end(ap);
+    ibl_one_line(text);
+    puts(text);
+}
+
 void view_quiet(void)
 {
     quiet = true;

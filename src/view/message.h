@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* One line on standard error for what a user has to know. */
+/* One line for what a user has to know, whatever names are in it. */
 #ifndef VIEW_MESSAGE_H
 #define VIEW_MESSAGE_H
 
@@ -7,12 +7,15 @@
 
 #include "ibl/ibl.h"
 
-/* "iblview: ..." Returns false, so that `return view_fail(...)` reads. The
- * text says what is wrong, where, and what to do. */
+/* "iblview: ..." on standard error. Returns false, so that
+ * `return view_fail(...)` reads. The text says what is wrong, where, and what
+ * to do. */
 bool view_fail(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
 /* The same for what does not stop the program; silent after view_quiet. */
 void view_note(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
 void view_quiet(void);
+/* The text alone on standard output: what was asked for. */
+void view_tell(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
 
 /* For ibl_ctx_options: errors to view_fail, warnings to view_note, the rest
  * nowhere. */

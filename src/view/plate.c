@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "common/line.h"
 #include "view/inspect.h"
 #include "view/keys.h"
 
@@ -52,6 +53,7 @@ static void add_progress(view_app *app, double scale, int width, int height)
     const double bar_width = 0.5 * width, bar_height = 12 * scale;
 
     snprintf(text, sizeof text, "baking %s: %s", app->baking, app->stage);
+    ibl_one_line(text);
     view_overlay_measure(text, size, &w, &h);
     size = fit(size, w, width - 2 * MARGIN * scale);
     view_overlay_measure(text, size, &w, &h);

@@ -3,6 +3,7 @@
 
 #include <stdio.h>
 
+#include "view/message.h"
 #include "view/scene.h"
 
 /* Spheres that are not in the picture have none. */
@@ -46,9 +47,9 @@ void view_report_set(const view_set *set)
     for (int i = 0; i < VIEW_CONTENTS; i++) {
         const ibl_texture *t = &set->texture[i];
         if (t->data)
-            printf("%s: %s, %dx%d, levels: %d, %s\n", what[i],
-                   set->path[i] ? set->path[i] : "made by the library",
-                   t->width, t->height, t->levels, ibl_pixel_name(t->pixel));
+            view_tell("%s: %s, %dx%d, levels: %d, %s", what[i],
+                      set->path[i] ? set->path[i] : "made by the library",
+                      t->width, t->height, t->levels, ibl_pixel_name(t->pixel));
     }
     fflush(stdout);
 }
@@ -57,8 +58,8 @@ void view_report_probe_set(const view_probe_set *set)
 {
     const view_room_locals *l = view_probe_set_locals(set);
 
-    printf("probes: %s, %d, levels: %g\n", view_probe_set_path(set), l->count,
-           (double)l->last_level + 1);
+    view_tell("probes: %s, %d, levels: %g", view_probe_set_path(set), l->count,
+              (double)l->last_level + 1);
     fflush(stdout);
 }
 

@@ -106,8 +106,8 @@ static bool save_probes(ibl_ctx *ctx, const view_options *o, view_renderer *r)
     if (!view_stage_save(view_renderer_stage(r), ctx, o->save_probes))
         return false;
     if (o->verbose)
-        printf("probes: %d, faces of %d, written to %s\n", o->settings.probes,
-               o->settings.probe_size, o->save_probes);
+        view_tell("probes: %d, faces of %d, written to %s", o->settings.probes,
+                  o->settings.probe_size, o->save_probes);
     return true;
 }
 

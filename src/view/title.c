@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "common/line.h"
 #include "view/scene.h"
 #include "view/truth.h"
 
@@ -109,6 +110,7 @@ void view_title_text(const view_app *app, char *text, size_t size)
     if (!app->set)
         return;
     snprintf(text, size, "%s", app->set->name);
+    ibl_one_line(text);
     if (s->mode == VIEW_SPHERES)
         add_spheres(app, text, size);
     else if (s->mode == VIEW_SCENE)
