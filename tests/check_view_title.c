@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* What the window's title and --stats tell of the scene: how its probe is
- * captured, and how long that took by each filter that was tried; and what is
- * drawn where there is no room for what was asked for. */
+/* What the window's title tells: every setting, and of the scene how long a
+ * capture took by each filter that was tried; and --stats; and what is drawn
+ * where there is no room for what was asked for. */
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -20,7 +20,7 @@ enum {
 };
 
 static view_app app;
-static char title[300];
+static char title[sizeof app.title];
 
 static bool begin(void)
 {
@@ -104,8 +104,13 @@ static void has_room(void)
     if (!begin())
         return;
     view_settings *s = &app.settings;
-    s->turn = -123.4;
-    s->parallax = false;
+    s->turn = s->yaw = -123.4;
+    s->pitch = -89;
+    s->distance = 123.4;
+    s->fov = 12.25;
+    s->parallax = s->sun = s->capture_shadows = false;
+    s->volumes = s->probe_limit = true;
+    s->probe_faces = 100;
     s->ev = -12.25;
     title_after_draw();
     s->probe_filter = VIEW_PROBE_CPU;
@@ -114,6 +119,77 @@ static void has_room(void)
     view_title_text(&app, title, sizeof title);
     CHECK_MSG(has("12345.6 ms") && strlen(title) < sizeof app.title - 60, "%s",
               title);
+    end();
+}
+
+/* The title has part after a change and had not before. */
+static void tells(const view_settings *changed, const char *part)
+{
+    app.settings = view_settings_default();
+    app.settings.mode = changed->mode;
+    view_title_text(&app, title, sizeof title);
+    CHECK_MSG(!has(part), "%s", title);
+    app.settings = *changed;
+    view_title_text(&app, title, sizeof title);
+    CHECK_MSG(has(part), "not \"%s\": %s", part, title);
+}
+
+#define TELLS(where, what, value, part)                                        \
+    do {                                                                       \
+        view_settings changed = view_settings_default();                       \
+        changed.mode = (where);                                                \
+        changed.what = (value);                                                \
+        tells(&changed, part);                                                 \
+    } while (0)
+
+/* Each in the modes that it matters to. */
+static void tells_every_setting(void)
+{
+    if (!begin())
+        return;
+    for (int i = 0; i < 2; i++) {
+        const view_mode mode = i ? VIEW_SCENE : VIEW_SPHERES;
+        TELLS(mode, turn, 15, "| turn 15 |");
+        TELLS(mode, yaw, -45.5, "| yaw -45.5 |");
+        TELLS(mode, pitch, 30, "| pitch 30 |");
+        TELLS(mode, distance, 7.5, "| distance 7.5 |");
+        TELLS(mode, fov, 45, "| fov 45 |");
+        TELLS(mode, ev, 2, "| EV +2 |");
+        TELLS(mode, tone, VIEW_TONE_ACES, "| aces |");
+        TELLS(mode, false_colour, true, "| false colour |");
+    }
+    TELLS(VIEW_SPHERES, material, 1, view_materials[1].name);
+    TELLS(VIEW_SPHERES, rows, 3, " 3x7 |");
+    TELLS(VIEW_SPHERES, columns, 3, " 7x3 |");
+    TELLS(VIEW_SPHERES, metallic[0], 0.5, "| metallic 0.5:1 |");
+    TELLS(VIEW_SPHERES, roughness[1], 0.5, "| roughness 0:0.5 |");
+    TELLS(VIEW_SPHERES, fresnel, VIEW_FRESNEL_LAGARDE, "| fresnel lagarde |");
+    TELLS(VIEW_SPHERES, diffuse, VIEW_DIFFUSE_SH, "| diffuse sh |");
+    TELLS(VIEW_SPHERES, multiscatter, false, "| multiscatter off |");
+    TELLS(VIEW_SPHERES, light_count, 2, "| lights 2 |");
+    TELLS(VIEW_SPHERES, sky, false, "| no sky |");
+    TELLS(VIEW_SPHERES, compare, VIEW_SPLIT, "| split 0/4096 at 0.5 |");
+    TELLS(VIEW_SPHERES, compare, VIEW_DIFFERENCE, "| difference 0/4096 x 10 |");
+    TELLS(VIEW_LEVELS, level, 1, "| levels 1, roughness ");
+    TELLS(VIEW_LEVELS, layout, VIEW_STRIP, "| strip |");
+    TELLS(VIEW_TABLE, zoom, 3, "| zoom 3 |");
+    TELLS(VIEW_TABLE, pan[1], -0.25, "| pan 0,-0.25 |");
+    TELLS(VIEW_SCENE, parallax, false, "| parallax off |");
+    TELLS(VIEW_SCENE, blend, false, "| blend off |");
+    TELLS(VIEW_SCENE, probes, 8, "| local 8 |");
+    TELLS(VIEW_SCENE, probe_size, 32, "| probe 32, ");
+    TELLS(VIEW_SCENE, probe_capture, VIEW_PROBE_PARABOLOIDS, ", paraboloids,");
+    TELLS(VIEW_SCENE, probe_filter, VIEW_PROBE_CPU, ", cpu,");
+    TELLS(VIEW_SCENE, probe_interval, 2, ", 2 s |");
+    TELLS(VIEW_SCENE, probe_faces, 3, "| faces 3 |");
+    TELLS(VIEW_SCENE, probe_limit, true, "| limit |");
+    TELLS(VIEW_SCENE, volumes, true, "| volumes |");
+    TELLS(VIEW_SCENE, sun, false, "| no sun |");
+    TELLS(VIEW_SCENE, capture_shadows, false, "| no capture shadows |");
+    /* A name is what it is, but on one line. */
+    app.sets[0].name[1] = '\n';
+    view_title_text(&app, title, sizeof title);
+    CHECK_MSG(strstr(title, "m?p | ") == title, "%s", title);
     end();
 }
 
@@ -250,8 +326,9 @@ static const test tests[] = {
     TEST(tells_of_both_filters),
     TEST(tells_no_times_before),
     TEST(has_room),
+    TEST(tells_every_setting),
+    TEST(goes_back_without_room),
     TEST(a_line_for_each_update),
     TEST(a_line_for_each_second),
-    TEST(goes_back_without_room),
 };
 TEST_MAIN(tests)

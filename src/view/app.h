@@ -41,7 +41,7 @@ typedef struct view_app {
     bool held[3];    /* buttons */
     double frame_ms;
     view_stats stats;
-    char title[300];
+    char title[512];
     char notice[200]; /* on screen until a key or a click; "": none */
     bool redraw;      /* something changed since the last frame */
     bool quit;

@@ -17,7 +17,7 @@ typedef struct window_screen {
     GLFWwindow *window;
     const view_events *events;
     double x, y;     /* where the pointer was told to be */
-    char title[256]; /* as it is: setting it is a message to the display */
+    char title[512]; /* as it is: setting it is a message to the display */
 } window_screen;
 
 static char reason[512];

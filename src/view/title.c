@@ -29,6 +29,26 @@ static void add_range(const char *name, const double range[2], char *text,
         add(text, size, " | %s %.3g:%.3g", name, range[0], range[1]);
 }
 
+/* A number, where it is not the usual one. */
+static void add_number(const char *name, double x, double usual, char *text,
+                       size_t size)
+{
+    if (x < usual || x > usual)
+        add(text, size, " | %s %.4g", name, x);
+}
+
+/* How the environment is turned, and from where it is looked at. */
+static void add_aim(const view_settings *s, char *text, size_t size)
+{
+    const view_settings usual = view_settings_default();
+
+    add_number("turn", s->turn, usual.turn, text, size);
+    add_number("yaw", s->yaw, usual.yaw, text, size);
+    add_number("pitch", s->pitch, usual.pitch, text, size);
+    add_number("distance", s->distance, usual.distance, text, size);
+    add_number("fov", s->fov, usual.fov, text, size);
+}
+
 static void add_spheres(const view_app *app, char *text, size_t size)
 {
     const view_settings *s = &app->settings;
@@ -41,12 +61,15 @@ static void add_spheres(const view_app *app, char *text, size_t size)
     add_range("roughness", s->roughness, text, size);
     if (s->light_count)
         add(text, size, " | lights %d", s->light_count);
-    if (s->turn < 0 || s->turn > 0)
-        add(text, size, " | turn %.4g", s->turn);
+    add_aim(s, text, size);
+    if (!s->sky)
+        add(text, size, " | no sky");
     if (s->compare == VIEW_SPLIT_SUM)
         return;
     add(text, size, " | %s %d/%d", view_compare_names[s->compare],
         view_renderer_samples(app->renderer), VIEW_TRUTH_SAMPLES);
+    if (s->compare == VIEW_SPLIT)
+        add(text, size, " at %.3g", s->split);
     if (s->compare == VIEW_DIFFERENCE)
         add(text, size, " x %.4g", s->gain);
 }
@@ -62,6 +85,8 @@ static void add_map(const view_app *app, char *text, size_t size)
     if (s->mode != VIEW_TABLE)
         add(text, size, " | %s", view_layout_names[s->layout]);
     add(text, size, " | zoom %.3g", s->zoom);
+    if (s->pan[0] < 0 || s->pan[0] > 0 || s->pan[1] < 0 || s->pan[1] > 0)
+        add(text, size, " | pan %.3g,%.3g", s->pan[0], s->pan[1]);
 }
 
 /* The parts of the one in use, and what the other one took. */
@@ -93,8 +118,12 @@ static void add_scene(const view_app *app, char *text, size_t size)
         baked ? baked->count : s->probes, baked ? " of a file" : "",
         s->probe_size, view_probe_capture_names[s->probe_capture],
         view_probe_filter_names[s->probe_filter], s->probe_interval);
-    if (s->turn < 0 || s->turn > 0)
-        add(text, size, " | turn %.4g", s->turn);
+    if (s->probe_faces)
+        add(text, size, " | faces %d", s->probe_faces);
+    add(text, size, "%s%s%s%s", s->probe_limit ? " | limit" : "",
+        s->volumes ? " | volumes" : "", s->sun ? "" : " | no sun",
+        s->capture_shadows ? "" : " | no capture shadows");
+    add_aim(s, text, size);
     if (!stage)
         return;
     for (int i = 0; i < VIEW_PROBE_FILTERS; i++)
