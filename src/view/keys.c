@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "view/keys.h"
 
+#include <stddef.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "view/motion.h"
 #include "view/report.h"
@@ -19,18 +21,6 @@ static void clamp(double *x, double low, double high)
 
 /* ---- what is shown ------------------------------------------------------ */
 
-static void change_mode(view_app *app, int step)
-{
-    view_settings *s = &app->settings;
-    s->mode = (view_mode)next((int)s->mode, step, VIEW_MODES);
-}
-
-static void change_layout(view_app *app, int step)
-{
-    view_settings *s = &app->settings;
-    s->layout = (view_layout)next((int)s->layout, step, VIEW_LAYOUTS);
-}
-
 static void change_level(view_app *app, int step)
 {
     const int levels = app->set->texture[VIEW_SPECULAR].levels;
@@ -38,12 +28,6 @@ static void change_level(view_app *app, int step)
 
     if (level >= 0 && level < levels)
         app->settings.level = level;
-}
-
-static void change_compare(view_app *app, int step)
-{
-    view_settings *s = &app->settings;
-    s->compare = (view_compare)next((int)s->compare, step, VIEW_COMPARES);
 }
 
 static void change_split(view_app *app, int step)
@@ -115,12 +99,6 @@ static void change_roughness(view_app *app, int step)
     change_range(app->settings.roughness, ranges, 4, step);
 }
 
-static void change_fresnel(view_app *app, int step)
-{
-    view_settings *s = &app->settings;
-    s->fresnel = (view_fresnel)next((int)s->fresnel, step, VIEW_FRESNELS);
-}
-
 static void change_diffuse(view_app *app, int step)
 {
     view_settings *s = &app->settings;
@@ -133,12 +111,6 @@ static void change_diffuse(view_app *app, int step)
     }
 }
 
-static void change_multiscatter(view_app *app, int step)
-{
-    (void)step;
-    app->settings.multiscatter = !app->settings.multiscatter;
-}
-
 static void change_lights(view_app *app, int step)
 {
     const int count = app->settings.light_count + step;
@@ -147,38 +119,6 @@ static void change_lights(view_app *app, int step)
 }
 
 /* ---- scene -------------------------------------------------------------- */
-
-static void change_parallax(view_app *app, int step)
-{
-    (void)step;
-    app->settings.parallax = !app->settings.parallax;
-}
-
-static void change_blend(view_app *app, int step)
-{
-    (void)step;
-    app->settings.blend = !app->settings.blend;
-}
-
-static void change_volumes(view_app *app, int step)
-{
-    (void)step;
-    app->settings.volumes = !app->settings.volumes;
-}
-
-static void change_capture(view_app *app, int step)
-{
-    view_settings *s = &app->settings;
-    s->probe_capture = (view_probe_capture)next((int)s->probe_capture, step,
-                                                VIEW_PROBE_CAPTURES);
-}
-
-static void change_filter(view_app *app, int step)
-{
-    view_settings *s = &app->settings;
-    s->probe_filter =
-        (view_probe_filter)next((int)s->probe_filter, step, VIEW_PROBE_FILTERS);
-}
 
 /* None, then powers of two. */
 static void change_probes(view_app *app, int step)
@@ -210,18 +150,6 @@ static void change_interval(view_app *app, int step)
     while (step > 0 ? i < LAST && times[i] <= *x : i > 0 && times[i] >= *x)
         i += step;
     *x = times[i];
-}
-
-static void change_capture_shadows(view_app *app, int step)
-{
-    (void)step;
-    app->settings.capture_shadows = !app->settings.capture_shadows;
-}
-
-static void change_sun(view_app *app, int step)
-{
-    (void)step;
-    app->settings.sun = !app->settings.sun;
 }
 
 /* ---- camera and environment --------------------------------------------- */
@@ -264,30 +192,12 @@ static void turn(view_app *app, int step)
     view_spin(&app->settings, 5 * step);
 }
 
-static void change_sky(view_app *app, int step)
-{
-    (void)step;
-    app->settings.sky = !app->settings.sky;
-}
-
 /* ---- display ------------------------------------------------------------ */
 
 static void change_exposure(view_app *app, int step)
 {
     app->settings.ev += 0.25 * step;
     clamp(&app->settings.ev, -30, 30);
-}
-
-static void change_tone(view_app *app, int step)
-{
-    view_settings *s = &app->settings;
-    s->tone = (view_tone)next((int)s->tone, step, VIEW_TONES);
-}
-
-static void change_false_colour(view_app *app, int step)
-{
-    (void)step;
-    app->settings.false_colour = !app->settings.false_colour;
 }
 
 /* ---- the rest ----------------------------------------------------------- */
@@ -311,12 +221,6 @@ static void print_errors(view_app *app, int step)
         view_app_notice(app, "no errors yet: compare with the reference (r)");
 }
 
-static void show_help(view_app *app, int step)
-{
-    (void)step;
-    app->settings.help = !app->settings.help;
-}
-
 static void quit(view_app *app, int step)
 {
     (void)step;
@@ -328,61 +232,91 @@ typedef struct key_row {
     int key;  /* act(app, 1) */
     int back; /* act(app, -1), 0: none */
     int last; /* key..last: act(app, which of them) */
-    void (*act)(view_app *app, int step);
+    void (*act)(view_app *app, int step); /* NULL: it changes a setting: */
+    size_t offset;                        /* where that is, */
+    int count;        /* and its values, an enumeration's; 0: a bool */
     const char *what; /* what it is for */
 } key_row;
 
+#define ACT(function) (function), 0, 0
+#define SWITCH(field) NULL, offsetof(view_settings, field), 0
+#define CYCLE(field, count) NULL, offsetof(view_settings, field), (count)
+
 /* Tab with Shift, as it is everywhere, goes the other way. */
 static const key_row rows[] = {
-    {"m M", 'm', 'M', 0, change_mode,
+    {"m M", 'm', 'M', 0, CYCLE(mode, VIEW_MODES),
      "mode: spheres, levels, irradiance, table, scene"},
-    {"Tab", VIEW_KEY_TAB, 0, 0, change_mode, "the same; back with Shift"},
-    {"l L", 'l', 'L', 0, change_layout, "layout: cross, strip, equirect"},
-    {"] [", ']', '[', 0, change_level, "next level, the one before"},
-    {"r R", 'r', 'R', 0, change_compare,
+    {"Tab", VIEW_KEY_TAB, 0, 0, CYCLE(mode, VIEW_MODES),
+     "the same; back with Shift"},
+    {"l L", 'l', 'L', 0, CYCLE(layout, VIEW_LAYOUTS),
+     "layout: cross, strip, equirect"},
+    {"] [", ']', '[', 0, ACT(change_level), "next level, the one before"},
+    {"r R", 'r', 'R', 0, CYCLE(compare, VIEW_COMPARES),
      "split sum, reference, split, difference"},
-    {"s S", 's', 'S', 0, change_split, "move the split right, left"},
-    {"g G", 'g', 'G', 0, change_gain, "more gain of the difference, less"},
-    {"1 to 9", '1', 0, '9', choose_material, "material"},
-    {"n N", 'n', 'N', 0, change_material, "next material, the one before"},
-    {"} {", '}', '{', 0, change_columns, "more columns, fewer"},
-    {") (", ')', '(', 0, change_rows, "more rows, fewer"},
-    {"a A", 'a', 'A', 0, change_metallic, "range of metallic"},
-    {"u U", 'u', 'U', 0, change_roughness, "range of roughness"},
-    {"f", 'f', 0, 0, change_fresnel, "Fresnel: table, Lagarde"},
-    {"d", 'd', 0, 0, change_diffuse, "diffuse: map, spherical harmonics"},
-    {"c", 'c', 0, 0, change_multiscatter, "multiple scattering"},
-    {"i I", 'i', 'I', 0, change_lights, "more point lights, fewer"},
-    {"x", 'x', 0, 0, change_parallax, "parallax of the scene's probe"},
-    {"k", 'k', 0, 0, change_capture, "its capture: faces, paraboloids"},
-    {"y", 'y', 0, 0, change_filter, "its filter: OpenGL, the library"},
-    {"j J", 'j', 'J', 0, change_interval, "captured more rarely, more often"},
-    {"h H", 'h', 'H', 0, change_probes, "more local probes, fewer"},
-    {"B", 'B', 0, 0, change_blend, "blending of probes"},
-    {"V", 'V', 0, 0, change_volumes, "volumes of probes as wires"},
-    {"z", 'z', 0, 0, change_capture_shadows, "shadows in captures"},
-    {"Z", 'Z', 0, 0, change_sun, "the sun as a light with shadows"},
-    {"e E", 'e', 'E', 0, change_exposure, "exposure: a quarter stop up, down"},
-    {"t T", 't', 'T', 0, change_tone, "tone: linear, Reinhard, ACES, neutral"},
-    {"v", 'v', 0, 0, change_false_colour, "false colours of luminance"},
-    {"b", 'b', 0, 0, change_sky, "sky behind the spheres"},
-    {"Right Left", VIEW_KEY_RIGHT, VIEW_KEY_LEFT, 0, move_across,
+    {"s S", 's', 'S', 0, ACT(change_split), "move the split right, left"},
+    {"g G", 'g', 'G', 0, ACT(change_gain), "more gain of the difference, less"},
+    {"1 to 9", '1', 0, '9', ACT(choose_material), "material"},
+    {"n N", 'n', 'N', 0, ACT(change_material), "next material, the one before"},
+    {"} {", '}', '{', 0, ACT(change_columns), "more columns, fewer"},
+    {") (", ')', '(', 0, ACT(change_rows), "more rows, fewer"},
+    {"a A", 'a', 'A', 0, ACT(change_metallic), "range of metallic"},
+    {"u U", 'u', 'U', 0, ACT(change_roughness), "range of roughness"},
+    {"f", 'f', 0, 0, CYCLE(fresnel, VIEW_FRESNELS), "Fresnel: table, Lagarde"},
+    {"d", 'd', 0, 0, ACT(change_diffuse), "diffuse: map, spherical harmonics"},
+    {"c", 'c', 0, 0, SWITCH(multiscatter), "multiple scattering"},
+    {"i I", 'i', 'I', 0, ACT(change_lights), "more point lights, fewer"},
+    {"x", 'x', 0, 0, SWITCH(parallax), "parallax of the scene's probe"},
+    {"k", 'k', 0, 0, CYCLE(probe_capture, VIEW_PROBE_CAPTURES),
+     "its capture: faces, paraboloids"},
+    {"y", 'y', 0, 0, CYCLE(probe_filter, VIEW_PROBE_FILTERS),
+     "its filter: OpenGL, the library"},
+    {"j J", 'j', 'J', 0, ACT(change_interval),
+     "captured more rarely, more often"},
+    {"h H", 'h', 'H', 0, ACT(change_probes), "more local probes, fewer"},
+    {"B", 'B', 0, 0, SWITCH(blend), "blending of probes"},
+    {"V", 'V', 0, 0, SWITCH(volumes), "volumes of probes as wires"},
+    {"z", 'z', 0, 0, SWITCH(capture_shadows), "shadows in captures"},
+    {"Z", 'Z', 0, 0, SWITCH(sun), "the sun as a light with shadows"},
+    {"e E", 'e', 'E', 0, ACT(change_exposure),
+     "exposure: a quarter stop up, down"},
+    {"t T", 't', 'T', 0, CYCLE(tone, VIEW_TONES),
+     "tone: linear, Reinhard, ACES, neutral"},
+    {"v", 'v', 0, 0, SWITCH(false_colour), "false colours of luminance"},
+    {"b", 'b', 0, 0, SWITCH(sky), "sky behind the spheres"},
+    {"Right Left", VIEW_KEY_RIGHT, VIEW_KEY_LEFT, 0, ACT(move_across),
      "camera round, or map sideways; mouse: drag"},
-    {"Up Down", VIEW_KEY_UP, VIEW_KEY_DOWN, 0, move_up,
+    {"Up Down", VIEW_KEY_UP, VIEW_KEY_DOWN, 0, ACT(move_up),
      "camera or map up, down"},
-    {"+ -", '+', '-', 0, approach, "nearer, farther; mouse: wheel"},
-    {"PageUp PageDown", VIEW_KEY_PAGE_UP, VIEW_KEY_PAGE_DOWN, 0, approach,
+    {"+ -", '+', '-', 0, ACT(approach), "nearer, farther; mouse: wheel"},
+    {"PageUp PageDown", VIEW_KEY_PAGE_UP, VIEW_KEY_PAGE_DOWN, 0, ACT(approach),
      "the same"},
-    {"o O", 'o', 'O', 0, change_fov, "wider field of view, narrower"},
-    {". ,", '.', ',', 0, turn, "turn the environment; mouse: right drag"},
-    {"0", '0', 0, 0, reset, "all as it was in the beginning"},
-    {"Home", VIEW_KEY_HOME, 0, 0, reset, "the same"},
-    {"w", 'w', 0, 0, print_errors, "print the error of each sphere"},
-    {"p", 'p', 0, 0, take_picture, "write iblview-NNN.png"},
-    {"?", '?', 0, 0, show_help, "this list"},
-    {"q", 'q', 0, 0, quit, "quit"},
-    {"Escape", VIEW_KEY_ESCAPE, 0, 0, quit, "the same"},
+    {"o O", 'o', 'O', 0, ACT(change_fov), "wider field of view, narrower"},
+    {". ,", '.', ',', 0, ACT(turn), "turn the environment; mouse: right drag"},
+    {"0", '0', 0, 0, ACT(reset), "all as it was in the beginning"},
+    {"Home", VIEW_KEY_HOME, 0, 0, ACT(reset), "the same"},
+    {"w", 'w', 0, 0, ACT(print_errors), "print the error of each sphere"},
+    {"p", 'p', 0, 0, ACT(take_picture), "write iblview-NNN.png"},
+    {"?", '?', 0, 0, SWITCH(help), "this list"},
+    {"q", 'q', 0, 0, ACT(quit), "quit"},
+    {"Escape", VIEW_KEY_ESCAPE, 0, 0, ACT(quit), "the same"},
 };
+
+/* Enumerations are as wide as an int, but may be unsigned. */
+_Static_assert(sizeof(view_mode) == sizeof(int), "no int");
+
+static void change_setting(view_settings *s, const key_row *r, int step)
+{
+    void *field = (char *)s + r->offset;
+    int value;
+
+    if (!r->count) {
+        *(bool *)field = !*(bool *)field;
+        return;
+    }
+    memcpy(&value, field, sizeof value);
+    value = next(value, step, r->count);
+    memcpy(field, &value, sizeof value);
+}
 
 void view_keys_press(view_app *app, int key, bool shift)
 {
@@ -395,8 +329,10 @@ void view_keys_press(view_app *app, int key, bool shift)
             step = key == VIEW_KEY_TAB && shift ? -1 : 1;
         else if (r->back && key == r->back)
             step = -1;
-        if (step)
+        if (step && r->act)
             r->act(app, step);
+        else if (step)
+            change_setting(&app->settings, r, step);
     }
     app->redraw = true;
 }
