@@ -179,7 +179,7 @@ $(BUILD)/obj/tests/bench_fft.o: LOCAL = $(if $(KISS),-DIBL_KISS \
 $(BUILD)/tests/bench_fft: TEST_LIBS = $(if $(KISS),-lkissfft-float)
 
 TEST_OBJ := $(call obj,tests/test.c tests/truth.c tests/files.c \
-                       tests/maps.c tests/textures.c)
+                       tests/maps.c tests/textures.c tests/reference.c)
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(EXR_LIBS) \

@@ -5,41 +5,12 @@
  * with GGX.
  */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "ibl/reference.h"
-#include "test.h"
+#include "reference.h"
 
 static const double pi = 3.14159265358979323846;
-static const long double pi_l = 3.14159265358979323846264338327950288L;
 static const ibl_lobe lobes[] = {IBL_LOBE_CHARLIE, IBL_LOBE_PHONG};
-
-static ibl_image make_map(ibl_ctx *ctx, int w, int h, uint64_t seed)
-{
-    ibl_image env = {0};
-    test_random rnd = {seed};
-    if (ibl_image_alloc(ctx, w, h, &env))
-        exit(1);
-    for (int k = 0; k < 3 * w * h; k++)
-        env.data[k] = seed ? (float)pow(test_random_unit(&rnd), 6) : 0;
-    return env;
-}
-
-static ibl_reference *make(ibl_ctx *ctx, const ibl_image *env, double yaw)
-{
-    ibl_reference *ref = NULL;
-    if (ibl_reference_create(ctx, env, yaw, &ref))
-        exit(1);
-    return ref;
-}
-
-static void direction(double theta, double phi, double d[3])
-{
-    d[0] = sin(theta) * cos(phi);
-    d[1] = cos(theta);
-    d[2] = sin(theta) * sin(phi);
-}
 
 /* ---- the sums, in long double ----------------------------------------- */
 
@@ -60,11 +31,6 @@ static long double weight_at(const aim *a, long double theta, long double phi)
     return a->lobe == IBL_LOBE_CHARLIE
                ? powl(sqrtl(2 * q), 1 / a->alpha) * c
                : powl(c, (1 / (a->alpha * a->alpha) - 1) / 2 + 1);
-}
-
-static long double row_angle(int w, int h, int j)
-{
-    return 2 * pi_l / w * 2 * sinl(pi_l * (j + 0.5L) / h) * sinl(pi_l / 2 / h);
 }
 
 /* By sub x sub midpoints with exact solid angles. */
@@ -110,16 +76,15 @@ static void expect(const ibl_image *env, const aim *a, int sub, double rgb[3])
 /* The change that halving the points' step still makes is the tolerance. */
 static void compare(int w, int h, double r, double theta, double phi, int sub)
 {
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_image env = make_map(ctx, w, h, 5);
-    ibl_reference *ref = make(ctx, &env, 0);
+    subject *it = subject_make(2, w, h, 5, 0);
+
     for (int k = 0; k < 2; k++) {
         const aim a = {lobes[k], (long double)r * r, theta, phi};
         double d[3], rgb[3], coarse[3], fine[3];
-        direction(theta, phi, d);
-        CHECK(!ibl_reference_lobe(ref, lobes[k], r, d, 1, rgb));
-        expect(&env, &a, sub / 2, coarse);
-        expect(&env, &a, sub, fine);
+        polar_direction(theta, phi, d);
+        CHECK(!ibl_reference_lobe(it->ref, lobes[k], r, d, 1, rgb));
+        expect(&it->env, &a, sub / 2, coarse);
+        expect(&it->env, &a, sub, fine);
         for (int c = 0; c < 3; c++) {
             const double tol =
                 (sub ? 1e-7 : 1e-12) * fine[c] + fabs(fine[c] - coarse[c]);
@@ -129,9 +94,7 @@ static void compare(int w, int h, double r, double theta, double phi, int sub)
                       fine[c], tol);
         }
     }
-    ibl_reference_free(ref);
-    ibl_image_free(&env);
-    ibl_ctx_free(ctx);
+    subject_free(it);
 }
 
 static void wide(void)
@@ -177,9 +140,8 @@ static void caps(void)
     enum {
         H = 64
     };
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_image env = make_map(ctx, 3, H, 0);
-    ibl_reference *ref = make(ctx, &env, 77);
+    subject *it = subject_make(1, 3, H, 0, 77);
+
     for (int k = 0; k < 9 * 5 * 2; k++) {
         const double roughness = r[k / 10];
         const int rows = lit[k / 2 % 5];
@@ -192,15 +154,14 @@ static void caps(void)
                          2 * s * s);
         double rgb[3];
         for (int i = 0; i < 3 * H; i++)
-            env.data[3 * i] = i < 3 * rows;
-        CHECK(!ibl_reference_lobe(ref, lobes[k % 2], roughness, up, 1, rgb));
+            it->env.data[3 * i] = i < 3 * rows;
+        CHECK(
+            !ibl_reference_lobe(it->ref, lobes[k % 2], roughness, up, 1, rgb));
         CHECK_MSG(fabs(rgb[0] - want) < 1e-8,
                   "%s r %g, %d rows: %.12g, not %.12g",
                   ibl_lobe_name(lobes[k % 2]), roughness, rows, rgb[0], want);
     }
-    ibl_reference_free(ref);
-    ibl_image_free(&env);
-    ibl_ctx_free(ctx);
+    subject_free(it);
 }
 
 /* Ahead, on the equator: by symmetry half of the lobe is above it and half to
@@ -208,28 +169,25 @@ static void caps(void)
 static void quarters(void)
 {
     static const int sizes[][2] = {{64, 32}, {8, 4}, {4, 64}, {100, 2}};
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     for (int k = 0; k < 8; k++) {
         static const double ahead[3] = {1, 0, 0};
         const int w = sizes[k / 2][0], h = sizes[k / 2][1];
-        ibl_image env = make_map(ctx, w, h, 0);
-        ibl_reference *ref = make(ctx, &env, 0);
+        subject *it = subject_make(1, w, h, 0, 0);
+
         for (int i = 0; i < w * h; i++) {
-            env.data[3 * i] = i / w < h / 2;
-            env.data[3 * i + 1] = i % w < w / 2;
-            env.data[3 * i + 2] = i / w < h / 2 && i % w < w / 2;
+            it->env.data[3 * i] = i / w < h / 2;
+            it->env.data[3 * i + 1] = i % w < w / 2;
+            it->env.data[3 * i + 2] = i / w < h / 2 && i % w < w / 2;
         }
         for (double r = 1; r > 1e-20; r *= TEST_SANITIZED ? 1e-4 : 0.05) {
             double rgb[3];
-            CHECK(!ibl_reference_lobe(ref, lobes[k % 2], r, ahead, 1, rgb));
+            CHECK(!ibl_reference_lobe(it->ref, lobes[k % 2], r, ahead, 1, rgb));
             CHECK_NEAR(rgb[0], 0.5, 1e-7);
             CHECK_NEAR(rgb[1], 0.5, 1e-7);
             CHECK_NEAR(rgb[2], 0.25, 1e-7);
         }
-        ibl_reference_free(ref);
-        ibl_image_free(&env);
+        subject_free(it);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* A thin ring about a leaning direction: of the rows of a map it has the arc
@@ -240,28 +198,26 @@ static void rings(void)
     enum {
         H = 24
     };
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_image env = make_map(ctx, 2 * H, H, 0);
-    ibl_reference *ref = make(ctx, &env, 10);
+    subject *it = subject_make(1, 2 * H, H, 0, 10);
+
     for (int k = 0; k < 12; k++) {
         const double lean = 0.3 + 0.2 * k;
         double d[3], rgb[3];
-        direction(lean, 1 + k, d);
+        polar_direction(lean, 1 + k, d);
         for (int rows = 1; rows < H; rows += 5) {
             const double c = cos(pi * rows / H) / sin(lean);
             const double want = 0.5 - asin(fmax(-1, fmin(1, c))) / pi;
             for (int i = 0; i < 2 * H * H; i++)
-                env.data[3 * i] = i / (2 * H) < rows;
-            CHECK(!ibl_reference_lobe(ref, IBL_LOBE_CHARLIE, 1e-4, d, 1, rgb));
+                it->env.data[3 * i] = i / (2 * H) < rows;
+            CHECK(!ibl_reference_lobe(it->ref, IBL_LOBE_CHARLIE, 1e-4, d, 1,
+                                      rgb));
             /* A ring of 1e-8 that grazes a border is in it along its root. */
             CHECK_MSG(
                 fabs(rgb[0] - want) < (fabs(fabs(c) - 1) < 0.01 ? 2e-3 : 2e-6),
                 "lean %g, %d rows: %.9g, not %.9g", lean, rows, rgb[0], want);
         }
     }
-    ibl_reference_free(ref);
-    ibl_image_free(&env);
-    ibl_ctx_free(ctx);
+    subject_free(it);
 }
 
 /* ---- everything else --------------------------------------------------- */
@@ -271,76 +227,65 @@ static void constants(void)
     static const int sizes[][2] = {{1, 1}, {2, 1},   {1, 3},
                                    {3, 2}, {31, 17}, {64, 32}};
     static const double r[] = {0, 1e-30, 1e-4, 0.03, 0.1, 0.3, 0.9, 1};
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     for (int k = 0; k < 12; k++) {
-        ibl_image env = make_map(ctx, sizes[k / 2][0], sizes[k / 2][1], 0);
-        ibl_reference *ref = make(ctx, &env, 33);
+        subject *it = subject_make(2, sizes[k / 2][0], sizes[k / 2][1], 0, 33);
         double d[9] = {0, 1, 0, 0, -1, 0}, rgb[9];
-        direction(1.1, k, d + 6);
-        for (int i = 0; i < 3 * env.width * env.height; i++)
-            env.data[i] = 0.7f;
+        polar_direction(1.1, k, d + 6);
+        for (int i = 0; i < 3 * it->env.width * it->env.height; i++)
+            it->env.data[i] = 0.7f;
         for (int m = 0; m < 8; m++) {
-            CHECK(!ibl_reference_lobe(ref, lobes[k % 2], r[m], d, 3, rgb));
+            CHECK(!ibl_reference_lobe(it->ref, lobes[k % 2], r[m], d, 3, rgb));
             for (int c = 0; c < 9; c++)
                 CHECK_NEAR(rgb[c], (double)0.7f, 1e-14);
         }
-        ibl_reference_free(ref);
-        ibl_image_free(&env);
+        subject_free(it);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* At roughness 1 Phong is the cosine, where both take centres; roughness 0 is
  * the pixel; GGX is what it is by its own name. */
 static void ends(void)
 {
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_image env = make_map(ctx, 40, 20, 3);
-    ibl_reference *ref = make(ctx, &env, 90);
+    subject *it = subject_make(2, 40, 20, 3, 90);
+
     for (int k = 0; k < 20; k++) {
         double d[3], rgb[3], want[3];
-        direction(0.1 + 0.14 * k, 2.0 * k, d);
-        CHECK(!ibl_reference_lobe(ref, IBL_LOBE_PHONG, 1, d, 1, rgb));
-        CHECK(!ibl_reference_irradiance(ref, d, 1, want));
+        polar_direction(0.1 + 0.14 * k, 2.0 * k, d);
+        CHECK(!ibl_reference_lobe(it->ref, IBL_LOBE_PHONG, 1, d, 1, rgb));
+        CHECK(!ibl_reference_irradiance(it->ref, d, 1, want));
         for (int c = 0; c < 3; c++)
             CHECK_NEAR(rgb[c], want[c], 1e-13);
-        CHECK(!ibl_reference_specular(ref, 0, d, 1, want));
+        CHECK(!ibl_reference_specular(it->ref, 0, d, 1, want));
         for (int l = 0; l < 3; l++) {
-            CHECK(!ibl_reference_lobe(ref, (ibl_lobe)l, 0, d, 1, rgb));
+            CHECK(!ibl_reference_lobe(it->ref, (ibl_lobe)l, 0, d, 1, rgb));
             CHECK(!memcmp(rgb, want, sizeof rgb));
         }
-        CHECK(!ibl_reference_specular(ref, 0.3, d, 1, want));
-        CHECK(!ibl_reference_lobe(ref, IBL_LOBE_GGX, 0.3, d, 1, rgb));
+        CHECK(!ibl_reference_specular(it->ref, 0.3, d, 1, want));
+        CHECK(!ibl_reference_lobe(it->ref, IBL_LOBE_GGX, 0.3, d, 1, rgb));
         CHECK(!memcmp(rgb, want, sizeof rgb));
     }
-    ibl_reference_free(ref);
-    ibl_image_free(&env);
-    ibl_ctx_free(ctx);
+    subject_free(it);
 }
 
 /* No step as r passes where pixels begin to be patches. */
 static void continuous(void)
 {
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_image env = make_map(ctx, 64, 32, 8);
-    ibl_reference *ref = make(ctx, &env, 0);
+    subject *it = subject_make(2, 64, 32, 8, 0);
     double d[3];
-    direction(0.9, 1.9, d);
+    polar_direction(0.9, 1.9, d);
     for (int k = 0; k < 2; k++) {
         double before[3], rgb[3], largest = 0;
-        CHECK(!ibl_reference_lobe(ref, lobes[k], 0.2, d, 1, before));
+        CHECK(!ibl_reference_lobe(it->ref, lobes[k], 0.2, d, 1, before));
         for (int i = 1; i <= 150; i++) {
-            CHECK(
-                !ibl_reference_lobe(ref, lobes[k], 0.2 + 0.002 * i, d, 1, rgb));
+            CHECK(!ibl_reference_lobe(it->ref, lobes[k], 0.2 + 0.002 * i, d, 1,
+                                      rgb));
             largest = fmax(largest, fabs(rgb[0] - before[0]) / before[0]);
             memcpy(before, rgb, sizeof rgb);
         }
         CHECK_MSG(largest < 0.02, "%s: a step of %g", ibl_lobe_name(lobes[k]),
                   largest);
     }
-    ibl_reference_free(ref);
-    ibl_image_free(&env);
-    ibl_ctx_free(ctx);
+    subject_free(it);
 }
 
 static void refusals(void)
@@ -350,8 +295,9 @@ static void refusals(void)
     double rgb[3] = {7, 7, 7};
     ibl_ctx *ctx = NULL;
     NEED(!ibl_ctx_create(&o, &ctx));
-    ibl_image env = make_map(ctx, 4, 2, 3);
-    ibl_reference *ref = make(ctx, &env, 0);
+    ibl_image env = map_constant(ctx, 4, 2, 0);
+    ibl_reference *ref = NULL;
+    NEED(!ibl_reference_create(ctx, &env, 0, &ref));
     CHECK(ibl_reference_lobe(ref, (ibl_lobe)3, 0.5, up, 1, rgb) ==
           IBL_ERR_ARGUMENT);
     CHECK(ibl_reference_lobe(ref, (ibl_lobe)-1, 0.5, up, 1, rgb) ==

@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: MIT */
+/* The reference's BRDF table against closed forms and sums written out here. */
+#include <math.h>
+
+#include "reference.h"
+
+static const double pi = 3.14159265358979323846;
+
+static void lut(ibl_ctx *ctx, double nv, double r, ibl_geometry g,
+                double out[2])
+{
+    out[0] = out[1] = NAN;
+    CHECK(!ibl_reference_lut(ctx, nv, r, g, out));
+}
+
+static void lut_mirror(void)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+
+    for (int g = 0; g < 2; g++) {
+        for (int k = 0; k <= 10; k++) {
+            const double nv = 0.1 * k, fc = pow(1 - nv, 5);
+            double out[2];
+            lut(ctx, nv, 0, (ibl_geometry)g, out);
+            CHECK_NEAR(out[0], 1 - fc, 1e-15);
+            CHECK_NEAR(out[1], fc, 1e-15);
+            if (!k)
+                continue;
+            lut(ctx, nv, 1e-5, (ibl_geometry)g, out);
+            CHECK_NEAR(out[0], 1 - fc, 1e-8);
+            CHECK_NEAR(out[1], fc, 1e-8);
+        }
+        double out[2];
+        lut(ctx, 0, 1e-6, IBL_GEOMETRY_SMITH, out);
+        CHECK_NEAR(out[0], 0, 1e-9);
+        CHECK_NEAR(out[1], 1, 1e-9);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/*
+ * N.V = 1: V.H = N.H = c with N.L = 2 c^2 - 1 and dL = 4 c dH, so that both
+ * integrals are ones over c alone, taken here by many midpoints in long
+ * double. At alpha = 1 Smith's G / (N.L N.V) is 2 / (N.L + 1) = 1 / c^2, and
+ * R + G is the integral from sqrt(1/2) to 1 of 4c - 2/c, 1 - ln 2.
+ */
+static void lut_straight(void)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    double out[2];
+
+    lut(ctx, 1, 1, IBL_GEOMETRY_SMITH, out);
+    CHECK_NEAR(out[0] + out[1], 1 - log(2.0), 1e-9);
+    for (int k = 0; k < 8; k++) {
+        const int g = k % 2;
+        const long double r = 1 - 0.25L * (k / 2), a2 = r * r * r * r;
+        const long double half = r * r / 2, from = sqrtl(0.5L);
+        long double sum[2] = {0};
+        const int steps = 40000;
+        for (int n = 0; n < steps; n++) {
+            /* Dense at c = 1. */
+            const long double x = (n + 0.5L) / steps;
+            const long double c = 1 - (1 - from) * x * x * x;
+            const long double nl = 2 * c * c - 1;
+            const long double t = c * c * (a2 - 1) + 1, m = 1 - c;
+            const long double fc = m * m * m * m * m;
+            const long double vis =
+                g ? 1 / (4 * (nl * (1 - half) + half))
+                  : 0.5L / (sqrtl(nl * nl * (1 - a2) + a2) + nl);
+            const long double f = a2 / (t * t) * vis * nl * 4 * c * 2 *
+                                  (1 - from) * 3 * x * x / steps;
+            sum[0] += f * (1 - fc);
+            sum[1] += f * fc;
+        }
+        lut(ctx, 1, (double)r, (ibl_geometry)g, out);
+        CHECK_NEAR(out[0], (double)sum[0], 1e-9);
+        CHECK_NEAR(out[1], (double)sum[1], 1e-9);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* alpha = 1: D = 1/pi, Smith's vis 1 / (2 (N.L + N.V)), so
+ *     R + G = integral of 2 x / (2 (x + nv)) dx = 1 - nv ln((1 + nv) / nv),
+ * and Schlick's, k = 1/2, 1 / ((x + 1) (nv + 1)):
+ *     integral of 2 x / ((x + 1) (nv + 1)) dx = 2 (1 - ln 2) / (nv + 1). */
+static void lut_rough(void)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+
+    for (int k = 0; k <= 12; k++) {
+        const double nv = k < 8 ? k / 8.0 : pow(10, 4 - k);
+        double out[2];
+        lut(ctx, nv, 1, IBL_GEOMETRY_SMITH, out);
+        CHECK_NEAR(out[0] + out[1], nv > 0 ? 1 - nv * log((1 + nv) / nv) : 1,
+                   1e-9);
+        lut(ctx, nv, 1, IBL_GEOMETRY_SCHLICK_IBL, out);
+        CHECK_NEAR(out[0] + out[1], 2 * (1 - log(2.0)) / (nv + 1), 1e-9);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* Any point, by midpoints over the hemisphere of L. */
+static void lut_hemisphere(void)
+{
+    const double points[][2] = {{0.9, 0.9}, {0.5, 0.7}, {0.2, 0.8}, {0.05, 1}};
+    const int n = 800;
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+
+    for (int k = 0; k < 4; k++) {
+        const double nv = points[k][0], r = points[k][1];
+        const double a2 = pow(r, 4), sv = sqrt(1 - nv * nv);
+        double sum[2] = {0}, out[2];
+        for (int j = 0; j < n; j++) {
+            const double x = (j + 0.5) / n, nl = x * x; /* dense at 0 */
+            const double sl = sqrt(1 - nl * nl);
+            for (int i = 0; i < n / 2; i++) {
+                const double phi = pi * (i + 0.5) / (n / 2);
+                const double vl = nv * nl + sv * sl * cos(phi);
+                const double vh = sqrt(0.5 * (1 + vl)), nh = (nl + nv) / 2 / vh;
+                const double t = nh * nh * (a2 - 1) + 1;
+                const double vis = 0.5 / (nl * sqrt(nv * nv * (1 - a2) + a2) +
+                                          nv * sqrt(nl * nl * (1 - a2) + a2));
+                const double f =
+                    a2 / (pi * t * t) * vis * nl * 2 * x / n * 2 * pi / (n / 2);
+                sum[0] += f * (1 - pow(1 - vh, 5));
+                sum[1] += f * pow(1 - vh, 5);
+            }
+        }
+        lut(ctx, nv, r, IBL_GEOMETRY_SMITH, out);
+        CHECK_NEAR(out[0], sum[0], 2e-5);
+        CHECK_NEAR(out[1], sum[1], 2e-5);
+    }
+    ibl_ctx_free(ctx);
+}
+
+static const test tests[] = {TEST(lut_mirror), TEST(lut_straight),
+                             TEST(lut_rough), TEST(lut_hemisphere)};
+TEST_MAIN(tests)

@@ -1,0 +1,90 @@
+/* SPDX-License-Identifier: MIT */
+/* The reference's spherical harmonics against closed forms. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "reference.h"
+
+static const double pi = 3.14159265358979323846;
+
+/* Y_lm sampled on the map gives 1 at (l, m) and little elsewhere; l <= 3 from
+ * the Cartesian polynomials. */
+static double harmonic(int k, const double d[3])
+{
+    const double x = d[0], y = d[1], z = d[2];
+    const double s[16] = {0.28209479177387814,
+                          0.48860251190291992 * y,
+                          0.48860251190291992 * z,
+                          0.48860251190291992 * x,
+                          1.0925484305920792 * x * y,
+                          1.0925484305920792 * y * z,
+                          0.31539156525252005 * (3 * z * z - 1),
+                          1.0925484305920792 * x * z,
+                          0.54627421529603959 * (x * x - y * y),
+                          0.59004358992664352 * y * (3 * x * x - y * y),
+                          2.8906114426405538 * x * y * z,
+                          0.45704579946446572 * y * (5 * z * z - 1),
+                          0.3731763325901154 * z * (5 * z * z - 3),
+                          0.45704579946446572 * x * (5 * z * z - 1),
+                          1.4453057213202769 * z * (x * x - y * y),
+                          0.59004358992664352 * x * (x * x - 3 * y * y)};
+
+    return s[k];
+}
+
+static void orthonormal(void)
+{
+    subject *it = subject_make(2, 256, 128, 0, -70);
+
+    for (int k = 0; k < 16; k++) {
+        double a[3 * 36];
+        for (int j = 0; j < 128; j++) {
+            for (int i = 0; i < 256; i++) {
+                double d[3];
+                polar_direction(
+                    pi * (j + 0.5) / 128,
+                    2 * pi * ((i + 0.5) / 256 - 0.5) + 70 * pi / 180, d);
+                map_pixel(&it->env, i, j)[1] = (float)harmonic(k, d);
+            }
+        }
+        CHECK(!ibl_reference_sh(it->ref, 5, a));
+        for (int m = 0; m < 36; m++) {
+            CHECK_NEAR(a[3 * m + 1], m == k, 1e-3);
+            CHECK(a[3 * m] == 0);
+        }
+    }
+    subject_free(it);
+}
+
+/* One pixel's coefficients are L dO Y, and by the addition theorem the sum of
+ * the squares of a degree is (2l + 1) / 4 pi (L dO)^2. */
+static void addition_theorem(void)
+{
+    const int at[][2] = {{0, 0}, {17, 9}, {36, 18}, {5, 13}};
+    double *a = malloc(3 * 65 * 65 * sizeof *a);
+
+    NEED(a);
+    for (int k = 0; k < 4; k++) {
+        const int i = at[k][0], j = at[k][1];
+        subject *it = subject_make(2, 37, 19, 0, 15);
+        const double flux = 1000 * (double)row_angle(37, 19, j);
+        double d[3];
+        map_pixel(&it->env, i, j)[2] = 1000;
+        polar_direction(pi * (j + 0.5) / 19,
+                        2 * pi * ((i + 0.5) / 37 - 0.5) - 15 * pi / 180, d);
+        CHECK(!ibl_reference_sh(it->ref, 64, a));
+        for (int m = 0; m < 16; m++)
+            CHECK_NEAR(a[3 * m + 2], flux * harmonic(m, d), 1e-11);
+        for (int l = 0; l <= 64; l++) {
+            double sum = 0;
+            for (int m = l * l; m < (l + 1) * (l + 1); m++)
+                sum += a[3 * m + 2] * a[3 * m + 2];
+            CHECK_NEAR(sum / (flux * flux) * 4 * pi / (2 * l + 1), 1, 1e-11);
+        }
+        subject_free(it);
+    }
+    free(a);
+}
+
+static const test tests[] = {TEST(orthonormal), TEST(addition_theorem)};
+TEST_MAIN(tests)

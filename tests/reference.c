@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: MIT */
+#include "reference.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+const long double pi_l = 3.14159265358979323846264338327950288L;
+
+subject *subject_make(int threads, int width, int height, uint64_t seed,
+                      double yaw_deg)
+{
+    subject *s = calloc(1, sizeof *s);
+    test_random rnd = {seed};
+
+    if (!s)
+        exit(1);
+    s->ctx = test_ctx(threads, IBL_ISA_AUTO);
+    s->env = map_constant(s->ctx, width, height, 0);
+    for (size_t k = 0; seed && k < map_floats(&s->env); k++)
+        s->env.data[k] = (float)pow(test_random_unit(&rnd), 6.0);
+    if (ibl_reference_create(s->ctx, &s->env, yaw_deg, &s->ref))
+        exit(1);
+    return s;
+}
+
+void subject_free(subject *s)
+{
+    ibl_reference_free(s->ref);
+    ibl_image_free(&s->env);
+    ibl_ctx_free(s->ctx);
+    free(s);
+}
+
+void polar_direction(double theta, double phi, double d[3])
+{
+    d[0] = sin(theta) * cos(phi);
+    d[1] = cos(theta);
+    d[2] = sin(theta) * sin(phi);
+}
+
+void random_direction(test_random *rnd, double d[3])
+{
+    const double theta = acos(2 * test_random_unit(rnd) - 1);
+
+    polar_direction(theta, 2 * (double)pi_l * test_random_unit(rnd), d);
+}
+
+long double row_angle(int w, int h, int j)
+{
+    return 2 * pi_l / w * 2 * sinl(pi_l * (j + 0.5L) / h) * sinl(pi_l / 2 / h);
+}

@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: MIT */
+/* What the tests of ibl/reference.h share. */
+#ifndef TESTS_REFERENCE_H
+#define TESTS_REFERENCE_H
+
+#include "ibl/reference.h"
+#include "maps.h"
+#include "test.h"
+
+/* A map and its reference. */
+typedef struct subject {
+    ibl_ctx *ctx;
+    ibl_image env;
+    ibl_reference *ref;
+} subject;
+
+/* Of random values 0..1, few of them bright; seed 0: black. The reference sees
+ * what is changed in the map. */
+subject *subject_make(int threads, int width, int height, uint64_t seed,
+                      double yaw_deg);
+void subject_free(subject *s);
+
+/* theta from +Y, phi as the map's columns without yaw. */
+void polar_direction(double theta, double phi, double d[3]);
+void random_direction(test_random *rnd, double d[3]);
+
+extern const long double pi_l;
+
+/* Exact solid angle of a pixel in row j of a w x h map. */
+long double row_angle(int w, int h, int j);
+
+#endif
