@@ -454,7 +454,7 @@ test_mistakes() {
     while IFS='|' read -r change glob; do
         [ -z "$change" ] || wrong "$change" "iblbake: bad.json: $glob"
     done <<'END'
-s.version = 2|version: expected a whole number from 1 to 1, found 2
+s.version = 2|version: expected 1, found 2
 delete s.version|version: expected *, found nothing
 delete s.probes; s.min = [0, 0, 0]|is a grid: add --grid, *
 s.extra = 1|extra: expected no such member, but version, defaults, global or probes; found "extra"

@@ -209,7 +209,9 @@ bool ibl_json_int(const ibl_json_at *at, int low, int high, int *value)
     const json_int_t n = json_integer_value(at->value);
 
     if (!json_is_integer(at->value) || n < low || n > high)
-        return ibl_json_wrong(at, "a whole number from %d to %d", low, high);
+        return low == high ? ibl_json_wrong(at, "%d", low)
+                           : ibl_json_wrong(at, "a whole number from %d to %d",
+                                            low, high);
     *value = (int)n;
     return true;
 }
