@@ -104,7 +104,7 @@ ISA =
 %_avx2.o: ISA := -mavx2 -mfma -mf16c
 %_avx512.o: ISA := -mavx512f -mavx512bw -mavx512dq -mavx512vl -mavx2 -mfma \
                    -mf16c -mprefer-vector-width=512
-EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/check_exr.o tests/check_source.o tests/bench_set.o)
+EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/check_exr_chroma.o tests/check_source.o tests/bench_set.o)
 $(EXR_OBJ): LOCAL = $(EXR_CFLAGS)
 $(BUILD)/obj/src/io/bridge.o: LOCAL = -DIBL_BRIDGE='"$(LIBDIR)/iblbake/libiblbridge.so"'
 $(BUILD)/obj/src/view/%.o: LOCAL = $(VIEW_CFLAGS)
@@ -179,7 +179,8 @@ $(BUILD)/obj/tests/bench_fft.o: LOCAL = $(if $(KISS),-DIBL_KISS \
 $(BUILD)/tests/bench_fft: TEST_LIBS = $(if $(KISS),-lkissfft-float)
 
 TEST_OBJ := $(call obj,tests/test.c tests/truth.c tests/files.c \
-                       tests/maps.c tests/textures.c tests/reference.c)
+                       tests/maps.c tests/textures.c tests/reference.c \
+                       tests/exr.c)
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(EXR_LIBS) \

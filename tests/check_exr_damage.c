@@ -1,0 +1,215 @@
+/* SPDX-License-Identifier: MIT */
+/* Damaged EXR files are refused with one line, and those of other kinds. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "exr.h"
+#include "files.h"
+
+/* Decodes bytes in memory of just their size, so that a sanitizer sees every
+ * byte too far. True if it went well or was refused with one line. */
+static bool survives(ibl_ctx *ctx, const unsigned char *bytes, size_t size,
+                     ibl_status *status)
+{
+    ibl_read_options opts = ibl_read_options_default();
+    ibl_read_report report = {.format = ""};
+    ibl_image img = {0};
+    unsigned char *copy = malloc(size ? size : 1);
+    memcpy(copy, bytes, size);
+    memset(&test_exr_kept, 0, sizeof test_exr_kept);
+    opts.any_aspect = 1;
+    opts.alpha = IBL_ALPHA_FILE;
+    *status = test_exr_decode_bytes(ctx, copy, size, &opts, &img, &report);
+    free(copy);
+    if (!*status) {
+        ibl_image_free(&img);
+        return true;
+    }
+    return test_exr_kept.text[0][0] && !img.data &&
+           !strchr(test_exr_kept.text[0], '\n');
+}
+
+static void cut_short(void)
+{
+    if (!test_exr_ready())
+        return;
+    ibl_ctx *ctx = file_ctx(2, &test_exr_kept, NULL);
+    ibl_image img = test_exr_source(ctx, 24, 40);
+
+    NEED(file_save_pfm(file_path("s.pfm"), &img));
+    NEED(file_run("oiiotool s.pfm -d half --compression zip -o 0.exr "
+                  "--compression piz -o 1.exr --tile 16 16 --compression b44 "
+                  "-o 2.exr && oiiotool 0.exr 0.exr --siappend -o 3.exr"));
+    for (int i = 0; i < 4; i++) {
+        char name[] = "0.exr";
+        size_t size;
+        name[0] = (char)('0' + i);
+        unsigned char *bytes = file_load(file_path(name), &size);
+        ibl_status status;
+        /* A multi-part file's first part may be whole in a cut file. */
+        const size_t end = i == 3 ? size / 2 : size;
+        for (size_t n = 0; n < end; n += n < 600 ? 1 : 7) {
+            CHECK_MSG(survives(ctx, bytes, n, &status), "%s at %zu", name, n);
+            CHECK_MSG(status == IBL_ERR_FORMAT, "%s at %zu: %d", name, n,
+                      status);
+        }
+        free(bytes);
+    }
+    ibl_image_free(&img);
+    ibl_ctx_free(ctx);
+}
+
+static void bits_flipped(void)
+{
+    if (!test_exr_ready())
+        return;
+    ibl_ctx *ctx = file_ctx(2, &test_exr_kept, NULL);
+    ibl_image img = test_exr_source(ctx, 24, 40);
+    test_random r = {2024};
+    char command[2000] = "oiiotool s.pfm --ch R,G,B,A=0.5";
+    int refused = 0;
+
+    NEED(file_save_pfm(file_path("s.pfm"), &img));
+    for (int c = 0; c < 8; c++)
+        sprintf(command + strlen(command),
+                " -d %s --compression %s --scanline -o %d.exr --tile 16 16 -o "
+                "%d.exr",
+                test_exr_types[c % 2], test_exr_compressions[c], 2 * c,
+                2 * c + 1);
+    NEED(file_run("%s", command));
+    for (int i = 0; i < 16; i++) {
+        char name[16];
+        size_t size;
+        sprintf(name, "%d.exr", i);
+        unsigned char *bytes = file_load(file_path(name), &size);
+        for (int round = 0; round < 250; round++) {
+            unsigned char was[3];
+            size_t at[3];
+            ibl_status status;
+            for (int k = 0; k < 3; k++) {
+                const size_t range = round % 2 ? size : 700;
+                at[k] = (size_t)(test_random_unit(&r) *
+                                 (double)(range < size ? range : size));
+                was[k] = bytes[at[k]];
+                bytes[at[k]] ^= (unsigned char)(1 << test_random_u64(&r) % 8);
+            }
+            CHECK_MSG(survives(ctx, bytes, size, &status), "%s round %d", name,
+                      round);
+            refused += status != IBL_OK;
+            for (int k = 3; k-- > 0;)
+                bytes[at[k]] = was[k];
+        }
+        free(bytes);
+    }
+    CHECK(refused > 100);
+    ibl_image_free(&img);
+    ibl_ctx_free(ctx);
+}
+
+/* Where the value of an attribute begins. */
+static unsigned char *attribute(unsigned char *bytes, size_t size,
+                                const char *name, const char *type)
+{
+    const size_t n = strlen(name) + 1, t = strlen(type) + 1;
+    for (size_t i = 8; i + n + t + 4 < size; i++)
+        if (!memcmp(bytes + i, name, n) && !memcmp(bytes + i + n, type, t))
+            return bytes + i + n + t + 4;
+    return NULL;
+}
+
+static void patch32(unsigned char *at, uint32_t v)
+{
+    for (int i = 0; i < 4; i++)
+        at[i] = (unsigned char)(v >> 8 * i);
+}
+
+static void absurd_claims(void)
+{
+    static const int32_t boxes[][4] = {{0, 0, 65535, 32767},
+                                       {0, 0, 0x3ffffffe, 0x3ffffffe},
+                                       {0, 0, -1, -1},
+                                       {5, 5, 4, 4},
+                                       {-0x7fffffff, 0, 0, 9},
+                                       {0, 0, 0x7fffffff, 9},
+                                       {0, 0, 65535, 39},
+                                       {0, 0, 23, 0x3ffffff},
+                                       {0x3ffffff0, 0, 0x3ffffff8, 9}};
+    if (!test_exr_ready())
+        return;
+    ibl_ctx *ctx = file_ctx(2, &test_exr_kept, NULL);
+    ibl_image img = test_exr_source(ctx, 24, 40);
+
+    NEED(file_save_pfm(file_path("s.pfm"), &img));
+    NEED(file_run("oiiotool s.pfm -d half --compression zip -o 0.exr --tile 16 "
+                  "16 -o 1.exr --compression none --scanline -o 2.exr"));
+    for (int i = 0; i < 3; i++) {
+        char name[] = "0.exr";
+        size_t size;
+        ibl_status status;
+        name[0] = (char)('0' + i);
+        unsigned char *bytes = file_load(file_path(name), &size);
+        for (size_t b = 0; b < sizeof boxes / sizeof boxes[0]; b++) {
+            for (int both = 0; both < 2; both++) {
+                unsigned char *copy = malloc(size);
+                memcpy(copy, bytes, size);
+                for (int k = 0; k < 4; k++) {
+                    patch32(attribute(copy, size, "dataWindow", "box2i") +
+                                4 * k,
+                            (uint32_t)boxes[b][k]);
+                    if (both)
+                        patch32(
+                            attribute(copy, size, "displayWindow", "box2i") +
+                                4 * k,
+                            (uint32_t)boxes[b][k]);
+                }
+                CHECK_MSG(survives(ctx, copy, size, &status) &&
+                              (status == IBL_ERR_FORMAT ||
+                               status == IBL_ERR_UNSUPPORTED),
+                          "%s box %zu: %d %s", name, b, status,
+                          test_exr_kept.text[0]);
+                free(copy);
+            }
+        }
+        if (i == 1) {
+            unsigned char *copy = malloc(size);
+            memcpy(copy, bytes, size);
+            for (uint32_t v = 0; v < 0x40000000u; v = v * 2 + 1) {
+                patch32(attribute(copy, size, "tiles", "tiledesc"), v);
+                CHECK(survives(ctx, copy, size, &status));
+            }
+            free(copy);
+        }
+        free(bytes);
+    }
+    ibl_image_free(&img);
+    ibl_ctx_free(ctx);
+}
+
+static void refused_kinds(void)
+{
+    if (!test_exr_ready())
+        return;
+    ibl_ctx *ctx = file_ctx(2, &test_exr_kept, NULL);
+    ibl_image img = test_exr_source(ctx, 70, 35), a = {0};
+    ibl_read_report report;
+
+    NEED(file_save_pfm(file_path("s.pfm"), &img));
+    NEED(file_run("oiiotool s.pfm --ch R,G,B,A=1,Z=1 -d half --deepen -o "
+                  "deep.exr && oiiotool s.pfm --ch Z=1,id=2 -o z.exr && "
+                  "oiiotool s.pfm -d half --compression zip -o cube.exr"));
+    CHECK(test_exr_decode(ctx, file_path("deep.exr"), NULL, -1, &a, &report) ==
+          IBL_ERR_UNSUPPORTED);
+    CHECK_MSG(strstr(test_exr_kept.text[0], "deep"), "%s",
+              test_exr_kept.text[0]);
+    CHECK(test_exr_decode(ctx, file_path("z.exr"), NULL, -1, &a, &report) ==
+          IBL_ERR_FORMAT);
+    CHECK_MSG(strstr(test_exr_kept.text[0], "Z, id"), "%s",
+              test_exr_kept.text[0]);
+    ibl_image_free(&img);
+    ibl_ctx_free(ctx);
+}
+
+static const test tests[] = {TEST(cut_short), TEST(bits_flipped),
+                             TEST(absurd_claims), TEST(refused_kinds)};
+TEST_MAIN(tests)
