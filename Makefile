@@ -116,10 +116,13 @@ $(BUILD)/obj/src/cli/%.o: LOCAL = $(CLI_CFLAGS) -DIBL_REVISION='"$(REVISION)"'
 # change with it alone.
 $(BUILD)/used-cc: export USED = $(CC) $(CPPFLAGS) $(CFLAGS)
 $(BUILD)/used-libdir: export USED = $(LIBDIR)
-$(BUILD)/used-cc $(BUILD)/used-libdir: FORCE
+$(BUILD)/used-revision: export USED = $(REVISION)
+$(BUILD)/used-cc $(BUILD)/used-libdir $(BUILD)/used-revision: FORCE
 	@mkdir -p $(@D)
 	@echo "$$USED" | cmp -s - $@ || echo "$$USED" >$@
 $(BUILD)/obj/src/io/bridge.o: $(BUILD)/used-libdir
+$(addprefix $(BUILD)/obj/src/cli/,version.o json_text.o probes_plan.o): \
+    $(BUILD)/used-revision
 
 $(BUILD)/obj/%.o: %.c $(BUILD)/used-cc
 	@mkdir -p $(@D)
