@@ -210,41 +210,43 @@ $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
 tests: $(TESTS)
 benches: $(BENCHES)
 
-## demo: set up, bake data/sky.exr into build/demo, leave pictures
+## demo: set up, bake data/forest.exr, leave pictures in build/demo
 demo: deps
 	@echo "iblbake: building"
 	+@$(MAKE) -s $(JOBS) DEPS=no all
-	$(BIN) data/sky.exr -o build/demo --skybox 512 -v \
-	    --preview build/demo/sky.png
+	$(BIN) data/forest.exr -o build/demo/forest --skybox 512 -v \
+	    --preview build/demo/forest.png
 	+@$(MAKE) -s DEPS=no demo-view
 
-# The same environment on spheres: the README's picture, and a sheet.
+# The same environment on spheres: the README's picture, and a sheet. The room
+# is under one with a sun.
 .PHONY: demo-view
 ifeq ($(HAVE_VIEW),yes)
 demo-view: $(VIEW)
-	$(VIEW) build/demo --offscreen build/demo/spheres.png $(SPHERES)
-	$(VIEW) build/demo --contact-sheet build/demo/sheet.png
-	$(VIEW) build/demo --mode scene --offscreen build/demo/scene.png $(ROOM)
-	@ls -l build/demo
-	@echo "iblbake: look at sky.png, spheres.png, sheet.png and scene.png in" \
-	    "build/demo, or run $(VIEW) build/demo"
+	$(VIEW) build/demo/forest --offscreen build/demo/spheres.png $(SPHERES)
+	$(VIEW) build/demo/forest --contact-sheet build/demo/sheet.png
+	$(BIN) data/sky.exr -q -o build/demo/sky --skybox 512
+	$(VIEW) build/demo/sky --mode scene --offscreen build/demo/scene.png $(ROOM)
+	@ls -l build/demo build/demo/forest
+	@echo "iblbake: look at forest.png, spheres.png, sheet.png and scene.png" \
+	    "in build/demo, or run $(VIEW) build/demo/forest"
 else
 demo-view:
-	@ls -l build/demo
-	@echo "iblbake: look at build/demo/sky.png; there are no spheres, because" \
+	@ls -l build/demo build/demo/forest
+	@echo "iblbake: look at build/demo/forest.png; there are no spheres, because" \
 	    "iblview was not built"
 endif
-SPHERES = --size 896x504 --grid 5x9 --turn 215 --pitch 4
+SPHERES = --size 896x504 --grid 4x8 --turn 250 --pitch 4
 ROOM = --size 896x504 --turn 215 --pitch 16 --distance 4.6 --fov 65 --seconds 3 \
        --probes 16
 
-## pictures: the README's, from the demo's environment, into data/
-SCENE = $(VIEW) build/demo -q --mode scene --size 480x270 --turn 215 \
+## pictures: the README's, from the demo's environments, into data/
+SCENE = $(VIEW) build/demo/sky -q --mode scene --size 480x270 --turn 215 \
         --offscreen data/scene
 WIDE = --distance 4.6 --fov 65 --seconds 3
 .PHONY: pictures
 pictures: demo
-	$(BIN) data/sky.exr -q -o build/pictures --preview data/preview.png
+	$(BIN) data/forest.exr -q -o build/pictures --preview data/preview.png
 	cp build/demo/spheres.png data/iblview.png
 	$(SCENE)-infinite.png $(WIDE) --pitch 16 --no-parallax
 	$(SCENE)-parallax.png $(WIDE) --pitch 16
