@@ -313,12 +313,9 @@ int ibl_bake_run(const ibl_opts *opts)
     if (!status)
         status = ibl_start(&opts->common, &console, &b.ctx);
     if (!status)
-        status = ibl_outputs_create(b.ctx, &b.outputs);
-    if (!status) {
-        ibl_outputs_sync(b.outputs, opts->sync);
-        ibl_signals_guard(b.outputs);
+        status = ibl_start_outputs(b.ctx, opts->sync, &b.outputs);
+    if (!status)
         status = ibl_outputs_mkdir(b.outputs, opts->directory);
-    }
     if (!status)
         status = ibl_targets_check(&b);
     if (!status)
@@ -329,12 +326,8 @@ int ibl_bake_run(const ibl_opts *opts)
         ibl_console_progress(&console, "write", 1);
         status = ibl_outputs_wait(b.outputs);
     }
-    if (!status) {
-        ibl_signals_hold();
-        status = ibl_outputs_commit(b.outputs);
-        ibl_signals_guard(NULL);
-        ibl_signals_release();
-    }
+    if (!status)
+        status = ibl_commit_outputs(b.outputs);
     ibl_console_finish(&console);
     if (status)
         ibl_console_fail(&console, "%s", ibl_status_text(status));

@@ -74,8 +74,7 @@ static bool write_reports(const ibl_bench *b, const report *reports, int count)
 
     ibl_status status = ibl_start(&b->opts->common, b->console, &ctx);
     if (!status)
-        status = ibl_outputs_create(ctx, &outputs);
-    ibl_signals_guard(outputs);
+        status = ibl_start_outputs(ctx, 0, &outputs);
     for (int i = 0; i < count && !status; i++) {
         char *text;
         if (!reports[i].path)
@@ -86,12 +85,8 @@ static bool write_reports(const ibl_bench *b, const report *reports, int count)
                  : IBL_ERR_MEMORY;
         free(text);
     }
-    if (!status) {
-        ibl_signals_hold();
-        status = ibl_outputs_commit(outputs);
-        ibl_signals_guard(NULL);
-        ibl_signals_release();
-    }
+    if (!status)
+        status = ibl_commit_outputs(outputs);
     if (status)
         ibl_console_fail(b->console, "the reports: %s",
                          ibl_status_text(status));

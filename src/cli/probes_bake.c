@@ -335,13 +335,7 @@ static ibl_status commit(ibl_probes_bake *p)
     ibl_console_progress(p->console, "write", 1);
     ibl_status status = ibl_outputs_wait(p->outputs);
 
-    if (status)
-        return status;
-    ibl_signals_hold();
-    status = ibl_outputs_commit(p->outputs);
-    ibl_signals_guard(NULL);
-    ibl_signals_release();
-    return status;
+    return status ? status : ibl_commit_outputs(p->outputs);
 }
 
 /* How much was done, for -v. */
@@ -393,12 +387,9 @@ int ibl_probes_run(const void *settings)
     if (!status)
         status = ibl_start(&opts->common, &console, &p.ctx);
     if (!status)
-        status = ibl_outputs_create(p.ctx, &p.outputs);
-    if (!status) {
-        ibl_outputs_sync(p.outputs, opts->sync);
-        ibl_signals_guard(p.outputs);
+        status = ibl_start_outputs(p.ctx, opts->sync, &p.outputs);
+    if (!status)
         status = ibl_outputs_mkdir(p.outputs, opts->output);
-    }
     if (!status && p.held < 0)
         ibl_probes_hold(&p);
     if (!status)

@@ -335,14 +335,11 @@ static ibl_status write_set(const ibl_probes_opts *opts, ibl_console *console,
     common.threads = 1;
     status = ibl_start(&common, console, &ctx);
     if (!status)
-        status = ibl_outputs_create(ctx, &outputs);
-    if (!status) {
-        ibl_outputs_sync(outputs, opts->sync);
-        ibl_signals_guard(outputs);
-        status = ibl_outputs_add(outputs, opts->output, text, strlen(text));
-    }
+        status = ibl_start_outputs(ctx, opts->sync, &outputs);
     if (!status)
-        status = ibl_outputs_commit(outputs);
+        status = ibl_outputs_add(outputs, opts->output, text, strlen(text));
+    if (!status)
+        status = ibl_commit_outputs(outputs);
     ibl_signals_guard(NULL);
     ibl_outputs_free(outputs);
     ibl_ctx_free(ctx);

@@ -26,3 +26,23 @@ ibl_status ibl_start(const ibl_common *common, ibl_console *console,
     free(bridge);
     return status;
 }
+
+ibl_status ibl_start_outputs(ibl_ctx *ctx, int sync, ibl_outputs **outputs)
+{
+    const ibl_status status = ibl_outputs_create(ctx, outputs);
+
+    if (!status) {
+        ibl_outputs_sync(*outputs, sync);
+        ibl_signals_guard(*outputs);
+    }
+    return status;
+}
+
+ibl_status ibl_commit_outputs(ibl_outputs *outputs)
+{
+    ibl_signals_hold();
+    const ibl_status status = ibl_outputs_commit(outputs);
+    ibl_signals_guard(NULL);
+    ibl_signals_release();
+    return status;
+}

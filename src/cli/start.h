@@ -9,4 +9,9 @@
 ibl_status ibl_start(const ibl_common *common, ibl_console *console,
                      ibl_ctx **ctx);
 
+/* Outputs that a signal aborts, until they are committed or guarded no more. */
+ibl_status ibl_start_outputs(ibl_ctx *ctx, int sync, ibl_outputs **outputs);
+/* A signal waits until all of them are in place. */
+ibl_status ibl_commit_outputs(ibl_outputs *outputs);
+
 #endif

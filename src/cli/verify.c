@@ -179,7 +179,7 @@ static ibl_status put_results(verify *v, bool passed)
     if (!v->opts->common.quiet &&
         !(v->opts->json && !strcmp(v->opts->json, "-")))
         ibl_report_print(&v->report, stdout);
-    return ibl_outputs_commit(v->outputs);
+    return ibl_commit_outputs(v->outputs);
 }
 
 static void free_verify(verify *v)
@@ -206,11 +206,9 @@ int ibl_verify_run(const void *settings)
     ibl_signals_catch();
     status = ibl_start(&opts->common, &console, &v.ctx);
     if (!status)
-        status = ibl_outputs_create(v.ctx, &v.outputs);
-    if (!status) {
-        ibl_signals_guard(v.outputs);
+        status = ibl_start_outputs(v.ctx, 0, &v.outputs);
+    if (!status)
         status = ibl_verify_files_read(opts, v.ctx, &console, &v.files);
-    }
     if (!status)
         status = judge_all(&v);
     if (!status) {
