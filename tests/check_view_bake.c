@@ -1,0 +1,260 @@
+/* SPDX-License-Identifier: MIT */
+/* Sets that the viewer bakes, and files that change. */
+#include <fcntl.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "files.h"
+#include "sets.h"
+#include "test.h"
+#include "view.h"
+#include "view/set.h"
+
+/* ---- bakes ------------------------------------------------------------- */
+
+static void bake_is_that_of_the_program(void)
+{
+    ibl_ctx *ctx = view_test_ctx(2);
+    view_set read, made, image;
+    ibl_image map = sets_read_map(ctx);
+
+    NEED(file_run("'%s' -q '%s' --sh 4 -o same", file_built("iblbake"),
+                  sets_file()));
+    NEED(sets_open(ctx, "same", &read));
+    NEED(view_set_bake(ctx, sets_file(), &made));
+    sets_check_same(&read, &made, "baked");
+    CHECK(made.map && !strcmp(made.map, sets_file()));
+    CHECK(!view_stamp_changed(&made, &made.read, 0));
+    CHECK(made.read.file[VIEW_CONTENTS + 1].size > 0);
+    if (!TEST_SANITIZED) {
+        NEED(view_set_bake_image(ctx, "sky", &map, NULL, &image));
+        sets_check_same(&read, &image, "baked from memory");
+        CHECK(!image.map);
+        view_set_free(&image);
+    }
+    view_set_free(&read);
+    view_set_free(&made);
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+}
+
+static void bake_fails_with_a_line(void)
+{
+    ibl_ctx *ctx = view_test_ctx(2);
+    view_set set;
+
+    NEED(file_run("echo nonsense >map.hdr"));
+    static const char *const names[] = {"map.hdr", "no.hdr"};
+    for (int i = 0; i < 2; i++) {
+        view_test_catch();
+        const bool ok = view_set_bake(ctx, file_path(names[i]), &set);
+        const char *said = view_test_caught();
+        CHECK_MSG(!ok && sets_lines(said) == 1 && strstr(said, names[i]), "%s",
+                  said);
+        CHECK(!set.name && !set.texture[VIEW_SPECULAR].data);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* A map that takes a while. */
+static const char *large_map(void)
+{
+    static char path[512];
+    const int width = TEST_SANITIZED ? 512 : 4096;
+    FILE *f;
+
+    if (*path)
+        return path;
+    snprintf(path, sizeof path, "%s/large.hdr", test_dir());
+    f = fopen(path, "wb");
+    if (!f)
+        exit(1);
+    fprintf(f, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y %d +X %d\n", width / 2,
+            width);
+    test_random random = {3};
+    for (int i = 0; i < width * width / 2; i++) {
+        const uint64_t bits = test_random_u64(&random);
+        const unsigned char rgbe[4] = {(unsigned char)(bits | 128),
+                                       (unsigned char)(bits >> 8),
+                                       (unsigned char)(bits >> 16), 128};
+        fwrite(rgbe, 1, 4, f);
+    }
+    if (fclose(f))
+        exit(1);
+    return path;
+}
+
+static void pause_for(double seconds)
+{
+    const struct timespec t = {(time_t)seconds,
+                               (long)(1e9 * (seconds - floor(seconds)))};
+    nanosleep(&t, NULL);
+}
+
+static void baker_bakes(void)
+{
+    ibl_ctx *ctx = view_test_ctx(2);
+    view_set made, set;
+    char stage[64] = "";
+    double done, before = 0;
+    int seen = 0;
+
+    view_baker *baker = view_baker_start(large_map());
+    NEED(baker);
+    while (!view_baker_poll(baker, stage, &done)) {
+        CHECK_MSG(done >= before && done <= 1, "%g after %g", done, before);
+        seen += done > before;
+        before = done;
+        pause_for(0.002);
+    }
+    CHECK(done == 1 && *stage);
+    CHECK_MSG(seen > 2, "progress was seen to move %d times", seen);
+    NEED(view_baker_finish(baker, &set));
+    NEED(view_set_bake(ctx, large_map(), &made));
+    sets_check_same(&made, &set, "beside the window");
+    view_set_free(&made);
+    view_set_free(&set);
+    ibl_ctx_free(ctx);
+}
+
+/* Of all threads of this process, which waiting does not change. */
+static double processor_seconds(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static void baker_is_cancelled(void)
+{
+    static const double after[] = {0, 0.001, 0.01, 0.05};
+    const char *path = large_map();
+    view_set set;
+    double spent = -processor_seconds();
+    NEED(view_baker_finish(view_baker_start(path), &set));
+    spent += processor_seconds();
+    view_set_free(&set);
+    for (int i = 0; i < 4; i++) {
+        double cancelled = -processor_seconds();
+        view_baker *baker = view_baker_start(path);
+        NEED(baker);
+        pause_for(after[i]);
+        view_test_catch();
+        CHECK(!view_baker_finish(baker, NULL));
+        CHECK(!*view_test_caught());
+        cancelled += processor_seconds();
+        CHECK_MSG(i > 0 || cancelled < 0.5 * spent,
+                  "cancelled after %g s of work, all of it takes %g", cancelled,
+                  spent);
+    }
+    /* One that has ended already. */
+    view_baker *baker = view_baker_start(sets_file());
+    char stage[64];
+    double done;
+    NEED(baker);
+    while (!view_baker_poll(baker, stage, &done))
+        pause_for(0.002);
+    CHECK(!view_baker_finish(baker, NULL));
+}
+
+static void baker_fails(void)
+{
+    view_set set;
+    view_baker *baker;
+
+    memset(&set, 1, sizeof set);
+    view_test_catch();
+    baker = view_baker_start(file_path("not there.hdr"));
+    const bool ok = baker && view_baker_finish(baker, &set);
+    const char *said = view_test_caught();
+    CHECK(!ok && !set.name && !set.texture[VIEW_LUT].data);
+    CHECK_MSG(sets_lines(said) == 1 && strstr(said, "not there.hdr"), "%s",
+              said);
+}
+
+/* ---- files that change ------------------------------------------------ */
+
+/* Whether a change is seen within some seconds. */
+static bool comes(const view_set *set, const view_stamp *stamp, double settle)
+{
+    for (int i = 0; i < 200; i++) {
+        if (view_stamp_changed(set, stamp, settle))
+            return true;
+        pause_for(0.01);
+    }
+    return false;
+}
+
+static void stamps(void)
+{
+    ibl_ctx *ctx = view_test_ctx(2);
+    view_set set;
+    view_stamp stamp;
+
+    NEED(sets_bake("stamp", ""));
+    NEED(sets_open(ctx, "stamp", &set));
+    view_stamp_take(&set, &stamp);
+    for (int i = 0; i < VIEW_STAMPS; i++)
+        CHECK(stamp.file[i].size < 0 ||
+              view_file_stamp_same(&set.read.file[i], &stamp.file[i]));
+    CHECK(!view_stamp_changed(&set, &set.read, 0));
+    CHECK(!view_stamp_changed(&set, &stamp, 0));
+    /* Renamed over with the same size and time: another file all the same. */
+    NEED(file_run("cd stamp && cp -p brdf_lut.ktx2 x && mv x brdf_lut.ktx2"));
+    CHECK(comes(&set, &stamp, 0));
+    CHECK(!view_stamp_changed(&set, &stamp, 60));
+    CHECK(comes(&set, &stamp, 0.2));
+    view_stamp_take(&set, &stamp);
+    CHECK(!view_stamp_changed(&set, &stamp, 0));
+    /* Written anew by the program itself. */
+    NEED(sets_bake("stamp", "--levels 2"));
+    CHECK(comes(&set, &stamp, 0));
+    /* One that is gone alone is about to come back, or so it may be. */
+    view_stamp_take(&set, &stamp);
+    NEED(file_run("mv stamp/sky.json away"));
+    CHECK(!view_stamp_changed(&set, &stamp, 0));
+    NEED(file_run("touch stamp/brdf_lut.ktx2"));
+    CHECK(!view_stamp_changed(&set, &stamp, 5));
+    CHECK(comes(&set, &stamp, 0));
+    CHECK(comes(&set, &stamp, 0.02));
+    /* Without the specular file there is no set. */
+    NEED(file_run("mv stamp/sky_specular.ktx2 specular"));
+    CHECK(!view_stamp_changed(&set, &stamp, 0));
+    NEED(file_run("mv specular stamp/sky_specular.ktx2"));
+    NEED(file_run("mv away stamp/sky.json"));
+    CHECK(comes(&set, &stamp, 0));
+    view_set_free(&set);
+    /* A map that was baked here. */
+    NEED(file_run("cp '%s' map_of_stamp.hdr", sets_file()));
+    set.map = strdup(file_path("map_of_stamp.hdr"));
+    view_stamp_take(&set, &stamp);
+    CHECK(!view_stamp_changed(&set, &stamp, 0));
+    NEED(file_run("touch -d 2001-02-03 map_of_stamp.hdr"));
+    CHECK(comes(&set, &stamp, 0));
+    view_set_free(&set);
+    ibl_ctx_free(ctx);
+}
+
+static const test tests[] = {
+    TEST(bake_is_that_of_the_program),
+    TEST(bake_fails_with_a_line),
+    TEST(baker_bakes),
+    TEST(baker_is_cancelled),
+    TEST(baker_fails),
+    TEST(stamps),
+};
+
+int main(int argc, char **argv)
+{
+    const size_t count = sizeof tests / sizeof tests[0];
+#ifdef __SANITIZE_THREAD__
+    const size_t first = 1; /* no threads, but half a minute */
+#else
+    const size_t first = 0;
+#endif
+    return test_main(argc, argv, tests + first, count - first);
+}

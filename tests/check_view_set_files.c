@@ -1,0 +1,308 @@
+/* SPDX-License-Identifier: MIT */
+/* Files that do not fit, or tell little or nonsense, as sets of the viewer. */
+#include <fcntl.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "files.h"
+#include "sets.h"
+#include "test.h"
+#include "view.h"
+#include "view/set.h"
+
+/* ---- directories and files that do not fit ---------------------------- */
+
+static void directories(void)
+{
+    ibl_ctx *ctx = view_test_ctx(2);
+    view_set set;
+
+    NEED(file_run("mkdir -p empty several many hidden"));
+    sets_refused(ctx, file_path("empty"), "has no NAME_specular");
+    sets_refused(ctx, file_path("nowhere"), "No such file");
+    NEED(sets_bake("one", "--format ktx"));
+    NEED(file_run("cp one/* several && cp several/sky_specular.ktx "
+                  "several/night_specular.ktx"));
+    sets_refused(ctx, file_path("several"),
+                 "night_specular.ktx and sky_specular.ktx");
+    NEED(
+        file_run("for i in $(seq 100); do : >many/map${i}_specular.dds; done"));
+    sets_refused(ctx, file_path("many"), "holds 100 sets");
+    NEED(file_run("cp one/sky_specular.ktx hidden/.old_specular.ktx"));
+    sets_refused(ctx, file_path("hidden"), "has no NAME_specular");
+    /* One of several, by name; with a slash at the end; a file whose name says
+     * nothing. */
+    NEED(sets_open(ctx, "several/sky_specular.ktx", &set));
+    CHECK(!strcmp(set.name, "sky") && set.sidecar);
+    CHECK(set.path[VIEW_IRRADIANCE] != NULL);
+    view_set_free(&set);
+    NEED(sets_open(ctx, "one/", &set));
+    CHECK(!strstr(set.path[VIEW_SPECULAR], "//"));
+    view_set_free(&set);
+    NEED(file_run("cp one/sky_specular.ktx lonely"));
+    view_test_catch();
+    const bool ok = sets_open(ctx, "lonely", &set);
+    CHECK(sets_lines(view_test_caught()) == 2);
+    NEED(ok);
+    CHECK(!strcmp(set.name, "lonely") && !set.sidecar);
+    CHECK(set.mapping == IBL_ROUGHNESS_LINEAR && set.sh_degree == -1);
+    view_set_free(&set);
+    ibl_ctx_free(ctx);
+}
+
+/* What a probe set holds. */
+static void arrays(void)
+{
+    ibl_ctx *ctx = view_test_ctx(2);
+    ibl_texture one = {0}, two = {0};
+    ibl_outputs *out;
+    NEED(sets_bake("one", ""));
+    NEED(
+        !ibl_texture_read(ctx, file_path("one/sky_specular.ktx2"), &one, NULL));
+    const ibl_texture *const layers[] = {&one, &one};
+    NEED(!ibl_texture_array(ctx, layers, 2, &two));
+    NEED(!ibl_outputs_create(ctx, &out));
+    CHECK(!ibl_outputs_add_texture(out, file_path("array.ktx2"), &two,
+                                   IBL_CONTAINER_KTX2, NULL));
+    CHECK(!ibl_outputs_commit(out));
+    sets_refused(ctx, file_path("array.ktx2"), "an array of 2 layers");
+    ibl_outputs_free(out);
+    ibl_texture_free(&one);
+    ibl_texture_free(&two);
+    ibl_ctx_free(ctx);
+}
+
+static void wrong_kinds(void)
+{
+    ibl_ctx *ctx = view_test_ctx(2);
+
+    NEED(sets_bake("wrong", "--skybox 8"));
+    NEED(sets_bake("wrongd", "--skybox 8 --format dds"));
+    NEED(file_run("cp wrongd/sky_irradiance.dds a_irradiance.dds"));
+    NEED(file_run("printf %%20s >blank; printf hello >text; : >nothing; printf "
+                  "'\\211PNG\\r\\n' "
+                  ">picture.png; printf '\\377\\330\\377\\340' >picture.jpg"));
+    for (int i = 0; i < 3; i++) {
+        static const char *const ext[] = {"ktx2", "dds", "ktx"};
+        char name[32];
+        NEED(sets_bake("cut", i == 0   ? "--format ktx2"
+                              : i == 1 ? "--format dds"
+                                       : "--format ktx"));
+        NEED(
+            file_run("head -c 1000 cut/sky_specular.%s >cut%d.bin", ext[i], i));
+        snprintf(name, sizeof name, "cut%d.bin", i);
+        sets_refused(ctx, file_path(name), "cut short");
+    }
+    sets_refused(ctx, file_path("wrong/brdf_lut.ktx2"), "flat texture");
+    sets_refused(ctx, file_path("wrong/sky_irradiance.ktx2"), "irradiance map");
+    sets_refused(ctx, file_path("wrong/sky_skybox.ktx2"), "holds a skybox");
+    sets_refused(ctx, file_path("wrongd/sky_irradiance.dds"), "irradiance map");
+    sets_refused(ctx, file_path("wrongd/sky_skybox.dds"), "holds a skybox");
+    sets_refused(ctx, file_path("a_irradiance.dds"), "irradiance map");
+    sets_refused(ctx, file_path("wrong/sky.json"), "JSON");
+    sets_refused(ctx, file_path("text"), "of another kind");
+    sets_refused(ctx, file_path("blank"), "of another kind");
+    sets_refused(ctx, file_path("nothing"), "is empty");
+    sets_refused(ctx, file_path("picture.png"), "PNG");
+    sets_refused(ctx, file_path("picture.jpg"), "JPEG");
+    sets_refused(ctx, sets_file(), "Radiance");
+
+    static const struct {
+        const char *irradiance, *lut, *words;
+    } named[] = {
+        {"wrong/sky_specular.ktx2", NULL, "holds a specular chain"},
+        {"wrong/brdf_lut.ktx2", NULL, "flat texture"},
+        {"wrongd/sky_specular.dds", NULL, "holds a specular chain"},
+        {"picture.png", NULL, "PNG"},
+        {"wrong", NULL, "directory"},
+        {"nowhere", NULL, "No such file"},
+        {NULL, "wrong/sky_specular.ktx2", "is a cube"},
+        {NULL, "wrongd/sky_irradiance.dds", "is a cube"},
+        {NULL, "picture.png", "PNG"},
+        {NULL, "cut0.bin", "cut short"},
+        {NULL, "nowhere", "No such file"},
+    };
+    for (size_t i = 0; i < sizeof named / sizeof *named; i++) {
+        char path[512], irradiance[512], lut[512];
+        snprintf(path, sizeof path, "%s/wrong", test_dir());
+        snprintf(irradiance, sizeof irradiance, "%s/%s", test_dir(),
+                 named[i].irradiance ? named[i].irradiance : "");
+        snprintf(lut, sizeof lut, "%s/%s", test_dir(),
+                 named[i].lut ? named[i].lut : "");
+        const view_request what = {.path = path,
+                                   .irradiance =
+                                       named[i].irradiance ? irradiance : NULL,
+                                   .lut = named[i].lut ? lut : NULL};
+        sets_check_refused(ctx, &what, named[i].lut ? lut : irradiance,
+                           named[i].words);
+    }
+    ibl_ctx_free(ctx);
+}
+
+static void skies(void)
+{
+    ibl_ctx *ctx = view_test_ctx(2);
+    char path[512], sky[512], table[512];
+    view_set set;
+
+    NEED(sets_bake("skies", "--skybox 8"));
+    snprintf(path, sizeof path, "%s/skies", test_dir());
+    snprintf(sky, sizeof sky, "%s/skies/sky_irradiance.ktx2", test_dir());
+    snprintf(table, sizeof table, "%s/skies/brdf_lut.ktx2", test_dir());
+    /* Any cube is a sky to those who name it. */
+    NEED(view_set_open(ctx, &(view_request){.path = path, .sky = sky}, &set));
+    CHECK(!strcmp(set.path[VIEW_SKY], sky));
+    CHECK(set.texture[VIEW_SKY].bytes == set.texture[VIEW_IRRADIANCE].bytes);
+    view_set_free(&set);
+    sets_check_refused(ctx, &(view_request){.path = path, .sky = table}, table,
+                       "leave --sky out");
+    ibl_ctx_free(ctx);
+}
+
+/* A table with four channels, one that is not square. */
+static void wrong_tables(void)
+{
+    ibl_ctx *ctx = view_test_ctx(2);
+    const ibl_texture tables[] = {
+        {.pixel = IBL_PIXEL_RGBA16F, .width = 16, .height = 16},
+        {.pixel = IBL_PIXEL_RG16F, .width = 16, .height = 8}};
+    static const char *const words[] = {"two channels", "square"};
+
+    NEED(sets_bake("tables", ""));
+    for (int i = 0; i < 2; i++) {
+        ibl_texture tex = tables[i];
+        ibl_outputs *out;
+        char path[512], lut[512];
+        tex.levels = tex.layers = tex.faces = 1;
+        tex.bytes = ibl_pixel_bytes(tex.pixel) * (size_t)tex.width * tex.height;
+        tex.data = calloc(1, tex.bytes);
+        snprintf(path, sizeof path, "%s/tables", test_dir());
+        snprintf(lut, sizeof lut, "%s/table%d.dds", test_dir(), i);
+        NEED(!ibl_outputs_create(ctx, &out));
+        NEED(!ibl_outputs_add_texture(out, lut, &tex, IBL_CONTAINER_DDS, NULL));
+        NEED(!ibl_outputs_commit(out));
+        ibl_outputs_free(out);
+        free(tex.data);
+        const view_request what = {.path = path, .lut = lut};
+        sets_check_refused(ctx, &what, lut, words[i]);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* ---- sidecars --------------------------------------------------------- */
+
+static void sidecars(void)
+{
+    ibl_ctx *ctx = view_test_ctx(2);
+    view_set set;
+
+    NEED(sets_bake("side", "--format dds"));
+    NEED(sets_bake("other", "--format dds --size 64 --levels 5"));
+    const view_request what = {.path = file_path("side")};
+    /* Of another bake. */
+    NEED(file_run("cp side/sky.json keep.json && cp other/sky.json side"));
+    sets_check_refused(ctx, &what, "side/sky.json", "5 from 64");
+    /* Cut, not by us, damaged inside. */
+    NEED(file_run("head -c 700 keep.json >side/sky.json"));
+    sets_check_refused(ctx, &what, "side/sky.json", "JSON");
+    NEED(file_run("sed 's/\"linear\"/\"cubic\"/' keep.json >side/sky.json"));
+    sets_check_refused(ctx, &what, "side/sky.json", "cubic");
+    NEED(file_run("sed 's/\"degree\": 2/\"degree\": 3/' keep.json "
+                  ">side/sky.json"));
+    sets_check_refused(ctx, &what, "side/sky.json", "harmonics");
+    NEED(file_run("sed 's/\"lod_scale\": [0-9.]*/\"lod_scale\": -1/' keep.json "
+                  ">side/sky.json"));
+    sets_check_refused(ctx, &what, "side/sky.json", "lod_scale");
+    NEED(file_run("echo '{\"name\": \"sky\"}' >side/sky.json"));
+    view_test_catch();
+    NEED(view_set_open(ctx, &what, &set));
+    CHECK(strstr(view_test_caught(), "not written by iblbake"));
+    CHECK(!set.sidecar && set.sh_degree == -1);
+    view_set_free(&set);
+    /* Keys and sidecar of two bakes. */
+    NEED(sets_bake("keys", "--mapping filament"));
+    NEED(file_run("sed 's/\"filament\"/\"linear\"/' keys/sky.json >k && mv k "
+                  "keys/sky.json"));
+    view_test_catch();
+    NEED(sets_open(ctx, "keys", &set));
+    CHECK(strstr(view_test_caught(), "taken as the file says"));
+    CHECK(set.mapping == IBL_ROUGHNESS_FILAMENT);
+    view_set_free(&set);
+    ibl_ctx_free(ctx);
+}
+
+/* Whatever a sidecar holds: a set, or one line. */
+static void hostile_sidecars(void)
+{
+    const int rounds = TEST_SANITIZED ? 150 : 600;
+    ibl_ctx *ctx = view_test_ctx(2);
+    test_random random = {7};
+    size_t size;
+
+    NEED(sets_bake("hostile", "--format dds"));
+    char path[512], directory[512];
+    snprintf(path, sizeof path, "%s/hostile/sky.json", test_dir());
+    snprintf(directory, sizeof directory, "%s/hostile", test_dir());
+    unsigned char *bytes = file_load(path, &size);
+    unsigned char *bad = malloc(size);
+    for (int i = 0; i < rounds; i++) {
+        static const char marks[] = "0123456789-+.eE\"[]{},:x";
+        const view_request what = {.path = directory};
+        view_set set;
+        memcpy(bad, bytes, size);
+        for (int n = 0; n < 1 + i % 3; n++)
+            bad[test_random_u64(&random) % size] = (unsigned char)
+                marks[test_random_u64(&random) % (sizeof marks - 1)];
+        NEED(file_save(path, bad, size));
+        view_test_catch();
+        const bool ok = view_set_open(ctx, &what, &set);
+        const char *said = view_test_caught();
+        CHECK_MSG(ok || sets_lines(said) >= 1, "round %d: no word", i);
+        if (!ok)
+            continue;
+        for (int l = 0; l < set.texture[VIEW_SPECULAR].levels; l++)
+            CHECK(set.roughness[l] >= 0 && set.roughness[l] <= 1);
+        CHECK(isfinite(set.lod_scale) && isfinite(set.lod_offset));
+        for (int k = 0; k < 75; k++)
+            CHECK(isfinite(set.sh[k]));
+        view_set_free(&set);
+    }
+    free(bytes);
+    free(bad);
+    ibl_ctx_free(ctx);
+}
+
+static void maps_are_told(void)
+{
+    NEED(sets_bake("told", "--format dds"));
+    NEED(sets_bake("told", "--format ktx"));
+    NEED(sets_bake("told", "--format ktx2"));
+    NEED(file_run("cp told/sky_specular.dds told/sky.hdr; echo x >x.dds"));
+    CHECK(view_is_map(sets_file()));
+    CHECK(view_is_map(file_path("x.dds")));
+    CHECK(view_is_map("-"));
+    CHECK(!view_is_map(file_path("told/sky.hdr")));
+    CHECK(!view_is_map(file_path("told/sky_specular.ktx")));
+    CHECK(!view_is_map(file_path("told/sky_specular.ktx2")));
+    CHECK(!view_is_map(file_path("told/sky.json")));
+    CHECK(!view_is_map(file_path("told")));
+    CHECK(!view_is_map(file_path("not here")));
+}
+
+static const test tests[] = {
+    TEST(directories),      TEST(wrong_kinds),
+    TEST(arrays),           TEST(skies),
+    TEST(wrong_tables),     TEST(sidecars),
+    TEST(hostile_sidecars), TEST(maps_are_told),
+};
+
+int main(int argc, char **argv)
+{
+#ifdef __SANITIZE_THREAD__
+    return test_main(argc, argv, tests, 0); /* no threads, but a minute */
+#else
+    return test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
+#endif
+}

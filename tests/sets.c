@@ -1,0 +1,146 @@
+/* SPDX-License-Identifier: MIT */
+#include "sets.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "files.h"
+#include "maps.h"
+#include "test.h"
+#include "truth.h"
+#include "view.h"
+
+ibl_image sets_map(ibl_ctx *ctx, int width, double sun)
+{
+    const int height = width / 2;
+    ibl_image map = map_constant(ctx, width, height, 0.1F);
+
+    for (int y = 0; y < height; y++) {
+        for (int x = 0; x < width; x++) {
+            double d[3];
+            truth_latlong_direction(width, height, x, y, d);
+            map_set(&map, x, y, (float)(1 + 0.5 * d[1] + 0.2 * d[0]),
+                    (float)(1 + 0.4 * d[1] * d[2]),
+                    (float)(1.5 - 0.7 * d[2] + 0.3 * d[0] * d[1]));
+        }
+    }
+    if (sun > 0)
+        map_set(&map, width / 5, height / 4, (float)sun, (float)sun,
+                (float)(sun / 2));
+    return map;
+}
+
+const char *sets_file(void)
+{
+    static char path[512];
+    ibl_ctx *ctx;
+    ibl_image map;
+
+    if (*path)
+        return path;
+    snprintf(path, sizeof path, "%s/sky.hdr", test_dir());
+    ctx = view_test_ctx(2);
+    map = sets_map(ctx, 64, 60);
+    FILE *f = fopen(path, "wb");
+    if (f)
+        fprintf(f, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 32 +X 64\n");
+    for (size_t i = 0; f && i < 64 * 32; i++) {
+        const float *p = map.data + 3 * i;
+        unsigned char rgbe[4];
+        int e;
+        frexp(fmax((double)p[0], fmax((double)p[1], (double)p[2])), &e);
+        for (int c = 0; c < 3; c++)
+            rgbe[c] = (unsigned char)ldexp((double)p[c], 8 - e);
+        rgbe[3] = (unsigned char)(e + 128);
+        fwrite(rgbe, 1, 4, f);
+    }
+    if (!f || fclose(f)) {
+        printf("%s: cannot be written\n", path);
+        exit(1);
+    }
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+    return path;
+}
+
+bool sets_bake(const char *directory, const char *options)
+{
+    return file_run("'%s' -q '%s' --size 32 --irradiance-size 8 --lut-size 16 "
+                    "-o %s %s",
+                    file_built("iblbake"), sets_file(), directory, options);
+}
+
+bool sets_open(ibl_ctx *ctx, const char *name, view_set *set)
+{
+    const char *path = file_path(name);
+    const view_request what = {.path = path};
+    return view_set_open(ctx, &what, set);
+}
+
+int sets_lines(const char *text)
+{
+    int count = 0;
+    for (; *text; text++)
+        count += *text == '\n';
+    return count;
+}
+
+void sets_check_same(const view_set *a, const view_set *b, const char *what)
+{
+    for (int i = 0; i < VIEW_CONTENTS; i++) {
+        const ibl_texture *s = &a->texture[i], *t = &b->texture[i];
+        CHECK_MSG(s->pixel == t->pixel && s->width == t->width &&
+                      s->levels == t->levels && s->bytes == t->bytes &&
+                      (!s->bytes || !memcmp(s->data, t->data, s->bytes)),
+                  "%s: texture %d is another", what, i);
+    }
+    CHECK_MSG(!strcmp(a->name, b->name) && a->mapping == b->mapping &&
+                  a->lobe == b->lobe && a->geometry == b->geometry &&
+                  a->irradiance_scale == b->irradiance_scale &&
+                  a->sh_degree == b->sh_degree && a->peak == b->peak,
+              "%s: facts differ", what);
+    CHECK_NEAR(a->lod_scale, b->lod_scale, 1e-7);
+    CHECK_NEAR(a->lod_offset, b->lod_offset, 1e-7);
+    for (int l = 0; l < a->texture[VIEW_SPECULAR].levels; l++)
+        CHECK_NEAR(a->roughness[l], b->roughness[l], 1e-8);
+    for (int i = 0; i < 3 * (a->sh_degree + 1) * (a->sh_degree + 1); i++)
+        CHECK_NEAR(a->sh[i], b->sh[i], 1e-12);
+}
+
+ibl_image sets_read_map(ibl_ctx *ctx)
+{
+    ibl_image map = {0};
+    if (ibl_image_read(ctx, sets_file(), NULL, &map, NULL))
+        exit(1);
+    return map;
+}
+
+void sets_check_refused(ibl_ctx *ctx, const view_request *what,
+                        const char *file, const char *words)
+{
+    view_set set, zero;
+
+    memset(&set, 1, sizeof set);
+    memset(&zero, 0, sizeof zero);
+    view_test_catch();
+    const bool ok = view_set_open(ctx, what, &set);
+    const char *said = view_test_caught();
+    const char *line = said;
+    int errors = 0;
+    for (; *line; line = strchr(line, '\n') + 1)
+        errors += strncmp(line, "iblview: note: ", 15) != 0;
+    CHECK_MSG(!ok && errors == 1 && strstr(said, words) && strstr(said, file),
+              "%s: wanted one line with \"%s\" and \"%s\", got %d: %s",
+              what->path, file, words, ok, said);
+    CHECK(!memcmp(&set, &zero, sizeof set));
+    if (ok)
+        view_set_free(&set);
+}
+
+void sets_refused(ibl_ctx *ctx, const char *path, const char *words)
+{
+    const view_request what = {.path = path};
+    sets_check_refused(ctx, &what, path, words);
+}

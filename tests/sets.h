@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT */
+/* Sets that iblbake bakes for tests of the viewer. */
+#ifndef TESTS_SETS_H
+#define TESTS_SETS_H
+
+#include <stdbool.h>
+
+#include "view/set.h"
+
+/* A smooth sky, none of it zero, with a pixel of so much as the sun. */
+ibl_image sets_map(ibl_ctx *ctx, int width, double sun);
+/* One of 64 pixels as a flat Radiance file: its path; and as the library reads
+ * that. */
+const char *sets_file(void);
+ibl_image sets_read_map(ibl_ctx *ctx);
+
+/* Runs the program on that file into a directory of that name. */
+bool sets_bake(const char *directory, const char *options);
+/* view_set_open of a name in the test's directory. */
+bool sets_open(ibl_ctx *ctx, const char *name, view_set *set);
+/* Checks that texels and facts are the same. */
+void sets_check_same(const view_set *a, const view_set *b, const char *what);
+
+/* Checks that opening fails with one line that holds the words and names the
+ * file; notes besides. */
+void sets_check_refused(ibl_ctx *ctx, const view_request *what,
+                        const char *file, const char *words);
+void sets_refused(ibl_ctx *ctx, const char *path, const char *words);
+
+/* Line ends in text. */
+int sets_lines(const char *text);
+
+#endif
