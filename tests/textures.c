@@ -3,7 +3,9 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 
+#include "files.h"
 #include "test.h"
 
 ibl_texture texture_random(ibl_ctx *ctx, ibl_pixel pixel, const int shape[4],
@@ -40,4 +42,82 @@ bool texture_has(const ibl_texture *tex, const char *key, const char *value)
 {
     const char *got = ibl_texture_get(tex, key);
     return value ? got && !strcmp(got, value) : !got;
+}
+
+/* In memory that ends where they end. */
+static ibl_status decode_copy(ibl_ctx *quiet, const unsigned char *bytes,
+                              size_t size)
+{
+    unsigned char *copy = malloc(size ? size : 1);
+    ibl_texture back;
+
+    if (!copy)
+        exit(1);
+    memcpy(copy, bytes, size);
+    const ibl_status status =
+        ibl_texture_decode(quiet, "fuzz", copy, size, &back, NULL);
+    CHECK(status != IBL_ERR_MEMORY);
+    if (!status)
+        CHECK(back.bytes <= size * 4 / 3 + 16 && back.key_count < 99 &&
+              back.layers >= 1 && back.layers <= IBL_MAX_LAYERS);
+    else
+        CHECK(!back.data && !back.keys);
+    ibl_texture_free(&back);
+    free(copy);
+    return status;
+}
+
+void texture_damage(ibl_ctx *quiet, unsigned char *bytes, size_t size)
+{
+    for (size_t n = 0; n < size; n++) {
+        const ibl_status status = decode_copy(quiet, bytes, n);
+        CHECK(status == IBL_ERR_FORMAT || status == IBL_ERR_UNSUPPORTED);
+    }
+    for (size_t i = 0; i < size; i++) {
+        const unsigned char old = bytes[i];
+        for (int way = 0; way < 10; way++) {
+            const int value = way < 8 ? old ^ 1 << way : way == 8 ? 0 : 255;
+            bytes[i] = (unsigned char)value;
+            decode_copy(quiet, bytes, size);
+        }
+        bytes[i] = old;
+    }
+}
+
+void texture_damage_words(ibl_ctx *quiet, const unsigned char *bytes,
+                          size_t size, const size_t *places, size_t place_count,
+                          uint64_t seed)
+{
+    static const uint32_t lies[] = {
+        0,     1,          2,          3,          6,         2048,
+        65536, 0x2AAAAAAB, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF};
+    const size_t lie_count = sizeof lies / sizeof lies[0];
+    unsigned char *many = malloc(size);
+    test_random r = {seed};
+
+    if (!many)
+        exit(1);
+    for (int n = 0; n < 4000; n++) {
+        memcpy(many, bytes, size);
+        for (int k = 0; k < 3; k++)
+            file_set_u32(many + places[test_random_u64(&r) % place_count],
+                         lies[test_random_u64(&r) % lie_count]);
+        decode_copy(quiet, many, size);
+    }
+    free(many);
+}
+
+void texture_boundless(ibl_ctx *quiet, const unsigned char *bytes, size_t size)
+{
+    struct rlimit limit, less;
+    ibl_texture back;
+
+    NEED(!getrlimit(RLIMIT_AS, &limit));
+    less = limit;
+    less.rlim_cur = (rlim_t)1 << 30;
+    if (!TEST_SANITIZED)
+        NEED(!setrlimit(RLIMIT_AS, &less));
+    CHECK(ibl_texture_decode(quiet, "big", bytes, size, &back, NULL) ==
+          IBL_ERR_FORMAT);
+    setrlimit(RLIMIT_AS, &limit);
 }
