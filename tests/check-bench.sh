@@ -164,6 +164,12 @@ verdict svg-alone "$(sed 's|xmlns="http://www.w3.org/2000/svg"||' \
 verdict full "$([ "$(grep -c '"kind": "bake"' "$work/full.json")" = 6 ] ||
     cat "$work/table")"
 
+# Level 0 alone has no error to plot: axes are left.
+"$program" bench -q "$env" --methods sampled --samples 4 --sizes 8 \
+    --threads 1 --isa c --source-sizes none --rounds 1 --texels 24 \
+    --bake '--levels 1' --svg "$work/axes.svg" >"$work/table" 2>&1
+verdict axes-alone "$(grep -q '</svg>' "$work/axes.svg" || cat "$work/table")"
+
 # ---- what goes wrong -------------------------------------------------------
 small=(-q --sizes 8 --samples 1 --methods sampled --threads 1 --isa c
     --source-sizes none --rounds 1 --texels 0)
@@ -206,6 +212,8 @@ wrong swept 2 'iblbake: --bake --size=4: --size is set by*' data/sky.exr \
     --bake --size=4
 wrong placed 2 'iblbake: --variant -ox: -o is set by*' data/sky.exr \
     --variant v=-ox
+wrong no-errors 2 'iblbake: --svg *: with --texels 0 there is no error*' \
+    data/sky.exr --svg "$work/no.svg"
 wrong method 2 'iblbake: --methods magic: not a value*' data/sky.exr \
     --methods magic
 wrong no-peer 2 'iblbake: --peer-output x=*: there is no --peer*' \

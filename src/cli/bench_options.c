@@ -372,6 +372,10 @@ static bool finish(void *settings)
         return ibl_misuse("--texels %d: too few to tell: %d or more, or 0 for "
                           "none",
                           o->texels, IBL_JUDGE_MIN_TEXELS);
+    if (o->svg && !o->texels)
+        return ibl_misuse("--svg %s: with --texels 0 there is no error to "
+                          "plot: leave one out",
+                          o->svg);
     fill_defaults(o);
     return check_isas(o) && check_names(o) && ibl_common_finish(&o->common);
 }

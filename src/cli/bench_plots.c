@@ -56,17 +56,20 @@ static void sort(ibl_plot_series *s)
         qsort(s->points, (size_t)s->count, sizeof *s->points, by_x);
 }
 
-/* Without series that have fewer points than a picture needs. */
+/* Without series where all have fewer points than a picture needs: then the
+ * axes alone are left. */
 static ibl_plot finished(ibl_plot plot, int least)
 {
+    const ibl_plot axes = {.title = plot.title, .x = plot.x, .y = plot.y};
     int most = 0;
 
     for (int i = 0; i < plot.count; i++)
         if (plot.series[i].count > most)
             most = plot.series[i].count;
-    if (most < least)
-        ibl_bench_plot_free(&plot);
-    return plot;
+    if (most >= least)
+        return plot;
+    ibl_bench_plot_free(&plot);
+    return axes;
 }
 
 bool ibl_bench_is_of(const ibl_bench *b, const ibl_bench_point *p, int source)
