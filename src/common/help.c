@@ -34,8 +34,10 @@ static int index_of(const void *field)
     return i;
 }
 
-void ibl_option_standard(const ibl_option *opt, const void *settings,
-                         char *text, size_t size)
+/* The default in words ("" if there is none to speak of); settings are the
+ * command's, as defaults left them. */
+static void describe_standard(const ibl_option *opt, const void *settings,
+                              char *text, size_t size)
 {
     const void *field = (const char *)settings + opt->offset;
 
@@ -79,7 +81,7 @@ static void print_option(FILE *to, const ibl_option *opt, const void *settings)
     int column;
 
     ibl_option_allowed(opt, allowed, sizeof allowed);
-    ibl_option_standard(opt, settings, standard, sizeof standard);
+    describe_standard(opt, settings, standard, sizeof standard);
     snprintf(text, sizeof text, "%s%s%s%s%s%s%s", opt->help,
              *allowed || *standard ? " (" : "", allowed,
              *allowed && *standard ? "; " : "", *standard ? "default " : "",

@@ -122,9 +122,5 @@ bool ibl_misuse(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
 
 /* The values that an option takes, in words ("" for a flag or text). */
 void ibl_option_allowed(const ibl_option *opt, char *text, size_t size);
-/* Its default in words ("" if there is none to speak of); settings are the
- * command's, as defaults left them. */
-void ibl_option_standard(const ibl_option *opt, const void *settings,
-                         char *text, size_t size);
 
 #endif

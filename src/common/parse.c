@@ -136,7 +136,8 @@ static bool set_real(const ibl_option *opt, void *field, const char *value)
 }
 
 /* Enumerations are as wide as an int, but may be unsigned. */
-_Static_assert(sizeof(ibl_option_kind) == sizeof(int), "no int");
+_Static_assert(sizeof(ibl_option_kind) == sizeof(int),
+               "enumerations are not as wide as an int");
 
 static bool set_choice(const ibl_option *opt, void *field, const char *value)
 {
@@ -295,7 +296,7 @@ static bool parse(line *l)
     return l->cmd->finish(l->settings);
 }
 
-/* The command of a line that is yet to be parsed, with its defaults. */
+/* From the command's defaults. */
 static bool parse_all(line *l)
 {
     memset(l->settings, 0, l->cmd->settings_size);

@@ -145,7 +145,10 @@ size_t ibl_encode_rgb9e5_c(const float *src, size_t count, void *dst)
     return beyond;
 }
 
-uint32_t ibl_small_float(float f, int mantissa)
+/* Floats of 5 exponent bits (bias 15), no sign and `mantissa` bits, of which
+ * R11G11B10F has three. f is not NaN, >= 0 and at most the largest finite
+ * value; ties go to even. */
+static uint32_t small_float(float f, int mantissa)
 {
     const uint32_t bits = bits_of(f);
     const int drop = 23 - mantissa;
@@ -170,9 +173,8 @@ size_t ibl_encode_r11g11b10f_c(const float *src, size_t count, void *dst)
         const float r = clamp_unsigned(src[0], IBL_SMALL11_MAX, &beyond);
         const float g = clamp_unsigned(src[1], IBL_SMALL11_MAX, &beyond);
         const float b = clamp_unsigned(src[2], IBL_SMALL10_MAX, &beyond);
-        const uint32_t texel = ibl_small_float(r, 6) |
-                               ibl_small_float(g, 6) << 11 |
-                               ibl_small_float(b, 5) << 22;
+        const uint32_t texel = small_float(r, 6) | small_float(g, 6) << 11 |
+                               small_float(b, 5) << 22;
         memcpy(out, &texel, sizeof texel);
     }
     return beyond;

@@ -28,11 +28,6 @@ typedef struct ibl_pixel_dsp {
 /* isa must be one that this CPU has; IBL_ISA_AUTO is the best. */
 void ibl_pixel_dsp_init(ibl_pixel_dsp *dsp, ibl_isa isa);
 
-/* Floats of 5 exponent bits (bias 15), no sign and `mantissa` bits, of which
- * R11G11B10F has three. f is not NaN, >= 0 and at most the largest finite
- * value; ties go to even. */
-uint32_t ibl_small_float(float f, int mantissa);
-
 #define IBL_HALF_MAX 65504.0f    /* (2 - 2^-10) 2^15 */
 #define IBL_SMALL11_MAX 65024.0f /* (2 - 2^-6) 2^15 */
 #define IBL_SMALL10_MAX 64512.0f /* (2 - 2^-5) 2^15 */

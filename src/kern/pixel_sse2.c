@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Halves in SSE2 integers: the arithmetic of ibl_small_float, four at once. */
+/* Halves in SSE2 integers: the arithmetic of small_float in pixel.c, four at
+ * once. */
 #include <emmintrin.h>
 #include <string.h>
 

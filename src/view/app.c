@@ -53,7 +53,7 @@ static view_set *free_slot(view_app *app)
  * the slot is empty again. */
 static bool show(view_app *app)
 {
-    view_set *set = free_slot(app), *old = NULL;
+    view_set *set = free_slot(app);
     const int levels = set->texture[VIEW_SPECULAR].levels;
 
     if (!view_renderer_load(app->renderer, set)) {
@@ -64,8 +64,7 @@ static bool show(view_app *app)
     }
     app->set = set;
     app->drew = false;
-    old = free_slot(app);
-    view_set_free(old);
+    view_set_free(free_slot(app)); /* what was shown */
     app->stamp = set->read;
     if (app->settings.level >= levels)
         app->settings.level = levels - 1;

@@ -302,7 +302,8 @@ static const key_row rows[] = {
 };
 
 /* Enumerations are as wide as an int, but may be unsigned. */
-_Static_assert(sizeof(view_mode) == sizeof(int), "no int");
+_Static_assert(sizeof(view_mode) == sizeof(int),
+               "enumerations are not as wide as an int");
 
 static void change_setting(view_settings *s, const key_row *r, int step)
 {
