@@ -283,11 +283,13 @@ const char *ibl_method_name(ibl_method method);
 typedef struct ibl_specular_options {
     ibl_method method;         /* default IBL_METHOD_AUTO */
     ibl_lobe lobe;             /* default IBL_LOBE_GGX */
-    int size;                  /* edge of level 0, default 256 */
-    int levels;                /* default 0: see ibl_specular_layout */
+    int size;                  /* edge of level 0, 1..IBL_MAX_CUBE_SIZE,
+                                  default 256 */
+    int levels;                /* 1..floor(log2(size)) + 1; default 0: see
+                                  ibl_specular_layout */
     ibl_roughness_map mapping; /* default IBL_ROUGHNESS_LINEAR */
-    double roughness_min;      /* the range that is used, default */
-    double roughness_max;      /*   0..1: see ibl_specular_layout */
+    double roughness_min;      /* the range that is used, in 0..1, default */
+    double roughness_max;      /*   all of it: see ibl_specular_layout */
     double tolerance; /* 1e-4..1: each level has the lowest degree, or the
                          fewest samples, whose estimated error is below; 0
                          (default): spectral ones err by about 5e-5, others
@@ -300,7 +302,8 @@ typedef struct ibl_specular_options {
                                           the tolerance */
     double lod_bias; /* added to the lookups' mip level, -4..4, default 1:
                         less shows single samples, more blurs the horizon */
-    int jitter;      /* 1: turn the sample pattern by a hash of the texel */
+    int jitter;      /* 1: turn the sample pattern by a hash of the texel;
+                        default 0 */
     int pdf_mip;     /* 0: every lookup at mip 0 (the tutorial's first
                         version); default 1 */
 } ibl_specular_options;
@@ -430,7 +433,7 @@ ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
                                     ibl_cube *out, ibl_specular_report *report);
 
 typedef struct ibl_irradiance_options {
-    int size;       /* edge of the faces, default 32 */
+    int size;       /* edge of the faces, 1..IBL_MAX_CUBE_SIZE, default 32 */
     double step;    /* 0 (default): the sum over every pixel of the source;
                        > 0, at most 0.5: the classic grid over the hemisphere
                        in theta and phi, midpoints, this many radians apart,
@@ -493,13 +496,13 @@ typedef struct ibl_environment {
 
 /* The cubes and coefficients that one reading of an environment gives. */
 typedef struct ibl_bake_options {
-    int skybox;   /* edge of a cube of the environment with all its mips;
-                     default 0: none */
+    int skybox;   /* edge of a cube of the environment with all its mips,
+                     1..IBL_MAX_CUBE_SIZE; default 0: none */
     int specular; /* 0: none; default 1 */
     ibl_specular_options specular_options;
     int irradiance; /* 0: none; default 1 */
     ibl_irradiance_options irradiance_options;
-    int sh_degree;          /* -1: none; default 2 */
+    int sh_degree;          /* 0..IBL_MAX_SH_DEGREE; -1: none; default 2 */
     double yaw_deg;         /* in place of those in the options above */
     const ibl_cube *level0; /* level 0 of specular where that has roughness 0,
                                not turned: the environment is a map of this

@@ -218,13 +218,13 @@ static bool take_irradiance(const ibl_json_at *at, int *edge)
     return true;
 }
 
-static bool take_levels(const ibl_json_at *at, int size, int *levels)
+int ibl_most_levels(int size)
 {
-    int most = 1;
+    int levels = 1;
 
-    while (size >> most)
-        most++;
-    return ibl_json_int(at, 1, most, levels);
+    while (size >> levels)
+        levels++;
+    return levels;
 }
 
 static bool take_defaults(const ibl_json_at *at, ibl_set_bake *b)
@@ -242,7 +242,8 @@ static bool take_defaults(const ibl_json_at *at, ibl_set_bake *b)
         m[i] = ibl_json_member(at, keys[i]);
     return (!m[0].value ||
             ibl_json_int(&m[0], 1, IBL_MAX_CUBE_SIZE, &b->size)) &&
-           (!m[1].value || take_levels(&m[1], b->size, &b->levels)) &&
+           (!m[1].value ||
+            ibl_json_int(&m[1], 1, ibl_most_levels(b->size), &b->levels)) &&
            (!m[2].value ||
             ibl_json_choice(&m[2], ibl_mapping_names, &b->mapping)) &&
            (!m[3].value ||

@@ -25,7 +25,6 @@ static ibl_status find_options(ibl_probes_bake *p)
     ibl_set_bake *b = &p->set.bake;
     ibl_specular_options *s = &p->options.specular_options;
     ibl_specular_layout layout;
-    int most = 1;
 
     if (o->size > 0)
         b->size = o->size;
@@ -56,11 +55,9 @@ static ibl_status find_options(ibl_probes_bake *p)
     p->options.sh_degree = b->irradiance ? -1 : IBL_PROBES_SH_DEGREE;
     if (!ibl_specular_layout_of(s, &layout))
         return IBL_OK;
-    while (b->size >> most)
-        most++;
     ibl_console_fail(p->console,
                      "--levels %d: a cube of size %d has 1 to %d levels",
-                     b->levels, b->size, most);
+                     b->levels, b->size, ibl_most_levels(b->size));
     return IBL_ERR_ARGUMENT;
 }
 
