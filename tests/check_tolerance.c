@@ -423,6 +423,7 @@ static void layouts_follow_their_lod(void)
                               exp2(-(map ? b * (2 - b) : b) *
                                    (ibl_default_levels(size) - 1)) -
                           1);
+        CHECK(l.lod_offset <= 0 && (a > 0 || !signbit(l.lod_offset)));
         CHECK_NEAR(l.roughness[0], a, 1e-12);
         CHECK_NEAR(l.roughness[l.levels - 1], b, 1e-12);
         for (int k = 0; k < l.levels; k++) {

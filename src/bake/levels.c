@@ -124,7 +124,7 @@ ibl_status ibl_specular_layout_of(const ibl_specular_options *o,
     }
     if (levels > 1) {
         l.lod_scale = (levels - 1) / range;
-        l.lod_offset = -low * l.lod_scale;
+        l.lod_offset = 0 - low * l.lod_scale; /* 0, not -0 */
     }
     *layout = l;
     return IBL_OK;

@@ -234,7 +234,7 @@ static json_t *specular(const builder *b)
                            : "roughness * (2 - roughness) * lod_scale + "
                              "lod_offset"));
     put(&j, "lod_scale", json_real(b->layout.lod_scale));
-    put(&j, "lod_offset", json_real(b->layout.lod_offset + 0.0));
+    put(&j, "lod_offset", json_real(b->layout.lod_offset));
     return j;
 }
 
