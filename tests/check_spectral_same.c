@@ -9,6 +9,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "ibl/ibl.h"
 #include "maps.h"
@@ -215,6 +218,15 @@ static void scaled(void)
     ibl_ctx_free(ctx);
 }
 
+static size_t outside(const float *p, size_t floats, float low, float high)
+{
+    size_t bad = 0;
+
+    for (size_t i = 0; i < floats; i++)
+        bad += !(p[i] >= low && p[i] <= high);
+    return bad;
+}
+
 /* The ends of what floats hold give no NaN and stay within the map. */
 static void ends_of_floats(void)
 {
@@ -224,18 +236,37 @@ static void ends_of_floats(void)
 
     for (int k = 0; k < 4; k += TEST_SANITIZED ? 3 : 1) {
         ibl_image map = sunny(ctx, WIDE, HIGH, 8);
-        double low, high;
-        size_t bad = 0;
         for (size_t i = 0; i < map_floats(&map); i++)
             map.data[i] = fminf(map.data[i], 1) * ends[k];
         ibl_bake_result r = bake(ctx, &map, &o);
-        map_range(&map, 0, &low, &high);
-        for (size_t i = 0; i < cube_floats(&r.specular); i++)
-            bad += !(r.specular.data[i] >= 0 && r.specular.data[i] <= ends[k]);
+        const size_t bad =
+            outside(r.specular.data, cube_floats(&r.specular), 0, ends[k]);
         CHECK_MSG(!bad, "up to %g: %zu values", (double)ends[k], bad);
         ibl_bake_result_free(&r);
         ibl_image_free(&map);
     }
+    ibl_ctx_free(ctx);
+}
+
+/* Above the horizon all is 1 and below it 2: away from it a series that is cut
+ * off swings about these, a mean of them does not. */
+static void within_the_range(void)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_image map = map_constant(ctx, WIDE, HIGH, 1);
+
+    for (size_t i = map_floats(&map) / 2; i < map_floats(&map); i++)
+        map.data[i] = 2;
+    for (int lobe = 0; lobe < LOBES; lobe++) {
+        const ibl_bake_options o = options((ibl_lobe)lobe, 0);
+        ibl_bake_result r = bake(ctx, &map, &o);
+        const size_t bad =
+            outside(r.specular.data, cube_floats(&r.specular), 1, 2) +
+            outside(r.irradiance.data, cube_floats(&r.irradiance), 1, 2);
+        CHECK_MSG(!bad, "%s: %zu values", ibl_lobe_name((ibl_lobe)lobe), bad);
+        ibl_bake_result_free(&r);
+    }
+    ibl_image_free(&map);
     ibl_ctx_free(ctx);
 }
 
@@ -350,6 +381,73 @@ static void row_by_row(void)
     ibl_ctx_free(ctx);
 }
 
+/* ---- memory ------------------------------------------------------------ */
+
+/* A sky with small lights that no file has to hold; cookie is its width. */
+static ibl_status make_rows(void *cookie, int rows, float *rgb)
+{
+    const int *width = cookie;
+
+    for (size_t i = 0; i < 3 * (size_t)*width * (size_t)rows; i++)
+        rgb[i] = i % 100003 ? 0.5f + (float)(i % 7) / 8 : 1e5f;
+    return IBL_OK;
+}
+
+/* Bakes a map of that size by default; what the process' memory grew by at
+ * its peak, in MiB, or -1. */
+static int bake_made_rows(int width, int height)
+{
+    const ibl_bake_options o = ibl_bake_options_default();
+    const ibl_environment env = {
+        .width = width, .height = height, .read = make_rows, .cookie = &width};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_bake_result r = {0};
+    struct rusage before, after;
+
+    getrusage(RUSAGE_SELF, &before);
+    if (ibl_bake_environment(ctx, &env, &o, &r))
+        return -1;
+    getrusage(RUSAGE_SELF, &after);
+    return (int)((after.ru_maxrss - before.ru_maxrss) / 1024);
+}
+
+/* In a process of its own, whose memory is what it starts with. */
+static void within(int width, int height, int most)
+{
+    int code;
+    const pid_t child = fork();
+
+    if (!child) {
+        const int mib = bake_made_rows(width, height);
+        _exit(mib >= 0 && mib < 255 ? mib : 255);
+    }
+    NEED(child > 0 && waitpid(child, &code, 0) == child);
+    const int mib = WIFEXITED(code) ? WEXITSTATUS(code) : 255;
+    measured("MiB", mib, most);
+    CHECK_MSG(mib <= most, "%dx%d: %d MiB, more than %d", width, height, mib,
+              most);
+}
+
+/* The map as floats would take 96 MiB. */
+static void memory(void)
+{
+    if (TEST_SANITIZED)
+        test_skip("sanitizers need memory of their own");
+    else
+        within(4096, 2048, 48);
+}
+
+/* 1.5 GiB. */
+static void memory_large(void)
+{
+    const char *large = getenv("IBL_TEST_LARGE");
+
+    if (TEST_SANITIZED || !large || !*large || *large == '0')
+        test_skip("16384x8192: make check LARGE=1 bakes it");
+    else
+        within(16384, 8192, 200);
+}
+
 /* ---- the two methods --------------------------------------------------- */
 
 /* The more samples the nearer. Samples are Hammersley's in a mip chain: a few
@@ -424,9 +522,12 @@ static const test tests[] = {
     TEST(mirrored),
     TEST(scaled),
     TEST(ends_of_floats),
+    TEST(within_the_range),
     TEST(every_thread_count),
     TEST(every_isa),
     TEST(row_by_row),
+    TEST(memory),
+    TEST(memory_large),
     TEST(samples_come_nearer),
     TEST(one_analysis),
 };
