@@ -381,6 +381,18 @@ mixed --levels 3 --level-samples 1=8
 END
 }
 
+test_too_narrow_to_be_spectral() {
+    local what='--method spectral: levels up to roughness 0.5 are sampled'
+    iblbake $small --levels 3 --only specular env.exr -o out
+    iblbake $small --levels 3 --only specular --method sampled env.exr -o out
+    iblbake $small --levels 2 --only specular --method spectral env.exr -o out
+    iblbake $small --levels 3 --only specular --method spectral env.exr \
+        -o out 2>err || echo failed
+    grep -q "warning: $what: .* map of 64x32: take a larger one" err ||
+        echo 'no warning'
+    [ "$(wc -l <err)" = 1 ] || cat err
+}
+
 # env.exr is a sum of known harmonics: band 1 in red, band 2 in green and
 # blue. E/pi keeps 2/3 of band 1 and 1/4 of band 2. The GLSL of the sidecar is
 # run as awk, over its own coefficients.

@@ -127,8 +127,26 @@ static ibl_status make_skybox(ibl_bake *b)
     return put_cube(b, IBL_OUTPUT_SKYBOX, &b->made.skybox);
 }
 
+/* Roughness grows with the level: those that are too narrow come first. */
+static void warn_of_narrow_lobes(const ibl_bake *b)
+{
+    const ibl_specular_report *made = &b->made.report;
+    int l = made->layout.levels - 1;
+
+    while (l >= 0 && !made->level[l].samples)
+        l--;
+    if (l >= 0)
+        ibl_console_warn(b->console,
+                         "--method spectral: levels up to roughness %.3g are "
+                         "sampled: their lobes are too narrow for a map of "
+                         "%dx%d: take a larger one or fewer --levels",
+                         made->layout.roughness[l], b->width, b->height);
+}
+
 static ibl_status make_specular(ibl_bake *b)
 {
+    if (b->opts->specular.method == IBL_METHOD_SPECTRAL)
+        warn_of_narrow_lobes(b);
     if (b->opts->sampling[0] &&
         !strcmp(ibl_bake_specular_method(b), "spectral"))
         ibl_console_warn(b->console,
