@@ -371,6 +371,17 @@ test_map() {
     [ $status = 0 ] || echo "while it bakes: status $status: $(cat said)"
 }
 
+# A pipe whose writer says nothing keeps no window open.
+test_stalled_pipe() {
+    mkfifo stalled
+    exec 5<>stalled
+    open stalled || return
+    press q
+    ended
+    exec 5>&-
+    [ $status = 0 ] || echo "status $status: $(cat said)"
+}
+
 # Twice as fine a display: a window, and a picture, of twice as many pixels.
 test_fine_display() {
     desktop root dpi 192
@@ -426,7 +437,7 @@ run opens_and_equals_offscreen
 if [ -n "$viewer" ]; then
     run keys help texel_under_the_pointer mouse resize uncovered reload \
         reload_of_what_is_broken drop drag_from_a_window_that_is_gone quit \
-        baked_probes map map_that_changes fine_display
+        baked_probes map map_that_changes stalled_pipe fine_display
 fi
 stop_server
 run no_display
