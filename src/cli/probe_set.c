@@ -8,6 +8,7 @@
 
 #include "common/json_volume.h"
 #include "common/names.h"
+#include "common/path.h"
 
 const char *const ibl_set_alphas[] = {"ignore", "file", "straight", NULL};
 static const char *const capture_names[] = {"equirect", "cross", "faces", NULL};
@@ -56,20 +57,6 @@ static bool no_memory(const ibl_json_at *at)
     return ibl_json_complain(at, "no memory for it");
 }
 
-/* name as it is seen from the directory of the set. */
-static char *beside(const char *set, const char *name)
-{
-    const char *slash = strrchr(set, '/');
-    const size_t length = slash && *name != '/' ? (size_t)(slash - set) + 1 : 0;
-    char *path = malloc(length + strlen(name) + 1);
-
-    if (path) {
-        memcpy(path, set, length);
-        strcpy(path + length, name);
-    }
-    return path;
-}
-
 static bool take_capture(const ibl_json_at *at, ibl_capture *c)
 {
     char place[128];
@@ -85,7 +72,8 @@ static bool take_capture(const ibl_json_at *at, ibl_capture *c)
     for (; c->count < count; c->count++) {
         const json_t *file =
             count == 1 ? files : json_array_get(files, (size_t)c->count);
-        c->file[c->count] = beside(at->file->name, json_string_value(file));
+        c->file[c->count] =
+            ibl_path_beside(at->file->name, json_string_value(file));
         if (!c->file[c->count])
             return no_memory(at);
     }

@@ -9,6 +9,7 @@
 #include "cli/capture.h"
 #include "cli/signals.h"
 #include "cli/start.h"
+#include "common/path.h"
 
 ibl_status ibl_probes_no_memory(const ibl_probes_bake *p)
 {
@@ -61,17 +62,6 @@ static ibl_status find_options(ibl_probes_bake *p)
     return IBL_ERR_ARGUMENT;
 }
 
-char *ibl_probes_join(const char *directory, const char *name)
-{
-    const size_t size = strlen(directory) + strlen(name) + 2;
-    char *path = malloc(size);
-
-    if (path)
-        snprintf(path, size, "%s%s%s", directory,
-                 directory[strlen(directory) - 1] == '/' ? "" : "/", name);
-    return path;
-}
-
 static ibl_status name_files(ibl_probes_bake *p)
 {
     static const char *const stems[] = {"probes_specular", "probes_irradiance",
@@ -83,11 +73,11 @@ static ibl_status name_files(ibl_probes_bake *p)
         if (kind == IBL_PROBES_IRRADIANCE && !p->set.bake.irradiance)
             continue;
         snprintf(t->name, sizeof t->name, "%s.%s", stems[kind], ext);
-        p->path[kind] = ibl_probes_join(p->opts->output, t->name);
+        p->path[kind] = ibl_path_join(p->opts->output, t->name);
         if (!p->path[kind])
             return ibl_probes_no_memory(p);
     }
-    p->path[IBL_PROBES_INDEX] = ibl_probes_join(p->opts->output, "index.json");
+    p->path[IBL_PROBES_INDEX] = ibl_path_join(p->opts->output, "index.json");
     return p->path[IBL_PROBES_INDEX] ? IBL_OK : ibl_probes_no_memory(p);
 }
 
@@ -227,7 +217,7 @@ static ibl_status copy_layer(ibl_probes_bake *p, int kind, int layer,
 /* Copies what does not have to be baked from the old array. */
 static ibl_status take_old(ibl_probes_bake *p, int kind)
 {
-    char *path = ibl_probes_join(p->opts->output, p->old.file[kind].name);
+    char *path = ibl_path_join(p->opts->output, p->old.file[kind].name);
     ibl_texture array = {0};
     ibl_status status = path ? ibl_texture_read(p->ctx, path, &array, NULL)
                              : ibl_probes_no_memory(p);

@@ -42,8 +42,6 @@ typedef struct ibl_probes_bake {
 
 /* IBL_ERR_MEMORY, after a line on stderr. */
 ibl_status ibl_probes_no_memory(const ibl_probes_bake *p);
-/* directory/name, to be freed. */
-char *ibl_probes_join(const char *directory, const char *name);
 /* Refuses outputs that would replace what they are made from. */
 ibl_status ibl_probes_check_input(const ibl_probes_bake *p, const char *input);
 

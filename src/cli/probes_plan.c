@@ -7,6 +7,7 @@
 
 #include "cli/probes_bake.h"
 #include "common/memory_file.h"
+#include "common/path.h"
 
 /* What the texels of a layer depend on besides the files. */
 static void describe(const ibl_probes_bake *p, ibl_alpha alpha, FILE *to)
@@ -88,8 +89,7 @@ ibl_status ibl_probes_look_back(ibl_probes_bake *p)
     ibl_probes_index_read(p->path[IBL_PROBES_INDEX], &p->old_text, &p->old);
     for (int kind = 0; kind < IBL_PROBES_TEXTURES; kind++) {
         const ibl_probes_texture *t = &p->old.file[kind];
-        char *path =
-            *t->name ? ibl_probes_join(p->opts->output, t->name) : NULL;
+        char *path = *t->name ? ibl_path_join(p->opts->output, t->name) : NULL;
         char hash[IBL_HASH_SIZE];
         if (!path && *t->name)
             return ibl_probes_no_memory(p);

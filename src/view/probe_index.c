@@ -10,6 +10,7 @@
 
 #include "common/json_volume.h"
 #include "common/names.h"
+#include "common/path.h"
 #include "view/message.h"
 
 /* What a bake can hold as irradiance, and more. */
@@ -129,20 +130,6 @@ static bool take_probes(const ibl_json_at *root, view_probe_index *x)
 
 /* ---- arrays ------------------------------------------------------------ */
 
-/* name beside the index, for free(). */
-static char *beside(const char *index, const char *name)
-{
-    const char *slash = strrchr(index, '/');
-    const size_t length = slash ? (size_t)(slash - index) + 1 : 0;
-    char *path = malloc(length + strlen(name) + 1);
-
-    if (path) {
-        memcpy(path, index, length);
-        strcpy(path + length, name);
-    }
-    return path;
-}
-
 static bool take_array(const ibl_json_at *at, view_probe_array *a)
 {
     const ibl_json_at file = ibl_json_member(at, "file");
@@ -164,7 +151,7 @@ static bool take_array(const ibl_json_at *at, view_probe_array *a)
         !ibl_json_int(&layers, 1, IBL_MAX_LAYERS, &a->layers))
         return false;
     a->pixel = (ibl_pixel)choice;
-    a->path = beside(at->file->name, name);
+    a->path = ibl_path_beside(at->file->name, name);
     return a->path ||
            view_fail("%s: no memory for names in it", at->file->name);
 }

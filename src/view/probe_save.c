@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "common/memory_file.h"
+#include "common/path.h"
 #include "ibl/io.h"
 #include "view/interrupt.h"
 #include "view/message.h"
@@ -28,12 +29,9 @@ static void name_face(int probe, int face, char name[NAME_BYTES])
 /* dir/name, for free(). */
 static char *path_of(const char *dir, const char *name)
 {
-    const size_t size = strlen(dir) + strlen(name) + 2;
-    char *path = malloc(size);
+    char *path = ibl_path_join(dir, name);
 
-    if (path)
-        snprintf(path, size, "%s/%s", dir, name);
-    else
+    if (!path)
         view_fail("%s: no memory for a name in it", dir);
     return path;
 }

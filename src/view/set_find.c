@@ -10,6 +10,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "common/path.h"
 #include "view/message.h"
 
 enum {
@@ -219,8 +220,6 @@ static bool fail_several(const char *path, char *const *names, int count)
 /* The specular file of a directory, for free(). */
 static char *find_in_directory(const char *path)
 {
-    const size_t length = strlen(path);
-    const char *slash = length && path[length - 1] == '/' ? "" : "/";
     char **names, *found = NULL;
     int count;
 
@@ -233,7 +232,7 @@ static char *find_in_directory(const char *path)
                   path, path);
     else if (count > 1)
         fail_several(path, names, count);
-    else if (!(found = view_file_print("%s%s%s", path, slash, names[0])))
+    else if (!(found = ibl_path_join(path, names[0])))
         view_file_no_memory(path);
     free_names(names, count);
     return found;

@@ -1,0 +1,12 @@
+/* SPDX-License-Identifier: MIT */
+#ifndef COMMON_PATH_H
+#define COMMON_PATH_H
+
+/* Both are for free(); NULL: no memory. */
+
+/* directory/name; directory is not empty and may end in a slash. */
+char *ibl_path_join(const char *directory, const char *name);
+/* name as it is seen from the directory that file is in. */
+char *ibl_path_beside(const char *file, const char *name);
+
+#endif
