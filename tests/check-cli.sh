@@ -340,6 +340,9 @@ test_preview_is_a_picture() {
     file p.png | grep -q 'PNG image data, [0-9]* x [0-9]*, 8-bit/color RGB' ||
         file p.png
     iblbake -q --only lut --lut-size 16 -o out --preview p.png || echo "no LUT"
+    # The table's name, to its right, in grey.
+    oiiotool p.png --cut 80x10+312+16 --printstats | grep -q 'Max: 0.784' ||
+        echo 'no label'
 }
 
 test_sidecar_is_json() {

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/heatmap.h"
 
-#include <ctype.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,10 +10,10 @@
 
 enum {
     FACE = IBL_SHEET_FACE,
-    SCALE = 2, /* pixels of a font's dot */
-    GLYPH = 4 * SCALE,
+    DOT = IBL_SHEET_DOT,
+    GLYPH = IBL_SHEET_GLYPH,
     BAR = 14, /* height of the scale */
-    FOOTER = BAR + 6 * SCALE + IBL_SHEET_GAP,
+    FOOTER = BAR + 6 * DOT + IBL_SHEET_GAP,
     DECADES = 4 /* of the scale, up to 1 */
 };
 
@@ -45,38 +44,6 @@ static void inferno(double t, unsigned char rgb[3])
 static double place(double error)
 {
     return error > 0 ? fmin(fmax(1 + log10(error) / DECADES, 0), 1) : 0;
-}
-
-/* ---- writing --------------------------------------------------------- */
-
-/* Characters of 3 by 5 dots, a row an octal digit from the top. */
-static const struct {
-    char character;
-    unsigned rows;
-} font[] = {
-    {'0', 075557}, {'1', 026227}, {'2', 071747}, {'3', 071717}, {'4', 055711},
-    {'5', 074717}, {'6', 074757}, {'7', 071111}, {'8', 075757}, {'9', 075717},
-    {'.', 000002}, {'-', 000700}, {'=', 007070}, {'A', 025755}, {'B', 065656},
-    {'C', 034443}, {'D', 065556}, {'E', 074647}, {'I', 072227}, {'K', 055655},
-    {'L', 044447}, {'N', 065555}, {'O', 025552}, {'P', 065644}, {'R', 065655},
-    {'S', 034216}, {'U', 055557}, {'X', 055255}, {'Y', 055222}};
-
-static unsigned rows_of(char character)
-{
-    for (size_t i = 0; i < sizeof font / sizeof *font; i++)
-        if (font[i].character == toupper((unsigned char)character))
-            return font[i].rows;
-    return 0;
-}
-
-static void write_text(const ibl_sheet *s, int left, int top, const char *text)
-{
-    for (; *text; text++, left += GLYPH)
-        for (int y = 0; y < 5 * SCALE; y++)
-            for (int x = 0; x < 3 * SCALE; x++)
-                if (rows_of(*text) >> (14 - 3 * (y / SCALE) - x / SCALE) & 1 &&
-                    left + x < s->width)
-                    memset(ibl_sheet_pixel(s, left + x, top + y), 200, 3);
 }
 
 /* ---- panels ---------------------------------------------------------- */
@@ -141,10 +108,10 @@ static void draw_row(const ibl_sheet *s, int left, int top,
                   top + FACE * ibl_cross_place[face][1], f);
     }
     snprintf(text, sizeof text, "%s %d", row->content, row->level);
-    write_text(s, left + 2 * FACE + GLYPH, top, text);
+    ibl_sheet_write(s, left + 2 * FACE + GLYPH, top, text);
     if (row->verdict.role == IBL_ROLE_SPECULAR) {
         snprintf(text, sizeof text, "r = %.4g", row->verdict.roughness);
-        write_text(s, left + 2 * FACE + GLYPH, top + 8 * SCALE, text);
+        ibl_sheet_write(s, left + 2 * FACE + GLYPH, top + IBL_SHEET_LINE, text);
     }
 }
 
@@ -160,11 +127,11 @@ static void draw_scale(const ibl_sheet *s)
             inferno((double)x / (width - 1),
                     ibl_sheet_pixel(s, left + x, top + y));
     for (int i = 0; i <= DECADES; i++) {
-        const int length = (int)strlen(labels[i]) * GLYPH - SCALE;
+        const int length = (int)strlen(labels[i]) * GLYPH - DOT;
         int x = left + i * (width - 1) / DECADES - length / 2;
         x = x < left ? left : x;
         x = x > left + width - length ? left + width - length : x;
-        write_text(s, x, top + BAR + SCALE, labels[i]);
+        ibl_sheet_write(s, x, top + BAR + DOT, labels[i]);
     }
 }
 

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/preview.h"
 
+#include <math.h>
+#include <stdio.h>
+
 #include "cli/faces.h"
 #include "cli/sheet.h"
-#include <math.h>
 
 enum {
     FACE = IBL_SHEET_FACE,
@@ -175,7 +177,6 @@ static void draw_map(const sheet *s, int left, int top, const ibl_image *env)
 /* The values as they are, not as light: red is the scale, green the bias. */
 static void draw_lut(const sheet *s, int left, int top, const ibl_lut *lut)
 {
-    left += (PANEL_WIDTH - PANEL_HEIGHT) / 2;
     for (int y = 0; y < PANEL_HEIGHT; y++)
         for (int x = 0; x < PANEL_HEIGHT; x++) {
             const int i = x * lut->size / PANEL_HEIGHT;
@@ -196,23 +197,59 @@ typedef struct panel {
     const ibl_cube *cube;
     const ibl_lut *lut;
     int level;
+    char text[2][32]; /* what it is, in two lines */
 } panel;
+
+static panel *add_panel(panel *panels, int *count, const char *name)
+{
+    panel *p = &panels[(*count)++];
+
+    *p = (panel){0};
+    snprintf(p->text[0], sizeof p->text[0], "%s", name);
+    return p;
+}
 
 static int list_panels(const ibl_bake *b, panel *panels)
 {
+    const ibl_bake_result *made = &b->made;
     int n = 0;
 
-    if (b->env.data)
-        panels[n++] = (panel){.map = &b->env};
-    if (b->made.skybox.data)
-        panels[n++] = (panel){.cube = &b->made.skybox};
-    for (int l = 0; b->made.specular.data && l < b->made.specular.levels; l++)
-        panels[n++] = (panel){.cube = &b->made.specular, .level = l};
-    if (b->made.irradiance.data)
-        panels[n++] = (panel){.cube = &b->made.irradiance};
-    if (b->lut.data)
-        panels[n++] = (panel){.lut = &b->lut};
+    if (b->env.data) {
+        panel *p = add_panel(panels, &n, "environment");
+        p->map = &b->env;
+        snprintf(p->text[1], sizeof p->text[1], "%d x %d", b->env.width,
+                 b->env.height);
+    }
+    if (made->skybox.data)
+        add_panel(panels, &n, "skybox")->cube = &made->skybox;
+    for (int l = 0; made->specular.data && l < made->specular.levels; l++) {
+        panel *p = add_panel(panels, &n, "");
+        p->cube = &made->specular;
+        p->level = l;
+        snprintf(p->text[0], sizeof p->text[0], "specular %d", l);
+        snprintf(p->text[1], sizeof p->text[1], "r = %.3g",
+                 made->report.layout.roughness[l]);
+    }
+    if (made->irradiance.data)
+        add_panel(panels, &n, "irradiance")->cube = &made->irradiance;
+    if (b->lut.data) {
+        panel *p = add_panel(panels, &n, "BRDF table");
+        p->lut = &b->lut;
+        snprintf(p->text[1], sizeof p->text[1], "r over N.V");
+    }
     return n;
+}
+
+/* Over the map, to the right of a cube's upper face or of the table. */
+static void write_label(const sheet *s, int left, int top, const panel *p)
+{
+    if (p->map)
+        top += (PANEL_HEIGHT - 2 * FACE) / 2 - 2 * IBL_SHEET_LINE;
+    else
+        left += (p->cube ? 2 * FACE : PANEL_HEIGHT) + IBL_SHEET_GLYPH;
+    for (int line = 0; line < 2; line++)
+        ibl_sheet_write(&s->on, left, top + line * IBL_SHEET_LINE,
+                        p->text[line]);
 }
 
 bool ibl_preview_png(const ibl_bake *b, void **png, size_t *size)
@@ -232,6 +269,7 @@ bool ibl_preview_png(const ibl_bake *b, void **png, size_t *size)
             draw_cube(&s, left, top, panels[i].cube, panels[i].level);
         else
             draw_lut(&s, left, top, panels[i].lut);
+        write_label(&s, left, top, &panels[i]);
     }
     const bool ok = ibl_sheet_png(&s.on, png, size);
     ibl_sheet_free(&s.on);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/sheet.h"
 
+#include <ctype.h>
 #include <png.h>
 #include <stdlib.h>
 #include <string.h>
@@ -45,6 +46,39 @@ void ibl_sheet_place(const ibl_sheet *sheet, int panel, int *left, int *top)
 unsigned char *ibl_sheet_pixel(const ibl_sheet *sheet, int x, int y)
 {
     return sheet->pixels + 3 * ((size_t)y * (size_t)sheet->width + (size_t)x);
+}
+
+/* Characters of 3 by 5 dots, a row an octal digit from the top. */
+static const struct {
+    char character;
+    unsigned rows;
+} font[] = {
+    {'0', 075557}, {'1', 026227}, {'2', 071747}, {'3', 071717}, {'4', 055711},
+    {'5', 074717}, {'6', 074757}, {'7', 071111}, {'8', 075757}, {'9', 075717},
+    {'.', 000002}, {'-', 000700}, {'=', 007070}, {'A', 025755}, {'B', 065656},
+    {'C', 034443}, {'D', 065556}, {'E', 074647}, {'F', 074644}, {'G', 034553},
+    {'H', 055755}, {'I', 072227}, {'K', 055655}, {'L', 044447}, {'M', 057755},
+    {'N', 065555}, {'O', 025552}, {'P', 065644}, {'R', 065655}, {'S', 034216},
+    {'T', 072222}, {'U', 055557}, {'V', 055552}, {'X', 055255}, {'Y', 055222}};
+
+static unsigned rows_of(char character)
+{
+    for (size_t i = 0; i < sizeof font / sizeof *font; i++)
+        if (font[i].character == toupper((unsigned char)character))
+            return font[i].rows;
+    return 0;
+}
+
+void ibl_sheet_write(const ibl_sheet *s, int left, int top, const char *text)
+{
+    for (; *text; text++, left += IBL_SHEET_GLYPH)
+        for (int y = 0; y < 5 * IBL_SHEET_DOT; y++)
+            for (int x = 0; x < 3 * IBL_SHEET_DOT; x++)
+                if (rows_of(*text) >>
+                            (14 - 3 * (y / IBL_SHEET_DOT) - x / IBL_SHEET_DOT) &
+                        1 &&
+                    left + x < s->width)
+                    memset(ibl_sheet_pixel(s, left + x, top + y), 200, 3);
 }
 
 bool ibl_sheet_png(const ibl_sheet *sheet, void **png, size_t *size)

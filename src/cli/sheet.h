@@ -12,7 +12,10 @@ enum {
     IBL_SHEET_FACE = 96, /* edge of an unfolded cube's face in pixels */
     IBL_PANEL_WIDTH = IBL_CROSS_COLUMNS * IBL_SHEET_FACE,
     IBL_PANEL_HEIGHT = IBL_CROSS_ROWS * IBL_SHEET_FACE,
-    IBL_SHEET_GAP = 16
+    IBL_SHEET_GAP = 16,
+    IBL_SHEET_DOT = 2, /* pixels of a letter's dot: 3 by 5 dots */
+    IBL_SHEET_GLYPH = 4 * IBL_SHEET_DOT, /* from letter to letter */
+    IBL_SHEET_LINE = 8 * IBL_SHEET_DOT
 };
 
 typedef struct ibl_sheet {
@@ -29,6 +32,11 @@ void ibl_sheet_free(ibl_sheet *sheet);
 /* The corner of a panel, and the first byte of a pixel. */
 void ibl_sheet_place(const ibl_sheet *sheet, int panel, int *left, int *top);
 unsigned char *ibl_sheet_pixel(const ibl_sheet *sheet, int x, int y);
+
+/* Text in capitals, as far as there are letters for it, down from its upper
+ * left corner. */
+void ibl_sheet_write(const ibl_sheet *sheet, int left, int top,
+                     const char *text);
 
 /* As a PNG file; *png is the caller's to free. False: no memory. */
 bool ibl_sheet_png(const ibl_sheet *sheet, void **png, size_t *size);
