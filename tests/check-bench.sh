@@ -12,6 +12,10 @@ mkdir "$work/tmp"
 export TMPDIR=$work/tmp
 # Nothing of a run is left in its directory.
 nothing_left() { ls -A "$work/tmp"; }
+# How long peers sleep that are to be killed: no other process does so long, and
+# none of them ends by itself while it is looked for.
+long=1000.$$
+ended() { ! pgrep -xf "sleep $long"; }
 
 # A name that has to be quoted everywhere.
 env="$work/it's a sky.exr"
@@ -198,9 +202,8 @@ wrong missing 1 'iblbake: peer bad: exit status 127: *not found*' \
 wrong killed 1 'iblbake: peer bad: killed by signal 9' \
     data/sky.exr --peer 'bad=kill -9 $$'
 wrong hangs 1 'iblbake: peer slow: no end within 0.3 s: *--timeout*' \
-    data/sky.exr --timeout 0.3 --peer 'slow=sleep 61.25 & sleep 61.25; true'
-sleep 0.2
-verdict 'hangs: nothing runs on' "$(ps -eo args | grep '^sleep 61.25')"
+    data/sky.exr --timeout 0.3 --peer "slow=sleep $long & sleep $long; true"
+verdict 'hangs: nothing runs on' "$(within ended || echo 'something does')"
 wrong no-output 1 'iblbake: *cannot be opened*' data/sky.exr --texels 24 \
     --peer 'none=true' --peer-output 'none=--specular {out}/x.ktx'
 wrong bake-option 1 'iblbake: bake sampled 1: exit status 2: *--levels*' \
@@ -225,16 +228,14 @@ wrong nothing 2 'iblbake: no environment*'
 
 # ---- signals ---------------------------------------------------------------
 # As at a terminal (the whole group gets it), and sent to the program alone.
-interrupt() { # NAME SIGNAL WHOM
+begun() { ls "$work"/tmp/*/*/begun; }
+stopped() { # NAME SIGNAL WHOM
     # A job in the background of a script would ignore INT.
     setsid env --default-signal=INT "$program" bench "${small[@]}" data/sky.exr \
-        --peer 'long=touch {out}/begun; sleep 62.25' >"$work/out.txt" 2>&1 &
-    local pid=$! n=0 status
+        --peer "long=touch {out}/begun; sleep $long" >"$work/out.txt" 2>&1 &
+    local pid=$! status
     running=$pid
-    until ls "$work"/tmp/*/*/begun >/dev/null 2>&1 || [ $n = 100 ]; do
-        sleep 0.1
-        n=$((n + 1))
-    done
+    within begun
     kill "-$2" -- "$3$pid"
     wait $pid
     status=$?
@@ -242,8 +243,8 @@ interrupt() { # NAME SIGNAL WHOM
     verdict "$1: dies of it" "$([ $status = $((128 + $(kill -l "$2"))) ] ||
         echo "status $status: $(cat "$work/out.txt")")"
     verdict "$1: left" "$(nothing_left)"
-    verdict "$1: nothing runs on" "$(ps -eo args | grep '^sleep 62.25')"
+    verdict "$1: nothing runs on" "$(within ended || echo 'something does')"
 }
-interrupt ctrl-c INT -
-interrupt term TERM ''
+stopped ctrl-c INT -
+stopped term TERM ''
 end

@@ -33,21 +33,12 @@ cd "$work" || exit 1
 # Drivers leak, and are gone when the leak sanitizer wants their names.
 export ASAN_OPTIONS=${ASAN_OPTIONS:+$ASAN_OPTIONS:}detect_leaks=0
 
-# within COMMAND...: true as soon as it is; false if it is not in a minute.
-within() {
-    local n
-    for ((n = 0; n < 600; n++)); do
-        "$@" >/dev/null 2>&1 && return 0
-        sleep 0.1
-    done
-    return 1
-}
-
 # ---- a display -------------------------------------------------------------
 # start_server [arguments]: sets DISPLAY.
 start_server() {
     : >display
-    Xvfb -displayfd 3 -screen 0 800x600x24 -dpi 96 -noreset -nolisten tcp \
+    # -r: keys that are down do not repeat, however late they come up.
+    Xvfb -displayfd 3 -screen 0 800x600x24 -dpi 96 -noreset -nolisten tcp -r \
         "$@" 3>display 2>server.log &
     server=$!
     within grep -q . display || { cat server.log; skip_all 'Xvfb does not start'; }
@@ -82,7 +73,7 @@ ended() {
     wait "$viewer"
     status=$?
     viewer=
-    # The key that ended it was not released in it, and would repeat.
+    # The key that ended it was not released in it, and would stay down.
     xdotool keyup q keyup Escape
 }
 title() { xdotool getwindowname "$window"; }
@@ -317,7 +308,7 @@ test_map_that_changes() {
     still off.png --size 320x240 map.exr
     on_screen off.png
     : >said
-    echo text >map.exr
+    echo text >text && mv text map.exr # whole at once
     within grep -q map.exr said || echo "says nothing: $(cat said)"
     sleep 2
     [ "$(wc -l <said)" = 1 ] || cat said

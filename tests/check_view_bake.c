@@ -100,20 +100,26 @@ static void baker_bakes(void)
     ibl_ctx *ctx = view_test_ctx(2);
     view_set made, set;
     char stage[64] = "";
-    double done, before = 0;
     int seen = 0;
 
-    view_baker *baker = view_baker_start(large_map());
-    NEED(baker);
-    while (!view_baker_poll(baker, stage, &done)) {
-        CHECK_MSG(done >= before && done <= 1, "%g after %g", done, before);
-        seen += done > before;
-        before = done;
-        pause_for(0.002);
+    /* Who looks may be late, but not each time. */
+    for (int attempt = 0; seen <= 2 && attempt < 10; attempt++) {
+        double done, before = 0;
+        view_baker *baker = view_baker_start(large_map());
+        NEED(baker);
+        if (attempt)
+            view_set_free(&set);
+        seen = 0;
+        while (!view_baker_poll(baker, stage, &done)) {
+            CHECK_MSG(done >= before && done <= 1, "%g after %g", done, before);
+            seen += done > before;
+            before = done;
+            pause_for(0.002);
+        }
+        CHECK(done == 1 && *stage);
+        NEED(view_baker_finish(baker, &set));
     }
-    CHECK(done == 1 && *stage);
     CHECK_MSG(seen > 2, "progress was seen to move %d times", seen);
-    NEED(view_baker_finish(baker, &set));
     NEED(view_set_bake(ctx, large_map(), &made));
     sets_check_same(&made, &set, "beside the window");
     view_set_free(&made);
@@ -139,16 +145,16 @@ static void baker_is_cancelled(void)
     spent += processor_seconds();
     view_set_free(&set);
     for (int i = 0; i < 4; i++) {
-        double cancelled = -processor_seconds();
         view_baker *baker = view_baker_start(path);
         NEED(baker);
         pause_for(after[i]);
         view_test_catch();
+        double more = -processor_seconds();
         CHECK(!view_baker_finish(baker, NULL));
+        more += processor_seconds();
         CHECK(!*view_test_caught());
-        cancelled += processor_seconds();
-        CHECK_MSG(i > 0 || cancelled < 0.5 * spent,
-                  "cancelled after %g s of work, all of it takes %g", cancelled,
+        CHECK_MSG(more < 0.5 * spent,
+                  "cancelled, it works %g s more; all of it takes %g", more,
                   spent);
     }
     /* One that has ended already. */
@@ -239,7 +245,7 @@ static void stamps(void)
     NEED(file_run("mv stamp/sky.json away"));
     CHECK(!view_stamp_changed(&set, &stamp, 0));
     NEED(file_run("touch stamp/brdf_lut.ktx2"));
-    CHECK(!view_stamp_changed(&set, &stamp, 5));
+    CHECK(!view_stamp_changed(&set, &stamp, 60));
     CHECK(waits_longer(&set, &stamp, "stamp/brdf_lut.ktx2"));
     CHECK(comes(&set, &stamp, 0));
     CHECK(comes(&set, &stamp, 0.02));

@@ -36,13 +36,44 @@ skip_all() { # WHY
     echo '0 passed, 0 failed, 1 skipped'
     exit 0
 }
+# within COMMAND...: true as soon as it is; false if it is not in a minute, or
+# longer on a busy machine.
+within() {
+    local n
+    for ((n = 0; n < 600; n++)); do
+        "$@" >/dev/null 2>&1 && return 0
+        sleep 0.1
+    done
+    return 1
+}
+# interrupt SIGNAL COMMAND...: sends it the signal when its bake is under way,
+# as the half second of processors says that it has taken; sets status. What
+# would take minutes must then end by the signal before it has taken some
+# seconds, whatever else the machine does meanwhile.
+interrupt() {
+    local signal=$1 pid
+    shift
+    # What runs in the background of a script would ignore INT.
+    (ulimit -t 6; exec env --default-signal=INT,QUIT "$@") </dev/null &
+    pid=$!
+    while took=$(awk '{ print $14 + $15 }' "/proc/$pid/stat" 2>/dev/null) &&
+        [ "${took:-50}" -lt 50 ]; do
+        sleep 0.02
+    done
+    kill -s "$signal" $pid
+    { wait $pid; } 2>/dev/null # where the shell tells of the signal
+    status=$?
+}
 need() { # PROGRAM
     command -v "$1" >/dev/null || { echo "$1 is missing"; exit 1; }
 }
 
-# Programs of the build, by name, and mkenv, which makes environments.
+# Programs of the build, by name, and mkenv, which makes environments. Sets
+# sanitized: whether a sanitizer makes them slow, and map terabytes.
 use() { # PROGRAM...
     local program
+    sanitized=no
+    grep -qE '__(asan|tsan)_init' "$build/$1" && sanitized=yes
     mkdir "$work/bin"
     ${CC:-cc} -std=c11 -o "$work/bin/mkenv" tests/cli/mkenv.c -lm || exit 1
     for program; do
@@ -51,6 +82,10 @@ use() { # PROGRAM...
     done
     export PATH=$work/bin:$PATH
 }
+
+# Of many alike cases whether to take this one: with a sanitizer each third is.
+asked=0
+taken() { [ $sanitized = no ] || [ $((asked++ % 3)) = 0 ]; }
 
 # ---- the viewer without a display --------------------------------------------
 
