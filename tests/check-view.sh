@@ -63,8 +63,10 @@ test_files_by_name() {
 
 test_maps_are_baked() {
     draw a.png env.exr -q
-    draw b.png env.hdr -q
-    differ a.png b.png
+    if [ $sanitized = no ]; then
+        draw b.png env.hdr -q
+        differ a.png b.png
+    fi
     iblbake -q env.exr -o out && draw c.png out && same a.png c.png
     # Through the image bridge, which is found beside the program.
     [ ! -e "$build/libiblbridge.so" ] || draw d.png -q "$top/data/studio.exr"
@@ -81,12 +83,14 @@ test_every_option_counts() {
         '--tone linear' '--tone reinhard' '--tone aces' '--false-colour' \
         '--mode levels' '--mode irradiance' '--mode table' '--reference' \
         '--compare split' '--compare difference'; do
+        taken || continue
         draw a.png "$work/ktx2" $with -q
         differ plain.png a.png
     done
     draw map.png "$work/ktx2" --mode levels
     for with in '--layout strip' '--layout equirect' '--level 1' '--zoom 2' \
         '--pan 0.25,0'; do
+        taken || continue
         draw a.png "$work/ktx2" --mode levels $with
         differ map.png a.png
     done
@@ -110,6 +114,7 @@ test_scene() {
     for with in '--seconds 2' '--no-parallax' '--probe-capture paraboloids' \
         '--probe-size 64' '--probe-filter cpu' '--probes 1' '--probes 64' \
         '--volumes' '--turn 90' '--yaw 30' '--distance 2'; do
+        taken || continue
         draw a.png "$work/ktx2" $scene $with
         differ scene.png a.png
     done
@@ -120,6 +125,7 @@ test_scene() {
     done
     # That environment has no sun.
     for with in '--no-sun' '--no-capture-shadows'; do
+        taken || continue
         draw a.png "$work/ktx2" $scene $with
         same scene.png a.png
     done

@@ -135,11 +135,10 @@ static void premultiplied_exr(void)
     NEED(file_save_exr(file_path("a.exr"), &img, alpha));
     if (more)
         NEED(file_run("oiiotool a.exr --compression zip -o zip.exr --tile 16 "
-                      "16 -o tiled.exr && oiiotool a.exr -d half -o h.exr && "
-                      "oiiotool a.exr -d R=half -d A=float -d B=float -o "
-                      "mixed.exr && oiiotool a.exr --chnames "
-                      "x.R,x.G,x.B,x.A -o layer.exr && oiiotool a.exr "
-                      "--compression dwaa:0.01 -o dwa.exr"));
+                      "16 -o tiled.exr --scanline a.exr --chnames "
+                      "x.R,x.G,x.B,x.A -o layer.exr a.exr --compression "
+                      "dwaa:0.01 -o dwa.exr a.exr --compression zip -d half -o "
+                      "h.exr a.exr -d float -d R=half -o mixed.exr"));
     for (size_t i = 0; i < (more ? 6 : 1); i++) {
         for (size_t k = 0; k < 3; k++) {
             const double least = i < 3 || i == 4 ? 0 : i == 3 ? 2e-3 : 0.1;
@@ -202,10 +201,10 @@ static void integer_formats(void)
     NEED(file_run(
         "oiiotool --create 8x4 4 -d uint8 --fill:color=0.6,0.6,0.6,0.4 8x4 "
         "--attrib oiio:UnassociatedAlpha 1 -o s.png -o s.tga -o s.tif "
-        "-d uint16 -o s16.png && oiiotool "
+        "-d uint16 -o s16.png "
         "--create 8x4 2 --chnames Y,A -d uint8 --fill:color=0.6,0.4 8x4 "
-        "--attrib oiio:UnassociatedAlpha 1 -o grey.png && oiiotool --create "
-        "8x4 4 -d uint8 --fill:color=0.6,0.6,0.6,0.4 8x4 -o p.tif"));
+        "--attrib oiio:UnassociatedAlpha 1 -o grey.png "
+        "--create 8x4 4 --fill:color=0.6,0.6,0.6,0.4 8x4 -o p.tif"));
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         const double full = pow((153 / 255. + 0.055) / 1.055, 2.4);
         seen s = see(ctx, cases[i].name, IBL_ALPHA_FILE, 3, 0);

@@ -40,7 +40,8 @@ static void cut_short(void)
     NEED(file_save_pfm(file_path("s.pfm"), &img));
     NEED(file_run("oiiotool s.pfm -d half --compression zip -o 0.exr "
                   "--compression piz -o 1.exr --tile 16 16 --compression b44 "
-                  "-o 2.exr && oiiotool 0.exr 0.exr --siappend -o 3.exr"));
+                  "-o 2.exr --scanline --compression zip s.pfm s.pfm "
+                  "--siappend -o 3.exr"));
     for (int i = 0; i < 4; i++) {
         char name[] = "0.exr";
         size_t size;
@@ -196,8 +197,7 @@ static void refused_kinds(void)
 
     NEED(file_save_pfm(file_path("s.pfm"), &img));
     NEED(file_run("oiiotool s.pfm --ch R,G,B,A=1,Z=1 -d half --deepen -o "
-                  "deep.exr && oiiotool s.pfm --ch Z=1,id=2 -o z.exr && "
-                  "oiiotool s.pfm -d half --compression zip -o cube.exr"));
+                  "deep.exr s.pfm --ch Z=1,id=2 -o z.exr"));
     CHECK(test_exr_decode(ctx, file_path("deep.exr"), NULL, -1, &a, &report) ==
           IBL_ERR_UNSUPPORTED);
     CHECK_MSG(strstr(test_exr_kept.text[0], "deep"), "%s",

@@ -178,7 +178,8 @@ static void samples_converge(void)
     ibl_image map = sun_map(ctx, W, H);
     double sun[3], last = 1;
     truth_latlong_direction(W, H, W * 5 / 8, H * 2 / 5, sun);
-    for (size_t k = 0; k < sizeof counts / sizeof counts[0]; k++) {
+    const size_t steps = TEST_RACES ? 4 : sizeof counts / sizeof counts[0];
+    for (size_t k = 0; k < steps; k++) {
         ibl_specular_options o = options(2 * N, 3, 1);
         double error = 0, bound = 0, norm = 0;
         o.level_samples[1] = counts[k];
@@ -208,7 +209,8 @@ static void samples_converge(void)
         last = e;
         ibl_cube_free(&cube);
     }
-    CHECK_MSG(last <= 0.5 * (4 * pi / (6 * 64 * 64) / 4 + pixel / 6) * 32,
+    CHECK_MSG(TEST_RACES ||
+                  last <= 0.5 * (4 * pi / (6 * 64 * 64) / 4 + pixel / 6) * 32,
               "65536 samples leave %.5f", last);
     ibl_image_free(&map);
     ibl_ctx_free(ctx);

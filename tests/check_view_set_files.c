@@ -297,12 +297,4 @@ static const test tests[] = {
     TEST(wrong_tables),     TEST(sidecars),
     TEST(hostile_sidecars), TEST(maps_are_told),
 };
-
-int main(int argc, char **argv)
-{
-#ifdef __SANITIZE_THREAD__
-    return test_main(argc, argv, tests, 0); /* no threads, but a minute */
-#else
-    return test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
-#endif
-}
+TEST_MAIN(tests)

@@ -9,9 +9,10 @@ files=$(git ls-files)
 code=$(git ls-files '*.c' '*.h' '*.cpp')
 shaders=$(git ls-files src/view/shaders)
 
-for f in $code; do
-    clang-format --dry-run -Werror "$f" 2>/dev/null || complain "$f: format"
-done
+clang-format --dry-run -Werror $code 2>"$build/format.txt" || {
+    sed 's/:.*//' "$build/format.txt" | grep '/' | sort -u
+    complain 'not in the format, or no clang-format'
+}
 
 # White space at line ends, tabs, and a newline at the end of every text.
 for f in $files; do

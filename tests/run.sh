@@ -42,6 +42,12 @@ programs() {
         case $program in
         # Pictures are drawn by Mesa, whatever compiles the viewer.
         */clang/tests/check_view_*) ;;
+        # Without threads of ours there are no races to be found.
+        */tsan/tests/check_view_bake | */tsan/tests/check_view_sun | \
+            */tsan/tests/check_view_probe_set) tests+=("$program") ;;
+        */tsan/tests/check_view_* | */tsan/tests/check_kern_* | \
+            */tsan/tests/check_azimuth | */tsan/tests/check_truth | \
+            */tsan/tests/check_probe_alpha) ;;
         *) [ -x "$program" ] && tests+=("$program") ;;
         esac
     done

@@ -18,7 +18,9 @@
 #include <time.h>
 
 /* Whether a sanitizer makes everything many times slower: tests of many cases
- * then take some of them. */
+ * then take some of them. TEST_RACES: whether it is ThreadSanitizer, the
+ * slowest, which looks for races alone: of cases that differ by numbers and not
+ * by what threads do, it takes the fewest. */
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define TEST_SANITIZED 1
 #elif defined(__has_feature)
@@ -26,6 +28,11 @@
     (__has_feature(address_sanitizer) || __has_feature(thread_sanitizer))
 #else
 #define TEST_SANITIZED 0
+#endif
+#ifdef __SANITIZE_THREAD__
+#define TEST_RACES 1
+#else
+#define TEST_RACES 0
 #endif
 
 typedef struct test {
