@@ -579,15 +579,6 @@ test_interrupted() {
 }
 
 # ---- two runs at once -------------------------------------------------------
-# Until the file has this, or a minute is over.
-has() { # FILE TEXT
-    local n
-    for ((n = 0; n < 600; n++)); do
-        grep -q "$2" "$1" && return
-        sleep 0.1
-    done
-    echo "$1: no '$2'"
-}
 # What comes while a run waits is what it goes on from.
 test_waits_for_another_run() {
     edit set.json 's.probes[1].priority = -1' other.json
@@ -596,7 +587,8 @@ test_waits_for_another_run() {
     exec 8<inc
     flock 8
     iblbake probes set.json -o inc 2>waiting 8<&- &
-    has waiting '^iblbake: warning: inc: another run is at work there'
+    within grep -q '^iblbake: warning: inc: another run is at work there' \
+        waiting || echo 'does not say that it waits'
     cp other/* inc
     exec 8<&-
     wait $! || echo 'failed '
