@@ -42,6 +42,10 @@ programs() {
         case $program in
         # Pictures are drawn by Mesa, whatever compiles the viewer.
         */clang/tests/check_view_*) ;;
+        # Slow, and of numbers that do not depend on who compiles them.
+        */clang/tests/check_tolerance | \
+            */clang/tests/check_reference_lobe | \
+            */clang/tests/check_spectral_same) ;;
         # Without threads of ours there are no races to be found.
         */tsan/tests/check_view_bake | */tsan/tests/check_view_sun | \
             */tsan/tests/check_view_probe_set) tests+=("$program") ;;
