@@ -71,14 +71,16 @@ static unsigned rows_of(char character)
 
 void ibl_sheet_write(const ibl_sheet *s, int left, int top, const char *text)
 {
-    for (; *text; text++, left += IBL_SHEET_GLYPH)
-        for (int y = 0; y < 5 * IBL_SHEET_DOT; y++)
-            for (int x = 0; x < 3 * IBL_SHEET_DOT; x++)
-                if (rows_of(*text) >>
-                            (14 - 3 * (y / IBL_SHEET_DOT) - x / IBL_SHEET_DOT) &
-                        1 &&
-                    left + x < s->width)
+    for (; *text; text++, left += IBL_SHEET_GLYPH) {
+        const unsigned rows = rows_of(*text);
+        for (int y = 0; y < 5 * IBL_SHEET_DOT; y++) {
+            for (int x = 0; x < 3 * IBL_SHEET_DOT; x++) {
+                const int dot = 3 * (y / IBL_SHEET_DOT) + x / IBL_SHEET_DOT;
+                if (rows >> (14 - dot) & 1 && left + x < s->width)
                     memset(ibl_sheet_pixel(s, left + x, top + y), 200, 3);
+            }
+        }
+    }
 }
 
 bool ibl_sheet_png(const ibl_sheet *sheet, void **png, size_t *size)
