@@ -23,6 +23,16 @@ echo '== decoding a 4096x2048 .hdr, beside stb_image'
 oiiotool "$map" --resize 4096x2048 -o "$work/4k.hdr"
 "$build/tests/bench_hdr" "$work/4k.hdr"
 
+echo '== a 4096x2048 EXR (ZIP) baked, beside OpenEXRCore decoding it'
+# Noise of 0.5 %, for without it neighbours would be alike as in no picture.
+oiiotool "$map" --resize 4096x2048 \
+    --pattern constant:color=1,1,1 4096x2048 3 \
+    --noise:type=gaussian:mean=0:stddev=0.005 --mul \
+    -d half --compression zip -o "$work/4k.exr"
+"$build/tests/bench_turns" 9 \
+    iblbake "$build/iblbake" -q "$work/4k.exr" -o "$work/out" , \
+    OpenEXRCore "$build/tests/bench_exr" "$work/4k.exr"
+
 echo '== accuracy of the specular levels and the table, beside cmgen'
 "$build/tests/bench_quality"
 

@@ -137,6 +137,23 @@ test_probes_come_and_go() {
     expect 'hall (global)' set.json -o inc
     diff -r out inc
 }
+test_dropped_probes_are_told_of() {
+    local what='less.json and are gone'
+    rm -rf inc && cp -a out inc
+    edit set.json 's.probes.shift()' less.json
+    iblbake probes less.json -o inc 2>err
+    grep -qx "iblbake: warning: inc: 1 of the 2 probes .* not in $what" err ||
+        echo "not told: $(cat err)"
+    [ "$(wc -l <err)" = 1 ] || cat err
+    iblbake probes less.json -o inc 2>err && [ ! -s err ] || cat err
+    iblbake probes set.json -o inc 2>err && [ ! -s err ] || cat err
+    iblbake probes -q less.json -o inc 2>err && [ ! -s err ] || cat err
+}
+test_few_texels_are_warned_of() {
+    iblbake probes set.json -o few --levels 4 2>err
+    grep -q 'warning: the last level has faces of 2x2: lookups' err ||
+        echo "not warned: $(cat err)"
+}
 test_equal_captures_are_baked_once() {
     cp sun.hdr again.hdr
     edit set.json 's.probes[0].capture.equirect = "again.hdr"' equal.json
@@ -154,6 +171,24 @@ test_options_change() {
     expect '' set.json -o inc
     rm inc/*.dds
     diff -r out inc
+}
+# The sun is beyond half floats: what is told of it stays with its layer, and
+# clipping loses what spreading moves.
+test_overflow() {
+    iblbake probes -q set.json -o clipped --size 64 --overflow clip
+    edit set.json 's.defaults.overflow = "clip"' clip.json
+    expect '' clip.json -o clipped --size 64
+    iblbake probes set.json -o spread --size 64 2>err
+    grep -q 'probes.1..capture: [0-9]* texel.* brighter .* light went to' err ||
+        cat err
+    edit set.json 's.probes.shift()' less.json
+    expect '' less.json -o spread --size 64
+    node -e "const read = d => JSON.parse(require('fs').readFileSync(d +
+            '/index.json')).probes.map(p => p.beyond);
+        const [[lost, none], [moved]] = [read('clipped'), read('spread')];
+        if (none || !moved || !(moved.texels > 0) || !(moved.moved > 0) ||
+            moved.lost || lost.moved || lost.lost !== moved.moved)
+            console.log(JSON.stringify([none, moved, lost]))"
 }
 test_force() {
     local before
@@ -474,12 +509,13 @@ s.defaults.size = 1.5|defaults.size: expected a whole number *, found 1.5
 s.defaults.size = "16"|defaults.size: expected a whole number *, found "16"
 s.defaults.levels = 6|defaults.levels: expected a whole number from 1 to 5, found 6
 s.defaults.pixel = "rgb8"|defaults.pixel: expected rgba16f, rgba32f, rgb9e5 or r11g11b10f, found "rgb8"
+s.defaults.overflow = "wrap"|defaults.overflow: expected spread or clip, found "wrap"
 s.defaults.container = null|defaults.container: expected ktx2, ktx or dds, found null
 s.defaults.irradiance = "SH"|defaults.irradiance: expected a whole number from 1 to 16384 or "sh", found "SH"
 s.defaults.mapping = 3|defaults.mapping: expected linear or filament, found 3
 s.defaults.method = "slow"|defaults.method: expected auto, spectral or sampled, found "slow"
 s.defaults.samples = -1|defaults.samples: expected *, found -1
-s.defaults.tolerance = 2|defaults.tolerance: expected a number from 0.0001 to 1, found 2
+s.defaults.tolerance = 2|defaults.tolerance: expected a number from 1e-06 to 1, found 2
 s.defaults.lut_size = 5000|defaults.lut_size: expected a whole number from 1 to 4096, found 5000
 s.defaults.alpha = "yes"|defaults.alpha: expected ignore, file or straight, found "yes"
 s.probes[0].capture.equirect = "blind.exr"|probes[[]0].capture: alpha is 0 everywhere, so nothing *, or take --alpha ignore
@@ -543,6 +579,9 @@ test_other_mistakes() {
 iblbake probes no.json -o bad|1|iblbake: no.json: cannot be read: No such file or directory
 iblbake probes bin -o bad|1|iblbake: bin: is a directory: give the name of a file in it
 iblbake probes --grid bin|1|iblbake: bin: is a directory: give the name of a file in it
+mkfifo fifo; timeout 60 iblbake probes fifo -o bad|1|iblbake: fifo: is no file, but a pipe or a device: *
+timeout 60 iblbake probes --grid /dev/zero|1|iblbake: /dev/zero: is no file, but a pipe or a device: *
+truncate -s 1G huge; iblbake probes huge -o bad|1|iblbake: huge: over 256 MiB, which no such file has
 echo '{"version": 1,}' >x.json; iblbake probes x.json -o bad|1|iblbake: x.json:1:15: no JSON: *
 echo '{"version": 1, "version": 1}' >x.json; iblbake probes x.json -o bad|1|iblbake: x.json:1:*: no JSON: duplicate*
 iblbake probes -o bad|2|iblbake: no set: *
@@ -700,6 +739,42 @@ test_grid_without_memory() {
         *) false ;;
         esac || echo "after $at: status $status, $(cat err)"
     done
+}
+
+test_without_memory() {
+    [ $sanitized = no ] || return
+    edit set.json 's.probes = [s.probes[1]]; delete s.global;
+        s.defaults = {size: 4, levels: 1, irradiance: 4, lut_size: 4}' tiny.json
+    rm -rf whole
+    iblbake probes -q -j 1 tiny.json -o whole
+    local at status
+    for ((at = 0; at < 400; at += 3)); do
+        rm -rf scarce
+        LD_PRELOAD=$PWD/no_memory.so NO_MEMORY_AT=$at \
+            iblbake probes -q -j 1 tiny.json -o scarce 2>err
+        status=$?
+        case $status in
+        0) diff -r whole scarce ;;
+        1) grep -q memory err && [ ! -e scarce ] ;;
+        *) false ;;
+        esac || echo "after $at: status $status, $(cat err)"
+    done
+    [ $status -eq 0 ] || echo 'there are more allocations'
+}
+
+# What stands where the old index should be is none, and hangs nothing.
+test_no_index() {
+    rm -rf inc && cp -a out inc
+    truncate -s 1G inc/index.json
+    iblbake probes -q set.json -o inc && diff -r out inc
+    rm inc/index.json && mkfifo inc/index.json
+    timeout 60 iblbake probes -q set.json -o inc 2>err
+    [ $? -eq 1 ] || echo "a FIFO: status $?"
+    grep -q 'inc/index.json: is a pipe' err || cat err
+    ln -sf /dev/zero inc/index.json
+    timeout 60 iblbake probes -q set.json -o inc 2>err
+    [ $? -eq 1 ] || echo "a device: status $?"
+    grep -q 'inc/index.json: is a device' err || cat err
 }
 
 # In the order of this file: later ones use what earlier ones left.

@@ -36,17 +36,29 @@ ok make-idle make -q
 touch -d '+2 seconds' env/dusk.hdr
 make -j4 >again 2>&1
 ok make-one test "$(grep -c iblbake again)" = 1
+for part in _specular.ktx2 _irradiance.ktx2 .json; do
+    rm lit/noon$part
+    make -j4 >again 2>&1
+    ok "make-again$part" test -s lit/noon$part -a \
+        "$(grep -c "iblbake.*noon" again)" = 1
+done
 
 mkdir cmake && block cmake >cmake/CMakeLists.txt
 cp -r env cmake/env
+cp env/noon.hdr "cmake/env/the \$sky.v1.hdr"
 ok cmake-there test -s cmake/CMakeLists.txt
 ok cmake cmake -S cmake -B cmake/build
 ok cmake-build cmake --build cmake/build -j4
 ok cmake-output test -s cmake/build/lit/noon_specular.ktx2
+ok cmake-odd-name test -s "cmake/build/lit/the \$sky.v1_specular.ktx2"
+rm cmake/build/lit/noon_irradiance.ktx2
+cmake --build cmake/build -j4 >again 2>&1
+ok cmake-again test -s cmake/build/lit/noon_irradiance.ktx2
 
 block c >light.c
 ok c cc -Wall -Wextra -Werror -I"$top/include" light.c "$build/libiblbake.a" \
-    -lOpenEXRCore -ldl -lm -pthread -o light
+    -lOpenEXRCore $(pkg-config --libs "$(cat "$build/used-deflate")") \
+    -ldl -lm -pthread -o light
 ok c-runs ./light
 
 if command -v glslangValidator >/dev/null; then

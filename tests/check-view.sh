@@ -106,6 +106,17 @@ test_every_option_counts() {
     node "$work/bin/png.mjs" plain.png a.png 2
 }
 
+# DDS has no keys: the sidecar tells of files whose names are no text, too.
+test_names_of_any_bytes() {
+    local odd
+    odd=$(printf 'a%%25\377')
+    cp "$top/data/sky.exr" "$odd.exr"
+    iblbake -q "$odd.exr" --format dds --mapping filament --size 16 \
+        --lut-size 16 -o odd
+    iblview odd --offscreen a.png $small 2>err || echo "status $?"
+    [ ! -s err ] || cat err
+}
+
 test_scene() {
     local with scene='--mode scene --probe-size 32'
     draw scene.png "$work/ktx2" $scene
@@ -148,6 +159,9 @@ test_scene() {
     [ "$(size b.png)" = "$((4 + 5 * 52)) x $((4 + 4 * 40))" ] || size b.png
     wrong 2 '*--probe-size 100: *power of two*' "$work/ktx2" --probe-size 100
     wrong 2 '*--probes 65: *0 to 64*' "$work/ktx2" --probes 65
+    wrong 2 '*--size +64x64: not a value*' "$work/ktx2" --size +64x64
+    wrong 2 '*--save-probes -: *cannot hold a directory*' "$work/ktx2" \
+        --mode scene --save-probes -
     wrong 2 '*--sheet-rows material: not of --mode scene*' "$work/ktx2" \
         --contact-sheet c.png --mode scene --sheet-rows material
 }

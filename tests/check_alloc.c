@@ -2,6 +2,7 @@
 /* Memory: alignment, zeroes, sizes around where huge pages begin, refusals. */
 #include "core/alloc.h"
 
+#include <malloc.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -59,6 +60,7 @@ static void many_large(void)
     static unsigned char *p[BLOCKS];
     test_random rnd = {5};
 
+    ibl_alloc_hold();
     for (int n = 0; n < 600; n++) {
         const int i = (int)(test_random_u64(&rnd) % BLOCKS);
         if (p[i]) {
@@ -71,13 +73,48 @@ static void many_large(void)
             NEED(p[i]);
             p[i][0] = p[i][EDGE - 1] = (unsigned char)i;
         }
-        if (n % 100 == 99)
-            ibl_alloc_trim();
+        if (n % 100 == 99) {
+            ibl_alloc_release();
+            ibl_alloc_hold();
+        }
     }
     for (int i = 0; i < BLOCKS; i++)
         ibl_free(p[i]);
-    ibl_alloc_trim();
-    ibl_alloc_trim();
+    ibl_alloc_release();
+}
+
+/* Whether a block that is freed and asked for again is the same memory, which
+ * fresh memory of the system, all 0, cannot be. between: done meanwhile. */
+static bool stays(ibl_ctx *between)
+{
+    enum {
+        BYTES = 8 << 20
+    };
+    unsigned char *p = ibl_alloc_array(BYTES, 1);
+    if (!p)
+        return false;
+    memset(p, 77, BYTES);
+    ibl_free(p);
+    ibl_ctx_free(between);
+    p = ibl_alloc_array(BYTES, 1);
+    const bool same = p && p[BYTES / 2] == 77;
+    ibl_free(p);
+    return same;
+}
+
+/* Memory is kept as long as there is a context, whichever ends before. */
+static void kept_for_contexts(void)
+{
+    if (TEST_SANITIZED) {
+        test_skip("sanitizers are to see every block go");
+        return;
+    }
+    mallopt(M_MMAP_THRESHOLD, 1 << 20); /* what is freed goes to the system */
+    ibl_ctx *a = test_ctx(1, IBL_ISA_C), *b = test_ctx(1, IBL_ISA_C);
+    CHECK(stays(NULL));
+    CHECK(stays(a));
+    CHECK(!stays(b));
+    CHECK(!stays(NULL));
 }
 
 static void too_much(void)
@@ -89,6 +126,7 @@ static void too_much(void)
     CHECK(!ibl_alloc_array((size_t)1 << 33, (size_t)1 << 33));
 }
 
-static const test tests[] = {TEST(every_size), TEST(many_large),
-                             TEST(too_much)};
+/* The first of them has a heap without large holes. */
+static const test tests[] = {TEST(kept_for_contexts), TEST(every_size),
+                             TEST(many_large), TEST(too_much)};
 TEST_MAIN(tests)

@@ -312,6 +312,7 @@ static double level_error(ibl_ctx *ctx, const lobe *l, bool table, int n,
     const ibl_level_sum sum = {.grid = &grid,
                                .degree = 2,
                                .lobe = &radial,
+                               .gain = 1,
                                .low = {-1, -1, -1},
                                .high = {INFINITY, INFINITY, INFINITY}};
     ibl_level_sum with = sum;
@@ -395,6 +396,7 @@ static void energy(void)
         const ibl_level_sum level = {.grid = &grid,
                                      .bright = bright,
                                      .lobe = &radial,
+                                     .gain = 1,
                                      .high = {INFINITY, INFINITY, INFINITY}};
         CHECK(!ibl_spectral_texels(ctx, NULL, &level, &cube, 0));
         for (int t = 0; t < 6 * 64 * 64; t++)

@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /* Contexts, their refusals, the pool and cancelling. */
+#include <signal.h>
 #include <stdatomic.h>
 #include <string.h>
 #include <time.h>
 
 #include "core/context.h"
+#include "core/cpu.h"
+#include "files.h"
 #include "test.h"
 
 static void refusals(void)
@@ -42,6 +45,62 @@ static void names(void)
     for (int s = IBL_OK; s <= IBL_ERR_CANCELLED; s++)
         CHECK(strcmp(ibl_status_text((ibl_status)s), "unknown status"));
     CHECK(!strcmp(ibl_status_text((ibl_status)99), "unknown status"));
+}
+
+/* Systems as the kernel's documentation has them: cgroup-v2.rst, and
+ * sched-bwc.rst for version 1. */
+static void quotas(void)
+{
+    static const struct {
+        const char *groups;
+        const char *files; /* made by a shell, in /sys/fs/cgroup */
+        int cpus;
+    } cases[] = {
+        {"", "true", 0},
+        {"0::/", "true", 0},
+        {"0::/a", "echo max 100000 >a/cpu.max", 0},
+        {"0::/a", "echo 150000 100000 >a/cpu.max", 2},
+        {"0::/a/b",
+         "echo 900000 100000 >a/b/cpu.max; echo 300000 100000 >a/cpu.max", 3},
+        {"3:cpu:/a",
+         "echo 150000 >cpu/a/cpu.cfs_quota_us;"
+         "echo 100000 >cpu/a/cpu.cfs_period_us",
+         2},
+        {"3:cpu:/a",
+         "echo -1 >cpu/a/cpu.cfs_quota_us;"
+         "echo 100000 >cpu/a/cpu.cfs_period_us",
+         0},
+        /* what a container sees: its group is the root of what is there */
+        {"5:memory:/z\n4:cpuacct,cpu:/docker/0123\n0::/",
+         "echo 400000 >cpu/cpu.cfs_quota_us;"
+         "echo 100000 >cpu/cpu.cfs_period_us",
+         4},
+        {"4:cpu,cpuacct:/a/b",
+         "echo 50000 >cpu/a/b/cpu.cfs_quota_us;"
+         "echo 50000 >cpu/a/b/cpu.cfs_period_us;"
+         "echo 900000 >cpu/a/cpu.cfs_quota_us;"
+         "echo 50000 >cpu/a/cpu.cfs_period_us",
+         1},
+        /* neither another controller's, nor one that is not this process's */
+        {"4:cpuset:/a\n3:cpuacct:/a",
+         "echo 100000 >cpu/a/cpu.cfs_quota_us;"
+         "echo 100000 >cpu/a/cpu.cfs_period_us",
+         0},
+        {"3:cpu:/a",
+         "echo 100000 >cpu/c/cpu.cfs_quota_us;"
+         "echo 100000 >cpu/c/cpu.cfs_period_us",
+         0},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        NEED(file_run("rm -rf sys proc && mkdir -p proc/self && "
+                      "printf '%s\n' >proc/self/cgroup && "
+                      "mkdir -p sys/fs/cgroup/a/b sys/fs/cgroup/cpu/a/b "
+                      "sys/fs/cgroup/cpu/c && cd sys/fs/cgroup && %s",
+                      cases[i].groups, cases[i].files));
+        const int cpus = ibl_cpu_quota(test_dir());
+        CHECK_MSG(cpus == cases[i].cpus, "case %zu: %d", i, cpus);
+    }
+    CHECK(ibl_cpu_quota("nowhere") == 0);
 }
 
 enum {
@@ -210,6 +269,56 @@ static void task_beside_batches(void)
     }
 }
 
+enum {
+    SIGNALS = 6
+};
+static const int kinds[SIGNALS] = {SIGHUP,  SIGTERM, SIGUSR1,
+                                   SIGXCPU, SIGPIPE, SIGSEGV};
+
+struct masks {
+    atomic_int inside;
+    bool blocked[2][SIGNALS]; /* by worker */
+};
+
+/* Both are inside before one looks: each is a worker's only job. */
+static void mask_job(void *arg, int job, int worker)
+{
+    struct masks *m = arg;
+    sigset_t set;
+
+    (void)job;
+    atomic_fetch_add(&m->inside, 1);
+    while (atomic_load(&m->inside) < 2)
+        ;
+    pthread_sigmask(SIG_BLOCK, NULL, &set);
+    for (int i = 0; i < SIGNALS; i++)
+        m->blocked[worker][i] = sigismember(&set, kinds[i]);
+}
+
+/* A handler never runs beside the thread that made the context; what that one
+ * blocks stays as it was. */
+static void signals(void)
+{
+    struct masks m = {0};
+    ibl_ctx *ctx;
+    sigset_t one;
+
+    sigemptyset(&one);
+    sigaddset(&one, SIGUSR1);
+    pthread_sigmask(SIG_SETMASK, &one, NULL);
+    ctx = test_ctx(2, IBL_ISA_AUTO);
+    CHECK(!ibl_run(ctx, NULL, 2, mask_job, &m));
+    for (int i = 0; i < SIGNALS; i++) {
+        CHECK_MSG(m.blocked[0][i] == (kinds[i] == SIGUSR1), "signal %d",
+                  kinds[i]);
+        CHECK_MSG(m.blocked[1][i] == (kinds[i] != SIGSEGV), "signal %d",
+                  kinds[i]);
+    }
+    sigemptyset(&one);
+    pthread_sigmask(SIG_SETMASK, &one, NULL);
+    ibl_ctx_free(ctx);
+}
+
 /* A cancel keeps jobs from starting, and everything later from running. */
 static void cancel(void)
 {
@@ -262,10 +371,12 @@ static void default_options(void)
 static const test tests[] = {
     TEST(refusals),
     TEST(names),
+    TEST(quotas),
     TEST(every_job),
     TEST(many_batches),
     TEST(begun_beside_runs),
     TEST(task_beside_batches),
+    TEST(signals),
     TEST(cancel),
     TEST(default_options),
 };

@@ -1,11 +1,43 @@
 /* SPDX-License-Identifier: MIT */
-/* Damaged EXR files are refused with one line, and those of other kinds. */
+/* Damaged EXR files are refused with one line, and those of other kinds; and
+ * memory that runs out is not taken for damage. */
+#include <OpenEXR/openexr.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <zlib.h>
 
 #include "exr.h"
 #include "files.h"
+
+/* ---- OpenEXRCore's memory, which the linker lets us give (--wrap) ------ */
+
+static atomic_int grants = -1; /* of memory that are left; -1: no end */
+
+static void *grant(size_t bytes)
+{
+    int left = grants;
+    while (left > 0 && !atomic_compare_exchange_weak(&grants, &left, left - 1))
+        ;
+    return left ? malloc(bytes) : NULL;
+}
+
+exr_result_t __real_exr_start_read(exr_context_t *exr, const char *name,
+                                   const exr_context_initializer_t *init);
+exr_result_t __wrap_exr_start_read(exr_context_t *exr, const char *name,
+                                   const exr_context_initializer_t *init);
+
+exr_result_t __wrap_exr_start_read(exr_context_t *exr, const char *name,
+                                   const exr_context_initializer_t *init)
+{
+    exr_context_initializer_t with = *init;
+    with.alloc_fn = grant;
+    with.free_fn = free;
+    return __real_exr_start_read(exr, name, &with);
+}
+
+/* ---- files ------------------------------------------------------------- */
 
 /* Decodes bytes in memory of just their size, so that a sanitizer sees every
  * byte too far. True if it went well or was refused with one line. */
@@ -187,6 +219,98 @@ static void absurd_claims(void)
     ibl_ctx_free(ctx);
 }
 
+/* Where the first block's number of bytes and its bytes are. */
+static size_t first_block(const char *path)
+{
+    const exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    exr_chunk_info_t info = {.data_offset = 0};
+    exr_context_t exr;
+
+    if (!exr_start_read(&exr, path, &init)) {
+        exr_read_scanline_chunk_info(exr, 0, 0, &info);
+        exr_finish(&exr);
+    }
+    return info.data_offset;
+}
+
+/* A block of ZIP must inflate to what it has pixels for, no byte less or more,
+ * and its checksum must be right. What follows it is nobody's. */
+static void zip_streams(void)
+{
+    enum {
+        PIXELS = 16 * 24 * 6
+    };
+    static const struct {
+        uLong raw; /* bytes that are deflated */
+        int more;  /* bytes that the block is longer than that takes */
+        int flip;  /* this many bytes before the end */
+        bool good;
+    } blocks[] = {{PIXELS, 0, 0, true},      {PIXELS, 9, 0, true},
+                  {PIXELS, -1, 0, false},    {PIXELS, 0, 1, false},
+                  {PIXELS, 0, 6, false},     {PIXELS - 1, 0, 0, false},
+                  {PIXELS + 1, 0, 0, false}, {PIXELS / 2, 0, 0, false},
+                  {0, 0, 0, false},          {9 * PIXELS, 0, 0, false}};
+    static const Bytef raw[9 * PIXELS];
+    if (!test_exr_ready())
+        return;
+    ibl_ctx *ctx = file_ctx(2, &test_exr_kept, NULL);
+    ibl_image img = test_exr_source(ctx, 24, 40);
+    size_t size;
+
+    NEED(file_save_pfm(file_path("s.pfm"), &img));
+    NEED(file_run("oiiotool s.pfm -d half --compression zip -o 0.exr"));
+    unsigned char *bytes = file_load(file_path("0.exr"), &size);
+    unsigned char *data = bytes + first_block(file_path("0.exr"));
+    NEED(data > bytes);
+    for (size_t b = 0; b < sizeof blocks / sizeof blocks[0]; b++) {
+        uLongf packed = PIXELS / 2;
+        ibl_status status;
+        NEED(compress(data, &packed, raw, blocks[b].raw) == Z_OK);
+        file_set_u32(data - 4, (uint32_t)((int)packed + blocks[b].more));
+        if (blocks[b].flip)
+            data[packed - (uLong)blocks[b].flip] ^= 1;
+        CHECK(survives(ctx, bytes, size, &status));
+        CHECK_MSG(status == (blocks[b].good ? IBL_OK : IBL_ERR_FORMAT),
+                  "%zu: %d %s", b, status, test_exr_kept.text[0]);
+    }
+    free(bytes);
+    ibl_image_free(&img);
+    ibl_ctx_free(ctx);
+}
+
+/* However early memory runs out, whatever attribute it was for: OpenEXRCore
+ * itself opens a file whose compression it had no room to remember. */
+static void out_of_memory(void)
+{
+    if (!test_exr_ready())
+        return;
+    ibl_ctx *ctx = file_ctx(2, &test_exr_kept, NULL);
+    ibl_image img = test_exr_source(ctx, 24, 40);
+
+    NEED(file_save_pfm(file_path("s.pfm"), &img));
+    NEED(file_run("oiiotool s.pfm -d half --compression zip -o 0.exr --tile "
+                  "16 16 --compression piz -o 1.exr"));
+    for (int i = 0; i < 2; i++) {
+        char name[] = "0.exr";
+        ibl_status status = IBL_ERR_MEMORY;
+        size_t size;
+        int n = 0;
+        name[0] = (char)('0' + i);
+        unsigned char *bytes = file_load(file_path(name), &size);
+        for (; n < 200 && status; n++) {
+            grants = n;
+            CHECK(survives(ctx, bytes, size, &status));
+            grants = -1;
+            CHECK_MSG(!status || status == IBL_ERR_MEMORY, "%s, %d: %d %s",
+                      name, n, status, test_exr_kept.text[0]);
+        }
+        CHECK_MSG(n > 10 && !status, "%s: %d", name, n);
+        free(bytes);
+    }
+    ibl_image_free(&img);
+    ibl_ctx_free(ctx);
+}
+
 static void refused_kinds(void)
 {
     if (!test_exr_ready())
@@ -210,6 +334,7 @@ static void refused_kinds(void)
     ibl_ctx_free(ctx);
 }
 
-static const test tests[] = {TEST(cut_short), TEST(bits_flipped),
-                             TEST(absurd_claims), TEST(refused_kinds)};
+static const test tests[] = {TEST(cut_short),     TEST(bits_flipped),
+                             TEST(absurd_claims), TEST(zip_streams),
+                             TEST(out_of_memory), TEST(refused_kinds)};
 TEST_MAIN(tests)

@@ -30,9 +30,11 @@ static void check_encoded(ibl_ctx *ctx, const ibl_cube *cube, ibl_pixel pixel)
 {
     ibl_texture tex = {0};
     ibl_cube back = {0};
-    size_t beyond, over = 0;
+    ibl_overflow_report report;
+    size_t over = 0;
     const double top = ibl_pixel_max(pixel);
-    NEED(!ibl_texture_from_cube(ctx, cube, pixel, &tex, &beyond));
+    NEED(!ibl_texture_from_cube(ctx, cube, pixel, IBL_OVERFLOW_CLIP, &tex,
+                                &report));
     NEED(!ibl_texture_to_cube(ctx, &tex, &back));
     for (size_t i = 0; i < cube_floats(cube); i++) {
         const float *p = cube->data + i / 3 * 3;
@@ -46,8 +48,8 @@ static void check_encoded(ibl_ctx *ctx, const ibl_cube *cube, ibl_pixel pixel)
                   "%s: %.9g comes back as %.9g", ibl_pixel_name(pixel), want,
                   got);
     }
-    CHECK_MSG(beyond == over, "%s: %zu saturated, not %zu",
-              ibl_pixel_name(pixel), beyond, over);
+    CHECK_MSG(report.values == over, "%s: %zu saturated, not %zu",
+              ibl_pixel_name(pixel), report.values, over);
     ibl_cube_free(&back);
     ibl_texture_free(&tex);
 }

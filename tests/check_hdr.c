@@ -406,6 +406,10 @@ static void headers(void)
          "-Y 1 +X 1\n",
          {.5f, .25f, .125f},
          "EXPOSURE of 0"},
+        {"#?RADIANCE\nEXPOSURE=0e9999\nEXPOSURE=2\nFORMAT=32-bit_rle_rgbe\n\n"
+         "-Y 1 +X 1\n",
+         {.5f, .25f, .125f},
+         "EXPOSURE of 0"},
         {"#?RADIANCE\nEXPOSURE=0.000244140625000000000000000\n"
          "FORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n",
          {4096, 2048, 1024},
@@ -667,6 +671,7 @@ static void damaged(void)
         {B(V "\n-Y 65537 +X 2\nabcd"), "1 to 65536"},
         {B(V "\n-Y 2 +X 999999999999999999999999999999\nabcd"), "1 to 65536"},
         {B(V "\n-Y 2 +X 1e400\nabcd"), "1 to 65536"},
+        {B(V "\n-Y 0e9999 +X 10\nabcd"), "1 to 65536"},
         {B(V "\n-Y 2.5 +X 2\nabcd"), "must be like"},
         {B(V "\n-Y 2\nabcd"), "must be like"},
         {B(V "\n-Y 2 -Y 2\nabcd"), "must be like"},

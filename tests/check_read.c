@@ -337,6 +337,93 @@ static void streams(void)
     ibl_ctx_free(ctx);
 }
 
+/* What a header has no room for is not waited for: a stream that says 2x1
+ * pixels and goes on for 8 MiB. What comes after pixels in a small one is
+ * nobody's business. */
+static void streams_without_end(void)
+{
+    static unsigned char bytes[8 << 20];
+    static const char head[] =
+        "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n";
+    static const size_t sizes[] = {500000, sizeof bytes};
+    ibl_ctx *ctx = file_ctx(1, &kept, NULL);
+    const int saved = dup(STDIN_FILENO);
+
+    memset(bytes, 128, sizeof bytes);
+    memcpy(bytes, head, sizeof head - 1);
+    for (int i = 0; i < 2; i++) {
+        int ends[2], code;
+        ibl_image img;
+        NEED(!pipe(ends));
+        fflush(NULL);
+        const pid_t child = fork();
+        NEED(child >= 0);
+        if (!child) {
+            signal(SIGPIPE, SIG_IGN);
+            close(ends[0]);
+            for (size_t done = 0; done < sizes[i];) {
+                const ssize_t n = write(ends[1], bytes + done, sizes[i] - done);
+                if (n < 0)
+                    break;
+                done += (size_t)n;
+            }
+            _exit(0);
+        }
+        close(ends[1]);
+        dup2(ends[0], STDIN_FILENO);
+        close(ends[0]);
+        if (i) {
+            refused(ctx, "-", IBL_ERR_FORMAT, "standard input: over 1 MiB");
+        } else {
+            CHECK_MSG(!read_file(ctx, "-", &img, NULL), "%s", kept.text[0]);
+            ibl_image_free(&img);
+        }
+        dup2(saved, STDIN_FILENO); /* the writer sees it closed */
+        waitpid(child, &code, 0);
+    }
+    close(saved);
+    ibl_ctx_free(ctx);
+}
+
+/* Old run lengths hold 65536 pixels in 12 bytes: 48 GiB of floats in a file of
+ * 786 kB. Where the machine has less, that is said, and nothing taken. */
+static void more_than_the_machine_has(void)
+{
+    enum {
+        EDGE = 65536
+    };
+    static const unsigned char row[12] = {200, 9,   1, 130, 1, 1,
+                                          1,   255, 1, 1,   1, 255};
+    static const char *const heads[] = {
+        "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 65536 +X 65536\n",
+        "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n+X 65536 -Y 65536\n"};
+    static unsigned char bytes[EDGE * sizeof row + 64];
+    ibl_read_options opts = ibl_read_options_default();
+    ibl_ctx *ctx = file_ctx(1, &kept, NULL);
+
+    if ((double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE) >=
+        12.0 * EDGE * EDGE) {
+        ibl_ctx_free(ctx);
+        test_skip("this machine has 48 GiB");
+        return;
+    }
+    opts.any_aspect = 1;
+    for (int i = 0; i < 2; i++) {
+        const size_t head = strlen(heads[i]);
+        ibl_image img = {0};
+        memcpy(bytes, heads[i], head);
+        for (int y = 0; y < EDGE; y++)
+            memcpy(bytes + head + (size_t)y * sizeof row, row, sizeof row);
+        CHECK(ibl_image_decode(ctx, "run.hdr", bytes, head + EDGE * sizeof row,
+                               &opts, &img, NULL) == IBL_ERR_MEMORY);
+        CHECK_MSG(strstr(kept.text[0], "run.hdr: no memory for 65536x65536 "
+                                       "pixels at once, 48.0 GiB: scale"),
+                  "%s", kept.text[0]);
+        CHECK(!img.data);
+    }
+    ibl_ctx_free(ctx);
+}
+
 static void aspect_and_options(void)
 {
     static unsigned char bytes[40000];
@@ -687,12 +774,21 @@ static void shared_exr(void)
     ibl_ctx_free(ctx);
 }
 
-static const test tests[] = {TEST(mending),          TEST(mended_and_strict),
-                             TEST(not_to_be_opened), TEST(no_permission),
-                             TEST(streams),          TEST(aspect_and_options),
-                             TEST(cancelled),        TEST(without_bridge),
-                             TEST(broken_bridge),    TEST(float_formats),
-                             TEST(integer_formats),  TEST(not_images),
-                             TEST(large_claims),     TEST(cut_through_bridge),
+static const test tests[] = {TEST(mending),
+                             TEST(mended_and_strict),
+                             TEST(not_to_be_opened),
+                             TEST(no_permission),
+                             TEST(streams),
+                             TEST(streams_without_end),
+                             TEST(more_than_the_machine_has),
+                             TEST(aspect_and_options),
+                             TEST(cancelled),
+                             TEST(without_bridge),
+                             TEST(broken_bridge),
+                             TEST(float_formats),
+                             TEST(integer_formats),
+                             TEST(not_images),
+                             TEST(large_claims),
+                             TEST(cut_through_bridge),
                              TEST(shared_exr)};
 TEST_MAIN(tests)

@@ -60,25 +60,11 @@ static void expect(const ibl_image *env, double roughness, double theta,
 {
     const int w = env->width, h = env->height;
     const lobe l = {theta, phi, powl(roughness, 4)};
-    const long double p = fmaxl(pi_l / h, 2 * pi_l / w);
     long double sum[4] = {0};
 
     for (int j = 0; j < h; j++) {
         for (int i = 0; i < w; i++) {
-            const long double t_c = pi_l * (j + 0.5L) / h;
-            const long double p_c = 2 * pi_l * ((i + 0.5L) / w - 0.5L);
-            const long double a = sinl((t_c - l.theta) / 2);
-            const long double b = sinl((p_c - l.phi) / 2);
-            const long double q = a * a + sinl(t_c) * sinl(l.theta) * b * b;
-            const long double t = q + l.a2 * (1 - q);
-            /* 2 sqrt(t) from 8 p down to 4 p, in t. */
-            const long double s =
-                fminl(1, fmaxl(0, (16 * p * p - t) / (12 * p * p)));
-            const long double mix = s * s * (3 - 2 * s);
-            long double weight =
-                (1 - mix) * lobe_at(&l, t_c, p_c) * row_angle(w, h, j);
-            if (mix > 0)
-                weight += mix * patch_weight(&l, w, h, i, j, sub);
+            const long double weight = patch_weight(&l, w, h, i, j, sub);
             for (int c = 0; c < 3; c++)
                 sum[c] += weight * map_pixel(env, i, j)[c];
             sum[3] += weight;
@@ -88,8 +74,8 @@ static void expect(const ibl_image *env, double roughness, double theta,
         rgb[c] = (double)(sum[c] / sum[3]);
 }
 
-/* The change that halving the points' step still makes, four times the error
- * that is left, is the tolerance. */
+/* The change that halving the points' step still makes, more than the error
+ * that is left but where the horizon crosses pixels, is the tolerance. */
 static void compare_specular(int w, int h, double roughness, double theta,
                              double phi, int sub)
 {
@@ -101,7 +87,7 @@ static void compare_specular(int w, int h, double roughness, double theta,
     expect(&it->env, roughness, theta, phi, sub / 2, coarse);
     expect(&it->env, roughness, theta, phi, sub, fine);
     for (int c = 0; c < 3; c++) {
-        const double tol = 1e-7 * fine[c] + fabs(fine[c] - coarse[c]);
+        const double tol = 1e-6 * fine[c] + 3 * fabs(fine[c] - coarse[c]);
         CHECK_MSG(fabs(rgb[c] - fine[c]) <= tol,
                   "%dx%d r %g at (%g, %g): %.12g, not %.12g +- %.2g", w, h,
                   roughness, theta, phi, rgb[c], fine[c], tol);
@@ -114,10 +100,10 @@ static void specular_wide(void)
     const double r[] = {1, 0.7, 0.5};
 
     for (int k = 0; k < 3; k++) {
-        compare_specular(128, 64, r[k], 1.234, 0.567, 0);
-        compare_specular(101, 67, r[k], 0, 0, 0);
-        compare_specular(128, 64, r[k], pi, 2, 0);
-        compare_specular(113, 64, r[k], 0.01, -3.1415, 0);
+        compare_specular(128, 64, r[k], 1.234, 0.567, 8);
+        compare_specular(101, 67, r[k], 0, 0, 8);
+        compare_specular(128, 64, r[k], pi, 2, 8);
+        compare_specular(113, 64, r[k], 0.01, -3.1415, 8);
     }
 }
 
@@ -208,9 +194,8 @@ static void four_pixels(void)
     subject_free(it);
 }
 
-/* A pixel of light against its weight over that of all, the sum itself. The
- * lobe is wide: weight at the centre, and all of it near the integral over the
- * sphere, 4 pi within(1/2). */
+/* A pixel of light against its weight over that of the sphere, 4 pi
+ * within(1/2). */
 static void one_pixel(void)
 {
     subject *it = subject_make(2, 512, 256, 0, 0);
@@ -223,10 +208,7 @@ static void one_pixel(void)
         double d[3], rgb[3];
         polar_direction(1.1, -0.8, d);
         map_pixel(&it->env, i, j)[2] = 1e6f;
-        const long double weight =
-            lobe_at(&l, pi_l * (j + 0.5L) / 256,
-                    2 * pi_l * ((i + 0.5L) / 512 - 0.5L)) *
-            row_angle(512, 256, j);
+        const long double weight = patch_weight(&l, 512, 256, i, j, 64);
         const double want =
             (double)(1e6L * weight /
                      (4 * pi_l * l.a2 * l.a2 * within(l.a2, 0.5L)));
@@ -263,7 +245,7 @@ static void constant_map(void)
         for (int n = 1; n <= 19; n += 6) {
             const ibl_texel t[3] = {
                 {2, n / 2, n / 2}, {0, 0, n - 1}, {3, n - 1, 0}};
-            CHECK(!ibl_reference_texels(it->ref, n, t, 3, rgb));
+            CHECK(!ibl_reference_texels(it->ref, n, n, t, 3, rgb));
             for (int c = 0; c < 9; c++)
                 CHECK_NEAR(rgb[c], want, 1e-14);
         }
@@ -363,35 +345,26 @@ static void irradiance_sums(void)
     const int sizes[][2] = {{1, 1}, {2, 1}, {3, 2}, {33, 17}, {64, 32}};
     test_random rnd = {11};
 
-    for (int k = 0; k < 25; k++) {
-        const int w = sizes[k / 5][0], h = sizes[k / 5][1];
+    for (int k = 0; k < 15; k++) {
+        const int w = sizes[k / 3][0], h = sizes[k / 3][1];
+        const int sub = w < 4 ? 256 : 16;
         subject *it = subject_make(2, w, h, 20 + (uint64_t)k, 0);
-        double d[3], rgb[3];
-        long double sum[4] = {0}, mean[3] = {0};
+        double d[3], rgb[3], coarse[3], fine[3];
         random_direction(&rnd, d);
-        for (int j = 0; j < h; j++) {
-            for (int i = 0; i < w; i++) {
-                const long double theta = pi_l * (j + 0.5L) / h;
-                const long double phi = 2 * pi_l * ((i + 0.5L) / w - 0.5L);
-                const long double c = d[0] * sinl(theta) * cosl(phi) +
-                                      d[1] * cosl(theta) +
-                                      d[2] * sinl(theta) * sinl(phi);
-                const long double o = row_angle(w, h, j);
-                for (int n = 0; n < 3; n++) {
-                    sum[n] += fmaxl(c, 0) * o * map_pixel(&it->env, i, j)[n];
-                    mean[n] += o * map_pixel(&it->env, i, j)[n] / (4 * pi_l);
-                }
-                sum[3] += fmaxl(c, 0) * o;
-            }
-        }
+        const double theta = atan2(hypot(d[0], d[2]), d[1]);
+        const double phi = atan2(d[2], d[0]);
+        expect(&it->env, 1, theta, phi, sub / 2, coarse);
+        expect(&it->env, 1, theta, phi, sub, fine);
         CHECK(!ibl_reference_irradiance(it->ref, d, 1, rgb));
-        for (int n = 0; n < 3; n++) {
-            const double want =
-                (double)(sum[3] > 0 ? sum[n] / sum[3] : mean[n]);
-            CHECK_NEAR(rgb[n], want, 1e-12);
-        }
+        for (int n = 0; n < 3; n++)
+            CHECK_NEAR(rgb[n], fine[n],
+                       1e-7 * fine[n] + 2 * fabs(fine[n] - coarse[n]));
+        long double mean = 0;
+        for (int i = 0; i < w * h; i++)
+            mean += row_angle(w, h, i / w) *
+                    map_pixel(&it->env, i % w, i / w)[0] / (4 * pi_l);
         CHECK(!ibl_reference_mean(it->ref, rgb));
-        CHECK_NEAR(rgb[0], (double)mean[0], 1e-15);
+        CHECK_NEAR(rgb[0], (double)mean, 1e-15);
         subject_free(it);
     }
 }
@@ -415,7 +388,7 @@ static void threads(void)
         CHECK(!ibl_reference_specular(it->ref, 0.5, dirs, 20, rgb[0]));
         CHECK(!ibl_reference_specular(it->ref, 0.1, dirs, 20, rgb[1]));
         CHECK(!ibl_reference_irradiance(it->ref, dirs, 20, rgb[2]));
-        CHECK(!ibl_reference_texels(it->ref, 20, t, 20, rgb[3]));
+        CHECK(!ibl_reference_texels(it->ref, 20, 20, t, 20, rgb[3]));
         CHECK(!ibl_reference_sh(it->ref, 8, a));
         if (k == 0) {
             memcpy(first, rgb, sizeof rgb);
@@ -473,9 +446,9 @@ static void bad_arguments(void)
     CHECK(ibl_reference_specular(ref, 0.5, zero, 1, rgb) == IBL_ERR_ARGUMENT);
     CHECK(ibl_reference_irradiance(ref, nan3, 1, rgb) == IBL_ERR_ARGUMENT);
     for (int k = 0; k < 4; k++)
-        CHECK(ibl_reference_texels(ref, 4, &bad[k], 1, rgb) ==
+        CHECK(ibl_reference_texels(ref, 4, 4, &bad[k], 1, rgb) ==
               IBL_ERR_ARGUMENT);
-    CHECK(ibl_reference_texels(ref, 0, bad, 0, rgb) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_reference_texels(ref, 1, 0, bad, 0, rgb) == IBL_ERR_ARGUMENT);
     CHECK(ibl_reference_sh(ref, -1, a) == IBL_ERR_ARGUMENT);
     CHECK(ibl_reference_sh(ref, 65, a) == IBL_ERR_ARGUMENT);
     CHECK(ibl_reference_lut(ctx, 1.1, 0.5, IBL_GEOMETRY_SMITH, a) ==
@@ -505,7 +478,7 @@ static void cancel(void)
         CHECK(ibl_reference_specular(ref, 0.05 * k, up, 1, out) ==
               IBL_ERR_CANCELLED);
     CHECK(ibl_reference_irradiance(ref, up, 1, out) == IBL_ERR_CANCELLED);
-    CHECK(ibl_reference_texels(ref, 4, &t, 1, out) == IBL_ERR_CANCELLED);
+    CHECK(ibl_reference_texels(ref, 4, 4, &t, 1, out) == IBL_ERR_CANCELLED);
     CHECK(ibl_reference_sh(ref, 2, out) == IBL_ERR_CANCELLED);
     CHECK(ibl_reference_mean(ref, out) == IBL_ERR_CANCELLED);
     CHECK(ibl_reference_lut(ctx, 1, 1, IBL_GEOMETRY_SMITH, out) ==

@@ -126,6 +126,7 @@ static ibl_status to_cube(ibl_ctx *ctx, const char *stage,
                                                            : grid->columns / 4;
     const ibl_level_sum sum = {.grid = grid,
                                .degree = degree,
+                               .gain = 1,
                                .low = {-INFINITY, -INFINITY, -INFINITY},
                                .high = {INFINITY, INFINITY, INFINITY}};
     return ibl_spectral_texels(ctx, stage, &sum, cube, level);
@@ -142,6 +143,7 @@ static error run(ibl_ctx *ctx, const field *f, int rings, int columns, int n)
         const ibl_level_sum sum = {.grid = &grid,
                                    .spectrum = f->spectrum,
                                    .degree = f->degree,
+                                   .gain = 1,
                                    .low = {-INFINITY, -INFINITY, -INFINITY},
                                    .high = {INFINITY, INFINITY, INFINITY}};
         sample(f, &grid);
@@ -333,6 +335,7 @@ static void constants(void)
         NEED(!fill(ctx, 0, 50, 128, &grid));
         const ibl_level_sum sum = {.grid = &grid,
                                    .degree = 20,
+                                   .gain = 1,
                                    .offset = {0.1f, 0.7f, 1e20f},
                                    .high = {1, 0.5f, INFINITY}};
         CHECK(!ibl_spectral_texels(ctx, NULL, &sum, &cube, 0));
@@ -347,35 +350,36 @@ static void constants(void)
     }
 }
 
-/* gain(theta), a smooth one, times the field is a field. */
-static void gain(void)
+/* What texels have of their own is added, and all of it scaled. */
+static void local(void)
 {
+    enum {
+        N = 11,
+        TEXELS = 6 * N * N
+    };
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     ibl_ring_grid grid = {0};
     ibl_cube cube = {0};
-    float factor[40];
+    static float own[3 * TEXELS];
     field f;
     field_init(&f, 8, 1e-3, 8);
     NEED(!ibl_ring_grid_alloc(ctx, 40, 64, &grid));
-    NEED(!ibl_cube_alloc(ctx, 11, 1, &cube));
+    NEED(!ibl_cube_alloc(ctx, N, 1, &cube));
     sample(&f, &grid);
-    for (int j = 0; j < 40; j++)
-        factor[j] = (float)(1 + 0.01 * cos(PI * (j + 0.5) / 40));
+    for (int i = 0; i < 3 * TEXELS; i++)
+        own[i] = (float)i;
     const ibl_level_sum sum = {.grid = &grid,
                                .spectrum = f.spectrum,
                                .degree = 8,
-                               .gain = factor,
+                               .local = own,
+                               .gain = 0.5f,
                                .low = {-INFINITY, -INFINITY, -INFINITY},
                                .high = {INFINITY, INFINITY, INFINITY}};
     ibl_ring_grid_close(&grid, 0, grid.rings);
     CHECK(!ibl_spectral_texels(ctx, NULL, &sum, &cube, 0));
-    for (int i = 0; i < 6 * 11 * 11; i++) {
-        double d[3];
-        truth_cube_direction(11, i / 121, i % 11, i / 11 % 11, d);
-        for (int c = 0; c < 3; c++)
-            cube.data[3 * i + c] /= (float)(1 + 0.01 * d[1]);
-    }
-    CHECK(compare(&f, &cube).worst <= 2e-6);
+    for (int i = 0; i < 3 * TEXELS; i++)
+        cube.data[i] = 2 * cube.data[i] - own[i];
+    CHECK(compare(&f, &cube).worst <= 2e-6 * TEXELS);
     ibl_ring_grid_free(&grid);
     ibl_cube_free(&cube);
     ibl_ctx_free(ctx);
@@ -470,6 +474,6 @@ static void cancelled(void)
 static const test tests[] = {
     TEST(samples_a_wave), TEST(edges),     TEST(isas),
     TEST(tiny_grids),     TEST(borders),   TEST(without_spectrum),
-    TEST(constants),      TEST(gain),      TEST(threads),
+    TEST(constants),      TEST(local),     TEST(threads),
     TEST(large),          TEST(arguments), TEST(cancelled)};
 TEST_MAIN(tests)

@@ -45,8 +45,7 @@ static ibl_bake_options options(ibl_lobe lobe, double yaw)
 static ibl_bake_result bake(ibl_ctx *ctx, const ibl_image *map,
                             const ibl_bake_options *o)
 {
-    const ibl_environment env = {
-        .width = map->width, .height = map->height, .image = map};
+    const ibl_environment env = {.image = map};
     ibl_bake_result r = {0};
     if (ibl_bake_environment(ctx, &env, o, &r))
         exit(1);

@@ -76,16 +76,18 @@ static void cubes(void)
                                     (int)(test_random_u64(&r) % 30) - 12);
     for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
         ibl_texture a, b;
-        size_t beyond_a = 99, beyond_b = 99;
+        ibl_overflow_report beyond_a, beyond_b;
         if (ibl_pixel_channels(p) == 2) {
-            CHECK(ibl_texture_from_cube(quiet, &cube, p, &a, NULL) ==
-                  IBL_ERR_ARGUMENT);
+            CHECK(ibl_texture_from_cube(quiet, &cube, p, IBL_OVERFLOW_CLIP, &a,
+                                        NULL) == IBL_ERR_ARGUMENT);
             continue;
         }
-        NEED(!ibl_texture_from_cube(ctx, &cube, p, &a, &beyond_a));
-        NEED(!ibl_texture_from_cube(one, &cube, p, &b, &beyond_b));
-        CHECK(texture_same(&a, &b) && beyond_a == beyond_b);
-        CHECK((beyond_a > 0) == (p != IBL_PIXEL_RGBA32F));
+        NEED(!ibl_texture_from_cube(ctx, &cube, p, IBL_OVERFLOW_CLIP, &a,
+                                    &beyond_a));
+        NEED(!ibl_texture_from_cube(one, &cube, p, IBL_OVERFLOW_CLIP, &b,
+                                    &beyond_b));
+        CHECK(texture_same(&a, &b) && beyond_a.values == beyond_b.values);
+        CHECK((beyond_a.values > 0) == (p != IBL_PIXEL_RGBA32F));
         NEED(!ibl_texture_to_cube(ctx, &a, &back));
         CHECK(back.size == 70 && back.levels == 5);
         /* The last texel of all, through the reference. */

@@ -125,8 +125,7 @@ static bool library(const rig *r, ibl_method method, ibl_bake_result *result)
     if (ibl_image_alloc(r->ctx, 8 * n, 4 * n, &map))
         return false;
     patches(&r->cube, &map);
-    const ibl_environment env = {
-        .width = map.width, .height = map.height, .image = &map};
+    const ibl_environment env = {.image = &map};
     o.specular_options.size = n;
     o.specular_options.levels = r->cube.levels;
     o.specular_options.method = method;

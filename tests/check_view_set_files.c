@@ -52,6 +52,31 @@ static void directories(void)
     ibl_ctx_free(ctx);
 }
 
+/* Beside each other, a set has the table of its own; without a sidecar the one
+ * that is there, of smith first. */
+static void tables_of_two_geometries(void)
+{
+    ibl_ctx *ctx = view_test_ctx(2);
+    view_set set;
+    NEED(sets_bake("two", "--name b --geometry schlick-ibl"));
+    for (int i = 0; i < 3; i++) {
+        static const ibl_geometry wanted[] = {IBL_GEOMETRY_SCHLICK_IBL,
+                                              IBL_GEOMETRY_SCHLICK_IBL,
+                                              IBL_GEOMETRY_SMITH};
+        if (i == 0)
+            NEED(sets_bake("two", "--name a"));
+        if (i == 1)
+            NEED(file_run("mv two/brdf_lut.ktx2 kept && rm two/b.json"));
+        if (i == 2)
+            NEED(file_run("mv kept two/brdf_lut.ktx2"));
+        NEED(sets_open(ctx, "two/b_specular.ktx2", &set));
+        CHECK_MSG(set.path[VIEW_LUT] && set.geometry == wanted[i], "%d: %s, %s",
+                  i, set.path[VIEW_LUT], ibl_geometry_name(set.geometry));
+        view_set_free(&set);
+    }
+    ibl_ctx_free(ctx);
+}
+
 /* What a probe set holds. */
 static void arrays(void)
 {
@@ -292,9 +317,14 @@ static void maps_are_told(void)
 }
 
 static const test tests[] = {
-    TEST(directories),      TEST(wrong_kinds),
-    TEST(arrays),           TEST(skies),
-    TEST(wrong_tables),     TEST(sidecars),
-    TEST(hostile_sidecars), TEST(maps_are_told),
+    TEST(directories),
+    TEST(wrong_kinds),
+    TEST(tables_of_two_geometries),
+    TEST(arrays),
+    TEST(skies),
+    TEST(wrong_tables),
+    TEST(sidecars),
+    TEST(hostile_sidecars),
+    TEST(maps_are_told),
 };
 TEST_MAIN(tests)

@@ -177,7 +177,7 @@ static void small_pictures_of_the_sky(void)
     for (int own = 0; own < 2; own++) {
         if (own)
             NEED(!ibl_texture_from_cube(shade_ctx(), &set.specular,
-                                        IBL_PIXEL_RGBA32F,
+                                        IBL_PIXEL_RGBA32F, IBL_OVERFLOW_CLIP,
                                         &set.set.texture[VIEW_SKY], NULL));
         float *picture = shade_draw(&set.set, &s);
         /* In the middle a pixel is 2 tan(60) / 16 = 0.22 wide, a texel of 32

@@ -14,6 +14,7 @@ libc6-dev:C_library
 make:make
 pkg-config:finds_the_libraries
 libopenexr-dev:reads_EXR
+libdeflate-dev:inflates_EXR
 libopenimageio-dev:image_bridge,_reads_other_formats
 libpng-dev:writes_previews
 libjansson-dev:reads_and_writes_JSON

@@ -53,8 +53,9 @@ within() {
 interrupt() {
     local signal=$1 pid
     shift
-    # What runs in the background of a script would ignore INT.
-    (ulimit -t 6; exec env --default-signal=INT,QUIT "$@") </dev/null &
+    # What runs in the background of a script would ignore INT, and under nohup
+    # HUP.
+    (ulimit -t 6; exec env --default-signal "$@") </dev/null &
     pid=$!
     while took=$(awk '{ print $14 + $15 }' "/proc/$pid/stat" 2>/dev/null) &&
         [ "${took:-50}" -lt 50 ]; do

@@ -51,7 +51,7 @@ programs() {
             */tsan/tests/check_view_probe_set) tests+=("$program") ;;
         */tsan/tests/check_view_* | */tsan/tests/check_kern_* | \
             */tsan/tests/check_azimuth | */tsan/tests/check_truth | \
-            */tsan/tests/check_probe_alpha) ;;
+            */tsan/tests/check_probe_alpha | */tsan/tests/check_null) ;;
         *) [ -x "$program" ] && tests+=("$program") ;;
         esac
     done
@@ -82,7 +82,8 @@ tests+=("${alone[@]}")
 
 # ---- running them ----------------------------------------------------------
 # Each has a session of its own, by which all of it can be killed; and what
-# runs in the background of a script would ignore INT, which tests send.
+# runs in the background of a script would ignore INT, and under nohup HUP,
+# which tests send.
 start() { # NUMBER
     local name=${tests[$1]} command
     command=("$name")
@@ -91,7 +92,7 @@ start() { # NUMBER
     esac
     (
         TIMEFORMAT='%R %U %S'
-        time env --default-signal=INT,QUIT setsid "${command[@]}" \
+        time env --default-signal setsid "${command[@]}" \
             >"$work/$1.log" 2>&1 </dev/null
         echo $? >"$work/$1.status"
     ) 2>"$work/$1.time" &

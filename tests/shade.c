@@ -58,9 +58,10 @@ void shade_pack(shade_set *s, ibl_pixel cubes, ibl_pixel lut)
     for (int i = 0; i < VIEW_CONTENTS; i++)
         ibl_texture_free(&t[i]);
     need(!ibl_texture_from_cube(shade_ctx(), &s->specular, cubes,
-                                &t[VIEW_SPECULAR], NULL) &&
+                                IBL_OVERFLOW_SPREAD, &t[VIEW_SPECULAR], NULL) &&
              !ibl_texture_from_cube(shade_ctx(), &s->irradiance, cubes,
-                                    &t[VIEW_IRRADIANCE], NULL) &&
+                                    IBL_OVERFLOW_SPREAD, &t[VIEW_IRRADIANCE],
+                                    NULL) &&
              !ibl_texture_from_lut(shade_ctx(), &s->lut, lut, &t[VIEW_LUT],
                                    NULL),
          "textures");

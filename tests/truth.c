@@ -95,64 +95,8 @@ static void quotient(const sum s[4], double rgb[3])
 }
 
 /*
- * The GGX row. With N = V = R and c = N.L, N.H^2 = (1 + c) / 2. In
- *     q = (1 - c) / 2 = sin^2(dtheta / 2) + sin(t) sin(t_N) sin^2(dphi / 2)
- * (both terms >= 0, so nothing cancels in the narrowest lobe)
- *     D N.L = a^2 (1 - 2q) / (pi (q + a^2 (1 - q))^2).
- * polar: the first term; scale: sin(t) sin(t_N); across: sin^2(dphi / 2).
- */
-static void specular_row(const float *px, int w, double polar, double scale,
-                         const double *across, double a2, double row[4])
-{
-    double r = 0, g = 0, b = 0, weights = 0;
-    for (int i = 0; i < w; i++) {
-        const double q = polar + scale * across[i];
-        if (q >= 0.5)
-            continue;
-        const double t = q + a2 * (1.0 - q);
-        const double weight = (1.0 - 2.0 * q) / (t * t);
-        r += weight * px[3 * i];
-        g += weight * px[3 * i + 1];
-        b += weight * px[3 * i + 2];
-        weights += weight;
-    }
-    row[0] = r, row[1] = g, row[2] = b, row[3] = weights;
-}
-
-void truth_specular(const ibl_image *env, const double dir[3], double roughness,
-                    double rgb[3])
-{
-    const int w = env->width, h = env->height;
-    const double a2 = pow(roughness, 4.0);
-    const double theta_n = atan2(hypot(dir[0], dir[2]), dir[1]);
-    const double phi_n = atan2(dir[2], dir[0]);
-    double *across = malloc((size_t)w * sizeof *across);
-    sum s[4] = {{0, 0}};
-    if (!across) {
-        perror("truth_specular");
-        exit(1);
-    }
-    for (int i = 0; i < w; i++) {
-        const double phi = 2.0 * pi * ((i + 0.5) / w - 0.5);
-        across[i] = pow(sin(0.5 * (phi - phi_n)), 2.0);
-    }
-    for (int j = 0; j < h; j++) {
-        const double theta = pi * (j + 0.5) / h;
-        const double polar = pow(sin(0.5 * (theta - theta_n)), 2.0);
-        double row[4];
-        if (polar >= 0.5)
-            continue;
-        specular_row(row_of(env, j), w, polar, sin(theta) * sin(theta_n),
-                     across, a2, row);
-        add_row(s, row, truth_latlong_solid_angle(w, h, j));
-    }
-    free(across);
-    quotient(s, rgb);
-}
-
-/*
- * With q as above N.L = 1 - 2 q, N.H^2 = 1 - q, and the sine of the angle to H
- * is sqrt(q).
+ * With N = V = R and q = sin^2(psi / 2), N.L = 1 - 2 q, N.H^2 = 1 - q, and the
+ * sine of the angle to H is sqrt(q).
  */
 double truth_lobe_weight(ibl_lobe lobe, double alpha, double q)
 {
@@ -189,60 +133,157 @@ double truth_lobe_integral(ibl_lobe lobe, double alpha)
            ((1.0 + a2) / a2 - 2.0 - 2.0 * log((1.0 + a2) / (2.0 * a2)));
 }
 
+/* A lobe seen from R. */
+struct seen {
+    ibl_lobe lobe;
+    double alpha, theta, phi, sine;
+};
+
+static struct seen seen_from(const double dir[3], ibl_lobe lobe,
+                             double roughness)
+{
+    const double across = hypot(dir[0], dir[2]);
+    return (struct seen){lobe, roughness * roughness, atan2(across, dir[1]),
+                         atan2(dir[2], dir[0]), across};
+}
+
+/* A range of theta or phi, at Gauss's three nodes the sine and sin^2 of half
+ * the distance from R's. */
+struct span {
+    double from, to, sine[3], turn[3];
+};
+
+static struct span span_of(double from, double to, double centre)
+{
+    static const double node[3] = {-0.774596669241483377, 0.0,
+                                   0.774596669241483377};
+    struct span s = {.from = from, .to = to};
+
+    for (int k = 0; k < 3; k++) {
+        const double x = 0.5 * (from + to) + 0.5 * (to - from) * node[k];
+        const double half = sin(0.5 * (x - centre));
+        s.sine[k] = sin(x);
+        s.turn[k] = half * half;
+    }
+    return s;
+}
+
+static struct span row_span(const struct seen *r, int h, int j)
+{
+    return span_of(pi * j / h, pi * (j + 1) / h, r->theta);
+}
+
+static struct span column_span(const struct seen *r, int w, int i)
+{
+    return span_of(2.0 * pi * ((double)i / w - 0.5),
+                   2.0 * pi * ((i + 1.0) / w - 0.5), r->phi);
+}
+
+/* Both terms are >= 0, so nothing cancels in the narrowest lobe. */
+static double q_at(const struct seen *r, const struct span *theta, int j,
+                   const struct span *phi, int i)
+{
+    return theta->turn[j] + theta->sine[j] * r->sine * phi->turn[i];
+}
+
+static double gauss_patch(const struct seen *r, const struct span *theta,
+                          const struct span *phi)
+{
+    static const double mass[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+    double all = 0.0;
+
+    for (int j = 0; j < 3; j++)
+        for (int i = 0; i < 3; i++)
+            all +=
+                mass[i] * mass[j] * theta->sine[j] *
+                truth_lobe_weight(r->lobe, r->alpha, q_at(r, theta, j, phi, i));
+    return all * (theta->to - theta->from) * (phi->to - phi->from);
+}
+
+/*
+ * The integral of the weight over a patch. It changes over 2 sqrt(t) (GGX) or
+ * about alpha (the others): patches are halved until they are a quarter as
+ * long, and where it bends, at the horizon and in the middle of Charlie, to
+ * 4e-3 across: what is left of a bend is below 1e-6 of the whole.
+ */
+static double patch_weight(const struct seen *r, const struct span *theta,
+                           const struct span *phi)
+{
+    const double down = theta->to - theta->from, turn = phi->to - phi->from;
+    const double across = turn * fmin(1.0, theta->sine[1] + 0.5 * down);
+    const double reach = 0.5 * hypot(down, across);
+    const double q = fmin(1.0, q_at(r, theta, 1, phi, 1));
+    const double psi = 2.0 * asin(sqrt(q));
+    const double nearest = 0.5 * fmax(0.0, psi - reach);
+    const double length =
+        r->lobe == IBL_LOBE_GGX ? 2.0 * hypot(nearest, r->alpha) : r->alpha;
+    const int bent = fabs(psi - 0.5 * pi) < 1.1 * reach ||
+                     (r->lobe == IBL_LOBE_CHARLIE && psi < reach);
+    struct span one, other;
+
+    if (psi - 1.1 * reach > 0.5 * pi)
+        return 0.0;
+    if (fmax(down, across) < 0.25 * length && turn < 1.0 &&
+        (!bent || reach < 2e-3))
+        return gauss_patch(r, theta, phi);
+    if (down > across && turn < 1.0) {
+        const double middle = 0.5 * (theta->from + theta->to);
+        one = span_of(theta->from, middle, r->theta);
+        other = span_of(middle, theta->to, r->theta);
+        return patch_weight(r, &one, phi) + patch_weight(r, &other, phi);
+    }
+    const double middle = 0.5 * (phi->from + phi->to);
+    one = span_of(phi->from, middle, r->phi);
+    other = span_of(middle, phi->to, r->phi);
+    return patch_weight(r, theta, &one) + patch_weight(r, theta, &other);
+}
+
+double truth_pixel_weight(int w, int h, int i, int j, const double dir[3],
+                          ibl_lobe lobe, double roughness)
+{
+    const struct seen r = seen_from(dir, lobe, roughness);
+    const struct span theta = row_span(&r, h, j), phi = column_span(&r, w, i);
+    return patch_weight(&r, &theta, &phi);
+}
+
 void truth_lobe(const ibl_image *env, const double dir[3], ibl_lobe lobe,
                 double roughness, double rgb[3])
 {
     const int w = env->width, h = env->height;
-    const double alpha = roughness * roughness;
-    const double theta_n = atan2(hypot(dir[0], dir[2]), dir[1]);
-    const double phi_n = atan2(dir[2], dir[0]);
+    const struct seen r = seen_from(dir, lobe, roughness);
+    struct span *phi = malloc((size_t)w * sizeof *phi);
     sum s[4] = {{0, 0}};
 
-    if (lobe == IBL_LOBE_GGX) {
-        truth_specular(env, dir, roughness, rgb);
-        return;
-    }
+    if (!phi)
+        abort();
+    for (int i = 0; i < w; i++)
+        phi[i] = column_span(&r, w, i);
     for (int j = 0; j < h; j++) {
         const float *px = row_of(env, j);
-        const double theta = pi * (j + 0.5) / h;
-        const double polar = pow(sin(0.5 * (theta - theta_n)), 2.0);
-        const double scale = sin(theta) * sin(theta_n);
+        const struct span theta = row_span(&r, h, j);
         double row[4] = {0};
-        for (int i = 0; i < w && polar < 0.5; i++) {
-            const double phi = 2.0 * pi * ((i + 0.5) / w - 0.5);
-            const double q = polar + scale * pow(sin(0.5 * (phi - phi_n)), 2.0);
-            const double weight = truth_lobe_weight(lobe, alpha, q);
+        for (int i = 0; i < w; i++) {
+            const double weight = patch_weight(&r, &theta, &phi[i]);
             for (int k = 0; k < 3; k++)
                 row[k] += weight * px[3 * i + k];
             row[3] += weight;
         }
-        add_row(s, row, truth_latlong_solid_angle(w, h, j));
+        add_row(s, row, 1.0);
     }
+    free(phi);
     quotient(s, rgb);
+}
+
+void truth_specular(const ibl_image *env, const double dir[3], double roughness,
+                    double rgb[3])
+{
+    truth_lobe(env, dir, IBL_LOBE_GGX, roughness, rgb);
 }
 
 void truth_irradiance(const ibl_image *env, const double normal[3],
                       double rgb[3])
 {
-    const int w = env->width, h = env->height;
-    sum s[4] = {{0, 0}};
-    for (int j = 0; j < h; j++) {
-        const float *px = row_of(env, j);
-        double row[4] = {0};
-        for (int i = 0; i < w; i++) {
-            double l[3];
-            truth_latlong_direction(w, h, i, j, l);
-            const double cosine =
-                l[0] * normal[0] + l[1] * normal[1] + l[2] * normal[2];
-            if (cosine <= 0.0)
-                continue;
-            for (int k = 0; k < 3; k++)
-                row[k] += cosine * px[3 * i + k];
-            row[3] += cosine;
-        }
-        add_row(s, row, truth_latlong_solid_angle(w, h, j));
-    }
-    quotient(s, rgb);
+    truth_lobe(env, normal, IBL_LOBE_GGX, 1.0, rgb);
 }
 
 void truth_mean(const ibl_image *env, double rgb[3])
@@ -443,6 +484,95 @@ double truth_sh(int l, int m, const double dir[3])
     for (int n = l - k + 1; n <= l + k; n++)
         norm /= n;
     return sqrt(m == 0 ? norm : 2.0 * norm) * p * (m < 0 ? im : re);
+}
+
+/*
+ * Adds every Y_lm, l <= degree, at a direction times weight. The recurrence in
+ * l of functions that are normalised, which keeps them from growing.
+ */
+static void add_harmonics(const double d[3], double weight, int degree,
+                          double *sums)
+{
+    const double phi = atan2(d[1], d[0]), s = hypot(d[0], d[1]);
+    double start = weight * sqrt(1.0 / (4.0 * pi));
+    for (int m = 0; m <= degree; m++) {
+        if (m)
+            start *= s * sqrt((2.0 * m + 1.0) / (2.0 * m));
+        const double re = (m ? sqrt(2.0) : 1.0) * cos(m * phi);
+        const double im = sqrt(2.0) * sin(m * phi), m2 = (double)m * m;
+        double p = start, before = 0.0;
+        for (int l = m; l <= degree; l++) {
+            const double l2 = (double)l * l, n2 = (l + 1.0) * (l + 1.0);
+            const double next =
+                sqrt((4.0 * n2 - 1.0) / (n2 - m2)) *
+                (d[2] * p - sqrt((l2 - m2) / (4.0 * l2 - 1.0)) * before);
+            sums[l * (l + 1) + m] += re * p;
+            if (m)
+                sums[l * (l + 1) - m] += im * p;
+            before = p;
+            p = next;
+        }
+    }
+}
+
+/* A patch: theta from a to b, phi from c to d. */
+struct patch {
+    double a, b, c, d;
+};
+
+/* The integrals of every Y_lm over a patch, by cells so small that three
+ * points each way leave 6e-8 of a wave of that degree. */
+static void patch_harmonics(const struct patch *p, int degree, double yaw,
+                            double *sums)
+{
+    static const double node[3] = {-0.774596669241483377, 0.0,
+                                   0.774596669241483377};
+    static const double mass[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+    const double most = 0.7 / (degree + 1);
+    const int rows = (int)ceil((p->b - p->a) / most);
+    const int columns = (int)ceil((p->d - p->c) / most);
+    const double down = (p->b - p->a) / rows, across = (p->d - p->c) / columns;
+
+    for (int j = 0; j < 3 * rows; j++) {
+        const double theta = p->a + down * (j / 3 + 0.5 + 0.5 * node[j % 3]);
+        for (int i = 0; i < 3 * columns; i++) {
+            const double phi =
+                p->c + across * (i / 3 + 0.5 + 0.5 * node[i % 3]) - yaw;
+            const double d[3] = {sin(theta) * cos(phi), cos(theta),
+                                 sin(theta) * sin(phi)};
+            add_harmonics(
+                d, mass[i % 3] * mass[j % 3] * down * across * sin(theta),
+                degree, sums);
+        }
+    }
+}
+
+void truth_harmonics(const ibl_image *env, int degree, double yaw_deg,
+                     double *coeffs)
+{
+    const int w = env->width, h = env->height;
+    const size_t count = (size_t)(degree + 1) * (size_t)(degree + 1);
+    double *pixel = malloc(count * sizeof *pixel);
+
+    if (!pixel)
+        exit(1);
+    for (size_t n = 0; n < 3 * count; n++)
+        coeffs[n] = 0.0;
+    for (int at = 0; at < w * h; at++) {
+        const float *rgb = env->data + 3 * (size_t)at;
+        const int i = at % w, j = at / w;
+        const struct patch p = {pi * j / h, pi * (j + 1) / h,
+                                2.0 * pi * ((double)i / w - 0.5),
+                                2.0 * pi * ((i + 1.0) / w - 0.5)};
+        if (rgb[0] == 0.0f && rgb[1] == 0.0f && rgb[2] == 0.0f)
+            continue;
+        for (size_t n = 0; n < count; n++)
+            pixel[n] = 0.0;
+        patch_harmonics(&p, degree, yaw_deg / 180.0 * pi, pixel);
+        for (size_t n = 0; n < 3 * count; n++)
+            coeffs[n] += pixel[n / 3] * (double)rgb[n % 3];
+    }
+    free(pixel);
 }
 
 /*

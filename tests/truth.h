@@ -17,8 +17,8 @@ void truth_latlong_pixel(int w, int h, const double dir[3], int *i, int *j);
 /* Centre of a cube texel; (x, y) may have fractions: (x + .5) / n. */
 void truth_cube_direction(int n, int face, double x, double y, double dir[3]);
 
-/* sum L w dO / sum w dO over every pixel, w = D_ggx(N.H) N.L, N = V = R =
- * dir, compensated. roughness in (0, 1]. */
+/* integral of L w / integral of w, w = D_ggx(N.H) N.L, N = V = R = dir, L
+ * constant over each pixel: within 1e-6. roughness in (0, 1]. */
 void truth_specular(const ibl_image *env, const double dir[3], double roughness,
                     double rgb[3]);
 /* The same of any lobe of ibl_lobe, alpha = roughness^2. */
@@ -28,7 +28,10 @@ void truth_lobe(const ibl_image *env, const double dir[3], ibl_lobe lobe,
  * factor, and its integral over the sphere. */
 double truth_lobe_weight(ibl_lobe lobe, double alpha, double q);
 double truth_lobe_integral(ibl_lobe lobe, double alpha);
-/* sum L max(N.L, 0) dO / sum max(N.L, 0) dO. */
+/* The integral of that weight, seen from dir, over pixel (i, j) of a map. */
+double truth_pixel_weight(int w, int h, int i, int j, const double dir[3],
+                          ibl_lobe lobe, double roughness);
+/* The same with w = max(N.L, 0). */
 void truth_irradiance(const ibl_image *env, const double normal[3],
                       double rgb[3]);
 /* Mean radiance over the sphere: sum L dO / 4 pi. */
@@ -44,6 +47,12 @@ void truth_lut(double n_dot_v, double roughness, ibl_geometry geometry,
 /* Real orthonormal spherical harmonic of ibl_bake_sh, l <= 4, from its
  * Cartesian polynomial or a direct recurrence. */
 double truth_sh(int l, int m, const double dir[3]);
+/*
+ * The 3 (degree + 1)^2 coefficients of ibl_bake_sh, L constant over each
+ * pixel: within 1e-7 of the sum of L dO.
+ */
+void truth_harmonics(const ibl_image *env, int degree, double yaw_deg,
+                     double *coeffs);
 /*
  * Associated Legendre functions without the Condon-Shortley phase, the
  * integral of the square over -1..1 being 1 / (2 pi): p[l - m] = P_lm(x) for

@@ -31,7 +31,11 @@
  *                and explain themselves through the context's log callback
  *                (one line, naming file, value and limit). Unless a function
  *                says otherwise its output is untouched by an ARGUMENT error
- *                and holds nothing to free after any error.
+ *                and holds nothing to free after any error. A pointer is
+ *                NULL only where it may be, by what is said of it: functions
+ *                that return ibl_status answer others with IBL_ERR_ARGUMENT,
+ *                in silence where it is the context, or what has one, that
+ *                is not there; those that return none must not be given any.
  */
 #ifndef IBL_IBL_H
 #define IBL_IBL_H
@@ -109,7 +113,8 @@ int ibl_cpu_count(void);
 ibl_ctx_options ibl_ctx_options_default(void);
 
 /*
- * Makes a context with its pool of threads. opts may be NULL for defaults.
+ * Makes a context with its pool of threads, which block all signals but those
+ * of faults: handlers run on other threads. opts may be NULL for defaults.
  * IBL_ERR_ARGUMENT: threads or isa out of range. IBL_ERR_UNSUPPORTED: the CPU
  * lacks the instruction set. IBL_ERR_MEMORY: no memory or no threads. *ctx is
  * NULL after an error.
@@ -201,12 +206,23 @@ double ibl_level_roughness(ibl_roughness_map map, int level, int levels);
 int ibl_default_levels(int size);
 
 /*
- * Level 0: the environment as a cube. Each texel is the average of the source
- * over the texel's solid angle: exact against the source's pixels as constant
- * patches where they are no larger than the texels; where they are larger the
- * source is first interpolated bilinearly to pixels that are not, with the
- * weights between two rows bent so that every pixel keeps its energy. Linear,
- * and never outside the range of the source.
+ * Level 0: the environment as a cube. Each texel is the average over its solid
+ * angle of the source's pixels as constant patches. Linear, and never outside
+ * the range of the source.
+ *
+ * Where pixels are larger than texels, width < 4 size or height < 2 size, the
+ * source is first interpolated: each pixel becomes sx by sy finer ones, and
+ * those are the patches. sx and sy are the least whole numbers by which a row
+ * has 4 size finer pixels, 512 and an even number at least, and a column
+ * 2 size. A finer pixel has the value at its centre:
+ *   - along a row linear from centre to centre of the source's pixels, once
+ *     around;
+ *   - between the centres of two rows with the weight t + b t (1 - t) for the
+ *     lower one and the rest for the upper, t going from 0 to 1 evenly. b is
+ *     such that, by solid angle, the finer rows between these centres that are
+ *     above the border of the two have all of the upper row's weight in sum,
+ *     those below it all of the lower's: every pixel keeps its energy;
+ *   - beyond a pole lies the row next to it, half a turn away, and b is 0.
  *   env       the map
  *   yaw_deg   turns the environment about +Y, counter-clockwise seen from
  *             above; any finite value
@@ -270,15 +286,17 @@ const char *ibl_lobe_name(ibl_lobe lobe);
 
 /* How the levels of a specular chain are made. */
 typedef enum ibl_method {
-    IBL_METHOD_AUTO,     /* spectral where it can be, unless that costs many
-                            times what the samples do; a level with a number
-                            of samples of its own is sampled */
-    IBL_METHOD_SPECTRAL, /* spectral wherever it can be, else sampled */
+    IBL_METHOD_AUTO,     /* spectral, but a level with a number of samples of
+                            its own is sampled */
+    IBL_METHOD_SPECTRAL, /* exact: see ibl_bake_specular */
     IBL_METHOD_SAMPLED
 } ibl_method;
 
 /* "auto", "spectral" or "sampled". */
 const char *ibl_method_name(ibl_method method);
+
+/* A fifth of what rounding to a half float leaves. */
+#define IBL_TOLERANCE_DEFAULT 5e-5
 
 typedef struct ibl_specular_options {
     ibl_method method;         /* default IBL_METHOD_AUTO */
@@ -290,16 +308,13 @@ typedef struct ibl_specular_options {
     ibl_roughness_map mapping; /* default IBL_ROUGHNESS_LINEAR */
     double roughness_min;      /* the range that is used, in 0..1, default */
     double roughness_max;      /*   all of it: see ibl_specular_layout */
-    double tolerance; /* 1e-4..1: each level has the lowest degree, or the
-                         fewest samples, whose estimated error is below; 0
-                         (default): spectral ones err by about 5e-5, others
-                         have the samples below */
+    double tolerance; /* 1e-6..1, default IBL_TOLERANCE_DEFAULT: the relative
+                         error (95th percentile) that is accepted of every
+                         spectral level, and of irradiance */
     double yaw_deg;   /* as in ibl_cube_from_latlong */
     /* Of sampled levels alone: */
-    int samples;                       /* per texel, 1..1048576, default 1024;
-                                          with a tolerance the most */
-    int level_samples[IBL_MAX_LEVELS]; /* > 0 overrides samples there, and
-                                          the tolerance */
+    int samples;                       /* per texel, 1..1048576, default 1024 */
+    int level_samples[IBL_MAX_LEVELS]; /* > 0 overrides samples there */
     double lod_bias; /* added to the lookups' mip level, -4..4, default 1:
                         less shows single samples, more blurs the horizon */
     int jitter;      /* 1: turn the sample pattern by a hash of the texel;
@@ -347,17 +362,20 @@ ibl_status ibl_specular_layout_of(const ibl_specular_options *opts,
 /*
  * The specular chain: level l is the environment convolved with the lobe of
  * ibl_specular_layout_of's roughness[l], N = V = R,
- *   sum L_i w_i dO_i / sum w_i dO_i,
- * over the source's pixels i; where that roughness is 0 it is the environment
- * itself (ibl_cube_from_latlong).
+ *   int L w dO / int w dO
+ * over the sphere, where each pixel of the source is a patch of constant
+ * radiance L, as large as CONVENTIONS say. Where that roughness is 0 it is the
+ * environment itself (ibl_cube_from_latlong).
  *
- * A spectral level is that sum with every pixel a point at its centre: a
- * product for each degree of the spherical harmonics of the map, of as many
- * degrees as the tolerance needs, and the few pixels that outshine all around
- * them by the lobe's own formula. A level can be spectral where its lobe is
- * wide enough to take pixels for points, alpha >= 3 pixels (GGX; PHONG 1.5,
- * CHARLIE 0.75) of the larger of pi / height and 2 pi / width, with a tolerance
- * up to 4 (2, 1), and needs no degree above 4096.
+ * A spectral level is that integral to the tolerance, for every lobe and any
+ * size of the map, from roughness 0.02 up: a product for each degree of the
+ * spherical harmonics of the map, of as many degrees as the tolerance needs.
+ * The few pixels that outshine all around them are integrated by the lobe's
+ * own formula. Where a narrow lobe would need too high a degree the harmonics
+ * have its far part, and the pixels in reach of the near part are integrated
+ * one by one (Ewald's split). No level is sampled that is not asked to be, by
+ * IBL_METHOD_SAMPLED or with IBL_METHOD_AUTO by level_samples;
+ * IBL_METHOD_SPECTRAL does not look at samples.
  *
  * A sampled level is importance sampling of the same,
  *   sum L_i w_i / sum w_i,  w = N.L,
@@ -391,13 +409,15 @@ ibl_status ibl_bake_specular(ibl_ctx *ctx, const ibl_image *env,
 double ibl_relative_error(const double rgb[3], const double truth[3],
                           const double mean[3]);
 
-/* How a level of a specular chain was made: with samples, or a degree, or
- * neither: the environment itself. */
+/* How a level of a specular chain was made: with samples; or with a degree, a
+ * reach or both; or with none of them: the environment itself. */
 typedef struct ibl_specular_level {
     int samples;  /* of each texel; 0: not sampled */
-    int degree;   /* of the spherical harmonics; 0: not spectral */
-    double error; /* the estimate, of sampled levels only with a tolerance;
-                     else, and of the environment, -1 */
+    int degree;   /* of the spherical harmonics; 0: none */
+    double reach; /* angle around R, in radians, within which pixels were summed
+                     up one by one; 0: none were */
+    double error; /* the estimate of what the degrees leave, see
+                     ibl_bake_specular_report; -1: no degree */
 } ibl_specular_level;
 
 typedef struct ibl_specular_report {
@@ -412,21 +432,12 @@ typedef struct ibl_specular_report {
  * The error of a spectral level is estimated from the power in the degrees that
  * it leaves out and from how its texels are interpolated: the 95th percentile
  * over its texels of three times that root mean square, in parts of the texel
- * as in ibl_relative_error. With a tolerance it has more degrees until the
- * estimate is below; a warning tells where none suffice.
- *
- * That of a sampled level is, with a tolerance, estimated at 216 of its texels,
- * spread over all faces (all of them in faces of 8x8 and less), with the
- * level's own samples against the sum over the source (to an accuracy well
- * below the tolerance, by a tree over its pixels, not by samples). The
- * estimate bounds the 95th percentile of ibl_relative_error over the level's
- * texels with a confidence of 99 %. Powers of two from 8 samples upwards are
- * tried, then three quarters of the first that suffices; and a cube for
- * lookups of twice the edge where that could pay or a level needs it. Where
- * the most samples do not suffice a level is made with the fewest that came as
- * near, within a tenth, as any, and a warning tells the estimate.
- *
- * The rounding to a pixel format is part of neither.
+ * as in ibl_relative_error. Up to IBL_TOLERANCE_DEFAULT degrees are chosen so
+ * that texels as bright as the mean keep the tolerance; the estimate, of all
+ * texels, may be larger. With a larger tolerance a level has more degrees until
+ * the estimate is below; a warning tells where none suffice. The integrals over
+ * single pixels and the rounding to a pixel format are no part of it, and
+ * sampled levels have no estimate.
  */
 ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
                                     const ibl_specular_options *opts,
@@ -434,10 +445,10 @@ ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
 
 typedef struct ibl_irradiance_options {
     int size;       /* edge of the faces, 1..IBL_MAX_CUBE_SIZE, default 32 */
-    double step;    /* 0 (default): the sum over every pixel of the source;
-                       > 0, at most 0.5: the classic grid over the hemisphere
-                       in theta and phi, midpoints, this many radians apart,
-                       looked up bilinearly in a cube of the environment */
+    double step;    /* 0 (default): exact; > 0, at most 0.5: the classic grid
+                       over the hemisphere in theta and phi, midpoints, this
+                       many radians apart, looked up bilinearly in a cube of
+                       the environment */
     double yaw_deg; /* as in ibl_cube_from_latlong */
 } ibl_irradiance_options;
 
@@ -445,10 +456,10 @@ ibl_irradiance_options ibl_irradiance_options_default(void);
 
 /*
  * The diffuse map: irradiance / pi,
- *   sum L_i max(N.L_i, 0) dO_i / sum max(N.L_i, 0) dO_i,
- * so a shader multiplies by albedo alone. dO_i is a source pixel's exact
- * solid angle, L_i looks along its centre. Where N has no pixel's centre above
- * its horizon, as in maps of one or two columns, the mean radiance.
+ *   int L max(N.L, 0) dO / pi,
+ * so a shader multiplies by albedo alone. Pixels are patches as for
+ * ibl_bake_specular; it is the level of GGX at roughness 1, to the default
+ * tolerance.
  *   out   empty; allocated here with one level, the caller's to free
  * IBL_ERR_ARGUMENT: an option out of range.
  */
@@ -459,8 +470,8 @@ ibl_status ibl_bake_irradiance(ibl_ctx *ctx, const ibl_image *env,
 #define IBL_MAX_SH_DEGREE 1000
 
 /*
- * Spherical harmonics of the radiance, a_lm = sum L_i Y_lm(d_i) dO_i, with
- * the real orthonormal basis in the world's axes, polar axis +Z:
+ * Spherical harmonics of the radiance, a_lm = int L Y_lm dO, pixels as patches,
+ * with the real orthonormal basis in the world's axes, polar axis +Z:
  *   Y_lm = sqrt(2) K_l|m| P_l|m|(z) cos(m phi)       m > 0
  *          K_l0 P_l0(z)                              m = 0
  *          sqrt(2) K_l|m| P_l|m|(z) sin(|m| phi)     m < 0
@@ -490,8 +501,9 @@ typedef struct ibl_environment {
     int width, height; /* 1..IBL_MAX_EDGE */
     ibl_status (*read)(void *cookie, int rows, float *rgb);
     void *cookie;
-    const ibl_image *image; /* the same in memory, or NULL; then read is not
-                               called and may be NULL */
+    const ibl_image *image; /* the environment in memory, or NULL. Where it is
+                               given nothing above is looked at: the size is
+                               the image's */
 } ibl_environment;
 
 /* The cubes and coefficients that one reading of an environment gives. */
@@ -523,15 +535,14 @@ void ibl_bake_result_free(ibl_bake_result *r); /* NULL and zeroed are fine */
 
 /*
  * Everything from one reading, row by row. The specular chain is that of
- * ibl_bake_specular_report. Irradiance and coefficients are the sums of
- * ibl_bake_irradiance and ibl_bake_sh, as near as the levels and from the same
- * spherical harmonics; pixel by pixel with IBL_METHOD_SAMPLED, for maps of few
- * pixels, and coefficients wherever the map is kept whole.
+ * ibl_bake_specular_report. Irradiance and coefficients are those of
+ * ibl_bake_irradiance and ibl_bake_sh, from the same spherical harmonics as the
+ * levels, irradiance to the tolerance of specular_options, whether or not a
+ * specular chain is wanted.
  *
- * It is kept whole where something has to be sampled: a level, or irradiance
- * because of its options, IBL_METHOD_SAMPLED or a map of few pixels. Else what
- * is needed of memory grows with the width of the map and, by 24 bytes for each
- * degree, with its height, not with its pixels.
+ * The map is kept whole where a level is sampled and for a step of
+ * irradiance_options. Else what is needed of memory grows with the width of the
+ * map and, by 24 bytes for each degree, with its height, not with its pixels.
  *   result  empty; the caller's to free with ibl_bake_result_free
  * IBL_ERR_ARGUMENT: an option out of range. The status of env->read.
  */

@@ -3,7 +3,8 @@
  * iblbake: reading images, reading and writing textures.
  *
  * Conventions, status codes and thread rules: <ibl/ibl.h>. Programs that use
- * ibl_image_read, ibl_image_decode or ibl_source_open link OpenEXRCore too;
+ * ibl_image_read, ibl_image_decode or ibl_source_open link OpenEXRCore and
+ * libdeflate too (zlib where the library was built without libdeflate);
  * everything else here needs only the C library.
  */
 #ifndef IBL_IO_H
@@ -95,7 +96,10 @@ typedef struct ibl_read_report {
  * IBL_ERR_IO: cannot be opened or read. IBL_ERR_FORMAT: not an image,
  * corrupt, cut short, not 2:1 without any_aspect, mended pixels with strict.
  * IBL_ERR_UNSUPPORTED: needs the bridge, which is not there or cannot.
- * Memory stays within a small multiple of what the file really holds.
+ * IBL_ERR_MEMORY: its pixels, or a file that is read as a whole, are more than
+ * the machine's memory. A stream that goes on for over 1 MiB after the longest
+ * that its header allows (Radiance), or ends beyond 65 GiB (other images) or
+ * 256 MiB (anything else), is IBL_ERR_FORMAT.
  */
 ibl_status ibl_image_read(ibl_ctx *ctx, const char *path,
                           const ibl_read_options *opts, ibl_image *img,
@@ -120,9 +124,10 @@ const char *ibl_bridge_path(void);
  * never is in memory as a whole. What is in memory beside the rows of a call:
  *   Radiance .hdr  1 MiB of the file; the whole image where scanlines are
  *                  columns or run from the bottom
- *   OpenEXR        for each thread a block or tile; a row of blocks or tiles,
- *                  or as many as keep the threads at work within 32 MiB; the
- *                  whole image where RY and BY have half the size
+ *   OpenEXR        for each thread a block or tile, packed and unpacked; a
+ *                  row of blocks or tiles, or as many as keep the threads at
+ *                  work within 32 MiB; the whole image where RY and BY have
+ *                  half the size
  *   others         the file, and a strip of 64 rows, or of a row of tiles
  *   pipes, standard input, files below 64 KiB: the file
  */
@@ -294,14 +299,52 @@ ibl_status ibl_texture_set(ibl_ctx *ctx, ibl_texture *tex, const char *key,
 /* The value of a key, owned by tex; NULL if it is not there. */
 const char *ibl_texture_get(const ibl_texture *tex, const char *key);
 
-/* Cube or LUT to texture and back. *saturated, if not NULL, is the count of
- * ibl_pixel_encode. A cube takes the four 3-channel pixels, a LUT the two
- * 2-channel ones, else IBL_ERR_ARGUMENT. Decoding gives IBL_ERR_ARGUMENT for
- * a texture of the other kind, and for an array of more than one layer:
- * ibl_texture_layer takes one out. */
+/*
+ * What becomes of light in texels of a cube that are brighter than the largest
+ * value of their pixel.
+ *   SPREAD  What they have too much goes to the texels around them, each
+ *           channel for itself, from the brightest texel down (the first of
+ *           equals): to the ring around all full texels that hang together
+ *           with it, over the cube's edges too; then, while some is left, to
+ *           the ring around that. A level keeps its mean radiance by solid
+ *           angle, but for the rounding to the pixel and for what it cannot
+ *           hold as a whole. Nothing becomes darker. Levels are on their own.
+ *   CLIP    They become the largest value; what they had more is lost.
+ * Either way Inf becomes the largest value and counts as that.
+ */
+typedef enum ibl_overflow {
+    IBL_OVERFLOW_SPREAD,
+    IBL_OVERFLOW_CLIP
+} ibl_overflow;
+
+/* "spread" or "clip". */
+const char *ibl_overflow_name(ibl_overflow overflow);
+
+/* Of a level: how many texels had a component beyond the largest value, and
+ * what share of the light of all texels (R + G + B, by solid angle) went to
+ * others or is lost. */
+typedef struct ibl_overflow_level {
+    size_t texels;
+    double moved, lost;
+} ibl_overflow_level;
+
+typedef struct ibl_overflow_report {
+    size_t values; /* components beyond the largest value, of all levels */
+    ibl_overflow_level level[IBL_MAX_LEVELS];
+} ibl_overflow_report;
+
+/*
+ * Cube or LUT to texture and back. A cube takes the four 3-channel pixels, a
+ * LUT the two 2-channel ones, else IBL_ERR_ARGUMENT. report may be NULL;
+ * *saturated, if not NULL, is the count of ibl_pixel_encode. Where nothing is
+ * beyond the largest value, overflow is without effect and costs nothing; else
+ * spreading takes 17 bytes of memory for each texel of a level meanwhile.
+ * Decoding gives IBL_ERR_ARGUMENT for a texture of the other kind, and for an
+ * array of more than one layer: ibl_texture_layer takes one out.
+ */
 ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
-                                 ibl_pixel pixel, ibl_texture *tex,
-                                 size_t *saturated);
+                                 ibl_pixel pixel, ibl_overflow overflow,
+                                 ibl_texture *tex, ibl_overflow_report *report);
 ibl_status ibl_texture_from_lut(ibl_ctx *ctx, const ibl_lut *lut,
                                 ibl_pixel pixel, ibl_texture *tex,
                                 size_t *saturated);

@@ -84,16 +84,14 @@ typedef struct ibl_texel {
 } ibl_texel;
 
 /*
- * Level 0: the mean over a texel's solid angle of the source. Its pixels are
- * constant patches along an axis on which they are no larger than the texels
- * (phi: width >= 4 size; theta: height >= 2 size), else the value runs from
- * centre to centre: linearly in phi; in theta with the weight t + b t (1 - t)
- * of the lower row, t linear and b such that each of the two has the solid
- * angle that is its own up to the border, so that pixels keep their energy as
- * in ibl_cube_from_latlong. Beyond a pole lies the row next to it, half a turn
- * away. Exact to about 1e-9, for any aspect.
+ * Level 0: the mean over a texel's solid angle of what ibl_cube_from_latlong
+ * takes it from, the source's pixels as constant patches or, where they are
+ * larger than the texels, the finer ones of its interpolation. Exact to about
+ * 1e-9, for any aspect.
+ *   base   edge of the level 0 whose interpolation it is: size, or more where
+ *          the texels are those of a mip of it; size..IBL_MAX_CUBE_SIZE
  */
-ibl_status ibl_reference_texels(const ibl_reference *ref, int size,
+ibl_status ibl_reference_texels(const ibl_reference *ref, int base, int size,
                                 const ibl_texel *texels, size_t count,
                                 double *rgb);
 

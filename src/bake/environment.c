@@ -8,12 +8,14 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "bake/hemisphere.h"
 #include "bake/irradiance.h"
 #include "bake/spectral/engine.h"
 #include "bake/spectral/plan.h"
 #include "bake/specular.h"
 #include "core/alloc.h"
 #include "core/context.h"
+#include "core/pi.h"
 #include "image/cube.h"
 #include "image/level0.h"
 
@@ -35,6 +37,7 @@ typedef struct bake {
     float *rows;            /* or two batches of it, by turns */
     ibl_level0 *level0, *sky;
     ibl_spectral *spectral;
+    ibl_near *near[IBL_MAX_LEVELS]; /* of levels that have a near part */
     ibl_bake_result *out;
 } bake;
 
@@ -68,6 +71,8 @@ static ibl_status check(const bake *b)
     const ibl_bake_options *o = &b->opts;
     ibl_status status = IBL_OK;
 
+    if (env->image ? !env->image->data : !env->read)
+        return ibl_missing(b->ctx, "an environment's read or image's data");
     if (env->width < 1 || env->width > IBL_MAX_EDGE || env->height < 1 ||
         env->height > IBL_MAX_EDGE)
         return ibl_fail(b->ctx, IBL_ERR_ARGUMENT,
@@ -90,7 +95,9 @@ static ibl_status check(const bake *b)
                         "a level 0 of size %d for a specular cube of %d: must "
                         "have its size",
                         o->level0->size, o->specular_options.size);
-    if (o->specular)
+    if (o->specular && o->level0)
+        status = ibl_check_cube(b->ctx, o->level0);
+    if (!status && o->specular)
         status = ibl_specular_check(b->ctx, &o->specular_options);
     if (!status && o->irradiance)
         status = ibl_irradiance_check(b->ctx, &o->irradiance_options);
@@ -146,6 +153,15 @@ static ibl_status prepare_sky(bake *b)
                              b->opts.yaw_deg, &b->out->skybox, &b->sky);
 }
 
+static ibl_status prepare_near(bake *b, int level)
+{
+    const ibl_near_map map = {b->env->width, b->env->height,
+                              b->opts.yaw_deg / 180 * IBL_PI};
+    return ibl_near_create(b->ctx, &map, &b->plan.shape[level],
+                           ibl_cube_edge(b->layout.size, level),
+                           &b->near[level]);
+}
+
 static ibl_status prepare(bake *b)
 {
     ibl_status status = IBL_OK;
@@ -160,6 +176,9 @@ static ibl_status prepare(bake *b)
         status =
             ibl_spectral_create(b->ctx, b->env->width, b->env->height,
                                 b->opts.yaw_deg, b->plan.degree, &b->spectral);
+    for (int l = 0; l < b->layout.levels && !status; l++)
+        if (b->plan.parts[l].near)
+            status = prepare_near(b, l);
     return status;
 }
 
@@ -187,6 +206,9 @@ static ibl_status give_rows(bake *b, int rows, const float *rgb)
         status = ibl_level0_add(b->sky, rows, rgb);
     if (!status && b->spectral)
         status = ibl_spectral_add(b->spectral, rows, rgb);
+    for (int l = 0; l < IBL_MAX_LEVELS && !status; l++)
+        if (b->near[l])
+            status = ibl_near_add(b->near[l], rows, rgb);
     return status;
 }
 
@@ -241,13 +263,22 @@ static ibl_status feed(bake *b)
     return status ? status : ended;
 }
 
+static bool has_near(const bake *b)
+{
+    for (int l = 0; l < IBL_MAX_LEVELS; l++)
+        if (b->near[l])
+            return true;
+    return false;
+}
+
 static ibl_status read_all(bake *b)
 {
     ibl_status status = IBL_OK;
     b->image = b->env->image;
     if (!b->image && b->plan.whole)
         status = keep_whole(b);
-    if (!status && (!b->image || b->level0 || b->sky || b->spectral))
+    if (!status &&
+        (!b->image || b->level0 || b->sky || b->spectral || has_near(b)))
         status = feed(b);
     if (!status && b->level0)
         status = ibl_level0_finish(b->level0);
@@ -290,32 +321,44 @@ static ibl_status sample_levels(bake *b)
     return status;
 }
 
+/* A level that has no far part. */
+static void near_level(const bake *b, int level)
+{
+    const int n = ibl_cube_edge(b->layout.size, level);
+    const size_t count = IBL_FACES * (size_t)n * (size_t)n;
+    const float *sums = ibl_near_sums(b->near[level], 1);
+    const float *base = ibl_near_base(b->near[level]);
+    float *rgb = ibl_cube_face(&b->out->specular, level, 0);
+    for (size_t i = 0; i < 3 * count; i++)
+        rgb[i] = fmaxf(sums[i] + base[i % 3], 0);
+}
+
 static ibl_status spectral_level(bake *b, int level)
 {
-    const ibl_specular_options *o = &b->opts.specular_options;
-    const double r = b->layout.roughness[level];
-    const ibl_spectral_target target = {.lobe = o->lobe,
-                                        .alpha = r * r,
-                                        .tolerance = b->plan.tolerance,
-                                        .strict = o->tolerance > 0,
+    const double tolerance = b->opts.specular_options.tolerance;
+    const ibl_spectral_target target = {.shape = &b->plan.shape[level],
+                                        .near = b->near[level],
+                                        .tolerance = tolerance,
                                         .cube = &b->out->specular,
                                         .level = level};
     ibl_specular_level *made = &b->out->report.level[level];
     char stage[32];
     snprintf(stage, sizeof stage, "specular %d", level);
+    if (b->near[level])
+        made->reach = ibl_near_reach(b->near[level]);
+    if (!b->plan.parts[level].spectral) {
+        near_level(b, level);
+        return IBL_OK;
+    }
     const ibl_status status = ibl_spectral_bake(b->spectral, stage, &target,
                                                 &made->degree, &made->error);
-    if (status)
-        return status;
-    if (o->tolerance > 0 && made->error > o->tolerance)
+    if (!status && tolerance > IBL_TOLERANCE_DEFAULT && made->error > tolerance)
         ibl_warn(b->ctx,
                  "specular level %d: a tolerance of %g is not reached: degree "
-                 "%d leaves an estimated error of %.2g: allow a larger one",
-                 level, o->tolerance, made->degree, made->error);
-    else
-        ibl_info(b->ctx, "specular level %d: degree %d, estimated error %.2g",
-                 level, made->degree, made->error);
-    return IBL_OK;
+                 "%d leaves an estimated error of %.2g: allow a larger one, or "
+                 "ask for a smaller one to have more degrees",
+                 level, tolerance, made->degree, made->error);
+    return status;
 }
 
 static ibl_status make_specular(bake *b)
@@ -330,18 +373,19 @@ static ibl_status make_specular(bake *b)
 static ibl_status make_irradiance(bake *b)
 {
     const ibl_irradiance_options *o = &b->opts.irradiance_options;
+    const ibl_lobe_shape cosine = ibl_lobe_shape_of(IBL_LOBE_GGX, 1);
     double error;
     ibl_status status;
 
     ibl_progress(b->ctx, "irradiance", 0);
-    if (b->plan.irradiance == IBL_METHOD_SAMPLED)
-        return ibl_bake_irradiance(b->ctx, b->image, o, &b->out->irradiance);
     status = ibl_cube_alloc(b->ctx, o->size, 1, &b->out->irradiance);
     if (status)
         return status;
-    const ibl_spectral_target target = {.lobe = IBL_LOBE_GGX,
-                                        .alpha = 1,
-                                        .tolerance = b->plan.tolerance,
+    if (b->plan.irradiance == IBL_METHOD_SAMPLED)
+        return ibl_irradiance_grid(b->ctx, b->image, o, &b->out->irradiance);
+    const ibl_spectral_target target = {.shape = &cosine,
+                                        .tolerance =
+                                            b->opts.specular_options.tolerance,
                                         .cube = &b->out->irradiance};
     return ibl_spectral_bake(b->spectral, "irradiance", &target,
                              &b->out->irradiance_degree, &error);
@@ -354,9 +398,6 @@ static ibl_status make_sh(bake *b)
     if (!b->out->sh)
         return ibl_no_memory(b->ctx, "the spherical harmonics");
     ibl_progress(b->ctx, "sh", 0);
-    if (b->plan.sh == IBL_METHOD_SAMPLED)
-        return ibl_bake_sh(b->ctx, b->image, b->opts.sh_degree, b->opts.yaw_deg,
-                           b->out->sh);
     const ibl_status status =
         ibl_spectral_sh(b->spectral, b->opts.sh_degree, b->out->sh);
     if (!status)
@@ -384,9 +425,16 @@ ibl_status ibl_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
                                 const ibl_bake_options *opts,
                                 ibl_bake_result *result)
 {
+    if (!ctx || !env || !result)
+        return ibl_missing(ctx, "ibl_bake_environment: env or result");
     ibl_bake_result out = {0};
-    bake b = {.ctx = ctx, .env = env, .out = &out};
+    ibl_environment from = *env;
+    bake b = {.ctx = ctx, .env = &from, .out = &out};
 
+    if (from.image) {
+        from.width = from.image->width;
+        from.height = from.image->height;
+    }
     b.opts = opts ? *opts : ibl_bake_options_default();
     b.opts.specular_options.yaw_deg = b.opts.yaw_deg;
     b.opts.irradiance_options.yaw_deg = b.opts.yaw_deg;
@@ -394,6 +442,8 @@ ibl_status ibl_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
     if (!status)
         status = make_all(&b);
     ibl_spectral_free(b.spectral);
+    for (int l = 0; l < IBL_MAX_LEVELS; l++)
+        ibl_near_free(b.near[l]);
     ibl_level0_free(b.level0);
     ibl_level0_free(b.sky);
     ibl_image_free(&b.own);
@@ -408,11 +458,12 @@ ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
                                     const ibl_specular_options *opts,
                                     ibl_cube *out, ibl_specular_report *report)
 {
-    const ibl_environment rows = {
-        .width = env->width, .height = env->height, .image = env};
+    const ibl_environment rows = {.image = env};
     ibl_bake_options o = ibl_bake_options_default();
     ibl_bake_result made;
 
+    if (!out)
+        return ibl_missing(ctx, "ibl_bake_specular: out");
     if (opts)
         o.specular_options = *opts;
     o.yaw_deg = o.specular_options.yaw_deg;

@@ -109,7 +109,7 @@ static bool is_valid(const ibl_specular_options *o)
 ibl_status ibl_specular_layout_of(const ibl_specular_options *o,
                                   ibl_specular_layout *layout)
 {
-    if (!is_valid(o))
+    if (!o || !layout || !is_valid(o))
         return IBL_ERR_ARGUMENT;
     const double edge = edge_for(o->mapping, o->size, o->roughness_min);
     const int levels = o->levels ? o->levels : default_levels(o, edge);

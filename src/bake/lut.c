@@ -257,6 +257,8 @@ ibl_status ibl_bake_lut(ibl_ctx *ctx, const ibl_lut_options *opts, ibl_lut *out)
     const ibl_lut_options defaults = ibl_lut_options_default();
     ibl_status status;
 
+    if (!ctx || !out)
+        return ibl_missing(ctx, "ibl_bake_lut: out");
     if (!opts)
         opts = &defaults;
     if (opts->size < 1 || opts->size > MAX_SIZE)

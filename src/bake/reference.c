@@ -1,15 +1,20 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The sums over every pixel, a direction against the whole source. In
- *     q = sin^2(psi / 2) = sin^2(dtheta / 2)
- *                          + sin(theta) sin(theta_N) sin^2(dphi / 2),
- * psi the angle between N and L, both terms are >= 0 and nothing cancels in
- * the narrowest lobe. With N = V = R, N.L = 1 - 2q and N.H^2 = 1 - q, so
- *     D_ggx N.L = a2 (1 - 2q) / (pi t^2),   t = q + a2 (1 - q).
+ * The sums over every pixel, a direction against the whole source: a pixel is
+ * a patch of constant radiance, and its weight the lobe's integral over it.
+ *
+ * Where the lobe is smooth, that is by 2 x 2 or 3 x 3 Gauss points: along theta
+ * and phi, with sin(theta) in the integrand. With a the length over which the
+ * weight changes and p the larger edge of a pixel, two points miss at most
+ * (p / a)^4 / 5 of a pixel's weight, three (p / a)^6 / 33 (those are the
+ * fourth and the sixth derivative of psi^-4, GGX's tail): two are taken from
+ * a = 40 p, three from 9 p, each within 1e-7. What is nearer, or within a pixel
+ * of the horizon, where the weight has a kink, is ibl_reference_patch.
+ *
+ * With N = V = R and c = cos(psi) = 1 - 2 q,
+ *     D_ggx N.L = a2 c / (pi t^2),   t = q + a2 (1 - q).
  * The factor a2 / t, squared, is used in place of 1 / t^2: it is 1 at the peak
  * and the constants cancel in the quotient.
- *
- * The other lobes take ibl_reference_weight_at for each pixel.
  *
  * A job takes a few directions over a few rows: a row's pixels are converted
  * once for all of them. Inside a row sums are plain, in LANES parts, all terms
@@ -22,9 +27,11 @@
 #include "bake/reference_sums.h"
 #include "core/alloc.h"
 #include "core/context.h"
+#include "image/image.h"
 
 enum {
     LANES = 2,            /* more spill registers */
+    RUN = 16,             /* patches at a time */
     GROUP = 8,            /* directions of a job */
     JOB_PIXELS = 1 << 16, /* of each */
     BATCH_SUMS = 1 << 16  /* partial sums held at once */
@@ -34,32 +41,70 @@ static const double pi = REFERENCE_PI;
 
 /* ---- create ----------------------------------------------------------- */
 
+const ibl_gauss *ibl_reference_gauss(int n)
+{
+    static const ibl_gauss rules[4] = {
+        {{-0.577350269189625765, 0.577350269189625765}, {1, 1}},
+        {{-0.774596669241483377, 0, 0.774596669241483377},
+         {5.0 / 9, 8.0 / 9, 5.0 / 9}},
+        {{-0.861136311594052575, -0.339981043584856265, 0.339981043584856265,
+          0.861136311594052575},
+         {0.347854845137453857, 0.652145154862546143, 0.652145154862546143,
+          0.347854845137453857}},
+        {{-0.932469514203152028, -0.661209386466264514, -0.238619186083196909,
+          0.238619186083196909, 0.661209386466264514, 0.932469514203152028},
+         {0.171324492379170345, 0.360761573048138608, 0.467913934572691047,
+          0.467913934572691047, 0.360761573048138608, 0.171324492379170345}}};
+
+    return &rules[n == 6 ? 3 : n - 2];
+}
+
+/* Where the points of n = 2 or 3 start in the tables. */
+static size_t points_at(const ibl_reference *ref, int n)
+{
+    return (n == 2 ? 0 : 2) * ((size_t)ref->env->width + 1);
+}
+
 static void fill_tables(ibl_reference *ref)
 {
     const int w = ref->env->width, h = ref->env->height;
 
-    for (int i = 0; i < ref->padded; i++) {
-        const double half = pi * ((i + 0.5) / w - 0.5);
-        ref->half_sin[i] = i < w ? sin(half) : INFINITY;
-        ref->half_cos[i] = i < w ? cos(half) : 0;
+    for (int n = 2; n <= 3; n++) {
+        double *c = ref->cos_phi + points_at(ref, n);
+        double *s = ref->sin_phi + points_at(ref, n);
+        for (int k = 0; k < n; k++) {
+            const double at = 0.5 + 0.5 * ibl_reference_gauss(n)->node[k];
+            for (int i = 0; i <= w; i++) {
+                const double phi = 2 * pi * ((i + at) / w - 0.5);
+                *c++ = cos(phi);
+                *s++ = sin(phi);
+            }
+        }
     }
-    for (int j = 0; j < h; j++) {
-        ref->row_theta[j] = pi * (j + 0.5) / h;
-        /* cos(top) - cos(bottom), as a product that cancels nothing. */
+    /* cos(top) - cos(bottom), as a product that cancels nothing. */
+    for (int j = 0; j < h; j++)
         ref->row_angle[j] =
-            2 * pi / w * 2 * sin(ref->row_theta[j]) * sin(0.5 * pi / h);
-    }
+            2 * pi / w * 2 * sin(pi * (j + 0.5) / h) * sin(0.5 * pi / h);
+}
+
+ibl_status ibl_reference_check(const ibl_reference *ref, size_t count,
+                               const void *in, const void *out)
+{
+    if (ref && (!count || (in && out)))
+        return IBL_OK;
+    return ibl_missing(ref ? ref->ctx : NULL,
+                       "what a reference reads or writes");
 }
 
 ibl_status ibl_reference_create(ibl_ctx *ctx, const ibl_image *env,
                                 double yaw_deg, ibl_reference **out)
 {
+    if (!out)
+        return ibl_missing(ctx, "ibl_reference_create: out");
     *out = NULL;
-    if (env->width < 1 || env->width > IBL_MAX_EDGE || env->height < 1 ||
-        env->height > IBL_MAX_EDGE)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "a map of %dx%d pixels: must be 1x1 to %dx%d",
-                        env->width, env->height, IBL_MAX_EDGE, IBL_MAX_EDGE);
+    const ibl_status status = ibl_check_image(ctx, env);
+    if (status)
+        return status;
     if (!isfinite(yaw_deg))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a yaw of %g degrees: must be finite", yaw_deg);
@@ -69,14 +114,11 @@ ibl_status ibl_reference_create(ibl_ctx *ctx, const ibl_image *env,
     ref->ctx = ctx;
     ref->env = env;
     ref->yaw = (yaw_deg - 360 * floor(yaw_deg / 360)) / 180 * pi;
-    ref->padded = (env->width + LANES - 1) / LANES * LANES;
-    const size_t w = (size_t)ref->padded, h = (size_t)env->height;
-    ref->half_sin = ibl_alloc_array(w, sizeof(double));
-    ref->half_cos = ibl_alloc_array(w, sizeof(double));
-    ref->row_theta = ibl_alloc_array(h, sizeof(double));
-    ref->row_angle = ibl_alloc_array(h, sizeof(double));
-    if (!ref->half_sin || !ref->half_cos || !ref->row_theta ||
-        !ref->row_angle) {
+    const size_t points = REFERENCE_POINTS * ((size_t)env->width + 1);
+    ref->cos_phi = ibl_alloc_array(points, sizeof(double));
+    ref->sin_phi = ibl_alloc_array(points, sizeof(double));
+    ref->row_angle = ibl_alloc_array((size_t)env->height, sizeof(double));
+    if (!ref->cos_phi || !ref->sin_phi || !ref->row_angle) {
         ibl_reference_free(ref);
         return ibl_no_memory(ctx, "the reference's tables");
     }
@@ -89,9 +131,8 @@ void ibl_reference_free(ibl_reference *ref)
 {
     if (!ref)
         return;
-    ibl_free(ref->half_sin);
-    ibl_free(ref->half_cos);
-    ibl_free(ref->row_theta);
+    ibl_free(ref->cos_phi);
+    ibl_free(ref->sin_phi);
     ibl_free(ref->row_angle);
     ibl_free(ref);
 }
@@ -108,220 +149,317 @@ static ibl_aim aim_at(const ibl_reference *ref, const double dir[3])
     const double across = hypot(dir[0], dir[2]);
     const double phi = atan2(dir[2], dir[0]) + ref->yaw;
 
+    const double length = hypot(across, dir[1]);
+
     return (ibl_aim){atan2(across, dir[1]), remainder(phi, 2 * pi),
-                     across / hypot(across, dir[1])};
+                     across / length, dir[1] / length};
 }
 
-/* ---- one row ---------------------------------------------------------- */
+/* ---- lobes ------------------------------------------------------------ */
 
-/* The lobe, and where its pixels are divided. */
+/* How pixels count, by q of their centres, from the aim outwards. */
+enum kind {
+    NONE,
+    PATCH,
+    NINE,
+    FOUR,
+    KINDS = 6 /* PATCH, NINE, FOUR, NINE, PATCH */
+};
+
 struct lobe {
     ibl_weight weight;
-    double near; /* GGX: t below which a pixel counts as a patch, 0: nowhere */
-    double mix;  /* the others: share of a pixel that counts as a patch */
+    double inner[2]; /* q below which there are patches; nine points */
+    double outer[2]; /* above which there are nine points; patches */
 };
 
-/* Columns begin[k]..end[k] - 1, in one or two parts. */
-struct span {
-    int parts, begin[2], end[2];
-};
-
-/* The columns, and up to LANES more, that have q < limit in a row. */
-static struct span columns_within(const ibl_reference *ref, const ibl_aim *aim,
-                                  double polar, double scale, double limit)
+/* GGX changes over 2 sqrt(t). Charlie over some alpha, and is not smooth at
+ * the aim. Phong over some alpha, and is not smooth on the horizon unless it
+ * is the cosine. */
+static struct lobe lobe_of(const ibl_reference *ref, ibl_lobe which,
+                           double alpha)
 {
-    const int w = ref->env->width;
-    struct span all = {1, {0, 0}, {ref->padded, 0}};
-    if (scale <= 0 || (limit - polar) >= scale)
-        return all;
-    const double reach = 2 * asin(sqrt((limit - polar) / scale)) / (2 * pi) * w;
-    const double centre = (aim->phi / (2 * pi) + 0.5) * w - 0.5;
-    int begin = (int)floor(centre - reach) - 1;
-    int end = (int)ceil(centre + reach) + 2;
-    if (end - begin >= w)
-        return all;
-    if (begin >= 0 && end <= w) {
-        begin = begin / LANES * LANES;
-        end = (end + LANES - 1) / LANES * LANES;
-        return (struct span){1, {begin, 0}, {end, 0}};
+    const double p = fmax(pi / ref->env->height, 2 * pi / ref->env->width);
+    const double a2 = alpha * alpha;
+    struct lobe lobe = {ibl_reference_weight(which, alpha), {0, 0}, {1, 1}};
+
+    for (int k = 0; k < 2; k++) {
+        const double least = (k ? 40 : 9) * p, t = 0.25 * least * least;
+        if (which == IBL_LOBE_GGX)
+            lobe.inner[k] = t <= a2 ? 0 : t >= 1 ? 1 : (t - a2) / (1 - a2);
+        else if (which == IBL_LOBE_CHARLIE)
+            lobe.inner[k] = 10 * alpha < least ? 1 : t;
+        else if (3 * alpha < least)
+            lobe.outer[!k] = 0;
+        else if (lobe.weight.power > 1)
+            lobe.outer[!k] = 0.5 - least / 6;
     }
-    begin = (begin + w) % w / LANES * LANES;
-    end = ((end + w - 1) % w + LANES) / LANES * LANES;
-    if (begin < end)
-        return all;
-    return (struct span){2, {0, begin}, {end, ref->padded}};
-}
-
-/* LANES doubles at once, a type of gcc and clang for any machine. */
-typedef double lanes __attribute__((vector_size(LANES * sizeof(double))));
-typedef int64_t mask __attribute__((vector_size(LANES * sizeof(int64_t))));
-
-/* Adds the weights of columns begin..end - 1, and their colours, to sum. The
- * arrays, begin and stride are aligned to LANES. */
-static void add_columns(const struct lobe *lobe, double polar, double scale,
-                        const double *across, const double *rgb, int stride,
-                        int begin, int end, lanes sum[4])
-{
-    const lanes *a = (const lanes *)(across + begin);
-    const lanes *red = (const lanes *)(rgb + begin);
-    const lanes *green = (const lanes *)(rgb + stride + begin);
-    const lanes *blue = (const lanes *)(rgb + 2 * (size_t)stride + begin);
-    const double a2 = lobe->weight.a2, near = lobe->near;
-    lanes r = sum[0], g = sum[1], b = sum[2], all = sum[3];
-
-    for (int k = 0; k < (end - begin) / LANES; k++) {
-        const lanes q = polar + scale * a[k];
-        const lanes t = q + a2 * (1 - q), f = a2 / t, c = 1 - 2 * q;
-        const mask use = (c > 0) & (t >= near);
-        const lanes w = (lanes)((mask)(c * f * f) & use);
-        r += w * red[k];
-        g += w * green[k];
-        b += w * blue[k];
-        all += w;
-    }
-    sum[0] = r;
-    sum[1] = g;
-    sum[2] = b;
-    sum[3] = all;
-}
-
-static double total(lanes v)
-{
-    return v[0] + v[1];
-}
-
-/* ---- pixels near the peak --------------------------------------------- */
-
-static double integral(const ibl_reference *ref, const struct lobe *lobe,
-                       const ibl_aim *aim, int i, int j)
-{
-    const double wide = pi / ref->env->width,
-                 tall = 0.5 * pi / ref->env->height;
-    const double x = ref->row_theta[j] - aim->theta;
-    const double phi = 2 * pi * ((i + 0.5) / ref->env->width - 0.5);
-    const double y = remainder(phi - aim->phi, 2 * pi);
-    const ibl_patch patch = {x - tall, x + tall, y - wide, y + wide};
-
-    return ibl_reference_patch(aim, &lobe->weight, &patch);
-}
-
-/* A patch's weight: that of its centre where t = near, its integral where
- * t <= near / 4, smoothly in between. */
-static double patch_weight(const ibl_reference *ref, const struct lobe *lobe,
-                           const ibl_aim *aim, int i, int j, double q, double t)
-{
-    const double patch = integral(ref, lobe, aim, i, j);
-    const double s = (lobe->near - t) / (0.75 * lobe->near);
-    if (s >= 1)
-        return patch;
-    const double mix = s * s * (3 - 2 * s);
-    const double centre =
-        ibl_reference_weight_at(&lobe->weight, q) * ref->row_angle[j];
-    return centre + mix * (patch - centre);
-}
-
-static void add_exact(const ibl_reference *ref, int i, int j, double weight,
-                      ibl_exact sum[4])
-{
-    const float *row = ref->env->data + 3 * (size_t)j * (size_t)ref->env->width;
-
-    for (int c = 0; c < 3; c++)
-        ibl_exact_add(&sum[c], weight * (double)row[3 * i + c]);
-    ibl_exact_add(&sum[3], weight);
-}
-
-static void add_near(const ibl_reference *ref, const struct lobe *lobe,
-                     const ibl_aim *aim, int j, double polar, double scale,
-                     const double *across, ibl_exact sum[4])
-{
-    const double a2 = lobe->weight.a2;
-    /* t < near, solved for q and moved out a little. */
-    const double limit = a2 < 1 ? (lobe->near - a2) / (1 - a2) * (1 + 1e-9) : 2;
-    if (polar >= limit || ibl_cancelled(ref->ctx))
-        return;
-    const struct span s = columns_within(ref, aim, polar, scale, limit);
-    for (int part = 0; part < s.parts; part++) {
-        for (int i = s.begin[part]; i < s.end[part] && i < ref->env->width;
-             i++) {
-            const double q = polar + scale * across[i];
-            const double t = q + a2 * (1 - q);
-            if (t < lobe->near)
-                add_exact(ref, i, j, patch_weight(ref, lobe, aim, i, j, q, t),
-                          sum);
-        }
-    }
-}
-
-/* ---- other lobes ------------------------------------------------------ */
-
-/* Weights of columns begin..end - 1 by their centres. */
-static void add_centres(const ibl_reference *ref, const struct lobe *lobe,
-                        int j, double polar, double scale, const double *across,
-                        int begin, int end, double sum[4])
-{
-    const float *row = ref->env->data + 3 * (size_t)j * (size_t)ref->env->width;
-
-    for (int i = begin; i < end && i < ref->env->width; i++) {
-        const double w =
-            ibl_reference_weight_at(&lobe->weight, polar + scale * across[i]);
-        for (int c = 0; c < 3; c++)
-            sum[c] += w * (double)row[3 * i + c];
-        sum[3] += w;
-    }
-}
-
-/* Weights of columns begin..end - 1, patches in part. */
-static void add_patches(const ibl_reference *ref, const struct lobe *lobe,
-                        const ibl_aim *aim, int j, double polar, double scale,
-                        const double *across, int begin, int end, double least,
-                        ibl_exact sum[4])
-{
-    for (int i = begin; i < end && i < ref->env->width; i++) {
-        const double q = polar + scale * across[i];
-        if (q < least)
-            continue;
-        const double centre =
-            ibl_reference_weight_at(&lobe->weight, q) * ref->row_angle[j];
-        const double patch = integral(ref, lobe, aim, i, j);
-        add_exact(ref, i, j, centre + lobe->mix * (patch - centre), sum);
-    }
+    return lobe;
 }
 
 /* q of an angle that is that of q and `more`. */
 static double moved_out(double q, double more)
 {
-    const double half = asin(sqrt(q)) + 0.5 * more;
-    const double s = sin(fmin(fmax(half, 0), 0.5 * pi));
+    const double s = sin(fmin(fmax(asin(sqrt(q)) + 0.5 * more, 0), 0.5 * pi));
 
     return s * s;
 }
 
-/* A row of Charlie or Phong. A pixel reaches no further from its centre than
- * half its diagonal. */
-static void add_other(const ibl_reference *ref, const struct lobe *lobe,
-                      const ibl_aim *aim, int j, double polar, double scale,
-                      const double *across, ibl_exact sum[4])
+/* Where kinds end in a row, q of the pixels' centres. A pixel reaches no
+ * further from its centre than half its diagonal. */
+static void find_limits(const ibl_reference *ref, const struct lobe *lobe,
+                        int j, double limit[KINDS])
 {
-    const double reach = lobe->mix > 0 ? 0.51 * hypot(pi / ref->env->height,
-                                                      2 * pi / ref->env->width)
-                                       : 0;
-    const double most = moved_out(lobe->weight.most, reach);
-    const double least = moved_out(lobe->weight.least, -reach);
-    double row[4] = {0};
+    const double tall = pi / ref->env->height;
+    const double below = tall * (j + 1), above = tall * j;
+    const double widest =
+        above < 0.5 * pi && below > 0.5 * pi ? 1 : fmax(sin(above), sin(below));
+    const double reach = 0.51 * hypot(tall, 2 * pi / ref->env->width * widest);
+    const double horizon = 0.5 - 0.5 * sin(fmin(reach, 0.5 * pi));
+    const ibl_weight *w = &lobe->weight;
+    const double all[KINDS] = {w->least > 0 ? moved_out(w->least, -reach) : 0,
+                               fmin(lobe->inner[0], horizon),
+                               fmin(lobe->inner[1], horizon),
+                               fmin(lobe->outer[0], horizon),
+                               fmin(lobe->outer[1], horizon),
+                               w->most < 0.5 ? moved_out(w->most, reach)
+                                             : 1 - horizon};
 
-    if (polar >= most || ibl_cancelled(ref->ctx))
+    limit[0] = all[0];
+    for (int k = 1; k < KINDS; k++)
+        limit[k] = fmax(limit[k - 1], fmin(all[k], all[KINDS - 1]));
+}
+
+/* ---- points ----------------------------------------------------------- */
+
+/* A row of a direction, n points in theta: there c = c0 + c1 cos(y), y the
+ * azimuth from the aim. mass is a point's share of theta, with sin(theta), and
+ * half the width of a pixel. */
+struct row {
+    const ibl_reference *ref;
+    const struct lobe *lobe;
+    const ibl_aim *aim;
+    int j, n;
+    double c0[3], c1[3], mass[3];
+};
+
+static struct row row_of(const ibl_reference *ref, const struct lobe *lobe,
+                         const ibl_aim *aim, int j, int n)
+{
+    const double tall = pi / ref->env->height, wide = 2 * pi / ref->env->width;
+    struct row row = {.ref = ref, .lobe = lobe, .aim = aim, .j = j, .n = n};
+
+    for (int k = 0; k < n; k++) {
+        const ibl_gauss *rule = ibl_reference_gauss(n);
+        const double theta = tall * (j + 0.5 + 0.5 * rule->node[k]);
+        const double s = sin(theta);
+        row.c0[k] = cos(aim->theta) * cos(theta);
+        row.c1[k] = aim->sin_theta * s;
+        row.mass[k] = s * rule->mass[k] * 0.25 * tall * wide;
+    }
+    return row;
+}
+
+static double weight_at(const ibl_weight *w, double c)
+{
+    if (w->lobe == IBL_LOBE_CHARLIE)
+        return w->scale * pow(1 - c, w->power) * c;
+    if (w->lobe == IBL_LOBE_PHONG)
+        return w->power > 1 ? pow(fmax(c, 0), w->power) : c;
+    const double g = 2 * w->a2 / ((1 + w->a2) - (1 - w->a2) * c);
+    return c * g * g;
+}
+
+/* Columns begin..end - 1 of any lobe. */
+static void add_points(const struct row *row, const double *rgb, int begin,
+                       int end, double sum[4])
+{
+    const size_t stride = (size_t)row->ref->env->width + 1;
+    const double *c = row->ref->cos_phi + points_at(row->ref, row->n);
+    const double *s = row->ref->sin_phi + points_at(row->ref, row->n);
+    const double ahead = cos(row->aim->phi), aside = sin(row->aim->phi);
+
+    for (int i = begin; i < end; i++) {
+        double weight = 0;
+        for (int k = 0; k < row->n; k++) {
+            const size_t at = (size_t)k * stride + (size_t)i;
+            const double y = c[at] * ahead + s[at] * aside;
+            double line = 0;
+            for (int g = 0; g < row->n; g++)
+                line += row->mass[g] * weight_at(&row->lobe->weight,
+                                                 row->c0[g] + row->c1[g] * y);
+            weight += line * ibl_reference_gauss(row->n)->mass[k];
+        }
+        for (int n = 0; n < 3; n++)
+            sum[n] += weight * rgb[(size_t)n * stride + (size_t)i];
+        sum[3] += weight;
+    }
+}
+
+/* LANES doubles at once, a type of gcc and clang for any machine; loads need
+ * no alignment. */
+typedef double lanes __attribute__((vector_size(LANES * sizeof(double))));
+
+static lanes load(const double *from)
+{
+    lanes v;
+
+    memcpy(&v, from, sizeof v);
+    return v;
+}
+
+/* The same of GGX's two by two: w = c a2^2 / t^2 with t = t0 + t1 cos(y), and
+ * c0 and c1 with what is constant. */
+struct four {
+    double t0[2], t1[2], c0[2], c1[2];
+};
+
+/* Both points of a column: one quotient for two. */
+static inline lanes pair(const struct four *f, lanes y)
+{
+    const lanes t = f->t0[0] + f->t1[0] * y, u = f->t0[1] + f->t1[1] * y;
+    const lanes c = f->c0[0] + f->c1[0] * y, d = f->c0[1] + f->c1[1] * y;
+    const lanes r = 1 / (t * u);
+
+    return (c * (u * u) + d * (t * t)) * (r * r);
+}
+
+static void add_four(const struct row *row, const double *rgb, int begin,
+                     int end, double sum[4])
+{
+    const size_t stride = (size_t)row->ref->env->width + 1;
+    const double *c = row->ref->cos_phi, *s = row->ref->sin_phi;
+    const double ahead = cos(row->aim->phi), aside = sin(row->aim->phi);
+    const double a2 = row->lobe->weight.a2;
+    struct four f;
+    lanes part[4] = {{0}};
+
+    for (int k = 0; k < 2; k++) {
+        f.t0[k] = 0.5 * (1 + a2) - 0.5 * (1 - a2) * row->c0[k];
+        f.t1[k] = -0.5 * (1 - a2) * row->c1[k];
+        f.c0[k] = a2 * a2 * row->mass[k] * row->c0[k];
+        f.c1[k] = a2 * a2 * row->mass[k] * row->c1[k];
+    }
+    for (int i = begin; i < end; i += LANES) {
+        lanes w = pair(&f, load(c + i) * ahead + load(s + i) * aside) +
+                  pair(&f, load(c + stride + i) * ahead +
+                               load(s + stride + i) * aside);
+        if (i + 1 == end)
+            w[1] = 0;
+        for (int n = 0; n < 3; n++)
+            part[n] += w * load(rgb + (size_t)n * stride + i);
+        part[3] += w;
+    }
+    for (int n = 0; n < 4; n++)
+        sum[n] += part[n][0] + part[n][1];
+}
+
+/* ---- patches ---------------------------------------------------------- */
+
+/* Columns begin..end - 1, counted from 0 around the circle either way. */
+static void add_patches(const struct row *row, const double *rgb, int begin,
+                        int end, ibl_exact sum[4])
+{
+    const int w = row->ref->env->width;
+    const size_t stride = (size_t)w + 1;
+    ibl_pixels run = {w, row->ref->env->height, row->j, begin, end};
+    double weight[RUN];
+
+    for (; run.begin < end && !ibl_cancelled(row->ref->ctx);
+         run.begin = run.end) {
+        run.end = end - run.begin < RUN ? end : run.begin + RUN;
+        ibl_reference_patches(row->aim, &row->lobe->weight, &run, weight);
+        for (int i = run.begin; i < run.end; i++) {
+            const double of = weight[i - run.begin];
+            for (int n = 0; n < 3; n++)
+                ibl_exact_add(
+                    &sum[n],
+                    of * rgb[(size_t)n * stride + (size_t)((i + w) % w)]);
+            ibl_exact_add(&sum[3], of);
+        }
+    }
+}
+
+/* ---- one row ---------------------------------------------------------- */
+
+static void add_columns(const struct row *row, const double *rgb, int begin,
+                        int end, double sum[4])
+{
+    const int w = row->ref->env->width;
+    void (*const add)(const struct row *, const double *, int, int, double *) =
+        row->n == 2 && row->lobe->weight.lobe == IBL_LOBE_GGX ? add_four
+                                                              : add_points;
+
+    /* What is left and right of the borders of the map. */
+    if (begin < 0)
+        add(row, rgb, begin + w, (end < 0 ? end : 0) + w, sum);
+    if (begin < w && end > 0)
+        add(row, rgb, begin > 0 ? begin : 0, end < w ? end : w, sum);
+    if (end > w)
+        add(row, rgb, begin > w ? begin - w : 0, end - w, sum);
+}
+
+/* A row's columns on both sides of the aim: `ends` of kinds, counted from the
+ * first that is not left of it. */
+struct sides {
+    int first, left[KINDS], right[KINDS];
+};
+
+static int clamped(double x, int most)
+{
+    return x < 0 ? 0 : x < most ? (int)x : most;
+}
+
+static void find_sides(const ibl_reference *ref, const ibl_aim *aim,
+                       double polar, double scale, const double limit[KINDS],
+                       struct sides *s)
+{
+    const int w = ref->env->width;
+    const double at = (aim->phi / (2 * pi) + 0.5) * w;
+
+    s->first = (int)ceil(at - 0.5);
+    const double right = s->first + 0.5 - at;
+    const int most = (w + (right < 0.5)) / 2;
+    for (int k = 0; k < KINDS; k++) {
+        const double of = limit[k] - polar;
+        /* Of a half turn at most, more than all. */
+        const double reach = of <= 0 ? 0
+                             : of >= scale
+                                 ? w
+                                 : 2 * asin(sqrt(of / scale)) / (2 * pi) * w;
+        s->right[k] = clamped(ceil(reach - right), most);
+        s->left[k] = clamped(ceil(reach - (1 - right)), w - most);
+    }
+}
+
+static void add_row(const ibl_reference *ref, const struct lobe *lobe,
+                    const ibl_aim *aim, int j, const double *rgb,
+                    ibl_exact sum[4])
+{
+    static const int points[KINDS - 1] = {0, 3, 2, 3, 0};
+    const double theta = pi * (j + 0.5) / ref->env->height;
+    const double half = sin(0.5 * (theta - aim->theta)), polar = half * half;
+    double limit[KINDS], plain[4] = {0};
+    struct sides s;
+
+    find_limits(ref, lobe, j, limit);
+    if (polar >= limit[KINDS - 1])
         return;
-    const struct span s = columns_within(ref, aim, polar, scale, most);
-    for (int k = 0; k < s.parts; k++) {
-        if (lobe->mix > 0)
-            add_patches(ref, lobe, aim, j, polar, scale, across, s.begin[k],
-                        s.end[k], least, sum);
-        else
-            add_centres(ref, lobe, j, polar, scale, across, s.begin[k],
-                        s.end[k], row);
+    find_sides(ref, aim, polar, sin(theta) * aim->sin_theta, limit, &s);
+    for (int k = 0; k < KINDS - 1; k++) {
+        if (s.left[k + 1] == s.left[k] && s.right[k + 1] == s.right[k])
+            continue;
+        const struct row row = row_of(ref, lobe, aim, j, points[k]);
+        const int at[4] = {s.first - s.left[k + 1], s.first - s.left[k],
+                           s.first + s.right[k], s.first + s.right[k + 1]};
+        for (int side = 0; side < 4; side += 2) {
+            if (row.n)
+                add_columns(&row, rgb, at[side], at[side + 1], plain);
+            else
+                add_patches(&row, rgb, at[side], at[side + 1], sum);
+        }
     }
     for (int c = 0; c < 4; c++)
-        ibl_exact_add(&sum[c], row[c] * ref->row_angle[j]);
+        ibl_exact_add(&sum[c], plain[c]);
 }
 
 /* ---- many directions -------------------------------------------------- */
@@ -332,18 +470,18 @@ struct sums {
     const ibl_aim *aims;
     int count;            /* of a batch */
     int strip, strips;    /* rows of a job, jobs of a group */
-    double *scratch;      /* of each worker: a row's colours, GROUP acrosses */
+    double *scratch;      /* of each worker: a row's colours */
     ibl_exact (*part)[4]; /* strips for each direction */
 };
 
 static size_t scratch_size(const ibl_reference *ref)
 {
-    return (3 + GROUP) * (size_t)ref->padded;
+    return 3 * ((size_t)ref->env->width + 1);
 }
 
 static void convert_row(const ibl_reference *ref, int j, double *rgb)
 {
-    const int w = ref->env->width, stride = ref->padded;
+    const int w = ref->env->width, stride = w + 1;
     const float *p = ref->env->data + 3 * (size_t)j * (size_t)w;
 
     for (int i = 0; i < w; i++) {
@@ -351,43 +489,6 @@ static void convert_row(const ibl_reference *ref, int j, double *rgb)
         rgb[stride + i] = (double)p[3 * i + 1];
         rgb[2 * stride + i] = (double)p[3 * i + 2];
     }
-}
-
-/* sin^2(dphi / 2) of every column. */
-static void fill_across(const ibl_reference *ref, const ibl_aim *aim,
-                        double *across)
-{
-    const double s = sin(0.5 * aim->phi), c = cos(0.5 * aim->phi);
-
-    for (int i = 0; i < ref->padded; i++) {
-        const double d = ref->half_sin[i] * c - ref->half_cos[i] * s;
-        across[i] = d * d;
-    }
-}
-
-static void add_row(const ibl_reference *ref, const struct lobe *lobe,
-                    const ibl_aim *aim, int j, const double *rgb,
-                    const double *across, ibl_exact sum[4])
-{
-    const double half = sin(0.5 * (ref->row_theta[j] - aim->theta));
-    const double polar = half * half;
-    const double scale = sin(ref->row_theta[j]) * aim->sin_theta;
-    lanes row[4] = {{0}};
-
-    if (lobe->weight.lobe != IBL_LOBE_GGX) {
-        add_other(ref, lobe, aim, j, polar, scale, across, sum);
-        return;
-    }
-    if (lobe->near > 0)
-        add_near(ref, lobe, aim, j, polar, scale, across, sum);
-    if (polar >= 0.5)
-        return;
-    const struct span s = columns_within(ref, aim, polar, scale, 0.5);
-    for (int k = 0; k < s.parts; k++)
-        add_columns(lobe, polar, scale, across, rgb, ref->padded, s.begin[k],
-                    s.end[k], row);
-    for (int c = 0; c < 4; c++)
-        ibl_exact_add(&sum[c], total(row[c]) * ref->row_angle[j]);
 }
 
 static void sums_job(void *arg, int job, int worker)
@@ -400,20 +501,30 @@ static void sums_job(void *arg, int job, int worker)
     const int end = begin + s->strip < ref->env->height ? begin + s->strip
                                                         : ref->env->height;
     double *rgb = s->scratch + (size_t)worker * scratch_size(ref);
-    double *across = rgb + 3 * (size_t)ref->padded;
 
-    for (int k = 0; k < n; k++) {
-        fill_across(ref, &s->aims[group + k], across + k * (size_t)ref->padded);
+    for (int k = 0; k < n; k++)
         memset(s->part[(size_t)(group + k) * (size_t)s->strips + strip], 0,
                sizeof *s->part);
-    }
     for (int j = begin; j < end; j++) {
         convert_row(ref, j, rgb);
         for (int k = 0; k < n; k++)
             add_row(ref, &s->lobe, &s->aims[group + k], j, rgb,
-                    across + k * (size_t)ref->padded,
                     s->part[(size_t)(group + k) * (size_t)s->strips + strip]);
     }
+}
+
+/* The pixel that a direction is in. */
+static void mirror(const ibl_reference *ref, const double dir[3], double rgb[3])
+{
+    const int w = ref->env->width, h = ref->env->height;
+    const ibl_aim aim = aim_at(ref, dir);
+    const int i = (int)floor((aim.phi / (2 * pi) + 0.5) * w);
+    const int j = (int)(aim.theta / pi * h);
+    const size_t at =
+        (size_t)(j < h ? j : h - 1) * (size_t)w + (size_t)(i < 0 ? 0 : i % w);
+
+    for (int c = 0; c < 3; c++)
+        rgb[c] = (double)ref->env->data[3 * at + (size_t)c];
 }
 
 /* The quotient of a direction's sums; false where nothing has weight. */
@@ -481,7 +592,7 @@ static ibl_status run_sums(const ibl_reference *ref, struct lobe lobe,
         for (int k = 0; k < s.count && !status; k++) {
             double *to = rgb + 3 * (at + (size_t)k);
             if (!quotient(&s, k, to))
-                status = ibl_reference_mean(ref, to);
+                mirror(ref, dirs + 3 * (at + (size_t)k), to);
         }
     }
 fail:
@@ -493,46 +604,13 @@ fail:
 
 /* ---- the calls -------------------------------------------------------- */
 
-static void mirror(const ibl_reference *ref, const double dir[3], double rgb[3])
-{
-    const int w = ref->env->width, h = ref->env->height;
-    const ibl_aim aim = aim_at(ref, dir);
-    const int i = (int)floor((aim.phi / (2 * pi) + 0.5) * w);
-    const int j = (int)(aim.theta / pi * h);
-    const size_t at =
-        (size_t)(j < h ? j : h - 1) * (size_t)w + (size_t)(i < 0 ? 0 : i % w);
-
-    for (int c = 0; c < 3; c++)
-        rgb[c] = (double)ref->env->data[3 * at + (size_t)c];
-}
-
-/* The share of patches, between two widths in pixels. */
-static double mix_of(double alpha, double patches, double centres)
-{
-    const double s = (centres - alpha) / (centres - patches);
-
-    return s <= 0 ? 0 : s >= 1 ? 1 : s * s * (3 - 2 * s);
-}
-
-static struct lobe lobe_of(const ibl_reference *ref, ibl_lobe which,
-                           double alpha)
-{
-    const double pixel = fmax(pi / ref->env->height, 2 * pi / ref->env->width);
-    struct lobe lobe = {.weight = ibl_reference_weight(which, alpha)};
-
-    if (which == IBL_LOBE_CHARLIE)
-        lobe.mix = mix_of(alpha, 0.5 * pixel, pixel);
-    else if (which == IBL_LOBE_PHONG)
-        lobe.mix = mix_of(alpha, pixel, 2 * pixel);
-    else if (16 * pixel * pixel > alpha * alpha)
-        lobe.near = 16 * pixel * pixel;
-    return lobe;
-}
-
 ibl_status ibl_reference_lobe(const ibl_reference *ref, ibl_lobe lobe,
                               double roughness, const double *dirs,
                               size_t count, double *rgb)
 {
+    ibl_status status = ibl_reference_check(ref, count, dirs, rgb);
+    if (status)
+        return status;
     if (lobe < IBL_LOBE_GGX || lobe > IBL_LOBE_PHONG)
         return ibl_fail(ref->ctx, IBL_ERR_ARGUMENT,
                         "lobe %d: must be ggx (%d), charlie (%d) or phong (%d)",
@@ -541,7 +619,7 @@ ibl_status ibl_reference_lobe(const ibl_reference *ref, ibl_lobe lobe,
     if (!(roughness >= 0 && roughness <= 1))
         return ibl_fail(ref->ctx, IBL_ERR_ARGUMENT,
                         "a roughness of %g: must be 0 to 1", roughness);
-    ibl_status status = check_dirs(ref, dirs, count);
+    status = check_dirs(ref, dirs, count);
     if (status)
         return status;
     double alpha = roughness * roughness;
@@ -569,9 +647,11 @@ ibl_status ibl_reference_irradiance(const ibl_reference *ref,
                                     const double *dirs, size_t count,
                                     double *rgb)
 {
-    const ibl_status status = check_dirs(ref, dirs, count);
-    const struct lobe cosine = {.weight =
-                                    ibl_reference_weight(IBL_LOBE_GGX, 1)};
+    ibl_status status = ibl_reference_check(ref, count, dirs, rgb);
+    if (!status)
+        status = check_dirs(ref, dirs, count);
 
-    return status ? status : run_sums(ref, cosine, dirs, count, rgb);
+    return status
+               ? status
+               : run_sums(ref, lobe_of(ref, IBL_LOBE_GGX, 1), dirs, count, rgb);
 }

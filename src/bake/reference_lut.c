@@ -247,6 +247,8 @@ static ibl_status check(ibl_ctx *ctx, double n_dot_v, double roughness,
 ibl_status ibl_reference_lut(ibl_ctx *ctx, double n_dot_v, double roughness,
                              ibl_geometry geometry, double scale_bias[2])
 {
+    if (!ctx || !scale_bias)
+        return ibl_missing(ctx, "ibl_reference_lut: scale_bias");
     const ibl_status status = check(ctx, n_dot_v, roughness, geometry);
     if (status)
         return status;

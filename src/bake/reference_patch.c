@@ -1,316 +1,352 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The lobe over a pixel that is not small against it.
+ * The lobe over a patch, by its edges.
  *
- * In theta and phi, which are offsets from the peak here so that the
- * narrowest lobe keeps its digits, the integrand
- *     (a2 / t)^2 (1 - 2q) sin(theta),  t = q + a2 (1 - q),
- *     q = sin^2(dtheta / 2) + sin(theta) sin(theta_N) sin^2(dphi / 2)
- * is analytic above the horizon, and its nearest singularities are about
- * 2 sqrt(t) away. A cell takes 4 x 4 Gauss points, of its lines of constant
- * theta only what is above the horizon; it is halved, along theta or phi,
- * until neither changes anything. A patch that holds the peak is first cut
- * there: from a corner at 0 halving is exact in floating point however deep it
- * goes. One that the horizon crosses is cut where it enters and where it
- * leaves.
+ * A weight w(q), q = sin^2(psi / 2), is the divergence of a field that points
+ * away from the aim and has length M / sin(psi), M the integral of
+ * w sin(psi) dpsi = 2 w dq up to there. So the integral over a patch is what
+ * of the field leaves through its edges: with x and y the offsets from the aim
+ * in theta and phi, sin^2(psi) = 4 q (1 - q) and U the integral of w dq,
+ *     parallel   U / (2 q (1 - q)) sin(theta)
+ *                (sin(x) + 2 cos(theta) sin(theta_N) sin^2(y / 2)) dy
+ *     meridian   U / (2 q (1 - q)) sin(theta_N) sin(y) dx
+ * U from the aim, smooth there, where the patch is at it or about it; elsewhere
+ * minus what is left of it up to the horizon, which has no digits to lose in
+ * small weights. Closed forms of both give integrals along a line, and the
+ * horizon, which only ends lines, costs nothing. Offsets keep the digits of
+ * the narrowest lobe.
  *
- * Phong and Charlie are nothing but for a disk and for a ring, and points might
- * miss those in a large cell: lines of constant theta are cut to where they
- * are, and so is the patch.
+ * A line is cut where q is least and where the horizon crosses it, and halved
+ * down to a share of the distance to the nearest singularity, where Gauss'
+ * points have all digits.
  */
 #include <stdbool.h>
 
 #include "bake/reference_sums.h"
 
-enum {
-    GAUSS = 4,
-    MAX_DEPTH = 1000,
-    MAX_PARTS = 20
-};
+static const double pi = REFERENCE_PI;
 
-static const double relative = 1e-8;
-/* Of the whole patch, for the ends of the horizon's curve. */
-static const double absolute = 1e-10;
-
-static const double node[GAUSS] = {-0.861136311594052575, -0.339981043584856265,
-                                   0.339981043584856265, 0.861136311594052575};
-static const double mass[GAUSS] = {0.347854845137453857, 0.652145154862546143,
-                                   0.652145154862546143, 0.347854845137453857};
+/* exp of that is 1e-20. */
+static const double nothing = -46;
 
 /* ---- weights ---------------------------------------------------------- */
 
+/* What GGX has from q to the horizon, with c = 1 - 2 q and z = k c,
+ * k = (1 - a2) / (1 + a2):
+ *     2 (a2 / (1 + a2))^2 c^2 (z / (1 - z) + log(1 - z)) / z^2. */
+static double ggx_beyond(double a2, double q)
+{
+    const double c = 1 - 2 * q, z = (1 - a2) / (1 + a2) * c;
+    const double left = 2 * (q + a2 * (1 - q)) / (1 + a2);
+    const double f = a2 / (1 + a2);
+    double sum = 0;
+
+    if (z > 0.01)
+        return 2 * f * f * c * c * (z / left + log(left)) / (z * z);
+    for (int n = 8; n >= 0; n--)
+        sum = sum * z + (n + 1.0) / (n + 2);
+    return 2 * f * f * c * c * sum;
+}
+
+/* The integral of the weight over q from 0, and from q to the horizon. */
+static double within(const ibl_weight *w, double q)
+{
+    if (q >= 0.5)
+        return w->total;
+    if (w->lobe == IBL_LOBE_CHARLIE)
+        return 0.5 * w->scale * pow(2 * q, w->power + 1) *
+               (1 / (w->power + 1) - 2 * q / (w->power + 2));
+    if (w->lobe == IBL_LOBE_PHONG)
+        return -0.5 / (w->power + 1) * expm1((w->power + 1) * log1p(-2 * q));
+    if (w->a2 > 0.5)
+        return w->total - ggx_beyond(w->a2, q);
+    const double b = 1 - w->a2, f = w->a2 / b;
+    return w->a2 * (1 + 2 * f) * q / (q + w->a2 * (1 - q)) -
+           2 * f * f * log1p(q / f);
+}
+
+static double beyond(const ibl_weight *w, double q)
+{
+    if (q >= 0.5)
+        return 0;
+    if (w->lobe == IBL_LOBE_CHARLIE)
+        return w->total - within(w, q);
+    if (w->lobe == IBL_LOBE_PHONG)
+        return 0.5 / (w->power + 1) * exp((w->power + 1) * log1p(-2 * q));
+    return ggx_beyond(w->a2, q);
+}
+
 ibl_weight ibl_reference_weight(ibl_lobe lobe, double alpha)
 {
-    /* exp(-46) = 1e-20. */
-    const double a2 = alpha * alpha, nothing = -46;
-    ibl_weight w = {.lobe = lobe, .a2 = a2, .scale = 1, .most = 0.5};
+    const double a2 = alpha * alpha;
+    ibl_weight w = {
+        .lobe = lobe, .alpha = alpha, .a2 = a2, .scale = 1, .most = 0.5};
 
     switch (lobe) {
     case IBL_LOBE_GGX:
-        /* That of D N.L is at most 4. */
-        w.whole = 4 * REFERENCE_PI * a2;
+        w.total = ggx_beyond(a2, 0);
         break;
     case IBL_LOBE_CHARLIE:
         w.power = 0.5 / alpha;
         w.scale = (w.power + 1) * exp(1);
         w.least = 0.5 * exp(nothing / w.power);
-        w.whole = 2 * REFERENCE_PI * exp(1) / (w.power + 2);
+        w.total = 0.5 * exp(1) / (w.power + 2);
         break;
     case IBL_LOBE_PHONG:
         w.power = 1 + 0.5 * (1 / alpha - 1) * (1 / alpha + 1);
         w.most = -0.5 * expm1(nothing / w.power);
-        w.whole = 2 * REFERENCE_PI / (w.power + 1);
+        w.total = 0.5 / (w.power + 1);
         break;
     }
     return w;
 }
 
-double ibl_reference_weight_at(const ibl_weight *w, double q)
-{
-    if (!(q < 0.5))
-        return 0;
-    if (w->lobe == IBL_LOBE_CHARLIE)
-        return w->scale * pow(2 * q, w->power) * (1 - 2 * q);
-    if (w->lobe == IBL_LOBE_PHONG)
-        return exp(w->power * log1p(-2 * q));
-    const double g = w->a2 / (q + w->a2 * (1 - q));
-    return (1 - 2 * q) * g * g;
-}
+/* ---- lines ------------------------------------------------------------ */
 
-/* ---- cells ------------------------------------------------------------ */
-
-struct lobe {
-    const ibl_aim *aim;
+/* A parallel or a meridian; s runs along it, y or x. */
+struct line {
     const ibl_weight *weight;
-    double y0, y1;           /* the strip of phi, 0..pi */
-    double across0, across1; /* sin^2(y / 2) of those */
-    double sum;              /* of the patch so far */
-    double floor;            /* of the sum, before there is any */
+    bool inside;         /* U from the aim, else minus what is left */
+    bool parallel;       /* q = polar + scale sin^2(s / 2) */
+    double polar, scale; /* meridian: sin^2(s / 2) + scale sin(polar + s) */
+    double lean, turn;   /* the field across it: lean + turn sin^2(s / 2) */
+    double pace;         /* length of a unit of s */
+    double foot;         /* where q is least */
 };
 
-/* A part of a strip: theta as an offset, and shares of y0..y1 or of the part of
- * that where the weight is something. */
-struct cell {
-    double x0, x1, h0, h1;
+/* The end of a part of a line. */
+struct end {
+    double s, q;
 };
 
-/* Where in y0..y1 q comes to a value. */
-static double crossing(const struct lobe *lobe, double polar, double scale,
-                       double q)
+static struct line parallel_at(const ibl_aim *aim, double x)
 {
-    if (polar + scale * lobe->across1 <= q)
-        return lobe->y1;
-    if (polar + scale * lobe->across0 >= q)
-        return lobe->y0;
-    return fmax(lobe->y0, 2 * asin(fmin(1, sqrt((q - polar) / scale))));
+    const double half = sin(0.5 * x), s = sin(aim->theta + x);
+
+    return (struct line){.parallel = true,
+                         .polar = half * half,
+                         .scale = s * aim->sin_theta,
+                         .lean = s * sin(x),
+                         .turn = 2 * s * cos(aim->theta + x) * aim->sin_theta,
+                         .pace = s};
 }
 
-/* sin^2(phi / 2) at a cell's points, of begin..end; returns half its length. */
-static double fill_across(const struct cell *c, double begin, double end,
-                          double across[GAUSS])
+static struct line meridian_at(const ibl_aim *aim, double y)
 {
-    const double length = end - begin;
-    const double middle = begin + 0.5 * length * (c->h0 + c->h1);
-    const double half = 0.5 * length * (c->h1 - c->h0);
+    const double half = sin(0.5 * y), s = aim->sin_theta;
+    const double across = half * half * s;
 
-    for (int k = 0; k < GAUSS; k++) {
-        const double s = sin(0.5 * (middle + half * node[k]));
-        across[k] = s * s;
-    }
-    return half;
+    return (struct line){
+        .polar = aim->theta,
+        .scale = across,
+        .lean = 2 * half * cos(0.5 * y) * s,
+        .pace = 1,
+        .foot = atan2(-2 * across * aim->cos_theta, 1 - 2 * across * s)};
 }
 
-static double gauss_line(const ibl_weight *weight, double polar, double scale,
-                         const double across[GAUSS])
+static double q_at(const struct line *line, double s)
 {
-    double line = 0;
+    const double half = sin(0.5 * s), square = half * half;
 
-    for (int k = 0; k < GAUSS; k++)
-        line += mass[k] *
-                ibl_reference_weight_at(weight, polar + scale * across[k]);
-    return line;
+    return line->parallel ? line->polar + line->scale * square
+                          : square + line->scale * sin(line->polar + s);
 }
 
-static double gauss(const struct lobe *lobe, const struct cell *c)
+static double flux_at(const struct line *line, double s)
 {
-    const ibl_weight *weight = lobe->weight;
-    const double middle = 0.5 * (c->x0 + c->x1), half = 0.5 * (c->x1 - c->x0);
-    double full[GAUSS], part[GAUSS], sum = 0;
-    const double full_half = fill_across(c, lobe->y0, lobe->y1, full);
+    const ibl_weight *w = line->weight;
+    const double half = sin(0.5 * s), square = half * half;
+    const double q = line->parallel
+                         ? line->polar + line->scale * square
+                         : square + line->scale * sin(line->polar + s);
+    const double lean = line->lean + line->turn * square;
 
-    for (int i = 0; i < GAUSS; i++) {
-        const double x = middle + half * node[i], p = sin(0.5 * x);
-        const double sin_theta = sin(lobe->aim->theta + x);
-        const double polar = p * p, scale = sin_theta * lobe->aim->sin_theta;
-        const double begin = crossing(lobe, polar, scale, weight->least);
-        const double end = crossing(lobe, polar, scale, weight->most);
-        if (end <= begin)
-            continue;
-        const bool cut = begin > lobe->y0 || end < lobe->y1;
-        const double line_half =
-            cut ? fill_across(c, begin, end, part) : full_half;
-        sum += mass[i] * sin_theta * line_half *
-               gauss_line(weight, polar, scale, cut ? part : full);
-    }
+    if (!(q > 0)) /* U is w q there. */
+        return w->lobe == IBL_LOBE_CHARLIE ? 0 : 0.5 * lean;
+    return (line->inside ? within(w, q) : -beyond(w, q)) / (2 * q * (1 - q)) *
+           lean;
+}
+
+/* About the distance to what is not smooth. */
+static double reach_at(const struct line *line, double q)
+{
+    const ibl_weight *w = line->weight;
+    const bool peak = line->inside && w->lobe != IBL_LOBE_CHARLIE;
+    const double t = peak ? q + w->a2 * (1 - q) : q, rest = 1 - q;
+    const double reach = 2 * sqrt(t < rest ? t : rest > 0 ? rest : 0);
+
+    if (w->lobe == IBL_LOBE_GGX || q < w->least || q > w->most)
+        return reach;
+    return fmin(reach, (w->lobe == IBL_LOBE_CHARLIE ? 4 : 3) * w->alpha);
+}
+
+/* Whether points on all of a part, `reach` from what is not smooth, have its
+ * digits. A power that is no integer is not smooth on the horizon either; next
+ * to that there is next to nothing. */
+static bool is_smooth(const struct line *line, struct end a, struct end b,
+                      double reach)
+{
+    const double c = fmax(1 - 2 * fmax(a.q, b.q), 1e-5);
+
+    return (b.s - a.s) * line->pace <= 0.5 * reach &&
+           (line->weight->lobe != IBL_LOBE_PHONG || line->weight->power == 1 ||
+            fmin(a.q, b.q) >= 0.5 || fabs(a.q - b.q) <= 0.25 * c);
+}
+
+static double gauss(const struct line *line, double begin, double end, int n)
+{
+    const ibl_gauss *rule = ibl_reference_gauss(n);
+    const double middle = 0.5 * (begin + end), half = 0.5 * (end - begin);
+    double sum = 0;
+
+    for (int k = 0; k < n; k++)
+        sum += rule->mass[k] * flux_at(line, middle + half * rule->node[k]);
     return sum * half;
 }
 
-/*
- * Adds a cell. It is halved either way for the test; where one of the two
- * changes something it is halved so for good, the part next to the peak first:
- * against that the others seldom matter.
- */
-static void refine(struct lobe *lobe, const struct cell *c, double whole,
-                   int depth)
+/* A part in which q goes one way, on one side of the horizon. */
+static double integrate(const struct line *line, struct end a, struct end b)
 {
-    const double x = 0.5 * (c->x0 + c->x1), h = 0.5 * (c->h0 + c->h1);
-    const struct cell parts[4] = {{c->x0, x, c->h0, c->h1},
-                                  {x, c->x1, c->h0, c->h1},
-                                  {c->x0, c->x1, c->h0, h},
-                                  {c->x0, c->x1, h, c->h1}};
-    double of[4];
+    struct end middle = {0.5 * (a.s + b.s), 0};
 
-    for (int k = 0; k < 4; k++)
-        of[k] = gauss(lobe, &parts[k]);
-    const double by_x = of[0] + of[1] - whole, by_h = of[2] + of[3] - whole;
-    const double change = fabs(by_x) + fabs(by_h);
-    const double better = whole + by_x + by_h;
-    if (change <= relative * better ||
-        change <= absolute * fmax(lobe->floor, lobe->sum) || !depth) {
-        lobe->sum += better;
-        return;
-    }
-    const int first = fabs(by_x) < fabs(by_h) ? 2 : c->x0 >= 0 ? 0 : 1;
-    const int second = first ^ 1;
-    refine(lobe, &parts[first], of[first], depth - 1);
-    refine(lobe, &parts[second], of[second], depth - 1);
-}
-
-/* Sorts x into at[0..count - 1] if it is inside at[0]..at[count - 1]. */
-static int insert(double *at, int count, double x)
-{
-    int k = count;
-
-    if (!(x > at[0] && x < at[count - 1]))
-        return count;
-    for (; at[k - 1] > x; k--)
-        at[k] = at[k - 1];
-    at[k] = x;
-    return count + 1;
-}
-
-/* Cuts where a meridian comes to an angle from the aim whose cosine is c0:
- * there c = cos(theta) cos(theta_N) + sin(theta) sin(theta_N) cos(y) is a
- * cosine of theta from where it is largest. */
-static int cut_angle(const ibl_aim *aim, double y, double c0, double *x,
-                     int count)
-{
-    const double across = aim->sin_theta * cos(y), up = cos(aim->theta);
-    const double highest = atan2(across, up) - aim->theta;
-    const double c = c0 / hypot(across, up);
-
-    for (int turn = -1; turn <= 1 && c <= 1; turn++) {
-        const double around = highest + turn * 2 * REFERENCE_PI;
-        count = insert(x, count, around - acos(c));
-        count = insert(x, count, around + acos(c));
-    }
-    return count;
-}
-
-/* Cuts the lobe's strip at the peak, beside it, so that the way there is
- * short, and where the horizon and the edge of a ring enter and leave. */
-static int cut_strip(const struct lobe *lobe, const ibl_patch *patch,
-                     struct cell parts[MAX_PARTS])
-{
-    const ibl_weight *weight = lobe->weight;
-    const bool disk = weight->lobe == IBL_LOBE_PHONG;
-    const double reach = 2 * asin(sqrt(weight->most));
-    double x[MAX_PARTS + 1] = {fmax(patch->x0, disk ? -reach : patch->x0),
-                               fmin(patch->x1, disk ? reach : patch->x1)};
-    int count = 2;
-
-    if (x[0] >= x[1])
+    if (line->inside ? fmax(a.q, b.q) <= line->weight->least
+                     : fmin(a.q, b.q) >= line->weight->most)
         return 0;
-    count = insert(x, count, 0);
-    if (weight->lobe == IBL_LOBE_GGX) {
-        count = insert(x, count, -32 * sqrt(weight->a2));
-        count = insert(x, count, 32 * sqrt(weight->a2));
+    const double reach0 = reach_at(line, a.q), reach1 = reach_at(line, b.q);
+    const double reach = reach0 < reach1 ? reach0 : reach1;
+    if (is_smooth(line, a, b, reach) || !(middle.s > a.s && middle.s < b.s)) {
+        const double share = (b.s - a.s) * line->pace / reach;
+        return gauss(line, a.s, b.s, share < 0.007 ? 2 : share < 0.03 ? 3 : 6);
     }
-    for (int k = 0; k < 2; k++) {
-        const double y = k ? lobe->y1 : lobe->y0;
-        count = cut_angle(lobe->aim, y, 0, x, count);
-        if (weight->least > 0)
-            count = cut_angle(lobe->aim, y, 1 - 2 * weight->least, x, count);
-    }
-    for (int k = 0; k + 1 < count; k++)
-        parts[k] = (struct cell){x[k], x[k + 1], 0, 1};
-    return count - 1;
+    middle.q = q_at(line, middle.s);
+    return integrate(line, a, middle) + integrate(line, middle, b);
 }
 
-/* Distance in theta from the peak. */
-static double away(const struct cell *c)
+/* Cuts a part in which q goes one way where the horizon is. */
+static double cut_horizon(const struct line *line, struct end a, struct end b)
 {
-    return c->x0 >= 0 ? c->x0 : c->x1 <= 0 ? -c->x1 : 0;
+    if ((a.q < 0.5) == (b.q < 0.5))
+        return integrate(line, a, b);
+    const double away =
+        line->parallel
+            ? 2 * asin(sqrt(fmin((0.5 - line->polar) / line->scale, 1)))
+            : 0.5 * pi;
+    const double middle = 0.5 * (a.s + b.s);
+    const double turn =
+        2 * pi * round((middle - line->foot) / (2 * pi)) + line->foot;
+    const double s = middle < turn ? turn - away : turn + away;
+    const struct end cut = {fmin(fmax(s, a.s), b.s), 0.5};
+    return integrate(line, a, cut) + integrate(line, cut, b);
 }
 
-/* What of a weight needs no digits. Charlie and Phong are next to nothing in
- * places; GGX never is, but for slivers above the horizon that are rounding
- * alone, a few times 1e-16 of (a2 / t)^2, and do not settle however often they
- * are halved. */
-static double worthless(const ibl_weight *w)
+/* Cuts it first where q is least, and where it is most. */
+static double whole(const struct line *line, struct end a, struct end b)
 {
-    const double horizon = 2 * w->a2 / (1 + w->a2);
+    double sum = 0;
 
-    return w->lobe == IBL_LOBE_GGX ? 1e-4 * horizon * horizon : 1e-5 * w->whole;
-}
-
-static void add_strip(struct lobe *lobe, const ibl_patch *patch)
-{
-    struct cell parts[MAX_PARTS];
-    double of[MAX_PARTS], whole = 0;
-    bool taken[MAX_PARTS] = {false};
-    const int count = cut_strip(lobe, patch, parts);
-
-    for (int k = 0; k < count; k++) {
-        of[k] = gauss(lobe, &parts[k]);
-        whole += of[k];
-    }
-    /* A point near the peak makes too much of it. */
-    lobe->floor = fmin(whole, lobe->weight->whole);
-    lobe->floor =
-        fmax(lobe->floor, (patch->x1 - patch->x0) * (patch->y1 - patch->y0) *
-                              worthless(lobe->weight));
-    for (int done = 0; done < count; done++) {
-        int next = -1;
-        for (int k = 0; k < count; k++) {
-            if (!taken[k] && (next < 0 || away(&parts[k]) < away(&parts[next])))
-                next = k;
-        }
-        refine(lobe, &parts[next], of[next], MAX_DEPTH);
-        taken[next] = true;
-    }
-}
-
-/* By half turns of phi, folded to 0..pi; those at the peak first. */
-double ibl_reference_patch(const ibl_aim *aim, const ibl_weight *weight,
-                           const ibl_patch *patch)
-{
-    static const int order[4] = {0, -1, 1, -2};
-    struct lobe lobe = {.aim = aim, .weight = weight};
-
-    for (int n = 0; n < 4; n++) {
-        const int k = order[n], turn = k == -2 ? -2 : k == 1 ? 2 : 0;
-        const double begin = fmax(patch->y0, k * REFERENCE_PI);
-        const double end = fmin(patch->y1, (k + 1) * REFERENCE_PI);
-        const double a = fabs(begin - turn * REFERENCE_PI);
-        const double b = fabs(end - turn * REFERENCE_PI);
-        if (begin < end) {
-            lobe.y0 = fmin(a, b);
-            lobe.y1 = fmax(a, b);
-            lobe.across0 = pow(sin(0.5 * lobe.y0), 2);
-            lobe.across1 = pow(sin(0.5 * lobe.y1), 2);
-            add_strip(&lobe, patch);
+    if (line->lean == 0 && line->turn == 0)
+        return 0;
+    for (int k = -2; k <= 2; k++) {
+        const double s = line->foot + k * pi;
+        if (s > a.s && s < b.s) {
+            const struct end cut = {s, q_at(line, s)};
+            sum += cut_horizon(line, a, cut);
+            a = cut;
         }
     }
-    return lobe.sum;
+    return sum + cut_horizon(line, a, b);
+}
+
+/* ---- patches ---------------------------------------------------------- */
+
+/* Between two parallels and two meridians. */
+struct patch {
+    double x[2], y[2];
+    double square[2];       /* sin^2(y / 2) */
+    struct line line[2][2]; /* parallels; meridians */
+    double right;           /* the flux through the second meridian */
+};
+
+static void set_meridian(const ibl_aim *aim, struct patch *p, int k, double y)
+{
+    const double half = sin(0.5 * y);
+
+    p->y[k] = y;
+    p->square[k] = half * half;
+    p->line[1][k] = meridian_at(aim, y);
+}
+
+/* Whether U is taken from the aim: near its peak, and inside Charlie's ring. */
+static bool is_inside(const ibl_aim *aim, const ibl_weight *w,
+                      const struct patch *p, double q[2][2])
+{
+    if (w->lobe == IBL_LOBE_CHARLIE)
+        return q[0][0] + q[0][1] + q[1][0] + q[1][1] < 1;
+    const double turn = 2 * pi * round((p->y[0] + p->y[1]) / (4 * pi));
+    const bool ahead = p->y[0] <= turn && p->y[1] >= turn;
+    const double square = ahead ? 0 : fmin(p->square[0], p->square[1]);
+    const bool level = p->x[0] <= 0 && p->x[1] >= 0;
+    const struct line *nearer = &p->line[0][p->x[0] < 0];
+    const double nearest = level ? aim->sin_theta * aim->sin_theta * square
+                                 : nearer->polar + nearer->scale * square;
+
+    return nearest < 0.25 * w->a2;
+}
+
+/* new_left: the meridian at the left is not that at the right of before. */
+static double patch_weight(const ibl_aim *aim, const ibl_weight *weight,
+                           struct patch *p, bool new_left)
+{
+    double q[2][2], sum = 0;
+
+    for (int k = 0; k < 4; k++) {
+        const struct line *parallel = &p->line[0][k / 2];
+        q[k / 2][k % 2] = parallel->polar + parallel->scale * p->square[k % 2];
+    }
+    const bool inside = is_inside(aim, weight, p, q);
+    const double left = p->right;
+    new_left = new_left || inside != p->line[1][0].inside;
+    for (int k = 0; k < 4; k++) {
+        struct line *line = &p->line[k / 2][k % 2];
+        const bool along = k < 2, second = k % 2;
+        const struct end a = {along ? p->y[0] : p->x[0],
+                              along ? q[second][0] : q[0][second]};
+        const struct end b = {along ? p->y[1] : p->x[1],
+                              along ? q[second][1] : q[1][second]};
+        line->weight = weight;
+        line->inside = inside;
+        const double flux = k == 2 && !new_left ? left : whole(line, a, b);
+        sum += second ? flux : -flux;
+        if (k == 3)
+            p->right = flux;
+    }
+    return fmax(sum, 0);
+}
+
+/* Pixels are divided down to an eighth of a turn along either axis, so that
+ * none is at the aim and at what is opposite of it. */
+void ibl_reference_patches(const ibl_aim *aim, const ibl_weight *weight,
+                           const ibl_pixels *run, double *out)
+{
+    const int rows = (3 + run->h) / run->h, columns = (7 + run->w) / run->w;
+    struct patch p = {.right = 0};
+
+    for (int i = run->begin; i < run->end; i++)
+        out[i - run->begin] = 0;
+    for (int k = 0; k < rows; k++) {
+        for (int m = 0; m < 2; m++) {
+            p.x[m] =
+                pi * (run->j + (double)(k + m) / rows) / run->h - aim->theta;
+            p.line[0][m] = parallel_at(aim, p.x[m]);
+        }
+        for (int n = 0; n <= (run->end - run->begin) * columns; n++) {
+            const double at = run->begin + (double)n / columns;
+            p.y[0] = p.y[1];
+            p.square[0] = p.square[1];
+            p.line[1][0] = p.line[1][1];
+            set_meridian(aim, &p, 1, 2 * pi * (at / run->w - 0.5) - aim->phi);
+            if (n)
+                out[(n - 1) / columns] += patch_weight(aim, weight, &p, n == 1);
+        }
+    }
 }

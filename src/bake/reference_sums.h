@@ -12,15 +12,23 @@
 struct ibl_reference {
     ibl_ctx *ctx;
     const ibl_image *env;
-    double yaw;        /* radians, 0..2 pi: the map's azimuth is the world's
-                          plus this */
-    int padded;        /* width, rounded up to whole LANES */
-    double *half_sin;  /* padded: of half the azimuth of a column's centre,
-                          infinite beyond width */
-    double *half_cos;  /* padded */
-    double *row_theta; /* height: of the row's centre */
-    double *row_angle; /* height: solid angle of one of its pixels */
+    double yaw; /* radians, 0..2 pi: the map's azimuth is the world's
+                   plus this */
+    double *cos_phi, *sin_phi; /* width + 1 of each of REFERENCE_POINTS: of the
+                                  map's azimuth at points in a column */
+    double *row_angle;         /* height: solid angle of one of its pixels */
 };
+
+enum {
+    REFERENCE_POINTS = 5 /* in a pixel's width: 2 of Gauss' rule, 3 of his */
+};
+
+/* Gauss' points on -1..1 and their weights; n is 2, 3, 4 or 6. */
+typedef struct ibl_gauss {
+    double node[6], mass[6];
+} ibl_gauss;
+
+const ibl_gauss *ibl_reference_gauss(int n);
 
 /* A sum that carries what rounding dropped (Neumaier 1974). */
 typedef struct ibl_exact {
@@ -45,14 +53,8 @@ static inline double ibl_exact_total(const ibl_exact *s)
 typedef struct ibl_aim {
     double theta; /* from +Y */
     double phi;   /* the map's azimuth, -pi..pi */
-    double sin_theta;
+    double sin_theta, cos_theta;
 } ibl_aim;
-
-/* A rectangle in theta and phi, as offsets from an aim. */
-typedef struct ibl_patch {
-    double x0, x1; /* theta */
-    double y0, y1; /* phi, -2 pi..2 pi */
-} ibl_patch;
 
 /*
  * A lobe's weight as a function of q, the squared sine of half the angle from
@@ -63,18 +65,30 @@ typedef struct ibl_patch {
  */
 typedef struct ibl_weight {
     ibl_lobe lobe;
-    double a2, power, scale;
+    double alpha, a2, power, scale;
     double least, most; /* q; elsewhere the weight is less than 1e-20 */
-    double whole;       /* its integral over the sphere is at most this */
+    double total;       /* its integral over q */
 } ibl_weight;
 
 /* alpha in [1e-75, 1]; Charlie's no less than 1e-9. */
 ibl_weight ibl_reference_weight(ibl_lobe lobe, double alpha);
-double ibl_reference_weight_at(const ibl_weight *weight, double q);
 
-/* The integral of a weight over a patch. Relative error about 1e-8. */
-double ibl_reference_patch(const ibl_aim *aim, const ibl_weight *weight,
-                           const ibl_patch *patch);
+/*
+ * The integrals of a weight over pixels begin..end - 1 of row j of a w x h map,
+ * counted from 0 around the circle either way, less than a turn from the aim.
+ * Relative error about 1e-10.
+ */
+typedef struct ibl_pixels {
+    int w, h, j, begin, end;
+} ibl_pixels;
+
+void ibl_reference_patches(const ibl_aim *aim, const ibl_weight *weight,
+                           const ibl_pixels *run, double *out);
+
+/* Whether there are a reference and, if count is not 0, what a call reads and
+ * where it writes: IBL_ERR_ARGUMENT. */
+ibl_status ibl_reference_check(const ibl_reference *ref, size_t count,
+                               const void *in, const void *out);
 
 /* Rows that a job takes, so that it takes about a millisecond. */
 int ibl_reference_strip(const ibl_reference *ref, int pixels);

@@ -5,10 +5,10 @@
  * A half plane through the vertical axis, at azimuth phi, meets a texel in one
  * interval of theta: on a face a meridian is a straight line and a texel is
  * convex. The integral over the interval is exact, with sin(theta) dtheta
- * against constants (a pixel's row) or against pieces from centre to centre.
- * What is left is an integral over phi of a function that is smooth but where
- * the meridian passes a corner of the texel, a boundary of the source's columns
- * or a point where one of the texel's edges crosses a boundary of its rows.
+ * against constants, the rows of the source or of its interpolation's finer
+ * pixels. What is left is an integral over phi of a function that is smooth but
+ * where the meridian passes a corner of the texel, a boundary of columns or a
+ * point where one of the texel's edges crosses a boundary of rows.
  * Between those knots, which are all found in closed form, it is done by Gauss
  * points. An edge at height y and distance a from the axis, its foot at azimuth
  * phi_f, has cot(theta) = y / a cos(phi - phi_f), no knot interval is longer
@@ -169,17 +169,18 @@ static void interval(const struct region *r, double phi, double *from,
 
 struct texels {
     const ibl_reference *ref;
-    int size;
-    bool linear_x, linear_y;
+    int base, size;
+    int finer_x, finer_y; /* pixels for each of the source */
+    int columns, rows;    /* of them */
+    double *bend;         /* rows of the source less 1: see find_bends */
     const ibl_texel *texel;
     double *rgb;
     double *knots; /* max_knots of each worker */
 };
 
-static size_t max_knots(const ibl_image *env)
+static size_t max_knots(const struct texels *t)
 {
-    return 2 * (size_t)env->width + 4 +
-           MAX_EDGES * 2 * ((size_t)env->height + 2) + 64;
+    return (size_t)t->columns + 4 + MAX_EDGES * 2 * ((size_t)t->rows + 2) + 64;
 }
 
 struct knots {
@@ -206,17 +207,16 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Where the edges meet the boundaries of rows, or their centres. */
+/* Where the edges meet the boundaries of rows. */
 static void keep_crossings(const struct texels *t, struct knots *k)
 {
     const struct region *r = k->r;
-    const int h = t->ref->env->height;
-    const double shift = t->linear_y ? 0.5 : 0;
-    const int first = (int)floor(r->theta0 / pi * h - shift);
-    const int last = (int)ceil(r->theta1 / pi * h - shift);
+    const int h = t->rows;
+    const int first = (int)floor(r->theta0 / pi * h);
+    const int last = (int)ceil(r->theta1 / pi * h);
 
-    for (int j = first < 0 ? 0 : first; j <= last && j + shift <= h; j++) {
-        const double theta = pi * (j + shift) / h;
+    for (int j = first < 0 ? 0 : first; j <= last && j <= h; j++) {
+        const double theta = pi * j / h;
         const double cot = cos(theta) / sin(theta);
         for (int e = 0; e < r->edges; e++) {
             const double c = cot / r->edge[e].slope;
@@ -232,9 +232,7 @@ static size_t find_knots(const struct texels *t, const struct region *r,
                          double *at)
 {
     struct knots k = {r, at, 0};
-    const double per_turn =
-        (t->linear_x || t->linear_y ? 2.0 : 1.0) * t->ref->env->width;
-    /* In units of columns, or of half columns where centres count too. */
+    const double per_turn = t->columns;
     const double from = ((r->phi0 + t->ref->yaw) / (2 * pi) + 0.5) * per_turn;
     const double to = ((r->phi1 + t->ref->yaw) / (2 * pi) + 0.5) * per_turn;
 
@@ -256,111 +254,85 @@ static size_t find_knots(const struct texels *t, const struct region *r,
 
 /* ---- the source along a meridian -------------------------------------- */
 
-/* Row j where the azimuth's coordinate in columns is x. */
-static void row_value(const struct texels *t, int j, double x, double rgb[3])
+/*
+ * The b of the weights t + b t (1 - t) between each two rows of the source: by
+ * solid angle, the finer rows before the border of the two count as one of the
+ * upper altogether, the others as one of the lower.
+ */
+static void find_bends(const struct texels *t)
 {
-    const int w = t->ref->env->width;
-    const float *row = t->ref->env->data + 3 * (size_t)j * (size_t)w;
-    const double at = t->linear_x ? floor(x - 0.5) : floor(x);
-    const double weight = t->linear_x ? x - 0.5 - at : 0;
-    const int left = (int)(at - w * floor(at / w)) % w;
-    const int right = (left + 1) % w;
+    for (int j = 0; j + 1 < t->ref->env->height; j++) {
+        /* The first finer row whose centre is not before that of row j. */
+        const int first = j * t->finer_y + t->finer_y / 2;
+        ibl_exact lacks = {0, 0}, takes = {0, 0};
+        for (int row = first; row < first + t->finer_y; row++) {
+            const double w = (row + 0.5) / t->finer_y - 0.5 - j;
+            const double zone = sin(pi * (row + 0.5) / t->rows);
+            ibl_exact_add(&lacks, ((w > 0.5) - w) * zone);
+            ibl_exact_add(&takes, w * (1 - w) * zone);
+        }
+        const double room = ibl_exact_total(&takes);
+        t->bend[j] = room > 0 ? ibl_exact_total(&lacks) / room : 0;
+    }
+}
 
-    for (int c = 0; c < 3; c++)
-        rgb[c] = (1 - weight) * (double)row[3 * left + c] +
-                 weight * (double)row[3 * right + c];
+/* Adds a part of a row of the source, which may be one beyond a pole: there it
+ * is that beside the pole, half a turn on. x: a finer pixel's centre, in
+ * columns of the source counted from the centre of the first. */
+static void add_source(const struct texels *t, int row, double x, double part,
+                       double rgb[3])
+{
+    const ibl_image *env = t->ref->env;
+    const int w = env->width, h = env->height;
+    const bool beyond = row < 0 || row >= h;
+    const int j = row < 0 ? 0 : row >= h ? h - 1 : row;
+    const float *source = env->data + 3 * (size_t)j * (size_t)w;
+    const double at = beyond ? x + 0.5 * w : x, left = floor(at);
+
+    for (int k = 0; k < 2; k++) {
+        const double weight = part * (k ? at - left : 1 - (at - left));
+        const int column = ((int)left + k + w) % w;
+        if (weight <= 0)
+            continue;
+        for (int c = 0; c < 3; c++)
+            rgb[c] += weight * (double)source[3 * column + c];
+    }
+}
+
+/* The value of a finer pixel: the source's own where they are the same. */
+static void pixel_value(const struct texels *t, int row, int column,
+                        double rgb[3])
+{
+    const double x = (column + 0.5) / t->finer_x - 0.5;
+    const double y = (row + 0.5) / t->finer_y - 0.5;
+    const int upper = (int)floor(y);
+    const bool inside = upper >= 0 && upper < t->ref->env->height - 1;
+    const double w = y - upper;
+    const double lower = w + (inside ? t->bend[upper] * w * (1 - w) : 0);
+
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    add_source(t, upper, x, 1 - lower, rgb);
+    if (lower > 0)
+        add_source(t, upper + 1, x, lower, rgb);
 }
 
 /* Adds the integral from..to of constant rows, and the solid angle. */
-static void add_patches(const struct texels *t, double x, double from,
+static void add_patches(const struct texels *t, int column, double from,
                         double to, double sum[4])
 {
-    const ibl_reference *ref = t->ref;
-    const int h = ref->env->height;
+    const int h = t->rows;
 
     for (int j = (int)(from / pi * h); j < h && pi * j / h < to; j++) {
-        const double top = pi * j / h, bottom = pi * (j + 1) / h;
-        const double a = fmax(from, top), b = fmin(to, bottom);
-        const double weight =
-            a == top && b == bottom
-                ? ref->row_angle[j] / (2 * pi / ref->env->width)
-                : 2 * sin(0.5 * (a + b)) * sin(0.5 * (b - a));
+        const double a = fmax(from, pi * j / h);
+        const double b = fmin(to, pi * (j + 1) / h);
+        const double weight = 2 * sin(0.5 * (a + b)) * sin(0.5 * (b - a));
         double rgb[3];
         if (b <= a)
             continue;
-        row_value(t, j, x, rgb);
+        pixel_value(t, j, column, rgb);
         for (int c = 0; c < 3; c++)
             sum[c] += weight * rgb[c];
         sum[3] += weight;
-    }
-}
-
-/* A row's value, beyond a pole that of the row next to it, half a turn on. */
-static void centre_value(const struct texels *t, int j, double x, double rgb[3])
-{
-    const int h = t->ref->env->height;
-
-    if (j < 0)
-        row_value(t, 0, x + 0.5 * t->ref->env->width, rgb);
-    else if (j >= h)
-        row_value(t, h - 1, x + 0.5 * t->ref->env->width, rgb);
-    else
-        row_value(t, j, x, rgb);
-}
-
-/*
- * The bend b of the weights t + b t (1 - t) between two row centres a step s
- * apart, around theta: the integral of ((t > 1/2) - t) sin over that of
- * t (1 - t) sin. With t = 1/2 + u / s only the odd part of the sine, around
- * theta, counts above and only the even part below:
- *     cot(theta) h (h - sin(h)) / (sin(h) - h cos(h)),   h = s / 2.
- */
-static double bend(double theta, double step)
-{
-    const double h = 0.5 * step;
-    const double ratio = h < 0.01 ? 0.5 * (1 + h * h / 20)
-                                  : (h - sin(h)) / (sin(h) - h * cos(h));
-
-    return h * ratio * cos(theta) / sin(theta);
-}
-
-/* The integral of the lower row's weight from..to, zero the upper's centre. */
-static double lower_weight(double zero, double step, double b, double from,
-                           double to)
-{
-    const double middle = 0.5 * (from + to), half = 0.5 * (to - from);
-    double sum = 0;
-
-    for (int k = 0; k < GAUSS; k++) {
-        const double theta = middle + half * node[k];
-        const double t = (theta - zero) / step;
-        sum += mass[k] * (t + b * t * (1 - t)) * sin(theta);
-    }
-    return sum * half;
-}
-
-/* The same for values that run from row centre to row centre. */
-static void add_linear(const struct texels *t, double x, double from, double to,
-                       double sum[4])
-{
-    const int h = t->ref->env->height;
-    const double step = pi / h;
-
-    for (int j = (int)floor(from / step - 0.5); (j + 0.5) * step < to; j++) {
-        const double zero = (j + 0.5) * step;
-        const double a = fmax(from, zero), b = fmin(to, zero + step);
-        const bool inside = j >= 0 && j < h - 1;
-        double upper[3], lower[3];
-        if (b <= a)
-            continue;
-        const double all = 2 * sin(0.5 * (a + b)) * sin(0.5 * (b - a));
-        const double second = lower_weight(
-            zero, step, inside ? bend((j + 1) * step, step) : 0, a, b);
-        centre_value(t, j, x, upper);
-        centre_value(t, j + 1, x, lower);
-        for (int c = 0; c < 3; c++)
-            sum[c] += all * upper[c] + second * (lower[c] - upper[c]);
-        sum[3] += all;
     }
 }
 
@@ -374,14 +346,11 @@ static void add_wedge(const struct texels *t, const struct region *r,
 
     for (int k = 0; k < GAUSS; k++) {
         const double phi = middle + half * node[k];
-        const double x =
-            ((phi + t->ref->yaw) / (2 * pi) + 0.5) * t->ref->env->width;
+        const double turns = (phi + t->ref->yaw) / (2 * pi) + 0.5;
+        const int column = (int)((turns - floor(turns)) * t->columns);
         double from, to, sum[4] = {0};
         interval(r, phi, &from, &to);
-        if (t->linear_y)
-            add_linear(t, x, from, to, sum);
-        else
-            add_patches(t, x, from, to, sum);
+        add_patches(t, column < t->columns ? column : 0, from, to, sum);
         for (int c = 0; c < 4; c++)
             wedge[c] += mass[k] * sum[c];
     }
@@ -392,7 +361,7 @@ static void add_wedge(const struct texels *t, const struct region *r,
 static void texel_job(void *arg, int job, int worker)
 {
     const struct texels *t = arg;
-    double *at = t->knots + (size_t)worker * max_knots(t->ref->env);
+    double *at = t->knots + (size_t)worker * max_knots(t);
     const struct region r = region_of(t->size, t->texel[job]);
     const size_t count = find_knots(t, &r, at);
     ibl_exact total[4] = {{0, 0}};
@@ -406,13 +375,17 @@ static void texel_job(void *arg, int job, int worker)
             ibl_exact_total(&total[c]) / ibl_exact_total(&total[3]);
 }
 
-static ibl_status check_texels(const ibl_reference *ref, int size,
+static ibl_status check_texels(const ibl_reference *ref, int base, int size,
                                const ibl_texel *texels, size_t count)
 {
     if (size < 1 || size > IBL_MAX_CUBE_SIZE)
         return ibl_fail(ref->ctx, IBL_ERR_ARGUMENT,
                         "a cube of size %d: must be 1 to %d", size,
                         IBL_MAX_CUBE_SIZE);
+    if (base < size || base > IBL_MAX_CUBE_SIZE)
+        return ibl_fail(ref->ctx, IBL_ERR_ARGUMENT,
+                        "size %d of level 0 of a cube: must be %d to %d", base,
+                        size, IBL_MAX_CUBE_SIZE);
     for (size_t k = 0; k < count; k++) {
         const ibl_texel t = texels[k];
         if (t.face < 0 || t.face >= IBL_FACES || t.x < 0 || t.x >= size ||
@@ -425,21 +398,49 @@ static ibl_status check_texels(const ibl_reference *ref, int size,
     return IBL_OK;
 }
 
-ibl_status ibl_reference_texels(const ibl_reference *ref, int size,
+/* The least number of parts of n that are `least` together. */
+static int parts(int n, int least)
+{
+    int count = 1;
+    while (count * n < least)
+        count++;
+    return count;
+}
+
+/* The grid that <ibl/ibl.h> says for the size of level 0. */
+static void find_grid(struct texels *t)
+{
+    const int w = t->ref->env->width, h = t->ref->env->height;
+    const int across = 4 * t->base, down = 2 * t->base;
+
+    t->finer_x = t->finer_y = 1;
+    if (w < across || h < down) {
+        t->finer_x = parts(w, across > 512 ? across : 512);
+        t->finer_x += t->finer_x * w % 2;
+        t->finer_y = parts(h, down);
+    }
+    t->columns = w * t->finer_x;
+    t->rows = h * t->finer_y;
+}
+
+ibl_status ibl_reference_texels(const ibl_reference *ref, int base, int size,
                                 const ibl_texel *texels, size_t count,
                                 double *rgb)
 {
-    ibl_status status = check_texels(ref, size, texels, count);
+    ibl_status status = ibl_reference_check(ref, count, texels, rgb);
+    if (!status)
+        status = check_texels(ref, base, size, texels, count);
     if (status)
         return status;
-    struct texels t = {.ref = ref,
-                       .size = size,
-                       .linear_x = ref->env->width < 4 * size,
-                       .linear_y = ref->env->height < 2 * size};
+    struct texels t = {.ref = ref, .base = base, .size = size};
+    find_grid(&t);
+    t.bend = ibl_alloc_array((size_t)ref->env->height, sizeof *t.bend);
     t.knots = ibl_alloc_array((size_t)ibl_ctx_threads(ref->ctx),
-                              max_knots(ref->env) * sizeof *t.knots);
-    if (!t.knots)
-        return ibl_no_memory(ref->ctx, "the reference's knots");
+                              max_knots(&t) * sizeof *t.knots);
+    if (t.knots && t.bend)
+        find_bends(&t);
+    else
+        status = ibl_no_memory(ref->ctx, "the reference's knots");
     for (size_t at = 0; at < count && !status;) {
         const int n = count - at < 65536 ? (int)(count - at) : 65536;
         t.texel = texels + at;
@@ -447,6 +448,7 @@ ibl_status ibl_reference_texels(const ibl_reference *ref, int size,
         status = ibl_run(ref->ctx, NULL, n, texel_job, &t);
         at += (size_t)n;
     }
+    ibl_free(t.bend);
     ibl_free(t.knots);
     return status;
 }

@@ -5,20 +5,21 @@
 #include <stdio.h>
 
 #include "bake/filter.h"
-#include "bake/tolerance.h"
 #include "brdf/lobe.h"
 #include "core/context.h"
 #include "image/cube.h"
 
 enum {
     MAX_SAMPLES = 1048576,
-    LOOKUPS_PER_TEXEL = 128 /* measured */
+    LOOKUPS_PER_TEXEL = 128, /* measured */
+    CHEAP_EDGE = 128         /* a cube of this is always worth making */
 };
 
 ibl_specular_options ibl_specular_options_default(void)
 {
     return (ibl_specular_options){.size = 256,
                                   .roughness_max = 1,
+                                  .tolerance = IBL_TOLERANCE_DEFAULT,
                                   .samples = 1024,
                                   .lod_bias = 1,
                                   .pdf_mip = 1};
@@ -62,10 +63,9 @@ ibl_status ibl_specular_check(ibl_ctx *ctx, const ibl_specular_options *o)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "%d levels of the one roughness %g: must be 1",
                         o->levels, o->roughness_min);
-    if (o->tolerance != 0 && !(o->tolerance >= 1e-4 && o->tolerance <= 1))
+    if (!(o->tolerance >= 1e-6 && o->tolerance <= 1))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "a tolerance of %g: must be 0 (off) or 0.0001 to 1",
-                        o->tolerance);
+                        "a tolerance of %g: must be 1e-6 to 1", o->tolerance);
     if (!(o->lod_bias >= -4 && o->lod_bias <= 4))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a lod bias of %g: must be -4 to 4", o->lod_bias);
@@ -84,7 +84,7 @@ ibl_status ibl_specular_check(ibl_ctx *ctx, const ibl_specular_options *o)
 
 /* ---- lookups ----------------------------------------------------------- */
 
-int ibl_lookup_limit(const ibl_image *env)
+static int lookup_limit(const ibl_image *env)
 {
     const double wanted = fmax(env->width / 2.0, env->height);
     int edge = 1;
@@ -93,12 +93,12 @@ int ibl_lookup_limit(const ibl_image *env)
     return edge;
 }
 
-double ibl_lookup_cost(int edge)
+static double lookup_cost(int edge)
 {
     return (double)LOOKUPS_PER_TEXEL * IBL_FACES * edge * edge;
 }
 
-bool ibl_lookup_has_level0(const ibl_specular_bake *b)
+static bool has_level0(const ibl_specular_bake *b)
 {
     const int size = b->layout.size;
     return b->layout.roughness[0] <= 0 && (size & (size - 1)) == 0 &&
@@ -131,22 +131,21 @@ static int lookup_edge(const ibl_specular_bake *b,
         wanted = fmax(wanted, edge);
         lookups += IBL_FACES * n * n * levels[l].samples;
     }
-    wanted = fmin(wanted, ibl_lookup_limit(b->env));
+    wanted = fmin(wanted, lookup_limit(b->env));
 
     int edge = 1;
     while (edge < wanted)
         edge *= 2;
-    while (edge > IBL_LOOKUP_CHEAP_EDGE && edge > size &&
-           ibl_lookup_cost(edge) > lookups)
+    while (edge > CHEAP_EDGE && edge > size && lookup_cost(edge) > lookups)
         edge /= 2;
     /* Level 0 of the output is there already, if it is of that kind. */
-    if (ibl_lookup_has_level0(b) && size >= edge && size <= 4 * edge)
+    if (has_level0(b) && size >= edge && size <= 4 * edge)
         return size;
     return edge;
 }
 
-ibl_status ibl_lookup_make(const ibl_specular_bake *b, int edge,
-                           ibl_pyramid *pyramid)
+static ibl_status lookup_make(const ibl_specular_bake *b, int edge,
+                              ibl_pyramid *pyramid)
 {
     const int levels = ibl_cube_most_levels(edge);
     if (edge == b->layout.size && b->layout.roughness[0] <= 0)
@@ -173,19 +172,18 @@ static double footprint(const ibl_image *env, int edge)
     return angle / (tent ? 6 : 12);
 }
 
-ibl_status ibl_specular_samples(const ibl_specular_bake *b,
-                                const ibl_pyramid *pyramid, int level,
-                                int count, ibl_samples *samples)
+static ibl_status make_samples(const ibl_specular_bake *b, int level, int count,
+                               ibl_samples *samples)
 {
     const double r = b->layout.roughness[level];
     const ibl_sampling sampling = {
         .shape = ibl_lobe_shape_of(b->opts->lobe, r * r),
         .count = count,
-        .edge = pyramid->size,
-        .levels = pyramid->levels,
+        .edge = b->pyramid.size,
+        .levels = b->pyramid.levels,
         .lod_bias = b->opts->lod_bias,
         .pdf_mip = b->opts->pdf_mip,
-        .footprint = footprint(b->env, pyramid->size),
+        .footprint = footprint(b->env, b->pyramid.size),
     };
     return ibl_samples_specular(b->ctx, &sampling, samples);
 }
@@ -194,8 +192,7 @@ static ibl_status bake_level(ibl_specular_bake *b, int level, int count)
 {
     char stage[32];
     ibl_samples samples;
-    ibl_status status =
-        ibl_specular_samples(b, &b->pyramid, level, count, &samples);
+    ibl_status status = make_samples(b, level, count, &samples);
     if (status)
         return status;
     snprintf(stage, sizeof stage, "specular %d", level);
@@ -206,13 +203,10 @@ static ibl_status bake_level(ibl_specular_bake *b, int level, int count)
 }
 
 ibl_status ibl_specular_sample(ibl_specular_bake *b,
-                               ibl_specular_level levels[IBL_MAX_LEVELS])
+                               const ibl_specular_level *levels)
 {
     const int count = b->layout.levels;
-    ibl_status status =
-        b->opts->tolerance > 0
-            ? ibl_tolerance_choose(b, levels)
-            : ibl_lookup_make(b, lookup_edge(b, levels), &b->pyramid);
+    ibl_status status = lookup_make(b, lookup_edge(b, levels), &b->pyramid);
     for (int l = 0; l < count && !status; l++)
         if (b->sampled[l])
             status = bake_level(b, l, levels[l].samples);

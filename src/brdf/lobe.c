@@ -30,7 +30,7 @@ static double ggx_integral(double alpha)
 
 ibl_lobe_shape ibl_lobe_shape_of(ibl_lobe lobe, double alpha)
 {
-    ibl_lobe_shape s = {lobe, fmax(alpha, 1e-75), 0, 0};
+    ibl_lobe_shape s = {lobe, fmax(alpha, 1e-75), 0, 0, 0};
     switch (lobe) {
     case IBL_LOBE_CHARLIE:
         s.power = 1 / (2 * s.alpha);

@@ -30,6 +30,7 @@ typedef struct ibl_lobe_shape {
     double alpha;
     double power; /* Charlie's s, Phong's n */
     double scale;
+    double split; /* of the far part, see there; else 0: the whole lobe */
 } ibl_lobe_shape;
 
 /* alpha in (0, 1]; below 1e-75, where its square would underflow, as there. */
@@ -61,6 +62,29 @@ static inline double ibl_lobe_value(const ibl_lobe_shape *s, double q,
                                     double cosine)
 {
     return cosine > 0 ? s->scale * ibl_lobe_d(s, q, cosine) * cosine : 0;
+}
+
+/*
+ * GGX in two parts, as Ewald's sums have it. With t = q + alpha^2 (1 - q) and
+ * x = split t,
+ *     near = K (1 + x) exp(-x),  far = K (1 - (1 + x) exp(-x)).
+ * The near part ends a few times 1 / sqrt(split) from R like a Gaussian. Of
+ * the far one, alpha^2 / t^2 has become a smooth function of t as wide as
+ * that: its harmonics end like a Gaussian at a few times sqrt(split).
+ */
+static inline double ibl_lobe_near_share(const ibl_lobe_shape *s, double q)
+{
+    const double x = s->split * (q + s->alpha * s->alpha * (1 - q));
+    return (1 + x) * exp(-x);
+}
+
+/* K, or its far part where there is a split. */
+static inline double ibl_lobe_far(const ibl_lobe_shape *s, double q,
+                                  double cosine)
+{
+    const double k = ibl_lobe_value(s, q, cosine);
+    const double x = s->split * (q + s->alpha * s->alpha * (1 - q));
+    return s->split > 0 ? k * (-expm1(-x) - x * exp(-x)) : k;
 }
 
 /* First and second derivative of D over D, to q. Those of Charlie have no

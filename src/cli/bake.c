@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cli/bake_verify.h"
+#include "cli/beyond.h"
 #include "cli/depfile.h"
 #include "cli/keys.h"
 #include "cli/preview.h"
@@ -31,7 +32,8 @@ const char *ibl_bake_specular_method(const ibl_bake *b)
 {
     bool spectral = false;
     for (int l = 0; l < b->made.report.layout.levels; l++)
-        spectral |= b->made.report.level[l].degree > 0;
+        spectral |= b->made.report.level[l].degree > 0 ||
+                    b->made.report.level[l].reach > 0;
     if (ibl_bake_is_sampled(b))
         return spectral ? "mixed" : "sampled";
     return spectral ? "spectral" : "environment";
@@ -39,9 +41,7 @@ const char *ibl_bake_specular_method(const ibl_bake *b)
 
 const char *ibl_bake_irradiance_method(const ibl_bake *b)
 {
-    if (b->made.irradiance_degree)
-        return "spectral";
-    return b->opts->irradiance.step > 0 ? "hemisphere grid" : "pixel sum";
+    return b->made.irradiance_degree ? "spectral" : "hemisphere grid";
 }
 
 const char *ibl_bake_lut_method(const ibl_bake *b)
@@ -85,6 +85,7 @@ static ibl_status put_texture(ibl_bake *b, ibl_output_kind kind,
                               ibl_texture *tex)
 {
     ibl_baked *file = &b->files[kind];
+    ibl_overflow_level beyond = {0};
     ibl_status status = ibl_keys_set(b, kind, tex);
 
     if (!status && b->opts->verify)
@@ -100,25 +101,27 @@ static ibl_status put_texture(ibl_bake *b, ibl_output_kind kind,
         status = ibl_outputs_take_texture(b->outputs, file->path, tex,
                                           (ibl_container)b->opts->format,
                                           &file->bytes);
-    if (!status && file->saturated)
-        ibl_console_warn(
-            b->console,
-            "%s: %zu values above %.9g became that, the largest of %s: use "
-            "--pixel rgba32f to keep them",
-            file->path, file->saturated,
-            (double)ibl_pixel_max(file->shape.pixel),
-            ibl_pixel_name(file->shape.pixel));
+    for (int l = 0; l < file->shape.levels; l++)
+        ibl_beyond_add(&file->beyond[l], &beyond);
+    if (!status)
+        ibl_beyond_warn(b->console, file->path, file->shape.pixel,
+                        (ibl_overflow)b->opts->overflow, &beyond);
     return status;
 }
 
 static ibl_status put_cube(ibl_bake *b, ibl_output_kind kind,
                            const ibl_cube *cube)
 {
+    ibl_baked *file = &b->files[kind];
+    ibl_overflow_report report = {0};
     ibl_texture tex = {0};
+
     ibl_console_progress(b->console, "write", 0);
     const ibl_status status =
-        ibl_texture_from_cube(b->ctx, cube, (ibl_pixel)b->opts->pixel, &tex,
-                              &b->files[kind].saturated);
+        ibl_texture_from_cube(b->ctx, cube, (ibl_pixel)b->opts->pixel,
+                              (ibl_overflow)b->opts->overflow, &tex, &report);
+    file->saturated = report.values;
+    memcpy(file->beyond, report.level, sizeof file->beyond);
     return status ? status : put_texture(b, kind, &tex);
 }
 
@@ -127,26 +130,9 @@ static ibl_status make_skybox(ibl_bake *b)
     return put_cube(b, IBL_OUTPUT_SKYBOX, &b->made.skybox);
 }
 
-/* Roughness grows with the level: those that are too narrow come first. */
-static void warn_of_narrow_lobes(const ibl_bake *b)
-{
-    const ibl_specular_report *made = &b->made.report;
-    int l = made->layout.levels - 1;
-
-    while (l >= 0 && !made->level[l].samples)
-        l--;
-    if (l >= 0)
-        ibl_console_warn(b->console,
-                         "--method spectral: levels up to roughness %.3g are "
-                         "sampled: their lobes are too narrow for a map of "
-                         "%dx%d: take a larger one or fewer --levels",
-                         made->layout.roughness[l], b->width, b->height);
-}
-
 static ibl_status make_specular(ibl_bake *b)
 {
-    if (b->opts->specular.method == IBL_METHOD_SPECTRAL)
-        warn_of_narrow_lobes(b);
+    ibl_warn_of_small_faces(b->console, &b->made.report.layout);
     if (b->opts->sampling[0] &&
         !strcmp(ibl_bake_specular_method(b), "spectral"))
         ibl_console_warn(b->console,
@@ -228,8 +214,8 @@ static ibl_status bake_rows(ibl_bake *b, const ibl_environment *rows)
         .sh_degree = b->files[IBL_OUTPUT_JSON].path ? b->opts->sh_degree : -1,
         .yaw_deg = b->opts->yaw_deg};
 
-    b->width = rows->width;
-    b->height = rows->height;
+    b->width = rows->image ? rows->image->width : rows->width;
+    b->height = rows->image ? rows->image->height : rows->height;
     return ibl_bake_environment(b->ctx, rows, &options, &b->made);
 }
 
@@ -244,8 +230,7 @@ static ibl_status make_environment(ibl_bake *b)
     if (b->opts->verify || b->opts->preview) {
         status =
             ibl_image_read(b->ctx, b->opts->input, read, &b->env, &b->report);
-        const ibl_environment rows = {
-            .width = b->env.width, .height = b->env.height, .image = &b->env};
+        const ibl_environment rows = {.image = &b->env};
         return status ? status : bake_rows(b, &rows);
     }
     status = ibl_source_open(b->ctx, b->opts->input, read, &source);
@@ -307,8 +292,7 @@ static void tell(const ibl_bake *b)
 
 static void free_bake(ibl_bake *b)
 {
-    ibl_signals_guard(NULL);
-    ibl_outputs_free(b->outputs);
+    ibl_end_outputs(b->outputs);
     ibl_report_free(&b->judged);
     ibl_judge_free(b->judge);
     ibl_image_free(&b->env);

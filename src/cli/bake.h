@@ -14,6 +14,7 @@ typedef struct ibl_baked {
     size_t bytes;      /* of the file */
     ibl_texture shape; /* of the texture, without data and keys */
     size_t saturated;  /* values beyond what the pixel holds */
+    ibl_overflow_level beyond[IBL_MAX_LEVELS]; /* of a cube */
 } ibl_baked;
 
 typedef struct ibl_bake {
@@ -42,8 +43,7 @@ bool ibl_bake_is_sampled(const ibl_bake *b);
 /* "spectral", "sampled", or "mixed" where levels differ; "environment" where
  * all are that. */
 const char *ibl_bake_specular_method(const ibl_bake *b);
-/* "spectral", "pixel sum" or "hemisphere grid"; "quadrature" or "hammersley".
- */
+/* "spectral" or "hemisphere grid"; "quadrature" or "hammersley". */
 const char *ibl_bake_irradiance_method(const ibl_bake *b);
 const char *ibl_bake_lut_method(const ibl_bake *b);
 

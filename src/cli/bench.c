@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include "cli/scratch.h"
-#include "cli/signals.h"
 #include "cli/start.h"
 
 static void free_point(ibl_bench_point *p)
@@ -90,8 +89,7 @@ static bool write_reports(const ibl_bench *b, const report *reports, int count)
     if (status)
         ibl_console_fail(b->console, "the reports: %s",
                          ibl_status_text(status));
-    ibl_signals_guard(NULL);
-    ibl_outputs_free(outputs);
+    ibl_end_outputs(outputs);
     ibl_ctx_free(ctx);
     return !status;
 }

@@ -9,6 +9,7 @@
 
 #include "cli/bench.h"
 #include "cli/scratch.h"
+#include "common/json_load.h"
 
 static bool empty_directory(const ibl_bench *b, const ibl_bench_point *p)
 {
@@ -45,9 +46,10 @@ static void read_stages(const ibl_bench *b, ibl_bench_point *p, int round)
     char path[4200];
     const char *name;
     json_t *value;
+    ibl_json_why why;
 
     snprintf(path, sizeof path, "%s/bake.json", p->directory);
-    json_t *root = json_load_file(path, 0, NULL);
+    json_t *root = ibl_json_load(path, 0, &why);
     json_t *seconds =
         json_object_get(json_object_get(root, "timings"), "seconds");
     json_object_foreach(seconds, name, value)

@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* The command line of iblbake bench. */
-#include <errno.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "cli/bench.h"
@@ -40,15 +38,14 @@ static bool put(ibl_bench_list *list, int value)
 }
 
 /* Numbers in low..high, separated by commas. */
-static bool parse_numbers(ibl_bench_list *list, const char *value, long low,
-                          long high)
+static bool parse_numbers(ibl_bench_list *list, const char *value, int low,
+                          int high)
 {
     list->count = 0;
     for (;;) {
-        char *end;
-        errno = 0;
-        const long n = strtol(value, &end, 10);
-        if (end == value || errno || n < low || n > high || !put(list, (int)n))
+        const char *end;
+        int n;
+        if (!ibl_number_int(value, low, high, &n, &end) || !put(list, n))
             return false;
         if (!*end)
             return true;

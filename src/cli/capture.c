@@ -279,8 +279,7 @@ static ibl_status bake_cube(const taker *t, ibl_cube *cube,
     if (!status)
         status = find_level0(t, cube, own.specular_options.size, &level0);
     if (!status) {
-        const ibl_environment env = {
-            .width = map.width, .height = map.height, .image = &map};
+        const ibl_environment env = {.image = &map};
         own.level0 = level0.data ? &level0 : NULL;
         status = ibl_bake_environment(t->ctx, &env, &own, made);
     }

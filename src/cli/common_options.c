@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* The options that every command has. */
-#include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "cli/option.h"
@@ -22,15 +20,14 @@ static const struct {
 bool ibl_rotate_parse(void *yaw_deg, const char *value)
 {
     double *yaw = yaw_deg;
-    char *end;
+    const char *end;
 
     for (size_t i = 0; i < sizeof presets / sizeof presets[0]; i++)
         if (!strcmp(value, presets[i].name)) {
             *yaw = presets[i].yaw_deg;
             return true;
         }
-    *yaw = strtod(value, &end);
-    return end != value && !*end && fabs(*yaw) <= 360;
+    return ibl_number_real(value, -360, 360, yaw, &end) && !*end;
 }
 
 /* clang-format off */

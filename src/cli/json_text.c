@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/json_text.h"
 
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "cli/json_put.h"
 #include "common/memory_file.h"
+#include "common/number.h"
 
 /* Length of the string that begins at the quote s, quotes included. */
 static size_t string_length(const char *s)
@@ -34,20 +36,13 @@ static size_t put_number(const char *s, FILE *to)
 {
     const size_t length = strspn(s, "+-.0123456789eE");
     const double x = strtod(s, NULL);
-    char text[40];
+    char text[IBL_NUMBER_BYTES];
 
     if (!memchr(s, '.', length) && !memchr(s, 'e', length)) {
         fprintf(to, "%.*s", (int)length, s);
         return length;
     }
-    /* Most need 16 or 17: then the fewer are not all tried. */
-    snprintf(text, sizeof text, "%.15g", x);
-    for (int digits = strtod(text, NULL) == x ? 1 : 16; digits <= 17;
-         digits++) {
-        snprintf(text, sizeof text, "%.*g", digits, x);
-        if (strtod(text, NULL) == x)
-            break;
-    }
+    ibl_number_text(x, text);
     /* Still a real, for readers that tell 1 from 1.0. */
     fprintf(to, "%s%s", text, strpbrk(text, ".e") ? "" : ".0");
     return length;
@@ -81,12 +76,12 @@ static void tidy(const char *s, FILE *to)
 }
 
 /* Not json_dumps, which does not notice that there is no memory for a key. */
-static char *dump(const json_t *root)
+char *ibl_json_dump(const json_t *root, size_t flags)
 {
     ibl_memory_file file;
     FILE *to = ibl_memory_open(&file);
 
-    if (to && json_dumpf(root, to, JSON_INDENT(2) | JSON_REAL_PRECISION(17))) {
+    if (to && json_dumpf(root, to, flags)) {
         free(ibl_memory_close(to, &file));
         return NULL;
     }
@@ -95,7 +90,7 @@ static char *dump(const json_t *root)
 
 char *ibl_json_text(const json_t *root)
 {
-    char *raw = dump(root);
+    char *raw = ibl_json_dump(root, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
     ibl_memory_file file;
     FILE *to = raw ? ibl_memory_open(&file) : NULL;
 
@@ -105,34 +100,51 @@ char *ibl_json_text(const json_t *root)
     return ibl_memory_close(to, &file);
 }
 
-json_t *ibl_json_string(const char *bytes)
+/* Bytes of the character that jansson finds there; 0: it is not UTF-8. */
+static size_t character_length(const char *bytes, size_t most)
 {
-    json_t *string = json_string(bytes);
-    const size_t length = strlen(bytes);
-    char *text = NULL, *to;
+    for (size_t n = 1; n <= 4 && n <= most; n++) {
+        json_t *piece = json_stringn(bytes, n);
+        json_decref(piece);
+        if (piece)
+            return n;
+    }
+    return 0;
+}
 
-    if (string)
-        return string;
-    to = text = malloc(3 * length + 1);
+/* A string of any bytes: those that are not UTF-8 become U+FFFD or, as '%' then
+ * does, too, %XX. */
+static json_t *mend(const char *bytes, bool percent)
+{
+    const size_t length = strlen(bytes);
+    char *text = malloc(3 * length + 1), *to = text;
+
     if (!text)
         return NULL;
     for (size_t i = 0; i < length;) {
-        /* The longest piece here that jansson takes as UTF-8. */
-        size_t n = 4;
-        json_t *piece = NULL;
-        while (n > 0 && !piece) {
-            if (n <= length - i)
-                piece = json_stringn(bytes + i, n);
-            n -= !piece;
+        const size_t n = character_length(bytes + i, length - i);
+        if (percent && (!n || bytes[i] == '%')) {
+            to += sprintf(to, "%%%02X", (unsigned char)bytes[i]);
+        } else {
+            memcpy(to, n ? bytes + i : "\xEF\xBF\xBD", n ? n : 3);
+            to += n ? n : 3;
         }
-        json_decref(piece);
-        memcpy(to, n ? bytes + i : "\xEF\xBF\xBD", n ? n : 3);
-        to += n ? n : 3;
         i += n ? n : 1;
     }
-    string = json_stringn(text, (size_t)(to - text));
+    json_t *string = json_stringn(text, (size_t)(to - text));
     free(text);
     return string;
+}
+
+json_t *ibl_json_string(const char *bytes)
+{
+    json_t *string = json_string(bytes);
+    return string ? string : mend(bytes, false);
+}
+
+json_t *ibl_json_encoded(const char *bytes)
+{
+    return mend(bytes, true);
 }
 
 json_t *ibl_json_generator(ibl_isa isa)

@@ -6,6 +6,8 @@
 
 #include <ibl/ibl.h>
 
+/* What jansson makes of root by its flags, for free(); NULL: no memory. */
+char *ibl_json_dump(const json_t *root, size_t flags);
 /*
  * JSON for people and programs: indented, arrays of plain values on one line,
  * each number with the fewest digits that read back as the same double. The
@@ -16,6 +18,9 @@ char *ibl_json_text(const json_t *root);
 
 /* A string of any bytes: those that are not UTF-8 become U+FFFD. */
 json_t *ibl_json_string(const char *bytes);
+/* The same so that it can be told what they were: those, and '%', become %XX.
+ * ibl_sidecar_load has the inverse. */
+json_t *ibl_json_encoded(const char *bytes);
 
 /* What has written a file. NULL: no memory. */
 json_t *ibl_json_generator(ibl_isa isa);

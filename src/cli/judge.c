@@ -20,7 +20,7 @@ typedef struct known {
     ibl_role role;
     ibl_lobe lobe;
     double roughness;
-    int size;
+    int base, size;
     size_t count;
     ibl_judged_texel *picks;
     double *truth; /* 3 each */
@@ -200,8 +200,8 @@ static ibl_status find_truth(const ibl_judge *j, known *k)
     }
     switch (k->role) {
     case IBL_ROLE_ENVIRONMENT:
-        status = ibl_reference_texels(j->reference, k->size, texels, k->count,
-                                      k->truth);
+        status = ibl_reference_texels(j->reference, k->base, k->size, texels,
+                                      k->count, k->truth);
         break;
     case IBL_ROLE_SPECULAR:
         status = ibl_reference_lobe(j->reference, k->lobe, k->roughness, dirs,
@@ -223,7 +223,8 @@ static ibl_status find_known(ibl_judge *j, const ibl_judge_level *level,
                              const known **out)
 {
     ibl_pick_scene scene = {.size = level->size, .light_count = j->light_count};
-    known want = {.role = level->role, .size = level->size};
+    known want = {
+        .role = level->role, .base = level->size, .size = level->size};
     known *k;
     ibl_status status;
 
@@ -235,9 +236,12 @@ static ibl_status find_known(ibl_judge *j, const ibl_judge_level *level,
         want.lobe = IBL_LOBE_GGX;
         want.role = IBL_ROLE_ENVIRONMENT;
     }
+    if (level->role == IBL_ROLE_ENVIRONMENT)
+        want.base = level->base;
     for (k = j->known; k; k = k->next)
         if (k->role == want.role && k->size == want.size &&
-            k->lobe == want.lobe && k->roughness == want.roughness) {
+            k->base == want.base && k->lobe == want.lobe &&
+            k->roughness == want.roughness) {
             *out = k;
             return IBL_OK;
         }
@@ -318,6 +322,51 @@ static void round_truth(const ibl_judge_level *level, const double *truth,
                          : (double)rgb[c] / level->scale;
 }
 
+/* The largest value of each channel that the level can have. */
+static void find_largest(const ibl_judge_level *level, float max[3])
+{
+    unsigned char bytes[16];
+
+    max[0] = max[1] = max[2] = FLT_MAX;
+    if (level->pixel == IBL_PIXEL_COUNT)
+        return;
+    ibl_pixel_encode(level->pixel, max, 1, bytes);
+    ibl_pixel_decode(level->pixel, bytes, 1, max);
+}
+
+/* The texel dx, dy aside, over edges too. False: there is none. */
+static bool neighbour(int n, ibl_texel at, int dx, int dy, ibl_texel *to)
+{
+    const double u = 2 * (at.x + dx + 0.5) / n - 1;
+    const double v = 2 * (at.y + dy + 0.5) / n - 1;
+    double d[3];
+
+    if (fabs(u) > 1 && fabs(v) > 1)
+        return false;
+    ibl_face_direction(at.face, u, v, d);
+    if (fabs(u) > 1 || fabs(v) > 1) {
+        /* Folded, it is half a texel from the edge on the other face. */
+        d[at.face / 2] *= 1 - 1.0 / n;
+        for (int k = 0; k < 3; k++)
+            d[k] = fmax(-1, fmin(d[k], 1));
+    }
+    *to = ibl_face_texel(n, d);
+    return true;
+}
+
+/* Whether a texel or one beside it is full. */
+static bool is_by_full(const ibl_judge_level *level, ibl_texel at, int channel,
+                       float max)
+{
+    for (int k = 0; k < 9; k++) {
+        ibl_texel t;
+        if (neighbour(level->size, at, k % 3 - 1, k / 3 - 1, &t) &&
+            texel_of(level, t)[channel] >= max)
+            return true;
+    }
+    return false;
+}
+
 static int by_error(const void *a, const void *b)
 {
     const ibl_judged_texel *x = a, *y = b;
@@ -382,8 +431,10 @@ static void find_worst(const known *k, ibl_verdict *v)
 static ibl_status compare(const ibl_judge *j, const ibl_judge_level *level,
                           const known *k, ibl_verdict *v)
 {
-    double wrong = 0, all = 0, rounding = 0;
+    double wrong = 0, all = 0, rounding = 0, overflow = 0;
+    float max[3];
 
+    find_largest(level, max);
     v->texels = malloc(k->count * sizeof *v->texels);
     ibl_judged_texel *sorted = malloc(k->count * sizeof *sorted);
     if (!v->texels || !sorted) {
@@ -393,19 +444,25 @@ static ibl_status compare(const ibl_judge *j, const ibl_judge_level *level,
     for (size_t i = 0; i < k->count; i++) {
         const float *x = texel_of(level, k->picks[i].at);
         const double *t = k->truth + 3 * i, w = k->picks[i].weight;
-        double got[3], rounded[3], off = 0, size = 0, loss = 0;
+        double got[3], rounded[3], off = 0, size = 0, loss = 0, beyond = 0;
         if (!is_finite(x))
             continue;
         round_truth(level, t, rounded);
         for (int c = 0; c < 3; c++) {
             got[c] = (double)x[c] / level->scale;
-            off += (got[c] - t[c]) * (got[c] - t[c]);
+            const double error = got[c] - t[c];
+            off += error * error;
             size += t[c] * t[c];
-            loss += (rounded[c] - t[c]) * (rounded[c] - t[c]);
+            if (t[c] * level->scale > (double)max[c] ||
+                (error > 0 && is_by_full(level, k->picks[i].at, c, max[c])))
+                beyond += error * error;
+            else
+                loss += (rounded[c] - t[c]) * (rounded[c] - t[c]);
         }
         wrong += w * off;
         all += w * size;
         rounding += w * loss;
+        overflow += w * beyond;
         v->texels[v->count] = k->picks[i];
         v->texels[v->count].value = t[0] + t[1] + t[2];
         v->texels[v->count++].error = ibl_relative_error(got, t, j->mean);
@@ -420,6 +477,9 @@ static ibl_status compare(const ibl_judge *j, const ibl_judge_level *level,
     v->nrmse = sqrt(wrong) / fmax(sqrt(all), (double)FLT_MIN);
     v->rounding = sqrt(rounding) / fmax(sqrt(all), (double)FLT_MIN);
     v->rounding_share = wrong > 0 ? fmin(rounding / wrong, 1) : 0;
+    v->overflow = sqrt(overflow) / fmax(sqrt(all), (double)FLT_MIN);
+    v->overflow_share = wrong > 0 ? overflow / wrong : 0;
+    v->pixel = level->pixel;
     return IBL_OK;
 }
 

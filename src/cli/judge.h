@@ -26,7 +26,12 @@
  *                   R + G + B, every texel of the level, weighted by solid
  *                   angle
  *   rounding        nRMSE of the truth itself when it is encoded as the pixel
- *                   format and decoded
+ *                   format and decoded, without what overflow has of it
+ *   overflow        what nRMSE has of components whose truth is beyond the
+ *                   largest value of the pixel format, and of those that are
+ *                   brighter than the truth beside such a light, in a texel
+ *                   that holds the largest value or next to one: what cannot
+ *                   be stored where it is, and where it went
  *   darkest tenth   of the texels in the order of the truth's R + G + B: the
  *                   relative error among these alone, where ringing and
  *                   cancellation show first
@@ -72,6 +77,8 @@ typedef struct ibl_judge_level {
     double scale;        /* what the truth is multiplied by: 1; pi where an
                             irradiance map holds E */
     int size;            /* of the faces */
+    int base;            /* ENVIRONMENT: size, or that of the level 0 that this
+                            is a mip of */
     const float *texels; /* 3 * 6 * size * size, as a level of ibl_cube */
     ibl_pixel pixel;     /* that they were decoded from; IBL_PIXEL_COUNT:
                             none, they are what they are */
@@ -99,7 +106,7 @@ typedef struct ibl_verdict {
     double roughness;
     int size;
     size_t count; /* texels judged, of which texels holds each */
-    double nrmse; /* these seven as defined above */
+    double nrmse; /* these eight as defined above */
     double median;
     double p95;
     double worst; /* the largest relative error */
@@ -109,6 +116,9 @@ typedef struct ibl_verdict {
     double rounding;
     double rounding_share; /* (rounding / nrmse)^2, at most 1: the part of the
                               squared error that the pixel format explains */
+    double overflow;
+    double overflow_share; /* as rounding_share */
+    ibl_pixel pixel;       /* as in ibl_judge_level */
     size_t nonfinite;      /* texels of the level with NaN or Inf */
     ibl_dark_verdict dark;
     ibl_judged_texel *texels;

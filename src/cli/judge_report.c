@@ -39,6 +39,7 @@ ibl_status ibl_report_add_cube(ibl_report *report, ibl_judge *judge,
                                            roughness ? roughness[l] : 0,
                                        .scale = 1,
                                        .size = ibl_cube_edge(cube->size, l),
+                                       .base = cube->size,
                                        .texels = ibl_cube_face(cube, l, 0),
                                        .pixel = pixel};
         status = ibl_report_add(report, judge, content, l, &level);
@@ -65,8 +66,13 @@ bool ibl_report_passes(const ibl_report *report, double max_error, char *why,
             return false;
         }
         if (!(v->nrmse <= max_error)) {
-            snprintf(why, size, "level %d of %s has an nRMSE of %.3g, above %g",
-                     row->level, row->content, v->nrmse, max_error);
+            snprintf(why, size,
+                     "level %d of %s has an nRMSE of %.3g, above %g%s",
+                     row->level, row->content, v->nrmse, max_error,
+                     v->overflow_share > 0.5
+                         ? ": most of it is light that its pixel cannot hold: "
+                           "use --pixel rgba32f"
+                         : "");
             return false;
         }
     }
@@ -118,6 +124,22 @@ static void print_dark(const ibl_report *report, FILE *to)
     }
 }
 
+/* With and without what the pixel format cannot hold. */
+static void print_overflow(const ibl_report *report, FILE *to)
+{
+    for (int i = 0; i < report->count; i++) {
+        const ibl_report_row *row = &report->rows[i];
+        const ibl_verdict *v = &row->verdict;
+        if (v->overflow > 0)
+            fprintf(to,
+                    "%-10s %2d light above %.9g, the most that %s holds, makes "
+                    "%.1f %% of the squared error: without it nRMSE is %.2e\n",
+                    row->content, row->level, (double)ibl_pixel_max(v->pixel),
+                    ibl_pixel_name(v->pixel), 100 * v->overflow_share,
+                    v->nrmse * sqrt(fmax(0, 1 - v->overflow_share)));
+    }
+}
+
 void ibl_report_print(const ibl_report *report, FILE *to)
 {
     const ibl_lut_verdict *lut = &report->lut;
@@ -130,6 +152,7 @@ void ibl_report_print(const ibl_report *report, FILE *to)
         print_row(&report->rows[i], to);
     if (report->count)
         print_dark(report, to);
+    print_overflow(report, to);
     if (report->has_lut)
         fprintf(to,
                 "BRDF table   size %d, %zu texels: largest error %.2e at N.V "
@@ -178,6 +201,8 @@ static json_t *row_json(const ibl_report_row *row)
     put(&j, "nonfinite", json_integer((json_int_t)v->nonfinite));
     put(&j, "rounding_nrmse", real(v->rounding));
     put(&j, "rounding_share", real(v->rounding_share));
+    put(&j, "overflow_nrmse", real(v->overflow));
+    put(&j, "overflow_share", real(v->overflow_share));
     return j;
 }
 

@@ -60,8 +60,7 @@ static void set_specular(setter *s, const ibl_bake *b)
             o->roughness_max);
     set(s, "iblbake.degrees", "%s", degrees);
     set(s, "iblbake.estimate", "%s", errors);
-    if (o->tolerance > 0)
-        set(s, "iblbake.tolerance", "%.9g", o->tolerance);
+    set(s, "iblbake.tolerance", "%.9g", o->tolerance);
     if (!ibl_bake_is_sampled(b))
         return;
     set(s, "iblbake.samples", "%s", samples);

@@ -1,9 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The bake and every option of its own: what it is called, takes, defaults to
  * and does. */
-#include <errno.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "cli/bake.h"
@@ -47,16 +45,12 @@ static bool parse_level_samples(void *field, const char *value)
     int *level_samples = field;
 
     for (;;) {
-        char *end;
-        errno = 0;
-        const long level = strtol(value, &end, 10);
-        if (end == value || *end != '=' || level < 0 || level >= IBL_MAX_LEVELS)
+        const char *end;
+        int level;
+        if (!ibl_number_int(value, 0, IBL_MAX_LEVELS - 1, &level, &end) ||
+            *end != '=' ||
+            !ibl_number_int(end + 1, 1, 1048576, &level_samples[level], &end))
             return false;
-        value = end + 1;
-        const long samples = strtol(value, &end, 10);
-        if (end == value || errno || samples < 1 || samples > 1048576)
-            return false;
-        level_samples[level] = (int)samples;
         if (!*end)
             return true;
         if (*end != ',')
@@ -69,18 +63,10 @@ static bool parse_level_samples(void *field, const char *value)
 static bool parse_range(void *field, const char *value)
 {
     double *range = field;
-    char *end;
+    const char *end;
 
-    const double low = strtod(value, &end);
-    if (end == value || *end != ':')
-        return false;
-    value = end + 1;
-    const double high = strtod(value, &end);
-    if (end == value || *end || !(low >= 0 && low <= high && high <= 1))
-        return false;
-    range[0] = low;
-    range[1] = high;
-    return true;
+    return ibl_number_real(value, 0, 1, &range[0], &end) && *end == ':' &&
+           ibl_number_real(end + 1, range[0], 1, &range[1], &end) && !*end;
 }
 
 #define FLAG(field) IBL_FLAG(ibl_opts, field)
@@ -92,7 +78,7 @@ static bool parse_range(void *field, const char *value)
 
 /* clang-format off */
 static const ibl_option outputs[] = {
-    {"output", 'o', TEXT(directory, "DIR"), .standard = "",
+    {"output", 'o', IBL_DIR(ibl_opts, directory), .standard = "",
      .help = "directory of the outputs, made if it is not there; required"},
     {"name", 0, TEXT(name, "NAME"),
      .standard = "ENV without directory and extension",
@@ -101,6 +87,9 @@ static const ibl_option outputs[] = {
      .help = "container, and the extension of its files"},
     {"pixel", 0, CHOICE(pixel, ibl_pixel_names),
      .help = "texels of the cubes; the LUT is rg32f with rgba32f, else rg16f"},
+    {"overflow", 0, CHOICE(overflow, ibl_overflow_names),
+     .help = "light of texels brighter than the pixel holds: spread over the "
+             "texels around them, or clip"},
     {"only", 0, OTHER(only, "LIST", parse_only),
      .allowed = "a list of specular, irradiance, lut, skybox, json",
      .standard = "all", .help = "make these outputs alone"},
@@ -149,23 +138,20 @@ static const ibl_option specular[] = {
      .standard = "0:1",
      .help = "make only what materials of these roughnesses need"},
     {"method", 0, CHOICE(method, ibl_method_names),
-     .help = "how levels are made: exactly, by spherical harmonics, or by "
-             "importance sampling; auto: exactly unless that takes much "
-             "longer"},
+     .help = "how levels are made: exactly (spectral), or by importance "
+             "sampling; auto: exactly, but for the levels of "
+             "--level-samples"},
     {"samples", 0, INT(specular.samples, 1, 1048576),
-     .standard = "1024, with --tolerance 65536",
-     .help = "samples for each texel of a sampled level, with --tolerance the "
-             "most"},
+     .help = "samples for each texel of a sampled level"},
     {"level-samples", 0, OTHER(specular.level_samples, "LIST",
      parse_level_samples),
      .allowed = "LEVEL=N,..., with N from 1 to 1048576",
      .standard = "",
-     .help = "samples of single levels, whatever --samples and --tolerance "
-             "say; auto samples them"},
-    {"tolerance", 0, REAL(specular.tolerance, "E", 1e-4, 1),
-     .standard = "5e-5 spectral, none sampled",
-     .help = "choose the lowest degree or the fewest samples of each level "
-             "whose estimated relative error is below E"},
+     .help = "samples of single levels, whatever --samples says; auto samples "
+             "them"},
+    {"tolerance", 0, REAL(specular.tolerance, "E", 1e-6, 1),
+     .help = "relative error that is accepted of 95 % of the texels of each "
+             "level; a larger one takes less time"},
     {"lod-bias", 0, REAL(specular.lod_bias, "BIAS", -4, 4),
      .help = "added to the mip level of each sample's lookup"},
     {"jitter", 0, FLAG(specular.jitter),
@@ -227,7 +213,6 @@ ibl_opts ibl_opts_default(void)
     };
 
     /* Enumerations and flags of the library, as ints that the table sets. */
-    o.specular.samples = 0; /* not said */
     o.roughness[0] = o.specular.roughness_min;
     o.roughness[1] = o.specular.roughness_max;
     o.method = (int)o.specular.method;

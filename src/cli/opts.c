@@ -64,11 +64,6 @@ static bool find_name(ibl_opts *o)
     return true;
 }
 
-enum {
-    USUAL_SAMPLES = 1024,
-    MOST_SAMPLES = 65536 /* where a tolerance chooses */
-};
-
 static void note_sampling(ibl_opts *o, bool given, const char *name)
 {
     const size_t used = strlen(o->sampling);
@@ -84,7 +79,7 @@ static void note_samplings(ibl_opts *o)
     const ibl_opts d = ibl_opts_default();
     const double bias = o->specular.lod_bias, usual = d.specular.lod_bias;
 
-    note_sampling(o, o->specular.samples, "--samples");
+    note_sampling(o, o->specular.samples != d.specular.samples, "--samples");
     note_sampling(o, bias < usual || bias > usual, "--lod-bias");
     note_sampling(o, o->specular.jitter, "--jitter");
     note_sampling(o, o->pdf_mip != d.pdf_mip, "--pdf-mip");
@@ -98,8 +93,6 @@ static bool finish_specular(ibl_opts *o)
     int most = 1;
 
     note_samplings(o);
-    if (!s->samples)
-        s->samples = s->tolerance > 0 ? MOST_SAMPLES : USUAL_SAMPLES;
     s->method = (ibl_method)o->method;
     s->lobe = (ibl_lobe)o->lobe;
     s->mapping = (ibl_roughness_map)o->mapping;
@@ -120,6 +113,11 @@ static bool finish_specular(ibl_opts *o)
         return ibl_misuse("--level-samples 0=%d: level 0 is the environment "
                           "itself and takes none: levels from 1 do",
                           s->level_samples[0]);
+    for (int l = 0; l < IBL_MAX_LEVELS; l++)
+        if (s->level_samples[l] && s->method == IBL_METHOD_SPECTRAL)
+            return ibl_misuse("--level-samples %d=%d: --method spectral "
+                              "samples no level: leave one of them out",
+                              l, s->level_samples[l]);
     for (int l = layout.levels; l < IBL_MAX_LEVELS; l++)
         if (s->level_samples[l])
             return ibl_misuse(

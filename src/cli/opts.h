@@ -30,6 +30,7 @@ typedef struct ibl_opts {
     const char *name; /* NULL until ibl_opts_finish finds it */
     int format;       /* ibl_container */
     int pixel;        /* ibl_pixel of the cubes */
+    int overflow;     /* ibl_overflow */
     unsigned only;    /* outputs that are wanted */
     int skybox;       /* edge; 0: none */
     ibl_specular_options specular;

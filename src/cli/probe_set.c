@@ -218,8 +218,9 @@ int ibl_most_levels(int size)
 static bool take_defaults(const ibl_json_at *at, ibl_set_bake *b)
 {
     static const char *const keys[] = {
-        "size",  "levels",    "mapping",    "method",   "samples", "tolerance",
-        "pixel", "container", "irradiance", "lut_size", "alpha",   NULL};
+        "size",      "levels",   "mapping",   "method",     "samples",
+        "tolerance", "pixel",    "container", "irradiance", "lut_size",
+        "alpha",     "overflow", NULL};
     ibl_json_at m[sizeof keys / sizeof *keys - 1];
 
     if (!at->value)
@@ -238,14 +239,17 @@ static bool take_defaults(const ibl_json_at *at, ibl_set_bake *b)
             ibl_json_choice(&m[3], ibl_method_names, &b->method)) &&
            (!m[4].value || ibl_json_int(&m[4], 1, 1048576, &b->samples)) &&
            (!m[5].value ||
-            ibl_json_real(&m[5], 1e-4, 1, false, &b->tolerance)) &&
+            ibl_json_real(&m[5], 1e-6, 1, false, &b->tolerance)) &&
            (!m[6].value ||
             ibl_json_choice(&m[6], ibl_pixel_names, &b->pixel)) &&
            (!m[7].value ||
             ibl_json_choice(&m[7], ibl_container_names, &b->container)) &&
            (!m[8].value || take_irradiance(&m[8], &b->irradiance)) &&
            (!m[9].value || ibl_json_int(&m[9], 1, 4096, &b->lut_size)) &&
-           (!m[10].value || ibl_json_choice(&m[10], ibl_set_alphas, &b->alpha));
+           (!m[10].value ||
+            ibl_json_choice(&m[10], ibl_set_alphas, &b->alpha)) &&
+           (!m[11].value ||
+            ibl_json_choice(&m[11], ibl_overflow_names, &b->overflow));
 }
 
 /* Entries in the order in which a point takes them; layers are in the same. */

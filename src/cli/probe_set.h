@@ -48,6 +48,7 @@ typedef struct ibl_set_bake {
     int samples;
     double tolerance;
     int pixel;      /* ibl_pixel */
+    int overflow;   /* ibl_overflow */
     int container;  /* ibl_container */
     int irradiance; /* edge; 0: spherical harmonics in the index */
     int alpha;      /* ibl_alpha, of the captures of probes */

@@ -16,7 +16,7 @@ typedef struct ibl_probes_opts {
     int grid;
     int sync;
     /* What the command line says in place of the set; -1: nothing. */
-    int container, pixel, size, levels;
+    int container, pixel, overflow, size, levels;
     int irradiance; /* edge; 0: spherical harmonics */
     int alpha;      /* ibl_alpha */
 } ibl_probes_opts;
@@ -35,6 +35,7 @@ typedef enum ibl_probes_file {
 typedef struct ibl_probes_layer {
     char hash[IBL_HASH_SIZE];         /* of its inputs and options */
     size_t saturated;                 /* values beyond what the pixel holds */
+    ibl_overflow_level beyond;        /* of all its levels together */
     double sh[IBL_PROBES_SH_NUMBERS]; /* irradiance / pi, if asked for */
     bool alpha;                       /* it has not seen everything */
     double alpha_sh[IBL_PROBES_SH_NUMBERS / 3]; /* as sh, of alpha */
@@ -51,17 +52,20 @@ typedef struct ibl_probes_texture {
 /* What an index says, or will say. */
 typedef struct ibl_probes_index {
     int layers;
+    int probes, dropped; /* of one that was read, and those of them that the
+                            set has no more */
     ibl_probes_layer *layer;
     ibl_probes_texture file[IBL_PROBES_TEXTURES];
 } ibl_probes_index;
 
 void ibl_probes_index_free(ibl_probes_index *index);
 
-/* Reads what a former run left in a directory; text is the file's (to be
- * freed) and index what it says. Silently empty where there is none or it is
- * damaged, of another version or edited: then everything is baked again. */
-void ibl_probes_index_read(const char *path, char **text,
-                           ibl_probes_index *index);
+/* Reads what a former run of perhaps another set left in a directory; text is
+ * the file's (to be freed) and index what it says. Silently empty where there
+ * is none or it is damaged, of another version or edited: then everything is
+ * baked again. */
+void ibl_probes_index_read(const char *path, const ibl_probe_set *set,
+                           char **text, ibl_probes_index *index);
 
 /* The text of an index; to be freed, NULL: no memory. options are those of
  * the specular cubes. */

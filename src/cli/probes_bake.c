@@ -6,6 +6,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "cli/beyond.h"
 #include "cli/capture.h"
 #include "cli/signals.h"
 #include "cli/start.h"
@@ -34,6 +35,8 @@ static ibl_status find_options(ibl_probes_bake *p)
         b->levels = o->levels > 0 ? o->levels : 0;
     if (o->pixel >= 0)
         b->pixel = o->pixel;
+    if (o->overflow >= 0)
+        b->overflow = o->overflow;
     if (o->container >= 0)
         b->container = o->container;
     if (o->irradiance >= 0)
@@ -45,21 +48,22 @@ static ibl_status find_options(ibl_probes_bake *p)
     s->levels = b->levels;
     s->mapping = (ibl_roughness_map)b->mapping;
     s->method = (ibl_method)b->method;
-    s->tolerance = b->tolerance;
+    if (b->tolerance > 0)
+        s->tolerance = b->tolerance;
     if (b->samples)
         s->samples = b->samples;
-    else if (b->tolerance > 0)
-        s->samples = 65536;
     p->options.irradiance = b->irradiance > 0;
     if (b->irradiance)
         p->options.irradiance_options.size = b->irradiance;
     p->options.sh_degree = b->irradiance ? -1 : IBL_PROBES_SH_DEGREE;
-    if (!ibl_specular_layout_of(s, &layout))
-        return IBL_OK;
-    ibl_console_fail(p->console,
-                     "--levels %d: a cube of size %d has 1 to %d levels",
-                     b->levels, b->size, ibl_most_levels(b->size));
-    return IBL_ERR_ARGUMENT;
+    if (ibl_specular_layout_of(s, &layout)) {
+        ibl_console_fail(p->console,
+                         "--levels %d: a cube of size %d has 1 to %d levels",
+                         b->levels, b->size, ibl_most_levels(b->size));
+        return IBL_ERR_ARGUMENT;
+    }
+    ibl_warn_of_small_faces(p->console, &layout);
+    return IBL_OK;
 }
 
 static ibl_status name_files(ibl_probes_bake *p)
@@ -122,15 +126,18 @@ static ibl_status take_texture(ibl_probes_bake *p, int kind, int layer,
 static ibl_status take_cube(ibl_probes_bake *p, int kind, int layer,
                             const ibl_cube *cube, const ibl_cube *alpha)
 {
+    ibl_probes_layer *l = &p->index.layer[layer];
+    ibl_overflow_report report = {0};
     ibl_texture tex = {0};
-    size_t saturated;
 
     ibl_console_progress(p->console, "texels", 0);
     ibl_status status = ibl_texture_from_cube(
-        p->ctx, cube, (ibl_pixel)p->set.bake.pixel, &tex, &saturated);
+        p->ctx, cube, (ibl_pixel)p->set.bake.pixel,
+        (ibl_overflow)p->set.bake.overflow, &tex, &report);
 
-    if (!status)
-        p->index.layer[layer].saturated += saturated;
+    l->saturated += report.values;
+    for (int i = 0; i < cube->levels; i++)
+        ibl_beyond_add(&report.level[i], &l->beyond);
     if (!status && alpha->data)
         status = ibl_texture_set_alpha(p->ctx, &tex, alpha);
     if (!status)
@@ -168,6 +175,16 @@ static ibl_status check_alpha(const ibl_probes_bake *p, const ibl_set_entry *e)
     return IBL_ERR_UNSUPPORTED;
 }
 
+static void warn_of_overflow(const ibl_probes_bake *p, const ibl_set_entry *e,
+                             const ibl_probes_layer *l)
+{
+    char name[512];
+
+    snprintf(name, sizeof name, "%s: %s", p->opts->input, e->capture.place);
+    ibl_beyond_warn(p->console, name, (ibl_pixel)p->set.bake.pixel,
+                    (ibl_overflow)p->set.bake.overflow, &l->beyond);
+}
+
 static ibl_status bake_layer(ibl_probes_bake *p, int layer)
 {
     const ibl_set_entry *e = &p->set.entry[layer];
@@ -194,14 +211,8 @@ static ibl_status bake_layer(ibl_probes_bake *p, int layer)
         take_sh(l, made.sh, alpha.sh);
     ibl_bake_result_free(&made);
     ibl_bake_result_free(&alpha);
-    if (!status && l->saturated)
-        ibl_console_warn(
-            p->console,
-            "%s: %s: %zu values above %.9g became that, the largest of %s: "
-            "use --pixel rgba32f to keep them",
-            p->opts->input, e->capture.place, l->saturated,
-            (double)ibl_pixel_max((ibl_pixel)p->set.bake.pixel),
-            ibl_pixel_name((ibl_pixel)p->set.bake.pixel));
+    if (!status)
+        warn_of_overflow(p, e, l);
     return status;
 }
 
@@ -342,8 +353,7 @@ static void tell(const ibl_probes_bake *p)
 
 static void free_probes(ibl_probes_bake *p)
 {
-    ibl_signals_guard(NULL);
-    ibl_outputs_free(p->outputs);
+    ibl_end_outputs(p->outputs);
     ibl_probes_release(p);
     for (int kind = 0; kind < 2; kind++)
         ibl_texture_free(&p->array[kind]);
@@ -386,6 +396,12 @@ int ibl_probes_run(const void *settings)
     if (!status)
         status = commit(&p);
     ibl_console_finish(&console);
+    if (!status && p.old.dropped)
+        ibl_console_warn(&console,
+                         "%s: %d of the %d probes that were there are not in "
+                         "%s and are gone",
+                         opts->output, p.old.dropped, p.old.probes,
+                         opts->input);
     if (status)
         ibl_console_fail(&console, "%s", ibl_status_text(status));
     else if (opts->common.verbose)

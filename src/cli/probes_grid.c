@@ -340,8 +340,7 @@ static ibl_status write_set(const ibl_probes_opts *opts, ibl_console *console,
         status = ibl_outputs_add(outputs, opts->output, text, strlen(text));
     if (!status)
         status = ibl_commit_outputs(outputs);
-    ibl_signals_guard(NULL);
-    ibl_outputs_free(outputs);
+    ibl_end_outputs(outputs);
     ibl_ctx_free(ctx);
     return status;
 }

@@ -5,10 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/beyond.h"
 #include "cli/json_put.h"
 #include "cli/json_text.h"
 #include "cli/probes.h"
-#include "common/memory_file.h"
+#include "common/json_load.h"
 
 enum {
     INDEX_VERSION = 1
@@ -22,17 +23,15 @@ void ibl_probes_index_free(ibl_probes_index *index)
     *index = (ibl_probes_index){0};
 }
 
-/* Name of what an index says but for its own hash. False: no memory. */
-static bool hash_index(json_t *root, char hash[IBL_HASH_SIZE])
+/* Name of what an index says, which has no hash of its own. False: no
+ * memory. */
+static bool hash_index(const json_t *root, char hash[IBL_HASH_SIZE])
 {
-    json_t *bare = json_copy(root);
+    char *text = ibl_json_dump(root, JSON_COMPACT | JSON_SORT_KEYS |
+                                         JSON_REAL_PRECISION(17));
 
-    json_object_del(bare, "hash");
-    char *text = json_dumps(bare, JSON_COMPACT | JSON_SORT_KEYS |
-                                      JSON_REAL_PRECISION(17));
     if (text)
         ibl_hash_bytes(text, strlen(text), hash);
-    json_decref(bare);
     free(text);
     return text != NULL;
 }
@@ -62,6 +61,11 @@ static bool get_layer(const json_t *entry, ibl_probes_index *index)
         return false;
     ibl_probes_layer *l = &index->layer[layer];
     l->saturated = (size_t)json_integer_value(saturated);
+    const json_t *beyond = json_object_get(entry, "beyond");
+    l->beyond.texels =
+        (size_t)json_integer_value(json_object_get(beyond, "texels"));
+    l->beyond.moved = json_number_value(json_object_get(beyond, "moved"));
+    l->beyond.lost = json_number_value(json_object_get(beyond, "lost"));
     for (size_t i = 0; sh && i < IBL_PROBES_SH_NUMBERS; i++)
         l->sh[i] =
             json_number_value(json_array_get(json_array_get(sh, i / 3), i % 3));
@@ -96,8 +100,8 @@ static bool take_index(json_t *root, ibl_probes_index *index)
     size_t i;
 
     if (json_integer_value(json_object_get(root, "version")) != INDEX_VERSION ||
-        !get_hash(root, "hash", said) || !hash_index(root, is) ||
-        strcmp(said, is) != 0)
+        !get_hash(root, "hash", said) || json_object_del(root, "hash") ||
+        !hash_index(root, is) || strcmp(said, is) != 0)
         return false;
     index->layers = (int)json_array_size(probes) + (global != NULL);
     index->layer = calloc((size_t)index->layers + 1, sizeof *index->layer);
@@ -116,37 +120,38 @@ static bool take_index(json_t *root, ibl_probes_index *index)
     return true;
 }
 
-/* All of a file, ended by a NUL; NULL where it cannot be read. */
-static char *read_text(const char *path)
+/* Counts the probes that set does not have, by name. */
+static void count_dropped(const json_t *root, const ibl_probe_set *set,
+                          ibl_probes_index *index)
 {
-    FILE *from = fopen(path, "rb");
-    ibl_memory_file file;
-    FILE *to = from ? ibl_memory_open(&file) : NULL;
-    char buffer[4096];
-    size_t got;
+    const json_t *probes = json_object_get(root, "probes"), *probe;
+    size_t k;
 
-    while (to && (got = fread(buffer, 1, sizeof buffer, from)) > 0)
-        fwrite(buffer, 1, got, to);
-    char *text = ibl_memory_close(to, &file);
-    if (text && ferror(from)) {
-        free(text);
-        text = NULL;
+    json_array_foreach((json_t *)probes, k, probe)
+    {
+        const char *name = json_string_value(json_object_get(probe, "name"));
+        int i = 0;
+        while (name && i < set->count && strcmp(set->entry[i].name, name) != 0)
+            i++;
+        index->probes++;
+        index->dropped += name && i == set->count;
     }
-    if (from)
-        fclose(from);
-    return text;
 }
 
-void ibl_probes_index_read(const char *path, char **text,
-                           ibl_probes_index *index)
+void ibl_probes_index_read(const char *path, const ibl_probe_set *set,
+                           char **text, ibl_probes_index *index)
 {
     json_t *root = NULL;
+    ibl_json_why why;
+    size_t size;
 
     *index = (ibl_probes_index){0};
-    *text = read_text(path);
+    *text = ibl_json_bytes(path, &size, &why);
     if (*text)
-        root = json_loads(*text, JSON_REJECT_DUPLICATES, NULL);
-    if (!root || !take_index(root, index))
+        root = ibl_json_parse(path, *text, size, JSON_REJECT_DUPLICATES, &why);
+    if (root && take_index(root, index))
+        count_dropped(root, set, index);
+    else
         ibl_probes_index_free(index);
     json_decref(root);
 }
@@ -267,6 +272,8 @@ static void put_layer(const builder *b, json_t **j, int layer)
     if (layer < b->set->count)
         put(j, "alpha", json_boolean(l->alpha));
     put(j, "saturated", json_integer((json_int_t)l->saturated));
+    if (l->beyond.texels)
+        put(j, "beyond", ibl_beyond_json(&l->beyond));
     if (!b->set->bake.irradiance) {
         json_t *sh = json_array();
         for (int i = 0; i < IBL_PROBES_SH_NUMBERS; i += 3)

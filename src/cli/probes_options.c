@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* iblbake probes on the command line. */
-#include <stdlib.h>
 #include <string.h>
 
 #include "cli/probes.h"
@@ -10,28 +9,23 @@
 
 static bool parse_irradiance(void *field, const char *value)
 {
-    char *end;
-    const long n = strtol(value, &end, 10);
+    const char *end;
 
     if (!strcmp(value, "sh")) {
         *(int *)field = 0;
         return true;
     }
-    if (end == value || *end || n < 1 || n > IBL_MAX_CUBE_SIZE)
-        return false;
-    *(int *)field = (int)n;
-    return true;
+    return ibl_number_int(value, 1, IBL_MAX_CUBE_SIZE, field, &end) && !*end;
 }
 
 #define FLAG(field) IBL_FLAG(ibl_probes_opts, field)
-#define TEXT(field, what) IBL_TEXT(ibl_probes_opts, field, what)
 #define INT(field, lo, hi) IBL_INT(ibl_probes_opts, field, lo, hi)
 #define CHOICE(field, names) IBL_CHOICE(ibl_probes_opts, field, names)
 #define OTHER(field, what, parse) IBL_OTHER(ibl_probes_opts, field, what, parse)
 
 /* clang-format off */
 static const ibl_option outputs[] = {
-    {"output", 'o', TEXT(output, "DIR"), .standard = "",
+    {"output", 'o', IBL_DIR(ibl_probes_opts, output), .standard = "",
      .help = "directory of the outputs, made if it is not there; required. "
              "With --grid the file that the set is written to, or else "
              "standard output"},
@@ -53,6 +47,9 @@ static const ibl_option overrides[] = {
      .help = "container of the arrays, and the extension of their files"},
     {"pixel", 0, CHOICE(pixel, ibl_pixel_names), .standard = FROM_SET,
      .help = "texels of the arrays"},
+    {"overflow", 0, CHOICE(overflow, ibl_overflow_names), .standard = FROM_SET,
+     .help = "light of texels brighter than the pixel holds: spread over the "
+             "texels around them, or clip"},
     {"size", 0, INT(size, 1, IBL_MAX_CUBE_SIZE), .standard = FROM_SET,
      .help = "edge of the largest specular level in texels"},
     {"levels", 0, INT(levels, 1, IBL_MAX_LEVELS), .standard = FROM_SET,
@@ -78,6 +75,7 @@ static void defaults(void *settings)
         (ibl_probes_opts){.common = ibl_common_default(),
                           .container = -1,
                           .pixel = -1,
+                          .overflow = -1,
                           .size = -1,
                           .levels = -1,
                           .irradiance = -1,

@@ -18,11 +18,11 @@ static void describe(const ibl_probes_bake *p, ibl_alpha alpha, FILE *to)
 
     fprintf(to,
             "iblbake %s %s %s\nsize %d levels %d mapping %d method %d "
-            "samples %d tolerance %.17g pixel %d irradiance %d\n"
+            "samples %d tolerance %.17g pixel %d overflow %d irradiance %d\n"
             "part %d strict %d any_aspect %d alpha %s layer %s\n",
             IBL_VERSION, IBL_REVISION, ibl_isa_name(p->isa), s->size, s->levels,
             (int)s->mapping, (int)s->method, s->samples, s->tolerance, b->pixel,
-            b->irradiance, r->part, r->strict, r->any_aspect,
+            b->overflow, b->irradiance, r->part, r->strict, r->any_aspect,
             ibl_alpha_name(alpha), r->layer ? r->layer : "");
 }
 
@@ -86,7 +86,8 @@ ibl_status ibl_probes_hash_inputs(ibl_probes_bake *p)
 
 ibl_status ibl_probes_look_back(ibl_probes_bake *p)
 {
-    ibl_probes_index_read(p->path[IBL_PROBES_INDEX], &p->old_text, &p->old);
+    ibl_probes_index_read(p->path[IBL_PROBES_INDEX], &p->set, &p->old_text,
+                          &p->old);
     for (int kind = 0; kind < IBL_PROBES_TEXTURES; kind++) {
         const ibl_probes_texture *t = &p->old.file[kind];
         char *path = *t->name ? ibl_path_join(p->opts->output, t->name) : NULL;

@@ -26,13 +26,11 @@ bool ibl_scratch_remove(const char *path)
 {
     const struct timespec pause = {0, 20000000};
 
-    /* What was just killed may still be writing. */
+    /* What was just killed may still be writing, or hold what is missing. */
     for (int attempt = 0; attempt < 50; attempt++) {
         if (!nftw(path, remove_entry, 16, FTW_DEPTH | FTW_PHYS) ||
             errno == ENOENT)
             return true;
-        if (errno != ENOTEMPTY && errno != EEXIST)
-            return false;
         nanosleep(&pause, NULL);
     }
     return false;

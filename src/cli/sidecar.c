@@ -7,14 +7,34 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/beyond.h"
 #include "cli/json_put.h"
 #include "cli/json_text.h"
+#include "common/sidecar_load.h"
+
+static bool is_utf8(const char *bytes)
+{
+    json_t *string = json_string(bytes);
+    json_decref(string);
+    return string != NULL;
+}
+
+/* All of a sidecar's names of files are, where one of them has to be. */
+static bool has_encoded_names(const ibl_bake *b)
+{
+    return !is_utf8(b->opts->input) || !is_utf8(b->opts->name);
+}
+
+static json_t *file_name(const ibl_bake *b, const char *name)
+{
+    return has_encoded_names(b) ? ibl_json_encoded(name) : json_string(name);
+}
 
 static json_t *source(const ibl_bake *b)
 {
     const ibl_read_report *r = &b->report;
     json_t *j = json_object();
-    put(&j, "path", ibl_json_string(b->opts->input));
+    put(&j, "path", file_name(b, b->opts->input));
     put(&j, "format", ibl_json_string(r->format));
     put(&j, "width", json_integer(b->width));
     put(&j, "height", json_integer(b->height));
@@ -37,6 +57,9 @@ static json_t *orientation(const ibl_bake *b)
     return j;
 }
 
+/* In a radian. */
+static const double degrees = 57.295779513082320877;
+
 static json_t *levels(const ibl_bake *b, ibl_output_kind kind)
 {
     const ibl_texture *shape = &b->files[kind].shape;
@@ -50,18 +73,22 @@ static json_t *levels(const ibl_bake *b, ibl_output_kind kind)
             put(&level, "roughness",
                 json_real(b->made.report.layout.roughness[l]));
             put(&level, "method",
-                json_string(made->samples  ? "sampled"
-                            : made->degree ? "spectral"
-                                           : "environment"));
+                json_string(made->samples                     ? "sampled"
+                            : made->degree || made->reach > 0 ? "spectral"
+                                                              : "environment"));
             if (made->samples)
                 put(&level, "samples", json_integer(made->samples));
             if (made->degree)
                 put(&level, "degree", json_integer(made->degree));
+            if (made->reach > 0)
+                put(&level, "reach_deg", json_real(made->reach * degrees));
             /* JSON has no infinity; a bound beyond all use says as much. */
             if (made->error >= 0)
                 put(&level, "estimated_error",
                     json_real(fmin(made->error, DBL_MAX)));
         }
+        if (b->files[kind].beyond[l].texels)
+            put(&level, "beyond", ibl_beyond_json(&b->files[kind].beyond[l]));
         append(&j, level);
     }
     return j;
@@ -119,8 +146,7 @@ static void put_specular(const ibl_bake *b, json_t **j)
     put(j, "lod_offset", json_real(made->layout.lod_offset));
     if (ibl_bake_is_part(b))
         put_part(b, j);
-    if (o->tolerance > 0)
-        put(j, "tolerance", json_real(o->tolerance));
+    put(j, "tolerance", json_real(o->tolerance));
     put(j, "estimate",
         json_string("bound of the 95th percentile of the relative error, "
                     "before rounding to the pixel"));
@@ -164,7 +190,7 @@ static json_t *output(const ibl_bake *b, ibl_output_kind kind)
     put(&j, "content",
         json_string(kind == IBL_OUTPUT_LUT ? "brdf_lut"
                                            : ibl_output_name(kind)));
-    put(&j, "file", ibl_json_string(slash ? slash + 1 : file->path));
+    put(&j, "file", file_name(b, slash ? slash + 1 : file->path));
     put(&j, "container",
         json_string(ibl_container_name((ibl_container)b->opts->format)));
     put(&j, "pixel", json_string(ibl_pixel_name(file->shape.pixel)));
@@ -173,6 +199,9 @@ static json_t *output(const ibl_bake *b, ibl_output_kind kind)
     put(&j, "faces", json_integer(file->shape.faces));
     put(&j, "bytes", json_integer((json_int_t)file->bytes));
     put(&j, "saturated", json_integer((json_int_t)file->saturated));
+    if (kind != IBL_OUTPUT_LUT)
+        put(&j, "overflow",
+            json_string(ibl_overflow_name((ibl_overflow)b->opts->overflow)));
     if (kind == IBL_OUTPUT_SPECULAR)
         put_specular(b, &j);
     else if (kind == IBL_OUTPUT_IRRADIANCE)
@@ -261,6 +290,8 @@ char *ibl_sidecar_text(const ibl_bake *b)
     json_t *root = json_object();
 
     put(&root, "generator", ibl_json_generator(ibl_ctx_isa(b->ctx)));
+    if (has_encoded_names(b))
+        put(&root, "names", json_string(IBL_NAMES_ENCODED));
     put(&root, "source", source(b));
     put(&root, "orientation", orientation(b));
     put(&root, "outputs", outputs(b));

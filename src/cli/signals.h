@@ -19,8 +19,7 @@ void ibl_signals_guard(ibl_outputs *outputs);
 /* The process group that a signal kills along with us, led by a child of this
  * process; 0: none. */
 void ibl_signals_group(pid_t group);
-/* Holds those signals back, or lets them through again. Threads made while
- * they are held back never get them. */
+/* Holds those signals back, or lets them through again. */
 void ibl_signals_hold(void);
 void ibl_signals_release(void);
 

@@ -9,9 +9,15 @@
 ibl_status ibl_start(const ibl_common *common, ibl_console *console,
                      ibl_ctx **ctx);
 
-/* Outputs that a signal aborts, until they are committed or guarded no more. */
+/* Outputs that a signal aborts, until they are committed or have ended. */
 ibl_status ibl_start_outputs(ibl_ctx *ctx, int sync, ibl_outputs **outputs);
 /* A signal waits until all of them are in place. */
 ibl_status ibl_commit_outputs(ibl_outputs *outputs);
+/* Removes what was not committed, and frees them; NULL is fine. */
+void ibl_end_outputs(ibl_outputs *outputs);
+
+/* Warns of levels with so few texels that lookups between them are wrong. */
+void ibl_warn_of_small_faces(ibl_console *console,
+                             const ibl_specular_layout *layout);
 
 #endif

@@ -7,6 +7,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "cli/depfile.h"
+#include "common/names.h"
+#include "common/sidecar_load.h"
+
 static char *make_path(const ibl_opts *o, ibl_output_kind kind)
 {
     const char *ext = kind == IBL_OUTPUT_JSON
@@ -20,7 +24,8 @@ static char *make_path(const ibl_opts *o, ibl_output_kind kind)
     if (!path)
         return NULL;
     if (kind == IBL_OUTPUT_LUT)
-        snprintf(path, size, "%s%sbrdf_lut.%s", o->directory, slash, ext);
+        snprintf(path, size, "%s%s%s.%s", o->directory, slash,
+                 ibl_lut_stems[o->lut.geometry], ext);
     else if (kind == IBL_OUTPUT_JSON)
         snprintf(path, size, "%s%s%s.%s", o->directory, slash, o->name, ext);
     else
@@ -105,35 +110,118 @@ static ibl_status check_target(const ibl_bake *b, const char *path)
     return IBL_OK;
 }
 
-/* Neither make nor ninja can quote one. */
-static ibl_status check_line_break(const ibl_bake *b, const char *path)
+static const char *base_name(const char *path)
 {
-    if (!strchr(path, '\n'))
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
+/* Whether what a sidecar calls its source is the input: the same file, or of
+ * the same name if it is not to be found from here. */
+static bool is_source(const char *was, const char *input)
+{
+    struct stat a, b;
+
+    if (strcmp(was, "-") != 0 && strcmp(input, "-") != 0 && !stat(was, &a) &&
+        !stat(input, &b))
+        return a.st_dev == b.st_dev && a.st_ino == b.st_ino;
+    return !strcmp(base_name(was), base_name(input));
+}
+
+/* Whether the bake writes the sidecar or any file that it tells of. */
+static bool replaces(const ibl_bake *b, const json_t *sidecar)
+{
+    const json_t *outputs = json_object_get(sidecar, "outputs"), *output;
+    size_t i;
+
+    if (b->files[IBL_OUTPUT_JSON].path)
+        return true;
+    json_array_foreach((json_t *)outputs, i, output)
+    {
+        const char *file = json_string_value(json_object_get(output, "file"));
+        for (int kind = 0; file && kind < IBL_OUTPUT_LUT; kind++)
+            if (b->files[kind].path &&
+                !strcmp(base_name(b->files[kind].path), file))
+                return true;
+    }
+    return false;
+}
+
+static ibl_status check_sidecar(const ibl_bake *b, const char *path,
+                                const json_t *sidecar)
+{
+    const ibl_opts *o = b->opts;
+    const char *writer = json_string_value(
+        json_object_get(json_object_get(sidecar, "generator"), "name"));
+    const char *was = json_string_value(
+        json_object_get(json_object_get(sidecar, "source"), "path"));
+
+    if (!writer || strcmp(writer, "iblbake") != 0 || !was ||
+        is_source(was, o->input) || !replaces(b, sidecar))
         return IBL_OK;
     ibl_console_fail(b->console,
-                     "%s: has a line break, which no depfile can name: "
-                     "choose another name or leave out --depfile",
-                     path);
+                     "%s: was made from %s, and %s would replace its files: "
+                     "choose another --name or directory, or --name %s to "
+                     "replace them",
+                     path, was, o->input, o->name);
+    return IBL_ERR_ARGUMENT;
+}
+
+/* A name that was asked for may be anybody's; one that follows from the input
+ * may not be that of another's outputs. */
+static ibl_status check_source(const ibl_bake *b)
+{
+    struct stat st;
+    ibl_status status = IBL_OK;
+
+    if (!b->opts->input || b->opts->name != b->opts->stem)
+        return IBL_OK;
+    char *path = make_path(b->opts, IBL_OUTPUT_JSON);
+    if (path && !stat(path, &st) && S_ISREG(st.st_mode)) {
+        ibl_json_why why;
+        json_t *sidecar = ibl_sidecar_load(path, &why);
+        status = check_sidecar(b, path, sidecar);
+        json_decref(sidecar);
+    }
+    free(path);
+    return status;
+}
+
+static ibl_status check_depfile(const ibl_bake *b, const char *path)
+{
+    char why[IBL_DEPFILE_WHY];
+
+    if (!ibl_depfile_refuses(path, why))
+        return IBL_OK;
+    ibl_console_fail(b->console,
+                     "%s: has %s, which make or ninja cannot read in a "
+                     "depfile: choose another name or leave out --depfile",
+                     path, why);
     return IBL_ERR_ARGUMENT;
 }
 
 ibl_status ibl_targets_check(const ibl_bake *b)
 {
-    const char *paths[IBL_OUTPUT_COUNT + 3];
+    const ibl_opts *o = b->opts;
+    const char *named[IBL_OUTPUT_COUNT + 2]; /* in a depfile */
     ibl_status status = IBL_OK;
     int count = 0;
 
     for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++)
-        paths[count++] = b->files[kind].path;
-    paths[count++] = b->opts->preview;
-    paths[count++] = b->opts->depfile;
+        named[count++] = b->files[kind].path;
+    named[count++] = o->preview;
     for (int i = 0; i < count && !status; i++)
-        if (paths[i])
-            status = check_target(b, paths[i]);
-    if (b->opts->depfile && b->opts->input)
-        paths[count++] = b->opts->input;
-    for (int i = 0; i < count && !status && b->opts->depfile; i++)
-        if (paths[i])
-            status = check_line_break(b, paths[i]);
+        if (named[i])
+            status = check_target(b, named[i]);
+    if (!status)
+        status = check_source(b);
+    if (status || !o->depfile)
+        return status;
+    status = check_target(b, o->depfile);
+    if (o->input && strcmp(o->input, "-") != 0)
+        named[count++] = o->input;
+    for (int i = 0; i < count && !status; i++)
+        if (named[i])
+            status = check_depfile(b, named[i]);
     return status;
 }

@@ -9,7 +9,8 @@
 ibl_status ibl_targets_name(ibl_bake *b);
 
 /* Refuses before the work what could not be written after it, and outputs
- * that would replace the input. The output directory is there. */
+ * that would replace the input or, by chance, those of another environment.
+ * The output directory is there. */
 ibl_status ibl_targets_check(const ibl_bake *b);
 
 #endif

@@ -30,17 +30,20 @@ static ibl_status judge_file(const ibl_verify_files *files,
     static const ibl_role roles[] = {IBL_ROLE_ENVIRONMENT, IBL_ROLE_SPECULAR,
                                      IBL_ROLE_IRRADIANCE};
     const ibl_verify_file *f = &files->cubes[kind];
+    const int base = f->levels ? f->level[0].size : 0;
     ibl_status status = IBL_OK;
 
     for (int l = 0; l < f->levels && !status; l++) {
-        const ibl_judge_level level = {.role = roles[kind],
-                                       .lobe = f->lobe,
-                                       .roughness = f->roughness[l],
-                                       .scale = f->scale,
-                                       .size = f->level[l].size,
-                                       .texels = f->level[l].data,
-                                       .pixel = f->pixel,
-                                       .mended = f->mended[l]};
+        const ibl_judge_level level = {
+            .role = roles[kind],
+            .lobe = f->lobe,
+            .roughness = f->roughness[l],
+            .scale = f->scale,
+            .size = f->level[l].size,
+            .base = base > f->level[l].size ? base : f->level[l].size,
+            .texels = f->level[l].data,
+            .pixel = f->pixel,
+            .mended = f->mended[l]};
         char stage[32];
         snprintf(stage, sizeof stage, "%s %d", ibl_verify_content(kind), l);
         ibl_console_progress(console, stage, 0);
@@ -184,8 +187,7 @@ static ibl_status put_results(verify *v, bool passed)
 
 static void free_verify(verify *v)
 {
-    ibl_signals_guard(NULL);
-    ibl_outputs_free(v->outputs);
+    ibl_end_outputs(v->outputs);
     ibl_report_free(&v->report);
     ibl_judge_free(v->judge);
     ibl_verify_files_free(&v->files);

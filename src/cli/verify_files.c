@@ -12,6 +12,8 @@
 
 #include "cli/faces.h"
 #include "common/memory_file.h"
+#include "common/names.h"
+#include "common/sidecar_load.h"
 
 typedef struct reader {
     const ibl_verify_opts *opts;
@@ -40,10 +42,7 @@ static char *join(const char *directory, const char *fmt, const char *name,
 
     if (path) {
         const size_t used = (size_t)snprintf(path, size, "%s/", directory);
-        if (!strcmp(content, "brdf_lut"))
-            snprintf(path + used, size - used, "%s.%s", content, ext);
-        else
-            snprintf(path + used, size - used, fmt, name, content, ext);
+        snprintf(path + used, size - used, fmt, name, content, ext);
     }
     return path;
 }
@@ -67,7 +66,7 @@ static json_t *find_output(const reader *r, ibl_verify_kind kind)
 static ibl_status open_sidecar(reader *r)
 {
     const ibl_verify_opts *o = r->opts;
-    json_error_t error;
+    ibl_json_why why;
     struct stat st;
 
     if (stat(o->directory, &st)) {
@@ -87,15 +86,14 @@ static ibl_status open_sidecar(reader *r)
         return IBL_ERR_MEMORY;
     if (access(r->sidecar_path, F_OK))
         return IBL_OK;
-    r->sidecar = json_load_file(r->sidecar_path, 0, &error);
-    if (!r->sidecar) {
-        ibl_console_fail(r->console,
-                         "%s: not a sidecar: line %d: %s: bake again, or "
-                         "remove it and say what the files mean",
-                         r->sidecar_path, error.line, error.text);
-        return IBL_ERR_FORMAT;
-    }
-    return IBL_OK;
+    r->sidecar = ibl_sidecar_load(r->sidecar_path, &why);
+    if (r->sidecar)
+        return IBL_OK;
+    ibl_console_fail(r->console, "%s%s", why.line,
+                     why.damaged ? ": bake again, or remove it and say what "
+                                   "the files mean"
+                                 : "");
+    return why.damaged ? IBL_ERR_FORMAT : IBL_ERR_IO;
 }
 
 /* What the sidecar names; *path stays NULL if it names nothing. */
@@ -118,13 +116,16 @@ static ibl_status find_named(const reader *r, ibl_verify_kind kind, char **path)
     return IBL_OK;
 }
 
-/* What has the name in the directory. */
-static ibl_status find_there(const reader *r, ibl_verify_kind kind, char **path)
+/* What has the name in the directory; stem is the table's, or NULL. */
+static ibl_status find_there(const reader *r, ibl_verify_kind kind,
+                             const char *stem, char **path)
 {
     for (int c = 0; c < IBL_CONTAINER_COUNT; c++) {
-        char *candidate = join(r->opts->directory, "%s_%s.%s", r->opts->name,
-                               ibl_verify_content(kind),
-                               ibl_container_name((ibl_container)c));
+        const char *ext = ibl_container_name((ibl_container)c);
+        char *candidate =
+            stem ? join(r->opts->directory, "%s%s.%s", stem, "", ext)
+                 : join(r->opts->directory, "%s_%s.%s", r->opts->name,
+                        ibl_verify_content(kind), ext);
         if (!candidate)
             return IBL_ERR_MEMORY;
         if (access(candidate, F_OK)) {
@@ -157,8 +158,10 @@ static ibl_status find_file(const reader *r, ibl_verify_kind kind, char **path)
     if (!r->opts->directory)
         return IBL_OK;
     status = find_named(r, kind, path);
-    if (!status && !*path)
-        status = find_there(r, kind, path);
+    if (kind != IBL_VERIFY_LUT)
+        return status || *path ? status : find_there(r, kind, NULL, path);
+    for (int i = 0; ibl_lut_stems[i] && !status && !*path; i++)
+        status = find_there(r, kind, ibl_lut_stems[i], path);
     return status;
 }
 
@@ -187,36 +190,54 @@ static ibl_status find_files(const reader *r)
 
 /* ---- what files say -------------------------------------------------- */
 
-/* Reads "0,0.25,..." of exactly count numbers. */
-static bool read_list(const char *text, double *list, int count)
+/* Reads "0,0.25,..."; how many there are, 0: it is no list of roughnesses. */
+static int read_list(const char *text, double list[IBL_MAX_LEVELS])
 {
-    for (int i = 0; text && i < count; i++) {
+    for (int i = 0; i < IBL_MAX_LEVELS; i++) {
         char *end;
         list[i] = strtod(text, &end);
         if (end == text || !(list[i] >= 0 && list[i] <= 1) ||
-            *end != (i == count - 1 ? '\0' : ','))
-            return false;
+            (*end && *end != ','))
+            return 0;
+        if (!*end)
+            return i + 1;
         text = end + 1;
     }
-    return text != NULL;
+    return 0;
 }
 
-static bool read_sidecar_roughness(const reader *r, ibl_verify_file *f)
+/* The same of an array of levels. */
+static int read_levels(json_t *levels, double list[IBL_MAX_LEVELS])
 {
-    json_t *levels =
-        json_object_get(find_output(r, IBL_VERIFY_SPECULAR), "levels");
+    const size_t count = json_array_size(levels);
 
-    if (json_array_size(levels) != (size_t)f->levels)
-        return false;
-    for (int l = 0; l < f->levels; l++) {
-        json_t *value =
-            json_object_get(json_array_get(levels, (size_t)l), "roughness");
-        f->roughness[l] = json_number_value(value);
-        if (!json_is_number(value) ||
-            !(f->roughness[l] >= 0 && f->roughness[l] <= 1))
-            return false;
+    for (size_t l = 0; l < count && count <= IBL_MAX_LEVELS; l++) {
+        json_t *value = json_object_get(json_array_get(levels, l), "roughness");
+        list[l] = json_number_value(value);
+        if (!json_is_number(value) || !(list[l] >= 0 && list[l] <= 1))
+            return 0;
     }
-    return true;
+    return count <= IBL_MAX_LEVELS ? (int)count : 0;
+}
+
+/* Whether a list is that of the file's levels; else a line about it. */
+static ibl_status check_count(const reader *r, const ibl_verify_file *f,
+                              int count, const char *who)
+{
+    if (count == f->levels)
+        return IBL_OK;
+    if (count)
+        ibl_console_fail(r->console,
+                         "%s: has %d levels, but %s lists the roughness of "
+                         "%d: bake it again, or say what it is with "
+                         "--roughness-map",
+                         f->path, f->levels, who, count);
+    else
+        ibl_console_fail(r->console,
+                         "%s: %s lists no roughness that levels have: bake it "
+                         "again, or say what it is with --roughness-map",
+                         f->path, who);
+    return IBL_ERR_FORMAT;
 }
 
 /* tex may be NULL. */
@@ -224,7 +245,11 @@ static ibl_status set_roughness(const reader *r, const ibl_texture *tex,
                                 ibl_verify_file *f)
 {
     const ibl_verify_map *m = &r->opts->roughness;
-    const bool own = !r->opts->files[IBL_VERIFY_SPECULAR];
+    const char *key = tex ? ibl_texture_get(tex, "iblbake.roughness") : NULL;
+    json_t *levels =
+        r->opts->files[IBL_VERIFY_SPECULAR]
+            ? NULL
+            : json_object_get(find_output(r, IBL_VERIFY_SPECULAR), "levels");
 
     if (m->count && m->count != f->levels) {
         ibl_console_fail(r->console,
@@ -232,12 +257,12 @@ static ibl_status set_roughness(const reader *r, const ibl_texture *tex,
                          f->path, f->levels, m->count);
         return IBL_ERR_ARGUMENT;
     }
-    if (!m->given && tex &&
-        read_list(ibl_texture_get(tex, "iblbake.roughness"), f->roughness,
-                  f->levels))
-        return IBL_OK;
-    if (!m->given && own && read_sidecar_roughness(r, f))
-        return IBL_OK;
+    if (!m->given && key)
+        return check_count(r, f, read_list(key, f->roughness),
+                           "its key iblbake.roughness");
+    if (!m->given && levels)
+        return check_count(r, f, read_levels(levels, f->roughness),
+                           r->sidecar_path);
     for (int l = 0; l < f->levels; l++)
         f->roughness[l] =
             m->count ? m->list[l] : ibl_level_roughness(m->map, l, f->levels);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The command line of iblbake verify. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "cli/opts.h"
@@ -42,11 +41,10 @@ static bool parse_roughness_map(void *field, const char *value)
             return true;
         }
     for (;;) {
-        char *end;
-        const double r = strtod(value, &end);
-        if (end == value || !(r >= 0 && r <= 1) || m.count == IBL_MAX_LEVELS)
+        const char *end;
+        if (m.count == IBL_MAX_LEVELS ||
+            !ibl_number_real(value, 0, 1, &m.list[m.count++], &end))
             return false;
-        m.list[m.count++] = r;
         if (!*end)
             break;
         if (*end != ',')

@@ -1,52 +1,21 @@
 /* SPDX-License-Identifier: MIT */
 #include "common/json_at.h"
 
-#include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
 
+#include "common/json_load.h"
 #include "common/line.h"
 #include "common/names.h"
 
-static bool fail(const ibl_json_file *file, const char *fmt, ...)
-    __attribute__((format(printf, 2, 3)));
-static bool fail(const ibl_json_file *file, const char *fmt, ...)
-{
-    char text[IBL_LINE_BYTES];
-    va_list ap;
-
-    va_start(ap, fmt);
-    vsnprintf(text, sizeof text, fmt, ap);
-    va_end(ap);
-    file->fail(file->cookie, text);
-    return false;
-}
-
 bool ibl_json_open(ibl_json_file *file)
 {
-    FILE *from = fopen(file->name, "rb");
-    struct stat st;
-    json_error_t why;
+    ibl_json_why why;
 
-    file->root = NULL;
-    if (!from || fstat(fileno(from), &st)) {
-        fail(file, "%s: cannot be read: %s", file->name, strerror(errno));
-        goto close;
-    }
-    if (S_ISDIR(st.st_mode)) {
-        fail(file, "%s: is a directory: give the name of a file in it",
-             file->name);
-        goto close;
-    }
-    file->root = json_loadf(from, JSON_REJECT_DUPLICATES, &why);
+    file->root = ibl_json_load(file->name, JSON_REJECT_DUPLICATES, &why);
     if (!file->root)
-        fail(file, "%s:%d:%d: no JSON: %s", file->name, why.line, why.column,
-             why.text);
-close:
-    if (from)
-        fclose(from);
+        file->fail(file->cookie, why.line);
     return file->root;
 }
 
@@ -124,15 +93,17 @@ static void describe(const json_t *value, char *text, size_t size)
 
 bool ibl_json_complain(const ibl_json_at *at, const char *fmt, ...)
 {
-    char path[512], text[2048];
+    char path[512], text[2048], line[IBL_LINE_BYTES];
     va_list ap;
 
     ibl_json_path(at, path, sizeof path);
     va_start(ap, fmt);
     vsnprintf(text, sizeof text, fmt, ap);
     va_end(ap);
-    return fail(at->file, "%s: %s%s%s", at->file->name, path, *path ? ": " : "",
-                text);
+    snprintf(line, sizeof line, "%s: %s%s%s", at->file->name, path,
+             *path ? ": " : "", text);
+    at->file->fail(at->file->cookie, line);
+    return false;
 }
 
 bool ibl_json_wrong(const ibl_json_at *at, const char *expected, ...)

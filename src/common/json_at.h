@@ -25,8 +25,8 @@ typedef struct ibl_json_at {
     size_t index;
 } ibl_json_at;
 
-/* Reads file->name, a pipe too; file->root is to be freed with json_decref.
- * False after a failure. */
+/* Reads file->name by ibl_json_load; file->root is to be freed with
+ * json_decref. False after a failure. */
 bool ibl_json_open(ibl_json_file *file);
 
 ibl_json_at ibl_json_root(const ibl_json_file *file);

@@ -17,6 +17,10 @@ _Static_assert(IBL_PIXEL_RGBA16F == 0 && IBL_PIXEL_RGBA32F == 1 &&
 const char *const ibl_pixel_names[] = {"rgba16f", "rgba32f", "rgb9e5",
                                        "r11g11b10f", NULL};
 
+_Static_assert(IBL_OVERFLOW_SPREAD == 0 && IBL_OVERFLOW_CLIP == 1,
+               "overflows as named");
+const char *const ibl_overflow_names[] = {"spread", "clip", NULL};
+
 _Static_assert(IBL_ROUGHNESS_LINEAR == 0 && IBL_ROUGHNESS_FILAMENT == 1,
                "mappings as named");
 const char *const ibl_mapping_names[] = {"linear", "filament", NULL};
@@ -34,6 +38,7 @@ const char *const ibl_lobe_names[] = {"ggx", "charlie", "phong", NULL};
 _Static_assert(IBL_GEOMETRY_SMITH == 0 && IBL_GEOMETRY_SCHLICK_IBL == 1,
                "geometry terms as named");
 const char *const ibl_geometry_names[] = {"smith", "schlick-ibl", NULL};
+const char *const ibl_lut_stems[] = {"brdf_lut", "brdf_lut_schlick-ibl", NULL};
 
 void ibl_names_text(const char *const *names, char *text, size_t size)
 {

@@ -11,13 +11,17 @@ void ibl_names_text(const char *const *names, char *text, size_t size);
 int ibl_names_find(const char *const *names, const char *word);
 
 /* Options, sets, indices and sidecars have the same words for these: by
- * ibl_container, ibl_pixel (of cubes), ibl_roughness_map, ibl_method, ibl_lobe
- * and ibl_geometry. */
+ * ibl_container, ibl_pixel (of cubes), ibl_overflow, ibl_roughness_map,
+ * ibl_method, ibl_lobe and ibl_geometry. */
 extern const char *const ibl_container_names[];
 extern const char *const ibl_pixel_names[];
+extern const char *const ibl_overflow_names[];
 extern const char *const ibl_mapping_names[];
 extern const char *const ibl_method_names[];
 extern const char *const ibl_lobe_names[];
 extern const char *const ibl_geometry_names[];
+
+/* What the table's file is called without its extension, by ibl_geometry. */
+extern const char *const ibl_lut_stems[];
 
 #endif

@@ -17,6 +17,7 @@ typedef enum ibl_option_kind {
     IBL_OPTION_CHOICE, /* int or enumeration: index of the value in choices */
     IBL_OPTION_TEXT,   /* const char *, not empty */
     IBL_OPTION_PNG,    /* const char *, a name that ends in .png */
+    IBL_OPTION_DIR,    /* const char *, a directory, so not "-" */
     IBL_OPTION_OTHER,  /* parse decides, with a value or (NULL) without */
     IBL_OPTION_HELP,   /* prints the command's help and ends; no value */
     IBL_OPTION_PRINT   /* print does, and the program ends; no value */
@@ -46,6 +47,8 @@ typedef struct ibl_option {
     .kind = IBL_OPTION_TEXT, .value = (what), IBL_AT(type, field)
 #define IBL_PNG(type, field, what)                                             \
     .kind = IBL_OPTION_PNG, .value = (what), IBL_AT(type, field)
+#define IBL_DIR(type, field)                                                   \
+    .kind = IBL_OPTION_DIR, .value = "DIR", IBL_AT(type, field)
 #define IBL_INT(type, field, lo, hi)                                           \
     .kind = IBL_OPTION_INT, .value = "N", IBL_AT(type, field), .low = (lo),    \
     .high = (hi)
@@ -119,6 +122,16 @@ void ibl_command_help(const ibl_command *cmd, FILE *to);
 
 /* Prints "PROGRAM: ..." on stderr; false. */
 bool ibl_misuse(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
+
+/*
+ * The number that text begins with, in low..high: decimal digits, '-' before
+ * them and, of a real one, a point and an exponent. No blank, '+', 0x or word.
+ * *end is what follows. False: there is none, and nothing is stored.
+ */
+bool ibl_number_int(const char *text, int low, int high, int *n,
+                    const char **end);
+bool ibl_number_real(const char *text, double low, double high, double *x,
+                     const char **end);
 
 /* The values that an option takes, in words ("" for a flag or text). */
 void ibl_option_allowed(const ibl_option *opt, char *text, size_t size);

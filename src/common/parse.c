@@ -111,27 +111,41 @@ static bool unknown_long(const ibl_command *cmd, const char *word,
     return unknown(cmd, "--", word, length);
 }
 
-static bool set_int(const ibl_option *opt, void *field, const char *value)
+static bool is_digit(char c)
 {
-    char *end;
+    return c >= '0' && c <= '9';
+}
 
-    errno = 0;
-    const long n = strtol(value, &end, 10);
-    if (end == value || *end || errno || (double)n < opt->low ||
-        (double)n > opt->high)
+bool ibl_number_int(const char *text, int low, int high, int *n,
+                    const char **end)
+{
+    char *after;
+
+    if (!is_digit(text[*text == '-']))
         return false;
-    *(int *)field = (int)n;
+    errno = 0;
+    const long value = strtol(text, &after, 10);
+    if (errno || value < low || value > high)
+        return false;
+    *n = (int)value;
+    *end = after;
     return true;
 }
 
-static bool set_real(const ibl_option *opt, void *field, const char *value)
+bool ibl_number_real(const char *text, double low, double high, double *x,
+                     const char **end)
 {
-    char *end;
-    const double x = strtod(value, &end);
+    const char *digits = text + (*text == '-');
+    char *after;
 
-    if (end == value || *end || !(x >= opt->low && x <= opt->high))
+    if (!is_digit(digits[*digits == '.']) ||
+        (digits[0] == '0' && (digits[1] == 'x' || digits[1] == 'X')))
         return false;
-    *(double *)field = x;
+    const double value = strtod(text, &after);
+    if (!(value >= low && value <= high))
+        return false;
+    *x = value;
+    *end = after;
     return true;
 }
 
@@ -162,6 +176,10 @@ static bool set_text(const ibl_option *opt, void *field, const char *value)
         return ibl_misuse("--%s %s: pictures are PNG files: give a name that "
                           "ends in .png",
                           opt->name, value);
+    if (opt->kind == IBL_OPTION_DIR && !strcmp(value, "-"))
+        return ibl_misuse("--%s -: standard output cannot hold a directory: "
+                          "give one, ./- if that is its name",
+                          opt->name);
     *(const char **)field = value;
     return true;
 }
@@ -170,6 +188,7 @@ static bool set_text(const ibl_option *opt, void *field, const char *value)
 static bool set(void *settings, const ibl_option *opt, const char *value)
 {
     void *field = (char *)settings + opt->offset;
+    const char *end = "";
     char allowed[160];
     bool ok = false;
 
@@ -185,22 +204,23 @@ static bool set(void *settings, const ibl_option *opt, const char *value)
         *(bool *)field = opt->kind == IBL_OPTION_ON;
         return true;
     case IBL_OPTION_INT:
-        ok = set_int(opt, field, value);
+        ok = ibl_number_int(value, (int)opt->low, (int)opt->high, field, &end);
         break;
     case IBL_OPTION_REAL:
-        ok = set_real(opt, field, value);
+        ok = ibl_number_real(value, opt->low, opt->high, field, &end);
         break;
     case IBL_OPTION_CHOICE:
         ok = set_choice(opt, field, value);
         break;
     case IBL_OPTION_TEXT:
     case IBL_OPTION_PNG:
+    case IBL_OPTION_DIR:
         return set_text(opt, field, value);
     case IBL_OPTION_OTHER:
         ok = opt->parse(field, value);
         break;
     }
-    if (ok)
+    if (ok && !*end)
         return true;
     ibl_option_allowed(opt, allowed, sizeof allowed);
     return ibl_misuse("--%s %s: not a value of that option: it takes %s",

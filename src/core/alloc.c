@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 enum {
     ALIGNMENT = 64,
@@ -37,7 +38,9 @@ enum {
  * system gives no huge pages the rest is never touched.
  *
  * A few of them are kept when they are freed, for a bake takes one after the
- * other: memory that was touched costs nothing.
+ * other: memory that was touched costs nothing. Without it a bake of a 1k map
+ * takes 7 % longer. They belong to no context, since what is allocated knows of
+ * none, but are kept only as long as there is one.
  */
 typedef struct block {
     void *at; /* NULL: no block */
@@ -49,6 +52,7 @@ static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static block blocks[MAX_BLOCKS];   /* under lock; others are not kept */
 static block *blocks_end = blocks; /* of those that ever were in use */
 static size_t kept_bytes;
+static int holders; /* contexts */
 
 /* The smallest kept block that holds bytes and is no more than most. */
 static void *take_kept(size_t bytes, size_t most)
@@ -90,7 +94,7 @@ static bool keep(void *at)
     pthread_mutex_lock(&lock);
     for (block *b = blocks; b < blocks_end; b++)
         if (b->at == at) {
-            stays = b->bytes <= KEPT_BYTES - kept_bytes;
+            stays = holders && b->bytes <= KEPT_BYTES - kept_bytes;
             b->kept = stays;
             if (stays)
                 kept_bytes += b->bytes;
@@ -102,27 +106,53 @@ static bool keep(void *at)
     return stays;
 }
 
-void ibl_alloc_trim(void)
+/* Returns what is kept to the system. Under lock. */
+static void trim(void)
 {
-    pthread_mutex_lock(&lock);
     for (block *b = blocks; b < blocks_end; b++)
         if (b->kept) {
             free(b->at);
             *b = (block){0};
         }
     kept_bytes = 0;
+}
+
+void ibl_alloc_hold(void)
+{
+    pthread_mutex_lock(&lock);
+    holders++;
     pthread_mutex_unlock(&lock);
+}
+
+void ibl_alloc_release(void)
+{
+    pthread_mutex_lock(&lock);
+    if (!--holders)
+        trim();
+    pthread_mutex_unlock(&lock);
+}
+
+/* The machine's memory. */
+static size_t physical(void)
+{
+    const long pages = sysconf(_SC_PHYS_PAGES), size = sysconf(_SC_PAGESIZE);
+    return pages > 0 && size > 0 ? (size_t)pages * (size_t)size : SIZE_MAX;
 }
 
 static void *alloc_huge(size_t bytes)
 {
     bytes = (bytes + HUGE_PAGE - 1) / HUGE_PAGE * HUGE_PAGE;
+    /* The system might promise it, and kill who takes it at its word. */
+    if (bytes > physical())
+        return NULL;
     void *p = take_kept(bytes, 2 * bytes);
     if (p)
         return p;
     p = aligned_alloc(HUGE_PAGE, bytes);
     if (!p) {
-        ibl_alloc_trim();
+        pthread_mutex_lock(&lock);
+        trim();
+        pthread_mutex_unlock(&lock);
         p = aligned_alloc(HUGE_PAGE, bytes);
     }
     if (!p)

@@ -73,9 +73,12 @@ ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **out)
     const ibl_ctx_options defaults = ibl_ctx_options_default();
     char text[128];
 
-    *out = NULL;
     if (!opts)
         opts = &defaults;
+    if (!out)
+        return refuse(opts, IBL_ERR_ARGUMENT,
+                      "ibl_ctx_create: ctx is NULL: must be given");
+    *out = NULL;
     if (opts->threads < 0 || opts->threads > MAX_THREADS) {
         snprintf(text, sizeof text, "%d threads: must be 1 to %d, or 0",
                  opts->threads, MAX_THREADS);
@@ -96,6 +99,7 @@ ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **out)
     ibl_ctx *ctx = ibl_alloc_zeroed(1, sizeof *ctx);
     if (!ctx)
         return refuse(opts, IBL_ERR_MEMORY, "no memory for a context");
+    ibl_alloc_hold();
     ctx->isa = isa;
     ctx->log = opts->log;
     ctx->log_cookie = opts->log_cookie;
@@ -128,7 +132,7 @@ void ibl_ctx_free(ibl_ctx *ctx)
     ibl_pool_free(ctx->pool);
     ibl_free(ctx->bridge);
     ibl_free(ctx);
-    ibl_alloc_trim();
+    ibl_alloc_release();
 }
 
 int ibl_ctx_threads(const ibl_ctx *ctx)
@@ -159,7 +163,7 @@ bool ibl_cancelled(const ibl_ctx *ctx)
 static void say(ibl_ctx *ctx, ibl_log_level level, const char *fmt, va_list ap)
 {
     char text[MESSAGE_BYTES];
-    if (!ctx->log)
+    if (!ctx || !ctx->log)
         return;
     vsnprintf(text, sizeof text, fmt, ap);
     ctx->log(ctx->log_cookie, level, text);
@@ -194,6 +198,11 @@ ibl_status ibl_no_memory(ibl_ctx *ctx, const char *what)
 {
     return ibl_fail(ctx, IBL_ERR_MEMORY,
                     "no memory for %s: ask for less, or free some", what);
+}
+
+ibl_status ibl_missing(ibl_ctx *ctx, const char *what)
+{
+    return ibl_fail(ctx, IBL_ERR_ARGUMENT, "%s is NULL: must be given", what);
 }
 
 void ibl_progress(ibl_ctx *ctx, const char *stage, double done)

@@ -8,7 +8,8 @@
 #include "core/pool.h"
 #include "ibl/ibl.h"
 
-/* Logs an error and returns status, so that `return ibl_fail(...)` reads. */
+/* Logs an error and returns status, so that `return ibl_fail(...)` reads.
+ * Without a context nobody is told. */
 ibl_status ibl_fail(ibl_ctx *ctx, ibl_status status, const char *fmt, ...)
     __attribute__((format(printf, 3, 4)));
 void ibl_warn(ibl_ctx *ctx, const char *fmt, ...)
@@ -17,6 +18,10 @@ void ibl_info(ibl_ctx *ctx, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
 /* ibl_fail for memory that could not be had; what names it. */
 ibl_status ibl_no_memory(ibl_ctx *ctx, const char *what);
+
+/* ibl_fail for a pointer that a call needs and was not given; what names them,
+ * as "ibl_bake_sh: coeffs". */
+ibl_status ibl_missing(ibl_ctx *ctx, const char *what);
 
 bool ibl_cancelled(const ibl_ctx *ctx);
 

@@ -81,42 +81,99 @@ static bool read_text(const char *path, char *text, size_t size)
     return n > 0;
 }
 
-/* CPUs that a cgroup (version 2) with this cpu.max allows; 0: no limit. */
-static int quota_of(const char *path)
+enum {
+    GROUP_BYTES = 8192,             /* of /proc/self/cgroup */
+    PATH_BYTES = GROUP_BYTES + 4096 /* of a group's file */
+};
+
+static int cpus_of(long long quota, long long period)
 {
-    char text[64];
-    long long quota = 0, period = 0;
-    if (!read_text(path, text, sizeof text))
-        return 0;
-    const int n = sscanf(text, "%lld %lld", &quota, &period);
-    if (n != 2 || quota <= 0 || period <= 0)
+    if (quota <= 0 || period <= 0)
         return 0;
     return (int)((quota + period - 1) / period);
 }
 
-/* The tightest quota from this process's cgroup up to the root. */
-static int cgroup_quota(void)
+/* CPUs that a group of version 2 allows by its cpu.max; 0: no limit. */
+static int quota_2(const char *group)
 {
-    char text[8192], path[8192 + 64];
-    text[0] = '\n';
-    if (!read_text("/proc/self/cgroup", text + 1, sizeof text - 1))
+    char path[PATH_BYTES + 32], text[64];
+    long long quota = 0, period = 0;
+    snprintf(path, sizeof path, "%s/cpu.max", group);
+    if (!read_text(path, text, sizeof text) ||
+        sscanf(text, "%lld %lld", &quota, &period) != 2)
         return 0;
-    char *group = strstr(text, "\n0::"); /* the line of version 2 */
-    if (!group)
-        return 0;
-    group += 4;
-    group[strcspn(group, "\n")] = '\0';
+    return cpus_of(quota, period);
+}
 
-    int best = 0;
-    for (;;) {
-        snprintf(path, sizeof path, "/sys/fs/cgroup%s/cpu.max", group);
-        const int quota = quota_of(path);
-        if (quota && (!best || quota < best))
-            best = quota;
+/* The same of version 1, where -1 is no limit. */
+static int quota_1(const char *group)
+{
+    static const char *const names[] = {"quota", "period"};
+    long long us[2] = {0};
+    for (int i = 0; i < 2; i++) {
+        char path[PATH_BYTES + 32], text[64];
+        snprintf(path, sizeof path, "%s/cpu.cfs_%s_us", group, names[i]);
+        if (!read_text(path, text, sizeof text) ||
+            sscanf(text, "%lld", &us[i]) != 1)
+            return 0;
+    }
+    return cpus_of(us[0], us[1]);
+}
+
+/* The tighter of two; 0 is none. */
+static int tighter(int a, int b)
+{
+    return a && (!b || a < b) ? a : b;
+}
+
+/* The tightest quota from a group, of text cut up here, to the root of its
+ * hierarchy. In a container what is above its own group may not be there. */
+static int quota_up(const char *hierarchy, char *group,
+                    int (*quota_of)(const char *))
+{
+    char path[PATH_BYTES];
+    for (int best = 0;;) {
+        snprintf(path, sizeof path, "%s%s", hierarchy, group);
+        best = tighter(quota_of(path), best);
         char *slash = strrchr(group, '/');
         if (!slash)
-            break;
+            return best;
         *slash = '\0';
+    }
+}
+
+/* Whether a list, as "cpu,cpuacct", names the controller of CPUs. */
+static bool has_cpu(const char *list)
+{
+    for (; *list; list += strcspn(list, ","), list += *list == ',')
+        if (!strncmp(list, "cpu", 3) && (list[3] == ',' || !list[3]))
+            return true;
+    return false;
+}
+
+/* Lines are NUMBER:CONTROLLERS:GROUP, version 2's with 0 and no controllers. */
+int ibl_cpu_quota(const char *root)
+{
+    char text[GROUP_BYTES], path[PATH_BYTES], *rest;
+    int best = 0;
+
+    snprintf(path, sizeof path, "%s/proc/self/cgroup", root);
+    if (!read_text(path, text, sizeof text))
+        return 0;
+    for (char *line = strtok_r(text, "\n", &rest); line;
+         line = strtok_r(NULL, "\n", &rest)) {
+        char *list = strchr(line, ':');
+        char *group = list ? strchr(list + 1, ':') : NULL;
+        if (!group)
+            continue;
+        *group++ = '\0';
+        const bool unified = !list[1];
+        if (!unified && !has_cpu(list + 1))
+            continue;
+        snprintf(path, sizeof path, "%s/sys/fs/cgroup%s", root,
+                 unified ? "" : "/cpu");
+        best =
+            tighter(quota_up(path, group, unified ? quota_2 : quota_1), best);
     }
     return best;
 }
@@ -129,7 +186,7 @@ int ibl_cpu_count(void)
         n = CPU_COUNT(&set);
     else
         n = (int)sysconf(_SC_NPROCESSORS_ONLN);
-    const int quota = cgroup_quota();
+    const int quota = ibl_cpu_quota("");
     if (quota && quota < n)
         n = quota;
     if (n < 1)

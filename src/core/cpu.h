@@ -16,4 +16,8 @@
 /* Whether isa's instructions may run here; true for IBL_ISA_C. */
 bool ibl_cpu_has(ibl_isa isa);
 
+/* CPUs that the cgroups of this process allow, of version 1 or 2, rounded up;
+ * 0: no limit. root is "" but for tests, which have a system of their own. */
+int ibl_cpu_quota(const char *root);
+
 #endif

@@ -17,6 +17,7 @@
 #include <assert.h>
 #include <pthread.h>
 #include <sched.h>
+#include <signal.h>
 #include <stdatomic.h>
 #include <stdint.h>
 #include <time.h>
@@ -273,6 +274,22 @@ static void *worker_main(void *arg)
 
 /* ---- the calls ------------------------------------------------------ */
 
+/* Starts a worker that no signal finds but those of its own faults: what a
+ * program's handler interrupts is the program's own thread. */
+static int start_worker(struct worker *w)
+{
+    static const int faults[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP};
+    sigset_t blocked, before;
+
+    sigfillset(&blocked);
+    for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++)
+        sigdelset(&blocked, faults[i]);
+    pthread_sigmask(SIG_BLOCK, &blocked, &before);
+    const int error = pthread_create(&w->thread, NULL, worker_main, w);
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    return error;
+}
+
 ibl_pool *ibl_pool_create(int threads, bool spins)
 {
     ibl_pool *pool = ibl_alloc_zeroed(1, sizeof *pool);
@@ -290,7 +307,7 @@ ibl_pool *ibl_pool_create(int threads, bool spins)
         struct worker *w = &pool->workers[pool->started];
         w->pool = pool;
         w->index = i;
-        if (pthread_create(&w->thread, NULL, worker_main, w))
+        if (start_worker(w))
             goto fail;
         pool->started++;
     }

@@ -18,8 +18,9 @@ typedef void ibl_job_fn(void *arg, int job, int worker);
 typedef bool ibl_tick_fn(void *arg, int done, int jobs);
 
 /* NULL if memory or threads cannot be had. One of the threads is the one that
- * calls ibl_pool_run. spins: the machine has a core for each of them, so that
- * one who waits may look for some microseconds before it sleeps. */
+ * calls ibl_pool_run; the others block signals. spins: the machine has a core
+ * for each of them, so that one who waits may look for some microseconds before
+ * it sleeps. */
 ibl_pool *ibl_pool_create(int threads, bool spins);
 void ibl_pool_free(ibl_pool *pool); /* NULL is fine */
 int ibl_pool_threads(const ibl_pool *pool);
@@ -34,7 +35,7 @@ bool ibl_pool_run(ibl_pool *pool, int jobs, ibl_job_fn *fn, void *arg,
                   ibl_tick_fn *tick, void *tick_arg);
 
 enum {
-    IBL_POOL_BEGUN = 3
+    IBL_POOL_BEGUN = 20 /* level 0, the sky, the analysis, each level */
 };
 
 /*

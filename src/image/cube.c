@@ -23,7 +23,7 @@ int ibl_cube_most_levels(int size)
     return levels;
 }
 
-ibl_status ibl_cube_alloc(ibl_ctx *ctx, int size, int levels, ibl_cube *cube)
+static ibl_status check_shape(ibl_ctx *ctx, int size, int levels)
 {
     if (size < 1 || size > IBL_MAX_CUBE_SIZE)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
@@ -33,6 +33,23 @@ ibl_status ibl_cube_alloc(ibl_ctx *ctx, int size, int levels, ibl_cube *cube)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "%d levels of a cube of size %d: must be 1 to %d",
                         levels, size, ibl_cube_most_levels(size));
+    return IBL_OK;
+}
+
+ibl_status ibl_check_cube(ibl_ctx *ctx, const ibl_cube *cube)
+{
+    if (!ctx || !cube || !cube->data)
+        return ibl_missing(ctx, "a cube or its data");
+    return check_shape(ctx, cube->size, cube->levels);
+}
+
+ibl_status ibl_cube_alloc(ibl_ctx *ctx, int size, int levels, ibl_cube *cube)
+{
+    if (!ctx || !cube)
+        return ibl_missing(ctx, "ibl_cube_alloc: cube");
+    const ibl_status status = check_shape(ctx, size, levels);
+    if (status)
+        return status;
     float *data =
         ibl_alloc_array(ibl_cube_texels(size, levels), 3 * sizeof *data);
     if (!data)

@@ -21,4 +21,8 @@ double ibl_face_angle(double u, double v);
  * below. */
 int ibl_cube_most_levels(int size);
 
+/* Whether there is a context and a cube that a caller filled in, with data, a
+ * size and levels in range: IBL_ERR_ARGUMENT. */
+ibl_status ibl_check_cube(ibl_ctx *ctx, const ibl_cube *cube);
+
 #endif

@@ -9,7 +9,8 @@
 #include "kern/octants.h"
 
 enum {
-    MIN_COLUMNS = 512 /* keeps the straight pieces short */
+    MIN_COLUMNS = 512 /* keeps the straight pieces short; a promise of
+                         ibl_cube_from_latlong where it interpolates */
 };
 
 static int ceil_div(int a, int b)

@@ -25,7 +25,9 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
+#include "image/cube.h"
 #include "image/finer.h"
+#include "image/image.h"
 #include "image/level0.h"
 #include "image/octant.h"
 
@@ -279,12 +281,16 @@ ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
     enum {
         STEPS = 16 /* that progress is told in */
     };
-    const int rows = env->height / STEPS + 1;
     ibl_level0 *l;
-    ibl_status status =
-        ibl_level0_create(ctx, env->width, env->height, yaw_deg, cube, &l);
+    ibl_status status = ibl_check_image(ctx, env);
+    if (!status)
+        status = ibl_check_cube(ctx, cube);
+    if (!status)
+        status =
+            ibl_level0_create(ctx, env->width, env->height, yaw_deg, cube, &l);
     if (status)
         return status;
+    const int rows = env->height / STEPS + 1;
     for (int j = 0; j < env->height && !status; j += rows) {
         const int left = env->height - j;
         status = ibl_level0_add(l, rows < left ? rows : left,

@@ -20,7 +20,8 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "core/pi.h"
-#include "ibl/ibl.h"
+#include "image/cube.h"
+#include "image/image.h"
 
 enum {
     SUBDIVISIONS = 4,
@@ -271,15 +272,19 @@ static bool make(mapper *m, int threads)
 ibl_status ibl_latlong_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
                                  ibl_image *map)
 {
-    mapper m = {.cube = cube, .map = map, .half = (cube->size + 1) / 2};
-    const int columns = map->width / 8;
-    ibl_status status = IBL_OK;
+    ibl_status status = ibl_check_cube(ctx, cube);
 
+    if (!status)
+        status = ibl_check_image(ctx, map);
+    if (status)
+        return status;
     if (map->width < 8 || map->width % 8 || map->height < 2 || map->height % 2)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a map of %dx%d for a cube: its width must be a "
                         "multiple of 8, its height even",
                         map->width, map->height);
+    mapper m = {.cube = cube, .map = map, .half = (cube->size + 1) / 2};
+    const int columns = map->width / 8;
     if (!make(&m, ibl_ctx_threads(ctx)))
         status = ibl_no_memory(ctx, "the map of a cube");
     if (!status)

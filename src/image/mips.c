@@ -105,7 +105,9 @@ static void fill_job(void *arg, int y, int worker)
 ibl_status ibl_cube_build_mips(ibl_ctx *ctx, ibl_cube *cube)
 {
     mips a = {.cube = cube};
-    ibl_status status = IBL_OK;
+    ibl_status status = ibl_check_cube(ctx, cube);
+    if (status)
+        return status;
 
     /* Most taps and most texels of any level; see row_weights. */
     const size_t m = (size_t)cube->size / 2;

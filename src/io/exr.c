@@ -37,16 +37,20 @@ static int64_t read_fn(exr_const_context_t exr, void *user, void *buffer,
 }
 
 /* Keeps what the core would print. The first text is the one that says what
- * was wrong, those after it come from its callers. */
+ * was wrong, those after it come from its callers. Its memory running out is
+ * kept apart: the core then goes on without what it had no room for, be it the
+ * list of channels. */
 static void error_fn(exr_const_context_t exr, exr_result_t code,
                      const char *text)
 {
     void *user = NULL;
-    (void)code;
     if (!exr || exr_get_user_data(exr, &user) || !user)
         return;
     ibl_exr_file *file = user;
-    if (file->deaf || file->text[0])
+    if (file->deaf)
+        return;
+    file->no_memory |= code == EXR_ERR_OUT_OF_MEMORY;
+    if (file->text[0])
         return;
     snprintf(file->text, sizeof file->text, "%s", text);
     for (char *c = file->text; *c; c++) {
@@ -70,11 +74,12 @@ static ibl_status open_file(ibl_ctx *ctx, ibl_exr_file *file)
     init.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
     ibl_exr_listen(file);
     const exr_result_t rv = exr_start_read(&file->exr, "input", &init);
+    if (rv)
+        file->exr = NULL;
+    if (rv == EXR_ERR_OUT_OF_MEMORY || file->no_memory)
+        return ibl_no_memory(ctx, "the header of an EXR");
     if (!rv)
         return IBL_OK;
-    file->exr = NULL;
-    if (rv == EXR_ERR_OUT_OF_MEMORY)
-        return ibl_no_memory(ctx, "the header of an EXR");
     return ibl_fail(ctx, IBL_ERR_FORMAT,
                     "%s: EXR header damaged or cut short: %s", file->in->name,
                     file->text[0] ? file->text

@@ -48,9 +48,8 @@ bool ibl_exr_has_line(const exr_attr_chlist_entry_t *channel, int y)
     return y % channel->y_sampling == 0;
 }
 
-/* Bytes of the lines y..y+height-1, width pixels wide. */
-static uint64_t layout_bytes(const exr_attr_chlist_t *channels, int y,
-                             int width, int height)
+uint64_t ibl_exr_layout_bytes(const exr_attr_chlist_t *channels, int y,
+                              int width, int height)
 {
     uint64_t bytes = 0;
     for (int c = 0; c < channels->num_channels; c++) {
@@ -73,9 +72,12 @@ static ibl_status add_chunk(ibl_ctx *ctx, const ibl_exr_file *file,
                             ibl_exr_table *table)
 {
     const uint64_t bytes =
-        layout_bytes(pick->channels, y, info->width, info->height);
+        ibl_exr_layout_bytes(pick->channels, y, info->width, info->height);
     const double ratio =
         (double)bytes / (info->packed_size ? (double)info->packed_size : 1);
+    /* at 0 all channels have samples */
+    const uint64_t line =
+        ibl_exr_layout_bytes(pick->channels, 0, info->width, 1);
 
     if (info->packed_size > file->in->size ||
         info->data_offset > file->in->size - info->packed_size)
@@ -107,6 +109,10 @@ static ibl_status add_chunk(ibl_ctx *ctx, const ibl_exr_file *file,
     table->unpacked += bytes;
     if (info->packed_size > table->most_packed)
         table->most_packed = (uint32_t)info->packed_size;
+    if (bytes > table->most_unpacked)
+        table->most_unpacked = (uint32_t)bytes;
+    if ((line < bytes ? line : bytes) > table->most_line)
+        table->most_line = (uint32_t)(line < bytes ? line : bytes);
     if (y == table->chunks[0].y)
         table->columns = table->count;
     return IBL_OK;
@@ -121,6 +127,8 @@ static bool is_shown(const ibl_exr_window *map, int x, int y, int width,
 
 static ibl_status bad_chunk(ibl_ctx *ctx, const ibl_exr_file *file, int y)
 {
+    if (file->no_memory)
+        return ibl_no_memory(ctx, "the blocks of an EXR");
     return ibl_fail(ctx, IBL_ERR_FORMAT,
                     "%s: EXR damaged or cut short at the block of line %d: %s",
                     file->in->name, y,

@@ -19,6 +19,7 @@ typedef struct ibl_exr_file {
     const ibl_input *in;
     exr_context_t exr;
     bool deaf;      /* jobs run: texts of the core are not kept */
+    bool no_memory; /* it ran out for the core */
     char text[256]; /* the first complaint of the core since ibl_exr_listen */
 } ibl_exr_file;
 
@@ -77,6 +78,7 @@ typedef struct ibl_exr_table {
     int lines;            /* of a chunk, but for the last ones */
     uint64_t unpacked;    /* bytes of all of them */
     uint32_t most_packed; /* bytes of the largest */
+    uint32_t most_unpacked, most_line; /* of a line of one */
 } ibl_exr_table;
 
 /* Lists the chunks, having checked that the file holds them and that their
@@ -94,6 +96,9 @@ typedef struct ibl_exr_chroma {
 /* Bytes of a sample, and whether there are samples on line y. */
 int ibl_exr_sample_bytes(const exr_attr_chlist_entry_t *channel);
 bool ibl_exr_has_line(const exr_attr_chlist_entry_t *channel, int y);
+/* Bytes of the lines y..y+height-1, width pixels wide. */
+uint64_t ibl_exr_layout_bytes(const exr_attr_chlist_t *channels, int y,
+                              int width, int height);
 
 /* A worker's own things. */
 typedef struct ibl_exr_unpacker ibl_exr_unpacker;
@@ -106,6 +111,7 @@ typedef struct ibl_exr_decoder {
     /* by ibl_exr_decoder_init: */
     ibl_exr_unpacker *unpackers; /* one for each thread */
     ibl_most_fn *look;
+    ibl_unzip_dsp unzip;
     ibl_halves_fn *halves; /* NULL: the channels are not all halves */
     int threads;
     int per_job; /* chunks */

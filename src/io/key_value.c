@@ -134,6 +134,8 @@ static bool insert_key(ibl_texture *tex, int at, ibl_key_value pair)
 ibl_status ibl_texture_set(ibl_ctx *ctx, ibl_texture *tex, const char *key,
                            const char *value)
 {
+    if (!ctx || !tex || !key || !value)
+        return ibl_missing(ctx, "ibl_texture_set: tex, key or value");
     const ibl_status status = check_pair(ctx, tex, key, value);
     if (status)
         return status;

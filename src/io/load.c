@@ -21,10 +21,8 @@ enum {
     MAX_READ = 1 << 24
 };
 
-/* Streams end somewhere; a machine's memory should not be what ends them.
- * The largest map, flat, in 4 channels of 4 bytes, is 64 GiB. */
-static const uint64_t max_known = (uint64_t)65 << 30;
-static const uint64_t max_unknown = (uint64_t)256 << 20;
+/* Streams end somewhere; a machine's memory should not be what ends them. */
+static const uint64_t longest_unknown = (uint64_t)256 << 20;
 
 typedef struct loading {
     ibl_ctx *ctx;
@@ -32,7 +30,7 @@ typedef struct loading {
     int fd;
     bool stream;  /* may wait for a writer */
     bool may_end; /* a pipe has had a writer, so that its end is its end */
-    ibl_known_fn *known;
+    ibl_longest_fn *longest;
     unsigned char *bytes;
     size_t size, room;
     uint64_t file_size; /* of a regular file */
@@ -43,9 +41,10 @@ static ibl_status refuse(const loading *in, const char *why)
     return ibl_fail(in->ctx, IBL_ERR_IO, "%s: %s", in->name, why);
 }
 
-static ibl_status grow(loading *in)
+/* Twice as much, but not more than one byte over the most. */
+static ibl_status grow(loading *in, uint64_t most)
 {
-    const size_t room = in->room * 2;
+    const size_t room = in->room <= most / 2 ? in->room * 2 : (size_t)most + 1;
     unsigned char *more = room > in->room ? ibl_alloc_array(room, 1) : NULL;
     if (!more)
         return ibl_fail(in->ctx, IBL_ERR_MEMORY,
@@ -101,16 +100,23 @@ static ibl_status read_some(loading *in, ssize_t *n)
     }
 }
 
-static ibl_status check_length(const loading *in, uint64_t size)
+static ibl_status too_long(const loading *in, uint64_t most, const char *why)
 {
-    const bool known = !in->stream || in->known(in->bytes, in->size);
-    const uint64_t most = known ? max_known : max_unknown;
-    if (size <= most)
-        return IBL_OK;
     return ibl_fail(in->ctx, IBL_ERR_FORMAT, "%s: over %llu MiB%s", in->name,
-                    (unsigned long long)(most >> 20),
-                    known ? ", more than any map or texture has"
-                          : " of no known kind of file");
+                    (unsigned long long)(most >> 20), why);
+}
+
+/* Room for more of what may go on. */
+static ibl_status make_room(loading *in)
+{
+    const uint64_t longest =
+        in->stream ? in->longest(in->bytes, in->size) : IBL_LONGEST;
+    const uint64_t most = longest ? longest : longest_unknown;
+    if (in->size > most)
+        return too_long(in, most,
+                        longest ? ", more than a file that begins so has"
+                                : " of no known kind of file");
+    return grow(in, most);
 }
 
 static ibl_status read_all(loading *in)
@@ -119,9 +125,7 @@ static ibl_status read_all(loading *in)
         ssize_t n;
         ibl_status status = IBL_OK;
         if (in->size == in->room)
-            status = check_length(in, in->size);
-        if (!status && in->size == in->room)
-            status = grow(in);
+            status = make_room(in);
         if (!status)
             status = read_some(in, &n);
         if (status)
@@ -155,7 +159,10 @@ static ibl_status look(loading *in, bool standard_input)
     if (in->stream)
         return IBL_OK;
     in->file_size = (uint64_t)st.st_size;
-    return check_length(in, in->file_size);
+    return in->file_size <= IBL_LONGEST
+               ? IBL_OK
+               : too_long(in, IBL_LONGEST,
+                          ", more than any map or texture has");
 }
 
 static ibl_status load(loading *in)
@@ -181,14 +188,14 @@ static ibl_input loaded(const loading *l)
     return in;
 }
 
-ibl_status ibl_input_open(ibl_ctx *ctx, const char *path, ibl_known_fn *known,
-                          ibl_input *in)
+ibl_status ibl_input_open(ibl_ctx *ctx, const char *path,
+                          ibl_longest_fn *longest, ibl_input *in)
 {
     const bool standard_input = !strcmp(path, "-");
     loading l = {.ctx = ctx,
                  .name = standard_input ? "standard input" : path,
                  .fd = STDIN_FILENO,
-                 .known = known};
+                 .longest = longest};
     ibl_status status;
 
     /* Not blocking: a FIFO without a writer would, for ever. */
@@ -217,13 +224,13 @@ ibl_input ibl_input_of(const char *name, const void *bytes, size_t size)
     return (ibl_input){.name = name, .bytes = bytes, .size = size, .fd = -1};
 }
 
-ibl_status ibl_input_load(ibl_ctx *ctx, ibl_known_fn *known, ibl_input *in)
+ibl_status ibl_input_load(ibl_ctx *ctx, ibl_longest_fn *longest, ibl_input *in)
 {
     loading l = {.ctx = ctx,
                  .name = in->name,
                  .fd = in->fd,
                  .may_end = true,
-                 .known = known,
+                 .longest = longest,
                  .file_size = in->size};
     if (in->bytes)
         return IBL_OK;
@@ -270,14 +277,15 @@ void ibl_input_close(ibl_input *in)
     *in = (ibl_input){.name = in->name, .fd = -1};
 }
 
-ibl_status ibl_file_load(ibl_ctx *ctx, const char *path, ibl_known_fn *known,
-                         unsigned char **bytes, size_t *size)
+ibl_status ibl_file_load(ibl_ctx *ctx, const char *path,
+                         ibl_longest_fn *longest, unsigned char **bytes,
+                         size_t *size)
 {
     ibl_input in;
-    ibl_status status = ibl_input_open(ctx, path, known, &in);
+    ibl_status status = ibl_input_open(ctx, path, longest, &in);
     if (status)
         return status;
-    status = ibl_input_load(ctx, known, &in);
+    status = ibl_input_load(ctx, longest, &in);
     if (status) {
         ibl_input_close(&in);
         return status;

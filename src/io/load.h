@@ -9,8 +9,11 @@
 
 #include "ibl/ibl.h"
 
-/* Whether bytes begin as something that is worth reading on for. */
-typedef bool ibl_known_fn(const unsigned char *bytes, size_t size);
+/* The most bytes that a file has which begins so; 0: of no known kind. */
+typedef uint64_t ibl_longest_fn(const unsigned char *bytes, size_t size);
+
+/* The largest map, flat, in 4 channels of 4 bytes, is 64 GiB. */
+#define IBL_LONGEST ((uint64_t)65 << 30)
 
 /* Bytes that are read by offset: those of an open file, or of memory. */
 typedef struct ibl_input {
@@ -29,16 +32,17 @@ typedef struct ibl_input {
  * Regular files that are named stay open, unless they are small; everything
  * else is read into memory.
  *   path    kept as the name in messages: must live as long as in
- *   known   a stream that it does not know ends at 256 MiB
+ *   longest a stream that is longer is refused; what it does not know, from
+ *           256 MiB on
  *   in      to be closed with ibl_input_close; nothing to close after an error
  * IBL_ERR_IO, IBL_ERR_FORMAT (empty), IBL_ERR_MEMORY, IBL_ERR_CANCELLED.
  */
-ibl_status ibl_input_open(ibl_ctx *ctx, const char *path, ibl_known_fn *known,
-                          ibl_input *in);
+ibl_status ibl_input_open(ibl_ctx *ctx, const char *path,
+                          ibl_longest_fn *longest, ibl_input *in);
 /* An input of bytes that stay the caller's. */
 ibl_input ibl_input_of(const char *name, const void *bytes, size_t size);
 /* Reads the file into memory, if it is not there. */
-ibl_status ibl_input_load(ibl_ctx *ctx, ibl_known_fn *known, ibl_input *in);
+ibl_status ibl_input_load(ibl_ctx *ctx, ibl_longest_fn *longest, ibl_input *in);
 /*
  * Copies up to size bytes from offset on; *got is less at the end, which may
  * come before in->size where the file was cut since. False: errno says why.
@@ -49,7 +53,8 @@ bool ibl_input_read(const ibl_input *in, uint64_t offset, size_t size,
 void ibl_input_close(ibl_input *in); /* keeps the name */
 
 /* Opens and loads. bytes: the caller's to free with ibl_free. */
-ibl_status ibl_file_load(ibl_ctx *ctx, const char *path, ibl_known_fn *known,
-                         unsigned char **bytes, size_t *size);
+ibl_status ibl_file_load(ibl_ctx *ctx, const char *path,
+                         ibl_longest_fn *longest, unsigned char **bytes,
+                         size_t *size);
 
 #endif

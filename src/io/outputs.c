@@ -12,8 +12,9 @@
  *
  * ibl_outputs_abort may run in a signal handler at any point. What it needs is
  * in arrays of fixed size; a name is there before its file is, and which of
- * two names a file bears is not remembered but asked of the file system by
- * inode, so there is no moment at which the record is wrong.
+ * two names a file bears that is being renamed is not remembered but asked of
+ * the file system by inode, so there is no moment at which the record is wrong.
+ * Where the file system does not say, what was done before has to do.
  */
 #define _GNU_SOURCE
 #include <errno.h>
@@ -43,9 +44,11 @@ enum {
 
 /* What abort has to do for a slot. */
 enum {
-    UNUSED, /* nothing */
-    NAMED,  /* remove the temporary if it is there */
-    WRITTEN /* find out which of the names the file bears, and undo that */
+    UNUSED,  /* nothing */
+    NAMED,   /* remove the temporary if it is there */
+    WRITTEN, /* the same, the file is whole */
+    PLACING, /* find out which of the names the file bears, and undo that */
+    PLACED   /* the same; it was the target's */
 };
 
 typedef struct slot {
@@ -134,7 +137,7 @@ static ibl_status check_length(const ibl_outputs *out, const char *path,
                                size_t more)
 {
     const size_t limit = PATH_BYTES - 1 - more;
-    if (!path[0])
+    if (!path || !path[0])
         return ibl_fail(out->ctx, IBL_ERR_ARGUMENT, "an output without a path");
     if (strlen(path) > limit)
         return ibl_fail(out->ctx, IBL_ERR_ARGUMENT,
@@ -145,6 +148,8 @@ static ibl_status check_length(const ibl_outputs *out, const char *path,
 
 ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out)
 {
+    if (!ctx || !out)
+        return ibl_missing(ctx, "ibl_outputs_create: out");
     ibl_outputs *set = ibl_alloc_array(1, sizeof *set);
     *out = NULL;
     if (!set)
@@ -208,6 +213,8 @@ static ibl_status make_dir(ibl_outputs *out, const char *path)
 ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path)
 {
     char prefix[PATH_BYTES];
+    if (!out)
+        return ibl_missing(NULL, "ibl_outputs_mkdir: out");
     ibl_status status = check_length(out, path, SUFFIX_BYTES);
     size_t n = 0;
 
@@ -465,6 +472,9 @@ static ibl_status add_file(ibl_outputs *out, const char *path,
 ibl_status ibl_outputs_add(ibl_outputs *out, const char *path,
                            const void *bytes, size_t size)
 {
+    if (!out || !path || (!bytes && size))
+        return ibl_missing(out ? out->ctx : NULL,
+                           "ibl_outputs_add: path or bytes");
     ibl_piece whole = {bytes, size};
     const ibl_pieces file = {.piece = &whole, .size = size, .count = 1};
     return add_file(out, path, &file);
@@ -474,6 +484,9 @@ ibl_status ibl_outputs_add_texture(ibl_outputs *out, const char *path,
                                    const ibl_texture *tex,
                                    ibl_container container, size_t *size)
 {
+    if (!out || !path)
+        return ibl_missing(out ? out->ctx : NULL,
+                           "ibl_outputs_add_texture: path");
     ibl_pieces file = {0};
     ibl_status status = ibl_texture_pieces(out->ctx, tex, container, &file);
     if (!status)
@@ -497,6 +510,9 @@ ibl_status ibl_outputs_take_texture(ibl_outputs *out, const char *path,
                                     ibl_texture *tex, ibl_container container,
                                     size_t *size)
 {
+    if (!out || !path || !tex)
+        return ibl_missing(out ? out->ctx : NULL,
+                           "ibl_outputs_take_texture: path or tex");
     writing w = {.on = true, .tex = *tex};
     ibl_status status;
 
@@ -525,6 +541,8 @@ done:
 
 ibl_status ibl_outputs_wait(ibl_outputs *out)
 {
+    if (!out)
+        return ibl_missing(NULL, "ibl_outputs_wait: out");
     writing *w = &out->later;
     if (!w->on)
         return IBL_OK;
@@ -556,36 +574,43 @@ static int exchange(const char *a, const char *b)
 #endif
 }
 
+/* Whether the file bears the name. errno is 0 where another one does, ENOENT
+ * where none does, and something else where that cannot be known. */
 static bool is_ours(const slot *s, const char *path)
 {
     struct stat st;
+    errno = 0;
     return !lstat(path, &st) && st.st_dev == s->device && st.st_ino == s->inode;
 }
 
-/*
- * Brings one file of the set away, and the old one back. Only system calls.
- * An old file that rename has replaced, on a file system that cannot
- * exchange, is gone: there the new one stays.
- */
+/* Brings the old file back. What rename has replaced, on a file system that
+ * cannot exchange, is gone: there the new one stays. */
+static void take_back(slot *s)
+{
+    if (!atomic_load(&s->replaces)) {
+        unlink(s->target);
+        return;
+    }
+    atomic_store(&s->state, PLACING);
+    if (exchange(s->temporary, s->target)) {
+        rename(s->temporary, s->target); /* exchanging fails now */
+        return;
+    }
+    atomic_store(&s->state, WRITTEN);
+    unlink(s->temporary);
+}
+
+/* Brings one file of the set away, and the old one back. Only system calls. */
 static void undo(slot *s)
 {
     const int state = atomic_load(&s->state);
     if (state == UNUSED)
         return;
-    if (state == NAMED || is_ours(s, s->temporary)) {
+    if (state < PLACING || is_ours(s, s->temporary))
         unlink(s->temporary);
-    } else if (is_ours(s, s->target)) {
-        struct stat st;
-        if (!lstat(s->temporary, &st)) {
-            /* The old file; rename if exchanging fails now. */
-            if (!exchange(s->temporary, s->target))
-                unlink(s->temporary);
-            else
-                rename(s->temporary, s->target);
-        } else if (!atomic_load(&s->replaces)) {
-            unlink(s->target);
-        }
-    }
+    else if (is_ours(s, s->target) ||
+             (state == PLACED && errno && errno != ENOENT))
+        take_back(s);
     atomic_store(&s->state, UNUSED);
 }
 
@@ -634,27 +659,37 @@ void ibl_outputs_free(ibl_outputs *out)
     ibl_free(out);
 }
 
-/* Gives the file its name. Afterwards the temporary is the old file, or is
- * not there. */
-static int put_in_place(slot *s)
+/* Exchanges temporary and target, or renames the one to the other. */
+static int give_name(const slot *s)
 {
-    struct stat st;
-    if (lstat(s->target, &st)) {
-        if (errno != ENOENT)
-            return -1;
+    if (!atomic_load(&s->replaces))
         return rename(s->temporary, s->target);
-    }
-    atomic_store(&s->replaces, true);
-    if (S_ISDIR(st.st_mode)) {
-        errno = EISDIR; /* exchanging would take even that */
-        return -1;
-    }
     if (!exchange(s->temporary, s->target))
         return 0;
     if (errno != EINVAL && errno != ENOSYS && errno != EPERM &&
         errno != EOPNOTSUPP)
         return -1;
     return rename(s->temporary, s->target);
+}
+
+/* Gives the file its name. Afterwards the temporary is the old file, or is
+ * not there. */
+static int put_in_place(slot *s)
+{
+    struct stat st;
+    const bool replaces = !lstat(s->target, &st);
+    if (!replaces && errno != ENOENT)
+        return -1;
+    if (replaces && S_ISDIR(st.st_mode)) {
+        errno = EISDIR; /* exchanging would take even that */
+        return -1;
+    }
+    atomic_store(&s->replaces, replaces);
+    atomic_store(&s->state, PLACING);
+    if (give_name(s))
+        return -1;
+    atomic_store(&s->state, PLACED);
+    return 0;
 }
 
 /* Flushes the directory that path is in. Where that cannot be done at all,

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/read.h"
 
+#include "core/alloc.h"
 #include "core/context.h"
 #include "io/source.h"
 
@@ -32,6 +33,21 @@ ibl_status ibl_read_check_size(ibl_ctx *ctx, const char *name,
     return IBL_OK;
 }
 
+ibl_status ibl_read_alloc(ibl_ctx *ctx, const char *name, int width, int height,
+                          ibl_image *img)
+{
+    const size_t pixels = (size_t)width * (size_t)height;
+    float *data = ibl_alloc_array(pixels, 3 * sizeof *data);
+
+    if (!data)
+        return ibl_fail(ctx, IBL_ERR_MEMORY,
+                        "%s: no memory for %dx%d pixels at once, %.1f GiB: "
+                        "scale it down, or free some",
+                        name, width, height, (double)pixels * 12 / (1 << 30));
+    *img = (ibl_image){width, height, data};
+    return IBL_OK;
+}
+
 /* All of a source that was opened with status. */
 static ibl_status read_all(ibl_status status, ibl_source *source,
                            ibl_image *img, ibl_read_report *report)
@@ -53,6 +69,8 @@ ibl_status ibl_image_decode(ibl_ctx *ctx, const char *name, const void *bytes,
                             ibl_image *img, ibl_read_report *report)
 {
     ibl_source *source;
+    if (!ctx || !name || (!bytes && size) || !img)
+        return ibl_missing(ctx, "ibl_image_decode: name, bytes or img");
     const ibl_status status =
         ibl_source_over(ctx, name, bytes, size, opts, &source);
     return read_all(status, source, img, report);
@@ -63,6 +81,8 @@ ibl_status ibl_image_read(ibl_ctx *ctx, const char *path,
                           ibl_read_report *report)
 {
     ibl_source *source;
+    if (!ctx || !img)
+        return ibl_missing(ctx, "ibl_image_read: img");
     const ibl_status status = ibl_source_open(ctx, path, opts, &source);
     return read_all(status, source, img, report);
 }

@@ -10,5 +10,8 @@
 ibl_status ibl_read_check_size(ibl_ctx *ctx, const char *name,
                                const ibl_read_options *opts, long long width,
                                long long height);
+/* An image for all of a map, whose size has been checked. */
+ibl_status ibl_read_alloc(ibl_ctx *ctx, const char *name, int width, int height,
+                          ibl_image *img);
 
 #endif

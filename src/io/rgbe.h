@@ -14,10 +14,15 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include "io/load.h"
 #include "io/rows.h"
 #include "kern/rgbe.h"
+
+enum {
+    IBL_RGBE_MOST_HEADER = 1 << 26 /* longer ones are taken for damage */
+};
 
 /* Whether the bytes begin like a Radiance picture: "#?". */
 bool ibl_rgbe_is(const void *bytes, size_t size);
@@ -47,6 +52,10 @@ typedef struct ibl_rgbe_header {
     float matrix[9]; /* XYZ to RGB, exposure undone; row-major */
     size_t data;     /* offset of the first scanline */
 } ibl_rgbe_header;
+
+/* The most bytes that a picture has which begins so, 1 MiB of whatever comes
+ * after it included. */
+uint64_t ibl_rgbe_longest(const unsigned char *bytes, size_t size);
 
 /* Whether the bytes, the first of a picture, have its header or enough of it
  * to say what is wrong with it. */

@@ -25,7 +25,8 @@ static const double default_primaries[8] = {0.640, 0.330, 0.290,     0.600,
                                             0.150, 0.060, 1.0 / 3.0, 1.0 / 3.0};
 
 enum {
-    QUOTE = 48 /* bytes of a file that a message repeats, with the NUL */
+    QUOTE = 48, /* bytes of a file that a message repeats, with the NUL */
+    BEYOND_BYTES = 1 << 20 /* after the pixels */
 };
 
 /* Printable text of a line, cut where it is long. */
@@ -105,6 +106,8 @@ static bool take_number(struct text *t, double *value)
             *t = tail;
         }
     }
+    if (!digits)
+        exponent = 0; /* 0e9999 is 0, and not 0 * Inf */
     *value = exponent < 0 ? (double)digits / pow(10, -exponent)
                           : (double)digits * pow(10, exponent);
     if (negative)
@@ -249,36 +252,47 @@ static bool take_axis(struct text *t, char axis, bool *decreasing, int *edge)
 }
 
 /* The eight orientations. The picture's X grows to the right and its Y up, so
- * rows that run with -Y begin at the top. */
-static ibl_status take_resolution(ibl_ctx *ctx, const char *name,
-                                  struct text line, ibl_rgbe_header *h)
+ * rows that run with -Y begin at the top. False: it is no resolution, or has an
+ * edge of no map. */
+static bool take_edges(struct text line, ibl_rgbe_header *h, bool *is_one)
 {
     struct text t = line;
     bool x_down, y_down;
-    char text[QUOTE];
 
     h->by_column = line.end - line.at > 1 && line.at[1] == 'X';
-    bool ok = h->by_column ? take_axis(&t, 'X', &x_down, &h->width) &&
+    *is_one = h->by_column ? take_axis(&t, 'X', &x_down, &h->width) &&
                                  take_axis(&t, 'Y', &y_down, &h->height)
                            : take_axis(&t, 'Y', &y_down, &h->height) &&
                                  take_axis(&t, 'X', &x_down, &h->width);
     skip_blanks(&t);
-    if (!ok || t.at != t.end)
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: the resolution line is \"%s\": must be like "
-                        "\"-Y 512 +X 1024\"",
-                        name, quote(line, text));
-    if (h->width < 1 || h->width > IBL_MAX_EDGE || h->height < 1 ||
+    *is_one = *is_one && t.at == t.end;
+    if (!*is_one || h->width < 1 || h->width > IBL_MAX_EDGE || h->height < 1 ||
         h->height > IBL_MAX_EDGE)
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: the resolution line is \"%s\": each edge must be "
-                        "1 to %d pixels",
-                        name, quote(line, text), IBL_MAX_EDGE);
+        return false;
     h->row_px = h->by_column ? h->height : h->width;
     h->rows = h->by_column ? h->width : h->height;
     h->reverse_rows = h->by_column ? x_down : !y_down;
     h->reverse_pixels = h->by_column ? !y_down : x_down;
-    return IBL_OK;
+    return true;
+}
+
+static ibl_status take_resolution(ibl_ctx *ctx, const char *name,
+                                  struct text line, ibl_rgbe_header *h)
+{
+    char text[QUOTE];
+    bool is_one;
+
+    if (take_edges(line, h, &is_one))
+        return IBL_OK;
+    if (is_one)
+        return ibl_fail(ctx, IBL_ERR_FORMAT,
+                        "%s: the resolution line is \"%s\": each edge must be "
+                        "1 to %d pixels",
+                        name, quote(line, text), IBL_MAX_EDGE);
+    return ibl_fail(ctx, IBL_ERR_FORMAT,
+                    "%s: the resolution line is \"%s\": must be like "
+                    "\"-Y 512 +X 1024\"",
+                    name, quote(line, text));
 }
 
 /*
@@ -365,6 +379,24 @@ bool ibl_rgbe_has_header(const unsigned char *bytes, size_t size)
         blank = line.at == line.end;
     }
     return false;
+}
+
+uint64_t ibl_rgbe_longest(const unsigned char *bytes, size_t size)
+{
+    struct text rest = {bytes, bytes + size}, line;
+    const bool bare_cr = uses_bare_cr(rest);
+    ibl_rgbe_header h;
+    bool is_one;
+
+    while (next_line(&rest, bare_cr, &line)) {
+        if (!is_resolution(line))
+            continue;
+        if (!take_edges(line, &h, &is_one))
+            break;
+        return (uint64_t)(rest.at - bytes) +
+               (uint64_t)h.rows * ibl_rgbe_most_bytes(&h) + BEYOND_BYTES;
+    }
+    return IBL_RGBE_MOST_HEADER;
 }
 
 ibl_status ibl_rgbe_parse(ibl_ctx *ctx, const char *name,

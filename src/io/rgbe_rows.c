@@ -25,9 +25,6 @@ enum {
     HEADER_BYTES = 1 << 16 /* where a header has mostly ended */
 };
 
-/* Longer headers are taken for damage. */
-static const size_t most_header = (size_t)64 << 20;
-
 /* Scanlines that have been passed over. */
 typedef struct pack {
     unsigned char *buffer; /* NULL: bytes are those of the input */
@@ -371,7 +368,7 @@ static ibl_status parse_file(ibl_ctx *ctx, const ibl_input *in,
         if (!ibl_input_read(in, 0, room, bytes, &got)) {
             status = ibl_fail(ctx, IBL_ERR_IO, "%s: cannot be read: %s",
                               in->name, strerror(errno));
-        } else if (got < room || room >= most_header ||
+        } else if (got < room || room >= IBL_RGBE_MOST_HEADER ||
                    ibl_rgbe_has_header(bytes, got)) {
             status = ibl_rgbe_parse(ctx, in->name, bytes, got, h);
         } else {
@@ -430,7 +427,8 @@ static ibl_status decode_whole(rgbe_rows *r, ibl_rows **out)
     step s = {.r = r, .job_lines = job_lines(h)};
     ibl_image img;
     ibl_read_report report = {.format = ""};
-    ibl_status status = ibl_image_alloc(r->rows.ctx, h->width, h->height, &img);
+    ibl_status status =
+        ibl_read_alloc(r->rows.ctx, r->in->name, h->width, h->height, &img);
     if (status)
         return status;
     s.dst = img.data;

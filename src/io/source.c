@@ -8,8 +8,10 @@
 #include "core/context.h"
 #include "io/alpha.h"
 #include "io/bridge.h"
+#include "io/container.h"
 #include "io/exr.h"
 #include "io/load.h"
+#include "io/read.h"
 #include "io/repair.h"
 #include "io/rgbe.h"
 #include "io/rows.h"
@@ -35,16 +37,18 @@ struct ibl_source {
 
 /* ---- opening -------------------------------------------------------- */
 
-static bool is_known(const unsigned char *bytes, size_t size)
+static uint64_t longest(const unsigned char *bytes, size_t size)
 {
     const char *kind, *reader;
+    if (ibl_rgbe_is(bytes, size))
+        return ibl_rgbe_longest(bytes, size);
     ibl_sniff(bytes, size, &kind, &reader);
-    return kind || ibl_exr_is(bytes, size) || ibl_rgbe_is(bytes, size);
+    return kind || ibl_exr_is(bytes, size) ? IBL_LONGEST : 0;
 }
 
 static ibl_status open_bridged(ibl_source *s, const ibl_read_options *opts)
 {
-    const ibl_status status = ibl_input_load(s->ctx, is_known, &s->in);
+    const ibl_status status = ibl_input_load(s->ctx, longest, &s->in);
     if (status)
         return status;
     ibl_bridge_source source = {
@@ -62,6 +66,11 @@ static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
         return ibl_fail(s->ctx, IBL_ERR_IO, "%s: cannot be read", s->in.name);
     if (ibl_exr_is(first, size))
         return ibl_exr_open(s->ctx, &s->in, opts, &s->rows);
+    if (ibl_is_ktx2(first, size) || ibl_is_ktx(first, size))
+        return ibl_fail(s->ctx, IBL_ERR_FORMAT,
+                        "%s: is a texture, %s, where a map is wanted: give the "
+                        "map that it was baked from",
+                        s->in.name, ibl_is_ktx(first, size) ? "KTX" : "KTX2");
     if (opts->layer || opts->part > 0)
         return ibl_fail(s->ctx, IBL_ERR_FORMAT,
                         "%s: has no %s: only OpenEXR files do, so do not ask "
@@ -166,12 +175,14 @@ ibl_status ibl_source_open(ibl_ctx *ctx, const char *path,
     ibl_source *s;
     ibl_status status;
 
+    if (!ctx || !path || !out)
+        return ibl_missing(ctx, "ibl_source_open: path or out");
     *out = NULL;
     opts = opts ? opts : &defaults;
     status = make(ctx, path, opts, &s);
     if (status)
         return status;
-    status = ibl_input_open(ctx, s->name, is_known, &s->in);
+    status = ibl_input_open(ctx, s->name, longest, &s->in);
     if (status) {
         ibl_source_close(s);
         return status;
@@ -281,10 +292,12 @@ static void apply_alpha(ibl_source *s, int rows, float *rgb)
 ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
 {
     ibl_source *s = source;
-    const int left = s->rows->height - s->row;
 
+    if (!s || !rgb)
+        return ibl_missing(s ? s->ctx : NULL, "ibl_source_read: rgb");
     if (s->status)
         return s->status;
+    const int left = s->rows->height - s->row;
     if (rows < 1 || rows > left)
         return ibl_fail(s->ctx, IBL_ERR_ARGUMENT,
                         "%d rows: must be 1 to the %d that are left", rows,
@@ -309,7 +322,8 @@ ibl_status ibl_source_image(ibl_source *source, ibl_image *img)
     *img = rows->whole;
     rows->whole = (ibl_image){0};
     if (!img->data)
-        status = ibl_image_alloc(source->ctx, rows->width, rows->height, img);
+        status = ibl_read_alloc(source->ctx, source->name, rows->width,
+                                rows->height, img);
     if (!status)
         status = ibl_source_read(source, img->height, img->data);
     if (status)

@@ -3,6 +3,8 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "image/cube.h"
+#include "image/overflow.h"
 #include "io/container.h"
 #include "kern/pixel.h"
 
@@ -72,37 +74,41 @@ static void encode_job(void *arg, int job, int worker)
                                a->dst + first * a->texel_bytes);
 }
 
-/* Fills tex, whose shape is set, from texels floats on the pool. */
-static ibl_status encode_texels(ibl_ctx *ctx, const float *src, size_t texels,
-                                ibl_texture *tex, size_t *saturated)
+/* Encodes texels to dst on the pool; *beyond is their count. */
+static ibl_status encode_texels(ibl_ctx *ctx, ibl_pixel pixel, const float *src,
+                                size_t texels, unsigned char *dst,
+                                size_t *beyond)
 {
     const size_t jobs = (texels + JOB_TEXELS - 1) / JOB_TEXELS;
     ibl_pixel_dsp dsp;
-    ibl_status status;
 
     ibl_pixel_dsp_init(&dsp, ibl_ctx_isa(ctx));
+    encode_arg arg = {dsp.encode[pixel],
+                      src,
+                      dst,
+                      texels,
+                      ibl_pixel_bytes(pixel),
+                      ibl_pixel_channels(pixel),
+                      ibl_alloc_zeroed(jobs, sizeof *arg.beyond)};
+    if (!arg.beyond)
+        return ibl_no_memory(ctx, "a texture");
+    const ibl_status status = ibl_run(ctx, NULL, (int)jobs, encode_job, &arg);
+    *beyond = 0;
+    for (size_t i = 0; i < jobs; i++)
+        *beyond += arg.beyond[i];
+    ibl_free(arg.beyond);
+    return status;
+}
+
+/* Gives tex, whose shape is set, its data. */
+static ibl_status fill_texture(ibl_ctx *ctx, const float *src, size_t texels,
+                               ibl_texture *tex, size_t *beyond)
+{
     tex->bytes = texels * ibl_pixel_bytes(tex->pixel);
     tex->data = ibl_alloc_array(texels, ibl_pixel_bytes(tex->pixel));
-    encode_arg arg = {dsp.encode[tex->pixel],
-                      src,
-                      tex->data,
-                      texels,
-                      ibl_pixel_bytes(tex->pixel),
-                      ibl_pixel_channels(tex->pixel),
-                      ibl_alloc_zeroed(jobs, sizeof *arg.beyond)};
-    if (tex->data && arg.beyond)
-        status = ibl_run(ctx, NULL, (int)jobs, encode_job, &arg);
-    else
-        status = ibl_no_memory(ctx, "a texture");
-    if (!status && saturated) {
-        *saturated = 0;
-        for (size_t i = 0; i < jobs; i++)
-            *saturated += arg.beyond[i];
-    }
-    ibl_free(arg.beyond);
-    if (status)
-        ibl_texture_free(tex);
-    return status;
+    if (!tex->data)
+        return ibl_no_memory(ctx, "a texture");
+    return encode_texels(ctx, tex->pixel, src, texels, tex->data, beyond);
 }
 
 static ibl_status check_pixel(ibl_ctx *ctx, ibl_pixel pixel, int channels,
@@ -119,29 +125,72 @@ static ibl_status check_pixel(ibl_ctx *ctx, ibl_pixel pixel, int channels,
     return IBL_OK;
 }
 
-ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
-                                 ibl_pixel pixel, ibl_texture *tex,
-                                 size_t *saturated)
+/* Encodes what is beyond the largest value anew. */
+static ibl_status settle_level(ibl_ctx *ctx, const ibl_cube *cube, int level,
+                               ibl_overflow overflow, ibl_texture *tex,
+                               ibl_overflow_level *report)
 {
-    const ibl_status status = check_pixel(ctx, pixel, 3, "a cube");
+    const float top = ibl_pixel_max(tex->pixel);
+    const bool small_blue = tex->pixel == IBL_PIXEL_R11G11B10F;
+    const float max[3] = {top, top, small_blue ? IBL_SMALL10_MAX : top};
+    const size_t n = (size_t)ibl_cube_edge(cube->size, level);
+    float *settled = NULL;
+    size_t beyond;
+
+    ibl_status status =
+        ibl_overflow_settle(ctx, overflow, max, (int)n,
+                            ibl_cube_face(cube, level, 0), &settled, report);
+    if (!status && settled)
+        status = encode_texels(ctx, tex->pixel, settled, IBL_FACES * n * n,
+                               tex->data + ibl_texture_offset(tex, level, 0),
+                               &beyond);
+    ibl_free(settled);
+    return status;
+}
+
+const char *ibl_overflow_name(ibl_overflow overflow)
+{
+    return overflow == IBL_OVERFLOW_SPREAD ? "spread" : "clip";
+}
+
+ibl_status ibl_texture_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
+                                 ibl_pixel pixel, ibl_overflow overflow,
+                                 ibl_texture *tex, ibl_overflow_report *report)
+{
+    ibl_overflow_report r = {0};
+    ibl_status status = ibl_check_cube(ctx, cube);
+    if (!status)
+        status = check_pixel(ctx, pixel, 3, "a cube");
     if (status)
         return status;
+    if (!tex)
+        return ibl_missing(ctx, "ibl_texture_from_cube: tex");
     *tex = (ibl_texture){.pixel = pixel,
                          .width = cube->size,
                          .height = cube->size,
                          .levels = cube->levels,
                          .layers = 1,
                          .faces = IBL_FACES};
-    return encode_texels(ctx, cube->data,
-                         ibl_cube_texels(cube->size, cube->levels), tex,
-                         saturated);
+    status =
+        fill_texture(ctx, cube->data, ibl_cube_texels(cube->size, cube->levels),
+                     tex, &r.values);
+    for (int l = 0; l < cube->levels && r.values && !status; l++)
+        status = settle_level(ctx, cube, l, overflow, tex, &r.level[l]);
+    if (status)
+        ibl_texture_free(tex);
+    else if (report)
+        *report = r;
+    return status;
 }
 
 ibl_status ibl_texture_from_lut(ibl_ctx *ctx, const ibl_lut *lut,
                                 ibl_pixel pixel, ibl_texture *tex,
                                 size_t *saturated)
 {
-    const ibl_status status = check_pixel(ctx, pixel, 2, "a LUT");
+    size_t beyond;
+    if (!ctx || !lut || !lut->data || !tex)
+        return ibl_missing(ctx, "ibl_texture_from_lut: lut, its data or tex");
+    ibl_status status = check_pixel(ctx, pixel, 2, "a LUT");
     if (status)
         return status;
     *tex = (ibl_texture){.pixel = pixel,
@@ -150,8 +199,13 @@ ibl_status ibl_texture_from_lut(ibl_ctx *ctx, const ibl_lut *lut,
                          .levels = 1,
                          .layers = 1,
                          .faces = 1};
-    return encode_texels(ctx, lut->data, (size_t)lut->size * (size_t)lut->size,
-                         tex, saturated);
+    status = fill_texture(ctx, lut->data, (size_t)lut->size * (size_t)lut->size,
+                          tex, &beyond);
+    if (status)
+        ibl_texture_free(tex);
+    else if (saturated)
+        *saturated = beyond;
+    return status;
 }
 
 static ibl_status check_single(ibl_ctx *ctx, const ibl_texture *tex)
@@ -167,13 +221,16 @@ static ibl_status check_single(ibl_ctx *ctx, const ibl_texture *tex)
 ibl_status ibl_texture_to_cube(ibl_ctx *ctx, const ibl_texture *tex,
                                ibl_cube *cube)
 {
+    ibl_status status = ibl_texture_check(ctx, tex);
+    if (status)
+        return status;
     if (tex->faces != IBL_FACES || ibl_pixel_channels(tex->pixel) != 3)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a texture of %d %s and %d channels is no cube: 6 "
                         "faces and 3 channels are needed",
                         tex->faces, tex->faces == 1 ? "face" : "faces",
                         ibl_pixel_channels(tex->pixel));
-    ibl_status status = check_single(ctx, tex);
+    status = check_single(ctx, tex);
     if (!status)
         status = ibl_cube_alloc(ctx, tex->width, tex->levels, cube);
     if (!status)
@@ -185,6 +242,11 @@ ibl_status ibl_texture_to_cube(ibl_ctx *ctx, const ibl_texture *tex,
 ibl_status ibl_texture_to_lut(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_lut *lut)
 {
+    ibl_status status = ibl_texture_check(ctx, tex);
+    if (status)
+        return status;
+    if (!lut)
+        return ibl_missing(ctx, "ibl_texture_to_lut: lut");
     if (tex->faces != 1 || ibl_pixel_channels(tex->pixel) != 2 ||
         tex->width != tex->height)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
@@ -192,7 +254,7 @@ ibl_status ibl_texture_to_lut(ibl_ctx *ctx, const ibl_texture *tex,
                         "is no LUT: 1 square face and 2 channels are needed",
                         tex->width, tex->height, tex->faces,
                         ibl_pixel_channels(tex->pixel));
-    const ibl_status status = check_single(ctx, tex);
+    status = check_single(ctx, tex);
     if (status)
         return status;
     const size_t texels = (size_t)tex->width * (size_t)tex->height;
@@ -231,6 +293,8 @@ static bool is_valid(const ibl_texture *tex)
 
 ibl_status ibl_texture_check(ibl_ctx *ctx, const ibl_texture *tex)
 {
+    if (!ctx || !tex)
+        return ibl_missing(ctx, "a texture");
     if (is_valid(tex))
         return IBL_OK;
     return ibl_fail(ctx, IBL_ERR_ARGUMENT,
@@ -291,6 +355,8 @@ ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, void **bytes,
                               size_t *size)
 {
+    if (!bytes || !size)
+        return ibl_missing(ctx, "ibl_texture_encode: bytes or size");
     ibl_pieces file = {0};
     ibl_status status = ibl_texture_pieces(ctx, tex, container, &file);
 
@@ -315,6 +381,8 @@ ibl_status ibl_texture_visit(ibl_ctx *ctx, const ibl_texture *tex,
                              ibl_container container, ibl_bytes_fn *fn,
                              void *cookie)
 {
+    if (!fn)
+        return ibl_missing(ctx, "ibl_texture_visit: fn");
     ibl_pieces file = {0};
     const ibl_status status = ibl_texture_pieces(ctx, tex, container, &file);
 
@@ -337,6 +405,8 @@ ibl_status ibl_texture_decode(ibl_ctx *ctx, const char *name, const void *bytes,
     ibl_container found;
     ibl_status status;
 
+    if (!ctx || !name || (!bytes && size) || !tex)
+        return ibl_missing(ctx, "ibl_texture_decode: name, bytes or tex");
     *tex = (ibl_texture){0};
     if (ibl_is_ktx2(file.bytes, size)) {
         found = IBL_CONTAINER_KTX2;

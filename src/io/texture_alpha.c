@@ -4,13 +4,16 @@
 #include <string.h>
 
 #include "core/half.h"
+#include "image/cube.h"
 #include "io/container.h"
 
 static ibl_status check_shape(ibl_ctx *ctx, const ibl_texture *tex,
                               const ibl_cube *alpha)
 {
-    const ibl_status status = ibl_texture_check(ctx, tex);
+    ibl_status status = ibl_texture_check(ctx, tex);
 
+    if (!status)
+        status = ibl_check_cube(ctx, alpha);
     if (status)
         return status;
     if (!ibl_pixel_has_alpha(tex->pixel))
@@ -61,6 +64,8 @@ ibl_status ibl_texture_set_alpha(ibl_ctx *ctx, ibl_texture *tex,
 ibl_status ibl_texture_get_alpha(ibl_ctx *ctx, const ibl_texture *tex,
                                  ibl_cube *alpha)
 {
+    if (!alpha)
+        return ibl_missing(ctx, "ibl_texture_get_alpha: alpha");
     ibl_cube cube = {0};
     const ibl_status status = ibl_texture_to_cube(ctx, tex, &cube);
 

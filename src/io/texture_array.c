@@ -75,6 +75,8 @@ ibl_status ibl_texture_array(ibl_ctx *ctx, const ibl_texture *const *layers,
     ibl_status status = IBL_OK;
     int total = 0, premultiplied = 0;
 
+    if (!ctx || !layers || !out)
+        return ibl_missing(ctx, "ibl_texture_array: layers or out");
     *out = (ibl_texture){0};
     if (count < 1)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
@@ -122,6 +124,8 @@ static ibl_status check_layer(ibl_ctx *ctx, const ibl_texture *tex)
 ibl_status ibl_texture_array_begin(ibl_ctx *ctx, const ibl_texture *tex,
                                    int layers, ibl_texture *out)
 {
+    if (!out)
+        return ibl_missing(ctx, "ibl_texture_array_begin: out");
     *out = (ibl_texture){0};
     const ibl_status status = check_layer(ctx, tex);
     if (status)
@@ -136,7 +140,9 @@ ibl_status ibl_texture_array_begin(ibl_ctx *ctx, const ibl_texture *tex,
 ibl_status ibl_texture_array_put(ibl_ctx *ctx, ibl_texture *array, int layer,
                                  const ibl_texture *tex)
 {
-    const ibl_status status = check_layer(ctx, tex);
+    ibl_status status = check_layer(ctx, tex);
+    if (!status)
+        status = ibl_texture_check(ctx, array);
     if (status)
         return status;
     if (layer < 0 || layer >= array->layers)
@@ -159,6 +165,8 @@ ibl_status ibl_texture_array_put(ibl_ctx *ctx, ibl_texture *array, int layer,
 ibl_status ibl_texture_layer(ibl_ctx *ctx, const ibl_texture *tex, int layer,
                              ibl_texture *out)
 {
+    if (!out)
+        return ibl_missing(ctx, "ibl_texture_layer: out");
     *out = (ibl_texture){0};
     ibl_status status = ibl_texture_check(ctx, tex);
     if (status)

@@ -5,10 +5,12 @@
 #include "io/container.h"
 #include "io/load.h"
 
-static bool is_texture(const unsigned char *bytes, size_t size)
+static uint64_t longest(const unsigned char *bytes, size_t size)
 {
     return ibl_is_ktx2(bytes, size) || ibl_is_ktx(bytes, size) ||
-           ibl_is_dds(bytes, size);
+                   ibl_is_dds(bytes, size)
+               ? IBL_LONGEST
+               : 0;
 }
 
 ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
@@ -17,8 +19,10 @@ ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
     unsigned char *bytes;
     size_t size;
 
+    if (!ctx || !path || !tex)
+        return ibl_missing(ctx, "ibl_texture_read: path or tex");
     *tex = (ibl_texture){0};
-    ibl_status status = ibl_file_load(ctx, path, is_texture, &bytes, &size);
+    ibl_status status = ibl_file_load(ctx, path, longest, &bytes, &size);
     if (status)
         return status;
     status =

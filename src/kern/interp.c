@@ -79,12 +79,12 @@ static void row(const ibl_interp_row *a)
     }
 }
 
-static void finish(const float *rgba, const float *gain,
-                   const ibl_interp_range *range, int count, float *rgb)
+static void finish(const float *rgba, const ibl_interp_range *range, int count,
+                   float *rgb)
 {
     for (int i = 0; i < count; i++) {
         for (int c = 0; c < 3; c++) {
-            float x = rgba[4 * i + c] * (gain ? gain[i] : 1) + range->offset[c];
+            float x = rgba[4 * i + c] * range->gain + range->offset[c];
             x = x > range->low[c] ? x : range->low[c];
             rgb[3 * i + c] = x < range->high[c] ? x : range->high[c];
         }

@@ -44,6 +44,7 @@ typedef struct ibl_interp_row {
 
 /* Colours that a texel is given at last, see finish(). */
 typedef struct ibl_interp_range {
+    float gain;
     float offset[4], low[4], high[4]; /* R, G, B, unused */
 } ibl_interp_range;
 
@@ -70,13 +71,12 @@ typedef struct ibl_interp_dsp {
                     const double *angle, int count, int *first, float *weight);
     void (*row)(const ibl_interp_row *row);
     /*
-     * rgb[3 i + c] = rgba[4 i + c] gain[i] + offset[c], then no less than
-     * low[c] and no more than high[c]; NaN becomes low[c].
-     *   gain  NULL: 1
+     * rgb[3 i + c] = rgba[4 i + c] gain + offset[c], then no less than low[c]
+     * and no more than high[c]; NaN becomes low[c].
      *   rgb   3 count floats, written
      */
-    void (*finish)(const float *rgba, const float *gain,
-                   const ibl_interp_range *range, int count, float *rgb);
+    void (*finish)(const float *rgba, const ibl_interp_range *range, int count,
+                   float *rgb);
 } ibl_interp_dsp;
 
 /* isa: what the context uses, not IBL_ISA_AUTO. */

@@ -22,10 +22,10 @@ static void row(const ibl_interp_row *a)
     lanes_row(a);
 }
 
-static void finish(const float *rgba, const float *gain,
-                   const ibl_interp_range *range, int count, float *rgb)
+static void finish(const float *rgba, const ibl_interp_range *range, int count,
+                   float *rgb)
 {
-    lanes_finish(rgba, gain, range, count, rgb);
+    lanes_finish(rgba, range, count, rgb);
 }
 
 void ibl_interp_init_sse2(ibl_interp_dsp *dsp)

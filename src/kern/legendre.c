@@ -41,13 +41,13 @@ static void split(double value, double *mantissa, double *exponent)
 
 static void fill_pair(ibl_legendre_rings *r, int j, const double *weight)
 {
-    const int mirror = r->count - 1 - j;
-    const double half = 0.5 * pi / r->count;
+    const int mirror = r->count - 1 - j, edges = r->kind == IBL_RINGS_EDGES;
+    const double half = 0.5 * pi / (r->count + edges);
 
     /* The sine of the latitude: to the last bits also at the equator. */
     r->x[j] = sin(half * (r->count - 1 - 2 * j));
     r->x2[j] = r->x[j] * r->x[j];
-    r->sine[j] = sin(half * (2 * j + 1));
+    r->sine[j] = sin(half * (2 * j + 1 + edges));
     r->north[j] = weight ? weight[j] : 1.0;
     r->south[j] = mirror == j ? 0.0 : weight ? weight[mirror] : 1.0;
     split(r->sine[j], &r->mantissa[j], &r->exponent[j]);
@@ -63,8 +63,8 @@ static void fill_start(double *start, int degree)
         start[m] = start[m - 1] * sqrt((2.0 * m + 1.0) / (2.0 * m));
 }
 
-bool ibl_legendre_rings_init(ibl_legendre_rings *r, int count, int degree,
-                             const double *weight)
+bool ibl_legendre_rings_init(ibl_legendre_rings *r, ibl_ring_kind kind,
+                             int count, int degree, const double *weight)
 {
     const int pairs = (count + 1) / 2;
     const size_t padded = ((size_t)pairs + PAD - 1) / PAD * PAD;
@@ -75,6 +75,7 @@ bool ibl_legendre_rings_init(ibl_legendre_rings *r, int count, int degree,
     if (!memory)
         return false;
     *r = (ibl_legendre_rings){
+        kind,
         count,
         pairs,
         degree,
@@ -161,6 +162,13 @@ static const double *coefficients(const ibl_legendre_order *o)
     return o->scratch;
 }
 
+/* F_j of a ring. */
+static double value(const ibl_legendre_rings *r, const float *f, int j)
+{
+    return r->kind == IBL_RINGS_EDGES ? (double)f[j + 1] - (double)f[j]
+                                      : (double)f[j];
+}
+
 void ibl_legendre_analyse_c(const ibl_legendre_order *o, const float *f,
                             size_t stride, double *a)
 {
@@ -174,8 +182,8 @@ void ibl_legendre_analyse_c(const ibl_legendre_order *o, const float *f,
         double sum[2][PARTS]; /* for even and odd l - m */
         for (int part = 0; part < PARTS; part++) {
             const float *ring = f + (size_t)part * stride;
-            const double north = r->north[j] * (double)ring[j];
-            const double south = r->south[j] * (double)ring[r->count - 1 - j];
+            const double north = r->north[j] * value(r, ring, j);
+            const double south = r->south[j] * value(r, ring, r->count - 1 - j);
             sum[0][part] = north + south;
             sum[1][part] = north - south;
         }

@@ -38,7 +38,19 @@
  * are of pairs, from the pole to the equator, and go on with zero weights to
  * a multiple of 16.
  */
+/*
+ * CENTRES: theta_j = pi (j + 1/2) / count.
+ * EDGES: theta_j = pi (j + 1) / (count + 1), between count + 1 rows of equal
+ * height. An analysis takes f as the values of the rows, and F_j is the
+ * difference f_j+1 - f_j between those of edge j, in double.
+ */
+typedef enum ibl_ring_kind {
+    IBL_RINGS_CENTRES,
+    IBL_RINGS_EDGES
+} ibl_ring_kind;
+
 typedef struct ibl_legendre_rings {
+    ibl_ring_kind kind;
     int count;             /* rings */
     int pairs;             /* (count + 1) / 2: an odd one's middle pairs with
                               itself, and its weight south is 0 */
@@ -54,10 +66,10 @@ typedef struct ibl_legendre_rings {
     double *start; /* P_mm / (sin theta)^m, m = 0..degree */
 } ibl_legendre_rings;
 
-/* weight: one for each ring, or NULL: all 1. False if there is no memory;
- * then r is empty. */
-bool ibl_legendre_rings_init(ibl_legendre_rings *r, int count, int degree,
-                             const double *weight);
+/* count: 0 or more. weight: one for each ring, or NULL: all 1. False if there
+ * is no memory; then r is empty. */
+bool ibl_legendre_rings_init(ibl_legendre_rings *r, ibl_ring_kind kind,
+                             int count, int degree, const double *weight);
 void ibl_legendre_rings_free(ibl_legendre_rings *r);
 
 /* The order to work on. */
@@ -72,7 +84,7 @@ size_t ibl_legendre_scratch(int degree);
 
 /*
  * a[6 (l - m) + part] = sum over rings j of w_j P_lm(cos theta_j) F_j for
- * l = m..degree and 6 parts, F_j = f[part * stride + j].
+ * l = m..degree and 6 parts, F_j = f[part * stride + j] (of EDGES, see there).
  */
 typedef void ibl_legendre_analyse_fn(const ibl_legendre_order *o,
                                      const float *f, size_t stride, double *a);

@@ -66,22 +66,29 @@ static inline struct six six_load(const vd *from)
 
 /* ---- analysis ------------------------------------------------------- */
 
-/* VD floats of a ring and of its mirror image, from north j on. */
+/* F of VD rings and of their mirror images, from north j on. */
 static inline void load_pairs(const ibl_legendre_rings *r, int j,
                               const float *ring, vd *north, vd *south)
 {
     const int mirror = r->count - VD - j;
+    const bool edges = r->kind == IBL_RINGS_EDGES;
 
     if (j + VD <= r->count / 2) {
         *north = vd_load_floats(ring + j);
-        *south = vd_reverse(vd_load_floats(ring + mirror));
+        *south = vd_load_floats(ring + mirror);
+        if (edges) {
+            *north = vd_load_floats(ring + j + 1) - *north;
+            *south = vd_load_floats(ring + mirror + 1) - *south;
+        }
+        *south = vd_reverse(*south);
         return;
     }
     *north = *south = vd_all(0.0);
     for (int i = 0; i < VD && j + i < r->pairs; i++) {
-        (*north)[i] = (double)ring[j + i];
+        const float *n = ring + j + i, *s = ring + mirror + VD - 1 - i;
+        (*north)[i] = (double)n[edges] - (edges ? (double)n[0] : 0.0);
         if (j + i < r->count / 2)
-            (*south)[i] = (double)ring[mirror + VD - 1 - i];
+            (*south)[i] = (double)s[edges] - (edges ? (double)s[0] : 0.0);
     }
 }
 

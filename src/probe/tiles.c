@@ -256,6 +256,8 @@ ibl_status ibl_tiles_cull(const ibl_tiles *tiles, const ibl_probe *probes,
 {
     struct body body;
 
+    if (!tiles || !masks || (!probes && count))
+        return IBL_ERR_ARGUMENT;
     if (tiles->width < 1 || tiles->width > IBL_MAX_EDGE || tiles->height < 1 ||
         tiles->height > IBL_MAX_EDGE || tiles->tile < 1 || count < 0 ||
         count > IBL_MAX_TILE_PROBES)

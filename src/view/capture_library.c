@@ -94,8 +94,7 @@ static bool upload(const ibl_cube *rgb, const ibl_cube *alpha, int first,
 static ibl_status bake(const view_capture *c, ibl_ctx *ctx,
                        const ibl_image *map, ibl_bake_result *result)
 {
-    const ibl_environment env = {
-        .width = map->width, .height = map->height, .image = map};
+    const ibl_environment env = {.image = map};
     ibl_bake_options opts = ibl_bake_options_default();
 
     opts.specular_options.size = c->options.size;

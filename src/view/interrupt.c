@@ -34,3 +34,11 @@ void view_interrupt_guard(ibl_outputs *outputs)
 {
     atomic_store(&guarded, outputs);
 }
+
+void view_interrupt_end(ibl_outputs *outputs)
+{
+    /* Guarded until nothing is left. */
+    ibl_outputs_abort(outputs);
+    view_interrupt_guard(NULL);
+    ibl_outputs_free(outputs);
+}

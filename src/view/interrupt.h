@@ -9,5 +9,7 @@
 void view_interrupt_catch(void);
 /* The outputs that a signal aborts; NULL: none. */
 void view_interrupt_guard(ibl_outputs *outputs);
+/* Removes what of them was not committed, frees them, and guards none. */
+void view_interrupt_end(ibl_outputs *outputs);
 
 #endif

@@ -6,7 +6,6 @@
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "common/option.h"
@@ -25,12 +24,10 @@ static bool parse_reals(double *to, int count, char between, double low,
                         double high, const char *value)
 {
     for (int i = 0; i < count; i++) {
-        char *end;
-        const double x = strtod(value, &end);
-        if (end == value || !(x >= low && x <= high) ||
+        const char *end;
+        if (!ibl_number_real(value, low, high, &to[i], &end) ||
             *end != (i + 1 < count ? between : '\0'))
             return false;
-        to[i] = x;
         value = end + 1;
     }
     return true;
@@ -255,7 +252,7 @@ static const ibl_option scene[] = {
      .help = "local probes besides, captured once, of what stands still"},
     {"probe-set", 0, TEXT(probe_set, "INDEX"), .standard = "",
      .help = "local probes that iblbake probes has baked: its index.json"},
-    {"save-probes", 0, TEXT(save_probes, "DIR"), .standard = "",
+    {"save-probes", 0, IBL_DIR(view_options, save_probes), .standard = "",
      .help = "write what local probes have captured, and DIR/set.json for "
              "iblbake probes; opens no window"},
     {"probe-size", 0, OTHER("N", parse_probe_size),

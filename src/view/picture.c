@@ -79,8 +79,7 @@ bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
     view_interrupt_guard(outputs);
     ok = ok && !ibl_outputs_add(outputs, path, png, size) &&
          !ibl_outputs_commit(outputs);
-    view_interrupt_guard(NULL);
-    ibl_outputs_free(outputs);
+    view_interrupt_end(outputs);
     free(png);
     return ok;
 }

@@ -1,12 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "view/probe_index.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "common/json_volume.h"
 #include "common/names.h"
@@ -17,8 +15,7 @@
 static const double brightest = 1e30;
 
 enum {
-    VERSION = 1,
-    MOST_BYTES = 1 << 24 /* 64 probes with harmonics have 100 kB */
+    VERSION = 1
 };
 
 /* ---- probes ------------------------------------------------------------ */
@@ -229,19 +226,8 @@ static void fail(void *cookie, const char *text)
 bool view_probe_index_read(const char *path, view_probe_index *index)
 {
     ibl_json_file file = {.name = path, .fail = fail};
-    struct stat st;
 
     *index = (view_probe_index){0};
-    if (stat(path, &st))
-        return view_fail("%s: cannot be read: %s", path, strerror(errno));
-    /* A pipe would be waited for. */
-    if (!S_ISREG(st.st_mode))
-        return view_fail("%s: is no file: give the index.json of baked probes",
-                         path);
-    if (st.st_size > MOST_BYTES)
-        return view_fail("%s: %lld bytes are no index of probes, which has %d "
-                         "at most: give the index.json of baked probes",
-                         path, (long long)st.st_size, MOST_BYTES);
     if (!ibl_json_open(&file))
         return false;
     const ibl_json_at root = ibl_json_root(&file);

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "common/memory_file.h"
+#include "common/number.h"
 #include "common/path.h"
 #include "ibl/io.h"
 #include "view/interrupt.h"
@@ -81,17 +82,11 @@ static bool add_faces(ibl_outputs *outputs, const char *dir,
 
 /* ---- the set ----------------------------------------------------------- */
 
-/* With the fewest digits that read back as the same. */
 static void put_number(FILE *to, double x)
 {
-    char text[40];
+    char text[IBL_NUMBER_BYTES];
 
-    for (int digits = 1; digits <= 17; digits++) {
-        snprintf(text, sizeof text, "%.*g", digits, x);
-        const double back = strtod(text, NULL);
-        if (!(back < x || back > x))
-            break;
-    }
+    ibl_number_text(x, text);
     fputs(text, to);
 }
 
@@ -180,7 +175,6 @@ bool view_probe_save(ibl_ctx *ctx, const char *dir,
     ok = ok && !ibl_outputs_mkdir(outputs, dir) &&
          add_faces(outputs, dir, captures) && add_set(outputs, dir, captures) &&
          !ibl_outputs_commit(outputs);
-    view_interrupt_guard(NULL);
-    ibl_outputs_free(outputs);
+    view_interrupt_end(outputs);
     return ok;
 }

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "common/names.h"
 #include "view/message.h"
 #include "view/set_find.h"
 
@@ -28,14 +29,28 @@ static bool is_file(const char *path)
     return !stat(path, &st) && S_ISREG(st.st_mode);
 }
 
-/* DIRECTORY/NAME_content.EXTENSION; the table has no NAME. */
-static char *usual_path(const opener *o, view_content content,
+/* DIRECTORY/NAME_content.EXTENSION; the table has no NAME but a stem by its
+ * geometry. */
+static char *usual_path(const opener *o, view_content content, int geometry,
                         const char *extension)
 {
-    const bool lut = content == VIEW_LUT;
-    return view_file_print("%s%s%s%s.%s", o->directory, lut ? "" : o->set->name,
-                           lut ? "" : "_", view_content_name(content),
-                           extension);
+    if (content == VIEW_LUT)
+        return view_file_print("%s%s.%s", o->directory, ibl_lut_stems[geometry],
+                               extension);
+    return view_file_print("%s%s_%s.%s", o->directory, o->set->name,
+                           view_content_name(content), extension);
+}
+
+/* Takes path over. False: no memory for it. */
+static bool try_path(const opener *o, char *path, char **out)
+{
+    if (!path)
+        return view_file_no_memory(o->set->name);
+    if (is_file(path))
+        *out = path;
+    else
+        free(path);
+    return true;
 }
 
 /* Where a content's file is: as the sidecar says, as iblbake names it beside
@@ -43,23 +58,18 @@ static char *usual_path(const opener *o, view_content content,
 static bool find_beside(const opener *o, view_content content, char **out)
 {
     const char *told = view_sidecar_file(o->sidecar, content);
+    const int stems = content == VIEW_LUT ? 2 : 1;
 
-    for (int i = -2; i < IBL_CONTAINER_COUNT; i++) {
-        if (i == -2 && !told)
-            continue;
-        char *path =
-            i == -2 ? view_file_print("%s%s", o->directory, told)
-            : i == -1
-                ? usual_path(o, content, o->extension)
-                : usual_path(o, content, ibl_container_name((ibl_container)i));
-        *out = path;
-        if (!path)
-            return view_file_no_memory(o->set->name);
-        if (is_file(path))
-            return true;
-        free(path);
-    }
     *out = NULL;
+    if (told && !try_path(o, view_file_print("%s%s", o->directory, told), out))
+        return false;
+    for (int s = 0; s < stems; s++)
+        for (int i = -1; i < IBL_CONTAINER_COUNT && !*out; i++) {
+            const char *extension =
+                i < 0 ? o->extension : ibl_container_name((ibl_container)i);
+            if (!try_path(o, usual_path(o, content, s, extension), out))
+                return false;
+        }
     return true;
 }
 

@@ -11,17 +11,20 @@ static bool take(ibl_ctx *ctx, const ibl_bake_result *result,
                  const ibl_specular_options *opts, view_set *set)
 {
     const ibl_specular_layout *layout = &result->report.layout;
-    size_t beyond = 0;
+    ibl_overflow_report beyond = {0};
 
     if (ibl_texture_from_cube(ctx, &result->specular, IBL_PIXEL_RGBA16F,
-                              &set->texture[VIEW_SPECULAR], &beyond) ||
+                              IBL_OVERFLOW_SPREAD, &set->texture[VIEW_SPECULAR],
+                              &beyond) ||
         ibl_texture_from_cube(ctx, &result->irradiance, IBL_PIXEL_RGBA16F,
+                              IBL_OVERFLOW_SPREAD,
                               &set->texture[VIEW_IRRADIANCE], NULL))
         return false;
-    if (beyond)
+    if (beyond.values)
         view_note("%s: %zu components of its levels are beyond %g, the most "
-                  "that is shown",
-                  set->name, beyond, (double)ibl_pixel_max(IBL_PIXEL_RGBA16F));
+                  "that is shown: that light is spread over texels around them",
+                  set->name, beyond.values,
+                  (double)ibl_pixel_max(IBL_PIXEL_RGBA16F));
     set->mapping = opts->mapping;
     set->lobe = opts->lobe;
     set->lod_scale = layout->lod_scale;
@@ -58,8 +61,7 @@ static bool bake(ibl_ctx *ctx, const ibl_environment *env,
 bool view_set_bake_image(ibl_ctx *ctx, const char *name, const ibl_image *map,
                          const ibl_specular_options *opts, view_set *set)
 {
-    const ibl_environment env = {
-        .width = map->width, .height = map->height, .image = map};
+    const ibl_environment env = {.image = map};
 
     *set = (view_set){.name = strdup(name)};
     if (bake(ctx, &env, opts, set))

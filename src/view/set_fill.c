@@ -212,6 +212,7 @@ static bool fill_irradiance(ibl_ctx *ctx, view_set *set)
     }
     if (!status)
         status = ibl_texture_from_cube(ctx, &cube, IBL_PIXEL_RGBA32F,
+                                       IBL_OVERFLOW_CLIP,
                                        &set->texture[VIEW_IRRADIANCE], NULL);
     ibl_cube_free(&cube);
     set->irradiance_scale = 1;

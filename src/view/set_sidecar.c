@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* NAME.json, as iblbake writes it. */
-#include <errno.h>
 #include <jansson.h>
 #include <math.h>
 #include <stdio.h>
@@ -8,6 +7,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "common/sidecar_load.h"
 #include "view/message.h"
 #include "view/set_about.h"
 
@@ -30,7 +30,7 @@ static bool damaged(const view_sidecar *s, const char *what)
 
 bool view_sidecar_open(const char *path, view_sidecar **out)
 {
-    json_error_t error;
+    ibl_json_why why;
     struct stat st;
     view_sidecar *s;
 
@@ -42,14 +42,11 @@ bool view_sidecar_open(const char *path, view_sidecar **out)
         free(s);
         return view_fail("%s: no memory to read it", path);
     }
-    s->root = json_load_file(path, 0, &error);
+    s->root = ibl_sidecar_load(path, &why);
     if (!s->root) {
-        if (error.line > 0)
-            view_fail("%s:%d: is no JSON, or not all of it: %s: bake the set "
-                      "again, or take the file away",
-                      path, error.line, error.text);
-        else
-            view_fail("%s: cannot be read: %s", path, error.text);
+        view_fail("%s%s", why.line,
+                  why.damaged ? ": bake the set again, or take the file away"
+                              : "");
         view_sidecar_free(s);
         return false;
     }

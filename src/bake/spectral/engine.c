@@ -8,7 +8,6 @@
 #include "bake/spectral/state.h"
 #include "core/alloc.h"
 #include "core/context.h"
-#include "kern/zonal.h"
 
 enum {
     GROUP = IBL_SPECTRAL_GROUP
@@ -31,8 +30,7 @@ static ibl_status allocate(ibl_spectral *s)
     const size_t scratch = ibl_azimuth_scratch(s->azimuth);
 
     s->weight = ibl_alloc_array(rows, sizeof *s->weight);
-    s->zonal = ibl_alloc_array((size_t)ibl_spectral_known(s->degree) + 1,
-                               sizeof *s->zonal);
+    s->widths = ibl_alloc_array((size_t)s->degree + 1, sizeof *s->widths);
     s->power = ibl_alloc_array((size_t)s->degree + 1, sizeof *s->power);
     s->range = ibl_alloc_array(groups, sizeof *s->range);
     s->squares = ibl_alloc_array(groups, sizeof *s->squares);
@@ -40,19 +38,24 @@ static ibl_status allocate(ibl_spectral *s)
     s->taken = ibl_alloc_array(groups, IBL_LIGHTS_GROUP * sizeof *s->taken);
     s->worker_floats = (scratch + 15) / 16 * 16 + patched_floats(s);
     s->scratch = ibl_alloc_array(threads * s->worker_floats, sizeof(float));
-    if (!s->weight || !s->zonal || !s->power || !s->range || !s->squares ||
+    if (!s->weight || !s->widths || !s->power || !s->range || !s->squares ||
         !s->found || !s->taken || !s->scratch)
         return ibl_no_memory(s->ctx, "the analysis");
     return ibl_ring_spectra_alloc(s->ctx, s->height, s->degree + 1, &s->rows);
 }
 
-/* Solid angles of a row's pixels, as a product that cancels nothing. */
+/* Solid angles of a row's pixels, as a product that cancels nothing, and the
+ * integrals of e^(-i m phi) over a pixel's width around its centre. */
 static void fill_weights(const ibl_spectral *s)
 {
     for (int j = 0; j < s->height; j++)
         s->weight[j] = 4 * IBL_PI / s->width *
                        sin(IBL_PI * (j + 0.5) / s->height) *
                        sin(0.5 * IBL_PI / s->height);
+    s->widths[0] = 2 * IBL_PI / s->width;
+    for (int m = 1; m <= s->degree; m++)
+        s->widths[m] =
+            2 / (double)m * sin(IBL_PI * (m % (2 * s->width)) / s->width);
 }
 
 ibl_status ibl_spectral_create(ibl_ctx *ctx, int width, int height,
@@ -105,10 +108,9 @@ void ibl_spectral_free(ibl_spectral *s)
         return;
     free_reading(s);
     ibl_free(s->weight);
-    ibl_free(s->zonal);
+    ibl_free(s->widths);
     ibl_free(s->power);
     ibl_free(s->lights);
-    ibl_bright_free(s->bright);
     ibl_harmonics_free(&s->harmonics);
     ibl_spectral_work_free(&s->work);
     ibl_free(s);
@@ -208,7 +210,7 @@ static void rescale(ibl_spectral *s, float factor)
  */
 static double choose_scale(float peak)
 {
-    return peak > 0x1p64f ? 0x1p-64 : peak < 0x1p-64f ? 0x1p64 : 1;
+    return peak > 0x1p64f ? 0x1p-64 : peak > 0 && peak < 0x1p-64f ? 0x1p64 : 1;
 }
 
 static int batch_groups(const ibl_spectral *s)
@@ -296,7 +298,7 @@ struct add_lights {
     ibl_ring_spectra *to;
 };
 
-static double azimuth_of(const ibl_spectral *s, const ibl_pixel_light *l)
+double ibl_spectral_azimuth(const ibl_spectral *s, const ibl_pixel_light *l)
 {
     return 2 * IBL_PI * ((l->column + 0.5) / s->width - 0.5) - s->yaw;
 }
@@ -308,7 +310,7 @@ static void add_lights_job(void *arg, int m, int worker)
     (void)worker;
     for (int i = 0; i < a->count; i++) {
         const ibl_pixel_light *l = &a->lights[i];
-        const double angle = m * azimuth_of(s, l);
+        const double angle = m * ibl_spectral_azimuth(s, l);
         const float re = (float)cos(angle), im = (float)-sin(angle);
         for (int c = 0; c < 3; c++) {
             ibl_ring_spectra_at(a->to, m, 2 * c)[l->row] += re * l->rgb[c];
@@ -324,30 +326,6 @@ ibl_status ibl_spectral_add_lights(const ibl_spectral *s,
     struct add_lights a = {s, lights, count, to};
     return count ? ibl_run(s->ctx, NULL, to->orders, add_lights_job, &a)
                  : IBL_OK;
-}
-
-/* The lights that stay, ready to be added to texels. */
-static ibl_status make_bright(ibl_spectral *s)
-{
-    const size_t count = (size_t)s->light_count;
-    ibl_light *lights = ibl_alloc_array(count, sizeof *lights);
-    if (!lights)
-        return ibl_no_memory(s->ctx, "the lights");
-    for (size_t i = 0; i < count; i++) {
-        const ibl_pixel_light *l = &s->lights[i];
-        const double theta = IBL_PI * (l->row + 0.5) / s->height;
-        const double phi = azimuth_of(s, l);
-        lights[i].direction[0] = sin(theta) * cos(phi);
-        lights[i].direction[1] = cos(theta);
-        lights[i].direction[2] = sin(theta) * sin(phi);
-        for (int c = 0; c < 3; c++)
-            lights[i].energy[c] =
-                (float)((double)l->rgb[c] * s->weight[l->row]);
-    }
-    const ibl_status status =
-        ibl_bright_create(s->ctx, lights, s->light_count, &s->bright);
-    ibl_free(lights);
-    return status;
 }
 
 /* Squares of lights that go back to their rows: what a pixel was besides is
@@ -380,64 +358,20 @@ static ibl_status choose_lights(ibl_spectral *s)
     return_squares(s, count);
     status = ibl_spectral_add_lights(s, s->lights + s->light_count,
                                      count - s->light_count, &s->rows);
-    return status ? status : make_bright(s);
+    return status;
 }
 
 /* ---- finish ------------------------------------------------------------ */
 
-/*
- * sum over pixels of P_l(cos theta) dO: 4 pi and zeros but for what the
- * midpoints of rows leave. Rows north and south add up for even l and cancel
- * for odd.
- */
-static ibl_status sum_zonal(ibl_spectral *s)
-{
-    const int half = (s->height + 1) / 2;
-    const int degree = ibl_spectral_known(s->degree);
-    const int count =
-        (half + IBL_ZONAL_POINTS - 1) / IBL_ZONAL_POINTS * IBL_ZONAL_POINTS;
-    const size_t n = (size_t)degree + 1;
-    double *y = ibl_alloc_zeroed(2 * (size_t)count, sizeof *y);
-    double *work = ibl_alloc_array((IBL_ZONAL_SCRATCH + 1) * n, sizeof *work);
-    ibl_zonal_dsp dsp;
-
-    if (!y || !work) {
-        ibl_free(y);
-        ibl_free(work);
-        return ibl_no_memory(s->ctx, "the analysis");
-    }
-    for (int j = 0; j < half; j++) {
-        const double half_sine = sin(0.5 * IBL_PI * (j + 0.5) / s->height);
-        const double twice = 2 * j + 1 < s->height ? 2 : 1;
-        y[j] = 2 * half_sine * half_sine;
-        y[count + j] = twice * s->weight[j] * s->width;
-    }
-    for (int l = 0; l < degree; l++)
-        work[l] = 1.0 / (l + 1);
-    ibl_zonal_dsp_init(&dsp, ibl_ctx_isa(s->ctx));
-    dsp.sums(y, y + count, count, work, degree, work + n, s->zonal);
-    for (int l = 1; l <= degree; l += 2)
-        s->zonal[l] = 0;
-    ibl_free(y);
-    ibl_free(work);
-    return IBL_OK;
-}
-
-/*
- * Takes the mean out of the harmonics. It is the same in every texel, while
- * its harmonics, in a sum over pixels, are not zero and would be cut off.
- */
+/* Takes the mean out of the harmonics: it is the same in every texel. */
 static void take_mean(ibl_spectral *s)
 {
     double *a = ibl_harmonics_at(&s->harmonics, 0);
     for (int c = 0; c < 3; c++) {
         const double rest = a[2 * c] / sqrt(4 * IBL_PI) / s->scale;
         s->mean[c] = (float)((double)s->base[c] + rest);
-        const double taken =
-            ((double)s->mean[c] - (double)s->base[c]) * s->scale;
-        for (int l = 0; l <= s->degree; l++)
-            a[6 * l + 2 * c] -=
-                taken * s->zonal[l] * sqrt((2 * l + 1) / (4 * IBL_PI));
+        a[2 * c] -= ((double)s->mean[c] - (double)s->base[c]) * s->scale *
+                    sqrt(4 * IBL_PI);
     }
 }
 
@@ -476,10 +410,8 @@ ibl_status ibl_spectral_finish(ibl_spectral *s)
     if (!status)
         status = ibl_harmonics_alloc(s->ctx, s->degree, &s->harmonics);
     if (!status)
-        status = ibl_sht_analyse(s->ctx, "analysis", &s->rows, s->weight,
-                                 &s->harmonics);
-    if (!status)
-        status = sum_zonal(s);
+        status = ibl_sht_analyse_patches(s->ctx, "analysis", &s->rows,
+                                         s->widths, &s->harmonics);
     if (status)
         return status;
     find_unresolved(s);

@@ -5,17 +5,15 @@
  * the environment by a number for each degree (Ramamoorthi and Hanrahan 2001,
  * for the cosine). One analysis of the rows serves every level.
  *
- * What is computed is the sum of <ibl/ibl.h> over the centres of all pixels,
- *     sum L_i w_i dO_i / sum w_i dO_i,
- * to the tolerance. Pixels that outshine the rows around them are no part of
- * the analysis but added to each texel by the lobe's own formula: a series
- * that is cut rings, and next to a sun even a little of it would show.
+ * What is computed is the integral of <ibl/ibl.h> over all pixels, constant
+ * patches, to the tolerance. Pixels that outshine the rows around them are no
+ * part of the analysis but added to each texel by the lobe's own formula: a
+ * series that is cut rings, and next to a sun even a little of it would show.
  */
 #ifndef IBL_BAKE_SPECTRAL_ENGINE_H
 #define IBL_BAKE_SPECTRAL_ENGINE_H
 
-#include <stdbool.h>
-
+#include "bake/spectral/near.h"
 #include "ibl/ibl.h"
 
 #define IBL_SPECTRAL_GROUP 16 /* rows that are analysed together */
@@ -38,12 +36,11 @@ ibl_status ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb);
 ibl_status ibl_spectral_finish(ibl_spectral *s);
 
 typedef struct ibl_spectral_target {
-    ibl_lobe lobe;
-    double alpha;     /* of the lobe */
-    double tolerance; /* of the relative error */
-    bool strict;      /* more degrees until the estimate keeps it, too */
-    ibl_cube *cube;   /* allocated */
-    int level;        /* of cube, that is written */
+    const ibl_lobe_shape *shape; /* the lobe, or its far part */
+    ibl_near *near;              /* the near part, all rows added; NULL: none */
+    double tolerance;            /* of the relative error */
+    ibl_cube *cube;              /* allocated */
+    int level;                   /* of cube, that is written */
 } ibl_spectral_target;
 
 /*

@@ -103,7 +103,7 @@ static void add_point(points *p, double angle, double mass)
     p->y[p->count] = 2 * q;
     /* sin(psi) = 2 sqrt(q (1 - q)). */
     p->w[p->count++] = mass * 4 * IBL_PI * sqrt(q * (1 - q)) *
-                       ibl_lobe_value(&p->shape, q, cosine);
+                       ibl_lobe_far(&p->shape, q, cosine);
 }
 
 static void add_panel(points *p, double from, double to, bend bent)
@@ -200,15 +200,8 @@ static void add_points(points *p, int degree)
 
 /* ---- the calls --------------------------------------------------------- */
 
-static ibl_status check(ibl_ctx *ctx, ibl_lobe lobe, double alpha, int degree)
+static ibl_status check(ibl_ctx *ctx, int degree)
 {
-    if (lobe < IBL_LOBE_GGX || lobe > IBL_LOBE_PHONG)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT, "lobe %d: must be 0 to %d",
-                        (int)lobe, (int)IBL_LOBE_PHONG);
-    if (!(alpha > 0 && alpha <= 1))
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "a lobe of alpha %g: must be above 0, at most 1",
-                        alpha);
     if (degree < 0 || degree > IBL_KERNEL_MAX_DEGREE)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a lobe to degree %d: must be 0 to %d", degree,
@@ -216,14 +209,14 @@ static ibl_status check(ibl_ctx *ctx, ibl_lobe lobe, double alpha, int degree)
     return IBL_OK;
 }
 
-ibl_status ibl_kernel_make(ibl_ctx *ctx, ibl_lobe lobe, double alpha,
+ibl_status ibl_kernel_make(ibl_ctx *ctx, const ibl_lobe_shape *shape,
                            int degree, double *k)
 {
     ibl_zonal_dsp dsp;
-    ibl_status status = check(ctx, lobe, alpha, degree);
+    ibl_status status = check(ctx, degree);
     if (status)
         return status;
-    points p = {.shape = ibl_lobe_shape_of(lobe, alpha)};
+    points p = {.shape = *shape};
     add_points(&p, degree);
     const size_t count = (size_t)p.count, degrees = (size_t)degree + 1;
     double *memory = ibl_alloc_array(
@@ -285,25 +278,24 @@ static int band_of(const double *k, int degree, double corner, double tail,
     return l;
 }
 
-ibl_status ibl_kernel_band(ibl_ctx *ctx, ibl_lobe lobe, double alpha,
+ibl_status ibl_kernel_band(ibl_ctx *ctx, const ibl_lobe_shape *shape,
                            double tail, int limit, int *degree)
 {
-    ibl_status status = check(ctx, lobe, alpha, limit);
+    ibl_status status = check(ctx, limit);
     if (!status && !(tail >= 1e-12 && tail <= 1))
         status = ibl_fail(ctx, IBL_ERR_ARGUMENT,
                           "a tail of %g: must be 1e-12 to 1", tail);
     if (status)
         return status;
-    const ibl_lobe_shape shape = ibl_lobe_shape_of(lobe, alpha);
-    const double corner = corner_of(&shape);
+    const double corner = corner_of(shape);
     /* About where GGX's exp(-2 alpha l) is the tail, and some way on. */
-    const double guess = fmin(-0.8 * log(tail) / alpha, 2.0 * limit);
+    const double guess = fmin(-0.8 * log(tail) / shape->alpha, 2.0 * limit);
     for (double n = fmax(guess, 16);; n *= 2) {
         const int tried = (int)fmin(n, IBL_KERNEL_MAX_DEGREE);
         double *k = ibl_alloc_array((size_t)tried + 1, sizeof *k);
         if (!k)
             return ibl_no_memory(ctx, "the coefficients of a lobe");
-        status = ibl_kernel_make(ctx, lobe, alpha, tried, k);
+        status = ibl_kernel_make(ctx, shape, tried, k);
         const int band = status ? 0 : band_of(k, tried, corner, tail, limit);
         ibl_free(k);
         if (status)

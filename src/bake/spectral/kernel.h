@@ -10,16 +10,16 @@
 #ifndef IBL_BAKE_SPECTRAL_KERNEL_H
 #define IBL_BAKE_SPECTRAL_KERNEL_H
 
-#include "ibl/ibl.h"
+#include "brdf/lobe.h"
 
 #define IBL_KERNEL_MAX_DEGREE 65535
 
 /*
- * k[0..degree] of a lobe (ibl/ibl.h) of width alpha, 0 < alpha <= 1, to about
- * 1e-14, by quadrature of brdf/lobe.h at about 0.9 degree + 64 points: some
- * tens of microseconds at degree 512, and as the square.
+ * k[0..degree] of a lobe, or of its far part (brdf/lobe.h), 0 < alpha <= 1, to
+ * about 1e-14, by quadrature at about 0.9 degree + 64 points: some tens of
+ * microseconds at degree 512, and as the square.
  */
-ibl_status ibl_kernel_make(ibl_ctx *ctx, ibl_lobe lobe, double alpha,
+ibl_status ibl_kernel_make(ibl_ctx *ctx, const ibl_lobe_shape *shape,
                            int degree, double *k);
 
 /*
@@ -32,7 +32,7 @@ ibl_status ibl_kernel_make(ibl_ctx *ctx, ibl_lobe lobe, double alpha,
  *   tail   1e-12..1
  *   limit  0..IBL_KERNEL_MAX_DEGREE
  */
-ibl_status ibl_kernel_band(ibl_ctx *ctx, ibl_lobe lobe, double alpha,
+ibl_status ibl_kernel_band(ibl_ctx *ctx, const ibl_lobe_shape *shape,
                            double tail, int limit, int *degree);
 
 #endif

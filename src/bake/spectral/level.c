@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "bake/spectral/kernel.h"
-#include "bake/spectral/plan.h"
 #include "bake/spectral/state.h"
 #include "brdf/lobe.h"
 #include "core/alloc.h"
@@ -23,6 +22,9 @@ enum {
     PICKED = 1024
 };
 
+/* Narrower lobes than this are nothing on the horizon, but for Charlie. */
+static const double low_horizon = 0.2;
+
 /* What the transforms leave, in floats. */
 static const double rounding = 5e-6;
 
@@ -31,9 +33,7 @@ struct level {
     ibl_spectral *s;
     const ibl_spectral_target *target;
     double *kernel; /* ibl_spectral_known of the analysis + 1 */
-    float *gain;    /* of each ring */
     int degree, rings, columns;
-    int band;      /* degree that the rings have to resolve */
     double *field; /* amplitude of the level in each degree */
     double margin; /* see wanted_rms */
     double rms;    /* estimate of the error, absolute */
@@ -69,14 +69,6 @@ static double beyond(const struct level *v)
     const ibl_spectral *s = v->s;
     const double k = kernel_from(v, s->degree + 1);
     return k * k * s->unresolved * s->scale * s->scale;
-}
-
-/* Pixels are points: around the degrees of their own grid all of the map
- * comes again. The part of a texel that this is. */
-static double grid_part(const struct level *v)
-{
-    const int w = v->s->width, h = 2 * v->s->height;
-    return kernel_from(v, w < h ? w : h);
 }
 
 /* Norm of the mean radiance. */
@@ -125,99 +117,32 @@ static void choose_degree(struct level *v)
 
 /* ---- the grid ---------------------------------------------------------- */
 
-/* What degree l has of the sum of K dO over the map's pixels, by its polar
- * angle: 1 at l = 0, and what the midpoints of rows leave. */
-static double gain_at(const struct level *v, int l)
-{
-    return (2 * l + 1) / (4 * IBL_PI) * v->kernel[l] * v->s->zonal[l];
-}
-
-/* The degree at which that ends, but for 1e-6. */
-static int gain_degree(const struct level *v)
-{
-    int l = ibl_spectral_known(v->s->degree);
-    double left = 0;
-    while (l > 0 && left + fabs(gain_at(v, l)) < 1e-6)
-        left += fabs(gain_at(v, l--));
-    return l;
-}
-
-/* Mean square of the level, or of its gain, in degree l. Both are interpolated
- * from the same rings. */
-static double field_at(const struct level *v, double mean, int l)
-{
-    const double k = l <= v->degree ? v->kernel[l] : 0;
-    const double gain = l ? gain_at(v, l) * mean : 0;
-    const double power = l <= v->s->degree ? v->s->power[l] : 0;
-    return k * k * power / (4 * IBL_PI) + gain * gain / (2 * l + 1);
-}
-
 /* The coarsest grid that leaves as little, of 2.5 to 8 samples for the
  * shortest wave. */
 static void choose_grid(struct level *v)
 {
     static const double samples[] = {2.5, 3, 4, 5, 6, 8};
     const double wanted = wanted_rms(v);
-    const double mean = mean_of(v->s) * v->s->scale;
-    const int gain = gain_degree(v);
     double field = 0, left = 0;
 
-    v->band = gain > v->degree ? gain : v->degree;
-    for (int l = 0; l <= v->band; l++) {
-        const double square = field_at(v, mean, l);
+    for (int l = 0; l <= v->degree; l++) {
+        const double k = v->kernel[l];
+        const double square = k * k * v->s->power[l] / (4 * IBL_PI);
         v->field[l] = sqrt(square / (2 * l + 1));
         field += l ? square : 0;
     }
     for (size_t i = 0; i < sizeof samples / sizeof *samples; i++) {
-        const double needed = samples[i] * v->band;
+        const double needed = samples[i] * v->degree;
         v->columns = MIN_COLUMNS;
         while (v->columns < needed)
             v->columns *= 2;
         v->rings = GROUP * (int)ceil(needed / (2 * GROUP));
         left = sqrt(field) *
-               ibl_ring_grid_error(v->field, v->band, v->rings, v->columns);
+               ibl_ring_grid_error(v->field, v->degree, v->rings, v->columns);
         if (left <= wanted)
             break;
     }
     v->rms = 3 * (v->rms + left) / v->s->scale;
-}
-
-/*
- * 1 / sum of K dO over the map's pixels, at the polar angle of each ring: 1
- * but for what the midpoints of rows leave. Symmetric to the equator, for
- * only even degrees count.
- */
-static ibl_status fill_gain(struct level *v)
-{
-    const ibl_spectral *s = v->s;
-    const int half = v->rings / 2;
-    double *x = ibl_alloc_array(4 * (size_t)half, sizeof *x);
-    v->gain = ibl_alloc_array((size_t)v->rings, sizeof *v->gain);
-    if (!x || !v->gain) {
-        ibl_free(x);
-        return ibl_no_memory(s->ctx, "the rings of a level");
-    }
-    double *p = x + half, *below = p + half, *sum = below + half;
-    for (int j = 0; j < half; j++) {
-        x[j] = cos(IBL_PI * (j + 0.5) / v->rings);
-        p[j] = 1;
-        below[j] = sum[j] = 0;
-    }
-    for (int l = 0; l <= ibl_spectral_known(s->degree); l++) {
-        const double part = gain_at(v, l);
-        const double a = (2 * l + 1) / (l + 1.0), b = l / (l + 1.0);
-        for (int j = 0; j < half; j++) {
-            const double next = a * x[j] * p[j] - b * below[j];
-            sum[j] += part * p[j];
-            below[j] = p[j];
-            p[j] = next;
-        }
-    }
-    for (int j = 0; j < half; j++)
-        v->gain[j] = v->gain[v->rings - 1 - j] =
-            (float)(1 / (sum[j] * s->scale));
-    ibl_free(x);
-    return IBL_OK;
 }
 
 static void rings_job(void *arg, int job, int worker)
@@ -267,17 +192,50 @@ static ibl_status fill_grid(struct level *v)
 static double lobe_at(double chord, const void *shape)
 {
     const double q = chord * chord / 4;
-    return ibl_lobe_value(shape, q, 1 - 2 * q);
+    return ibl_lobe_far(shape, q, 1 - 2 * q);
 }
 
 static ibl_status make_radial(const struct level *v, ibl_radial *radial)
 {
-    const ibl_spectral_target *t = v->target;
-    const ibl_lobe_shape shape = ibl_lobe_shape_of(t->lobe, t->alpha);
-    if (t->lobe != IBL_LOBE_GGX)
-        return ibl_radial_table(v->s->ctx, lobe_at, &shape, radial);
-    ibl_radial_ggx(t->alpha, radial);
+    const ibl_lobe_shape *shape = v->target->shape;
+    if (shape->lobe != IBL_LOBE_GGX || shape->split > 0)
+        return ibl_radial_table(v->s->ctx, lobe_at, shape, radial);
+    ibl_radial_ggx(shape->alpha, radial);
     return IBL_OK;
+}
+
+/* What every texel has in common: the mean of the rest of the map. */
+static void set_offset(const struct level *v, ibl_level_sum *sum)
+{
+    const ibl_spectral *s = v->s;
+    const ibl_near *near = v->target->near;
+    for (int c = 0; c < 3; c++) {
+        const double mean = (double)s->mean[c];
+        sum->offset[c] = s->mean[c];
+        if (near)
+            sum->offset[c] =
+                (float)(mean + ((double)ibl_near_base(near)[c] - mean) *
+                                   ibl_near_whole(near));
+    }
+}
+
+/* What is added to texels besides the harmonics and the points of lights. */
+static ibl_status make_local(const struct level *v, float **own,
+                             ibl_level_sum *sum)
+{
+    const ibl_spectral_target *t = v->target;
+    const size_t n = (size_t)ibl_cube_edge(t->cube->size, t->level);
+
+    if (t->near)
+        sum->local = ibl_near_sums(t->near, v->s->scale);
+    if (!v->s->light_count ||
+        (t->shape->lobe != IBL_LOBE_CHARLIE && t->shape->alpha < low_horizon))
+        return IBL_OK;
+    *own = ibl_alloc_zeroed(3 * IBL_FACES * n * n, sizeof **own);
+    sum->local = *own;
+    if (!*own)
+        return ibl_no_memory(v->s->ctx, "the lights on the horizon");
+    return ibl_spectral_horizon(v->s, t->shape, (int)n, *own);
 }
 
 static ibl_status fill_texels(const struct level *v)
@@ -285,20 +243,28 @@ static ibl_status fill_texels(const struct level *v)
     const ibl_spectral *s = v->s;
     const ibl_spectral_target *t = v->target;
     ibl_radial radial = {0};
+    ibl_bright *bright = NULL;
+    float *own = NULL;
     ibl_level_sum sum = {.grid = &s->work.grid,
                          .spectrum = v->field,
-                         .degree = v->band,
-                         .bright = s->light_count ? s->bright : NULL,
+                         .degree = v->degree,
                          .lobe = &radial,
-                         .gain = v->gain};
+                         .gain = (float)(1 / s->scale)};
+    ibl_status status = make_local(v, &own, &sum);
 
-    memcpy(sum.offset, s->mean, sizeof sum.offset);
+    set_offset(v, &sum);
     memcpy(sum.low, s->low, sizeof sum.low);
     memcpy(sum.high, s->high, sizeof sum.high);
-    ibl_status status = s->light_count ? make_radial(v, &radial) : IBL_OK;
+    if (!status && s->light_count)
+        status = make_radial(v, &radial);
+    if (!status && s->light_count)
+        status = ibl_spectral_bright(s, t->shape, v->kernel[0], &bright);
+    sum.bright = bright;
     if (!status)
         status =
             ibl_spectral_texels(s->ctx, "resampling", &sum, t->cube, t->level);
+    ibl_bright_free(bright);
+    ibl_free(own);
     ibl_radial_free(&radial);
     return status;
 }
@@ -321,10 +287,6 @@ static double estimate(const struct level *v)
     const size_t count = texels < PICKED ? texels : PICKED;
     const float *p = ibl_cube_face(cube, v->target->level, 0);
     const double mean = mean_of(v->s);
-    const double same =
-        rounding + 5 * grid_part(v) +
-        ibl_spectral_shortfall(v->s->width, v->s->height, v->target->lobe,
-                               v->target->alpha);
     double errors[PICKED];
 
     for (size_t i = 0; i < count; i++) {
@@ -333,7 +295,7 @@ static double estimate(const struct level *v)
         for (int c = 0; c < 3; c++)
             sum += (double)rgb[c] * (double)rgb[c];
         const double least = fmax(sqrt(sum), IBL_RELATIVE_FLOOR * mean);
-        errors[i] = least > 0 ? v->rms / least + same : 0;
+        errors[i] = least > 0 ? v->rms / least + rounding : 0;
     }
     qsort(errors, count, sizeof *errors, falling);
     return errors[count / 20];
@@ -347,8 +309,7 @@ static ibl_status allocate(struct level *v)
     if (!v->kernel)
         return ibl_no_memory(v->s->ctx, "a lobe");
     v->field = v->kernel + count;
-    return ibl_kernel_make(v->s->ctx, v->target->lobe, v->target->alpha, degree,
-                           v->kernel);
+    return ibl_kernel_make(v->s->ctx, v->target->shape, degree, v->kernel);
 }
 
 /* Makes the level with what the margin asks for. */
@@ -357,19 +318,15 @@ static ibl_status make_level(struct level *v, const char *stage)
     ibl_progress(v->s->ctx, stage, 0);
     choose_degree(v);
     choose_grid(v);
-    ibl_status status = fill_gain(v);
-    if (!status)
-        status = fill_grid(v);
+    ibl_status status = fill_grid(v);
     if (!status)
         ibl_progress(v->s->ctx, stage, 1);
     if (!status)
         status = fill_texels(v);
     ibl_azimuth_free(v->azimuth);
     ibl_free(v->scratch);
-    ibl_free(v->gain);
     v->azimuth = NULL;
     v->scratch = NULL;
-    v->gain = NULL;
     return status;
 }
 
@@ -385,8 +342,7 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
         status = make_level(&v, stage);
         *degree = v.degree;
         *error = status ? INFINITY : estimate(&v);
-        enough = !target->strict || *error <= target->tolerance ||
-                 v.margin > MOST_MARGIN;
+        enough = *error <= target->tolerance || v.margin > MOST_MARGIN;
         v.margin *= 16;
     }
     ibl_free(v.kernel);

@@ -37,9 +37,8 @@ typedef struct places {
 
 /* What a worker knows of a pair of rows, y and n - 1 - y. */
 typedef struct pair {
-    places ring;            /* of the upper row's left half */
-    places column;          /* of the upper row of a pole */
-    float *gain, *low_gain; /* of the texels of both rows */
+    places ring;   /* of the upper row's left half */
+    places column; /* of the upper row of a pole */
 } pair;
 
 typedef struct scratch {
@@ -54,7 +53,6 @@ typedef struct level {
     ibl_taps ring_taps, column_taps;
     ibl_interp_range range;
     places column;  /* of +X, every row */
-    float *gain;    /* of the rings and their border */
     scratch *parts; /* one for each worker */
     int n, half;    /* edge, and (n + 1) / 2 */
     int chunk;      /* pairs of rows in a job */
@@ -87,28 +85,6 @@ static void side_columns(level *a, double *angle)
     mirror(a, &a->column);
 }
 
-/* Interpolates the gain at a row's texels; rings from `from` on, by step. */
-static void row_gain(const level *a, const places *ring, int from, int step,
-                     float *out)
-{
-    for (int i = 0; i < a->half; i++) {
-        const float *gain = a->gain + from + ring->first[i] * step;
-        float sum = 0;
-        for (int t = 0; t < IBL_TAPS; t++)
-            sum += ring->weight[IBL_TAPS * (ptrdiff_t)i + t] * gain[t * step];
-        out[i] = out[a->n - 1 - i] = sum;
-    }
-}
-
-static void prepare_gain(const level *a, const pair *p)
-{
-    if (!a->gain)
-        return;
-    row_gain(a, &p->ring, IBL_GRID_BORDER, 1, p->gain);
-    row_gain(a, &p->ring, IBL_GRID_BORDER + a->sum->grid->rings - 1, -1,
-             p->low_gain);
-}
-
 /* Rows y of the side faces: theta = pi / 2 + the latitude of v, since v grows
  * downwards. */
 static void prepare_side(const level *a, double v, scratch *s, const pair *p)
@@ -117,7 +93,6 @@ static void prepare_side(const level *a, double v, scratch *s, const pair *p)
     a->dsp.latitudes(v, a->n, a->half, s->angle);
     a->dsp.weights(&a->ring_taps, 0.5 * rings - 0.5, rings / IBL_PI, s->angle,
                    a->half, p->ring.first, p->ring.weight);
-    prepare_gain(a, p);
 }
 
 /*
@@ -136,7 +111,6 @@ static void prepare_pole(const level *a, double v, scratch *s, const pair *p)
     mirror(a, &p->column);
     for (int i = 0; i < a->half; i++)
         p->column.first[i] -= columns / 2;
-    prepare_gain(a, p);
 }
 
 /* Some texels of a row, all left or all right of the middle. */
@@ -146,7 +120,6 @@ typedef struct tile {
     bool low;       /* south of the equator: rings mirrored */
     bool backwards; /* columns from right to left */
     int turn;       /* columns to add */
-    const float *gain;
 } tile;
 
 static void interpolate(const level *a, const tile *t, float *rgba)
@@ -171,6 +144,13 @@ static void interpolate(const level *a, const tile *t, float *rgba)
     a->dsp.row(&row);
 }
 
+static void add_local(const float *local, int count, float *rgba)
+{
+    for (int i = 0; i < count; i++)
+        for (int c = 0; c < 3; c++)
+            rgba[4 * i + c] += local[3 * i + c];
+}
+
 static void make_tile(const level *a, const tile *t)
 {
     const ibl_bright *bright = a->sum->bright;
@@ -189,7 +169,9 @@ static void make_tile(const level *a, const tile *t)
         a->radial.add(a->sum->lobe, ibl_bright_face(bright, t->face),
                       ibl_bright_count(bright), point, stride, rgba);
     }
-    a->dsp.finish(rgba, t->gain ? t->gain + t->begin : NULL, &a->range, count,
+    if (a->sum->local)
+        add_local(a->sum->local + 3 * (at + (size_t)t->begin), count, rgba);
+    a->dsp.finish(rgba, &a->range, count,
                   a->texels + 3 * (at + (size_t)t->begin));
 }
 
@@ -209,7 +191,6 @@ static void make_column_of_tiles(const level *a, const strip *s,
     const bool left = begin < a->half;
     for (int k = 0; k < s->rows; k++) {
         const pair *p = &parts->pair[k];
-        const float *gain = s->low ? p->low_gain : p->gain;
         const tile t = {.face = s->face,
                         .y = s->upwards ? a->n - 1 - s->y - k : s->y + k,
                         .begin = begin,
@@ -218,8 +199,7 @@ static void make_column_of_tiles(const level *a, const strip *s,
                         .column = s->pole ? &p->column : &a->column,
                         .low = s->low,
                         .backwards = s->backwards,
-                        .turn = left ? s->left : s->right,
-                        .gain = a->gain ? gain : NULL};
+                        .turn = left ? s->left : s->right};
         if (2 * t.y + 1 != a->n || !s->upwards)
             make_tile(a, &t);
     }
@@ -320,31 +300,17 @@ static void cut_scratch(cutter *c, const level *a, scratch *s)
         pair *p = &s->pair[k];
         p->ring = cut_places(c, half);
         p->column = cut_places(c, n);
-        p->gain = a->sum->gain ? cut(c, n, sizeof *p->gain) : NULL;
-        p->low_gain = a->sum->gain ? cut(c, n, sizeof *p->gain) : NULL;
     }
 }
 
 /* Everything that a level needs, in one piece of memory. */
 static void cut_level(cutter *c, level *a, int threads)
 {
-    const size_t rings =
-        (size_t)a->sum->grid->rings + 2 * (size_t)IBL_GRID_BORDER;
     scratch none;
     a->parts = cut(c, (size_t)threads, sizeof *a->parts);
     a->column = cut_places(c, (size_t)a->n);
-    a->gain = a->sum->gain ? cut(c, rings, sizeof *a->gain) : NULL;
     for (int i = 0; i < threads; i++)
         cut_scratch(c, a, a->parts ? &a->parts[i] : &none);
-}
-
-static void border_gain(const level *a)
-{
-    const ibl_ring_grid *grid = a->sum->grid;
-    bool turned;
-    for (int i = 0; a->gain && i < grid->rings + 2 * IBL_GRID_BORDER; i++)
-        a->gain[i] = a->sum->gain[ibl_ring_grid_behind(
-            grid, i - IBL_GRID_BORDER, &turned)];
 }
 
 /* Small levels in few jobs, and jobs of many lights not too long. */
@@ -368,13 +334,13 @@ static ibl_status run_level(ibl_ctx *ctx, const char *stage, level *a)
                     &a->ring_taps);
     ibl_taps_design(sum->spectrum, sum->degree, sum->grid->columns,
                     &a->column_taps);
+    a->range.gain = sum->gain;
     for (int k = 0; k < 3; k++) {
         a->range.offset[k] = sum->offset[k];
         a->range.low[k] = sum->low[k];
         a->range.high[k] = sum->high[k];
     }
     side_columns(a, a->parts[0].angle);
-    border_gain(a);
     return ibl_run(ctx, stage, 2 * a->chunks, level_job, a);
 }
 

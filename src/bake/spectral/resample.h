@@ -81,7 +81,7 @@ double ibl_ring_grid_error(const double *spectrum, int degree, int rings,
 
 /*
  * What a level is made of: at each texel's centre d, in each channel
- *     clamp(offset + gain(theta) (field(d) + sum of energy K(|d - light|))).
+ *     clamp(offset + gain (field(d) + sum of energy K(|d - light|) + local)).
  */
 typedef struct ibl_level_sum {
     const ibl_ring_grid *grid; /* the field, borders filled */
@@ -91,7 +91,8 @@ typedef struct ibl_level_sum {
     int degree;                /* of the field, >= 0 */
     const ibl_bright *bright;  /* NULL: no lights */
     const ibl_radial *lobe;    /* K; needed where there are lights */
-    const float *gain;         /* of each ring, interpolated; NULL: 1 */
+    const float *local;        /* of each texel, 3 floats; NULL: 0 */
+    float gain;
     float offset[3], low[3], high[3]; /* low may be -INFINITY, high INFINITY;
                                          NaN becomes low */
 } ibl_level_sum;

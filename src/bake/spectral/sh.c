@@ -21,10 +21,8 @@ static void add_rows(const ibl_spectral *s, ibl_harmonics *sum)
 static void add_mean(const ibl_spectral *s, ibl_harmonics *sum)
 {
     double *a = ibl_harmonics_at(sum, 0);
-    for (int l = 0; l <= sum->degree; l++)
-        for (int c = 0; c < 3; c++)
-            a[6 * l + 2 * c] += (double)s->mean[c] * s->zonal[l] *
-                                sqrt((2 * l + 1) / (4 * IBL_PI));
+    for (int c = 0; c < 3; c++)
+        a[2 * c] += (double)s->mean[c] * sqrt(4 * IBL_PI);
 }
 
 /* The lights alone. */
@@ -39,7 +37,7 @@ static ibl_status analyse_lights(const ibl_spectral *s, ibl_harmonics *out)
            6 * (size_t)rows.orders * rows.stride * sizeof *rows.data);
     status = ibl_spectral_add_lights(s, s->lights, s->light_count, &rows);
     if (!status)
-        status = ibl_sht_analyse(s->ctx, NULL, &rows, s->weight, out);
+        status = ibl_sht_analyse_patches(s->ctx, NULL, &rows, s->widths, out);
     ibl_ring_spectra_free(&rows);
     return status;
 }

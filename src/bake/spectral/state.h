@@ -51,13 +51,11 @@ struct ibl_spectral {
     float base[3];     /* taken from every pixel */
     double *power;     /* of the harmonics, in each degree */
     double unresolved; /* mean square of what is beyond the harmonics */
-    float low[3], high[3];   /* the range of the map */
-    double *weight;          /* solid angle of a pixel of each row */
-    double *zonal;           /* sum of P_l dO over all pixels, as far as
-                                ibl_spectral_known */
+    float low[3], high[3]; /* the range of the map */
+    double *weight;        /* solid angle of a pixel of each row */
+    double *widths;        /* of each order, what a pixel's width makes of it */
     ibl_pixel_light *lights; /* added to each texel, scaled */
     int light_count;
-    ibl_bright *bright;      /* them, ready for texels */
     ibl_harmonics harmonics; /* of everything else */
 
     ibl_spectral_work work;
@@ -68,6 +66,27 @@ static inline int ibl_spectral_known(int degree)
 {
     return degree + degree / 2 + 8;
 }
+
+/* The azimuth of a light's centre in the world's axes. */
+double ibl_spectral_azimuth(const ibl_spectral *s, const ibl_pixel_light *l);
+
+/*
+ * The lights that stay as points, so many for each that a lobe's integral over
+ * the pixel is right to 1e-5.
+ *   whole  the lobe's integral over the sphere
+ */
+ibl_status ibl_spectral_bright(const ibl_spectral *s,
+                               const ibl_lobe_shape *shape, double whole,
+                               ibl_bright **out);
+
+/*
+ * What the points of lights lack where the horizon of a level's texels, faces
+ * of n x n, crosses a light's pixel, where a lobe has a bend.
+ *   local  3 floats of each texel, added to
+ */
+ibl_status ibl_spectral_horizon(const ibl_spectral *s,
+                                const ibl_lobe_shape *shape, int n,
+                                float *local);
 
 /* Adds the Fourier coefficients of lights to those of their rows. */
 ibl_status ibl_spectral_add_lights(const ibl_spectral *s,

@@ -5,6 +5,7 @@
 
 #include <string.h>
 
+#include "bake/spectral/row_integrals.h"
 #include "core/alloc.h"
 #include "core/context.h"
 #include "kern/legendre.h"
@@ -22,6 +23,8 @@ struct transform {
     const ibl_harmonics *harmonics;
     const ibl_ring_spectra *spectra;
     const double *factor;
+    const double *width; /* of each order, where rows are patches */
+    ibl_row_integrals integrals;
 };
 
 /* The work of an order: its Legendre functions, and something for a start. */
@@ -44,17 +47,23 @@ static void plan_jobs(struct transform *t)
     t->first[t->jobs] = t->orders;
 }
 
-static ibl_status prepare(ibl_ctx *ctx, struct transform *t, int rings,
-                          const double *weight)
+/* Doubles of scratch for a worker. */
+static size_t scratch_of(const struct transform *t)
+{
+    return ibl_legendre_scratch(t->degree) +
+           (t->width ? ibl_row_integrals_state(&t->integrals) : 0);
+}
+
+static ibl_status prepare(ibl_ctx *ctx, struct transform *t, ibl_ring_kind kind,
+                          int rings, const double *weight)
 {
     const size_t workers = (size_t)ibl_ctx_threads(ctx);
 
     ibl_legendre_dsp_init(&t->dsp, ibl_ctx_isa(ctx));
     t->first = ibl_alloc_array((size_t)t->orders + 1, sizeof *t->first);
-    t->scratch = ibl_alloc_array(workers, ibl_legendre_scratch(t->degree) *
-                                              sizeof *t->scratch);
+    t->scratch = ibl_alloc_array(workers, scratch_of(t) * sizeof *t->scratch);
     if (!t->first || !t->scratch ||
-        !ibl_legendre_rings_init(&t->rings, rings, t->degree, weight))
+        !ibl_legendre_rings_init(&t->rings, kind, rings, t->degree, weight))
         return ibl_no_memory(ctx, "a spherical harmonic transform");
     plan_jobs(t);
     return IBL_OK;
@@ -62,6 +71,7 @@ static ibl_status prepare(ibl_ctx *ctx, struct transform *t, int rings,
 
 static void release(struct transform *t)
 {
+    ibl_row_integrals_free(&t->integrals);
     ibl_legendre_rings_free(&t->rings);
     ibl_free(t->scratch);
     ibl_free(t->first);
@@ -69,20 +79,47 @@ static void release(struct transform *t)
 
 static ibl_legendre_order order(const struct transform *t, int m, int worker)
 {
-    return (ibl_legendre_order){
-        &t->rings, m, t->degree,
-        t->scratch + (size_t)worker * ibl_legendre_scratch(t->degree)};
+    return (ibl_legendre_order){&t->rings, m, t->degree,
+                                t->scratch + (size_t)worker * scratch_of(t)};
+}
+
+static void analyse_order(const struct transform *t, int m, int worker)
+{
+    const ibl_legendre_order o = order(t, m, worker);
+    t->dsp.analyse(&o, ibl_ring_spectra_at(t->spectra, m, 0),
+                   t->spectra->stride, ibl_harmonics_at(t->harmonics, m));
 }
 
 static void analyse_job(void *arg, int job, int worker)
 {
     const struct transform *t = arg;
+    for (int m = t->first[job]; m < t->first[job + 1]; m++)
+        analyse_order(t, m, worker);
+}
 
+static void patches_job(void *arg, int job, int worker)
+{
+    const struct transform *t = arg;
+    double *state = t->scratch + (size_t)worker * scratch_of(t) +
+                    ibl_legendre_scratch(t->degree);
+
+    ibl_row_integrals_seek(&t->integrals, t->first[job], state);
     for (int m = t->first[job]; m < t->first[job + 1]; m++) {
-        const ibl_legendre_order o = order(t, m, worker);
-        t->dsp.analyse(&o, ibl_ring_spectra_at(t->spectra, m, 0),
-                       t->spectra->stride, ibl_harmonics_at(t->harmonics, m));
+        analyse_order(t, m, worker);
+        ibl_row_integrals_finish(
+            &t->integrals, state, m, t->degree,
+            ibl_ring_spectra_at(t->spectra, m, 0), t->spectra->stride,
+            t->rings.start[m], t->width[m], ibl_harmonics_at(t->harmonics, m));
+        ibl_row_integrals_next(&t->integrals, m, state);
     }
+}
+
+/* The orders that are not summed. */
+static void clear_rest(const struct transform *t)
+{
+    for (int m = t->orders; m <= t->degree; m++)
+        memset(ibl_harmonics_at(t->harmonics, m), 0,
+               (size_t)(t->degree + 1 - m) * 6 * sizeof *t->harmonics->data);
 }
 
 ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
@@ -94,13 +131,38 @@ ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
                           .orders = in->orders < all ? in->orders : all,
                           .harmonics = out,
                           .spectra = in};
-    ibl_status status = prepare(ctx, &t, in->rings, weight);
+    ibl_status status = prepare(ctx, &t, IBL_RINGS_CENTRES, in->rings, weight);
 
     if (!status)
         status = ibl_run(ctx, stage, t.jobs, analyse_job, &t);
-    for (int m = t.orders; m < all; m++)
-        memset(ibl_harmonics_at(out, m), 0,
-               (size_t)(all - m) * 6 * sizeof *out->data);
+    clear_rest(&t);
+    release(&t);
+    return status;
+}
+
+ibl_status ibl_sht_analyse_patches(ibl_ctx *ctx, const char *stage,
+                                   const ibl_ring_spectra *in,
+                                   const double *width, ibl_harmonics *out)
+{
+    const int all = out->degree + 1;
+    struct transform t = {.degree = out->degree,
+                          .orders = in->orders < all ? in->orders : all,
+                          .harmonics = out,
+                          .spectra = in,
+                          .width = width};
+    ibl_status status = IBL_OK;
+
+    if (!ibl_row_integrals_init(&t.integrals, in->rings, out->degree))
+        return ibl_no_memory(ctx, "a spherical harmonic transform");
+    status = prepare(ctx, &t, IBL_RINGS_EDGES, in->rings - 1, NULL);
+    for (int j = 0; !status && j < t.rings.pairs; j++) {
+        const double square = t.rings.sine[j] * t.rings.sine[j];
+        t.rings.north[j] *= square;
+        t.rings.south[j] *= square;
+    }
+    if (!status)
+        status = ibl_run(ctx, stage, t.jobs, patches_job, &t);
+    clear_rest(&t);
     release(&t);
     return status;
 }
@@ -132,7 +194,7 @@ ibl_status ibl_sht_synthesise(ibl_ctx *ctx, const char *stage,
                         "a synthesis of degree %d from harmonics of degree %d "
                         "on rings of %d orders: must be in both",
                         degree, in->degree, out->orders);
-    ibl_status status = prepare(ctx, &t, out->rings, NULL);
+    ibl_status status = prepare(ctx, &t, IBL_RINGS_CENTRES, out->rings, NULL);
     if (!status)
         status = ibl_run(ctx, stage, t.jobs, synthesise_job, &t);
     if (degree + 1 < out->orders)

@@ -113,6 +113,21 @@ ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
                            ibl_harmonics *out);
 
 /*
+ * The analysis of a map of constant patches: its row j covers the latitudes
+ * pi j / rings to pi (j + 1) / rings, and F_m(j) is that of the row's pixels
+ * as points at their centres. The coefficients are the integrals over the
+ * patches,
+ *     a_lm = width[m] sum over rows j of F_m(j) int P_lm dx,
+ * x = cos theta over the row: see row_integrals.h. It costs no more than
+ * ibl_sht_analyse.
+ *   width  of each order up to out->degree: what a pixel's width makes of it
+ * Otherwise as ibl_sht_analyse.
+ */
+ibl_status ibl_sht_analyse_patches(ibl_ctx *ctx, const char *stage,
+                                   const ibl_ring_spectra *in,
+                                   const double *width, ibl_harmonics *out);
+
+/*
  * The synthesis:
  *     G_m(j) = sum over l = m..degree of factor[l] a_lm P_lm(cos theta_j)
  * for m <= degree; orders beyond become 0.

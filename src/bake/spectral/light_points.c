@@ -1,0 +1,263 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Bright pixels, which are patches, as point lights: the points of Gauss and
+ * Legendre along theta and phi.
+ *
+ * GGX as a function of the angle has its nearest singularities 2 alpha i from
+ * the peak, and n points leave rho^-2n of an integral over a length e, with
+ * rho = r + sqrt(1 + r^2), r = 4 alpha / e (the largest ellipse around the
+ * interval without a singularity). Phong is about a Gaussian, and the far part
+ * of a lobe a smooth function, of that width.
+ */
+#include <math.h>
+
+#include "bake/spectral/state.h"
+#include "core/alloc.h"
+#include "core/context.h"
+
+enum {
+    MAX_POINTS = 64 /* along one side */
+};
+
+/* -log of what is left. */
+static const double left = 14;
+
+typedef struct rule {
+    int count;
+    double node[MAX_POINTS], mass[MAX_POINTS]; /* on -1..1, masses sum to 2 */
+} rule;
+
+/* Gauss and Legendre, by Newton's method. */
+static void make_rule(int n, rule *r)
+{
+    r->count = n;
+    for (int i = 0; i < n; i++) {
+        double x = cos(IBL_PI * (i + 0.75) / (n + 0.5)), slope = 1;
+        for (int step = 0; step < 8; step++) {
+            double p = 1, below = 0;
+            for (int l = 0; l < n; l++) {
+                const double next = ((2 * l + 1) * x * p - l * below) / (l + 1);
+                below = p;
+                p = next;
+            }
+            slope = n * (x * p - below) / (x * x - 1);
+            x -= p / slope;
+        }
+        r->node[i] = x;
+        r->mass[i] = 2 / ((1 - x * x) * slope * slope);
+    }
+}
+
+static int points_for(double extent, const ibl_lobe_shape *shape)
+{
+    double size = shape->alpha;
+    if (shape->split > 0)
+        size = fmax(size, 1 / sqrt(shape->split));
+    const double n = fmax(ceil(0.5 * left / asinh(4 * size / extent)), 2);
+    return n < MAX_POINTS ? (int)n : MAX_POINTS;
+}
+
+/* Points of a light; NULL: only counts them. */
+static int add_points(const ibl_spectral *s, const ibl_pixel_light *l,
+                      const ibl_lobe_shape *shape, double whole, ibl_light *out)
+{
+    const double height = IBL_PI / s->height, width = 2 * IBL_PI / s->width;
+    const double theta = height * (l->row + 0.5);
+    const int down = points_for(height, shape);
+    const int across = points_for(width * sin(theta), shape);
+    const double phi = ibl_spectral_azimuth(s, l);
+    rule rows, columns;
+
+    if (!out)
+        return down * across;
+    make_rule(down, &rows);
+    make_rule(across, &columns);
+    double sum = 0;
+    for (int j = 0; j < down; j++)
+        sum += rows.mass[j] * sin(theta + 0.5 * height * rows.node[j]);
+    for (int j = 0; j < down; j++) {
+        const double at = theta + 0.5 * height * rows.node[j];
+        for (int i = 0; i < across; i++, out++) {
+            const double azimuth = phi + 0.5 * width * columns.node[i];
+            const double share = whole * s->weight[l->row] * rows.mass[j] *
+                                 sin(at) / sum * columns.mass[i] / 2;
+            out->direction[0] = sin(at) * cos(azimuth);
+            out->direction[1] = cos(at);
+            out->direction[2] = sin(at) * sin(azimuth);
+            for (int c = 0; c < 3; c++)
+                out->energy[c] = (float)((double)l->rgb[c] * share);
+        }
+    }
+    return down * across;
+}
+
+/* The points of all lights, the first of light i at first[i]. */
+typedef struct all_points {
+    ibl_light *light;
+    int *first; /* and one more */
+} all_points;
+
+static void free_points(all_points *p)
+{
+    ibl_free(p->light);
+    ibl_free(p->first);
+}
+
+static ibl_status make_points(const ibl_spectral *s,
+                              const ibl_lobe_shape *shape, double whole,
+                              all_points *out)
+{
+    const int lights = s->light_count;
+    *out = (all_points){0};
+    out->first = ibl_alloc_array((size_t)lights + 1, sizeof *out->first);
+    if (!out->first)
+        return ibl_no_memory(s->ctx, "the lights");
+    out->first[0] = 0;
+    for (int i = 0; i < lights; i++)
+        out->first[i + 1] =
+            out->first[i] + add_points(s, &s->lights[i], shape, whole, NULL);
+    out->light =
+        ibl_alloc_array((size_t)out->first[lights], sizeof *out->light);
+    if (!out->light) {
+        free_points(out);
+        return ibl_no_memory(s->ctx, "the lights");
+    }
+    for (int i = 0; i < lights; i++)
+        add_points(s, &s->lights[i], shape, whole, out->light + out->first[i]);
+    return IBL_OK;
+}
+
+ibl_status ibl_spectral_bright(const ibl_spectral *s,
+                               const ibl_lobe_shape *shape, double whole,
+                               ibl_bright **out)
+{
+    all_points points;
+    ibl_status status = make_points(s, shape, whole, &points);
+    *out = NULL;
+    if (status)
+        return status;
+    status = ibl_bright_create(s->ctx, points.light,
+                               points.first[s->light_count], out);
+    free_points(&points);
+    return status;
+}
+
+/* ---- lights on the horizon ---------------------------------------------- */
+
+/* The texels of a level that are corrected. */
+struct horizon {
+    const ibl_spectral *s;
+    const ibl_lobe_shape *shape;
+    all_points points;
+    rule rule;
+    int n;
+    float *local;
+};
+
+/* A light's patch, its azimuth seen from a texel. */
+struct patch {
+    double theta[2], delta, width;
+};
+
+/* int K sin(theta) dtheta along a meridian, above the horizon only, which it
+ * crosses at most once within a patch. */
+static double meridian_sum(const struct horizon *h, const double d[3],
+                           const struct patch *p, double delta)
+{
+    const double sine = hypot(d[0], d[2]);
+    const double top = atan2(sine * cos(delta), d[1]);
+    double from = p->theta[0], to = p->theta[1], sum = 0;
+
+    for (int k = -1; k <= 1; k += 2) {
+        const double cross = top + k * IBL_PI / 2;
+        if (cross > from && cross < to && k < 0)
+            from = cross;
+        else if (cross > from && cross < to)
+            to = cross;
+    }
+    for (int k = 0; k < h->rule.count; k++) {
+        const double theta =
+            0.5 * (from + to) + 0.5 * (to - from) * h->rule.node[k];
+        const double cosine =
+            cos(theta) * d[1] + sin(theta) * sine * cos(delta);
+        sum += h->rule.mass[k] * sin(theta) *
+               ibl_lobe_value(h->shape, 0.5 - 0.5 * cosine, cosine);
+    }
+    return 0.5 * (to - from) * sum;
+}
+
+static double patch_sum(const struct horizon *h, const double d[3],
+                        const struct patch *p)
+{
+    double sum = 0;
+    for (int k = 0; k < h->rule.count; k++)
+        sum +=
+            h->rule.mass[k] *
+            meridian_sum(h, d, p, p->delta + 0.5 * p->width * h->rule.node[k]);
+    return 0.5 * p->width * sum;
+}
+
+static double point_value(const struct horizon *h, const double d[3],
+                          const double at[3])
+{
+    const double cosine = d[0] * at[0] + d[1] * at[1] + d[2] * at[2];
+    return ibl_lobe_value(h->shape, 0.5 - 0.5 * cosine, cosine);
+}
+
+/* What the points of a light lack in a direction. */
+static void correct(const struct horizon *h, int light, const double d[3],
+                    float *rgb)
+{
+    const ibl_spectral *s = h->s;
+    const ibl_pixel_light *l = &s->lights[light];
+    const double height = IBL_PI / s->height;
+    const struct patch p = {.theta = {height * l->row, height * (l->row + 1)},
+                            .delta =
+                                ibl_spectral_azimuth(s, l) - atan2(d[2], d[0]),
+                            .width = 2 * IBL_PI / s->width};
+    const double exact = patch_sum(h, d, &p);
+
+    for (int c = 0; c < 3; c++) {
+        double sum = exact * (double)l->rgb[c];
+        for (int k = h->points.first[light]; k < h->points.first[light + 1];
+             k++)
+            sum -= (double)h->points.light[k].energy[c] *
+                   point_value(h, d, h->points.light[k].direction);
+        rgb[c] += (float)sum;
+    }
+}
+
+static void horizon_job(void *arg, int job, int worker)
+{
+    const struct horizon *h = arg;
+    const ibl_spectral *s = h->s;
+    const double extent =
+        0.5 * hypot(IBL_PI / s->height, 2 * IBL_PI / s->width);
+    (void)worker;
+    for (int x = 0; x < h->n; x++) {
+        double d[3];
+        ibl_cube_direction(h->n, job / h->n, x, job % h->n, d);
+        for (int i = 0; i < s->light_count; i++) {
+            /* Any point tells, to within the patch. */
+            const double *at = h->points.light[h->points.first[i]].direction;
+            if (fabs(d[0] * at[0] + d[1] * at[1] + d[2] * at[2]) < 2 * extent)
+                correct(h, i, d,
+                        h->local +
+                            3 * ((size_t)job * (size_t)h->n + (size_t)x));
+        }
+    }
+}
+
+ibl_status ibl_spectral_horizon(const ibl_spectral *s,
+                                const ibl_lobe_shape *shape, int n,
+                                float *local)
+{
+    struct horizon h = {.s = s, .shape = shape, .n = n, .local = local};
+    ibl_status status = make_points(s, shape, 1, &h.points);
+    if (status)
+        return status;
+    make_rule(12, &h.rule);
+    status = ibl_run(s->ctx, NULL, IBL_FACES * n, horizon_job, &h);
+    free_points(&h.points);
+    return status;
+}

@@ -1,0 +1,540 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Angles are the map's: theta from the pole, phi from the middle column, seen
+ * from outside with theta downwards and phi to the right; R is the texel's
+ * direction, Delta = phi - phi_R, and
+ *     q = sin^2((theta - theta_R) / 2) +
+ *         sin(theta) sin(theta_R) sin^2(Delta / 2),
+ *     sin^2(psi) = 4 q (1 - q).
+ * Along a meridian upwards, and along a parallel to the right,
+ *     d gamma = sin(theta_R) sin(Delta) |d theta| / sin^2(psi),
+ *     d gamma = sin(theta) (sin(theta - theta_R) +
+ *               2 cos(theta) sin(theta_R) sin^2(Delta / 2)) dPhi / sin^2(psi).
+ *
+ * A piece of an edge that is no longer than its distance from R takes POINTS
+ * points of Gauss and Legendre. Nearer than that d gamma turns by up to pi
+ * within the distance; there it is H(0) times the angle between the ends, less
+ * the integral of H(0) - H, which changes over no less than the lobe's width:
+ * pieces no longer than that take as many points, longer ones are halved.
+ */
+#include "bake/spectral/near.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <string.h>
+
+#include "bake/spectral/near_table.h"
+#include "core/alloc.h"
+#include "core/context.h"
+#include "core/pi.h"
+
+enum {
+    POINTS = 4,
+    MAX_HALVINGS = 40
+};
+
+/* Of Gauss and Legendre, on 0..1. */
+static const double node[POINTS] = {0.069431844202973712, 0.33000947820757187,
+                                    0.66999052179242813, 0.93056815579702629};
+static const double mass[POINTS] = {0.17392742256872693, 0.32607257743127307,
+                                    0.32607257743127307, 0.17392742256872693};
+/* Of a pixel: how near to its edges a texel's direction may be. */
+static const double margin = 1e-6;
+
+/* The sine and the cosine of half an angle. */
+typedef struct half {
+    double sine, cosine;
+} half;
+
+struct ibl_near {
+    ibl_ctx *ctx;
+    ibl_near_map map;
+    int n;
+    ibl_near_table table;
+    double alpha2;
+    half *edge;    /* of the phi of each edge */
+    half *point;   /* of the phi of the points of each pixel */
+    half *row;     /* of theta: of each row's upper edge and its points */
+    double *sum;   /* of each texel, three */
+    double *least; /* of each row of texels: the least and the largest theta */
+    float base[3];
+    float *last; /* the row before the batch */
+    const float *rgb;
+    int first, rows; /* the batch */
+};
+
+/* ---- a texel's view of the map ----------------------------------------- */
+
+typedef struct texel {
+    double theta, phi; /* phi from 0 at the left of the map */
+    double sine, cosine;
+    half phi_half, theta_half;
+    int row, column; /* the pixel it is in */
+    double *sum;
+} texel;
+
+/* Keeps a coordinate in pixels off the edges; returns its pixel. */
+static int pixel_of(double *at, int count)
+{
+    int pixel = (int)floor(*at);
+    pixel = pixel < 0 ? 0 : pixel >= count ? count - 1 : pixel;
+    *at = fmin(fmax(*at, pixel + margin), pixel + 1 - margin);
+    return pixel;
+}
+
+static texel texel_at(const ibl_near *a, const double d[3], double *sum)
+{
+    const ibl_near_map *m = &a->map;
+    texel t = {.sum = sum};
+    double row = atan2(hypot(d[0], d[2]), d[1]) / IBL_PI * m->height;
+    double turns = (atan2(d[2], d[0]) + m->yaw) / (2 * IBL_PI) + 0.5;
+    double column = (turns - floor(turns)) * m->width;
+    t.row = pixel_of(&row, m->height);
+    t.column = pixel_of(&column, m->width);
+    t.theta = IBL_PI * row / m->height;
+    t.phi = 2 * IBL_PI * column / m->width;
+    t.sine = sin(t.theta);
+    t.cosine = cos(t.theta);
+    t.theta_half = (half){sin(0.5 * t.theta), cos(0.5 * t.theta)};
+    t.phi_half = (half){sin(0.5 * t.phi), cos(0.5 * t.phi)};
+    return t;
+}
+
+/* Half the difference of two angles. */
+static half between(half a, half b)
+{
+    return (half){a.sine * b.cosine - a.cosine * b.sine,
+                  a.cosine * b.cosine + a.sine * b.sine};
+}
+
+/* An angle in -pi..pi. */
+static double wrap(double angle)
+{
+    return angle - 2 * IBL_PI * rint(angle / (2 * IBL_PI));
+}
+
+/* ---- along an edge ------------------------------------------------------ */
+
+/* An edge between two points of a meridian or a parallel. */
+typedef struct edge {
+    const ibl_near *a;
+    const texel *t;
+    int parallel;
+    double fixed;        /* theta of a parallel, Delta of a meridian */
+    double sine, cosine; /* of that theta; sin^2(Delta / 2), sin(Delta) */
+} edge;
+
+typedef struct place {
+    double q;
+    double turn; /* d gamma sin^2(psi), per radian of theta or phi */
+} place;
+
+static place place_at(const edge *e, double at)
+{
+    const texel *t = e->t;
+    const double theta = e->parallel ? e->fixed : at;
+    const double up = sin(0.5 * (theta - t->theta));
+    if (!e->parallel)
+        return (place){up * up + sin(theta) * t->sine * e->sine,
+                       t->sine * e->cosine};
+    const double s = sin(0.5 * at), across = s * s;
+    return (place){
+        up * up + e->sine * t->sine * across,
+        e->sine * (sin(theta - t->theta) + 2 * e->cosine * t->sine * across)};
+}
+
+/* The angle around R of a point of an edge. */
+static double angle_at(const edge *e, double at)
+{
+    const texel *t = e->t;
+    const double theta = e->parallel ? e->fixed : at;
+    const double sine = sin(theta);
+    const double s = e->parallel ? sin(0.5 * at) : 0;
+    const double across = e->parallel ? s * s : e->sine;
+    const double east = sine * (e->parallel ? sin(at) : e->cosine);
+    const double north = sin(t->theta - theta) + 2 * sine * t->cosine * across;
+    return atan2(north, east);
+}
+
+/* int of H d gamma, or of (H(0) - H) d gamma. */
+static double points_sum(const edge *e, double from, double to, int near)
+{
+    const ibl_near_table *table = &e->a->table;
+    double sum = 0;
+    for (int k = 0; k < POINTS; k++) {
+        const place p = place_at(e, from + (to - from) * node[k]);
+        if (p.q < table->reach)
+            sum += mass[k] * p.turn * ibl_near_at(table, p.q, near) /
+                   (4 * (near ? 1 : p.q) * (1 - p.q));
+        else if (near)
+            sum += mass[k] * p.turn * table->peak / (4 * p.q * (1 - p.q));
+    }
+    return sum * (to - from);
+}
+
+/* Where a meridian is nearest to R. */
+static double nearest_theta(const edge *e)
+{
+    const texel *t = e->t;
+    const double cosine = 1 - 2 * e->sine;
+    if (cosine < 0)
+        return t->cosine > 0 ? 0 : IBL_PI;
+    return atan2(t->sine * cosine, t->cosine);
+}
+
+/* int of H d gamma along a part of an edge, to larger theta or phi. */
+static double part_sum(const edge *e, double from, double to, int halvings)
+{
+    const double aim = e->parallel ? 0 : nearest_theta(e);
+    const double middle = 0.5 * (from + to);
+    const double nearest = aim < from ? from : aim > to ? to : aim;
+    const double q = place_at(e, nearest).q;
+    const double length = (to - from) * (e->parallel ? e->sine : 1);
+    const double square = 0.25 * length * length;
+
+    if (q > e->a->table.reach)
+        return 0;
+    if (square <= q)
+        return points_sum(e, from, to, 0);
+    if (square > q + e->a->alpha2 && halvings < MAX_HALVINGS)
+        return part_sum(e, from, middle, halvings + 1) +
+               part_sum(e, middle, to, halvings + 1);
+    const double turn = angle_at(e, to) - angle_at(e, from);
+    return e->a->table.peak * wrap(e->parallel ? turn : -turn) -
+           points_sum(e, from, to, 1);
+}
+
+/* ---- rows --------------------------------------------------------------- */
+
+/* A latitude as a texel sees it. */
+typedef struct line {
+    double sine, cosine;
+    double up;    /* sin^2((theta - theta_R) / 2) */
+    double along; /* sin(theta - theta_R) */
+} line;
+
+static line line_at(const texel *t, half theta)
+{
+    const half h = between(theta, t->theta_half);
+    return (line){2 * theta.sine * theta.cosine,
+                  (theta.cosine - theta.sine) * (theta.cosine + theta.sine),
+                  h.sine * h.sine, 2 * h.sine * h.cosine};
+}
+
+/* Columns in reach at a latitude: from..from + count - 1, around the map. */
+typedef struct span {
+    int from, count;
+} span;
+
+static span span_at(const ibl_near *a, const texel *t, double up, double sine)
+{
+    const int width = a->map.width;
+    const double most = (a->table.reach - up) / (sine * t->sine);
+    if (!(most > 0))
+        return (span){0, 0};
+    if (most >= 1)
+        return (span){0, width};
+    const double reach = asin(sqrt(most)) / IBL_PI * width + 1;
+    const double column = t->phi / (2 * IBL_PI) * width;
+    const int from = (int)floor(column - reach);
+    const int to = (int)ceil(column + reach);
+    if (to - from + 1 >= width)
+        return (span){0, width};
+    return (span){from < 0 ? from + width : from, to - from + 1};
+}
+
+/* Of the meridians of row j: what is in reach at its nearest latitude, taken
+ * as narrow as the row is anywhere. */
+static span row_span(const ibl_near *a, const texel *t, int j,
+                     const line points[POINTS])
+{
+    const double first = points[0].sine, last = points[POINTS - 1].sine;
+    const double up = fmin(points[0].up, points[POINTS - 1].up);
+    const double height = IBL_PI / a->map.height;
+    /* The edges are not much nearer than the points next to them. */
+    const double nearest_up = fmax(0, sqrt(up) - 0.05 * height);
+    const bool pole = j == 0 || j == a->map.height - 1;
+    return span_at(a, t, j == t->row ? 0 : nearest_up * nearest_up,
+                   pole ? 0 : 0.9 * fmin(first, last));
+}
+
+static void add_step(const texel *t, const float *from, const float *to,
+                     double weight)
+{
+    for (int c = 0; c < 3; c++)
+        t->sum[c] += ((double)to[c] - (double)from[c]) * weight;
+}
+
+static int differ(const float *a, const float *b)
+{
+    return a[0] < b[0] || a[0] > b[0] || a[1] < b[1] || a[1] > b[1] ||
+           a[2] < b[2] || a[2] > b[2];
+}
+
+/* Of the square of an edge's length: q of the nearest of its points from which
+ * on all of it is no nearer than it is long. */
+static const double nearest = 0.35;
+
+/* The edge left of a pixel, from the top of its row to the bottom. */
+static double meridian_sum(const ibl_near *a, const texel *t, double theta,
+                           const line points[POINTS], int column)
+{
+    const half h = between(a->edge[column], t->phi_half);
+    const double square = h.sine * h.sine, sine = 2 * h.sine * h.cosine;
+    const double height = IBL_PI / a->map.height;
+    double sum = 0, least = INFINITY, q[POINTS];
+
+    for (int k = 0; k < POINTS; k++) {
+        q[k] = points[k].up + points[k].sine * t->sine * square;
+        least = fmin(least, q[k]);
+    }
+    if (least < nearest * height * height || height > 1) {
+        const edge e = {
+            a,      t,   0, wrap(2 * IBL_PI * column / a->map.width - t->phi),
+            square, sine};
+        return part_sum(&e, theta, theta + height, 0);
+    }
+    for (int k = 0; k < POINTS; k++)
+        if (q[k] < a->table.reach)
+            sum +=
+                mass[k] * ibl_near_at(&a->table, q[k], 0) / (q[k] * (1 - q[k]));
+    return 0.25 * height * t->sine * sine * sum;
+}
+
+/* The edge above a pixel, from left to right. */
+static double parallel_sum(const ibl_near *a, const texel *t, const line *top,
+                           double theta, int column)
+{
+    const double width = 2 * IBL_PI / a->map.width;
+    const double extent = width * top->sine;
+    const half *points = a->point + POINTS * (ptrdiff_t)column;
+    double sum = 0, least = INFINITY, q[POINTS], across[POINTS];
+
+    for (int k = 0; k < POINTS; k++) {
+        const half h = between(points[k], t->phi_half);
+        across[k] = h.sine * h.sine;
+        q[k] = top->up + top->sine * t->sine * across[k];
+        least = fmin(least, q[k]);
+    }
+    if (least < nearest * extent * extent || width > 1) {
+        const edge e = {a, t, 1, theta, top->sine, top->cosine};
+        const double left =
+            wrap(2 * IBL_PI * (column + 0.5) / a->map.width - t->phi) -
+            0.5 * width;
+        return part_sum(&e, left, left + width, 0);
+    }
+    for (int k = 0; k < POINTS; k++)
+        if (q[k] < a->table.reach)
+            sum += mass[k] * ibl_near_at(&a->table, q[k], 0) *
+                   (top->along + 2 * top->cosine * t->sine * across[k]) /
+                   (q[k] * (1 - q[k]));
+    return 0.25 * width * top->sine * sum;
+}
+
+static void add_meridians(const ibl_near *a, const texel *t, int j,
+                          const float *row)
+{
+    const half *halves = a->row + (1 + POINTS) * (ptrdiff_t)j;
+    const int width = a->map.width;
+    const double theta = IBL_PI * j / a->map.height;
+    line points[POINTS];
+
+    for (int k = 0; k < POINTS; k++)
+        points[k] = line_at(t, halves[1 + k]);
+    const span reach = row_span(a, t, j, points);
+    for (int k = 0; k < reach.count; k++) {
+        const int i = (reach.from + k) % width;
+        const float *right = row + 3 * (ptrdiff_t)i;
+        const float *left = row + 3 * (ptrdiff_t)(i ? i - 1 : width - 1);
+        if (differ(left, right))
+            add_step(t, left, right, meridian_sum(a, t, theta, points, i));
+    }
+}
+
+static void add_parallels(const ibl_near *a, const texel *t, int j,
+                          const float *above, const float *row)
+{
+    const double theta = IBL_PI * j / a->map.height;
+    const line top = line_at(t, a->row[(1 + POINTS) * (ptrdiff_t)j]);
+    const span reach = span_at(a, t, top.up, top.sine);
+    for (int k = 0; k < reach.count; k++) {
+        const int i = (reach.from + k) % a->map.width;
+        const float *to = row + 3 * (ptrdiff_t)i;
+        const float *from = above + 3 * (ptrdiff_t)i;
+        if (differ(from, to))
+            add_step(t, from, to, parallel_sum(a, t, &top, theta, i));
+    }
+}
+
+static void add_row(const ibl_near *a, const texel *t, int j)
+{
+    const size_t stride = 3 * (size_t)a->map.width;
+    const float *row = a->rgb + stride * (size_t)(j - a->first);
+    const float *above = j > a->first ? row - stride : a->last;
+
+    if (j == t->row)
+        add_step(t, a->base, row + 3 * (ptrdiff_t)t->column, ibl_near_whole(a));
+    add_meridians(a, t, j, row);
+    if (j)
+        add_parallels(a, t, j, above, row);
+}
+
+/* ---- jobs --------------------------------------------------------------- */
+
+double ibl_near_reach(const ibl_near *a)
+{
+    return 2 * asin(sqrt(a->table.reach));
+}
+
+static void add_texel(const ibl_near *a, const double d[3], double *sum)
+{
+    const double row = IBL_PI / a->map.height, reach = ibl_near_reach(a);
+    const double theta = acos(fmin(fmax(d[1], -1), 1));
+    const int last = a->first + a->rows - 1;
+    int from = (int)floor((theta - reach) / row) - 1;
+    int to = (int)floor((theta + reach) / row) + 1;
+
+    from = from < a->first ? a->first : from;
+    to = to > last ? last : to;
+    if (from > to)
+        return;
+    const texel t = texel_at(a, d, sum);
+    for (int j = from; j <= to; j++)
+        add_row(a, &t, j);
+}
+
+static void row_job(void *arg, int job, int worker)
+{
+    const ibl_near *a = arg;
+    const double reach = ibl_near_reach(a) + 2 * IBL_PI / a->map.height;
+    const double begin = IBL_PI * a->first / a->map.height;
+    const double end = IBL_PI * (a->first + a->rows) / a->map.height;
+    const double *bounds = a->least + 2 * (ptrdiff_t)job;
+    (void)worker;
+
+    if (bounds[0] > end + reach || bounds[1] < begin - reach)
+        return;
+    for (int x = 0; x < a->n; x++) {
+        double d[3];
+        ibl_cube_direction(a->n, job / a->n, x, job % a->n, d);
+        add_texel(a, d, a->sum + 3 * ((size_t)job * (size_t)a->n + (size_t)x));
+    }
+}
+
+/* ---- the calls ---------------------------------------------------------- */
+
+static void fill_halves(const ibl_near *a)
+{
+    const double width = IBL_PI / a->map.width;
+    const double height = 0.5 * IBL_PI / a->map.height;
+    for (int j = 0; j < a->map.height; j++)
+        for (int k = 0; k <= POINTS; k++) {
+            const double at = height * (j + (k ? node[k - 1] : 0));
+            a->row[(1 + POINTS) * (ptrdiff_t)j + k] = (half){sin(at), cos(at)};
+        }
+    for (int i = 0; i < a->map.width; i++) {
+        a->edge[i] = (half){sin(width * i), cos(width * i)};
+        for (int k = 0; k < POINTS; k++) {
+            const double at = width * (i + node[k]);
+            a->point[POINTS * i + k] = (half){sin(at), cos(at)};
+        }
+    }
+}
+
+/* The latitudes of rows of texels. */
+static void fill_bounds(const ibl_near *a)
+{
+    for (int job = 0; job < IBL_FACES * a->n; job++) {
+        double *bounds = a->least + 2 * (ptrdiff_t)job;
+        bounds[0] = IBL_PI;
+        bounds[1] = 0;
+        for (int x = 0; x < a->n; x++) {
+            double d[3];
+            ibl_cube_direction(a->n, job / a->n, x, job % a->n, d);
+            const double theta = acos(fmin(fmax(d[1], -1), 1));
+            bounds[0] = fmin(bounds[0], theta);
+            bounds[1] = fmax(bounds[1], theta);
+        }
+    }
+}
+
+ibl_status ibl_near_create(ibl_ctx *ctx, const ibl_near_map *map,
+                           const ibl_lobe_shape *shape, int n, ibl_near **out)
+{
+    const size_t width = (size_t)map->width, texels = (size_t)n * (size_t)n;
+    ibl_near *a = *out = ibl_alloc_zeroed(1, sizeof *a);
+    if (!a)
+        return ibl_no_memory(ctx, "a narrow lobe");
+    a->ctx = ctx;
+    a->map = *map;
+    a->n = n;
+    a->alpha2 = shape->alpha * shape->alpha;
+    a->edge = ibl_alloc_array(width, sizeof *a->edge);
+    a->point = ibl_alloc_array(POINTS * width, sizeof *a->point);
+    a->row =
+        ibl_alloc_array((1 + POINTS) * (size_t)map->height, sizeof *a->row);
+    a->last = ibl_alloc_array(3 * width, sizeof *a->last);
+    a->least = ibl_alloc_array(2 * IBL_FACES * (size_t)n, sizeof *a->least);
+    a->sum = ibl_alloc_zeroed(3 * IBL_FACES * texels, sizeof *a->sum);
+    if (!a->edge || !a->point || !a->row || !a->last || !a->least || !a->sum ||
+        !ibl_near_table_make(shape, &a->table)) {
+        ibl_near_free(a);
+        *out = NULL;
+        return ibl_no_memory(ctx, "a narrow lobe");
+    }
+    fill_halves(a);
+    fill_bounds(a);
+    return IBL_OK;
+}
+
+void ibl_near_free(ibl_near *a)
+{
+    if (!a)
+        return;
+    ibl_near_table_free(&a->table);
+    ibl_free(a->edge);
+    ibl_free(a->point);
+    ibl_free(a->row);
+    ibl_free(a->last);
+    ibl_free(a->least);
+    ibl_free(a->sum);
+    ibl_free(a);
+}
+
+ibl_status ibl_near_add(ibl_near *a, int rows, const float *rgb)
+{
+    const size_t stride = 3 * (size_t)a->map.width;
+    const int next = a->first + a->rows;
+    if (next)
+        memcpy(a->last, a->rgb + stride * (size_t)(a->rows - 1),
+               stride * sizeof *a->last);
+    else
+        memcpy(a->base, rgb, sizeof a->base);
+    a->first = next;
+    a->rows = rows;
+    a->rgb = rgb;
+    ibl_run_begin(a->ctx, "near", (double)next / a->map.height,
+                  IBL_FACES * a->n, row_job, a);
+    return IBL_OK;
+}
+
+double ibl_near_whole(const ibl_near *a)
+{
+    return 2 * IBL_PI * a->table.peak;
+}
+
+const float *ibl_near_base(const ibl_near *a)
+{
+    return a->base;
+}
+
+const float *ibl_near_sums(ibl_near *a, double scale)
+{
+    const size_t count = 3 * IBL_FACES * (size_t)a->n * (size_t)a->n;
+    float *sums = (float *)a->sum;
+    for (size_t i = 0; i < count; i++) {
+        const float sum = (float)(a->sum[i] * scale);
+        memcpy(&sums[i], &sum, sizeof sum);
+    }
+    return sums;
+}

@@ -1,0 +1,344 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Each channel for itself, from its brightest texel down. All texels around it
+ * that are full, wall to wall, are one patch: what they have too much is poured
+ * over the ring of texels around the patch, then over the ring around that, for
+ * as long as some is left. A ring that can hold all of it comes nearer to full
+ * by the same part of what is missing everywhere, which leaves a light its
+ * symmetry. Every texel is full when its ring is done with, so each is seen a
+ * few times at most, however much there is to pour.
+ */
+#include "image/overflow.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/context.h"
+#include "image/cube.h"
+
+typedef struct basin {
+    float *level; /* a copy of what was given */
+    int n, half;
+    double *corner;  /* ibl_face_angle at the corners of a quarter face's half x
+                        half texels: solid angles are their differences */
+    uint32_t *queue; /* texels of a patch and of its rings */
+    bool *seen;      /* of each texel: it is in the queue */
+    int channel;
+    float max;
+} basin;
+
+static size_t texels_of(const basin *b)
+{
+    return IBL_FACES * (size_t)b->n * (size_t)b->n;
+}
+
+static float *value(const basin *b, uint32_t texel)
+{
+    return b->level + 3 * (size_t)texel + b->channel;
+}
+
+static double angle_at(const basin *b, int x, int y)
+{
+    const size_t i = (size_t)(x < b->half ? x : b->n - 1 - x);
+    const size_t j = (size_t)(y < b->half ? y : b->n - 1 - y);
+    const size_t line = (size_t)b->half + 1;
+    const double *top = b->corner + j * line + i, *bottom = top + line;
+    return bottom[1] - bottom[0] - top[1] + top[0];
+}
+
+static double solid_angle(const basin *b, uint32_t texel)
+{
+    const uint32_t n = (uint32_t)b->n;
+    return angle_at(b, (int)(texel % n), (int)(texel / n % n));
+}
+
+static bool basin_init(basin *b, int n)
+{
+    const int half = (n + 1) / 2;
+    const size_t line = (size_t)half + 1;
+
+    *b = (basin){.n = n, .half = half};
+    b->corner = ibl_alloc_array(line * line, sizeof *b->corner);
+    b->queue = ibl_alloc_array(texels_of(b), sizeof *b->queue);
+    b->seen = ibl_alloc_zeroed(texels_of(b), sizeof *b->seen);
+    if (!b->corner || !b->queue || !b->seen)
+        return false;
+    for (int y = 0; y <= half; y++)
+        for (int x = 0; x <= half; x++)
+            b->corner[(size_t)y * line + (size_t)x] =
+                ibl_face_angle(2.0 * x / n - 1, 2.0 * y / n - 1);
+    return true;
+}
+
+static void basin_free(basin *b)
+{
+    ibl_free(b->corner);
+    ibl_free(b->queue);
+    ibl_free(b->seen);
+}
+
+/* ---- neighbours ------------------------------------------------------- */
+
+static int clamp(int a, int most)
+{
+    return a < -most ? -most : a > most ? most : a;
+}
+
+/*
+ * The texel over the edge of a face from (x, y), one of which is outside by
+ * one. In half texels from the middle of the cube, whose faces are n away, a
+ * texel's centre is folded over the edge: it lands on the next face, half a
+ * texel from the edge.
+ */
+static uint32_t fold(int n, int face, int x, int y)
+{
+    const ibl_face_axes *from = &ibl_face[face];
+    const int u = clamp(2 * x + 1 - n, n), v = clamp(2 * y + 1 - n, n);
+    int p[3], to = 0, i = n - 1, j = n - 1;
+
+    for (int k = 0; k < 3; k++) {
+        p[k] =
+            (n - 1) * from->forward[k] + u * from->right[k] + v * from->down[k];
+        if (abs(p[k]) == n)
+            to = 2 * k + (p[k] < 0);
+    }
+    for (int k = 0; k < 3; k++) {
+        i += p[k] * ibl_face[to].right[k];
+        j += p[k] * ibl_face[to].down[k];
+    }
+    const uint32_t size = (uint32_t)n;
+    return ((uint32_t)to * size + (uint32_t)(j / 2)) * size + (uint32_t)(i / 2);
+}
+
+/* Puts the neighbours of a texel that were not seen at the end of the queue:
+ * those with a common edge, or corners, too. full: only those that are. Returns
+ * the new end. */
+static size_t add_neighbours(basin *b, uint32_t texel, bool corners, bool full,
+                             size_t end)
+{
+    const int n = b->n, x = (int)(texel % (uint32_t)n);
+    const int line = (int)(texel / (uint32_t)n), face = line / n;
+    const int y = line % n;
+
+    for (int k = 0; k < 9; k++) {
+        const int dx = k % 3 - 1, dy = k / 3 - 1, i = x + dx, j = y + dy;
+        const bool beyond_x = i < 0 || i >= n, beyond_y = j < 0 || j >= n;
+        if (k == 4 || (dx && dy && !corners) || (beyond_x && beyond_y))
+            continue; /* at a cube's corner three texels meet, not four */
+        const uint32_t to = beyond_x || beyond_y
+                                ? fold(n, face, i, j)
+                                : texel + (uint32_t)(dy * n + dx);
+        if (b->seen[to] || (full && *value(b, to) < b->max))
+            continue;
+        b->seen[to] = true;
+        b->queue[end++] = to;
+    }
+    return end;
+}
+
+/* ---- pouring ---------------------------------------------------------- */
+
+/* What a texel has too much, which it loses. */
+static double take_excess(const basin *b, uint32_t texel)
+{
+    float *at = value(b, texel);
+    if (!(*at > b->max))
+        return 0;
+    const double excess = isinf(*at) ? 0 : (double)*at - (double)b->max;
+    *at = b->max;
+    return excess * solid_angle(b, texel);
+}
+
+/* What it still takes: nothing where it is no number. */
+static double room(const basin *b, uint32_t texel)
+{
+    const float at = *value(b, texel);
+    if (!(at < b->max && at >= -b->max))
+        return 0;
+    return ((double)b->max - (double)at) * solid_angle(b, texel);
+}
+
+/* Pours light over a ring, which are texels of the queue; returns what is left.
+ */
+static double fill(const basin *b, size_t first, size_t end, double light)
+{
+    double all = 0;
+
+    for (size_t i = first; i < end; i++) {
+        light += take_excess(b, b->queue[i]);
+        all += room(b, b->queue[i]);
+    }
+    const double part = light < all ? light / all : 1;
+    for (size_t i = first; i < end; i++) {
+        float *at = value(b, b->queue[i]);
+        if (room(b, b->queue[i]) > 0)
+            *at = part < 1 ? (float)((double)*at +
+                                     part * ((double)b->max - (double)*at))
+                           : b->max;
+    }
+    return light < all ? 0 : light - all;
+}
+
+/*
+ * Empties the patch around a texel; returns what nothing takes. Every second
+ * ring has no corners: together they are octagons, rounder than squares.
+ */
+static double pour(basin *b, uint32_t texel)
+{
+    size_t first = 0, end = 1;
+    double light = 0;
+    bool corners = true;
+
+    b->queue[0] = texel;
+    b->seen[texel] = true;
+    for (size_t i = 0; i < end; i++) {
+        light += take_excess(b, b->queue[i]);
+        end = add_neighbours(b, b->queue[i], true, true, end);
+    }
+    for (size_t last = end; light > 0; corners = !corners, last = end) {
+        for (; first < last; first++)
+            end = add_neighbours(b, b->queue[first], corners, false, end);
+        if (end == last)
+            break;
+        light = fill(b, last, end, light);
+    }
+    for (size_t i = 0; i < end; i++)
+        b->seen[b->queue[i]] = false;
+    return light;
+}
+
+typedef struct source {
+    float value;
+    uint32_t texel;
+} source;
+
+static int brightest_first(const void *a, const void *b)
+{
+    const source *x = a, *y = b;
+    if (x->value != y->value)
+        return x->value < y->value ? 1 : -1;
+    return (x->texel > y->texel) - (x->texel < y->texel);
+}
+
+/* All of the channel; *lost gets what nothing takes. False: no memory. */
+static bool spread(basin *b, size_t count, double *lost)
+{
+    source *sources = ibl_alloc_array(count, sizeof *sources);
+    size_t found = 0;
+
+    if (!sources)
+        return false;
+    for (uint32_t i = 0; i < texels_of(b); i++)
+        if (*value(b, i) > b->max)
+            sources[found++] = (source){*value(b, i), i};
+    qsort(sources, found, sizeof *sources, brightest_first);
+    for (size_t i = 0; i < found; i++)
+        if (*value(b, sources[i].texel) > b->max)
+            *lost += pour(b, sources[i].texel);
+    ibl_free(sources);
+    return true;
+}
+
+/* ---- the call --------------------------------------------------------- */
+
+typedef struct survey {
+    size_t texels;   /* that are beyond */
+    size_t count[3]; /* of them by channel */
+    double light, beyond;
+} survey;
+
+static bool any_beyond(const float max[3], size_t texels, const float *level)
+{
+    bool any = false;
+    for (size_t i = 0; i < 3 * texels; i += 3)
+        any |= (level[i] > max[0]) | (level[i + 1] > max[1]) |
+               (level[i + 2] > max[2]);
+    return any;
+}
+
+/* Of infinity nothing can be kept: it counts as nothing. */
+static void look_at(const float *rgb, const float max[3], double angle,
+                    survey *s)
+{
+    bool beyond = false;
+
+    for (int c = 0; c < 3; c++) {
+        if (isfinite(rgb[c]))
+            s->light += angle * (double)rgb[c];
+        if (!(rgb[c] > max[c]))
+            continue;
+        beyond = true;
+        s->count[c]++;
+        if (isfinite(rgb[c]))
+            s->beyond += angle * ((double)rgb[c] - (double)max[c]);
+    }
+    s->texels += beyond;
+}
+
+static survey look(const basin *b, const float max[3], const float *level)
+{
+    survey s = {0};
+
+    for (int line = 0; line < IBL_FACES * b->n; line++)
+        for (int x = 0; x < b->n; x++, level += 3)
+            look_at(level, max, angle_at(b, x, line % b->n), &s);
+    return s;
+}
+
+/* b has a copy of the level. */
+static bool spread_all(basin *b, const float max[3], const survey *s,
+                       double *lost)
+{
+    bool ok = true;
+
+    for (int c = 0; c < 3 && ok; c++) {
+        b->channel = c;
+        b->max = max[c];
+        if (s->count[c])
+            ok = spread(b, s->count[c], lost);
+    }
+    return ok;
+}
+
+ibl_status ibl_overflow_settle(ibl_ctx *ctx, ibl_overflow how,
+                               const float max[3], int n, const float *level,
+                               float **settled, ibl_overflow_level *out)
+{
+    const size_t texels = IBL_FACES * (size_t)n * (size_t)n;
+    basin b;
+
+    *settled = NULL;
+    *out = (ibl_overflow_level){0};
+    if (!any_beyond(max, texels, level))
+        return IBL_OK;
+    bool ok = basin_init(&b, n);
+    if (ok) {
+        const survey s = look(&b, max, level);
+        double lost = how == IBL_OVERFLOW_SPREAD ? 0 : s.beyond;
+        if (how == IBL_OVERFLOW_SPREAD) {
+            b.level = ibl_alloc_array(texels, 3 * sizeof *b.level);
+            ok = b.level != NULL;
+            if (ok)
+                memcpy(b.level, level, 3 * texels * sizeof *level);
+            ok = ok && spread_all(&b, max, &s, &lost);
+        }
+        out->texels = s.texels;
+        if (s.light > 0) {
+            /* Less is what rounding leaves of the difference. */
+            const double moved = s.beyond - lost;
+            out->lost = lost / s.light;
+            out->moved = moved > 1e-12 * s.beyond ? moved / s.light : 0;
+        }
+    }
+    basin_free(&b);
+    if (!ok) {
+        ibl_free(b.level);
+        return ibl_no_memory(ctx, "light that a format cannot hold");
+    }
+    *settled = b.level;
+    return IBL_OK;
+}

@@ -1,0 +1,112 @@
+/* SPDX-License-Identifier: MIT */
+/* JSON files: whole ones, and what is none, which hangs nothing. */
+#define _GNU_SOURCE
+#include <stdlib.h>
+
+static int left = -1; /* allocations until one fails */
+static void *scarce(void *old, size_t size)
+{
+    return left >= 0 && left-- == 0 ? NULL : realloc(old, size);
+}
+#define malloc(size) scarce(NULL, size)
+#define realloc scarce
+#include "common/json_load.c"
+#undef realloc
+#undef malloc
+
+#include "files.h"
+#include "test.h"
+
+static const char text[] =
+    "{\"a\": [1, 2.5, \"three\", {\"a long name of a member\": null}],\n"
+    " \"b\": \"a string that is longer than most, \\u00e9 in it\"}\n";
+
+static void whole(void)
+{
+    ibl_json_why why;
+    NEED(file_save(file_path("whole.json"), text, strlen(text)));
+    json_t *root = ibl_json_load(file_path("whole.json"), 0, &why);
+    NEED(root);
+    CHECK(json_array_size(json_object_get(root, "a")) == 4);
+    json_decref(root);
+
+    /* A file whose size the system does not tell, as it is read. */
+    size_t size;
+    char *bytes = ibl_json_bytes("/proc/self/status", &size, &why);
+    NEED(bytes);
+    CHECK(size > 100 && strlen(bytes) == size && !strncmp(bytes, "Name:", 5));
+    free(bytes);
+}
+
+/* More than one allocation of bytes. */
+static void large(void)
+{
+    enum {
+        COUNT = 100000
+    };
+    ibl_json_why why;
+    char *numbers = malloc(2 * COUNT + 2);
+    NEED(numbers);
+    for (int i = 0; i < COUNT; i++)
+        memcpy(numbers + 2 * i, i ? ",7" : "[7", 2);
+    numbers[2 * COUNT] = ']';
+    NEED(file_save(file_path("large.json"), numbers, 2 * COUNT + 1));
+    free(numbers);
+    json_t *root = ibl_json_load(file_path("large.json"), 0, &why);
+    CHECK(json_array_size(root) == COUNT);
+    json_decref(root);
+}
+
+static void refused(void)
+{
+    static const struct {
+        const char *name, *said;
+        bool damaged;
+    } cases[] = {
+        {"none.json", "none.json: cannot be read: No such file", false},
+        {"directory", "directory: is a directory", false},
+        {"fifo", "fifo: is no file", false},
+        {"zeros", "zeros: is no file", false},
+        {"huge.json", "huge.json: over 256 MiB", true},
+        {"empty.json", "empty.json:1:0: no JSON: ", true},
+        {"cut.json", "cut.json:2:", true},
+        {"nul.json", "nul.json:1:", true},
+        {"twice.json", "twice.json:1:", true},
+    };
+    NEED(file_run("mkdir directory && mkfifo fifo && ln -s /dev/zero zeros && "
+                  "truncate -s 1G huge.json && : >empty.json && "
+                  "printf '{\"a\":\\n 1' >cut.json && "
+                  "printf '[1]\\0' >nul.json && "
+                  "echo '{\"a\": 1, \"a\": 2}' >twice.json"));
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        ibl_json_why why = {0};
+        CHECK(!ibl_json_load(file_path(cases[i].name), JSON_REJECT_DUPLICATES,
+                             &why));
+        CHECK_MSG(strstr(why.line, cases[i].said) &&
+                      why.damaged == cases[i].damaged,
+                  "%s: %s", cases[i].name, why.line);
+    }
+}
+
+/* Whichever allocation fails, that is what is said. */
+static void without_memory(void)
+{
+    int n = 0;
+    json_t *root = NULL;
+    NEED(file_save(file_path("whole.json"), text, strlen(text)));
+    for (; !root && n < 1000; n++) {
+        ibl_json_why why = {0};
+        left = n;
+        root = ibl_json_load(file_path("whole.json"), 0, &why);
+        left = -1;
+        CHECK_MSG(
+            root || (strstr(why.line, "whole.json: no memory") && !why.damaged),
+            "after %d: %s", n, why.line);
+    }
+    CHECK_MSG(root && n > 10, "%d allocations", n);
+    json_decref(root);
+}
+
+static const test tests[] = {TEST(whole), TEST(large), TEST(refused),
+                             TEST(without_memory)};
+TEST_MAIN(tests)

@@ -1,0 +1,320 @@
+/* SPDX-License-Identifier: MIT */
+/* Pointers that a call needs and does not get: each call that returns a status
+ * refuses them, in one line. */
+#include <stdlib.h>
+
+#include "ibl/io.h"
+#include "ibl/probes.h"
+#include "ibl/reference.h"
+#include "maps.h"
+#include "test.h"
+
+static int lines;
+
+static void count_line(void *cookie, ibl_log_level level, const char *text)
+{
+    (void)cookie;
+    (void)text;
+    lines += level == IBL_LOG_ERROR;
+}
+
+/* With so many lines since the one before. */
+static void expect(ibl_status status, int said, const char *call)
+{
+    CHECK_MSG(status == IBL_ERR_ARGUMENT, "%s: %s", call,
+              ibl_status_text(status));
+    CHECK_MSG(lines == said, "%s: %d lines", call, lines);
+    lines = 0;
+}
+
+#define REFUSES(call) expect((call), 1, #call)
+/* Where there is no context to tell. */
+#define SILENT(call) expect((call), 0, #call)
+
+static ibl_ctx *counting(void)
+{
+    ibl_ctx_options o = ibl_ctx_options_default();
+    ibl_ctx *ctx;
+    o.threads = 1;
+    o.log = count_line;
+    if (ibl_ctx_create(&o, &ctx))
+        exit(1);
+    lines = 0;
+    return ctx;
+}
+
+static void contexts_and_images(void)
+{
+    ibl_ctx *ctx = counting();
+    ibl_ctx_options o = ibl_ctx_options_default();
+    ibl_image map = map_constant(ctx, 16, 8, 1),
+              none = {.width = 16, .height = 8};
+    ibl_cube cube, hollow = {.size = 8, .levels = 1};
+    ibl_specular_options s = ibl_specular_options_default();
+    ibl_specular_layout layout;
+
+    o.log = count_line;
+    REFUSES(ibl_ctx_create(&o, NULL));
+    SILENT(ibl_ctx_create(NULL, NULL));
+    REFUSES(ibl_image_alloc(ctx, 2, 1, NULL));
+    SILENT(ibl_image_alloc(NULL, 2, 1, &none));
+    REFUSES(ibl_cube_alloc(ctx, 8, 1, NULL));
+    SILENT(ibl_cube_alloc(NULL, 8, 1, &hollow));
+    NEED(!ibl_cube_alloc(ctx, 8, 4, &cube));
+    REFUSES(ibl_cube_from_latlong(ctx, NULL, 0, &cube));
+    REFUSES(ibl_cube_from_latlong(ctx, &none, 0, &cube));
+    REFUSES(ibl_cube_from_latlong(ctx, &map, 0, NULL));
+    REFUSES(ibl_cube_from_latlong(ctx, &map, 0, &hollow));
+    SILENT(ibl_cube_from_latlong(NULL, &map, 0, &cube));
+    REFUSES(ibl_latlong_from_cube(ctx, NULL, &map));
+    REFUSES(ibl_latlong_from_cube(ctx, &hollow, &map));
+    REFUSES(ibl_latlong_from_cube(ctx, &cube, NULL));
+    REFUSES(ibl_latlong_from_cube(ctx, &cube, &none));
+    SILENT(ibl_latlong_from_cube(NULL, &cube, &map));
+    REFUSES(ibl_cube_build_mips(ctx, NULL));
+    REFUSES(ibl_cube_build_mips(ctx, &hollow));
+    SILENT(ibl_cube_build_mips(NULL, &cube));
+    SILENT(ibl_specular_layout_of(NULL, &layout));
+    SILENT(ibl_specular_layout_of(&s, NULL));
+    ibl_cube_free(&cube);
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+}
+
+static void bakes(void)
+{
+    ibl_ctx *ctx = counting();
+    ibl_image map = map_constant(ctx, 16, 8, 1),
+              none = {.width = 16, .height = 8};
+    const ibl_environment env = {.image = &map}, hollow = {.image = &none},
+                          silent = {.width = 16, .height = 8};
+    const ibl_cube level0 = {.size = 8, .levels = 1};
+    ibl_bake_options o = ibl_bake_options_default();
+    ibl_bake_result result;
+    ibl_cube cube;
+    ibl_lut lut;
+    double sh[27];
+
+    REFUSES(ibl_bake_specular(ctx, NULL, NULL, &cube));
+    REFUSES(ibl_bake_specular(ctx, &none, NULL, &cube));
+    REFUSES(ibl_bake_specular(ctx, &map, NULL, NULL));
+    SILENT(ibl_bake_specular(NULL, &map, NULL, &cube));
+    REFUSES(ibl_bake_specular_report(ctx, NULL, NULL, &cube, NULL));
+    REFUSES(ibl_bake_specular_report(ctx, &map, NULL, NULL, NULL));
+    REFUSES(ibl_bake_irradiance(ctx, NULL, NULL, &cube));
+    REFUSES(ibl_bake_irradiance(ctx, &none, NULL, &cube));
+    REFUSES(ibl_bake_irradiance(ctx, &map, NULL, NULL));
+    SILENT(ibl_bake_irradiance(NULL, &map, NULL, &cube));
+    REFUSES(ibl_bake_sh(ctx, NULL, 2, 0, sh));
+    REFUSES(ibl_bake_sh(ctx, &none, 2, 0, sh));
+    REFUSES(ibl_bake_sh(ctx, &map, 2, 0, NULL));
+    SILENT(ibl_bake_sh(NULL, &map, 2, 0, sh));
+    REFUSES(ibl_bake_environment(ctx, NULL, NULL, &result));
+    REFUSES(ibl_bake_environment(ctx, &hollow, NULL, &result));
+    REFUSES(ibl_bake_environment(ctx, &silent, NULL, &result));
+    REFUSES(ibl_bake_environment(ctx, &env, NULL, NULL));
+    SILENT(ibl_bake_environment(NULL, &env, NULL, &result));
+    o.specular_options.size = 8;
+    o.level0 = &level0;
+    REFUSES(ibl_bake_environment(ctx, &env, &o, &result));
+    REFUSES(ibl_bake_lut(ctx, NULL, NULL));
+    SILENT(ibl_bake_lut(NULL, NULL, &lut));
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+}
+
+static void references(void)
+{
+    ibl_ctx *ctx = counting();
+    ibl_image map = map_constant(ctx, 16, 8, 1),
+              none = {.width = 16, .height = 8};
+    const double dir[3] = {0, 1, 0};
+    const ibl_texel texel = {0, 0, 0};
+    ibl_reference *ref;
+    double rgb[3];
+
+    REFUSES(ibl_reference_create(ctx, NULL, 0, &ref));
+    REFUSES(ibl_reference_create(ctx, &none, 0, &ref));
+    REFUSES(ibl_reference_create(ctx, &map, 0, NULL));
+    SILENT(ibl_reference_create(NULL, &map, 0, &ref));
+    NEED(!ibl_reference_create(ctx, &map, 0, &ref));
+    REFUSES(ibl_reference_specular(ref, 1, NULL, 1, rgb));
+    REFUSES(ibl_reference_specular(ref, 1, dir, 1, NULL));
+    SILENT(ibl_reference_specular(NULL, 1, dir, 1, rgb));
+    REFUSES(ibl_reference_lobe(ref, IBL_LOBE_PHONG, 1, NULL, 1, rgb));
+    REFUSES(ibl_reference_lobe(ref, IBL_LOBE_PHONG, 1, dir, 1, NULL));
+    REFUSES(ibl_reference_irradiance(ref, NULL, 1, rgb));
+    REFUSES(ibl_reference_irradiance(ref, dir, 1, NULL));
+    SILENT(ibl_reference_irradiance(NULL, dir, 1, rgb));
+    REFUSES(ibl_reference_texels(ref, 4, 4, NULL, 1, rgb));
+    REFUSES(ibl_reference_texels(ref, 4, 4, &texel, 1, NULL));
+    SILENT(ibl_reference_texels(NULL, 4, 4, &texel, 1, rgb));
+    REFUSES(ibl_reference_sh(ref, 0, NULL));
+    SILENT(ibl_reference_sh(NULL, 0, rgb));
+    REFUSES(ibl_reference_mean(ref, NULL));
+    SILENT(ibl_reference_mean(NULL, rgb));
+    REFUSES(ibl_reference_lut(ctx, 1, 1, IBL_GEOMETRY_SMITH, NULL));
+    SILENT(ibl_reference_lut(NULL, 1, 1, IBL_GEOMETRY_SMITH, rgb));
+    ibl_reference_free(ref);
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+}
+
+static void reading(void)
+{
+    ibl_ctx *ctx = counting();
+    static const char hdr[] = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n"
+                              "-Y 1 +X 2\n\1\1\1\1\1\1\1\1";
+    ibl_image img;
+    ibl_texture tex;
+    ibl_source *source;
+
+    REFUSES(ibl_image_read(ctx, NULL, NULL, &img, NULL));
+    REFUSES(ibl_image_read(ctx, "-", NULL, NULL, NULL));
+    SILENT(ibl_image_read(NULL, "-", NULL, &img, NULL));
+    REFUSES(ibl_image_decode(ctx, NULL, hdr, sizeof hdr, NULL, &img, NULL));
+    REFUSES(ibl_image_decode(ctx, "a", NULL, 9, NULL, &img, NULL));
+    REFUSES(ibl_image_decode(ctx, "a", hdr, sizeof hdr, NULL, NULL, NULL));
+    SILENT(ibl_image_decode(NULL, "a", hdr, sizeof hdr, NULL, &img, NULL));
+    REFUSES(ibl_source_open(ctx, NULL, NULL, &source));
+    REFUSES(ibl_source_open(ctx, "data/forest.exr", NULL, NULL));
+    SILENT(ibl_source_open(NULL, "data/forest.exr", NULL, &source));
+    NEED(!ibl_source_open(ctx, test_data("forest.exr"), NULL, &source));
+    REFUSES(ibl_source_read(source, 1, NULL));
+    SILENT(ibl_source_read(NULL, 1, NULL));
+    ibl_source_close(source);
+    REFUSES(ibl_texture_read(ctx, NULL, &tex, NULL));
+    REFUSES(ibl_texture_read(ctx, "-", NULL, NULL));
+    SILENT(ibl_texture_read(NULL, "-", &tex, NULL));
+    REFUSES(ibl_texture_decode(ctx, NULL, hdr, 9, &tex, NULL));
+    REFUSES(ibl_texture_decode(ctx, "a", NULL, 9, &tex, NULL));
+    REFUSES(ibl_texture_decode(ctx, "a", hdr, 9, NULL, NULL));
+    SILENT(ibl_texture_decode(NULL, "a", hdr, 9, &tex, NULL));
+    ibl_ctx_free(ctx);
+}
+
+static void ignore(void *cookie, const void *bytes, size_t size)
+{
+    (void)cookie;
+    (void)bytes;
+    (void)size;
+}
+
+static void textures(void)
+{
+    ibl_ctx *ctx = counting();
+    ibl_cube cube, no_cube = {.size = 4, .levels = 1};
+    float texels[2] = {0, 0};
+    ibl_lut lut = {1, texels}, no_lut = {1, NULL};
+    ibl_texture tex, none, out;
+    const ibl_texture *layers[] = {&tex, NULL};
+    void *bytes;
+    size_t size;
+
+    NEED(!ibl_cube_alloc(ctx, 4, 1, &cube));
+    for (int i = 0; i < 3 * 96; i++)
+        cube.data[i] = 1;
+    REFUSES(ibl_texture_from_cube(ctx, NULL, IBL_PIXEL_RGBA16F,
+                                  IBL_OVERFLOW_SPREAD, &tex, NULL));
+    REFUSES(ibl_texture_from_cube(ctx, &no_cube, IBL_PIXEL_RGBA16F,
+                                  IBL_OVERFLOW_SPREAD, &tex, NULL));
+    REFUSES(ibl_texture_from_cube(ctx, &cube, IBL_PIXEL_RGBA16F,
+                                  IBL_OVERFLOW_SPREAD, NULL, NULL));
+    SILENT(ibl_texture_from_cube(NULL, &cube, IBL_PIXEL_RGBA16F,
+                                 IBL_OVERFLOW_SPREAD, &tex, NULL));
+    REFUSES(ibl_texture_from_lut(ctx, NULL, IBL_PIXEL_RG16F, &tex, NULL));
+    REFUSES(ibl_texture_from_lut(ctx, &no_lut, IBL_PIXEL_RG16F, &tex, NULL));
+    REFUSES(ibl_texture_from_lut(ctx, &lut, IBL_PIXEL_RG16F, NULL, NULL));
+    SILENT(ibl_texture_from_lut(NULL, &lut, IBL_PIXEL_RG16F, &tex, NULL));
+
+    NEED(!ibl_texture_from_cube(ctx, &cube, IBL_PIXEL_RGBA16F,
+                                IBL_OVERFLOW_SPREAD, &tex, NULL));
+    none = tex;
+    none.data = NULL;
+    REFUSES(ibl_texture_to_cube(ctx, NULL, &cube));
+    REFUSES(ibl_texture_to_cube(ctx, &none, &cube));
+    REFUSES(ibl_texture_to_cube(ctx, &tex, NULL));
+    SILENT(ibl_texture_to_cube(NULL, &tex, &cube));
+    REFUSES(ibl_texture_to_lut(ctx, NULL, &lut));
+    REFUSES(ibl_texture_to_lut(ctx, &none, &lut));
+    REFUSES(ibl_texture_to_lut(ctx, &tex, NULL));
+    SILENT(ibl_texture_to_lut(NULL, &tex, &lut));
+    REFUSES(ibl_texture_set_alpha(ctx, NULL, &cube));
+    REFUSES(ibl_texture_set_alpha(ctx, &none, &cube));
+    REFUSES(ibl_texture_set_alpha(ctx, &tex, NULL));
+    REFUSES(ibl_texture_set_alpha(ctx, &tex, &no_cube));
+    SILENT(ibl_texture_set_alpha(NULL, &tex, &cube));
+    REFUSES(ibl_texture_get_alpha(ctx, NULL, &no_cube));
+    REFUSES(ibl_texture_get_alpha(ctx, &none, &no_cube));
+    REFUSES(ibl_texture_get_alpha(ctx, &tex, NULL));
+    SILENT(ibl_texture_get_alpha(NULL, &tex, &no_cube));
+    REFUSES(ibl_texture_array(ctx, NULL, 1, &out));
+    REFUSES(ibl_texture_array(ctx, layers, 2, &out));
+    REFUSES(ibl_texture_array(ctx, layers, 1, NULL));
+    SILENT(ibl_texture_array(NULL, layers, 1, &out));
+    REFUSES(ibl_texture_layer(ctx, NULL, 0, &out));
+    REFUSES(ibl_texture_layer(ctx, &none, 0, &out));
+    REFUSES(ibl_texture_layer(ctx, &tex, 0, NULL));
+    REFUSES(ibl_texture_array_begin(ctx, NULL, 2, &out));
+    REFUSES(ibl_texture_array_begin(ctx, &none, 2, &out));
+    REFUSES(ibl_texture_array_begin(ctx, &tex, 2, NULL));
+    REFUSES(ibl_texture_array_put(ctx, NULL, 0, &tex));
+    REFUSES(ibl_texture_array_put(ctx, &none, 0, &tex));
+    REFUSES(ibl_texture_array_put(ctx, &tex, 0, NULL));
+    REFUSES(ibl_texture_set(ctx, NULL, "k", "v"));
+    REFUSES(ibl_texture_set(ctx, &tex, NULL, "v"));
+    REFUSES(ibl_texture_set(ctx, &tex, "k", NULL));
+    SILENT(ibl_texture_set(NULL, &tex, "k", "v"));
+    REFUSES(ibl_texture_encode(ctx, NULL, IBL_CONTAINER_DDS, &bytes, &size));
+    REFUSES(ibl_texture_encode(ctx, &none, IBL_CONTAINER_DDS, &bytes, &size));
+    REFUSES(ibl_texture_encode(ctx, &tex, IBL_CONTAINER_DDS, NULL, &size));
+    REFUSES(ibl_texture_encode(ctx, &tex, IBL_CONTAINER_DDS, &bytes, NULL));
+    SILENT(ibl_texture_encode(NULL, &tex, IBL_CONTAINER_DDS, &bytes, &size));
+    REFUSES(ibl_texture_visit(ctx, NULL, IBL_CONTAINER_DDS, ignore, NULL));
+    REFUSES(ibl_texture_visit(ctx, &tex, IBL_CONTAINER_DDS, NULL, NULL));
+    SILENT(ibl_texture_visit(NULL, &tex, IBL_CONTAINER_DDS, ignore, NULL));
+    ibl_texture_free(&tex);
+    ibl_cube_free(&cube);
+    ibl_ctx_free(ctx);
+}
+
+static void files_and_tiles(void)
+{
+    const ibl_tiles tiles = {.width = 1, .height = 1, .tile = 1};
+    const ibl_container dds = IBL_CONTAINER_DDS;
+    ibl_ctx *ctx = counting();
+    ibl_texture none = {0};
+    unsigned long long mask;
+    ibl_probe probe = {.layer = 0};
+    ibl_outputs *out;
+
+    REFUSES(ibl_outputs_create(ctx, NULL));
+    SILENT(ibl_outputs_create(NULL, &out));
+    NEED(!ibl_outputs_create(ctx, &out));
+    REFUSES(ibl_outputs_mkdir(out, NULL));
+    SILENT(ibl_outputs_mkdir(NULL, "x"));
+    REFUSES(ibl_outputs_add(out, NULL, "", 0));
+    REFUSES(ibl_outputs_add(out, "x", NULL, 1));
+    SILENT(ibl_outputs_add(NULL, "x", "", 0));
+    REFUSES(ibl_outputs_add_texture(out, NULL, &none, dds, NULL));
+    REFUSES(ibl_outputs_add_texture(out, "x", NULL, dds, NULL));
+    SILENT(ibl_outputs_add_texture(NULL, "x", &none, dds, NULL));
+    REFUSES(ibl_outputs_take_texture(out, NULL, &none, dds, NULL));
+    REFUSES(ibl_outputs_take_texture(out, "x", NULL, dds, NULL));
+    SILENT(ibl_outputs_take_texture(NULL, "x", &none, dds, NULL));
+    SILENT(ibl_outputs_wait(NULL));
+    SILENT(ibl_outputs_commit(NULL));
+    ibl_outputs_free(out);
+    SILENT(ibl_tiles_cull(NULL, &probe, 1, &mask));
+    SILENT(ibl_tiles_cull(&tiles, NULL, 1, &mask));
+    SILENT(ibl_tiles_cull(&tiles, &probe, 1, NULL));
+    ibl_ctx_free(ctx);
+}
+
+static const test tests[] = {TEST(contexts_and_images),
+                             TEST(bakes),
+                             TEST(references),
+                             TEST(reading),
+                             TEST(textures),
+                             TEST(files_and_tiles)};
+TEST_MAIN(tests)
