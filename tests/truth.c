@@ -137,14 +137,15 @@ double truth_lobe_integral(ibl_lobe lobe, double alpha)
 struct seen {
     ibl_lobe lobe;
     double alpha, theta, phi, sine;
+    double bend; /* how far patches are halved where it bends */
 };
 
 static struct seen seen_from(const double dir[3], ibl_lobe lobe,
-                             double roughness)
+                             double roughness, double bend)
 {
     const double across = hypot(dir[0], dir[2]);
     return (struct seen){lobe, roughness * roughness, atan2(across, dir[1]),
-                         atan2(dir[2], dir[0]), across};
+                         atan2(dir[2], dir[0]), across, bend};
 }
 
 /* A range of theta or phi, at Gauss's three nodes the sine and sin^2 of half
@@ -224,7 +225,7 @@ static double patch_weight(const struct seen *r, const struct span *theta,
     if (psi - 1.1 * reach > 0.5 * pi)
         return 0.0;
     if (fmax(down, across) < 0.25 * length && turn < 1.0 &&
-        (!bent || reach < 2e-3))
+        (!bent || reach < r->bend))
         return gauss_patch(r, theta, phi);
     if (down > across && turn < 1.0) {
         const double middle = 0.5 * (theta->from + theta->to);
@@ -241,7 +242,7 @@ static double patch_weight(const struct seen *r, const struct span *theta,
 double truth_pixel_weight(int w, int h, int i, int j, const double dir[3],
                           ibl_lobe lobe, double roughness)
 {
-    const struct seen r = seen_from(dir, lobe, roughness);
+    const struct seen r = seen_from(dir, lobe, roughness, 3e-4);
     const struct span theta = row_span(&r, h, j), phi = column_span(&r, w, i);
     return patch_weight(&r, &theta, &phi);
 }
@@ -250,7 +251,7 @@ void truth_lobe(const ibl_image *env, const double dir[3], ibl_lobe lobe,
                 double roughness, double rgb[3])
 {
     const int w = env->width, h = env->height;
-    const struct seen r = seen_from(dir, lobe, roughness);
+    const struct seen r = seen_from(dir, lobe, roughness, 2e-3);
     struct span *phi = malloc((size_t)w * sizeof *phi);
     sum s[4] = {{0, 0}};
 

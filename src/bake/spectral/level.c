@@ -23,7 +23,7 @@ enum {
 };
 
 /* Narrower lobes than this are nothing on the horizon, but for Charlie. */
-static const double low_horizon = 0.2;
+static const double low_horizon = 0.05;
 
 /* What the transforms leave, in floats. */
 static const double rounding = 5e-6;

@@ -16,7 +16,7 @@
 #include "core/context.h"
 
 enum {
-    MAX_POINTS = 64 /* along one side */
+    MAX_POINTS = 66 /* along one side */
 };
 
 /* -log of what is left. */
@@ -54,7 +54,7 @@ static int points_for(double extent, const ibl_lobe_shape *shape)
     if (shape->split > 0)
         size = fmax(size, 1 / sqrt(shape->split));
     const double n = fmax(ceil(0.5 * left / asinh(4 * size / extent)), 2);
-    return n < MAX_POINTS ? (int)n : MAX_POINTS;
+    return n < MAX_POINTS - 2 ? (int)n : MAX_POINTS - 2;
 }
 
 /* Points of a light; NULL: only counts them. */
@@ -149,32 +149,50 @@ struct horizon {
     const ibl_spectral *s;
     const ibl_lobe_shape *shape;
     all_points points;
+    struct cap *caps; /* of each light */
     rule rule;
     int n;
     float *local;
 };
+
+/* What holds a light's patch. */
+struct cap {
+    double centre[3], sine; /* of its radius */
+};
+
+static struct cap cap_of(const ibl_spectral *s, const ibl_pixel_light *l)
+{
+    const double height = IBL_PI / s->height, width = 2 * IBL_PI / s->width;
+    const double theta = height * (l->row + 0.5);
+    const double phi = ibl_spectral_azimuth(s, l);
+    /* Along a parallel, then along a meridian. */
+    const double radius =
+        0.5 * height + 0.5 * width * sin(theta) * (1 + 0.5 * height);
+    return (struct cap){
+        .centre = {sin(theta) * cos(phi), cos(theta), sin(theta) * sin(phi)},
+        .sine = radius < 1 ? sin(radius) : 2};
+}
 
 /* A light's patch, its azimuth seen from a texel. */
 struct patch {
     double theta[2], delta, width;
 };
 
-/* int K sin(theta) dtheta along a meridian, above the horizon only, which it
- * crosses at most once within a patch. */
+/* int K sin(theta) dtheta along a meridian, above the horizon only, which a
+ * meridian crosses once. */
 static double meridian_sum(const struct horizon *h, const double d[3],
                            const struct patch *p, double delta)
 {
     const double sine = hypot(d[0], d[2]);
-    const double top = atan2(sine * cos(delta), d[1]);
+    const double bound = d[1] > 0 ? atan2(d[1], -sine * cos(delta))
+                                  : atan2(-d[1], sine * cos(delta));
     double from = p->theta[0], to = p->theta[1], sum = 0;
 
-    for (int k = -1; k <= 1; k += 2) {
-        const double cross = top + k * IBL_PI / 2;
-        if (cross > from && cross < to && k < 0)
-            from = cross;
-        else if (cross > from && cross < to)
-            to = cross;
-    }
+    /* The pole at theta = 0 is above the horizon, or the other one. */
+    if (d[1] > 0)
+        to = fmin(fmax(bound, from), to);
+    else
+        from = fmax(fmin(bound, to), from);
     for (int k = 0; k < h->rule.count; k++) {
         const double theta =
             0.5 * (from + to) + 0.5 * (to - from) * h->rule.node[k];
@@ -186,15 +204,48 @@ static double meridian_sum(const struct horizon *h, const double d[3],
     return 0.5 * (to - from) * sum;
 }
 
+/* Where the horizon crosses the rows' edges, between azimuths: the sum over a
+ * meridian has corners there. From falls back to `from`. Sorted; returns how
+ * many there are. */
+static int corners(const double d[3], const struct patch *p, double out[6])
+{
+    const double sine = hypot(d[0], d[2]);
+    const double from = p->delta - 0.5 * p->width;
+    int count = 0;
+
+    out[count++] = from;
+    for (int i = 0; i < 2; i++) {
+        const double cosine =
+            -cos(p->theta[i]) * d[1] / (sin(p->theta[i]) * sine);
+        for (int k = -1; fabs(cosine) < 1 && k <= 1; k += 2) {
+            const double at = k * acos(cosine) - from;
+            const double past = at - 2 * IBL_PI * floor(at / (2 * IBL_PI));
+            if (past < p->width)
+                out[count++] = from + past;
+        }
+    }
+    out[count++] = from + p->width;
+    for (int i = 1; i < count; i++)
+        for (int k = i; k > 0 && out[k] < out[k - 1]; k--) {
+            const double swap = out[k];
+            out[k] = out[k - 1];
+            out[k - 1] = swap;
+        }
+    return count;
+}
+
 static double patch_sum(const struct horizon *h, const double d[3],
                         const struct patch *p)
 {
-    double sum = 0;
-    for (int k = 0; k < h->rule.count; k++)
-        sum +=
-            h->rule.mass[k] *
-            meridian_sum(h, d, p, p->delta + 0.5 * p->width * h->rule.node[k]);
-    return 0.5 * p->width * sum;
+    double at[6], sum = 0;
+    const int count = corners(d, p, at);
+    for (int i = 1; i < count; i++) {
+        const double half = 0.5 * (at[i] - at[i - 1]);
+        for (int k = 0; half > 0 && k < h->rule.count; k++)
+            sum += half * h->rule.mass[k] *
+                   meridian_sum(h, d, p, at[i] - half + half * h->rule.node[k]);
+    }
+    return sum;
 }
 
 static double point_value(const struct horizon *h, const double d[3],
@@ -231,16 +282,14 @@ static void horizon_job(void *arg, int job, int worker)
 {
     const struct horizon *h = arg;
     const ibl_spectral *s = h->s;
-    const double extent =
-        0.5 * hypot(IBL_PI / s->height, 2 * IBL_PI / s->width);
     (void)worker;
     for (int x = 0; x < h->n; x++) {
         double d[3];
         ibl_cube_direction(h->n, job / h->n, x, job % h->n, d);
         for (int i = 0; i < s->light_count; i++) {
-            /* Any point tells, to within the patch. */
-            const double *at = h->points.light[h->points.first[i]].direction;
-            if (fabs(d[0] * at[0] + d[1] * at[1] + d[2] * at[2]) < 2 * extent)
+            const double *at = h->caps[i].centre;
+            if (fabs(d[0] * at[0] + d[1] * at[1] + d[2] * at[2]) <
+                h->caps[i].sine)
                 correct(h, i, d,
                         h->local +
                             3 * ((size_t)job * (size_t)h->n + (size_t)x));
@@ -253,11 +302,20 @@ ibl_status ibl_spectral_horizon(const ibl_spectral *s,
                                 float *local)
 {
     struct horizon h = {.s = s, .shape = shape, .n = n, .local = local};
+    const double extent = fmax(IBL_PI / s->height, 2 * IBL_PI / s->width);
     ibl_status status = make_points(s, shape, 1, &h.points);
+
     if (status)
         return status;
-    make_rule(12, &h.rule);
-    status = ibl_run(s->ctx, NULL, IBL_FACES * n, horizon_job, &h);
+    h.caps = ibl_alloc_array((size_t)s->light_count, sizeof *h.caps);
+    if (!h.caps)
+        status = ibl_no_memory(s->ctx, "the lights on the horizon");
+    for (int i = 0; !status && i < s->light_count; i++)
+        h.caps[i] = cap_of(s, &s->lights[i]);
+    make_rule(2 + points_for(extent, shape), &h.rule);
+    if (!status)
+        status = ibl_run(s->ctx, NULL, IBL_FACES * n, horizon_job, &h);
+    ibl_free(h.caps);
     free_points(&h.points);
     return status;
 }
