@@ -137,15 +137,19 @@ double truth_lobe_integral(ibl_lobe lobe, double alpha)
 struct seen {
     ibl_lobe lobe;
     double alpha, theta, phi, sine;
-    double bend; /* how far patches are halved where it bends */
+    double cut; /* how far patches are halved on the horizon */
 };
 
 static struct seen seen_from(const double dir[3], ibl_lobe lobe,
-                             double roughness, double bend)
+                             double roughness, double cut)
 {
     const double across = hypot(dir[0], dir[2]);
-    return (struct seen){lobe, roughness * roughness, atan2(across, dir[1]),
-                         atan2(dir[2], dir[0]), across, bend};
+    return (struct seen){lobe,
+                         roughness * roughness,
+                         atan2(across, dir[1]),
+                         atan2(dir[2], dir[0]),
+                         across,
+                         cut};
 }
 
 /* A range of theta or phi, at Gauss's three nodes the sine and sin^2 of half
@@ -201,11 +205,70 @@ static double gauss_patch(const struct seen *r, const struct span *theta,
     return all * (theta->to - theta->from) * (phi->to - phi->from);
 }
 
+/* The same, of each parallel where it is above the horizon, which is within an
+ * angle of R's meridian on either side. */
+static double cut_rows(const struct seen *r, const struct span *theta,
+                       const struct span *phi)
+{
+    static const double mass[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+    const double middle = 0.5 * (phi->from + phi->to);
+    const double turn = 2.0 * pi * round((middle - r->phi) / (2.0 * pi));
+    double all = 0.0;
+
+    for (int j = 0; j < 3; j++) {
+        /* Its height is least + most cos(phi - phi of R). */
+        const double most = theta->sine[j] * r->sine;
+        const double least = 1.0 - 2.0 * theta->turn[j] - most;
+        const double away = acos(fmin(fmax(-least / most, -1.0), 1.0));
+        for (int k = -1; k <= 1; k++) {
+            const double centre = r->phi + turn + 2.0 * pi * k;
+            const double from = fmax(phi->from, centre - away);
+            const double to = fmin(phi->to, centre + away);
+            if (from >= to)
+                continue;
+            const struct span above = span_of(from, to, r->phi);
+            for (int i = 0; i < 3; i++)
+                all += mass[i] * mass[j] * theta->sine[j] * (to - from) *
+                       truth_lobe_weight(r->lobe, r->alpha,
+                                         q_at(r, theta, j, &above, i));
+        }
+    }
+    return all * (theta->to - theta->from);
+}
+
+/* The same, its rows apart where the horizon leaves the patch. */
+static double cut_patch(const struct seen *r, const struct span *theta,
+                        const struct span *phi)
+{
+    const double height = cos(r->theta), edge[2] = {phi->from, phi->to};
+    double at[4] = {theta->from, theta->from, theta->to, theta->to}, all = 0.0;
+
+    for (int k = 0; k < 2; k++) {
+        const double across = -r->sine * cos(edge[k] - r->phi);
+        const double crossed =
+            height > 0 ? atan2(height, across) : atan2(-height, -across);
+        at[1 + k] = fmin(fmax(crossed, theta->from), theta->to);
+    }
+    if (at[1] > at[2]) {
+        const double swap = at[1];
+        at[1] = at[2];
+        at[2] = swap;
+    }
+    for (int k = 0; k < 3; k++) {
+        if (at[k] >= at[k + 1])
+            continue;
+        const struct span part = span_of(at[k], at[k + 1], r->theta);
+        all += cut_rows(r, &part, phi);
+    }
+    return all;
+}
+
 /*
  * The integral of the weight over a patch. It changes over 2 sqrt(t) (GGX) or
  * about alpha (the others): patches are halved until they are a quarter as
- * long, and where it bends, at the horizon and in the middle of Charlie, to
- * 4e-3 across: what is left of a bend is below 1e-6 of the whole.
+ * long. The middle of Charlie bends: there they are halved further, and where
+ * the horizon may touch a parallel, until what is left is below 1e-6 of the
+ * whole.
  */
 static double patch_weight(const struct seen *r, const struct span *theta,
                            const struct span *phi)
@@ -218,15 +281,15 @@ static double patch_weight(const struct seen *r, const struct span *theta,
     const double nearest = 0.5 * fmax(0.0, psi - reach);
     const double length =
         r->lobe == IBL_LOBE_GGX ? 2.0 * hypot(nearest, r->alpha) : r->alpha;
-    const int bent = fabs(psi - 0.5 * pi) < 1.1 * reach ||
-                     (r->lobe == IBL_LOBE_CHARLIE && psi < reach);
+    const int cut = fabs(psi - 0.5 * pi) < 1.1 * reach;
+    const int bent = r->lobe == IBL_LOBE_CHARLIE && psi < reach;
     struct span one, other;
 
     if (psi - 1.1 * reach > 0.5 * pi)
         return 0.0;
     if (fmax(down, across) < 0.25 * length && turn < 1.0 &&
-        (!bent || reach < r->bend))
-        return gauss_patch(r, theta, phi);
+        (!bent || reach < 2e-3) && (!cut || reach < r->cut))
+        return cut ? cut_patch(r, theta, phi) : gauss_patch(r, theta, phi);
     if (down > across && turn < 1.0) {
         const double middle = 0.5 * (theta->from + theta->to);
         one = span_of(theta->from, middle, r->theta);
@@ -242,7 +305,7 @@ static double patch_weight(const struct seen *r, const struct span *theta,
 double truth_pixel_weight(int w, int h, int i, int j, const double dir[3],
                           ibl_lobe lobe, double roughness)
 {
-    const struct seen r = seen_from(dir, lobe, roughness, 3e-4);
+    const struct seen r = seen_from(dir, lobe, roughness, 0.01);
     const struct span theta = row_span(&r, h, j), phi = column_span(&r, w, i);
     return patch_weight(&r, &theta, &phi);
 }
@@ -251,7 +314,7 @@ void truth_lobe(const ibl_image *env, const double dir[3], ibl_lobe lobe,
                 double roughness, double rgb[3])
 {
     const int w = env->width, h = env->height;
-    const struct seen r = seen_from(dir, lobe, roughness, 2e-3);
+    const struct seen r = seen_from(dir, lobe, roughness, 0.03);
     struct span *phi = malloc((size_t)w * sizeof *phi);
     sum s[4] = {{0, 0}};
 

@@ -187,8 +187,13 @@ static bool is_smooth(const struct line *line, struct end a, struct end b,
                       double reach)
 {
     const double c = fmax(1 - 2 * fmax(a.q, b.q), 1e-5);
+    const double length = (b.s - a.s) * line->pace;
+    const double near = fmin(a.q, b.q), far = fmax(a.q, b.q);
 
-    return (b.s - a.s) * line->pace <= 0.5 * reach &&
+    /* Along a line that stays as far from the aim the weight is the same. */
+    return (length <= 0.5 * reach ||
+            (length <= 0.5 &&
+             far - near <= 0.2 * reach * sqrt(near * (1 - far)))) &&
            (line->weight->lobe != IBL_LOBE_PHONG || line->weight->power == 1 ||
             fmin(a.q, b.q) >= 0.5 || fabs(a.q - b.q) <= 0.25 * c);
 }
