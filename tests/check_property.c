@@ -597,11 +597,11 @@ static double all_jumps[2];
 static void near_truth(subject *s)
 {
     replace_map(s, 64, 32);
-    ibl_cube cube = cube_specular(s->ctx, &s->map, 0, 16, 3, SAMPLES);
+    ibl_cube cube = cube_specular(s->ctx, &s->map, 0, 8, 3, SAMPLES);
     for (int l = 1; l < 3; l++) {
-        const int n = 16 >> l;
+        const int n = 8 >> l;
         const float *p = ibl_cube_face(&cube, l, 0);
-        static double error[3 * IBL_FACES * 64];
+        static double error[3 * IBL_FACES * 16];
         double square = 0, norm = 0, inside;
         for (int i = 0; i < IBL_FACES * n * n; i++) {
             double d[3], want[3];

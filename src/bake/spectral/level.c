@@ -342,8 +342,12 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
         status = make_level(&v, stage);
         *degree = v.degree;
         *error = status ? INFINITY : estimate(&v);
-        enough = *error <= target->tolerance || v.margin > MOST_MARGIN;
-        v.margin *= 16;
+        enough = *error <= target->tolerance || v.margin >= MOST_MARGIN;
+        /* Of the dark texels more is known now. */
+        const double asked = target->tolerance - rounding;
+        const double more =
+            (*error - rounding) / fmax(asked, 0.5 * target->tolerance);
+        v.margin = fmin(v.margin * fmax(1.1 * more, 2), MOST_MARGIN);
     }
     ibl_free(v.kernel);
     return status;
