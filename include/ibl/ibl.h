@@ -432,10 +432,8 @@ typedef struct ibl_specular_report {
  * The error of a spectral level is estimated from the power in the degrees that
  * it leaves out and from how its texels are interpolated: the 95th percentile
  * over its texels of three times that root mean square, in parts of the texel
- * as in ibl_relative_error. Up to IBL_TOLERANCE_DEFAULT degrees are chosen so
- * that texels as bright as the mean keep the tolerance; the estimate, of all
- * texels, may be larger. With a larger tolerance a level has more degrees until
- * the estimate is below; a warning tells where none suffice. The integrals over
+ * as in ibl_relative_error. A level has as many degrees as keep the estimate
+ * below the tolerance; a warning tells where none suffice. The integrals over
  * single pixels and the rounding to a pixel format are no part of it, and
  * sampled levels have no estimate.
  */

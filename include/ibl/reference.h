@@ -30,24 +30,12 @@ ibl_status ibl_reference_create(ibl_ctx *ctx, const ibl_image *env,
 void ibl_reference_free(ibl_reference *ref); /* NULL is fine */
 
 /*
- * sum L_i W_i / sum W_i for `count` directions R (any length but 0), with
- * w = D_ggx(N.H; alpha) max(N.L, 0), N = V = R, alpha = roughness^2.
- *
- * W_i is w at the pixel's centre times its solid angle dO_i where the lobe is
- * smooth over a pixel, and the integral of w over the pixel, a constant patch,
- * where it is not. With p the larger of pi / height and 2 pi / width, psi the
- * angle from R to the centre and t = sin^2(psi / 2) + alpha^2 cos^2(psi / 2),
- * w changes over a length of 2 sqrt(t): from 8 p up the centre counts, from
- * 4 p down the integral, in between a mix of both that is smooth in t, so the
- * result is continuous in R and in roughness. Where the mix begins centre and
- * patch differ by about 1 % of that pixel's weight. With alpha >= 4 p, a lobe
- * 10 pixels wide at half its height, no pixel is divided; so at roughness 1
- * this is ibl_reference_irradiance for maps of at least 26x13 pixels.
- * Roughness 0 gives the pixel that R is in.
- *
- * Patches are divided until dividing once more changes nothing above 1e-8 of
- * their weight; the result is within 1e-6, and where no pixel is divided
- * within 1e-13, of what is defined here.
+ * int L w dO / int w dO for `count` directions R (any length but 0), with
+ * w = D_ggx(N.H; alpha) max(N.L, 0), N = V = R, alpha = roughness^2, and each
+ * pixel a patch of constant radiance: sum L_i W_i / sum W_i, W_i the integral
+ * of w over pixel i: near R and on its horizon along the patch's four edges
+ * (Stokes), of a closed form, elsewhere by Gauss points, each within 1e-7 of
+ * itself. Roughness 0 gives the pixel that R is in.
  *   dirs   3 * count doubles     rgb   3 * count doubles, written
  * IBL_ERR_ARGUMENT: roughness outside 0..1, a direction without one.
  * None of the calls of this header reports progress.
@@ -57,23 +45,15 @@ ibl_status ibl_reference_specular(const ibl_reference *ref, double roughness,
                                   double *rgb);
 
 /*
- * The same of any lobe of ibl_lobe; GGX is ibl_reference_specular.
- *
- * Charlie and Phong change over a length that is nearly the same wherever they
- * are anything, so all pixels are alike: the centre counts from a width
- * alpha = p up for Charlie, 2 p for Phong, the integral from half of that down,
- * in between a mix of both that is smooth in alpha. Where the mix begins centre
- * and patch differ by about 1 % of a pixel's weight, or Charlie's also where
- * the horizon crosses it. Roughness 0 gives the pixel that R is in for every
- * lobe; Charlie below alpha = 1e-9 is as there, a ring on the horizon.
+ * The same of any lobe of ibl_lobe; GGX is ibl_reference_specular. Roughness 0
+ * gives the pixel that R is in for every lobe; Charlie below alpha = 1e-9 is
+ * as there, a ring on the horizon.
  */
 ibl_status ibl_reference_lobe(const ibl_reference *ref, ibl_lobe lobe,
                               double roughness, const double *dirs,
                               size_t count, double *rgb);
 
-/* sum L_i max(N.L_i, 0) dO_i / sum max(N.L_i, 0) dO_i: irradiance / pi; the
- * mean radiance where no pixel's centre is above the horizon, as in
- * ibl_bake_irradiance. */
+/* int L max(N.L, 0) dO / pi, over the same patches: irradiance / pi. */
 ibl_status ibl_reference_irradiance(const ibl_reference *ref,
                                     const double *dirs, size_t count,
                                     double *rgb);

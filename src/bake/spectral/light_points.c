@@ -22,6 +22,9 @@ enum {
 /* -log of what is left. */
 static const double left = 14;
 
+/* The horizon has bends of its own in what is wider. */
+static const double widest = 0.4;
+
 typedef struct rule {
     int count;
     double node[MAX_POINTS], mass[MAX_POINTS]; /* on -1..1, masses sum to 2 */
@@ -150,6 +153,7 @@ struct horizon {
     const ibl_lobe_shape *shape;
     all_points points;
     struct cap *caps; /* of each light */
+    int down, across; /* patches that a large one is divided into */
     rule rule;
     int n;
     float *local;
@@ -261,13 +265,20 @@ static void correct(const struct horizon *h, int light, const double d[3],
 {
     const ibl_spectral *s = h->s;
     const ibl_pixel_light *l = &s->lights[light];
-    const double height = IBL_PI / s->height;
-    const struct patch p = {.theta = {height * l->row, height * (l->row + 1)},
-                            .delta =
-                                ibl_spectral_azimuth(s, l) - atan2(d[2], d[0]),
-                            .width = 2 * IBL_PI / s->width};
-    const double exact = patch_sum(h, d, &p);
+    const double height = IBL_PI / s->height / h->down;
+    const double width = 2 * IBL_PI / s->width / h->across;
+    const double delta = ibl_spectral_azimuth(s, l) - atan2(d[2], d[0]);
+    double exact = 0;
 
+    for (int j = 0; j < h->down; j++)
+        for (int i = 0; i < h->across; i++) {
+            const int row = l->row * h->down + j;
+            const struct patch p = {
+                .theta = {height * row, height * (row + 1)},
+                .delta = delta + (i + 0.5 - 0.5 * h->across) * width,
+                .width = width};
+            exact += patch_sum(h, d, &p);
+        }
     for (int c = 0; c < 3; c++) {
         double sum = exact * (double)l->rgb[c];
         for (int k = h->points.first[light]; k < h->points.first[light + 1];
@@ -302,7 +313,7 @@ ibl_status ibl_spectral_horizon(const ibl_spectral *s,
                                 float *local)
 {
     struct horizon h = {.s = s, .shape = shape, .n = n, .local = local};
-    const double extent = fmax(IBL_PI / s->height, 2 * IBL_PI / s->width);
+    const double height = IBL_PI / s->height, width = 2 * IBL_PI / s->width;
     ibl_status status = make_points(s, shape, 1, &h.points);
 
     if (status)
@@ -312,7 +323,10 @@ ibl_status ibl_spectral_horizon(const ibl_spectral *s,
         status = ibl_no_memory(s->ctx, "the lights on the horizon");
     for (int i = 0; !status && i < s->light_count; i++)
         h.caps[i] = cap_of(s, &s->lights[i]);
-    make_rule(2 + points_for(extent, shape), &h.rule);
+    h.down = (int)ceil(height / widest);
+    h.across = (int)ceil(width / widest);
+    make_rule(2 + points_for(fmax(height / h.down, width / h.across), shape),
+              &h.rule);
     if (!status)
         status = ibl_run(s->ctx, NULL, IBL_FACES * n, horizon_job, &h);
     ibl_free(h.caps);
