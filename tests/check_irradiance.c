@@ -98,8 +98,7 @@ static void large_cube(void)
     ibl_ctx_free(ctx);
 }
 
-/* Any constant comes back to the bit, from any map, the smallest too, whose
- * one pixel some normals do not see. */
+/* Any constant comes back to the bit, from any map, the smallest too. */
 static void constant_maps(void)
 {
     static const int sizes[][2] = {{1, 1}, {2, 1},  {1, 2},    {3, 2},
