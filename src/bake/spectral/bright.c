@@ -243,18 +243,12 @@ struct ibl_bright {
     ibl_radial_light lights[]; /* of face after face */
 };
 
-/* Component along an axis whose components are -1, 0 or 1. */
-static double along(const signed char axis[3], const double d[3])
-{
-    return axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2];
-}
-
 static void turn_light(const ibl_light *light, int face, ibl_radial_light *out)
 {
     const ibl_face_axes *axes = &ibl_face[face];
-    const double d[3] = {along(axes->forward, light->direction),
-                         along(axes->right, light->direction),
-                         along(axes->down, light->direction)};
+    const double d[3] = {ibl_face_along(axes->forward, light->direction),
+                         ibl_face_along(axes->right, light->direction),
+                         ibl_face_along(axes->down, light->direction)};
     for (int k = 0; k < 3; k++) {
         out->at[k] = (float)d[k];
         out->rest[k] = (float)(d[k] - (double)out->at[k]);

@@ -34,9 +34,12 @@ struct level {
     const ibl_spectral_target *target;
     double *kernel; /* ibl_spectral_known of the analysis + 1 */
     int degree, rings, columns;
-    double *field; /* amplitude of the level in each degree */
-    double margin; /* see wanted_rms */
-    double rms;    /* estimate of the error, absolute */
+    double *field;     /* amplitude of the level in each degree */
+    double margin;     /* see wanted_rms */
+    double rms;        /* estimate of the error, absolute */
+    ibl_radial radial; /* of the lights, and their points; NULL: none */
+    ibl_bright *bright;
+    float *horizon; /* what those lack near the horizon; NULL: nothing */
     ibl_azimuth *azimuth;
     float *scratch;
     size_t scratch_floats;
@@ -50,25 +53,24 @@ void ibl_spectral_work_free(ibl_spectral_work *work)
 
 /* ---- the degree -------------------------------------------------------- */
 
-/* The kernel from a degree on at most, as it falls at the slowest: like
- * l^-2.5, which a lobe with a corner on the horizon does. */
-static double kernel_from(const struct level *v, int degree)
-{
-    const int known = ibl_spectral_known(v->s->degree);
-    const int from = degree < known - LAST ? degree : known - LAST;
-    double most = 0;
-    for (int l = from; l <= known; l++)
-        most = fmax(most, fabs(v->kernel[l]));
-    return most * pow((double)from / degree, 2.5);
-}
-
-/* Mean square of what the degrees beyond the analysis would add, at most: all
- * that is in them times the most of the kernel there. */
+/* Mean square of what the degrees beyond the analysis would add. Where the
+ * kernel is known they are taken to have twice what the last ones of the
+ * analysis have at most, and from there on all that is left, at the kernel's
+ * last values. */
 static double beyond(const struct level *v)
 {
     const ibl_spectral *s = v->s;
-    const double k = kernel_from(v, s->degree + 1);
-    return k * k * s->unresolved * s->scale * s->scale;
+    const int known = ibl_spectral_known(s->degree);
+    double power = 0, sum = 0, end = 0;
+
+    for (int l = s->degree - s->degree / 8; l <= s->degree; l++)
+        power = fmax(power, s->power[l]);
+    for (int l = s->degree + 1; l <= known; l++)
+        sum += v->kernel[l] * v->kernel[l];
+    for (int l = known - LAST; l <= known; l++)
+        end = fmax(end, fabs(v->kernel[l]));
+    return sum * 2 * power / (4 * IBL_PI) +
+           end * end * s->unresolved * s->scale * s->scale;
 }
 
 /* Norm of the mean radiance. */
@@ -117,12 +119,12 @@ static void choose_degree(struct level *v)
 
 /* ---- the grid ---------------------------------------------------------- */
 
-/* The coarsest grid that leaves as little, of 2.5 to 8 samples for the
- * shortest wave. */
+/* The coarsest grid that leaves as little as is wanted or a part of what the
+ * degrees leave, of 2.5 to 8 samples for the shortest wave. */
 static void choose_grid(struct level *v)
 {
     static const double samples[] = {2.5, 3, 4, 5, 6, 8};
-    const double wanted = wanted_rms(v);
+    const double wanted = fmax(wanted_rms(v), 0.25 * v->rms);
     double field = 0, left = 0;
 
     for (int l = 0; l <= v->degree; l++) {
@@ -219,54 +221,46 @@ static void set_offset(const struct level *v, ibl_level_sum *sum)
     }
 }
 
-/* What is added to texels besides the harmonics and the points of lights. */
-static ibl_status make_local(const struct level *v, float **own,
-                             ibl_level_sum *sum)
+/* What of the lights a level needs, however many degrees it has. */
+static ibl_status make_lights(struct level *v)
 {
+    const ibl_spectral *s = v->s;
     const ibl_spectral_target *t = v->target;
     const size_t n = (size_t)ibl_cube_edge(t->cube->size, t->level);
+    ibl_status status;
 
-    if (t->near)
-        sum->local = ibl_near_sums(t->near, v->s->scale);
-    if (!v->s->light_count ||
-        (t->shape->lobe != IBL_LOBE_CHARLIE && t->shape->alpha < low_horizon))
+    if (!s->light_count)
         return IBL_OK;
-    *own = ibl_alloc_zeroed(3 * IBL_FACES * n * n, sizeof **own);
-    sum->local = *own;
-    if (!*own)
-        return ibl_no_memory(v->s->ctx, "the lights on the horizon");
-    return ibl_spectral_horizon(v->s, t->shape, (int)n, *own);
+    status = make_radial(v, &v->radial);
+    if (!status)
+        status = ibl_spectral_bright(s, t->shape, v->kernel[0], &v->bright);
+    if (status ||
+        (t->shape->lobe != IBL_LOBE_CHARLIE && t->shape->alpha < low_horizon))
+        return status;
+    v->horizon = ibl_alloc_zeroed(3 * IBL_FACES * n * n, sizeof *v->horizon);
+    if (!v->horizon)
+        return ibl_no_memory(s->ctx, "the lights on the horizon");
+    return ibl_spectral_horizon(s, t->shape, (int)n, v->horizon);
 }
 
 static ibl_status fill_texels(const struct level *v)
 {
     const ibl_spectral *s = v->s;
     const ibl_spectral_target *t = v->target;
-    ibl_radial radial = {0};
-    ibl_bright *bright = NULL;
-    float *own = NULL;
     ibl_level_sum sum = {.grid = &s->work.grid,
                          .spectrum = v->field,
                          .degree = v->degree,
-                         .lobe = &radial,
+                         .lobe = &v->radial,
+                         .bright = v->bright,
+                         .local = v->horizon,
                          .gain = (float)(1 / s->scale)};
-    ibl_status status = make_local(v, &own, &sum);
 
+    if (t->near)
+        sum.local = ibl_near_sums(t->near, s->scale);
     set_offset(v, &sum);
     memcpy(sum.low, s->low, sizeof sum.low);
     memcpy(sum.high, s->high, sizeof sum.high);
-    if (!status && s->light_count)
-        status = make_radial(v, &radial);
-    if (!status && s->light_count)
-        status = ibl_spectral_bright(s, t->shape, v->kernel[0], &bright);
-    sum.bright = bright;
-    if (!status)
-        status =
-            ibl_spectral_texels(s->ctx, "resampling", &sum, t->cube, t->level);
-    ibl_bright_free(bright);
-    ibl_free(own);
-    ibl_radial_free(&radial);
-    return status;
+    return ibl_spectral_texels(s->ctx, "resampling", &sum, t->cube, t->level);
 }
 
 static int falling(const void *a, const void *b)
@@ -338,17 +332,23 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
     bool enough = false;
 
     ibl_status status = allocate(&v);
+    if (!status)
+        status = make_lights(&v);
     while (!status && !enough) {
         status = make_level(&v, stage);
         *degree = v.degree;
         *error = status ? INFINITY : estimate(&v);
-        enough = *error <= target->tolerance || v.margin >= MOST_MARGIN;
+        enough = *error <= target->tolerance || v.margin >= MOST_MARGIN ||
+                 v.degree == s->degree;
         /* Of the dark texels more is known now. */
         const double asked = target->tolerance - rounding;
         const double more =
             (*error - rounding) / fmax(asked, 0.5 * target->tolerance);
         v.margin = fmin(v.margin * fmax(1.1 * more, 2), MOST_MARGIN);
     }
+    ibl_bright_free(v.bright);
+    ibl_radial_free(&v.radial);
+    ibl_free(v.horizon);
     ibl_free(v.kernel);
     return status;
 }

@@ -14,6 +14,7 @@
 #include "bake/spectral/state.h"
 #include "core/alloc.h"
 #include "core/context.h"
+#include "image/cube.h"
 
 enum {
     MAX_POINTS = 66 /* along one side */
@@ -289,21 +290,44 @@ static void correct(const struct horizon *h, int light, const double d[3],
     }
 }
 
+/* The texels first..last - 1 of a row whose horizon may cross a cap: unscaled
+ * directions are linear in x, and at most sqrt(3) long. */
+static void find_near(const struct horizon *h, int job, const struct cap *cap,
+                      int *first, int *last)
+{
+    const ibl_face_axes *axes = &ibl_face[job / h->n];
+    const double down = (2 * (job % h->n) + 1) / (double)h->n - 1;
+    const double right = ibl_face_along(axes->right, cap->centre);
+    const double middle = ibl_face_along(axes->forward, cap->centre) +
+                          down * ibl_face_along(axes->down, cap->centre);
+    const double most = 1.7321 * cap->sine;
+    const double slope = fmax(fabs(right), 1e-9);
+    const double at = right < 0 ? middle / slope : -middle / slope;
+    const double from = fmax(at - most / slope, -1);
+    const double to = fmin(at + most / slope, 1);
+
+    *first = from <= to ? (int)(0.5 * h->n * (from + 1)) : 0;
+    *last = from <= to ? (int)(0.5 * h->n * (to + 1)) + 1 : 0;
+    if (*last > h->n)
+        *last = h->n;
+}
+
 static void horizon_job(void *arg, int job, int worker)
 {
     const struct horizon *h = arg;
-    const ibl_spectral *s = h->s;
+    float *row = h->local + 3 * (size_t)job * (size_t)h->n;
+
     (void)worker;
-    for (int x = 0; x < h->n; x++) {
-        double d[3];
-        ibl_cube_direction(h->n, job / h->n, x, job % h->n, d);
-        for (int i = 0; i < s->light_count; i++) {
-            const double *at = h->caps[i].centre;
-            if (fabs(d[0] * at[0] + d[1] * at[1] + d[2] * at[2]) <
-                h->caps[i].sine)
-                correct(h, i, d,
-                        h->local +
-                            3 * ((size_t)job * (size_t)h->n + (size_t)x));
+    for (int i = 0; i < h->s->light_count; i++) {
+        const struct cap *cap = &h->caps[i];
+        int first, last;
+        find_near(h, job, cap, &first, &last);
+        for (int x = first; x < last; x++) {
+            double d[3];
+            ibl_cube_direction(h->n, job / h->n, x, job % h->n, d);
+            if (fabs(d[0] * cap->centre[0] + d[1] * cap->centre[1] +
+                     d[2] * cap->centre[2]) < cap->sine)
+                correct(h, i, d, row + 3 * x);
         }
     }
 }
@@ -325,7 +349,7 @@ ibl_status ibl_spectral_horizon(const ibl_spectral *s,
         h.caps[i] = cap_of(s, &s->lights[i]);
     h.down = (int)ceil(height / widest);
     h.across = (int)ceil(width / widest);
-    make_rule(2 + points_for(fmax(height / h.down, width / h.across), shape),
+    make_rule(1 + points_for(fmax(height / h.down, width / h.across), shape),
               &h.rule);
     if (!status)
         status = ibl_run(s->ctx, NULL, IBL_FACES * n, horizon_job, &h);
