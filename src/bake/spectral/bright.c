@@ -2,6 +2,7 @@
 #include "bake/spectral/bright.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -14,7 +15,8 @@ enum {
     MAX_BITS = 7,
     MIN_OCTAVES = 2, /* from 2^-k to 1 */
     MAX_OCTAVES = 40,
-    NODES = 4
+    NODES = 4,
+    GROUP = 8 /* lights that are left out together */
 };
 
 /* Of Gauss and Legendre, on 0..1. */
@@ -238,17 +240,55 @@ void ibl_radial_ggx(double alpha, ibl_radial *out)
 
 /* ---- the lights -------------------------------------------------------- */
 
-struct ibl_bright {
-    int count;
-    ibl_radial_light lights[]; /* of face after face */
+/* What holds a group of lights, or the texels of a block. */
+struct cap {
+    double centre[3], sine, cosine; /* of its radius, at most pi / 2 */
 };
 
-static void turn_light(const ibl_light *light, int face, ibl_radial_light *out)
+/* The lights in a face's axes, forward, right and down. */
+struct face {
+    ibl_radial_light *light;
+    struct cap *group; /* of each GROUP of them */
+};
+
+struct ibl_bright {
+    int count, groups;
+    struct face face[IBL_FACES];
+};
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* About count directions, `stride` doubles apart. */
+static struct cap cap_around(const double *d, int count, int stride)
+{
+    struct cap cap = {.sine = 1};
+    double least = 1;
+
+    for (int i = 0; i < count; i++)
+        for (int k = 0; k < 3; k++)
+            cap.centre[k] += d[stride * i + k];
+    const double length = sqrt(dot(cap.centre, cap.centre));
+    if (!(length > 1e-3))
+        return cap;
+    for (int k = 0; k < 3; k++)
+        cap.centre[k] /= length;
+    for (int i = 0; i < count; i++)
+        least = fmin(least, dot(cap.centre, d + stride * i));
+    cap.cosine = fmax(least, 0);
+    cap.sine = sqrt(1 - cap.cosine * cap.cosine);
+    return cap;
+}
+
+static void turn_light(const ibl_light *light, int face, ibl_radial_light *out,
+                       double d[3])
 {
     const ibl_face_axes *axes = &ibl_face[face];
-    const double d[3] = {ibl_face_along(axes->forward, light->direction),
-                         ibl_face_along(axes->right, light->direction),
-                         ibl_face_along(axes->down, light->direction)};
+    d[0] = ibl_face_along(axes->forward, light->direction);
+    d[1] = ibl_face_along(axes->right, light->direction);
+    d[2] = ibl_face_along(axes->down, light->direction);
     for (int k = 0; k < 3; k++) {
         out->at[k] = (float)d[k];
         out->rest[k] = (float)(d[k] - (double)out->at[k]);
@@ -257,24 +297,49 @@ static void turn_light(const ibl_light *light, int face, ibl_radial_light *out)
     out->rgb[3] = 0;
 }
 
+static void turn_lights(const ibl_light *lights, int count, int face,
+                        struct face *out)
+{
+    double d[3 * GROUP];
+    for (int i = 0; i < count; i++) {
+        const int k = i % GROUP;
+        turn_light(&lights[i], face, &out->light[i], d + 3 * k);
+        if (k == GROUP - 1 || i == count - 1)
+            out->group[i / GROUP] = cap_around(d, k + 1, 3);
+    }
+}
+
 ibl_status ibl_bright_create(ibl_ctx *ctx, const ibl_light *lights, int count,
                              ibl_bright **out)
 {
-    const size_t each = IBL_FACES * sizeof(ibl_radial_light);
-    /* One more light than there are, for what comes before them. */
-    ibl_bright *bright = *out = ibl_alloc_array((size_t)count + 1, each);
-    if (!bright)
+    const size_t each = (size_t)count, groups = (each + GROUP - 1) / GROUP;
+    ibl_bright *bright = *out = ibl_alloc_zeroed(1, sizeof *bright);
+    ibl_radial_light *light =
+        ibl_alloc_array(IBL_FACES * each + 1, sizeof *light);
+    struct cap *group = ibl_alloc_array(IBL_FACES * groups + 1, sizeof *group);
+    if (!bright || !light || !group) {
+        ibl_free(bright);
+        ibl_free(light);
+        ibl_free(group);
+        *out = NULL;
         return ibl_no_memory(ctx, "bright pixels");
+    }
     bright->count = count;
-    for (int face = 0; face < IBL_FACES; face++)
-        for (int i = 0; i < count; i++)
-            turn_light(&lights[i], face,
-                       &bright->lights[(size_t)face * (size_t)count + i]);
+    bright->groups = (int)groups;
+    for (int face = 0; face < IBL_FACES; face++) {
+        bright->face[face] = (struct face){light + (size_t)face * each,
+                                           group + (size_t)face * groups};
+        turn_lights(lights, count, face, &bright->face[face]);
+    }
     return IBL_OK;
 }
 
 void ibl_bright_free(ibl_bright *bright)
 {
+    if (!bright)
+        return;
+    ibl_free(bright->face[0].light);
+    ibl_free(bright->face[0].group);
     ibl_free(bright);
 }
 
@@ -283,7 +348,36 @@ int ibl_bright_count(const ibl_bright *bright)
     return bright->count;
 }
 
-const ibl_radial_light *ibl_bright_face(const ibl_bright *bright, int face)
+/* Whether no direction in one sees any in the other above its horizon. */
+static bool is_below(const struct cap *a, const struct cap *b)
 {
-    return bright->lights + (size_t)face * (size_t)bright->count;
+    const double slack = 1e-6; /* points are floats */
+    return a->sine <= b->cosine &&
+           dot(a->centre, b->centre) <
+               -(a->sine * b->cosine + a->cosine * b->sine) - slack;
+}
+
+void ibl_bright_add(const ibl_bright *bright, int face,
+                    const ibl_radial_dsp *dsp, const ibl_radial *lobe,
+                    const float *point, float *rgba)
+{
+    const struct face *f = &bright->face[face];
+    double end[6];
+    int first = 0;
+
+    for (int k = 0; k < 3; k++) {
+        end[k] = (double)point[k * IBL_RADIAL_BLOCK];
+        end[3 + k] = (double)point[(k + 1) * IBL_RADIAL_BLOCK - 1];
+    }
+    /* A row of a face is a part of a great circle. */
+    const struct cap block = cap_around(end, 2, 3);
+    for (int i = 0; i <= bright->groups; i++) {
+        if (i < bright->groups && !is_below(&block, &f->group[i]))
+            continue;
+        const int last = i < bright->groups ? i * GROUP : bright->count;
+        if (first < last)
+            dsp->add(lobe, f->light + first, last - first, point,
+                     IBL_RADIAL_BLOCK, rgba);
+        first = (i + 1) * GROUP;
+    }
 }

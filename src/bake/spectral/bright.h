@@ -42,8 +42,13 @@ ibl_status ibl_bright_create(ibl_ctx *ctx, const ibl_light *lights, int count,
                              ibl_bright **out);
 void ibl_bright_free(ibl_bright *bright); /* NULL is fine */
 int ibl_bright_count(const ibl_bright *bright);
-/* The lights in a face's axes, forward, right and down: ibl_bright_count of
- * them. */
-const ibl_radial_light *ibl_bright_face(const ibl_bright *bright, int face);
+/*
+ * Adds the lights to IBL_RADIAL_BLOCK texels of a row of a face, as
+ * ibl_radial_dsp has it, with that of points() for them. Lights that are below
+ * the horizon of all of them are left out.
+ */
+void ibl_bright_add(const ibl_bright *bright, int face,
+                    const ibl_radial_dsp *dsp, const ibl_radial *lobe,
+                    const float *point, float *rgba);
 
 #endif

@@ -21,7 +21,7 @@ enum {
 };
 
 /* -log of what is left. */
-static const double left = 14;
+static const double left = 12;
 
 /* The horizon has bends of its own in what is wider. */
 static const double widest = 0.4;

@@ -151,24 +151,27 @@ static void add_local(const float *local, int count, float *rgba)
             rgba[4 * i + c] += local[3 * i + c];
 }
 
+/* rgba has room for whole blocks. */
+static void add_lights(const level *a, const tile *t, int count, float *rgba)
+{
+    const double v = (2 * t->y + 1) / (double)a->n - 1;
+    float point[6 * IBL_RADIAL_BLOCK];
+    for (int at = 0; at < count; at += IBL_RADIAL_BLOCK) {
+        a->radial.points(v, a->n, t->begin + at, IBL_RADIAL_BLOCK, point);
+        ibl_bright_add(a->sum->bright, t->face, &a->radial, a->sum->lobe, point,
+                       rgba + 4 * at);
+    }
+}
+
 static void make_tile(const level *a, const tile *t)
 {
-    const ibl_bright *bright = a->sum->bright;
     const size_t n = (size_t)a->n;
     const size_t at = ((size_t)t->face * n + (size_t)t->y) * n;
     const int count = t->end - t->begin;
-    float rgba[4 * TILE], point[6 * TILE];
+    float rgba[4 * TILE] = {0};
     interpolate(a, t, rgba);
-    if (bright) {
-        const int stride = (count + IBL_RADIAL_BLOCK - 1) / IBL_RADIAL_BLOCK *
-                           IBL_RADIAL_BLOCK;
-        memset(rgba + 4 * (ptrdiff_t)count, 0,
-               4 * (size_t)(stride - count) * sizeof *rgba);
-        a->radial.points((2 * t->y + 1) / (double)a->n - 1, a->n, t->begin,
-                         stride, point);
-        a->radial.add(a->sum->lobe, ibl_bright_face(bright, t->face),
-                      ibl_bright_count(bright), point, stride, rgba);
-    }
+    if (a->sum->bright)
+        add_lights(a, t, count, rgba);
     if (a->sum->local)
         add_local(a->sum->local + 3 * (at + (size_t)t->begin), count, rgba);
     a->dsp.finish(rgba, &a->range, count,
