@@ -48,7 +48,9 @@ static ibl_bright *make_lights(ibl_ctx *ctx)
         const double phi = 6.28 * test_random_unit(&r), s = sqrt(1 - y * y);
         lights[i] = (ibl_light){{s * cos(phi), y, s * sin(phi)}, {1, 2, 3}};
     }
-    return ibl_bright_create(ctx, lights, LIGHTS, &bright) ? NULL : bright;
+    return ibl_bright_create(ctx, lights, NULL, LIGHTS, INFINITY, &bright)
+               ? NULL
+               : bright;
 }
 
 /* Median milliseconds of each instruction set. */

@@ -316,7 +316,7 @@ static double level_error(ibl_ctx *ctx, const lobe *l, bool table, int n,
                                .low = {-1, -1, -1},
                                .high = {INFINITY, INFINITY, INFINITY}};
     ibl_level_sum with = sum;
-    if (ibl_bright_create(ctx, lights, count, &bright) ||
+    if (ibl_bright_create(ctx, lights, NULL, count, INFINITY, &bright) ||
         make(ctx, l, table, &radial))
         return INFINITY;
     with.bright = bright;
@@ -386,7 +386,7 @@ static void energy(void)
     ibl_radial radial;
     NEED(!ibl_cube_alloc(ctx, 64, 1, &cube));
     NEED(!ibl_ring_grid_alloc(ctx, 8, 16, &grid));
-    NEED(!ibl_bright_create(ctx, &light, 1, &bright));
+    NEED(!ibl_bright_create(ctx, &light, NULL, 1, INFINITY, &bright));
     memset(grid.data, 0, grid.room * sizeof *grid.data);
     for (int i = 2; i < LOBES; i++) {
         double sum[3] = {0};

@@ -16,7 +16,7 @@ enum {
     MIN_OCTAVES = 2, /* from 2^-k to 1 */
     MAX_OCTAVES = 40,
     NODES = 4,
-    GROUP = 8 /* lights that are left out together */
+    GROUP = 4 /* lights that are looked at together */
 };
 
 /* Of Gauss and Legendre, on 0..1. */
@@ -245,15 +245,19 @@ struct cap {
     double centre[3], sine, cosine; /* of its radius, at most pi / 2 */
 };
 
-/* The lights in a face's axes, forward, right and down. */
-struct face {
-    ibl_radial_light *light;
-    struct cap *group; /* of each GROUP of them */
+/* Their points and, of each light, one for where it is far, by groups. */
+struct group {
+    struct cap cap;
+    int near, far; /* the first of them */
 };
 
 struct ibl_bright {
     int count, groups;
-    struct face face[IBL_FACES];
+    double sine, cosine;     /* of the distance from which lights are far */
+    ibl_radial_light *light; /* in a face's axes: forward, right and down */
+    ibl_radial_light *far;
+    struct group *group; /* and one more, of each face */
+    int lights;
 };
 
 static double dot(const double a[3], const double b[3])
@@ -261,34 +265,33 @@ static double dot(const double a[3], const double b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* About count directions, `stride` doubles apart. */
-static struct cap cap_around(const double *d, int count, int stride)
+/* About count directions. */
+static struct cap cap_around(const double (*d)[3], int count)
 {
     struct cap cap = {.sine = 1};
     double least = 1;
 
     for (int i = 0; i < count; i++)
         for (int k = 0; k < 3; k++)
-            cap.centre[k] += d[stride * i + k];
+            cap.centre[k] += d[i][k];
     const double length = sqrt(dot(cap.centre, cap.centre));
     if (!(length > 1e-3))
         return cap;
     for (int k = 0; k < 3; k++)
         cap.centre[k] /= length;
     for (int i = 0; i < count; i++)
-        least = fmin(least, dot(cap.centre, d + stride * i));
+        least = fmin(least, dot(cap.centre, d[i]));
     cap.cosine = fmax(least, 0);
-    cap.sine = sqrt(1 - cap.cosine * cap.cosine);
+    cap.sine = sqrt(fmax(1 - cap.cosine * cap.cosine, 0));
     return cap;
 }
 
-static void turn_light(const ibl_light *light, int face, ibl_radial_light *out,
-                       double d[3])
+static void turn_light(const ibl_light *light, int face, ibl_radial_light *out)
 {
     const ibl_face_axes *axes = &ibl_face[face];
-    d[0] = ibl_face_along(axes->forward, light->direction);
-    d[1] = ibl_face_along(axes->right, light->direction);
-    d[2] = ibl_face_along(axes->down, light->direction);
+    const double d[3] = {ibl_face_along(axes->forward, light->direction),
+                         ibl_face_along(axes->right, light->direction),
+                         ibl_face_along(axes->down, light->direction)};
     for (int k = 0; k < 3; k++) {
         out->at[k] = (float)d[k];
         out->rest[k] = (float)(d[k] - (double)out->at[k]);
@@ -297,39 +300,109 @@ static void turn_light(const ibl_light *light, int face, ibl_radial_light *out,
     out->rgb[3] = 0;
 }
 
-static void turn_lights(const ibl_light *lights, int count, int face,
-                        struct face *out)
+static double energy_of(const ibl_light *l)
 {
-    double d[3 * GROUP];
-    for (int i = 0; i < count; i++) {
-        const int k = i % GROUP;
-        turn_light(&lights[i], face, &out->light[i], d + 3 * k);
-        if (k == GROUP - 1 || i == count - 1)
-            out->group[i / GROUP] = cap_around(d, k + 1, 3);
-    }
+    return (double)l->energy[0] + (double)l->energy[1] + (double)l->energy[2];
 }
 
-ibl_status ibl_bright_create(ibl_ctx *ctx, const ibl_light *lights, int count,
+ibl_light ibl_light_middle(const ibl_light *points, int count)
+{
+    double direction[3] = {0}, energy[3] = {0};
+    ibl_light out = points[0];
+
+    for (int i = 0; i < count; i++)
+        for (int k = 0; k < 3; k++) {
+            direction[k] += points[i].direction[k] * energy_of(&points[i]);
+            energy[k] += (double)points[i].energy[k];
+        }
+    const double length = sqrt(dot(direction, direction));
+    for (int k = 0; k < 3 && count > 1; k++) {
+        if (length > 0)
+            out.direction[k] = direction[k] / length;
+        out.energy[k] = (float)energy[k];
+    }
+    return out;
+}
+
+static int first_of(const int *first, int light)
+{
+    return first ? first[light] : light;
+}
+
+/* The end of a group: lights that are next to one another, so that what is far
+ * from one is from all. */
+static int end_of_group(const ibl_light *lights, const int *first, int count,
+                        int from)
+{
+    const double *d = lights[first_of(first, from)].direction;
+    int to = from + 1;
+    while (to < count && to < from + GROUP &&
+           dot(d, lights[first_of(first, to)].direction) > 1 - 5e-4)
+        to++;
+    return to;
+}
+
+/* A group of a face. */
+static struct group turn_group(const ibl_bright *b, const ibl_light *lights,
+                               const int *first, int from, int to, int face)
+{
+    struct group group = {.near = face * b->count + first_of(first, from),
+                          .far = face * b->lights + from};
+    double middle[GROUP][3], least = 1;
+
+    for (int i = from; i < to; i++) {
+        const int at = first_of(first, i);
+        const ibl_light far =
+            ibl_light_middle(lights + at, first_of(first, i + 1) - at);
+        ibl_radial_light *out = &b->far[face * b->lights + i];
+        turn_light(&far, face, out);
+        for (int k = 0; k < 3; k++)
+            middle[i - from][k] = (double)out->at[k];
+    }
+    group.cap = cap_around(middle, to - from);
+    for (int i = first_of(first, from); i < first_of(first, to); i++) {
+        ibl_radial_light *out = &b->light[face * b->count + i];
+        turn_light(&lights[i], face, out);
+        const double at[3] = {(double)out->at[0], (double)out->at[1],
+                              (double)out->at[2]};
+        least = fmin(least, dot(group.cap.centre, at));
+    }
+    group.cap.cosine = fmax(fmin(group.cap.cosine, least), 0);
+    group.cap.sine = sqrt(1 - group.cap.cosine * group.cap.cosine);
+    return group;
+}
+
+ibl_status ibl_bright_create(ibl_ctx *ctx, const ibl_light *lights,
+                             const int *first, int count, double distance,
                              ibl_bright **out)
 {
-    const size_t each = (size_t)count, groups = (each + GROUP - 1) / GROUP;
-    ibl_bright *bright = *out = ibl_alloc_zeroed(1, sizeof *bright);
-    ibl_radial_light *light =
-        ibl_alloc_array(IBL_FACES * each + 1, sizeof *light);
-    struct cap *group = ibl_alloc_array(IBL_FACES * groups + 1, sizeof *group);
-    if (!bright || !light || !group) {
-        ibl_free(bright);
-        ibl_free(light);
-        ibl_free(group);
+    const size_t points = (size_t)first_of(first, count), n = (size_t)count;
+    ibl_bright *b = *out = ibl_alloc_zeroed(1, sizeof *b);
+    if (!b)
+        return ibl_no_memory(ctx, "bright pixels");
+    *b = (ibl_bright){.count = (int)points,
+                      .lights = count,
+                      .sine = distance < IBL_PI ? sin(distance) : 0,
+                      .cosine = distance < IBL_PI ? cos(distance) : -INFINITY};
+    for (int i = 0; i < count; i = end_of_group(lights, first, count, i))
+        b->groups++;
+    b->light = ibl_alloc_array(IBL_FACES * points + 1, sizeof *b->light);
+    b->far = ibl_alloc_array(IBL_FACES * n + 1, sizeof *b->far);
+    b->group =
+        ibl_alloc_array(IBL_FACES * ((size_t)b->groups + 1), sizeof *b->group);
+    if (!b->light || !b->far || !b->group) {
+        ibl_bright_free(b);
         *out = NULL;
         return ibl_no_memory(ctx, "bright pixels");
     }
-    bright->count = count;
-    bright->groups = (int)groups;
     for (int face = 0; face < IBL_FACES; face++) {
-        bright->face[face] = (struct face){light + (size_t)face * each,
-                                           group + (size_t)face * groups};
-        turn_lights(lights, count, face, &bright->face[face]);
+        struct group *group = b->group + face * (b->groups + 1);
+        for (int i = 0, to; i < count; i = to) {
+            to = end_of_group(lights, first, count, i);
+            *group++ = turn_group(b, lights, first, i, to, face);
+        }
+        *group = (struct group){.near = (face + 1) * b->count,
+                                .far = (face + 1) * count};
     }
     return IBL_OK;
 }
@@ -338,8 +411,9 @@ void ibl_bright_free(ibl_bright *bright)
 {
     if (!bright)
         return;
-    ibl_free(bright->face[0].light);
-    ibl_free(bright->face[0].group);
+    ibl_free(bright->light);
+    ibl_free(bright->far);
+    ibl_free(bright->group);
     ibl_free(bright);
 }
 
@@ -348,36 +422,55 @@ int ibl_bright_count(const ibl_bright *bright)
     return bright->count;
 }
 
-/* Whether no direction in one sees any in the other above its horizon. */
-static bool is_below(const struct cap *a, const struct cap *b)
+enum kind {
+    BELOW,
+    NEAR,
+    FAR
+};
+
+/* Where a group is for a block: below the horizon of all of it, or else far
+ * from all of it, or neither. */
+static enum kind kind_of(const ibl_bright *b, const struct cap *block,
+                         const struct cap *group)
 {
     const double slack = 1e-6; /* points are floats */
-    return a->sine <= b->cosine &&
-           dot(a->centre, b->centre) <
-               -(a->sine * b->cosine + a->cosine * b->sine) - slack;
+    const double cosine = dot(block->centre, group->centre);
+    /* Of the sum of the radii. */
+    const double s = block->sine * group->cosine + block->cosine * group->sine;
+    const double c = block->cosine * group->cosine - block->sine * group->sine;
+
+    if (c <= 0)
+        return NEAR;
+    if (cosine < -s - slack)
+        return BELOW;
+    return cosine < c * b->cosine - s * b->sine ? FAR : NEAR;
 }
 
 void ibl_bright_add(const ibl_bright *bright, int face,
                     const ibl_radial_dsp *dsp, const ibl_radial *lobe,
                     const float *point, float *rgba)
 {
-    const struct face *f = &bright->face[face];
-    double end[6];
-    int first = 0;
+    const struct group *group = bright->group + face * (bright->groups + 1);
+    double end[2][3];
 
     for (int k = 0; k < 3; k++) {
-        end[k] = (double)point[k * IBL_RADIAL_BLOCK];
-        end[3 + k] = (double)point[(k + 1) * IBL_RADIAL_BLOCK - 1];
+        end[0][k] = (double)point[k * IBL_RADIAL_BLOCK];
+        end[1][k] = (double)point[(k + 1) * IBL_RADIAL_BLOCK - 1];
     }
     /* A row of a face is a part of a great circle. */
-    const struct cap block = cap_around(end, 2, 3);
-    for (int i = 0; i <= bright->groups; i++) {
-        if (i < bright->groups && !is_below(&block, &f->group[i]))
-            continue;
-        const int last = i < bright->groups ? i * GROUP : bright->count;
-        if (first < last)
-            dsp->add(lobe, f->light + first, last - first, point,
-                     IBL_RADIAL_BLOCK, rgba);
-        first = (i + 1) * GROUP;
+    const struct cap block = cap_around(end, 2);
+    for (int i = 0, next; i < bright->groups; i = next) {
+        const enum kind kind = kind_of(bright, &block, &group[i].cap);
+        next = i + 1;
+        while (next < bright->groups &&
+               kind_of(bright, &block, &group[next].cap) == kind)
+            next++;
+        const ibl_radial_light *light = kind == FAR
+                                            ? bright->far + group[i].far
+                                            : bright->light + group[i].near;
+        const int count = kind == FAR ? group[next].far - group[i].far
+                                      : group[next].near - group[i].near;
+        if (kind != BELOW)
+            dsp->add(lobe, light, count, point, IBL_RADIAL_BLOCK, rgba);
     }
 }

@@ -35,12 +35,23 @@ typedef struct ibl_light {
     float energy[3];     /* R, G, B: radiance times solid angle */
 } ibl_light;
 
+/* One for all the points of a light. */
+ibl_light ibl_light_middle(const ibl_light *points, int count);
+
 /* A list of lights, ready for every face of a cube. Constant after creation. */
 typedef struct ibl_bright ibl_bright;
 
-ibl_status ibl_bright_create(ibl_ctx *ctx, const ibl_light *lights, int count,
+/*
+ * count lights, each of some points: those of light i are
+ * lights[first[i]..first[i + 1] - 1]; first NULL: one each.
+ *   distance  from there on, in radians, ibl_light_middle stands for a light;
+ *             INFINITY: nowhere
+ */
+ibl_status ibl_bright_create(ibl_ctx *ctx, const ibl_light *lights,
+                             const int *first, int count, double distance,
                              ibl_bright **out);
 void ibl_bright_free(ibl_bright *bright); /* NULL is fine */
+/* How many points. */
 int ibl_bright_count(const ibl_bright *bright);
 /*
  * Adds the lights to IBL_RADIAL_BLOCK texels of a row of a face, as

@@ -233,8 +233,9 @@ static ibl_status make_lights(struct level *v)
         return IBL_OK;
     status = make_radial(v, &v->radial);
     if (!status)
-        status = ibl_spectral_bright(s, t->shape, v->kernel[0], &v->bright);
-    if (status ||
+        status =
+            ibl_spectral_bright(s, t->shape, v->kernel[0], (int)n, &v->bright);
+    if (status || t->near ||
         (t->shape->lobe != IBL_LOBE_CHARLIE && t->shape->alpha < low_horizon))
         return status;
     v->horizon = ibl_alloc_zeroed(3 * IBL_FACES * n * n, sizeof *v->horizon);
@@ -255,6 +256,7 @@ static ibl_status fill_texels(const struct level *v)
                          .local = v->horizon,
                          .gain = (float)(1 / s->scale)};
 
+    /* Lobes with a near part are narrow, and nothing on the horizon. */
     if (t->near)
         sum.local = ibl_near_sums(t->near, s->scale);
     set_offset(v, &sum);
@@ -340,10 +342,12 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
         *error = status ? INFINITY : estimate(&v);
         enough = *error <= target->tolerance || v.margin >= MOST_MARGIN ||
                  v.degree == s->degree;
-        /* Of the dark texels more is known now. */
-        const double asked = target->tolerance - rounding;
-        const double more =
-            (*error - rounding) / fmax(asked, 0.5 * target->tolerance);
+        /* Of the dark texels more is known now, and of what floats round no
+         * degree takes anything back. */
+        const double asked =
+            fmax(target->tolerance - rounding, 0.5 * target->tolerance);
+        const double more = (*error - rounding) / asked;
+        enough = enough || more <= 1;
         v.margin = fmin(v.margin * fmax(1.1 * more, 2), MOST_MARGIN);
     }
     ibl_bright_free(v.bright);

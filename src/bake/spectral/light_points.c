@@ -23,6 +23,9 @@ enum {
 /* -log of what is left. */
 static const double left = 12;
 
+/* What one point for a light misses. */
+static const double one_point_left = 1e-5;
+
 /* The horizon has bends of its own in what is wider. */
 static const double widest = 0.4;
 
@@ -131,8 +134,24 @@ static ibl_status make_points(const ibl_spectral *s,
     return IBL_OK;
 }
 
+/* Where one point does. GGX changes over hypot(2 alpha, distance), and falls as
+ * the fourth power of that: a point misses (extent / that)^2 2/3. Charlie and
+ * Phong fall much faster. It is nowhere or far above the horizon, farther than
+ * a block of texels on faces of n is long. */
+static double one_point_from(const ibl_spectral *s, const ibl_lobe_shape *shape,
+                             int n)
+{
+    const double extent = fmax(IBL_PI / s->height, 2 * IBL_PI / s->width);
+    const double square = extent * extent * 2 / (3 * one_point_left) -
+                          4 * shape->alpha * shape->alpha;
+
+    if (shape->lobe != IBL_LOBE_GGX || square > 0.5 || extent > 0.01 || n < 32)
+        return INFINITY;
+    return sqrt(fmax(square, 0));
+}
+
 ibl_status ibl_spectral_bright(const ibl_spectral *s,
-                               const ibl_lobe_shape *shape, double whole,
+                               const ibl_lobe_shape *shape, double whole, int n,
                                ibl_bright **out)
 {
     all_points points;
@@ -140,8 +159,9 @@ ibl_status ibl_spectral_bright(const ibl_spectral *s,
     *out = NULL;
     if (status)
         return status;
-    status = ibl_bright_create(s->ctx, points.light,
-                               points.first[s->light_count], out);
+    status =
+        ibl_bright_create(s->ctx, points.light, points.first, s->light_count,
+                          one_point_from(s, shape, n), out);
     free_points(&points);
     return status;
 }
@@ -162,20 +182,36 @@ struct horizon {
 
 /* What holds a light's patch. */
 struct cap {
-    double centre[3], sine; /* of its radius */
+    double centre[3], sine;  /* of its radius */
+    const ibl_light *points; /* of those that stand for it there */
+    int count;
+    ibl_light middle;
 };
 
-static struct cap cap_of(const ibl_spectral *s, const ibl_pixel_light *l)
+static void set_cap(struct horizon *h, int light)
 {
+    const ibl_spectral *s = h->s;
+    const ibl_pixel_light *l = &s->lights[light];
     const double height = IBL_PI / s->height, width = 2 * IBL_PI / s->width;
     const double theta = height * (l->row + 0.5);
     const double phi = ibl_spectral_azimuth(s, l);
+    const ibl_light *points = h->points.light + h->points.first[light];
+    const int count = h->points.first[light + 1] - h->points.first[light];
     /* Along a parallel, then along a meridian. */
     const double radius =
         0.5 * height + 0.5 * width * sin(theta) * (1 + 0.5 * height);
-    return (struct cap){
+    struct cap *cap = &h->caps[light];
+
+    *cap = (struct cap){
         .centre = {sin(theta) * cos(phi), cos(theta), sin(theta) * sin(phi)},
-        .sine = radius < 1 ? sin(radius) : 2};
+        .sine = radius < 1 ? sin(radius) : 2,
+        .points = points,
+        .count = count,
+        .middle = ibl_light_middle(points, count)};
+    if (isfinite(one_point_from(s, h->shape, h->n))) {
+        cap->points = &cap->middle;
+        cap->count = 1;
+    }
 }
 
 /* A light's patch, its azimuth seen from a texel. */
@@ -266,6 +302,7 @@ static void correct(const struct horizon *h, int light, const double d[3],
 {
     const ibl_spectral *s = h->s;
     const ibl_pixel_light *l = &s->lights[light];
+    const struct cap *cap = &h->caps[light];
     const double height = IBL_PI / s->height / h->down;
     const double width = 2 * IBL_PI / s->width / h->across;
     const double delta = ibl_spectral_azimuth(s, l) - atan2(d[2], d[0]);
@@ -282,10 +319,9 @@ static void correct(const struct horizon *h, int light, const double d[3],
         }
     for (int c = 0; c < 3; c++) {
         double sum = exact * (double)l->rgb[c];
-        for (int k = h->points.first[light]; k < h->points.first[light + 1];
-             k++)
-            sum -= (double)h->points.light[k].energy[c] *
-                   point_value(h, d, h->points.light[k].direction);
+        for (int k = 0; k < cap->count; k++)
+            sum -= (double)cap->points[k].energy[c] *
+                   point_value(h, d, cap->points[k].direction);
         rgb[c] += (float)sum;
     }
 }
@@ -346,7 +382,7 @@ ibl_status ibl_spectral_horizon(const ibl_spectral *s,
     if (!h.caps)
         status = ibl_no_memory(s->ctx, "the lights on the horizon");
     for (int i = 0; !status && i < s->light_count; i++)
-        h.caps[i] = cap_of(s, &s->lights[i]);
+        set_cap(&h, i);
     h.down = (int)ceil(height / widest);
     h.across = (int)ceil(width / widest);
     make_rule(1 + points_for(fmax(height / h.down, width / h.across), shape),

@@ -17,6 +17,9 @@ static const double least_limit = 512, most_limit = 2048;
 /* 1 / sqrt(split) times the degree at which the far part ends. */
 static const double far_end = 3.2;
 
+/* split alpha^2 from which exp(-split alpha^2) is no part of a lobe. */
+static const double no_near = 40;
+
 /* What of a point light the degrees may leave out, relative to the tolerance:
  * maps are smoother than points, and the brightest are no part of them. */
 static const double slack = 4;
@@ -50,6 +53,7 @@ static ibl_status find_degree(const struct request *q,
 static ibl_status plan_lobe(const struct request *q, ibl_lobe_shape *shape,
                             ibl_spectral_parts *parts, int *degree)
 {
+    const double split = q->limit * q->limit / (far_end * far_end);
     const ibl_status status = find_degree(q, shape, degree);
     *parts = (ibl_spectral_parts){.spectral = true};
     if (status || *degree <= q->limit)
@@ -64,8 +68,11 @@ static ibl_status plan_lobe(const struct request *q, ibl_lobe_shape *shape,
         *degree = -1;
         break;
     case IBL_LOBE_GGX:
-        parts->near = true;
-        shape->split = q->limit * q->limit / (far_end * far_end);
+        /* The near part of a wide one is nothing: what it lacks is a corner on
+         * the horizon. */
+        parts->near = split * shape->alpha * shape->alpha < no_near;
+        if (parts->near)
+            shape->split = split;
         break;
     }
     return IBL_OK;

@@ -72,11 +72,11 @@ double ibl_spectral_azimuth(const ibl_spectral *s, const ibl_pixel_light *l);
 
 /*
  * The lights that stay as points, so many for each that a lobe's integral over
- * the pixel is right to 1e-5.
+ * the pixel is right to 1e-5, for faces of n x n.
  *   whole  the lobe's integral over the sphere
  */
 ibl_status ibl_spectral_bright(const ibl_spectral *s,
-                               const ibl_lobe_shape *shape, double whole,
+                               const ibl_lobe_shape *shape, double whole, int n,
                                ibl_bright **out);
 
 /*
