@@ -10,6 +10,7 @@
  * of a lobe a smooth function, of that width.
  */
 #include <math.h>
+#include <stdbool.h>
 
 #include "bake/spectral/state.h"
 #include "core/alloc.h"
@@ -64,30 +65,38 @@ static int points_for(double extent, const ibl_lobe_shape *shape)
     return n < MAX_POINTS - 2 ? (int)n : MAX_POINTS - 2;
 }
 
+/* Along theta and phi, as the light before had them. */
+typedef struct rules {
+    rule rows, columns;
+} rules;
+
 /* Points of a light; NULL: only counts them. */
 static int add_points(const ibl_spectral *s, const ibl_pixel_light *l,
-                      const ibl_lobe_shape *shape, double whole, ibl_light *out)
+                      const ibl_lobe_shape *shape, double whole, rules *kept,
+                      ibl_light *out)
 {
     const double height = IBL_PI / s->height, width = 2 * IBL_PI / s->width;
     const double theta = height * (l->row + 0.5);
     const int down = points_for(height, shape);
     const int across = points_for(width * sin(theta), shape);
     const double phi = ibl_spectral_azimuth(s, l);
-    rule rows, columns;
+    rule *rows = &kept->rows, *columns = &kept->columns;
 
     if (!out)
         return down * across;
-    make_rule(down, &rows);
-    make_rule(across, &columns);
+    if (rows->count != down)
+        make_rule(down, rows);
+    if (columns->count != across)
+        make_rule(across, columns);
     double sum = 0;
     for (int j = 0; j < down; j++)
-        sum += rows.mass[j] * sin(theta + 0.5 * height * rows.node[j]);
+        sum += rows->mass[j] * sin(theta + 0.5 * height * rows->node[j]);
     for (int j = 0; j < down; j++) {
-        const double at = theta + 0.5 * height * rows.node[j];
+        const double at = theta + 0.5 * height * rows->node[j];
         for (int i = 0; i < across; i++, out++) {
-            const double azimuth = phi + 0.5 * width * columns.node[i];
-            const double share = whole * s->weight[l->row] * rows.mass[j] *
-                                 sin(at) / sum * columns.mass[i] / 2;
+            const double azimuth = phi + 0.5 * width * columns->node[i];
+            const double share = whole * s->weight[l->row] * rows->mass[j] *
+                                 sin(at) / sum * columns->mass[i] / 2;
             out->direction[0] = sin(at) * cos(azimuth);
             out->direction[1] = cos(at);
             out->direction[2] = sin(at) * sin(azimuth);
@@ -115,14 +124,15 @@ static ibl_status make_points(const ibl_spectral *s,
                               all_points *out)
 {
     const int lights = s->light_count;
+    rules kept = {.rows = {.count = 0}};
     *out = (all_points){0};
     out->first = ibl_alloc_array((size_t)lights + 1, sizeof *out->first);
     if (!out->first)
         return ibl_no_memory(s->ctx, "the lights");
     out->first[0] = 0;
     for (int i = 0; i < lights; i++)
-        out->first[i + 1] =
-            out->first[i] + add_points(s, &s->lights[i], shape, whole, NULL);
+        out->first[i + 1] = out->first[i] + add_points(s, &s->lights[i], shape,
+                                                       whole, &kept, NULL);
     out->light =
         ibl_alloc_array((size_t)out->first[lights], sizeof *out->light);
     if (!out->light) {
@@ -130,7 +140,8 @@ static ibl_status make_points(const ibl_spectral *s,
         return ibl_no_memory(s->ctx, "the lights");
     }
     for (int i = 0; i < lights; i++)
-        add_points(s, &s->lights[i], shape, whole, out->light + out->first[i]);
+        add_points(s, &s->lights[i], shape, whole, &kept,
+                   out->light + out->first[i]);
     return IBL_OK;
 }
 
@@ -182,7 +193,9 @@ struct horizon {
 
 /* What holds a light's patch. */
 struct cap {
-    double centre[3], sine;  /* of its radius */
+    double centre[3], sine; /* of its radius */
+    double corner[4][3];
+    double bulge; /* of its parallels, beyond what joins its corners */
     const ibl_light *points; /* of those that stand for it there */
     int count;
     ibl_light middle;
@@ -208,6 +221,14 @@ static void set_cap(struct horizon *h, int light)
         .points = points,
         .count = count,
         .middle = ibl_light_middle(points, count)};
+    cap->bulge = width < 0.5 ? width * width / 8 : 2;
+    for (int k = 0; k < 4; k++) {
+        const double at = height * (l->row + k / 2);
+        const double azimuth = phi + (k % 2 - 0.5) * width;
+        cap->corner[k][0] = sin(at) * cos(azimuth);
+        cap->corner[k][1] = cos(at);
+        cap->corner[k][2] = sin(at) * sin(azimuth);
+    }
     if (isfinite(one_point_from(s, h->shape, h->n))) {
         cap->points = &cap->middle;
         cap->count = 1;
@@ -326,6 +347,20 @@ static void correct(const struct horizon *h, int light, const double d[3],
     }
 }
 
+/* Whether the horizon crosses a light's patch. */
+static bool is_crossed(const struct cap *cap, const double d[3])
+{
+    bool above = false, below = false;
+
+    for (int k = 0; k < 4; k++) {
+        const double *at = cap->corner[k];
+        const double cosine = d[0] * at[0] + d[1] * at[1] + d[2] * at[2];
+        above |= cosine > -cap->bulge;
+        below |= cosine < cap->bulge;
+    }
+    return above && below;
+}
+
 /* The texels first..last - 1 of a row whose horizon may cross a cap: unscaled
  * directions are linear in x, and at most sqrt(3) long. */
 static void find_near(const struct horizon *h, int job, const struct cap *cap,
@@ -361,8 +396,7 @@ static void horizon_job(void *arg, int job, int worker)
         for (int x = first; x < last; x++) {
             double d[3];
             ibl_cube_direction(h->n, job / h->n, x, job % h->n, d);
-            if (fabs(d[0] * cap->centre[0] + d[1] * cap->centre[1] +
-                     d[2] * cap->centre[2]) < cap->sine)
+            if (is_crossed(cap, d))
                 correct(h, i, d, row + 3 * x);
         }
     }
@@ -385,8 +419,8 @@ ibl_status ibl_spectral_horizon(const ibl_spectral *s,
         set_cap(&h, i);
     h.down = (int)ceil(height / widest);
     h.across = (int)ceil(width / widest);
-    make_rule(1 + points_for(fmax(height / h.down, width / h.across), shape),
-              &h.rule);
+    const double largest = fmax(height / h.down, width / h.across);
+    make_rule(points_for(largest, shape) + (largest > 0.01), &h.rule);
     if (!status)
         status = ibl_run(s->ctx, NULL, IBL_FACES * n, horizon_job, &h);
     ibl_free(h.caps);
