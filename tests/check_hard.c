@@ -186,9 +186,7 @@ static void sun_in_irradiance(void)
             truth_irradiance(&map, d, want);
             for (int c = 0; c < 3; c++) {
                 const double off = fabs((double)cube.data[3 * i + c] - want[c]);
-                /* The mean of a lone sun is a quarter of its irradiance. */
-                const double slack =
-                    1e-3 * want[c] + IBL_TOLERANCE_DEFAULT * sun;
+                const double slack = 2e-5 * want[c] + 1e-6 * sun;
                 CHECK_MSG(off <= slack, "%s: %g off, of %g", suns[k / 2].name,
                           off, want[c]);
                 most = fmax(most, off / slack);
