@@ -25,6 +25,13 @@ enum {
 /* Narrower lobes than this are nothing on the horizon, but for Charlie. */
 static const double low_horizon = 0.05;
 
+/* From this tolerance on the texels whose horizon crosses a light, which are
+ * few if pixels are that small, do not count. */
+static const double rough = 1e-3, small = 0.005;
+
+/* The part of the tolerance that the points of lights may take. */
+static const double of_lights = 0.2;
+
 /* What the transforms leave, in floats. */
 static const double rounding = 5e-6;
 
@@ -226,22 +233,25 @@ static ibl_status make_lights(struct level *v)
 {
     const ibl_spectral *s = v->s;
     const ibl_spectral_target *t = v->target;
-    const size_t n = (size_t)ibl_cube_edge(t->cube->size, t->level);
+    const ibl_light_target target = {t->shape,
+                                     ibl_cube_edge(t->cube->size, t->level),
+                                     of_lights * t->tolerance};
+    const size_t n = (size_t)target.n;
+    const double pixel = fmax(IBL_PI / s->height, 2 * IBL_PI / s->width);
     ibl_status status;
 
     if (!s->light_count)
         return IBL_OK;
     status = make_radial(v, &v->radial);
     if (!status)
-        status =
-            ibl_spectral_bright(s, t->shape, v->kernel[0], (int)n, &v->bright);
-    if (status || t->near ||
+        status = ibl_spectral_bright(s, &target, v->kernel[0], &v->bright);
+    if (status || t->near || (t->tolerance > rough && pixel < small) ||
         (t->shape->lobe != IBL_LOBE_CHARLIE && t->shape->alpha < low_horizon))
         return status;
     v->horizon = ibl_alloc_zeroed(3 * IBL_FACES * n * n, sizeof *v->horizon);
     if (!v->horizon)
         return ibl_no_memory(s->ctx, "the lights on the horizon");
-    return ibl_spectral_horizon(s, t->shape, (int)n, v->horizon);
+    return ibl_spectral_horizon(s, &target, v->horizon);
 }
 
 static ibl_status fill_texels(const struct level *v)
@@ -283,6 +293,11 @@ static double estimate(const struct level *v)
     const size_t count = texels < PICKED ? texels : PICKED;
     const float *p = ibl_cube_face(cube, v->target->level, 0);
     const double mean = mean_of(v->s);
+    /* With the default what the points of lights leave is not seen. */
+    const double other =
+        v->bright && v->target->tolerance > IBL_TOLERANCE_DEFAULT
+            ? rounding + of_lights * v->target->tolerance
+            : rounding;
     double errors[PICKED];
 
     for (size_t i = 0; i < count; i++) {
@@ -291,7 +306,7 @@ static double estimate(const struct level *v)
         for (int c = 0; c < 3; c++)
             sum += (double)rgb[c] * (double)rgb[c];
         const double least = fmax(sqrt(sum), IBL_RELATIVE_FLOOR * mean);
-        errors[i] = least > 0 ? v->rms / least + rounding : 0;
+        errors[i] = least > 0 ? v->rms / least + other : 0;
     }
     qsort(errors, count, sizeof *errors, falling);
     return errors[count / 20];

@@ -21,12 +21,6 @@ enum {
     MAX_POINTS = 66 /* along one side */
 };
 
-/* -log of what is left. */
-static const double left = 12;
-
-/* What one point for a light misses. */
-static const double one_point_left = 1e-5;
-
 /* The horizon has bends of its own in what is wider. */
 static const double widest = 0.4;
 
@@ -56,12 +50,25 @@ static void make_rule(int n, rule *r)
     }
 }
 
-static int points_for(double extent, const ibl_lobe_shape *shape)
+/* The square of the distance from which one does, or less than 0: GGX changes
+ * over hypot(2 alpha, distance), and falls as the fourth power of that; a point
+ * misses (extent / that)^2 2/3. */
+static double one_point_square(double extent, const ibl_light_target *t)
 {
+    return extent * extent * 2 / (3 * t->error) -
+           4 * t->shape->alpha * t->shape->alpha;
+}
+
+static int points_for(double extent, const ibl_light_target *t)
+{
+    const ibl_lobe_shape *shape = t->shape;
+    const double left = -log(fmin(0.6 * t->error, 0.1));
+    const int least =
+        t->error < 1e-3 || one_point_square(extent, t) > 0 ? 2 : 1;
     double size = shape->alpha;
     if (shape->split > 0)
         size = fmax(size, 1 / sqrt(shape->split));
-    const double n = fmax(ceil(0.5 * left / asinh(4 * size / extent)), 2);
+    const double n = fmax(ceil(0.5 * left / asinh(4 * size / extent)), least);
     return n < MAX_POINTS - 2 ? (int)n : MAX_POINTS - 2;
 }
 
@@ -72,13 +79,13 @@ typedef struct rules {
 
 /* Points of a light; NULL: only counts them. */
 static int add_points(const ibl_spectral *s, const ibl_pixel_light *l,
-                      const ibl_lobe_shape *shape, double whole, rules *kept,
+                      const ibl_light_target *t, double whole, rules *kept,
                       ibl_light *out)
 {
     const double height = IBL_PI / s->height, width = 2 * IBL_PI / s->width;
     const double theta = height * (l->row + 0.5);
-    const int down = points_for(height, shape);
-    const int across = points_for(width * sin(theta), shape);
+    const int down = points_for(height, t);
+    const int across = points_for(width * sin(theta), t);
     const double phi = ibl_spectral_azimuth(s, l);
     rule *rows = &kept->rows, *columns = &kept->columns;
 
@@ -119,9 +126,8 @@ static void free_points(all_points *p)
     ibl_free(p->first);
 }
 
-static ibl_status make_points(const ibl_spectral *s,
-                              const ibl_lobe_shape *shape, double whole,
-                              all_points *out)
+static ibl_status make_points(const ibl_spectral *s, const ibl_light_target *t,
+                              double whole, all_points *out)
 {
     const int lights = s->light_count;
     rules kept = {.rows = {.count = 0}};
@@ -131,8 +137,8 @@ static ibl_status make_points(const ibl_spectral *s,
         return ibl_no_memory(s->ctx, "the lights");
     out->first[0] = 0;
     for (int i = 0; i < lights; i++)
-        out->first[i + 1] = out->first[i] + add_points(s, &s->lights[i], shape,
-                                                       whole, &kept, NULL);
+        out->first[i + 1] =
+            out->first[i] + add_points(s, &s->lights[i], t, whole, &kept, NULL);
     out->light =
         ibl_alloc_array((size_t)out->first[lights], sizeof *out->light);
     if (!out->light) {
@@ -140,39 +146,35 @@ static ibl_status make_points(const ibl_spectral *s,
         return ibl_no_memory(s->ctx, "the lights");
     }
     for (int i = 0; i < lights; i++)
-        add_points(s, &s->lights[i], shape, whole, &kept,
+        add_points(s, &s->lights[i], t, whole, &kept,
                    out->light + out->first[i]);
     return IBL_OK;
 }
 
-/* Where one point does. GGX changes over hypot(2 alpha, distance), and falls as
- * the fourth power of that: a point misses (extent / that)^2 2/3. Charlie and
- * Phong fall much faster. It is nowhere or far above the horizon, farther than
- * a block of texels on faces of n is long. */
-static double one_point_from(const ibl_spectral *s, const ibl_lobe_shape *shape,
-                             int n)
+/* The distance from which one point does. Charlie and Phong fall much faster.
+ * It is nowhere or far above the horizon, farther than a block of texels on
+ * faces of n is long. */
+static double one_point_from(const ibl_spectral *s, const ibl_light_target *t)
 {
     const double extent = fmax(IBL_PI / s->height, 2 * IBL_PI / s->width);
-    const double square = extent * extent * 2 / (3 * one_point_left) -
-                          4 * shape->alpha * shape->alpha;
+    const double square = one_point_square(extent, t);
 
-    if (shape->lobe != IBL_LOBE_GGX || square > 0.5 || extent > 0.01 || n < 32)
+    if (t->shape->lobe != IBL_LOBE_GGX || square > 0.5 || extent > 0.01 ||
+        t->n < 32)
         return INFINITY;
     return sqrt(fmax(square, 0));
 }
 
-ibl_status ibl_spectral_bright(const ibl_spectral *s,
-                               const ibl_lobe_shape *shape, double whole, int n,
-                               ibl_bright **out)
+ibl_status ibl_spectral_bright(const ibl_spectral *s, const ibl_light_target *t,
+                               double whole, ibl_bright **out)
 {
     all_points points;
-    ibl_status status = make_points(s, shape, whole, &points);
+    ibl_status status = make_points(s, t, whole, &points);
     *out = NULL;
     if (status)
         return status;
-    status =
-        ibl_bright_create(s->ctx, points.light, points.first, s->light_count,
-                          one_point_from(s, shape, n), out);
+    status = ibl_bright_create(s->ctx, points.light, points.first,
+                               s->light_count, one_point_from(s, t), out);
     free_points(&points);
     return status;
 }
@@ -182,12 +184,11 @@ ibl_status ibl_spectral_bright(const ibl_spectral *s,
 /* The texels of a level that are corrected. */
 struct horizon {
     const ibl_spectral *s;
-    const ibl_lobe_shape *shape;
+    const ibl_light_target *target;
     all_points points;
     struct cap *caps; /* of each light */
     int down, across; /* patches that a large one is divided into */
     rule rule;
-    int n;
     float *local;
 };
 
@@ -229,7 +230,7 @@ static void set_cap(struct horizon *h, int light)
         cap->corner[k][1] = cos(at);
         cap->corner[k][2] = sin(at) * sin(azimuth);
     }
-    if (isfinite(one_point_from(s, h->shape, h->n))) {
+    if (isfinite(one_point_from(s, h->target))) {
         cap->points = &cap->middle;
         cap->count = 1;
     }
@@ -261,7 +262,7 @@ static double meridian_sum(const struct horizon *h, const double d[3],
         const double cosine =
             cos(theta) * d[1] + sin(theta) * sine * cos(delta);
         sum += h->rule.mass[k] * sin(theta) *
-               ibl_lobe_value(h->shape, 0.5 - 0.5 * cosine, cosine);
+               ibl_lobe_value(h->target->shape, 0.5 - 0.5 * cosine, cosine);
     }
     return 0.5 * (to - from) * sum;
 }
@@ -314,7 +315,7 @@ static double point_value(const struct horizon *h, const double d[3],
                           const double at[3])
 {
     const double cosine = d[0] * at[0] + d[1] * at[1] + d[2] * at[2];
-    return ibl_lobe_value(h->shape, 0.5 - 0.5 * cosine, cosine);
+    return ibl_lobe_value(h->target->shape, 0.5 - 0.5 * cosine, cosine);
 }
 
 /* What the points of a light lack in a direction. */
@@ -366,8 +367,9 @@ static bool is_crossed(const struct cap *cap, const double d[3])
 static void find_near(const struct horizon *h, int job, const struct cap *cap,
                       int *first, int *last)
 {
-    const ibl_face_axes *axes = &ibl_face[job / h->n];
-    const double down = (2 * (job % h->n) + 1) / (double)h->n - 1;
+    const ibl_face_axes *axes = &ibl_face[job / h->target->n];
+    const double down =
+        (2 * (job % h->target->n) + 1) / (double)h->target->n - 1;
     const double right = ibl_face_along(axes->right, cap->centre);
     const double middle = ibl_face_along(axes->forward, cap->centre) +
                           down * ibl_face_along(axes->down, cap->centre);
@@ -377,16 +379,16 @@ static void find_near(const struct horizon *h, int job, const struct cap *cap,
     const double from = fmax(at - most / slope, -1);
     const double to = fmin(at + most / slope, 1);
 
-    *first = from <= to ? (int)(0.5 * h->n * (from + 1)) : 0;
-    *last = from <= to ? (int)(0.5 * h->n * (to + 1)) + 1 : 0;
-    if (*last > h->n)
-        *last = h->n;
+    *first = from <= to ? (int)(0.5 * h->target->n * (from + 1)) : 0;
+    *last = from <= to ? (int)(0.5 * h->target->n * (to + 1)) + 1 : 0;
+    if (*last > h->target->n)
+        *last = h->target->n;
 }
 
 static void horizon_job(void *arg, int job, int worker)
 {
     const struct horizon *h = arg;
-    float *row = h->local + 3 * (size_t)job * (size_t)h->n;
+    float *row = h->local + 3 * (size_t)job * (size_t)h->target->n;
 
     (void)worker;
     for (int i = 0; i < h->s->light_count; i++) {
@@ -395,7 +397,8 @@ static void horizon_job(void *arg, int job, int worker)
         find_near(h, job, cap, &first, &last);
         for (int x = first; x < last; x++) {
             double d[3];
-            ibl_cube_direction(h->n, job / h->n, x, job % h->n, d);
+            ibl_cube_direction(h->target->n, job / h->target->n, x,
+                               job % h->target->n, d);
             if (is_crossed(cap, d))
                 correct(h, i, d, row + 3 * x);
         }
@@ -403,12 +406,11 @@ static void horizon_job(void *arg, int job, int worker)
 }
 
 ibl_status ibl_spectral_horizon(const ibl_spectral *s,
-                                const ibl_lobe_shape *shape, int n,
-                                float *local)
+                                const ibl_light_target *target, float *local)
 {
-    struct horizon h = {.s = s, .shape = shape, .n = n, .local = local};
+    struct horizon h = {.s = s, .target = target, .local = local};
     const double height = IBL_PI / s->height, width = 2 * IBL_PI / s->width;
-    ibl_status status = make_points(s, shape, 1, &h.points);
+    ibl_status status = make_points(s, target, 1, &h.points);
 
     if (status)
         return status;
@@ -420,9 +422,9 @@ ibl_status ibl_spectral_horizon(const ibl_spectral *s,
     h.down = (int)ceil(height / widest);
     h.across = (int)ceil(width / widest);
     const double largest = fmax(height / h.down, width / h.across);
-    make_rule(points_for(largest, shape) + (largest > 0.01), &h.rule);
+    make_rule(points_for(largest, target) + (largest > 0.01), &h.rule);
     if (!status)
-        status = ibl_run(s->ctx, NULL, IBL_FACES * n, horizon_job, &h);
+        status = ibl_run(s->ctx, NULL, IBL_FACES * target->n, horizon_job, &h);
     ibl_free(h.caps);
     free_points(&h.points);
     return status;

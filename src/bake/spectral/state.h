@@ -70,23 +70,30 @@ static inline int ibl_spectral_known(int degree)
 /* The azimuth of a light's centre in the world's axes. */
 double ibl_spectral_azimuth(const ibl_spectral *s, const ibl_pixel_light *l);
 
+/* What lights are seen by: a level's lobe and texels, faces of n x n, and the
+ * relative error of a light that is accepted. */
+typedef struct ibl_light_target {
+    const ibl_lobe_shape *shape;
+    int n;
+    double error;
+} ibl_light_target;
+
 /*
  * The lights that stay as points, so many for each that a lobe's integral over
- * the pixel is right to 1e-5, for faces of n x n.
+ * the pixel is right.
  *   whole  the lobe's integral over the sphere
  */
 ibl_status ibl_spectral_bright(const ibl_spectral *s,
-                               const ibl_lobe_shape *shape, double whole, int n,
+                               const ibl_light_target *target, double whole,
                                ibl_bright **out);
 
 /*
- * What the points of lights lack where the horizon of a level's texels, faces
- * of n x n, crosses a light's pixel, where a lobe has a bend.
+ * What these points lack where the horizon of a texel crosses a light's pixel,
+ * where a lobe has a bend.
  *   local  3 floats of each texel, added to
  */
 ibl_status ibl_spectral_horizon(const ibl_spectral *s,
-                                const ibl_lobe_shape *shape, int n,
-                                float *local);
+                                const ibl_light_target *target, float *local);
 
 /* Adds the Fourier coefficients of lights to those of their rows. */
 ibl_status ibl_spectral_add_lights(const ibl_spectral *s,
