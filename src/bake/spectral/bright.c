@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <string.h>
 
+#include "bake/spectral/gauss.h"
 #include "core/alloc.h"
 #include "core/context.h"
 #include "core/pi.h"
@@ -15,16 +16,9 @@ enum {
     MAX_BITS = 7,
     MIN_OCTAVES = 2, /* from 2^-k to 1 */
     MAX_OCTAVES = 40,
-    NODES = 4,
+    NODES = IBL_GAUSS_POINTS,
     GROUP = 4 /* lights that are looked at together */
 };
-
-/* Of Gauss and Legendre, on 0..1. */
-static const double node[NODES] = {0.069431844202973712, 0.33000947820757187,
-                                   0.66999052179242813, 0.93056815579702629};
-static const double node_weight[NODES] = {
-    0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
-    0.17392742256872693};
 
 /* One side of a lobe: by v = q from the peak or v = 2 - q from the horizon. */
 typedef struct side {
@@ -51,7 +45,7 @@ static double panel(const side *s, double from, double width)
 {
     double sum = 0;
     for (int k = 0; k < NODES; k++)
-        sum += node_weight[k] * value(s, from + node[k] * width);
+        sum += ibl_gauss_mass[k] * value(s, from + ibl_gauss_node[k] * width);
     return sum * width;
 }
 
@@ -108,14 +102,15 @@ static void fit(const side *s, int bits, int piece, double c[4])
         octave + width * (piece & ((1 << bits) - 1)) - start_of(s);
     double f[NODES], poly[NODES] = {0};
     for (int k = 0; k < NODES; k++)
-        f[k] = value(s, from + node[k] * width);
+        f[k] = value(s, from + ibl_gauss_node[k] * width);
     for (int j = 1; j < NODES; j++)
         for (int i = NODES - 1; i >= j; i--)
-            f[i] = (f[i] - f[i - 1]) / (node[i] - node[i - j]);
+            f[i] =
+                (f[i] - f[i - 1]) / (ibl_gauss_node[i] - ibl_gauss_node[i - j]);
     for (int i = NODES - 1; i >= 0; i--) {
         for (int k = NODES - 1; k > 0; k--)
-            poly[k] = poly[k - 1] - node[i] * poly[k];
-        poly[0] = f[i] - node[i] * poly[0];
+            poly[k] = poly[k - 1] - ibl_gauss_node[i] * poly[k];
+        poly[0] = f[i] - ibl_gauss_node[i] * poly[0];
     }
     memcpy(c, poly, sizeof poly);
 }

@@ -23,21 +23,17 @@
 #include <stdbool.h>
 #include <string.h>
 
+#include "bake/spectral/gauss.h"
 #include "bake/spectral/near_table.h"
 #include "core/alloc.h"
 #include "core/context.h"
 #include "core/pi.h"
 
 enum {
-    POINTS = 4,
+    POINTS = IBL_GAUSS_POINTS,
     MAX_HALVINGS = 40
 };
 
-/* Of Gauss and Legendre, on 0..1. */
-static const double node[POINTS] = {0.069431844202973712, 0.33000947820757187,
-                                    0.66999052179242813, 0.93056815579702629};
-static const double mass[POINTS] = {0.17392742256872693, 0.32607257743127307,
-                                    0.32607257743127307, 0.17392742256872693};
 /* Of a pixel: how near to its edges a texel's direction may be. */
 static const double margin = 1e-6;
 
@@ -162,12 +158,13 @@ static double points_sum(const edge *e, double from, double to, int near)
     const ibl_near_table *table = &e->a->table;
     double sum = 0;
     for (int k = 0; k < POINTS; k++) {
-        const place p = place_at(e, from + (to - from) * node[k]);
+        const place p = place_at(e, from + (to - from) * ibl_gauss_node[k]);
         if (p.q < table->reach)
-            sum += mass[k] * p.turn * ibl_near_at(table, p.q, near) /
+            sum += ibl_gauss_mass[k] * p.turn * ibl_near_at(table, p.q, near) /
                    (4 * (near ? 1 : p.q) * (1 - p.q));
         else if (near)
-            sum += mass[k] * p.turn * table->peak / (4 * p.q * (1 - p.q));
+            sum += ibl_gauss_mass[k] * p.turn * table->peak /
+                   (4 * p.q * (1 - p.q));
     }
     return sum * (to - from);
 }
@@ -296,8 +293,8 @@ static double meridian_sum(const ibl_near *a, const texel *t, double theta,
     }
     for (int k = 0; k < POINTS; k++)
         if (q[k] < a->table.reach)
-            sum +=
-                mass[k] * ibl_near_at(&a->table, q[k], 0) / (q[k] * (1 - q[k]));
+            sum += ibl_gauss_mass[k] * ibl_near_at(&a->table, q[k], 0) /
+                   (q[k] * (1 - q[k]));
     return 0.25 * height * t->sine * sine * sum;
 }
 
@@ -325,7 +322,7 @@ static double parallel_sum(const ibl_near *a, const texel *t, const line *top,
     }
     for (int k = 0; k < POINTS; k++)
         if (q[k] < a->table.reach)
-            sum += mass[k] * ibl_near_at(&a->table, q[k], 0) *
+            sum += ibl_gauss_mass[k] * ibl_near_at(&a->table, q[k], 0) *
                    (top->along + 2 * top->cosine * t->sine * across[k]) /
                    (q[k] * (1 - q[k]));
     return 0.25 * width * top->sine * sum;
@@ -429,13 +426,13 @@ static void fill_halves(const ibl_near *a)
     const double height = 0.5 * IBL_PI / a->map.height;
     for (int j = 0; j < a->map.height; j++)
         for (int k = 0; k <= POINTS; k++) {
-            const double at = height * (j + (k ? node[k - 1] : 0));
+            const double at = height * (j + (k ? ibl_gauss_node[k - 1] : 0));
             a->row[(1 + POINTS) * (ptrdiff_t)j + k] = (half){sin(at), cos(at)};
         }
     for (int i = 0; i < a->map.width; i++) {
         a->edge[i] = (half){sin(width * i), cos(width * i)};
         for (int k = 0; k < POINTS; k++) {
-            const double at = width * (i + node[k]);
+            const double at = width * (i + ibl_gauss_node[k]);
             a->point[POINTS * i + k] = (half){sin(at), cos(at)};
         }
     }

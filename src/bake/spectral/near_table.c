@@ -3,6 +3,7 @@
 
 #include <math.h>
 
+#include "bake/spectral/gauss.h"
 #include "core/alloc.h"
 
 enum {
@@ -29,13 +30,10 @@ static double weight(const ibl_lobe_shape *s, double q)
 /* 2 int K dq, by four points of Gauss and Legendre. */
 static double integral(const ibl_lobe_shape *s, double from, double to)
 {
-    static const double node[] = {0.069431844202973712, 0.33000947820757187,
-                                  0.66999052179242813, 0.93056815579702629};
-    static const double mass[] = {0.17392742256872693, 0.32607257743127307,
-                                  0.32607257743127307, 0.17392742256872693};
     double sum = 0;
-    for (int k = 0; k < 4; k++)
-        sum += mass[k] * weight(s, from + (to - from) * node[k]);
+    for (int k = 0; k < IBL_GAUSS_POINTS; k++)
+        sum += ibl_gauss_mass[k] *
+               weight(s, from + (to - from) * ibl_gauss_node[k]);
     return 2 * (to - from) * sum;
 }
 
