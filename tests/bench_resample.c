@@ -5,6 +5,7 @@
  * instruction sets take turns; medians. "setup" is a level of 1x1 faces.
  */
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
@@ -12,6 +13,7 @@
 #include "bake/spectral/resample.h"
 #include "core/context.h"
 #include "core/cpu.h"
+#include "core/pi.h"
 #include "test.h"
 
 enum {
@@ -22,7 +24,8 @@ enum {
 typedef struct bench {
     const char *name;
     int edge, rings, columns;
-    const ibl_radial *lobe; /* NULL: no lights */
+    bool lights;
+    ibl_lobe lobe;
 } bench;
 
 static double seconds(void)
@@ -32,23 +35,22 @@ static double seconds(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static double phong(double chord, const void *arg)
+/* Lights of a map 1024 wide, anywhere. */
+static ibl_bright *make_lights(ibl_ctx *ctx, ibl_lobe lobe)
 {
-    return chord * chord < 2 ? pow(1 - 0.5 * chord * chord, *(const int *)arg)
-                             : 0;
-}
-
-static ibl_bright *make_lights(ibl_ctx *ctx)
-{
-    ibl_light lights[LIGHTS];
+    const ibl_lobe_shape shape = ibl_lobe_shape_of(lobe, 0.04);
+    const double size = IBL_PI / 512;
+    ibl_patch lights[LIGHTS];
     test_random r = {7};
     ibl_bright *bright;
     for (int i = 0; i < LIGHTS; i++) {
-        const double y = 2 * test_random_unit(&r) - 1;
-        const double phi = 6.28 * test_random_unit(&r), s = sqrt(1 - y * y);
-        lights[i] = (ibl_light){{s * cos(phi), y, s * sin(phi)}, {1, 2, 3}};
+        const double theta = 0.1 + 2.9 * test_random_unit(&r);
+        lights[i] = (ibl_patch){.theta = {theta, theta + size},
+                                .phi = 6.28 * test_random_unit(&r),
+                                .width = size,
+                                .rgb = {1, 2, 3}};
     }
-    return ibl_bright_create(ctx, lights, NULL, LIGHTS, INFINITY, &bright)
+    return ibl_bright_create(ctx, lights, LIGHTS, &shape, 2e-5, 0, &bright)
                ? NULL
                : bright;
 }
@@ -64,7 +66,7 @@ static int measure(const bench *b, double ms[IBL_ISA_AVX512 + 1])
     for (ibl_isa isa = IBL_ISA_C; isa <= IBL_ISA_AVX512; isa++)
         ctx[isa] = ibl_cpu_has(isa) ? test_ctx(1, isa) : NULL;
     ibl_ctx *first = ctx[IBL_ISA_C];
-    ibl_bright *bright = make_lights(first);
+    ibl_bright *bright = make_lights(first, b->lobe);
     if (!bright || ibl_ring_grid_alloc(first, b->rings, b->columns, &grid) ||
         ibl_cube_alloc(first, b->edge, 1, &cube))
         return 1;
@@ -72,8 +74,7 @@ static int measure(const bench *b, double ms[IBL_ISA_AVX512 + 1])
         grid.data[i] = (float)test_random_unit(&r);
     const ibl_level_sum sum = {.grid = &grid,
                                .degree = b->rings / 2,
-                               .bright = b->lobe ? bright : NULL,
-                               .lobe = b->lobe,
+                               .bright = b->lights ? bright : NULL,
                                .high = {INFINITY, INFINITY, INFINITY}};
     for (int k = 0; k < ROUNDS; k++) {
         for (ibl_isa isa = IBL_ISA_C; isa <= IBL_ISA_AVX512; isa++) {
@@ -95,21 +96,14 @@ static int measure(const bench *b, double ms[IBL_ISA_AVX512 + 1])
 
 int main(void)
 {
-    const int exponent = 313;
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_radial ggx, table;
-    ibl_radial_ggx(0.04, &ggx);
-    const double start = seconds();
-    if (ibl_radial_table(ctx, phong, &exponent, &table))
-        return 1;
-    printf("a table of phong: %.3f ms\n", 1e3 * (seconds() - start));
-    const bench benches[] = {{"setup", 1, 300, 1024, NULL},
-                             {"8", 8, 32, 64, NULL},
-                             {"64", 64, 160, 512, NULL},
-                             {"128", 128, 320, 1024, NULL},
-                             {"512", 512, 1280, 4096, NULL},
-                             {"128 + 16 ggx", 128, 320, 1024, &ggx},
-                             {"128 + 16 table", 128, 320, 1024, &table}};
+    const bench benches[] = {
+        {"setup", 1, 300, 1024, false, IBL_LOBE_GGX},
+        {"8", 8, 32, 64, false, IBL_LOBE_GGX},
+        {"64", 64, 160, 512, false, IBL_LOBE_GGX},
+        {"128", 128, 320, 1024, false, IBL_LOBE_GGX},
+        {"512", 512, 1280, 4096, false, IBL_LOBE_GGX},
+        {"128 + 16 ggx", 128, 320, 1024, true, IBL_LOBE_GGX},
+        {"128 + 16 phong", 128, 320, 1024, true, IBL_LOBE_PHONG}};
     for (size_t i = 0; i < sizeof benches / sizeof benches[0]; i++) {
         double ms[IBL_ISA_AVX512 + 1];
         if (measure(&benches[i], ms))
@@ -120,7 +114,5 @@ int main(void)
                 printf("  %s %8.3f ms", ibl_isa_name(isa), ms[isa]);
         printf("\n");
     }
-    ibl_radial_free(&table);
-    ibl_ctx_free(ctx);
     return 0;
 }

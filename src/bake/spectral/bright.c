@@ -5,467 +5,646 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "bake/spectral/gauss.h"
+#include "bake/spectral/lobe_table.h"
 #include "core/alloc.h"
 #include "core/context.h"
 #include "core/pi.h"
 #include "image/cube.h"
 
 enum {
-    MIN_BITS = 3, /* pieces an octave, as a power of two */
-    MAX_BITS = 7,
-    MIN_OCTAVES = 2, /* from 2^-k to 1 */
-    MAX_OCTAVES = 40,
-    NODES = IBL_GAUSS_POINTS,
-    GROUP = 4 /* lights that are looked at together */
+    BLOCK = IBL_RADIAL_BLOCK,
+    MOST_NODES = 16 /* along one side of a cluster */
 };
 
-/* One side of a lobe: by v = q from the peak or v = 2 - q from the horizon. */
-typedef struct side {
-    ibl_chord_fn *weight;
-    const void *arg;
-    int horizon;
-    int octaves; /* start is 2^-octaves */
-} side;
+/* Where texels see a cluster from afar, in radians; and what part of those
+ * that see it at all. */
+static const double far_away = 0.5;
+static const double far_part = 0.88;
 
-static double value(const side *s, double v)
-{
-    const double q = s->horizon ? 2 - v : v;
-    return s->weight(sqrt(q > 0 ? q : 0), s->arg);
-}
+/* The radius of clusters of more than one light: they are nearly flat. */
+static const double widest = 0.25;
 
-static double start_of(const side *s)
-{
-    return ldexp(1, -s->octaves);
-}
+/* What finding a cluster costs, in points. */
+static const double cost_of_cluster = 1;
 
-/* ---- the integral ------------------------------------------------------ */
-
-static double panel(const side *s, double from, double width)
-{
-    double sum = 0;
-    for (int k = 0; k < NODES; k++)
-        sum += ibl_gauss_mass[k] * value(s, from + ibl_gauss_node[k] * width);
-    return sum * width;
-}
-
-/* Of v from 0 to 1: a solid angle is pi dq. */
-static double integral(const side *s)
-{
-    const double start = start_of(s);
-    double sum = 0;
-    for (int k = 0; k < 8; k++)
-        sum += panel(s, start * k / 8, start / 8);
-    for (double from = start; from < 1; from *= 2)
-        for (int k = 0; k < 8; k++)
-            sum += panel(s, from + from * k / 8, from / 8);
-    return IBL_PI * sum;
-}
-
-/* ---- the table --------------------------------------------------------- */
-
-/* The largest weight, near enough. */
-static double peak_of(const side s[2])
-{
-    double peak = 0;
-    for (int h = 0; h < 2; h++) {
-        peak = fmax(peak, value(&s[h], 0));
-        for (int k = 0; k <= 2 * MAX_OCTAVES; k++)
-            peak = fmax(peak, value(&s[h], exp2(-0.5 * k)));
-    }
-    return peak;
-}
-
-/* Octaves go down to where the lobe is near enough to its end. */
-static int octaves_of(const side *s, double peak)
-{
-    const double end = value(s, 0);
-    int k = MIN_OCTAVES;
-    while (k < MAX_OCTAVES &&
-           fabs(value(s, ldexp(1, -k)) - end) > fmax(0.25 * end, 1e-6 * peak))
-        k++;
-    return k;
-}
-
-static int pieces_of(const side *s, int bits)
-{
-    /* t runs to 1 + start. */
-    return (s->octaves << bits) + (int)(start_of(s) * (1 << bits)) + 1;
-}
-
-/* The cubic of x = 0..1 through the lobe at the nodes of a piece. */
-static void fit(const side *s, int bits, int piece, double c[4])
-{
-    const double octave = ldexp(1, (piece >> bits) - s->octaves);
-    const double width = octave / (1 << bits);
-    const double from =
-        octave + width * (piece & ((1 << bits) - 1)) - start_of(s);
-    double f[NODES], poly[NODES] = {0};
-    for (int k = 0; k < NODES; k++)
-        f[k] = value(s, from + ibl_gauss_node[k] * width);
-    for (int j = 1; j < NODES; j++)
-        for (int i = NODES - 1; i >= j; i--)
-            f[i] =
-                (f[i] - f[i - 1]) / (ibl_gauss_node[i] - ibl_gauss_node[i - j]);
-    for (int i = NODES - 1; i >= 0; i--) {
-        for (int k = NODES - 1; k > 0; k--)
-            poly[k] = poly[k - 1] - ibl_gauss_node[i] * poly[k];
-        poly[0] = f[i] - ibl_gauss_node[i] * poly[0];
-    }
-    memcpy(c, poly, sizeof poly);
-}
-
-/* Whether a piece is as near to the lobe as ibl_radial_table says. What lies
- * before the first whole octave, where a lobe that ends in a fractional power
- * of v has fallen to a millionth, may be a little off. */
-static int near_enough(const side *s, int bits, int piece, double peak)
-{
-    const double octave = ldexp(1, (piece >> bits) - s->octaves);
-    const double width = octave / (1 << bits);
-    const double from =
-        octave + width * (piece & ((1 << bits) - 1)) - start_of(s);
-    const double slack = piece >> bits ? 0 : 3e-8 * peak;
-    double c[4];
-    fit(s, bits, piece, c);
-    for (int i = 0; i <= 2; i++) {
-        const double x = 0.5 * i, truth = value(s, from + x * width);
-        const double fitted = ((c[3] * x + c[2]) * x + c[1]) * x + c[0];
-        const double limit = 8e-7 * fmax(truth, 1e-8 * peak) + slack;
-        if (fabs(fitted - truth) > limit)
-            return 0;
-    }
-    return 1;
-}
-
-/* The fewest pieces that do, as far as the first and the middle one of each
- * octave tell. */
-static int bits_of(const side *s, double peak)
-{
-    int bits = MIN_BITS;
-    for (int k = 0; k < s->octaves && bits < MAX_BITS;) {
-        if (near_enough(s, bits, k << bits, peak) &&
-            near_enough(s, bits, (2 * k + 1) << (bits - 1), peak))
-            k++;
-        else
-            bits++;
-    }
-    return bits;
-}
-
-static int float_bits(float x, int shift)
-{
-    int word;
-    memcpy(&word, &x, sizeof word);
-    return word >> shift;
-}
-
-static void fill(const side *s, int bits, double scale, float *coef)
-{
-    for (int piece = 0; piece < pieces_of(s, bits); piece++) {
-        double c[4];
-        fit(s, bits, piece, c);
-        /* Denormals would cost time and are nothing beside a peak. */
-        for (int k = 0; k < 4; k++)
-            coef[4 * piece + k] =
-                fabs(c[k] * scale) < 1e-36 ? 0 : (float)(c[k] * scale);
-    }
-}
-
-ibl_status ibl_radial_table(ibl_ctx *ctx, ibl_chord_fn *weight, const void *arg,
-                            ibl_radial *out)
-{
-    side s[2] = {{weight, arg, 0, MAX_OCTAVES}, {weight, arg, 1, MAX_OCTAVES}};
-    const double peak = peak_of(s);
-    int bits = MIN_BITS;
-    *out = (ibl_radial){0};
-    for (int h = 0; h < 2; h++) {
-        s[h].octaves = octaves_of(&s[h], peak);
-        const int wanted = bits_of(&s[h], peak);
-        bits = wanted > bits ? wanted : bits;
-    }
-    const double whole = integral(&s[0]) + integral(&s[1]);
-    if (!(whole > 0 && whole < INFINITY))
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "a lobe whose integral is %g: must be positive and "
-                        "finite",
-                        whole);
-    const int pieces = pieces_of(&s[0], bits);
-    out->coef = ibl_alloc_array((size_t)(pieces + pieces_of(&s[1], bits)),
-                                4 * sizeof *out->coef);
-    if (!out->coef)
-        return ibl_no_memory(ctx, "a lobe's table");
-    out->bits = bits;
-    fill(&s[0], bits, 1 / whole, out->coef);
-    fill(&s[1], bits, 1 / whole, out->coef + 4 * (size_t)pieces);
-    for (int h = 0; h < 2; h++) {
-        out->start[h] = (float)start_of(&s[h]);
-        out->base[h] = float_bits(out->start[h], 23 - bits) - h * pieces;
-    }
-    return IBL_OK;
-}
-
-void ibl_radial_free(ibl_radial *lobe)
-{
-    if (!lobe)
-        return;
-    ibl_free(lobe->coef);
-    *lobe = (ibl_radial){0};
-}
-
-/* ---- GGX --------------------------------------------------------------- */
-
-/* The formula of kern/radial.h with a peak of 1; arg is the slope. */
-static double ggx_weight(double chord, const void *arg)
-{
-    const double q = chord * chord, t = 1 + *(const double *)arg * q;
-    return (q < 2 ? 1 - 0.5 * q : 0) / (t * t);
-}
-
-/* sin^2 h + alpha^2 cos^2 h = alpha^2 + (1 - alpha^2) q / 4. */
-void ibl_radial_ggx(double alpha, ibl_radial *out)
-{
-    const double a2 = alpha * alpha, slope = 0.25 * (1 - a2) / a2;
-    side s[2] = {{ggx_weight, &slope, 0, 0}, {ggx_weight, &slope, 1, 0}};
-    for (int h = 0; h < 2; h++)
-        s[h].octaves = octaves_of(&s[h], 1);
-    *out =
-        (ibl_radial){.peak = (float)(1 / (integral(&s[0]) + integral(&s[1]))),
-                     .slope = (float)slope};
-}
-
-/* ---- the lights -------------------------------------------------------- */
-
-/* What holds a group of lights, or the texels of a block. */
+/* What holds a cluster, or the texels of a block. */
 struct cap {
     double centre[3], sine, cosine; /* of its radius, at most pi / 2 */
 };
 
-/* Their points and, of each light, one for where it is far, by groups. */
-struct group {
+/* Some of a list of points. */
+struct span {
+    int first, count;
+};
+
+enum range {
+    NEAR,
+    FAR
+};
+
+struct pixel {
+    ibl_patch patch;
+    double middle[3], radius;
+    struct span points[2]; /* by range */
+    bool cut;              /* at the horizon */
+};
+
+/* A cluster's frame, and the rectangle of it that holds its points. */
+struct frame {
+    double axis[3][3]; /* u, v and up */
+    double low[2], high[2];
+};
+
+/* What stands for a cluster: points at nodes along u and v, or 0 x 0: those of
+ * its pixels. */
+struct stand {
+    int nodes[2];
+    struct span points;
+};
+
+struct cluster {
     struct cap cap;
-    int near, far; /* the first of them */
+    struct frame frame;
+    struct span pixels;
+    struct stand stand[2]; /* by range */
 };
 
 struct ibl_bright {
-    int count, groups;
-    double sine, cosine;     /* of the distance from which lights are far */
-    ibl_radial_light *light; /* in a face's axes: forward, right and down */
-    ibl_radial_light *far;
-    struct group *group; /* and one more, of each face */
+    ibl_lobe_shape shape;
+    ibl_radial lobe;
+    ibl_rule rule; /* along the sides of what is cut */
+    int pixels, clusters, points;
+    struct pixel *pixel;
+    struct cluster *cluster;
+    ibl_radial_light *point; /* of the pixels, near and far, then of nodes */
+};
+
+/* What is needed while they are made. */
+struct maker {
+    ibl_bright *b;
+    double reach[2]; /* distance of the lobe's singularities, by range */
+    double error;
+    ibl_light *light; /* the points of the pixels, in their order */
     int lights;
 };
+
+/* Points are floats. */
+static const double slack = 1e-6;
 
 static double dot(const double a[3], const double b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* About count directions. */
-static struct cap cap_around(const double (*d)[3], int count)
+static bool normalise(double v[3])
 {
-    struct cap cap = {.sine = 1};
-    double least = 1;
-
-    for (int i = 0; i < count; i++)
-        for (int k = 0; k < 3; k++)
-            cap.centre[k] += d[i][k];
-    const double length = sqrt(dot(cap.centre, cap.centre));
-    if (!(length > 1e-3))
-        return cap;
-    for (int k = 0; k < 3; k++)
-        cap.centre[k] /= length;
-    for (int i = 0; i < count; i++)
-        least = fmin(least, dot(cap.centre, d[i]));
-    cap.cosine = fmax(least, 0);
-    cap.sine = sqrt(fmax(1 - cap.cosine * cap.cosine, 0));
-    return cap;
+    const double length = sqrt(dot(v, v));
+    for (int k = 0; k < 3 && length > 1e-3; k++)
+        v[k] /= length;
+    return length > 1e-3;
 }
 
-static void turn_light(const ibl_light *light, int face, ibl_radial_light *out)
+static void cross(const double a[3], const double b[3], double out[3])
 {
-    const ibl_face_axes *axes = &ibl_face[face];
-    const double d[3] = {ibl_face_along(axes->forward, light->direction),
-                         ibl_face_along(axes->right, light->direction),
-                         ibl_face_along(axes->down, light->direction)};
+    for (int k = 0; k < 3; k++)
+        out[k] =
+            a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+
+/* The distance of the nearest singularities from the peak. */
+static double reach_of(const ibl_lobe_shape *shape)
+{
+    const double size = shape->split > 0
+                            ? fmax(shape->alpha, 1 / sqrt(shape->split))
+                            : shape->alpha;
+    return 2 * size;
+}
+
+/* ---- clusters ---------------------------------------------------------- */
+
+/* A cap around some pixels; its radius. */
+static double find_cap(const struct pixel *pixel, int count, struct cap *cap)
+{
+    double radius = 0, least = 1;
+
+    *cap = (struct cap){.sine = 1};
+    for (int i = 0; i < count; i++)
+        for (int k = 0; k < 3; k++)
+            cap->centre[k] += pixel[i].middle[k];
+    if (!normalise(cap->centre))
+        return IBL_PI;
+    for (int i = 0; i < count; i++) {
+        least = fmin(least, dot(cap->centre, pixel[i].middle));
+        radius = fmax(radius, pixel[i].radius);
+    }
+    return radius + acos(fmin(fmax(least, -1), 1));
+}
+
+static void find_frame(const struct maker *m, struct cluster *c)
+{
+    struct frame *f = &c->frame;
+    double *up = f->axis[2];
+
+    memcpy(up, c->cap.centre, sizeof c->cap.centre);
+    const double side[3] = {fabs(up[0]) < 0.6, fabs(up[0]) >= 0.6, 0};
+    cross(side, up, f->axis[0]);
+    normalise(f->axis[0]);
+    cross(up, f->axis[0], f->axis[1]);
+    for (int k = 0; k < 2; k++) {
+        f->low[k] = INFINITY;
+        f->high[k] = -INFINITY;
+    }
+    for (int i = 0; i < c->pixels.count; i++) {
+        const struct span *near =
+            &m->b->pixel[c->pixels.first + i].points[NEAR];
+        for (int j = 0; j < near->count; j++)
+            for (int k = 0; k < 2; k++) {
+                const double *d = m->light[near->first + j].direction;
+                const double at = dot(f->axis[k], d);
+                f->low[k] = fmin(f->low[k], at);
+                f->high[k] = fmax(f->high[k], at);
+            }
+    }
+}
+
+/* Chooses the fewer points: at nodes, or of the pixels. */
+static void plan_stand(const struct maker *m, struct cluster *c,
+                       enum range range)
+{
+    const struct pixel *pixel = m->b->pixel + c->pixels.first;
+    struct stand *s = &c->stand[range];
+    int n[2];
+
+    *s = (struct stand){.points = {0}};
+    for (int i = 0; i < c->pixels.count; i++)
+        s->points.count += pixel[i].points[range].count;
+    /* Charlie has a corner at its peak. */
+    if (c->pixels.count == 1 ||
+        (range == NEAR && m->b->shape.lobe == IBL_LOBE_CHARLIE))
+        return;
+    for (int k = 0; k < 2; k++) {
+        const double extent = c->frame.high[k] - c->frame.low[k];
+        n[k] = 1 + (int)fmin(-log(0.1 * m->error) /
+                                 asinh(2 * m->reach[range] / extent),
+                             MOST_NODES);
+    }
+    if (n[0] > MOST_NODES || n[1] > MOST_NODES ||
+        n[0] * n[1] >= s->points.count)
+        return;
+    memcpy(s->nodes, n, sizeof n);
+    s->points.count = n[0] * n[1];
+}
+
+/* What a cluster costs, in points that a texel sees on average. */
+static double plan_cluster(const struct maker *m, struct cluster *c)
+{
+    double radius =
+        find_cap(m->b->pixel + c->pixels.first, c->pixels.count, &c->cap);
+
+    if (c->pixels.count > 1) {
+        const struct frame *f = &c->frame;
+        if (radius > widest)
+            return INFINITY;
+        find_frame(m, c);
+        /* Nodes may be farther off than the pixels. */
+        radius = fmax(radius, asin(hypot(fmax(f->high[0], -f->low[0]),
+                                         fmax(f->high[1], -f->low[1]))));
+    }
+    if (radius < IBL_PI / 2) {
+        c->cap.sine = sin(radius);
+        c->cap.cosine = cos(radius);
+    }
+    plan_stand(m, c, NEAR);
+    plan_stand(m, c, FAR);
+    return cost_of_cluster + (1 - far_part) * c->stand[NEAR].points.count +
+           far_part * c->stand[FAR].points.count;
+}
+
+static void swap(struct pixel *a, struct pixel *b)
+{
+    const struct pixel kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+/* Divides pixels in two, at the middle of the longest side of the box that
+ * holds them; returns how many are in the first part. */
+static int divide_pixels(struct pixel *pixel, int count)
+{
+    double low[3], high[3], longest = -1;
+    int side = 0, below = 0;
+
     for (int k = 0; k < 3; k++) {
-        out->at[k] = (float)d[k];
-        out->rest[k] = (float)(d[k] - (double)out->at[k]);
-        out->rgb[k] = light->energy[k];
+        low[k] = high[k] = pixel[0].middle[k];
+        for (int i = 1; i < count; i++) {
+            low[k] = fmin(low[k], pixel[i].middle[k]);
+            high[k] = fmax(high[k], pixel[i].middle[k]);
+        }
+        if (high[k] - low[k] > longest) {
+            longest = high[k] - low[k];
+            side = k;
+        }
+    }
+    for (int i = 0; i < count; i++)
+        if (pixel[i].middle[side] < 0.5 * (low[side] + high[side]))
+            swap(&pixel[i], &pixel[below++]);
+    /* Rounding, of what is in one place. */
+    return below && below < count ? below : count / 2;
+}
+
+/* The cheapest clusters of some pixels, after those that there are. */
+static double find_clusters(const struct maker *m, struct span pixels)
+{
+    ibl_bright *b = m->b;
+    struct pixel *pixel = b->pixel + pixels.first;
+    struct cluster whole = {.pixels = pixels};
+    const int before = b->clusters;
+    const double cost = plan_cluster(m, &whole);
+    double divided = INFINITY;
+
+    if (pixels.count > 1) {
+        const int below = divide_pixels(pixel, pixels.count);
+        divided = find_clusters(m, (struct span){pixels.first, below}) +
+                  find_clusters(m, (struct span){pixels.first + below,
+                                                 pixels.count - below});
+    }
+    if (cost > divided)
+        return divided;
+    b->clusters = before;
+    b->cluster[b->clusters++] = whole;
+    return cost;
+}
+
+/* ---- points ------------------------------------------------------------ */
+
+static void put_point(const double at[3], const double rgb[3],
+                      ibl_radial_light *out)
+{
+    for (int k = 0; k < 3; k++) {
+        out->at[k] = (float)at[k];
+        out->rest[k] = (float)(at[k] - (double)out->at[k]);
+        out->rgb[k] = (float)rgb[k];
     }
     out->rgb[3] = 0;
 }
 
-static double energy_of(const ibl_light *l)
+/* Chebyshev's nodes, on -1..1. */
+static double node_at(int k, int count)
 {
-    return (double)l->energy[0] + (double)l->energy[1] + (double)l->energy[2];
+    return cos(IBL_PI * (k + 0.5) / count);
 }
 
-ibl_light ibl_light_middle(const ibl_light *points, int count)
+/* The polynomial that is 1 at one of those nodes and 0 at the others. */
+static double polynomial(int node, int count, double x)
 {
-    double direction[3] = {0}, energy[3] = {0};
-    ibl_light out = points[0];
+    const double at = node_at(node, count);
+    double product = 1;
+    for (int k = 0; k < count; k++)
+        if (k != node)
+            product *= (x - node_at(k, count)) / (at - node_at(k, count));
+    return product;
+}
 
-    for (int i = 0; i < count; i++)
-        for (int k = 0; k < 3; k++) {
-            direction[k] += points[i].direction[k] * energy_of(&points[i]);
-            energy[k] += (double)points[i].energy[k];
-        }
-    const double length = sqrt(dot(direction, direction));
-    for (int k = 0; k < 3 && count > 1; k++) {
-        if (length > 0)
-            out.direction[k] = direction[k] / length;
-        out.energy[k] = (float)energy[k];
+/* Adds a light to the nodes of its cluster. */
+static void share_out(const struct frame *f, const int nodes[2],
+                      const ibl_light *light, double (*rgb)[3])
+{
+    double share[2][MOST_NODES];
+
+    for (int k = 0; k < 2; k++) {
+        const double low = f->low[k], high = f->high[k];
+        const double at = dot(f->axis[k], light->direction);
+        for (int i = 0; i < nodes[k]; i++)
+            share[k][i] =
+                polynomial(i, nodes[k], (2 * at - low - high) / (high - low));
     }
-    return out;
-}
-
-static int first_of(const int *first, int light)
-{
-    return first ? first[light] : light;
-}
-
-/* The end of a group: lights that are next to one another, so that what is far
- * from one is from all. */
-static int end_of_group(const ibl_light *lights, const int *first, int count,
-                        int from)
-{
-    const double *d = lights[first_of(first, from)].direction;
-    int to = from + 1;
-    while (to < count && to < from + GROUP &&
-           dot(d, lights[first_of(first, to)].direction) > 1 - 5e-4)
-        to++;
-    return to;
-}
-
-/* A group of a face. */
-static struct group turn_group(const ibl_bright *b, const ibl_light *lights,
-                               const int *first, int from, int to, int face)
-{
-    struct group group = {.near = face * b->count + first_of(first, from),
-                          .far = face * b->lights + from};
-    double middle[GROUP][3], least = 1;
-
-    for (int i = from; i < to; i++) {
-        const int at = first_of(first, i);
-        const ibl_light far =
-            ibl_light_middle(lights + at, first_of(first, i + 1) - at);
-        ibl_radial_light *out = &b->far[face * b->lights + i];
-        turn_light(&far, face, out);
+    for (int i = 0; i < nodes[0] * nodes[1]; i++)
         for (int k = 0; k < 3; k++)
-            middle[i - from][k] = (double)out->at[k];
-    }
-    group.cap = cap_around(middle, to - from);
-    for (int i = first_of(first, from); i < first_of(first, to); i++) {
-        ibl_radial_light *out = &b->light[face * b->count + i];
-        turn_light(&lights[i], face, out);
-        const double at[3] = {(double)out->at[0], (double)out->at[1],
-                              (double)out->at[2]};
-        least = fmin(least, dot(group.cap.centre, at));
-    }
-    group.cap.cosine = fmax(fmin(group.cap.cosine, least), 0);
-    group.cap.sine = sqrt(1 - group.cap.cosine * group.cap.cosine);
-    return group;
+            rgb[i][k] +=
+                share[0][i / nodes[1]] * share[1][i % nodes[1]] * light->rgb[k];
 }
 
-ibl_status ibl_bright_create(ibl_ctx *ctx, const ibl_light *lights,
-                             const int *first, int count, double distance,
-                             ibl_bright **out)
+static void node_direction(const struct frame *f, const int nodes[2], int i,
+                           double d[3])
 {
-    const size_t points = (size_t)first_of(first, count), n = (size_t)count;
-    ibl_bright *b = *out = ibl_alloc_zeroed(1, sizeof *b);
-    if (!b)
-        return ibl_no_memory(ctx, "bright pixels");
-    *b = (ibl_bright){.count = (int)points,
-                      .lights = count,
-                      .sine = distance < IBL_PI ? sin(distance) : 0,
-                      .cosine = distance < IBL_PI ? cos(distance) : -INFINITY};
-    for (int i = 0; i < count; i = end_of_group(lights, first, count, i))
-        b->groups++;
-    b->light = ibl_alloc_array(IBL_FACES * points + 1, sizeof *b->light);
-    b->far = ibl_alloc_array(IBL_FACES * n + 1, sizeof *b->far);
-    b->group =
-        ibl_alloc_array(IBL_FACES * ((size_t)b->groups + 1), sizeof *b->group);
-    if (!b->light || !b->far || !b->group) {
-        ibl_bright_free(b);
-        *out = NULL;
-        return ibl_no_memory(ctx, "bright pixels");
+    const int at[2] = {i / nodes[1], i % nodes[1]};
+    double flat[2];
+
+    for (int k = 0; k < 2; k++)
+        flat[k] = 0.5 * (f->low[k] + f->high[k]) +
+                  0.5 * (f->high[k] - f->low[k]) * node_at(at[k], nodes[k]);
+    const double up = sqrt(1 - flat[0] * flat[0] - flat[1] * flat[1]);
+    for (int k = 0; k < 3; k++)
+        d[k] = flat[0] * f->axis[0][k] + flat[1] * f->axis[1][k] +
+               up * f->axis[2][k];
+}
+
+/* The points at nodes. */
+static void make_nodes(const struct maker *m, const struct cluster *c,
+                       const struct stand *s)
+{
+    double rgb[MOST_NODES * MOST_NODES][3] = {{0}};
+
+    for (int i = 0; i < c->pixels.count; i++) {
+        const struct span *near =
+            &m->b->pixel[c->pixels.first + i].points[NEAR];
+        for (int k = 0; k < near->count; k++)
+            share_out(&c->frame, s->nodes, &m->light[near->first + k], rgb);
     }
-    for (int face = 0; face < IBL_FACES; face++) {
-        struct group *group = b->group + face * (b->groups + 1);
-        for (int i = 0, to; i < count; i = to) {
-            to = end_of_group(lights, first, count, i);
-            *group++ = turn_group(b, lights, first, i, to, face);
-        }
-        *group = (struct group){.near = (face + 1) * b->count,
-                                .far = (face + 1) * count};
+    for (int i = 0; i < s->points.count; i++) {
+        double d[3];
+        node_direction(&c->frame, s->nodes, i, d);
+        put_point(d, rgb[i], &m->b->point[s->points.first + i]);
+    }
+}
+
+/* The points of the pixels, near and far. */
+static ibl_status make_lights(struct maker *m)
+{
+    const ibl_bright *b = m->b;
+    ibl_patch_rules rules = {.down = {.count = 0}};
+    int next = 0;
+
+    m->lights = 0;
+    for (int i = 0; i < 2 * b->pixels; i++) {
+        struct pixel *p = &b->pixel[i % b->pixels];
+        struct span *points = &p->points[i / b->pixels];
+        points->first = m->lights;
+        points->count = ibl_patch_points(&p->patch, m->reach[i / b->pixels],
+                                         m->error, &rules, NULL);
+        m->lights += points->count;
+    }
+    ibl_free(m->light);
+    m->light = ibl_alloc_array((size_t)m->lights, sizeof *m->light);
+    for (int i = 0; m->light && i < 2 * b->pixels; i++)
+        next += ibl_patch_points(&b->pixel[i % b->pixels].patch,
+                                 m->reach[i / b->pixels], m->error, &rules,
+                                 m->light + next);
+    return m->light ? IBL_OK : IBL_ERR_MEMORY;
+}
+
+/* Where a cluster's points will be. */
+static void place_points(ibl_bright *b, const struct cluster *c,
+                         enum range range, struct stand *s)
+{
+    s->points.first = b->pixel[c->pixels.first].points[range].first;
+    if (s->nodes[0]) {
+        s->points.first = b->points;
+        b->points += s->points.count;
+    }
+}
+
+static ibl_status make_points(struct maker *m)
+{
+    ibl_bright *b = m->b;
+
+    b->points = m->lights;
+    for (int i = 0; i < 2 * b->clusters; i++) {
+        struct cluster *c = &b->cluster[i / 2];
+        place_points(b, c, i % 2, &c->stand[i % 2]);
+    }
+    b->point = ibl_alloc_array((size_t)b->points, sizeof *b->point);
+    if (!b->point)
+        return IBL_ERR_MEMORY;
+    for (int i = 0; i < m->lights; i++)
+        put_point(m->light[i].direction, m->light[i].rgb, &b->point[i]);
+    for (int i = 0; i < 2 * b->clusters; i++) {
+        const struct cluster *c = &b->cluster[i / 2];
+        if (c->stand[i % 2].nodes[0])
+            make_nodes(m, c, &c->stand[i % 2]);
     }
     return IBL_OK;
 }
 
-void ibl_bright_free(ibl_bright *bright)
+static ibl_status make_bright(struct maker *m)
 {
-    if (!bright)
+    ibl_bright *b = m->b;
+    ibl_status status = make_lights(m);
+
+    if (!status && b->pixels) {
+        find_clusters(m, (struct span){0, b->pixels});
+        /* Clusters have put the pixels in another order. */
+        status = make_lights(m);
+    }
+    if (!status)
+        status = make_points(m);
+    ibl_free(m->light);
+    return status;
+}
+
+/* How far its pixels are cut at the horizon: where the lobe ends there with a
+ * slope, a patch of radius r whose points are a half turn off misses up to
+ * slope r / 4 of its light. */
+static void find_cuts(ibl_bright *b, double error, double least)
+{
+    /* Phong has none at 0 itself. */
+    const double slope = 100 * ibl_lobe_value(&b->shape, 0.495, 0.01);
+    double largest = 0;
+
+    for (int i = 0; i < b->pixels; i++) {
+        struct pixel *p = &b->pixel[i];
+        double most = 0;
+        for (int c = 0; c < 3; c++)
+            most = fmax(most, (double)p->patch.rgb[c]);
+        most *= ibl_patch_angle(&p->patch);
+        p->cut = 0.25 * slope * p->radius * most * sqrt(b->pixels) > least;
+        if (p->cut)
+            largest = fmax(largest, fmin(2 * p->radius, ibl_patch_widest));
+    }
+    if (largest > 0) {
+        /* What is cut grows as a square. */
+        const int nodes = ibl_rule_nodes(largest, reach_of(&b->shape), error);
+        ibl_rule_make((nodes > 2 ? nodes : 2) + (largest > 0.01), &b->rule);
+    }
+}
+
+ibl_status ibl_bright_create(ibl_ctx *ctx, const ibl_patch *patches, int count,
+                             const ibl_lobe_shape *shape, double error,
+                             double least, ibl_bright **out)
+{
+    ibl_bright *b = *out = ibl_alloc_zeroed(1, sizeof *b);
+    struct maker m = {.b = b, .error = error};
+    ibl_status status = b ? IBL_OK : IBL_ERR_MEMORY;
+
+    /* Phong falls much faster from afar. */
+    m.reach[NEAR] = m.reach[FAR] = reach_of(shape);
+    if (shape->lobe == IBL_LOBE_GGX)
+        m.reach[FAR] = hypot(m.reach[NEAR], far_away);
+    if (shape->lobe == IBL_LOBE_CHARLIE)
+        m.reach[FAR] = fmin(m.reach[NEAR], far_away);
+    if (b) {
+        b->shape = *shape;
+        b->pixels = count;
+        b->pixel = ibl_alloc_array((size_t)count, sizeof *b->pixel);
+        b->cluster = ibl_alloc_array((size_t)count + 1, sizeof *b->cluster);
+        status = b->pixel && b->cluster ? IBL_OK : IBL_ERR_MEMORY;
+    }
+    for (int i = 0; i < count && !status; i++) {
+        struct pixel *p = &b->pixel[i];
+        *p = (struct pixel){.patch = patches[i]};
+        ibl_patch_middle(&patches[i], p->middle);
+        p->radius = ibl_patch_radius(&patches[i]);
+    }
+    if (!status) {
+        find_cuts(b, error, least);
+        status = make_bright(&m);
+    }
+    if (status)
+        status = ibl_no_memory(ctx, "the lights");
+    else
+        status = ibl_radial_make(ctx, shape, &b->lobe);
+    if (status) {
+        ibl_bright_free(b);
+        *out = NULL;
+    }
+    return status;
+}
+
+void ibl_bright_free(ibl_bright *b)
+{
+    if (!b)
         return;
-    ibl_free(bright->light);
-    ibl_free(bright->far);
-    ibl_free(bright->group);
-    ibl_free(bright);
+    ibl_radial_free(&b->lobe);
+    ibl_free(b->pixel);
+    ibl_free(b->cluster);
+    ibl_free(b->point);
+    ibl_free(b);
 }
 
-int ibl_bright_count(const ibl_bright *bright)
+int ibl_bright_count(const ibl_bright *b)
 {
-    return bright->count;
+    return b->points;
 }
 
-enum kind {
-    BELOW,
-    NEAR,
-    FAR
+/* ---- texels ------------------------------------------------------------ */
+
+/* Some texels of a row. */
+struct block {
+    float point[6 * BLOCK]; /* in the world's axes */
+    struct cap cap;
 };
 
-/* Where a group is for a block: below the horizon of all of it, or else far
- * from all of it, or neither. */
-static enum kind kind_of(const ibl_bright *b, const struct cap *block,
-                         const struct cap *group)
+static void make_block(int face, const float *point, struct block *block)
 {
-    const double slack = 1e-6; /* points are floats */
-    const double cosine = dot(block->centre, group->centre);
-    /* Of the sum of the radii. */
-    const double s = block->sine * group->cosine + block->cosine * group->sine;
-    const double c = block->cosine * group->cosine - block->sine * group->sine;
+    const ibl_face_axes *axes = &ibl_face[face];
+    const signed char *axis[3] = {axes->forward, axes->right, axes->down};
+    double end[2][3];
+    struct cap *cap = &block->cap;
 
-    if (c <= 0)
-        return NEAR;
-    if (cosine < -s - slack)
-        return BELOW;
-    return cosine < c * b->cosine - s * b->sine ? FAR : NEAR;
+    for (int j = 0; j < 3; j++)
+        for (int k = 0; k < 3; k++)
+            for (int rest = 0; rest < 6 && axis[j][k]; rest += 3)
+                for (int i = 0; i < BLOCK; i++)
+                    block->point[(k + rest) * BLOCK + i] =
+                        axis[j][k] * point[(j + rest) * BLOCK + i];
+    for (int k = 0; k < 3; k++) {
+        end[0][k] = (double)block->point[k * BLOCK];
+        end[1][k] = (double)block->point[(k + 1) * BLOCK - 1];
+        cap->centre[k] = end[0][k] + end[1][k];
+    }
+    /* A row of a face is a part of a great circle, of less than a half. */
+    normalise(cap->centre);
+    cap->cosine = fmax(dot(cap->centre, end[0]), 0);
+    cap->sine = sqrt(fmax(1 - cap->cosine * cap->cosine, 0));
 }
 
-void ibl_bright_add(const ibl_bright *bright, int face,
-                    const ibl_radial_dsp *dsp, const ibl_radial *lobe,
+static void add_points(const ibl_bright *b, const struct span *points,
+                       const ibl_radial_dsp *dsp, const struct block *block,
+                       float *rgba)
+{
+    dsp->add(&b->lobe, b->point + points->first, points->count, block->point,
+             BLOCK, rgba);
+}
+
+/* What its points lack of a pixel that the horizon of d may cut. */
+static void cut_pixel(const ibl_bright *b, const struct pixel *p,
+                      const double d[3], float *rgba)
+{
+    const double value = ibl_patch_lobe(&p->patch, &b->shape, &b->rule, d);
+    const struct span *points = &p->points[FAR];
+
+    for (int k = 0; k < 3; k++)
+        rgba[k] += (float)(value * (double)p->patch.rgb[k]);
+    for (int i = points->first; i < points->first + points->count; i++) {
+        const ibl_radial_light *l = &b->point[i];
+        double at[3];
+        for (int k = 0; k < 3; k++)
+            at[k] = (double)l->at[k] + (double)l->rest[k];
+        const double cosine = dot(d, at);
+        const double point =
+            ibl_lobe_far(&b->shape, 0.5 - 0.5 * cosine, cosine);
+        for (int k = 0; k < 3; k++)
+            rgba[k] -= (float)(point * (double)l->rgb[k]);
+    }
+}
+
+/* The pixels of a cluster, cut at the horizon of a texel that crosses them. */
+static void cut_cluster(const ibl_bright *b, const struct cluster *c,
+                        const double d[3], float *rgba)
+{
+    for (int i = c->pixels.first; i < c->pixels.first + c->pixels.count; i++) {
+        const struct pixel *p = &b->pixel[i];
+        if (p->cut && fabs(dot(d, p->middle)) < p->radius)
+            cut_pixel(b, p, d, rgba);
+    }
+}
+
+/* Adds a cluster to texels whose horizons may cross it: those of whom that is
+ * so see its pixels. */
+static void add_crossed(const ibl_bright *b, const struct cluster *c,
+                        const struct span *points, const ibl_radial_dsp *dsp,
+                        const struct block *block, float *rgba)
+{
+    const struct pixel *first = &b->pixel[c->pixels.first];
+    const struct pixel *last = first + c->pixels.count - 1;
+    const int from = first->points[FAR].first;
+    const int to = last->points[FAR].first + last->points[FAR].count;
+    float whole[4 * BLOCK] = {0}, pixels[4 * BLOCK] = {0};
+    bool any = false;
+
+    add_points(b, points, dsp, block, whole);
+    for (int i = 0; i < BLOCK; i++) {
+        const float *sum = whole;
+        double d[3];
+        for (int k = 0; k < 3; k++)
+            d[k] = (double)block->point[k * BLOCK + i] +
+                   (double)block->point[(k + 3) * BLOCK + i];
+        if (fabs(dot(d, c->cap.centre)) < c->cap.sine + slack &&
+            (c->pixels.count > 1 || first->cut)) {
+            if (!any)
+                add_points(b, &(struct span){from, to - from}, dsp, block,
+                           pixels);
+            any = true;
+            cut_cluster(b, c, d, pixels + 4 * i);
+            sum = pixels;
+        }
+        for (int k = 0; k < 3; k++)
+            rgba[4 * i + k] += sum[4 * i + k];
+    }
+}
+
+void ibl_bright_add(const ibl_bright *b, int face, const ibl_radial_dsp *dsp,
                     const float *point, float *rgba)
 {
-    const struct group *group = bright->group + face * (bright->groups + 1);
-    double end[2][3];
+    struct block block;
 
-    for (int k = 0; k < 3; k++) {
-        end[0][k] = (double)point[k * IBL_RADIAL_BLOCK];
-        end[1][k] = (double)point[(k + 1) * IBL_RADIAL_BLOCK - 1];
-    }
-    /* A row of a face is a part of a great circle. */
-    const struct cap block = cap_around(end, 2);
-    for (int i = 0, next; i < bright->groups; i = next) {
-        const enum kind kind = kind_of(bright, &block, &group[i].cap);
-        next = i + 1;
-        while (next < bright->groups &&
-               kind_of(bright, &block, &group[next].cap) == kind)
-            next++;
-        const ibl_radial_light *light = kind == FAR
-                                            ? bright->far + group[i].far
-                                            : bright->light + group[i].near;
-        const int count = kind == FAR ? group[next].far - group[i].far
-                                      : group[next].near - group[i].near;
-        if (kind != BELOW)
-            dsp->add(lobe, light, count, point, IBL_RADIAL_BLOCK, rgba);
+    make_block(face, point, &block);
+    for (int i = 0; i < b->clusters; i++) {
+        const struct cluster *cluster = &b->cluster[i];
+        const struct cap *x = &block.cap, *y = &cluster->cap;
+        const double cosine = dot(x->centre, y->centre);
+        /* Of the sum of the radii. */
+        const double s = x->sine * y->cosine + x->cosine * y->sine + slack;
+        const double c = x->cosine * y->cosine - x->sine * y->sine;
+        const bool far =
+            c > 0 && cosine < c * cos(far_away) - s * sin(far_away);
+        const struct span *points = &cluster->stand[far ? FAR : NEAR].points;
+
+        if (c > 0 && cosine < -s)
+            continue;
+        if (c > 0 && cosine > s)
+            add_points(b, points, dsp, &block, rgba);
+        else
+            add_crossed(b, cluster, points, dsp, &block, rgba);
     }
 }

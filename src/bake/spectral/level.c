@@ -22,15 +22,12 @@ enum {
     PICKED = 1024
 };
 
-/* Narrower lobes than this are nothing on the horizon, but for Charlie. */
-static const double low_horizon = 0.05;
-
-/* From this tolerance on the texels whose horizon crosses a light, which are
- * few if pixels are that small, do not count. */
-static const double rough = 1e-3, small = 0.005;
-
 /* The part of the tolerance that the points of lights may take. */
 static const double of_lights = 0.2;
+
+/* And of that part, in parts of the mean radiance, what one may miss where the
+ * horizon cuts it: texels may be darker, and lights many. */
+static const double of_horizon = 0.5;
 
 /* What the transforms leave, in floats. */
 static const double rounding = 5e-6;
@@ -41,12 +38,10 @@ struct level {
     const ibl_spectral_target *target;
     double *kernel; /* ibl_spectral_known of the analysis + 1 */
     int degree, rings, columns;
-    double *field;     /* amplitude of the level in each degree */
-    double margin;     /* see wanted_rms */
-    double rms;        /* estimate of the error, absolute */
-    ibl_radial radial; /* of the lights, and their points; NULL: none */
-    ibl_bright *bright;
-    float *horizon; /* what those lack near the horizon; NULL: nothing */
+    double *field;      /* amplitude of the level in each degree */
+    double margin;      /* see wanted_rms */
+    double rms;         /* estimate of the error, absolute */
+    ibl_bright *bright; /* NULL: no lights */
     ibl_azimuth *azimuth;
     float *scratch;
     size_t scratch_floats;
@@ -151,7 +146,7 @@ static void choose_grid(struct level *v)
         if (left <= wanted)
             break;
     }
-    v->rms = 3 * (v->rms + left) / v->s->scale;
+    v->rms = 2 * (v->rms + left) / v->s->scale;
 }
 
 static void rings_job(void *arg, int job, int worker)
@@ -167,11 +162,30 @@ static void rings_job(void *arg, int job, int worker)
     ibl_ring_grid_close(grid, first, out.count);
 }
 
+static bool is_same_lobe(const ibl_lobe_shape *a, const ibl_lobe_shape *b)
+{
+    return a->lobe == b->lobe && !(a->alpha < b->alpha) &&
+           !(a->alpha > b->alpha) && !(a->split < b->split) &&
+           !(a->split > b->split);
+}
+
+static bool is_in_grid(const struct level *v)
+{
+    const ibl_spectral_work *w = &v->s->work;
+    return is_same_lobe(&w->shape, v->target->shape) &&
+           w->degree == v->degree && w->grid.rings == v->rings &&
+           w->grid.columns == v->columns;
+}
+
 static ibl_status fill_grid(struct level *v)
 {
     ibl_spectral *s = v->s;
     ibl_spectral_work *w = &s->work;
     ibl_status status = IBL_OK;
+
+    if (is_in_grid(v))
+        return IBL_OK;
+    w->shape.alpha = 0;
 
     if (w->spectra.rings != v->rings || w->spectra.orders <= v->degree) {
         ibl_ring_spectra_free(&w->spectra);
@@ -193,25 +207,17 @@ static ibl_status fill_grid(struct level *v)
                                  v->scratch_floats * sizeof(float));
     if (!v->scratch)
         return ibl_no_memory(s->ctx, "the rings of a level");
-    return ibl_run(s->ctx, NULL, (v->rings + GROUP - 1) / GROUP, rings_job, v);
+    status =
+        ibl_run(s->ctx, NULL, (v->rings + GROUP - 1) / GROUP, rings_job, v);
+    if (!status) {
+        w->shape = *v->target->shape;
+        w->degree = v->degree;
+        w->margin = v->margin;
+    }
+    return status;
 }
 
 /* ---- texels ------------------------------------------------------------ */
-
-static double lobe_at(double chord, const void *shape)
-{
-    const double q = chord * chord / 4;
-    return ibl_lobe_far(shape, q, 1 - 2 * q);
-}
-
-static ibl_status make_radial(const struct level *v, ibl_radial *radial)
-{
-    const ibl_lobe_shape *shape = v->target->shape;
-    if (shape->lobe != IBL_LOBE_GGX || shape->split > 0)
-        return ibl_radial_table(v->s->ctx, lobe_at, shape, radial);
-    ibl_radial_ggx(shape->alpha, radial);
-    return IBL_OK;
-}
 
 /* What every texel has in common: the mean of the rest of the map. */
 static void set_offset(const struct level *v, ibl_level_sum *sum)
@@ -228,30 +234,33 @@ static void set_offset(const struct level *v, ibl_level_sum *sum)
     }
 }
 
-/* What of the lights a level needs, however many degrees it has. */
+static ibl_patch patch_of(const ibl_spectral *s, const ibl_pixel_light *l)
+{
+    const double height = IBL_PI / s->height;
+    return (ibl_patch){.theta = {height * l->row, height * (l->row + 1)},
+                       .phi = ibl_spectral_azimuth(s, l),
+                       .width = 2 * IBL_PI / s->width,
+                       .rgb = {l->rgb[0], l->rgb[1], l->rgb[2]}};
+}
+
 static ibl_status make_lights(struct level *v)
 {
     const ibl_spectral *s = v->s;
-    const ibl_spectral_target *t = v->target;
-    const ibl_light_target target = {t->shape,
-                                     ibl_cube_edge(t->cube->size, t->level),
-                                     of_lights * t->tolerance};
-    const size_t n = (size_t)target.n;
-    const double pixel = fmax(IBL_PI / s->height, 2 * IBL_PI / s->width);
-    ibl_status status;
+    const double error = of_lights * v->target->tolerance;
+    ibl_patch *patches;
 
     if (!s->light_count)
         return IBL_OK;
-    status = make_radial(v, &v->radial);
-    if (!status)
-        status = ibl_spectral_bright(s, &target, v->kernel[0], &v->bright);
-    if (status || t->near || (t->tolerance > rough && pixel < small) ||
-        (t->shape->lobe != IBL_LOBE_CHARLIE && t->shape->alpha < low_horizon))
-        return status;
-    v->horizon = ibl_alloc_zeroed(3 * IBL_FACES * n * n, sizeof *v->horizon);
-    if (!v->horizon)
-        return ibl_no_memory(s->ctx, "the lights on the horizon");
-    return ibl_spectral_horizon(s, &target, v->horizon);
+    patches = ibl_alloc_array((size_t)s->light_count, sizeof *patches);
+    if (!patches)
+        return ibl_no_memory(s->ctx, "the lights");
+    for (int i = 0; i < s->light_count; i++)
+        patches[i] = patch_of(s, &s->lights[i]);
+    const ibl_status status = ibl_bright_create(
+        s->ctx, patches, s->light_count, v->target->shape, error,
+        of_horizon * error * mean_of(s) * s->scale, &v->bright);
+    ibl_free(patches);
+    return status;
 }
 
 static ibl_status fill_texels(const struct level *v)
@@ -261,14 +270,11 @@ static ibl_status fill_texels(const struct level *v)
     ibl_level_sum sum = {.grid = &s->work.grid,
                          .spectrum = v->field,
                          .degree = v->degree,
-                         .lobe = &v->radial,
                          .bright = v->bright,
-                         .local = v->horizon,
+                         .local =
+                             t->near ? ibl_near_sums(t->near, s->scale) : NULL,
                          .gain = (float)(1 / s->scale)};
 
-    /* Lobes with a near part are narrow, and nothing on the horizon. */
-    if (t->near)
-        sum.local = ibl_near_sums(t->near, s->scale);
     set_offset(v, &sum);
     memcpy(sum.low, s->low, sizeof sum.low);
     memcpy(sum.high, s->high, sizeof sum.high);
@@ -282,8 +288,8 @@ static int falling(const void *a, const void *b)
 }
 
 /*
- * The 95th percentile of relative errors of three times the rms that is left,
- * over texels spread evenly over the level. What floats round is in it.
+ * The 95th percentile of relative errors of twice the rms that is left, over
+ * texels spread evenly over the level. What floats round is in it.
  */
 static double estimate(const struct level *v)
 {
@@ -348,6 +354,8 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
     struct level v = {.s = s, .target = target, .margin = 20};
     bool enough = false;
 
+    if (is_same_lobe(&s->work.shape, target->shape))
+        v.margin = s->work.margin;
     ibl_status status = allocate(&v);
     if (!status)
         status = make_lights(&v);
@@ -366,8 +374,6 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
         v.margin = fmin(v.margin * fmax(1.1 * more, 2), MOST_MARGIN);
     }
     ibl_bright_free(v.bright);
-    ibl_radial_free(&v.radial);
-    ibl_free(v.horizon);
     ibl_free(v.kernel);
     return status;
 }

@@ -158,7 +158,7 @@ static void add_lights(const level *a, const tile *t, int count, float *rgba)
     float point[6 * IBL_RADIAL_BLOCK];
     for (int at = 0; at < count; at += IBL_RADIAL_BLOCK) {
         a->radial.points(v, a->n, t->begin + at, IBL_RADIAL_BLOCK, point);
-        ibl_bright_add(a->sum->bright, t->face, &a->radial, a->sum->lobe, point,
+        ibl_bright_add(a->sum->bright, t->face, &a->radial, point,
                        rgba + 4 * at);
     }
 }

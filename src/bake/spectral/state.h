@@ -10,10 +10,14 @@
 #include "bake/spectral/transform.h"
 #include "core/pi.h"
 
-/* Memory that levels use one after the other. */
+/* Memory that levels use one after the other, and what is in the grid: the
+ * diffuse lobe is that of a level, too. */
 typedef struct ibl_spectral_work {
     ibl_ring_spectra spectra;
     ibl_ring_grid grid;
+    ibl_lobe_shape shape; /* its alpha 0: nothing */
+    int degree;
+    double margin; /* see level.c */
 } ibl_spectral_work;
 
 void ibl_spectral_work_free(ibl_spectral_work *work);
@@ -69,31 +73,6 @@ static inline int ibl_spectral_known(int degree)
 
 /* The azimuth of a light's centre in the world's axes. */
 double ibl_spectral_azimuth(const ibl_spectral *s, const ibl_pixel_light *l);
-
-/* What lights are seen by: a level's lobe and texels, faces of n x n, and the
- * relative error of a light that is accepted. */
-typedef struct ibl_light_target {
-    const ibl_lobe_shape *shape;
-    int n;
-    double error;
-} ibl_light_target;
-
-/*
- * The lights that stay as points, so many for each that a lobe's integral over
- * the pixel is right.
- *   whole  the lobe's integral over the sphere
- */
-ibl_status ibl_spectral_bright(const ibl_spectral *s,
-                               const ibl_light_target *target, double whole,
-                               ibl_bright **out);
-
-/*
- * What these points lack where the horizon of a texel crosses a light's pixel,
- * where a lobe has a bend.
- *   local  3 floats of each texel, added to
- */
-ibl_status ibl_spectral_horizon(const ibl_spectral *s,
-                                const ibl_light_target *target, float *local);
 
 /* Adds the Fourier coefficients of lights to those of their rows. */
 ibl_status ibl_spectral_add_lights(const ibl_spectral *s,
