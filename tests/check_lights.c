@@ -10,6 +10,9 @@ enum {
     ROWS = 5
 };
 
+static const float black[3] = {0};
+static double sums[ROWS];
+
 static void fill(float *rgb, test_random *r, double most)
 {
     for (int i = 0; i < 3 * WIDTH * ROWS; i++)
@@ -31,7 +34,7 @@ static void ranges(void)
         high[c] = fmaxf(high[c], rgb[i]);
         sum[c] += (double)rgb[i];
     }
-    ibl_row_range_of(rgb, WIDTH, ROWS, &range);
+    ibl_row_range_of(rgb, WIDTH, ROWS, black, &range, sums);
     for (int c = 0; c < 3; c++) {
         CHECK(range.low[c] == low[c] && range.high[c] == high[c]);
         CHECK_NEAR(range.mean[c], sum[c] / (WIDTH * ROWS), 1e-6);
@@ -46,7 +49,7 @@ static void equal(void)
     for (int e = -149; e < 128; e++) {
         for (int i = 0; i < 3 * WIDTH * ROWS; i++)
             rgb[i] = ldexpf(1, e);
-        ibl_row_range_of(rgb, WIDTH, ROWS, &range);
+        ibl_row_range_of(rgb, WIDTH, ROWS, black, &range, sums);
         CHECK(!ibl_lights_any(&range, WIDTH * ROWS));
         ibl_pixel_light lights[IBL_LIGHTS_GROUP];
         const int n = ibl_lights_take(rgb, WIDTH, ROWS, 0, &range, lights);
@@ -64,7 +67,7 @@ static void taken(void)
 
     fill(rgb, &r, 1);
     rgb[3 * at] = 1000;
-    ibl_row_range_of(rgb, WIDTH, ROWS, &range);
+    ibl_row_range_of(rgb, WIDTH, ROWS, black, &range, sums);
     CHECK(ibl_lights_any(&range, WIDTH * ROWS));
     const float red = rgb[3 * at], green = rgb[3 * at + 1];
     NEED(ibl_lights_take(rgb, WIDTH, ROWS, 48, &range, lights) == 1);
@@ -86,11 +89,12 @@ static void squares(void)
         test_random r = {3};
         double want = 0;
         fill(rgb, &r, sizes[k / 3]);
-        ibl_row_range_of(rgb, WIDTH, ROWS, &range);
+        ibl_row_range_of(rgb, WIDTH, ROWS, base, &range, sums);
         for (int i = 0; i < 3 * WIDTH; i++) {
             const double v = (double)rgb[i] - (double)base[i % 3];
             want += v * v;
         }
+        CHECK_NEAR(sums[0], want, 1e-5 * want);
         CHECK_NEAR(ibl_row_squares(rgb, WIDTH, base, &range), want,
                    1e-5 * want);
     }

@@ -209,10 +209,8 @@ static inline void spread_lanes(const ibl_strip_spread *spread,
 #pragma GCC unroll 16
     for (int t = 0; t < IBL_STRIP_TAPS; t++)
         sum[t] = start ? vf_load(to + t * IBL_STRIP_LANES) : vf_all(0);
-    for (int i = 0; i < count; i++) {
-        const float *taps = spread->taps + (size_t)p * IBL_STRIP_TAPS;
+    for (int i = 0; i < count;) {
         const int64_t first = base + spread->first[p];
-        const vf v = vf_load(pixels + (size_t)i * IBL_STRIP_LANES);
         for (; at < first; at++, to += IBL_STRIP_LANES) {
             vf_store(to, sum[0]);
 #pragma GCC unroll 16
@@ -220,10 +218,18 @@ static inline void spread_lanes(const ibl_strip_spread *spread,
                 sum[t - 1] = sum[t];
             sum[IBL_STRIP_TAPS - 1] = vf_all(0);
         }
+        /* Pixels that begin at one sample. */
+        do {
+            const float *taps = spread->taps + (size_t)p * IBL_STRIP_TAPS;
+            const vf v = vf_load(pixels + (size_t)i * IBL_STRIP_LANES);
 #pragma GCC unroll 16
-        for (int t = 0; t < IBL_STRIP_TAPS; t++)
-            sum[t] = vf_fma(v, vf_all(taps[t]), sum[t]);
-        if (++p == spread->period) {
+            for (int t = 0; t < IBL_STRIP_TAPS; t++)
+                sum[t] = vf_fma(v, vf_all(taps[t]), sum[t]);
+            i++;
+            p++;
+        } while (i < count && p < spread->period &&
+                 base + spread->first[p] == at);
+        if (p == spread->period) {
             p = 0;
             base += spread->step;
         }

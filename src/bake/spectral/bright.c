@@ -288,72 +288,77 @@ static void put_point(const double at[3], const double rgb[3],
     out->rgb[3] = 0;
 }
 
-/* Chebyshev's nodes, on -1..1. */
-static double node_at(int k, int count)
+/* Chebyshev's nodes along a side of a cluster, and one over the products of
+ * their differences: the polynomial that is 1 at one node and 0 at the others
+ * is a product of x's. */
+struct nodes {
+    int count;
+    double at[MOST_NODES], factor[MOST_NODES];
+};
+
+static void make_side(const struct frame *f, int side, int count,
+                      struct nodes *n)
 {
-    return cos(IBL_PI * (k + 0.5) / count);
+    const double low = f->low[side], high = f->high[side];
+
+    n->count = count;
+    for (int i = 0; i < count; i++)
+        n->at[i] = 0.5 * (low + high) +
+                   0.5 * (high - low) * cos(IBL_PI * (i + 0.5) / count);
+    for (int i = 0; i < count; i++) {
+        double product = 1;
+        for (int k = 0; k < count; k++)
+            product *= k == i ? 1 : n->at[i] - n->at[k];
+        n->factor[i] = 1 / product;
+    }
 }
 
-/* The polynomial that is 1 at one of those nodes and 0 at the others. */
-static double polynomial(int node, int count, double x)
+static void share_along(const struct nodes *n, double x, double *share)
 {
-    const double at = node_at(node, count);
-    double product = 1;
-    for (int k = 0; k < count; k++)
-        if (k != node)
-            product *= (x - node_at(k, count)) / (at - node_at(k, count));
-    return product;
+    for (int i = 0; i < n->count; i++) {
+        share[i] = n->factor[i];
+        for (int k = 0; k < n->count; k++)
+            share[i] *= k == i ? 1 : x - n->at[k];
+    }
 }
 
 /* Adds a light to the nodes of its cluster. */
-static void share_out(const struct frame *f, const int nodes[2],
+static void share_out(const struct frame *f, const struct nodes side[2],
                       const ibl_light *light, double (*rgb)[3])
 {
     double share[2][MOST_NODES];
 
-    for (int k = 0; k < 2; k++) {
-        const double low = f->low[k], high = f->high[k];
-        const double at = dot(f->axis[k], light->direction);
-        for (int i = 0; i < nodes[k]; i++)
-            share[k][i] =
-                polynomial(i, nodes[k], (2 * at - low - high) / (high - low));
-    }
-    for (int i = 0; i < nodes[0] * nodes[1]; i++)
-        for (int k = 0; k < 3; k++)
-            rgb[i][k] +=
-                share[0][i / nodes[1]] * share[1][i % nodes[1]] * light->rgb[k];
-}
-
-static void node_direction(const struct frame *f, const int nodes[2], int i,
-                           double d[3])
-{
-    const int at[2] = {i / nodes[1], i % nodes[1]};
-    double flat[2];
-
     for (int k = 0; k < 2; k++)
-        flat[k] = 0.5 * (f->low[k] + f->high[k]) +
-                  0.5 * (f->high[k] - f->low[k]) * node_at(at[k], nodes[k]);
-    const double up = sqrt(1 - flat[0] * flat[0] - flat[1] * flat[1]);
-    for (int k = 0; k < 3; k++)
-        d[k] = flat[0] * f->axis[0][k] + flat[1] * f->axis[1][k] +
-               up * f->axis[2][k];
+        share_along(&side[k], dot(f->axis[k], light->direction), share[k]);
+    for (int i = 0; i < side[0].count; i++)
+        for (int j = 0; j < side[1].count; j++, rgb++)
+            for (int k = 0; k < 3; k++)
+                (*rgb)[k] += share[0][i] * share[1][j] * light->rgb[k];
 }
 
 /* The points at nodes. */
 static void make_nodes(const struct maker *m, const struct cluster *c,
                        const struct stand *s)
 {
+    const struct frame *f = &c->frame;
     double rgb[MOST_NODES * MOST_NODES][3] = {{0}};
+    struct nodes side[2];
 
+    for (int k = 0; k < 2; k++)
+        make_side(f, k, s->nodes[k], &side[k]);
     for (int i = 0; i < c->pixels.count; i++) {
         const struct span *near =
             &m->b->pixel[c->pixels.first + i].points[NEAR];
         for (int k = 0; k < near->count; k++)
-            share_out(&c->frame, s->nodes, &m->light[near->first + k], rgb);
+            share_out(f, side, &m->light[near->first + k], rgb);
     }
     for (int i = 0; i < s->points.count; i++) {
+        const double u = side[0].at[i / side[1].count];
+        const double v = side[1].at[i % side[1].count];
+        const double up = sqrt(1 - u * u - v * v);
         double d[3];
-        node_direction(&c->frame, s->nodes, i, d);
+        for (int k = 0; k < 3; k++)
+            d[k] = u * f->axis[0][k] + v * f->axis[1][k] + up * f->axis[2][k];
         put_point(d, rgb[i], &m->b->point[s->points.first + i]);
     }
 }

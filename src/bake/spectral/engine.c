@@ -131,7 +131,7 @@ static ibl_azimuth_rows group_of(const ibl_spectral *s, int job)
 
 /* Takes the lights out of a copy, that becomes the group's rows. */
 static void take_lights(ibl_spectral *s, ibl_azimuth_rows *in, int group,
-                        float *copy)
+                        float *copy, double *squares)
 {
     ibl_pixel_light *lights = s->taken + (size_t)group * IBL_LIGHTS_GROUP;
     memcpy(copy, in->rgb, in->stride * (size_t)in->count * sizeof *copy);
@@ -145,6 +145,9 @@ static void take_lights(ibl_spectral *s, ibl_azimuth_rows *in, int group,
         l->energy = s->weight[l->row] *
                     ((double)l->rgb[0] + (double)l->rgb[1] + (double)l->rgb[2]);
     }
+    for (int j = 0; j < in->count && s->found[group]; j++)
+        squares[j] = ibl_row_squares(copy + in->stride * (size_t)j, s->width,
+                                     s->base, &s->range[group]);
 }
 
 static void group_job(void *arg, int job, int worker)
@@ -153,19 +156,18 @@ static void group_job(void *arg, int job, int worker)
     const int first = s->batch.first + job * GROUP, group = first / GROUP;
     float *scratch = s->scratch + (size_t)worker * s->worker_floats;
     ibl_azimuth_rows in = group_of(s, job);
+    double squares[GROUP];
 
-    ibl_row_range_of(in.rgb, s->width, in.count, &s->range[group]);
+    ibl_row_range_of(in.rgb, s->width, in.count, s->base, &s->range[group],
+                     squares);
     in.change.scale = (float)s->scale;
     memcpy(in.change.subtract, s->base, sizeof in.change.subtract);
     if (ibl_lights_any(&s->range[group], (size_t)s->width * (size_t)in.count))
         take_lights(s, &in, group,
-                    scratch + s->worker_floats - patched_floats(s));
+                    scratch + s->worker_floats - patched_floats(s), squares);
     s->squares[group] = 0;
     for (int j = 0; j < in.count; j++)
-        s->squares[group] +=
-            ibl_row_squares(in.rgb + in.stride * (size_t)j, s->width, s->base,
-                            &s->range[group]) *
-            s->weight[first + j];
+        s->squares[group] += squares[j] * s->weight[first + j];
     ibl_azimuth_forward(s->azimuth, &in, scratch, &s->rows, first);
 }
 

@@ -5,84 +5,122 @@
 #include <stddef.h>
 
 enum {
-    LANES = 16,    /* pixels looked at together, for the vectoriser */
+    LANES = 4,     /* pixels looked at together: what is kept of them is in
+                      registers */
     OUTSHINE = 64, /* times the mean of the others */
     MOST_STEPS = 40
 };
 
 /* ---- range ------------------------------------------------------------- */
 
-/* Sums of the largest floats stay floats. */
-static const float small = 0x1p-24f;
+/* Squares of larger numbers may not be floats, or smaller ones be nothing. */
+static const float largest = 0x1p50f, smallest = 0x1p-50f;
 
-static void look(float v, float *low, float *high, float *sum)
+/* What is known of each float of LANES pixels. */
+typedef struct lanes {
+    float low[3 * LANES], high[3 * LANES], sum[3 * LANES], square[3 * LANES];
+} lanes;
+
+static void look(const float *rgb, int k, float base, lanes *s)
 {
-    *low = v < *low ? v : *low;
-    *high = v > *high ? v : *high;
-    *sum += v * small;
+    const float v = rgb[k], above = v - base;
+    s->low[k] = v < s->low[k] ? v : s->low[k];
+    s->high[k] = v > s->high[k] ? v : s->high[k];
+    s->sum[k] += v;
+    s->square[k] += above * above;
 }
 
-void ibl_row_range_of(const float *rgb, int width, int rows,
-                      ibl_row_range *range)
+static void look_at_row(const float *rgb, int width, const float base[3],
+                        lanes *to)
 {
-    const size_t pixels = (size_t)width * (size_t)rows;
-    const size_t blocks = pixels / LANES;
-    float low[3 * LANES], high[3 * LANES], sum[3 * LANES];
-    double total[3] = {0};
+    const int blocks = width / LANES;
+    float from[3 * LANES];
+    lanes s = *to;
 
     for (int k = 0; k < 3 * LANES; k++) {
-        low[k] = INFINITY;
-        high[k] = sum[k] = 0;
+        from[k] = base[k % 3];
+        s.sum[k] = s.square[k] = 0;
     }
-    for (size_t b = 0; b < blocks; b++, rgb += 3 * LANES)
-        for (int k = 0; k < 3 * LANES; k++)
-            look(rgb[k], &low[k], &high[k], &sum[k]);
-    for (size_t i = 0; i < 3 * (pixels - blocks * LANES); i++)
-        look(rgb[i], &low[i], &high[i], &sum[i]);
-    for (int k = 0; k < 3 * LANES; k++) {
-        const int c = k % 3;
-        if (k < 3 || low[k] < range->low[c])
-            range->low[c] = low[k];
-        if (k < 3 || high[k] > range->high[c])
-            range->high[c] = high[k];
-        total[c] += (double)sum[k];
-    }
-    for (int c = 0; c < 3; c++)
-        range->mean[c] = total[c] / (double)small / (double)pixels;
+    for (int b = 0; b < blocks; b++, rgb += 3 * LANES)
+#pragma GCC unroll 3
+        for (int at = 0; at < 3 * LANES; at += LANES)
+            for (int k = at; k < at + LANES; k++)
+                look(rgb, k, from[k], &s);
+    for (int k = 0; k < 3 * (width - blocks * LANES); k++)
+        look(rgb, k, from[k], &s);
+    *to = s;
 }
 
 double ibl_row_squares(const float *rgb, int width, const float base[3],
                        const ibl_row_range *range)
 {
-    const size_t pixels = (size_t)width, blocks = pixels / LANES;
     float most = 0x1p-100f;
+    double total = 0;
     for (int c = 0; c < 3; c++)
         most = fmaxf(most, fmaxf(range->high[c], base[c]));
     /* Nothing is above 1, nor is its square. */
     const float scale = 1 / most;
-    float sum[3 * LANES] = {0}, from[3 * LANES];
-    double total = 0;
 
-    for (int k = 0; k < 3 * LANES; k++)
-        from[k] = base[k % 3];
-    for (size_t b = 0; b < blocks; b++, rgb += 3 * LANES)
-        for (int k = 0; k < 3 * LANES; k++) {
-            const float v = (rgb[k] - from[k]) * scale;
-            sum[k] += v * v;
-        }
-    for (size_t i = 0; i < 3 * (pixels - blocks * LANES); i++) {
-        const float v = (rgb[i] - from[i]) * scale;
-        sum[i] += v * v;
+    for (int i = 0; i < 3 * width; i++) {
+        const double v = (double)((rgb[i] - base[i % 3]) * scale);
+        total += v * v;
     }
-    for (int k = 0; k < 3 * LANES; k++)
-        total += (double)sum[k];
     return total * (double)most * (double)most;
 }
 
-/* ---- lights ------------------------------------------------------------ */
+/* Sums of what floats can't be squared. */
+static void look_slowly(const float *rgb, int width, int rows,
+                        const float base[3], const ibl_row_range *range,
+                        double *squares, double total[3])
+{
+    const size_t row = 3 * (size_t)width;
 
-/* What a mean may lack: half the last bit of what is smallest in sums. */
-static const double lost = 0x1p-126;
+    for (int c = 0; c < 3; c++)
+        total[c] = 0;
+    for (int j = 0; j < rows; j++) {
+        const float *from = rgb + row * (size_t)j;
+        squares[j] = ibl_row_squares(from, width, base, range);
+        for (size_t i = 0; i < row; i++)
+            total[i % 3] += (double)from[i];
+    }
+}
+
+void ibl_row_range_of(const float *rgb, int width, int rows,
+                      const float base[3], ibl_row_range *range,
+                      double *squares)
+{
+    const size_t row = 3 * (size_t)width;
+    double total[3] = {0};
+    float most = 0;
+    lanes s;
+
+    for (int k = 0; k < 3 * LANES; k++) {
+        s.low[k] = INFINITY;
+        s.high[k] = 0;
+    }
+    for (int j = 0; j < rows; j++) {
+        look_at_row(rgb + row * (size_t)j, width, base, &s);
+        squares[j] = 0;
+        for (int k = 0; k < 3 * LANES; k++) {
+            total[k % 3] += (double)s.sum[k];
+            squares[j] += (double)s.square[k];
+        }
+    }
+    for (int k = 0; k < 3 * LANES; k++) {
+        const int c = k % 3;
+        if (k < 3 || s.low[k] < range->low[c])
+            range->low[c] = s.low[k];
+        if (k < 3 || s.high[k] > range->high[c])
+            range->high[c] = s.high[k];
+        most = fmaxf(most, fmaxf(s.high[k], base[c]));
+    }
+    if (most > largest || most < smallest)
+        look_slowly(rgb, width, rows, base, range, squares, total);
+    for (int c = 0; c < 3; c++)
+        range->mean[c] = total[c] / width / rows;
+}
+
+/* ---- lights ------------------------------------------------------------ */
 
 static double sum_of(const double v[3])
 {
@@ -100,7 +138,7 @@ bool ibl_lights_any(const ibl_row_range *r, size_t pixels)
     const double high = brightness(r->high);
     const double taken = IBL_LIGHTS_GROUP * high / (double)pixels;
     return high > brightness(r->low) &&
-           high > OUTSHINE * (sum_of(r->mean) + lost - taken);
+           high > OUTSHINE * (sum_of(r->mean) - taken);
 }
 
 /* Pixels above a brightness, and what is left to the others. */
@@ -134,11 +172,11 @@ static double find_threshold(const float *rgb, size_t pixels,
         const struct split s = split_at(rgb, pixels, range, at);
         if (s.above > IBL_LIGHTS_GROUP || s.above > pixels / 2)
             break;
-        if (at > OUTSHINE * (s.rest + lost))
+        if (at > OUTSHINE * s.rest)
             found = at;
         else if (found < INFINITY)
             break;
-        if (s.rest <= lost)
+        if (s.rest <= 0)
             break;
     }
     return found;

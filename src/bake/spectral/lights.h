@@ -29,9 +29,15 @@ typedef struct ibl_row_range {
     double mean[3];
 } ibl_row_range;
 
-/* Looks at `rows` rows of `width` pixels. */
+/*
+ * Looks at `rows` rows of `width` pixels.
+ *   squares  of each row, the sum of squares of what all channels have above
+ *            base. Values that are less than 2^-60 of the group's high or of
+ *            base may not count.
+ */
 void ibl_row_range_of(const float *rgb, int width, int rows,
-                      ibl_row_range *range);
+                      const float base[3], ibl_row_range *range,
+                      double *squares);
 
 /* Whether a group of so many pixels may have one to be taken out. */
 bool ibl_lights_any(const ibl_row_range *range, size_t pixels);
@@ -45,8 +51,7 @@ bool ibl_lights_any(const ibl_row_range *range, size_t pixels);
 int ibl_lights_take(float *rgb, int width, int rows, int first_row,
                     const ibl_row_range *range, ibl_pixel_light *lights);
 
-/* Sum of squares, over a row, of what all channels have above base. Values
- * that are less than 2^-60 of the group's high or of base may not count. */
+/* The squares of one row, in as many steps as they have digits. */
 double ibl_row_squares(const float *rgb, int width, const float base[3],
                        const ibl_row_range *range);
 

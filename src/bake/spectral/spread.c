@@ -65,8 +65,10 @@ bool ibl_spread_init(ibl_strip_spread *spread, int width, int n,
                      const ibl_spread_window *window, int *origin)
 {
     const int common = common_divisor(width, n);
-    const int period = width / common;
-    *spread = (ibl_strip_spread){.period = period, .step = n / common};
+    /* Short periods some times over: each is a turn of a loop. */
+    const int times = 1 + 63 / (width / common);
+    const int period = width / common * times;
+    *spread = (ibl_strip_spread){.period = period, .step = n / common * times};
     spread->first = ibl_alloc_array((size_t)period, sizeof *spread->first);
     spread->taps =
         ibl_alloc_array((size_t)period * IBL_STRIP_TAPS, sizeof *spread->taps);
