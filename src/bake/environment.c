@@ -212,7 +212,7 @@ static ibl_status give_rows(bake *b, int rows, const float *rgb)
     return status;
 }
 
-/* Whole groups of rows, enough for every thread if that is not too much of
+/* Whole groups of rows, two for every thread if that is not too much of
  * memory; what is made of them does not depend on how many. */
 static int batch_rows(const bake *b)
 {
@@ -220,7 +220,7 @@ static int batch_rows(const bake *b)
     const size_t row = 3 * sizeof(float) * (size_t)b->env->width;
     const int fit = (int)(BATCH_BYTES / row) / GROUP;
     const int most = (int)(MOST_BYTES / row) / GROUP;
-    int groups = threads < 2 ? 2 : threads;
+    int groups = threads < 2 ? 2 : 2 * threads;
     if (groups > most)
         groups = most > 2 ? most : 2;
     return GROUP * (fit > groups ? fit : groups);
