@@ -59,24 +59,30 @@ static inline void collect(const float *row, const int *offset, int count,
     }
 }
 
-/* One vector of lanes in each channel at a time: three chains of sums. */
+/* Vectors of a pixel that are summed at a time: as many chains of sums as
+ * registers hold. */
+enum {
+    CHAINS = VD == 8 ? 3 : 6,
+    OF_A_PIXEL = IBL_OCTANT_RGB / VD
+};
+
 static inline void add_span(const ibl_octant_span *s, const double *p,
                             double *sum)
 {
-    vd r = vd_load(p), g = vd_load(p + IBL_OCTANTS);
-    vd b = vd_load(p + 2 * IBL_OCTANTS);
+    vd v[CHAINS];
+#pragma GCC unroll 6
+    for (int k = 0; k < CHAINS; k++)
+        v[k] = vd_load(p + k * VD);
     for (int i = 1; i < s->count; i++) {
         p += IBL_OCTANT_RGB;
-        r += vd_load(p);
-        g += vd_load(p + IBL_OCTANTS);
-        b += vd_load(p + 2 * IBL_OCTANTS);
+#pragma GCC unroll 6
+        for (int k = 0; k < CHAINS; k++)
+            v[k] += vd_load(p + k * VD);
     }
     const vd w = vd_all(s->weight);
-    vd_store(sum, vd_load(sum) + w * r);
-    sum += IBL_OCTANTS;
-    vd_store(sum, vd_load(sum) + w * g);
-    sum += IBL_OCTANTS;
-    vd_store(sum, vd_load(sum) + w * b);
+#pragma GCC unroll 6
+    for (int k = 0; k < CHAINS; k++)
+        vd_store(sum + k * VD, vd_load(sum + k * VD) + w * v[k]);
 }
 
 static inline void add_spans(const ibl_octant_span *spans, int count,
@@ -85,8 +91,9 @@ static inline void add_spans(const ibl_octant_span *spans, int count,
     for (const ibl_octant_span *s = spans; s < spans + count; s++) {
         const double *p = pixels + IBL_OCTANT_RGB * (size_t)s->pixel;
         double *sum = sums + IBL_OCTANT_RGB * (size_t)s->slot;
-        for (int m = 0; m < IBL_OCTANTS; m += VD)
-            add_span(s, p + m, sum + m);
+#pragma GCC unroll 2
+        for (int k = 0; k < OF_A_PIXEL; k += CHAINS)
+            add_span(s, p + k * VD, sum + k * VD);
     }
 }
 
