@@ -85,6 +85,71 @@ static void collect(void)
     free(row);
 }
 
+/* Pixels between those of two rows, which turn, and some lanes only. */
+static void blend(void)
+{
+    const size_t bytes = (MAX * IBL_OCTANT_RGB + GUARD) * sizeof(double);
+    const int fine = 2 * WIDTH;
+    float *source[2];
+    ibl_octant_tap taps[2 * WIDTH];
+    int column[MAX * IBL_OCTANTS];
+    for (int k = 0; k < 2; k++) {
+        source[k] = malloc(3 * WIDTH * sizeof *source[k]);
+        for (int i = 0; i < 3 * WIDTH; i++)
+            source[k][i] = value();
+    }
+    for (int i = 0; i < fine; i++)
+        taps[i] = (ibl_octant_tap){{3 * below(WIDTH), 3 * (WIDTH - 1)},
+                                   test_random_unit(&rng)};
+    for (int i = 0; i < MAX * IBL_OCTANTS; i++)
+        column[i] = below(fine);
+    for (int n = 0; n <= MAX; n++) {
+        const int lanes = 1 + n % IBL_OCTANTS;
+        const double t = test_random_unit(&rng);
+        const ibl_octant_blend row = {.source = {source[0], source[1]},
+                                      .weight = {1 - t, t},
+                                      .turn = {n % 2 * WIDTH, below(fine)},
+                                      .columns = fine,
+                                      .taps = taps};
+        double *before = doubles(MAX * IBL_OCTANT_RGB);
+        double *want = ibl_alloc_array(bytes, 1);
+        double *got = ibl_alloc_array(bytes, 1);
+        memcpy(want, before, bytes);
+        ibl_octants_blend_c(&row, column, n, lanes, want);
+        for (size_t l = 0; l < sizeof levels / sizeof *levels; l++) {
+            ibl_octants_dsp dsp;
+            if (!ibl_cpu_has(levels[l]))
+                continue;
+            ibl_octants_dsp_init(&dsp, levels[l]);
+            memcpy(got, before, bytes);
+            dsp.blend(&row, column, n, lanes, got);
+            same(want, got, bytes, levels[l], "blend", n);
+        }
+        for (int i = 0; i < MAX * IBL_OCTANT_RGB; i++) {
+            const int pixel = i / IBL_OCTANT_RGB, m = i % IBL_OCTANTS;
+            const int c = i / IBL_OCTANTS % 3;
+            double sum = 0, most = 0;
+            for (int k = 0; k < 4 && pixel < n && m < lanes; k++) {
+                const int x = column[pixel * IBL_OCTANTS + m];
+                const ibl_octant_tap *tap = &taps[(x + row.turn[k / 2]) % fine];
+                const double part = k % 2 ? tap->weight : 1 - tap->weight;
+                const double v = (double)source[k / 2][tap->at[k % 2] + c];
+                sum += row.weight[k / 2] * part * v;
+                most = fmax(most, v);
+            }
+            if (pixel < n && m < lanes)
+                CHECK_NEAR(want[i], sum, 1e-15 * most);
+            else
+                CHECK(!memcmp(&want[i], &before[i], sizeof *want));
+        }
+        ibl_free(before);
+        ibl_free(want);
+        ibl_free(got);
+    }
+    free(source[0]);
+    free(source[1]);
+}
+
 /* Runs of every length, spans that follow each other in a sum. */
 static void add(void)
 {
@@ -151,5 +216,6 @@ static void write(void)
     ibl_free(sums);
 }
 
-static const test tests[] = {TEST(collect), TEST(add), TEST(write)};
+static const test tests[] = {TEST(collect), TEST(blend), TEST(add),
+                             TEST(write)};
 TEST_MAIN(tests)

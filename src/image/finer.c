@@ -6,7 +6,6 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "core/pi.h"
-#include "kern/octants.h"
 
 enum {
     MIN_COLUMNS = 512 /* keeps the straight pieces short; a promise of
@@ -59,15 +58,15 @@ static void bend_rows(ibl_finer *f)
     }
 }
 
-static ibl_finer_tap column_tap(const ibl_finer *f, int column)
+static ibl_octant_tap column_tap(const ibl_finer *f, int column)
 {
     if (!f->bilinear) {
         const int at = 3 * (column / f->scale_x);
-        return (ibl_finer_tap){{at, at}, 0};
+        return (ibl_octant_tap){{at, at}, 0};
     }
     const double x = (column + 0.5) / f->scale_x - 0.5;
     const int left = (int)floor(x);
-    return (ibl_finer_tap){
+    return (ibl_octant_tap){
         {3 * wrap(left, f->width), 3 * wrap(left + 1, f->width)}, x - left};
 }
 
@@ -107,51 +106,28 @@ void ibl_finer_free(ibl_finer *f)
     *f = (ibl_finer){0};
 }
 
-ibl_finer_row ibl_finer_between(const ibl_finer *f, int row)
+ibl_octant_blend ibl_finer_between(const ibl_finer *f, int row, int source[2])
 {
+    ibl_octant_blend r = {
+        .weight = {1, 0}, .columns = f->columns, .taps = f->taps};
+    source[0] = source[1] = row;
     if (!f->bilinear)
-        return (ibl_finer_row){{row, row}, {0, 0}, {1, 0}};
+        return r;
     int above;
     const double t = between_rows(f, row, &above);
     const double lower = t + f->bend[above + 1] * t * (1 - t);
     const int turn = f->columns / 2;
-    ibl_finer_row r = {{above, above + 1}, {0, 0}, {1 - lower, lower}};
+    r.weight[0] = 1 - lower;
+    r.weight[1] = lower;
+    source[0] = above;
+    source[1] = above + 1;
     if (above < 0) {
-        r.row[0] = 0;
+        source[0] = 0;
         r.turn[0] = turn;
     }
     if (above + 1 >= f->height) {
-        r.row[1] = f->height - 1;
+        source[1] = f->height - 1;
         r.turn[1] = turn;
     }
     return r;
-}
-
-/* The part of a fine pixel that is a row's, of that weight. */
-static void add_row(const ibl_finer_tap *tap, const float *source,
-                    double weight, double *rgb)
-{
-    const double w1 = weight * tap->weight, w0 = weight - w1;
-    const float *left = source + tap->at[0], *right = source + tap->at[1];
-    for (int c = 0; c < 3; c++)
-        rgb[c * IBL_OCTANTS] += w0 * (double)left[c] + w1 * (double)right[c];
-}
-
-void ibl_finer_collect(const ibl_finer *f, const ibl_finer_row *row,
-                       const float *const source[2], const int *column,
-                       int count, int lanes, double *pixels)
-{
-    for (int i = 0; i < count; i++) {
-        for (int m = 0; m < lanes; m++) {
-            for (int c = 0; c < 3; c++)
-                pixels[c * IBL_OCTANTS + m] = 0;
-            for (int k = 0; k < 2; k++) {
-                int at = column[m] + row->turn[k];
-                at -= at >= f->columns ? f->columns : 0;
-                add_row(&f->taps[at], source[k], row->weight[k], pixels + m);
-            }
-        }
-        column += IBL_OCTANTS;
-        pixels += IBL_OCTANT_RGB;
-    }
 }

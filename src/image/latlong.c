@@ -39,8 +39,7 @@ enum {
 /* A fine row, or its part on one side of the equator. */
 struct work_row {
     ibl_wedge_row cut;
-    ibl_finer_row between;
-    const float *source[2];
+    ibl_octant_blend between;
 };
 
 /* A worker's own: spans on their way to a job's sums. */
@@ -74,10 +73,9 @@ static void collect(const ibl_level0 *l, const struct work_row *r,
                     const int *column, int count, int lanes, double *pixels)
 {
     if (l->finer.taps)
-        ibl_finer_collect(&l->finer, &r->between, r->source, column, count,
-                          lanes, pixels);
+        l->set.dsp.blend(&r->between, column, count, lanes, pixels);
     else
-        l->set.dsp.collect(r->source[0], column, count, pixels);
+        l->set.dsp.collect(r->between.source[0], column, count, pixels);
 }
 
 static void add_row(const ibl_level0 *l, const struct work_row *r,
@@ -130,16 +128,17 @@ static int job_count(const ibl_level0 *l)
 static bool next_row(ibl_level0 *l, int rows, const float *rgb)
 {
     struct work_row r;
+    int source[2];
     if (l->done == l->finer.rows)
         return false;
-    r.between = ibl_finer_between(&l->finer, l->done);
+    r.between = ibl_finer_between(&l->finer, l->done, source);
     for (int k = 0; k < 2; k++) {
-        const int j = r.between.row[k];
+        const int j = source[k];
         if (j >= l->added + rows)
             return false;
-        r.source[k] = j < l->added ? l->last
-                                   : rgb + 3 * (size_t)l->finer.width *
-                                               (size_t)(j - l->added);
+        r.between.source[k] = j < l->added ? l->last
+                                           : rgb + 3 * (size_t)l->finer.width *
+                                                       (size_t)(j - l->added);
     }
     for (int south = 0; south < 2; south++) {
         if (ibl_wedge_row_init(&l->set.group[0].wedge, l->finer.rows, l->done,

@@ -16,6 +16,37 @@ void ibl_octants_collect_c(const float *row, const int *offset, int count,
     }
 }
 
+static void blend(const ibl_octant_blend *row, int column, double *rgb)
+{
+    const float *at[4];
+    double weight[4];
+
+    for (int k = 0; k < 2; k++) {
+        int x = column + row->turn[k];
+        x -= x >= row->columns ? row->columns : 0;
+        const ibl_octant_tap *tap = &row->taps[x];
+        at[2 * k] = row->source[k] + tap->at[0];
+        at[2 * k + 1] = row->source[k] + tap->at[1];
+        weight[2 * k + 1] = row->weight[k] * tap->weight;
+        weight[2 * k] = row->weight[k] - weight[2 * k + 1];
+    }
+    for (int c = 0; c < 3; c++)
+        rgb[c * IBL_OCTANTS] =
+            weight[0] * (double)at[0][c] + weight[1] * (double)at[1][c] +
+            (weight[2] * (double)at[2][c] + weight[3] * (double)at[3][c]);
+}
+
+void ibl_octants_blend_c(const ibl_octant_blend *row, const int *column,
+                         int count, int lanes, double *pixels)
+{
+    for (int i = 0; i < count; i++) {
+        for (int m = 0; m < lanes; m++)
+            blend(row, column[m], pixels + m);
+        column += IBL_OCTANTS;
+        pixels += IBL_OCTANT_RGB;
+    }
+}
+
 void ibl_octants_add_c(const ibl_octant_span *spans, int count,
                        const double *pixels, double *sums)
 {
@@ -48,19 +79,21 @@ void ibl_octants_write_c(const double *sums, const double *weights, int count,
 
 void ibl_octants_dsp_init(ibl_octants_dsp *dsp, ibl_isa isa)
 {
-    *dsp = (ibl_octants_dsp){ibl_octants_collect_c, ibl_octants_add_c,
-                             ibl_octants_write_c};
+    *dsp = (ibl_octants_dsp){ibl_octants_collect_c, ibl_octants_blend_c,
+                             ibl_octants_add_c, ibl_octants_write_c};
 #if IBL_X86
     if (isa >= IBL_ISA_SSE2)
-        *dsp = (ibl_octants_dsp){ibl_octants_collect_sse2, ibl_octants_add_sse2,
-                                 ibl_octants_write_sse2};
-    if (isa >= IBL_ISA_AVX2)
-        *dsp = (ibl_octants_dsp){ibl_octants_collect_avx2, ibl_octants_add_avx2,
-                                 ibl_octants_write_avx2};
-    if (isa >= IBL_ISA_AVX512)
         *dsp =
-            (ibl_octants_dsp){ibl_octants_collect_avx512,
-                              ibl_octants_add_avx512, ibl_octants_write_avx512};
+            (ibl_octants_dsp){ibl_octants_collect_sse2, ibl_octants_blend_sse2,
+                              ibl_octants_add_sse2, ibl_octants_write_sse2};
+    if (isa >= IBL_ISA_AVX2)
+        *dsp =
+            (ibl_octants_dsp){ibl_octants_collect_avx2, ibl_octants_blend_avx2,
+                              ibl_octants_add_avx2, ibl_octants_write_avx2};
+    if (isa >= IBL_ISA_AVX512)
+        *dsp = (ibl_octants_dsp){
+            ibl_octants_collect_avx512, ibl_octants_blend_avx512,
+            ibl_octants_add_avx512, ibl_octants_write_avx512};
 #else
     (void)isa;
 #endif

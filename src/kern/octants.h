@@ -33,6 +33,31 @@ typedef struct ibl_octant_span {
 typedef void ibl_octants_collect_fn(const float *row, const int *offset,
                                     int count, double *pixels);
 
+/* Where a pixel lies between two of a source's row: their offsets in floats and
+ * the weight of the second. */
+typedef struct ibl_octant_tap {
+    int at[2];
+    double weight;
+} ibl_octant_tap;
+
+/* A row of pixels between those of two rows of a source. */
+typedef struct ibl_octant_blend {
+    const float *source[2];
+    double weight[2];
+    int turn[2]; /* columns to go on by in each, 0..columns - 1 */
+    int columns;
+    const ibl_octant_tap *taps; /* of each column */
+} ibl_octant_blend;
+
+/*
+ * The same from such a row: lane m of pixel i is that at
+ * column[i * IBL_OCTANTS + m].
+ *   lanes   how many of them to write; what others hold stays
+ */
+typedef void ibl_octants_blend_fn(const ibl_octant_blend *row,
+                                  const int *column, int count, int lanes,
+                                  double *pixels);
+
 /*
  * sums[slot] += weight * (sum of the run's pixels, from first to last), span
  * after span.
@@ -52,6 +77,7 @@ typedef void ibl_octants_write_fn(const double *sums, const double *weights,
 
 typedef struct ibl_octants_dsp {
     ibl_octants_collect_fn *collect;
+    ibl_octants_blend_fn *blend;
     ibl_octants_add_fn *add;
     ibl_octants_write_fn *write;
 } ibl_octants_dsp;
@@ -61,6 +87,8 @@ void ibl_octants_dsp_init(ibl_octants_dsp *dsp, ibl_isa isa);
 
 ibl_octants_collect_fn ibl_octants_collect_c, ibl_octants_collect_sse2,
     ibl_octants_collect_avx2, ibl_octants_collect_avx512;
+ibl_octants_blend_fn ibl_octants_blend_c, ibl_octants_blend_sse2,
+    ibl_octants_blend_avx2, ibl_octants_blend_avx512;
 ibl_octants_add_fn ibl_octants_add_c, ibl_octants_add_sse2,
     ibl_octants_add_avx2, ibl_octants_add_avx512;
 ibl_octants_write_fn ibl_octants_write_c, ibl_octants_write_sse2,

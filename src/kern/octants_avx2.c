@@ -7,6 +7,12 @@ void ibl_octants_collect_avx2(const float *row, const int *offset, int count,
     collect(row, offset, count, pixels);
 }
 
+void ibl_octants_blend_avx2(const ibl_octant_blend *row, const int *column,
+                            int count, int lanes, double *pixels)
+{
+    blend(row, column, count, lanes, pixels);
+}
+
 void ibl_octants_add_avx2(const ibl_octant_span *spans, int count,
                           const double *pixels, double *sums)
 {

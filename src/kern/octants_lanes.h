@@ -59,6 +59,72 @@ static inline void collect(const float *row, const int *offset, int count,
     }
 }
 
+/* The RGB of a pixel and something, times a weight. */
+typedef struct weighed {
+#if VD >= 4
+    __m256d rgb;
+#else
+    __m128d rg, b;
+#endif
+} weighed;
+
+static inline weighed weigh(const float *p, double weight)
+{
+    const __m128 rgb = load_rgb(p);
+#if VD >= 4
+    return (weighed){_mm256_set1_pd(weight) * _mm256_cvtps_pd(rgb)};
+#else
+    const __m128d w = _mm_set1_pd(weight);
+    return (weighed){w * _mm_cvtps_pd(rgb),
+                     w * _mm_cvtps_pd(_mm_movehl_ps(rgb, rgb))};
+#endif
+}
+
+static inline weighed sum_of(weighed a, weighed b)
+{
+#if VD >= 4
+    return (weighed){a.rgb + b.rgb};
+#else
+    return (weighed){a.rg + b.rg, a.b + b.b};
+#endif
+}
+
+static inline void store_lane(double *pixel, weighed x)
+{
+#if VD >= 4
+    const __m128d rg = _mm256_castpd256_pd128(x.rgb);
+    const __m128d b = _mm256_extractf128_pd(x.rgb, 1);
+#else
+    const __m128d rg = x.rg, b = x.b;
+#endif
+    _mm_storel_pd(pixel, rg);
+    _mm_storeh_pd(pixel + IBL_OCTANTS, rg);
+    _mm_storel_pd(pixel + 2 * IBL_OCTANTS, b);
+}
+
+/* A pixel's part of one row of the source. */
+static inline weighed part_of(const ibl_octant_blend *row, int k, int column)
+{
+    int x = column + row->turn[k];
+    x -= x >= row->columns ? row->columns : 0;
+    const ibl_octant_tap *tap = &row->taps[x];
+    const double right = row->weight[k] * tap->weight;
+    return sum_of(weigh(row->source[k] + tap->at[0], row->weight[k] - right),
+                  weigh(row->source[k] + tap->at[1], right));
+}
+
+static inline void blend(const ibl_octant_blend *row, const int *column,
+                         int count, int lanes, double *pixels)
+{
+    for (int i = 0; i < count; i++) {
+        for (int m = 0; m < lanes; m++)
+            store_lane(pixels + m, sum_of(part_of(row, 0, column[m]),
+                                          part_of(row, 1, column[m])));
+        column += IBL_OCTANTS;
+        pixels += IBL_OCTANT_RGB;
+    }
+}
+
 /* Vectors of a pixel that are summed at a time: as many chains of sums as
  * registers hold. */
 enum {

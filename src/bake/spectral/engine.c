@@ -134,6 +134,8 @@ static void take_lights(ibl_spectral *s, ibl_azimuth_rows *in, int group,
                         float *copy, double *squares)
 {
     ibl_pixel_light *lights = s->taken + (size_t)group * IBL_LIGHTS_GROUP;
+    ibl_row_range rest;
+
     memcpy(copy, in->rgb, in->stride * (size_t)in->count * sizeof *copy);
     in->rgb = copy;
     s->found[group] = ibl_lights_take(copy, s->width, in->count, group * GROUP,
@@ -145,9 +147,8 @@ static void take_lights(ibl_spectral *s, ibl_azimuth_rows *in, int group,
         l->energy = s->weight[l->row] *
                     ((double)l->rgb[0] + (double)l->rgb[1] + (double)l->rgb[2]);
     }
-    for (int j = 0; j < in->count && s->found[group]; j++)
-        squares[j] = ibl_row_squares(copy + in->stride * (size_t)j, s->width,
-                                     s->base, &s->range[group]);
+    if (s->found[group])
+        ibl_row_range_of(copy, s->width, in->count, s->base, &rest, squares);
 }
 
 static void group_job(void *arg, int job, int worker)

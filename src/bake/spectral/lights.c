@@ -3,10 +3,12 @@
 
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 enum {
     LANES = 4,     /* pixels looked at together: what is kept of them is in
                       registers */
+    SCALED = 64,   /* pixels scaled at a time, a multiple of that */
     OUTSHINE = 64, /* times the mean of the others */
     MOST_STEPS = 40
 };
@@ -30,82 +32,77 @@ static void look(const float *rgb, int k, float base, lanes *s)
     s->square[k] += above * above;
 }
 
-static void look_at_row(const float *rgb, int width, const float base[3],
-                        lanes *to)
+static void look_at(const float *rgb, int pixels, const float base[3],
+                    lanes *to)
 {
-    const int blocks = width / LANES;
+    const int blocks = pixels / LANES;
     float from[3 * LANES];
     lanes s = *to;
 
-    for (int k = 0; k < 3 * LANES; k++) {
+    for (int k = 0; k < 3 * LANES; k++)
         from[k] = base[k % 3];
-        s.sum[k] = s.square[k] = 0;
-    }
     for (int b = 0; b < blocks; b++, rgb += 3 * LANES)
 #pragma GCC unroll 3
         for (int at = 0; at < 3 * LANES; at += LANES)
             for (int k = at; k < at + LANES; k++)
                 look(rgb, k, from[k], &s);
-    for (int k = 0; k < 3 * (width - blocks * LANES); k++)
+    for (int k = 0; k < 3 * (pixels - blocks * LANES); k++)
         look(rgb, k, from[k], &s);
     *to = s;
 }
 
-double ibl_row_squares(const float *rgb, int width, const float base[3],
-                       const ibl_row_range *range)
+/* The same, times a power of two, which changes no digits. */
+static void look_at_scaled(const float *rgb, int pixels, const float base[3],
+                           float scale, lanes *to)
 {
-    float most = 0x1p-100f;
-    double total = 0;
-    for (int c = 0; c < 3; c++)
-        most = fmaxf(most, fmaxf(range->high[c], base[c]));
-    /* Nothing is above 1, nor is its square. */
-    const float scale = 1 / most;
+    float some[3 * SCALED], from[3];
 
-    for (int i = 0; i < 3 * width; i++) {
-        const double v = (double)((rgb[i] - base[i % 3]) * scale);
-        total += v * v;
+    for (int c = 0; c < 3; c++)
+        from[c] = base[c] * scale;
+    for (int done = 0; done < pixels; done += SCALED) {
+        const int count = pixels - done < SCALED ? pixels - done : SCALED;
+        for (int i = 0; i < 3 * count; i++)
+            some[i] = rgb[3 * done + i] * scale;
+        look_at(some, count, from, to);
     }
-    return total * (double)most * (double)most;
 }
 
-/* Sums of what floats can't be squared. */
-static void look_slowly(const float *rgb, int width, int rows,
-                        const float base[3], const ibl_row_range *range,
-                        double *squares, double total[3])
+/* What is known of all rows in the end, with their sums to the scale. */
+static lanes look_at_rows(const float *rgb, int width, int rows,
+                          const float base[3], float scale, double total[3],
+                          double *squares)
 {
-    const size_t row = 3 * (size_t)width;
+    lanes s;
 
-    for (int c = 0; c < 3; c++)
-        total[c] = 0;
-    for (int j = 0; j < rows; j++) {
-        const float *from = rgb + row * (size_t)j;
-        squares[j] = ibl_row_squares(from, width, base, range);
-        for (size_t i = 0; i < row; i++)
-            total[i % 3] += (double)from[i];
+    for (int k = 0; k < 3 * LANES; k++) {
+        s.low[k] = INFINITY;
+        s.high[k] = 0;
+        total[k % 3] = 0;
     }
+    for (int j = 0; j < rows; j++, rgb += 3 * (size_t)width) {
+        memset(s.sum, 0, sizeof s.sum);
+        memset(s.square, 0, sizeof s.square);
+        if (scale < 1 || scale > 1)
+            look_at_scaled(rgb, width, base, scale, &s);
+        else
+            look_at(rgb, width, base, &s);
+        squares[j] = 0;
+        for (int k = 0; k < 3 * LANES; k++) {
+            total[k % 3] += (double)s.sum[k] / (double)scale;
+            squares[j] += (double)s.square[k] / (double)scale / (double)scale;
+        }
+    }
+    return s;
 }
 
 void ibl_row_range_of(const float *rgb, int width, int rows,
                       const float base[3], ibl_row_range *range,
                       double *squares)
 {
-    const size_t row = 3 * (size_t)width;
-    double total[3] = {0};
+    double total[3];
     float most = 0;
-    lanes s;
+    const lanes s = look_at_rows(rgb, width, rows, base, 1, total, squares);
 
-    for (int k = 0; k < 3 * LANES; k++) {
-        s.low[k] = INFINITY;
-        s.high[k] = 0;
-    }
-    for (int j = 0; j < rows; j++) {
-        look_at_row(rgb + row * (size_t)j, width, base, &s);
-        squares[j] = 0;
-        for (int k = 0; k < 3 * LANES; k++) {
-            total[k % 3] += (double)s.sum[k];
-            squares[j] += (double)s.square[k];
-        }
-    }
     for (int k = 0; k < 3 * LANES; k++) {
         const int c = k % 3;
         if (k < 3 || s.low[k] < range->low[c])
@@ -114,8 +111,9 @@ void ibl_row_range_of(const float *rgb, int width, int rows,
             range->high[c] = s.high[k];
         most = fmaxf(most, fmaxf(s.high[k], base[c]));
     }
-    if (most > largest || most < smallest)
-        look_slowly(rgb, width, rows, base, range, squares, total);
+    if (most > largest || (most > 0 && most < smallest))
+        look_at_rows(rgb, width, rows, base, most > 1 ? 0x1p-90f : 0x1p100f,
+                     total, squares);
     for (int c = 0; c < 3; c++)
         range->mean[c] = total[c] / width / rows;
 }

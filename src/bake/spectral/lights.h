@@ -51,8 +51,4 @@ bool ibl_lights_any(const ibl_row_range *range, size_t pixels);
 int ibl_lights_take(float *rgb, int width, int rows, int first_row,
                     const ibl_row_range *range, ibl_pixel_light *lights);
 
-/* The squares of one row, in as many steps as they have digits. */
-double ibl_row_squares(const float *rgb, int width, const float base[3],
-                       const ibl_row_range *range);
-
 #endif
