@@ -20,7 +20,7 @@
 #include "image/level0.h"
 
 enum {
-    GROUP = IBL_SPECTRAL_GROUP,
+    GROUP = 2 * IBL_SPECTRAL_GROUP,
     BATCH_BYTES = 1 << 20, /* of rows, about what a core's cache holds */
     MOST_BYTES = 16 << 20  /* for many threads */
 };
@@ -173,9 +173,9 @@ static ibl_status prepare(bake *b)
         status = ibl_spectral_plan_make(b->ctx, b->env->width, b->env->height,
                                         &b->opts, &b->layout, &b->plan);
     if (!status && b->plan.degree >= 0)
-        status =
-            ibl_spectral_create(b->ctx, b->env->width, b->env->height,
-                                b->opts.yaw_deg, b->plan.degree, &b->spectral);
+        status = ibl_spectral_create(b->ctx, b->env->width, b->env->height,
+                                     b->opts.yaw_deg, b->plan.degree,
+                                     b->plan.halved, &b->spectral);
     for (int l = 0; l < b->layout.levels && !status; l++)
         if (b->plan.parts[l].near)
             status = prepare_near(b, l);
@@ -212,7 +212,7 @@ static ibl_status give_rows(bake *b, int rows, const float *rgb)
     return status;
 }
 
-/* Whole groups of rows, two for every thread if that is not too much of
+/* Whole groups of rows, one for every thread if that is not too much of
  * memory; what is made of them does not depend on how many. */
 static int batch_rows(const bake *b)
 {
@@ -220,9 +220,9 @@ static int batch_rows(const bake *b)
     const size_t row = 3 * sizeof(float) * (size_t)b->env->width;
     const int fit = (int)(BATCH_BYTES / row) / GROUP;
     const int most = (int)(MOST_BYTES / row) / GROUP;
-    int groups = threads < 2 ? 2 : 2 * threads;
+    int groups = threads;
     if (groups > most)
-        groups = most > 2 ? most : 2;
+        groups = most > 1 ? most : 1;
     return GROUP * (fit > groups ? fit : groups);
 }
 

@@ -59,21 +59,23 @@ static void fill_weights(const ibl_spectral *s)
 }
 
 ibl_status ibl_spectral_create(ibl_ctx *ctx, int width, int height,
-                               double yaw_deg, int degree, ibl_spectral **out)
+                               double yaw_deg, int degree, bool halved,
+                               ibl_spectral **out)
 {
     ibl_spectral *s = ibl_alloc_zeroed(1, sizeof *s);
     *out = NULL;
     if (!s)
         return ibl_no_memory(ctx, "the analysis");
     s->ctx = ctx;
-    s->width = width;
-    s->height = height;
+    s->halved = halved;
+    s->width = halved ? width / 2 : width;
+    s->height = halved ? height / 2 : height;
     s->degree = degree;
-    s->groups = (height + GROUP - 1) / GROUP;
+    s->groups = (s->height + GROUP - 1) / GROUP;
     s->scale = 1;
     s->yaw = (yaw_deg - 360 * floor(yaw_deg / 360)) / 180 * IBL_PI;
     ibl_status status =
-        ibl_azimuth_create(ctx, width, degree + 1, s->yaw, &s->azimuth);
+        ibl_azimuth_create(ctx, s->width, degree + 1, s->yaw, &s->azimuth);
     if (!status)
         status = allocate(s);
     if (status) {
@@ -118,15 +120,41 @@ void ibl_spectral_free(ibl_spectral *s)
 
 /* ---- rows -------------------------------------------------------------- */
 
-/* The rows of a job. */
-static ibl_azimuth_rows group_of(const ibl_spectral *s, int job)
+/* Two rows of the map as one, of half as many pixels; `lower` is the second
+ * one's share of both. What is constant stays that. */
+static void halve(const float *rgb, int width, float lower, float *out)
+{
+    const float *below = rgb + 6 * (size_t)width;
+    for (int i = 0; i < width; i++)
+        for (int c = 0; c < 3; c++) {
+            const int k = 6 * i + c;
+            const float a = rgb[k] + 0.5f * (rgb[k + 3] - rgb[k]);
+            const float b = below[k] + 0.5f * (below[k + 3] - below[k]);
+            out[3 * i + c] = a + lower * (b - a);
+        }
+}
+
+/* The rows of a job; own: room for them. */
+static ibl_azimuth_rows group_of(const ibl_spectral *s, int job, float *own)
 {
     const ibl_spectral_batch *b = &s->batch;
     const size_t row = 3 * (size_t)s->width;
-    const int left = b->rows - job * GROUP;
-    return (ibl_azimuth_rows){.rgb = b->rgb + row * (size_t)(job * GROUP),
-                              .stride = row,
-                              .count = left < GROUP ? left : GROUP};
+    const int first = job * GROUP, left = b->rows - first;
+    ibl_azimuth_rows in = {.rgb = b->rgb + row * (size_t)first,
+                           .stride = row,
+                           .count = left < GROUP ? left : GROUP};
+
+    if (!s->halved)
+        return in;
+    for (int j = 0; j < in.count; j++) {
+        const double at = IBL_PI * (b->first + first + j + 0.5) / s->height;
+        const double step = IBL_PI / s->height / 4;
+        const double upper = sin(at - step), lower = sin(at + step);
+        halve(b->rgb + 4 * row * (size_t)(first + j), s->width,
+              (float)(lower / (upper + lower)), own + row * (size_t)j);
+    }
+    in.rgb = own;
+    return in;
 }
 
 /* Takes the lights out of a copy, that becomes the group's rows. */
@@ -136,7 +164,8 @@ static void take_lights(ibl_spectral *s, ibl_azimuth_rows *in, int group,
     ibl_pixel_light *lights = s->taken + (size_t)group * IBL_LIGHTS_GROUP;
     ibl_row_range rest;
 
-    memcpy(copy, in->rgb, in->stride * (size_t)in->count * sizeof *copy);
+    if (in->rgb != copy)
+        memcpy(copy, in->rgb, in->stride * (size_t)in->count * sizeof *copy);
     in->rgb = copy;
     s->found[group] = ibl_lights_take(copy, s->width, in->count, group * GROUP,
                                       &s->range[group], lights);
@@ -156,7 +185,8 @@ static void group_job(void *arg, int job, int worker)
     ibl_spectral *s = arg;
     const int first = s->batch.first + job * GROUP, group = first / GROUP;
     float *scratch = s->scratch + (size_t)worker * s->worker_floats;
-    ibl_azimuth_rows in = group_of(s, job);
+    float *own = scratch + s->worker_floats - patched_floats(s);
+    ibl_azimuth_rows in = group_of(s, job, own);
     double squares[GROUP];
 
     ibl_row_range_of(in.rgb, s->width, in.count, s->base, &s->range[group],
@@ -164,8 +194,7 @@ static void group_job(void *arg, int job, int worker)
     in.change.scale = (float)s->scale;
     memcpy(in.change.subtract, s->base, sizeof in.change.subtract);
     if (ibl_lights_any(&s->range[group], (size_t)s->width * (size_t)in.count))
-        take_lights(s, &in, group,
-                    scratch + s->worker_floats - patched_floats(s), squares);
+        take_lights(s, &in, group, own, squares);
     s->squares[group] = 0;
     for (int j = 0; j < in.count; j++)
         s->squares[group] += squares[j] * s->weight[first + j];
@@ -245,6 +274,8 @@ ibl_status ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb)
     const ibl_status status = settle(s);
     if (status)
         return status;
+    if (s->halved)
+        rows /= 2;
     s->batch = (ibl_spectral_batch){rgb, s->added, rows};
     s->added += rows;
     ibl_run_begin(s->ctx, "analysis", (double)s->batch.first / s->height,

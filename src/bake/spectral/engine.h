@@ -13,6 +13,8 @@
 #ifndef IBL_BAKE_SPECTRAL_ENGINE_H
 #define IBL_BAKE_SPECTRAL_ENGINE_H
 
+#include <stdbool.h>
+
 #include "bake/spectral/near.h"
 #include "ibl/ibl.h"
 
@@ -23,13 +25,16 @@ typedef struct ibl_spectral ibl_spectral;
 /*
  * For a map of width x height pixels, turned by yaw_deg. Borrows ctx.
  *   degree   of the analysis, the highest of any level
+ *   halved   whether 2 x 2 pixels, their mean, are one: width and height are
+ *            even
  */
 ibl_status ibl_spectral_create(ibl_ctx *ctx, int width, int height,
-                               double yaw_deg, int degree, ibl_spectral **out);
+                               double yaw_deg, int degree, bool halved,
+                               ibl_spectral **out);
 void ibl_spectral_free(ibl_spectral *s); /* NULL is fine */
 
-/* The next rows from the zenith, RGB: a multiple of IBL_SPECTRAL_GROUP, but
- * for the last ones. Begins jobs of the context's pool: ibl_run_end comes
+/* The next rows from the zenith, RGB: a multiple of 2 IBL_SPECTRAL_GROUP,
+ * but for the last ones. Begins jobs of the context's pool: ibl_run_end comes
  * before the next call for s, and rgb stays until that has returned. */
 ibl_status ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb);
 /* All rows have been added. Reports as stage "analysis". */

@@ -3,6 +3,8 @@
 #ifndef IBL_BAKE_SPECTRAL_STATE_H
 #define IBL_BAKE_SPECTRAL_STATE_H
 
+#include <stdbool.h>
+
 #include "bake/spectral/azimuth.h"
 #include "bake/spectral/engine.h"
 #include "bake/spectral/lights.h"
@@ -31,7 +33,8 @@ typedef struct ibl_spectral_batch {
 struct ibl_spectral {
     ibl_ctx *ctx;
     int width, height, degree;
-    double yaw; /* radians, 0..2 pi */
+    bool halved; /* the map is twice as wide and high */
+    double yaw;  /* radians, 0..2 pi */
 
     double scale; /* of everything that is summed: see choose_scale */
 
