@@ -489,6 +489,8 @@ static void suns(void)
                                  (4e-5 * want + 5e-6 * most);
                 worst = e > worst || isnan(e) ? e : worst;
             }
+            if (getenv("IBL_TEST_PRINT"))
+                printf("sun %d, %s %g: %.2f\n", s, l->name, l->alpha, worst);
             CHECK_MSG(worst <= 1,
                       "sun %d, %s %g: %d pixels, %d points, %.2f "
                       "times the limit",
