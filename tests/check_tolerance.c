@@ -127,6 +127,38 @@ static void kept(void)
     check_kept(512);
 }
 
+/* A narrow lobe on a map most of which is much darker than its mean: the level
+ * is made twice, and its near part counts once each time. */
+static void narrow_and_dark(void)
+{
+    ibl_ctx *ctx = context(2, NULL);
+    ibl_specular_options o = ibl_specular_options_default();
+    ibl_specular_report report;
+    ibl_reference *ref = NULL;
+    ibl_cube cube = {0};
+    ibl_image env;
+
+    made_map(ctx, 256, 128, &env);
+    for (int i = 0; i < 256 * 128; i++)
+        for (int c = 0; c < 3; c++)
+            env.data[3 * i + c] *= i % 256 < 24 && i % 7 < 3 ? 10 : 0.1f;
+    NEED(!ibl_reference_create(ctx, &env, 0, &ref));
+    o.size = SIZE;
+    o.levels = 2;
+    o.roughness_min = 0.04;
+    o.roughness_max = 0.06;
+    NEED(!ibl_bake_specular_report(ctx, &env, &o, &cube, &report));
+    for (int l = 0; l < 2; l++) {
+        const double p95 = measured(ref, &cube, l, report.layout.roughness[l]);
+        CHECK(report.level[l].reach > 0);
+        CHECK_MSG(p95 <= 2e-4, "level %d: %.2g", l, p95);
+    }
+    ibl_cube_free(&cube);
+    ibl_reference_free(ref);
+    ibl_image_free(&env);
+    ibl_ctx_free(ctx);
+}
+
 /* ---- layouts ------------------------------------------------------------ */
 
 static ibl_specular_layout layout_of(int size, int levels, double low,
@@ -237,6 +269,7 @@ static void bad_options(void)
 
 static const test tests[] = {
     TEST(kept),
+    TEST(narrow_and_dark),
     TEST(whole_range_is_the_chain),
     TEST(layouts_follow_their_lod),
     TEST(bad_options),

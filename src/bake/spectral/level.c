@@ -42,6 +42,7 @@ struct level {
     double margin;      /* see wanted_rms */
     double rms;         /* estimate of the error, absolute */
     ibl_bright *bright; /* NULL: no lights */
+    const float *near;  /* sums of the near part; NULL: none */
     ibl_azimuth *azimuth;
     float *scratch;
     size_t scratch_floats;
@@ -271,8 +272,7 @@ static ibl_status fill_texels(const struct level *v)
                          .spectrum = v->field,
                          .degree = v->degree,
                          .bright = v->bright,
-                         .local =
-                             t->near ? ibl_near_sums(t->near, s->scale) : NULL,
+                         .local = v->near,
                          .gain = (float)(1 / s->scale)};
 
     set_offset(v, &sum);
@@ -359,6 +359,8 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
     ibl_status status = allocate(&v);
     if (!status)
         status = make_lights(&v);
+    if (!status && target->near)
+        v.near = ibl_near_sums(target->near, s->scale);
     while (!status && !enough) {
         status = make_level(&v, stage);
         *degree = v.degree;

@@ -43,7 +43,8 @@ double ibl_near_whole(const ibl_near *near);
 /* What was taken from every pixel, R, G, B. */
 const float *ibl_near_base(const ibl_near *near);
 /* All rows have been added: the sums of every texel times scale, 3 floats in
- * the order of the level. Until ibl_near_free. */
+ * the order of the level. Until ibl_near_free; to be called once, as they take
+ * the place of what they are made from. */
 const float *ibl_near_sums(ibl_near *near, double scale);
 
 #endif
