@@ -350,7 +350,7 @@ static void constants(void)
     }
 }
 
-/* What texels have of their own is added, and all of it scaled. */
+/* What texels have of their own is added to what is scaled. */
 static void local(void)
 {
     enum {
@@ -360,14 +360,14 @@ static void local(void)
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     ibl_ring_grid grid = {0};
     ibl_cube cube = {0};
-    static float own[3 * TEXELS];
+    static double own[3 * TEXELS];
     field f;
     field_init(&f, 8, 1e-3, 8);
     NEED(!ibl_ring_grid_alloc(ctx, 40, 64, &grid));
     NEED(!ibl_cube_alloc(ctx, N, 1, &cube));
     sample(&f, &grid);
     for (int i = 0; i < 3 * TEXELS; i++)
-        own[i] = (float)i;
+        own[i] = i;
     const ibl_level_sum sum = {.grid = &grid,
                                .spectrum = f.spectrum,
                                .degree = 8,
@@ -378,7 +378,7 @@ static void local(void)
     ibl_ring_grid_close(&grid, 0, grid.rings);
     CHECK(!ibl_spectral_texels(ctx, NULL, &sum, &cube, 0));
     for (int i = 0; i < 3 * TEXELS; i++)
-        cube.data[i] = 2 * cube.data[i] - own[i];
+        cube.data[i] = 2 * (cube.data[i] - (float)own[i]);
     CHECK(compare(&f, &cube).worst <= 2e-6 * TEXELS);
     ibl_ring_grid_free(&grid);
     ibl_cube_free(&cube);

@@ -326,11 +326,11 @@ static void near_level(const bake *b, int level)
 {
     const int n = ibl_cube_edge(b->layout.size, level);
     const size_t count = IBL_FACES * (size_t)n * (size_t)n;
-    const float *sums = ibl_near_sums(b->near[level], 1);
+    const double *sums = ibl_near_sums(b->near[level]);
     const float *base = ibl_near_base(b->near[level]);
     float *rgb = ibl_cube_face(&b->out->specular, level, 0);
     for (size_t i = 0; i < 3 * count; i++)
-        rgb[i] = fmaxf(sums[i] + base[i % 3], 0);
+        rgb[i] = fmaxf((float)sums[i] + base[i % 3], 0);
 }
 
 static ibl_status spectral_level(bake *b, int level)

@@ -42,7 +42,6 @@ struct level {
     double margin;      /* see wanted_rms */
     double rms;         /* estimate of the error, absolute */
     ibl_bright *bright; /* NULL: no lights */
-    const float *near;  /* sums of the near part; NULL: none */
     ibl_azimuth *azimuth;
     float *scratch;
     size_t scratch_floats;
@@ -272,7 +271,7 @@ static ibl_status fill_texels(const struct level *v)
                          .spectrum = v->field,
                          .degree = v->degree,
                          .bright = v->bright,
-                         .local = v->near,
+                         .local = t->near ? ibl_near_sums(t->near) : NULL,
                          .gain = (float)(1 / s->scale)};
 
     set_offset(v, &sum);
@@ -359,8 +358,6 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
     ibl_status status = allocate(&v);
     if (!status)
         status = make_lights(&v);
-    if (!status && target->near)
-        v.near = ibl_near_sums(target->near, s->scale);
     while (!status && !enough) {
         status = make_level(&v, stage);
         *degree = v.degree;

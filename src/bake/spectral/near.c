@@ -525,13 +525,7 @@ const float *ibl_near_base(const ibl_near *a)
     return a->base;
 }
 
-const float *ibl_near_sums(ibl_near *a, double scale)
+const double *ibl_near_sums(const ibl_near *a)
 {
-    const size_t count = 3 * IBL_FACES * (size_t)a->n * (size_t)a->n;
-    float *sums = (float *)a->sum;
-    for (size_t i = 0; i < count; i++) {
-        const float sum = (float)(a->sum[i] * scale);
-        memcpy(&sums[i], &sum, sizeof sum);
-    }
-    return sums;
+    return a->sum;
 }

@@ -42,9 +42,8 @@ double ibl_near_reach(const ibl_near *near);
 double ibl_near_whole(const ibl_near *near);
 /* What was taken from every pixel, R, G, B. */
 const float *ibl_near_base(const ibl_near *near);
-/* All rows have been added: the sums of every texel times scale, 3 floats in
- * the order of the level. Until ibl_near_free; to be called once, as they take
- * the place of what they are made from. */
-const float *ibl_near_sums(ibl_near *near, double scale);
+/* All rows have been added: the sums of every texel, 3 numbers in the order of
+ * the level. Until ibl_near_free. */
+const double *ibl_near_sums(const ibl_near *near);
 
 #endif

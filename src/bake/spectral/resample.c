@@ -144,11 +144,12 @@ static void interpolate(const level *a, const tile *t, float *rgba)
     a->dsp.row(&row);
 }
 
-static void add_local(const float *local, int count, float *rgba)
+/* Times gain it is what it was. */
+static void add_local(const double *local, int count, float gain, float *rgba)
 {
     for (int i = 0; i < count; i++)
         for (int c = 0; c < 3; c++)
-            rgba[4 * i + c] += local[3 * i + c];
+            rgba[4 * i + c] += (float)(local[3 * i + c] / (double)gain);
 }
 
 /* rgba has room for whole blocks. */
@@ -173,7 +174,8 @@ static void make_tile(const level *a, const tile *t)
     if (a->sum->bright)
         add_lights(a, t, count, rgba);
     if (a->sum->local)
-        add_local(a->sum->local + 3 * (at + (size_t)t->begin), count, rgba);
+        add_local(a->sum->local + 3 * (at + (size_t)t->begin), count,
+                  a->sum->gain, rgba);
     a->dsp.finish(rgba, &a->range, count,
                   a->texels + 3 * (at + (size_t)t->begin));
 }

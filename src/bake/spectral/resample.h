@@ -81,7 +81,7 @@ double ibl_ring_grid_error(const double *spectrum, int degree, int rings,
 
 /*
  * What a level is made of: at each texel's centre d, in each channel
- *     clamp(offset + gain (field(d) + lights(d) + local)).
+ *     clamp(offset + gain (field(d) + lights(d)) + local).
  */
 typedef struct ibl_level_sum {
     const ibl_ring_grid *grid; /* the field, borders filled */
@@ -90,8 +90,8 @@ typedef struct ibl_level_sum {
                                   exponentially to 1e-5 at degree */
     int degree;                /* of the field, >= 0 */
     const ibl_bright *bright;  /* NULL: no lights */
-    const float *local;        /* of each texel, 3 floats; NULL: 0 */
-    float gain;
+    const double *local;       /* of each texel, 3 numbers; NULL: 0 */
+    float gain;                /* a power of two */
     float offset[3], low[3], high[3]; /* low may be -INFINITY, high INFINITY;
                                          NaN becomes low */
 } ibl_level_sum;
