@@ -2,8 +2,8 @@
 #include <math.h>
 
 #include "core/pi.h"
+#include "core/vector.h"
 #include "ibl/probes.h"
-#include "probe/vector.h"
 
 const char *ibl_shape_name(ibl_shape shape)
 {

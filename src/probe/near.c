@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include <math.h>
 
+#include "core/vector.h"
 #include "ibl/probes.h"
-#include "probe/vector.h"
 
 int ibl_probes_nearest(const ibl_probe *probes, int count,
                        const double point[3])

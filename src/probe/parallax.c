@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include <math.h>
 
+#include "core/vector.h"
 #include "ibl/probes.h"
-#include "probe/vector.h"
 
 /* How far beyond the wall a point is still taken for one on it: what rounding
  * does to points of a floor that is the wall. */

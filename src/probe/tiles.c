@@ -20,8 +20,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/vector.h"
 #include "ibl/probes.h"
-#include "probe/vector.h"
 
 static const double tiny = 1e-12;
 

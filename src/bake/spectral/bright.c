@@ -9,6 +9,7 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "core/pi.h"
+#include "core/vector.h"
 #include "image/cube.h"
 
 enum {
@@ -84,32 +85,12 @@ struct maker {
     ibl_bright *b;
     double reach[2]; /* distance of the lobe's singularities, by range */
     double error;
-    ibl_light *light; /* the points of the pixels, in their order */
+    ibl_light *light; /* the points of the pixels, until they are put */
     int lights;
 };
 
 /* Points are floats. */
 static const double slack = 1e-6;
-
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static bool normalise(double v[3])
-{
-    const double length = sqrt(dot(v, v));
-    for (int k = 0; k < 3 && length > 1e-3; k++)
-        v[k] /= length;
-    return length > 1e-3;
-}
-
-static void cross(const double a[3], const double b[3], double out[3])
-{
-    for (int k = 0; k < 3; k++)
-        out[k] =
-            a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
-}
 
 /* The distance of the nearest singularities from the peak. */
 static double reach_of(const ibl_lobe_shape *shape)
@@ -131,10 +112,10 @@ static double find_cap(const struct pixel *pixel, int count, struct cap *cap)
     for (int i = 0; i < count; i++)
         for (int k = 0; k < 3; k++)
             cap->centre[k] += pixel[i].middle[k];
-    if (!normalise(cap->centre))
+    if (!unit3(cap->centre))
         return IBL_PI;
     for (int i = 0; i < count; i++) {
-        least = fmin(least, dot(cap->centre, pixel[i].middle));
+        least = fmin(least, dot3(cap->centre, pixel[i].middle));
         radius = fmax(radius, pixel[i].radius);
     }
     return radius + acos(fmin(fmax(least, -1), 1));
@@ -147,9 +128,9 @@ static void find_frame(const struct maker *m, struct cluster *c)
 
     memcpy(up, c->cap.centre, sizeof c->cap.centre);
     const double side[3] = {fabs(up[0]) < 0.6, fabs(up[0]) >= 0.6, 0};
-    cross(side, up, f->axis[0]);
-    normalise(f->axis[0]);
-    cross(up, f->axis[0], f->axis[1]);
+    cross3(side, up, f->axis[0]);
+    unit3(f->axis[0]);
+    cross3(up, f->axis[0], f->axis[1]);
     for (int k = 0; k < 2; k++) {
         f->low[k] = INFINITY;
         f->high[k] = -INFINITY;
@@ -160,7 +141,7 @@ static void find_frame(const struct maker *m, struct cluster *c)
         for (int j = 0; j < near->count; j++)
             for (int k = 0; k < 2; k++) {
                 const double *d = m->light[near->first + j].direction;
-                const double at = dot(f->axis[k], d);
+                const double at = dot3(f->axis[k], d);
                 f->low[k] = fmin(f->low[k], at);
                 f->high[k] = fmax(f->high[k], at);
             }
@@ -329,7 +310,7 @@ static void share_out(const struct frame *f, const struct nodes side[2],
     double share[2][MOST_NODES];
 
     for (int k = 0; k < 2; k++)
-        share_along(&side[k], dot(f->axis[k], light->direction), share[k]);
+        share_along(&side[k], dot3(f->axis[k], light->direction), share[k]);
     for (int i = 0; i < side[0].count; i++)
         for (int j = 0; j < side[1].count; j++, rgb++)
             for (int k = 0; k < 3; k++)
@@ -379,7 +360,6 @@ static ibl_status make_lights(struct maker *m)
                                          m->error, &rules, NULL);
         m->lights += points->count;
     }
-    ibl_free(m->light);
     m->light = ibl_alloc_array((size_t)m->lights, sizeof *m->light);
     for (int i = 0; m->light && i < 2 * b->pixels; i++)
         next += ibl_patch_points(&b->pixel[i % b->pixels].patch,
@@ -388,49 +368,56 @@ static ibl_status make_lights(struct maker *m)
     return m->light ? IBL_OK : IBL_ERR_MEMORY;
 }
 
-/* Where a cluster's points will be. */
-static void place_points(ibl_bright *b, const struct cluster *c,
-                         enum range range, struct stand *s)
+/* Puts the points of the pixels in the order of clusters. */
+static void put_pixels(const struct maker *m)
 {
-    s->points.first = b->pixel[c->pixels.first].points[range].first;
-    if (s->nodes[0]) {
-        s->points.first = b->points;
-        b->points += s->points.count;
+    const ibl_bright *b = m->b;
+    int next = 0;
+
+    for (int i = 0; i < 2 * b->pixels; i++) {
+        struct span *points = &b->pixel[i % b->pixels].points[i / b->pixels];
+        const ibl_light *light = m->light + points->first;
+        points->first = next;
+        for (int k = 0; k < points->count; k++)
+            put_point(light[k].direction, light[k].rgb, &b->point[next++]);
     }
 }
 
-static ibl_status make_points(struct maker *m)
+static ibl_status make_points(const struct maker *m)
 {
     ibl_bright *b = m->b;
 
     b->points = m->lights;
     for (int i = 0; i < 2 * b->clusters; i++) {
-        struct cluster *c = &b->cluster[i / 2];
-        place_points(b, c, i % 2, &c->stand[i % 2]);
+        struct stand *s = &b->cluster[i / 2].stand[i % 2];
+        s->points.first = b->points;
+        if (s->nodes[0])
+            b->points += s->points.count;
     }
     b->point = ibl_alloc_array((size_t)b->points, sizeof *b->point);
     if (!b->point)
         return IBL_ERR_MEMORY;
-    for (int i = 0; i < m->lights; i++)
-        put_point(m->light[i].direction, m->light[i].rgb, &b->point[i]);
     for (int i = 0; i < 2 * b->clusters; i++) {
         const struct cluster *c = &b->cluster[i / 2];
         if (c->stand[i % 2].nodes[0])
             make_nodes(m, c, &c->stand[i % 2]);
+    }
+    put_pixels(m);
+    for (int i = 0; i < 2 * b->clusters; i++) {
+        struct cluster *c = &b->cluster[i / 2];
+        if (!c->stand[i % 2].nodes[0])
+            c->stand[i % 2].points.first =
+                b->pixel[c->pixels.first].points[i % 2].first;
     }
     return IBL_OK;
 }
 
 static ibl_status make_bright(struct maker *m)
 {
-    ibl_bright *b = m->b;
     ibl_status status = make_lights(m);
 
-    if (!status && b->pixels) {
-        find_clusters(m, (struct span){0, b->pixels});
-        /* Clusters have put the pixels in another order. */
-        status = make_lights(m);
-    }
+    if (!status && m->b->pixels)
+        find_clusters(m, (struct span){0, m->b->pixels});
     if (!status)
         status = make_points(m);
     ibl_free(m->light);
@@ -440,8 +427,9 @@ static ibl_status make_bright(struct maker *m)
 /* How far its pixels are cut at the horizon: where the lobe ends there with a
  * slope, a patch of radius r whose points are a half turn off misses up to
  * slope r / 4 of its light. */
-static void find_cuts(ibl_bright *b, double error, double least)
+static void find_cuts(const struct maker *m, double least)
 {
+    ibl_bright *b = m->b;
     /* Phong has none at 0 itself. */
     const double slope = 100 * ibl_lobe_value(&b->shape, 0.495, 0.01);
     double largest = 0;
@@ -458,7 +446,7 @@ static void find_cuts(ibl_bright *b, double error, double least)
     }
     if (largest > 0) {
         /* What is cut grows as a square. */
-        const int nodes = ibl_rule_nodes(largest, reach_of(&b->shape), error);
+        const int nodes = ibl_rule_nodes(largest, m->reach[NEAR], m->error);
         ibl_rule_make((nodes > 2 ? nodes : 2) + (largest > 0.01), &b->rule);
     }
 }
@@ -491,7 +479,7 @@ ibl_status ibl_bright_create(ibl_ctx *ctx, const ibl_patch *patches, int count,
         p->radius = ibl_patch_radius(&patches[i]);
     }
     if (!status) {
-        find_cuts(b, error, least);
+        find_cuts(&m, least);
         status = make_bright(&m);
     }
     if (status)
@@ -548,8 +536,8 @@ static void make_block(int face, const float *point, struct block *block)
         cap->centre[k] = end[0][k] + end[1][k];
     }
     /* A row of a face is a part of a great circle, of less than a half. */
-    normalise(cap->centre);
-    cap->cosine = fmax(dot(cap->centre, end[0]), 0);
+    unit3(cap->centre);
+    cap->cosine = fmax(dot3(cap->centre, end[0]), 0);
     cap->sine = sqrt(fmax(1 - cap->cosine * cap->cosine, 0));
 }
 
@@ -575,7 +563,7 @@ static void cut_pixel(const ibl_bright *b, const struct pixel *p,
         double at[3];
         for (int k = 0; k < 3; k++)
             at[k] = (double)l->at[k] + (double)l->rest[k];
-        const double cosine = dot(d, at);
+        const double cosine = dot3(d, at);
         const double point =
             ibl_lobe_far(&b->shape, 0.5 - 0.5 * cosine, cosine);
         for (int k = 0; k < 3; k++)
@@ -589,13 +577,13 @@ static void cut_cluster(const ibl_bright *b, const struct cluster *c,
 {
     for (int i = c->pixels.first; i < c->pixels.first + c->pixels.count; i++) {
         const struct pixel *p = &b->pixel[i];
-        if (p->cut && fabs(dot(d, p->middle)) < p->radius)
+        if (p->cut && fabs(dot3(d, p->middle)) < p->radius)
             cut_pixel(b, p, d, rgba);
     }
 }
 
-/* Adds a cluster to texels whose horizons may cross it: those of whom that is
- * so see its pixels. */
+/* Adds a cluster to texels whose horizons may cross it. Those whose horizon
+ * does see its pixels. */
 static void add_crossed(const ibl_bright *b, const struct cluster *c,
                         const struct span *points, const ibl_radial_dsp *dsp,
                         const struct block *block, float *rgba)
@@ -614,7 +602,7 @@ static void add_crossed(const ibl_bright *b, const struct cluster *c,
         for (int k = 0; k < 3; k++)
             d[k] = (double)block->point[k * BLOCK + i] +
                    (double)block->point[(k + 3) * BLOCK + i];
-        if (fabs(dot(d, c->cap.centre)) < c->cap.sine + slack &&
+        if (fabs(dot3(d, c->cap.centre)) < c->cap.sine + slack &&
             (c->pixels.count > 1 || first->cut)) {
             if (!any)
                 add_points(b, &(struct span){from, to - from}, dsp, block,
@@ -637,7 +625,7 @@ void ibl_bright_add(const ibl_bright *b, int face, const ibl_radial_dsp *dsp,
     for (int i = 0; i < b->clusters; i++) {
         const struct cluster *cluster = &b->cluster[i];
         const struct cap *x = &block.cap, *y = &cluster->cap;
-        const double cosine = dot(x->centre, y->centre);
+        const double cosine = dot3(x->centre, y->centre);
         /* Of the sum of the radii. */
         const double s = x->sine * y->cosine + x->cosine * y->sine + slack;
         const double c = x->cosine * y->cosine - x->sine * y->sine;

@@ -3,11 +3,11 @@
  * The lights of a level: bright pixels, that are patches of the sphere, seen
  * through its lobe, however narrow that is and however far down its tail.
  *
- * Near a light some points stand for it. Lights next to one another, as those
- * of a sun, are a cluster: the polynomial through the lobe at a few nodes is
- * as good as the lobe, so points at the nodes stand for all of them. From
- * half a radian on fewer nodes do. Where the horizon of a texel crosses a
- * cluster lights are summed one by one, and cut at the horizon.
+ * Points stand for each light. Lights next to one another, as those of a sun,
+ * form a cluster: the polynomial through the lobe at a few nodes is as good as
+ * the lobe, so points at the nodes stand for all of them. From half a radian
+ * on fewer nodes are enough. Where the horizon of a texel crosses a cluster its
+ * lights are summed one by one, and cut at the horizon.
  */
 #ifndef IBL_BAKE_SPECTRAL_BRIGHT_H
 #define IBL_BAKE_SPECTRAL_BRIGHT_H

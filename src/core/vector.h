@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-#ifndef IBL_PROBE_VECTOR_H
-#define IBL_PROBE_VECTOR_H
+#ifndef IBL_CORE_VECTOR_H
+#define IBL_CORE_VECTOR_H
 
 #include <math.h>
 #include <stdbool.h>
