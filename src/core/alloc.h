@@ -13,6 +13,9 @@
 void *ibl_alloc_array(size_t n, size_t size);
 /* The same, zeroed. */
 void *ibl_alloc_zeroed(size_t n, size_t size);
+/* The same as the first, for what will mostly stay untouched: that takes no
+ * memory. */
+void *ibl_alloc_sparse(size_t n, size_t size);
 void ibl_free(void *p); /* NULL is fine */
 /* Between the first hold and its release 32 MiB at most of freed memory are
  * kept for the next who asks; the last release returns them to the system. */

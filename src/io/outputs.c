@@ -150,7 +150,7 @@ ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out)
 {
     if (!ctx || !out)
         return ibl_missing(ctx, "ibl_outputs_create: out");
-    ibl_outputs *set = ibl_alloc_array(1, sizeof *set);
+    ibl_outputs *set = ibl_alloc_sparse(1, sizeof *set);
     *out = NULL;
     if (!set)
         return ibl_no_memory(ctx, "a set of outputs");

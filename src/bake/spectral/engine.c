@@ -35,7 +35,7 @@ static ibl_status allocate(ibl_spectral *s)
     s->range = ibl_alloc_array(groups, sizeof *s->range);
     s->squares = ibl_alloc_array(groups, sizeof *s->squares);
     s->found = ibl_alloc_zeroed(groups, sizeof *s->found);
-    s->taken = ibl_alloc_array(groups, IBL_LIGHTS_GROUP * sizeof *s->taken);
+    s->taken = ibl_alloc_sparse(groups, IBL_LIGHTS_GROUP * sizeof *s->taken);
     s->worker_floats = (scratch + 15) / 16 * 16 + patched_floats(s);
     s->scratch = ibl_alloc_array(threads * s->worker_floats, sizeof(float));
     if (!s->weight || !s->widths || !s->power || !s->range || !s->squares ||
