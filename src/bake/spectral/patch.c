@@ -126,33 +126,56 @@ int ibl_patch_points(const ibl_patch *p, double reach, double error,
 struct part {
     const ibl_lobe_shape *shape;
     const ibl_rule *rule;
-    double theta[2];
+    double theta[2], sin_theta[2], cos_theta[2];
     double from, width; /* of the azimuth, from d's */
     double up, sine;    /* d's Y, and what is left of it */
 };
 
-/* int K sin(theta) dtheta along a meridian, above the horizon only, which a
- * meridian crosses once. */
-static double meridian_sum(const struct part *p, double delta)
+/* Sine and cosine of at most ibl_patch_widest / 2, to 3e-9. */
+static void small_turn(double x, double *sine, double *cosine)
 {
-    const double up = p->up, across = p->sine * cos(delta);
-    const double bound = up > 0 ? atan2(up, -across) : atan2(-up, across);
-    double from = p->theta[0], to = p->theta[1], sum = 0;
+    const double x2 = x * x;
+    *sine = x * (1 - x2 * (1.0 / 6 - x2 * (1.0 / 120)));
+    *cosine = 1 - x2 * (1.0 / 2 - x2 * (1.0 / 24 - x2 * (1.0 / 720)));
+}
 
+/* Moves the end of a meridian that is below the horizon up to it. */
+static void end_at_horizon(double up, double across, double theta[2])
+{
+    const double bound = up > 0 ? atan2(up, -across) : atan2(-up, across);
     /* The pole at theta = 0 is above the horizon, or the other one. */
-    if (up > 0)
-        to = fmin(fmax(bound, from), to);
-    else
-        from = fmax(fmin(bound, to), from);
+    const int below = up > 0;
+
+    theta[below] = fmin(fmax(bound, theta[0]), theta[1]);
+}
+
+/* int K sin(theta) dtheta along a meridian, above the horizon only, which a
+ * meridian crosses once. across: of d, along the meridian's foot. */
+static double meridian_sum(const struct part *p, double across)
+{
+    const double up = p->up;
+    double theta[2] = {p->theta[0], p->theta[1]}, sum = 0;
+    int above = 0;
+
+    for (int i = 0; i < 2; i++)
+        above += p->cos_theta[i] * up + p->sin_theta[i] * across > 0;
+    if (!above)
+        return 0;
+    if (above < 2)
+        end_at_horizon(up, across, theta);
+    const double middle = 0.5 * (theta[0] + theta[1]);
+    const double half = 0.5 * (theta[1] - theta[0]);
+    const double sin_middle = sin(middle), cos_middle = cos(middle);
     for (int k = 0; k < p->rule->count; k++) {
-        const double theta =
-            0.5 * (from + to) + 0.5 * (to - from) * p->rule->node[k];
-        const double sine = sin(theta);
-        const double cosine = cos(theta) * up + sine * across;
+        double sin_x, cos_x;
+        small_turn(half * p->rule->node[k], &sin_x, &cos_x);
+        const double sine = sin_middle * cos_x + cos_middle * sin_x;
+        const double cosine =
+            (cos_middle * cos_x - sin_middle * sin_x) * up + sine * across;
         sum += p->rule->mass[k] * sine *
                ibl_lobe_far(p->shape, 0.5 - 0.5 * cosine, cosine);
     }
-    return 0.5 * (to - from) * sum;
+    return half * sum;
 }
 
 /* Where the horizon crosses the rows' edges, between azimuths: the sum over a
@@ -165,8 +188,8 @@ static int corners(const struct part *p, double out[6])
 
     out[count++] = p->from;
     for (int i = 0; i < 2; i++) {
-        const double up = cos(p->theta[i]) * p->up;
-        const double across = sin(p->theta[i]) * p->sine;
+        const double up = p->cos_theta[i] * p->up;
+        const double across = p->sin_theta[i] * p->sine;
         if (fabs(up + across * middle) > 0.5 * p->width * across)
             continue;
         for (int k = -1; fabs(up) < across && k <= 1; k += 2) {
@@ -192,10 +215,15 @@ static double part_sum(const struct part *p)
     const int count = corners(p, at);
 
     for (int i = 1; i < count; i++) {
-        const double half = 0.5 * (at[i] - at[i - 1]);
-        for (int k = 0; half > 0 && k < p->rule->count; k++)
+        const double half = 0.5 * (at[i] - at[i - 1]), middle = at[i] - half;
+        const double sine = p->sine * sin(middle);
+        const double cosine = p->sine * cos(middle);
+        for (int k = 0; half > 0 && k < p->rule->count; k++) {
+            double sin_x, cos_x;
+            small_turn(half * p->rule->node[k], &sin_x, &cos_x);
             sum += half * p->rule->mass[k] *
-                   meridian_sum(p, at[i] - half + half * p->rule->node[k]);
+                   meridian_sum(p, cosine * cos_x - sine * sin_x);
+        }
     }
     return sum;
 }
@@ -207,20 +235,23 @@ double ibl_patch_lobe(const ibl_patch *patch, const ibl_lobe_shape *shape,
     const double from = patch->phi - 0.5 * width - atan2(d[2], d[0]);
     const int down = (int)ceil(height / ibl_patch_widest);
     const int across = (int)ceil(width / ibl_patch_widest);
+    struct part p = {.shape = shape,
+                     .rule = rule,
+                     .width = width / across,
+                     .up = d[1],
+                     .sine = hypot(d[0], d[2])};
     double sum = 0;
 
-    for (int j = 0; j < down; j++)
+    for (int j = 0; j < down; j++) {
+        for (int k = 0; k < 2; k++) {
+            p.theta[k] = patch->theta[0] + height * (j + k) / down;
+            p.sin_theta[k] = sin(p.theta[k]);
+            p.cos_theta[k] = cos(p.theta[k]);
+        }
         for (int i = 0; i < across; i++) {
-            const struct part p = {
-                .shape = shape,
-                .rule = rule,
-                .theta = {patch->theta[0] + height * j / down,
-                          patch->theta[0] + height * (j + 1) / down},
-                .from = from + width * i / across,
-                .width = width / across,
-                .up = d[1],
-                .sine = hypot(d[0], d[2])};
+            p.from = from + width * i / across;
             sum += part_sum(&p);
         }
+    }
     return sum;
 }
