@@ -166,9 +166,9 @@ static void add(void)
             double *got = ibl_alloc_array(bytes, 1);
             for (int i = 0; i < n; i++) {
                 const int count = 1 + below(below(3) ? 2 : MAX);
-                spans[i] = (ibl_octant_span){test_random_unit(&rng),
-                                             below(MAX - count + 1), count,
-                                             below(3) ? i : below(MAX)};
+                spans[i] = (ibl_octant_span){
+                    test_random_unit(&rng), below(3) ? i : below(MAX),
+                    (uint16_t)below(MAX - count + 1), (uint16_t)count};
             }
             memcpy(got, want, bytes);
             ibl_octants_add_c(spans, n, pixels, want);

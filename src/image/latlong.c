@@ -39,15 +39,17 @@ enum {
 /* A fine row, or its part on one side of the equator. */
 struct work_row {
     ibl_wedge_row cut;
+    int from_pole; /* rows before it, or after it in the south */
     ibl_octant_blend between;
 };
 
 /* A worker's own: spans on their way to a job's sums. */
 struct adder {
-    ibl_wedge_sink sink; /* first: it is what add_spans is given */
+    ibl_wedge_sink sink; /* first: it is what take_spans is given */
     const ibl_octants_dsp *dsp;
     double *pixels;
-    double *sums;
+    ibl_octant_sums *sums; /* where they go */
+    bool keeps;            /* the row's spans */
 };
 
 struct ibl_level0 {
@@ -63,10 +65,26 @@ struct ibl_level0 {
     struct adder *adders; /* for each worker */
 };
 
-static void add_spans(ibl_wedge_sink *sink)
+static void add_spans(const struct adder *a, const ibl_octant_span *spans,
+                      int count)
 {
-    const struct adder *a = (const struct adder *)(const void *)sink;
-    a->dsp->add(sink->spans, sink->count, a->pixels, a->sums);
+    const ibl_octant_sums *s = a->sums;
+    for (int i = 0; i < count; i++)
+        s->weights[spans[i].slot] += spans[i].weight * spans[i].count;
+    a->dsp->add(spans, count, a->pixels, s->sums);
+}
+
+static void take_spans(ibl_wedge_sink *sink)
+{
+    struct adder *a = (struct adder *)(void *)sink;
+    ibl_octant_spans *kept = &a->sums->kept;
+    add_spans(a, sink->spans, sink->count);
+    a->keeps = a->keeps && sink->count <= kept->room - kept->count;
+    if (a->keeps) {
+        memcpy(kept->span + kept->count, sink->spans,
+               (size_t)sink->count * sizeof *sink->spans);
+        kept->count += sink->count;
+    }
 }
 
 static void collect(const ibl_level0 *l, const struct work_row *r,
@@ -78,22 +96,36 @@ static void collect(const ibl_level0 *l, const struct work_row *r,
         l->set.dsp.collect(r->between.source[0], column, count, pixels);
 }
 
+/* Cuts strips of a row, adds its spans, and keeps them if there is room. */
+static void cut_row(const struct work_row *r, const ibl_wedge *w, int begin,
+                    int end, struct adder *a)
+{
+    ibl_octant_spans *kept = &a->sums->kept;
+    a->keeps = !r->cut.south && r->from_pole == kept->rows;
+    if (begin < end)
+        ibl_wedge_cut(w, &r->cut, &a->sums->part, begin, end, &a->sink);
+    if (a->keeps)
+        kept->begin[++kept->rows] = kept->count;
+}
+
 static void add_row(const ibl_level0 *l, const struct work_row *r,
-                    const ibl_octant_group *g, const ibl_octant_sums *s,
-                    struct adder *a)
+                    const ibl_octant_group *g, struct adder *a)
 {
     int begin, end;
     const ibl_wedge_strips *strips =
-        ibl_wedge_range(&g->wedge, &r->cut, &s->part, &begin, &end);
-    if (begin == end)
-        return;
-    const int first = strips->pixel[begin];
-    const int *column = g->column + (size_t)first * IBL_OCTANTS;
-    const int count = strips->pixel[end - 1] + 1 - first;
-    collect(l, r, column, count, g->octants, a->pixels);
-    a->sums = s->sums;
-    a->sink.weights = s->weights;
-    ibl_wedge_cut(&g->wedge, &r->cut, &s->part, begin, end, &a->sink);
+        ibl_wedge_range(&g->wedge, &r->cut, &a->sums->part, &begin, &end);
+    if (begin < end) {
+        const int first = strips->pixel[begin];
+        collect(l, r, g->column + (size_t)first * IBL_OCTANTS,
+                strips->pixel[end - 1] + 1 - first, g->octants, a->pixels);
+    }
+    const ibl_octant_spans *kept = &a->sums->kept;
+    const int i = r->from_pole;
+    if (r->cut.south && i < kept->rows)
+        add_spans(a, kept->span + kept->begin[i],
+                  kept->begin[i + 1] - kept->begin[i]);
+    else
+        cut_row(r, &g->wedge, begin, end, a);
 }
 
 static void add_rows(void *arg, int job, int worker)
@@ -101,10 +133,13 @@ static void add_rows(void *arg, int job, int worker)
     ibl_level0 *l = arg;
     const int part = job / l->set.groups;
     ibl_octant_group *g = &l->set.group[job % l->set.groups];
+    struct adder *a = &l->adders[worker];
+    a->sums = &g->sums[part];
     for (int i = 0; i < l->row_count; i++) {
         const struct work_row *r = &l->rows[i];
-        ibl_octants_finish(&l->set, g, part, r->cut.first_line);
-        add_row(l, r, g, &g->sums[part], &l->adders[worker]);
+        ibl_octants_finish(&l->set, g, part,
+                           ibl_wedge_lines_before(&g->wedge, &r->cut));
+        add_row(l, r, g, a);
     }
 }
 
@@ -141,6 +176,7 @@ static bool next_row(ibl_level0 *l, int rows, const float *rgb)
                                                        (size_t)(j - l->added);
     }
     for (int south = 0; south < 2; south++) {
+        r.from_pole = south ? l->finer.rows - 1 - l->done : l->done;
         if (ibl_wedge_row_init(&l->set.group[0].wedge, l->finer.rows, l->done,
                                south, &r.cut))
             l->rows[l->row_count++] = r;
@@ -216,7 +252,7 @@ static bool init_adders(ibl_level0 *l)
         if (!a->pixels ||
             !ibl_wedge_sink_init(&a->sink, most, ibl_ctx_isa(l->ctx)))
             return false;
-        a->sink.full = add_spans;
+        a->sink.full = take_spans;
     }
     return l->adders;
 }

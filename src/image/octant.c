@@ -9,7 +9,9 @@
 #include "image/cube.h"
 
 enum {
-    SHARED = IBL_OCTANT_RGB + 1 /* doubles of a shared texel: and its weight */
+    SHARED = IBL_OCTANT_RGB + 1, /* doubles of a shared texel: and its weight */
+    MOST_KEPT = 20 << 20 /* bytes of spans: enough for those of 4096x2048
+                            pixels in texels a 512th of a face wide */
 };
 
 /* ---- where octants are ------------------------------------------------ */
@@ -140,12 +142,25 @@ static int ring_size(const ibl_wedge *w, int rows)
     return most;
 }
 
+/* Room for the spans of a group's northern rows: for half as many again as
+ * there are strips, or for none. A larger map takes longer to read. */
+static int kept_room(const ibl_wedge *w, int rows, int groups)
+{
+    const double spans = 1.5 * w->cut.count * (rows / 2 + 1);
+    const double most = MOST_KEPT / (double)sizeof(ibl_octant_span) / groups;
+    return spans < most ? (int)spans : 0;
+}
+
 /* The parts differ in width: near the poles all pixels are in the first. */
-static bool init_parts(ibl_octant_group *g, int ring)
+static bool init_parts(ibl_octant_group *g, int rows, int ring, int groups)
 {
     static const int ends[IBL_OCTANT_PARTS] = {1, 2, 4, 6, 8, 10, 13, 16};
     const int half = g->wedge.half;
+    const int room = kept_room(&g->wedge, rows, groups);
     int begin = 0;
+    g->kept = ibl_alloc_array((size_t)room, sizeof *g->kept);
+    if (!g->kept)
+        return false;
     for (int i = 0; i < IBL_OCTANT_PARTS; i++) {
         const int end = half * ends[i] / 16;
         if (end == begin)
@@ -155,7 +170,11 @@ static bool init_parts(ibl_octant_group *g, int ring)
         s->part = (ibl_wedge_part){begin, end, ring};
         s->sums = ibl_alloc_zeroed(slots, IBL_OCTANT_RGB * sizeof(double));
         s->weights = ibl_alloc_zeroed(slots, sizeof(double));
-        if (!s->sums || !s->weights)
+        s->kept = (ibl_octant_spans){
+            .span = g->kept + room / IBL_OCTANT_PARTS * i,
+            .room = room / IBL_OCTANT_PARTS,
+            .begin = ibl_alloc_zeroed((size_t)rows / 2 + 2, sizeof(int))};
+        if (!s->sums || !s->weights || !s->kept.begin)
             return false;
         begin = end;
     }
@@ -163,7 +182,7 @@ static bool init_parts(ibl_octant_group *g, int ring)
 }
 
 static ibl_status init_group(ibl_ctx *ctx, int columns, int rows,
-                             double yaw_deg, int size, bool offsets,
+                             double yaw_deg, int size, bool offsets, int groups,
                              ibl_octant_group *g)
 {
     int column;
@@ -177,7 +196,7 @@ static ibl_status init_group(ibl_ctx *ctx, int columns, int rows,
                                 IBL_OCTANTS * sizeof *g->column);
     g->shared = ibl_alloc_array((size_t)g->wedge.lines * (1 + size % 2),
                                 SHARED * sizeof *g->shared);
-    if (!g->column || !g->shared || !init_parts(g, ring))
+    if (!g->column || !g->shared || !init_parts(g, rows, ring, groups))
         return ibl_no_memory(ctx, "level 0's sums");
     set_columns(g, columns, yaw_deg, offsets ? 3 : 1);
     return IBL_OK;
@@ -204,7 +223,7 @@ ibl_status ibl_octants_init(ibl_ctx *ctx, const ibl_cube *cube, int columns,
     }
     for (int i = 0; i < set->groups && !status; i++) {
         status = init_group(ctx, columns, rows, yaw_deg, cube->size, offsets,
-                            &set->group[i]);
+                            set->groups, &set->group[i]);
     }
     if (status)
         ibl_octants_free(set);
@@ -218,7 +237,9 @@ void ibl_octants_free(ibl_octant_set *set)
         for (int k = 0; k < g->parts; k++) {
             ibl_free(g->sums[k].sums);
             ibl_free(g->sums[k].weights);
+            ibl_free(g->sums[k].kept.begin);
         }
+        ibl_free(g->kept);
         ibl_free(g->column);
         ibl_free(g->shared);
         ibl_wedge_free(&g->wedge);
@@ -275,7 +296,7 @@ static void finish_line(const ibl_octant_set *set, ibl_octant_group *g,
                         ibl_octant_sums *s, int line)
 {
     const int width = s->part.end_z - s->part.first_z;
-    const int slot = ibl_wedge_slot(&s->part, line);
+    const int slot = ibl_wedge_slot(&g->wedge, &s->part, line);
     double *sums = s->sums + IBL_OCTANT_RGB * (size_t)slot;
     double *weights = s->weights + slot;
     int i = line, begin = 0, end = width;

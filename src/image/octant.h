@@ -28,12 +28,22 @@ typedef enum ibl_octant_face {
     IBL_OCTANT_BOTTOM
 } ibl_octant_face;
 
+/* Spans of a part's northern rows, kept for their mirrors in the south: of so
+ * many rows, from the pole on, as there is room for. */
+typedef struct ibl_octant_spans {
+    ibl_octant_span *span;
+    int count, room;
+    int *begin; /* where those of each row do: rows + 1 */
+    int rows;
+} ibl_octant_spans;
+
 /* Sums of a part of a wedge, of its part.ring latest lines. */
 typedef struct ibl_octant_sums {
     ibl_wedge_part part;
     double *sums;    /* IBL_OCTANT_RGB for each slot */
     double *weights; /* one for each slot */
     int written;     /* lines before this one are in the cube */
+    ibl_octant_spans kept;
 } ibl_octant_sums;
 
 enum {
@@ -48,7 +58,8 @@ typedef struct ibl_octant_group {
                     offsets in floats */
     int parts;
     ibl_octant_sums sums[IBL_OCTANT_PARTS];
-    double *shared; /* sums of texels that are of two octants or more */
+    ibl_octant_span *kept; /* room for the spans of all parts */
+    double *shared;        /* sums of texels that are of two octants or more */
 } ibl_octant_group;
 
 typedef struct ibl_octant_set {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "image/wedge.h"
 
+#include <assert.h>
 #include <math.h>
 
 #include "core/alloc.h"
@@ -105,6 +106,7 @@ ibl_status ibl_wedge_init(ibl_ctx *ctx, int size, int columns, double before,
     *w = (ibl_wedge){.size = size, .half = (size + 1) / 2};
     w->lines = 4 * w->half - size % 2;
     w->pixels = (int)ceil(columns / 8.0 + before);
+    assert(w->pixels <= UINT16_MAX);
     w->border = ibl_alloc_array((size_t)w->half * 2, sizeof *w->border);
     if (!w->border || !strips_alloc(&w->plain, w->pixels + 1, false) ||
         !strips_alloc(&w->cut, w->pixels + w->half + 1, true)) {
@@ -169,14 +171,21 @@ bool ibl_wedge_row_init(const ibl_wedge *w, int rows, int j, bool south,
     const int last = line_at(w, row->bottom_tan, row->bottom_cot, MARGIN);
     row->top_lines = first < w->half;
     row->side = last >= w->half;
-    row->first_line = south ? w->lines - 1 - last : first;
-    row->last_line = south ? w->lines - 1 - first : last;
+    row->first_line = first;
+    row->last_line = last;
     return true;
 }
 
-int ibl_wedge_slot(const ibl_wedge_part *part, int line)
+int ibl_wedge_lines_before(const ibl_wedge *w, const ibl_wedge_row *row)
 {
-    return line % part->ring * (part->end_z - part->first_z);
+    return row->south ? w->lines - 1 - row->last_line : row->first_line;
+}
+
+int ibl_wedge_slot(const ibl_wedge *w, const ibl_wedge_part *part, int line)
+{
+    const int mirror = w->lines - 1 - line;
+    const int from_pole = line < mirror ? line : mirror;
+    return from_pole % part->ring * (part->end_z - part->first_z);
 }
 
 /* Strips with borders below sine x begin at those before this one. */
@@ -293,10 +302,8 @@ static void settle(const struct cutter *c)
             span.weight *= 1 - above;
             above = 0;
         }
-        if (span.slot >= 0 && span.weight > 0) {
-            s->weights[span.slot] += span.weight * span.count;
+        if (span.slot >= 0 && span.weight > 0)
             s->spans[kept++] = span;
-        }
     }
     s->count = kept;
     if (kept)
@@ -312,19 +319,23 @@ static int slot_of(const struct cutter *c, int line, int column)
         column = line; /* by rounding, on the diagonal */
     if (column < part->first_z || column >= part->end_z)
         return -1;
-    if (c->row->south)
-        line = c->w->lines - 1 - line;
     line += c->base - c->row->first_line;
     if (line >= part->ring)
         line -= part->ring;
     return line * (part->end_z - part->first_z) + column - part->first_z;
 }
 
+/* A wedge has fewer pixels than 2^16. */
+static ibl_octant_span span_of(double weight, int slot, int pixel, int count)
+{
+    return (ibl_octant_span){weight, slot, (uint16_t)pixel, (uint16_t)count};
+}
+
 static void add_span(const struct cutter *c, int slot, double area, int kind)
 {
     ibl_wedge_sink *s = c->sink;
     s->kind[s->count] = (unsigned char)kind;
-    s->spans[s->count++] = (ibl_octant_span){area, c->pixel, 1, slot};
+    s->spans[s->count++] = span_of(area, slot, c->pixel, 1);
 }
 
 /*
@@ -350,7 +361,7 @@ static int add_whole(const struct cutter *c, const ibl_wedge_strips *s, int i,
     int next = i + 1;
     while (next < most && s->cosine[next + 1] >= q && s->sine[next + 1] <= r)
         next++;
-    c->sink->spans[c->sink->count - 1].count = next - i;
+    c->sink->spans[c->sink->count - 1].count = (uint16_t)(next - i);
     return next;
 }
 
@@ -511,9 +522,9 @@ static void side_line(const struct cutter *c, const ibl_wedge_strips *s,
         if (sink->count == sink->capacity)
             settle(c);
         sink->kind[sink->count] = WHOLE;
-        sink->spans[sink->count++] = (ibl_octant_span){
-            share * s->width[i] * c->height, s->pixel[i] - origin, next - i,
-            slot + s->column[i]};
+        sink->spans[sink->count++] =
+            span_of(share * s->width[i] * c->height, slot + s->column[i],
+                    s->pixel[i] - origin, next - i);
     }
 }
 

@@ -29,15 +29,15 @@
 #include "kern/share.h"
 
 /* A row of the source between two borders and not across the equator. South of
- * it all is as in the north, counted from the nadir. */
+ * it all is as in the north, counted from the nadir: rows that mirror each
+ * other are cut into the same spans. */
 typedef struct ibl_wedge_row {
     bool south;
     double top, bottom; /* cosines, top > bottom */
     double top_cot, bottom_cot;
     double top_tan, bottom_tan; /* of theta, up to infinite */
     bool top_lines, side;       /* which texels it can touch */
-    int first_line, last_line;  /* that it can touch, from the zenith on;
-                                   both never fall from row to row */
+    int first_line, last_line;  /* that it can touch, from its pole on */
 } ibl_wedge_row;
 
 /* Strips of a row, in order of psi. */
@@ -80,8 +80,13 @@ typedef struct ibl_wedge_part {
     int ring; /* lines that have sums at a time */
 } ibl_wedge_part;
 
-/* Where sums of a texel line begin: in slots. */
-int ibl_wedge_slot(const ibl_wedge_part *part, int line);
+/* Lines, from the zenith on, that neither this row nor one after it touches. */
+int ibl_wedge_lines_before(const ibl_wedge *w, const ibl_wedge_row *row);
+
+/* Where sums of a texel line, from the zenith on, begin: in slots. A line and
+ * its mirror across the equator have the same ones, but not at the same time.
+ */
+int ibl_wedge_slot(const ibl_wedge *w, const ibl_wedge_part *part, int line);
 
 /* Strips of a row that can hold something of a part: begin..end - 1. */
 const ibl_wedge_strips *ibl_wedge_range(const ibl_wedge *w,
@@ -89,12 +94,11 @@ const ibl_wedge_strips *ibl_wedge_range(const ibl_wedge *w,
                                         const ibl_wedge_part *part, int *begin,
                                         int *end);
 
-/* Collects spans and hands them on, many at a time. weights and full are the
- * caller's to set. */
+/* Collects spans and hands them on, many at a time. full is the caller's to
+ * set. */
 typedef struct ibl_wedge_sink {
     ibl_octant_span *spans;
     int count, capacity;
-    double *weights; /* of every slot; each span's is added */
     void (*full)(struct ibl_wedge_sink *sink); /* takes the spans */
     /* work space */
     ibl_share_dsp dsp;

@@ -10,6 +10,7 @@
 #define IBL_KERN_OCTANTS_H
 
 #include <stddef.h>
+#include <stdint.h>
 
 #include "ibl/ibl.h"
 
@@ -21,8 +22,8 @@ enum {
 /* A weight for a run of pixels, to be added to one sum. */
 typedef struct ibl_octant_span {
     double weight;
-    int pixel, count; /* the first one, and how many: >= 1 */
-    int slot;         /* of the sum */
+    int slot;              /* of the sum */
+    uint16_t pixel, count; /* the first one, and how many: >= 1 */
 } ibl_octant_span;
 
 /*
