@@ -88,7 +88,7 @@ endif
 
 .DELETE_ON_ERROR:
 .SECONDARY:
-.PHONY: all lib deps tests benches demo check check-run check-cycles bench \
+.PHONY: all lib deps tests benches demo check check-run mutants check-cycles bench \
         bench-probes shader-cost lint format install uninstall clean list \
         FORCE
 
@@ -297,6 +297,10 @@ bench:
 bench-probes: deps
 	+@$(MAKE) -s $(JOBS) DEPS=no all benches
 	@bash tests/bench-probes.sh $(BUILD)
+
+## mutants: break the program in hundreds of ways; which do the tests see? (hours)
+mutants: deps
+	@bash tests/mutants/run.sh
 
 ## check-cycles: the viewer against Blender's Cycles, where it is installed
 check-cycles: deps

@@ -53,6 +53,7 @@ snapshot() {
 run_case() {
     local name=$1 setup=$2 command=$3 want=$4 error=$5 with=$6 without=$7
     local before got text why= f
+    picked "$name" || return
     case $command in
     *unprivileged*)
         [ $reachable = yes ] ||
@@ -567,6 +568,7 @@ for f in tests/cli/*.case; do
     run_cases "$f"
 done
 for t in $(compgen -A function test_); do
+    picked "$t" || continue
     fresh
     verdict "$t" "$($t 2>&1 | head -n 12)"
     cd "$top"

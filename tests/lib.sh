@@ -84,6 +84,11 @@ use() { # PROGRAM...
     export PATH=$work/bin:$PATH
 }
 
+# Whether a test is wanted: all are, or with ONLY those whose name it matches.
+picked() { # NAME
+    [[ $1 =~ ${ONLY:-} ]]
+}
+
 # Of many alike cases whether to take this one: with a sanitizer each third is.
 asked=0
 taken() { [ $sanitized = no ] || [ $((asked++ % 3)) = 0 ]; }

@@ -93,7 +93,7 @@ int test_main(int argc, char **argv, const test *tests, size_t count)
         }
     }
     printf("%d passed, %d failed, %d skipped\n", n_passed, n_failed, n_skipped);
-    return n_failed > 0;
+    return n_failed > 0 || n_passed + n_skipped == 0;
 }
 
 uint64_t test_random_u64(test_random *r)

@@ -1,0 +1,125 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# run.sh [TABLE...]: breaks the program on purpose, one change at a time, and
+# reports which changes the tests see. Takes an hour or more.
+#
+# A table, tests/mutants/*.txt, is a list of mutants with empty lines between:
+#   # NOTE       what breaks, for the reader
+#   FILE         from the top folder
+#   -LINES       as they stand in FILE, which has them once
+#   +LINES       what replaces them
+#   = TESTS      what should fail: check_X, check_X:CASE, check-x.sh or
+#                check-x.sh:PATTERN, of the names of its tests
+#   ? REASON     why no test can see it; its survival is no failure
+#
+# A mutant that does not compile, or changes nothing, is a mistake of the table
+# and a failure, as is a survivor without a reason.
+set -u
+cd "$(dirname "$0")/../.." || exit 1
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+copy=$work/tree
+mkdir "$copy" "$work/tmp"
+export TMPDIR=$work/tmp
+[ $# -gt 0 ] || set -- tests/mutants/*.txt
+tables=()
+for table; do tables+=("$(realpath "$table")"); done
+
+echo "mutants: building"
+git ls-files -z --cached --others --exclude-standard |
+    xargs -0 cp -p --parents -t "$copy" || exit 1
+mkdir "$copy/build"
+for part in build/*; do
+    case $part in
+    build/asan | build/clang | build/tsan | 'build/*') ;;
+    *) cp -a "$part" "$copy/build" ;;
+    esac
+done
+[ ! -d ../shared ] || ln -s "$(realpath ../shared)" "$work/shared"
+cd "$copy" || exit 1
+make -s -j"$(nproc)" DEPS=no all tests || exit 1
+
+killed=0 survived=0 explained=0 wrong=0
+note='' file='' old='' new='' tests='' reason=''
+report() { printf '%-9s %s%s\n' "$1" "$file" "${note:+: $note}"; }
+
+# A test that fails or does not end sees the mutant.
+sees() {
+    local name=${1%%:*} only=
+    [ "$1" = "$name" ] || only=${1#*:}
+    case $name in
+    *.sh)
+        make -s -j"$(nproc)" DEPS=no all >/dev/null 2>&1 || return 2
+        ! ONLY=$only timeout 600 bash "tests/$name" >/dev/null 2>&1
+        ;;
+    *)
+        make -s -j"$(nproc)" DEPS=no "build/tests/$name" >/dev/null 2>&1 ||
+            return 2
+        # shellcheck disable=SC2086
+        ! timeout 600 "build/tests/$name" $only >/dev/null 2>&1
+        ;;
+    esac
+}
+
+try() {
+    local t status by=
+    cp "$file" "$work/original" 2>/dev/null &&
+        OLD=$old NEW=$new perl -0777 -pe '
+            my $n = () = /\Q$ENV{OLD}\E/g;
+            die if $n != 1 || $ENV{OLD} eq $ENV{NEW};
+            s/\Q$ENV{OLD}\E/$ENV{NEW}/' "$work/original" >"$file" 2>/dev/null
+    if [ $? -ne 0 ]; then
+        wrong=$((wrong + 1))
+        report 'NOT FOUND'
+        [ ! -f "$work/original" ] || cp "$work/original" "$file"
+        return
+    fi
+    for t in $tests; do
+        sees "$t"
+        status=$?
+        if [ $status = 2 ]; then
+            wrong=$((wrong + 1))
+            report 'NO BUILD'
+            by=none
+        elif [ $status = 0 ]; then
+            killed=$((killed + 1))
+            report killed
+            by=$t
+        fi
+        [ -z "$by" ] || break
+    done
+    if [ -z "$by" ] && [ -n "$reason" ]; then
+        explained=$((explained + 1))
+        report explained
+    elif [ -z "$by" ]; then
+        survived=$((survived + 1))
+        report SURVIVED
+    fi
+    cp "$work/original" "$file"
+}
+
+flush() {
+    [ -z "$file" ] || try
+    note='' file='' old='' new='' tests='' reason=''
+}
+
+for table in "${tables[@]}"; do
+    while IFS= read -r line; do
+        case $line in
+        '') flush ;;
+        '#'*) note=${note:+$note }${line#'# '} ;;
+        -*) old=$old${line#-}$'\n' ;;
+        +*) new=$new${line#+}$'\n' ;;
+        =*) tests="$tests ${line#=}" ;;
+        '?'*) reason=${line#'? '} ;;
+        *) file=$line ;;
+        esac
+    done <"$table"
+    flush
+done
+
+all=$((killed + survived + explained))
+echo "$killed of $all mutants killed" \
+    "($((all ? 100 * killed / all : 0)) %), $explained survivors explained," \
+    "$survived not, $wrong wrong"
+[ $survived -eq 0 ] && [ $wrong -eq 0 ]
