@@ -63,9 +63,9 @@ X86 := $(filter x86_64,$(shell uname -m))
 LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
                       src/bake/*.c src/bake/spectral/*.c src/probe/*.c \
                       src/io/*.c)
-ifeq ($(X86),)
-LIB_SRC := $(filter-out %_sse2.c %_avx2.c %_avx512.c,$(LIB_SRC))
-endif
+# Each of these is compiled for three instruction sets: see src/kern/isa.h.
+SIMD_SRC := $(filter %_simd.c,$(LIB_SRC))
+LIB_SRC := $(filter-out %_simd.c $(if $(X86),,%_avx2.c),$(LIB_SRC))
 COMMON_SRC := $(wildcard src/common/*.c)
 CLI_SRC := $(COMMON_SRC) $(wildcard src/cli/*.c)
 LIB := $(BUILD)/libiblbake.a
@@ -79,6 +79,9 @@ TESTS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/check_*.c))
 ifneq ($(HAVE_VIEW),yes)
 TESTS := $(filter-out $(BUILD)/tests/check_view_%,$(TESTS))
 endif
+LIB_OBJ := $(call obj,$(LIB_SRC)) \
+           $(if $(X86),$(foreach isa,sse2 avx2 avx512, \
+             $(SIMD_SRC:%.c=$(BUILD)/obj/%_$(isa).o)))
 BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 ifneq ($(HAVE_VIEW),yes)
 BENCHES := $(filter-out $(BUILD)/tests/bench_view $(BUILD)/tests/bench_room \
@@ -108,9 +111,10 @@ deps:
 	@DEPS=$(DEPS) CC="$(CC)" sh tests/deps.sh build
 
 ISA =
-%_avx2.o: ISA := -mavx2 -mfma -mf16c
-%_avx512.o: ISA := -mavx512f -mavx512bw -mavx512dq -mavx512vl -mavx2 -mfma \
-                   -mf16c -mprefer-vector-width=512
+%_sse2.o: ISA := -DIBL_SUFFIX=_sse2
+%_avx2.o: ISA := -DIBL_SUFFIX=_avx2 -mavx2 -mfma -mf16c
+%_avx512.o: ISA := -DIBL_SUFFIX=_avx512 -mavx512f -mavx512bw -mavx512dq \
+                   -mavx512vl -mavx2 -mfma -mf16c -mprefer-vector-width=512
 EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/check_exr_chroma.o tests/check_exr_damage.o tests/check_source.o tests/bench_set.o tests/bench_exr.o)
 $(EXR_OBJ): LOCAL = $(EXR_CFLAGS)
 $(BUILD)/obj/src/io/exr_inflate.o: LOCAL = $(DEFLATE_CFLAGS)
@@ -135,12 +139,21 @@ $(BUILD)/obj/src/io/exr_inflate.o: $(BUILD)/used-deflate
 $(addprefix $(BUILD)/obj/src/cli/,version.o json_text.o probes_plan.o): \
     $(BUILD)/used-revision
 
+define COMPILE
+@mkdir -p $(@D)
+$(CC) $(REQUIRED) $(WARN) $(CWARN) $(LOCAL) $(CPPFLAGS) $(CFLAGS) $(ISA) \
+    -c -o $@ $<
+endef
+$(BUILD)/obj/%_simd_sse2.o: %_simd.c $(BUILD)/used-cc
+	$(COMPILE)
+$(BUILD)/obj/%_simd_avx2.o: %_simd.c $(BUILD)/used-cc
+	$(COMPILE)
+$(BUILD)/obj/%_simd_avx512.o: %_simd.c $(BUILD)/used-cc
+	$(COMPILE)
 $(BUILD)/obj/%.o: %.c $(BUILD)/used-cc
-	@mkdir -p $(@D)
-	$(CC) $(REQUIRED) $(WARN) $(CWARN) $(LOCAL) $(CPPFLAGS) $(CFLAGS) $(ISA) \
-	    -c -o $@ $<
+	$(COMPILE)
 
-$(LIB): $(call obj,$(LIB_SRC))
+$(LIB): $(LIB_OBJ)
 	@rm -f $@
 	$(AR) rcs $@ $^
 

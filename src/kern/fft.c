@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "core/alloc.h"
-#include "core/cpu.h"
 #include "core/pi.h"
 
 #define TURN (2 * IBL_PI)
@@ -218,17 +217,5 @@ void ibl_fft_dsp_init(ibl_fft_dsp *dsp, ibl_isa isa)
 {
     *dsp = (ibl_fft_dsp){ibl_fft_forward_c, ibl_fft_inverse_c, ibl_fft_split_c,
                          ibl_fft_merge_c};
-#if IBL_X86
-    if (isa == IBL_ISA_SSE2)
-        *dsp = (ibl_fft_dsp){ibl_fft_forward_sse2, ibl_fft_inverse_sse2,
-                             ibl_fft_split_sse2, ibl_fft_merge_sse2};
-    if (isa == IBL_ISA_AVX2)
-        *dsp = (ibl_fft_dsp){ibl_fft_forward_avx2, ibl_fft_inverse_avx2,
-                             ibl_fft_split_avx2, ibl_fft_merge_avx2};
-    if (isa == IBL_ISA_AVX512)
-        *dsp = (ibl_fft_dsp){ibl_fft_forward_avx512, ibl_fft_inverse_avx512,
-                             ibl_fft_split_avx512, ibl_fft_merge_avx512};
-#else
-    (void)isa;
-#endif
+    IBL_INIT(ibl_fft, dsp, isa);
 }

@@ -18,6 +18,7 @@
 #include <stdint.h>
 
 #include "ibl/ibl.h"
+#include "kern/isa.h"
 
 enum {
     IBL_FFT_LANES = 16,
@@ -93,18 +94,10 @@ typedef struct ibl_fft_dsp {
 
 /* isa: what the context uses, not IBL_ISA_AUTO. */
 void ibl_fft_dsp_init(ibl_fft_dsp *dsp, ibl_isa isa);
+IBL_DECLARE_INIT(ibl_fft);
 
 ibl_fft_fn ibl_fft_forward_c, ibl_fft_inverse_c;
 ibl_fft_split_fn ibl_fft_split_c;
 ibl_fft_merge_fn ibl_fft_merge_c;
-ibl_fft_fn ibl_fft_forward_sse2, ibl_fft_inverse_sse2;
-ibl_fft_split_fn ibl_fft_split_sse2;
-ibl_fft_merge_fn ibl_fft_merge_sse2;
-ibl_fft_fn ibl_fft_forward_avx2, ibl_fft_inverse_avx2;
-ibl_fft_split_fn ibl_fft_split_avx2;
-ibl_fft_merge_fn ibl_fft_merge_avx2;
-ibl_fft_fn ibl_fft_forward_avx512, ibl_fft_inverse_avx512;
-ibl_fft_split_fn ibl_fft_split_avx512;
-ibl_fft_merge_fn ibl_fft_merge_avx512;
 
 #endif

@@ -78,14 +78,5 @@ void ibl_gather_c(const ibl_gather_samples *s, const ibl_gather_level *levels,
 void ibl_gather_dsp_init(ibl_gather_dsp *dsp, ibl_isa isa)
 {
     dsp->gather = ibl_gather_c;
-#if IBL_X86
-    if (isa == IBL_ISA_SSE2)
-        dsp->gather = ibl_gather_sse2;
-    if (isa == IBL_ISA_AVX2)
-        dsp->gather = ibl_gather_avx2;
-    if (isa == IBL_ISA_AVX512)
-        dsp->gather = ibl_gather_avx512;
-#else
-    (void)isa;
-#endif
+    IBL_INIT(ibl_gather, dsp, isa);
 }

@@ -8,6 +8,7 @@
 #define IBL_KERN_GATHER_H
 
 #include "ibl/ibl.h"
+#include "kern/isa.h"
 
 enum {
     IBL_GATHER_ALIGN = 16,      /* samples; groups begin at multiples */
@@ -57,7 +58,8 @@ typedef struct ibl_gather_dsp {
 
 /* isa: what the context uses, not IBL_ISA_AUTO. */
 void ibl_gather_dsp_init(ibl_gather_dsp *dsp, ibl_isa isa);
+IBL_DECLARE_INIT(ibl_gather);
 
-ibl_gather_fn ibl_gather_c, ibl_gather_sse2, ibl_gather_avx2, ibl_gather_avx512;
+ibl_gather_fn ibl_gather_c;
 
 #endif

@@ -3,8 +3,6 @@
 
 #include <math.h>
 
-#include "core/cpu.h"
-
 static double coordinate(int i, int size)
 {
     return (2 * i + 1) / (double)size - 1;
@@ -99,14 +97,5 @@ void ibl_interp_init_c(ibl_interp_dsp *dsp)
 void ibl_interp_dsp_init(ibl_interp_dsp *dsp, ibl_isa isa)
 {
     ibl_interp_init_c(dsp);
-#if IBL_X86
-    if (isa == IBL_ISA_SSE2)
-        ibl_interp_init_sse2(dsp);
-    if (isa == IBL_ISA_AVX2)
-        ibl_interp_init_avx2(dsp);
-    if (isa == IBL_ISA_AVX512)
-        ibl_interp_init_avx512(dsp);
-#else
-    (void)isa;
-#endif
+    IBL_INIT(ibl_interp, dsp, isa);
 }

@@ -11,6 +11,7 @@
 #include <stddef.h>
 
 #include "ibl/ibl.h"
+#include "kern/isa.h"
 
 enum {
     IBL_TAPS = 8,       /* samples that a position is interpolated from */
@@ -81,10 +82,8 @@ typedef struct ibl_interp_dsp {
 
 /* isa: what the context uses, not IBL_ISA_AUTO. */
 void ibl_interp_dsp_init(ibl_interp_dsp *dsp, ibl_isa isa);
+IBL_DECLARE_INIT(ibl_interp);
 
 void ibl_interp_init_c(ibl_interp_dsp *dsp);
-void ibl_interp_init_sse2(ibl_interp_dsp *dsp);
-void ibl_interp_init_avx2(ibl_interp_dsp *dsp);
-void ibl_interp_init_avx512(ibl_interp_dsp *dsp);
 
 #endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Vectors as wide as the file that includes this is compiled for, so that a
- * kernel that differs by width alone is written once (in a *_lanes.h) and
- * included by one file for each instruction set.
+ * Vectors as wide as the file that includes this is compiled for. A kernel
+ * whose versions differ only in width is written once with them: see isa.h.
  *
  * Arithmetic is written with operators, of gcc and clang; a fused
  * multiply-add is asked for by name, vf_fma(a, b, c) = a b + c, and is a

@@ -12,7 +12,6 @@
 #include <string.h>
 
 #include "core/alloc.h"
-#include "core/cpu.h"
 #include "core/pi.h"
 
 static const double pi = IBL_PI;
@@ -220,7 +219,7 @@ void ibl_legendre_synthesise_c(const ibl_legendre_order *o, const double *a,
 }
 
 /* A multiple of 8, so that scratch of several workers stays aligned. What the
- * vector versions need is in legendre_lanes.h. */
+ * vector versions need is in legendre_simd.c. */
 size_t ibl_legendre_scratch(int degree)
 {
     return ((size_t)degree / 2 / 8 + 3) * 8 * 17 + 17 * 256;
@@ -230,17 +229,5 @@ void ibl_legendre_dsp_init(ibl_legendre_dsp *dsp, ibl_isa isa)
 {
     *dsp =
         (ibl_legendre_dsp){ibl_legendre_analyse_c, ibl_legendre_synthesise_c};
-#if IBL_X86
-    if (isa == IBL_ISA_SSE2)
-        *dsp = (ibl_legendre_dsp){ibl_legendre_analyse_sse2,
-                                  ibl_legendre_synthesise_sse2};
-    if (isa == IBL_ISA_AVX2)
-        *dsp = (ibl_legendre_dsp){ibl_legendre_analyse_avx2,
-                                  ibl_legendre_synthesise_avx2};
-    if (isa == IBL_ISA_AVX512)
-        *dsp = (ibl_legendre_dsp){ibl_legendre_analyse_avx512,
-                                  ibl_legendre_synthesise_avx512};
-#else
-    (void)isa;
-#endif
+    IBL_INIT(ibl_legendre, dsp, isa);
 }

@@ -29,6 +29,7 @@
 #include <stddef.h>
 
 #include "ibl/ibl.h"
+#include "kern/isa.h"
 
 /* Below what is lost beside P_00 in a double. */
 #define IBL_LEGENDRE_NOTHING 0x1p-54
@@ -105,11 +106,9 @@ typedef struct ibl_legendre_dsp {
 
 /* isa: what the context uses, not IBL_ISA_AUTO. */
 void ibl_legendre_dsp_init(ibl_legendre_dsp *dsp, ibl_isa isa);
+IBL_DECLARE_INIT(ibl_legendre);
 
-ibl_legendre_analyse_fn ibl_legendre_analyse_c, ibl_legendre_analyse_sse2,
-    ibl_legendre_analyse_avx2, ibl_legendre_analyse_avx512;
-ibl_legendre_synthesise_fn ibl_legendre_synthesise_c,
-    ibl_legendre_synthesise_sse2, ibl_legendre_synthesise_avx2,
-    ibl_legendre_synthesise_avx512;
+ibl_legendre_analyse_fn ibl_legendre_analyse_c;
+ibl_legendre_synthesise_fn ibl_legendre_synthesise_c;
 
 #endif

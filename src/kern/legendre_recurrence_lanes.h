@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Legendre functions on vectors of VD rings: an order's coefficients, and how
- * rings start. The sums are in legendre_lanes.h.
+ * rings start. The sums are in legendre_simd.c.
  *
  * Even and odd l - m from one recurrence in x^2 (Ishioka 2018, "A new
  * recurrence formula for efficient computation of spherical harmonic

@@ -20,14 +20,7 @@ uint32_t ibl_most_c(const float *src, size_t count)
 
 ibl_most_fn *ibl_most(ibl_isa isa)
 {
-#if IBL_X86
-    if (isa >= IBL_ISA_AVX512)
-        return ibl_most_avx512;
-    if (isa >= IBL_ISA_AVX2)
-        return ibl_most_avx2;
-    if (isa >= IBL_ISA_SSE2)
-        return ibl_most_sse2;
-#endif
-    (void)isa;
-    return ibl_most_c;
+    ibl_most_dsp dsp = {ibl_most_c};
+    IBL_INIT(ibl_most, &dsp, isa);
+    return dsp.most;
 }

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "ibl/ibl.h"
+#include "kern/isa.h"
 
 /* The bits of +Inf. */
 #define IBL_MOST_INFINITE 0x7f800000u
@@ -19,12 +20,14 @@
  */
 typedef uint32_t ibl_most_fn(const float *src, size_t count);
 
+typedef struct ibl_most_dsp {
+    ibl_most_fn *most;
+} ibl_most_dsp;
+
 /* The version for an instruction set. */
 ibl_most_fn *ibl_most(ibl_isa isa);
+IBL_DECLARE_INIT(ibl_most);
 
 uint32_t ibl_most_c(const float *src, size_t count);
-uint32_t ibl_most_sse2(const float *src, size_t count);
-uint32_t ibl_most_avx2(const float *src, size_t count);
-uint32_t ibl_most_avx512(const float *src, size_t count);
 
 #endif

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "kern/octants.h"
 
-#include "core/cpu.h"
-
 void ibl_octants_collect_c(const float *row, const int *offset, int count,
                            double *pixels)
 {
@@ -81,20 +79,5 @@ void ibl_octants_dsp_init(ibl_octants_dsp *dsp, ibl_isa isa)
 {
     *dsp = (ibl_octants_dsp){ibl_octants_collect_c, ibl_octants_blend_c,
                              ibl_octants_add_c, ibl_octants_write_c};
-#if IBL_X86
-    if (isa >= IBL_ISA_SSE2)
-        *dsp =
-            (ibl_octants_dsp){ibl_octants_collect_sse2, ibl_octants_blend_sse2,
-                              ibl_octants_add_sse2, ibl_octants_write_sse2};
-    if (isa >= IBL_ISA_AVX2)
-        *dsp =
-            (ibl_octants_dsp){ibl_octants_collect_avx2, ibl_octants_blend_avx2,
-                              ibl_octants_add_avx2, ibl_octants_write_avx2};
-    if (isa >= IBL_ISA_AVX512)
-        *dsp = (ibl_octants_dsp){
-            ibl_octants_collect_avx512, ibl_octants_blend_avx512,
-            ibl_octants_add_avx512, ibl_octants_write_avx512};
-#else
-    (void)isa;
-#endif
+    IBL_INIT(ibl_octants, dsp, isa);
 }

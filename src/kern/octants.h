@@ -13,6 +13,7 @@
 #include <stdint.h>
 
 #include "ibl/ibl.h"
+#include "kern/isa.h"
 
 enum {
     IBL_OCTANTS = 8,                  /* lanes */
@@ -85,14 +86,11 @@ typedef struct ibl_octants_dsp {
 
 /* isa: what the context uses, not IBL_ISA_AUTO. */
 void ibl_octants_dsp_init(ibl_octants_dsp *dsp, ibl_isa isa);
+IBL_DECLARE_INIT(ibl_octants);
 
-ibl_octants_collect_fn ibl_octants_collect_c, ibl_octants_collect_sse2,
-    ibl_octants_collect_avx2, ibl_octants_collect_avx512;
-ibl_octants_blend_fn ibl_octants_blend_c, ibl_octants_blend_sse2,
-    ibl_octants_blend_avx2, ibl_octants_blend_avx512;
-ibl_octants_add_fn ibl_octants_add_c, ibl_octants_add_sse2,
-    ibl_octants_add_avx2, ibl_octants_add_avx512;
-ibl_octants_write_fn ibl_octants_write_c, ibl_octants_write_sse2,
-    ibl_octants_write_avx2, ibl_octants_write_avx512;
+ibl_octants_collect_fn ibl_octants_collect_c;
+ibl_octants_blend_fn ibl_octants_blend_c;
+ibl_octants_add_fn ibl_octants_add_c;
+ibl_octants_write_fn ibl_octants_write_c;
 
 #endif

@@ -192,18 +192,5 @@ void ibl_pixel_dsp_init(ibl_pixel_dsp *dsp, ibl_isa isa)
         [IBL_PIXEL_RG16F] = ibl_encode_rg16f_c,
         [IBL_PIXEL_RG32F] = ibl_encode_rg32f_c,
     }};
-#if IBL_X86
-    if (isa >= IBL_ISA_SSE2) {
-        dsp->encode[IBL_PIXEL_RGBA16F] = ibl_encode_rgba16f_sse2;
-        dsp->encode[IBL_PIXEL_RG16F] = ibl_encode_rg16f_sse2;
-    }
-    if (isa >= IBL_ISA_AVX2) {
-        dsp->encode[IBL_PIXEL_RGBA16F] = ibl_encode_rgba16f_avx2;
-        dsp->encode[IBL_PIXEL_RG16F] = ibl_encode_rg16f_avx2;
-    }
-    if (isa >= IBL_ISA_AVX512) {
-        dsp->encode[IBL_PIXEL_RGBA16F] = ibl_encode_rgba16f_avx512;
-        dsp->encode[IBL_PIXEL_RG16F] = ibl_encode_rg16f_avx512;
-    }
-#endif
+    IBL_INIT(ibl_pixel, dsp, isa);
 }

@@ -12,6 +12,7 @@
 
 #include "core/cpu.h"
 #include "ibl/io.h"
+#include "kern/isa.h"
 
 /*
  * Encodes count texels of ibl_pixel_channels(pixel) floats to count texels of
@@ -27,6 +28,7 @@ typedef struct ibl_pixel_dsp {
 
 /* isa must be one that this CPU has; IBL_ISA_AUTO is the best. */
 void ibl_pixel_dsp_init(ibl_pixel_dsp *dsp, ibl_isa isa);
+IBL_DECLARE_INIT(ibl_pixel);
 
 #define IBL_HALF_MAX 65504.0f    /* (2 - 2^-10) 2^15 */
 #define IBL_SMALL11_MAX 65024.0f /* (2 - 2^-6) 2^15 */
@@ -38,9 +40,6 @@ ibl_encode_fn ibl_encode_rgba32f_c, ibl_encode_rg32f_c;
 ibl_encode_fn ibl_encode_rgb9e5_c, ibl_encode_r11g11b10f_c;
 
 #if IBL_X86
-ibl_encode_fn ibl_encode_rgba16f_sse2, ibl_encode_rg16f_sse2;
-ibl_encode_fn ibl_encode_rgba16f_avx2, ibl_encode_rg16f_avx2;
-ibl_encode_fn ibl_encode_rgba16f_avx512, ibl_encode_rg16f_avx512;
 #endif
 
 #endif

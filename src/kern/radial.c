@@ -6,8 +6,6 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "core/cpu.h"
-
 static void points(double v, int size, int first, int stride, float *point)
 {
     for (int i = 0; i < stride; i++) {
@@ -73,14 +71,5 @@ void ibl_radial_init_c(ibl_radial_dsp *dsp)
 void ibl_radial_dsp_init(ibl_radial_dsp *dsp, ibl_isa isa)
 {
     ibl_radial_init_c(dsp);
-#if IBL_X86
-    if (isa == IBL_ISA_SSE2)
-        ibl_radial_init_sse2(dsp);
-    if (isa == IBL_ISA_AVX2)
-        ibl_radial_init_avx2(dsp);
-    if (isa == IBL_ISA_AVX512)
-        ibl_radial_init_avx512(dsp);
-#else
-    (void)isa;
-#endif
+    IBL_INIT(ibl_radial, dsp, isa);
 }

@@ -10,6 +10,7 @@
 #define IBL_KERN_RADIAL_H
 
 #include "ibl/ibl.h"
+#include "kern/isa.h"
 
 enum {
     IBL_RADIAL_BLOCK = 16 /* texels */
@@ -60,10 +61,8 @@ typedef struct ibl_radial_dsp {
 
 /* isa: what the context uses, not IBL_ISA_AUTO. */
 void ibl_radial_dsp_init(ibl_radial_dsp *dsp, ibl_isa isa);
+IBL_DECLARE_INIT(ibl_radial);
 
 void ibl_radial_init_c(ibl_radial_dsp *dsp);
-void ibl_radial_init_sse2(ibl_radial_dsp *dsp);
-void ibl_radial_init_avx2(ibl_radial_dsp *dsp);
-void ibl_radial_init_avx512(ibl_radial_dsp *dsp);
 
 #endif

@@ -56,20 +56,5 @@ void ibl_rgbe_dsp_init(ibl_rgbe_dsp *dsp, ibl_isa isa)
 {
     dsp->expand = ibl_rgbe_expand_c;
     dsp->to_rgb = ibl_rgbe_to_rgb_c;
-#if IBL_X86
-    if (isa >= IBL_ISA_SSE2) {
-        dsp->expand = ibl_rgbe_expand_sse2;
-        dsp->to_rgb = ibl_rgbe_to_rgb_sse2;
-    }
-    if (isa >= IBL_ISA_AVX2) {
-        dsp->expand = ibl_rgbe_expand_avx2;
-        dsp->to_rgb = ibl_rgbe_to_rgb_avx2;
-    }
-    if (isa >= IBL_ISA_AVX512) {
-        dsp->expand = ibl_rgbe_expand_avx512;
-        dsp->to_rgb = ibl_rgbe_to_rgb_avx512;
-    }
-#else
-    (void)isa;
-#endif
+    IBL_INIT(ibl_rgbe, dsp, isa);
 }

@@ -9,6 +9,7 @@
 #include <stddef.h>
 
 #include "ibl/ibl.h"
+#include "kern/isa.h"
 
 /* How far ibl_rgbe_dsp.expand may read and write beyond what it is given. */
 #define IBL_RGBE_SLACK 64
@@ -34,23 +35,12 @@ typedef struct ibl_rgbe_dsp {
 } ibl_rgbe_dsp;
 
 void ibl_rgbe_dsp_init(ibl_rgbe_dsp *dsp, ibl_isa isa);
+IBL_DECLARE_INIT(ibl_rgbe);
 
 const unsigned char *ibl_rgbe_expand_c(const unsigned char *src, int count,
                                        unsigned char *dst);
-const unsigned char *ibl_rgbe_expand_sse2(const unsigned char *src, int count,
-                                          unsigned char *dst);
-const unsigned char *ibl_rgbe_expand_avx2(const unsigned char *src, int count,
-                                          unsigned char *dst);
-const unsigned char *ibl_rgbe_expand_avx512(const unsigned char *src, int count,
-                                            unsigned char *dst);
 
 void ibl_rgbe_to_rgb_c(const unsigned char *src, size_t plane_bytes, int count,
                        const float scale[3], float *dst);
-void ibl_rgbe_to_rgb_sse2(const unsigned char *src, size_t plane_bytes,
-                          int count, const float scale[3], float *dst);
-void ibl_rgbe_to_rgb_avx2(const unsigned char *src, size_t plane_bytes,
-                          int count, const float scale[3], float *dst);
-void ibl_rgbe_to_rgb_avx512(const unsigned char *src, size_t plane_bytes,
-                            int count, const float scale[3], float *dst);
 
 #endif

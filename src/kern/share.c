@@ -3,8 +3,6 @@
 
 #include <math.h>
 
-#include "core/cpu.h"
-
 /* A point of a border: the direction of psi, its cosine and slope there. */
 struct point {
     double q, r;
@@ -70,14 +68,5 @@ void ibl_share_c(const ibl_share_row *row, const ibl_share_cuts *cuts,
 void ibl_share_dsp_init(ibl_share_dsp *dsp, ibl_isa isa)
 {
     dsp->share = ibl_share_c;
-#if IBL_X86
-    if (isa >= IBL_ISA_SSE2)
-        dsp->share = ibl_share_sse2;
-    if (isa >= IBL_ISA_AVX2)
-        dsp->share = ibl_share_avx2;
-    if (isa >= IBL_ISA_AVX512)
-        dsp->share = ibl_share_avx512;
-#else
-    (void)isa;
-#endif
+    IBL_INIT(ibl_share, dsp, isa);
 }

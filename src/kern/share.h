@@ -13,6 +13,7 @@
 #define IBL_KERN_SHARE_H
 
 #include "ibl/ibl.h"
+#include "kern/isa.h"
 
 enum {
     IBL_SHARE_PAD = 8 /* arrays are a multiple of so many long */
@@ -47,7 +48,8 @@ typedef struct ibl_share_dsp {
 
 /* isa: what the context uses, not IBL_ISA_AUTO. */
 void ibl_share_dsp_init(ibl_share_dsp *dsp, ibl_isa isa);
+IBL_DECLARE_INIT(ibl_share);
 
-ibl_share_fn ibl_share_c, ibl_share_sse2, ibl_share_avx2, ibl_share_avx512;
+ibl_share_fn ibl_share_c;
 
 #endif

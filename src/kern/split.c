@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "kern/split.h"
 
-#include "core/cpu.h"
-
 /* The tail beyond y holds e^-2y of the lobe: 3e-7 in the inner part, where the
  * integrand is bounded; in the outer it may grow like 1 / N.H. */
 static const double inner_end = 7.5, outer_end = 30.0;
@@ -120,14 +118,5 @@ void ibl_split_mix_c(const float *table, size_t stride, const float *pair,
 void ibl_split_dsp_init(ibl_split_dsp *dsp, ibl_isa isa)
 {
     *dsp = (ibl_split_dsp){ibl_split_sums_c, ibl_split_mix_c};
-#if IBL_X86
-    if (isa >= IBL_ISA_SSE2)
-        *dsp = (ibl_split_dsp){ibl_split_sums_sse2, ibl_split_mix_sse2};
-    if (isa >= IBL_ISA_AVX2)
-        *dsp = (ibl_split_dsp){ibl_split_sums_avx2, ibl_split_mix_avx2};
-    if (isa >= IBL_ISA_AVX512)
-        *dsp = (ibl_split_dsp){ibl_split_sums_avx512, ibl_split_mix_avx512};
-#else
-    (void)isa;
-#endif
+    IBL_INIT(ibl_split, dsp, isa);
 }

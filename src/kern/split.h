@@ -20,6 +20,7 @@
 #include <stddef.h>
 
 #include "brdf/split.h"
+#include "kern/isa.h"
 
 enum {
     IBL_SPLIT_INNER = 14, /* radii with full rings */
@@ -66,10 +67,9 @@ typedef struct ibl_split_dsp {
 
 /* isa: what the context uses, not IBL_ISA_AUTO. */
 void ibl_split_dsp_init(ibl_split_dsp *dsp, ibl_isa isa);
+IBL_DECLARE_INIT(ibl_split);
 
-ibl_split_sums_fn ibl_split_sums_c, ibl_split_sums_sse2, ibl_split_sums_avx2,
-    ibl_split_sums_avx512;
-ibl_split_mix_fn ibl_split_mix_c, ibl_split_mix_sse2, ibl_split_mix_avx2,
-    ibl_split_mix_avx512;
+ibl_split_sums_fn ibl_split_sums_c;
+ibl_split_mix_fn ibl_split_mix_c;
 
 #endif

@@ -3,8 +3,6 @@
 
 #include <string.h>
 
-#include "core/cpu.h"
-
 void ibl_strip_load_c(const float *const rows[IBL_STRIP_LANES], int count,
                       const ibl_strip_change *change, float *lanes,
                       size_t channel)
@@ -53,17 +51,5 @@ void ibl_strip_dsp_init(ibl_strip_dsp *dsp, ibl_isa isa)
 {
     *dsp = (ibl_strip_dsp){ibl_strip_load_c, ibl_strip_store_c,
                            ibl_strip_spread_c};
-#if IBL_X86
-    if (isa == IBL_ISA_SSE2)
-        *dsp = (ibl_strip_dsp){ibl_strip_load_sse2, ibl_strip_store_sse2,
-                               ibl_strip_spread_sse2};
-    if (isa == IBL_ISA_AVX2)
-        *dsp = (ibl_strip_dsp){ibl_strip_load_avx2, ibl_strip_store_avx2,
-                               ibl_strip_spread_avx2};
-    if (isa == IBL_ISA_AVX512)
-        *dsp = (ibl_strip_dsp){ibl_strip_load_avx512, ibl_strip_store_avx512,
-                               ibl_strip_spread_avx512};
-#else
-    (void)isa;
-#endif
+    IBL_INIT(ibl_strip, dsp, isa);
 }

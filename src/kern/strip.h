@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "ibl/ibl.h"
+#include "kern/isa.h"
 
 enum {
     IBL_STRIP_LANES = 16,
@@ -68,6 +69,7 @@ typedef struct ibl_strip_dsp {
 
 /* isa: what the context uses, not IBL_ISA_AUTO. */
 void ibl_strip_dsp_init(ibl_strip_dsp *dsp, ibl_isa isa);
+IBL_DECLARE_INIT(ibl_strip);
 
 /* The sample that pixel i adds to first. */
 static inline int64_t ibl_strip_first(const ibl_strip_spread *spread, int i)
@@ -79,14 +81,5 @@ static inline int64_t ibl_strip_first(const ibl_strip_spread *spread, int i)
 ibl_strip_load_fn ibl_strip_load_c;
 ibl_strip_store_fn ibl_strip_store_c;
 ibl_strip_spread_fn ibl_strip_spread_c;
-ibl_strip_load_fn ibl_strip_load_sse2;
-ibl_strip_store_fn ibl_strip_store_sse2;
-ibl_strip_spread_fn ibl_strip_spread_sse2;
-ibl_strip_load_fn ibl_strip_load_avx2;
-ibl_strip_store_fn ibl_strip_store_avx2;
-ibl_strip_spread_fn ibl_strip_spread_avx2;
-ibl_strip_load_fn ibl_strip_load_avx512;
-ibl_strip_store_fn ibl_strip_store_avx512;
-ibl_strip_spread_fn ibl_strip_spread_avx512;
 
 #endif

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "kern/zonal.h"
 
-#include "core/cpu.h"
-
 enum {
     BLOCK = 8 /* points at once: each waits for its last step */
 };
@@ -44,14 +42,5 @@ void ibl_zonal_sums_c(const double *y, const double *w, int count,
 void ibl_zonal_dsp_init(ibl_zonal_dsp *dsp, ibl_isa isa)
 {
     dsp->sums = ibl_zonal_sums_c;
-#if IBL_X86
-    if (isa >= IBL_ISA_SSE2)
-        dsp->sums = ibl_zonal_sums_sse2;
-    if (isa >= IBL_ISA_AVX2)
-        dsp->sums = ibl_zonal_sums_avx2;
-    if (isa >= IBL_ISA_AVX512)
-        dsp->sums = ibl_zonal_sums_avx512;
-#else
-    (void)isa;
-#endif
+    IBL_INIT(ibl_zonal, dsp, isa);
 }

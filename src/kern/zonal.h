@@ -12,6 +12,7 @@
 #define IBL_KERN_ZONAL_H
 
 #include "ibl/ibl.h"
+#include "kern/isa.h"
 
 enum {
     IBL_ZONAL_POINTS = 32, /* their number is a multiple of this */
@@ -31,18 +32,10 @@ typedef struct ibl_zonal_dsp {
 
 /* isa: what the context uses, not IBL_ISA_AUTO. */
 void ibl_zonal_dsp_init(ibl_zonal_dsp *dsp, ibl_isa isa);
+IBL_DECLARE_INIT(ibl_zonal);
 
 void ibl_zonal_sums_c(const double *y, const double *w, int count,
                       const double *inverse, int degree, double *scratch,
                       double *k);
-void ibl_zonal_sums_sse2(const double *y, const double *w, int count,
-                         const double *inverse, int degree, double *scratch,
-                         double *k);
-void ibl_zonal_sums_avx2(const double *y, const double *w, int count,
-                         const double *inverse, int degree, double *scratch,
-                         double *k);
-void ibl_zonal_sums_avx512(const double *y, const double *w, int count,
-                           const double *inverse, int degree, double *scratch,
-                           double *k);
 
 #endif

@@ -7,9 +7,6 @@
  * the same four floats of rows r, r + 4, ..., so that after a transposition
  * of 4 x 4 inside the 128-bit parts of four of them lane r is row r.
  */
-#ifndef IBL_KERN_STRIP_LANES_H
-#define IBL_KERN_STRIP_LANES_H
-
 #include "kern/lanes.h"
 #include "kern/strip.h"
 
@@ -113,9 +110,8 @@ static inline void load_some(const float *const *rows, size_t i,
     }
 }
 
-static inline void load(const float *const rows[IBL_STRIP_LANES], int count,
-                        const ibl_strip_change *change, float *lanes,
-                        size_t channel)
+static void load(const float *const rows[IBL_STRIP_LANES], int count,
+                 const ibl_strip_change *change, float *lanes, size_t channel)
 {
     const float *ends[IBL_STRIP_LANES];
     const int whole = count - count % (4 * GROUPS);
@@ -182,8 +178,8 @@ static inline void store_some(const float *from, size_t channel, size_t i,
 }
 #endif
 
-static inline void store(const float *lanes, size_t channel, int count,
-                         float *const rows[IBL_STRIP_LANES], int used)
+static void store(const float *lanes, size_t channel, int count,
+                  float *const rows[IBL_STRIP_LANES], int used)
 {
     float *ends[IBL_STRIP_LANES];
     const int whole = used < IBL_STRIP_LANES ? 0 : count - count % TEXELS;
@@ -239,12 +235,14 @@ static inline void spread_lanes(const ibl_strip_spread *spread,
         vf_store(to + t * IBL_STRIP_LANES, sum[t]);
 }
 
-static inline void spread_all(const ibl_strip_spread *spread,
-                              const float *pixels, int start, int count,
-                              float *samples)
+static void spread_all(const ibl_strip_spread *spread, const float *pixels,
+                       int start, int count, float *samples)
 {
     for (size_t l = 0; l < IBL_STRIP_LANES; l += VF)
         spread_lanes(spread, pixels + l, start, count, samples + l);
 }
 
-#endif
+void IBL_FOR_ISA(ibl_strip_init)(ibl_strip_dsp *dsp)
+{
+    *dsp = (ibl_strip_dsp){load, store, spread_all};
+}

@@ -1,9 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* kern/zonal.c in vectors: four of points stay in registers while l runs, and
  * add to one of sums for each l, whose lanes are added up at the end. */
-#ifndef IBL_KERN_ZONAL_LANES_H
-#define IBL_KERN_ZONAL_LANES_H
-
 #include "kern/lanes.h"
 #include "kern/zonal.h"
 
@@ -35,9 +32,9 @@ static inline void zonal_block(const double *y, const double *w,
     }
 }
 
-static inline void zonal_sums(const double *y, const double *w, int count,
-                              const double *inverse, int degree,
-                              double *scratch, double *k)
+static void zonal_sums(const double *y, const double *w, int count,
+                       const double *inverse, int degree, double *scratch,
+                       double *k)
 {
     for (int l = 0; l <= degree; l++)
         vd_store(scratch + (size_t)l * VD, vd_all(0));
@@ -52,4 +49,7 @@ static inline void zonal_sums(const double *y, const double *w, int count,
     }
 }
 
-#endif
+void IBL_FOR_ISA(ibl_zonal_init)(ibl_zonal_dsp *dsp)
+{
+    *dsp = (ibl_zonal_dsp){zonal_sums};
+}

@@ -1,9 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The functions of interp.c for vectors of any width; included by one file
- * for each instruction set. */
-#ifndef IBL_KERN_INTERP_LANES_H
-#define IBL_KERN_INTERP_LANES_H
-
+/* The functions of interp.c for vectors of any width. */
 #include <stddef.h>
 
 #include "kern/interp.h"
@@ -99,7 +95,7 @@ static inline vd coordinates(int i, int size)
     return (vd_load(odd) + 2.0 * i) / (double)size - 1.0;
 }
 
-static inline void lanes_latitudes(double v, int size, int count, double *angle)
+static void lanes_latitudes(double v, int size, int count, double *angle)
 {
     for (int i = 0; i < count; i += VD) {
         const vd u = coordinates(i, size);
@@ -109,8 +105,8 @@ static inline void lanes_latitudes(double v, int size, int count, double *angle)
 
 /* The azimuth counts from the diagonal: a tangent of |v| - |u| over |v| + |u|,
  * never over 1; at the pole itself 0 / 1e-300. */
-static inline void lanes_polar(double v, int size, int count, double *angle,
-                               double *azimuth)
+static void lanes_polar(double v, int size, int count, double *angle,
+                        double *azimuth)
 {
     const vd b = vd_abs(vd_all(v));
     for (int i = 0; i < count; i += VD) {
@@ -128,9 +124,9 @@ static inline vd round_weights(vd exact, float *w)
     return exact - vd_load_floats(w);
 }
 
-static inline void lanes_weights(const ibl_taps *taps, double shift,
-                                 double scale, const double *angle, int count,
-                                 int *first, float *weight)
+static void lanes_weights(const ibl_taps *taps, double shift, double scale,
+                          const double *angle, int count, int *first,
+                          float *weight)
 {
     for (int i = 0; i < count; i++) {
         /* Casts round towards zero: positions are above -64. */
@@ -197,7 +193,7 @@ static inline vf across(const vf along[VECTORS], const float *w)
 
 /* Down the rings first, which keeps all channels and columns apart, then
  * across the columns. */
-static inline void lanes_row(const ibl_interp_row *row)
+static void lanes_row(const ibl_interp_row *row)
 {
     const ibl_interp_row a = *row;
     const ptrdiff_t stride = a.stride;
@@ -232,9 +228,8 @@ static inline void lanes_row(const ibl_interp_row *row)
 
 /* Each texel is written with the first channel of the next, which is then
  * written over; but not the row's last. */
-static inline void lanes_finish(const float *rgba,
-                                const ibl_interp_range *range, int count,
-                                float *rgb)
+static void lanes_finish(const float *rgba, const ibl_interp_range *range,
+                         int count, float *rgb)
 {
     const __m128 gain = _mm_set1_ps(range->gain);
     const __m128 offset = _mm_loadu_ps(range->offset);
@@ -253,4 +248,8 @@ static inline void lanes_finish(const float *rgba,
     }
 }
 
-#endif
+void IBL_FOR_ISA(ibl_interp_init)(ibl_interp_dsp *dsp)
+{
+    *dsp = (ibl_interp_dsp){lanes_latitudes, lanes_polar, lanes_weights,
+                            lanes_row, lanes_finish};
+}

@@ -1,8 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* kern/octants.h in vectors of any width. */
-#ifndef IBL_KERN_OCTANTS_LANES_H
-#define IBL_KERN_OCTANTS_LANES_H
-
 #include <stddef.h>
 
 #include "kern/lanes.h"
@@ -43,8 +40,8 @@ static inline void store_four(double *out, __m128 x)
 #endif
 }
 
-static inline void collect(const float *row, const int *offset, int count,
-                           double *pixels)
+static void collect(const float *row, const int *offset, int count,
+                    double *pixels)
 {
     for (int i = 0; i < count; i++) {
         __m128 low[3], high[3];
@@ -113,8 +110,8 @@ static inline weighed part_of(const ibl_octant_blend *row, int k, int column)
                   weigh(row->source[k] + tap->at[1], right));
 }
 
-static inline void blend(const ibl_octant_blend *row, const int *column,
-                         int count, int lanes, double *pixels)
+static void blend(const ibl_octant_blend *row, const int *column, int count,
+                  int lanes, double *pixels)
 {
     for (int i = 0; i < count; i++) {
         for (int m = 0; m < lanes; m++)
@@ -151,8 +148,8 @@ static inline void add_span(const ibl_octant_span *s, const double *p,
         vd_store(sum + k * VD, vd_load(sum + k * VD) + w * v[k]);
 }
 
-static inline void add_spans(const ibl_octant_span *spans, int count,
-                             const double *pixels, double *sums)
+static void add_spans(const ibl_octant_span *spans, int count,
+                      const double *pixels, double *sums)
 {
     for (const ibl_octant_span *s = spans; s < spans + count; s++) {
         const double *p = pixels + IBL_OCTANT_RGB * (size_t)s->pixel;
@@ -192,9 +189,9 @@ static inline void write_rgb(float *const out[4], const ptrdiff_t step[4],
     _mm_store_ss(to[3] + 2, _mm_shuffle_ps(b, b, 3));
 }
 
-static inline void write_sums(const double *sums, const double *weights,
-                              int count, float *const out[IBL_OCTANTS],
-                              const ptrdiff_t step[IBL_OCTANTS])
+static void write_sums(const double *sums, const double *weights, int count,
+                       float *const out[IBL_OCTANTS],
+                       const ptrdiff_t step[IBL_OCTANTS])
 {
     for (int i = 0; i < count; i++) {
         const double scale = 1 / weights[i];
@@ -206,4 +203,7 @@ static inline void write_sums(const double *sums, const double *weights,
     }
 }
 
-#endif
+void IBL_FOR_ISA(ibl_octants_init)(ibl_octants_dsp *dsp)
+{
+    *dsp = (ibl_octants_dsp){collect, blend, add_spans, write_sums};
+}

@@ -4,9 +4,6 @@
  * same points but for their scale. What would lose digits (sines, limits) is
  * prepared in double.
  */
-#ifndef IBL_KERN_SPLIT_LANES_H
-#define IBL_KERN_SPLIT_LANES_H
-
 #include <stdbool.h>
 #include <string.h>
 
@@ -195,9 +192,9 @@ static inline split_lanes split_lanes_of(ibl_geometry geometry, double alpha,
     return l;
 }
 
-static inline void split_sums(const ibl_split_rule *rule, ibl_geometry geometry,
-                              double alpha, const double *n_dot_v, int count,
-                              float *sum)
+static void split_sums(const ibl_split_rule *rule, ibl_geometry geometry,
+                       double alpha, const double *n_dot_v, int count,
+                       float *sum)
 {
     for (int i = 0; i < count; i += VF) {
         const int n = count - i < VF ? count - i : VF;
@@ -223,9 +220,8 @@ static inline vf split_pair(const float *pair)
     return (vf)vd_all(both);
 }
 
-static inline void split_mix(const float *table, size_t stride,
-                             const float *pair, int terms, int count,
-                             float *out)
+static void split_mix(const float *table, size_t stride, const float *pair,
+                      int terms, int count, float *out)
 {
     int i = 0;
 
@@ -252,4 +248,7 @@ static inline void split_mix(const float *table, size_t stride,
     ibl_split_mix_c(table + i, stride, pair, terms, count - i, out + i);
 }
 
-#endif
+void IBL_FOR_ISA(ibl_split_init)(ibl_split_dsp *dsp)
+{
+    *dsp = (ibl_split_dsp){split_sums, split_mix};
+}

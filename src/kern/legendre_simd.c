@@ -1,14 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * legendre.h for vectors of VD rings, included once for each width: sums with
- * the functions of legendre_recurrence_lanes.h. As many sums stay in registers
- * as there are, so that the multiply-adds are what takes time: over rings in
- * the analysis, for two k at a time with 32 registers; over k in the
- * synthesis, for two vectors of rings.
+ * legendre.h for vectors of VD rings: sums with the functions of
+ * legendre_recurrence_lanes.h. As many sums stay in registers as there are, so
+ * that the multiply-adds are what takes time: over rings in the analysis, for
+ * two k at a time with 32 registers; over k in the synthesis, for two vectors
+ * of rings.
  */
-#ifndef IBL_KERN_LEGENDRE_LANES_H
-#define IBL_KERN_LEGENDRE_LANES_H
-
 #include <string.h>
 
 #include "kern/lanes.h"
@@ -446,4 +443,7 @@ static void synthesise(const ibl_legendre_order *o, const double *a,
     }
 }
 
-#endif
+void IBL_FOR_ISA(ibl_legendre_init)(ibl_legendre_dsp *dsp)
+{
+    *dsp = (ibl_legendre_dsp){analyse, synthesise};
+}

@@ -6,9 +6,6 @@
  * done with there before the next is begun; three stages at the end where
  * the count of stages is odd.
  */
-#ifndef IBL_KERN_FFT_LANES_H
-#define IBL_KERN_FFT_LANES_H
-
 #include "kern/fft.h"
 #include "kern/lanes.h"
 
@@ -239,8 +236,8 @@ static inline vc combine(const ibl_fft_pair *p, const float *x, const float *y,
                 vf_fma(ar, xi, ai * xr) + vf_fma(bi, yr, -(br * yi))};
 }
 
-static inline void split(const float *z, const ibl_fft_pair *pairs, int count,
-                         const ibl_fft_spectrum *out)
+static void split(const float *z, const ibl_fft_pair *pairs, int count,
+                  const ibl_fft_spectrum *out)
 {
     for (int m = 0; m < count; m++)
         for (size_t l = 0; l < IBL_FFT_LANES; l += VF) {
@@ -254,8 +251,8 @@ static inline void split(const float *z, const ibl_fft_pair *pairs, int count,
         }
 }
 
-static inline void merge(const ibl_fft_spectrum *in, const ibl_fft_pair *pairs,
-                         int count, float *z)
+static void merge(const ibl_fft_spectrum *in, const ibl_fft_pair *pairs,
+                  int count, float *z)
 {
     for (int k = 0; k < count; k++)
         for (size_t l = 0; l < IBL_FFT_LANES; l += VF) {
@@ -267,4 +264,17 @@ static inline void merge(const ibl_fft_spectrum *in, const ibl_fft_pair *pairs,
         }
 }
 
-#endif
+static void all_forward(const ibl_fft *fft, float *z)
+{
+    forward((const float *const *)fft->passes, z, fft->size);
+}
+
+static void all_inverse(const ibl_fft *fft, float *z)
+{
+    inverse((const float *const *)fft->passes, z, fft->size);
+}
+
+void IBL_FOR_ISA(ibl_fft_init)(ibl_fft_dsp *dsp)
+{
+    *dsp = (ibl_fft_dsp){all_forward, all_inverse, split, merge};
+}

@@ -1,9 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The functions of radial.c for vectors of any width; included by one file
- * for each instruction set. */
-#ifndef IBL_KERN_RADIAL_LANES_H
-#define IBL_KERN_RADIAL_LANES_H
-
+/* The functions of radial.c for vectors of any width. */
 #include <string.h>
 
 #include "kern/lanes.h"
@@ -189,8 +185,8 @@ static inline void store_split(float *point, int rest, vd x)
     vd_store_floats(point + rest, x - vd_load_floats(point));
 }
 
-static inline void lanes_points(double v, int size, int first, int stride,
-                                float *point)
+static void lanes_points(double v, int size, int first, int stride,
+                         float *point)
 {
     static const double odd[8] = {1, 3, 5, 7, 9, 11, 13, 15};
     for (int i = 0; i < stride; i += VD) {
@@ -246,9 +242,8 @@ static inline vf tabulated(const ibl_radial *lobe, vf q)
     return vf_fma(k, x, low_halves(a, b));
 }
 
-static inline void lanes_add(const ibl_radial *lobe,
-                             const ibl_radial_light *lights, int count,
-                             const float *point, int stride, float *rgba)
+static void lanes_add(const ibl_radial *lobe, const ibl_radial_light *lights,
+                      int count, const float *point, int stride, float *rgba)
 {
     const vf horizon = vf_all(2);
     for (int i = 0; i < stride; i += VF) {
@@ -270,4 +265,7 @@ static inline void lanes_add(const ibl_radial *lobe,
     }
 }
 
-#endif
+void IBL_FOR_ISA(ibl_radial_init)(ibl_radial_dsp *dsp)
+{
+    *dsp = (ibl_radial_dsp){lanes_points, lanes_add};
+}

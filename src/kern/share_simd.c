@@ -1,8 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* kern/share.h in vectors of any width. */
-#ifndef IBL_KERN_SHARE_LANES_H
-#define IBL_KERN_SHARE_LANES_H
-
 #include "kern/lanes.h"
 #include "kern/share.h"
 
@@ -87,11 +84,14 @@ static inline vd shares_of(const ibl_share_row *row, const ibl_share_cuts *c,
     return if_less(end.cosine, top, share, zero);
 }
 
-static inline void shares(const ibl_share_row *row, const ibl_share_cuts *cuts,
-                          int count, double *share)
+static void shares(const ibl_share_row *row, const ibl_share_cuts *cuts,
+                   int count, double *share)
 {
     for (int i = 0; i < count; i += VD)
         vd_store(share + i, shares_of(row, cuts, i));
 }
 
-#endif
+void IBL_FOR_ISA(ibl_share_init)(ibl_share_dsp *dsp)
+{
+    *dsp = (ibl_share_dsp){shares};
+}

@@ -1,8 +1,0 @@
-/* SPDX-License-Identifier: MIT */
-#include "kern/share_lanes.h"
-
-void ibl_share_avx2(const ibl_share_row *row, const ibl_share_cuts *cuts,
-                    int count, double *share)
-{
-    shares(row, cuts, count, share);
-}
