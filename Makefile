@@ -247,12 +247,16 @@ demo: deps
 	    --preview build/demo/forest.png
 	+@$(MAKE) -s DEPS=no demo-view
 
-# The same environment on spheres: the README's picture, and a sheet. The room
-# is under one with a sun.
+# The same environment on spheres: the README's picture, and a sheet. Behind the
+# spheres it is blurred on purpose, as by a lens. The room is under one with a
+# sun.
 .PHONY: demo-view
 ifeq ($(HAVE_VIEW),yes)
 demo-view: $(VIEW)
-	$(VIEW) build/demo/forest --offscreen build/demo/spheres.png $(SPHERES)
+	$(BIN) data/forest.exr -q -o build/demo/backdrop --only specular \
+	    --roughness-range 0.08:1
+	$(VIEW) build/demo/forest --offscreen build/demo/spheres.png $(SPHERES) \
+	    --sky build/demo/backdrop/forest_specular.ktx2
 	$(VIEW) build/demo/forest --contact-sheet build/demo/sheet.png
 	$(BIN) data/sky.exr -q -o build/demo/sky --skybox 512
 	$(VIEW) build/demo/sky --mode scene --offscreen build/demo/scene.png $(ROOM)
@@ -279,10 +283,6 @@ pictures: demo
 	cp build/demo/spheres.png data/iblview.png
 	$(SCENE)-infinite.png $(WIDE) --pitch 16 --no-parallax
 	$(SCENE)-parallax.png $(WIDE) --pitch 16
-	$(SCENE)-one.png $(WIDE) --pitch 30
-	$(SCENE)-blended.png $(WIDE) --pitch 30 --probes 16
-	$(SCENE)-right.png --pitch 10 --seconds 0.2
-	$(SCENE)-left.png --pitch 10 --seconds 3.8
 
 # Every build that must pass, then everything in it.
 CHECKED := build build/clang build/asan build/tsan

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# bench.sh BUILD: every figure of the README, measured here and now.
+# bench.sh BUILD: the figures of tests/MEASURED.md, measured here and now.
 set -eu
 build=${1:-build}
 work=$(mktemp -d "${TMPDIR:-/tmp}/iblbake-bench-XXXXXX")

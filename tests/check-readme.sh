@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # Runs the examples of README.md as they stand there: the shell line, the
 # Makefile rule (with -j), the CMake list, the C program, and the shader lines
-# through glslang.
+# through glslang. What it and the other documents link to is there.
 set -u
 . tests/lib.sh
 # The first fenced block of a language.
@@ -20,6 +20,17 @@ for name in noon dusk; do
 done
 
 cp env/noon.hdr env.hdr
+for document in "$top"/*.md "$top"/tests/*.md; do
+    sed -n 's/.*](\([^)#]*\)[^)]*).*/\1/p' "$document" | sort -u |
+        while read -r link; do
+            case $link in
+            '' | http*) ;;
+            *) [ -e "${document%/*}/$link" ] || echo "$document: $link" ;;
+            esac
+        done
+done >missing
+ok links test ! -s missing
+
 block sh >example.sh
 ok shell-there test -s example.sh
 ok shell sh -e example.sh
