@@ -157,7 +157,7 @@ $(LIB): $(LIB_OBJ)
 	@rm -f $@
 	$(AR) rcs $@ $^
 
-$(BIN): $(call obj,$(CLI_SRC)) $(LIB)
+$(BIN): $(call obj,$(CLI_SRC)) $(BUILD)/obj/gen/bench_page.o $(LIB)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(EXR_LIBS) $(CLI_LIBS) \
 	    -lm -ldl $(LDLIBS)
 
@@ -187,10 +187,15 @@ view:
 	@echo "iblbake: built without iblview: package libglfw3-dev, libgl-dev or" \
 	    "libstb-dev is missing"
 endif
+$(BUILD)/gen/bench_page.c: src/cli/bench_page.html
+	@mkdir -p $(@D)
+	{ echo 'extern const char ibl_bench_page[];'; \
+	    echo 'const char ibl_bench_page[] ='; \
+	    sed 's/[\\"]/\\&/g; s/.*/"&\\n"/' $<; echo ';'; } >$@
 $(BUILD)/gen/shaders.c: src/view/embed.awk $(SHADERS)
 	@mkdir -p $(@D)
 	awk -f src/view/embed.awk $(SHADERS) >$@
-$(BUILD)/obj/gen/shaders.o: $(BUILD)/gen/shaders.c
+$(BUILD)/obj/gen/%.o: $(BUILD)/gen/%.c
 	@mkdir -p $(@D)
 	$(CC) $(REQUIRED) $(WARN) $(CPPFLAGS) $(CFLAGS) -c -o $@ $<
 VIEW_OBJ := $(filter-out %/main.o,$(call obj,$(VIEW_SRC))) \

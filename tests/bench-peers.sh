@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # iblbake beside Filament's cmgen and the classic tutorial, error beside time,
-# through `iblbake bench`: table, and bench.csv, .json, .html and .svg in OUT.
+# through `iblbake bench`: table, and bench.csv, .json, .html and, by gnuplot, .svg in OUT.
 #   bench-peers.sh [BUILD [ROUNDS [ENV [OUT [OPTIONS]]]]]
 #                  build, 5, quarry_01_1k.hdr, BUILD/bench, none
 # OPTIONS are more of iblbake bench.
@@ -46,5 +46,22 @@ else
 fi
 "$build/iblbake" bench --rounds "$rounds" "$env" "$@" \
     --csv "$out/bench.csv" --json "$out/bench.json" \
-    --html "$out/bench.html" --svg "$out/bench.svg"
+    --html "$out/bench.html"
 echo "$out/bench.html has the plots"
+command -v gnuplot >/dev/null 2>&1 || exit 0
+gnuplot <<END
+set terminal svg size 720,440 font "sans-serif,12" background "white"
+set output "$out/bench.svg"
+set datafile separator comma
+set logscale
+set grid
+set key off
+set xlabel "time of the whole process, s"
+set ylabel "nRMSE of the levels with r > 0"
+set xrange [*:30]
+plot "$out/bench.csv" using \\
+    (strcol("content") eq "all" ? column("wall_s") : NaN):"nrmse" \\
+    with points pointtype 7, \\
+    "" using (strcol("content") eq "all" ? column("wall_s") : NaN):"nrmse":\\
+    "name" with labels offset 1 left
+END

@@ -30,7 +30,7 @@ cp data/sky.exr "$env"
         --lut-size 16 --irradiance-size 8" \
     --peer-output 'self={out} --name {name}' --peer 'true=true {other}' \
     --csv "$work/r.csv" --json "$work/r.json" --html "$work/r.html" \
-    --svg "$work/r.svg" >"$work/table" 2>"$work/err"
+    >"$work/table" 2>"$work/err"
 status=$?
 verdict run "$([ $status = 0 ] || echo "status $status: $(cat "$work/err")")"
 verdict quiet "$(cat "$work/err")"
@@ -125,54 +125,62 @@ all.forEach((r, i) => {
             1e-8, `${s} of ${j.points[i].name}`);
 });
 
-/* The page: closed elements, nothing from elsewhere, the plots. */
+/* The page holds the measurements, loads nothing, and draws them. */
 const page = read('r.html');
+need(!/https?:|src=|<link|<img|url\(|@import/.test(page), 'loads something');
+const [, held] = page.match(/<script type="application\/json"[^>]*>([^]*?)<\//);
+need(JSON.stringify(JSON.parse(held)) == JSON.stringify(j), 'other data');
+const [, script] = page.match(/<script>([^]*?)<\/script>/);
+const main = {};
+new Function('document', script)({getElementById: () => ({textContent: held}),
+    querySelector: () => main});
+const drawn = main.innerHTML;
 const open = [];
 for (const [tag, slash, name, rest] of
-    page.replace(/<style>[^]*?<\/style>/g, '').replace(/<!DOCTYPE[^>]*>/, '')
-        .matchAll(/<(\/?)([a-z0-9]+)([^>]*)>/g)) {
+    drawn.matchAll(/<(\/?)([a-z0-9]+)([^>]*)>/g)) {
     if (slash) need(open.pop() == name, `unexpected ${tag}`);
     else if (!rest.endsWith('/')) open.push(name);
 }
 need(open.length == 0, `not closed: ${open}`);
-need(!/https?:|<script|<link|<img|url\(|@import/.test(page), 'loads something');
-need(!/NaN|nan|inf\b/.test(page.replace(/<style>[^]*?<\/style>/g, '')),
-    'a number that is none');
+need(!/NaN|undefined|Infinity|null/.test(drawn), 'a number that is none');
+/* As many points as there are rivals, in the right order from left to right
+ * and from below. */
+const rivals = j.points.filter(p => p.rival);
+const [, chart] = drawn.match(/against time<\/h3>\n<svg([^]*?)<\/svg>/);
+const keys = new Set(rivals.map(p => p.kind == 'bake' ? p.method : p.name)).size + 1;
+const dots = [...chart.matchAll(/<circle r="4" cx="([^"]*)" cy="([^"]*)"/g)]
+    .slice(keys).map(([, x, y]) => [+x, +y]);
+need(dots.length == rivals.length, `${dots.length} points`);
+const order = values => values.map((v, i) => i)
+    .sort((a, b) => values[a] - values[b]).join();
+const shown = [];
+for (const name of new Set(rivals.map(p => p.kind == 'bake' ? p.method : p.name)))
+    shown.push(...rivals.filter(p =>
+        (p.kind == 'bake' ? p.method : p.name) == name));
+need(order(dots.map(d => d[0])) == order(shown.map(p => p.wall_s.median)),
+    'times of the plot');
+need(order(dots.map(d => -d[1])) == order(shown.map(p => p.error)),
+    'errors of the plot');
 for (const title of ['Error against time', 'Error against roughness',
     'Time against samples', 'Time against output size',
     'Time against source size', 'Time against threads', 'Stages'])
-    need(page.includes(`<h3>${title}</h3>`), `no ${title}`);
+    need(drawn.includes(`<h3>${title}</h3>`), `no ${title}`);
 for (const s in point('two').stages_s)
-    need(page.includes(`<tr><td>${s}</td>`), `no row of stage ${s}`);
+    need(drawn.includes(`<tr><td>${s}</td>`), `no row of stage ${s}`);
 for (const word of [j.machine.cpu, j.machine.compiler, j.date])
-    need(word && page.includes(word), `does not name ${word}`);
+    need(word && drawn.includes(word), `does not name ${word}`);
 JS
     verdict reports "$(cat "$work/node")"
 else
     skipped=$((skipped + 1))
     echo 'skipped: reports: no node (nodejs)'
 fi
-if command -v xmllint >/dev/null; then
-    verdict svg "$(xmllint --noout "$work/r.svg" 2>&1)"
-else
-    skipped=$((skipped + 1))
-    echo 'skipped: svg: no xmllint (libxml2-utils)'
-fi
-verdict svg-alone "$(sed 's|xmlns="http://www.w3.org/2000/svg"||' \
-    "$work/r.svg" | grep -E 'https?:|<image|<script|url\(')"
-
 # Every combination, but of samples only with methods that take them.
 "$program" bench -q --full "$env" --methods spectral,sampled --samples 4,16 \
     --sizes 8,16 --threads 1 --isa c --source-sizes none --rounds 1 --texels 0 \
     --json "$work/full.json" >"$work/table" 2>&1
 verdict full "$([ "$(grep -c '"kind": "bake"' "$work/full.json")" = 6 ] ||
     cat "$work/table")"
-
-# Level 0 alone has no error to plot: axes are left.
-"$program" bench -q "$env" --methods sampled --samples 4 --sizes 8 \
-    --threads 1 --isa c --source-sizes none --rounds 1 --texels 24 \
-    --bake '--levels 1' --svg "$work/axes.svg" >"$work/table" 2>&1
-verdict axes-alone "$(grep -q '</svg>' "$work/axes.svg" || cat "$work/table")"
 
 # ---- what goes wrong -------------------------------------------------------
 small=(-q --sizes 8 --samples 1 --methods sampled --threads 1 --isa c
@@ -215,8 +223,6 @@ wrong swept 2 'iblbake: --bake --size=4: --size is set by*' data/sky.exr \
     --bake --size=4
 wrong placed 2 'iblbake: --variant -ox: -o is set by*' data/sky.exr \
     --variant v=-ox
-wrong no-errors 2 'iblbake: --svg *: with --texels 0 there is no error*' \
-    data/sky.exr --svg "$work/no.svg"
 wrong method 2 'iblbake: --methods magic: not a value*' data/sky.exr \
     --methods magic
 wrong no-peer 2 'iblbake: --peer-output x=*: there is no --peer*' \

@@ -39,7 +39,6 @@ file:recognises_containers
 openimageio-tools:makes_test_images
 nodejs:runs_the_KTX_reader
 npm:fetches_the_KTX_reader
-libxml2-utils:reads_the_SVG
 procps:finds_what_runs_on
 xvfb:display_of_the_window_test
 xdotool:presses_its_keys
@@ -48,6 +47,7 @@ libx11-dev:drops_files_on_it
 bench="$check"'
 libfilament-tools:cmgen_to_compare_with
 libkissfft-dev:kissfft_to_compare_with
+gnuplot-nox:draws_the_plot_of_MEASURED
 '
 
 case ${1:-} in

@@ -137,8 +137,7 @@ static int work(void *cookie, const char *directory)
     const ibl_bench_opts *opts = cookie;
     const report reports[] = {{opts->csv, ibl_bench_csv},
                               {opts->json, ibl_bench_json},
-                              {opts->html, ibl_bench_html},
-                              {opts->svg, ibl_bench_svg}};
+                              {opts->html, ibl_bench_html}};
     const int count = (int)(sizeof reports / sizeof *reports);
     ibl_console console;
     ibl_bench b = {.opts = opts, .console = &console, .directory = directory};

@@ -76,7 +76,7 @@ typedef struct ibl_bench_opts {
     int rounds;
     double timeout_s;
     int texels; /* judged in each level; 0: no judging */
-    const char *csv, *json, *html, *svg;
+    const char *csv, *json, *html;
 } ibl_bench_opts;
 
 typedef enum ibl_bench_kind {
@@ -194,8 +194,6 @@ void ibl_bench_print(const ibl_bench *b, FILE *to);
 char *ibl_bench_csv(const ibl_bench *b);
 char *ibl_bench_json(const ibl_bench *b);
 char *ibl_bench_html(const ibl_bench *b);
-/* Error against time alone, as an SVG file. */
-char *ibl_bench_svg(const ibl_bench *b);
 
 /* Median and quartiles of n values, n >= 1; sorts them into scratch space of
  * its own. */
@@ -210,11 +208,5 @@ bool ibl_bench_is_special(const ibl_bench *b, const ibl_bench_point *p);
 int ibl_bench_stages(const ibl_bench *b, char names[][32], int most);
 /* Median time of a stage in a point, NAN if it has none. */
 double ibl_bench_stage_seconds(const ibl_bench_point *p, const char *name);
-/* Groups of stages that any point has, in their order; returns how many. */
-int ibl_bench_groups(const ibl_bench *b, char groups[][32], int most);
-/* Median time of a group of stages in a point, NAN if it has none. "rest" is
- * what the stages do not cover: start and end of the process, and the flushing
- * and renaming of the files. */
-double ibl_bench_group_seconds(const ibl_bench_point *p, const char *group);
 
 #endif

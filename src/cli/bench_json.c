@@ -89,6 +89,9 @@ static json_t *point(const ibl_bench *b, const ibl_bench_point *p)
 
     put(&j, "name", ibl_json_string(p->name));
     put(&j, "kind", json_string(kinds[p->kind]));
+    put(&j, "base", json_boolean(p->base));
+    put(&j, "special", json_boolean(ibl_bench_is_special(b, p)));
+    put(&j, "rival", json_boolean(ibl_bench_is_rival(b, p)));
     put(&j, "env", ibl_json_string(b->opts->envs[source->env]));
     put(&j, "source",
         json_pack("{s:i,s:i,s:b}", "width", source->width, "height",

@@ -215,8 +215,6 @@ static const ibl_option reports[] = {
      .help = "everything that was measured, each round of it"},
     {"html", 0, TEXT(html, "FILE"), .standard = "",
      .help = "a report with plots, in one file"},
-    {"svg", 0, TEXT(svg, "FILE"), .standard = "",
-     .help = "the plot of error against time alone"},
 };
 /* clang-format on */
 
@@ -369,10 +367,6 @@ static bool finish(void *settings)
         return ibl_misuse("--texels %d: too few to tell: %d or more, or 0 for "
                           "none",
                           o->texels, IBL_JUDGE_MIN_TEXELS);
-    if (o->svg && !o->texels)
-        return ibl_misuse("--svg %s: with --texels 0 there is no error to "
-                          "plot: leave one out",
-                          o->svg);
     fill_defaults(o);
     return check_isas(o) && check_names(o) && ibl_common_finish(&o->common);
 }
