@@ -10,14 +10,9 @@ enum {
     PARTS = IBL_TAPS / VD        /* vectors that hold the weights */
 };
 
-/* What lanes.h lacks: absolute values; the weights of samples VF/4 k and on,
- * each four times; the sum of a vector's quarters of four floats. */
+/* What lanes.h lacks: the weights of samples VF/4 k and on,
+ * each four times. */
 #if VF == 16
-static inline vd vd_abs(vd x)
-{
-    return _mm512_abs_pd(x);
-}
-
 static inline vf spread(const float *w, int k)
 {
     const __m512i which = _mm512_add_epi32(
@@ -27,19 +22,7 @@ static inline vf spread(const float *w, int k)
                                  _mm512_castps256_ps512(_mm256_loadu_ps(w)));
 }
 
-static inline __m128 fold(vf v)
-{
-    const __m256 half =
-        _mm256_add_ps(_mm512_castps512_ps256(v), _mm512_extractf32x8_ps(v, 1));
-    return _mm_add_ps(_mm256_castps256_ps128(half),
-                      _mm256_extractf128_ps(half, 1));
-}
 #elif VF == 8
-static inline vd vd_abs(vd x)
-{
-    return _mm256_andnot_pd(_mm256_set1_pd(-0.0), x);
-}
-
 static inline vf spread(const float *w, int k)
 {
     const __m256i which = _mm256_add_epi32(
@@ -47,26 +30,18 @@ static inline vf spread(const float *w, int k)
     return _mm256_permutevar8x32_ps(_mm256_loadu_ps(w), which);
 }
 
-static inline __m128 fold(vf v)
-{
-    return _mm_add_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
-}
 #else
-static inline vd vd_abs(vd x)
-{
-    return _mm_andnot_pd(_mm_set1_pd(-0.0), x);
-}
-
 static inline vf spread(const float *w, int k)
 {
     return _mm_set1_ps(w[k]);
 }
 
-static inline __m128 fold(vf v)
-{
-    return v;
-}
 #endif
+
+static inline vd vd_abs(vd x)
+{
+    return (vd)((vl)x & ~(vl)vd_all(-0.0));
+}
 
 /*
  * Arc tangent of |x| <= sqrt(2), within 1e-12: half the angle has the tangent
@@ -222,7 +197,7 @@ static void lanes_row(const ibl_interp_row *row)
         add_ring(grid + 6 * stride, w[6], along);
         add_ring(grid + 7 * stride, w[7], along);
         _mm_storeu_ps(a.rgba + 4 * (size_t)i,
-                      fold(across(along, a.column_weight + c * IBL_TAPS)));
+                      vf_fold(across(along, a.column_weight + c * IBL_TAPS)));
     }
 }
 

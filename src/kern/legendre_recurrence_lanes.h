@@ -36,7 +36,6 @@ enum {
     STARTS_AT = -62  /* exponent of R_k where rings come in: s_k <= 2^7 */
 };
 
-typedef long long vl __attribute__((vector_size(8 * VD)));
 typedef unsigned long long vu __attribute__((vector_size(8 * VD)));
 
 /* ---- what lanes.h has not ------------------------------------------- */

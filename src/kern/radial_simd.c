@@ -5,11 +5,9 @@
 #include "kern/lanes.h"
 #include "kern/radial.h"
 
-typedef int vi __attribute__((vector_size(sizeof(vf))));
-
 /* What lanes.h lacks: zero where a lane is not less, whether any is, every
- * fourth lane's piece of a table (in fewer steps than a gather takes),
- * shuffles, and adding three vectors to VF texels of four floats. */
+ * fourth lane's piece of a table (in fewer steps than a gather takes), and
+ * adding three vectors to VF texels of four floats. */
 #if VF == 16
 static inline vf keep_less(vf value, vf a, vf b)
 {
@@ -33,40 +31,14 @@ static inline vf load_pieces(const float *coef, const int *at)
     return _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
 }
 
-static inline vf low_pairs(vf a, vf b)
-{
-    return _mm512_unpacklo_ps(a, b);
-}
-
-static inline vf high_pairs(vf a, vf b)
-{
-    return _mm512_unpackhi_ps(a, b);
-}
-
-static inline vf low_halves(vf a, vf b)
-{
-    return _mm512_shuffle_ps(a, b, 0x44);
-}
-
-static inline vf high_halves(vf a, vf b)
-{
-    return _mm512_shuffle_ps(a, b, 0xEE);
-}
-
 static inline void add_rgb(float *rgba, vf r, vf g, vf b)
 {
-    const vf zero = vf_all(0);
-    const vf rg0 = low_pairs(r, g), rg1 = high_pairs(r, g);
-    const vf b0 = low_pairs(b, zero), b1 = high_pairs(b, zero);
-    /* Texels 0 4 8 12, 1 5 9 13, ... */
-    const vf t0 = low_halves(rg0, b0);
-    const vf t1 = high_halves(rg0, b0);
-    const vf t2 = low_halves(rg1, b1);
-    const vf t3 = high_halves(rg1, b1);
-    const vf a0 = _mm512_shuffle_f32x4(t0, t1, 0x44);
-    const vf a1 = _mm512_shuffle_f32x4(t2, t3, 0x44);
-    const vf a2 = _mm512_shuffle_f32x4(t0, t1, 0xEE);
-    const vf a3 = _mm512_shuffle_f32x4(t2, t3, 0xEE);
+    vf t[4] = {r, g, b, vf_all(0)};
+    vf_transpose(t); /* texels 0 4 8 12, 1 5 9 13, ... */
+    const vf a0 = _mm512_shuffle_f32x4(t[0], t[1], 0x44);
+    const vf a1 = _mm512_shuffle_f32x4(t[2], t[3], 0x44);
+    const vf a2 = _mm512_shuffle_f32x4(t[0], t[1], 0xEE);
+    const vf a3 = _mm512_shuffle_f32x4(t[2], t[3], 0xEE);
     vf_store(rgba, vf_load(rgba) + _mm512_shuffle_f32x4(a0, a1, 0x88));
     vf_store(rgba + 16,
              vf_load(rgba + 16) + _mm512_shuffle_f32x4(a0, a1, 0xDD));
@@ -94,43 +66,17 @@ static inline vf load_pieces(const float *coef, const int *at)
         _mm_load_ps(coef + at[4]), 1);
 }
 
-static inline vf low_pairs(vf a, vf b)
-{
-    return _mm256_unpacklo_ps(a, b);
-}
-
-static inline vf high_pairs(vf a, vf b)
-{
-    return _mm256_unpackhi_ps(a, b);
-}
-
-static inline vf low_halves(vf a, vf b)
-{
-    return _mm256_shuffle_ps(a, b, 0x44);
-}
-
-static inline vf high_halves(vf a, vf b)
-{
-    return _mm256_shuffle_ps(a, b, 0xEE);
-}
-
 static inline void add_rgb(float *rgba, vf r, vf g, vf b)
 {
-    const vf zero = vf_all(0);
-    const vf rg0 = low_pairs(r, g), rg1 = high_pairs(r, g);
-    const vf b0 = low_pairs(b, zero), b1 = high_pairs(b, zero);
-    /* Texels 0 4, 1 5, 2 6, 3 7. */
-    const vf t0 = low_halves(rg0, b0);
-    const vf t1 = high_halves(rg0, b0);
-    const vf t2 = low_halves(rg1, b1);
-    const vf t3 = high_halves(rg1, b1);
-    vf_store(rgba, vf_load(rgba) + _mm256_permute2f128_ps(t0, t1, 0x20));
-    vf_store(rgba + 8,
-             vf_load(rgba + 8) + _mm256_permute2f128_ps(t2, t3, 0x20));
-    vf_store(rgba + 16,
-             vf_load(rgba + 16) + _mm256_permute2f128_ps(t0, t1, 0x31));
-    vf_store(rgba + 24,
-             vf_load(rgba + 24) + _mm256_permute2f128_ps(t2, t3, 0x31));
+    vf t[4] = {r, g, b, vf_all(0)};
+    vf_transpose(t); /* texels 0 4, 1 5, 2 6, 3 7 */
+    for (int k = 0; k < 2; k++) {
+        float *to = rgba + 8 * k;
+        const vf first = _mm256_permute2f128_ps(t[2 * k], t[2 * k + 1], 0x20);
+        const vf second = _mm256_permute2f128_ps(t[2 * k], t[2 * k + 1], 0x31);
+        vf_store(to, vf_load(to) + first);
+        vf_store(to + 16, vf_load(to + 16) + second);
+    }
 }
 #else
 static inline vf keep_less(vf value, vf a, vf b)
@@ -148,34 +94,12 @@ static inline vf load_pieces(const float *coef, const int *at)
     return _mm_load_ps(coef + at[0]);
 }
 
-static inline vf low_pairs(vf a, vf b)
-{
-    return _mm_unpacklo_ps(a, b);
-}
-
-static inline vf high_pairs(vf a, vf b)
-{
-    return _mm_unpackhi_ps(a, b);
-}
-
-static inline vf low_halves(vf a, vf b)
-{
-    return _mm_shuffle_ps(a, b, 0x44);
-}
-
-static inline vf high_halves(vf a, vf b)
-{
-    return _mm_shuffle_ps(a, b, 0xEE);
-}
-
 static inline void add_rgb(float *rgba, vf r, vf g, vf b)
 {
-    vf a = vf_all(0);
-    _MM_TRANSPOSE4_PS(r, g, b, a);
-    vf_store(rgba, vf_load(rgba) + r);
-    vf_store(rgba + 4, vf_load(rgba + 4) + g);
-    vf_store(rgba + 8, vf_load(rgba + 8) + b);
-    vf_store(rgba + 12, vf_load(rgba + 12) + a);
+    vf t[4] = {r, g, b, vf_all(0)};
+    vf_transpose(t);
+    for (int k = 0; k < 4; k++)
+        vf_store(rgba + 4 * k, vf_load(rgba + 4 * k) + t[k]);
 }
 #endif
 
@@ -220,9 +144,9 @@ static inline vf tabulated(const ibl_radial *lobe, vf q)
     const vi far = q > vf_all(1);
     /* 2 - q is less than q just where q > 1. */
     const vf other = vf_all(2) - q;
-    const vf v = vf_max((vf)(((vi)other & far) | ((vi)q & ~far)), vf_all(0));
-    const vf start = (vf)(((vi)vf_all(lobe->start[1]) & far) |
-                          ((vi)vf_all(lobe->start[0]) & ~far));
+    const vf v = vf_max(vf_either(far, other, q), vf_all(0));
+    const vf start =
+        vf_either(far, vf_all(lobe->start[1]), vf_all(lobe->start[0]));
     const vi base = (lobe->base[1] & far) | (lobe->base[0] & ~far);
     const vi word = (vi)(v + start);
     const vi at = ((word >> shift) - base) << 2;
@@ -230,16 +154,12 @@ static inline vf tabulated(const ibl_radial *lobe, vf q)
                  (1 / (float)(1 << shift));
     int piece[VF];
     memcpy(piece, &at, sizeof piece);
-    const vf p0 = load_pieces(lobe->coef, piece);
-    const vf p1 = load_pieces(lobe->coef, piece + 1);
-    const vf p2 = load_pieces(lobe->coef, piece + 2);
-    const vf p3 = load_pieces(lobe->coef, piece + 3);
     /* From four coefficients of each texel to vectors of each coefficient. */
-    const vf a = low_pairs(p0, p1), b = low_pairs(p2, p3);
-    const vf c = high_pairs(p0, p1), d = high_pairs(p2, p3);
-    vf k = vf_fma(high_halves(c, d), x, low_halves(c, d));
-    k = vf_fma(k, x, high_halves(a, b));
-    return vf_fma(k, x, low_halves(a, b));
+    vf c[4];
+    for (int i = 0; i < 4; i++)
+        c[i] = load_pieces(lobe->coef, piece + i);
+    vf_transpose(c);
+    return vf_fma(vf_fma(vf_fma(c[3], x, c[2]), x, c[1]), x, c[0]);
 }
 
 static void lanes_add(const ibl_radial *lobe, const ibl_radial_light *lights,

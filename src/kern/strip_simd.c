@@ -20,17 +20,6 @@ static inline vf quads(const float *const *rows, size_t at)
     return _mm512_insertf32x4(c, _mm_loadu_ps(rows[12] + at), 3);
 }
 
-static inline void transpose(vf v[4])
-{
-    const vf a = _mm512_unpacklo_ps(v[0], v[1]);
-    const vf b = _mm512_unpackhi_ps(v[0], v[1]);
-    const vf c = _mm512_unpacklo_ps(v[2], v[3]);
-    const vf d = _mm512_unpackhi_ps(v[2], v[3]);
-    v[0] = _mm512_shuffle_ps(a, c, 0x44);
-    v[1] = _mm512_shuffle_ps(a, c, 0xEE);
-    v[2] = _mm512_shuffle_ps(b, d, 0x44);
-    v[3] = _mm512_shuffle_ps(b, d, 0xEE);
-}
 #elif VF == 8
 static inline vf quads(const float *const *rows, size_t at)
 {
@@ -43,17 +32,6 @@ static inline __m128 quad_of(vf v, size_t row)
     return row < 4 ? _mm256_castps256_ps128(v) : _mm256_extractf128_ps(v, 1);
 }
 
-static inline void transpose(vf v[4])
-{
-    const vf a = _mm256_unpacklo_ps(v[0], v[1]);
-    const vf b = _mm256_unpackhi_ps(v[0], v[1]);
-    const vf c = _mm256_unpacklo_ps(v[2], v[3]);
-    const vf d = _mm256_unpackhi_ps(v[2], v[3]);
-    v[0] = _mm256_shuffle_ps(a, c, 0x44);
-    v[1] = _mm256_shuffle_ps(a, c, 0xEE);
-    v[2] = _mm256_shuffle_ps(b, d, 0x44);
-    v[3] = _mm256_shuffle_ps(b, d, 0xEE);
-}
 #else
 static inline vf quads(const float *const *rows, size_t at)
 {
@@ -66,10 +44,6 @@ static inline __m128 quad_of(vf v, size_t row)
     return v;
 }
 
-static inline void transpose(vf v[4])
-{
-    _MM_TRANSPOSE4_PS(v[0], v[1], v[2], v[3]);
-}
 #endif
 
 /*
@@ -87,7 +61,7 @@ static inline void take(const float *const *rows, size_t at, vf *v)
             v[4 * g + k] = quads(rows + k, at + 4 * g);
 #pragma GCC unroll 4
     for (size_t g = 0; g < GROUPS; g++)
-        transpose(v + 4 * g);
+        vf_transpose(v + 4 * g);
 }
 
 /* 4 GROUPS pixels of VF rows, in three takes. */
@@ -152,7 +126,7 @@ static inline void store_some(const float *from, size_t channel, size_t i,
         v[k][1] = two_texels(at + channel);
         v[k][2] = two_texels(at + 2 * channel);
         v[k][3] = vf_all(0);
-        transpose(v[k]);
+        vf_transpose(v[k]);
     }
     /* In v[k][j]: rows j and j + 4 of one texel, then of the next. */
 #pragma GCC unroll 4
@@ -171,7 +145,7 @@ static inline void store_some(const float *from, size_t channel, size_t i,
 {
     vf v[4] = {vf_load(from), vf_load(from + channel),
                vf_load(from + 2 * channel), vf_all(0)};
-    transpose(v);
+    vf_transpose(v);
 #pragma GCC unroll 8
     for (size_t r = 0; r < AT_ONCE; r++)
         _mm_storeu_ps(rows[r] + 4 * i, quad_of(v[r % 4], r));
