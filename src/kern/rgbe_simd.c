@@ -1,29 +1,39 @@
 /* SPDX-License-Identifier: MIT */
 #include "kern/rgbe.h"
 
-#include <immintrin.h>
 #include <string.h>
 
-#if defined(__AVX512F__)
+#include "kern/lanes.h"
 
-/* As SSE2 below, 64 bytes at once; its comments hold here. */
-static const unsigned char *rgbe_expand_simd(const unsigned char *src,
-                                             int count, unsigned char *dst)
+enum {
+    BLOCK = VF == 16 ? 64 : 32 /* bytes that are expanded at once */
+};
+
+/* A vector of bytes anywhere. */
+typedef int bytes
+    __attribute__((vector_size(sizeof(vi)), aligned(1), may_alias));
+
+/*
+ * Runs and literals alternate without a pattern that a branch predictor could
+ * learn, and most are short: both are made, one is kept by a mask, a block of
+ * bytes at once, and only what is longer branches.
+ */
+static const unsigned char *expand(const unsigned char *src, int count,
+                                   unsigned char *dst)
 {
     while (count > 0) {
         const int code = src[0];
         const int is_run = -(code > 128);
         const int n = code - (is_run & 128);
-        const __mmask64 mask = _cvtu64_mask64((unsigned long long)is_run);
-        const __m512i copy = _mm512_loadu_si512(src + 1);
-
-        _mm512_storeu_si512(dst,
-                            _mm512_mask_set1_epi8(copy, mask, (char)src[1]));
-        if (n > 64) {
+        const vi run = (vi){0} + (src[1] * 0x01010101 & is_run);
+        for (size_t k = 0; k < BLOCK; k += sizeof(vi))
+            *(bytes *)(dst + k) =
+                run | (*(const bytes *)(src + 1 + k) & ~is_run);
+        if (n > BLOCK) {
             if (is_run)
-                memset(dst + 64, src[1], (size_t)(n - 64));
+                memset(dst + BLOCK, src[1], (size_t)(n - BLOCK));
             else
-                memcpy(dst + 64, src + 65, (size_t)(n - 64));
+                memcpy(dst + BLOCK, src + 1 + BLOCK, (size_t)(n - BLOCK));
         }
         dst += n;
         count -= n;
@@ -32,26 +42,11 @@ static const unsigned char *rgbe_expand_simd(const unsigned char *src,
     return src;
 }
 
-static __m512i widen(const unsigned char *src)
+/* VF bytes; and VF R, G and B each to floats R G B R G B ... */
+#if VF == 16
+static vi widen(const unsigned char *src)
 {
-    return _mm512_cvtepu8_epi32(_mm_loadu_si128((const __m128i *)src));
-}
-
-static __m512 scale_by(__m512i m, __m512 unit, __m512 scale)
-{
-    const __m512 base = _mm512_set1_ps(32768.0f);
-    const __m512 f = _mm512_sub_ps(
-        _mm512_castsi512_ps(_mm512_or_si512(m, _mm512_castps_si512(base))),
-        base);
-    return _mm512_mul_ps(_mm512_mul_ps(f, unit), scale);
-}
-
-static __m512 unit_of(__m512i e)
-{
-    const __m512i normal =
-        _mm512_sub_epi32(_mm512_slli_epi32(e, 23), _mm512_set1_epi32(1 << 23));
-    return _mm512_castsi512_ps(
-        _mm512_max_epi32(normal, _mm512_slli_epi32(e, 22)));
+    return (vi)_mm512_cvtepu8_epi32(_mm_loadu_si128((const __m128i *)src));
 }
 
 /* Sixteen R, G, B each to 48 floats: R and G by one permutation (G is 16 and
@@ -81,76 +76,10 @@ static void store_rgb(float *dst, __m512 r, __m512 g, __m512 b)
         dst + 32, _mm512_mask_permutexvar_ps(_mm512_permutex2var_ps(r, rg2, g),
                                              0x9249, b2, b));
 }
-
-static void rgbe_to_rgb_simd(const unsigned char *src, size_t plane_bytes,
-                             int count, const float scale[3], float *dst)
+#elif VF == 8
+static vi widen(const unsigned char *src)
 {
-    const __m512 sr = _mm512_set1_ps(scale[0]);
-    const __m512 sg = _mm512_set1_ps(scale[1]);
-    const __m512 sb = _mm512_set1_ps(scale[2]);
-    int i = 0;
-
-    for (; i + 16 <= count; i += 16) {
-        const unsigned char *p = src + i;
-        const __m512 unit = unit_of(widen(p + 3 * plane_bytes));
-        store_rgb(dst + 3 * i, scale_by(widen(p), unit, sr),
-                  scale_by(widen(p + plane_bytes), unit, sg),
-                  scale_by(widen(p + 2 * plane_bytes), unit, sb));
-    }
-    ibl_rgbe_to_rgb_c(src + i, plane_bytes, count - i, scale, dst + 3 * i);
-}
-
-#elif defined(__AVX2__)
-
-/* As SSE2 below; its comments hold here. */
-static const unsigned char *rgbe_expand_simd(const unsigned char *src,
-                                             int count, unsigned char *dst)
-{
-    while (count > 0) {
-        const int code = src[0];
-        const int is_run = -(code > 128);
-        const int n = code - (is_run & 128);
-        const __m256i run = _mm256_set1_epi8((char)src[1]);
-        const __m256i copy = _mm256_loadu_si256((const __m256i *)(src + 1));
-
-        _mm256_storeu_si256(
-            (__m256i *)dst,
-            _mm256_blendv_epi8(copy, run, _mm256_set1_epi32(is_run)));
-        if (n > 32) {
-            if (is_run)
-                memset(dst + 32, src[1], (size_t)(n - 32));
-            else
-                memcpy(dst + 32, src + 33, (size_t)(n - 32));
-        }
-        dst += n;
-        count -= n;
-        src += is_run ? 2 : n + 1;
-    }
-    return src;
-}
-
-static __m256i widen(const unsigned char *src)
-{
-    return _mm256_cvtepu8_epi32(_mm_loadl_epi64((const __m128i *)src));
-}
-
-static __m256 scale_by(__m256i m, __m256 unit, __m256 scale)
-{
-    const __m256 base = _mm256_set1_ps(32768.0f);
-    const __m256 f = _mm256_sub_ps(
-        _mm256_castsi256_ps(_mm256_or_si256(m, _mm256_castps_si256(base))),
-        base);
-    return _mm256_mul_ps(_mm256_mul_ps(f, unit), scale);
-}
-
-/* 2^(e - 128): the larger of the normal float's bits, negative for e = 0,
- * and those of the denormal that e = 1 needs. */
-static __m256 unit_of(__m256i e)
-{
-    const __m256i normal =
-        _mm256_sub_epi32(_mm256_slli_epi32(e, 23), _mm256_set1_epi32(1 << 23));
-    return _mm256_castsi256_ps(
-        _mm256_max_epi32(normal, _mm256_slli_epi32(e, 22)));
+    return (vi)_mm256_cvtepu8_epi32(_mm_loadl_epi64((const __m128i *)src));
 }
 
 /* Eight R, G, B each to 24 floats: every lane of each is put where it goes,
@@ -171,80 +100,15 @@ static void store_rgb(float *dst, __m256 r, __m256 g, __m256 b)
     _mm256_storeu_ps(dst + 16,
                      _mm256_blend_ps(_mm256_blend_ps(r, g, 0x49), b, 0x92));
 }
-
-static void rgbe_to_rgb_simd(const unsigned char *src, size_t plane_bytes,
-                             int count, const float scale[3], float *dst)
+#else
+static vi widen(const unsigned char *src)
 {
-    const __m256 sr = _mm256_set1_ps(scale[0]);
-    const __m256 sg = _mm256_set1_ps(scale[1]);
-    const __m256 sb = _mm256_set1_ps(scale[2]);
-    int i = 0;
+    const __m128i zero = _mm_setzero_si128();
+    int four;
 
-    for (; i + 8 <= count; i += 8) {
-        const unsigned char *p = src + i;
-        const __m256 unit = unit_of(widen(p + 3 * plane_bytes));
-        store_rgb(dst + 3 * i, scale_by(widen(p), unit, sr),
-                  scale_by(widen(p + plane_bytes), unit, sg),
-                  scale_by(widen(p + 2 * plane_bytes), unit, sb));
-    }
-    ibl_rgbe_to_rgb_c(src + i, plane_bytes, count - i, scale, dst + 3 * i);
-}
-
-#else /* SSE2 */
-
-/*
- * Runs and literals alternate without a pattern that a branch predictor could
- * learn, and most are short: both are made, one is kept by a mask, 32 bytes
- * at once, and only what is longer branches.
- */
-static const unsigned char *rgbe_expand_simd(const unsigned char *src,
-                                             int count, unsigned char *dst)
-{
-    while (count > 0) {
-        const int code = src[0];
-        const int is_run = -(code > 128);
-        const int n = code - (is_run & 128);
-        const __m128i mask = _mm_set1_epi32(is_run);
-        const __m128i run = _mm_and_si128(mask, _mm_set1_epi8((char)src[1]));
-        const __m128i a = _mm_loadu_si128((const __m128i *)(src + 1));
-        const __m128i b = _mm_loadu_si128((const __m128i *)(src + 17));
-
-        _mm_storeu_si128((__m128i *)dst,
-                         _mm_or_si128(run, _mm_andnot_si128(mask, a)));
-        _mm_storeu_si128((__m128i *)(dst + 16),
-                         _mm_or_si128(run, _mm_andnot_si128(mask, b)));
-        if (n > 32) {
-            if (is_run)
-                memset(dst + 32, src[1], (size_t)(n - 32));
-            else
-                memcpy(dst + 32, src + 33, (size_t)(n - 32));
-        }
-        dst += n;
-        count -= n;
-        src += is_run ? 2 : n + 1;
-    }
-    return src;
-}
-
-/*
- * m / 256 without a conversion: m under the exponent of 2^15 is 2^15 + m / 256.
- * Then times 2^(e - 128), which is a float for every e.
- */
-static __m128 scale_by(__m128i m_hi, __m128 unit, __m128 scale)
-{
-    const __m128 m = _mm_sub_ps(_mm_castsi128_ps(m_hi), _mm_set1_ps(32768.0f));
-    return _mm_mul_ps(_mm_mul_ps(m, unit), scale);
-}
-
-/* 2^(e - 128), 0 for e = 0; e = 1 is the denormal 2^-127. */
-static __m128 unit_of(__m128i e)
-{
-    const __m128i one = _mm_set1_epi32(1);
-    const __m128i above = _mm_cmpgt_epi32(e, one);
-    const __m128i normal = _mm_slli_epi32(_mm_sub_epi32(e, one), 23);
-    const __m128i low = _mm_slli_epi32(e, 22);
-    return _mm_castsi128_ps(_mm_or_si128(_mm_and_si128(above, normal),
-                                         _mm_andnot_si128(above, low)));
+    memcpy(&four, src, sizeof four);
+    return (vi)_mm_unpacklo_epi16(
+        _mm_unpacklo_epi8(_mm_cvtsi32_si128(four), zero), zero);
 }
 
 /* Four R, G, B each to twelve floats R G B R G B ... */
@@ -261,40 +125,43 @@ static void store_rgb(float *dst, __m128 r, __m128 g, __m128 b)
     _mm_storeu_ps(dst + 4, _mm_shuffle_ps(b1_g1, rg_hi, 0x48));
     _mm_storeu_ps(dst + 8, _mm_shuffle_ps(b2_r3, g3_b3, 0x88));
 }
+#endif
 
-static void rgbe_to_rgb_simd(const unsigned char *src, size_t plane_bytes,
-                             int count, const float scale[3], float *dst)
+/*
+ * m / 256 without a conversion: m under the exponent of 2^15 is 2^15 + m / 256.
+ * Then times 2^(e - 128), which is a float for every e.
+ */
+static vf scale_by(vi m, vf unit, vf scale)
 {
-    const __m128i zero = _mm_setzero_si128();
-    const __m128i top = _mm_set1_epi16(0x4700); /* of 2^15 */
-    __m128 s[3];
+    const vf base = vf_all(32768);
+    return ((vf)(m | (vi)base) - base) * unit * scale;
+}
+
+/* 2^(e - 128): the larger of the normal float's bits, negative for e = 0,
+ * and those of the denormal that e = 1 needs. */
+static vf unit_of(vi e)
+{
+    const vi normal = (e << 23) - (1 << 23), denormal = e << 22;
+    return vf_either(normal > denormal, (vf)normal, (vf)denormal);
+}
+
+static void to_rgb(const unsigned char *src, size_t plane_bytes, int count,
+                   const float scale[3], float *dst)
+{
+    const vf r = vf_all(scale[0]), g = vf_all(scale[1]), b = vf_all(scale[2]);
     int i = 0;
 
-    for (int c = 0; c < 3; c++)
-        s[c] = _mm_set1_ps(scale[c]);
-    for (; i + 8 <= count; i += 8) {
-        __m128i bytes[4];
-        for (int c = 0; c < 4; c++)
-            bytes[c] = _mm_unpacklo_epi8(
-                _mm_loadl_epi64((const __m128i *)(src + c * plane_bytes + i)),
-                zero);
-        __m128 unit = unit_of(_mm_unpacklo_epi16(bytes[3], zero));
-        store_rgb(dst + 3 * i,
-                  scale_by(_mm_unpacklo_epi16(bytes[0], top), unit, s[0]),
-                  scale_by(_mm_unpacklo_epi16(bytes[1], top), unit, s[1]),
-                  scale_by(_mm_unpacklo_epi16(bytes[2], top), unit, s[2]));
-        unit = unit_of(_mm_unpackhi_epi16(bytes[3], zero));
-        store_rgb(dst + 3 * i + 12,
-                  scale_by(_mm_unpackhi_epi16(bytes[0], top), unit, s[0]),
-                  scale_by(_mm_unpackhi_epi16(bytes[1], top), unit, s[1]),
-                  scale_by(_mm_unpackhi_epi16(bytes[2], top), unit, s[2]));
+    for (; i + VF <= count; i += VF) {
+        const unsigned char *p = src + i;
+        const vf unit = unit_of(widen(p + 3 * plane_bytes));
+        store_rgb(dst + 3 * i, scale_by(widen(p), unit, r),
+                  scale_by(widen(p + plane_bytes), unit, g),
+                  scale_by(widen(p + 2 * plane_bytes), unit, b));
     }
     ibl_rgbe_to_rgb_c(src + i, plane_bytes, count - i, scale, dst + 3 * i);
 }
 
-#endif
-
 void IBL_FOR_ISA(ibl_rgbe_init)(ibl_rgbe_dsp *dsp)
 {
-    *dsp = (ibl_rgbe_dsp){rgbe_expand_simd, rgbe_to_rgb_simd};
+    *dsp = (ibl_rgbe_dsp){expand, to_rgb};
 }
