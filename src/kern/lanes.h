@@ -17,11 +17,13 @@
 #define MM(operation) _mm512_##operation
 typedef __m512 vf;
 typedef __m512d vd;
+#define VI __m512i
 #elif defined(__AVX2__) && defined(__FMA__)
 #define VF 8
 #define MM(operation) _mm256_##operation
 typedef __m256 vf;
 typedef __m256d vd;
+#define VI __m256i
 #else
 #define VF 4
 #define MM(operation) _mm_##operation
@@ -101,6 +103,11 @@ static inline vd vd_fma(vd a, vd b, vd c)
 {
     return a * b + c;
 }
+
+static inline vi vi_max(vi a, vi b)
+{
+    return (vi)vf_either(a > b, (vf)a, (vf)b);
+}
 #else
 static inline vf vf_fma(vf a, vf b, vf c)
 {
@@ -110,6 +117,11 @@ static inline vf vf_fma(vf a, vf b, vf c)
 static inline vd vd_fma(vd a, vd b, vd c)
 {
     return MM(fmadd_pd)(a, b, c);
+}
+
+static inline vi vi_max(vi a, vi b)
+{
+    return (vi)MM(max_epi32)((VI)a, (VI)b);
 }
 #endif
 

@@ -142,7 +142,7 @@ static vf scale_by(vi m, vf unit, vf scale)
 static vf unit_of(vi e)
 {
     const vi normal = (e << 23) - (1 << 23), denormal = e << 22;
-    return vf_either(normal > denormal, (vf)normal, (vf)denormal);
+    return (vf)vi_max(normal, denormal);
 }
 
 static void to_rgb(const unsigned char *src, size_t plane_bytes, int count,
