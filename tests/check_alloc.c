@@ -83,38 +83,58 @@ static void many_large(void)
     ibl_alloc_release();
 }
 
-/* Whether a block that is freed and asked for again is the same memory, which
- * fresh memory of the system, all 0, cannot be. between: done meanwhile. */
-static bool stays(ibl_ctx *between)
+enum {
+    MIB = 1 << 20
+};
+
+/* Whether a block takes the memory of one that was freed, which fresh memory
+ * of the system, all 0, cannot be. between: done meanwhile. */
+static bool takes(int asked_mib, int freed_mib, ibl_ctx *between)
 {
-    enum {
-        BYTES = 8 << 20
-    };
-    unsigned char *p = ibl_alloc_array(BYTES, 1);
+    const size_t freed = (size_t)freed_mib * MIB;
+    const size_t asked = (size_t)asked_mib * MIB;
+    unsigned char *p = ibl_alloc_array(freed, 1);
     if (!p)
         return false;
-    memset(p, 77, BYTES);
+    memset(p, 77, freed);
     ibl_free(p);
     ibl_ctx_free(between);
-    p = ibl_alloc_array(BYTES, 1);
-    const bool same = p && p[BYTES / 2] == 77;
+    p = ibl_alloc_array(asked, 1);
+    const bool same = p && p[asked / 2] == 77;
     ibl_free(p);
     return same;
 }
 
-/* Memory is kept as long as there is a context, whichever ends before. */
+/* What stays of many freed blocks, in MiB. */
+static double left_of(int blocks, int mib)
+{
+    unsigned char *p[16];
+    for (int i = 0; i < blocks; i++)
+        p[i] = ibl_alloc_array((size_t)mib * MIB, 1);
+    for (int i = 0; i < blocks; i++)
+        ibl_free(p[i]);
+    return (double)mallinfo2().hblkhd / MIB;
+}
+
+/* Memory is kept as long as there is a context, whichever ends before: as much
+ * as there is room for, again and again, and not for far less. */
 static void kept_for_contexts(void)
 {
     if (TEST_SANITIZED) {
         test_skip("sanitizers are to see every block go");
         return;
     }
-    mallopt(M_MMAP_THRESHOLD, 1 << 20); /* what is freed goes to the system */
+    mallopt(M_MMAP_THRESHOLD, MIB); /* what is freed goes to the system */
     ibl_ctx *a = test_ctx(1, IBL_ISA_C), *b = test_ctx(1, IBL_ISA_C);
-    CHECK(stays(NULL));
-    CHECK(stays(a));
-    CHECK(!stays(b));
-    CHECK(!stays(NULL));
+    for (int i = 0; i < 8; i++)
+        CHECK(takes(8, 8, NULL));
+    CHECK(!takes(2, 16, NULL));
+    CHECK(takes(8, 8, a));
+    /* 32, and 2 of each block to align it. */
+    CHECK(left_of(16, 6) < 56);
+    CHECK(!takes(8, 8, b));
+    CHECK(!takes(8, 8, NULL));
+    CHECK(left_of(0, 0) < 1);
 }
 
 static void too_much(void)

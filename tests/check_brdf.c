@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-#include "brdf/ggx.h"
 #include "brdf/hammersley.h"
+#include "brdf/lobe.h"
 #include "test.h"
 
 static uint32_t reverse_bit_by_bit(uint32_t i)
@@ -117,6 +117,14 @@ static void ggx_sampling_limits(void)
     CHECK(s == 1.0 && c == 0.0);
     ibl_ggx_sample_half(0.0, 0.2, &s, &c);
     CHECK(s == 0.0 && c == 1.0);
+    /* The cosine keeps its digits towards the horizon, the sine towards the
+     * normal. */
+    for (double near = 0x1p-40; near < 1; near *= 2) {
+        ibl_ggx_sample_half(1 - near, 0.2, &s, &c);
+        CHECK_NEAR(c / s * 0.2 * sqrt((1 - near) / near), 1, 1e-14);
+        ibl_ggx_sample_half(near, 0.2, &s, &c);
+        CHECK_NEAR(s / c / 0.2 * sqrt((1 - near) / near), 1, 1e-14);
+    }
 }
 
 static double lambda(double c, double alpha)
@@ -182,9 +190,45 @@ static void fresnel(void)
     CHECK_NEAR(ibl_fresnel_weight(0.5), 1 / 32.0, 1e-16);
 }
 
+/* The pdf of a draw is what u passes over in solid angle, and D but for a
+ * factor; ibl_lobe_peak is its largest. */
+static void lobe_draws(void)
+{
+    static const double alphas[] = {1e-8, 1e-3, 0.1, 0.5, 0.9, 1};
+
+    for (int k = 0; k < 18; k++) {
+        const ibl_lobe lobe = (ibl_lobe)(k / 6);
+        const ibl_lobe_shape s = ibl_lobe_shape_of(lobe, alphas[k % 6]);
+        const double top = ibl_lobe_draw(&s, 1e-9).pdf / ibl_lobe_peak(&s);
+        double ratio = 0;
+        CHECK_MSG(top >= 0.5 && top <= 2, "%s, alpha %g: peak %g",
+                  ibl_lobe_name(lobe), s.alpha, top);
+        for (double u = 0.05; u < 1; u += 0.1) {
+            const double h = 1e-4;
+            const ibl_lobe_sample a = ibl_lobe_draw(&s, u - h);
+            const ibl_lobe_sample b = ibl_lobe_draw(&s, u);
+            const ibl_lobe_sample c = ibl_lobe_draw(&s, u + h);
+            /* dO = 4 pi dq = -2 pi dcos; each has its digits at one end. */
+            const double solid =
+                lobe == IBL_LOBE_CHARLIE
+                    ? 2 * IBL_PI * (c.cosine - a.cosine)
+                    : 4 * IBL_PI * (c.sin_h * c.sin_h - a.sin_h * a.sin_h);
+            const double d = ibl_lobe_d(&s, b.sin_h * b.sin_h, b.cosine);
+            CHECK_NEAR(b.pdf * solid / (2 * h), 1, 1e-4);
+            CHECK_NEAR(b.cosine, (b.cos_h - b.sin_h) * (b.cos_h + b.sin_h),
+                       1e-15);
+            if (ratio > 0)
+                CHECK_NEAR(d / b.pdf / ratio, 1, 1e-7);
+            ratio = d / b.pdf;
+        }
+    }
+}
+
 static const test tests[] = {
-    TEST(radical_inverse), TEST(hammersley),         TEST(ggx_normalised),
-    TEST(ggx_values),      TEST(ggx_sampling),       TEST(ggx_sampling_limits),
-    TEST(visibility),      TEST(weak_white_furnace), TEST(fresnel),
+    TEST(lobe_draws),          TEST(radical_inverse),
+    TEST(hammersley),          TEST(ggx_normalised),
+    TEST(ggx_values),          TEST(ggx_sampling),
+    TEST(ggx_sampling_limits), TEST(visibility),
+    TEST(weak_white_furnace),  TEST(fresnel),
 };
 TEST_MAIN(tests)

@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* Contexts, their refusals, the pool and cancelling. */
+#define _GNU_SOURCE
+#include <limits.h>
+#include <sched.h>
 #include <signal.h>
 #include <stdatomic.h>
+#include <stdio.h>
 #include <string.h>
 #include <time.h>
 
@@ -45,6 +49,46 @@ static void names(void)
     for (int s = IBL_OK; s <= IBL_ERR_CANCELLED; s++)
         CHECK(strcmp(ibl_status_text((ibl_status)s), "unknown status"));
     CHECK(!strcmp(ibl_status_text((ibl_status)99), "unknown status"));
+}
+
+static void keep_end(void *cookie, ibl_log_level level, const char *text)
+{
+    (void)level;
+    snprintf(cookie, 16, "%s", text + strlen(text) - 4);
+}
+
+/* Two of the longest paths and some words arrive whole. */
+static void long_messages(void)
+{
+    static char path[PATH_MAX];
+    ibl_ctx_options opts = ibl_ctx_options_default();
+    char end[16] = {0};
+    ibl_ctx *ctx;
+
+    opts.log = keep_end;
+    opts.log_cookie = end;
+    NEED(!ibl_ctx_create(&opts, &ctx));
+    memset(path, 'x', sizeof path - 1);
+    ibl_warn(ctx, "%s: cannot be renamed to %s: no", path, path);
+    CHECK(!strcmp(end, ": no"));
+    ibl_ctx_free(ctx);
+}
+
+/* The CPUs that the process may run on, fewer than there are. */
+static void bound_to_cpus(void)
+{
+    cpu_set_t all, one;
+    int cpu = 0;
+
+    NEED(!sched_getaffinity(0, sizeof all, &all));
+    CHECK(ibl_cpu_count() >= 1 && ibl_cpu_count() <= CPU_COUNT(&all));
+    while (!CPU_ISSET(cpu, &all))
+        cpu++;
+    CPU_ZERO(&one);
+    CPU_SET(cpu, &one);
+    NEED(!sched_setaffinity(0, sizeof one, &one));
+    CHECK(ibl_cpu_count() == 1);
+    CHECK(!sched_setaffinity(0, sizeof all, &all));
 }
 
 /* Systems as the kernel's documentation has them: cgroup-v2.rst, and
@@ -264,16 +308,19 @@ static void task_beside_batches(void)
             for (int i = 0; i < 5; i++)
                 CHECK(b.ran[i] == n % 4);
         }
-        ibl_task_start(b.ctx, slow_task, &s); /* freeing waits for it */
-        ibl_ctx_free(b.ctx);
+        atomic_store(&s.runs, 0);
+        const bool started = ibl_task_start(b.ctx, slow_task, &s);
+        ibl_ctx_free(b.ctx); /* waits for it, or does it */
+        CHECK(atomic_load(&s.runs) == started);
     }
 }
 
 enum {
-    SIGNALS = 6
+    SIGNALS = 10,
+    FIRST_FAULT = 5 /* a thread's own: those are never blocked */
 };
-static const int kinds[SIGNALS] = {SIGHUP,  SIGTERM, SIGUSR1,
-                                   SIGXCPU, SIGPIPE, SIGSEGV};
+static const int kinds[SIGNALS] = {SIGHUP,  SIGTERM, SIGUSR1, SIGXCPU, SIGPIPE,
+                                   SIGSEGV, SIGBUS,  SIGFPE,  SIGILL,  SIGTRAP};
 
 struct masks {
     atomic_int inside;
@@ -311,8 +358,7 @@ static void signals(void)
     for (int i = 0; i < SIGNALS; i++) {
         CHECK_MSG(m.blocked[0][i] == (kinds[i] == SIGUSR1), "signal %d",
                   kinds[i]);
-        CHECK_MSG(m.blocked[1][i] == (kinds[i] != SIGSEGV), "signal %d",
-                  kinds[i]);
+        CHECK_MSG(m.blocked[1][i] == (i < FIRST_FAULT), "signal %d", kinds[i]);
     }
     sigemptyset(&one);
     pthread_sigmask(SIG_SETMASK, &one, NULL);
@@ -372,6 +418,8 @@ static const test tests[] = {
     TEST(refusals),
     TEST(names),
     TEST(quotas),
+    TEST(long_messages),
+    TEST(bound_to_cpus),
     TEST(every_job),
     TEST(many_batches),
     TEST(begun_beside_runs),

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/half.h"
 #include "kern/halves.h"
 #include "test.h"
 
@@ -148,6 +149,32 @@ static void differences(void)
     }
 }
 
+/* Between each two halves that follow each other, 2^16 in place of Inf: what is
+ * nearer, and of ties the even one. */
+static void from_floats(void)
+{
+    int wrong = 0;
+    for (unsigned h = 0; h < 0x7C00; h++) {
+        const float low = value(h);
+        const float high = h == 0x7BFF ? 0x1p16f : value(h + 1);
+        const float middle = low + 0.5f * (high - low);
+        wrong += ibl_half_to_float((uint16_t)h) != low;
+        for (unsigned sign = 0; sign <= 0x8000; sign += 0x8000) {
+            const float s = sign ? -1 : 1;
+            const unsigned even = h % 2 ? h + 1 : h;
+            wrong += ibl_half_from_float(s * low) != (sign | h);
+            wrong += ibl_half_from_float(s * middle) != (sign | even);
+            wrong +=
+                ibl_half_from_float(s * nextafterf(middle, low)) != (sign | h);
+            wrong += ibl_half_from_float(s * nextafterf(middle, high)) !=
+                     (sign | (h + 1));
+        }
+    }
+    CHECK_MSG(!wrong, "%d wrong", wrong);
+    CHECK(ibl_half_from_float(INFINITY) == 0x7C00);
+    CHECK(isnan(ibl_half_to_float(ibl_half_from_float(NAN))));
+}
+
 static const test tests[] = {TEST(differences), TEST(every_half),
-                             TEST(lengths)};
+                             TEST(from_floats), TEST(lengths)};
 TEST_MAIN(tests)

@@ -159,8 +159,8 @@ static void against_brute_force_at(void)
     static const struct {
         double alpha;
         int degree;
-    } cases[] = {{0.04, 512}, {0.16, 300},   {0.64, 300},
-                 {1, 512},    {0.001, 1000}, {1e-5, 100}};
+    } cases[] = {{0.04, 512}, {0.16, 300}, {0.64, 300},   {0.82, 100},
+                 {0.92, 100}, {1, 512},    {0.001, 1000}, {1e-5, 100}};
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     for (size_t i = 0; i < 3 * sizeof cases / sizeof *cases; i++) {
         const double alpha = cases[i / 3].alpha;

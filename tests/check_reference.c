@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bake/reference_sums.h"
 #include "reference.h"
 
 static const double pi = 3.14159265358979323846;
@@ -418,6 +419,56 @@ static void alone(void)
     subject_free(it);
 }
 
+/* More directions than are summed at once. */
+static void many(void)
+{
+    enum {
+        MANY = 16384 + 9,
+        SOME = 20
+    };
+    subject *it = subject_make(2, 8, 4, 2, 5);
+    double *dirs = malloc(2 * 3 * MANY * sizeof *dirs);
+    double *rgb = dirs + 3 * MANY;
+    test_random rnd = {6};
+
+    NEED(dirs);
+    for (int k = 0; k < MANY; k++)
+        if (k < SOME)
+            random_direction(&rnd, dirs + 3 * k);
+        else
+            memcpy(dirs + 3 * k, dirs + 3 * (k % SOME), 3 * sizeof *dirs);
+    CHECK(!ibl_reference_specular(it->ref, 0.01, dirs, MANY, rgb));
+    for (int k = SOME; k < MANY; k++)
+        CHECK(same(rgb + 3 * k, rgb + 3 * (k % SOME), 3));
+    free(dirs);
+    subject_free(it);
+}
+
+/* A sum of what rounds away. */
+static void exact_sums(void)
+{
+    static const double terms[] = {1, 1e100, 1, -1e100};
+    for (int k = 0; k < 4; k++) {
+        ibl_exact sum = {0, 0};
+        for (int i = 0; i < 4; i++)
+            ibl_exact_add(&sum, terms[(i + k) % 4]);
+        CHECK(ibl_exact_total(&sum) == 2);
+    }
+}
+
+/* By the definition, and what is nothing has finite errors. */
+static void relative_errors(void)
+{
+    const double rgb[3] = {3, 4, 0}, far[3] = {6, 8, 0}, none[3] = {0};
+    const double mean[3] = {0, 0, 5};
+
+    CHECK_NEAR(ibl_relative_error(rgb, far, mean), 0.5, 1e-15);
+    CHECK_NEAR(ibl_relative_error(rgb, none, mean), 1 / IBL_RELATIVE_FLOOR,
+               1e-9);
+    CHECK(ibl_relative_error(none, none, none) == 0);
+    CHECK(isfinite(ibl_relative_error(rgb, none, none)));
+}
+
 static ibl_ctx *quiet(void)
 {
     ibl_ctx *ctx = NULL;
@@ -488,11 +539,14 @@ static void cancel(void)
     ibl_ctx_free(ctx);
 }
 
-static const test tests[] = {
-    TEST(specular_wide), TEST(specular_narrow), TEST(edge_on_horizon),
-    TEST(one_cap),       TEST(four_pixels),     TEST(one_pixel),
-    TEST(constant_map),  TEST(mirror),          TEST(continuous),
-    TEST(linear_light),  TEST(irradiance_sums), TEST(threads),
-    TEST(alone),         TEST(bad_arguments),   TEST(cancel)};
+static const test tests[] = {TEST(specular_wide),   TEST(specular_narrow),
+                             TEST(edge_on_horizon), TEST(one_cap),
+                             TEST(four_pixels),     TEST(one_pixel),
+                             TEST(constant_map),    TEST(mirror),
+                             TEST(continuous),      TEST(linear_light),
+                             TEST(irradiance_sums), TEST(threads),
+                             TEST(alone),           TEST(many),
+                             TEST(exact_sums),      TEST(relative_errors),
+                             TEST(bad_arguments),   TEST(cancel)};
 
 TEST_MAIN(tests)

@@ -2,6 +2,7 @@
 /* The reference's spherical harmonics against closed forms. */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "reference.h"
 
@@ -92,5 +93,28 @@ static void one_patch(void)
     free(a);
 }
 
-static const test tests[] = {TEST(orthonormal), TEST(one_patch)};
+/* Pixels in many parts side by side are what they were, also where rows are
+ * more than are summed at once. */
+static void divided(void)
+{
+    enum {
+        PARTS = 4096
+    };
+    subject *one = subject_make(2, 4, 65, 7, 15);
+    subject *all = subject_make(2, 4 * PARTS, 65, 0, 15);
+    double a[3 * 9], b[3 * 9];
+
+    for (int k = 0; k < 4 * PARTS * 65; k++)
+        memcpy(all->env.data + 3 * (size_t)k,
+               one->env.data + 3 * (size_t)(k / PARTS),
+               3 * sizeof *one->env.data);
+    CHECK(!ibl_reference_sh(one->ref, 2, a));
+    CHECK(!ibl_reference_sh(all->ref, 2, b));
+    for (int k = 0; k < 3 * 9; k++)
+        CHECK_NEAR(a[k], b[k], 1e-8 * a[k % 3]);
+    subject_free(one);
+    subject_free(all);
+}
+
+static const test tests[] = {TEST(orthonormal), TEST(one_patch), TEST(divided)};
 TEST_MAIN(tests)

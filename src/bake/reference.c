@@ -34,7 +34,7 @@ enum {
     RUN = 16,             /* patches at a time */
     GROUP = 8,            /* directions of a job */
     JOB_PIXELS = 1 << 16, /* of each */
-    BATCH_SUMS = 1 << 16  /* partial sums held at once */
+    BATCH_SUMS = 1 << 14  /* partial sums held at once */
 };
 
 static const double pi = REFERENCE_PI;
