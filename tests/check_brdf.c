@@ -190,6 +190,22 @@ static void fresnel(void)
     CHECK_NEAR(ibl_fresnel_weight(0.5), 1 / 32.0, 1e-16);
 }
 
+/* Against differences of D. */
+static void lobe_slopes(void)
+{
+    for (int k = 0; k < 27; k++) {
+        const ibl_lobe_shape s =
+            ibl_lobe_shape_of((ibl_lobe)(k / 9), 0.1 + 0.1 * (k % 9));
+        for (double q = 0.05; q < 0.47; q += 0.05) {
+            const double h = 1e-5 * (0.5 - q), c = 1 - 2 * q;
+            const double more = ibl_lobe_d(&s, q + h, c - 2 * h);
+            const double less = ibl_lobe_d(&s, q - h, c + 2 * h);
+            const double want = (more - less) / (2 * h) / ibl_lobe_d(&s, q, c);
+            CHECK_NEAR(ibl_lobe_slope(&s, q, c), want, 1e-5 * fabs(want));
+        }
+    }
+}
+
 /* The pdf of a draw is what u passes over in solid angle, and D but for a
  * factor; ibl_lobe_peak is its largest. */
 static void lobe_draws(void)
@@ -225,10 +241,11 @@ static void lobe_draws(void)
 }
 
 static const test tests[] = {
-    TEST(lobe_draws),          TEST(radical_inverse),
-    TEST(hammersley),          TEST(ggx_normalised),
-    TEST(ggx_values),          TEST(ggx_sampling),
-    TEST(ggx_sampling_limits), TEST(visibility),
-    TEST(weak_white_furnace),  TEST(fresnel),
+    TEST(lobe_draws),      TEST(lobe_slopes),
+    TEST(radical_inverse), TEST(hammersley),
+    TEST(ggx_normalised),  TEST(ggx_values),
+    TEST(ggx_sampling),    TEST(ggx_sampling_limits),
+    TEST(visibility),      TEST(weak_white_furnace),
+    TEST(fresnel),
 };
 TEST_MAIN(tests)

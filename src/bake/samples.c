@@ -139,7 +139,7 @@ static double lod_of(const ibl_sampling *s, double pdf)
 static double slope(const ibl_lobe_shape *shape, double sin_h, double cos_h,
                     double cosine)
 {
-    return ibl_lobe_bend_at(shape, sin_h * sin_h, cosine).first * sin_h * cos_h;
+    return ibl_lobe_slope(shape, sin_h * sin_h, cosine) * sin_h * cos_h;
 }
 
 /*

@@ -87,30 +87,21 @@ static inline double ibl_lobe_far(const ibl_lobe_shape *s, double q,
     return s->split > 0 ? k * (-expm1(-x) - x * exp(-x)) : k;
 }
 
-/* First and second derivative of D over D, to q. Those of Charlie have no
- * limit at q = 0. */
-typedef struct ibl_lobe_bend {
-    double first, second;
-} ibl_lobe_bend;
-
-static inline ibl_lobe_bend ibl_lobe_bend_at(const ibl_lobe_shape *s, double q,
-                                             double cosine)
+/* The derivative of D over D, to q. That of Charlie has no limit at q = 0. */
+static inline double ibl_lobe_slope(const ibl_lobe_shape *s, double q,
+                                    double cosine)
 {
     const double a2 = s->alpha * s->alpha;
-    const double ggx = -2 * (1 - a2) / (q + a2 * (1 - q));
 
     switch (s->lobe) {
     case IBL_LOBE_GGX:
         break;
     case IBL_LOBE_CHARLIE:
-        return (ibl_lobe_bend){s->power / q,
-                               s->power * (s->power - 1) / (q * q)};
+        return s->power / q;
     case IBL_LOBE_PHONG:
-        return (ibl_lobe_bend){-2 * s->power / cosine, 4 * s->power *
-                                                           (s->power - 1) /
-                                                           (cosine * cosine)};
+        return -2 * s->power / cosine;
     }
-    return (ibl_lobe_bend){ggx, 1.5 * ggx * ggx};
+    return -2 * (1 - a2) / (q + a2 * (1 - q));
 }
 
 /* A direction drawn with density D over the hemisphere. */
