@@ -242,8 +242,8 @@ static int rising(const void *a, const void *b)
 }
 
 /* The 95th percentile of the relative errors of a level. */
-static double percentile(const ibl_reference *ref, const ibl_cube *cube,
-                         int level, double roughness)
+static double percentile(const ibl_reference *ref, ibl_lobe lobe,
+                         const ibl_cube *cube, int level, double roughness)
 {
     const int n = ibl_cube_edge(cube->size, level), all = IBL_FACES * n * n;
     const int count = all < PICKS ? all : PICKS;
@@ -256,7 +256,7 @@ static double percentile(const ibl_reference *ref, const ibl_cube *cube,
                            dirs + 3 * i);
     }
     if (ibl_reference_mean(ref, mean) ||
-        ibl_reference_specular(ref, roughness, dirs, (size_t)count, want))
+        ibl_reference_lobe(ref, lobe, roughness, dirs, (size_t)count, want))
         return INFINITY;
     for (int i = 0; i < count; i++) {
         const float *p = ibl_cube_face(cube, level, 0) + 3 * at[i];
@@ -291,7 +291,7 @@ static void judge(ibl_ctx *ctx, const ibl_image *map, ibl_lobe lobe,
                   "%dx%d, tolerance %g: level %d, estimated %.3g", map->width,
                   map->height, tolerance, l, report.level[l].error);
         const double seen =
-            percentile(ref, &cube, l, report.layout.roughness[l]);
+            percentile(ref, lobe, &cube, l, report.layout.roughness[l]);
         CHECK_MSG(seen <= report.level[l].error,
                   "%dx%d, %s, tolerance %g: level %d, degree %d: %.3g, "
                   "estimated %.3g",
@@ -317,6 +317,52 @@ static void estimates_hold(void)
                 judge(ctx, &map, IBL_LOBE_GGX, tolerances[t]);
             ibl_image_free(&map);
         }
+    ibl_ctx_free(ctx);
+}
+
+/* The irradiance keeps a tolerance, too, and takes fewer degrees for it: of a
+ * sun also where 2 x 2 pixels could be one. */
+static void irradiance_kept(void)
+{
+    static const double tolerances[] = {IBL_TOLERANCE_DEFAULT, 0.01, 0.05, 0.2,
+                                        1};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    test_random r = {18};
+    ibl_image map = map_of_kind(ctx, &r, MAP_SUNNY, 64, 32);
+    ibl_bake_options o = options(16);
+    const ibl_environment env = in_memory(&map);
+    double errors[IBL_FACES * 64], mean[3];
+    ibl_reference *ref;
+    int degree = 1000;
+
+    o.skybox = o.specular = 0;
+    o.sh_degree = -1;
+    NEED(!ibl_reference_create(ctx, &map, o.yaw_deg, &ref));
+    CHECK(!ibl_reference_mean(ref, mean));
+    for (int k = 0; k < 5; k++) {
+        ibl_bake_result made;
+        o.specular_options.tolerance = tolerances[k];
+        NEED(!ibl_bake_environment(ctx, &env, &o, &made));
+        for (int i = 0; i < IBL_FACES * 64; i++) {
+            const float *p = made.irradiance.data + 3 * i;
+            const double rgb[3] = {(double)p[0], (double)p[1], (double)p[2]};
+            double d[3], want[3];
+            ibl_cube_direction(8, i / 64, i % 8, i / 8 % 8, d);
+            CHECK(!ibl_reference_irradiance(ref, d, 1, want));
+            errors[i] = ibl_relative_error(rgb, want, mean);
+        }
+        qsort(errors, IBL_FACES * 64, sizeof *errors, rising);
+        CHECK_MSG(errors[IBL_FACES * 61] <= tolerances[k],
+                  "tolerance %g, degree %d: %g", tolerances[k],
+                  made.irradiance_degree, errors[IBL_FACES * 61]);
+        CHECK_MSG(made.irradiance_degree < degree || k > 1,
+                  "tolerance %g: degree %d", tolerances[k],
+                  made.irradiance_degree);
+        degree = made.irradiance_degree;
+        ibl_bake_result_free(&made);
+    }
+    ibl_reference_free(ref);
+    ibl_image_free(&map);
     ibl_ctx_free(ctx);
 }
 
@@ -498,8 +544,8 @@ static void arguments(void)
 }
 
 static const test tests[] = {
-    TEST(rows_and_threads), TEST(pieces),          TEST(size_of_image),
-    TEST(given_level0),     TEST(harmonics),       TEST(estimates_hold),
-    TEST(largest_floats),   TEST(smallest_floats), TEST(progress),
-    TEST(failures),         TEST(arguments)};
+    TEST(rows_and_threads), TEST(pieces),         TEST(size_of_image),
+    TEST(given_level0),     TEST(harmonics),      TEST(estimates_hold),
+    TEST(irradiance_kept),  TEST(largest_floats), TEST(smallest_floats),
+    TEST(progress),         TEST(failures),       TEST(arguments)};
 TEST_MAIN(tests)

@@ -125,6 +125,10 @@ static ibl_status plan_irradiance(const struct request *q,
     return status;
 }
 
+/* Beside the horizon a cosine changes faster: a tenth of the texels that see a
+ * light have it lower than to change by ten times what it is moved by. */
+static const double horizon_slope = 10;
+
 /* Whether 2 x 2 pixels may be one. What is moved by half a pixel changes by up
  * to that over 2 alpha, and a harmonic by as many times its degree. */
 static bool may_halve(const ibl_spectral_plan *plan,
@@ -132,16 +136,16 @@ static bool may_halve(const ibl_spectral_plan *plan,
 {
     const double tolerance = opts->specular_options.tolerance;
     const double half = 0.5 * fmax(IBL_PI / height, 2 * IBL_PI / width);
-    double alpha = 1;
+    double slope = horizon_slope;
 
     for (int l = 0; l < IBL_MAX_LEVELS; l++) {
         if (plan->parts[l].near)
             return false;
         if (plan->parts[l].spectral)
-            alpha = fmin(alpha, plan->shape[l].alpha);
+            slope = fmax(slope, 0.5 / plan->shape[l].alpha);
     }
     return width % 2 == 0 && height % 2 == 0 &&
-           half <= 2 * alpha * of_halving * tolerance &&
+           half * slope <= of_halving * tolerance &&
            half * opts->sh_degree <= of_halving * tolerance;
 }
 
