@@ -116,5 +116,26 @@ static void divided(void)
     subject_free(all);
 }
 
-static const test tests[] = {TEST(orthonormal), TEST(one_patch), TEST(divided)};
+/* The same in four parts, which take other points of Gauss' rules. */
+static void in_four(void)
+{
+    subject *one = subject_make(2, 60, 30, 7, 15);
+    subject *all = subject_make(2, 120, 60, 0, 15);
+    double a[3 * 400], b[3 * 400];
+
+    for (int i = 0; i < 120 * 60; i++)
+        memcpy(map_pixel(&all->env, i % 120, i / 120),
+               map_pixel(&one->env, i % 120 / 2, i / 240), 3 * sizeof(float));
+    for (int degree = 0; degree < 20; degree++) {
+        CHECK(!ibl_reference_sh(one->ref, degree, a));
+        CHECK(!ibl_reference_sh(all->ref, degree, b));
+        for (int k = 0; k < 3 * (degree + 1) * (degree + 1); k++)
+            CHECK_NEAR(a[k], b[k], 1e-10 * a[k % 3]);
+    }
+    subject_free(one);
+    subject_free(all);
+}
+
+static const test tests[] = {TEST(orthonormal), TEST(one_patch), TEST(divided),
+                             TEST(in_four)};
 TEST_MAIN(tests)

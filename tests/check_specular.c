@@ -314,6 +314,66 @@ static void roughest_level_is_irradiance(void)
     expect_irradiance(IBL_LOBE_PHONG);
 }
 
+/* The lookups' cube is as fine as half a pixel of the larger side, or as one
+ * less lod bias makes it; sizes are powers of two. */
+static void lookup_sizes(void)
+{
+    static const int shapes[][2] = {{128, 16}, {32, 64}, {128, 64}};
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_specular_options o = options(4, 3, 4096);
+    ibl_specular_report report;
+    ibl_cube cube;
+    ibl_image env;
+
+    for (int k = 0; k < 3; k++) {
+        constant_map(ctx, shapes[k][0], shapes[k][1], 1, &env);
+        NEED(!ibl_bake_specular_report(ctx, &env, &o, &cube, &report));
+        CHECK_MSG(report.lookup_size == 64, "%dx%d: %d", env.width, env.height,
+                  report.lookup_size);
+        ibl_cube_free(&cube);
+        if (k < 2)
+            ibl_image_free(&env);
+    }
+    o.samples = 64;
+    for (int last = 0, bias = 3; bias >= 0; bias--) {
+        o.lod_bias = bias;
+        NEED(!ibl_bake_specular_report(ctx, &env, &o, &cube, &report));
+        CHECK_MSG(!last || report.lookup_size == 2 * last,
+                  "bias %d: %d, not twice %d", bias, report.lookup_size, last);
+        last = report.lookup_size;
+        ibl_cube_free(&cube);
+    }
+    ibl_image_free(&env);
+    ibl_ctx_free(ctx);
+}
+
+/* Without jitter the sides of a map of equal columns are the same; with it
+ * each texel has another turn. */
+static void jitter_differs(void)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_specular_options o = options(16, 3, 8);
+    ibl_image env;
+    const size_t face = 3 * 64;
+
+    constant_map(ctx, 64, 32, 1, &env);
+    for (int i = 0; i < 3 * 64 * 32; i++)
+        env.data[i] = i / 192 % 5 < 2 ? 1 : 0.1f;
+    for (int jitter = 0; jitter < 2; jitter++) {
+        int differ = 0;
+        o.jitter = jitter;
+        ibl_cube cube = bake(ctx, &env, &o);
+        const float *level = ibl_cube_face(&cube, 1, 0);
+        for (size_t i = 0; i < face; i += 3)
+            differ += fabsf(level[i] / level[4 * face + i] - 1) > 1e-4f;
+        CHECK_MSG(jitter ? differ > 32 : !differ, "jitter %d: %d texels differ",
+                  jitter, differ);
+        ibl_cube_free(&cube);
+    }
+    ibl_image_free(&env);
+    ibl_ctx_free(ctx);
+}
+
 /* The mean of a level is that of the source, but for the midpoint rule over
  * its texels: a band of degree l is off by about (l h)^2 / 24, h = 2 / n, and
  * by as much as lookups in texels of the pyramid let pass. */
@@ -582,6 +642,7 @@ static void check_set(const ibl_samples *s, int levels)
             CHECK_NEAR(x * x + y * y + z * z, 1, 1e-6);
             CHECK(z > 0);
             CHECK(s->set.fine[i] >= 0 && s->set.coarse[i] >= 0);
+            CHECK(group->mips == 2 || s->set.coarse[i] <= 0);
             sum += (double)s->set.fine[i] + (double)s->set.coarse[i];
             count++;
         }
@@ -720,6 +781,8 @@ static const test tests[] = {
     TEST(other_lobes_are_right),
     TEST(more_samples_come_closer),
     TEST(roughest_level_is_irradiance),
+    TEST(lookup_sizes),
+    TEST(jitter_differs),
     TEST(levels_keep_energy),
     TEST(quarter_turns),
     TEST(mirror_images),

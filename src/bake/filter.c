@@ -20,9 +20,8 @@ typedef struct filter {
     const ibl_samples *samples;
     bool jitter;
     int level, edge;
-    const int *list; /* the texels' numbers; NULL: every one */
-    long count;      /* texels */
-    int chunk;       /* of them in a job */
+    long count; /* texels */
+    int chunk;  /* of them in a job */
     float *out;
 } filter;
 
@@ -36,9 +35,8 @@ static double turn_of(int level, long texel)
     return 2 * IBL_PI * 0x1p-53 * (double)((z ^ z >> 31) >> 11);
 }
 
-static void filter_texel(const filter *a, long i)
+static void filter_texel(const filter *a, long texel)
 {
-    const long texel = a->list ? a->list[i] : i;
     const int n = a->edge;
     const int face = (int)(texel / ((long)n * n));
     const int y = (int)(texel / n % n), x = (int)(texel % n);
@@ -49,7 +47,8 @@ static void filter_texel(const filter *a, long i)
     a->dsp.gather(&a->samples->set, a->levels, frame, rgb);
     /* Weights sum to 1 but for rounding, too much for the largest floats. */
     for (int c = 0; c < 3; c++)
-        a->out[3 * i + c] = (float)fmin(rgb[c] + a->pyramid->floor[c], FLT_MAX);
+        a->out[3 * texel + c] =
+            (float)fmin(rgb[c] + a->pyramid->floor[c], FLT_MAX);
 }
 
 static void filter_job(void *arg, int job, int worker)
@@ -89,19 +88,4 @@ ibl_status ibl_filter_level(ibl_ctx *ctx, const char *stage,
                 .count = (long)IBL_FACES * n * n,
                 .out = ibl_cube_face(out, level, 0)};
     return run(ctx, stage, &a);
-}
-
-ibl_status ibl_filter_texels(ibl_ctx *ctx, const ibl_pyramid *pyramid,
-                             const ibl_samples *samples, bool jitter, int level,
-                             int edge, const int *texels, int count, float *rgb)
-{
-    filter a = {.pyramid = pyramid,
-                .samples = samples,
-                .jitter = jitter,
-                .level = level,
-                .edge = edge,
-                .list = texels,
-                .count = count,
-                .out = rgb};
-    return run(ctx, NULL, &a);
 }

@@ -19,14 +19,4 @@ ibl_status ibl_filter_level(ibl_ctx *ctx, const char *stage,
                             const ibl_samples *samples, bool jitter,
                             ibl_cube *out, int level);
 
-/*
- * Some texels of a level of the given edge, as ibl_filter_level makes them.
- *   texels  their numbers, (face * edge + y) * edge + x
- *   rgb     3 * count floats, written
- */
-ibl_status ibl_filter_texels(ibl_ctx *ctx, const ibl_pyramid *pyramid,
-                             const ibl_samples *samples, bool jitter, int level,
-                             int edge, const int *texels, int count,
-                             float *rgb);
-
 #endif
