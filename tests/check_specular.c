@@ -7,6 +7,7 @@
 
 #include "bake/hemisphere.h"
 #include "bake/samples.h"
+#include "bake/spectral/kernel.h"
 #include "core/cpu.h"
 #include "ibl/ibl.h"
 #include "ibl/io.h"
@@ -347,6 +348,27 @@ static void lookup_sizes(void)
     ibl_ctx_free(ctx);
 }
 
+/* By default a level is sampled if it has a number of samples of its own. */
+static void own_samples(void)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_specular_options o = ibl_specular_options_default();
+    ibl_specular_report report;
+    ibl_cube cube;
+    ibl_image env;
+
+    o.size = 16;
+    o.levels = 3;
+    o.level_samples[1] = 5;
+    constant_map(ctx, 16, 8, 1, &env);
+    NEED(!ibl_bake_specular_report(ctx, &env, &o, &cube, &report));
+    CHECK(report.level[1].samples == 5 && report.level[1].degree == 0);
+    CHECK(report.level[2].samples == 0 && report.level[2].degree > 0);
+    ibl_cube_free(&cube);
+    ibl_image_free(&env);
+    ibl_ctx_free(ctx);
+}
+
 /* Without jitter the sides of a map of equal columns are the same; with it
  * each texel has another turn. */
 static void jitter_differs(void)
@@ -675,6 +697,54 @@ static void sample_sets_are_sound(void)
     ibl_ctx_free(ctx);
 }
 
+/* The variance along an axis of what a sample looks up, as samples.c says. */
+static double blur_of(const ibl_samples *s, const ibl_gather_group *group,
+                      int i, double texel)
+{
+    const double coarse = (double)s->set.coarse[i];
+    const double part = coarse / ((double)s->set.fine[i] + coarse);
+    const double grown = pow(4, group->level + part) * 5 / 12;
+    return texel * (grown - 1.0 / 6);
+}
+
+/* Blur by v along each axis takes v from the mean cosine: with it, samples have
+ * the lobe's, but for what is left of the second order. */
+static void sets_take_blur_back(void)
+{
+    const double texel = 4 * pi / (6 * 16 * 16);
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    const ibl_lobe_shape shape = ibl_lobe_shape_of(IBL_LOBE_GGX, 0.5);
+    double k[2];
+
+    NEED(!ibl_kernel_make(ctx, &shape, 1, k));
+    for (int mip = 0; mip < 2; mip++) {
+        const ibl_sampling sampling = {.shape = shape,
+                                       .count = 20000,
+                                       .edge = 16,
+                                       .levels = 5,
+                                       .lod_bias = 4,
+                                       .pdf_mip = mip,
+                                       .footprint = mip ? 2 * texel : 0};
+        double sum = 0, blur = 0;
+        ibl_samples s;
+        NEED(!ibl_samples_specular(ctx, &sampling, &s));
+        for (int g = 0; g < s.set.group_count; g++) {
+            const ibl_gather_group *group = &s.groups[g];
+            for (int i = group->first; i < group->first + group->count; i++) {
+                const double w =
+                    (double)s.set.fine[i] + (double)s.set.coarse[i];
+                const double v =
+                    sampling.footprint + blur_of(&s, group, i, texel);
+                sum += w * (double)s.set.z[i] * (1 - v);
+                blur += w * v;
+            }
+        }
+        CHECK_NEAR(sum, k[1], (mip ? 0.2 : 0.1) * blur);
+        ibl_samples_free(&s);
+    }
+    ibl_ctx_free(ctx);
+}
+
 static void frames_are_right_handed(void)
 {
     for (int i = 0; i < IBL_FACES * 25; i++) {
@@ -782,6 +852,7 @@ static const test tests[] = {
     TEST(more_samples_come_closer),
     TEST(roughest_level_is_irradiance),
     TEST(lookup_sizes),
+    TEST(own_samples),
     TEST(jitter_differs),
     TEST(levels_keep_energy),
     TEST(quarter_turns),
@@ -792,6 +863,7 @@ static const test tests[] = {
     TEST(bad_options),
     TEST(cancelled),
     TEST(sample_sets_are_sound),
+    TEST(sets_take_blur_back),
     TEST(frames_are_right_handed),
     TEST(grid_is_irradiance),
     TEST(grid_beyond_memory),
