@@ -254,8 +254,8 @@ static void check_grid(ibl_ctx *ctx, int w, int h)
         double worst = 0.0;
         for (size_t i = 0; i < floats(&exact); i++)
             worst = fmax(worst, fabs((double)grid.data[i] / exact.data[i] - 1));
-        CHECK_MSG(worst < limits[k] * (w == 2 * h ? 1 : 3), "%dx%d, step %g: worst %g", w, h, steps[k],
-                  worst);
+        CHECK_MSG(worst < limits[k] * (w == 2 * h ? 1 : 3),
+                  "%dx%d, step %g: worst %g", w, h, steps[k], worst);
         CHECK_MSG(worst > 0, "step %g did nothing", steps[k]);
         ibl_cube_free(&grid);
     }
