@@ -366,6 +366,24 @@ static void tiles_by_hand(void)
         CHECK_MSG(masks[t] == ((t == 13) | (corner ? 2U : 0U)),
                   "tile %d has %llx", t, masks[t]);
     }
+    /* Beside the picture, where the last column would go on. */
+    probes[0].influence =
+        (ibl_volume){IBL_SHAPE_BOX, {1.1, 0, -1}, {0.05, 0.5, 1e-9}};
+    all_have(&tiles, probes, 0);
+}
+
+/* A body's side on the border of tiles, all exact, is in those on both. */
+static void touching(void)
+{
+    const ibl_tiles tiles = looking_along_z(64, 64, 16);
+    unsigned long long masks[16];
+    ibl_probe probe = {0};
+
+    probe.influence =
+        (ibl_volume){IBL_SHAPE_BOX, {0.25, 0.25, -1}, {0.25, 0.25, 0}};
+    CHECK(ibl_tiles_cull(&tiles, &probe, 1, masks) == IBL_OK);
+    for (int t = 0; t < 16; t++)
+        CHECK_MSG(masks[t] == (t % 4 > 0 && t > 3), "tile %d", t);
 }
 
 /* The bounding rectangle of a ball has corners that the ball has not. */
@@ -435,6 +453,6 @@ static void refuses(void)
 static const test tests[] = {
     TEST(never_misses), TEST(few_too_many),  TEST(around_and_behind),
     TEST(at_the_back),  TEST(tiles_by_hand), TEST(rounds_corners),
-    TEST(sixty_four),   TEST(refuses),
+    TEST(touching),     TEST(sixty_four),    TEST(refuses),
 };
 TEST_MAIN(tests)

@@ -9,9 +9,11 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 
 #include "box.h"
 #include "common/json_at.h"
+#include "common/json_volume.h"
 #include "files.h"
 #include "test.h"
 #include "view.h"
@@ -179,6 +181,20 @@ static void pictures_are_exact(void)
 
 /* ---- saving ------------------------------------------------------------ */
 
+static void check_volume(const ibl_json_at *at, const char *name,
+                         const ibl_volume *want)
+{
+    const ibl_json_at member = ibl_json_member(at, name);
+    const int sides = want->shape == IBL_SHAPE_BOX ? 3 : 1;
+    ibl_volume got = {0};
+
+    CHECK(ibl_json_volume(&member, &got));
+    CHECK(got.shape == want->shape);
+    CHECK(!memcmp(got.centre, want->centre, sizeof got.centre));
+    for (int k = 0; k < sides; k++)
+        CHECK_NEAR(got.half[k], want->half[k], 0);
+}
+
 static void sets_say_what_probes_are(void)
 {
     ibl_probe probe[PROBES];
@@ -201,6 +217,15 @@ static void sets_say_what_probes_are(void)
               !memcmp(x, probe[i].position, sizeof x));
         CHECK(ibl_json_real(&blend, 0, 1, false, &width));
         CHECK_NEAR(width, probe[i].blend, 0);
+        check_volume(&p, "influence", &probe[i].influence);
+        CHECK(probe[i].has_proxy ==
+              (ibl_json_member(&p, "proxy").value != NULL));
+        if (probe[i].has_proxy)
+            check_volume(&p, "proxy", &probe[i].proxy);
+        const ibl_json_at priority = ibl_json_member(&p, "priority");
+        int rank;
+        CHECK(ibl_json_int(&priority, -9, 9, &rank) &&
+              rank == probe[i].priority);
     }
     json_decref(file.root);
     CHECK(file_run("[ $(ls -A new/deep | wc -l) = %d ]", 6 * PROBES + 1));
@@ -348,9 +373,58 @@ static void harmonics_become_cubes(void)
     }
     CHECK_MSG(worst < 0.12 && mean < 0.02, "%g, %g", worst, mean);
     free(a);
-    free(b);
     view_probe_set_free(cubes);
     view_probe_set_free(sums);
+    /* Whatever their order in the index. */
+    json_t *root = json_load_file(file_path("sums/index.json"), 0, NULL);
+    json_t *probes = json_object_get(root, "probes");
+    for (size_t i = 1; i < PROBES; i++) {
+        json_array_insert(probes, 0, json_array_get(probes, i));
+        json_array_remove(probes, i + 1);
+    }
+    NEED(!json_dump_file(root, file_path("sums/index.json"), 0));
+    json_decref(root);
+    sums = load("sums");
+    NEED(sums);
+    a = read_array(view_probe_set_locals(sums)->irradiance, 16, PROBES, 0);
+    CHECK(!memcmp(a, b, sizeof *a * 4 * count));
+    view_probe_set_free(sums);
+    free(a);
+    free(b);
+    view_test_end();
+}
+
+/* How levels and irradiance are to be looked up, as an index that sed has
+ * changed says. */
+static void lookups_are_as_told(void)
+{
+    static const struct {
+        const char *sed;
+        double scale, offset, irradiance;
+        bool filament;
+    } told[] = {
+        {"", 1, 0, 1, false},
+        {"s/\"linear\"/\"filament\"/", 1, 0, 1, true},
+        {"s/\"lod_scale\": 1.0/\"lod_scale\": 2.5/", 2.5, 0, 1, false},
+        {"s/\"lod_offset\": 0.0/\"lod_offset\": -0.5/", 1, -0.5, 1, false},
+        {"s/\"scale\": \"E.pi\"/\"scale\": \"E\"/", 1, 0, 1 / M_PI, false},
+    };
+
+    if (!view_test_begin(16, 16))
+        return;
+    make_context();
+    NEED(bake("told", "") && file_run("cp told/index.json index.json"));
+    for (size_t i = 0; i < sizeof told / sizeof *told; i++) {
+        NEED(file_run("sed '%s' index.json >told/index.json", told[i].sed));
+        view_probe_set *set = load("told");
+        NEED(set);
+        const view_room_locals *l = view_probe_set_locals(set);
+        CHECK_NEAR(l->lod_scale, told[i].scale, 0);
+        CHECK_NEAR(l->lod_offset, told[i].offset, 0);
+        CHECK_NEAR(l->irradiance_scale, told[i].irradiance, 1e-7);
+        CHECK(l->filament == told[i].filament);
+        view_probe_set_free(set);
+    }
     view_test_end();
 }
 
@@ -582,11 +656,54 @@ static void damaged_arrays_are_refused(void)
     refuses("bad", "texel 300 is no finite number");
     NEED(poke("whole/probes_specular.ktx2", specular, 8 * 301 + 6, 0xfc00));
     refuses("bad", "texel 301 is no finite number");
+    /* The last one. */
+    const size_t last = 6 * PROBES * (SIZE * SIZE + SIZE * SIZE / 4) - 1;
+    NEED(poke("whole/probes_specular.ktx2", specular, 8 * last + 4, 0x7c00));
+    refuses("bad", "texel 5759 is no finite number");
     /* Of one probe less. */
     NEED(file_run("cp whole/probes_specular.ktx2 %s && rm "
                   "bad/probes_irradiance.ktx2",
                   specular));
     refuses("bad", "probes_irradiance.ktx2");
+    view_test_end();
+}
+
+/* By how much the clock is behind, in seconds: as if files were written by the
+ * clock of another machine. */
+static int behind;
+
+int __real_clock_gettime(clockid_t clock, struct timespec *now);
+int __wrap_clock_gettime(clockid_t clock, struct timespec *now);
+
+int __wrap_clock_gettime(clockid_t clock, struct timespec *now)
+{
+    const int status = __real_clock_gettime(clock, now);
+
+    now->tv_sec -= clock == CLOCK_REALTIME ? behind : 0;
+    return status;
+}
+
+/* A file of a time to come has settled as one of the past has. */
+static void clocks_of_other_machines(void)
+{
+    if (!view_test_begin(16, 16))
+        return;
+    make_context();
+    NEED(bake("watched", ""));
+    view_probe_set *probes = load("watched");
+    NEED(probes && file_run("echo >map"));
+    view_set set = {.map = strdup(file_path("map"))};
+    view_stamp stamp;
+    view_stamp_take(&set, &stamp);
+    NEED(file_run("echo more >>map && touch watched/index.json"));
+    behind = 1000;
+    CHECK(view_probe_set_changed(probes, 900));
+    CHECK(!view_probe_set_changed(probes, 1100));
+    CHECK(view_stamp_changed(&set, &stamp, 900));
+    CHECK(!view_stamp_changed(&set, &stamp, 1100));
+    behind = 0;
+    view_set_free(&set);
+    view_probe_set_free(probes);
     view_test_end();
 }
 
@@ -648,11 +765,13 @@ static const test tests[] = {
     TEST(faces_are_the_right_way_round),
     TEST(the_global_environment_is_left_out),
     TEST(harmonics_become_cubes),
+    TEST(lookups_are_as_told),
     TEST(a_room_comes_back),
     TEST(damaged_indices_are_refused),
     TEST(too_many_are_refused),
     TEST(damaged_arrays_are_refused),
     TEST(changes_are_seen),
+    TEST(clocks_of_other_machines),
     TEST(keys_say_whose_they_are),
 };
 TEST_MAIN(tests)

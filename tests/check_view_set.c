@@ -378,19 +378,25 @@ static void harmonics_are_irradiance(void)
         }
     }
     opts.size = 16;
-    NEED(view_set_bake_image(ctx, "linear", &map, &opts, &set));
-    CHECK(set.sh_degree == VIEW_SH_DEGREE);
-    for (int face = 0; face < 6; face++) {
-        double d[3], rgb[3];
-        truth_cube_direction(16, face, 5, 11, d);
-        view_set_sh_irradiance(&set, d, rgb);
-        const double ad = a[0] * d[0] + a[1] * d[1] + a[2] * d[2];
-        /* Pixel centres stand for pixels: (pi/128)^2 / 24 of the map. */
-        CHECK_NEAR(rgb[0], 1 + 2 * ad / 3, 1e-4);
-        CHECK_NEAR(rgb[1], 1 + 0.125 * d[0] * d[1], 1e-4);
-        CHECK_NEAR(rgb[2], 1 + 0.0625 * d[2] * d[1], 1e-4);
+    for (int turned = 0; turned < 2; turned++) {
+        opts.yaw_deg = turned ? 90 : 0;
+        NEED(view_set_bake_image(ctx, "linear", &map, &opts, &set));
+        CHECK(set.sh_degree == VIEW_SH_DEGREE);
+        for (int face = 0; face < 6; face++) {
+            double w[3], rgb[3];
+            truth_cube_direction(16, face, 5, 11, w);
+            view_set_sh_irradiance(&set, w, rgb);
+            /* Counter-clockwise from above: what was at +X is at -Z. */
+            const double d[3] = {turned ? -w[2] : w[0], w[1],
+                                 turned ? w[0] : w[2]};
+            const double ad = a[0] * d[0] + a[1] * d[1] + a[2] * d[2];
+            /* Pixel centres stand for pixels: (pi/128)^2 / 24 of the map. */
+            CHECK_NEAR(rgb[0], 1 + 2 * ad / 3, 1e-4);
+            CHECK_NEAR(rgb[1], 1 + 0.125 * d[0] * d[1], 1e-4);
+            CHECK_NEAR(rgb[2], 1 + 0.0625 * d[2] * d[1], 1e-4);
+        }
+        view_set_free(&set);
     }
-    view_set_free(&set);
     ibl_image_free(&map);
     ibl_ctx_free(ctx);
 }

@@ -30,6 +30,13 @@ static void directories(void)
     NEED(
         file_run("for i in $(seq 100); do : >many/map${i}_specular.dds; done"));
     sets_refused(ctx, file_path("many"), "holds 100 sets");
+    view_test_catch();
+    CHECK(!sets_open(ctx, "many", &set));
+    const char *said = view_test_caught(), *more = strstr(said, " and ");
+    int named = 0;
+    for (const char *c = said; (c = strstr(c, "_specular.dds")); c++)
+        named++;
+    CHECK_MSG(more && named + atoi(more + 5) == 100, "%s", said);
     NEED(file_run("cp one/sky_specular.ktx hidden/.old_specular.ktx"));
     sets_refused(ctx, file_path("hidden"), "has no NAME_specular");
     /* One of several, by name; with a slash at the end; a file whose name says
@@ -240,21 +247,66 @@ static void sidecars(void)
     NEED(file_run("sed 's/\"lod_scale\": [0-9.]*/\"lod_scale\": -1/' keep.json "
                   ">side/sky.json"));
     sets_check_refused(ctx, &what, "side/sky.json", "lod_scale");
+    NEED(file_run("sed 's/\"roughness\": 0.0/\"roughness\": 0.9/' keep.json "
+                  ">side/sky.json"));
+    sets_check_refused(ctx, &what, "side/sky.json",
+                       "at level 1, which has to be 0.9 to 1");
     NEED(file_run("echo '{\"name\": \"sky\"}' >side/sky.json"));
     view_test_catch();
     NEED(view_set_open(ctx, &what, &set));
     CHECK(strstr(view_test_caught(), "not written by iblbake"));
     CHECK(!set.sidecar && set.sh_degree == -1);
     view_set_free(&set);
-    /* Keys and sidecar of two bakes. */
+    ibl_ctx_free(ctx);
+}
+
+/* Keys and sidecar of two bakes, which differ in one thing: the keys hold. Of
+ * files without keys the sidecar does. */
+static void two_accounts(void)
+{
+    static const char *const seds[] = {
+        "s/\"filament\"/\"linear\"/",
+        "s/\"lod_scale\": [0-9.]*/\"lod_scale\": 1.5/",
+        "s/\"lod_offset\": [0-9.]*/\"lod_offset\": 0.25/",
+        "s/\"roughness\": 0.0/\"roughness\": 0.01/",
+        "s/\"ggx\"/\"charlie\"/",
+        "s/\"smith\"/\"schlick-ibl\"/",
+        "s/\"E.pi\"/\"E\"/",
+    };
+    const int count = (int)(sizeof seds / sizeof *seds);
+    ibl_ctx *ctx = view_test_ctx(2);
+    view_set keys, side;
+
     NEED(sets_bake("keys", "--mapping filament"));
-    NEED(file_run("sed 's/\"filament\"/\"linear\"/' keys/sky.json >k && mv k "
-                  "keys/sky.json"));
-    view_test_catch();
-    NEED(sets_open(ctx, "keys", &set));
-    CHECK(strstr(view_test_caught(), "taken as the file says"));
-    CHECK(set.mapping == IBL_ROUGHNESS_FILAMENT);
-    view_set_free(&set);
+    NEED(sets_bake("none", "--mapping filament --format dds"));
+    NEED(sets_open(ctx, "keys", &keys));
+    NEED(file_run("cp keys/sky.json k && cp none/sky.json n"));
+    for (int i = 0; i < count; i++) {
+        view_set set;
+        NEED(file_run("sed '%s' k >keys/sky.json; sed '%s' n >none/sky.json",
+                      seds[i], seds[i]));
+        view_test_catch();
+        NEED(sets_open(ctx, "keys", &set));
+        const char *said = view_test_caught();
+        CHECK_MSG(strstr(said, "taken as the file says") &&
+                      sets_lines(said) == 1,
+                  "%s: %s", seds[i], said);
+        sets_check_same(&set, &keys, seds[i]);
+        CHECK(set.roughness[0] == 0 && set.irradiance_scale == 1);
+        view_set_free(&set);
+        view_test_catch();
+        NEED(sets_open(ctx, "none", &side));
+        view_test_caught();
+        CHECK((side.mapping == IBL_ROUGHNESS_LINEAR) == (i == 0));
+        CHECK((side.lod_scale == 1.5) == (i == 1));
+        CHECK_NEAR(side.lod_offset, i == 2 ? 0.25 : 0, 0);
+        CHECK_NEAR(side.roughness[0], i == 3 ? 0.01 : 0, 0);
+        CHECK((side.lobe == IBL_LOBE_CHARLIE) == (i == 4));
+        CHECK((side.geometry == IBL_GEOMETRY_SCHLICK_IBL) == (i == 5));
+        CHECK_NEAR(side.irradiance_scale, i == 6 ? 1 / M_PI : 1, 1e-15);
+        view_set_free(&side);
+    }
+    view_set_free(&keys);
     ibl_ctx_free(ctx);
 }
 
@@ -317,14 +369,9 @@ static void maps_are_told(void)
 }
 
 static const test tests[] = {
-    TEST(directories),
-    TEST(wrong_kinds),
-    TEST(tables_of_two_geometries),
-    TEST(arrays),
-    TEST(skies),
-    TEST(wrong_tables),
-    TEST(sidecars),
-    TEST(hostile_sidecars),
+    TEST(directories),   TEST(wrong_kinds),  TEST(tables_of_two_geometries),
+    TEST(arrays),        TEST(skies),        TEST(wrong_tables),
+    TEST(sidecars),      TEST(two_accounts), TEST(hostile_sidecars),
     TEST(maps_are_told),
 };
 TEST_MAIN(tests)
