@@ -89,7 +89,7 @@ test_every_option_counts() {
     done
     draw map.png "$work/ktx2" --mode levels
     for with in '--layout strip' '--layout equirect' '--level 1' '--zoom 2' \
-        '--pan 0.25,0'; do
+        '--pan 0.25,0' '--pan 0,-0.5'; do
         taken || continue
         draw a.png "$work/ktx2" --mode levels $with
         differ map.png a.png
@@ -205,6 +205,8 @@ test_samples_and_frames() {
     iblview "$work/ktx2" --offscreen c.png $small --compare split >table
     [ "$(wc -l <table)" = 4 ] || cat table
     head -n 1 table | grep -q ' 256 samples' || head -n 1 table
+    iblview "$work/ktx2" --offscreen c.png $small --reference --samples 33 |
+        grep -q ' 33 samples a pixel' || echo 'not 33 samples'
     iblview "$work/ktx2" --offscreen c.png $small -v --frames 3 >said
     grep -q '^[0-9.]* ms a frame$' said && grep -q '^OpenGL' said || cat said
 }
@@ -236,6 +238,41 @@ test_notes_on_what_does_not_fit() {
     iblview out --offscreen a.png $small >said 2>&1 || echo "status $?"
     [ "$(wc -l <said)" = 2 ] && grep -q 'lobe charlie' said &&
         grep -q 'level 0 is of roughness 0.25' said || cat said
+    iblview out --offscreen a.png $small -q 2>&1
+}
+
+# Places along every axis are the pictures of the same options; a label is in
+# the upper 24 rows.
+test_sheets_are_pictures() {
+    local rows row columns column sheet picture
+    while IFS='|' read -r rows row columns column sheet picture; do
+        taken || continue
+        iblview "$work/ktx2" --contact-sheet sheet.png $small $sheet \
+            --sheet-rows $rows --sheet-columns $columns || echo "status $?"
+        draw a.png "$work/ktx2" -q $picture
+        node "$work/bin/png.mjs" \
+            "sheet.png@$((4 + 52 * column)),$((4 + 40 * row)),24" a.png 0
+    done <<'END'
+material|1|turn|2|--turn 30|--material copper --turn 210
+tone|2|ev|4|--ev 1|--tone aces --ev 3
+turn|3|compare|3|--turn 30 --samples 1|--turn 300 --compare difference --samples 1
+ev|0|level|1|--ev 1 --mode levels|--ev -1 --mode levels --level 1
+END
+    # The axis that is not chosen.
+    iblview "$work/ktx2" --contact-sheet a.png $small --sheet-rows turn
+    iblview "$work/ktx2" --contact-sheet b.png $small --sheet-rows turn \
+        --sheet-columns material
+    same a.png b.png
+}
+
+# Rows are told as they are seen, the most metallic one first. A mirror is
+# nothing but the environment; what is no metal has irradiance, too.
+test_errors_from_above() {
+    iblview "$work/ktx2" --offscreen a.png --size 32x32 --grid 2x1 --samples 16 \
+        --compare split --roughness 0:0 >said || echo "status $?"
+    awk 'NR == 3 { metal = $2; if ($1 != 1) print }
+         NR == 4 { if ($1 != 0 || metal > 0.1 * $2) print metal, $0 }
+         END { if (NR != 4) print NR, "lines" }' said
 }
 
 # Near enough, only the sphere in the middle is in the picture.
@@ -281,6 +318,9 @@ test_misuse() {
     wrong 2 '*--grid 17x1*16x16' x --grid 17x1
     wrong 2 '*--metallic 0:2*' x --metallic 0:2
     wrong 2 '*--light 1,2,3*' x --light 1,2,3
+    wrong 2 '*--light 1,2,3,-1,1,1*' x --light 1,2,3,-1,1,1
+    wrong 2 '*--light 1,2,3,1,-1,1*' x --light 1,2,3,1,-1,1
+    wrong 2 '*--light 1,2,3,1,1,-1*' x --light 1,2,3,1,1,-1
     wrong 2 '*--light*up to 4*' x --light 1,1,1,1,1,1 --light 1,1,1,1,1,1 \
         --light 1,1,1,1,1,1 --light 1,1,1,1,1,1 --light 1,1,1,1,1,1
     wrong 2 '*--no-sky=1*takes no value*' x --no-sky=1
@@ -301,6 +341,7 @@ test_misuse() {
     wrong 2 '*--sheet-rows level: --mode table has none*' x \
         --contact-sheet a.png --sheet-rows level --mode table
     wrong 2 '*--texel 1280,0: outside*1280x720' x --texel 1280,0
+    wrong 2 '*--texel 0,720: outside*1280x720' x --texel 0,720
 }
 
 test_missing_and_wrong_files() {

@@ -432,6 +432,12 @@ int view_renderer_samples(const view_renderer *r)
     return r->has_truth ? view_truth_samples(r->truth) : 0;
 }
 
+void view_renderer_restart(view_renderer *r)
+{
+    if (r->truth)
+        view_truth_restart(r->truth);
+}
+
 void view_renderer_pace(view_renderer *r, int samples)
 {
     r->samples = samples;

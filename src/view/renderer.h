@@ -59,6 +59,8 @@ void view_renderer_pace(view_renderer *r, int samples);
 /* Samples for each pixel that the truth has by now, of VIEW_TRUTH_SAMPLES; 0:
  * the last draw did not ask for it. */
 int view_renderer_samples(const view_renderer *r);
+/* The truth begins anew, as if nothing had been drawn. */
+void view_renderer_restart(view_renderer *r);
 /* Relative RMSE of the split sum against the truth for each sphere, as
  * view_errors has it: room for the grid; returns how many. 0: no truth is
  * there. */

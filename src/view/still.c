@@ -56,6 +56,7 @@ bool view_still_draw(view_renderer *r, const view_options *o,
     double times[TIMED];
     int frames = 0;
 
+    view_renderer_restart(r); /* of a sheet each is a picture of its own */
     for (int samples = 0; samples < wanted; samples += VIEW_FRAME_SAMPLES) {
         const int left = wanted - samples;
         double *last = &times[frames++ % TIMED];

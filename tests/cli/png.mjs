@@ -4,6 +4,8 @@
 //                                        none of the means of the values in
 //                                        4 x 4 parts by more than MEAN
 // They are 8-bit RGB without interlacing. Says what is not so.
+// A.png@X,Y,TOP is a part of A, as large as B and from X, Y on, of both without
+// the first TOP rows.
 import fs from 'fs';
 import zlib from 'zlib';
 
@@ -68,8 +70,22 @@ function means({width, height, data}) {
     return sums.map((sum, i) => counts[i] ? sum / counts[i] : 0);
 }
 
+function cut({width, data}, x, y, size, top) {
+    const rows = [];
+    for (let i = top; i < size.height; i++) {
+        const at = 3 * ((y + i) * width + x);
+        rows.push(data.subarray(at, at + 3 * size.width));
+    }
+    return {...size, height: size.height - top, data: Buffer.concat(rows)};
+}
+
 const [first, second, most, mean] = process.argv.slice(2);
-const [a, b] = [first, second].map(readPng);
+const [name, at] = first.split('@');
+let [a, b] = [name, second].map(readPng);
+if (at) {
+    const [x, y, top] = at.split(',').map(Number);
+    [a, b] = [cut(a, x, y, b, top), cut(b, 0, 0, b, top)];
+}
 let worst = a.width === b.width && a.height === b.height ? 0 : Infinity;
 for (let i = 0; i < a.data.length; i++)
     worst = Math.max(worst, Math.abs(a.data[i] - b.data[i]));
