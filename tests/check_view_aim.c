@@ -87,6 +87,15 @@ static void chances(void)
         CHECK((double)aim.chance[i] * VIEW_AIM_TOKENS == tokens[i]);
         CHECK_NEAR(tokens[i], light[i] / all * VIEW_AIM_TOKENS, 1.01);
     }
+    /* Of the first faces together there are the nearest whole number. */
+    double before = 0.0;
+    int given = 0;
+    for (size_t i = 0; i < count; ++i) {
+        before += light[i] / all * VIEW_AIM_TOKENS;
+        given += tokens[i];
+        if ((i + 1) % (count / 6) == 0)
+            CHECK_NEAR(given, before, 0.55);
+    }
     view_aim_free(&aim);
     free(cube.data);
     free(tokens);

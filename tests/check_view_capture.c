@@ -474,11 +474,9 @@ static void levels_with_panels(void)
 
 /* ---- the library's ------------------------------------------------------ */
 
-static void alphas(const rig *r, int level, float *a)
+static void alphas_of(GLuint cube, int n, int level, float *a)
 {
-    const int n = ibl_cube_edge(r->cube.size, level);
-
-    gl.BindTexture(GL_TEXTURE_CUBE_MAP, view_capture_specular(r->capture));
+    gl.BindTexture(GL_TEXTURE_CUBE_MAP, cube);
     for (int f = 0; f < IBL_FACES; f++) {
         float *rgba = malloc((size_t)4 * n * n * sizeof *rgba);
         NEED(rgba);
@@ -488,6 +486,12 @@ static void alphas(const rig *r, int level, float *a)
             a[f * n * n + i] = rgba[4 * i + 3];
         free(rgba);
     }
+}
+
+static void alphas(const rig *r, int level, float *a)
+{
+    alphas_of(view_capture_specular(r->capture),
+              ibl_cube_edge(r->cube.size, level), level, a);
 }
 
 /* What is behind the rim of a paraboloid is drawn as well. */
@@ -548,7 +552,11 @@ static void library_filters_as_well(void)
 /* Without a ceiling: alpha is how much of the room a lobe sees. */
 static void alpha_is_filtered(void)
 {
+    enum {
+        COSINES = 6 * VIEW_CAPTURE_IRRADIANCE * VIEW_CAPTURE_IRRADIANCE
+    };
     float gpu[6 * 16 * 16], cpu[6 * 16 * 16], first[6 * 64 * 64];
+    float gpu_cosine[COSINES], cpu_cosine[COSINES];
     rig r;
     int holes = 0, between = 0;
     double worst = 0;
@@ -565,11 +573,20 @@ static void alpha_is_filtered(void)
     }
     CHECK(holes > 64 * 64 / 2 && holes < 3 * 64 * 64);
     alphas(&r, 2, gpu);
+    alphas_of(view_capture_irradiance(r.capture), VIEW_CAPTURE_IRRADIANCE, 0,
+              gpu_cosine);
     CHECK(view_capture_filter_cpu(r.capture, r.ctx));
     alphas(&r, 2, cpu);
     for (int i = 0; i < 6 * 16 * 16; i++) {
         between += gpu[i] > 0.1F && gpu[i] < 0.9F;
+        CHECK(gpu[i] >= 0 && gpu[i] <= 1 && cpu[i] >= 0 && cpu[i] <= 1);
         worst = fmax(worst, fabs(gpu[i] - cpu[i]));
+    }
+    alphas_of(view_capture_irradiance(r.capture), VIEW_CAPTURE_IRRADIANCE, 0,
+              cpu_cosine);
+    for (int i = 0; i < COSINES; i++) {
+        CHECK(gpu_cosine[i] > 0.2F && gpu_cosine[i] <= 1);
+        CHECK_NEAR(gpu_cosine[i], cpu_cosine[i], 0.05);
     }
     CHECK(between > 100);
     CHECK_MSG(worst < 0.05, "%g", worst);

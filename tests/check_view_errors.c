@@ -130,6 +130,25 @@ static void outline(void)
     end(&p);
 }
 
+/* What is beyond the picture's edges is not known. */
+static void edges_of_the_picture(void)
+{
+    pictures p;
+
+    NEED(begin(&p, 1, 1));
+    p.settings.distance = 0.6;
+    for (int y = 0; y < HEIGHT; ++y)
+        for (int x = 0; x < WIDTH; ++x) {
+            CHECK(sphere_of(&p, x, y) == 0);
+            if (x == 0 || y == 0 || x == WIDTH - 1 || y == HEIGHT - 1)
+                p.picture[3 * (y * WIDTH + x)] = 1e6F;
+        }
+    CHECK(compare(&p) == 1 && p.rmse[0] == 0.0);
+    p.picture[3 * (WIDTH + 1)] = 1e6F;
+    CHECK(compare(&p) == 1 && p.rmse[0] > 0.0);
+    end(&p);
+}
+
 static void black_and_unseen(void)
 {
     pictures p;
@@ -146,7 +165,7 @@ static void black_and_unseen(void)
 }
 
 static const test tests[] = {
-    TEST(equal_pictures), TEST(known_errors),     TEST(one_pixel),
-    TEST(outline),        TEST(black_and_unseen),
+    TEST(equal_pictures), TEST(known_errors),         TEST(one_pixel),
+    TEST(outline),        TEST(edges_of_the_picture), TEST(black_and_unseen),
 };
 TEST_MAIN(tests)

@@ -10,6 +10,7 @@
 #include "view/program.h"
 #include "view/renderer.h"
 #include "view/screen_kind.h"
+#include <math.h>
 #include <png.h>
 #include <stdlib.h>
 #include <string.h>
@@ -125,6 +126,10 @@ static void too_large(void)
     CHECK(!view_screen_memory(40000, 2));
     const char *said = view_test_caught();
     CHECK_MSG(strstr(said, "not 40000 x 2: ask"), "%s", said);
+    view_test_catch();
+    CHECK(!view_screen_memory(2, 40000));
+    said = view_test_caught();
+    CHECK_MSG(strstr(said, "not 2 x 40000: ask"), "%s", said);
 }
 
 static const GLubyte *old_version(GLenum name)
@@ -166,28 +171,24 @@ static void errors_of_gl(void)
 /* ---- pictures -------------------------------------------------------- */
 
 /* Odd sizes: rows without padding, and from the top. */
-static void rows_from_the_top(void)
+static void rows_of(int width, int height)
 {
-    enum {
-        WIDTH = 37,
-        HEIGHT = 21
-    };
     int wrong = 0;
 
-    if (!view_test_begin(WIDTH, HEIGHT))
+    if (!view_test_begin(width, height))
         return;
     const GLuint program =
         view_program_from(shaders, "whole.vert", "place.frag");
     NEED(program);
-    draw_whole(program, WIDTH, HEIGHT);
-    unsigned char *rgb = view_picture_read(0, WIDTH, HEIGHT);
+    draw_whole(program, width, height);
+    unsigned char *rgb = view_picture_read(0, width, height);
     NEED(rgb);
-    for (int y = 0; y < HEIGHT; y++)
-        for (int x = 0; x < WIDTH; x++) {
-            const unsigned char *p = rgb + 3 * (y * WIDTH + x);
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++) {
+            const unsigned char *p = rgb + 3 * (y * width + x);
             /* Pixel centres are halves; those round either way. */
-            wrong += p[0] < x || p[0] > x + 1;
-            wrong += p[1] < HEIGHT - 1 - y || p[1] > HEIGHT - y;
+            wrong += p[0] < fmin(x, 255) || p[0] > x + 1;
+            wrong += p[1] < height - 1 - y || p[1] > height - y;
             wrong += p[2] != 64;
         }
     CHECK_MSG(wrong == 0, "%d components differ", wrong);
@@ -195,6 +196,13 @@ static void rows_from_the_top(void)
     gl.DeleteProgram(program);
     CHECK(view_gl_check("drawing"));
     view_test_end();
+}
+
+/* Rows of some kilobytes, too. */
+static void rows_from_the_top(void)
+{
+    rows_of(37, 21);
+    rows_of(3001, 4);
 }
 
 static void cleared(void)

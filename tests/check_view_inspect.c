@@ -467,6 +467,40 @@ static void lines_are_at_values(void)
     end();
 }
 
+/* Whatever values there are, none is at 0 or 1. */
+static void no_lines_at_the_ends(void)
+{
+    enum {
+        W = 256
+    };
+    view_set set;
+    view_settings s = view_settings_default();
+    int bad = 0, ends = 0;
+
+    if (!begin())
+        return;
+    set = make_set(4, 1);
+    const ibl_texture *lut = &set.texture[VIEW_LUT];
+    float *rg = (float *)(void *)lut->data;
+    for (int i = 0; i < lut->width * lut->height; i++) {
+        rg[2 * i] = 1.4f * (float)(i % lut->width) / (float)lut->width - 0.2f;
+        rg[2 * i + 1] = 0.5f;
+    }
+    s.mode = VIEW_TABLE;
+    draw(&set, &s, W, W);
+    for (int i = 0; i < W * W; i++) {
+        const view_texel t = view_inspect(&set, &s, W, W, i % W, W - 1 - i / W);
+        const float r = t.value[0];
+        if (r > 0.07f && r < 0.93f)
+            continue;
+        ends++;
+        bad += seen[i][0] != r || seen[i][1] != 0.5f || seen[i][2] != 0;
+    }
+    CHECK_MSG(ends > W * W / 4 && !bad, "%d of %d", bad, ends);
+    free_set(&set);
+    end();
+}
+
 /* A flat table has no lines, though it is all at a line's value. */
 static void flat_tables_have_no_lines(void)
 {
@@ -558,11 +592,12 @@ static void absent_maps_are_not_inside(void)
 }
 
 static const test tests[] = {
-    TEST(shader_and_readout_agree),  TEST(texels_are_alone),
-    TEST(faces_are_in_place),        TEST(crosses_fold),
-    TEST(equirects_are_mapped),      TEST(skies_are_read),
-    TEST(skies_are_drawn_so),        TEST(lines_are_at_values),
-    TEST(flat_tables_have_no_lines), TEST(zoom_keeps_what_is_there),
-    TEST(texels_are_told),           TEST(absent_maps_are_not_inside),
+    TEST(shader_and_readout_agree),   TEST(texels_are_alone),
+    TEST(faces_are_in_place),         TEST(crosses_fold),
+    TEST(equirects_are_mapped),       TEST(skies_are_read),
+    TEST(skies_are_drawn_so),         TEST(lines_are_at_values),
+    TEST(no_lines_at_the_ends),       TEST(flat_tables_have_no_lines),
+    TEST(zoom_keeps_what_is_there),   TEST(texels_are_told),
+    TEST(absent_maps_are_not_inside),
 };
 TEST_MAIN(tests)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Keys: each changes its own setting alone, stays within its range however
  * often it is pressed, and together they reach every setting. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -185,6 +186,57 @@ static void move(void)
     end();
 }
 
+/* To the first step up, as the list of keys says. */
+static void go_the_right_way(void)
+{
+    static const struct {
+        int key;
+        size_t offset;
+        double value;
+    } reals[] = {
+        {'s', offsetof(view_settings, split), 0.55},
+        {'g', offsetof(view_settings, gain), 20},
+        {'e', offsetof(view_settings, ev), 0.25},
+        {'o', offsetof(view_settings, fov), 35},
+        {'.', offsetof(view_settings, turn), 5},
+        {'j', offsetof(view_settings, probe_interval), 1},
+    };
+    static const struct {
+        int key;
+        size_t offset;
+        int value;
+    } numbers[] = {
+        {']', offsetof(view_settings, level), 1},
+        {'}', offsetof(view_settings, columns), 8},
+        {')', offsetof(view_settings, rows), 8},
+        {'i', offsetof(view_settings, light_count), 1},
+        {'h', offsetof(view_settings, probes), 1},
+    };
+
+    NEED(begin());
+    for (size_t i = 0; i < sizeof reals / sizeof *reals; i++) {
+        double x;
+        app.settings = options.settings;
+        view_keys_press(&app, reals[i].key, false);
+        memcpy(&x, (const char *)&app.settings + reals[i].offset, sizeof x);
+        CHECK_MSG(fabs(x - reals[i].value) < 1e-12, "%c: %g", reals[i].key, x);
+    }
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
+        int n;
+        app.settings = options.settings;
+        view_keys_press(&app, numbers[i].key, false);
+        memcpy(&n, (const char *)&app.settings + numbers[i].offset, sizeof n);
+        CHECK_MSG(n == numbers[i].value, "%c: %d", numbers[i].key, n);
+    }
+    /* Half a turn is the same either way, and is told so. */
+    for (int sign = -1; sign <= 1; sign += 2) {
+        app.settings = options.settings;
+        view_spin(&app.settings, 180 * sign);
+        CHECK_NEAR(app.settings.turn, 180, 0);
+    }
+    end();
+}
+
 static void tab_goes_back_with_shift(void)
 {
     NEED(begin());
@@ -315,14 +367,10 @@ static void list_fits(void)
 }
 
 static const test tests[] = {
-    TEST(change_one_setting),
-    TEST(move),
-    TEST(tab_goes_back_with_shift),
-    TEST(stay_in_range),
-    TEST(moving_stays_in_range),
-    TEST(reset_brings_all_back),
-    TEST(others_do_nothing),
-    TEST(no_harmonics),
-    TEST(list_fits),
+    TEST(change_one_setting),    TEST(move),
+    TEST(go_the_right_way),      TEST(tab_goes_back_with_shift),
+    TEST(stay_in_range),         TEST(moving_stays_in_range),
+    TEST(reset_brings_all_back), TEST(others_do_nothing),
+    TEST(no_harmonics),          TEST(list_fits),
 };
 TEST_MAIN(tests)

@@ -72,6 +72,22 @@ static double least_sum(const ibl_probe *probes, int count, test_random *r)
     return least;
 }
 
+/* Of the probes of a row, which have one centre along z: from the walls, which
+ * the blend and a quarter go beyond, each to the next, overlapping by it. */
+static double width_of_row(const ibl_probe *probes, int count, double z,
+                           double *want)
+{
+    double width = 0;
+
+    *want = 2 * view_room_half[0] + 2 * 0.25 + probes->blend;
+    for (int i = 0; i < count; i++)
+        if (fabs(probes[i].influence.centre[2] - z) < 1e-9) {
+            width += 2 * probes[i].influence.half[0];
+            *want += probes[i].blend;
+        }
+    return width;
+}
+
 static void placed(void)
 {
     ibl_probe probes[MOST];
@@ -89,6 +105,10 @@ static void placed(void)
             CHECK_MSG(ibl_probe_influence(p, p->position) > 0, "%d of %d", i,
                       count);
             CHECK(p->has_proxy && p->blend > 0.3);
+            double want;
+            const double width =
+                width_of_row(probes, count, p->influence.centre[2], &want);
+            CHECK_NEAR(width, want, 1e-9);
         }
         const double least = least_sum(probes, count, &r);
         CHECK_MSG(least > 1 - 1e-9, "%d: %g", count, least);

@@ -119,6 +119,11 @@ static void text_is_where_measure_says(void)
     CHECK(w1 == w2 && h2 == h1);
     view_overlay_measure("one", 3, &w2, &h2);
     CHECK(w2 == 3 * w1 && h2 == 3 * h1);
+    /* A column is 60 wide: from its beginning to the next one's. */
+    view_overlay_measure("\tone", 1, &w2, &h2);
+    CHECK(w2 == w1 + 60);
+    view_overlay_measure("\t\tone", 1, &w2, &h2);
+    CHECK(w2 == w1 + 120);
     end();
 }
 
@@ -183,6 +188,32 @@ static void edges_cut(void)
         CHECK(i != 1 || b.right == WIDTH);
         CHECK(i != 2 || b.top == 0);
         CHECK(i != 3 || b.bottom == HEIGHT);
+    }
+    end();
+}
+
+/* A value under a plate, a trough and ink that cover so much of a pixel. */
+static double under_bar(double cover)
+{
+    const double plate = GREY * (1 - 0.65 * cover);
+    const double trough = plate + (255 - plate) * 0.25 * cover;
+
+    return trough + (255 - trough) * cover;
+}
+
+/* Half of a pixel at each side, a quarter in a corner. */
+static void parts_of_pixels(void)
+{
+    if (!begin())
+        return;
+    view_overlay_bar(overlay, 10.5, 20.5, 6, 4, 1);
+    draw();
+    CHECK_NEAR(at(12, 22), under_bar(1), 1);
+    for (int i = 0; i < 2; i++) {
+        CHECK_NEAR(at(i ? 16 : 10, 22), under_bar(0.5), 3);
+        CHECK_NEAR(at(12, i ? 24 : 20), under_bar(0.5), 3);
+        for (int k = 0; k < 2; k++)
+            CHECK_NEAR(at(i ? 16 : 10, k ? 24 : 20), under_bar(0.25), 3);
     }
     end();
 }
@@ -320,6 +351,7 @@ static const test tests[] = {
     TEST(strokes_are_sharp),
     TEST(plates_darken),
     TEST(edges_cut),
+    TEST(parts_of_pixels),
     TEST(any_length_is_taken),
     TEST(any_byte_is_taken),
     TEST(letters_differ),

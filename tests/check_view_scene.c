@@ -343,6 +343,19 @@ static void frame(void)
     CHECK(!memcmp(&f, &again, sizeof f));
 }
 
+/* Those that are switched on: before the corners of the grid. */
+static void lights(void)
+{
+    const view_settings s = view_settings_default();
+
+    for (int i = 0; i < VIEW_MAX_LIGHTS; i++) {
+        const double *p = s.light[i].position;
+        CHECK(fabs(p[0]) == 4 && fabs(p[1]) == 4 && p[2] == 5);
+        for (int j = 0; j < i; j++)
+            CHECK(memcmp(p, s.light[j].position, 3 * sizeof *p));
+    }
+}
+
 static void names(void)
 {
     for (int i = 0; i < VIEW_MODES; i++)
@@ -368,5 +381,6 @@ static const test tests[] = {
     TEST(grid),      TEST(axes),        TEST(rays_and_matrix),
     TEST(grid_fits), TEST(hits),        TEST(no_hits_behind_or_inside),
     TEST(turns),     TEST(frame),       TEST(names),
+    TEST(lights),
 };
 TEST_MAIN(tests)

@@ -105,6 +105,10 @@ static void follows_within_the_interval(void)
     l->on.s.probe_interval = 0;
     CHECK(draw(l, 2.7));
     CHECK_NEAR(view_stage_shown(l->on.stage), 2.7, 0);
+    /* Time that goes back is another one at once. */
+    l->on.s.probe_interval = 9;
+    CHECK(draw(l, 1));
+    CHECK_NEAR(view_stage_shown(l->on.stage), 1, 0);
     end(l);
 }
 
@@ -134,6 +138,39 @@ static void is_spread_over_frames(void)
     CHECK(draw(l, 1));
     memcpy(l->before, spread, sizeof spread);
     CHECK_MSG(changed(l) < 1e-6, "%g", changed(l));
+    end(l);
+}
+
+static PFNGLCLEARPROC real_clear;
+static int pictures;
+
+static void APIENTRY count_clear(GLbitfield mask)
+{
+    pictures += mask == (GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    real_clear(mask);
+}
+
+/* Six faces for each of three bounces of light, then of each local probe and of
+ * the mirror; nothing where nothing is new. */
+static void light_bounces_three_times(void)
+{
+    look *l = begin();
+
+    if (!l)
+        return;
+    NEED(l->on.stage);
+    real_clear = gl.Clear;
+    gl.Clear = count_clear;
+    for (int locals = 0; locals < 3; locals++) {
+        l->on.s.probes = locals;
+        pictures = 0;
+        CHECK(draw(l, 1));
+        CHECK_MSG(pictures == 6 * (3 + (locals ? locals + 1 : 0)), "%d, %d",
+                  locals, pictures);
+        CHECK(draw(l, 1));
+        CHECK(pictures == 6 * (3 + (locals ? locals + 1 : 0)));
+    }
+    gl.Clear = real_clear;
     end(l);
 }
 
@@ -262,6 +299,9 @@ static void moves_among_locals(void)
         CHECK(view_stage_drawn(l->on.stage)->locals.count == 9);
         CHECK(draw(l, 2));
         CHECK_MSG(changed(l) > 0.01, "%g", changed(l));
+        /* Where they leave something to the mirror's it is the last. */
+        CHECK(view_stage_drawn(l->on.stage)->dynamic.probe.priority ==
+              (i ? -1 : 1));
     }
     l->on.s.probes = 0;
     l->on.s.probe_limit = false;
@@ -341,6 +381,7 @@ static void camera_stays_inside(void)
 static const test tests[] = {
     TEST(follows_within_the_interval),
     TEST(is_spread_over_frames),
+    TEST(light_bounces_three_times),
     TEST(settings_count),
     TEST(sun_counts),
     TEST(failure_is_said_once),

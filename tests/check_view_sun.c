@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "view/renderer.h"
 #include "view/room_shadow.h"
 #include "view/set.h"
 #include "view/upload.h"
@@ -104,6 +105,26 @@ static void integrate(const ibl_texture *tex, const view_room_sun *sun,
     }
 }
 
+/* Luminance, as a mean over what is more than 10 degrees away. */
+static double mean_beside(const ibl_texture *tex, const double direction[3])
+{
+    const int n = tex->width;
+    const float *texel = (const float *)(const void *)tex->data;
+    double sum = 0, whole = 0;
+
+    for (int i = 0; i < IBL_FACES * n * n; i++, texel += 4) {
+        const double a = ibl_cube_solid_angle(n, i % n, i / n % n);
+        double d[3];
+        ibl_cube_direction(n, i / (n * n), i % n, i / n % n, d);
+        if (dot(d, direction) > cos(10 * PI / 180))
+            continue;
+        sum += a * (0.2126 * (double)texel[0] + 0.7152 * (double)texel[1] +
+                    0.0722 * (double)texel[2]);
+        whole += a;
+    }
+    return sum / whole;
+}
+
 static void check_disc(ibl_ctx *ctx, int size, disc s)
 {
     view_room_sun sun;
@@ -119,6 +140,9 @@ static void check_disc(ibl_ctx *ctx, int size, disc s)
     const double angle = 2 * PI * (1 - cos(s.radius_deg * PI / 180));
     for (int k = 0; k < 3; k++)
         CHECK_NEAR(sun.irradiance[k] / (s.radiance[k] * angle), 1, 0.01);
+    /* What is left is 8 times the mean outside of the cone of 10 degrees. */
+    CHECK_NEAR(sun.cosine, cos(10 * PI / 180), 1e-12);
+    CHECK_NEAR(sun.limit, 8 * mean_beside(&tex, s.direction), 0.05);
     integrate(&tex, &sun, whole, left);
     for (int k = 0; k < 3; k++)
         CHECK_NEAR((left[k] + sun.irradiance[k]) / whole[k], 1, 1e-12);
@@ -175,6 +199,45 @@ static void finds_no_other(void)
         double rgb[3] = {9, 99, 9e9};
         view_room_sun_cut(&sun, sun.direction, rgb);
         CHECK_NEAR(rgb[2], 9e9, 0);
+        ibl_texture_free(&tex);
+    }
+    ibl_ctx_free(ctx);
+}
+
+static void even_disc(const void *cookie, const double d[3], double rgb[3])
+{
+    const disc *s = cookie;
+    const bool in = dot(d, s->direction) > cos(s->radius_deg * PI / 180);
+
+    for (int k = 0; k < 3; k++)
+        rgb[k] = in ? s->radiance[k] : 1;
+}
+
+/* On 1, discs on either side of each limit: of the spread, which is the radius
+ * by the root of 2 and 2 degrees at most, and of the irradiance besides 8 times
+ * the mean, which is a tenth of pi at least. */
+static void limits_of_suns(void)
+{
+    const double angle = 2 * PI * (1 - cos(PI / 180));
+    const double least = 8 + 0.1 * PI / angle;
+    const struct {
+        double radius_deg, radiance;
+        bool shines;
+    } discs[] = {{2.75, 9000, true},
+                 {2.95, 9000, false},
+                 {1, 1.15 * least, true},
+                 {1, 0.85 * least, false}};
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+
+    for (int i = 0; i < 4; i++) {
+        const double l = discs[i].radiance;
+        const disc s = {.direction = {0, 0, 1},
+                        .radius_deg = discs[i].radius_deg,
+                        .radiance = {l, l, l}};
+        view_room_sun sun;
+        ibl_texture tex = cube_of(ctx, 256, 8, even_disc, &s, s.direction);
+        CHECK(view_room_sun_find(&tex, &sun));
+        CHECK_MSG(view_room_sun_shines(&sun) == discs[i].shines, "disc %d", i);
         ibl_texture_free(&tex);
     }
     ibl_ctx_free(ctx);
@@ -497,7 +560,57 @@ static void shadows_follow(void)
     CHECK_MSG(lit[1] < lit[0] - 50, "%d, %d", lit[0], lit[1]);
     CHECK_MSG(lit[1] < lit[2] - 50, "%d, %d", lit[2], lit[1]);
     CHECK_MSG(abs(lit[3] - lit[2]) > 50, "%d, %d", lit[2], lit[3]);
+    /* The same but for one component of its direction. */
+    for (int i = 0; i < 4; i++) {
+        const view_room_sun other =
+            sun_at(-5, i % 2 ? 1.1 : 2.5, i / 2 ? -2.5 : 2.5);
+        counts n;
+        d = sunny_draw(&c, &sun);
+        memcpy(d.environment.sun.direction, other.direction,
+               sizeof other.direction);
+        d.environment.sun.direction[0] = sun.direction[0];
+        normalise(d.environment.sun.direction);
+        count_pixels(&c, &d, 0.004, &n);
+        CHECK_MSG(n.bad <= FEW, "sun %d: %d wrong, %d lit", i, n.bad, n.lit);
+    }
     end();
+}
+
+/* The sky that is shown, whatever was shown before. */
+static void each_set_has_its_own(void)
+{
+    ibl_ctx *ctx = test_ctx(0, IBL_ISA_AUTO);
+    ibl_specular_options o = ibl_specular_options_default();
+    view_settings s = view_settings_default();
+    view_set sets[2] = {0};
+
+    if (!view_test_begin(32, 24))
+        return;
+    o.size = 64;
+    s.mode = VIEW_SCENE;
+    s.probe_size = 16;
+    view_renderer *r = view_renderer_create();
+    for (int i = 0; i < 2; i++) {
+        ibl_image map = {0};
+        if (i)
+            NEED(!ibl_image_read(ctx, test_data("sky.exr"), NULL, &map, NULL));
+        else
+            map = map_constant(ctx, 16, 8, 1);
+        NEED(view_set_bake_image(ctx, "sky", &map, &o, &sets[i]));
+        ibl_image_free(&map);
+    }
+    for (int i = 0; i < 4; i++) {
+        NEED(view_renderer_load(r, &sets[i % 2]));
+        CHECK(view_renderer_draw(r, &s, 32, 24));
+        const view_stage *stage = view_renderer_stage(r);
+        CHECK(view_room_sun_shines(&view_stage_drawn(stage)->environment.sun) ==
+              (i % 2 == 1));
+    }
+    view_renderer_free(r);
+    for (int i = 0; i < 2; i++)
+        view_set_free(&sets[i]);
+    ibl_ctx_free(ctx);
+    view_test_end();
 }
 
 /* The sky has what is left. */
@@ -606,9 +719,14 @@ static void is_not_counted_twice(void)
 }
 
 static const test tests[] = {
-    TEST(finds_known_sun),      TEST(finds_no_other),
-    TEST(finds_sun_of_sky),     TEST(shadows_are_those_of_rays),
-    TEST(shadows_follow),       TEST(sky_is_cut),
+    TEST(finds_known_sun),
+    TEST(finds_no_other),
+    TEST(limits_of_suns),
+    TEST(finds_sun_of_sky),
+    TEST(shadows_are_those_of_rays),
+    TEST(shadows_follow),
+    TEST(sky_is_cut),
     TEST(is_not_counted_twice),
+    TEST(each_set_has_its_own),
 };
 TEST_MAIN(tests)

@@ -12,12 +12,23 @@
 #include "view/clock.h"
 #include "view/gl.h"
 #include "view/keys.h"
+#include "view/still.h"
 #include "view/title.h"
 
 enum {
     WIDTH = 32,
     HEIGHT = 24
 };
+
+/* Everyone's clock, and how much it goes on by whenever it is looked at. */
+static double now, tick;
+
+double __wrap_view_clock(void);
+
+double __wrap_view_clock(void)
+{
+    return now += tick;
+}
 
 static view_app app;
 static char title[sizeof app.title];
@@ -85,6 +96,29 @@ static void tells_of_both_filters(void)
     app.settings.probe_size = 32;
     title_after_draw();
     CHECK_MSG(!has("| gpu ") && has("| cpu "), "%s", title);
+    end();
+}
+
+/* Each step of an update takes a millisecond: six faces or two paraboloids are
+ * drawn; what is looked up is made, and six faces of each level; and six of
+ * irradiance. An update is not longer than the one before. */
+static void times_are_of_one_update(void)
+{
+    if (!begin())
+        return;
+    tick = 1e-3;
+    const int levels = 1 + 6 * (ibl_default_levels(16) - 1);
+    for (int i = 0; i < 4; i++) {
+        char want[100];
+        app.settings.probe_capture = (view_probe_capture)(i / 2);
+        app.settings.seconds = i;
+        title_after_draw();
+        snprintf(want, sizeof want,
+                 "| gpu %d.0 ms: drawing %d.0 levels %d.0 irradiance 6.0",
+                 (i < 2 ? 6 : 2) + levels + 6, i < 2 ? 6 : 2, levels);
+        CHECK_MSG(has(want), "not \"%s\": %s", want, title);
+    }
+    tick = 0;
     end();
 }
 
@@ -312,23 +346,71 @@ static void a_line_for_each_second(void)
     if (!begin())
         return;
     app.settings.mode = VIEW_SPHERES;
+    /* From the beginning of the first one. */
+    CHECK(!*frame(&stats, 49));
+    now += 0.4;
     CHECK(!*frame(&stats, 0));
-    stats.begun -= 1;
+    now += 0.2;
     const char *line = frame(&stats, 1);
-    CHECK_MSG(!strcmp(line, "view mode=spheres frames=2 frame=15.0 "
-                            "worst=20.0\n"),
+    CHECK_MSG(!strcmp(line, "view mode=spheres frames=3 frame=176.7 "
+                            "worst=500.0\n"),
               "%s", line);
     CHECK(!*frame(&stats, 0));
+    now += 1;
+    line = frame(&stats, 1);
+    CHECK_MSG(strstr(line, "frames=2 frame=15.0 worst=20.0"), "%s", line);
+    end();
+}
+
+/* ---- pictures ----------------------------------------------------------- */
+
+static PFNGLFINISHPROC real_finish;
+static int finished, beginning, spread;
+
+/* Frame i takes 1000 ms among the first ones, then, in some order, one of
+ * 1..spread. */
+static void APIENTRY slow_finish(void)
+{
+    const int i = finished++ - beginning;
+
+    real_finish();
+    now += 1e-3 * (i < 0 ? 1000 : 1 + 2 * i % spread);
+}
+
+/* The median, of the last 101 frames if there are more. */
+static void times_of_frames(void)
+{
+    view_options o = {.size = {WIDTH, HEIGHT}};
+    double ms;
+
+    if (!begin())
+        return;
+    real_finish = gl.Finish;
+    gl.Finish = slow_finish;
+    app.settings.mode = VIEW_SPHERES;
+    app.settings.rows = app.settings.columns = 1;
+    for (int i = 0; i < 2; i++) {
+        view_stats stats = {0};
+        finished = 0;
+        beginning = i ? 120 : 0;
+        spread = i ? 101 : 5;
+        o.frames = beginning + spread;
+        CHECK(view_still_draw(app.renderer, &o, &app.settings, &ms, &stats));
+        CHECK_NEAR(ms, (1 + spread) / 2, 1e-6);
+        CHECK(finished == o.frames && stats.frames == o.frames);
+        CHECK_NEAR(stats.sum, 1000 * beginning + spread * (spread + 1) / 2,
+                   1e-6);
+        CHECK_NEAR(stats.worst, i ? 1000 : spread, 1e-6);
+    }
+    gl.Finish = real_finish;
     end();
 }
 
 static const test tests[] = {
-    TEST(tells_of_both_filters),
-    TEST(tells_no_times_before),
-    TEST(has_room),
-    TEST(tells_every_setting),
-    TEST(goes_back_without_room),
-    TEST(a_line_for_each_update),
-    TEST(a_line_for_each_second),
+    TEST(tells_of_both_filters),  TEST(times_are_of_one_update),
+    TEST(tells_no_times_before),  TEST(has_room),
+    TEST(tells_every_setting),    TEST(goes_back_without_room),
+    TEST(a_line_for_each_update), TEST(a_line_for_each_second),
+    TEST(times_of_frames),
 };
 TEST_MAIN(tests)
