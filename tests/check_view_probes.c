@@ -407,6 +407,29 @@ static double near_error(const ibl_probe *probes, int count, const double p[3],
     return 1e-6 + 1e-6 * 24 * reach / (second * (reach - d[0]));
 }
 
+/* Of those that are as near the first, with equal shares. */
+static void check_equally_near(stage *s, mixes *m, int k)
+{
+    enum {
+        COUNT = 6
+    };
+    int bad = 0;
+
+    for (int i = 0; i < COUNT; i++) {
+        s->probes[i] = (ibl_probe){.position = {0.25, -0.5, 1}};
+        s->order[i] = i;
+    }
+    upload_probes(s, COUNT);
+    set(s, "k", k);
+    draw_mixes(s, 2, m);
+    for (int i = 0; i < PIXELS; i++) {
+        bad += m->nearest[i] != 0;
+        for (int n = 0; n < COUNT; n++)
+            bad += !(fabs(m->weight[i][n] - (n < k ? 1.0 / k : 0)) < 1e-6);
+    }
+    CHECK_MSG(!bad, "%d wrong of %d nearest", bad, k);
+}
+
 static void nearest_ones(void)
 {
     stage *s = open_stage();
@@ -441,6 +464,8 @@ static void nearest_ones(void)
         }
     }
     CHECK(!s || compared > (TEST_SANITIZED ? 10000 : 50000));
+    for (int k = 1; s && m && k <= 4; k++)
+        check_equally_near(s, m, k);
     free(m);
     close_stage(s);
 }
