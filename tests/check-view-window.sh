@@ -259,6 +259,14 @@ test_drop() {
     on_screen dropped.png
     desktop "$window" drop "file://$work/baked"
     shows 'env | '
+    # Where there are no harmonics they cannot stay.
+    cp -r baked bare
+    rm bare/env.json
+    press d
+    shows 'diffuse sh'
+    desktop "$window" drop "file://$work/bare"
+    shows 'diffuse map'
+    desktop "$window" drop "file://$work/baked"
     # What is dropped last is what stays, however long the other takes.
     mkenv hdr 4096 2048 >large.hdr
     desktop "$window" drop "file://$work/large.hdr"

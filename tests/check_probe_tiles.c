@@ -366,10 +366,14 @@ static void tiles_by_hand(void)
         CHECK_MSG(masks[t] == ((t == 13) | (corner ? 2U : 0U)),
                   "tile %d has %llx", t, masks[t]);
     }
-    /* Beside the picture, where the last column would go on. */
-    probes[0].influence =
-        (ibl_volume){IBL_SHAPE_BOX, {1.1, 0, -1}, {0.05, 0.5, 1e-9}};
-    all_have(&tiles, probes, 0);
+    /* Beside and above the picture, where the last tiles would go on. */
+    for (int k = 0; k < 2; k++) {
+        probes[0].influence =
+            (ibl_volume){IBL_SHAPE_BOX, {0, 0, -1}, {0.5, 0.5, 1e-9}};
+        probes[0].influence.centre[k] = 1.1;
+        probes[0].influence.half[k] = 0.05;
+        all_have(&tiles, probes, 0);
+    }
 }
 
 /* A body's side on the border of tiles, all exact, is in those on both. */
