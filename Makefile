@@ -231,7 +231,8 @@ $(BUILD)/tests/check_view_steady: TEST_LIBS = -Wl,--wrap=malloc \
 # Another machine's clock.
 $(BUILD)/tests/check_view_probe_set: TEST_LIBS = -Wl,--wrap=clock_gettime
 # Frames that take as long as a test says.
-$(BUILD)/tests/check_view_title: TEST_LIBS = -Wl,--wrap=view_clock
+$(BUILD)/tests/check_view_title $(BUILD)/tests/check_view_truth: \
+    TEST_LIBS = -Wl,--wrap=view_clock
 
 VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_view \
                        $(BUILD)/tests/bench_room \

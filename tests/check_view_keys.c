@@ -10,6 +10,7 @@
 #include "view.h"
 #include "view/keys.h"
 #include "view/motion.h"
+#include "view/stage_parts.h"
 
 /* A key and the setting that it changes; back: what takes that back. */
 typedef struct key_case {
@@ -228,11 +229,46 @@ static void go_the_right_way(void)
         memcpy(&n, (const char *)&app.settings + numbers[i].offset, sizeof n);
         CHECK_MSG(n == numbers[i].value, "%c: %d", numbers[i].key, n);
     }
+    /* What the command line has of its own goes to the next that there is. */
+    app.settings = options.settings;
+    app.settings.metallic[0] = 0.2;
+    view_keys_press(&app, 'a', false);
+    CHECK(app.settings.metallic[0] == 0 && app.settings.metallic[1] == 1);
+    for (int up = 0; up < 2; up++) {
+        app.settings.probes = 5;
+        app.settings.probe_interval = 0.3;
+        view_keys_press(&app, up ? 'h' : 'H', false);
+        view_keys_press(&app, up ? 'j' : 'J', false);
+        CHECK(app.settings.probes == (up ? 8 : 4));
+        CHECK(app.settings.probe_interval == (up ? 0.5 : 0.25));
+    }
     /* Half a turn is the same either way, and is told so. */
     for (int sign = -1; sign <= 1; sign += 2) {
         app.settings = options.settings;
         view_spin(&app.settings, 180 * sign);
         CHECK_NEAR(app.settings.turn, 180, 0);
+    }
+    end();
+}
+
+/* A tenth from where the camera is without a distance of its own. */
+static void nearer_by_a_tenth(void)
+{
+    const view_place at = {640, 480, 0, 0};
+
+    NEED(begin());
+    for (int scene = 0; scene < 2; scene++) {
+        view_settings s = options.settings;
+        s.mode = scene ? VIEW_SCENE : VIEW_SPHERES;
+        const view_camera c = scene ? view_stage_camera(&s, 640, 480)
+                                    : view_camera_of(&s, 640, 480);
+        double middle[3] = {0}, away = 0, radius;
+        if (scene)
+            view_room_sphere(VIEW_STAGE_MIRROR, 0, middle, &radius);
+        for (int k = 0; k < 3; k++)
+            away += (c.eye[k] - middle[k]) * (c.eye[k] - middle[k]);
+        view_approach(&s, app.set, at, 1);
+        CHECK_NEAR(s.distance, sqrt(away) / 1.1, 1e-9);
     }
     end();
 }
@@ -367,10 +403,16 @@ static void list_fits(void)
 }
 
 static const test tests[] = {
-    TEST(change_one_setting),    TEST(move),
-    TEST(go_the_right_way),      TEST(tab_goes_back_with_shift),
-    TEST(stay_in_range),         TEST(moving_stays_in_range),
-    TEST(reset_brings_all_back), TEST(others_do_nothing),
-    TEST(no_harmonics),          TEST(list_fits),
+    TEST(change_one_setting),
+    TEST(move),
+    TEST(go_the_right_way),
+    TEST(nearer_by_a_tenth),
+    TEST(tab_goes_back_with_shift),
+    TEST(stay_in_range),
+    TEST(moving_stays_in_range),
+    TEST(reset_brings_all_back),
+    TEST(others_do_nothing),
+    TEST(no_harmonics),
+    TEST(list_fits),
 };
 TEST_MAIN(tests)

@@ -119,6 +119,8 @@ static void text_is_where_measure_says(void)
     CHECK(w1 == w2 && h2 == h1);
     view_overlay_measure("one", 3, &w2, &h2);
     CHECK(w2 == 3 * w1 && h2 == 3 * h1);
+    view_overlay_measure("", 1, &w2, &h2);
+    CHECK(w2 == 0 && h2 == 0);
     /* A column is 60 wide: from its beginning to the next one's. */
     view_overlay_measure("\tone", 1, &w2, &h2);
     CHECK(w2 == w1 + 60);

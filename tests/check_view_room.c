@@ -455,6 +455,34 @@ static void levels_of_roughness(void)
     lit_end();
 }
 
+/* What irradiance adds goes with its scale. */
+static void irradiance_scales(void)
+{
+    const double eye[3] = {0.5, 1.5, 3.2}, at[3] = {-1, 1, -2};
+    float *seen[3];
+    int more = 0, bad = 0;
+
+    if (!lit_begin(32, 32))
+        return;
+    const view_camera c = room_camera(eye, at, 80, 32, 32);
+    view_room_draw d = lit_draw(&c);
+    d.dynamic = (view_room_dynamic){0};
+    d.locals = (view_room_locals){0};
+    for (int i = 0; i < 3; i++) {
+        d.environment.irradiance_scale = 0.5F * (float)i;
+        seen[i] = lit_render(&d);
+    }
+    for (int i = 0; i < 4 * 32 * 32; i++) {
+        more += seen[2][i] > 1.1F * seen[0][i];
+        bad += !(fabsf(seen[0][i] + seen[2][i] - 2 * seen[1][i]) <=
+                 1e-5F * (seen[2][i] + 1));
+    }
+    CHECK_MSG(more > 500 && !bad, "%d, %d", more, bad);
+    for (int i = 0; i < 3; i++)
+        free(seen[i]);
+    lit_end();
+}
+
 /* Beyond the limit all is 0, and inside nothing else. */
 static void limited(void)
 {
@@ -537,10 +565,11 @@ static void movement(void)
 }
 
 static const test tests[] = {
-    TEST(depth_order),      TEST(mirrored),
-    TEST(panels_emit),      TEST(floor_reflects),
-    TEST(mirror_reflects),  TEST(blending),
-    TEST(layers_of_probes), TEST(levels_of_roughness),
-    TEST(limited),          TEST(movement),
+    TEST(depth_order),       TEST(mirrored),
+    TEST(panels_emit),       TEST(floor_reflects),
+    TEST(mirror_reflects),   TEST(blending),
+    TEST(layers_of_probes),  TEST(levels_of_roughness),
+    TEST(irradiance_scales), TEST(limited),
+    TEST(movement),
 };
 TEST_MAIN(tests)

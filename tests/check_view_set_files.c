@@ -236,6 +236,13 @@ static void sidecars(void)
     /* Of another bake. */
     NEED(file_run("cp side/sky.json keep.json && cp other/sky.json side"));
     sets_check_refused(ctx, &what, "side/sky.json", "5 from 64");
+    /* In one of the two alone. */
+    NEED(file_run("sed 's/\"width\": 32/\"width\": 64/' keep.json "
+                  ">side/sky.json"));
+    sets_check_refused(ctx, &what, "side/sky.json", "from 64");
+    NEED(sets_bake("other", "--format dds --levels 2"));
+    NEED(file_run("cp other/sky.json side"));
+    sets_check_refused(ctx, &what, "side/sky.json", "2 from 32");
     /* Cut, not by us, damaged inside. */
     NEED(file_run("head -c 700 keep.json >side/sky.json"));
     sets_check_refused(ctx, &what, "side/sky.json", "JSON");
@@ -257,6 +264,67 @@ static void sidecars(void)
     CHECK(strstr(view_test_caught(), "not written by iblbake"));
     CHECK(!set.sidecar && set.sh_degree == -1);
     view_set_free(&set);
+    ibl_ctx_free(ctx);
+}
+
+/* Files in three containers beside each other: each goes with its own. */
+static void same_container(void)
+{
+    ibl_ctx *ctx = view_test_ctx(2);
+
+    for (int i = 0; i < IBL_CONTAINER_COUNT; i++) {
+        char options[40];
+        snprintf(options, sizeof options, "--format %s",
+                 ibl_container_name((ibl_container)i));
+        NEED(sets_bake("mixed", options));
+    }
+    NEED(file_run("rm mixed/sky.json"));
+    for (int i = 0; i < IBL_CONTAINER_COUNT; i++) {
+        const char *end = ibl_container_name((ibl_container)i);
+        char name[40];
+        view_set set;
+        snprintf(name, sizeof name, "mixed/sky_specular.%s", end);
+        view_test_catch();
+        const bool ok = sets_open(ctx, name, &set);
+        view_test_caught();
+        NEED(ok);
+        CHECK(!strcmp(strrchr(set.path[VIEW_IRRADIANCE], '.') + 1, end));
+        CHECK(!strcmp(strrchr(set.path[VIEW_LUT], '.') + 1, end));
+        view_set_free(&set);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* A texture whose key says something else. */
+static void refuses_key(ibl_ctx *ctx, const char *key, const char *value,
+                        const char *words)
+{
+    ibl_texture tex = {0};
+    void *bytes = NULL;
+    size_t size;
+
+    NEED(!ibl_texture_read(ctx, file_path("plain/sky_specular.ktx2"), &tex,
+                           NULL));
+    NEED(!ibl_texture_set(ctx, &tex, key, value));
+    NEED(!ibl_texture_encode(ctx, &tex, IBL_CONTAINER_KTX2, &bytes, &size));
+    NEED(file_save(file_path("key_specular.ktx2"), bytes, size));
+    sets_refused(ctx, file_path("key_specular.ktx2"), words);
+    ibl_bytes_free(bytes);
+    ibl_texture_free(&tex);
+}
+
+static void wrong_keys(void)
+{
+    ibl_ctx *ctx = view_test_ctx(2);
+
+    NEED(sets_bake("plain", "--levels 2"));
+    refuses_key(ctx, "iblbake.roughness", "0,0.5,1",
+                "the roughness of 3 levels and has 2");
+    refuses_key(ctx, "iblbake.roughness", "0", "of 1 levels and has 2");
+    refuses_key(ctx, "iblbake.roughness", "0,1x", "damaged");
+    refuses_key(ctx, "iblbake.lod_scale", "1.5x", "lod_scale nan");
+    refuses_key(ctx, "iblbake.lod_offset", "", "lod_offset nan");
+    refuses_key(ctx, "iblbake.lobe", "wax", "wax");
     ibl_ctx_free(ctx);
 }
 
@@ -369,9 +437,17 @@ static void maps_are_told(void)
 }
 
 static const test tests[] = {
-    TEST(directories),   TEST(wrong_kinds),  TEST(tables_of_two_geometries),
-    TEST(arrays),        TEST(skies),        TEST(wrong_tables),
-    TEST(sidecars),      TEST(two_accounts), TEST(hostile_sidecars),
+    TEST(directories),
+    TEST(wrong_kinds),
+    TEST(tables_of_two_geometries),
+    TEST(arrays),
+    TEST(skies),
+    TEST(wrong_tables),
+    TEST(sidecars),
+    TEST(same_container),
+    TEST(wrong_keys),
+    TEST(two_accounts),
+    TEST(hostile_sidecars),
     TEST(maps_are_told),
 };
 TEST_MAIN(tests)

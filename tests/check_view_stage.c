@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "view/stage_parts.h"
+#include "view/volumes.h"
 
 enum {
     WIDTH = 96,
@@ -170,7 +171,40 @@ static void light_bounces_three_times(void)
         CHECK(draw(l, 1));
         CHECK(pictures == 6 * (3 + (locals ? locals + 1 : 0)));
     }
+    /* So with each setting by which light is another. */
+    l->on.s.probes = 0;
+    CHECK(draw(l, 1));
+    bool *const switches[] = {&l->on.s.parallax, &l->on.s.blend, &l->on.s.sun,
+                              &l->on.s.capture_shadows};
+    for (int i = 0; i < 5; i++) {
+        if (i < 4)
+            *switches[i] = !*switches[i];
+        else
+            l->on.s.turn = 15;
+        pictures = 0;
+        CHECK(draw(l, 1));
+        CHECK_MSG(pictures == 6 * 3, "setting %d: %d", i, pictures);
+    }
     gl.Clear = real_clear;
+    end(l);
+}
+
+/* Of a volume that goes beyond the walls wires are in the room. */
+static void wires_are_seen(void)
+{
+    look *l = begin();
+
+    if (!l)
+        return;
+    NEED(l->on.stage);
+    l->on.s.volumes = true;
+    l->on.s.fov = 100;
+    CHECK(draw(l, 1));
+    int count = 0;
+    for (int i = 0; i < FLOATS; i += 3)
+        count += !memcmp(l->rgb + i, view_volumes_influence,
+                         sizeof view_volumes_influence);
+    CHECK_MSG(count > 50, "%d", count);
     end(l);
 }
 
@@ -382,6 +416,7 @@ static const test tests[] = {
     TEST(follows_within_the_interval),
     TEST(is_spread_over_frames),
     TEST(light_bounces_three_times),
+    TEST(wires_are_seen),
     TEST(settings_count),
     TEST(sun_counts),
     TEST(failure_is_said_once),

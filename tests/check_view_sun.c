@@ -143,6 +143,15 @@ static void check_disc(ibl_ctx *ctx, int size, disc s)
     /* What is left is 8 times the mean outside of the cone of 10 degrees. */
     CHECK_NEAR(sun.cosine, cos(10 * PI / 180), 1e-12);
     CHECK_NEAR(sun.limit, 8 * mean_beside(&tex, s.direction), 0.05);
+    /* Nothing is taken from what is beside the cone. */
+    const double *z = sun.direction;
+    const double c = cos(12 * PI / 180), r = sin(12 * PI / 180);
+    const double flat = hypot(z[0], z[2]);
+    const double beside[3] = {c * z[0] + r * z[2] / flat, c * z[1],
+                              c * z[2] - r * z[0] / flat};
+    double rgb[3] = {9e9, 9e9, 9e9};
+    view_room_sun_cut(&sun, beside, rgb);
+    CHECK_NEAR(rgb[0], 9e9, 0);
     integrate(&tex, &sun, whole, left);
     for (int k = 0; k < 3; k++)
         CHECK_NEAR((left[k] + sun.irradiance[k]) / whole[k], 1, 1e-12);

@@ -96,6 +96,17 @@ static void tells_of_both_filters(void)
     app.settings.probe_size = 32;
     title_after_draw();
     CHECK_MSG(!has("| gpu ") && has("| cpu "), "%s", title);
+    /* Nor are those of another kind, or of what is limited. */
+    for (int i = 0; i < 2; i++) {
+        app.settings.probe_filter = VIEW_PROBE_GPU;
+        title_after_draw();
+        CHECK_MSG(has("| gpu ") && has("| cpu "), "%s", title);
+        app.settings.probe_capture = VIEW_PROBE_PARABOLOIDS;
+        app.settings.probe_limit = i;
+        app.settings.probe_filter = VIEW_PROBE_CPU;
+        title_after_draw();
+        CHECK_MSG(!has("| gpu ") && has("| cpu "), "%s", title);
+    }
     end();
 }
 
