@@ -24,10 +24,12 @@ cp data/sky.exr "$env"
 # ---- a run with all reports ------------------------------------------------
 # The peer is ourselves with the settings of the base, so its error is known.
 "$program" bench -q "$env" --sizes 16,32 --samples 16,64 --threads 1,23 --isa c \
-    --source-sizes 32,100 --rounds 2 --texels 24 --bake '--irradiance-size 8' \
+    --source-sizes 32,100 --rounds 2 --texels 24 \
+    --bake '--irradiance-size 8 --levels 3' \
     --variant 'two=--levels 2 --size 32 --lut-size 8' \
+    --variant 'sheen=--method spectral --lobe charlie --rotate 90' \
     --peer "self='$program' -q --size 16 --samples 16 --isa c -o {out} {env} \
-        --lut-size 16 --irradiance-size 8" \
+        --lut-size 16 --irradiance-size 8 --levels 3" \
     --peer-output 'self={out} --name {name}' --peer 'true=true {other}' \
     --csv "$work/r.csv" --json "$work/r.json" --html "$work/r.html" \
     >"$work/table" 2>"$work/err"
@@ -43,7 +45,7 @@ done
 
 # The same errors as iblbake verify finds in the same bake.
 "$program" -q --size 16 --samples 16 --isa c -o "$work/out" --name x "$env" \
-    --irradiance-size 8
+    --irradiance-size 8 --levels 3
 "$program" verify -q "$env" "$work/out" --name x --texels 24 \
     --json "$work/verify.json"
 if command -v node >/dev/null; then
@@ -67,9 +69,9 @@ for (const p of j.points) {
     need(Math.abs(sum / p.wall_s.rounds[0] - 1) < 1e-6,
         `${p.name}: stages ${sum}`);
 }
-/* two methods, two by two samples, a size, a thread count, two sources, a variant, two
-   peers; the base only once. */
-need(j.points.length == 2 + 4 + 1 + 1 + 2 + 1 + 2, `${j.points.length} points`);
+/* two methods, two by two samples, a size, a thread count, two sources, two
+   variants, two peers; the base only once. */
+need(j.points.length == 2 + 4 + 1 + 1 + 2 + 2 + 2, `${j.points.length} points`);
 need(point('auto').sweeps.join() == 'method,size,threads,isa',
     `base: ${point('auto').sweeps}`);
 need(point('sampled 16').sweeps.join() == 'method,samples',
@@ -79,6 +81,8 @@ need(point('sampled 16').samples == 16 && !('samples' in point('auto')),
 /* What is exact is better than what is sampled. */
 need(point('spectral').error < point('sampled 64').error / 10,
     `spectral: ${point('spectral').error}`);
+/* Each is judged by its own lobe and rotation. */
+need(point('sheen').error < 1e-3, `another lobe: ${point('sheen').error}`);
 need(point('auto, source 100').source.height == 50, 'source height');
 need(!('error' in point('true')), 'a peer without output has an error');
 need(point('two').levels.filter(l => l.content == 'specular').length == 2,
@@ -98,7 +102,10 @@ same('auto, threads 23', v.levels);
 const rough = v.levels.filter(l => l.content == 'specular' && l.roughness > 0);
 const rms = Math.sqrt(rough.reduce((s, l) => s + l.nrmse ** 2, 0) /
     rough.length);
+need(rough.length == 2, `${rough.length} rough levels`);
 need(Math.abs(point('self').error / rms - 1) < 1e-3, `error, not ${rms}`);
+const p95 = Math.max(...rough.map(l => l.p95));
+need(Math.abs(point('self').worst_p95 / p95 - 1) < 1e-3, `p95, not ${p95}`);
 
 /* CSV: every line as many fields, names in quotes read back. */
 const rows = read('r.csv').trimEnd().split('\n').map(line =>
@@ -187,6 +194,7 @@ small=(-q --sizes 8 --samples 1 --methods sampled --threads 1 --isa c
     --source-sizes none --rounds 1 --texels 0)
 wrong() { # NAME STATUS GLOB ARGUMENTS: one line, no report, nothing left
     local name=$1 want=$2 glob=$3 status text
+    picked "$name" || return
     shift 3
     rm -f "$work/no.csv"
     "$program" bench "${small[@]}" --csv "$work/no.csv" "$@" \
@@ -244,12 +252,13 @@ scarce() {
         rm -rf "${work:?}"/tmp/*
     done
 }
-verdict 'no memory: left' "$(scarce)"
+! picked 'no memory' || verdict 'no memory: left' "$(scarce)"
 
 # ---- signals ---------------------------------------------------------------
 # As at a terminal (the whole group gets it), and sent to the program alone.
 begun() { ls "$work"/tmp/*/*/begun; }
 stopped() { # NAME SIGNAL WHOM
+    picked "$1" || return
     # A job in the background of a script would ignore INT.
     setsid env --default-signal=INT "$program" bench "${small[@]}" data/sky.exr \
         --peer "long=touch {out}/begun; sleep $long" >"$work/out.txt" 2>&1 &

@@ -179,15 +179,19 @@ test_same_bytes_again_and_timings_on_request() {
     iblbake env.exr -q $small -o out && cp out/env.json first
     iblbake env.exr -q $small -o out -j 3 && cmp out/env.json first
     grep -q seconds first && echo 'times in the sidecar'
-    iblbake env.exr -q $small -o out --timings
+    iblbake env.exr -q $small -o out --timings -j 3
     grep -q '"seconds"' out/env.json || echo 'no times with --timings'
+    grep -q '"threads": 3' out/env.json || echo 'not by 3 threads'
 }
 
 test_every_instruction_set() {
     local isa
     for isa in c sse2 avx2 avx512; do
-        iblbake env.exr $small -o out --isa $isa 2>err && continue
-        grep -q "no $isa; the best" err || cat err
+        if iblbake env.exr $small -o out --isa $isa 2>err; then
+            grep -q "\"isa\": \"$isa\"" out/env.json || echo "not by $isa"
+        else
+            grep -q "no $isa; the best" err || cat err
+        fi
     done
 }
 
@@ -229,10 +233,36 @@ test_long_names_keep_the_reason() {
     grep -q 'env.hdr: .*No such file' err || cut -c 1-80 err
 }
 
+# Four files and a directory, and two more where the latter is new.
 test_sync() {
-    iblbake env.hdr $small -o one && iblbake env.hdr $small -o two --sync ||
+    echo 'extern long write(int, const void *, unsigned long);
+        int fsync(int fd) { (void)fd; return write(2, "flushed\n", 8) != 8; }' \
+        >sync.c
+    ${CC:-cc} -shared -fPIC -o sync.so sync.c || return
+    iblbake env.exr $small -o one && iblbake env.exr $small -o two --sync ||
         echo 'failed'
     diff -r one two
+    [ $sanitized = no ] || return 0
+    LD_PRELOAD=$PWD/sync.so iblbake env.exr $small -o one 2>err
+    [ ! -s err ] || echo 'flushed unasked'
+    LD_PRELOAD=$PWD/sync.so iblbake env.exr $small -o one --sync 2>err
+    [ "$(wc -l <err)" = 5 ] || cat err
+}
+
+# Under nohup a hangup is of no account.
+test_ignored_signals() {
+    local pid
+    mkfifo pipe
+    exec 8<>pipe
+    env --ignore-signal=HUP iblbake - -q $small -o out <pipe 8<&- &
+    pid=$!
+    # It catches what is sent to it otherwise: TERM is the 15th.
+    within grep -q '^SigCgt:.*[4-7c-f]...$' /proc/$pid/status
+    kill -HUP $pid
+    cat env.exr >&8
+    exec 8>&-
+    wait $pid || echo "status $?"
+    [ -s out/env.json ] || echo 'nothing was written'
 }
 
 test_no_memory() {
@@ -404,6 +434,66 @@ END
     node read.js
 }
 
+# Of 2,048 pixels 5 are negative, 3 are none; one is 7.
+test_sidecar_counts() {
+    node -e "const fs = require('fs'), b = fs.readFileSync('env.exr');
+        const put = (v, x, y) =>
+            b.writeFloatLE(v, b.length - (32 - y) * (8 + 12 * 64) + 8 + 4 * x);
+        for (let x = 0; x < 5; x++) put(-1, x, 9);
+        for (let x = 0; x < 3; x++) put(NaN, x, 20);
+        put(7, 63, 31);
+        fs.writeFileSync('odd.exr', b);"
+    iblbake -q --only json odd.exr -o out
+    for want in negative_pixels\":\ 5, nonfinite_pixels\":\ 3, peak\":\ 7.0,; do
+        grep -qF "$want" out/odd.json || echo "no $want"
+    done
+}
+
+# What is said of a file stands in it, too.
+test_sidecar_is_as_keys() {
+    iblbake -q env.exr --size 32 --levels 4 --level-samples 1=8,3=9 \
+        --lod-bias 0.5 --jitter --rotate 30 --roughness-range 0:0.75 \
+        --tolerance 0.001 --lobe phong --mapping filament --lut-size 8 \
+        --lut-samples 16 --geometry schlick-ibl --irradiance-size 4 \
+        --irradiance-step 0.25 -o out
+    cat >read.mjs <<'END'
+import fs from 'fs';
+const s = JSON.parse(fs.readFileSync('out/env.json'));
+const digits = (n, x) => Number(x.toPrecision(n));
+for (const o of s.outputs) {
+    const b = fs.readFileSync('out/' + o.file), keys = {};
+    for (let at = b.readUInt32LE(56), end = at + b.readUInt32LE(60); at < end;) {
+        const n = b.readUInt32LE(at);
+        const [k, v] = b.toString('latin1', at + 4, at + 4 + n).split('\0');
+        keys[k.replace('iblbake.', '')] = v;
+        at += 4 + (n + 3 & ~3);
+    }
+    const same = (key, want) => keys[key] === String(want) ||
+        console.log(`${o.content}: ${key} is ${keys[key]}, not ${want}`);
+    for (const k of ['content', 'method', 'lobe', 'mapping', 'geometry',
+        'tolerance', 'lod_bias', 'lod_scale', 'lod_offset'])
+        if (k in o)
+            same(k, typeof o[k] === 'number' ? digits(9, o[k]) : o[k]);
+    if (o.content !== 'brdf_lut') same('yaw_deg', s.orientation.yaw_deg);
+    if (o.content === 'brdf_lut') same('samples', 16);
+    if (o.content === 'irradiance') same('step', o.step_rad);
+    if (o.content !== 'specular') continue;
+    same('roughness', o.levels.map(l => digits(9, l.roughness)));
+    same('samples', o.levels.map(l => l.samples ?? 0));
+    same('degrees', o.levels.map(l => l.degree ?? 0));
+    keys.estimate = keys.estimate.split(',').map(Number).join();
+    same('estimate', o.levels.map(l => digits(3, l.estimated_error ?? 0)));
+    same('roughness_range', o.roughness_range.join(':'));
+    for (const k of ['jitter', 'pdf_mip']) same(k, o[k] ? 'yes' : 'no');
+    if (o.levels.map(l => l.samples).join() !== ',8,,9' ||
+        o.lod_bias !== 0.5 || o.whole_chain.size !== 32 ||
+        !(o.levels[2].estimated_error > 0))
+        console.log(JSON.stringify(o));
+}
+END
+    node read.mjs
+}
+
 # Names that are no text are told so that their bytes can be found out.
 test_sidecar_names() {
     local odd
@@ -479,8 +569,14 @@ test_overflow() {
     cmp spread/sun_skybox.ktx2 default/sun_skybox.ktx2
     cmp -s spread/sun_specular.ktx2 clip/sun_specular.ktx2 && echo 'no effect'
     cat >read.js <<'END'
-const read = how => JSON.parse(require('fs').readFileSync(how + '/sun.json'))
-    .outputs.map(o => [o.overflow, o.levels[0].beyond]);
+const outputs = how =>
+    JSON.parse(require('fs').readFileSync(how + '/sun.json')).outputs;
+const read = how => outputs(how).map(o => [o.overflow, o.levels[0].beyond]);
+/* Grey, so three values a texel. */
+for (const o of ['spread', 'clip', 'spread.32'].flatMap(outputs)) {
+    const texels = o.levels.reduce((s, l) => s + (l.beyond?.texels ?? 0), 0);
+    if (o.saturated !== 3 * texels) console.log(o.saturated, texels);
+}
 const [spread, clip, full] = ['spread', 'clip', 'spread.32'].map(read);
 for (const i of [0, 1]) {
     const [a, b] = [spread[i][1], clip[i][1]];

@@ -233,6 +233,91 @@ END
     [ "$(wc -l <table)" = 8 ] || cat table
 }
 
+# With half of +X wrong, a twelfth of all, above which there are 5 % but not 10.
+test_percentile() {
+    iblbake -q $floats one.hdr -o out
+    damage out/one_specular.dds upper=0.6 s.dds
+    iblbake verify one.hdr --specular s.dds --all --json - >all.json
+    node -e "for (const l of JSON.parse(require('fs').readFileSync('all.json'))
+            .levels)
+        if (!(Math.abs(l.p95 - 0.6) < 1e-3 && l.median < 1e-4 &&
+            Math.abs(l.nrmse - 0.6 * Math.sqrt(1 / 12)) < 1e-3))
+            console.log(JSON.stringify(l));"
+}
+
+# A colour that blue of r11g11b10f misses by 1 of 129, with +X's red off by 2 of
+# 130: rounding has 1 of the 1 + 4 / 6 parts of the squared error.
+test_rounding() {
+    {
+        printf '#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n'
+        for ((i = 0; i < 128; i++)); do printf '\202\202\201\201'; done
+    } >off.hdr
+    iblbake -q --only specular --size 8 --levels 1 --pixel r11g11b10f \
+        --format dds off.hdr -o out
+    cat >read.mjs <<'END'
+import fs from 'fs';
+const b = fs.readFileSync('out/off_specular.dds');
+for (let i = 0; i < 64; i++)
+    b.writeUInt32LE(b.readUInt32LE(148 + 4 * i) + 1, 148 + 4 * i);
+fs.writeFileSync('s.dds', b);
+END
+    node read.mjs
+    iblbake verify off.hdr --specular s.dds --lobe ggx --all --json v.json >table
+    cat >read.mjs <<'END'
+import fs from 'fs';
+const [l] = JSON.parse(fs.readFileSync('v.json')).levels;
+const light = Math.sqrt(2 * 130 ** 2 + 129 ** 2);
+const near = (what, want) => Math.abs(l[what] - want) < 1e-3 * want ||
+    console.log(`${what}: ${l[what]}, not ${want}`);
+near('nrmse', Math.sqrt(1 + 4 / 6) / light);
+near('rounding_nrmse', 1 / light);
+near('rounding_share', 0.6);
+near('median', 1 / light);
+near('worst', Math.sqrt(5) / light);
+END
+    node read.mjs
+    sed -n 2p table | grep -q ' 60.0 %$' || cat table
+}
+
+# A table whose first row, the smoothest, is off by 0.1: an error that every row
+# but this one is without, whatever rows were chosen. Of halves the rounding is
+# that of each value to 11 binary digits.
+test_figures_of_tables() {
+    iblbake -q --only lut --lut-size 24 --format dds --pixel rgba32f -o out
+    cat >change.mjs <<'END'
+import fs from 'fs';
+const b = fs.readFileSync('out/brdf_lut.dds'), n = 24;
+let off = 0;
+for (let i = 0; i < 2 * n * n; i++) {
+    const x = b.readFloatLE(148 + 4 * i);
+    const step = 2 ** (Math.max(Math.floor(Math.log2(x)), -14) - 10);
+    off += (Math.round(x / step) * step - x) ** 2;
+}
+for (let x = 0; x < n; x++)
+    b.writeFloatLE(b.readFloatLE(148 + 8 * x) + 0.1, 148 + 8 * x);
+fs.writeFileSync('lut.dds', b);
+fs.writeFileSync('rounding', String(Math.sqrt(off / (2 * n * n))));
+END
+    node change.mjs
+    iblbake verify --lut lut.dds --json some.json >table
+    iblbake -q --only lut --lut-size 24 -o half
+    iblbake verify -q --lut half/brdf_lut.ktx2 --all --json half.json
+    cat >read.mjs <<'END'
+import fs from 'fs';
+const read = name => JSON.parse(fs.readFileSync(name)).lut;
+const some = read('some.json'), half = read('half.json');
+const near = (what, a, b, by) =>
+    Math.abs(a / b - 1) < by || console.log(`${what}: ${a}, not ${b}`);
+near('max', some.max, 0.1, 1e-3);
+near('r', some.worst_roughness, 0.5 / 24, 1e-3);
+near('rms', some.rms, 0.1 * Math.sqrt(1 / 48), 1e-3);
+near('rounding', half.rounding_rms, Number(fs.readFileSync('rounding')), 0.01);
+near('rms of halves', half.rms, half.rounding_rms, 0.01);
+if (!(some.texels < 200 && half.texels === 576)) console.log(some, half);
+END
+    node read.mjs
+}
+
 # A sun of 2^20 on 1, a pixel to a texel, is more than half floats hold: that is
 # all that is wrong, wherever its light went, and is not called rounding. Spread
 # it is all there.
@@ -496,6 +581,15 @@ test_heatmap() {
     oiiotool "$@" | sed -n 's/.*Stats Avg: \([0-9.]*\).*/\1/p' | paste -sd' ' |
         awk '{ if (!($1 > 0.8 && $2 + $3 + $4 + $5 < 0.01 && NF == 5))
             print "+X +Z -X +Y -Z: " $0 }'
+    # The middle of the four decades, in the upper half alone: matplotlib has
+    # (188, 55, 84) there.
+    damage out/one_specular.dds upper=0.01 s.dds
+    iblbake verify -q one.hdr --all --specular s.dds --heatmap p.png
+    oiiotool p.png --cut 96x40+208+112 --printstats p.png \
+        --cut 96x40+208+168 --printstats |
+        sed -n 's/.*Stats Avg: \([0-9. ]*\).*/\1/p' | paste -sd' ' |
+        awk '{ if (!($1 > 0.70 && $1 < 0.77 && $2 > 0.18 && $2 < 0.25 &&
+            $3 > 0.30 && $3 < 0.36 && $4 + $5 < 0.01)) print "colours: " $0 }'
 }
 
 # ---- the bake's --verify -----------------------------------------------

@@ -7,6 +7,7 @@
 //   nan     one channel of one texel of the last level
 //   scale=K every value times K
 //   face=K  every value of +X plus K
+//   upper=K every value of +X plus K, in its upper half alone
 //   times=K@F  every value of face F, 0..5, times K
 //   images  OUT is a pattern with %l and %f: six .hdr images a level
 import fs from 'fs';
@@ -87,6 +88,8 @@ else
             return v * k;
         case 'face':
             return face === 0 ? v + Number(k) : v;
+        case 'upper':
+            return face === 0 && 2 * y < edge(l) ? v + Number(k) : v;
         case 'times':
             return face === Number(k.split('@')[1]) ? v * k.split('@')[0] : v;
         default:
