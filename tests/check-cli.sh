@@ -411,6 +411,37 @@ test_preview_is_a_picture() {
         echo 'no label'
 }
 
+# The table as values: the smoothest row is below, with R near 1 and G near 0.
+test_preview_of_the_table() {
+    iblbake -q --only lut --lut-size 32 -o out --preview p.png
+    oiiotool p.png --cut 144x4+144+300 --printstats p.png \
+        --cut 144x4+144+16 --printstats |
+        sed -n 's/.*Stats Avg: \([0-9. ]*\).*/\1/p' | paste -sd' ' |
+        awk '{ if (!($1 > 0.9 && $2 < 0.1 && $3 == 0 && $4 < 0.8))
+            print "the table: " $0 }'
+}
+
+# Half of the map is 4, half 1/64: its mean 2.008 becomes 0.35, the bright half
+# 0.697. The film curve and sRGB make 234 of it.
+test_preview_exposure() {
+    local half
+    {
+        printf '#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n'
+        for half in '\200\200\200\203' '\200\200\200\173'; do
+            # shellcheck disable=SC2059
+            for ((i = 0; i < 64; i++)); do printf "$half"; done
+        done
+    } >two.hdr
+    iblbake -q --only specular --size 8 --levels 1 two.hdr -o out \
+        --preview p.png
+    oiiotool p.png --cut 300x60+40+90 --printstats |
+        sed -n 's/.*Stats Avg: \([0-9.]*\).*/\1/p' |
+        awk '{ x = 4 * 0.35 / 2.0078125
+            y = x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
+            want = 1.055 * y ^ (1 / 2.4) - 0.055
+            if ($1 - want > 0.004 || want - $1 > 0.004) print $1 ", not " want }'
+}
+
 test_sidecar_is_json() {
     command -v node >/dev/null || { echo 'node is missing'; return; }
     cp env.exr 'q"u\o.exr'

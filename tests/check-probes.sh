@@ -160,6 +160,16 @@ test_equal_captures_are_baked_once() {
     expect 'lamp (global)' equal.json -o equal
     layer equal/probes_specular.ktx2 1 one/lamp_specular.ktx2
 }
+# Names are looked for beside the set unless they are whole.
+test_names_of_captures() {
+    mkdir sub && mv mild.exr sub/near.exr
+    edit set.json "s.probes[0].capture.equirect = 'near.exr';
+        s.probes[1].capture.equirect = '../sun.hdr';
+        s.global.capture.equirect = '$PWD/other.exr'" sub/set.json
+    rm -rf inc && cp -a out inc
+    expect '' sub/set.json -o inc
+    mv sub/near.exr mild.exr
+}
 # What texels depend on, in the set or on the command line: nothing is kept.
 test_options_change() {
     local change options layers
@@ -419,6 +429,20 @@ test_alpha_is_filtered_as_colours() {
         iblbake probes -q -j $threads hole.json -o j$threads --force
         diff -r alpha j$threads
     done
+}
+# One face is half seen.
+test_alpha_of_faces() {
+    mkenv exr 16 16 ABGR 1 >seen.exr
+    mkenv exr 16 16 ABGR 0.5 0.5 >half.exr
+    edit set.json "delete s.global; s.probes = [{...s.probes[0], capture: {faces:
+        [...Array(5).fill('seen.exr'), 'half.exr']}}]" faces.json
+    iblbake probes -q faces.json -o faces || echo 'failed '
+    node -e "const b = require('fs').readFileSync('faces/probes_specular.ktx2');
+        const from = Number(b.readBigUInt64LE(80));
+        for (let i = 0, wrong = 0; i < 6 * 256; i++)
+            if (b.readUInt16LE(from + 8 * i + 6) !==
+                (i < 5 * 256 ? 0x3C00 : 0x3800) && !wrong++)
+                console.log('texel', i);"
 }
 test_alpha_harmonics() {
     rm -rf inc && iblbake probes -q hole.json -o inc --irradiance sh

@@ -394,6 +394,16 @@ END
     grep -q darkest_tenth out/down.json || echo 'not in the sidecar'
 }
 
+# Whatever texels are chosen, those where the sun is are among them.
+test_lights_are_judged() {
+    iblbake -q $floats --size 16 env.hdr --only specular,json --rotate 60 -o out
+    damage out/env_specular.dds peak=1.5 s.dds
+    iblbake verify env.hdr out --specular s.dds --texels 24 --json - >v.json
+    node -e "for (const l of JSON.parse(require('fs').readFileSync('v.json'))
+            .levels)
+        if (!(l.worst > 0.3 && l.worst < 0.5)) console.log(JSON.stringify(l));"
+}
+
 # The chosen texels tell of all of them.
 test_estimates() {
     iblbake -q $small env.hdr -o out --method sampled --samples 64
@@ -445,6 +455,22 @@ test_six_images() {
     cp m0_px.hdr only_left.hdr
     wrong 1 '*only_left.hdr: 32 pixels wide*' env.exr \
         --specular only_%f.hdr --face-names up,left,up,down,front,back
+}
+
+# Of a chain the first level is the irradiance; of pictures one texel is none.
+test_other_irradiance() {
+    local face
+    iblbake -q $small env.exr -o out
+    iblbake verify env.exr --irradiance out/env_specular.ktx2 --json - >v.json
+    [ "$(grep -c '"content"' v.json)" = 1 ] || cat v.json
+    for face in px nx py ny pz nz; do
+        mkenv exr 8 8 BGR >i_$face.exr
+    done
+    node -e "const fs = require('fs'), b = fs.readFileSync('i_ny.exr');
+        b.writeFloatLE(NaN, b.length - 4);
+        fs.writeFileSync('i_ny.exr', b)"
+    MAX=1000 refuse env.exr --irradiance i_%f.exr
+    grep -q 'level 0 of irradiance has 1 texel' err || cat err
 }
 
 # ---- nonsense ----------------------------------------------------------

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/bench_stats.c"
 #include "cli/resample.c"
 #include "cli/words.c"
 #include "ibl/ibl.h"
@@ -186,6 +187,24 @@ static void quote(void)
     }
 }
 
+/* Of 1 to n: R's type 7, from 1 + q (n - 1). */
+static void quantiles(void)
+{
+    static const double values[] = {3, 1, 5, 2, 4};
+
+    for (int n = 1; n <= 5; n++) {
+        double some[5];
+        int count = 0;
+        for (int i = 0; i < 5; i++)
+            if (values[i] <= n)
+                some[count++] = values[i];
+        const ibl_bench_stat s = ibl_bench_stat_of(some, n);
+        CHECK_NEAR(s.low, 1 + 0.25 * (n - 1), 1e-12);
+        CHECK_NEAR(s.median, 1 + 0.5 * (n - 1), 1e-12);
+        CHECK_NEAR(s.high, 1 + 0.75 * (n - 1), 1e-12);
+    }
+}
+
 static void placeholders(void)
 {
     const ibl_placeholder holders[] = {{"env", "E"}, {"out", "O/{env}"}};
@@ -204,5 +223,6 @@ static const test tests[] = {
     TEST(split),
     TEST(quote),
     TEST(placeholders),
+    TEST(quantiles),
 };
 TEST_MAIN(tests)

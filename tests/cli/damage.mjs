@@ -8,6 +8,7 @@
 //   scale=K every value times K
 //   face=K  every value of +X plus K
 //   upper=K every value of +X plus K, in its upper half alone
+//   peak=K  the brightest red of each level times K
 //   times=K@F  every value of face F, 0..5, times K
 //   images  OUT is a pattern with %l and %f: six .hdr images a level
 import fs from 'fs';
@@ -67,6 +68,15 @@ function each(change) {
                             at(l, face, x, y, c));
     fs.writeFileSync(output, file);
 }
+const peaks = [];
+function peak(old, l) {
+    let most = 0;
+    for (let face = 0; face < 6; face++)
+        for (let y = 0; y < edge(l); y++)
+            for (let x = 0; x < edge(l); x++)
+                most = Math.max(most, value(old, l, face, x, y, 0));
+    return most;
+}
 const value = (old, ...where) => old.readFloatLE(at(...where));
 const [what, k] = how.split('=');
 
@@ -90,6 +100,8 @@ else
             return face === 0 ? v + Number(k) : v;
         case 'upper':
             return face === 0 && 2 * y < edge(l) ? v + Number(k) : v;
+        case 'peak':
+            return c === 0 && v === (peaks[l] ??= peak(old, l)) ? v * k : v;
         case 'times':
             return face === Number(k.split('@')[1]) ? v * k.split('@')[0] : v;
         default:
