@@ -27,10 +27,13 @@ cp data/sky.exr "$env"
     --source-sizes 32,100 --rounds 2 --texels 24 \
     --bake '--irradiance-size 8 --levels 3' \
     --variant 'two=--levels 2 --size 32 --lut-size 8' \
-    --variant 'sheen=--method spectral --lobe charlie --rotate 90' \
+    --variant 'sheen=--method spectral --lobe charlie' \
+    --variant 'turned=--method spectral --rotate 90' \
     --peer "self='$program' -q --size 16 --samples 16 --isa c -o {out} {env} \
         --lut-size 16 --irradiance-size 8 --levels 3" \
-    --peer-output 'self={out} --name {name}' --peer 'true=true {other}' \
+    --peer-output 'self={out} --name {name}' \
+    --peer "true=dd if=/dev/zero of=/dev/null bs=1M count=500 2>/dev/null;
+        times >'$work/times'; true {other}" \
     --csv "$work/r.csv" --json "$work/r.json" --html "$work/r.html" \
     >"$work/table" 2>"$work/err"
 status=$?
@@ -44,9 +47,9 @@ for name in auto spectral 'sampled 16' 'sampled-nomip 64' 'auto, size 32' \
 done
 
 # The same errors as iblbake verify finds in the same bake.
-"$program" -q --size 16 --samples 16 --isa c -o "$work/out" --name x "$env" \
+"$program" -q --size 16 --samples 16 --isa c -o "$work/out" "$env" --lut-size 16 \
     --irradiance-size 8 --levels 3
-"$program" verify -q "$env" "$work/out" --name x --texels 24 \
+"$program" verify -q "$env" "$work/out" --texels 24 \
     --json "$work/verify.json"
 if command -v node >/dev/null; then
     node - "$work" >"$work/node" 2>&1 <<'JS'
@@ -69,9 +72,9 @@ for (const p of j.points) {
     need(Math.abs(sum / p.wall_s.rounds[0] - 1) < 1e-6,
         `${p.name}: stages ${sum}`);
 }
-/* two methods, two by two samples, a size, a thread count, two sources, two
+/* two methods, two by two samples, a size, a thread count, two sources, three
    variants, two peers; the base only once. */
-need(j.points.length == 2 + 4 + 1 + 1 + 2 + 2 + 2, `${j.points.length} points`);
+need(j.points.length == 2 + 4 + 1 + 1 + 2 + 3 + 2, `${j.points.length} points`);
 need(point('auto').sweeps.join() == 'method,size,threads,isa',
     `base: ${point('auto').sweeps}`);
 need(point('sampled 16').sweeps.join() == 'method,samples',
@@ -82,7 +85,8 @@ need(point('sampled 16').samples == 16 && !('samples' in point('auto')),
 need(point('spectral').error < point('sampled 64').error / 10,
     `spectral: ${point('spectral').error}`);
 /* Each is judged by its own lobe and rotation. */
-need(point('sheen').error < 1e-3, `another lobe: ${point('sheen').error}`);
+for (const name of ['sheen', 'turned'])
+    need(point(name).error < 1e-3, `${name}: ${point(name).error}`);
 need(point('auto, source 100').source.height == 50, 'source height');
 need(!('error' in point('true')), 'a peer without output has an error');
 need(point('two').levels.filter(l => l.content == 'specular').length == 2,
@@ -93,8 +97,10 @@ const v = JSON.parse(read('verify.json'));
 const same = (name, levels) => {
     const mine = point(name).levels.filter(l => l.content != 'lut');
     need(mine.length == levels.length, `${name}: ${mine.length} levels`);
-    mine.forEach((l, i) => need(Math.abs(l.nrmse / levels[i].nrmse - 1) < 1e-3,
-        `${name} level ${i}: ${l.nrmse}, verify has ${levels[i].nrmse}`));
+    const close = (a, b) => Math.abs(a - b) <= 1e-3 * Math.abs(b);
+    for (const what of ['nrmse', 'median', 'p95', 'worst', 'bias'])
+        mine.forEach((l, i) => need(close(l[what], levels[i][what]),
+            `${name} level ${i}: ${what} ${l[what]}, not ${levels[i][what]}`));
 };
 same('auto', v.levels);
 same('self', v.levels);
@@ -106,6 +112,28 @@ need(rough.length == 2, `${rough.length} rough levels`);
 need(Math.abs(point('self').error / rms - 1) < 1e-3, `error, not ${rms}`);
 const p95 = Math.max(...rough.map(l => l.p95));
 need(Math.abs(point('self').worst_p95 / p95 - 1) < 1e-3, `p95, not ${p95}`);
+
+/* The front, by its definition. */
+const rivals = j.points.filter(p => 'error' in p && !p.source.resampled &&
+    (p.kind != 'bake' || p.size == 16 && p.threads == 1));
+for (const p of rivals)
+    need(p.front == !rivals.some(q => q.error <= p.error &&
+        q.wall_s.median <= p.wall_s.median &&
+        (q.error < p.error || q.wall_s.median < p.wall_s.median)),
+        `${p.name}: front ${p.front}`);
+need(point('sampled 64').error < point('sampled-nomip 64').error,
+    'lookups by density are no better');
+
+/* The same bake leaves the same bytes, and what a shell says of its own time
+   and of its children's is the system's, too. */
+const bytes = fs.readdirSync(`${dir}/out`).reduce((s, name) =>
+    s + fs.statSync(`${dir}/out/${name}`).size, 0);
+need(point('self').output_bytes == bytes,
+    `${point('self').output_bytes} bytes, not ${bytes}`);
+const times = read('times').match(/[0-9.]+m[0-9.]+/g).reduce((s, t) =>
+    s + t.split('m')[0] * 60 + Number(t.split('m')[1]), 0);
+need(Math.abs(point('true').cpu_s.rounds[1] - times) < 0.02 + times / 10,
+    `${point('true').cpu_s.rounds[1]} s, not ${times}`);
 
 /* CSV: every line as many fields, names in quotes read back. */
 const rows = read('r.csv').trimEnd().split('\n').map(line =>
@@ -124,8 +152,26 @@ need(['start', 'decode', 'level 0', 'specular 2', 'lut', 'rest'].every(
     `order of stages: ${head}`);
 const all = rows.filter(r => r[column('content')] == 'all');
 need(all.length == j.points.length, `${all.length} lines for all`);
-all.forEach((r, i) => need(Math.abs(r[column('wall_s')] /
-    j.points[i].wall_s.median - 1) < 1e-8, `line of ${j.points[i].name}`));
+all.forEach((r, i) => {
+    const p = j.points[i], {median, q1, q3} = p.wall_s;
+    const want = {wall_s: median, wall_q1_s: q1, wall_q3_s: q3,
+        cpu_s: p.cpu_s.median, peak_bytes: p.peak_bytes,
+        output_bytes: p.output_bytes, p95: p.worst_p95 ?? 0,
+        nrmse: p.error ?? 0, front: p.front ?? 0};
+    for (const name in want)
+        need(Math.abs(r[column(name)] - want[name]) <= 1e-8 * want[name],
+            `${name} of ${p.name}: ${r[column(name)]}, not ${want[name]}`);
+});
+const lines = rows.filter(r => /^[a-z]/.test(r[column('content')]) &&
+    !['all', 'content'].includes(r[column('content')]));
+lines.forEach((r, i) => {
+    const l = j.points.flatMap(p => p.levels ?? [])[i];
+    for (const what of ['level', 'roughness', 'nrmse', 'median', 'p95', 'worst',
+        'bias'])
+        need(Math.abs((r[column(what)] || 0) - l[what]) <=
+            1e-8 * Math.abs(l[what]),
+            `line ${i}: ${what} ${r[column(what)]}, not ${l[what]}`);
+});
 all.forEach((r, i) => {
     for (const s in j.points[i].stages_s ?? {})
         need(Math.abs(r[column(s + '_s')] - j.points[i].stages_s[s].median) <
@@ -150,28 +196,47 @@ for (const [tag, slash, name, rest] of
 }
 need(open.length == 0, `not closed: ${open}`);
 need(!/NaN|undefined|Infinity|null/.test(drawn), 'a number that is none');
-/* As many points as there are rivals, in the right order from left to right
- * and from below. */
+/* As many points as there are rivals, at places that go with logarithms, and
+ * rings around the front. */
 const rivals = j.points.filter(p => p.rival);
 const [, chart] = drawn.match(/against time<\/h3>\n<svg([^]*?)<\/svg>/);
 const keys = new Set(rivals.map(p => p.kind == 'bake' ? p.method : p.name)).size + 1;
 const dots = [...chart.matchAll(/<circle r="4" cx="([^"]*)" cy="([^"]*)"/g)]
     .slice(keys).map(([, x, y]) => [+x, +y]);
 need(dots.length == rivals.length, `${dots.length} points`);
-const order = values => values.map((v, i) => i)
-    .sort((a, b) => values[a] - values[b]).join();
 const shown = [];
 for (const name of new Set(rivals.map(p => p.kind == 'bake' ? p.method : p.name)))
     shown.push(...rivals.filter(p =>
         (p.kind == 'bake' ? p.method : p.name) == name));
-need(order(dots.map(d => d[0])) == order(shown.map(p => p.wall_s.median)),
-    'times of the plot');
-need(order(dots.map(d => -d[1])) == order(shown.map(p => p.error)),
-    'errors of the plot');
+const marks = dots.map(([x, y], i) =>
+    [Math.log(shown[i].wall_s.median), Math.log(shown[i].error), x, y]);
+for (const [value, at, sign] of [[0, 2, 1], [1, 3, -1]]) {
+    marks.sort((a, b) => a[value] - b[value]);
+    const first = marks[0], last = marks.at(-1);
+    need(sign * (last[at] - first[at]) > 100, 'a plot is upside down');
+    for (const m of marks)
+        need(Math.abs((m[value] - first[value]) / (last[value] - first[value]) *
+            (last[at] - first[at]) + first[at] - m[at]) < 2, `mark ${m}`);
+}
+need(chart.split('class="front"').length - 1 ==
+    rivals.filter(p => p.front).length, 'rings');
 for (const title of ['Error against time', 'Error against roughness',
     'Time against samples', 'Time against output size',
     'Time against source size', 'Time against threads', 'Stages'])
     need(drawn.includes(`<h3>${title}</h3>`), `no ${title}`);
+/* A row of the summary: the figures of the JSON in three digits. */
+const unit = {s: 1, ms: 1e-3, 'µs': 1e-6, '%': 1e-2, MiB: 2 ** 20};
+for (const p of j.points.filter(p => !p.source.resampled)) {
+    const row = drawn.split('<tr').find(r => r.match(/<td>([^<]*)/)?.[1].trim() ==
+        p.name) ?? '';
+    const cells = [...row.matchAll(/<td>([-0-9.e]+).(s|ms|µs|%|MiB)<\/td>/g)]
+        .map(c => c[1] * unit[c[2]]);
+    const want = [p.wall_s.median, p.wall_s.q1, p.wall_s.q3, p.cpu_s.median,
+        p.peak_bytes, p.error, p.worst_p95].filter(x => x !== undefined);
+    need(cells.length == want.length && cells.every((c, i) =>
+        Math.abs(c / want[i] - 1) < 0.06), `row of ${p.name}: ${cells}, ${want}`);
+    need(!!p.front == row.startsWith(' class="front"'), `${p.name} in bold`);
+}
 for (const s in point('two').stages_s)
     need(drawn.includes(`<tr><td>${s}</td>`), `no row of stage ${s}`);
 for (const word of [j.machine.cpu, j.machine.compiler, j.date])

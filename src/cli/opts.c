@@ -97,7 +97,6 @@ static bool finish_specular(ibl_opts *o)
     s->lobe = (ibl_lobe)o->lobe;
     s->mapping = (ibl_roughness_map)o->mapping;
     s->pdf_mip = o->pdf_mip;
-    s->yaw_deg = o->yaw_deg;
     s->roughness_min = o->roughness[0];
     s->roughness_max = o->roughness[1];
     while (s->size >> most)
@@ -144,7 +143,6 @@ bool ibl_opts_finish(void *settings)
     if (!ibl_common_finish(&o->common) || !finish_specular(o) || !find_name(o))
         return false;
     o->verify |= !isnan(o->max_error);
-    o->irradiance.yaw_deg = o->yaw_deg;
     o->lut.geometry = (ibl_geometry)o->geometry;
     return true;
 }

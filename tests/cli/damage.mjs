@@ -10,6 +10,7 @@
 //   upper=K every value of +X plus K, in its upper half alone
 //   peak=K  the brightest red of each level times K
 //   times=K@F  every value of face F, 0..5, times K
+//   times=K@F/N  in the upper one of N parts of it
 //   images  OUT is a pattern with %l and %f: six .hdr images a level
 import fs from 'fs';
 
@@ -102,8 +103,11 @@ else
             return face === 0 && 2 * y < edge(l) ? v + Number(k) : v;
         case 'peak':
             return c === 0 && v === (peaks[l] ??= peak(old, l)) ? v * k : v;
-        case 'times':
-            return face === Number(k.split('@')[1]) ? v * k.split('@')[0] : v;
+        case 'times': {
+            const [factor, of, parts] = k.split(/[@/]/);
+            return face === Number(of) && y * (parts ?? 1) < edge(l) ?
+                v * factor : v;
+        }
         default:
             throw new Error(how);
         }

@@ -75,7 +75,7 @@ try() {
         return
     fi
     for t in $tests; do
-        sees "$t"
+        sees "$t" </dev/null
         status=$?
         if [ $status = 2 ]; then
             wrong=$((wrong + 1))
