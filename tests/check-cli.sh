@@ -574,6 +574,7 @@ test_sidecar_numbers() {
 123.456 123.456
 1.5e-7 1.5e-07
 0.30000000000000004 0.30000000000000004
+3.0000000000000004e-7 3.0000000000000004e-07
 END
     # 2 to the -1074 and what is next to 100.
     iblbake -q --only json --sh 0 --rotate 5e-324 env.exr -o out

@@ -33,6 +33,7 @@ static void all_of_it(void)
         char *text = write_numbers(counts[k], &file);
         NEED(text);
         CHECK(file.size == (size_t)counts[k] * 8 && strlen(text) == file.size);
+        CHECK(file.room > file.size);
         for (int i = 0; i < counts[k]; i++)
             CHECK(atoi(text + 8 * (size_t)i) == i);
         free(text);
