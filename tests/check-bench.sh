@@ -47,8 +47,8 @@ for name in auto spectral 'sampled 16' 'sampled-nomip 64' 'auto, size 32' \
 done
 
 # The same errors as iblbake verify finds in the same bake.
-"$program" -q --size 16 --samples 16 --isa c -o "$work/out" "$env" --lut-size 16 \
-    --irradiance-size 8 --levels 3
+"$program" -q --size 16 --samples 16 --isa c -o "$work/out" "$env" \
+    --lut-size 16 --irradiance-size 8 --levels 3
 "$program" verify -q "$env" "$work/out" --texels 24 \
     --json "$work/verify.json"
 if command -v node >/dev/null; then
@@ -230,14 +230,15 @@ for (const title of ['Error against time', 'Error against roughness',
 /* A row of the summary: the figures of the JSON in three digits. */
 const unit = {s: 1, ms: 1e-3, 'µs': 1e-6, '%': 1e-2, MiB: 2 ** 20};
 for (const p of j.points.filter(p => !p.source.resampled)) {
-    const row = drawn.split('<tr').find(r => r.match(/<td>([^<]*)/)?.[1].trim() ==
-        p.name) ?? '';
+    const row = drawn.split('<tr').find(r =>
+        r.match(/<td>([^<]*)/)?.[1].trim() == p.name) ?? '';
     const cells = [...row.matchAll(/<td>([-0-9.e]+).(s|ms|µs|%|MiB)<\/td>/g)]
         .map(c => c[1] * unit[c[2]]);
     const want = [p.wall_s.median, p.wall_s.q1, p.wall_s.q3, p.cpu_s.median,
         p.peak_bytes, p.error, p.worst_p95].filter(x => x !== undefined);
     need(cells.length == want.length && cells.every((c, i) =>
-        Math.abs(c / want[i] - 1) < 0.06), `row of ${p.name}: ${cells}, ${want}`);
+        Math.abs(c / want[i] - 1) < 0.06),
+        `row of ${p.name}: ${cells}, not ${want}`);
     need(!!p.front == row.startsWith(' class="front"'), `${p.name} in bold`);
 }
 for (const s in point('two').stages_s)

@@ -445,7 +445,8 @@ test_preview_exposure() {
         awk '{ x = 4 * 0.35 / 2.0078125
             y = x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
             want = 1.055 * y ^ (1 / 2.4) - 0.055
-            if ($1 - want > 0.004 || want - $1 > 0.004) print $1 ", not " want }'
+            if ($1 - want > 0.004 || want - $1 > 0.004)
+                print $1 ", not " want }'
 }
 
 test_sidecar_is_json() {
@@ -494,8 +495,8 @@ END
 test_sidecar_is_as_keys() {
     iblbake -q env.exr --size 32 --levels 4 --level-samples 1=8,3=9 \
         --lod-bias 0.5 --jitter --rotate 30 --roughness-range 0:0.75 \
-        --pdf-mip no --tolerance 0.001 --lobe phong --mapping filament --lut-size 8 \
-        --lut-samples 16 --geometry schlick-ibl --irradiance-size 4 \
+        --pdf-mip no --tolerance 0.001 --lobe phong --mapping filament \
+        --lut-size 8 --lut-samples 16 --geometry schlick-ibl --irradiance-size 4 \
         --irradiance-step 0.25 -o out
     cat >read.mjs <<'END'
 import fs from 'fs';
@@ -503,7 +504,8 @@ const s = JSON.parse(fs.readFileSync('out/env.json'));
 const digits = (n, x) => Number(x.toPrecision(n));
 for (const o of s.outputs) {
     const b = fs.readFileSync('out/' + o.file), keys = {};
-    for (let at = b.readUInt32LE(56), end = at + b.readUInt32LE(60); at < end;) {
+    let at = b.readUInt32LE(56);
+    for (const end = at + b.readUInt32LE(60); at < end;) {
         const n = b.readUInt32LE(at);
         const [k, v] = b.toString('latin1', at + 4, at + 4 + n).split('\0');
         keys[k.replace('iblbake.', '')] = v;
@@ -527,7 +529,8 @@ for (const o of s.outputs) {
     same('roughness_range', o.roughness_range.join(':'));
     for (const k of ['jitter', 'pdf_mip']) same(k, o[k] ? 'yes' : 'no');
     if (o.levels.map(l => l.samples).join() !== ',8,,9' ||
-        o.lod_bias !== 0.5 || o.jitter !== true || o.pdf_mip !== false || o.whole_chain.size !== 32 ||
+        o.lod_bias !== 0.5 || o.jitter !== true || o.pdf_mip !== false ||
+        o.whole_chain.size !== 32 ||
         !(o.levels[2].estimated_error > 0))
         console.log(JSON.stringify(o));
 }

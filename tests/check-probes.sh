@@ -283,7 +283,8 @@ test_damage_is_mended() {
     done
     # An index that fits no file, or is of another version.
     for change in 's.files.specular.file = "../../x"' 's.version = 2' \
-        's.probes[0].layer = 1' 's.probes[0].saturated = 9' 's.hash = "0"' 's.probes = 3'; do
+        's.probes[0].layer = 1' 's.probes[0].saturated = 9' \
+        's.hash = "0"' 's.probes = 3'; do
         rm -rf inc && cp -a out inc
         edit out/index.json "$change" inc/index.json
         iblbake probes -q set.json -o inc || echo "$change: failed"
@@ -451,8 +452,8 @@ test_alpha_is_filtered_as_colours() {
 test_alpha_of_faces() {
     mkenv exr 16 16 ABGR 1 >seen.exr
     mkenv exr 16 16 ABGR 0.5 0.5 >half.exr
-    edit set.json "delete s.global; s.probes = [{...s.probes[0], capture: {faces:
-        [...Array(5).fill('seen.exr'), 'half.exr']}}]" faces.json
+    edit set.json "delete s.global; s.probes = [{...s.probes[0], capture:
+        {faces: [...Array(5).fill('seen.exr'), 'half.exr']}}]" faces.json
     iblbake probes -q faces.json -o faces || echo 'failed '
     node -e "const b = require('fs').readFileSync('faces/probes_specular.ktx2');
         const from = Number(b.readBigUInt64LE(80));
