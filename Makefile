@@ -222,6 +222,8 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 $(BUILD)/tests/check_exr_damage: TEST_LIBS = -Wl,--wrap=exr_start_read
 # A file system that does not answer.
 $(BUILD)/tests/check_outputs: TEST_LIBS = -Wl,--wrap=lstat -Wl,--wrap=fsync
+# Reads that come short or fail.
+$(BUILD)/tests/check_source: TEST_LIBS = -Wl,--wrap=pread
 
 # Counts what our own code asks the C library for.
 $(BUILD)/tests/check_view_steady: TEST_LIBS = -Wl,--wrap=malloc \

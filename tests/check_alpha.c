@@ -240,6 +240,17 @@ static void straight_and_none(void)
         CHECK(s.img.data[i] == img.data[i] * alpha[i / 3]);
     CHECK(!s.report.alpha_hidden && !kept.text[IBL_LOG_WARNING][0]);
     forget(&s);
+    /* Straight colours of what is not seen are nothing to tell of. */
+    for (int i = 0; i < 3 * W * H; i++)
+        img.data[i] = 1;
+    NEED(file_save_exr(file_path("white.exr"), &img, alpha));
+    s = see(ctx, "white.exr", IBL_ALPHA_STRAIGHT, 7, 0);
+    CHECK(!s.status && !s.report.alpha_hidden);
+    CHECK(!kept.text[IBL_LOG_WARNING][0]);
+    forget(&s);
+    s = see(ctx, "white.exr", IBL_ALPHA_FILE, 7, 0);
+    CHECK(!s.status && s.report.alpha_hidden);
+    forget(&s);
     s = see(ctx, "none.exr", IBL_ALPHA_STRAIGHT, 7, 0);
     CHECK(!s.status && !s.alpha && off_colour(&s, false) <= 0);
     CHECK(s.report.alpha_least >= 1 && s.report.alpha_most >= 1);

@@ -518,6 +518,14 @@ static void xyze(void)
                   xyz, exposed);
         for (int c = 0; c < 3; c++)
             CHECK(exposed[c] == rgb[c] / (float)(16 << i));
+        /* Radiance's, written out */
+        xyz_pixel(ctx, "", xyz, rgb);
+        xyz_pixel(ctx,
+                  "PRIMARIES=.64 .33 .29 .6 .15 .06 .3333333333333333 "
+                  ".3333333333333333\n",
+                  xyz, exposed);
+        for (int c = 0; c < 3; c++)
+            CHECK_NEAR((double)exposed[c], (double)rgb[c], 1e-6);
     }
     /* no triangle: the default ones, and a word */
     xyz_pixel(ctx, "PRIMARIES=0 0 0 0 0 0 0 0\n", (double[]){1, 1, 1}, rgb);

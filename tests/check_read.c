@@ -650,6 +650,80 @@ static void integer_formats(void)
     ibl_ctx_free(ctx);
 }
 
+/* A message names what a file is by how it begins, as the formats' own texts
+ * say, and only by all of it. */
+static void kinds(void)
+{
+    static const struct {
+        const char *kind, *begin;
+        size_t size;
+    } cases[] = {
+        {"PNG", "\x89PNG\r\n\x1a\n", 8},
+        {"JPEG", "\xff\xd8\xff", 3},
+        {"TIFF", "II\x2a\0", 4},
+        {"TIFF", "MM\0\x2a", 4},
+        {"BigTIFF", "II\x2b\0", 4},
+        {"BigTIFF", "MM\0\x2b", 4},
+        {"PFM", "PF\n", 3},
+        {"PFM", "Pf\n", 3},
+        {"PNM", "P1\n", 3},
+        {"PNM", "P2 ", 3},
+        {"PNM", "P3\t", 3},
+        {"PNM", "P4#", 3},
+        {"PNM", "P5\r", 3},
+        {"PNM", "P6\n", 3},
+        {"Photoshop", "8BPS", 4},
+        {"GIF", "GIF87a", 6},
+        {"GIF", "GIF89a", 6},
+        {"WebP", "RIFF\x1a\0\0\0WEBP", 12},
+        {"DDS", "DDS ", 4},
+        {"JPEG 2000", "\0\0\0\x0cjP  \r\n\x87\n", 12},
+        {"JPEG 2000", "\xff\x4f\xff\x51", 4},
+        {"HEIF",
+         "\0\0\0\x18"
+         "ftypheic",
+         12},
+        {"HEIF",
+         "\0\0\0\x18"
+         "ftypheix",
+         12},
+        {"HEIF",
+         "\0\0\0\x18"
+         "ftypmif1",
+         12},
+        {"AVIF",
+         "\0\0\0\x1c"
+         "ftypavif",
+         12},
+        {"DPX", "SDPX", 4},
+        {"DPX", "XPDS", 4},
+        {"Cineon", "\x80\x2a\x5f\xd7", 4},
+        {"FITS", "SIMPLE  =", 9},
+        {"SGI", "\x01\xda", 2},
+        {"Softimage", "\x53\x80\xf6\x34", 4},
+        {"Maya IFF", "FOR4", 4},
+        {"BMP", "BM", 2},
+    };
+    ibl_ctx *ctx = file_ctx(1, &kept, NULL);
+
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        unsigned char bytes[80] = {0};
+        char text[64];
+        ibl_image img;
+        snprintf(text, sizeof text, " is %s, ", cases[i].kind);
+        for (size_t k = 0; k < 2; k++) {
+            memcpy(bytes, cases[i].begin, cases[i].size);
+            memset(&kept, 0, sizeof kept);
+            CHECK(ibl_image_decode(ctx, "file", bytes,
+                                   k ? cases[i].size - 1 : sizeof bytes, NULL,
+                                   &img, NULL) == IBL_ERR_UNSUPPORTED);
+            CHECK_MSG((strstr(kept.text[0], text) == NULL) == k,
+                      "%zu of %s: %s", k, cases[i].kind, kept.text[0]);
+        }
+    }
+    ibl_ctx_free(ctx);
+}
+
 static void not_images(void)
 {
     if (!ready())
@@ -788,6 +862,7 @@ static const test tests[] = {TEST(mending),
                              TEST(float_formats),
                              TEST(integer_formats),
                              TEST(not_images),
+                             TEST(kinds),
                              TEST(large_claims),
                              TEST(cut_through_bridge),
                              TEST(shared_exr)};

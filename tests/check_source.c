@@ -6,8 +6,10 @@
  */
 #include <OpenEXR/openexr.h>
 #include <dirent.h>
+#include <errno.h>
 #include <fcntl.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -534,6 +536,70 @@ static void cut_while_read(void)
     ibl_ctx_free(ctx);
 }
 
+/* ---- a file system that gives little at a time -------------------------- */
+
+static struct {
+    size_t most; /* bytes that a read gives; 0: all */
+    bool on;     /* and off: every second read is interrupted */
+    int left;    /* reads until one fails; -1: none does */
+    atomic_int calls;
+} slow = {.left = -1};
+
+ssize_t __real_pread(int fd, void *to, size_t size, off_t offset);
+ssize_t __wrap_pread(int fd, void *to, size_t size, off_t offset);
+ssize_t __wrap_pread(int fd, void *to, size_t size, off_t offset)
+{
+    const int call = slow.calls++;
+    if (slow.left >= 0 && call >= slow.left) {
+        errno = EIO;
+        return -1;
+    }
+    if (slow.on && call % 2) {
+        errno = EINTR;
+        return -1;
+    }
+    return __real_pread(
+        fd, to, slow.most && slow.most < size ? slow.most : size, offset);
+}
+
+/* Reads that come short or are interrupted are gone on with, and what fails
+ * fails. */
+static void short_reads(void)
+{
+    ibl_ctx *ctx = file_ctx(2, &kept, NULL);
+
+    make_victims();
+    for (int k = 0; k < 4; k++) {
+        ibl_image want, got;
+        slow.calls = 0;
+        NEED(!by_rows(ctx, file_path(victims[k]), 16, NULL, &want, NULL));
+        const int calls = slow.calls;
+        for (int on = 0; on < 2; on++) {
+            slow.on = on;
+            slow.most = 1009;
+            CHECK_MSG(
+                !by_rows(ctx, file_path(victims[k]), 16, NULL, &got, NULL) &&
+                    !memcmp(want.data, got.data,
+                            floats_of(&want, H) * sizeof(float)),
+                "%s: %s", victims[k], kept.text[0]);
+            ibl_image_free(&got);
+        }
+        slow.most = 0;
+        slow.on = false;
+        for (int i = 0; i < calls; i++) {
+            slow.calls = 0;
+            slow.left = i;
+            CHECK_MSG(by_rows(ctx, file_path(victims[k]), 16, NULL, &got,
+                              NULL) == IBL_ERR_IO &&
+                          strstr(kept.text[0], "cannot be read"),
+                      "%s, read %d: %s", victims[k], i, kept.text[0]);
+        }
+        slow.left = -1;
+        ibl_image_free(&want);
+    }
+    ibl_ctx_free(ctx);
+}
+
 /* Random damage: an answer with a line, or rows. */
 static void damaged(void)
 {
@@ -687,11 +753,12 @@ static void memory_large(void)
 }
 
 static const test tests[] = {
-    TEST(radiance),       TEST(openexr),    TEST(windows),
-    TEST(others),         TEST(decreasing), TEST(arguments),
-    TEST(strict),         TEST(cancelled),  TEST(cut),
-    TEST(cut_while_read), TEST(damaged),    TEST(large_claims),
-    TEST(long_header),    TEST(memory),     TEST(memory_large)};
+    TEST(radiance),       TEST(openexr),     TEST(windows),
+    TEST(others),         TEST(decreasing),  TEST(arguments),
+    TEST(strict),         TEST(cancelled),   TEST(cut),
+    TEST(cut_while_read), TEST(short_reads), TEST(damaged),
+    TEST(large_claims),   TEST(long_header), TEST(memory),
+    TEST(memory_large)};
 
 int main(int argc, char **argv)
 {

@@ -433,6 +433,11 @@ static void ktx_big_endian(void)
         NEED(!ibl_texture_decode(ctx, "big", bytes, size, &back, NULL));
         CHECK(texture_same(&tex, &back) && texture_has(&back, "zeta", "last"));
         ibl_texture_free(&back);
+        /* What is to be turned is not known of words of one byte. */
+        file_set_u32((unsigned char *)bytes + 20, 0x01000000);
+        CHECK(ibl_texture_decode(quiet, "big", bytes, size, &back, NULL) ==
+              IBL_ERR_FORMAT);
+        ibl_texture_free(&back);
         ibl_texture_free(&tex);
         ibl_bytes_free(bytes);
     }
@@ -497,10 +502,14 @@ static void ktx2_rgb_floats(void)
     unsigned char *b = bytes;
     file_set_u32(b + 12, 106);
     file_set_u32(b + 88, 72);
+    CHECK(ibl_texture_decode(quiet, "rgb", b, size, &back, NULL) ==
+          IBL_ERR_FORMAT); /* 96 uncompressed */
     file_set_u32(b + 96, 72);
+    b[file_u32(b + 48) + 15] = 1; /* premultiplied, by an alpha that is not */
     NEED(
         !ibl_texture_decode(ctx, "rgb", b, file_u32(b + 80) + 72, &back, NULL));
     CHECK(back.pixel == IBL_PIXEL_RGBA32F && back.bytes == 96);
+    CHECK(!back.premultiplied);
     for (int i = 0; i < 6; i++) {
         CHECK(!memcmp(back.data + 16 * i, b + file_u32(b + 80) + 12 * i, 12));
         CHECK(file_u32(back.data + 16 * i + 12) == 0x3F800000);
@@ -528,8 +537,15 @@ static void dds_direct3d9(void)
         unsigned char *b = bytes;
         file_set_u32(b + 84, formats[i].d3d);
         memmove(b + 128, b + 148, size - 148);
+        file_set_u32(b + 24, 4); /* a depth that no flag tells of */
         NEED(!ibl_texture_decode(ctx, "d3d9", b, size - 20, &back, NULL));
         CHECK(texture_same(&tex, &back));
+        ibl_texture_free(&back);
+        b[10] |= 0x80; /* DDSD_DEPTH */
+        CHECK(ibl_texture_decode(quiet, "d3d9", b, size - 20, &back, NULL) ==
+              IBL_ERR_UNSUPPORTED);
+        file_set_u32(b + 24, 1);
+        NEED(!ibl_texture_decode(ctx, "d3d9", b, size - 20, &back, NULL));
         ibl_texture_free(&back);
         file_set_u32(b + 112, 0x0600); /* +X alone */
         CHECK(ibl_texture_decode(quiet, "d3d9", b, size - 20, &back, NULL) ==
@@ -656,10 +672,11 @@ static void odd_metadata(void)
         uint32_t size;
         ibl_status status;
         int keys;
+        const char *value; /* of the key a */
     } cases[] = {
-        {"\x04\0\0\0a\0b\0", 8, IBL_OK, 1},
-        {"\x03\0\0\0a\0b", 7, IBL_OK, 1},             /* no zero, no padding */
-        {"\x02\0\0\0a\0\0\0", 8, IBL_OK, 1},          /* empty */
+        {"\x04\0\0\0a\0b\0", 8, IBL_OK, 1, "b"},
+        {"\x03\0\0\0a\0b", 7, IBL_OK, 1, "b"},        /* no zero, no padding */
+        {"\x02\0\0\0a\0\0\0", 8, IBL_OK, 1, ""},      /* empty */
         {"\x06\0\0\0a\0\1\0\2\0\0\0", 12, IBL_OK, 0}, /* binary */
         {"\x04\0\0\0a\0\xFF\0", 8, IBL_OK, 0},
         {"\x04\0\0\0a\0b\0\x04\0\0\0a\0c\0", 16, IBL_ERR_FORMAT, 0},
@@ -687,6 +704,7 @@ static void odd_metadata(void)
         CHECK_MSG(status == cases[i].status && back.key_count == cases[i].keys,
                   "case %zu: status %d, %d keys", i, (int)status,
                   back.key_count);
+        CHECK(!cases[i].value || texture_has(&back, "a", cases[i].value));
         ibl_texture_free(&back);
         free(longer);
     }

@@ -28,11 +28,12 @@ static int64_t read_fn(exr_const_context_t exr, void *user, void *buffer,
                        uint64_t size, uint64_t offset,
                        exr_stream_error_func_ptr_t error)
 {
-    const ibl_exr_file *file = user;
+    ibl_exr_file *file = user;
     size_t got;
     if (ibl_input_read(file->in, offset, (size_t)size, buffer, &got))
         return (int64_t)got;
-    error(exr, EXR_ERR_READ_IO, "%s", strerror(errno));
+    file->error = errno;
+    error(exr, EXR_ERR_READ_IO, "%s", strerror(file->error));
     return -1;
 }
 
@@ -64,6 +65,12 @@ void ibl_exr_listen(ibl_exr_file *file)
     file->text[0] = 0;
 }
 
+ibl_status ibl_exr_unread(ibl_ctx *ctx, const ibl_exr_file *file)
+{
+    return ibl_fail(ctx, IBL_ERR_IO, "%s: cannot be read: %s", file->in->name,
+                    strerror(file->error));
+}
+
 static ibl_status open_file(ibl_ctx *ctx, ibl_exr_file *file)
 {
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
@@ -80,6 +87,8 @@ static ibl_status open_file(ibl_ctx *ctx, ibl_exr_file *file)
         return ibl_no_memory(ctx, "the header of an EXR");
     if (!rv)
         return IBL_OK;
+    if (file->error)
+        return ibl_exr_unread(ctx, file);
     return ibl_fail(ctx, IBL_ERR_FORMAT,
                     "%s: EXR header damaged or cut short: %s", file->in->name,
                     file->text[0] ? file->text

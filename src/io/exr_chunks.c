@@ -129,6 +129,8 @@ static ibl_status bad_chunk(ibl_ctx *ctx, const ibl_exr_file *file, int y)
 {
     if (file->no_memory)
         return ibl_no_memory(ctx, "the blocks of an EXR");
+    if (file->error)
+        return ibl_exr_unread(ctx, file);
     return ibl_fail(ctx, IBL_ERR_FORMAT,
                     "%s: EXR damaged or cut short at the block of line %d: %s",
                     file->in->name, y,

@@ -20,11 +20,14 @@ typedef struct ibl_exr_file {
     exr_context_t exr;
     bool deaf;      /* jobs run: texts of the core are not kept */
     bool no_memory; /* it ran out for the core */
+    int error;      /* errno of a read of the core's that failed, or 0 */
     char text[256]; /* the first complaint of the core since ibl_exr_listen */
 } ibl_exr_file;
 
 /* Forgets the core's last complaint, to have the next one in file->text. */
 void ibl_exr_listen(ibl_exr_file *file);
+/* Says that the file cannot be read, for file->error. */
+ibl_status ibl_exr_unread(ibl_ctx *ctx, const ibl_exr_file *file);
 
 /* Pixels x0..x1, y0..y1, both ends included. */
 typedef struct ibl_exr_window {
