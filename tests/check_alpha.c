@@ -228,6 +228,33 @@ static void integer_formats(void)
 }
 
 /* Files that break OpenEXR's rule, and those that have none. */
+/* More rows than the bridge is asked for at once. */
+static void tall(void)
+{
+    enum {
+        ROWS = 200
+    };
+    float data[3 * ROWS], alphas[ROWS];
+    const ibl_image column = {1, ROWS, data};
+    if (!ready())
+        return;
+    ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
+    for (int y = 0; y < ROWS; y++) {
+        alphas[y] = (float)(y + 1) / 256;
+        for (int c = 0; c < 3; c++)
+            data[3 * y + c] = alphas[y] * (float)(1 + c);
+    }
+    NEED(file_save_exr(file_path("tall.exr"), &column, alphas) &&
+         file_run("oiiotool tall.exr -o tall.tif"));
+    seen s = see(ctx, "tall.tif", IBL_ALPHA_FILE, ROWS, 0);
+    CHECK_MSG(!s.status && s.alpha && s.report.bridged, "%s", kept.text[0]);
+    for (int y = 0; s.alpha && y < ROWS; y++)
+        CHECK(s.alpha[y] == alphas[y] &&
+              !memcmp(s.img.data + 3 * y, data + 3 * y, 3 * sizeof *data));
+    forget(&s);
+    ibl_ctx_free(ctx);
+}
+
 static void straight_and_none(void)
 {
     ibl_ctx *ctx = file_ctx(2, &kept, NULL);
@@ -240,6 +267,10 @@ static void straight_and_none(void)
         CHECK(s.img.data[i] == img.data[i] * alpha[i / 3]);
     CHECK(!s.report.alpha_hidden && !kept.text[IBL_LOG_WARNING][0]);
     forget(&s);
+    s = see(ctx, "none.exr", IBL_ALPHA_STRAIGHT, 7, 0);
+    CHECK(!s.status && !s.alpha && off_colour(&s, false) <= 0);
+    CHECK(s.report.alpha_least >= 1 && s.report.alpha_most >= 1);
+    forget(&s);
     /* Straight colours of what is not seen are nothing to tell of. */
     for (int i = 0; i < 3 * W * H; i++)
         img.data[i] = 1;
@@ -250,10 +281,6 @@ static void straight_and_none(void)
     forget(&s);
     s = see(ctx, "white.exr", IBL_ALPHA_FILE, 7, 0);
     CHECK(!s.status && s.report.alpha_hidden);
-    forget(&s);
-    s = see(ctx, "none.exr", IBL_ALPHA_STRAIGHT, 7, 0);
-    CHECK(!s.status && !s.alpha && off_colour(&s, false) <= 0);
-    CHECK(s.report.alpha_least >= 1 && s.report.alpha_most >= 1);
     forget(&s);
     ibl_ctx_free(ctx);
 }
@@ -297,6 +324,20 @@ static void wild_values(void)
     s = see(ctx, "wild.exr", IBL_ALPHA_IGNORE, 5, 1);
     CHECK(!s.status);
     forget(&s);
+    /* One alone, or none. */
+    static const float odd[] = {NAN, -2, 7, 0.25f};
+    for (int i = 0; i < 4; i++) {
+        for (int k = 0; k < W * H; k++)
+            alpha[k] = 0.5f;
+        alpha[40] = odd[i];
+        NEED(file_save_exr(file_path("odd.exr"), &img, alpha));
+        s = see(ctx, "odd.exr", IBL_ALPHA_FILE, 5, 1);
+        CHECK_MSG(s.status == (i < 3 ? IBL_ERR_FORMAT : IBL_OK),
+                  "strict with %g", (double)odd[i]);
+        CHECK(i < 3 ||
+              (s.report.alpha_least == 0.25f && s.report.alpha_most == 0.5f));
+        forget(&s);
+    }
     ibl_ctx_free(ctx);
 }
 
@@ -428,8 +469,15 @@ static void no_room_for_alpha(void)
 }
 
 static const test tests[] = {
-    TEST(dropped_by_default),  TEST(premultiplied_exr), TEST(windows),
-    TEST(integer_formats),     TEST(straight_and_none), TEST(wild_values),
-    TEST(mended_beside_holes), TEST(textures),          TEST(no_room_for_alpha),
+    TEST(dropped_by_default),
+    TEST(premultiplied_exr),
+    TEST(windows),
+    TEST(integer_formats),
+    TEST(tall),
+    TEST(straight_and_none),
+    TEST(wild_values),
+    TEST(mended_beside_holes),
+    TEST(textures),
+    TEST(no_room_for_alpha),
 };
 TEST_MAIN(tests)

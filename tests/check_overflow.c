@@ -185,6 +185,15 @@ static void other_pixels(void)
         for (int c = 0; c < 3; c++)
             CHECK((double)got.data[3 * 700 + c] == max[p][c]);
         ibl_cube_free(&got);
+        /* A little of one channel. */
+        for (int c = 0; c < 3; c++) {
+            set_texel(&cube, 700, 3, 3, 3);
+            cube.data[3 * 700 + c] = (float)(1.004 * max[p][c]);
+            got = stored(&cube, (ibl_pixel)p, IBL_OVERFLOW_SPREAD, &report);
+            CHECK(report.values == 1 && report.level[0].texels == 1);
+            CHECK(got.data[3 * 701 + c] > 5 && got.data[3 * 699 + c] > 5);
+            ibl_cube_free(&got);
+        }
         ibl_cube_free(&cube);
     }
     ibl_cube cube = noisy(16, 1, 9);

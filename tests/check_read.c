@@ -16,6 +16,7 @@
 #include "ibl/io.h"
 #include "io/repair.h"
 #include "io/sniff.h"
+#include "io/whole.h"
 #include "test.h"
 
 static test_messages kept;
@@ -197,6 +198,17 @@ static void mended_and_strict(void)
           IBL_ERR_FORMAT);
     CHECK_MSG(strstr(kept.text[0], "2 pixels") && !back.data, "%s",
               kept.text[0]);
+    /* One alone, or none. */
+    static const float odd[] = {INFINITY, NAN, -3, 3};
+    img.data[3 * 11] = img.data[3 * 13 + 2] = 1;
+    for (int i = 0; i < 4; i++) {
+        img.data[3 * 12 + 1] = odd[i];
+        NEED(file_save_pfm(file_path("odd.pfm"), &img));
+        CHECK_MSG(ibl_image_read(ctx, file_path("odd.pfm"), &opts, &back,
+                                 NULL) == (i < 3 ? IBL_ERR_FORMAT : IBL_OK),
+                  "strict with %g", (double)odd[i]);
+        ibl_image_free(&back);
+    }
     ibl_image_free(&img);
     ibl_ctx_free(ctx);
 }
@@ -457,6 +469,9 @@ static void aspect_and_options(void)
     opts.part = 1;
     CHECK(ibl_image_decode(ctx, "m.hdr", bytes, size, &opts, &img, &report) ==
           IBL_ERR_FORMAT);
+    opts.part = 0; /* all of it */
+    CHECK(!ibl_image_decode(ctx, "m.hdr", bytes, size, &opts, &img, &report));
+    ibl_image_free(&img);
     opts.part = -2;
     CHECK(ibl_image_decode(ctx, "m.hdr", bytes, size, &opts, &img, &report) ==
           IBL_ERR_ARGUMENT);
@@ -724,6 +739,41 @@ static void kinds(void)
     ibl_ctx_free(ctx);
 }
 
+static uint32_t crc_of(const unsigned char *p, size_t n)
+{
+    uint32_t crc = ~0u;
+    for (size_t bit = 0; bit < 8 * n; bit++) {
+        const uint32_t low = (crc ^ (uint32_t)p[bit / 8] >> bit % 8) & 1;
+        crc = crc >> 1 ^ (low ? 0xedb88320u : 0);
+    }
+    return ~crc;
+}
+
+/* Table 11.1 of the standard: each depth of each type of colour, and no other,
+ * is taken. */
+static void png_headers(void)
+{
+    static const char *const depths[] = {
+        " 1 2 4 8 16 ", "", " 8 16 ", " 1 2 4 8 ", " 8 16 ", "", " 8 16 "};
+    unsigned char png[45] = "\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR";
+    memcpy(png + 33, "\0\0\0\0IEND\xae\x42\x60\x82", 12);
+    png[19] = png[23] = 1;
+    for (int colour = 0; colour < 9; colour++)
+        for (int depth = 0; depth < 256; depth++) {
+            char number[8];
+            snprintf(number, sizeof number, " %d ", depth);
+            const bool want = colour < 7 && strstr(depths[colour], number);
+            png[24] = (unsigned char)depth;
+            png[25] = (unsigned char)colour;
+            const uint32_t crc = crc_of(png + 12, 17);
+            for (int i = 0; i < 4; i++)
+                png[29 + i] = (unsigned char)(crc >> (24 - 8 * i));
+            const char *text = ibl_whole_check("png", png, sizeof png);
+            CHECK_MSG(!text == want, "colour %d, depth %d: %s", colour, depth,
+                      text ? text : "taken");
+        }
+}
+
 static void not_images(void)
 {
     if (!ready())
@@ -863,6 +913,7 @@ static const test tests[] = {TEST(mending),
                              TEST(integer_formats),
                              TEST(not_images),
                              TEST(kinds),
+                             TEST(png_headers),
                              TEST(large_claims),
                              TEST(cut_through_bridge),
                              TEST(shared_exr)};

@@ -672,22 +672,22 @@ static void odd_metadata(void)
         uint32_t size;
         ibl_status status;
         int keys;
-        const char *value; /* of the key a */
+        const char *value; /* of the key a, NULL: none */
     } cases[] = {
         {"\x04\0\0\0a\0b\0", 8, IBL_OK, 1, "b"},
-        {"\x03\0\0\0a\0b", 7, IBL_OK, 1, "b"},        /* no zero, no padding */
-        {"\x02\0\0\0a\0\0\0", 8, IBL_OK, 1, ""},      /* empty */
-        {"\x06\0\0\0a\0\1\0\2\0\0\0", 12, IBL_OK, 0}, /* binary */
-        {"\x04\0\0\0a\0\xFF\0", 8, IBL_OK, 0},
-        {"\x04\0\0\0a\0b\0\x04\0\0\0a\0c\0", 16, IBL_ERR_FORMAT, 0},
-        {"\x04\0\0\0abcd", 8, IBL_ERR_FORMAT, 0},  /* no end of the key */
-        {"\x04\0\0\0\0bcd", 8, IBL_ERR_FORMAT, 0}, /* no key */
-        {"\x05\0\0\0a\0b\0", 8, IBL_ERR_FORMAT, 0},
+        {"\x03\0\0\0a\0b", 7, IBL_OK, 1, "b"},   /* no zero, no padding */
+        {"\x02\0\0\0a\0\0\0", 8, IBL_OK, 1, ""}, /* empty */
+        {"\x06\0\0\0a\0\1\0\2\0\0\0", 12, IBL_OK, 0, NULL}, /* binary */
+        {"\x04\0\0\0a\0\xFF\0", 8, IBL_OK, 0, NULL},
+        {"\x04\0\0\0a\0b\0\x04\0\0\0a\0c\0", 16, IBL_ERR_FORMAT, 0, NULL},
+        {"\x04\0\0\0abcd", 8, IBL_ERR_FORMAT, 0, NULL},  /* no end of the key */
+        {"\x04\0\0\0\0bcd", 8, IBL_ERR_FORMAT, 0, NULL}, /* no key */
+        {"\x05\0\0\0a\0b\0", 8, IBL_ERR_FORMAT, 0, NULL},
         {"\xFF\xFF\xFF\xFF"
          "a\0b\0",
-         8, IBL_ERR_FORMAT, 0},
-        {"\x01\0\0\0a\0\0\0", 8, IBL_ERR_FORMAT, 0},
-        {"\x04\0\0", 3, IBL_ERR_FORMAT, 0},
+         8, IBL_ERR_FORMAT, 0, NULL},
+        {"\x01\0\0\0a\0\0\0", 8, IBL_ERR_FORMAT, 0, NULL},
+        {"\x04\0\0", 3, IBL_ERR_FORMAT, 0, NULL},
     };
     ibl_texture tex = make(IBL_PIXEL_RGB9E5, 2, 2, 1, 1), back;
     void *bytes;
@@ -796,6 +796,16 @@ static void files(void)
     ibl_bytes_free(bytes);
     ibl_texture_free(&tex);
     ibl_texture_free(&back);
+
+    const int saved = dup(STDIN_FILENO);
+    NEED(!pipe(ends));
+    NEED(write(ends[1], "text", 4) == 4 && !close(ends[1]));
+    dup2(ends[0], STDIN_FILENO);
+    CHECK(ibl_texture_read(quiet, "-", &back, NULL) == IBL_ERR_FORMAT);
+    CHECK(test_said(&kept, "standard input: not a texture"));
+    dup2(saved, STDIN_FILENO);
+    close(saved);
+    close(ends[0]);
 }
 
 static const test tests[] = {
