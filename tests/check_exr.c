@@ -47,6 +47,8 @@ static ibl_status decode_oiio(ibl_ctx *ctx, const char *path, int part,
 }
 
 /* Reads both ways and compares to the bit. */
+static ibl_read_report compared; /* of the last file */
+
 static void compare(ibl_ctx *ctx, const char *file, const char *layer, int part,
                     const char *const channels[3], ibl_image *out)
 {
@@ -56,6 +58,7 @@ static void compare(ibl_ctx *ctx, const char *file, const char *layer, int part,
     CHECK_MSG(!test_exr_decode(ctx, path, layer, part, &ours, &report),
               "%s: %s", file, test_exr_kept.text[0]);
     CHECK_MSG(!report.bridged, "%s went through the bridge", file);
+    compared = report;
     CHECK_MSG(!decode_oiio(ctx, path, part < 0 ? 0 : part, channels, &theirs),
               "%s by OpenImageIO: %s", file, test_exr_kept.text[0]);
     if (ours.data && theirs.data)
@@ -93,6 +96,8 @@ static void every_compression(void)
                 sprintf(name, "%s_%s_%d.exr", test_exr_types[t],
                         test_exr_compressions[c], s);
                 compare(ctx, name, NULL, -1, NULL, &back);
+                CHECK_MSG(!strstr(compared.format, "tiled") == !s, "%s: %s",
+                          name, compared.format);
                 /* Floats without loss: what went in, not only what another
                  * reader says. */
                 if (t == 1 && c < 5 && back.data)
@@ -108,6 +113,41 @@ static void every_compression(void)
 
 /* Every block deflated, of ZIPS too: those of every_compression's short lines
  * are stored as they are. The last block of 16 lines has one. */
+/* What a compression packs best, which is no damage: maps of one colour, black
+ * or not, in blocks that are large. */
+static void constant_maps(void)
+{
+    static const char *const values[] = {"0", "0.625"};
+    if (!test_exr_ready())
+        return;
+    ibl_ctx *ctx = file_ctx(1, &test_exr_kept, file_bridge());
+    char command[4000] = "oiiotool -d half", name[64];
+
+    for (int v = 0; v < 2; v++) {
+        sprintf(command + strlen(command),
+                " --create 4096x32 3 --fill:color=%s,%s,%s 4096x32", values[v],
+                values[v], values[v]);
+        for (int c = 0; c < 8; c++)
+            sprintf(command + strlen(command), " --compression %s -o %s_%d.exr",
+                    test_exr_compressions[c], test_exr_compressions[c], v);
+    }
+    NEED(file_run("%s", command));
+    for (int i = 0; i < 16; i++) {
+        ibl_read_report report;
+        ibl_image img = {0};
+        bool same = true;
+        sprintf(name, "%s_%d.exr", test_exr_compressions[i % 8], i / 8);
+        CHECK_MSG(
+            !test_exr_decode(ctx, file_path(name), NULL, -1, &img, &report),
+            "%s: %s", name, test_exr_kept.text[0]);
+        for (int k = 0; img.data && k < 3 * 4096 * 32; k++)
+            same = same && img.data[k] == (i / 8 ? 0.625f : 0.0f);
+        CHECK_MSG(same, "%s is not of one colour", name);
+        ibl_image_free(&img);
+    }
+    ibl_ctx_free(ctx);
+}
+
 static void every_block_zipped(void)
 {
     static const int sample[] = {2, 4, 4};
@@ -326,6 +366,15 @@ static void check_placed(ibl_ctx *ctx, const char *file, const ibl_image *img,
     ibl_image_free(&a);
 }
 
+static bool opens(ibl_ctx *ctx, const char *name)
+{
+    ibl_source *source;
+    const bool is_open = !ibl_source_open(ctx, file_path(name), NULL, &source);
+    if (is_open)
+        ibl_source_close(source);
+    return is_open;
+}
+
 static void windows(void)
 {
     if (!test_exr_ready())
@@ -341,6 +390,11 @@ static void windows(void)
         "--tile 16 16 -o over_t.exr --scanline "
         "s.pfm --origin +200+0 --fullsize 40x20+0+0 -o empty.exr "
         "s.pfm --fullsize 60000x30000+0+0 -o vast.exr "
+        "--create 500x250 3 --fullsize 4096x2048+0+0 -o wide.exr "
+        "--create 520x260 3 --fullsize 4096x2048+0+0 -o less.exr "
+        "s.pfm -d half --compression zip -o h.exr --origin -10-7 --fullsize "
+        "40x20+0+0 -o over_h.exr --tile 16 16 -o over_th.exr --scanline "
+        "-d float "
         "s.pfm --compression zips --origin +0+0 --fullsize 40x80+31+0 -o "
         "tall.exr s.pfm --compression none --origin -1000+500 --fullsize "
         "100x50-980+490 -o far.exr --tile 8 64 -o far_t.exr"));
@@ -353,6 +407,12 @@ static void windows(void)
     check_placed(ctx, "tall.exr", &img, -31, 0, 40, 80);
     ibl_image a = {0};
     ibl_read_report report;
+    NEED(!test_exr_decode(ctx, file_path("h.exr"), NULL, -1, &a, &report));
+    check_placed(ctx, "over_h.exr", &a, -10, -7, 40, 20);
+    check_placed(ctx, "over_th.exr", &a, -10, -7, 40, 20);
+    ibl_image_free(&a);
+    /* A frame of up to 64 times the data. */
+    CHECK(!opens(ctx, "wide.exr") && opens(ctx, "less.exr"));
     CHECK(test_exr_decode(ctx, file_path("empty.exr"), NULL, -1, &a, &report) ==
           IBL_ERR_FORMAT);
     CHECK_MSG(strstr(test_exr_kept.text[0], "outside"), "%s",
@@ -467,6 +527,7 @@ static void threads(void)
 }
 
 static const test tests[] = {TEST(every_compression),
+                             TEST(constant_maps),
                              TEST(every_block_zipped),
                              TEST(dwa_by_bridge),
                              TEST(mixed_types_and_names),
