@@ -289,6 +289,45 @@ static void roughness_of_levels(void)
     CHECK(!strcmp(ibl_roughness_map_name(IBL_ROUGHNESS_FILAMENT), "filament"));
 }
 
+/* Cubes of any size down to one texel, images of any two edges, no others. */
+static void shapes(void)
+{
+    static const int edges[][3] = {{1, 1, 1},
+                                   {IBL_MAX_EDGE, 1, 1},
+                                   {1, IBL_MAX_EDGE, 1},
+                                   {IBL_MAX_EDGE + 1, 1, 0},
+                                   {1, IBL_MAX_EDGE + 1, 0},
+                                   {0, 1, 0},
+                                   {1, 0, 0}};
+    test_messages kept;
+    ibl_ctx *quiet = test_keeping_ctx(1, &kept);
+    ibl_cube cube;
+    ibl_image img;
+    for (int size = 1; size < 70; size++) {
+        const int most = ilogb(size) + 1;
+        for (int levels = 0; levels <= most + 1; levels++) {
+            const ibl_status status =
+                ibl_cube_alloc(quiet, size, levels, &cube);
+            CHECK_MSG(!status == (levels > 0 && levels <= most),
+                      "size %d, %d levels", size, levels);
+            if (!status)
+                ibl_cube_free(&cube);
+        }
+    }
+    CHECK(ibl_cube_alloc(quiet, 0, 1, &cube) == IBL_ERR_ARGUMENT);
+    CHECK(ibl_cube_alloc(quiet, IBL_MAX_CUBE_SIZE + 1, 1, &cube) ==
+          IBL_ERR_ARGUMENT);
+    for (size_t i = 0; i < sizeof edges / sizeof *edges; i++) {
+        const ibl_status status =
+            ibl_image_alloc(quiet, edges[i][0], edges[i][1], &img);
+        CHECK_MSG(status == (edges[i][2] ? IBL_OK : IBL_ERR_ARGUMENT), "%dx%d",
+                  edges[i][0], edges[i][1]);
+        if (!status)
+            ibl_image_free(&img);
+    }
+    ibl_ctx_free(quiet);
+}
+
 static void default_levels(void)
 {
     static const int known[][2] = {{256, 6}, {128, 5}, {8, 1}, {15, 1}, {16, 2},
@@ -300,10 +339,16 @@ static void default_levels(void)
 }
 
 static const test tests[] = {
-    TEST(mips_keep_energy),       TEST(mips_of_a_constant),
-    TEST(mips_are_averages),      TEST(mips_do_not_see_threads),
-    TEST(neighbours_are_nearest), TEST(borders_hold_neighbours),
-    TEST(pyramids_keep_energy),   TEST(pyramids_keep_places),
-    TEST(roughness_of_levels),    TEST(default_levels),
+    TEST(mips_keep_energy),
+    TEST(mips_of_a_constant),
+    TEST(mips_are_averages),
+    TEST(mips_do_not_see_threads),
+    TEST(neighbours_are_nearest),
+    TEST(borders_hold_neighbours),
+    TEST(pyramids_keep_energy),
+    TEST(pyramids_keep_places),
+    TEST(roughness_of_levels),
+    TEST(default_levels),
+    TEST(shapes),
 };
 TEST_MAIN(tests)

@@ -223,9 +223,19 @@ static int texel_towards(int n, const double dir[3])
     return best;
 }
 
+/* The texel where i is when axes are exchanged or turned over. map[k]: 1 + the
+ * axis that k is, with a sign. */
+static int moved(int n, int i, const int map[3])
+{
+    double d[3], e[3];
+    ibl_cube_direction(n, i / n / n, i % n, i / n % n, d);
+    for (int k = 0; k < 3; k++)
+        e[k] = map[k] < 0 ? -d[-map[k] - 1] : d[map[k] - 1];
+    return texel_towards(n, e);
+}
+
 /* Lights around a direction that stays where axes are exchanged or turned over:
- * so does what becomes of them, bit for bit. map[k]: 1 + the axis that k is,
- * with a sign. */
+ * so does what becomes of them, bit for bit. */
 static void check_symmetry(int n, const double towards[3], const int map[3])
 {
     ibl_cube cube = constant(n, 0.25f);
@@ -245,11 +255,7 @@ static void check_symmetry(int n, const double towards[3], const int map[3])
     ibl_cube got = settled(&cube, half_max, &level);
     CHECK(level.texels > 0);
     for (int i = 0; i < IBL_FACES * n * n; i++) {
-        double d[3], e[3];
-        ibl_cube_direction(n, i / n / n, i % n, i / n % n, d);
-        for (int k = 0; k < 3; k++)
-            e[k] = map[k] < 0 ? -d[-map[k] - 1] : d[map[k] - 1];
-        CHECK(!memcmp(got.data + 3 * i, got.data + 3 * texel_towards(n, e),
+        CHECK(!memcmp(got.data + 3 * i, got.data + 3 * moved(n, i, map),
                       3 * sizeof(float)));
     }
     ibl_cube_free(&got);
@@ -321,6 +327,57 @@ static void nearly_full(void)
 
 /* A light of fifty texels: what it is spread over is as round as texels allow,
  * centred on it. */
+/* Unlike lights that meet: which comes first is seen by how bright it is, and
+ * so what becomes of them turns over as they do. */
+static void unlike_lights(void)
+{
+    static const int maps[][3] = {{-1, 2, 3}, {1, -2, 3}, {2, 1, 3}, {3, 1, 2}};
+    const int n = 12, texels = IBL_FACES * n * n;
+    for (uint64_t seed = 1; seed <= 8; seed++) {
+        ibl_cube cube = noisy(n, seed, 40), turned = constant(n, 0);
+        ibl_overflow_level level;
+        const int *map = maps[seed % 4];
+        for (int i = 0; i < texels; i++)
+            memcpy(turned.data + 3 * moved(n, i, map), cube.data + 3 * i,
+                   3 * sizeof(float));
+        ibl_cube a = settled(&cube, half_max, &level);
+        ibl_cube b = settled(&turned, half_max, &level);
+        for (int i = 0; i < texels; i++)
+            for (int c = 0; c < 3; c++) {
+                const double want = (double)a.data[3 * i + c];
+                CHECK_NEAR((double)b.data[3 * moved(n, i, map) + c], want,
+                           1e-6 * want);
+            }
+        ibl_cube_free(&cube);
+        ibl_cube_free(&turned);
+        ibl_cube_free(&a);
+        ibl_cube_free(&b);
+    }
+}
+
+/* A large patch is round but for a tenth: its farthest texel beside the nearest
+ * that is not of it. */
+static void round_patch(void)
+{
+    const int n = 65, middle = n / 2;
+    ibl_cube cube = constant(n, 0);
+    ibl_overflow_level level;
+    double farthest = 0, nearest = n;
+    set_texel(&cube, middle * n + middle, 300 * (double)half_max, 0, 0);
+    ibl_cube got = settled(&cube, half_max, &level);
+    for (int i = 0; i < n * n; i++) {
+        const double distance = hypot(i % n - middle, i / n - middle);
+        if (got.data[3 * i] == half_max)
+            farthest = fmax(farthest, distance);
+        else
+            nearest = fmin(nearest, distance);
+    }
+    CHECK_MSG(farthest > 8 && farthest < 1.1 * nearest, "%g, %g", farthest,
+              nearest);
+    ibl_cube_free(&got);
+    ibl_cube_free(&cube);
+}
+
 static void stays_in_place(void)
 {
     test_random r = {5};
@@ -436,10 +493,11 @@ static void same_bytes(void)
 }
 
 static const test tests[] = {
-    TEST(one_light),      TEST(mean_is_kept),  TEST(other_pixels),
-    TEST(symmetry),       TEST(constant_maps), TEST(nearly_full),
-    TEST(stays_in_place), TEST(no_numbers),    TEST(largest_floats),
-    TEST(clip),           TEST(same_bytes)};
+    TEST(one_light),     TEST(mean_is_kept),   TEST(other_pixels),
+    TEST(symmetry),      TEST(constant_maps),  TEST(nearly_full),
+    TEST(unlike_lights), TEST(round_patch),    TEST(stays_in_place),
+    TEST(no_numbers),    TEST(largest_floats), TEST(clip),
+    TEST(same_bytes)};
 
 int main(int argc, char **argv)
 {
