@@ -87,7 +87,7 @@ static void fixture_init(fixture *x, ibl_isa isa, int n, int count,
     *x = (fixture){.n = n, .count = count};
     ibl_fft_dsp_init(&x->dsp, isa);
     const size_t pairs = (size_t)(forward ? count : n / 2);
-    x->factor = ibl_alloc_zeroed(pairs, 2 * sizeof *x->factor);
+    x->factor = ibl_alloc_array(pairs, 2 * sizeof *x->factor);
     x->pairs = ibl_alloc_array(pairs, sizeof *x->pairs);
     x->rows = ibl_alloc_array((size_t)n * LANES, sizeof *x->rows);
     x->z = guarded((size_t)n * LANES);
@@ -102,6 +102,8 @@ static void fixture_init(fixture *x, ibl_isa isa, int n, int count,
         x->factor[2 * m] = size * cos(a);
         x->factor[2 * m + 1] = size * sin(a);
     }
+    for (size_t m = (size_t)count; m < pairs; m++) /* there are none */
+        x->factor[2 * m] = x->factor[2 * m + 1] = NAN;
     if (forward)
         ibl_fft_real_pairs(n / 2, x->factor, count, x->pairs);
     else

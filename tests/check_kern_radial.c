@@ -72,6 +72,14 @@ static double ring_lobe(double chord, const void *arg)
     return chord < 1.2 ? chord * (1.2 - chord) : 0;
 }
 
+/* Which ends at the horizon and nowhere else. */
+static double flat_lobe(double chord, const void *arg)
+{
+    (void)chord;
+    (void)arg;
+    return 1;
+}
+
 /* Points anywhere, some of them lights' own places and beyond all horizons. */
 static void random_scene(uint64_t seed, float point[6 * MAX],
                          ibl_radial_light lights[LIGHTS])
@@ -134,13 +142,14 @@ static void compare(ibl_isa isa, const ibl_radial *lobe, double steep,
 static void sums(void)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_C);
-    ibl_radial ggx[2], table;
+    ibl_radial ggx[2], table, flat;
     for (int n = 0; n < 2; n++) {
         const ibl_lobe_shape shape =
             ibl_lobe_shape_of(IBL_LOBE_GGX, n ? 1 : 0.01);
         NEED(!ibl_radial_make(ctx, &shape, &ggx[n]));
     }
     NEED(!ibl_radial_table(ctx, ring_lobe, NULL, &table));
+    NEED(!ibl_radial_table(ctx, flat_lobe, NULL, &flat));
     for (ibl_isa isa = IBL_ISA_C; isa <= IBL_ISA_AVX512; isa++) {
         for (int k = 0; ibl_cpu_has(isa) && k < 40; k++) {
             for (int n = 0; n < 2; n++) {
@@ -149,9 +158,11 @@ static void sums(void)
                         k % (LIGHTS + 1), (uint64_t)k);
             }
             compare(isa, &table, 1, k % (LIGHTS + 1), (uint64_t)k);
+            compare(isa, &flat, 1, k % (LIGHTS + 1), (uint64_t)k);
         }
     }
     ibl_radial_free(&table);
+    ibl_radial_free(&flat);
     ibl_ctx_free(ctx);
 }
 

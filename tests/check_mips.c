@@ -214,6 +214,27 @@ static void borders_hold_neighbours(void)
     ibl_ctx_free(ctx);
 }
 
+/* The least of each channel, wherever it is. */
+static void pyramids_have_floors(void)
+{
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
+    ibl_cube cube = {0};
+    ibl_pyramid p;
+    random_cube(ctx, 8, &cube);
+    NEED(cube.data);
+    for (int i = 0; i < 3 * IBL_FACES * 8 * 8; i++) {
+        const float was = cube.data[i];
+        cube.data[i] = -1 - (float)i;
+        NEED(!ibl_pyramid_create(ctx, &cube, 1, &p));
+        CHECK_MSG(p.floor[i % 3] == cube.data[i], "%d: %g", i,
+                  (double)p.floor[i % 3]);
+        cube.data[i] = was;
+        ibl_pyramid_free(&p);
+    }
+    ibl_cube_free(&cube);
+    ibl_ctx_free(ctx);
+}
+
 static void pyramids_keep_energy(void)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
@@ -339,16 +360,11 @@ static void default_levels(void)
 }
 
 static const test tests[] = {
-    TEST(mips_keep_energy),
-    TEST(mips_of_a_constant),
-    TEST(mips_are_averages),
-    TEST(mips_do_not_see_threads),
-    TEST(neighbours_are_nearest),
-    TEST(borders_hold_neighbours),
-    TEST(pyramids_keep_energy),
-    TEST(pyramids_keep_places),
-    TEST(roughness_of_levels),
-    TEST(default_levels),
-    TEST(shapes),
+    TEST(mips_keep_energy),       TEST(mips_of_a_constant),
+    TEST(mips_are_averages),      TEST(mips_do_not_see_threads),
+    TEST(neighbours_are_nearest), TEST(borders_hold_neighbours),
+    TEST(pyramids_have_floors),   TEST(pyramids_keep_energy),
+    TEST(pyramids_keep_places),   TEST(roughness_of_levels),
+    TEST(default_levels),         TEST(shapes),
 };
 TEST_MAIN(tests)
