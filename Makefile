@@ -220,8 +220,9 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 
 # Gives OpenEXRCore its memory.
 $(BUILD)/tests/check_exr_damage: TEST_LIBS = -Wl,--wrap=exr_start_read
-# A file system that does not answer.
-$(BUILD)/tests/check_outputs: TEST_LIBS = -Wl,--wrap=lstat -Wl,--wrap=fsync
+# A file system that does not answer, or is interrupted.
+$(BUILD)/tests/check_outputs: TEST_LIBS = -Wl,--wrap=lstat \
+    -Wl,--wrap=fsync -Wl,--wrap=write
 # Reads that come short or fail.
 $(BUILD)/tests/check_source: TEST_LIBS = -Wl,--wrap=pread
 

@@ -123,7 +123,25 @@ static void committed(void)
     umask(mask);
 }
 
-/* More than is written between two looks whether to stop. */
+/* A file system that takes little at a time, and is interrupted. */
+static struct {
+    size_t most; /* bytes of a write; 0: all */
+    int calls;
+} slow;
+
+ssize_t __real_write(int fd, const void *bytes, size_t size);
+ssize_t __wrap_write(int fd, const void *bytes, size_t size);
+ssize_t __wrap_write(int fd, const void *bytes, size_t size)
+{
+    if (slow.most && slow.calls++ % 2 == 0) {
+        errno = EINTR;
+        return -1;
+    }
+    return __real_write(fd, bytes,
+                        slow.most && slow.most < size ? slow.most : size);
+}
+
+/* More than is written between two looks whether to stop, and by parts. */
 static void large(void)
 {
     enum {
@@ -136,19 +154,23 @@ static void large(void)
     NEED(numbers);
     for (uint32_t i = 0; i < NUMBERS; i++)
         numbers[i] = i;
-    NEED(!ibl_outputs_create(ctx, &out));
-    CHECK(
-        !ibl_outputs_add(out, at("large"), numbers, NUMBERS * sizeof *numbers));
-    CHECK(!ibl_outputs_commit(out));
-    ibl_outputs_free(out);
+    for (size_t most = 0; most < 200000; most += 100003, same = 0) {
+        NEED(!ibl_outputs_create(ctx, &out));
+        slow.most = most;
+        CHECK(!ibl_outputs_add(out, at("large"), numbers,
+                               NUMBERS * sizeof *numbers));
+        slow.most = 0;
+        CHECK(!ibl_outputs_commit(out));
+        ibl_outputs_free(out);
+        FILE *f = fopen(at("large"), "r");
+        NEED(f);
+        while (fread(&number, sizeof number, 1, f) == 1 && number == same)
+            same++;
+        CHECK_MSG(same == NUMBERS && feof(f), "%zu numbers", same);
+        fclose(f);
+        remove(at("large"));
+    }
     free(numbers);
-    FILE *f = fopen(at("large"), "r");
-    NEED(f);
-    while (fread(&number, sizeof number, 1, f) == 1 && number == same)
-        same++;
-    CHECK_MSG(same == NUMBERS && feof(f), "%zu numbers", same);
-    fclose(f);
-    remove(at("large"));
 }
 
 static void aborted(void)
@@ -396,6 +418,7 @@ static int flush_in_vain(void)
 static struct {
     struct stat of[32];
     int count;
+    int error; /* errno that every second call fails with, or 0 */
 } flushes;
 
 int __real_fsync(int fd);
@@ -404,6 +427,10 @@ int __wrap_fsync(int fd)
 {
     if (flushes.count < 32 && !fstat(fd, &flushes.of[flushes.count]))
         flushes.count++;
+    if (flushes.error && flushes.count % 2) {
+        errno = flushes.error;
+        return -1;
+    }
     return __real_fsync(fd);
 }
 
@@ -445,6 +472,25 @@ static void flushed(void)
             CHECK(holds(at("%s", paths[i]), paths[i]) &&
                   !remove(at("%s", paths[i])));
         CHECK(!rmdir(at("f/x/y")) && !rmdir(at("f/x")));
+    }
+}
+
+/* A flush that is interrupted is done again; what cannot be flushed is not. */
+static void flushed_again(void)
+{
+    static const int errors[] = {EINTR, EINVAL};
+    NEED(!mkdir(at("g"), 0777));
+    for (int i = 0; i < 2; i++) {
+        ibl_outputs *out;
+        NEED(!ibl_outputs_create(ctx, &out));
+        ibl_outputs_sync(out, 1);
+        flushes.count = 0;
+        flushes.error = errors[i];
+        CHECK(!add(out, at("g/a"), "new"));
+        flushes.error = 0;
+        CHECK(flushes.count == (i ? 1 : 2));
+        CHECK(!ibl_outputs_commit(out) && holds(at("g/a"), "new"));
+        ibl_outputs_free(out);
     }
 }
 
@@ -765,12 +811,13 @@ static void interrupted(void)
 }
 
 static const test tests[] = {
-    TEST(committed),  TEST(large),      TEST(aborted),
-    TEST(refused),    TEST(twice),      TEST(too_many),
-    TEST(links),      TEST(taken_back), TEST(without_exchange),
-    TEST(flushed),    TEST(not_closed), TEST(taken_over),
-    TEST(no_answers), TEST(cancelled),  TEST(file_limit),
-    TEST(full_disk),  TEST(unwritable), TEST(interrupted),
+    TEST(committed),   TEST(large),         TEST(aborted),
+    TEST(refused),     TEST(twice),         TEST(too_many),
+    TEST(links),       TEST(taken_back),    TEST(without_exchange),
+    TEST(flushed),     TEST(flushed_again), TEST(not_closed),
+    TEST(taken_over),  TEST(no_answers),    TEST(cancelled),
+    TEST(file_limit),  TEST(full_disk),     TEST(unwritable),
+    TEST(interrupted),
 };
 
 int main(int argc, char **argv)
