@@ -222,9 +222,10 @@ $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 $(BUILD)/tests/check_exr_damage: TEST_LIBS = -Wl,--wrap=exr_start_read
 # A file system that does not answer, or is interrupted.
 $(BUILD)/tests/check_outputs: TEST_LIBS = -Wl,--wrap=lstat \
-    -Wl,--wrap=fsync -Wl,--wrap=write
+    -Wl,--wrap=fsync -Wl,--wrap=write -Wl,--wrap=mkdir
 # Reads that come short or fail.
 $(BUILD)/tests/check_source: TEST_LIBS = -Wl,--wrap=pread
+$(BUILD)/tests/check_read: TEST_LIBS = -Wl,--wrap=read -Wl,--wrap=poll
 
 # Counts what our own code asks the C library for.
 $(BUILD)/tests/check_view_steady: TEST_LIBS = -Wl,--wrap=malloc \

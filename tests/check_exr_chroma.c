@@ -135,6 +135,8 @@ typedef struct writer_channel {
     const float *data; /* of the samples that there are */
 } writer_channel;
 
+static int envmap = -1; /* of files that write_core writes; -1: not said */
+
 static bool write_core(const char *path, int w, int h, exr_compression_t comp,
                        const writer_channel *channels, int count,
                        const exr_attr_chromaticities_t *chroma)
@@ -155,6 +157,8 @@ static bool write_core(const char *path, int w, int h, exr_compression_t comp,
                                channels[i].step);
     if (chroma)
         ok &= !exr_attr_set_chromaticities(f, part, "chromaticities", chroma);
+    if (envmap >= 0)
+        ok &= !exr_attr_set_envmap(f, part, "envmap", (exr_envmap_t)envmap);
     ok &= !exr_write_header(f);
     ok = ok && !exr_get_scanlines_per_chunk(f, part, &lines);
     for (int y = 0; ok && y < h; y += lines) {
@@ -258,6 +262,57 @@ static void luma_chroma_core(void)
     ibl_ctx_free(ctx);
 }
 
+/* Without chroma all three are the luminance, to the bit. */
+static void grey_is_exact(void)
+{
+    enum {
+        w = 32,
+        h = 16
+    };
+    static float zero[w * h], luma[w * h];
+    test_random r = {8};
+    ibl_ctx *ctx = file_ctx(1, &test_exr_kept, NULL);
+    for (int i = 0; i < w * h; i++)
+        luma[i] = (float)exp(20 * test_random_unit(&r) - 10);
+    for (int step = 1; step <= 2; step++) {
+        const writer_channel channels[] = {{"BY", EXR_PIXEL_FLOAT, step, zero},
+                                           {"RY", EXR_PIXEL_FLOAT, step, zero},
+                                           {"Y", EXR_PIXEL_FLOAT, 1, luma}};
+        ibl_image img = {0};
+        ibl_read_report report;
+        NEED(write_core(file_path("grey.exr"), w, h, EXR_COMPRESSION_NONE,
+                        channels, 3, NULL));
+        NEED(!test_exr_decode(ctx, file_path("grey.exr"), NULL, -1, &img,
+                              &report));
+        for (int i = 0; i < 3 * w * h; i++)
+            CHECK(img.data[i] == luma[i / 3]);
+        ibl_image_free(&img);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* A file that says it is a cube is none, one that says it is a map is. */
+static void environments(void)
+{
+    static float zero[32 * 16];
+    const writer_channel y[] = {{"Y", EXR_PIXEL_HALF, 1, zero}};
+    ibl_ctx *ctx = file_ctx(1, &test_exr_kept, NULL);
+    for (envmap = EXR_ENVMAP_LATLONG; envmap <= EXR_ENVMAP_CUBE; envmap++) {
+        ibl_image img = {0};
+        ibl_read_report report;
+        NEED(write_core(file_path("env.exr"), 32, 16, EXR_COMPRESSION_ZIP, y, 1,
+                        NULL));
+        CHECK(test_exr_decode(ctx, file_path("env.exr"), NULL, -1, &img,
+                              &report) ==
+              (envmap == EXR_ENVMAP_CUBE ? IBL_ERR_UNSUPPORTED : IBL_OK));
+        ibl_image_free(&img);
+    }
+    envmap = -1;
+    CHECK_MSG(strstr(test_exr_kept.text[0], "six faces"), "%s",
+              test_exr_kept.text[0]);
+    ibl_ctx_free(ctx);
+}
+
 static void sampling_refused(void)
 {
     static float zero[32 * 16];
@@ -348,6 +403,7 @@ static void luma_chroma_alpha(void)
     ibl_ctx_free(ctx);
 }
 
-static const test tests[] = {TEST(luma_chroma), TEST(luma_chroma_core),
+static const test tests[] = {TEST(luma_chroma),      TEST(luma_chroma_core),
+                             TEST(grey_is_exact),    TEST(environments),
                              TEST(sampling_refused), TEST(luma_chroma_alpha)};
 TEST_MAIN(tests)

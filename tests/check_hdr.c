@@ -518,6 +518,11 @@ static void xyze(void)
                   xyz, exposed);
         for (int c = 0; c < 3; c++)
             CHECK(exposed[c] == rgb[c] / (float)(16 << i));
+        /* green and blue the other way round, so are their values */
+        xyz_pixel(ctx, "PRIMARIES= .64 .33 .15 .06 .3 .6 .3127 .3290\n", xyz,
+                  rgb);
+        for (int c = 0; c < 3; c++)
+            CHECK_NEAR((double)rgb[(3 - c) % 3], srgb[c][i], 1e-6);
         /* Radiance's, written out */
         xyz_pixel(ctx, "", xyz, rgb);
         xyz_pixel(ctx,

@@ -97,7 +97,7 @@ static void committed(void)
 {
     ibl_outputs *out;
     struct stat st;
-    const mode_t mask = umask(027);
+    const mode_t mask = umask(007);
     NEED(!ibl_outputs_create(ctx, &out));
     NEED(!ibl_outputs_mkdir(out, at("c/d//e/")));
     NEED(!ibl_outputs_mkdir(out, at("c/d")));
@@ -109,8 +109,8 @@ static void committed(void)
     CHECK(!ibl_outputs_commit(out));
     CHECK(holds(at("c/d/e/one"), "1") && holds(at("c/two"), ""));
     CHECK(entries(at("c/d/e")) == 1 && entries(at("c")) == 3);
-    CHECK(!stat(at("c/two"), &st) && (st.st_mode & 0777) == 0640);
-    CHECK(!stat(at("c/d"), &st) && (st.st_mode & 0777) == 0750);
+    CHECK(!stat(at("c/two"), &st) && (st.st_mode & 0777) == 0660);
+    CHECK(!stat(at("c/d"), &st) && (st.st_mode & 0777) == 0770);
     /* Again with the same set, over the old ones. */
     CHECK(!add(out, at("c/two"), "new"));
     CHECK(holds(at("c/two"), ""));
@@ -271,6 +271,48 @@ static void too_many(void)
     CHECK(!ibl_outputs_commit(out));
     CHECK(entries(at("m")) == IBL_MAX_OUTPUTS);
     ibl_outputs_free(out);
+}
+
+static bool rival; /* makes directories just before we do */
+
+int __real_mkdir(const char *path, mode_t mode);
+int __wrap_mkdir(const char *path, mode_t mode);
+int __wrap_mkdir(const char *path, mode_t mode)
+{
+    const int result = __real_mkdir(path, mode);
+    if (!rival || result)
+        return result;
+    errno = EEXIST;
+    return -1;
+}
+
+/* A directory that another program makes meanwhile is there, and not ours. */
+static void made_by_others(void)
+{
+    ibl_outputs *out;
+    NEED(!ibl_outputs_create(ctx, &out));
+    rival = true;
+    CHECK(!ibl_outputs_mkdir(out, at("theirs/too")));
+    rival = false;
+    CHECK(!add(out, at("theirs/too/file"), "x"));
+    ibl_outputs_free(out);
+    CHECK(entries(at("theirs")) == 1 && entries(at("theirs/too")) == 0);
+}
+
+/* A name may be as long as the file system lets it be. */
+static void long_names(void)
+{
+    char name[NAME_MAX + 1];
+    ibl_outputs *out;
+    for (int n = NAME_MAX - 80; n <= NAME_MAX; n += 40) {
+        memset(name, 'n', (size_t)n);
+        name[n] = '\0';
+        NEED(!ibl_outputs_create(ctx, &out));
+        CHECK_MSG(!add(out, at("%s", name), "long") &&
+                      !ibl_outputs_commit(out) && holds(at("%s", name), "long"),
+                  "a name of %d bytes", n);
+        ibl_outputs_free(out);
+    }
 }
 
 static void links(void)
@@ -811,12 +853,26 @@ static void interrupted(void)
 }
 
 static const test tests[] = {
-    TEST(committed),   TEST(large),         TEST(aborted),
-    TEST(refused),     TEST(twice),         TEST(too_many),
-    TEST(links),       TEST(taken_back),    TEST(without_exchange),
-    TEST(flushed),     TEST(flushed_again), TEST(not_closed),
-    TEST(taken_over),  TEST(no_answers),    TEST(cancelled),
-    TEST(file_limit),  TEST(full_disk),     TEST(unwritable),
+    TEST(committed),
+    TEST(large),
+    TEST(aborted),
+    TEST(refused),
+    TEST(twice),
+    TEST(too_many),
+    TEST(made_by_others),
+    TEST(long_names),
+    TEST(links),
+    TEST(taken_back),
+    TEST(without_exchange),
+    TEST(flushed),
+    TEST(flushed_again),
+    TEST(not_closed),
+    TEST(taken_over),
+    TEST(no_answers),
+    TEST(cancelled),
+    TEST(file_limit),
+    TEST(full_disk),
+    TEST(unwritable),
     TEST(interrupted),
 };
 

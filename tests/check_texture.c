@@ -126,7 +126,10 @@ static void luts(void)
         free(back.data);
         ibl_texture_free(&tex);
     }
-    ibl_texture tex;
+    ibl_texture tex = make(IBL_PIXEL_RG16F, 4, 2, 1, 1);
+    ibl_lut back;
+    CHECK(ibl_texture_to_lut(quiet, &tex, &back) == IBL_ERR_ARGUMENT);
+    ibl_texture_free(&tex);
     CHECK(ibl_texture_from_lut(quiet, &lut, IBL_PIXEL_RGB9E5, &tex, NULL) ==
           IBL_ERR_ARGUMENT);
 }
@@ -734,6 +737,13 @@ static void bad_arguments(void)
     bad.bytes--;
     CHECK(ibl_texture_encode(quiet, &bad, IBL_CONTAINER_DDS, &bytes, &size) ==
           IBL_ERR_ARGUMENT);
+    /* A level more than there are, with bytes for it. */
+    bad = good;
+    bad.levels = 4;
+    bad.bytes = ibl_texture_offset(&bad, bad.levels, 0);
+    CHECK(ibl_texture_encode(quiet, &bad, IBL_CONTAINER_DDS, &bytes, &size) ==
+          IBL_ERR_ARGUMENT);
+    bad.bytes--;
     NEED(!ibl_outputs_create(quiet, &out));
     CHECK(ibl_outputs_add_texture(out, "x", &bad, IBL_CONTAINER_DDS, &size) ==
           IBL_ERR_ARGUMENT);
