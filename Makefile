@@ -225,7 +225,6 @@ $(BUILD)/tests/check_outputs: TEST_LIBS = -Wl,--wrap=lstat \
     -Wl,--wrap=fsync -Wl,--wrap=write -Wl,--wrap=mkdir
 # Reads that come short or fail.
 $(BUILD)/tests/check_source: TEST_LIBS = -Wl,--wrap=pread
-$(BUILD)/tests/check_read: TEST_LIBS = -Wl,--wrap=read -Wl,--wrap=poll
 
 # Counts what our own code asks the C library for.
 $(BUILD)/tests/check_view_steady: TEST_LIBS = -Wl,--wrap=malloc \

@@ -305,31 +305,6 @@ static pid_t writer(const char *fifo, int fd, const void *bytes, size_t size)
     _exit(0);
 }
 
-static bool interrupted; /* waits for and reads of a stream, at times */
-static int calls;
-
-ssize_t __real_read(int fd, void *to, size_t size);
-ssize_t __wrap_read(int fd, void *to, size_t size);
-ssize_t __wrap_read(int fd, void *to, size_t size)
-{
-    if (interrupted && calls++ % 3 == 1) {
-        errno = EINTR;
-        return -1;
-    }
-    return __real_read(fd, to, size);
-}
-
-int __real_poll(struct pollfd *fds, nfds_t count, int ms);
-int __wrap_poll(struct pollfd *fds, nfds_t count, int ms);
-int __wrap_poll(struct pollfd *fds, nfds_t count, int ms)
-{
-    if (interrupted && calls++ % 3 == 0) {
-        errno = EINTR;
-        return -1;
-    }
-    return __real_poll(fds, count, ms);
-}
-
 static void streams(void)
 {
     static unsigned char bytes[400000];
@@ -355,10 +330,8 @@ static void streams(void)
         close(ends[1]);
         dup2(ends[0], STDIN_FILENO);
         close(ends[0]);
-        interrupted = true;
         CHECK_MSG(!read_file(ctx, i ? "/dev/stdin" : "-", &img, NULL), "%s",
                   kept.text[0]);
-        interrupted = false;
         is_the_hdr(&img, 300, 150);
         ibl_image_free(&img);
         waitpid(child, &code, 0);
