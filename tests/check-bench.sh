@@ -201,7 +201,6 @@ need(open.length == 0, `not closed: ${open}`);
 need(!/NaN|undefined|Infinity|null/.test(drawn), 'a number that is none');
 /* As many points as there are rivals, at places that go with logarithms, and
  * rings around the front. */
-const rivals = j.points.filter(p => p.rival);
 const [, chart] = drawn.match(/against time<\/h3>\n<svg([^]*?)<\/svg>/);
 const keys = new Set(rivals.map(p => p.kind == 'bake' ? p.method : p.name)).size + 1;
 const dots = [...chart.matchAll(/<circle r="4" cx="([^"]*)" cy="([^"]*)"/g)]
