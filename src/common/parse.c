@@ -48,7 +48,7 @@ static size_t distance(const char *a, const char *b, size_t b_length)
     return row[b_length];
 }
 
-/* Calls see for every option until it is content. */
+/* Calls see() for every option until it returns true. */
 typedef bool see_fn(const ibl_option *opt, void *cookie);
 static const ibl_option *find(const ibl_command *cmd, see_fn *see, void *cookie)
 {

@@ -2,9 +2,10 @@
 /*
  * A batch is open from when the caller has described it until it finds no job
  * left; workers enter while it is open, and the caller waits for those that
- * did. Who comes late (waking an idle core takes longer than a short job) has
- * missed it, and is not waited for. Both facts, open and the number inside,
- * are in one atomic word, so that nobody enters what is being left.
+ * did. A worker that arrives after the batch closed (waking an idle core takes
+ * longer than a short job) skips it; the caller does not wait. One atomic word
+ * holds both the open bit and the number of workers inside, so that no worker
+ * enters a batch that is being closed.
  *
  * Batches that were begun stay open beside the one that is run; workers look
  * at them first.

@@ -13,10 +13,9 @@
 #define IBL_MOST_INFINITE 0x7f800000u
 
 /*
- * The largest of count floats as bits, if all are finite and none has a sign,
- * which is if and only if the result is below IBL_MOST_INFINITE. Else some
- * number from there on. 0 for no floats. No alignment is needed. Every version
- * gives the same where it is below.
+ * The bits of the largest of count floats. The result is below
+ * IBL_MOST_INFINITE exactly when all of them are finite and none has a sign;
+ * then every version returns the same. 0 for no floats. No alignment is needed.
  */
 typedef uint32_t ibl_most_fn(const float *src, size_t count);
 
