@@ -760,7 +760,7 @@ static void png_headers(void)
     png[19] = png[23] = 1;
     for (int colour = 0; colour < 9; colour++)
         for (int depth = 0; depth < 256; depth++) {
-            char number[8];
+            char number[16];
             snprintf(number, sizeof number, " %d ", depth);
             const bool want = colour < 7 && strstr(depths[colour], number);
             png[24] = (unsigned char)depth;
