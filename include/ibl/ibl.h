@@ -2,14 +2,14 @@
 /*
  * iblbake: image-based lighting from an equirectangular environment map.
  *
- * This header is the bake: types, conventions, options and calls. Reading
- * images and writing textures is in <ibl/io.h>.
+ * This header declares the bake: types, conventions, options and calls.
+ * <ibl/io.h> reads images and writes textures.
  *
- * CONVENTIONS (the whole library keeps them; nothing else defines them)
+ * CONVENTIONS (for the whole library; defined only here)
  *
  *   World        right-handed, +Y up.
- *   Equirect     row 0 is the zenith (+Y), columns run with
- *                u = atan2(z, x) / 2pi + 1/2, so the centre column looks
+ *   Equirect     row 0 is the zenith (+Y). Columns follow
+ *                u = atan2(z, x) / 2pi + 1/2: the centre column looks
  *                along +X and u grows from +X towards +Z. Pixel (i, j) of a
  *                w x h map is centred on u = (i + .5) / w,
  *                theta = pi (j + .5) / h from +Y, and covers the solid angle
@@ -20,22 +20,23 @@
  *                  +X ( 1, -v, -u)   -X (-1, -v,  u)
  *                  +Y ( u,  1,  v)   -Y ( u, -1, -v)
  *                  +Z ( u, -v,  1)   -Z (-u, -v, -1)
- *                which is the rule of OpenGL, Direct3D, Vulkan, KTX and DDS.
- *   Colour       linear RGB, the primaries of the source, scene-referred;
- *                no tone mapping anywhere.
+ *                as in OpenGL, Direct3D, Vulkan, KTX and DDS.
+ *   Colour       linear RGB, scene-referred, with the primaries of the
+ *                source; no tone mapping anywhere.
  *   Roughness    perceptual, 0..1. A lobe's width is alpha = roughness^2.
- *   Threads      a context belongs to one caller at a time; its calls run on
- *                its own pool. Different contexts are independent. Every
- *                output is the same bytes for any number of threads.
- *   Errors       functions that can fail return ibl_status, 0 for success,
- *                and explain themselves through the context's log callback
- *                (one line, naming file, value and limit). Unless a function
- *                says otherwise its output is untouched by an ARGUMENT error
- *                and holds nothing to free after any error. A pointer is
- *                NULL only where it may be, by what is said of it: functions
- *                that return ibl_status answer others with IBL_ERR_ARGUMENT,
- *                in silence where it is the context, or what has one, that
- *                is not there; those that return none must not be given any.
+ *   Threads      only one caller may use a context at a time. Its calls run
+ *                on the context's pool. Different contexts are independent.
+ *                Every output has the same bytes for any number of threads.
+ *   Errors       functions that can fail return ibl_status, 0 for success.
+ *                They report the reason through the context's log callback
+ *                (one line with file, value and limit). Unless a function
+ *                says otherwise, an ARGUMENT error leaves its output
+ *                unchanged, and after any error the output holds nothing to
+ *                free.
+ *   NULL         is allowed only where a comment says so. Elsewhere, functions
+ *                that return ibl_status return IBL_ERR_ARGUMENT, without a log
+ *                line if the context, or an object that holds it, is NULL.
+ *                Other functions must not be given NULL.
  */
 #ifndef IBL_IBL_H
 #define IBL_IBL_H
@@ -52,22 +53,22 @@ typedef enum ibl_status {
     IBL_OK = 0,
     IBL_ERR_ARGUMENT,    /* a value outside its documented range */
     IBL_ERR_MEMORY,      /* out of memory, or larger than the library takes */
-    IBL_ERR_IO,          /* the system refused to open, read or write */
-    IBL_ERR_FORMAT,      /* not the format it claims, corrupt or cut short */
+    IBL_ERR_IO,          /* the system could not open, read or write */
+    IBL_ERR_FORMAT,      /* not the format it claims, corrupt or truncated */
     IBL_ERR_UNSUPPORTED, /* valid, but not possible with what is installed */
     IBL_ERR_CANCELLED    /* ibl_ctx_cancel was called */
 } ibl_status;
 
-/* A short English phrase for a status; never NULL, not to be freed. */
+/* A short English phrase for a status; never NULL. Do not free it. */
 const char *ibl_status_text(ibl_status status);
 
 /* ---- context -------------------------------------------------------- */
 
-/* Instruction sets of the hot loops. Results of different sets agree to
- * rounding, not to the byte. */
+/* Instruction sets of the hot loops. Results of different sets differ by
+ * rounding. */
 typedef enum ibl_isa {
     IBL_ISA_AUTO = 0, /* the best that this CPU has */
-    IBL_ISA_C,        /* the plain version, the reference for the others */
+    IBL_ISA_C,        /* plain C, the reference for the others */
     IBL_ISA_SSE2,
     IBL_ISA_AVX2,  /* AVX2 + FMA + F16C */
     IBL_ISA_AVX512 /* AVX-512 F, BW, DQ, VL */
@@ -80,17 +81,16 @@ ibl_isa ibl_isa_best(void);
 
 typedef enum ibl_log_level {
     IBL_LOG_ERROR,   /* why a call failed */
-    IBL_LOG_WARNING, /* the call went on, but the user should know */
+    IBL_LOG_WARNING, /* the call continued, but the user should know */
     IBL_LOG_INFO     /* what was done */
 } ibl_log_level;
 
 /* Receives one line without a newline, on the thread that made the call. */
 typedef void ibl_log_fn(void *cookie, ibl_log_level level, const char *text);
 
-/* Receives the running stage ("decode", "level 0", "specular 3", ...) and how
- * much of it is done, 0..1, on the thread that made the call. A stage reports
- * at least its start (0) and its end (1). stage stays valid only during the
- * call. */
+/* Receives the running stage ("decode", "level 0", "specular 3", ...) and its
+ * finished share, 0..1, on the thread that made the call. A stage reports at
+ * least its start (0) and its end (1). stage is valid only during the call. */
 typedef void ibl_progress_fn(void *cookie, const char *stage, double done);
 
 typedef struct ibl_ctx_options {
@@ -100,21 +100,21 @@ typedef struct ibl_ctx_options {
     void *log_cookie;          /* passed to log */
     ibl_progress_fn *progress; /* NULL: none */
     void *progress_cookie;     /* passed to progress */
-    const char *bridge;        /* path of the image bridge, NULL: the one that
-                                  was compiled in; see ibl/io.h. Copied. */
+    const char *bridge;        /* path of the image bridge; NULL: the path
+                                  compiled in, see ibl/io.h. Copied. */
 } ibl_ctx_options;
 
 typedef struct ibl_ctx ibl_ctx;
 
-/* CPUs this process may use: online, in its affinity mask, and within its
- * cgroup's quota (rounded up). At least 1. */
+/* Number of CPUs that this process may use: online, in its affinity mask, and
+ * within its cgroup's quota (rounded up). At least 1. */
 int ibl_cpu_count(void);
 
 ibl_ctx_options ibl_ctx_options_default(void);
 
 /*
- * Makes a context with its pool of threads, which block all signals but those
- * of faults: handlers run on other threads. opts may be NULL for defaults.
+ * Makes a context with its pool of threads. These threads block all signals
+ * except faults, so handlers run on other threads. opts: NULL for defaults.
  * IBL_ERR_ARGUMENT: threads or isa out of range. IBL_ERR_UNSUPPORTED: the CPU
  * lacks the instruction set. IBL_ERR_MEMORY: no memory or no threads. *ctx is
  * NULL after an error.
@@ -126,21 +126,21 @@ int ibl_ctx_threads(const ibl_ctx *ctx);
 ibl_isa ibl_ctx_isa(const ibl_ctx *ctx); /* the set in use, never AUTO */
 
 /*
- * Makes the running call, and every later one, return IBL_ERR_CANCELLED as
- * soon as its jobs in flight end (some milliseconds). Callable from any
- * thread and from a signal handler.
+ * The running call returns IBL_ERR_CANCELLED as soon as its running jobs end
+ * (some milliseconds), and so does every later call. Callable from any thread
+ * and from a signal handler.
  */
 void ibl_ctx_cancel(ibl_ctx *ctx);
 
 /* ---- images --------------------------------------------------------- */
 
-/* Largest width or height that the library takes, in pixels. */
+/* Largest width or height that the library accepts, in pixels. */
 #define IBL_MAX_EDGE 65536
 
 /*
  * An equirectangular map: height rows of width texels of 3 floats R, G, B,
- * tightly packed, row 0 at the zenith. The bake calls take finite values
- * >= 0 only (ibl_image_read in ibl/io.h sees to that) and any aspect ratio.
+ * tightly packed, row 0 at the zenith. The bake calls accept any aspect ratio.
+ * All values must be finite and >= 0; ibl_image_read in ibl/io.h ensures this.
  */
 typedef struct ibl_image {
     int width;   /* 1..IBL_MAX_EDGE */
@@ -158,9 +158,8 @@ void ibl_image_free(ibl_image *img); /* NULL and zeroed are fine */
 
 /*
  * A cube map with its mip chain, RGB floats. Level l has faces of
- * max(size >> l, 1) texels squared. Levels follow each other from the
- * largest, in a level the six faces, in a face the rows from the top, no
- * padding anywhere.
+ * max(size >> l, 1) texels squared. Order: levels from the largest, then the
+ * six faces of a level, then the rows of a face from the top. No padding.
  */
 typedef struct ibl_cube {
     int size;    /* edge of level 0 in texels, 1..IBL_MAX_CUBE_SIZE */
@@ -181,16 +180,16 @@ int ibl_cube_edge(int size, int level);
 float *ibl_cube_face(const ibl_cube *cube, int level, int face);
 /* Unit direction of the centre of texel (x, y) of a face of `size`. */
 void ibl_cube_direction(int size, int face, int x, int y, double dir[3]);
-/* Solid angle of texel (x, y) of a face of `size`, in steradians; the 6 n^2
- * of them sum to 4 pi. */
+/* Solid angle of texel (x, y) of a face of `size`, in steradians. All
+ * 6 size^2 texels sum to 4 pi. */
 double ibl_cube_solid_angle(int size, int x, int y);
 
 /* ---- bakes ---------------------------------------------------------- */
 
-/* Where a bake takes options, NULL stands for the defaults. */
+/* In all bakes, NULL options mean the defaults. */
 
-/* How a level's roughness follows from its index; t = level / (levels - 1)
- * (0 for a single level). */
+/* Mapping from level to roughness r; t = level / (levels - 1) (0 for a single
+ * level). */
 typedef enum ibl_roughness_map {
     IBL_ROUGHNESS_LINEAR,  /* r = t: a shader uses lod = r (levels - 1) */
     IBL_ROUGHNESS_FILAMENT /* t = r (2 - r), r = 1 - sqrt(1 - t): a shader
@@ -199,79 +198,80 @@ typedef enum ibl_roughness_map {
 
 /* "linear" or "filament". */
 const char *ibl_roughness_map_name(ibl_roughness_map map);
-/* Perceptual roughness of a level of a chain over the whole range, 0..1. */
+/* Perceptual roughness of a level, for a chain over the whole range 0..1. */
 double ibl_level_roughness(ibl_roughness_map map, int level, int levels);
-/* The default number of levels: down to a last level of 8x8 or, for cubes
- * smaller than 8, down to 1x1. */
+/* The default number of levels: the last level is 8x8 or, for cubes smaller
+ * than 8, 1x1. */
 int ibl_default_levels(int size);
 
 /*
- * Level 0: the environment as a cube. Each texel is the average over its solid
- * angle of the source's pixels as constant patches. Linear, and never outside
- * the range of the source.
+ * Level 0: the environment as a cube. Each source pixel is a patch of constant
+ * radiance, and each texel is the average of these patches over its solid
+ * angle. The result is linear in the source and never leaves its range.
  *
- * Where pixels are larger than texels, width < 4 size or height < 2 size, the
- * source is first interpolated: each pixel becomes sx by sy finer ones, and
- * those are the patches. sx and sy are the least whole numbers by which a row
- * has 4 size finer pixels, 512 and an even number at least, and a column
- * 2 size. A finer pixel has the value at its centre:
- *   - along a row linear from centre to centre of the source's pixels, once
- *     around;
- *   - between the centres of two rows with the weight t + b t (1 - t) for the
- *     lower one and the rest for the upper, t going from 0 to 1 evenly. b is
- *     such that, by solid angle, the finer rows between these centres that are
- *     above the border of the two have all of the upper row's weight in sum,
- *     those below it all of the lower's: every pixel keeps its energy;
- *   - beyond a pole lies the row next to it, half a turn away, and b is 0.
+ * If pixels are larger than texels (width < 4 size or height < 2 size), the
+ * source is first interpolated: each pixel becomes sx by sy finer pixels, and
+ * these are the patches. sx and sy are the smallest integers that give
+ *   - a row at least 4 size and at least 512 finer pixels, an even number;
+ *   - a column at least 2 size finer pixels.
+ * A finer pixel has the value at its centre:
+ *   - Along a row, the value is linear between the centres of the source's
+ *     pixels and wraps around.
+ *   - Between the centres of two rows, t goes evenly from 0 to 1. The lower
+ *     row has the weight t + b t (1 - t), the upper row the rest. b is chosen
+ *     so that every pixel keeps its energy: summed by solid angle over the
+ *     finer rows between the centres, the upper row's weights equal the solid
+ *     angle above the border of the two rows, the lower row's that below.
+ *   - Beyond a pole, the row next to it continues, half a turn away; b is 0.
  *   env       the map
  *   yaw_deg   turns the environment about +Y, counter-clockwise seen from
  *             above; any finite value
- *   cube      allocated, any size; level 0 is written, the others untouched
+ *   cube      allocated, any size; only level 0 is written
  */
 ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
                                  double yaw_deg, ibl_cube *cube);
 
 /*
- * The other way: fills map (allocated, width a multiple of 8, height even) from
- * level 0 of cube. Each pixel is the mean over its solid angle of the texels as
- * constant patches, so that the map is the same light: a constant stays that,
- * nothing leaves the range of the cube, and a texel's energy arrives. The
- * integral is exact along meridians, of which there are four between the edges
- * of pixels and of the columns of texels of the four upright faces: 1e-5 of
- * what such a texel holds, and 0.5 % (root mean square; 3 % at most) of a
- * single texel of +Y or -Y, goes to its neighbours instead or comes from them.
- * IBL_ERR_ARGUMENT: width or height. IBL_ERR_MEMORY: map unspecified.
+ * The inverse: fills map (allocated, width a multiple of 8, height even) from
+ * level 0 of cube. Each texel is a patch of constant radiance, and each pixel
+ * is the average of these patches over its solid angle. So a constant stays
+ * constant, no value leaves the range of the cube, and each texel's energy is
+ * kept. The integral is exact along meridians, of which four lie between
+ * neighbouring edges of pixels and of texel columns of the four upright faces.
+ * Its error moves energy between neighbouring texels: 1e-5 of a texel of an
+ * upright face, 0.5 % (root mean square; at most 3 %) of a texel of +Y or -Y.
+ * IBL_ERR_ARGUMENT: width or height. IBL_ERR_MEMORY: map is unspecified.
  */
 ibl_status ibl_latlong_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
                                  ibl_image *map);
-/* Width of the map that has all that a cube of a size has: 8 size, at least
- * 256, at most IBL_MAX_EDGE. It is half as high. */
+/* Width of a map that keeps the whole detail of a cube of this size: 8 size, at
+ * least 256, at most IBL_MAX_EDGE. The height is half the width. */
 int ibl_latlong_width(int size);
 
 /*
- * Fills levels 1.. of cube from level 0: each texel the average of the 2x2
- * texels above it (3 of an odd row's or column's), weighted by their solid
- * angles.
+ * Fills levels 1.. of cube from level 0. Each texel is the average of the 2x2
+ * texels above it (3 along an odd edge), weighted by their solid angles.
  */
 ibl_status ibl_cube_build_mips(ibl_ctx *ctx, ibl_cube *cube);
 
 /*
- * What a level of a specular chain is convolved with: a weight w of the angle
- * psi from R to L alone, N = V = R, so N.L = cos(psi) and N.H = cos(psi / 2);
- * alpha = roughness^2, and w is 0 below the horizon, psi > 90 degrees. Level 0
- * of a chain from roughness 0 is the environment for every lobe.
+ * The lobe that a level of a specular chain is convolved with. Its weight w
+ * depends only on the angle psi from R to L. N = V = R, so N.L = cos(psi) and
+ * N.H = cos(psi / 2); alpha = roughness^2. w is 0 below the horizon, at
+ * psi > 90 degrees. If a chain begins at roughness 0, its level 0 is the
+ * environment for every lobe.
  *
  *   GGX      D_ggx(N.H; alpha) N.L (Walter et al. 2007, eq. 33; Karis 2013).
- *   CHARLIE  D(N.H) N.L, D = (2 + 1/alpha) sin(theta_h)^(1/alpha) / 2pi: sheen
- *            as of glTF's KHR_materials_sheen (Estevez and Kulla 2017). It is
- *            0 at the mirror direction and has no mirror for a limit: as
- *            alpha falls it becomes a ring on the horizon, which level 0 is
- *            not. A shader should not go below the roughness of level 1.
+ *   CHARLIE  D(N.H) N.L, D = (2 + 1/alpha) sin(theta_h)^(1/alpha) / 2pi: the
+ *            sheen of glTF's KHR_materials_sheen (Estevez and Kulla 2017). It
+ *            is 0 at the mirror direction. As alpha falls it becomes a ring on
+ *            the horizon, not a mirror, so level 0 is not its limit. A shader
+ *            should not go below the roughness of level 1.
  *   PHONG    (N.L)^(n + 1), n = (1/alpha^2 - 1) / 2: a cosine power about R
- *            and a cosine. n is a quarter of 2/alpha^2 - 2, the exponent of
- *            Blinn and Phong that is as wide as GGX's alpha, since the angle to
- *            R is twice that to H (the 1/4 of Lagarde's CubemapGen and of
- *            cmft's "blinnbrdf").
+ *            times a cosine. n is a quarter of 2/alpha^2 - 2, the Blinn-Phong
+ *            exponent as wide as GGX's alpha, because the angle to R is twice
+ *            that to H (the 1/4 of Lagarde's CubemapGen and of cmft's
+ *            "blinnbrdf").
  *
  * At roughness 1 GGX and PHONG are the cosine, so that level is irradiance/pi.
  */
@@ -286,8 +286,8 @@ const char *ibl_lobe_name(ibl_lobe lobe);
 
 /* How the levels of a specular chain are made. */
 typedef enum ibl_method {
-    IBL_METHOD_AUTO,     /* spectral, but a level with a number of samples of
-                            its own is sampled */
+    IBL_METHOD_AUTO,     /* spectral; levels set in level_samples are
+                            sampled */
     IBL_METHOD_SPECTRAL, /* exact: see ibl_bake_specular */
     IBL_METHOD_SAMPLED
 } ibl_method;
@@ -295,7 +295,7 @@ typedef enum ibl_method {
 /* "auto", "spectral" or "sampled". */
 const char *ibl_method_name(ibl_method method);
 
-/* A fifth of what rounding to a half float leaves. */
+/* A fifth of the rounding error of a half float. */
 #define IBL_TOLERANCE_DEFAULT 5e-5
 
 typedef struct ibl_specular_options {
@@ -306,27 +306,27 @@ typedef struct ibl_specular_options {
     int levels;                /* 1..floor(log2(size)) + 1; default 0: see
                                   ibl_specular_layout */
     ibl_roughness_map mapping; /* default IBL_ROUGHNESS_LINEAR */
-    double roughness_min;      /* the range that is used, in 0..1, default */
+    double roughness_min;      /* the range of roughness, in 0..1, default */
     double roughness_max;      /*   all of it: see ibl_specular_layout */
-    double tolerance; /* 1e-6..1, default IBL_TOLERANCE_DEFAULT: the relative
-                         error (95th percentile) that is accepted of every
-                         spectral level, and of irradiance */
+    double tolerance; /* 1e-6..1, default IBL_TOLERANCE_DEFAULT: the largest
+                         relative error (95th percentile) accepted for every
+                         spectral level and for irradiance */
     double yaw_deg;   /* as in ibl_cube_from_latlong */
-    /* Of sampled levels alone: */
+    /* Only for sampled levels: */
     int samples;                       /* per texel, 1..1048576, default 1024 */
     int level_samples[IBL_MAX_LEVELS]; /* > 0 overrides samples there */
-    double lod_bias; /* added to the lookups' mip level, -4..4, default 1:
+    double lod_bias; /* added to the lookups' mip level, -4..4, default 1;
                         less shows single samples, more blurs the horizon */
-    int jitter;      /* 1: turn the sample pattern by a hash of the texel;
+    int jitter;      /* 1: rotate the sample pattern by a hash of the texel;
                         default 0 */
-    int pdf_mip;     /* 0: every lookup at mip 0 (the tutorial's first
+    int pdf_mip;     /* 0: every lookup is at mip 0 (the tutorial's first
                         version); default 1 */
 } ibl_specular_options;
 
 ibl_specular_options ibl_specular_options_default(void);
 
 /*
- * The levels of a specular chain, and where a shader finds a roughness r:
+ * The levels of a specular chain, and the lod of a roughness r in a shader:
  *     lod = x lod_scale + lod_offset,   x = r       (linear mapping)
  *                                       x = r (2 - r)     (Filament's)
  * clamped to 0..levels - 1.
@@ -338,23 +338,24 @@ typedef struct ibl_specular_layout {
 } ibl_specular_layout;
 
 /*
- * The layout that options ask for; the one place where a level's roughness
- * comes from. The levels go in equal steps of x from roughness_min to
- * roughness_max. With the whole range, 0..1, that is
- * r = ibl_level_roughness(mapping, level, levels), size as asked for and, by
+ * The layout for these options. Only this function defines a level's
+ * roughness. The levels have equal steps of x from roughness_min to
+ * roughness_max. For the whole range, 0..1, this gives
+ * r = ibl_level_roughness(mapping, level, levels), the given size and, by
  * default, ibl_default_levels(size).
  *
- * Of a part of the range only what it needs is made:
- *   size    as asked for if roughness_min is 0: level 0 is the environment.
- *           Else what a lobe of roughness_min needs, 5 pi / (2 alpha) texels
- *           along an edge, or what the whole chain of that size has for it,
- *           whichever is less, rounded up so that every level halves it.
- *   levels  by default as many as bring the last one nearest to what a lobe
- *           of roughness_max needs, or to what the whole chain has for it; two
- *           at least, unless roughness_min = roughness_max: that is one level,
- *           and asking for more an error.
+ * For a part of the range:
+ *   size    the given one if roughness_min is 0: level 0 is the environment.
+ *           Else the smaller of two edges, rounded up so that every level
+ *           halves it: the edge that a lobe of roughness_min needs,
+ *           5 pi / (2 alpha) texels, and the edge that the whole chain of the
+ *           given size has at that roughness.
+ *   levels  by default, the number that brings the last edge nearest to the
+ *           edge for roughness_max, defined in the same way; at least two if
+ *           the first edge has two texels. If roughness_min = roughness_max
+ *           there is one level, and more are an error.
  * IBL_ERR_ARGUMENT: size, levels, mapping or range out of range; nothing is
- * written. Needs no context and explains nothing.
+ * written. Needs no context and logs nothing.
  */
 ibl_status ibl_specular_layout_of(const ibl_specular_options *opts,
                                   ibl_specular_layout *layout);
@@ -363,34 +364,34 @@ ibl_status ibl_specular_layout_of(const ibl_specular_options *opts,
  * The specular chain: level l is the environment convolved with the lobe of
  * ibl_specular_layout_of's roughness[l], N = V = R,
  *   int L w dO / int w dO
- * over the sphere, where each pixel of the source is a patch of constant
- * radiance L, as large as CONVENTIONS say. Where that roughness is 0 it is the
+ * over the sphere. Each pixel of the source is a patch of constant radiance L
+ * with the solid angle in CONVENTIONS. At roughness 0 the level is the
  * environment itself (ibl_cube_from_latlong).
  *
  * A spectral level is that integral to the tolerance, for every lobe and any
- * size of the map, from roughness 0.02 up: a product for each degree of the
- * spherical harmonics of the map, of as many degrees as the tolerance needs.
- * The few pixels that outshine all around them are integrated by the lobe's
- * own formula. Where a narrow lobe would need too high a degree the harmonics
- * have its far part, and the pixels in reach of the near part are integrated
- * one by one (Ewald's split). No level is sampled that is not asked to be, by
- * IBL_METHOD_SAMPLED or with IBL_METHOD_AUTO by level_samples;
- * IBL_METHOD_SPECTRAL does not look at samples.
+ * size of the map, from roughness 0.02 up. It is a product for each degree of
+ * the spherical harmonics of the map, with as many degrees as the tolerance
+ * needs. The few pixels much brighter than their surroundings are integrated
+ * by the lobe's formula. If a narrow lobe would need too high a degree, the
+ * harmonics give its far part, and the pixels in reach of its near part are
+ * integrated one by one (Ewald's split).
  *
- * A sampled level is importance sampling of the same,
- *   sum L_i w_i / sum w_i,  w = N.L,
- * L_i by trilinear lookups, seamless across faces, in a solid-angle-weighted
- * mip chain, at the level where a texel's solid angle is that of the sample,
- * 1 / (samples pdf), and lod_bias levels further. The pdf is without N.L: for
- * GGX D(N.H) N.H / (4 V.H), for Charlie and Phong as (1 - N.L)^(1 / (2 alpha))
- * and (N.L)^n. Charlie's ring is a larger place than a peak and takes several
- * times the samples for the same error.
- * Hammersley points, all of them in the part of the lobe above the horizon,
- * moved by what takes the blur of the lookups back. The chain that is looked
- * up is not the output's, nor that of ibl_cube_build_mips: its means are
- * taken under the tent of bilinear filtering, not over 2x2 texels, which
- * would move small lights to the middles of texels.
- *   out   empty; allocated here, the caller's to free with ibl_cube_free
+ * Levels are sampled only on request: all by IBL_METHOD_SAMPLED, single levels
+ * by level_samples with IBL_METHOD_AUTO. IBL_METHOD_SPECTRAL ignores samples.
+ * A sampled level estimates the same integral by importance sampling,
+ *   sum L_i w_i / sum w_i,  w = N.L.
+ * L_i is a trilinear lookup, seamless across faces, in a solid-angle-weighted
+ * mip chain. The mip level is the one where a texel has the solid angle of the
+ * sample, 1 / (samples pdf), plus lod_bias. The pdf does not include N.L: for
+ * GGX it is D(N.H) N.H / (4 V.H), for Charlie and Phong proportional to
+ * (1 - N.L)^(1 / (2 alpha)) and (N.L)^n. Charlie's ring covers more solid angle
+ * than a peak and needs several times the samples for the same error.
+ * The samples are Hammersley points, all in the part of the lobe above the
+ * horizon, moved to compensate for the blur of the lookups. The mip chain of
+ * the lookups is neither the output's nor that of ibl_cube_build_mips. Its
+ * averages use the tent of bilinear filtering; averages over 2x2 texels would
+ * move small lights to the middles of texels.
+ *   out   empty; allocated here, to be freed with ibl_cube_free
  * Sources: Karis 2013 (split sum); Ramamoorthi and Hanrahan 2001 (convolution
  * as a product); Walter et al. 2007 eq. 33 (GGX), 35, 36 (sampling); Krivanek
  * and Colbert 2008 (mip from pdf).
@@ -400,42 +401,43 @@ ibl_status ibl_bake_specular(ibl_ctx *ctx, const ibl_image *env,
                              const ibl_specular_options *opts, ibl_cube *out);
 
 /*
- * Relative error of a colour: |rgb - truth| / max(|truth|, floor), |.| the
- * root of the sum of squares over R, G and B. The floor is a thousandth of the
- * |.| of the environment's mean radiance: below it a difference is lost beside
- * everything else in the scene.
+ * Relative error of a colour: |rgb - truth| / max(|truth|, floor). |.| is the
+ * root of the sum of squares over R, G and B. The floor is a thousandth of |.|
+ * of the environment's mean radiance; darker differences are invisible beside
+ * the rest of the scene.
  */
 #define IBL_RELATIVE_FLOOR 1e-3
 double ibl_relative_error(const double rgb[3], const double truth[3],
                           const double mean[3]);
 
 /* How a level of a specular chain was made: with samples; or with a degree, a
- * reach or both; or with none of them: the environment itself. */
+ * reach or both. A level with none of them is the environment itself. */
 typedef struct ibl_specular_level {
     int samples;  /* of each texel; 0: not sampled */
     int degree;   /* of the spherical harmonics; 0: none */
-    double reach; /* angle around R, in radians, within which pixels were summed
-                     up one by one; 0: none were */
-    double error; /* the estimate of what the degrees leave, see
+    double reach; /* angle around R, in radians, within which pixels were
+                     integrated one by one; 0: none were */
+    double error; /* estimated error of the degrees left out, see
                      ibl_bake_specular_report; -1: no degree */
 } ibl_specular_level;
 
 typedef struct ibl_specular_report {
     ibl_specular_layout layout;
     ibl_specular_level level[IBL_MAX_LEVELS];
-    int lookup_size; /* edge of the cube that was looked up; 0: none was */
+    int lookup_size; /* edge of the cube for lookups; 0: there was none */
 } ibl_specular_report;
 
 /*
- * ibl_bake_specular that tells how. report may be NULL.
+ * ibl_bake_specular with a report of how each level was made. report may be
+ * NULL.
  *
  * The error of a spectral level is estimated from the power in the degrees that
- * it leaves out and from how its texels are interpolated: the 95th percentile
- * over its texels of three times that root mean square, in parts of the texel
- * as in ibl_relative_error. A level has as many degrees as keep the estimate
- * below the tolerance; a warning tells where none suffice. The integrals over
- * single pixels and the rounding to a pixel format are no part of it, and
- * sampled levels have no estimate.
+ * it leaves out and from the interpolation of its texels. The estimate is three
+ * times that root mean square, relative to the texel as in ibl_relative_error,
+ * at the 95th percentile over the texels. A level has as many degrees as keep
+ * it below the tolerance; a warning reports a level where no number of degrees
+ * does. The estimate does not include the integrals over single pixels and the
+ * rounding to a pixel format. Sampled levels have no estimate.
  */
 ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
                                     const ibl_specular_options *opts,
@@ -443,10 +445,10 @@ ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
 
 typedef struct ibl_irradiance_options {
     int size;       /* edge of the faces, 1..IBL_MAX_CUBE_SIZE, default 32 */
-    double step;    /* 0 (default): exact; > 0, at most 0.5: the classic grid
-                       over the hemisphere in theta and phi, midpoints, this
-                       many radians apart, looked up bilinearly in a cube of
-                       the environment */
+    double step;    /* 0 (default): exact. > 0, at most 0.5: the classic grid
+                       over the hemisphere in theta and phi, with midpoints
+                       this many radians apart and bilinear lookups in a cube
+                       of the environment */
     double yaw_deg; /* as in ibl_cube_from_latlong */
 } ibl_irradiance_options;
 
@@ -455,10 +457,10 @@ ibl_irradiance_options ibl_irradiance_options_default(void);
 /*
  * The diffuse map: irradiance / pi,
  *   int L max(N.L, 0) dO / pi,
- * so a shader multiplies by albedo alone. Pixels are patches as for
- * ibl_bake_specular; it is the level of GGX at roughness 1, to the default
- * tolerance.
- *   out   empty; allocated here with one level, the caller's to free
+ * so a shader only multiplies by albedo. Pixels are patches as for
+ * ibl_bake_specular. The map equals the level of GGX at roughness 1, to the
+ * default tolerance.
+ *   out   empty; allocated here with one level, to be freed by the caller
  * IBL_ERR_ARGUMENT: an option out of range.
  */
 ibl_status ibl_bake_irradiance(ibl_ctx *ctx, const ibl_image *env,
@@ -468,8 +470,9 @@ ibl_status ibl_bake_irradiance(ibl_ctx *ctx, const ibl_image *env,
 #define IBL_MAX_SH_DEGREE 1000
 
 /*
- * Spherical harmonics of the radiance, a_lm = int L Y_lm dO, pixels as patches,
- * with the real orthonormal basis in the world's axes, polar axis +Z:
+ * Spherical harmonics of the radiance, a_lm = int L Y_lm dO, with pixels as
+ * patches. The basis is real and orthonormal, in the world's axes, polar axis
+ * +Z:
  *   Y_lm = sqrt(2) K_l|m| P_l|m|(z) cos(m phi)       m > 0
  *          K_l0 P_l0(z)                              m = 0
  *          sqrt(2) K_l|m| P_l|m|(z) sin(|m| phi)     m < 0
@@ -492,19 +495,19 @@ double ibl_sh_cosine(int l);
 
 /*
  * An environment that is read once, row by row. read writes the next `rows`
- * rows from the zenith down, 3 * width * rows floats, finite and >= 0; it is
- * called on the thread of the bake, and a status of its own ends the bake.
+ * rows from the zenith down: 3 * width * rows floats, finite and >= 0. It is
+ * called on the thread of the bake. If it returns an error, the bake ends.
  */
 typedef struct ibl_environment {
     int width, height; /* 1..IBL_MAX_EDGE */
     ibl_status (*read)(void *cookie, int rows, float *rgb);
     void *cookie;
-    const ibl_image *image; /* the environment in memory, or NULL. Where it is
-                               given nothing above is looked at: the size is
-                               the image's */
+    const ibl_image *image; /* the environment in memory, or NULL. If it is
+                               given, the members above are ignored: the size
+                               is the image's */
 } ibl_environment;
 
-/* The cubes and coefficients that one reading of an environment gives. */
+/* The outputs of one reading of an environment. */
 typedef struct ibl_bake_options {
     int skybox;   /* edge of a cube of the environment with all its mips,
                      1..IBL_MAX_CUBE_SIZE; default 0: none */
@@ -513,35 +516,35 @@ typedef struct ibl_bake_options {
     int irradiance; /* 0: none; default 1 */
     ibl_irradiance_options irradiance_options;
     int sh_degree;          /* 0..IBL_MAX_SH_DEGREE; -1: none; default 2 */
-    double yaw_deg;         /* in place of those in the options above */
-    const ibl_cube *level0; /* level 0 of specular where that has roughness 0,
-                               not turned: the environment is a map of this
-                               cube. Its size is specular's. Default NULL: made
-                               of the environment */
+    double yaw_deg;         /* replaces those in the options above */
+    const ibl_cube *level0; /* level 0 of specular if its roughness is 0, not
+                               turned: the environment is a map of this cube.
+                               Its size is specular's. Default NULL: made from
+                               the environment */
 } ibl_bake_options;
 
 ibl_bake_options ibl_bake_options_default(void);
 
 typedef struct ibl_bake_result {
-    ibl_cube skybox, specular, irradiance; /* empty where not wanted */
+    ibl_cube skybox, specular, irradiance; /* empty if not requested */
     ibl_specular_report report;            /* of specular */
     int irradiance_degree; /* of the spherical harmonics; 0: not spectral */
-    double *sh;            /* 3 (sh_degree + 1)^2 as of ibl_bake_sh, or NULL */
+    double *sh;            /* 3 (sh_degree + 1)^2 as in ibl_bake_sh, or NULL */
 } ibl_bake_result;
 
 void ibl_bake_result_free(ibl_bake_result *r); /* NULL and zeroed are fine */
 
 /*
- * Everything from one reading, row by row. The specular chain is that of
+ * All outputs from one reading, row by row. The specular chain is that of
  * ibl_bake_specular_report. Irradiance and coefficients are those of
  * ibl_bake_irradiance and ibl_bake_sh, from the same spherical harmonics as the
- * levels, irradiance to the tolerance of specular_options, whether or not a
- * specular chain is wanted.
+ * levels. Irradiance has the tolerance of specular_options, with or without a
+ * specular chain.
  *
- * The map is kept whole where a level is sampled and for a step of
- * irradiance_options. Else what is needed of memory grows with the width of the
- * map and, by 24 bytes for each degree, with its height, not with its pixels.
- *   result  empty; the caller's to free with ibl_bake_result_free
+ * The whole map stays in memory only if a level is sampled or
+ * irradiance_options has a step. Else memory grows with the width of the map
+ * and, by 24 bytes for each degree, with its height, not with its pixels.
+ *   result  empty; to be freed with ibl_bake_result_free
  * IBL_ERR_ARGUMENT: an option out of range. The status of env->read.
  */
 ibl_status ibl_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
@@ -578,9 +581,9 @@ void ibl_lut_free(ibl_lut *lut); /* NULL and zeroed are fine */
  * roughness = (j + .5) / size (memory row 0 is the smoothest),
  *   R = integral of (f / F) (1 - Fc) N.L dL   scale of F0
  *   G = integral of (f / F) Fc N.L dL         bias
- * with f the GGX microfacet BRDF, F its Fresnel term and
- * Fc = (1 - V.H)^5. The quadrature is within 5e-5 of the integrals.
- *   out   empty; allocated here, the caller's to free with ibl_lut_free
+ * f is the GGX microfacet BRDF, F its Fresnel term, and Fc = (1 - V.H)^5. The
+ * quadrature is within 5e-5 of the integrals.
+ *   out   empty; allocated here, to be freed with ibl_lut_free
  * Source: Karis 2013, "Real Shading in Unreal Engine 4".
  * IBL_ERR_ARGUMENT: an option out of range.
  */
