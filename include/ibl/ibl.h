@@ -200,8 +200,8 @@ typedef enum ibl_roughness_map {
 const char *ibl_roughness_map_name(ibl_roughness_map map);
 /* Perceptual roughness of a level, for a chain over the whole range 0..1. */
 double ibl_level_roughness(ibl_roughness_map map, int level, int levels);
-/* The default number of levels: the last level is 8x8 or, for cubes smaller
- * than 8, 1x1. */
+/* The default number of levels: the last level is the smallest of at least 8x8
+ * or, for cubes smaller than 8, 1x1. */
 int ibl_default_levels(int size);
 
 /*
@@ -238,8 +238,9 @@ ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
  * constant, no value leaves the range of the cube, and each texel's energy is
  * kept. The integral is exact along meridians, of which four lie between
  * neighbouring edges of pixels and of texel columns of the four upright faces.
- * Its error moves energy between neighbouring texels: 1e-5 of a texel of an
- * upright face, 0.5 % (root mean square; at most 3 %) of a texel of +Y or -Y.
+ * Its error moves energy between neighbouring texels: 1e-5 of the energy of a
+ * texel of an upright face, 0.5 % (root mean square; at most 3 %) of that of a
+ * single texel of +Y or -Y.
  * IBL_ERR_ARGUMENT: width or height. IBL_ERR_MEMORY: map is unspecified.
  */
 ibl_status ibl_latlong_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
@@ -403,7 +404,7 @@ ibl_status ibl_bake_specular(ibl_ctx *ctx, const ibl_image *env,
 /*
  * Relative error of a colour: |rgb - truth| / max(|truth|, floor). |.| is the
  * root of the sum of squares over R, G and B. The floor is a thousandth of |.|
- * of the environment's mean radiance; darker differences are invisible beside
+ * of the environment's mean radiance; a difference below it is lost among
  * the rest of the scene.
  */
 #define IBL_RELATIVE_FLOOR 1e-3
@@ -496,7 +497,7 @@ double ibl_sh_cosine(int l);
 /*
  * An environment that is read once, row by row. read writes the next `rows`
  * rows from the zenith down: 3 * width * rows floats, finite and >= 0. It is
- * called on the thread of the bake. If it returns an error, the bake ends.
+ * called on the thread of the bake. An error that it returns ends the bake.
  */
 typedef struct ibl_environment {
     int width, height; /* 1..IBL_MAX_EDGE */

@@ -88,7 +88,7 @@ typedef struct ibl_read_report {
  * A non-finite component becomes the largest finite one among the 8 neighbours
  * (columns wrap). If there is none, +Inf becomes 65504, others 0. Negative
  * components become 0. Both repairs are counted, with a warning.
- *   path     a file, or "-" for standard input. A named pipe (a FIFO,
+ *   path     a file, or "-" for standard input. A pipe by name (a FIFO,
  *            /dev/stdin, a shell's <(command)) is read if a process has it
  *            open for writing. Devices and directories are refused
  *   opts     NULL for defaults
@@ -155,8 +155,8 @@ int ibl_source_height(const ibl_source *source);
  * as stage "decode".
  *   rows   1 to the number of rows left, else IBL_ERR_ARGUMENT
  *   rgb    3 * width * rows floats
- * Errors as in ibl_image_read. With strict, the error comes with the last row,
- * so do not use rows before all are read. After an error other than
+ * Errors as in ibl_image_read. strict reports its error with the last row, so
+ * do not use rows before all are read. After an error other than
  * IBL_ERR_ARGUMENT, rgb is unspecified and each later call returns the same
  * status.
  */
@@ -172,7 +172,7 @@ ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb);
  * are multiplied by it. Outside an OpenEXR file's data window it is 0.
  * Non-finite values become 0 (nothing covered), values below 0 become 0 and
  * above 1 become 1. Both repairs are counted, with a warning, and refused with
- * strict, unless a finite value is within 0.001 of the range.
+ * strict; finite values within 0.001 of the range are repaired silently.
  * Colours with alpha 0 become 0: otherwise a quotient by the alpha of a
  * neighbourhood would be brighter than every colour in it.
  *
@@ -212,9 +212,9 @@ float ibl_pixel_max(ibl_pixel pixel);
  * Encodes count texels of ibl_pixel_channels(pixel) floats each. Rounds to
  * nearest, ties to even (RGB9E5: as in EXT_texture_shared_exponent); keeps
  * denormals. Values above the largest finite value, including +Inf, become that
- * value. NaN becomes 0. Halves and floats have a sign, and the same limit below
- * 0; in other pixels negative values become 0. Returns the number of components
- * beyond these limits, without those that became 0.
+ * value. In halves and floats, values below its negative become the negative;
+ * in other pixels, all negative values become 0. NaN becomes 0. Returns the
+ * number of components changed to the largest value or its negative.
  * dst: count * ibl_pixel_bytes(pixel) bytes, any alignment.
  */
 size_t ibl_pixel_encode(ibl_pixel pixel, const float *src, size_t count,
@@ -307,7 +307,7 @@ const char *ibl_texture_get(const ibl_texture *tex, const char *key);
  * Handling of cube texels that exceed the largest value of their pixel.
  *   SPREAD  The excess goes to the surrounding texels, separately in each
  *           channel and level, from the brightest texel down (the first of
- *           equals). It goes to the ring around all connected full texels, also
+ *           equals). It goes to the ring around the connected full texels, also
  *           across the cube's edges; then, while some is left, to the ring
  *           around that. A level keeps its mean radiance by solid angle, except
  *           for the rounding to the pixel and for light that exceeds the
@@ -430,7 +430,7 @@ ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
  * (".NAME.iblbake-PID-N.tmp", mode 0666 & ~umask). commit renames them all;
  * abort removes them and any directory that was made for them. Until commit,
  * existing files are unchanged. After a failure of the program, a signal or a
- * full disk, either the whole set is there, or none of it and the old files.
+ * full disk, either all files of the set are in place, or all old files are.
  *
  * This does not cover a crash of the system or a power cut. Data that the
  * system has not yet written to the disk (this takes about half a minute) is
