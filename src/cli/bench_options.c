@@ -198,9 +198,9 @@ static const ibl_option runs[] = {
     {"texels", 0, IBL_INT(ibl_bench_opts, texels, 0, 1048576),
      .allowed = "0 or 24 to 1048576",
      .help = "texels of each level that are compared with the reference; 0: "
-             "none, times alone"},
+             "none, only times"},
     {"quiet", 'q', IBL_FLAG(ibl_bench_opts, common.quiet),
-     .help = "print errors and the table alone"},
+     .help = "print only errors and the table"},
     {"verbose", 'v', IBL_FLAG(ibl_bench_opts, common.verbose),
      .help = "print each command before the first round"},
     {"help", 'h', .kind = IBL_OPTION_HELP, .help = "print this text"},

@@ -41,7 +41,7 @@ static const ibl_option input[] = {
      .help = "take maps whose width is not twice their height"},
     {"strict", 0, IBL_FLAG(ibl_common, read.strict),
      .help = "refuse infinite, NaN and negative pixels, which are otherwise "
-             "mended"},
+             "repaired"},
 };
 
 static const ibl_option running[] = {
@@ -50,7 +50,7 @@ static const ibl_option running[] = {
              "outputs are the same for any number"},
     {"isa", 0, IBL_CHOICE(ibl_common, isa, isa_names),
      .help = "instruction set of the hot loops; auto: the best of this CPU"},
-    {"quiet", 'q', IBL_FLAG(ibl_common, quiet), .help = "print errors alone"},
+    {"quiet", 'q', IBL_FLAG(ibl_common, quiet), .help = "print only errors"},
     {"verbose", 'v', IBL_FLAG(ibl_common, verbose),
      .help = "print what was done and the time of each stage"},
     {"help", 'h', .kind = IBL_OPTION_HELP, .help = "print this text"},

@@ -92,7 +92,7 @@ static const ibl_option outputs[] = {
              "texels around them, or clip"},
     {"only", 0, OTHER(only, "LIST", parse_only),
      .allowed = "a list of specular, irradiance, lut, skybox, json",
-     .standard = "all", .help = "make these outputs alone"},
+     .standard = "all", .help = "make only these outputs"},
     {"skybox", 0, INT(skybox, 1, IBL_MAX_CUBE_SIZE),
      .standard = "none",
      .help = "the environment itself too, as a cube with mips, N texels "

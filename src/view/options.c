@@ -314,7 +314,7 @@ static const ibl_option reference[] = {
 };
 
 static const ibl_option running[] = {
-    {"quiet", 'q', FLAG(quiet), .help = "print errors alone"},
+    {"quiet", 'q', FLAG(quiet), .help = "print only errors"},
     {"verbose", 'v', FLAG(verbose),
      .help = "print what was loaded, with what it is drawn and how fast"},
     {"stats", 0, FLAG(stats),
