@@ -25,7 +25,7 @@ static const unsigned char *expand(const unsigned char *src, int count,
         const int code = src[0];
         const int is_run = -(code > 128);
         const int n = code - (is_run & 128);
-        const vi run = (vi){0} + (src[1] * 0x01010101 & is_run);
+        const vi run = (vi){0} + ((int)(src[1] * 0x01010101u) & is_run);
         for (size_t k = 0; k < BLOCK; k += sizeof(vi))
             *(bytes *)(dst + k) =
                 run | (*(const bytes *)(src + 1 + k) & ~is_run);
