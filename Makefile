@@ -326,7 +326,8 @@ bench-probes: deps
 	@bash tests/bench-probes.sh $(BUILD)
 
 ## mutants: break the program in hundreds of ways; which do the tests see? (hours)
-mutants: deps
+mutants:
+	@DEPS=$(DEPS) sh tests/deps.sh check
 	@bash tests/mutants/run.sh
 
 ## check-cycles: the viewer against Blender's Cycles, where it is installed
