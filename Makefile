@@ -289,14 +289,13 @@ ROOM = --size 896x504 --turn 215 --pitch 16 --distance 4.6 --fov 65 --seconds 3 
 
 ## pictures: the README's, from the demo's environments, into data/
 SCENE = $(VIEW) build/demo/sky -q --mode scene --size 480x270 --turn 215 \
-        --offscreen data/scene
-WIDE = --distance 4.6 --fov 65 --seconds 3
+        --distance 4.6 --fov 65 --seconds 3 --pitch 16 --offscreen data/scene
 .PHONY: pictures
 pictures: demo
 	$(BIN) data/forest.exr -q -o build/pictures --preview data/preview.png
 	cp build/demo/spheres.png data/iblview.png
-	$(SCENE)-infinite.png $(WIDE) --pitch 16 --no-parallax
-	$(SCENE)-parallax.png $(WIDE) --pitch 16
+	$(SCENE)-infinite.png --no-parallax
+	$(SCENE)-parallax.png
 
 # Every build that must pass, then everything in it.
 CHECKED := build build/clang build/asan build/tsan

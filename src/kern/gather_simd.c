@@ -6,6 +6,7 @@
  */
 #include "kern/gather.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "kern/lanes.h"

@@ -187,4 +187,69 @@ static inline void vf_transpose(vf v[4])
     v[3] = MM(shuffle_ps)(b, d, 0xEE);
 }
 
+/* VF R, G and B each to floats R G B R G B ... */
+#if VF == 16
+/* Sixteen R, G, B each to 48 floats: R and G by one permutation (G is 16 and
+ * up), then B put in between. */
+static inline void vf_store_rgb(float *dst, vf r, vf g, vf b)
+{
+    const __m512i rg0 =
+        _mm512_setr_epi32(0, 16, 0, 1, 17, 0, 2, 18, 0, 3, 19, 0, 4, 20, 0, 5);
+    const __m512i rg1 = _mm512_setr_epi32(21, 0, 6, 22, 0, 7, 23, 0, 8, 24, 0,
+                                          9, 25, 0, 10, 26);
+    const __m512i rg2 = _mm512_setr_epi32(0, 11, 27, 0, 12, 28, 0, 13, 29, 0,
+                                          14, 30, 0, 15, 31, 0);
+    const __m512i b0 =
+        _mm512_setr_epi32(0, 0, 0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0, 4, 0);
+    const __m512i b1 =
+        _mm512_setr_epi32(0, 5, 0, 0, 6, 0, 0, 7, 0, 0, 8, 0, 0, 9, 0, 0);
+    const __m512i b2 =
+        _mm512_setr_epi32(10, 0, 0, 11, 0, 0, 12, 0, 0, 13, 0, 0, 14, 0, 0, 15);
+
+    _mm512_storeu_ps(
+        dst, _mm512_mask_permutexvar_ps(_mm512_permutex2var_ps(r, rg0, g),
+                                        0x4924, b0, b));
+    _mm512_storeu_ps(
+        dst + 16, _mm512_mask_permutexvar_ps(_mm512_permutex2var_ps(r, rg1, g),
+                                             0x2492, b1, b));
+    _mm512_storeu_ps(
+        dst + 32, _mm512_mask_permutexvar_ps(_mm512_permutex2var_ps(r, rg2, g),
+                                             0x9249, b2, b));
+}
+#elif VF == 8
+/* Eight R, G, B each to 24 floats: every lane of each is put where it goes,
+ * then blended. */
+static inline void vf_store_rgb(float *dst, vf r, vf g, vf b)
+{
+    const __m256i at_r = _mm256_setr_epi32(0, 3, 6, 1, 4, 7, 2, 5);
+    const __m256i at_g = _mm256_setr_epi32(5, 0, 3, 6, 1, 4, 7, 2);
+    const __m256i at_b = _mm256_setr_epi32(2, 5, 0, 3, 6, 1, 4, 7);
+
+    r = _mm256_permutevar8x32_ps(r, at_r); /* r0 r3 r6 r1 r4 r7 r2 r5 */
+    g = _mm256_permutevar8x32_ps(g, at_g);
+    b = _mm256_permutevar8x32_ps(b, at_b);
+    _mm256_storeu_ps(dst,
+                     _mm256_blend_ps(_mm256_blend_ps(r, g, 0x92), b, 0x24));
+    _mm256_storeu_ps(dst + 8,
+                     _mm256_blend_ps(_mm256_blend_ps(r, g, 0x24), b, 0x49));
+    _mm256_storeu_ps(dst + 16,
+                     _mm256_blend_ps(_mm256_blend_ps(r, g, 0x49), b, 0x92));
+}
+#else
+/* Four R, G, B each to twelve floats R G B R G B ... */
+static inline void vf_store_rgb(float *dst, vf r, vf g, vf b)
+{
+    const __m128 rg_lo = _mm_unpacklo_ps(r, g);          /* r0 g0 r1 g1 */
+    const __m128 rg_hi = _mm_unpackhi_ps(r, g);          /* r2 g2 r3 g3 */
+    const __m128 b0_r1 = _mm_shuffle_ps(b, rg_lo, 0x20); /* b0 b0 r1 r1' */
+    const __m128 b1_g1 = _mm_shuffle_ps(rg_lo, b, 0x13); /* g1 r0 b1 b0 */
+    const __m128 b2_r3 = _mm_shuffle_ps(b, rg_hi, 0x22); /* b2 b0 r3 r2 */
+    const __m128 g3_b3 = _mm_shuffle_ps(rg_hi, b, 0x33); /* g3 r2 b3 b0 */
+
+    _mm_storeu_ps(dst, _mm_shuffle_ps(rg_lo, b0_r1, 0x84));
+    _mm_storeu_ps(dst + 4, _mm_shuffle_ps(b1_g1, rg_hi, 0x48));
+    _mm_storeu_ps(dst + 8, _mm_shuffle_ps(b2_r3, g3_b3, 0x88));
+}
+#endif
+
 #endif
