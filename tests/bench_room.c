@@ -11,11 +11,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "view/baked_set.h"
 #include "view/capture.h"
 #include "view/clock.h"
 #include "view/picture.h"
-#include "view/set.h"
-#include "view/stage_locals.h"
+#include "view/scene_locals.h"
 #include "view/upload.h"
 
 enum {
@@ -40,7 +40,7 @@ static bool write_picture(ibl_ctx *ctx, const char *path,
     return ok;
 }
 
-static bool load(const view_set *set, view_room_draw *d)
+static bool load(const baked_set *set, view_room_draw *d)
 {
     view_room_environment *e = &d->environment;
 
@@ -100,7 +100,7 @@ typedef struct bench {
     room_target target;
     view_room_sun sun;
     view_capture *capture;
-    view_stage_locals *locals[COUNTS];
+    view_scene_locals *locals[COUNTS];
     const char *name; /* of pictures; NULL: none */
 } bench;
 
@@ -156,11 +156,11 @@ static bool capture(bench *b)
            ms[1], ms[2]);
     o.size = 64;
     for (int i = 0; i < COUNTS; i++) {
-        if (!(b->locals[i] = view_stage_locals_create(&o, counts[i])))
+        if (!(b->locals[i] = view_scene_locals_create(&o, counts[i])))
             return false;
         const double before = view_clock();
         for (int k = 0; k < counts[i]; k++)
-            if (!view_stage_locals_capture(b->locals[i], k, o.far,
+            if (!view_scene_locals_capture(b->locals[i], k, o.far,
                                            capture_scene, b))
                 return false;
         gl.Finish();
@@ -178,7 +178,7 @@ static double draw(bench *b, int i)
     if (cases[i].dynamic)
         use_dynamic(b, &d);
     if (cases[i].locals)
-        d.locals = view_stage_locals_drawn(b->locals[cases[i].locals - 1]);
+        d.locals = view_scene_locals_drawn(b->locals[cases[i].locals - 1]);
     d.untiled = cases[i].untiled;
     d.parallax = !cases[i].flat;
     d.shadows = cases[i].sun != UNSHADOWED;
@@ -218,7 +218,7 @@ static bool run(bench *b)
         ok = write_picture(b->ctx, path, &b->target);
     }
     for (int i = 0; i < COUNTS; i++)
-        view_stage_locals_free(b->locals[i]);
+        view_scene_locals_free(b->locals[i]);
     view_capture_free(b->capture);
     return ok;
 }
@@ -229,7 +229,7 @@ int main(int argc, char **argv)
     const int height = argc > 2 ? atoi(argv[2]) : 720;
     const double eye[3] = {1.6, 1.9, 3.6}, at[3] = {-0.5, 1, -1};
     bench b = {.name = argc > 3 ? argv[3] : NULL};
-    view_set set = {0};
+    baked_set set = {0};
     int status = 1;
 
     if (width < 1 || height < 1) {

@@ -20,7 +20,7 @@ enum {
 typedef struct job {
     ibl_ctx *ctx;
     view_renderer *renderer;
-    view_set set;
+    baked_set set;
     view_settings settings;
     int width, height;
 } job;

@@ -12,14 +12,14 @@
 #include "sets.h"
 #include "test.h"
 #include "view.h"
-#include "view/set.h"
+#include "view/baked_set.h"
 
 /* ---- bakes ------------------------------------------------------------- */
 
 static void bake_is_that_of_the_program(void)
 {
     ibl_ctx *ctx = view_test_ctx(2);
-    view_set read, made, image;
+    baked_set read, made, image;
     ibl_image map = sets_read_map(ctx);
 
     NEED(file_run("'%s' -q '%s' --sh 4 -o same", file_built("iblbake"),
@@ -45,7 +45,7 @@ static void bake_is_that_of_the_program(void)
 static void bake_fails_with_a_line(void)
 {
     ibl_ctx *ctx = view_test_ctx(2);
-    view_set set;
+    baked_set set;
 
     NEED(file_run("echo nonsense >map.hdr"));
     static const char *const names[] = {"map.hdr", "no.hdr"};
@@ -98,7 +98,7 @@ static void pause_for(double seconds)
 static void baker_bakes(void)
 {
     ibl_ctx *ctx = view_test_ctx(2);
-    view_set made, set;
+    baked_set made, set;
     char stage[64] = "";
     int seen = 0;
 
@@ -139,7 +139,7 @@ static void baker_is_cancelled(void)
 {
     static const double after[] = {0, 0.001, 0.01, 0.05};
     const char *path = large_map();
-    view_set set;
+    baked_set set;
     double spent = -processor_seconds();
     NEED(view_baker_finish(view_baker_start(path), &set));
     spent += processor_seconds();
@@ -169,7 +169,7 @@ static void baker_is_cancelled(void)
 
 static void baker_fails(void)
 {
-    view_set set;
+    baked_set set;
     view_baker *baker;
 
     memset(&set, 1, sizeof set);
@@ -185,7 +185,7 @@ static void baker_fails(void)
 /* ---- files that change ------------------------------------------------ */
 
 /* Whether a change is seen within some seconds. */
-static bool comes(const view_set *set, const view_stamp *stamp, double settle)
+static bool comes(const baked_set *set, const view_stamp *stamp, double settle)
 {
     for (int i = 0; i < 200; i++) {
         if (view_stamp_changed(set, stamp, settle))
@@ -198,7 +198,7 @@ static bool comes(const view_set *set, const view_stamp *stamp, double settle)
 /* Where another file is gone, one that has just changed is not enough once it
  * is as old as the time to settle. Judged only if it is not much older by then;
  * else it changes again. */
-static bool waits_longer(const view_set *set, const view_stamp *stamp,
+static bool waits_longer(const baked_set *set, const view_stamp *stamp,
                          const char *name)
 {
     for (int n = 0; n < 100; n++) {
@@ -219,7 +219,7 @@ static bool waits_longer(const view_set *set, const view_stamp *stamp,
 static void stamps(void)
 {
     ibl_ctx *ctx = view_test_ctx(2);
-    view_set set;
+    baked_set set;
     view_stamp stamp;
 
     NEED(sets_bake("stamp", ""));

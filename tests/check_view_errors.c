@@ -6,7 +6,7 @@
 
 #include "test.h"
 #include "view/errors.h"
-#include "view/scene.h"
+#include "view/sphere_grid.h"
 
 enum {
     WIDTH = 120,

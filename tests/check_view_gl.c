@@ -271,7 +271,7 @@ static void picture_of_the_last_draw(void)
     };
     ibl_specular_options specular = ibl_specular_options_default();
     const view_settings settings = view_settings_default();
-    view_set set = {0};
+    baked_set set = {0};
 
     if (!view_test_begin(WIDTH, HEIGHT))
         return;

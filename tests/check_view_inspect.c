@@ -13,7 +13,7 @@
 #include "view/inspect.h"
 #include "view/program.h"
 #include "view/renderer.h"
-#include "view/scene.h"
+#include "view/sphere_grid.h"
 #include "view/upload.h"
 
 #define PI 3.14159265358979323846
@@ -30,7 +30,7 @@ static float seen[MOST * MOST][4]; /* rows from the bottom */
 
 static ibl_ctx *ctx;
 
-static void free_set(view_set *set)
+static void free_set(baked_set *set)
 {
     for (int i = 0; i < VIEW_CONTENTS; i++)
         ibl_texture_free(&set->texture[i]);
@@ -76,9 +76,9 @@ static void ramp_table(ibl_texture *tex)
     CHECK(!ibl_texture_from_lut(ctx, &lut, IBL_PIXEL_RG32F, tex, NULL));
 }
 
-static view_set make_set(int edge, int levels)
+static baked_set make_set(int edge, int levels)
 {
-    view_set set = {.lod_scale = levels - 1, .irradiance_scale = 1};
+    baked_set set = {.lod_scale = levels - 1, .irradiance_scale = 1};
 
     ctx = test_ctx(1, IBL_ISA_C);
     name_texels(&set.texture[VIEW_SPECULAR], edge, levels, 0);
@@ -115,7 +115,7 @@ static void end(void)
     view_test_end();
 }
 
-static void draw(const view_set *set, const view_settings *s, int width,
+static void draw(const baked_set *set, const view_settings *s, int width,
                  int height)
 {
     view_frame frame;
@@ -145,7 +145,7 @@ static void draw(const view_set *set, const view_settings *s, int width,
 /* ---- cubes -------------------------------------------------------------- */
 
 /* How many pixels differ; of how many the map is. */
-static int differ(const view_set *set, const view_settings *s, int width,
+static int differ(const baked_set *set, const view_settings *s, int width,
                   int height, int *inside)
 {
     int bad = 0;
@@ -164,7 +164,7 @@ static int differ(const view_set *set, const view_settings *s, int width,
     return bad;
 }
 
-static void compare_views(const view_set *set, view_settings *s)
+static void compare_views(const baked_set *set, view_settings *s)
 {
     static const struct {
         int width, height;
@@ -200,7 +200,7 @@ static void shader_and_readout_agree(void)
     if (!begin())
         return;
     for (size_t i = 0; i < sizeof edges / sizeof *edges; i++) {
-        view_set set = make_set(edges[i][0], edges[i][1]);
+        baked_set set = make_set(edges[i][0], edges[i][1]);
         s.mode = VIEW_LEVELS;
         for (s.level = 0; s.level < edges[i][1]; s.level += 2)
             compare_views(&set, &s);
@@ -214,7 +214,7 @@ static void shader_and_readout_agree(void)
 /* A sun beside a texel adds nothing to it. */
 static void texels_are_alone(void)
 {
-    view_set set;
+    baked_set set;
     view_settings s = view_settings_default();
     int inside;
 
@@ -247,7 +247,7 @@ static void faces_are_in_place(void)
 {
     static const int cross[6][2] = {{2, 1}, {0, 1}, {1, 0},
                                     {1, 2}, {1, 1}, {3, 1}};
-    view_set set = make_set(8, 4);
+    baked_set set = make_set(8, 4);
     view_settings s = view_settings_default();
 
     s.mode = VIEW_LEVELS;
@@ -284,7 +284,7 @@ static void faces_are_in_place(void)
 /* Neighbours in a cross are neighbours on the sphere. */
 static void crosses_fold(void)
 {
-    view_set set = make_set(16, 1);
+    baked_set set = make_set(16, 1);
     view_settings s = view_settings_default();
     int pairs = 0;
 
@@ -307,7 +307,7 @@ static void crosses_fold(void)
  * its direction is in. */
 static void equirects_are_mapped(void)
 {
-    view_set set = make_set(64, 1);
+    baked_set set = make_set(64, 1);
     view_settings s = view_settings_default();
 
     s.mode = VIEW_LEVELS;
@@ -330,7 +330,7 @@ static void equirects_are_mapped(void)
 static void skies_are_read(void)
 {
     static const double turns[] = {0, 30, 90, -135};
-    view_set set = make_set(256, 1);
+    baked_set set = make_set(256, 1);
     view_settings s = view_settings_default();
     view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
 
@@ -385,7 +385,7 @@ static void skies_are_drawn_so(void)
 
     if (!begin())
         return;
-    view_set set = make_set(N, 1);
+    baked_set set = make_set(N, 1);
     float *data = (float *)(void *)set.texture[VIEW_SPECULAR].data;
     for (int i = 0; i < IBL_FACES * N * N; i++) {
         double d[3];
@@ -431,7 +431,7 @@ static void lines_are_at_values(void)
     enum {
         W = 256
     };
-    view_set set;
+    baked_set set;
     view_settings s = view_settings_default();
     int white = 0, blue = 0;
 
@@ -473,7 +473,7 @@ static void no_lines_at_the_ends(void)
     enum {
         W = 256
     };
-    view_set set;
+    baked_set set;
     view_settings s = view_settings_default();
     int bad = 0, ends = 0;
 
@@ -504,7 +504,7 @@ static void no_lines_at_the_ends(void)
 /* A flat table has no lines, though it is all at a line's value. */
 static void flat_tables_have_no_lines(void)
 {
-    view_set set;
+    baked_set set;
     view_settings s = view_settings_default();
     int bad = 0;
 
@@ -530,7 +530,7 @@ static void flat_tables_have_no_lines(void)
 
 static void zoom_keeps_what_is_there(void)
 {
-    view_set set = make_set(64, 1);
+    baked_set set = make_set(64, 1);
     view_settings s = view_settings_default();
 
     s.mode = VIEW_LEVELS;
@@ -579,7 +579,7 @@ static void texels_are_told(void)
 
 static void absent_maps_are_not_inside(void)
 {
-    const view_set set = {0};
+    const baked_set set = {0};
     view_settings s = view_settings_default();
 
     for (int mode = 0; mode < VIEW_MODES; mode++) {

@@ -8,9 +8,9 @@
 #include "maps.h"
 #include "test.h"
 #include "view.h"
-#include "view/keys.h"
+#include "view/key_bindings.h"
 #include "view/motion.h"
-#include "view/stage_parts.h"
+#include "view/scene_parts.h"
 
 /* A key and the setting that it changes; back: what takes that back. */
 typedef struct key_case {
@@ -260,11 +260,11 @@ static void nearer_by_a_tenth(void)
     for (int scene = 0; scene < 2; scene++) {
         view_settings s = options.settings;
         s.mode = scene ? VIEW_SCENE : VIEW_SPHERES;
-        const view_camera c = scene ? view_stage_camera(&s, 640, 480)
+        const view_camera c = scene ? view_scene_camera(&s, 640, 480)
                                     : view_camera_of(&s, 640, 480);
         double middle[3] = {0}, away = 0, radius;
         if (scene)
-            view_room_sphere(VIEW_STAGE_MIRROR, 0, middle, &radius);
+            view_room_sphere(VIEW_SCENE_MIRROR, 0, middle, &radius);
         for (int k = 0; k < 3; k++)
             away += (c.eye[k] - middle[k]) * (c.eye[k] - middle[k]);
         view_approach(&s, app.set, at, 1);
@@ -303,7 +303,7 @@ static void check_ranges(int key)
     CHECK_MSG(s->pitch >= -89 && s->pitch <= 89 && s->yaw > -181 &&
                   s->yaw < 181 && s->turn > -181 && s->turn < 181,
               "key %d: angles %g %g %g", key, s->pitch, s->yaw, s->turn);
-    CHECK_MSG(s->probes >= 0 && s->probes <= VIEW_STAGE_LOCAL,
+    CHECK_MSG(s->probes >= 0 && s->probes <= VIEW_MAX_LOCALS,
               "key %d: %d probes", key, s->probes);
     CHECK_MSG(s->probe_interval >= 0 && s->probe_interval <= 2,
               "key %d: interval %g", key, s->probe_interval);

@@ -11,7 +11,7 @@
 
 #include "ibl/ibl.h"
 #include "ibl/probes.h"
-#include "view/stage.h"
+#include "view/scene_captures.h"
 
 enum {
     WIDTH = 96,
@@ -54,7 +54,7 @@ static const view_room_draw *draw(look *l)
 {
     free(l->rgba);
     l->rgba = room_stage_draw(&l->on);
-    return l->rgba ? view_stage_drawn(l->on.stage) : NULL;
+    return l->rgba ? view_scene_drawn(l->on.stage) : NULL;
 }
 
 /* ---- what probes hold --------------------------------------------------- */
@@ -396,7 +396,7 @@ static void fills_holes_of(bool blend)
     l->on.s.fov = 75;
     const view_room_draw *d = draw(l);
     NEED(d && count_probes(d) == 3);
-    const view_camera c = view_stage_camera(&l->on.s, WIDTH, HEIGHT);
+    const view_camera c = view_scene_camera(&l->on.s, WIDTH, HEIGHT);
     lit m = {.d = d};
     for (int i = 0; i < count_probes(d); i++) {
         m.probes[i] = probe_of(d, i);

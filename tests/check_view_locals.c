@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "ibl/probes.h"
-#include "view/stage_locals.h"
+#include "view/scene_locals.h"
 
 enum {
     MOST = IBL_MAX_TILE_PROBES,
@@ -95,7 +95,7 @@ static void placed(void)
     test_random r = {5};
 
     for (int count = 1; count <= MOST; count++) {
-        view_stage_place(probes, count);
+        view_scene_place(probes, count);
         ibl_probes_order(probes, count, order);
         for (int i = 0; i < count; i++) {
             const ibl_probe *p = &probes[i];
@@ -143,7 +143,7 @@ static void place(look *l, int count)
 {
     ibl_probe *dynamic = &l->probes[MOST];
 
-    view_stage_place(l->probes, count);
+    view_scene_place(l->probes, count);
     *dynamic = (ibl_probe){.position = {0, 0.9, 0},
                            .influence = {.half = {1.7, 2.3, 1.5}},
                            .blend = 0.7,
@@ -505,19 +505,19 @@ static void captures_are_layers(void)
     if (!view_test_begin(16, 16))
         return;
     o.size = EDGE;
-    view_stage_locals *l = view_stage_locals_create(&o, COUNT);
+    view_scene_locals *l = view_scene_locals_create(&o, COUNT);
     NEED(l);
     for (int i = COUNT - 1; i >= 0; i--) {
         paint p = {.probe = i};
-        CHECK(view_stage_locals_capture(l, i, 10, paint_scene, &p));
+        CHECK(view_scene_locals_capture(l, i, 10, paint_scene, &p));
         CHECK(p.face == IBL_FACES);
     }
-    const view_room_locals drawn = view_stage_locals_drawn(l);
+    const view_room_locals drawn = view_scene_locals_drawn(l);
     CHECK(drawn.count == COUNT && drawn.last_level >= 1);
     check_layers(drawn.specular, 0, EDGE, 4);
     check_layers(drawn.specular, 1, EDGE / 2, 1);
     check_layers(drawn.irradiance, 0, VIEW_CAPTURE_IRRADIANCE, 1);
-    view_stage_locals_free(l);
+    view_scene_locals_free(l);
     CHECK(view_gl_check("captures into layers"));
     view_test_end();
 }
@@ -531,14 +531,14 @@ static void says_what_to_do_without_room(void)
         return;
     o.size = 1024;
     view_test_catch();
-    view_stage_locals *l = view_stage_locals_create(&o, 64);
+    view_scene_locals *l = view_scene_locals_create(&o, 64);
     const char *said = view_test_caught();
     CHECK(!l);
     CHECK_MSG(!strcmp(said, "iblview: 64 local probes with faces of 1024: this "
                             "OpenGL has no room for them: take fewer by "
                             "--probes, or smaller ones by --probe-size\n"),
               "%s", said);
-    view_stage_locals_free(l);
+    view_scene_locals_free(l);
     CHECK(view_gl_check("local probes without room"));
     view_test_end();
 }

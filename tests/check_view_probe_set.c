@@ -18,7 +18,7 @@
 #include "test.h"
 #include "view.h"
 #include "view/capture.h"
-#include "view/keys.h"
+#include "view/key_bindings.h"
 #include "view/message.h"
 #include "view/probe_save.h"
 #include "view/probe_set.h"
@@ -718,7 +718,7 @@ static void clocks_of_other_machines(void)
     NEED(bake("watched", ""));
     view_probe_set *probes = load("watched");
     NEED(probes && file_run("echo >map"));
-    view_set set = {.map = strdup(file_path("map"))};
+    baked_set set = {.map = strdup(file_path("map"))};
     view_stamp stamp;
     view_stamp_take(&set, &stamp);
     NEED(file_run("echo more >>map && touch watched/index.json"));

@@ -4,7 +4,7 @@
 
 #include "test.h"
 #include "view/frame.h"
-#include "view/scene.h"
+#include "view/sphere_grid.h"
 
 static const double degree = 3.14159265358979323846 / 180;
 
@@ -312,7 +312,7 @@ static void frame(void)
 {
     static view_frame f, again;
     view_settings s = view_settings_default();
-    view_set set = {.lod_scale = 5, .lod_offset = -0.5, .sh_degree = 1};
+    baked_set set = {.lod_scale = 5, .lod_offset = -0.5, .sh_degree = 1};
 
     set.mapping = IBL_ROUGHNESS_FILAMENT;
     set.geometry = IBL_GEOMETRY_SCHLICK_IBL;

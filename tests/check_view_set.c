@@ -13,7 +13,7 @@
 #include "test.h"
 #include "truth.h"
 #include "view.h"
-#include "view/set.h"
+#include "view/baked_set.h"
 
 #define PI 3.14159265358979323846
 
@@ -23,7 +23,7 @@ static void containers_agree(void)
 {
     static const char *const names[] = {"ktx2", "ktx", "dds"};
     ibl_ctx *ctx = view_test_ctx(2);
-    view_set sets[3];
+    baked_set sets[3];
 
     for (int i = 0; i < 3; i++) {
         char options[128], path[64];
@@ -76,7 +76,7 @@ static void pixels_hold_the_map(void)
 
     for (int i = 0; i < 4; i++) {
         char options[64], path[64];
-        view_set set;
+        baked_set set;
         snprintf(options, sizeof options, "--pixel %s", pixels[i].name);
         snprintf(path, sizeof path, "pixel_%s", pixels[i].name);
         NEED(sets_bake(path, options));
@@ -111,7 +111,7 @@ static void pixels_hold_the_map(void)
 
 /* ---- roughness ------------------------------------------------------- */
 
-static void check_lod(const view_set *set, double low, double high)
+static void check_lod(const baked_set *set, double low, double high)
 {
     const int last = set->texture[VIEW_SPECULAR].levels - 1;
     const bool linear = set->mapping == IBL_ROUGHNESS_LINEAR;
@@ -146,7 +146,7 @@ static void mappings_and_ranges(void)
     ibl_ctx *ctx = view_test_ctx(2);
 
     for (int i = 0; i < 5; i++) {
-        view_set set;
+        baked_set set;
         char path[32], options[128];
         /* By the sidecar alone, by the keys alone. */
         for (int dds = 0; dds < 2; dds++) {
@@ -177,7 +177,7 @@ static void lobe_and_geometry(void)
     ibl_ctx *ctx = view_test_ctx(2);
 
     for (int dds = 0; dds < 2; dds++) {
-        view_set set;
+        baked_set set;
         char path[32], options[128];
         snprintf(path, sizeof path, "lobe%d", dds);
         snprintf(options, sizeof options,
@@ -197,7 +197,7 @@ static void lobe_and_geometry(void)
 static void nothing_is_told(void)
 {
     ibl_ctx *ctx = view_test_ctx(2);
-    view_set set;
+    baked_set set;
 
     NEED(sets_bake("bare", "--format dds --levels 4 --mapping filament"));
     NEED(file_run("rm bare/sky.json"));
@@ -215,7 +215,7 @@ static void nothing_is_told(void)
 
 /* ---- what a set has not ----------------------------------------------- */
 
-static void check_irradiance(ibl_ctx *ctx, const view_set *set, double bound)
+static void check_irradiance(ibl_ctx *ctx, const baked_set *set, double bound)
 {
     const ibl_texture *tex = &set->texture[VIEW_IRRADIANCE];
     ibl_image map = sets_read_map(ctx);
@@ -245,7 +245,7 @@ static void check_irradiance(ibl_ctx *ctx, const view_set *set, double bound)
 static void table_is_made(void)
 {
     ibl_ctx *ctx = view_test_ctx(2);
-    view_set set;
+    baked_set set;
 
     NEED(sets_bake("table", "--geometry schlick-ibl"));
     NEED(file_run("rm table/brdf_lut_schlick-ibl.ktx2"));
@@ -302,7 +302,7 @@ static void irradiance_is_made(void)
 
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         char path[32], name[64];
-        view_set set;
+        baked_set set;
         snprintf(path, sizeof path, "light%zu", i);
         NEED(sets_bake(path, cases[i].options));
         snprintf(name, sizeof name, "%s/sky_irradiance.ktx2", path);
@@ -327,7 +327,7 @@ static void clipped_sun(void)
     ibl_ctx *ctx = view_test_ctx(2);
     ibl_specular_options opts = ibl_specular_options_default();
     ibl_image map = sets_map(ctx, 128, 1e7);
-    view_set baked, set;
+    baked_set baked, set;
 
     /* A set without irradiance, written from one that was baked. */
     opts.size = 64;
@@ -373,7 +373,7 @@ static void harmonics_are_irradiance(void)
     ibl_image map = map_constant(ctx, 256, 128, 0);
     const double a[3] = {0.2, -0.3, 0.4};
     ibl_specular_options opts = ibl_specular_options_default();
-    view_set set;
+    baked_set set;
 
     for (int y = 0; y < map.height; y++) {
         for (int x = 0; x < map.width; x++) {
@@ -416,7 +416,7 @@ static void harmonics_basis(void)
 
     for (int l = 0, i = 0; l <= VIEW_SH_DEGREE; l++) {
         for (int m = -l; m <= l; m++, i++) {
-            view_set set = {.sh_degree = VIEW_SH_DEGREE};
+            baked_set set = {.sh_degree = VIEW_SH_DEGREE};
             set.sh[3 * i + 1] = 1;
             for (int k = 0; k < 3; k++) {
                 double rgb[3];
@@ -433,7 +433,7 @@ static void harmonics_basis(void)
 static void of_cmgen(void)
 {
     ibl_ctx *ctx;
-    view_set set;
+    baked_set set;
 
     if (!file_have("cmgen")) {
         test_skip("cmgen (package filament) is not installed");

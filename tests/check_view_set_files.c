@@ -10,14 +10,14 @@
 #include "sets.h"
 #include "test.h"
 #include "view.h"
-#include "view/set.h"
+#include "view/baked_set.h"
 
 /* ---- directories and files that do not fit ---------------------------- */
 
 static void directories(void)
 {
     ibl_ctx *ctx = view_test_ctx(2);
-    view_set set;
+    baked_set set;
 
     NEED(file_run("mkdir -p empty several many hidden"));
     sets_refused(ctx, file_path("empty"), "has no NAME_specular");
@@ -64,7 +64,7 @@ static void directories(void)
 static void tables_of_two_geometries(void)
 {
     ibl_ctx *ctx = view_test_ctx(2);
-    view_set set;
+    baked_set set;
     NEED(sets_bake("two", "--name b --geometry schlick-ibl"));
     for (int i = 0; i < 3; i++) {
         static const ibl_geometry wanted[] = {IBL_GEOMETRY_SCHLICK_IBL,
@@ -177,7 +177,7 @@ static void skies(void)
 {
     ibl_ctx *ctx = view_test_ctx(2);
     char path[512], sky[512], table[512];
-    view_set set;
+    baked_set set;
 
     NEED(sets_bake("skies", "--skybox 8"));
     snprintf(path, sizeof path, "%s/skies", test_dir());
@@ -228,7 +228,7 @@ static void wrong_tables(void)
 static void sidecars(void)
 {
     ibl_ctx *ctx = view_test_ctx(2);
-    view_set set;
+    baked_set set;
 
     NEED(sets_bake("side", "--format dds"));
     NEED(sets_bake("other", "--format dds --size 64 --levels 5"));
@@ -282,7 +282,7 @@ static void same_container(void)
     for (int i = 0; i < IBL_CONTAINER_COUNT; i++) {
         const char *end = ibl_container_name((ibl_container)i);
         char name[40];
-        view_set set;
+        baked_set set;
         snprintf(name, sizeof name, "mixed/sky_specular.%s", end);
         view_test_catch();
         const bool ok = sets_open(ctx, name, &set);
@@ -343,14 +343,14 @@ static void two_accounts(void)
     };
     const int count = (int)(sizeof seds / sizeof *seds);
     ibl_ctx *ctx = view_test_ctx(2);
-    view_set keys, side;
+    baked_set keys, side;
 
     NEED(sets_bake("keys", "--mapping filament"));
     NEED(sets_bake("none", "--mapping filament --format dds"));
     NEED(sets_open(ctx, "keys", &keys));
     NEED(file_run("cp keys/sky.json k && cp none/sky.json n"));
     for (int i = 0; i < count; i++) {
-        view_set set;
+        baked_set set;
         NEED(file_run("sed '%s' k >keys/sky.json; sed '%s' n >none/sky.json",
                       seds[i], seds[i]));
         view_test_catch();
@@ -395,7 +395,7 @@ static void hostile_sidecars(void)
     for (int i = 0; i < rounds; i++) {
         static const char marks[] = "0123456789-+.eE\"[]{},:x";
         const view_request what = {.path = directory};
-        view_set set;
+        baked_set set;
         memcpy(bad, bytes, size);
         for (int n = 0; n < 1 + i % 3; n++)
             bad[test_random_u64(&random) % size] = (unsigned char)

@@ -506,7 +506,7 @@ static void containers(void)
     first = shade_draw(&set.set, &s);
     for (int i = 0; i < IBL_CONTAINER_COUNT; i++) {
         const char *name = ibl_container_name((ibl_container)i);
-        view_set opened;
+        baked_set opened;
         NEED(file_run("mkdir %s", name));
         NEED(write_set(&set, (ibl_container)i));
         const view_request what = {.path = file_path(name)};

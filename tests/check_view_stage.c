@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "view/stage_parts.h"
+#include "view/scene_parts.h"
 #include "view/volumes.h"
 
 enum {
@@ -80,13 +80,13 @@ static void follows_within_the_interval(void)
         return;
     NEED(l->on.stage);
     CHECK(draw(l, 0));
-    CHECK_NEAR(view_stage_shown(l->on.stage), 0, 0);
+    CHECK_NEAR(view_scene_shown(l->on.stage), 0, 0);
     CHECK(draw(l, 0.4));
-    CHECK_NEAR(view_stage_shown(l->on.stage), 0, 0);
+    CHECK_NEAR(view_scene_shown(l->on.stage), 0, 0);
     CHECK(draw(l, 0.5));
-    CHECK_NEAR(view_stage_shown(l->on.stage), 0.5, 0);
+    CHECK_NEAR(view_scene_shown(l->on.stage), 0.5, 0);
     CHECK(draw(l, 0.9));
-    CHECK_NEAR(view_stage_shown(l->on.stage), 0.5, 0);
+    CHECK_NEAR(view_scene_shown(l->on.stage), 0.5, 0);
     /* A jump is followed: the mirror has the lamp where it is then. */
     CHECK(draw(l, 2));
     CHECK(changed(l) > 0.01);
@@ -96,7 +96,7 @@ static void follows_within_the_interval(void)
     l->on.s.probe_interval = 0.5;
     CHECK(draw(l, 2.6));
     memcpy(late, l->rgb, sizeof late);
-    view_stage_restart(l->on.stage);
+    view_scene_restart(l->on.stage);
     CHECK(draw(l, 2.6));
     /* Only the light's later bounces are behind. */
     memcpy(l->before, stale, sizeof stale);
@@ -105,11 +105,11 @@ static void follows_within_the_interval(void)
     CHECK_MSG(changed(l) < 0.25 * behind, "%g, %g", changed(l), behind);
     l->on.s.probe_interval = 0;
     CHECK(draw(l, 2.7));
-    CHECK_NEAR(view_stage_shown(l->on.stage), 2.7, 0);
+    CHECK_NEAR(view_scene_shown(l->on.stage), 2.7, 0);
     /* Time that goes back is another one at once. */
     l->on.s.probe_interval = 9;
     CHECK(draw(l, 1));
-    CHECK_NEAR(view_stage_shown(l->on.stage), 1, 0);
+    CHECK_NEAR(view_scene_shown(l->on.stage), 1, 0);
     end(l);
 }
 
@@ -126,14 +126,14 @@ static void is_spread_over_frames(void)
     CHECK(draw(l, 0));
     l->on.s.probe_faces = 1;
     CHECK(draw(l, 1));
-    for (; frames < 200 && view_stage_shown(l->on.stage) < 1; frames++)
+    for (; frames < 200 && view_scene_shown(l->on.stage) < 1; frames++)
         CHECK(draw(l, 1));
     CHECK_MSG(frames > 12 && frames < 200, "%d", frames);
-    CHECK_NEAR(view_stage_shown(l->on.stage), 1, 0);
+    CHECK_NEAR(view_scene_shown(l->on.stage), 1, 0);
     CHECK(draw(l, 1));
     float spread[FLOATS];
     memcpy(spread, l->rgb, sizeof spread);
-    view_stage_restart(l->on.stage);
+    view_scene_restart(l->on.stage);
     CHECK(draw(l, 0));
     l->on.s.probe_faces = 0;
     CHECK(draw(l, 1));
@@ -264,19 +264,19 @@ static void failure_is_said_once(void)
     l->on.s.probe_interval = 0;
     CHECK(draw(l, 0));
     CHECK(draw(l, 1));
-    CHECK_NEAR(view_stage_shown(l->on.stage), 1, 0);
-    NEED(view_stage_context(l->on.stage));
-    ibl_ctx_cancel(view_stage_context(l->on.stage));
+    CHECK_NEAR(view_scene_shown(l->on.stage), 1, 0);
+    NEED(view_scene_context(l->on.stage));
+    ibl_ctx_cancel(view_scene_context(l->on.stage));
     view_test_catch();
     for (int i = 2; i < 8; i++)
         CHECK(draw(l, i));
     const char *said = view_test_caught();
     CHECK_MSG(lines(said) <= 2 && strstr(said, "probe stays"), "%s", said);
-    CHECK_NEAR(view_stage_shown(l->on.stage), 1, 0);
+    CHECK_NEAR(view_scene_shown(l->on.stage), 1, 0);
     l->on.s.probe_filter = VIEW_PROBE_GPU;
     CHECK(draw(l, 8));
     CHECK(draw(l, 9));
-    CHECK_NEAR(view_stage_shown(l->on.stage), 9, 0);
+    CHECK_NEAR(view_scene_shown(l->on.stage), 9, 0);
     end(l);
 }
 
@@ -330,11 +330,11 @@ static void moves_among_locals(void)
         l->on.s.probes = 9;
         l->on.s.probe_limit = i;
         CHECK(draw(l, 0));
-        CHECK(view_stage_drawn(l->on.stage)->locals.count == 9);
+        CHECK(view_scene_drawn(l->on.stage)->locals.count == 9);
         CHECK(draw(l, 2));
         CHECK_MSG(changed(l) > 0.01, "%g", changed(l));
         /* Where they leave something to the mirror's it is the last. */
-        CHECK(view_stage_drawn(l->on.stage)->dynamic.probe.priority ==
+        CHECK(view_scene_drawn(l->on.stage)->dynamic.probe.priority ==
               (i ? -1 : 1));
     }
     l->on.s.probes = 0;
@@ -349,13 +349,13 @@ static void moves_among_locals(void)
  * or all of them where there were all. */
 static int frames_of_update(look *l, bool all)
 {
-    const int updates = view_stage_updates(l->on.stage);
+    const int updates = view_scene_updates(l->on.stage);
     int frames = 0;
 
-    while (view_stage_updates(l->on.stage) == updates && frames < 99) {
+    while (view_scene_updates(l->on.stage) == updates && frames < 99) {
         CHECK(draw(l, 1));
         frames++;
-        const int count = view_stage_drawn(l->on.stage)->locals.count;
+        const int count = view_scene_drawn(l->on.stage)->locals.count;
         CHECK_MSG(count == (all ? l->on.s.probes : frames), "%d", count);
     }
     return frames;
@@ -380,7 +380,7 @@ static void locals_are_spread_over_frames(void)
     l->on.s.parallax = true;
     CHECK(frames_of_update(l, true) == 5);
     CHECK(!memcmp(l->rgb, first, sizeof first));
-    view_stage_drop_captures(l->on.stage);
+    view_scene_drop_captures(l->on.stage);
     CHECK(frames_of_update(l, false) == 5);
     CHECK(!memcmp(l->rgb, first, sizeof first));
     /* Another change begins anew, and a picture waits for nothing. */
@@ -405,7 +405,7 @@ static void camera_stays_inside(void)
     s.distance = 1000;
     for (s.yaw = 0; s.yaw < 360; s.yaw += 30)
         for (s.pitch = -89; s.pitch < 90; s.pitch += 44) {
-            const view_camera c = view_stage_camera(&s, 16, 9);
+            const view_camera c = view_scene_camera(&s, 16, 9);
             for (int k = 0; k < 3; k++)
                 CHECK(fabs(c.eye[k] - view_room_centre[k]) <
                       view_room_half[k] - 0.1);

@@ -9,8 +9,8 @@
 #include "maps.h"
 #include "test.h"
 #include "view.h"
-#include "view/plate.h"
 #include "view/title.h"
+#include "view/window_text.h"
 
 enum {
     WIDTH = 64,
@@ -202,7 +202,7 @@ static bool frame(void)
     if (!view_renderer_draw(app.renderer, &app.settings, WIDTH, HEIGHT))
         return false;
     gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
-    view_plate_add(&app, WIDTH, HEIGHT);
+    view_window_text(&app, WIDTH, HEIGHT);
     view_overlay_draw(app.overlay, WIDTH, HEIGHT);
     gl.Finish();
     view_screen_show(app.screen);

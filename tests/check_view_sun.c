@@ -9,9 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "view/baked_set.h"
 #include "view/renderer.h"
 #include "view/room_shadow.h"
-#include "view/set.h"
 #include "view/upload.h"
 
 #define PI 3.14159265358979323846
@@ -261,7 +261,7 @@ static void finds_sun_of_sky(void)
     for (int size = 64; size <= 256; size *= 2) {
         ibl_specular_options o = ibl_specular_options_default();
         ibl_image map = {0};
-        view_set set = {0};
+        baked_set set = {0};
         view_room_sun sun;
         o.size = size;
         o.levels = 1;
@@ -590,7 +590,7 @@ static void each_set_has_its_own(void)
     ibl_ctx *ctx = test_ctx(0, IBL_ISA_AUTO);
     ibl_specular_options o = ibl_specular_options_default();
     view_settings s = view_settings_default();
-    view_set sets[2] = {0};
+    baked_set sets[2] = {0};
 
     if (!view_test_begin(32, 24))
         return;
@@ -610,8 +610,8 @@ static void each_set_has_its_own(void)
     for (int i = 0; i < 4; i++) {
         NEED(view_renderer_load(r, &sets[i % 2]));
         CHECK(view_renderer_draw(r, &s, 32, 24));
-        const view_stage *stage = view_renderer_stage(r);
-        CHECK(view_room_sun_shines(&view_stage_drawn(stage)->environment.sun) ==
+        const view_scene *stage = view_renderer_stage(r);
+        CHECK(view_room_sun_shines(&view_scene_drawn(stage)->environment.sun) ==
               (i % 2 == 1));
     }
     view_renderer_free(r);
@@ -682,7 +682,7 @@ static ibl_image map_of(ibl_ctx *ctx, const disc *s)
     return map;
 }
 
-static bool use_set(const view_set *set, view_room_environment *e)
+static bool use_set(const baked_set *set, view_room_environment *e)
 {
     e->specular = view_upload(&set->texture[VIEW_SPECULAR], "specular");
     e->irradiance = view_upload(&set->texture[VIEW_IRRADIANCE], "irradiance");
@@ -700,7 +700,7 @@ static void is_not_counted_twice(void)
 {
     const double eye[3] = {3.4, 2.3, 4.6}, at[3] = {-0.8, 0.6, -1};
     disc s = {{-0.8, 0.5, 0.55}, 2, {900, 700, 500}};
-    view_set set = {0};
+    baked_set set = {0};
 
     if (!begin())
         return;

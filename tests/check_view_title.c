@@ -11,7 +11,7 @@
 #include "view.h"
 #include "view/clock.h"
 #include "view/gl.h"
-#include "view/keys.h"
+#include "view/key_bindings.h"
 #include "view/still.h"
 #include "view/title.h"
 
@@ -281,7 +281,7 @@ static void goes_back_without_room(void)
     CHECK(view_app_draw(&app, false, WIDTH, HEIGHT));
     for (int i = 0; i < 2; i++)
         press_without_room();
-    CHECK(view_stage_drawn(view_renderer_stage(app.renderer))->locals.count ==
+    CHECK(view_scene_drawn(view_renderer_stage(app.renderer))->locals.count ==
           1);
     most_layers = 2 * IBL_FACES;
     view_keys_press(&app, 'h', false);

@@ -21,7 +21,7 @@ static const double pi = 3.14159265358979323846;
 
 typedef struct scene {
     ibl_ctx *ctx;
-    view_set set;
+    baked_set set;
     view_renderer *renderer;
     view_settings settings;
     int width, height;
@@ -72,7 +72,7 @@ static void black(ibl_image *map)
 }
 
 static bool bake(scene *s, void (*fill)(ibl_image *), double roughness_min,
-                 view_set *set)
+                 baked_set *set)
 {
     ibl_specular_options opts = ibl_specular_options_default();
     ibl_image map;
@@ -868,7 +868,7 @@ static void skybox(void)
 {
     scene s;
     float *whole;
-    view_set rough;
+    baked_set rough;
 
     if (!begin(&s, lights, 1, 2))
         return;

@@ -164,7 +164,7 @@ static int sphere_at(const view_sphere *spheres, int count,
 static bool render(const char *map, const view_settings *s, float *truth,
                    float *split)
 {
-    view_set set;
+    baked_set set;
     ibl_ctx *ctx = NULL;
     ibl_image image = {0};
     ibl_specular_options o = ibl_specular_options_default();

@@ -294,13 +294,13 @@ bool room_stage_begin(room_stage *on, int width, int height,
                        .table = room_table_of(table[0], table[1])};
     on->s.mode = VIEW_SCENE;
     room_target_make(&on->target, width, height);
-    on->stage = view_stage_create();
+    on->stage = view_scene_create();
     return true;
 }
 
 void room_stage_end(room_stage *on)
 {
-    view_stage_free(on->stage);
+    view_scene_free(on->stage);
     room_target_free(&on->target);
     gl.DeleteTextures(1, &on->table);
     gl.DeleteTextures(1, &on->environment.sky);
@@ -312,7 +312,7 @@ float *room_stage_draw(room_stage *on)
     const room_target *t = &on->target;
 
     if (!on->stage ||
-        !view_stage_draw(on->stage, &on->s, &on->environment, on->table,
+        !view_scene_draw(on->stage, &on->s, &on->environment, on->table,
                          t->colour, t->width, t->height))
         return NULL;
     return room_target_read(t);

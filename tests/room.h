@@ -4,8 +4,8 @@
 #define TEST_ROOM_H
 
 #include "view/room.h"
-#include "view/scene.h"
-#include "view/stage.h"
+#include "view/scene_captures.h"
+#include "view/sphere_grid.h"
 
 /* Floats with depth, drawn into once they are bound. */
 typedef struct room_target {
@@ -57,7 +57,7 @@ GLuint room_table_of(float r, float g);
 
 /* What --mode scene shows, in uniform light of the environment. */
 typedef struct room_stage {
-    view_stage *stage; /* NULL: it could not be made */
+    view_scene *stage; /* NULL: it could not be made */
     view_settings s;   /* the defaults, in that mode */
     view_room_environment environment;
     GLuint table;

@@ -72,7 +72,7 @@ bool sets_bake(const char *directory, const char *options)
                     file_built("iblbake"), sets_file(), directory, options);
 }
 
-bool sets_open(ibl_ctx *ctx, const char *name, view_set *set)
+bool sets_open(ibl_ctx *ctx, const char *name, baked_set *set)
 {
     const char *path = file_path(name);
     const view_request what = {.path = path};
@@ -87,7 +87,7 @@ int sets_lines(const char *text)
     return count;
 }
 
-void sets_check_same(const view_set *a, const view_set *b, const char *what)
+void sets_check_same(const baked_set *a, const baked_set *b, const char *what)
 {
     for (int i = 0; i < VIEW_CONTENTS; i++) {
         const ibl_texture *s = &a->texture[i], *t = &b->texture[i];
@@ -120,7 +120,7 @@ ibl_image sets_read_map(ibl_ctx *ctx)
 void sets_check_refused(ibl_ctx *ctx, const view_request *what,
                         const char *file, const char *words)
 {
-    view_set set, zero;
+    baked_set set, zero;
 
     memset(&set, 1, sizeof set);
     memset(&zero, 0, sizeof zero);

@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#include "view/set.h"
+#include "view/baked_set.h"
 
 /* A smooth sky, none of it zero, with a pixel of so much as the sun. */
 ibl_image sets_map(ibl_ctx *ctx, int width, double sun);
@@ -17,9 +17,9 @@ ibl_image sets_read_map(ibl_ctx *ctx);
 /* Runs the program on that file into a directory of that name. */
 bool sets_bake(const char *directory, const char *options);
 /* view_set_open of a name in the test's directory. */
-bool sets_open(ibl_ctx *ctx, const char *name, view_set *set);
+bool sets_open(ibl_ctx *ctx, const char *name, baked_set *set);
 /* Checks that texels and facts are the same. */
-void sets_check_same(const view_set *a, const view_set *b, const char *what);
+void sets_check_same(const baked_set *a, const baked_set *b, const char *what);
 
 /* Checks that opening fails with one line that holds the words and names the
  * file; notes besides. */

@@ -135,7 +135,7 @@ void shade_free(shade_set *s)
 
 /* ---- pictures ---------------------------------------------------------- */
 
-float *shade_draw(const view_set *set, const view_settings *s)
+float *shade_draw(const baked_set *set, const view_settings *s)
 {
     float *rgb =
         malloc(3 * sizeof *rgb * (size_t)(picture_width * picture_height));

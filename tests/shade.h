@@ -4,8 +4,8 @@
 #ifndef SHADE_H
 #define SHADE_H
 
-#include "view/scene.h"
-#include "view/set.h"
+#include "view/baked_set.h"
+#include "view/sphere_grid.h"
 
 #include "test.h"
 
@@ -17,7 +17,7 @@ ibl_ctx *shade_ctx(void);
 /* A set with the maps that its textures were made of. Unless a test says
  * otherwise RGBA32F and RG32F, so that both are the same numbers. */
 typedef struct shade_set {
-    view_set set;
+    baked_set set;
     ibl_cube specular, irradiance;
     ibl_lut lut;
 } shade_set;
@@ -34,7 +34,7 @@ void shade_pack(shade_set *s, ibl_pixel cubes, ibl_pixel lut);
 void shade_free(shade_set *s);
 
 /* Draws; linear RGB, rows from the top, for free(). Exits if it cannot. */
-float *shade_draw(const view_set *set, const view_settings *s);
+float *shade_draw(const baked_set *set, const view_settings *s);
 int shade_width(void);
 int shade_height(void);
 /* Index in view_materials; exits if there is none of that name. */

@@ -10,14 +10,14 @@
 #include "common/line.h"
 #include "view/clock.h"
 #include "view/gl.h"
-#include "view/keys.h"
+#include "view/key_bindings.h"
 #include "view/message.h"
 #include "view/motion.h"
 #include "view/picture.h"
-#include "view/plate.h"
 #include "view/report.h"
 #include "view/title.h"
 #include "view/truth.h"
+#include "view/window_text.h"
 
 static const double POLL_S = 0.5;    /* how often files are looked at */
 static const double BAKING_S = 0.1;  /* how often a bake is asked */
@@ -44,7 +44,7 @@ void view_app_reset(view_app *app)
 
 /* ---- opening ------------------------------------------------------------ */
 
-static view_set *free_slot(view_app *app)
+static baked_set *free_slot(view_app *app)
 {
     return app->set == &app->sets[0] ? &app->sets[1] : &app->sets[0];
 }
@@ -53,7 +53,7 @@ static view_set *free_slot(view_app *app)
  * the slot is empty again. */
 static bool show(view_app *app)
 {
-    view_set *set = free_slot(app);
+    baked_set *set = free_slot(app);
     const int levels = set->texture[VIEW_SPECULAR].levels;
 
     if (!view_renderer_load(app->renderer, set)) {
@@ -333,7 +333,7 @@ static bool draw(view_app *app)
     if (!view_app_draw(app, true, width, height))
         return false;
     gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
-    view_plate_add(app, width, height);
+    view_window_text(app, width, height);
     view_overlay_draw(app->overlay, width, height);
     gl.Finish();
     app->frame_ms = 1e3 * (view_clock() - begun);

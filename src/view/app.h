@@ -24,8 +24,8 @@ typedef struct view_app {
     bool drew;           /* there was one */
 
     /* What is shown: one slot, while the other one is filled. */
-    view_set sets[2];
-    const view_set *set;  /* NULL: nothing yet */
+    baked_set sets[2];
+    const baked_set *set; /* NULL: nothing yet */
     view_stamp stamp;     /* of its files */
     view_request request; /* where it is from; path is its own copy */
     char *path;           /* the same */

@@ -9,8 +9,8 @@
 #include <string.h>
 
 #include "common/bridge_file.h"
+#include "view/baked_set.h"
 #include "view/message.h"
-#include "view/set.h"
 
 enum {
     STAGE_BYTES = 64,
@@ -21,8 +21,8 @@ struct view_baker {
     char *path;
     ibl_ctx *ctx;
     pthread_t thread;
-    view_set set; /* the thread's, until it is joined */
-    bool ok;      /* so too */
+    baked_set set; /* the thread's, until it is joined */
+    bool ok;       /* so too */
 
     pthread_mutex_t lock;
     char stage[STAGE_BYTES];
@@ -134,7 +134,7 @@ view_baker *view_baker_start(const char *path)
     return b;
 }
 
-bool view_baker_finish(view_baker *baker, view_set *set)
+bool view_baker_finish(view_baker *baker, baked_set *set)
 {
     if (!set)
         ibl_ctx_cancel(baker->ctx);

@@ -17,7 +17,7 @@ enum {
     SHADE = 32
 };
 
-static int axis_count(view_axis axis, const view_set *set)
+static int axis_count(view_axis axis, const baked_set *set)
 {
     switch (axis) {
     case VIEW_AXIS_MATERIAL:
@@ -40,7 +40,7 @@ static int axis_count(view_axis axis, const view_set *set)
 
 /* Makes the settings those of place i along an axis; puts what that is called
  * into label. */
-static void axis_apply(view_axis axis, const view_set *set, int i,
+static void axis_apply(view_axis axis, const baked_set *set, int i,
                        view_settings *s, char *label, size_t size)
 {
     switch (axis) {
@@ -76,7 +76,7 @@ static void axis_apply(view_axis axis, const view_set *set, int i,
 
 typedef struct sheet {
     const view_options *o;
-    const view_set *set;
+    const baked_set *set;
     view_renderer *renderer;
     view_overlay *overlay;
     int rows, columns;
@@ -153,7 +153,7 @@ static bool draw_all(sheet *h)
 }
 
 bool view_contact_sheet(ibl_ctx *ctx, const view_options *o,
-                        const view_set *set, view_renderer *r)
+                        const baked_set *set, view_renderer *r)
 {
     sheet h = {.o = o, .set = set, .renderer = r};
     bool ok;

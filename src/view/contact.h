@@ -10,6 +10,6 @@
 /* Draws every picture of the sheet, labelled, and writes it. The set is
  * loaded, the screen has the size of one picture. False, with a message. */
 bool view_contact_sheet(ibl_ctx *ctx, const view_options *o,
-                        const view_set *set, view_renderer *r);
+                        const baked_set *set, view_renderer *r);
 
 #endif

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "view/message.h"
-#include "view/scene.h"
+#include "view/sphere_grid.h"
 
 /* The sphere that each pixel of a row shows, -1 for none. */
 static void hit_row(const view_camera *camera, const view_sphere *spheres,

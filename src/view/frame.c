@@ -32,7 +32,7 @@ static void fill_camera(view_frame *f, const view_settings *s, int width,
     f->turn[1] = (float)sin(turn);
 }
 
-static void fill_set(view_frame *f, const view_set *set)
+static void fill_set(view_frame *f, const baked_set *set)
 {
     const int terms = (set->sh_degree + 1) * (set->sh_degree + 1);
 
@@ -46,8 +46,8 @@ static void fill_set(view_frame *f, const view_set *set)
         copy3(f->sh[i], set->sh + 3 * i);
 }
 
-void view_frame_fill(view_frame *f, const view_settings *s, const view_set *set,
-                     int width, int height)
+void view_frame_fill(view_frame *f, const view_settings *s,
+                     const baked_set *set, int width, int height)
 {
     /* Frames are compared byte by byte. */
     memset(f, 0, sizeof *f);

@@ -4,8 +4,8 @@
 #ifndef VIEW_FRAME_H
 #define VIEW_FRAME_H
 
-#include "view/scene.h"
-#include "view/set.h"
+#include "view/baked_set.h"
+#include "view/sphere_grid.h"
 
 typedef struct view_frame {
     float clip[16]; /* world to clip space, column-major */
@@ -13,7 +13,7 @@ typedef struct view_frame {
     float right[4], up[4], forward[4]; /* of view_camera */
     float viewport[4];                 /* width, height, 1/width, 1/height */
     float turn[4];    /* cosine and sine of settings.turn, 0, 0 */
-    float lod[4];     /* scale, offset, last level, mapping (view_set) */
+    float lod[4];     /* scale, offset, last level, mapping (baked_set) */
     float diffuse[4]; /* scale of the irradiance map, geometry of the table
                          (ibl_geometry), 0, 0 */
     float sh[25][4];  /* RGB of each (l, m), E/pi; zeros beyond sh_degree */
@@ -27,8 +27,8 @@ typedef struct view_frame {
     float inspect_at[4]; /* zoom, pan x, pan y, 0 */
 } view_frame;
 
-void view_frame_fill(view_frame *f, const view_settings *s, const view_set *set,
-                     int width, int height);
+void view_frame_fill(view_frame *f, const view_settings *s,
+                     const baked_set *set, int width, int height);
 /* What of a frame the linear picture depends on: the rest, which is of its
  * display alone, is zero. */
 view_frame view_frame_linear(const view_frame *f);

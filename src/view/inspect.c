@@ -5,7 +5,7 @@
 #include <stdio.h>
 
 #include "view/cube.h"
-#include "view/scene.h"
+#include "view/sphere_grid.h"
 
 /* As in shaders/layout.glsl. */
 #define ASIDE (1.0 / 32)
@@ -26,7 +26,7 @@ typedef struct window {
 
 /* ---- the picture and the window ---------------------------------------- */
 
-static bool flatten(const view_set *set, const view_settings *s, flat *f)
+static bool flatten(const baked_set *set, const view_settings *s, flat *f)
 {
     static const int faces[VIEW_LAYOUTS][2] = {{4, 3}, {6, 1}, {4, 2}};
     const bool chain = s->mode == VIEW_LEVELS;
@@ -123,7 +123,7 @@ static void take(const ibl_texture *map, view_texel *t)
         ibl_cube_direction(width, t->face, t->x, t->y, t->direction);
 }
 
-static view_texel take_flat(const view_set *set, const view_settings *s,
+static view_texel take_flat(const baked_set *set, const view_settings *s,
                             int width, int height, double x, double y)
 {
     const double at[2] = {x + 0.5 + ASIDE, y + 0.5 + ASIDE};
@@ -154,7 +154,7 @@ static view_texel take_flat(const view_set *set, const view_settings *s,
     return t;
 }
 
-static view_texel take_sky(const view_set *set, const view_settings *s,
+static view_texel take_sky(const baked_set *set, const view_settings *s,
                            int width, int height, double x, double y)
 {
     const ibl_texture *map = &set->texture[VIEW_SKY];
@@ -177,7 +177,7 @@ static view_texel take_sky(const view_set *set, const view_settings *s,
     return t;
 }
 
-view_texel view_inspect(const view_set *set, const view_settings *s, int width,
+view_texel view_inspect(const baked_set *set, const view_settings *s, int width,
                         int height, double x, double y)
 {
     x = floor(x);
@@ -215,7 +215,7 @@ static void keep_pan(view_settings *s)
         s->pan[k] = fmin(fmax(s->pan[k], -0.5), 0.5);
 }
 
-void view_inspect_drag(const view_set *set, view_settings *s, int width,
+void view_inspect_drag(const baked_set *set, view_settings *s, int width,
                        int height, double dx, double dy)
 {
     flat f;
@@ -228,7 +228,7 @@ void view_inspect_drag(const view_set *set, view_settings *s, int width,
     keep_pan(s);
 }
 
-void view_inspect_zoom(const view_set *set, view_settings *s, int width,
+void view_inspect_zoom(const baked_set *set, view_settings *s, int width,
                        int height, double x, double y, double factor)
 {
     const double at[2] = {x, y};

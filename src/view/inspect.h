@@ -8,7 +8,7 @@
 #ifndef VIEW_INSPECT_H
 #define VIEW_INSPECT_H
 
-#include "view/set.h"
+#include "view/baked_set.h"
 #include "view/settings.h"
 
 /* Something under the cursor. */
@@ -23,7 +23,7 @@ typedef struct view_texel {
 
 /* Pixel x, y (from the upper left) of a picture of width x height in the modes
  * that inspect, and of the sky behind the spheres. */
-view_texel view_inspect(const view_set *set, const view_settings *s, int width,
+view_texel view_inspect(const baked_set *set, const view_settings *s, int width,
                         int height, double x, double y);
 /*
  * settings.zoom and settings.pan: at zoom 1 the whole picture just fits the
@@ -34,9 +34,9 @@ view_texel view_inspect(const view_set *set, const view_settings *s, int width,
  * zoom while what is at pixel x, y stays there. zoom stays within 1/4 and what
  * makes a texel a fourth of the window, pan within -1/2..1/2.
  */
-void view_inspect_drag(const view_set *set, view_settings *s, int width,
+void view_inspect_drag(const baked_set *set, view_settings *s, int width,
                        int height, double dx, double dy);
-void view_inspect_zoom(const view_set *set, view_settings *s, int width,
+void view_inspect_zoom(const baked_set *set, view_settings *s, int width,
                        int height, double x, double y, double factor);
 
 /* "level 2  +X (17, 40)  dir 0.98 0.12 -0.10  rgb 1.25 0.91 0.33" */

@@ -4,8 +4,8 @@
 #include <math.h>
 
 #include "view/inspect.h"
-#include "view/scene.h"
-#include "view/stage.h"
+#include "view/scene_captures.h"
+#include "view/sphere_grid.h"
 #include "view/vector.h"
 
 static double clamp(double x, double low, double high)
@@ -25,7 +25,7 @@ static bool shows_map(const view_settings *s)
     return s->mode != VIEW_SPHERES && s->mode != VIEW_SCENE;
 }
 
-void view_drag(view_settings *s, const view_set *set, int width, int height,
+void view_drag(view_settings *s, const baked_set *set, int width, int height,
                double dx, double dy)
 {
     if (shows_map(s)) {
@@ -36,7 +36,7 @@ void view_drag(view_settings *s, const view_set *set, int width, int height,
     s->pitch = clamp(s->pitch + 180 * dy / height, -89, 89);
 }
 
-void view_approach(view_settings *s, const view_set *set, view_place at,
+void view_approach(view_settings *s, const baked_set *set, view_place at,
                    double steps)
 {
     const double factor = pow(1.1, steps);
@@ -46,7 +46,7 @@ void view_approach(view_settings *s, const view_set *set, view_place at,
         return;
     }
     if (s->distance <= 0 && s->mode == VIEW_SCENE)
-        s->distance = view_stage_distance;
+        s->distance = view_scene_distance;
     if (s->distance <= 0) {
         const view_camera c = view_camera_of(s, at.width, at.height);
         s->distance = sqrt(dot3(c.eye, c.eye));

@@ -9,9 +9,9 @@
 #include <string.h>
 
 #include "common/option.h"
-#include "view/keys.h"
+#include "view/key_bindings.h"
 #include "view/message.h"
-#include "view/scene.h"
+#include "view/sphere_grid.h"
 #include "view/truth.h"
 
 const char *const view_axis_names[VIEW_AXES + 1] = {
@@ -248,7 +248,7 @@ static const ibl_option scene[] = {
     {"no-blend", 0, OFF(blend),
      .help = "of probes: each point has all of the first whose box it is in, "
              "by priority and size"},
-    {"probes", 0, INT(settings.probes, 0, VIEW_STAGE_LOCAL),
+    {"probes", 0, INT(settings.probes, 0, VIEW_MAX_LOCALS),
      .help = "local probes besides, captured once, of what stands still"},
     {"probe-set", 0, TEXT(probe_set, "INDEX"), .standard = "",
      .help = "local probes that iblbake probes has baked: its index.json"},

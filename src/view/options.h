@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#include "view/set.h"
+#include "view/baked_set.h"
 #include "view/settings.h"
 
 /* What the rows or columns of a contact sheet go through. */
@@ -55,6 +55,6 @@ bool view_options_parse(char **words, view_options *o, int *status);
  * there; reads no more than its first bytes. */
 bool view_options_may(const view_options *o);
 /* False, with a message, if the options ask for what a set does not have. */
-bool view_options_suit(const view_options *o, const view_set *set);
+bool view_options_suit(const view_options *o, const baked_set *set);
 
 #endif

@@ -176,7 +176,7 @@ bool view_options_may(const view_options *o)
                      option, r->path);
 }
 
-bool view_options_suit(const view_options *o, const view_set *set)
+bool view_options_suit(const view_options *o, const baked_set *set)
 {
     const int levels = set->texture[VIEW_SPECULAR].levels;
 

@@ -31,10 +31,10 @@ struct view_renderer {
     GLuint picture, target; /* the linear picture, and the framebuffer on it */
     view_display *display;
     view_truth *truth;            /* made when first asked for */
-    view_stage *stage;            /* the same */
+    view_scene *stage;            /* the same */
     const view_probe_set *probes; /* of the stage, or NULL */
     int samples; /* of the truth for each draw; 0: by the clock */
-    const view_set *set;
+    const baked_set *set;
     view_room_sun sun; /* of the set, once the stage was drawn with it */
     bool knows_sun;
     /* of the last draw */
@@ -104,7 +104,7 @@ void view_renderer_free(view_renderer *r)
     if (!r)
         return;
     view_truth_free(r->truth);
-    view_stage_free(r->stage);
+    view_scene_free(r->stage);
     view_display_free(r->display);
     gl.DeleteFramebuffers(1, &r->target);
     gl.DeleteTextures(1, &r->picture);
@@ -120,7 +120,7 @@ void view_renderer_free(view_renderer *r)
 
 /* ---- the set ----------------------------------------------------------- */
 
-bool view_renderer_load(view_renderer *r, const view_set *set)
+bool view_renderer_load(view_renderer *r, const baked_set *set)
 {
     static const char *const kinds[VIEW_CONTENTS] = {
         "specular map", "irradiance map", "BRDF table", "sky"};
@@ -145,7 +145,7 @@ bool view_renderer_load(view_renderer *r, const view_set *set)
     r->knows_sun = false;
     r->stale = true;
     if (r->stage)
-        view_stage_restart(r->stage);
+        view_scene_restart(r->stage);
     return !r->truth || view_truth_load(r->truth, set);
 }
 
@@ -278,14 +278,14 @@ void view_renderer_probes(view_renderer *r, const view_probe_set *probes)
     r->probes = probes;
     r->stale = true;
     if (r->stage)
-        view_stage_use(r->stage, probes);
+        view_scene_use(r->stage, probes);
 }
 
 static bool make_stage(view_renderer *r)
 {
-    r->stage = view_stage_create();
+    r->stage = view_scene_create();
     if (r->stage)
-        view_stage_use(r->stage, r->probes);
+        view_scene_use(r->stage, r->probes);
     return r->stage;
 }
 
@@ -301,7 +301,7 @@ static bool draw_stage(view_renderer *r)
         return false;
     e.sun = r->sun;
     memcpy(e.lod, r->frame.lod, sizeof e.lod);
-    return view_stage_draw(r->stage, &r->settings, &e, r->maps[VIEW_LUT],
+    return view_scene_draw(r->stage, &r->settings, &e, r->maps[VIEW_LUT],
                            r->picture, r->width, r->height);
 }
 
@@ -422,7 +422,7 @@ unsigned char *view_renderer_picture(const view_renderer *r)
     return rgb;
 }
 
-view_stage *view_renderer_stage(const view_renderer *r)
+view_scene *view_renderer_stage(const view_renderer *r)
 {
     return r->stage;
 }

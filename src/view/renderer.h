@@ -17,11 +17,11 @@
 #ifndef VIEW_RENDERER_H
 #define VIEW_RENDERER_H
 
+#include "view/baked_set.h"
 #include "view/gl.h"
 #include "view/probe_set.h"
-#include "view/scene.h"
-#include "view/set.h"
-#include "view/stage.h"
+#include "view/scene_captures.h"
+#include "view/sphere_grid.h"
 
 typedef struct view_renderer view_renderer;
 
@@ -31,7 +31,7 @@ void view_renderer_free(view_renderer *r); /* NULL is fine */
 
 /* Uploads a set's textures; what was loaded before goes. set stays the
  * caller's and must stay until the next load. False, with a message. */
-bool view_renderer_load(view_renderer *r, const view_set *set);
+bool view_renderer_load(view_renderer *r, const baked_set *set);
 
 /* Local probes of the scene from now on, in place of captured ones; NULL: none.
  * They stay the caller's, and until others are given. */
@@ -51,7 +51,7 @@ bool view_renderer_read(const view_renderer *r, bool truth, float *rgb);
 unsigned char *view_renderer_picture(const view_renderer *r);
 
 /* The scene, once it has been drawn; else NULL. */
-view_stage *view_renderer_stage(const view_renderer *r);
+view_scene *view_renderer_stage(const view_renderer *r);
 
 /* Samples of the truth for each pixel and draw; 0 (default): as many as leave a
  * frame responsive, by the clock, so not the same in every run. */

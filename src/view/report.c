@@ -4,7 +4,7 @@
 #include <stdio.h>
 
 #include "view/message.h"
-#include "view/scene.h"
+#include "view/sphere_grid.h"
 
 /* Spheres that are not in the picture have none. */
 static void print_error(double rmse)
@@ -39,7 +39,7 @@ bool view_report_print(const view_renderer *r, const view_settings *s)
     return true;
 }
 
-void view_report_set(const view_set *set)
+void view_report_set(const baked_set *set)
 {
     static const char *const what[] = {"specular", "irradiance", "table",
                                        "sky"};
@@ -63,9 +63,9 @@ void view_report_probe_set(const view_probe_set *set)
     fflush(stdout);
 }
 
-void view_report_sun(const view_stage *stage)
+void view_report_sun(const view_scene *stage)
 {
-    const view_room_environment *e = &view_stage_drawn(stage)->environment;
+    const view_room_environment *e = &view_scene_drawn(stage)->environment;
     double world[3];
 
     if (!view_room_sun_shines(&e->sun)) {
@@ -78,11 +78,11 @@ void view_report_sun(const view_stage *stage)
            e->sun.irradiance[2]);
 }
 
-void view_report_probe(const view_stage *stage, view_probe_filter filter)
+void view_report_probe(const view_scene *stage, view_probe_filter filter)
 {
     double ms[3];
 
-    view_stage_times(stage, filter, ms);
+    view_scene_times(stage, filter, ms);
     printf("probe: %.1f ms drawing, %.1f levels, %.1f irradiance\n", ms[0],
            ms[1], ms[2]);
 }

@@ -7,7 +7,7 @@
 
 #include "view/message.h"
 #include "view/program.h"
-#include "view/scene.h"
+#include "view/sphere_grid.h"
 #include "view/vector.h"
 
 enum {

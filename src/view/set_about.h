@@ -6,7 +6,7 @@
 #ifndef VIEW_SET_ABOUT_H
 #define VIEW_SET_ABOUT_H
 
-#include "view/set.h"
+#include "view/baked_set.h"
 
 /* Which members are known. */
 enum {
@@ -75,18 +75,18 @@ view_content view_sidecar_content(const view_sidecar *s, const char *file);
 /* Edge and levels of a content's file; false if it does not tell. */
 bool view_sidecar_shape(const view_sidecar *s, view_content content, int *width,
                         int *levels);
-/* The harmonics, as view_set has them; degree -1 where there are none. */
-bool view_sidecar_sh(const view_sidecar *s, view_set *set);
+/* The harmonics, as baked_set has them; degree -1 where there are none. */
+bool view_sidecar_sh(const view_sidecar *s, baked_set *set);
 
 /* ---- what a set has not ------------------------------------------------- */
 
 /* Makes the table and irradiance of a set whose specular chain is there, with
  * its roughness. */
-bool view_set_fill(ibl_ctx *ctx, view_set *set);
+bool view_set_fill(ibl_ctx *ctx, baked_set *set);
 /* The largest finite component of level 0 of the specular chain. */
-double view_set_peak(const view_set *set);
+double view_set_peak(const baked_set *set);
 /* Fills entry i of set->read: before that file is read. */
-void view_stamp_read(view_set *set, int i);
+void view_stamp_read(baked_set *set, int i);
 /* File's name without directory, and without its last extension: for
  * free(). */
 char *view_set_stem(const char *path);

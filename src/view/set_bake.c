@@ -8,7 +8,7 @@
 
 /* Textures of what was baked; out is not needed afterwards. */
 static bool take(ibl_ctx *ctx, const ibl_bake_result *result,
-                 const ibl_specular_options *opts, view_set *set)
+                 const ibl_specular_options *opts, baked_set *set)
 {
     const ibl_specular_layout *layout = &result->report.layout;
     ibl_overflow_report beyond = {0};
@@ -41,7 +41,7 @@ static bool take(ibl_ctx *ctx, const ibl_bake_result *result,
 
 /* Into a set that has its name, or has not for want of memory. */
 static bool bake(ibl_ctx *ctx, const ibl_environment *env,
-                 const ibl_specular_options *specular, view_set *set)
+                 const ibl_specular_options *specular, baked_set *set)
 {
     ibl_bake_options opts = ibl_bake_options_default();
     ibl_bake_result result = {0};
@@ -59,11 +59,11 @@ static bool bake(ibl_ctx *ctx, const ibl_environment *env,
 }
 
 bool view_set_bake_image(ibl_ctx *ctx, const char *name, const ibl_image *map,
-                         const ibl_specular_options *opts, view_set *set)
+                         const ibl_specular_options *opts, baked_set *set)
 {
     const ibl_environment env = {.image = map};
 
-    *set = (view_set){.name = strdup(name)};
+    *set = (baked_set){.name = strdup(name)};
     if (bake(ctx, &env, opts, set))
         return true;
     view_set_free(set);
@@ -75,7 +75,7 @@ static ibl_status read_rows(void *cookie, int rows, float *rgb)
     return ibl_source_read(cookie, rows, rgb);
 }
 
-static bool bake_source(ibl_ctx *ctx, const char *path, view_set *set)
+static bool bake_source(ibl_ctx *ctx, const char *path, baked_set *set)
 {
     ibl_source *source;
 
@@ -90,9 +90,9 @@ static bool bake_source(ibl_ctx *ctx, const char *path, view_set *set)
     return ok;
 }
 
-bool view_set_bake(ibl_ctx *ctx, const char *path, view_set *set)
+bool view_set_bake(ibl_ctx *ctx, const char *path, baked_set *set)
 {
-    *set = (view_set){.name = view_set_stem(path), .map = strdup(path)};
+    *set = (baked_set){.name = view_set_stem(path), .map = strdup(path)};
     if (!set->map) {
         view_fail("%s: no memory to bake it", path);
         goto fail;

@@ -21,7 +21,7 @@ enum {
 
 /* ---- decoding -------------------------------------------------------- */
 
-double view_set_peak(const view_set *set)
+double view_set_peak(const baked_set *set)
 {
     const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
     const size_t step = ibl_pixel_bytes(tex->pixel);
@@ -40,7 +40,7 @@ double view_set_peak(const view_set *set)
 }
 
 /* A level of the chain, as level 0 of a cube. Infinite texels become 0. */
-static void decode_level(const view_set *set, int level, const ibl_cube *cube)
+static void decode_level(const baked_set *set, int level, const ibl_cube *cube)
 {
     const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
     const size_t texels = (size_t)cube->size * cube->size;
@@ -103,7 +103,7 @@ static void sum_cosine(const light *lights, int count, const double normal[3],
         rgb[c] = (float)(whole > 0 ? sum[c] / whole : 0);
 }
 
-static ibl_status irradiance_of_level0(ibl_ctx *ctx, const view_set *set,
+static ibl_status irradiance_of_level0(ibl_ctx *ctx, const baked_set *set,
                                        ibl_cube *out)
 {
     const int size = set->texture[VIEW_SPECULAR].width;
@@ -135,7 +135,7 @@ done:
     return status;
 }
 
-void view_set_sh_irradiance(const view_set *set, const double normal[3],
+void view_set_sh_irradiance(const baked_set *set, const double normal[3],
                             double rgb[3])
 {
     const int count = (set->sh_degree + 1) * (set->sh_degree + 1);
@@ -148,7 +148,7 @@ void view_set_sh_irradiance(const view_set *set, const double normal[3],
             rgb[c] += y[i] * set->sh[3 * i + c];
 }
 
-static ibl_status irradiance_of_sh(ibl_ctx *ctx, const view_set *set,
+static ibl_status irradiance_of_sh(ibl_ctx *ctx, const baked_set *set,
                                    ibl_cube *out)
 {
     ibl_status status = ibl_cube_alloc(ctx, EDGE, 1, out);
@@ -165,7 +165,7 @@ static ibl_status irradiance_of_sh(ibl_ctx *ctx, const view_set *set,
 }
 
 /* At roughness 1 GGX and Phong are the cosine itself. */
-static bool last_is_irradiance(const view_set *set)
+static bool last_is_irradiance(const baked_set *set)
 {
     const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
     return tex->levels > 1 && set->lobe != IBL_LOBE_CHARLIE &&
@@ -173,7 +173,7 @@ static bool last_is_irradiance(const view_set *set)
            ibl_cube_edge(tex->width, tex->levels - 1) >= LAST_EDGE;
 }
 
-static ibl_status irradiance_of_last(ibl_ctx *ctx, const view_set *set,
+static ibl_status irradiance_of_last(ibl_ctx *ctx, const baked_set *set,
                                      ibl_cube *out)
 {
     const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
@@ -186,13 +186,13 @@ static ibl_status irradiance_of_last(ibl_ctx *ctx, const view_set *set,
 }
 
 /* Neither blurred nor with a sun that its pixels could not hold. */
-static bool level0_is_whole(const view_set *set)
+static bool level0_is_whole(const baked_set *set)
 {
     return set->roughness[0] <= SMOOTH &&
            set->peak < (double)ibl_pixel_max(set->texture[VIEW_SPECULAR].pixel);
 }
 
-static bool fill_irradiance(ibl_ctx *ctx, view_set *set)
+static bool fill_irradiance(ibl_ctx *ctx, baked_set *set)
 {
     const bool whole = level0_is_whole(set);
     const char *from;
@@ -225,7 +225,7 @@ static bool fill_irradiance(ibl_ctx *ctx, view_set *set)
 
 /* ---- the table -------------------------------------------------------- */
 
-static bool fill_lut(ibl_ctx *ctx, view_set *set)
+static bool fill_lut(ibl_ctx *ctx, baked_set *set)
 {
     ibl_lut_options opts = ibl_lut_options_default();
     ibl_lut lut = {0};
@@ -239,7 +239,7 @@ static bool fill_lut(ibl_ctx *ctx, view_set *set)
     return !status;
 }
 
-bool view_set_fill(ibl_ctx *ctx, view_set *set)
+bool view_set_fill(ibl_ctx *ctx, baked_set *set)
 {
     if (!set->texture[VIEW_LUT].data && !fill_lut(ctx, set))
         return false;

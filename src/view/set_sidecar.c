@@ -167,7 +167,7 @@ bool view_sidecar_about(const view_sidecar *s, view_content content,
            view_about_check(a, s->path);
 }
 
-bool view_sidecar_sh(const view_sidecar *s, view_set *set)
+bool view_sidecar_sh(const view_sidecar *s, baked_set *set)
 {
     const json_t *sh = s ? json_object_get(s->root, "sh") : NULL;
     const json_t *radiance = json_object_get(sh, "radiance");

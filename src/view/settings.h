@@ -65,7 +65,7 @@ typedef enum view_probe_filter {
     VIEW_PROBE_FILTERS
 } view_probe_filter;
 
-#define VIEW_STAGE_LOCAL 64 /* probes of the scene that stand still */
+#define VIEW_MAX_LOCALS 64 /* probes of the scene that stand still */
 #define VIEW_MAX_LIGHTS 4
 #define VIEW_MAX_GRID 16
 
@@ -114,7 +114,7 @@ typedef struct view_settings {
     bool parallax;         /* reflections of the room's walls, not of what is
                               infinitely far */
     bool blend;            /* probes, over the widths at their borders */
-    int probes;            /* local ones, 0..VIEW_STAGE_LOCAL */
+    int probes;            /* local ones, 0..VIEW_MAX_LOCALS */
     int probe_size;        /* of faces: a power of two */
     double probe_interval; /* seconds; 0: every frame */
     int probe_faces;       /* steps of view_capture_advance a frame; 0: all */

@@ -7,7 +7,7 @@
  * this much longer. */
 static const double GONE = 12;
 
-static const char *path_of(const view_set *set, int i)
+static const char *path_of(const baked_set *set, int i)
 {
     return i < VIEW_CONTENTS    ? set->path[i]
            : i == VIEW_CONTENTS ? set->sidecar
@@ -15,7 +15,7 @@ static const char *path_of(const view_set *set, int i)
 }
 
 /* *age: as view_file_stamp_of has it. */
-static view_file_stamp take(const view_set *set, int i, double *age)
+static view_file_stamp take(const baked_set *set, int i, double *age)
 {
     const char *path = path_of(set, i);
 
@@ -23,13 +23,13 @@ static view_file_stamp take(const view_set *set, int i, double *age)
     return path ? view_file_stamp_of(path, age) : (view_file_stamp){.size = -1};
 }
 
-void view_stamp_read(view_set *set, int i)
+void view_stamp_read(baked_set *set, int i)
 {
     double age;
     set->read.file[i] = take(set, i, &age);
 }
 
-void view_stamp_take(const view_set *set, view_stamp *stamp)
+void view_stamp_take(const baked_set *set, view_stamp *stamp)
 {
     double age;
 
@@ -37,7 +37,7 @@ void view_stamp_take(const view_set *set, view_stamp *stamp)
         stamp->file[i] = take(set, i, &age);
 }
 
-bool view_stamp_changed(const view_set *set, const view_stamp *stamp,
+bool view_stamp_changed(const baked_set *set, const view_stamp *stamp,
                         double settle)
 {
     bool changed = false, gone = false;

@@ -24,22 +24,22 @@ static void print_frames(view_stats *t)
     t->sum = t->worst = 0;
 }
 
-static void print_probe(const view_stage *stage, const view_settings *s,
+static void print_probe(const view_scene *stage, const view_settings *s,
                         view_probe_filter filter)
 {
     double ms[3];
 
-    view_stage_times(stage, filter, ms);
+    view_scene_times(stage, filter, ms);
     printf("probe seconds=%.3f size=%d capture=%s filter=%s ms=%.1f "
            "drawing=%.1f levels=%.1f irradiance=%.1f",
-           view_stage_shown(stage), s->probe_size,
+           view_scene_shown(stage), s->probe_size,
            view_probe_capture_names[s->probe_capture],
            view_probe_filter_names[filter], ms[0] + ms[1] + ms[2], ms[0], ms[1],
            ms[2]);
 }
 
 /* Of the scene its probe's last update. */
-static void print_line(view_stats *t, const view_stage *stage,
+static void print_line(view_stats *t, const view_scene *stage,
                        const view_settings *s)
 {
     if (s->mode == VIEW_SCENE)
@@ -52,8 +52,8 @@ static void print_line(view_stats *t, const view_stage *stage,
 void view_stats_tell(view_stats *t, const view_renderer *r,
                      const view_settings *s)
 {
-    const view_stage *stage = view_renderer_stage(r);
-    const int updates = stage ? view_stage_updates(stage) : 0;
+    const view_scene *stage = view_renderer_stage(r);
+    const int updates = stage ? view_scene_updates(stage) : 0;
 
     if (!t->frames || (s->mode == VIEW_SCENE ? updates == t->updates
                                              : view_clock() - t->begun < 1))
@@ -66,14 +66,14 @@ void view_stats_tell(view_stats *t, const view_renderer *r,
 bool view_stats_end(view_stats *t, const view_renderer *r,
                     const view_settings *s)
 {
-    view_stage *stage = view_renderer_stage(r);
+    view_scene *stage = view_renderer_stage(r);
     const view_probe_filter other =
         s->probe_filter == VIEW_PROBE_GPU ? VIEW_PROBE_CPU : VIEW_PROBE_GPU;
 
     print_line(t, stage, s);
     if (s->mode != VIEW_SCENE)
         return true;
-    if (!view_stage_measure(stage, other))
+    if (!view_scene_measure(stage, other))
         return false;
     print_probe(stage, s, other);
     putchar('\n');

@@ -104,7 +104,7 @@ static bool save_probes(ibl_ctx *ctx, const view_options *o, view_renderer *r)
     if (!o->offscreen &&
         !view_renderer_draw(r, &o->settings, SMALL_EDGE, SMALL_EDGE))
         return false;
-    if (!view_stage_save(view_renderer_stage(r), ctx, o->save_probes))
+    if (!view_scene_save(view_renderer_stage(r), ctx, o->save_probes))
         return false;
     if (o->verbose)
         view_tell("probes: %d, faces of %d, written to %s", o->settings.probes,
@@ -113,7 +113,7 @@ static bool save_probes(ibl_ctx *ctx, const view_options *o, view_renderer *r)
 }
 
 /* What is asked for. */
-static bool make(ibl_ctx *ctx, const view_options *o, const view_set *set,
+static bool make(ibl_ctx *ctx, const view_options *o, const baked_set *set,
                  view_renderer *r)
 {
     if (o->contact_sheet)
@@ -130,7 +130,7 @@ static view_screen *open_screen(const view_options *o)
                    : view_screen_memory(SMALL_EDGE, SMALL_EDGE);
 }
 
-static bool draw(ibl_ctx *ctx, const view_options *o, const view_set *set)
+static bool draw(ibl_ctx *ctx, const view_options *o, const baked_set *set)
 {
     view_screen *screen = open_screen(o);
     view_probe_set *probes = NULL;
@@ -157,7 +157,7 @@ fail:
     return ok;
 }
 
-static void print_texel(const view_options *o, const view_set *set)
+static void print_texel(const view_options *o, const baked_set *set)
 {
     char text[200];
     const view_texel t = view_inspect(set, &o->settings, o->size[0], o->size[1],
@@ -169,7 +169,7 @@ static void print_texel(const view_options *o, const view_set *set)
 
 bool view_still_run(ibl_ctx *ctx, const view_options *o)
 {
-    view_set set = {0};
+    baked_set set = {0};
     bool ok;
 
     if (!view_options_may(o))

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "common/line.h"
-#include "view/scene.h"
+#include "view/sphere_grid.h"
 #include "view/truth.h"
 
 static void add(char *text, size_t size, const char *fmt, ...)
@@ -90,12 +90,12 @@ static void add_map(const view_app *app, char *text, size_t size)
 }
 
 /* The parts of the one in use, and what the other one took. */
-static void add_times(const view_stage *stage, view_probe_filter filter,
+static void add_times(const view_scene *stage, view_probe_filter filter,
                       bool parts, char *text, size_t size)
 {
     double ms[3];
 
-    if (!view_stage_times(stage, filter, ms))
+    if (!view_scene_times(stage, filter, ms))
         return;
     add(text, size, " | %s %.1f ms", view_probe_filter_names[filter],
         ms[0] + ms[1] + ms[2]);
@@ -107,7 +107,7 @@ static void add_times(const view_stage *stage, view_probe_filter filter,
 static void add_scene(const view_app *app, char *text, size_t size)
 {
     const view_settings *s = &app->settings;
-    const view_stage *stage = view_renderer_stage(app->renderer);
+    const view_scene *stage = view_renderer_stage(app->renderer);
     const view_room_locals *baked =
         app->probes ? view_probe_set_locals(app->probes) : NULL;
 

@@ -122,7 +122,7 @@ static void upload_aim(view_truth *t, const view_aim *aim)
     gl.ActiveTexture(GL_TEXTURE0);
 }
 
-bool view_truth_load(view_truth *t, const view_set *set)
+bool view_truth_load(view_truth *t, const baked_set *set)
 {
     /* A chain of rough levels alone does not have the environment; a skybox
        does. */

@@ -12,9 +12,9 @@
 
 #include <stdbool.h>
 
+#include "view/baked_set.h"
 #include "view/frame.h"
 #include "view/gl.h"
-#include "view/set.h"
 
 typedef struct view_truth view_truth;
 
@@ -24,7 +24,7 @@ view_truth *view_truth_create(void); /* NULL, with a message */
 void view_truth_free(view_truth *t); /* NULL is fine */
 /* The set whose textures are bound to the units of view_unit from now on: makes
  * the table of its lights (aim.h) and begins anew. False, with a message. */
-bool view_truth_load(view_truth *t, const view_set *set);
+bool view_truth_load(view_truth *t, const baked_set *set);
 /* Begins anew: the spheres in the vertex array were changed. */
 void view_truth_restart(view_truth *t);
 /*

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The ray of a pixel, and the turn of the environment: view_camera_ray and
-// view_turn of view/scene.h.
+// view_turn of view/sphere_grid.h.
 #include "frame.glsl"
 
 // pixel: as gl_FragCoord, from the lower left

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "view/stage_parts.h"
+#include "view/scene_parts.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -8,14 +8,14 @@
 #include "view/message.h"
 
 /* Nearer than any sphere comes to the mirror on that side. */
-const double view_stage_distance = 3.1;
+const double view_scene_distance = 3.1;
 static const double from_wall = 0.3; /* that the camera stays away */
 
 /* ---- what is kept ------------------------------------------------------ */
 
-view_stage *view_stage_create(void)
+view_scene *view_scene_create(void)
 {
-    view_stage *st = calloc(1, sizeof *st);
+    view_scene *st = calloc(1, sizeof *st);
 
     if (!st) {
         view_fail("not enough memory for the scene");
@@ -23,18 +23,18 @@ view_stage *view_stage_create(void)
     }
     st->room = view_room_create();
     if (!st->room) {
-        view_stage_free(st);
+        view_scene_free(st);
         return NULL;
     }
     gl.GenFramebuffers(1, &st->framebuffer);
     return st;
 }
 
-void view_stage_free(view_stage *st)
+void view_scene_free(view_scene *st)
 {
     if (!st)
         return;
-    view_stage_drop_captures(st);
+    view_scene_drop_captures(st);
     ibl_ctx_free(st->ctx);
     view_volumes_free(st->volumes);
     view_room_free(st->room);
@@ -43,18 +43,18 @@ void view_stage_free(view_stage *st)
     free(st);
 }
 
-void view_stage_use(view_stage *st, const view_probe_set *probes)
+void view_scene_use(view_scene *st, const view_probe_set *probes)
 {
     st->set = probes;
     st->fresh = false;
 }
 
-void view_stage_restart(view_stage *st)
+void view_scene_restart(view_scene *st)
 {
     st->fresh = false;
 }
 
-static bool resize(view_stage *st, int width, int height)
+static bool resize(view_scene *st, int width, int height)
 {
     if (st->depth && width == st->width && height == st->height)
         return true;
@@ -71,15 +71,15 @@ static bool resize(view_stage *st, int width, int height)
 
 /* ---- frames ------------------------------------------------------------ */
 
-view_camera view_stage_camera(const view_settings *s, int width, int height)
+view_camera view_scene_camera(const view_settings *s, int width, int height)
 {
     view_settings about = *s;
     double middle[3], radius;
 
     if (about.distance <= 0)
-        about.distance = view_stage_distance;
+        about.distance = view_scene_distance;
     view_camera c = view_camera_of(&about, width, height);
-    view_room_sphere(VIEW_STAGE_MIRROR, 0, middle, &radius);
+    view_room_sphere(VIEW_SCENE_MIRROR, 0, middle, &radius);
     for (int k = 0; k < 3; k++) {
         const double most = view_room_half[k] - from_wall;
         c.eye[k] = fmin(fmax(c.eye[k] + middle[k], view_room_centre[k] - most),
@@ -91,7 +91,7 @@ view_camera view_stage_camera(const view_settings *s, int width, int height)
 }
 
 /* Light that bounces is another with these, and what lights too. */
-static bool is_stale(const view_stage *st, const view_settings *s)
+static bool is_stale(const view_scene *st, const view_settings *s)
 {
     const view_room_draw *d = &st->draw;
 
@@ -101,9 +101,9 @@ static bool is_stale(const view_stage *st, const view_settings *s)
            st->capture_shadows != s->capture_shadows;
 }
 
-static void look(view_stage *st, const view_settings *s, int width, int height)
+static void look(view_scene *st, const view_settings *s, int width, int height)
 {
-    const view_camera c = view_stage_camera(s, width, height);
+    const view_camera c = view_scene_camera(s, width, height);
 
     view_camera_matrix(&c, st->draw.clip);
     memcpy(st->draw.eye, c.eye, sizeof c.eye);
@@ -126,7 +126,7 @@ static void clip_to_room(ibl_volume *box)
     }
 }
 
-static void add_volumes(view_stage *st, int i, const ibl_probe *p)
+static void add_volumes(view_scene *st, int i, const ibl_probe *p)
 {
     st->wired[i] = *p;
     st->wired[i].has_proxy = p->has_proxy && st->draw.parallax;
@@ -134,7 +134,7 @@ static void add_volumes(view_stage *st, int i, const ibl_probe *p)
         clip_to_room(&st->wired[i].influence);
 }
 
-static bool draw_volumes(view_stage *st, double ev)
+static bool draw_volumes(view_scene *st, double ev)
 {
     const view_room_locals *l = &st->draw.locals;
     view_volumes_draw d = {.ev = ev, .count = l->count + 1, .probe = st->wired};
@@ -150,13 +150,13 @@ static bool draw_volumes(view_stage *st, double ev)
     return true;
 }
 
-bool view_stage_draw(view_stage *st, const view_settings *s,
+bool view_scene_draw(view_scene *st, const view_settings *s,
                      const view_room_environment *environment, GLuint table,
                      GLuint picture, int width, int height)
 {
     double position[3], radius;
 
-    if (!resize(st, width, height) || !view_stage_make_captures(st, s))
+    if (!resize(st, width, height) || !view_scene_make_captures(st, s))
         return false;
     const bool stale = is_stale(st, s);
     st->draw = (view_room_draw){.seconds = s->seconds,
@@ -172,8 +172,8 @@ bool view_stage_draw(view_stage *st, const view_settings *s,
     st->sun = s->sun;
     st->capture_shadows = s->capture_shadows;
     look(st, s, width, height);
-    view_room_sphere(VIEW_STAGE_MIRROR, s->seconds, position, &radius);
-    if (!(stale ? view_stage_capture_whole : view_stage_refresh)(st, s,
+    view_room_sphere(VIEW_SCENE_MIRROR, s->seconds, position, &radius);
+    if (!(stale ? view_scene_capture_whole : view_scene_refresh)(st, s,
                                                                  position))
         return false;
     gl.BindFramebuffer(GL_FRAMEBUFFER, st->framebuffer);
@@ -188,7 +188,7 @@ bool view_stage_draw(view_stage *st, const view_settings *s,
     return view_gl_check("drawing the scene");
 }
 
-const view_room_draw *view_stage_drawn(const view_stage *st)
+const view_room_draw *view_scene_drawn(const view_scene *st)
 {
     return &st->draw;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "view/plate.h"
+#include "view/window_text.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -7,7 +7,7 @@
 
 #include "common/line.h"
 #include "view/inspect.h"
-#include "view/keys.h"
+#include "view/key_bindings.h"
 
 static const double MARGIN = 8; /* pixels of a display without a scale */
 static const double TEXT = 2;   /* scale of text there */
@@ -76,7 +76,7 @@ static double add_line(view_app *app, double scale, int width, double below,
     return below - h;
 }
 
-void view_plate_add(view_app *app, int width, int height)
+void view_window_text(view_app *app, int width, int height)
 {
     const double scale = view_screen_scale(app->screen);
     const view_settings *s = &app->settings;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "view/stage_locals.h"
+#include "view/scene_locals.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -8,7 +8,7 @@
 #include "view/message.h"
 #include "view/settings.h"
 
-_Static_assert(VIEW_STAGE_LOCAL == IBL_MAX_TILE_PROBES,
+_Static_assert(VIEW_MAX_LOCALS == IBL_MAX_TILE_PROBES,
                "as many as tiles have bits");
 
 static const double height = 1.5;
@@ -20,11 +20,11 @@ static const double beyond = 0.25;
  * that neighbours always sum to 1 at least. */
 static const double blend_part = 0.4;
 
-struct view_stage_locals {
+struct view_scene_locals {
     view_capture *capture;
     GLuint specular, irradiance, source, target;
     int count;
-    ibl_probe probe[VIEW_STAGE_LOCAL];
+    ibl_probe probe[VIEW_MAX_LOCALS];
 };
 
 /* ---- where they are ---------------------------------------------------- */
@@ -108,15 +108,15 @@ static double between(int k, int part, int parts)
     return view_room_centre[k] + view_room_half[k] * (2.0 * part / parts - 1);
 }
 
-void view_stage_place(ibl_probe *probes, int count)
+void view_scene_place(ibl_probe *probes, int count)
 {
     const int rows = (int)lround(sqrt(count));
     const int columns = (count + rows - 1) / rows; /* at most */
     const double blend =
         2 * blend_part *
         fmin(view_room_half[0] / columns, view_room_half[2] / rows);
-    ibl_probe placed[VIEW_STAGE_LOCAL];
-    int order[VIEW_STAGE_LOCAL];
+    ibl_probe placed[VIEW_MAX_LOCALS];
+    int order[VIEW_MAX_LOCALS];
 
     for (int row = 0; row < rows; row++) {
         const int first = count * row / rows, end = count * (row + 1) / rows;
@@ -179,17 +179,17 @@ static bool fits(int count)
                      count, IBL_FACES * count, most, most / IBL_FACES);
 }
 
-view_stage_locals *view_stage_locals_create(const view_capture_options *options,
+view_scene_locals *view_scene_locals_create(const view_capture_options *options,
                                             int count)
 {
-    view_stage_locals *l = calloc(1, sizeof *l);
+    view_scene_locals *l = calloc(1, sizeof *l);
 
     if (!l) {
         view_fail("no memory for %d probes", count);
         return NULL;
     }
     l->count = count;
-    view_stage_place(l->probe, count);
+    view_scene_place(l->probe, count);
     if (!fits(count) || !(l->capture = view_capture_create(options)))
         goto fail;
     l->specular =
@@ -205,11 +205,11 @@ view_stage_locals *view_stage_locals_create(const view_capture_options *options,
     return l;
 
 fail:
-    view_stage_locals_free(l);
+    view_scene_locals_free(l);
     return NULL;
 }
 
-void view_stage_locals_free(view_stage_locals *l)
+void view_scene_locals_free(view_scene_locals *l)
 {
     if (!l)
         return;
@@ -221,7 +221,7 @@ void view_stage_locals_free(view_stage_locals *l)
     free(l);
 }
 
-view_room_locals view_stage_locals_drawn(const view_stage_locals *l)
+view_room_locals view_scene_locals_drawn(const view_scene_locals *l)
 {
     const float last = (float)(view_capture_levels(l->capture) - 1);
 
@@ -250,7 +250,7 @@ static void copy(GLuint cube, GLuint array, int layer, int level, int n)
     }
 }
 
-static void copy_all(const view_stage_locals *l, int layer)
+static void copy_all(const view_scene_locals *l, int layer)
 {
     const GLuint specular = view_capture_specular(l->capture);
 
@@ -263,7 +263,7 @@ static void copy_all(const view_stage_locals *l, int layer)
          VIEW_CAPTURE_IRRADIANCE);
 }
 
-bool view_stage_locals_capture(view_stage_locals *l, int i, double far,
+bool view_scene_locals_capture(view_scene_locals *l, int i, double far,
                                view_capture_scene *scene, void *cookie)
 {
     view_capture_set_far(l->capture, far);
@@ -273,7 +273,7 @@ bool view_stage_locals_capture(view_stage_locals *l, int i, double far,
     return view_gl_check("capturing local probes");
 }
 
-bool view_stage_locals_face(const view_stage_locals *l, int probe, int face,
+bool view_scene_locals_face(const view_scene_locals *l, int probe, int face,
                             uint16_t *rgba)
 {
     const int n = view_capture_size(l->capture);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* The sphere grid, its materials and the camera: plain geometry, that shaders
  * are given and tests compute with. */
-#ifndef VIEW_SCENE_H
-#define VIEW_SCENE_H
+#ifndef VIEW_SPHERE_GRID_H
+#define VIEW_SPHERE_GRID_H
 
 #include "view/settings.h"
 

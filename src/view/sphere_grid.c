@@ -2,7 +2,7 @@
 #include <math.h>
 #include <stddef.h>
 
-#include "view/scene.h"
+#include "view/sphere_grid.h"
 #include "view/vector.h"
 
 static const double radius = 0.45;

@@ -3,8 +3,8 @@
  * A baked environment: the files of one, or what the library has just made of
  * a map, with what they say about themselves.
  */
-#ifndef VIEW_SET_H
-#define VIEW_SET_H
+#ifndef VIEW_BAKED_SET_H
+#define VIEW_BAKED_SET_H
 
 #include <stdbool.h>
 
@@ -27,7 +27,7 @@ typedef struct view_stamp {
     view_file_stamp file[VIEW_STAMPS];
 } view_stamp;
 
-typedef struct view_set {
+typedef struct baked_set {
     char *name; /* for titles: "sky" */
     /* Texels as the files have them. Only the sky may be missing, and is zeroed
      * then. A set without a table or irradiance gets them here: the table by
@@ -51,7 +51,7 @@ typedef struct view_set {
     int sh_degree; /* -1..VIEW_SH_DEGREE, what is beyond is left out */
     double sh[3 * VIEW_SH_COUNT];
     double peak; /* largest component of level 0 */
-} view_set;
+} baked_set;
 
 /* What to open. */
 typedef struct view_request {
@@ -75,32 +75,32 @@ bool view_is_map(const char *path);
  * through it. False, with a message that says what does not fit and what to
  * do, and *set zeroed.
  */
-bool view_set_open(ibl_ctx *ctx, const view_request *what, view_set *set);
-void view_set_free(view_set *set); /* zeroed is fine */
+bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set);
+void view_set_free(baked_set *set); /* zeroed is fine */
 
 /* Makes the set of a map: the defaults of the library, rgba16f, sky from level
  * 0, harmonics to VIEW_SH_DEGREE. Progress goes to ctx's callback. */
-bool view_set_bake(ibl_ctx *ctx, const char *path, view_set *set);
+bool view_set_bake(ibl_ctx *ctx, const char *path, baked_set *set);
 /* Of a map in memory (tests, probes); copied name. opts NULL: defaults. */
 bool view_set_bake_image(ibl_ctx *ctx, const char *name, const ibl_image *map,
-                         const ibl_specular_options *opts, view_set *set);
+                         const ibl_specular_options *opts, baked_set *set);
 
 /* The level, not rounded, 0 to the last, where the set has a roughness. */
-double view_set_lod(const view_set *set, double roughness);
+double view_set_lod(const baked_set *set, double roughness);
 /* E/pi by the harmonics of a set that has them; may be a little negative. */
-void view_set_sh_irradiance(const view_set *set, const double normal[3],
+void view_set_sh_irradiance(const baked_set *set, const double normal[3],
                             double rgb[3]);
 
 /* ---- files that change ------------------------------------------------- */
 
 /* What they are now: where reading them anew has failed, so as to wait for the
  * next change. */
-void view_stamp_take(const view_set *set, view_stamp *stamp);
+void view_stamp_take(const baked_set *set, view_stamp *stamp);
 /* Whether a file is another one now, and those that are have been left alone
  * for settle seconds, longer where one is gone; never without the specular file
  * or the map. Of set.read nothing is missed that happened while the set was
  * read or baked. */
-bool view_stamp_changed(const view_set *set, const view_stamp *stamp,
+bool view_stamp_changed(const baked_set *set, const view_stamp *stamp,
                         double settle);
 
 /* ---- a bake beside the window ------------------------------------------ */
@@ -114,6 +114,6 @@ view_baker *view_baker_start(const char *path); /* NULL, with a message */
 bool view_baker_poll(view_baker *baker, char *stage, double *done);
 /* Waits, gives the set, frees the baker. False, with its message and *set
  * zeroed, if it failed. set NULL: cancels it, false without a message. */
-bool view_baker_finish(view_baker *baker, view_set *set);
+bool view_baker_finish(view_baker *baker, baked_set *set);
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* What the stage's probes capture, when, and what it took. */
-#include "view/stage_parts.h"
+#include "view/scene_parts.h"
 
 #include <math.h>
 #include <string.h>
@@ -22,17 +22,17 @@ static const double near_half[3] = {1.5, 1.8, 1.5}, near_blend = 0.6;
 
 /* ---- what is kept ------------------------------------------------------ */
 
-void view_stage_drop_captures(view_stage *st)
+void view_scene_drop_captures(view_scene *st)
 {
     view_capture_free(st->capture);
     st->capture = NULL;
-    view_stage_locals_free(st->locals);
+    view_scene_locals_free(st->locals);
     st->locals = NULL;
     st->local_count = st->due = st->seen = 0;
     st->fresh = st->begun = false;
 }
 
-static bool make_context(view_stage *st)
+static bool make_context(view_scene *st)
 {
     ibl_ctx_options o = ibl_ctx_options_default();
 
@@ -40,13 +40,13 @@ static bool make_context(view_stage *st)
     return st->ctx || !ibl_ctx_create(&o, &st->ctx);
 }
 
-static void forget_times(view_stage *st)
+static void forget_times(view_scene *st)
 {
     memset(st->timed, 0, sizeof st->timed);
     memset(st->ms, 0, sizeof st->ms);
 }
 
-bool view_stage_make_captures(view_stage *st, const view_settings *s)
+bool view_scene_make_captures(view_scene *st, const view_settings *s)
 {
     view_capture_options o = view_capture_options_default();
     const int locals = st->set ? 0 : s->probes;
@@ -65,7 +65,7 @@ bool view_stage_make_captures(view_stage *st, const view_settings *s)
         o.cpu == st->made.cpu && locals == st->local_count &&
         s->probe_limit == st->limited)
         return true;
-    view_stage_drop_captures(st);
+    view_scene_drop_captures(st);
     /* Times compare filters of the same. */
     if (o.size != st->made.size || o.kind != st->made.kind ||
         s->probe_limit != st->limited)
@@ -76,7 +76,7 @@ bool view_stage_make_captures(view_stage *st, const view_settings *s)
     if (!st->capture || !locals)
         return st->capture;
     o.timed = false;
-    st->locals = view_stage_locals_create(&o, locals);
+    st->locals = view_scene_locals_create(&o, locals);
     st->local_count = st->locals ? locals : 0;
     return st->locals;
 }
@@ -86,7 +86,7 @@ bool view_stage_make_captures(view_stage *st, const view_settings *s)
 /* Of the mirror. The first bounces of light come before there are local ones,
  * and until there are all of them, and where they leave to others what they do
  * not see, it is the last of all. */
-static ibl_probe mirror_probe(const view_stage *st, const double position[3])
+static ibl_probe mirror_probe(const view_scene *st, const double position[3])
 {
     const bool holes =
         st->limited || (st->set && view_probe_set_holes(st->set));
@@ -109,7 +109,7 @@ static ibl_probe mirror_probe(const view_stage *st, const double position[3])
 
 /* Whose capture it is: the mirror's, or a local one's. */
 typedef struct shot {
-    const view_stage *st;
+    const view_scene *st;
     ibl_probe probe;
     bool local;
 } shot;
@@ -150,12 +150,12 @@ static double farthest(const ibl_probe *p)
     return 1.01 * sqrt(sum);
 }
 
-static double end_of(const view_stage *st, const ibl_probe *p)
+static double end_of(const view_scene *st, const ibl_probe *p)
 {
     return st->limited ? farthest(p) : view_capture_options_default().far;
 }
 
-static void use_capture(view_stage *st, const double position[3])
+static void use_capture(view_scene *st, const double position[3])
 {
     const float last = (float)(view_capture_levels(st->capture) - 1);
 
@@ -168,18 +168,18 @@ static void use_capture(view_stage *st, const double position[3])
 }
 
 /* The last whole updates light what is drawn. */
-static void use_probes(view_stage *st, const double position[3])
+static void use_probes(view_scene *st, const double position[3])
 {
     if (st->set)
         st->draw.locals = *view_probe_set_locals(st->set);
     else if (st->seen)
-        st->draw.locals = view_stage_locals_drawn(st->locals);
+        st->draw.locals = view_scene_locals_drawn(st->locals);
     if (!st->set)
         st->draw.locals.count = st->seen;
     use_capture(st, position);
 }
 
-static void note_times(view_stage *st, const view_capture *c,
+static void note_times(view_scene *st, const view_capture *c,
                        view_probe_filter filter)
 {
     view_capture_times(c, st->ms[filter]);
@@ -187,14 +187,14 @@ static void note_times(view_stage *st, const view_capture *c,
 }
 
 /* The mirror's capture is a whole one again. */
-static void note_update(view_stage *st)
+static void note_update(view_scene *st)
 {
     st->shown_at = st->begun_at;
     st->updates++;
     note_times(st, st->capture, st->made.cpu ? VIEW_PROBE_CPU : VIEW_PROBE_GPU);
 }
 
-static bool capture_mirror(view_stage *st, const double position[3])
+static bool capture_mirror(view_scene *st, const double position[3])
 {
     shot mirror = {st, mirror_probe(st, position), false};
 
@@ -203,7 +203,7 @@ static bool capture_mirror(view_stage *st, const double position[3])
 }
 
 /* Lit at first by the environment alone, then by itself. */
-static bool capture_bounces(view_stage *st, const double position[3])
+static bool capture_bounces(view_scene *st, const double position[3])
 {
     for (int bounce = 0; bounce < BOUNCES; bounce++) {
         if (!capture_mirror(st, position))
@@ -213,16 +213,16 @@ static bool capture_bounces(view_stage *st, const double position[3])
     return true;
 }
 
-static bool capture_local(view_stage *st, int i)
+static bool capture_local(view_scene *st, int i)
 {
-    const ibl_probe p = view_stage_locals_drawn(st->locals).probe[i];
+    const ibl_probe p = view_scene_locals_drawn(st->locals).probe[i];
     shot local = {st, p, true};
 
-    return view_stage_locals_capture(st->locals, i, end_of(st, &p),
+    return view_scene_locals_capture(st->locals, i, end_of(st, &p),
                                      capture_scene, &local);
 }
 
-static void show_update(view_stage *st, const double position[3])
+static void show_update(view_scene *st, const double position[3])
 {
     use_probes(st, position);
     note_update(st);
@@ -231,7 +231,7 @@ static void show_update(view_stage *st, const double position[3])
 /* There may be many, so that each is captured but once, in the light that the
  * mirror's has after its bounces, without what moves as they are; the mirror's
  * goes on when there are all. It is the same with those that are baked. */
-static bool capture_due(view_stage *st, const view_settings *s,
+static bool capture_due(view_scene *st, const view_settings *s,
                         const double position[3])
 {
     use_capture(st, position);
@@ -252,7 +252,7 @@ static bool capture_due(view_stage *st, const view_settings *s,
     return true;
 }
 
-bool view_stage_capture_whole(view_stage *st, const view_settings *s,
+bool view_scene_capture_whole(view_scene *st, const view_settings *s,
                               const double position[3])
 {
     const bool others = st->locals || st->set;
@@ -272,7 +272,7 @@ bool view_stage_capture_whole(view_stage *st, const view_settings *s,
 }
 
 /* Seconds that go back are another time as well. */
-static bool is_due(const view_stage *st, const view_settings *s)
+static bool is_due(const view_scene *st, const view_settings *s)
 {
     const double now = s->seconds;
 
@@ -281,7 +281,7 @@ static bool is_due(const view_stage *st, const view_settings *s)
 }
 
 /* An update that fails would fail, and say so, in each frame. */
-static void give_up(view_stage *st)
+static void give_up(view_scene *st)
 {
     st->failed = view_capture_failed(st->capture);
     if (!st->failed)
@@ -291,7 +291,7 @@ static void give_up(view_stage *st)
               "another way");
 }
 
-bool view_stage_refresh(view_stage *st, const view_settings *s,
+bool view_scene_refresh(view_scene *st, const view_settings *s,
                         const double position[3])
 {
     if (st->due)
@@ -319,19 +319,19 @@ bool view_stage_refresh(view_stage *st, const view_settings *s,
 
 /* ---- what is told ------------------------------------------------------ */
 
-int view_stage_updates(const view_stage *st)
+int view_scene_updates(const view_scene *st)
 {
     return st->updates;
 }
 
-bool view_stage_times(const view_stage *st, view_probe_filter filter,
+bool view_scene_times(const view_scene *st, view_probe_filter filter,
                       double ms[3])
 {
     memcpy(ms, st->ms[filter], sizeof st->ms[filter]);
     return st->timed[filter];
 }
 
-bool view_stage_measure(view_stage *st, view_probe_filter filter)
+bool view_scene_measure(view_scene *st, view_probe_filter filter)
 {
     view_capture_options o = st->made;
     shot mirror = {st, st->draw.dynamic.probe, false};
@@ -341,7 +341,7 @@ bool view_stage_measure(view_stage *st, view_probe_filter filter)
         return false;
     o.cpu = filter == VIEW_PROBE_CPU ? st->ctx : NULL;
     o.far = end_of(st, &mirror.probe);
-    view_room_sphere(VIEW_STAGE_MIRROR, st->begun_at, position, &radius);
+    view_room_sphere(VIEW_SCENE_MIRROR, st->begun_at, position, &radius);
     view_capture *c = view_capture_create(&o);
     bool ok = c;
     /* With the first one, OpenGL compiles what it draws with. */
@@ -353,12 +353,12 @@ bool view_stage_measure(view_stage *st, view_probe_filter filter)
     return ok;
 }
 
-double view_stage_shown(const view_stage *st)
+double view_scene_shown(const view_scene *st)
 {
     return st->shown_at;
 }
 
-ibl_ctx *view_stage_context(view_stage *st)
+ibl_ctx *view_scene_context(view_scene *st)
 {
     return st->ctx;
 }
@@ -367,14 +367,14 @@ ibl_ctx *view_stage_context(view_stage *st)
 
 static bool read_face(void *cookie, int probe, int face, uint16_t *rgba)
 {
-    return view_stage_locals_face(cookie, probe, face, rgba);
+    return view_scene_locals_face(cookie, probe, face, rgba);
 }
 
-bool view_stage_save(const view_stage *st, ibl_ctx *ctx, const char *dir)
+bool view_scene_save(const view_scene *st, ibl_ctx *ctx, const char *dir)
 {
     if (!st || !st->locals)
         return view_fail("%s: there are no local probes to be written", dir);
-    const view_room_locals l = view_stage_locals_drawn(st->locals);
+    const view_room_locals l = view_scene_locals_drawn(st->locals);
     return view_probe_save(
         ctx, dir,
         &(view_probe_captures){.probe = l.probe,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "view/keys.h"
+#include "view/key_bindings.h"
 
 #include <stddef.h>
 #include <stdio.h>
@@ -134,7 +134,7 @@ static void change_probes(view_app *app, int step)
         power *= 2;
     if (step < 0 && *n <= 1)
         *n = 0;
-    else if (power <= VIEW_STAGE_LOCAL)
+    else if (power <= VIEW_MAX_LOCALS)
         *n = power;
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* What keys do, in one table that the lists of them are made of. */
-#ifndef VIEW_KEYS_H
-#define VIEW_KEYS_H
+#ifndef VIEW_KEY_BINDINGS_H
+#define VIEW_KEY_BINDINGS_H
 
 #include "view/app.h"
 

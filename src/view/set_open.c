@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Reading the files of a set, and what they say together. */
-#include "view/set.h"
+#include "view/baked_set.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -16,7 +16,7 @@
 /* A set in the making. */
 typedef struct opener {
     ibl_ctx *ctx;
-    view_set *set;
+    baked_set *set;
     view_sidecar *sidecar;
     char *directory; /* with its slash, or "" */
     char *extension; /* of the specular file */
@@ -206,7 +206,7 @@ static void note_defaults(opener *o, bool cmgen)
 }
 
 /* What the spheres cannot make up for. */
-static void note_misfits(const view_set *set)
+static void note_misfits(const baked_set *set)
 {
     if (set->lobe != IBL_LOBE_GGX)
         view_note("%s: its levels are of the lobe %s: spheres, which are "
@@ -220,7 +220,7 @@ static void note_misfits(const view_set *set)
 
 static bool take_specular(opener *o, const view_about *a)
 {
-    view_set *set = o->set;
+    baked_set *set = o->set;
     const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
     const bool cmgen = !a->known && ibl_texture_get(tex, "sh");
 
@@ -252,7 +252,7 @@ static bool take_specular(opener *o, const view_about *a)
 static bool name_parts(opener *o, const char *path)
 {
     const char *name = view_file_name(path), *dot = strrchr(name, '.');
-    view_set *set = o->set;
+    baked_set *set = o->set;
 
     o->directory = strndup(path, (size_t)(name - path));
     o->extension = strdup(dot ? dot + 1 : "ktx2");
@@ -296,7 +296,7 @@ static bool open_specular(opener *o, const char *path)
 /* One that is named, or lies beside; nothing is no failure. */
 static bool open_other(opener *o, view_content content, const char *named)
 {
-    view_set *set = o->set;
+    baked_set *set = o->set;
     view_about about;
     char *path;
 
@@ -327,11 +327,11 @@ static bool open_other(opener *o, view_content content, const char *named)
     return true;
 }
 
-bool view_set_open(ibl_ctx *ctx, const view_request *what, view_set *set)
+bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
 {
     opener o = {.ctx = ctx, .set = set};
 
-    *set = (view_set){.sh_degree = -1, .irradiance_scale = 1};
+    *set = (baked_set){.sh_degree = -1, .irradiance_scale = 1};
     const bool ok = open_specular(&o, what->path) &&
                     open_other(&o, VIEW_IRRADIANCE, what->irradiance) &&
                     open_other(&o, VIEW_LUT, what->lut) &&
@@ -351,7 +351,7 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, view_set *set)
     return filled;
 }
 
-void view_set_free(view_set *set)
+void view_set_free(baked_set *set)
 {
     for (int i = 0; i < VIEW_CONTENTS; i++) {
         ibl_texture_free(&set->texture[i]);
@@ -360,10 +360,10 @@ void view_set_free(view_set *set)
     free(set->name);
     free(set->sidecar);
     free(set->map);
-    *set = (view_set){0};
+    *set = (baked_set){0};
 }
 
-double view_set_lod(const view_set *set, double roughness)
+double view_set_lod(const baked_set *set, double roughness)
 {
     const double r = roughness;
     const double x = set->mapping == IBL_ROUGHNESS_LINEAR ? r : r * (2 - r);
