@@ -14,7 +14,7 @@
 #include "core/alloc.h"
 #include "core/cpu.h"
 #include "kern/fft.h"
-#include "kern/strip.h"
+#include "kern/row_block.h"
 #include "test.h"
 
 #ifdef IBL_KISS
@@ -161,12 +161,12 @@ typedef struct steps {
 
 typedef struct batch {
     ibl_fft_dsp fft_dsp;
-    ibl_strip_dsp strip_dsp;
+    ibl_row_block_dsp strip_dsp;
     int width, ring;
     float *rgb, *rgba, *ring_data, *pixels, *spectrum;
     ibl_fft fft;
     ibl_fft_pair *pairs;
-    ibl_strip_spread spread;
+    ibl_row_block_spread spread;
 } batch;
 
 static void batch_init(batch *b, ibl_isa isa, int width, int ring)
@@ -175,7 +175,7 @@ static void batch_init(batch *b, ibl_isa isa, int width, int ring)
     int origin;
     *b = (batch){.width = width, .ring = ring};
     ibl_fft_dsp_init(&b->fft_dsp, isa);
-    ibl_strip_dsp_init(&b->strip_dsp, isa);
+    ibl_row_block_dsp_init(&b->strip_dsp, isa);
     b->rgb = noise((size_t)width * 3 * LANES);
     b->rgba = noise((size_t)width * 4 * LANES);
     b->ring_data = noise((size_t)(ring + LANES) * 3 * LANES);
@@ -210,7 +210,7 @@ static steps time_batch(batch *b)
         REPEATS = 8,
         BLOCK = 64
     };
-    const ibl_strip_change same = {.scale = 1};
+    const ibl_row_block_change same = {.scale = 1};
     const size_t channel = (size_t)(b->ring + LANES) * LANES;
     const bool straight = b->width == b->ring;
     steps t = {0, 0, 0, 0, 0};

@@ -243,10 +243,10 @@ static double transform(const ibl_spread_window *window, double f)
     };
     double sum = 0;
     for (int i = 0; i < POINTS; i++) {
-        const double x = IBL_STRIP_TAPS * ((i + 0.5) / POINTS - 0.5);
+        const double x = IBL_ROW_BLOCK_TAPS * ((i + 0.5) / POINTS - 0.5);
         sum += ibl_spread_value(window, x) * cos(2 * PI * f * x);
     }
-    return sum * IBL_STRIP_TAPS / POINTS;
+    return sum * IBL_ROW_BLOCK_TAPS / POINTS;
 }
 
 /* What the header says of the filter, for the least and more samples. */

@@ -10,7 +10,7 @@
 
 #include "core/cpu.h"
 #include "io/rgbe.h"
-#include "kern/most.h"
+#include "kern/max_finite.h"
 #include "test.h"
 
 /* ---- the encoder ---------------------------------------------------- */
@@ -210,7 +210,8 @@ static ibl_status read_rows(ibl_rows *rows, ibl_image *img)
                                most + rows->row);
     }
     for (int y = 0; !status && y < rows->height; y++)
-        CHECK(most[y] == ibl_most_c(img->data + floats * (size_t)y, floats));
+        CHECK(most[y] ==
+              ibl_max_finite_c(img->data + floats * (size_t)y, floats));
     if (status)
         ibl_image_free(img);
     free(most);

@@ -13,7 +13,7 @@
 #include "core/alloc.h"
 #include "core/cpu.h"
 #include "kern/fft.h"
-#include "kern/strip.h"
+#include "kern/row_block.h"
 #include "test.h"
 
 #define PI 3.1415926535897932384626433832795
@@ -436,11 +436,11 @@ static void rows_free(row_set *s)
 
 static void loads(ibl_isa isa)
 {
-    const ibl_strip_change change = {{0.25f, -3, 0}, 0.5f};
+    const ibl_row_block_change change = {{0.25f, -3, 0}, 0.5f};
     const size_t channel = (MAX_PIXELS + 2) * LANES;
-    ibl_strip_dsp dsp;
+    ibl_row_block_dsp dsp;
     test_random r = {5};
-    ibl_strip_dsp_init(&dsp, isa);
+    ibl_row_block_dsp_init(&dsp, isa);
     for (int count = 0; count <= MAX_PIXELS; count++) {
         float *lanes = guarded(3 * channel);
         row_set in;
@@ -469,11 +469,11 @@ static void rows_to_lanes(void)
 static void stores(ibl_isa isa)
 {
     const size_t channel = (MAX_PIXELS + 2) * LANES;
-    ibl_strip_dsp dsp;
+    ibl_row_block_dsp dsp;
     test_random r = {6};
     float *lanes = guarded(3 * channel);
     fill(&r, lanes, 3 * channel);
-    ibl_strip_dsp_init(&dsp, isa);
+    ibl_row_block_dsp_init(&dsp, isa);
     for (int count = 0; count <= MAX_PIXELS; count++) {
         const int used = count % 3 ? LANES : 1 + count % LANES;
         row_set out;
@@ -503,19 +503,19 @@ static void spreads(ibl_isa isa)
         PERIOD = 5,
         STEP = 23,
         PIXELS = 64,
-        SAMPLES = (PIXELS / PERIOD + 1) * STEP + IBL_STRIP_TAPS
+        SAMPLES = (PIXELS / PERIOD + 1) * STEP + IBL_ROW_BLOCK_TAPS
     };
     int32_t first[PERIOD] = {0, 0, 1, 2, 22};
-    float taps[PERIOD * IBL_STRIP_TAPS];
+    float taps[PERIOD * IBL_ROW_BLOCK_TAPS];
     float *pixels = guarded(PIXELS * LANES);
     test_random r = {7};
-    ibl_strip_dsp dsp;
-    fill(&r, taps, PERIOD * IBL_STRIP_TAPS);
+    ibl_row_block_dsp dsp;
+    fill(&r, taps, PERIOD * IBL_ROW_BLOCK_TAPS);
     fill(&r, pixels, PIXELS * LANES);
-    ibl_strip_dsp_init(&dsp, isa);
-    const ibl_strip_spread spread = {PERIOD, STEP, first, taps};
+    ibl_row_block_dsp_init(&dsp, isa);
+    const ibl_row_block_spread spread = {PERIOD, STEP, first, taps};
     const size_t used =
-        (size_t)ibl_strip_first(&spread, PIXELS - 1) + IBL_STRIP_TAPS;
+        (size_t)ibl_row_block_first(&spread, PIXELS - 1) + IBL_ROW_BLOCK_TAPS;
     for (int block = 1; block <= PIXELS; block++) {
         float *samples = guarded(used * LANES);
         double truth[SAMPLES * LANES] = {0};
@@ -525,9 +525,9 @@ static void spreads(ibl_isa isa)
                        left < block ? left : block, samples);
         }
         for (int i = 0; i < PIXELS; i++)
-            for (int k = 0; k < IBL_STRIP_TAPS * LANES; k++)
+            for (int k = 0; k < IBL_ROW_BLOCK_TAPS * LANES; k++)
                 truth[(first[i % PERIOD] + i / PERIOD * STEP) * LANES + k] +=
-                    (double)taps[i % PERIOD * IBL_STRIP_TAPS + k / LANES] *
+                    (double)taps[i % PERIOD * IBL_ROW_BLOCK_TAPS + k / LANES] *
                     pixels[i * LANES + k % LANES];
         for (size_t k = 0; k < used * LANES; k++)
             CHECK_NEAR(samples[k], truth[k], 20 * FLT_EPSILON);

@@ -7,7 +7,7 @@
 
 #include "files.h"
 #include "io/exr.h"
-#include "kern/most.h"
+#include "kern/max_finite.h"
 
 test_messages test_exr_kept;
 const char *const test_exr_compressions[8] = {"none", "rle",   "zips", "zip",
@@ -53,9 +53,9 @@ ibl_status test_exr_read_rows(ibl_rows *rows, ibl_image *img)
     }
     for (int y = 0; !status && y < rows->height; y++) {
         const uint32_t want =
-            ibl_most_c(img->data + floats * (size_t)y, floats);
+            ibl_max_finite_c(img->data + floats * (size_t)y, floats);
         CHECK(want == most[y] ||
-              (want >= IBL_MOST_INFINITE && most[y] >= IBL_MOST_INFINITE));
+              (want >= IBL_INFINITE_BITS && most[y] >= IBL_INFINITE_BITS));
     }
     if (status)
         ibl_image_free(img);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The split-sum table (Karis 2013, "Real Shading in Unreal Engine 4"), by the
- * quadrature of kern/split.h or by samples.
+ * quadrature of kern/brdf_quadrature.h or by samples.
  *
  * The table is smooth in ln(N.V) and ln(roughness + constant), so it is
  * integrated at Chebyshev points of these and interpolated by their
@@ -15,7 +15,7 @@
 #include "brdf/hammersley.h"
 #include "core/alloc.h"
 #include "core/context.h"
-#include "kern/split.h"
+#include "kern/brdf_quadrature.h"
 
 enum {
     MAX_SIZE = 4096,
@@ -36,8 +36,8 @@ typedef struct grid {
 struct bake {
     ibl_geometry geometry;
     int size, samples;
-    ibl_split_dsp dsp;
-    ibl_split_rule rule;
+    ibl_brdf_dsp dsp;
+    ibl_brdf_rule rule;
     grid view, rough;
     float *nodes;      /* the table at the points of rough and view */
     float *basis;      /* of view: for each point its weight in every texel,
@@ -179,8 +179,8 @@ static ibl_status quadrature(ibl_ctx *ctx, struct bake *b)
     const int views = 8 + 2 * (int)ceil(1.25 * octaves);
     const int roughs = 24 + (int)ceil(2.0 * octaves);
 
-    ibl_split_dsp_init(&b->dsp, ibl_ctx_isa(ctx));
-    ibl_split_rule_init(&b->rule);
+    ibl_brdf_dsp_init(&b->dsp, ibl_ctx_isa(ctx));
+    ibl_brdf_rule_init(&b->rule);
     if (b->size * b->size <= views * roughs)
         return ibl_run(ctx, "lut", b->size, direct_job, b);
     grid_init(&b->view, views, b->size, 0.0);

@@ -11,8 +11,8 @@
 
 #include "io/load.h"
 #include "io/rows.h"
-#include "kern/halves.h"
-#include "kern/most.h"
+#include "kern/half_planes.h"
+#include "kern/max_finite.h"
 
 /* A file opened by OpenEXRCore. */
 typedef struct ibl_exr_file {
@@ -113,9 +113,9 @@ typedef struct ibl_exr_decoder {
     ibl_exr_table table;
     /* by ibl_exr_decoder_init: */
     ibl_exr_unpacker *unpackers; /* one for each thread */
-    ibl_most_fn *look;
+    ibl_max_finite_fn *look;
     ibl_unzip_dsp unzip;
-    ibl_halves_fn *halves; /* NULL: the channels are not all halves */
+    ibl_half_planes_fn *halves; /* NULL: the channels are not all halves */
     int threads;
     int per_job; /* chunks */
 } ibl_exr_decoder;

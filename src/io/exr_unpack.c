@@ -199,9 +199,9 @@ ibl_status ibl_exr_decoder_init(ibl_ctx *ctx, ibl_exr_decoder *d)
     const size_t threads = (size_t)ibl_ctx_threads(ctx);
     const uint64_t each = d->table.unpacked / (uint64_t)d->table.count;
 
-    d->halves = is_halves(&d->pick) ? ibl_halves(ibl_ctx_isa(ctx)) : NULL;
+    d->halves = is_halves(&d->pick) ? ibl_half_planes(ibl_ctx_isa(ctx)) : NULL;
     ibl_unzip_dsp_init(&d->unzip, ibl_ctx_isa(ctx));
-    d->look = ibl_most(ibl_ctx_isa(ctx));
+    d->look = ibl_max_finite(ibl_ctx_isa(ctx));
     d->per_job = each < JOB_BYTES ? (int)(JOB_BYTES / (each ? each : 1)) : 1;
     d->threads = (int)threads;
     d->unpackers = ibl_alloc_zeroed(threads, sizeof *d->unpackers);

@@ -7,7 +7,7 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
-#include "kern/most.h"
+#include "kern/max_finite.h"
 
 enum {
     ROWS = 16 /* of a job */
@@ -41,7 +41,7 @@ static float *row_of(const batch *b, int y)
  * that is all that most says of rows that needed it. */
 static bool is_dirty(const batch *b, int y)
 {
-    return b->most[y] >= IBL_MOST_INFINITE;
+    return b->most[y] >= IBL_INFINITE_BITS;
 }
 
 static uint32_t bits_of(float f)
@@ -53,7 +53,7 @@ static uint32_t bits_of(float f)
 
 static bool is_finite(float f)
 {
-    return (bits_of(f) & IBL_MOST_INFINITE) != IBL_MOST_INFINITE;
+    return (bits_of(f) & IBL_INFINITE_BITS) != IBL_INFINITE_BITS;
 }
 
 /* Zeroes what is negative and counts, pixel by pixel. */
@@ -87,7 +87,7 @@ static void signs_job(void *arg, int job, int worker)
             continue;
         const size_t before = count.nonfinite;
         mend_signs(row_of(b, y), (size_t)b->width, &count);
-        b->most[y] = count.nonfinite > before ? IBL_MOST_INFINITE : 0;
+        b->most[y] = count.nonfinite > before ? IBL_INFINITE_BITS : 0;
     }
     b->counts[job] = count;
 }
@@ -124,7 +124,7 @@ static void mend_row(float *row, const float *const rows[3], int width,
             if (is_finite(*f))
                 continue;
             *f = best_neighbour(rows, width, x, c,
-                                bits_of(*f) == IBL_MOST_INFINITE ? clipped : 0);
+                                bits_of(*f) == IBL_INFINITE_BITS ? clipped : 0);
             if (*f > *peak)
                 *peak = *f;
         }

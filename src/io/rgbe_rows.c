@@ -14,7 +14,7 @@
 #include "core/context.h"
 #include "io/read.h"
 #include "io/rgbe.h"
-#include "kern/most.h"
+#include "kern/max_finite.h"
 
 enum {
     PACK_BYTES = 1 << 20, /* of a file that are read at once */
@@ -45,7 +45,7 @@ typedef struct rgbe_rows {
     const ibl_input *in;
     ibl_rgbe_header h;
     ibl_rgbe_dsp dsp;
-    ibl_most_fn *look;
+    ibl_max_finite_fn *look;
     pack packs[2]; /* the one in use, and the next */
     size_t room;   /* of their buffers */
     int now;       /* the one in use */
@@ -484,7 +484,7 @@ ibl_status ibl_rgbe_open(ibl_ctx *ctx, const ibl_input *in,
     r->at = h->data;
     r->settled = !has_flat_size(r);
     ibl_rgbe_dsp_init(&r->dsp, ibl_ctx_isa(ctx));
-    r->look = ibl_most(ibl_ctx_isa(ctx));
+    r->look = ibl_max_finite(ibl_ctx_isa(ctx));
     /* Large memory only for what is known to be there. */
     if ((double)h->width * h->height * 12 > 64.0 * (double)in->size)
         status = settle(r);

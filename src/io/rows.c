@@ -5,7 +5,7 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
-#include "kern/most.h"
+#include "kern/max_finite.h"
 
 enum {
     JOB_PIXELS = 1 << 16 /* looked at in much less than a millisecond */
@@ -51,7 +51,7 @@ typedef struct looking {
     const float *rgb;
     int width, count, job_rows;
     uint32_t *most;
-    ibl_most_fn *look;
+    ibl_max_finite_fn *look;
 } looking;
 
 static void look_job(void *arg, int job, int worker)
@@ -70,7 +70,7 @@ ibl_status ibl_rows_look(ibl_ctx *ctx, const float *rgb, int width, int count,
 {
     looking l = {rgb,   width,
                  count, JOB_PIXELS / width + 1,
-                 most,  ibl_most(ibl_ctx_isa(ctx))};
+                 most,  ibl_max_finite(ibl_ctx_isa(ctx))};
     return ibl_run(ctx, NULL, (count + l.job_rows - 1) / l.job_rows, look_job,
                    &l);
 }

@@ -22,8 +22,8 @@ struct ibl_rows {
                                read */
     /*
      * Reads count rows, which are there, from row on (which the caller then
-     * counts up) on the pool. most: for each the ibl_most of its floats. Not to
-     * be called again after an error.
+     * counts up) on the pool. most: for each the ibl_max_finite of its floats.
+     * Not to be called again after an error.
      */
     ibl_status (*read)(ibl_rows *rows, int count, float *rgb, uint32_t *most);
     void (*close)(ibl_rows *rows); /* frees the struct, too */

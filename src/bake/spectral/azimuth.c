@@ -12,13 +12,13 @@
 #include "core/context.h"
 #include "core/pi.h"
 #include "kern/fft.h"
-#include "kern/strip.h"
+#include "kern/row_block.h"
 
 enum {
-    LANES = IBL_STRIP_LANES,
+    LANES = IBL_ROW_BLOCK_LANES,
     BLOCK = 64, /* pixels taken into lanes at a time before they are spread */
     MOST_PIXELS = 8, /* a sample */
-    MIN_RING = 16    /* samples: more than IBL_STRIP_TAPS */
+    MIN_RING = 16    /* samples: more than IBL_ROW_BLOCK_TAPS */
 };
 
 struct ibl_azimuth {
@@ -26,11 +26,11 @@ struct ibl_azimuth {
     int orders;
     int ring;     /* samples of the real transforms, a power of two */
     bool spreads; /* else pixel i is sample i ring / width */
-    ibl_strip_spread spread;
+    ibl_row_block_spread spread;
     ibl_fft fft; /* of ring / 2 */
     ibl_fft_pair *pairs;
     ibl_fft_dsp fft_dsp;
-    ibl_strip_dsp strip_dsp;
+    ibl_row_block_dsp strip_dsp;
 };
 
 /* ---- plans ------------------------------------------------------------ */
@@ -66,7 +66,7 @@ static ibl_azimuth *new_plan(ibl_ctx *ctx, int width, int orders)
     plan->width = width;
     plan->orders = orders;
     ibl_fft_dsp_init(&plan->fft_dsp, ibl_ctx_isa(ctx));
-    ibl_strip_dsp_init(&plan->strip_dsp, ibl_ctx_isa(ctx));
+    ibl_row_block_dsp_init(&plan->strip_dsp, ibl_ctx_isa(ctx));
     return plan;
 }
 
@@ -207,7 +207,7 @@ size_t ibl_azimuth_scratch(const ibl_azimuth *plan)
 
 /* Pixels of a row of 1 or 2, with zeros between them. */
 static void load_sparse(const ibl_azimuth *plan, const float *const *rows,
-                        const ibl_strip_change *change, float *ring)
+                        const ibl_row_block_change *change, float *ring)
 {
     const size_t channel = channel_floats(plan);
     float *pixels = ring + 3 * channel;
@@ -224,10 +224,10 @@ static void load_sparse(const ibl_azimuth *plan, const float *const *rows,
 /* Zeros where no pixel reached, and adds what went around to the start. */
 static void close_ring(const ibl_azimuth *plan, float *samples)
 {
-    const size_t end = ((size_t)plan->ring + IBL_STRIP_TAPS) * LANES;
+    const size_t end = ((size_t)plan->ring + IBL_ROW_BLOCK_TAPS) * LANES;
     const size_t n = (size_t)plan->ring * LANES;
-    const int64_t last = ibl_strip_first(&plan->spread, plan->width - 1);
-    const size_t done = (size_t)(last + IBL_STRIP_TAPS) * LANES;
+    const int64_t last = ibl_row_block_first(&plan->spread, plan->width - 1);
+    const size_t done = (size_t)(last + IBL_ROW_BLOCK_TAPS) * LANES;
     if (done < end)
         memset(samples + done, 0, (end - done) * sizeof *samples);
     for (size_t k = n; k < end; k++)
@@ -235,7 +235,7 @@ static void close_ring(const ibl_azimuth *plan, float *samples)
 }
 
 static void load_spread(const ibl_azimuth *plan, const float **rows,
-                        const ibl_strip_change *change, float *ring)
+                        const ibl_row_block_change *change, float *ring)
 {
     const size_t channel = channel_floats(plan);
     float *pixels = ring + 3 * channel;

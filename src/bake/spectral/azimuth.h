@@ -24,7 +24,7 @@
 
 #include "bake/spectral/transform.h"
 #include "ibl/ibl.h"
-#include "kern/strip.h"
+#include "kern/row_block.h"
 
 #define IBL_AZIMUTH_ROWS 16   /* rows in a batch */
 #define IBL_AZIMUTH_OVER 4    /* samples of the spread ring an order */
@@ -64,7 +64,7 @@ typedef struct ibl_azimuth_rows {
     const float *rgb; /* interleaved, finite; row j begins at rgb + j stride */
     size_t stride;    /* floats from row to row */
     int count;        /* 1..IBL_AZIMUTH_ROWS */
-    ibl_strip_change change; /* what pixels are first */
+    ibl_row_block_change change; /* what pixels are first */
 } ibl_azimuth_rows;
 
 /*

@@ -26,10 +26,10 @@
 #include "brdf/lobe.h"
 #include "core/alloc.h"
 #include "core/context.h"
-#include "kern/zonal.h"
+#include "kern/legendre_sums.h"
 
 enum {
-    POINTS = 64 /* of a panel; a multiple of IBL_ZONAL_POINTS */
+    POINTS = 64 /* of a panel; a multiple of IBL_LEGENDRE_SUMS_POINTS */
 };
 
 static const double PHASE = 130;
@@ -212,7 +212,7 @@ static ibl_status check(ibl_ctx *ctx, int degree)
 ibl_status ibl_kernel_make(ibl_ctx *ctx, const ibl_lobe_shape *shape,
                            int degree, double *k)
 {
-    ibl_zonal_dsp dsp;
+    ibl_legendre_sums_dsp dsp;
     ibl_status status = check(ctx, degree);
     if (status)
         return status;
@@ -220,7 +220,7 @@ ibl_status ibl_kernel_make(ibl_ctx *ctx, const ibl_lobe_shape *shape,
     add_points(&p, degree);
     const size_t count = (size_t)p.count, degrees = (size_t)degree + 1;
     double *memory = ibl_alloc_array(
-        2 * count + (1 + IBL_ZONAL_SCRATCH) * degrees, sizeof *memory);
+        2 * count + (1 + IBL_LEGENDRE_SUMS_SCRATCH) * degrees, sizeof *memory);
     if (!memory)
         return ibl_no_memory(ctx, "the coefficients of a lobe");
     p.y = memory;
@@ -229,7 +229,7 @@ ibl_status ibl_kernel_make(ibl_ctx *ctx, const ibl_lobe_shape *shape,
     add_points(&p, degree);
     for (int l = 0; l <= degree; l++)
         inverse[l] = 1.0 / (l + 1);
-    ibl_zonal_dsp_init(&dsp, ibl_ctx_isa(ctx));
+    ibl_legendre_sums_dsp_init(&dsp, ibl_ctx_isa(ctx));
     dsp.sums(p.y, p.w, p.count, inverse, degree, scratch, k);
     ibl_free(memory);
     return IBL_OK;

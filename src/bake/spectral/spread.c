@@ -6,7 +6,7 @@
 #include "core/alloc.h"
 #include "core/pi.h"
 
-#define TAPS ((double)IBL_STRIP_TAPS)
+#define TAPS ((double)IBL_ROW_BLOCK_TAPS)
 
 /*
  * The quadrature: midpoints in the angle a of x = taps / 2 sin a, where the
@@ -55,23 +55,24 @@ static int common_divisor(int a, int b)
 /* The first sample not below x - taps / 2, x = (2 i + 1) n / 2 w. */
 static int64_t first_sample(int64_t i, int64_t w, int64_t n)
 {
-    const int64_t above = (2 * i + 1) * n - IBL_STRIP_TAPS * w;
+    const int64_t above = (2 * i + 1) * n - IBL_ROW_BLOCK_TAPS * w;
     const int64_t floor_of =
         above >= 0 ? above / (2 * w) : -((-above + 2 * w - 1) / (2 * w));
     return floor_of + (floor_of * 2 * w < above);
 }
 
-bool ibl_spread_init(ibl_strip_spread *spread, int width, int n,
+bool ibl_spread_init(ibl_row_block_spread *spread, int width, int n,
                      const ibl_spread_window *window, int *origin)
 {
     const int common = common_divisor(width, n);
     /* Short periods some times over: each is a turn of a loop. */
     const int times = 1 + 63 / (width / common);
     const int period = width / common * times;
-    *spread = (ibl_strip_spread){.period = period, .step = n / common * times};
+    *spread =
+        (ibl_row_block_spread){.period = period, .step = n / common * times};
     spread->first = ibl_alloc_array((size_t)period, sizeof *spread->first);
-    spread->taps =
-        ibl_alloc_array((size_t)period * IBL_STRIP_TAPS, sizeof *spread->taps);
+    spread->taps = ibl_alloc_array((size_t)period * IBL_ROW_BLOCK_TAPS,
+                                   sizeof *spread->taps);
     if (!spread->first || !spread->taps) {
         ibl_spread_free(spread);
         return false;
@@ -81,17 +82,17 @@ bool ibl_spread_init(ibl_strip_spread *spread, int width, int n,
         const int64_t first = first_sample(i, width, n);
         const double x = (i + 0.5) * (double)n / (double)width;
         spread->first[i] = (int32_t)(first - zero);
-        for (int t = 0; t < IBL_STRIP_TAPS; t++)
-            spread->taps[(size_t)i * IBL_STRIP_TAPS + (size_t)t] =
+        for (int t = 0; t < IBL_ROW_BLOCK_TAPS; t++)
+            spread->taps[(size_t)i * IBL_ROW_BLOCK_TAPS + (size_t)t] =
                 (float)ibl_spread_value(window, (double)(first + t) - x);
     }
     *origin = (int)zero;
     return true;
 }
 
-void ibl_spread_free(ibl_strip_spread *spread)
+void ibl_spread_free(ibl_row_block_spread *spread)
 {
     ibl_free(spread->first);
     ibl_free(spread->taps);
-    *spread = (ibl_strip_spread){0};
+    *spread = (ibl_row_block_spread){0};
 }

@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#include "kern/strip.h"
+#include "kern/row_block.h"
 
 #define IBL_SPREAD_NODES 12
 
@@ -36,8 +36,8 @@ double ibl_spread_transform(const ibl_spread_window *window, double f);
  * sample *origin (may be negative) first, which is sample 0 of the spread.
  * False if memory cannot be had; *spread is then empty.
  */
-bool ibl_spread_init(ibl_strip_spread *spread, int width, int n,
+bool ibl_spread_init(ibl_row_block_spread *spread, int width, int n,
                      const ibl_spread_window *window, int *origin);
-void ibl_spread_free(ibl_strip_spread *spread); /* zeroed is fine */
+void ibl_spread_free(ibl_row_block_spread *spread); /* zeroed is fine */
 
 #endif

@@ -1,0 +1,302 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * A cube as an equirectangular map: the other way than image/level0.c.
+ *
+ * Along a meridian solid angle goes with the sine of the latitude, z, and the
+ * texels it crosses end at z that are known in closed form. What meridians
+ * cross is the same, but for which texels they are, in all eight octants of the
+ * horizon, and north and south of it: they are walked in one of these sixteen,
+ * and what lies there in all of them is a bundle of 16 x RGB that is added at
+ * once. Of the sixteen octants of (azimuth, z) the one that is walked has
+ * azimuths from 0 (+X) to pi/4 and is north: half of the +X face's upper half,
+ * whose bundles are by column from the middle and row from the top, and an
+ * eighth of +Y, by steps from the middle along +X and along +Z.
+ *
+ * A job is some columns of the octant, and thus its own pixels of the map.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/context.h"
+#include "core/pi.h"
+#include "image/cube.h"
+#include "image/image.h"
+
+enum {
+    SUBDIVISIONS = 4,
+    LEAST_WIDTH = 256,
+    WAYS = 16,
+    BUNDLE = 3 * WAYS,
+    JOB_COLUMNS = 4
+};
+
+/* Sixteen ways: s quarter turns from +X to +Z, m mirrored before that. */
+typedef struct way {
+    int s;
+    bool m, south;
+} way;
+
+typedef struct mapper {
+    const ibl_cube *cube;
+    ibl_image *map;
+    int half;           /* texels from a face's middle to its edge, that in
+                           the middle counted whole */
+    double *lines;      /* between texels, from the middle of a face, 0, to its
+                           edge, 1: half + 1 */
+    double *edges;      /* azimuths of those between columns of texels */
+    double *z;          /* of the edges of rows, height / 2 + 1 */
+    float *side, *pole; /* half x half bundles */
+    double *sums;       /* of each worker: a bundle for each row */
+} mapper;
+
+static way way_of(int i)
+{
+    return (way){i & 3, i & 4, i & 8};
+}
+
+int ibl_latlong_width(int size)
+{
+    if (size > IBL_MAX_EDGE / 8)
+        return IBL_MAX_EDGE;
+    return 8 * size > LEAST_WIDTH ? 8 * size : LEAST_WIDTH;
+}
+
+/* ---- bundles ----------------------------------------------------------- */
+
+/* The index along a whole edge of texel c from the middle. */
+static int place(const mapper *m, int c, bool negative)
+{
+    return negative ? m->half - 1 - c : m->cube->size - m->half + c;
+}
+
+static const float *texel(const mapper *m, int face, int x, int y)
+{
+    return ibl_cube_face(m->cube, 0, face) +
+           3 * ((size_t)y * (size_t)m->cube->size + (size_t)x);
+}
+
+static const float *side_texel(const mapper *m, way w, int c, int y)
+{
+    static const int faces[] = {0, 4, 1, 5};
+    return texel(m, faces[w.s], place(m, c, !w.m),
+                 w.south ? m->cube->size - 1 - y : y);
+}
+
+/* p along +X, q along +Z before the turns. */
+static const float *pole_texel(const mapper *m, way w, int p, int q)
+{
+    const bool odd = w.s & 1;
+    const int x = odd ? q : p, z = odd ? p : q;
+    const bool less_x = odd ? (w.s == 1) != w.m : w.s == 2;
+    const bool less_z = odd ? w.s == 3 : (w.s == 2) != w.m;
+    return texel(m, w.south ? 3 : 2, place(m, x, less_x),
+                 place(m, z, less_z != w.south));
+}
+
+static void bundle_row(void *arg, int row, int worker)
+{
+    const mapper *m = arg;
+    const size_t first = (size_t)row * (size_t)m->half * BUNDLE;
+
+    (void)worker;
+    for (int i = 0; i < m->half; i++)
+        for (int k = 0; k < WAYS; k++) {
+            const size_t at = first + (size_t)(BUNDLE * i + 3 * k);
+            memcpy(m->side + at, side_texel(m, way_of(k), row, i),
+                   3 * sizeof(float));
+            memcpy(m->pole + at, pole_texel(m, way_of(k), row, i),
+                   3 * sizeof(float));
+        }
+}
+
+/* ---- meridians --------------------------------------------------------- */
+
+/* On its way from +Y down. */
+typedef struct walker {
+    const mapper *m;
+    double *sums;
+    double width; /* of the meridian */
+    double z;
+    int row;
+} walker;
+
+static void add(double *restrict sums, const float *restrict bundle,
+                double weight)
+{
+    for (int k = 0; k < BUNDLE; k++)
+        sums[k] += weight * (double)bundle[k];
+}
+
+/* Goes on to z, through one bundle. */
+static void go(walker *w, double z, const float *bundle)
+{
+    const int last = w->m->map->height / 2 - 1;
+
+    while (w->z > z) {
+        const bool over = w->row < last && w->m->z[w->row + 1] >= z;
+        const double to = over ? w->m->z[w->row + 1] : z;
+        add(w->sums + (size_t)w->row * BUNDLE, bundle, w->width * (w->z - to));
+        w->z = to;
+        w->row += over;
+    }
+}
+
+/* Distance rho from the middle of +Y is z = 1 / sqrt(1 + rho^2). */
+static void walk_pole(walker *w, double along_x, double along_z)
+{
+    const mapper *m = w->m;
+    const double by_x = 1 / along_x, by_z = 1 / along_z;
+    int p = 0, q = 0;
+
+    while (p < m->half) {
+        const double to_p = m->lines[p + 1] * by_x;
+        const double to_q = m->lines[q + 1] * by_z;
+        const double rho = to_p < to_q ? to_p : to_q;
+        go(w, 1 / sqrt(1 + rho * rho),
+           m->pole + ((size_t)p * (size_t)m->half + (size_t)q) * BUNDLE);
+        p += to_p <= rho;
+        /* On the diagonal rounding may want to leave by the other side. */
+        q += to_q <= rho && q + 1 < m->half;
+    }
+}
+
+static void walk_side(walker *w, double along_x, int column)
+{
+    const mapper *m = w->m;
+    const float *bundle = m->side + (size_t)column * (size_t)m->half * BUNDLE;
+
+    for (int y = 0; y < m->half; y++, bundle += BUNDLE) {
+        const double t = m->lines[m->half - 1 - y] * along_x;
+        go(w, t / sqrt(1 + t * t), bundle);
+    }
+}
+
+/* ---- columns ----------------------------------------------------------- */
+
+/* Sums of the column x of the octant; *texels is the column of texels that it
+ * begins in. */
+static void sum_column(const mapper *m, int x, int *texels, double *sums)
+{
+    const int w = m->map->width;
+    const double end = 2 * IBL_PI * (x + 1) / w;
+
+    memset(sums, 0, (size_t)(m->map->height / 2) * BUNDLE * sizeof *sums);
+    for (double from = 2 * IBL_PI * x / w; from < end;) {
+        while (*texels + 1 < m->half && m->edges[*texels + 1] <= from)
+            ++*texels;
+        const bool last = *texels + 1 == m->half;
+        const double to = last ? end : fmin(end, m->edges[*texels + 1]);
+        const double width = (to - from) / SUBDIVISIONS;
+        for (int i = 0; i < SUBDIVISIONS; i++) {
+            const double azimuth = from + (i + 0.5) * width;
+            walker at = {m, sums, width, 1, 0};
+            walk_pole(&at, cos(azimuth), sin(azimuth));
+            walk_side(&at, cos(azimuth), *texels);
+        }
+        from = to;
+    }
+}
+
+/* The pixels of one row of the octant: what the row's sums are in all ways. */
+static void put_row(const mapper *m, const size_t column[WAYS], int row,
+                    const double *sums)
+{
+    const size_t width = (size_t)m->map->width;
+    const double scale =
+        (double)width / (2 * IBL_PI * (m->z[row] - m->z[row + 1]));
+
+    for (int k = 0; k < WAYS; k++, sums += 3) {
+        const int y = way_of(k).south ? m->map->height - 1 - row : row;
+        float *pixel = m->map->data + 3 * ((size_t)y * width + column[k]);
+        for (int c = 0; c < 3; c++)
+            pixel[c] = (float)(sums[c] * scale);
+    }
+}
+
+static void put_column(const mapper *m, int x, const double *sums)
+{
+    const int width = m->map->width;
+    size_t column[WAYS];
+
+    for (int k = 0; k < WAYS; k++) {
+        const way w = way_of(k);
+        const int turned = width / 2 + w.s * (width / 4) + (w.m ? -1 - x : x);
+        column[k] = (size_t)(turned % width);
+    }
+    for (int r = 0; r < m->map->height / 2; r++)
+        put_row(m, column, r, sums + (size_t)r * BUNDLE);
+}
+
+static void fill_columns(void *arg, int job, int worker)
+{
+    const mapper *m = arg;
+    const int all = m->map->width / 8, from = job * JOB_COLUMNS;
+    const int to = from + JOB_COLUMNS < all ? from + JOB_COLUMNS : all;
+    double *sums =
+        m->sums + (size_t)worker * (size_t)(m->map->height / 2) * BUNDLE;
+    int texels = 0;
+
+    for (int x = from; x < to; x++) {
+        sum_column(m, x, &texels, sums);
+        put_column(m, x, sums);
+    }
+}
+
+/* ---- the whole --------------------------------------------------------- */
+
+static bool make(mapper *m, int threads)
+{
+    const size_t h = (size_t)m->half, rows = (size_t)(m->map->height / 2);
+    const double height = m->map->height;
+
+    m->edges = ibl_alloc_array(h + 1, sizeof *m->edges);
+    m->lines = ibl_alloc_array(h + 1, sizeof *m->lines);
+    m->z = ibl_alloc_array(rows + 1, sizeof *m->z);
+    m->side = ibl_alloc_array(h * h, BUNDLE * sizeof *m->side);
+    m->pole = ibl_alloc_array(h * h, BUNDLE * sizeof *m->pole);
+    m->sums = ibl_alloc_array(rows * (size_t)threads, BUNDLE * sizeof *m->sums);
+    if (!m->edges || !m->lines || !m->z || !m->side || !m->pole || !m->sums)
+        return false;
+    for (int c = 0; c <= m->half; c++) {
+        m->lines[c] =
+            c ? 2.0 * (m->cube->size - m->half + c) / m->cube->size - 1 : 0;
+        m->edges[c] = atan(m->lines[c]);
+    }
+    for (size_t y = 0; y < rows; y++)
+        m->z[y] = cos(IBL_PI * (double)y / height);
+    m->z[rows] = 0;
+    return true;
+}
+
+ibl_status ibl_latlong_from_cube(ibl_ctx *ctx, const ibl_cube *cube,
+                                 ibl_image *map)
+{
+    ibl_status status = ibl_check_cube(ctx, cube);
+
+    if (!status)
+        status = ibl_check_image(ctx, map);
+    if (status)
+        return status;
+    if (map->width < 8 || map->width % 8 || map->height < 2 || map->height % 2)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a map of %dx%d for a cube: its width must be a "
+                        "multiple of 8, its height even",
+                        map->width, map->height);
+    mapper m = {.cube = cube, .map = map, .half = (cube->size + 1) / 2};
+    const int columns = map->width / 8;
+    if (!make(&m, ibl_ctx_threads(ctx)))
+        status = ibl_no_memory(ctx, "the map of a cube");
+    if (!status)
+        status = ibl_run(ctx, NULL, m.half, bundle_row, &m);
+    if (!status)
+        status = ibl_run(ctx, "map", (columns + JOB_COLUMNS - 1) / JOB_COLUMNS,
+                         fill_columns, &m);
+    ibl_free(m.edges);
+    ibl_free(m.lines);
+    ibl_free(m.z);
+    ibl_free(m.side);
+    ibl_free(m.pole);
+    ibl_free(m.sums);
+    return status;
+}

@@ -1,0 +1,342 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Level 0: the average of an equirectangular map over each texel of a cube,
+ * row by row.
+ *
+ * In the chart (phi, c = cos theta) solid angle is plain area, a source pixel
+ * is a rectangle, and a texel is a region bounded by four curves. Each pixel
+ * is cut by those that cross it (image/level0_geometry.h) and its parts are
+ * added to their texels, in double and with weights >= 0 that sum to the
+ * pixel's area: nothing is lost, and nothing cancels. Texels between the latest
+ * row and the earliest that can still gain are sums, those before are in the
+ * cube (image/level0_octants.h). Dividing by the sum of weights gives the
+ * average, and makes a constant map constant to rounding.
+ *
+ * A source whose pixels are larger than the texels is interpolated to a finer
+ * grid on the way (image/upsample.h).
+ *
+ * A job is a part of the horizon, so that no two write the same sums, and the
+ * rows of a batch in their order: the same bytes for any number of threads and
+ * for all batches.
+ */
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/context.h"
+#include "image/cube.h"
+#include "image/image.h"
+#include "image/level0.h"
+#include "image/level0_octants.h"
+#include "image/upsample.h"
+
+enum {
+    PIXELS_PER_RUN = 1 << 21, /* of the fine grid: keeps jobs short */
+    MAX_ROWS_PER_RUN = 256
+};
+
+/* A fine row, or its part on one side of the equator. */
+struct work_row {
+    ibl_wedge_row cut;
+    int from_pole; /* rows before it, or after it in the south */
+    ibl_octant_blend between;
+};
+
+/* A worker's own: spans on their way to a job's sums. */
+struct adder {
+    ibl_wedge_sink sink; /* first: it is what take_spans is given */
+    const ibl_octants_dsp *dsp;
+    double *pixels;
+    ibl_octant_sums *sums; /* where they go */
+    bool keeps;            /* the row's spans */
+};
+
+struct ibl_level0 {
+    ibl_ctx *ctx;
+    ibl_upsample fine;
+    ibl_octant_set set;
+    float *last;   /* row of the source before the next one */
+    float *latest; /* where the one after these is copied */
+    int added;     /* rows of the source */
+    int done;      /* fine rows */
+    struct work_row *rows;
+    int row_count;
+    struct adder *adders; /* for each worker */
+};
+
+static void add_spans(const struct adder *a, const ibl_octant_span *spans,
+                      int count)
+{
+    const ibl_octant_sums *s = a->sums;
+    for (int i = 0; i < count; i++)
+        s->weights[spans[i].slot] += spans[i].weight * spans[i].count;
+    a->dsp->add(spans, count, a->pixels, s->sums);
+}
+
+static void take_spans(ibl_wedge_sink *sink)
+{
+    struct adder *a = (struct adder *)(void *)sink;
+    ibl_octant_spans *kept = &a->sums->kept;
+    add_spans(a, sink->spans, sink->count);
+    a->keeps = a->keeps && sink->count <= kept->room - kept->count;
+    if (a->keeps) {
+        memcpy(kept->span + kept->count, sink->spans,
+               (size_t)sink->count * sizeof *sink->spans);
+        kept->count += sink->count;
+    }
+}
+
+static void collect(const ibl_level0 *l, const struct work_row *r,
+                    const int *column, int count, int lanes, double *pixels)
+{
+    if (l->fine.taps)
+        l->set.dsp.blend(&r->between, column, count, lanes, pixels);
+    else
+        l->set.dsp.collect(r->between.source[0], column, count, pixels);
+}
+
+/* Cuts strips of a row, adds its spans, and keeps them if there is room. */
+static void cut_row(const struct work_row *r, const ibl_wedge *w, int begin,
+                    int end, struct adder *a)
+{
+    ibl_octant_spans *kept = &a->sums->kept;
+    a->keeps = !r->cut.south && r->from_pole == kept->rows;
+    if (begin < end)
+        ibl_wedge_cut(w, &r->cut, &a->sums->part, begin, end, &a->sink);
+    if (a->keeps)
+        kept->begin[++kept->rows] = kept->count;
+}
+
+static void add_row(const ibl_level0 *l, const struct work_row *r,
+                    const ibl_octant_group *g, struct adder *a)
+{
+    int begin, end;
+    const ibl_wedge_strips *strips =
+        ibl_wedge_range(&g->wedge, &r->cut, &a->sums->part, &begin, &end);
+    if (begin < end) {
+        const int first = strips->pixel[begin];
+        collect(l, r, g->column + (size_t)first * IBL_OCTANTS,
+                strips->pixel[end - 1] + 1 - first, g->octants, a->pixels);
+    }
+    const ibl_octant_spans *kept = &a->sums->kept;
+    const int i = r->from_pole;
+    if (r->cut.south && i < kept->rows)
+        add_spans(a, kept->span + kept->begin[i],
+                  kept->begin[i + 1] - kept->begin[i]);
+    else
+        cut_row(r, &g->wedge, begin, end, a);
+}
+
+static void add_rows(void *arg, int job, int worker)
+{
+    ibl_level0 *l = arg;
+    const int part = job / l->set.groups;
+    ibl_octant_group *g = &l->set.group[job % l->set.groups];
+    struct adder *a = &l->adders[worker];
+    a->sums = &g->sums[part];
+    for (int i = 0; i < l->row_count; i++) {
+        const struct work_row *r = &l->rows[i];
+        ibl_octants_finish(&l->set, g, part,
+                           ibl_wedge_lines_before(&g->wedge, &r->cut));
+        add_row(l, r, g, a);
+    }
+}
+
+static void write_rest(void *arg, int job, int worker)
+{
+    ibl_level0 *l = arg;
+    ibl_octant_group *g = &l->set.group[job % l->set.groups];
+    (void)worker;
+    ibl_octants_finish(&l->set, g, job / l->set.groups, g->wedge.lines);
+}
+
+static int job_count(const ibl_level0 *l)
+{
+    return l->set.groups * l->set.group[0].parts;
+}
+
+/* ---- rows ------------------------------------------------------------- */
+
+/* The next fine row, once its rows of the source are there: the rows at rgb
+ * are those from l->added on. False: not yet. */
+static bool next_row(ibl_level0 *l, int rows, const float *rgb)
+{
+    struct work_row r;
+    int source[2];
+    if (l->done == l->fine.rows)
+        return false;
+    r.between = ibl_upsample_between(&l->fine, l->done, source);
+    for (int k = 0; k < 2; k++) {
+        const int j = source[k];
+        if (j >= l->added + rows)
+            return false;
+        r.between.source[k] = j < l->added ? l->last
+                                           : rgb + 3 * (size_t)l->fine.width *
+                                                       (size_t)(j - l->added);
+    }
+    for (int south = 0; south < 2; south++) {
+        r.from_pole = south ? l->fine.rows - 1 - l->done : l->done;
+        if (ibl_wedge_row_init(&l->set.group[0].wedge, l->fine.rows, l->done,
+                               south, &r.cut))
+            l->rows[l->row_count++] = r;
+    }
+    l->done++;
+    return true;
+}
+
+/* Lines the next fine rows up, as many as there are but not above most.
+ * Returns how many. */
+static int take_rows(ibl_level0 *l, int most, int rows, const float *rgb)
+{
+    int taken = 0;
+    l->row_count = 0;
+    while (taken < most && next_row(l, rows, rgb))
+        taken++;
+    return taken;
+}
+
+static int rows_per_run(const ibl_level0 *l)
+{
+    const int rows = PIXELS_PER_RUN / l->fine.columns;
+    return rows < 1 ? 1 : rows < MAX_ROWS_PER_RUN ? rows : MAX_ROWS_PER_RUN;
+}
+
+ibl_status ibl_level0_add(ibl_level0 *l, int rows, const float *rgb)
+{
+    const size_t row = 3 * (size_t)l->fine.width;
+    const int most = rows_per_run(l);
+    ibl_status status = IBL_OK;
+    assert(rows >= 0 && rows <= l->fine.height - l->added);
+    while (take_rows(l, most, rows, rgb) == most && !status)
+        status = ibl_run(l->ctx, NULL, job_count(l), add_rows, l);
+    if (status)
+        return status;
+    ibl_run_begin(l->ctx, "level 0", (double)l->added / l->fine.height,
+                  job_count(l), add_rows, l);
+    if (rows > 0) {
+        float *const latest = l->latest;
+        memcpy(latest, rgb + (size_t)(rows - 1) * row, row * sizeof *rgb);
+        l->latest = l->last;
+        l->last = latest;
+    }
+    l->added += rows;
+    return IBL_OK;
+}
+
+ibl_status ibl_level0_finish(ibl_level0 *l)
+{
+    assert(l->added == l->fine.height);
+    const ibl_status status =
+        ibl_run(l->ctx, NULL, job_count(l), write_rest, l);
+    if (!status)
+        ibl_octants_join(&l->set);
+    return status;
+}
+
+/* ---- from beginning to end -------------------------------------------- */
+
+static bool init_adders(ibl_level0 *l)
+{
+    const int threads = ibl_ctx_threads(l->ctx);
+    const ibl_wedge *most = &l->set.group[0].wedge;
+    for (int i = 1; i < l->set.groups; i++)
+        if (l->set.group[i].wedge.cut.count > most->cut.count)
+            most = &l->set.group[i].wedge;
+    l->adders = ibl_alloc_zeroed((size_t)threads, sizeof *l->adders);
+    for (int i = 0; l->adders && i < threads; i++) {
+        struct adder *a = &l->adders[i];
+        a->dsp = &l->set.dsp;
+        a->pixels = ibl_alloc_zeroed((size_t)l->fine.columns / 8 + 2,
+                                     IBL_OCTANT_RGB * sizeof *a->pixels);
+        if (!a->pixels ||
+            !ibl_wedge_sink_init(&a->sink, most, ibl_ctx_isa(l->ctx)))
+            return false;
+        a->sink.full = take_spans;
+    }
+    return l->adders;
+}
+
+ibl_status ibl_level0_create(ibl_ctx *ctx, int width, int height,
+                             double yaw_deg, ibl_cube *cube, ibl_level0 **out)
+{
+    ibl_status status;
+    *out = NULL;
+    if (!isfinite(yaw_deg))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT, "the yaw must be finite");
+    if (width < 1 || width > IBL_MAX_EDGE || height < 1 ||
+        height > IBL_MAX_EDGE)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a map of %dx%d: each edge must be 1 to %d", width,
+                        height, IBL_MAX_EDGE);
+    ibl_level0 *l = ibl_alloc_zeroed(1, sizeof *l);
+    if (!l)
+        return ibl_no_memory(ctx, "level 0");
+    l->ctx = ctx;
+    status = ibl_upsample_init(ctx, width, height, cube->size, &l->fine);
+    if (!status)
+        status = ibl_octants_init(ctx, cube, l->fine.columns, l->fine.rows,
+                                  yaw_deg, !l->fine.taps, &l->set);
+    if (status)
+        goto fail;
+    l->last = ibl_alloc_array((size_t)width, 3 * sizeof *l->last);
+    l->latest = ibl_alloc_array((size_t)width, 3 * sizeof *l->latest);
+    l->rows = ibl_alloc_array(2 * MAX_ROWS_PER_RUN, sizeof *l->rows);
+    if (!l->last || !l->latest || !l->rows || !init_adders(l)) {
+        status = ibl_no_memory(ctx, "level 0");
+        goto fail;
+    }
+    *out = l;
+    return IBL_OK;
+fail:
+    ibl_level0_free(l);
+    return status;
+}
+
+void ibl_level0_free(ibl_level0 *l)
+{
+    if (!l)
+        return;
+    for (int i = 0; l->adders && i < ibl_ctx_threads(l->ctx); i++) {
+        ibl_free(l->adders[i].pixels);
+        ibl_wedge_sink_free(&l->adders[i].sink);
+    }
+    ibl_free(l->adders);
+    ibl_free(l->rows);
+    ibl_free(l->last);
+    ibl_free(l->latest);
+    ibl_octants_free(&l->set);
+    ibl_upsample_free(&l->fine);
+    ibl_free(l);
+}
+
+ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
+                                 double yaw_deg, ibl_cube *cube)
+{
+    enum {
+        STEPS = 16 /* that progress is told in */
+    };
+    ibl_level0 *l;
+    ibl_status status = ibl_check_image(ctx, env);
+    if (!status)
+        status = ibl_check_cube(ctx, cube);
+    if (!status)
+        status =
+            ibl_level0_create(ctx, env->width, env->height, yaw_deg, cube, &l);
+    if (status)
+        return status;
+    const int rows = env->height / STEPS + 1;
+    for (int j = 0; j < env->height && !status; j += rows) {
+        const int left = env->height - j;
+        status = ibl_level0_add(l, rows < left ? rows : left,
+                                env->data + 3 * (size_t)j * (size_t)env->width);
+        if (!status)
+            status = ibl_run_end(ctx);
+    }
+    if (!status)
+        status = ibl_level0_finish(l);
+    if (!status)
+        ibl_progress(ctx, "level 0", 1);
+    ibl_level0_free(l);
+    return status;
+}

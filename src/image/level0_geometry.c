@@ -1,0 +1,648 @@
+/* SPDX-License-Identifier: MIT */
+#include "image/level0_geometry.h"
+
+#include <assert.h>
+#include <math.h>
+
+#include "core/alloc.h"
+#include "core/context.h"
+#include "core/pi.h"
+
+/* A row is searched so much of a texel beyond its borders, for rounding. */
+static const double MARGIN = 1e-6;
+
+/* ---- strips ----------------------------------------------------------- */
+
+/* a of a line's upper border: up to half also z of a column's first one. */
+static double border(const ibl_wedge *w, int i)
+{
+    if (i == 0)
+        return 0;
+    if (i <= w->half)
+        return (2.0 * i - w->size % 2) / w->size;
+    return w->size / (w->size - 2.0 * (i - w->half));
+}
+
+static void strips_free(ibl_wedge_strips *s)
+{
+    ibl_free(s->cosine);
+    ibl_free(s->sine);
+    ibl_free(s->secant);
+    ibl_free(s->width);
+    ibl_free(s->pixel);
+    ibl_free(s->column);
+    ibl_free(s->run);
+}
+
+static bool strips_alloc(ibl_wedge_strips *s, int most, bool columns)
+{
+    const size_t n = (size_t)most + IBL_COVERAGE_PAD;
+    s->cosine = ibl_alloc_zeroed(n + 1, sizeof *s->cosine);
+    s->sine = ibl_alloc_zeroed(n + 1, sizeof *s->sine);
+    s->secant = ibl_alloc_array(n + 1, sizeof *s->secant);
+    s->width = ibl_alloc_zeroed(n, sizeof *s->width);
+    s->pixel = ibl_alloc_array(n, sizeof *s->pixel);
+    s->run = ibl_alloc_array(n, sizeof *s->run);
+    if (columns)
+        s->column = ibl_alloc_array(n, sizeof *s->column);
+    return s->cosine && s->sine && s->secant && s->width && s->pixel &&
+           s->run && (s->column || !columns);
+}
+
+static void find_runs(ibl_wedge_strips *s)
+{
+    for (int i = s->count - 1; i >= 0; i--) {
+        const int j = i + 1;
+        const bool on = j < s->count && s->pixel[j] == s->pixel[i] + 1 &&
+                        s->width[j] == s->width[i] &&
+                        (!s->column || s->column[j] == s->column[i]);
+        s->run[i] = on ? s->run[j] : j;
+    }
+}
+
+static void set_border(ibl_wedge_strips *s, double psi)
+{
+    s->cosine[s->count] = cos(psi);
+    s->sine[s->count] = sin(psi);
+    s->secant[s->count] = 1 / cos(psi);
+}
+
+/* Borders of pixels and, if the strips have columns, of texels on the side;
+ * two that differ by rounding alone are one. */
+static void strips_fill(const ibl_wedge *w, int columns, double before,
+                        ibl_wedge_strips *s)
+{
+    const double step = 2 * IBL_PI / columns, same = 1e-9 * step;
+    double at = 0;
+    int pixel = 0, column = 0;
+    set_border(s, 0);
+    while (at < IBL_PI / 4) {
+        const double pixel_end = (pixel + 1 - before) * step;
+        const double column_end =
+            s->column ? atan(w->border[column + 1]) : IBL_PI / 4;
+        double to = pixel_end < column_end ? pixel_end : column_end;
+        if (to > IBL_PI / 4 - same)
+            to = IBL_PI / 4;
+        const bool ends_pixel = pixel_end <= to + same;
+        const bool ends_column = column_end <= to + same;
+        const bool begins_pixel = fabs(at - (pixel - before) * step) <= same;
+        if (to > at + same) {
+            s->width[s->count] = begins_pixel && ends_pixel ? step : to - at;
+            s->pixel[s->count] = pixel;
+            if (s->column)
+                s->column[s->count] = column;
+            s->count++;
+            set_border(s, to);
+            at = to;
+        }
+        pixel += ends_pixel;
+        column += ends_column;
+    }
+}
+
+ibl_status ibl_wedge_init(ibl_ctx *ctx, int size, int columns, double before,
+                          ibl_wedge *w)
+{
+    *w = (ibl_wedge){.size = size, .half = (size + 1) / 2};
+    w->lines = 4 * w->half - size % 2;
+    w->pixels = (int)ceil(columns / 8.0 + before);
+    assert(w->pixels <= UINT16_MAX);
+    w->border = ibl_alloc_array((size_t)w->half * 2, sizeof *w->border);
+    if (!w->border || !strips_alloc(&w->plain, w->pixels + 1, false) ||
+        !strips_alloc(&w->cut, w->pixels + w->half + 1, true)) {
+        ibl_wedge_free(w);
+        return ibl_no_memory(ctx, "level 0's tables");
+    }
+    for (int i = 0; i < 2 * w->half; i++)
+        w->border[i] = border(w, i);
+    strips_fill(w, columns, before, &w->plain);
+    strips_fill(w, columns, before, &w->cut);
+    find_runs(&w->plain);
+    find_runs(&w->cut);
+    return IBL_OK;
+}
+
+void ibl_wedge_free(ibl_wedge *w)
+{
+    strips_free(&w->plain);
+    strips_free(&w->cut);
+    ibl_free(w->border);
+    *w = (ibl_wedge){0};
+}
+
+/* ---- rows ------------------------------------------------------------- */
+
+/* The texel line, from its pole on, that has x = tan(theta) cos(psi) in the
+ * plane of the top, moved by so much of a texel. inverse: 1 / x. */
+static int line_at(const ibl_wedge *w, double x, double inverse, double move)
+{
+    const double scale = 0.5 * w->size;
+    const double i = x < 1 ? x * scale + 0.5 * (w->size % 2)
+                           : (1 - inverse) * scale + w->half;
+    const int line = (int)(i + move), last = 2 * w->half - 1;
+    return line < last ? line : last;
+}
+
+/* The same for z on top. */
+static int column_at(const ibl_wedge *w, double z, double move)
+{
+    const double i = z * 0.5 * w->size + 0.5 * (w->size % 2) + move;
+    return i < w->half ? (int)i : w->half - 1;
+}
+
+bool ibl_wedge_row_init(const ibl_wedge *w, int rows, int j, bool south,
+                        ibl_wedge_row *row)
+{
+    const double from = IBL_PI * (south ? rows - 1 - j : j) / rows;
+    double to = IBL_PI * (south ? rows - j : j + 1) / rows;
+    if (from > IBL_PI / 2 - 1e-12)
+        return false;
+    if (to > IBL_PI / 2)
+        to = IBL_PI / 2;
+    *row = (ibl_wedge_row){.south = south,
+                           .top = cos(from),
+                           .bottom = cos(to),
+                           .top_tan = tan(from),
+                           .bottom_tan = tan(to)};
+    row->top_cot = 1 / row->top_tan;
+    row->bottom_cot = 1 / row->bottom_tan;
+    const int first =
+        line_at(w, row->top_tan * sqrt(0.5), row->top_cot * sqrt(2), -MARGIN);
+    const int last = line_at(w, row->bottom_tan, row->bottom_cot, MARGIN);
+    row->top_lines = first < w->half;
+    row->side = last >= w->half;
+    row->first_line = first;
+    row->last_line = last;
+    return true;
+}
+
+int ibl_wedge_lines_before(const ibl_wedge *w, const ibl_wedge_row *row)
+{
+    return row->south ? w->lines - 1 - row->last_line : row->first_line;
+}
+
+int ibl_wedge_slot(const ibl_wedge *w, const ibl_wedge_part *part, int line)
+{
+    const int mirror = w->lines - 1 - line;
+    const int from_pole = line < mirror ? line : mirror;
+    return from_pole % part->ring * (part->end_z - part->first_z);
+}
+
+/* Strips with borders below sine x begin at those before this one. */
+static int strips_below(const ibl_wedge_strips *s, double x)
+{
+    int low = 0, high = s->count;
+    while (low < high) {
+        const int middle = (low + high) / 2;
+        if (s->sine[middle] < x)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+static int strips_before_column(const ibl_wedge_strips *s, int column)
+{
+    int low = 0, high = s->count;
+    while (low < high) {
+        const int middle = (low + high) / 2;
+        if (s->column[middle] < column)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+const ibl_wedge_strips *ibl_wedge_range(const ibl_wedge *w,
+                                        const ibl_wedge_row *row,
+                                        const ibl_wedge_part *part, int *begin,
+                                        int *end)
+{
+    const ibl_wedge_strips *s = row->side ? &w->cut : &w->plain;
+    *begin = *end = 0;
+    if (row->side) {
+        *begin = strips_before_column(s, part->first_z);
+        *end = strips_before_column(s, part->end_z);
+    }
+    if (row->top_lines) { /* z = t sin(psi) */
+        const double slack = 2 * MARGIN / w->size;
+        const double low = w->border[part->first_z] - slack;
+        const double high = w->border[part->end_z] + slack;
+        const int to = strips_below(s, high / row->top_tan);
+        if (!row->side) {
+            *begin = strips_below(s, low / row->bottom_tan);
+            *begin -= *begin > 0;
+        }
+        *end = to > *end ? to : *end;
+    }
+    return s;
+}
+
+/* ---- cutting ---------------------------------------------------------- */
+
+enum {
+    PIECE_SPANS = 64 /* more than a piece can have */
+};
+
+/* How a span's weight goes on from the area of its piece. */
+enum {
+    WHOLE, /* it is that */
+    CUT,   /* the part above the next border, less what is above already */
+    LAST   /* what is left */
+};
+
+/* The part of a strip between two angles, as their cosine and sine. */
+struct piece {
+    double q[2], r[2];
+    double width;
+};
+
+/* Texel lines and columns that a strip can touch. */
+struct box {
+    int line[2], column[2];
+};
+
+struct cutter {
+    const ibl_wedge *w;
+    const ibl_wedge_row *row;
+    const ibl_wedge_part *part;
+    ibl_wedge_sink *sink;
+    double height; /* of the row, in cosines */
+    int base;      /* where the row's first line is in the ring */
+    int pixel, column;
+};
+
+static ibl_coverage_row share_row(const ibl_wedge_row *row)
+{
+    return (ibl_coverage_row){row->top, row->bottom, row->top_tan,
+                              row->bottom_tan};
+}
+
+/* Gives the spans their weights, drops those of other parts, and hands the
+ * rest on. */
+static void settle(const struct cutter *c)
+{
+    ibl_wedge_sink *s = c->sink;
+    const ibl_coverage_row row = share_row(c->row);
+    const double *share = s->share;
+    double above = 0;
+    int kept = 0;
+    if (s->cut_count)
+        s->dsp.share(&row, &s->cuts, s->cut_count, s->share);
+    for (int i = 0; i < s->count; i++) {
+        ibl_octant_span span = s->spans[i];
+        if (s->kind[i] == CUT) {
+            const double next = *share > above ? *share : above;
+            span.weight *= next - above;
+            above = next;
+            share++;
+        } else if (s->kind[i] == LAST) {
+            span.weight *= 1 - above;
+            above = 0;
+        }
+        if (span.slot >= 0 && span.weight > 0)
+            s->spans[kept++] = span;
+    }
+    s->count = kept;
+    if (kept)
+        s->full(s);
+    s->count = s->cut_count = 0;
+}
+
+/* The slot of a texel, -1 if it is not of the part. */
+static int slot_of(const struct cutter *c, int line, int column)
+{
+    const ibl_wedge_part *part = c->part;
+    if (line < c->w->half && column > line)
+        column = line; /* by rounding, on the diagonal */
+    if (column < part->first_z || column >= part->end_z)
+        return -1;
+    line += c->base - c->row->first_line;
+    if (line >= part->ring)
+        line -= part->ring;
+    return line * (part->end_z - part->first_z) + column - part->first_z;
+}
+
+/* A wedge has fewer pixels than 2^16. */
+static ibl_octant_span span_of(double weight, int slot, int pixel, int count)
+{
+    return (ibl_octant_span){weight, slot, (uint16_t)pixel, (uint16_t)count};
+}
+
+static void add_span(const struct cutter *c, int slot, double area, int kind)
+{
+    ibl_wedge_sink *s = c->sink;
+    s->kind[s->count] = (unsigned char)kind;
+    s->spans[s->count++] = span_of(area, slot, c->pixel, 1);
+}
+
+/*
+ * Adds strip i, which is inside a texel, and those after it that are, too:
+ * while the upper border stays above and the lower one, on top, below. Returns
+ * the first strip that may not be.
+ */
+static int add_whole(const struct cutter *c, const ibl_wedge_strips *s, int i,
+                     int end, int line, int column)
+{
+    const ibl_wedge *w = c->w;
+    const bool top = line < w->half;
+    const double q = w->border[line] * c->row->top_cot + 2 * MARGIN / w->size;
+    const double r =
+        top && column + 1 < w->half
+            ? w->border[column + 1] * c->row->bottom_cot - 2 * MARGIN / w->size
+            : 1;
+    const int most = s->run[i] < end ? s->run[i] : end;
+    const int slot = slot_of(c, line, column);
+    if (c->sink->count == c->sink->capacity)
+        settle(c);
+    add_span(c, slot, s->width[i] * c->height, WHOLE);
+    int next = i + 1;
+    while (next < most && s->cosine[next + 1] >= q && s->sine[next + 1] <= r)
+        next++;
+    c->sink->spans[c->sink->count - 1].count = (uint16_t)(next - i);
+    return next;
+}
+
+/* A piece's border: of a line, or across it of a column, which rises. */
+static void add_cut(const struct cutter *c, const struct piece *e, double a,
+                    bool rises)
+{
+    ibl_wedge_sink *s = c->sink;
+    const ibl_coverage_cuts *k = &s->cuts;
+    const int i = s->cut_count++;
+    k->a[i] = a;
+    k->width[i] = e->width;
+    k->q[0][i] = rises ? e->r[1] : e->q[0];
+    k->r[0][i] = rises ? e->q[1] : e->r[0];
+    k->q[1][i] = rises ? e->r[0] : e->q[1];
+    k->r[1][i] = rises ? e->q[0] : e->r[1];
+}
+
+/* Hands a piece out to the texels of a box, downwards. Borders of the box do
+ * not cross within the piece, so their order is that in the middle. */
+static void share_out(const struct cutter *c, const struct box *b,
+                      const struct piece *e)
+{
+    const double *border = c->w->border;
+    const double q = e->q[0] + e->q[1], r = e->r[0] + e->r[1];
+    const double area = e->width * c->height;
+    int line = b->line[0], column = b->column[0];
+    if (c->sink->count + PIECE_SPANS > c->sink->capacity)
+        settle(c);
+    for (;;) {
+        const bool top = line < c->w->half, down = line < b->line[1];
+        const bool across =
+            top && column < b->column[1] &&
+            (!down || border[column + 1] * q < border[line + 1] * r);
+        const int slot = slot_of(c, line, top ? column : c->column);
+        if (!across && !down) {
+            add_span(c, slot, area, LAST);
+            return;
+        }
+        add_span(c, slot, area, CUT);
+        add_cut(c, e, border[across ? column + 1 : line + 1], across);
+        line += !across;
+        column += across;
+    }
+}
+
+/* The first place well within a piece where borders of the top cross. */
+static bool first_crossing(const ibl_wedge *w, const struct box *b,
+                           const struct piece *e, double *x, double *z)
+{
+    const double well = 1e-12; /* radians */
+    bool found = false;
+    for (int i = b->line[0] + 1; i <= b->line[1] && i < w->half; i++) {
+        for (int j = b->column[0] + 1; j <= b->column[1]; j++) {
+            const double xi = w->border[i], zj = w->border[j];
+            if (zj * e->q[0] - xi * e->r[0] > well * xi &&
+                xi * e->r[1] - zj * e->q[1] > well * xi &&
+                (!found || zj * *x < *z * xi)) {
+                *x = xi;
+                *z = zj;
+                found = true;
+            }
+        }
+    }
+    return found;
+}
+
+/* Angle between the ends of a piece, not more than 0.02. */
+static double width_of(const struct piece *e)
+{
+    const double s = e->r[1] * e->q[0] - e->q[1] * e->r[0], s2 = s * s;
+    return s * (1 + s2 * (1.0 / 6 + s2 * (3.0 / 40)));
+}
+
+static void cut_strip(const struct cutter *c, const struct box *b,
+                      struct piece rest)
+{
+    double x = 1, z = 0;
+    while (first_crossing(c->w, b, &rest, &x, &z)) {
+        const double length = 1 / sqrt(x * x + z * z);
+        struct piece e = rest;
+        e.q[1] = x * length;
+        e.r[1] = z * length;
+        e.width = width_of(&e);
+        share_out(c, b, &e);
+        rest.q[0] = e.q[1];
+        rest.r[0] = e.r[1];
+        rest.width -= e.width;
+    }
+    share_out(c, b, &rest);
+}
+
+static struct box box_of(const ibl_wedge *w, const ibl_wedge_row *row,
+                         const ibl_wedge_strips *s, int i)
+{
+    const double *q = s->cosine + i, *r = s->sine + i;
+    const double *secant = s->secant + i;
+    struct box b;
+    b.line[0] =
+        line_at(w, row->top_tan * q[1], row->top_cot * secant[1], -MARGIN);
+    b.line[1] =
+        line_at(w, row->bottom_tan * q[0], row->bottom_cot * secant[0], MARGIN);
+    if (b.line[0] < w->half) {
+        b.column[0] = column_at(w, row->top_tan * r[0], -MARGIN);
+        b.column[1] = column_at(w, row->bottom_tan * r[1], MARGIN);
+    } else {
+        b.column[0] = b.column[1] = s->column[i];
+    }
+    return b;
+}
+
+/* ---- sides ------------------------------------------------------------ */
+
+/* Strips that a border crosses, and its shares of them. */
+struct zone {
+    int begin, end;
+    double *share;
+};
+
+/* The next border up crosses strips further on. */
+static void find_zone(const struct cutter *c, const ibl_wedge_strips *s,
+                      int end, double a, struct zone *z)
+{
+    ibl_wedge_sink *sink = c->sink;
+    const double high = a * c->row->top_cot, low = a * c->row->bottom_cot;
+    while (z->begin < end && s->cosine[z->begin + 1] >= high)
+        z->begin++;
+    z->end = z->end > z->begin ? z->end : z->begin;
+    while (z->end < end && s->cosine[z->end] > low)
+        z->end++;
+    const int first = z->begin, count = z->end - first;
+    for (int i = 0; i < count + IBL_COVERAGE_PAD; i++)
+        sink->border[i] = a;
+    const ibl_coverage_cuts cuts = {
+        .a = sink->border,
+        .q = {s->cosine + first, s->cosine + first + 1},
+        .r = {s->sine + first, s->sine + first + 1},
+        .width = s->width + first};
+    const ibl_coverage_row row = share_row(c->row);
+    sink->dsp.share(&row, &cuts, count, z->share);
+}
+
+/* The texels of a line, between two borders. slot: of column 0. */
+static void side_line(const struct cutter *c, const ibl_wedge_strips *s,
+                      int origin, int slot, const struct zone *lower,
+                      const struct zone *upper)
+{
+    ibl_wedge_sink *sink = c->sink;
+    for (int i = lower->begin, next; i < upper->end; i = next) {
+        double share = i < lower->end ? lower->share[i - lower->begin] : 1;
+        if (i >= upper->begin)
+            share -= upper->share[i - upper->begin];
+        next = i + 1;
+        if (!(share > 0))
+            continue;
+        if (i >= lower->end && i < upper->begin)
+            next = s->run[i] < upper->begin ? s->run[i] : upper->begin;
+        if (sink->count == sink->capacity)
+            settle(c);
+        sink->kind[sink->count] = WHOLE;
+        sink->spans[sink->count++] =
+            span_of(share * s->width[i] * c->height, slot + s->column[i],
+                    s->pixel[i] - origin, next - i);
+    }
+}
+
+/*
+ * A row that no top reaches: a line at a time, from the lowest at `begin` to
+ * the highest. Borders are crossed by strips one after the other.
+ */
+static void cut_side(const struct cutter *c, const ibl_wedge_strips *s,
+                     int begin, int end)
+{
+    const ibl_wedge *w = c->w;
+    const ibl_wedge_row *row = c->row;
+    const int last = line_at(w, row->bottom_tan * s->cosine[begin],
+                             row->bottom_cot * s->secant[begin], MARGIN);
+    const int first = line_at(w, row->top_tan * s->cosine[end],
+                              row->top_cot * s->secant[end], -MARGIN);
+    struct zone lower = {begin, begin, c->sink->zone[0]};
+    struct zone upper = {begin, begin, c->sink->zone[1]};
+    for (int line = last; line >= first; line--) {
+        double *const room = lower.share;
+        if (line > first)
+            find_zone(c, s, end, w->border[line], &upper);
+        else
+            upper.begin = upper.end = end;
+        side_line(c, s, s->pixel[begin],
+                  slot_of(c, line, c->part->first_z) - c->part->first_z, &lower,
+                  &upper);
+        lower = upper;
+        upper.share = room;
+    }
+}
+
+/* ---- rows of strips --------------------------------------------------- */
+
+/* Strips of a row that the top reaches. */
+static void cut_top(struct cutter *c, const ibl_wedge_strips *s, int begin,
+                    int end)
+{
+    for (int i = begin; i < end;) {
+        const struct box b = box_of(c->w, c->row, s, i);
+        c->pixel = s->pixel[i] - s->pixel[begin];
+        c->column = s->column ? s->column[i] : 0;
+        if (b.line[0] == b.line[1] && b.column[0] == b.column[1]) {
+            i = add_whole(c, s, i, end, b.line[0], b.column[0]);
+            continue;
+        }
+        if (b.column[1] >= c->part->first_z && b.column[0] < c->part->end_z)
+            cut_strip(c, &b,
+                      (struct piece){{s->cosine[i], s->cosine[i + 1]},
+                                     {s->sine[i], s->sine[i + 1]},
+                                     s->width[i]});
+        i++;
+    }
+}
+
+void ibl_wedge_cut(const ibl_wedge *w, const ibl_wedge_row *row,
+                   const ibl_wedge_part *part, int begin, int end,
+                   ibl_wedge_sink *sink)
+{
+    struct cutter c = {w,
+                       row,
+                       part,
+                       sink,
+                       row->top - row->bottom,
+                       row->first_line % part->ring,
+                       0,
+                       0};
+    if (row->top_lines)
+        cut_top(&c, row->side ? &w->cut : &w->plain, begin, end);
+    else
+        cut_side(&c, &w->cut, begin, end);
+    settle(&c);
+}
+
+/* ---- sinks ------------------------------------------------------------ */
+
+/* An array of the work space, of so many doubles. */
+static double *take(double **room, size_t count)
+{
+    double *p = *room;
+    *room += count;
+    return p;
+}
+
+bool ibl_wedge_sink_init(ibl_wedge_sink *s, const ibl_wedge *w, ibl_isa isa)
+{
+    enum {
+        SPANS = 1024
+    };
+    /* Pads, and the alignment of what follows. */
+    const size_t strips = ((size_t)w->cut.count + 2 * IBL_COVERAGE_PAD) /
+                          IBL_COVERAGE_PAD * IBL_COVERAGE_PAD;
+    *s = (ibl_wedge_sink){.capacity = SPANS};
+    ibl_coverage_dsp_init(&s->dsp, isa);
+    s->spans = ibl_alloc_array(SPANS, sizeof *s->spans);
+    s->kind = ibl_alloc_array(SPANS, sizeof *s->kind);
+    s->room = ibl_alloc_zeroed(7 * SPANS + 3 * strips, sizeof *s->room);
+    if (!s->spans || !s->kind || !s->room) {
+        ibl_wedge_sink_free(s);
+        return false;
+    }
+    double *room = s->room;
+    s->share = take(&room, SPANS);
+    s->cuts.a = take(&room, SPANS);
+    s->cuts.width = take(&room, SPANS);
+    for (int k = 0; k < 2; k++) {
+        s->cuts.q[k] = take(&room, SPANS);
+        s->cuts.r[k] = take(&room, SPANS);
+        s->zone[k] = take(&room, strips);
+    }
+    s->border = take(&room, strips);
+    return true;
+}
+
+void ibl_wedge_sink_free(ibl_wedge_sink *s)
+{
+    ibl_free(s->spans);
+    ibl_free(s->kind);
+    ibl_free(s->room);
+    *s = (ibl_wedge_sink){0};
+}

@@ -1,0 +1,380 @@
+/* SPDX-License-Identifier: MIT */
+#include "image/level0_octants.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/context.h"
+#include "image/cube.h"
+
+enum {
+    SHARED = IBL_OCTANT_RGB + 1, /* doubles of a shared texel: and its weight */
+    MOST_KEPT = 20 << 20 /* bytes of spans: enough for those of 4096x2048
+                            pixels in texels a 512th of a face wide */
+};
+
+/* ---- where octants are ------------------------------------------------ */
+
+/* Axes of psi = 0 and, at a right angle, of z, as (x, z) of the world. */
+static void octant_axes(int k, int foot[2], int side[2])
+{
+    static const int feet[4][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
+    const int from = k / 2, to = (from + 1) % 4;
+    const int *f = feet[k % 2 ? to : from], *s = feet[k % 2 ? from : to];
+    for (int i = 0; i < 2; i++) {
+        foot[i] = f[i];
+        side[i] = s[i];
+    }
+}
+
+static int face_towards(int x, int y, int z)
+{
+    for (int f = 0; f < IBL_FACES; f++) {
+        const signed char *d = ibl_face[f].forward;
+        if (d[0] == x && d[1] == y && d[2] == z)
+            return f;
+    }
+    return 0;
+}
+
+/* Adds texels counted from the middle of a face along an axis of it that looks
+ * this way or the other; step: between them. */
+static void add_axis(ibl_octant_place *p, int n, int sign, ptrdiff_t pitch,
+                     ptrdiff_t *step)
+{
+    if (sign == 0)
+        return;
+    p->base += (sign > 0 ? n / 2 : (n - 1) / 2) * pitch;
+    *step = sign * pitch;
+}
+
+static int dot(const signed char axis[3], const int xz[2])
+{
+    return axis[0] * xz[0] + axis[2] * xz[1];
+}
+
+static void place_octant(const ibl_cube *cube, int k, ibl_octant_place place[3])
+{
+    const int n = cube->size;
+    int foot[2], side[2];
+    octant_axes(k, foot, side);
+    for (int i = IBL_OCTANT_TOP; i <= IBL_OCTANT_BOTTOM; i++) {
+        const int face = i == IBL_OCTANT_SIDE
+                             ? face_towards(foot[0], 0, foot[1])
+                             : face_towards(0, i == IBL_OCTANT_TOP ? 1 : -1, 0);
+        const ibl_face_axes *axes = &ibl_face[face];
+        ibl_octant_place *p = &place[i];
+        *p = (ibl_octant_place){.base = ibl_cube_face(cube, 0, face)};
+        add_axis(p, n, dot(axes->right, side), 3, &p->step);
+        add_axis(p, n, dot(axes->down, side), 3 * n, &p->step);
+        if (i == IBL_OCTANT_SIDE) {
+            p->line = 3 * n;
+            continue;
+        }
+        add_axis(p, n, dot(axes->right, foot), 3, &p->line);
+        add_axis(p, n, dot(axes->down, foot), 3 * n, &p->line);
+    }
+}
+
+/* Where psi = 0 is, in columns: whole numbers are borders. A yaw in degrees is
+ * taken for the multiple of half a pixel that it means. */
+static double octant_start(int k, int columns, double yaw_deg)
+{
+    const double turns = yaw_deg / 360 - floor(yaw_deg / 360);
+    const double at = (turns + 0.25 * ((k + 1) / 2) + 0.5) * columns;
+    const double snapped = floor(2 * at + 0.5) / 2;
+    return fabs(at - snapped) < 1e-9 ? snapped : at;
+}
+
+/* The part of the first pixel before psi = 0, and its column. */
+static double first_pixel(int k, int columns, double yaw_deg, int *column)
+{
+    const double at = octant_start(k, columns, yaw_deg);
+    if (k % 2) {
+        *column = (int)ceil(at) - 1;
+        return ceil(at) - at;
+    }
+    *column = (int)floor(at);
+    return at - floor(at);
+}
+
+/* ---- groups ----------------------------------------------------------- */
+
+static int wrap(int i, int n)
+{
+    i %= n;
+    return i < 0 ? i + n : i;
+}
+
+/* Columns of the wedge's pixels in each lane, times scale. */
+static void set_columns(ibl_octant_group *g, int columns, double yaw_deg,
+                        int scale)
+{
+    for (int m = 0; m < IBL_OCTANTS; m++) {
+        const int k = g->octant[m < g->octants ? m : 0];
+        int column;
+        first_pixel(k, columns, yaw_deg, &column);
+        for (int i = 0; i < g->wedge.pixels; i++)
+            g->column[i * IBL_OCTANTS + m] =
+                scale * wrap(k % 2 ? column - i : column + i, columns);
+    }
+}
+
+/* Shared texels: one a line on a diagonal, and with n odd one by psi = 0. */
+static double *shared_texel(const ibl_octant_group *g, int line, bool axis)
+{
+    const int each = 1 + g->wedge.size % 2;
+    return g->shared + ((size_t)line * (size_t)each + axis) * SHARED;
+}
+
+/* Lines that a row and those before it need sums of at a time. */
+static int ring_size(const ibl_wedge *w, int rows)
+{
+    int most = 1;
+    for (int i = 0; i < 2 * rows; i++) {
+        ibl_wedge_row row;
+        if (!ibl_wedge_row_init(w, rows, i / 2, i % 2, &row))
+            continue;
+        if (row.last_line - row.first_line + 1 > most)
+            most = row.last_line - row.first_line + 1;
+    }
+    return most;
+}
+
+/* Room for the spans of a group's northern rows: for half as many again as
+ * there are strips, or for none. A larger map takes longer to read. */
+static int kept_room(const ibl_wedge *w, int rows, int groups)
+{
+    const double spans = 1.5 * w->cut.count * (rows / 2 + 1);
+    const double most = MOST_KEPT / (double)sizeof(ibl_octant_span) / groups;
+    return spans < most ? (int)spans : 0;
+}
+
+/* The parts differ in width: near the poles all pixels are in the first. */
+static bool init_parts(ibl_octant_group *g, int rows, int ring, int groups)
+{
+    static const int ends[IBL_OCTANT_PARTS] = {1, 2, 4, 6, 8, 10, 13, 16};
+    const int half = g->wedge.half;
+    const int room = kept_room(&g->wedge, rows, groups);
+    int begin = 0;
+    g->kept = ibl_alloc_array((size_t)room, sizeof *g->kept);
+    if (!g->kept)
+        return false;
+    for (int i = 0; i < IBL_OCTANT_PARTS; i++) {
+        const int end = half * ends[i] / 16;
+        if (end == begin)
+            continue;
+        ibl_octant_sums *s = &g->sums[g->parts++];
+        const size_t slots = (size_t)ring * (size_t)(end - begin);
+        s->part = (ibl_wedge_part){begin, end, ring};
+        s->sums = ibl_alloc_zeroed(slots, IBL_OCTANT_RGB * sizeof(double));
+        s->weights = ibl_alloc_zeroed(slots, sizeof(double));
+        s->kept = (ibl_octant_spans){
+            .span = g->kept + room / IBL_OCTANT_PARTS * i,
+            .room = room / IBL_OCTANT_PARTS,
+            .begin = ibl_alloc_zeroed((size_t)rows / 2 + 2, sizeof(int))};
+        if (!s->sums || !s->weights || !s->kept.begin)
+            return false;
+        begin = end;
+    }
+    return true;
+}
+
+static ibl_status init_group(ibl_ctx *ctx, int columns, int rows,
+                             double yaw_deg, int size, bool offsets, int groups,
+                             ibl_octant_group *g)
+{
+    int column;
+    const double before = first_pixel(g->octant[0], columns, yaw_deg, &column);
+    const ibl_status status =
+        ibl_wedge_init(ctx, size, columns, before, &g->wedge);
+    if (status)
+        return status;
+    const int ring = ring_size(&g->wedge, rows);
+    g->column = ibl_alloc_array((size_t)g->wedge.pixels,
+                                IBL_OCTANTS * sizeof *g->column);
+    g->shared = ibl_alloc_array((size_t)g->wedge.lines * (1 + size % 2),
+                                SHARED * sizeof *g->shared);
+    if (!g->column || !g->shared || !init_parts(g, rows, ring, groups))
+        return ibl_no_memory(ctx, "level 0's sums");
+    set_columns(g, columns, yaw_deg, offsets ? 3 : 1);
+    return IBL_OK;
+}
+
+ibl_status ibl_octants_init(ibl_ctx *ctx, const ibl_cube *cube, int columns,
+                            int rows, double yaw_deg, bool offsets,
+                            ibl_octant_set *set)
+{
+    double before[IBL_OCTANTS];
+    ibl_status status = IBL_OK;
+    *set = (ibl_octant_set){0};
+    ibl_octants_dsp_init(&set->dsp, ibl_ctx_isa(ctx));
+    for (int k = 0; k < IBL_OCTANTS; k++) {
+        int column, to = 0;
+        const double b = first_pixel(k, columns, yaw_deg, &column);
+        place_octant(cube, k, set->place[k]);
+        while (to < set->groups && fabs(before[to] - b) > 1e-9)
+            to++;
+        if (to == set->groups)
+            before[set->groups++] = b;
+        ibl_octant_group *g = &set->group[to];
+        g->octant[g->octants++] = k;
+    }
+    for (int i = 0; i < set->groups && !status; i++) {
+        status = init_group(ctx, columns, rows, yaw_deg, cube->size, offsets,
+                            set->groups, &set->group[i]);
+    }
+    if (status)
+        ibl_octants_free(set);
+    return status;
+}
+
+void ibl_octants_free(ibl_octant_set *set)
+{
+    for (int i = 0; i < set->groups; i++) {
+        ibl_octant_group *g = &set->group[i];
+        for (int k = 0; k < g->parts; k++) {
+            ibl_free(g->sums[k].sums);
+            ibl_free(g->sums[k].weights);
+            ibl_free(g->sums[k].kept.begin);
+        }
+        ibl_free(g->kept);
+        ibl_free(g->column);
+        ibl_free(g->shared);
+        ibl_wedge_free(&g->wedge);
+    }
+    *set = (ibl_octant_set){0};
+}
+
+/* ---- into the cube ---------------------------------------------------- */
+
+/* A line's face and its number there. */
+static ibl_octant_face face_of(const ibl_wedge *w, int *line)
+{
+    if (*line < w->half)
+        return IBL_OCTANT_TOP;
+    if (*line < w->half + w->size) {
+        *line -= w->half;
+        return IBL_OCTANT_SIDE;
+    }
+    *line = w->lines - 1 - *line;
+    return IBL_OCTANT_BOTTOM;
+}
+
+/* Texels z.. of a line of a face: where every lane has them, the one that the
+ * sums are of. */
+static void write_texels(const ibl_octant_set *set, const ibl_octant_group *g,
+                         ibl_octant_face face, int line, int z, int count,
+                         const double *sums, const double *weights)
+{
+    float nowhere[3], *out[IBL_OCTANTS];
+    ptrdiff_t step[IBL_OCTANTS];
+    for (int m = 0; m < IBL_OCTANTS; m++) {
+        out[m] = nowhere;
+        step[m] = 0;
+        if (m < g->octants) {
+            const ibl_octant_place *p = &set->place[g->octant[m]][face];
+            out[m] = p->base + line * p->line + z * p->step;
+            step[m] = p->step;
+        }
+    }
+    set->dsp.write(sums, weights, count, out, step);
+}
+
+static void keep_shared(const ibl_octant_group *g, int line, bool axis,
+                        const double *sum, double weight)
+{
+    double *to = shared_texel(g, line, axis);
+    memcpy(to, sum, IBL_OCTANT_RGB * sizeof *to);
+    to[IBL_OCTANT_RGB] = weight;
+}
+
+/* A line of a part goes into the cube, but for its ends where these are half
+ * texels: on the diagonal of a pole's face and, with n odd, by psi = 0. */
+static void finish_line(const ibl_octant_set *set, ibl_octant_group *g,
+                        ibl_octant_sums *s, int line)
+{
+    const int width = s->part.end_z - s->part.first_z;
+    const int slot = ibl_wedge_slot(&g->wedge, &s->part, line);
+    double *sums = s->sums + IBL_OCTANT_RGB * (size_t)slot;
+    double *weights = s->weights + slot;
+    int i = line, begin = 0, end = width;
+    const ibl_octant_face face = face_of(&g->wedge, &i);
+    if (face != IBL_OCTANT_SIDE && i < s->part.end_z) {
+        end = i - s->part.first_z;
+        if (end >= 0)
+            keep_shared(g, line, false, sums + IBL_OCTANT_RGB * (size_t)end,
+                        weights[end]);
+    }
+    if (g->wedge.size % 2 && s->part.first_z == 0 && end > 0) {
+        keep_shared(g, line, true, sums, weights[0]);
+        begin = 1;
+    }
+    if (end > begin)
+        write_texels(set, g, face, i, s->part.first_z + begin, end - begin,
+                     sums + IBL_OCTANT_RGB * (size_t)begin, weights + begin);
+    memset(sums, 0, (size_t)width * IBL_OCTANT_RGB * sizeof *sums);
+    memset(weights, 0, (size_t)width * sizeof *weights);
+}
+
+void ibl_octants_finish(const ibl_octant_set *set, ibl_octant_group *g,
+                        int part, int line)
+{
+    ibl_octant_sums *s = &g->sums[part];
+    while (s->written < line)
+        finish_line(set, g, s, s->written++);
+}
+
+/* The lane of an octant. */
+static const ibl_octant_group *lane_of(const ibl_octant_set *set, int octant,
+                                       int *lane)
+{
+    for (const ibl_octant_group *g = set->group;; g++) {
+        for (*lane = 0; *lane < g->octants; ++*lane) {
+            if (g->octant[*lane] == octant)
+                return g;
+        }
+    }
+}
+
+/* Writes a texel that octants first..first + count - 1 have parts of. */
+static void join_texel(const ibl_octant_set *set, int line, bool axis,
+                       int first, int count)
+{
+    double rgb[3] = {0, 0, 0}, weight = 0;
+    int i = line;
+    const ibl_octant_face face = face_of(&set->group[0].wedge, &i);
+    for (int k = first; k < first + count; k++) {
+        int lane;
+        const ibl_octant_group *g = lane_of(set, k % IBL_OCTANTS, &lane);
+        const double *from = shared_texel(g, line, axis);
+        for (int c = 0; c < 3; c++)
+            rgb[c] += from[c * IBL_OCTANTS + lane];
+        weight += from[IBL_OCTANT_RGB];
+    }
+    const ibl_octant_place *p = &set->place[first][face];
+    float *out = p->base + i * p->line + (axis ? 0 : i) * p->step;
+    for (int c = 0; c < 3; c++)
+        out[c] = (float)(rgb[c] / weight);
+}
+
+void ibl_octants_join(const ibl_octant_set *set)
+{
+    const ibl_wedge *w = &set->group[0].wedge;
+    const bool odd = w->size % 2;
+    for (int line = 0; line < w->lines; line++) {
+        int i = line;
+        const bool side = face_of(w, &i) == IBL_OCTANT_SIDE;
+        if (!side && i == 0 && odd) { /* in the middle */
+            join_texel(set, line, false, 0, IBL_OCTANTS);
+            continue;
+        }
+        for (int k = 0; k < IBL_OCTANTS; k += 2) {
+            if (!side)
+                join_texel(set, line, false, k, 2);
+            if (odd)
+                join_texel(set, line, true, k + 1, 2);
+        }
+    }
+}

@@ -1,0 +1,254 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * kern/brdf_quadrature.c in vectors of floats: a lane for each view, which all
+ * have the same points but for their scale. What would lose digits (sines,
+ * limits) is prepared in double.
+ */
+#include <stdbool.h>
+#include <string.h>
+
+#include "kern/brdf_quadrature.h"
+#include "kern/lanes.h"
+
+/* VF words, of the size of a vf. */
+typedef int split_words __attribute__((vector_size(VF * 4)));
+
+typedef struct split_lanes {
+    vf cosine, sine, inner, outer; /* inner, outer: limits of y */
+    vf a2, rest;                   /* alpha^2, 1 - alpha^2; Schlick: k, 1 - k */
+    vf of_view;                    /* the visibility's part without N.L */
+    vf alpha;
+    bool schlick;
+} split_lanes;
+
+/* exp(y), 0 <= y < 80, to 2e-7: Taylor's series of 2^f, |f| <= 1/2. */
+static inline vf split_exp(vf y)
+{
+    /* 1.5 2^23: adding it leaves the nearest integer in the low bits. */
+    const vf magic = vf_all(12582912.0f);
+    const vf n = vf_fma(y, vf_all(1.44269504f), magic);
+    const vf whole = n - magic;
+    /* y - whole ln 2, in two parts. */
+    const vf f = vf_fma(whole, vf_all(2.12194440e-4f),
+                        vf_fma(whole, vf_all(-0.693359375f), y));
+    vf p = vf_all(1.0f / 5040);
+    p = vf_fma(p, f, vf_all(1.0f / 720));
+    p = vf_fma(p, f, vf_all(1.0f / 120));
+    p = vf_fma(p, f, vf_all(1.0f / 24));
+    p = vf_fma(p, f, vf_all(1.0f / 6));
+    p = vf_fma(p, f, vf_all(0.5f));
+    p = vf_fma(p, f, vf_all(1));
+    p = vf_fma(p, f, vf_all(1));
+    const split_words scale = ((split_words)n << 23) + 0x3F800000;
+    return p * (vf)scale;
+}
+
+/* acos(x), -1 <= x <= 1, to 1e-7 but for rounding (Abramowitz and Stegun
+ * 4.4.46). */
+static inline vf split_acos(vf x)
+{
+    const vf size = vf_max(x, -x);
+    vf p = vf_all(-0.0012624911f);
+    p = vf_fma(p, size, vf_all(0.0066700901f));
+    p = vf_fma(p, size, vf_all(-0.0170881256f));
+    p = vf_fma(p, size, vf_all(0.0308918810f));
+    p = vf_fma(p, size, vf_all(-0.0501743046f));
+    p = vf_fma(p, size, vf_all(0.0889789874f));
+    p = vf_fma(p, size, vf_all(-0.2145988016f));
+    p = vf_fma(p, size, vf_all(1.5707963050f));
+    const vf acute = vf_sqrt(vf_all(1) - size) * p;
+    const split_words obtuse = x < vf_all(0);
+    const vf other = vf_all(3.14159265f) - acute;
+    return (vf)((obtuse & (split_words)other) | (~obtuse & (split_words)acute));
+}
+
+/* cos(a), 0 <= a <= pi, as 1 - 2 sin^2(a / 2), the sine by its series to the
+ * eleventh power: within 1.2e-7. */
+static inline vf split_cos(vf a)
+{
+    const vf x = vf_all(0.5f) * a, q = x * x;
+    vf p = vf_all(-1.0f / 39916800);
+    p = vf_fma(p, q, vf_all(1.0f / 362880));
+    p = vf_fma(p, q, vf_all(-1.0f / 5040));
+    p = vf_fma(p, q, vf_all(1.0f / 120));
+    p = vf_fma(p, q, vf_all(-1.0f / 6));
+    p = vf_fma(p, q, vf_all(1));
+    const vf s = x * p;
+    return vf_fma(vf_all(-2) * s, s, vf_all(1));
+}
+
+/* A radius: t, its root 1 / cos_h, du / dy. */
+typedef struct split_radius {
+    vf t, root, du;
+} split_radius;
+
+static inline split_radius split_radius_at(const split_lanes *v, vf y)
+{
+    const vf one = vf_all(1);
+    const vf up = split_exp(y), down = one / up, e = down * down;
+    const vf t = v->alpha * vf_all(0.5f) * (up - down);
+    const vf plus = one + e;
+    return (split_radius){t, vf_sqrt(vf_fma(t, t, one)),
+                          vf_all(8) * (one - e) * e / (plus * plus * plus)};
+}
+
+/* Adds the integrand at a half vector, but for the weight; a and b are the
+ * parts of V.H with and without cos(phi). */
+static inline void split_add(const split_lanes *v, vf a, vf b, vf cos_h,
+                             vf root, vf cos_phi, vf weight, vf sum[2])
+{
+    vf v_dot_h = vf_fma(a, cos_phi, b);
+    const vf n_dot_l = vf_fma(vf_all(2) * v_dot_h, cos_h, -v->cosine);
+    const split_words above = n_dot_l > vf_all(0);
+    vf vis; /* times 4 */
+
+    v_dot_h = vf_min(v_dot_h, vf_all(1));
+    if (v->schlick)
+        vis = vf_all(1) / (vf_fma(n_dot_l, v->rest, v->a2) * v->of_view);
+    else
+        vis = vf_all(2) /
+              vf_fma(v->cosine,
+                     vf_sqrt(vf_fma(n_dot_l * n_dot_l, v->rest, v->a2)),
+                     n_dot_l * v->of_view);
+    const vf g =
+        (vf)(above & (split_words)(vis * n_dot_l * v_dot_h * root * weight));
+    const vf far = vf_all(1) - v_dot_h, square = far * far;
+    const vf bias = g * (square * square * far);
+    sum[0] += g - bias;
+    sum[1] += bias;
+}
+
+static inline void split_inner(const ibl_brdf_rule *r, const split_lanes *v,
+                               vf sum[2])
+{
+    for (int i = 0; i < IBL_BRDF_INNER; i++) {
+        const vf y = v->inner * vf_all((float)r->inner_at[i]);
+        const split_radius at = split_radius_at(v, y);
+        const vf cos_h = vf_all(1) / at.root;
+        const vf a = v->sine * at.t * cos_h, b = v->cosine * cos_h;
+        const vf w = v->inner * at.du *
+                     vf_all((float)(r->inner_weight[i] / IBL_BRDF_ANGLES));
+        vf part[2] = {vf_all(0), vf_all(0)};
+        for (int k = 0; k < IBL_BRDF_ANGLES; k++)
+            split_add(v, a, b, cos_h, at.root, vf_all((float)r->ring[k]),
+                      vf_all(1), part);
+        sum[0] = vf_fma(w, part[0], sum[0]);
+        sum[1] = vf_fma(w, part[1], sum[1]);
+    }
+}
+
+static inline void split_outer(const ibl_brdf_rule *r, const split_lanes *v,
+                               vf sum[2])
+{
+    const vf length = v->outer - v->inner, one = vf_all(1);
+
+    for (int i = 0; i < IBL_BRDF_OUTER; i++) {
+        const vf y = vf_fma(length, vf_all((float)r->outer_at[i]), v->inner);
+        const split_radius at = split_radius_at(v, y);
+        const vf cos_h = one / at.root;
+        const vf a = v->sine * at.t * cos_h, b = v->cosine * cos_h;
+        const vf c0 =
+            v->cosine * vf_fma(at.t, at.t, -one) / (vf_all(2) * v->sine * at.t);
+        const vf half = split_acos(vf_max(vf_min(c0, one), -one));
+        const vf w = length * at.du * half *
+                     vf_all((float)(r->outer_weight[i] / IBL_PI));
+        vf part[2] = {vf_all(0), vf_all(0)};
+        for (int k = 0; k < IBL_BRDF_ANGLES; k++)
+            split_add(v, a, b, cos_h, at.root,
+                      split_cos(half * vf_all((float)r->arc_at[k])),
+                      vf_all((float)r->arc_weight[k]), part);
+        sum[0] = vf_fma(w, part[0], sum[0]);
+        sum[1] = vf_fma(w, part[1], sum[1]);
+    }
+}
+
+/* Lanes beyond count repeat the last view. */
+static inline split_lanes split_lanes_of(ibl_geometry geometry, double alpha,
+                                         const double *n_dot_v, int count)
+{
+    float cosine[VF], sine[VF], inner[VF], outer[VF];
+    split_lanes l;
+
+    for (int i = 0; i < VF; i++) {
+        const ibl_split_view v = ibl_split_view_of(
+            n_dot_v[i < count ? i : count - 1], alpha, geometry);
+        const ibl_brdf_limits y = ibl_brdf_limits_of(&v);
+        cosine[i] = (float)v.cosine;
+        sine[i] = (float)v.sine;
+        inner[i] = (float)y.inner;
+        outer[i] = (float)y.outer;
+    }
+    l.cosine = vf_load(cosine);
+    l.sine = vf_load(sine);
+    l.inner = vf_load(inner);
+    l.outer = vf_load(outer);
+    l.alpha = vf_all((float)alpha);
+    l.schlick = geometry == IBL_GEOMETRY_SCHLICK_IBL;
+    const double part = l.schlick ? 0.5 * alpha : alpha * alpha;
+    l.a2 = vf_all((float)part);
+    l.rest = vf_all((float)(1 - part));
+    l.of_view = l.schlick ? vf_fma(l.cosine, l.rest, l.a2)
+                          : vf_sqrt(vf_fma(l.cosine * l.cosine, l.rest, l.a2));
+    return l;
+}
+
+static void split_sums(const ibl_brdf_rule *rule, ibl_geometry geometry,
+                       double alpha, const double *n_dot_v, int count,
+                       float *sum)
+{
+    for (int i = 0; i < count; i += VF) {
+        const int n = count - i < VF ? count - i : VF;
+        const split_lanes v = split_lanes_of(geometry, alpha, n_dot_v + i, n);
+        vf both[2] = {vf_all(0), vf_all(0)};
+        float scale[VF], bias[VF];
+        split_inner(rule, &v, both);
+        split_outer(rule, &v, both);
+        vf_store(scale, both[0]);
+        vf_store(bias, both[1]);
+        for (int k = 0; k < n; k++) {
+            sum[2 * (i + k)] = scale[k];
+            sum[2 * (i + k) + 1] = bias[k];
+        }
+    }
+}
+
+/* Both floats of a pair in turn. */
+static inline vf split_pair(const float *pair)
+{
+    double both;
+    memcpy(&both, pair, sizeof both);
+    return (vf)vd_all(both);
+}
+
+static void split_mix(const float *table, size_t stride, const float *pair,
+                      int terms, int count, float *out)
+{
+    int i = 0;
+
+    for (; i + 4 * VF <= count; i += 4 * VF) {
+        vf sum[4] = {vf_all(0), vf_all(0), vf_all(0), vf_all(0)};
+        for (int k = 0; k < terms; k++) {
+            const float *from = table + (size_t)k * stride + (size_t)i;
+            const vf both = split_pair(pair + 2 * k);
+            sum[0] = vf_fma(vf_load(from), both, sum[0]);
+            sum[1] = vf_fma(vf_load(from + VF), both, sum[1]);
+            sum[2] = vf_fma(vf_load(from + 2 * VF), both, sum[2]);
+            sum[3] = vf_fma(vf_load(from + 3 * VF), both, sum[3]);
+        }
+        for (int j = 0; j < 4; j++)
+            vf_store(out + i + j * VF, sum[j]);
+    }
+    for (; i + VF <= count; i += VF) {
+        vf sum = vf_all(0);
+        for (int k = 0; k < terms; k++)
+            sum = vf_fma(vf_load(table + (size_t)k * stride + (size_t)i),
+                         split_pair(pair + 2 * k), sum);
+        vf_store(out + i, sum);
+    }
+    ibl_brdf_mix_c(table + i, stride, pair, terms, count - i, out + i);
+}
+
+void IBL_FOR_ISA(ibl_brdf_init)(ibl_brdf_dsp *dsp)
+{
+    *dsp = (ibl_brdf_dsp){split_sums, split_mix};
+}

@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: MIT */
+#include "kern/half_planes.h"
+
+#include "core/cpu.h"
+#include "core/half.h"
+
+unsigned char ibl_unzip_sum_c(const unsigned char *src, size_t count)
+{
+    unsigned sum = 0;
+    for (size_t i = 0; i < count; i++)
+        sum += src[i];
+    return (unsigned char)sum;
+}
+
+void ibl_unzip_next_c(const unsigned char *even, const unsigned char *odd,
+                      size_t count, unsigned char last[2], unsigned char *dst)
+{
+    for (size_t i = 0; i < count; i++) {
+        last[0] = (unsigned char)(last[0] + even[i] + 128);
+        last[1] = (unsigned char)(last[1] + odd[i] + 128);
+        dst[2 * i] = last[0];
+        dst[2 * i + 1] = last[1];
+    }
+}
+
+/* The first byte is no difference: 128 is taken off what is added to it. */
+void ibl_unzip_begin(const ibl_unzip_dsp *dsp, const unsigned char *src,
+                     size_t count, unsigned char last[2])
+{
+    last[0] = 128;
+    last[1] = (unsigned char)(128 + dsp->sum(src, count) + 128 * count);
+}
+
+void ibl_unzip_dsp_init(ibl_unzip_dsp *dsp, ibl_isa isa)
+{
+    *dsp = (ibl_unzip_dsp){ibl_unzip_sum_c, ibl_unzip_next_c};
+#if IBL_X86
+    if (isa >= IBL_ISA_AVX2)
+        *dsp = (ibl_unzip_dsp){ibl_unzip_sum_avx2, ibl_unzip_next_avx2};
+#endif
+    (void)isa;
+}
+
+void ibl_half_planes_c(const unsigned char *const plane[3], int count,
+                       float *dst)
+{
+    for (int i = 0; i < count; i++) {
+        for (int c = 0; c < 3; c++) {
+            const unsigned char *p = plane[c] + 2 * i;
+            *dst++ = ibl_half_to_float((uint16_t)(p[0] | p[1] << 8));
+        }
+    }
+}
+
+ibl_half_planes_fn *ibl_half_planes(ibl_isa isa)
+{
+#if IBL_X86
+    if (isa >= IBL_ISA_AVX2)
+        return ibl_half_planes_avx2;
+#endif
+    (void)isa;
+    return ibl_half_planes_c;
+}

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: MIT */
+#include "kern/legendre_sums.h"
+
+enum {
+    BLOCK = 8 /* points at once: each waits for its last step */
+};
+
+/* The recurrence is linear: started with the weight it carries the weight. */
+static void add_block(const double *y, const double *w, const double *inverse,
+                      int degree, double *k)
+{
+    double p[BLOCK], e[BLOCK];
+    double sum = 0;
+    for (int i = 0; i < BLOCK; i++) {
+        p[i] = w[i];
+        e[i] = 0;
+        sum += p[i];
+    }
+    k[0] += sum;
+    for (int l = 0; l < degree; l++) {
+        sum = 0;
+        for (int i = 0; i < BLOCK; i++) {
+            e[i] -= (2 * l + 1) * (y[i] * p[i]);
+            p[i] += e[i] * inverse[l];
+            sum += p[i];
+        }
+        k[l + 1] += sum;
+    }
+}
+
+void ibl_legendre_sums_c(const double *y, const double *w, int count,
+                         const double *inverse, int degree, double *scratch,
+                         double *k)
+{
+    (void)scratch;
+    for (int l = 0; l <= degree; l++)
+        k[l] = 0;
+    for (int i = 0; i < count; i += BLOCK)
+        add_block(y + i, w + i, inverse, degree, k);
+}
+
+void ibl_legendre_sums_dsp_init(ibl_legendre_sums_dsp *dsp, ibl_isa isa)
+{
+    dsp->sums = ibl_legendre_sums_c;
+    IBL_INIT(ibl_legendre_sums, dsp, isa);
+}

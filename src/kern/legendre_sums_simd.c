@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: MIT */
+/* kern/legendre_sums.c in vectors: four of points stay in registers while l
+ * runs, and add to one of sums for each l, whose lanes are added up at the end.
+ */
+#include "kern/lanes.h"
+#include "kern/legendre_sums.h"
+
+static inline void zonal_block(const double *y, const double *w,
+                               const double *inverse, int degree, double *sums)
+{
+    const vd y0 = vd_load(y), y1 = vd_load(y + VD);
+    const vd y2 = vd_load(y + 2 * VD), y3 = vd_load(y + 3 * VD);
+    vd p0 = vd_load(w), p1 = vd_load(w + VD);
+    vd p2 = vd_load(w + 2 * VD), p3 = vd_load(w + 3 * VD);
+    vd e0 = vd_all(0), e1 = e0, e2 = e0, e3 = e0;
+    vd minus = vd_all(-1);
+    const vd two = vd_all(2);
+
+    vd_store(sums, vd_load(sums) + ((p0 + p1) + (p2 + p3)));
+    for (int l = 0; l < degree; l++) {
+        const vd part = vd_all(inverse[l]);
+        double *to = sums + (size_t)(l + 1) * VD;
+        e0 = vd_fma(minus, y0 * p0, e0);
+        e1 = vd_fma(minus, y1 * p1, e1);
+        e2 = vd_fma(minus, y2 * p2, e2);
+        e3 = vd_fma(minus, y3 * p3, e3);
+        p0 = vd_fma(e0, part, p0);
+        p1 = vd_fma(e1, part, p1);
+        p2 = vd_fma(e2, part, p2);
+        p3 = vd_fma(e3, part, p3);
+        vd_store(to, vd_load(to) + ((p0 + p1) + (p2 + p3)));
+        minus -= two;
+    }
+}
+
+static void zonal_sums(const double *y, const double *w, int count,
+                       const double *inverse, int degree, double *scratch,
+                       double *k)
+{
+    for (int l = 0; l <= degree; l++)
+        vd_store(scratch + (size_t)l * VD, vd_all(0));
+    for (int i = 0; i < count; i += 4 * VD)
+        zonal_block(y + i, w + i, inverse, degree, scratch);
+    for (int l = 0; l <= degree; l++) {
+        const double *from = scratch + (size_t)l * VD;
+        double sum = 0;
+        for (int i = 0; i < VD; i++)
+            sum += from[i];
+        k[l] = sum;
+    }
+}
+
+void IBL_FOR_ISA(ibl_legendre_sums_init)(ibl_legendre_sums_dsp *dsp)
+{
+    *dsp = (ibl_legendre_sums_dsp){zonal_sums};
+}

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: MIT */
+#include "kern/max_finite.h"
+
+#include <string.h>
+
+#include "core/cpu.h"
+
+/* As unsigned integers, floats are in order from 0 to Inf, then come NaN,
+ * then all that have a sign. */
+uint32_t ibl_max_finite_c(const float *src, size_t count)
+{
+    uint32_t most = 0;
+    for (size_t i = 0; i < count; i++) {
+        uint32_t bits;
+        memcpy(&bits, src + i, sizeof bits);
+        most = bits > most ? bits : most;
+    }
+    return most;
+}
+
+ibl_max_finite_fn *ibl_max_finite(ibl_isa isa)
+{
+    ibl_max_finite_dsp dsp = {ibl_max_finite_c};
+    IBL_INIT(ibl_max_finite, &dsp, isa);
+    return dsp.most;
+}

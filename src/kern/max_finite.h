@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: MIT */
+/* One look at floats that are to be finite and not negative. */
+#ifndef IBL_KERN_MAX_FINITE_H
+#define IBL_KERN_MAX_FINITE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "ibl/ibl.h"
+#include "kern/isa.h"
+
+/* The bits of +Inf. */
+#define IBL_INFINITE_BITS 0x7f800000u
+
+/*
+ * The bits of the largest of count floats. The result is below
+ * IBL_INFINITE_BITS exactly when all of them are finite and none has a sign;
+ * then every version returns the same. 0 for no floats. No alignment is needed.
+ */
+typedef uint32_t ibl_max_finite_fn(const float *src, size_t count);
+
+typedef struct ibl_max_finite_dsp {
+    ibl_max_finite_fn *most;
+} ibl_max_finite_dsp;
+
+/* The version for an instruction set. */
+ibl_max_finite_fn *ibl_max_finite(ibl_isa isa);
+IBL_DECLARE_INIT(ibl_max_finite);
+
+uint32_t ibl_max_finite_c(const float *src, size_t count);
+
+#endif

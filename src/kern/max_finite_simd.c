@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT */
+#include "kern/max_finite.h"
+
+#include "kern/lanes.h"
+
+/* The maximum of signed integers, and beside it whether one has a sign. */
+static uint32_t most(const float *src, size_t count)
+{
+    vi high[4] = {{0}}, all = {0};
+    size_t i = 0;
+
+    for (; i + 4 * VF <= count; i += 4 * VF)
+#pragma GCC unroll 4
+        for (int k = 0; k < 4; k++) {
+            const vi v = (vi)vf_load(src + i + k * VF);
+            high[k] = vi_max(v, high[k]);
+            all |= v;
+        }
+    high[0] = vi_max(vi_max(high[0], high[1]), vi_max(high[2], high[3]));
+    uint32_t result = ibl_max_finite_c(src + i, count - i);
+    for (int k = 0; k < VF; k++) {
+        if (all[k] < 0)
+            return 0x80000000u;
+        if ((uint32_t)high[0][k] > result)
+            result = (uint32_t)high[0][k];
+    }
+    return result;
+}
+
+void IBL_FOR_ISA(ibl_max_finite_init)(ibl_max_finite_dsp *dsp)
+{
+    dsp->most = most;
+}

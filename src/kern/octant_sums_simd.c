@@ -1,0 +1,209 @@
+/* SPDX-License-Identifier: MIT */
+/* kern/octant_sums.h in vectors of any width. */
+#include <stddef.h>
+
+#include "kern/lanes.h"
+#include "kern/octant_sums.h"
+
+/* The RGB at p, and nothing beyond it, with a zero or other. */
+static inline __m128 load_rgb(const float *p)
+{
+#if VD == 8
+    return _mm_maskz_loadu_ps(7, p);
+#elif VD == 4
+    return _mm_maskload_ps(p, _mm_setr_epi32(-1, -1, -1, 0));
+#else
+    const __m128 rg = _mm_loadl_pi(_mm_setzero_ps(), (const __m64 *)p);
+    return _mm_movelh_ps(rg, _mm_load_ss(p + 2));
+#endif
+}
+
+/* Four images' pixel, one channel to a vector. */
+static inline void collect_four(const float *row, const int *offset,
+                                __m128 rgb[3])
+{
+    const __m128 a = load_rgb(row + offset[0]), b = load_rgb(row + offset[1]);
+    const __m128 c = load_rgb(row + offset[2]), d = load_rgb(row + offset[3]);
+    const __m128 ab = _mm_unpacklo_ps(a, b), cd = _mm_unpacklo_ps(c, d);
+    rgb[0] = _mm_movelh_ps(ab, cd);
+    rgb[1] = _mm_movehl_ps(cd, ab);
+    rgb[2] = _mm_movelh_ps(_mm_unpackhi_ps(a, b), _mm_unpackhi_ps(c, d));
+}
+
+static inline void store_four(double *out, __m128 x)
+{
+#if VD >= 4
+    _mm256_store_pd(out, _mm256_cvtps_pd(x));
+#else
+    _mm_store_pd(out, _mm_cvtps_pd(x));
+    _mm_store_pd(out + 2, _mm_cvtps_pd(_mm_movehl_ps(x, x)));
+#endif
+}
+
+static void collect(const float *row, const int *offset, int count,
+                    double *pixels)
+{
+    for (int i = 0; i < count; i++) {
+        __m128 low[3], high[3];
+        collect_four(row, offset, low);
+        collect_four(row, offset + 4, high);
+        for (int c = 0; c < 3; c++) {
+            store_four(pixels + c * IBL_OCTANTS, low[c]);
+            store_four(pixels + c * IBL_OCTANTS + 4, high[c]);
+        }
+        offset += IBL_OCTANTS;
+        pixels += IBL_OCTANT_RGB;
+    }
+}
+
+/* The RGB of a pixel and something, times a weight. */
+typedef struct weighed {
+#if VD >= 4
+    __m256d rgb;
+#else
+    __m128d rg, b;
+#endif
+} weighed;
+
+static inline weighed weigh(const float *p, double weight)
+{
+    const __m128 rgb = load_rgb(p);
+#if VD >= 4
+    return (weighed){_mm256_set1_pd(weight) * _mm256_cvtps_pd(rgb)};
+#else
+    const __m128d w = _mm_set1_pd(weight);
+    return (weighed){w * _mm_cvtps_pd(rgb),
+                     w * _mm_cvtps_pd(_mm_movehl_ps(rgb, rgb))};
+#endif
+}
+
+static inline weighed sum_of(weighed a, weighed b)
+{
+#if VD >= 4
+    return (weighed){a.rgb + b.rgb};
+#else
+    return (weighed){a.rg + b.rg, a.b + b.b};
+#endif
+}
+
+static inline void store_lane(double *pixel, weighed x)
+{
+#if VD >= 4
+    const __m128d rg = _mm256_castpd256_pd128(x.rgb);
+    const __m128d b = _mm256_extractf128_pd(x.rgb, 1);
+#else
+    const __m128d rg = x.rg, b = x.b;
+#endif
+    _mm_storel_pd(pixel, rg);
+    _mm_storeh_pd(pixel + IBL_OCTANTS, rg);
+    _mm_storel_pd(pixel + 2 * IBL_OCTANTS, b);
+}
+
+/* A pixel's part of one row of the source. */
+static inline weighed part_of(const ibl_octant_blend *row, int k, int column)
+{
+    int x = column + row->turn[k];
+    x -= x >= row->columns ? row->columns : 0;
+    const ibl_octant_tap *tap = &row->taps[x];
+    const double right = row->weight[k] * tap->weight;
+    return sum_of(weigh(row->source[k] + tap->at[0], row->weight[k] - right),
+                  weigh(row->source[k] + tap->at[1], right));
+}
+
+static void blend(const ibl_octant_blend *row, const int *column, int count,
+                  int lanes, double *pixels)
+{
+    for (int i = 0; i < count; i++) {
+        for (int m = 0; m < lanes; m++)
+            store_lane(pixels + m, sum_of(part_of(row, 0, column[m]),
+                                          part_of(row, 1, column[m])));
+        column += IBL_OCTANTS;
+        pixels += IBL_OCTANT_RGB;
+    }
+}
+
+/* Vectors of a pixel that are summed at a time: as many chains of sums as
+ * registers hold. */
+enum {
+    CHAINS = VD == 8 ? 3 : 6,
+    OF_A_PIXEL = IBL_OCTANT_RGB / VD
+};
+
+static inline void add_span(const ibl_octant_span *s, const double *p,
+                            double *sum)
+{
+    vd v[CHAINS];
+#pragma GCC unroll 6
+    for (int k = 0; k < CHAINS; k++)
+        v[k] = vd_load(p + k * VD);
+    for (int i = 1; i < s->count; i++) {
+        p += IBL_OCTANT_RGB;
+#pragma GCC unroll 6
+        for (int k = 0; k < CHAINS; k++)
+            v[k] += vd_load(p + k * VD);
+    }
+    const vd w = vd_all(s->weight);
+#pragma GCC unroll 6
+    for (int k = 0; k < CHAINS; k++)
+        vd_store(sum + k * VD, vd_load(sum + k * VD) + w * v[k]);
+}
+
+static void add_spans(const ibl_octant_span *spans, int count,
+                      const double *pixels, double *sums)
+{
+    for (const ibl_octant_span *s = spans; s < spans + count; s++) {
+        const double *p = pixels + IBL_OCTANT_RGB * (size_t)s->pixel;
+        double *sum = sums + IBL_OCTANT_RGB * (size_t)s->slot;
+#pragma GCC unroll 2
+        for (int k = 0; k < OF_A_PIXEL; k += CHAINS)
+            add_span(s, p + k * VD, sum + k * VD);
+    }
+}
+
+/* Four lanes times scale. */
+static inline __m128 four_floats(const double *p, double scale)
+{
+#if VD >= 4
+    return _mm256_cvtpd_ps(_mm256_load_pd(p) * _mm256_set1_pd(scale));
+#else
+    const vd s = vd_all(scale);
+    return _mm_movelh_ps(_mm_cvtpd_ps(vd_load(p) * s),
+                         _mm_cvtpd_ps(vd_load(p + 2) * s));
+#endif
+}
+
+static inline void write_rgb(float *const out[4], const ptrdiff_t step[4],
+                             int i, __m128 r, __m128 g, __m128 b)
+{
+    const __m128 low = _mm_unpacklo_ps(r, g), high = _mm_unpackhi_ps(r, g);
+    float *to[4];
+    for (int m = 0; m < 4; m++)
+        to[m] = out[m] + i * step[m];
+    _mm_storel_pi((__m64 *)to[0], low);
+    _mm_storeh_pi((__m64 *)to[1], low);
+    _mm_storel_pi((__m64 *)to[2], high);
+    _mm_storeh_pi((__m64 *)to[3], high);
+    _mm_store_ss(to[0] + 2, b);
+    _mm_store_ss(to[1] + 2, _mm_shuffle_ps(b, b, 1));
+    _mm_store_ss(to[2] + 2, _mm_shuffle_ps(b, b, 2));
+    _mm_store_ss(to[3] + 2, _mm_shuffle_ps(b, b, 3));
+}
+
+static void write_sums(const double *sums, const double *weights, int count,
+                       float *const out[IBL_OCTANTS],
+                       const ptrdiff_t step[IBL_OCTANTS])
+{
+    for (int i = 0; i < count; i++) {
+        const double scale = 1 / weights[i];
+        for (int m = 0; m < IBL_OCTANTS; m += 4)
+            write_rgb(out + m, step + m, i, four_floats(sums + m, scale),
+                      four_floats(sums + IBL_OCTANTS + m, scale),
+                      four_floats(sums + 2 * IBL_OCTANTS + m, scale));
+        sums += IBL_OCTANT_RGB;
+    }
+}
+
+void IBL_FOR_ISA(ibl_octants_init)(ibl_octants_dsp *dsp)
+{
+    *dsp = (ibl_octants_dsp){collect, blend, add_spans, write_sums};
+}

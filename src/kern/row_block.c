@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: MIT */
+#include "kern/row_block.h"
+
+#include <string.h>
+
+void ibl_row_block_load_c(const float *const rows[IBL_ROW_BLOCK_LANES],
+                          int count, const ibl_row_block_change *change,
+                          float *lanes, size_t channel)
+{
+    for (size_t i = 0; i < (size_t)count; i++)
+        for (size_t c = 0; c < 3; c++)
+            for (size_t r = 0; r < IBL_ROW_BLOCK_LANES; r++)
+                lanes[c * channel + i * IBL_ROW_BLOCK_LANES + r] =
+                    (rows[r][3 * i + c] - change->subtract[c]) * change->scale;
+}
+
+void ibl_row_block_store_c(const float *lanes, size_t channel, int count,
+                           float *const rows[IBL_ROW_BLOCK_LANES], int used)
+{
+    for (size_t i = 0; i < (size_t)count; i++)
+        for (size_t r = 0; r < (size_t)used; r++) {
+            const float *from = lanes + i * IBL_ROW_BLOCK_LANES + r;
+            rows[r][4 * i] = from[0];
+            rows[r][4 * i + 1] = from[channel];
+            rows[r][4 * i + 2] = from[2 * channel];
+            rows[r][4 * i + 3] = 0;
+        }
+}
+
+void ibl_row_block_spread_c(const ibl_row_block_spread *spread,
+                            const float *pixels, int start, int count,
+                            float *samples)
+{
+    int64_t cleared =
+        start ? ibl_row_block_first(spread, start - 1) + IBL_ROW_BLOCK_TAPS : 0;
+    for (int i = start; i < start + count; i++) {
+        const int64_t first = ibl_row_block_first(spread, i);
+        const float *taps =
+            spread->taps + (size_t)(i % spread->period) * IBL_ROW_BLOCK_TAPS;
+        for (; cleared < first + IBL_ROW_BLOCK_TAPS; cleared++)
+            memset(samples + cleared * IBL_ROW_BLOCK_LANES, 0,
+                   IBL_ROW_BLOCK_LANES * sizeof *samples);
+        for (int t = 0; t < IBL_ROW_BLOCK_TAPS; t++)
+            for (int r = 0; r < IBL_ROW_BLOCK_LANES; r++)
+                samples[(first + t) * IBL_ROW_BLOCK_LANES + r] +=
+                    taps[t] * pixels[r];
+        pixels += IBL_ROW_BLOCK_LANES;
+    }
+}
+
+void ibl_row_block_dsp_init(ibl_row_block_dsp *dsp, ibl_isa isa)
+{
+    *dsp = (ibl_row_block_dsp){ibl_row_block_load_c, ibl_row_block_store_c,
+                               ibl_row_block_spread_c};
+    IBL_INIT(ibl_row_block, dsp, isa);
+}
