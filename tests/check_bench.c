@@ -10,7 +10,7 @@
 
 #include "cli/bench_stats.c"
 #include "cli/resample.c"
-#include "cli/words.c"
+#include "cli/shell_words.c"
 #include "ibl/ibl.h"
 #include "ibl/io.h"
 #include "test.h"

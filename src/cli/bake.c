@@ -1,95 +1,87 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/bake.h"
-
+/* The bake, from the command line to the files: all of them are written, or
+ * none. */
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/bake_record.h"
 #include "cli/bake_verify.h"
-#include "cli/beyond.h"
-#include "cli/depfile.h"
-#include "cli/keys.h"
 #include "cli/preview.h"
+#include "cli/session.h"
 #include "cli/sidecar.h"
 #include "cli/signals.h"
-#include "cli/start.h"
 #include "cli/targets.h"
 
-bool ibl_bake_is_part(const ibl_bake *b)
+/* ---- read and bake ---------------------------------------------------- */
+
+static ibl_status read_rows(void *cookie, int rows, float *rgb)
 {
-    return b->opts->specular.roughness_min > 0 ||
-           b->opts->specular.roughness_max < 1;
+    return ibl_source_read(cookie, rows, rgb);
 }
 
-bool ibl_bake_is_sampled(const ibl_bake *b)
+/* From a map in memory, for what looks at it again. */
+static ibl_status bake_image(ibl_bake *b)
 {
-    bool sampled = false;
-    for (int l = 0; l < b->made.report.layout.levels; l++)
-        sampled |= b->made.report.level[l].samples > 0;
-    return sampled;
+    const ibl_environment rows = {.image = &b->env};
+    const ibl_status status = ibl_image_read(
+        b->ctx, b->opts->input, &b->opts->common.read, &b->env, &b->report);
+
+    b->width = b->env.width;
+    b->height = b->env.height;
+    return status
+               ? status
+               : ibl_bake_environment(b->ctx, &rows, &b->opts->bake, &b->made);
 }
 
-const char *ibl_bake_specular_method(const ibl_bake *b)
+static ibl_status bake_source(ibl_bake *b)
 {
-    bool spectral = false;
-    for (int l = 0; l < b->made.report.layout.levels; l++)
-        spectral |= b->made.report.level[l].degree > 0 ||
-                    b->made.report.level[l].reach > 0;
-    if (ibl_bake_is_sampled(b))
-        return spectral ? "mixed" : "sampled";
-    return spectral ? "spectral" : "environment";
-}
+    ibl_source *source = NULL;
+    ibl_status status =
+        ibl_source_open(b->ctx, b->opts->input, &b->opts->common.read, &source);
 
-const char *ibl_bake_irradiance_method(const ibl_bake *b)
-{
-    return b->made.irradiance_degree ? "spectral" : "hemisphere grid";
-}
-
-const char *ibl_bake_lut_method(const ibl_bake *b)
-{
-    return b->opts->lut.samples ? "hammersley" : "quadrature";
-}
-
-static ibl_status no_memory(ibl_bake *b, const char *what)
-{
-    ibl_console_fail(b->console, "no memory for %s: ask for less", what);
-    return IBL_ERR_MEMORY;
-}
-
-/* ---- outputs --------------------------------------------------------- */
-
-/* Hands a file to the set. */
-static ibl_status put(ibl_bake *b, const char *path, const void *bytes,
-                      size_t size)
-{
-    ibl_console_progress(b->console, "write", 0);
-    return ibl_outputs_add(b->outputs, path, bytes, size);
-}
-
-/* Judges the file that a texture is written as. */
-static ibl_status judge_texture(ibl_bake *b, ibl_output_kind kind,
-                                const ibl_texture *tex)
-{
-    void *bytes = NULL;
-    size_t size;
-    ibl_status status = ibl_texture_encode(
-        b->ctx, tex, (ibl_container)b->opts->format, &bytes, &size);
-
-    if (!status)
-        status = ibl_bake_judge(b, kind, bytes, size);
-    ibl_bytes_free(bytes);
+    if (status)
+        return status;
+    b->width = ibl_source_width(source);
+    b->height = ibl_source_height(source);
+    const ibl_environment rows = {.width = b->width,
+                                  .height = b->height,
+                                  .read = read_rows,
+                                  .cookie = source};
+    status = ibl_bake_environment(b->ctx, &rows, &b->opts->bake, &b->made);
+    b->report = *ibl_source_report(source);
+    ibl_source_close(source);
     return status;
 }
 
+static ibl_status bake_environment(ibl_bake *b)
+{
+    if (!b->opts->input)
+        return IBL_OK;
+    ibl_console_progress(b->console, "decode", 0);
+    return b->opts->verify || b->opts->preview ? bake_image(b) : bake_source(b);
+}
+
+/* ---- write ------------------------------------------------------------ */
+
+static void warn_of_overflow(const ibl_bake *b, const ibl_baked *file)
+{
+    ibl_overflow_level sum = {0};
+
+    for (int l = 0; l < file->shape.levels; l++)
+        ibl_overflow_add(&file->overflow.level[l], &sum);
+    ibl_warn_of_overflow(b->console, file->path, file->shape.pixel,
+                         b->opts->overflow, &sum);
+}
+
 /* Writes and frees a texture. */
-static ibl_status put_texture(ibl_bake *b, ibl_output_kind kind,
-                              ibl_texture *tex)
+static ibl_status write_texture(ibl_bake *b, ibl_output_kind kind,
+                                ibl_texture *tex)
 {
     ibl_baked *file = &b->files[kind];
-    ibl_overflow_level beyond = {0};
-    ibl_status status = ibl_keys_set(b, kind, tex);
+    ibl_status status = ibl_texture_metadata(b, kind, tex);
 
     if (!status && b->opts->verify)
-        status = judge_texture(b, kind, tex);
+        status = ibl_bake_judge(b, kind, tex);
     ibl_console_progress(b->console, "write", 0);
     file->shape = *tex;
     file->shape.data = NULL;
@@ -99,195 +91,134 @@ static ibl_status put_texture(ibl_bake *b, ibl_output_kind kind,
         ibl_texture_free(tex);
     else
         status = ibl_outputs_take_texture(b->outputs, file->path, tex,
-                                          (ibl_container)b->opts->format,
-                                          &file->bytes);
-    for (int l = 0; l < file->shape.levels; l++)
-        ibl_beyond_add(&file->beyond[l], &beyond);
+                                          b->opts->format, &file->bytes);
     if (!status)
-        ibl_beyond_warn(b->console, file->path, file->shape.pixel,
-                        (ibl_overflow)b->opts->overflow, &beyond);
+        warn_of_overflow(b, file);
     return status;
 }
 
-static ibl_status put_cube(ibl_bake *b, ibl_output_kind kind,
-                           const ibl_cube *cube)
+static ibl_status write_cube(ibl_bake *b, ibl_output_kind kind,
+                             const ibl_cube *cube)
 {
-    ibl_baked *file = &b->files[kind];
-    ibl_overflow_report report = {0};
     ibl_texture tex = {0};
 
     ibl_console_progress(b->console, "write", 0);
     const ibl_status status =
-        ibl_texture_from_cube(b->ctx, cube, (ibl_pixel)b->opts->pixel,
-                              (ibl_overflow)b->opts->overflow, &tex, &report);
-    file->saturated = report.values;
-    memcpy(file->beyond, report.level, sizeof file->beyond);
-    return status ? status : put_texture(b, kind, &tex);
+        ibl_texture_from_cube(b->ctx, cube, b->opts->pixel, b->opts->overflow,
+                              &tex, &b->files[kind].overflow);
+    return status ? status : write_texture(b, kind, &tex);
 }
 
-static ibl_status make_skybox(ibl_bake *b)
+static ibl_status write_specular(ibl_bake *b)
 {
-    return put_cube(b, IBL_OUTPUT_SKYBOX, &b->made.skybox);
-}
+    char given[IBL_SAMPLING_BYTES];
 
-static ibl_status make_specular(ibl_bake *b)
-{
     ibl_warn_of_small_faces(b->console, &b->made.report.layout);
-    if (b->opts->sampling[0] &&
-        !strcmp(ibl_bake_specular_method(b), "spectral"))
+    ibl_sampling_given(b->opts, given);
+    if (*given && !strcmp(ibl_bake_specular_method(b), "spectral"))
         ibl_console_warn(b->console,
                          "%s: without effect, since no level is sampled: add "
                          "--method sampled or leave it out",
-                         b->opts->sampling);
-    return put_cube(b, IBL_OUTPUT_SPECULAR, &b->made.specular);
+                         given);
+    return write_cube(b, IBL_OUTPUT_SPECULAR, &b->made.specular);
 }
 
-static ibl_status make_irradiance(ibl_bake *b)
+/* The table is rg32f where the cubes are rgba32f, else rg16f. */
+static ibl_status write_lut(ibl_bake *b)
 {
-    return put_cube(b, IBL_OUTPUT_IRRADIANCE, &b->made.irradiance);
-}
-
-static ibl_status make_lut(ibl_bake *b)
-{
+    const ibl_pixel pixel =
+        b->opts->pixel == IBL_PIXEL_RGBA32F ? IBL_PIXEL_RG32F : IBL_PIXEL_RG16F;
     ibl_texture tex = {0};
 
     ibl_console_progress(b->console, "lut", 0);
     ibl_status status = ibl_bake_lut(b->ctx, &b->opts->lut, &b->lut);
     if (!status)
         status =
-            ibl_texture_from_lut(b->ctx, &b->lut, ibl_opts_lut_pixel(b->opts),
-                                 &tex, &b->files[IBL_OUTPUT_LUT].saturated);
-    return status ? status : put_texture(b, IBL_OUTPUT_LUT, &tex);
+            ibl_texture_from_lut(b->ctx, &b->lut, pixel, &tex,
+                                 &b->files[IBL_OUTPUT_LUT].overflow.values);
+    return status ? status : write_texture(b, IBL_OUTPUT_LUT, &tex);
 }
 
-static ibl_status make_json(ibl_bake *b)
+/* Writes and frees bytes; NULL: there was no memory for them. */
+static ibl_status write_bytes(ibl_bake *b, const char *path, void *bytes,
+                              size_t size, const char *what)
 {
     ibl_console_progress(b->console, "write", 0);
-    char *text = ibl_sidecar_text(b);
-    if (!text)
-        return no_memory(b, "the sidecar");
-    const ibl_status status =
-        put(b, b->files[IBL_OUTPUT_JSON].path, text, strlen(text));
-    free(text);
+    if (!bytes) {
+        ibl_console_fail(b->console, "no memory for %s: ask for less", what);
+        return IBL_ERR_MEMORY;
+    }
+    const ibl_status status = ibl_outputs_add(b->outputs, path, bytes, size);
+    free(bytes);
     return status;
 }
 
-static ibl_status make_preview(ibl_bake *b)
+static ibl_status write_text(ibl_bake *b, const char *path, char *text,
+                             const char *what)
+{
+    return write_bytes(b, path, text, text ? strlen(text) : 0, what);
+}
+
+static ibl_status write_preview(ibl_bake *b)
 {
     void *png = NULL;
-    size_t size;
+    size_t size = 0;
 
     ibl_console_progress(b->console, "preview", 0);
     if (!ibl_preview_png(b, &png, &size))
-        return no_memory(b, "the preview");
-    const ibl_status status = put(b, b->opts->preview, png, size);
-    free(png);
-    return status;
+        png = NULL;
+    return write_bytes(b, b->opts->preview, png, size, "the preview");
 }
 
-static ibl_status make_depfile(ibl_bake *b)
+static ibl_status write_all(ibl_bake *b)
 {
-    char *text = ibl_depfile_text(b);
-
-    if (!text)
-        return no_memory(b, "the depfile");
-    const ibl_status status = put(b, b->opts->depfile, text, strlen(text));
-    free(text);
-    return status;
-}
-
-/* ---- environment ------------------------------------------------------ */
-
-static ibl_status read_rows(void *cookie, int rows, float *rgb)
-{
-    return ibl_source_read(cookie, rows, rgb);
-}
-
-static ibl_status bake_rows(ibl_bake *b, const ibl_environment *rows)
-{
-    const ibl_bake_options options = {
-        .skybox = b->files[IBL_OUTPUT_SKYBOX].path ? b->opts->skybox : 0,
-        .specular = b->files[IBL_OUTPUT_SPECULAR].path != NULL,
-        .specular_options = b->opts->specular,
-        .irradiance = b->files[IBL_OUTPUT_IRRADIANCE].path != NULL,
-        .irradiance_options = b->opts->irradiance,
-        .sh_degree = b->files[IBL_OUTPUT_JSON].path ? b->opts->sh_degree : -1,
-        .yaw_deg = b->opts->yaw_deg};
-
-    b->width = rows->image ? rows->image->width : rows->width;
-    b->height = rows->image ? rows->image->height : rows->height;
-    return ibl_bake_environment(b->ctx, rows, &options, &b->made);
-}
-
-/* The map is read whole for what looks at it again, else row by row. */
-static ibl_status make_environment(ibl_bake *b)
-{
-    const ibl_read_options *read = &b->opts->common.read;
-    ibl_source *source = NULL;
-    ibl_status status;
-
-    ibl_console_progress(b->console, "decode", 0);
-    if (b->opts->verify || b->opts->preview) {
-        status =
-            ibl_image_read(b->ctx, b->opts->input, read, &b->env, &b->report);
-        const ibl_environment rows = {.image = &b->env};
-        return status ? status : bake_rows(b, &rows);
-    }
-    status = ibl_source_open(b->ctx, b->opts->input, read, &source);
-    if (status)
-        return status;
-    const ibl_environment rows = {.width = ibl_source_width(source),
-                                  .height = ibl_source_height(source),
-                                  .read = read_rows,
-                                  .cookie = source};
-    status = bake_rows(b, &rows);
-    b->report = *ibl_source_report(source);
-    ibl_source_close(source);
-    return status;
-}
-
-static ibl_status make_all(ibl_bake *b)
-{
-    static ibl_status (*const makers[IBL_OUTPUT_COUNT])(ibl_bake *) = {
-        make_skybox, make_specular, make_irradiance, make_lut, make_json};
+    const ibl_baked *f = b->files;
     ibl_status status = IBL_OK;
 
-    if (b->opts->input)
-        status = make_environment(b);
-    for (int kind = 0; kind < IBL_OUTPUT_COUNT && !status; kind++)
-        if (b->files[kind].path)
-            status = makers[kind](b);
+    if (f[IBL_OUTPUT_SKYBOX].path)
+        status = write_cube(b, IBL_OUTPUT_SKYBOX, &b->made.skybox);
+    if (!status && f[IBL_OUTPUT_SPECULAR].path)
+        status = write_specular(b);
+    if (!status && f[IBL_OUTPUT_IRRADIANCE].path)
+        status = write_cube(b, IBL_OUTPUT_IRRADIANCE, &b->made.irradiance);
+    if (!status && f[IBL_OUTPUT_LUT].path)
+        status = write_lut(b);
+    if (!status && f[IBL_OUTPUT_JSON].path) {
+        ibl_console_progress(b->console, "write", 0);
+        status = write_text(b, f[IBL_OUTPUT_JSON].path, ibl_sidecar_text(b),
+                            "the sidecar");
+    }
     if (!status && b->opts->preview)
-        status = make_preview(b);
+        status = write_preview(b);
     if (!status && b->opts->depfile)
-        status = make_depfile(b);
+        status =
+            write_text(b, b->opts->depfile, ibl_depfile_text(b), "the depfile");
     return status;
 }
 
+/* ---- the whole -------------------------------------------------------- */
+
 /* What was read and written, for -v. */
-static void tell(const ibl_bake *b)
+static void log_summary(const ibl_bake *b)
 {
     if (b->opts->input)
         ibl_console_info(b->console, "read %s: %s, %d x %d, peak %.6g",
                          b->opts->input, b->report.format, b->width, b->height,
                          (double)b->report.peak);
-    for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++) {
+    for (int kind = 0; kind < IBL_OUTPUT_JSON; kind++) {
         const ibl_baked *file = &b->files[kind];
-        if (!file->path)
-            continue;
-        if (kind == IBL_OUTPUT_JSON)
-            ibl_console_info(b->console, "wrote %s", file->path);
-        else
+        if (file->path)
             ibl_console_info(
                 b->console, "wrote %s: %s, %s, %d x %d, levels: %d", file->path,
                 file->shape.faces == 6 ? "cube" : "2D",
                 ibl_pixel_name(file->shape.pixel), file->shape.width,
                 file->shape.height, file->shape.levels);
     }
-    if (b->opts->preview)
-        ibl_console_info(b->console, "wrote %s", b->opts->preview);
-    if (b->opts->depfile)
-        ibl_console_info(b->console, "wrote %s", b->opts->depfile);
+    const char *const others[] = {b->files[IBL_OUTPUT_JSON].path,
+                                  b->opts->preview, b->opts->depfile};
+    for (int i = 0; i < 3; i++)
+        if (others[i])
+            ibl_console_info(b->console, "wrote %s", others[i]);
 }
 
 static void free_bake(ibl_bake *b)
@@ -303,25 +234,26 @@ static void free_bake(ibl_bake *b)
     ibl_ctx_free(b->ctx);
 }
 
-int ibl_bake_run(const ibl_opts *opts)
+static int run(const void *settings)
 {
+    const ibl_opts *opts = settings;
     ibl_console console;
     ibl_bake b = {.opts = opts, .console = &console};
     ibl_status status;
 
     ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
     ibl_signals_catch();
-    status = ibl_targets_name(&b);
-    if (!status)
-        status = ibl_start(&opts->common, &console, &b.ctx);
+    status = ibl_start(&opts->common, &console, &b.ctx);
     if (!status)
         status = ibl_start_outputs(b.ctx, opts->sync, &b.outputs);
     if (!status)
         status = ibl_outputs_mkdir(b.outputs, opts->directory);
     if (!status)
-        status = ibl_targets_check(&b);
+        status = ibl_targets_plan(&b);
     if (!status)
-        status = make_all(&b);
+        status = bake_environment(&b);
+    if (!status)
+        status = write_all(&b);
     if (!status && opts->verify)
         status = ibl_bake_judged(&b);
     if (!status) {
@@ -334,9 +266,30 @@ int ibl_bake_run(const ibl_opts *opts)
     if (status)
         ibl_console_fail(&console, "%s", ibl_status_text(status));
     else if (opts->common.verbose) {
-        tell(&b);
+        log_summary(&b);
         ibl_console_print_times(&console);
     }
     free_bake(&b);
     return status ? 1 : 0;
 }
+
+const ibl_command ibl_bake_command = {
+    .usage = "[options] ENV -o DIR",
+    .intro =
+        "Bakes an equirectangular HDR environment (.hdr, .exr and others; - "
+        "reads\n"
+        "standard input) into the textures of image-based lighting:\n"
+        "  DIR/NAME_specular.EXT    prefiltered cube, one roughness per "
+        "level\n"
+        "  DIR/NAME_irradiance.EXT  diffuse cube, E/pi\n"
+        "  DIR/brdf_lut.EXT         scale and bias of F0 over N.V and "
+        "roughness\n"
+        "  DIR/NAME.json            spherical harmonics and what was done\n",
+    .statuses = "0 done, 1 failed, 2 wrong usage",
+    .sections = ibl_bake_sections,
+    .settings_size = sizeof(ibl_opts),
+    .defaults = ibl_bake_defaults,
+    .take = ibl_bake_take,
+    .validate = ibl_bake_validate,
+    .run = run,
+};

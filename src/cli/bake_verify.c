@@ -25,7 +25,7 @@ static ibl_status judge_cube(ibl_bake *b, ibl_output_kind kind,
     ibl_role role = IBL_ROLE_ENVIRONMENT;
 
     if (!b->judge)
-        status = ibl_judge_create(b->ctx, &b->env, b->opts->yaw_deg,
+        status = ibl_judge_create(b->ctx, &b->env, b->opts->bake.yaw_deg,
                                   &b->opts->judge, &b->judge);
     if (!status)
         status = ibl_texture_to_cube(b->ctx, tex, &cube);
@@ -39,24 +39,30 @@ static ibl_status judge_cube(ibl_bake *b, ibl_output_kind kind,
     if (!status)
         status = ibl_report_add_cube(
             &b->judged, b->judge, ibl_output_name(kind), role, &cube,
-            tex->pixel, b->opts->specular.lobe, roughness);
+            tex->pixel, b->opts->bake.specular_options.lobe, roughness);
     ibl_cube_free(&cube);
     return status;
 }
 
-ibl_status ibl_bake_judge(ibl_bake *b, ibl_output_kind kind, const void *bytes,
-                          size_t size)
+ibl_status ibl_bake_judge(ibl_bake *b, ibl_output_kind kind,
+                          const ibl_texture *tex)
 {
-    ibl_texture tex = {0};
+    ibl_texture read = {0};
+    void *bytes = NULL;
+    size_t size;
 
+    ibl_status status =
+        ibl_texture_encode(b->ctx, tex, b->opts->format, &bytes, &size);
     ibl_console_progress(b->console, "verify", 0);
     b->judged.options = b->opts->judge;
-    ibl_status status = ibl_texture_decode(b->ctx, b->files[kind].path, bytes,
-                                           size, &tex, NULL);
     if (!status)
-        status = kind == IBL_OUTPUT_LUT ? judge_lut(b, &tex)
-                                        : judge_cube(b, kind, &tex);
-    ibl_texture_free(&tex);
+        status = ibl_texture_decode(b->ctx, b->files[kind].path, bytes, size,
+                                    &read, NULL);
+    if (!status)
+        status = kind == IBL_OUTPUT_LUT ? judge_lut(b, &read)
+                                        : judge_cube(b, kind, &read);
+    ibl_texture_free(&read);
+    ibl_bytes_free(bytes);
     return status;
 }
 

@@ -3,11 +3,11 @@
 #ifndef CLI_BAKE_VERIFY_H
 #define CLI_BAKE_VERIFY_H
 
-#include "cli/bake.h"
+#include "cli/bake_record.h"
 
-/* Judges a file of the bake by its bytes and adds to the report. */
-ibl_status ibl_bake_judge(ibl_bake *b, ibl_output_kind kind, const void *bytes,
-                          size_t size);
+/* Judges the file that a texture is written as and adds to the report. */
+ibl_status ibl_bake_judge(ibl_bake *b, ibl_output_kind kind,
+                          const ibl_texture *tex);
 
 /* Prints the report; fails, with a message, if it is above --max-error. */
 ibl_status ibl_bake_judged(const ibl_bake *b);

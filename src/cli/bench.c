@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 #include "cli/scratch.h"
-#include "cli/start.h"
+#include "cli/session.h"
 
 static void free_point(ibl_bench_point *p)
 {

@@ -15,7 +15,7 @@
 
 #include "cli/child.h"
 #include "cli/console.h"
-#include "cli/option.h"
+#include "cli/common_options.h"
 
 enum {
     IBL_BENCH_VALUES = 32, /* of one list */

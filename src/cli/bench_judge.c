@@ -5,9 +5,9 @@
 #include <string.h>
 
 #include "cli/bench.h"
-#include "cli/start.h"
+#include "cli/session.h"
 #include "cli/verify_files.h"
-#include "cli/words.h"
+#include "cli/shell_words.h"
 
 /* The run's judging: a map, and its truth for each rotation that occurs. */
 typedef struct judging {

@@ -5,7 +5,7 @@
 #include "cli/bench.h"
 #include "cli/judge.h"
 #include "cli/version.h"
-#include "cli/words.h"
+#include "cli/shell_words.h"
 
 const char *ibl_bench_method_name(int method)
 {
@@ -356,7 +356,7 @@ static bool check_names(const ibl_bench_opts *o)
            check_twice("--peer-output", &o->outputs) && check_outputs(o);
 }
 
-static bool finish(void *settings)
+static bool validate(void *settings)
 {
     ibl_bench_opts *o = settings;
 
@@ -368,7 +368,7 @@ static bool finish(void *settings)
                           "none",
                           o->texels, IBL_JUDGE_MIN_TEXELS);
     fill_defaults(o);
-    return check_isas(o) && check_names(o) && ibl_common_finish(&o->common);
+    return check_isas(o) && check_names(o) && ibl_common_validate(&o->common);
 }
 
 static int run(const void *settings)
@@ -393,6 +393,6 @@ const ibl_command ibl_bench_command = {
     .settings_size = sizeof(ibl_bench_opts),
     .defaults = defaults,
     .take = take,
-    .finish = finish,
+    .validate = validate,
     .run = run,
 };

@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "cli/bench.h"
-#include "cli/opts.h"
-#include "cli/words.h"
+#include "cli/common_options.h"
+#include "cli/shell_words.h"
 
 static bool no_memory(const ibl_bench *b)
 {

@@ -9,7 +9,7 @@
 #include "cli/bench.h"
 #include "cli/resample.h"
 #include "cli/signals.h"
-#include "cli/start.h"
+#include "cli/session.h"
 
 enum {
     LARGEST = 8192 /* width that nobody asked for by a list */

@@ -2,11 +2,42 @@
 /* The options that every command has. */
 #include <string.h>
 
-#include "cli/option.h"
+#include "cli/common_options.h"
 #include "cli/version.h"
 
 static const char *const isa_names[] = {"auto", "c",      "sse2",
                                         "avx2", "avx512", NULL};
+
+const char *ibl_output_name(ibl_output_kind kind)
+{
+    static const char *const names[] = {"skybox", "specular", "irradiance",
+                                        "lut", "json"};
+    return names[kind];
+}
+
+const char *ibl_output_content(ibl_output_kind kind)
+{
+    return kind == IBL_OUTPUT_LUT ? "brdf_lut" : ibl_output_name(kind);
+}
+
+bool ibl_stem(const char *input, char *stem, size_t size)
+{
+    const char *slash = input ? strrchr(input, '/') : NULL;
+    const char *base = slash ? slash + 1 : input;
+
+    if (!base || !strcmp(base, "-") || !*base)
+        base = "env";
+    const char *dot = strrchr(base, '.');
+    const size_t length =
+        dot && dot != base ? (size_t)(dot - base) : strlen(base);
+    if (length >= size)
+        return ibl_misuse("%s: the name is longer than %zu bytes: choose "
+                          "another with --name",
+                          input, size - 1);
+    memcpy(stem, base, length);
+    stem[length] = '\0';
+    return true;
+}
 
 /* Yaws that make faces look where another program's do. learnopengl and
  * threejs use the mapping of ibl/ibl.h; for cmgen (1.9, without --no-mirror)
@@ -70,7 +101,7 @@ ibl_common ibl_common_default(void)
                         .isa = IBL_ISA_AUTO};
 }
 
-bool ibl_common_finish(const ibl_common *c)
+bool ibl_common_validate(const ibl_common *c)
 {
     if (c->quiet && c->verbose)
         return ibl_misuse("--quiet and --verbose: choose one");

@@ -167,3 +167,9 @@ void ibl_json_put_basis(json_t **object, int degree)
                     "phase: Y(1,-1), Y(1,0), Y(1,1) = +sqrt(3/4pi) y, z, x"));
     put(object, "order", json_string("coefficient l (l + 1) + m, [R, G, B]"));
 }
+
+json_t *ibl_json_overflow(const ibl_overflow_level *level)
+{
+    return json_pack("{s:I,s:f,s:f}", "texels", (json_int_t)level->texels,
+                     "moved", level->moved, "lost", level->lost);
+}

@@ -5,6 +5,7 @@
 #include <jansson.h>
 
 #include <ibl/ibl.h>
+#include <ibl/io.h>
 
 /* What jansson makes of root by its flags, for free(); NULL: no memory. */
 char *ibl_json_dump(const json_t *root, size_t flags);
@@ -27,5 +28,7 @@ json_t *ibl_json_generator(ibl_isa isa);
 /* What spherical harmonics are that stand beside it, as ibl_bake_sh has
  * them. */
 void ibl_json_put_basis(json_t **object, int degree);
+/* {"texels": .., "moved": .., "lost": ..}; NULL: no memory. */
+json_t *ibl_json_overflow(const ibl_overflow_level *level);
 
 #endif

@@ -3,7 +3,7 @@
 #include <fcntl.h>
 #include <stdio.h>
 
-#include "cli/option.h"
+#include "cli/common_options.h"
 
 static const ibl_command *const commands[] = {
     &ibl_bake_command, &ibl_verify_command, &ibl_bench_command,

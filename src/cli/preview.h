@@ -2,7 +2,7 @@
 #ifndef CLI_PREVIEW_H
 #define CLI_PREVIEW_H
 
-#include "cli/bake.h"
+#include "cli/bake_record.h"
 
 /*
  * A contact sheet as a PNG file: the environment, each specular level, the

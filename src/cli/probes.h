@@ -4,7 +4,7 @@
 #define CLI_PROBES_H
 
 #include "cli/console.h"
-#include "cli/option.h"
+#include "cli/common_options.h"
 #include "cli/probe_hash.h"
 #include "cli/probe_set.h"
 

@@ -6,10 +6,9 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "cli/beyond.h"
 #include "cli/capture.h"
 #include "cli/signals.h"
-#include "cli/start.h"
+#include "cli/session.h"
 #include "common/path.h"
 
 ibl_status ibl_probes_no_memory(const ibl_probes_bake *p)
@@ -137,7 +136,7 @@ static ibl_status take_cube(ibl_probes_bake *p, int kind, int layer,
 
     l->saturated += report.values;
     for (int i = 0; i < cube->levels; i++)
-        ibl_beyond_add(&report.level[i], &l->beyond);
+        ibl_overflow_add(&report.level[i], &l->beyond);
     if (!status && alpha->data)
         status = ibl_texture_set_alpha(p->ctx, &tex, alpha);
     if (!status)
@@ -181,7 +180,7 @@ static void warn_of_overflow(const ibl_probes_bake *p, const ibl_set_entry *e,
     char name[512];
 
     snprintf(name, sizeof name, "%s: %s", p->opts->input, e->capture.place);
-    ibl_beyond_warn(p->console, name, (ibl_pixel)p->set.bake.pixel,
+    ibl_warn_of_overflow(p->console, name, (ibl_pixel)p->set.bake.pixel,
                     (ibl_overflow)p->set.bake.overflow, &l->beyond);
 }
 

@@ -9,8 +9,8 @@
 #include "cli/json_text.h"
 #include "cli/probes.h"
 #include "cli/signals.h"
-#include "cli/start.h"
-#include "cli/words.h"
+#include "cli/session.h"
+#include "cli/shell_words.h"
 #include "common/json_volume.h"
 
 enum {

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/beyond.h"
 #include "cli/json_put.h"
 #include "cli/json_text.h"
 #include "cli/probes.h"
@@ -273,7 +272,7 @@ static void put_layer(const builder *b, json_t **j, int layer)
         put(j, "alpha", json_boolean(l->alpha));
     put(j, "saturated", json_integer((json_int_t)l->saturated));
     if (l->beyond.texels)
-        put(j, "beyond", ibl_beyond_json(&l->beyond));
+        put(j, "beyond", ibl_json_overflow(&l->beyond));
     if (!b->set->bake.irradiance) {
         json_t *sh = json_array();
         for (int i = 0; i < IBL_PROBES_SH_NUMBERS; i += 3)

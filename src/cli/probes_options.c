@@ -117,7 +117,7 @@ static bool check_grid(const ibl_probes_opts *o)
                                  baking);
 }
 
-static bool finish(void *settings)
+static bool validate(void *settings)
 {
     const ibl_probes_opts *o = settings;
 
@@ -128,7 +128,7 @@ static bool finish(void *settings)
         return ibl_misuse("no output directory: add -o DIR");
     if (o->grid && !check_grid(o))
         return false;
-    return ibl_common_finish(&o->common);
+    return ibl_common_validate(&o->common);
 }
 
 const ibl_command ibl_probes_command = {
@@ -148,6 +148,6 @@ const ibl_command ibl_probes_command = {
     .settings_size = sizeof(ibl_probes_opts),
     .defaults = defaults,
     .take = take,
-    .finish = finish,
+    .validate = validate,
     .run = ibl_probes_run,
 };

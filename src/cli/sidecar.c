@@ -7,9 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/beyond.h"
 #include "cli/json_put.h"
 #include "cli/json_text.h"
+#include "common/path.h"
 #include "common/sidecar_load.h"
 
 static bool is_utf8(const char *bytes)
@@ -53,7 +53,7 @@ static json_t *orientation(const ibl_bake *b)
     put(&j, "equirect",
         json_string("row 0 is +Y, u = atan2(z, x) / 2pi + 1/2"));
     put(&j, "faces", json_string("+X -X +Y -Y +Z -Z, row 0 on top"));
-    put(&j, "yaw_deg", json_real(b->opts->yaw_deg));
+    put(&j, "yaw_deg", json_real(b->opts->bake.yaw_deg));
     return j;
 }
 
@@ -72,10 +72,7 @@ static json_t *levels(const ibl_bake *b, ibl_output_kind kind)
             const ibl_specular_level *made = &b->made.report.level[l];
             put(&level, "roughness",
                 json_real(b->made.report.layout.roughness[l]));
-            put(&level, "method",
-                json_string(made->samples                     ? "sampled"
-                            : made->degree || made->reach > 0 ? "spectral"
-                                                              : "environment"));
+            put(&level, "method", json_string(ibl_level_method(made)));
             if (made->samples)
                 put(&level, "samples", json_integer(made->samples));
             if (made->degree)
@@ -87,8 +84,9 @@ static json_t *levels(const ibl_bake *b, ibl_output_kind kind)
                 put(&level, "estimated_error",
                     json_real(fmin(made->error, DBL_MAX)));
         }
-        if (b->files[kind].beyond[l].texels)
-            put(&level, "beyond", ibl_beyond_json(&b->files[kind].beyond[l]));
+        const ibl_overflow_level *overflow = &b->files[kind].overflow.level[l];
+        if (overflow->texels)
+            put(&level, "beyond", ibl_json_overflow(overflow));
         append(&j, level);
     }
     return j;
@@ -99,7 +97,8 @@ static json_t *levels(const ibl_bake *b, ibl_output_kind kind)
 static json_t *lod(const ibl_bake *b)
 {
     const ibl_specular_layout *layout = &b->made.report.layout;
-    const bool linear = b->opts->specular.mapping == IBL_ROUGHNESS_LINEAR;
+    const bool linear =
+        b->opts->bake.specular_options.mapping == IBL_ROUGHNESS_LINEAR;
     const char *x = linear ? "roughness" : "roughness * (2 - roughness)";
     if (!ibl_bake_is_part(b))
         return json_sprintf("%s * (levels - 1)", x);
@@ -110,7 +109,7 @@ static json_t *lod(const ibl_bake *b)
 /* Of the whole chain, what was not made. */
 static void put_part(const ibl_bake *b, json_t **j)
 {
-    const ibl_specular_options *o = &b->opts->specular;
+    const ibl_specular_options *o = &b->opts->bake.specular_options;
     json_t *whole = json_object();
     put(j, "roughness_range",
         json_pack("[ff]", o->roughness_min, o->roughness_max));
@@ -135,7 +134,7 @@ static const char *weight_of(ibl_lobe lobe)
 
 static void put_specular(const ibl_bake *b, json_t **j)
 {
-    const ibl_specular_options *o = &b->opts->specular;
+    const ibl_specular_options *o = &b->opts->bake.specular_options;
     const ibl_specular_report *made = &b->made.report;
     put(j, "lobe", json_string(ibl_lobe_name(o->lobe)));
     put(j, "weight", json_string(weight_of(o->lobe)));
@@ -164,8 +163,8 @@ static void put_irradiance(const ibl_bake *b, json_t **j)
     put(j, "method", json_string(ibl_bake_irradiance_method(b)));
     if (b->made.irradiance_degree)
         put(j, "degree", json_integer(b->made.irradiance_degree));
-    if (b->opts->irradiance.step > 0)
-        put(j, "step_rad", json_real(b->opts->irradiance.step));
+    if (b->opts->bake.irradiance_options.step > 0)
+        put(j, "step_rad", json_real(b->opts->bake.irradiance_options.step));
 }
 
 static void put_lut(const ibl_bake *b, json_t **j)
@@ -184,24 +183,19 @@ static void put_lut(const ibl_bake *b, json_t **j)
 static json_t *output(const ibl_bake *b, ibl_output_kind kind)
 {
     const ibl_baked *file = &b->files[kind];
-    const char *slash = strrchr(file->path, '/');
     json_t *j = json_object();
 
-    put(&j, "content",
-        json_string(kind == IBL_OUTPUT_LUT ? "brdf_lut"
-                                           : ibl_output_name(kind)));
-    put(&j, "file", file_name(b, slash ? slash + 1 : file->path));
-    put(&j, "container",
-        json_string(ibl_container_name((ibl_container)b->opts->format)));
+    put(&j, "content", json_string(ibl_output_content(kind)));
+    put(&j, "file", file_name(b, ibl_path_name(file->path)));
+    put(&j, "container", json_string(ibl_container_name(b->opts->format)));
     put(&j, "pixel", json_string(ibl_pixel_name(file->shape.pixel)));
     put(&j, "width", json_integer(file->shape.width));
     put(&j, "height", json_integer(file->shape.height));
     put(&j, "faces", json_integer(file->shape.faces));
     put(&j, "bytes", json_integer((json_int_t)file->bytes));
-    put(&j, "saturated", json_integer((json_int_t)file->saturated));
+    put(&j, "saturated", json_integer((json_int_t)file->overflow.values));
     if (kind != IBL_OUTPUT_LUT)
-        put(&j, "overflow",
-            json_string(ibl_overflow_name((ibl_overflow)b->opts->overflow)));
+        put(&j, "overflow", json_string(ibl_overflow_name(b->opts->overflow)));
     if (kind == IBL_OUTPUT_SPECULAR)
         put_specular(b, &j);
     else if (kind == IBL_OUTPUT_IRRADIANCE)
@@ -225,7 +219,7 @@ static json_t *outputs(const ibl_bake *b)
 /* The coefficients, as radiance or each l times ibl_sh_cosine(l). */
 static json_t *coefficients(const ibl_bake *b, bool cosine)
 {
-    const int degree = b->opts->sh_degree;
+    const int degree = b->opts->bake.sh_degree;
     const double *a = b->made.sh;
     json_t *j = json_array();
 
@@ -260,11 +254,11 @@ static json_t *glsl(int degree)
 static json_t *spherical_harmonics(const ibl_bake *b)
 {
     json_t *j = json_object();
-    ibl_json_put_basis(&j, b->opts->sh_degree);
+    ibl_json_put_basis(&j, b->opts->bake.sh_degree);
     put(&j, "radiance", coefficients(b, false));
     put(&j, "irradiance_scale", json_string("E/pi"));
     put(&j, "irradiance", coefficients(b, true));
-    put(&j, "glsl", glsl(b->opts->sh_degree));
+    put(&j, "glsl", glsl(b->opts->bake.sh_degree));
     put(&j, "glsl_use",
         json_string("c: the first of \"irradiance\", n: unit normal in the "
                     "world; gives E/pi up to l = 2"));

@@ -2,7 +2,7 @@
 #ifndef CLI_SIDECAR_H
 #define CLI_SIDECAR_H
 
-#include "cli/bake.h"
+#include "cli/bake_record.h"
 
 /* NAME.json: see FILES in the manual page. Says nothing of threads or times
  * unless --timings was given, so that equal bakes give equal bytes. The text

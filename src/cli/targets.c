@@ -1,43 +1,41 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/targets.h"
 
+#include <ctype.h>
 #include <errno.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "cli/depfile.h"
+#include "common/memory_file.h"
 #include "common/names.h"
+#include "common/path.h"
 #include "common/sidecar_load.h"
 
 static char *make_path(const ibl_opts *o, ibl_output_kind kind)
 {
-    const char *ext = kind == IBL_OUTPUT_JSON
-                          ? "json"
-                          : ibl_container_name((ibl_container)o->format);
-    const size_t length = strlen(o->directory);
-    const char *slash = o->directory[length - 1] == '/' ? "" : "/";
-    const size_t size = length + strlen(o->name) + 32;
-    char *path = malloc(size);
+    const bool cube = kind < IBL_OUTPUT_LUT;
+    const char *stem =
+        kind == IBL_OUTPUT_LUT ? ibl_lut_stems[o->lut.geometry] : o->name;
+    const size_t size = strlen(stem) + 32;
+    char *name = malloc(size);
 
-    if (!path)
+    if (!name)
         return NULL;
-    if (kind == IBL_OUTPUT_LUT)
-        snprintf(path, size, "%s%s%s.%s", o->directory, slash,
-                 ibl_lut_stems[o->lut.geometry], ext);
-    else if (kind == IBL_OUTPUT_JSON)
-        snprintf(path, size, "%s%s%s.%s", o->directory, slash, o->name, ext);
-    else
-        snprintf(path, size, "%s%s%s_%s.%s", o->directory, slash, o->name,
-                 ibl_output_name(kind), ext);
+    snprintf(name, size, "%s%s%s.%s", stem, cube ? "_" : "",
+             cube ? ibl_output_name(kind) : "",
+             kind == IBL_OUTPUT_JSON ? "json" : ibl_container_name(o->format));
+    char *path = ibl_path_join(o->directory, name);
+    free(name);
     return path;
 }
 
-ibl_status ibl_targets_name(ibl_bake *b)
+static ibl_status name_files(ibl_bake *b)
 {
     for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++) {
-        if (!ibl_opts_wants(b->opts, (ibl_output_kind)kind))
+        if (!(b->opts->only & 1u << kind))
             continue;
         b->files[kind].path = make_path(b->opts, (ibl_output_kind)kind);
         if (!b->files[kind].path) {
@@ -48,21 +46,37 @@ ibl_status ibl_targets_name(ibl_bake *b)
     return IBL_OK;
 }
 
+/* Everything that a depfile names but the input; returns how many. */
+static int list_targets(const ibl_bake *b,
+                        const char *paths[IBL_OUTPUT_COUNT + 1])
+{
+    int count = 0;
+
+    for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++)
+        if (b->files[kind].path)
+            paths[count++] = b->files[kind].path;
+    if (b->opts->preview)
+        paths[count++] = b->opts->preview;
+    return count;
+}
+
+/* ---- what cannot be written ------------------------------------------ */
+
 /* Whether files may be made in the directory of path; errno if not. */
 static bool is_open_directory(const char *path)
 {
-    const char *slash = strrchr(path, '/');
-    char *directory = NULL;
-
-    if (slash)
-        directory = strndup(path, slash == path ? 1 : (size_t)(slash - path));
-    if (slash && !directory)
-        return false;
-    const bool ok = !access(slash ? directory : ".", W_OK | X_OK);
+    char *directory = ibl_path_beside(path, ".");
+    const bool ok = directory && !access(directory, W_OK | X_OK);
     const int saved = errno;
+
     free(directory);
     errno = saved;
     return ok;
+}
+
+static bool is_same(const struct stat *a, const struct stat *b)
+{
+    return a->st_dev == b->st_dev && a->st_ino == b->st_ino;
 }
 
 static bool is_link(const char *path)
@@ -100,7 +114,7 @@ static ibl_status check_target(const ibl_bake *b, const char *path)
         return IBL_ERR_IO;
     }
     if (input && strcmp(input, "-") != 0 && !stat(input, &in) &&
-        in.st_dev == out.st_dev && in.st_ino == out.st_ino) {
+        is_same(&in, &out)) {
         ibl_console_fail(b->console,
                          "%s: is both input and output: choose another --name "
                          "or directory",
@@ -108,12 +122,6 @@ static ibl_status check_target(const ibl_bake *b, const char *path)
         return IBL_ERR_ARGUMENT;
     }
     return IBL_OK;
-}
-
-static const char *base_name(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    return slash ? slash + 1 : path;
 }
 
 /* Whether what a sidecar calls its source is the input: the same file, or of
@@ -124,8 +132,8 @@ static bool is_source(const char *was, const char *input)
 
     if (strcmp(was, "-") != 0 && strcmp(input, "-") != 0 && !stat(was, &a) &&
         !stat(input, &b))
-        return a.st_dev == b.st_dev && a.st_ino == b.st_ino;
-    return !strcmp(base_name(was), base_name(input));
+        return is_same(&a, &b);
+    return !strcmp(ibl_path_name(was), ibl_path_name(input));
 }
 
 /* Whether the bake writes the sidecar or any file that it tells of. */
@@ -141,7 +149,7 @@ static bool replaces(const ibl_bake *b, const json_t *sidecar)
         const char *file = json_string_value(json_object_get(output, "file"));
         for (int kind = 0; file && kind < IBL_OUTPUT_LUT; kind++)
             if (b->files[kind].path &&
-                !strcmp(base_name(b->files[kind].path), file))
+                !strcmp(ibl_path_name(b->files[kind].path), file))
                 return true;
     }
     return false;
@@ -187,11 +195,69 @@ static ibl_status check_source(const ibl_bake *b)
     return status;
 }
 
+/* ---- the depfile ------------------------------------------------------ */
+
+enum {
+    WHY_BYTES = 32
+};
+
+/*
+ * Quotes as GCC's -MD does, which make and ninja both understand: a dollar is
+ * doubled, '#' and ':' get a backslash, a blank too, and backslashes before a
+ * blank are doubled. What cannot be quoted was refused.
+ */
+static void put_path(FILE *to, const char *path)
+{
+    size_t backslashes = 0;
+
+    for (; *path; path++) {
+        if (*path == ' ')
+            for (size_t i = 0; i <= backslashes; i++)
+                fputc('\\', to);
+        else if (*path == '#' || *path == ':')
+            fputc('\\', to);
+        else if (*path == '$')
+            fputc('$', to);
+        backslashes = *path == '\\' ? backslashes + 1 : 0;
+        fputc(*path, to);
+    }
+}
+
+/*
+ * Besides the above make takes '=' for a variable's, '|' and ';' for what
+ * follows the prerequisites, '%' for a pattern, a last ')' for an archive's,
+ * '~' for a home; ninja ends a name at most others. There is nothing to quote
+ * them with.
+ */
+static bool is_unquotable(const char *path, char why[WHY_BYTES])
+{
+    const size_t length = strlen(path);
+    const char last = length ? path[length - 1] : 'a';
+    const char *at = path;
+
+    while (*at && !iscntrl((unsigned char)*at) &&
+           !strchr("\"%&'*;<=>?^`|", *at))
+        at++;
+    if (*at == '\n')
+        snprintf(why, WHY_BYTES, "a line break");
+    else if (iscntrl((unsigned char)*at) && *at)
+        snprintf(why, WHY_BYTES, "a control character");
+    else if (*at)
+        snprintf(why, WHY_BYTES, "a %c", *at);
+    else if (*path == '~')
+        snprintf(why, WHY_BYTES, "a ~ at its beginning");
+    else if (strchr(" \\:)", last))
+        snprintf(why, WHY_BYTES, "'%c' at its end", last);
+    else
+        return false;
+    return true;
+}
+
 static ibl_status check_depfile(const ibl_bake *b, const char *path)
 {
-    char why[IBL_DEPFILE_WHY];
+    char why[WHY_BYTES];
 
-    if (!ibl_depfile_refuses(path, why))
+    if (!is_unquotable(path, why))
         return IBL_OK;
     ibl_console_fail(b->console,
                      "%s: has %s, which make or ninja cannot read in a "
@@ -200,19 +266,37 @@ static ibl_status check_depfile(const ibl_bake *b, const char *path)
     return IBL_ERR_ARGUMENT;
 }
 
-ibl_status ibl_targets_check(const ibl_bake *b)
+char *ibl_depfile_text(const ibl_bake *b)
+{
+    const char *input = b->opts->input, *paths[IBL_OUTPUT_COUNT + 1];
+    const int count = list_targets(b, paths);
+    ibl_memory_file file;
+    FILE *to = ibl_memory_open(&file);
+
+    if (!to)
+        return NULL;
+    for (int i = 0; i < count; i++) {
+        fputs(i ? " \\\n  " : "", to);
+        put_path(to, paths[i]);
+    }
+    fputc(':', to);
+    if (input && strcmp(input, "-") != 0) {
+        fputc(' ', to);
+        put_path(to, input);
+    }
+    fputc('\n', to);
+    return ibl_memory_close(to, &file);
+}
+
+ibl_status ibl_targets_plan(ibl_bake *b)
 {
     const ibl_opts *o = b->opts;
     const char *named[IBL_OUTPUT_COUNT + 2]; /* in a depfile */
-    ibl_status status = IBL_OK;
-    int count = 0;
+    ibl_status status = name_files(b);
+    int count = list_targets(b, named);
 
-    for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++)
-        named[count++] = b->files[kind].path;
-    named[count++] = o->preview;
     for (int i = 0; i < count && !status; i++)
-        if (named[i])
-            status = check_target(b, named[i]);
+        status = check_target(b, named[i]);
     if (!status)
         status = check_source(b);
     if (status || !o->depfile)
@@ -221,7 +305,6 @@ ibl_status ibl_targets_check(const ibl_bake *b)
     if (o->input && strcmp(o->input, "-") != 0)
         named[count++] = o->input;
     for (int i = 0; i < count && !status; i++)
-        if (named[i])
-            status = check_depfile(b, named[i]);
+        status = check_depfile(b, named[i]);
     return status;
 }

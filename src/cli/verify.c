@@ -9,7 +9,7 @@
 #include "cli/json_text.h"
 #include "cli/judge_report.h"
 #include "cli/signals.h"
-#include "cli/start.h"
+#include "cli/session.h"
 #include "cli/verify_files.h"
 
 typedef struct verify {

@@ -5,7 +5,7 @@
 
 #include "cli/console.h"
 #include "cli/judge.h"
-#include "cli/option.h"
+#include "cli/common_options.h"
 
 /* What can be judged, in the order of the table. */
 typedef enum ibl_verify_kind {

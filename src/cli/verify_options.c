@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "cli/opts.h"
+#include "cli/common_options.h"
 #include "cli/verify.h"
 
 static const char *const scale_names[] = {"E/pi", "E", NULL};
@@ -181,7 +181,7 @@ static bool take(void *settings, const char *word)
     return true;
 }
 
-static bool finish(void *settings)
+static bool validate(void *settings)
 {
     ibl_verify_opts *o = settings;
     const bool cubes = o->files[IBL_VERIFY_SKYBOX] ||
@@ -195,7 +195,7 @@ static bool finish(void *settings)
     if (!o->directory && !cubes && !lut)
         return ibl_misuse("nothing to judge: add the directory of the bake, or "
                           "--specular, --irradiance, --skybox or --lut");
-    if (!ibl_common_finish(&o->common))
+    if (!ibl_common_validate(&o->common))
         return false;
     if (!o->name) {
         if (!ibl_stem(o->input, o->stem, sizeof o->stem))
@@ -219,6 +219,6 @@ const ibl_command ibl_verify_command = {
     .settings_size = sizeof(ibl_verify_opts),
     .defaults = defaults,
     .take = take,
-    .finish = finish,
+    .validate = validate,
     .run = ibl_verify_run,
 };

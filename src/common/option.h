@@ -91,7 +91,7 @@ typedef struct ibl_command {
      * line through ibl_misuse. */
     bool (*take)(void *settings, const char *word);
     /* Checks what can only be judged with every option known. */
-    bool (*finish)(void *settings);
+    bool (*validate)(void *settings);
     /* Does it; returns the exit status. */
     int (*run)(const void *settings);
 } ibl_command;

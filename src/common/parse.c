@@ -313,7 +313,7 @@ static bool parse(line *l)
         if (l->stop)
             return true;
     }
-    return l->cmd->finish(l->settings);
+    return l->cmd->validate(l->settings);
 }
 
 /* From the command's defaults. */

@@ -5,6 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+const char *ibl_path_name(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
 char *ibl_path_join(const char *directory, const char *name)
 {
     const size_t size = strlen(directory) + strlen(name) + 2;

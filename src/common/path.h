@@ -2,6 +2,9 @@
 #ifndef COMMON_PATH_H
 #define COMMON_PATH_H
 
+/* What follows the last slash. */
+const char *ibl_path_name(const char *path);
+
 /* Both are for free(); NULL: no memory. */
 
 /* directory/name; directory is not empty and may end in a slash. */

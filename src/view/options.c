@@ -346,7 +346,7 @@ static void set_defaults(void *options)
                        .settings = view_settings_default()};
 }
 
-static bool finish(void *options)
+static bool validate(void *options)
 {
     return view_options_finish(options);
 }
@@ -379,7 +379,7 @@ static const ibl_command show = {
     .settings_size = sizeof(view_options),
     .defaults = set_defaults,
     .take = take,
-    .finish = finish,
+    .validate = validate,
 };
 static const ibl_command *const commands[] = {&show, NULL};
 const ibl_program ibl_this_program = {"iblview", commands};

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* One bake of the program: what was asked for, read, made and written. */
-#ifndef CLI_BAKE_H
-#define CLI_BAKE_H
+/* One bake of the program: what was requested, read, made and written, and
+ * what textures and the sidecar say of it. */
+#ifndef CLI_BAKE_RECORD_H
+#define CLI_BAKE_RECORD_H
 
+#include "cli/bake_options.h"
 #include "cli/console.h"
 #include "cli/judge_report.h"
-#include "cli/opts.h"
 
 /* An output file. path is set before anything is baked, the rest when the
  * file is made. */
@@ -13,8 +14,7 @@ typedef struct ibl_baked {
     char *path;        /* NULL: not wanted */
     size_t bytes;      /* of the file */
     ibl_texture shape; /* of the texture, without data and keys */
-    size_t saturated;  /* values beyond what the pixel holds */
-    ibl_overflow_level beyond[IBL_MAX_LEVELS]; /* of a cube */
+    ibl_overflow_report overflow;
 } ibl_baked;
 
 typedef struct ibl_bake {
@@ -32,19 +32,21 @@ typedef struct ibl_bake {
     ibl_baked files[IBL_OUTPUT_COUNT];
 } ibl_bake;
 
-/* Does what opts asks for; all of it is written, or nothing. Returns the exit
- * status: 0, or 1 after one line on stderr. */
-int ibl_bake_run(const ibl_opts *opts);
-
-/* Whether only a part of the range of roughness was asked for. */
+/* Whether only a part of the range of roughness was requested. */
 bool ibl_bake_is_part(const ibl_bake *b);
 /* Whether any level of the specular chain was sampled. */
 bool ibl_bake_is_sampled(const ibl_bake *b);
-/* "spectral", "sampled", or "mixed" where levels differ; "environment" where
- * all are that. */
+/* "spectral" or "sampled" of a level; "environment": it is that. */
+const char *ibl_level_method(const ibl_specular_level *level);
+/* The same of the whole chain; "mixed": both occur. */
 const char *ibl_bake_specular_method(const ibl_bake *b);
 /* "spectral" or "hemisphere grid"; "quadrature" or "hammersley". */
 const char *ibl_bake_irradiance_method(const ibl_bake *b);
 const char *ibl_bake_lut_method(const ibl_bake *b);
+
+/* Sets the key/values that a texture of the bake carries: see FILES in the
+ * manual page. */
+ibl_status ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
+                                ibl_texture *tex);
 
 #endif

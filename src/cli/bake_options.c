@@ -1,21 +1,19 @@
 /* SPDX-License-Identifier: MIT */
-/* The bake and every option of its own: what it is called, takes, defaults to
- * and does. */
+#include "cli/bake_options.h"
+
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
-#include "cli/bake.h"
-#include "cli/opts.h"
 #include "common/names.h"
+
+enum {
+    ALL_OUTPUTS = (1 << IBL_OUTPUT_COUNT) - 1
+};
 
 static const char *const no_yes[] = {"no", "yes", NULL};
 
-const char *ibl_output_name(ibl_output_kind kind)
-{
-    static const char *const names[] = {"skybox", "specular", "irradiance",
-                                        "lut", "json"};
-    return names[kind];
-}
+/* ---- values ---------------------------------------------------------- */
 
 static bool parse_only(void *field, const char *value)
 {
@@ -62,12 +60,17 @@ static bool parse_level_samples(void *field, const char *value)
 /* A:B, each 0 to 1, the smaller first. */
 static bool parse_range(void *field, const char *value)
 {
-    double *range = field;
+    ibl_specular_options *o = field;
     const char *end;
 
-    return ibl_number_real(value, 0, 1, &range[0], &end) && *end == ':' &&
-           ibl_number_real(end + 1, range[0], 1, &range[1], &end) && !*end;
+    return ibl_number_real(value, 0, 1, &o->roughness_min, &end) &&
+           *end == ':' &&
+           ibl_number_real(end + 1, o->roughness_min, 1, &o->roughness_max,
+                           &end) &&
+           !*end;
 }
+
+/* ---- the table ------------------------------------------------------- */
 
 #define FLAG(field) IBL_FLAG(ibl_opts, field)
 #define TEXT(field, what) IBL_TEXT(ibl_opts, field, what)
@@ -93,7 +96,7 @@ static const ibl_option outputs[] = {
     {"only", 0, OTHER(only, "LIST", parse_only),
      .allowed = "a list of specular, irradiance, lut, skybox, json",
      .standard = "all", .help = "make only these outputs"},
-    {"skybox", 0, INT(skybox, 1, IBL_MAX_CUBE_SIZE),
+    {"skybox", 0, INT(bake.skybox, 1, IBL_MAX_CUBE_SIZE),
      .standard = "none",
      .help = "the environment itself too, as a cube with mips, N texels "
              "along an edge"},
@@ -116,62 +119,62 @@ static const ibl_option outputs[] = {
 };
 
 static const ibl_option input[] = {
-    {"rotate", 0, OTHER(yaw_deg, "DEG", ibl_rotate_parse),
+    {"rotate", 0, OTHER(bake.yaw_deg, "DEG", ibl_rotate_parse),
      .allowed = IBL_ROTATE_ALLOWED,
      .standard = "0",
      .help = "turn the environment about +Y, counter-clockwise from above"},
 };
 
 static const ibl_option specular[] = {
-    {"size", 0, INT(specular.size, 1, IBL_MAX_CUBE_SIZE),
+    {"size", 0, INT(bake.specular_options.size, 1, IBL_MAX_CUBE_SIZE),
      .help = "edge of the largest level in texels"},
-    {"levels", 0, INT(specular.levels, 1, IBL_MAX_LEVELS),
+    {"levels", 0, INT(bake.specular_options.levels, 1, IBL_MAX_LEVELS),
      .standard = "down to 8x8", .help = "number of levels"},
-    {"lobe", 0, CHOICE(lobe, ibl_lobe_names),
+    {"lobe", 0, CHOICE(bake.specular_options.lobe, ibl_lobe_names),
      .help = "what the levels are convolved with: GGX, sheen as of glTF, or a "
              "cosine power"},
-    {"mapping", 0, CHOICE(mapping, ibl_mapping_names),
+    {"mapping", 0, CHOICE(bake.specular_options.mapping, ibl_mapping_names),
      .help = "roughness of the levels: lod = r (levels - 1), or "
              "r (2 - r) (levels - 1)"},
-    {"roughness-range", 0, OTHER(roughness, "A:B", parse_range),
+    {"roughness-range", 0, OTHER(bake.specular_options, "A:B", parse_range),
      .allowed = "two numbers from 0 to 1, the smaller first",
      .standard = "0:1",
      .help = "make only what materials of these roughnesses need"},
-    {"method", 0, CHOICE(method, ibl_method_names),
+    {"method", 0, CHOICE(bake.specular_options.method, ibl_method_names),
      .help = "how levels are made: exactly (spectral), or by importance "
              "sampling; auto: exactly, but for the levels of "
              "--level-samples"},
-    {"samples", 0, INT(specular.samples, 1, 1048576),
+    {"samples", 0, INT(bake.specular_options.samples, 1, 1048576),
      .help = "samples for each texel of a sampled level"},
-    {"level-samples", 0, OTHER(specular.level_samples, "LIST",
+    {"level-samples", 0, OTHER(bake.specular_options.level_samples, "LIST",
      parse_level_samples),
      .allowed = "LEVEL=N,..., with N from 1 to 1048576",
      .standard = "",
      .help = "samples of single levels, whatever --samples says; auto samples "
              "them"},
-    {"tolerance", 0, REAL(specular.tolerance, "E", 1e-6, 1),
+    {"tolerance", 0, REAL(bake.specular_options.tolerance, "E", 1e-6, 1),
      .help = "relative error that is accepted of 95 % of the texels of each "
              "level; a larger one takes less time"},
-    {"lod-bias", 0, REAL(specular.lod_bias, "BIAS", -4, 4),
+    {"lod-bias", 0, REAL(bake.specular_options.lod_bias, "BIAS", -4, 4),
      .help = "added to the mip level of each sample's lookup"},
-    {"jitter", 0, FLAG(specular.jitter),
+    {"jitter", 0, FLAG(bake.specular_options.jitter),
      .help = "turn the sample pattern from texel to texel: noise instead of "
              "structure, the same in every run"},
-    {"pdf-mip", 0, CHOICE(pdf_mip, no_yes),
+    {"pdf-mip", 0, CHOICE(bake.specular_options.pdf_mip, no_yes),
      .help = "choose the mip level of a lookup by the sample's density; no: "
              "always the full resolution"},
 };
 
 static const ibl_option irradiance[] = {
     {"irradiance-size", 0,
-     INT(irradiance.size, 1, IBL_MAX_CUBE_SIZE),
+     INT(bake.irradiance_options.size, 1, IBL_MAX_CUBE_SIZE),
      .help = "edge of the faces in texels"},
     {"irradiance-step", 0,
-     REAL(irradiance.step, "RAD", 0.001, 0.5),
+     REAL(bake.irradiance_options.step, "RAD", 0.001, 0.5),
      .standard = "none: exact",
      .help = "the classic grid over the hemisphere, with this step in radians"},
     {"sh", 0,
-     INT(sh_degree, 0, IBL_MAX_SH_DEGREE),
+     INT(bake.sh_degree, 0, IBL_MAX_SH_DEGREE),
      .help = "degree of the coefficients in the sidecar; 2 gives 9 of them"},
 };
 
@@ -180,13 +183,13 @@ static const ibl_option lut[] = {
      .help = "edge in texels"},
     {"lut-samples", 0, INT(lut.samples, 0, 1048576),
      .help = "sampled with N points for each texel; 0: exact quadrature"},
-    {"geometry", 0, CHOICE(geometry, ibl_geometry_names),
+    {"geometry", 0, CHOICE(lut.geometry, ibl_geometry_names),
      .help = "shadowing and masking: Smith height-correlated, or Schlick "
              "with k = r r / 2"},
 };
 /* clang-format on */
 
-static const ibl_section *const sections[] = {
+const ibl_section *const ibl_bake_sections[] = {
     IBL_SECTION("Outputs", outputs),
     IBL_SECTION("Input", input),
     &ibl_input_section,
@@ -197,59 +200,128 @@ static const ibl_section *const sections[] = {
     NULL,
 };
 
-ibl_opts ibl_opts_default(void)
+void ibl_bake_defaults(void *settings)
 {
-    ibl_opts o = {
+    *(ibl_opts *)settings = (ibl_opts){
         .common = ibl_common_default(),
         .format = IBL_CONTAINER_KTX2,
         .pixel = IBL_PIXEL_RGBA16F,
-        .only = (1u << IBL_OUTPUT_COUNT) - 1,
-        .specular = ibl_specular_options_default(),
-        .irradiance = ibl_irradiance_options_default(),
+        .only = ALL_OUTPUTS,
+        .bake = ibl_bake_options_default(),
         .lut = ibl_lut_options_default(),
-        .sh_degree = 2,
         .max_error = NAN,
         .judge = ibl_judge_options_default(),
     };
-
-    /* Enumerations and flags of the library, as ints that the table sets. */
-    o.roughness[0] = o.specular.roughness_min;
-    o.roughness[1] = o.specular.roughness_max;
-    o.method = (int)o.specular.method;
-    o.lobe = (int)o.specular.lobe;
-    o.mapping = (int)o.specular.mapping;
-    o.pdf_mip = o.specular.pdf_mip;
-    o.geometry = (int)o.lut.geometry;
-    return o;
 }
 
-static void defaults(void *settings)
+/* ---- all of them together -------------------------------------------- */
+
+bool ibl_bake_take(void *settings, const char *word)
 {
-    *(ibl_opts *)settings = ibl_opts_default();
+    ibl_opts *o = settings;
+
+    if (o->input)
+        return ibl_misuse(
+            "%s: a second environment after %s: bake one at a time", word,
+            o->input);
+    if (!*word)
+        return ibl_misuse(
+            "the environment's name is empty: give a file, or - for "
+            "standard input");
+    o->input = word;
+    return true;
 }
 
-static int run(const void *settings)
+static bool check_level_samples(const ibl_specular_options *s, int levels)
 {
-    return ibl_bake_run(settings);
+    if (s->level_samples[0] && s->roughness_min <= 0)
+        return ibl_misuse("--level-samples 0=%d: level 0 is the environment "
+                          "itself and takes none: levels from 1 do",
+                          s->level_samples[0]);
+    for (int l = 0; l < IBL_MAX_LEVELS; l++)
+        if (s->level_samples[l] && s->method == IBL_METHOD_SPECTRAL)
+            return ibl_misuse("--level-samples %d=%d: --method spectral "
+                              "samples no level: leave one of them out",
+                              l, s->level_samples[l]);
+    for (int l = levels; l < IBL_MAX_LEVELS; l++)
+        if (s->level_samples[l])
+            return ibl_misuse(
+                "--level-samples %d=%d: there is no such level: they "
+                "are 0 to %d",
+                l, s->level_samples[l], levels - 1);
+    return true;
 }
 
-const ibl_command ibl_bake_command = {
-    .usage = "[options] ENV -o DIR",
-    .intro =
-        "Bakes an equirectangular HDR environment (.hdr, .exr and others; - "
-        "reads\n"
-        "standard input) into the textures of image-based lighting:\n"
-        "  DIR/NAME_specular.EXT    prefiltered cube, one roughness per "
-        "level\n"
-        "  DIR/NAME_irradiance.EXT  diffuse cube, E/pi\n"
-        "  DIR/brdf_lut.EXT         scale and bias of F0 over N.V and "
-        "roughness\n"
-        "  DIR/NAME.json            spherical harmonics and what was done\n",
-    .statuses = "0 done, 1 failed, 2 wrong usage",
-    .sections = sections,
-    .settings_size = sizeof(ibl_opts),
-    .defaults = defaults,
-    .take = ibl_opts_take,
-    .finish = ibl_opts_finish,
-    .run = run,
-};
+static bool check_levels(const ibl_specular_options *s)
+{
+    ibl_specular_layout layout;
+    int most = 1;
+
+    while (s->size >> most)
+        most++;
+    if (s->levels > most)
+        return ibl_misuse("--levels %d: a cube of size %d has 1 to %d levels",
+                          s->levels, s->size, most);
+    if (ibl_specular_layout_of(s, &layout))
+        return ibl_misuse("--levels %d: --roughness-range %g:%g is one "
+                          "roughness, which has one level",
+                          s->levels, s->roughness_min, s->roughness_max);
+    return check_level_samples(s, layout.levels);
+}
+
+/* The parts of a bake that its outputs need. */
+static void select_parts(ibl_opts *o)
+{
+    if (!o->bake.skybox)
+        o->only &= ~(1u << IBL_OUTPUT_SKYBOX);
+    if (!(o->only & 1u << IBL_OUTPUT_SKYBOX))
+        o->bake.skybox = 0;
+    if (!(o->only & 1u << IBL_OUTPUT_JSON))
+        o->bake.sh_degree = -1;
+    o->bake.specular = (o->only & 1u << IBL_OUTPUT_SPECULAR) != 0;
+    o->bake.irradiance = (o->only & 1u << IBL_OUTPUT_IRRADIANCE) != 0;
+}
+
+bool ibl_bake_validate(void *settings)
+{
+    ibl_opts *o = settings;
+
+    if (!o->input && o->only != 1u << IBL_OUTPUT_LUT)
+        return ibl_misuse("no environment: iblbake [options] ENV -o DIR, see "
+                          "iblbake --help");
+    if (!o->directory)
+        return ibl_misuse("no output directory: add -o DIR");
+    if ((o->only & 1u << IBL_OUTPUT_SKYBOX) && o->only != ALL_OUTPUTS &&
+        !o->bake.skybox)
+        return ibl_misuse(
+            "--only skybox: its size is not known: add --skybox N");
+    if (!ibl_common_validate(&o->common) ||
+        !check_levels(&o->bake.specular_options))
+        return false;
+    if (!o->name) {
+        if (!ibl_stem(o->input, o->stem, sizeof o->stem))
+            return false;
+        o->name = o->stem;
+    }
+    if (strchr(o->name, '/'))
+        return ibl_misuse("--name %s: has a '/': the directory is set by "
+                          "--output",
+                          o->name);
+    select_parts(o);
+    o->verify |= !isnan(o->max_error);
+    return true;
+}
+
+void ibl_sampling_given(const ibl_opts *o, char text[IBL_SAMPLING_BYTES])
+{
+    const ibl_specular_options *s = &o->bake.specular_options;
+    const ibl_specular_options usual = ibl_specular_options_default();
+    const bool biased = fabs(s->lod_bias - usual.lod_bias) > 0;
+
+    snprintf(text, IBL_SAMPLING_BYTES, "%s%s%s%s",
+             s->samples != usual.samples ? ", --samples" : "",
+             biased ? ", --lod-bias" : "", s->jitter ? ", --jitter" : "",
+             s->pdf_mip != usual.pdf_mip ? ", --pdf-mip" : "");
+    const char *first = text + strspn(text, ", ");
+    memmove(text, first, strlen(first) + 1);
+}

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The commands, and the options that they share. */
-#ifndef CLI_OPTION_H
-#define CLI_OPTION_H
+#ifndef CLI_COMMON_OPTIONS_H
+#define CLI_COMMON_OPTIONS_H
 
 #include <ibl/ibl.h>
 #include <ibl/io.h>
@@ -17,7 +17,7 @@ extern const ibl_command ibl_probes_command;
 typedef struct ibl_common {
     ibl_read_options read;
     int threads;
-    int isa; /* ibl_isa */
+    ibl_isa isa;
     int quiet;
     int verbose;
 } ibl_common;
@@ -26,7 +26,26 @@ extern const ibl_section ibl_input_section;   /* read: of ibl_common */
 extern const ibl_section ibl_running_section; /* the rest, --help, --version */
 
 ibl_common ibl_common_default(void);
-bool ibl_common_finish(const ibl_common *c);
+bool ibl_common_validate(const ibl_common *c);
+
+/* What a bake can leave, in the order in which it is made. */
+typedef enum ibl_output_kind {
+    IBL_OUTPUT_SKYBOX,
+    IBL_OUTPUT_SPECULAR,
+    IBL_OUTPUT_IRRADIANCE,
+    IBL_OUTPUT_LUT,
+    IBL_OUTPUT_JSON,
+    IBL_OUTPUT_COUNT
+} ibl_output_kind;
+
+/* "skybox", "specular", "irradiance", "lut" or "json". */
+const char *ibl_output_name(ibl_output_kind kind);
+/* The same as sidecars and keys have it: "brdf_lut" for "lut". */
+const char *ibl_output_content(ibl_output_kind kind);
+
+/* An environment's name without directory and extension; "env" for standard
+ * input or none. False, after a line on stderr, if it does not fit. */
+bool ibl_stem(const char *input, char *stem, size_t size);
 
 /* Values of --rotate, into a double. */
 #define IBL_ROTATE_ALLOWED                                                     \

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/words.h"
+#include "cli/shell_words.h"
 
 #include <stdbool.h>
 #include <stdio.h>

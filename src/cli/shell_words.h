@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Words of command lines, as a shell sees them. */
-#ifndef CLI_WORDS_H
-#define CLI_WORDS_H
+#ifndef CLI_SHELL_WORDS_H
+#define CLI_SHELL_WORDS_H
 
 /*
  * The words of text: separated by blanks, '...' and "..." keep blanks, a
