@@ -84,15 +84,14 @@ LIB_OBJ := $(call obj,$(LIB_SRC)) \
              $(SIMD_SRC:%.c=$(BUILD)/obj/%_$(isa).o)))
 BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench_*.c))
 ifneq ($(HAVE_VIEW),yes)
-BENCHES := $(filter-out $(BUILD)/tests/bench_view $(BUILD)/tests/bench_room \
-                        $(BUILD)/tests/bench_capture \
-                        $(BUILD)/tests/bench_tiles,$(BENCHES))
+BENCHES := $(filter-out $(BUILD)/tests/bench_room $(BUILD)/tests/bench_capture, \
+                        $(BENCHES))
 endif
 
 .DELETE_ON_ERROR:
 .SECONDARY:
 .PHONY: all lib deps tests benches demo check check-run mutants check-cycles bench \
-        bench-probes shader-cost lint format install uninstall clean list \
+        bench-probes lint format install uninstall clean list \
         FORCE
 
 ## all: the program and its image bridge (default)
@@ -204,12 +203,6 @@ $(VIEW): $(call obj,src/view/main.c) $(VIEW_OBJ) $(LIB)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(VIEW_LIBS) $(EXR_LIBS) \
 	    $(CLI_LIBS) -lm -ldl $(LDLIBS)
 
-# A peer in one of the benches, where its package is installed.
-KISS = $(shell pkg-config --exists kissfft-float 2>/dev/null && echo yes)
-$(BUILD)/obj/tests/bench_fft.o: LOCAL = $(if $(KISS),-DIBL_KISS \
-    $(shell pkg-config --cflags kissfft-float 2>/dev/null))
-$(BUILD)/tests/bench_fft: TEST_LIBS = $(if $(KISS),-lkissfft-float)
-
 TEST_OBJ := $(call obj,tests/test.c tests/truth.c tests/files.c \
                        tests/maps.c tests/textures.c tests/reference.c \
                        tests/exr.c)
@@ -237,10 +230,8 @@ $(BUILD)/tests/check_view_probe_set: TEST_LIBS = -Wl,--wrap=clock_gettime
 $(BUILD)/tests/check_view_title $(BUILD)/tests/check_view_truth: \
     TEST_LIBS = -Wl,--wrap=view_clock
 
-VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_view \
-                       $(BUILD)/tests/bench_room \
-                       $(BUILD)/tests/bench_capture \
-                       $(BUILD)/tests/bench_tiles, \
+VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_room \
+                       $(BUILD)/tests/bench_capture, \
                        $(TESTS) $(BENCHES)) $(BUILD)/tests/cycles
 $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
         $(call obj,tests/view.c tests/shade.c tests/room.c \
@@ -333,10 +324,6 @@ mutants:
 check-cycles: deps
 	+@$(MAKE) -s $(JOBS) DEPS=no $(BUILD)/tests/cycles
 	@sh tests/cycles.sh $(BUILD)
-
-## shader-cost: the viewer's shaders by a compiler for an integrated GPU
-shader-cost:
-	@CC="$(CC)" sh tests/shader_cost.sh
 
 ## lint: formatting, headers alone, symbol prefix, layers, man pages
 lint: $(LIB)

@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # What probes cost, here and now: captures and their filters by size and method,
-# frames by how many probes light them, tiles, and a set of 64 baked offline.
+# frames by how many probes light them, and a set of 64 baked offline.
 #   bench-probes.sh [BUILD [ROUNDS]]      build, 5 rounds of the set
 # Everything that is compared takes turns; figures are medians, and CPU time
 # is of all threads. OpenGL draws into memory, where Mesa's llvmpipe is the GPU,
@@ -23,16 +23,9 @@ if [ -x "$build/tests/bench_capture" ]; then
     echo
     echo '== a frame of the room'
     "$build/tests/bench_room" 1280 720
-    echo
-    echo '== which probes a tile has'
-    "$build/tests/bench_tiles"
 else
     echo 'skipped what draws: iblview was not built'
 fi
-echo
-echo '== what a point needs, one thread'
-"$build/tests/bench_probes" | grep point
-
 # ---- a set, offline ---------------------------------------------------------
 
 echo

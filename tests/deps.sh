@@ -46,7 +46,6 @@ libx11-dev:drops_files_on_it
 '
 bench="$check"'
 libfilament-tools:cmgen_to_compare_with
-libkissfft-dev:kissfft_to_compare_with
 gnuplot-nox:draws_the_plot_of_MEASURED
 '
 
