@@ -30,10 +30,13 @@ fi
 
 echo
 echo "== iblbake probes: $probes captures of six faces of $size"
-for type in hdr exr; do
-    mkdir "$work/$type"
-    "$build/tests/bench_set" "$work/$type" "$probes" "$size" "$type"
-done
+mkdir "$work/hdr" "$work/exr"
+"$build/tests/bench_set" "$work/hdr" "$probes" "$size"
+sed 's/\.hdr/.exr/g' "$work/hdr/set.json" >"$work/exr/set.json"
+for file in "$work"/hdr/*.hdr; do
+    printf '%s -d half --compression zip -o %s ' "$file" \
+        "$work/exr/$(basename "$file" .hdr).exr"
+done | xargs -n 120 oiiotool
 
 # A run, with its time and that of each stage added to FILE: lines of STAGE MS.
 bake() { # TYPE THREADS FILE

@@ -21,7 +21,7 @@ oiiotool "$map" --resize 4096x2048 \
     iblbake "$build/iblbake" -q "$work/4k.exr" -o "$work/out" , \
     OpenEXRCore "$build/tests/bench_exr" "$work/4k.exr"
 
-echo '== accuracy of the specular levels and the table, beside cmgen'
+echo '== accuracy of sampled specular levels, beside cmgen'
 "$build/tests/bench_quality"
 
 echo '== what the default bake promises'

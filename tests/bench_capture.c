@@ -1,14 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Milliseconds of a capture's update by size and method, medians of runs in
- * turns, and how far the methods' levels are from each other: of the room that
- * the viewer shows, or of the box of tests/box.h with a panel of radiance 50.
- *
- *     bench_capture [room|box [SAMPLES [SIZE...]]]
- *
- * room, 64 and 64 128 256 512 by default.
+ * Milliseconds of a capture of the viewer's room by size and method, medians of
+ * runs in turns, and how far the methods' levels are from each other.
  */
-#include "box.h"
 #include "room.h"
 #include "view.h"
 
@@ -22,6 +16,7 @@
 #include "view/clock.h"
 
 enum {
+    SAMPLES = 64,
     RUNS = 7, /* of large captures fewer */
     LARGE_RUNS = 5,
     TIMES = 3, /* drawing, levels, irradiance */
@@ -45,10 +40,9 @@ static const char *const names[METHODS] = {
 
 typedef struct job {
     ibl_ctx *ctx;
-    view_capture_scene *scene;
-    void *cookie;
-    const double *eye;
-    int size, samples;
+    view_room *room;
+    view_room_draw draw;
+    int size;
     view_capture *capture[METHODS];
     ibl_cube cube[METHODS], irradiance[METHODS];
     double ms[METHODS][PARTS][RUNS];
@@ -59,6 +53,8 @@ static void fail(const char *what)
     fprintf(stderr, "bench_capture: %s\n", what);
     exit(1);
 }
+
+static const double eye[3] = {0, 1.2, 0};
 
 static int runs(const job *j)
 {
@@ -73,7 +69,7 @@ static void make(job *j)
                      ? VIEW_CAPTURE_PARABOLOIDS
                      : VIEW_CAPTURE_FACES;
         o.size = j->size;
-        o.samples = j->samples;
+        o.samples = SAMPLES;
         o.cpu = m >= FACES_LIBRARY ? j->ctx : NULL;
         o.timed = true;
         j->capture[m] = view_capture_create(&o);
@@ -95,6 +91,18 @@ static void drop(job *j)
     }
 }
 
+static void draw_room(void *cookie, const double clip[16], const double from[3],
+                      int size, int side)
+{
+    job *j = cookie;
+
+    (void)size;
+    memcpy(j->draw.clip, clip, sizeof j->draw.clip);
+    memcpy(j->draw.eye, from, sizeof j->draw.eye);
+    j->draw.paraboloid = side >= 0;
+    view_room_render(j->room, &j->draw);
+}
+
 /* An update in steps, as it is spread over frames: all, and the longest. */
 static void update(job *j, int method, double ms[PARTS])
 {
@@ -105,7 +113,7 @@ static void update(job *j, int method, double ms[PARTS])
     ms[CPU] = -test_ms(CLOCK_PROCESS_CPUTIME_ID);
     for (int i = view_capture_steps(c); i > 0; i--) {
         const double begin = view_clock();
-        done = view_capture_advance(c, j->eye, j->scene, j->cookie, 1);
+        done = view_capture_advance(c, eye, draw_room, j, 1);
         const double step = 1e3 * (view_clock() - begin);
         ms[ALL] += step;
         ms[LONGEST] = fmax(ms[LONGEST], step);
@@ -169,81 +177,27 @@ static void tell(job *j)
     tell_error(j, "GPU from library", FACES, FACES_LIBRARY);
 }
 
-/* ---- scenes ------------------------------------------------------------ */
-
-typedef struct room_scene {
-    view_room *room;
-    view_room_draw draw;
-} room_scene;
-
-static void room_draw(void *cookie, const double clip[16], const double eye[3],
-                      int size, int side)
+int main(void)
 {
-    room_scene *s = cookie;
+    job j = {.ctx = test_ctx(0, IBL_ISA_AUTO)};
 
-    (void)size;
-    for (int i = 0; i < 16; i++)
-        s->draw.clip[i] = clip[i];
-    for (int k = 0; k < 3; k++)
-        s->draw.eye[k] = eye[k];
-    s->draw.paraboloid = side >= 0;
-    view_room_render(s->room, &s->draw);
-}
-
-static void room_begin(room_scene *s)
-{
+    if (!view_test_begin(32, 32) || !(j.room = view_room_create()))
+        fail("no OpenGL in memory, or no room");
     const GLuint sky = room_cube_of(0.5F, 0.6F, 0.8F, 1);
-
-    *s = (room_scene){.room = view_room_create()};
-    if (!s->room)
-        fail("no room");
-    s->draw.moving = true;
-    s->draw.environment = (view_room_environment){
+    j.draw.moving = true;
+    j.draw.environment = (view_room_environment){
         .specular = sky, .irradiance = sky, .sky = sky, .irradiance_scale = 1};
-    s->draw.table = room_table_of(0.9F, 0.05F);
-}
-
-static void bench(job *j, const char *name, int count, char **sizes)
-{
-    static char *usual[] = {"64", "128", "256", "512"};
-
-    printf("%s, %d samples, %s\n", name, j->samples, view_test_about());
+    j.draw.table = room_table_of(0.9F, 0.05F);
+    printf("%d samples, %s\n", SAMPLES, view_test_about());
     printf("%5s %-20s %10s %10s %10s %10s %10s %10s  ms\n", "size", "",
            "drawing", "levels", "irradiance", "all", "a step", "cpu");
-    for (int i = 0; i < (count ? count : 4); i++) {
-        j->size = atoi(count ? sizes[i] : usual[i]);
-        make(j);
-        measure(j);
-        tell(j);
-        drop(j);
+    for (j.size = 64; j.size <= 512; j.size *= 2) {
+        make(&j);
+        measure(&j);
+        tell(&j);
+        drop(&j);
     }
-}
-
-int main(int argc, char **argv)
-{
-    static const double in_box[3] = {0.3, 0.2, -0.4}, in_room[3] = {0, 1.2, 0};
-    const char *name = argc > 1 ? argv[1] : "room";
-    const bool is_box = !strcmp(name, "box");
-    job j = {.samples = argc > 2 ? atoi(argv[2]) : 64};
-    const int count = argc > 3 ? argc - 3 : 0;
-    box_scene box = {.panel = 50};
-    room_scene room;
-
-    if (!is_box && strcmp(name, "room") != 0) {
-        fprintf(stderr,
-                "usage: bench_capture [room|box [SAMPLES [SIZE...]]]\n");
-        return 2;
-    }
-    j.ctx = test_ctx(0, IBL_ISA_AUTO);
-    if (!view_test_begin(32, 32) || !box_begin(&box))
-        fail("no OpenGL in memory");
-    room_begin(&room);
-    j.scene = is_box ? box_draw : room_draw;
-    j.cookie = is_box ? (void *)&box : (void *)&room;
-    j.eye = is_box ? in_box : in_room;
-    bench(&j, name, count, argv + 3);
-    view_room_free(room.room);
-    box_end(&box);
+    view_room_free(j.room);
     view_test_end();
     ibl_ctx_free(j.ctx);
     return 0;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * How far a bake is from the truth, beside cmgen of Filament.
+ * The error of sampled specular levels, beside those of cmgen of Filament.
  *
  *     make bench, or: build/tests/bench_quality --help
  *
@@ -10,7 +10,6 @@
  * over texels and channels, t the sum over every pixel of the source (level
  * 0: the source's average over the texel). Both programs are judged at the
  * same directions by the same code.
- * LUT: the largest absolute difference from the integrals.
  */
 #include "ibl/io.h"
 #include "test.h"
@@ -28,11 +27,8 @@
 static const double pi = 3.14159265358979323846;
 
 typedef struct settings {
-    const char *env;   /* path */
-    const char *cmgen; /* folder of faces m0_px.exr ..; NULL: run it */
-    int with_cmgen, with_specular, with_lut;
-    int threads, texels, lut_samples, seed;
-    ibl_isa isa;
+    const char *env; /* path */
+    int texels;
     ibl_specular_options spec;
 } settings;
 
@@ -50,13 +46,6 @@ typedef struct probes {
 typedef struct errors {
     double all, near, rest; /* nRMSE */
 } errors;
-
-static double seconds(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 static void *need(void *p)
 {
@@ -150,10 +139,10 @@ static void pick_rest(probes *set, int n, int want, const double sun[3],
 }
 
 /* A third near the sun where the level has as many, at least 100 in all. */
-static probes pick(const ibl_image *env, int n, int texels, int seed)
+static probes pick(const ibl_image *env, int n, int texels)
 {
     probes set = {0, 0, need(calloc((size_t)texels, sizeof(probe)))};
-    test_random r = {(uint64_t)seed};
+    test_random r = {1};
     double sun[3];
     brightest(env, sun);
     pick_near(&set, n, texels / 3, sun, &r);
@@ -332,19 +321,15 @@ static bool cmgen_cube(ibl_ctx *ctx, const settings *s, const probes *set,
     ibl_cube raw = {0};
     bool ok = false;
     stem = stem ? stem + 1 : s->env;
-    if (s->cmgen) {
-        snprintf(dir, sizeof dir, "%s", s->cmgen);
-    } else {
-        const double start = seconds();
-        if (!run_cmgen(s, test_dir())) {
-            printf("cmgen (Debian: libfilament-tools) did not run\n");
-            return false;
-        }
-        printf("cmgen --ibl-ld: %.3f s with its start, decoding, level 0\n",
-               seconds() - start);
-        snprintf(dir, sizeof dir, "%s/%.*s", test_dir(),
-                 (int)strcspn(stem, "."), stem);
+    const double start = test_ms(CLOCK_MONOTONIC);
+    if (!run_cmgen(s, test_dir())) {
+        printf("cmgen (Debian: libfilament-tools) did not run\n");
+        return false;
     }
+    printf("cmgen --ibl-ld: %.3f s with its start, decoding, level 0\n",
+           1e-3 * (test_ms(CLOCK_MONOTONIC) - start));
+    snprintf(dir, sizeof dir, "%s/%.*s", test_dir(), (int)strcspn(stem, "."),
+             stem);
     if (ibl_cube_alloc(ctx, s->spec.size, s->spec.levels, &raw) == 0 &&
         ibl_cube_alloc(ctx, s->spec.size, s->spec.levels, cube) == 0 &&
         read_faces(ctx, dir, &raw)) {
@@ -410,20 +395,21 @@ static int bench_specular(ibl_ctx *ctx, const settings *s, const ibl_image *env)
     int programs = 1, failed = 1;
     for (int l = 0; l < levels; l++) {
         const int n = ibl_cube_edge(s->spec.size, l);
-        sets[l] = pick(env, n, s->texels, s->seed);
+        sets[l] = pick(env, n, s->texels);
         find_truth(&sets[l], env, n,
                    ibl_level_roughness(s->spec.mapping, l, levels));
     }
-    const double start = seconds();
+    const double start = test_ms(CLOCK_MONOTONIC);
     if (ibl_bake_specular(ctx, env, &s->spec, &cubes[0]))
         goto done;
     printf("%s, %d x %d; size %d, %d levels, %s, %d samples, bias %g%s\n",
            s->env, env->width, env->height, s->spec.size, levels,
            ibl_roughness_map_name(s->spec.mapping), s->spec.samples,
            s->spec.lod_bias, s->spec.jitter ? ", jitter" : "");
-    printf("ibl_bake_specular: %.3f s, %d threads, %s\n", seconds() - start,
-           ibl_ctx_threads(ctx), ibl_isa_name(ibl_ctx_isa(ctx)));
-    if (s->with_cmgen && cmgen_cube(ctx, s, &sets[levels > 1], &cubes[1]))
+    printf("ibl_bake_specular: %.3f s, %d threads, %s\n",
+           1e-3 * (test_ms(CLOCK_MONOTONIC) - start), ibl_ctx_threads(ctx),
+           ibl_isa_name(ibl_ctx_isa(ctx)));
+    if (cmgen_cube(ctx, s, &sets[levels > 1], &cubes[1]))
         programs = 2;
     print_table(s, env, sets, cubes, programs);
     failed = 0;
@@ -435,162 +421,43 @@ done:
     return failed;
 }
 
-/* ---- LUT ------------------------------------------------------------- */
-
-/* Every texel of a coarse grid that grows finer towards all four edges and
- * holds the outermost lines. */
-static int lut_lines(int size, int lines[64])
-{
-    int count = 0;
-    for (int i = 0; i < size; i++) {
-        const int edge = i < size - 1 - i ? i : size - 1 - i;
-        if (edge < 4 || (edge & (edge - 1)) == 0 || i % 32 == 17)
-            if (count < 64)
-                lines[count++] = i;
-    }
-    return count;
-}
-
-static int bench_lut(ibl_ctx *ctx, ibl_geometry geometry, int samples)
-{
-    ibl_lut_options opts = ibl_lut_options_default();
-    ibl_lut lut;
-    double worst[2] = {0, 0}, where[2][2] = {{0}};
-    int lines[64];
-    opts.geometry = geometry;
-    opts.samples = samples;
-    const double start = seconds();
-    if (ibl_bake_lut(ctx, &opts, &lut))
-        return 1;
-    const double spent = seconds() - start;
-    const int count = lut_lines(lut.size, lines);
-    for (int k = 0; k < count * count; k++) {
-        const int i = lines[k % count], j = lines[k / count];
-        const double nv = (i + 0.5) / lut.size, r = (j + 0.5) / lut.size;
-        double truth[2];
-        truth_lut(nv, r, geometry, truth);
-        for (int c = 0; c < 2; c++) {
-            const float x = lut.data[2 * ((size_t)j * (size_t)lut.size) +
-                                     2 * (size_t)i + (size_t)c];
-            const double e = fabs((double)x - truth[c]);
-            if (!(e <= worst[c])) {
-                worst[c] = e;
-                where[c][0] = nv, where[c][1] = r;
-            }
-        }
-    }
-    printf("%-12s %7d %7d  %9.2e (%.4f, %.4f)  %9.2e (%.4f, %.4f)  %.3f s\n",
-           ibl_geometry_name(geometry), samples, count * count, worst[0],
-           where[0][0], where[0][1], worst[1], where[1][0], where[1][1], spent);
-    ibl_lut_free(&lut);
-    return 0;
-}
-
-static int bench_luts(ibl_ctx *ctx, const settings *s)
-{
-    int failed = 0;
-    printf("\nLUT 256 x 256: largest absolute errors, at (N.V, r); "
-           "0 samples: quadrature\n");
-    printf("geometry     samples  texels  scale                       bias\n");
-    for (int k = 0; k < 4; k++)
-        failed |=
-            bench_lut(ctx, (ibl_geometry)(k % 2), k < 2 ? 0 : s->lut_samples);
-    return failed;
-}
-
-/* ---- command line ---------------------------------------------------- */
-
 static void usage(FILE *f)
 {
     fputs("usage: bench_quality [options] [ENV]\n"
           "ENV defaults to ../shared/data/quarry_01_1k.hdr\n"
           "  --samples N       per texel, for both programs (1024)\n"
-          "  --lod-bias X      of our lookups (the library's default)\n"
-          "  --jitter 0|1      of our sample pattern (the library's default)\n"
-          "  --pdf-mip 0|1     mip from the pdf (1)\n"
-          "  --linear          roughness mapping linear, and no cmgen\n"
           "  --size N          edge of level 0 (256)\n"
           "  --levels N        (5: the number cmgen makes of 256)\n"
-          "  --texels N        judged per level, at least 100 (999)\n"
-          "  --seed N          of their choice (1)\n"
-          "  --threads N       (as many as there are CPUs)\n"
-          "  --isa NAME        auto, c, sse2, avx2, avx512\n"
-          "  --cmgen DIR       faces that cmgen --ibl-ld left (runs it)\n"
-          "  --no-cmgen        our side alone\n"
-          "  --only WHAT       specular or lut\n"
-          "  --lut-samples N   of the sampled LUT (1024)\n",
+          "  --texels N        judged per level, at least 100 (999)\n",
           f);
-}
-
-static ibl_isa isa_of(const char *name)
-{
-    for (int k = IBL_ISA_AUTO; k <= IBL_ISA_AVX512; k++)
-        if (!strcmp(name, ibl_isa_name((ibl_isa)k)))
-            return (ibl_isa)k;
-    fprintf(stderr, "bench_quality: no instruction set '%s'\n", name);
-    exit(2);
-}
-
-/* Options that set an int of the settings, by their index in this table. */
-static const size_t int_options[] = {
-    offsetof(settings, spec.samples), offsetof(settings, spec.jitter),
-    offsetof(settings, spec.pdf_mip), offsetof(settings, spec.size),
-    offsetof(settings, spec.levels),  offsetof(settings, texels),
-    offsetof(settings, seed),         offsetof(settings, threads),
-    offsetof(settings, lut_samples)};
-static const struct option options[] = {
-    {"samples", 1, NULL, 0},     {"jitter", 1, NULL, 1},
-    {"pdf-mip", 1, NULL, 2},     {"size", 1, NULL, 3},
-    {"levels", 1, NULL, 4},      {"texels", 1, NULL, 5},
-    {"seed", 1, NULL, 6},        {"threads", 1, NULL, 7},
-    {"lut-samples", 1, NULL, 8}, {"lod-bias", 1, NULL, 'b'},
-    {"linear", 0, NULL, 'l'},    {"isa", 1, NULL, 'i'},
-    {"cmgen", 1, NULL, 'c'},     {"no-cmgen", 0, NULL, 'n'},
-    {"only", 1, NULL, 'o'},      {"help", 0, NULL, 'h'},
-    {NULL, 0, NULL, 0}};
-
-static void set_option(settings *s, int c, const char *arg)
-{
-    if (c >= 0 && c < (int)(sizeof int_options / sizeof *int_options)) {
-        *(int *)(void *)((char *)s + int_options[c]) = atoi(arg);
-    } else if (c == 'b') {
-        s->spec.lod_bias = atof(arg);
-    } else if (c == 'l') {
-        s->spec.mapping = IBL_ROUGHNESS_LINEAR;
-        s->with_cmgen = 0;
-    } else if (c == 'i') {
-        s->isa = isa_of(arg);
-    } else if (c == 'c') {
-        s->cmgen = arg;
-    } else if (c == 'n') {
-        s->with_cmgen = 0;
-    } else if (c == 'o') {
-        s->with_specular = !strcmp(arg, "specular");
-        s->with_lut = !strcmp(arg, "lut");
-    } else {
-        usage(c == 'h' ? stdout : stderr);
-        exit(c == 'h' ? 0 : 2);
-    }
 }
 
 static settings parse(int argc, char **argv)
 {
-    settings s = {.with_cmgen = 1,
-                  .with_specular = 1,
-                  .with_lut = 1,
-                  .texels = 999,
-                  .lut_samples = 1024,
-                  .seed = 1};
-    s.spec = ibl_specular_options_default();
+    static const struct option options[] = {
+        {"samples", 1, NULL, 's'}, {"size", 1, NULL, 'n'},
+        {"levels", 1, NULL, 'l'},  {"texels", 1, NULL, 't'},
+        {"help", 0, NULL, 'h'},    {NULL, 0, NULL, 0}};
+    settings s = {.texels = 999, .spec = ibl_specular_options_default()};
+
     s.spec.method = IBL_METHOD_SAMPLED;
     s.spec.mapping = IBL_ROUGHNESS_FILAMENT;
     s.spec.size = 256;
     s.spec.levels = 5;
-    for (int c; (c = getopt_long(argc, argv, "", options, NULL)) != -1;)
-        set_option(&s, c, optarg);
+    for (int c; (c = getopt_long(argc, argv, "", options, NULL)) != -1;) {
+        int *value = c == 's'   ? &s.spec.samples
+                     : c == 'n' ? &s.spec.size
+                     : c == 'l' ? &s.spec.levels
+                     : c == 't' ? &s.texels
+                                : NULL;
+        if (!value) {
+            usage(c == 'h' ? stdout : stderr);
+            exit(c == 'h' ? 0 : 2);
+        }
+        *value = atoi(optarg);
+    }
     s.env = optind < argc ? argv[optind] : test_shared_data("quarry_01_1k.hdr");
-    if (s.texels < 100 || s.spec.levels < 1 || s.spec.levels > IBL_MAX_LEVELS ||
-        s.lut_samples < 1 || !(s.with_specular || s.with_lut)) {
+    if (s.texels < 100 || s.spec.levels < 1 || s.spec.levels > IBL_MAX_LEVELS) {
         usage(stderr);
         exit(2);
     }
@@ -600,21 +467,19 @@ static settings parse(int argc, char **argv)
 int main(int argc, char **argv)
 {
     const settings s = parse(argc, argv);
-    ibl_ctx *ctx = test_ctx(s.threads, s.isa);
+    ibl_ctx *ctx = test_ctx(0, IBL_ISA_AUTO);
     ibl_image env;
     int failed = 0;
+
     setvbuf(stdout, NULL, _IOLBF, 0);
-    if (s.with_specular && !s.env) {
+    if (!s.env) {
         printf("skipped: ../shared/data/quarry_01_1k.hdr is not here\n");
-    } else if (s.with_specular) {
-        failed |= ibl_image_read(ctx, s.env, NULL, &env, NULL) != 0;
-        if (!failed) {
-            failed |= bench_specular(ctx, &s, &env);
-            ibl_image_free(&env);
-        }
+    } else if (!ibl_image_read(ctx, s.env, NULL, &env, NULL)) {
+        failed = bench_specular(ctx, &s, &env);
+        ibl_image_free(&env);
+    } else {
+        failed = 1;
     }
-    if (s.with_lut)
-        failed |= bench_luts(ctx, &s);
     ibl_ctx_free(ctx);
     return failed;
 }

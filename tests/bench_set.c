@@ -3,19 +3,15 @@
  * Writes a set of captures for `iblbake probes`: six faces each, of a room with
  * tiles and lamps seen from the points of a grid.
  *
- *     bench_set DIR COUNT SIZE hdr|exr
+ *     bench_set DIR COUNT SIZE
  *
- * makes DIR/set.json and DIR/N_F.hdr (RGBE, flat) or .exr (half floats, ZIP).
+ * makes DIR/set.json and DIR/N_F.hdr (RGBE, flat).
  */
 #include <math.h>
-#include <openexr.h>
 #include <stdbool.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
-#include "core/half.h"
 #include "ibl/ibl.h"
 
 static const double half[3] = {8, 2, 8};
@@ -78,66 +74,11 @@ static bool write_hdr(const char *path, int n, const float *rgb)
     return !fclose(f);
 }
 
-/* B, G or R of the rows of a chunk, which are planes of halves. */
-static void point_to(exr_encode_pipeline_t *pipe, const uint16_t *rows, int n)
-{
-    for (int i = 0; i < pipe->channel_count; i++) {
-        exr_coding_channel_info_t *c = &pipe->channels[i];
-        const char *name = c->channel_name;
-        c->user_data_type = EXR_PIXEL_HALF;
-        c->user_bytes_per_element = 2;
-        c->user_pixel_stride = 6;
-        c->user_line_stride = 6 * n;
-        c->encode_from_ptr = (const uint8_t *)(rows + (*name == 'R'   ? 0
-                                                       : *name == 'G' ? 1
-                                                                      : 2));
-    }
-}
-
-static bool write_exr(const char *path, int n, const float *rgb)
-{
-    exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
-    exr_encode_pipeline_t pipe = EXR_ENCODE_PIPELINE_INITIALIZER;
-    uint16_t *halves = malloc(3 * sizeof *halves * (size_t)n * (size_t)n);
-    exr_context_t f;
-    int part, lines = 1;
-
-    if (!halves || exr_start_write(&f, path, EXR_WRITE_FILE_DIRECTLY, &init)) {
-        free(halves);
-        return false;
-    }
-    for (int i = 0; i < 3 * n * n; i++)
-        halves[i] = ibl_half_from_float(rgb[i]);
-    bool ok = !exr_add_part(f, "p", EXR_STORAGE_SCANLINE, &part) &&
-              !exr_initialize_required_attr_simple(f, part, n, n,
-                                                   EXR_COMPRESSION_ZIP);
-    for (int i = 0; i < 3; i++)
-        ok = ok &&
-             !exr_add_channel(f, part, (const char *[]){"B", "G", "R"}[i],
-                              EXR_PIXEL_HALF, EXR_PERCEPTUALLY_LINEAR, 1, 1);
-    ok = ok && !exr_write_header(f) &&
-         !exr_get_scanlines_per_chunk(f, part, &lines);
-    for (int y = 0; ok && y < n; y += lines) {
-        exr_chunk_info_t chunk;
-        ok = !exr_write_scanline_chunk_info(f, part, y, &chunk) &&
-             !(y ? exr_encoding_update(f, part, &chunk, &pipe)
-                 : exr_encoding_initialize(f, part, &chunk, &pipe));
-        point_to(&pipe, halves + 3 * (size_t)y * (size_t)n, n);
-        if (ok && !y)
-            ok = !exr_encoding_choose_default_routines(f, part, &pipe);
-        ok = ok && !exr_encoding_run(f, part, &pipe);
-    }
-    exr_encoding_destroy(f, &pipe);
-    free(halves);
-    return !exr_finish(&f) && ok;
-}
-
 /* ---- the set ----------------------------------------------------------- */
 
 typedef struct set {
     const char *directory;
     int count, size;
-    const char *type;
     FILE *json;
 } set;
 
@@ -154,10 +95,8 @@ static bool write_faces(const set *s, int probe, const double at[3])
             ibl_cube_direction(n, f, i % n, i / n, dir);
             trace(at, dir, rgb + 3 * i);
         }
-        snprintf(path, sizeof path, "%s/%d_%d.%s", s->directory, probe, f,
-                 s->type);
-        ok =
-            *s->type == 'h' ? write_hdr(path, n, rgb) : write_exr(path, n, rgb);
+        snprintf(path, sizeof path, "%s/%d_%d.hdr", s->directory, probe, f);
+        ok = write_hdr(path, n, rgb);
     }
     free(rgb);
     return ok;
@@ -176,7 +115,7 @@ static bool write_probe(const set *s, int i)
         " \"capture\": {\"faces\": [",
         i ? "," : "", i, at[0], at[1], at[2], at[0], at[1], at[2]);
     for (int f = 0; f < IBL_FACES; f++)
-        fprintf(s->json, "%s\"%d_%d.%s\"", f ? ", " : "", i, f, s->type);
+        fprintf(s->json, "%s\"%d_%d.hdr\"", f ? ", " : "", i, f);
     fprintf(s->json, "]}}");
     return write_faces(s, i, at);
 }
@@ -186,11 +125,10 @@ int main(int argc, char **argv)
     char path[4096];
     set s = {0};
 
-    if (argc == 5)
-        s = (set){argv[1], atoi(argv[2]), atoi(argv[3]), argv[4], NULL};
-    if (s.count < 1 || s.size < 1 || s.size > 4096 ||
-        (strcmp(s.type, "hdr") && strcmp(s.type, "exr"))) {
-        fprintf(stderr, "usage: bench_set DIR COUNT SIZE hdr|exr\n");
+    if (argc == 4)
+        s = (set){argv[1], atoi(argv[2]), atoi(argv[3]), NULL};
+    if (s.count < 1 || s.size < 1 || s.size > 4096) {
+        fprintf(stderr, "usage: bench_set DIR COUNT SIZE\n");
         return 2;
     }
     snprintf(path, sizeof path, "%s/set.json", s.directory);
