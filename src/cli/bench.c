@@ -6,27 +6,21 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "cli/scratch.h"
+#include "cli/child.h"
 #include "cli/session.h"
-
-static void free_point(ibl_bench_point *p)
-{
-    for (char **word = p->argv; word && *word; word++)
-        free(*word);
-    for (int i = 0; i < p->stage_count; i++)
-        free(p->stages[i].seconds);
-    free(p->argv);
-    free(p->directory);
-    free(p->log);
-    free(p->wall_s);
-    free(p->cpu_s);
-    free(p->level);
-}
+#include "cli/shell_words.h"
 
 static void free_bench(ibl_bench *b)
 {
-    for (int i = 0; i < b->point_count; i++)
-        free_point(&b->points[i]);
+    for (int i = 0; i < b->point_count; i++) {
+        ibl_bench_point *p = &b->points[i];
+        for (int k = 0; k < p->series_count; k++)
+            free(p->series[k].rounds);
+        json_decref(p->levels);
+        ibl_words_free(p->argv);
+        free(p->directory);
+        free(p->log);
+    }
     for (int i = 0; i < b->source_count; i++)
         free(b->sources[i].path);
     free(b->points);
@@ -40,18 +34,16 @@ typedef struct report {
     char *(*text)(const ibl_bench *b);
 } report;
 
-/* Said before the minutes of work, not after them. */
+/* Before the minutes of work, not after them. */
 static bool check_reports(const ibl_bench *b, const report *reports, int count)
 {
     for (int i = 0; i < count; i++) {
         const char *path = reports[i].path;
-        const char *slash = path ? strrchr(path, '/') : NULL;
-        char *parent;
         if (!path)
             continue;
-        parent = slash
-                     ? strndup(path, slash == path ? 1 : (size_t)(slash - path))
-                     : strdup(".");
+        const char *slash = strrchr(path, '/');
+        char *parent = slash ? strndup(path, slash > path ? slash - path : 1)
+                             : strdup(".");
         const bool ok = parent && !access(parent, W_OK | X_OK);
         const int why = errno;
         free(parent);
@@ -96,6 +88,15 @@ static bool write_reports(const ibl_bench *b, const report *reports, int count)
 
 /* ---- the run --------------------------------------------------------- */
 
+static bool is_beaten(const ibl_bench_point *p, const ibl_bench_point *q)
+{
+    const double time = p->series[IBL_BENCH_WALL_S].median;
+    const double other = q->series[IBL_BENCH_WALL_S].median;
+
+    return q->error <= p->error && other <= time &&
+           (q->error < p->error || other < time);
+}
+
 /* Marks the points of a map that no other is both faster and better than. */
 static void mark_front(ibl_bench *b)
 {
@@ -104,10 +105,8 @@ static void mark_front(ibl_bench *b)
         p->pareto = ibl_bench_is_rival(b, p);
         for (int k = 0; k < b->point_count && p->pareto; k++) {
             const ibl_bench_point *q = &b->points[k];
-            if (q != p && q->source == p->source && ibl_bench_is_rival(b, q) &&
-                q->error <= p->error && q->wall.median <= p->wall.median &&
-                (q->error < p->error || q->wall.median < p->wall.median))
-                p->pareto = false;
+            p->pareto = q->source != p->source || !ibl_bench_is_rival(b, q) ||
+                        !is_beaten(p, q);
         }
     }
 }

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * iblbake bench: what is measured, and what came of it.
+ * iblbake bench: what is measured, and the results.
  *
  * A run is a list of points. A point is one command: a bake of ours with one
  * setting of everything that is swept, a variant (the base bake with more
  * options) or a peer (another tool). All points run in turns, A B C A B C,
- * each in a child process; then what the last round left is judged.
+ * each in a child process; then the output of the last round is judged.
  */
 #ifndef CLI_BENCH_H
 #define CLI_BENCH_H
@@ -13,14 +13,14 @@
 #include <jansson.h>
 #include <time.h>
 
-#include "cli/child.h"
-#include "cli/console.h"
 #include "cli/common_options.h"
+#include "cli/console.h"
 
 enum {
     IBL_BENCH_VALUES = 32, /* of one list */
     IBL_BENCH_NAMED = 16,  /* variants, peers, environments */
-    IBL_BENCH_STAGES = 64, /* that a bake reports, most */
+    IBL_BENCH_NAME = 32,   /* bytes of the name of a quantity */
+    IBL_BENCH_SERIES = 64, /* quantities of a point: three, and its stages */
     IBL_BENCH_ROUNDS = 999
 };
 
@@ -50,9 +50,12 @@ typedef enum ibl_bench_axis {
 } ibl_bench_axis;
 
 /* "method", "samples", "size", "threads", "isa", "source". */
-const char *ibl_bench_axis_name(ibl_bench_axis axis);
+const char *ibl_bench_axis_name(int axis);
+/* A value of an axis as its option has it. */
+void ibl_bench_value(int axis, int value, char *text, size_t size);
 
 typedef struct ibl_bench_list {
+    ibl_bench_axis axis;
     int count;
     int values[IBL_BENCH_VALUES];
 } ibl_bench_list;
@@ -68,7 +71,7 @@ typedef struct ibl_bench_opts {
     ibl_common common; /* threads and isa: of the judging */
     int env_count;
     const char *envs[IBL_BENCH_NAMED];
-    /* Sources: widths, 0 for the file as it is. Without values: defaults. */
+    /* Sources: widths, 0 for none; without values: defaults. */
     ibl_bench_list lists[IBL_BENCH_AXES];
     const char *bake; /* more options of every bake of ours, or NULL */
     ibl_bench_names variants, peers, outputs;
@@ -85,30 +88,28 @@ typedef enum ibl_bench_kind {
     IBL_BENCH_PEER
 } ibl_bench_kind;
 
-/* Where a measured quantity lay, over the rounds. */
-typedef struct ibl_bench_stat {
-    double median, low, high; /* low, high: the quartiles */
-} ibl_bench_stat;
+/* "bake", "variant", "peer". */
+const char *ibl_bench_kind_name(ibl_bench_kind kind);
 
-typedef struct ibl_bench_stage {
-    char name[32];
-    double *seconds; /* one a round */
-    ibl_bench_stat stat;
-} ibl_bench_stage;
+/* A measured quantity over the rounds. */
+typedef struct ibl_bench_series {
+    char name[IBL_BENCH_NAME];
+    double *rounds;           /* 0 where a round did not report it */
+    double low, median, high; /* low, high: the quartiles */
+} ibl_bench_series;
 
-/* One level of one output against the reference. */
-typedef struct ibl_bench_level {
-    char content[16]; /* "specular", "irradiance", "lut" */
-    int level, size;
-    double roughness;
-    double nrmse, median, p95, worst, bias;
-} ibl_bench_level;
+/* The first of a point's series; the others are seconds of its stages. */
+enum {
+    IBL_BENCH_WALL_S,
+    IBL_BENCH_CPU_S,
+    IBL_BENCH_PEAK_BYTES,
+    IBL_BENCH_STAGES
+};
 
 /* A map that is baked: an environment, or one resampled. */
 typedef struct ibl_bench_source {
-    int env;   /* index of ibl_bench_opts.envs */
-    int width; /* pixels */
-    int height;
+    int env; /* index of ibl_bench_opts.envs */
+    int width, height;
     bool resampled;
     char *path;
 } ibl_bench_source;
@@ -122,21 +123,17 @@ typedef struct ibl_bench_point {
     int at[IBL_BENCH_AXES]; /* settings of a bake; -1: does not apply */
     unsigned sweeps;        /* bit n: this point belongs to axis n's sweep */
     bool base;
-    char **argv; /* ended by NULL, owned */
+    char **argv; /* of ibl_words_split */
     char *directory, *log;
 
-    double *wall_s, *cpu_s; /* one a round */
-    ibl_bench_stat wall, cpu;
-    size_t peak_bytes;   /* median of the rounds */
+    ibl_bench_series series[IBL_BENCH_SERIES];
+    int series_count;
     size_t output_bytes; /* of all files that it left */
-    ibl_bench_stage stages[IBL_BENCH_STAGES];
-    int stage_count;
 
-    bool judged;
-    ibl_bench_level *level;
-    int level_count;
-    double error;     /* rms over the specular levels with r > 0 of nRMSE */
-    double worst_p95; /* worst 95th percentile of those levels */
+    json_t *levels;   /* of the JSON report; NULL: not judged */
+    bool judged;      /* and has specular levels with r > 0: */
+    double error;     /* rms over these of nRMSE */
+    double worst_p95; /* worst 95th percentile of these */
     bool pareto;      /* no other point of this map is faster and better */
 } ibl_bench_point;
 
@@ -146,13 +143,13 @@ typedef struct ibl_bench_machine {
     int cpus;        /* that this process may use */
     int online_cpus; /* that the machine has */
     double memory_bytes;
-    double load; /* of the last minute when the run began */
+    double load; /* of the last minute when the run began; < 0: unknown */
 } ibl_bench_machine;
 
 typedef struct ibl_bench {
     const ibl_bench_opts *opts;
     ibl_console *console;
-    const char *directory; /* private, removed by whoever made it */
+    const char *directory; /* private, removed by its maker */
     ibl_bench_machine machine;
     int base[IBL_BENCH_AXES];
     ibl_bench_source *sources;
@@ -173,19 +170,26 @@ void ibl_bench_machine_find(ibl_bench_machine *m);
 bool ibl_bench_sources_make(ibl_bench *b);
 /* Fills b->points. */
 bool ibl_bench_plan(ibl_bench *b);
-/* text with {env}, {out} and {name} of a point filled in, as words of a shell;
- * the caller's to free, NULL: no memory. */
+/* What printf makes of fmt, for free(); NULL: no memory. */
+char *ibl_bench_text(const char *fmt, ...)
+    __attribute__((format(printf, 1, 2)));
+/* text with {env}, {out} and {name} of a point filled in, as words of a shell,
+ * for free(); NULL: no memory. */
 char *ibl_bench_fill(const ibl_bench *b, const ibl_bench_point *p,
                      const char *text);
 bool ibl_bench_measure(ibl_bench *b);
-/* Whether the arguments of a point's output can be judged by, as far as is
- * known before it ran. */
+/* Checks the arguments that a point's output is judged by, as far as possible
+ * before it has run. */
 bool ibl_bench_check_output(const ibl_bench *b, const ibl_bench_point *p);
 bool ibl_bench_judge(ibl_bench *b);
 
-/* Whether a point stands for error against time: judged, on a map as it is,
- * and a peer, a variant or a bake with another method or samples alone. */
+/* Whether a point counts for error against time: judged, on a map as it is,
+ * and a peer, a variant or a bake that differs from the base only by method or
+ * samples. */
 bool ibl_bench_is_rival(const ibl_bench *b, const ibl_bench_point *p);
+/* Whether a point has its levels and stages listed: the base, bakes that
+ * differ from it only by the method, variants and peers. */
+bool ibl_bench_is_special(const ibl_bench *b, const ibl_bench_point *p);
 
 /* ---- reports --------------------------------------------------------- */
 
@@ -195,18 +199,7 @@ char *ibl_bench_csv(const ibl_bench *b);
 char *ibl_bench_json(const ibl_bench *b);
 char *ibl_bench_html(const ibl_bench *b);
 
-/* Median and quartiles of n values, n >= 1; sorts them into scratch space of
- * its own. */
-ibl_bench_stat ibl_bench_stat_of(const double *values, int n);
-
-/* Whether a point has its levels and stages listed: the base, what differs
- * from it by the method alone, variants and peers. */
-bool ibl_bench_is_special(const ibl_bench *b, const ibl_bench_point *p);
-
-/* Every stage that any point has, as each of them has it in its own order as
- * far as that goes; returns how many. */
-int ibl_bench_stages(const ibl_bench *b, char names[][32], int most);
-/* Median time of a stage in a point, NAN if it has none. */
-double ibl_bench_stage_seconds(const ibl_bench_point *p, const char *name);
+/* Finds the median and the quartiles of n rounds, 1..IBL_BENCH_ROUNDS. */
+void ibl_bench_sum_up(ibl_bench_series *s, int n);
 
 #endif

@@ -6,18 +6,18 @@
 
 #include "cli/bench.h"
 #include "cli/session.h"
-#include "cli/verify_files.h"
 #include "cli/shell_words.h"
+#include "cli/verify_files.h"
 
-/* The run's judging: a map, and its truth for each rotation that occurs. */
+/* What the points are judged by; the judge keeps the truth that it has worked
+ * out, for the points that follow with the same map and rotation. */
 typedef struct judging {
     const ibl_bench *b;
     ibl_ctx *ctx;
-    int source; /* that env and judges are of; -1: none */
+    int source; /* of env; -1: none */
     ibl_image env;
-    int count;
-    double yaw_deg[IBL_BENCH_NAMED + 1];
-    ibl_judge *judges[IBL_BENCH_NAMED + 1];
+    double yaw_deg;   /* of judge */
+    ibl_judge *judge; /* NULL: none */
 } judging;
 
 static const char *output_of(const ibl_bench *b, const ibl_bench_point *p)
@@ -37,24 +37,16 @@ static bool is_judged(const ibl_bench *b, const ibl_bench_point *p)
 }
 
 /* ENV and the rest of iblbake verify's arguments; free with ibl_words_free.
- * NULL: no memory. */
+ * NULL: no memory, or an open quote. */
 static char **arguments(const ibl_bench *b, const ibl_bench_point *p)
 {
-    char *env = ibl_words_quote(b->sources[p->source].path), *rest, *all = NULL;
-    char **words = NULL;
-    int length;
+    const bool peer = p->kind == IBL_BENCH_PEER;
+    char *env = ibl_words_quote(b->sources[p->source].path);
+    char *rest =
+        ibl_bench_fill(b, p, peer ? output_of(b, p) : "{out} --name bake");
+    char *all = env && rest ? ibl_bench_text("%s %s", env, rest) : NULL;
+    char **words = all ? ibl_words_split(all) : NULL;
 
-    rest = ibl_bench_fill(b, p,
-                          p->kind == IBL_BENCH_PEER ? output_of(b, p)
-                                                    : "{out} --name bake");
-    if (env && rest) {
-        length = snprintf(NULL, 0, "%s %s", env, rest);
-        all = malloc((size_t)length + 1);
-        if (all)
-            snprintf(all, (size_t)length + 1, "%s %s", env, rest);
-    }
-    if (all)
-        words = ibl_words_split(all);
     free(all);
     free(rest);
     free(env);
@@ -94,75 +86,79 @@ bool ibl_bench_check_output(const ibl_bench *b, const ibl_bench_point *p)
 
 static void drop_source(judging *j)
 {
-    for (int i = 0; i < j->count; i++)
-        ibl_judge_free(j->judges[i]);
-    j->count = 0;
+    ibl_judge_free(j->judge);
+    j->judge = NULL;
     ibl_image_free(&j->env);
     j->source = -1;
 }
 
-static ibl_status take_source(judging *j, int source)
+/* Makes j->judge that of a map with a rotation. */
+static ibl_status take_judge(judging *j, int source, double yaw_deg,
+                             const ibl_judge_options *options)
 {
-    if (j->source == source)
-        return IBL_OK;
-    drop_source(j);
-    const ibl_status status =
-        ibl_image_read(j->ctx, j->b->sources[source].path,
-                       &j->b->opts->common.read, &j->env, NULL);
-    if (!status)
+    ibl_status status = IBL_OK;
+
+    if (j->source != source) {
+        drop_source(j);
+        status = ibl_image_read(j->ctx, j->b->sources[source].path,
+                                &j->b->opts->common.read, &j->env, NULL);
+        if (status)
+            return status;
         j->source = source;
+    }
+    if (j->judge && j->yaw_deg != yaw_deg) {
+        ibl_judge_free(j->judge);
+        j->judge = NULL;
+    }
+    j->yaw_deg = yaw_deg;
+    if (!j->judge)
+        status = ibl_judge_create(j->ctx, &j->env, yaw_deg, options, &j->judge);
     return status;
 }
 
-/* The judge of the map with a rotation; it keeps what it worked out. */
-static ibl_status find_judge(judging *j, double yaw_deg,
-                             const ibl_judge_options *options,
-                             ibl_judge **judge)
-{
-    int i = 0;
+/* ---- verdicts -------------------------------------------------------- */
 
-    while (i < j->count && j->yaw_deg[i] != yaw_deg)
-        i++;
-    if (i == j->count) {
-        if (i > IBL_BENCH_NAMED)
-            ibl_judge_free(j->judges[--i]);
-        j->count = i;
-        const ibl_status status =
-            ibl_judge_create(j->ctx, &j->env, yaw_deg, options, &j->judges[i]);
-        if (status)
-            return status;
-        j->yaw_deg[i] = yaw_deg;
-        j->count = i + 1;
-    }
-    *judge = j->judges[i];
-    return IBL_OK;
+static json_t *number(double value)
+{
+    return isfinite(value) ? json_real(value) : json_null();
 }
 
-/* ---- verdicts -------------------------------------------------------- */
+static bool keep_level(ibl_bench_point *p, const ibl_report_row *row)
+{
+    const ibl_verdict *v = &row->verdict;
+    /* Irradiance has the lobe of roughness 1. */
+    const double roughness = v->role == IBL_ROLE_IRRADIANCE ? 1 : v->roughness;
+
+    return !json_array_append_new(
+        p->levels,
+        json_pack("{ss si si so so so so so so}", "content", row->content,
+                  "level", row->level, "size", v->size, "roughness",
+                  number(roughness), "nrmse", number(v->nrmse), "median",
+                  number(v->median), "p95", number(v->p95), "worst",
+                  number(v->worst), "bias", number(v->bias)));
+}
+
+static bool keep_lut(ibl_bench_point *p, const ibl_lut_verdict *v)
+{
+    return !json_array_append_new(
+        p->levels,
+        json_pack("{ss si si sn so sn sn so sn}", "content", "lut", "level", 0,
+                  "size", v->size, "roughness", "nrmse", number(v->rms),
+                  "median", "p95", "worst", number(v->max), "bias"));
+}
 
 static ibl_status keep(ibl_bench_point *p, const ibl_report *report)
 {
     double sum = 0, worst = 0;
     int rough = 0;
 
-    p->level = calloc((size_t)report->count + 1, sizeof *p->level);
-    if (!p->level)
-        return IBL_ERR_MEMORY;
+    p->levels = json_array();
     for (int i = 0; i < report->count; i++) {
         const ibl_verdict *v = &report->rows[i].verdict;
-        ibl_bench_level *l = &p->level[p->level_count++];
-        *l = (ibl_bench_level){.level = report->rows[i].level,
-                               .size = v->size,
-                               .roughness = v->roughness,
-                               .nrmse = v->nrmse,
-                               .median = v->median,
-                               .p95 = v->p95,
-                               .worst = v->worst,
-                               .bias = v->bias};
-        snprintf(l->content, sizeof l->content, "%s", report->rows[i].content);
-        if (v->role == IBL_ROLE_IRRADIANCE)
-            l->roughness = 1; /* which has the same lobe */
-        if (strcmp(l->content, "specular") != 0 || !(v->roughness > 0))
+        if (!keep_level(p, &report->rows[i]))
+            return IBL_ERR_MEMORY;
+        if (strcmp(report->rows[i].content, "specular") != 0 ||
+            !(v->roughness > 0))
             continue;
         sum += v->nrmse * v->nrmse;
         worst = fmax(worst, v->p95);
@@ -171,48 +167,27 @@ static ibl_status keep(ibl_bench_point *p, const ibl_report *report)
     p->judged = rough > 0;
     p->error = rough ? sqrt(sum / rough) : (double)NAN;
     p->worst_p95 = rough ? worst : (double)NAN;
-    return IBL_OK;
-}
-
-static void keep_lut(ibl_bench_point *p, const ibl_lut_verdict *v)
-{
-    ibl_bench_level *l = &p->level[p->level_count++];
-
-    *l = (ibl_bench_level){.size = v->size,
-                           .roughness = NAN,
-                           .nrmse = v->rms,
-                           .median = NAN,
-                           .p95 = NAN,
-                           .worst = v->max,
-                           .bias = NAN};
-    snprintf(l->content, sizeof l->content, "lut");
+    return report->has_lut && !keep_lut(p, &report->lut) ? IBL_ERR_MEMORY
+                                                         : IBL_OK;
 }
 
 static ibl_status judge_files(judging *j, ibl_bench_point *p,
                               const ibl_verify_opts *opts,
                               ibl_verify_files *files, ibl_report *report)
 {
-    ibl_judge *judge = NULL;
     ibl_status status =
         ibl_verify_files_read(opts, j->ctx, j->b->console, files);
 
     if (!status)
-        status = take_source(j, p->source);
+        status = take_judge(j, p->source, files->yaw_deg, &opts->judge);
     if (!status)
-        status = find_judge(j, files->yaw_deg, &opts->judge, &judge);
-    if (!status)
-        status = ibl_verify_judge(files, judge, j->b->console, report);
-    if (!status)
-        status = keep(p, report);
+        status = ibl_verify_judge(files, j->judge, j->b->console, report);
     /* What is swept has no part in the table. */
-    if (!status && files->lut_path && (p->base || p->kind != IBL_BENCH_BAKE)) {
-        ibl_lut_verdict v;
+    report->has_lut = files->lut_path && (p->base || p->kind != IBL_BENCH_BAKE);
+    if (!status && report->has_lut)
         status = ibl_judge_lut(j->ctx, &files->lut, files->lut_pixel,
-                               files->geometry, &opts->judge, &v);
-        if (!status)
-            keep_lut(p, &v);
-    }
-    return status;
+                               files->geometry, &opts->judge, &report->lut);
+    return status ? status : keep(p, report);
 }
 
 static bool judge_point(judging *j, ibl_bench_point *p)

@@ -1,15 +1,65 @@
 /* SPDX-License-Identifier: MIT */
-/* Every command in turns, and what each took. */
+/* Runs every command in turns and measures it; the machine it runs on. */
+#define _DEFAULT_SOURCE /* getloadavg */
 #include <errno.h>
 #include <ftw.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/utsname.h>
+#include <unistd.h>
 
 #include "cli/bench.h"
-#include "cli/scratch.h"
+#include "cli/child.h"
+#include "cli/version.h"
 #include "common/json_load.h"
+
+/* ---- machine --------------------------------------------------------- */
+
+/* The value of the first "model name" of /proc/cpuinfo; other systems and
+ * CPUs: the machine's kind. */
+static void find_cpu(char *cpu, size_t size, const char *machine)
+{
+    FILE *f = fopen("/proc/cpuinfo", "r");
+    char line[512];
+
+    snprintf(cpu, size, "%s", machine);
+    while (f && fgets(line, sizeof line, f))
+        if (!strncmp(line, "model name", 10) && strchr(line, ':')) {
+            const char *value = strchr(line, ':') + 1;
+            value += strspn(value, " \t");
+            snprintf(cpu, size, "%.*s", (int)strcspn(value, "\n"), value);
+            break;
+        }
+    if (f)
+        fclose(f);
+}
+
+void ibl_bench_machine_find(ibl_bench_machine *m)
+{
+    const time_t now = time(NULL);
+    struct utsname name;
+    struct tm utc;
+
+    *m = (ibl_bench_machine){.cpus = ibl_cpu_count()};
+    if (uname(&name) >= 0) {
+        snprintf(m->system, sizeof m->system, "%.40s %.60s %.20s", name.sysname,
+                 name.release, name.machine);
+        find_cpu(m->cpu, sizeof m->cpu, name.machine);
+    }
+    snprintf(m->compiler, sizeof m->compiler, "%s", ibl_version_compiler());
+    snprintf(m->revision, sizeof m->revision, "%s", ibl_version_revision());
+    if (gmtime_r(&now, &utc))
+        strftime(m->date, sizeof m->date, "%Y-%m-%d %H:%M UTC", &utc);
+    m->online_cpus = (int)sysconf(_SC_NPROCESSORS_ONLN);
+    m->memory_bytes =
+        (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE);
+    if (getloadavg(&m->load, 1) != 1)
+        m->load = -1;
+}
+
+/* ---- one command ----------------------------------------------------- */
 
 static bool empty_directory(const ibl_bench *b, const ibl_bench_point *p)
 {
@@ -20,33 +70,41 @@ static bool empty_directory(const ibl_bench *b, const ibl_bench_point *p)
     return false;
 }
 
-static ibl_bench_stage *find_stage(const ibl_bench *b, ibl_bench_point *p,
-                                   const char *name)
+/* Adds a value to the series of that name; stages beyond the most that a point
+ * can have are left out. */
+static bool record(const ibl_bench *b, ibl_bench_point *p, const char *name,
+                   int round, double value)
 {
-    ibl_bench_stage *s = p->stages;
+    ibl_bench_series *s = p->series;
 
-    for (int i = 0; i < p->stage_count; i++, s++)
-        if (!strcmp(s->name, name))
-            return s;
-    if (p->stage_count == IBL_BENCH_STAGES)
-        return NULL;
-    s->seconds = calloc((size_t)b->opts->rounds, sizeof *s->seconds);
-    if (!s->seconds)
-        return NULL;
-    snprintf(s->name, sizeof s->name, "%s", name);
-    p->stage_count++;
-    return s;
+    for (int i = 0; i < p->series_count && strcmp(s->name, name) != 0; i++)
+        s++;
+    if (s == p->series + IBL_BENCH_SERIES)
+        return true;
+    if (s == p->series + p->series_count) {
+        s->rounds = calloc((size_t)b->opts->rounds, sizeof *s->rounds);
+        if (!s->rounds) {
+            ibl_console_fail(b->console, "no memory for the measurements");
+            return false;
+        }
+        snprintf(s->name, sizeof s->name, "%s", name);
+        p->series_count++;
+    }
+    s->rounds[round] = value;
+    return true;
 }
 
-/* The stage times that a bake of ours left in its sidecar, if it left one, and
- * what of the whole they do not cover. */
-static void read_stages(const ibl_bench *b, ibl_bench_point *p, int round)
+/* Records the stage times in the sidecar of a bake of ours, if it left one,
+ * and the part of its wall_s that they do not cover. */
+static bool record_stages(const ibl_bench *b, ibl_bench_point *p, int round,
+                          double wall_s)
 {
-    double rest = p->wall_s[round];
+    double rest = wall_s;
     char path[4200];
     const char *name;
     json_t *value;
     ibl_json_why why;
+    bool ok = true;
 
     snprintf(path, sizeof path, "%s/bake.json", p->directory);
     json_t *root = ibl_json_load(path, 0, &why);
@@ -54,47 +112,40 @@ static void read_stages(const ibl_bench *b, ibl_bench_point *p, int round)
         json_object_get(json_object_get(root, "timings"), "seconds");
     json_object_foreach(seconds, name, value)
     {
-        ibl_bench_stage *s = find_stage(b, p, name);
-        if (s)
-            s->seconds[round] = json_number_value(value);
+        ok = ok && record(b, p, name, round, json_number_value(value));
         rest -= json_number_value(value);
     }
-    ibl_bench_stage *s = seconds ? find_stage(b, p, "rest") : NULL;
-    if (s)
-        s->seconds[round] = fmax(rest, 0);
+    if (seconds)
+        ok = ok && record(b, p, "rest", round, fmax(rest, 0));
     json_decref(root);
+    return ok;
 }
 
 /* Runs a point; round -1 is not counted. */
-static bool run_point(const ibl_bench *b, ibl_bench_point *p, int round,
-                      size_t *peak)
+static bool run_point(const ibl_bench *b, ibl_bench_point *p, int round)
 {
-    char reason[600];
+    const double limit_s = b->opts->timeout_s;
     ibl_child child;
 
     if (!empty_directory(b, p))
         return false;
-    ibl_child_run((const char *const *)p->argv, p->log, b->opts->timeout_s,
-                  &child);
-    ibl_child_reason(&child, p->log, b->opts->timeout_s, reason, sizeof reason);
-    if (*reason) {
-        static const char *const kinds[] = {"bake", "variant", "peer"};
-        ibl_console_fail(b->console, "%s %s: %s%s", kinds[p->kind], p->name,
-                         reason,
+    if (!ibl_child_run(p->argv, p->log, limit_s, &child)) {
+        ibl_console_fail(b->console, "%s %s: %s%s",
+                         ibl_bench_kind_name(p->kind), p->name, child.reason,
                          child.timed_out ? ": give it more with --timeout, or "
                                            "leave it out"
                                          : "");
         return false;
     }
-    if (round < 0)
-        return true;
-    p->wall_s[round] = child.wall_s;
-    p->cpu_s[round] = child.cpu_s;
-    peak[round] = child.peak_bytes;
-    if (p->kind != IBL_BENCH_PEER)
-        read_stages(b, p, round);
-    return true;
+    return round < 0 ||
+           (record(b, p, "wall_s", round, child.wall_s) &&
+            record(b, p, "cpu_s", round, child.cpu_s) &&
+            record(b, p, "peak_bytes", round, (double)child.peak_bytes) &&
+            (p->kind == IBL_BENCH_PEER ||
+             record_stages(b, p, round, child.wall_s)));
 }
+
+/* ---- all of them ----------------------------------------------------- */
 
 static size_t found_bytes;
 static int add_size(const char *path, const struct stat *st, int kind,
@@ -106,18 +157,10 @@ static int add_size(const char *path, const struct stat *st, int kind,
     return 0;
 }
 
-static void sum_up(const ibl_bench *b, ibl_bench_point *p, const size_t *peak)
+static void sum_up(const ibl_bench *b, ibl_bench_point *p)
 {
-    double values[IBL_BENCH_ROUNDS];
-    const int rounds = b->opts->rounds;
-
-    p->wall = ibl_bench_stat_of(p->wall_s, rounds);
-    p->cpu = ibl_bench_stat_of(p->cpu_s, rounds);
-    for (int i = 0; i < rounds; i++)
-        values[i] = (double)peak[i];
-    p->peak_bytes = (size_t)ibl_bench_stat_of(values, rounds).median;
-    for (int i = 0; i < p->stage_count; i++)
-        p->stages[i].stat = ibl_bench_stat_of(p->stages[i].seconds, rounds);
+    for (int i = 0; i < p->series_count; i++)
+        ibl_bench_sum_up(&p->series[i], b->opts->rounds);
     found_bytes = 0;
     nftw(p->directory, add_size, 16, FTW_PHYS);
     p->output_bytes = found_bytes;
@@ -134,27 +177,23 @@ static void print_command(const ibl_bench_point *p)
 bool ibl_bench_measure(ibl_bench *b)
 {
     const int n = b->point_count, rounds = b->opts->rounds;
-    size_t *peaks = calloc((size_t)n * (size_t)rounds, sizeof *peaks);
     struct timespec from, to;
-    bool ok = peaks;
+    bool ok = true;
 
-    if (!ok)
-        ibl_console_fail(b->console, "no memory for the measurements");
     clock_gettime(CLOCK_MONOTONIC, &from);
-    for (int i = 0; i < n && ok && b->opts->common.verbose; i++)
+    for (int i = 0; i < n && b->opts->common.verbose; i++)
         print_command(&b->points[i]);
     for (int round = -1; round < rounds; round++)
         for (int i = 0; i < n && ok; i++) {
             ibl_console_progress(b->console, "measure",
                                  ((round + 1) * n + i) /
                                      (double)(n * (rounds + 1)));
-            ok = run_point(b, &b->points[i], round, peaks + i * rounds);
+            ok = run_point(b, &b->points[i], round);
         }
     for (int i = 0; i < n && ok; i++)
-        sum_up(b, &b->points[i], peaks + i * rounds);
+        sum_up(b, &b->points[i]);
     clock_gettime(CLOCK_MONOTONIC, &to);
     b->seconds = (double)(to.tv_sec - from.tv_sec) +
                  1e-9 * (double)(to.tv_nsec - from.tv_nsec);
-    free(peaks);
     return ok;
 }

@@ -4,8 +4,12 @@
 
 #include "cli/bench.h"
 #include "cli/judge.h"
-#include "cli/version.h"
 #include "cli/shell_words.h"
+#include "cli/version.h"
+
+#define STANDARD_METHODS "auto,spectral,sampled,sampled-nomip"
+#define STANDARD_SAMPLES "16,64,256,1024,4096"
+#define STANDARD_SIZES "64,128,256,512"
 
 const char *ibl_bench_method_name(int method)
 {
@@ -19,11 +23,45 @@ bool ibl_bench_takes_samples(int method)
     return method == IBL_BENCH_SAMPLED || method == IBL_BENCH_SAMPLED_NOMIP;
 }
 
-const char *ibl_bench_axis_name(ibl_bench_axis axis)
+const char *ibl_bench_kind_name(ibl_bench_kind kind)
 {
-    static const char *const names[] = {"method",  "samples", "size",
-                                        "threads", "isa",     "source"};
-    return names[axis];
+    static const char *const names[] = {"bake", "variant", "peer"};
+    return names[kind];
+}
+
+/* ---- lists ----------------------------------------------------------- */
+
+static const char *isa_name(int isa)
+{
+    return ibl_isa_name((ibl_isa)isa);
+}
+
+static const struct {
+    const char *name;
+    int low, high;
+    const char *(*word)(int value); /* NULL: values are numbers */
+    const char *standard;           /* NULL: depends on the machine or maps */
+} axes[IBL_BENCH_AXES] = {
+    {"method", 0, IBL_BENCH_METHODS - 1, ibl_bench_method_name,
+     STANDARD_METHODS},
+    {"samples", 1, 1048576, NULL, STANDARD_SAMPLES},
+    {"size", 1, IBL_MAX_CUBE_SIZE, NULL, STANDARD_SIZES},
+    {"threads", 1, 1024, NULL, NULL},
+    {"isa", IBL_ISA_C, IBL_ISA_AVX512, isa_name, NULL},
+    {"source", 2, IBL_MAX_EDGE, NULL, NULL},
+};
+
+const char *ibl_bench_axis_name(int axis)
+{
+    return axes[axis].name;
+}
+
+void ibl_bench_value(int axis, int value, char *text, size_t size)
+{
+    if (axes[axis].word)
+        snprintf(text, size, "%s", axes[axis].word(value));
+    else
+        snprintf(text, size, "%d", value);
 }
 
 static bool put(ibl_bench_list *list, int value)
@@ -37,84 +75,38 @@ static bool put(ibl_bench_list *list, int value)
     return true;
 }
 
-/* Numbers in low..high, separated by commas. */
-static bool parse_numbers(ibl_bench_list *list, const char *value, int low,
-                          int high)
+/* The value that text begins with; *end is what follows. */
+static bool take_value(int axis, const char *text, int *value, const char **end)
 {
-    list->count = 0;
-    for (;;) {
-        const char *end;
-        int n;
-        if (!ibl_number_int(value, low, high, &n, &end) || !put(list, n))
-            return false;
-        if (!*end)
+    const size_t length = strcspn(text, ",");
+
+    if (!axes[axis].word)
+        return ibl_number_int(text, axes[axis].low, axes[axis].high, value,
+                              end);
+    *end = text + length;
+    for (*value = axes[axis].low; *value <= axes[axis].high; ++*value) {
+        const char *word = axes[axis].word(*value);
+        if (strlen(word) == length && !memcmp(word, text, length))
             return true;
-        if (*end != ',')
-            return false;
-        value = end + 1;
     }
+    return false;
 }
 
-static bool parse_samples(void *field, const char *value)
-{
-    return parse_numbers(field, value, 1, 1048576);
-}
-
-static bool parse_sizes(void *field, const char *value)
-{
-    return parse_numbers(field, value, 1, IBL_MAX_CUBE_SIZE);
-}
-
-static bool parse_threads(void *field, const char *value)
-{
-    return parse_numbers(field, value, 1, 1024);
-}
-
-static bool parse_sources(void *field, const char *value)
+/* Values separated by commas; for sources also "none". */
+static bool parse_list(void *field, const char *text)
 {
     ibl_bench_list *list = field;
+    int value;
 
-    if (!strcmp(value, "none")) {
-        *list = (ibl_bench_list){1, {0}};
-        return true;
-    }
-    return parse_numbers(list, value, 2, IBL_MAX_EDGE);
-}
-
-/* Names out of count ones, separated by commas. */
-static bool parse_named(ibl_bench_list *list, const char *value,
-                        const char *(*name)(int), int first, int count)
-{
     list->count = 0;
-    for (;;) {
-        const size_t length = strcspn(value, ",");
-        int i = first;
-        while (i < count && (strlen(name(i)) != length ||
-                             memcmp(name(i), value, length) != 0))
-            i++;
-        if (i == count || !put(list, i))
-            return false;
-        value += length;
-        if (!*value)
-            return true;
-        value++;
+    if (list->axis == IBL_BENCH_SOURCE && !strcmp(text, "none"))
+        return put(list, 0);
+    while (take_value(list->axis, text, &value, &text) && put(list, value)) {
+        if (*text != ',')
+            return !*text;
+        text++;
     }
-}
-
-static bool parse_methods(void *field, const char *value)
-{
-    return parse_named(field, value, ibl_bench_method_name, 0,
-                       IBL_BENCH_METHODS);
-}
-
-static const char *isa_name(int isa)
-{
-    return ibl_isa_name((ibl_isa)isa);
-}
-
-static bool parse_isas(void *field, const char *value)
-{
-    return parse_named(field, value, isa_name, IBL_ISA_C, IBL_ISA_AVX512 + 1);
+    return false;
 }
 
 /* NAME=TEXT. */
@@ -135,33 +127,32 @@ static bool parse_name(void *field, const char *value)
     return true;
 }
 
-#define LIST(axis, what, parse)                                                \
-    IBL_OTHER(ibl_bench_opts, lists[axis], what, parse)
+#define LIST(axis) IBL_OTHER(ibl_bench_opts, lists[axis], "LIST", parse_list)
 #define NAMED(field, what) IBL_OTHER(ibl_bench_opts, field, what, parse_name)
 #define TEXT(field, what) IBL_TEXT(ibl_bench_opts, field, what)
 
 /* clang-format off */
 static const ibl_option sweep[] = {
-    {"methods", 0, LIST(IBL_BENCH_METHOD, "LIST", parse_methods),
+    {"methods", 0, LIST(IBL_BENCH_METHOD),
      .allowed = "a list of auto, spectral, sampled, sampled-nomip",
      .standard = "all",
      .help = "the bake's --method; sampled-nomip is sampled with --pdf-mip no"},
-    {"samples", 0, LIST(IBL_BENCH_SAMPLES, "LIST", parse_samples),
+    {"samples", 0, LIST(IBL_BENCH_SAMPLES),
      .allowed = "numbers from 1 to 1048576, separated by commas",
-     .standard = "16,64,256,1024,4096",
+     .standard = STANDARD_SAMPLES,
      .help = "samples for each texel, with the methods that take some"},
-    {"sizes", 0, LIST(IBL_BENCH_SIZE, "LIST", parse_sizes),
-     .allowed = "numbers from 1 to 16384", .standard = "64,128,256,512",
+    {"sizes", 0, LIST(IBL_BENCH_SIZE),
+     .allowed = "numbers from 1 to 16384", .standard = STANDARD_SIZES,
      .help = "edges of the largest specular level"},
-    {"threads", 0, LIST(IBL_BENCH_THREADS, "LIST", parse_threads),
+    {"threads", 0, LIST(IBL_BENCH_THREADS),
      .allowed = "numbers from 1 to 1024",
      .standard = "powers of two up to the CPUs for this process, and those",
      .help = "threads of a bake"},
-    {"isa", 0, LIST(IBL_BENCH_ISA, "LIST", parse_isas),
+    {"isa", 0, LIST(IBL_BENCH_ISA),
      .allowed = "a list of c, sse2, avx2, avx512",
      .standard = "those of this CPU",
      .help = "instruction sets of the hot loops"},
-    {"source-sizes", 0, LIST(IBL_BENCH_SOURCE, "LIST", parse_sources),
+    {"source-sizes", 0, LIST(IBL_BENCH_SOURCE),
      .allowed = "none, or widths from 2 to 65536 pixels",
      .standard = "a half of, once, twice and four times the map's, up to 8192",
      .help = "bake the map resampled to these widths, too, from Radiance "
@@ -232,29 +223,29 @@ static void defaults(void *settings)
                           .rounds = 3,
                           .timeout_s = 600,
                           .texels = 128};
+    for (int axis = 0; axis < IBL_BENCH_AXES; axis++)
+        o->lists[axis].axis = (ibl_bench_axis)axis;
 }
 
+/* Fills the lists that were not given, but for the sources: theirs depends on
+ * the maps. */
 static void fill_defaults(ibl_bench_opts *o)
 {
-    ibl_bench_list *lists = o->lists;
+    ibl_bench_list *threads = &o->lists[IBL_BENCH_THREADS];
+    ibl_bench_list *isas = &o->lists[IBL_BENCH_ISA];
     const int cpus = ibl_cpu_count();
 
-    if (!lists[IBL_BENCH_METHOD].count)
-        parse_methods(&lists[IBL_BENCH_METHOD],
-                      "auto,spectral,sampled,sampled-nomip");
-    if (!lists[IBL_BENCH_SAMPLES].count)
-        parse_samples(&lists[IBL_BENCH_SAMPLES], "16,64,256,1024,4096");
-    if (!lists[IBL_BENCH_SIZE].count)
-        parse_sizes(&lists[IBL_BENCH_SIZE], "64,128,256,512");
-    if (!lists[IBL_BENCH_THREADS].count) {
+    for (int axis = 0; axis < IBL_BENCH_AXES; axis++)
+        if (!o->lists[axis].count && axes[axis].standard)
+            parse_list(&o->lists[axis], axes[axis].standard);
+    if (!threads->count) {
         for (int n = 1; n < cpus; n *= 2)
-            put(&lists[IBL_BENCH_THREADS], n);
-        put(&lists[IBL_BENCH_THREADS], cpus);
+            put(threads, n);
+        put(threads, cpus);
     }
-    if (!lists[IBL_BENCH_ISA].count)
+    if (!isas->count)
         for (int isa = IBL_ISA_C; isa <= (int)ibl_isa_best(); isa++)
-            put(&lists[IBL_BENCH_ISA], isa);
-    /* What is left empty for the sources depends on the maps. */
+            put(isas, isa);
 }
 
 static bool take(void *settings, const char *word)

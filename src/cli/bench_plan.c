@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Which commands a run has. */
+#define _GNU_SOURCE /* vasprintf */
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,103 +9,24 @@
 #include "cli/common_options.h"
 #include "cli/shell_words.h"
 
+char *ibl_bench_text(const char *fmt, ...)
+{
+    char *text;
+    va_list ap;
+
+    va_start(ap, fmt);
+    const int length = vasprintf(&text, fmt, ap);
+    va_end(ap);
+    return length < 0 ? NULL : text;
+}
+
 static bool no_memory(const ibl_bench *b)
 {
     ibl_console_fail(b->console, "no memory for the plan: sweep less");
     return false;
 }
 
-/* An argv that grows; its words are its own. */
-typedef struct arguments {
-    char **words;
-    size_t count, room;
-    bool failed;
-} arguments;
-
-static void add(arguments *a, const char *fmt, ...)
-    __attribute__((format(printf, 2, 3)));
-static void add(arguments *a, const char *fmt, ...)
-{
-    va_list ap;
-
-    if (a->count + 2 > a->room) {
-        const size_t room = 2 * a->room + 32;
-        char **words = realloc(a->words, room * sizeof *words);
-        if (!words) {
-            a->failed = true;
-            return;
-        }
-        a->words = words;
-        a->room = room;
-    }
-    va_start(ap, fmt);
-    const int length = vsnprintf(NULL, 0, fmt, ap);
-    va_end(ap);
-    char *word = malloc((size_t)length + 1);
-    if (word) {
-        va_start(ap, fmt);
-        vsnprintf(word, (size_t)length + 1, fmt, ap);
-        va_end(ap);
-        a->words[a->count++] = word;
-    }
-    a->words[a->count] = NULL;
-    a->failed |= !word;
-}
-
-static void add_split(arguments *a, const char *text)
-{
-    char **words = text ? ibl_words_split(text) : NULL;
-
-    if (text && !words)
-        a->failed = true;
-    for (size_t i = 0; words && words[i]; i++)
-        add(a, "%s", words[i]);
-    ibl_words_free(words);
-}
-
-static void add_input(arguments *a, const ibl_read_options *read)
-{
-    const ibl_read_options defaults = ibl_read_options_default();
-
-    if (read->layer)
-        add(a, "--layer=%s", read->layer);
-    if (read->part != defaults.part)
-        add(a, "--part=%d", read->part);
-    if (read->any_aspect)
-        add(a, "--any-aspect");
-    if (read->strict)
-        add(a, "--strict");
-}
-
-/* The program itself, whatever it is called by now. */
-static void add_bake(arguments *a, const ibl_bench *b, const ibl_bench_point *p)
-{
-    const ibl_bench_source *source = &b->sources[p->source];
-    const int method = p->at[IBL_BENCH_METHOD];
-
-    add(a, "/proc/self/exe");
-    add(a, "--quiet");
-    add(a, "--timings");
-    add(a, "--output=%s", p->directory);
-    add(a, "--name=bake");
-    if (!source->resampled)
-        add_input(a, &b->opts->common.read);
-    else
-        add(a, "--any-aspect");
-    add(a, "--method=%s",
-        method == IBL_BENCH_SAMPLED_NOMIP ? "sampled"
-                                          : ibl_bench_method_name(method));
-    add(a, "--pdf-mip=%s", method == IBL_BENCH_SAMPLED_NOMIP ? "no" : "yes");
-    add(a, "--samples=%d", p->at[IBL_BENCH_SAMPLES]);
-    add(a, "--size=%d", p->at[IBL_BENCH_SIZE]);
-    add(a, "--threads=%d", p->at[IBL_BENCH_THREADS]);
-    add(a, "--isa=%s", ibl_isa_name((ibl_isa)p->at[IBL_BENCH_ISA]));
-    add_split(a, b->opts->bake);
-    if (p->kind == IBL_BENCH_VARIANT)
-        add_split(a, b->opts->variants.text[p->index]);
-    add(a, "--");
-    add(a, "%s", source->path);
-}
+/* ---- commands -------------------------------------------------------- */
 
 char *ibl_bench_fill(const ibl_bench *b, const ibl_bench_point *p,
                      const char *text)
@@ -126,48 +48,91 @@ char *ibl_bench_fill(const ibl_bench *b, const ibl_bench_point *p,
     return filled;
 }
 
-static void add_peer(arguments *a, const ibl_bench *b, const ibl_bench_point *p)
+/* A bake by this program, whatever it is called by now. */
+static char *bake_command(const ibl_bench *b, const ibl_bench_point *p)
 {
-    char *command = ibl_bench_fill(b, p, b->opts->peers.text[p->index]);
+    const ibl_bench_source *source = &b->sources[p->source];
+    const ibl_read_options plain = {.part = -1, .any_aspect = 1};
+    const ibl_read_options *read =
+        source->resampled ? &plain : &b->opts->common.read;
+    const int method = p->at[IBL_BENCH_METHOD];
+    const bool nomip = method == IBL_BENCH_SAMPLED_NOMIP;
+    const char *variant =
+        p->kind == IBL_BENCH_VARIANT ? b->opts->variants.text[p->index] : "";
+    char *layer = ibl_words_quote(read->layer ? read->layer : "");
+    char *out = ibl_words_quote(p->directory);
+    char *env = ibl_words_quote(source->path);
+    char part[32] = "", *command = NULL;
 
-    add(a, "/bin/sh");
-    add(a, "-c");
-    if (command)
-        add(a, "%s", command);
-    a->failed |= !command;
-    free(command);
+    if (read->part >= 0)
+        snprintf(part, sizeof part, "--part=%d", read->part);
+    if (layer && out && env)
+        command = ibl_bench_text(
+            "/proc/self/exe --quiet --timings --output=%s --name=bake %s%s %s "
+            "%s %s --method=%s --pdf-mip=%s --samples=%d --size=%d "
+            "--threads=%d --isa=%s %s %s -- %s",
+            out, read->layer ? "--layer=" : "", read->layer ? layer : "", part,
+            read->any_aspect ? "--any-aspect" : "",
+            read->strict ? "--strict" : "",
+            ibl_bench_method_name(nomip ? IBL_BENCH_SAMPLED : method),
+            nomip ? "no" : "yes", p->at[IBL_BENCH_SAMPLES],
+            p->at[IBL_BENCH_SIZE], p->at[IBL_BENCH_THREADS],
+            ibl_isa_name((ibl_isa)p->at[IBL_BENCH_ISA]),
+            b->opts->bake ? b->opts->bake : "", variant, env);
+    free(layer);
+    free(out);
+    free(env);
+    return command;
+}
+
+static char *peer_command(const ibl_bench *b, const ibl_bench_point *p)
+{
+    char *filled = ibl_bench_fill(b, p, b->opts->peers.text[p->index]);
+    char *quoted = filled ? ibl_words_quote(filled) : NULL;
+    char *command = quoted ? ibl_bench_text("/bin/sh -c %s", quoted) : NULL;
+
+    free(quoted);
+    free(filled);
+    return command;
+}
+
+/* ---- points ---------------------------------------------------------- */
+
+static void extend(ibl_bench_point *p, const char *fmt, ...)
+    __attribute__((format(printf, 2, 3)));
+static void extend(ibl_bench_point *p, const char *fmt, ...)
+{
+    const size_t used = strlen(p->name);
+    va_list ap;
+
+    va_start(ap, fmt);
+    vsnprintf(p->name + used, sizeof p->name - used, fmt, ap);
+    va_end(ap);
+}
+
+/* "sampled 1024, size 512": method, samples where it takes them, and what else
+ * differs from the base. */
+static void name_bake(const ibl_bench *b, ibl_bench_point *p)
+{
+    const ibl_bench_source *source = &b->sources[p->source];
+
+    extend(p, "%s", ibl_bench_method_name(p->at[IBL_BENCH_METHOD]));
+    if (ibl_bench_takes_samples(p->at[IBL_BENCH_METHOD]))
+        extend(p, " %d", p->at[IBL_BENCH_SAMPLES]);
+    for (int axis = IBL_BENCH_SIZE; axis < IBL_BENCH_SOURCE; axis++) {
+        char value[16];
+        ibl_bench_value(axis, p->at[axis], value, sizeof value);
+        if (p->at[axis] != b->base[axis])
+            extend(p, ", %s %s", ibl_bench_axis_name(axis), value);
+    }
+    if (source->resampled)
+        extend(p, ", source %d", source->width);
 }
 
 static bool is_same(const ibl_bench_point *p, const ibl_bench_point *q)
 {
     return p->kind == q->kind && p->index == q->index &&
            p->source == q->source && !memcmp(p->at, q->at, sizeof p->at);
-}
-
-/* "sampled 1024, size 512": method, samples where it takes them, and what else
- * is not as in the base. */
-static void name_bake(const ibl_bench *b, ibl_bench_point *p)
-{
-    char *to = p->name;
-    const char *end = p->name + sizeof p->name;
-
-    to += snprintf(to, (size_t)(end - to), "%s",
-                   ibl_bench_method_name(p->at[IBL_BENCH_METHOD]));
-    if (ibl_bench_takes_samples(p->at[IBL_BENCH_METHOD]))
-        to += snprintf(to, (size_t)(end - to), " %d", p->at[IBL_BENCH_SAMPLES]);
-    for (int axis = IBL_BENCH_SIZE; axis < IBL_BENCH_SOURCE; axis++)
-        if (p->at[axis] != b->base[axis] && to < end) {
-            to += snprintf(to, (size_t)(end - to), ", %s ",
-                           ibl_bench_axis_name((ibl_bench_axis)axis));
-            if (to < end && axis == IBL_BENCH_ISA)
-                to += snprintf(to, (size_t)(end - to), "%s",
-                               ibl_isa_name((ibl_isa)p->at[axis]));
-            else if (to < end)
-                to += snprintf(to, (size_t)(end - to), "%d", p->at[axis]);
-        }
-    if (b->sources[p->source].resampled && to < end)
-        snprintf(to, (size_t)(end - to), ", source %d",
-                 b->sources[p->source].width);
 }
 
 /* Adds a point, or its sweep to the point that is there already. */
@@ -189,33 +154,28 @@ static bool keep(ibl_bench *b, const ibl_bench_point *like)
 
 static bool complete(ibl_bench *b, ibl_bench_point *p, int number)
 {
-    const size_t size = strlen(b->directory) + 32;
-    const size_t rounds = (size_t)b->opts->rounds;
-    arguments a = {0};
-
-    p->directory = malloc(size);
-    p->log = malloc(size);
-    p->wall_s = calloc(rounds, sizeof *p->wall_s);
-    p->cpu_s = calloc(rounds, sizeof *p->cpu_s);
-    if (!p->directory || !p->log || !p->wall_s || !p->cpu_s)
+    p->directory = ibl_bench_text("%s/%d", b->directory, number);
+    p->log = ibl_bench_text("%s/%d.log", b->directory, number);
+    if (!p->directory || !p->log)
         return no_memory(b);
-    snprintf(p->directory, size, "%s/%d", b->directory, number);
-    snprintf(p->log, size, "%s/%d.log", b->directory, number);
-    if (p->kind == IBL_BENCH_PEER)
-        add_peer(&a, b, p);
-    else
-        add_bake(&a, b, p);
-    p->argv = a.words;
+    char *command =
+        p->kind == IBL_BENCH_PEER ? peer_command(b, p) : bake_command(b, p);
+    p->argv = command ? ibl_words_split(command) : NULL;
+    free(command);
+    if (!p->argv)
+        return no_memory(b);
     p->base = p->kind == IBL_BENCH_BAKE && !b->sources[p->source].resampled &&
               !memcmp(p->at, b->base, sizeof p->at);
     if (p->kind == IBL_BENCH_BAKE)
         name_bake(b, p);
+    else if (p->kind == IBL_BENCH_VARIANT)
+        extend(p, "%s", b->opts->variants.name[p->index]);
     else
-        snprintf(p->name, sizeof p->name, "%s",
-                 p->kind == IBL_BENCH_PEER ? b->opts->peers.name[p->index]
-                                           : b->opts->variants.name[p->index]);
-    return a.failed ? no_memory(b) : ibl_bench_check_output(b, p);
+        extend(p, "%s", b->opts->peers.name[p->index]);
+    return ibl_bench_check_output(b, p);
 }
+
+/* ---- sweeps ---------------------------------------------------------- */
 
 /* The value if the list has it, else the list's first. */
 static int find_base(const ibl_bench_list *list, int value)
@@ -229,84 +189,90 @@ static int find_base(const ibl_bench_list *list, int value)
 static void find_bases(ibl_bench *b)
 {
     const ibl_specular_options o = ibl_specular_options_default();
-    const ibl_bench_list *lists = b->opts->lists;
+    const int standard[IBL_BENCH_SOURCE] = {IBL_BENCH_AUTO, o.samples, o.size,
+                                            ibl_cpu_count(),
+                                            (int)ibl_isa_best()};
 
-    b->base[IBL_BENCH_METHOD] =
-        find_base(&lists[IBL_BENCH_METHOD], IBL_BENCH_AUTO);
-    b->base[IBL_BENCH_SAMPLES] =
-        find_base(&lists[IBL_BENCH_SAMPLES], o.samples);
-    b->base[IBL_BENCH_SIZE] = find_base(&lists[IBL_BENCH_SIZE], o.size);
-    b->base[IBL_BENCH_THREADS] =
-        find_base(&lists[IBL_BENCH_THREADS], ibl_cpu_count());
-    b->base[IBL_BENCH_ISA] =
-        find_base(&lists[IBL_BENCH_ISA], (int)ibl_isa_best());
+    for (int axis = 0; axis < IBL_BENCH_SOURCE; axis++)
+        b->base[axis] = find_base(&b->opts->lists[axis], standard[axis]);
 }
 
-/* Whether a bake would be the same as with other samples, and is not the one
- * that stands for all. */
-static bool is_again(const ibl_bench_point *p, const ibl_bench_point *base)
+/* The sweeps that a bake belongs to: those of the axes by which alone it
+ * differs from the base, where samples are swept for each method. */
+static unsigned find_sweeps(const ibl_bench_point *p, const ibl_bench *b)
 {
-    return !ibl_bench_takes_samples(p->at[IBL_BENCH_METHOD]) &&
-           p->at[IBL_BENCH_SAMPLES] != base->at[IBL_BENCH_SAMPLES];
+    unsigned sweeps = 0, differs = 0;
+
+    for (int axis = 0; axis < IBL_BENCH_SOURCE; axis++)
+        if (p->at[axis] != b->base[axis])
+            differs |= 1u << axis;
+    for (int axis = 0; axis < IBL_BENCH_SOURCE; axis++) {
+        unsigned own = 1u << axis;
+        if (axis == IBL_BENCH_SAMPLES)
+            own |= 1u << IBL_BENCH_METHOD;
+        if (!(differs & ~own))
+            sweeps |= 1u << axis;
+    }
+    if (!ibl_bench_takes_samples(p->at[IBL_BENCH_METHOD]))
+        sweeps &= ~(1u << IBL_BENCH_SAMPLES);
+    return sweeps;
 }
 
-/* One axis at a time; samples for every method that takes them. */
+/* Every combination of the values of some axes (a bit each), samples first,
+ * with the base's of the others. */
+static bool plan_axes(ibl_bench *b, const ibl_bench_point *base, unsigned axes)
+{
+    static const int order[] = {IBL_BENCH_SAMPLES, IBL_BENCH_METHOD,
+                                IBL_BENCH_SIZE, IBL_BENCH_THREADS,
+                                IBL_BENCH_ISA};
+    const ibl_bench_list *lists = b->opts->lists;
+    int at[IBL_BENCH_SOURCE] = {0}, k = 0;
+
+    while (k < IBL_BENCH_SOURCE) {
+        ibl_bench_point p = *base;
+        for (int axis = 0; axis < IBL_BENCH_SOURCE; axis++)
+            if (axes >> axis & 1)
+                p.at[axis] = lists[axis].values[at[axis]];
+        p.sweeps = find_sweeps(&p, b);
+        /* Samples that a method does not take make the same bake again. */
+        if ((ibl_bench_takes_samples(p.at[IBL_BENCH_METHOD]) ||
+             p.at[IBL_BENCH_SAMPLES] == b->base[IBL_BENCH_SAMPLES]) &&
+            !keep(b, &p))
+            return false;
+        for (k = 0; k < IBL_BENCH_SOURCE; k++) {
+            const int axis = order[k];
+            if (axes >> axis & 1 && ++at[axis] < lists[axis].count)
+                break;
+            at[axis] = 0;
+        }
+    }
+    return true;
+}
+
+/* One axis at a time, but samples for every method, or all at once. */
 static bool plan_sweeps(ibl_bench *b, const ibl_bench_point *base)
 {
-    const ibl_bench_list *lists = b->opts->lists;
-    const ibl_bench_list *methods = &lists[IBL_BENCH_METHOD];
-    bool ok = true;
+    const unsigned methods = 1u << IBL_BENCH_METHOD | 1u << IBL_BENCH_SAMPLES;
 
-    for (int m = 0; m < methods->count; m++)
-        for (int i = 0; i < lists[IBL_BENCH_SAMPLES].count && ok; i++) {
-            ibl_bench_point p = *base;
-            p.at[IBL_BENCH_METHOD] = methods->values[m];
-            p.at[IBL_BENCH_SAMPLES] = lists[IBL_BENCH_SAMPLES].values[i];
-            if (is_again(&p, base))
-                continue;
-            if (ibl_bench_takes_samples(p.at[IBL_BENCH_METHOD]))
-                p.sweeps = 1u << IBL_BENCH_SAMPLES;
-            if (p.at[IBL_BENCH_SAMPLES] == base->at[IBL_BENCH_SAMPLES])
-                p.sweeps |= 1u << IBL_BENCH_METHOD;
-            ok = keep(b, &p);
-        }
-    for (int axis = IBL_BENCH_SIZE; axis < IBL_BENCH_SOURCE; axis++)
-        for (int i = 0; i < lists[axis].count && ok; i++) {
-            ibl_bench_point p = *base;
-            p.at[axis] = lists[axis].values[i];
-            p.sweeps = 1u << axis;
-            ok = keep(b, &p);
-        }
+    if (b->opts->full)
+        return plan_axes(b, base, (1u << IBL_BENCH_SOURCE) - 1);
+    bool ok = plan_axes(b, base, methods);
+    for (int axis = IBL_BENCH_SIZE; axis < IBL_BENCH_SOURCE && ok; axis++)
+        ok = plan_axes(b, base, 1u << axis);
     return ok;
 }
 
-static bool plan_product(ibl_bench *b, const ibl_bench_point *base)
+/* The variants or the peers. */
+static bool plan_named(ibl_bench *b, const ibl_bench_point *like,
+                       ibl_bench_kind kind, int count)
 {
-    const ibl_bench_list *lists = b->opts->lists;
-    int at[IBL_BENCH_SOURCE] = {0};
+    ibl_bench_point p = *like;
     bool ok = true;
 
-    while (ok) {
-        ibl_bench_point p = *base;
-        int axis = 0;
-        for (int i = 0; i < IBL_BENCH_SOURCE; i++)
-            p.at[i] = lists[i].values[at[i]];
-        for (int i = 0; i < IBL_BENCH_SOURCE; i++) {
-            bool others = true;
-            for (int j = 0; j < IBL_BENCH_SOURCE; j++)
-                others &= j == i || p.at[j] == base->at[j] ||
-                          (i == IBL_BENCH_SAMPLES && j == IBL_BENCH_METHOD);
-            p.sweeps |= others ? 1u << i : 0;
-        }
-        if (!ibl_bench_takes_samples(p.at[IBL_BENCH_METHOD]))
-            p.sweeps &= ~(1u << IBL_BENCH_SAMPLES);
-        ok = is_again(&p, base) || keep(b, &p);
-        while (axis < IBL_BENCH_SOURCE && ++at[axis] == lists[axis].count)
-            at[axis++] = 0;
-        if (axis == IBL_BENCH_SOURCE)
-            return ok;
-    }
-    return false;
+    p.kind = kind;
+    for (p.index = 0; p.index < count && ok; p.index++)
+        ok = keep(b, &p);
+    return ok;
 }
 
 /* Of the source with this index, which is an environment as it is. */
@@ -314,10 +280,9 @@ static bool plan_env(ibl_bench *b, int source)
 {
     ibl_bench_point base = {.kind = IBL_BENCH_BAKE, .source = source};
     const int env = b->sources[source].env;
-    bool ok;
 
     memcpy(base.at, b->base, sizeof base.at);
-    ok = b->opts->full ? plan_product(b, &base) : plan_sweeps(b, &base);
+    bool ok = plan_sweeps(b, &base);
     for (int s = 0; s < b->source_count && ok; s++)
         if (b->sources[s].env == env && b->sources[s].resampled) {
             ibl_bench_point p = base;
@@ -325,21 +290,10 @@ static bool plan_env(ibl_bench *b, int source)
             p.sweeps = 1u << IBL_BENCH_SOURCE;
             ok = keep(b, &p);
         }
-    for (int i = 0; i < b->opts->variants.count && ok; i++) {
-        ibl_bench_point p = base;
-        p.kind = IBL_BENCH_VARIANT;
-        p.index = i;
-        ok = keep(b, &p);
-    }
-    for (int i = 0; i < b->opts->peers.count && ok; i++) {
-        ibl_bench_point p = base;
-        p.kind = IBL_BENCH_PEER;
-        p.index = i;
-        for (int axis = 0; axis < IBL_BENCH_AXES; axis++)
-            p.at[axis] = -1;
-        ok = keep(b, &p);
-    }
-    return ok;
+    ok = ok && plan_named(b, &base, IBL_BENCH_VARIANT, b->opts->variants.count);
+    for (int axis = 0; axis < IBL_BENCH_AXES; axis++)
+        base.at[axis] = -1;
+    return ok && plan_named(b, &base, IBL_BENCH_PEER, b->opts->peers.count);
 }
 
 bool ibl_bench_plan(ibl_bench *b)

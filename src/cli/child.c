@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: MIT */
-/* wait4 is no part of POSIX. */
-#define _DEFAULT_SOURCE
-
+#define _GNU_SOURCE /* wait4, environ */
 #include "cli/child.h"
 
 #include <errno.h>
 #include <fcntl.h>
+#include <ftw.h>
 #include <math.h>
 #include <signal.h>
+#include <spawn.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -17,6 +18,8 @@
 
 #include "cli/signals.h"
 
+/* ---- commands -------------------------------------------------------- */
+
 static double now(void)
 {
     struct timespec t;
@@ -24,109 +27,60 @@ static double now(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static void point_to(int fd, const char *path, int flags)
-{
-    const int file = open(path, flags, 0600);
-    if (file >= 0) {
-        dup2(file, fd);
-        close(file);
-    }
-}
-
-/* In the child: what argv sees, then argv. The reason why it does not start
- * goes into the pipe, which a start closes. */
-static void become(const char *const *argv, const char *log,
-                   const sigset_t *mask, int report)
-{
-    setpgid(0, 0);
-    point_to(STDIN_FILENO, "/dev/null", O_RDONLY);
-    point_to(STDOUT_FILENO, log, O_WRONLY | O_CREAT | O_TRUNC);
-    dup2(STDOUT_FILENO, STDERR_FILENO);
-    signal(SIGXFSZ, SIG_DFL);
-    sigprocmask(SIG_SETMASK, mask, NULL);
-    execv(argv[0], (char *const *)argv);
-    const int why = errno;
-    (void)!write(report, &why, sizeof why);
-    _exit(127);
-}
-
 static double seconds(struct timeval t)
 {
     return (double)t.tv_sec + 1e-6 * (double)t.tv_usec;
 }
 
-/* Waits for pid, at most until the end; SIGCHLD is blocked. */
-static void await(pid_t pid, double end, ibl_child *result)
+/* Starts argv with the signals of mask blocked. 0, or an errno. */
+static int start(char *const *argv, const char *log, const sigset_t *mask,
+                 pid_t *pid)
 {
-    struct rusage usage;
+    posix_spawn_file_actions_t files;
+    posix_spawnattr_t how;
+    sigset_t ignored;
+
+    sigemptyset(&ignored);
+    sigaddset(&ignored, SIGXFSZ);
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null",
+                                     O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, log,
+                                     O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
+    posix_spawnattr_init(&how);
+    posix_spawnattr_setflags(&how, POSIX_SPAWN_SETPGROUP |
+                                       POSIX_SPAWN_SETSIGMASK |
+                                       POSIX_SPAWN_SETSIGDEF);
+    posix_spawnattr_setsigmask(&how, mask);
+    posix_spawnattr_setsigdefault(&how, &ignored);
+    const int why = posix_spawn(pid, argv[0], &files, &how, argv, environ);
+    posix_spawnattr_destroy(&how);
+    posix_spawn_file_actions_destroy(&files);
+    return why;
+}
+
+/* Waits for pid, at most until `end`; SIGCHLD is blocked. Returns whether it
+ * had to be killed. */
+static bool await(pid_t pid, double end, int *status, struct rusage *usage)
+{
     sigset_t set;
-    pid_t got;
 
     sigemptyset(&set);
     sigaddset(&set, SIGCHLD);
-    while ((got = wait4(pid, &result->status, WNOHANG, &usage)) == 0) {
+    while (wait4(pid, status, WNOHANG, usage) == 0) {
         const double left = end - now();
-        if (left <= 0 || result->timed_out) {
-            result->timed_out = true;
+        if (left <= 0) {
             kill(-pid, SIGKILL);
-            while ((got = wait4(pid, &result->status, 0, &usage)) < 0 &&
-                   errno == EINTR)
+            while (wait4(pid, status, 0, usage) < 0 && errno == EINTR)
                 ;
-            break;
+            return true;
         }
         const struct timespec wait = {(time_t)left,
                                       (long)(1e9 * (left - floor(left)))};
         sigtimedwait(&set, NULL, &wait);
     }
-    if (got < 0) {
-        result->error = errno;
-        return;
-    }
-    result->cpu_s = seconds(usage.ru_utime) + seconds(usage.ru_stime);
-    result->peak_bytes = (size_t)usage.ru_maxrss * 1024;
-}
-
-void ibl_child_run(const char *const *argv, const char *log, double limit_s,
-                   ibl_child *result)
-{
-    sigset_t chld, mask;
-    int report[2], why;
-
-    *result = (ibl_child){0};
-    if (pipe(report)) {
-        result->error = errno;
-        return;
-    }
-    fcntl(report[1], F_SETFD, FD_CLOEXEC);
-    signal(SIGCHLD, SIG_DFL); /* ignored, there would be nothing to wait for */
-    sigemptyset(&chld);
-    sigaddset(&chld, SIGCHLD);
-    sigprocmask(SIG_BLOCK, &chld, &mask);
-    /* Between the fork and the note of the group no signal may end us. */
-    ibl_signals_hold();
-    const double begin = now();
-    const pid_t pid = fork();
-    if (pid == 0) {
-        close(report[0]);
-        become(argv, log, &mask, report[1]);
-    }
-    close(report[1]);
-    if (pid < 0) {
-        result->error = errno;
-        ibl_signals_release();
-    } else {
-        setpgid(pid, pid); /* here too: whoever comes first */
-        ibl_signals_group(pid);
-        ibl_signals_release();
-        await(pid, begin + limit_s, result);
-        result->wall_s = now() - begin;
-        kill(-pid, SIGKILL);
-        ibl_signals_group(0);
-        if (read(report[0], &why, sizeof why) == sizeof why)
-            result->error = why;
-    }
-    close(report[0]);
-    sigprocmask(SIG_SETMASK, &mask, NULL);
+    return false;
 }
 
 /* The last line of a file that is not blank, without control characters. */
@@ -155,29 +109,200 @@ static void last_line(const char *path, char *line, size_t size)
     snprintf(line, size, "%.*s", (int)size - 1, start);
 }
 
-void ibl_child_reason(const ibl_child *c, const char *log, double limit_s,
-                      char *text, size_t size)
+/* Why a command with that status failed, if it did. */
+static void explain(int status, const char *log, char *text, size_t size)
 {
     char line[400];
 
-    *text = '\0';
-    if (c->error) {
-        snprintf(text, size, "cannot be run: %s", strerror(c->error));
-        return;
-    }
-    if (c->timed_out) {
-        snprintf(text, size, "no end within %g s", limit_s);
-        return;
-    }
-    if (WIFEXITED(c->status) && WEXITSTATUS(c->status) == 0)
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 0)
         return;
     last_line(log, line, sizeof line);
-    if (WIFSIGNALED(c->status))
-        snprintf(text, size, "killed by signal %d", WTERMSIG(c->status));
-    else
-        snprintf(text, size, "exit status %d", WEXITSTATUS(c->status));
-    if (*line) {
-        const size_t used = strlen(text);
-        snprintf(text + used, size - used, ": %s", line);
+    snprintf(text, size, "%s %d%s%s",
+             WIFSIGNALED(status) ? "killed by signal" : "exit status",
+             WIFSIGNALED(status) ? WTERMSIG(status) : WEXITSTATUS(status),
+             *line ? ": " : "", line);
+}
+
+bool ibl_child_run(char *const *argv, const char *log, double limit_s,
+                   ibl_child *result)
+{
+    char *reason = result->reason;
+    const size_t size = sizeof result->reason;
+    struct rusage usage = {0};
+    sigset_t chld, mask;
+    int status = 0;
+    pid_t pid;
+
+    *result = (ibl_child){0};
+    signal(SIGCHLD, SIG_DFL); /* ignored, there would be nothing to wait for */
+    sigemptyset(&chld);
+    sigaddset(&chld, SIGCHLD);
+    sigprocmask(SIG_BLOCK, &chld, &mask);
+    /* No signal may end us until the group is noted. */
+    ibl_signals_hold();
+    const double begin = now();
+    const int why = start(argv, log, &mask, &pid);
+    if (!why)
+        ibl_signals_group(pid);
+    ibl_signals_release();
+    if (why) {
+        snprintf(reason, size, "cannot be run: %s", strerror(why));
+    } else {
+        result->timed_out = await(pid, begin + limit_s, &status, &usage);
+        if (result->timed_out)
+            snprintf(reason, size, "no end within %g s", limit_s);
+        else
+            explain(status, log, reason, size);
+        result->wall_s = now() - begin;
+        result->cpu_s = seconds(usage.ru_utime) + seconds(usage.ru_stime);
+        result->peak_bytes = (size_t)usage.ru_maxrss * 1024;
+        kill(-pid, SIGKILL);
+        ibl_signals_group(0);
     }
+    sigprocmask(SIG_SETMASK, &mask, NULL);
+    return !*reason;
+}
+
+static int wait_for(pid_t pid)
+{
+    int status = 0;
+
+    while (waitpid(pid, &status, 0) < 0 && errno == EINTR)
+        ;
+    return status;
+}
+
+int ibl_child_call(bool (*work)(void *cookie), void *cookie)
+{
+    int status = -1;
+
+    ibl_signals_hold();
+    const pid_t pid = fork();
+    if (pid == 0) {
+        setpgid(0, 0);
+        ibl_signals_pass(SIG_DFL);
+        ibl_signals_release();
+        _exit(!work(cookie));
+    }
+    if (pid > 0) {
+        setpgid(pid, pid); /* here too: either may come first */
+        ibl_signals_group(pid);
+    }
+    ibl_signals_release();
+    if (pid > 0)
+        status = wait_for(pid);
+    ibl_signals_group(0);
+    return status;
+}
+
+/* ---- directory ------------------------------------------------------- */
+
+static volatile sig_atomic_t worker;
+
+static int remove_entry(const char *path, const struct stat *st, int kind,
+                        struct FTW *where)
+{
+    (void)st, (void)where;
+    return (kind == FTW_DP ? rmdir(path) : unlink(path)) && errno != ENOENT;
+}
+
+bool ibl_scratch_remove(const char *path)
+{
+    const struct timespec pause = {0, 20000000};
+
+    /* A process that was just killed may still be writing. */
+    for (int attempt = 0; attempt < 50; attempt++) {
+        if (!nftw(path, remove_entry, 16, FTW_DEPTH | FTW_PHYS) ||
+            errno == ENOENT)
+            return true;
+        nanosleep(&pause, NULL);
+    }
+    return false;
+}
+
+static void pass_on(int number)
+{
+    const int saved = errno;
+    if (worker > 0)
+        kill((pid_t)worker, number);
+    errno = saved;
+}
+
+/* Forks the worker and waits for it; its status as of waitpid. */
+static int run_worker(int (*work)(void *, const char *), void *cookie,
+                      const char *path)
+{
+    fflush(stdout);
+    worker = fork();
+    if (worker == 0) {
+        ibl_signals_catch();
+        ibl_signals_release();
+        int status = work(cookie, path);
+        if (fflush(stdout) || ferror(stdout)) {
+            perror("iblbake: standard output");
+            status = 1;
+        }
+        exit(status);
+    }
+    if (worker < 0) {
+        fprintf(stderr, "iblbake: no process can be made: %s\n",
+                strerror(errno));
+        return W_EXITCODE(1, 0);
+    }
+    ibl_signals_pass(pass_on);
+    ibl_signals_release();
+    const int status = wait_for((pid_t)worker);
+    ibl_signals_hold();
+    return status;
+}
+
+/* The exit status that follows from the worker's. */
+static int take_over(int status)
+{
+    const int killer = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+
+    if (killer == SIGKILL || killer == SIGSEGV || killer == SIGBUS ||
+        killer == SIGFPE || killer == SIGILL)
+        fprintf(stderr,
+                "iblbake: the measuring process was killed by signal "
+                "%d\n",
+                killer);
+    else if (killer)
+        raise(killer);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
+}
+
+int ibl_scratch_run(int (*work)(void *cookie, const char *path), void *cookie)
+{
+    const char *parent = getenv("TMPDIR");
+    char path[4096];
+
+    if (!parent || !*parent)
+        parent = "/tmp";
+    if (snprintf(path, sizeof path, "%s/iblbake-bench-XXXXXX", parent) >=
+        (int)sizeof path - 256) {
+        fprintf(stderr,
+                "iblbake: %.40s...: the name is too long: set TMPDIR "
+                "to another directory\n",
+                parent);
+        return 1;
+    }
+    ibl_signals_hold();
+    if (!mkdtemp(path)) {
+        fprintf(stderr,
+                "iblbake: %s: no directory can be made there: %s: set "
+                "TMPDIR to another\n",
+                parent, strerror(errno));
+        ibl_signals_release();
+        return 1;
+    }
+    int status = run_worker(work, cookie, path);
+    if (!ibl_scratch_remove(path)) {
+        fprintf(stderr, "iblbake: %s: cannot be removed: %s\n", path,
+                strerror(errno));
+        status = WIFSIGNALED(status) ? status : W_EXITCODE(1, 0);
+    }
+    ibl_signals_pass(SIG_DFL);
+    ibl_signals_release();
+    return take_over(status);
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Commands run and measured as child processes. */
+/* Commands run and measured as child processes, and a private directory for
+ * their files. */
 #ifndef CLI_CHILD_H
 #define CLI_CHILD_H
 
@@ -7,32 +8,43 @@
 #include <stddef.h>
 
 typedef struct ibl_child {
-    double wall_s;     /* from before the fork until its end was seen */
-    double cpu_s;      /* user and system, of its own children too */
-    size_t peak_bytes; /* the largest resident set of it or of a child */
-    int status;        /* as of waitpid */
-    int error;         /* errno of what kept it from starting, or 0 */
+    double wall_s;     /* from before the start until the end was seen */
+    double cpu_s;      /* user and system, including its own children */
+    size_t peak_bytes; /* largest resident set of it or of a child */
     bool timed_out;    /* was killed after limit_s */
+    /* Why it failed, without a newline: "cannot be run: ...", "no end within
+     * 5 s", or its exit status or signal and the last line of its log. Empty
+     * if it did not fail. */
+    char reason[600];
 } ibl_child;
 
 /*
- * Runs argv (argv[0] a path, not looked up) in a process group of its own and
- * waits; whatever is left of the group at its end is killed. Standard input
- * is empty, both outputs go to the new file log. A signal that ends this
- * program takes the group along.
+ * Runs argv (argv[0] a path, not looked up) as the leader of a process group,
+ * waits at most limit_s seconds, and kills what is left of the group. Standard
+ * input is empty, both outputs go to the new file log. A signal that ends this
+ * program ends the group too. False: it failed, for result->reason.
  *
- * Memory: Linux counts the pages that the parent had at the fork, so call
- * this before anything large was allocated.
+ * Memory: Linux counts the pages that the parent had at the start, so call
+ * this before allocating anything large.
  */
-void ibl_child_run(const char *const *argv, const char *log, double limit_s,
+bool ibl_child_run(char *const *argv, const char *log, double limit_s,
                    ibl_child *result);
 
+/* Runs work(cookie) in a forked child, under the same rules for signals.
+ * Returns a status as of waitpid; -1: errno says why there is no child. */
+int ibl_child_call(bool (*work)(void *cookie), void *cookie);
+
 /*
- * Why a child failed, in words without a newline: "no end within 5 s", or its
- * exit status or signal and the last line that it left in log. Empty if it
- * did not fail.
+ * Makes a directory (mode 0700, in $TMPDIR or /tmp), runs work(cookie, path)
+ * in a child process and returns its status. When the child has ended, for
+ * whatever reason, removes the directory and its contents. Passes the signals
+ * of cli/signals.h on to the child; if one of them ends the child, this
+ * process ends by it too. 1 after one line on stderr: the directory cannot be
+ * made or removed, or another signal killed the child.
  */
-void ibl_child_reason(const ibl_child *c, const char *log, double limit_s,
-                      char *text, size_t size);
+int ibl_scratch_run(int (*work)(void *cookie, const char *path), void *cookie);
+
+/* Removes path and its contents, not following links. errno on failure. */
+bool ibl_scratch_remove(const char *path);
 
 #endif

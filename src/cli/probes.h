@@ -3,8 +3,8 @@
 #ifndef CLI_PROBES_H
 #define CLI_PROBES_H
 
-#include "cli/console.h"
 #include "cli/common_options.h"
+#include "cli/console.h"
 #include "cli/probe_hash.h"
 #include "cli/probe_set.h"
 

@@ -7,8 +7,8 @@
 #include <sys/stat.h>
 
 #include "cli/capture.h"
-#include "cli/signals.h"
 #include "cli/session.h"
+#include "cli/signals.h"
 #include "common/path.h"
 
 ibl_status ibl_probes_no_memory(const ibl_probes_bake *p)
@@ -181,7 +181,7 @@ static void warn_of_overflow(const ibl_probes_bake *p, const ibl_set_entry *e,
 
     snprintf(name, sizeof name, "%s: %s", p->opts->input, e->capture.place);
     ibl_warn_of_overflow(p->console, name, (ibl_pixel)p->set.bake.pixel,
-                    (ibl_overflow)p->set.bake.overflow, &l->beyond);
+                         (ibl_overflow)p->set.bake.overflow, &l->beyond);
 }
 
 static ibl_status bake_layer(ibl_probes_bake *p, int layer)

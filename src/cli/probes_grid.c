@@ -8,9 +8,9 @@
 #include "cli/json_put.h"
 #include "cli/json_text.h"
 #include "cli/probes.h"
-#include "cli/signals.h"
 #include "cli/session.h"
 #include "cli/shell_words.h"
+#include "cli/signals.h"
 #include "common/json_volume.h"
 
 enum {

@@ -1,0 +1,319 @@
+/* SPDX-License-Identifier: MIT */
+/* Everything that was measured, for programs: JSON, CSV, and a page that draws
+ * the JSON. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/bench.h"
+#include "cli/json_put.h"
+#include "cli/json_text.h"
+#include "common/memory_file.h"
+
+/* ---- JSON ------------------------------------------------------------ */
+
+static json_t *machine(const ibl_bench_machine *m)
+{
+    return json_pack("{so si si sI so so so}", "cpu", ibl_json_string(m->cpu),
+                     "cpus", m->cpus, "online_cpus", m->online_cpus,
+                     "memory_bytes", (json_int_t)m->memory_bytes, "system",
+                     ibl_json_string(m->system), "compiler",
+                     ibl_json_string(m->compiler), "load",
+                     m->load < 0 ? json_null() : json_real(m->load));
+}
+
+static json_t *series(const ibl_bench_series *s, int rounds)
+{
+    json_t *values = json_array();
+
+    for (int i = 0; i < rounds; i++)
+        append(&values, json_real(s->rounds[i]));
+    return json_pack("{sf sf sf so}", "median", s->median, "q1", s->low, "q3",
+                     s->high, "rounds", values);
+}
+
+static void put_settings(json_t **j, const ibl_bench_point *p)
+{
+    json_t *sweeps = json_array();
+
+    for (int axis = 0; axis < IBL_BENCH_SOURCE; axis++) {
+        char text[32];
+        ibl_bench_value(axis, p->at[axis], text, sizeof text);
+        if (axis == IBL_BENCH_METHOD || axis == IBL_BENCH_ISA)
+            put(j, ibl_bench_axis_name(axis), json_string(text));
+        else if (axis != IBL_BENCH_SAMPLES ||
+                 ibl_bench_takes_samples(p->at[IBL_BENCH_METHOD]))
+            put(j, ibl_bench_axis_name(axis), json_integer(p->at[axis]));
+    }
+    for (int axis = 0; axis < IBL_BENCH_AXES; axis++)
+        if (p->sweeps & 1u << axis)
+            append(&sweeps, json_string(ibl_bench_axis_name(axis)));
+    put(j, "sweeps", sweeps);
+}
+
+static json_t *point(const ibl_bench *b, const ibl_bench_point *p)
+{
+    const ibl_bench_source *source = &b->sources[p->source];
+    const int rounds = b->opts->rounds;
+    json_t *command = json_array(), *stages = json_object();
+
+    for (char **word = p->argv; *word; word++)
+        append(&command, ibl_json_string(*word));
+    for (int i = IBL_BENCH_STAGES; i < p->series_count; i++)
+        put(&stages, p->series[i].name, series(&p->series[i], rounds));
+    json_t *j = json_pack(
+        "{so ss sb sb sb so s{si si sb}}", "name", ibl_json_string(p->name),
+        "kind", ibl_bench_kind_name(p->kind), "base", p->base, "special",
+        ibl_bench_is_special(b, p), "rival", ibl_bench_is_rival(b, p), "env",
+        ibl_json_string(b->opts->envs[source->env]), "source", "width",
+        source->width, "height", source->height, "resampled",
+        source->resampled);
+    if (p->kind == IBL_BENCH_BAKE)
+        put_settings(&j, p);
+    put(&j, "command", command);
+    put(&j, "wall_s", series(&p->series[IBL_BENCH_WALL_S], rounds));
+    put(&j, "cpu_s", series(&p->series[IBL_BENCH_CPU_S], rounds));
+    put(&j, "peak_bytes",
+        json_integer((json_int_t)p->series[IBL_BENCH_PEAK_BYTES].median));
+    put(&j, "output_bytes", json_integer((json_int_t)p->output_bytes));
+    put(&j, "stages_s", stages);
+    if (p->judged) {
+        put(&j, "error", json_real(p->error));
+        put(&j, "worst_p95", json_real(p->worst_p95));
+        put(&j, "front", json_boolean(p->pareto));
+        put(&j, "levels", json_incref(p->levels));
+    }
+    return j;
+}
+
+/* NULL: no memory. */
+static json_t *report(const ibl_bench *b)
+{
+    json_t *points = json_array();
+
+    for (int i = 0; i < b->point_count; i++)
+        append(&points, point(b, &b->points[i]));
+    return json_pack(
+        "{ss so ss so si sf ss so}", "generator", "iblbake bench " IBL_VERSION,
+        "revision", ibl_json_string(b->machine.revision), "date",
+        b->machine.date, "machine", machine(&b->machine), "rounds",
+        b->opts->rounds, "seconds", b->seconds, "error",
+        "root mean square of the nRMSE of the specular levels with roughness "
+        "above 0, against <ibl/reference.h>",
+        "points", points);
+}
+
+char *ibl_bench_json(const ibl_bench *b)
+{
+    json_t *root = report(b);
+    char *text = ibl_json_text(root);
+
+    json_decref(root);
+    return text;
+}
+
+/* ---- HTML ------------------------------------------------------------ */
+
+/* Made by the build of bench_page.html. */
+extern const char ibl_bench_page[];
+
+/* JSON inside a script element: nothing in a string may end the element. */
+static void put_json(const char *json, FILE *to)
+{
+    for (; *json; json++)
+        if (*json == '<')
+            fputs("\\u003c", to);
+        else
+            fputc(*json, to);
+}
+
+char *ibl_bench_html(const ibl_bench *b)
+{
+    static const char marker[] = "@JSON@";
+    const char *place = strstr(ibl_bench_page, marker);
+    char *json = ibl_bench_json(b);
+    ibl_memory_file page;
+    FILE *to = json ? ibl_memory_open(&page) : NULL;
+
+    if (to) {
+        fwrite(ibl_bench_page, 1, (size_t)(place - ibl_bench_page), to);
+        put_json(json, to);
+        fputs(place + sizeof marker - 1, to);
+    }
+    free(json);
+    return to ? ibl_memory_close(to, &page) : NULL;
+}
+
+/* ---- CSV ------------------------------------------------------------- */
+
+/* A column, and the member of a point that it has, or the member of that. */
+static const struct {
+    const char *name, *member, *part;
+} columns[] = {
+    {"env", "env", NULL},
+    {"source_width", "source", "width"},
+    {"source_height", "source", "height"},
+    {"name", "name", NULL},
+    {"kind", "kind", NULL},
+    {"method", "method", NULL},
+    {"samples", "samples", NULL},
+    {"size", "size", NULL},
+    {"threads", "threads", NULL},
+    {"isa", "isa", NULL},
+    {"sweeps", "sweeps", NULL},
+    {"rounds", "rounds", NULL},
+    {"wall_s", "wall_s", "median"},
+    {"wall_q1_s", "wall_s", "q1"},
+    {"wall_q3_s", "wall_s", "q3"},
+    {"cpu_s", "cpu_s", "median"},
+    {"peak_bytes", "peak_bytes", NULL},
+    {"output_bytes", "output_bytes", NULL},
+};
+enum {
+    COLUMNS = sizeof columns / sizeof *columns
+};
+
+/* Every stage that any point has, each point's in its order as far as
+ * possible; returns how many. */
+static int find_stages(const ibl_bench *b, const char **names, int most)
+{
+    int count = 0;
+
+    for (int i = 0; i < b->point_count; i++) {
+        const ibl_bench_point *p = &b->points[i];
+        int next = 0;
+        for (int k = IBL_BENCH_STAGES; k < p->series_count; k++) {
+            int at = 0;
+            while (at < count && strcmp(names[at], p->series[k].name) != 0)
+                at++;
+            if (at == count && count == most)
+                continue;
+            if (at == count) {
+                at = next;
+                memmove(names + at + 1, names + at,
+                        (size_t)(count++ - at) * sizeof *names);
+                names[at] = p->series[k].name;
+            }
+            next = at + 1;
+        }
+    }
+    return count;
+}
+
+static void put_text(const char *text, FILE *to)
+{
+    if (!strpbrk(text, ",\"\n\r")) {
+        fputs(text, to);
+        return;
+    }
+    fputc('"', to);
+    for (; *text; text++) {
+        if (*text == '"')
+            fputc('"', to);
+        fputc(*text, to);
+    }
+    fputc('"', to);
+}
+
+/* Nothing for null, and for what is not there. */
+static void put_field(const json_t *value, FILE *to)
+{
+    if (json_is_string(value))
+        put_text(json_string_value(value), to);
+    else if (json_is_boolean(value))
+        fputc(json_is_true(value) ? '1' : '0', to);
+    else if (json_is_integer(value))
+        fprintf(to, "%" JSON_INTEGER_FORMAT, json_integer_value(value));
+    else if (json_is_real(value))
+        fprintf(to, "%.9g", json_real_value(value));
+    for (size_t i = 0; i < json_array_size(value); i++)
+        fprintf(to, "%s%s", i ? " " : "",
+                json_string_value(json_array_get(value, i)));
+}
+
+/* A line: a point with one of its levels. */
+static void put_line(const json_t *point, const json_t *level,
+                     const char **stages, int count, FILE *to)
+{
+    static const char *const members[] = {"content",   "level", "size",
+                                          "roughness", "nrmse", "median",
+                                          "p95",       "worst", "bias"};
+    const json_t *seconds = json_object_get(point, "stages_s");
+
+    for (int i = 0; i < COLUMNS; i++) {
+        const json_t *value = json_object_get(point, columns[i].member);
+        if (i)
+            fputc(',', to);
+        put_field(columns[i].part ? json_object_get(value, columns[i].part)
+                                  : value,
+                  to);
+    }
+    for (int i = 0; i < count; i++) {
+        fputc(',', to);
+        put_field(
+            json_object_get(json_object_get(seconds, stages[i]), "median"), to);
+    }
+    fputc(',', to);
+    put_field(json_object_get(point, "front"), to);
+    for (size_t i = 0; i < sizeof members / sizeof *members; i++) {
+        fputc(',', to);
+        put_field(json_object_get(level, members[i]), to);
+    }
+    fputc('\n', to);
+}
+
+/* Of a point: a line for all its levels, and one for each. */
+static bool put_point(const ibl_bench *b, json_t *point, const char **stages,
+                      int count, FILE *to)
+{
+    const json_t *levels = json_object_get(point, "levels"), *level;
+    json_t *all = json_pack("{ss sO* sO*}", "content", "all", "nrmse",
+                            json_object_get(point, "error"), "p95",
+                            json_object_get(point, "worst_p95"));
+    size_t i;
+
+    if (!all ||
+        json_object_set_new(point, "rounds", json_integer(b->opts->rounds)))
+        return false;
+    put_line(point, all, stages, count, to);
+    json_array_foreach((json_t *)levels, i, level)
+    {
+        put_line(point, level, stages, count, to);
+    }
+    json_decref(all);
+    return true;
+}
+
+char *ibl_bench_csv(const ibl_bench *b)
+{
+    const char *stages[IBL_BENCH_SERIES];
+    const int count = find_stages(b, stages, IBL_BENCH_SERIES);
+    json_t *root = report(b), *point;
+    ibl_memory_file file;
+    FILE *to = root ? ibl_memory_open(&file) : NULL;
+    bool ok = true;
+    size_t i;
+
+    if (!to) {
+        json_decref(root);
+        return NULL;
+    }
+    for (int k = 0; k < COLUMNS; k++)
+        fprintf(to, "%s%s", k ? "," : "", columns[k].name);
+    for (int k = 0; k < count; k++)
+        fprintf(to, ",%s_s", stages[k]);
+    fputs(",front,content,level,level_size,roughness,nrmse,median,p95,"
+          "worst,bias\n",
+          to);
+    json_array_foreach(json_object_get(root, "points"), i, point)
+    {
+        ok = ok && put_point(b, point, stages, count, to);
+    }
+    json_decref(root);
+    char *text = ibl_memory_close(to, &file);
+    if (!ok) {
+        free(text);
+        text = NULL;
+    }
+    return text;
+}
