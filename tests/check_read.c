@@ -15,8 +15,7 @@
 #include "files.h"
 #include "ibl/io.h"
 #include "io/repair.h"
-#include "io/sniff.h"
-#include "io/whole.h"
+#include "io/truncation_check.h"
 #include "test.h"
 
 static test_messages kept;
@@ -768,7 +767,7 @@ static void png_headers(void)
             const uint32_t crc = crc_of(png + 12, 17);
             for (int i = 0; i < 4; i++)
                 png[29 + i] = (unsigned char)(crc >> (24 - 8 * i));
-            const char *text = ibl_whole_check("png", png, sizeof png);
+            const char *text = ibl_truncation_check("png", png, sizeof png);
             CHECK_MSG(!text == want, "colour %d, depth %d: %s", colour, depth,
                       text ? text : "taken");
         }

@@ -13,8 +13,7 @@
 #include "core/context.h"
 #include "io/bridge/bridge.h"
 #include "io/exr.h"
-#include "io/read.h"
-#include "io/whole.h"
+#include "io/truncation_check.h"
 
 #ifndef IBL_BRIDGE
 #define IBL_BRIDGE "/usr/local/lib/iblbake/libiblbridge.so"
@@ -165,7 +164,7 @@ static ibl_status check_claims(ibl_ctx *ctx, const ibl_bridge_source *source,
     const double map = 12.0 * info->width * info->height;
     const double data = 12.0 * info->data_width * info->data_height;
     const ibl_status status =
-        ibl_read_check_size(ctx, source->name, opts, info->width, info->height);
+        ibl_map_check_size(ctx, source->name, opts, info->width, info->height);
     if (status)
         return status;
     if (map <= 1e8 && info->raw_bytes <= 1e8)
@@ -274,13 +273,13 @@ static ibl_status open_either(bridge_rows *r, const ibl_bridge_source *source,
     return translate(ctx, source->name, source->kind, result, message);
 }
 
-/* What libpng needs of a PNG: see io/whole.h. */
+/* What libpng needs of a PNG: see io/truncation_check.h. */
 static ibl_status clean_png(bridge_rows *r, ibl_bridge_source *source)
 {
     r->picture = ibl_alloc_array(source->size, 1);
     if (!r->picture)
         return ibl_no_memory(r->rows.ctx, "a PNG");
-    source->size = ibl_whole_png(source->bytes, source->size, r->picture);
+    source->size = ibl_png_picture(source->bytes, source->size, r->picture);
     source->bytes = r->picture;
     return IBL_OK;
 }
@@ -296,7 +295,7 @@ static ibl_status check_and_open(bridge_rows *r,
     if (status)
         return status;
     const char *missing =
-        ibl_whole_check(source->reader, source->bytes, source->size);
+        ibl_truncation_check(source->reader, source->bytes, source->size);
     if (missing)
         return ibl_fail(r->rows.ctx, IBL_ERR_FORMAT, "%s: damaged %s: %s",
                         source->name, source->kind, missing);

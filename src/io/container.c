@@ -5,41 +5,11 @@
 
 #include "core/alloc.h"
 
-/* Numbers: vulkan_core.h, dxgiformat.h, d3d9types.h, the OpenGL registry. */
-const ibl_layout ibl_layouts[IBL_LAYOUT_COUNT] = {
-    /* pixel, bytes, word, vk, dxgi, d3d, type, format, internal format */
-    {IBL_PIXEL_RGBA16F, 8, 2, 97, 10, 113, 0x140B, 0x1908, 0x881A},
-    {IBL_PIXEL_RGBA32F, 16, 4, 109, 2, 116, 0x1406, 0x1908, 0x8814},
-    {IBL_PIXEL_RGB9E5, 4, 4, 123, 67, 0, 0x8C3E, 0x1907, 0x8C3D},
-    {IBL_PIXEL_R11G11B10F, 4, 4, 122, 26, 0, 0x8C3B, 0x1907, 0x8C3A},
-    {IBL_PIXEL_RG16F, 4, 2, 83, 34, 112, 0x140B, 0x8227, 0x822F},
-    {IBL_PIXEL_RG32F, 8, 4, 103, 16, 115, 0x1406, 0x8227, 0x8230},
-    {IBL_PIXEL_RGBA16F, 6, 2, 90, 0, 0, 0x140B, 0x1907, 0x881B},
-    {IBL_PIXEL_RGBA32F, 12, 4, 106, 6, 0, 0x1406, 0x1907, 0x8815},
-};
-
-void ibl_put_u32(unsigned char *dst, uint32_t value)
-{
-    memcpy(dst, &value, sizeof value);
-}
-
-void ibl_put_u64(unsigned char *dst, uint64_t value)
-{
-    memcpy(dst, &value, sizeof value);
-}
-
 uint32_t ibl_file_u32(const ibl_file *file, uint64_t at)
 {
     uint32_t value;
     memcpy(&value, file->bytes + at, sizeof value);
     return file->swap ? __builtin_bswap32(value) : value;
-}
-
-uint64_t ibl_file_u64(const ibl_file *file, uint64_t at)
-{
-    uint64_t value;
-    memcpy(&value, file->bytes + at, sizeof value);
-    return file->swap ? __builtin_bswap64(value) : value;
 }
 
 bool ibl_file_has(const ibl_file *file, uint64_t at, uint64_t size)
@@ -68,6 +38,15 @@ size_t ibl_texture_width(const ibl_texture *tex, int level)
 size_t ibl_texture_height(const ibl_texture *tex, int level)
 {
     return edge(tex->height, level);
+}
+
+ibl_shape ibl_shape_of(const ibl_texture *tex)
+{
+    return (ibl_shape){.width = (uint32_t)tex->width,
+                       .height = (uint32_t)tex->height,
+                       .layers = tex->layers > 1 ? (uint32_t)tex->layers : 0,
+                       .faces = (uint32_t)tex->faces,
+                       .levels = (uint32_t)tex->levels};
 }
 
 static uint32_t max_levels(uint32_t width, uint32_t height)

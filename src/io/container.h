@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * What the three containers share: the table of formats, shapes, rows in and
- * out, KTX key/values. A reader trusts nothing but file->size.
- */
+/* What the three containers share: shapes, rows in and out, KTX key/values. A
+ * reader trusts nothing but file->size. */
 #ifndef IBL_IO_CONTAINER_H
 #define IBL_IO_CONTAINER_H
 
@@ -12,30 +10,16 @@
 
 #include "core/context.h"
 #include "ibl/io.h"
+#include "io/pixel_format.h"
 
 #if __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
 #error "texels are encoded and stored in the machine's order, little endian"
 #endif
 
-/* How each API calls a format. 0: it has no such format. */
-typedef struct ibl_layout {
-    ibl_pixel pixel;
-    int texel_bytes; /* in the file; 3 channels become 4 when read */
-    int word_bytes;  /* what a change of byte order turns round */
-    uint32_t vk;     /* VkFormat */
-    uint32_t dxgi;   /* DXGI_FORMAT */
-    uint32_t d3d;    /* D3DFMT, in place of a FourCC */
-    uint32_t gl_type, gl_format, gl_internal;
-} ibl_layout;
-
 enum {
-    IBL_LAYOUT_COUNT = IBL_PIXEL_COUNT + 2,
     IBL_MAX_KEYS = 4096,
     IBL_MAX_KEY_BYTES = 255
 };
-
-/* One for each ibl_pixel, in that order, then two that are only read. */
-extern const ibl_layout ibl_layouts[IBL_LAYOUT_COUNT];
 
 /* A file in memory. */
 typedef struct ibl_file {
@@ -46,18 +30,19 @@ typedef struct ibl_file {
     bool swap; /* its words are big endian */
 } ibl_file;
 
-/* The words at an offset that the caller has checked. */
+/* The word at an offset that the caller has checked. */
 uint32_t ibl_file_u32(const ibl_file *file, uint64_t at);
-uint64_t ibl_file_u64(const ibl_file *file, uint64_t at);
 /* Whether [at, at + size) is inside. */
 bool ibl_file_has(const ibl_file *file, uint64_t at, uint64_t size);
 ibl_status ibl_file_short(const ibl_file *file, const char *what);
 
-/* A texture's shape as a header has it. 0 levels are 1, 0 layers are 1 and no
- * array, 0 depth is none. */
+/* A texture's shape as KTX and KTX2 headers have it. 0 levels are 1, 0 layers
+ * are 1 and no array, 0 depth is none. */
 typedef struct ibl_shape {
     uint32_t width, height, depth, layers, faces, levels;
 } ibl_shape;
+
+ibl_shape ibl_shape_of(const ibl_texture *tex);
 
 /*
  * Checks shape, that the file has as many bytes as its texels take, and only
@@ -116,17 +101,18 @@ size_t ibl_keys_bytes(const ibl_key_value *keys, int count);
 /* Writes exactly those bytes. */
 void ibl_keys_write(const ibl_key_value *keys, int count, unsigned char *dst);
 
-void ibl_put_u32(unsigned char *dst, uint32_t value);
-void ibl_put_u64(unsigned char *dst, uint64_t value);
+/* The first bytes of files, without the zero. */
+#define IBL_KTX2_MAGIC "\xABKTX 20\xBB\r\n\x1A\n"
+#define IBL_KTX_MAGIC "\xABKTX 11\xBB\r\n\x1A\n"
+#define IBL_DDS_MAGIC "DDS "
 
-bool ibl_is_ktx2(const unsigned char *bytes, size_t size);
-bool ibl_is_ktx(const unsigned char *bytes, size_t size);
-bool ibl_is_dds(const unsigned char *bytes, size_t size);
+/* The container of a file by its first bytes; IBL_CONTAINER_COUNT: none. */
+ibl_container ibl_container_of(const unsigned char *bytes, size_t size);
 
 /* tex is empty; free it with ibl_texture_free after an error. */
-ibl_status ibl_ktx2_decode(const ibl_file *file, ibl_texture *tex);
+ibl_status ibl_ktx2_decode(ibl_file *file, ibl_texture *tex);
 ibl_status ibl_ktx_decode(ibl_file *file, ibl_texture *tex);
-ibl_status ibl_dds_decode(const ibl_file *file, ibl_texture *tex);
+ibl_status ibl_dds_decode(ibl_file *file, ibl_texture *tex);
 
 /* A stretch of a file. */
 typedef struct ibl_piece {

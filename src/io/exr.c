@@ -9,7 +9,6 @@
 #include "core/context.h"
 #include "io/bridge.h"
 #include "io/exr_file.h"
-#include "io/read.h"
 
 bool ibl_exr_is(const void *bytes, size_t size)
 {
@@ -106,8 +105,8 @@ static ibl_status choose(ibl_ctx *ctx, const ibl_read_options *opts,
     if (!status)
         status = ibl_exr_choose(ctx, &d->file, opts, &d->pick);
     if (!status)
-        status = ibl_read_check_size(ctx, name, opts, d->pick.display.width,
-                                     d->pick.display.height);
+        status = ibl_map_check_size(ctx, name, opts, d->pick.display.width,
+                                    d->pick.display.height);
     if (!status)
         status = ibl_exr_list_chunks(ctx, &d->file, &d->pick, &d->table);
     if (!status)

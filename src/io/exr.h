@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "io/load.h"
+#include "io/input.h"
 #include "io/rows.h"
 
 /* Whether the bytes begin as an OpenEXR file does. */

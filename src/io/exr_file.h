@@ -9,7 +9,7 @@
 
 #include <OpenEXR/openexr.h>
 
-#include "io/load.h"
+#include "io/input.h"
 #include "io/rows.h"
 #include "kern/half_planes.h"
 #include "kern/max_finite.h"

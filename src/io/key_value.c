@@ -344,7 +344,7 @@ void ibl_keys_write(const ibl_key_value *keys, int count, unsigned char *dst)
         const size_t bytes = pair_bytes(&keys[i]);
         const size_t key = strlen(keys[i].key) + 1;
         const size_t padded = (bytes + 3) / 4 * 4;
-        ibl_put_u32(dst, (uint32_t)bytes);
+        memcpy(dst, &(uint32_t){(uint32_t)bytes}, 4);
         memcpy(dst + 4, keys[i].key, key);
         memcpy(dst + 4 + key, keys[i].value, bytes - key);
         memset(dst + 4 + bytes, 0, padded - bytes);

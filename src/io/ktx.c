@@ -4,60 +4,42 @@
  * cube's imageSize is that of one face, any other's and a cube array's that
  * of the level; rows are padded to 4 bytes.
  */
+#include <stddef.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "io/container.h"
 
-static const unsigned char identifier[12] = {
-    0xAB, 'K', 'T', 'X', ' ', '1', '1', 0xBB, '\r', '\n', 0x1A, '\n'};
-
 enum {
-    ENDIANNESS = 12,
-    GL_TYPE = 16,
-    GL_TYPE_SIZE = 20,
-    GL_FORMAT = 24,
-    GL_INTERNAL_FORMAT = 28,
-    GL_BASE_INTERNAL_FORMAT = 32,
-    WIDTH = 36,
-    HEIGHT = 40,
-    DEPTH = 44,
-    ELEMENTS = 48, /* of an array */
-    FACES = 52,
-    LEVELS = 56,
-    KEY_BYTES = 60,
-    HEADER = 64,
     ROW_ALIGN = 4
 };
+
+typedef struct header {
+    char identifier[12];
+    uint32_t endianness;
+    uint32_t gl_type, gl_type_size, gl_format;
+    uint32_t gl_internal_format, gl_base_internal_format;
+    ibl_shape shape; /* its layers: numberOfArrayElements */
+    uint32_t key_bytes;
+} header;
+
+_Static_assert(sizeof(header) == 64, "as the specification has it");
 
 static const uint32_t little = 0x04030201, big = 0x01020304;
 static const char rows_down[] = "S=r,T=d", rows_up[] = "S=r,T=u";
 
-bool ibl_is_ktx(const unsigned char *bytes, size_t size)
-{
-    return size >= sizeof identifier &&
-           !memcmp(bytes, identifier, sizeof identifier);
-}
-
-static void write_header(const ibl_texture *tex, size_t key_bytes,
-                         unsigned char *dst)
+static header header_of(const ibl_texture *tex, size_t key_bytes)
 {
     const ibl_layout *layout = &ibl_layouts[tex->pixel];
-    memset(dst, 0, HEADER);
-    memcpy(dst, identifier, sizeof identifier);
-    ibl_put_u32(dst + ENDIANNESS, little);
-    ibl_put_u32(dst + GL_TYPE, layout->gl_type);
-    ibl_put_u32(dst + GL_TYPE_SIZE, (uint32_t)layout->word_bytes);
-    ibl_put_u32(dst + GL_FORMAT, layout->gl_format);
-    ibl_put_u32(dst + GL_INTERNAL_FORMAT, layout->gl_internal);
-    ibl_put_u32(dst + GL_BASE_INTERNAL_FORMAT, layout->gl_format);
-    ibl_put_u32(dst + WIDTH, (uint32_t)tex->width);
-    ibl_put_u32(dst + HEIGHT, (uint32_t)tex->height);
-    /* 0: no array. */
-    ibl_put_u32(dst + ELEMENTS, tex->layers > 1 ? (uint32_t)tex->layers : 0);
-    ibl_put_u32(dst + FACES, (uint32_t)tex->faces);
-    ibl_put_u32(dst + LEVELS, (uint32_t)tex->levels);
-    ibl_put_u32(dst + KEY_BYTES, (uint32_t)key_bytes);
+    return (header){.identifier = IBL_KTX_MAGIC,
+                    .endianness = little,
+                    .gl_type = layout->gl_type,
+                    .gl_type_size = (uint32_t)layout->word_bytes,
+                    .gl_format = layout->gl_format,
+                    .gl_internal_format = layout->gl_internal,
+                    .gl_base_internal_format = layout->gl_format,
+                    .shape = ibl_shape_of(tex),
+                    .key_bytes = (uint32_t)key_bytes};
 }
 
 /* What is written before a level. */
@@ -81,33 +63,35 @@ ibl_status ibl_ktx_encode(ibl_ctx *ctx, const ibl_texture *tex,
     if (!keys)
         return ibl_no_memory(ctx, "a KTX file");
     const size_t key_bytes = ibl_keys_bytes(keys, count);
-    const size_t begin = HEADER + key_bytes;
+    const size_t begin = sizeof(header) + key_bytes;
     if (key_bytes > UINT32_MAX ||
         !ibl_pieces_alloc(file, begin + 4 * (size_t)tex->levels,
                           1 + 2 * tex->levels)) {
         ibl_free(keys);
         return ibl_no_memory(ctx, "a KTX file");
     }
-    write_header(tex, key_bytes, file->head);
-    ibl_keys_write(keys, count, file->head + HEADER);
+    const header h = header_of(tex, key_bytes);
+    memcpy(file->head, &h, sizeof h);
+    ibl_keys_write(keys, count, file->head + sizeof h);
     ibl_pieces_add(file, file->head, begin);
     /* A size before each level. Texels of 4, 8 or 16 bytes leave nothing to
      * pad, neither rows nor faces nor levels. */
     for (int l = 0; l < tex->levels; l++) {
-        unsigned char *size = file->head + begin + 4 * l;
-        ibl_put_u32(size, (uint32_t)image_size(tex, l));
-        ibl_pieces_add(file, size, 4);
+        const uint32_t size = (uint32_t)image_size(tex, l);
+        unsigned char *to = file->head + begin + sizeof size * (size_t)l;
+        memcpy(to, &size, sizeof size);
+        ibl_pieces_add(file, to, sizeof size);
         ibl_pieces_add_level(file, tex, l);
     }
     ibl_free(keys);
     return IBL_OK;
 }
 
-static ibl_status find_layout(const ibl_file *file, const ibl_layout **layout)
+static ibl_status find_layout(const ibl_file *file, const header *h,
+                              const ibl_layout **layout)
 {
-    const uint32_t type = ibl_file_u32(file, GL_TYPE);
-    const uint32_t format = ibl_file_u32(file, GL_FORMAT);
-    const uint32_t internal = ibl_file_u32(file, GL_INTERNAL_FORMAT);
+    const uint32_t type = h->gl_type, format = h->gl_format;
+    const uint32_t internal = h->gl_internal_format;
 
     if (!type || !format)
         return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
@@ -132,15 +116,24 @@ static ibl_status find_layout(const ibl_file *file, const ibl_layout **layout)
                     file->name, type, format, internal);
 }
 
-static ibl_status check_order(ibl_file *file)
+/* Reads the header and finds the byte order of the file. */
+static ibl_status read_header(ibl_file *file, header *h)
 {
-    const uint32_t order = ibl_file_u32(file, ENDIANNESS);
+    const size_t words = offsetof(header, endianness);
+    if (!ibl_file_has(file, 0, sizeof *h))
+        return ibl_file_short(file, "a KTX header");
+    memcpy(h, file->bytes, sizeof *h);
+    const uint32_t order = h->endianness;
     file->swap = order == big;
     if (order != little && order != big)
         return ibl_fail(file->ctx, IBL_ERR_FORMAT,
                         "%s: damaged: endianness 0x%08X, must be 0x%08X or "
                         "0x%08X",
                         file->name, order, little, big);
+    for (size_t at = words; at < sizeof *h; at += sizeof order) {
+        const uint32_t word = ibl_file_u32(file, at);
+        memcpy((char *)h + at, &word, sizeof word);
+    }
     return IBL_OK;
 }
 
@@ -167,34 +160,26 @@ static ibl_status read_level(const ibl_file *file, ibl_place *place, bool array,
 ibl_status ibl_ktx_decode(ibl_file *file, ibl_texture *tex)
 {
     ibl_place place = {.row_align = ROW_ALIGN};
-    ibl_status status;
+    header h;
+    ibl_status status = read_header(file, &h);
 
-    if (!ibl_file_has(file, 0, HEADER))
-        return ibl_file_short(file, "a KTX header");
-    status = check_order(file);
     if (!status)
-        status = find_layout(file, &place.layout);
+        status = find_layout(file, &h, &place.layout);
     if (status)
         return status;
     /* And 1 for its size, which matters to no file that is not turned. */
-    const uint32_t type_size = ibl_file_u32(file, GL_TYPE_SIZE);
-    if (type_size != (uint32_t)place.layout->word_bytes &&
-        (type_size != 1 || file->swap))
+    if (h.gl_type_size != (uint32_t)place.layout->word_bytes &&
+        (h.gl_type_size != 1 || file->swap))
         return ibl_fail(file->ctx, IBL_ERR_FORMAT,
                         "%s: damaged: glTypeSize %u, must be %d", file->name,
-                        type_size, place.layout->word_bytes);
-    const ibl_shape shape = {
-        ibl_file_u32(file, WIDTH), ibl_file_u32(file, HEIGHT),
-        ibl_file_u32(file, DEPTH), ibl_file_u32(file, ELEMENTS),
-        ibl_file_u32(file, FACES), ibl_file_u32(file, LEVELS)};
-    status = ibl_texture_begin(file, &shape, place.layout, ROW_ALIGN, tex);
+                        h.gl_type_size, place.layout->word_bytes);
+    status = ibl_texture_begin(file, &h.shape, place.layout, ROW_ALIGN, tex);
     if (status)
         return status;
-    const uint64_t key_bytes = ibl_file_u32(file, KEY_BYTES);
-    status = ibl_keys_read(file, HEADER, key_bytes, rows_down, rows_up, tex,
+    status = ibl_keys_read(file, sizeof h, h.key_bytes, rows_down, rows_up, tex,
                            &place.bottom_up);
-    place.at = HEADER + key_bytes;
+    place.at = sizeof h + (uint64_t)h.key_bytes;
     for (int l = 0; !status && l < tex->levels; l++)
-        status = read_level(file, &place, shape.layers > 0, tex, l);
+        status = read_level(file, &place, h.shape.layers > 0, tex, l);
     return status;
 }

@@ -1,47 +1,26 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/repair.h"
 
-#include <stdbool.h>
-#include <stdint.h>
+#include <math.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "core/context.h"
 #include "kern/max_finite.h"
+#include "kern/pixel.h"
 
 enum {
     ROWS = 16 /* of a job */
 };
 
-/* A halves' largest: what a clipped sun is worth at least. */
-static const float clipped = 65504;
+/* What renderers and filters leave of 0 and 1 is no fault of the file. */
+static const float rounding = 1e-3f;
 
-/* Rows that were read together. */
-typedef struct batch {
-    float *rgb;
-    int width, count;
-    uint32_t *most;             /* of each row */
-    const float *above, *below; /* as they were; NULL beyond the poles */
-    float *edges;       /* the first and last row of each job, as they were */
-    float *copies;      /* 2 rows for each worker */
-    ibl_repair *counts; /* of each job */
-} batch;
-
-static size_t row_floats(const batch *b)
+/* Whether a row has something that is not finite. Once signs are mended that
+ * is all that most says of rows that needed it. */
+static bool is_dirty(uint32_t most)
 {
-    return 3 * (size_t)b->width;
-}
-
-static float *row_of(const batch *b, int y)
-{
-    return b->rgb + row_floats(b) * (size_t)y;
-}
-
-/* Whether the row has something that is not finite. Once signs are mended
- * that is all that most says of rows that needed it. */
-static bool is_dirty(const batch *b, int y)
-{
-    return b->most[y] >= IBL_INFINITE_BITS;
+    return most >= IBL_INFINITE_BITS;
 }
 
 static uint32_t bits_of(float f)
@@ -76,20 +55,58 @@ static void mend_signs(float *p, size_t pixels, ibl_repair *count)
     }
 }
 
+/* Rows whose signs are mended together. */
+typedef struct batch {
+    float *rgb;
+    int width, count;
+    uint32_t *most;     /* of each row */
+    ibl_repair *counts; /* of each job */
+} batch;
+
 static void signs_job(void *arg, int job, int worker)
 {
     const batch *b = arg;
+    const size_t floats = 3 * (size_t)b->width;
     ibl_repair count = {0};
 
     (void)worker;
     for (int y = job * ROWS; y < b->count && y < (job + 1) * ROWS; y++) {
-        if (!is_dirty(b, y))
+        if (!is_dirty(b->most[y]))
             continue;
         const size_t before = count.nonfinite;
-        mend_signs(row_of(b, y), (size_t)b->width, &count);
+        mend_signs(b->rgb + floats * (size_t)y, (size_t)b->width, &count);
         b->most[y] = count.nonfinite > before ? IBL_INFINITE_BITS : 0;
     }
     b->counts[job] = count;
+}
+
+/* Zeroes what is negative in rows that need it; what is not finite stays. */
+static ibl_status mend_batch(ibl_ctx *ctx, batch *b, ibl_repair *done)
+{
+    const int jobs = (b->count + ROWS - 1) / ROWS;
+    bool needed = false;
+
+    for (int y = 0; y < b->count; y++) {
+        float most;
+        memcpy(&most, &b->most[y], sizeof most);
+        if (is_dirty(b->most[y]))
+            needed = true;
+        else if (most > done->peak)
+            done->peak = most;
+    }
+    if (!needed)
+        return IBL_OK;
+    b->counts = ibl_alloc_zeroed((size_t)jobs, sizeof *b->counts);
+    if (!b->counts)
+        return ibl_no_memory(ctx, "looking over an image");
+    const ibl_status status = ibl_run(ctx, NULL, jobs, signs_job, b);
+    for (int j = 0; j < jobs; j++) {
+        done->nonfinite += b->counts[j].nonfinite;
+        done->negative += b->counts[j].negative;
+        done->peak = fmaxf(done->peak, b->counts[j].peak);
+    }
+    ibl_free(b->counts);
+    return status;
 }
 
 /* The largest finite value of component c around column x of the three rows
@@ -124,120 +141,37 @@ static void mend_row(float *row, const float *const rows[3], int width,
             if (is_finite(*f))
                 continue;
             *f = best_neighbour(rows, width, x, c,
-                                bits_of(*f) == IBL_INFINITE_BITS ? clipped : 0);
+                                bits_of(*f) == IBL_INFINITE_BITS ? IBL_HALF_MAX
+                                                                 : 0);
             if (*f > *peak)
                 *peak = *f;
         }
     }
 }
 
-/* Where the first or last row of a job is set aside. */
-static float *edge_of(const batch *b, int y)
+/* Mends what is not finite in rows that follow m->above, by their neighbours
+ * before any repair. */
+static void mend_nonfinite(ibl_mender *m, const uint32_t *most, int count,
+                           float *rgb)
 {
-    return b->edges + row_floats(b) * (size_t)(2 * (y / ROWS) + (y % ROWS > 0));
-}
+    const size_t floats = 3 * (size_t)m->rows->width;
 
-/* Row y of another job, as it was. */
-static const float *other_row(const batch *b, int y)
-{
-    if (y < 0)
-        return b->above;
-    if (y >= b->count)
-        return b->below;
-    return is_dirty(b, y) ? edge_of(b, y) : row_of(b, y);
-}
-
-/* Neighbours are taken as they were before any was mended: the row above from
- * a copy, rows beyond the job's from the edges. */
-static void nonfinite_job(void *arg, int job, int worker)
-{
-    const batch *b = arg;
-    const size_t floats = row_floats(b);
-    const int first = job * ROWS;
-    const int end = first + ROWS < b->count ? first + ROWS : b->count;
-    float *copies = b->copies + 2 * floats * (size_t)worker;
-    const float *above = other_row(b, first - 1);
-
-    for (int y = first; y < end; y++) {
-        float *row = row_of(b, y), *copy = copies + (y & 1 ? floats : 0);
-        const float *below = y + 1 < end ? row + floats : other_row(b, end);
-        if (!is_dirty(b, y)) {
-            above = row;
+    for (int y = 0; y < count; y++) {
+        float *row = rgb + floats * (size_t)y, *before = m->before[m->turn];
+        const float *below = y + 1 < count  ? row + floats
+                             : m->has_ahead ? m->ahead
+                                            : NULL;
+        if (!is_dirty(most[y]) && y + 1 < count) {
+            m->above = row;
             continue;
         }
-        memcpy(copy, row, floats * sizeof *copy);
-        mend_row(row, (const float *const[3]){above, copy, below}, b->width,
-                 &b->counts[job].peak);
-        above = copy;
+        memcpy(before, row, floats * sizeof *before);
+        if (is_dirty(most[y]))
+            mend_row(row, (const float *const[3]){m->above, before, below},
+                     m->rows->width, &m->done.peak);
+        m->above = before;
+        m->turn = !m->turn;
     }
-}
-
-/* ---- a batch -------------------------------------------------------- */
-
-static int jobs_of(const batch *b)
-{
-    return (b->count + ROWS - 1) / ROWS;
-}
-
-static void add_counts(const batch *b, ibl_repair *done)
-{
-    for (int j = 0; j < jobs_of(b); j++) {
-        done->nonfinite += b->counts[j].nonfinite;
-        done->negative += b->counts[j].negative;
-        if (b->counts[j].peak > done->peak)
-            done->peak = b->counts[j].peak;
-    }
-}
-
-static ibl_status run(ibl_ctx *ctx, batch *b, ibl_job_fn *job, ibl_repair *done)
-{
-    b->counts = ibl_alloc_zeroed((size_t)jobs_of(b), sizeof *b->counts);
-    if (!b->counts)
-        return ibl_no_memory(ctx, "looking over an image");
-    const ibl_status status = ibl_run(ctx, NULL, jobs_of(b), job, b);
-    add_counts(b, done);
-    ibl_free(b->counts);
-    return status;
-}
-
-/* Zeroes what is negative; what is not finite stays. */
-static ibl_status mend_batch_signs(ibl_ctx *ctx, batch *b, ibl_repair *done)
-{
-    bool needed = false;
-    for (int y = 0; y < b->count; y++) {
-        if (is_dirty(b, y)) {
-            needed = true;
-            continue;
-        }
-        float most;
-        memcpy(&most, &b->most[y], sizeof most);
-        if (most > done->peak)
-            done->peak = most;
-    }
-    return needed ? run(ctx, b, signs_job, done) : IBL_OK;
-}
-
-static ibl_status mend_batch_nonfinite(ibl_ctx *ctx, batch *b, ibl_repair *done)
-{
-    const size_t bytes = row_floats(b) * sizeof(float);
-    const int jobs = jobs_of(b);
-    ibl_status status = IBL_ERR_MEMORY;
-
-    b->edges = ibl_alloc_array(2 * (size_t)jobs, bytes);
-    b->copies = ibl_alloc_array(2 * (size_t)ibl_ctx_threads(ctx), bytes);
-    if (!b->edges || !b->copies) {
-        ibl_no_memory(ctx, "mending non-finite pixels");
-        goto done;
-    }
-    for (int y = 0; y < b->count; y++) {
-        if ((y % ROWS == 0 || y % ROWS == ROWS - 1) && is_dirty(b, y))
-            memcpy(edge_of(b, y), row_of(b, y), bytes);
-    }
-    status = run(ctx, b, nonfinite_job, done);
-done:
-    ibl_free(b->copies);
-    ibl_free(b->edges);
-    return status;
 }
 
 /* ---- rows in order -------------------------------------------------- */
@@ -248,10 +182,10 @@ ibl_status ibl_mender_init(ibl_mender *m, ibl_rows *rows)
 
     *m = (ibl_mender){.rows = rows};
     m->most = ibl_alloc_array((size_t)rows->height, sizeof *m->most);
-    m->above = ibl_alloc_array(1, bytes);
-    m->spare = ibl_alloc_array(1, bytes);
+    m->before[0] = ibl_alloc_array(1, bytes);
+    m->before[1] = ibl_alloc_array(1, bytes);
     m->ahead = ibl_alloc_array(1, bytes);
-    if (!m->most || !m->above || !m->spare || !m->ahead)
+    if (!m->most || !m->before[0] || !m->before[1] || !m->ahead)
         return ibl_no_memory(rows->ctx, "rows of an image");
     return IBL_OK;
 }
@@ -260,56 +194,78 @@ ibl_status ibl_mender_init(ibl_mender *m, ibl_rows *rows)
 static ibl_status read_new(ibl_mender *m, int count, float *rgb)
 {
     ibl_rows *rows = m->rows;
-    batch b = {.rgb = rgb,
-               .width = rows->width,
-               .count = count,
-               .most = m->most + rows->row};
+    batch b = {rgb, rows->width, count, m->most + rows->row, NULL};
     if (!count)
         return IBL_OK;
     const ibl_status status = ibl_rows_read(rows, count, rgb, b.most);
-    return status ? status : mend_batch_signs(rows->ctx, &b, &m->done);
+    return status ? status : mend_batch(rows->ctx, &b, &m->done);
 }
 
 ibl_status ibl_mender_read(ibl_mender *m, int count, float *rgb)
 {
-    ibl_rows *rows = m->rows;
-    const size_t floats = 3 * (size_t)rows->width;
-    const int first = rows->row - m->has_ahead, left = rows->height - first;
-    batch b = {.rgb = rgb,
-               .width = rows->width,
-               .count = count,
-               .most = m->most + first,
-               .above = first ? m->above : NULL};
-    bool needed = false;
-    ibl_status status;
+    const size_t floats = 3 * (size_t)m->rows->width;
+    const int old = m->has_ahead, first = m->rows->row - old;
+    const uint32_t *most = m->most + first;
 
-    if (m->has_ahead)
+    if (old)
         memcpy(rgb, m->ahead, floats * sizeof *rgb);
-    status =
-        read_new(m, count - m->has_ahead, rgb + (m->has_ahead ? floats : 0));
+    ibl_status status = read_new(m, count - old, rgb + (old ? floats : 0));
     if (status)
         return status;
-    memcpy(m->spare, row_of(&b, count - 1), floats * sizeof *rgb);
-    m->has_ahead = is_dirty(&b, count - 1) && count < left;
-    if (m->has_ahead) {
-        b.below = m->ahead;
+    m->has_ahead = is_dirty(most[count - 1]) && first + count < m->rows->height;
+    if (m->has_ahead)
         status = read_new(m, 1, m->ahead);
-    }
-    for (int y = 0; y < count; y++)
-        needed |= is_dirty(&b, y);
-    if (!status && needed)
-        status = mend_batch_nonfinite(rows->ctx, &b, &m->done);
-    float *swap = m->above;
-    m->above = m->spare;
-    m->spare = swap;
+    if (!status)
+        mend_nonfinite(m, most, count, rgb);
     return status;
 }
 
 void ibl_mender_free(ibl_mender *m)
 {
     ibl_free(m->ahead);
-    ibl_free(m->spare);
-    ibl_free(m->above);
+    ibl_free(m->before[1]);
+    ibl_free(m->before[0]);
     ibl_free(m->most);
     *m = (ibl_mender){0};
+}
+
+/* ---- alpha ---------------------------------------------------------- */
+
+ibl_alpha_mender ibl_alpha_mender_of(bool straight)
+{
+    return (ibl_alpha_mender){.straight = straight,
+                              .lowest = INFINITY,
+                              .highest = -INFINITY,
+                              .least = INFINITY,
+                              .most = -INFINITY};
+}
+
+static float mend_alpha(ibl_alpha_mender *m, float a)
+{
+    if (!is_finite(a)) {
+        m->nonfinite++;
+        return 0;
+    }
+    m->lowest = fminf(m->lowest, a);
+    m->highest = fmaxf(m->highest, a);
+    m->beyond += a < -rounding || a > 1 + rounding;
+    return a > 0 ? fminf(a, 1) : 0;
+}
+
+void ibl_alpha_mend(ibl_alpha_mender *m, float *alpha, float *rgb,
+                    size_t pixels)
+{
+    for (size_t i = 0; i < pixels; i++, rgb += 3) {
+        const bool known = is_finite(alpha[i]);
+        const float a = mend_alpha(m, alpha[i]);
+        const float factor = m->straight || a <= 0 ? a : 1;
+
+        alpha[i] = a;
+        m->least = fminf(m->least, a);
+        m->most = fmaxf(m->most, a);
+        m->hidden +=
+            !m->straight && a <= 0 && known && rgb[0] + rgb[1] + rgb[2] > 0;
+        for (int k = 0; k < 3; k++)
+            rgb[k] *= factor;
+    }
 }

@@ -16,7 +16,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "io/load.h"
+#include "io/input.h"
 #include "io/rows.h"
 #include "kern/rgbe.h"
 

@@ -12,7 +12,6 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
-#include "io/read.h"
 #include "io/rgbe.h"
 #include "kern/max_finite.h"
 
@@ -428,7 +427,7 @@ static ibl_status decode_whole(rgbe_rows *r, ibl_rows **out)
     ibl_image img;
     ibl_read_report report = {.format = ""};
     ibl_status status =
-        ibl_read_alloc(r->rows.ctx, r->in->name, h->width, h->height, &img);
+        ibl_map_alloc(r->rows.ctx, r->in->name, h->width, h->height, &img);
     if (status)
         return status;
     s.dst = img.data;
@@ -472,7 +471,7 @@ ibl_status ibl_rgbe_open(ibl_ctx *ctx, const ibl_input *in,
     status = in->bytes ? ibl_rgbe_parse(ctx, in->name, in->bytes, in->size, h)
                        : parse_file(ctx, in, h);
     if (!status)
-        status = ibl_read_check_size(ctx, in->name, opts, h->width, h->height);
+        status = ibl_map_check_size(ctx, in->name, opts, h->width, h->height);
     if (!status)
         status = check_length(r);
     if (!status)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What every reader of images is: something that gives the next rows. */
+/* The interface of all image readers: each gives the next rows of a map. */
 #ifndef IBL_IO_ROWS_H
 #define IBL_IO_ROWS_H
 
@@ -8,11 +8,20 @@
 
 #include "ibl/io.h"
 
+/* Refuses sizes over IBL_MAX_EDGE and, without opts->any_aspect, maps that
+ * are not 2:1. Readers call it before they decode. */
+ibl_status ibl_map_check_size(ibl_ctx *ctx, const char *name,
+                              const ibl_read_options *opts, long long width,
+                              long long height);
+/* An image for all of a map, whose size has been checked. */
+ibl_status ibl_map_alloc(ibl_ctx *ctx, const char *name, int width, int height,
+                         ibl_image *img);
+
 typedef struct ibl_rows ibl_rows;
 
 /*
- * The head of a reader's own struct. Rows come from the zenith down, as the
- * file has them: what is not finite or negative is mended by others.
+ * The head of a reader's own struct. Rows come from the zenith down, with the
+ * values of the file; io/repair.h mends them.
  */
 struct ibl_rows {
     ibl_ctx *ctx;
@@ -20,28 +29,24 @@ struct ibl_rows {
     int row;                /* the next */
     ibl_read_report report; /* format, low_range and bridged, once all is
                                read */
-    /*
-     * Reads count rows, which are there, from row on (which the caller then
-     * counts up) on the pool. most: for each the ibl_max_finite of its floats.
-     * Not to be called again after an error.
-     */
+    /* Reads the count rows from `row` on the pool; the caller then adds count
+     * to row. most: for each row the ibl_max_finite of its floats. Not to be
+     * called again after an error. */
     ibl_status (*read)(ibl_rows *rows, int count, float *rgb, uint32_t *most);
     void (*close)(ibl_rows *rows); /* frees the struct, too */
-    /* The whole image, for readers that have it anyway. Who has taken it
-     * gives read its own data for rgb. */
+    /* The whole image, of readers that have it anyway. A caller that takes it
+     * passes its data to read as rgb. */
     ibl_image whole;
-    bool silent; /* progress was told before, as if all had been read */
-    /* Of the whole map, by ibl_rows_alloc_alpha, where it is asked for and the
-     * file has it: read fills it for the rows that it reads, as the file has
-     * it. Not the reader's to free. */
+    bool silent; /* progress was reported before, up to the last row */
+    /* Of the whole map, by ibl_rows_alloc_alpha, if it is asked for and the
+     * file has it; read fills in its rows. ibl_rows_close frees it. */
     float *alpha;
     bool straight; /* colours are not multiplied by it */
 };
 
 /* rows->read; counts row up. */
 ibl_status ibl_rows_read(ibl_rows *rows, int count, float *rgb, uint32_t *most);
-/* For readers that do much in one call: tells of the first `done` of its
- * rows. */
+/* Reports that the first `done` rows of a call of read are done. */
 void ibl_rows_progress(const ibl_rows *rows, int done);
 void ibl_rows_close(ibl_rows *rows); /* NULL is fine */
 /* Makes rows->alpha of width x height, all 0. */
@@ -50,7 +55,7 @@ ibl_status ibl_rows_alloc_alpha(ibl_rows *rows);
 /* Rows of an image, which becomes theirs, even after an error. */
 ibl_status ibl_rows_of_image(ibl_ctx *ctx, ibl_image *img, ibl_rows **out);
 
-/* Fills most for rows that a reader could not look at in its jobs. */
+/* Fills in most, for readers whose jobs do not see whole rows. */
 ibl_status ibl_rows_look(ibl_ctx *ctx, const float *rgb, int width, int count,
                          uint32_t *most);
 

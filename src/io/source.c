@@ -1,21 +1,16 @@
 /* SPDX-License-Identifier: MIT */
-#include "io/source.h"
-
 #include <stdbool.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "core/context.h"
-#include "io/alpha.h"
 #include "io/bridge.h"
 #include "io/container.h"
 #include "io/exr.h"
-#include "io/load.h"
-#include "io/read.h"
+#include "io/input.h"
 #include "io/repair.h"
 #include "io/rgbe.h"
 #include "io/rows.h"
-#include "io/sniff.h"
 
 enum {
     SNIFF_BYTES = 64 /* that tell the kind of a file */
@@ -27,13 +22,93 @@ struct ibl_source {
     ibl_input in;
     ibl_rows *rows;
     ibl_mender mender;
+    ibl_alpha_mender alpha;
     ibl_read_report report;
     int strict;
-    bool straight;         /* colours are to be multiplied by alpha */
-    ibl_alpha_count alpha; /* what it was like */
-    int row;               /* the next */
-    ibl_status status;     /* of a read that failed */
+    int row;           /* the next */
+    ibl_status status; /* of a read that failed */
 };
+
+ibl_read_options ibl_read_options_default(void)
+{
+    return (ibl_read_options){.part = -1};
+}
+
+const char *ibl_alpha_name(ibl_alpha alpha)
+{
+    static const char *const names[] = {"ignore", "file", "straight"};
+    return names[alpha];
+}
+
+/* ---- the kind of a file --------------------------------------------- */
+
+/* size bytes at offset of the file. */
+typedef struct signature {
+    unsigned char offset, size;
+    char bytes[14];
+    const char *kind, *reader;
+} signature;
+
+static const signature signatures[] = {
+    {0, 8, "\x89PNG\r\n\x1a\n", "PNG", "png"},
+    {0, 3, "\xff\xd8\xff", "JPEG", "jpeg"},
+    {0, 4, "II*\0", "TIFF", "tiff"},
+    {0, 4, "MM\0*", "TIFF", "tiff"},
+    {0, 4, "II+\0", "BigTIFF", "tiff"},
+    {0, 4, "MM\0+", "BigTIFF", "tiff"},
+    {0, 3, "PF\n", "PFM", "pnm"},
+    {0, 3, "Pf\n", "PFM", "pnm"},
+    {0, 3, "PF\r", "PFM", "pnm"},
+    {0, 3, "PF ", "PFM", "pnm"},
+    {0, 3, "Pf ", "PFM", "pnm"},
+    {0, 4, "8BPS", "Photoshop", "psd"},
+    {0, 6, "GIF87a", "GIF", "gif"},
+    {0, 6, "GIF89a", "GIF", "gif"},
+    {8, 4, "WEBP", "WebP", "webp"},
+    {0, 4, "DDS ", "DDS", "dds"},
+    {0, 12, "\0\0\0\x0cjP  \r\n\x87\n", "JPEG 2000", "jpeg2000"},
+    {0, 4, "\xff\x4f\xff\x51", "JPEG 2000", "jpeg2000"},
+    {4, 8, "ftypheic", "HEIF", "heif"},
+    {4, 8, "ftypheix", "HEIF", "heif"},
+    {4, 8, "ftypmif1", "HEIF", "heif"},
+    {4, 8, "ftypavif", "AVIF", "heif"},
+    {0, 4, "SDPX", "DPX", "dpx"},
+    {0, 4, "XPDS", "DPX", "dpx"},
+    {0, 4, "\x80\x2a\x5f\xd7", "Cineon", "cineon"},
+    {0, 9, "SIMPLE  =", "FITS", "fits"},
+    {0, 2, "\x01\xda", "SGI", "sgi"},
+    {0, 4, "\x53\x80\xf6\x34", "Softimage", "softimage"},
+    {0, 4, "FOR4", "Maya IFF", "iff"},
+    {0, 2, "BM", "BMP", "bmp"},
+};
+
+static bool is_pnm(const unsigned char *b, size_t size)
+{
+    return size > 2 && b[0] == 'P' && b[1] >= '1' && b[1] <= '6' &&
+           (b[2] == ' ' || b[2] == '\n' || b[2] == '\r' || b[2] == '\t' ||
+            b[2] == '#');
+}
+
+/* What kind of image the bridge would have to read, by its first bytes: *kind
+ * is its name for people, *reader OpenImageIO's; both NULL if unknown. */
+static void sniff(const unsigned char *bytes, size_t size, const char **kind,
+                  const char **reader)
+{
+    *kind = *reader = NULL;
+    for (size_t i = 0; i < sizeof signatures / sizeof signatures[0]; i++) {
+        const signature *s = &signatures[i];
+        if (size < (size_t)s->offset + s->size ||
+            memcmp(bytes + s->offset, s->bytes, s->size) != 0)
+            continue;
+        *kind = s->kind;
+        *reader = s->reader;
+        return;
+    }
+    if (is_pnm(bytes, size)) {
+        *kind = "PNM";
+        *reader = "pnm";
+    }
+}
 
 /* ---- opening -------------------------------------------------------- */
 
@@ -42,7 +117,7 @@ static uint64_t longest(const unsigned char *bytes, size_t size)
     const char *kind, *reader;
     if (ibl_rgbe_is(bytes, size))
         return ibl_rgbe_longest(bytes, size);
-    ibl_sniff(bytes, size, &kind, &reader);
+    sniff(bytes, size, &kind, &reader);
     return kind || ibl_exr_is(bytes, size) ? IBL_LONGEST : 0;
 }
 
@@ -53,7 +128,7 @@ static ibl_status open_bridged(ibl_source *s, const ibl_read_options *opts)
         return status;
     ibl_bridge_source source = {
         .name = s->in.name, .bytes = s->in.bytes, .size = s->in.size};
-    ibl_sniff(s->in.bytes, s->in.size, &source.kind, &source.reader);
+    sniff(s->in.bytes, s->in.size, &source.kind, &source.reader);
     return ibl_bridge_rows(s->ctx, &source, opts, &s->rows);
 }
 
@@ -66,11 +141,13 @@ static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
         return ibl_fail(s->ctx, IBL_ERR_IO, "%s: cannot be read", s->in.name);
     if (ibl_exr_is(first, size))
         return ibl_exr_open(s->ctx, &s->in, opts, &s->rows);
-    if (ibl_is_ktx2(first, size) || ibl_is_ktx(first, size))
+    const ibl_container texture = ibl_container_of(first, size);
+    if (texture == IBL_CONTAINER_KTX2 || texture == IBL_CONTAINER_KTX)
         return ibl_fail(s->ctx, IBL_ERR_FORMAT,
                         "%s: is a texture, %s, where a map is wanted: give the "
                         "map that it was baked from",
-                        s->in.name, ibl_is_ktx(first, size) ? "KTX" : "KTX2");
+                        s->in.name,
+                        texture == IBL_CONTAINER_KTX ? "KTX" : "KTX2");
     if (opts->layer || opts->part > 0)
         return ibl_fail(s->ctx, IBL_ERR_FORMAT,
                         "%s: has no %s: only OpenEXR files do, so do not ask "
@@ -81,12 +158,11 @@ static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
     return open_bridged(s, opts);
 }
 
-/* A source without its input. Owns a copy of the name. */
+/* A source without its input; owns a copy of the name. */
 static ibl_status make(ibl_ctx *ctx, const char *name,
                        const ibl_read_options *opts, ibl_source **out)
 {
     const size_t bytes = strlen(name) + 1;
-    ibl_source *s;
 
     if (opts->part < -1)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
@@ -96,13 +172,12 @@ static ibl_status make(ibl_ctx *ctx, const char *name,
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "alpha option %d: must be at most %d", (int)opts->alpha,
                         IBL_ALPHA_STRAIGHT);
-    s = ibl_alloc_zeroed(1, sizeof *s);
+    ibl_source *s = ibl_alloc_zeroed(1, sizeof *s);
     if (!s)
         return ibl_no_memory(ctx, "a source");
     s->ctx = ctx;
     s->in.fd = -1;
     s->strict = opts->strict;
-    s->alpha = ibl_alpha_count_none();
     s->name = ibl_alloc_array(bytes, 1);
     if (!s->name) {
         ibl_source_close(s);
@@ -129,12 +204,26 @@ static void fill_report(ibl_source *s)
     r->alpha_hidden = s->alpha.hidden;
 }
 
-/* Opens the rows of s->in; frees s if that fails. */
-static ibl_status start(ibl_source *s, const ibl_read_options *opts,
-                        ibl_source **out)
+/* Opens a file, or, with bytes, memory that must stay until all rows have been
+ * read. */
+static ibl_status open_source(ibl_ctx *ctx, const char *name, const void *bytes,
+                              size_t size, const ibl_read_options *given,
+                              ibl_source **out)
 {
-    ibl_progress(s->ctx, "decode", 0);
-    ibl_status status = open_any(s, opts);
+    const ibl_read_options opts = given ? *given : ibl_read_options_default();
+    ibl_source *s = NULL;
+    ibl_status status = make(ctx, name, &opts, &s);
+
+    if (status)
+        return status;
+    if (bytes)
+        s->in = ibl_input_of(s->name, bytes, size);
+    else
+        status = ibl_input_open(ctx, s->name, longest, &s->in);
+    if (!status) {
+        ibl_progress(ctx, "decode", 0);
+        status = open_any(s, &opts);
+    }
     if (!status)
         status = ibl_mender_init(&s->mender, s->rows);
     if (status) {
@@ -143,51 +232,20 @@ static ibl_status start(ibl_source *s, const ibl_read_options *opts,
     }
     if (s->rows->whole.data)
         ibl_input_close(&s->in);
-    s->straight = s->rows->straight || opts->alpha == IBL_ALPHA_STRAIGHT;
+    s->alpha = ibl_alpha_mender_of(s->rows->straight ||
+                                   opts.alpha == IBL_ALPHA_STRAIGHT);
     fill_report(s);
     *out = s;
     return IBL_OK;
 }
 
-ibl_status ibl_source_over(ibl_ctx *ctx, const char *name, const void *bytes,
-                           size_t size, const ibl_read_options *opts,
-                           ibl_source **out)
-{
-    const ibl_read_options defaults = ibl_read_options_default();
-    ibl_source *s;
-    ibl_status status;
-
-    *out = NULL;
-    opts = opts ? opts : &defaults;
-    if (!size)
-        return ibl_fail(ctx, IBL_ERR_FORMAT, "%s: is empty", name);
-    status = make(ctx, name, opts, &s);
-    if (status)
-        return status;
-    s->in = ibl_input_of(s->name, bytes, size);
-    return start(s, opts, out);
-}
-
 ibl_status ibl_source_open(ibl_ctx *ctx, const char *path,
                            const ibl_read_options *opts, ibl_source **out)
 {
-    const ibl_read_options defaults = ibl_read_options_default();
-    ibl_source *s;
-    ibl_status status;
-
     if (!ctx || !path || !out)
         return ibl_missing(ctx, "ibl_source_open: path or out");
     *out = NULL;
-    opts = opts ? opts : &defaults;
-    status = make(ctx, path, opts, &s);
-    if (status)
-        return status;
-    status = ibl_input_open(ctx, s->name, longest, &s->in);
-    if (status) {
-        ibl_source_close(s);
-        return status;
-    }
-    return start(s, opts, out);
+    return open_source(ctx, path, NULL, 0, opts, out);
 }
 
 void ibl_source_close(ibl_source *source)
@@ -223,10 +281,10 @@ const ibl_read_report *ibl_source_report(const ibl_source *source)
     return &source->report;
 }
 
-/* The same of alpha. */
-static ibl_status tell_alpha(const ibl_source *s)
+/* As report_mended, of alpha. */
+static ibl_status report_alpha(const ibl_source *s)
 {
-    const ibl_alpha_count *a = &s->alpha;
+    const ibl_alpha_mender *a = &s->alpha;
 
     if (s->strict && (a->nonfinite || a->beyond))
         return ibl_fail(s->ctx, IBL_ERR_FORMAT,
@@ -253,8 +311,8 @@ static ibl_status tell_alpha(const ibl_source *s)
     return IBL_OK;
 }
 
-/* Once all is there: says what had to be mended, or refuses it. */
-static ibl_status tell_mended(const ibl_source *s)
+/* After the last row: warns of what was mended, or refuses it. */
+static ibl_status report_mended(const ibl_source *s)
 {
     const ibl_repair *done = &s->mender.done;
 
@@ -276,7 +334,7 @@ static ibl_status tell_mended(const ibl_source *s)
                  "%s: low dynamic range (integers, taken for sRGB): lamps and "
                  "the sun are clipped, so it cannot light well",
                  s->in.name);
-    return tell_alpha(s);
+    return report_alpha(s);
 }
 
 /* Alpha of the next rows, whose colours are there. */
@@ -285,8 +343,8 @@ static void apply_alpha(ibl_source *s, int rows, float *rgb)
     const size_t width = (size_t)s->rows->width;
 
     if (s->rows->alpha)
-        ibl_alpha_apply(s->rows->alpha + width * (size_t)s->row, rgb,
-                        width * (size_t)rows, s->straight, &s->alpha);
+        ibl_alpha_mend(&s->alpha, s->rows->alpha + width * (size_t)s->row, rgb,
+                       width * (size_t)rows);
 }
 
 ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
@@ -308,25 +366,59 @@ ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
     s->row += rows;
     fill_report(s);
     if (!s->status && rows == left)
-        s->status = tell_mended(s);
+        s->status = report_mended(s);
     if (!s->status && rows == left && s->rows->silent)
         ibl_progress(s->ctx, "decode", 1);
     return s->status;
 }
 
-ibl_status ibl_source_image(ibl_source *source, ibl_image *img)
+/* ---- whole images --------------------------------------------------- */
+
+/* Reads all rows of a source and closes it. */
+static ibl_status read_all(ibl_source *source, ibl_image *img,
+                           ibl_read_report *report)
 {
     ibl_rows *rows = source->rows;
+    ibl_image whole = rows->whole;
     ibl_status status = IBL_OK;
 
-    *img = rows->whole;
     rows->whole = (ibl_image){0};
-    if (!img->data)
-        status = ibl_read_alloc(source->ctx, source->name, rows->width,
-                                rows->height, img);
+    if (!whole.data)
+        status = ibl_map_alloc(source->ctx, source->name, rows->width,
+                               rows->height, &whole);
     if (!status)
-        status = ibl_source_read(source, img->height, img->data);
+        status = ibl_source_read(source, whole.height, whole.data);
     if (status)
-        ibl_image_free(img);
+        ibl_image_free(&whole);
+    else
+        *img = whole;
+    if (report)
+        *report = source->report;
+    ibl_source_close(source);
     return status;
+}
+
+ibl_status ibl_image_decode(ibl_ctx *ctx, const char *name, const void *bytes,
+                            size_t size, const ibl_read_options *opts,
+                            ibl_image *img, ibl_read_report *report)
+{
+    ibl_source *source;
+    if (!ctx || !name || (!bytes && size) || !img)
+        return ibl_missing(ctx, "ibl_image_decode: name, bytes or img");
+    if (!size)
+        return ibl_fail(ctx, IBL_ERR_FORMAT, "%s: is empty", name);
+    const ibl_status status =
+        open_source(ctx, name, bytes, size, opts, &source);
+    return status ? status : read_all(source, img, report);
+}
+
+ibl_status ibl_image_read(ibl_ctx *ctx, const char *path,
+                          const ibl_read_options *opts, ibl_image *img,
+                          ibl_read_report *report)
+{
+    ibl_source *source;
+    if (!ctx || !img)
+        return ibl_missing(ctx, "ibl_image_read: img");
+    const ibl_status status = ibl_source_open(ctx, path, opts, &source);
+    return status ? status : read_all(source, img, report);
 }

@@ -6,6 +6,7 @@
 #include "image/cube.h"
 #include "image/overflow.h"
 #include "io/container.h"
+#include "io/input.h"
 #include "kern/pixel.h"
 
 void ibl_texture_free(ibl_texture *tex)
@@ -268,11 +269,39 @@ ibl_status ibl_texture_to_lut(ibl_ctx *ctx, const ibl_texture *tex,
 
 /* ---- containers ----------------------------------------------------- */
 
+typedef struct container_kind {
+    const char *name;
+    const char *magic;
+    size_t magic_bytes;
+    ibl_status (*encode)(ibl_ctx *ctx, const ibl_texture *tex,
+                         ibl_pieces *file);
+    ibl_status (*decode)(ibl_file *file, ibl_texture *tex);
+} container_kind;
+
+static const container_kind containers[IBL_CONTAINER_COUNT] = {
+    [IBL_CONTAINER_KTX2] = {"ktx2", IBL_KTX2_MAGIC, sizeof IBL_KTX2_MAGIC - 1,
+                            ibl_ktx2_encode, ibl_ktx2_decode},
+    [IBL_CONTAINER_KTX] = {"ktx", IBL_KTX_MAGIC, sizeof IBL_KTX_MAGIC - 1,
+                           ibl_ktx_encode, ibl_ktx_decode},
+    [IBL_CONTAINER_DDS] = {"dds", IBL_DDS_MAGIC, sizeof IBL_DDS_MAGIC - 1,
+                           ibl_dds_encode, ibl_dds_decode},
+};
+
+_Static_assert(IBL_CONTAINER_COUNT == 3, "each has a row above");
+
 const char *ibl_container_name(ibl_container container)
 {
-    static const char *const names[IBL_CONTAINER_COUNT] = {"ktx2", "ktx",
-                                                           "dds"};
-    return names[container];
+    return containers[container].name;
+}
+
+ibl_container ibl_container_of(const unsigned char *bytes, size_t size)
+{
+    for (int i = 0; i < IBL_CONTAINER_COUNT; i++) {
+        const container_kind *c = &containers[i];
+        if (size >= c->magic_bytes && !memcmp(bytes, c->magic, c->magic_bytes))
+            return (ibl_container)i;
+    }
+    return IBL_CONTAINER_COUNT;
 }
 
 static bool is_valid(const ibl_texture *tex)
@@ -338,17 +367,10 @@ ibl_status ibl_texture_pieces(ibl_ctx *ctx, const ibl_texture *tex,
     const ibl_status status = ibl_texture_check(ctx, tex);
     if (status)
         return status;
-    switch (container) {
-    case IBL_CONTAINER_KTX2:
-        return ibl_ktx2_encode(ctx, tex, file);
-    case IBL_CONTAINER_KTX:
-        return ibl_ktx_encode(ctx, tex, file);
-    case IBL_CONTAINER_DDS:
-        return ibl_dds_encode(ctx, tex, file);
-    default:
+    if (container >= IBL_CONTAINER_COUNT)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT, "container %d: must be below %d",
                         (int)container, IBL_CONTAINER_COUNT);
-    }
+    return containers[container].encode(ctx, tex, file);
 }
 
 ibl_status ibl_texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
@@ -402,30 +424,45 @@ ibl_status ibl_texture_decode(ibl_ctx *ctx, const char *name, const void *bytes,
                               ibl_container *container)
 {
     ibl_file file = {ctx, name, bytes, size, false};
-    ibl_container found;
-    ibl_status status;
 
     if (!ctx || !name || (!bytes && size) || !tex)
         return ibl_missing(ctx, "ibl_texture_decode: name, bytes or tex");
     *tex = (ibl_texture){0};
-    if (ibl_is_ktx2(file.bytes, size)) {
-        found = IBL_CONTAINER_KTX2;
-        status = ibl_ktx2_decode(&file, tex);
-    } else if (ibl_is_ktx(file.bytes, size)) {
-        found = IBL_CONTAINER_KTX;
-        status = ibl_ktx_decode(&file, tex);
-    } else if (ibl_is_dds(file.bytes, size)) {
-        found = IBL_CONTAINER_DDS;
-        status = ibl_dds_decode(&file, tex);
-    } else {
+    const ibl_container found = ibl_container_of(bytes, size);
+    if (found == IBL_CONTAINER_COUNT)
         return ibl_fail(ctx, IBL_ERR_FORMAT,
                         "%s: not a texture: no KTX2, KTX or DDS file begins "
                         "like that",
                         name);
-    }
+    const ibl_status status = containers[found].decode(&file, tex);
     if (status)
         ibl_texture_free(tex);
     else if (container)
         *container = found;
+    return status;
+}
+
+static uint64_t longest(const unsigned char *bytes, size_t size)
+{
+    const bool known = ibl_container_of(bytes, size) != IBL_CONTAINER_COUNT;
+    return known ? IBL_LONGEST : 0;
+}
+
+ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
+                            ibl_container *container)
+{
+    ibl_input in;
+
+    if (!ctx || !path || !tex)
+        return ibl_missing(ctx, "ibl_texture_read: path or tex");
+    *tex = (ibl_texture){0};
+    ibl_status status = ibl_input_open(ctx, path, longest, &in);
+    if (status)
+        return status;
+    status = ibl_input_load(ctx, longest, &in);
+    if (!status)
+        status =
+            ibl_texture_decode(ctx, in.name, in.bytes, in.size, tex, container);
+    ibl_input_close(&in);
     return status;
 }

@@ -1,9 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * Arrays of textures, put together and taken apart. A level has its layers
- * one after the other, so whole levels are copied into an array and whole
- * layers out of one.
- */
+/* Arrays of textures, put together and taken apart. */
 #include <string.h>
 
 #include "core/alloc.h"
@@ -26,6 +22,17 @@ static ibl_status begin(ibl_ctx *ctx, const ibl_texture *tex, int layers,
         return ibl_no_memory(ctx, "a texture");
     out->bytes = layer_bytes * (size_t)layers;
     return IBL_OK;
+}
+
+/* Copies count layers, in each level one piece. */
+static void copy_layers(const ibl_texture *tex, int from, int count,
+                        ibl_texture *out, int to)
+{
+    for (int l = 0; l < tex->levels; l++)
+        memcpy(out->data + ibl_texture_layer_offset(out, l, to, 0),
+               tex->data + ibl_texture_layer_offset(tex, l, from, 0),
+               (size_t)count * (size_t)tex->faces *
+                   ibl_texture_face_bytes(tex, l));
 }
 
 /* Adds tex's keys, all or those that have the same value in each of layers. */
@@ -95,14 +102,8 @@ ibl_status ibl_texture_array(ibl_ctx *ctx, const ibl_texture *const *layers,
     }
     status = begin(ctx, layers[0], total, out);
     out->premultiplied = premultiplied;
-    unsigned char *to = out->data;
-    for (int l = 0; l < out->levels && !status; l++)
-        for (int i = 0; i < count; i++) {
-            const size_t bytes = ibl_texture_level_bytes(layers[i], l);
-            memcpy(to, layers[i]->data + ibl_texture_offset(layers[i], l, 0),
-                   bytes);
-            to += bytes;
-        }
+    for (int i = 0, to = 0; i < count && !status; to += layers[i++]->layers)
+        copy_layers(layers[i], 0, layers[i]->layers, out, to);
     if (!status)
         status = add_keys(ctx, layers[0], layers, count, out);
     if (status)
@@ -154,10 +155,7 @@ ibl_status ibl_texture_array_put(ibl_ctx *ctx, ibl_texture *array, int layer,
                         "layer %d of an array: its texels, size, levels or "
                         "faces are not the array's",
                         layer);
-    for (int l = 0; l < tex->levels; l++)
-        memcpy(array->data + ibl_texture_layer_offset(array, l, layer, 0),
-               tex->data + ibl_texture_offset(tex, l, 0),
-               ibl_texture_level_bytes(tex, l));
+    copy_layers(tex, 0, 1, array, layer);
     array->premultiplied |= tex->premultiplied;
     return IBL_OK;
 }
@@ -176,12 +174,10 @@ ibl_status ibl_texture_layer(ibl_ctx *ctx, const ibl_texture *tex, int layer,
                         "layer %d of a texture: must be 0 to %d", layer,
                         tex->layers - 1);
     status = begin(ctx, tex, 1, out);
-    for (int l = 0; l < out->levels && !status; l++)
-        memcpy(out->data + ibl_texture_offset(out, l, 0),
-               tex->data + ibl_texture_layer_offset(tex, l, layer, 0),
-               ibl_texture_level_bytes(out, l));
-    if (!status)
+    if (!status) {
+        copy_layers(tex, layer, 1, out, 0);
         status = add_keys(ctx, tex, NULL, 0, out);
+    }
     if (status)
         ibl_texture_free(out);
     return status;

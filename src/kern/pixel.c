@@ -180,6 +180,8 @@ size_t ibl_encode_r11g11b10f_c(const float *src, size_t count, void *dst)
     return beyond;
 }
 
+_Static_assert(IBL_PIXEL_COUNT == 6, "each has a row below");
+
 void ibl_pixel_dsp_init(ibl_pixel_dsp *dsp, ibl_isa isa)
 {
     if (isa == IBL_ISA_AUTO)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "io/whole.h"
+#include "io/truncation_check.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -85,8 +85,8 @@ static const char *check_png(const view *v)
     }
 }
 
-size_t ibl_whole_png(const unsigned char *bytes, size_t size,
-                     unsigned char *dst)
+size_t ibl_png_picture(const unsigned char *bytes, size_t size,
+                       unsigned char *dst)
 {
     static const char kept[][5] = {"IHDR", "PLTE", "tRNS", "IDAT", "IEND"};
     const view v = {bytes, size, false};
@@ -213,8 +213,8 @@ static const char *check_iff(const view *v)
     return !has(v, 0, 8) || !has(v, 8, get(v, 4, 4)) ? "it is cut short" : NULL;
 }
 
-const char *ibl_whole_check(const char *reader, const unsigned char *bytes,
-                            size_t size)
+const char *ibl_truncation_check(const char *reader, const unsigned char *bytes,
+                                 size_t size)
 {
     view v = {bytes, size, false};
     if (!reader || size < 4)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "io/load.h"
+#include "io/input.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -33,7 +33,7 @@ typedef struct loading {
     ibl_longest_fn *longest;
     unsigned char *bytes;
     size_t size, room;
-    uint64_t file_size; /* of a regular file */
+    uint64_t file_size; /* of a regular file, else 0 */
 } loading;
 
 static ibl_status refuse(const loading *in, const char *why)
@@ -95,8 +95,6 @@ static ibl_status read_some(loading *in, ssize_t *n)
                 return refuse(in, "is a pipe that nobody writes to");
             waited += POLL_MS; /* what wait_for took */
         }
-        if (ibl_cancelled(in->ctx))
-            return IBL_ERR_CANCELLED;
     }
 }
 
@@ -183,9 +181,7 @@ static ibl_status load(loading *in)
 
 static ibl_input loaded(const loading *l)
 {
-    ibl_input in = ibl_input_of(l->name, l->bytes, l->size);
-    in.owned = l->bytes;
-    return in;
+    return (ibl_input){l->name, l->size, l->bytes, l->bytes, -1};
 }
 
 ibl_status ibl_input_open(ibl_ctx *ctx, const char *path,
@@ -275,22 +271,4 @@ void ibl_input_close(ibl_input *in)
     if (in->fd >= 0)
         close(in->fd);
     *in = (ibl_input){.name = in->name, .fd = -1};
-}
-
-ibl_status ibl_file_load(ibl_ctx *ctx, const char *path,
-                         ibl_longest_fn *longest, unsigned char **bytes,
-                         size_t *size)
-{
-    ibl_input in;
-    ibl_status status = ibl_input_open(ctx, path, longest, &in);
-    if (status)
-        return status;
-    status = ibl_input_load(ctx, longest, &in);
-    if (status) {
-        ibl_input_close(&in);
-        return status;
-    }
-    *bytes = in.owned;
-    *size = in.size;
-    return IBL_OK;
 }

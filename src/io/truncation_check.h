@@ -4,22 +4,22 @@
  * reads the missing rest of a cut TIFF, JPEG or IFF as black without a word,
  * and libpng prints what it misses to stderr.
  */
-#ifndef IBL_IO_WHOLE_H
-#define IBL_IO_WHOLE_H
+#ifndef IBL_IO_TRUNCATION_CHECK_H
+#define IBL_IO_TRUNCATION_CHECK_H
 
 #include <stddef.h>
 
 /* NULL if nothing is known to be missing, else what is, as the end of a
  * sentence; static. reader: OpenImageIO's name of the format. */
-const char *ibl_whole_check(const char *reader, const unsigned char *bytes,
-                            size_t size);
+const char *ibl_truncation_check(const char *reader, const unsigned char *bytes,
+                                 size_t size);
 
 /*
  * Copies the chunks of a whole PNG that hold the picture, so that libpng has
  * nothing to print warnings about. dst has room for size bytes. Returns the
  * bytes written.
  */
-size_t ibl_whole_png(const unsigned char *bytes, size_t size,
-                     unsigned char *dst);
+size_t ibl_png_picture(const unsigned char *bytes, size_t size,
+                       unsigned char *dst);
 
 #endif

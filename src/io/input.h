@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Files and streams: opened for reading by offset, or into memory. */
-#ifndef IBL_IO_LOAD_H
-#define IBL_IO_LOAD_H
+#ifndef IBL_IO_INPUT_H
+#define IBL_IO_INPUT_H
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -9,7 +9,7 @@
 
 #include "ibl/ibl.h"
 
-/* The most bytes that a file has which begins so; 0: of no known kind. */
+/* The most bytes of a file that begins with these; 0: of no known kind. */
 typedef uint64_t ibl_longest_fn(const unsigned char *bytes, size_t size);
 
 /* The largest map, flat, in 4 channels of 4 bytes, is 64 GiB. */
@@ -17,7 +17,7 @@ typedef uint64_t ibl_longest_fn(const unsigned char *bytes, size_t size);
 
 /* Bytes that are read by offset: those of an open file, or of memory. */
 typedef struct ibl_input {
-    const char *name; /* stands in messages */
+    const char *name; /* for messages */
     size_t size;
     const unsigned char *bytes; /* NULL: they are in the file */
     void *owned;                /* memory to free with the input, or NULL */
@@ -25,16 +25,13 @@ typedef struct ibl_input {
 } ibl_input;
 
 /*
- * Opens a file, or standard input for "-". A path that names a pipe (a named
- * FIFO, /dev/stdin, what a shell makes of <(command)) is read to its end if
- * somebody has it open for writing, within a short grace. Directories,
- * devices, terminals, pipes that nobody writes and empty files are refused.
- * Regular files that are named stay open, unless they are small; everything
- * else is read into memory.
- *   path    kept as the name in messages: must live as long as in
- *   longest a stream that is longer is refused; what it does not know, from
- *           256 MiB on
- *   in      to be closed with ibl_input_close; nothing to close after an error
+ * Opens a file, or standard input for "-". A pipe by name (a FIFO, /dev/stdin,
+ * a shell's <(command)) is read to its end if a writer opens it within half a
+ * second. Directories, devices, terminals, other pipes and empty files are
+ * refused. Large regular files stay open; everything else is read into memory.
+ *   path    the name in messages; must live as long as in
+ *   longest a longer stream is refused; one of no known kind from 256 MiB on
+ *   in      to be closed with ibl_input_close, but not after an error
  * IBL_ERR_IO, IBL_ERR_FORMAT (empty), IBL_ERR_MEMORY, IBL_ERR_CANCELLED.
  */
 ibl_status ibl_input_open(ibl_ctx *ctx, const char *path,
@@ -51,10 +48,5 @@ ibl_status ibl_input_load(ibl_ctx *ctx, ibl_longest_fn *longest, ibl_input *in);
 bool ibl_input_read(const ibl_input *in, uint64_t offset, size_t size,
                     void *dst, size_t *got);
 void ibl_input_close(ibl_input *in); /* keeps the name */
-
-/* Opens and loads. bytes: the caller's to free with ibl_free. */
-ibl_status ibl_file_load(ibl_ctx *ctx, const char *path,
-                         ibl_longest_fn *longest, unsigned char **bytes,
-                         size_t *size);
 
 #endif

@@ -1,0 +1,241 @@
+/* SPDX-License-Identifier: MIT */
+/* The pixel formats: all but their encoders, which are in kern/pixel.c. */
+#include "io/pixel_format.h"
+
+#include <assert.h>
+#include <float.h>
+#include <pthread.h>
+#include <string.h>
+
+#include "core/half.h"
+#include "kern/pixel.h"
+
+_Static_assert(IBL_PIXEL_COUNT == 6, "each has a row in both tables");
+
+static const struct {
+    const char *name;
+    int channels;
+    int has_alpha;
+    float max;
+} formats[IBL_PIXEL_COUNT] = {
+    [IBL_PIXEL_RGBA16F] = {"rgba16f", 3, 1, IBL_HALF_MAX},
+    [IBL_PIXEL_RGBA32F] = {"rgba32f", 3, 1, FLT_MAX},
+    [IBL_PIXEL_RGB9E5] = {"rgb9e5", 3, 0, IBL_RGB9E5_MAX},
+    [IBL_PIXEL_R11G11B10F] = {"r11g11b10f", 3, 0, IBL_SMALL11_MAX},
+    [IBL_PIXEL_RG16F] = {"rg16f", 2, 0, IBL_HALF_MAX},
+    [IBL_PIXEL_RG32F] = {"rg32f", 2, 0, FLT_MAX},
+};
+
+/* Numbers: vulkan_core.h, dxgiformat.h, d3d9types.h, the OpenGL registry. */
+const ibl_layout ibl_layouts[IBL_LAYOUT_COUNT] = {
+    /* .pixel, .texel_bytes, .word_bytes, .vk, .dxgi, .d3d,
+     * .gl_type, .gl_format, .gl_internal */
+    [IBL_PIXEL_RGBA16F] = {IBL_PIXEL_RGBA16F, 8, 2, 97, 10, 113, 0x140B, 0x1908,
+                           0x881A},
+    [IBL_PIXEL_RGBA32F] = {IBL_PIXEL_RGBA32F, 16, 4, 109, 2, 116, 0x1406,
+                           0x1908, 0x8814},
+    [IBL_PIXEL_RGB9E5] = {IBL_PIXEL_RGB9E5, 4, 4, 123, 67, 0, 0x8C3E, 0x1907,
+                          0x8C3D},
+    [IBL_PIXEL_R11G11B10F] = {IBL_PIXEL_R11G11B10F, 4, 4, 122, 26, 0, 0x8C3B,
+                              0x1907, 0x8C3A},
+    [IBL_PIXEL_RG16F] = {IBL_PIXEL_RG16F, 4, 2, 83, 34, 112, 0x140B, 0x8227,
+                         0x822F},
+    [IBL_PIXEL_RG32F] = {IBL_PIXEL_RG32F, 8, 4, 103, 16, 115, 0x1406, 0x8227,
+                         0x8230},
+    [IBL_LAYOUT_RGB16F] = {IBL_PIXEL_RGBA16F, 6, 2, 90, 0, 0, 0x140B, 0x1907,
+                           0x881B},
+    [IBL_LAYOUT_RGB32F] = {IBL_PIXEL_RGBA32F, 12, 4, 106, 6, 0, 0x1406, 0x1907,
+                           0x8815},
+};
+
+const ibl_layout *ibl_layout_find(size_t member, uint32_t number)
+{
+    for (int i = 0; number && i < IBL_LAYOUT_COUNT; i++) {
+        uint32_t known;
+        memcpy(&known, (const char *)&ibl_layouts[i] + member, sizeof known);
+        if (known == number)
+            return &ibl_layouts[i];
+    }
+    return NULL;
+}
+
+const char *ibl_pixel_name(ibl_pixel pixel)
+{
+    assert(pixel < IBL_PIXEL_COUNT);
+    return formats[pixel].name;
+}
+
+size_t ibl_pixel_bytes(ibl_pixel pixel)
+{
+    assert(pixel < IBL_PIXEL_COUNT);
+    return (size_t)ibl_layouts[pixel].texel_bytes;
+}
+
+int ibl_pixel_channels(ibl_pixel pixel)
+{
+    assert(pixel < IBL_PIXEL_COUNT);
+    return formats[pixel].channels;
+}
+
+int ibl_pixel_has_alpha(ibl_pixel pixel)
+{
+    assert(pixel < IBL_PIXEL_COUNT);
+    return formats[pixel].has_alpha;
+}
+
+float ibl_pixel_max(ibl_pixel pixel)
+{
+    assert(pixel < IBL_PIXEL_COUNT);
+    return formats[pixel].max;
+}
+
+/* ---- data format descriptors ---------------------------------------- */
+
+enum {
+    CHANNEL_ALPHA = 15,
+    EXPONENT = 0x20, /* qualifiers of a channel */
+    SIGNED = 0x40,
+    FLOAT = 0x80
+};
+
+static const uint32_t float_one = 0x3F800000, float_minus_one = 0xBF800000;
+
+static int float_samples(int channels, uint32_t bits, ibl_sample *s)
+{
+    for (int c = 0; c < channels; c++) {
+        const uint32_t channel = c == 3 ? CHANNEL_ALPHA : (uint32_t)c;
+        s[c] = (ibl_sample){(uint32_t)c * bits, bits, channel | SIGNED | FLOAT,
+                            float_minus_one, float_one};
+    }
+    return channels;
+}
+
+/* Mantissa and exponent of each channel in turn; a mantissa of 8448 (2^13 +
+ * 2^8) at the exponent's bias of 15 is 1. */
+static int shared_exponent_samples(ibl_sample *s)
+{
+    for (uint32_t c = 0; c < 3; c++) {
+        s[2 * c] = (ibl_sample){9 * c, 9, c, 0, 8448};
+        s[2 * c + 1] = (ibl_sample){27, 5, c | EXPONENT, 15, 31};
+    }
+    return 6;
+}
+
+static int small_float_samples(ibl_sample *s)
+{
+    s[0] = (ibl_sample){0, 11, 0 | FLOAT, 0, float_one};
+    s[1] = (ibl_sample){11, 11, 1 | FLOAT, 0, float_one};
+    s[2] = (ibl_sample){22, 10, 2 | FLOAT, 0, float_one};
+    return 3;
+}
+
+int ibl_pixel_samples(ibl_pixel pixel, ibl_sample s[IBL_MAX_SAMPLES])
+{
+    switch (pixel) {
+    case IBL_PIXEL_RGBA16F:
+        return float_samples(4, 16, s);
+    case IBL_PIXEL_RGBA32F:
+        return float_samples(4, 32, s);
+    case IBL_PIXEL_RG16F:
+        return float_samples(2, 16, s);
+    case IBL_PIXEL_RG32F:
+        return float_samples(2, 32, s);
+    case IBL_PIXEL_RGB9E5:
+        return shared_exponent_samples(s);
+    case IBL_PIXEL_R11G11B10F:
+        return small_float_samples(s);
+    case IBL_PIXEL_COUNT:
+        break;
+    }
+    assert(!"a pixel format");
+    return 0;
+}
+
+static ibl_pixel_dsp best;
+static pthread_once_t best_once = PTHREAD_ONCE_INIT;
+
+static void find_best(void)
+{
+    ibl_pixel_dsp_init(&best, IBL_ISA_AUTO);
+}
+
+size_t ibl_pixel_encode(ibl_pixel pixel, const float *src, size_t count,
+                        void *dst)
+{
+    assert(pixel < IBL_PIXEL_COUNT);
+    pthread_once(&best_once, find_best);
+    return best.encode[pixel](src, count, dst);
+}
+
+static void decode_halves(const unsigned char *src, int channels, int stride,
+                          size_t count, float *dst)
+{
+    for (size_t i = 0; i < count; i++, src += 2 * stride) {
+        for (int c = 0; c < channels; c++) {
+            uint16_t half;
+            memcpy(&half, src + 2 * c, sizeof half);
+            *dst++ = ibl_half_to_float(half);
+        }
+    }
+}
+
+static void decode_rgb9e5(const unsigned char *src, size_t count, float *dst)
+{
+    for (size_t i = 0; i < count; i++, src += 4) {
+        uint32_t texel;
+        memcpy(&texel, src, sizeof texel);
+        /* 2^(E - B - N), at least 2^-24. */
+        const uint32_t scale_bits = (127 - 24 + (texel >> 27)) << 23;
+        float scale;
+        memcpy(&scale, &scale_bits, sizeof scale);
+        for (int c = 0; c < 3; c++)
+            *dst++ = (float)(texel >> (9 * c) & 511) * scale;
+    }
+}
+
+/* The small floats are halves whose last mantissa bits are left out. */
+static void decode_r11g11b10f(const unsigned char *src, size_t count,
+                              float *dst)
+{
+    for (size_t i = 0; i < count; i++, src += 4) {
+        uint32_t texel;
+        memcpy(&texel, src, sizeof texel);
+        *dst++ = ibl_half_to_float((uint16_t)((texel & 0x7FF) << 4));
+        *dst++ = ibl_half_to_float((uint16_t)((texel >> 11 & 0x7FF) << 4));
+        *dst++ = ibl_half_to_float((uint16_t)((texel >> 22) << 5));
+    }
+}
+
+static void decode_floats(const unsigned char *src, size_t count, float *dst)
+{
+    for (size_t i = 0; i < count; i++)
+        memcpy(dst + 3 * i, src + 16 * i, 3 * sizeof *dst);
+}
+
+void ibl_pixel_decode(ibl_pixel pixel, const void *src, size_t count,
+                      float *dst)
+{
+    switch (pixel) {
+    case IBL_PIXEL_RGBA16F:
+        decode_halves(src, 3, 4, count, dst);
+        break;
+    case IBL_PIXEL_RG16F:
+        decode_halves(src, 2, 2, count, dst);
+        break;
+    case IBL_PIXEL_RGBA32F:
+        decode_floats(src, count, dst);
+        break;
+    case IBL_PIXEL_RG32F:
+        if (count) /* src and dst may be NULL with nothing to copy */
+            memcpy(dst, src, count * 2 * sizeof *dst);
+        break;
+    case IBL_PIXEL_RGB9E5:
+        decode_rgb9e5(src, count, dst);
+        break;
+    case IBL_PIXEL_R11G11B10F:
+        decode_r11g11b10f(src, count, dst);
+        break;
+    case IBL_PIXEL_COUNT:
+        assert(!"a pixel format");
+    }
+}
