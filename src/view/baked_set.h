@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * A baked environment: the files of one, or what the library has just made of
- * a map, with what they say about themselves.
- */
+/* A baked environment: its files, or what the library has just made of a map,
+ * with how it was baked. */
 #ifndef VIEW_BAKED_SET_H
 #define VIEW_BAKED_SET_H
 
@@ -22,33 +20,33 @@ typedef enum view_content {
 
 #define VIEW_STAMPS (VIEW_CONTENTS + 2) /* the textures, sidecar, map */
 
-/* What the files of a set were, where it has any. */
+/* The state of a set's files. */
 typedef struct view_stamp {
     view_file_stamp file[VIEW_STAMPS];
 } view_stamp;
 
 typedef struct baked_set {
     char *name; /* for titles: "sky" */
-    /* Texels as the files have them. Only the sky may be missing, and is zeroed
-     * then. A set without a table or irradiance gets them here: the table by
-     * ibl_bake_lut; irradiance by the cosine sum over level 0, or, where that
-     * is rough or clipped by its pixel format, the last level if its roughness
-     * is 1, else the spherical harmonics. A note tells. */
+    /* Texels as in the files. Only the sky may be missing; it is zeroed then.
+     * A missing table is made by ibl_bake_lut. Missing irradiance is made of
+     * level 0 by the cosine sum; if level 0 is rough or clipped by its pixel
+     * format, of the last level if its roughness is 1, else of the spherical
+     * harmonics. A note reports both. */
     ibl_texture texture[VIEW_CONTENTS];
     char *path[VIEW_CONTENTS]; /* of each file; NULL: none */
     char *sidecar;             /* path, or NULL */
-    char *map;                 /* what was baked here, or NULL */
+    char *map;                 /* the map that was baked here, or NULL */
     view_stamp read;           /* of those, just before they were read */
 
     ibl_roughness_map mapping;
-    double lod_scale, lod_offset;     /* as ibl_specular_layout has them */
+    double lod_scale, lod_offset;     /* as in ibl_specular_layout */
     double roughness[IBL_MAX_LEVELS]; /* of each level */
     ibl_lobe lobe;
     ibl_geometry geometry;   /* of the table */
     double irradiance_scale; /* the map times this is E/pi; 1 for ours */
     /* Irradiance E/pi, not radiance: 3 for each (l, m) to sh_degree, ordered
      * and with the basis of ibl_bake_sh. sh_degree -1: none. */
-    int sh_degree; /* -1..VIEW_SH_DEGREE, what is beyond is left out */
+    int sh_degree; /* -1..VIEW_SH_DEGREE; higher degrees are left out */
     double sh[3 * VIEW_SH_COUNT];
     double peak; /* largest component of level 0 */
 } baked_set;
@@ -56,7 +54,7 @@ typedef struct baked_set {
 /* What to open. */
 typedef struct view_request {
     const char *path; /* a directory, a specular file or (by content, not name)
-                         an equirectangular map that has to be baked */
+                         an equirectangular map to bake */
     const char *irradiance, *lut, *sky; /* NULL: found beside it */
 } view_request;
 
@@ -68,12 +66,11 @@ bool view_is_map(const char *path);
  * Reads a set. In a directory the only NAME_specular.ktx2, .ktx or .dds is
  * taken; several are an error that names them. NAME.json beside it and the
  * keys of the containers say how it was baked; where both do and differ, the
- * keys, which cannot be parted from their file, with a note. Files that others
- * baked have neither, and get the defaults of ibl_specular_options (linear
- * mapping, E/pi) with a note; those of cmgen (KTX with a key "sh") Filament's
- * mapping. ctx has view_log: what the library finds wrong with a file is told
- * through it. False, with a message that says what does not fit and what to
- * do, and *set zeroed.
+ * keys hold, with a note. Files from other programs have neither. They get the
+ * defaults of ibl_specular_options (linear mapping, E/pi) with a note; those of
+ * cmgen (KTX with a key "sh") get Filament's mapping. ctx logs through
+ * view_log. False, with a message that says what does not fit and what to do,
+ * and *set zeroed.
  */
 bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set);
 void view_set_free(baked_set *set); /* zeroed is fine */
@@ -81,11 +78,11 @@ void view_set_free(baked_set *set); /* zeroed is fine */
 /* Makes the set of a map: the defaults of the library, rgba16f, sky from level
  * 0, harmonics to VIEW_SH_DEGREE. Progress goes to ctx's callback. */
 bool view_set_bake(ibl_ctx *ctx, const char *path, baked_set *set);
-/* Of a map in memory (tests, probes); copied name. opts NULL: defaults. */
+/* Of a map in memory (tests, probes); copies name. opts NULL: defaults. */
 bool view_set_bake_image(ibl_ctx *ctx, const char *name, const ibl_image *map,
                          const ibl_specular_options *opts, baked_set *set);
 
-/* The level, not rounded, 0 to the last, where the set has a roughness. */
+/* The level, not rounded, 0 to the last, at which the set has a roughness. */
 double view_set_lod(const baked_set *set, double roughness);
 /* E/pi by the harmonics of a set that has them; may be a little negative. */
 void view_set_sh_irradiance(const baked_set *set, const double normal[3],
@@ -93,24 +90,22 @@ void view_set_sh_irradiance(const baked_set *set, const double normal[3],
 
 /* ---- files that change ------------------------------------------------- */
 
-/* What they are now: where reading them anew has failed, so as to wait for the
- * next change. */
+/* The files' present state. */
 void view_stamp_take(const baked_set *set, view_stamp *stamp);
-/* Whether a file is another one now, and those that are have been left alone
- * for settle seconds, longer where one is gone; never without the specular file
- * or the map. Of set.read nothing is missed that happened while the set was
- * read or baked. */
+/* Whether a file differs from its stamp and all that differ were left alone for
+ * settle seconds, longer if one is gone. Never while the specular file or the
+ * map is missing. With set.read it notices changes during the reading too. */
 bool view_stamp_changed(const baked_set *set, const view_stamp *stamp,
                         double settle);
 
 /* ---- a bake beside the window ------------------------------------------ */
 
-/* view_set_bake on a thread of its own. */
+/* view_set_bake on its own thread. */
 typedef struct view_baker view_baker;
 
 view_baker *view_baker_start(const char *path); /* NULL, with a message */
-/* What it is at, and the share of the whole bake that is done, 0..1 and never
- * less than before; true once it has ended. stage: room for 64. */
+/* The present stage, and the share of the whole bake that is done: 0..1, never
+ * decreasing; true once it has ended. stage: room for 64. */
 bool view_baker_poll(view_baker *baker, char *stage, double *done);
 /* Waits, gives the set, frees the baker. False, with its message and *set
  * zeroed, if it failed. set NULL: cancels it, false without a message. */

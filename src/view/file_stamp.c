@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "view/file_stamp.h"
 
+#include <math.h>
 #include <sys/stat.h>
 
 view_file_stamp view_file_stamp_of(const char *path, double *age)
@@ -8,14 +9,16 @@ view_file_stamp view_file_stamp_of(const char *path, double *age)
     struct timespec now;
     struct stat st;
 
-    *age = 0;
-    if (stat(path, &st))
+    if (age)
+        *age = 0;
+    if (!path || stat(path, &st))
         return (view_file_stamp){.size = -1};
-    /* Not the time of the content, which copies and archives keep: that of the
-     * last change of any kind, a rename over the old file too. */
+    /* Copies and archives keep the time of the content. That of the last change
+     * of any kind tells of a rename over the old file too. */
     clock_gettime(CLOCK_REALTIME, &now);
-    *age = (double)(now.tv_sec - st.st_ctim.tv_sec) +
-           1e-9 * (double)(now.tv_nsec - st.st_ctim.tv_nsec);
+    if (age)
+        *age = (double)(now.tv_sec - st.st_ctim.tv_sec) +
+               1e-9 * (double)(now.tv_nsec - st.st_ctim.tv_nsec);
     return (view_file_stamp){st.st_mtim, st.st_size, (long long)st.st_ino};
 }
 
@@ -24,4 +27,28 @@ bool view_file_stamp_same(const view_file_stamp *a, const view_file_stamp *b)
     return a->size == b->size && a->inode == b->inode &&
            a->written.tv_sec == b->written.tv_sec &&
            a->written.tv_nsec == b->written.tv_nsec;
+}
+
+bool view_files_changed(const view_watched_file *files, int count,
+                        double settle, double settle_gone)
+{
+    bool changed = false, gone = false;
+    double nearest = INFINITY;
+
+    for (int i = 0; i < count; i++) {
+        double age;
+        const view_file_stamp now = view_file_stamp_of(files[i].path, &age);
+        if (!files[i].path || view_file_stamp_same(&now, files[i].seen))
+            continue;
+        if (now.size < 0 && files[i].needed)
+            return false;
+        if (now.size < 0) {
+            gone = true;
+            continue;
+        }
+        /* Below 0, in the future, by another machine's clock. */
+        nearest = fmin(nearest, fabs(age));
+        changed = true;
+    }
+    return changed && nearest >= (gone ? settle_gone : settle);
 }

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "view/message.h"
-#include "view/set_find.h"
+#include "view/set_parts.h"
 
 static bool misuse(const char *what, const char *why)
 {

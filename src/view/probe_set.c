@@ -44,29 +44,17 @@ static const char *file_of(const view_probe_set *set, int i)
 
 bool view_probe_set_changed(const view_probe_set *set, double settle)
 {
-    double nearest = INFINITY;
-    bool changed = false;
+    view_watched_file files[FILES];
 
-    for (int i = 0; i < FILES; i++) {
-        double age;
-        if (!file_of(set, i))
-            continue;
-        const view_file_stamp now = view_file_stamp_of(file_of(set, i), &age);
-        if (now.size < 0 && i == INDEX)
-            return false;
-        if (now.size < 0 || view_file_stamp_same(&now, &set->read[i]))
-            continue;
-        nearest = fmin(nearest, fabs(age));
-        changed = true;
-    }
-    return changed && nearest >= settle;
+    for (int i = 0; i < FILES; i++)
+        files[i] =
+            (view_watched_file){file_of(set, i), i == INDEX, &set->read[i]};
+    return view_files_changed(files, FILES, settle, settle);
 }
 
 static void see(view_probe_set *set, int i)
 {
-    double age;
-    if (file_of(set, i))
-        set->read[i] = view_file_stamp_of(file_of(set, i), &age);
+    set->read[i] = view_file_stamp_of(file_of(set, i), NULL);
 }
 
 void view_probe_set_seen(view_probe_set *set)

@@ -1,20 +1,19 @@
 /* SPDX-License-Identifier: MIT */
-#include "view/set_about.h"
+/* How a file was baked: from its keys, or from NAME.json as iblbake writes it.
+ */
+#include "view/set_parts.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "common/names.h"
+#include "common/sidecar_load.h"
 #include "view/message.h"
 
-static const char *const content_names[] = {"specular", "irradiance",
-                                            "brdf_lut", "skybox", NULL};
-
-const char *view_content_name(view_content content)
-{
-    return content_names[content];
-}
+const char *const view_content_names[VIEW_CONTENTS + 1] = {
+    "specular", "irradiance", "brdf_lut", "skybox"};
 
 const char *view_content_words(view_content content)
 {
@@ -23,64 +22,58 @@ const char *view_content_words(view_content content)
     return words[content];
 }
 
-/* ---- words ----------------------------------------------------------- */
+static const char *const scale_names[] = {"E/pi", "E", NULL};
 
-/* *found is the place of a word, if it is not NULL, among the names. */
-static bool find_word(view_about *a, unsigned known, const char *where,
-                      const char *what, const char *const *names,
-                      const char *word, int *found)
+/* The values that are words; the place in this table is that in view_about. */
+static const struct {
+    const char *key, *member; /* in a container, in the sidecar */
+    const char *what;         /* for messages */
+    const char *const *names;
+} choices[] = {
+    {"iblbake.content", "content", "content", view_content_names},
+    {"iblbake.mapping", "mapping", "roughness mapping", ibl_mapping_names},
+    {"iblbake.lobe", "lobe", "lobe", ibl_lobe_names},
+    {"iblbake.geometry", "geometry", "geometry", ibl_geometry_names},
+    {"iblbake.irradiance_scale", "scale", "irradiance scale", scale_names},
+};
+
+static void learn(view_about *a, int i, double value)
 {
+    a->known[i] = true;
+    a->value[i] = value;
+}
+
+/* ---- what keys and sidecar share --------------------------------------- */
+
+/* A word may be NULL: not there. */
+static bool take_choice(view_about *a, int i, const char *where,
+                        const char *word)
+{
+    const int found = word ? ibl_names_find(choices[i].names, word) : 0;
     char text[128];
 
-    *found = 0;
-    if (!word)
+    if (word)
+        learn(a, i, found);
+    if (found >= 0)
         return true;
-    *found = ibl_names_find(names, word);
-    a->known |= known;
-    if (*found >= 0)
-        return true;
-    ibl_names_text(names, text, sizeof text);
+    ibl_names_text(choices[i].names, text, sizeof text);
     return view_fail("%s: has the %s \"%.40s\", which is none of %s: bake it "
                      "again with the iblbake of this version",
-                     where, what, word, text);
+                     where, choices[i].what, word, text);
 }
 
-bool view_about_words(view_about *a, const char *where, const view_words *w)
+static bool check_numbers(const view_about *a, const char *where)
 {
-    static const char *const scales[] = {"E/pi", "E", NULL};
-    int content, mapping, lobe, geometry, scale;
-
-    if (!find_word(a, VIEW_KNOWS_CONTENT, where, "content", content_names,
-                   w->content, &content) ||
-        !find_word(a, VIEW_KNOWS_MAPPING, where, "roughness mapping",
-                   ibl_mapping_names, w->mapping, &mapping) ||
-        !find_word(a, VIEW_KNOWS_LOBE, where, "lobe", ibl_lobe_names, w->lobe,
-                   &lobe) ||
-        !find_word(a, VIEW_KNOWS_GEOMETRY, where, "geometry",
-                   ibl_geometry_names, w->geometry, &geometry) ||
-        !find_word(a, VIEW_KNOWS_SCALE, where, "irradiance scale", scales,
-                   w->scale, &scale))
-        return false;
-    a->content = (view_content)content;
-    a->mapping = (ibl_roughness_map)mapping;
-    a->lobe = (ibl_lobe)lobe;
-    a->geometry = (ibl_geometry)geometry;
-    a->irradiance_scale = scale ? 1 / M_PI : 1;
-    return true;
-}
-
-bool view_about_check(const view_about *a, const char *where)
-{
+    const double scale = a->value[VIEW_ABOUT_LOD_SCALE];
+    const double offset = a->value[VIEW_ABOUT_LOD_OFFSET];
     double last = 0;
 
-    if (a->known & VIEW_KNOWS_LOD &&
-        (!isfinite(a->lod_scale) || !isfinite(a->lod_offset) ||
-         a->lod_scale < 0))
+    if (!isfinite(scale) || !isfinite(offset) || scale < 0)
         return view_fail("%s: has lod_scale %g and lod_offset %g, which no "
                          "shader can use: bake it again",
-                         where, a->lod_scale, a->lod_offset);
-    for (int l = 0; a->known & VIEW_KNOWS_ROUGHNESS && l < a->levels; l++) {
-        const double r = a->roughness[l];
+                         where, scale, offset);
+    for (int l = 0; l < a->value[VIEW_ABOUT_LEVELS]; l++) {
+        const double r = a->value[VIEW_ABOUT_ROUGHNESS + l];
         if (!(r >= last && r <= 1))
             return view_fail("%s: has roughness %g at level %d, which has to "
                              "be %g to 1: bake it again",
@@ -92,11 +85,6 @@ bool view_about_check(const view_about *a, const char *where)
 
 /* ---- keys ------------------------------------------------------------ */
 
-static const char *key(const ibl_texture *tex, const char *name)
-{
-    return ibl_texture_get(tex, name);
-}
-
 /* A number that is all of text. */
 static double number(const char *text)
 {
@@ -106,98 +94,204 @@ static double number(const char *text)
 }
 
 /* "0,0.25,1". */
-static bool read_roughness(view_about *a, const char *path, const char *text)
+static bool take_list(view_about *a, const char *path, const char *text)
 {
+    int levels = 0;
+
     if (!text)
         return true;
-    for (a->levels = 0; *text; a->levels++) {
+    for (; *text; levels++) {
         char *end;
         const double r = strtod(text, &end);
-        if (end == text || (*end && *end != ',') || a->levels == IBL_MAX_LEVELS)
+        if (end == text || (*end && *end != ',') || levels == IBL_MAX_LEVELS)
             return view_fail("%s: its key iblbake.roughness is damaged at "
                              "\"%.20s\": bake it again",
                              path, text);
-        a->roughness[a->levels] = r;
+        learn(a, VIEW_ABOUT_ROUGHNESS + levels, r);
         text = *end ? end + 1 : end;
     }
-    a->known |= VIEW_KNOWS_ROUGHNESS;
+    learn(a, VIEW_ABOUT_LEVELS, levels);
     return true;
 }
 
 bool view_about_keys(const ibl_texture *tex, const char *path, view_about *a)
 {
-    const char *scale = key(tex, "iblbake.lod_scale");
-    const char *offset = key(tex, "iblbake.lod_offset");
+    const char *scale = ibl_texture_get(tex, "iblbake.lod_scale");
+    const char *offset = ibl_texture_get(tex, "iblbake.lod_offset");
 
     *a = (view_about){0};
     if (scale && offset) {
-        a->lod_scale = number(scale);
-        a->lod_offset = number(offset);
-        a->known |= VIEW_KNOWS_LOD;
+        learn(a, VIEW_ABOUT_LOD_SCALE, number(scale));
+        learn(a, VIEW_ABOUT_LOD_OFFSET, number(offset));
     }
-    const view_words words = {.content = key(tex, "iblbake.content"),
-                              .mapping = key(tex, "iblbake.mapping"),
-                              .lobe = key(tex, "iblbake.lobe"),
-                              .geometry = key(tex, "iblbake.geometry"),
-                              .scale = key(tex, "iblbake.irradiance_scale")};
-    return view_about_words(a, path, &words) &&
-           read_roughness(a, path, key(tex, "iblbake.roughness")) &&
-           view_about_check(a, path);
+    for (int i = 0; i <= VIEW_ABOUT_SCALE; i++)
+        if (!take_choice(a, i, path, ibl_texture_get(tex, choices[i].key)))
+            return false;
+    return take_list(a, path, ibl_texture_get(tex, "iblbake.roughness")) &&
+           check_numbers(a, path);
+}
+
+/* ---- entries of the sidecar -------------------------------------------- */
+
+/* The string of a member, or NULL. */
+static const char *text_of(const json_t *object, const char *name)
+{
+    return json_string_value(json_object_get(object, name));
+}
+
+static bool damaged(const char *path, const char *what)
+{
+    return view_fail("%s: %s: bake the set again, or take the file away", path,
+                     what);
+}
+
+static bool take_levels(view_about *a, const char *path, const json_t *levels)
+{
+    const size_t count = json_array_size(levels);
+
+    if (!json_object_get(json_array_get(levels, 0), "roughness"))
+        return true;
+    if (count > IBL_MAX_LEVELS)
+        return damaged(path, "has more levels than a chain can have");
+    for (size_t l = 0; l < count; l++) {
+        const json_t *r =
+            json_object_get(json_array_get(levels, l), "roughness");
+        if (!json_is_number(r))
+            return damaged(path, "has a level without roughness");
+        learn(a, VIEW_ABOUT_ROUGHNESS + (int)l, json_number_value(r));
+    }
+    learn(a, VIEW_ABOUT_LEVELS, (double)count);
+    return true;
+}
+
+bool view_about_entry(const json_t *entry, const char *path, view_about *a)
+{
+    const json_t *scale = json_object_get(entry, "lod_scale");
+    const json_t *offset = json_object_get(entry, "lod_offset");
+
+    *a = (view_about){0};
+    if (json_is_number(scale) && json_is_number(offset)) {
+        learn(a, VIEW_ABOUT_LOD_SCALE, json_number_value(scale));
+        learn(a, VIEW_ABOUT_LOD_OFFSET, json_number_value(offset));
+    }
+    for (int i = 0; i <= VIEW_ABOUT_SCALE; i++)
+        if (!take_choice(a, i, path, text_of(entry, choices[i].member)))
+            return false;
+    return take_levels(a, path, json_object_get(entry, "levels")) &&
+           check_numbers(a, path);
+}
+
+const char *view_entry_file(const json_t *entry)
+{
+    const char *file = text_of(entry, "file");
+    return file && *file && !strchr(file, '/') ? file : NULL;
+}
+
+view_content view_entry_content(const json_t *entry)
+{
+    const char *content = text_of(entry, "content");
+    const int found =
+        content ? ibl_names_find(view_content_names, content) : -1;
+    return found < 0 ? VIEW_CONTENTS : (view_content)found;
+}
+
+bool view_entry_shape(const json_t *entry, int *width, int *levels)
+{
+    const json_t *edge = json_object_get(entry, "width");
+    const json_t *chain = json_object_get(entry, "levels");
+
+    if (!json_is_integer(edge) || !json_is_array(chain))
+        return false;
+    const json_int_t found = json_integer_value(edge);
+    *width = found > 0 && found <= IBL_MAX_CUBE_SIZE ? (int)found : 0;
+    *levels = json_array_size(chain) <= 64 ? (int)json_array_size(chain) : 0;
+    return true;
+}
+
+/* ---- the sidecar ------------------------------------------------------- */
+
+bool view_sidecar_open(const char *path, json_t **root)
+{
+    ibl_json_why why;
+    struct stat st;
+
+    *root = NULL;
+    if (stat(path, &st) || !S_ISREG(st.st_mode))
+        return true;
+    json_t *read = ibl_sidecar_load(path, &why);
+    if (!read)
+        return view_fail(
+            "%s%s", why.line,
+            why.damaged ? ": bake the set again, or take the file away" : "");
+    const char *writer = text_of(json_object_get(read, "generator"), "name");
+    if (writer && !strcmp(writer, "iblbake")) {
+        *root = read;
+        return true;
+    }
+    view_note("%s: was not written by iblbake and is left out", path);
+    json_decref(read);
+    return true;
+}
+
+const json_t *view_sidecar_entry(const json_t *root, const char *member,
+                                 const char *value)
+{
+    json_t *entry;
+    size_t i;
+
+    json_array_foreach(json_object_get(root, "outputs"), i, entry)
+    {
+        const char *found = text_of(entry, member);
+        if (found && !strcmp(found, value))
+            return entry;
+    }
+    return NULL;
+}
+
+bool view_sidecar_sh(const json_t *root, baked_set *set)
+{
+    const json_t *sh = json_object_get(root, "sh");
+    const json_t *radiance = json_object_get(sh, "radiance");
+    const json_t *degree = json_object_get(sh, "degree");
+
+    set->sh_degree = -1;
+    if (!sh)
+        return true;
+    const json_int_t most = json_integer_value(degree);
+    if (!json_is_integer(degree) || most < 0 || most > IBL_MAX_SH_DEGREE ||
+        json_array_size(radiance) != (size_t)((most + 1) * (most + 1)))
+        return damaged(set->sidecar,
+                       "its harmonics are not as many as their degree says");
+    const int used = most < VIEW_SH_DEGREE ? (int)most : VIEW_SH_DEGREE;
+    for (int l = 0, i = 0; l <= used; l++) {
+        for (int n = 0; n < 3 * (2 * l + 1); n++, i++) {
+            const json_t *rgb = json_array_get(radiance, (size_t)i / 3);
+            const json_t *x = json_array_get(rgb, (size_t)i % 3);
+            if (!json_is_number(x))
+                return damaged(set->sidecar,
+                               "its harmonics are not all numbers");
+            set->sh[i] = json_number_value(x) * ibl_sh_cosine(l);
+        }
+    }
+    set->sh_degree = used;
+    return true;
 }
 
 /* ---- two accounts of one file ---------------------------------------- */
 
 void view_about_add(view_about *a, const view_about *from)
 {
-    const unsigned added = from->known & ~a->known;
-
-    if (added & VIEW_KNOWS_CONTENT)
-        a->content = from->content;
-    if (added & VIEW_KNOWS_MAPPING)
-        a->mapping = from->mapping;
-    if (added & VIEW_KNOWS_LOD) {
-        a->lod_scale = from->lod_scale;
-        a->lod_offset = from->lod_offset;
-    }
-    if (added & VIEW_KNOWS_ROUGHNESS) {
-        memcpy(a->roughness, from->roughness, sizeof a->roughness);
-        a->levels = from->levels;
-    }
-    if (added & VIEW_KNOWS_LOBE)
-        a->lobe = from->lobe;
-    if (added & VIEW_KNOWS_GEOMETRY)
-        a->geometry = from->geometry;
-    if (added & VIEW_KNOWS_SCALE)
-        a->irradiance_scale = from->irradiance_scale;
-    a->known |= added;
+    for (int i = 0; i < VIEW_ABOUT_COUNT; i++)
+        if (from->known[i] && !a->known[i])
+            learn(a, i, from->value[i]);
 }
 
 /* Keys have nine digits. */
-static bool apart(double a, double b)
-{
-    return fabs(a - b) > 1e-6 * (1 + fabs(a));
-}
-
 bool view_about_differ(const view_about *a, const view_about *b)
 {
-    const unsigned both = a->known & b->known;
-    bool differ = false;
-
-    if (both & VIEW_KNOWS_MAPPING)
-        differ |= a->mapping != b->mapping;
-    if (both & VIEW_KNOWS_LOD)
-        differ |= apart(a->lod_scale, b->lod_scale) ||
-                  apart(a->lod_offset, b->lod_offset);
-    if (both & VIEW_KNOWS_ROUGHNESS) {
-        differ |= a->levels != b->levels;
-        for (int l = 0; l < a->levels && l < b->levels; l++)
-            differ |= apart(a->roughness[l], b->roughness[l]);
-    }
-    if (both & VIEW_KNOWS_LOBE)
-        differ |= a->lobe != b->lobe;
-    if (both & VIEW_KNOWS_GEOMETRY)
-        differ |= a->geometry != b->geometry;
-    if (both & VIEW_KNOWS_SCALE)
-        differ |= apart(a->irradiance_scale, b->irradiance_scale);
-    return differ;
+    for (int i = VIEW_ABOUT_CONTENT + 1; i < VIEW_ABOUT_COUNT; i++)
+        if (a->known[i] && b->known[i] &&
+            fabs(a->value[i] - b->value[i]) > 1e-6 * (1 + fabs(a->value[i])))
+            return true;
+    return false;
 }

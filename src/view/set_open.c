@@ -1,52 +1,37 @@
 /* SPDX-License-Identifier: MIT */
-/* Reading the files of a set, and what they say together. */
-#include "view/baked_set.h"
+/* Reads the files of a set and brings together what they say. */
+#include "view/set_parts.h"
 
 #include <errno.h>
+#include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
 #include "common/names.h"
+#include "common/path.h"
 #include "view/message.h"
-#include "view/set_find.h"
-
-/* ---- the other files -------------------------------------------------- */
 
 /* A set in the making. */
 typedef struct opener {
     ibl_ctx *ctx;
     baked_set *set;
-    view_sidecar *sidecar;
-    char *directory; /* with its slash, or "" */
-    char *extension; /* of the specular file */
-    bool told;       /* that nothing is known of how the set was baked */
+    json_t *sidecar; /* or NULL */
 } opener;
 
-static bool is_file(const char *path)
+/* ---- the other files -------------------------------------------------- */
+
+/* Sets *out to the path of a file beside the specular one, if it is there.
+ * False: no memory. */
+static bool try_name(const opener *o, const char *name, char **out)
 {
+    char *path = ibl_path_beside(o->set->path[VIEW_SPECULAR], name);
     struct stat st;
-    return !stat(path, &st) && S_ISREG(st.st_mode);
-}
 
-/* DIRECTORY/NAME_content.EXTENSION; the table has no NAME but a stem by its
- * geometry. */
-static char *usual_path(const opener *o, view_content content, int geometry,
-                        const char *extension)
-{
-    if (content == VIEW_LUT)
-        return view_file_print("%s%s.%s", o->directory, ibl_lut_stems[geometry],
-                               extension);
-    return view_file_print("%s%s_%s.%s", o->directory, o->set->name,
-                           view_content_name(content), extension);
-}
-
-/* Takes path over. False: no memory for it. */
-static bool try_path(const opener *o, char *path, char **out)
-{
     if (!path)
         return view_file_no_memory(o->set->name);
-    if (is_file(path))
+    if (!stat(path, &st) && S_ISREG(st.st_mode))
         *out = path;
     else
         free(path);
@@ -54,20 +39,33 @@ static bool try_path(const opener *o, char *path, char **out)
 }
 
 /* Where a content's file is: as the sidecar says, as iblbake names it beside
- * the specular file, then with other extensions. *out NULL: nowhere. */
+ * the specular file, then with other extensions. The table's name has a stem by
+ * its geometry. *out NULL: nowhere. */
 static bool find_beside(const opener *o, view_content content, char **out)
 {
-    const char *told = view_sidecar_file(o->sidecar, content);
+    const char *const word = view_content_names[content];
+    const char *listed =
+        view_entry_file(view_sidecar_entry(o->sidecar, "content", word));
+    const char *own = strrchr(view_file_name(o->set->path[VIEW_SPECULAR]), '.');
     const int stems = content == VIEW_LUT ? 2 : 1;
 
     *out = NULL;
-    if (told && !try_path(o, view_file_print("%s%s", o->directory, told), out))
+    if (listed && !try_name(o, listed, out))
         return false;
     for (int s = 0; s < stems; s++)
         for (int i = -1; i < IBL_CONTAINER_COUNT && !*out; i++) {
-            const char *extension =
-                i < 0 ? o->extension : ibl_container_name((ibl_container)i);
-            if (!try_path(o, usual_path(o, content, s, extension), out))
+            const char *extension = i >= 0
+                                        ? ibl_container_name((ibl_container)i)
+                                    : own ? own + 1
+                                          : "ktx2";
+            char name[1024];
+            if (content == VIEW_LUT)
+                snprintf(name, sizeof name, "%s.%s", ibl_lut_stems[s],
+                         extension);
+            else
+                snprintf(name, sizeof name, "%s_%s.%s", o->set->name, word,
+                         extension);
+            if (!try_name(o, name, out))
                 return false;
         }
     return true;
@@ -120,12 +118,13 @@ static bool check_shape(const ibl_texture *tex, const char *path,
 static bool check_content(const opener *o, const char *path,
                           view_content wanted, const view_about *keys)
 {
-    view_content found = view_sidecar_content(o->sidecar, view_file_name(path));
+    view_content found = view_entry_content(
+        view_sidecar_entry(o->sidecar, "file", view_file_name(path)));
 
-    if (keys->known & VIEW_KNOWS_CONTENT) {
-        found = keys->content;
+    if (keys->known[VIEW_ABOUT_CONTENT]) {
+        found = (view_content)keys->value[VIEW_ABOUT_CONTENT];
     } else if (found == VIEW_CONTENTS) {
-        char *stem = view_set_stem(path);
+        char *stem = view_file_stem(path);
         size_t length;
         if (!stem)
             return view_file_no_memory(path);
@@ -139,14 +138,24 @@ static bool check_content(const opener *o, const char *path,
                      remedy(wanted));
 }
 
-/* Reads a file as that content, and what is known of it. Takes path over. */
-static bool load(opener *o, view_content content, char *path, view_about *about)
+/* The sidecar's entry of a content, if it is about the file that was read. */
+static const json_t *entry_of(const opener *o, view_content content)
+{
+    const json_t *entry =
+        view_sidecar_entry(o->sidecar, "content", view_content_names[content]);
+    const char *file = view_entry_file(entry);
+
+    return file && !strcmp(file, view_file_name(o->set->path[content])) ? entry
+                                                                        : NULL;
+}
+
+/* Reads the file of a content, and how it was baked. */
+static bool load(opener *o, view_content content, view_about *about)
 {
     ibl_texture *tex = &o->set->texture[content];
-    view_about said = {0};
-    const char *words;
+    const char *path = o->set->path[content], *words;
+    view_about entry;
 
-    o->set->path[content] = path;
     const view_file_kind kind = view_file_look(path, &words);
     if (kind == VIEW_FILE_MISSING)
         return view_fail("%s: cannot be opened: %s", path, strerror(errno));
@@ -155,54 +164,34 @@ static bool load(opener *o, view_content content, char *path, view_about *about)
                          path, words, view_content_words(content),
                          remedy(content));
     view_stamp_read(o->set, content);
-    if (ibl_texture_read(o->ctx, path, tex, NULL))
-        return false;
-    if (!check_shape(tex, path, content) ||
+    if (ibl_texture_read(o->ctx, path, tex, NULL) ||
+        !check_shape(tex, path, content) ||
         !view_about_keys(tex, path, about) ||
-        !check_content(o, path, content, about))
+        !check_content(o, path, content, about) ||
+        !view_about_entry(entry_of(o, content), o->set->sidecar, &entry))
         return false;
-    const char *listed = view_sidecar_file(o->sidecar, content);
-    if (!listed || strcmp(listed, view_file_name(path)) != 0)
-        return true;
-    if (!view_sidecar_about(o->sidecar, content, &said))
-        return false;
-    if (view_about_differ(about, &said))
+    if (view_about_differ(about, &entry))
         view_note("%s: does not say what %s says of it: taken as the file says",
                   path, o->set->sidecar);
-    view_about_add(about, &said);
+    view_about_add(about, &entry);
     return true;
 }
 
 /* ---- the specular chain ----------------------------------------------- */
 
-/* A sidecar beside a file of other size tells of another bake. */
+/* A sidecar with another size than its file is of another bake. */
 static bool check_sidecar_shape(const opener *o)
 {
     const ibl_texture *tex = &o->set->texture[VIEW_SPECULAR];
-    const char *path = o->set->path[VIEW_SPECULAR];
-    const char *listed = view_sidecar_file(o->sidecar, VIEW_SPECULAR);
     int width, levels;
 
-    if (!listed || strcmp(listed, view_file_name(path)) != 0 ||
-        !view_sidecar_shape(o->sidecar, VIEW_SPECULAR, &width, &levels) ||
+    if (!view_entry_shape(entry_of(o, VIEW_SPECULAR), &width, &levels) ||
         (width == tex->width && levels == tex->levels))
         return true;
     return view_fail("%s: has %d levels from %d texels, but %s tells of %d "
                      "from %d: bake the set again, or take that file away",
-                     path, tex->levels, tex->width, o->set->sidecar, levels,
-                     width);
-}
-
-/* Says once that a file does not tell how it was baked. */
-static void note_defaults(opener *o, bool cmgen)
-{
-    if (!o->told)
-        view_note("%s: does not say how it was baked: taken as GGX, %s "
-                  "mapping%s, roughness 0 to 1",
-                  o->set->path[VIEW_SPECULAR],
-                  ibl_roughness_map_name(o->set->mapping),
-                  cmgen ? " as cmgen has it" : "");
-    o->told = true;
+                     o->set->path[VIEW_SPECULAR], tex->levels, tex->width,
+                     o->set->sidecar, levels, width);
 }
 
 /* What the spheres cannot make up for. */
@@ -218,52 +207,56 @@ static void note_misfits(const baked_set *set)
                   set->path[VIEW_SPECULAR], set->roughness[0]);
 }
 
-static bool take_specular(opener *o, const view_about *a)
+static bool knows_nothing(const view_about *a)
 {
-    baked_set *set = o->set;
-    const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
-    const bool cmgen = !a->known && ibl_texture_get(tex, "sh");
+    static const view_about nothing;
+    return !memcmp(a->known, nothing.known, sizeof a->known);
+}
 
-    set->mapping = a->known & VIEW_KNOWS_MAPPING ? a->mapping
-                   : cmgen                       ? IBL_ROUGHNESS_FILAMENT
-                                                 : IBL_ROUGHNESS_LINEAR;
-    set->lobe = a->known & VIEW_KNOWS_LOBE ? a->lobe : IBL_LOBE_GGX;
-    set->lod_scale = tex->levels - 1;
-    set->lod_offset = 0;
-    for (int l = 0; l < tex->levels; l++)
-        set->roughness[l] = ibl_level_roughness(set->mapping, l, tex->levels);
-    if (!(a->known & VIEW_KNOWS_MAPPING))
-        note_defaults(o, cmgen);
-    if (a->known & VIEW_KNOWS_LOD) {
-        set->lod_scale = a->lod_scale;
-        set->lod_offset = a->lod_offset;
-    }
-    if (a->known & VIEW_KNOWS_ROUGHNESS && a->levels != tex->levels)
+static bool take_specular(baked_set *set, const view_about *a)
+{
+    const char *path = set->path[VIEW_SPECULAR];
+    const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
+    const int levels = tex->levels, told = (int)a->value[VIEW_ABOUT_LEVELS];
+    const bool cmgen = knows_nothing(a) && ibl_texture_get(tex, "sh");
+
+    set->mapping = cmgen ? IBL_ROUGHNESS_FILAMENT
+                         : (ibl_roughness_map)a->value[VIEW_ABOUT_MAPPING];
+    set->lobe = (ibl_lobe)a->value[VIEW_ABOUT_LOBE];
+    if (!a->known[VIEW_ABOUT_MAPPING])
+        view_note("%s: does not say how it was baked: taken as GGX, %s "
+                  "mapping%s, roughness 0 to 1",
+                  path, ibl_roughness_map_name(set->mapping),
+                  cmgen ? " as cmgen has it" : "");
+    const bool lod = a->known[VIEW_ABOUT_LOD_SCALE];
+    set->lod_scale = lod ? a->value[VIEW_ABOUT_LOD_SCALE] : levels - 1;
+    set->lod_offset = a->value[VIEW_ABOUT_LOD_OFFSET];
+    if (a->known[VIEW_ABOUT_LEVELS] && told != levels)
         return view_fail("%s: says the roughness of %d levels and has %d: "
                          "bake it again",
-                         set->path[VIEW_SPECULAR], a->levels, tex->levels);
-    if (a->known & VIEW_KNOWS_ROUGHNESS)
-        memcpy(set->roughness, a->roughness, sizeof set->roughness);
+                         path, told, levels);
+    for (int l = 0; l < levels; l++)
+        set->roughness[l] = told ? a->value[VIEW_ABOUT_ROUGHNESS + l]
+                                 : ibl_level_roughness(set->mapping, l, levels);
     note_misfits(set);
     return true;
 }
 
-/* Directory, name, extension and sidecar of a specular file. */
-static bool name_parts(opener *o, const char *path)
+/* Name and sidecar of a specular file. */
+static bool open_sidecar(opener *o, const char *path)
 {
-    const char *name = view_file_name(path), *dot = strrchr(name, '.');
     baked_set *set = o->set;
-
-    o->directory = strndup(path, (size_t)(name - path));
-    o->extension = strdup(dot ? dot + 1 : "ktx2");
-    set->name = view_set_stem(path);
-    if (!o->directory || !o->extension || !set->name)
-        return view_file_no_memory(path);
     size_t length;
+
+    set->name = view_file_stem(path);
+    if (!set->name)
+        return view_file_no_memory(path);
     view_file_content(set->name, &length);
     if (length)
         set->name[length] = '\0';
-    set->sidecar = view_file_print("%s%s.json", o->directory, set->name);
+    char name[1024];
+    snprintf(name, sizeof name, "%s.json", set->name);
+    set->sidecar = ibl_path_beside(path, name);
     if (!set->sidecar)
         return view_file_no_memory(path);
     view_stamp_read(set, VIEW_CONTENTS);
@@ -278,51 +271,42 @@ static bool name_parts(opener *o, const char *path)
 
 static bool open_specular(opener *o, const char *path)
 {
-    char *found = view_file_specular(path);
+    char *found = o->set->path[VIEW_SPECULAR] = view_file_specular(path);
     view_about about;
 
-    if (!found)
-        return false;
-    if (!name_parts(o, found)) {
-        free(found);
-        return false;
-    }
-    return load(o, VIEW_SPECULAR, found, &about) && check_sidecar_shape(o) &&
-           take_specular(o, &about);
+    return found && open_sidecar(o, found) && load(o, VIEW_SPECULAR, &about) &&
+           check_sidecar_shape(o) && take_specular(o->set, &about);
 }
 
 /* ---- all of it -------------------------------------------------------- */
 
-/* One that is named, or lies beside; nothing is no failure. */
+/* Opens the named file, or the one beside; none is no failure. */
 static bool open_other(opener *o, view_content content, const char *named)
 {
     baked_set *set = o->set;
+    char **path = &set->path[content];
     view_about about;
-    char *path;
 
-    if (named) {
-        if (!(path = strdup(named)))
-            return view_file_no_memory(named);
-    } else if (!find_beside(o, content, &path)) {
+    if (named && !(*path = strdup(named)))
+        return view_file_no_memory(named);
+    if (!named && !find_beside(o, content, path))
         return false;
-    }
-    if (!path)
+    if (!*path)
         return true;
-    if (!load(o, content, path, &about))
+    if (!load(o, content, &about))
         return false;
     if (content == VIEW_LUT) {
-        set->geometry =
-            about.known & VIEW_KNOWS_GEOMETRY ? about.geometry : set->geometry;
-        if (!(about.known & VIEW_KNOWS_GEOMETRY))
-            view_note("%s: does not say its geometry: taken as %s", path,
+        set->geometry = (ibl_geometry)about.value[VIEW_ABOUT_GEOMETRY];
+        if (!about.known[VIEW_ABOUT_GEOMETRY])
+            view_note("%s: does not say its geometry: taken as %s", *path,
                       ibl_geometry_name(set->geometry));
     }
     if (content == VIEW_IRRADIANCE) {
-        if (about.known & VIEW_KNOWS_SCALE)
-            set->irradiance_scale = about.irradiance_scale;
-        else
+        set->irradiance_scale =
+            about.value[VIEW_ABOUT_SCALE] > 0 ? 1 / M_PI : 1;
+        if (!about.known[VIEW_ABOUT_SCALE])
             view_note("%s: does not say its scale: taken as irradiance / pi",
-                      path);
+                      *path);
     }
     return true;
 }
@@ -337,18 +321,16 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
                     open_other(&o, VIEW_LUT, what->lut) &&
                     open_other(&o, VIEW_SKY, what->sky) &&
                     view_sidecar_sh(o.sidecar, set);
+    json_decref(o.sidecar);
     if (ok && !set->texture[VIEW_LUT].data)
         view_note("%s: has no BRDF table: made with the geometry %s", set->name,
                   ibl_geometry_name(IBL_GEOMETRY_SMITH));
     if (ok)
         set->peak = view_set_peak(set);
-    const bool filled = ok && view_set_fill(ctx, set);
-    view_sidecar_free(o.sidecar);
-    free(o.directory);
-    free(o.extension);
-    if (!filled)
-        view_set_free(set);
-    return filled;
+    if (ok && view_set_fill(ctx, set))
+        return true;
+    view_set_free(set);
+    return false;
 }
 
 void view_set_free(baked_set *set)

@@ -19,81 +19,73 @@ static const layout layouts[IBL_PIXEL_COUNT] = {
     [IBL_PIXEL_RG32F] = {GL_RG32F, GL_RG, GL_FLOAT},
 };
 
-static int edge(int size, int level)
+static bool fits(const ibl_texture *tex, GLenum target, const char *name)
 {
-    return size >> level ? size >> level : 1;
-}
+    GLint most = 0, layers = 0;
 
-static bool fits(const ibl_texture *tex, const char *name)
-{
-    const bool cube = tex->faces == IBL_FACES;
-    GLint most = 0;
-
-    gl.GetIntegerv(cube ? GL_MAX_CUBE_MAP_TEXTURE_SIZE : GL_MAX_TEXTURE_SIZE,
+    gl.GetIntegerv(target == GL_TEXTURE_2D ? GL_MAX_TEXTURE_SIZE
+                                           : GL_MAX_CUBE_MAP_TEXTURE_SIZE,
                    &most);
-    if (tex->width <= most && tex->height <= most)
-        return true;
-    return view_fail("%s: %d x %d texels, and this OpenGL takes %d x %d at "
-                     "most: bake it smaller",
-                     name, tex->width, tex->height, (int)most, (int)most);
+    if (tex->width > most || tex->height > most)
+        return view_fail("%s: %d x %d texels, and this OpenGL takes %d x %d at "
+                         "most: bake it smaller",
+                         name, tex->width, tex->height, (int)most, (int)most);
+    gl.GetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &layers);
+    return target != GL_TEXTURE_CUBE_MAP_ARRAY ||
+           tex->layers * IBL_FACES <= layers ||
+           view_fail("%s: %d cubes, and this OpenGL takes %d at most: bake "
+                     "fewer",
+                     name, tex->layers, (int)layers / IBL_FACES);
 }
 
-GLuint view_upload(const ibl_texture *tex, const char *name)
+static void upload_level(const ibl_texture *tex, GLenum target, int level)
 {
-    const bool cube = tex->faces == IBL_FACES;
-    const GLenum target = cube ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D;
     const layout *as = &layouts[tex->pixel];
-    GLuint texture = 0;
+    const int width = ibl_cube_edge(tex->width, level);
+    const int height = ibl_cube_edge(tex->height, level);
 
-    if (!fits(tex, name))
-        return 0;
-    gl.GenTextures(1, &texture);
-    gl.BindTexture(target, texture);
-    gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    for (int level = 0; level < tex->levels; level++) {
-        for (int face = 0; face < tex->faces; face++) {
-            const GLenum side =
-                cube ? GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)face : target;
-            gl.TexImage2D(side, level, as->internal, edge(tex->width, level),
-                          edge(tex->height, level), 0, as->format, as->type,
+    if (target == GL_TEXTURE_CUBE_MAP_ARRAY)
+        gl.TexImage3D(target, level, as->internal, width, height,
+                      tex->layers * IBL_FACES, 0, as->format, as->type,
+                      tex->data + ibl_texture_offset(tex, level, 0));
+    else
+        for (int face = 0; face < tex->faces; face++)
+            gl.TexImage2D(target == GL_TEXTURE_2D
+                              ? target
+                              : GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)face,
+                          level, as->internal, width, height, 0, as->format,
+                          as->type,
                           tex->data + ibl_texture_offset(tex, level, face));
-        }
-    }
-    view_gl_filter(target, GL_LINEAR, tex->levels);
-    if (view_gl_check(name))
-        return texture;
-    gl.DeleteTextures(1, &texture);
-    return 0;
 }
 
-GLuint view_upload_cubes(const ibl_texture *tex, const char *name)
+static GLuint upload(const ibl_texture *tex, GLenum target, const char *name)
 {
-    const GLenum target = GL_TEXTURE_CUBE_MAP_ARRAY;
-    const layout *as = &layouts[tex->pixel];
-    const GLint depth = tex->layers * IBL_FACES;
     GLuint texture = 0;
-    GLint most = 0;
 
-    if (!fits(tex, name))
+    if (!fits(tex, target, name))
         return 0;
-    gl.GetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &most);
-    if (depth > most) {
-        view_fail("%s: %d cubes, and this OpenGL takes %d at most: bake fewer",
-                  name, tex->layers, (int)most / IBL_FACES);
-        return 0;
-    }
     gl.GenTextures(1, &texture);
     gl.BindTexture(target, texture);
     gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
     for (int level = 0; level < tex->levels; level++)
-        gl.TexImage3D(target, level, as->internal, edge(tex->width, level),
-                      edge(tex->height, level), depth, 0, as->format, as->type,
-                      tex->data + ibl_texture_offset(tex, level, 0));
+        upload_level(tex, target, level);
     view_gl_filter(target, GL_LINEAR, tex->levels);
     if (view_gl_check(name))
         return texture;
     gl.DeleteTextures(1, &texture);
     return 0;
+}
+
+GLuint view_upload(const ibl_texture *tex, const char *name)
+{
+    return upload(tex,
+                  tex->faces == IBL_FACES ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D,
+                  name);
+}
+
+GLuint view_upload_cubes(const ibl_texture *tex, const char *name)
+{
+    return upload(tex, GL_TEXTURE_CUBE_MAP_ARRAY, name);
 }
 
 GLuint view_float_target(int width, int height)

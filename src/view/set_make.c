@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-/* What a set has not, made of what it has. */
+/* Sets that are baked here, and textures that a set has not, made of those it
+ * has. */
+#include "view/set_parts.h"
+
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
-#include "view/harmonics.h"
 #include "view/message.h"
-#include "view/set_about.h"
 #include "view/vector.h"
 
 enum {
@@ -58,40 +60,60 @@ static void decode_level(const baked_set *set, int level, const ibl_cube *cube)
 
 /* ---- irradiance ------------------------------------------------------ */
 
+/* Allocates a cube and fills it by the direction of each texel. */
+static ibl_status fill_cube(ibl_ctx *ctx, const void *from,
+                            void (*irradiance)(const void *from,
+                                               const double normal[3],
+                                               double rgb[3]),
+                            ibl_cube *out)
+{
+    const ibl_status status = ibl_cube_alloc(ctx, EDGE, 1, out);
+
+    for (int i = 0; !status && i < 6 * EDGE * EDGE; i++) {
+        const int face = i / (EDGE * EDGE), at = i % (EDGE * EDGE);
+        double normal[3], rgb[3];
+        ibl_cube_direction(EDGE, face, at % EDGE, at / EDGE, normal);
+        irradiance(from, normal, rgb);
+        for (int c = 0; c < 3; c++)
+            out->data[3 * i + c] = (float)fmax(rgb[c], 0);
+    }
+    return status;
+}
+
 /* Texels of a level with directions, weighted by their solid angles. */
 typedef struct light {
     double direction[3], rgb[3], weight;
 } light;
 
-static light *lights_of(const ibl_cube *cube, int level, int *count)
+typedef struct lights {
+    light *light;
+    int count;
+} lights;
+
+static void add_lights(lights *l, const ibl_cube *cube, int level)
 {
     const int n = ibl_cube_edge(cube->size, level);
-    light *lights = malloc(sizeof *lights * (size_t)(6 * n * n));
-    light *l = lights;
 
-    for (int face = 0; lights && face < IBL_FACES; face++) {
+    for (int face = 0; face < IBL_FACES; face++) {
         const float *rgb = ibl_cube_face(cube, level, face);
-        for (int y = 0; y < n; y++) {
-            for (int x = 0; x < n; x++, l++, rgb += 3) {
-                ibl_cube_direction(n, face, x, y, l->direction);
-                l->weight = ibl_cube_solid_angle(n, x, y);
-                for (int c = 0; c < 3; c++)
-                    l->rgb[c] = (double)rgb[c] * l->weight;
-            }
+        for (int i = 0; i < n * n; i++, rgb += 3) {
+            light *to = &l->light[l->count++];
+            ibl_cube_direction(n, face, i % n, i / n, to->direction);
+            to->weight = ibl_cube_solid_angle(n, i % n, i / n);
+            for (int c = 0; c < 3; c++)
+                to->rgb[c] = (double)rgb[c] * to->weight;
         }
     }
-    *count = 6 * n * n;
-    return lights;
 }
 
 /* sum L max(N.L, 0) dO / sum max(N.L, 0) dO, as ibl_bake_irradiance. */
-static void sum_cosine(const light *lights, int count, const double normal[3],
-                       float rgb[3])
+static void sum_cosine(const void *from, const double normal[3], double rgb[3])
 {
+    const lights *all = from;
     double sum[3] = {0}, whole = 0;
 
-    for (int i = 0; i < count; i++) {
-        const light *l = &lights[i];
+    for (int i = 0; i < all->count; i++) {
+        const light *l = &all->light[i];
         const double cosine = dot3(l->direction, normal);
         if (cosine <= 0)
             continue;
@@ -100,7 +122,7 @@ static void sum_cosine(const light *lights, int count, const double normal[3],
             sum[c] += l->rgb[c] * cosine;
     }
     for (int c = 0; c < 3; c++)
-        rgb[c] = (float)(whole > 0 ? sum[c] / whole : 0);
+        rgb[c] = whole > 0 ? sum[c] / whole : 0;
 }
 
 static ibl_status irradiance_of_level0(ibl_ctx *ctx, const baked_set *set,
@@ -108,29 +130,26 @@ static ibl_status irradiance_of_level0(ibl_ctx *ctx, const baked_set *set,
 {
     const int size = set->texture[VIEW_SPECULAR].width;
     ibl_cube cube = {0};
-    light *lights = NULL;
-    int levels = 1, count;
-    ibl_status status;
+    lights all = {0};
+    int levels = 1;
 
     while (ibl_cube_edge(size, levels - 1) > SUM_EDGE)
         levels++;
-    status = ibl_cube_alloc(ctx, size, levels, &cube);
-    if (status)
-        return status;
-    decode_level(set, 0, &cube);
-    status = ibl_cube_build_mips(ctx, &cube);
-    if (status)
-        goto done;
-    lights = lights_of(&cube, levels - 1, &count);
-    status = lights ? ibl_cube_alloc(ctx, EDGE, 1, out) : IBL_ERR_MEMORY;
-    for (int i = 0; !status && i < 6 * EDGE * EDGE; i++) {
-        double normal[3];
-        const int face = i / (EDGE * EDGE), at = i % (EDGE * EDGE);
-        ibl_cube_direction(EDGE, face, at % EDGE, at / EDGE, normal);
-        sum_cosine(lights, count, normal, out->data + 3 * (size_t)i);
+    ibl_status status = ibl_cube_alloc(ctx, size, levels, &cube);
+    if (!status) {
+        decode_level(set, 0, &cube);
+        status = ibl_cube_build_mips(ctx, &cube);
     }
-done:
-    free(lights);
+    if (!status) {
+        const int n = ibl_cube_edge(size, levels - 1);
+        all.light = malloc(sizeof *all.light * (size_t)(6 * n * n));
+        status = all.light ? IBL_OK : IBL_ERR_MEMORY;
+    }
+    if (!status) {
+        add_lights(&all, &cube, levels - 1);
+        status = fill_cube(ctx, &all, sum_cosine, out);
+    }
+    free(all.light);
     ibl_cube_free(&cube);
     return status;
 }
@@ -148,20 +167,10 @@ void view_set_sh_irradiance(const baked_set *set, const double normal[3],
             rgb[c] += y[i] * set->sh[3 * i + c];
 }
 
-static ibl_status irradiance_of_sh(ibl_ctx *ctx, const baked_set *set,
-                                   ibl_cube *out)
+static void sum_harmonics(const void *from, const double normal[3],
+                          double rgb[3])
 {
-    ibl_status status = ibl_cube_alloc(ctx, EDGE, 1, out);
-
-    for (int i = 0; !status && i < 6 * EDGE * EDGE; i++) {
-        const int face = i / (EDGE * EDGE), at = i % (EDGE * EDGE);
-        double normal[3], rgb[3];
-        ibl_cube_direction(EDGE, face, at % EDGE, at / EDGE, normal);
-        view_set_sh_irradiance(set, normal, rgb);
-        for (int c = 0; c < 3; c++)
-            out->data[3 * i + c] = (float)fmax(rgb[c], 0);
-    }
-    return status;
+    view_set_sh_irradiance(from, normal, rgb);
 }
 
 /* At roughness 1 GGX and Phong are the cosine itself. */
@@ -204,7 +213,7 @@ static bool fill_irradiance(ibl_ctx *ctx, baked_set *set)
         status = irradiance_of_last(ctx, set, &cube);
     } else if (!whole && set->sh_degree >= 2) {
         from = "the spherical harmonics";
-        status = irradiance_of_sh(ctx, set, &cube);
+        status = fill_cube(ctx, set, sum_harmonics, &cube);
     } else {
         from = whole ? "the sum over level 0"
                      : "the sum over level 0, as blurred or clipped as it is";
@@ -244,4 +253,101 @@ bool view_set_fill(ibl_ctx *ctx, baked_set *set)
     if (!set->texture[VIEW_LUT].data && !fill_lut(ctx, set))
         return false;
     return set->texture[VIEW_IRRADIANCE].data || fill_irradiance(ctx, set);
+}
+
+/* ---- baking ----------------------------------------------------------- */
+
+static bool take(ibl_ctx *ctx, const ibl_bake_result *result,
+                 const ibl_specular_options *opts, baked_set *set)
+{
+    const ibl_specular_layout *layout = &result->report.layout;
+    ibl_overflow_report beyond = {0};
+
+    if (ibl_texture_from_cube(ctx, &result->specular, IBL_PIXEL_RGBA16F,
+                              IBL_OVERFLOW_SPREAD, &set->texture[VIEW_SPECULAR],
+                              &beyond) ||
+        ibl_texture_from_cube(ctx, &result->irradiance, IBL_PIXEL_RGBA16F,
+                              IBL_OVERFLOW_SPREAD,
+                              &set->texture[VIEW_IRRADIANCE], NULL))
+        return false;
+    if (beyond.values)
+        view_note("%s: %zu components of its levels are beyond %g, the most "
+                  "that is shown: that light is spread over texels around them",
+                  set->name, beyond.values,
+                  (double)ibl_pixel_max(IBL_PIXEL_RGBA16F));
+    set->mapping = opts->mapping;
+    set->lobe = opts->lobe;
+    set->lod_scale = layout->lod_scale;
+    set->lod_offset = layout->lod_offset;
+    memcpy(set->roughness, layout->roughness, sizeof set->roughness);
+    set->irradiance_scale = 1;
+    set->sh_degree = VIEW_SH_DEGREE;
+    for (int l = 0, i = 0; l <= VIEW_SH_DEGREE; l++)
+        for (int n = 0; n < 3 * (2 * l + 1); n++, i++)
+            set->sh[i] = result->sh[i] * ibl_sh_cosine(l);
+    set->peak = view_set_peak(set);
+    return view_set_fill(ctx, set);
+}
+
+/* Into a set that has its name, or has not for want of memory. */
+static bool bake(ibl_ctx *ctx, const ibl_environment *env,
+                 const ibl_specular_options *specular, baked_set *set)
+{
+    ibl_bake_options opts = ibl_bake_options_default();
+    ibl_bake_result result = {0};
+
+    if (!set->name)
+        return view_fail("no memory to bake");
+    if (specular)
+        opts.specular_options = *specular;
+    opts.yaw_deg = opts.specular_options.yaw_deg;
+    opts.sh_degree = VIEW_SH_DEGREE;
+    const bool ok = !ibl_bake_environment(ctx, env, &opts, &result) &&
+                    take(ctx, &result, &opts.specular_options, set);
+    ibl_bake_result_free(&result);
+    return ok;
+}
+
+bool view_set_bake_image(ibl_ctx *ctx, const char *name, const ibl_image *map,
+                         const ibl_specular_options *opts, baked_set *set)
+{
+    const ibl_environment env = {.image = map};
+
+    *set = (baked_set){.name = strdup(name)};
+    if (bake(ctx, &env, opts, set))
+        return true;
+    view_set_free(set);
+    return false;
+}
+
+static ibl_status read_rows(void *cookie, int rows, float *rgb)
+{
+    return ibl_source_read(cookie, rows, rgb);
+}
+
+static bool bake_source(ibl_ctx *ctx, const char *path, baked_set *set)
+{
+    ibl_source *source;
+
+    if (ibl_source_open(ctx, path, NULL, &source))
+        return false;
+    const ibl_environment env = {.width = ibl_source_width(source),
+                                 .height = ibl_source_height(source),
+                                 .read = read_rows,
+                                 .cookie = source};
+    const bool ok = bake(ctx, &env, NULL, set);
+    ibl_source_close(source);
+    return ok;
+}
+
+bool view_set_bake(ibl_ctx *ctx, const char *path, baked_set *set)
+{
+    *set = (baked_set){.name = view_file_stem(path), .map = strdup(path)};
+    view_stamp_read(set, VIEW_CONTENTS + 1);
+    if (!set->map)
+        view_fail("%s: no memory to bake it", path);
+    else if (bake_source(ctx, path, set))
+        return true;
+    view_set_free(set);
+    return false;
 }

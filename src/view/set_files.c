@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* Files by content and by name. */
-#include "view/set_find.h"
+/* The files of a set by content and by name, and whether they changed. */
+#include "view/set_parts.h"
 
 #include <dirent.h>
 #include <errno.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,6 +16,10 @@ enum {
     MAGIC = 12
 };
 
+/* A file that the new set may not have, or that is still to come, makes the
+ * viewer wait this much longer. */
+static const double GONE = 12;
+
 /* ---- what a file is -------------------------------------------------- */
 
 static bool is_texture(const char *head)
@@ -26,19 +29,21 @@ static bool is_texture(const char *head)
            !memcmp(head, "DDS ", 4);
 }
 
-/* What a file is that is no texture. */
 static const char *describe(const char *head)
 {
-    if (!memcmp(head, "\x89PNG", 4))
-        return "a PNG picture";
-    if (!memcmp(head, "\xFF\xD8\xFF", 3))
-        return "a JPEG picture";
-    if (!memcmp(head, "#?", 2))
-        return "a Radiance map";
-    if (!memcmp(head, "\x76\x2F\x31\x01", 4))
-        return "an OpenEXR map";
-    if (!memcmp(head, "II*\0", 4) || !memcmp(head, "MM\0*", 4))
-        return "a TIFF picture";
+    static const struct {
+        const char *begin, *words;
+        size_t size;
+    } kinds[] = {{"\x89PNG", "a PNG picture", 4},
+                 {"\xFF\xD8\xFF", "a JPEG picture", 3},
+                 {"#?", "a Radiance map", 2},
+                 {"\x76\x2F\x31\x01", "an OpenEXR map", 4},
+                 {"II*\0", "a TIFF picture", 4},
+                 {"MM\0*", "a TIFF picture", 4}};
+
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+        if (!memcmp(head, kinds[i].begin, kinds[i].size))
+            return kinds[i].words;
     return "of another kind";
 }
 
@@ -87,28 +92,12 @@ const char *view_file_name(const char *path)
     return slash ? slash + 1 : path;
 }
 
-char *view_set_stem(const char *path)
+char *view_file_stem(const char *path)
 {
     const char *name = view_file_name(path);
     const char *dot = strrchr(name, '.');
     return dot && dot > name ? strndup(name, (size_t)(dot - name))
                              : strdup(name);
-}
-
-char *view_file_print(const char *fmt, ...)
-{
-    va_list ap;
-
-    va_start(ap, fmt);
-    const int length = vsnprintf(NULL, 0, fmt, ap);
-    va_end(ap);
-    char *text = length >= 0 ? malloc((size_t)length + 1) : NULL;
-    if (text) {
-        va_start(ap, fmt);
-        vsnprintf(text, (size_t)length + 1, fmt, ap);
-        va_end(ap);
-    }
-    return text;
 }
 
 bool view_file_no_memory(const char *path)
@@ -121,10 +110,9 @@ view_content view_file_content(const char *stem, size_t *length)
     const size_t all = strlen(stem);
 
     for (int i = 0; i < VIEW_CONTENTS; i++) {
-        const char *word = view_content_name((view_content)i);
-        const size_t size = strlen(word);
+        const size_t size = strlen(view_content_names[i]);
         *length = all - size;
-        if (all < size || strcmp(stem + all - size, word) != 0)
+        if (all < size || strcmp(stem + all - size, view_content_names[i]) != 0)
             continue;
         if (all == size && i == VIEW_LUT)
             return VIEW_LUT;
@@ -139,132 +127,135 @@ view_content view_file_content(const char *stem, size_t *length)
 
 static bool is_specular(const char *name)
 {
-    for (int i = 0; i < IBL_CONTAINER_COUNT; i++) {
-        char end[32];
-        const int size = snprintf(end, sizeof end, "_specular.%s",
-                                  ibl_container_name((ibl_container)i));
-        const size_t length = strlen(name);
-        if (*name != '.' && length > (size_t)size &&
-            !strcmp(name + length - size, end))
+    static const char end[] = "_specular.";
+    const char *dot = strrchr(name, '.');
+    const size_t before = dot ? (size_t)(dot + 1 - name) : 0;
+
+    if (*name == '.' || before < sizeof end ||
+        memcmp(name + before - (sizeof end - 1), end, sizeof end - 1) != 0)
+        return false;
+    for (int i = 0; i < IBL_CONTAINER_COUNT; i++)
+        if (!strcmp(dot + 1, ibl_container_name((ibl_container)i)))
             return true;
-    }
     return false;
 }
 
-static int compare_names(const void *a, const void *b)
+static int choose_specular(const struct dirent *entry)
 {
-    return strcmp(*(char *const *)a, *(char *const *)b);
+    return is_specular(entry->d_name);
 }
 
-static void free_names(char **names, int count)
+static int compare_names(const struct dirent **a, const struct dirent **b)
 {
-    for (int i = 0; i < count; i++)
-        free(names[i]);
-    free(names);
-}
-
-/* Names of the specular files in a directory, sorted. */
-static bool list(const char *path, char ***out, int *count)
-{
-    DIR *directory = opendir(path);
-    char **names = NULL;
-    struct dirent *entry;
-
-    *out = NULL;
-    *count = 0;
-    if (!directory)
-        return view_fail("%s: cannot be read: %s", path, strerror(errno));
-    while ((entry = readdir(directory))) {
-        if (!is_specular(entry->d_name))
-            continue;
-        char **more = realloc(names, sizeof *names * (size_t)(*count + 1));
-        if (more)
-            names = more;
-        if (!more || !(names[*count] = strdup(entry->d_name))) {
-            free_names(names, *count);
-            closedir(directory);
-            return view_file_no_memory(path);
-        }
-        ++*count;
-    }
-    closedir(directory);
-    if (names)
-        qsort(names, (size_t)*count, sizeof *names, compare_names);
-    *out = names;
-    return true;
+    return strcmp((*a)->d_name, (*b)->d_name);
 }
 
 /* "a, b, c and 5 more" */
-static bool fail_several(const char *path, char *const *names, int count)
+static void fail_several(const char *path, struct dirent *const *found,
+                         int count)
 {
     char text[256] = "";
     int shown = 0;
 
     for (; shown < count; shown++) {
         const size_t used = strlen(text);
-        if (used + strlen(names[shown]) + 16 > sizeof text)
+        if (used + strlen(found[shown]->d_name) + 16 > sizeof text)
             break;
         snprintf(text + used, sizeof text - used, "%s%s",
                  shown == 0           ? ""
                  : shown + 1 == count ? " and "
                                       : ", ",
-                 names[shown]);
+                 found[shown]->d_name);
     }
     if (shown < count)
         snprintf(text + strlen(text), sizeof text - strlen(text),
                  " and %d more", count - shown);
-    return view_fail("%s: holds %d sets: name one of its files: %s", path,
-                     count, text);
+    view_fail("%s: holds %d sets: name one of its files: %s", path, count,
+              text);
 }
 
 /* The specular file of a directory, for free(). */
 static char *find_in_directory(const char *path)
 {
-    char **names, *found = NULL;
-    int count;
+    struct dirent **names = NULL;
+    char *found = NULL;
+    const int count = scandir(path, &names, choose_specular, compare_names);
 
-    if (!list(path, &names, &count))
-        return NULL;
-    if (count == 0)
+    if (count < 0)
+        view_fail("%s: cannot be read: %s", path, strerror(errno));
+    else if (count == 0)
         view_fail("%s: has no NAME_specular.ktx2, .ktx or .dds: bake a map "
                   "into it (iblbake MAP -o %s), or name another directory, a "
                   "specular file or a map",
                   path, path);
     else if (count > 1)
         fail_several(path, names, count);
-    else if (!(found = ibl_path_join(path, names[0])))
+    else if (!(found = ibl_path_join(path, names[0]->d_name)))
         view_file_no_memory(path);
-    free_names(names, count);
+    for (int i = 0; i < count; i++)
+        free(names[i]);
+    free(names);
     return found;
 }
 
 char *view_file_specular(const char *path)
 {
     const char *words;
-    char *found;
+    char *found = NULL;
 
     switch (view_file_look(path, &words)) {
     case VIEW_FILE_DIRECTORY:
         return find_in_directory(path);
     case VIEW_FILE_MISSING:
         view_fail("%s: cannot be opened: %s", path, strerror(errno));
-        return NULL;
+        break;
     case VIEW_FILE_JSON:
         view_fail("%s: is JSON, no texture: name the NAME_specular file beside "
                   "it, or the directory",
                   path);
-        return NULL;
+        break;
     case VIEW_FILE_OTHER:
         view_fail("%s: is %s, where a baked specular file (KTX2, KTX or DDS) "
                   "is wanted: bake it first",
                   path, words);
-        return NULL;
+        break;
     case VIEW_FILE_TEXTURE:
     case VIEW_FILE_PIPE:
-        break;
+        found = strdup(path);
+        if (!found)
+            view_file_no_memory(path);
     }
-    found = strdup(path);
-    if (!found)
-        view_file_no_memory(path);
     return found;
+}
+
+/* ---- files that change ------------------------------------------------- */
+
+static const char *path_of(const baked_set *set, int i)
+{
+    return i < VIEW_CONTENTS    ? set->path[i]
+           : i == VIEW_CONTENTS ? set->sidecar
+                                : set->map;
+}
+
+void view_stamp_read(baked_set *set, int i)
+{
+    set->read.file[i] = view_file_stamp_of(path_of(set, i), NULL);
+}
+
+void view_stamp_take(const baked_set *set, view_stamp *stamp)
+{
+    for (int i = 0; i < VIEW_STAMPS; i++)
+        stamp->file[i] = view_file_stamp_of(path_of(set, i), NULL);
+}
+
+bool view_stamp_changed(const baked_set *set, const view_stamp *stamp,
+                        double settle)
+{
+    view_watched_file files[VIEW_STAMPS];
+
+    for (int i = 0; i < VIEW_STAMPS; i++)
+        files[i] = (view_watched_file){path_of(set, i),
+                                       i == VIEW_SPECULAR || i > VIEW_CONTENTS,
+                                       &stamp->file[i]};
+    return view_files_changed(files, VIEW_STAMPS, settle, GONE * settle);
 }
