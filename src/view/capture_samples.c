@@ -15,11 +15,13 @@
  * so that sum_j <b_i, b_j> w_j = <b_i, k>, with the sum of weights 1. They take
  * back what blurs add to the lobe's width: some at its rim are below 0.
  */
-#include "view/capture_parts.h"
+#include "view/capture_samples.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
+#include "ibl/ibl.h"
 #include "view/message.h"
 
 /* Of a turn: the golden ratio's fraction. */
@@ -227,16 +229,26 @@ static bool draw(lobe *b, float *samples)
     return ok;
 }
 
-int view_capture_diffuse_samples(const view_capture *c)
+/* ---- all of it --------------------------------------------------------- */
+
+int view_capture_lookups(int size)
 {
-    /* There are few of its texels, and they are to be as good as a level's. */
-    return c->options.samples < 128 ? 128 : c->options.samples;
+    int levels = 1;
+
+    while (size >> levels >= 4)
+        levels++;
+    return levels;
 }
 
-bool view_capture_make_samples(view_capture *c)
+int view_capture_diffuse_samples(int samples)
 {
-    const int size = c->options.size, levels = c->options.levels;
-    const int width = view_capture_diffuse_samples(c);
+    /* The cube is small, and is to be as good as a level. */
+    return samples < 128 ? 128 : samples;
+}
+
+float *view_capture_samples(int size, int levels, int samples)
+{
+    const int width = view_capture_diffuse_samples(samples);
     float *all = calloc((size_t)width * levels, 4 * sizeof *all);
     bool ok = all;
 
@@ -245,19 +257,14 @@ bool view_capture_make_samples(view_capture *c)
         const double r =
             diffuse ? 1 : ibl_level_roughness(IBL_ROUGHNESS_LINEAR, l, levels);
         lobe b = {.alpha = r * r,
-                  .count = diffuse ? width : c->options.samples,
+                  .count = diffuse ? width : samples,
                   .texel = 4 * M_PI / (6.0 * size * size),
                   .last = view_capture_lookups(size) - 1};
         ok = draw(&b, all + (size_t)4 * width * (l - 1));
     }
-    if (!ok) {
-        free(all);
-        return view_fail("no memory for the samples of a capture");
-    }
-    view_gl_bind(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->samples);
-    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, levels, 0, GL_RGBA,
-                  GL_FLOAT, all);
-    view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
+    if (ok)
+        return all;
+    view_fail("no memory for the samples of a capture");
     free(all);
-    return true;
+    return NULL;
 }

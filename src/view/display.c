@@ -9,7 +9,6 @@
 
 struct view_display {
     GLuint show, inspect; /* programs */
-    GLuint none;          /* vertex array without attributes */
     GLuint nearest;       /* sampler */
 };
 
@@ -24,7 +23,6 @@ view_display *view_display_create(void)
     d->inspect = view_program("full.vert", "inspect.frag");
     if (!d->show || !d->inspect)
         goto fail;
-    gl.GenVertexArrays(1, &d->none);
     gl.GenSamplers(1, &d->nearest);
     gl.SamplerParameteri(d->nearest, GL_TEXTURE_MIN_FILTER,
                          GL_NEAREST_MIPMAP_NEAREST);
@@ -43,7 +41,6 @@ void view_display_free(view_display *d)
     if (!d)
         return;
     gl.DeleteSamplers(1, &d->nearest);
-    gl.DeleteVertexArrays(1, &d->none);
     gl.DeleteProgram(d->inspect);
     gl.DeleteProgram(d->show);
     free(d);
@@ -53,18 +50,14 @@ void view_display_draw(view_display *d, GLuint picture, GLuint truth)
 {
     view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, picture);
     view_gl_bind(VIEW_UNIT_TRUTH, GL_TEXTURE_2D, truth);
-    gl.UseProgram(d->show);
-    gl.BindVertexArray(d->none);
-    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    view_gl_draw_full(d->show);
 }
 
 void view_display_inspect(view_display *d)
 {
     gl.BindSampler(VIEW_UNIT_SPECULAR, d->nearest);
     gl.BindSampler(VIEW_UNIT_IRRADIANCE, d->nearest);
-    gl.UseProgram(d->inspect);
-    gl.BindVertexArray(d->none);
-    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    view_gl_draw_full(d->inspect);
     gl.BindSampler(VIEW_UNIT_SPECULAR, 0);
     gl.BindSampler(VIEW_UNIT_IRRADIANCE, 0);
 }

@@ -2,17 +2,20 @@
 #include "view/gl.h"
 
 #include "view/message.h"
+#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
 view_gl gl;
 
+static GLuint nothing; /* vertex array without attributes */
+
 /* ISO C has no cast from one kind of function to another through void *;
  * between kinds of functions it has. */
 static bool find_all(view_gl_proc *(*get)(const char *))
 {
-#define VIEW_GL_FIND(type, name)                                               \
-    gl.name = (type)get("gl" #name);                                           \
+#define VIEW_GL_FIND(name)                                                     \
+    gl.name = (__typeof__(gl.name))get("gl" #name);                            \
     if (!gl.name)                                                              \
         return view_fail("this OpenGL has no gl" #name                         \
                          ": its driver is too old or broken");
@@ -32,7 +35,7 @@ bool view_gl_load(view_gl_proc *(*get)(const char *name))
 {
     int major = 0, minor = 0;
 
-    gl.GetString = (PFNGLGETSTRINGPROC)get("glGetString");
+    gl.GetString = (__typeof__(gl.GetString))get("glGetString");
     if (!gl.GetString)
         return view_fail("OpenGL has no glGetString: it is not installed as "
                          "a whole");
@@ -47,6 +50,7 @@ bool view_gl_load(view_gl_proc *(*get)(const char *name))
         return view_fail("OpenGL 3.3 core is needed, this is \"%s\" without "
                          "a core profile",
                          version);
+    gl.GenVertexArrays(1, &nothing);
     return true;
 }
 
@@ -85,6 +89,51 @@ void view_gl_filter(GLenum target, GLint filtering, int levels)
     gl.TexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
     gl.TexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
     gl.TexParameteri(target, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
+}
+
+GLuint view_gl_buffer(GLenum target, size_t bytes, const void *data)
+{
+    GLuint buffer;
+
+    gl.GenBuffers(1, &buffer);
+    gl.BindBuffer(target, buffer);
+    gl.BufferData(target, (GLsizeiptr)bytes, data,
+                  data ? GL_STATIC_DRAW : GL_DYNAMIC_DRAW);
+    return buffer;
+}
+
+void view_gl_attribute(GLuint at, int size, size_t stride, size_t offset,
+                       GLuint divisor)
+{
+    gl.EnableVertexAttribArray(at);
+    gl.VertexAttribPointer(at, size, GL_FLOAT, GL_FALSE, (GLsizei)stride,
+                           (const void *)(uintptr_t)offset);
+    gl.VertexAttribDivisor(at, divisor);
+}
+
+bool view_gl_target(GLuint framebuffer, GLuint texture)
+{
+    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
+                            texture, 0);
+    return gl.CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+}
+
+void view_gl_draw_full(GLuint program)
+{
+    gl.UseProgram(program);
+    gl.BindVertexArray(nothing);
+    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+void view_gl_copy(int n)
+{
+    gl.BlitFramebuffer(0, 0, n, n, 0, 0, n, n, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+}
+
+GLenum view_gl_face(int face)
+{
+    return GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)face;
 }
 
 static const char *error_name(GLenum error)

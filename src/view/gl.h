@@ -8,93 +8,41 @@
 #define VIEW_GL_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
+/* For the types of the functions: none is linked. */
+#define GL_GLEXT_PROTOTYPES
 #include <GL/glcorearb.h>
 
-/* What the viewer calls: type of the function, name without gl. */
+/* What the viewer calls, without gl. */
+/* clang-format off */
 #define VIEW_GL_FUNCTIONS(X)                                                   \
-    X(PFNGLACTIVETEXTUREPROC, ActiveTexture)                                   \
-    X(PFNGLATTACHSHADERPROC, AttachShader)                                     \
-    X(PFNGLBINDBUFFERPROC, BindBuffer)                                         \
-    X(PFNGLBINDBUFFERBASEPROC, BindBufferBase)                                 \
-    X(PFNGLBINDFRAMEBUFFERPROC, BindFramebuffer)                               \
-    X(PFNGLBINDRENDERBUFFERPROC, BindRenderbuffer)                             \
-    X(PFNGLBINDSAMPLERPROC, BindSampler)                                       \
-    X(PFNGLBINDTEXTUREPROC, BindTexture)                                       \
-    X(PFNGLBINDVERTEXARRAYPROC, BindVertexArray)                               \
-    X(PFNGLBLENDFUNCSEPARATEPROC, BlendFuncSeparate)                           \
-    X(PFNGLBLITFRAMEBUFFERPROC, BlitFramebuffer)                               \
-    X(PFNGLBUFFERDATAPROC, BufferData)                                         \
-    X(PFNGLBUFFERSUBDATAPROC, BufferSubData)                                   \
-    X(PFNGLCHECKFRAMEBUFFERSTATUSPROC, CheckFramebufferStatus)                 \
-    X(PFNGLCLEARPROC, Clear)                                                   \
-    X(PFNGLCLEARCOLORPROC, ClearColor)                                         \
-    X(PFNGLCOMPILESHADERPROC, CompileShader)                                   \
-    X(PFNGLCREATEPROGRAMPROC, CreateProgram)                                   \
-    X(PFNGLCREATESHADERPROC, CreateShader)                                     \
-    X(PFNGLDELETEBUFFERSPROC, DeleteBuffers)                                   \
-    X(PFNGLDELETEFRAMEBUFFERSPROC, DeleteFramebuffers)                         \
-    X(PFNGLDELETEPROGRAMPROC, DeleteProgram)                                   \
-    X(PFNGLDELETERENDERBUFFERSPROC, DeleteRenderbuffers)                       \
-    X(PFNGLDELETESAMPLERSPROC, DeleteSamplers)                                 \
-    X(PFNGLDELETESHADERPROC, DeleteShader)                                     \
-    X(PFNGLDELETETEXTURESPROC, DeleteTextures)                                 \
-    X(PFNGLDELETEVERTEXARRAYSPROC, DeleteVertexArrays)                         \
-    X(PFNGLDEPTHFUNCPROC, DepthFunc)                                           \
-    X(PFNGLDEPTHMASKPROC, DepthMask)                                           \
-    X(PFNGLDETACHSHADERPROC, DetachShader)                                     \
-    X(PFNGLDISABLEPROC, Disable)                                               \
-    X(PFNGLDRAWARRAYSPROC, DrawArrays)                                         \
-    X(PFNGLDRAWARRAYSINSTANCEDPROC, DrawArraysInstanced)                       \
-    X(PFNGLDRAWBUFFERPROC, DrawBuffer)                                         \
-    X(PFNGLDRAWELEMENTSPROC, DrawElements)                                     \
-    X(PFNGLDRAWELEMENTSINSTANCEDPROC, DrawElementsInstanced)                   \
-    X(PFNGLENABLEPROC, Enable)                                                 \
-    X(PFNGLENABLEVERTEXATTRIBARRAYPROC, EnableVertexAttribArray)               \
-    X(PFNGLFINISHPROC, Finish)                                                 \
-    X(PFNGLFRAMEBUFFERRENDERBUFFERPROC, FramebufferRenderbuffer)               \
-    X(PFNGLFRAMEBUFFERTEXTURE2DPROC, FramebufferTexture2D)                     \
-    X(PFNGLFRAMEBUFFERTEXTURELAYERPROC, FramebufferTextureLayer)               \
-    X(PFNGLFRONTFACEPROC, FrontFace)                                           \
-    X(PFNGLGENBUFFERSPROC, GenBuffers)                                         \
-    X(PFNGLGENFRAMEBUFFERSPROC, GenFramebuffers)                               \
-    X(PFNGLGENRENDERBUFFERSPROC, GenRenderbuffers)                             \
-    X(PFNGLGENSAMPLERSPROC, GenSamplers)                                       \
-    X(PFNGLGENTEXTURESPROC, GenTextures)                                       \
-    X(PFNGLGENVERTEXARRAYSPROC, GenVertexArrays)                               \
-    X(PFNGLGETERRORPROC, GetError)                                             \
-    X(PFNGLGETINTEGERVPROC, GetIntegerv)                                       \
-    X(PFNGLGETPROGRAMINFOLOGPROC, GetProgramInfoLog)                           \
-    X(PFNGLGETPROGRAMIVPROC, GetProgramiv)                                     \
-    X(PFNGLGETSHADERINFOLOGPROC, GetShaderInfoLog)                             \
-    X(PFNGLGETSHADERIVPROC, GetShaderiv)                                       \
-    X(PFNGLGETSTRINGPROC, GetString)                                           \
-    X(PFNGLGETSTRINGIPROC, GetStringi)                                         \
-    X(PFNGLGETTEXIMAGEPROC, GetTexImage)                                       \
-    X(PFNGLGETUNIFORMBLOCKINDEXPROC, GetUniformBlockIndex)                     \
-    X(PFNGLGETUNIFORMLOCATIONPROC, GetUniformLocation)                         \
-    X(PFNGLLINKPROGRAMPROC, LinkProgram)                                       \
-    X(PFNGLPIXELSTOREIPROC, PixelStorei)                                       \
-    X(PFNGLREADBUFFERPROC, ReadBuffer)                                         \
-    X(PFNGLREADPIXELSPROC, ReadPixels)                                         \
-    X(PFNGLRENDERBUFFERSTORAGEPROC, RenderbufferStorage)                       \
-    X(PFNGLSAMPLERPARAMETERIPROC, SamplerParameteri)                           \
-    X(PFNGLSHADERSOURCEPROC, ShaderSource)                                     \
-    X(PFNGLTEXBUFFERPROC, TexBuffer)                                           \
-    X(PFNGLTEXIMAGE2DPROC, TexImage2D)                                         \
-    X(PFNGLTEXIMAGE3DPROC, TexImage3D)                                         \
-    X(PFNGLTEXPARAMETERIPROC, TexParameteri)                                   \
-    X(PFNGLUNIFORM1FPROC, Uniform1f)                                           \
-    X(PFNGLUNIFORM1IPROC, Uniform1i)                                           \
-    X(PFNGLUNIFORM2FPROC, Uniform2f)                                           \
-    X(PFNGLUNIFORMBLOCKBINDINGPROC, UniformBlockBinding)                       \
-    X(PFNGLUSEPROGRAMPROC, UseProgram)                                         \
-    X(PFNGLVERTEXATTRIBDIVISORPROC, VertexAttribDivisor)                       \
-    X(PFNGLVERTEXATTRIBPOINTERPROC, VertexAttribPointer)                       \
-    X(PFNGLVIEWPORTPROC, Viewport)
+    X(ActiveTexture) X(AttachShader) X(BindBuffer) X(BindBufferBase)           \
+    X(BindFramebuffer)                                                         \
+    X(BindRenderbuffer) X(BindSampler) X(BindTexture) X(BindVertexArray)       \
+    X(BlendFuncSeparate) X(BlitFramebuffer) X(BufferData) X(BufferSubData)     \
+    X(CheckFramebufferStatus) X(Clear) X(ClearColor) X(CompileShader)          \
+    X(CreateProgram) X(CreateShader) X(DeleteBuffers) X(DeleteFramebuffers)    \
+    X(DeleteProgram) X(DeleteRenderbuffers) X(DeleteSamplers) X(DeleteShader)  \
+    X(DeleteTextures) X(DeleteVertexArrays) X(DepthFunc) X(DepthMask)          \
+    X(DetachShader) X(Disable) X(DrawArrays) X(DrawArraysInstanced)            \
+    X(DrawBuffer) X(DrawElements) X(DrawElementsInstanced) X(Enable)           \
+    X(EnableVertexAttribArray) X(Finish) X(FramebufferRenderbuffer)            \
+    X(FramebufferTexture2D) X(FramebufferTextureLayer) X(FrontFace)            \
+    X(GenBuffers) X(GenFramebuffers) X(GenRenderbuffers) X(GenSamplers)        \
+    X(GenTextures) X(GenVertexArrays) X(GetError) X(GetIntegerv)               \
+    X(GetProgramInfoLog) X(GetProgramiv) X(GetShaderInfoLog) X(GetShaderiv)    \
+    X(GetString) X(GetStringi) X(GetTexImage) X(GetUniformBlockIndex)          \
+    X(GetUniformLocation) X(LinkProgram) X(PixelStorei) X(ReadBuffer)          \
+    X(ReadPixels) X(RenderbufferStorage) X(SamplerParameteri) X(ShaderSource)  \
+    X(TexBuffer) X(TexImage2D) X(TexImage3D) X(TexParameteri) X(Uniform1f)     \
+    X(Uniform1i) X(Uniform2f) X(UniformBlockBinding) X(UseProgram)             \
+    X(VertexAttrib4f) X(VertexAttribDivisor) X(VertexAttribPointer)            \
+    X(Viewport)
+/* clang-format on */
 
 typedef struct view_gl {
-#define VIEW_GL_MEMBER(type, name) type name;
+#define VIEW_GL_MEMBER(name) __typeof__(gl##name) *name;
     VIEW_GL_FUNCTIONS(VIEW_GL_MEMBER)
 #undef VIEW_GL_MEMBER
 } view_gl;
@@ -112,9 +60,26 @@ bool view_gl_has_cube_arrays(void);
 
 /* Binds a texture to a unit, which is active then. */
 void view_gl_bind(int unit, GLenum target, GLuint texture);
-/* How the texture that is bound is looked up: GL_NEAREST or GL_LINEAR, then
- * between levels too, of which there are so many; clamped to edges. */
+/* How the bound texture is looked up: GL_NEAREST or GL_LINEAR, then between
+ * its levels too; clamped to edges. */
 void view_gl_filter(GLenum target, GLint filtering, int levels);
+/* Makes a buffer of so many bytes, from data unless it is NULL, and binds it.
+ */
+GLuint view_gl_buffer(GLenum target, size_t bytes, const void *data);
+/* An attribute of the bound vertex array: size floats at an offset of the bound
+ * buffer. divisor 1: of each instance. */
+void view_gl_attribute(GLuint at, int size, size_t stride, size_t offset,
+                       GLuint divisor);
+/* Binds a framebuffer that draws into a flat texture. False if OpenGL cannot
+ * draw into it. */
+bool view_gl_target(GLuint framebuffer, GLuint texture);
+/* Draws the three vertices of full.vert by a program. */
+void view_gl_draw_full(GLuint program);
+/* Copies n x n pixels from the framebuffer that is read to the one that is
+ * drawn into. */
+void view_gl_copy(int n);
+/* The target that is a face of the bound cube. */
+GLenum view_gl_face(int face);
 
 /* False, with a message that says where, if OpenGL has noted an error. */
 bool view_gl_check(const char *where);

@@ -35,26 +35,11 @@ struct view_overlay {
     bool lost; /* no memory: said once */
 };
 
-static const float plate[4] = {0, 0, 0, 0.65f};
+static const float text_background[4] = {0, 0, 0, 0.65f};
 static const float ink[4] = {1, 1, 1, 1};
 static const float trough[4] = {1, 1, 1, 0.25f};
 
 /* ---- life -------------------------------------------------------------- */
-
-static void describe(const view_overlay *o)
-{
-    gl.BindVertexArray(o->array);
-    gl.BindBuffer(GL_ARRAY_BUFFER, o->buffer);
-    gl.BufferData(GL_ARRAY_BUFFER, BATCH * sizeof(rectangle), NULL,
-                  GL_DYNAMIC_DRAW);
-    for (GLuint i = 0; i < 2; i++) {
-        gl.EnableVertexAttribArray(i);
-        gl.VertexAttribPointer(i, 4, GL_FLOAT, GL_FALSE, sizeof(rectangle),
-                               (const void *)(i * 4 * sizeof(float)));
-        gl.VertexAttribDivisor(i, 1);
-    }
-    gl.BindVertexArray(0);
-}
 
 view_overlay *view_overlay_create(void)
 {
@@ -68,8 +53,12 @@ view_overlay *view_overlay_create(void)
         goto fail;
     o->window = gl.GetUniformLocation(o->program, "window");
     gl.GenVertexArrays(1, &o->array);
-    gl.GenBuffers(1, &o->buffer);
-    describe(o);
+    gl.BindVertexArray(o->array);
+    o->buffer =
+        view_gl_buffer(GL_ARRAY_BUFFER, BATCH * sizeof(rectangle), NULL);
+    for (GLuint i = 0; i < 2; i++)
+        view_gl_attribute(i, 4, sizeof(rectangle), 4 * i * sizeof(float), 1);
+    gl.BindVertexArray(0);
     if (!view_gl_check("making the text pass"))
         goto fail;
     return o;
@@ -195,7 +184,7 @@ void view_overlay_text(view_overlay *o, double x, double y, double scale,
     /* Whole pixels keep strokes sharp where scale is whole, too. */
     x = floor(x + 0.5);
     y = floor(y + 0.5);
-    add(o, x, y, x + width, y + height, plate);
+    add(o, x, y, x + width, y + height, text_background);
     write_text(o, x + MARGIN * scale, y + MARGIN * scale, scale, text);
 }
 
@@ -204,7 +193,7 @@ void view_overlay_bar(view_overlay *o, double x, double y, double width,
 {
     const double end = x + width * fmin(fmax(share, 0), 1);
 
-    add(o, x, y, x + width, y + height, plate);
+    add(o, x, y, x + width, y + height, text_background);
     add(o, x, y, x + width, y + height, trough);
     if (share > 0)
         add(o, x, y, end, y + height, ink);
@@ -233,7 +222,7 @@ void view_overlay_legend(view_overlay *o, double x, double y, double width,
     const double top = y + MARGIN * scale, below = top + LINE * scale;
     const double bottom = below - 2 * scale;
 
-    add(o, x, y, x + width, below + (LINE + MARGIN) * scale, plate);
+    add(o, x, y, x + width, below + (LINE + MARGIN) * scale, text_background);
     for (int i = 0; i < ALL; i++) {
         const double from = left + (right - left) * i / ALL;
         const double to = left + (right - left) * (i + 1) / ALL;

@@ -218,26 +218,50 @@ static GLuint link_program(GLuint vertex, GLuint fragment, const char *name)
     return 0;
 }
 
-/* What is the same for as long as the program lives. */
+/* Gives the blocks and samplers their places, for as long as the program
+ * lives. */
 static void bind(GLuint program)
 {
-    static const char *const samplers[VIEW_UNIT_COUNT] = {
-        [VIEW_UNIT_SPECULAR] = "specular_map",
-        [VIEW_UNIT_IRRADIANCE] = "irradiance_map",
-        [VIEW_UNIT_LUT] = "lut_map",
-        [VIEW_UNIT_SKY] = "sky_map",
-        [VIEW_UNIT_PICTURE] = "picture",
-        [VIEW_UNIT_TRUTH] = "truth",
+    static const char *const blocks[] = {
+        [VIEW_BLOCK_FRAME] = "Frame",
+        [VIEW_BLOCK_ROOM] = "Room",
+        [VIEW_BLOCK_SUN] = "Sun",
     };
-    const GLuint block = gl.GetUniformBlockIndex(program, "Frame");
+    static const struct {
+        const char *name;
+        int unit;
+    } samplers[] = {
+        {"specular_map", VIEW_UNIT_SPECULAR},
+        {"irradiance_map", VIEW_UNIT_IRRADIANCE},
+        {"lut_map", VIEW_UNIT_LUT},
+        {"sky_map", VIEW_UNIT_SKY},
+        {"picture", VIEW_UNIT_PICTURE},
+        {"truth", VIEW_UNIT_TRUTH},
+        {"pass_picture", VIEW_TRUTH_UNIT_PASS},
+        {"aim_tokens", VIEW_TRUTH_UNIT_TOKENS},
+        {"aim_chance", VIEW_TRUTH_UNIT_CHANCE},
+        {"dynamic_specular", VIEW_ROOM_UNIT_DYNAMIC},
+        {"dynamic_irradiance", VIEW_ROOM_UNIT_DYNAMIC + 1},
+        {"local_specular", VIEW_ROOM_UNIT_LOCALS},
+        {"local_irradiance", VIEW_ROOM_UNIT_LOCALS + 1},
+        {"probe_buffer", VIEW_ROOM_UNIT_BUFFER},
+        {"tile_masks", VIEW_ROOM_UNIT_MASKS},
+        {"sun_depth", VIEW_ROOM_UNIT_SHADOW},
+        {"source", VIEW_CAPTURE_UNIT},
+        {"source1", VIEW_CAPTURE_UNIT_MORE},
+        {"samples", VIEW_CAPTURE_UNIT_MORE},
+    };
 
-    if (block != GL_INVALID_INDEX)
-        gl.UniformBlockBinding(program, block, 0);
+    for (GLuint i = 0; i < sizeof blocks / sizeof *blocks; i++) {
+        const GLuint block = gl.GetUniformBlockIndex(program, blocks[i]);
+        if (block != GL_INVALID_INDEX)
+            gl.UniformBlockBinding(program, block, i);
+    }
     gl.UseProgram(program);
-    for (int i = 0; i < VIEW_UNIT_COUNT; i++) {
-        const GLint at = gl.GetUniformLocation(program, samplers[i]);
+    for (size_t i = 0; i < sizeof samplers / sizeof *samplers; i++) {
+        const GLint at = gl.GetUniformLocation(program, samplers[i].name);
         if (at >= 0)
-            gl.Uniform1i(at, i);
+            gl.Uniform1i(at, samplers[i].unit);
     }
     gl.UseProgram(0);
 }

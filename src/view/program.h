@@ -17,12 +17,19 @@ typedef struct view_shader_file {
 extern const view_shader_file view_shader_files[];
 
 /* Compiles and links. 0, with the compiler's first line as the message, if it
- * cannot. Its uniform block "Frame", if it has one, is bound to binding 0, and
- * its samplers to the units of view_unit by name. */
+ * cannot. Its uniform blocks are bound to the bindings, its samplers to the
+ * units below, by name. */
 GLuint view_program(const char *vertex_file, const char *fragment_file);
 /* The same out of another table, of at most 64 files. */
 GLuint view_program_from(const view_shader_file *files, const char *vertex_file,
                          const char *fragment_file);
+
+/* Bindings of uniform blocks: "Frame", "Room", "Sun". */
+enum {
+    VIEW_BLOCK_FRAME,
+    VIEW_BLOCK_ROOM,
+    VIEW_BLOCK_SUN
+};
 
 /* Texture units, and the names of their samplers. */
 typedef enum view_unit {
@@ -35,11 +42,20 @@ typedef enum view_unit {
     VIEW_UNIT_COUNT
 } view_unit;
 
-/* Those of captures, which are of nothing else: what is captured keeps its own.
- */
+/* Those of the reference, of the room, and of captures, which draw the room
+ * and so have units of their own. */
 enum {
-    VIEW_CAPTURE_UNIT = 12, /* source */
-    VIEW_CAPTURE_UNIT_MORE  /* samples, the other paraboloid */
+    VIEW_TRUTH_UNIT_PASS = VIEW_UNIT_COUNT,
+    VIEW_TRUTH_UNIT_TOKENS,
+    VIEW_TRUTH_UNIT_CHANCE,
+    VIEW_ROOM_UNIT_DYNAMIC = VIEW_UNIT_COUNT, /* specular, irradiance */
+    VIEW_ROOM_UNIT_LOCALS = VIEW_ROOM_UNIT_DYNAMIC + 2, /* the same */
+    VIEW_ROOM_UNIT_BUFFER = VIEW_ROOM_UNIT_LOCALS + 2,
+    VIEW_ROOM_UNIT_MASKS,
+    VIEW_CAPTURE_UNIT,      /* source */
+    VIEW_CAPTURE_UNIT_MORE, /* samples, the other paraboloid */
+    VIEW_ROOM_UNIT_SHADOW,
+    VIEW_ROOM_UNITS
 };
 
 #endif

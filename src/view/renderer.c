@@ -25,7 +25,6 @@ typedef struct instance {
 
 struct view_renderer {
     GLuint sky, sphere; /* programs */
-    GLuint nothing;     /* vertex array without attributes */
     GLuint instances, instance_buffer, frame_buffer;
     GLuint maps[VIEW_CONTENTS];
     GLuint picture, target; /* the linear picture, and the framebuffer on it */
@@ -53,23 +52,14 @@ struct view_renderer {
 
 static void make_arrays(view_renderer *r)
 {
-    gl.GenVertexArrays(1, &r->nothing);
     gl.GenVertexArrays(1, &r->instances);
-    gl.GenBuffers(1, &r->instance_buffer);
     gl.BindVertexArray(r->instances);
-    gl.BindBuffer(GL_ARRAY_BUFFER, r->instance_buffer);
-    gl.BufferData(GL_ARRAY_BUFFER, sizeof r->sorted, NULL, GL_DYNAMIC_DRAW);
-    for (GLuint i = 0; i < 3; i++) {
-        gl.EnableVertexAttribArray(i);
-        gl.VertexAttribPointer(
-            i, 4, GL_FLOAT, GL_FALSE, sizeof(instance),
-            (const void *)(uintptr_t)(4 * i * sizeof(float)));
-        gl.VertexAttribDivisor(i, 1);
-    }
+    r->instance_buffer =
+        view_gl_buffer(GL_ARRAY_BUFFER, sizeof r->sorted, NULL);
+    for (GLuint i = 0; i < 3; i++)
+        view_gl_attribute(i, 4, sizeof(instance), 4 * i * sizeof(float), 1);
     gl.BindVertexArray(0);
-    gl.GenBuffers(1, &r->frame_buffer);
-    gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
-    gl.BufferData(GL_UNIFORM_BUFFER, sizeof r->frame, NULL, GL_DYNAMIC_DRAW);
+    r->frame_buffer = view_gl_buffer(GL_UNIFORM_BUFFER, sizeof r->frame, NULL);
     gl.GenFramebuffers(1, &r->target);
 }
 
@@ -112,7 +102,6 @@ void view_renderer_free(view_renderer *r)
     gl.DeleteBuffers(1, &r->frame_buffer);
     gl.DeleteBuffers(1, &r->instance_buffer);
     gl.DeleteVertexArrays(1, &r->instances);
-    gl.DeleteVertexArrays(1, &r->nothing);
     gl.DeleteProgram(r->sphere);
     gl.DeleteProgram(r->sky);
     free(r);
@@ -232,10 +221,7 @@ static bool resize(view_renderer *r, int width, int height)
     gl.DeleteTextures(1, &r->picture);
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
     r->picture = view_float_target(width, height);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, r->target);
-    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
-                            r->picture, 0);
-    if (gl.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+    if (!view_gl_target(r->target, r->picture))
         return view_fail("this OpenGL cannot draw into a picture of %d x %d "
                          "floats: ask for a smaller one",
                          width, height);
@@ -318,9 +304,7 @@ static bool linear_pass(view_renderer *r)
         view_display_inspect(r->display);
         return true;
     }
-    gl.UseProgram(r->sky);
-    gl.BindVertexArray(r->nothing);
-    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    view_gl_draw_full(r->sky);
     gl.Enable(GL_BLEND);
     gl.UseProgram(r->sphere);
     gl.BindVertexArray(r->instances);
@@ -354,7 +338,7 @@ static void display_pass(const view_renderer *r, GLuint framebuffer)
     gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     gl.Viewport(0, 0, r->width, r->height);
     gl.Disable(GL_BLEND);
-    gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, r->frame_buffer);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, VIEW_BLOCK_FRAME, r->frame_buffer);
     view_display_draw(r->display, r->picture,
                       r->has_truth ? view_truth_texture(r->truth) : 0);
 }
@@ -370,7 +354,7 @@ bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
     view_frame_fill(&r->frame, s, r->set, width, height);
     gl.BindBuffer(GL_UNIFORM_BUFFER, r->frame_buffer);
     gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof r->frame, &r->frame);
-    gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, r->frame_buffer);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, VIEW_BLOCK_FRAME, r->frame_buffer);
     update_spheres(r, width, height);
     bind_maps(r);
     if (!linear_pass(r) || !truth_pass(r))

@@ -116,10 +116,9 @@ void view_room_free(view_room *r); /* NULL is fine */
  * Draws into the bound framebuffer, which has a depth buffer, as scene-linear
  * RGBA; all of its viewport is drawn, its depth cleared before. Shadows are
  * made anew where sun, turn or what moves are others than the last time. The
- * texture units to VIEW_ROOM_UNITS, uniform buffers 0 to 2, program and vertex
- * array are others afterwards; tests of depth and back faces are off.
+ * texture units below VIEW_ROOM_UNITS, uniform buffers 0 to 2, program and
+ * vertex array are others afterwards; tests of depth and back faces are off.
  */
-#define VIEW_ROOM_UNITS 15
 void view_room_render(view_room *r, const view_room_draw *d);
 
 /* Of the last draw with tiles: which locals each has, as ibl_tiles_cull has

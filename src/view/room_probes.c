@@ -6,27 +6,18 @@
 
 #include "view/message.h"
 #include "view/program.h"
-#include "view/room_shadow.h"
 
 enum {
-    UNIT_DYNAMIC = VIEW_UNIT_COUNT, /* specular, irradiance */
-    UNIT_LOCALS = UNIT_DYNAMIC + 2, /* the same */
-    UNIT_BUFFER = UNIT_LOCALS + 2,
-    UNIT_MASKS,
-    UNITS,
     MOST = IBL_MAX_TILE_PROBES,
     DYNAMIC = MOST, /* its place in the buffer, as in room.glsl */
     FLOATS = (MOST + 1) * IBL_PROBE_FLOATS
 };
-_Static_assert((int)UNITS <= (int)VIEW_CAPTURE_UNIT &&
-                   (int)VIEW_CAPTURE_UNIT_MORE < VIEW_ROOM_SHADOW_UNIT,
-               "captures need units that the room has not");
 
 struct view_room_probes {
     GLuint program;
     GLuint buffer, texels; /* what is packed, and the texture of it */
     GLuint none;           /* array of one black cube */
-    GLuint masks, framebuffer, corners;
+    GLuint masks, framebuffer;
     int columns, rows;       /* of masks */
     int last_size[2];        /* of the last draw's, in tiles */
     int order[MOST];         /* as they come */
@@ -35,37 +26,12 @@ struct view_room_probes {
 
 /* ---- what is kept ------------------------------------------------------ */
 
-void view_room_probes_samplers(GLuint program)
-{
-    static const struct {
-        const char *name;
-        int unit;
-    } samplers[] = {
-        {"dynamic_specular", UNIT_DYNAMIC},
-        {"dynamic_irradiance", UNIT_DYNAMIC + 1},
-        {"local_specular", UNIT_LOCALS},
-        {"local_irradiance", UNIT_LOCALS + 1},
-        {"probe_buffer", UNIT_BUFFER},
-        {"tile_masks", UNIT_MASKS},
-    };
-
-    gl.UseProgram(program);
-    for (size_t i = 0; i < sizeof samplers / sizeof *samplers; i++) {
-        const GLint at = gl.GetUniformLocation(program, samplers[i].name);
-        if (at >= 0)
-            gl.Uniform1i(at, samplers[i].unit);
-    }
-    gl.UseProgram(0);
-}
-
 static void make_buffer(view_room_probes *p)
 {
-    gl.GenBuffers(1, &p->buffer);
-    gl.BindBuffer(GL_TEXTURE_BUFFER, p->buffer);
-    gl.BufferData(GL_TEXTURE_BUFFER, sizeof p->packed[0], p->packed[0],
-                  GL_DYNAMIC_DRAW);
+    p->buffer =
+        view_gl_buffer(GL_TEXTURE_BUFFER, sizeof p->packed[0], p->packed[0]);
     gl.GenTextures(1, &p->texels);
-    view_gl_bind(UNIT_BUFFER, GL_TEXTURE_BUFFER, p->texels);
+    view_gl_bind(VIEW_ROOM_UNIT_BUFFER, GL_TEXTURE_BUFFER, p->texels);
     gl.TexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, p->buffer);
 }
 
@@ -74,7 +40,7 @@ static void make_none(view_room_probes *p)
     static const float black[4 * 6];
 
     gl.GenTextures(1, &p->none);
-    view_gl_bind(UNIT_LOCALS, GL_TEXTURE_CUBE_MAP_ARRAY, p->none);
+    view_gl_bind(VIEW_ROOM_UNIT_LOCALS, GL_TEXTURE_CUBE_MAP_ARRAY, p->none);
     view_gl_filter(GL_TEXTURE_CUBE_MAP_ARRAY, GL_LINEAR, 1);
     gl.TexImage3D(GL_TEXTURE_CUBE_MAP_ARRAY, 0, GL_RGBA16F, 1, 1, 6, 0, GL_RGBA,
                   GL_FLOAT, black);
@@ -87,7 +53,7 @@ static void make_masks(view_room_probes *p, int columns, int rows)
         return;
     p->columns = columns > p->columns ? columns : p->columns;
     p->rows = rows > p->rows ? rows : p->rows;
-    view_gl_bind(UNIT_MASKS, GL_TEXTURE_2D, p->masks);
+    view_gl_bind(VIEW_ROOM_UNIT_MASKS, GL_TEXTURE_2D, p->masks);
     view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RG32UI, p->columns, p->rows, 0,
                   GL_RG_INTEGER, GL_UNSIGNED_INT, NULL);
@@ -106,7 +72,6 @@ view_room_probes *view_room_probes_create(void)
     p->program = view_program("full.vert", "room_tiles.frag");
     gl.GenTextures(1, &p->masks);
     gl.GenFramebuffers(1, &p->framebuffer);
-    gl.GenVertexArrays(1, &p->corners);
     make_masks(p, 1, 1);
     make_buffer(p);
     make_none(p);
@@ -125,14 +90,8 @@ void view_room_probes_free(view_room_probes *p)
     gl.DeleteTextures(3, textures);
     gl.DeleteBuffers(1, &p->buffer);
     gl.DeleteFramebuffers(1, &p->framebuffer);
-    gl.DeleteVertexArrays(1, &p->corners);
     gl.DeleteProgram(p->program);
     free(p);
-}
-
-GLuint view_room_probes_program(const view_room_probes *p)
-{
-    return p->program;
 }
 
 /* ---- what a draw is told ----------------------------------------------- */
@@ -218,9 +177,7 @@ static void cull(view_room_probes *p, const GLint viewport[4])
     gl.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
                             GL_TEXTURE_2D, p->masks, 0);
     gl.Viewport(0, 0, p->last_size[0], p->last_size[1]);
-    gl.UseProgram(p->program);
-    gl.BindVertexArray(p->corners);
-    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    view_gl_draw_full(p->program);
     gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, (GLuint)framebuffer);
     gl.Viewport(viewport[0], viewport[1], viewport[2], viewport[3]);
 }
@@ -234,18 +191,18 @@ void view_room_probes_use(view_room_probes *p, const view_room_draw *d,
     const view_room_environment *e = &d->environment;
 
     upload(p, d);
-    view_gl_bind(UNIT_BUFFER, GL_TEXTURE_BUFFER, p->texels);
+    view_gl_bind(VIEW_ROOM_UNIT_BUFFER, GL_TEXTURE_BUFFER, p->texels);
     if (has_masks(d))
         cull(p, viewport);
-    view_gl_bind(UNIT_DYNAMIC, GL_TEXTURE_CUBE_MAP,
+    view_gl_bind(VIEW_ROOM_UNIT_DYNAMIC, GL_TEXTURE_CUBE_MAP,
                  moving ? d->dynamic.specular : e->specular);
-    view_gl_bind(UNIT_DYNAMIC + 1, GL_TEXTURE_CUBE_MAP,
+    view_gl_bind(VIEW_ROOM_UNIT_DYNAMIC + 1, GL_TEXTURE_CUBE_MAP,
                  moving ? d->dynamic.irradiance : e->irradiance);
-    view_gl_bind(UNIT_LOCALS, GL_TEXTURE_CUBE_MAP_ARRAY,
+    view_gl_bind(VIEW_ROOM_UNIT_LOCALS, GL_TEXTURE_CUBE_MAP_ARRAY,
                  some ? d->locals.specular : p->none);
-    view_gl_bind(UNIT_LOCALS + 1, GL_TEXTURE_CUBE_MAP_ARRAY,
+    view_gl_bind(VIEW_ROOM_UNIT_LOCALS + 1, GL_TEXTURE_CUBE_MAP_ARRAY,
                  some ? d->locals.irradiance : p->none);
-    view_gl_bind(UNIT_MASKS, GL_TEXTURE_2D, p->masks);
+    view_gl_bind(VIEW_ROOM_UNIT_MASKS, GL_TEXTURE_2D, p->masks);
 }
 
 GLuint view_room_probes_masks(const view_room_probes *p, int *columns,

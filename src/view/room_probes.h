@@ -18,10 +18,6 @@ typedef struct view_room_probe_block {
 
 view_room_probes *view_room_probes_create(void); /* NULL, with a message */
 void view_room_probes_free(view_room_probes *p); /* NULL is fine */
-/* What fills the masks; it has the block. */
-GLuint view_room_probes_program(const view_room_probes *p);
-/* Gives a program's samplers their units. */
-void view_room_probes_samplers(GLuint program);
 
 void view_room_probes_block(view_room_probe_block *b, const view_room_draw *d,
                             const GLint size[2]);

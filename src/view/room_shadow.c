@@ -11,8 +11,7 @@
 #include "view/vector.h"
 
 enum {
-    EDGE = 2048, /* of the depths: 5 to 9 mm, if a unit is a metre */
-    BLOCK = 2    /* binding of the uniform block "Sun" */
+    EDGE = 2048 /* of the depths: 5 to 9 mm, if a unit is a metre */
 };
 
 /* Uniform block "Sun" (shaders/sun.glsl), std140. */
@@ -29,8 +28,7 @@ typedef struct shadow_key {
 } shadow_key;
 
 struct view_room_shadow {
-    GLuint boxes, balls; /* programs */
-    GLuint depth, framebuffer, buffer;
+    GLuint program, depth, framebuffer, buffer;
     bool made; /* depths, and by key */
     shadow_key key;
     GLint other_framebuffer, other_viewport[4]; /* from begin to end */
@@ -97,20 +95,9 @@ double view_room_shadow_texel(const view_room_sun *sun, double turn)
 
 /* ---- what is kept ------------------------------------------------------- */
 
-void view_room_shadow_bind(GLuint program)
-{
-    const GLuint block = gl.GetUniformBlockIndex(program, "Sun");
-    const GLint at = gl.GetUniformLocation(program, "sun_depth");
-
-    if (block != GL_INVALID_INDEX)
-        gl.UniformBlockBinding(program, block, BLOCK);
-    if (at >= 0)
-        gl.Uniform1i(at, VIEW_ROOM_SHADOW_UNIT);
-}
-
 static void allot(const view_room_shadow *s, int edge)
 {
-    view_gl_bind(VIEW_ROOM_SHADOW_UNIT, GL_TEXTURE_2D, s->depth);
+    view_gl_bind(VIEW_ROOM_UNIT_SHADOW, GL_TEXTURE_2D, s->depth);
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, edge, edge, 0,
                   GL_DEPTH_COMPONENT, GL_UNSIGNED_INT, NULL);
 }
@@ -126,15 +113,6 @@ static void make_depth(view_room_shadow *s)
     gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
 }
 
-/* Of a program that may have failed. */
-static GLuint bound(GLuint program)
-{
-    gl.UseProgram(program);
-    if (program)
-        view_room_shadow_bind(program);
-    return program;
-}
-
 view_room_shadow *view_room_shadow_create(void)
 {
     view_room_shadow *s = calloc(1, sizeof *s);
@@ -143,19 +121,14 @@ view_room_shadow *view_room_shadow_create(void)
         view_fail("no memory for the room's shadows");
         return NULL;
     }
-    s->boxes = bound(view_program("room_shadow.vert", "room_shadow.frag"));
-    if (s->boxes)
-        s->balls =
-            bound(view_program("room_shadow_ball.vert", "room_shadow.frag"));
-    if (!s->balls) {
+    s->program = view_program("room_shadow.vert", "room_shadow.frag");
+    make_depth(s);
+    gl.GenFramebuffers(1, &s->framebuffer);
+    s->buffer = view_gl_buffer(GL_UNIFORM_BUFFER, sizeof(sun_block), NULL);
+    if (!s->program) {
         view_room_shadow_free(s);
         return NULL;
     }
-    make_depth(s);
-    gl.GenFramebuffers(1, &s->framebuffer);
-    gl.GenBuffers(1, &s->buffer);
-    gl.BindBuffer(GL_UNIFORM_BUFFER, s->buffer);
-    gl.BufferData(GL_UNIFORM_BUFFER, sizeof(sun_block), NULL, GL_DYNAMIC_DRAW);
     return s;
 }
 
@@ -166,8 +139,7 @@ void view_room_shadow_free(view_room_shadow *s)
     gl.DeleteBuffers(1, &s->buffer);
     gl.DeleteFramebuffers(1, &s->framebuffer);
     gl.DeleteTextures(1, &s->depth);
-    gl.DeleteProgram(s->balls);
-    gl.DeleteProgram(s->boxes);
+    gl.DeleteProgram(s->program);
     free(s);
 }
 
@@ -232,16 +204,15 @@ static void set_target(view_room_shadow *s)
     gl.FrontFace(GL_CCW);
 }
 
-bool view_room_shadow_begin(view_room_shadow *s, const view_room_draw *d,
-                            GLuint *boxes, GLuint *balls)
+GLuint view_room_shadow_begin(view_room_shadow *s, const view_room_draw *d)
 {
     const view_room_sun *sun = &d->environment.sun;
     sun_block block = {0};
     shadow_key key = {.moving = d->moving,
                       .seconds = d->moving ? d->seconds : 0};
 
-    view_gl_bind(VIEW_ROOM_SHADOW_UNIT, GL_TEXTURE_2D, s->depth);
-    gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK, s->buffer);
+    view_gl_bind(VIEW_ROOM_UNIT_SHADOW, GL_TEXTURE_2D, s->depth);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, VIEW_BLOCK_SUN, s->buffer);
     if (view_room_sun_shines(sun)) {
         const shadow_view v = view_from(sun, d->environment.turn);
         memcpy(key.direction, v.axes[2], sizeof key.direction);
@@ -250,13 +221,11 @@ bool view_room_shadow_begin(view_room_shadow *s, const view_room_draw *d,
     gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
     if (!view_room_sun_shines(sun) || !d->shadows ||
         (s->made && same_key(&key, &s->key)))
-        return false;
+        return 0;
     set_target(s);
     s->made = true;
     s->key = key;
-    *boxes = s->boxes;
-    *balls = s->balls;
-    return true;
+    return s->program;
 }
 
 void view_room_shadow_end(view_room_shadow *s)

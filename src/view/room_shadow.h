@@ -9,24 +9,15 @@
 
 typedef struct view_room_shadow view_room_shadow;
 
-/* Texture unit of it. */
-#define VIEW_ROOM_SHADOW_UNIT (VIEW_ROOM_UNITS - 1)
-
 view_room_shadow *view_room_shadow_create(void); /* NULL, with a message */
 void view_room_shadow_free(view_room_shadow *s); /* NULL is fine */
 
-/* Binds the uniform block "Sun" and sampler "sun_depth" of a program that is in
- * use. */
-void view_room_shadow_bind(GLuint program);
-
 /*
- * Tells shaders of the sun of a draw. If its shadows are wanted and those there
- * are not they, true: everything that casts any is to be drawn then, with the
- * program for boxes and that for spheres and front faces counter-clockwise;
- * then end is to be called.
+ * Tells shaders of the sun of a draw. If its shadows are wanted and have to be
+ * made anew, returns the program to draw everything with that casts any, front
+ * faces counter-clockwise; then end is to be called. Else 0.
  */
-bool view_room_shadow_begin(view_room_shadow *s, const view_room_draw *d,
-                            GLuint *boxes, GLuint *balls);
+GLuint view_room_shadow_begin(view_room_shadow *s, const view_room_draw *d);
 void view_room_shadow_end(view_room_shadow *s);
 
 /* Edge of a texel across the light, in units of the room: shadows are blurred

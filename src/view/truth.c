@@ -8,13 +8,7 @@
 #include "view/clock.h"
 #include "view/message.h"
 #include "view/program.h"
-
-/* Units of textures that only the truth looks at. */
-enum {
-    UNIT_PASS = VIEW_UNIT_COUNT,
-    UNIT_TOKENS,
-    UNIT_CHANCE
-};
+#include "view/upload.h"
 
 /* Targets: the sky alone; sky and spheres of one pass; the mean of all. */
 enum {
@@ -37,18 +31,12 @@ struct view_truth {
     GLint first_sample, sample_count, part, environment, aim_edge;
     GLuint tokens, chance; /* textures */
     GLuint target[TARGETS], framebuffer[TARGETS];
-    GLuint corners; /* vertex array without attributes */
     int width, height;
     view_frame shown; /* what has part in the samples so far */
     bool fresh;       /* nothing is in the targets */
     int samples;
     int by_clock; /* samples of the next frame */
 };
-
-static void set_sampler(GLuint program, const char *name, int unit)
-{
-    gl.Uniform1i(gl.GetUniformLocation(program, name), unit);
-}
 
 static bool make_programs(view_truth *t)
 {
@@ -62,12 +50,6 @@ static bool make_programs(view_truth *t)
     t->environment = gl.GetUniformLocation(t->spheres, "environment_map");
     t->aim_edge = gl.GetUniformLocation(t->spheres, "aim_edge");
     t->part = gl.GetUniformLocation(t->mean, "part");
-    gl.UseProgram(t->spheres);
-    set_sampler(t->spheres, "aim_tokens", UNIT_TOKENS);
-    set_sampler(t->spheres, "aim_chance", UNIT_CHANCE);
-    gl.UseProgram(t->mean);
-    set_sampler(t->mean, "pass_picture", UNIT_PASS);
-    gl.UseProgram(0);
     return true;
 }
 
@@ -83,11 +65,9 @@ view_truth *view_truth_create(void)
         view_truth_free(t);
         return NULL;
     }
-    gl.GenTextures(TARGETS, t->target);
     gl.GenTextures(1, &t->tokens);
     gl.GenTextures(1, &t->chance);
     gl.GenFramebuffers(TARGETS, t->framebuffer);
-    gl.GenVertexArrays(1, &t->corners);
     t->by_clock = 1;
     t->fresh = true;
     return t;
@@ -97,7 +77,6 @@ void view_truth_free(view_truth *t)
 {
     if (!t)
         return;
-    gl.DeleteVertexArrays(1, &t->corners);
     gl.DeleteFramebuffers(TARGETS, t->framebuffer);
     gl.DeleteTextures(1, &t->chance);
     gl.DeleteTextures(1, &t->tokens);
@@ -111,11 +90,11 @@ void view_truth_free(view_truth *t)
 static void upload_aim(view_truth *t, const view_aim *aim)
 {
     gl.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
-    view_gl_bind(UNIT_TOKENS, GL_TEXTURE_2D, t->tokens);
+    view_gl_bind(VIEW_TRUTH_UNIT_TOKENS, GL_TEXTURE_2D, t->tokens);
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_R32F, VIEW_AIM_ROW, VIEW_AIM_ROW, 0,
                   GL_RED, GL_FLOAT, aim->tokens);
     view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
-    view_gl_bind(UNIT_CHANCE, GL_TEXTURE_2D_ARRAY, t->chance);
+    view_gl_bind(VIEW_TRUTH_UNIT_CHANCE, GL_TEXTURE_2D_ARRAY, t->chance);
     gl.TexImage3D(GL_TEXTURE_2D_ARRAY, 0, GL_R32F, aim->edge, aim->edge, 6, 0,
                   GL_RED, GL_FLOAT, aim->chance);
     view_gl_filter(GL_TEXTURE_2D_ARRAY, GL_LINEAR, 1);
@@ -151,21 +130,16 @@ void view_truth_restart(view_truth *t)
 static bool resize(view_truth *t, int width, int height)
 {
     t->width = t->height = 0;
+    gl.ActiveTexture(GL_TEXTURE0 + VIEW_TRUTH_UNIT_PASS);
     for (int i = 0; i < TARGETS; ++i) {
-        view_gl_bind(UNIT_PASS, GL_TEXTURE_2D, t->target[i]);
-        gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA,
-                      GL_FLOAT, NULL);
-        view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
-        gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[i]);
-        gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
-                                GL_TEXTURE_2D, t->target[i], 0);
-        if (gl.CheckFramebufferStatus(GL_FRAMEBUFFER) !=
-            GL_FRAMEBUFFER_COMPLETE)
+        gl.DeleteTextures(1, &t->target[i]);
+        t->target[i] = view_float_target(width, height);
+        if (!view_gl_target(t->framebuffer[i], t->target[i]))
             return view_fail("OpenGL has no picture of %dx%d RGBA floats for "
                              "the reference: make window or picture smaller",
                              width, height);
     }
-    view_gl_bind(UNIT_PASS, GL_TEXTURE_2D, t->target[PASS]);
+    view_gl_bind(VIEW_TRUTH_UNIT_PASS, GL_TEXTURE_2D, t->target[PASS]);
     gl.ActiveTexture(GL_TEXTURE0);
     t->width = width;
     t->height = height;
@@ -187,13 +161,6 @@ static view_frame part_of(const view_frame *frame)
     return f;
 }
 
-static void draw_full(const view_truth *t, GLuint program)
-{
-    gl.UseProgram(program);
-    gl.BindVertexArray(t->corners);
-    gl.DrawArrays(GL_TRIANGLES, 0, 3);
-}
-
 /* The sky, which has no noise, once; and nothing that might stay, were it not
  * a number, in the mean. */
 static void begin(view_truth *t, const view_frame *part)
@@ -206,7 +173,7 @@ static void begin(view_truth *t, const view_frame *part)
     gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[MEAN]);
     gl.Clear(GL_COLOR_BUFFER_BIT);
     gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[SKY]);
-    draw_full(t, t->sky);
+    view_gl_draw_full(t->sky);
 }
 
 /* Adds samples, MOST_SAMPLES at most. */
@@ -230,7 +197,7 @@ static void draw_pass(view_truth *t, GLuint instances, int count, int samples)
     gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[MEAN]);
     gl.UseProgram(t->mean);
     gl.Uniform1f(t->part, (float)samples / (float)t->samples);
-    draw_full(t, t->mean);
+    view_gl_draw_full(t->mean);
     gl.Disable(GL_BLEND);
 }
 

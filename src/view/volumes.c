@@ -43,14 +43,10 @@ view_volumes *view_volumes_create(void)
     if (!v->program)
         goto fail;
     gl.GenVertexArrays(1, &v->array);
-    gl.GenBuffers(1, &v->buffer);
     gl.BindVertexArray(v->array);
-    gl.BindBuffer(GL_ARRAY_BUFFER, v->buffer);
-    gl.EnableVertexAttribArray(0);
-    gl.VertexAttribPointer(0, 4, GL_FLOAT, GL_FALSE, sizeof(vertex), NULL);
-    gl.EnableVertexAttribArray(1);
-    gl.VertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, sizeof(vertex),
-                           (const void *)(uintptr_t)offsetof(vertex, colour));
+    v->buffer = view_gl_buffer(GL_ARRAY_BUFFER, MOST * sizeof(vertex), NULL);
+    view_gl_attribute(0, 4, sizeof(vertex), 0, 0);
+    view_gl_attribute(1, 3, sizeof(vertex), offsetof(vertex, colour), 0);
     gl.BindVertexArray(0);
     if (!view_gl_check("making the wires of probes"))
         goto fail;

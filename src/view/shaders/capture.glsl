@@ -40,9 +40,11 @@ vec4 nearest(vec4 c)
                lessThan(c, vec4(1.0 / 16384.0)));
 }
 
+const float LARGEST_HALF = 65504.0;
+
 // What a cube of halves keeps: of what is undefined or negative, nothing.
 vec4 kept(vec4 c)
 {
     c = mix(c, vec4(0.0), isnan(c));
-    return nearest(clamp(c, 0.0, 65504.0));
+    return nearest(clamp(c, 0.0, LARGEST_HALF));
 }

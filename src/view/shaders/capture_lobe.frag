@@ -20,5 +20,5 @@ void main()
         sum += s.z * textureLod(source, s.x * t + s.y * b + z * n, s.w);
     }
     // Weights below 0 may leave less than nothing, or more of alpha than all.
-    colour = nearest(clamp(sum, vec4(0.0), vec4(vec3(65504.0), 1.0)));
+    colour = nearest(clamp(sum, vec4(0.0), vec4(vec3(LARGEST_HALF), 1.0)));
 }

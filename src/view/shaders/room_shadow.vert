@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
-// What stands still, as the sun sees it.
+// A box or a sphere, as in room.vert, from the sun.
 #include "sun.glsl"
 
 layout(location = 0) in vec3 position;
+layout(location = 1) in vec4 centre_radius;
 
 void main()
 {
-    gl_Position = sun_clip * vec4(position, 1.0);
+    gl_Position = sun_clip * vec4(centre_radius.xyz +
+                                  centre_radius.w * position, 1.0);
 }

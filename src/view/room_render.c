@@ -15,10 +15,6 @@
 #include "view/room_shadow.h"
 #include "view/vector.h"
 
-enum {
-    BLOCK = 1 /* binding of the uniform block "Room" */
-};
-
 /* Uniform block "Room" (shaders/room.glsl), std140. */
 typedef struct room_block {
     float picture[16];
@@ -27,16 +23,24 @@ typedef struct room_block {
     view_room_probe_block probes;
 } room_block;
 
-/* What room_ball.vert is given of each sphere. */
+/* Attributes of room.vert: of a vertex, of a sphere, of either. */
+enum {
+    POSITION,
+    CENTRE_RADIUS,
+    MATERIAL, /* and the two after it */
+    NORMAL = MATERIAL + 3
+};
+
+/* What room.vert is given of each sphere. */
 typedef struct ball {
     float centre_radius[4];
     view_room_material material;
 } ball;
 
 struct view_room {
-    GLuint boxes, balls, sky; /* programs */
+    GLuint surfaces, sky; /* programs */
     view_room_shadow *shadow;
-    GLuint box_array, ball_array, nothing;
+    GLuint box_array, ball_array;
     GLuint box_vertices, box_indices, ball_vertices, ball_indices, instances;
     GLuint frame_buffer, room_buffer;
     int box_count, box_coarse, ball_count; /* of indices */
@@ -45,69 +49,40 @@ struct view_room {
 
 /* ---- what never changes ------------------------------------------------ */
 
-/* The block, and the probes' samplers, of a program that may have failed. */
-static GLuint bound(GLuint program)
-{
-    if (program) {
-        gl.UniformBlockBinding(program,
-                               gl.GetUniformBlockIndex(program, "Room"), BLOCK);
-        gl.UseProgram(program);
-        view_room_shadow_bind(program);
-        view_room_probes_samplers(program);
-    }
-    return program;
-}
-
 static bool make_programs(view_room *r)
 {
-    r->boxes = bound(view_program("room.vert", "room.frag"));
-    if (r->boxes)
-        r->balls = bound(view_program("room_ball.vert", "room.frag"));
-    if (r->balls)
-        r->sky = bound(view_program("room_sky.vert", "room_sky.frag"));
-    if (r->sky)
-        r->shadow = view_room_shadow_create();
-    if (r->shadow)
-        r->probes = view_room_probes_create();
-    return r->probes && bound(view_room_probes_program(r->probes));
+    r->surfaces = view_program("room.vert", "room.frag");
+    r->sky = view_program("room_sky.vert", "room_sky.frag");
+    r->shadow = view_room_shadow_create();
+    r->probes = view_room_probes_create();
+    return r->surfaces && r->sky && r->shadow && r->probes;
 }
 
-static void attribute(GLuint at, int size, size_t stride, size_t offset,
-                      GLuint divisor)
-{
-    gl.EnableVertexAttribArray(at);
-    gl.VertexAttribPointer(at, size, GL_FLOAT, GL_FALSE, (GLsizei)stride,
-                           (const void *)(uintptr_t)offset);
-    gl.VertexAttribDivisor(at, divisor);
-}
-
-/* Attributes 2 to 4 of a vertex or a ball, whose material is at offset. */
+/* Of a vertex or a ball, whose material is at offset. */
 static void material_attributes(size_t stride, size_t offset, GLuint divisor)
 {
-    attribute(2, 4, stride, offset, divisor);
-    attribute(3, 3, stride, offset + offsetof(view_room_material, f0), divisor);
-    attribute(4, 3, stride, offset + offsetof(view_room_material, emission),
-              divisor);
+    view_gl_attribute(MATERIAL, 4, stride, offset, divisor);
+    view_gl_attribute(MATERIAL + 1, 3, stride,
+                      offset + offsetof(view_room_material, f0), divisor);
+    view_gl_attribute(MATERIAL + 2, 3, stride,
+                      offset + offsetof(view_room_material, emission), divisor);
 }
 
-/* Leaves array and vertices bound, and attribute 0 set. */
+/* Leaves array and vertices bound. */
 static void make_array(const view_room_mesh *mesh, GLuint *array,
                        GLuint *vertices, GLuint *indices)
 {
-    const size_t bytes = (size_t)mesh->vertex_count * sizeof *mesh->vertices;
+    const size_t stride = sizeof *mesh->vertices;
 
     gl.GenVertexArrays(1, array);
-    gl.GenBuffers(1, vertices);
-    gl.GenBuffers(1, indices);
     gl.BindVertexArray(*array);
-    gl.BindBuffer(GL_ARRAY_BUFFER, *vertices);
-    gl.BufferData(GL_ARRAY_BUFFER, (GLsizeiptr)bytes, mesh->vertices,
-                  GL_STATIC_DRAW);
-    gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, *indices);
-    gl.BufferData(GL_ELEMENT_ARRAY_BUFFER,
-                  (GLsizeiptr)((size_t)mesh->index_count * sizeof(GLuint)),
-                  mesh->indices, GL_STATIC_DRAW);
-    attribute(0, 3, sizeof *mesh->vertices, 0, 0);
+    *indices = view_gl_buffer(GL_ELEMENT_ARRAY_BUFFER,
+                              (size_t)mesh->index_count * sizeof *mesh->indices,
+                              mesh->indices);
+    *vertices = view_gl_buffer(
+        GL_ARRAY_BUFFER, (size_t)mesh->vertex_count * stride, mesh->vertices);
+    view_gl_attribute(POSITION, 3, stride, 0, 0);
+    view_gl_attribute(NORMAL, 3, stride, offsetof(view_room_vertex, normal), 0);
 }
 
 static bool make_boxes(view_room *r)
@@ -117,8 +92,6 @@ static bool make_boxes(view_room *r)
     if (!view_room_mesh_boxes(&mesh))
         return false;
     make_array(&mesh, &r->box_array, &r->box_vertices, &r->box_indices);
-    attribute(1, 3, sizeof *mesh.vertices, offsetof(view_room_vertex, normal),
-              0);
     material_attributes(sizeof *mesh.vertices,
                         offsetof(view_room_vertex, material), 0);
     r->box_count = mesh.index_count;
@@ -134,25 +107,14 @@ static bool make_balls(view_room *r)
     if (!view_room_mesh_sphere(&mesh))
         return false;
     make_array(&mesh, &r->ball_array, &r->ball_vertices, &r->ball_indices);
-    gl.GenBuffers(1, &r->instances);
-    gl.BindBuffer(GL_ARRAY_BUFFER, r->instances);
-    gl.BufferData(GL_ARRAY_BUFFER, VIEW_ROOM_SPHERES * sizeof(ball), NULL,
-                  GL_DYNAMIC_DRAW);
-    attribute(1, 4, sizeof(ball), offsetof(ball, centre_radius), 1);
+    r->instances =
+        view_gl_buffer(GL_ARRAY_BUFFER, VIEW_ROOM_SPHERES * sizeof(ball), NULL);
+    view_gl_attribute(CENTRE_RADIUS, 4, sizeof(ball),
+                      offsetof(ball, centre_radius), 1);
     material_attributes(sizeof(ball), offsetof(ball, material), 1);
     r->ball_count = mesh.index_count;
     view_room_mesh_free(&mesh);
     return true;
-}
-
-static GLuint make_block(size_t bytes)
-{
-    GLuint buffer;
-
-    gl.GenBuffers(1, &buffer);
-    gl.BindBuffer(GL_UNIFORM_BUFFER, buffer);
-    gl.BufferData(GL_UNIFORM_BUFFER, (GLsizeiptr)bytes, NULL, GL_DYNAMIC_DRAW);
-    return buffer;
 }
 
 view_room *view_room_create(void)
@@ -171,9 +133,10 @@ view_room *view_room_create(void)
     }
     if (!make_programs(r) || !make_boxes(r) || !make_balls(r))
         goto fail;
-    gl.GenVertexArrays(1, &r->nothing);
-    r->frame_buffer = make_block(sizeof(view_frame));
-    r->room_buffer = make_block(sizeof(room_block));
+    r->frame_buffer =
+        view_gl_buffer(GL_UNIFORM_BUFFER, sizeof(view_frame), NULL);
+    r->room_buffer =
+        view_gl_buffer(GL_UNIFORM_BUFFER, sizeof(room_block), NULL);
     gl.BindVertexArray(0);
     gl.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
     if (!view_gl_check("making the room"))
@@ -192,15 +155,14 @@ void view_room_free(view_room *r)
     const GLuint buffers[] = {r->box_vertices, r->box_indices, r->ball_vertices,
                               r->ball_indices, r->instances,   r->frame_buffer,
                               r->room_buffer};
-    const GLuint arrays[] = {r->box_array, r->ball_array, r->nothing};
+    const GLuint arrays[] = {r->box_array, r->ball_array};
 
     gl.DeleteBuffers(sizeof buffers / sizeof buffers[0], buffers);
     gl.DeleteVertexArrays(sizeof arrays / sizeof arrays[0], arrays);
     view_room_probes_free(r->probes);
     view_room_shadow_free(r->shadow);
     gl.DeleteProgram(r->sky);
-    gl.DeleteProgram(r->balls);
-    gl.DeleteProgram(r->boxes);
+    gl.DeleteProgram(r->surfaces);
     free(r);
 }
 
@@ -275,9 +237,9 @@ static bool upload_blocks(view_room *r, const view_room_draw *d,
     view_room_probes_block(&block.probes, d, viewport + 2);
     picture_rows(d, rows);
     const double det = invert_rows(rows, block.picture);
-    gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, r->frame_buffer);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, VIEW_BLOCK_FRAME, r->frame_buffer);
     gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof frame, &frame);
-    gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK, r->room_buffer);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, VIEW_BLOCK_ROOM, r->room_buffer);
     gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
     return det > 0;
 }
@@ -326,6 +288,7 @@ static void draw_boxes(const view_room *r, GLuint program, bool cells)
 
     gl.UseProgram(program);
     gl.BindVertexArray(r->box_array);
+    gl.VertexAttrib4f(CENTRE_RADIUS, 0, 0, 0, 1);
     gl.DrawElements(GL_TRIANGLES, end - first, GL_UNSIGNED_INT,
                     (const void *)((uintptr_t)first * sizeof(GLuint)));
 }
@@ -338,21 +301,14 @@ static void draw_balls(const view_room *r, GLuint program, int count)
                              count);
 }
 
-static void draw_sky(const view_room *r)
-{
-    gl.UseProgram(r->sky);
-    gl.BindVertexArray(r->nothing);
-    gl.DrawArrays(GL_TRIANGLES, 0, 3);
-}
-
 static void draw_shadows(view_room *r, const view_room_draw *d)
 {
-    GLuint box_program, ball_program;
+    const GLuint program = view_room_shadow_begin(r->shadow, d);
 
-    if (!view_room_shadow_begin(r->shadow, d, &box_program, &ball_program))
+    if (!program)
         return;
-    draw_balls(r, ball_program, upload_balls(r, d));
-    draw_boxes(r, box_program, false);
+    draw_balls(r, program, upload_balls(r, d));
+    draw_boxes(r, program, false);
     view_room_shadow_end(r->shadow);
 }
 
@@ -376,12 +332,12 @@ void view_room_render(view_room *r, const view_room_draw *d)
         gl.Enable(GL_CLIP_DISTANCE0);
     gl.Clear(GL_DEPTH_BUFFER_BIT);
     if (count)
-        draw_balls(r, r->balls, count);
-    draw_boxes(r, r->boxes, d->paraboloid);
+        draw_balls(r, r->surfaces, count);
+    draw_boxes(r, r->surfaces, d->paraboloid);
     gl.Disable(GL_CLIP_DISTANCE0);
     gl.Disable(GL_CULL_FACE);
     gl.FrontFace(GL_CCW);
-    draw_sky(r);
+    view_gl_draw_full(r->sky);
     gl.DepthFunc(GL_LESS);
     gl.Disable(GL_DEPTH_TEST);
 }
