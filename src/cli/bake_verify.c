@@ -19,27 +19,28 @@ static ibl_status judge_lut(ibl_bake *b, const ibl_texture *tex)
 static ibl_status judge_cube(ibl_bake *b, ibl_output_kind kind,
                              const ibl_texture *tex)
 {
-    double roughness[IBL_MAX_LEVELS] = {0};
     ibl_cube cube = {0};
     ibl_status status = IBL_OK;
-    ibl_role role = IBL_ROLE_ENVIRONMENT;
 
     if (!b->judge)
         status = ibl_judge_create(b->ctx, &b->env, b->opts->bake.yaw_deg,
                                   &b->opts->judge, &b->judge);
     if (!status)
         status = ibl_texture_to_cube(b->ctx, tex, &cube);
-    if (kind == IBL_OUTPUT_IRRADIANCE)
-        role = IBL_ROLE_IRRADIANCE;
-    if (kind == IBL_OUTPUT_SPECULAR) {
-        role = IBL_ROLE_SPECULAR;
-        for (int l = 0; l < tex->levels; l++)
-            roughness[l] = b->made.report.layout.roughness[l];
+    for (int l = 0; l < tex->levels && !status; l++) {
+        const ibl_judge_level level = {
+            .role = (ibl_role)kind,
+            .lobe = b->opts->bake.specular_options.lobe,
+            .roughness = kind == IBL_OUTPUT_SPECULAR
+                             ? b->made.report.layout.roughness[l]
+                             : 0,
+            .scale = 1,
+            .size = ibl_cube_edge(cube.size, l),
+            .base = cube.size,
+            .texels = ibl_cube_face(&cube, l, 0),
+            .pixel = tex->pixel};
+        status = ibl_report_add(&b->judged, b->judge, kind, l, &level);
     }
-    if (!status)
-        status = ibl_report_add_cube(
-            &b->judged, b->judge, ibl_output_name(kind), role, &cube,
-            tex->pixel, b->opts->bake.specular_options.lobe, roughness);
     ibl_cube_free(&cube);
     return status;
 }

@@ -183,7 +183,8 @@ static ibl_status judge_files(judging *j, ibl_bench_point *p,
     if (!status)
         status = ibl_verify_judge(files, j->judge, j->b->console, report);
     /* What is swept has no part in the table. */
-    report->has_lut = files->lut_path && (p->base || p->kind != IBL_BENCH_BAKE);
+    report->has_lut =
+        files->path[IBL_OUTPUT_LUT] && (p->base || p->kind != IBL_BENCH_BAKE);
     if (!status && report->has_lut)
         status = ibl_judge_lut(j->ctx, &files->lut, files->lut_pixel,
                                files->geometry, &opts->judge, &report->lut);

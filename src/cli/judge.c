@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "cli/faces.h"
-#include "cli/judge_picks.h"
 
 enum {
     COARSE = 64,     /* columns of the small map that finds the dark texels */
@@ -33,8 +32,7 @@ struct ibl_judge {
     ibl_reference *reference;
     ibl_image coarse;
     ibl_reference *coarse_reference;
-    int light_count;
-    double lights[IBL_JUDGE_LIGHTS][3];
+    ibl_pick_scene scene; /* the lights */
     double mean[3];
     known *known;
 };
@@ -50,6 +48,16 @@ void ibl_verdict_free(ibl_verdict *v)
         return;
     free(v->texels);
     *v = (ibl_verdict){0};
+}
+
+void ibl_judge_round(ibl_pixel pixel, float *values)
+{
+    unsigned char bytes[16];
+
+    if (pixel == IBL_PIXEL_COUNT)
+        return;
+    ibl_pixel_encode(pixel, values, 1, bytes);
+    ibl_pixel_decode(pixel, bytes, 1, values);
 }
 
 /* ---- the judge ------------------------------------------------------- */
@@ -106,7 +114,8 @@ ibl_status ibl_judge_create(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
         status = ibl_reference_mean(j->reference, j->mean);
     if (status)
         goto fail;
-    j->light_count = ibl_find_lights(env, yaw_deg, IBL_JUDGE_LIGHTS, j->lights);
+    j->scene.light_count =
+        ibl_find_lights(env, yaw_deg, IBL_JUDGE_LIGHTS, j->scene.lights);
     *out = j;
     return IBL_OK;
 
@@ -166,19 +175,20 @@ static ibl_status find_coarse(const ibl_judge *j, const known *k, double *dirs,
 static ibl_status find_dark(const ibl_judge *j, const known *k,
                             ibl_pick_scene *scene)
 {
-    double *dirs = malloc(7 * CELLS * sizeof *dirs);
+    double *dirs = malloc(8 * CELLS * sizeof *dirs);
     double *const rgb = dirs + 3 * CELLS, *const value = rgb + 3 * CELLS;
+    double *const sorted = value + CELLS;
 
     if (!dirs)
         return IBL_ERR_MEMORY;
     const ibl_status status = find_coarse(j, k, dirs, rgb);
+    for (int c = 0; c < CELLS && !status; c++)
+        value[c] = rgb[3 * c] + rgb[3 * c + 1] + rgb[3 * c + 2];
     if (!status) {
+        memcpy(sorted, value, CELLS * sizeof *sorted);
+        qsort(sorted, CELLS, sizeof *sorted, by_value);
         for (int c = 0; c < CELLS; c++)
-            value[c] = rgb[3 * c] + rgb[3 * c + 1] + rgb[3 * c + 2];
-        qsort(value, CELLS, sizeof *value, by_value);
-        for (int c = 0; c < CELLS; c++)
-            scene->dark[c] = rgb[3 * c] + rgb[3 * c + 1] + rgb[3 * c + 2] <=
-                             value[CELLS / DARK_TENTH];
+            scene->dark[c] = value[c] <= sorted[CELLS / DARK_TENTH];
     }
     free(dirs);
     return status;
@@ -219,48 +229,47 @@ fail:
     return status;
 }
 
+static ibl_status make_known(ibl_judge *j, known *k)
+{
+    ibl_pick_scene scene = j->scene;
+
+    scene.size = k->size;
+    ibl_status status = find_dark(j, k, &scene);
+    if (!status && !ibl_picks(&scene, &j->opts, &k->picks, &k->count))
+        status = IBL_ERR_MEMORY;
+    return status ? status : find_truth(j, k);
+}
+
 static ibl_status find_known(ibl_judge *j, const ibl_judge_level *level,
                              const known **out)
 {
-    ibl_pick_scene scene = {.size = level->size, .light_count = j->light_count};
-    known want = {
-        .role = level->role, .base = level->size, .size = level->size};
-    known *k;
-    ibl_status status;
+    const bool specular = level->role == IBL_ROLE_SPECULAR;
+    const bool lobe = specular && level->roughness > 0;
+    const known want = {
+        .role = specular && !lobe ? IBL_ROLE_ENVIRONMENT : level->role,
+        .lobe = lobe ? level->lobe : IBL_LOBE_GGX,
+        .roughness = lobe ? level->roughness : 0,
+        .base = level->role == IBL_ROLE_ENVIRONMENT ? level->base : level->size,
+        .size = level->size};
+    known *k = j->known;
 
-    if (level->role == IBL_ROLE_SPECULAR) {
-        want.lobe = level->lobe;
-        want.roughness = level->roughness;
-    }
-    if (want.roughness == 0 && level->role == IBL_ROLE_SPECULAR) {
-        want.lobe = IBL_LOBE_GGX;
-        want.role = IBL_ROLE_ENVIRONMENT;
-    }
-    if (level->role == IBL_ROLE_ENVIRONMENT)
-        want.base = level->base;
-    for (k = j->known; k; k = k->next)
-        if (k->role == want.role && k->size == want.size &&
-            k->base == want.base && k->lobe == want.lobe &&
-            k->roughness == want.roughness) {
-            *out = k;
-            return IBL_OK;
+    while (k && !(k->role == want.role && k->size == want.size &&
+                  k->base == want.base && k->lobe == want.lobe &&
+                  k->roughness == want.roughness))
+        k = k->next;
+    if (!k) {
+        k = malloc(sizeof *k);
+        if (!k)
+            return IBL_ERR_MEMORY;
+        *k = want;
+        const ibl_status status = make_known(j, k);
+        if (status) {
+            free_known(k);
+            return status;
         }
-    k = malloc(sizeof *k);
-    if (!k)
-        return IBL_ERR_MEMORY;
-    *k = want;
-    memcpy(scene.lights, j->lights, sizeof scene.lights);
-    status = find_dark(j, k, &scene);
-    if (!status && !ibl_picks(&scene, &j->opts, &k->picks, &k->count))
-        status = IBL_ERR_MEMORY;
-    if (!status)
-        status = find_truth(j, k);
-    if (status) {
-        free_known(k);
-        return status;
+        k->next = j->known;
+        j->known = k;
     }
-    k->next = j->known;
-    j->known = k;
     *out = k;
     return IBL_OK;
 }
@@ -308,30 +317,14 @@ static void round_truth(const ibl_judge_level *level, const double *truth,
                         double *rounded)
 {
     float rgb[3];
-    unsigned char bytes[16];
 
     for (int c = 0; c < 3; c++)
         rgb[c] = (float)(truth[c] * level->scale);
-    if (level->pixel != IBL_PIXEL_COUNT) {
-        ibl_pixel_encode(level->pixel, rgb, 1, bytes);
-        ibl_pixel_decode(level->pixel, bytes, 1, rgb);
-    }
+    ibl_judge_round(level->pixel, rgb);
     for (int c = 0; c < 3; c++)
         rounded[c] = level->pixel == IBL_PIXEL_COUNT
                          ? truth[c]
                          : (double)rgb[c] / level->scale;
-}
-
-/* The largest value of each channel that the level can have. */
-static void find_largest(const ibl_judge_level *level, float max[3])
-{
-    unsigned char bytes[16];
-
-    max[0] = max[1] = max[2] = FLT_MAX;
-    if (level->pixel == IBL_PIXEL_COUNT)
-        return;
-    ibl_pixel_encode(level->pixel, max, 1, bytes);
-    ibl_pixel_decode(level->pixel, bytes, 1, max);
 }
 
 /* The texel dx, dy aside, over edges too. False: there is none. */
@@ -432,9 +425,9 @@ static ibl_status compare(const ibl_judge *j, const ibl_judge_level *level,
                           const known *k, ibl_verdict *v)
 {
     double wrong = 0, all = 0, rounding = 0, overflow = 0;
-    float max[3];
+    float max[3] = {FLT_MAX, FLT_MAX, FLT_MAX}; /* that the level can have */
 
-    find_largest(level, max);
+    ibl_judge_round(level->pixel, max);
     v->texels = malloc(k->count * sizeof *v->texels);
     ibl_judged_texel *sorted = malloc(k->count * sizeof *sorted);
     if (!v->texels || !sorted) {

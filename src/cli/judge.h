@@ -41,20 +41,9 @@
 #ifndef CLI_JUDGE_H
 #define CLI_JUDGE_H
 
-#include <stdbool.h>
-#include <stddef.h>
-
-#include <ibl/ibl.h>
 #include <ibl/io.h>
-#include <ibl/reference.h>
 
-typedef struct ibl_judge_options {
-    int texels; /* of each level, about; at least IBL_JUDGE_MIN_TEXELS */
-    int all;    /* every texel instead */
-    int seed;
-    int grid; /* cells along a face's edge, at least; for pictures. 0: as
-                 texels has it */
-} ibl_judge_options;
+#include "cli/judge_picks.h"
 
 enum {
     IBL_JUDGE_MIN_TEXELS = 24,
@@ -63,7 +52,7 @@ enum {
 
 ibl_judge_options ibl_judge_options_default(void);
 
-/* What a level holds. */
+/* What a level holds; in the order of ibl_output_kind. */
 typedef enum ibl_role {
     IBL_ROLE_ENVIRONMENT, /* means over texels: skybox, or roughness 0 */
     IBL_ROLE_SPECULAR,
@@ -85,13 +74,6 @@ typedef struct ibl_judge_level {
     size_t mended;       /* texels that were not finite before a reader mended
                             them: counted as such */
 } ibl_judge_level;
-
-typedef struct ibl_judged_texel {
-    ibl_texel at;
-    double weight; /* texels that it stands for */
-    double error;  /* relative */
-    double value;  /* R + G + B of the truth */
-} ibl_judged_texel;
 
 /* The darkest tenth of a level, as defined above. */
 typedef struct ibl_dark_verdict {
@@ -139,6 +121,10 @@ void ibl_judge_free(ibl_judge *judge); /* NULL is fine */
 /* Judges a level; *out is the caller's to free. */
 ibl_status ibl_judge_cube_level(ibl_judge *judge, const ibl_judge_level *level,
                                 ibl_verdict *out);
+
+/* Rounds a pixel's channels to what its format holds; IBL_PIXEL_COUNT leaves
+ * them. */
+void ibl_judge_round(ibl_pixel pixel, float *values);
 
 /* A split-sum table against the integrals, absolute errors over R and G. */
 typedef struct ibl_lut_verdict {

@@ -3,7 +3,6 @@
 #include <stdlib.h>
 
 #include "cli/judge.h"
-#include "cli/judge_picks.h"
 
 /* A row or column of the table and the number of those that it stands for. */
 typedef struct line {
@@ -48,7 +47,6 @@ static ibl_status judge_texel(ibl_ctx *ctx, const ibl_lut *lut, ibl_pixel pixel,
     const double weight = (double)u.weight * v.weight;
     double truth[2];
     float rounded[2];
-    unsigned char bytes[16];
 
     const ibl_status status =
         ibl_reference_lut(ctx, n_dot_v, roughness, geometry, truth);
@@ -56,10 +54,7 @@ static ibl_status judge_texel(ibl_ctx *ctx, const ibl_lut *lut, ibl_pixel pixel,
         return status;
     for (int c = 0; c < 2; c++)
         rounded[c] = (float)truth[c];
-    if (pixel != IBL_PIXEL_COUNT) {
-        ibl_pixel_encode(pixel, rounded, 1, bytes);
-        ibl_pixel_decode(pixel, bytes, 1, rounded);
-    }
+    ibl_judge_round(pixel, rounded);
     for (int c = 0; c < 2; c++) {
         const double off = fabs((double)x[c] - truth[c]);
         const double loss =

@@ -11,6 +11,7 @@ enum {
                    pixel; half as many along a column */
 };
 
+/* Kinds of texels; those of the last are split by the cells of a grid. */
 typedef enum kind {
     LIGHT,
     CORNER,
@@ -117,17 +118,19 @@ int ibl_find_lights(const ibl_image *env, double yaw_deg, int most,
 
 /* ---- kinds ----------------------------------------------------------- */
 
+/* Texels of which `quota` are chosen, evenly and at random. */
+typedef struct stratum {
+    size_t members, quota;
+    size_t seen, taken;
+} stratum;
+
 typedef struct picker {
     const ibl_pick_scene *scene;
-    const ibl_judge_options *opts;
     int n;    /* size */
     int grid; /* cells along an edge for REST */
     int light_count;
     ibl_texel lights[IBL_JUDGE_LIGHTS];
-    size_t members[KINDS]; /* texels of the level */
-    size_t quota[KINDS];   /* to be chosen; not of REST */
-    size_t *cells;         /* members of REST in each cell */
-    size_t *wanted;        /* index among them of the one that is chosen */
+    stratum *strata; /* one of each kind before REST, then the cells */
 } picker;
 
 static size_t cell_of(const picker *p, ibl_texel t, int grid)
@@ -142,12 +145,8 @@ static bool is_near(const picker *p, ibl_texel t)
     const double *l = p->scene->lights[0];
     double d[3];
 
-    ibl_face_direction(t.face, 2 * (t.x + 0.5) / p->n - 1,
-                       2 * (t.y + 0.5) / p->n - 1, d);
-    const double dot = d[0] * l[0] + d[1] * l[1] + d[2] * l[2];
-    const double length2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    const double limit = cos(20 * M_PI / 180);
-    return dot > 0 && dot * dot > limit * limit * length2;
+    ibl_cube_direction(p->n, t.face, t.x, t.y, d);
+    return d[0] * l[0] + d[1] * l[1] + d[2] * l[2] > cos(20 * M_PI / 180);
 }
 
 static kind kind_of(const picker *p, ibl_texel t)
@@ -170,136 +169,93 @@ static kind kind_of(const picker *p, ibl_texel t)
 
 /* ---- the choice ------------------------------------------------------ */
 
-static void visit_all(picker *p, void (*visit)(picker *, ibl_texel, void *),
-                      void *cookie)
+static ibl_texel texel_at(const picker *p, size_t i)
 {
-    ibl_texel t;
-    for (t.face = 0; t.face < IBL_FACES; t.face++)
-        for (t.y = 0; t.y < p->n; t.y++)
-            for (t.x = 0; t.x < p->n; t.x++)
-                visit(p, t, cookie);
+    const size_t n = (size_t)p->n;
+    return (ibl_texel){(int)(i / (n * n)), (int)(i % n), (int)(i / n % n)};
 }
 
-static void count_member(picker *p, ibl_texel t, void *cookie)
+static size_t stratum_of(const picker *p, ibl_texel t)
 {
     const kind k = kind_of(p, t);
-
-    (void)cookie;
-    p->members[k]++;
-    if (k == REST)
-        p->cells[cell_of(p, t, p->grid)]++;
+    return k == REST ? REST + cell_of(p, t, p->grid) : k;
 }
 
-typedef struct chosen {
-    ibl_judged_texel *list;
-    size_t count;
-    size_t seen[KINDS], taken[KINDS];
-} chosen;
-
-/* The member of a kind that is chosen as number i of quota: a random one in
- * the i-th of as many equal stretches. */
-static size_t member(const picker *p, kind k, size_t i)
+static void set_grid(picker *p, const ibl_judge_options *opts)
 {
-    const double stretch = (double)p->members[k] / (double)p->quota[k];
-    const double at =
-        ((double)i + ibl_pick_random(p->opts->seed, k, i)) * stretch;
-    const size_t first = (size_t)ceil((double)i * stretch);
-    const size_t index = (size_t)at;
-    return index < first ? first : index;
-}
-
-static void choose_member(picker *p, ibl_texel t, void *cookie)
-{
-    chosen *c = cookie;
-    const kind k = kind_of(p, t);
-    double weight = 1;
-
-    if (k == REST) {
-        const size_t cell = cell_of(p, t, p->grid);
-        if (p->wanted[cell]-- != 0)
-            return;
-        weight = (double)p->cells[cell];
-    } else if (k != LIGHT && k != CORNER && p->members[k] > p->quota[k]) {
-        if (c->taken[k] == p->quota[k] ||
-            c->seen[k]++ != member(p, k, c->taken[k]))
-            return;
-        c->taken[k]++;
-        weight = (double)p->members[k] / (double)p->quota[k];
-    }
-    c->list[c->count++] = (ibl_judged_texel){.at = t, .weight = weight};
-}
-
-static void choose_all(picker *p, ibl_texel t, void *cookie)
-{
-    chosen *c = cookie;
-    (void)p;
-    c->list[c->count++] = (ibl_judged_texel){.at = t, .weight = 1};
-}
-
-static bool take_everything(picker *p, ibl_judged_texel **list, size_t *count)
-{
-    chosen c = {0};
-    const size_t texels = IBL_FACES * (size_t)p->n * (size_t)p->n;
-
-    c.list = malloc(texels * sizeof *c.list);
-    if (!c.list)
-        return false;
-    visit_all(p, choose_all, &c);
-    *list = c.list;
-    *count = c.count;
-    return true;
-}
-
-static void set_quotas(picker *p)
-{
-    const int texels = p->opts->texels;
-    const int lights = texels / 36;
-    const int known = p->scene->light_count;
+    const int lights = opts->texels / 36, known = p->scene->light_count;
 
     p->light_count = lights < 1 ? 1 : lights < known ? lights : known;
     for (int i = 0; i < p->light_count; i++)
         p->lights[i] = ibl_face_texel(p->n, p->scene->lights[i]);
-    p->quota[NEAR] = p->quota[EDGE] = p->quota[DARK] = (size_t)texels / 8;
-    const double rest = fmax(6, texels - 9.0 * p->light_count - 24 -
-                                    3.0 * (double)p->quota[DARK]);
+    const double rest = fmax(6, opts->texels - 9.0 * p->light_count - 24 -
+                                    3.0 * (opts->texels / 8));
     p->grid = (int)sqrt(rest / 6 + 0.5);
-    if (p->grid < p->opts->grid)
-        p->grid = p->opts->grid;
+    if (p->grid < opts->grid)
+        p->grid = opts->grid;
     if (p->grid > p->n)
         p->grid = p->n;
+}
+
+/* How many texels of each stratum are chosen; returns the sum. */
+static size_t set_quotas(const picker *p, const ibl_judge_options *opts,
+                         size_t texels, size_t cells)
+{
+    const bool all =
+        opts->all || texels <= (size_t)opts->texels || texels <= cells;
+    size_t sum = 0;
+
+    for (size_t i = 0; i < REST + cells; i++) {
+        stratum *s = &p->strata[i];
+        s->quota = i >= REST ? 1 : (size_t)opts->texels / 8;
+        if (all || i == LIGHT || i == CORNER || s->quota > s->members)
+            s->quota = s->members;
+        sum += s->quota;
+    }
+    return sum;
+}
+
+/* Whether the next member of a stratum is chosen: of as many equal stretches
+ * as the quota, a random one in each. */
+static bool is_chosen(stratum *s, size_t index, int seed)
+{
+    const size_t seen = s->seen++;
+
+    if (s->taken == s->quota)
+        return false;
+    const double stretch = (double)s->members / (double)s->quota;
+    const double u = index < REST ? ibl_pick_random(seed, index, s->taken)
+                                  : ibl_pick_random(seed, KINDS, index - REST);
+    const double i = (double)s->taken;
+    if ((double)seen < fmax(floor((i + u) * stretch), ceil(i * stretch)))
+        return false;
+    s->taken++;
+    return true;
 }
 
 bool ibl_picks(const ibl_pick_scene *scene, const ibl_judge_options *opts,
                ibl_judged_texel **list, size_t *count)
 {
-    picker p = {.scene = scene, .opts = opts, .n = scene->size};
-    chosen c = {0};
+    picker p = {.scene = scene, .n = scene->size};
     const size_t texels = IBL_FACES * (size_t)p.n * (size_t)p.n;
 
-    if (opts->all || texels <= (size_t)opts->texels)
-        return take_everything(&p, list, count);
-    set_quotas(&p);
+    set_grid(&p, opts);
     const size_t cells = IBL_FACES * (size_t)p.grid * (size_t)p.grid;
-    if (texels <= cells)
-        return take_everything(&p, list, count);
-    p.cells = calloc(cells, sizeof *p.cells);
-    p.wanted = calloc(cells, sizeof *p.wanted);
-    c.list =
-        malloc((9 * (size_t)p.light_count + 24 + 3 * p.quota[DARK] + cells) *
-               sizeof *c.list);
-    if (p.cells && p.wanted && c.list) {
-        visit_all(&p, count_member, NULL);
-        for (size_t i = 0; i < cells; i++)
-            p.wanted[i] = (size_t)(ibl_pick_random(opts->seed, KINDS, i) *
-                                   (double)p.cells[i]);
-        visit_all(&p, choose_member, &c);
-        *list = c.list;
-        *count = c.count;
-        c.list = NULL;
+    p.strata = calloc(REST + cells, sizeof *p.strata);
+    if (!p.strata)
+        return false;
+    for (size_t i = 0; i < texels; i++)
+        p.strata[stratum_of(&p, texel_at(&p, i))].members++;
+    *list = malloc(set_quotas(&p, opts, texels, cells) * sizeof **list);
+    *count = 0;
+    for (size_t i = 0; i < texels && *list; i++) {
+        const ibl_texel t = texel_at(&p, i);
+        const size_t index = stratum_of(&p, t);
+        stratum *s = &p.strata[index];
+        if (is_chosen(s, index, opts->seed))
+            (*list)[(*count)++] = (ibl_judged_texel){
+                .at = t, .weight = (double)s->members / (double)s->quota};
     }
-    const bool ok = !c.list && p.cells && p.wanted;
-    free(c.list);
-    free(p.cells);
-    free(p.wanted);
-    return ok;
+    free(p.strata);
+    return *list;
 }

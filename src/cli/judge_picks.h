@@ -3,12 +3,31 @@
 #ifndef CLI_JUDGE_PICKS_H
 #define CLI_JUDGE_PICKS_H
 
-#include "cli/judge.h"
+#include <stdbool.h>
+#include <stddef.h>
+
+#include <ibl/ibl.h>
+#include <ibl/reference.h>
 
 enum {
     IBL_JUDGE_LIGHTS = 8,
     IBL_DARK_CELLS = 8 /* along a face's edge */
 };
+
+typedef struct ibl_judge_options {
+    int texels; /* of each level, about; at least IBL_JUDGE_MIN_TEXELS */
+    int all;    /* every texel instead */
+    int seed;
+    int grid; /* cells along a face's edge, at least; for pictures. 0: as
+                 texels has it */
+} ibl_judge_options;
+
+typedef struct ibl_judged_texel {
+    ibl_texel at;
+    double weight; /* texels that it stands for */
+    double error;  /* relative */
+    double value;  /* R + G + B of the truth */
+} ibl_judged_texel;
 
 /* What the choice depends on, of one level. */
 typedef struct ibl_pick_scene {

@@ -9,40 +9,17 @@
 #include "cli/json_put.h"
 
 ibl_status ibl_report_add(ibl_report *report, ibl_judge *judge,
-                          const char *content, int level,
-                          const ibl_judge_level *judged)
+                          ibl_output_kind kind, int number,
+                          const ibl_judge_level *level)
 {
     assert(report->count < IBL_REPORT_ROWS);
     ibl_report_row *row = &report->rows[report->count];
-    const ibl_status status =
-        ibl_judge_cube_level(judge, judged, &row->verdict);
+    const ibl_status status = ibl_judge_cube_level(judge, level, &row->verdict);
 
     if (!status) {
-        row->content = content;
-        row->level = level;
+        row->content = ibl_output_content(kind);
+        row->level = number;
         report->count++;
-    }
-    return status;
-}
-
-ibl_status ibl_report_add_cube(ibl_report *report, ibl_judge *judge,
-                               const char *content, ibl_role role,
-                               const ibl_cube *cube, ibl_pixel pixel,
-                               ibl_lobe lobe, const double *roughness)
-{
-    ibl_status status = IBL_OK;
-
-    for (int l = 0; l < cube->levels && !status; l++) {
-        const ibl_judge_level level = {.role = role,
-                                       .lobe = lobe,
-                                       .roughness =
-                                           roughness ? roughness[l] : 0,
-                                       .scale = 1,
-                                       .size = ibl_cube_edge(cube->size, l),
-                                       .base = cube->size,
-                                       .texels = ibl_cube_face(cube, l, 0),
-                                       .pixel = pixel};
-        status = ibl_report_add(report, judge, content, l, &level);
     }
     return status;
 }

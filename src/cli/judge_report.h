@@ -6,6 +6,7 @@
 #include <jansson.h>
 #include <stdio.h>
 
+#include "cli/common_options.h"
 #include "cli/judge.h"
 
 enum {
@@ -26,16 +27,10 @@ typedef struct ibl_report {
     ibl_lut_verdict lut;
 } ibl_report;
 
-/* Judges a level and adds the verdict. */
+/* Judges a level of an output, by its number, and adds the verdict. */
 ibl_status ibl_report_add(ibl_report *report, ibl_judge *judge,
-                          const char *content, int level,
-                          const ibl_judge_level *judged);
-/* Every level of a cube in one go. roughness: of each level; NULL where the
- * role is not SPECULAR. */
-ibl_status ibl_report_add_cube(ibl_report *report, ibl_judge *judge,
-                               const char *content, ibl_role role,
-                               const ibl_cube *cube, ibl_pixel pixel,
-                               ibl_lobe lobe, const double *roughness);
+                          ibl_output_kind kind, int number,
+                          const ibl_judge_level *level);
 void ibl_report_free(ibl_report *report);
 
 /* Whether every nRMSE and the table's largest error are at most max_error and

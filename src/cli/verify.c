@@ -1,16 +1,210 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/verify.h"
-
+/* iblbake verify: baked files against the exact sums. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "cli/heatmap.h"
+#include "cli/json_put.h"
 #include "cli/json_text.h"
-#include "cli/judge_report.h"
-#include "cli/signals.h"
 #include "cli/session.h"
+#include "cli/signals.h"
 #include "cli/verify_files.h"
+#include "common/names.h"
+
+/* ---- options --------------------------------------------------------- */
+
+static const char *const scale_names[] = {"E/pi", "E", NULL};
+static const char *const lobe_names[] = {"auto", "ggx", "charlie", "phong",
+                                         NULL};
+static const char *const geometry_names[] = {"auto", "smith", "schlick-ibl",
+                                             NULL};
+
+static bool parse_face_names(void *field, const char *value)
+{
+    char(*names)[16] = field;
+
+    for (int face = 0; face < IBL_FACES; face++) {
+        const size_t length = strcspn(value, ",");
+        if (length < 1 || length >= sizeof names[face])
+            return false;
+        memcpy(names[face], value, length);
+        names[face][length] = '\0';
+        value += length;
+        if (*value != (face == IBL_FACES - 1 ? '\0' : ','))
+            return false;
+        value++;
+    }
+    return true;
+}
+
+static bool parse_roughness_map(void *field, const char *value)
+{
+    ibl_verify_map m = {.given = 1};
+
+    const int named = ibl_names_find(ibl_mapping_names, value);
+
+    if (named >= 0)
+        m.map = (ibl_roughness_map)named;
+    else
+        m.count = ibl_roughness_list(value, m.list);
+    if (named < 0 && !m.count)
+        return false;
+    *(ibl_verify_map *)field = m;
+    return true;
+}
+
+static bool parse_axes(void *field, const char *value)
+{
+    int axes[3] = {0}, seen = 0;
+
+    for (int k = 0; k < 3; k++) {
+        const int sign = *value == '-' ? -1 : 1;
+        value += *value == '-' || *value == '+';
+        if (*value < 'x' || *value > 'z' || seen & 1 << (*value - 'x'))
+            return false;
+        seen |= 1 << (*value - 'x');
+        axes[k] = sign * (*value - 'x' + 1);
+        if (*++value != (k == 2 ? '\0' : ','))
+            return false;
+        value++;
+    }
+    memcpy(field, axes, sizeof axes);
+    return true;
+}
+
+#define FLAG(field) IBL_FLAG(ibl_verify_opts, field)
+#define TEXT(field, what) IBL_TEXT(ibl_verify_opts, field, what)
+#define INT(field, lo, hi) IBL_INT(ibl_verify_opts, field, lo, hi)
+#define REAL(field, what, lo, hi) IBL_REAL(ibl_verify_opts, field, what, lo, hi)
+#define CHOICE(field, names) IBL_CHOICE(ibl_verify_opts, field, names)
+#define OTHER(field, what, parse) IBL_OTHER(ibl_verify_opts, field, what, parse)
+
+/* clang-format off */
+static const ibl_option files[] = {
+    {"name", 0, TEXT(name, "NAME"),
+     .standard = "ENV without directory and extension",
+     .help = "the files in DIR are NAME_specular.EXT and so on"},
+    {"specular", 0, TEXT(files[IBL_OUTPUT_SPECULAR], "FILE"), .standard = "",
+     .help = "a specular cube: KTX2, KTX or DDS, or six images a level, named "
+             "by a pattern with %l for the level and %f for the face"},
+    {"irradiance", 0, TEXT(files[IBL_OUTPUT_IRRADIANCE], "FILE"),
+     .standard = "", .help = "a diffuse cube, or a pattern with %f"},
+    {"skybox", 0, TEXT(files[IBL_OUTPUT_SKYBOX], "FILE"), .standard = "",
+     .help = "the environment as a cube, or a pattern with %f"},
+    {"lut", 0, TEXT(files[IBL_OUTPUT_LUT], "FILE"), .standard = "",
+     .help = "a BRDF table; alone it needs no ENV"},
+    {"face-names", 0, OTHER(face_names, "LIST", parse_face_names),
+     .allowed = "six names in the order +X -X +Y -Y +Z -Z",
+     .standard = "px,nx,py,ny,pz,nz", .help = "what %f stands for"},
+};
+
+static const ibl_option meaning[] = {
+    {"lobe", 0, CHOICE(lobe, lobe_names),
+     .help = "what the specular levels are convolved with; auto: what the "
+             "files say, else ggx"},
+    {"roughness-map", 0, OTHER(roughness, "MAP", parse_roughness_map),
+     .allowed = "linear, filament or a list of each level's, as 0,0.5,1",
+     .standard = "what the files say, else linear",
+     .help = "roughness of the specular levels"},
+    {"rotate", 0, OTHER(yaw_deg, "DEG", ibl_rotate_parse),
+     .allowed = IBL_ROTATE_ALLOWED,
+     .standard = "what the files say, else 0",
+     .help = "how the environment was turned about +Y for the bake"},
+    {"axes", 0, OTHER(axes, "LIST", parse_axes),
+     .allowed = "a permutation of x, y and z, each with or without a minus",
+     .standard = "x,y,z",
+     .help = "which axes of iblbake's world the files' +X, +Y and +Z are"},
+    {"irradiance-scale", 0, CHOICE(scale, scale_names),
+     .help = "what the irradiance holds"},
+    {"geometry", 0, CHOICE(geometry, geometry_names),
+     .help = "shadowing and masking of the table; auto: what the files say, "
+             "else smith"},
+};
+
+static const ibl_option judging[] = {
+    {"texels", 0, INT(judge.texels, IBL_JUDGE_MIN_TEXELS, 1000000),
+     .help = "texels of each level that are judged, about"},
+    {"all", 0, FLAG(judge.all), .help = "judge every texel; slow"},
+    {"seed", 0, INT(judge.seed, 0, 1000000000),
+     .help = "another seed judges other texels"},
+    {"max-error", 0, REAL(max_error, "E", 0, 1000), .standard = "none",
+     .help = "exit with status 1 if the nRMSE of a level or the largest error "
+             "of the table is above E, or a texel not finite"},
+};
+
+static const ibl_option results[] = {
+    {"json", 0, TEXT(json, "FILE"), .standard = "",
+     .help = "the table as JSON; -: to standard output, in its place"},
+    {"heatmap", 0, IBL_PNG(ibl_verify_opts, heatmap, "FILE"),
+     .help = "a PNG picture of where the error sits; judges more texels"},
+};
+/* clang-format on */
+
+static const ibl_section *const sections[] = {
+    IBL_SECTION("Files", files),
+    IBL_SECTION("What the files mean", meaning),
+    IBL_SECTION("Judging", judging),
+    IBL_SECTION("Results", results),
+    &ibl_input_section,
+    &ibl_running_section,
+    NULL,
+};
+
+static void defaults(void *settings)
+{
+    ibl_verify_opts *o = settings;
+
+    *o = (ibl_verify_opts){.common = ibl_common_default(),
+                           .yaw_deg = NAN,
+                           .axes = {1, 2, 3},
+                           .judge = ibl_judge_options_default(),
+                           .max_error = NAN};
+    parse_face_names(o->face_names, "px,nx,py,ny,pz,nz");
+}
+
+static bool take(void *settings, const char *word)
+{
+    ibl_verify_opts *o = settings;
+
+    if (!*word)
+        return ibl_misuse("an empty argument: verify takes ENV and DIR");
+    if (!o->input)
+        o->input = word;
+    else if (!o->directory)
+        o->directory = word;
+    else
+        return ibl_misuse("%s: a third argument after %s and %s: verify takes "
+                          "ENV and DIR",
+                          word, o->input, o->directory);
+    return true;
+}
+
+static bool validate(void *settings)
+{
+    ibl_verify_opts *o = settings;
+    const bool cubes = o->files[IBL_OUTPUT_SKYBOX] ||
+                       o->files[IBL_OUTPUT_SPECULAR] ||
+                       o->files[IBL_OUTPUT_IRRADIANCE];
+    const bool lut = o->files[IBL_OUTPUT_LUT] != NULL;
+
+    if (!o->input && (cubes || !lut))
+        return ibl_misuse("no environment: iblbake verify [options] ENV DIR, "
+                          "see iblbake verify --help");
+    if (!o->directory && !cubes && !lut)
+        return ibl_misuse("nothing to judge: add the directory of the bake, or "
+                          "--specular, --irradiance, --skybox or --lut");
+    if (!ibl_common_validate(&o->common))
+        return false;
+    if (!o->name) {
+        if (!ibl_stem(o->input, o->stem, sizeof o->stem))
+            return false;
+        o->name = o->stem;
+    }
+    return true;
+}
+
+/* ---- judging --------------------------------------------------------- */
 
 typedef struct verify {
     const ibl_verify_opts *opts;
@@ -22,47 +216,6 @@ typedef struct verify {
     ibl_judge *judge;
     ibl_report report;
 } verify;
-
-static ibl_status judge_file(const ibl_verify_files *files,
-                             ibl_verify_kind kind, ibl_judge *judge,
-                             ibl_console *console, ibl_report *report)
-{
-    static const ibl_role roles[] = {IBL_ROLE_ENVIRONMENT, IBL_ROLE_SPECULAR,
-                                     IBL_ROLE_IRRADIANCE};
-    const ibl_verify_file *f = &files->cubes[kind];
-    const int base = f->levels ? f->level[0].size : 0;
-    ibl_status status = IBL_OK;
-
-    for (int l = 0; l < f->levels && !status; l++) {
-        const ibl_judge_level level = {
-            .role = roles[kind],
-            .lobe = f->lobe,
-            .roughness = f->roughness[l],
-            .scale = f->scale,
-            .size = f->level[l].size,
-            .base = base > f->level[l].size ? base : f->level[l].size,
-            .texels = f->level[l].data,
-            .pixel = f->pixel,
-            .mended = f->mended[l]};
-        char stage[32];
-        snprintf(stage, sizeof stage, "%s %d", ibl_verify_content(kind), l);
-        ibl_console_progress(console, stage, 0);
-        status =
-            ibl_report_add(report, judge, ibl_verify_content(kind), l, &level);
-    }
-    return status;
-}
-
-ibl_status ibl_verify_judge(const ibl_verify_files *files, ibl_judge *judge,
-                            ibl_console *console, ibl_report *report)
-{
-    ibl_status status = IBL_OK;
-
-    for (int kind = 0; kind < IBL_VERIFY_LUT && !status; kind++)
-        status =
-            judge_file(files, (ibl_verify_kind)kind, judge, console, report);
-    return status;
-}
 
 static ibl_status judge_cubes(verify *v)
 {
@@ -87,11 +240,11 @@ static ibl_status judge_all(verify *v)
     ibl_status status = IBL_OK;
 
     v->report.options = v->opts->judge;
-    if (v->files.cubes[IBL_VERIFY_SKYBOX].path ||
-        v->files.cubes[IBL_VERIFY_SPECULAR].path ||
-        v->files.cubes[IBL_VERIFY_IRRADIANCE].path)
+    if (v->files.path[IBL_OUTPUT_SKYBOX] ||
+        v->files.path[IBL_OUTPUT_SPECULAR] ||
+        v->files.path[IBL_OUTPUT_IRRADIANCE])
         status = judge_cubes(v);
-    if (!status && v->files.lut_path) {
+    if (!status && v->files.path[IBL_OUTPUT_LUT]) {
         ibl_console_progress(v->console, "lut", 0);
         status =
             ibl_judge_lut(v->ctx, &v->files.lut, v->files.lut_pixel,
@@ -103,39 +256,28 @@ static ibl_status judge_all(verify *v)
 
 /* ---- results --------------------------------------------------------- */
 
-static void put(json_t *object, const char *key, json_t *value, bool *failed)
-{
-    *failed |= json_object_set_new(object, key, value) != 0;
-}
-
 /* The report with what it is about before it; NULL: no memory. */
 static char *json_report(const verify *v, bool passed)
 {
     const ibl_verify_opts *o = v->opts;
-    json_t *root = json_object(), *files = json_object();
-    bool failed = false;
-    char *text = NULL;
+    json_t *root = json_object(), *paths = json_object();
 
     if (o->input)
-        put(root, "environment", ibl_json_string(o->input), &failed);
-    put(root, "yaw_deg", json_real(v->files.yaw_deg), &failed);
-    for (int kind = 0; kind < IBL_VERIFY_COUNT; kind++) {
-        const char *path = kind == IBL_VERIFY_LUT ? v->files.lut_path
-                                                  : v->files.cubes[kind].path;
-        if (path)
-            put(files, ibl_verify_content((ibl_verify_kind)kind),
-                ibl_json_string(path), &failed);
-    }
-    put(root, "files", files, &failed);
+        put(&root, "environment", ibl_json_string(o->input));
+    put(&root, "yaw_deg", json_real(v->files.yaw_deg));
+    for (int kind = 0; kind < IBL_VERIFY_KINDS; kind++)
+        if (v->files.path[kind])
+            put(&paths, ibl_output_content((ibl_output_kind)kind),
+                ibl_json_string(v->files.path[kind]));
+    put(&root, "files", paths);
     if (!isnan(o->max_error)) {
-        put(root, "max_error", json_real(o->max_error), &failed);
-        put(root, "passed", json_boolean(passed), &failed);
+        put(&root, "max_error", json_real(o->max_error));
+        put(&root, "passed", json_boolean(passed));
     }
     json_t *report = ibl_report_json(&v->report);
-    failed |= !report || json_object_update(root, report) != 0;
+    const bool failed = !report || json_object_update(root, report) != 0;
+    char *text = failed ? NULL : ibl_json_text(root);
     json_decref(report);
-    if (!failed)
-        text = ibl_json_text(root);
     json_decref(root);
     return text;
 }
@@ -195,7 +337,7 @@ static void free_verify(verify *v)
     ibl_ctx_free(v->ctx);
 }
 
-int ibl_verify_run(const void *settings)
+static int run(const void *settings)
 {
     const ibl_verify_opts *opts = settings;
     ibl_console console;
@@ -228,3 +370,21 @@ int ibl_verify_run(const void *settings)
     free_verify(&v);
     return status || !passed ? 1 : 0;
 }
+
+const ibl_command ibl_verify_command = {
+    .name = "verify",
+    .usage = "[options] ENV DIR",
+    .brief = "judge what was baked from ENV by the exact sums",
+    .intro = "Judges the textures in DIR, or those of another program, by the "
+             "exact sums over\n"
+             "every pixel of the environment that they were baked from, and "
+             "prints for each\n"
+             "level how far they are off.\n",
+    .statuses = "0 done, 1 failed or above --max-error, 2 wrong usage",
+    .sections = sections,
+    .settings_size = sizeof(ibl_verify_opts),
+    .defaults = defaults,
+    .take = take,
+    .validate = validate,
+    .run = run,
+};

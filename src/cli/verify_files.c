@@ -2,8 +2,10 @@
 #include "cli/verify_files.h"
 
 #include <errno.h>
+#include <float.h>
 #include <jansson.h>
 #include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +15,7 @@
 #include "cli/faces.h"
 #include "common/memory_file.h"
 #include "common/names.h"
+#include "common/path.h"
 #include "common/sidecar_load.h"
 
 typedef struct reader {
@@ -24,31 +27,24 @@ typedef struct reader {
     ibl_verify_files *files;
 } reader;
 
-const char *ibl_verify_content(ibl_verify_kind kind)
-{
-    static const char *const names[] = {"skybox", "specular", "irradiance",
-                                        "brdf_lut"};
-    return names[kind];
-}
-
 /* ---- finding --------------------------------------------------------- */
 
-static char *join(const char *directory, const char *fmt, const char *name,
-                  const char *content, const char *ext)
+/* The path of a file in the directory; NULL: no memory. */
+static char *in_directory(const reader *r, const char *fmt, ...)
+    __attribute__((format(printf, 2, 3)));
+static char *in_directory(const reader *r, const char *fmt, ...)
 {
-    const size_t size = strlen(directory) + strlen(fmt) + strlen(name) +
-                        strlen(content) + strlen(ext) + 2;
-    char *path = malloc(size);
+    char name[1024];
+    va_list ap;
 
-    if (path) {
-        const size_t used = (size_t)snprintf(path, size, "%s/", directory);
-        snprintf(path + used, size - used, fmt, name, content, ext);
-    }
-    return path;
+    va_start(ap, fmt);
+    vsnprintf(name, sizeof name, fmt, ap);
+    va_end(ap);
+    return ibl_path_join(r->opts->directory, name);
 }
 
 /* The sidecar's account of a file, or NULL. */
-static json_t *find_output(const reader *r, ibl_verify_kind kind)
+static json_t *find_output(const reader *r, ibl_output_kind kind)
 {
     json_t *outputs = json_object_get(r->sidecar, "outputs"), *output;
     size_t i;
@@ -57,7 +53,7 @@ static json_t *find_output(const reader *r, ibl_verify_kind kind)
     {
         const char *content =
             json_string_value(json_object_get(output, "content"));
-        if (content && !strcmp(content, ibl_verify_content(kind)))
+        if (content && !strcmp(content, ibl_output_content(kind)))
             return output;
     }
     return NULL;
@@ -81,7 +77,7 @@ static ibl_status open_sidecar(reader *r)
                          o->directory);
         return IBL_ERR_IO;
     }
-    r->sidecar_path = join(o->directory, "%s%s.%s", o->name, "", "json");
+    r->sidecar_path = in_directory(r, "%s.json", o->name);
     if (!r->sidecar_path)
         return IBL_ERR_MEMORY;
     if (access(r->sidecar_path, F_OK))
@@ -97,14 +93,14 @@ static ibl_status open_sidecar(reader *r)
 }
 
 /* What the sidecar names; *path stays NULL if it names nothing. */
-static ibl_status find_named(const reader *r, ibl_verify_kind kind, char **path)
+static ibl_status find_named(const reader *r, ibl_output_kind kind, char **path)
 {
     const char *file =
         json_string_value(json_object_get(find_output(r, kind), "file"));
 
     if (!file || strchr(file, '/'))
         return IBL_OK;
-    *path = join(r->opts->directory, "%s%s%s", file, "", "");
+    *path = in_directory(r, "%s", file);
     if (!*path)
         return IBL_ERR_MEMORY;
     if (access(*path, F_OK)) {
@@ -116,16 +112,13 @@ static ibl_status find_named(const reader *r, ibl_verify_kind kind, char **path)
     return IBL_OK;
 }
 
-/* What has the name in the directory; stem is the table's, or NULL. */
-static ibl_status find_there(const reader *r, ibl_verify_kind kind,
-                             const char *stem, char **path)
+/* The file of any container with this stem, which kind's outputs have. */
+static ibl_status find_there(const reader *r, ibl_output_kind kind,
+                             const char *stem, const char *suffix, char **path)
 {
     for (int c = 0; c < IBL_CONTAINER_COUNT; c++) {
-        const char *ext = ibl_container_name((ibl_container)c);
-        char *candidate =
-            stem ? join(r->opts->directory, "%s%s.%s", stem, "", ext)
-                 : join(r->opts->directory, "%s_%s.%s", r->opts->name,
-                        ibl_verify_content(kind), ext);
+        char *candidate = in_directory(r, "%s%s.%s", stem, suffix,
+                                       ibl_container_name((ibl_container)c));
         if (!candidate)
             return IBL_ERR_MEMORY;
         if (access(candidate, F_OK)) {
@@ -136,9 +129,7 @@ static ibl_status find_there(const reader *r, ibl_verify_kind kind,
             ibl_console_fail(r->console,
                              "%s: %s is there, too: name the one to judge with "
                              "--%s",
-                             candidate, *path,
-                             kind == IBL_VERIFY_LUT ? "lut"
-                                                    : ibl_verify_content(kind));
+                             candidate, *path, ibl_output_name(kind));
             free(candidate);
             return IBL_ERR_ARGUMENT;
         }
@@ -146,10 +137,11 @@ static ibl_status find_there(const reader *r, ibl_verify_kind kind,
     return IBL_OK;
 }
 
-static ibl_status find_file(const reader *r, ibl_verify_kind kind, char **path)
+static ibl_status find_file(const reader *r, ibl_output_kind kind, char **path)
 {
+    static const char *const suffixes[] = {"_skybox", "_specular",
+                                           "_irradiance"};
     const char *given = r->opts->files[kind];
-    ibl_status status = IBL_OK;
 
     if (given) {
         *path = strdup(given);
@@ -157,50 +149,46 @@ static ibl_status find_file(const reader *r, ibl_verify_kind kind, char **path)
     }
     if (!r->opts->directory)
         return IBL_OK;
-    status = find_named(r, kind, path);
-    if (kind != IBL_VERIFY_LUT)
-        return status || *path ? status : find_there(r, kind, NULL, path);
+    ibl_status status = find_named(r, kind, path);
+    if (!status && !*path && kind != IBL_OUTPUT_LUT)
+        return find_there(r, kind, r->opts->name, suffixes[kind], path);
     for (int i = 0; ibl_lut_stems[i] && !status && !*path; i++)
-        status = find_there(r, kind, ibl_lut_stems[i], path);
+        status = find_there(r, kind, ibl_lut_stems[i], "", path);
     return status;
 }
 
 static ibl_status find_files(const reader *r)
 {
-    ibl_verify_files *f = r->files;
-    bool cubes = false;
+    char **path = r->files->path;
 
-    for (int kind = 0; kind < IBL_VERIFY_COUNT; kind++) {
-        char **path =
-            kind == IBL_VERIFY_LUT ? &f->lut_path : &f->cubes[kind].path;
-        const ibl_status status = find_file(r, (ibl_verify_kind)kind, path);
+    for (int kind = 0; kind < IBL_VERIFY_KINDS; kind++) {
+        const ibl_status status =
+            find_file(r, (ibl_output_kind)kind, &path[kind]);
         if (status)
             return status;
-        cubes |= kind != IBL_VERIFY_LUT && *path;
     }
-    if (!cubes && r->opts->directory) {
-        ibl_console_fail(r->console,
-                         "%s: has no %s_specular, _irradiance or _skybox "
-                         "(.ktx2, .ktx, .dds): give the --name of the bake",
-                         r->opts->directory, r->opts->name);
-        return IBL_ERR_IO;
-    }
-    return IBL_OK;
+    if (!r->opts->directory || path[IBL_OUTPUT_SKYBOX] ||
+        path[IBL_OUTPUT_SPECULAR] || path[IBL_OUTPUT_IRRADIANCE])
+        return IBL_OK;
+    ibl_console_fail(r->console,
+                     "%s: has no %s_specular, _irradiance or _skybox "
+                     "(.ktx2, .ktx, .dds): give the --name of the bake",
+                     r->opts->directory, r->opts->name);
+    return IBL_ERR_IO;
 }
 
 /* ---- what files say -------------------------------------------------- */
 
-/* Reads "0,0.25,..."; how many there are, 0: it is no list of roughnesses. */
-static int read_list(const char *text, double list[IBL_MAX_LEVELS])
+int ibl_roughness_list(const char *text, double list[IBL_MAX_LEVELS])
 {
     for (int i = 0; i < IBL_MAX_LEVELS; i++) {
-        char *end;
-        list[i] = strtod(text, &end);
-        if (end == text || !(list[i] >= 0 && list[i] <= 1) ||
-            (*end && *end != ','))
+        const char *end;
+        if (!ibl_number_real(text, 0, 1, &list[i], &end))
             return 0;
         if (!*end)
             return i + 1;
+        if (*end != ',')
+            return 0;
         text = end + 1;
     }
     return 0;
@@ -220,94 +208,102 @@ static int read_levels(json_t *levels, double list[IBL_MAX_LEVELS])
     return count <= IBL_MAX_LEVELS ? (int)count : 0;
 }
 
-/* Whether a list is that of the file's levels; else a line about it. */
-static ibl_status check_count(const reader *r, const ibl_verify_file *f,
-                              int count, const char *who)
+/* What the texture's key says, else the sidecar if it found the file. */
+static const char *said(const reader *r, ibl_output_kind kind,
+                        const ibl_texture *tex, const char *key)
 {
-    if (count == f->levels)
+    char name[64];
+
+    snprintf(name, sizeof name, "iblbake.%s", key);
+    const char *text = ibl_texture_get(tex, name);
+    if (text || r->opts->files[kind])
+        return text;
+    return json_string_value(json_object_get(find_output(r, kind), key));
+}
+
+/* The roughness of each level; list has at least those of the chain. */
+static ibl_status find_roughness(const reader *r, const ibl_texture *tex,
+                                 int levels, double list[IBL_MAX_LEVELS])
+{
+    const ibl_verify_map *m = &r->opts->roughness;
+    const char *path = r->files->path[IBL_OUTPUT_SPECULAR];
+    const char *key = ibl_texture_get(tex, "iblbake.roughness");
+    const char *who = key ? "its key iblbake.roughness" : r->sidecar_path;
+    json_t *array = NULL;
+
+    if (m->count && m->count != levels) {
+        ibl_console_fail(r->console,
+                         "%s: has %d levels, but --roughness-map lists %d",
+                         path, levels, m->count);
+        return IBL_ERR_ARGUMENT;
+    }
+    if (!r->opts->files[IBL_OUTPUT_SPECULAR])
+        array = json_object_get(find_output(r, IBL_OUTPUT_SPECULAR), "levels");
+    if (m->given || (!key && !array)) {
+        for (int l = 0; l < levels; l++)
+            list[l] =
+                m->count ? m->list[l] : ibl_level_roughness(m->map, l, levels);
+        return IBL_OK;
+    }
+    const int count =
+        key ? ibl_roughness_list(key, list) : read_levels(array, list);
+    if (count == levels)
         return IBL_OK;
     if (count)
         ibl_console_fail(r->console,
                          "%s: has %d levels, but %s lists the roughness of "
                          "%d: bake it again, or say what it is with "
                          "--roughness-map",
-                         f->path, f->levels, who, count);
+                         path, levels, who, count);
     else
         ibl_console_fail(r->console,
                          "%s: %s lists no roughness that levels have: bake it "
                          "again, or say what it is with --roughness-map",
-                         f->path, who);
+                         path, who);
     return IBL_ERR_FORMAT;
 }
 
-/* tex may be NULL. */
-static ibl_status set_roughness(const reader *r, const ibl_texture *tex,
-                                ibl_verify_file *f)
+static ibl_status find_lobe(const reader *r, const ibl_texture *tex,
+                            ibl_lobe *lobe)
 {
-    const ibl_verify_map *m = &r->opts->roughness;
-    const char *key = tex ? ibl_texture_get(tex, "iblbake.roughness") : NULL;
-    json_t *levels =
-        r->opts->files[IBL_VERIFY_SPECULAR]
-            ? NULL
-            : json_object_get(find_output(r, IBL_VERIFY_SPECULAR), "levels");
+    const char *name = said(r, IBL_OUTPUT_SPECULAR, tex, "lobe");
+    const int found = name ? ibl_names_find(ibl_lobe_names, name) : 0;
 
-    if (m->count && m->count != f->levels) {
-        ibl_console_fail(r->console,
-                         "%s: has %d levels, but --roughness-map lists %d",
-                         f->path, f->levels, m->count);
-        return IBL_ERR_ARGUMENT;
-    }
-    if (!m->given && key)
-        return check_count(r, f, read_list(key, f->roughness),
-                           "its key iblbake.roughness");
-    if (!m->given && levels)
-        return check_count(r, f, read_levels(levels, f->roughness),
-                           r->sidecar_path);
-    for (int l = 0; l < f->levels; l++)
-        f->roughness[l] =
-            m->count ? m->list[l] : ibl_level_roughness(m->map, l, f->levels);
-    return IBL_OK;
+    *lobe = (ibl_lobe)(r->opts->lobe ? r->opts->lobe - 1 : found);
+    if (r->opts->lobe || found >= 0)
+        return IBL_OK;
+    ibl_console_fail(r->console,
+                     "%s: of a lobe %s, which is not known: say what it is "
+                     "with --lobe",
+                     r->files->path[IBL_OUTPUT_SPECULAR], name);
+    return IBL_ERR_FORMAT;
 }
 
-/* tex may be NULL. */
-static ibl_status set_lobe(const reader *r, const ibl_texture *tex,
-                           ibl_verify_file *f)
+/* What the levels of a specular chain were convolved with. */
+static ibl_status describe_specular(const reader *r, const ibl_texture *tex,
+                                    ibl_verify_chain *c)
 {
-    const bool own = !r->opts->files[IBL_VERIFY_SPECULAR];
-    const char *name = tex ? ibl_texture_get(tex, "iblbake.lobe") : NULL;
+    double roughness[IBL_MAX_LEVELS];
+    ibl_lobe lobe;
+    ibl_status status = find_lobe(r, tex, &lobe);
 
-    if (!name && own)
-        name = json_string_value(
-            json_object_get(find_output(r, IBL_VERIFY_SPECULAR), "lobe"));
-    f->lobe = IBL_LOBE_GGX;
-    if (r->opts->lobe) {
-        f->lobe = (ibl_lobe)(r->opts->lobe - 1);
-    } else if (name) {
-        while (f->lobe <= IBL_LOBE_PHONG &&
-               strcmp(name, ibl_lobe_name(f->lobe)) != 0)
-            f->lobe++;
-        if (f->lobe > IBL_LOBE_PHONG) {
-            ibl_console_fail(r->console,
-                             "%s: of a lobe %s, which is not known: say what "
-                             "it is with --lobe",
-                             f->path, name);
-            return IBL_ERR_FORMAT;
-        }
+    if (!status)
+        status = find_roughness(r, tex, c->levels, roughness);
+    for (int l = 0; l < c->levels && !status; l++) {
+        c->level[l].lobe = lobe;
+        c->level[l].roughness = roughness[l];
     }
-    return IBL_OK;
+    return status;
 }
 
 static ibl_status note_yaw(const reader *r, const ibl_texture *tex,
                            const char *path)
 {
-    const char *text = ibl_texture_get(tex, "iblbake.yaw_deg");
-    const double asked = r->opts->yaw_deg;
-    char *end;
+    const char *text = ibl_texture_get(tex, "iblbake.yaw_deg"), *end;
+    const double asked = r->opts->yaw_deg, before = r->files->yaw_deg;
+    double yaw;
 
-    if (!text)
-        return IBL_OK;
-    const double yaw = strtod(text, &end);
-    if (end == text || *end || !isfinite(yaw))
+    if (!text || !ibl_number_real(text, -DBL_MAX, DBL_MAX, &yaw, &end) || *end)
         return IBL_OK;
     if (!isnan(asked)) {
         if (yaw != asked)
@@ -317,11 +313,11 @@ static ibl_status note_yaw(const reader *r, const ibl_texture *tex,
                              path, yaw, asked);
         return IBL_OK;
     }
-    if (!isnan(r->files->yaw_deg) && yaw != r->files->yaw_deg) {
+    if (!isnan(before) && yaw != before) {
         ibl_console_fail(r->console,
                          "%s: baked with --rotate %g, another file with %g: "
                          "judge one at a time",
-                         path, yaw, r->files->yaw_deg);
+                         path, yaw, before);
         return IBL_ERR_ARGUMENT;
     }
     r->files->yaw_deg = yaw;
@@ -337,25 +333,22 @@ static void settle_yaw(const reader *r)
     if (!isnan(r->opts->yaw_deg))
         r->files->yaw_deg = r->opts->yaw_deg;
     else if (isnan(r->files->yaw_deg))
-        r->files->yaw_deg =
-            json_is_number(yaw) && isfinite(json_number_value(yaw))
-                ? json_number_value(yaw)
-                : 0;
+        r->files->yaw_deg = json_number_value(yaw); /* 0 for none */
 }
 
 /* ---- reading --------------------------------------------------------- */
 
-/* Copies a level of `from` to a cube of one level whose axes are ours. */
+/* Adds a level of `from` to the chain, with our axes. */
 static ibl_status take_level(const reader *r, const ibl_cube *from, int level,
-                             ibl_verify_file *f)
+                             ibl_output_kind kind)
 {
+    ibl_verify_chain *c = &r->files->chain[kind];
     const int n = ibl_cube_edge(from->size, level);
-    ibl_cube *to = &f->level[f->levels];
+    ibl_cube *to = &c->cube[c->levels];
     const ibl_status status = ibl_cube_alloc(r->ctx, n, 1, to);
 
     if (status)
         return status;
-    f->levels++;
     for (int face = 0; face < IBL_FACES; face++)
         for (int y = 0; y < n; y++)
             for (int x = 0; x < n; x++) {
@@ -373,6 +366,14 @@ static ibl_status take_level(const reader *r, const ibl_cube *from, int level,
                            3 * ((size_t)y * size + (size_t)x),
                        3 * sizeof(float));
             }
+    const int first = c->cube[0].size;
+    c->level[c->levels++] = (ibl_judge_level){
+        .role = (ibl_role)kind,
+        .scale = kind == IBL_OUTPUT_IRRADIANCE && r->opts->scale ? M_PI : 1,
+        .size = n,
+        .base = first > n ? first : n,
+        .texels = to->data,
+        .pixel = IBL_PIXEL_COUNT};
     return IBL_OK;
 }
 
@@ -387,46 +388,39 @@ static ibl_status check_single(const reader *r, const ibl_texture *tex,
     return IBL_ERR_FORMAT;
 }
 
-static ibl_status read_container(const reader *r, ibl_verify_kind kind,
-                                 ibl_verify_file *f)
+static ibl_status read_container(const reader *r, ibl_output_kind kind,
+                                 ibl_texture *tex)
 {
-    ibl_texture tex = {0};
+    const char *path = r->files->path[kind];
+    ibl_verify_chain *c = &r->files->chain[kind];
     ibl_cube cube = {0};
-    ibl_status status;
 
-    if (strstr(f->path, "%l") && access(f->path, F_OK)) {
+    if (strstr(path, "%l") && access(path, F_OK)) {
         ibl_console_fail(r->console,
                          "%s: has %%l but no %%f: put %%f where the names of "
                          "the faces are",
-                         f->path);
+                         path);
         return IBL_ERR_ARGUMENT;
     }
-    status = ibl_texture_read(r->ctx, f->path, &tex, NULL);
+    ibl_status status = ibl_texture_read(r->ctx, path, tex, NULL);
     if (status)
         return status;
-    if (tex.faces != IBL_FACES) {
-        ibl_console_fail(r->console, "%s: a flat texture: %s is a cube",
-                         f->path, ibl_verify_content(kind));
-        status = IBL_ERR_FORMAT;
+    if (tex->faces != IBL_FACES) {
+        ibl_console_fail(r->console, "%s: a flat texture: %s is a cube", path,
+                         ibl_output_content(kind));
+        return IBL_ERR_FORMAT;
     }
+    status = check_single(r, tex, path, ibl_output_content(kind));
     if (!status)
-        status = check_single(r, &tex, f->path, ibl_verify_content(kind));
-    if (!status)
-        status = ibl_texture_to_cube(r->ctx, &tex, &cube);
+        status = ibl_texture_to_cube(r->ctx, tex, &cube);
     /* Mips of an irradiance map are for minification, nothing to judge. */
-    const int levels = kind == IBL_VERIFY_IRRADIANCE ? 1 : cube.levels;
-    for (int l = 0; l < levels && !status; l++)
-        status = take_level(r, &cube, l, f);
-    f->pixel = tex.pixel;
-    if (!status)
-        status = note_yaw(r, &tex, f->path);
-    if (!status && kind == IBL_VERIFY_SPECULAR)
-        status = set_lobe(r, &tex, f);
-    if (!status && kind == IBL_VERIFY_SPECULAR)
-        status = set_roughness(r, &tex, f);
+    const int levels = kind == IBL_OUTPUT_IRRADIANCE ? 1 : cube.levels;
+    for (int l = 0; l < levels && !status; l++) {
+        status = take_level(r, &cube, l, kind);
+        c->level[l].pixel = tex->pixel;
+    }
     ibl_cube_free(&cube);
-    ibl_texture_free(&tex);
-    return status;
+    return status ? status : note_yaw(r, tex, path);
 }
 
 /* The pattern with %l as the level, %f as the face's name and %% as itself;
@@ -476,29 +470,33 @@ static ibl_status copy_face(const reader *r, const char *path,
     return IBL_OK;
 }
 
-static ibl_status read_faces(const reader *r, ibl_verify_file *f, int level)
+static ibl_status read_faces(const reader *r, ibl_output_kind kind, int level)
 {
-    ibl_read_options read = {.part = -1, .any_aspect = 1};
+    const ibl_read_options read = {.part = -1, .any_aspect = 1};
     ibl_cube cube = {0};
     ibl_status status = IBL_OK;
+    size_t mended = 0;
 
     for (int face = 0; face < IBL_FACES && !status; face++) {
         ibl_image image = {0};
         ibl_read_report report = {0};
-        char *path = expand(f->path, level, r->opts->face_names[face]);
+        char *path =
+            expand(r->files->path[kind], level, r->opts->face_names[face]);
         if (!path) {
             status = IBL_ERR_MEMORY;
         } else {
             status = ibl_image_read(r->ctx, path, &read, &image, &report);
             if (!status)
                 status = copy_face(r, path, &image, face, &cube);
-            f->mended[level] += report.nonfinite;
+            mended += report.nonfinite;
         }
         ibl_image_free(&image);
         free(path);
     }
     if (!status)
-        status = take_level(r, &cube, 0, f);
+        status = take_level(r, &cube, 0, kind);
+    if (!status)
+        r->files->chain[kind].level[level].mended = mended;
     ibl_cube_free(&cube);
     return status;
 }
@@ -512,76 +510,63 @@ static bool is_there(const reader *r, const char *pattern, int level)
     return there;
 }
 
-static ibl_status read_pattern(const reader *r, ibl_verify_kind kind,
-                               ibl_verify_file *f)
+static ibl_status read_pattern(const reader *r, ibl_output_kind kind)
 {
+    const char *pattern = r->files->path[kind];
     const bool levels =
-        kind != IBL_VERIFY_IRRADIANCE && strstr(f->path, "%l") != NULL;
-    ibl_status status = read_faces(r, f, 0);
+        kind != IBL_OUTPUT_IRRADIANCE && strstr(pattern, "%l") != NULL;
+    ibl_status status = read_faces(r, kind, 0);
 
-    f->pixel = IBL_PIXEL_COUNT;
     for (int l = 1; levels && l < IBL_MAX_LEVELS && !status; l++) {
-        if (!is_there(r, f->path, l))
+        if (!is_there(r, pattern, l))
             break;
-        status = read_faces(r, f, l);
+        status = read_faces(r, kind, l);
     }
-    if (!status && kind == IBL_VERIFY_SPECULAR)
-        status = set_lobe(r, NULL, f);
-    if (!status && kind == IBL_VERIFY_SPECULAR)
-        status = set_roughness(r, NULL, f);
+    return status;
+}
+
+static ibl_status read_cube(const reader *r, ibl_output_kind kind)
+{
+    ibl_texture tex = {0}; /* empty for a pattern */
+    ibl_status status = strstr(r->files->path[kind], "%f")
+                            ? read_pattern(r, kind)
+                            : read_container(r, kind, &tex);
+
+    if (!status && kind == IBL_OUTPUT_SPECULAR)
+        status = describe_specular(r, &tex, &r->files->chain[kind]);
+    ibl_texture_free(&tex);
     return status;
 }
 
 static ibl_status read_lut(const reader *r)
 {
     ibl_verify_files *f = r->files;
+    const char *path = f->path[IBL_OUTPUT_LUT];
     ibl_texture tex = {0};
-    ibl_status status = ibl_texture_read(r->ctx, f->lut_path, &tex, NULL);
+    ibl_status status = ibl_texture_read(r->ctx, path, &tex, NULL);
 
     if (status)
         return status;
-    const char *name = ibl_texture_get(&tex, "iblbake.geometry");
-    if (!name && !r->opts->files[IBL_VERIFY_LUT])
-        name = json_string_value(
-            json_object_get(find_output(r, IBL_VERIFY_LUT), "geometry"));
-    f->geometry = IBL_GEOMETRY_SMITH;
-    if (r->opts->geometry)
-        f->geometry = (ibl_geometry)(r->opts->geometry - 1);
-    else if (name && !strcmp(name, ibl_geometry_name(IBL_GEOMETRY_SCHLICK_IBL)))
-        f->geometry = IBL_GEOMETRY_SCHLICK_IBL;
+    const char *name = said(r, IBL_OUTPUT_LUT, &tex, "geometry");
+    const int found = name ? ibl_names_find(ibl_geometry_names, name) : 0;
+    f->geometry = (ibl_geometry)(r->opts->geometry ? r->opts->geometry - 1
+                                 : found > 0       ? found
+                                                   : 0);
     f->lut_pixel = tex.pixel;
     if (tex.faces != 1 || tex.width != tex.height ||
         ibl_pixel_channels(tex.pixel) != 2) {
         ibl_console_fail(r->console,
                          "%s: no BRDF table: it must be flat, square and of "
                          "two channels",
-                         f->lut_path);
+                         path);
         status = IBL_ERR_FORMAT;
     }
     if (!status)
-        status = check_single(r, &tex, f->lut_path,
-                              ibl_verify_content(IBL_VERIFY_LUT));
+        status =
+            check_single(r, &tex, path, ibl_output_content(IBL_OUTPUT_LUT));
     if (!status)
         status = ibl_texture_to_lut(r->ctx, &tex, &f->lut);
     ibl_texture_free(&tex);
-    return status;
-}
-
-static ibl_status read_files(const reader *r)
-{
-    ibl_status status = IBL_OK;
-
-    for (int kind = 0; kind < IBL_VERIFY_LUT && !status; kind++) {
-        ibl_verify_file *f = &r->files->cubes[kind];
-        if (!f->path)
-            continue;
-        f->scale = kind == IBL_VERIFY_IRRADIANCE && r->opts->scale ? M_PI : 1;
-        status = strstr(f->path, "%f")
-                     ? read_pattern(r, (ibl_verify_kind)kind, f)
-                     : read_container(r, (ibl_verify_kind)kind, f);
-    }
-    if (!status && r->files->lut_path)
-        status = read_lut(r);
     return status;
 }
 
@@ -596,8 +581,11 @@ ibl_status ibl_verify_files_read(const ibl_verify_opts *opts, ibl_ctx *ctx,
         status = open_sidecar(&r);
     if (!status)
         status = find_files(&r);
-    if (!status)
-        status = read_files(&r);
+    for (int kind = 0; kind < IBL_OUTPUT_LUT && !status; kind++)
+        if (files->path[kind])
+            status = read_cube(&r, (ibl_output_kind)kind);
+    if (!status && files->path[IBL_OUTPUT_LUT])
+        status = read_lut(&r);
     settle_yaw(&r);
     json_decref(r.sidecar);
     free(r.sidecar_path);
@@ -606,12 +594,29 @@ ibl_status ibl_verify_files_read(const ibl_verify_opts *opts, ibl_ctx *ctx,
 
 void ibl_verify_files_free(ibl_verify_files *files)
 {
-    for (int kind = 0; kind < IBL_VERIFY_LUT; kind++) {
-        ibl_verify_file *f = &files->cubes[kind];
-        for (int l = 0; l < f->levels; l++)
-            ibl_cube_free(&f->level[l]);
-        free(f->path);
-    }
+    for (int kind = 0; kind < IBL_OUTPUT_LUT; kind++)
+        for (int l = 0; l < files->chain[kind].levels; l++)
+            ibl_cube_free(&files->chain[kind].cube[l]);
+    for (int kind = 0; kind < IBL_VERIFY_KINDS; kind++)
+        free(files->path[kind]);
     ibl_lut_free(&files->lut);
-    free(files->lut_path);
+}
+
+ibl_status ibl_verify_judge(const ibl_verify_files *files, ibl_judge *judge,
+                            ibl_console *console, ibl_report *report)
+{
+    ibl_status status = IBL_OK;
+
+    for (int kind = 0; kind < IBL_OUTPUT_LUT; kind++) {
+        const ibl_verify_chain *c = &files->chain[kind];
+        for (int l = 0; l < c->levels && !status; l++) {
+            char stage[32];
+            snprintf(stage, sizeof stage, "%s %d",
+                     ibl_output_name((ibl_output_kind)kind), l);
+            ibl_console_progress(console, stage, 0);
+            status = ibl_report_add(report, judge, (ibl_output_kind)kind, l,
+                                    &c->level[l]);
+        }
+    }
+    return status;
 }

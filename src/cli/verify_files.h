@@ -3,29 +3,60 @@
 #ifndef CLI_VERIFY_FILES_H
 #define CLI_VERIFY_FILES_H
 
+#include "cli/console.h"
 #include "cli/judge_report.h"
-#include "cli/verify.h"
 
-/* A file, or what a pattern names. */
-typedef struct ibl_verify_file {
-    char *path;      /* NULL: none of that kind */
-    ibl_pixel pixel; /* IBL_PIXEL_COUNT: none */
+enum {
+    IBL_VERIFY_KINDS = IBL_OUTPUT_LUT + 1 /* outputs that can be judged */
+};
+
+/* Roughness of the levels as --roughness-map has it. */
+typedef struct ibl_verify_map {
+    int given; /* 0: what the files say, else linear */
+    ibl_roughness_map map;
+    int count; /* of list; 0: by map */
+    double list[IBL_MAX_LEVELS];
+} ibl_verify_map;
+
+/* The command line of iblbake verify. */
+typedef struct ibl_verify_opts {
+    ibl_common common;
+    const char *input;                   /* NULL: only a table */
+    const char *directory;               /* NULL: only the files below */
+    const char *name;                    /* of the files in directory */
+    const char *files[IBL_VERIFY_KINDS]; /* NULL: look in directory */
+    char face_names[IBL_FACES][16];
+    ibl_verify_map roughness;
+    int lobe;       /* 0: what the files say, else GGX; 1 + ibl_lobe */
+    double yaw_deg; /* NAN: what the files say, else 0 */
+    int axes[3];    /* +-1, 2, 3: our axis that the files' X, Y, Z are */
+    int scale;      /* 0: E/pi, 1: E */
+    int geometry;   /* 0: what the files say, else smith; 1 + ibl_geometry */
+    ibl_judge_options judge;
+    const char *json;    /* "-": standard output */
+    const char *heatmap; /* NULL: none */
+    double max_error;    /* NAN: none */
+    char stem[256];      /* holds name when it comes from input */
+} ibl_verify_opts;
+
+/* The levels of a cube, from one file or from those that a pattern names. */
+typedef struct ibl_verify_chain {
     int levels;
-    ibl_cube level[IBL_MAX_LEVELS]; /* one each, faces as ours */
-    size_t mended[IBL_MAX_LEVELS];  /* texels that were not finite */
-    ibl_lobe lobe;                  /* of a specular chain */
-    double roughness[IBL_MAX_LEVELS];
-    double scale; /* of an irradiance map */
-} ibl_verify_file;
+    ibl_cube cube[IBL_MAX_LEVELS]; /* one level each, faces as ours */
+    ibl_judge_level level[IBL_MAX_LEVELS];
+} ibl_verify_chain;
 
 typedef struct ibl_verify_files {
-    ibl_verify_file cubes[IBL_VERIFY_LUT];
-    char *lut_path;
+    char *path[IBL_VERIFY_KINDS]; /* or a pattern; NULL: none */
+    ibl_verify_chain chain[IBL_OUTPUT_LUT];
     ibl_lut lut;
     ibl_pixel lut_pixel;
     ibl_geometry geometry;
     double yaw_deg;
 } ibl_verify_files;
+
+/* "0,0.25,1", each from 0 to 1. Returns how many, 0: it is no such list. */
+int ibl_roughness_list(const char *text, double list[IBL_MAX_LEVELS]);
 
 /* Finds and reads what opts names, with what it means. Fails with one
  * message; ibl_verify_files_free also then. */
