@@ -16,13 +16,6 @@
 static const double u = 0x1p-24;
 static const double pi = 3.14159265358979323846;
 
-static void measured(const char *what, double seen, double limit)
-{
-    const char *verbose = getenv("IBL_TEST_VERBOSE");
-    if (verbose && *verbose && *verbose != '0')
-        printf("%s: %.3g of %.3g\n", what, seen, limit);
-}
-
 /* ---- one bright pixel -------------------------------------------------- */
 
 /* Maps of even and odd size: a direction that is on the border of pixels in
@@ -159,7 +152,7 @@ static void sun_in_level0(void)
         ibl_cube_free(&cube);
         ibl_image_free(&map);
     }
-    measured("sun_in_level0, worst share of the bound", most, 1);
+    test_measured("sun_in_level0, worst share of the bound", most, 1);
     ibl_ctx_free(ctx);
 }
 
@@ -195,7 +188,7 @@ static void sun_in_irradiance(void)
         ibl_cube_free(&cube);
         ibl_image_free(&map);
     }
-    measured("sun_in_irradiance, worst share of the bound", most, 1);
+    test_measured("sun_in_irradiance, worst share of the bound", most, 1);
     ibl_ctx_free(ctx);
 }
 
@@ -235,7 +228,7 @@ static void sun_in_specular(void)
         ibl_cube_free(&cube);
         ibl_image_free(&map);
     }
-    measured("sun_in_specular, worst nRMSE", most, bound);
+    test_measured("sun_in_specular, worst nRMSE", most, bound);
     ibl_ctx_free(ctx);
 }
 
@@ -264,7 +257,7 @@ static void sun_in_harmonics(void)
         }
         ibl_image_free(&map);
     }
-    measured("sun_in_harmonics, worst share of the bound", most, 1);
+    test_measured("sun_in_harmonics, worst share of the bound", most, 1);
     ibl_ctx_free(ctx);
 }
 
@@ -389,9 +382,9 @@ static void checkerboard(void)
         CHECK_NEAR(b.data[3 * i], want[0], 1.01 * u * want[0]);
         worst[4] = fmax(worst[4], fabs((double)b.data[3 * i] - 0.5));
     }
-    measured("checkerboard, level 0", worst[0], 4 * 9 * 0.5 / 64);
-    measured("checkerboard, level 3", worst[3], worst[0]);
-    measured("checkerboard, irradiance", worst[4], worst[0]);
+    test_measured("checkerboard, level 0", worst[0], 4 * 9 * 0.5 / 64);
+    test_measured("checkerboard, level 3", worst[3], worst[0]);
+    test_measured("checkerboard, irradiance", worst[4], worst[0]);
     ibl_cube_free(&cube);
     ibl_cube_free(&b);
     ibl_image_free(&map);

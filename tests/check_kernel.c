@@ -336,8 +336,8 @@ static void bands(void)
         double *k = make(ctx, lobe, alpha, DEGREE);
         for (int j = 0; j < 4; j++) {
             int band = -1;
-            CHECK(!band_of(ctx, lobe, alpha, wanted[j], 60000, &band));
-            if (band == 60000)
+            CHECK(!band_of(ctx, lobe, alpha, wanted[j], 16000, &band));
+            if (band == 16000)
                 continue;
             if (band > DEGREE / 4) {
                 /* Of a degree that high the corner alone is left: l^-3/2. */
@@ -444,20 +444,6 @@ static void instruction_sets(void)
     ibl_ctx_free(plain);
 }
 
-static void refusals(void)
-{
-    double k[4];
-    int band;
-    const ibl_ctx_options o = ibl_ctx_options_default();
-    ibl_ctx *ctx = NULL;
-    NEED(!ibl_ctx_create(&o, &ctx));
-    const ibl_lobe_shape shape = ibl_lobe_shape_of(IBL_LOBE_GGX, 1);
-    CHECK(ibl_kernel_make(ctx, &shape, -1, k) == IBL_ERR_ARGUMENT);
-    CHECK(band_of(ctx, IBL_LOBE_GGX, 1, 0, 100, &band) == IBL_ERR_ARGUMENT);
-    CHECK(band_of(ctx, IBL_LOBE_GGX, 1, 0.1, -1, &band) == IBL_ERR_ARGUMENT);
-    ibl_ctx_free(ctx);
-}
-
 static const test tests[] = {TEST(against_brute_force),
                              TEST(against_brute_force_at),
                              TEST(lambert),
@@ -469,6 +455,5 @@ static const test tests[] = {TEST(against_brute_force),
                              TEST(band_limits),
                              TEST(narrowest),
                              TEST(every_degree),
-                             TEST(instruction_sets),
-                             TEST(refusals)};
+                             TEST(instruction_sets)};
 TEST_MAIN(tests)

@@ -436,27 +436,6 @@ static void large(void)
     ibl_ctx_free(ctx);
 }
 
-static void arguments(void)
-{
-    test_messages said = {0};
-    ibl_ring_grid grid = {0};
-    ibl_ctx *ctx = test_keeping_ctx(1, &said);
-    CHECK(!ibl_ring_grid_alloc(ctx, 20, 32, &grid));
-    const float *data = grid.data;
-    CHECK(!ibl_ring_grid_alloc(ctx, 30, 16, &grid));
-    CHECK(grid.data == data && grid.rings == 30 && grid.columns == 16);
-    CHECK(!ibl_ring_grid_alloc(ctx, 20, 32, &grid));
-    CHECK(grid.data == data);
-    CHECK(ibl_ring_grid_alloc(ctx, 0, 32, &grid) == IBL_ERR_ARGUMENT);
-    CHECK(!grid.data && strstr(said.text[IBL_LOG_ERROR], "0 rings"));
-    CHECK(ibl_ring_grid_alloc(ctx, 5, 2, &grid) == IBL_ERR_ARGUMENT);
-    CHECK(ibl_ring_grid_alloc(ctx, 5, 24, &grid) == IBL_ERR_ARGUMENT);
-    CHECK(strstr(said.text[IBL_LOG_ERROR], "24 columns"));
-    ibl_ring_grid_free(&grid);
-    ibl_ring_grid_free(NULL);
-    ibl_ctx_free(ctx);
-}
-
 static void cancelled(void)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
@@ -472,8 +451,8 @@ static void cancelled(void)
 }
 
 static const test tests[] = {
-    TEST(samples_a_wave), TEST(edges),     TEST(isas),
-    TEST(tiny_grids),     TEST(borders),   TEST(without_spectrum),
-    TEST(constants),      TEST(local),     TEST(threads),
-    TEST(large),          TEST(arguments), TEST(cancelled)};
+    TEST(samples_a_wave), TEST(edges),    TEST(isas),
+    TEST(tiny_grids),     TEST(borders),  TEST(without_spectrum),
+    TEST(constants),      TEST(local),    TEST(threads),
+    TEST(large),          TEST(cancelled)};
 TEST_MAIN(tests)

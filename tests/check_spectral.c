@@ -34,13 +34,6 @@ enum {
     DIFFUSE = 16
 };
 
-static void measured(const char *what, double seen, double limit)
-{
-    const char *verbose = getenv("IBL_TEST_VERBOSE");
-    if (verbose && *verbose && *verbose != '0')
-        printf("%s: %.3g of %.3g\n", what, seen, limit);
-}
-
 static ibl_bake_result bake(ibl_ctx *ctx, const ibl_image *map,
                             ibl_method method, ibl_lobe lobe, double yaw)
 {
@@ -188,11 +181,11 @@ static void check_suns_in(const suns *s, const level *l, int stride,
               l->name, dark);
     CHECK_MSG(blue <= dark_bound, "%s, %s: %g of the peak in black blue", where,
               l->name, blue);
-    measured(whole ? "suns in the series, nRMSE" : "suns, nRMSE", nrmse,
+    test_measured(whole ? "suns in the series, nRMSE" : "suns, nRMSE", nrmse,
              nrmse_bound);
-    measured(whole ? "suns in the series, worst" : "suns, worst", worst,
+    test_measured(whole ? "suns in the series, worst" : "suns, worst", worst,
              worst_bound);
-    measured(whole ? "suns in the series, dark" : "suns, dark", dark, limit);
+    test_measured(whole ? "suns in the series, dark" : "suns, dark", dark, limit);
 }
 
 /* With a sanitizer each map is baked with one lobe, in turn: they are other
@@ -349,8 +342,8 @@ static void check_level(const ibl_image *map, const level *l, double yaw,
     const double nrmse = sqrt(off / all);
     CHECK_MSG(nrmse <= nrmse_bound, "%s, %s: nRMSE %g", what, l->name, nrmse);
     CHECK_MSG(worst <= worst_bound, "%s, %s: worst %g", what, l->name, worst);
-    measured("map, nRMSE", nrmse, nrmse_bound);
-    measured("map, worst", worst, worst_bound);
+    test_measured("map, nRMSE", nrmse, nrmse_bound);
+    test_measured("map, worst", worst, worst_bound);
 }
 
 static void check_map(ibl_ctx *ctx, const ibl_image *map, ibl_method method,
@@ -551,8 +544,8 @@ static void check_photograph(ibl_ctx *ctx, const ibl_reference *ref,
     const double nrmse = sqrt(off / all);
     CHECK_MSG(nrmse <= nrmse_bound, "r %g: nRMSE %g", roughness, nrmse);
     CHECK_MSG(worst <= worst_bound, "r %g: worst %g", roughness, worst);
-    measured("photograph, nRMSE", nrmse, nrmse_bound);
-    measured("photograph, worst", worst, worst_bound);
+    test_measured("photograph, nRMSE", nrmse, nrmse_bound);
+    test_measured("photograph, worst", worst, worst_bound);
     free(dirs);
     free(at);
 }

@@ -22,13 +22,6 @@ enum {
     HIGH = 128
 };
 
-static void measured(const char *what, double seen, double limit)
-{
-    const char *verbose = getenv("IBL_TEST_VERBOSE");
-    if (verbose && *verbose && *verbose != '0')
-        printf("%s: %.3g of %.3g\n", what, seen, limit);
-}
-
 static ibl_bake_options options(ibl_lobe lobe, double yaw)
 {
     ibl_bake_options o = ibl_bake_options_default();
@@ -147,11 +140,11 @@ static void check_same(const ibl_bake_result *a, const ibl_bake_result *b,
     for (int l = 1; l < a->specular.levels; l++) {
         const double off = differ(&a->specular, &b->specular, l, from);
         CHECK_MSG(off <= same_bound, "%s, level %d: %g", what, l, off);
-        measured(what, off, same_bound);
+        test_measured(what, off, same_bound);
     }
     const double off = differ(&a->irradiance, &b->irradiance, 0, from);
     CHECK_MSG(off <= same_bound, "%s, irradiance: %g", what, off);
-    measured(what, off, same_bound);
+    test_measured(what, off, same_bound);
 }
 
 /* By moving columns, and by yaw. */
@@ -430,7 +423,7 @@ static void within(int width, int height, int most)
     }
     NEED(child > 0 && waitpid(child, &code, 0) == child);
     const int mib = WIFEXITED(code) ? WEXITSTATUS(code) : 255;
-    measured("MiB", mib, most);
+    test_measured("MiB", mib, most);
     CHECK_MSG(mib <= most, "%dx%d: %d MiB, more than %d", width, height, mib,
               most);
 }
@@ -480,7 +473,7 @@ static void samples_come_nearer(void)
                 const double off = differ(&a.specular, &b.specular, l, NULL);
                 CHECK_MSG(off < last[l], "%s, %d samples, level %d: %g",
                           ibl_lobe_name((ibl_lobe)lobe), samples[k], l, off);
-                measured(ibl_lobe_name((ibl_lobe)lobe), off, last[l]);
+                test_measured(ibl_lobe_name((ibl_lobe)lobe), off, last[l]);
                 last[l] = off;
             }
             ibl_bake_result_free(&b);
@@ -508,7 +501,7 @@ static void one_analysis(void)
         worst = fmax(worst, fabs(r.sh[i] - sh[i]));
     }
     CHECK_MSG(worst <= 1e-6 * most, "coefficients: %g of %g", worst, most);
-    measured("coefficients", worst / most, 1e-6);
+    test_measured("coefficients", worst / most, 1e-6);
     CHECK(ibl_cube_edge(r.specular.size, 3) == 8);
     worst = 0;
     for (size_t i = 0; i < cube_floats(&r.irradiance); i++)
@@ -516,7 +509,7 @@ static void one_analysis(void)
                                      (double)r.irradiance.data[i] -
                                  1));
     CHECK_MSG(worst <= 1e-4, "irradiance: %g", worst);
-    measured("irradiance", worst, 1e-4);
+    test_measured("irradiance", worst, 1e-4);
     ibl_bake_result_free(&r);
     ibl_image_free(&map);
     ibl_ctx_free(ctx);

@@ -137,6 +137,13 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+void test_measured(const char *what, double seen, double limit)
+{
+    const char *verbose = getenv("IBL_TEST_VERBOSE");
+    if (verbose && *verbose && *verbose != '0')
+        printf("%s: %.3g of %.3g\n", what, seen, limit);
+}
+
 double test_median(double *values, int count)
 {
     const int half = count / 2;

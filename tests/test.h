@@ -71,6 +71,8 @@ bool test_near(double a, double b, double tol, const char *file, int line,
                const char *text);
 /* Marks the running test as skipped; return from it after. */
 void test_skip(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
+/* With IBL_TEST_VERBOSE=1 prints how near a result came to its bound. */
+void test_measured(const char *what, double seen, double limit);
 int test_main(int argc, char **argv, const test *tests, size_t count);
 
 /* A seeded generator (splitmix64), the same on every machine. */

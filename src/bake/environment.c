@@ -8,11 +8,10 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "bake/hemisphere.h"
-#include "bake/irradiance.h"
+#include "bake/options.h"
+#include "bake/sampled.h"
 #include "bake/spectral/engine.h"
 #include "bake/spectral/plan.h"
-#include "bake/specular.h"
 #include "core/alloc.h"
 #include "core/context.h"
 #include "core/pi.h"
@@ -41,17 +40,6 @@ typedef struct bake {
     ibl_bake_result *out;
 } bake;
 
-ibl_bake_options ibl_bake_options_default(void)
-{
-    return (ibl_bake_options){
-        .specular = 1,
-        .specular_options = ibl_specular_options_default(),
-        .irradiance = 1,
-        .irradiance_options = ibl_irradiance_options_default(),
-        .sh_degree = 2,
-    };
-}
-
 void ibl_bake_result_free(ibl_bake_result *r)
 {
     if (!r)
@@ -64,45 +52,6 @@ void ibl_bake_result_free(ibl_bake_result *r)
 }
 
 /* ---- before anything is read ------------------------------------------- */
-
-static ibl_status check(const bake *b)
-{
-    const ibl_environment *env = b->env;
-    const ibl_bake_options *o = &b->opts;
-    ibl_status status = IBL_OK;
-
-    if (env->image ? !env->image->data : !env->read)
-        return ibl_missing(b->ctx, "an environment's read or image's data");
-    if (env->width < 1 || env->width > IBL_MAX_EDGE || env->height < 1 ||
-        env->height > IBL_MAX_EDGE)
-        return ibl_fail(b->ctx, IBL_ERR_ARGUMENT,
-                        "a map of %dx%d pixels: must be 1x1 to %dx%d",
-                        env->width, env->height, IBL_MAX_EDGE, IBL_MAX_EDGE);
-    if (o->skybox < 0 || o->skybox > IBL_MAX_CUBE_SIZE)
-        return ibl_fail(b->ctx, IBL_ERR_ARGUMENT,
-                        "a skybox of size %d: must be 1 to %d, or 0 for none",
-                        o->skybox, IBL_MAX_CUBE_SIZE);
-    if (!isfinite(o->yaw_deg))
-        return ibl_fail(b->ctx, IBL_ERR_ARGUMENT,
-                        "a yaw of %g degrees: must be finite", o->yaw_deg);
-    if (o->sh_degree < -1 || o->sh_degree > IBL_MAX_SH_DEGREE)
-        return ibl_fail(b->ctx, IBL_ERR_ARGUMENT,
-                        "spherical harmonics of degree %d: must be 0 to %d, "
-                        "or -1 for none",
-                        o->sh_degree, IBL_MAX_SH_DEGREE);
-    if (o->specular && o->level0 && o->level0->size != o->specular_options.size)
-        return ibl_fail(b->ctx, IBL_ERR_ARGUMENT,
-                        "a level 0 of size %d for a specular cube of %d: must "
-                        "have its size",
-                        o->level0->size, o->specular_options.size);
-    if (o->specular && o->level0)
-        status = ibl_check_cube(b->ctx, o->level0);
-    if (!status && o->specular)
-        status = ibl_specular_check(b->ctx, &o->specular_options);
-    if (!status && o->irradiance)
-        status = ibl_irradiance_check(b->ctx, &o->irradiance_options);
-    return status;
-}
 
 /* Says what a part of the range leaves out. */
 static void tell_layout(const bake *b)
@@ -263,22 +212,13 @@ static ibl_status feed(bake *b)
     return status ? status : ended;
 }
 
-static bool has_near(const bake *b)
-{
-    for (int l = 0; l < IBL_MAX_LEVELS; l++)
-        if (b->near[l])
-            return true;
-    return false;
-}
-
 static ibl_status read_all(bake *b)
 {
     ibl_status status = IBL_OK;
     b->image = b->env->image;
     if (!b->image && b->plan.whole)
         status = keep_whole(b);
-    if (!status &&
-        (!b->image || b->level0 || b->sky || b->spectral || has_near(b)))
+    if (!status)
         status = feed(b);
     if (!status && b->level0)
         status = ibl_level0_finish(b->level0);
@@ -299,26 +239,19 @@ static ibl_status read_all(bake *b)
 
 static ibl_status sample_levels(bake *b)
 {
+    const ibl_specular_options *o = &b->opts.specular_options;
     ibl_specular_report *report = &b->out->report;
-    ibl_specular_bake s = {.ctx = b->ctx,
-                           .env = b->image,
-                           .opts = &b->opts.specular_options,
-                           .layout = b->layout,
-                           .cube = b->out->specular};
     bool any = false;
     for (int l = 0; l < b->layout.levels; l++) {
-        const int own = s.opts->level_samples[l];
-        s.sampled[l] = b->plan.level[l] == IBL_METHOD_SAMPLED;
-        any |= s.sampled[l];
-        if (s.sampled[l])
-            report->level[l].samples = own ? own : s.opts->samples;
+        const int own = o->level_samples[l];
+        if (b->plan.level[l] != IBL_METHOD_SAMPLED)
+            continue;
+        report->level[l].samples = own ? own : o->samples;
+        any = true;
     }
-    if (!any)
-        return IBL_OK;
-    const ibl_status status = ibl_specular_sample(&s, report->level);
-    report->lookup_size = s.pyramid.size;
-    ibl_pyramid_free(&s.pyramid);
-    return status;
+    return any ? ibl_sample_levels(b->ctx, b->image, o, &b->out->specular,
+                                   report)
+               : IBL_OK;
 }
 
 /* A level that has no far part. */
@@ -438,7 +371,7 @@ ibl_status ibl_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
     b.opts = opts ? *opts : ibl_bake_options_default();
     b.opts.specular_options.yaw_deg = b.opts.yaw_deg;
     b.opts.irradiance_options.yaw_deg = b.opts.yaw_deg;
-    ibl_status status = check(&b);
+    ibl_status status = ibl_check_bake(ctx, &from, &b.opts);
     if (!status)
         status = make_all(&b);
     ibl_spectral_free(b.spectral);
@@ -452,34 +385,4 @@ ibl_status ibl_bake_environment(ibl_ctx *ctx, const ibl_environment *env,
     else
         *result = out;
     return status;
-}
-
-ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
-                                    const ibl_specular_options *opts,
-                                    ibl_cube *out, ibl_specular_report *report)
-{
-    const ibl_environment rows = {.image = env};
-    ibl_bake_options o = ibl_bake_options_default();
-    ibl_bake_result made;
-
-    if (!out)
-        return ibl_missing(ctx, "ibl_bake_specular: out");
-    if (opts)
-        o.specular_options = *opts;
-    o.yaw_deg = o.specular_options.yaw_deg;
-    o.irradiance = 0;
-    o.sh_degree = -1;
-    const ibl_status status = ibl_bake_environment(ctx, &rows, &o, &made);
-    if (status)
-        return status;
-    *out = made.specular;
-    if (report)
-        *report = made.report;
-    return IBL_OK;
-}
-
-ibl_status ibl_bake_specular(ibl_ctx *ctx, const ibl_image *env,
-                             const ibl_specular_options *opts, ibl_cube *out)
-{
-    return ibl_bake_specular_report(ctx, env, opts, out, NULL);
 }

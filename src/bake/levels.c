@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Which roughness a level of the specular chain stands for. */
 #include <math.h>
-#include <stdbool.h>
 
+#include "bake/options.h"
 #include "core/pi.h"
 #include "ibl/ibl.h"
 #include "image/cube.h"
@@ -95,21 +95,12 @@ static int round_up(double edge, int levels)
     return (int)ceil((edge - 1e-6) / step) * step;
 }
 
-static bool is_valid(const ibl_specular_options *o)
-{
-    return o->size >= 1 && o->size <= IBL_MAX_CUBE_SIZE && o->levels >= 0 &&
-           o->levels <= ibl_cube_most_levels(o->size) &&
-           (o->mapping == IBL_ROUGHNESS_LINEAR ||
-            o->mapping == IBL_ROUGHNESS_FILAMENT) &&
-           o->roughness_min >= 0 && o->roughness_min <= o->roughness_max &&
-           o->roughness_max <= 1 &&
-           !(o->roughness_min >= o->roughness_max && o->levels > 1);
-}
-
 ibl_status ibl_specular_layout_of(const ibl_specular_options *o,
                                   ibl_specular_layout *layout)
 {
-    if (!o || !layout || !is_valid(o))
+    if (!o || !layout || ibl_check_roughness(NULL, o) || o->size < 1 ||
+        o->size > IBL_MAX_CUBE_SIZE || o->levels < 0 ||
+        o->levels > ibl_cube_most_levels(o->size))
         return IBL_ERR_ARGUMENT;
     const double edge = edge_for(o->mapping, o->size, o->roughness_min);
     const int levels = o->levels ? o->levels : default_levels(o, edge);

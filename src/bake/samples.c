@@ -12,7 +12,6 @@
 #include "brdf/hammersley.h"
 #include "core/alloc.h"
 #include "core/context.h"
-#include "image/cube.h"
 
 enum {
     ARRAYS = 5,       /* x, y, z, fine, coarse */
@@ -252,31 +251,4 @@ ibl_status ibl_samples_hemisphere(ibl_ctx *ctx, double step,
     const ibl_status status = finish(ctx, all, rings * spokes, samples);
     ibl_free(all);
     return status;
-}
-
-/* ---- frames ----------------------------------------------------------- */
-
-void ibl_texel_frame(int n, int face, int x, int y, double turn, float frame[9])
-{
-    const ibl_face_axes *axes = &ibl_face[face];
-    double normal[3], t[3], b[3], along = 0, length = 0;
-    ibl_cube_direction(n, face, x, y, normal);
-    for (int k = 0; k < 3; k++)
-        along += normal[k] * axes->right[k];
-    for (int k = 0; k < 3; k++) {
-        t[k] = axes->right[k] - along * normal[k];
-        length += t[k] * t[k];
-    }
-    for (int k = 0; k < 3; k++)
-        t[k] /= sqrt(length);
-    for (int k = 0; k < 3; k++) {
-        const int p = (k + 1) % 3, q = (k + 2) % 3;
-        b[k] = normal[p] * t[q] - normal[q] * t[p];
-    }
-    const double c = cos(turn), s = sin(turn);
-    for (int k = 0; k < 3; k++) {
-        frame[k] = (float)(c * t[k] + s * b[k]);
-        frame[3 + k] = (float)(c * b[k] - s * t[k]);
-        frame[6 + k] = (float)normal[k];
-    }
 }

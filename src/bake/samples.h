@@ -40,12 +40,4 @@ ibl_status ibl_samples_hemisphere(ibl_ctx *ctx, double step,
 
 void ibl_samples_free(ibl_samples *samples); /* NULL and zeroed are fine */
 
-/*
- * Tangent, bitangent and normal of texel (x, y) of a face of edge n: the
- * tangent follows the face's rows, so symmetric texels have symmetric frames.
- * turn rotates tangent and bitangent about the normal, in radians.
- */
-void ibl_texel_frame(int n, int face, int x, int y, double turn,
-                     float frame[9]);
-
 #endif

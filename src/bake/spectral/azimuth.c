@@ -119,12 +119,8 @@ ibl_status ibl_azimuth_create(ibl_ctx *ctx, int width, int orders,
     double *factor = NULL;
     int origin = 0;
     *out = NULL;
-    if (width < 1 || width > IBL_MAX_EDGE || orders < 1 ||
-        orders > IBL_SHT_MAX_DEGREE + 1 || !isfinite(turn_rad))
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "azimuth: rows of %d pixels to %d orders: must be "
-                        "1..%d and 1..%d",
-                        width, orders, IBL_MAX_EDGE, IBL_SHT_MAX_DEGREE + 1);
+    assert(width >= 1 && width <= IBL_MAX_EDGE && orders >= 1 &&
+           orders <= IBL_SHT_MAX_DEGREE + 1);
     ibl_azimuth *plan = new_plan(ctx, width, orders);
     if (!plan)
         goto fail;
@@ -156,12 +152,8 @@ ibl_status ibl_azimuth_create_inverse(ibl_ctx *ctx, int columns, int orders,
 {
     double *factor = NULL;
     *out = NULL;
-    if (columns < 4 || columns > IBL_MAX_EDGE || !power_of_two(columns) ||
-        orders < 1 || orders > columns / 2)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "azimuth: %d orders to rings of %d samples: must be a "
-                        "power of two in 4..%d, of at least 2 an order",
-                        orders, columns, IBL_MAX_EDGE);
+    assert(columns >= 4 && columns <= IBL_MAX_EDGE && power_of_two(columns) &&
+           orders >= 1 && orders <= columns / 2);
     ibl_azimuth *plan = new_plan(ctx, columns, orders);
     if (!plan)
         goto fail;

@@ -40,7 +40,7 @@ typedef struct ibl_azimuth ibl_azimuth;
  *   width     1..IBL_MAX_EDGE, any
  *   orders    1..IBL_SHT_MAX_DEGREE + 1
  *   turn_rad  the azimuth that becomes 0
- * IBL_ERR_ARGUMENT, IBL_ERR_MEMORY: *out is NULL.
+ * IBL_ERR_MEMORY: *out is NULL.
  */
 ibl_status ibl_azimuth_create(ibl_ctx *ctx, int width, int orders,
                               double turn_rad, ibl_azimuth **out);
@@ -49,7 +49,7 @@ ibl_status ibl_azimuth_create(ibl_ctx *ctx, int width, int orders,
  * A plan for the way back, orders m = 0..orders - 1 to columns samples:
  *     f_i = Re F_0 + 2 Re sum over m > 0 of F_m e^(i m phi_i)
  *   columns  a power of two, 4..IBL_MAX_EDGE, at least 2 orders
- * IBL_ERR_ARGUMENT, IBL_ERR_MEMORY: *out is NULL.
+ * IBL_ERR_MEMORY: *out is NULL.
  */
 ibl_status ibl_azimuth_create_inverse(ibl_ctx *ctx, int columns, int orders,
                                       ibl_azimuth **out);

@@ -444,8 +444,8 @@ ibl_status ibl_spectral_finish(ibl_spectral *s)
     if (!status)
         status = ibl_harmonics_alloc(s->ctx, s->degree, &s->harmonics);
     if (!status)
-        status = ibl_sht_analyse_patches(s->ctx, "analysis", &s->rows,
-                                         s->widths, &s->harmonics);
+        status = ibl_sht_analyse(s->ctx, "analysis", &s->rows, s->widths,
+                                 &s->harmonics);
     if (status)
         return status;
     find_unresolved(s);

@@ -12,8 +12,6 @@
 
 #include "brdf/lobe.h"
 
-#define IBL_KERNEL_MAX_DEGREE 65535
-
 /*
  * k[0..degree] of a lobe, or of its far part (brdf/lobe.h), 0 < alpha <= 1, to
  * about 1e-14, by quadrature at about 0.9 degree + 64 points: some tens of
@@ -30,7 +28,6 @@ ibl_status ibl_kernel_make(ibl_ctx *ctx, const ibl_lobe_shape *shape,
  * l^(-5/2) where the slope jumps; once that is seen the degree is worked out,
  * within some percent, not searched for.
  *   tail   1e-12..1
- *   limit  0..IBL_KERNEL_MAX_DEGREE
  */
 ibl_status ibl_kernel_band(ibl_ctx *ctx, const ibl_lobe_shape *shape,
                            double tail, int limit, int *degree);

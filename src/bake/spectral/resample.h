@@ -48,7 +48,6 @@ typedef struct ibl_ring_grid {
  * Gives grid a shape, contents undefined. A grid that has been given one
  * before keeps its memory where that is enough; else a zeroed one. After an
  * error it is empty. Free with ibl_ring_grid_free.
- * IBL_ERR_ARGUMENT: rings or columns out of range.
  */
 ibl_status ibl_ring_grid_alloc(ibl_ctx *ctx, int rings, int columns,
                                ibl_ring_grid *grid);

@@ -1,31 +1,16 @@
 /* SPDX-License-Identifier: MIT */
+#include <assert.h>
 #include <string.h>
 
 #include "bake/spectral/resample.h"
 #include "core/alloc.h"
 #include "core/context.h"
 
-static ibl_status check_shape(ibl_ctx *ctx, int rings, int columns)
-{
-    if (rings < 1 || rings > IBL_MAX_EDGE)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "a grid of %d rings: must be 1 to %d", rings,
-                        IBL_MAX_EDGE);
-    if (columns < 4 || columns > IBL_MAX_EDGE || (columns & (columns - 1)))
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "a grid of %d columns: must be a power of two, 4 to %d",
-                        columns, IBL_MAX_EDGE);
-    return IBL_OK;
-}
-
 ibl_status ibl_ring_grid_alloc(ibl_ctx *ctx, int rings, int columns,
                                ibl_ring_grid *grid)
 {
-    ibl_status status = check_shape(ctx, rings, columns);
-    if (status) {
-        ibl_ring_grid_free(grid);
-        return status;
-    }
+    assert(rings >= 1 && rings <= IBL_MAX_EDGE && columns >= 4 &&
+           columns <= IBL_MAX_EDGE && !(columns & (columns - 1)));
     grid->rings = rings;
     grid->columns = columns;
     grid->stride = 4 * ((size_t)columns + 2 * IBL_GRID_BORDER);

@@ -3,12 +3,212 @@
  * other, and what an order becomes does not depend on its job. */
 #include "bake/spectral/transform.h"
 
+#include <assert.h>
+#include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
-#include "bake/spectral/row_integrals.h"
 #include "core/alloc.h"
 #include "core/context.h"
+#include "core/pi.h"
 #include "kern/legendre.h"
+
+enum {
+    LINE = 16, /* floats in a cache line */
+    PARTS = 6,
+    KEPT = 32 /* orders between states of row integrals that are kept */
+};
+
+/* ---- what is transformed ------------------------------------------------ */
+
+ibl_status ibl_ring_spectra_alloc(ibl_ctx *ctx, int rings, int orders,
+                                  ibl_ring_spectra *out)
+{
+    const size_t stride = (((size_t)rings + LINE - 1) / LINE | 1) * LINE;
+
+    *out = (ibl_ring_spectra){0};
+    assert(rings >= 1 && rings <= IBL_MAX_EDGE);
+    assert(orders >= 1 && orders <= IBL_SHT_MAX_DEGREE + 1);
+    float *data = ibl_alloc_array(6 * (size_t)orders, stride * sizeof *data);
+    if (!data)
+        return ibl_no_memory(ctx, "the spectra of the rings");
+    *out = (ibl_ring_spectra){rings, orders, stride, data};
+    return IBL_OK;
+}
+
+void ibl_ring_spectra_free(ibl_ring_spectra *s)
+{
+    if (!s)
+        return;
+    ibl_free(s->data);
+    *s = (ibl_ring_spectra){0};
+}
+
+ibl_status ibl_harmonics_alloc(ibl_ctx *ctx, int degree, ibl_harmonics *out)
+{
+    *out = (ibl_harmonics){0};
+    assert(degree >= 0 && degree <= IBL_SHT_MAX_DEGREE);
+    const size_t n = (size_t)degree + 1;
+    double *data = ibl_alloc_array(n * (n + 1) / 2, 6 * sizeof *data);
+    if (!data)
+        return ibl_no_memory(ctx, "spherical harmonics");
+    *out = (ibl_harmonics){degree, data};
+    return IBL_OK;
+}
+
+void ibl_harmonics_free(ibl_harmonics *h)
+{
+    if (!h)
+        return;
+    ibl_free(h->data);
+    *h = (ibl_harmonics){0};
+}
+
+void ibl_sht_power(const ibl_harmonics *h, double *power)
+{
+    for (int l = 0; l <= h->degree; l++)
+        power[l] = 0.0;
+    for (int m = 0; m <= h->degree; m++) {
+        const double *a = ibl_harmonics_at(h, m);
+        for (int l = m; l <= h->degree; l++, a += 6) {
+            double square = 0.0;
+            for (int part = 0; part < 6; part++)
+                square += a[part] * a[part];
+            power[l] += m ? 2.0 * square : square;
+        }
+    }
+}
+
+/* ---- integrals over rows ------------------------------------------------ */
+
+/*
+ * Integrals of associated Legendre functions over the rows of a map, all rows
+ * of the same height in theta, weighted by a value of each row:
+ *     A_lm = sum over rows j of F_j int P_lm(x) dx,   x = cos theta.
+ *
+ * The normalised functions of transform.h have antiderivatives Q_lm with
+ *     (l + 1) e_l Q_l = (l - 2) e_l-1 Q_l-2 - (1 - x^2) P_l-1,
+ *     e_l = sqrt((l^2 - m^2) / (4 l^2 - 1))
+ * (Paul 1978, "Recurrence relations for integrals of associated Legendre
+ * functions", Bulletin Geodesique 52, there without the norm). It holds at
+ * every edge between two rows, hence for sums over them: with
+ *     B_l = sum over edges of (1 - x^2) P_l(x) (F_below - F_above),
+ * an analysis on the edges,
+ *     (l + 1) e_l A_l = (l - 2) e_l-1 A_l-2 - B_l-1,
+ * and the factor of A_l-2 is below 1: errors are damped. The first, A_m, needs
+ * the integral of (sin theta)^m dx from the equator,
+ *     (m + 1) S_m = x (sin theta)^m + m S_m-2,
+ * all of whose terms are positive.
+ */
+
+/* Below this a power is nothing beside 1, and soon slow. */
+static const double nothing = 1e-280;
+
+/* Constant after creation. */
+typedef struct row_integrals {
+    int rows;
+    int edges;      /* from the pole to the equator */
+    double *x;      /* cos theta of each */
+    double *sine;   /* sin theta */
+    double *states; /* of every KEPT-th order */
+} row_integrals;
+
+/* (sin theta)^m, S_m and S_m+-1 of each edge: doubles of a state. */
+static size_t state_size(const row_integrals *r)
+{
+    return ((size_t)3 * (size_t)r->edges + 7) / 8 * 8;
+}
+
+static double *sums_of(const row_integrals *r, int m, double *state)
+{
+    return state + (size_t)r->edges * (size_t)(1 + (m & 1));
+}
+
+static void begin(const row_integrals *r, double *state)
+{
+    for (int j = 0; j < r->edges; j++) {
+        state[j] = 1;
+        sums_of(r, 0, state)[j] = r->x[j];
+        /* S_-1 is the latitude. */
+        sums_of(r, 1, state)[j] = IBL_PI / 2 - IBL_PI * j / r->rows;
+    }
+}
+
+/* Makes a state of order m that of m + 1. */
+static void next_order(const row_integrals *r, int m, double *state)
+{
+    double *s = sums_of(r, m + 1, state);
+    const double share = (m + 1) / (m + 2.0), inverse = 1 / (m + 2.0);
+    for (int j = 0; j < r->edges; j++) {
+        const double power = state[j] * r->sine[j];
+        state[j] = power > nothing ? power : 0;
+        s[j] = r->x[j] * state[j] * inverse + s[j] * share;
+    }
+}
+
+/* Makes state that of order m. */
+static void seek_order(const row_integrals *r, int m, double *state)
+{
+    const size_t each = state_size(r);
+    memcpy(state, r->states + (size_t)(m / KEPT) * each, each * sizeof *state);
+    for (int k = m / KEPT * KEPT; k < m; k++)
+        next_order(r, k, state);
+}
+
+static bool row_integrals_init(row_integrals *r, int rows, int degree)
+{
+    const size_t kept = (size_t)degree / KEPT + 1;
+    *r = (row_integrals){.rows = rows, .edges = rows / 2 + 1};
+    const size_t edges = (size_t)r->edges, each = state_size(r);
+    r->x = ibl_alloc_array(2 * edges + kept * each, sizeof *r->x);
+    if (!r->x)
+        return false;
+    r->sine = r->x + edges;
+    r->states = r->sine + edges;
+    for (int j = 0; j < r->edges; j++) {
+        r->x[j] = sin(0.5 * IBL_PI * (rows - 2 * j) / rows);
+        r->sine[j] = sin(IBL_PI * j / rows);
+    }
+    begin(r, r->states);
+    for (size_t k = 1; k < kept; k++) {
+        double *state = r->states + k * each;
+        memcpy(state, state - each, each * sizeof *state);
+        for (int m = (int)(k - 1) * KEPT; m < (int)k * KEPT; m++)
+            next_order(r, m, state);
+    }
+    return true;
+}
+
+static void row_integrals_free(row_integrals *r)
+{
+    ibl_free(r->x);
+    *r = (row_integrals){0};
+}
+
+/* Sums over all rows with the integrals of (sin theta)^m. */
+static void add_rows(const row_integrals *r, const double *s, const float *f,
+                     size_t stride, double sum[PARTS])
+{
+    const int last = r->rows - 1;
+    for (int j = 0; j < r->rows / 2; j++) {
+        const double mass = s[j] - s[j + 1];
+        for (int p = 0; p < PARTS; p++) {
+            const float *part = f + (size_t)p * stride;
+            sum[p] += mass * ((double)part[j] + (double)part[last - j]);
+        }
+    }
+    /* A row across the equator. */
+    for (int p = 0; p < PARTS && r->rows % 2; p++)
+        sum[p] += 2 * s[last / 2] * (double)f[(size_t)p * stride + last / 2];
+}
+
+/* e_l */
+static double ratio(int l, int m)
+{
+    return sqrt(((double)l - m) * (l + m) / ((2.0 * l - 1) * (2.0 * l + 1)));
+}
+
+/* ---- both ways ---------------------------------------------------------- */
 
 /* Products of P_lm and a pair of rings in a job: well below a millisecond. */
 static const double job_work = 2e5;
@@ -16,15 +216,15 @@ static const double job_work = 2e5;
 struct transform {
     ibl_legendre_dsp dsp;
     ibl_legendre_rings rings;
-    int degree, orders; /* orders 0..orders - 1 are summed */
-    int *first;         /* orders of job i: first[i]..first[i + 1] - 1 */
+    int degree;
+    int *first; /* orders of job i: first[i]..first[i + 1] - 1 */
     int jobs;
     double *scratch; /* of each worker */
     const ibl_harmonics *harmonics;
     const ibl_ring_spectra *spectra;
     const double *factor;
     const double *width; /* of each order, where rows are patches */
-    ibl_row_integrals integrals;
+    row_integrals integrals;
 };
 
 /* The work of an order: its Legendre functions, and something for a start. */
@@ -37,33 +237,33 @@ static void plan_jobs(struct transform *t)
 {
     double work = 0.0;
 
-    for (int m = 0; m < t->orders; m++) {
+    for (int m = 0; m <= t->degree; m++) {
         if (!m || work >= job_work) {
             t->first[t->jobs++] = m;
             work = 0.0;
         }
         work += work_of(t, m);
     }
-    t->first[t->jobs] = t->orders;
+    t->first[t->jobs] = t->degree + 1;
 }
 
 /* Doubles of scratch for a worker. */
 static size_t scratch_of(const struct transform *t)
 {
     return ibl_legendre_scratch(t->degree) +
-           (t->width ? ibl_row_integrals_state(&t->integrals) : 0);
+           (t->width ? state_size(&t->integrals) : 0);
 }
 
 static ibl_status prepare(ibl_ctx *ctx, struct transform *t, ibl_ring_kind kind,
-                          int rings, const double *weight)
+                          int rings)
 {
     const size_t workers = (size_t)ibl_ctx_threads(ctx);
 
     ibl_legendre_dsp_init(&t->dsp, ibl_ctx_isa(ctx));
-    t->first = ibl_alloc_array((size_t)t->orders + 1, sizeof *t->first);
+    t->first = ibl_alloc_array((size_t)t->degree + 2, sizeof *t->first);
     t->scratch = ibl_alloc_array(workers, scratch_of(t) * sizeof *t->scratch);
     if (!t->first || !t->scratch ||
-        !ibl_legendre_rings_init(&t->rings, kind, rings, t->degree, weight))
+        !ibl_legendre_rings_init(&t->rings, kind, rings, t->degree, NULL))
         return ibl_no_memory(ctx, "a spherical harmonic transform");
     plan_jobs(t);
     return IBL_OK;
@@ -71,7 +271,7 @@ static ibl_status prepare(ibl_ctx *ctx, struct transform *t, ibl_ring_kind kind,
 
 static void release(struct transform *t)
 {
-    ibl_row_integrals_free(&t->integrals);
+    row_integrals_free(&t->integrals);
     ibl_legendre_rings_free(&t->rings);
     ibl_free(t->scratch);
     ibl_free(t->first);
@@ -83,86 +283,71 @@ static ibl_legendre_order order(const struct transform *t, int m, int worker)
                                 t->scratch + (size_t)worker * scratch_of(t)};
 }
 
-static void analyse_order(const struct transform *t, int m, int worker)
+/* Turns B_l of order m, in a[6 (l - m) + part] for l = m..degree of the
+ * harmonics, into A_l times the order's width. */
+static void finish_order(const struct transform *t, const double *state, int m)
 {
-    const ibl_legendre_order o = order(t, m, worker);
-    t->dsp.analyse(&o, ibl_ring_spectra_at(t->spectra, m, 0),
-                   t->spectra->stride, ibl_harmonics_at(t->harmonics, m));
+    const row_integrals *r = &t->integrals;
+    const double *s = state + (size_t)r->edges * (size_t)(1 + (m & 1));
+    const double scale = t->width[m];
+    double *a = ibl_harmonics_at(t->harmonics, m);
+    double sum[PARTS] = {0}, before[PARTS], last = 0;
+
+    add_rows(r, s, ibl_ring_spectra_at(t->spectra, m, 0), t->spectra->stride,
+             sum);
+    memcpy(before, a, sizeof before);
+    for (int p = 0; p < PARTS; p++)
+        a[p] = t->rings.start[m] * scale * sum[p];
+    for (int l = m + 1; l <= t->degree; l++) {
+        const double e = ratio(l, m), inverse = 1 / ((l + 1) * e);
+        const double keep = (l - 2) * last * inverse;
+        a += PARTS;
+        for (int p = 0; p < PARTS; p++) {
+            const double b = a[p];
+            a[p] = -before[p] * scale * inverse;
+            if (l >= m + 2)
+                a[p] += keep * a[p - 2 * PARTS];
+            before[p] = b;
+        }
+        last = e;
+    }
 }
 
 static void analyse_job(void *arg, int job, int worker)
 {
     const struct transform *t = arg;
-    for (int m = t->first[job]; m < t->first[job + 1]; m++)
-        analyse_order(t, m, worker);
-}
-
-static void patches_job(void *arg, int job, int worker)
-{
-    const struct transform *t = arg;
     double *state = t->scratch + (size_t)worker * scratch_of(t) +
                     ibl_legendre_scratch(t->degree);
 
-    ibl_row_integrals_seek(&t->integrals, t->first[job], state);
+    seek_order(&t->integrals, t->first[job], state);
     for (int m = t->first[job]; m < t->first[job + 1]; m++) {
-        analyse_order(t, m, worker);
-        ibl_row_integrals_finish(
-            &t->integrals, state, m, t->degree,
-            ibl_ring_spectra_at(t->spectra, m, 0), t->spectra->stride,
-            t->rings.start[m], t->width[m], ibl_harmonics_at(t->harmonics, m));
-        ibl_row_integrals_next(&t->integrals, m, state);
+        const ibl_legendre_order o = order(t, m, worker);
+        t->dsp.analyse(&o, ibl_ring_spectra_at(t->spectra, m, 0),
+                       t->spectra->stride, ibl_harmonics_at(t->harmonics, m));
+        finish_order(t, state, m);
+        next_order(&t->integrals, m, state);
     }
 }
 
-/* The orders that are not summed. */
-static void clear_rest(const struct transform *t)
-{
-    for (int m = t->orders; m <= t->degree; m++)
-        memset(ibl_harmonics_at(t->harmonics, m), 0,
-               (size_t)(t->degree + 1 - m) * 6 * sizeof *t->harmonics->data);
-}
-
 ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
-                           const ibl_ring_spectra *in, const double *weight,
+                           const ibl_ring_spectra *in, const double *width,
                            ibl_harmonics *out)
 {
-    const int all = out->degree + 1;
-    struct transform t = {.degree = out->degree,
-                          .orders = in->orders < all ? in->orders : all,
-                          .harmonics = out,
-                          .spectra = in};
-    ibl_status status = prepare(ctx, &t, IBL_RINGS_CENTRES, in->rings, weight);
+    struct transform t = {
+        .degree = out->degree, .harmonics = out, .spectra = in, .width = width};
+    ibl_status status;
 
-    if (!status)
-        status = ibl_run(ctx, stage, t.jobs, analyse_job, &t);
-    clear_rest(&t);
-    release(&t);
-    return status;
-}
-
-ibl_status ibl_sht_analyse_patches(ibl_ctx *ctx, const char *stage,
-                                   const ibl_ring_spectra *in,
-                                   const double *width, ibl_harmonics *out)
-{
-    const int all = out->degree + 1;
-    struct transform t = {.degree = out->degree,
-                          .orders = in->orders < all ? in->orders : all,
-                          .harmonics = out,
-                          .spectra = in,
-                          .width = width};
-    ibl_status status = IBL_OK;
-
-    if (!ibl_row_integrals_init(&t.integrals, in->rings, out->degree))
+    assert(in->orders == out->degree + 1);
+    if (!row_integrals_init(&t.integrals, in->rings, out->degree))
         return ibl_no_memory(ctx, "a spherical harmonic transform");
-    status = prepare(ctx, &t, IBL_RINGS_EDGES, in->rings - 1, NULL);
+    status = prepare(ctx, &t, IBL_RINGS_EDGES, in->rings - 1);
     for (int j = 0; !status && j < t.rings.pairs; j++) {
         const double square = t.rings.sine[j] * t.rings.sine[j];
         t.rings.north[j] *= square;
         t.rings.south[j] *= square;
     }
     if (!status)
-        status = ibl_run(ctx, stage, t.jobs, patches_job, &t);
-    clear_rest(&t);
+        status = ibl_run(ctx, stage, t.jobs, analyse_job, &t);
     release(&t);
     return status;
 }
@@ -183,24 +368,13 @@ ibl_status ibl_sht_synthesise(ibl_ctx *ctx, const char *stage,
                               const ibl_harmonics *in, const double *factor,
                               int degree, ibl_ring_spectra *out)
 {
-    struct transform t = {.degree = degree,
-                          .orders = degree + 1,
-                          .harmonics = in,
-                          .spectra = out,
-                          .factor = factor};
+    struct transform t = {
+        .degree = degree, .harmonics = in, .spectra = out, .factor = factor};
 
-    if (degree < 0 || degree > in->degree || degree >= out->orders)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "a synthesis of degree %d from harmonics of degree %d "
-                        "on rings of %d orders: must be in both",
-                        degree, in->degree, out->orders);
-    ibl_status status = prepare(ctx, &t, IBL_RINGS_CENTRES, out->rings, NULL);
+    assert(degree >= 0 && degree <= in->degree && degree < out->orders);
+    ibl_status status = prepare(ctx, &t, IBL_RINGS_CENTRES, out->rings);
     if (!status)
         status = ibl_run(ctx, stage, t.jobs, synthesise_job, &t);
-    if (degree + 1 < out->orders)
-        memset(ibl_ring_spectra_at(out, degree + 1, 0), 0,
-               (size_t)(out->orders - degree - 1) * 6 * out->stride *
-                   sizeof *out->data);
     release(&t);
     return status;
 }

@@ -22,24 +22,8 @@
  *
  * HOW EXACT
  *
- *   An analysis is the sum that it is said to be, whatever the rings and the
- *   weights: it is the weights that make an integral of it, the solid angles
- *   of a map's pixels or a quadrature rule (Fejer's first has these rings for
- *   nodes and is exact for polynomials in cos theta below their number).
- *   Sums are in double. Legendre functions are within
- *       DBL_EPSILON (l + 1)^1.5 min(l + 1, 2 / sin theta) + 2^-54,
- *   see kern/legendre.h, an analysis and a synthesis within the sum of the
- *   absolute terms with that for P_lm. Zeros, as the imaginary parts of m = 0,
- *   stay zeros. What comes in and goes out as floats is rounded to them, which
- *   is by far the more: there and back, with coefficients of about 1, is
- *   within 4 FLT_EPSILON.
- *
- * WHAT IT COSTS
- *
- *   14 multiply-adds for two degrees and a pair of rings of every order, less
- *   what is skipped next to the poles: about 7/4 degree^2 rings in all. On a
- *   core with AVX-512 (two units, 3.7 GHz) 1.6 ms for degree 256 and 512
- *   rings, with AVX2 3 ms.
+ *   Sums are in double, P_lm as exact as kern/legendre.h says. What comes in
+ *   and goes out as floats is rounded to them, which is by far the more.
  */
 #ifndef IBL_BAKE_SPECTRAL_TRANSFORM_H
 #define IBL_BAKE_SPECTRAL_TRANSFORM_H
@@ -100,41 +84,29 @@ static inline double *ibl_harmonics_at(const ibl_harmonics *h, int m)
 }
 
 /*
- * The analysis:
- *     a_lm = sum over rings j of weight[j] P_lm(cos theta_j) F_m(j)
- * for l <= out->degree and m < in->orders; orders beyond those of in become
- * 0. Runs on ctx's pool and reports progress under stage (NULL: silently).
- *   weight  one for each ring, finite
- * IBL_ERR_MEMORY, IBL_ERR_CANCELLED: out unspecified. The same bytes for any
- * number of threads.
- */
-ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
-                           const ibl_ring_spectra *in, const double *weight,
-                           ibl_harmonics *out);
-
-/*
  * The analysis of a map of constant patches: its row j covers the latitudes
  * pi j / rings to pi (j + 1) / rings, and F_m(j) is that of the row's pixels
  * as points at their centres. The coefficients are the integrals over the
  * patches,
  *     a_lm = width[m] sum over rows j of F_m(j) int P_lm dx,
- * x = cos theta over the row: see row_integrals.h. It costs no more than
- * ibl_sht_analyse.
- *   width  of each order up to out->degree: what a pixel's width makes of it
- * Otherwise as ibl_sht_analyse.
+ * x = cos theta over the row, for l <= out->degree. in has the orders up to
+ * that. Runs on ctx's pool and reports progress under stage (NULL: silently).
+ *   width  of each order: what a pixel's width makes of it
+ * IBL_ERR_MEMORY, IBL_ERR_CANCELLED: out unspecified. The same bytes for any
+ * number of threads.
  */
-ibl_status ibl_sht_analyse_patches(ibl_ctx *ctx, const char *stage,
-                                   const ibl_ring_spectra *in,
-                                   const double *width, ibl_harmonics *out);
+ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
+                           const ibl_ring_spectra *in, const double *width,
+                           ibl_harmonics *out);
 
 /*
  * The synthesis:
  *     G_m(j) = sum over l = m..degree of factor[l] a_lm P_lm(cos theta_j)
- * for m <= degree; orders beyond become 0.
+ * for m <= degree; orders of out beyond that are left alone.
  *   factor  one for each l <= degree, finite
  *   degree  at most that of in and below out->orders
- * IBL_ERR_ARGUMENT: degree out of range. IBL_ERR_MEMORY, IBL_ERR_CANCELLED:
- * out unspecified. The same bytes for any number of threads.
+ * IBL_ERR_MEMORY, IBL_ERR_CANCELLED: out unspecified. The same bytes for any
+ * number of threads.
  */
 ibl_status ibl_sht_synthesise(ibl_ctx *ctx, const char *stage,
                               const ibl_harmonics *in, const double *factor,
@@ -143,17 +115,5 @@ ibl_status ibl_sht_synthesise(ibl_ctx *ctx, const char *stage,
 /* The power in each degree l = 0..h->degree: power[l] is the sum of |a_lm|^2
  * over m = -l..l and the channels. */
 void ibl_sht_power(const ibl_harmonics *h, double *power);
-
-/*
- * The coefficients of a map about +Y in the layout of ibl_bake_sh: real, with
- * the polar axis +Z.
- *   degree   at most that of in and IBL_MAX_SH_DEGREE
- *   yaw_deg  as in ibl_cube_from_latlong
- *   coeffs   3 (degree + 1)^2 doubles, the caller's
- * IBL_ERR_ARGUMENT: degree or yaw out of range, coeffs untouched.
- * IBL_ERR_MEMORY, IBL_ERR_CANCELLED: coeffs unspecified.
- */
-ibl_status ibl_sht_to_sh(ibl_ctx *ctx, const ibl_harmonics *in, int degree,
-                         double yaw_deg, double *coeffs);
 
 #endif

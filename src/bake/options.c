@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: MIT */
+#include "bake/options.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#include "brdf/lobe.h"
+#include "core/context.h"
+#include "image/cube.h"
+
+enum {
+    MAX_SAMPLES = 1048576
+};
+
+/* ---- defaults ----------------------------------------------------------- */
+
+ibl_specular_options ibl_specular_options_default(void)
+{
+    return (ibl_specular_options){.size = 256,
+                                  .roughness_max = 1,
+                                  .tolerance = IBL_TOLERANCE_DEFAULT,
+                                  .samples = 1024,
+                                  .lod_bias = 1,
+                                  .pdf_mip = 1};
+}
+
+ibl_irradiance_options ibl_irradiance_options_default(void)
+{
+    return (ibl_irradiance_options){.size = 32};
+}
+
+ibl_bake_options ibl_bake_options_default(void)
+{
+    return (ibl_bake_options){
+        .specular = 1,
+        .specular_options = ibl_specular_options_default(),
+        .irradiance = 1,
+        .irradiance_options = ibl_irradiance_options_default(),
+        .sh_degree = 2,
+    };
+}
+
+/* ---- ranges ------------------------------------------------------------- */
+
+static ibl_status check_samples(ibl_ctx *ctx, const char *what, int samples)
+{
+    if (samples < 1 || samples > MAX_SAMPLES)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT, "%d samples%s: must be 1 to %d",
+                        samples, what, MAX_SAMPLES);
+    return IBL_OK;
+}
+
+ibl_status ibl_check_roughness(ibl_ctx *ctx, const ibl_specular_options *o)
+{
+    if (o->mapping != IBL_ROUGHNESS_LINEAR &&
+        o->mapping != IBL_ROUGHNESS_FILAMENT)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "roughness mapping %d: must be linear (%d) or "
+                        "filament (%d)",
+                        (int)o->mapping, IBL_ROUGHNESS_LINEAR,
+                        IBL_ROUGHNESS_FILAMENT);
+    if (!(o->roughness_min >= 0 && o->roughness_min <= o->roughness_max &&
+          o->roughness_max <= 1))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a roughness range of %g to %g: must be 0 to 1, the "
+                        "smaller first",
+                        o->roughness_min, o->roughness_max);
+    if (o->roughness_min >= o->roughness_max && o->levels > 1)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "%d levels of the one roughness %g: must be 1",
+                        o->levels, o->roughness_min);
+    return IBL_OK;
+}
+
+static ibl_status check_specular(ibl_ctx *ctx, const ibl_specular_options *o)
+{
+    if (o->method < IBL_METHOD_AUTO || o->method > IBL_METHOD_SAMPLED)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "method %d: must be auto (%d), spectral (%d) or "
+                        "sampled (%d)",
+                        (int)o->method, IBL_METHOD_AUTO, IBL_METHOD_SPECTRAL,
+                        IBL_METHOD_SAMPLED);
+    if (o->lobe < IBL_LOBE_GGX || o->lobe > IBL_LOBE_PHONG)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "lobe %d: must be ggx (%d), charlie (%d) or phong (%d)",
+                        (int)o->lobe, IBL_LOBE_GGX, IBL_LOBE_CHARLIE,
+                        IBL_LOBE_PHONG);
+    if (!(o->tolerance >= 1e-6 && o->tolerance <= 1))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a tolerance of %g: must be 1e-6 to 1", o->tolerance);
+    if (!(o->lod_bias >= -4 && o->lod_bias <= 4))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a lod bias of %g: must be -4 to 4", o->lod_bias);
+    ibl_status status = ibl_check_roughness(ctx, o);
+    if (!status)
+        status = check_samples(ctx, " a texel", o->samples);
+    for (int l = 0; l < IBL_MAX_LEVELS && !status; l++) {
+        char what[40];
+        snprintf(what, sizeof what, " a texel at level %d", l);
+        if (o->level_samples[l])
+            status = check_samples(ctx, what, o->level_samples[l]);
+    }
+    return status;
+}
+
+static ibl_status check_irradiance(ibl_ctx *ctx,
+                                   const ibl_irradiance_options *opts)
+{
+    if (opts->size < 1 || opts->size > IBL_MAX_CUBE_SIZE)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "irradiance faces of size %d: must be 1 to %d",
+                        opts->size, IBL_MAX_CUBE_SIZE);
+    if (!(opts->step >= 0.0 && opts->step <= 0.5))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "an irradiance step of %g: must be 0 to 0.5 radians",
+                        opts->step);
+    return IBL_OK;
+}
+
+ibl_status ibl_check_bake(ibl_ctx *ctx, const ibl_environment *env,
+                          const ibl_bake_options *o)
+{
+    ibl_status status = IBL_OK;
+
+    if (env->image ? !env->image->data : !env->read)
+        return ibl_missing(ctx, "an environment's read or image's data");
+    if (env->width < 1 || env->width > IBL_MAX_EDGE || env->height < 1 ||
+        env->height > IBL_MAX_EDGE)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a map of %dx%d pixels: must be 1x1 to %dx%d",
+                        env->width, env->height, IBL_MAX_EDGE, IBL_MAX_EDGE);
+    if (o->skybox < 0 || o->skybox > IBL_MAX_CUBE_SIZE)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a skybox of size %d: must be 1 to %d, or 0 for none",
+                        o->skybox, IBL_MAX_CUBE_SIZE);
+    if (!isfinite(o->yaw_deg))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a yaw of %g degrees: must be finite", o->yaw_deg);
+    if (o->sh_degree < -1 || o->sh_degree > IBL_MAX_SH_DEGREE)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "spherical harmonics of degree %d: must be 0 to %d, "
+                        "or -1 for none",
+                        o->sh_degree, IBL_MAX_SH_DEGREE);
+    if (o->specular && o->level0 && o->level0->size != o->specular_options.size)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "a level 0 of size %d for a specular cube of %d: must "
+                        "have its size",
+                        o->level0->size, o->specular_options.size);
+    if (o->specular && o->level0)
+        status = ibl_check_cube(ctx, o->level0);
+    if (!status && o->specular)
+        status = check_specular(ctx, &o->specular_options);
+    if (!status && o->irradiance)
+        status = check_irradiance(ctx, &o->irradiance_options);
+    return status;
+}

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: MIT */
+/* What is baked by samples: every texel the weighted sum of lookups in a
+ * pyramid, by one set of samples for a level. */
+#ifndef IBL_BAKE_SAMPLED_H
+#define IBL_BAKE_SAMPLED_H
+
+#include <stdbool.h>
+
+#include "bake/samples.h"
+#include "ibl/ibl.h"
+#include "image/pyramid.h"
+
+/*
+ * Tangent, bitangent and normal of texel (x, y) of a face of edge n: the
+ * tangent follows the face's rows, so symmetric texels have symmetric frames.
+ * turn rotates tangent and bitangent about the normal, in radians.
+ */
+void ibl_texel_frame(int n, int face, int x, int y, double turn,
+                     float frame[9]);
+
+/*
+ * Fills a level of out on the context's pool, reporting under stage.
+ *   jitter  turn the set by a hash of level and texel, about the normal
+ */
+ibl_status ibl_filter_level(ibl_ctx *ctx, const char *stage,
+                            const ibl_pyramid *pyramid,
+                            const ibl_samples *samples, bool jitter,
+                            const ibl_cube *out, int level);
+
+/*
+ * Bakes the levels of cube that have samples in the report. Level 0 of the
+ * cube is done if it is the environment.
+ *   opts    in range
+ *   report  with the layout; its lookup_size is written
+ */
+ibl_status ibl_sample_levels(ibl_ctx *ctx, const ibl_image *env,
+                             const ibl_specular_options *opts,
+                             const ibl_cube *cube, ibl_specular_report *report);
+
+/* The irradiance with opts->step > 0: the classic grid over the hemisphere.
+ * out is allocated, opts->size and one level; opts is in range. */
+ibl_status ibl_irradiance_grid(ibl_ctx *ctx, const ibl_image *env,
+                               const ibl_irradiance_options *opts,
+                               const ibl_cube *out);
+
+#endif

@@ -1,0 +1,110 @@
+/* SPDX-License-Identifier: MIT */
+/* The calls that bake one thing from an image in memory. */
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/context.h"
+#include "image/image.h"
+
+/* Of opts with nothing asked for but what the caller sets then. */
+static ibl_bake_options nothing(double yaw_deg)
+{
+    ibl_bake_options o = ibl_bake_options_default();
+    o.specular = o.irradiance = 0;
+    o.sh_degree = -1;
+    o.yaw_deg = yaw_deg;
+    return o;
+}
+
+/* out: what the caller gave to write to, with its name for messages. */
+static ibl_status bake(ibl_ctx *ctx, const ibl_image *env,
+                       const ibl_bake_options *opts, const void *out,
+                       const char *name, ibl_bake_result *made)
+{
+    const ibl_environment from = {.image = env};
+    const ibl_status status = ibl_check_image(ctx, env);
+    if (status)
+        return status;
+    return out ? ibl_bake_environment(ctx, &from, opts, made)
+               : ibl_missing(ctx, name);
+}
+
+ibl_status ibl_bake_specular_report(ibl_ctx *ctx, const ibl_image *env,
+                                    const ibl_specular_options *opts,
+                                    ibl_cube *out, ibl_specular_report *report)
+{
+    ibl_bake_options o = nothing(opts ? opts->yaw_deg : 0);
+    ibl_bake_result made;
+
+    o.specular = 1;
+    if (opts)
+        o.specular_options = *opts;
+    const ibl_status status =
+        bake(ctx, env, &o, out, "ibl_bake_specular: out", &made);
+    if (status)
+        return status;
+    *out = made.specular;
+    if (report)
+        *report = made.report;
+    return IBL_OK;
+}
+
+ibl_status ibl_bake_specular(ibl_ctx *ctx, const ibl_image *env,
+                             const ibl_specular_options *opts, ibl_cube *out)
+{
+    return ibl_bake_specular_report(ctx, env, opts, out, NULL);
+}
+
+ibl_status ibl_bake_irradiance(ibl_ctx *ctx, const ibl_image *env,
+                               const ibl_irradiance_options *opts,
+                               ibl_cube *out)
+{
+    ibl_bake_options o = nothing(opts ? opts->yaw_deg : 0);
+    ibl_bake_result made;
+
+    o.irradiance = 1;
+    if (opts)
+        o.irradiance_options = *opts;
+    const ibl_status status =
+        bake(ctx, env, &o, out, "ibl_bake_irradiance: out", &made);
+    if (!status)
+        *out = made.irradiance;
+    return status;
+}
+
+ibl_status ibl_bake_sh(ibl_ctx *ctx, const ibl_image *env, int degree,
+                       double yaw_deg, double *coeffs)
+{
+    const size_t edge = (size_t)degree + 1;
+    ibl_bake_options o = nothing(yaw_deg);
+    ibl_bake_result made;
+
+    if (degree < 0)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "spherical harmonics of degree %d: must be 0 to %d",
+                        degree, IBL_MAX_SH_DEGREE);
+    o.sh_degree = degree;
+    const ibl_status status =
+        bake(ctx, env, &o, coeffs, "ibl_bake_sh: coeffs", &made);
+    if (status)
+        return status;
+    memcpy(coeffs, made.sh, 3 * edge * edge * sizeof *coeffs);
+    ibl_bake_result_free(&made);
+    return IBL_OK;
+}
+
+/* Ramamoorthi and Hanrahan 2001, eq. 8: 0 for odd l > 1, for even l
+ *     2 (-1)^(l/2 - 1) / ((l + 2) (l - 1)) * l! / (2^l (l/2)!^2). */
+double ibl_sh_cosine(int l)
+{
+    double central = 1.0;
+
+    if (l == 1)
+        return 2.0 / 3.0;
+    if (l < 0 || l % 2)
+        return 0.0;
+    for (int k = 1; k <= l / 2; k++)
+        central *= (2.0 * k - 1.0) / (2.0 * k);
+    const double value = 2.0 * central / ((l + 2.0) * (l - 1.0));
+    return l / 2 % 2 ? value : -value;
+}
