@@ -9,7 +9,7 @@
 #include "view/picture.h"
 #include "view/program.h"
 #include "view/renderer.h"
-#include "view/screen_kind.h"
+#include "view/screen.h"
 #include <math.h>
 #include <png.h>
 #include <stdlib.h>

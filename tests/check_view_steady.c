@@ -9,7 +9,7 @@
 #include "maps.h"
 #include "test.h"
 #include "view.h"
-#include "view/title.h"
+#include "view/window_text.h"
 #include "view/window_text.h"
 
 enum {

@@ -13,7 +13,7 @@
 #include "view/gl.h"
 #include "view/key_bindings.h"
 #include "view/still.h"
-#include "view/title.h"
+#include "view/window_text.h"
 
 enum {
     WIDTH = 32,

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The window: what is shown in it, and what keys, mouse, files and dropped
- * maps do to that. */
+/* The state of the window, and what both its keys and its frames do to it. */
 #ifndef VIEW_APP_H
 #define VIEW_APP_H
 
@@ -8,8 +7,8 @@
 #include "view/overlay.h"
 #include "view/probe_set.h"
 #include "view/renderer.h"
+#include "view/report.h"
 #include "view/screen.h"
-#include "view/stats.h"
 
 typedef struct view_app {
     ibl_ctx *ctx;
@@ -46,10 +45,6 @@ typedef struct view_app {
     bool redraw;      /* something changed since the last frame */
     bool quit;
 } view_app;
-
-/* Shows what the options say until the window is closed. False after a
- * message. */
-bool view_app_run(ibl_ctx *ctx, const view_options *options);
 
 /* Draws what is shown into framebuffer 0; spread: as settings have it. Where
  * that fails the settings become those of the last frame, which is drawn

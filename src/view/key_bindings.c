@@ -346,3 +346,11 @@ void view_keys_text(char *text, int size)
         used += snprintf(text + used, (size_t)(size - used), "%-15s %s\n",
                          rows[i].name, rows[i].what);
 }
+
+void view_print_keys(FILE *to)
+{
+    char text[VIEW_KEYS_BYTES];
+
+    view_keys_text(text, sizeof text);
+    fputs(text, to);
+}

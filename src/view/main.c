@@ -7,10 +7,10 @@
 #include <unistd.h>
 
 #include "common/bridge_file.h"
-#include "view/app.h"
 #include "view/interrupt.h"
 #include "view/message.h"
 #include "view/still.h"
+#include "view/window.h"
 
 /* Tells the stage of a bake on a terminal. */
 static void show_progress(void *cookie, const char *stage, double done)
@@ -47,7 +47,7 @@ static bool run(const view_options *o)
     ctx = make_context(o);
     if (!ctx)
         return false;
-    ok = picture ? view_still_run(ctx, o) : view_app_run(ctx, o);
+    ok = picture ? view_still_run(ctx, o) : view_window_run(ctx, o);
     ibl_ctx_free(ctx);
     return ok;
 }

@@ -4,6 +4,7 @@
 #define VIEW_OPTIONS_H
 
 #include <stdbool.h>
+#include <stdio.h>
 
 #include "view/baked_set.h"
 #include "view/settings.h"
@@ -50,6 +51,9 @@ enum {
  * False: the program is to end with *status, either because of --help and its
  * like or after a line on standard error. */
 bool view_options_parse(char **words, view_options *o, int *status);
+
+/* Prints what --keys asks for; key_bindings.c has the list. */
+void view_print_keys(FILE *to);
 
 /* False, with a message, if nothing is at PATH or an option is not for what is
  * there; reads no more than its first bytes. */

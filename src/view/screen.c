@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-#include "view/gl.h"
-#include "view/screen_kind.h"
+#include "view/screen.h"
 
 #include <stdio.h>
+
+#include "view/gl.h"
 
 void view_screen_describe(view_screen *screen)
 {
@@ -24,7 +25,7 @@ void view_screen_size(const view_screen *screen, int *width, int *height)
 
 double view_screen_scale(const view_screen *screen)
 {
-    return screen->kind->scale(screen);
+    return screen->kind->scale ? screen->kind->scale(screen) : 1;
 }
 
 void view_screen_show(view_screen *screen)
@@ -34,12 +35,13 @@ void view_screen_show(view_screen *screen)
 
 bool view_screen_poll(view_screen *screen, double wait)
 {
-    return screen->kind->poll(screen, wait);
+    return !screen->kind->poll || screen->kind->poll(screen, wait);
 }
 
 void view_screen_title(view_screen *screen, const char *title)
 {
-    screen->kind->title(screen, title);
+    if (screen->kind->title)
+        screen->kind->title(screen, title);
 }
 
 const char *view_screen_about(const view_screen *screen)

@@ -68,4 +68,32 @@ void view_screen_title(view_screen *screen, const char *title);
 /* "OpenGL 4.5 (Core Profile) Mesa 22.3.6, llvmpipe ..." */
 const char *view_screen_about(const view_screen *screen);
 
+/* ---- for the files screen*.c ----------------------------------------------
+ */
+
+/* The calls above. Those that are NULL have nothing to do: the scale is 1 then,
+ * and there are no events. */
+typedef struct view_screen_kind {
+    void (*close)(view_screen *screen);
+    void (*size)(const view_screen *screen, int *width, int *height);
+    double (*scale)(const view_screen *screen);
+    void (*show)(view_screen *screen);
+    bool (*poll)(view_screen *screen, double wait);
+    void (*title)(view_screen *screen, const char *title);
+} view_screen_kind;
+
+/* The first member of each kind's own struct. */
+struct view_screen {
+    const view_screen_kind *kind;
+    char about[256];
+};
+
+/* Writes about, of the context that is current. */
+void view_screen_describe(view_screen *screen);
+
+/* view_screen_memory with the names that the library is looked for by, ended
+ * by NULL. */
+view_screen *view_screen_memory_from(const char *const *libraries, int width,
+                                     int height);
+
 #endif

@@ -6,7 +6,7 @@
  */
 #include "view/gl.h"
 #include "view/message.h"
-#include "view/screen_kind.h"
+#include "view/screen.h"
 
 #include <dlfcn.h>
 #include <stdlib.h>
@@ -93,36 +93,16 @@ static void size_memory(const view_screen *screen, int *width, int *height)
     *height = s->height;
 }
 
-static double scale_memory(const view_screen *screen)
-{
-    (void)screen;
-    return 1;
-}
-
 static void show_memory(view_screen *screen)
 {
     (void)screen;
     gl.Finish();
 }
 
-static bool poll_memory(view_screen *screen, double wait)
-{
-    (void)screen, (void)wait;
-    return true;
-}
-
-static void title_memory(view_screen *screen, const char *title)
-{
-    (void)screen, (void)title;
-}
-
 static const view_screen_kind memory_kind = {
     .close = close_memory,
     .size = size_memory,
-    .scale = scale_memory,
     .show = show_memory,
-    .poll = poll_memory,
-    .title = title_memory,
 };
 
 /* OSMesa takes any size, and draws into what OpenGL's limits leave of it. */

@@ -3,7 +3,7 @@
  * of one message of ours. */
 #include "view/gl.h"
 #include "view/message.h"
-#include "view/screen_kind.h"
+#include "view/screen.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>

@@ -1,20 +1,19 @@
 /* SPDX-License-Identifier: MIT */
-/* Pictures without a window. */
+/* Pictures, sheets and captures without a window. */
 #ifndef VIEW_STILL_H
 #define VIEW_STILL_H
 
 #include "view/options.h"
-#include "view/renderer.h"
-#include "view/stats.h"
+#include "view/report.h"
 
-/* Draws until the options' frames or samples are there. Median of the frames'
- * times, in milliseconds, into *ms; all of them are added to stats. False, with
- * a message. */
+/* Draws until the options' frames or samples are there. *ms: the median of the
+ * frames' times; all of them are added to stats. False, with a message. */
 bool view_still_draw(view_renderer *r, const view_options *o,
                      const view_settings *s, double *ms, view_stats *stats);
 
 /* Opens or bakes what the options name, and writes and prints what they ask
- * for. False, with a message. */
+ * for: a picture, or a sheet in which one choice changes along the rows and
+ * another along the columns. False, with a message. */
 bool view_still_run(ibl_ctx *ctx, const view_options *o);
 
 #endif

@@ -8,4 +8,7 @@
  * the cursor, progress of a bake, notice, scale of false colours. */
 void view_window_text(view_app *app, int width, int height);
 
+/* What is shown and how, for the window's title. */
+void view_title_text(const view_app *app, char *text, size_t size);
+
 #endif
