@@ -13,7 +13,6 @@
 
 #include "box.h"
 #include "common/json_at.h"
-#include "common/json_volume.h"
 #include "files.h"
 #include "test.h"
 #include "view.h"

@@ -30,3 +30,16 @@ ibl_texel ibl_face_texel(int size, const double dir[3])
         face, (int)fmin(fmax(floor((s / m + 1) / 2 * size), 0), size - 1),
         (int)fmin(fmax(floor((t / m + 1) / 2 * size), 0), size - 1)};
 }
+
+void ibl_mean_rgb(const float *image, int width, int x0, int x1, int y0, int y1,
+                  double rgb[3])
+{
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    for (int y = y0; y < y1; y++) {
+        const float *p = image + 3 * ((size_t)y * (size_t)width + (size_t)x0);
+        for (int k = 0; k < 3 * (x1 - x0); k++)
+            rgb[k % 3] += (double)p[k];
+    }
+    for (int c = 0; c < 3; c++)
+        rgb[c] /= (double)(x1 - x0) * (y1 - y0);
+}

@@ -13,6 +13,11 @@ void ibl_face_direction(int face, double u, double v, double dir[3]);
 /* The texel of a cube of `size` that a direction falls in. */
 ibl_texel ibl_face_texel(int size, const double dir[3]);
 
+/* The mean of the pixels x0..x1 - 1 by y0..y1 - 1 of an RGB image, or of a
+ * face; there is one at least. */
+void ibl_mean_rgb(const float *image, int width, int x0, int x1, int y0, int y1,
+                  double rgb[3]);
+
 /*
  * An unfolded cube is a cross of 4 by 3 faces, +Y on top, -X +Z +X -Z in the
  * middle row, -Y below, so that neighbours in it are neighbours on the cube.

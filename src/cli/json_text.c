@@ -10,71 +10,6 @@
 #include "common/memory_file.h"
 #include "common/number.h"
 
-/* Length of the string that begins at the quote s, quotes included. */
-static size_t string_length(const char *s)
-{
-    size_t n = 1;
-    while (s[n] != '"')
-        n += s[n] == '\\' ? 2 : 1;
-    return n + 1;
-}
-
-/* Whether the array that begins at s holds no array or object. */
-static int is_plain(const char *s)
-{
-    for (s++; *s != ']';) {
-        if (*s == '[' || *s == '{')
-            return 0;
-        s += *s == '"' ? string_length(s) : 1;
-    }
-    return 1;
-}
-
-/* Prints the number at s with fewer digits if they do. Returns the length
- * that it has in s. */
-static size_t put_number(const char *s, FILE *to)
-{
-    const size_t length = strspn(s, "+-.0123456789eE");
-    const double x = strtod(s, NULL);
-    char text[IBL_NUMBER_BYTES];
-
-    if (!memchr(s, '.', length) && !memchr(s, 'e', length)) {
-        fprintf(to, "%.*s", (int)length, s);
-        return length;
-    }
-    ibl_number_text(x, text);
-    /* Still a real, for readers that tell 1 from 1.0. */
-    fprintf(to, "%s%s", text, strpbrk(text, ".e") ? "" : ".0");
-    return length;
-}
-
-static void tidy(const char *s, FILE *to)
-{
-    int plain = 0;
-
-    while (*s) {
-        size_t length = 1;
-        if (*s == '"') {
-            length = string_length(s);
-            fwrite(s, 1, length, to);
-        } else if (strchr("-0123456789", *s)) {
-            length = put_number(s, to);
-        } else if (plain && *s == '\n') {
-            length += strspn(s + 1, " ");
-            if (s[-1] == ',')
-                fputc(' ', to);
-        } else {
-            if (*s == '[')
-                plain = is_plain(s);
-            else if (*s == ']')
-                plain = 0;
-            fputc(*s, to);
-        }
-        s += length;
-    }
-    fputc('\n', to);
-}
-
 /* Not json_dumps, which does not notice that there is no memory for a key. */
 char *ibl_json_dump(const json_t *root, size_t flags)
 {
@@ -88,17 +23,101 @@ char *ibl_json_dump(const json_t *root, size_t flags)
     return ibl_memory_close(to, &file);
 }
 
+/* ---- the program's layout ---------------------------------------------- */
+
+static bool write_value(const json_t *value, int depth, FILE *to);
+
+static void break_line(int depth, FILE *to)
+{
+    fprintf(to, "\n%*s", 2 * depth, "");
+}
+
+static bool write_string(const char *text, FILE *to)
+{
+    json_t *string = json_string(text);
+    const bool ok = !json_dumpf(string, to, JSON_ENCODE_ANY);
+
+    json_decref(string);
+    return ok;
+}
+
+static bool write_object(json_t *object, int depth, FILE *to)
+{
+    const char *key, *between = "";
+    json_t *value;
+    bool ok = true;
+
+    fputc('{', to);
+    json_object_foreach(object, key, value)
+    {
+        fputs(between, to);
+        between = ",";
+        break_line(depth + 1, to);
+        ok &= write_string(key, to);
+        fputs(": ", to);
+        ok &= write_value(value, depth + 1, to);
+    }
+    if (json_object_size(object))
+        break_line(depth, to);
+    fputc('}', to);
+    return ok;
+}
+
+static bool write_array(const json_t *array, int depth, FILE *to)
+{
+    const json_t *value;
+    bool plain = true, ok = true;
+    size_t i;
+
+    json_array_foreach(array, i, value)
+    {
+        plain &= !json_is_array(value) && !json_is_object(value);
+    }
+    fputc('[', to);
+    json_array_foreach(array, i, value)
+    {
+        fputs(i == 0 ? "" : plain ? ", " : ",", to);
+        if (!plain)
+            break_line(depth + 1, to);
+        ok &= write_value(value, depth + 1, to);
+    }
+    if (!plain)
+        break_line(depth, to);
+    fputc(']', to);
+    return ok;
+}
+
+/* False: no memory, or no value. */
+static bool write_value(const json_t *value, int depth, FILE *to)
+{
+    char text[IBL_NUMBER_BYTES];
+
+    if (json_is_object(value))
+        return write_object((json_t *)value, depth, to);
+    if (json_is_array(value))
+        return write_array(value, depth, to);
+    if (!json_is_real(value))
+        return !json_dumpf(value, to, JSON_ENCODE_ANY);
+    ibl_number_text(json_real_value(value), text);
+    /* Still a real, for readers that tell 1 from 1.0. */
+    fprintf(to, "%s%s", text, strpbrk(text, ".e") ? "" : ".0");
+    return true;
+}
+
 char *ibl_json_text(const json_t *root)
 {
-    char *raw = ibl_json_dump(root, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
     ibl_memory_file file;
-    FILE *to = raw ? ibl_memory_open(&file) : NULL;
+    FILE *to = ibl_memory_open(&file);
+    const bool ok = to && write_value(root, 0, to) && fputc('\n', to) != EOF;
+    char *text = ibl_memory_close(to, &file);
 
-    if (to)
-        tidy(raw, to);
-    free(raw);
-    return ibl_memory_close(to, &file);
+    if (ok)
+        return text;
+    free(text);
+    return NULL;
 }
+
+/* ---- strings ----------------------------------------------------------- */
 
 /* Bytes of the character that jansson finds there; 0: it is not UTF-8. */
 static size_t character_length(const char *bytes, size_t most)

@@ -67,21 +67,14 @@ static void shrink(const ibl_image *env, ibl_image *small)
 {
     for (int j = 0; j < small->height; j++)
         for (int i = 0; i < small->width; i++) {
-            const int x0 = (int)((long long)i * env->width / small->width);
-            const int x1 = (int)((i + 1LL) * env->width / small->width);
-            const int y0 = (int)((long long)j * env->height / small->height);
-            const int y1 = (int)((j + 1LL) * env->height / small->height);
-            double sum[3] = {0, 0, 0};
-            for (int y = y0; y < y1; y++) {
-                const float *p =
-                    env->data +
-                    3 * ((size_t)y * (size_t)env->width + (size_t)x0);
-                for (int k = 0; k < 3 * (x1 - x0); k++)
-                    sum[k % 3] += (double)p[k];
-            }
+            double rgb[3];
+            ibl_mean_rgb(env->data, env->width,
+                         (int)((long long)i * env->width / small->width),
+                         (int)((i + 1LL) * env->width / small->width),
+                         (int)((long long)j * env->height / small->height),
+                         (int)((j + 1LL) * env->height / small->height), rgb);
             for (int k = 0; k < 3; k++)
-                small->data[3 * (j * small->width + i) + k] =
-                    (float)(sum[k] / ((double)(x1 - x0) * (y1 - y0)));
+                small->data[3 * (j * small->width + i) + k] = (float)rgb[k];
         }
 }
 

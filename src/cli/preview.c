@@ -100,29 +100,22 @@ static void face_pixel(const ibl_cube *cube, int level, int face, int x, int y,
                        double rgb[3])
 {
     const int n = ibl_cube_edge(cube->size, level);
-    double total = 0;
+    const double u = (x + 0.5) * n / FACE - 0.5, v = (y + 0.5) * n / FACE - 0.5;
+    const int i = (int)floor(u), j = (int)floor(v);
 
-    rgb[0] = rgb[1] = rgb[2] = 0;
     if (n >= FACE) {
-        for (int j = y * n / FACE; j < (y + 1) * n / FACE; j++)
-            for (int i = x * n / FACE; i < (x + 1) * n / FACE; i++, total++)
-                for (int c = 0; c < 3; c++)
-                    rgb[c] += (double)texel(cube, level, face, i, j)[c];
-    } else {
-        const double u = (x + 0.5) * n / FACE - 0.5;
-        const double v = (y + 0.5) * n / FACE - 0.5;
-        const int i = (int)floor(u), j = (int)floor(v);
-        for (int k = 0; k < 4; k++) {
-            const double w =
-                (k & 1 ? u - i : i + 1 - u) * (k & 2 ? v - j : j + 1 - v);
-            const float *t = texel(cube, level, face, i + (k & 1), j + k / 2);
-            for (int c = 0; c < 3; c++)
-                rgb[c] += w * (double)t[c];
-        }
-        total = 1;
+        ibl_mean_rgb(ibl_cube_face(cube, level, face), n, x * n / FACE,
+                     (x + 1) * n / FACE, y * n / FACE, (y + 1) * n / FACE, rgb);
+        return;
     }
-    for (int c = 0; c < 3; c++)
-        rgb[c] /= total;
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    for (int k = 0; k < 4; k++) {
+        const double w =
+            (k & 1 ? u - i : i + 1 - u) * (k & 2 ? v - j : j + 1 - v);
+        const float *t = texel(cube, level, face, i + (k & 1), j + k / 2);
+        for (int c = 0; c < 3; c++)
+            rgb[c] += w * (double)t[c];
+    }
 }
 
 static void draw_cube(const sheet *s, int left, int top, const ibl_cube *cube,
@@ -156,20 +149,11 @@ static void draw_map(const sheet *s, int left, int top, const ibl_image *env)
     top += (PANEL_HEIGHT - height) / 2;
     for (int y = 0; y < height; y++)
         for (int x = 0; x < PANEL_WIDTH; x++) {
-            double rgb[3] = {0, 0, 0};
+            double rgb[3];
             int i0, i1, j0, j1;
             span(x, PANEL_WIDTH, env->width, &i0, &i1);
             span(y, height, env->height, &j0, &j1);
-            for (int j = j0; j < j1; j++)
-                for (int i = i0; i < i1; i++)
-                    for (int c = 0; c < 3; c++)
-                        rgb[c] +=
-                            (double)
-                                env->data[3 * ((size_t)j * (size_t)env->width +
-                                               (size_t)i) +
-                                          (size_t)c];
-            for (int c = 0; c < 3; c++)
-                rgb[c] /= (double)(i1 - i0) * (j1 - j0);
+            ibl_mean_rgb(env->data, env->width, i0, i1, j0, j1, rgb);
             put_radiance(s, left + x, top + y, rgb);
         }
 }
@@ -200,43 +184,32 @@ typedef struct panel {
     char text[2][32]; /* what it is, in two lines */
 } panel;
 
-static panel *add_panel(panel *panels, int *count, const char *name)
-{
-    panel *p = &panels[(*count)++];
-
-    *p = (panel){0};
-    snprintf(p->text[0], sizeof p->text[0], "%s", name);
-    return p;
-}
-
-static int list_panels(const ibl_bake *b, panel *panels)
+static int list_panels(const ibl_bake *b, panel panels[MAX_PANELS])
 {
     const ibl_bake_result *made = &b->made;
     int n = 0;
 
     if (b->env.data) {
-        panel *p = add_panel(panels, &n, "environment");
-        p->map = &b->env;
+        panel *p = &panels[n++];
+        *p = (panel){.map = &b->env, .text = {"environment"}};
         snprintf(p->text[1], sizeof p->text[1], "%d x %d", b->env.width,
                  b->env.height);
     }
     if (made->skybox.data)
-        add_panel(panels, &n, "skybox")->cube = &made->skybox;
-    for (int l = 0; made->specular.data && l < made->specular.levels; l++) {
-        panel *p = add_panel(panels, &n, "");
-        p->cube = &made->specular;
-        p->level = l;
+        panels[n++] = (panel){.cube = &made->skybox, .text = {"skybox"}};
+    for (int l = 0; l < made->specular.levels; l++) {
+        panel *p = &panels[n++];
+        *p = (panel){.cube = &made->specular, .level = l};
         snprintf(p->text[0], sizeof p->text[0], "specular %d", l);
         snprintf(p->text[1], sizeof p->text[1], "r = %.3g",
                  made->report.layout.roughness[l]);
     }
     if (made->irradiance.data)
-        add_panel(panels, &n, "irradiance")->cube = &made->irradiance;
-    if (b->lut.data) {
-        panel *p = add_panel(panels, &n, "BRDF table");
-        p->lut = &b->lut;
-        snprintf(p->text[1], sizeof p->text[1], "r over N.V");
-    }
+        panels[n++] =
+            (panel){.cube = &made->irradiance, .text = {"irradiance"}};
+    if (b->lut.data)
+        panels[n++] =
+            (panel){.lut = &b->lut, .text = {"BRDF table", "r over N.V"}};
     return n;
 }
 

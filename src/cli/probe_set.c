@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/json_volume.h"
+#include "common/json_at.h"
 #include "common/names.h"
 #include "common/path.h"
 

@@ -11,7 +11,7 @@
 #include "cli/session.h"
 #include "cli/shell_words.h"
 #include "cli/signals.h"
-#include "common/json_volume.h"
+#include "common/json_at.h"
 
 enum {
     MOST_ALONG = 1000 /* cells along an axis */

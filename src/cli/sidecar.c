@@ -9,8 +9,8 @@
 
 #include "cli/json_put.h"
 #include "cli/json_text.h"
+#include "common/json_load.h"
 #include "common/path.h"
-#include "common/sidecar_load.h"
 
 static bool is_utf8(const char *bytes)
 {

@@ -13,10 +13,10 @@
 #include <unistd.h>
 
 #include "cli/faces.h"
+#include "common/json_load.h"
 #include "common/memory_file.h"
 #include "common/names.h"
 #include "common/path.h"
-#include "common/sidecar_load.h"
 
 typedef struct reader {
     const ibl_verify_opts *opts;

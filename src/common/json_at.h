@@ -7,6 +7,8 @@
 #include <jansson.h>
 #include <stdbool.h>
 
+#include <ibl/probes.h>
+
 typedef struct ibl_json_file {
     const char *name; /* for messages */
     /* Is told what is wrong, one line each time. */
@@ -61,5 +63,15 @@ bool ibl_json_choice(const ibl_json_at *at, const char *const *names,
 /* Three numbers as ibl_json_real takes them. */
 bool ibl_json_triple(const ibl_json_at *at, double low, double high, bool open,
                      double value[3]);
+
+/* Volumes of probes, which sets, grids and indices have alike. */
+
+/* Lengths and places are in any unit; up to this, volumes and their ratios are
+ * well inside of a double. */
+#define IBL_JSON_FARTHEST 1e12
+
+/* Checks and takes {"box": {"centre", "half"}} or {"sphere": {"centre",
+ * "radius"}}. False after ibl_json_wrong. */
+bool ibl_json_volume(const ibl_json_at *at, ibl_volume *volume);
 
 #endif

@@ -29,4 +29,12 @@ json_t *ibl_json_parse(const char *path, const char *bytes, size_t size,
 /* Both. */
 json_t *ibl_json_load(const char *path, size_t flags, ibl_json_why *why);
 
+/* What a sidecar says in "names" where its names of files are not UTF-8: they
+ * have bytes, and '%', as %XX. */
+#define IBL_NAMES_ENCODED "percent-encoded"
+
+/* ibl_json_load of a sidecar, with the names of files decoded: then they are
+ * any bytes. */
+json_t *ibl_sidecar_load(const char *path, ibl_json_why *why);
+
 #endif

@@ -6,39 +6,36 @@
 
 #include <ibl/io.h>
 
-_Static_assert(IBL_CONTAINER_KTX2 == 0 && IBL_CONTAINER_KTX == 1 &&
-                   IBL_CONTAINER_DDS == 2,
-               "containers as named");
-const char *const ibl_container_names[] = {"ktx2", "ktx", "dds", NULL};
-
-_Static_assert(IBL_PIXEL_RGBA16F == 0 && IBL_PIXEL_RGBA32F == 1 &&
-                   IBL_PIXEL_RGB9E5 == 2 && IBL_PIXEL_R11G11B10F == 3,
-               "pixels as named");
-const char *const ibl_pixel_names[] = {"rgba16f", "rgba32f", "rgb9e5",
-                                       "r11g11b10f", NULL};
-
-_Static_assert(IBL_OVERFLOW_SPREAD == 0 && IBL_OVERFLOW_CLIP == 1,
-               "overflows as named");
-const char *const ibl_overflow_names[] = {"spread", "clip", NULL};
-
-_Static_assert(IBL_ROUGHNESS_LINEAR == 0 && IBL_ROUGHNESS_FILAMENT == 1,
-               "mappings as named");
-const char *const ibl_mapping_names[] = {"linear", "filament", NULL};
-
-_Static_assert(IBL_METHOD_AUTO == 0 && IBL_METHOD_SPECTRAL == 1 &&
-                   IBL_METHOD_SAMPLED == 2,
-               "methods as named");
-const char *const ibl_method_names[] = {"auto", "spectral", "sampled", NULL};
-
-_Static_assert(IBL_LOBE_GGX == 0 && IBL_LOBE_CHARLIE == 1 &&
-                   IBL_LOBE_PHONG == 2,
-               "lobes as named");
-const char *const ibl_lobe_names[] = {"ggx", "charlie", "phong", NULL};
-
-_Static_assert(IBL_GEOMETRY_SMITH == 0 && IBL_GEOMETRY_SCHLICK_IBL == 1,
-               "geometry terms as named");
-const char *const ibl_geometry_names[] = {"smith", "schlick-ibl", NULL};
-const char *const ibl_lut_stems[] = {"brdf_lut", "brdf_lut_schlick-ibl", NULL};
+const char *const ibl_container_names[] = {[IBL_CONTAINER_KTX2] = "ktx2",
+                                           [IBL_CONTAINER_KTX] = "ktx",
+                                           [IBL_CONTAINER_DDS] = "dds",
+                                           NULL};
+const char *const ibl_pixel_names[] = {[IBL_PIXEL_RGBA16F] = "rgba16f",
+                                       [IBL_PIXEL_RGBA32F] = "rgba32f",
+                                       [IBL_PIXEL_RGB9E5] = "rgb9e5",
+                                       [IBL_PIXEL_R11G11B10F] = "r11g11b10f",
+                                       NULL};
+const char *const ibl_overflow_names[] = {
+    [IBL_OVERFLOW_SPREAD] = "spread", [IBL_OVERFLOW_CLIP] = "clip", NULL};
+const char *const ibl_mapping_names[] = {[IBL_ROUGHNESS_LINEAR] = "linear",
+                                         [IBL_ROUGHNESS_FILAMENT] = "filament",
+                                         NULL};
+const char *const ibl_method_names[] = {[IBL_METHOD_AUTO] = "auto",
+                                        [IBL_METHOD_SPECTRAL] = "spectral",
+                                        [IBL_METHOD_SAMPLED] = "sampled",
+                                        NULL};
+const char *const ibl_lobe_names[] = {[IBL_LOBE_GGX] = "ggx",
+                                      [IBL_LOBE_CHARLIE] = "charlie",
+                                      [IBL_LOBE_PHONG] = "phong",
+                                      NULL};
+const char *const ibl_geometry_names[] = {[IBL_GEOMETRY_SMITH] = "smith",
+                                          [IBL_GEOMETRY_SCHLICK_IBL] =
+                                              "schlick-ibl",
+                                          NULL};
+const char *const ibl_lut_stems[] = {[IBL_GEOMETRY_SMITH] = "brdf_lut",
+                                     [IBL_GEOMETRY_SCHLICK_IBL] =
+                                         "brdf_lut_schlick-ibl",
+                                     NULL};
 
 void ibl_names_text(const char *const *names, char *text, size_t size)
 {

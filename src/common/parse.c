@@ -48,46 +48,38 @@ static size_t distance(const char *a, const char *b, size_t b_length)
     return row[b_length];
 }
 
-/* Calls see() for every option until it returns true. */
-typedef bool see_fn(const ibl_option *opt, void *cookie);
-static const ibl_option *find(const ibl_command *cmd, see_fn *see, void *cookie)
+/* Option number n of all the command's sections; NULL: there are fewer. */
+static const ibl_option *option_at(const ibl_command *cmd, int n)
 {
-    for (const ibl_section *const *s = cmd->sections; *s; s++)
-        for (int i = 0; i < (*s)->count; i++)
-            if (see(&(*s)->options[i], cookie))
-                return &(*s)->options[i];
+    for (const ibl_section *const *s = cmd->sections; *s; s++) {
+        if (n < (*s)->count)
+            return &(*s)->options[n];
+        n -= (*s)->count;
+    }
     return NULL;
 }
 
-typedef struct wanted {
-    const char *word;
-    size_t length;
-    size_t least; /* distance of nearest */
-    const ibl_option *nearest;
-} wanted;
-
-static bool has_name(const ibl_option *opt, void *cookie)
+static const ibl_option *find_name(const ibl_command *cmd, const char *word,
+                                   size_t length)
 {
-    const wanted *w = cookie;
-    return strlen(opt->name) == w->length &&
-           !memcmp(opt->name, w->word, w->length);
+    const ibl_option *opt;
+    int n = 0;
+
+    while ((opt = option_at(cmd, n++)))
+        if (strlen(opt->name) == length && !memcmp(opt->name, word, length))
+            break;
+    return opt;
 }
 
-static bool is_nearer(const ibl_option *opt, void *cookie)
+static const ibl_option *find_letter(const ibl_command *cmd, char letter)
 {
-    wanted *w = cookie;
-    const size_t d = distance(opt->name, w->word, w->length);
+    const ibl_option *opt;
+    int n = 0;
 
-    if (d < w->least) {
-        w->least = d;
-        w->nearest = opt;
-    }
-    return false;
-}
-
-static bool has_letter(const ibl_option *opt, void *cookie)
-{
-    return opt->letter && opt->letter == *(const char *)cookie;
+    while ((opt = option_at(cmd, n++)))
+        if (opt->letter == letter)
+            break;
+    return opt;
 }
 
 /* "see iblbake probes --help". */
@@ -102,12 +94,19 @@ static bool unknown(const ibl_command *cmd, const char *dashes,
 static bool unknown_long(const ibl_command *cmd, const char *word,
                          size_t length)
 {
-    wanted w = {word, length, length / 3 + 2, NULL};
+    const ibl_option *opt, *nearest = NULL;
+    size_t least = length / 3 + 2;
 
-    find(cmd, is_nearer, &w);
-    if (w.nearest)
+    for (int n = 0; (opt = option_at(cmd, n)); n++) {
+        const size_t d = distance(opt->name, word, length);
+        if (d < least) {
+            least = d;
+            nearest = opt;
+        }
+    }
+    if (nearest)
         return ibl_misuse("--%.*s: unknown option: did you mean --%s?",
-                          (int)length, word, w.nearest->name);
+                          (int)length, word, nearest->name);
     return unknown(cmd, "--", word, length);
 }
 
@@ -255,12 +254,12 @@ static bool take(line *l, const ibl_option *opt, const char *value)
 /* "--name", "--name=value" or "--name value". */
 static bool take_long(line *l, const char *word)
 {
-    wanted w = {.word = word, .length = strcspn(word, "=")};
-    const ibl_option *opt = find(l->cmd, has_name, &w);
-    const char *value = word[w.length] ? word + w.length + 1 : NULL;
+    const size_t length = strcspn(word, "=");
+    const ibl_option *opt = find_name(l->cmd, word, length);
+    const char *value = word[length] ? word + length + 1 : NULL;
 
     if (!opt)
-        return unknown_long(l->cmd, word, w.length);
+        return unknown_long(l->cmd, word, length);
     if (!opt->value && value)
         return ibl_misuse("--%s=%s: the option takes no value: leave out =%s",
                           opt->name, value, value);
@@ -276,8 +275,7 @@ static bool take_long(line *l, const char *word)
 static bool take_short(line *l, const char *word)
 {
     for (; *word; word++) {
-        char letter = *word;
-        const ibl_option *opt = find(l->cmd, has_letter, &letter);
+        const ibl_option *opt = find_letter(l->cmd, *word);
         if (!opt)
             return unknown(l->cmd, "-", word, 1);
         if (opt->value) {
@@ -292,11 +290,13 @@ static bool take_short(line *l, const char *word)
     return true;
 }
 
-/* Parses from argv[next] on; stops at --help and its like. */
+/* From the command's defaults; stops at --help and its like. */
 static bool parse(line *l)
 {
     bool ended = false;
 
+    memset(l->settings, 0, l->cmd->settings_size);
+    l->cmd->defaults(l->settings);
     while (l->argv[l->next]) {
         const char *word = l->argv[l->next++];
         bool ok;
@@ -316,19 +316,11 @@ static bool parse(line *l)
     return l->cmd->validate(l->settings);
 }
 
-/* From the command's defaults. */
-static bool parse_all(line *l)
-{
-    memset(l->settings, 0, l->cmd->settings_size);
-    l->cmd->defaults(l->settings);
-    return parse(l);
-}
-
 bool ibl_command_parse(const ibl_command *cmd, char **words, void *settings)
 {
     line l = {.cmd = cmd, .settings = settings, .argv = words};
 
-    return parse_all(&l) &&
+    return parse(&l) &&
            (!l.stop ||
             ibl_misuse("--%s: only on the command line: leave it out",
                        l.stop->name));
@@ -340,7 +332,7 @@ bool ibl_command_line(const ibl_command *cmd, char **words, void *settings,
     line l = {.cmd = cmd, .settings = settings, .argv = words};
 
     *status = 2;
-    if (!parse_all(&l))
+    if (!parse(&l))
         return false;
     if (!l.stop)
         return true;

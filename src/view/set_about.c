@@ -8,8 +8,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "common/json_load.h"
 #include "common/names.h"
-#include "common/sidecar_load.h"
 #include "view/message.h"
 
 const char *const view_content_names[VIEW_CONTENTS + 1] = {
