@@ -65,7 +65,7 @@ LIB_SRC := $(wildcard src/core/*.c src/image/*.c src/brdf/*.c src/kern/*.c \
                       src/io/*.c)
 # Each of these is compiled for three instruction sets: see src/kern/isa.h.
 SIMD_SRC := $(filter %_simd.c,$(LIB_SRC))
-LIB_SRC := $(filter-out %_simd.c $(if $(X86),,%_avx2.c),$(LIB_SRC))
+LIB_SRC := $(filter-out %_simd.c,$(LIB_SRC))
 COMMON_SRC := $(wildcard src/common/*.c)
 CLI_SRC := $(COMMON_SRC) $(wildcard src/cli/*.c)
 LIB := $(BUILD)/libiblbake.a
@@ -205,7 +205,7 @@ $(VIEW): $(call obj,src/view/main.c) $(VIEW_OBJ) $(LIB)
 
 TEST_OBJ := $(call obj,tests/test.c tests/truth.c tests/files.c \
                        tests/maps.c tests/textures.c tests/reference.c \
-                       tests/exr.c)
+                       tests/exr.c tests/kern.c)
 $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o $(TEST_OBJ) $(LIB)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(EXR_LIBS) \

@@ -49,7 +49,8 @@ programs() {
         # Without threads of ours there are no races to be found.
         */tsan/tests/check_view_bake | */tsan/tests/check_view_sun | \
             */tsan/tests/check_view_probe_set) tests+=("$program") ;;
-        */tsan/tests/check_view_* | */tsan/tests/check_kern_* | \
+        */tsan/tests/check_view_* | */tsan/tests/check_kern | \
+            */tsan/tests/check_kern_* | \
             */tsan/tests/check_azimuth | */tsan/tests/check_truth | \
             */tsan/tests/check_probe_alpha | */tsan/tests/check_null) ;;
         *) [ -x "$program" ] && tests+=("$program") ;;

@@ -114,8 +114,8 @@ typedef struct ibl_exr_decoder {
     /* by ibl_exr_decoder_init: */
     ibl_exr_unpacker *unpackers; /* one for each thread */
     ibl_max_finite_fn *look;
-    ibl_unzip_dsp unzip;
-    ibl_half_planes_fn *halves; /* NULL: the channels are not all halves */
+    ibl_half_planes_dsp dsp;
+    bool halves; /* all channels are */
     int threads;
     int per_job; /* chunks */
 } ibl_exr_decoder;

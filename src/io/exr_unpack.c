@@ -115,7 +115,7 @@ static exr_result_t unzip(const ibl_exr_decoder *d, const ibl_exr_chunk *chunk,
         return EXR_ERR_CORRUPT_CHUNK;
     u->even = u->inflated;
     u->odd = u->inflated + chunk->unpacked / 2;
-    ibl_unzip_begin(&d->unzip, u->even, chunk->unpacked / 2, u->last);
+    ibl_unzip_begin(&d->dsp, u->even, chunk->unpacked / 2, u->last);
     return EXR_ERR_SUCCESS;
 }
 
@@ -178,7 +178,7 @@ static const unsigned char *next_line(const ibl_exr_decoder *d,
         u->pixels += bytes;
         return u->pixels - bytes;
     }
-    d->unzip.next(u->even, u->odd, bytes / 2, u->last, u->line);
+    d->dsp.unzip(u->even, u->odd, bytes / 2, u->last, u->line);
     u->even += bytes / 2;
     u->odd += bytes / 2;
     return u->line;
@@ -199,8 +199,8 @@ ibl_status ibl_exr_decoder_init(ibl_ctx *ctx, ibl_exr_decoder *d)
     const size_t threads = (size_t)ibl_ctx_threads(ctx);
     const uint64_t each = d->table.unpacked / (uint64_t)d->table.count;
 
-    d->halves = is_halves(&d->pick) ? ibl_half_planes(ibl_ctx_isa(ctx)) : NULL;
-    ibl_unzip_dsp_init(&d->unzip, ibl_ctx_isa(ctx));
+    ibl_half_planes_dsp_init(&d->dsp, ibl_ctx_isa(ctx));
+    d->halves = is_halves(&d->pick);
     d->look = ibl_max_finite(ibl_ctx_isa(ctx));
     d->per_job = each < JOB_BYTES ? (int)(JOB_BYTES / (each ? each : 1)) : 1;
     d->threads = (int)threads;
@@ -365,7 +365,8 @@ static void put_halves(const decoding *g, const ibl_exr_chunk *chunk,
         return;
     for (int c = 0; c < 3; c++)
         plane[c] += 2 * (ptrdiff_t)(x0 - chunk->x);
-    g->d->halves(plane, x1 - x0 + 1, row + 3 * (x0 - g->d->pick.display.x0));
+    g->d->dsp.to_rgb(plane, x1 - x0 + 1,
+                     row + 3 * (x0 - g->d->pick.display.x0));
 }
 
 /* The same of a half-size chroma channel: to its plane. */

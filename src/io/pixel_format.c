@@ -156,7 +156,7 @@ static pthread_once_t best_once = PTHREAD_ONCE_INIT;
 
 static void find_best(void)
 {
-    ibl_pixel_dsp_init(&best, IBL_ISA_AUTO);
+    ibl_pixel_dsp_init(&best, ibl_isa_best());
 }
 
 size_t ibl_pixel_encode(ibl_pixel pixel, const float *src, size_t count,

@@ -88,8 +88,9 @@ static void add_outer(const ibl_brdf_rule *r, const ibl_split_view *v,
     }
 }
 
-void ibl_brdf_sums_c(const ibl_brdf_rule *rule, ibl_geometry geometry,
-                     double alpha, const double *n_dot_v, int count, float *sum)
+static void split_sums(const ibl_brdf_rule *rule, ibl_geometry geometry,
+                       double alpha, const double *n_dot_v, int count,
+                       float *sum)
 {
     for (int i = 0; i < count; i++) {
         const ibl_split_view v = ibl_split_view_of(n_dot_v[i], alpha, geometry);
@@ -114,8 +115,4 @@ void ibl_brdf_mix_c(const float *table, size_t stride, const float *pair,
     }
 }
 
-void ibl_brdf_dsp_init(ibl_brdf_dsp *dsp, ibl_isa isa)
-{
-    *dsp = (ibl_brdf_dsp){ibl_brdf_sums_c, ibl_brdf_mix_c};
-    IBL_INIT(ibl_brdf, dsp, isa);
-}
+IBL_KERNEL(ibl_brdf, split_sums, ibl_brdf_mix_c)

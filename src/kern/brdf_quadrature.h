@@ -45,31 +45,25 @@ typedef struct ibl_brdf_limits {
 
 ibl_brdf_limits ibl_brdf_limits_of(const ibl_split_view *view);
 
-/*
- * The integrals for count views of one alpha: sum[2 i] is the scale and
- * sum[2 i + 1] the bias for n_dot_v[i] in (0, 1). alpha in (0, 1].
- */
-typedef void ibl_brdf_sums_fn(const ibl_brdf_rule *rule, ibl_geometry geometry,
-                              double alpha, const double *n_dot_v, int count,
-                              float *sum);
-/*
- * out[i] = sum over k < terms of table[k stride + i] pair[2 k + i % 2], for
- * i < count. count is even.
- */
-typedef void ibl_brdf_mix_fn(const float *table, size_t stride,
-                             const float *pair, int terms, int count,
-                             float *out);
-
 typedef struct ibl_brdf_dsp {
-    ibl_brdf_sums_fn *sums;
-    ibl_brdf_mix_fn *mix;
+    /*
+     * The integrals for count views of one alpha: sum[2 i] is the scale and
+     * sum[2 i + 1] the bias for n_dot_v[i] in (0, 1). alpha in (0, 1].
+     */
+    void (*sums)(const ibl_brdf_rule *rule, ibl_geometry geometry, double alpha,
+                 const double *n_dot_v, int count, float *sum);
+    /*
+     * out[i] = sum over k < terms of table[k stride + i] pair[2 k + i % 2], for
+     * i < count. count is even.
+     */
+    void (*mix)(const float *table, size_t stride, const float *pair, int terms,
+                int count, float *out);
 } ibl_brdf_dsp;
 
-/* isa: what the context uses, not IBL_ISA_AUTO. */
-void ibl_brdf_dsp_init(ibl_brdf_dsp *dsp, ibl_isa isa);
-IBL_DECLARE_INIT(ibl_brdf);
+IBL_DECLARE_KERNEL(ibl_brdf);
 
-ibl_brdf_sums_fn ibl_brdf_sums_c;
-ibl_brdf_mix_fn ibl_brdf_mix_c;
+/* The plain version, for what the vectors leave at the end. */
+void ibl_brdf_mix_c(const float *table, size_t stride, const float *pair,
+                    int terms, int count, float *out);
 
 #endif

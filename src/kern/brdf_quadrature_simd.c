@@ -10,9 +10,6 @@
 #include "kern/brdf_quadrature.h"
 #include "kern/lanes.h"
 
-/* VF words, of the size of a vf. */
-typedef int split_words __attribute__((vector_size(VF * 4)));
-
 typedef struct split_lanes {
     vf cosine, sine, inner, outer; /* inner, outer: limits of y */
     vf a2, rest;                   /* alpha^2, 1 - alpha^2; Schlick: k, 1 - k */
@@ -39,7 +36,7 @@ static inline vf split_exp(vf y)
     p = vf_fma(p, f, vf_all(0.5f));
     p = vf_fma(p, f, vf_all(1));
     p = vf_fma(p, f, vf_all(1));
-    const split_words scale = ((split_words)n << 23) + 0x3F800000;
+    const vi scale = ((vi)n << 23) + 0x3F800000;
     return p * (vf)scale;
 }
 
@@ -57,9 +54,7 @@ static inline vf split_acos(vf x)
     p = vf_fma(p, size, vf_all(-0.2145988016f));
     p = vf_fma(p, size, vf_all(1.5707963050f));
     const vf acute = vf_sqrt(vf_all(1) - size) * p;
-    const split_words obtuse = x < vf_all(0);
-    const vf other = vf_all(3.14159265f) - acute;
-    return (vf)((obtuse & (split_words)other) | (~obtuse & (split_words)acute));
+    return vf_either(x < vf_all(0), vf_all(3.14159265f) - acute, acute);
 }
 
 /* cos(a), 0 <= a <= pi, as 1 - 2 sin^2(a / 2), the sine by its series to the
@@ -99,7 +94,7 @@ static inline void split_add(const split_lanes *v, vf a, vf b, vf cos_h,
 {
     vf v_dot_h = vf_fma(a, cos_phi, b);
     const vf n_dot_l = vf_fma(vf_all(2) * v_dot_h, cos_h, -v->cosine);
-    const split_words above = n_dot_l > vf_all(0);
+    const vi above = n_dot_l > vf_all(0);
     vf vis; /* times 4 */
 
     v_dot_h = vf_min(v_dot_h, vf_all(1));
@@ -110,12 +105,30 @@ static inline void split_add(const split_lanes *v, vf a, vf b, vf cos_h,
               vf_fma(v->cosine,
                      vf_sqrt(vf_fma(n_dot_l * n_dot_l, v->rest, v->a2)),
                      n_dot_l * v->of_view);
-    const vf g =
-        (vf)(above & (split_words)(vis * n_dot_l * v_dot_h * root * weight));
+    const vf g = (vf)(above & (vi)(vis * n_dot_l * v_dot_h * root * weight));
     const vf far = vf_all(1) - v_dot_h, square = far * far;
     const vf bias = g * (square * square * far);
     sum[0] += g - bias;
     sum[1] += bias;
+}
+
+/* Adds w times the points of a ring or, with `half` its angle, of an arc. */
+static inline void split_radius_add(const ibl_brdf_rule *r,
+                                    const split_lanes *v,
+                                    const split_radius *at, const vf *half,
+                                    vf w, vf sum[2])
+{
+    const vf one = vf_all(1), cos_h = one / at->root;
+    const vf a = v->sine * at->t * cos_h, b = v->cosine * cos_h;
+    vf part[2] = {vf_all(0), vf_all(0)};
+
+    for (int k = 0; k < IBL_BRDF_ANGLES; k++)
+        split_add(v, a, b, cos_h, at->root,
+                  half ? split_cos(*half * vf_all((float)r->arc_at[k]))
+                       : vf_all((float)r->ring[k]),
+                  half ? vf_all((float)r->arc_weight[k]) : one, part);
+    sum[0] = vf_fma(w, part[0], sum[0]);
+    sum[1] = vf_fma(w, part[1], sum[1]);
 }
 
 static inline void split_inner(const ibl_brdf_rule *r, const split_lanes *v,
@@ -124,16 +137,9 @@ static inline void split_inner(const ibl_brdf_rule *r, const split_lanes *v,
     for (int i = 0; i < IBL_BRDF_INNER; i++) {
         const vf y = v->inner * vf_all((float)r->inner_at[i]);
         const split_radius at = split_radius_at(v, y);
-        const vf cos_h = vf_all(1) / at.root;
-        const vf a = v->sine * at.t * cos_h, b = v->cosine * cos_h;
         const vf w = v->inner * at.du *
                      vf_all((float)(r->inner_weight[i] / IBL_BRDF_ANGLES));
-        vf part[2] = {vf_all(0), vf_all(0)};
-        for (int k = 0; k < IBL_BRDF_ANGLES; k++)
-            split_add(v, a, b, cos_h, at.root, vf_all((float)r->ring[k]),
-                      vf_all(1), part);
-        sum[0] = vf_fma(w, part[0], sum[0]);
-        sum[1] = vf_fma(w, part[1], sum[1]);
+        split_radius_add(r, v, &at, NULL, w, sum);
     }
 }
 
@@ -145,20 +151,12 @@ static inline void split_outer(const ibl_brdf_rule *r, const split_lanes *v,
     for (int i = 0; i < IBL_BRDF_OUTER; i++) {
         const vf y = vf_fma(length, vf_all((float)r->outer_at[i]), v->inner);
         const split_radius at = split_radius_at(v, y);
-        const vf cos_h = one / at.root;
-        const vf a = v->sine * at.t * cos_h, b = v->cosine * cos_h;
         const vf c0 =
             v->cosine * vf_fma(at.t, at.t, -one) / (vf_all(2) * v->sine * at.t);
         const vf half = split_acos(vf_max(vf_min(c0, one), -one));
         const vf w = length * at.du * half *
                      vf_all((float)(r->outer_weight[i] / IBL_PI));
-        vf part[2] = {vf_all(0), vf_all(0)};
-        for (int k = 0; k < IBL_BRDF_ANGLES; k++)
-            split_add(v, a, b, cos_h, at.root,
-                      split_cos(half * vf_all((float)r->arc_at[k])),
-                      vf_all((float)r->arc_weight[k]), part);
-        sum[0] = vf_fma(w, part[0], sum[0]);
-        sum[1] = vf_fma(w, part[1], sum[1]);
+        split_radius_add(r, v, &at, &half, w, sum);
     }
 }
 
@@ -248,7 +246,4 @@ static void split_mix(const float *table, size_t stride, const float *pair,
     ibl_brdf_mix_c(table + i, stride, pair, terms, count - i, out + i);
 }
 
-void IBL_FOR_ISA(ibl_brdf_init)(ibl_brdf_dsp *dsp)
-{
-    *dsp = (ibl_brdf_dsp){split_sums, split_mix};
-}
+IBL_VECTOR_KERNEL(ibl_brdf, split_sums, split_mix)

@@ -155,30 +155,29 @@ static void butterfly_inverse(float *x, float *y, const float w[2])
     }
 }
 
-void ibl_fft_forward_c(const ibl_fft *fft, float *z)
+/* One stage: butterflies of values that are `half` apart. */
+static void stage(const ibl_fft *fft, float *z, int half,
+                  void (*turn)(float *x, float *y, const float w[2]))
 {
-    for (int half = fft->size / 2; half >= 1; half /= 2) {
-        const int turns = fft->size / 2 / half;
-        for (int i = 0; i < fft->size; i += 2 * half)
-            for (int j = 0; j < half; j++) {
-                float *x = z + (size_t)(i + j) * IBL_FFT_VALUE;
-                butterfly(x, x + (size_t)half * IBL_FFT_VALUE,
-                          fft->roots + 2 * (size_t)(j * turns));
-            }
-    }
+    const int turns = fft->size / 2 / half;
+    for (int i = 0; i < fft->size; i += 2 * half)
+        for (int j = 0; j < half; j++) {
+            float *x = z + (size_t)(i + j) * IBL_FFT_VALUE;
+            turn(x, x + (size_t)half * IBL_FFT_VALUE,
+                 fft->roots + 2 * (size_t)(j * turns));
+        }
 }
 
-void ibl_fft_inverse_c(const ibl_fft *fft, float *z)
+static void forward(const ibl_fft *fft, float *z)
 {
-    for (int half = 1; half < fft->size; half *= 2) {
-        const int turns = fft->size / 2 / half;
-        for (int i = 0; i < fft->size; i += 2 * half)
-            for (int j = 0; j < half; j++) {
-                float *x = z + (size_t)(i + j) * IBL_FFT_VALUE;
-                butterfly_inverse(x, x + (size_t)half * IBL_FFT_VALUE,
-                                  fft->roots + 2 * (size_t)(j * turns));
-            }
-    }
+    for (int half = fft->size / 2; half >= 1; half /= 2)
+        stage(fft, z, half, butterfly);
+}
+
+static void inverse(const ibl_fft *fft, float *z)
+{
+    for (int half = 1; half < fft->size; half *= 2)
+        stage(fft, z, half, butterfly_inverse);
 }
 
 /* a x + b conj(y) of 16 lanes; part is from real to imaginary parts. */
@@ -193,8 +192,8 @@ static void combine(const ibl_fft_pair *p, const float *x, const float *y,
     }
 }
 
-void ibl_fft_split_c(const float *z, const ibl_fft_pair *pairs, int count,
-                     const ibl_fft_spectrum *out)
+static void split(const float *z, const ibl_fft_pair *pairs, int count,
+                  const ibl_fft_spectrum *out)
 {
     for (int m = 0; m < count; m++) {
         float *to = out->data + (size_t)m * out->bin;
@@ -204,8 +203,8 @@ void ibl_fft_split_c(const float *z, const ibl_fft_pair *pairs, int count,
     }
 }
 
-void ibl_fft_merge_c(const ibl_fft_spectrum *in, const ibl_fft_pair *pairs,
-                     int count, float *z)
+static void merge(const ibl_fft_spectrum *in, const ibl_fft_pair *pairs,
+                  int count, float *z)
 {
     for (int k = 0; k < count; k++, z += IBL_FFT_VALUE)
         combine(&pairs[k], in->data + (size_t)pairs[k].first * in->bin,
@@ -213,9 +212,4 @@ void ibl_fft_merge_c(const ibl_fft_spectrum *in, const ibl_fft_pair *pairs,
                 z + IBL_FFT_LANES);
 }
 
-void ibl_fft_dsp_init(ibl_fft_dsp *dsp, ibl_isa isa)
-{
-    *dsp = (ibl_fft_dsp){ibl_fft_forward_c, ibl_fft_inverse_c, ibl_fft_split_c,
-                         ibl_fft_merge_c};
-    IBL_INIT(ibl_fft, dsp, isa);
-}
+IBL_KERNEL(ibl_fft, forward, inverse, split, merge)

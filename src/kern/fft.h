@@ -6,7 +6,7 @@
  * A complex value is 16 real parts and then 16 imaginary ones, value k at
  * z + k * IBL_FFT_VALUE. So sixteen real rows x_i, 16 floats for each i, are
  * as they stand the half as many complex values x_2k + i x_(2k+1), and a
- * real transform of n is a complex one of n / 2 and ibl_fft_split_fn.
+ * real transform of n is a complex one of n / 2 and ibl_fft_dsp.split.
  *
  * All pointers to lanes are 64-byte aligned.
  */
@@ -43,14 +43,6 @@ void ibl_fft_free(ibl_fft *fft); /* zeroed is fine */
 /* The bits of index i of size turned around. */
 int ibl_fft_slot(int size, int i);
 
-/*
- * In place, without a factor. Forward takes values in order and leaves
- *     Z_k = sum over j of z_j e^(-2 pi i j k / size)
- * in place ibl_fft_slot(size, k). Inverse takes what forward leaves and
- * gives, in order, the sum over k of Z_k e^(+2 pi i j k / size).
- */
-typedef void ibl_fft_fn(const ibl_fft *fft, float *z);
-
 /* Two complex factors and two values. */
 typedef struct ibl_fft_pair {
     float a[2], b[2];
@@ -63,13 +55,6 @@ typedef struct ibl_fft_spectrum {
     float *data;
     size_t bin, part;
 } ibl_fft_spectrum;
-
-/* Bin m of count = a z[first] + b conj(z[second]) of pairs[m]. */
-typedef void ibl_fft_split_fn(const float *z, const ibl_fft_pair *pairs,
-                              int count, const ibl_fft_spectrum *out);
-/* z[k], k < count, = a F[first] + b conj(F[second]) of pairs[k]. */
-typedef void ibl_fft_merge_fn(const ibl_fft_spectrum *in,
-                              const ibl_fft_pair *pairs, int count, float *z);
 
 /*
  * Pairs for real rows of n = 2 size values, 16 floats each, which the
@@ -87,17 +72,22 @@ void ibl_fft_real_pairs_inverse(int size, const double *factor, int count,
                                 ibl_fft_pair *pairs);
 
 typedef struct ibl_fft_dsp {
-    ibl_fft_fn *forward, *inverse;
-    ibl_fft_split_fn *split;
-    ibl_fft_merge_fn *merge;
+    /*
+     * In place, without a factor. Forward takes values in order and leaves
+     *     Z_k = sum over j of z_j e^(-2 pi i j k / size)
+     * in place ibl_fft_slot(size, k). Inverse takes what forward leaves and
+     * gives, in order, the sum over k of Z_k e^(+2 pi i j k / size).
+     */
+    void (*forward)(const ibl_fft *fft, float *z);
+    void (*inverse)(const ibl_fft *fft, float *z);
+    /* Bin m of count = a z[first] + b conj(z[second]) of pairs[m]. */
+    void (*split)(const float *z, const ibl_fft_pair *pairs, int count,
+                  const ibl_fft_spectrum *out);
+    /* z[k], k < count, = a F[first] + b conj(F[second]) of pairs[k]. */
+    void (*merge)(const ibl_fft_spectrum *in, const ibl_fft_pair *pairs,
+                  int count, float *z);
 } ibl_fft_dsp;
 
-/* isa: what the context uses, not IBL_ISA_AUTO. */
-void ibl_fft_dsp_init(ibl_fft_dsp *dsp, ibl_isa isa);
-IBL_DECLARE_INIT(ibl_fft);
-
-ibl_fft_fn ibl_fft_forward_c, ibl_fft_inverse_c;
-ibl_fft_split_fn ibl_fft_split_c;
-ibl_fft_merge_fn ibl_fft_merge_c;
+IBL_DECLARE_KERNEL(ibl_fft);
 
 #endif

@@ -83,80 +83,77 @@ static inline void quarter_inverse(vc v[4])
     v[3] = vc_sub_i(d0, d1);
 }
 
+/* Four values, so many apart. */
+static inline void load_four(const float *z, size_t apart, vc v[4])
+{
+#pragma GCC unroll 4
+    for (size_t k = 0; k < 4; k++)
+        v[k] = vc_load(z, k * apart);
+}
+
+static inline void store_four(float *z, size_t apart, const vc v[4])
+{
+#pragma GCC unroll 4
+    for (size_t k = 0; k < 4; k++)
+        vc_store(z, k * apart, v[k]);
+}
+
+/* e^(-2 pi i k / 8), k = 1..3 */
+static const float eighths[3][2] = {{0x1.6a09e6p-1f, -0x1.6a09e6p-1f},
+                                    {0, -1},
+                                    {-0x1.6a09e6p-1f, -0x1.6a09e6p-1f}};
+
+static inline void leaf_of_two(float *z)
+{
+    const vc x = vc_load(z, 0), y = vc_load(z, 1);
+    vc_store(z, 0, vc_add(x, y));
+    vc_store(z, 1, vc_sub(x, y));
+}
+
 /* The last stages: blocks of at most eight values. */
 static inline void leaf(float *z, int size)
 {
-    static const float w[3][2] = {{0x1.6a09e6p-1f, -0x1.6a09e6p-1f},
-                                  {0, -1},
-                                  {-0x1.6a09e6p-1f, -0x1.6a09e6p-1f}};
     vc v[4], u[4];
     if (size == 2) {
-        v[0] = vc_load(z, 0);
-        v[1] = vc_load(z, 1);
-        vc_store(z, 0, vc_add(v[0], v[1]));
-        vc_store(z, 1, vc_sub(v[0], v[1]));
+        leaf_of_two(z);
         return;
     }
-    if (size == 4) {
+    load_four(z, 1, v);
+    if (size == 8) {
 #pragma GCC unroll 4
-        for (size_t k = 0; k < 4; k++)
-            v[k] = vc_load(z, k);
-        quarter(v);
-#pragma GCC unroll 4
-        for (size_t k = 0; k < 4; k++)
-            vc_store(z, k, v[k]);
-        return;
+        for (size_t k = 0; k < 4; k++) {
+            const vc x = v[k], y = vc_load(z, k + 4), d = vc_sub(x, y);
+            v[k] = vc_add(x, y);
+            u[k] = k ? vc_mul(d, eighths[k - 1]) : d;
+        }
+        quarter(u);
+        store_four(z + 4 * IBL_FFT_VALUE, 1, u);
     }
-#pragma GCC unroll 4
-    for (size_t k = 0; k < 4; k++) {
-        const vc x = vc_load(z, k), y = vc_load(z, k + 4);
-        v[k] = vc_add(x, y);
-        u[k] = vc_sub(x, y);
-    }
-#pragma GCC unroll 4
-    for (size_t k = 1; k < 4; k++)
-        u[k] = vc_mul(u[k], w[k - 1]);
     quarter(v);
-    quarter(u);
-#pragma GCC unroll 4
-    for (size_t k = 0; k < 4; k++) {
-        vc_store(z, k, v[k]);
-        vc_store(z, k + 4, u[k]);
-    }
+    store_four(z, 1, v);
 }
 
 static inline void leaf_inverse(float *z, int size)
 {
-    static const float w[3][2] = {{0x1.6a09e6p-1f, -0x1.6a09e6p-1f},
-                                  {0, -1},
-                                  {-0x1.6a09e6p-1f, -0x1.6a09e6p-1f}};
     vc v[4], u[4];
     if (size == 2) {
-        leaf(z, 2);
+        leaf_of_two(z);
         return;
     }
-#pragma GCC unroll 4
-    for (size_t k = 0; k < 4; k++)
-        v[k] = vc_load(z, k);
+    load_four(z, 1, v);
     quarter_inverse(v);
-    if (size == 4) {
+    if (size == 8) {
+        load_four(z + 4 * IBL_FFT_VALUE, 1, u);
+        quarter_inverse(u);
 #pragma GCC unroll 4
-        for (size_t k = 0; k < 4; k++)
-            vc_store(z, k, v[k]);
-        return;
+        for (size_t k = 0; k < 4; k++) {
+            const vc x = v[k];
+            const vc y = k ? vc_mul_conj(u[k], eighths[k - 1]) : u[k];
+            v[k] = vc_add(x, y);
+            vc_store(z, k + 4, vc_sub(x, y));
+        }
     }
-#pragma GCC unroll 4
-    for (size_t k = 0; k < 4; k++)
-        u[k] = vc_load(z, k + 4);
-    quarter_inverse(u);
-#pragma GCC unroll 4
-    for (size_t k = 1; k < 4; k++)
-        u[k] = vc_mul_conj(u[k], w[k - 1]);
-#pragma GCC unroll 4
-    for (size_t k = 0; k < 4; k++) {
-        vc_store(z, k, vc_add(v[k], u[k]));
-        vc_store(z, k + 4, vc_sub(v[k], u[k]));
-    }
+    store_four(z, 1, v);
 }
 
 /* Two stages of a block of size values. */
@@ -167,14 +164,12 @@ static inline void pass(float *z, size_t size, const float *w)
         for (size_t l = 0; l < IBL_FFT_LANES; l += VF) {
             float *at = z + j * IBL_FFT_VALUE + l;
             vc v[4];
-#pragma GCC unroll 4
-            for (size_t k = 0; k < 4; k++)
-                v[k] = vc_load(at, k * q);
+            load_four(at, q, v);
             quarter(v);
-            vc_store(at, 0, v[0]);
-            vc_store(at, q, vc_mul(v[1], w + 2));
-            vc_store(at, 2 * q, vc_mul(v[2], w));
-            vc_store(at, 3 * q, vc_mul(v[3], w + 4));
+            v[1] = vc_mul(v[1], w + 2);
+            v[2] = vc_mul(v[2], w);
+            v[3] = vc_mul(v[3], w + 4);
+            store_four(at, q, v);
         }
 }
 
@@ -185,14 +180,12 @@ static inline void pass_inverse(float *z, size_t size, const float *w)
         for (size_t l = 0; l < IBL_FFT_LANES; l += VF) {
             float *at = z + j * IBL_FFT_VALUE + l;
             vc v[4];
-            v[0] = vc_load(at, 0);
-            v[1] = vc_mul_conj(vc_load(at, q), w + 2);
-            v[2] = vc_mul_conj(vc_load(at, 2 * q), w);
-            v[3] = vc_mul_conj(vc_load(at, 3 * q), w + 4);
+            load_four(at, q, v);
+            v[1] = vc_mul_conj(v[1], w + 2);
+            v[2] = vc_mul_conj(v[2], w);
+            v[3] = vc_mul_conj(v[3], w + 4);
             quarter_inverse(v);
-#pragma GCC unroll 4
-            for (size_t k = 0; k < 4; k++)
-                vc_store(at, k * q, v[k]);
+            store_four(at, q, v);
         }
 }
 
@@ -274,7 +267,4 @@ static void all_inverse(const ibl_fft *fft, float *z)
     inverse((const float *const *)fft->passes, z, fft->size);
 }
 
-void IBL_FOR_ISA(ibl_fft_init)(ibl_fft_dsp *dsp)
-{
-    *dsp = (ibl_fft_dsp){all_forward, all_inverse, split, merge};
-}
+IBL_VECTOR_KERNEL(ibl_fft, all_forward, all_inverse, split, merge)

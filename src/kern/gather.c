@@ -4,8 +4,6 @@
 #include <math.h>
 #include <stddef.h>
 
-#include "core/cpu.h"
-
 /* Face and the point (u, v) on it, -1..1, that a direction hits: the rule of
  * ibl/ibl.h turned around. Of equal components x wins, then y. */
 static int project(const float d[3], float *u, float *v)
@@ -52,8 +50,8 @@ static void add_lookup(const ibl_gather_level *level, int face, float u,
     }
 }
 
-void ibl_gather_c(const ibl_gather_samples *s, const ibl_gather_level *levels,
-                  const float frame[9], double rgb[3])
+static void gather(const ibl_gather_samples *s, const ibl_gather_level *levels,
+                   const float frame[9], double rgb[3])
 {
     rgb[0] = rgb[1] = rgb[2] = 0;
     for (int g = 0; g < s->group_count; g++) {
@@ -75,8 +73,4 @@ void ibl_gather_c(const ibl_gather_samples *s, const ibl_gather_level *levels,
     }
 }
 
-void ibl_gather_dsp_init(ibl_gather_dsp *dsp, ibl_isa isa)
-{
-    dsp->gather = ibl_gather_c;
-    IBL_INIT(ibl_gather, dsp, isa);
-}
+IBL_KERNEL(ibl_gather, gather)

@@ -43,23 +43,17 @@ typedef struct ibl_gather_samples {
     int group_count;
 } ibl_gather_samples;
 
-/*
- * rgb = sum over samples of fine * lookup(level) + coarse * lookup(level + 1).
- *   levels  indexed by the groups' level
- *   frame   tangent, bitangent, normal: three vectors of x, y, z
- */
-typedef void ibl_gather_fn(const ibl_gather_samples *samples,
-                           const ibl_gather_level *levels, const float frame[9],
-                           double rgb[3]);
-
 typedef struct ibl_gather_dsp {
-    ibl_gather_fn *gather;
+    /*
+     * rgb = sum over samples of fine lookup(level) + coarse lookup(level + 1).
+     *   levels  indexed by the groups' level
+     *   frame   tangent, bitangent, normal: three vectors of x, y, z
+     */
+    void (*gather)(const ibl_gather_samples *samples,
+                   const ibl_gather_level *levels, const float frame[9],
+                   double rgb[3]);
 } ibl_gather_dsp;
 
-/* isa: what the context uses, not IBL_ISA_AUTO. */
-void ibl_gather_dsp_init(ibl_gather_dsp *dsp, ibl_isa isa);
-IBL_DECLARE_INIT(ibl_gather);
-
-ibl_gather_fn ibl_gather_c;
+IBL_DECLARE_KERNEL(ibl_gather);
 
 #endif

@@ -165,7 +165,4 @@ static void gather(const ibl_gather_samples *s, const ibl_gather_level *levels,
     }
 }
 
-void IBL_FOR_ISA(ibl_gather_init)(ibl_gather_dsp *dsp)
-{
-    dsp->gather = gather;
-}
+IBL_VECTOR_KERNEL(ibl_gather, gather)

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "kern/half_planes.h"
 
-#include "core/cpu.h"
 #include "core/half.h"
 
 unsigned char ibl_unzip_sum_c(const unsigned char *src, size_t count)
@@ -12,8 +11,8 @@ unsigned char ibl_unzip_sum_c(const unsigned char *src, size_t count)
     return (unsigned char)sum;
 }
 
-void ibl_unzip_next_c(const unsigned char *even, const unsigned char *odd,
-                      size_t count, unsigned char last[2], unsigned char *dst)
+void ibl_unzip_c(const unsigned char *even, const unsigned char *odd,
+                 size_t count, unsigned char last[2], unsigned char *dst)
 {
     for (size_t i = 0; i < count; i++) {
         last[0] = (unsigned char)(last[0] + even[i] + 128);
@@ -24,21 +23,11 @@ void ibl_unzip_next_c(const unsigned char *even, const unsigned char *odd,
 }
 
 /* The first byte is no difference: 128 is taken off what is added to it. */
-void ibl_unzip_begin(const ibl_unzip_dsp *dsp, const unsigned char *src,
+void ibl_unzip_begin(const ibl_half_planes_dsp *dsp, const unsigned char *src,
                      size_t count, unsigned char last[2])
 {
     last[0] = 128;
     last[1] = (unsigned char)(128 + dsp->sum(src, count) + 128 * count);
-}
-
-void ibl_unzip_dsp_init(ibl_unzip_dsp *dsp, ibl_isa isa)
-{
-    *dsp = (ibl_unzip_dsp){ibl_unzip_sum_c, ibl_unzip_next_c};
-#if IBL_X86
-    if (isa >= IBL_ISA_AVX2)
-        *dsp = (ibl_unzip_dsp){ibl_unzip_sum_avx2, ibl_unzip_next_avx2};
-#endif
-    (void)isa;
 }
 
 void ibl_half_planes_c(const unsigned char *const plane[3], int count,
@@ -52,12 +41,4 @@ void ibl_half_planes_c(const unsigned char *const plane[3], int count,
     }
 }
 
-ibl_half_planes_fn *ibl_half_planes(ibl_isa isa)
-{
-#if IBL_X86
-    if (isa >= IBL_ISA_AVX2)
-        return ibl_half_planes_avx2;
-#endif
-    (void)isa;
-    return ibl_half_planes_c;
-}
+IBL_KERNEL(ibl_half_planes, ibl_unzip_sum_c, ibl_unzip_c, ibl_half_planes_c)

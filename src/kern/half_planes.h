@@ -7,53 +7,42 @@
 #include <stddef.h>
 
 #include "ibl/ibl.h"
+#include "kern/isa.h"
 
 /*
  * Before ZIP deflates the bytes of a block it puts those at even places before
  * those at odd ones, and in place of all but the first their difference to the
- * one before, plus 128.
+ * one before, plus 128. Nothing needs an alignment.
  */
-typedef struct ibl_unzip_dsp {
+typedef struct ibl_half_planes_dsp {
     /* The sum of count bytes, modulo 256. */
     unsigned char (*sum)(const unsigned char *src, size_t count);
     /*
      * The next 2 count bytes from count differences of each half.
      *   last  the bytes before them at even and at odd places; becomes the
      *         last of these
-     * No alignment is needed.
      */
-    void (*next)(const unsigned char *even, const unsigned char *odd,
-                 size_t count, unsigned char last[2], unsigned char *dst);
-} ibl_unzip_dsp;
+    void (*unzip)(const unsigned char *even, const unsigned char *odd,
+                  size_t count, unsigned char last[2], unsigned char *dst);
+    /*
+     * count pixels from three planes of halves, little endian, to tightly
+     * packed floats; they may be the same plane. Exact, but that NaN may be any
+     * NaN.
+     */
+    void (*to_rgb)(const unsigned char *const plane[3], int count, float *dst);
+} ibl_half_planes_dsp;
 
-void ibl_unzip_dsp_init(ibl_unzip_dsp *dsp, ibl_isa isa);
+IBL_DECLARE_KERNEL(ibl_half_planes);
 
 /* Sets last for the first bytes of a block, of which src are the evens. */
-void ibl_unzip_begin(const ibl_unzip_dsp *dsp, const unsigned char *src,
+void ibl_unzip_begin(const ibl_half_planes_dsp *dsp, const unsigned char *src,
                      size_t count, unsigned char last[2]);
 
+/* The plain versions, for what the vectors leave at the end. */
 unsigned char ibl_unzip_sum_c(const unsigned char *src, size_t count);
-unsigned char ibl_unzip_sum_avx2(const unsigned char *src, size_t count);
-void ibl_unzip_next_c(const unsigned char *even, const unsigned char *odd,
-                      size_t count, unsigned char last[2], unsigned char *dst);
-void ibl_unzip_next_avx2(const unsigned char *even, const unsigned char *odd,
-                         size_t count, unsigned char last[2],
-                         unsigned char *dst);
-
-/*
- * count pixels from three planes of halves, little endian, to tightly packed
- * floats; they may be the same plane. Exact, but that NaN may be any NaN. No
- * alignment is needed.
- */
-typedef void ibl_half_planes_fn(const unsigned char *const plane[3], int count,
-                                float *dst);
-
-/* The version for an instruction set. */
-ibl_half_planes_fn *ibl_half_planes(ibl_isa isa);
-
+void ibl_unzip_c(const unsigned char *even, const unsigned char *odd,
+                 size_t count, unsigned char last[2], unsigned char *dst);
 void ibl_half_planes_c(const unsigned char *const plane[3], int count,
                        float *dst);
-void ibl_half_planes_avx2(const unsigned char *const plane[3], int count,
-                          float *dst);
 
 #endif

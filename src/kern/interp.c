@@ -89,13 +89,4 @@ static void finish(const float *rgba, const ibl_interp_range *range, int count,
     }
 }
 
-void ibl_interp_init_c(ibl_interp_dsp *dsp)
-{
-    *dsp = (ibl_interp_dsp){latitudes, polar, weights, row, finish};
-}
-
-void ibl_interp_dsp_init(ibl_interp_dsp *dsp, ibl_isa isa)
-{
-    ibl_interp_init_c(dsp);
-    IBL_INIT(ibl_interp, dsp, isa);
-}
+IBL_KERNEL(ibl_interp, latitudes, polar, weights, row, finish)

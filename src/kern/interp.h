@@ -80,10 +80,6 @@ typedef struct ibl_interp_dsp {
                    float *rgb);
 } ibl_interp_dsp;
 
-/* isa: what the context uses, not IBL_ISA_AUTO. */
-void ibl_interp_dsp_init(ibl_interp_dsp *dsp, ibl_isa isa);
-IBL_DECLARE_INIT(ibl_interp);
-
-void ibl_interp_init_c(ibl_interp_dsp *dsp);
+IBL_DECLARE_KERNEL(ibl_interp);
 
 #endif

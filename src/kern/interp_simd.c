@@ -10,8 +10,7 @@ enum {
     PARTS = IBL_TAPS / VD        /* vectors that hold the weights */
 };
 
-/* What lanes.h lacks: the weights of samples VF/4 k and on,
- * each four times. */
+/* The weights of samples VF/4 k and on, each four times. */
 #if VF == 16
 static inline vf spread(const float *w, int k)
 {
@@ -21,7 +20,6 @@ static inline vf spread(const float *w, int k)
     return _mm512_permutexvar_ps(which,
                                  _mm512_castps256_ps512(_mm256_loadu_ps(w)));
 }
-
 #elif VF == 8
 static inline vf spread(const float *w, int k)
 {
@@ -29,13 +27,11 @@ static inline vf spread(const float *w, int k)
         _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1), _mm256_set1_epi32(2 * k));
     return _mm256_permutevar8x32_ps(_mm256_loadu_ps(w), which);
 }
-
 #else
 static inline vf spread(const float *w, int k)
 {
     return _mm_set1_ps(w[k]);
 }
-
 #endif
 
 static inline vd vd_abs(vd x)
@@ -70,7 +66,7 @@ static inline vd coordinates(int i, int size)
     return (vd_load(odd) + 2.0 * i) / (double)size - 1.0;
 }
 
-static void lanes_latitudes(double v, int size, int count, double *angle)
+static void latitudes(double v, int size, int count, double *angle)
 {
     for (int i = 0; i < count; i += VD) {
         const vd u = coordinates(i, size);
@@ -80,8 +76,7 @@ static void lanes_latitudes(double v, int size, int count, double *angle)
 
 /* The azimuth counts from the diagonal: a tangent of |v| - |u| over |v| + |u|,
  * never over 1; at the pole itself 0 / 1e-300. */
-static void lanes_polar(double v, int size, int count, double *angle,
-                        double *azimuth)
+static void polar(double v, int size, int count, double *angle, double *azimuth)
 {
     const vd b = vd_abs(vd_all(v));
     for (int i = 0; i < count; i += VD) {
@@ -99,9 +94,8 @@ static inline vd round_weights(vd exact, float *w)
     return exact - vd_load_floats(w);
 }
 
-static void lanes_weights(const ibl_taps *taps, double shift, double scale,
-                          const double *angle, int count, int *first,
-                          float *weight)
+static void weights(const ibl_taps *taps, double shift, double scale,
+                    const double *angle, int count, int *first, float *weight)
 {
     for (int i = 0; i < count; i++) {
         /* Casts round towards zero: positions are above -64. */
@@ -127,48 +121,28 @@ static void lanes_weights(const ibl_taps *taps, double shift, double scale,
     }
 }
 
-/* Adds w times a ring's samples; written out, as are its calls, since gcc
- * unrolls no such loop at -O2. */
+/* Adds w times a ring's samples. */
 static inline void add_ring(const float *grid, float weight, vf along[VECTORS])
 {
     const vf w = vf_all(weight);
-    along[0] = vf_fma(vf_load(grid), w, along[0]);
-    along[1] = vf_fma(vf_load(grid + VF), w, along[1]);
-#if VF <= 8
-    along[2] = vf_fma(vf_load(grid + 2 * VF), w, along[2]);
-    along[3] = vf_fma(vf_load(grid + 3 * VF), w, along[3]);
-#endif
-#if VF <= 4
-    along[4] = vf_fma(vf_load(grid + 4 * VF), w, along[4]);
-    along[5] = vf_fma(vf_load(grid + 5 * VF), w, along[5]);
-    along[6] = vf_fma(vf_load(grid + 6 * VF), w, along[6]);
-    along[7] = vf_fma(vf_load(grid + 7 * VF), w, along[7]);
-#endif
+#pragma GCC unroll 8
+    for (int k = 0; k < VECTORS; k++)
+        along[k] = vf_fma(vf_load(grid + k * VF), w, along[k]);
 }
 
-/* The sum across the columns. */
+/* The sum across the columns, even and odd vectors apart. */
 static inline vf across(const vf along[VECTORS], const float *w)
 {
-    const vf a = along[0] * spread(w, 0), b = along[1] * spread(w, 1);
-#if VF == 16
-    return a + b;
-#else
-    const vf c = vf_fma(along[2], spread(w, 2), a);
-    const vf d = vf_fma(along[3], spread(w, 3), b);
-#if VF == 8
-    return c + d;
-#else
-    const vf e = vf_fma(along[4], spread(w, 4), c);
-    const vf f = vf_fma(along[5], spread(w, 5), d);
-    const vf g = vf_fma(along[6], spread(w, 6), e);
-    return g + vf_fma(along[7], spread(w, 7), f);
-#endif
-#endif
+    vf sum[2] = {along[0] * spread(w, 0), along[1] * spread(w, 1)};
+#pragma GCC unroll 8
+    for (int k = 2; k < VECTORS; k++)
+        sum[k % 2] = vf_fma(along[k], spread(w, k), sum[k % 2]);
+    return sum[0] + sum[1];
 }
 
 /* Down the rings first, which keeps all channels and columns apart, then
  * across the columns. */
-static void lanes_row(const ibl_interp_row *row)
+static void row(const ibl_interp_row *row)
 {
     const ibl_interp_row a = *row;
     const ptrdiff_t stride = a.stride;
@@ -177,25 +151,16 @@ static void lanes_row(const ibl_interp_row *row)
         const float *grid =
             a.grid + a.ring[r] * stride + 4 * (ptrdiff_t)a.column[c];
         const float *w = a.ring_weight + r * IBL_TAPS;
-        vf along[VECTORS] = {vf_all(0)};
-        along[1] = vf_all(0);
-#if VF <= 8
-        along[2] = along[3] = vf_all(0);
-#endif
-#if VF <= 4
-        along[4] = along[5] = along[6] = along[7] = vf_all(0);
-#endif
+        vf along[VECTORS];
+#pragma GCC unroll 8
+        for (int k = 0; k < VECTORS; k++)
+            along[k] = vf_all(0);
         /* What the rows of texels after this one will want. */
         __builtin_prefetch(grid + 8 * stride + 16);
         __builtin_prefetch(grid - stride + 16);
-        add_ring(grid, w[0], along);
-        add_ring(grid + stride, w[1], along);
-        add_ring(grid + 2 * stride, w[2], along);
-        add_ring(grid + 3 * stride, w[3], along);
-        add_ring(grid + 4 * stride, w[4], along);
-        add_ring(grid + 5 * stride, w[5], along);
-        add_ring(grid + 6 * stride, w[6], along);
-        add_ring(grid + 7 * stride, w[7], along);
+#pragma GCC unroll 8
+        for (int k = 0; k < IBL_TAPS; k++)
+            add_ring(grid + k * stride, w[k], along);
         _mm_storeu_ps(a.rgba + 4 * (size_t)i,
                       vf_fold(across(along, a.column_weight + c * IBL_TAPS)));
     }
@@ -203,8 +168,8 @@ static void lanes_row(const ibl_interp_row *row)
 
 /* Each texel is written with the first channel of the next, which is then
  * written over; but not the row's last. */
-static void lanes_finish(const float *rgba, const ibl_interp_range *range,
-                         int count, float *rgb)
+static void finish(const float *rgba, const ibl_interp_range *range, int count,
+                   float *rgb)
 {
     const __m128 gain = _mm_set1_ps(range->gain);
     const __m128 offset = _mm_loadu_ps(range->offset);
@@ -223,8 +188,4 @@ static void lanes_finish(const float *rgba, const ibl_interp_range *range,
     }
 }
 
-void IBL_FOR_ISA(ibl_interp_init)(ibl_interp_dsp *dsp)
-{
-    *dsp = (ibl_interp_dsp){lanes_latitudes, lanes_polar, lanes_weights,
-                            lanes_row, lanes_finish};
-}
+IBL_VECTOR_KERNEL(ibl_interp, latitudes, polar, weights, row, finish)

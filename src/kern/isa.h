@@ -1,38 +1,59 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * One kernel for several instruction sets. The Makefile compiles each
- * kern/NAME_simd.c once for each set, with its options and with IBL_SUFFIX
- * defined: IBL_FOR_ISA(ibl_name_init) is ibl_name_init_avx2 in one of them.
- * That function fills in the kernel's table, ibl_name_dsp.
+ * A kernel is a table of functions, ibl_name_dsp. kern/NAME.c has them in plain
+ * C and ends with IBL_KERNEL. kern/NAME_simd.c has them on the vectors of
+ * lanes.h and ends with IBL_VECTOR_KERNEL; the Makefile compiles it once for
+ * each instruction set, with its options and with IBL_SUFFIX defined.
+ *
+ * A new instruction set, such as NEON, needs a value in ibl_isa (ibl/ibl.h), a
+ * test whether the CPU has it (core/cpu.c), a suffix and options (Makefile), a
+ * section in lanes.h and wherever else intrinsics are used (grep _mm), and its
+ * lines in two of the macros below.
  */
 #ifndef IBL_KERN_ISA_H
 #define IBL_KERN_ISA_H
 
 #include "core/cpu.h"
 
-#define IBL_JOIN(name, suffix) name##suffix
-#define IBL_JOIN_VALUES(name, suffix) IBL_JOIN(name, suffix)
-#define IBL_FOR_ISA(name) IBL_JOIN_VALUES(name, IBL_SUFFIX)
-
-/* Declares what fills in the table of a kernel. */
-#define IBL_DECLARE_INIT(name)                                                 \
+/* Declares name_dsp_init, which fills in the table for an instruction set, not
+ * IBL_ISA_AUTO, and what it calls. */
+#define IBL_DECLARE_KERNEL(name)                                               \
+    void name##_dsp_init(name##_dsp *dsp, ibl_isa isa);                        \
     void name##_init_sse2(name##_dsp *dsp);                                    \
     void name##_init_avx2(name##_dsp *dsp);                                    \
     void name##_init_avx512(name##_dsp *dsp)
 
-/* Replaces the plain versions in a kernel's table by those that isa allows. */
+/* Replaces plain functions of a table by those for isa. */
 #if IBL_X86
-#define IBL_INIT(name, dsp, isa)                                               \
-    do {                                                                       \
-        if ((isa) >= IBL_ISA_AVX512)                                           \
-            name##_init_avx512(dsp);                                           \
-        else if ((isa) >= IBL_ISA_AVX2)                                        \
-            name##_init_avx2(dsp);                                             \
-        else if ((isa) >= IBL_ISA_SSE2)                                        \
-            name##_init_sse2(dsp);                                             \
-    } while (0)
+#define IBL_INIT_VECTORS(name, dsp, isa)                                       \
+    if ((isa) >= IBL_ISA_AVX512)                                               \
+        name##_init_avx512(dsp);                                               \
+    else if ((isa) >= IBL_ISA_AVX2)                                            \
+        name##_init_avx2(dsp);                                                 \
+    else if ((isa) >= IBL_ISA_SSE2)                                            \
+    name##_init_sse2(dsp)
 #else
-#define IBL_INIT(name, dsp, isa) ((void)(isa))
+#define IBL_INIT_VECTORS(name, dsp, isa) ((void)(isa))
 #endif
+
+/* Defines name_dsp_init: the plain functions in the order of the table. */
+#define IBL_KERNEL(name, ...)                                                  \
+    void name##_dsp_init(name##_dsp *dsp, ibl_isa isa)                         \
+    {                                                                          \
+        *dsp = (name##_dsp){__VA_ARGS__};                                      \
+        IBL_INIT_VECTORS(name, dsp, isa);                                      \
+    }
+
+/* Defines the same for the instruction set that is compiled for. */
+#define IBL_VECTOR_KERNEL(name, ...)                                           \
+    void IBL_FOR_ISA(name##_init)(name##_dsp * dsp)                            \
+    {                                                                          \
+        *dsp = (name##_dsp){__VA_ARGS__};                                      \
+    }
+
+/* IBL_FOR_ISA(ibl_name_init) is ibl_name_init_avx2, or another. */
+#define IBL_JOIN(name, suffix) name##suffix
+#define IBL_JOIN_VALUES(name, suffix) IBL_JOIN(name, suffix)
+#define IBL_FOR_ISA(name) IBL_JOIN_VALUES(name, IBL_SUFFIX)
 
 #endif

@@ -11,6 +11,8 @@
 #define IBL_KERN_LANES_H
 
 #include <immintrin.h>
+#include <stdbool.h>
+#include <stddef.h>
 
 #if defined(__AVX512F__)
 #define VF 16 /* floats in a vf */
@@ -125,7 +127,11 @@ static inline vi vi_max(vi a, vi b)
 }
 #endif
 
-/* VD floats from p, widened; and the sum of a vector's quarters of four. */
+/*
+ * VD floats from p, widened. Of quads, a vector's quarters of four floats: the
+ * same one VF / 4 times, those at p[0], p[1], ..., quad k of a vector, and the
+ * sum of all. Whether any lane of a mask is set.
+ */
 #if VF == 16
 static inline vd vd_load_floats(const float *p)
 {
@@ -135,6 +141,32 @@ static inline vd vd_load_floats(const float *p)
 static inline void vd_store_floats(float *p, vd v)
 {
     _mm256_storeu_ps(p, _mm512_cvtpd_ps(v));
+}
+
+static inline vf vf_all_quads(__m128 quad)
+{
+    return _mm512_broadcast_f32x4(quad);
+}
+
+static inline vf vf_load_quads(const float *const p[4])
+{
+    const __m512 a = _mm512_castps128_ps512(_mm_loadu_ps(p[0]));
+    const __m512 b = _mm512_insertf32x4(a, _mm_loadu_ps(p[1]), 1);
+    const __m512 c = _mm512_insertf32x4(b, _mm_loadu_ps(p[2]), 2);
+    return _mm512_insertf32x4(c, _mm_loadu_ps(p[3]), 3);
+}
+
+static inline __m128 vf_quad(vf v, size_t k)
+{
+    return k == 0   ? _mm512_castps512_ps128(v)
+           : k == 1 ? _mm512_extractf32x4_ps(v, 1)
+           : k == 2 ? _mm512_extractf32x4_ps(v, 2)
+                    : _mm512_extractf32x4_ps(v, 3);
+}
+
+static inline bool vi_any(vi mask)
+{
+    return _mm512_movepi32_mask((__m512i)mask) != 0;
 }
 
 static inline __m128 vf_fold(vf v)
@@ -155,6 +187,27 @@ static inline void vd_store_floats(float *p, vd v)
     _mm_storeu_ps(p, _mm256_cvtpd_ps(v));
 }
 
+static inline vf vf_all_quads(__m128 quad)
+{
+    return _mm256_set_m128(quad, quad);
+}
+
+static inline vf vf_load_quads(const float *const p[4])
+{
+    const __m256 a = _mm256_castps128_ps256(_mm_loadu_ps(p[0]));
+    return _mm256_insertf128_ps(a, _mm_loadu_ps(p[1]), 1);
+}
+
+static inline __m128 vf_quad(vf v, size_t k)
+{
+    return k ? _mm256_extractf128_ps(v, 1) : _mm256_castps256_ps128(v);
+}
+
+static inline bool vi_any(vi mask)
+{
+    return _mm256_movemask_ps((__m256)mask) != 0;
+}
+
 static inline __m128 vf_fold(vf v)
 {
     return _mm_add_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
@@ -168,6 +221,27 @@ static inline vd vd_load_floats(const float *p)
 static inline void vd_store_floats(float *p, vd v)
 {
     _mm_storel_pi((__m64 *)p, _mm_cvtpd_ps(v));
+}
+
+static inline vf vf_all_quads(__m128 quad)
+{
+    return quad;
+}
+
+static inline vf vf_load_quads(const float *const p[4])
+{
+    return _mm_loadu_ps(p[0]);
+}
+
+static inline __m128 vf_quad(vf v, size_t k)
+{
+    (void)k;
+    return v;
+}
+
+static inline bool vi_any(vi mask)
+{
+    return _mm_movemask_ps((__m128)mask) != 0;
 }
 
 static inline __m128 vf_fold(vf v)

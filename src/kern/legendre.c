@@ -168,8 +168,8 @@ static double value(const ibl_legendre_rings *r, const float *f, int j)
                                       : (double)f[j];
 }
 
-void ibl_legendre_analyse_c(const ibl_legendre_order *o, const float *f,
-                            size_t stride, double *a)
+static void analyse(const ibl_legendre_order *o, const float *f, size_t stride,
+                    double *a)
 {
     const ibl_legendre_rings *r = o->rings;
     const int terms = o->degree - o->m + 1;
@@ -194,8 +194,8 @@ void ibl_legendre_analyse_c(const ibl_legendre_order *o, const float *f,
     }
 }
 
-void ibl_legendre_synthesise_c(const ibl_legendre_order *o, const double *a,
-                               const double *factor, float *g, size_t stride)
+static void synthesise(const ibl_legendre_order *o, const double *a,
+                       const double *factor, float *g, size_t stride)
 {
     const ibl_legendre_rings *r = o->rings;
     const int terms = o->degree - o->m + 1;
@@ -225,9 +225,4 @@ size_t ibl_legendre_scratch(int degree)
     return ((size_t)degree / 2 / 8 + 3) * 8 * 17 + 17 * 256;
 }
 
-void ibl_legendre_dsp_init(ibl_legendre_dsp *dsp, ibl_isa isa)
-{
-    *dsp =
-        (ibl_legendre_dsp){ibl_legendre_analyse_c, ibl_legendre_synthesise_c};
-    IBL_INIT(ibl_legendre, dsp, isa);
-}
+IBL_KERNEL(ibl_legendre, analyse, synthesise)

@@ -83,32 +83,23 @@ typedef struct ibl_legendre_order {
 
 size_t ibl_legendre_scratch(int degree);
 
-/*
- * a[6 (l - m) + part] = sum over rings j of w_j P_lm(cos theta_j) F_j for
- * l = m..degree and 6 parts, F_j = f[part * stride + j] (of EDGES, see there).
- */
-typedef void ibl_legendre_analyse_fn(const ibl_legendre_order *o,
-                                     const float *f, size_t stride, double *a);
-
-/*
- * g[part * stride + j] = sum over l = m..degree of
- * factor[l] a[6 (l - m) + part] P_lm(cos theta_j). Nothing beyond the rings
- * is written.
- */
-typedef void ibl_legendre_synthesise_fn(const ibl_legendre_order *o,
-                                        const double *a, const double *factor,
-                                        float *g, size_t stride);
-
 typedef struct ibl_legendre_dsp {
-    ibl_legendre_analyse_fn *analyse;
-    ibl_legendre_synthesise_fn *synthesise;
+    /*
+     * a[6 (l - m) + part] = sum over rings j of w_j P_lm(cos theta_j) F_j for
+     * l = m..degree and 6 parts, F_j = f[part * stride + j] (of EDGES, see
+     * there).
+     */
+    void (*analyse)(const ibl_legendre_order *o, const float *f, size_t stride,
+                    double *a);
+    /*
+     * g[part * stride + j] = sum over l = m..degree of
+     * factor[l] a[6 (l - m) + part] P_lm(cos theta_j). Nothing beyond the rings
+     * is written.
+     */
+    void (*synthesise)(const ibl_legendre_order *o, const double *a,
+                       const double *factor, float *g, size_t stride);
 } ibl_legendre_dsp;
 
-/* isa: what the context uses, not IBL_ISA_AUTO. */
-void ibl_legendre_dsp_init(ibl_legendre_dsp *dsp, ibl_isa isa);
-IBL_DECLARE_INIT(ibl_legendre);
-
-ibl_legendre_analyse_fn ibl_legendre_analyse_c;
-ibl_legendre_synthesise_fn ibl_legendre_synthesise_c;
+IBL_DECLARE_KERNEL(ibl_legendre);
 
 #endif

@@ -12,6 +12,12 @@
 #include "kern/legendre.h"
 #include "kern/legendre_recurrence_lanes.h"
 
+enum {
+    /* k in the analysis, vectors of rings in the synthesis: 24 sums in the 32
+     * registers of AVX-512, else 12 in 16. */
+    AT_ONCE = VD == 8 ? 2 : 1
+};
+
 /* ---- six sums at a time --------------------------------------------- */
 
 /* Named, not an array: they are to stay in registers. */
@@ -132,67 +138,43 @@ static inline void add_totals(const vd *acc, int count, double *sums)
         vd_store(sums + i, vd_load(sums + i) + vd_totals(acc + i));
 }
 
-#if VD == 8
-enum {
-    AT_ONCE = 2 /* k: 24 sums in 32 registers */
-};
-
-/* Sums over the chunk for k and k + 1. */
+/* Sums over the chunk for AT_ONCE k from k on. */
 static void sum_over_rings(struct work *w, int j, int k, int v)
 {
-    const vd alpha = vd_all(w->alpha[k]), beta = vd_all(w->beta[k]);
-    const vd alpha1 = vd_all(w->alpha[k + 1]), beta1 = vd_all(w->beta[k + 1]);
     const double *x2 = w->rings->x2 + j + v * VD;
     double *now = w->now + v * VD, *last = w->last + v * VD;
     const double *data = w->data + (size_t)v * SUMS * VD;
     const double *end = w->data + (size_t)w->vectors * SUMS * VD;
-    struct six p = six_zero(), q = p, r = p, s = p;
-    vd totals[2 * SUMS];
+    struct six even[AT_ONCE], odd[AT_ONCE];
+    vd alpha[AT_ONCE], beta[AT_ONCE], totals[AT_ONCE * SUMS];
 
-    for (; data < end; data += SUMS * VD, now += VD, last += VD, x2 += VD) {
-        const vd r0 = vd_load(now), x = vd_load(x2);
-        const vd r1 = vd_fma(vd_fma(alpha, x, beta), r0, vd_load(last));
-        vd_store(last, r1);
-        vd_store(now, vd_fma(vd_fma(alpha1, x, beta1), r1, r0));
-        p = six_fma(p, r0, data);
-        q = six_fma(q, r0, data + 6 * VD);
-        r = six_fma(r, r1, data);
-        s = six_fma(s, r1, data + 6 * VD);
+#pragma GCC unroll 2
+    for (int i = 0; i < AT_ONCE; i++) {
+        alpha[i] = vd_all(w->alpha[k + i]);
+        beta[i] = vd_all(w->beta[k + i]);
+        even[i] = odd[i] = six_zero();
     }
-    six_store(totals, p);
-    six_store(totals + 6, q);
-    six_store(totals + 12, r);
-    six_store(totals + 18, s);
-    add_totals(totals, 2 * SUMS, w->sums + (size_t)k * SUMS);
-}
-#else
-enum {
-    AT_ONCE = 1 /* k: 12 sums in 16 registers */
-};
-
-static void sum_over_rings(struct work *w, int j, int k, int v)
-{
-    const vd alpha = vd_all(w->alpha[k]), beta = vd_all(w->beta[k]);
-    const double *x2 = w->rings->x2 + j + v * VD;
-    double *now = w->now + v * VD, *last = w->last + v * VD;
-    const double *data = w->data + (size_t)v * SUMS * VD;
-    const double *end = w->data + (size_t)w->vectors * SUMS * VD;
-    struct six p = six_zero(), q = p;
-    vd totals[SUMS];
-
     for (; data < end; data += SUMS * VD, now += VD, last += VD, x2 += VD) {
-        const vd r = vd_load(now);
-        const vd t = vd_fma(alpha, vd_load(x2), beta);
-        vd_store(now, vd_fma(t, r, vd_load(last)));
-        vd_store(last, r);
-        p = six_fma(p, r, data);
-        q = six_fma(q, r, data + 6 * VD);
+        const vd x = vd_load(x2);
+        vd r[AT_ONCE + 2] = {vd_load(last), vd_load(now)};
+#pragma GCC unroll 2
+        for (int i = 0; i < AT_ONCE; i++)
+            r[i + 2] = vd_fma(vd_fma(alpha[i], x, beta[i]), r[i + 1], r[i]);
+        vd_store(last, r[AT_ONCE]);
+        vd_store(now, r[AT_ONCE + 1]);
+#pragma GCC unroll 2
+        for (int i = 0; i < AT_ONCE; i++) {
+            even[i] = six_fma(even[i], r[i + 1], data);
+            odd[i] = six_fma(odd[i], r[i + 1], data + 6 * VD);
+        }
     }
-    six_store(totals, p);
-    six_store(totals + 6, q);
-    add_totals(totals, SUMS, w->sums + (size_t)k * SUMS);
+#pragma GCC unroll 2
+    for (int i = 0; i < AT_ONCE; i++) {
+        six_store(totals + i * SUMS, even[i]);
+        six_store(totals + i * SUMS + 6, odd[i]);
+    }
+    add_totals(totals, AT_ONCE * SUMS, w->sums + (size_t)k * SUMS);
 }
-#endif
 
 static void analyse_chunk(struct work *w, int j)
 {
@@ -274,77 +256,44 @@ static void combine(struct work *w, const double *a, const double *factor)
     }
 }
 
-/* Sums for k from..until - 1 of SIDE vectors from v on, added to acc or, if
+/* Sums for k from..until - 1 of AT_ONCE vectors from v on, added to acc or, if
  * fresh, in its place. */
-#if VD == 8
-enum {
-    SIDE = 2 /* vectors at once: 24 sums in 32 registers */
-};
-
 static void sum_over_k(struct work *w, int j, int v, int from, int until,
-                       bool fresh, vd acc[SIDE * SUMS])
+                       bool fresh, vd acc[AT_ONCE * SUMS])
 {
     const double *c = w->sums + (size_t)from * SUMS;
     const double *x2 = w->rings->x2 + j + v * VD;
-    const vd x = vd_load(x2), y = vd_load(x2 + VD);
     double *now = w->now + v * VD, *last = w->last + v * VD;
-    vd r = vd_load(now), r_last = vd_load(last);
-    vd s = vd_load(now + VD), s_last = vd_load(last + VD);
-    struct six p = six_zero(), q = p, t = p, u = p;
+    struct six even[AT_ONCE], odd[AT_ONCE];
+    vd x[AT_ONCE], r[AT_ONCE], r_last[AT_ONCE];
 
-    if (!fresh) {
-        p = six_load(acc);
-        q = six_load(acc + 6);
-        t = six_load(acc + 12);
-        u = six_load(acc + 18);
+#pragma GCC unroll 2
+    for (int i = 0; i < AT_ONCE; i++) {
+        x[i] = vd_load(x2 + i * VD);
+        r[i] = vd_load(now + i * VD);
+        r_last[i] = vd_load(last + i * VD);
+        even[i] = fresh ? six_zero() : six_load(acc + i * SUMS);
+        odd[i] = fresh ? six_zero() : six_load(acc + i * SUMS + 6);
     }
     for (int k = from; k < until; k++, c += SUMS) {
-        p = six_fma_all(p, r, c);
-        t = six_fma_all(t, s, c);
-        q = six_fma_all(q, r, c + 6);
-        u = six_fma_all(u, s, c + 6);
-        recur(w, k, x, &r, &r_last);
-        recur(w, k, y, &s, &s_last);
+#pragma GCC unroll 2
+        for (int i = 0; i < AT_ONCE; i++)
+            even[i] = six_fma_all(even[i], r[i], c);
+#pragma GCC unroll 2
+        for (int i = 0; i < AT_ONCE; i++)
+            odd[i] = six_fma_all(odd[i], r[i], c + 6);
+#pragma GCC unroll 2
+        for (int i = 0; i < AT_ONCE; i++)
+            recur(w, k, x[i], &r[i], &r_last[i]);
     }
-    vd_store(now, r);
-    vd_store(last, r_last);
-    vd_store(now + VD, s);
-    vd_store(last + VD, s_last);
-    six_store(acc, p);
-    six_store(acc + 6, q);
-    six_store(acc + 12, t);
-    six_store(acc + 18, u);
+#pragma GCC unroll 2
+    for (int i = 0; i < AT_ONCE; i++) {
+        vd_store(now + i * VD, r[i]);
+        vd_store(last + i * VD, r_last[i]);
+        six_store(acc + i * SUMS, even[i]);
+        six_store(acc + i * SUMS + 6, odd[i]);
+    }
 }
-#else
-enum {
-    SIDE = 1 /* 12 sums in 16 registers */
-};
-
-static void sum_over_k(struct work *w, int j, int v, int from, int until,
-                       bool fresh, vd acc[SIDE * SUMS])
-{
-    const double *c = w->sums + (size_t)from * SUMS;
-    const double *x2 = w->rings->x2 + j + v * VD;
-    const vd x = vd_load(x2);
-    double *now = w->now + v * VD, *last = w->last + v * VD;
-    vd r = vd_load(now), r_last = vd_load(last);
-    struct six p = six_zero(), q = p;
-
-    if (!fresh) {
-        p = six_load(acc);
-        q = six_load(acc + 6);
-    }
-    for (int k = from; k < until; k++, c += SUMS) {
-        p = six_fma_all(p, r, c);
-        q = six_fma_all(q, r, c + 6);
-        recur(w, k, x, &r, &r_last);
-    }
-    vd_store(now, r);
-    vd_store(last, r_last);
-    six_store(acc, p);
-    six_store(acc + 6, q);
-}
-#endif
 
 /* VD rings and their mirror images, from north j on. */
 static inline void store_pairs(const ibl_legendre_rings *r, int j, float *ring,
@@ -375,22 +324,23 @@ static void store_vector(const ibl_legendre_rings *r, int j, const vd acc[SUMS],
     }
 }
 
-/* SIDE vectors from v on: stretches of k between which rings come in. */
-static void synthesise_side(struct work *w, int j, int v, vd acc[SIDE * SUMS])
+/* AT_ONCE vectors from v on: stretches of k between which rings come in. */
+static void synthesise_side(struct work *w, int j, int v,
+                            vd acc[AT_ONCE * SUMS])
 {
     int b = w->blocks, until = 0;
     bool fresh = true;
 
-    for (int i = v; i < v + SIDE; i++) {
+    for (int i = v; i < v + AT_ONCE; i++) {
         b = w->from_block[i] < b ? w->from_block[i] : b;
         until = w->until_block[i] > until ? w->until_block[i] : until;
     }
     for (; b < until; b++, fresh = false) {
-        for (int i = v; i < v + SIDE; i++)
+        for (int i = v; i < v + AT_ONCE; i++)
             come_in(w, i, b);
         sum_over_k(w, j, v, b * BLOCK, (b + 1) * BLOCK, fresh, acc);
     }
-    for (int i = v; i < v + SIDE && b; i++)
+    for (int i = v; i < v + AT_ONCE && b; i++)
         come_in(w, i, b);
     sum_over_k(w, j, v, b * BLOCK, w->terms, fresh, acc);
 }
@@ -410,22 +360,22 @@ static void store_nothing(const ibl_legendre_rings *r, int j, int vectors,
 
 static void synthesise_chunk(struct work *w, int j, float *g, size_t stride)
 {
-    const int active = w->active / SIDE * SIDE;
-    vd acc[SIDE * SUMS];
+    const int active = w->active / AT_ONCE * AT_ONCE;
+    vd acc[AT_ONCE * SUMS];
 
     store_nothing(w->rings, j, active, g, stride);
-    /* To a multiple of SIDE: the others do not come in. */
+    /* To a multiple of AT_ONCE: the others do not come in. */
     for (int v = active; v < w->active; v++)
         w->from_block[v] = NEVER;
-    for (; w->vectors % SIDE; w->vectors++) {
+    for (; w->vectors % AT_ONCE; w->vectors++) {
         w->from_block[w->vectors] = NEVER;
         w->until_block[w->vectors] = -1;
         vd_store(w->now + w->vectors * VD, vd_all(0.0));
         vd_store(w->last + w->vectors * VD, vd_all(0.0));
     }
-    for (int v = active; v < w->vectors; v += SIDE) {
+    for (int v = active; v < w->vectors; v += AT_ONCE) {
         synthesise_side(w, j, v, acc);
-        for (int i = 0; i < SIDE; i++)
+        for (int i = 0; i < AT_ONCE; i++)
             store_vector(w->rings, j + (v + i) * VD, acc + i * SUMS, g, stride);
     }
 }
@@ -443,7 +393,4 @@ static void synthesise(const ibl_legendre_order *o, const double *a,
     }
 }
 
-void IBL_FOR_ISA(ibl_legendre_init)(ibl_legendre_dsp *dsp)
-{
-    *dsp = (ibl_legendre_dsp){analyse, synthesise};
-}
+IBL_VECTOR_KERNEL(ibl_legendre, analyse, synthesise)

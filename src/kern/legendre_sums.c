@@ -28,9 +28,8 @@ static void add_block(const double *y, const double *w, const double *inverse,
     }
 }
 
-void ibl_legendre_sums_c(const double *y, const double *w, int count,
-                         const double *inverse, int degree, double *scratch,
-                         double *k)
+static void sums(const double *y, const double *w, int count,
+                 const double *inverse, int degree, double *scratch, double *k)
 {
     (void)scratch;
     for (int l = 0; l <= degree; l++)
@@ -39,8 +38,4 @@ void ibl_legendre_sums_c(const double *y, const double *w, int count,
         add_block(y + i, w + i, inverse, degree, k);
 }
 
-void ibl_legendre_sums_dsp_init(ibl_legendre_sums_dsp *dsp, ibl_isa isa)
-{
-    dsp->sums = ibl_legendre_sums_c;
-    IBL_INIT(ibl_legendre_sums, dsp, isa);
-}
+IBL_KERNEL(ibl_legendre_sums, sums)

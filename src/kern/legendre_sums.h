@@ -30,12 +30,6 @@ typedef struct ibl_legendre_sums_dsp {
                  const double *inverse, int degree, double *scratch, double *k);
 } ibl_legendre_sums_dsp;
 
-/* isa: what the context uses, not IBL_ISA_AUTO. */
-void ibl_legendre_sums_dsp_init(ibl_legendre_sums_dsp *dsp, ibl_isa isa);
-IBL_DECLARE_INIT(ibl_legendre_sums);
-
-void ibl_legendre_sums_c(const double *y, const double *w, int count,
-                         const double *inverse, int degree, double *scratch,
-                         double *k);
+IBL_DECLARE_KERNEL(ibl_legendre_sums);
 
 #endif

@@ -5,8 +5,8 @@
 #include "kern/lanes.h"
 #include "kern/legendre_sums.h"
 
-static inline void zonal_block(const double *y, const double *w,
-                               const double *inverse, int degree, double *sums)
+static inline void add_block(const double *y, const double *w,
+                             const double *inverse, int degree, double *sums)
 {
     const vd y0 = vd_load(y), y1 = vd_load(y + VD);
     const vd y2 = vd_load(y + 2 * VD), y3 = vd_load(y + 3 * VD);
@@ -33,14 +33,14 @@ static inline void zonal_block(const double *y, const double *w,
     }
 }
 
-static void zonal_sums(const double *y, const double *w, int count,
-                       const double *inverse, int degree, double *scratch,
-                       double *k)
+static void sums_of_points(const double *y, const double *w, int count,
+                           const double *inverse, int degree, double *scratch,
+                           double *k)
 {
     for (int l = 0; l <= degree; l++)
         vd_store(scratch + (size_t)l * VD, vd_all(0));
     for (int i = 0; i < count; i += 4 * VD)
-        zonal_block(y + i, w + i, inverse, degree, scratch);
+        add_block(y + i, w + i, inverse, degree, scratch);
     for (int l = 0; l <= degree; l++) {
         const double *from = scratch + (size_t)l * VD;
         double sum = 0;
@@ -50,7 +50,4 @@ static void zonal_sums(const double *y, const double *w, int count,
     }
 }
 
-void IBL_FOR_ISA(ibl_legendre_sums_init)(ibl_legendre_sums_dsp *dsp)
-{
-    *dsp = (ibl_legendre_sums_dsp){zonal_sums};
-}
+IBL_VECTOR_KERNEL(ibl_legendre_sums, sums_of_points)

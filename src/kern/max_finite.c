@@ -3,8 +3,6 @@
 
 #include <string.h>
 
-#include "core/cpu.h"
-
 /* As unsigned integers, floats are in order from 0 to Inf, then come NaN,
  * then all that have a sign. */
 uint32_t ibl_max_finite_c(const float *src, size_t count)
@@ -18,9 +16,11 @@ uint32_t ibl_max_finite_c(const float *src, size_t count)
     return most;
 }
 
+IBL_KERNEL(ibl_max_finite, ibl_max_finite_c)
+
 ibl_max_finite_fn *ibl_max_finite(ibl_isa isa)
 {
-    ibl_max_finite_dsp dsp = {ibl_max_finite_c};
-    IBL_INIT(ibl_max_finite, &dsp, isa);
-    return dsp.most;
+    ibl_max_finite_dsp dsp;
+    ibl_max_finite_dsp_init(&dsp, isa);
+    return dsp.look;
 }

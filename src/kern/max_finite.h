@@ -20,13 +20,13 @@
 typedef uint32_t ibl_max_finite_fn(const float *src, size_t count);
 
 typedef struct ibl_max_finite_dsp {
-    ibl_max_finite_fn *most;
+    ibl_max_finite_fn *look;
 } ibl_max_finite_dsp;
 
-/* The version for an instruction set. */
-ibl_max_finite_fn *ibl_max_finite(ibl_isa isa);
-IBL_DECLARE_INIT(ibl_max_finite);
+IBL_DECLARE_KERNEL(ibl_max_finite);
 
-uint32_t ibl_max_finite_c(const float *src, size_t count);
+/* The version for an instruction set; and the plain one. */
+ibl_max_finite_fn *ibl_max_finite(ibl_isa isa);
+ibl_max_finite_fn ibl_max_finite_c;
 
 #endif

@@ -27,7 +27,4 @@ static uint32_t most(const float *src, size_t count)
     return result;
 }
 
-void IBL_FOR_ISA(ibl_max_finite_init)(ibl_max_finite_dsp *dsp)
-{
-    dsp->most = most;
-}
+IBL_VECTOR_KERNEL(ibl_max_finite, most)

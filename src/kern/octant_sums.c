@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "kern/octant_sums.h"
 
-void ibl_octants_collect_c(const float *row, const int *offset, int count,
-                           double *pixels)
+static void collect(const float *row, const int *offset, int count,
+                    double *pixels)
 {
     for (int i = 0; i < count; i++) {
         for (int m = 0; m < IBL_OCTANTS; m++) {
@@ -14,7 +14,7 @@ void ibl_octants_collect_c(const float *row, const int *offset, int count,
     }
 }
 
-static void blend(const ibl_octant_blend *row, int column, double *rgb)
+static void blend_one(const ibl_octant_blend *row, int column, double *rgb)
 {
     const float *at[4];
     double weight[4];
@@ -34,19 +34,19 @@ static void blend(const ibl_octant_blend *row, int column, double *rgb)
             (weight[2] * (double)at[2][c] + weight[3] * (double)at[3][c]);
 }
 
-void ibl_octants_blend_c(const ibl_octant_blend *row, const int *column,
-                         int count, int lanes, double *pixels)
+static void blend(const ibl_octant_blend *row, const int *column, int count,
+                  int lanes, double *pixels)
 {
     for (int i = 0; i < count; i++) {
         for (int m = 0; m < lanes; m++)
-            blend(row, column[m], pixels + m);
+            blend_one(row, column[m], pixels + m);
         column += IBL_OCTANTS;
         pixels += IBL_OCTANT_RGB;
     }
 }
 
-void ibl_octants_add_c(const ibl_octant_span *spans, int count,
-                       const double *pixels, double *sums)
+static void add_spans(const ibl_octant_span *spans, int count,
+                      const double *pixels, double *sums)
 {
     for (const ibl_octant_span *s = spans; s < spans + count; s++) {
         const double *first = pixels + IBL_OCTANT_RGB * (size_t)s->pixel;
@@ -60,9 +60,9 @@ void ibl_octants_add_c(const ibl_octant_span *spans, int count,
     }
 }
 
-void ibl_octants_write_c(const double *sums, const double *weights, int count,
-                         float *const out[IBL_OCTANTS],
-                         const ptrdiff_t step[IBL_OCTANTS])
+static void write_sums(const double *sums, const double *weights, int count,
+                       float *const out[IBL_OCTANTS],
+                       const ptrdiff_t step[IBL_OCTANTS])
 {
     for (int i = 0; i < count; i++) {
         const double scale = 1 / weights[i];
@@ -75,9 +75,4 @@ void ibl_octants_write_c(const double *sums, const double *weights, int count,
     }
 }
 
-void ibl_octants_dsp_init(ibl_octants_dsp *dsp, ibl_isa isa)
-{
-    *dsp = (ibl_octants_dsp){ibl_octants_collect_c, ibl_octants_blend_c,
-                             ibl_octants_add_c, ibl_octants_write_c};
-    IBL_INIT(ibl_octants, dsp, isa);
-}
+IBL_KERNEL(ibl_octants, collect, blend, add_spans, write_sums)

@@ -27,14 +27,6 @@ typedef struct ibl_octant_span {
     uint16_t pixel, count; /* the first one, and how many: >= 1 */
 } ibl_octant_span;
 
-/*
- * Brings pixels of a row side by side: lane m of pixel i is the RGB at
- * row + offset[i * IBL_OCTANTS + m].
- *   pixels  count of IBL_OCTANT_RGB doubles, 64-byte aligned
- */
-typedef void ibl_octants_collect_fn(const float *row, const int *offset,
-                                    int count, double *pixels);
-
 /* Where a pixel lies between two of a source's row: their offsets in floats and
  * the weight of the second. */
 typedef struct ibl_octant_tap {
@@ -51,46 +43,38 @@ typedef struct ibl_octant_blend {
     const ibl_octant_tap *taps; /* of each column */
 } ibl_octant_blend;
 
-/*
- * The same from such a row: lane m of pixel i is that at
- * column[i * IBL_OCTANTS + m].
- *   lanes   how many of them to write; what others hold stays
- */
-typedef void ibl_octants_blend_fn(const ibl_octant_blend *row,
-                                  const int *column, int count, int lanes,
-                                  double *pixels);
-
-/*
- * sums[slot] += weight * (sum of the run's pixels, from first to last), span
- * after span.
- *   pixels, sums  arrays of IBL_OCTANT_RGB doubles, 64-byte aligned
- */
-typedef void ibl_octants_add_fn(const ibl_octant_span *spans, int count,
-                                const double *pixels, double *sums);
-
-/*
- * Writes sums * (1 / weight) as floats: lane m of sum i becomes the RGB at
- * out[m] + i * step[m]. Lanes may share a place where nothing of use is.
- *   sums  count of IBL_OCTANT_RGB doubles, 64-byte aligned
- */
-typedef void ibl_octants_write_fn(const double *sums, const double *weights,
-                                  int count, float *const out[IBL_OCTANTS],
-                                  const ptrdiff_t step[IBL_OCTANTS]);
-
 typedef struct ibl_octants_dsp {
-    ibl_octants_collect_fn *collect;
-    ibl_octants_blend_fn *blend;
-    ibl_octants_add_fn *add;
-    ibl_octants_write_fn *write;
+    /*
+     * Brings pixels of a row side by side: lane m of pixel i is the RGB at
+     * row + offset[i * IBL_OCTANTS + m].
+     *   pixels  count of IBL_OCTANT_RGB doubles, 64-byte aligned
+     */
+    void (*collect)(const float *row, const int *offset, int count,
+                    double *pixels);
+    /*
+     * The same from a row between two: lane m of pixel i is that at
+     * column[i * IBL_OCTANTS + m].
+     *   lanes   how many of them to write; what others hold stays
+     */
+    void (*blend)(const ibl_octant_blend *row, const int *column, int count,
+                  int lanes, double *pixels);
+    /*
+     * sums[slot] += weight * (sum of the run's pixels, from first to last),
+     * span after span.
+     *   pixels, sums  arrays of IBL_OCTANT_RGB doubles, 64-byte aligned
+     */
+    void (*add)(const ibl_octant_span *spans, int count, const double *pixels,
+                double *sums);
+    /*
+     * Writes sums * (1 / weight) as floats: lane m of sum i becomes the RGB at
+     * out[m] + i * step[m]. Lanes may share a place where nothing of use is.
+     *   sums  count of IBL_OCTANT_RGB doubles, 64-byte aligned
+     */
+    void (*write)(const double *sums, const double *weights, int count,
+                  float *const out[IBL_OCTANTS],
+                  const ptrdiff_t step[IBL_OCTANTS]);
 } ibl_octants_dsp;
 
-/* isa: what the context uses, not IBL_ISA_AUTO. */
-void ibl_octants_dsp_init(ibl_octants_dsp *dsp, ibl_isa isa);
-IBL_DECLARE_INIT(ibl_octants);
-
-ibl_octants_collect_fn ibl_octants_collect_c;
-ibl_octants_blend_fn ibl_octants_blend_c;
-ibl_octants_add_fn ibl_octants_add_c;
-ibl_octants_write_fn ibl_octants_write_c;
+IBL_DECLARE_KERNEL(ibl_octants);
 
 #endif

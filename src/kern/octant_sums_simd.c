@@ -203,7 +203,4 @@ static void write_sums(const double *sums, const double *weights, int count,
     }
 }
 
-void IBL_FOR_ISA(ibl_octants_init)(ibl_octants_dsp *dsp)
-{
-    *dsp = (ibl_octants_dsp){collect, blend, add_spans, write_sums};
-}
+IBL_VECTOR_KERNEL(ibl_octants, collect, blend, add_spans, write_sums)

@@ -49,59 +49,54 @@ static float clamp_unsigned(float f, float max, size_t *beyond)
     return f;
 }
 
-static uint16_t encode_half(float f, size_t *beyond)
+/* Two channels, or three and an alpha of 1. */
+static size_t encode_halves(const float *src, size_t count, size_t channels,
+                            unsigned char *out)
 {
-    return ibl_half_from_float(clamp_signed(f, IBL_HALF_MAX, beyond));
+    const size_t bytes = channels == 3 ? 8 : 4;
+    size_t beyond = 0;
+    for (size_t i = 0; i < count; i++, src += channels, out += bytes) {
+        uint16_t texel[4] = {[3] = 0x3C00 /* 1 */};
+        for (size_t c = 0; c < channels; c++)
+            texel[c] = ibl_half_from_float(
+                clamp_signed(src[c], IBL_HALF_MAX, &beyond));
+        memcpy(out, texel, bytes);
+    }
+    return beyond;
+}
+
+static size_t encode_floats(const float *src, size_t count, size_t channels,
+                            unsigned char *out)
+{
+    const size_t bytes = channels == 3 ? 16 : 8;
+    size_t beyond = 0;
+    for (size_t i = 0; i < count; i++, src += channels, out += bytes) {
+        float texel[4] = {[3] = 1};
+        for (size_t c = 0; c < channels; c++)
+            texel[c] = clamp_signed(src[c], FLT_MAX, &beyond);
+        memcpy(out, texel, bytes);
+    }
+    return beyond;
 }
 
 size_t ibl_encode_rgba16f_c(const float *src, size_t count, void *dst)
 {
-    unsigned char *out = dst;
-    size_t beyond = 0;
-    for (size_t i = 0; i < count; i++, src += 3, out += 8) {
-        const uint16_t texel[4] = {
-            encode_half(src[0], &beyond), encode_half(src[1], &beyond),
-            encode_half(src[2], &beyond), 0x3C00 /* 1 */};
-        memcpy(out, texel, sizeof texel);
-    }
-    return beyond;
+    return encode_halves(src, count, 3, dst);
 }
 
 size_t ibl_encode_rg16f_c(const float *src, size_t count, void *dst)
 {
-    unsigned char *out = dst;
-    size_t beyond = 0;
-    for (size_t i = 0; i < count; i++, src += 2, out += 4) {
-        const uint16_t texel[2] = {encode_half(src[0], &beyond),
-                                   encode_half(src[1], &beyond)};
-        memcpy(out, texel, sizeof texel);
-    }
-    return beyond;
+    return encode_halves(src, count, 2, dst);
 }
 
-size_t ibl_encode_rgba32f_c(const float *src, size_t count, void *dst)
+static size_t encode_rgba32f(const float *src, size_t count, void *dst)
 {
-    unsigned char *out = dst;
-    size_t beyond = 0;
-    for (size_t i = 0; i < count; i++, src += 3, out += 16) {
-        const float texel[4] = {clamp_signed(src[0], FLT_MAX, &beyond),
-                                clamp_signed(src[1], FLT_MAX, &beyond),
-                                clamp_signed(src[2], FLT_MAX, &beyond), 1};
-        memcpy(out, texel, sizeof texel);
-    }
-    return beyond;
+    return encode_floats(src, count, 3, dst);
 }
 
-size_t ibl_encode_rg32f_c(const float *src, size_t count, void *dst)
+static size_t encode_rg32f(const float *src, size_t count, void *dst)
 {
-    unsigned char *out = dst;
-    size_t beyond = 0;
-    for (size_t i = 0; i < count; i++, src += 2, out += 8) {
-        const float texel[2] = {clamp_signed(src[0], FLT_MAX, &beyond),
-                                clamp_signed(src[1], FLT_MAX, &beyond)};
-        memcpy(out, texel, sizeof texel);
-    }
-    return beyond;
+    return encode_floats(src, count, 2, dst);
 }
 
 /*
@@ -110,7 +105,7 @@ size_t ibl_encode_rg32f_c(const float *src, size_t count, void *dst)
  * mantissa would round up to 2^9. Mantissas are floor(x + 1/2); the sum is
  * exact in double, in float 0.49999997 would become 1.
  */
-static uint32_t encode_rgb9e5(const float rgb[3], size_t *beyond)
+static uint32_t shared_exponent(const float rgb[3], size_t *beyond)
 {
     enum {
         N = 9,
@@ -134,12 +129,12 @@ static uint32_t encode_rgb9e5(const float rgb[3], size_t *beyond)
     return texel;
 }
 
-size_t ibl_encode_rgb9e5_c(const float *src, size_t count, void *dst)
+static size_t encode_rgb9e5(const float *src, size_t count, void *dst)
 {
     unsigned char *out = dst;
     size_t beyond = 0;
     for (size_t i = 0; i < count; i++, src += 3, out += 4) {
-        const uint32_t texel = encode_rgb9e5(src, &beyond);
+        const uint32_t texel = shared_exponent(src, &beyond);
         memcpy(out, &texel, sizeof texel);
     }
     return beyond;
@@ -165,7 +160,7 @@ static uint32_t small_float(float f, int mantissa)
     return (bits + half + (bits >> drop & 1) - (112u << 23)) >> drop;
 }
 
-size_t ibl_encode_r11g11b10f_c(const float *src, size_t count, void *dst)
+static size_t encode_r11g11b10f(const float *src, size_t count, void *dst)
 {
     unsigned char *out = dst;
     size_t beyond = 0;
@@ -182,17 +177,9 @@ size_t ibl_encode_r11g11b10f_c(const float *src, size_t count, void *dst)
 
 _Static_assert(IBL_PIXEL_COUNT == 6, "each has a row below");
 
-void ibl_pixel_dsp_init(ibl_pixel_dsp *dsp, ibl_isa isa)
-{
-    if (isa == IBL_ISA_AUTO)
-        isa = ibl_isa_best();
-    *dsp = (ibl_pixel_dsp){{
-        [IBL_PIXEL_RGBA16F] = ibl_encode_rgba16f_c,
-        [IBL_PIXEL_RGBA32F] = ibl_encode_rgba32f_c,
-        [IBL_PIXEL_RGB9E5] = ibl_encode_rgb9e5_c,
-        [IBL_PIXEL_R11G11B10F] = ibl_encode_r11g11b10f_c,
-        [IBL_PIXEL_RG16F] = ibl_encode_rg16f_c,
-        [IBL_PIXEL_RG32F] = ibl_encode_rg32f_c,
-    }};
-    IBL_INIT(ibl_pixel, dsp, isa);
-}
+IBL_KERNEL(ibl_pixel, {[IBL_PIXEL_RGBA16F] = ibl_encode_rgba16f_c,
+                       [IBL_PIXEL_RGBA32F] = encode_rgba32f,
+                       [IBL_PIXEL_RGB9E5] = encode_rgb9e5,
+                       [IBL_PIXEL_R11G11B10F] = encode_r11g11b10f,
+                       [IBL_PIXEL_RG16F] = ibl_encode_rg16f_c,
+                       [IBL_PIXEL_RG32F] = encode_rg32f})

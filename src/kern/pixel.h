@@ -10,7 +10,6 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "core/cpu.h"
 #include "ibl/io.h"
 #include "kern/isa.h"
 
@@ -26,20 +25,14 @@ typedef struct ibl_pixel_dsp {
     ibl_encode_fn *encode[IBL_PIXEL_COUNT];
 } ibl_pixel_dsp;
 
-/* isa must be one that this CPU has; IBL_ISA_AUTO is the best. */
-void ibl_pixel_dsp_init(ibl_pixel_dsp *dsp, ibl_isa isa);
-IBL_DECLARE_INIT(ibl_pixel);
+IBL_DECLARE_KERNEL(ibl_pixel);
 
 #define IBL_HALF_MAX 65504.0f    /* (2 - 2^-10) 2^15 */
 #define IBL_SMALL11_MAX 65024.0f /* (2 - 2^-6) 2^15 */
 #define IBL_SMALL10_MAX 64512.0f /* (2 - 2^-5) 2^15 */
 #define IBL_RGB9E5_MAX 65408.0f  /* 511/512 2^16 */
 
+/* The plain versions, for what the vectors leave at the end. */
 ibl_encode_fn ibl_encode_rgba16f_c, ibl_encode_rg16f_c;
-ibl_encode_fn ibl_encode_rgba32f_c, ibl_encode_rg32f_c;
-ibl_encode_fn ibl_encode_rgb9e5_c, ibl_encode_r11g11b10f_c;
-
-#if IBL_X86
-#endif
 
 #endif

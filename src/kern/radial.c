@@ -63,13 +63,4 @@ static void add(const ibl_radial *lobe, const ibl_radial_light *lights,
     }
 }
 
-void ibl_radial_init_c(ibl_radial_dsp *dsp)
-{
-    *dsp = (ibl_radial_dsp){points, add};
-}
-
-void ibl_radial_dsp_init(ibl_radial_dsp *dsp, ibl_isa isa)
-{
-    ibl_radial_init_c(dsp);
-    IBL_INIT(ibl_radial, dsp, isa);
-}
+IBL_KERNEL(ibl_radial, points, add)

@@ -59,10 +59,6 @@ typedef struct ibl_radial_dsp {
                 int count, const float *point, int stride, float *rgba);
 } ibl_radial_dsp;
 
-/* isa: what the context uses, not IBL_ISA_AUTO. */
-void ibl_radial_dsp_init(ibl_radial_dsp *dsp, ibl_isa isa);
-IBL_DECLARE_INIT(ibl_radial);
-
-void ibl_radial_init_c(ibl_radial_dsp *dsp);
+IBL_DECLARE_KERNEL(ibl_radial);
 
 #endif

@@ -11,8 +11,6 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "core/cpu.h"
-
 const unsigned char *ibl_rgbe_expand_c(const unsigned char *src, int count,
                                        unsigned char *dst)
 {
@@ -52,9 +50,4 @@ void ibl_rgbe_to_rgb_c(const unsigned char *src, size_t plane_bytes, int count,
     }
 }
 
-void ibl_rgbe_dsp_init(ibl_rgbe_dsp *dsp, ibl_isa isa)
-{
-    dsp->expand = ibl_rgbe_expand_c;
-    dsp->to_rgb = ibl_rgbe_to_rgb_c;
-    IBL_INIT(ibl_rgbe, dsp, isa);
-}
+IBL_KERNEL(ibl_rgbe, ibl_rgbe_expand_c, ibl_rgbe_to_rgb_c)

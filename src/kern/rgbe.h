@@ -34,12 +34,12 @@ typedef struct ibl_rgbe_dsp {
                    const float scale[3], float *dst);
 } ibl_rgbe_dsp;
 
-void ibl_rgbe_dsp_init(ibl_rgbe_dsp *dsp, ibl_isa isa);
-IBL_DECLARE_INIT(ibl_rgbe);
+IBL_DECLARE_KERNEL(ibl_rgbe);
 
+/* The plain versions: expand without slack, to_rgb for what the vectors leave
+ * at the end. */
 const unsigned char *ibl_rgbe_expand_c(const unsigned char *src, int count,
                                        unsigned char *dst);
-
 void ibl_rgbe_to_rgb_c(const unsigned char *src, size_t plane_bytes, int count,
                        const float scale[3], float *dst);
 

@@ -99,7 +99,4 @@ static void to_rgb(const unsigned char *src, size_t plane_bytes, int count,
     ibl_rgbe_to_rgb_c(src + i, plane_bytes, count - i, scale, dst + 3 * i);
 }
 
-void IBL_FOR_ISA(ibl_rgbe_init)(ibl_rgbe_dsp *dsp)
-{
-    *dsp = (ibl_rgbe_dsp){expand, to_rgb};
-}
+IBL_VECTOR_KERNEL(ibl_rgbe, expand, to_rgb)

@@ -27,9 +27,9 @@ void ibl_row_block_store_c(const float *lanes, size_t channel, int count,
         }
 }
 
-void ibl_row_block_spread_c(const ibl_row_block_spread *spread,
-                            const float *pixels, int start, int count,
-                            float *samples)
+static void spread_pixels(const ibl_row_block_spread *spread,
+                          const float *pixels, int start, int count,
+                          float *samples)
 {
     int64_t cleared =
         start ? ibl_row_block_first(spread, start - 1) + IBL_ROW_BLOCK_TAPS : 0;
@@ -48,9 +48,5 @@ void ibl_row_block_spread_c(const ibl_row_block_spread *spread,
     }
 }
 
-void ibl_row_block_dsp_init(ibl_row_block_dsp *dsp, ibl_isa isa)
-{
-    *dsp = (ibl_row_block_dsp){ibl_row_block_load_c, ibl_row_block_store_c,
-                               ibl_row_block_spread_c};
-    IBL_INIT(ibl_row_block, dsp, isa);
-}
+IBL_KERNEL(ibl_row_block, ibl_row_block_load_c, ibl_row_block_store_c,
+           spread_pixels)

@@ -24,26 +24,6 @@ typedef struct ibl_row_block_change {
     float scale;       /* a power of two */
 } ibl_row_block_change;
 
-/*
- * Takes count pixels of sixteen rows of interleaved RGB into lanes:
- *     lanes[c * channel + i * 16 + r] = rows[r][3 i + c], changed.
- *   rows   no alignment; nothing beyond 3 count floats is read
- *   lanes  64-byte aligned; channel, in floats, a multiple of 16
- */
-typedef void ibl_row_block_load_fn(const float *const rows[IBL_ROW_BLOCK_LANES],
-                                   int count,
-                                   const ibl_row_block_change *change,
-                                   float *lanes, size_t channel);
-
-/*
- * The way back, count texels of each of the first `used` rows:
- *     rows[r][4 i + c] = lanes[c * channel + i * 16 + r], rows[r][4 i + 3] = 0.
- */
-typedef void ibl_row_block_store_fn(const float *lanes, size_t channel,
-                                    int count,
-                                    float *const rows[IBL_ROW_BLOCK_LANES],
-                                    int used);
-
 /* How pixels are spread: pixel i = k period + p adds tap t of p times its
  * value to sample k step + first[p] + t. */
 typedef struct ibl_row_block_spread {
@@ -53,26 +33,42 @@ typedef struct ibl_row_block_spread {
     float *taps;    /* IBL_ROW_BLOCK_TAPS of each p */
 } ibl_row_block_spread;
 
-/*
- * Spreads pixels start .. start + count - 1 of one channel, in order from 0
- * on. Samples below the first that pixel start + count - 1 adds to are done,
- * its IBL_ROW_BLOCK_TAPS are under way, those beyond undefined.
- *   pixels   16 floats for each, that of start first; 64-byte aligned
- *   samples  16 floats for each, 64-byte aligned
- */
-typedef void ibl_row_block_spread_fn(const ibl_row_block_spread *spread,
-                                     const float *pixels, int start, int count,
-                                     float *samples);
-
 typedef struct ibl_row_block_dsp {
-    ibl_row_block_load_fn *load;
-    ibl_row_block_store_fn *store;
-    ibl_row_block_spread_fn *spread;
+    /*
+     * Takes count pixels of sixteen rows of interleaved RGB into lanes:
+     *     lanes[c * channel + i * 16 + r] = rows[r][3 i + c], changed.
+     *   rows   no alignment; nothing beyond 3 count floats is read
+     *   lanes  64-byte aligned; channel, in floats, a multiple of 16
+     */
+    void (*load)(const float *const rows[IBL_ROW_BLOCK_LANES], int count,
+                 const ibl_row_block_change *change, float *lanes,
+                 size_t channel);
+    /*
+     * The way back, count texels of each of the first `used` rows:
+     *     rows[r][4 i + c] = lanes[c * channel + i * 16 + r],
+     *     rows[r][4 i + 3] = 0.
+     */
+    void (*store)(const float *lanes, size_t channel, int count,
+                  float *const rows[IBL_ROW_BLOCK_LANES], int used);
+    /*
+     * Spreads pixels start .. start + count - 1 of one channel, in order from 0
+     * on. Samples below the first that pixel start + count - 1 adds to are
+     * done, its IBL_ROW_BLOCK_TAPS are under way, those beyond undefined.
+     *   pixels   16 floats for each, that of start first; 64-byte aligned
+     *   samples  16 floats for each, 64-byte aligned
+     */
+    void (*spread)(const ibl_row_block_spread *spread, const float *pixels,
+                   int start, int count, float *samples);
 } ibl_row_block_dsp;
 
-/* isa: what the context uses, not IBL_ISA_AUTO. */
-void ibl_row_block_dsp_init(ibl_row_block_dsp *dsp, ibl_isa isa);
-IBL_DECLARE_INIT(ibl_row_block);
+IBL_DECLARE_KERNEL(ibl_row_block);
+
+/* The plain versions, for what the vectors leave at the end of rows. */
+void ibl_row_block_load_c(const float *const rows[IBL_ROW_BLOCK_LANES],
+                          int count, const ibl_row_block_change *change,
+                          float *lanes, size_t channel);
+void ibl_row_block_store_c(const float *lanes, size_t channel, int count,
+                           float *const rows[IBL_ROW_BLOCK_LANES], int used);
 
 /* The sample that pixel i adds to first. */
 static inline int64_t ibl_row_block_first(const ibl_row_block_spread *spread,
@@ -81,9 +77,5 @@ static inline int64_t ibl_row_block_first(const ibl_row_block_spread *spread,
     return (int64_t)(i / spread->period) * spread->step +
            spread->first[i % spread->period];
 }
-
-ibl_row_block_load_fn ibl_row_block_load_c;
-ibl_row_block_store_fn ibl_row_block_store_c;
-ibl_row_block_spread_fn ibl_row_block_spread_c;
 
 #endif

@@ -10,41 +10,15 @@
 #include "kern/lanes.h"
 #include "kern/row_block.h"
 
-#if VF == 16
 /* Four floats of every fourth row, from rows[0] on. */
 static inline vf quads(const float *const *rows, size_t at)
 {
-    const __m512 a = _mm512_castps128_ps512(_mm_loadu_ps(rows[0] + at));
-    const __m512 b = _mm512_insertf32x4(a, _mm_loadu_ps(rows[4] + at), 1);
-    const __m512 c = _mm512_insertf32x4(b, _mm_loadu_ps(rows[8] + at), 2);
-    return _mm512_insertf32x4(c, _mm_loadu_ps(rows[12] + at), 3);
+    const float *p[4];
+#pragma GCC unroll 4
+    for (size_t k = 0; k < VF / 4; k++)
+        p[k] = rows[4 * k] + at;
+    return vf_load_quads(p);
 }
-
-#elif VF == 8
-static inline vf quads(const float *const *rows, size_t at)
-{
-    const __m256 a = _mm256_castps128_ps256(_mm_loadu_ps(rows[0] + at));
-    return _mm256_insertf128_ps(a, _mm_loadu_ps(rows[4] + at), 1);
-}
-
-static inline __m128 quad_of(vf v, size_t row)
-{
-    return row < 4 ? _mm256_castps256_ps128(v) : _mm256_extractf128_ps(v, 1);
-}
-
-#else
-static inline vf quads(const float *const *rows, size_t at)
-{
-    return _mm_loadu_ps(rows[0] + at);
-}
-
-static inline __m128 quad_of(vf v, size_t row)
-{
-    (void)row;
-    return v;
-}
-
-#endif
 
 /*
  * Floats at .. at + 4 GROUPS - 1 of VF rows, into as many vectors of lanes.
@@ -150,7 +124,7 @@ static inline void store_some(const float *from, size_t channel, size_t i,
     vf_transpose(v);
 #pragma GCC unroll 8
     for (size_t r = 0; r < AT_ONCE; r++)
-        _mm_storeu_ps(rows[r] + 4 * i, quad_of(v[r % 4], r));
+        _mm_storeu_ps(rows[r] + 4 * i, vf_quad(v[r % 4], r / 4));
 }
 #endif
 
@@ -219,7 +193,4 @@ static void spread_all(const ibl_row_block_spread *spread, const float *pixels,
         spread_lanes(spread, pixels + l, start, count, samples + l);
 }
 
-void IBL_FOR_ISA(ibl_row_block_init)(ibl_row_block_dsp *dsp)
-{
-    *dsp = (ibl_row_block_dsp){load, store, spread_all};
-}
+IBL_VECTOR_KERNEL(ibl_row_block, load, store, spread_all)

@@ -59,15 +59,11 @@ static double share_of(const ibl_coverage_row *row, const ibl_coverage_cuts *c,
     return share < 0 ? 0 : share > 1 ? 1 : share;
 }
 
-void ibl_coverage_c(const ibl_coverage_row *row, const ibl_coverage_cuts *cuts,
-                    int count, double *share)
+static void shares(const ibl_coverage_row *row, const ibl_coverage_cuts *cuts,
+                   int count, double *share)
 {
     for (int i = 0; i < count; i++)
         share[i] = share_of(row, cuts, i);
 }
 
-void ibl_coverage_dsp_init(ibl_coverage_dsp *dsp, ibl_isa isa)
-{
-    dsp->share = ibl_coverage_c;
-    IBL_INIT(ibl_coverage, dsp, isa);
-}
+IBL_KERNEL(ibl_coverage, shares)

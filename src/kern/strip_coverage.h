@@ -33,24 +33,18 @@ typedef struct ibl_coverage_cuts {
     double *width; /* psi[1] - psi[0] */
 } ibl_coverage_cuts;
 
-/*
- * share[i] = the part of strip i of a row above its border, 0..1. Within the
- * row a border is taken as straight but for its bow, which makes the area
- * right to fourth order (Hermite's end correction of the trapezium rule).
- * Arrays are read and written up to the next multiple of IBL_COVERAGE_PAD.
- */
-typedef void ibl_coverage_fn(const ibl_coverage_row *row,
-                             const ibl_coverage_cuts *cuts, int count,
-                             double *share);
-
 typedef struct ibl_coverage_dsp {
-    ibl_coverage_fn *share;
+    /*
+     * share[i] = the part of strip i of a row above its border, 0..1. Within
+     * the row a border is taken as straight but for its bow, which makes the
+     * area right to fourth order (Hermite's end correction of the trapezium
+     * rule). Arrays are read and written up to the next multiple of
+     * IBL_COVERAGE_PAD.
+     */
+    void (*share)(const ibl_coverage_row *row, const ibl_coverage_cuts *cuts,
+                  int count, double *share);
 } ibl_coverage_dsp;
 
-/* isa: what the context uses, not IBL_ISA_AUTO. */
-void ibl_coverage_dsp_init(ibl_coverage_dsp *dsp, ibl_isa isa);
-IBL_DECLARE_INIT(ibl_coverage);
-
-ibl_coverage_fn ibl_coverage_c;
+IBL_DECLARE_KERNEL(ibl_coverage);
 
 #endif

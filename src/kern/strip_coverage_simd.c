@@ -91,7 +91,4 @@ static void shares(const ibl_coverage_row *row, const ibl_coverage_cuts *cuts,
         vd_store(share + i, shares_of(row, cuts, i));
 }
 
-void IBL_FOR_ISA(ibl_coverage_init)(ibl_coverage_dsp *dsp)
-{
-    *dsp = (ibl_coverage_dsp){shares};
-}
+IBL_VECTOR_KERNEL(ibl_coverage, shares)

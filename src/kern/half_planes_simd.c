@@ -2,7 +2,14 @@
 #include "kern/half_planes.h"
 #include "kern/lanes.h"
 
-unsigned char ibl_unzip_sum_avx2(const unsigned char *src, size_t count)
+#if VF == 4
+void IBL_FOR_ISA(ibl_half_planes_init)(ibl_half_planes_dsp *dsp)
+{
+    (void)dsp; /* the plain versions */
+}
+#else
+
+static unsigned char sum(const unsigned char *src, size_t count)
 {
     __m256i sums = _mm256_setzero_si256(); /* of 8 lanes each */
     size_t i = 0;
@@ -39,9 +46,8 @@ static __m256i add_up(const unsigned char *src, __m256i *last)
     return bytes;
 }
 
-void ibl_unzip_next_avx2(const unsigned char *even, const unsigned char *odd,
-                         size_t count, unsigned char last[2],
-                         unsigned char *dst)
+static void unzip(const unsigned char *even, const unsigned char *odd,
+                  size_t count, unsigned char last[2], unsigned char *dst)
 {
     __m256i last_even = _mm256_set1_epi8((char)last[0]);
     __m256i last_odd = _mm256_set1_epi8((char)last[1]);
@@ -59,23 +65,30 @@ void ibl_unzip_next_avx2(const unsigned char *even, const unsigned char *odd,
     }
     last[0] = (unsigned char)_mm256_extract_epi8(last_even, 0);
     last[1] = (unsigned char)_mm256_extract_epi8(last_odd, 0);
-    ibl_unzip_next_c(even + i, odd + i, count - i, last, dst + 2 * i);
+    ibl_unzip_c(even + i, odd + i, count - i, last, dst + 2 * i);
 }
 
+/* VF halves. */
 static vf widen(const unsigned char *src)
 {
+#if VF == 16
+    return _mm512_cvtph_ps(_mm256_loadu_si256((const __m256i *)src));
+#else
     return _mm256_cvtph_ps(_mm_loadu_si128((const __m128i *)src));
+#endif
 }
 
-void ibl_half_planes_avx2(const unsigned char *const plane[3], int count,
-                          float *dst)
+static void to_rgb(const unsigned char *const plane[3], int count, float *dst)
 {
     int i = 0;
 
-    for (; i + 8 <= count; i += 8, dst += 24)
+    for (; i + VF <= count; i += VF, dst += 3 * VF)
         vf_store_rgb(dst, widen(plane[0] + 2 * i), widen(plane[1] + 2 * i),
                      widen(plane[2] + 2 * i));
     const unsigned char *const rest[3] = {plane[0] + 2 * i, plane[1] + 2 * i,
                                           plane[2] + 2 * i};
     ibl_half_planes_c(rest, count - i, dst);
 }
+
+IBL_VECTOR_KERNEL(ibl_half_planes, sum, unzip, to_rgb)
+#endif

@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: MIT */
+/* What the tests of kernels share: every instruction set, and memory that
+ * nothing may be read or written beyond. */
+#ifndef KERN_H
+#define KERN_H
+
+#include "core/cpu.h"
+#include "test.h"
+
+/* For each instruction set that this CPU has, plain C first. */
+void kern_each_isa(void (*check)(ibl_isa isa));
+
+/* Memory of some bytes, all KERN_FILL. It ends less than align, a power of two,
+ * before a page that cannot be touched. Exits if there is none. */
+enum {
+    KERN_FILL = 0xA5
+};
+void *kern_alloc(size_t bytes, size_t align);
+/* Checks that the bytes before and after are as they were. NULL is fine. */
+void kern_free(void *memory);
+
+double kern_between(test_random *r, double a, double b);
+int kern_below(test_random *r, int n); /* 0..n - 1 */
+
+/*
+ * A kernel all of whose versions give the same bytes. run() makes n things
+ * from random numbers, hands them to the version for isa, and puts into out
+ * what that gives, `unit` bytes for each; with IBL_ISA_AUTO what is right,
+ * by its definition. It returns what is to be the same, too.
+ */
+typedef struct kern_same {
+    const char *name;
+    size_t (*run)(ibl_isa isa, test_random *r, int n, void *out);
+    size_t unit, align;  /* align: of out */
+    int longest, rounds; /* n from 0 on; how often each */
+    int also;            /* one more n, or 0 */
+} kern_same;
+
+void kern_check_same(const kern_same *k);
+
+#endif
