@@ -187,7 +187,7 @@ static void check_volume(const ibl_json_at *at, const char *name,
     const int sides = want->shape == IBL_SHAPE_BOX ? 3 : 1;
     ibl_volume got = {0};
 
-    CHECK(ibl_json_volume(&member, &got));
+    CHECK(ibl_json_volume(member, &got));
     CHECK(got.shape == want->shape);
     CHECK(!memcmp(got.centre, want->centre, sizeof got.centre));
     for (int k = 0; k < sides; k++)
@@ -206,15 +206,15 @@ static void sets_say_what_probes_are(void)
     NEED(ibl_json_open(&file));
     const ibl_json_at at = ibl_json_root(&file);
     const ibl_json_at all = ibl_json_member(&at, "probes");
-    CHECK(ibl_json_array(&all, PROBES, PROBES));
+    CHECK(ibl_json_array(all, PROBES, PROBES));
     for (size_t i = 0; i < PROBES; i++) {
         const ibl_json_at p = ibl_json_element(&all, i);
         const ibl_json_at position = ibl_json_member(&p, "position");
         const ibl_json_at blend = ibl_json_member(&p, "blend");
         double x[3], width;
-        CHECK(ibl_json_triple(&position, -9, 9, false, x) &&
+        CHECK(ibl_json_triple(position, -9, 9, false, x) &&
               !memcmp(x, probe[i].position, sizeof x));
-        CHECK(ibl_json_real(&blend, 0, 1, false, &width));
+        CHECK(ibl_json_real(blend, 0, 1, false, &width));
         CHECK_NEAR(width, probe[i].blend, 0);
         check_volume(&p, "influence", &probe[i].influence);
         CHECK(probe[i].has_proxy ==
@@ -223,7 +223,7 @@ static void sets_say_what_probes_are(void)
             check_volume(&p, "proxy", &probe[i].proxy);
         const ibl_json_at priority = ibl_json_member(&p, "priority");
         int rank;
-        CHECK(ibl_json_int(&priority, -9, 9, &rank) &&
+        CHECK(ibl_json_int(priority, -9, 9, &rank) &&
               rank == probe[i].priority);
     }
     json_decref(file.root);

@@ -25,55 +25,51 @@ int ibl_probe_set_layers(const ibl_probe_set *set)
 
 /* ---- captures ---------------------------------------------------------- */
 
-bool ibl_set_capture(const ibl_json_at *at, ibl_capture_kind *kind)
+bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind)
 {
     const char *text;
-    int found = -1;
+    int found = 0;
 
     if (!ibl_json_object(at, capture_names))
         return false;
-    if (json_object_size(at->value) != 1)
+    if (json_object_size(at.value) != 1)
         return ibl_json_wrong(at, "one of equirect, cross and faces");
-    for (int i = 0; capture_names[i]; i++)
-        if (json_object_get(at->value, capture_names[i]))
-            found = i;
+    while (!json_object_get(at.value, capture_names[found]))
+        found++;
     *kind = (ibl_capture_kind)found;
-    const ibl_json_at files = ibl_json_member(at, capture_names[found]);
+    const ibl_json_at files = ibl_json_member(&at, capture_names[found]);
     if (*kind != IBL_CAPTURE_FACES)
-        return ibl_json_text_at(&files, &text);
-    if (!json_is_array(files.value) ||
-        json_array_size(files.value) != IBL_FACES)
-        return ibl_json_wrong(&files, "an array of 6 files, +X -X +Y -Y +Z -Z");
-    for (size_t i = 0; i < IBL_FACES; i++) {
-        const ibl_json_at file = ibl_json_element(&files, i);
-        if (!ibl_json_text_at(&file, &text))
+        return ibl_json_text_at(files, &text);
+    if (json_array_size(files.value) != IBL_FACES)
+        return ibl_json_wrong(files, "an array of 6 files, +X -X +Y -Y +Z -Z");
+    for (size_t i = 0; i < IBL_FACES; i++)
+        if (!ibl_json_text_at(ibl_json_element(&files, i), &text))
             return false;
-    }
     return true;
 }
 
-static bool no_memory(const ibl_json_at *at)
+static bool no_memory(ibl_json_at at)
 {
     return ibl_json_complain(at, "no memory for it");
 }
 
-static bool take_capture(const ibl_json_at *at, ibl_capture *c)
+static bool take_capture(ibl_json_at at, ibl_capture *c)
 {
     char place[128];
 
     if (!ibl_set_capture(at, &c->kind))
         return false;
-    ibl_json_path(at, place, sizeof place);
+    ibl_json_path(&at, place, sizeof place);
     c->place = strdup(place);
     if (!c->place)
         return no_memory(at);
-    const json_t *files = json_object_get(at->value, ibl_capture_name(c->kind));
+    const json_t *files = json_object_get(at.value, ibl_capture_name(c->kind));
     const int count = c->kind == IBL_CAPTURE_FACES ? IBL_FACES : 1;
     for (; c->count < count; c->count++) {
         const json_t *file =
             count == 1 ? files : json_array_get(files, (size_t)c->count);
         c->file[c->count] =
-            ibl_path_beside(at->file->name, json_string_value(file));
+            ibl_path_beside(at.file->name, json_string_value(file));
         if (!c->file[c->count])
             return no_memory(at);
     }
@@ -95,54 +91,40 @@ static bool is_inside(const ibl_volume *v, const double p[3])
     return v->shape == IBL_SHAPE_BOX || square <= v->half[0] * v->half[0];
 }
 
-static double least_half(const ibl_volume *v)
+/* Members that are absent keep their default: no blending, priority 0, no
+ * proxy. */
+static bool take_optional(ibl_json_at at, ibl_probe *p)
 {
-    return fmin(v->half[0], fmin(v->half[1], v->half[2]));
-}
+    const ibl_json_at blend = ibl_json_optional(&at, "blend");
+    const ibl_json_at proxy = ibl_json_optional(&at, "proxy");
+    const double *half = p->influence.half;
+    const double widest = fmin(half[0], fmin(half[1], half[2]));
 
-/* What is not there keeps its default: no blending, priority 0, no proxy. */
-static bool take_optional(const ibl_json_at *at, ibl_probe *p)
-{
-    const ibl_json_at blend = ibl_json_member(at, "blend");
-    const ibl_json_at proxy = ibl_json_member(at, "proxy");
-    const ibl_json_at priority = ibl_json_member(at, "priority");
-    const double widest = least_half(&p->influence);
-
-    if (blend.value) {
-        double x;
-        if (!ibl_json_real(&blend, 0, IBL_JSON_FARTHEST, false, &x))
-            return false;
-        if (x > widest)
-            return ibl_json_wrong(
-                &blend, "at most %.10g, half the influence's least width",
-                widest);
-        p->blend = x;
-    }
-    if (priority.value &&
-        !ibl_json_int(&priority, -1000000, 1000000, &p->priority))
+    if (!ibl_json_real(blend, 0, IBL_JSON_FARTHEST, false, &p->blend))
         return false;
+    if (p->blend > widest)
+        return ibl_json_wrong(
+            blend, "at most %.10g, half the influence's least width", widest);
     p->has_proxy = proxy.value != NULL;
-    if (!proxy.value)
-        return true;
-    if (!ibl_json_volume(&proxy, &p->proxy))
-        return false;
-    return is_inside(&p->proxy, p->position) ||
-           ibl_json_complain(&proxy, "expected a volume around the probe's "
-                                     "position, found it outside");
+    return ibl_json_int(ibl_json_optional(&at, "priority"), -IBL_SET_PRIORITY,
+                        IBL_SET_PRIORITY, &p->priority) &&
+           ibl_json_volume(proxy, &p->proxy) &&
+           (!p->has_proxy || is_inside(&p->proxy, p->position) ||
+            ibl_json_complain(proxy, "expected a volume around the probe's "
+                                     "position, found it outside"));
 }
 
-static bool take_name(const ibl_json_at *at, const ibl_probe_set *set,
+static bool take_name(ibl_json_at at, const ibl_probe_set *set,
                       ibl_set_entry *e)
 {
-    const ibl_json_at name = ibl_json_member(at, "name");
     const char *text;
 
-    if (!ibl_json_text_at(&name, &text))
+    if (!ibl_json_text_at(at, &text))
         return false;
     for (int i = 0; i < set->count; i++)
         if (!strcmp(set->entry[i].name, text))
             return ibl_json_complain(
-                &name,
+                at,
                 "expected a name of its own, found \"%.60s\", which "
                 "probes[%d] has",
                 text, i);
@@ -150,30 +132,29 @@ static bool take_name(const ibl_json_at *at, const ibl_probe_set *set,
     return e->name || no_memory(at);
 }
 
-static bool take_probe(const ibl_json_at *at, const ibl_probe_set *set,
+static bool take_probe(ibl_json_at at, const ibl_probe_set *set,
                        ibl_set_entry *e)
 {
     static const char *const keys[] = {"name",      "position", "capture",
                                        "influence", "blend",    "proxy",
                                        "priority",  NULL};
-    const ibl_json_at position = ibl_json_member(at, "position");
-    const ibl_json_at influence = ibl_json_member(at, "influence");
-    const ibl_json_at capture = ibl_json_member(at, "capture");
 
-    return ibl_json_object(at, keys) && take_name(at, set, e) &&
-           ibl_json_triple(&position, -IBL_JSON_FARTHEST, IBL_JSON_FARTHEST,
-                           false, e->probe.position) &&
-           take_capture(&capture, &e->capture) &&
-           ibl_json_volume(&influence, &e->probe.influence) &&
+    return ibl_json_object(at, keys) &&
+           take_name(ibl_json_member(&at, "name"), set, e) &&
+           ibl_json_place(ibl_json_member(&at, "position"),
+                          e->probe.position) &&
+           take_capture(ibl_json_member(&at, "capture"), &e->capture) &&
+           ibl_json_volume(ibl_json_member(&at, "influence"),
+                           &e->probe.influence) &&
            take_optional(at, &e->probe);
 }
 
-static bool take_global(const ibl_json_at *at, ibl_set_entry *e)
+static bool take_global(ibl_json_at at, ibl_set_entry *e)
 {
     static const char *const keys[] = {"capture", NULL};
-    const ibl_json_at capture = ibl_json_member(at, "capture");
 
-    if (!ibl_json_object(at, keys) || !take_capture(&capture, &e->capture))
+    if (!ibl_json_object(at, keys) ||
+        !take_capture(ibl_json_member(&at, "capture"), &e->capture))
         return false;
     e->name = strdup("");
     return e->name || no_memory(at);
@@ -191,15 +172,14 @@ static ibl_set_bake bake_default(void)
                           .lut_size = ibl_lut_options_default().size};
 }
 
-static bool take_irradiance(const ibl_json_at *at, int *edge)
+static bool take_irradiance(ibl_json_at at, int *edge)
 {
-    if (json_is_string(at->value) &&
-        !strcmp(json_string_value(at->value), "sh")) {
-        *edge = 0;
-        return true;
-    }
-    const json_int_t n = json_integer_value(at->value);
-    if (!json_is_integer(at->value) || n < 1 || n > IBL_MAX_CUBE_SIZE)
+    const char *word = json_string_value(at.value);
+    const json_int_t n =
+        word && !strcmp(word, "sh") ? 0 : json_integer_value(at.value);
+
+    if (word ? strcmp(word, "sh") != 0
+             : !json_is_integer(at.value) || n < 1 || n > IBL_MAX_CUBE_SIZE)
         return ibl_json_wrong(at, "a whole number from 1 to %d or \"sh\"",
                               IBL_MAX_CUBE_SIZE);
     *edge = (int)n;
@@ -215,41 +195,39 @@ int ibl_most_levels(int size)
     return levels;
 }
 
-static bool take_defaults(const ibl_json_at *at, ibl_set_bake *b)
+/* levels comes after size, which limits it. */
+static bool take_defaults(ibl_json_at at, ibl_set_bake *b)
 {
     static const char *const keys[] = {
         "size",      "levels",   "mapping",   "method",     "samples",
         "tolerance", "pixel",    "container", "irradiance", "lut_size",
         "alpha",     "overflow", NULL};
-    ibl_json_at m[sizeof keys / sizeof *keys - 1];
 
-    if (!at->value)
-        return true;
-    if (!ibl_json_object(at, keys))
-        return false;
-    for (int i = 0; keys[i]; i++)
-        m[i] = ibl_json_member(at, keys[i]);
-    return (!m[0].value ||
-            ibl_json_int(&m[0], 1, IBL_MAX_CUBE_SIZE, &b->size)) &&
-           (!m[1].value ||
-            ibl_json_int(&m[1], 1, ibl_most_levels(b->size), &b->levels)) &&
-           (!m[2].value ||
-            ibl_json_choice(&m[2], ibl_mapping_names, &b->mapping)) &&
-           (!m[3].value ||
-            ibl_json_choice(&m[3], ibl_method_names, &b->method)) &&
-           (!m[4].value || ibl_json_int(&m[4], 1, 1048576, &b->samples)) &&
-           (!m[5].value ||
-            ibl_json_real(&m[5], 1e-6, 1, false, &b->tolerance)) &&
-           (!m[6].value ||
-            ibl_json_choice(&m[6], ibl_pixel_names, &b->pixel)) &&
-           (!m[7].value ||
-            ibl_json_choice(&m[7], ibl_container_names, &b->container)) &&
-           (!m[8].value || take_irradiance(&m[8], &b->irradiance)) &&
-           (!m[9].value || ibl_json_int(&m[9], 1, 4096, &b->lut_size)) &&
-           (!m[10].value ||
-            ibl_json_choice(&m[10], ibl_set_alphas, &b->alpha)) &&
-           (!m[11].value ||
-            ibl_json_choice(&m[11], ibl_overflow_names, &b->overflow));
+    return ibl_json_object(at, keys) &&
+           ibl_json_int(ibl_json_optional(&at, "size"), 1, IBL_MAX_CUBE_SIZE,
+                        &b->size) &&
+           ibl_json_int(ibl_json_optional(&at, "levels"), 1,
+                        ibl_most_levels(b->size), &b->levels) &&
+           ibl_json_choice(ibl_json_optional(&at, "mapping"), ibl_mapping_names,
+                           &b->mapping) &&
+           ibl_json_choice(ibl_json_optional(&at, "method"), ibl_method_names,
+                           &b->method) &&
+           ibl_json_int(ibl_json_optional(&at, "samples"), 1, 1048576,
+                        &b->samples) &&
+           ibl_json_real(ibl_json_optional(&at, "tolerance"), 1e-6, 1, false,
+                         &b->tolerance) &&
+           ibl_json_choice(ibl_json_optional(&at, "pixel"), ibl_pixel_names,
+                           &b->pixel) &&
+           ibl_json_choice(ibl_json_optional(&at, "container"),
+                           ibl_container_names, &b->container) &&
+           take_irradiance(ibl_json_optional(&at, "irradiance"),
+                           &b->irradiance) &&
+           ibl_json_int(ibl_json_optional(&at, "lut_size"), 1, 4096,
+                        &b->lut_size) &&
+           ibl_json_choice(ibl_json_optional(&at, "alpha"), ibl_set_alphas,
+                           &b->alpha) &&
+           ibl_json_choice(ibl_json_optional(&at, "overflow"),
+                           ibl_overflow_names, &b->overflow);
 }
 
 /* Entries in the order in which a point takes them; layers are in the same. */
@@ -277,38 +255,37 @@ static bool sort(ibl_probe_set *set)
     return ok;
 }
 
-static bool take_set(const ibl_json_at *root, ibl_probe_set *set)
+static bool take_set(ibl_json_at root, ibl_probe_set *set)
 {
     static const char *const keys[] = {"version", "defaults", "global",
                                        "probes", NULL};
-    const ibl_json_at version = ibl_json_member(root, "version");
-    const ibl_json_at defaults = ibl_json_member(root, "defaults");
-    const ibl_json_at global = ibl_json_member(root, "global");
-    const ibl_json_at probes = ibl_json_member(root, "probes");
+    const ibl_json_at global = ibl_json_member(&root, "global");
+    const ibl_json_at probes = ibl_json_member(&root, "probes");
     const size_t most = IBL_MAX_SET_LAYERS - (global.value != NULL);
-    int number;
+    int version;
 
-    if (!probes.value && ibl_json_member(root, "min").value)
+    if (!probes.value && ibl_json_member(&root, "min").value)
         return ibl_json_complain(root, "is a grid: add --grid, which makes a "
                                        "set of it");
     if (!ibl_json_object(root, keys) ||
-        !ibl_json_int(&version, IBL_SET_VERSION, IBL_SET_VERSION, &number) ||
-        !take_defaults(&defaults, &set->bake) ||
-        !ibl_json_array(&probes, 1, most))
+        !ibl_json_int(ibl_json_member(&root, "version"), IBL_SET_VERSION,
+                      IBL_SET_VERSION, &version) ||
+        !take_defaults(ibl_json_optional(&root, "defaults"), &set->bake) ||
+        !ibl_json_array(probes, 1, most))
         return false;
     const size_t count = json_array_size(probes.value);
     set->entry = calloc(count + 1, sizeof *set->entry);
     if (!set->entry)
         return no_memory(root);
     for (size_t i = 0; i < count; i++) {
-        const ibl_json_at probe = ibl_json_element(&probes, i);
-        const bool ok = take_probe(&probe, set, &set->entry[i]);
+        const bool ok =
+            take_probe(ibl_json_element(&probes, i), set, &set->entry[i]);
         set->count++;
         if (!ok)
             return false;
     }
     set->has_global = global.value != NULL;
-    if (global.value && !take_global(&global, &set->entry[count]))
+    if (global.value && !take_global(global, &set->entry[count]))
         return false;
     return sort(set) || no_memory(root);
 }
@@ -322,8 +299,7 @@ bool ibl_probe_set_read(const char *path, ibl_console *console,
     *set = (ibl_probe_set){.path = path, .bake = bake_default()};
     if (!ibl_json_open(&file))
         return false;
-    const ibl_json_at root = ibl_json_root(&file);
-    const bool ok = take_set(&root, set);
+    const bool ok = take_set(ibl_json_root(&file), set);
     json_decref(file.root);
     return ok;
 }

@@ -17,6 +17,8 @@
  * OpenGL 4 promise. */
 #define IBL_MAX_SET_LAYERS 341
 #define IBL_SET_VERSION 1
+/* Of priorities, the largest and, negative, the least. */
+#define IBL_SET_PRIORITY 1000000
 
 typedef enum ibl_capture_kind {
     IBL_CAPTURE_EQUIRECT,
@@ -79,6 +81,6 @@ void ibl_probe_set_free(ibl_probe_set *set);
 extern const char *const ibl_set_alphas[];
 
 /* Checks a capture; file names are not looked at. */
-bool ibl_set_capture(const ibl_json_at *at, ibl_capture_kind *kind);
+bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind);
 
 #endif

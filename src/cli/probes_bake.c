@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/probes_bake.h"
-
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
-#include "cli/capture.h"
+#include "cli/probe_capture.h"
+#include "cli/probes.h"
 #include "cli/session.h"
 #include "cli/signals.h"
 #include "common/path.h"
@@ -19,29 +19,33 @@ ibl_status ibl_probes_no_memory(const ibl_probes_bake *p)
 
 /* ---- what is asked for -------------------------------------------------- */
 
+/* Puts what the command line says in place of the set's. */
+static void override(ibl_set_bake *b, const ibl_set_bake *said)
+{
+    static const size_t fields[] = {
+        offsetof(ibl_set_bake, size),      offsetof(ibl_set_bake, levels),
+        offsetof(ibl_set_bake, pixel),     offsetof(ibl_set_bake, overflow),
+        offsetof(ibl_set_bake, container), offsetof(ibl_set_bake, irradiance),
+        offsetof(ibl_set_bake, alpha)};
+
+    /* Levels of the set go with its size. */
+    if (said->size >= 0)
+        b->levels = 0;
+    for (size_t i = 0; i < sizeof fields / sizeof *fields; i++) {
+        const int value = *(const int *)((const char *)said + fields[i]);
+        if (value >= 0)
+            *(int *)((char *)b + fields[i]) = value;
+    }
+}
+
 /* The set's options and the command line's, into the library's. */
 static ibl_status find_options(ibl_probes_bake *p)
 {
-    const ibl_probes_opts *o = p->opts;
     ibl_set_bake *b = &p->set.bake;
     ibl_specular_options *s = &p->options.specular_options;
     ibl_specular_layout layout;
 
-    if (o->size > 0)
-        b->size = o->size;
-    /* Those of the set go with its size. */
-    if (o->levels > 0 || (o->size > 0 && b->levels))
-        b->levels = o->levels > 0 ? o->levels : 0;
-    if (o->pixel >= 0)
-        b->pixel = o->pixel;
-    if (o->overflow >= 0)
-        b->overflow = o->overflow;
-    if (o->container >= 0)
-        b->container = o->container;
-    if (o->irradiance >= 0)
-        b->irradiance = o->irradiance;
-    if (o->alpha >= 0)
-        b->alpha = o->alpha;
+    override(b, &p->opts->said);
     p->options = ibl_bake_options_default();
     s->size = b->size;
     s->levels = b->levels;
@@ -93,7 +97,7 @@ static bool is_same_file(const char *a, const char *b)
 
 ibl_status ibl_probes_check_input(const ibl_probes_bake *p, const char *input)
 {
-    for (int i = 0; i <= IBL_PROBES_INDEX; i++)
+    for (int i = 0; i < IBL_PROBES_FILES; i++)
         if (p->path[i] && is_same_file(p->path[i], input)) {
             ibl_console_fail(p->console,
                              "%s: is both input and output: choose another "
@@ -174,44 +178,48 @@ static ibl_status check_alpha(const ibl_probes_bake *p, const ibl_set_entry *e)
     return IBL_ERR_UNSUPPORTED;
 }
 
-static void warn_of_overflow(const ibl_probes_bake *p, const ibl_set_entry *e,
-                             const ibl_probes_layer *l)
+static ibl_status take_capture(ibl_probes_bake *p, int layer,
+                               const ibl_bake_result made[IBL_CAPTURE_PARTS])
 {
+    const ibl_bake_result *colour = &made[IBL_CAPTURE_COLOUR];
+    const ibl_bake_result *alpha = &made[IBL_CAPTURE_ALPHA];
+    const ibl_set_entry *e = &p->set.entry[layer];
+    ibl_probes_layer *l = &p->index.layer[layer];
+    ibl_status status = IBL_OK;
     char name[512];
 
+    l->alpha = alpha->specular.data != NULL;
+    if (l->alpha)
+        status = check_alpha(p, e);
+    if (!status)
+        status = take_cube(p, IBL_PROBES_SPECULAR, layer, &colour->specular,
+                           &alpha->specular);
+    if (!status && p->set.bake.irradiance)
+        status = take_cube(p, IBL_PROBES_IRRADIANCE, layer, &colour->irradiance,
+                           &alpha->irradiance);
+    if (status)
+        return status;
+    if (colour->sh)
+        take_sh(l, colour->sh, alpha->sh);
     snprintf(name, sizeof name, "%s: %s", p->opts->input, e->capture.place);
     ibl_warn_of_overflow(p->console, name, (ibl_pixel)p->set.bake.pixel,
                          (ibl_overflow)p->set.bake.overflow, &l->beyond);
+    return IBL_OK;
 }
 
 static ibl_status bake_layer(ibl_probes_bake *p, int layer)
 {
-    const ibl_set_entry *e = &p->set.entry[layer];
-    ibl_probes_layer *l = &p->index.layer[layer];
     ibl_read_options read = p->opts->common.read;
-    ibl_bake_result made = {0}, alpha = {0};
+    ibl_bake_result made[IBL_CAPTURE_PARTS] = {0};
 
-    /* Nothing lies behind the global environment that could fill in. */
-    read.alpha =
-        layer < p->set.count ? (ibl_alpha)p->set.bake.alpha : IBL_ALPHA_IGNORE;
-    ibl_status status =
-        ibl_capture_bake(p->ctx, p->console, p->opts->input, &e->capture, &read,
-                         &p->options, &made, &alpha);
-    l->alpha = alpha.specular.data != NULL;
-    if (!status && l->alpha)
-        status = check_alpha(p, e);
+    read.alpha = ibl_probes_alpha(&p->set, layer);
+    ibl_status status = ibl_capture_bake(p->ctx, p->console, p->opts->input,
+                                         &p->set.entry[layer].capture, &read,
+                                         &p->options, made);
     if (!status)
-        status = take_cube(p, IBL_PROBES_SPECULAR, layer, &made.specular,
-                           &alpha.specular);
-    if (!status && p->set.bake.irradiance)
-        status = take_cube(p, IBL_PROBES_IRRADIANCE, layer, &made.irradiance,
-                           &alpha.irradiance);
-    if (!status && made.sh)
-        take_sh(l, made.sh, alpha.sh);
-    ibl_bake_result_free(&made);
-    ibl_bake_result_free(&alpha);
-    if (!status)
-        warn_of_overflow(p, e, l);
+        status = take_capture(p, layer, made);
+    for (int part = 0; part < IBL_CAPTURE_PARTS; part++)
+        ibl_bake_result_free(&made[part]);
     return status;
 }
 
@@ -247,14 +255,14 @@ static ibl_status take_twin(ibl_probes_bake *p, int layer)
     ibl_status status = IBL_OK;
 
     p->index.layer[layer] = p->index.layer[twin];
-    for (int kind = 0; kind < 2 && !status; kind++)
+    for (int kind = 0; kind < IBL_PROBES_ARRAYS && !status; kind++)
         if (p->array[kind].data)
             status = copy_layer(p, kind, layer, &p->array[kind], twin);
     return status;
 }
 
 /* Where a layer came from, for -v. */
-static void tell_layer(const ibl_probes_bake *p, int layer)
+static void log_layer(const ibl_probes_bake *p, int layer)
 {
     const ibl_probes_source *s = &p->source[layer];
     const char *name =
@@ -275,23 +283,21 @@ static ibl_status make_layers(ibl_probes_bake *p)
     ibl_status status = IBL_OK;
     bool old = false;
 
-    for (int i = 0; i < p->layers; i++) {
-        const ibl_probes_source *s = &p->source[i];
-        old |= s->from == IBL_FROM_OLD;
-        if (s->from == IBL_FROM_OLD)
-            p->index.layer[i] = p->old.layer[s->layer];
-    }
-    for (int kind = 0; kind < 2 && !status; kind++)
+    for (int i = 0; i < p->layers; i++)
+        if (p->source[i].from == IBL_FROM_OLD) {
+            p->index.layer[i] = p->old.layer[p->source[i].layer];
+            old = true;
+        }
+    for (int kind = 0; kind < IBL_PROBES_ARRAYS && !status; kind++)
         if (old && p->path[kind] && !p->same[kind])
             status = take_old(p, kind);
     for (int i = 0; i < p->layers && !status; i++) {
-        const ibl_probes_source *s = &p->source[i];
-        if (s->from == IBL_FROM_BAKE)
+        if (p->source[i].from == IBL_FROM_BAKE)
             status = bake_layer(p, i);
-        else if (s->from == IBL_FROM_TWIN)
+        else if (p->source[i].from == IBL_FROM_TWIN)
             status = take_twin(p, i);
         if (!status)
-            tell_layer(p, i);
+            log_layer(p, i);
     }
     return status;
 }
@@ -327,23 +333,15 @@ static ibl_status prepare(ibl_probes_bake *p)
     return status || !there ? status : ibl_probes_look_back(p);
 }
 
-static ibl_status commit(ibl_probes_bake *p)
-{
-    ibl_console_progress(p->console, "write", 1);
-    ibl_status status = ibl_outputs_wait(p->outputs);
-
-    return status ? status : ibl_commit_outputs(p->outputs);
-}
-
 /* How much was done, for -v. */
-static void tell(const ibl_probes_bake *p)
+static void log_summary(const ibl_probes_bake *p)
 {
     int baked = 0;
 
     for (int i = 0; i < p->layers; i++)
         baked += p->source[i].from == IBL_FROM_BAKE;
     ibl_console_info(p->console, "baked %d of %d layers", baked, p->layers);
-    for (int i = 0; i <= IBL_PROBES_INDEX; i++)
+    for (int i = 0; i < IBL_PROBES_FILES; i++)
         if (p->path[i])
             ibl_console_info(p->console, "%s %s", p->same[i] ? "kept" : "wrote",
                              p->path[i]);
@@ -353,10 +351,11 @@ static void tell(const ibl_probes_bake *p)
 static void free_probes(ibl_probes_bake *p)
 {
     ibl_end_outputs(p->outputs);
-    ibl_probes_release(p);
-    for (int kind = 0; kind < 2; kind++)
+    if (p->held >= 0)
+        close(p->held);
+    for (int kind = 0; kind < IBL_PROBES_ARRAYS; kind++)
         ibl_texture_free(&p->array[kind]);
-    for (int i = 0; i <= IBL_PROBES_INDEX; i++)
+    for (int i = 0; i < IBL_PROBES_FILES; i++)
         free(p->path[i]);
     free(p->source);
     free(p->old_text);
@@ -392,8 +391,11 @@ int ibl_probes_run(const void *settings)
         status = make_layers(&p);
     if (!status)
         status = ibl_probes_put(&p);
+    ibl_console_progress(&console, "write", 1);
     if (!status)
-        status = commit(&p);
+        status = ibl_outputs_wait(p.outputs);
+    if (!status)
+        status = ibl_commit_outputs(p.outputs);
     ibl_console_finish(&console);
     if (!status && p.old.dropped)
         ibl_console_warn(&console,
@@ -404,7 +406,7 @@ int ibl_probes_run(const void *settings)
     if (status)
         ibl_console_fail(&console, "%s", ibl_status_text(status));
     else if (opts->common.verbose)
-        tell(&p);
+        log_summary(&p);
     free_probes(&p);
     return status ? 1 : 0;
 }

@@ -33,31 +33,26 @@ typedef struct grid {
 
 /* ---- reading ----------------------------------------------------------- */
 
-static bool take_box(const ibl_json_at *at, double low[3], double high[3])
+static bool take_box(ibl_json_at at, double low[3], double high[3])
 {
-    const ibl_json_at min = ibl_json_member(at, "min");
-    const ibl_json_at max = ibl_json_member(at, "max");
+    const ibl_json_at max = ibl_json_member(&at, "max");
 
-    if (!ibl_json_triple(&min, -IBL_JSON_FARTHEST, IBL_JSON_FARTHEST, false,
-                         low) ||
-        !ibl_json_triple(&max, -IBL_JSON_FARTHEST, IBL_JSON_FARTHEST, false,
-                         high))
+    if (!ibl_json_place(ibl_json_member(&at, "min"), low) ||
+        !ibl_json_place(max, high))
         return false;
     for (size_t k = 0; k < 3; k++)
-        if (high[k] <= low[k]) {
-            const ibl_json_at element = ibl_json_element(&max, k);
-            return ibl_json_wrong(&element, "a number above min's %.10g",
-                                  low[k]);
-        }
+        if (high[k] <= low[k])
+            return ibl_json_wrong(ibl_json_element(&max, k),
+                                  "a number above min's %.10g", low[k]);
     return true;
 }
 
 /* As many cells as keep probes no further apart than the spacing. */
-static bool take_spacing(const ibl_json_at *at, grid *g)
+static bool take_spacing(ibl_json_at at, grid *g)
 {
     double spacing[3];
 
-    if (json_is_array(at->value)) {
+    if (json_is_array(at.value)) {
         if (!ibl_json_triple(at, 0, IBL_JSON_FARTHEST, true, spacing))
             return false;
     } else {
@@ -77,24 +72,36 @@ static bool take_spacing(const ibl_json_at *at, grid *g)
     return true;
 }
 
-static bool take_counts(const ibl_json_at *at, grid *g)
+static bool take_counts(ibl_json_at at, grid *g)
 {
-    if (!ibl_json_array(at, 3, 3))
+    bool ok = ibl_json_array(at, 3, 3);
+
+    for (size_t k = 0; k < 3 && ok; k++)
+        ok = ibl_json_int(ibl_json_element(&at, k), 1, MOST_ALONG,
+                          &g->counts[k]);
+    return ok;
+}
+
+static bool take_cells(ibl_json_at root, grid *g)
+{
+    const ibl_json_at spacing = ibl_json_member(&root, "spacing");
+    const ibl_json_at counts = ibl_json_member(&root, "counts");
+
+    if (!spacing.value == !counts.value)
+        return ibl_json_wrong(root, "one of spacing and counts");
+    if (spacing.value ? !take_spacing(spacing, g) : !take_counts(counts, g))
         return false;
-    for (size_t k = 0; k < 3; k++) {
-        const ibl_json_at element = ibl_json_element(at, k);
-        if (!ibl_json_int(&element, 1, MOST_ALONG, &g->counts[k]))
-            return false;
-    }
+    for (int k = 0; k < 3; k++)
+        g->cell[k] = (g->high[k] - g->low[k]) / g->counts[k];
     return true;
 }
 
-static bool take_name(const ibl_json_at *at, grid *g)
+static bool take_name(ibl_json_at at, grid *g)
 {
     static const char *const holders[] = {"{x}", "{y}", "{z}"};
 
     g->name = "probe_{x}_{y}_{z}";
-    if (at->value && !ibl_json_text_at(at, &g->name))
+    if (!ibl_json_text_at(at, &g->name))
         return false;
     for (int k = 0; k < 3; k++)
         if (g->counts[k] > 1 && !strstr(g->name, holders[k]))
@@ -104,69 +111,57 @@ static bool take_name(const ibl_json_at *at, grid *g)
     return true;
 }
 
-static bool take_solid(const ibl_json_at *at, grid *g)
+static bool take_solid(ibl_json_at at, grid *g)
 {
     static const char *const keys[] = {"min", "max", NULL};
     double low[3], high[3];
+    bool ok = ibl_json_array(at, 0, 1000000);
 
-    g->solid = (json_t *)at->value;
-    if (!at->value)
-        return true;
-    if (!ibl_json_array(at, 0, 1000000))
-        return false;
-    for (size_t i = 0; i < json_array_size(at->value); i++) {
-        const ibl_json_at box = ibl_json_element(at, i);
-        if (!ibl_json_object(&box, keys) || !take_box(&box, low, high))
-            return false;
+    g->solid = (json_t *)at.value;
+    for (size_t i = 0; i < json_array_size(at.value) && ok; i++) {
+        const ibl_json_at box = ibl_json_element(&at, i);
+        ok = ibl_json_object(box, keys) && take_box(box, low, high);
     }
-    return true;
+    return ok;
 }
 
-static bool take_capture(const ibl_json_at *at, grid *g)
+static bool take_capture(ibl_json_at at, grid *g)
 {
     ibl_capture_kind kind;
 
-    g->capture = at->value;
-    return !at->value || ibl_set_capture(at, &kind);
+    g->capture = at.value;
+    return !at.value || ibl_set_capture(at, &kind);
 }
 
-static bool take_blend(const ibl_json_at *at, grid *g)
+static bool take_blend(ibl_json_at at, grid *g)
 {
     const double least = fmin(g->cell[0], fmin(g->cell[1], g->cell[2]));
 
     g->blend = least / 2;
-    return !at->value || ibl_json_real(at, 0, least, false, &g->blend);
+    return ibl_json_real(at, 0, least, false, &g->blend);
 }
 
-static bool take_grid(const ibl_json_at *root, grid *g)
+static bool take_grid(ibl_json_at root, grid *g)
 {
     static const char *const keys[] = {
         "version", "min",   "max",      "spacing",  "counts", "solid", "name",
         "capture", "blend", "priority", "defaults", "global", "proxy", NULL};
-    ibl_json_at m[sizeof keys / sizeof *keys - 1];
     ibl_volume proxy;
     int version;
 
-    if (ibl_json_member(root, "probes").value)
+    if (ibl_json_member(&root, "probes").value)
         return ibl_json_complain(root, "is a set already: leave out --grid");
-    if (!ibl_json_object(root, keys))
-        return false;
-    for (int i = 0; keys[i]; i++)
-        m[i] = ibl_json_member(root, keys[i]);
-    if (!ibl_json_int(&m[0], IBL_SET_VERSION, IBL_SET_VERSION, &version) ||
-        !take_box(root, g->low, g->high))
-        return false;
-    if (!m[3].value == !m[4].value)
-        return ibl_json_wrong(root, "one of spacing and counts");
-    if (m[3].value ? !take_spacing(&m[3], g) : !take_counts(&m[4], g))
-        return false;
-    for (int k = 0; k < 3; k++)
-        g->cell[k] = (g->high[k] - g->low[k]) / g->counts[k];
-    return take_solid(&m[5], g) && take_name(&m[6], g) &&
-           take_capture(&m[7], g) && take_blend(&m[8], g) &&
-           (!m[9].value ||
-            ibl_json_int(&m[9], -1000000, 1000000, &g->priority)) &&
-           (!m[12].value || ibl_json_volume(&m[12], &proxy));
+    return ibl_json_object(root, keys) &&
+           ibl_json_int(ibl_json_member(&root, "version"), IBL_SET_VERSION,
+                        IBL_SET_VERSION, &version) &&
+           take_box(root, g->low, g->high) && take_cells(root, g) &&
+           take_solid(ibl_json_optional(&root, "solid"), g) &&
+           take_name(ibl_json_optional(&root, "name"), g) &&
+           take_capture(ibl_json_member(&root, "capture"), g) &&
+           take_blend(ibl_json_optional(&root, "blend"), g) &&
+           ibl_json_int(ibl_json_optional(&root, "priority"), -IBL_SET_PRIORITY,
+                        IBL_SET_PRIORITY, &g->priority) &&
+           ibl_json_volume(ibl_json_optional(&root, "proxy"), &proxy);
 }
 
 /* ---- making ------------------------------------------------------------ */
@@ -281,15 +276,15 @@ static bool add_probes(grid *g)
                 }
                 if (++g->made > IBL_MAX_SET_LAYERS)
                     return ibl_json_complain(
-                        &root,
+                        root,
                         "expected a grid of at most %d probes, found more: "
                         "choose a wider spacing",
                         IBL_MAX_SET_LAYERS);
                 if (!add_probe(g, at, p))
-                    return ibl_json_complain(&root, "no memory for the set");
+                    return ibl_json_complain(root, "no memory for the set");
             }
     return g->made ||
-           ibl_json_complain(&root,
+           ibl_json_complain(root,
                              "expected a cell that is free, found all "
                              "%d solid",
                              g->skipped);
@@ -312,7 +307,7 @@ static char *make_set(grid *g)
     const bool ok = add_probes(g);
     put(&set, "probes", g->probes);
     if (ok && !(text = ibl_json_text(set)))
-        ibl_json_complain(&root, "no memory for the set");
+        ibl_json_complain(root, "no memory for the set");
     json_decref(set);
     return text;
 }
@@ -356,8 +351,7 @@ int ibl_probes_grid(const ibl_probes_opts *opts)
 
     ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
     if (ibl_json_open(&file)) {
-        const ibl_json_at root = ibl_json_root(&file);
-        if (take_grid(&root, &g))
+        if (take_grid(ibl_json_root(&file), &g))
             text = make_set(&g);
         if (text)
             status = write_set(opts, &console, text);

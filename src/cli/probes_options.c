@@ -39,22 +39,22 @@ static const ibl_option outputs[] = {
 };
 
 static const ibl_option overrides[] = {
-    {"alpha", 0, CHOICE(alpha, ibl_set_alphas), .standard = FROM_SET,
+    {"alpha", 0, CHOICE(said.alpha, ibl_set_alphas), .standard = FROM_SET,
      .help = "alpha of captures: drop it, take colours as the file's format "
              "says, or as not yet multiplied by it"},
-    {"container", 0, CHOICE(container, ibl_container_names),
+    {"container", 0, CHOICE(said.container, ibl_container_names),
      .standard = FROM_SET,
      .help = "container of the arrays, and the extension of their files"},
-    {"pixel", 0, CHOICE(pixel, ibl_pixel_names), .standard = FROM_SET,
+    {"pixel", 0, CHOICE(said.pixel, ibl_pixel_names), .standard = FROM_SET,
      .help = "texels of the arrays"},
-    {"overflow", 0, CHOICE(overflow, ibl_overflow_names), .standard = FROM_SET,
+    {"overflow", 0, CHOICE(said.overflow, ibl_overflow_names), .standard = FROM_SET,
      .help = "light of texels brighter than the pixel holds: spread over the "
              "texels around them, or clip"},
-    {"size", 0, INT(size, 1, IBL_MAX_CUBE_SIZE), .standard = FROM_SET,
+    {"size", 0, INT(said.size, 1, IBL_MAX_CUBE_SIZE), .standard = FROM_SET,
      .help = "edge of the largest specular level in texels"},
-    {"levels", 0, INT(levels, 1, IBL_MAX_LEVELS), .standard = FROM_SET,
+    {"levels", 0, INT(said.levels, 1, IBL_MAX_LEVELS), .standard = FROM_SET,
      .help = "number of specular levels"},
-    {"irradiance", 0, OTHER(irradiance, "N", parse_irradiance),
+    {"irradiance", 0, OTHER(said.irradiance, "N", parse_irradiance),
      .allowed = "1 to 16384 or sh", .standard = FROM_SET,
      .help = "edge of the irradiance cubes; sh: spherical harmonics in the "
              "index instead"},
@@ -71,15 +71,9 @@ static const ibl_section *const sections[] = {
 
 static void defaults(void *settings)
 {
-    *(ibl_probes_opts *)settings =
-        (ibl_probes_opts){.common = ibl_common_default(),
-                          .container = -1,
-                          .pixel = -1,
-                          .overflow = -1,
-                          .size = -1,
-                          .levels = -1,
-                          .irradiance = -1,
-                          .alpha = -1};
+    *(ibl_probes_opts *)settings = (ibl_probes_opts){
+        .common = ibl_common_default(),
+        .said = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1}};
 }
 
 static bool take(void *settings, const char *word)

@@ -1,13 +1,42 @@
 /* SPDX-License-Identifier: MIT */
 /* What of a set has to be baked: what has changed since the last time. */
 #include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 
-#include "cli/probes_bake.h"
+#include "cli/probes.h"
 #include "common/memory_file.h"
 #include "common/path.h"
+
+/* ---- one run at a time ------------------------------------------------- */
+
+bool ibl_probes_hold(ibl_probes_bake *p)
+{
+    const char *directory = p->opts->output;
+
+    p->held = open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (p->held < 0)
+        return errno != ENOENT;
+    /* File systems without locks say so by other errors, and have none. */
+    if (flock(p->held, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK) {
+        ibl_console_warn(p->console,
+                         "%s: another run is at work there: waiting for it",
+                         directory);
+        while (flock(p->held, LOCK_EX) && errno == EINTR)
+            continue;
+    }
+    return true;
+}
+
+/* ---- hashes ------------------------------------------------------------ */
+
+ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer)
+{
+    return layer < set->count ? (ibl_alpha)set->bake.alpha : IBL_ALPHA_IGNORE;
+}
 
 /* What the texels of a layer depend on besides the files. */
 static void describe(const ibl_probes_bake *p, ibl_alpha alpha, FILE *to)
@@ -70,12 +99,10 @@ ibl_status ibl_probes_hash_inputs(ibl_probes_bake *p)
     char lut[128];
     ibl_status status = IBL_OK;
 
-    for (int i = 0; i < p->layers && !status; i++) {
-        const ibl_alpha alpha =
-            i < p->set.count ? (ibl_alpha)p->set.bake.alpha : IBL_ALPHA_IGNORE;
-        status = hash_capture(p, &p->set.entry[i].capture, alpha,
-                              p->index.layer[i].hash);
-    }
+    for (int i = 0; i < p->layers && !status; i++)
+        status =
+            hash_capture(p, &p->set.entry[i].capture,
+                         ibl_probes_alpha(&p->set, i), p->index.layer[i].hash);
     const int n =
         snprintf(lut, sizeof lut, "iblbake %s %s %s\nlut %d %d", IBL_VERSION,
                  IBL_REVISION, ibl_isa_name(p->isa), p->set.bake.lut_size,
@@ -101,25 +128,24 @@ ibl_status ibl_probes_look_back(ibl_probes_bake *p)
     return IBL_OK;
 }
 
-/* The old layer with the same inputs, its own place first; -1: none. */
-static int find_old(const ibl_probes_bake *p, int layer)
-{
-    const char *hash = p->index.layer[layer].hash;
+/* ---- plan -------------------------------------------------------------- */
 
-    if (layer < p->old.layers && !strcmp(p->old.layer[layer].hash, hash))
-        return layer;
-    for (int i = 0; i < p->old.layers; i++)
-        if (!strcmp(p->old.layer[i].hash, hash))
+/* The first of some layers with that hash of the inputs; -1: none. */
+static int find_layer(const ibl_probes_layer *layers, int count,
+                      const char *hash)
+{
+    for (int i = 0; i < count; i++)
+        if (!strcmp(layers[i].hash, hash))
             return i;
     return -1;
 }
 
-static int find_twin(const ibl_probes_bake *p, int layer)
+/* The old layer with the same inputs, its own place first; -1: none. */
+static int find_old(const ibl_probes_index *old, int layer, const char *hash)
 {
-    for (int i = 0; i < layer; i++)
-        if (!strcmp(p->index.layer[i].hash, p->index.layer[layer].hash))
-            return i;
-    return -1;
+    if (layer < old->layers && !strcmp(old->layer[layer].hash, hash))
+        return layer;
+    return find_layer(old->layer, old->layers, hash);
 }
 
 void ibl_probes_plan(ibl_probes_bake *p)
@@ -130,8 +156,9 @@ void ibl_probes_plan(ibl_probes_bake *p)
     bool moved = p->old.layers != p->layers;
 
     for (int i = 0; i < p->layers; i++) {
-        const int old = usable ? find_old(p, i) : -1;
-        const int twin = find_twin(p, i);
+        const char *hash = p->index.layer[i].hash;
+        const int old = usable ? find_old(&p->old, i, hash) : -1;
+        const int twin = find_layer(p->index.layer, i, hash);
         p->source[i] = old >= 0    ? (ibl_probes_source){IBL_FROM_OLD, old}
                        : twin >= 0 ? (ibl_probes_source){IBL_FROM_TWIN, twin}
                                    : (ibl_probes_source){IBL_FROM_BAKE, -1};

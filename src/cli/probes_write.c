@@ -1,35 +1,17 @@
 /* SPDX-License-Identifier: MIT */
 /* The files of a set. */
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/probes_bake.h"
-
-/* Sets keys until the first failure, which it keeps. */
-static void set_key(const ibl_probes_bake *p, ibl_texture *tex,
-                    ibl_status *status, const char *key, const char *fmt, ...)
-    __attribute__((format(printf, 5, 6)));
-static void set_key(const ibl_probes_bake *p, ibl_texture *tex,
-                    ibl_status *status, const char *key, const char *fmt, ...)
-{
-    char value[512];
-    va_list ap;
-
-    va_start(ap, fmt);
-    vsnprintf(value, sizeof value, fmt, ap);
-    va_end(ap);
-    if (!*status)
-        *status = ibl_texture_set(p->ctx, tex, key, value);
-}
+#include "cli/probes.h"
 
 static ibl_status set_keys(const ibl_probes_bake *p, ibl_probes_file kind,
                            ibl_texture *tex)
 {
     const ibl_specular_options *o = &p->options.specular_options;
     ibl_specular_layout layout;
-    char roughness[IBL_MAX_LEVELS * 24] = "";
+    char roughness[IBL_MAX_LEVELS * 24] = "", scale[32], offset[32];
     ibl_status status = IBL_OK;
 
     ibl_specular_layout_of(o, &layout);
@@ -38,27 +20,32 @@ static ibl_status set_keys(const ibl_probes_bake *p, ibl_probes_file kind,
         snprintf(roughness + used, sizeof roughness - used, "%s%.9g",
                  l ? "," : "", layout.roughness[l]);
     }
-    /* Said in any case: layers of old arrays bring their keys along. */
-    if (kind != IBL_PROBES_LUT)
-        set_key(p, tex, &status, "iblbake.alpha", "%s",
-                tex->premultiplied ? "premultiplied" : "opaque");
-    if (kind == IBL_PROBES_LUT) {
-        set_key(p, tex, &status, "iblbake.content", "brdf_lut");
-        set_key(p, tex, &status, "iblbake.axes", "u=N.V,v=roughness");
-        set_key(p, tex, &status, "iblbake.geometry", "smith");
-    } else if (kind == IBL_PROBES_IRRADIANCE) {
-        set_key(p, tex, &status, "iblbake.content", "irradiance");
-        set_key(p, tex, &status, "iblbake.irradiance_scale", "E/pi");
-    } else {
-        set_key(p, tex, &status, "iblbake.content", "specular");
-        set_key(p, tex, &status, "iblbake.lobe", "%s", ibl_lobe_name(o->lobe));
-        set_key(p, tex, &status, "iblbake.mapping", "%s",
-                ibl_roughness_map_name(o->mapping));
-        set_key(p, tex, &status, "iblbake.roughness", "%s", roughness);
-        set_key(p, tex, &status, "iblbake.lod_scale", "%.9g", layout.lod_scale);
-        set_key(p, tex, &status, "iblbake.lod_offset", "%.9g",
-                layout.lod_offset);
-    }
+    snprintf(scale, sizeof scale, "%.9g", layout.lod_scale);
+    snprintf(offset, sizeof offset, "%.9g", layout.lod_offset);
+    /* Alpha in any case: layers of old arrays bring their keys along. */
+    const char *alpha = tex->premultiplied ? "premultiplied" : "opaque";
+    const struct {
+        ibl_probes_file kind;
+        const char *key, *value;
+    } keys[] = {
+        {IBL_PROBES_LUT, "iblbake.content", "brdf_lut"},
+        {IBL_PROBES_LUT, "iblbake.axes", "u=N.V,v=roughness"},
+        {IBL_PROBES_LUT, "iblbake.geometry", "smith"},
+        {IBL_PROBES_IRRADIANCE, "iblbake.alpha", alpha},
+        {IBL_PROBES_IRRADIANCE, "iblbake.content", "irradiance"},
+        {IBL_PROBES_IRRADIANCE, "iblbake.irradiance_scale", "E/pi"},
+        {IBL_PROBES_SPECULAR, "iblbake.alpha", alpha},
+        {IBL_PROBES_SPECULAR, "iblbake.content", "specular"},
+        {IBL_PROBES_SPECULAR, "iblbake.lobe", ibl_lobe_name(o->lobe)},
+        {IBL_PROBES_SPECULAR, "iblbake.mapping",
+         ibl_roughness_map_name(o->mapping)},
+        {IBL_PROBES_SPECULAR, "iblbake.roughness", roughness},
+        {IBL_PROBES_SPECULAR, "iblbake.lod_scale", scale},
+        {IBL_PROBES_SPECULAR, "iblbake.lod_offset", offset},
+    };
+    for (size_t i = 0; i < sizeof keys / sizeof *keys && !status; i++)
+        if (keys[i].kind == kind)
+            status = ibl_texture_set(p->ctx, tex, keys[i].key, keys[i].value);
     return status;
 }
 
@@ -91,12 +78,14 @@ static ibl_status put_array(ibl_probes_bake *p, ibl_probes_file kind)
     return put_texture(p, kind, array);
 }
 
+ibl_pixel ibl_probes_lut_pixel(const ibl_set_bake *bake)
+{
+    return bake->pixel == IBL_PIXEL_RGBA32F ? IBL_PIXEL_RG32F : IBL_PIXEL_RG16F;
+}
+
 static ibl_status put_lut(ibl_probes_bake *p)
 {
     ibl_lut_options options = ibl_lut_options_default();
-    const ibl_pixel pixel = p->set.bake.pixel == IBL_PIXEL_RGBA32F
-                                ? IBL_PIXEL_RG32F
-                                : IBL_PIXEL_RG16F;
     ibl_lut lut = {0};
     ibl_texture tex = {0};
 
@@ -104,7 +93,8 @@ static ibl_status put_lut(ibl_probes_bake *p)
     ibl_console_progress(p->console, "lut", 0);
     ibl_status status = ibl_bake_lut(p->ctx, &options, &lut);
     if (!status)
-        status = ibl_texture_from_lut(p->ctx, &lut, pixel, &tex, NULL);
+        status = ibl_texture_from_lut(
+            p->ctx, &lut, ibl_probes_lut_pixel(&p->set.bake), &tex, NULL);
     if (!status)
         status = put_texture(p, IBL_PROBES_LUT, &tex);
     ibl_texture_free(&tex);

@@ -32,6 +32,14 @@ ibl_json_at ibl_json_member(const ibl_json_at *at, const char *key)
                          .key = key};
 }
 
+ibl_json_at ibl_json_optional(const ibl_json_at *at, const char *key)
+{
+    ibl_json_at member = ibl_json_member(at, key);
+
+    member.optional = true;
+    return member;
+}
+
 ibl_json_at ibl_json_element(const ibl_json_at *at, size_t index)
 {
     return (ibl_json_at){.file = at->file,
@@ -91,81 +99,82 @@ static void describe(const json_t *value, char *text, size_t size)
     }
 }
 
-bool ibl_json_complain(const ibl_json_at *at, const char *fmt, ...)
+bool ibl_json_complain(ibl_json_at at, const char *fmt, ...)
 {
     char path[512], text[2048], line[IBL_LINE_BYTES];
     va_list ap;
 
-    ibl_json_path(at, path, sizeof path);
+    ibl_json_path(&at, path, sizeof path);
     va_start(ap, fmt);
     vsnprintf(text, sizeof text, fmt, ap);
     va_end(ap);
-    snprintf(line, sizeof line, "%s: %s%s%s", at->file->name, path,
+    snprintf(line, sizeof line, "%s: %s%s%s", at.file->name, path,
              *path ? ": " : "", text);
-    at->file->fail(at->file->cookie, line);
+    at.file->fail(at.file->cookie, line);
     return false;
 }
 
-bool ibl_json_wrong(const ibl_json_at *at, const char *expected, ...)
+bool ibl_json_wrong(ibl_json_at at, const char *expected, ...)
 {
     char text[1024], found[256];
     va_list ap;
 
+    if (at.optional && !at.value)
+        return true;
     va_start(ap, expected);
     vsnprintf(text, sizeof text, expected, ap);
     va_end(ap);
-    describe(at->value, found, sizeof found);
+    describe(at.value, found, sizeof found);
     return ibl_json_complain(at, "expected %s, found %s", text, found);
 }
 
-bool ibl_json_object(const ibl_json_at *at, const char *const *keys)
+bool ibl_json_object(ibl_json_at at, const char *const *keys)
 {
     char names[512];
 
     ibl_names_text(keys, names, sizeof names);
-    if (!json_is_object(at->value))
+    if (!json_is_object(at.value))
         return ibl_json_wrong(at, "an object with %s", names);
     const char *key;
     json_t *value;
-    json_object_foreach((json_t *)at->value, key, value)
+    json_object_foreach((json_t *)at.value, key, value)
     {
         if (ibl_names_find(keys, key) >= 0)
             continue;
-        const ibl_json_at member = ibl_json_member(at, key);
         return ibl_json_complain(
-            &member, "expected no such member, but %s; found \"%.60s\"", names,
-            key);
+            ibl_json_member(&at, key),
+            "expected no such member, but %s; found \"%.60s\"", names, key);
     }
     return true;
 }
 
-bool ibl_json_array(const ibl_json_at *at, size_t least, size_t most)
+bool ibl_json_array(ibl_json_at at, size_t least, size_t most)
 {
-    const size_t count = json_array_size(at->value);
+    const size_t count = json_array_size(at.value);
 
-    if (json_is_array(at->value) && count >= least && count <= most)
+    if (json_is_array(at.value) && count >= least && count <= most)
         return true;
     if (least == most)
         return ibl_json_wrong(at, "an array of %zu", least);
     return ibl_json_wrong(at, "an array of %zu to %zu", least, most);
 }
 
-bool ibl_json_text_at(const ibl_json_at *at, const char **text)
+bool ibl_json_text_at(ibl_json_at at, const char **text)
 {
-    if (!json_is_string(at->value) || !json_string_length(at->value))
+    if (!json_is_string(at.value) || !json_string_length(at.value))
         return ibl_json_wrong(at, "a string that is not empty");
-    *text = json_string_value(at->value);
-    if (strlen(*text) != json_string_length(at->value))
+    *text = json_string_value(at.value);
+    if (strlen(*text) != json_string_length(at.value))
         return ibl_json_wrong(at, "a string without NUL");
     return true;
 }
 
-bool ibl_json_real(const ibl_json_at *at, double low, double high, bool open,
+bool ibl_json_real(ibl_json_at at, double low, double high, bool open,
                    double *value)
 {
-    const double x = json_number_value(at->value);
+    const double x = json_number_value(at.value);
 
-    if (!json_is_number(at->value) || !(x >= low && x <= high) ||
+    if (!json_is_number(at.value) || !(x >= low && x <= high) ||
         (open && x <= low))
         return ibl_json_wrong(at,
                               open ? "a number above %.10g, up to %.10g"
@@ -175,11 +184,11 @@ bool ibl_json_real(const ibl_json_at *at, double low, double high, bool open,
     return true;
 }
 
-bool ibl_json_int(const ibl_json_at *at, int low, int high, int *value)
+bool ibl_json_int(ibl_json_at at, int low, int high, int *value)
 {
-    const json_int_t n = json_integer_value(at->value);
+    const json_int_t n = json_integer_value(at.value);
 
-    if (!json_is_integer(at->value) || n < low || n > high)
+    if (!json_is_integer(at.value) || n < low || n > high)
         return low == high ? ibl_json_wrong(at, "%d", low)
                            : ibl_json_wrong(at, "a whole number from %d to %d",
                                             low, high);
@@ -187,10 +196,9 @@ bool ibl_json_int(const ibl_json_at *at, int low, int high, int *value)
     return true;
 }
 
-bool ibl_json_choice(const ibl_json_at *at, const char *const *names,
-                     int *value)
+bool ibl_json_choice(ibl_json_at at, const char *const *names, int *value)
 {
-    const char *word = json_string_value(at->value);
+    const char *word = json_string_value(at.value);
     const int found = word ? ibl_names_find(names, word) : -1;
     char text[256];
 
@@ -202,57 +210,59 @@ bool ibl_json_choice(const ibl_json_at *at, const char *const *names,
     return ibl_json_wrong(at, "%s", text);
 }
 
-bool ibl_json_triple(const ibl_json_at *at, double low, double high, bool open,
+bool ibl_json_triple(ibl_json_at at, double low, double high, bool open,
                      double value[3])
 {
-    if (!json_is_array(at->value) || json_array_size(at->value) != 3)
+    if (!json_is_array(at.value) || json_array_size(at.value) != 3)
         return ibl_json_wrong(at, "an array of 3 numbers");
     for (size_t k = 0; k < 3; k++) {
-        const ibl_json_at element = ibl_json_element(at, k);
-        if (!ibl_json_real(&element, low, high, open, &value[k]))
+        if (!ibl_json_real(ibl_json_element(&at, k), low, high, open,
+                           &value[k]))
             return false;
     }
     return true;
 }
 
-static bool take_box(const ibl_json_at *at, ibl_volume *v)
+static bool take_box(ibl_json_at at, ibl_volume *v)
 {
     static const char *const keys[] = {"centre", "half", NULL};
-    const ibl_json_at centre = ibl_json_member(at, "centre");
-    const ibl_json_at half = ibl_json_member(at, "half");
 
     v->shape = IBL_SHAPE_BOX;
     return ibl_json_object(at, keys) &&
-           ibl_json_triple(&centre, -IBL_JSON_FARTHEST, IBL_JSON_FARTHEST,
-                           false, v->centre) &&
-           ibl_json_triple(&half, 0, IBL_JSON_FARTHEST, true, v->half);
+           ibl_json_place(ibl_json_member(&at, "centre"), v->centre) &&
+           ibl_json_triple(ibl_json_member(&at, "half"), 0, IBL_JSON_FARTHEST,
+                           true, v->half);
 }
 
-static bool take_sphere(const ibl_json_at *at, ibl_volume *v)
+static bool take_sphere(ibl_json_at at, ibl_volume *v)
 {
     static const char *const keys[] = {"centre", "radius", NULL};
-    const ibl_json_at centre = ibl_json_member(at, "centre");
-    const ibl_json_at radius = ibl_json_member(at, "radius");
 
     v->shape = IBL_SHAPE_SPHERE;
     if (!ibl_json_object(at, keys) ||
-        !ibl_json_triple(&centre, -IBL_JSON_FARTHEST, IBL_JSON_FARTHEST, false,
-                         v->centre) ||
-        !ibl_json_real(&radius, 0, IBL_JSON_FARTHEST, true, &v->half[0]))
+        !ibl_json_place(ibl_json_member(&at, "centre"), v->centre) ||
+        !ibl_json_real(ibl_json_member(&at, "radius"), 0, IBL_JSON_FARTHEST,
+                       true, &v->half[0]))
         return false;
     v->half[1] = v->half[2] = v->half[0];
     return true;
 }
 
-bool ibl_json_volume(const ibl_json_at *at, ibl_volume *volume)
+bool ibl_json_place(ibl_json_at at, double place[3])
+{
+    return ibl_json_triple(at, -IBL_JSON_FARTHEST, IBL_JSON_FARTHEST, false,
+                           place);
+}
+
+bool ibl_json_volume(ibl_json_at at, ibl_volume *volume)
 {
     static const char *const keys[] = {"box", "sphere", NULL};
-    const ibl_json_at box = ibl_json_member(at, "box");
-    const ibl_json_at sphere = ibl_json_member(at, "sphere");
+    const ibl_json_at box = ibl_json_member(&at, "box");
+    const ibl_json_at sphere = ibl_json_member(&at, "sphere");
 
     if (!ibl_json_object(at, keys))
         return false;
     if (!box.value == !sphere.value)
         return ibl_json_wrong(at, "one of box and sphere");
-    return box.value ? take_box(&box, volume) : take_sphere(&sphere, volume);
+    return box.value ? take_box(box, volume) : take_sphere(sphere, volume);
 }

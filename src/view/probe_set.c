@@ -90,45 +90,41 @@ void view_probe_set_seen(view_probe_set *set)
         see(set, i);
 }
 
-/* ---- the index ------------------------------------------------------------
- */
+/* ---- index ------------------------------------------------------------- */
 
-static bool take_probe(const ibl_json_at *at, int layers, ibl_probe *p)
+static bool take_probe(ibl_json_at at, int layers, ibl_probe *p)
 {
-    const ibl_json_at layer = ibl_json_member(at, "layer");
-    const ibl_json_at priority = ibl_json_member(at, "priority");
-    const ibl_json_at position = ibl_json_member(at, "position");
-    const ibl_json_at influence = ibl_json_member(at, "influence");
-    const ibl_json_at blend = ibl_json_member(at, "blend");
-    const ibl_json_at proxy = ibl_json_member(at, "proxy");
+    const ibl_json_at proxy = ibl_json_optional(&at, "proxy");
 
     p->has_proxy = proxy.value != NULL;
-    return ibl_json_int(&layer, 0, layers - 1, &p->layer) &&
-           ibl_json_int(&priority, -1000000, 1000000, &p->priority) &&
-           ibl_json_triple(&position, -IBL_JSON_FARTHEST, IBL_JSON_FARTHEST,
-                           false, p->position) &&
-           ibl_json_volume(&influence, &p->influence) &&
-           ibl_json_real(&blend, 0, IBL_JSON_FARTHEST, false, &p->blend) &&
-           (!proxy.value || ibl_json_volume(&proxy, &p->proxy));
+    return ibl_json_int(ibl_json_member(&at, "layer"), 0, layers - 1,
+                        &p->layer) &&
+           ibl_json_int(ibl_json_member(&at, "priority"), -1000000, 1000000,
+                        &p->priority) &&
+           ibl_json_place(ibl_json_member(&at, "position"), p->position) &&
+           ibl_json_volume(ibl_json_member(&at, "influence"), &p->influence) &&
+           ibl_json_real(ibl_json_member(&at, "blend"), 0, IBL_JSON_FARTHEST,
+                         false, &p->blend) &&
+           ibl_json_volume(proxy, &p->proxy);
 }
 
 /* Probes that have seen everything have no harmonics of alpha. */
-static bool take_sh(const ibl_json_at *at, double sh[4 * INDEX_SH])
+static bool take_sh(ibl_json_at at, double sh[4 * INDEX_SH])
 {
     static const double constant = 3.5449077018110318; /* sqrt(4 pi): of 1 */
-    const ibl_json_at all = ibl_json_member(at, "sh");
-    const ibl_json_at alphas = ibl_json_member(at, "alpha_sh");
+    const ibl_json_at all = ibl_json_member(&at, "sh");
+    const ibl_json_at alphas = ibl_json_optional(&at, "alpha_sh");
 
-    if (!ibl_json_array(&all, INDEX_SH, INDEX_SH) ||
-        (alphas.value && !ibl_json_array(&alphas, INDEX_SH, INDEX_SH)))
+    if (!ibl_json_array(all, INDEX_SH, INDEX_SH) ||
+        !ibl_json_array(alphas, INDEX_SH, INDEX_SH))
         return false;
     for (size_t i = 0; i < INDEX_SH; i++) {
-        const ibl_json_at one = ibl_json_element(&all, i);
-        const ibl_json_at alpha = ibl_json_element(&alphas, i);
         double *to = &sh[4 * i];
         to[3] = i ? 0 : constant;
-        if (!ibl_json_triple(&one, -brightest, brightest, false, to) ||
-            (alphas.value && !ibl_json_real(&alpha, -100, 100, false, &to[3])))
+        if (!ibl_json_triple(ibl_json_element(&all, i), -brightest, brightest,
+                             false, to) ||
+            (alphas.value && !ibl_json_real(ibl_json_element(&alphas, i), -100,
+                                            100, false, &to[3])))
             return false;
     }
     return true;
@@ -162,125 +158,122 @@ static bool sort(const char *path, probe_index *x)
 }
 
 /* Older indices do not have it. */
-static bool take_alpha(const ibl_json_at *at, probe_index *x)
+static bool take_alpha(ibl_json_at at, probe_index *x)
 {
-    const ibl_json_at alpha = ibl_json_member(at, "alpha");
+    const ibl_json_at alpha = ibl_json_optional(&at, "alpha");
 
     x->holes |= json_is_true(alpha.value);
-    return !alpha.value || json_is_boolean(alpha.value) ||
-           ibl_json_wrong(&alpha, "true or false");
+    return json_is_boolean(alpha.value) ||
+           ibl_json_wrong(alpha, "true or false");
 }
 
-static bool take_probes(const ibl_json_at *root, probe_index *x)
+static bool take_probes(ibl_json_at root, probe_index *x)
 {
-    const ibl_json_at probes = ibl_json_member(root, "probes");
+    const ibl_json_at probes = ibl_json_member(&root, "probes");
     const size_t count = json_array_size(probes.value);
 
     if (json_is_array(probes.value) && count > IBL_MAX_TILE_PROBES)
-        return ibl_json_wrong(&probes,
+        return ibl_json_wrong(probes,
                               "at most %d probes, which is what is drawn with",
                               IBL_MAX_TILE_PROBES);
-    if (!ibl_json_array(&probes, 1, IBL_MAX_TILE_PROBES))
+    if (!ibl_json_array(probes, 1, IBL_MAX_TILE_PROBES))
         return false;
     x->probe = calloc(count, sizeof *x->probe);
     x->sh = calloc(count, sizeof *x->sh);
     if (!x->probe || !x->sh)
-        return view_fail("%s: no memory for its probes", root->file->name);
+        return view_fail("%s: no memory for its probes", root.file->name);
     for (size_t i = 0; i < count; i++) {
         const ibl_json_at at = ibl_json_element(&probes, i);
-        if (!take_probe(&at, x->specular.layers, &x->probe[i]) ||
-            !take_alpha(&at, x) ||
-            (!x->irradiance.path && !take_sh(&at, x->sh[i])))
+        if (!take_probe(at, x->specular.layers, &x->probe[i]) ||
+            !take_alpha(at, x) ||
+            (!x->irradiance.path && !take_sh(at, x->sh[i])))
             return false;
     }
     x->count = (int)count;
-    return sort(root->file->name, x);
+    return sort(root.file->name, x);
 }
 
-static bool take_array(const ibl_json_at *at, probe_array *a)
+static bool take_array(ibl_json_at at, probe_array *a)
 {
-    const ibl_json_at file = ibl_json_member(at, "file");
-    const ibl_json_at pixel = ibl_json_member(at, "pixel");
-    const ibl_json_at size = ibl_json_member(at, "size");
-    const ibl_json_at levels = ibl_json_member(at, "levels");
-    const ibl_json_at layers = ibl_json_member(at, "layers");
+    const ibl_json_at file = ibl_json_member(&at, "file");
     const char *name;
     int choice;
 
-    if (!ibl_json_text_at(&file, &name))
+    if (!ibl_json_text_at(file, &name))
         return false;
     /* A name, never a way to somewhere else. */
     if (strchr(name, '/'))
-        return ibl_json_wrong(&file, "the name of a file beside the index");
-    if (!ibl_json_choice(&pixel, ibl_pixel_names, &choice) ||
-        !ibl_json_int(&size, 1, IBL_MAX_CUBE_SIZE, &a->size) ||
-        !ibl_json_int(&levels, 1, IBL_MAX_LEVELS, &a->levels) ||
-        !ibl_json_int(&layers, 1, IBL_MAX_LAYERS, &a->layers))
+        return ibl_json_wrong(file, "the name of a file beside the index");
+    if (!ibl_json_choice(ibl_json_member(&at, "pixel"), ibl_pixel_names,
+                         &choice) ||
+        !ibl_json_int(ibl_json_member(&at, "size"), 1, IBL_MAX_CUBE_SIZE,
+                      &a->size) ||
+        !ibl_json_int(ibl_json_member(&at, "levels"), 1, IBL_MAX_LEVELS,
+                      &a->levels) ||
+        !ibl_json_int(ibl_json_member(&at, "layers"), 1, IBL_MAX_LAYERS,
+                      &a->layers))
         return false;
     a->pixel = (ibl_pixel)choice;
-    a->path = ibl_path_beside(at->file->name, name);
-    return a->path ||
-           view_fail("%s: no memory for names in it", at->file->name);
+    a->path = ibl_path_beside(at.file->name, name);
+    return a->path || view_fail("%s: no memory for names in it", at.file->name);
 }
 
-static bool take_arrays(const ibl_json_at *root, probe_index *x)
+static bool take_arrays(ibl_json_at root, probe_index *x)
 {
     static const char *const kinds[] = {"cube", "sh", NULL};
-    const ibl_json_at files = ibl_json_member(root, "files");
-    const ibl_json_at specular = ibl_json_member(&files, "specular");
+    const ibl_json_at files = ibl_json_member(&root, "files");
     const ibl_json_at irradiance = ibl_json_member(&files, "irradiance");
-    const ibl_json_at about = ibl_json_member(root, "irradiance");
-    const ibl_json_at kind = ibl_json_member(&about, "kind");
+    const ibl_json_at about = ibl_json_member(&root, "irradiance");
     int choice;
 
-    if (!take_array(&specular, &x->specular) ||
-        !ibl_json_choice(&kind, kinds, &choice))
+    if (!take_array(ibl_json_member(&files, "specular"), &x->specular) ||
+        !ibl_json_choice(ibl_json_member(&about, "kind"), kinds, &choice))
         return false;
     if (choice == 1)
         return true;
-    if (!take_array(&irradiance, &x->irradiance))
+    if (!take_array(irradiance, &x->irradiance))
         return false;
-    const ibl_json_at layers = ibl_json_member(&irradiance, "layers");
     return x->irradiance.layers == x->specular.layers ||
-           ibl_json_wrong(&layers, "%d, as many as files.specular has",
+           ibl_json_wrong(ibl_json_member(&irradiance, "layers"),
+                          "%d, as many as files.specular has",
                           x->specular.layers);
 }
 
-static bool take_lookups(const ibl_json_at *root, probe_index *x)
+static bool take_lookups(ibl_json_at root, probe_index *x)
 {
     static const char *const scales[] = {"E/pi", "E", NULL};
-    const ibl_json_at specular = ibl_json_member(root, "specular");
-    const ibl_json_at irradiance = ibl_json_member(root, "irradiance");
-    const ibl_json_at mapping = ibl_json_member(&specular, "mapping");
-    const ibl_json_at scale = ibl_json_member(&specular, "lod_scale");
-    const ibl_json_at offset = ibl_json_member(&specular, "lod_offset");
-    const ibl_json_at unit = ibl_json_member(&irradiance, "scale");
+    const ibl_json_at specular = ibl_json_member(&root, "specular");
+    const ibl_json_at irradiance = ibl_json_member(&root, "irradiance");
     int map, choice;
 
-    if (!ibl_json_choice(&mapping, ibl_mapping_names, &map) ||
-        !ibl_json_real(&scale, 0, 1e6, false, &x->lod_scale) ||
-        !ibl_json_real(&offset, -1e6, 1e6, false, &x->lod_offset) ||
-        !ibl_json_choice(&unit, scales, &choice))
+    if (!ibl_json_choice(ibl_json_member(&specular, "mapping"),
+                         ibl_mapping_names, &map) ||
+        !ibl_json_real(ibl_json_member(&specular, "lod_scale"), 0, 1e6, false,
+                       &x->lod_scale) ||
+        !ibl_json_real(ibl_json_member(&specular, "lod_offset"), -1e6, 1e6,
+                       false, &x->lod_offset) ||
+        !ibl_json_choice(ibl_json_member(&irradiance, "scale"), scales,
+                         &choice))
         return false;
     x->mapping = map ? IBL_ROUGHNESS_FILAMENT : IBL_ROUGHNESS_LINEAR;
     x->irradiance_scale = choice ? 1 / M_PI : 1;
     return true;
 }
 
-static bool take_index(const ibl_json_at *root, probe_index *x)
+static bool take_index(ibl_json_at root, probe_index *x)
 {
-    const ibl_json_at version = ibl_json_member(root, "version");
+    const ibl_json_at version = ibl_json_member(&root, "version");
     int number;
 
-    if (!json_is_object(root->value))
+    if (!json_is_object(root.value))
         return ibl_json_wrong(root, "an object, the index of baked probes");
     if (json_is_integer(version.value) &&
-        json_object_get(root->value, "probes") &&
-        !json_object_get(root->value, "files"))
+        json_object_get(root.value, "probes") &&
+        !json_object_get(root.value, "files"))
         return view_fail("%s: is a set to bake, not the index of one: run "
                          "iblbake probes, and give its index.json",
-                         root->file->name);
-    return ibl_json_int(&version, VERSION, VERSION, &number) &&
+                         root.file->name);
+    return ibl_json_int(version, VERSION, VERSION, &number) &&
            take_arrays(root, x) && take_lookups(root, x) &&
            take_probes(root, x);
 }
@@ -308,8 +301,7 @@ static bool read_index(const char *path, probe_index *index)
     *index = (probe_index){0};
     if (!ibl_json_open(&file))
         return false;
-    const ibl_json_at root = ibl_json_root(&file);
-    const bool ok = take_index(&root, index);
+    const bool ok = take_index(ibl_json_root(&file), index);
     json_decref(file.root);
     if (!ok)
         free_index(index);

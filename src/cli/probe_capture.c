@@ -1,10 +1,16 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/capture.h"
+#include "cli/probe_capture.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "cli/faces.h"
+
+enum {
+    COLOUR = IBL_CAPTURE_COLOUR,
+    ALPHA = IBL_CAPTURE_ALPHA,
+    PARTS = IBL_CAPTURE_PARTS
+};
 
 typedef struct taker {
     ibl_ctx *ctx;
@@ -12,14 +18,13 @@ typedef struct taker {
     const char *set;
     const ibl_capture *capture;
     const ibl_read_options *read;
-    ibl_bake_result *made, *alpha;
+    const ibl_bake_options *options;
+    ibl_bake_result *made;
 } taker;
 
-/* ---- alpha ------------------------------------------------------------- */
-
-/* Whether alpha is worth a bake; the least and the most of a capture. */
-static ibl_status look_at_alpha(const taker *t, float least, float most,
-                                bool *needed)
+/* Whether alpha needs a bake; from the least and the most of a capture. */
+static ibl_status check_alpha(const taker *t, float least, float most,
+                              bool *needed)
 {
     *needed = least < IBL_CAPTURE_OPAQUE;
     if (most > 0)
@@ -30,6 +35,13 @@ static ibl_status look_at_alpha(const taker *t, float least, float most,
                      "or take --alpha ignore",
                      t->set, t->capture->place);
     return IBL_ERR_FORMAT;
+}
+
+/* ---- maps -------------------------------------------------------------- */
+
+static ibl_status read_rows(void *cookie, int rows, float *rgb)
+{
+    return ibl_source_read(cookie, rows, rgb);
 }
 
 /* Rows of alpha as rows of greys. */
@@ -49,80 +61,47 @@ static ibl_status read_greys(void *cookie, int rows, float *rgb)
     return IBL_OK;
 }
 
-/* ---- maps -------------------------------------------------------------- */
-
-static ibl_status read_rows(void *cookie, int rows, float *rgb)
-{
-    return ibl_source_read(cookie, rows, rgb);
-}
-
-static ibl_status bake_source(const taker *t, ibl_source *source,
-                              const ibl_bake_options *options)
+static ibl_status bake_source(const taker *t, ibl_source *source)
 {
     greys grey = {ibl_source_alpha(source), ibl_source_width(source)};
     ibl_environment rows = {.width = ibl_source_width(source),
                             .height = ibl_source_height(source),
                             .read = read_rows,
                             .cookie = source};
-    ibl_status status = ibl_bake_environment(t->ctx, &rows, options, t->made);
+    ibl_status status =
+        ibl_bake_environment(t->ctx, &rows, t->options, &t->made[COLOUR]);
     bool needed = false;
 
     if (!status && grey.alpha) {
         const ibl_read_report *r = ibl_source_report(source);
-        status = look_at_alpha(t, r->alpha_least, r->alpha_most, &needed);
+        status = check_alpha(t, r->alpha_least, r->alpha_most, &needed);
     }
     if (!status && needed) {
         rows.read = read_greys;
         rows.cookie = &grey;
-        status = ibl_bake_environment(t->ctx, &rows, options, t->alpha);
+        status =
+            ibl_bake_environment(t->ctx, &rows, t->options, &t->made[ALPHA]);
     }
     return status;
 }
 
-static ibl_status bake_equirect(const taker *t, const ibl_bake_options *options)
+static ibl_status bake_equirect(const taker *t)
 {
     ibl_source *source = NULL;
     ibl_status status =
         ibl_source_open(t->ctx, t->capture->file[0], t->read, &source);
 
     if (!status)
-        status = bake_source(t, source, options);
+        status = bake_source(t, source);
     ibl_source_close(source);
     return status;
 }
 
 /* ---- cubes ------------------------------------------------------------- */
 
-/* What was read of a file, and of all files: level 0 of two cubes. */
-typedef struct view {
-    ibl_image colour, alpha; /* alpha in greys; empty: 1 */
-} view;
-
-typedef struct cubes {
-    ibl_cube colour, alpha;
-} cubes;
-
-static void free_view(view *v)
-{
-    ibl_image_free(&v->colour);
-    ibl_image_free(&v->alpha);
-}
-
-static ibl_status read_alpha(const taker *t, const ibl_source *source, view *v)
-{
-    greys grey = {ibl_source_alpha(source), ibl_source_width(source)};
-    ibl_status status;
-
-    if (!grey.alpha)
-        return IBL_OK;
-    status = ibl_image_alloc(t->ctx, grey.width, ibl_source_height(source),
-                             &v->alpha);
-    if (!status)
-        status = read_greys(&grey, v->alpha.height, v->alpha.data);
-    return status;
-}
-
-static ibl_status read_view(const taker *t, const char *file, view *v)
+/* Colours and alpha of a file, without texels where it has none. */
+static ibl_status read_view(const taker *t, const char *file,
+                            ibl_image view[PARTS])
 {
     ibl_read_options read = *t->read;
     ibl_source *source = NULL;
@@ -131,14 +110,24 @@ static ibl_status read_view(const taker *t, const char *file, view *v)
     ibl_status status = ibl_source_open(t->ctx, file, &read, &source);
     if (status)
         return status;
-    status = ibl_image_alloc(t->ctx, ibl_source_width(source),
-                             ibl_source_height(source), &v->colour);
+    greys grey = {ibl_source_alpha(source), ibl_source_width(source)};
+    for (int part = 0; part < PARTS && !status; part++)
+        if (part == COLOUR || grey.alpha)
+            status = ibl_image_alloc(t->ctx, grey.width,
+                                     ibl_source_height(source), &view[part]);
     if (!status)
-        status = ibl_source_read(source, v->colour.height, v->colour.data);
-    if (!status)
-        status = read_alpha(t, source, v);
+        status =
+            ibl_source_read(source, view[COLOUR].height, view[COLOUR].data);
+    if (!status && grey.alpha)
+        read_greys(&grey, view[ALPHA].height, view[ALPHA].data);
     ibl_source_close(source);
     return status;
+}
+
+static void free_view(ibl_image view[PARTS])
+{
+    for (int part = 0; part < PARTS; part++)
+        ibl_image_free(&view[part]);
 }
 
 static ibl_status wrong_shape(const taker *t, int i, const ibl_image *img,
@@ -156,58 +145,55 @@ static ibl_status wrong_shape(const taker *t, int i, const ibl_image *img,
     return IBL_ERR_FORMAT;
 }
 
-/* Both, alpha all 1 for files that have none. */
-static ibl_status alloc_cubes(const taker *t, int n, cubes *c)
+/* Cubes of faces of n, with alpha 1. */
+static ibl_status alloc_cubes(const taker *t, int n, ibl_cube cubes[PARTS])
 {
-    int levels = 1;
+    const int levels = ibl_most_levels(n);
+    ibl_status status = ibl_cube_alloc(t->ctx, n, levels, &cubes[COLOUR]);
 
-    while (n >> levels)
-        levels++;
-    ibl_status status = ibl_cube_alloc(t->ctx, n, levels, &c->colour);
     if (!status)
-        status = ibl_cube_alloc(t->ctx, n, levels, &c->alpha);
+        status = ibl_cube_alloc(t->ctx, n, levels, &cubes[ALPHA]);
     for (size_t i = 0; !status && i < 3 * ibl_cube_texels(n, 1); i++)
-        c->alpha.data[i] = 1;
+        cubes[ALPHA].data[i] = 1;
     return status;
 }
 
-/* One face of a picture whose upper left texel is (x, y); turned: by half a
- * turn. */
+/* Copies a face from the place in a picture whose upper left texel is (x, y);
+ * turned: by half a turn. */
 static void cut_face(const ibl_image *img, int x, int y, bool turned, int n,
                      float *face)
 {
     for (int j = 0; j < n; j++)
-        for (int i = 0; i < n; i++) {
+        for (int i = 0; i < n; i++, face += 3) {
             const int from_x = x + (turned ? n - 1 - i : i);
             const int from_y = y + (turned ? n - 1 - j : j);
-            memcpy(face + 3 * ((size_t)j * (size_t)n + (size_t)i),
+            memcpy(face,
                    img->data + 3 * ((size_t)from_y * (size_t)img->width +
                                     (size_t)from_x),
-                   3 * sizeof(float));
+                   3 * sizeof *face);
         }
 }
 
-static void cut_view(const view *v, int x, int y, bool turned, int face,
-                     cubes *c)
+static void cut_view(const ibl_image view[PARTS], int x, int y, bool turned,
+                     int face, ibl_cube cubes[PARTS])
 {
-    const int n = c->colour.size;
-
-    cut_face(&v->colour, x, y, turned, n, ibl_cube_face(&c->colour, 0, face));
-    if (v->alpha.data)
-        cut_face(&v->alpha, x, y, turned, n, ibl_cube_face(&c->alpha, 0, face));
+    for (int part = 0; part < PARTS; part++)
+        if (view[part].data)
+            cut_face(&view[part], x, y, turned, cubes[part].size,
+                     ibl_cube_face(&cubes[part], 0, face));
 }
 
-static ibl_status read_faces(const taker *t, cubes *c)
+static ibl_status read_faces(const taker *t, ibl_cube cubes[PARTS])
 {
     ibl_status status = IBL_OK;
 
     for (int f = 0; f < IBL_FACES && !status; f++) {
-        const int size = c->colour.size;
-        view v = {0};
+        const int size = cubes[COLOUR].size;
+        ibl_image view[PARTS] = {0};
         char expected[64] = "a square";
-        status = read_view(t, t->capture->file[f], &v);
-        const ibl_image *img = &v.colour;
-        if (!status && size)
+        status = read_view(t, t->capture->file[f], view);
+        const ibl_image *img = &view[COLOUR];
+        if (size)
             snprintf(expected, sizeof expected, "%d x %d as faces[0]", size,
                      size);
         if (!status &&
@@ -215,21 +201,21 @@ static ibl_status read_faces(const taker *t, cubes *c)
              (size && img->width != size)))
             status = wrong_shape(t, f, img, expected);
         if (!status && !size)
-            status = alloc_cubes(t, img->width, c);
+            status = alloc_cubes(t, img->width, cubes);
         if (!status)
-            cut_view(&v, 0, 0, false, f, c);
-        free_view(&v);
+            cut_view(view, 0, 0, false, f, cubes);
+        free_view(view);
     }
     return status;
 }
 
 /* Both crosses are those of cli/faces.h but for -Z, which in the upright one
  * hangs below -Y and stands on its head. */
-static ibl_status read_cross(const taker *t, cubes *c)
+static ibl_status read_cross(const taker *t, ibl_cube cubes[PARTS])
 {
-    view v = {0};
-    ibl_status status = read_view(t, t->capture->file[0], &v);
-    const ibl_image *img = &v.colour;
+    ibl_image view[PARTS] = {0};
+    ibl_status status = read_view(t, t->capture->file[0], view);
+    const ibl_image *img = &view[COLOUR];
     const bool lying = img->width > img->height;
     const int n = lying ? img->width / 4 : img->width / 3;
 
@@ -238,20 +224,20 @@ static ibl_status read_cross(const taker *t, cubes *c)
          img->height != n * (lying ? 3 : 4)))
         status = wrong_shape(t, 0, img, "a cross of 4 x 3 or 3 x 4 faces");
     if (!status)
-        status = alloc_cubes(t, n, c);
+        status = alloc_cubes(t, n, cubes);
     for (int f = 0; f < IBL_FACES && !status; f++) {
         const bool last = f == 5 && !lying;
-        cut_view(&v, n * (last ? 1 : ibl_cross_place[f][0]),
-                 n * (last ? 3 : ibl_cross_place[f][1]), last, f, c);
+        cut_view(view, n * (last ? 1 : ibl_cross_place[f][0]),
+                 n * (last ? 3 : ibl_cross_place[f][1]), last, f, cubes);
     }
-    free_view(&v);
+    free_view(view);
     return status;
 }
 
 /* Level 0 is the faces where it can be; else it has no texels. */
-static ibl_status find_level0(const taker *t, ibl_cube *cube, int size,
-                              ibl_cube *level0)
+static ibl_status find_level0(const taker *t, ibl_cube *cube, ibl_cube *level0)
 {
+    const int size = t->options->specular_options.size;
     int level = 0;
 
     *level0 = (ibl_cube){0};
@@ -263,13 +249,11 @@ static ibl_status find_level0(const taker *t, ibl_cube *cube, int size,
     return level ? ibl_cube_build_mips(t->ctx, cube) : IBL_OK;
 }
 
-/* Colours or alpha. */
 static ibl_status bake_cube(const taker *t, ibl_cube *cube,
-                            const ibl_bake_options *options,
                             ibl_bake_result *made)
 {
     const int width = ibl_latlong_width(cube->size);
-    ibl_bake_options own = *options;
+    ibl_bake_options options = *t->options;
     ibl_image map = {0};
     ibl_cube level0;
 
@@ -277,46 +261,46 @@ static ibl_status bake_cube(const taker *t, ibl_cube *cube,
     if (!status)
         status = ibl_latlong_from_cube(t->ctx, cube, &map);
     if (!status)
-        status = find_level0(t, cube, own.specular_options.size, &level0);
+        status = find_level0(t, cube, &level0);
     if (!status) {
         const ibl_environment env = {.image = &map};
-        own.level0 = level0.data ? &level0 : NULL;
-        status = ibl_bake_environment(t->ctx, &env, &own, made);
+        options.level0 = level0.data ? &level0 : NULL;
+        status = ibl_bake_environment(t->ctx, &env, &options, made);
     }
     ibl_image_free(&map);
     return status;
 }
 
 /* Of the faces alone: a cross has transparent pixels beside them. */
-static ibl_status look_at_cube(const taker *t, const cubes *c, bool *needed)
+static ibl_status check_cube_alpha(const taker *t, const ibl_cube *alpha,
+                                   bool *needed)
 {
-    const size_t texels = ibl_cube_texels(c->alpha.size, 1);
+    const size_t texels = ibl_cube_texels(alpha->size, 1);
     float least = 1, most = 0;
 
     for (size_t i = 0; i < texels; i++) {
-        const float a = c->alpha.data[3 * i];
+        const float a = alpha->data[3 * i];
         least = a < least ? a : least;
         most = a > most ? a : most;
     }
-    return look_at_alpha(t, least, most, needed);
+    return check_alpha(t, least, most, needed);
 }
 
-static ibl_status bake_cubes(const taker *t, const ibl_bake_options *options)
+static ibl_status bake_cubes(const taker *t)
 {
-    cubes c = {0};
-    bool needed = false;
+    ibl_cube cubes[PARTS] = {0};
+    bool needed[PARTS] = {true};
     ibl_status status = t->capture->kind == IBL_CAPTURE_FACES
-                            ? read_faces(t, &c)
-                            : read_cross(t, &c);
+                            ? read_faces(t, cubes)
+                            : read_cross(t, cubes);
 
     if (!status)
-        status = look_at_cube(t, &c, &needed);
-    if (!status)
-        status = bake_cube(t, &c.colour, options, t->made);
-    if (!status && needed)
-        status = bake_cube(t, &c.alpha, options, t->alpha);
-    ibl_cube_free(&c.colour);
-    ibl_cube_free(&c.alpha);
+        status = check_cube_alpha(t, &cubes[ALPHA], &needed[ALPHA]);
+    for (int part = 0; part < PARTS; part++) {
+        if (!status && needed[part])
+            status = bake_cube(t, &cubes[part], &t->made[part]);
+        ibl_cube_free(&cubes[part]);
+    }
     return status;
 }
 
@@ -324,17 +308,11 @@ ibl_status ibl_capture_bake(ibl_ctx *ctx, ibl_console *console, const char *set,
                             const ibl_capture *capture,
                             const ibl_read_options *read,
                             const ibl_bake_options *options,
-                            ibl_bake_result *made, ibl_bake_result *alpha)
+                            ibl_bake_result made[PARTS])
 {
-    const taker t = {ctx, console, set, capture, read, made, alpha};
+    const taker t = {ctx, console, set, capture, read, options, made};
 
     ibl_console_progress(console, "decode", 0);
-    const ibl_status status = capture->kind == IBL_CAPTURE_EQUIRECT
-                                  ? bake_equirect(&t, options)
-                                  : bake_cubes(&t, options);
-    if (status) {
-        ibl_bake_result_free(made);
-        ibl_bake_result_free(alpha);
-    }
-    return status;
+    return capture->kind == IBL_CAPTURE_EQUIRECT ? bake_equirect(&t)
+                                                 : bake_cubes(&t);
 }
