@@ -16,6 +16,7 @@
 #include "kern/interp.h"
 #include "kern/legendre_sums.h"
 #include "kern/radial.h"
+#include "kern/row_block.h"
 
 static float *random_floats(test_random *r, size_t count, size_t align)
 {
@@ -634,6 +635,54 @@ static void lights(void)
     kern_each_isa(lights_of);
 }
 
+/* ---- pixels to samples --------------------------------------------------- */
+
+/* Random taps, firsts that stand, step and jump; blocks of every length. */
+static void spread_of(ibl_isa isa)
+{
+    enum {
+        LANES = IBL_ROW_BLOCK_LANES,
+        TAPS = IBL_ROW_BLOCK_TAPS,
+        PERIOD = 5,
+        STEP = 23,
+        PIXELS = 64,
+        SAMPLES = (PIXELS / PERIOD + 1) * STEP + TAPS
+    };
+    int32_t first[PERIOD] = {0, 0, 1, 2, 22};
+    test_random r = {7};
+    float *taps = random_floats(&r, PERIOD * TAPS, 4);
+    float *pixels = random_floats(&r, PIXELS * LANES, 64);
+    double truth[SAMPLES * LANES] = {0};
+    ibl_row_block_dsp dsp;
+    const ibl_row_block_spread spread = {PERIOD, STEP, first, taps};
+    const size_t used =
+        ((size_t)ibl_row_block_first(&spread, PIXELS - 1) + TAPS) * LANES;
+    ibl_row_block_dsp_init(&dsp, isa);
+    for (int i = 0; i < PIXELS; i++)
+        for (int k = 0; k < TAPS * LANES; k++)
+            truth[(first[i % PERIOD] + i / PERIOD * STEP) * LANES + k] +=
+                (double)taps[i % PERIOD * TAPS + k / LANES] *
+                (double)pixels[i * LANES + k % LANES];
+    for (int block = 1; block <= PIXELS; block++) {
+        float *samples = kern_alloc(used * sizeof *samples, 64);
+        for (int i = 0; i < PIXELS; i += block) {
+            const int left = PIXELS - i;
+            dsp.spread(&spread, pixels + (ptrdiff_t)i * LANES, i,
+                       left < block ? left : block, samples);
+        }
+        for (size_t k = 0; k < used; k++)
+            CHECK_NEAR((double)samples[k], truth[k], 20 * (double)FLT_EPSILON);
+        kern_free(samples);
+    }
+    kern_free(pixels);
+    kern_free(taps);
+}
+
+static void spread(void)
+{
+    kern_each_isa(spread_of);
+}
+
 /* ---- Legendre coefficients ----------------------------------------------- */
 
 enum {
@@ -829,6 +878,6 @@ static const test tests[] = {
     TEST(gather),    TEST(angles),  TEST(weights),
     TEST(rows),      TEST(designs), TEST(promises),
     TEST(points),    TEST(lights),  TEST(legendre_coefficients),
-    TEST(brdf_sums), TEST(mix),
+    TEST(brdf_sums), TEST(mix),     TEST(spread),
 };
 TEST_MAIN(tests)

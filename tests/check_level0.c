@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Level 0 from rows: however they come, on any number of threads, by every
- * instruction set, the same bytes; each texel against the reference; and
+ * Level 0: each texel against the reference, and the light of all; the same
+ * bytes however rows come, on any number of threads, by every instruction set;
  * memory that does not grow with the map.
  */
 #include <math.h>
@@ -13,9 +13,11 @@
 #include <unistd.h>
 
 #include "core/context.h"
+#include "core/pi.h"
 #include "ibl/reference.h"
 #include "image/level0.h"
 #include "maps.h"
+#include "truth.h"
 
 static const double u = 0x1p-24;
 
@@ -284,7 +286,156 @@ static void arguments(void)
     ibl_ctx_free(ctx);
 }
 
-static const test tests[] = {TEST(any_batch_and_threads), TEST(any_isa),
-                             TEST(near_reference), TEST(memory),
-                             TEST(arguments)};
+/* ---- maps that say what comes out --------------------------------------- */
+
+static const int sizes[][3] = {/* map, faces */
+                               {1, 1, 1},     {1, 1, 8},    {2, 1, 4},
+                               {3, 2, 5},     {7, 5, 3},    {8, 4, 1},
+                               {8, 4, 2},     {17, 9, 16},  {64, 32, 16},
+                               {64, 32, 17},  {101, 53, 7}, {256, 128, 64},
+                               {200, 37, 24}, {31, 200, 9}, {640, 320, 33}};
+
+enum {
+    SIZES = sizeof sizes / sizeof sizes[0]
+};
+
+static void constant_map(void)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    for (int k = 0; k < SIZES; k++) {
+        ibl_image map = map_constant(ctx, sizes[k][0], sizes[k][1], 0.7f);
+        ibl_cube cube = cube_level0(ctx, &map, 11.5 * k, sizes[k][2]);
+        int off = 0;
+        for (size_t i = 0; i < cube_floats(&cube); i++)
+            off += cube.data[i] != 0.7f;
+        CHECK_MSG(off == 0, "%dx%d to %d: %d components off", sizes[k][0],
+                  sizes[k][1], sizes[k][2], off);
+        ibl_cube_free(&cube);
+        ibl_image_free(&map);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* The texels partition the sphere, so what the map holds the cube holds. Two
+ * terms are left: texels divide by the solid angle of their pieces, which are
+ * right to fourth order (see check_property: up to 1e-5 in a few texels, of
+ * either sign: 1e-7 over the sphere), and floats round (6e-8). */
+static void energy(void)
+{
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    for (int k = 0; k < SIZES; k++) {
+        const int w = sizes[k][0], h = sizes[k][1];
+        ibl_image map = map_constant(ctx, w, h, 0);
+        test_random r = {7 + (uint64_t)k};
+        double want[3];
+        for (size_t i = 0; i < map_floats(&map); i++)
+            map.data[i] = (float)exp(8 * test_random_unit(&r) - 4);
+        map_set(&map, w / 3, h / 3, 1e6f, 5e5f, 2.5e5f);
+        truth_mean(&map, want);
+        ibl_cube cube = cube_level0(ctx, &map, 77 * k, sizes[k][2]);
+        for (int c = 0; c < 3; c++)
+            CHECK_NEAR(cube_mean(&cube, 0, c), want[c], 1e-6 * want[c]);
+        ibl_cube_free(&cube);
+        ibl_image_free(&map);
+    }
+    ibl_ctx_free(ctx);
+}
+
+/* A yaw of whole columns is the same as rolling the map; 360 is none. */
+static void yaw_is_a_roll(void)
+{
+    enum {
+        W = 96,
+        N = 12
+    };
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    ibl_image map = map_constant(ctx, W, W / 2, 0);
+    map_fill(&map, 6);
+    for (int roll = 0; roll < W; roll++) {
+        ibl_image rolled = map_turned(ctx, &map, roll);
+        ibl_cube a =
+            cube_level0(ctx, &map, 360.0 * roll / W - 720 * (roll % 3 - 1), N);
+        ibl_cube b = cube_level0(ctx, &rolled, 0, N);
+        CHECK_MSG(!memcmp(a.data, b.data, 12 * ibl_cube_texels(N, 1)),
+                  "%d columns", roll);
+        ibl_cube_free(&a);
+        ibl_cube_free(&b);
+        ibl_image_free(&rolled);
+    }
+    ibl_image_free(&map);
+    ibl_ctx_free(ctx);
+}
+
+/* The texels' solid angles cover the sphere, and the conventions' directions
+ * are what the library says. */
+static void cube_geometry(void)
+{
+    for (int n = 1; n < 40; n += 3) {
+        double sum = 0;
+        for (int i = 0; i < n * n; i++)
+            sum += 6 * ibl_cube_solid_angle(n, i % n, i / n);
+        CHECK_NEAR(sum, 4 * IBL_PI, 1e-12);
+        for (int i = 0; i < 6 * n * n; i++) {
+            double a[3], b[3];
+            ibl_cube_direction(n, i / (n * n), i % n, i / n % n, a);
+            truth_cube_direction(n, i / (n * n), i % n, i / n % n, b);
+            CHECK_NEAR(hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]), 0,
+                       1e-14);
+        }
+    }
+}
+
+typedef struct told {
+    char stage[32];
+    double done;
+    int calls;
+} told;
+
+static void keep_progress(void *cookie, const char *stage, double done)
+{
+    told *t = cookie;
+    const bool same = !strcmp(t->stage, stage);
+    CHECK_MSG(done >= (same ? t->done : 0) && done <= 1, "%s: %g after %g",
+              stage, done, t->done);
+    snprintf(t->stage, sizeof t->stage, "%s", stage);
+    t->done = done;
+    t->calls++;
+}
+
+/* Each call's progress ends with 1. */
+static void progress(void)
+{
+    ibl_ctx_options options = ibl_ctx_options_default();
+    told last = {.stage = ""};
+    ibl_ctx *other;
+    ibl_image img, back;
+    ibl_cube cube;
+    options.progress = keep_progress;
+    options.progress_cookie = &last;
+    NEED(!ibl_ctx_create(&options, &other));
+    img = map_constant(other, 64, 32, 1);
+    back = map_constant(other, 64, 32, 0);
+    NEED(!ibl_cube_alloc(other, 16, 5, &cube));
+    CHECK(!ibl_cube_from_latlong(other, &img, 0, &cube));
+    CHECK(!strcmp(last.stage, "level 0") && last.done == 1 && last.calls > 9);
+    CHECK(!ibl_cube_build_mips(other, &cube));
+    CHECK(!strcmp(last.stage, "mips") && last.done == 1);
+    CHECK(!ibl_latlong_from_cube(other, &cube, &back));
+    CHECK(!strcmp(last.stage, "map") && last.done == 1);
+    ibl_cube_free(&cube);
+    ibl_image_free(&img);
+    ibl_image_free(&back);
+    ibl_ctx_free(other);
+}
+
+static const test tests[] = {TEST(any_batch_and_threads),
+                             TEST(any_isa),
+                             TEST(near_reference),
+                             TEST(memory),
+                             TEST(arguments),
+                             TEST(constant_map),
+                             TEST(energy),
+                             TEST(yaw_is_a_roll),
+                             TEST(cube_geometry),
+                             TEST(progress)};
 TEST_MAIN(tests)
