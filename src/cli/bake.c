@@ -144,10 +144,9 @@ static ibl_status write_bytes(ibl_bake *b, const char *path, void *bytes,
                               size_t size, const char *what)
 {
     ibl_console_progress(b->console, "write", 0);
-    if (!bytes) {
-        ibl_console_fail(b->console, "no memory for %s: ask for less", what);
-        return IBL_ERR_MEMORY;
-    }
+    if (!bytes)
+        return ibl_refuse(b->console, IBL_ERR_MEMORY,
+                          "no memory for %s: ask for less", what);
     const ibl_status status = ibl_outputs_add(b->outputs, path, bytes, size);
     free(bytes);
     return status;

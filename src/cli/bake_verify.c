@@ -77,6 +77,6 @@ ibl_status ibl_bake_judged(const ibl_bake *b)
     if (isnan(b->opts->max_error) ||
         ibl_report_passes(&b->judged, b->opts->max_error, why, sizeof why))
         return IBL_OK;
-    ibl_console_fail(b->console, "%s: nothing was written", why);
-    return IBL_ERR_ARGUMENT;
+    return ibl_refuse(b->console, IBL_ERR_ARGUMENT, "%s: nothing was written",
+                      why);
 }

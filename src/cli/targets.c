@@ -38,10 +38,9 @@ static ibl_status name_files(ibl_bake *b)
         if (!(b->opts->only & 1u << kind))
             continue;
         b->files[kind].path = make_path(b->opts, (ibl_output_kind)kind);
-        if (!b->files[kind].path) {
-            ibl_console_fail(b->console, "no memory for file names");
-            return IBL_ERR_MEMORY;
-        }
+        if (!b->files[kind].path)
+            return ibl_refuse(b->console, IBL_ERR_MEMORY,
+                              "no memory for file names");
     }
     return IBL_OK;
 }
@@ -91,36 +90,30 @@ static ibl_status check_target(const ibl_bake *b, const char *path)
     struct stat in, out;
     const int error = stat(path, &out) ? errno : 0;
 
-    if (!error && !S_ISREG(out.st_mode)) {
-        ibl_console_fail(b->console, "%s: is a %s: choose another name", path,
-                         S_ISDIR(out.st_mode) ? "directory"
-                                              : "device, pipe or socket");
-        return IBL_ERR_IO;
-    }
+    if (!error && !S_ISREG(out.st_mode))
+        return ibl_refuse(
+            b->console, IBL_ERR_IO, "%s: is a %s: choose another name", path,
+            S_ISDIR(out.st_mode) ? "directory" : "device, pipe or socket");
     /* Where a link leads is for the set of outputs to find out. */
-    if (!is_link(path) && !is_open_directory(path)) {
-        ibl_console_fail(b->console,
-                         "%s: cannot be written: %s: choose another directory",
-                         path, strerror(errno));
-        return IBL_ERR_IO;
-    }
+    if (!is_link(path) && !is_open_directory(path))
+        return ibl_refuse(b->console, IBL_ERR_IO,
+                          "%s: cannot be written: %s: choose another directory",
+                          path, strerror(errno));
     if (error) {
         if (error != ENAMETOOLONG)
             return IBL_OK;
-        ibl_console_fail(b->console,
-                         "%s: %s: choose a shorter one, the outputs' with "
-                         "--name",
-                         path, strerror(error));
-        return IBL_ERR_IO;
+        return ibl_refuse(
+            b->console, IBL_ERR_IO,
+            "%s: %s: choose a shorter one, the outputs' with --name", path,
+            strerror(error));
     }
     if (input && strcmp(input, "-") != 0 && !stat(input, &in) &&
-        is_same(&in, &out)) {
-        ibl_console_fail(b->console,
-                         "%s: is both input and output: choose another --name "
-                         "or directory",
-                         path);
-        return IBL_ERR_ARGUMENT;
-    }
+        is_same(&in, &out))
+        return ibl_refuse(
+            b->console, IBL_ERR_ARGUMENT,
+            "%s: is both input and output: choose another --name or "
+            "directory",
+            path);
     return IBL_OK;
 }
 
@@ -167,12 +160,11 @@ static ibl_status check_sidecar(const ibl_bake *b, const char *path,
     if (!writer || strcmp(writer, "iblbake") != 0 || !was ||
         is_source(was, o->input) || !replaces(b, sidecar))
         return IBL_OK;
-    ibl_console_fail(b->console,
-                     "%s: was made from %s, and %s would replace its files: "
-                     "choose another --name or directory, or --name %s to "
-                     "replace them",
-                     path, was, o->input, o->name);
-    return IBL_ERR_ARGUMENT;
+    return ibl_refuse(b->console, IBL_ERR_ARGUMENT,
+                      "%s: was made from %s, and %s would replace its files: "
+                      "choose another --name or directory, or --name %s to "
+                      "replace them",
+                      path, was, o->input, o->name);
 }
 
 /* A name that was asked for may be anybody's; one that follows from the input
@@ -259,11 +251,10 @@ static ibl_status check_depfile(const ibl_bake *b, const char *path)
 
     if (!is_unquotable(path, why))
         return IBL_OK;
-    ibl_console_fail(b->console,
-                     "%s: has %s, which make or ninja cannot read in a "
-                     "depfile: choose another name or leave out --depfile",
-                     path, why);
-    return IBL_ERR_ARGUMENT;
+    return ibl_refuse(b->console, IBL_ERR_ARGUMENT,
+                      "%s: has %s, which make or ninja cannot read in a "
+                      "depfile: choose another name or leave out --depfile",
+                      path, why);
 }
 
 char *ibl_depfile_text(const ibl_bake *b)

@@ -65,18 +65,16 @@ static ibl_status open_sidecar(reader *r)
     ibl_json_why why;
     struct stat st;
 
-    if (stat(o->directory, &st)) {
-        ibl_console_fail(r->console, "%s: %s: give the directory of a bake",
-                         o->directory, strerror(errno));
-        return IBL_ERR_IO;
-    }
-    if (!S_ISDIR(st.st_mode)) {
-        ibl_console_fail(r->console,
-                         "%s: not a directory: give the environment first, "
-                         "then the directory of its bake",
-                         o->directory);
-        return IBL_ERR_IO;
-    }
+    if (stat(o->directory, &st))
+        return ibl_refuse(r->console, IBL_ERR_IO,
+                          "%s: %s: give the directory of a bake", o->directory,
+                          strerror(errno));
+    if (!S_ISDIR(st.st_mode))
+        return ibl_refuse(
+            r->console, IBL_ERR_IO,
+            "%s: not a directory: give the environment first, then "
+            "the directory of its bake",
+            o->directory);
     r->sidecar_path = in_directory(r, "%s.json", o->name);
     if (!r->sidecar_path)
         return IBL_ERR_MEMORY;
@@ -85,11 +83,11 @@ static ibl_status open_sidecar(reader *r)
     r->sidecar = ibl_sidecar_load(r->sidecar_path, &why);
     if (r->sidecar)
         return IBL_OK;
-    ibl_console_fail(r->console, "%s%s", why.line,
-                     why.damaged ? ": bake again, or remove it and say what "
-                                   "the files mean"
-                                 : "");
-    return why.damaged ? IBL_ERR_FORMAT : IBL_ERR_IO;
+    return ibl_refuse(r->console, why.damaged ? IBL_ERR_FORMAT : IBL_ERR_IO,
+                      "%s%s", why.line,
+                      why.damaged ? ": bake again, or remove it and say what "
+                                    "the files mean"
+                                  : "");
 }
 
 /* What the sidecar names; *path stays NULL if it names nothing. */
@@ -103,12 +101,10 @@ static ibl_status find_named(const reader *r, ibl_output_kind kind, char **path)
     *path = in_directory(r, "%s", file);
     if (!*path)
         return IBL_ERR_MEMORY;
-    if (access(*path, F_OK)) {
-        ibl_console_fail(r->console,
-                         "%s: %s names it, but it is not there: bake again",
-                         *path, r->sidecar_path);
-        return IBL_ERR_IO;
-    }
+    if (access(*path, F_OK))
+        return ibl_refuse(r->console, IBL_ERR_IO,
+                          "%s: %s names it, but it is not there: bake again",
+                          *path, r->sidecar_path);
     return IBL_OK;
 }
 
@@ -170,11 +166,10 @@ static ibl_status find_files(const reader *r)
     if (!r->opts->directory || path[IBL_OUTPUT_SKYBOX] ||
         path[IBL_OUTPUT_SPECULAR] || path[IBL_OUTPUT_IRRADIANCE])
         return IBL_OK;
-    ibl_console_fail(r->console,
-                     "%s: has no %s_specular, _irradiance or _skybox "
-                     "(.ktx2, .ktx, .dds): give the --name of the bake",
-                     r->opts->directory, r->opts->name);
-    return IBL_ERR_IO;
+    return ibl_refuse(r->console, IBL_ERR_IO,
+                      "%s: has no %s_specular, _irradiance or _skybox (.ktx2, "
+                      ".ktx, .dds): give the --name of the bake",
+                      r->opts->directory, r->opts->name);
 }
 
 /* ---- what files say -------------------------------------------------- */
@@ -231,12 +226,10 @@ static ibl_status find_roughness(const reader *r, const ibl_texture *tex,
     const char *who = key ? "its key iblbake.roughness" : r->sidecar_path;
     json_t *array = NULL;
 
-    if (m->count && m->count != levels) {
-        ibl_console_fail(r->console,
-                         "%s: has %d levels, but --roughness-map lists %d",
-                         path, levels, m->count);
-        return IBL_ERR_ARGUMENT;
-    }
+    if (m->count && m->count != levels)
+        return ibl_refuse(r->console, IBL_ERR_ARGUMENT,
+                          "%s: has %d levels, but --roughness-map lists %d",
+                          path, levels, m->count);
     if (!r->opts->files[IBL_OUTPUT_SPECULAR])
         array = json_object_get(find_output(r, IBL_OUTPUT_SPECULAR), "levels");
     if (m->given || (!key && !array)) {
@@ -250,17 +243,15 @@ static ibl_status find_roughness(const reader *r, const ibl_texture *tex,
     if (count == levels)
         return IBL_OK;
     if (count)
-        ibl_console_fail(r->console,
-                         "%s: has %d levels, but %s lists the roughness of "
-                         "%d: bake it again, or say what it is with "
-                         "--roughness-map",
-                         path, levels, who, count);
-    else
-        ibl_console_fail(r->console,
-                         "%s: %s lists no roughness that levels have: bake it "
-                         "again, or say what it is with --roughness-map",
-                         path, who);
-    return IBL_ERR_FORMAT;
+        return ibl_refuse(r->console, IBL_ERR_FORMAT,
+                          "%s: has %d levels, but %s lists the roughness of "
+                          "%d: bake it again, or say what it is with "
+                          "--roughness-map",
+                          path, levels, who, count);
+    return ibl_refuse(r->console, IBL_ERR_FORMAT,
+                      "%s: %s lists no roughness that levels have: bake it "
+                      "again, or say what it is with --roughness-map",
+                      path, who);
 }
 
 static ibl_status find_lobe(const reader *r, const ibl_texture *tex,
@@ -272,11 +263,10 @@ static ibl_status find_lobe(const reader *r, const ibl_texture *tex,
     *lobe = (ibl_lobe)(r->opts->lobe ? r->opts->lobe - 1 : found);
     if (r->opts->lobe || found >= 0)
         return IBL_OK;
-    ibl_console_fail(r->console,
-                     "%s: of a lobe %s, which is not known: say what it is "
-                     "with --lobe",
-                     r->files->path[IBL_OUTPUT_SPECULAR], name);
-    return IBL_ERR_FORMAT;
+    return ibl_refuse(r->console, IBL_ERR_FORMAT,
+                      "%s: of a lobe %s, which is not known: say what it is "
+                      "with --lobe",
+                      r->files->path[IBL_OUTPUT_SPECULAR], name);
 }
 
 /* What the levels of a specular chain were convolved with. */
@@ -313,13 +303,11 @@ static ibl_status note_yaw(const reader *r, const ibl_texture *tex,
                              path, yaw, asked);
         return IBL_OK;
     }
-    if (!isnan(before) && yaw != before) {
-        ibl_console_fail(r->console,
-                         "%s: baked with --rotate %g, another file with %g: "
-                         "judge one at a time",
-                         path, yaw, before);
-        return IBL_ERR_ARGUMENT;
-    }
+    if (!isnan(before) && yaw != before)
+        return ibl_refuse(r->console, IBL_ERR_ARGUMENT,
+                          "%s: baked with --rotate %g, another file with %g: "
+                          "judge one at a time",
+                          path, yaw, before);
     r->files->yaw_deg = yaw;
     return IBL_OK;
 }
@@ -382,10 +370,9 @@ static ibl_status check_single(const reader *r, const ibl_texture *tex,
 {
     if (tex->layers == 1)
         return IBL_OK;
-    ibl_console_fail(r->console,
-                     "%s: an array of %d layers: %s is a single one", path,
-                     tex->layers, content);
-    return IBL_ERR_FORMAT;
+    return ibl_refuse(r->console, IBL_ERR_FORMAT,
+                      "%s: an array of %d layers: %s is a single one", path,
+                      tex->layers, content);
 }
 
 static ibl_status read_container(const reader *r, ibl_output_kind kind,
@@ -395,21 +382,19 @@ static ibl_status read_container(const reader *r, ibl_output_kind kind,
     ibl_verify_chain *c = &r->files->chain[kind];
     ibl_cube cube = {0};
 
-    if (strstr(path, "%l") && access(path, F_OK)) {
-        ibl_console_fail(r->console,
-                         "%s: has %%l but no %%f: put %%f where the names of "
-                         "the faces are",
-                         path);
-        return IBL_ERR_ARGUMENT;
-    }
+    if (strstr(path, "%l") && access(path, F_OK))
+        return ibl_refuse(
+            r->console, IBL_ERR_ARGUMENT,
+            "%s: has %%l but no %%f: put %%f where the names of the "
+            "faces are",
+            path);
     ibl_status status = ibl_texture_read(r->ctx, path, tex, NULL);
     if (status)
         return status;
-    if (tex->faces != IBL_FACES) {
-        ibl_console_fail(r->console, "%s: a flat texture: %s is a cube", path,
-                         ibl_output_content(kind));
-        return IBL_ERR_FORMAT;
-    }
+    if (tex->faces != IBL_FACES)
+        return ibl_refuse(r->console, IBL_ERR_FORMAT,
+                          "%s: a flat texture: %s is a cube", path,
+                          ibl_output_content(kind));
     status = check_single(r, tex, path, ibl_output_content(kind));
     if (!status)
         status = ibl_texture_to_cube(r->ctx, tex, &cube);
@@ -448,23 +433,19 @@ static char *expand(const char *pattern, int level, const char *face)
 static ibl_status copy_face(const reader *r, const char *path,
                             const ibl_image *image, int face, ibl_cube *cube)
 {
-    if (image->width != image->height || image->width > IBL_MAX_CUBE_SIZE) {
-        ibl_console_fail(r->console,
-                         "%s: %dx%d pixels: a face is square, %d at most", path,
-                         image->width, image->height, IBL_MAX_CUBE_SIZE);
-        return IBL_ERR_FORMAT;
-    }
+    if (image->width != image->height || image->width > IBL_MAX_CUBE_SIZE)
+        return ibl_refuse(r->console, IBL_ERR_FORMAT,
+                          "%s: %dx%d pixels: a face is square, %d at most",
+                          path, image->width, image->height, IBL_MAX_CUBE_SIZE);
     if (!cube->data) {
         const ibl_status status = ibl_cube_alloc(r->ctx, image->width, 1, cube);
         if (status)
             return status;
     }
-    if (image->width != cube->size) {
-        ibl_console_fail(r->console,
-                         "%s: %d pixels wide, but the faces before it %d", path,
-                         image->width, cube->size);
-        return IBL_ERR_FORMAT;
-    }
+    if (image->width != cube->size)
+        return ibl_refuse(r->console, IBL_ERR_FORMAT,
+                          "%s: %d pixels wide, but the faces before it %d",
+                          path, image->width, cube->size);
     memcpy(ibl_cube_face(cube, 0, face), image->data,
            3 * (size_t)cube->size * (size_t)cube->size * sizeof(float));
     return IBL_OK;
