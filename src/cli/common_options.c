@@ -69,7 +69,7 @@ static const ibl_option input[] = {
      .standard = "the first with colour",
      .help = "part of a multi-part EXR file, from 0"},
     {"any-aspect", 0, IBL_FLAG(ibl_common, read.any_aspect),
-     .help = "take maps whose width is not twice their height"},
+     .help = "accept maps whose width is not twice their height"},
     {"strict", 0, IBL_FLAG(ibl_common, read.strict),
      .help = "refuse infinite, NaN and negative pixels, which are otherwise "
              "repaired"},
@@ -77,8 +77,8 @@ static const ibl_option input[] = {
 
 static const ibl_option running[] = {
     {"threads", 'j', IBL_INT(ibl_common, threads, 0, 1024),
-     .help = "threads; 0: as many as there are CPUs for this process. The "
-             "outputs are the same for any number"},
+     .help = "threads; 0: one for each CPU that this process may use. The "
+             "outputs do not depend on the number"},
     {"isa", 0, IBL_CHOICE(ibl_common, isa, isa_names),
      .help = "instruction set of the hot loops; auto: the best of this CPU"},
     {"quiet", 'q', IBL_FLAG(ibl_common, quiet), .help = "print only errors"},

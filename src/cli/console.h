@@ -7,7 +7,7 @@
 
 #include <ibl/ibl.h>
 
-#include "common/line.h"
+#include "common/stderr_line.h"
 
 enum {
     IBL_MAX_STAGES = 64

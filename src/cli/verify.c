@@ -93,16 +93,15 @@ static const ibl_option files[] = {
     {"skybox", 0, TEXT(files[IBL_OUTPUT_SKYBOX], "FILE"), .standard = "",
      .help = "the environment as a cube, or a pattern with %f"},
     {"lut", 0, TEXT(files[IBL_OUTPUT_LUT], "FILE"), .standard = "",
-     .help = "a BRDF table; alone it needs no ENV"},
+     .help = "a BRDF table; without other files it needs no ENV"},
     {"face-names", 0, OTHER(face_names, "LIST", parse_face_names),
      .allowed = "six names in the order +X -X +Y -Y +Z -Z",
-     .standard = "px,nx,py,ny,pz,nz", .help = "what %f stands for"},
+     .standard = "px,nx,py,ny,pz,nz", .help = "names that replace %f"},
 };
 
 static const ibl_option meaning[] = {
     {"lobe", 0, CHOICE(lobe, lobe_names),
-     .help = "what the specular levels are convolved with; auto: what the "
-             "files say, else ggx"},
+     .help = "lobe of the specular levels; auto: what the files say, else ggx"},
     {"roughness-map", 0, OTHER(roughness, "MAP", parse_roughness_map),
      .allowed = "linear, filament or a list of each level's, as 0,0.5,1",
      .standard = "what the files say, else linear",
@@ -110,13 +109,13 @@ static const ibl_option meaning[] = {
     {"rotate", 0, OTHER(yaw_deg, "DEG", ibl_rotate_parse),
      .allowed = IBL_ROTATE_ALLOWED,
      .standard = "what the files say, else 0",
-     .help = "how the environment was turned about +Y for the bake"},
+     .help = "rotation of the environment about +Y in the bake"},
     {"axes", 0, OTHER(axes, "LIST", parse_axes),
      .allowed = "a permutation of x, y and z, each with or without a minus",
      .standard = "x,y,z",
-     .help = "which axes of iblbake's world the files' +X, +Y and +Z are"},
+     .help = "axes of iblbake's world that +X, +Y and +Z of the files are"},
     {"irradiance-scale", 0, CHOICE(scale, scale_names),
-     .help = "what the irradiance holds"},
+     .help = "scale of the irradiance"},
     {"geometry", 0, CHOICE(geometry, geometry_names),
      .help = "shadowing and masking of the table; auto: what the files say, "
              "else smith"},
@@ -124,20 +123,20 @@ static const ibl_option meaning[] = {
 
 static const ibl_option judging[] = {
     {"texels", 0, INT(judge.texels, IBL_JUDGE_MIN_TEXELS, 1000000),
-     .help = "texels of each level that are judged, about"},
+     .help = "approximate number of texels to judge in each level"},
     {"all", 0, FLAG(judge.all), .help = "judge every texel; slow"},
     {"seed", 0, INT(judge.seed, 0, 1000000000),
      .help = "another seed judges other texels"},
     {"max-error", 0, REAL(max_error, "E", 0, 1000), .standard = "none",
-     .help = "exit with status 1 if the nRMSE of a level or the largest error "
-             "of the table is above E, or a texel not finite"},
+     .help = "exit with status 1 if the nRMSE of a level or the largest "
+             "error of the table is above E, or a texel is not finite"},
 };
 
 static const ibl_option results[] = {
     {"json", 0, TEXT(json, "FILE"), .standard = "",
-     .help = "the table as JSON; -: to standard output, in its place"},
+     .help = "the table as JSON; -: to standard output, in place of the table"},
     {"heatmap", 0, IBL_PNG(ibl_verify_opts, heatmap, "FILE"),
-     .help = "a PNG picture of where the error sits; judges more texels"},
+     .help = "a PNG picture of the errors over the faces; judges more texels"},
 };
 /* clang-format on */
 
@@ -374,12 +373,12 @@ static int run(const void *settings)
 const ibl_command ibl_verify_command = {
     .name = "verify",
     .usage = "[options] ENV DIR",
-    .brief = "judge what was baked from ENV by the exact sums",
-    .intro = "Judges the textures in DIR, or those of another program, by the "
-             "exact sums over\n"
-             "every pixel of the environment that they were baked from, and "
-             "prints for each\n"
-             "level how far they are off.\n",
+    .brief = "measure the errors of a bake of ENV against the exact sums",
+    .intro = "Compares the textures in DIR, or those of another program, with "
+             "the exact sums\n"
+             "over every pixel of the environment that they were baked from, "
+             "and prints the\n"
+             "errors of each level.\n",
     .statuses = "0 done, 1 failed or above --max-error, 2 wrong usage",
     .sections = sections,
     .settings_size = sizeof(ibl_verify_opts),

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "common/json_load.h"
-#include "common/line.h"
+#include "common/stderr_line.h"
 #include "common/names.h"
 
 bool ibl_json_open(ibl_json_file *file)

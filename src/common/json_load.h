@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "common/line.h"
+#include "common/stderr_line.h"
 
 enum {
     /* A sidecar with harmonics of the highest degree has 115 MB. */

@@ -6,7 +6,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include "common/line.h"
+#include "common/stderr_line.h"
 #include "common/names.h"
 #include "common/option.h"
 

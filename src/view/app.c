@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-#include "common/line.h"
+#include "common/stderr_line.h"
 #include "view/clock.h"
 #include "view/gl.h"
 #include "view/picture.h"

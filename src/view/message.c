@@ -4,7 +4,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-#include "common/line.h"
+#include "common/stderr_line.h"
 
 static bool quiet;
 

@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "common/line.h"
+#include "common/stderr_line.h"
 #include "view/inspect.h"
 #include "view/key_bindings.h"
 #include "view/truth.h"

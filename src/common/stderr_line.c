@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "common/line.h"
+#include "common/stderr_line.h"
 
 #include <stdio.h>
 

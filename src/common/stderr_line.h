@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-#ifndef COMMON_LINE_H
-#define COMMON_LINE_H
+#ifndef COMMON_STDERR_LINE_H
+#define COMMON_STDERR_LINE_H
 
 /* Room for two paths and what is to be said about them. */
 enum {
