@@ -66,8 +66,8 @@ static void make(job *j)
     for (int m = 0; m < METHODS; m++) {
         view_capture_options o = view_capture_options_default();
         o.kind = m == PARABOLOIDS || m == PARABOLOIDS_LIBRARY
-                     ? VIEW_CAPTURE_PARABOLOIDS
-                     : VIEW_CAPTURE_FACES;
+                     ? VIEW_PROBE_PARABOLOIDS
+                     : VIEW_PROBE_FACES;
         o.size = j->size;
         o.samples = SAMPLES;
         o.cpu = m >= FACES_LIBRARY ? j->ctx : NULL;

@@ -77,7 +77,7 @@ test_every_option_counts() {
     local with
     draw plain.png "$work/ktx2" -q
     for with in '--material copper' '--grid 3x2' '--metallic 1:1' \
-        '--roughness 0:0.5' '--fresnel lagarde' \
+        '--roughness 0:0.5' \
         '--no-multiscatter' '--light 0,0,3,9,9,9' '--turn 90' '--yaw 30' \
         '--pitch 30' '--distance 9' '--fov 60' '--no-sky' '--ev 1' \
         '--tone linear' '--tone reinhard' '--tone aces' '--false-colour' \

@@ -222,7 +222,7 @@ static void paraboloids_are_near_faces(void)
         return;
     CHECK(update(&r));
     ibl_cube faces = taken(&r);
-    r.options.kind = VIEW_CAPTURE_PARABOLOIDS;
+    r.options.kind = VIEW_PROBE_PARABOLOIDS;
     r.box.calls = 0;
     CHECK(make(&r) && update(&r));
     CHECK(r.box.calls == 2 && view_capture_draws(r.capture) == 2);
@@ -272,7 +272,7 @@ static void a_constant_stays(void)
         return;
     for (int i = 0; i < 4; i++) {
         static const int samples[] = {64, 64, 1, 300};
-        r.options.kind = i == 1 ? VIEW_CAPTURE_PARABOLOIDS : VIEW_CAPTURE_FACES;
+        r.options.kind = i == 1 ? VIEW_PROBE_PARABOLOIDS : VIEW_PROBE_FACES;
         r.options.samples = samples[i];
         CHECK(make(&r));
         CHECK(view_capture_update(r.capture, eye, constant, rgb));
@@ -502,7 +502,7 @@ static void paraboloids_have_no_holes(void)
 
     if (!begin(&r, 16, 0, false))
         return;
-    r.options.kind = VIEW_CAPTURE_PARABOLOIDS;
+    r.options.kind = VIEW_PROBE_PARABOLOIDS;
     CHECK(make(&r) && update(&r));
     alphas(&r, 0, alpha);
     for (int i = 0; i < 6 * 16 * 16; i++)
@@ -612,7 +612,7 @@ static int shown(rig *r)
     return 0;
 }
 
-static void steps(view_capture_kind kind)
+static void steps(view_probe_capture kind)
 {
     float one[3] = {1, 0.5F, 0.25F}, two[3] = {2, 1, 0.5F};
     rig r;
@@ -646,12 +646,12 @@ static void steps(view_capture_kind kind)
 
 static void faces_step_by_step(void)
 {
-    steps(VIEW_CAPTURE_FACES);
+    steps(VIEW_PROBE_FACES);
 }
 
 static void paraboloids_step_by_step(void)
 {
-    steps(VIEW_CAPTURE_PARABOLOIDS);
+    steps(VIEW_PROBE_PARABOLOIDS);
 }
 
 /* Position counts when an update begins; scenes are called once a side. */

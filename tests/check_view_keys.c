@@ -10,7 +10,7 @@
 #include "view.h"
 #include "view/key_bindings.h"
 #include "view/motion.h"
-#include "view/scene_parts.h"
+#include "view/scene_captures.h"
 
 /* A key and the setting that it changes; back: what takes that back. */
 typedef struct key_case {
@@ -45,7 +45,6 @@ static const key_case cases[] = {
     PLAIN(')', '(', rows),
     PLAIN('a', 'A', metallic),
     PLAIN('u', 'U', roughness),
-    PLAIN('f', 'f', fresnel),
     PLAIN('d', 'd', diffuse),
     PLAIN('c', 'c', multiscatter),
     PLAIN('i', 'I', light_count),

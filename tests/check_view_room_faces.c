@@ -179,7 +179,7 @@ static bool texel_sees(const view_room_draw *d, const double from[3],
 }
 
 /* Captures of the room see what is there, whichever way they are made. */
-static void captured(view_capture_kind kind, const double from[3],
+static void captured(view_probe_capture kind, const double from[3],
                      double around, int most)
 {
     enum {
@@ -215,13 +215,13 @@ static void captured(view_capture_kind kind, const double from[3],
 
 static void captured_faces(void)
 {
-    captured(VIEW_CAPTURE_FACES, middle, 0.1, 0);
+    captured(VIEW_PROBE_FACES, middle, 0.1, 0);
 }
 
 /* Edges of triangles are straight there, so that some are further away. */
 static void captured_paraboloids(void)
 {
-    captured(VIEW_CAPTURE_PARABOLOIDS, middle, 1.5, 24);
+    captured(VIEW_PROBE_PARABOLOIDS, middle, 1.5, 24);
 }
 
 /* The mirror is not in the way of what is captured within it. */
@@ -230,8 +230,8 @@ static void captured_in_mirror(void)
     double centre[3], radius;
 
     view_room_sphere(0, 0, centre, &radius);
-    captured(VIEW_CAPTURE_FACES, centre, 0.1, 0);
-    captured(VIEW_CAPTURE_PARABOLOIDS, centre, 1.5, 48);
+    captured(VIEW_PROBE_FACES, centre, 0.1, 0);
+    captured(VIEW_PROBE_PARABOLOIDS, centre, 1.5, 48);
 }
 
 static const test tests[] = {

@@ -364,8 +364,6 @@ static void names(void)
         CHECK(view_layout_names[i]);
     for (int i = 0; i < VIEW_TONES; i++)
         CHECK(view_tone_names[i]);
-    for (int i = 0; i < VIEW_FRESNELS; i++)
-        CHECK(view_fresnel_names[i]);
     for (int i = 0; i < VIEW_DIFFUSES; i++)
         CHECK(view_diffuse_names[i]);
     for (int i = 0; i < VIEW_COMPARES; i++)

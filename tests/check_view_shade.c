@@ -57,9 +57,8 @@ static void white_furnace(void)
     shade_constant(&set, white);
     view_settings s = white_metal();
     s.multiscatter = true;
-    for (int i = 0; i < 4; i++) {
-        s.fresnel = (view_fresnel)(i % 2);
-        s.diffuse = (view_diffuse)(i / 2);
+    for (int i = 0; i < 2; i++) {
+        s.diffuse = (view_diffuse)i;
         furnace(&set, &s, white, 1e-5);
     }
     s.yaw = 70;
@@ -134,10 +133,9 @@ static void coloured_furnace(void)
     view_settings s = view_settings_default();
     s.rows = 2; /* what is between plastic and metal absorbs */
     s.material = shade_material("white");
-    for (int i = 0; i < 4; i++) {
-        s.fresnel = (view_fresnel)(i % 2);
+    for (int i = 0; i < 2; i++) {
         s.multiscatter = true;
-        s.diffuse = (view_diffuse)(i / 2);
+        s.diffuse = (view_diffuse)i;
         furnace(&set, &s, rgb, 1e-5);
     }
     shade_free(&set);
@@ -211,7 +209,7 @@ static void against_double(const shade_set *set, const view_settings *s,
             continue;
         seen++;
         shade_look_up(set, s, &spheres[p->sphere], p, &light);
-        shade_split_sum(s, &spheres[p->sphere], p->n_v, &light, rgb);
+        shade_split_sum(s, &spheres[p->sphere], &light, rgb);
         for (int k = 0; k < 3; k++) {
             most = fmax(most, rgb[k]);
             worst = fmax(worst, fabs(picture[3 * i + k] - rgb[k]));
@@ -242,7 +240,6 @@ static void pixels_in_double(void)
         }
         view_settings s = view_settings_default();
         s.material = i;
-        s.fresnel = (view_fresnel)(i % 2);
         s.diffuse = (view_diffuse)(i / 2 % 2);
         s.multiscatter = i / 4;
         s.yaw = 50 * i;
@@ -339,7 +336,7 @@ static void centres(const shade_set *set, const ibl_image *map,
                                           light.specular));
         else /* pixels, where level 0 is smooth */
             shade_cube(&set->specular, 0, p->reflected, light.specular);
-        shade_split_sum(s, &spheres[i], p->n_v, &light, rgb);
+        shade_split_sum(s, &spheres[i], &light, rgb);
         for (int k = 0; k < 3; k++)
             worst =
                 fmax(worst, fabs(shown(picture[3 * at + k]) - shown(rgb[k])));
@@ -521,7 +518,6 @@ static void everything_is_finite(void)
     s.light_count = VIEW_MAX_LIGHTS;
     for (int i = 0; i < 2; i++) {
         s.multiscatter = i;
-        s.fresnel = (view_fresnel)i;
         s.yaw = 80 * i;
         s.light[0] = (view_light){{0, 0, 0.45}, {1, 1, 1}};
         s.light[1] = (view_light){{1, 0, 0}, {1e6, 1, 0}};

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "view/scene_parts.h"
+#include "view/scene_captures.h"
 #include "view/volumes.h"
 
 enum {

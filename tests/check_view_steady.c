@@ -10,7 +10,6 @@
 #include "test.h"
 #include "view.h"
 #include "view/window_text.h"
-#include "view/window_text.h"
 
 enum {
     WIDTH = 64,

@@ -208,7 +208,6 @@ static void tells_every_setting(void)
     TELLS(VIEW_SPHERES, columns, 3, " 7x3 |");
     TELLS(VIEW_SPHERES, metallic[0], 0.5, "| metallic 0.5:1 |");
     TELLS(VIEW_SPHERES, roughness[1], 0.5, "| roughness 0:0.5 |");
-    TELLS(VIEW_SPHERES, fresnel, VIEW_FRESNEL_LAGARDE, "| fresnel lagarde |");
     TELLS(VIEW_SPHERES, diffuse, VIEW_DIFFUSE_SH, "| diffuse sh |");
     TELLS(VIEW_SPHERES, multiscatter, false, "| multiscatter off |");
     TELLS(VIEW_SPHERES, light_count, 2, "| lights 2 |");

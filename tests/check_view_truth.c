@@ -764,7 +764,6 @@ static void restart(void)
     AFTER(compare, VIEW_DIFFERENCE, 8, false);
     AFTER(split, 0.25, 8, false);
     AFTER(gain, 3.0, 8, false);
-    AFTER(fresnel, VIEW_FRESNEL_LAGARDE, 8, true);
     AFTER(diffuse, VIEW_DIFFUSE_SH, 8, true);
     AFTER(help, true, 8, false);
     AFTER(yaw, 10.0, 4, true);

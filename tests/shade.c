@@ -394,19 +394,15 @@ void shade_look_up(const shade_set *s, const view_settings *settings,
     }
 }
 
-/* Karis 2013; Lagarde's Fresnel; Fdez-Aguera 2019, written anew. */
+/* Karis 2013 and Fdez-Aguera 2019, written anew. */
 void shade_split_sum(const view_settings *settings, const view_sphere *sphere,
-                     double n_v, const shade_light *light, double rgb[3])
+                     const shade_light *light, double rgb[3])
 {
     const double white = light->table[0] + light->table[1];
 
     for (int k = 0; k < 3; k++) {
         const double f0 = sphere->f0[k];
-        const double grazing = fmax(1 - sphere->roughness, f0);
-        const double once =
-            settings->fresnel == VIEW_FRESNEL_LAGARDE
-                ? (f0 + (grazing - f0) * pow(1 - n_v, 5)) * white
-                : f0 * light->table[0] + light->table[1];
+        const double once = f0 * light->table[0] + light->table[1];
         /* Each bounce after the first reflects the hemispherical mean of
          * Fresnel and loses the share 1 - white again: a geometric series. */
         const double mean = f0 + (1 - f0) / 21, lost = 1 - white;

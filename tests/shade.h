@@ -68,6 +68,6 @@ void shade_look_up(const shade_set *s, const view_settings *settings,
                    const view_sphere *sphere, const shade_pixel *p,
                    shade_light *light);
 void shade_split_sum(const view_settings *settings, const view_sphere *sphere,
-                     double n_v, const shade_light *light, double rgb[3]);
+                     const shade_light *light, double rgb[3]);
 
 #endif

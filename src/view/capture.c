@@ -65,7 +65,7 @@ struct view_capture {
 
 view_capture_options view_capture_options_default(void)
 {
-    return (view_capture_options){.kind = VIEW_CAPTURE_FACES,
+    return (view_capture_options){.kind = VIEW_PROBE_FACES,
                                   .size = 256,
                                   .samples = 64,
                                   .near = 0.05,
@@ -74,7 +74,7 @@ view_capture_options view_capture_options_default(void)
 
 static bool paraboloids(const view_capture *c)
 {
-    return c->options.kind == VIEW_CAPTURE_PARABOLOIDS;
+    return c->options.kind == VIEW_PROBE_PARABOLOIDS;
 }
 
 static int sides(const view_capture *c)

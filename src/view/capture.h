@@ -25,13 +25,9 @@
 
 #include "ibl/ibl.h"
 #include "view/gl.h"
+#include "view/settings.h"
 
 typedef struct view_capture view_capture;
-
-typedef enum view_capture_kind {
-    VIEW_CAPTURE_FACES,
-    VIEW_CAPTURE_PARABOLOIDS
-} view_capture_kind;
 
 /*
  * Draws into the bound framebuffer of size x size pixels with depth, linear
@@ -47,7 +43,7 @@ typedef void view_capture_scene(void *cookie, const double clip[16],
                                 const double eye[3], int size, int side);
 
 typedef struct view_capture_options {
-    view_capture_kind kind;
+    view_probe_capture kind;
     int size;    /* of faces, a power of two, 16..1024; default 256. Pictures
                     of paraboloids have twice the edge, so about as many
                     pixels to an angle: a third more than six faces have. They

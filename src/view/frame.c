@@ -62,7 +62,6 @@ void view_frame_fill(view_frame *f, const view_settings *s,
     f->display[1] = (float)s->split;
     f->display[2] = (float)s->gain;
     f->display[3] = set->texture[VIEW_SKY].levels > 1;
-    f->choice[0] = (int)s->fresnel;
     f->choice[1] = (int)s->diffuse;
     f->choice[2] = s->multiscatter;
     f->choice[3] = s->light_count;

@@ -21,7 +21,7 @@ typedef struct view_frame {
     float light_intensity[4][4]; /* RGB, 0 */
     float display[4];    /* 2^ev, split, gain, 1 if the sky texture has levels
                             of its own that may be filtered, else 0 */
-    int choice[4];       /* fresnel, diffuse, multiscatter, lights */
+    int choice[4];       /* 0, diffuse, multiscatter, lights */
     int show[4];         /* tone, false_colour, compare, sky */
     int inspect[4];      /* mode, layout, level, 0 */
     float inspect_at[4]; /* zoom, pan x, pan y, 0 */

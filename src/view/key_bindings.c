@@ -261,7 +261,6 @@ static const key_row rows[] = {
     {") (", ')', '(', 0, ACT(change_rows), "more rows, fewer"},
     {"a A", 'a', 'A', 0, ACT(change_metallic), "range of metallic"},
     {"u U", 'u', 'U', 0, ACT(change_roughness), "range of roughness"},
-    {"f", 'f', 0, 0, CYCLE(fresnel, VIEW_FRESNELS), "Fresnel: table, Lagarde"},
     {"d", 'd', 0, 0, ACT(change_diffuse), "diffuse: map, spherical harmonics"},
     {"c", 'c', 0, 0, SWITCH(multiscatter), "multiple scattering"},
     {"i I", 'i', 'I', 0, ACT(change_lights), "more point lights, fewer"},

@@ -368,8 +368,6 @@ static const ibl_option spheres[] = {
     {"roughness", 0, OTHER("A:B", parse_roughness),
      .allowed = "two numbers from 0 to 1", .standard = "0:1",
      .help = "of the first and the last column"},
-    {"fresnel", 0, CHOICE(settings.fresnel, view_fresnel_names),
-     .help = "the table's own, or Lagarde's with roughness"},
     {"diffuse", 0, CHOICE(settings.diffuse, view_diffuse_names),
      .help = "irradiance map, or spherical harmonics of the sidecar"},
     {"multiscatter", 0, FLAG(settings.multiscatter),

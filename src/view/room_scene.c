@@ -3,69 +3,26 @@
 
 #include <math.h>
 
-#define WHITE                                                                  \
+#define MATERIAL(r, g, b, rough, reflectance)                                  \
     {                                                                          \
-        {0.75f, 0.75f, 0.75f}, 0.9f, {0.04f, 0.04f, 0.04f},                    \
-        {                                                                      \
-            0, 0, 0                                                            \
+        .albedo = {r, g, b}, .roughness = rough, .f0 = {                       \
+            reflectance,                                                       \
+            reflectance,                                                       \
+            reflectance                                                        \
         }                                                                      \
     }
-#define RED                                                                    \
-    {                                                                          \
-        {0.63f, 0.1f, 0.07f}, 0.8f, {0.04f, 0.04f, 0.04f},                     \
-        {                                                                      \
-            0, 0, 0                                                            \
-        }                                                                      \
-    }
-#define GREEN                                                                  \
-    {                                                                          \
-        {0.15f, 0.45f, 0.12f}, 0.8f, {0.04f, 0.04f, 0.04f},                    \
-        {                                                                      \
-            0, 0, 0                                                            \
-        }                                                                      \
-    }
-#define BLUE                                                                   \
-    {                                                                          \
-        {0.12f, 0.2f, 0.6f}, 0.8f, {0.04f, 0.04f, 0.04f},                      \
-        {                                                                      \
-            0, 0, 0                                                            \
-        }                                                                      \
-    }
-#define YELLOW                                                                 \
-    {                                                                          \
-        {0.6f, 0.5f, 0.18f}, 0.8f, {0.04f, 0.04f, 0.04f},                      \
-        {                                                                      \
-            0, 0, 0                                                            \
-        }                                                                      \
-    }
-#define DARK                                                                   \
-    {                                                                          \
-        {0.1f, 0.1f, 0.11f}, 0.08f, {0.06f, 0.06f, 0.06f},                     \
-        {                                                                      \
-            0, 0, 0                                                            \
-        }                                                                      \
-    }
-#define LIGHT                                                                  \
-    {                                                                          \
-        {0.3f, 0.29f, 0.27f}, 0.08f, {0.06f, 0.06f, 0.06f},                    \
-        {                                                                      \
-            0, 0, 0                                                            \
-        }                                                                      \
-    }
-#define STONE                                                                  \
-    {                                                                          \
-        {0.5f, 0.47f, 0.42f}, 0.35f, {0.04f, 0.04f, 0.04f},                    \
-        {                                                                      \
-            0, 0, 0                                                            \
-        }                                                                      \
-    }
-/* A panel is seen by what it emits alone. */
+#define WHITE MATERIAL(0.75f, 0.75f, 0.75f, 0.9f, 0.04f)
+#define RED MATERIAL(0.63f, 0.1f, 0.07f, 0.8f, 0.04f)
+#define GREEN MATERIAL(0.15f, 0.45f, 0.12f, 0.8f, 0.04f)
+#define BLUE MATERIAL(0.12f, 0.2f, 0.6f, 0.8f, 0.04f)
+#define YELLOW MATERIAL(0.6f, 0.5f, 0.18f, 0.8f, 0.04f)
+#define DARK MATERIAL(0.1f, 0.1f, 0.11f, 0.08f, 0.06f)
+#define LIGHT MATERIAL(0.3f, 0.29f, 0.27f, 0.08f, 0.06f)
+#define STONE MATERIAL(0.5f, 0.47f, 0.42f, 0.35f, 0.04f)
+/* A panel only emits. */
 #define LAMP(r, g, b)                                                          \
     {                                                                          \
-        {0, 0, 0}, 1, {0, 0, 0},                                               \
-        {                                                                      \
-            r, g, b                                                            \
-        }                                                                      \
+        .roughness = 1, .emission = { r, g, b }                                \
     }
 
 /* Walls are WALL thick, outside of the room. */
@@ -138,30 +95,27 @@ static const struct {
     double radius, middle[3], reach[3], seconds[3], phase[3]; /* turns */
     view_room_material material;
 } spheres[VIEW_ROOM_SPHERES] = {
-    {0.6,
-     {0, 0.9, 0},
-     {0, 0, 0},
-     {1, 1, 1},
-     {0, 0, 0},
-     {{0, 0, 0}, 0, {0.95f, 0.95f, 0.95f}, {0, 0, 0}}},
-    {0.22,
-     {0, 1.1, 0},
-     {1.8, 0.5, 1.8},
-     {8, 5, 8},
-     {0.25, 0, 0},
-     LAMP(12, 5, 1.5f)},
-    {0.45,
-     {0, 0.45, 3.7},
-     {3.6, 0, 0},
-     {11, 1, 1},
-     {0, 0, 0},
-     {{0, 0, 0}, 0.25f, {1, 0.78f, 0.34f}, {0, 0, 0}}},
-    {0.5,
-     {-3.7, 1.2, 0},
-     {0, 0.7, 2.4},
-     {1, 3, 13},
-     {0, 0, 0.25},
-     {{0.05f, 0.2f, 0.55f}, 0.3f, {0.04f, 0.04f, 0.04f}, {0, 0, 0}}},
+    {.radius = 0.6,
+     .middle = {0, 0.9, 0},
+     .seconds = {1, 1, 1},
+     .material = {.f0 = {0.95f, 0.95f, 0.95f}}},
+    {.radius = 0.22,
+     .middle = {0, 1.1, 0},
+     .reach = {1.8, 0.5, 1.8},
+     .seconds = {8, 5, 8},
+     .phase = {0.25, 0, 0},
+     .material = LAMP(12, 5, 1.5f)},
+    {.radius = 0.45,
+     .middle = {0, 0.45, 3.7},
+     .reach = {3.6, 0, 0},
+     .seconds = {11, 1, 1},
+     .material = {.roughness = 0.25f, .f0 = {1, 0.78f, 0.34f}}},
+    {.radius = 0.5,
+     .middle = {-3.7, 1.2, 0},
+     .reach = {0, 0.7, 2.4},
+     .seconds = {1, 3, 13},
+     .phase = {0, 0, 0.25},
+     .material = MATERIAL(0.05f, 0.2f, 0.55f, 0.3f, 0.04f)},
 };
 
 void view_room_sphere(int i, double seconds, double centre[3], double *radius)

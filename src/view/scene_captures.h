@@ -12,6 +12,10 @@
 
 typedef struct view_scene view_scene;
 
+enum {
+    VIEW_SCENE_MIRROR = 0 /* the sphere that the probe is in */
+};
+
 view_scene *view_scene_create(void);  /* NULL, with a message */
 void view_scene_free(view_scene *st); /* NULL is fine */
 
@@ -21,6 +25,8 @@ void view_scene_use(view_scene *st, const view_probe_set *probes);
 
 /* What lights the room is another: the next draw captures anew. */
 void view_scene_restart(view_scene *st);
+/* Frees the captures; the next draw makes others. */
+void view_scene_drop_captures(view_scene *st);
 
 /*
  * Draws into a texture of width x height pixels what settings say: camera,

@@ -241,12 +241,10 @@ static void copy(GLuint cube, GLuint array, int layer, int level, int n)
 {
     for (int f = 0; f < IBL_FACES; f++) {
         gl.FramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
-                                GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)f,
-                                cube, level);
+                                view_gl_face(f), cube, level);
         gl.FramebufferTextureLayer(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
                                    array, level, IBL_FACES * layer + f);
-        gl.BlitFramebuffer(0, 0, n, n, 0, 0, n, n, GL_COLOR_BUFFER_BIT,
-                           GL_NEAREST);
+        view_gl_copy(n);
     }
 }
 
@@ -273,9 +271,9 @@ bool view_scene_locals_capture(view_scene_locals *l, int i, double far,
     return view_gl_check("capturing local probes");
 }
 
-bool view_scene_locals_face(const view_scene_locals *l, int probe, int face,
-                            uint16_t *rgba)
+bool view_scene_locals_face(void *locals, int probe, int face, uint16_t *rgba)
 {
+    const view_scene_locals *l = locals;
     const int n = view_capture_size(l->capture);
 
     gl.BindFramebuffer(GL_READ_FRAMEBUFFER, l->source);

@@ -30,9 +30,9 @@ void view_scene_locals_free(view_scene_locals *l); /* NULL is fine */
  * what captures do. False, with a message. */
 bool view_scene_locals_capture(view_scene_locals *l, int i, double far,
                                view_capture_scene *scene, void *cookie);
-/* A face of a probe's last capture: 4 halves a pixel. False, with a message. */
-bool view_scene_locals_face(const view_scene_locals *l, int probe, int face,
-                            uint16_t *rgba);
+/* A face of a probe's last capture, for probe_save.h: 4 halves a pixel. False,
+ * with a message. */
+bool view_scene_locals_face(void *l, int probe, int face, uint16_t *rgba);
 /* As a draw has them; valid until they are freed. */
 view_room_locals view_scene_locals_drawn(const view_scene_locals *l);
 

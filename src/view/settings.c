@@ -13,7 +13,6 @@ view_settings view_settings_default(void)
         .columns = 7,
         .metallic = {0, 1},
         .roughness = {0, 1},
-        .fresnel = VIEW_FRESNEL_TABLE,
         .diffuse = VIEW_DIFFUSE_MAP,
         .multiscatter = true,
         .fov = 30,
@@ -50,8 +49,6 @@ const char *const view_layout_names[VIEW_LAYOUTS + 1] = {"cross", "strip",
 
 const char *const view_tone_names[VIEW_TONES + 1] = {"linear", "reinhard",
                                                      "aces", "neutral"};
-
-const char *const view_fresnel_names[VIEW_FRESNELS + 1] = {"table", "lagarde"};
 
 const char *const view_diffuse_names[VIEW_DIFFUSES + 1] = {"map", "sh"};
 

@@ -30,13 +30,6 @@ typedef enum view_tone {
     VIEW_TONES
 } view_tone;
 
-/* Fresnel of the split sum. */
-typedef enum view_fresnel {
-    VIEW_FRESNEL_TABLE,   /* F0 * R + G of the table: Karis 2013 */
-    VIEW_FRESNEL_LAGARDE, /* F of N.V with roughness, times R + G */
-    VIEW_FRESNELS
-} view_fresnel;
-
 typedef enum view_diffuse {
     VIEW_DIFFUSE_MAP,
     VIEW_DIFFUSE_SH,
@@ -84,7 +77,6 @@ typedef struct view_settings {
     int material;                     /* see view_material */
     double metallic[2], roughness[2]; /* the grid's ranges: 0..1; one row or
                                          column alone has the first */
-    view_fresnel fresnel;
     view_diffuse diffuse;
     bool multiscatter; /* compensate for what single scattering loses */
     int light_count;
@@ -135,7 +127,6 @@ view_settings view_settings_default(void);
 extern const char *const view_mode_names[VIEW_MODES + 1];
 extern const char *const view_layout_names[VIEW_LAYOUTS + 1];
 extern const char *const view_tone_names[VIEW_TONES + 1];
-extern const char *const view_fresnel_names[VIEW_FRESNELS + 1];
 extern const char *const view_diffuse_names[VIEW_DIFFUSES + 1];
 extern const char *const view_compare_names[VIEW_COMPARES + 1];
 extern const char *const view_probe_filter_names[VIEW_PROBE_FILTERS + 1];

@@ -155,7 +155,7 @@ static view_frame part_of(const view_frame *frame)
     memset(f.lod, 0, sizeof f.lod);
     memset(f.diffuse, 0, sizeof f.diffuse);
     memset(f.sh, 0, sizeof f.sh);
-    memset(f.choice, 0, 2 * sizeof f.choice[0]); /* Fresnel, diffuse */
+    f.choice[1] = 0; /* diffuse */
     memset(f.inspect, 0, sizeof f.inspect);
     memset(f.inspect_at, 0, sizeof f.inspect_at);
     return f;

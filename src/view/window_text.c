@@ -149,11 +149,9 @@ static void add_spheres(const view_app *app, char *text, size_t size)
 {
     const view_settings *s = &app->settings;
 
-    append(text, size,
-           " | %s %dx%d | fresnel %s | diffuse %s | multiscatter %s",
+    append(text, size, " | %s %dx%d | diffuse %s | multiscatter %s",
            view_materials[s->material].name, s->rows, s->columns,
-           view_fresnel_names[s->fresnel], view_diffuse_names[s->diffuse],
-           s->multiscatter ? "on" : "off");
+           view_diffuse_names[s->diffuse], s->multiscatter ? "on" : "off");
     add_range("metallic", s->metallic, text, size);
     add_range("roughness", s->roughness, text, size);
     if (s->light_count)

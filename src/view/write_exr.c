@@ -16,30 +16,21 @@ enum {
 static const char *const names[CHANNELS] = {"A", "B", "G", "R"};
 static const int places[CHANNELS] = {3, 2, 1, 0};
 
-/* What is written, in memory; and the first thing that went wrong. */
+/* What is written, in zeroed memory that is large enough; and the first thing
+ * that went wrong. */
 typedef struct stream {
     unsigned char *bytes;
     size_t size, room;
     char why[200];
 } stream;
 
-static bool make_room(stream *s, size_t size)
+/* More than headers and the table of blocks take. Blocks that ZIP does not make
+ * smaller are written as they are. */
+static size_t room_for(int width, int height)
 {
-    size_t room = s->room ? s->room : 4096;
-
-    while (room < size)
-        room *= 2;
-    if (room == s->room)
-        return true;
-    unsigned char *bytes = realloc(s->bytes, room);
-    if (!bytes)
-        return false;
-    s->bytes = bytes;
-    s->room = room;
-    return true;
+    return 4096 + (size_t)height * (16 + (size_t)width * PIXEL_BYTES);
 }
 
-/* What was skipped before offset is zero: it is written later. */
 static int64_t write_fn(exr_const_context_t exr, void *user, const void *from,
                         uint64_t size, uint64_t offset,
                         exr_stream_error_func_ptr_t error)
@@ -47,12 +38,10 @@ static int64_t write_fn(exr_const_context_t exr, void *user, const void *from,
     const size_t end = (size_t)(offset + size);
     stream *s = user;
 
-    if (!make_room(s, end)) {
+    if (end > s->room) {
         error(exr, EXR_ERR_OUT_OF_MEMORY, "no memory");
         return -1;
     }
-    if (offset > s->size)
-        memset(s->bytes + s->size, 0, (size_t)offset - s->size);
     memcpy(s->bytes + offset, from, (size_t)size);
     if (end > s->size)
         s->size = end;
@@ -132,9 +121,14 @@ bool view_exr_encode(const char *name, int width, int height,
 {
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
     exr_context_t exr = NULL;
-    stream s = {0};
+    stream s = {.room = room_for(width, height)};
 
     *bytes = NULL;
+    s.bytes = calloc(1, s.room);
+    if (!s.bytes)
+        return view_fail("%s: no EXR of %d x %d pixels is made of it: no "
+                         "memory",
+                         name, width, height);
     init.error_handler_fn = error_fn;
     init.user_data = &s;
     init.write_fn = write_fn;

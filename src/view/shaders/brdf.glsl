@@ -48,13 +48,6 @@ vec3 schlick_f(vec3 f0, float v_h)
     return f0 + (1.0 - f0) * pow5(1.0 - v_h);
 }
 
-// Fresnel of a whole rough surface by N.V: Lagarde 2011, "Adopting a physically
-// based shading model".
-vec3 lagarde_f(vec3 f0, float n_v, float roughness)
-{
-    return f0 + (max(vec3(1.0 - roughness), f0) - f0) * pow5(1.0 - n_v);
-}
-
 // A frame around n with z for its pole, without a seam but at z = -1: Duff et
 // al. 2017, "Building an Orthonormal Basis, Revisited", listing 3.
 mat3 frame_of(vec3 n)

@@ -15,8 +15,7 @@ void main()
 
     vec2 rg = table(s.n_v, roughness);
     float ess = rg.x + rg.y;
-    vec3 fss = choice.x == 1 ? lagarde_f(f0, s.n_v, roughness) * ess
-                             : f0 * rg.x + rg.y;
+    vec3 fss = f0 * rg.x + rg.y;
 
     vec3 reflected = reflect(-s.view, s.normal);
     vec3 specular = fss * specular_light(roughness, reflected);

@@ -1,26 +1,58 @@
 /* SPDX-License-Identifier: MIT */
-/* What the stage's probes capture, when, and what it took. */
-#include "view/scene_parts.h"
+#include "view/scene_captures.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "view/message.h"
 #include "view/probe_save.h"
+#include "view/scene_locals.h"
+#include "view/volumes.h"
 
 enum {
     BOUNCES = 3, /* captures of a whole update, each lit by the one before */
     ALL = 1 << 20
 };
 
-/* Alone the probe is for all of the room: its box goes a little beyond the
- * walls. */
+/* Nearer than any sphere comes to the mirror on that side. */
+const double view_scene_distance = 3.1;
+static const double from_wall = 0.3; /* least distance of the camera */
+
+/* The box of a probe for all of the room reaches a little beyond the walls. */
 static const double beyond = 1;
-/* With local ones, which see all of the room but not what moves in it, it comes
- * before them near the mirror: for all of that and what is about it. */
+/* With local probes, which do not see what moves, the mirror's comes before
+ * them near the mirror. */
 static const double near_half[3] = {1.5, 1.8, 1.5}, near_blend = 0.6;
 
-/* ---- what is kept ------------------------------------------------------ */
+struct view_scene {
+    view_room *room;
+    view_volumes *volumes;     /* made when they are first drawn */
+    view_capture *capture;     /* in the mirror, of what moves too */
+    view_scene_locals *locals; /* NULL: none */
+    int local_count;
+    int due;  /* of them, the last, which are still to be captured anew */
+    int seen; /* the first, which have been captured */
+    const view_probe_set *set; /* baked probes; then there are no locals */
+    ibl_ctx *ctx;              /* made when the library is to filter */
+    view_capture_options made; /* what capture was made by */
+    bool limited;              /* whether probes see only their boxes */
+    view_room_draw draw;       /* of the frame that is being made */
+    GLuint framebuffer, depth;
+    int width, height;         /* of depth */
+    bool fresh;                /* a whole update fits what is asked for */
+    bool sun, capture_shadows; /* the settings that it was made by */
+    bool still;                /* captures leave out what moves */
+    bool begun;                /* an update that is spread over frames */
+    bool failed; /* the last one: there is none until something changes */
+    double begun_at, shown_at;
+    int updates;
+    bool timed[VIEW_PROBE_FILTERS];
+    double ms[VIEW_PROBE_FILTERS][3];     /* of the last update by each */
+    ibl_probe wired[VIEW_MAX_LOCALS + 1]; /* whose volumes are drawn */
+};
+
+/* ---- life -------------------------------------------------------------- */
 
 void view_scene_drop_captures(view_scene *st)
 {
@@ -32,6 +64,62 @@ void view_scene_drop_captures(view_scene *st)
     st->fresh = st->begun = false;
 }
 
+view_scene *view_scene_create(void)
+{
+    view_scene *st = calloc(1, sizeof *st);
+
+    if (!st) {
+        view_fail("not enough memory for the scene");
+        return NULL;
+    }
+    st->room = view_room_create();
+    if (!st->room) {
+        view_scene_free(st);
+        return NULL;
+    }
+    gl.GenFramebuffers(1, &st->framebuffer);
+    return st;
+}
+
+void view_scene_free(view_scene *st)
+{
+    if (!st)
+        return;
+    view_scene_drop_captures(st);
+    ibl_ctx_free(st->ctx);
+    view_volumes_free(st->volumes);
+    view_room_free(st->room);
+    gl.DeleteFramebuffers(1, &st->framebuffer);
+    gl.DeleteTextures(1, &st->depth);
+    free(st);
+}
+
+void view_scene_use(view_scene *st, const view_probe_set *probes)
+{
+    st->set = probes;
+    st->fresh = false;
+}
+
+void view_scene_restart(view_scene *st)
+{
+    st->fresh = false;
+}
+
+static bool resize(view_scene *st, int width, int height)
+{
+    if (st->depth && width == st->width && height == st->height)
+        return true;
+    gl.DeleteTextures(1, &st->depth);
+    gl.GenTextures(1, &st->depth);
+    view_gl_bind(0, GL_TEXTURE_2D, st->depth);
+    view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
+    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, width, height, 0,
+                  GL_DEPTH_COMPONENT, GL_UNSIGNED_INT, NULL);
+    st->width = width;
+    st->height = height;
+    return view_gl_check("making the scene's depth");
+}
+
 static bool make_context(view_scene *st)
 {
     ibl_ctx_options o = ibl_ctx_options_default();
@@ -40,36 +128,27 @@ static bool make_context(view_scene *st)
     return st->ctx || !ibl_ctx_create(&o, &st->ctx);
 }
 
-static void forget_times(view_scene *st)
-{
-    memset(st->timed, 0, sizeof st->timed);
-    memset(st->ms, 0, sizeof st->ms);
-}
-
-bool view_scene_make_captures(view_scene *st, const view_settings *s)
+static bool make_captures(view_scene *st, const view_settings *s)
 {
     view_capture_options o = view_capture_options_default();
     const int locals = st->set ? 0 : s->probes;
 
     o.size = s->probe_size;
-    o.kind = s->probe_capture == VIEW_PROBE_PARABOLOIDS
-                 ? VIEW_CAPTURE_PARABOLOIDS
-                 : VIEW_CAPTURE_FACES;
+    o.kind = s->probe_capture;
     o.timed = true;
     if (s->probe_filter == VIEW_PROBE_CPU) {
         if (!make_context(st))
             return false;
         o.cpu = st->ctx;
     }
-    if (st->capture && o.size == st->made.size && o.kind == st->made.kind &&
-        o.cpu == st->made.cpu && locals == st->local_count &&
-        s->probe_limit == st->limited)
+    const bool alike = o.size == st->made.size && o.kind == st->made.kind &&
+                       s->probe_limit == st->limited;
+    if (st->capture && alike && o.cpu == st->made.cpu &&
+        locals == st->local_count)
         return true;
     view_scene_drop_captures(st);
-    /* Times compare filters of the same. */
-    if (o.size != st->made.size || o.kind != st->made.kind ||
-        s->probe_limit != st->limited)
-        forget_times(st);
+    if (!alike) /* times compare filters of the same */
+        memset(st->timed, 0, sizeof st->timed);
     st->made = o;
     st->limited = s->probe_limit;
     st->capture = view_capture_create(&o);
@@ -83,9 +162,8 @@ bool view_scene_make_captures(view_scene *st, const view_settings *s)
 
 /* ---- the probe --------------------------------------------------------- */
 
-/* Of the mirror. The first bounces of light come before there are local ones,
- * and until there are all of them, and where they leave to others what they do
- * not see, it is the last of all. */
+/* Of the mirror. It comes last while local probes are missing, and where they
+ * leave to others what they do not see. */
 static ibl_probe mirror_probe(const view_scene *st, const double position[3])
 {
     const bool holes =
@@ -136,23 +214,20 @@ static void capture_scene(void *cookie, const double clip[16],
     view_room_render(s->st->room, &d);
 }
 
-/* Where a capture that is limited to its probe's box may end, a little behind
- * its farthest corner: what is on the border is in it. */
-static double farthest(const ibl_probe *p)
+/* How far the capture of a probe sees: limited to its box, a little behind its
+ * farthest corner, since what is on the border is in it. */
+static double end_of(const view_scene *st, const ibl_probe *p)
 {
     double sum = 0;
 
+    if (!st->limited)
+        return view_capture_options_default().far;
     for (int k = 0; k < 3; k++) {
         const double away = fabs(p->position[k] - p->influence.centre[k]) +
                             p->influence.half[k];
         sum += away * away;
     }
     return 1.01 * sqrt(sum);
-}
-
-static double end_of(const view_scene *st, const ibl_probe *p)
-{
-    return st->limited ? farthest(p) : view_capture_options_default().far;
 }
 
 static void use_capture(view_scene *st, const double position[3])
@@ -186,14 +261,6 @@ static void note_times(view_scene *st, const view_capture *c,
     st->timed[filter] = true;
 }
 
-/* The mirror's capture is a whole one again. */
-static void note_update(view_scene *st)
-{
-    st->shown_at = st->begun_at;
-    st->updates++;
-    note_times(st, st->capture, st->made.cpu ? VIEW_PROBE_CPU : VIEW_PROBE_GPU);
-}
-
 static bool capture_mirror(view_scene *st, const double position[3])
 {
     shot mirror = {st, mirror_probe(st, position), false};
@@ -222,15 +289,18 @@ static bool capture_local(view_scene *st, int i)
                                      capture_scene, &local);
 }
 
+/* The mirror's capture is a whole one again. */
 static void show_update(view_scene *st, const double position[3])
 {
     use_probes(st, position);
-    note_update(st);
+    st->shown_at = st->begun_at;
+    st->updates++;
+    note_times(st, st->capture, st->made.cpu ? VIEW_PROBE_CPU : VIEW_PROBE_GPU);
 }
 
-/* There may be many, so that each is captured but once, in the light that the
- * mirror's has after its bounces, without what moves as they are; the mirror's
- * goes on when there are all. It is the same with those that are baked. */
+/* There may be many local probes, so each is captured only once, in the light
+ * that the mirror's has after its bounces, and without what moves. The mirror's
+ * is captured again after the last of them, and after baked ones. */
 static bool capture_due(view_scene *st, const view_settings *s,
                         const double position[3])
 {
@@ -252,8 +322,8 @@ static bool capture_due(view_scene *st, const view_settings *s,
     return true;
 }
 
-bool view_scene_capture_whole(view_scene *st, const view_settings *s,
-                              const double position[3])
+static bool capture_whole(view_scene *st, const view_settings *s,
+                          const double position[3])
 {
     const bool others = st->locals || st->set;
 
@@ -291,8 +361,8 @@ static void give_up(view_scene *st)
               "another way");
 }
 
-bool view_scene_refresh(view_scene *st, const view_settings *s,
-                        const double position[3])
+static bool refresh(view_scene *st, const view_settings *s,
+                    const double position[3])
 {
     if (st->due)
         return capture_due(st, s, position);
@@ -317,6 +387,121 @@ bool view_scene_refresh(view_scene *st, const view_settings *s,
     return true;
 }
 
+/* ---- frames ------------------------------------------------------------ */
+
+view_camera view_scene_camera(const view_settings *s, int width, int height)
+{
+    view_settings about = *s;
+    double middle[3], radius;
+
+    if (about.distance <= 0)
+        about.distance = view_scene_distance;
+    view_camera c = view_camera_of(&about, width, height);
+    view_room_sphere(VIEW_SCENE_MIRROR, 0, middle, &radius);
+    for (int k = 0; k < 3; k++) {
+        const double most = view_room_half[k] - from_wall;
+        c.eye[k] = fmin(fmax(c.eye[k] + middle[k], view_room_centre[k] - most),
+                        view_room_centre[k] + most);
+    }
+    c.near = 0.05;
+    c.far = 40;
+    return c;
+}
+
+/* Light that bounces is another with these, and what lights too. */
+static bool is_stale(const view_scene *st, const view_settings *s)
+{
+    const view_room_draw *d = &st->draw;
+
+    return !st->fresh || d->environment.turn < s->turn ||
+           d->environment.turn > s->turn || d->parallax != s->parallax ||
+           d->sharp == s->blend || st->sun != s->sun ||
+           st->capture_shadows != s->capture_shadows;
+}
+
+/* What of a box is in the room, a little away from the walls, where proxies
+ * are: of what is beyond them no wire would be seen. */
+static void clip_to_room(ibl_volume *box)
+{
+    const double inset = 0.03;
+
+    for (int k = 0; k < 3; k++) {
+        const double wall = view_room_half[k] - inset;
+        const double low =
+            fmax(box->centre[k] - box->half[k], view_room_centre[k] - wall);
+        const double high =
+            fmin(box->centre[k] + box->half[k], view_room_centre[k] + wall);
+        box->centre[k] = 0.5 * (low + high);
+        box->half[k] = 0.5 * fmax(high - low, 0);
+    }
+}
+
+static void add_volumes(view_scene *st, int i, const ibl_probe *p)
+{
+    st->wired[i] = *p;
+    st->wired[i].has_proxy = p->has_proxy && st->draw.parallax;
+    if (p->influence.shape == IBL_SHAPE_BOX)
+        clip_to_room(&st->wired[i].influence);
+}
+
+static bool draw_volumes(view_scene *st, double ev)
+{
+    const view_room_locals *l = &st->draw.locals;
+    view_volumes_draw d = {.ev = ev, .count = l->count + 1, .probe = st->wired};
+
+    if (!st->volumes && !(st->volumes = view_volumes_create()))
+        return false;
+    for (int i = 0; i < l->count; i++)
+        add_volumes(st, i, &l->probe[i]);
+    add_volumes(st, l->count, &st->draw.dynamic.probe);
+    memcpy(d.clip, st->draw.clip, sizeof d.clip);
+    memcpy(d.eye, st->draw.eye, sizeof d.eye);
+    view_volumes_render(st->volumes, &d);
+    return true;
+}
+
+bool view_scene_draw(view_scene *st, const view_settings *s,
+                     const view_room_environment *environment, GLuint table,
+                     GLuint picture, int width, int height)
+{
+    double position[3], radius;
+
+    if (!resize(st, width, height) || !make_captures(st, s))
+        return false;
+    const bool stale = is_stale(st, s);
+    st->draw = (view_room_draw){.seconds = s->seconds,
+                                .moving = true,
+                                .shadows = true,
+                                .environment = *environment,
+                                .table = table,
+                                .parallax = s->parallax,
+                                .sharp = !s->blend};
+    st->draw.environment.turn = s->turn;
+    if (!s->sun)
+        st->draw.environment.sun = (view_room_sun){0};
+    st->sun = s->sun;
+    st->capture_shadows = s->capture_shadows;
+    const view_camera camera = view_scene_camera(s, width, height);
+    view_camera_matrix(&camera, st->draw.clip);
+    memcpy(st->draw.eye, camera.eye, sizeof camera.eye);
+    view_room_sphere(VIEW_SCENE_MIRROR, s->seconds, position, &radius);
+    if (!(stale ? capture_whole : refresh)(st, s, position))
+        return false;
+    view_gl_target(st->framebuffer, picture);
+    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D,
+                            st->depth, 0);
+    gl.Viewport(0, 0, width, height);
+    view_room_render(st->room, &st->draw);
+    if (s->volumes && !draw_volumes(st, s->ev))
+        return false;
+    return view_gl_check("drawing the scene");
+}
+
+const view_room_draw *view_scene_drawn(const view_scene *st)
+{
+    return &st->draw;
+}
+
 /* ---- what is told ------------------------------------------------------ */
 
 int view_scene_updates(const view_scene *st)
@@ -327,7 +512,8 @@ int view_scene_updates(const view_scene *st)
 bool view_scene_times(const view_scene *st, view_probe_filter filter,
                       double ms[3])
 {
-    memcpy(ms, st->ms[filter], sizeof st->ms[filter]);
+    for (int k = 0; k < 3; k++)
+        ms[k] = st->timed[filter] ? st->ms[filter][k] : 0;
     return st->timed[filter];
 }
 
@@ -365,11 +551,6 @@ ibl_ctx *view_scene_context(view_scene *st)
 
 /* ---- captures as files ------------------------------------------------- */
 
-static bool read_face(void *cookie, int probe, int face, uint16_t *rgba)
-{
-    return view_scene_locals_face(cookie, probe, face, rgba);
-}
-
 bool view_scene_save(const view_scene *st, ibl_ctx *ctx, const char *dir)
 {
     if (!st || !st->locals)
@@ -381,6 +562,6 @@ bool view_scene_save(const view_scene *st, ibl_ctx *ctx, const char *dir)
                                .count = l.count,
                                .size = view_capture_size(st->capture),
                                .irradiance = VIEW_CAPTURE_IRRADIANCE,
-                               .face = read_face,
+                               .face = view_scene_locals_face,
                                .cookie = st->locals});
 }
