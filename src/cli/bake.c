@@ -5,12 +5,8 @@
 #include <string.h>
 
 #include "cli/bake_record.h"
-#include "cli/bake_verify.h"
-#include "cli/preview.h"
 #include "cli/session.h"
-#include "cli/sidecar.h"
 #include "cli/signals.h"
-#include "cli/targets.h"
 
 /* ---- read and bake ---------------------------------------------------- */
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* One bake of the program: what was requested, read, made and written, and
- * what textures and the sidecar say of it. */
+ * the parts of bake.c, which plan, describe and judge its files. */
 #ifndef CLI_BAKE_RECORD_H
 #define CLI_BAKE_RECORD_H
 
@@ -48,5 +48,36 @@ const char *ibl_bake_lut_method(const ibl_bake *b);
  * manual page. */
 ibl_status ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
                                 ibl_texture *tex);
+
+/* NAME.json: see FILES in the manual page. Says nothing of threads or times
+ * unless --timings was given, so that equal bakes give equal bytes. The text
+ * is the caller's to free; NULL: no memory. */
+char *ibl_sidecar_text(const ibl_bake *b);
+
+/*
+ * A contact sheet as a PNG file: the environment, each specular level, the
+ * skybox and the irradiance as unfolded cubes (+Y on top, -X +Z +X -Z in the
+ * middle row, -Y below), the LUT with N.V to the right and roughness upwards.
+ * All radiance has the same exposure. *png is the caller's to free. False: no
+ * memory.
+ */
+bool ibl_preview_png(const ibl_bake *b, void **png, size_t *size);
+
+/* Sets the path of every file that is wanted. Refuses, with a message and
+ * before the work, what could not be written after it, and outputs that would
+ * replace the input or, by chance, those of another environment. The output
+ * directory is there. */
+ibl_status ibl_targets_plan(ibl_bake *b);
+
+/* The rule "outputs: input" that make and ninja include, no prerequisite for
+ * standard input. The text is the caller's to free; NULL: no memory. */
+char *ibl_depfile_text(const ibl_bake *b);
+
+/* --verify. Judges the file that a texture is written as and adds to the
+ * report. */
+ibl_status ibl_bake_judge(ibl_bake *b, ibl_output_kind kind,
+                          const ibl_texture *tex);
+/* Prints the report; fails, with a message, if it is above --max-error. */
+ibl_status ibl_bake_judged(const ibl_bake *b);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/bake_verify.h"
+#include "cli/bake_record.h"
 
 #include <math.h>
 

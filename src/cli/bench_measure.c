@@ -12,7 +12,6 @@
 
 #include "cli/bench.h"
 #include "cli/child.h"
-#include "cli/version.h"
 #include "common/json_load.h"
 
 /* ---- machine --------------------------------------------------------- */

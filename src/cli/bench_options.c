@@ -5,7 +5,6 @@
 #include "cli/bench.h"
 #include "cli/judge.h"
 #include "cli/shell_words.h"
-#include "cli/version.h"
 
 #define STANDARD_METHODS "auto,spectral,sampled,sampled-nomip"
 #define STANDARD_SAMPLES "16,64,256,1024,4096"

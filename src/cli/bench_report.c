@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "cli/bench.h"
-#include "cli/json_put.h"
 #include "cli/json_text.h"
 #include "common/memory_file.h"
 

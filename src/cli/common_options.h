@@ -52,4 +52,11 @@ bool ibl_stem(const char *input, char *stem, size_t size);
     "-360 to 360, learnopengl, threejs (both 0) or cmgen (-90)"
 bool ibl_rotate_parse(void *yaw_deg, const char *value);
 
+/* --version: the program, what it was built with, what it runs on. */
+void ibl_version_print(FILE *to);
+/* "gcc 12.2.0" */
+const char *ibl_version_compiler(void);
+/* Of the source, as git describes it; "" if it did not. */
+const char *ibl_version_revision(void);
+
 #endif

@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/json_put.h"
 #include "common/memory_file.h"
 #include "common/number.h"
 

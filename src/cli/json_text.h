@@ -31,4 +31,23 @@ void ibl_json_put_basis(json_t **object, int degree);
 /* {"texels": .., "moved": .., "lost": ..}; NULL: no memory. */
 json_t *ibl_json_overflow(const ibl_overflow_level *level);
 
+/* JSON as a list of calls: what fails makes the object or array NULL, and so in
+ * turn what that was to be put into. Both take value over; NULL is a failure.
+ */
+static inline void put(json_t **object, const char *key, json_t *value)
+{
+    if (json_object_set_new(*object, key, value)) {
+        json_decref(*object);
+        *object = NULL;
+    }
+}
+
+static inline void append(json_t **array, json_t *value)
+{
+    if (json_array_append_new(*array, value)) {
+        json_decref(*array);
+        *array = NULL;
+    }
+}
+
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Verdicts of one set of files, as a table and as JSON. */
+/* Verdicts of one set of files, as a table, as JSON and as a picture. */
 #ifndef CLI_JUDGE_REPORT_H
 #define CLI_JUDGE_REPORT_H
 
@@ -41,5 +41,18 @@ bool ibl_report_passes(const ibl_report *report, double max_error, char *why,
 void ibl_report_print(const ibl_report *report, FILE *to);
 /* {"texels": .., "seed": .., "levels": [..], "lut": {..}}; NULL: no memory. */
 json_t *ibl_report_json(const ibl_report *report);
+
+/* Cells along a face's edge in which at least one texel should be judged for
+ * a heat map. */
+enum {
+    IBL_HEATMAP_GRID = 16
+};
+
+/*
+ * Where the error sits, as a PNG file: each judged level as an unfolded cube
+ * whose pixels have the relative error of the nearest judged texel, and the
+ * scale of the colours below. *png is the caller's to free. False: no memory.
+ */
+bool ibl_heatmap_png(const ibl_report *report, void **png, size_t *size);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/preview.h"
+#include "cli/bake_record.h"
 
 #include <math.h>
 #include <stdio.h>

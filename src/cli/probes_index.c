@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/json_put.h"
 #include "cli/json_text.h"
 #include "cli/probes.h"
 #include "common/json_load.h"

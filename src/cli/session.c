@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 #include "cli/signals.h"
-#include "common/bridge_file.h"
+#include "common/path.h"
 
 ibl_status ibl_start(const ibl_common *common, ibl_console *console,
                      ibl_ctx **ctx)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/sidecar.h"
+#include "cli/bake_record.h"
 
 #include <float.h>
 #include <math.h>
@@ -7,7 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/json_put.h"
 #include "cli/json_text.h"
 #include "common/json_load.h"
 #include "common/path.h"

@@ -4,8 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/heatmap.h"
-#include "cli/json_put.h"
 #include "cli/json_text.h"
 #include "cli/session.h"
 #include "cli/signals.h"

@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "common/json_load.h"
-#include "common/stderr_line.h"
 #include "common/names.h"
+#include "common/stderr_line.h"
 
 bool ibl_json_open(ibl_json_file *file)
 {

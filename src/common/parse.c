@@ -6,9 +6,9 @@
 #include <string.h>
 #include <strings.h>
 
-#include "common/stderr_line.h"
 #include "common/names.h"
 #include "common/option.h"
+#include "common/stderr_line.h"
 
 bool ibl_misuse(const char *fmt, ...)
 {

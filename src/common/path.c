@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 const char *ibl_path_name(const char *path)
 {
@@ -34,4 +35,24 @@ char *ibl_path_beside(const char *file, const char *name)
         strcpy(path + length, name);
     }
     return path;
+}
+
+char *ibl_bridge_beside(void)
+{
+    /* As built, and as installed under any prefix. */
+    static const char *const places[] = {"libiblbridge.so",
+                                         "../lib/iblbake/libiblbridge.so"};
+    char program[2048], path[2304];
+    const ssize_t length = readlink("/proc/self/exe", program, sizeof program);
+
+    if (length <= 0 || (size_t)length >= sizeof program)
+        return NULL;
+    program[length] = '\0';
+    *strrchr(program, '/') = '\0';
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
+        snprintf(path, sizeof path, "%s/%s", program, places[i]);
+        if (!access(path, R_OK))
+            return strdup(path);
+    }
+    return NULL;
 }

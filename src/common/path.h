@@ -12,4 +12,9 @@ char *ibl_path_join(const char *directory, const char *name);
 /* name as it is seen from the directory that file is in. */
 char *ibl_path_beside(const char *file, const char *name);
 
+/* The image bridge beside the program, where a build leaves it, or in
+ * ../lib/iblbake, where an installation has it; for free(). NULL: there is
+ * none, take the one that the library was built with. */
+char *ibl_bridge_beside(void);
+
 #endif

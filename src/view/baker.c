@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/bridge_file.h"
+#include "common/path.h"
 #include "view/baked_set.h"
 #include "view/message.h"
 

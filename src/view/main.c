@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "common/bridge_file.h"
+#include "common/path.h"
 #include "view/interrupt.h"
 #include "view/message.h"
 #include "view/still.h"
