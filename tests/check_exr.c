@@ -28,16 +28,14 @@ static ibl_status decode_oiio(ibl_ctx *ctx, const char *path, int part,
     ibl_rows *rows;
     size_t size;
     unsigned char *bytes = file_load(path, &size);
-    ibl_bridge_source s = {.name = "f.exr",
-                           .bytes = bytes,
-                           .size = size,
+    const ibl_input in = ibl_input_of(ctx, "f.exr", bytes, size);
+    ibl_bridge_source s = {.in = &in,
                            .kind = "OpenEXR",
-                           .reader = "openexr",
-                           .subimage = part};
+                           .request = {.reader = "openexr", .subimage = part}};
     for (int c = 0; channels && c < 3; c++)
-        s.channels[c] = channels[c];
+        s.request.channels[c] = channels[c];
     opts.any_aspect = 1;
-    ibl_status status = ibl_bridge_rows(ctx, &s, &opts, &rows);
+    ibl_status status = ibl_bridge_rows(&s, &opts, &rows);
     *img = (ibl_image){0};
     if (!status)
         status = test_exr_read_rows(rows, img);

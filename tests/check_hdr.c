@@ -227,11 +227,11 @@ static ibl_status decode(ibl_ctx *ctx, const void *bytes, size_t size,
     ibl_read_options opts = ibl_read_options_default();
     ibl_rows *rows;
     memcpy(copy, bytes, size);
-    in = ibl_input_of("test.hdr", copy, size);
+    in = ibl_input_of(ctx, "test.hdr", copy, size);
     memset(&kept, 0, sizeof kept);
     *img = (ibl_image){0};
     opts.any_aspect = 1;
-    ibl_status status = ibl_rgbe_open(ctx, &in, &opts, &rows);
+    ibl_status status = ibl_rgbe_open(&in, &opts, &rows);
     if (!status) {
         status = read_rows(rows, img);
         memcpy(format, rows->report.format, 64);

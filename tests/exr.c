@@ -67,9 +67,9 @@ ibl_status test_exr_decode_bytes(ibl_ctx *ctx, const void *bytes, size_t size,
                                  const ibl_read_options *opts, ibl_image *img,
                                  ibl_read_report *report)
 {
-    ibl_input in = ibl_input_of("f.exr", bytes, size);
+    ibl_input in = ibl_input_of(ctx, "f.exr", bytes, size);
     ibl_rows *rows;
-    ibl_status status = ibl_exr_open(ctx, &in, opts, &rows);
+    ibl_status status = ibl_exr_open(&in, opts, &rows);
     *img = (ibl_image){0};
     if (!status)
         status = test_exr_read_rows(rows, img);

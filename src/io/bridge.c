@@ -12,7 +12,7 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "io/bridge/bridge.h"
-#include "io/exr.h"
+#include "io/exr_chroma.h"
 #include "io/truncation_check.h"
 
 #ifndef IBL_BRIDGE
@@ -38,26 +38,26 @@ static const char *kind_of(const ibl_bridge_source *source, char text[96])
 }
 
 /* Says which package is missing, by what the loader said. */
-static ibl_status not_there(ibl_ctx *ctx, const ibl_bridge_source *source,
-                            const char *path, const char *error)
+static ibl_status not_there(const ibl_bridge_source *source, const char *path,
+                            const char *error)
 {
     char text[96];
     const char *kind = kind_of(source, text);
 
     if (access(path, F_OK))
-        return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
-                        "%s: %s the image bridge, and %s is not there: "
-                        "install the package libopenimageio-dev and build "
-                        "iblbake again",
-                        source->name, kind, path);
+        return ibl_refuse(
+            source->in, IBL_ERR_UNSUPPORTED,
+            "%s the image bridge, and %s is not there: install the package "
+            "libopenimageio-dev and build iblbake again",
+            kind, path);
     if (error && strstr(error, "libOpenImageIO"))
-        return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
-                        "%s: %s the image bridge, which needs OpenImageIO: "
-                        "install the package libopenimageio2.4 (%s)",
-                        source->name, kind, error);
-    return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
-                    "%s: %s the image bridge, which cannot be loaded: %s",
-                    source->name, kind, error ? error : path);
+        return ibl_refuse(source->in, IBL_ERR_UNSUPPORTED,
+                          "%s the image bridge, which needs OpenImageIO: "
+                          "install the package libopenimageio2.4 (%s)",
+                          kind, error);
+    return ibl_refuse(source->in, IBL_ERR_UNSUPPORTED,
+                      "%s the image bridge, which cannot be loaded: %s", kind,
+                      error ? error : path);
 }
 
 const char *ibl_bridge_path(void)
@@ -76,23 +76,22 @@ static bool find(void *library, const char *name, void *call)
 
 /* The library stays open: OpenImageIO keeps threads and statics that do not
  * survive being unloaded. */
-static ibl_status load(ibl_ctx *ctx, const ibl_bridge_source *source,
-                       bridge_calls *calls)
+static ibl_status load(const ibl_bridge_source *source, bridge_calls *calls)
 {
-    const char *path =
-        ibl_ctx_bridge(ctx) ? ibl_ctx_bridge(ctx) : ibl_bridge_path();
+    const char *given = ibl_ctx_bridge(source->in->ctx);
+    const char *path = given ? given : ibl_bridge_path();
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!library)
-        return not_there(ctx, source, path, dlerror());
+        return not_there(source, path, dlerror());
     if (!find(library, "ibl_bridge_abi", &calls->abi) ||
         !find(library, "ibl_bridge_open", &calls->open) ||
         !find(library, "ibl_bridge_read", &calls->read) ||
         !find(library, "ibl_bridge_close", &calls->close) ||
         calls->abi() != IBL_BRIDGE_ABI)
-        return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
-                        "%s: %s is not the image bridge of this version; "
-                        "rebuild or reinstall it",
-                        source->name, path);
+        return ibl_refuse(source->in, IBL_ERR_UNSUPPORTED,
+                          "%s is not the image bridge of this version; rebuild "
+                          "or reinstall it",
+                          path);
     return IBL_OK;
 }
 
@@ -101,7 +100,7 @@ static ibl_status load(ibl_ctx *ctx, const ibl_bridge_source *source,
  * when it is handed over, so nothing stays behind however the program ends;
  * path is the descriptor's.
  */
-static int make_file(const ibl_bridge_source *source, char path[32])
+static int make_file(const ibl_bridge_request *request, char path[32])
 {
     char name[] = P_tmpdir "/iblbake-XXXXXX";
     const int fd = mkstemp(name);
@@ -110,8 +109,9 @@ static int make_file(const ibl_bridge_source *source, char path[32])
     if (fd < 0)
         return -1;
     unlink(name);
-    while (done < source->size) {
-        const ssize_t n = write(fd, source->bytes + done, source->size - done);
+    while (done < request->size) {
+        const ssize_t n =
+            write(fd, request->bytes + done, request->size - done);
         if (n < 0 && errno != EINTR) {
             const int error = errno;
             close(fd);
@@ -124,31 +124,27 @@ static int make_file(const ibl_bridge_source *source, char path[32])
     return fd;
 }
 
-static ibl_status translate(ibl_ctx *ctx, const char *name,
-                            const char *known_kind, ibl_bridge_result result,
-                            const char *message)
+static ibl_status translate(const ibl_input *in, const char *kind,
+                            ibl_bridge_result result, const char *message)
 {
-    const char *kind = known_kind ? known_kind : "image";
     switch (result) {
     case IBL_BRIDGE_OK:
         return IBL_OK;
     case IBL_BRIDGE_MEMORY:
-        return ibl_fail(ctx, IBL_ERR_MEMORY, "%s: no memory to decode it",
-                        name);
+        return ibl_refuse(in, IBL_ERR_MEMORY, "no memory to decode it");
     case IBL_BRIDGE_UNKNOWN:
-        if (known_kind)
-            return ibl_fail(ctx, IBL_ERR_UNSUPPORTED, "%s: is %s, but %s", name,
-                            kind, message);
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: is no image: neither Radiance .hdr nor OpenEXR "
-                        "nor anything that OpenImageIO knows",
-                        name);
+        if (kind)
+            return ibl_refuse(in, IBL_ERR_UNSUPPORTED, "is %s, but %s", kind,
+                              message);
+        return ibl_refuse(in, IBL_ERR_FORMAT,
+                          "is no image: neither Radiance .hdr nor OpenEXR nor "
+                          "anything that OpenImageIO knows");
     case IBL_BRIDGE_FORMAT:
     case IBL_BRIDGE_NEEDS_FILE:
         break;
     }
-    return ibl_fail(ctx, IBL_ERR_FORMAT, "%s: damaged or unsupported %s: %s",
-                    name, kind, message);
+    return ibl_refuse(in, IBL_ERR_FORMAT, "damaged or unsupported %s: %s",
+                      kind ? kind : "image", message);
 }
 
 /*
@@ -156,25 +152,23 @@ static ibl_status translate(ibl_ctx *ctx, const char *name,
  * may be large if they are small in all, or if the file is large too. zlib
  * cannot do better than 1032:1, DWA than 64 times that on constant pictures.
  */
-static ibl_status check_claims(ibl_ctx *ctx, const ibl_bridge_source *source,
+static ibl_status check_claims(const ibl_input *in, size_t size,
                                const ibl_read_options *opts,
                                const ibl_bridge_info *info)
 {
-    const double most = 2048.0 * (double)source->size;
+    const double most = 2048.0 * (double)size;
     const double map = 12.0 * info->width * info->height;
     const double data = 12.0 * info->data_width * info->data_height;
     const ibl_status status =
-        ibl_map_check_size(ctx, source->name, opts, info->width, info->height);
-    if (status)
+        ibl_map_check_size(in, opts, info->width, info->height);
+    if (status || (map <= 1e8 && info->raw_bytes <= 1e8))
         return status;
-    if (map <= 1e8 && info->raw_bytes <= 1e8)
-        return IBL_OK;
     if (map > 64 * data || info->raw_bytes > most)
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: %zu bytes claim to hold %dx%d pixels of a %dx%d "
-                        "map, which is taken for damage",
-                        source->name, source->size, info->data_width,
-                        info->data_height, info->width, info->height);
+        return ibl_refuse(in, IBL_ERR_FORMAT,
+                          "%zu bytes claim to hold %dx%d pixels of a %dx%d "
+                          "map, which is taken for damage",
+                          size, info->data_width, info->data_height,
+                          info->width, info->height);
     return IBL_OK;
 }
 
@@ -188,7 +182,7 @@ typedef struct bridge_rows {
     ibl_rows rows;
     bridge_calls calls;
     ibl_bridge *bridge;
-    const char *name;
+    const ibl_input *in;
     char kind[64];          /* "": unknown */
     unsigned char *picture; /* the bytes that it reads, if not the source's */
     int fd;                 /* of a file with the bytes, or -1 */
@@ -214,8 +208,8 @@ static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
             return IBL_ERR_CANCELLED;
         const ibl_bridge_result result =
             r->calls.read(r->bridge, rows->row + done, n, dst, alpha, message);
-        ibl_status status = translate(
-            rows->ctx, r->name, r->kind[0] ? r->kind : NULL, result, message);
+        ibl_status status =
+            translate(r->in, r->kind[0] ? r->kind : NULL, result, message);
         if (!status && r->is_luma)
             ibl_exr_line_to_rgb(r->luma, dst, n * rows->width);
         if (!status)
@@ -242,45 +236,34 @@ static void rows_close(ibl_rows *rows)
 
 /* From memory, else through a file. */
 static ibl_status open_either(bridge_rows *r, const ibl_bridge_source *source,
-                              bool want_alpha, ibl_bridge_info *info)
+                              ibl_bridge_request *request,
+                              ibl_bridge_info *info)
 {
-    ibl_ctx *ctx = r->rows.ctx;
-    ibl_bridge_request request = {
-        .bytes = source->bytes,
-        .size = source->size,
-        .reader = source->reader,
-        .subimage = source->subimage,
-        .channels = {source->channels[0], source->channels[1],
-                     source->channels[2]},
-        .want_alpha = want_alpha,
-        .alpha = source->alpha,
-        .threads = ibl_ctx_threads(ctx),
-    };
     char message[IBL_BRIDGE_MESSAGE], path[32];
 
     ibl_bridge_result result =
-        r->calls.open(&request, &r->bridge, info, message);
+        r->calls.open(request, &r->bridge, info, message);
     if (result == IBL_BRIDGE_NEEDS_FILE) {
-        r->fd = make_file(source, path);
+        r->fd = make_file(request, path);
         if (r->fd < 0)
-            return ibl_fail(ctx, IBL_ERR_IO,
-                            "%s: no temporary file for the image bridge in "
-                            "%s: %s",
-                            source->name, P_tmpdir, strerror(errno));
-        request.path = path;
-        result = r->calls.open(&request, &r->bridge, info, message);
+            return ibl_refuse(r->in, IBL_ERR_IO,
+                              "no temporary file for the image bridge in %s: "
+                              "%s",
+                              P_tmpdir, strerror(errno));
+        request->path = path;
+        result = r->calls.open(request, &r->bridge, info, message);
     }
-    return translate(ctx, source->name, source->kind, result, message);
+    return translate(r->in, source->kind, result, message);
 }
 
 /* What libpng needs of a PNG: see io/truncation_check.h. */
-static ibl_status clean_png(bridge_rows *r, ibl_bridge_source *source)
+static ibl_status clean_png(bridge_rows *r, ibl_bridge_request *request)
 {
-    r->picture = ibl_alloc_array(source->size, 1);
+    r->picture = ibl_alloc_array(request->size, 1);
     if (!r->picture)
         return ibl_no_memory(r->rows.ctx, "a PNG");
-    source->size = ibl_png_picture(source->bytes, source->size, r->picture);
-    source->bytes = r->picture;
+    request->size = ibl_png_picture(request->bytes, request->size, r->picture);
+    request->bytes = r->picture;
     return IBL_OK;
 }
 
@@ -288,23 +271,28 @@ static ibl_status check_and_open(bridge_rows *r,
                                  const ibl_bridge_source *source,
                                  const ibl_read_options *opts)
 {
+    const ibl_input *in = source->in;
     ibl_read_report *report = &r->rows.report;
-    ibl_bridge_source given = *source;
+    ibl_bridge_request request = source->request;
     ibl_bridge_info info;
-    ibl_status status = load(r->rows.ctx, source, &r->calls);
+    ibl_status status = load(source, &r->calls);
     if (status)
         return status;
     const char *missing =
-        ibl_truncation_check(source->reader, source->bytes, source->size);
+        ibl_truncation_check(request.reader, in->bytes, in->size);
     if (missing)
-        return ibl_fail(r->rows.ctx, IBL_ERR_FORMAT, "%s: damaged %s: %s",
-                        source->name, source->kind, missing);
-    if (source->reader && !strcmp(source->reader, "png"))
-        status = clean_png(r, &given);
+        return ibl_refuse(in, IBL_ERR_FORMAT, "damaged %s: %s", source->kind,
+                          missing);
+    request.bytes = in->bytes;
+    request.size = in->size;
+    request.want_alpha = opts->alpha != IBL_ALPHA_IGNORE;
+    request.threads = ibl_ctx_threads(in->ctx);
+    if (request.reader && !strcmp(request.reader, "png"))
+        status = clean_png(r, &request);
     if (!status)
-        status = open_either(r, &given, opts->alpha != IBL_ALPHA_IGNORE, &info);
+        status = open_either(r, source, &request, &info);
     if (!status)
-        status = check_claims(r->rows.ctx, &given, opts, &info);
+        status = check_claims(in, request.size, opts, &info);
     if (status)
         return status;
     r->rows.width = info.width;
@@ -317,23 +305,23 @@ static ibl_status check_and_open(bridge_rows *r,
     return info.has_alpha ? ibl_rows_alloc_alpha(&r->rows) : IBL_OK;
 }
 
-ibl_status ibl_bridge_rows(ibl_ctx *ctx, const ibl_bridge_source *source,
+ibl_status ibl_bridge_rows(const ibl_bridge_source *source,
                            const ibl_read_options *opts, ibl_rows **rows)
 {
+    ibl_ctx *ctx = source->in->ctx;
     bridge_rows *r = ibl_alloc_zeroed(1, sizeof *r);
-    ibl_status status;
 
     *rows = NULL;
     if (!r)
         return ibl_no_memory(ctx, "an image");
     r->rows = (ibl_rows){.ctx = ctx, .read = rows_read, .close = rows_close};
     r->fd = -1;
-    r->name = source->name;
+    r->in = source->in;
     snprintf(r->kind, sizeof r->kind, "%s", source->kind ? source->kind : "");
     r->is_luma = source->luma != NULL;
     if (source->luma)
         memcpy(r->luma, source->luma, sizeof r->luma);
-    status = check_and_open(r, source, opts);
+    const ibl_status status = check_and_open(r, source, opts);
     if (status)
         ibl_rows_close(&r->rows);
     else

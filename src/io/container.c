@@ -5,24 +5,24 @@
 
 #include "core/alloc.h"
 
-uint32_t ibl_file_u32(const ibl_file *file, uint64_t at)
+uint32_t ibl_input_u32(const ibl_input *in, uint64_t at)
 {
     uint32_t value;
-    memcpy(&value, file->bytes + at, sizeof value);
-    return file->swap ? __builtin_bswap32(value) : value;
+    memcpy(&value, in->bytes + at, sizeof value);
+    return in->swap ? __builtin_bswap32(value) : value;
 }
 
-bool ibl_file_has(const ibl_file *file, uint64_t at, uint64_t size)
+bool ibl_input_has(const ibl_input *in, uint64_t at, uint64_t size)
 {
-    return at <= file->size && size <= file->size - at;
+    return at <= in->size && size <= in->size - at;
 }
 
-ibl_status ibl_file_short(const ibl_file *file, const char *what)
+ibl_status ibl_input_short(const ibl_input *in, const char *what)
 {
-    return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                    "%s: damaged or cut short: its %zu bytes do not hold %s: "
-                    "copy or make it again",
-                    file->name, file->size, what);
+    return ibl_refuse(in, IBL_ERR_FORMAT,
+                      "damaged or cut short: its %zu bytes do not hold %s: "
+                      "copy or make it again",
+                      in->size, what);
 }
 
 static size_t edge(int size, int level)
@@ -57,45 +57,44 @@ static uint32_t max_levels(uint32_t width, uint32_t height)
     return levels;
 }
 
-static ibl_status unsupported(const ibl_file *file, const char *what,
+static ibl_status unsupported(const ibl_input *in, const char *what,
                               uint32_t value)
 {
-    return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
-                    "%s: %s (%u): only 2D textures, cubes and arrays of them "
-                    "are read",
-                    file->name, what, value);
+    return ibl_refuse(
+        in, IBL_ERR_UNSUPPORTED,
+        "%s (%u): only 2D textures, cubes and arrays of them are read", what,
+        value);
 }
 
-static ibl_status check_shape(const ibl_file *file, const ibl_shape *s)
+static ibl_status check_shape(const ibl_input *in, const ibl_shape *s)
 {
     if (s->depth)
-        return unsupported(file, "a 3D texture, by its depth", s->depth);
+        return unsupported(in, "a 3D texture, by its depth", s->depth);
     if (s->width && !s->height)
-        return unsupported(file, "a 1D texture, by its width", s->width);
+        return unsupported(in, "a 1D texture, by its width", s->width);
     if (s->width < 1 || s->height < 1)
-        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                        "%s: %ux%u texels: a texture has at least 1x1",
-                        file->name, s->width, s->height);
+        return ibl_refuse(in, IBL_ERR_FORMAT,
+                          "%ux%u texels: a texture has at least 1x1", s->width,
+                          s->height);
     if (s->width > IBL_MAX_EDGE || s->height > IBL_MAX_EDGE)
-        return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
-                        "%s: %ux%u texels: the limit is %d", file->name,
-                        s->width, s->height, IBL_MAX_EDGE);
+        return ibl_refuse(in, IBL_ERR_UNSUPPORTED,
+                          "%ux%u texels: the limit is %d", s->width, s->height,
+                          IBL_MAX_EDGE);
     if (s->layers > IBL_MAX_LAYERS)
-        return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
-                        "%s: an array of %u layers: the limit is %d",
-                        file->name, s->layers, IBL_MAX_LAYERS);
+        return ibl_refuse(in, IBL_ERR_UNSUPPORTED,
+                          "an array of %u layers: the limit is %d", s->layers,
+                          IBL_MAX_LAYERS);
     if (s->faces != 1 && s->faces != IBL_FACES)
-        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                        "%s: %u faces: must be 6 or 1", file->name, s->faces);
+        return ibl_refuse(in, IBL_ERR_FORMAT, "%u faces: must be 6 or 1",
+                          s->faces);
     if (s->faces == IBL_FACES && s->width != s->height)
-        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                        "%s: cube faces of %ux%u texels: must be square",
-                        file->name, s->width, s->height);
+        return ibl_refuse(in, IBL_ERR_FORMAT,
+                          "cube faces of %ux%u texels: must be square",
+                          s->width, s->height);
     if (s->levels > max_levels(s->width, s->height))
-        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                        "%s: %u levels of %ux%u texels: the limit is %u",
-                        file->name, s->levels, s->width, s->height,
-                        max_levels(s->width, s->height));
+        return ibl_refuse(
+            in, IBL_ERR_FORMAT, "%u levels of %ux%u texels: the limit is %u",
+            s->levels, s->width, s->height, max_levels(s->width, s->height));
     return IBL_OK;
 }
 
@@ -114,11 +113,11 @@ uint64_t ibl_place_bytes(const ibl_place *place, const ibl_texture *tex,
            ibl_texture_height(tex, level);
 }
 
-ibl_status ibl_texture_begin(const ibl_file *file, const ibl_shape *shape,
+ibl_status ibl_texture_begin(const ibl_input *in, const ibl_shape *shape,
                              const ibl_layout *layout, uint32_t row_align,
                              ibl_texture *tex)
 {
-    const ibl_status status = check_shape(file, shape);
+    const ibl_status status = check_shape(in, shape);
     if (status)
         return status;
     *tex = (ibl_texture){.pixel = layout->pixel,
@@ -136,15 +135,15 @@ ibl_status ibl_texture_begin(const ibl_file *file, const ibl_shape *shape,
         texels +=
             images * ibl_texture_width(tex, l) * ibl_texture_height(tex, l);
     }
-    if (stored > file->size)
-        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                        "%s: damaged or cut short: its texels take %llu bytes,"
-                        " the file has %zu: copy or make it again",
-                        file->name, (unsigned long long)stored, file->size);
+    if (stored > in->size)
+        return ibl_refuse(in, IBL_ERR_FORMAT,
+                          "damaged or cut short: its texels take %llu bytes, "
+                          "the file has %zu: copy or make it again",
+                          (unsigned long long)stored, in->size);
     /* No more than 4/3 of the file's own size from here on. */
     tex->bytes = (size_t)texels * ibl_pixel_bytes(tex->pixel);
     tex->data = ibl_alloc_array(tex->bytes, 1);
-    return tex->data ? IBL_OK : ibl_no_memory(file->ctx, "a texture");
+    return tex->data ? IBL_OK : ibl_no_memory(in->ctx, "a texture");
 }
 
 static void turn_words(unsigned char *p, size_t bytes, int word)
@@ -176,7 +175,7 @@ static void widen(const ibl_layout *layout, const unsigned char *src,
     }
 }
 
-ibl_status ibl_place_read(const ibl_file *file, const ibl_place *place,
+ibl_status ibl_place_read(const ibl_input *in, const ibl_place *place,
                           ibl_texture *tex, int level, int layer, int face)
 {
     const ibl_layout *layout = place->layout;
@@ -187,34 +186,33 @@ ibl_status ibl_place_read(const ibl_file *file, const ibl_place *place,
     unsigned char *out =
         tex->data + ibl_texture_layer_offset(tex, level, layer, face);
 
-    if (!ibl_file_has(file, place->at, ibl_place_bytes(place, tex, level)))
-        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                        "%s: damaged or cut short: face %d of level %d, layer "
-                        "%d, is at %llu, beyond the file's %zu bytes: copy or "
-                        "make it again",
-                        file->name, face, level, layer,
-                        (unsigned long long)place->at, file->size);
+    if (!ibl_input_has(in, place->at, ibl_place_bytes(place, tex, level)))
+        return ibl_refuse(
+            in, IBL_ERR_FORMAT,
+            "damaged or cut short: face %d of level %d, layer %d, is at %llu, "
+            "beyond the file's %zu bytes: copy or make it again",
+            face, level, layer, (unsigned long long)place->at, in->size);
     for (size_t y = 0; y < height; y++) {
         const size_t from = place->bottom_up ? height - 1 - y : y;
-        const unsigned char *row = file->bytes + place->at + from * in_bytes;
+        const unsigned char *row = in->bytes + place->at + from * in_bytes;
         if ((size_t)layout->texel_bytes != ibl_pixel_bytes(tex->pixel)) {
-            widen(layout, row, width, file->swap, out + y * out_bytes);
+            widen(layout, row, width, in->swap, out + y * out_bytes);
             continue;
         }
         memcpy(out + y * out_bytes, row, out_bytes);
-        if (file->swap)
+        if (in->swap)
             turn_words(out + y * out_bytes, out_bytes, layout->word_bytes);
     }
     return IBL_OK;
 }
 
-ibl_status ibl_place_read_level(const ibl_file *file, ibl_place *place,
+ibl_status ibl_place_read_level(const ibl_input *in, ibl_place *place,
                                 ibl_texture *tex, int level)
 {
     const uint64_t face_bytes = ibl_place_bytes(place, tex, level);
     for (int i = 0; i < tex->layers * tex->faces; i++) {
         const ibl_status status = ibl_place_read(
-            file, place, tex, level, i / tex->faces, i % tex->faces);
+            in, place, tex, level, i / tex->faces, i % tex->faces);
         if (status)
             return status;
         place->at += face_bytes;

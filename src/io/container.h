@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* What the three containers share: shapes, rows in and out, KTX key/values. A
- * reader trusts nothing but file->size. */
+ * reader trusts nothing but in->size. */
 #ifndef IBL_IO_CONTAINER_H
 #define IBL_IO_CONTAINER_H
 
@@ -10,6 +10,7 @@
 
 #include "core/context.h"
 #include "ibl/io.h"
+#include "io/input.h"
 #include "io/pixel_format.h"
 
 #if __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
@@ -21,20 +22,11 @@ enum {
     IBL_MAX_KEY_BYTES = 255
 };
 
-/* A file in memory. */
-typedef struct ibl_file {
-    ibl_ctx *ctx;
-    const char *name; /* for messages */
-    const unsigned char *bytes;
-    size_t size;
-    bool swap; /* its words are big endian */
-} ibl_file;
-
 /* The word at an offset that the caller has checked. */
-uint32_t ibl_file_u32(const ibl_file *file, uint64_t at);
+uint32_t ibl_input_u32(const ibl_input *in, uint64_t at);
 /* Whether [at, at + size) is inside. */
-bool ibl_file_has(const ibl_file *file, uint64_t at, uint64_t size);
-ibl_status ibl_file_short(const ibl_file *file, const char *what);
+bool ibl_input_has(const ibl_input *in, uint64_t at, uint64_t size);
+ibl_status ibl_input_short(const ibl_input *in, const char *what);
 
 /* A texture's shape as KTX and KTX2 headers have it. 0 levels are 1, 0 layers
  * are 1 and no array, 0 depth is none. */
@@ -49,7 +41,7 @@ ibl_shape ibl_shape_of(const ibl_texture *tex);
  * then allocates tex, without keys. row_align: rows in the file begin at
  * multiples of so many bytes.
  */
-ibl_status ibl_texture_begin(const ibl_file *file, const ibl_shape *shape,
+ibl_status ibl_texture_begin(const ibl_input *in, const ibl_shape *shape,
                              const ibl_layout *layout, uint32_t row_align,
                              ibl_texture *tex);
 
@@ -65,11 +57,11 @@ typedef struct ibl_place {
 uint64_t ibl_place_bytes(const ibl_place *place, const ibl_texture *tex,
                          int level);
 /* Copies one in, turning words round and widening where needed. */
-ibl_status ibl_place_read(const ibl_file *file, const ibl_place *place,
+ibl_status ibl_place_read(const ibl_input *in, const ibl_place *place,
                           ibl_texture *tex, int level, int layer, int face);
 /* Reads a level whose layers' faces follow one another at place->at, and
  * moves that behind them. */
-ibl_status ibl_place_read_level(const ibl_file *file, ibl_place *place,
+ibl_status ibl_place_read_level(const ibl_input *in, ibl_place *place,
                                 ibl_texture *tex, int level);
 
 /* Edges of a level. */
@@ -89,7 +81,7 @@ ibl_status ibl_texture_check(ibl_ctx *ctx, const ibl_texture *tex);
  *   down   the orientation whose rows go from the top, "rd" or "S=r,T=d"
  *   up     the one from the bottom
  */
-ibl_status ibl_keys_read(const ibl_file *file, uint64_t at, uint64_t size,
+ibl_status ibl_keys_read(const ibl_input *in, uint64_t at, uint64_t size,
                          const char *down, const char *up, ibl_texture *tex,
                          bool *bottom_up);
 
@@ -110,9 +102,9 @@ void ibl_keys_write(const ibl_key_value *keys, int count, unsigned char *dst);
 ibl_container ibl_container_of(const unsigned char *bytes, size_t size);
 
 /* tex is empty; free it with ibl_texture_free after an error. */
-ibl_status ibl_ktx2_decode(ibl_file *file, ibl_texture *tex);
-ibl_status ibl_ktx_decode(ibl_file *file, ibl_texture *tex);
-ibl_status ibl_dds_decode(ibl_file *file, ibl_texture *tex);
+ibl_status ibl_ktx2_decode(ibl_input *in, ibl_texture *tex);
+ibl_status ibl_ktx_decode(ibl_input *in, ibl_texture *tex);
+ibl_status ibl_dds_decode(ibl_input *in, ibl_texture *tex);
 
 /* A stretch of a file. */
 typedef struct ibl_piece {

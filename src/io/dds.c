@@ -99,35 +99,35 @@ ibl_status ibl_dds_encode(ibl_ctx *ctx, const ibl_texture *tex,
     return IBL_OK;
 }
 
-static ibl_status read_dx10(const ibl_file *file, const header *h,
+static ibl_status read_dx10(const ibl_input *in, const header *h,
                             const ibl_layout **layout, ibl_shape *shape)
 {
-    if (!ibl_file_has(file, 0, sizeof *h))
-        return ibl_file_short(file, "a DX10 header");
+    if (!ibl_input_has(in, 0, sizeof *h))
+        return ibl_input_short(in, "a DX10 header");
     *layout = ibl_layout_find(offsetof(ibl_layout, dxgi), h->dxgi);
     if (!*layout)
-        return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
-                        "%s: DXGI format %u: only 10, 2, 67, 26, 34, 16 and 6 "
-                        "are read (RGBA, RG, RGB floats, RGB9E5, R11G11B10)",
-                        file->name, h->dxgi);
+        return ibl_refuse(in, IBL_ERR_UNSUPPORTED,
+                          "DXGI format %u: only 10, 2, 67, 26, 34, 16 and 6 "
+                          "are read (RGBA, RG, RGB floats, RGB9E5, R11G11B10)",
+                          h->dxgi);
     if (h->dimension != DIMENSION_2D) {
         const char *name = h->dimension == 2   ? " (1D)"
                            : h->dimension == 4 ? " (3D)"
                                                : "";
-        return ibl_fail(file->ctx, *name ? IBL_ERR_UNSUPPORTED : IBL_ERR_FORMAT,
-                        "%s: resource dimension %u%s: must be 3 (2D)",
-                        file->name, h->dimension, name);
+        return ibl_refuse(in, *name ? IBL_ERR_UNSUPPORTED : IBL_ERR_FORMAT,
+                          "resource dimension %u%s: must be 3 (2D)",
+                          h->dimension, name);
     }
     if (!h->array)
-        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                        "%s: damaged: an array of no textures", file->name);
+        return ibl_refuse(in, IBL_ERR_FORMAT,
+                          "damaged: an array of no textures");
     shape->layers = h->array;
     if (h->misc & MISC_CUBE)
         shape->faces = IBL_FACES;
     return IBL_OK;
 }
 
-static ibl_status read_direct3d9(const ibl_file *file, const header *h,
+static ibl_status read_direct3d9(const ibl_input *in, const header *h,
                                  const ibl_layout **layout, ibl_shape *shape)
 {
     *layout = ibl_layout_find(offsetof(ibl_layout, d3d), h->pf_fourcc);
@@ -136,45 +136,45 @@ static ibl_status read_direct3d9(const ibl_file *file, const header *h,
         memcpy(text, &h->pf_fourcc, 4);
         for (int i = 0; i < 4; i++)
             text[i] = text[i] >= ' ' && text[i] < 127 ? text[i] : '.';
-        return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
-                        "%s: FourCC 0x%X (%s): only DX10 and the formats 112, "
-                        "113, 115 and 116 of Direct3D 9 are read",
-                        file->name, h->pf_fourcc, text);
+        return ibl_refuse(in, IBL_ERR_UNSUPPORTED,
+                          "FourCC 0x%X (%s): only DX10 and the formats 112, "
+                          "113, 115 and 116 of Direct3D 9 are read",
+                          h->pf_fourcc, text);
     }
     if (!(h->caps2 & CAPS2_CUBE))
         return IBL_OK;
     shape->faces = IBL_FACES;
     if ((h->caps2 & CAPS2_FACES) == CAPS2_FACES)
         return IBL_OK;
-    return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
-                    "%s: a cube of some faces only (0x%X)", file->name,
-                    h->caps2 & CAPS2_FACES);
+    return ibl_refuse(in, IBL_ERR_UNSUPPORTED,
+                      "a cube of some faces only (0x%X)",
+                      h->caps2 & CAPS2_FACES);
 }
 
-static ibl_status check_header(const ibl_file *file, const header *h)
+static ibl_status check_header(const ibl_input *in, const header *h)
 {
     if (h->size != SIZE || h->pf_size != PF_SIZE)
-        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                        "%s: damaged: headers of %u and %u bytes, must be %d "
-                        "and %d",
-                        file->name, h->size, h->pf_size, SIZE, PF_SIZE);
+        return ibl_refuse(
+            in, IBL_ERR_FORMAT,
+            "damaged: headers of %u and %u bytes, must be %d and %d", h->size,
+            h->pf_size, SIZE, PF_SIZE);
     if (!(h->pf_flags & PF_HAS_FOURCC))
-        return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
-                        "%s: texels of %u integer bits: only float formats "
-                        "are read",
-                        file->name, h->pf_bits);
+        return ibl_refuse(
+            in, IBL_ERR_UNSUPPORTED,
+            "texels of %u integer bits: only float formats are read",
+            h->pf_bits);
     return IBL_OK;
 }
 
-ibl_status ibl_dds_decode(ibl_file *file, ibl_texture *tex)
+ibl_status ibl_dds_decode(ibl_input *in, ibl_texture *tex)
 {
     ibl_place place = {.row_align = 1, .at = HEADER_BYTES};
     header h = {.dxgi = 0};
 
-    if (!ibl_file_has(file, 0, HEADER_BYTES))
-        return ibl_file_short(file, "a DDS header");
-    memcpy(&h, file->bytes, file->size < sizeof h ? file->size : sizeof h);
-    ibl_status status = check_header(file, &h);
+    if (!ibl_input_has(in, 0, HEADER_BYTES))
+        return ibl_input_short(in, "a DDS header");
+    memcpy(&h, in->bytes, in->size < sizeof h ? in->size : sizeof h);
+    ibl_status status = check_header(in, &h);
     if (status)
         return status;
     ibl_shape shape = {
@@ -185,17 +185,17 @@ ibl_status ibl_dds_decode(ibl_file *file, ibl_texture *tex)
         shape.depth = h.depth | 1;
     if (h.pf_fourcc == fourcc_dx10) {
         place.at = sizeof h;
-        status = read_dx10(file, &h, &place.layout, &shape);
+        status = read_dx10(in, &h, &place.layout, &shape);
     } else {
-        status = read_direct3d9(file, &h, &place.layout, &shape);
+        status = read_direct3d9(in, &h, &place.layout, &shape);
     }
     if (!status)
-        status = ibl_texture_begin(file, &shape, place.layout, 1, tex);
+        status = ibl_texture_begin(in, &shape, place.layout, 1, tex);
     if (status)
         return status;
     for (int i = 0; i < tex->layers * tex->faces; i++) {
         for (int l = 0; !status && l < tex->levels; l++) {
-            status = ibl_place_read(file, &place, tex, l, i / tex->faces,
+            status = ibl_place_read(in, &place, tex, l, i / tex->faces,
                                     i % tex->faces);
             place.at += ibl_place_bytes(&place, tex, l);
         }

@@ -2,6 +2,7 @@
 #include "io/exr.h"
 
 #include <errno.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -64,13 +65,7 @@ void ibl_exr_listen(ibl_exr_file *file)
     file->text[0] = 0;
 }
 
-ibl_status ibl_exr_unread(ibl_ctx *ctx, const ibl_exr_file *file)
-{
-    return ibl_fail(ctx, IBL_ERR_IO, "%s: cannot be read: %s", file->in->name,
-                    strerror(file->error));
-}
-
-static ibl_status open_file(ibl_ctx *ctx, ibl_exr_file *file)
+static ibl_status open_file(ibl_exr_file *file)
 {
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
     init.error_handler_fn = error_fn;
@@ -83,34 +78,31 @@ static ibl_status open_file(ibl_ctx *ctx, ibl_exr_file *file)
     if (rv)
         file->exr = NULL;
     if (rv == EXR_ERR_OUT_OF_MEMORY || file->no_memory)
-        return ibl_no_memory(ctx, "the header of an EXR");
+        return ibl_no_memory(file->in->ctx, "the header of an EXR");
     if (!rv)
         return IBL_OK;
     if (file->error)
-        return ibl_exr_unread(ctx, file);
-    return ibl_fail(ctx, IBL_ERR_FORMAT,
-                    "%s: EXR header damaged or cut short: %s", file->in->name,
-                    file->text[0] ? file->text
-                                  : exr_get_default_error_message(rv));
+        return ibl_input_unread(file->in, file->error);
+    return ibl_refuse(
+        file->in, IBL_ERR_FORMAT, "EXR header damaged or cut short: %s",
+        file->text[0] ? file->text : exr_get_default_error_message(rv));
 }
 
 /* ---- opening -------------------------------------------------------- */
 
 /* Opens the file and finds what is asked for. */
-static ibl_status choose(ibl_ctx *ctx, const ibl_read_options *opts,
-                         ibl_exr_decoder *d)
+static ibl_status choose(const ibl_read_options *opts, ibl_exr_decoder *d)
 {
-    const char *name = d->file.in->name;
-    ibl_status status = open_file(ctx, &d->file);
+    ibl_status status = open_file(&d->file);
     if (!status)
-        status = ibl_exr_choose(ctx, &d->file, opts, &d->pick);
+        status = ibl_exr_choose(&d->file, opts, &d->pick);
     if (!status)
-        status = ibl_map_check_size(ctx, name, opts, d->pick.display.width,
+        status = ibl_map_check_size(d->file.in, opts, d->pick.display.width,
                                     d->pick.display.height);
     if (!status)
-        status = ibl_exr_list_chunks(ctx, &d->file, &d->pick, &d->table);
+        status = ibl_exr_list_chunks(&d->file, &d->pick, &d->table);
     if (!status)
-        status = ibl_exr_decoder_init(ctx, d);
+        status = ibl_exr_decoder_init(d);
     return status;
 }
 
@@ -136,79 +128,72 @@ static ibl_status alloc_chroma(ibl_ctx *ctx, const ibl_exr_pick *pick,
     return IBL_OK;
 }
 
-/* With chroma of half the size, whose filter wants many lines. */
-static ibl_status decode_whole(ibl_ctx *ctx, ibl_exr_decoder *d,
-                               ibl_rows **rows)
+/* With chroma of half the size, whose filter needs many lines. */
+static ibl_status decode_whole(ibl_exr_decoder *d, ibl_rows **out)
 {
+    ibl_ctx *ctx = d->file.in->ctx;
     const int width = d->pick.display.width, height = d->pick.display.height;
-    ibl_rows plane = {.ctx = ctx, .width = width, .height = height};
     ibl_exr_chroma chroma = {0};
-    ibl_image img = {0};
-    ibl_status status = alloc_chroma(ctx, &d->pick, &chroma);
+    ibl_rows *rows = NULL;
+    ibl_image img;
+    ibl_status status = ibl_image_alloc(ctx, width, height, &img);
     if (!status)
-        status = ibl_image_alloc(ctx, width, height, &img);
+        status = ibl_rows_of_image(ctx, &img, &rows);
+    if (!status)
+        status = alloc_chroma(ctx, &d->pick, &chroma);
     if (!status && d->pick.alpha >= 0)
-        status = ibl_rows_alloc_alpha(&plane);
-    if (status)
-        goto done;
-    const ibl_exr_target target = {.rgb = img.data,
-                                   .count = height,
-                                   .alpha = plane.alpha,
-                                   .chroma = &chroma};
-    memset(img.data, 0, 3 * sizeof(float) * (size_t)width * (size_t)height);
-    status = ibl_exr_decode_chunks(ctx, d, 0, d->table.count, &target);
+        status = ibl_rows_alloc_alpha(rows);
+    if (!status) {
+        img = rows->whole;
+        memset(img.data, 0, 3 * sizeof(float) * (size_t)width * (size_t)height);
+        const ibl_exr_target target = {.rgb = img.data,
+                                       .count = height,
+                                       .alpha = rows->alpha,
+                                       .chroma = &chroma};
+        status = ibl_exr_decode_chunks(d, 0, d->table.count, &target);
+    }
     if (!status)
         status = ibl_exr_to_rgb(ctx, &d->pick, &chroma, &img);
-    if (!status)
-        status = ibl_rows_of_image(ctx, &img, rows);
-    if (!status) {
-        (*rows)->alpha = plane.alpha;
-        plane.alpha = NULL;
-    }
-done:
-    ibl_image_free(&img);
-    ibl_free(plane.alpha);
+    if (status)
+        ibl_rows_close(rows);
+    else
+        *out = rows;
     ibl_free(chroma.plane[0]);
     ibl_free(chroma.plane[1]);
     return status;
 }
 
-static ibl_status open_bridged(ibl_ctx *ctx, const ibl_exr_pick *pick,
-                               ibl_input *in, const ibl_read_options *opts,
-                               ibl_rows **rows)
+static ibl_status open_bridged(const ibl_exr_pick *pick, ibl_input *in,
+                               const ibl_read_options *opts, ibl_rows **rows)
 {
     const exr_attr_chlist_entry_t *all = pick->channels->entries;
     const char *compression = ibl_exr_compression_name(pick->compression);
     char kind[64];
-    ibl_status status;
 
     if (pick->chroma_step != 1)
-        return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
-                        "%s: neither OpenEXRCore nor the image bridge reads "
-                        "%s with half-size RY and BY; save it as RGB",
-                        in->name, compression);
-    status = ibl_input_load(ctx, NULL, in);
+        return ibl_refuse(in, IBL_ERR_UNSUPPORTED,
+                          "neither OpenEXRCore nor the image bridge reads %s "
+                          "with half-size RY and BY; save it as RGB",
+                          compression);
+    const ibl_status status = ibl_input_load(NULL, in);
     if (status)
         return status;
-    const ibl_bridge_source source = {
-        .name = in->name,
-        .bytes = in->bytes,
-        .size = in->size,
+    ibl_bridge_source source = {
+        .in = in,
         .kind = kind,
-        .reader = "openexr",
-        .subimage = pick->part,
-        .channels = {all[pick->channel[0]].name.str,
-                     all[pick->channel[1]].name.str,
-                     all[pick->channel[2]].name.str},
-        .alpha = pick->alpha < 0 ? NULL : all[pick->alpha].name.str,
         .luma = pick->colour == IBL_EXR_LUMA_CHROMA ? pick->luma : NULL,
+        .request = {.reader = "openexr", .subimage = pick->part},
     };
+    if (pick->alpha >= 0)
+        source.request.alpha = all[pick->alpha].name.str;
+    for (int c = 0; c < 3; c++)
+        source.request.channels[c] = all[pick->channel[c]].name.str;
     snprintf(kind, sizeof kind, "OpenEXR, %s", compression);
-    return ibl_bridge_rows(ctx, &source, opts, rows);
+    return ibl_bridge_rows(&source, opts, rows);
 }
 
-ibl_status ibl_exr_open(ibl_ctx *ctx, ibl_input *in,
-                        const ibl_read_options *opts, ibl_rows **rows)
+ibl_status ibl_exr_open(ibl_input *in, const ibl_read_options *opts,
+                        ibl_rows **rows)
 {
     ibl_exr_decoder *d = ibl_alloc_zeroed(1, sizeof *d);
     char format[64];
@@ -216,18 +201,18 @@ ibl_status ibl_exr_open(ibl_ctx *ctx, ibl_input *in,
 
     *rows = NULL;
     if (!d)
-        return ibl_no_memory(ctx, "an EXR");
+        return ibl_no_memory(in->ctx, "an EXR");
     d->file.in = in;
-    status = choose(ctx, opts, d);
+    status = choose(opts, d);
     if (status)
         goto done;
     describe(&d->pick, format);
     if (!ibl_exr_can_decode(d)) {
-        status = open_bridged(ctx, &d->pick, in, opts, rows);
+        status = open_bridged(&d->pick, in, opts, rows);
     } else if (d->pick.chroma_step > 1) {
-        status = decode_whole(ctx, d, rows);
+        status = decode_whole(d, rows);
     } else {
-        status = ibl_exr_rows(ctx, d, rows);
+        status = ibl_exr_rows(d, rows);
         d = NULL;
     }
     if (!status)
@@ -235,4 +220,25 @@ ibl_status ibl_exr_open(ibl_ctx *ctx, ibl_input *in,
 done:
     ibl_exr_decoder_free(d);
     return status;
+}
+
+/* ---- the library ---------------------------------------------------- */
+
+static char version[48];
+
+static void find_version(void)
+{
+    int major = 0, minor = 0, patch = 0;
+    const char *extra = NULL;
+
+    exr_get_library_version(&major, &minor, &patch, &extra);
+    snprintf(version, sizeof version, "%d.%d.%d%s%s", major, minor, patch,
+             extra && *extra ? "-" : "", extra ? extra : "");
+}
+
+const char *ibl_exr_version(void)
+{
+    static pthread_once_t once = PTHREAD_ONCE_INIT;
+    pthread_once(&once, find_version);
+    return version;
 }

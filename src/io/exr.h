@@ -19,10 +19,7 @@ bool ibl_exr_is(const void *bytes, size_t size);
  * chroma has half the size the rows come from a whole image.
  *   in    must stay as long as rows; loaded for the bridge
  */
-ibl_status ibl_exr_open(ibl_ctx *ctx, ibl_input *in,
-                        const ibl_read_options *opts, ibl_rows **rows);
-
-/* Turns count pixels of Y RY BY to R G B; luma: the weights of R, G, B in Y. */
-void ibl_exr_line_to_rgb(const float luma[3], float *p, int count);
+ibl_status ibl_exr_open(ibl_input *in, const ibl_read_options *opts,
+                        ibl_rows **rows);
 
 #endif

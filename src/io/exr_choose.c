@@ -173,7 +173,7 @@ static const exr_attr_chlist_t *channels_of(const ibl_exr_file *file, int part)
 }
 
 /* Why no part had what was wanted. */
-static ibl_status explain(ibl_ctx *ctx, const ibl_exr_file *file,
+static ibl_status explain(const ibl_exr_file *file,
                           const ibl_read_options *opts, int parts,
                           bool ambiguous)
 {
@@ -196,28 +196,25 @@ static ibl_status explain(ibl_ctx *ctx, const ibl_exr_file *file,
             list_add(&names, "%s", list->entries[i].name.str);
     }
     if (deep && !flat)
-        return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
-                        "%s: deep EXR data has no one colour per pixel; "
-                        "flatten it first",
-                        file->in->name);
+        return ibl_refuse(
+            file->in, IBL_ERR_UNSUPPORTED,
+            "deep EXR data has no one colour per pixel; flatten it first");
     if (!layers.count)
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: no colour in this EXR: it has %s; R, G and B or "
-                        "Y alone are needed",
-                        file->in->name,
-                        names.count ? names.text : "no channels");
+        return ibl_refuse(file->in, IBL_ERR_FORMAT,
+                          "no colour in this EXR: it has %s; R, G and B or Y "
+                          "alone are needed",
+                          names.count ? names.text : "no channels");
     if (ambiguous)
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: several layers have colour: %s; pick one with "
-                        "the layer option",
-                        file->in->name, layers.text);
-    return ibl_fail(
-        ctx, IBL_ERR_FORMAT, "%s: no layer '%s' with colour; there are: %s",
-        file->in->name, opts->layer ? opts->layer : "", layers.text);
+        return ibl_refuse(
+            file->in, IBL_ERR_FORMAT,
+            "several layers have colour: %s; pick one with the layer option",
+            layers.text);
+    return ibl_refuse(file->in, IBL_ERR_FORMAT,
+                      "no layer '%s' with colour; there are: %s",
+                      opts->layer ? opts->layer : "", layers.text);
 }
 
-static ibl_status no_such_part(ibl_ctx *ctx, const ibl_exr_file *file, int part,
-                               int parts)
+static ibl_status no_such_part(const ibl_exr_file *file, int part, int parts)
 {
     text_list names = {.count = 0};
     for (int p = 0; p < parts; p++) {
@@ -226,21 +223,20 @@ static ibl_status no_such_part(ibl_ctx *ctx, const ibl_exr_file *file, int part,
             name = "(unnamed)";
         list_add(&names, "%d %s", p, name);
     }
-    return ibl_fail(ctx, IBL_ERR_FORMAT, "%s: no part %d; there are: %s",
-                    file->in->name, part, names.text);
+    return ibl_refuse(file->in, IBL_ERR_FORMAT, "no part %d; there are: %s",
+                      part, names.text);
 }
 
-static ibl_status choose_part(ibl_ctx *ctx, const ibl_exr_file *file,
+static ibl_status choose_part(const ibl_exr_file *file,
                               const ibl_read_options *opts, ibl_exr_pick *pick)
 {
     int parts = 0;
     bool ambiguous = false;
 
     if (exr_get_count(file->exr, &parts) || parts < 1)
-        return ibl_fail(ctx, IBL_ERR_FORMAT, "%s: this EXR has no parts",
-                        file->in->name);
+        return ibl_refuse(file->in, IBL_ERR_FORMAT, "this EXR has no parts");
     if (opts->part >= parts)
-        return no_such_part(ctx, file, opts->part, parts);
+        return no_such_part(file, opts->part, parts);
     for (int p = 0; p < parts; p++) {
         exr_storage_t storage;
         int count;
@@ -258,14 +254,13 @@ static ibl_status choose_part(ibl_ctx *ctx, const ibl_exr_file *file,
         }
         ambiguous |= count > 1;
     }
-    return explain(ctx, file, opts, parts, ambiguous);
+    return explain(file, opts, parts, ambiguous);
 }
 
 /* Sampling rates that are wanted: 1 everywhere, 2 for both chroma channels.
  * And rates of the other channels that the core counts rightly: its chunks
  * hold whole steps of them. */
-static ibl_status check_sampling(ibl_ctx *ctx, const ibl_exr_file *file,
-                                 ibl_exr_pick *pick)
+static ibl_status check_sampling(const ibl_exr_file *file, ibl_exr_pick *pick)
 {
     const exr_attr_chlist_entry_t *all = pick->channels->entries;
     int lines = 1;
@@ -274,11 +269,12 @@ static ibl_status check_sampling(ibl_ctx *ctx, const ibl_exr_file *file,
         exr_get_scanlines_per_chunk(file->exr, pick->part, &lines);
     for (int i = 0; i < pick->channels->num_channels; i++) {
         if (lines > 1 && lines % all[i].y_sampling)
-            return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
-                            "%s: channel %s has every %dth line only, which "
-                            "%s blocks of %d lines cannot hold",
-                            file->in->name, all[i].name.str, all[i].y_sampling,
-                            ibl_exr_compression_name(pick->compression), lines);
+            return ibl_refuse(file->in, IBL_ERR_UNSUPPORTED,
+                              "channel %s has every %dth line only, which %s "
+                              "blocks of %d lines cannot hold",
+                              all[i].name.str, all[i].y_sampling,
+                              ibl_exr_compression_name(pick->compression),
+                              lines);
     }
     pick->chroma_step = 1;
     if (pick->colour == IBL_EXR_LUMA_CHROMA)
@@ -288,24 +284,22 @@ static ibl_status check_sampling(ibl_ctx *ctx, const ibl_exr_file *file,
         const int step = chroma ? pick->chroma_step : 1;
         const exr_attr_chlist_entry_t *e = &all[pick->channel[c]];
         if (e->x_sampling != step || e->y_sampling != step || step > 2)
-            return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
-                            "%s: channel %s is sampled every %d x %d pixels; "
-                            "only RY and BY may be, every 2 x 2",
-                            file->in->name, e->name.str, e->x_sampling,
-                            e->y_sampling);
+            return ibl_refuse(file->in, IBL_ERR_UNSUPPORTED,
+                              "channel %s is sampled every %d x %d pixels; "
+                              "only RY and BY may be, every 2 x 2",
+                              e->name.str, e->x_sampling, e->y_sampling);
     }
     const exr_attr_chlist_entry_t *a =
         pick->alpha < 0 ? NULL : &all[pick->alpha];
     if (a && (a->x_sampling != 1 || a->y_sampling != 1))
-        return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
-                        "%s: channel %s is sampled every %d x %d pixels; "
-                        "alpha may not be",
-                        file->in->name, a->name.str, a->x_sampling,
-                        a->y_sampling);
+        return ibl_refuse(
+            file->in, IBL_ERR_UNSUPPORTED,
+            "channel %s is sampled every %d x %d pixels; alpha may not be",
+            a->name.str, a->x_sampling, a->y_sampling);
     return IBL_OK;
 }
 
-static ibl_status read_window(ibl_ctx *ctx, const ibl_exr_file *file,
+static ibl_status read_window(const ibl_exr_file *file,
                               const exr_attr_box2i_t *box, const char *what,
                               ibl_exr_window *w)
 {
@@ -313,17 +307,17 @@ static ibl_status read_window(ibl_ctx *ctx, const ibl_exr_file *file,
     const long long height = (long long)box->max.y - box->min.y + 1;
     if (width < 1 || height < 1 || width > IBL_MAX_EDGE ||
         height > IBL_MAX_EDGE)
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: the EXR's %s is %lldx%lld; each edge must be 1 "
-                        "to %d",
-                        file->in->name, what, width, height, IBL_MAX_EDGE);
+        return ibl_refuse(
+            file->in, IBL_ERR_FORMAT,
+            "the EXR's %s is %lldx%lld; each edge must be 1 to %d", what, width,
+            height, IBL_MAX_EDGE);
     *w = (ibl_exr_window){box->min.x, box->min.y, box->max.x,
                           box->max.y, (int)width, (int)height};
     return IBL_OK;
 }
 
 /* Black around the data costs memory that the file does not account for. */
-static ibl_status check_windows(ibl_ctx *ctx, const ibl_exr_file *file,
+static ibl_status check_windows(const ibl_exr_file *file,
                                 const ibl_exr_pick *pick)
 {
     const ibl_exr_window *map = &pick->display, *data = &pick->data;
@@ -331,21 +325,18 @@ static ibl_status check_windows(ibl_ctx *ctx, const ibl_exr_file *file,
 
     if (data->x1 < map->x0 || data->x0 > map->x1 || data->y1 < map->y0 ||
         data->y0 > map->y1)
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: the EXR's data window lies outside its display "
-                        "window, so the map is empty",
-                        file->in->name);
+        return ibl_refuse(file->in, IBL_ERR_FORMAT,
+                          "the EXR's data window lies outside its display "
+                          "window, so the map is empty");
     if (pixels > 8e6 && pixels > 64.0 * data->width * data->height)
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: the EXR's display window is %dx%d but its data "
-                        "only %dx%d; less than 1/64 is taken for damage",
-                        file->in->name, map->width, map->height, data->width,
-                        data->height);
+        return ibl_refuse(file->in, IBL_ERR_FORMAT,
+                          "the EXR's display window is %dx%d but its data only "
+                          "%dx%d; less than 1/64 is taken for damage",
+                          map->width, map->height, data->width, data->height);
     return IBL_OK;
 }
 
-static ibl_status read_luma(ibl_ctx *ctx, const ibl_exr_file *file,
-                            ibl_exr_pick *pick)
+static ibl_status read_luma(const ibl_exr_file *file, ibl_exr_pick *pick)
 {
     /* Rec. 709, what a file without the attribute means. */
     exr_attr_chromaticities_t c = {0.64f, 0.33f, 0.30f,   0.60f,
@@ -354,33 +345,31 @@ static ibl_status read_luma(ibl_ctx *ctx, const ibl_exr_file *file,
         return IBL_OK;
     exr_attr_get_chromaticities(file->exr, pick->part, "chromaticities", &c);
     if (!ibl_exr_luma(&c, pick->luma))
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: the EXR's chromaticities span no colour space",
-                        file->in->name);
+        return ibl_refuse(file->in, IBL_ERR_FORMAT,
+                          "the EXR's chromaticities span no colour space");
     return IBL_OK;
 }
 
-static ibl_status refuse_cube(ibl_ctx *ctx, const ibl_exr_file *file, int part)
+static ibl_status refuse_cube(const ibl_exr_file *file, int part)
 {
     exr_envmap_t kind;
     if (exr_attr_get_envmap(file->exr, part, "envmap", &kind) ||
         kind != EXR_ENVMAP_CUBE)
         return IBL_OK;
-    return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
-                    "%s: this EXR holds the six faces of a cube; a "
-                    "latitude-longitude map is needed (exrenvmap makes one)",
-                    file->in->name);
+    return ibl_refuse(file->in, IBL_ERR_UNSUPPORTED,
+                      "this EXR holds the six faces of a cube; a "
+                      "latitude-longitude map is needed (exrenvmap makes one)");
 }
 
-ibl_status ibl_exr_choose(ibl_ctx *ctx, ibl_exr_file *file,
-                          const ibl_read_options *opts, ibl_exr_pick *pick)
+ibl_status ibl_exr_choose(ibl_exr_file *file, const ibl_read_options *opts,
+                          ibl_exr_pick *pick)
 {
     exr_attr_box2i_t display, data;
     ibl_status status;
 
     *pick = (ibl_exr_pick){0};
     ibl_exr_listen(file);
-    status = choose_part(ctx, file, opts, pick);
+    status = choose_part(file, opts, pick);
     if (status)
         return status;
     if (opts->alpha == IBL_ALPHA_IGNORE)
@@ -391,19 +380,18 @@ ibl_status ibl_exr_choose(ibl_ctx *ctx, ibl_exr_file *file,
         (pick->tiled &&
          exr_get_tile_sizes(file->exr, pick->part, 0, 0, &pick->tile_width,
                             &pick->tile_height)))
-        return ibl_fail(ctx, IBL_ERR_FORMAT, "%s: damaged EXR header: %s",
-                        file->in->name, file->text);
-    status = refuse_cube(ctx, file, pick->part);
+        return ibl_refuse(file->in, IBL_ERR_FORMAT, "damaged EXR header: %s",
+                          file->text);
+    status = refuse_cube(file, pick->part);
     if (!status)
-        status =
-            read_window(ctx, file, &display, "display window", &pick->display);
+        status = read_window(file, &display, "display window", &pick->display);
     if (!status)
-        status = read_window(ctx, file, &data, "data window", &pick->data);
+        status = read_window(file, &data, "data window", &pick->data);
     if (!status)
-        status = check_windows(ctx, file, pick);
+        status = check_windows(file, pick);
     if (!status)
-        status = check_sampling(ctx, file, pick);
+        status = check_sampling(file, pick);
     if (!status)
-        status = read_luma(ctx, file, pick);
+        status = read_luma(file, pick);
     return status;
 }

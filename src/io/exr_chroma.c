@@ -12,7 +12,7 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
-#include "io/exr.h"
+#include "io/exr_chroma.h"
 #include "io/exr_file.h"
 
 enum {

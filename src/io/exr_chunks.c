@@ -66,8 +66,7 @@ uint64_t ibl_exr_layout_bytes(const exr_attr_chlist_t *channels, int y,
     return bytes;
 }
 
-static ibl_status add_chunk(ibl_ctx *ctx, const ibl_exr_file *file,
-                            const ibl_exr_pick *pick,
+static ibl_status add_chunk(const ibl_exr_file *file, const ibl_exr_pick *pick,
                             const exr_chunk_info_t *info, int x, int y,
                             ibl_exr_table *table)
 {
@@ -81,24 +80,23 @@ static ibl_status add_chunk(ibl_ctx *ctx, const ibl_exr_file *file,
 
     if (info->packed_size > file->in->size ||
         info->data_offset > file->in->size - info->packed_size)
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: EXR cut short: the block of line %d ends past "
-                        "the end of the file: copy it again",
-                        file->in->name, y);
+        return ibl_refuse(file->in, IBL_ERR_FORMAT,
+                          "EXR cut short: the block of line %d ends past the "
+                          "end of the file: copy it again",
+                          y);
     if (bytes != info->unpacked_size || bytes > INT_MAX)
-        return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
-                        "%s: the block of line %d unpacks to %llu bytes, not "
-                        "what its channels need, or too many for OpenEXRCore",
-                        file->in->name, y, (unsigned long long)bytes);
+        return ibl_refuse(file->in, IBL_ERR_UNSUPPORTED,
+                          "the block of line %d unpacks to %llu bytes, not "
+                          "what its channels need, or too many for OpenEXRCore",
+                          y, (unsigned long long)bytes);
     if (info->packed_size > bytes ||
         (bytes > 4096 && ratio > max_ratio(pick->compression)))
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: damaged EXR: the block of line %d claims %llu "
-                        "bytes for %llu, which %s cannot do",
-                        file->in->name, y,
-                        (unsigned long long)info->packed_size,
-                        (unsigned long long)bytes,
-                        ibl_exr_compression_name(pick->compression));
+        return ibl_refuse(file->in, IBL_ERR_FORMAT,
+                          "damaged EXR: the block of line %d claims %llu bytes "
+                          "for %llu, which %s cannot do",
+                          y, (unsigned long long)info->packed_size,
+                          (unsigned long long)bytes,
+                          ibl_exr_compression_name(pick->compression));
     table->chunks[table->count++] = (ibl_exr_chunk){info->data_offset,
                                                     (uint32_t)info->packed_size,
                                                     (uint32_t)bytes,
@@ -125,67 +123,15 @@ static bool is_shown(const ibl_exr_window *map, int x, int y, int width,
            y + height > map->y0;
 }
 
-static ibl_status bad_chunk(ibl_ctx *ctx, const ibl_exr_file *file, int y)
+static ibl_status bad_chunk(const ibl_exr_file *file, int y)
 {
     if (file->no_memory)
-        return ibl_no_memory(ctx, "the blocks of an EXR");
+        return ibl_no_memory(file->in->ctx, "the blocks of an EXR");
     if (file->error)
-        return ibl_exr_unread(ctx, file);
-    return ibl_fail(ctx, IBL_ERR_FORMAT,
-                    "%s: EXR damaged or cut short at the block of line %d: %s",
-                    file->in->name, y,
-                    file->text[0] ? file->text : "its entry cannot be read");
-}
-
-static ibl_status list_lines(ibl_ctx *ctx, ibl_exr_file *file,
-                             const ibl_exr_pick *pick, int lines,
-                             ibl_exr_table *table)
-{
-    const ibl_exr_window *data = &pick->data;
-    const bool all = pick->chroma_step > 1;
-    exr_chunk_info_t info;
-
-    for (int y = data->y0; y <= data->y1; y += lines) {
-        const int left = data->y1 - y + 1;
-        const int height = left < lines ? left : lines;
-        if (!all && !is_shown(&pick->display, data->x0, y, data->width, height))
-            continue;
-        if (exr_read_scanline_chunk_info(file->exr, pick->part, y, &info) ||
-            info.height != height || info.width != data->width)
-            return bad_chunk(ctx, file, y);
-        const ibl_status status =
-            add_chunk(ctx, file, pick, &info, data->x0, y, table);
-        if (status)
-            return status;
-    }
-    return IBL_OK;
-}
-
-static ibl_status list_tiles(ibl_ctx *ctx, ibl_exr_file *file,
-                             const ibl_exr_pick *pick, int columns, int rows,
-                             ibl_exr_table *table)
-{
-    exr_chunk_info_t info;
-
-    for (int i = 0; i < columns * rows; i++) {
-        const int x = pick->data.x0 + i % columns * pick->tile_width;
-        const int y = pick->data.y0 + i / columns * pick->tile_height;
-        const int right = pick->data.x1 - x + 1, below = pick->data.y1 - y + 1;
-        const int width = right < pick->tile_width ? right : pick->tile_width;
-        const int height =
-            below < pick->tile_height ? below : pick->tile_height;
-        if (!is_shown(&pick->display, x, y, width, height))
-            continue;
-        if (exr_read_tile_chunk_info(file->exr, pick->part, i % columns,
-                                     i / columns, 0, 0, &info) ||
-            info.height != height || info.width != width)
-            return bad_chunk(ctx, file, y);
-        const ibl_status status =
-            add_chunk(ctx, file, pick, &info, x, y, table);
-        if (status)
-            return status;
-    }
-    return IBL_OK;
+        return ibl_input_unread(file->in, file->error);
+    return ibl_refuse(file->in, IBL_ERR_FORMAT,
+                      "EXR damaged or cut short at the block of line %d: %s", y,
+                      file->text[0] ? file->text : "its entry cannot be read");
 }
 
 static int steps(int length, int step)
@@ -193,40 +139,67 @@ static int steps(int length, int step)
     return (length - 1) / step + 1;
 }
 
-ibl_status ibl_exr_list_chunks(ibl_ctx *ctx, ibl_exr_file *file,
-                               const ibl_exr_pick *pick, ibl_exr_table *table)
+/* Lists blocks of width x height pixels, columns * rows of them. */
+static ibl_status list_blocks(ibl_exr_file *file, const ibl_exr_pick *pick,
+                              int width, int height, ibl_exr_table *table)
 {
-    int lines = 1, columns = 1;
-    ibl_status status;
+    const ibl_exr_window *data = &pick->data;
+    const int columns = steps(data->width, width);
+    const int rows = steps(data->height, height);
+    const bool all = pick->chroma_step > 1;
+    exr_chunk_info_t info;
+
+    for (int i = 0; i < columns * rows; i++) {
+        const int column = i % columns, row = i / columns;
+        const int x = data->x0 + column * width, right = data->x1 - x + 1;
+        const int y = data->y0 + row * height, below = data->y1 - y + 1;
+        const int w = right < width ? right : width;
+        const int h = below < height ? below : height;
+        if (!all && !is_shown(&pick->display, x, y, w, h))
+            continue;
+        const exr_result_t rv =
+            pick->tiled
+                ? exr_read_tile_chunk_info(file->exr, pick->part, column, row,
+                                           0, 0, &info)
+                : exr_read_scanline_chunk_info(file->exr, pick->part, y, &info);
+        if (rv || info.height != h || info.width != w)
+            return bad_chunk(file, y);
+        const ibl_status status = add_chunk(file, pick, &info, x, y, table);
+        if (status)
+            return status;
+    }
+    return IBL_OK;
+}
+
+ibl_status ibl_exr_list_chunks(ibl_exr_file *file, const ibl_exr_pick *pick,
+                               ibl_exr_table *table)
+{
+    int width = pick->data.width, height = 0;
 
     *table = (ibl_exr_table){0};
     ibl_exr_listen(file);
-    if (!pick->tiled &&
-        (exr_get_scanlines_per_chunk(file->exr, pick->part, &lines) ||
-         lines < 1))
-        return bad_chunk(ctx, file, pick->data.y0);
-    if (pick->tiled && (pick->tile_width < 1 || pick->tile_height < 1))
-        return bad_chunk(ctx, file, pick->data.y0);
-    if (pick->tiled)
-        columns = steps(pick->data.width, pick->tile_width);
-    const int rows =
-        steps(pick->data.height, pick->tiled ? pick->tile_height : lines);
+    if (pick->tiled) {
+        width = pick->tile_width;
+        height = pick->tile_height;
+    } else if (exr_get_scanlines_per_chunk(file->exr, pick->part, &height)) {
+        height = 0;
+    }
+    if (width < 1 || height < 1)
+        return bad_chunk(file, pick->data.y0);
 
     /* The table alone takes 8 bytes of the file for each of them. */
-    const uint64_t count = (uint64_t)columns * (uint64_t)rows;
+    const uint64_t count = (uint64_t)steps(pick->data.width, width) *
+                           (uint64_t)steps(pick->data.height, height);
     if (count > file->in->size / 8 || count > INT_MAX)
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: EXR damaged or cut short: its %llu blocks cannot "
-                        "be in %zu bytes",
-                        file->in->name, (unsigned long long)count,
-                        file->in->size);
+        return ibl_refuse(file->in, IBL_ERR_FORMAT,
+                          "EXR damaged or cut short: its %llu blocks cannot be "
+                          "in %zu bytes",
+                          (unsigned long long)count, file->in->size);
     table->chunks = ibl_alloc_array((size_t)count, sizeof *table->chunks);
     if (!table->chunks)
-        return ibl_no_memory(ctx, "the blocks of an EXR");
-    lines = pick->tiled ? pick->tile_height : lines;
-    table->lines = lines < pick->data.height ? lines : pick->data.height;
-    status = pick->tiled ? list_tiles(ctx, file, pick, columns, rows, table)
-                         : list_lines(ctx, file, pick, lines, table);
+        return ibl_no_memory(file->in->ctx, "the blocks of an EXR");
+    table->lines = height < pick->data.height ? height : pick->data.height;
+    const ibl_status status = list_blocks(file, pick, width, height, table);
     if (status)
         ibl_exr_table_free(table);
     return status;

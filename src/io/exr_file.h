@@ -26,8 +26,6 @@ typedef struct ibl_exr_file {
 
 /* Forgets the core's last complaint, to have the next one in file->text. */
 void ibl_exr_listen(ibl_exr_file *file);
-/* Says that the file cannot be read, for file->error. */
-ibl_status ibl_exr_unread(ibl_ctx *ctx, const ibl_exr_file *file);
 
 /* Pixels x0..x1, y0..y1, both ends included. */
 typedef struct ibl_exr_window {
@@ -63,8 +61,8 @@ const char *ibl_exr_compression_name(exr_compression_t compression);
  * Finds the part and layer that opts ask for, and the part's windows.
  * Refuses what cannot be read, naming the parts or layers that there are.
  */
-ibl_status ibl_exr_choose(ibl_ctx *ctx, ibl_exr_file *file,
-                          const ibl_read_options *opts, ibl_exr_pick *pick);
+ibl_status ibl_exr_choose(ibl_exr_file *file, const ibl_read_options *opts,
+                          ibl_exr_pick *pick);
 
 /* One block of the part: its place in the file, and in the image. */
 typedef struct ibl_exr_chunk {
@@ -86,8 +84,8 @@ typedef struct ibl_exr_table {
 
 /* Lists the chunks, having checked that the file holds them and that their
  * sizes are ones which the compression can reach. */
-ibl_status ibl_exr_list_chunks(ibl_ctx *ctx, ibl_exr_file *file,
-                               const ibl_exr_pick *pick, ibl_exr_table *table);
+ibl_status ibl_exr_list_chunks(ibl_exr_file *file, const ibl_exr_pick *pick,
+                               ibl_exr_table *table);
 void ibl_exr_table_free(ibl_exr_table *table);
 
 /* Half-size planes of RY and BY, those of the data window. */
@@ -122,7 +120,7 @@ typedef struct ibl_exr_decoder {
 
 /* To be called with file, pick and table filled. Freeing d, which is memory
  * of ibl_alloc_zeroed, closes the file, too. */
-ibl_status ibl_exr_decoder_init(ibl_ctx *ctx, ibl_exr_decoder *d);
+ibl_status ibl_exr_decoder_init(ibl_exr_decoder *d);
 void ibl_exr_decoder_free(ibl_exr_decoder *d); /* NULL is fine */
 
 /* Whether this core can undo the compression; tries it on one chunk. */
@@ -142,12 +140,12 @@ typedef struct ibl_exr_target {
  * what the data window lacks stays as it is. Chroma that is sampled by half
  * goes to chroma instead.
  */
-ibl_status ibl_exr_decode_chunks(ibl_ctx *ctx, ibl_exr_decoder *d, int first,
-                                 int count, const ibl_exr_target *target);
+ibl_status ibl_exr_decode_chunks(ibl_exr_decoder *d, int first, int count,
+                                 const ibl_exr_target *target);
 
 /* Rows of a part without half-size chroma; d becomes theirs, even after an
  * error. */
-ibl_status ibl_exr_rows(ibl_ctx *ctx, ibl_exr_decoder *d, ibl_rows **rows);
+ibl_status ibl_exr_rows(ibl_exr_decoder *d, ibl_rows **rows);
 
 /* Weights of R, G and B in Y for a file's chromaticities; false if those
  * span no colour space. */

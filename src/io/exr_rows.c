@@ -50,8 +50,8 @@ static ibl_status decode_blocks(exr_rows *r, int blocks, int count,
     if (r->framed)
         memset(t->rgb, 0,
                3 * sizeof(float) * (size_t)r->rows.width * (size_t)t->count);
-    status = ibl_exr_decode_chunks(r->rows.ctx, r->d, blocks * columns,
-                                   count * columns, &part);
+    status =
+        ibl_exr_decode_chunks(r->d, blocks * columns, count * columns, &part);
     if (status || columns == 1)
         return status;
     return ibl_rows_look(r->rows.ctx, t->rgb, r->rows.width, t->count, t->most);
@@ -177,8 +177,9 @@ static void lay_out(exr_rows *r)
         r->group = most ? (int)most : 1;
 }
 
-ibl_status ibl_exr_rows(ibl_ctx *ctx, ibl_exr_decoder *d, ibl_rows **rows)
+ibl_status ibl_exr_rows(ibl_exr_decoder *d, ibl_rows **rows)
 {
+    ibl_ctx *ctx = d->file.in->ctx;
     exr_rows *r = ibl_alloc_zeroed(1, sizeof *r);
     ibl_status status = IBL_OK;
 

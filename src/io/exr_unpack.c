@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The pixels of an EXR part's blocks. ZIP is undone here, other compressions by
- * OpenEXRCore.
+ * The pixels of an EXR part's blocks. ZIP is undone by libdeflate, if it was
+ * there to build with; other compressions by OpenEXRCore.
  *
  * A chunk's bytes are its lines from the top, in a line the channels in the
  * list's order, of a channel the samples whose coordinates are multiples of
@@ -10,12 +10,15 @@
 #include <errno.h>
 #include <string.h>
 
+#if IBL_LIBDEFLATE
+#include <libdeflate.h>
+#endif
+
 #include "core/alloc.h"
 #include "core/context.h"
 #include "core/half.h"
-#include "io/exr.h"
+#include "io/exr_chroma.h"
 #include "io/exr_file.h"
-#include "io/exr_inflate.h"
 
 enum {
     JOB_BYTES = 1 << 17 /* about 0.2 ms of inflating */
@@ -31,7 +34,7 @@ struct ibl_exr_unpacker {
     const unsigned char *bytes;  /* of the chunk in hand, packed */
     const unsigned char *pixels; /* its next line, unless that is zipped */
     /* of ZIP: a block, inflated, and one line of it */
-    void *inflater;
+    struct libdeflate_decompressor *inflater;
     unsigned char *inflated, *line;
     const unsigned char *even, *odd; /* of the next line; NULL: not zipped */
     unsigned char last[2];
@@ -92,11 +95,12 @@ static exr_result_t make_pipeline(const ibl_exr_file *file,
     return rv;
 }
 
+#if IBL_LIBDEFLATE
 /* False without memory. */
 static bool make_unzipper(const ibl_exr_decoder *d, ibl_exr_unpacker *u)
 {
     if (!u->inflater)
-        u->inflater = ibl_inflater();
+        u->inflater = libdeflate_alloc_decompressor();
     if (!u->inflated)
         u->inflated = ibl_alloc_array(d->table.most_unpacked, 1);
     if (!u->line)
@@ -104,20 +108,22 @@ static bool make_unzipper(const ibl_exr_decoder *d, ibl_exr_unpacker *u)
     return u->inflater && u->inflated && u->line;
 }
 
-/* ZIP and ZIPS. */
+/* ZIP and ZIPS, but for what next_line does. */
 static exr_result_t unzip(const ibl_exr_decoder *d, const ibl_exr_chunk *chunk,
                           ibl_exr_unpacker *u)
 {
     if (!make_unzipper(d, u))
         return EXR_ERR_OUT_OF_MEMORY;
-    if (!ibl_inflate(u->inflater, u->bytes, chunk->packed, u->inflated,
-                     chunk->unpacked))
+    if (libdeflate_zlib_decompress(u->inflater, u->bytes, chunk->packed,
+                                   u->inflated, chunk->unpacked,
+                                   NULL) != LIBDEFLATE_SUCCESS)
         return EXR_ERR_CORRUPT_CHUNK;
     u->even = u->inflated;
     u->odd = u->inflated + chunk->unpacked / 2;
     ibl_unzip_begin(&d->dsp, u->even, chunk->unpacked / 2, u->last);
     return EXR_ERR_SUCCESS;
 }
+#endif
 
 /* By the core. */
 static exr_result_t run_pipeline(const ibl_exr_decoder *d,
@@ -157,9 +163,11 @@ static exr_result_t unpack(const ibl_exr_decoder *d, const ibl_exr_chunk *chunk,
         u->pixels = u->bytes;
         return EXR_ERR_SUCCESS;
     }
+#if IBL_LIBDEFLATE
     if (d->pick.compression == EXR_COMPRESSION_ZIP ||
         d->pick.compression == EXR_COMPRESSION_ZIPS)
         return unzip(d, chunk, u);
+#endif
     const exr_result_t rv = run_pipeline(d, chunk, u);
     u->pixels = u->pipeline.unpacked_buffer;
     return rv;
@@ -194,8 +202,9 @@ static bool is_halves(const ibl_exr_pick *pick)
     return all;
 }
 
-ibl_status ibl_exr_decoder_init(ibl_ctx *ctx, ibl_exr_decoder *d)
+ibl_status ibl_exr_decoder_init(ibl_exr_decoder *d)
 {
+    ibl_ctx *ctx = d->file.in->ctx;
     const size_t threads = (size_t)ibl_ctx_threads(ctx);
     const uint64_t each = d->table.unpacked / (uint64_t)d->table.count;
 
@@ -222,7 +231,9 @@ void ibl_exr_decoder_free(ibl_exr_decoder *d)
     for (int i = 0; d->unpackers && i < d->threads; i++) {
         if (d->unpackers[i].made)
             exr_decoding_destroy(d->file.exr, &d->unpackers[i].pipeline);
-        ibl_inflater_free(d->unpackers[i].inflater);
+#if IBL_LIBDEFLATE
+        libdeflate_free_decompressor(d->unpackers[i].inflater);
+#endif
         ibl_free(d->unpackers[i].inflated);
         ibl_free(d->unpackers[i].line);
         ibl_free(d->unpackers[i].packed);
@@ -301,75 +312,33 @@ typedef struct decoding {
     outcome *outcomes; /* of each job */
 } decoding;
 
-/* Row y of the file in the target, or NULL. */
-static float *target_row(const decoding *g, int y)
+/* What shows of a line of a chunk, and where it goes in the target. */
+typedef struct shown {
+    int skip, count;    /* pixels of the line: before, and those that show */
+    float *rgb, *alpha; /* NULL: none is wanted */
+} shown;
+
+static shown shown_of(const decoding *g, const ibl_exr_chunk *chunk, int y)
 {
     const ibl_exr_window *map = &g->d->pick.display;
     const ibl_exr_target *t = g->target;
-    const int row = y - map->y0 - t->row;
-    if (y < map->y0 || y > map->y1 || row < 0 || row >= t->count)
-        return NULL;
-    return t->rgb + 3 * (size_t)row * (size_t)map->width;
-}
-
-/* The columns of a chunk that show in the map: *x1 is the last. */
-static void shown_columns(const decoding *g, const ibl_exr_chunk *chunk,
-                          int *x0, int *x1)
-{
-    const ibl_exr_window *map = &g->d->pick.display;
     const int end = chunk->x + chunk->width - 1;
-    *x0 = chunk->x > map->x0 ? chunk->x : map->x0;
-    *x1 = end < map->x1 ? end : map->x1;
+    const int x0 = chunk->x > map->x0 ? chunk->x : map->x0;
+    const int x1 = end < map->x1 ? end : map->x1;
+    const int line = y - map->y0, row = line - t->row;
+    const size_t width = (size_t)map->width, at = (size_t)(x0 - map->x0);
+    shown s = {.skip = x0 - chunk->x, .count = x1 - x0 + 1};
+
+    if (s.count < 1 || y < map->y0 || y > map->y1)
+        return s;
+    if (row >= 0 && row < t->count)
+        s.rgb = t->rgb + 3 * (width * (size_t)row + at);
+    if (t->alpha)
+        s.alpha = t->alpha + width * (size_t)line + at;
+    return s;
 }
 
-/* The samples of one channel on a line of a chunk: to component c of the
- * row where they show in it. */
-static void put_line(const decoding *g, const ibl_exr_chunk *chunk, float *row,
-                     const unsigned char *src, exr_pixel_type_t type, int c)
-{
-    const int bytes = type == EXR_PIXEL_HALF ? 2 : 4;
-    int x0, x1;
-
-    shown_columns(g, chunk, &x0, &x1);
-    if (!row || x1 < x0)
-        return;
-    to_floats(src + (ptrdiff_t)bytes * (x0 - chunk->x), type, x1 - x0 + 1,
-              row + 3 * (x0 - g->d->pick.display.x0) + c, 3);
-}
-
-/* The same of alpha, whose plane is the whole map's. */
-static void put_alpha(const decoding *g, const ibl_exr_chunk *chunk, int y,
-                      const unsigned char *src, exr_pixel_type_t type)
-{
-    const ibl_exr_window *map = &g->d->pick.display;
-    const int bytes = type == EXR_PIXEL_HALF ? 2 : 4;
-    int x0, x1;
-
-    shown_columns(g, chunk, &x0, &x1);
-    if (!g->target->alpha || y < map->y0 || y > map->y1 || x1 < x0)
-        return;
-    to_floats(src + (ptrdiff_t)bytes * (x0 - chunk->x), type, x1 - x0 + 1,
-              g->target->alpha + (size_t)(y - map->y0) * (size_t)map->width +
-                  (x0 - map->x0),
-              1);
-}
-
-/* All three, where they are halves. */
-static void put_halves(const decoding *g, const ibl_exr_chunk *chunk,
-                       float *row, const unsigned char *plane[3])
-{
-    int x0, x1;
-
-    shown_columns(g, chunk, &x0, &x1);
-    if (!row || x1 < x0)
-        return;
-    for (int c = 0; c < 3; c++)
-        plane[c] += 2 * (ptrdiff_t)(x0 - chunk->x);
-    g->d->dsp.to_rgb(plane, x1 - x0 + 1,
-                     row + 3 * (x0 - g->d->pick.display.x0));
-}
-
-/* The same of a half-size chroma channel: to its plane. */
+/* Samples of a half-size chroma channel: to its plane. */
 static void put_chroma(const decoding *g, const ibl_exr_chunk *chunk, int y,
                        const unsigned char *src, exr_pixel_type_t type, int c)
 {
@@ -379,60 +348,55 @@ static void put_chroma(const decoding *g, const ibl_exr_chunk *chunk, int y,
               chroma->plane[c - 1] + row * chroma->width, 1);
 }
 
-/* Makes R, G and B of what a line has in their place. */
-static void finish_line(const decoding *g, const ibl_exr_chunk *chunk,
-                        float *row)
+/* Makes R, G and B of what count pixels have in their place. */
+static void finish_pixels(const ibl_exr_pick *pick, float *p, int count)
 {
-    const ibl_exr_pick *pick = &g->d->pick;
-    int x0, x1;
-
-    shown_columns(g, chunk, &x0, &x1);
-    if (!row || x1 < x0)
-        return;
-    float *p = row + 3 * (x0 - pick->display.x0);
     if (pick->colour == IBL_EXR_LUMA_CHROMA && pick->chroma_step == 1)
-        ibl_exr_line_to_rgb(pick->luma, p, x1 - x0 + 1);
+        ibl_exr_line_to_rgb(pick->luma, p, count);
     if (pick->colour != IBL_EXR_LUMA)
         return;
-    for (int x = x0; x <= x1; x++, p += 3)
+    for (; count > 0; count--, p += 3)
         p[1] = p[2] = p[0];
 }
 
-static void put_chunk(const decoding *g, const ibl_exr_chunk *chunk,
-                      ibl_exr_unpacker *u)
+static void put_line(const decoding *g, const ibl_exr_chunk *chunk, int y,
+                     const unsigned char *src)
 {
     const ibl_exr_pick *pick = &g->d->pick;
+    const ibl_exr_target *t = g->target;
     const int wanted = pick->colour == IBL_EXR_LUMA ? 1 : 3;
+    const shown s = shown_of(g, chunk, y);
+    const unsigned char *plane[3] = {NULL, NULL, NULL};
 
-    for (int y = chunk->y; y < chunk->y + chunk->height; y++) {
-        const unsigned char *src = next_line(g->d, chunk, y, u);
-        float *row = target_row(g, y);
-        const unsigned char *plane[3] = {NULL, NULL, NULL};
-        for (int i = 0; i < pick->channels->num_channels; i++) {
-            const exr_attr_chlist_entry_t *e = &pick->channels->entries[i];
-            if (!ibl_exr_has_line(e, y))
+    for (int i = 0; i < pick->channels->num_channels; i++) {
+        const exr_attr_chlist_entry_t *e = &pick->channels->entries[i];
+        const ptrdiff_t bytes = ibl_exr_sample_bytes(e);
+        const unsigned char *first = src + bytes * s.skip;
+        if (!ibl_exr_has_line(e, y))
+            continue;
+        if (i == pick->alpha && s.alpha)
+            to_floats(first, e->pixel_type, s.count, s.alpha, 1);
+        for (int c = 0; c < wanted; c++) {
+            if (pick->channel[c] != i)
                 continue;
-            if (i == pick->alpha)
-                put_alpha(g, chunk, y, src, e->pixel_type);
-            for (int c = 0; c < wanted; c++) {
-                if (pick->channel[c] != i)
-                    continue;
-                if (g->d->halves)
-                    plane[c] = src;
-                else if (e->x_sampling > 1)
-                    put_chroma(g, chunk, y, src, e->pixel_type, c);
-                else
-                    put_line(g, chunk, row, src, e->pixel_type, c);
-            }
-            src += (ptrdiff_t)(chunk->width / e->x_sampling) *
-                   ibl_exr_sample_bytes(e);
+            if (e->x_sampling > 1)
+                put_chroma(g, chunk, y, src, e->pixel_type, c);
+            else if (g->d->halves)
+                plane[c] = first;
+            else if (s.rgb)
+                to_floats(first, e->pixel_type, s.count, s.rgb + c, 3);
         }
-        if (g->d->halves)
-            put_halves(g, chunk, row, plane);
-        finish_line(g, chunk, row);
-        if (row && g->target->most)
-            g->target->most[y - pick->display.y0 - g->target->row] =
-                g->d->look(row, 3 * (size_t)pick->display.width);
+        src += bytes * (chunk->width / e->x_sampling);
+    }
+    if (!s.rgb)
+        return;
+    if (g->d->halves)
+        g->d->dsp.to_rgb(plane, s.count, s.rgb);
+    finish_pixels(pick, s.rgb, s.count);
+    if (t->most) { /* then the chunk has all that the row has */
+        const size_t floats = 3 * (size_t)pick->display.width;
+        const int row = y - pick->display.y0 - t->row;
+        t->most[row] = g->d->look(t->rgb + floats * (size_t)row, floats);
     }
 }
 
@@ -452,37 +416,37 @@ static void decode_job(void *arg, int job, int worker)
             o->code = unpack(d, chunk, u);
         if (o->code)
             return;
-        put_chunk(g, chunk, u);
+        for (int y = chunk->y; y < chunk->y + chunk->height; y++)
+            put_line(g, chunk, y, next_line(d, chunk, y, u));
     }
 }
 
-static ibl_status tell(ibl_ctx *ctx, const ibl_exr_decoder *d, const outcome *o)
+static ibl_status report(const ibl_exr_decoder *d, const outcome *o)
 {
-    const char *name = d->file.in->name;
     const exr_compression_t compression = d->pick.compression;
 
     if (o->code == EXR_ERR_READ_IO && o->error)
-        return ibl_fail(ctx, IBL_ERR_IO, "%s: cannot be read: %s", name,
-                        strerror(o->error));
+        return ibl_input_unread(d->file.in, o->error);
     if (o->code == EXR_ERR_READ_IO)
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: EXR cut short: the block of line %d ends past "
-                        "the end of the file: copy it again",
-                        name, o->y);
+        return ibl_refuse(d->file.in, IBL_ERR_FORMAT,
+                          "EXR cut short: the block of line %d ends past the "
+                          "end of the file: copy it again",
+                          o->y);
     if (o->code == EXR_ERR_OUT_OF_MEMORY &&
         compression != EXR_COMPRESSION_PXR24 &&
         compression < EXR_COMPRESSION_B44)
-        return ibl_no_memory(ctx, "decoding an EXR");
-    return ibl_fail(ctx, IBL_ERR_FORMAT,
-                    "%s: damaged EXR: the %s block of line %d cannot be "
-                    "unpacked: %s",
-                    name, ibl_exr_compression_name(compression), o->y,
-                    exr_get_default_error_message(o->code));
+        return ibl_no_memory(d->file.in->ctx, "decoding an EXR");
+    return ibl_refuse(d->file.in, IBL_ERR_FORMAT,
+                      "damaged EXR: the %s block of line %d cannot be "
+                      "unpacked: %s",
+                      ibl_exr_compression_name(compression), o->y,
+                      exr_get_default_error_message(o->code));
 }
 
-ibl_status ibl_exr_decode_chunks(ibl_ctx *ctx, ibl_exr_decoder *d, int first,
-                                 int count, const ibl_exr_target *target)
+ibl_status ibl_exr_decode_chunks(ibl_exr_decoder *d, int first, int count,
+                                 const ibl_exr_target *target)
 {
+    ibl_ctx *ctx = d->file.in->ctx;
     const int jobs = (count + d->per_job - 1) / d->per_job;
     decoding g = {.d = d, .first = first, .count = count, .target = target};
 
@@ -495,7 +459,7 @@ ibl_status ibl_exr_decode_chunks(ibl_ctx *ctx, ibl_exr_decoder *d, int first,
     /* Names the first job that failed, whatever order they ran in. */
     for (int j = 0; j < jobs && !status; j++) {
         if (g.outcomes[j].code)
-            status = tell(ctx, d, &g.outcomes[j]);
+            status = report(d, &g.outcomes[j]);
     }
     ibl_free(g.outcomes);
     return status;

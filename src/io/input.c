@@ -4,8 +4,10 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <poll.h>
+#include <stdarg.h>
 #include <stdbool.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -25,9 +27,7 @@ enum {
 static const uint64_t longest_unknown = (uint64_t)256 << 20;
 
 typedef struct loading {
-    ibl_ctx *ctx;
-    const char *name;
-    int fd;
+    ibl_input in; /* without bytes until all are read */
     bool stream;  /* may wait for a writer */
     bool may_end; /* a pipe has had a writer, so that its end is its end */
     ibl_longest_fn *longest;
@@ -36,208 +36,217 @@ typedef struct loading {
     uint64_t file_size; /* of a regular file, else 0 */
 } loading;
 
-static ibl_status refuse(const loading *in, const char *why)
+ibl_status ibl_refuse(const ibl_input *in, ibl_status status, const char *fmt,
+                      ...)
 {
-    return ibl_fail(in->ctx, IBL_ERR_IO, "%s: %s", in->name, why);
+    char text[4096 + 1024]; /* a path and some words */
+    va_list ap;
+
+    va_start(ap, fmt);
+    vsnprintf(text, sizeof text, fmt, ap);
+    va_end(ap);
+    return ibl_fail(in->ctx, status, "%s: %s", in->name, text);
+}
+
+ibl_status ibl_input_unread(const ibl_input *in, int error)
+{
+    return ibl_refuse(in, IBL_ERR_IO, "cannot be read: %s", strerror(error));
+}
+
+static ibl_status refuse(const loading *l, const char *why)
+{
+    return ibl_refuse(&l->in, IBL_ERR_IO, "%s", why);
 }
 
 /* Twice as much, but not more than one byte over the most. */
-static ibl_status grow(loading *in, uint64_t most)
+static ibl_status grow(loading *l, uint64_t most)
 {
-    const size_t room = in->room <= most / 2 ? in->room * 2 : (size_t)most + 1;
-    unsigned char *more = room > in->room ? ibl_alloc_array(room, 1) : NULL;
+    const size_t room = l->room <= most / 2 ? l->room * 2 : (size_t)most + 1;
+    unsigned char *more = room > l->room ? ibl_alloc_array(room, 1) : NULL;
     if (!more)
-        return ibl_fail(in->ctx, IBL_ERR_MEMORY,
-                        "%s: no memory for more than %zu bytes", in->name,
-                        in->size);
-    memcpy(more, in->bytes, in->size);
-    ibl_free(in->bytes);
-    in->bytes = more;
-    in->room = room;
+        return ibl_refuse(&l->in, IBL_ERR_MEMORY,
+                          "no memory for more than %zu bytes", l->size);
+    memcpy(more, l->bytes, l->size);
+    ibl_free(l->bytes);
+    l->bytes = more;
+    l->room = room;
     return IBL_OK;
 }
 
 /* Waits until a stream has something, with an eye on cancelling. */
-static ibl_status wait_for(const loading *in)
+static ibl_status wait_for(const loading *l)
 {
-    struct pollfd p = {.fd = in->fd, .events = POLLIN};
-    while (!ibl_cancelled(in->ctx)) {
+    struct pollfd p = {.fd = l->in.fd, .events = POLLIN};
+    while (!ibl_cancelled(l->in.ctx)) {
         const int n = poll(&p, 1, POLL_MS);
         if (n > 0)
             return IBL_OK;
         if (n < 0 && errno != EINTR)
-            return refuse(in, strerror(errno));
-        if (n == 0 && !in->may_end)
+            return refuse(l, strerror(errno));
+        if (n == 0 && !l->may_end)
             return IBL_OK;
     }
     return IBL_ERR_CANCELLED;
 }
 
 /* Reads once. *n is 0 at the end. */
-static ibl_status read_some(loading *in, ssize_t *n)
+static ibl_status read_some(loading *l, ssize_t *n)
 {
     int waited = 0;
     for (;;) {
-        const size_t room = in->room - in->size;
-        ibl_status status = in->stream ? wait_for(in) : IBL_OK;
+        const size_t room = l->room - l->size;
+        ibl_status status = l->stream ? wait_for(l) : IBL_OK;
         if (status)
             return status;
-        *n = read(in->fd, in->bytes + in->size,
+        *n = read(l->in.fd, l->bytes + l->size,
                   room < MAX_READ ? room : MAX_READ);
-        if (*n > 0 || (*n == 0 && in->may_end))
+        if (*n > 0 || (*n == 0 && l->may_end))
             return IBL_OK;
         if (*n < 0 && errno == EAGAIN) {
-            in->may_end = true; /* there is a writer, but no data yet */
+            l->may_end = true; /* there is a writer, but no data yet */
         } else if (*n < 0 && errno != EINTR) {
-            return refuse(in, strerror(errno));
+            return refuse(l, strerror(errno));
         } else if (*n == 0) {
             if (waited >= GRACE_MS)
-                return refuse(in, "is a pipe that nobody writes to");
+                return refuse(l, "is a pipe that nobody writes to");
             waited += POLL_MS; /* what wait_for took */
         }
     }
 }
 
-static ibl_status too_long(const loading *in, uint64_t most, const char *why)
+static ibl_status too_long(const loading *l, uint64_t most, const char *why)
 {
-    return ibl_fail(in->ctx, IBL_ERR_FORMAT, "%s: over %llu MiB%s", in->name,
-                    (unsigned long long)(most >> 20), why);
+    return ibl_refuse(&l->in, IBL_ERR_FORMAT, "over %llu MiB%s",
+                      (unsigned long long)(most >> 20), why);
 }
 
 /* Room for more of what may go on. */
-static ibl_status make_room(loading *in)
+static ibl_status make_room(loading *l)
 {
     const uint64_t longest =
-        in->stream ? in->longest(in->bytes, in->size) : IBL_LONGEST;
+        l->stream ? l->longest(l->bytes, l->size) : IBL_LONGEST;
     const uint64_t most = longest ? longest : longest_unknown;
-    if (in->size > most)
-        return too_long(in, most,
+    if (l->size > most)
+        return too_long(l, most,
                         longest ? ", more than a file that begins so has"
                                 : " of no known kind of file");
-    return grow(in, most);
+    return grow(l, most);
 }
 
-static ibl_status read_all(loading *in)
+static ibl_status read_all(loading *l)
 {
     for (;;) {
         ssize_t n;
         ibl_status status = IBL_OK;
-        if (in->size == in->room)
-            status = make_room(in);
+        if (l->size == l->room)
+            status = make_room(l);
         if (!status)
-            status = read_some(in, &n);
+            status = read_some(l, &n);
         if (status)
             return status;
         if (n == 0)
             break;
-        in->may_end = true;
-        in->size += (size_t)n;
-        if (ibl_cancelled(in->ctx))
+        l->may_end = true;
+        l->size += (size_t)n;
+        if (ibl_cancelled(l->in.ctx))
             return IBL_ERR_CANCELLED;
     }
-    if (!in->size)
-        return ibl_fail(in->ctx, IBL_ERR_FORMAT, "%s: is empty", in->name);
+    if (!l->size)
+        return ibl_refuse(&l->in, IBL_ERR_FORMAT, "is empty");
     return IBL_OK;
 }
 
 /* Looks at what was opened. */
-static ibl_status look(loading *in, bool standard_input)
+static ibl_status look(loading *l, bool standard_input)
 {
     struct stat st;
-    if (fstat(in->fd, &st))
-        return refuse(in, strerror(errno));
+    if (fstat(l->in.fd, &st))
+        return refuse(l, strerror(errno));
     if (S_ISDIR(st.st_mode))
-        return refuse(in, "is a directory, a file is needed");
-    if (standard_input && isatty(in->fd))
-        return refuse(in, "is a terminal; pipe a file into it");
+        return refuse(l, "is a directory, a file is needed");
+    if (standard_input && isatty(l->in.fd))
+        return refuse(l, "is a terminal; pipe a file into it");
     if (!standard_input && !S_ISREG(st.st_mode) && !S_ISFIFO(st.st_mode))
-        return refuse(in, "is a device, not a file; for standard input give -");
-    in->stream = !S_ISREG(st.st_mode);
-    in->may_end = standard_input || !S_ISFIFO(st.st_mode);
-    if (in->stream)
+        return refuse(l, "is a device, not a file; for standard input give -");
+    l->stream = !S_ISREG(st.st_mode);
+    l->may_end = standard_input || !S_ISFIFO(st.st_mode);
+    if (l->stream)
         return IBL_OK;
-    in->file_size = (uint64_t)st.st_size;
-    return in->file_size <= IBL_LONGEST
-               ? IBL_OK
-               : too_long(in, IBL_LONGEST,
-                          ", more than any map or texture has");
+    l->file_size = (uint64_t)st.st_size;
+    if (l->file_size <= IBL_LONGEST)
+        return IBL_OK;
+    return too_long(l, IBL_LONGEST, ", more than any map or texture has");
 }
 
-static ibl_status load(loading *in)
+/* Reads all into memory, which *in becomes. */
+static ibl_status load(loading *l, ibl_input *in)
 {
     /* One byte over, to see the end; a size of 0 may be a file of /proc. */
-    in->room = FIRST_BYTES;
-    if (in->file_size >= FIRST_BYTES)
-        in->room = (size_t)in->file_size + 1;
-    in->bytes = ibl_alloc_array(in->room, 1);
-    if (!in->bytes)
-        return ibl_fail(in->ctx, IBL_ERR_MEMORY,
-                        "%s: no memory for its %zu bytes", in->name, in->room);
-    const ibl_status status = read_all(in);
-    if (status)
-        ibl_free(in->bytes);
-    return status;
-}
-
-static ibl_input loaded(const loading *l)
-{
-    return (ibl_input){l->name, l->size, l->bytes, l->bytes, -1};
+    l->room = FIRST_BYTES;
+    if (l->file_size >= FIRST_BYTES)
+        l->room = (size_t)l->file_size + 1;
+    l->bytes = ibl_alloc_array(l->room, 1);
+    if (!l->bytes)
+        return ibl_refuse(&l->in, IBL_ERR_MEMORY, "no memory for its %zu bytes",
+                          l->room);
+    const ibl_status status = read_all(l);
+    if (status) {
+        ibl_free(l->bytes);
+        return status;
+    }
+    *in = ibl_input_of(l->in.ctx, l->in.name, l->bytes, l->size);
+    in->owned = l->bytes;
+    return IBL_OK;
 }
 
 ibl_status ibl_input_open(ibl_ctx *ctx, const char *path,
                           ibl_longest_fn *longest, ibl_input *in)
 {
     const bool standard_input = !strcmp(path, "-");
-    loading l = {.ctx = ctx,
-                 .name = standard_input ? "standard input" : path,
-                 .fd = STDIN_FILENO,
+    loading l = {.in = {.ctx = ctx,
+                        .name = standard_input ? "standard input" : path,
+                        .fd = STDIN_FILENO},
                  .longest = longest};
     ibl_status status;
 
     /* Not blocking: a FIFO without a writer would, for ever. */
     if (!standard_input)
-        l.fd = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
-    if (l.fd < 0)
-        return ibl_fail(ctx, IBL_ERR_IO, "%s: cannot be opened: %s", path,
-                        strerror(errno));
+        l.in.fd = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    if (l.in.fd < 0)
+        return ibl_refuse(&l.in, IBL_ERR_IO, "cannot be opened: %s",
+                          strerror(errno));
     status = look(&l, standard_input);
     if (!status && !standard_input && l.file_size >= FIRST_BYTES) {
-        *in =
-            (ibl_input){.name = path, .size = (size_t)l.file_size, .fd = l.fd};
+        *in = l.in;
+        in->size = (size_t)l.file_size;
         return IBL_OK;
     }
     if (!status)
-        status = load(&l);
+        status = load(&l, in);
     if (!standard_input)
-        close(l.fd);
-    if (!status)
-        *in = loaded(&l);
+        close(l.in.fd);
     return status;
 }
 
-ibl_input ibl_input_of(const char *name, const void *bytes, size_t size)
+ibl_input ibl_input_of(ibl_ctx *ctx, const char *name, const void *bytes,
+                       size_t size)
 {
-    return (ibl_input){.name = name, .bytes = bytes, .size = size, .fd = -1};
+    return (ibl_input){
+        .ctx = ctx, .name = name, .size = size, .bytes = bytes, .fd = -1};
 }
 
-ibl_status ibl_input_load(ibl_ctx *ctx, ibl_longest_fn *longest, ibl_input *in)
+ibl_status ibl_input_load(ibl_longest_fn *longest, ibl_input *in)
 {
-    loading l = {.ctx = ctx,
-                 .name = in->name,
-                 .fd = in->fd,
-                 .may_end = true,
-                 .longest = longest,
-                 .file_size = in->size};
+    loading l = {
+        .in = *in, .may_end = true, .longest = longest, .file_size = in->size};
     if (in->bytes)
         return IBL_OK;
     if (lseek(in->fd, 0, SEEK_SET))
         return refuse(&l, strerror(errno));
-    const ibl_status status = load(&l);
-    if (status)
-        return status;
-    ibl_input_close(in);
-    *in = loaded(&l);
-    return IBL_OK;
+    const ibl_status status = load(&l, in);
+    if (!status)
+        close(l.in.fd);
+    return status;
 }
 
 bool ibl_input_read(const ibl_input *in, uint64_t offset, size_t size,
@@ -270,5 +279,5 @@ void ibl_input_close(ibl_input *in)
     ibl_free(in->owned);
     if (in->fd >= 0)
         close(in->fd);
-    *in = (ibl_input){.name = in->name, .fd = -1};
+    *in = ibl_input_of(in->ctx, in->name, NULL, 0);
 }

@@ -17,12 +17,20 @@ typedef uint64_t ibl_longest_fn(const unsigned char *bytes, size_t size);
 
 /* Bytes that are read by offset: those of an open file, or of memory. */
 typedef struct ibl_input {
+    ibl_ctx *ctx;
     const char *name; /* for messages */
     size_t size;
     const unsigned char *bytes; /* NULL: they are in the file */
     void *owned;                /* memory to free with the input, or NULL */
     int fd;                     /* of the file, else -1 */
+    bool swap;                  /* its words are big endian */
 } ibl_input;
+
+/* ibl_fail with the name and ": " before the text. */
+ibl_status ibl_refuse(const ibl_input *in, ibl_status status, const char *fmt,
+                      ...) __attribute__((format(printf, 3, 4)));
+/* Says that a read failed, with an errno. */
+ibl_status ibl_input_unread(const ibl_input *in, int error);
 
 /*
  * Opens a file, or standard input for "-". A pipe by name (a FIFO, /dev/stdin,
@@ -37,9 +45,10 @@ typedef struct ibl_input {
 ibl_status ibl_input_open(ibl_ctx *ctx, const char *path,
                           ibl_longest_fn *longest, ibl_input *in);
 /* An input of bytes that stay the caller's. */
-ibl_input ibl_input_of(const char *name, const void *bytes, size_t size);
+ibl_input ibl_input_of(ibl_ctx *ctx, const char *name, const void *bytes,
+                       size_t size);
 /* Reads the file into memory, if it is not there. */
-ibl_status ibl_input_load(ibl_ctx *ctx, ibl_longest_fn *longest, ibl_input *in);
+ibl_status ibl_input_load(ibl_longest_fn *longest, ibl_input *in);
 /*
  * Copies up to size bytes from offset on; *got is less at the end, which may
  * come before in->size where the file was cut since. False: errno says why.

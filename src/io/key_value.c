@@ -165,16 +165,16 @@ typedef struct stored_pair {
 } stored_pair;
 
 /* Takes the pair at *at, inside [*at, end), and moves *at behind it. */
-static bool next_pair(const ibl_file *file, uint64_t *at, uint64_t end,
+static bool next_pair(const ibl_input *in, uint64_t *at, uint64_t end,
                       stored_pair *pair)
 {
     if (end - *at < 4)
         return false;
-    const uint64_t bytes = ibl_file_u32(file, *at);
+    const uint64_t bytes = ibl_input_u32(in, *at);
     const uint64_t room = end - *at - 4;
     if (bytes < 2 || bytes > room)
         return false;
-    pair->key = file->bytes + *at + 4;
+    pair->key = in->bytes + *at + 4;
     const unsigned char *zero = memchr(pair->key, 0, (size_t)bytes);
     if (!zero || zero == pair->key)
         return false;
@@ -214,24 +214,22 @@ static bool append_pair(ibl_texture *tex, const stored_pair *pair)
     return to->key && to->value;
 }
 
-static ibl_status read_pairs(const ibl_file *file, uint64_t at, uint64_t end,
+static ibl_status read_pairs(const ibl_input *in, uint64_t at, uint64_t end,
                              ibl_texture *tex)
 {
     while (at < end) {
         stored_pair pair;
-        if (!next_pair(file, &at, end, &pair))
-            return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                            "%s: damaged: a key or value in its metadata does "
-                            "not end where it should",
-                            file->name);
+        if (!next_pair(in, &at, end, &pair))
+            return ibl_refuse(in, IBL_ERR_FORMAT,
+                              "damaged: a key or value in its metadata does "
+                              "not end where it should");
         if (!is_text(&pair))
             continue;
         if (tex->key_count == IBL_MAX_KEYS)
-            return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
-                            "%s: over %d keys of metadata", file->name,
-                            IBL_MAX_KEYS);
+            return ibl_refuse(in, IBL_ERR_UNSUPPORTED,
+                              "over %d keys of metadata", IBL_MAX_KEYS);
         if (!append_pair(tex, &pair))
-            return ibl_no_memory(file->ctx, "a texture's keys");
+            return ibl_no_memory(in->ctx, "a texture's keys");
     }
     return IBL_OK;
 }
@@ -257,7 +255,7 @@ static const char *printable(const char *text, char out[41])
 
 /* Rows are stored from the top in a texture, so the key would lie as soon as
  * they have been turned over: it goes in any case. */
-static ibl_status take_orientation(const ibl_file *file, const char *down,
+static ibl_status take_orientation(const ibl_input *in, const char *down,
                                    const char *up, ibl_texture *tex,
                                    bool *bottom_up)
 {
@@ -268,40 +266,39 @@ static ibl_status take_orientation(const ibl_file *file, const char *down,
     const char *value = tex->keys[at].value;
     *bottom_up = !strcmp(value, up);
     if (strcmp(value, down) && !(*bottom_up && tex->faces == 1))
-        return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
-                        "%s: %s \"%s\": only \"%s\" is read%s%s%s", file->name,
-                        orientation_key, printable(value, text), down,
-                        tex->faces == 1 ? " and \"" : "",
-                        tex->faces == 1 ? up : "",
-                        tex->faces == 1 ? "\"" : " for cubes");
+        return ibl_refuse(
+            in, IBL_ERR_UNSUPPORTED, "%s \"%s\": only \"%s\" is read%s%s%s",
+            orientation_key, printable(value, text), down,
+            tex->faces == 1 ? " and \"" : "", tex->faces == 1 ? up : "",
+            tex->faces == 1 ? "\"" : " for cubes");
     remove_key(tex, at);
     return IBL_OK;
 }
 
-ibl_status ibl_keys_read(const ibl_file *file, uint64_t at, uint64_t size,
+ibl_status ibl_keys_read(const ibl_input *in, uint64_t at, uint64_t size,
                          const char *down, const char *up, ibl_texture *tex,
                          bool *bottom_up)
 {
     char text[41];
     *bottom_up = false;
-    if (!ibl_file_has(file, at, size))
-        return ibl_file_short(file, "its metadata");
+    if (!ibl_input_has(in, at, size))
+        return ibl_input_short(in, "its metadata");
     if (!size)
         return IBL_OK;
     tex->keys = ibl_alloc_zeroed(IBL_MAX_KEYS, sizeof *tex->keys);
     if (!tex->keys)
-        return ibl_no_memory(file->ctx, "a texture's keys");
-    const ibl_status status = read_pairs(file, at, at + size, tex);
+        return ibl_no_memory(in->ctx, "a texture's keys");
+    const ibl_status status = read_pairs(in, at, at + size, tex);
     if (status)
         return status;
     qsort(tex->keys, (size_t)tex->key_count, sizeof *tex->keys, compare_keys);
     for (int i = 1; i < tex->key_count; i++) {
         if (!strcmp(tex->keys[i - 1].key, tex->keys[i].key))
-            return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                            "%s: damaged: the key \"%s\" is there twice",
-                            file->name, printable(tex->keys[i].key, text));
+            return ibl_refuse(in, IBL_ERR_FORMAT,
+                              "damaged: the key \"%s\" is there twice",
+                              printable(tex->keys[i].key, text));
     }
-    return take_orientation(file, down, up, tex, bottom_up);
+    return take_orientation(in, down, up, tex, bottom_up);
 }
 
 ibl_key_value *ibl_keys_list(const ibl_texture *tex, const char *orientation,

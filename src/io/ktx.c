@@ -55,8 +55,8 @@ ibl_status ibl_ktx_encode(ibl_ctx *ctx, const ibl_texture *tex,
     int count;
     if (image_size(tex, 0) > UINT32_MAX)
         return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
-                        "KTX 1.1: a %s of %dx%d %s texels is over its limit "
-                        "of 4 GiB; use ktx2",
+                        "KTX 1.1: a %s of %dx%d %s texels is over its limit of "
+                        "4 GiB; use ktx2",
                         tex->layers > 1 ? "level of an array" : "face",
                         tex->width, tex->height, ibl_pixel_name(tex->pixel));
     ibl_key_value *keys = ibl_keys_list(tex, rows_down, &count);
@@ -87,17 +87,17 @@ ibl_status ibl_ktx_encode(ibl_ctx *ctx, const ibl_texture *tex,
     return IBL_OK;
 }
 
-static ibl_status find_layout(const ibl_file *file, const header *h,
+static ibl_status find_layout(const ibl_input *in, const header *h,
                               const ibl_layout **layout)
 {
     const uint32_t type = h->gl_type, format = h->gl_format;
     const uint32_t internal = h->gl_internal_format;
 
     if (!type || !format)
-        return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
-                        "%s: compressed texels (glInternalFormat 0x%X): only "
-                        "float formats are read",
-                        file->name, internal);
+        return ibl_refuse(in, IBL_ERR_UNSUPPORTED,
+                          "compressed texels (glInternalFormat 0x%X): only "
+                          "float formats are read",
+                          internal);
     for (int i = 0; i < IBL_LAYOUT_COUNT; i++) {
         const ibl_layout *l = &ibl_layouts[i];
         /* Unsized internal formats are the format's own number. Filament's
@@ -109,29 +109,29 @@ static ibl_status find_layout(const ibl_file *file, const header *h,
             return IBL_OK;
         }
     }
-    return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
-                    "%s: glType 0x%X, glFormat 0x%X, glInternalFormat 0x%X: "
-                    "only RGBA, RGB and RG of half or float, RGB9_E5 and "
-                    "R11F_G11F_B10F are read",
-                    file->name, type, format, internal);
+    return ibl_refuse(
+        in, IBL_ERR_UNSUPPORTED,
+        "glType 0x%X, glFormat 0x%X, glInternalFormat 0x%X: only RGBA, RGB and "
+        "RG of half or float, RGB9_E5 and R11F_G11F_B10F are read",
+        type, format, internal);
 }
 
 /* Reads the header and finds the byte order of the file. */
-static ibl_status read_header(ibl_file *file, header *h)
+static ibl_status read_header(ibl_input *in, header *h)
 {
     const size_t words = offsetof(header, endianness);
-    if (!ibl_file_has(file, 0, sizeof *h))
-        return ibl_file_short(file, "a KTX header");
-    memcpy(h, file->bytes, sizeof *h);
+    if (!ibl_input_has(in, 0, sizeof *h))
+        return ibl_input_short(in, "a KTX header");
+    memcpy(h, in->bytes, sizeof *h);
     const uint32_t order = h->endianness;
-    file->swap = order == big;
+    in->swap = order == big;
     if (order != little && order != big)
-        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                        "%s: damaged: endianness 0x%08X, must be 0x%08X or "
-                        "0x%08X",
-                        file->name, order, little, big);
+        return ibl_refuse(
+            in, IBL_ERR_FORMAT,
+            "damaged: endianness 0x%08X, must be 0x%08X or 0x%08X", order,
+            little, big);
     for (size_t at = words; at < sizeof *h; at += sizeof order) {
-        const uint32_t word = ibl_file_u32(file, at);
+        const uint32_t word = ibl_input_u32(in, at);
         memcpy((char *)h + at, &word, sizeof word);
     }
     return IBL_OK;
@@ -139,47 +139,46 @@ static ibl_status read_header(ibl_file *file, header *h)
 
 /* Reads a level at place->at and moves that behind it. array: the file says
  * that it is one, be it of one element. */
-static ibl_status read_level(const ibl_file *file, ibl_place *place, bool array,
+static ibl_status read_level(const ibl_input *in, ibl_place *place, bool array,
                              ibl_texture *tex, int level)
 {
     const uint64_t images =
         array ? (uint64_t)tex->layers * (uint64_t)tex->faces : 1;
     const uint64_t must = images * ibl_place_bytes(place, tex, level);
-    if (!ibl_file_has(file, place->at, 4))
-        return ibl_file_short(file, "one of its levels");
-    const uint64_t bytes = ibl_file_u32(file, place->at);
+    if (!ibl_input_has(in, place->at, 4))
+        return ibl_input_short(in, "one of its levels");
+    const uint64_t bytes = ibl_input_u32(in, place->at);
     if (bytes != must)
-        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                        "%s: damaged: level %d of %llu bytes, must be %llu",
-                        file->name, level, (unsigned long long)bytes,
-                        (unsigned long long)must);
+        return ibl_refuse(
+            in, IBL_ERR_FORMAT, "damaged: level %d of %llu bytes, must be %llu",
+            level, (unsigned long long)bytes, (unsigned long long)must);
     place->at += 4;
-    return ibl_place_read_level(file, place, tex, level);
+    return ibl_place_read_level(in, place, tex, level);
 }
 
-ibl_status ibl_ktx_decode(ibl_file *file, ibl_texture *tex)
+ibl_status ibl_ktx_decode(ibl_input *in, ibl_texture *tex)
 {
     ibl_place place = {.row_align = ROW_ALIGN};
     header h;
-    ibl_status status = read_header(file, &h);
+    ibl_status status = read_header(in, &h);
 
     if (!status)
-        status = find_layout(file, &h, &place.layout);
+        status = find_layout(in, &h, &place.layout);
     if (status)
         return status;
     /* And 1 for its size, which matters to no file that is not turned. */
     if (h.gl_type_size != (uint32_t)place.layout->word_bytes &&
-        (h.gl_type_size != 1 || file->swap))
-        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                        "%s: damaged: glTypeSize %u, must be %d", file->name,
-                        h.gl_type_size, place.layout->word_bytes);
-    status = ibl_texture_begin(file, &h.shape, place.layout, ROW_ALIGN, tex);
+        (h.gl_type_size != 1 || in->swap))
+        return ibl_refuse(in, IBL_ERR_FORMAT,
+                          "damaged: glTypeSize %u, must be %d", h.gl_type_size,
+                          place.layout->word_bytes);
+    status = ibl_texture_begin(in, &h.shape, place.layout, ROW_ALIGN, tex);
     if (status)
         return status;
-    status = ibl_keys_read(file, sizeof h, h.key_bytes, rows_down, rows_up, tex,
+    status = ibl_keys_read(in, sizeof h, h.key_bytes, rows_down, rows_up, tex,
                            &place.bottom_up);
     place.at = sizeof h + (uint64_t)h.key_bytes;
     for (int l = 0; !status && l < tex->levels; l++)
-        status = read_level(file, &place, h.shape.layers > 0, tex, l);
+        status = read_level(in, &place, h.shape.layers > 0, tex, l);
     return status;
 }

@@ -127,98 +127,93 @@ done:
 
 /* ---- reading -------------------------------------------------------- */
 
-static ibl_status find_layout(const ibl_file *file, const header *h,
+static ibl_status find_layout(const ibl_input *in, const header *h,
                               const ibl_layout **layout)
 {
     static const char *const schemes[] = {"none", "BasisLZ", "Zstandard",
                                           "ZLIB"};
 
     if (h->scheme)
-        return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
-                        "%s: supercompression %u (%s): only uncompressed KTX2 "
-                        "is read",
-                        file->name, h->scheme,
-                        h->scheme < 4 ? schemes[h->scheme] : "unknown");
+        return ibl_refuse(
+            in, IBL_ERR_UNSUPPORTED,
+            "supercompression %u (%s): only uncompressed KTX2 is read",
+            h->scheme, h->scheme < 4 ? schemes[h->scheme] : "unknown");
     *layout = ibl_layout_find(offsetof(ibl_layout, vk), h->vk_format);
     if (*layout)
         return IBL_OK;
-    return ibl_fail(file->ctx, IBL_ERR_UNSUPPORTED,
-                    "%s: VkFormat %u: only 97, 109, 123, 122, 83, 103, 90 and "
-                    "106 are read (RGBA, RG, RGB floats, RGB9E5, R11G11B10)",
-                    file->name, h->vk_format);
+    return ibl_refuse(in, IBL_ERR_UNSUPPORTED,
+                      "VkFormat %u: only 97, 109, 123, 122, 83, 103, 90 and "
+                      "106 are read (RGBA, RG, RGB floats, RGB9E5, R11G11B10)",
+                      h->vk_format);
 }
 
-static ibl_status check_header(const ibl_file *file, const header *h,
+static ibl_status check_header(const ibl_input *in, const header *h,
                                const ibl_layout *layout)
 {
     if (h->type_size != (uint32_t)layout->word_bytes)
-        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                        "%s: damaged: typeSize %u, must be %d for VkFormat %u",
-                        file->name, h->type_size, layout->word_bytes,
-                        layout->vk);
+        return ibl_refuse(in, IBL_ERR_FORMAT,
+                          "damaged: typeSize %u, must be %d for VkFormat %u",
+                          h->type_size, layout->word_bytes, layout->vk);
     if (h->sgd_bytes)
-        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                        "%s: damaged: supercompression data without "
-                        "supercompression",
-                        file->name);
-    if (!ibl_file_has(file, h->dfd, h->dfd_bytes))
-        return ibl_file_short(file, "its data format descriptor");
-    if (h->dfd_bytes < DFD_HEAD || ibl_file_u32(file, h->dfd) != h->dfd_bytes)
-        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                        "%s: damaged: a data format descriptor of %u bytes "
-                        "that says otherwise",
-                        file->name, h->dfd_bytes);
+        return ibl_refuse(
+            in, IBL_ERR_FORMAT,
+            "damaged: supercompression data without supercompression");
+    if (!ibl_input_has(in, h->dfd, h->dfd_bytes))
+        return ibl_input_short(in, "its data format descriptor");
+    if (h->dfd_bytes < DFD_HEAD || ibl_input_u32(in, h->dfd) != h->dfd_bytes)
+        return ibl_refuse(
+            in, IBL_ERR_FORMAT,
+            "damaged: a data format descriptor of %u bytes that says otherwise",
+            h->dfd_bytes);
     return IBL_OK;
 }
 
-static ibl_status read_level(const ibl_file *file, const ibl_layout *layout,
+static ibl_status read_level(const ibl_input *in, const ibl_layout *layout,
                              ibl_texture *tex, int level, bool bottom_up)
 {
     index_entry entry;
-    memcpy(&entry, file->bytes + sizeof(header) + sizeof entry * (size_t)level,
+    memcpy(&entry, in->bytes + sizeof(header) + sizeof entry * (size_t)level,
            sizeof entry);
     ibl_place place = {layout, entry.at, 1, bottom_up};
     const uint64_t must = ibl_place_bytes(&place, tex, level) *
                           (uint64_t)tex->layers * (uint64_t)tex->faces;
 
     if (entry.bytes != must || entry.bytes != entry.bytes_uncompressed)
-        return ibl_fail(file->ctx, IBL_ERR_FORMAT,
-                        "%s: damaged: level %d of %llu bytes, must be %llu",
-                        file->name, level, (unsigned long long)entry.bytes,
-                        (unsigned long long)must);
+        return ibl_refuse(
+            in, IBL_ERR_FORMAT, "damaged: level %d of %llu bytes, must be %llu",
+            level, (unsigned long long)entry.bytes, (unsigned long long)must);
     /* So that adding a face to the offset cannot overflow. */
-    if (!ibl_file_has(file, entry.at, entry.bytes))
-        return ibl_file_short(file, "one of its levels");
-    return ibl_place_read_level(file, &place, tex, level);
+    if (!ibl_input_has(in, entry.at, entry.bytes))
+        return ibl_input_short(in, "one of its levels");
+    return ibl_place_read_level(in, &place, tex, level);
 }
 
-ibl_status ibl_ktx2_decode(ibl_file *file, ibl_texture *tex)
+ibl_status ibl_ktx2_decode(ibl_input *in, ibl_texture *tex)
 {
     const ibl_layout *layout = NULL;
     header h;
     bool bottom_up;
     ibl_status status;
 
-    if (!ibl_file_has(file, 0, sizeof h))
-        return ibl_file_short(file, "a KTX2 header");
-    memcpy(&h, file->bytes, sizeof h);
-    status = find_layout(file, &h, &layout);
+    if (!ibl_input_has(in, 0, sizeof h))
+        return ibl_input_short(in, "a KTX2 header");
+    memcpy(&h, in->bytes, sizeof h);
+    status = find_layout(in, &h, &layout);
     if (!status)
-        status = check_header(file, &h, layout);
+        status = check_header(in, &h, layout);
     if (!status)
-        status = ibl_texture_begin(file, &h.shape, layout, 1, tex);
+        status = ibl_texture_begin(in, &h.shape, layout, 1, tex);
     if (status)
         return status;
-    if (!ibl_file_has(file, sizeof h,
-                      sizeof(index_entry) * (uint64_t)tex->levels))
-        return ibl_file_short(file, "its level index");
-    status =
-        ibl_keys_read(file, h.kvd, h.kvd_bytes, "rd", "ru", tex, &bottom_up);
+    if (!ibl_input_has(in, sizeof h,
+                       sizeof(index_entry) * (uint64_t)tex->levels))
+        return ibl_input_short(in, "its level index");
+    status = ibl_keys_read(in, h.kvd, h.kvd_bytes, "rd", "ru", tex, &bottom_up);
     tex->premultiplied =
         layout->texel_bytes == (int)ibl_pixel_bytes(tex->pixel) &&
         ibl_pixel_has_alpha(tex->pixel) &&
-        file->bytes[h.dfd + DFD_FLAGS] & ALPHA_PREMULTIPLIED;
+        in->bytes[h.dfd + DFD_FLAGS] & ALPHA_PREMULTIPLIED;
     for (int l = 0; !status && l < tex->levels; l++)
-        status = read_level(file, layout, tex, l, bottom_up);
+        status = read_level(in, layout, tex, l, bottom_up);
     return status;
 }

@@ -183,8 +183,7 @@ static ibl_status make_dir(ibl_outputs *out, const char *path)
         if (S_ISDIR(st.st_mode))
             return IBL_OK;
         return ibl_fail(out->ctx, IBL_ERR_IO,
-                        "%s: is there and is no directory: choose another "
-                        "name",
+                        "%s: is there and is no directory: choose another name",
                         path);
     }
     if (errno != ENOENT)
@@ -273,10 +272,10 @@ static ibl_status check_existing(const ibl_outputs *out, const char *path)
         return IBL_OK;
     }
     if (S_ISDIR(st.st_mode))
-        return ibl_fail(out->ctx, IBL_ERR_IO,
-                        "%s: is a directory, a file cannot replace it: choose "
-                        "another name",
-                        path);
+        return ibl_fail(
+            out->ctx, IBL_ERR_IO,
+            "%s: is a directory, a file cannot replace it: choose another name",
+            path);
     if (!S_ISREG(st.st_mode))
         return ibl_fail(out->ctx, IBL_ERR_IO,
                         "%s: is a %s; outputs are renamed into place and can "
@@ -323,10 +322,10 @@ static ibl_status aim(ibl_outputs *out, const char *path, slot *s)
     for (int i = 0; i < out->count; i++) {
         if (atomic_load(&out->slots[i].state) != UNUSED &&
             same_target(&out->slots[i], s))
-            return ibl_fail(out->ctx, IBL_ERR_ARGUMENT,
-                            "%s: is the name of another output too: give "
-                            "each its own",
-                            path);
+            return ibl_fail(
+                out->ctx, IBL_ERR_ARGUMENT,
+                "%s: is the name of another output too: give each its own",
+                path);
     }
     return IBL_OK;
 }

@@ -116,33 +116,33 @@ size_t ibl_rgbe_most_bytes(const ibl_rgbe_header *h)
     return 8 * (size_t)h->row_px + 64;
 }
 
-ibl_status ibl_rgbe_tell(ibl_ctx *ctx, const char *name, ibl_rgbe_fault f,
-                         int row, const ibl_rgbe_header *h, int value)
+ibl_status ibl_rgbe_report(const ibl_input *in, ibl_rgbe_fault f, int row,
+                           const ibl_rgbe_header *h, int value)
 {
     switch (f) {
     case IBL_RGBE_ZERO_RUN:
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: scanline %d of %d has a run of no pixels: the "
-                        "file is damaged",
-                        name, row + 1, h->rows);
+        return ibl_refuse(
+            in, IBL_ERR_FORMAT,
+            "scanline %d of %d has a run of no pixels: the file is damaged",
+            row + 1, h->rows);
     case IBL_RGBE_OVERRUN:
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: scanline %d of %d has a run that ends %d pixels "
-                        "beyond its %d: the file is damaged",
-                        name, row + 1, h->rows, value, h->row_px);
+        return ibl_refuse(in, IBL_ERR_FORMAT,
+                          "scanline %d of %d has a run that ends %d pixels "
+                          "beyond its %d: the file is damaged",
+                          row + 1, h->rows, value, h->row_px);
     case IBL_RGBE_BAD_LENGTH:
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: scanline %d of %d says it has %d pixels, not %d: "
-                        "the file is damaged",
-                        name, row + 1, h->rows, value, h->row_px);
+        return ibl_refuse(in, IBL_ERR_FORMAT,
+                          "scanline %d of %d says it has %d pixels, not %d: "
+                          "the file is damaged",
+                          row + 1, h->rows, value, h->row_px);
     case IBL_RGBE_WHOLE:
     case IBL_RGBE_CUT:
         break;
     }
-    return ibl_fail(ctx, IBL_ERR_FORMAT,
-                    "%s: the file ends in scanline %d of %d: it is cut short: "
-                    "copy it again",
-                    name, row + 1, h->rows);
+    return ibl_refuse(
+        in, IBL_ERR_FORMAT,
+        "the file ends in scanline %d of %d: it is cut short: copy it again",
+        row + 1, h->rows);
 }
 
 /* ---- their pixels ------------------------------------------------------ */

@@ -38,8 +38,8 @@ bool ibl_rgbe_is(const void *bytes, size_t size);
  * IBL_ERR_FORMAT: damaged, cut short or no picture. IBL_ERR_UNSUPPORTED: a
  * FORMAT other than the two. IBL_ERR_IO, IBL_ERR_MEMORY, IBL_ERR_CANCELLED.
  */
-ibl_status ibl_rgbe_open(ibl_ctx *ctx, const ibl_input *in,
-                         const ibl_read_options *opts, ibl_rows **rows);
+ibl_status ibl_rgbe_open(const ibl_input *in, const ibl_read_options *opts,
+                         ibl_rows **rows);
 
 typedef struct ibl_rgbe_header {
     int width, height;   /* of the picture as it is seen */
@@ -61,9 +61,9 @@ uint64_t ibl_rgbe_longest(const unsigned char *bytes, size_t size);
  * to say what is wrong with it. */
 bool ibl_rgbe_has_header(const unsigned char *bytes, size_t size);
 
-ibl_status ibl_rgbe_parse(ibl_ctx *ctx, const char *name,
-                          const unsigned char *bytes, size_t size,
-                          ibl_rgbe_header *header);
+/* bytes: of in, from its first on. */
+ibl_status ibl_rgbe_parse(const ibl_input *in, const unsigned char *bytes,
+                          size_t size, ibl_rgbe_header *header);
 
 typedef enum ibl_rgbe_fault {
     IBL_RGBE_WHOLE,     /* none */
@@ -87,8 +87,8 @@ ibl_rgbe_fault ibl_rgbe_pass(ibl_rgbe_scan *s);
 size_t ibl_rgbe_most_bytes(const ibl_rgbe_header *header);
 
 /* The message for a fault of scanline row. */
-ibl_status ibl_rgbe_tell(ibl_ctx *ctx, const char *name, ibl_rgbe_fault fault,
-                         int row, const ibl_rgbe_header *header, int value);
+ibl_status ibl_rgbe_report(const ibl_input *in, ibl_rgbe_fault fault, int row,
+                           const ibl_rgbe_header *header, int value);
 
 /* Bytes of scratch that ibl_rgbe_row needs. */
 size_t ibl_rgbe_scratch(const ibl_rgbe_header *header);

@@ -154,7 +154,7 @@ static bool take_name(struct text *line, const char *name)
 
 /* Factors above 0. A 0, which Filament's cmgen writes for EXPOSURE, cannot have
  * been one: it is passed over. */
-static ibl_status take_factors(ibl_ctx *ctx, const char *name, const char *what,
+static ibl_status take_factors(const ibl_input *in, const char *what,
                                struct text value, double *factors, int count)
 {
     const struct text all = value;
@@ -162,19 +162,18 @@ static ibl_status take_factors(ibl_ctx *ctx, const char *name, const char *what,
     for (int i = 0; i < count; i++) {
         double f;
         if (!take_number(&value, &f) || !(f >= 0) || isinf(f))
-            return ibl_fail(ctx, IBL_ERR_FORMAT,
-                            "%s: %s is \"%s\": must be %s above 0", name, what,
-                            quote(all, text),
-                            count > 1 ? "three numbers" : "a number");
+            return ibl_refuse(
+                in, IBL_ERR_FORMAT, "%s is \"%s\": must be %s above 0", what,
+                quote(all, text), count > 1 ? "three numbers" : "a number");
         if (f > 0)
             factors[i] *= f;
         else
-            ibl_warn(ctx, "%s: %s of 0 is ignored", name, what);
+            ibl_warn(in->ctx, "%s: %s of 0 is ignored", in->name, what);
     }
     return IBL_OK;
 }
 
-static ibl_status take_format(ibl_ctx *ctx, const char *name, struct text value,
+static ibl_status take_format(const ibl_input *in, struct text value,
                               struct variables *v)
 {
     char text[QUOTE];
@@ -192,10 +191,10 @@ static ibl_status take_format(ibl_ctx *ctx, const char *name, struct text value,
         v->xyz = true;
         return IBL_OK;
     }
-    return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
-                    "%s: FORMAT is \"%s\": must be 32-bit_rle_rgbe or "
-                    "32-bit_rle_xyze",
-                    name, quote(all, text));
+    return ibl_refuse(
+        in, IBL_ERR_UNSUPPORTED,
+        "FORMAT is \"%s\": must be 32-bit_rle_rgbe or 32-bit_rle_xyze",
+        quote(all, text));
 }
 
 static void take_primaries(struct text value, struct variables *v)
@@ -207,24 +206,25 @@ static void take_primaries(struct text value, struct variables *v)
     }
 }
 
-static ibl_status take_line(ibl_ctx *ctx, const char *name, struct text line,
+static ibl_status take_line(const ibl_input *in, struct text line,
                             struct variables *v)
 {
     struct text value = line;
     double gamma;
 
     if (take_name(&value, "FORMAT"))
-        return take_format(ctx, name, value, v);
+        return take_format(in, value, v);
     if (take_name(&value, "EXPOSURE"))
-        return take_factors(ctx, name, "EXPOSURE", value, &v->exposure, 1);
+        return take_factors(in, "EXPOSURE", value, &v->exposure, 1);
     if (take_name(&value, "COLORCORR"))
-        return take_factors(ctx, name, "COLORCORR", value, v->correction, 3);
+        return take_factors(in, "COLORCORR", value, v->correction, 3);
     if (take_name(&value, "PRIMARIES"))
         take_primaries(value, v);
     else if (take_name(&value, "GAMMA") && take_number(&value, &gamma) &&
              gamma != 1)
-        ibl_warn(ctx, "%s: GAMMA=%g is ignored: the pixels are taken as linear",
-                 name, gamma);
+        ibl_warn(in->ctx,
+                 "%s: GAMMA=%g is ignored: the pixels are taken as linear",
+                 in->name, gamma);
     return IBL_OK;
 }
 
@@ -276,8 +276,8 @@ static bool take_edges(struct text line, ibl_rgbe_header *h, bool *is_one)
     return true;
 }
 
-static ibl_status take_resolution(ibl_ctx *ctx, const char *name,
-                                  struct text line, ibl_rgbe_header *h)
+static ibl_status take_resolution(const ibl_input *in, struct text line,
+                                  ibl_rgbe_header *h)
 {
     char text[QUOTE];
     bool is_one;
@@ -285,14 +285,14 @@ static ibl_status take_resolution(ibl_ctx *ctx, const char *name,
     if (take_edges(line, h, &is_one))
         return IBL_OK;
     if (is_one)
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: the resolution line is \"%s\": each edge must be "
-                        "1 to %d pixels",
-                        name, quote(line, text), IBL_MAX_EDGE);
-    return ibl_fail(ctx, IBL_ERR_FORMAT,
-                    "%s: the resolution line is \"%s\": must be like "
-                    "\"-Y 512 +X 1024\"",
-                    name, quote(line, text));
+        return ibl_refuse(
+            in, IBL_ERR_FORMAT,
+            "the resolution line is \"%s\": each edge must be 1 to %d pixels",
+            quote(line, text), IBL_MAX_EDGE);
+    return ibl_refuse(
+        in, IBL_ERR_FORMAT,
+        "the resolution line is \"%s\": must be like \"-Y 512 +X 1024\"",
+        quote(line, text));
 }
 
 /*
@@ -337,18 +337,18 @@ static bool rgb_from_xyz(const double primaries[8], double m[9])
 }
 
 /* Turns the variables into the factors that the pixels need. */
-static ibl_status set_factors(ibl_ctx *ctx, const char *name,
-                              const struct variables *v, ibl_rgbe_header *h)
+static ibl_status set_factors(const ibl_input *in, const struct variables *v,
+                              ibl_rgbe_header *h)
 {
     double matrix[9], scale[3];
 
     for (int c = 0; c < 3; c++) {
         scale[c] = 1 / (v->exposure * v->correction[c]);
         if (!(scale[c] >= FLT_MIN && scale[c] <= FLT_MAX))
-            return ibl_fail(ctx, IBL_ERR_FORMAT,
-                            "%s: EXPOSURE and COLORCORR multiply to %g: must "
-                            "be between 1e-38 and 1e38",
-                            name, v->exposure * v->correction[c]);
+            return ibl_refuse(in, IBL_ERR_FORMAT,
+                              "EXPOSURE and COLORCORR multiply to %g: must be "
+                              "between 1e-38 and 1e38",
+                              v->exposure * v->correction[c]);
     }
     h->xyz = v->xyz;
     for (int c = 0; c < 3; c++)
@@ -356,10 +356,10 @@ static ibl_status set_factors(ibl_ctx *ctx, const char *name,
     if (!v->xyz)
         return IBL_OK;
     if (v->bad_primaries || !rgb_from_xyz(v->primaries, matrix)) {
-        ibl_warn(ctx,
+        ibl_warn(in->ctx,
                  "%s: PRIMARIES is no triangle with a white: Radiance's "
                  "default ones are taken",
-                 name);
+                 in->name);
         rgb_from_xyz(default_primaries, matrix);
     }
     for (int i = 0; i < 9; i++)
@@ -367,76 +367,76 @@ static ibl_status set_factors(ibl_ctx *ctx, const char *name,
     return IBL_OK;
 }
 
-bool ibl_rgbe_has_header(const unsigned char *bytes, size_t size)
+/* Finds the resolution, or the first line after a blank one, and what follows
+ * it. False: the bytes end before that. */
+static bool find_end(const unsigned char *bytes, size_t size, struct text *line,
+                     struct text *rest)
 {
-    struct text rest = {bytes, bytes + size}, line;
-    const bool bare_cr = uses_bare_cr(rest);
     bool blank = false;
 
-    while (next_line(&rest, bare_cr, &line)) {
-        if (blank || is_resolution(line))
+    *rest = (struct text){bytes, bytes + size};
+    const bool bare_cr = uses_bare_cr(*rest);
+    while (next_line(rest, bare_cr, line)) {
+        if (blank || is_resolution(*line))
             return true;
-        blank = line.at == line.end;
+        blank = line->at == line->end;
     }
     return false;
 }
 
+bool ibl_rgbe_has_header(const unsigned char *bytes, size_t size)
+{
+    struct text line, rest;
+    return find_end(bytes, size, &line, &rest);
+}
+
 uint64_t ibl_rgbe_longest(const unsigned char *bytes, size_t size)
 {
-    struct text rest = {bytes, bytes + size}, line;
-    const bool bare_cr = uses_bare_cr(rest);
+    struct text line, rest;
     ibl_rgbe_header h;
     bool is_one;
 
-    while (next_line(&rest, bare_cr, &line)) {
-        if (!is_resolution(line))
-            continue;
-        if (!take_edges(line, &h, &is_one))
-            break;
-        return (uint64_t)(rest.at - bytes) +
-               (uint64_t)h.rows * ibl_rgbe_most_bytes(&h) + BEYOND_BYTES;
-    }
-    return IBL_RGBE_MOST_HEADER;
+    if (!find_end(bytes, size, &line, &rest) || !is_resolution(line) ||
+        !take_edges(line, &h, &is_one))
+        return IBL_RGBE_MOST_HEADER;
+    return (uint64_t)(rest.at - bytes) +
+           (uint64_t)h.rows * ibl_rgbe_most_bytes(&h) + BEYOND_BYTES;
 }
 
-ibl_status ibl_rgbe_parse(ibl_ctx *ctx, const char *name,
-                          const unsigned char *bytes, size_t size,
-                          ibl_rgbe_header *header)
+ibl_status ibl_rgbe_parse(const ibl_input *in, const unsigned char *bytes,
+                          size_t size, ibl_rgbe_header *header)
 {
-    struct text rest = {bytes, bytes + size}, line;
+    struct text rest = {bytes, bytes + size}, line, last, pixels;
     struct variables v = {.exposure = 1, .correction = {1, 1, 1}};
     const bool bare_cr = uses_bare_cr(rest);
-    bool blank = false;
+    const bool ends = find_end(bytes, size, &last, &pixels);
+    ibl_status status = IBL_OK;
     char text[QUOTE];
 
     memcpy(v.primaries, default_primaries, sizeof v.primaries);
     if (!ibl_rgbe_is(bytes, size))
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: no Radiance picture: must begin with \"#?\"",
-                        name);
-    for (;;) {
-        if (!next_line(&rest, bare_cr, &line))
-            return ibl_fail(ctx, IBL_ERR_FORMAT,
-                            "%s: the file ends in its header, before the "
-                            "resolution line: it is cut short: copy it again",
-                            name);
-        if (is_resolution(line))
-            break;
-        if (blank)
-            return ibl_fail(ctx, IBL_ERR_FORMAT,
-                            "%s: no resolution line after the header but "
-                            "\"%s\": must be like \"-Y 512 +X 1024\"",
-                            name, quote(line, text));
-        blank = line.at == line.end;
-        const ibl_status status = take_line(ctx, name, line, &v);
-        if (status)
-            return status;
-    }
-    *header = (ibl_rgbe_header){.data = (size_t)(rest.at - bytes)};
-    const ibl_status status = take_resolution(ctx, name, line, header);
+        return ibl_refuse(in, IBL_ERR_FORMAT,
+                          "no Radiance picture: must begin with \"#?\"");
+    while (!status && next_line(&rest, bare_cr, &line) &&
+           (!ends || line.at != last.at))
+        status = take_line(in, line, &v);
+    if (status)
+        return status;
+    if (!ends)
+        return ibl_refuse(in, IBL_ERR_FORMAT,
+                          "the file ends in its header, before the resolution "
+                          "line: it is cut short: copy it again");
+    if (!is_resolution(last))
+        return ibl_refuse(in, IBL_ERR_FORMAT,
+                          "no resolution line after the header but \"%s\": "
+                          "must be like \"-Y 512 +X 1024\"",
+                          quote(last, text));
+    *header = (ibl_rgbe_header){.data = (size_t)(pixels.at - bytes)};
+    status = take_resolution(in, last, header);
     if (status)
         return status;
     if (!v.has_format)
-        ibl_warn(ctx, "%s: no FORMAT line: taken as 32-bit_rle_rgbe", name);
-    return set_factors(ctx, name, &v, header);
+        ibl_warn(in->ctx, "%s: no FORMAT line: taken as 32-bit_rle_rgbe",
+                 in->name);
+    return set_factors(in, &v, header);
 }

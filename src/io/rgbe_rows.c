@@ -20,7 +20,6 @@ enum {
     PACK_LINES = 512,
     CALL_LINES = 64,       /* in a pack, where a call wants fewer */
     JOB_PIXELS = 1 << 14,  /* about 0.05 ms of decoding */
-    JOB_COLUMNS = 8,       /* scanlines that are turned into columns at once */
     HEADER_BYTES = 1 << 16 /* where a header has mostly ended */
 };
 
@@ -125,13 +124,11 @@ static void fill_pack(rgbe_rows *r, pack *p)
         p->fault = IBL_RGBE_WHOLE;
 }
 
-static ibl_status tell(const rgbe_rows *r, const pack *p)
+static ibl_status report(const rgbe_rows *r, const pack *p)
 {
     if (p->error)
-        return ibl_fail(r->rows.ctx, IBL_ERR_IO, "%s: cannot be read: %s",
-                        r->in->name, strerror(p->error));
-    return p->fault ? ibl_rgbe_tell(r->rows.ctx, r->in->name, p->fault, r->line,
-                                    &r->h, p->value)
+        return ibl_input_unread(r->in, p->error);
+    return p->fault ? ibl_rgbe_report(r->in, p->fault, r->line, &r->h, p->value)
                     : IBL_OK;
 }
 
@@ -163,7 +160,7 @@ static ibl_status settle(rgbe_rows *r)
         r->flat = true;
         r->has_new = r->has_old = false;
     } else if (p->fault || p->error) {
-        return tell(r, p);
+        return report(r, p);
     }
     p->is_full = false;
     r->at = at;
@@ -181,7 +178,7 @@ static ibl_status next_pack(rgbe_rows *r)
         if (p->used < p->lines)
             return IBL_OK;
         if (p->fault || p->error)
-            return tell(r, p);
+            return report(r, p);
         p->is_full = false;
         if (p->ambiguous && !r->settled)
             status = settle(r);
@@ -199,105 +196,74 @@ static ibl_status next_pack(rgbe_rows *r)
 typedef struct step {
     rgbe_rows *r;
     const pack *p;
-    pack *next;           /* to be filled meanwhile, or NULL */
-    int count, job_lines; /* from p->used on */
-    float *dst;
-    ptrdiff_t stride; /* floats from one to the next */
-    uint32_t *most;   /* or NULL */
-    float *columns;   /* JOB_COLUMNS scanlines for each worker */
-    int done;         /* scanlines of the call, before these */
+    pack *next;                      /* to be filled meanwhile, or NULL */
+    int count, job_lines;            /* from p->used on */
+    float *dst;                      /* the first pixel of the first */
+    ptrdiff_t line_step, pixel_step; /* floats from one to the next */
+    uint32_t *most;                  /* of each, or NULL */
 } step;
 
-static void reverse(float *px, int count)
+/* Where scanlines go in rows of the picture, whose first is at rgb. */
+static step step_of(rgbe_rows *r, float *rgb)
 {
-    for (float *a = px, *b = px + 3 * (count - 1); a < b; a += 3, b -= 3) {
-        for (int c = 0; c < 3; c++) {
-            const float t = a[c];
-            a[c] = b[c];
-            b[c] = t;
-        }
+    const ibl_rgbe_header *h = &r->h;
+    const ptrdiff_t row = 3 * (ptrdiff_t)h->width;
+    step s = {.r = r,
+              .job_lines = h->row_px < JOB_PIXELS ? JOB_PIXELS / h->row_px : 1,
+              .dst = rgb,
+              .line_step = h->by_column ? 3 : row,
+              .pixel_step = h->by_column ? row : 3};
+    if (h->reverse_rows) {
+        s.dst += s.line_step * (h->rows - 1);
+        s.line_step = -s.line_step;
     }
+    if (h->reverse_pixels) {
+        s.dst += s.pixel_step * (h->row_px - 1);
+        s.pixel_step = -s.pixel_step;
+    }
+    return s;
 }
 
-static void decode_line(const step *s, int i, int worker, float *dst)
-{
-    const rgbe_rows *r = s->r;
-    const pack *p = s->p;
-    const int k = p->used + i;
-    const bool has_slack =
-        p->buffer || p->size - p->line[k + 1] >= IBL_RGBE_SLACK;
-
-    ibl_rgbe_row(&r->dsp, &r->h, p->bytes + p->line[k], r->flat, has_slack,
-                 r->scratch + (size_t)worker * r->scratch_bytes, dst);
-}
-
-/* Job 0 fills the next pack, if there is one to fill. False if it was that;
- * else *job counts the others. */
-static bool is_decoding(const step *s, int *job)
-{
-    if (!s->next)
-        return true;
-    if (*job == 0)
-        fill_pack(s->r, s->next);
-    return (*job)-- > 0;
-}
-
-static void rows_job(void *arg, int job, int worker)
+/* Job 0 fills the next pack, if there is one to fill; the others decode. */
+static void decode_job(void *arg, int job, int worker)
 {
     const step *s = arg;
-    const ibl_rgbe_header *h = &s->r->h;
+    rgbe_rows *r = s->r;
+    const pack *p = s->p;
+    unsigned char *scratch = r->scratch + (size_t)worker * r->scratch_bytes;
+    void *spare = scratch + ibl_rgbe_scratch(&r->h);
 
-    if (!is_decoding(s, &job))
+    if (s->next && job-- == 0) {
+        fill_pack(r, s->next);
         return;
+    }
     const int first = job * s->job_lines;
     for (int i = first; i < s->count && i < first + s->job_lines; i++) {
-        float *dst = s->dst + s->stride * i;
-        decode_line(s, i, worker, dst);
-        if (h->reverse_pixels)
-            reverse(dst, h->row_px);
+        const int k = p->used + i;
+        const bool has_slack =
+            p->buffer || p->size - p->line[k + 1] >= IBL_RGBE_SLACK;
+        float *to = s->dst + s->line_step * i;
+        float *line = s->pixel_step == 3 ? to : spare;
+
+        ibl_rgbe_row(&r->dsp, &r->h, p->bytes + p->line[k], r->flat, has_slack,
+                     scratch, line);
         if (s->most)
-            s->most[i] = s->r->look(dst, 3 * (size_t)h->row_px);
+            s->most[i] = r->look(line, 3 * (size_t)r->h.row_px);
+        for (ptrdiff_t j = 0; line != to && j < r->h.row_px; j++)
+            memcpy(to + s->pixel_step * j, line + 3 * j, 3 * sizeof *to);
     }
 }
 
-/* Scanline i goes to column x_of(i), its pixel j to row y_of(j). */
-static void columns_job(void *arg, int job, int worker)
-{
-    const step *s = arg;
-    const ibl_rgbe_header *h = &s->r->h;
-    const size_t line = 3 * (size_t)h->row_px;
-    float *columns = s->columns + (size_t)worker * line * JOB_COLUMNS;
-
-    if (!is_decoding(s, &job))
-        return;
-    const int first = job * s->job_lines, begin = s->done + first;
-    const int left = s->count - first;
-    const int count = left < s->job_lines ? left : s->job_lines;
-
-    for (int i = 0; i < count; i++)
-        decode_line(s, first + i, worker, columns + i * line);
-    for (int j = 0; j < h->row_px; j++) {
-        const int y = h->reverse_pixels ? h->row_px - 1 - j : j;
-        float *row = s->dst + (size_t)y * 3 * (size_t)h->width;
-        for (int i = 0; i < count; i++) {
-            const int x = h->reverse_rows ? h->rows - 1 - begin - i : begin + i;
-            memcpy(row + 3 * x, columns + i * line + 3 * j, 3 * sizeof *row);
-        }
-    }
-}
-
-/* Decodes count scanlines. s->dst is where the first of them goes, or, with
- * s->columns, the whole picture. */
 static ibl_status decode(step *s, int count)
 {
     rgbe_rows *r = s->r;
-    ibl_status status = IBL_OK;
 
-    while (count && !status) {
-        r->pack_lines = count < CALL_LINES   ? CALL_LINES
-                        : count < PACK_LINES ? count
-                                             : PACK_LINES;
-        status = next_pack(r);
+    for (int done = 0; done < count; done += s->count) {
+        const int wanted = count - done;
+        r->pack_lines = wanted < CALL_LINES   ? CALL_LINES
+                        : wanted < PACK_LINES ? wanted
+                                              : PACK_LINES;
+        ibl_status status = next_pack(r);
         if (status)
             return status;
         pack *p = &r->packs[r->now], *next = &r->packs[!r->now];
@@ -307,36 +273,28 @@ static ibl_status decode(step *s, int count)
                           !p->error && !p->ambiguous
                       ? next
                       : NULL;
-        s->count = count < left ? count : left;
+        s->count = wanted < left ? wanted : left;
         const int jobs = (s->count + s->job_lines - 1) / s->job_lines;
-        status = ibl_run(r->rows.ctx, NULL, jobs + (s->next != NULL),
-                         s->columns ? columns_job : rows_job, s);
+        status =
+            ibl_run(r->rows.ctx, NULL, jobs + (s->next != NULL), decode_job, s);
+        if (status)
+            return status;
         p->used += s->count;
-        count -= s->count;
-        s->done += s->count;
         ibl_progress(r->rows.ctx, "decode",
-                     (double)(r->rows.row + s->done) / r->h.rows);
-        s->dst += s->stride * s->count;
+                     (double)(r->rows.row + done + s->count) / r->h.rows);
+        s->dst += s->line_step * s->count;
         if (s->most)
             s->most += s->count;
     }
-    return status;
-}
-
-static int job_lines(const ibl_rgbe_header *h)
-{
-    return h->row_px < JOB_PIXELS ? JOB_PIXELS / h->row_px : 1;
+    return IBL_OK;
 }
 
 static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
                             uint32_t *most)
 {
     rgbe_rows *r = (rgbe_rows *)rows;
-    step s = {.r = r,
-              .job_lines = job_lines(&r->h),
-              .dst = rgb,
-              .stride = 3 * (ptrdiff_t)r->h.row_px,
-              .most = most};
+    step s = step_of(r, rgb);
+    s.most = most;
     const ibl_status status = decode(&s, count);
     if (!status && rows->row + count == rows->height)
         describe(r, rows->report.format);
@@ -354,28 +312,28 @@ static void rows_close(ibl_rows *rows)
 
 /* ---- opening -------------------------------------------------------- */
 
-/* The header of a file, of which as much is read as it takes. */
-static ibl_status parse_file(ibl_ctx *ctx, const ibl_input *in,
-                             ibl_rgbe_header *h)
+/* Parses the header; of a file as much is read as that takes. */
+static ibl_status parse(const ibl_input *in, ibl_rgbe_header *h)
 {
+    if (in->bytes)
+        return ibl_rgbe_parse(in, in->bytes, in->size, h);
     for (size_t room = HEADER_BYTES;; room *= 2) {
         unsigned char *bytes = ibl_alloc_array(room, 1);
         size_t got;
-        ibl_status status;
         if (!bytes)
-            return ibl_no_memory(ctx, "the header of a picture");
-        if (!ibl_input_read(in, 0, room, bytes, &got)) {
-            status = ibl_fail(ctx, IBL_ERR_IO, "%s: cannot be read: %s",
-                              in->name, strerror(errno));
-        } else if (got < room || room >= IBL_RGBE_MOST_HEADER ||
-                   ibl_rgbe_has_header(bytes, got)) {
-            status = ibl_rgbe_parse(ctx, in->name, bytes, got, h);
-        } else {
-            ibl_free(bytes);
-            continue;
-        }
+            return ibl_no_memory(in->ctx, "the header of a picture");
+        const bool is_read = ibl_input_read(in, 0, room, bytes, &got);
+        const bool enough = !is_read || got < room ||
+                            room >= IBL_RGBE_MOST_HEADER ||
+                            ibl_rgbe_has_header(bytes, got);
+        ibl_status status = IBL_OK;
+        if (!is_read)
+            status = ibl_input_unread(in, errno);
+        else if (enough)
+            status = ibl_rgbe_parse(in, bytes, got, h);
         ibl_free(bytes);
-        return status;
+        if (enough)
+            return status;
     }
 }
 
@@ -383,24 +341,24 @@ static ibl_status check_length(const rgbe_rows *r)
 {
     const size_t bytes = r->in->size - r->h.data;
     if (!bytes)
-        return ibl_fail(r->rows.ctx, IBL_ERR_FORMAT,
-                        "%s: the file ends after its header: it is cut short: "
-                        "copy it again",
-                        r->in->name);
+        return ibl_refuse(
+            r->in, IBL_ERR_FORMAT,
+            "the file ends after its header: it is cut short: copy it again");
     /* no scanline is shorter than a pixel */
     if (bytes / 4 < (size_t)r->h.rows)
-        return ibl_fail(r->rows.ctx, IBL_ERR_FORMAT,
-                        "%s: %zu bytes of pixels cannot hold %d scanlines: "
-                        "the file is cut short: copy it again",
-                        r->in->name, bytes, r->h.rows);
+        return ibl_refuse(r->in, IBL_ERR_FORMAT,
+                          "%zu bytes of pixels cannot hold %d scanlines: the "
+                          "file is cut short: copy it again",
+                          bytes, r->h.rows);
     return IBL_OK;
 }
 
 static ibl_status alloc_packs(rgbe_rows *r)
 {
     const size_t threads = (size_t)ibl_ctx_threads(r->rows.ctx);
+    const size_t line_bytes = 3 * sizeof(float) * (size_t)r->h.row_px;
 
-    r->scratch_bytes = ibl_rgbe_scratch(&r->h);
+    r->scratch_bytes = ibl_rgbe_scratch(&r->h) + (line_bytes + 63) / 64 * 64;
     r->scratch = ibl_alloc_array(threads, r->scratch_bytes);
     if (!r->scratch)
         return ibl_no_memory(r->rows.ctx, "scanlines");
@@ -417,46 +375,27 @@ static ibl_status alloc_packs(rgbe_rows *r)
     return IBL_OK;
 }
 
-/* Decodes what does not come in the order of rows, and puts a whole image in
- * r's place. */
+/* Decodes what does not come in the order of rows to a whole image. */
 static ibl_status decode_whole(rgbe_rows *r, ibl_rows **out)
 {
-    const ibl_rgbe_header *h = &r->h;
-    const size_t threads = (size_t)ibl_ctx_threads(r->rows.ctx);
-    step s = {.r = r, .job_lines = job_lines(h)};
     ibl_image img;
-    ibl_read_report report = {.format = ""};
-    ibl_status status =
-        ibl_map_alloc(r->rows.ctx, r->in->name, h->width, h->height, &img);
+    ibl_status status = ibl_map_alloc(r->in, r->h.width, r->h.height, &img);
+    if (!status)
+        status = ibl_rows_of_image(r->rows.ctx, &img, out);
     if (status)
         return status;
-    s.dst = img.data;
-    if (h->by_column) {
-        s.job_lines = JOB_COLUMNS;
-        s.columns = ibl_alloc_array(threads * JOB_COLUMNS,
-                                    3 * sizeof(float) * (size_t)h->row_px);
-        if (!s.columns)
-            status = ibl_no_memory(r->rows.ctx, "scanlines");
-    } else {
-        s.stride = -3 * (ptrdiff_t)h->width;
-        s.dst -= s.stride * (h->height - 1);
-    }
-    if (!status)
-        status = decode(&s, h->rows);
-    ibl_free(s.columns);
-    describe(r, report.format);
+    step s = step_of(r, (*out)->whole.data);
+    status = decode(&s, r->h.rows);
+    describe(r, (*out)->report.format);
     if (status) {
-        ibl_image_free(&img);
-        return status;
+        ibl_rows_close(*out);
+        *out = NULL;
     }
-    status = ibl_rows_of_image(r->rows.ctx, &img, out);
-    if (!status)
-        (*out)->report = report;
     return status;
 }
 
-ibl_status ibl_rgbe_open(ibl_ctx *ctx, const ibl_input *in,
-                         const ibl_read_options *opts, ibl_rows **out)
+ibl_status ibl_rgbe_open(const ibl_input *in, const ibl_read_options *opts,
+                         ibl_rows **out)
 {
     rgbe_rows *r = ibl_alloc_zeroed(1, sizeof *r);
     ibl_rgbe_header *h;
@@ -464,14 +403,14 @@ ibl_status ibl_rgbe_open(ibl_ctx *ctx, const ibl_input *in,
 
     *out = NULL;
     if (!r)
-        return ibl_no_memory(ctx, "a picture");
+        return ibl_no_memory(in->ctx, "a picture");
     h = &r->h;
     r->in = in;
-    r->rows = (ibl_rows){.ctx = ctx, .read = rows_read, .close = rows_close};
-    status = in->bytes ? ibl_rgbe_parse(ctx, in->name, in->bytes, in->size, h)
-                       : parse_file(ctx, in, h);
+    r->rows =
+        (ibl_rows){.ctx = in->ctx, .read = rows_read, .close = rows_close};
+    status = parse(in, h);
     if (!status)
-        status = ibl_map_check_size(ctx, in->name, opts, h->width, h->height);
+        status = ibl_map_check_size(in, opts, h->width, h->height);
     if (!status)
         status = check_length(r);
     if (!status)
@@ -482,8 +421,8 @@ ibl_status ibl_rgbe_open(ibl_ctx *ctx, const ibl_input *in,
     r->rows.height = h->height;
     r->at = h->data;
     r->settled = !has_flat_size(r);
-    ibl_rgbe_dsp_init(&r->dsp, ibl_ctx_isa(ctx));
-    r->look = ibl_max_finite(ibl_ctx_isa(ctx));
+    ibl_rgbe_dsp_init(&r->dsp, ibl_ctx_isa(in->ctx));
+    r->look = ibl_max_finite(ibl_ctx_isa(in->ctx));
     /* Large memory only for what is known to be there. */
     if ((double)h->width * h->height * 12 > 64.0 * (double)in->size)
         status = settle(r);

@@ -47,40 +47,39 @@ ibl_status ibl_rows_alloc_alpha(ibl_rows *rows)
 
 /* ---- sizes -------------------------------------------------------- */
 
-ibl_status ibl_map_check_size(ibl_ctx *ctx, const char *name,
-                              const ibl_read_options *opts, long long width,
-                              long long height)
+ibl_status ibl_map_check_size(const ibl_input *in, const ibl_read_options *opts,
+                              long long width, long long height)
 {
     if (width < 1 || height < 1 || width > IBL_MAX_EDGE ||
         height > IBL_MAX_EDGE)
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: %lldx%lld pixels; each edge must be 1 to %d", name,
-                        width, height, IBL_MAX_EDGE);
+        return ibl_refuse(in, IBL_ERR_FORMAT,
+                          "%lldx%lld pixels; each edge must be 1 to %d", width,
+                          height, IBL_MAX_EDGE);
     const bool cross = 3 * width == 4 * height || 4 * width == 3 * height;
     if (width != 2 * height && !opts->any_aspect)
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: %lldx%lld is not 2:1%s; an equirectangular map "
-                        "that high is %lldx%lld (the option any-aspect takes "
-                        "others)",
-                        name, width, height,
-                        cross ? " but the shape of an unfolded cube, which "
-                                "sets of probes take as a cross"
-                              : "",
-                        2 * height, height);
+        return ibl_refuse(
+            in, IBL_ERR_FORMAT,
+            "%lldx%lld is not 2:1%s; an equirectangular map that high is "
+            "%lldx%lld (the option any-aspect takes others)",
+            width, height,
+            cross ? " but the shape of an unfolded cube, which sets of probes "
+                    "take as a cross"
+                  : "",
+            2 * height, height);
     return IBL_OK;
 }
 
-ibl_status ibl_map_alloc(ibl_ctx *ctx, const char *name, int width, int height,
+ibl_status ibl_map_alloc(const ibl_input *in, int width, int height,
                          ibl_image *img)
 {
     const size_t pixels = (size_t)width * (size_t)height;
     float *data = ibl_alloc_array(pixels, 3 * sizeof *data);
 
     if (!data)
-        return ibl_fail(ctx, IBL_ERR_MEMORY,
-                        "%s: no memory for %dx%d pixels at once, %.1f GiB: "
-                        "scale it down, or free some",
-                        name, width, height, (double)pixels * 12 / (1 << 30));
+        return ibl_refuse(in, IBL_ERR_MEMORY,
+                          "no memory for %dx%d pixels at once, %.1f GiB: "
+                          "scale it down, or free some",
+                          width, height, (double)pixels * 12 / (1 << 30));
     *img = (ibl_image){width, height, data};
     return IBL_OK;
 }

@@ -7,14 +7,14 @@
 #include <stdint.h>
 
 #include "ibl/io.h"
+#include "io/input.h"
 
 /* Refuses sizes over IBL_MAX_EDGE and, without opts->any_aspect, maps that
  * are not 2:1. Readers call it before they decode. */
-ibl_status ibl_map_check_size(ibl_ctx *ctx, const char *name,
-                              const ibl_read_options *opts, long long width,
-                              long long height);
+ibl_status ibl_map_check_size(const ibl_input *in, const ibl_read_options *opts,
+                              long long width, long long height);
 /* An image for all of a map, whose size has been checked. */
-ibl_status ibl_map_alloc(ibl_ctx *ctx, const char *name, int width, int height,
+ibl_status ibl_map_alloc(const ibl_input *in, int width, int height,
                          ibl_image *img);
 
 typedef struct ibl_rows ibl_rows;

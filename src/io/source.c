@@ -123,13 +123,12 @@ static uint64_t longest(const unsigned char *bytes, size_t size)
 
 static ibl_status open_bridged(ibl_source *s, const ibl_read_options *opts)
 {
-    const ibl_status status = ibl_input_load(s->ctx, longest, &s->in);
+    const ibl_status status = ibl_input_load(longest, &s->in);
     if (status)
         return status;
-    ibl_bridge_source source = {
-        .name = s->in.name, .bytes = s->in.bytes, .size = s->in.size};
-    sniff(s->in.bytes, s->in.size, &source.kind, &source.reader);
-    return ibl_bridge_rows(s->ctx, &source, opts, &s->rows);
+    ibl_bridge_source source = {.in = &s->in};
+    sniff(s->in.bytes, s->in.size, &source.kind, &source.request.reader);
+    return ibl_bridge_rows(&source, opts, &s->rows);
 }
 
 static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
@@ -138,23 +137,22 @@ static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
     size_t size;
 
     if (!ibl_input_read(&s->in, 0, sizeof first, first, &size))
-        return ibl_fail(s->ctx, IBL_ERR_IO, "%s: cannot be read", s->in.name);
+        return ibl_refuse(&s->in, IBL_ERR_IO, "cannot be read");
     if (ibl_exr_is(first, size))
-        return ibl_exr_open(s->ctx, &s->in, opts, &s->rows);
+        return ibl_exr_open(&s->in, opts, &s->rows);
     const ibl_container texture = ibl_container_of(first, size);
     if (texture == IBL_CONTAINER_KTX2 || texture == IBL_CONTAINER_KTX)
-        return ibl_fail(s->ctx, IBL_ERR_FORMAT,
-                        "%s: is a texture, %s, where a map is wanted: give the "
-                        "map that it was baked from",
-                        s->in.name,
-                        texture == IBL_CONTAINER_KTX ? "KTX" : "KTX2");
+        return ibl_refuse(&s->in, IBL_ERR_FORMAT,
+                          "is a texture, %s, where a map is wanted: give the "
+                          "map that it was baked from",
+                          texture == IBL_CONTAINER_KTX ? "KTX" : "KTX2");
     if (opts->layer || opts->part > 0)
-        return ibl_fail(s->ctx, IBL_ERR_FORMAT,
-                        "%s: has no %s: only OpenEXR files do, so do not ask "
-                        "for one",
-                        s->in.name, opts->layer ? "layers" : "parts");
+        return ibl_refuse(
+            &s->in, IBL_ERR_FORMAT,
+            "has no %s: only OpenEXR files do, so do not ask for one",
+            opts->layer ? "layers" : "parts");
     if (ibl_rgbe_is(first, size))
-        return ibl_rgbe_open(s->ctx, &s->in, opts, &s->rows);
+        return ibl_rgbe_open(&s->in, opts, &s->rows);
     return open_bridged(s, opts);
 }
 
@@ -217,7 +215,7 @@ static ibl_status open_source(ibl_ctx *ctx, const char *name, const void *bytes,
     if (status)
         return status;
     if (bytes)
-        s->in = ibl_input_of(s->name, bytes, size);
+        s->in = ibl_input_of(ctx, s->name, bytes, size);
     else
         status = ibl_input_open(ctx, s->name, longest, &s->in);
     if (!status) {
@@ -287,11 +285,11 @@ static ibl_status report_alpha(const ibl_source *s)
     const ibl_alpha_mender *a = &s->alpha;
 
     if (s->strict && (a->nonfinite || a->beyond))
-        return ibl_fail(s->ctx, IBL_ERR_FORMAT,
-                        "%s: alpha is not finite in %zu pixels and not from 0 "
-                        "to 1 in %zu, which strict reading refuses and any "
-                        "other mends",
-                        s->in.name, a->nonfinite, a->beyond);
+        return ibl_refuse(
+            &s->in, IBL_ERR_FORMAT,
+            "alpha is not finite in %zu pixels and not from 0 to 1 in %zu, "
+            "which strict reading refuses and any other mends",
+            a->nonfinite, a->beyond);
     if (a->nonfinite)
         ibl_warn(s->ctx,
                  "%s: alpha of %zu pixels was not finite and became 0: they "
@@ -299,8 +297,8 @@ static ibl_status report_alpha(const ibl_source *s)
                  s->in.name, a->nonfinite);
     if (a->beyond)
         ibl_warn(s->ctx,
-                 "%s: alpha of %zu pixels was not from 0 to 1 but from %.9g "
-                 "to %.9g, and became 0 or 1",
+                 "%s: alpha of %zu pixels was not from 0 to 1 but from %.9g to "
+                 "%.9g, and became 0 or 1",
                  s->in.name, a->beyond, (double)a->lowest, (double)a->highest);
     if (a->hidden)
         ibl_warn(s->ctx,
@@ -317,10 +315,10 @@ static ibl_status report_mended(const ibl_source *s)
     const ibl_repair *done = &s->mender.done;
 
     if (s->strict && (done->nonfinite || done->negative))
-        return ibl_fail(s->ctx, IBL_ERR_FORMAT,
-                        "%s: %zu pixels are not finite and %zu negative, "
-                        "which strict reading refuses and any other mends",
-                        s->in.name, done->nonfinite, done->negative);
+        return ibl_refuse(&s->in, IBL_ERR_FORMAT,
+                          "%zu pixels are not finite and %zu negative, which "
+                          "strict reading refuses and any other mends",
+                          done->nonfinite, done->negative);
     if (done->nonfinite)
         ibl_warn(s->ctx,
                  "%s: %zu pixels were not finite; each became its brightest "
@@ -384,8 +382,7 @@ static ibl_status read_all(ibl_source *source, ibl_image *img,
 
     rows->whole = (ibl_image){0};
     if (!whole.data)
-        status = ibl_map_alloc(source->ctx, source->name, rows->width,
-                               rows->height, &whole);
+        status = ibl_map_alloc(&source->in, rows->width, rows->height, &whole);
     if (!status)
         status = ibl_source_read(source, whole.height, whole.data);
     if (status)

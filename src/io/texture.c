@@ -275,7 +275,7 @@ typedef struct container_kind {
     size_t magic_bytes;
     ibl_status (*encode)(ibl_ctx *ctx, const ibl_texture *tex,
                          ibl_pieces *file);
-    ibl_status (*decode)(ibl_file *file, ibl_texture *tex);
+    ibl_status (*decode)(ibl_input *in, ibl_texture *tex);
 } container_kind;
 
 static const container_kind containers[IBL_CONTAINER_COUNT] = {
@@ -423,18 +423,18 @@ ibl_status ibl_texture_decode(ibl_ctx *ctx, const char *name, const void *bytes,
                               size_t size, ibl_texture *tex,
                               ibl_container *container)
 {
-    ibl_file file = {ctx, name, bytes, size, false};
+    ibl_input in = ibl_input_of(ctx, name, bytes, size);
 
     if (!ctx || !name || (!bytes && size) || !tex)
         return ibl_missing(ctx, "ibl_texture_decode: name, bytes or tex");
     *tex = (ibl_texture){0};
     const ibl_container found = ibl_container_of(bytes, size);
     if (found == IBL_CONTAINER_COUNT)
-        return ibl_fail(ctx, IBL_ERR_FORMAT,
-                        "%s: not a texture: no KTX2, KTX or DDS file begins "
-                        "like that",
-                        name);
-    const ibl_status status = containers[found].decode(&file, tex);
+        return ibl_fail(
+            ctx, IBL_ERR_FORMAT,
+            "%s: not a texture: no KTX2, KTX or DDS file begins like that",
+            name);
+    const ibl_status status = containers[found].decode(&in, tex);
     if (status)
         ibl_texture_free(tex);
     else if (container)
@@ -459,7 +459,7 @@ ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
     ibl_status status = ibl_input_open(ctx, path, longest, &in);
     if (status)
         return status;
-    status = ibl_input_load(ctx, longest, &in);
+    status = ibl_input_load(longest, &in);
     if (!status)
         status =
             ibl_texture_decode(ctx, in.name, in.bytes, in.size, tex, container);
