@@ -86,38 +86,25 @@ enum {
     PATH_BYTES = GROUP_BYTES + 4096 /* of a group's file */
 };
 
-static int cpus_of(long long quota, long long period)
+/* CPUs that a group allows; 0: no limit. Version 1 has quota and period in two
+ * files, with -1 for no limit, version 2 in one, with "max". */
+static int quota_of(const char *group, bool unified)
 {
-    if (quota <= 0 || period <= 0)
+    static const char *const files[2][2] = {
+        {"cpu.cfs_quota_us", "cpu.cfs_period_us"}, {"cpu.max"}};
+    char path[PATH_BYTES + 32], text[64], both[2 * sizeof text + 2] = "";
+    long long quota = 0, period = 0;
+
+    for (int i = 0; i < 2 && files[unified][i]; i++) {
+        snprintf(path, sizeof path, "%s/%s", group, files[unified][i]);
+        if (!read_text(path, text, sizeof text))
+            return 0;
+        strcat(strcat(both, text), " ");
+    }
+    if (sscanf(both, "%lld %lld", &quota, &period) != 2 || quota <= 0 ||
+        period <= 0)
         return 0;
     return (int)((quota + period - 1) / period);
-}
-
-/* CPUs that a group of version 2 allows by its cpu.max; 0: no limit. */
-static int quota_2(const char *group)
-{
-    char path[PATH_BYTES + 32], text[64];
-    long long quota = 0, period = 0;
-    snprintf(path, sizeof path, "%s/cpu.max", group);
-    if (!read_text(path, text, sizeof text) ||
-        sscanf(text, "%lld %lld", &quota, &period) != 2)
-        return 0;
-    return cpus_of(quota, period);
-}
-
-/* The same of version 1, where -1 is no limit. */
-static int quota_1(const char *group)
-{
-    static const char *const names[] = {"quota", "period"};
-    long long us[2] = {0};
-    for (int i = 0; i < 2; i++) {
-        char path[PATH_BYTES + 32], text[64];
-        snprintf(path, sizeof path, "%s/cpu.cfs_%s_us", group, names[i]);
-        if (!read_text(path, text, sizeof text) ||
-            sscanf(text, "%lld", &us[i]) != 1)
-            return 0;
-    }
-    return cpus_of(us[0], us[1]);
 }
 
 /* The tighter of two; 0 is none. */
@@ -128,13 +115,12 @@ static int tighter(int a, int b)
 
 /* The tightest quota from a group, of text cut up here, to the root of its
  * hierarchy. In a container what is above its own group may not be there. */
-static int quota_up(const char *hierarchy, char *group,
-                    int (*quota_of)(const char *))
+static int quota_up(const char *hierarchy, char *group, bool unified)
 {
     char path[PATH_BYTES];
     for (int best = 0;;) {
         snprintf(path, sizeof path, "%s%s", hierarchy, group);
-        best = tighter(quota_of(path), best);
+        best = tighter(quota_of(path, unified), best);
         char *slash = strrchr(group, '/');
         if (!slash)
             return best;
@@ -172,8 +158,7 @@ int ibl_cpu_quota(const char *root)
             continue;
         snprintf(path, sizeof path, "%s/sys/fs/cgroup%s", root,
                  unified ? "" : "/cpu");
-        best =
-            tighter(quota_up(path, group, unified ? quota_2 : quota_1), best);
+        best = tighter(quota_up(path, group, unified), best);
     }
     return best;
 }

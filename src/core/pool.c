@@ -30,9 +30,11 @@ enum {
     LOOKS = 64 /* between two looks at the clock */
 };
 
-/* The batches: those that were begun, and the one that is run. */
+/* The batches: the task, those that were begun, and the one that is run. */
 enum {
-    RUN = IBL_POOL_BEGUN,
+    TASK, /* of one job */
+    BEGUN,
+    RUN = BEGUN + IBL_POOL_BEGUN,
     BATCHES
 };
 
@@ -70,16 +72,9 @@ struct ibl_pool {
     atomic_int sleepers;  /* workers that wait for work */
     atomic_bool sleeping; /* the caller waits for idle */
     /* the task */
-    atomic_int task;
+    bool has_task;
     ibl_task_fn *task_fn;
     void *task_arg;
-};
-
-enum {
-    NO_TASK,
-    OFFERED,
-    TAKEN,
-    ENDED /* until the caller has looked */
 };
 
 /* ---- waiting -------------------------------------------------------- */
@@ -99,7 +94,7 @@ static bool has_work(const ibl_pool *pool, const void *arg)
     for (int i = 0; i < BATCHES; i++)
         if (is_new(atomic_load(&pool->batches[i].word), seen[i]))
             return true;
-    return atomic_load(&pool->quit) || atomic_load(&pool->task) == OFFERED;
+    return atomic_load(&pool->quit);
 }
 
 static bool is_empty(const ibl_pool *pool, const void *arg)
@@ -107,12 +102,6 @@ static bool is_empty(const ibl_pool *pool, const void *arg)
     const batch *b = arg;
     (void)pool;
     return !(atomic_load(&b->word) & inside_mask);
-}
-
-static bool has_ended(const ibl_pool *pool, const void *arg)
-{
-    (void)arg;
-    return atomic_load(&pool->task) == ENDED;
 }
 
 static int64_t nanoseconds(void)
@@ -166,14 +155,14 @@ static void wait_for_work(ibl_pool *pool, const uint64_t seen[BATCHES])
     pthread_mutex_unlock(&pool->lock);
 }
 
-/* The caller, for workers to have left a batch or ended a task. */
-static void wait_for_workers(ibl_pool *pool, ready_fn *ready, const void *arg)
+/* The caller, until workers have left a batch. */
+static void wait_for_workers(ibl_pool *pool, const batch *b)
 {
-    if (becomes_ready(pool, ready, arg))
+    if (becomes_ready(pool, is_empty, b))
         return;
     pthread_mutex_lock(&pool->lock);
     atomic_store(&pool->sleeping, true);
-    while (!ready(pool, arg))
+    while (!is_empty(pool, b))
         pthread_cond_wait(&pool->idle, &pool->lock);
     atomic_store(&pool->sleeping, false);
     pthread_mutex_unlock(&pool->lock);
@@ -221,31 +210,14 @@ static bool enter(batch *b, uint64_t *seen)
     return true;
 }
 
-static void wake_caller(ibl_pool *pool)
+static void leave(ibl_pool *pool, batch *b)
 {
-    if (!atomic_load(&pool->sleeping))
+    const uint64_t word = atomic_fetch_sub(&b->word, 1) - 1;
+    if (word & (inside_mask | open_bit) || !atomic_load(&pool->sleeping))
         return;
     pthread_mutex_lock(&pool->lock);
     pthread_mutex_unlock(&pool->lock);
     pthread_cond_signal(&pool->idle);
-}
-
-static void leave(ibl_pool *pool, batch *b)
-{
-    const uint64_t word = atomic_fetch_sub(&b->word, 1) - 1;
-    if (!(word & (inside_mask | open_bit)))
-        wake_caller(pool);
-}
-
-/* Whoever takes the task does it. */
-static bool take_task(ibl_pool *pool)
-{
-    int offered = OFFERED;
-    if (!atomic_compare_exchange_strong(&pool->task, &offered, TAKEN))
-        return false;
-    pool->task_fn(pool->task_arg);
-    atomic_store(&pool->task, ENDED);
-    return true;
 }
 
 static void *worker_main(void *arg)
@@ -258,10 +230,6 @@ static void *worker_main(void *arg)
         wait_for_work(pool, seen);
         if (atomic_load(&pool->quit))
             return NULL;
-        if (take_task(pool)) {
-            wake_caller(pool);
-            continue;
-        }
         for (int i = 0; i < BATCHES; i++) {
             batch *b = &pool->batches[i];
             if (!enter(b, &seen[i]))
@@ -367,20 +335,20 @@ bool ibl_pool_run(ibl_pool *pool, int jobs, ibl_job_fn *fn, void *arg,
     open_batch(b, jobs, fn, arg);
     wake(pool, jobs - 1 < pool->started ? jobs - 1 : pool->started);
     close_batch(b, tick, tick_arg);
-    wait_for_workers(pool, is_empty, b);
+    wait_for_workers(pool, b);
     return !atomic_load(&b->stop);
 }
 
 void ibl_pool_begin(ibl_pool *pool, int jobs, ibl_job_fn *fn, void *arg)
 {
     assert(pool->begun < IBL_POOL_BEGUN);
-    open_batch(&pool->batches[pool->begun++], jobs, fn, arg);
+    open_batch(&pool->batches[BEGUN + pool->begun++], jobs, fn, arg);
     wake(pool, jobs < pool->started ? jobs : pool->started);
 }
 
 bool ibl_pool_help(ibl_pool *pool, int i, ibl_tick_fn *tick, void *tick_arg)
 {
-    batch *b = &pool->batches[i];
+    batch *b = &pool->batches[BEGUN + i];
     close_batch(b, tick, tick_arg);
     return !atomic_load(&b->stop);
 }
@@ -388,26 +356,35 @@ bool ibl_pool_help(ibl_pool *pool, int i, ibl_tick_fn *tick, void *tick_arg)
 void ibl_pool_end(ibl_pool *pool)
 {
     for (int i = 0; i < pool->begun; i++)
-        wait_for_workers(pool, is_empty, &pool->batches[i]);
+        wait_for_workers(pool, &pool->batches[BEGUN + i]);
     pool->begun = 0;
+}
+
+static void task_job(void *arg, int job, int worker)
+{
+    const ibl_pool *pool = arg;
+    (void)job;
+    (void)worker;
+    pool->task_fn(pool->task_arg);
 }
 
 bool ibl_pool_start(ibl_pool *pool, ibl_task_fn *fn, void *arg)
 {
-    if (!pool->started || atomic_load(&pool->task) != NO_TASK)
+    if (!pool->started || pool->has_task)
         return false;
+    pool->has_task = true;
     pool->task_fn = fn;
     pool->task_arg = arg;
-    atomic_store(&pool->task, OFFERED);
+    open_batch(&pool->batches[TASK], 1, task_job, pool);
     wake(pool, 1);
     return true;
 }
 
 void ibl_pool_finish(ibl_pool *pool)
 {
-    if (atomic_load(&pool->task) == NO_TASK)
+    if (!pool->has_task)
         return;
-    if (!take_task(pool))
-        wait_for_workers(pool, has_ended, NULL);
-    atomic_store(&pool->task, NO_TASK);
+    close_batch(&pool->batches[TASK], NULL, NULL);
+    wait_for_workers(pool, &pool->batches[TASK]);
+    pool->has_task = false;
 }

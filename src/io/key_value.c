@@ -14,44 +14,34 @@ static const char writer_key[] = "KTXwriter";
 static const char writer[] = "iblbake " IBL_VERSION;
 
 /* Length of the UTF-8 sequence that begins at p, at most n bytes; 0: none.
- * The Unicode Standard, table 3-7. */
+ * The Unicode Standard, table 3-7: no longer than needed, no surrogates. */
 static size_t utf8_sequence(const unsigned char *p, size_t n)
 {
-    unsigned char low = 0x80, high = 0xBF;
-    size_t length;
-    if (p[0] < 0x80)
-        return 1;
-    if (p[0] < 0xC2 || p[0] > 0xF4)
-        return 0;
-    length = p[0] < 0xE0 ? 2 : p[0] < 0xF0 ? 3 : 4;
-    if (length > n)
-        return 0;
-    if (p[0] == 0xE0)
-        low = 0xA0;
-    if (p[0] == 0xED)
-        high = 0x9F;
-    if (p[0] == 0xF0)
-        low = 0x90;
-    if (p[0] == 0xF4)
-        high = 0x8F;
-    if (p[1] < low || p[1] > high)
-        return 0;
-    for (size_t i = 2; i < length; i++) {
-        if (p[i] < 0x80 || p[i] > 0xBF)
+    static const uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
+    const size_t length = p[0] < 0x80         ? 1
+                          : p[0] >> 5 == 0x06 ? 2
+                          : p[0] >> 4 == 0x0E ? 3
+                          : p[0] >> 3 == 0x1E ? 4
+                                              : 0;
+    if (length < 2 || length > n)
+        return length > n ? 0 : length;
+    uint32_t code = p[0] & (0x7Fu >> length);
+    for (size_t i = 1; i < length; i++) {
+        if (p[i] >> 6 != 2)
             return 0;
+        code = code << 6 | (p[i] & 0x3F);
     }
-    return length;
+    const bool surrogate = code >> 11 == 0xD800 >> 11;
+    return code < least[length] || code > 0x10FFFF || surrogate ? 0 : length;
 }
 
 static bool is_utf8(const void *text, size_t n)
 {
     const unsigned char *p = text;
-    while (n) {
-        const size_t length = utf8_sequence(p, n);
+    for (size_t length; n; p += length, n -= length) {
+        length = utf8_sequence(p, n);
         if (!length)
             return false;
-        p += length;
-        n -= length;
     }
     return true;
 }
@@ -112,13 +102,21 @@ static ibl_status check_pair(ibl_ctx *ctx, const ibl_texture *tex,
     return IBL_OK;
 }
 
-/* Makes room for a key at `at`; the array is replaced by one longer. */
-static bool insert_key(ibl_texture *tex, int at, ibl_key_value pair)
+/* Inserts copies of a key and a value of n bytes; the array is replaced by one
+ * longer. */
+static bool insert_pair(ibl_texture *tex, int at, const char *key,
+                        const void *value, size_t n)
 {
     const size_t count = (size_t)tex->key_count, before = (size_t)at;
     ibl_key_value *keys = ibl_alloc_array(count + 1, sizeof *keys);
-    if (!keys)
+    const ibl_key_value pair = {copy_text(key, strlen(key)),
+                                copy_text(value, n)};
+    if (!keys || !pair.key || !pair.value) {
+        ibl_free(pair.value);
+        ibl_free(pair.key);
+        ibl_free(keys);
         return false;
+    }
     if (count) {
         memcpy(keys, tex->keys, before * sizeof *keys);
         memcpy(keys + before + 1, tex->keys + before,
@@ -140,27 +138,24 @@ ibl_status ibl_texture_set(ibl_ctx *ctx, ibl_texture *tex, const char *key,
     if (status)
         return status;
     const int at = find_key(tex, key);
-    ibl_key_value pair = {NULL, copy_text(value, strlen(value))};
-    if (!pair.value)
+    if (!has_key(tex, at, key))
+        return insert_pair(tex, at, key, value, strlen(value))
+                   ? IBL_OK
+                   : ibl_no_memory(ctx, "a texture's keys");
+    char *copy = copy_text(value, strlen(value));
+    if (!copy)
         return ibl_no_memory(ctx, "a texture's keys");
-    if (has_key(tex, at, key)) {
-        ibl_free(tex->keys[at].value);
-        tex->keys[at].value = pair.value;
-        return IBL_OK;
-    }
-    pair.key = copy_text(key, strlen(key));
-    if (pair.key && insert_key(tex, at, pair))
-        return IBL_OK;
-    ibl_free(pair.key);
-    ibl_free(pair.value);
-    return ibl_no_memory(ctx, "a texture's keys");
+    ibl_free(tex->keys[at].value);
+    tex->keys[at].value = copy;
+    return IBL_OK;
 }
 
 /* ---- in a file ------------------------------------------------------ */
 
 /* One pair of a file, unpadded. */
 typedef struct stored_pair {
-    const unsigned char *key, *value;
+    const char *key; /* ends in a zero, the value need not */
+    const unsigned char *value;
     size_t key_bytes, value_bytes;
 } stored_pair;
 
@@ -174,12 +169,12 @@ static bool next_pair(const ibl_input *in, uint64_t *at, uint64_t end,
     const uint64_t room = end - *at - 4;
     if (bytes < 2 || bytes > room)
         return false;
-    pair->key = in->bytes + *at + 4;
-    const unsigned char *zero = memchr(pair->key, 0, (size_t)bytes);
+    pair->key = (const char *)in->bytes + *at + 4;
+    const char *zero = memchr(pair->key, 0, (size_t)bytes);
     if (!zero || zero == pair->key)
         return false;
     pair->key_bytes = (size_t)(zero - pair->key);
-    pair->value = zero + 1;
+    pair->value = (const unsigned char *)zero + 1;
     pair->value_bytes = (size_t)bytes - pair->key_bytes - 1;
     /* Some writers leave out the last padding. */
     const uint64_t padded = (bytes + 3) / 4 * 4;
@@ -198,25 +193,20 @@ static bool is_text(stored_pair *pair)
            !memchr(pair->value, 0, pair->value_bytes);
 }
 
-static int compare_keys(const void *a, const void *b)
+/* The beginning of a text from a file, fit for a line of a message. */
+static const char *printable(const char *text, char out[41])
 {
-    const ibl_key_value *x = a, *y = b;
-    return strcmp(x->key, y->key);
-}
-
-/* Adds a pair at the end; the array has room. */
-static bool append_pair(ibl_texture *tex, const stored_pair *pair)
-{
-    ibl_key_value *to = &tex->keys[tex->key_count];
-    to->key = copy_text(pair->key, pair->key_bytes);
-    to->value = copy_text(pair->value, pair->value_bytes);
-    tex->key_count++; /* ibl_texture_free takes what is there */
-    return to->key && to->value;
+    size_t n = 0;
+    for (; n < 40 && text[n]; n++)
+        out[n] = text[n] >= ' ' && text[n] < 127 ? text[n] : '?';
+    out[n] = '\0';
+    return out;
 }
 
 static ibl_status read_pairs(const ibl_input *in, uint64_t at, uint64_t end,
                              ibl_texture *tex)
 {
+    char text[41];
     while (at < end) {
         stored_pair pair;
         if (!next_pair(in, &at, end, &pair))
@@ -228,7 +218,12 @@ static ibl_status read_pairs(const ibl_input *in, uint64_t at, uint64_t end,
         if (tex->key_count == IBL_MAX_KEYS)
             return ibl_refuse(in, IBL_ERR_UNSUPPORTED,
                               "over %d keys of metadata", IBL_MAX_KEYS);
-        if (!append_pair(tex, &pair))
+        const int i = find_key(tex, pair.key);
+        if (has_key(tex, i, pair.key))
+            return ibl_refuse(in, IBL_ERR_FORMAT,
+                              "damaged: the key \"%s\" is there twice",
+                              printable(pair.key, text));
+        if (!insert_pair(tex, i, pair.key, pair.value, pair.value_bytes))
             return ibl_no_memory(in->ctx, "a texture's keys");
     }
     return IBL_OK;
@@ -241,16 +236,6 @@ static void remove_key(ibl_texture *tex, int at)
     tex->key_count--;
     memmove(tex->keys + at, tex->keys + at + 1,
             (size_t)(tex->key_count - at) * sizeof *tex->keys);
-}
-
-/* The beginning of a text from a file, fit for a line of a message. */
-static const char *printable(const char *text, char out[41])
-{
-    size_t n = 0;
-    for (; n < 40 && text[n]; n++)
-        out[n] = text[n] >= ' ' && text[n] < 127 ? text[n] : '?';
-    out[n] = '\0';
-    return out;
 }
 
 /* Rows are stored from the top in a texture, so the key would lie as soon as
@@ -279,26 +264,17 @@ ibl_status ibl_keys_read(const ibl_input *in, uint64_t at, uint64_t size,
                          const char *down, const char *up, ibl_texture *tex,
                          bool *bottom_up)
 {
-    char text[41];
     *bottom_up = false;
     if (!ibl_input_has(in, at, size))
         return ibl_input_short(in, "its metadata");
-    if (!size)
-        return IBL_OK;
-    tex->keys = ibl_alloc_zeroed(IBL_MAX_KEYS, sizeof *tex->keys);
-    if (!tex->keys)
-        return ibl_no_memory(in->ctx, "a texture's keys");
     const ibl_status status = read_pairs(in, at, at + size, tex);
-    if (status)
-        return status;
-    qsort(tex->keys, (size_t)tex->key_count, sizeof *tex->keys, compare_keys);
-    for (int i = 1; i < tex->key_count; i++) {
-        if (!strcmp(tex->keys[i - 1].key, tex->keys[i].key))
-            return ibl_refuse(in, IBL_ERR_FORMAT,
-                              "damaged: the key \"%s\" is there twice",
-                              printable(tex->keys[i].key, text));
-    }
-    return take_orientation(in, down, up, tex, bottom_up);
+    return status ? status : take_orientation(in, down, up, tex, bottom_up);
+}
+
+static int compare_keys(const void *a, const void *b)
+{
+    const ibl_key_value *x = a, *y = b;
+    return strcmp(x->key, y->key);
 }
 
 ibl_key_value *ibl_keys_list(const ibl_texture *tex, const char *orientation,

@@ -18,7 +18,6 @@
 
 #include "io/input.h"
 #include "io/rows.h"
-#include "kern/rgbe.h"
 
 enum {
     IBL_RGBE_MOST_HEADER = 1 << 26 /* longer ones are taken for damage */
@@ -65,41 +64,7 @@ bool ibl_rgbe_has_header(const unsigned char *bytes, size_t size);
 ibl_status ibl_rgbe_parse(const ibl_input *in, const unsigned char *bytes,
                           size_t size, ibl_rgbe_header *header);
 
-typedef enum ibl_rgbe_fault {
-    IBL_RGBE_WHOLE,     /* none */
-    IBL_RGBE_CUT,       /* the bytes end within it */
-    IBL_RGBE_ZERO_RUN,  /* a run of no pixels */
-    IBL_RGBE_OVERRUN,   /* value pixels more than the scanline has */
-    IBL_RGBE_BAD_LENGTH /* a new scanline that says it has value pixels */
-} ibl_rgbe_fault;
-
-typedef struct ibl_rgbe_scan {
-    const unsigned char *bytes;
-    size_t size, at;
-    int width;
-    bool is_new, is_old; /* how the scanline that was passed last is coded */
-    int value;           /* of a fault */
-} ibl_rgbe_scan;
-
-/* Passes over the scanline at s->at, checking it. */
-ibl_rgbe_fault ibl_rgbe_pass(ibl_rgbe_scan *s);
 /* No scanline takes more bytes than this and has no fault. */
 size_t ibl_rgbe_most_bytes(const ibl_rgbe_header *header);
-
-/* The message for a fault of scanline row. */
-ibl_status ibl_rgbe_report(const ibl_input *in, ibl_rgbe_fault fault, int row,
-                           const ibl_rgbe_header *header, int value);
-
-/* Bytes of scratch that ibl_rgbe_row needs. */
-size_t ibl_rgbe_scratch(const ibl_rgbe_header *header);
-
-/*
- * Decodes a scanline that was passed to header->row_px RGB pixels.
- *   flat       it is not coded, whatever it looks like
- *   has_slack  IBL_RGBE_SLACK bytes beyond it are readable
- */
-void ibl_rgbe_row(const ibl_rgbe_dsp *dsp, const ibl_rgbe_header *header,
-                  const unsigned char *src, bool flat, bool has_slack,
-                  unsigned char *scratch, float *dst);
 
 #endif
