@@ -45,17 +45,17 @@ static ibl_status not_there(const ibl_bridge_source *source, const char *path,
     const char *kind = kind_of(source, text);
 
     if (access(path, F_OK))
-        return ibl_refuse(
+        return ibl_reject(
             source->in, IBL_ERR_UNSUPPORTED,
             "%s the image bridge, and %s is not there: install the package "
             "libopenimageio-dev and build iblbake again",
             kind, path);
     if (error && strstr(error, "libOpenImageIO"))
-        return ibl_refuse(source->in, IBL_ERR_UNSUPPORTED,
+        return ibl_reject(source->in, IBL_ERR_UNSUPPORTED,
                           "%s the image bridge, which needs OpenImageIO: "
                           "install the package libopenimageio2.4 (%s)",
                           kind, error);
-    return ibl_refuse(source->in, IBL_ERR_UNSUPPORTED,
+    return ibl_reject(source->in, IBL_ERR_UNSUPPORTED,
                       "%s the image bridge, which cannot be loaded: %s", kind,
                       error ? error : path);
 }
@@ -88,7 +88,7 @@ static ibl_status load(const ibl_bridge_source *source, bridge_calls *calls)
         !find(library, "ibl_bridge_read", &calls->read) ||
         !find(library, "ibl_bridge_close", &calls->close) ||
         calls->abi() != IBL_BRIDGE_ABI)
-        return ibl_refuse(source->in, IBL_ERR_UNSUPPORTED,
+        return ibl_reject(source->in, IBL_ERR_UNSUPPORTED,
                           "%s is not the image bridge of this version; rebuild "
                           "or reinstall it",
                           path);
@@ -131,19 +131,19 @@ static ibl_status translate(const ibl_input *in, const char *kind,
     case IBL_BRIDGE_OK:
         return IBL_OK;
     case IBL_BRIDGE_MEMORY:
-        return ibl_refuse(in, IBL_ERR_MEMORY, "no memory to decode it");
+        return ibl_reject(in, IBL_ERR_MEMORY, "no memory to decode it");
     case IBL_BRIDGE_UNKNOWN:
         if (kind)
-            return ibl_refuse(in, IBL_ERR_UNSUPPORTED, "is %s, but %s", kind,
+            return ibl_reject(in, IBL_ERR_UNSUPPORTED, "is %s, but %s", kind,
                               message);
-        return ibl_refuse(in, IBL_ERR_FORMAT,
+        return ibl_reject(in, IBL_ERR_FORMAT,
                           "is no image: neither Radiance .hdr nor OpenEXR nor "
                           "anything that OpenImageIO knows");
     case IBL_BRIDGE_FORMAT:
     case IBL_BRIDGE_NEEDS_FILE:
         break;
     }
-    return ibl_refuse(in, IBL_ERR_FORMAT, "damaged or unsupported %s: %s",
+    return ibl_reject(in, IBL_ERR_FORMAT, "damaged or unsupported %s: %s",
                       kind ? kind : "image", message);
 }
 
@@ -164,7 +164,7 @@ static ibl_status check_claims(const ibl_input *in, size_t size,
     if (status || (map <= 1e8 && info->raw_bytes <= 1e8))
         return status;
     if (map > 64 * data || info->raw_bytes > most)
-        return ibl_refuse(in, IBL_ERR_FORMAT,
+        return ibl_reject(in, IBL_ERR_FORMAT,
                           "%zu bytes claim to hold %dx%d pixels of a %dx%d "
                           "map, which is taken for damage",
                           size, info->data_width, info->data_height,
@@ -246,7 +246,7 @@ static ibl_status open_either(bridge_rows *r, const ibl_bridge_source *source,
     if (result == IBL_BRIDGE_NEEDS_FILE) {
         r->fd = make_file(request, path);
         if (r->fd < 0)
-            return ibl_refuse(r->in, IBL_ERR_IO,
+            return ibl_reject(r->in, IBL_ERR_IO,
                               "no temporary file for the image bridge in %s: "
                               "%s",
                               P_tmpdir, strerror(errno));
@@ -281,7 +281,7 @@ static ibl_status check_and_open(bridge_rows *r,
     const char *missing =
         ibl_truncation_check(request.reader, in->bytes, in->size);
     if (missing)
-        return ibl_refuse(in, IBL_ERR_FORMAT, "damaged %s: %s", source->kind,
+        return ibl_reject(in, IBL_ERR_FORMAT, "damaged %s: %s", source->kind,
                           missing);
     request.bytes = in->bytes;
     request.size = in->size;

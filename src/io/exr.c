@@ -83,7 +83,7 @@ static ibl_status open_file(ibl_exr_file *file)
         return IBL_OK;
     if (file->error)
         return ibl_input_unread(file->in, file->error);
-    return ibl_refuse(
+    return ibl_reject(
         file->in, IBL_ERR_FORMAT, "EXR header damaged or cut short: %s",
         file->text[0] ? file->text : exr_get_default_error_message(rv));
 }
@@ -171,7 +171,7 @@ static ibl_status open_bridged(const ibl_exr_pick *pick, ibl_input *in,
     char kind[64];
 
     if (pick->chroma_step != 1)
-        return ibl_refuse(in, IBL_ERR_UNSUPPORTED,
+        return ibl_reject(in, IBL_ERR_UNSUPPORTED,
                           "neither OpenEXRCore nor the image bridge reads %s "
                           "with half-size RY and BY; save it as RGB",
                           compression);

@@ -196,20 +196,20 @@ static ibl_status explain(const ibl_exr_file *file,
             list_add(&names, "%s", list->entries[i].name.str);
     }
     if (deep && !flat)
-        return ibl_refuse(
+        return ibl_reject(
             file->in, IBL_ERR_UNSUPPORTED,
             "deep EXR data has no one colour per pixel; flatten it first");
     if (!layers.count)
-        return ibl_refuse(file->in, IBL_ERR_FORMAT,
+        return ibl_reject(file->in, IBL_ERR_FORMAT,
                           "no colour in this EXR: it has %s; R, G and B or Y "
                           "alone are needed",
                           names.count ? names.text : "no channels");
     if (ambiguous)
-        return ibl_refuse(
+        return ibl_reject(
             file->in, IBL_ERR_FORMAT,
             "several layers have colour: %s; pick one with the layer option",
             layers.text);
-    return ibl_refuse(file->in, IBL_ERR_FORMAT,
+    return ibl_reject(file->in, IBL_ERR_FORMAT,
                       "no layer '%s' with colour; there are: %s",
                       opts->layer ? opts->layer : "", layers.text);
 }
@@ -223,7 +223,7 @@ static ibl_status no_such_part(const ibl_exr_file *file, int part, int parts)
             name = "(unnamed)";
         list_add(&names, "%d %s", p, name);
     }
-    return ibl_refuse(file->in, IBL_ERR_FORMAT, "no part %d; there are: %s",
+    return ibl_reject(file->in, IBL_ERR_FORMAT, "no part %d; there are: %s",
                       part, names.text);
 }
 
@@ -234,7 +234,7 @@ static ibl_status choose_part(const ibl_exr_file *file,
     bool ambiguous = false;
 
     if (exr_get_count(file->exr, &parts) || parts < 1)
-        return ibl_refuse(file->in, IBL_ERR_FORMAT, "this EXR has no parts");
+        return ibl_reject(file->in, IBL_ERR_FORMAT, "this EXR has no parts");
     if (opts->part >= parts)
         return no_such_part(file, opts->part, parts);
     for (int p = 0; p < parts; p++) {
@@ -269,7 +269,7 @@ static ibl_status check_sampling(const ibl_exr_file *file, ibl_exr_pick *pick)
         exr_get_scanlines_per_chunk(file->exr, pick->part, &lines);
     for (int i = 0; i < pick->channels->num_channels; i++) {
         if (lines > 1 && lines % all[i].y_sampling)
-            return ibl_refuse(file->in, IBL_ERR_UNSUPPORTED,
+            return ibl_reject(file->in, IBL_ERR_UNSUPPORTED,
                               "channel %s has every %dth line only, which %s "
                               "blocks of %d lines cannot hold",
                               all[i].name.str, all[i].y_sampling,
@@ -284,7 +284,7 @@ static ibl_status check_sampling(const ibl_exr_file *file, ibl_exr_pick *pick)
         const int step = chroma ? pick->chroma_step : 1;
         const exr_attr_chlist_entry_t *e = &all[pick->channel[c]];
         if (e->x_sampling != step || e->y_sampling != step || step > 2)
-            return ibl_refuse(file->in, IBL_ERR_UNSUPPORTED,
+            return ibl_reject(file->in, IBL_ERR_UNSUPPORTED,
                               "channel %s is sampled every %d x %d pixels; "
                               "only RY and BY may be, every 2 x 2",
                               e->name.str, e->x_sampling, e->y_sampling);
@@ -292,7 +292,7 @@ static ibl_status check_sampling(const ibl_exr_file *file, ibl_exr_pick *pick)
     const exr_attr_chlist_entry_t *a =
         pick->alpha < 0 ? NULL : &all[pick->alpha];
     if (a && (a->x_sampling != 1 || a->y_sampling != 1))
-        return ibl_refuse(
+        return ibl_reject(
             file->in, IBL_ERR_UNSUPPORTED,
             "channel %s is sampled every %d x %d pixels; alpha may not be",
             a->name.str, a->x_sampling, a->y_sampling);
@@ -307,7 +307,7 @@ static ibl_status read_window(const ibl_exr_file *file,
     const long long height = (long long)box->max.y - box->min.y + 1;
     if (width < 1 || height < 1 || width > IBL_MAX_EDGE ||
         height > IBL_MAX_EDGE)
-        return ibl_refuse(
+        return ibl_reject(
             file->in, IBL_ERR_FORMAT,
             "the EXR's %s is %lldx%lld; each edge must be 1 to %d", what, width,
             height, IBL_MAX_EDGE);
@@ -325,11 +325,11 @@ static ibl_status check_windows(const ibl_exr_file *file,
 
     if (data->x1 < map->x0 || data->x0 > map->x1 || data->y1 < map->y0 ||
         data->y0 > map->y1)
-        return ibl_refuse(file->in, IBL_ERR_FORMAT,
+        return ibl_reject(file->in, IBL_ERR_FORMAT,
                           "the EXR's data window lies outside its display "
                           "window, so the map is empty");
     if (pixels > 8e6 && pixels > 64.0 * data->width * data->height)
-        return ibl_refuse(file->in, IBL_ERR_FORMAT,
+        return ibl_reject(file->in, IBL_ERR_FORMAT,
                           "the EXR's display window is %dx%d but its data only "
                           "%dx%d; less than 1/64 is taken for damage",
                           map->width, map->height, data->width, data->height);
@@ -345,7 +345,7 @@ static ibl_status read_luma(const ibl_exr_file *file, ibl_exr_pick *pick)
         return IBL_OK;
     exr_attr_get_chromaticities(file->exr, pick->part, "chromaticities", &c);
     if (!ibl_exr_luma(&c, pick->luma))
-        return ibl_refuse(file->in, IBL_ERR_FORMAT,
+        return ibl_reject(file->in, IBL_ERR_FORMAT,
                           "the EXR's chromaticities span no colour space");
     return IBL_OK;
 }
@@ -356,7 +356,7 @@ static ibl_status refuse_cube(const ibl_exr_file *file, int part)
     if (exr_attr_get_envmap(file->exr, part, "envmap", &kind) ||
         kind != EXR_ENVMAP_CUBE)
         return IBL_OK;
-    return ibl_refuse(file->in, IBL_ERR_UNSUPPORTED,
+    return ibl_reject(file->in, IBL_ERR_UNSUPPORTED,
                       "this EXR holds the six faces of a cube; a "
                       "latitude-longitude map is needed (exrenvmap makes one)");
 }
@@ -380,7 +380,7 @@ ibl_status ibl_exr_choose(ibl_exr_file *file, const ibl_read_options *opts,
         (pick->tiled &&
          exr_get_tile_sizes(file->exr, pick->part, 0, 0, &pick->tile_width,
                             &pick->tile_height)))
-        return ibl_refuse(file->in, IBL_ERR_FORMAT, "damaged EXR header: %s",
+        return ibl_reject(file->in, IBL_ERR_FORMAT, "damaged EXR header: %s",
                           file->text);
     status = refuse_cube(file, pick->part);
     if (!status)

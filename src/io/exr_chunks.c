@@ -80,18 +80,18 @@ static ibl_status add_chunk(const ibl_exr_file *file, const ibl_exr_pick *pick,
 
     if (info->packed_size > file->in->size ||
         info->data_offset > file->in->size - info->packed_size)
-        return ibl_refuse(file->in, IBL_ERR_FORMAT,
+        return ibl_reject(file->in, IBL_ERR_FORMAT,
                           "EXR cut short: the block of line %d ends past the "
                           "end of the file: copy it again",
                           y);
     if (bytes != info->unpacked_size || bytes > INT_MAX)
-        return ibl_refuse(file->in, IBL_ERR_UNSUPPORTED,
+        return ibl_reject(file->in, IBL_ERR_UNSUPPORTED,
                           "the block of line %d unpacks to %llu bytes, not "
                           "what its channels need, or too many for OpenEXRCore",
                           y, (unsigned long long)bytes);
     if (info->packed_size > bytes ||
         (bytes > 4096 && ratio > max_ratio(pick->compression)))
-        return ibl_refuse(file->in, IBL_ERR_FORMAT,
+        return ibl_reject(file->in, IBL_ERR_FORMAT,
                           "damaged EXR: the block of line %d claims %llu bytes "
                           "for %llu, which %s cannot do",
                           y, (unsigned long long)info->packed_size,
@@ -129,7 +129,7 @@ static ibl_status bad_chunk(const ibl_exr_file *file, int y)
         return ibl_no_memory(file->in->ctx, "the blocks of an EXR");
     if (file->error)
         return ibl_input_unread(file->in, file->error);
-    return ibl_refuse(file->in, IBL_ERR_FORMAT,
+    return ibl_reject(file->in, IBL_ERR_FORMAT,
                       "EXR damaged or cut short at the block of line %d: %s", y,
                       file->text[0] ? file->text : "its entry cannot be read");
 }
@@ -191,7 +191,7 @@ ibl_status ibl_exr_list_chunks(ibl_exr_file *file, const ibl_exr_pick *pick,
     const uint64_t count = (uint64_t)steps(pick->data.width, width) *
                            (uint64_t)steps(pick->data.height, height);
     if (count > file->in->size / 8 || count > INT_MAX)
-        return ibl_refuse(file->in, IBL_ERR_FORMAT,
+        return ibl_reject(file->in, IBL_ERR_FORMAT,
                           "EXR damaged or cut short: its %llu blocks cannot be "
                           "in %zu bytes",
                           (unsigned long long)count, file->in->size);

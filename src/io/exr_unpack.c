@@ -428,7 +428,7 @@ static ibl_status report(const ibl_exr_decoder *d, const outcome *o)
     if (o->code == EXR_ERR_READ_IO && o->error)
         return ibl_input_unread(d->file.in, o->error);
     if (o->code == EXR_ERR_READ_IO)
-        return ibl_refuse(d->file.in, IBL_ERR_FORMAT,
+        return ibl_reject(d->file.in, IBL_ERR_FORMAT,
                           "EXR cut short: the block of line %d ends past the "
                           "end of the file: copy it again",
                           o->y);
@@ -436,7 +436,7 @@ static ibl_status report(const ibl_exr_decoder *d, const outcome *o)
         compression != EXR_COMPRESSION_PXR24 &&
         compression < EXR_COMPRESSION_B44)
         return ibl_no_memory(d->file.in->ctx, "decoding an EXR");
-    return ibl_refuse(d->file.in, IBL_ERR_FORMAT,
+    return ibl_reject(d->file.in, IBL_ERR_FORMAT,
                       "damaged EXR: the %s block of line %d cannot be "
                       "unpacked: %s",
                       ibl_exr_compression_name(compression), o->y,

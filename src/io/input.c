@@ -36,7 +36,7 @@ typedef struct loading {
     uint64_t file_size; /* of a regular file, else 0 */
 } loading;
 
-ibl_status ibl_refuse(const ibl_input *in, ibl_status status, const char *fmt,
+ibl_status ibl_reject(const ibl_input *in, ibl_status status, const char *fmt,
                       ...)
 {
     char text[4096 + 1024]; /* a path and some words */
@@ -50,12 +50,12 @@ ibl_status ibl_refuse(const ibl_input *in, ibl_status status, const char *fmt,
 
 ibl_status ibl_input_unread(const ibl_input *in, int error)
 {
-    return ibl_refuse(in, IBL_ERR_IO, "cannot be read: %s", strerror(error));
+    return ibl_reject(in, IBL_ERR_IO, "cannot be read: %s", strerror(error));
 }
 
 static ibl_status refuse(const loading *l, const char *why)
 {
-    return ibl_refuse(&l->in, IBL_ERR_IO, "%s", why);
+    return ibl_reject(&l->in, IBL_ERR_IO, "%s", why);
 }
 
 /* Twice as much, but not more than one byte over the most. */
@@ -64,7 +64,7 @@ static ibl_status grow(loading *l, uint64_t most)
     const size_t room = l->room <= most / 2 ? l->room * 2 : (size_t)most + 1;
     unsigned char *more = room > l->room ? ibl_alloc_array(room, 1) : NULL;
     if (!more)
-        return ibl_refuse(&l->in, IBL_ERR_MEMORY,
+        return ibl_reject(&l->in, IBL_ERR_MEMORY,
                           "no memory for more than %zu bytes", l->size);
     memcpy(more, l->bytes, l->size);
     ibl_free(l->bytes);
@@ -116,7 +116,7 @@ static ibl_status read_some(loading *l, ssize_t *n)
 
 static ibl_status too_long(const loading *l, uint64_t most, const char *why)
 {
-    return ibl_refuse(&l->in, IBL_ERR_FORMAT, "over %llu MiB%s",
+    return ibl_reject(&l->in, IBL_ERR_FORMAT, "over %llu MiB%s",
                       (unsigned long long)(most >> 20), why);
 }
 
@@ -152,7 +152,7 @@ static ibl_status read_all(loading *l)
             return IBL_ERR_CANCELLED;
     }
     if (!l->size)
-        return ibl_refuse(&l->in, IBL_ERR_FORMAT, "is empty");
+        return ibl_reject(&l->in, IBL_ERR_FORMAT, "is empty");
     return IBL_OK;
 }
 
@@ -187,7 +187,7 @@ static ibl_status load(loading *l, ibl_input *in)
         l->room = (size_t)l->file_size + 1;
     l->bytes = ibl_alloc_array(l->room, 1);
     if (!l->bytes)
-        return ibl_refuse(&l->in, IBL_ERR_MEMORY, "no memory for its %zu bytes",
+        return ibl_reject(&l->in, IBL_ERR_MEMORY, "no memory for its %zu bytes",
                           l->room);
     const ibl_status status = read_all(l);
     if (status) {
@@ -213,7 +213,7 @@ ibl_status ibl_input_open(ibl_ctx *ctx, const char *path,
     if (!standard_input)
         l.in.fd = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
     if (l.in.fd < 0)
-        return ibl_refuse(&l.in, IBL_ERR_IO, "cannot be opened: %s",
+        return ibl_reject(&l.in, IBL_ERR_IO, "cannot be opened: %s",
                           strerror(errno));
     status = look(&l, standard_input);
     if (!status && !standard_input && l.file_size >= FIRST_BYTES) {

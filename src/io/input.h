@@ -27,7 +27,7 @@ typedef struct ibl_input {
 } ibl_input;
 
 /* ibl_fail with the name and ": " before the text. */
-ibl_status ibl_refuse(const ibl_input *in, ibl_status status, const char *fmt,
+ibl_status ibl_reject(const ibl_input *in, ibl_status status, const char *fmt,
                       ...) __attribute__((format(printf, 3, 4)));
 /* Says that a read failed, with an errno. */
 ibl_status ibl_input_unread(const ibl_input *in, int error);

@@ -153,17 +153,17 @@ static ibl_status report_fault(const ibl_input *in, fault f, int row,
 {
     switch (f) {
     case ZERO_RUN:
-        return ibl_refuse(
+        return ibl_reject(
             in, IBL_ERR_FORMAT,
             "scanline %d of %d has a run of no pixels: the file is damaged",
             row + 1, h->rows);
     case OVERRUN:
-        return ibl_refuse(in, IBL_ERR_FORMAT,
+        return ibl_reject(in, IBL_ERR_FORMAT,
                           "scanline %d of %d has a run that ends %d pixels "
                           "beyond its %d: the file is damaged",
                           row + 1, h->rows, value, h->row_px);
     case BAD_LENGTH:
-        return ibl_refuse(in, IBL_ERR_FORMAT,
+        return ibl_reject(in, IBL_ERR_FORMAT,
                           "scanline %d of %d says it has %d pixels, not %d: "
                           "the file is damaged",
                           row + 1, h->rows, value, h->row_px);
@@ -171,7 +171,7 @@ static ibl_status report_fault(const ibl_input *in, fault f, int row,
     case CUT:
         break;
     }
-    return ibl_refuse(
+    return ibl_reject(
         in, IBL_ERR_FORMAT,
         "the file ends in scanline %d of %d: it is cut short: copy it again",
         row + 1, h->rows);
@@ -563,12 +563,12 @@ static ibl_status check_length(const rgbe_rows *r)
 {
     const size_t bytes = r->in->size - r->h.data;
     if (!bytes)
-        return ibl_refuse(
+        return ibl_reject(
             r->in, IBL_ERR_FORMAT,
             "the file ends after its header: it is cut short: copy it again");
     /* no scanline is shorter than a pixel */
     if (bytes / 4 < (size_t)r->h.rows)
-        return ibl_refuse(r->in, IBL_ERR_FORMAT,
+        return ibl_reject(r->in, IBL_ERR_FORMAT,
                           "%zu bytes of pixels cannot hold %d scanlines: the "
                           "file is cut short: copy it again",
                           bytes, r->h.rows);
@@ -578,7 +578,9 @@ static ibl_status check_length(const rgbe_rows *r)
 static ibl_status alloc_packs(rgbe_rows *r)
 {
     const size_t threads = (size_t)ibl_ctx_threads(r->rows.ctx);
-    const size_t line_bytes = 3 * sizeof(float) * (size_t)r->h.row_px;
+    const bool scatters = r->h.by_column || r->h.reverse_pixels;
+    const size_t line_bytes =
+        scatters ? 3 * sizeof(float) * (size_t)r->h.row_px : 0;
 
     r->scratch_bytes = planes_bytes(&r->h) + (line_bytes + 63) / 64 * 64;
     r->scratch = ibl_alloc_array(threads, r->scratch_bytes);

@@ -52,12 +52,12 @@ ibl_status ibl_map_check_size(const ibl_input *in, const ibl_read_options *opts,
 {
     if (width < 1 || height < 1 || width > IBL_MAX_EDGE ||
         height > IBL_MAX_EDGE)
-        return ibl_refuse(in, IBL_ERR_FORMAT,
+        return ibl_reject(in, IBL_ERR_FORMAT,
                           "%lldx%lld pixels; each edge must be 1 to %d", width,
                           height, IBL_MAX_EDGE);
     const bool cross = 3 * width == 4 * height || 4 * width == 3 * height;
     if (width != 2 * height && !opts->any_aspect)
-        return ibl_refuse(
+        return ibl_reject(
             in, IBL_ERR_FORMAT,
             "%lldx%lld is not 2:1%s; an equirectangular map that high is "
             "%lldx%lld (the option any-aspect takes others)",
@@ -76,7 +76,7 @@ ibl_status ibl_map_alloc(const ibl_input *in, int width, int height,
     float *data = ibl_alloc_array(pixels, 3 * sizeof *data);
 
     if (!data)
-        return ibl_refuse(in, IBL_ERR_MEMORY,
+        return ibl_reject(in, IBL_ERR_MEMORY,
                           "no memory for %dx%d pixels at once, %.1f GiB: "
                           "scale it down, or free some",
                           width, height, (double)pixels * 12 / (1 << 30));

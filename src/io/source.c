@@ -137,17 +137,17 @@ static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
     size_t size;
 
     if (!ibl_input_read(&s->in, 0, sizeof first, first, &size))
-        return ibl_refuse(&s->in, IBL_ERR_IO, "cannot be read");
+        return ibl_reject(&s->in, IBL_ERR_IO, "cannot be read");
     if (ibl_exr_is(first, size))
         return ibl_exr_open(&s->in, opts, &s->rows);
     const ibl_container texture = ibl_container_of(first, size);
     if (texture == IBL_CONTAINER_KTX2 || texture == IBL_CONTAINER_KTX)
-        return ibl_refuse(&s->in, IBL_ERR_FORMAT,
+        return ibl_reject(&s->in, IBL_ERR_FORMAT,
                           "is a texture, %s, where a map is wanted: give the "
                           "map that it was baked from",
                           texture == IBL_CONTAINER_KTX ? "KTX" : "KTX2");
     if (opts->layer || opts->part > 0)
-        return ibl_refuse(
+        return ibl_reject(
             &s->in, IBL_ERR_FORMAT,
             "has no %s: only OpenEXR files do, so do not ask for one",
             opts->layer ? "layers" : "parts");
@@ -285,7 +285,7 @@ static ibl_status report_alpha(const ibl_source *s)
     const ibl_alpha_mender *a = &s->alpha;
 
     if (s->strict && (a->nonfinite || a->beyond))
-        return ibl_refuse(
+        return ibl_reject(
             &s->in, IBL_ERR_FORMAT,
             "alpha is not finite in %zu pixels and not from 0 to 1 in %zu, "
             "which strict reading refuses and any other mends",
@@ -315,7 +315,7 @@ static ibl_status report_mended(const ibl_source *s)
     const ibl_repair *done = &s->mender.done;
 
     if (s->strict && (done->nonfinite || done->negative))
-        return ibl_refuse(&s->in, IBL_ERR_FORMAT,
+        return ibl_reject(&s->in, IBL_ERR_FORMAT,
                           "%zu pixels are not finite and %zu negative, which "
                           "strict reading refuses and any other mends",
                           done->nonfinite, done->negative);
