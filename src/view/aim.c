@@ -8,7 +8,7 @@
 #include "view/message.h"
 
 /* Below this part of all light, what outshines the mean is left to the lobes:
- * in an even environment it is rounding, and drawing it only noise. */
+ * it is rounding in an even environment, and would only add noise. */
 static const double worth = 1.0 / 64.0;
 
 static size_t cell_of(int edge, int face, int x, int y)
@@ -24,16 +24,16 @@ static double brightness(const float *rgb)
     return isfinite(b) && b > 0.0 ? b : 0.0;
 }
 
-/* Means of the texels whose centres are in each cell. row: room for 3 floats
- * for each texel of one. */
+/* Means of the texels whose centres are in each cell. row: room for the texels
+ * of one. */
 static void pool_face(const ibl_texture *cube, int face, int edge, float *row,
                       float *cells)
 {
     const int n = cube->width;
     const size_t row_bytes = (size_t)n * ibl_pixel_bytes(cube->pixel);
     const unsigned char *src = cube->data + ibl_texture_offset(cube, 0, face);
-    /* Texels of a cell, n >= edge: between the whole numbers around n / edge
-     * along an axis, so means are sums by the cells' share of the face. */
+    /* A cell has about (n / edge)^2 texels, so its mean is their sum times its
+     * share of the face. */
     const double share = (double)edge / n * ((double)edge / n);
 
     for (int y = 0; y < n; ++y) {
@@ -50,13 +50,12 @@ static void pool_face(const ibl_texture *cube, int face, int edge, float *row,
     }
 }
 
-/* A cell's value, or of one beyond one edge that of the cell there on the next
- * face. */
+/* The value of a cell, or of the one beyond an edge, on the next face. */
 static double value_at(const float *cells, int edge, int face, int x, int y)
 {
     if (x < 0 || x >= edge || y < 0 || y >= edge) {
-        /* Half a cell beyond the edge: a direction of the next face, there so
-           little farther in that it is in the same row of cells. */
+        /* Half a cell beyond the edge: a direction of the next face, in the
+         * same row of cells. */
         double d[3];
         ibl_cube_direction(edge, face, x, y, d);
         view_cube_texel(d, edge, &face, &x, &y);
@@ -64,9 +63,8 @@ static double value_at(const float *cells, int edge, int face, int x, int y)
     return cells[cell_of(edge, face, x, y)];
 }
 
-/* A cell's value, or, at an edge of its face, the mean of that and of the next
- * face's: what the environment is on the edge, where filtering goes across it
- * but drawing does not. */
+/* The value of a cell; at an edge, the mean with the next face's: the
+ * environment on the edge, since filtering crosses it and drawing does not. */
 static double edge_value(const float *cells, int edge, int face, int x, int y)
 {
     double value = value_at(cells, edge, face, x, y);
@@ -78,8 +76,8 @@ static double edge_value(const float *cells, int edge, int face, int x, int y)
     return value;
 }
 
-/* Cell values to the light of each above the mean. Returns its sum as a part
- * of all light. */
+/* Cell values to the light of each above the mean. Returns the part of all
+ * light that this is. */
 static double take_mean_off(const float *cells, int edge, float *light)
 {
     const size_t count = cell_of(edge, 6, 0, 0);
@@ -118,9 +116,9 @@ static int even_bits(unsigned bits)
 
 /*
  * Gives each token k the cell where the running sum of light reaches
- * (k + 1/2) / VIEW_AIM_TOKENS of all, cells in the order of a curve that goes
- * through squares within squares (Morton 1966), face by face. chance is light
- * before and the chance after.
+ * (k + 1/2) / VIEW_AIM_TOKENS of all. Cells are in the order of a curve through
+ * squares within squares (Morton 1966), face by face. chance: light before, the
+ * chance after.
  */
 static void hand_out(int edge, float *chance, float *tokens)
 {

@@ -46,9 +46,9 @@ typedef struct view_app {
     bool quit;
 } view_app;
 
-/* Draws what is shown into framebuffer 0; spread: as settings have it. Where
- * that fails the settings become those of the last frame, which is drawn
- * instead, and a notice says so. False, with a message, if that fails, too. */
+/* Draws what is shown into framebuffer 0; spread: as settings have it. If that
+ * fails, restores the settings of the last frame, draws that and gives a
+ * notice. False, with a message, if that fails too. */
 bool view_app_draw(view_app *app, bool spread, int width, int height);
 
 /* ---- what keys do ------------------------------------------------------- */

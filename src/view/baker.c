@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * A bake on a thread of its own, with a context of its own, so that the window
- * goes on meanwhile. The thread and its caller share what `lock` guards.
- */
+/* A bake on its own thread, with its own context, beside the window. `lock`
+ * guards what the thread and its caller share. */
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -33,9 +31,8 @@ struct view_baker {
 
 /* ---- progress -------------------------------------------------------- */
 
-/* Roughly what each stage takes of the time with a map of 8192 pixels. Stages
- * run beside each other and some twice, so that the whole is the sum over
- * stages of what was reached at most. */
+/* Rough shares of the time with a map of 8192 pixels. Stages run side by side
+ * and some twice, so the whole is the sum of the most that each reached. */
 static const struct {
     const char *name;
     double weight;

@@ -1,10 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * An update is a row of steps, each of which fills one face of a cube that is
- * not shown. What a scene draws goes into a picture of floats first. From there
- * it goes, cut to what a half holds, into a cube with levels, each more
- * blurred, which all lookups use.
- */
+/* An update is a row of steps, each of which fills one face of a cube that is
+ * not shown. The scene draws into a picture of floats. That goes, cut to the
+ * range of halves, into the lookups: a cube with levels, each more blurred. */
 #include "view/capture.h"
 
 #include <assert.h>
@@ -123,8 +120,7 @@ static void attach(GLenum framebuffer, GLuint cube, int level, int face)
                             view_gl_face(face), cube, level);
 }
 
-/* A face of a level of a cube, n x n, from what is bound to the units of
- * captures. */
+/* Fills a face of a level of a cube, n x n, from the bound captures units. */
 static void fill(const view_capture *c, int which, GLuint cube, int level,
                  int face, int n)
 {
@@ -344,8 +340,7 @@ bool view_capture_read_irradiance(const view_capture *c, ibl_cube *cube)
 
 /* ---- through the library ----------------------------------------------- */
 
-/* The cube's mean over each pixel, interpolated between texels: 4 floats a
- * pixel; free() it. */
+/* The cube's mean over each pixel of a map: 4 floats a pixel; free() it. */
 static float *read_equirect(const view_capture *c, GLuint cube, int width,
                             int height)
 {
@@ -429,9 +424,9 @@ static bool bake(const view_capture *c, ibl_ctx *ctx, const ibl_image *map,
     return !ibl_bake_environment(ctx, &env, &opts, result);
 }
 
-/* Filters level 0 of a set into its levels from 1 on and its irradiance. The
- * library takes equirectangular maps: one of 4n x 2n pixels. False, with a
- * message, and they are as they were. */
+/* Filters level 0 of a set into its other levels and its irradiance; the
+ * library takes equirectangular maps. False, with a message, and they are as
+ * they were. */
 static bool filter_by_library(view_capture *c, ibl_ctx *ctx, const cubes *set)
 {
     const int width = 4 * c->options.size, height = 2 * c->options.size;
@@ -459,8 +454,8 @@ static bool filter_by_library(view_capture *c, ibl_ctx *ctx, const cubes *set)
 
 /* ---- drawing the scene ------------------------------------------------- */
 
-/* Of each face: where it looks, where its columns and its rows go. An ordinary
- * camera, whose pictures begin below, thus draws the first row first. */
+/* Of each face: where it looks, where its columns and rows go. Pictures of an
+ * ordinary camera begin below, and so draw the first row first. */
 static const int faces[IBL_FACES][3][3] = {
     {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
     {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
@@ -568,14 +563,12 @@ static void use_lookups(const view_capture *c, int first, int last)
     gl.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAX_LEVEL, last);
 }
 
-/*
- * A level of the lookups out of what is bound, so that a lookup in it has the
- * wanted variance, VIEW_CAPTURE_BLUR, everywhere. The blur need not add what is
- * there already: the step from texel to texel, 1/6 of one as large as it is
- * there, and the variance of lookups in the source. In the level above that is
- * a quarter of it all. Where it is halved, 1/6 once more as its texels are, and
- * from the first texels to those 3/16 less the 1/48 that the former have.
- */
+/* Makes a level of the lookups from the bound source, so that a lookup has the
+ * variance VIEW_CAPTURE_BLUR everywhere. The blur adds what is missing: not the
+ * step between texels, 1/6 of one as large as it is there, and not the variance
+ * of lookups in the source. That is a quarter of the whole in the level above.
+ * In the halved cube it is 1/6, and 3/16 less 1/48 from the first texels to the
+ * halved ones. */
 static void blur(const view_capture *c, int level)
 {
     const pass *p = &c->pass[BLUR];

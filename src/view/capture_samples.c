@@ -1,19 +1,20 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The sample sets of filtered levels. Points lie through the part of GGX's half
- * vectors that is above the horizon (Walter et al. 2007, eq. 35, 36), the turn
- * about the axis by the golden angle, and each looks up what is blurred as much
- * as the solid angle that it stands for (Krivanek and Colbert 2008).
+ * The sample sets of filtered levels. Points cover the part of GGX's half
+ * vectors that is above the horizon (Walter et al. 2007, eq. 35, 36), with
+ * turns about the axis by the golden angle. Each looks up the environment,
+ * blurred as much as the solid angle that the point stands for (Krivanek and
+ * Colbert 2008).
  *
- * What a texel sums up is then the cube under a kernel that is known: blurs b_i
- * (Gaussians, see capture_blur.frag) around directions s_i, times weights w_i.
- * The weights are those for which it is nearest to the lobe, k = D N.L, in the
- * mean of squares over the sphere. In Legendre series, sqrt(2 l + 1) being part
- * of the coefficients, the addition theorem has
+ * A texel's sum is then the cube under a known kernel: blurs b_i (Gaussians,
+ * see capture_blur.frag) around directions s_i, times weights w_i. The weights
+ * are those that bring it nearest to the lobe, k = D N.L, in the mean of
+ * squares over the sphere. In Legendre series, with sqrt(2 l + 1) in the
+ * coefficients, the addition theorem gives
  *   <b_i, b_j> = sum over l of b_il b_jl P_l(s_i . s_j),
  *   <b_i, k>   = sum over l of b_il k_l P_l(s_i . axis),
- * so that sum_j <b_i, b_j> w_j = <b_i, k>, with the sum of weights 1. They take
- * back what blurs add to the lobe's width: some at its rim are below 0.
+ * so that sum_j <b_i, b_j> w_j = <b_i, k>, with the sum of weights 1. Some
+ * weights at the rim are below 0: they undo the width that blurs add.
  */
 #include "view/capture_samples.h"
 
@@ -86,8 +87,8 @@ static void expand_lobe(lobe *b)
         b->kernel[l] *= sqrt(2 * l + 1) / all;
 }
 
-/* Variance along an axis of a lookup in a level. In level 0, between texels,
- * it is 1/6 of one; but a texel, which is of one colour, has 1/12 itself. */
+/* Variance along an axis of a lookup in a level. In level 0 it is 1/6 of a
+ * texel between texels, less the 1/12 that a texel of one colour has itself. */
 static double variance(const lobe *b, int level)
 {
     return b->texel * (level ? VIEW_CAPTURE_BLUR * pow(4, level) : 1.0 / 12);
@@ -108,8 +109,8 @@ static void expand_blur(const lobe *b, point *p)
 
 /* ---- points ------------------------------------------------------------ */
 
-/* Levels are mixed by what is between a sixth and five sixths: one lookup in
- * three is in one level alone, which is half the work. */
+/* Levels are only mixed from a sixth to five sixths: one lookup in three needs
+ * one level, half the work. */
 static double snapped(double lod)
 {
     const double level = floor(lod);
@@ -125,8 +126,8 @@ static point place(const lobe *b, int i)
     const double sin_h = sqrt(s2 / (s2 + c2)), cos_h = sqrt(c2 / (s2 + c2));
     const double t = sin_h * sin_h + a2 * cos_h * cos_h;
     const double pdf = a2 / (M_PI * t * t) / (4 * part);
-    /* The variance is the solid angle: with less the points show, with more
-       weights grow and with them what lookups are off by. */
+    /* The variance is the solid angle: less shows the points, more makes
+     * weights and the errors of lookups grow. */
     const double lod =
         0.5 * log2(1 / (b->count * pdf * VIEW_CAPTURE_BLUR * b->texel));
     /* Level 0 is as coarse as texels are: not where level 1 will do. */
@@ -144,8 +145,8 @@ static point place(const lobe *b, int i)
 
 /* ---- weights ----------------------------------------------------------- */
 
-/* a, n x n, symmetric and positive, into the lower triangle of its root
- * (Cholesky). */
+/* Cholesky: a, n x n, symmetric and positive; its root into the lower
+ * triangle. */
 static void root(double *a, int n)
 {
     for (int j = 0; j < n; j++)

@@ -6,19 +6,15 @@
 /* Levels of the lookups: the last has four texels along an edge. */
 int view_capture_lookups(int size);
 /* Variance along an axis of a lookup in a level from 1 on, in mean solid angles
- * of a texel there. So wide that the different sizes of texels, up to 5 times
- * as large in the middle of faces as in corners, do not show. */
+ * of a texel: wide enough to hide that texels differ 5 times in size. */
 #define VIEW_CAPTURE_BLUR (5.0 / 3)
 
 /* Samples of an irradiance texel, where a level's has so many. */
 int view_capture_diffuse_samples(int samples);
 
-/*
- * A row for each level from 1 on of a chain and one for irradiance, each of
- * view_capture_diffuse_samples(samples): x, y, weight and level of the lookup;
- * x, y are of a direction about +Z. For free(). NULL, with a message: no
- * memory.
- */
+/* Rows of view_capture_diffuse_samples(samples): one for each level from 1 on,
+ * one for irradiance. A sample is x, y of a direction about +Z, weight and
+ * level of the lookup. For free(). NULL, with a message: no memory. */
 float *view_capture_samples(int size, int levels, int samples);
 
 #endif

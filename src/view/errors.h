@@ -8,10 +8,9 @@
 /*
  * Relative root mean square error of picture against truth over each sphere,
  *     sqrt(sum |picture - truth|^2 / sum |truth|^2),
- * |.|^2 over R, G and B, both linear RGB floats, width * height, rows from the
- * top. The sums are over the pixels that, with their eight neighbours, show
- * that sphere alone, so that what is behind it has no part. -1 where there are
- * none; 0 where truth is black and so is picture, infinite where only truth is.
+ * over R, G and B of linear RGB floats, width * height, rows from the top. Only
+ * pixels count that, with their eight neighbours, show that sphere alone. -1
+ * where there are none; 0 where both are black, infinite where only truth is.
  *   rmse   of each sphere of the grid, row by row from the bottom left
  * Returns how many: rows * columns.
  */

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Uniform block "Frame" (shaders/frame.glsl has the same members in the same
- * order): all that a frame's shaders are told. std140. */
+/* Uniform block "Frame", std140: shaders/frame.glsl has the same members. */
 #ifndef VIEW_FRAME_H
 #define VIEW_FRAME_H
 
@@ -29,8 +28,7 @@ typedef struct view_frame {
 
 void view_frame_fill(view_frame *f, const view_settings *s,
                      const baked_set *set, int width, int height);
-/* What of a frame the linear picture depends on: the rest, which is of its
- * display alone, is zero. */
+/* The part of a frame that the linear picture depends on; the rest is zero. */
 view_frame view_frame_linear(const view_frame *f);
 
 #endif

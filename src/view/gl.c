@@ -10,8 +10,7 @@ view_gl gl;
 
 static GLuint nothing; /* vertex array without attributes */
 
-/* ISO C has no cast from one kind of function to another through void *;
- * between kinds of functions it has. */
+/* ISO C casts between kinds of functions, but not through void *. */
 static bool find_all(view_gl_proc *(*get)(const char *))
 {
 #define VIEW_GL_FIND(name)                                                     \

@@ -1,9 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * OpenGL 3.3 core, by the names of GL/glcorearb.h: gl.Clear is glClear. There
- * is no loader library that knows OSMesa, and names that an implementation does
- * not have come back as stubs, so that only its version says what is there.
- */
+/* OpenGL 3.3 core: gl.Clear is glClear. No loader library knows OSMesa. Missing
+ * functions may come back as stubs, so the version decides what is there. */
 #ifndef VIEW_GL_H
 #define VIEW_GL_H
 
@@ -51,8 +48,8 @@ extern view_gl gl;
 
 typedef void view_gl_proc(void);
 
-/* Fills gl by get, of the current context. False, with a message, if that has
-   no OpenGL 3.3 core. */
+/* Fills gl for the current context. False, with a message, if that has no
+ * OpenGL 3.3 core. */
 bool view_gl_load(view_gl_proc *(*get)(const char *name));
 /* Whether shaders of 3.30 have samplerCubeArray: OpenGL 4.0, or
  * ARB_texture_cube_map_array. */
@@ -63,20 +60,17 @@ void view_gl_bind(int unit, GLenum target, GLuint texture);
 /* How the bound texture is looked up: GL_NEAREST or GL_LINEAR, then between
  * its levels too; clamped to edges. */
 void view_gl_filter(GLenum target, GLint filtering, int levels);
-/* Makes a buffer of so many bytes, from data unless it is NULL, and binds it.
- */
+/* Makes and binds a buffer of so many bytes, from data unless that is NULL. */
 GLuint view_gl_buffer(GLenum target, size_t bytes, const void *data);
 /* An attribute of the bound vertex array: size floats at an offset of the bound
  * buffer. divisor 1: of each instance. */
 void view_gl_attribute(GLuint at, int size, size_t stride, size_t offset,
                        GLuint divisor);
-/* Binds a framebuffer that draws into a flat texture. False if OpenGL cannot
- * draw into it. */
+/* Binds a framebuffer that draws into a flat texture; false if it cannot. */
 bool view_gl_target(GLuint framebuffer, GLuint texture);
 /* Draws the three vertices of full.vert by a program. */
 void view_gl_draw_full(GLuint program);
-/* Copies n x n pixels from the framebuffer that is read to the one that is
- * drawn into. */
+/* Copies n x n pixels from the read framebuffer to the draw framebuffer. */
 void view_gl_copy(int n);
 /* The target that is a face of the bound cube. */
 GLenum view_gl_face(int face);

@@ -1,10 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * Looking at the maps themselves: levels of a cube as cross, strip or
- * equirectangular map, the table with lines of equal value. The geometry
- * stands once, here for the read-out and in shaders/layout.glsl for drawing;
- * the tests compare the two.
- */
+/* The maps themselves: levels of a cube as cross, strip or equirectangular map,
+ * the table with lines of equal value. This names the texel under the cursor;
+ * shaders/layout.glsl draws by the same geometry, and tests compare the two. */
 #ifndef VIEW_INSPECT_H
 #define VIEW_INSPECT_H
 
@@ -21,19 +18,14 @@ typedef struct view_texel {
     float value[3];      /* as the file has it, decoded */
 } view_texel;
 
-/* Pixel x, y (from the upper left) of a picture of width x height in the modes
- * that inspect, and of the sky behind the spheres. */
+/* Pixel x, y (from the upper left) of a picture of width x height, in the modes
+ * that inspect and of the sky behind the spheres. */
 view_texel view_inspect(const baked_set *set, const view_settings *s, int width,
                         int height, double x, double y);
-/*
- * settings.zoom and settings.pan: at zoom 1 the whole picture just fits the
- * window; pan is the point of it, in shares of its width and height from its
- * middle to the right and down, that the window's middle shows.
- *
- * Changes them as a drag by so many pixels does, and a wheel that multiplies
- * zoom while what is at pixel x, y stays there. zoom stays within 1/4 and what
- * makes a texel a fourth of the window, pan within -1/2..1/2.
- */
+/* A drag by pixels, and a wheel that multiplies zoom around pixel x, y. At zoom
+ * 1 the map just fits the window. pan is the point of the map in the middle of
+ * the window, in shares of its size to the right and down of its own middle:
+ * -1/2..1/2. zoom stays between 1/4 and a texel of a fourth of the window. */
 void view_inspect_drag(const baked_set *set, view_settings *s, int width,
                        int height, double dx, double dy);
 void view_inspect_zoom(const baked_set *set, view_settings *s, int width,

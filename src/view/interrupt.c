@@ -9,8 +9,8 @@
 static const int caught[] = {SIGHUP, SIGINT, SIGQUIT, SIGABRT, SIGTERM};
 static _Atomic(ibl_outputs *) guarded;
 
-/* The signal is blocked while this runs, so that the one raised here arrives
- * when it returns, with the default action. */
+/* The signal is blocked here: the one raised arrives afterwards, with the
+ * default action. */
 static void die(int number)
 {
     ibl_outputs_abort(atomic_load(&guarded));

@@ -70,8 +70,7 @@ static void change_rows(view_app *app, int step)
         app->settings.rows = rows;
 }
 
-/* The next of some ranges; a range of the command line's own comes to the
- * first. */
+/* The next of some ranges; the command line's own range comes to the first. */
 static void change_range(double range[2], const double (*ranges)[2], int count,
                          int step)
 {

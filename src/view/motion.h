@@ -12,8 +12,8 @@ typedef struct view_place {
     double x, y;
 } view_place;
 
-/* A drag by pixels: turns the camera about the spheres, the height of the
- * picture being half a turn, or moves the map that is shown. */
+/* A drag by pixels: turns the camera, the height of the picture being half a
+ * turn, or moves the map that is shown. */
 void view_drag(view_settings *s, const baked_set *set, int width, int height,
                double dx, double dy);
 /* Nearer by steps of a tenth; a map stays where it is at a place. */

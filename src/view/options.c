@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Every option: what it is called, takes, defaults to and does. The parser and
- * --help are made from the tables here. */
+/* Every option: its name, value, default and effect. The parser and --help are
+ * made from these tables. */
 #include "view/options.h"
 
 #include <errno.h>

@@ -48,15 +48,14 @@ enum {
 };
 
 /* From the words of the command line, ended by NULL; strings point into them.
- * False: the program is to end with *status, either because of --help and its
- * like or after a line on standard error. */
+ * False: the program ends with *status, after --help or a message. */
 bool view_options_parse(char **words, view_options *o, int *status);
 
 /* Prints what --keys asks for; key_bindings.c has the list. */
 void view_print_keys(FILE *to);
 
-/* False, with a message, if nothing is at PATH or an option is not for what is
- * there; reads no more than its first bytes. */
+/* False, with a message, if nothing is at PATH or an option does not fit what
+ * is there; reads only the first bytes. */
 bool view_options_may(const view_options *o);
 /* False, with a message, if the options ask for what a set does not have. */
 bool view_options_suit(const view_options *o, const baked_set *set);

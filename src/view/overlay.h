@@ -11,11 +11,10 @@ typedef struct view_overlay view_overlay;
 view_overlay *view_overlay_create(void); /* NULL, with a message */
 void view_overlay_free(view_overlay *o); /* NULL is fine */
 
-/* Adds text (ASCII, other bytes are shown as ?; \n ends a line, \t goes to the
- * next of columns that are 60 * scale pixels wide) on a dark plate, whose upper
- * left corner is at x, y pixels. scale: 1 is 7 pixels a character's height or
- * so. Letters are of different widths. What is outside the framebuffer is not
- * seen; text of any length is taken. */
+/* Adds text on a dark background whose upper left corner is at pixel x, y. Text
+ * is ASCII, other bytes become ?; \n ends a line, \t goes to the next column of
+ * 60 * scale pixels. A character is about 7 * scale pixels high. Letters differ
+ * in width. Any length is taken; what is outside is not seen. */
 void view_overlay_text(view_overlay *o, double x, double y, double scale,
                        const char *text);
 /* Size in pixels that the plate of text would have; 0 and 0 if it is empty. */
@@ -25,14 +24,13 @@ void view_overlay_measure(const char *text, double scale, double *width,
 void view_overlay_bar(view_overlay *o, double x, double y, double width,
                       double height, double share);
 /* The scale of false colours (view/display.h), darkest to the left, with the
- * stops below: of the size of a plate of two lines, so wide. */
+ * stops below it: as high as two lines of text. */
 void view_overlay_legend(view_overlay *o, double x, double y, double width,
                          double scale);
 
-/* Draws all that was added into the bound framebuffer, in the order in which
- * it was added, and forgets it. The framebuffer's values are sRGB-encoded.
- * Leaves blending off, its function source over, alpha kept, and its program
- * and vertex array bound. */
+/* Draws what was added, in order, into the bound framebuffer of sRGB-encoded
+ * values, and forgets it. Leaves blending off (source over, alpha kept), and
+ * its program and vertex array bound. */
 void view_overlay_draw(view_overlay *o, int width, int height);
 
 #endif

@@ -8,11 +8,11 @@
 #include "ibl/ibl.h"
 #include "view/gl.h"
 
-/* Of a framebuffer, 0 for the screen: 8-bit RGB, rows from the top, no padding;
- * free() it. NULL: no memory. */
+/* Reads a framebuffer, 0 for the screen: 8-bit RGB, rows from the top, no
+ * padding; free() it. NULL: no memory. */
 unsigned char *view_picture_read(GLuint framebuffer, int width, int height);
-/* Writes a PNG (sRGB chunk; by ibl_outputs: whole or not at all). False, with
- * a message, if it cannot. */
+/* Writes a PNG with an sRGB chunk, whole or not at all. False, with a
+ * message. */
 bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
                         const unsigned char *rgb);
 

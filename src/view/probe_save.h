@@ -8,8 +8,8 @@
 
 #include "ibl/probes.h"
 
-/* Gives a face of a probe's capture: size x size pixels of 4 halves, faces and
- * rows as cubes have them. False, with a message. */
+/* Gives a face of a probe's capture: size x size pixels of 4 halves, as in
+ * cubes. False, with a message. */
 typedef bool view_probe_face(void *cookie, int probe, int face, uint16_t *rgba);
 
 typedef struct view_probe_captures {
@@ -21,12 +21,9 @@ typedef struct view_probe_captures {
     void *cookie;
 } view_probe_captures;
 
-/*
- * Writes DIR/probe_NN_px.exr, _nx, _py, _ny, _pz, _nz of each probe and
- * DIR/set.json, which names them, with default sizes that keep the captures'
- * own. DIR and its parents are made where missing. All files are replaced
- * together, or none. False, with a message.
- */
+/* Writes DIR/probe_NN_px.exr, _nx, _py, _ny, _pz, _nz of each probe and
+ * DIR/set.json, which names them and keeps their sizes. Makes DIR and its
+ * parents. Replaces all files or none. False, with a message. */
 bool view_probe_save(ibl_ctx *ctx, const char *dir,
                      const view_probe_captures *captures);
 

@@ -47,8 +47,8 @@ typedef struct probe_index {
     ibl_roughness_map mapping;
     double lod_scale, lod_offset;
     double irradiance_scale; /* times the map, or sh, is E / pi */
-    /* Without an irradiance array: of each probe, in order, RGBA of
-     * INDEX_SH coefficients. */
+    /* Without an irradiance array: INDEX_SH coefficients, RGBA, of each
+     * probe. */
     double (*sh)[4 * INDEX_SH];
 } probe_index;
 
@@ -130,8 +130,7 @@ static bool take_sh(ibl_json_at at, double sh[4 * INDEX_SH])
     return true;
 }
 
-/* Programs write probes in their order; an index that was edited may have lost
- * it. */
+/* Programs write probes in their order; an edited index may have lost it. */
 static bool sort(const char *path, probe_index *x)
 {
     const size_t count = (size_t)x->count;

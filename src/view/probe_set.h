@@ -9,13 +9,10 @@
 
 typedef struct view_probe_set view_probe_set;
 
-/*
- * Reads an index, as iblbake-probes(1) says, and the arrays that it names;
- * irradiance that it holds as spherical harmonics becomes cubes. The global
- * environment of a set is left out. ctx has view_log: what the library finds
- * wrong with a file is told through it. NULL, with a message, if anything is
- * missing, does not fit, or is no finite number.
- */
+/* Reads an index (iblbake-probes(1)) and the arrays that it names; irradiance
+ * as spherical harmonics becomes cubes. Leaves out the global environment. ctx
+ * logs through view_log. NULL, with a message, if anything is missing, does not
+ * fit, or is no finite number. */
 view_probe_set *view_probe_set_load(ibl_ctx *ctx, const char *index);
 void view_probe_set_free(view_probe_set *set); /* NULL is fine */
 
@@ -26,9 +23,8 @@ bool view_probe_set_holes(const view_probe_set *set);
 /* The index, as it was given. */
 const char *view_probe_set_path(const view_probe_set *set);
 
-/* Whether the index or an array that it names is another file now than the one
- * that was read, and those that are have been left alone for settle seconds;
- * never without the index. */
+/* Whether the index or an array is another file than the one that was read, and
+ * left alone for settle seconds; never without the index. */
 bool view_probe_set_changed(const view_probe_set *set, double settle);
 /* Looks no more at what the files are now, until they change again. */
 void view_probe_set_seen(view_probe_set *set);

@@ -18,11 +18,8 @@ typedef struct stretch {
     int file, line; /* of the table, and its line */
 } stretch;
 
-/*
- * A shader with what it includes, as the compiler sees it. The lines are
- * counted here, and not by #line: Mesa forgets the number of the file that is
- * named there before it comes to most errors.
- */
+/* A shader with its includes, as the compiler sees it. Lines are counted here,
+ * since Mesa forgets the file number of #line in most errors. */
 typedef struct source {
     const view_shader_file *files;
     bool had[MAX_FILES];
@@ -120,9 +117,9 @@ static bool load(source *s, const char *name)
 
 /* ---- what compilers say ---------------------------------------------- */
 
-/* The line of the text that a line of a log is about: "0:23(4): error"
- * (Mesa), "0(23) : error" (NVIDIA), "ERROR: 0:23: ..." (others); 0: none. The
- * message goes on at *rest. */
+/* The line that a line of a log is about: "0:23(4): error" (Mesa), "0(23) :
+ * error" (NVIDIA), "ERROR: 0:23: ..." (others); 0: none. *rest: what
+ * follows. */
 static int log_place(const char *log, const char **rest)
 {
     for (const char *c = log; *c && *c != '\n'; c++) {
@@ -218,8 +215,7 @@ static GLuint link_program(GLuint vertex, GLuint fragment, const char *name)
     return 0;
 }
 
-/* Gives the blocks and samplers their places, for as long as the program
- * lives. */
+/* Gives blocks and samplers their places, once for all. */
 static void bind(GLuint program)
 {
     static const char *const blocks[] = {

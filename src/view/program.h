@@ -1,10 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * Shaders: files of src/view/shaders that the build puts into the program
- * (build/gen/shaders.c). A file may say `#include "name.glsl"` on a line of
- * its own; each is included once. No file has a #version: 330 core is put
- * before it. Messages name the file and line that they are about.
- */
+/* Shaders: the build puts src/view/shaders into the program
+ * (build/gen/shaders.c). A line `#include "name.glsl"` includes a file, once.
+ * `#version 330 core` is put before each. Messages name the file and line. */
 #ifndef VIEW_PROGRAM_H
 #define VIEW_PROGRAM_H
 
@@ -17,8 +14,7 @@ typedef struct view_shader_file {
 extern const view_shader_file view_shader_files[];
 
 /* Compiles and links. 0, with the compiler's first line as the message, if it
- * cannot. Its uniform blocks are bound to the bindings, its samplers to the
- * units below, by name. */
+ * fails. Binds uniform blocks and samplers to the places below by name. */
 GLuint view_program(const char *vertex_file, const char *fragment_file);
 /* The same out of another table, of at most 64 files. */
 GLuint view_program_from(const view_shader_file *files, const char *vertex_file,
@@ -42,8 +38,7 @@ typedef enum view_unit {
     VIEW_UNIT_COUNT
 } view_unit;
 
-/* Those of the reference, of the room, and of captures, which draw the room
- * and so have units of their own. */
+/* Of the reference, of the room, and of captures, which draw the room. */
 enum {
     VIEW_TRUTH_UNIT_PASS = VIEW_UNIT_COUNT,
     VIEW_TRUTH_UNIT_TOKENS,

@@ -172,8 +172,8 @@ static double distance2(const view_sphere *p, const double eye[3])
     return sum;
 }
 
-/* Back to front: of two spheres of one radius the farther centre is never
- * before the nearer. Insertion, since the order hardly changes. */
+/* Back to front: of spheres of one radius the farther centre is never before
+ * the nearer. By insertion, since the order hardly changes. */
 static void sort_spheres(const view_sphere *spheres, int count,
                          const double eye[3], int *order)
 {
@@ -236,8 +236,8 @@ static bool compares(const view_renderer *r)
            r->settings.mode == VIEW_SPHERES;
 }
 
-/* While the truth gathers samples frame after frame, what it is compared with
- * stays. Frames that compare nothing are drawn as they are asked for. */
+/* While the truth gathers samples, the picture to compare with stays. Frames
+ * that compare nothing are drawn each time. */
 static bool stays(view_renderer *r)
 {
     const view_frame linear = view_frame_linear(&r->frame);

@@ -6,8 +6,8 @@
 #include "view/probe_set.h"
 #include "view/renderer.h"
 
-/* Prints how far the split sum of the last draw is off the reference, a number
- * for each sphere as they stand on the screen. False: no reference is there. */
+/* Prints the error of the split sum of the last draw for each sphere, as they
+ * stand on the screen. False: there is no reference. */
 bool view_report_print(const view_renderer *r, const view_settings *s);
 /* Prints what a set consists of. */
 void view_report_set(const baked_set *set);
@@ -15,8 +15,7 @@ void view_report_set(const baked_set *set);
 /* Prints how long the last capture of the scene took. */
 void view_report_probe(const view_scene *stage, view_probe_filter filter);
 
-/* Where the sun of the last draw of the scene is, in the world, and what it
- * gives a surface that faces it. */
+/* The direction of the last draw's sun in the world, and its irradiance. */
 void view_report_sun(const view_scene *stage);
 
 /* Where baked probes are from, and how many. */
@@ -40,9 +39,8 @@ void view_stats_add(view_stats *t, double ms);
 /* In a window, after each frame: prints a line if it is time for one. */
 void view_stats_tell(view_stats *t, const view_renderer *r,
                      const view_settings *s);
-/* After all frames of a picture or sheet: prints one in any case, and for the
- * scene's probe another: of the same capture, filtered the other way. False,
- * with a message, if that cannot be. */
+/* After a picture or sheet: prints a line, and for the scene's probe another of
+ * the same capture, filtered the other way. False, with a message. */
 bool view_stats_end(view_stats *t, const view_renderer *r,
                     const view_settings *s);
 

@@ -1,15 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The scene that probes are shown in: a room of 10 x 4 x 10 units about the
- * origin (floor at y = 0), with a glossy floor, four pillars, coloured panels
- * that emit light, windows to the environment, and spheres, most of which move.
- * All of it is made here, of boxes and spheres; there are no files.
+ * The scene of --mode scene: a room of 10 x 4 x 10 units, floor at y = 0, with
+ * a glossy floor, four pillars, panels that emit light, windows to the
+ * environment, and spheres, most of which move.
  *
- * It is lit by what comes through the windows and from the panels, as probes
- * see it: each surface is shaded by the split sum with the probes it is given,
- * mixed and looked up as ibl/probes.h says, so that probes of probes (the
- * second bounce) come with the next refresh. The environment's sun, if it has
- * one, is a light of its own, in which everything casts a shadow.
+ * Light comes through the windows and from the panels, as probes see it. Each
+ * surface is shaded by the split sum with the given probes, mixed and looked up
+ * as in ibl/probes.h; the second bounce comes with their next refresh. The
+ * environment's sun is a light with shadows.
  */
 #ifndef VIEW_ROOM_H
 #define VIEW_ROOM_H
@@ -42,14 +40,14 @@ typedef struct view_room_box {
 int view_room_boxes(void);
 const view_room_box *view_room_box_at(int i);
 
-/* Spheres, and where one of them is at a time. Sphere 0 is a mirror that stands
- * still, 1 is a lamp, the others are rough; these move. */
+/* Sphere 0 is a mirror that stands still. 1 is a lamp, the others are rough;
+ * these move. */
 #define VIEW_ROOM_SPHERES 4
 void view_room_sphere(int i, double seconds, double centre[3], double *radius);
 bool view_room_sphere_moves(int i);
 const view_room_material *view_room_sphere_material(int i);
-/* Whether what is to be seen inside the box differs between two times: of a
- * sphere that has moved, some part is in it at one of them. */
+/* Whether the inside of the box looks different at two times: a sphere has
+ * moved and is in it at one of them. */
 bool view_room_moved(double from, double to, const double centre[3],
                      const double half[3]);
 
@@ -60,12 +58,12 @@ typedef struct view_room_dynamic {
     ibl_probe probe;                         /* layer is not looked at */
 } view_room_dynamic;
 
-/* Local probes, each a layer of cube arrays: filtered linearly, alpha is how
+/* Local probes, each a layer of cube arrays: filtered linearly; alpha is how
  * much has been seen, and colour is multiplied by it. */
 typedef struct view_room_locals {
-    int count;              /* 0..IBL_MAX_TILE_PROBES */
-    const ibl_probe *probe; /* in the order of ibl_probes_order; layer: of the
-                               arrays */
+    int count; /* 0..IBL_MAX_TILE_PROBES */
+    const ibl_probe
+        *probe; /* in the order of ibl_probes_order, with their layers */
     GLuint specular, irradiance;
     bool filament; /* levels are linear in r (2 - r), not in roughness r */
     float lod_scale, lod_offset, last_level;
@@ -78,52 +76,49 @@ typedef struct view_room_environment {
     float lod[4];                     /* as view_frame.lod */
     float irradiance_scale;           /* as view_frame.diffuse[0] */
     double turn;                      /* degrees */
-    view_room_sun sun;                /* zeros: none. It is in all of these, and
-                                         taken off them where they are seen */
+    view_room_sun sun; /* zeros: none. The maps have it too; it is taken off
+                          where they are seen */
 } view_room_environment;
 
 typedef struct view_room_draw {
-    double clip[16]; /* world to clip space, column-major; mirrored or not. Of
-                        a paraboloid what shaders/paraboloid.glsl wants */
+    double clip[16]; /* world to clip space, column-major, mirrored or not; of a
+                        paraboloid for shaders/paraboloid.glsl */
     double eye[3];
     bool paraboloid;
     double seconds; /* where what moves is */
     bool moving;    /* draw what moves */
     bool shadows;   /* in the sun */
-    /* Alpha is 1; with limited, what is not in this box is 0 in all four, but
-     * hides what is behind it. The sky is never in it. Where clip ends before
-     * the walls do, the sky is seen: limit that too. */
+    /* Limited: what is outside of the box, and the sky, is 0 in RGBA, but hides
+     * what is behind it. Else alpha is 1. Set it where clip ends before the
+     * walls. */
     bool limited;
     double limit_centre[3], limit_half[3];
-    /* Those of both at a point are taken in the order of ibl_probes_order, of
-     * equals the local ones first, as ibl_probes_blend does with alpha, and
-     * however many have a share. */
+    /* Probes at a point count in the order of ibl_probes_order, of equals the
+     * local ones first, as in ibl_probes_blend with alpha, without a limit of
+     * number. */
     view_room_locals locals;
     view_room_dynamic dynamic;
     bool untiled; /* each pixel goes through all locals: the same picture */
     view_room_environment environment;
     GLuint table; /* of the split sum */
     bool parallax;
-    bool sharp; /* probes as if their blend was 0: a point has all of the first
-                   whose influence it is in */
+    bool sharp; /* as if blend was 0: each point has all of its first probe */
 } view_room_draw;
 
 /* NULL, with a message: shaders have to have arrays of cubes. */
 view_room *view_room_create(void);
 void view_room_free(view_room *r); /* NULL is fine */
 
-/*
- * Draws into the bound framebuffer, which has a depth buffer, as scene-linear
- * RGBA; all of its viewport is drawn, its depth cleared before. Shadows are
- * made anew where sun, turn or what moves are others than the last time. The
- * texture units below VIEW_ROOM_UNITS, uniform buffers 0 to 2, program and
- * vertex array are others afterwards; tests of depth and back faces are off.
- */
+/* Draws scene-linear RGBA over the viewport of the bound framebuffer, which has
+ * a depth buffer, and clears the depth. Makes shadows anew when sun, turn or
+ * what moves has changed. Changes texture units below VIEW_ROOM_UNITS, uniform
+ * buffers 0 to 2, program and vertex array; tests of depth and back faces are
+ * off. */
 void view_room_render(view_room *r, const view_room_draw *d);
 
-/* Of the last draw with tiles: which locals each has, as ibl_tiles_cull has
- * them in words of 32 bits, lower first, in a texture of RG32UI that is at
- * least columns x rows. Not of paraboloids, which are no projection. */
+/* The masks of the last draw with tiles, as ibl_tiles_cull has them, in words
+ * of 32 bits, lower first: an RG32UI texture of at least columns x rows. None
+ * of paraboloids, which are no projection. */
 #define VIEW_ROOM_TILE 16
 GLuint view_room_masks(const view_room *r, int *columns, int *rows);
 

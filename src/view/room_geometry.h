@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The room's boxes and spheres as triangles. Part of room.c, used there alone.
- */
+/* The room's boxes and spheres as triangles, for room_render.c. */
 #ifndef VIEW_ROOM_GEOMETRY_H
 #define VIEW_ROOM_GEOMETRY_H
 
@@ -20,8 +19,8 @@ typedef struct view_room_mesh {
                    them the same sides in cells, as a paraboloid bends them */
 } view_room_mesh;
 
-/* Boxes where they are; a sphere of radius 1 about 0, without material and
- * with coarse = index_count. False, with a message, and *mesh zeroed. */
+/* Boxes in their places; a sphere of radius 1 about 0 without material, coarse
+ * = index_count. False, with a message, and *mesh zeroed. */
 bool view_room_mesh_boxes(view_room_mesh *mesh);
 bool view_room_mesh_sphere(view_room_mesh *mesh);
 void view_room_mesh_free(view_room_mesh *mesh); /* zeroed is fine */

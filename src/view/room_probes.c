@@ -182,8 +182,8 @@ static void cull(view_room_probes *p, const GLint viewport[4])
     gl.Viewport(viewport[0], viewport[1], viewport[2], viewport[3]);
 }
 
-/* With nothing in a sampler, drivers warn, or compile the shader anew when
- * there is something: those that no probe needs have other cubes. */
+/* Drivers warn about empty samplers, or compile anew when they are filled:
+ * unused ones have other cubes. */
 void view_room_probes_use(view_room_probes *p, const view_room_draw *d,
                           const GLint viewport[4])
 {

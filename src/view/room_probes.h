@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The probes of a draw as the room's shaders have them, and the masks of its
- * tiles. Part of room.c, used there alone. */
+/* The probes of a draw for the room's shaders, and the masks of its tiles. */
 #ifndef VIEW_ROOM_PROBES_H
 #define VIEW_ROOM_PROBES_H
 
@@ -21,8 +20,8 @@ void view_room_probes_free(view_room_probes *p); /* NULL is fine */
 
 void view_room_probes_block(view_room_probe_block *b, const view_room_draw *d,
                             const GLint size[2]);
-/* Binds what the shaders read, with masks for the picture if they are wanted:
- * the blocks have been uploaded, depth test and blending are off. */
+/* Binds what the shaders read, and makes masks if they are wanted. The blocks
+ * have been uploaded; depth test and blending are off. */
 void view_room_probes_use(view_room_probes *p, const view_room_draw *d,
                           const GLint viewport[4]);
 /* As view_room_masks. */

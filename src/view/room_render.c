@@ -168,8 +168,8 @@ void view_room_free(view_room *r)
 
 /* ---- what a draw is told ----------------------------------------------- */
 
-/* Rows of the picture: where a point is to the right, up, and in depth (what
- * divides, or z of a paraboloid). */
+/* Rows of the picture: to the right, up, and depth (the divisor, or z of a
+ * paraboloid). */
 static void picture_rows(const view_room_draw *d, double rows[3][3])
 {
     for (int k = 0; k < 3; k++) {
@@ -179,8 +179,8 @@ static void picture_rows(const view_room_draw *d, double rows[3][3])
     }
 }
 
-/* Inverse, as columns of 4; returns the determinant: below 0 if the picture is
- * not mirrored, since depth is away from who looks. */
+/* Inverse, as columns of 4. Returns the determinant, below 0 if the picture is
+ * not mirrored, since depth is away from the eye. */
 static double invert_rows(const double rows[3][3], float columns[16])
 {
     double c[3][3], det = 0;

@@ -41,8 +41,7 @@ const double view_room_centre[3] = {0, 2, 0}, view_room_half[3] = {5, 2, 5};
         {3, -WALL, from}, {OUT, 0, to}, even                                   \
     }
 
-/* Boxes touch and do not overlap, so that no two sides are in one place and
- * face the same way. */
+/* Boxes touch and do not overlap, so no two sides coincide. */
 static const view_room_box boxes[] = {
     TILES(-OUT, -3, DARK, LIGHT),
     TILES(-3, -1, LIGHT, DARK),

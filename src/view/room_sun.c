@@ -12,8 +12,8 @@
 static const double cone_deg = 10;
 /* Of the mean luminance outside: skies without their sun have less. */
 static const double times_mean = 8;
-/* Root mean square of the angle to the middle of what is taken: discs that are
- * 6 degrees wide cast shadows that one direction is no likeness of. */
+/* Root mean square angle to the middle of the sun. Discs 6 degrees wide cast
+ * softer shadows than one direction can. */
 static const double most_spread_deg = 2;
 /* Of the irradiance that the mean outside gives. */
 static const double least_share = 0.1;
@@ -130,8 +130,8 @@ static bool keep(region *g, const texel *t)
     return true;
 }
 
-/* Twice the cone, which moves from the peak to the middle, and the mean of what
- * is not in it. */
+/* Keeps the texels in twice the cone, which will move from the peak to the
+ * middle, and the mean outside of the cone. */
 static bool gather(rows *r, const double peak[3], region *g)
 {
     const double inner = cos(cone_deg * DEGREE);
@@ -174,8 +174,8 @@ void view_room_sun_cut(const view_room_sun *sun, const double direction[3],
         rgb[k] *= sun->limit / y;
 }
 
-/* Sums what the sun's cone takes; returns its middle (not of unit length), and
- * the mean of the squared distance of direction to it. */
+/* Sums the light in the sun's cone above the limit. Returns its middle (not of
+ * unit length), and the mean squared distance of direction to it. */
 static double take(const region *g, view_room_sun *sun, double middle[3])
 {
     double sum = 0, square = 0;

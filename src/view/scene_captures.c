@@ -21,8 +21,8 @@ static const double from_wall = 0.3; /* least distance of the camera */
 
 /* The box of a probe for all of the room reaches a little beyond the walls. */
 static const double beyond = 1;
-/* With local probes, which do not see what moves, the mirror's comes before
- * them near the mirror. */
+/* Beside local probes, which leave out what moves, the probe of the mirror
+ * comes first near it. */
 static const double near_half[3] = {1.5, 1.8, 1.5}, near_blend = 0.6;
 
 struct view_scene {
@@ -199,8 +199,7 @@ static void capture_scene(void *cookie, const double clip[16],
     view_room_draw d = s->st->draw;
 
     (void)size;
-    /* The mirror is in the way of its own, but has one side alone: from within
-     * it is not seen. */
+    /* From within, the mirror is not seen: it has one side. */
     d.moving = !s->local && !s->st->still;
     /* All of an update is of one moment. */
     d.seconds = s->st->begun_at;
@@ -214,8 +213,8 @@ static void capture_scene(void *cookie, const double clip[16],
     view_room_render(s->st->room, &d);
 }
 
-/* How far the capture of a probe sees: limited to its box, a little behind its
- * farthest corner, since what is on the border is in it. */
+/* The far plane for a probe: limited to its box, a little behind the farthest
+ * corner, since its border is in it. */
 static double end_of(const view_scene *st, const ibl_probe *p)
 {
     double sum = 0;
@@ -298,9 +297,9 @@ static void show_update(view_scene *st, const double position[3])
     note_times(st, st->capture, st->made.cpu ? VIEW_PROBE_CPU : VIEW_PROBE_GPU);
 }
 
-/* There may be many local probes, so each is captured only once, in the light
- * that the mirror's has after its bounces, and without what moves. The mirror's
- * is captured again after the last of them, and after baked ones. */
+/* Each of the local probes is captured only once, in the light of the mirror's
+ * bounces, without what moves. The mirror's is captured again after them, and
+ * after baked ones. */
 static bool capture_due(view_scene *st, const view_settings *s,
                         const double position[3])
 {
@@ -419,8 +418,8 @@ static bool is_stale(const view_scene *st, const view_settings *s)
            st->capture_shadows != s->capture_shadows;
 }
 
-/* What of a box is in the room, a little away from the walls, where proxies
- * are: of what is beyond them no wire would be seen. */
+/* The part of a box in the room, a little away from the walls, where proxies
+ * are: no wire beyond them would be seen. */
 static void clip_to_room(ibl_volume *box)
 {
     const double inset = 0.03;

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The room of room.h with a probe in its mirror, which is captured again while
- * things move, and local ones that see what stands still: what --mode scene
- * shows. */
+/* What --mode scene shows: the room with a probe in its mirror, captured again
+ * while things move, and local probes of what stands still. */
 #ifndef VIEW_SCENE_CAPTURES_H
 #define VIEW_SCENE_CAPTURES_H
 
@@ -19,8 +18,8 @@ enum {
 view_scene *view_scene_create(void);  /* NULL, with a message */
 void view_scene_free(view_scene *st); /* NULL is fine */
 
-/* Local probes from now on, in place of those that settings ask for; NULL:
- * none. They stay the caller's, and until others are given. */
+/* Local probes in place of those that settings ask for; NULL: none. They stay
+ * the caller's and must stay until the next call. */
 void view_scene_use(view_scene *st, const view_probe_set *probes);
 
 /* What lights the room is another: the next draw captures anew. */
@@ -29,16 +28,15 @@ void view_scene_restart(view_scene *st);
 void view_scene_drop_captures(view_scene *st);
 
 /*
- * Draws into a texture of width x height pixels what settings say: camera,
- * turn, parallax, seconds and how the probe is refreshed. The first draw, and
- * each after a change of the light or of the capture, makes a whole capture
- * with its bounces (where settings spread local probes, one of them; each of
- * the next draws another one, and the last of them the mirror's again, which
- * sees nothing move until then); later ones capture when the interval is over
- * and something has moved, going by settings.seconds; if one of these fails,
- * with a message, the probe stays as it is until the next change. turn of the
- * environment is the settings'. Leaves a framebuffer of its own bound, and
- * state as view_room_render does. False, with a message.
+ * Draws into a texture of width x height pixels by settings: camera, turn,
+ * parallax, seconds and how the probe is refreshed.
+ * The first draw, and each after a change of the light or of the capture, makes
+ * a whole capture with its bounces. If settings spread local probes, each draw
+ * captures one of them, the last the mirror's too, and nothing moves in it
+ * until then. Later draws capture when the interval is over, by
+ * settings.seconds, and something has moved. If that fails, with a message, the
+ * probe stays until the next change. Leaves its framebuffer bound, and state as
+ * view_room_render. False, with a message.
  */
 bool view_scene_draw(view_scene *st, const view_settings *s,
                      const view_room_environment *environment, GLuint table,
@@ -46,21 +44,20 @@ bool view_scene_draw(view_scene *st, const view_settings *s,
 
 /* Updates of the probe that were shown, so far. */
 int view_scene_updates(const view_scene *st);
-/* Milliseconds of the last one that was filtered so: drawing, levels,
- * irradiance. False, and zeros, if there was none of this size and kind of
- * capture. */
+/* Milliseconds of the last update that was filtered so: drawing, levels,
+ * irradiance. False, and zeros: none of this size and kind of capture. */
 bool view_scene_times(const view_scene *st, view_probe_filter filter,
                       double ms[3]);
-/* Captures what the last draw was of once more, to be filtered so, for its
- * times alone. False, with a message. */
+/* Captures the last draw once more, only for the times of that filter. False,
+ * with a message. */
 bool view_scene_measure(view_scene *st, view_probe_filter filter);
 /* What the library filters with, once it has been asked to; else NULL. */
 ibl_ctx *view_scene_context(view_scene *st);
 /* The time that the probe shows: settings.seconds when its capture began. */
 double view_scene_shown(const view_scene *st);
 
-/* Writes what the local probes of the last draw have captured into a directory,
- * as probe_save.h says. False, with a message: there are none, too. */
+/* Writes the captures of local probes into a directory (probe_save.h). False,
+ * with a message, also if there are none. */
 bool view_scene_save(const view_scene *st, ibl_ctx *ctx, const char *dir);
 
 /* What the last draw was drawn by, with its probes. */

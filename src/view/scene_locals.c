@@ -16,8 +16,8 @@ static const double height = 1.5;
 static const double clearance = 0.25;
 /* That influence goes beyond the walls, besides the blend width. */
 static const double beyond = 0.25;
-/* The blend width, of the shortest side of a cell: it is the same of all, so
- * that neighbours always sum to 1 at least. */
+/* The blend width, of the shortest side of a cell. It is the same for all, so
+ * neighbours sum to at least 1. */
 static const double blend_part = 0.4;
 
 struct view_scene_locals {

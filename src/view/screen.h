@@ -1,10 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * Where pictures go: a window (GLFW) or memory (OSMesa, opened with dlopen
- * only then). Either has a current OpenGL 3.3 core context, with gl.h loaded,
- * once it has been opened; its framebuffer is 0 in a window, and in memory as
- * well. One screen at a time.
- */
+/* Where pictures go: a window (GLFW) or memory (OSMesa, by dlopen). Either has
+ * a current OpenGL 3.3 core context, with gl loaded, and framebuffer 0. One
+ * screen at a time. */
 #ifndef VIEW_SCREEN_H
 #define VIEW_SCREEN_H
 
@@ -12,8 +9,8 @@
 
 typedef struct view_screen view_screen;
 
-/* What a window has to say; members that are NULL are not told. Positions are
- * in framebuffer pixels from the upper left. */
+/* Events of a window, to members that are not NULL. Positions are in
+ * framebuffer pixels from the upper left. */
 typedef struct view_events {
     void *cookie;
     /* A printable character or, beyond 0x10FFFF, a view_key. */
@@ -23,8 +20,8 @@ typedef struct view_events {
     void (*mouse)(void *cookie, double x, double y, int button, bool down);
     void (*wheel)(void *cookie, double steps);
     void (*drop)(void *cookie, const char *path); /* of each dropped file */
-    void (*refresh)(void *cookie); /* the size is another, or what was shown
-                                      is lost: draw and show it anew */
+    void (*refresh)(
+        void *cookie); /* the size changed or the picture is lost: draw anew */
 } view_events;
 
 enum {
@@ -42,19 +39,18 @@ enum {
     VIEW_KEY_BACKSPACE
 };
 
-/* A picture in memory, without a display. NULL, with a message, if there is no
- * OSMesa (says which package has it) or it has no OpenGL 3.3 core. */
+/* A picture in memory, without a display. NULL, with a message: no OSMesa
+ * (names the package), or no OpenGL 3.3 core. */
 view_screen *view_screen_memory(int width, int height);
 
-/* A window; width and height in screen coordinates. events stays the caller's
- * and is used until the screen is closed. NULL, with a message (no display,
- * no OpenGL 3.3 core; says what to do: --offscreen for one). */
+/* A window of that size in screen coordinates. events must stay until it is
+ * closed. NULL, with a message: no display, or no OpenGL 3.3 core. */
 view_screen *view_screen_window(int width, int height, const char *title,
                                 const view_events *events);
 void view_screen_close(view_screen *screen); /* NULL is fine */
 
-/* Of the framebuffer in pixels, as it is now, 1 or more: larger than what was
- * asked for where the display has a scale. */
+/* Present size of the framebuffer in pixels, 1 or more: larger than asked for
+ * where the display has a scale. */
 void view_screen_size(const view_screen *screen, int *width, int *height);
 /* How many pixels text needs for one of an ordinary display, 1 or more. */
 double view_screen_scale(const view_screen *screen);
@@ -71,8 +67,7 @@ const char *view_screen_about(const view_screen *screen);
 /* ---- for the files screen*.c ----------------------------------------------
  */
 
-/* The calls above. Those that are NULL have nothing to do: the scale is 1 then,
- * and there are no events. */
+/* The calls above. NULL: nothing to do; the scale is 1, there are no events. */
 typedef struct view_screen_kind {
     void (*close)(view_screen *screen);
     void (*size)(const view_screen *screen, int *width, int *height);
@@ -91,8 +86,7 @@ struct view_screen {
 /* Writes about, of the context that is current. */
 void view_screen_describe(view_screen *screen);
 
-/* view_screen_memory with the names that the library is looked for by, ended
- * by NULL. */
+/* view_screen_memory with the names of the library, ended by NULL. */
 view_screen *view_screen_memory_from(const char *const *libraries, int width,
                                      int height);
 

@@ -1,9 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * OSMesa: OpenGL drawn by the processor into memory. The library is opened
- * only when such a screen is, so that who has a window does not carry LLVM
- * along, and stays open: LLVM does not survive being unloaded.
- */
+/* OSMesa: OpenGL drawn by the processor into memory. It is opened only on
+ * demand, since it loads LLVM, which does not survive being unloaded. */
 #include "view/gl.h"
 #include "view/message.h"
 #include "view/screen.h"
@@ -44,8 +41,7 @@ typedef struct memory_screen {
 
 /* ---- the library ----------------------------------------------------- */
 
-/* POSIX lets a pointer from dlsym become one to a function; C has no cast for
- * it. */
+/* POSIX lets a pointer from dlsym become one to a function; C has no cast. */
 static bool find(void *library, const char *name, void *call)
 {
     void *symbol = dlsym(library, name);

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* A window by GLFW. What GLFW has to say of an error is kept and becomes part
- * of one message of ours. */
+/* A window by GLFW, whose error texts become part of our messages. */
 #include "view/gl.h"
 #include "view/message.h"
 #include "view/screen.h"
@@ -97,8 +96,8 @@ static void on_move(GLFWwindow *window, double x, double y)
     tell_mouse(window, -1, false);
 }
 
-/* Where the pointer was then: glfwGetCursorPos would tell where it is by now,
- * with moves still to come that are of before. */
+/* The place at that event: glfwGetCursorPos is ahead of events still to
+ * come. */
 static void on_button(GLFWwindow *window, int button, int action, int mods)
 {
     (void)mods;
@@ -180,8 +179,8 @@ static int on_error(void *display, x_error *error)
     return error->code == BAD_WINDOW ? 0 : other_errors(display, error);
 }
 
-/* GLFW answers the window that something is dragged from. If that one is gone
- * by then, Xlib would end this program. */
+/* GLFW answers the window that something is dragged from. If it is gone, Xlib
+ * would end this program. */
 static void survive_others_windows(void)
 {
     x_handler *(*set)(x_handler *);

@@ -16,8 +16,7 @@ enum {
     MAGIC = 12
 };
 
-/* A file that the new set may not have, or that is still to come, makes the
- * viewer wait this much longer. */
+/* The viewer waits this much longer if a file is gone: it may still come. */
 static const double GONE = 12;
 
 /* ---- what a file is -------------------------------------------------- */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Everything that a user can choose: what keys and options change, and what a
- * picture is a function of, besides the set. */
+/* Everything that keys and options change: with the set, what a picture is a
+ * function of. */
 #ifndef VIEW_SETTINGS_H
 #define VIEW_SETTINGS_H
 
@@ -122,8 +122,7 @@ typedef struct view_settings {
 
 view_settings view_settings_default(void);
 
-/* Names as options and titles have them, "spheres", "aces", ..., by the
- * enumeration; NULL after the last. */
+/* Names for options and titles, by the enumeration; NULL after the last. */
 extern const char *const view_mode_names[VIEW_MODES + 1];
 extern const char *const view_layout_names[VIEW_LAYOUTS + 1];
 extern const char *const view_tone_names[VIEW_TONES + 1];

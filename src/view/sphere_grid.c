@@ -13,18 +13,14 @@ static const double border = 0.04;
 
 /*
  * F0 of metals: Akenine-Moller et al. 2018, "Real-Time Rendering", 4th edition,
- * table 9.2, linear and for Rec. 709 primaries, from measured n and k; their
- * other end is a plastic of that colour. F0 of dielectrics is
- * ((n - 1) / (n + 1))^2 of n at 589 nm:
- *   acrylic (PMMA) 1.491, polystyrene 1.590   Sultanova et al. 2003,
- *                                             Optical and Quantum Electronics
- *                                             35, pp. 21-34
- *   water          1.333                      Hale and Querry 1973, Applied
- *                                             Optics 12, pp. 555-563
- *   diamond        2.417                      Phillip and Taft 1964, Physical
- *                                             Review 136, A1445
- * Diffuse colours are chosen, not measured. Water and diamond have none, and
- * the same F0 at both ends; the metal end of plastics has their colour.
+ * table 9.2, linear Rec. 709; their other end is a plastic of that colour. F0
+ * of dielectrics is ((n - 1) / (n + 1))^2 of n at 589 nm:
+ *   acrylic (PMMA) 1.491, polystyrene 1.590   Sultanova et al. 2003, Optical
+ *                                 and Quantum Electronics 35, pp. 21-34
+ *   water 1.333     Hale and Querry 1973, Applied Optics 12, pp. 555-563
+ *   diamond 2.417   Phillip and Taft 1964, Physical Review 136, A1445
+ * Diffuse colours are chosen. Water and diamond have none, and the same F0 at
+ * both ends; the metal end of plastics has their colour.
  */
 #define METALS "Real-Time Rendering, 4th edition, table 9.2"
 #define GLOSS 0.04 /* dielectrics without a name of their own: n = 1.5 */
@@ -136,8 +132,8 @@ int view_grid_hit(const view_sphere *spheres, int count, const double eye[3],
 
 static const double degree = M_PI / 180;
 
-/* From where the spheres in the corners are seen, and with them all between;
- * those that are nearer to the eye ask for more. axes: right, up and back. */
+/* The distance that shows the spheres in the corners, and so all. axes: right,
+ * up and back. */
 static double fitting_distance(const view_settings *s, const double axes[3][3],
                                double tan_x, double tan_y)
 {

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The sphere grid, its materials and the camera: plain geometry, that shaders
- * are given and tests compute with. */
+/* The sphere grid, its materials and the camera, for shaders and tests. */
 #ifndef VIEW_SPHERE_GRID_H
 #define VIEW_SPHERE_GRID_H
 

@@ -137,8 +137,7 @@ static int axis_count(view_axis axis, const baked_set *set)
     return 0;
 }
 
-/* Makes the settings those of place i along an axis; puts what that is called
- * into label. */
+/* Sets the settings of place i along an axis, and its label. */
 static void axis_apply(view_axis axis, const baked_set *set, int i,
                        view_settings *s, char *label, size_t size)
 {

@@ -11,9 +11,9 @@
 bool view_still_draw(view_renderer *r, const view_options *o,
                      const view_settings *s, double *ms, view_stats *stats);
 
-/* Opens or bakes what the options name, and writes and prints what they ask
- * for: a picture, or a sheet in which one choice changes along the rows and
- * another along the columns. False, with a message. */
+/* Opens or bakes what the options name, and makes what they ask for: a picture,
+ * or a sheet with one choice along its rows and another along its columns.
+ * False, with a message. */
 bool view_still_run(ibl_ctx *ctx, const view_options *o);
 
 #endif

@@ -20,9 +20,8 @@ enum {
 
 /* Samples of one draw call: systems reset a GPU that is busy for seconds. */
 #define MOST_SAMPLES 16
-/* By the clock: of one frame at most, and the time that it should take. What
- * turns or moves begins anew with few, so that only a picture that stands
- * still waits that long for the next one. */
+/* By the clock: the most in one frame, and the time that it should take. After
+ * a change it begins with few, so only a still picture waits that long. */
 #define MOST_BY_CLOCK 64
 static const double quick_seconds = 0.05, slow_seconds = 0.1;
 
@@ -103,8 +102,7 @@ static void upload_aim(view_truth *t, const view_aim *aim)
 
 bool view_truth_load(view_truth *t, const baked_set *set)
 {
-    /* A chain of rough levels alone does not have the environment; a skybox
-       does. */
+    /* A skybox has the environment where level 0 is rough. */
     const bool sky = set->roughness[0] > 0.0 && set->texture[VIEW_SKY].data;
     view_aim aim;
 
@@ -161,8 +159,8 @@ static view_frame part_of(const view_frame *frame)
     return f;
 }
 
-/* The sky, which has no noise, once; and nothing that might stay, were it not
- * a number, in the mean. */
+/* Draws the sky, which has no noise, once; and clears the mean, of what might
+ * be no number. */
 static void begin(view_truth *t, const view_frame *part)
 {
     t->shown = *part;

@@ -6,16 +6,13 @@
 #include "ibl/io.h"
 #include "view/gl.h"
 
-/*
- * A texture object with all levels, texel for texel as tex has them: cubes
- * with 6 faces, flat ones with 1. Filtered linearly, between levels too, and
- * clamped to edges. name stands in messages. 0, with a message, if OpenGL has
- * no room for it. Leaves it bound to the active unit.
- */
+/* A texture of all levels, cubes with 6 faces, flat ones with 1, filtered
+ * linearly, between levels too, and clamped to edges; bound to the active unit.
+ * name is for messages. 0, with a message, if OpenGL has no room for it. */
 GLuint view_upload(const ibl_texture *tex, const char *name);
 
-/* The same of an array of cubes, of one layer too, as a cube map array: needs
- * what view/gl.h says of these. */
+/* The same of cubes, one or more, as a cube map array
+ * (view_gl_has_cube_arrays). */
 GLuint view_upload_cubes(const ibl_texture *tex, const char *name);
 
 /* An RGBA32F texture of width x height that is read texel by texel. */

@@ -18,8 +18,8 @@ enum {
 const float view_volumes_influence[3] = {0, 0.7f, 0.7f};
 const float view_volumes_proxy[3] = {0.7f, 0, 0.7f};
 
-/* Wires are nearer by that share of their distance, so that those on a wall
- * are seen; it is more than depth of 24 bits is off in a room. */
+/* Wires are nearer by this share of their distance, more than the error of
+ * 24-bit depth, so that those on a wall are seen. */
 static const double nearer = 1.0 / 256;
 
 /* In clip space. */

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Volumes of probes as wires over a scene: of boxes the edges, of spheres three
- * circles about the axes. */
+/* Volumes of probes as wires: edges of boxes, three circles of spheres. */
 #ifndef VIEW_VOLUMES_H
 #define VIEW_VOLUMES_H
 
@@ -16,20 +15,18 @@ void view_volumes_free(view_volumes *v); /* NULL is fine */
 extern const float view_volumes_influence[3], view_volumes_proxy[3];
 
 typedef struct view_volumes_draw {
-    double clip[16]; /* world to clip space, column-major, by which the scene
-                        was drawn, */
+    double clip[16]; /* world to clip space, column-major, as the scene was
+                        drawn */
     double eye[3];   /* and from where */
     double ev;       /* that the picture is shown at: wires look alike at any */
     int count;
     const ibl_probe *probe;
 } view_volumes_draw;
 
-/*
- * Draws the influence of each probe, and its proxy if it has one, in another
- * colour, into the bound framebuffer, where nothing in its depth buffer is
- * nearer; wires on a surface are before it. That depth stays. Program and
- * vertex array are others afterwards, depth test and blending off.
- */
+/* Draws the influence of each probe, and its proxy in another colour, into the
+ * bound framebuffer, where nothing in its depth buffer is nearer; wires on a
+ * surface are before it. Keeps the depth. Changes program and vertex array;
+ * depth test and blending are off. */
 void view_volumes_render(view_volumes *v, const view_volumes_draw *d);
 
 #endif

@@ -25,8 +25,8 @@ static baked_set *free_slot(view_app *app)
     return app->set == &app->sets[0] ? &app->sets[1] : &app->sets[0];
 }
 
-/* Shows what is in the free slot. If that fails what was shown comes back, and
- * the slot is empty again. */
+/* Shows what is in the free slot. If that fails, restores what was shown and
+ * empties the slot. */
 static bool show(view_app *app)
 {
     baked_set *set = free_slot(app);
@@ -73,8 +73,8 @@ static bool start_bake(view_app *app, const char *path)
     return app->baker;
 }
 
-/* What is in the free slot is shown and, from now on, watched. If it cannot be,
- * what was shown goes on being watched. */
+/* Shows what is in the free slot and watches its files. If that fails, the old
+ * ones are watched on. */
 static bool show_from(view_app *app, const view_request *what)
 {
     char *path = strdup(what->path);
@@ -94,8 +94,8 @@ static bool show_from(view_app *app, const view_request *what)
     return true;
 }
 
-/* Opens a set, or begins to bake a map. False after a message; what was shown
- * stays then. */
+/* Opens a set, or begins to bake a map. False after a message; the picture
+ * stays. */
 static bool open_path(view_app *app, const view_request *what)
 {
     if (view_is_map(what->path))
@@ -129,8 +129,8 @@ static void drop(void *cookie, const char *path)
 
 /* ---- between frames ------------------------------------------------------ */
 
-/* Asks the bake how far it is; shows its result. False: it was the first thing
- * to show, and has failed. */
+/* Asks for the progress of the bake, and shows its result. False: the first
+ * thing to show has failed. */
 static bool tend_bake(view_app *app)
 {
     view_baker *baker = app->baker;
@@ -285,8 +285,8 @@ static bool draw(view_app *app)
     return true;
 }
 
-/* Waits for events no longer than there is nothing else to do. False: the
- * window is to be closed. */
+/* Waits for events while there is nothing else to do. False: close the
+ * window. */
 static bool wait(view_app *app)
 {
     const double seconds = app->redraw || goes_on(app) ? 0

@@ -20,8 +20,7 @@ static double fit(double scale, double size, double room)
     return size > room && room > 0 ? scale * room / size : scale;
 }
 
-/* In two columns: keys, then what they do. Letters are of different widths,
- * so each column is a plate of its own. */
+/* In two columns, keys and what they do, since letters differ in width. */
 static void add_keys(view_app *app, double scale, int width, int height)
 {
     enum {

@@ -4,8 +4,8 @@
 
 #include "view/app.h"
 
-/* Puts on the overlay what the window has to say: list of keys, texel under
- * the cursor, progress of a bake, notice, scale of false colours. */
+/* Adds the window's text: keys, the texel under the cursor, progress of a bake,
+ * notice, scale of false colours. */
 void view_window_text(view_app *app, int width, int height);
 
 /* What is shown and how, for the window's title. */

@@ -16,16 +16,14 @@ enum {
 static const char *const names[CHANNELS] = {"A", "B", "G", "R"};
 static const int places[CHANNELS] = {3, 2, 1, 0};
 
-/* What is written, in zeroed memory that is large enough; and the first thing
- * that went wrong. */
+/* The file in zeroed memory that is large enough, and the first error. */
 typedef struct stream {
     unsigned char *bytes;
     size_t size, room;
     char why[200];
 } stream;
 
-/* More than headers and the table of blocks take. Blocks that ZIP does not make
- * smaller are written as they are. */
+/* Headers and the table of blocks take less; ZIP never makes a block larger. */
 static size_t room_for(int width, int height)
 {
     return 4096 + (size_t)height * (16 + (size_t)width * PIXEL_BYTES);

@@ -8,11 +8,11 @@
 #include <stdint.h>
 
 /*
- * The bytes of an EXR of scan lines, ZIP, with the channels A, B, G and R as
- * halves: those of rgba, bit for bit, linear and premultiplied by alpha.
+ * The bytes of an EXR, ZIP, with the channels A, B, G and R: the halves of
+ * rgba, linear and premultiplied by alpha.
  *   name   for messages
  *   rgba   4 halves a pixel, rows from the top
- *   bytes  to be freed with free(); NULL after an error
+ *   bytes  for free(); NULL after an error
  * False, with a message.
  */
 bool view_exr_encode(const char *name, int width, int height,

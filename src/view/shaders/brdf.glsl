@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-// GGX, each formula once; alpha is roughness squared. Vectors are unit,
-// cosines in 0..1.
-//   Walter et al. 2007, "Microfacet Models for Refraction through Rough
-//   Surfaces"; Heitz 2014, "Understanding the Masking-Shadowing Function in
-//   Microfacet-Based BRDFs"; Karis 2013, "Real Shading in Unreal Engine 4";
-//   Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering".
+// GGX, each formula once; alpha is roughness squared. Vectors are unit, cosines
+// in 0..1. Walter et al. 2007, "Microfacet Models for Refraction through Rough
+// Surfaces"; Heitz 2014, "Understanding the Masking-Shadowing Function in
+// Microfacet-Based BRDFs"; Karis 2013, "Real Shading in Unreal Engine 4";
+// Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering".
 
 const float PI = 3.14159265358979;
 
@@ -66,10 +65,9 @@ vec3 cosine_direction(vec2 u)
     return vec3(s * cos(phi), s * sin(phi), sqrt(1.0 - u.x));
 }
 
-// The factor of irradiance / pi, the same in split sum and reference. fss: what
-// single scattering reflects of white light; ess: the same for F0 = 1. The
-// diffuse part has what the specular parts leave.
-// multiple: compensation for what single scattering loses, Fdez-Aguera 2019, "A
+// The factor of irradiance / pi: what the specular parts leave. fss: what
+// single scattering reflects of white light; ess: the same for F0 = 1.
+// multiple: compensate for lost multiple scattering, Fdez-Aguera 2019, "A
 // Multiple-Scattering Microfacet Model for Real-Time Image Based Lighting",
 // JCGT 8(1), listing 1.
 vec3 diffuse_factor(vec3 f0, vec3 albedo, vec3 fss, float ess, bool multiple)

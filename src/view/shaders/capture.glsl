@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the passes that fill a cube have in common. Row 0 of the target, which
-// is the first in memory, is the face's upper one.
+// For the passes that fill a cube. Row 0, first in memory, is the upper one.
 #include "cube.glsl"
 
 uniform int face;
@@ -29,8 +28,8 @@ void texel_frame(vec3 n, out vec3 t, out vec3 b)
     b = cross(n, t);
 }
 
-// The nearest half, ties to even. OpenGL may cut what is stored in halves,
-// and some do: from level to level it would get darker.
+// The nearest half, ties to even. OpenGL may cut instead, which would make each
+// level darker.
 vec4 nearest(vec4 c)
 {
     uvec4 b = floatBitsToUint(c);

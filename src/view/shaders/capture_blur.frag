@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: MIT
-// A level of lookups: what is above it under a Gaussian on the sphere, as wide
-// everywhere. Means over 2x2 or 4x4 texels are not: a cube's texels differ by a
-// factor of 5 in solid angle, and level after level, lights in corners and in
-// the middle of faces would end up too bright or too dark by a third.
+// A level of lookups: the source under a Gaussian on the sphere, as wide
+// everywhere. Means of texels would not do: a cube's texels differ by a factor
+// of 5 in solid angle, so lights would get too bright or too dark by a third.
 // Lookups are on rings, the nodes of Gauss-Laguerre quadrature in r^2 / (2 v)
 // (Abramowitz and Stegun 1964, table 25.9), every other one turned by a half.
 #include "capture.glsl"
 
 uniform samplerCube source; // its one level is what is blurred
-// Variance along an axis: x, less y where texels have the solid angle of those
-// in the middle of faces, and less of it as they have less.
+// Variance along an axis: x, less y times the relative solid angle of the
+// texel.
 uniform vec2 spread;
 uniform int rings; // 2 or 3
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The cube as an equirectangular map, row 0 the zenith: of each pixel the mean
-// over its solid angle, so that a light of one texel keeps its energy.
+// The cube as an equirectangular map, row 0 the zenith: the mean over each
+// pixel's solid angle, so a light of one texel keeps its energy.
 #include "capture.glsl"
 
 uniform samplerCube source;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A picture of a face as the cube keeps it: no infinity, nothing undefined, as
-// every lookup near it would have it too.
+// A picture of a face in the range of halves, without infinity or NaN.
 #include "capture.glsl"
 
 uniform sampler2D source;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A face of a filtered level: the weighted sum of lookups by one set of samples
-// (capture_samples.c), turned to the texel's normal. The tangent follows the
-// face's rows, so the pattern turns with no jump on a face.
+// A face of a filtered level: the weighted sum of lookups by a set of samples
+// (capture_samples.c) around the texel's normal, with the face's rows for
+// tangents: no jump on a face.
 #include "capture.glsl"
 
 uniform samplerCube source;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Half the edge: the mean under the tent of bilinear lookups, along each edge
-// 1/8 3/8 3/8 1/8 of four texels, across faces too, weighed by solid angle.
-// A plain mean of 2x2 would put a small light in the middle of its texel. Each
-// of four lookups between two texels, three quarters of one from the middle,
-// has 1/4 and 3/4 of them.
+// Half the edge: the mean under the tent of bilinear lookups, 1/8 3/8 3/8 1/8
+// of four texels along each edge, across faces too, weighed by solid angle. A
+// mean of 2x2 would put a small light in the middle of its texel. Each of four
+// lookups, 3/4 of a texel from the middle, has 1/4 and 3/4 of two texels.
 #include "capture.glsl"
 
 uniform samplerCube source; // its one level is that above

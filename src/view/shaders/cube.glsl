@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Faces of a cube as GL, KTX and DDS have them: OpenGL 4.6 core, table 8.19. A
-// place is u, v, both -1..1 with row 0 on top, and the face.
+// Faces of a cube as in GL, KTX and DDS: OpenGL 4.6 core, table 8.19. A place
+// is u, v, -1..1 with row 0 on top, and the face.
 
 // Not of unit length: the face is at a distance of 1.
 vec3 face_direction(int face, vec2 p)

@@ -20,9 +20,8 @@ vec3 specular_light(float roughness, vec3 direction)
 }
 
 // Sum of sh[] with the real basis of ibl_bake_sh, to degree 4: Sloan 2013,
-// "Efficient Spherical Harmonic Evaluation", appendix A2, without its
-// alternating signs. Irradiance has no degree 3: Ramamoorthi and Hanrahan 2001,
-// "An Efficient Representation for Irradiance Environment Maps", eq. 9.
+// "Efficient Spherical Harmonic Evaluation", appendix A2, without alternating
+// signs. Irradiance has no degree 3: Ramamoorthi and Hanrahan 2001, eq. 9.
 vec3 irradiance_sh(vec3 d)
 {
     float x = d.x, y = d.y, z = d.z;
@@ -46,8 +45,7 @@ vec3 irradiance_sh(vec3 d)
     return max(e, 0.0);
 }
 
-// Irradiance / pi. A map may have smaller pictures of itself, which a sphere's
-// outline would choose.
+// Irradiance / pi, of level 0: a map may have smaller levels.
 vec3 irradiance(vec3 n)
 {
     vec3 d = turned(n);

@@ -13,8 +13,8 @@ out vec4 colour;
 // view_mode of view/settings.h
 const int IRRADIANCE_MAP = 2, TABLE = 3;
 
-// Samplers are set to the nearest texel, so that what is beside it, perhaps
-// the sun, adds nothing however the centre is rounded.
+// Samplers take the nearest texel: its neighbour, perhaps the sun, adds
+// nothing.
 vec4 cube() {
     bool irradiance = inspect.x == IRRADIANCE_MAP;
     int level = irradiance ? 0 : clamp(inspect.z, 0, int(lod.z));
@@ -42,9 +42,8 @@ vec2 table(vec2 p) {
                    texelFetch(lut_map, b, 0).rg, f.x), f.y);
 }
 
-// How much of a pixel the lines at 0.1, 0.2, .. 0.9 of R and of G cover: by
-// the distance to the next one, along the slope across the pixel. Where there
-// is no slope there is no line.
+// How much of a pixel the lines at 0.1, 0.2, .. 0.9 of R and G cover: by the
+// distance to the nearest one along the slope. No slope, no line.
 vec2 lines(vec2 p, float pixel) {
     vec2 h = vec2(0.5 * pixel, 0.0);
     vec2 dx = table(p + h.xy) - table(p - h.xy);
@@ -56,8 +55,7 @@ vec2 lines(vec2 p, float pixel) {
     return mix(cover, vec2(0.0), lessThan(slope, vec2(1e-6)));
 }
 
-// N.V to the right, roughness, of which row 0 has the least, upwards. Lines of
-// R are white, those of G blue.
+// N.V to the right, roughness upwards. Lines of R are white, those of G blue.
 vec4 flat_table() {
     vec2 size = vec2(textureSize(lut_map, 0));
     vec2 p = flat_point(size);

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Where on a flat picture each texel of a cube lies: the same geometry as in
-// inspect.c, which names what is under the cursor; a test compares the two.
+// Where each texel of a cube lies on a flat picture: the geometry of inspect.c,
+// which names the texel under the cursor; a test compares the two.
 #include "cube.glsl"
 
 // view_layout of view/settings.h
 const int CROSS = 0, STRIP = 1, EQUIRECT = 2;
 
-// Moves a pixel's centre by so much that none lies on the edge of a texel in
-// pictures and windows of usual sizes, where rounding would choose.
+// Moves pixel centres off the edges of texels, where rounding would choose.
 const float ASIDE = 1.0 / 32.0;
 
-// Size of the picture of a cube with faces of n texels, in such texels; an
-// equirectangular map has those of the faces' middles along its equator.
+// Size of the picture of a cube with faces of n texels, in texels.
 vec2 flat_size(int kind, float n) {
     return kind == CROSS ? vec2(4.0, 3.0) * n
          : kind == STRIP ? vec2(6.0, 1.0) * n

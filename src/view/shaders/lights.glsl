@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Lights from one direction: Cook-Torrance with GGX, Smith and Schlick. That of
-// points falls with the square of their distance.
+// Lights from one direction: Cook-Torrance with GGX, Smith and Schlick. Point
+// lights fall with the square of their distance.
 #include "brdf.glsl"
 #include "frame.glsl"
 
-// A mirror would show a point light nowhere: the least roughness they see, that
-// of Filament's MIN_PERCEPTUAL_ROUGHNESS.
+// The least roughness that lights see, since a mirror would show none:
+// Filament's MIN_PERCEPTUAL_ROUGHNESS.
 const float LIGHT_ROUGHNESS = 0.045;
 
-// Adds what light from l (unit) of irradiance e across it reflects to specular,
-// and irradiance / pi to diffuse.
+// Adds the reflection of light from l (unit) with irradiance e across it to
+// specular, and irradiance / pi to diffuse.
 void add_light(vec3 n, vec3 v, vec3 l, vec3 e, vec3 f0, float roughness,
                inout vec3 specular, inout vec3 diffuse)
 {

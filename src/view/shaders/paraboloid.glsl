@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Half of all directions on a disc: Heidrich and Seidel 1998, "View-independent
-// Environment Maps", section 3. For the shaders of a scene that is captured as
-// two paraboloids (view/capture.h). Vertices go where they should and edges
-// between them are straight, so what is drawn has to be of small triangles.
+// Environment Maps", section 3. Edges between vertices are straight, so
+// triangles have to be small.
 //
 // Vertex shader, with p = clip * vec4(world, 1.0):
 //     gl_Position = paraboloid_position(p);
@@ -11,12 +10,11 @@
 //     if (front < PARABOLOID_BACK)
 //         discard;
 
-// The disc of the half space in front is smaller than the picture: what is a
-// little way behind is drawn as well, so that lookups on the rim find both.
+// Radius of the disc of the half space. The picture is larger, so that lookups
+// on the rim find both halves.
 const float PARABOLOID_FILL = 0.9375;
-// Cosine of the angle to the axis, up to which is drawn: some way beyond the
-// edge of the picture, which is at r = 1 / FILL or -0.064, for the pixels in
-// its corners that lookups on the rim are near.
+// Least cosine to the axis that is drawn: beyond the edge of the picture,
+// -0.064, for the corners that lookups on the rim touch.
 const float PARABOLOID_BACK = -0.3;
 
 // Where a direction of unit length is, -1..1.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The split sum as sphere.frag has it, with light of the probes that hold here;
-// of the environment what they leave: ibl_probes_blend of ibl/probes.h, with as
-// many as have a share. Local probes are layers of cube arrays; the dynamic one
-// has cubes of its own.
+// The split sum of sphere.frag, with the light of probes, and of the
+// environment what they leave: ibl_probes_blend of ibl/probes.h, with as many
+// as have a share. Local probes are layers of cube arrays; the dynamic one has
+// cubes.
 #extension GL_ARB_texture_cube_map_array : require
 #include "room.glsl"
 #include "ibl.glsl"
@@ -101,7 +101,7 @@ int place_of(uint bit)
     return (floatBitsToInt(float(bit)) >> 23) - 127;
 }
 
-// Those of this tile in order, until nothing is left of 1: two words of the
+// The probes of this tile in order, until nothing is left of 1: two words of
 // local ones before the dynamic one, that one, two words of those after it.
 void add_probes(vec3 normal, vec3 reflected, inout vec4 specular,
                 inout vec4 light)
@@ -136,10 +136,8 @@ bool beyond_limit()
                            limit_half.xyz * (1.0 + 1.0 / 1024.0)));
 }
 
-// What the sun gives: the reflection of it, and irradiance / pi. What is
-// smoother than a light's least roughness would show it as sharp as the sky
-// does, and does show it in the sky, as much of it as is left there: it has no
-// reflection besides.
+// The sun's reflection, and irradiance / pi into light. Surfaces smoother than
+// a light's least roughness already reflect it in the sky.
 vec3 add_sun(vec3 normal, vec3 view, inout vec3 light)
 {
     float n_l = dot(normal, sun_direction.xyz);

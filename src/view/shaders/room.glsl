@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Uniform block of view/room.c: the same members in the same order. And where
-// points of the world are in the picture.
+// Uniform block of room_render.c, and the projection of points.
 #include "frame.glsl"
 #include "paraboloid.glsl"
 
@@ -29,8 +28,7 @@ vec4 projected(vec3 point, out float before)
     return paraboloid_position(p);
 }
 
-// The other way: the direction that is seen at a place, -1..1; of
-// any length.
+// The inverse: the direction seen at a place, -1..1; of any length.
 vec3 seen_at(vec2 p)
 {
     vec2 q = p / PARABOLOID_FILL;

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Points and directions to sample by.
-//   Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences";
-//   Cranley and Patterson 1976, "Randomization of Number Theoretic Methods for
-//   Multiple Integration";
-//   Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", JCGT 9(3);
-//   Heitz 2018, "Sampling the GGX Distribution of Visible Normals", JCGT 7(4);
-//   Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps".
+// Points and directions to sample by. Roberts 2018, "The Unreasonable
+// Effectiveness of Quasirandom Sequences"; Cranley and Patterson 1976,
+// "Randomization of Number Theoretic Methods for Multiple Integration";
+// Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", JCGT 9(3);
+// Heitz 2018, "Sampling the GGX Distribution of Visible Normals", JCGT 7(4);
+// Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps".
 #include "cube.glsl"
 
 uniform sampler2D aim_tokens; // of view/aim.h
@@ -26,8 +25,8 @@ uvec3 hash_of(uvec3 x)
     return x;
 }
 
-// Fractions of 2^32: point i of the sequences R2 and R3, moved by shift around
-// the unit square or cube. The whole numbers wrap, so no point is ever rounded.
+// Point i of the sequences R2 and R3 as fractions of 2^32, moved by shift;
+// whole numbers wrap without rounding.
 uvec2 point2(uint i, uvec2 shift)
 {
     return shift + i * uvec2(3242174889u, 2447445413u);
@@ -44,9 +43,8 @@ vec2 unit(uvec2 fraction)
     return (vec2(fraction >> 9u) + 0.5) / 8388608.0;
 }
 
-// Normal that v sees of a surface around +Z, with the density of Heitz eq. 3,
-// D G1 V.H / N.V; v.z > 0. Stretched to alpha = 1 visible normals are what a
-// sphere reflects evenly to a cap, listing 1 of Dupuy and Benyoub, with h.z
+// Visible normal for v, v.z > 0, of a surface around +Z, density D G1 V.H / N.V
+// (Heitz eq. 3): by a spherical cap, listing 1 of Dupuy and Benyoub, with h.z
 // summed so that it keeps its digits on the horizon.
 vec3 visible_normal(vec3 v, float alpha, vec2 u)
 {
@@ -69,8 +67,8 @@ float aim_density(vec3 at, vec3 d)
     return chance * float(aim_edge * aim_edge) * 0.25 / (m * m * m);
 }
 
-// A place drawn where the environment outshines its mean: a cell, and
-// from its middle by a tent of a cell to either side.
+// A random place by the light above the mean: a cell, and a tent of a cell
+// around its middle.
 vec3 aim_at(uvec3 fraction)
 {
     ivec2 size = textureSize(aim_tokens, 0);

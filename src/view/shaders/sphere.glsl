@@ -12,8 +12,8 @@ struct surface {
     float coverage; // 0..1
 };
 
-// A ray that passes the sphere within the pixel sees its outline. Everything
-// is relative to the centre, so that nothing cancels.
+// A ray that passes the sphere within the pixel sees its outline. All is
+// relative to the centre, so nothing cancels.
 surface sphere_at(vec2 pixel)
 {
     vec3 d = ray_through(pixel);

@@ -16,8 +16,8 @@ void main()
     ball_f0 = f0_metallic;
     ball_albedo = albedo_roughness;
 
-    // The cone from the eye that touches the sphere, where it cuts the plane
-    // through the centre that faces the eye; and two pixels more.
+    // The cone from the eye that touches the sphere, cut by the plane through
+    // the centre that faces the eye; and two pixels more.
     vec3 to = centre_radius.xyz - eye.xyz;
     float d2 = dot(to, to), r = centre_radius.w;
     float pixel = 2.0 * length(up.xyz) * viewport.w;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The sun of an environment as light from one direction, with its shadows:
-// uniform block of view/room_shadow.c, the same members in the same order.
+// The sun as light from one direction, with shadows: uniform block of
+// room_shadow.c.
 #include "brdf.glsl"
 
 layout(std140) uniform Sun {
@@ -14,16 +14,14 @@ layout(std140) uniform Sun {
 
 uniform sampler2DShadow sun_depth;
 
-// So much above their surfaces points are looked up, in units of the room:
-// spheres are of triangles, which are as far beneath the spheres.
+// Height above the surface of what is looked up, in units of the room: the
+// triangles of spheres are as far beneath them.
 const float SUN_ABOVE = 0.003;
-// Planes that the sun sees from the side would rise too much from texel to
-// texel; they have hardly any light of it.
+// Planes nearly along the light, which have hardly any, would rise too much.
 const float SUN_LEAST = 0.01;
 
-// Share of the sun that is seen from a surface: 3 x 3 texels weighted by a
-// quadratic B-spline. Each is compared with where the surface's plane is at
-// that texel, so that no plane is in its own shadow.
+// Visible share of the sun: 3 x 3 texels by a quadratic B-spline, each compared
+// with the surface's plane there, so that no plane shades itself.
 float sun_seen(vec3 point, vec3 normal, float n_l)
 {
     if (sun_direction.w == 0.0)
@@ -75,8 +73,8 @@ float sun_lobe(float alpha)
                           (b - 2.0 * a2 * log((1.0 + a2) / (2.0 * a2)));
 }
 
-// The same of a level of that roughness in a direction. Narrow lobes, which
-// levels between which is mixed are less like, are cut as the sky is.
+// The same of a level of that roughness. Narrow lobes, which interpolated
+// levels resemble less, are cut as the sky is.
 vec3 sun_cut_specular(vec3 direction, float roughness, vec3 light)
 {
     float alpha = roughness * roughness;

@@ -22,10 +22,9 @@ vec3 reinhard(vec3 c) {
 }
 
 // Hill's fit of the ACES reference rendering and sRGB output transforms, with
-// the matrices sRGB => XYZ => D65_2_D60 => AP1 => RRT_SAT before it and
-// ODT_SAT => XYZ => D60_2_D65 => sRGB after it:
-// github.com/TheRealMJP/BakingLab, BakingLab/ACES.hlsl. Columns here are its
-// rows, so the vector is on the left.
+// the matrices sRGB => XYZ => D65_2_D60 => AP1 => RRT_SAT before it and ODT_SAT
+// => XYZ => D60_2_D65 => sRGB after it, by rows:
+// github.com/TheRealMJP/BakingLab, BakingLab/ACES.hlsl.
 vec3 aces(vec3 c) {
     const mat3 rendering = mat3(0.59719, 0.35458, 0.04823,
                                 0.07600, 0.90834, 0.01566,
@@ -66,8 +65,7 @@ vec3 srgb(vec3 c) {
 
 // curve: view_tone of view/settings.h.
 vec3 tone(vec3 c, int curve) {
-    // No less light than none; beyond 1e12 every curve has met its end, and
-    // squares are still floats.
+    // Beyond 1e12 every curve has met its end, and squares are still floats.
     c = clamp(c, 0.0, 1e12);
     if (curve == 1)
         return reinhard(c);
@@ -79,8 +77,8 @@ vec3 tone(vec3 c, int curve) {
 }
 
 // Cubehelix: Green 2011, "A colour scheme for the display of astronomical
-// intensity images", Bull. Astr. Soc. India 39, eq. 2, with start 0.5,
-// -1.5 rotations, hue and gamma 1. level 0..1 from black to white.
+// intensity images", Bull. Astr. Soc. India 39, eq. 2; start 0.5, -1.5
+// rotations, hue and gamma 1. level 0..1 from black to white.
 vec3 helix(float level) {
     float angle = 6.28318530718 * (0.5 / 3.0 + 1.0 - 1.5 * level);
     float swing = level * (1.0 - level) / 2.0;
@@ -89,8 +87,7 @@ vec3 helix(float level) {
                                 1.78277, -0.90649, 0.0) * turn, 0.0, 1.0);
 }
 
-// Of a luminance, VIEW_STOPS on either side of middle grey; see
-// view/display.h. Not to be encoded: the helix is one of display values.
+// Of a luminance, VIEW_STOPS around middle grey (view/display.h), sRGB-encoded.
 vec3 false_colour(float y, vec2 pixel) {
     const float stops = 8.0;
     bool stripe = fract((pixel.x + pixel.y) / 8.0) < 0.5;

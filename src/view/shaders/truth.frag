@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The integral of BRDF, environment and N.L by importance sampling: the mean of
-// samples first_sample .. first_sample + sample_count - 1 of one sequence.
-// A sample is a visible normal for the specular part, a cosine direction for
-// the diffuse one and, where the environment has lights, one of those for both,
-// weighed by the balance heuristic: Veach and Guibas 1995, "Optimally Combining
-// Sampling Techniques for Monte Carlo Rendering", eq. 12.
+// The integral of BRDF, environment and N.L: the mean of samples first_sample
+// .. first_sample + sample_count - 1 of one sequence. A sample is a visible
+// normal for the specular part, a cosine direction for the diffuse one and,
+// where the environment has lights, one of those for both, by the balance
+// heuristic: Veach and Guibas 1995, "Optimally Combining Sampling Techniques
+// for Monte Carlo Rendering", eq. 12.
 #include "sphere.glsl"
 #include "ibl.glsl"
 #include "brdf.glsl"
@@ -19,8 +19,7 @@ layout(location = 0) out vec4 colour;
 // Below this a lobe is a mirror to a float.
 const float MIRROR = 1e-6;
 
-// What a pixel's samples have in common. Vectors are in the normal's frame, N
-// is +Z.
+// What the samples of a pixel share, in the frame of the normal, +Z.
 struct patch_of {
     vec3 view, f0;
     float alpha;
@@ -38,10 +37,9 @@ float aimed(vec3 d)
     return aim_edge == 0 ? 0.0 : aim_density(face_place(d), d);
 }
 
-// BRDF times N.L over the density of l by visible normals, F V N.L 2 spread
-// (Heitz 2018 eq. 19 for any geometry), times the balance heuristic's
-// p / (p + other) with that density p = D / (2 spread). For sums over either
-// kind of sample the same.
+// BRDF times N.L over the density p = D / (2 spread) of visible normals, F V
+// N.L 2 spread (Heitz 2018 eq. 19), times the balance heuristic p / (p +
+// other); the same for either kind of sample.
 vec3 specular_weight(patch_of s, vec3 h, vec3 l, float other)
 {
     float v_h = clamp(dot(s.view, h), 0.0, 1.0);
