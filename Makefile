@@ -235,7 +235,7 @@ VIEW_TESTS := $(filter $(BUILD)/tests/check_view_% $(BUILD)/tests/bench_room \
                        $(TESTS) $(BENCHES)) $(BUILD)/tests/cycles
 $(VIEW_TESTS): $(BUILD)/tests/%: $(BUILD)/obj/tests/%.o \
         $(call obj,tests/view.c tests/shade.c tests/room.c \
-                   tests/lit_room.c tests/box.c tests/sets.c) \
+                   tests/box.c tests/sets.c) \
         $(TEST_OBJ) $(VIEW_OBJ) $(LIB)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(LDFLAGS) -pthread -o $@ $^ $(TEST_LIBS) $(VIEW_LIBS) \

@@ -3,6 +3,7 @@
  * Milliseconds of a capture of the viewer's room by size and method, medians of
  * runs in turns, and how far the methods' levels are from each other.
  */
+#include "maps.h"
 #include "room.h"
 #include "view.h"
 
@@ -142,27 +143,13 @@ static void measure(job *j)
 
 /* ---- report ------------------------------------------------------------ */
 
-static double nrmse(const ibl_cube *a, const ibl_cube *b, int level)
-{
-    const int n = ibl_cube_edge(a->size, level);
-    const float *p = ibl_cube_face(a, level, 0);
-    const float *q = ibl_cube_face(b, level, 0);
-    double error = 0, sum = 0;
-
-    for (int i = 0; i < 3 * IBL_FACES * n * n; i++) {
-        error += pow((double)p[i] - q[i], 2);
-        sum += pow(q[i], 2);
-    }
-    return sqrt(error / sum);
-}
-
 static void tell_error(const job *j, const char *what, int a, int b)
 {
     printf("      %s: nRMSE of levels", what);
     for (int l = 0; l < j->cube[a].levels; l++)
-        printf(" %.4f", nrmse(&j->cube[a], &j->cube[b], l));
+        printf(" %.4f", cube_nrmse(&j->cube[a], &j->cube[b], l));
     printf(", irradiance %.4f\n",
-           nrmse(&j->irradiance[a], &j->irradiance[b], 0));
+           cube_nrmse(&j->irradiance[a], &j->irradiance[b], 0));
 }
 
 static void tell(job *j)
@@ -181,7 +168,7 @@ int main(void)
 {
     job j = {.ctx = test_ctx(0, IBL_ISA_AUTO)};
 
-    if (!view_test_begin(32, 32) || !(j.room = view_room_create()))
+    if (!view_test_open(32, 32) || !(j.room = view_room_create()))
         fail("no OpenGL in memory, or no room");
     const GLuint sky = room_cube_of(0.5F, 0.6F, 0.8F, 1);
     j.draw.moving = true;
@@ -198,7 +185,7 @@ int main(void)
         drop(&j);
     }
     view_room_free(j.room);
-    view_test_end();
+    view_test_close();
     ibl_ctx_free(j.ctx);
     return 0;
 }

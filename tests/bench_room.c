@@ -137,7 +137,7 @@ int main(int argc, char **argv)
         return 2;
     }
     b.ctx = test_ctx(0, IBL_ISA_AUTO);
-    if (view_test_begin(width, height))
+    if (view_test_open(width, height))
         b.room = view_room_create();
     if (b.room && view_set_bake(b.ctx, test_data("sky.exr"), &set)) {
         const view_camera camera = room_camera(eye, at, 65, width, height);
@@ -147,11 +147,10 @@ int main(int argc, char **argv)
             printf("%d x %d, %s\n", width, height, view_test_about());
             status = !run(&b);
         }
-        room_target_free(&b.target);
     }
     view_room_free(b.room);
     view_set_free(&set);
-    view_test_end();
+    view_test_close();
     ibl_ctx_free(b.ctx);
     return status;
 }

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "view.h"
 #include "view/program.h"
 
 enum {
@@ -154,9 +155,7 @@ static const view_shader_file *shader_files(void)
         {NULL, NULL},
     };
 
-    for (const view_shader_file *f = view_shader_files; f->name; f++)
-        if (!strcmp(f->name, "paraboloid.glsl"))
-            files[2].text = f->text;
+    files[2].text = view_test_shader("paraboloid.glsl");
     return files;
 }
 

@@ -39,7 +39,6 @@ static void bake_is_that_of_the_program(void)
     view_set_free(&read);
     view_set_free(&made);
     ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 static void bake_fails_with_a_line(void)
@@ -57,7 +56,6 @@ static void bake_fails_with_a_line(void)
                   said);
         CHECK(!set.name && !set.texture[VIEW_SPECULAR].data);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* A map that takes a while. */
@@ -124,7 +122,6 @@ static void baker_bakes(void)
     sets_check_same(&made, &set, "beside the window");
     view_set_free(&made);
     view_set_free(&set);
-    ibl_ctx_free(ctx);
 }
 
 /* Of all threads of this process, which waiting does not change. */
@@ -264,7 +261,6 @@ static void stamps(void)
     NEED(file_run("touch -d 2001-02-03 map_of_stamp.hdr"));
     CHECK(comes(&set, &stamp, 0));
     view_set_free(&set);
-    ibl_ctx_free(ctx);
 }
 
 static const test tests[] = {

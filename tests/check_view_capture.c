@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "box.h"
+#include "maps.h"
 #include "test.h"
 #include "truth.h"
 #include "view.h"
@@ -20,7 +21,7 @@ static const double eye[3] = {0.3, 0.2, -0.4};
 
 /* ---- what tests share -------------------------------------------------- */
 
-typedef struct rig {
+static struct {
     box_scene box;
     ibl_ctx *ctx;
     view_capture_options options;
@@ -28,62 +29,47 @@ typedef struct rig {
     ibl_cube cube, irradiance; /* as read */
 } rig;
 
-static void end(rig *r)
+static void end(void *unused)
 {
-    view_capture_free(r->capture);
-    box_end(&r->box);
-    view_test_end();
-    ibl_cube_free(&r->irradiance);
-    ibl_cube_free(&r->cube);
-    ibl_ctx_free(r->ctx);
+    (void)unused;
+    view_capture_free(rig.capture);
+    box_end(&rig.box);
+    ibl_cube_free(&rig.irradiance);
+    ibl_cube_free(&rig.cube);
 }
 
-static bool make(rig *r)
+static bool make(void)
 {
-    view_capture_free(r->capture);
-    r->capture = view_capture_create(&r->options);
-    return r->capture;
+    view_capture_free(rig.capture);
+    rig.capture = view_capture_create(&rig.options);
+    return rig.capture;
 }
 
-/* False: skipped or failed. */
-static bool begin(rig *r, int size, double panel, bool open)
+static void begin(int size, double panel, bool open)
 {
-    *r = (rig){.box = {.panel = panel, .open = open}};
-    if (!view_test_begin(32, 32))
-        return false;
-    r->ctx = test_ctx(0, IBL_ISA_AUTO);
-    r->options = view_capture_options_default();
-    r->options.size = size;
-    if (box_begin(&r->box) && make(r) &&
-        !ibl_cube_alloc(r->ctx, size, view_capture_levels(r->capture),
-                        &r->cube) &&
-        !ibl_cube_alloc(r->ctx, VIEW_CAPTURE_IRRADIANCE, 1, &r->irradiance))
-        return true;
-    test_check(false, __FILE__, __LINE__, "the room is there");
-    end(r);
-    return false;
+    memset(&rig, 0, sizeof rig);
+    rig.box = (box_scene){.panel = panel, .open = open};
+    view_test_begin(32, 32);
+    rig.ctx = view_test_ctx(0);
+    rig.options = view_capture_options_default();
+    rig.options.size = size;
+    test_defer(end, NULL);
+    NEED(box_begin(&rig.box) && make() &&
+         !ibl_cube_alloc(rig.ctx, size, view_capture_levels(rig.capture),
+                         &rig.cube) &&
+         !ibl_cube_alloc(rig.ctx, VIEW_CAPTURE_IRRADIANCE, 1, &rig.irradiance));
 }
 
-static bool update(rig *r)
+static bool read_back(void)
 {
-    return view_capture_update(r->capture, eye, box_draw, &r->box) &&
-           view_capture_read(r->capture, &r->cube) &&
-           view_capture_read_irradiance(r->capture, &r->irradiance);
+    return view_capture_read(rig.capture, &rig.cube) &&
+           view_capture_read_irradiance(rig.capture, &rig.irradiance);
 }
 
-/* sqrt(sum |a - b|^2 / sum |b|^2) over a level. */
-static double nrmse(const ibl_cube *a, const ibl_cube *b, int level)
+static bool update(void)
 {
-    const int n = ibl_cube_edge(a->size, level);
-    const float *p = ibl_cube_face(a, level, 0),
-                *q = ibl_cube_face(b, level, 0);
-    double error = 0, sum = 0;
-
-    for (int i = 0; i < 3 * IBL_FACES * n * n; i++) {
-        error += pow((double)p[i] - q[i], 2);
-        sum += pow(q[i], 2);
-    }
-    return sqrt(error / sum);
+    return view_capture_update(rig.capture, eye, box_draw, &rig.box) &&
+           read_back();
 }
 
 /* Level 0 as constant patches: each texel's light in 8 x 8 parts, in the pixels
@@ -116,22 +102,22 @@ static void patches(const ibl_cube *cube, ibl_image *map)
 }
 
 /* What the library makes of the captured level 0. */
-static bool library(const rig *r, ibl_method method, ibl_bake_result *result)
+static bool library(ibl_method method, ibl_bake_result *result)
 {
-    const int n = r->cube.size;
+    const int n = rig.cube.size;
     ibl_bake_options o = ibl_bake_options_default();
     ibl_image map;
 
-    if (ibl_image_alloc(r->ctx, 8 * n, 4 * n, &map))
+    if (ibl_image_alloc(rig.ctx, 8 * n, 4 * n, &map))
         return false;
-    patches(&r->cube, &map);
+    patches(&rig.cube, &map);
     const ibl_environment env = {.image = &map};
     o.specular_options.size = n;
-    o.specular_options.levels = r->cube.levels;
+    o.specular_options.levels = rig.cube.levels;
     o.specular_options.method = method;
-    o.specular_options.samples = r->options.samples;
+    o.specular_options.samples = rig.options.samples;
     o.irradiance_options.size = VIEW_CAPTURE_IRRADIANCE;
-    const bool ok = !ibl_bake_environment(r->ctx, &env, &o, result);
+    const bool ok = !ibl_bake_environment(rig.ctx, &env, &o, result);
     ibl_image_free(&map);
     return ok;
 }
@@ -140,16 +126,16 @@ static bool library(const rig *r, ibl_method method, ibl_bake_result *result)
 
 /* What a texel shows; false where that is not the same all over it and a
  * quarter of a texel around. */
-static bool traced(const rig *r, int face, int x, int y, double rgba[4])
+static bool traced(int face, int x, int y, double rgba[4])
 {
     static const double aside[5][2] = {
         {0, 0}, {-0.75, -0.75}, {0.75, -0.75}, {-0.75, 0.75}, {0.75, 0.75}};
-    const int n = r->cube.size;
+    const int n = rig.cube.size;
 
     for (int i = 0; i < 5; i++) {
         double d[3], other[4];
         truth_cube_direction(n, face, x + aside[i][0], y + aside[i][1], d);
-        box_trace(&r->box, eye, d, i ? other : rgba);
+        box_trace(&rig.box, eye, d, i ? other : rgba);
         if (i && memcmp(other, rgba, sizeof other) != 0)
             return false;
     }
@@ -162,18 +148,18 @@ typedef struct seen {
     int fewest;   /* of these on a face */
 } seen;
 
-static seen compare(const rig *r)
+static seen compare(void)
 {
-    const int n = r->cube.size;
+    const int n = rig.cube.size;
     seen s = {.fewest = n * n};
     int all = 0, wrong = 0;
 
     for (int f = 0; f < IBL_FACES; f++) {
         const int before = all;
         for (int i = 0; i < n * n; i++) {
-            const float *got = ibl_cube_face(&r->cube, 0, f) + (size_t)3 * i;
+            const float *got = ibl_cube_face(&rig.cube, 0, f) + (size_t)3 * i;
             double rgba[4], off = 0;
-            if (!traced(r, f, i % n, i / n, rgba))
+            if (!traced(f, i % n, i / n, rgba))
                 continue;
             for (int k = 0; k < 3; k++)
                 off = fmax(off, fabs(got[k] - rgba[k]));
@@ -189,26 +175,22 @@ static seen compare(const rig *r)
 
 static void faces_show_what_rays_meet(void)
 {
-    rig r;
-
-    if (!begin(&r, 64, 0, false))
-        return;
-    CHECK(update(&r));
-    const seen s = compare(&r);
+    begin(64, 0, false);
+    CHECK(update());
+    const seen s = compare();
     CHECK_MSG(s.worst <= 0x1p-11, "worst %g", s.worst);
     CHECK_MSG(s.fewest > 64 * 64 / 4, "fewest %d", s.fewest);
-    CHECK(r.box.calls == 6);
-    CHECK(view_capture_draws(r.capture) == 6);
-    end(&r);
+    CHECK(rig.box.calls == 6);
+    CHECK(view_capture_draws(rig.capture) == 6);
 }
 
 /* A level's texels, so that others can take their place. */
-static ibl_cube taken(rig *r)
+static ibl_cube taken(void)
 {
-    const ibl_cube cube = r->cube;
+    const ibl_cube cube = rig.cube;
 
-    r->cube = (ibl_cube){0};
-    CHECK(!ibl_cube_alloc(r->ctx, cube.size, cube.levels, &r->cube));
+    rig.cube = (ibl_cube){0};
+    CHECK(!ibl_cube_alloc(rig.ctx, cube.size, cube.levels, &rig.cube));
     return cube;
 }
 
@@ -216,29 +198,26 @@ static void paraboloids_are_near_faces(void)
 {
     /* Of level 0 it is edges of squares, a pixel aside or mixed. */
     static const double most[4] = {0.2, 0.015, 0.008, 0.008};
-    rig r;
 
-    if (!begin(&r, 64, 0, false))
-        return;
-    CHECK(update(&r));
-    ibl_cube faces = taken(&r);
-    r.options.kind = VIEW_PROBE_PARABOLOIDS;
-    r.box.calls = 0;
-    CHECK(make(&r) && update(&r));
-    CHECK(r.box.calls == 2 && view_capture_draws(r.capture) == 2);
-    const seen s = compare(&r);
+    begin(64, 0, false);
+    CHECK(update());
+    ibl_cube faces = taken();
+    rig.options.kind = VIEW_PROBE_PARABOLOIDS;
+    rig.box.calls = 0;
+    CHECK(make() && update());
+    CHECK(rig.box.calls == 2 && view_capture_draws(rig.capture) == 2);
+    const seen s = compare();
     printf("paraboloids: %.4f of one colour are off, at most %.3f; nRMSE "
            "between their levels and faces'",
            s.wrong, s.worst);
     CHECK_MSG(s.wrong < 0.08, "%g", s.wrong);
     for (int l = 0; l < faces.levels; l++) {
-        const double e = nrmse(&r.cube, &faces, l);
+        const double e = cube_nrmse(&rig.cube, &faces, l);
         printf(" %.4f", e);
         CHECK_MSG(e < most[l], "level %d: %g", l, e);
     }
     printf("\n");
     ibl_cube_free(&faces);
-    end(&r);
 }
 
 /* ---- filtering --------------------------------------------------------- */
@@ -266,22 +245,18 @@ static double furthest(const ibl_cube *cube, const float rgb[3])
 static void a_constant_stays(void)
 {
     float rgb[3] = {0.7F, 123.4F, 1e-3F};
-    rig r;
 
-    if (!begin(&r, 32, 0, false))
-        return;
+    begin(32, 0, false);
     for (int i = 0; i < 4; i++) {
         static const int samples[] = {64, 64, 1, 300};
-        r.options.kind = i == 1 ? VIEW_PROBE_PARABOLOIDS : VIEW_PROBE_FACES;
-        r.options.samples = samples[i];
-        CHECK(make(&r));
-        CHECK(view_capture_update(r.capture, eye, constant, rgb));
-        CHECK(view_capture_read(r.capture, &r.cube));
-        CHECK(view_capture_read_irradiance(r.capture, &r.irradiance));
-        CHECK_NEAR(furthest(&r.cube, rgb), 0, 0x1p-11);
-        CHECK_NEAR(furthest(&r.irradiance, rgb), 0, 0x1p-11);
+        rig.options.kind = i == 1 ? VIEW_PROBE_PARABOLOIDS : VIEW_PROBE_FACES;
+        rig.options.samples = samples[i];
+        CHECK(make());
+        CHECK(view_capture_update(rig.capture, eye, constant, rgb));
+        CHECK(read_back());
+        CHECK_NEAR(furthest(&rig.cube, rgb), 0, 0x1p-11);
+        CHECK_NEAR(furthest(&rig.irradiance, rgb), 0, 0x1p-11);
     }
-    end(&r);
 }
 
 /* A square that shines, in front of the box. */
@@ -351,125 +326,62 @@ static void panel_draw(void *cookie, const double clip[16],
     gl.DeleteProgram(program);
 }
 
-/* A sun of 2 x 2 texels on one face, under a grey sky. */
-static void sun(void *cookie, const double clip[16], const double position[3],
-                int size, int side)
-{
-    static const view_shader_file files[] = {
-        {"flat.vert", "void main() {\n"
-                      "    vec2 p = vec2(gl_VertexID & 1, gl_VertexID >> 1);\n"
-                      "    gl_Position = vec4(4.0 * p - 1.0, 0.0, 1.0);\n"
-                      "}\n"},
-        {"flat.frag", "out vec4 colour;\n"
-                      "void main() { colour = vec4(2e3); }\n"},
-        {NULL, NULL}};
-    box_scene *s = cookie;
-
-    (void)clip, (void)position, (void)side;
-    gl.ClearColor(0.5F, 0.5F, 0.5F, 1);
-    gl.Clear(GL_COLOR_BUFFER_BIT);
-    if (s->calls++ % 6 != 4)
-        return;
-    const GLuint program = view_program_from(files, "flat.vert", "flat.frag");
-    gl.UseProgram(program);
-    gl.Viewport(size / 3, size / 4, 2, 2);
-    gl.DrawArrays(GL_TRIANGLES, 0, 3);
-    gl.DeleteProgram(program);
-}
-
-static void near_library(rig *r, const char *what, view_capture_scene *scene,
+static void near_library(const char *what, view_capture_scene *scene,
                          void *cookie, double bound)
 {
     ibl_bake_result truth = {0};
 
-    CHECK(view_capture_update(r->capture, eye, scene, cookie));
-    CHECK(view_capture_read(r->capture, &r->cube));
-    CHECK(view_capture_read_irradiance(r->capture, &r->irradiance));
-    CHECK(library(r, IBL_METHOD_AUTO, &truth));
+    CHECK(view_capture_update(rig.capture, eye, scene, cookie));
+    CHECK(read_back());
+    CHECK(library(IBL_METHOD_AUTO, &truth));
     printf("%s: nRMSE of levels", what);
-    for (int l = 1; l < r->cube.levels; l++) {
-        const double e = nrmse(&r->cube, &truth.specular, l);
+    for (int l = 1; l < rig.cube.levels; l++) {
+        const double e = cube_nrmse(&rig.cube, &truth.specular, l);
         printf(" %.4f", e);
         CHECK_MSG(e < bound, "%s, level %d: %g", what, l, e);
     }
-    const double e = nrmse(&r->irradiance, &truth.irradiance, 0);
+    const double e = cube_nrmse(&rig.irradiance, &truth.irradiance, 0);
     printf(", irradiance %.4f\n", e);
     CHECK_MSG(e < bound, "%s, irradiance: %g", what, e);
     ibl_bake_result_free(&truth);
 }
 
-static void against_library(const char *what, view_capture_scene *scene,
-                            double panel, double bound)
-{
-    rig r;
-
-    if (!begin(&r, 64, panel, false))
-        return;
-    near_library(&r, what, scene, &r.box, bound);
-    end(&r);
-}
-
 static void levels_are_the_librarys(void)
 {
-    against_library("room", box_draw, 0, 0.003);
+    begin(64, 0, false);
+    near_library("room", box_draw, &rig.box, 0.003);
 }
 
-static void levels_with_a_bright_panel(void)
-{
-    against_library("room with a panel of 50", box_draw, 50, 0.015);
-}
-
-/* With fewer samples, and with more. */
-static void levels_with_other_samples(void)
-{
-    static const int samples[] = {16, 300};
-    static const double most[] = {0.04, 0.01};
-    rig r;
-
-    if (!begin(&r, 64, 50, false))
-        return;
-    for (int i = 0; i < 2; i++) {
-        r.options.samples = samples[i];
-        CHECK(make(&r));
-        near_library(&r, i ? "300 samples" : "16 samples", box_draw, &r.box,
-                     most[i]);
-    }
-    end(&r);
-}
-
-static void levels_under_a_sun(void)
-{
-    against_library("sun of 2000", sun, 0, 0.03);
-}
-
-/* In the middle of a face, on an edge, in a corner, and between these. */
+/* In the middle of a face, on an edge, in a corner, and between these; and with
+ * fewer samples, and more. */
 static void levels_with_panels(void)
 {
-    static const bright panels[] = {
-        {"small, middle, 50", {1, 0.02, 0.01}, 0.06, 50, NULL},
-        {"small, edge, 50", {1, 1, 0.013}, 0.06, 50, NULL},
-        {"small, corner, 50", {1, 1, 1}, 0.06, 50, NULL},
-        {"middling, middle, 50", {-0.01, 0.02, -1}, 0.25, 50, NULL},
-        {"middling, edge, 50", {1, 1, 0.013}, 0.25, 50, NULL},
-        {"middling, corner, 50", {1, -1, 1}, 0.25, 50, NULL},
-        {"large, middle, 50", {1, 0.02, 0.01}, 0.6, 50, NULL},
-        {"small, aside, 10", {1, 0.3, -0.2}, 0.06, 10, NULL},
-        {"middling, aside, 200", {0.8, -1, 0.3}, 0.12, 200, NULL},
-        {"small, aside, 1000", {-0.3, 0.4, 1}, 0.06, 1000, NULL},
-        {"small, corner, 1000", {1, 1, -1}, 0.06, 1000, NULL},
-        {"middling, aside, 1000", {0.2, 1, 0.55}, 0.25, 1000, NULL},
+    static const struct {
+        bright panel;
+        int samples;
+        double bound;
+    } cases[] = {
+        {{"small, middle, 50", {1, 0.02, 0.01}, 0.06, 50, NULL}, 64, 0.02},
+        {{"small, corner, 50", {1, 1, 1}, 0.06, 50, NULL}, 64, 0.02},
+        {{"middling, edge, 50", {1, 1, 0.013}, 0.25, 50, NULL}, 64, 0.02},
+        {{"large, middle, 50", {1, 0.02, 0.01}, 0.6, 50, NULL}, 64, 0.02},
+        {{"middling, aside, 200", {0.8, -1, 0.3}, 0.12, 200, NULL}, 64, 0.02},
+        {{"small, corner, 1000", {1, 1, -1}, 0.06, 1000, NULL}, 64, 0.025},
+        {{"middling, aside, 1000", {0.2, 1, 0.55}, 0.25, 1000, NULL},
+         64,
+         0.025},
+        {{"16 samples", {0.8, -1, 0.3}, 0.12, 50, NULL}, 16, 0.04},
+        {{"300 samples", {0.8, -1, 0.3}, 0.12, 50, NULL}, 300, 0.01},
     };
-    rig r;
 
-    if (!begin(&r, 64, 0, false))
-        return;
-    for (size_t i = 0; i < sizeof panels / sizeof panels[0]; i++) {
-        bright p = panels[i];
-        p.box = &r.box;
-        near_library(&r, p.what, panel_draw, &p,
-                     p.radiance < 1000 ? 0.02 : 0.025);
+    begin(64, 0, false);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        bright p = cases[i].panel;
+        p.box = &rig.box;
+        rig.options.samples = cases[i].samples;
+        CHECK(make());
+        near_library(p.what, panel_draw, &p, cases[i].bound);
     }
-    end(&r);
 }
 
 /* ---- the library's ------------------------------------------------------ */
@@ -488,65 +400,57 @@ static void alphas_of(GLuint cube, int n, int level, float *a)
     }
 }
 
-static void alphas(const rig *r, int level, float *a)
+static void alphas(int level, float *a)
 {
-    alphas_of(view_capture_specular(r->capture),
-              ibl_cube_edge(r->cube.size, level), level, a);
+    alphas_of(view_capture_specular(rig.capture),
+              ibl_cube_edge(rig.cube.size, level), level, a);
 }
 
 /* What is behind the rim of a paraboloid is drawn as well. */
 static void paraboloids_have_no_holes(void)
 {
     float alpha[6 * 16 * 16];
-    rig r;
 
-    if (!begin(&r, 16, 0, false))
-        return;
-    r.options.kind = VIEW_PROBE_PARABOLOIDS;
-    CHECK(make(&r) && update(&r));
-    alphas(&r, 0, alpha);
+    begin(16, 0, false);
+    rig.options.kind = VIEW_PROBE_PARABOLOIDS;
+    CHECK(make() && update());
+    alphas(0, alpha);
     for (int i = 0; i < 6 * 16 * 16; i++)
         CHECK_NEAR(alpha[i], 1, 0);
-    end(&r);
 }
 
 /* With options.cpu, and later of what the GPU has filtered: the same. */
 static void library_filters_as_well(void)
 {
-    rig r;
-
-    if (!begin(&r, 64, 50, false))
-        return;
-    CHECK(update(&r));
+    begin(64, 50, false);
+    CHECK(update());
     ibl_bake_result truth = {0};
-    CHECK(library(&r, IBL_METHOD_AUTO, &truth));
-    ibl_cube gpu = taken(&r);
-    CHECK(view_capture_filter_cpu(r.capture, r.ctx));
-    CHECK(view_capture_read(r.capture, &r.cube));
-    CHECK(view_capture_read_irradiance(r.capture, &r.irradiance));
+    CHECK(library(IBL_METHOD_AUTO, &truth));
+    ibl_cube gpu = taken();
+    CHECK(view_capture_filter_cpu(rig.capture, rig.ctx));
+    CHECK(read_back());
     printf("panel 50: nRMSE of the library's levels (GPU to them)");
     for (int l = 0; l < gpu.levels; l++) {
-        const double e = l ? nrmse(&r.cube, &truth.specular, l) : 0;
-        const double between = nrmse(&gpu, &r.cube, l);
+        const double e = l ? cube_nrmse(&rig.cube, &truth.specular, l) : 0;
+        const double between = cube_nrmse(&gpu, &rig.cube, l);
         printf(" %.4f (%.4f)", e, between);
         /* Between texels there are lines here, there were steps there. */
         CHECK_MSG(e < 0.01, "level %d: %g", l, e);
         CHECK_MSG(between < (l ? 0.015 : 1e-9), "level %d: %g", l, between);
     }
-    const double e = nrmse(&r.irradiance, &truth.irradiance, 0);
+    const double e = cube_nrmse(&rig.irradiance, &truth.irradiance, 0);
     printf(", irradiance %.4f\n", e);
     CHECK_MSG(e < 0.01, "irradiance: %g", e);
 
-    ibl_cube later = taken(&r);
-    r.options.cpu = r.ctx;
-    CHECK(make(&r) && update(&r));
-    CHECK(view_capture_steps(r.capture) == 7);
+    ibl_cube later = taken();
+    rig.options.cpu = rig.ctx;
+    CHECK(make() && update());
+    CHECK(view_capture_steps(rig.capture) == 7);
     for (int l = 0; l < gpu.levels; l++)
-        CHECK_NEAR(nrmse(&r.cube, &later, l), 0, 1e-9);
+        CHECK_NEAR(cube_nrmse(&rig.cube, &later, l), 0, 1e-9);
     ibl_cube_free(&later);
     ibl_cube_free(&gpu);
     ibl_bake_result_free(&truth);
-    end(&r);
 }
 
 /* Without a ceiling: alpha is how much of the room a lobe sees. */
@@ -557,32 +461,30 @@ static void alpha_is_filtered(void)
     };
     float gpu[6 * 16 * 16], cpu[6 * 16 * 16], first[6 * 64 * 64];
     float gpu_cosine[COSINES], cpu_cosine[COSINES];
-    rig r;
     int holes = 0, between = 0;
     double worst = 0;
 
-    if (!begin(&r, 64, 0, true))
-        return;
-    CHECK(update(&r));
-    alphas(&r, 0, first);
+    begin(64, 0, true);
+    CHECK(update());
+    alphas(0, first);
     for (int i = 0; i < 6 * 64 * 64; i++) {
         CHECK(first[i] == 0 || first[i] == 1);
         holes += first[i] == 0;
         if (first[i] == 0)
-            CHECK(r.cube.data[3 * i] == 0);
+            CHECK(rig.cube.data[3 * i] == 0);
     }
     CHECK(holes > 64 * 64 / 2 && holes < 3 * 64 * 64);
-    alphas(&r, 2, gpu);
-    alphas_of(view_capture_irradiance(r.capture), VIEW_CAPTURE_IRRADIANCE, 0,
+    alphas(2, gpu);
+    alphas_of(view_capture_irradiance(rig.capture), VIEW_CAPTURE_IRRADIANCE, 0,
               gpu_cosine);
-    CHECK(view_capture_filter_cpu(r.capture, r.ctx));
-    alphas(&r, 2, cpu);
+    CHECK(view_capture_filter_cpu(rig.capture, rig.ctx));
+    alphas(2, cpu);
     for (int i = 0; i < 6 * 16 * 16; i++) {
         between += gpu[i] > 0.1F && gpu[i] < 0.9F;
         CHECK(gpu[i] >= 0 && gpu[i] <= 1 && cpu[i] >= 0 && cpu[i] <= 1);
         worst = fmax(worst, fabs(gpu[i] - cpu[i]));
     }
-    alphas_of(view_capture_irradiance(r.capture), VIEW_CAPTURE_IRRADIANCE, 0,
+    alphas_of(view_capture_irradiance(rig.capture), VIEW_CAPTURE_IRRADIANCE, 0,
               cpu_cosine);
     for (int i = 0; i < COSINES; i++) {
         CHECK(gpu_cosine[i] > 0.2F && gpu_cosine[i] <= 1);
@@ -590,23 +492,22 @@ static void alpha_is_filtered(void)
     }
     CHECK(between > 100);
     CHECK_MSG(worst < 0.05, "%g", worst);
-    end(&r);
 }
 
 /* ---- steps --------------------------------------------------------------- */
 
 /* Whether all that is shown is red 1 or red 2; 0: neither. */
-static int shown(rig *r)
+static int shown(void)
 {
     const float one[3] = {1, 0.5F, 0.25F}, two[3] = {2, 1, 0.5F};
 
-    if (!view_capture_read(r->capture, &r->cube) ||
-        !view_capture_read_irradiance(r->capture, &r->irradiance))
+    if (!view_capture_read(rig.capture, &rig.cube) ||
+        !view_capture_read_irradiance(rig.capture, &rig.irradiance))
         return 0;
     for (int i = 1; i <= 2; i++) {
         const float *rgb = i == 1 ? one : two;
-        if (furthest(&r->cube, rgb) < 1e-3 &&
-            furthest(&r->irradiance, rgb) < 1e-3)
+        if (furthest(&rig.cube, rgb) < 1e-3 &&
+            furthest(&rig.irradiance, rgb) < 1e-3)
             return i;
     }
     return 0;
@@ -615,42 +516,35 @@ static int shown(rig *r)
 static void steps(view_probe_capture kind)
 {
     float one[3] = {1, 0.5F, 0.25F}, two[3] = {2, 1, 0.5F};
-    rig r;
 
-    if (!begin(&r, 16, 0, false))
-        return;
-    r.options.kind = kind;
-    r.options.levels = 4;
-    ibl_cube_free(&r.cube);
-    NEED(!ibl_cube_alloc(r.ctx, 16, 4, &r.cube));
-    CHECK(make(&r));
+    rig.options.kind = kind;
+    rig.options.levels = 4;
+    ibl_cube_free(&rig.cube);
+    NEED(!ibl_cube_alloc(rig.ctx, 16, 4, &rig.cube));
+    CHECK(make());
     const int draws = kind ? 2 : 6;
-    CHECK(view_capture_steps(r.capture) == draws + 1 + 6 * 3 + 6);
-    CHECK(view_capture_update(r.capture, eye, constant, one));
-    CHECK(shown(&r) == 1);
+    CHECK(view_capture_steps(rig.capture) == draws + 1 + 6 * 3 + 6);
+    CHECK(view_capture_update(rig.capture, eye, constant, one));
+    CHECK(shown() == 1);
     /* Each texture was all 1, or black, and is all 2 once every step is done;
        not one step before, nor after those of another update left off. */
     for (int round = 0; round < 2; round++) {
         float *next = round ? one : two;
-        CHECK(!view_capture_advance(r.capture, eye, constant, next, 3));
-        view_capture_restart(r.capture);
-        for (int i = 0; i < view_capture_steps(r.capture) - 1; i++) {
-            CHECK(!view_capture_advance(r.capture, eye, constant, next, 1));
-            CHECK(shown(&r) == 1 + round);
+        CHECK(!view_capture_advance(rig.capture, eye, constant, next, 3));
+        view_capture_restart(rig.capture);
+        for (int i = 0; i < view_capture_steps(rig.capture) - 1; i++) {
+            CHECK(!view_capture_advance(rig.capture, eye, constant, next, 1));
+            CHECK(shown() == 1 + round);
         }
-        CHECK(view_capture_advance(r.capture, eye, constant, next, 5));
-        CHECK(shown(&r) == 2 - round);
+        CHECK(view_capture_advance(rig.capture, eye, constant, next, 5));
+        CHECK(shown() == 2 - round);
     }
-    end(&r);
 }
 
-static void faces_step_by_step(void)
+static void step_by_step(void)
 {
+    begin(16, 0, false);
     steps(VIEW_PROBE_FACES);
-}
-
-static void paraboloids_step_by_step(void)
-{
     steps(VIEW_PROBE_PARABOLOIDS);
 }
 
@@ -669,14 +563,11 @@ static void position_is_that_of_the_first_step(void)
 {
     const double at[3] = {1, 0, 0}, later[3] = {2, 0, 0};
     int calls = 0;
-    rig r;
 
-    if (!begin(&r, 16, 0, false))
-        return;
-    CHECK(!view_capture_advance(r.capture, at, positions, &calls, 2));
-    CHECK(view_capture_advance(r.capture, later, positions, &calls, 100));
+    begin(16, 0, false);
+    CHECK(!view_capture_advance(rig.capture, at, positions, &calls, 2));
+    CHECK(view_capture_advance(rig.capture, later, positions, &calls, 100));
     CHECK(calls == 6);
-    end(&r);
 }
 
 /* ---- what is hostile ------------------------------------------------------
@@ -697,63 +588,57 @@ static void wild(void *cookie, const double clip[16], const double position[3],
 static void what_no_half_holds_is_cut(void)
 {
     static const float kept[4] = {0, 65504, 65504, 0};
-    rig r;
 
-    if (!begin(&r, 16, 0, false))
-        return;
+    begin(16, 0, false);
     for (int i = 0; i < 4; i++) {
-        CHECK(view_capture_update(r.capture, eye, wild, &i));
-        CHECK(view_capture_read(r.capture, &r.cube));
-        const size_t count = ibl_cube_texels(r.cube.size, r.cube.levels);
+        CHECK(view_capture_update(rig.capture, eye, wild, &i));
+        CHECK(view_capture_read(rig.capture, &rig.cube));
+        const size_t count = ibl_cube_texels(rig.cube.size, rig.cube.levels);
         for (size_t k = 0; k < 3 * count; k++)
-            CHECK_NEAR(r.cube.data[k], kept[i], 0);
+            CHECK_NEAR(rig.cube.data[k], kept[i], 0);
     }
-    end(&r);
 }
 
 static void reads_into_a_cube_that_fits(void)
 {
-    rig r;
-
-    if (!begin(&r, 16, 0, false))
-        return;
+    begin(16, 0, false);
     view_test_catch();
-    CHECK(!view_capture_read_irradiance(r.capture, &r.cube));
+    CHECK(!view_capture_read_irradiance(rig.capture, &rig.cube));
     CHECK(strstr(view_test_caught(), "for a capture of 32, 1"));
-    end(&r);
 }
 
 static void state_is_as_it_was(void)
 {
     GLint viewport[4], framebuffer = -1;
     GLuint mine = 0;
-    rig r;
 
-    if (!begin(&r, 16, 0, false))
-        return;
+    begin(16, 0, false);
     gl.GenFramebuffers(1, &mine);
     gl.BindFramebuffer(GL_FRAMEBUFFER, mine);
     gl.Viewport(1, 2, 3, 4);
-    CHECK(update(&r));
-    CHECK(view_capture_filter_cpu(r.capture, r.ctx));
+    CHECK(update());
+    CHECK(view_capture_filter_cpu(rig.capture, rig.ctx));
     gl.GetIntegerv(GL_FRAMEBUFFER_BINDING, &framebuffer);
     gl.GetIntegerv(GL_VIEWPORT, viewport);
     CHECK(framebuffer == (GLint)mine);
     for (int i = 0; i < 4; i++)
         CHECK(viewport[i] == i + 1);
     gl.DeleteFramebuffers(1, &mine);
-    end(&r);
 }
 
 static const test tests[] = {
-    TEST(faces_show_what_rays_meet),  TEST(paraboloids_are_near_faces),
-    TEST(a_constant_stays),           TEST(levels_are_the_librarys),
-    TEST(levels_with_a_bright_panel), TEST(levels_with_other_samples),
-    TEST(levels_under_a_sun),         TEST(levels_with_panels),
-    TEST(library_filters_as_well),    TEST(paraboloids_have_no_holes),
-    TEST(alpha_is_filtered),          TEST(faces_step_by_step),
-    TEST(paraboloids_step_by_step),   TEST(position_is_that_of_the_first_step),
-    TEST(what_no_half_holds_is_cut),  TEST(reads_into_a_cube_that_fits),
+    TEST(faces_show_what_rays_meet),
+    TEST(paraboloids_are_near_faces),
+    TEST(a_constant_stays),
+    TEST(levels_are_the_librarys),
+    TEST(levels_with_panels),
+    TEST(library_filters_as_well),
+    TEST(paraboloids_have_no_holes),
+    TEST(alpha_is_filtered),
+    TEST(step_by_step),
+    TEST(position_is_that_of_the_first_step),
+    TEST(what_no_half_holds_is_cut),
+    TEST(reads_into_a_cube_that_fits),
     TEST(state_is_as_it_was),
 };
 TEST_MAIN(tests)

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Errors of pictures that are known. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "test.h"
@@ -13,47 +12,40 @@ enum {
     HEIGHT = 90
 };
 
-typedef struct pictures {
+/* Of the running test. */
+static struct {
     view_settings settings;
     float *picture, *truth;
     double rmse[VIEW_MAX_GRID * VIEW_MAX_GRID];
-} pictures;
+} p;
 
-static bool begin(pictures *p, int rows, int columns)
+static void begin(int rows, int columns)
 {
     const size_t floats = (size_t)3 * WIDTH * HEIGHT;
     test_random random = {7};
 
-    p->settings = view_settings_default();
-    p->settings.rows = rows;
-    p->settings.columns = columns;
-    p->picture = malloc(floats * sizeof(float));
-    p->truth = malloc(floats * sizeof(float));
-    for (size_t i = 0; p->picture && p->truth && i < floats; ++i) {
-        p->truth[i] = (float)(0.5 + test_random_unit(&random));
-        p->picture[i] = p->truth[i];
+    p.settings = view_settings_default();
+    p.settings.rows = rows;
+    p.settings.columns = columns;
+    p.picture = test_alloc(floats, sizeof(float));
+    p.truth = test_alloc(floats, sizeof(float));
+    for (size_t i = 0; i < floats; ++i) {
+        p.truth[i] = (float)(0.5 + test_random_unit(&random));
+        p.picture[i] = p.truth[i];
     }
-    return p->picture && p->truth;
 }
 
-static void end(pictures *p)
+static int compare(void)
 {
-    free(p->truth);
-    free(p->picture);
-}
-
-static int compare(pictures *p)
-{
-    return view_errors(&p->settings, WIDTH, HEIGHT, p->picture, p->truth,
-                       p->rmse);
+    return view_errors(&p.settings, WIDTH, HEIGHT, p.picture, p.truth, p.rmse);
 }
 
 /* The sphere of the pixel, -1 for none. */
-static int sphere_of(const pictures *p, int x, int y)
+static int sphere_of(int x, int y)
 {
     view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
-    const view_camera c = view_camera_of(&p->settings, WIDTH, HEIGHT);
-    const int count = view_grid(&p->settings, spheres);
+    const view_camera c = view_camera_of(&p.settings, WIDTH, HEIGHT);
+    const int count = view_grid(&p.settings, spheres);
     double direction[3];
 
     view_camera_ray(&c, WIDTH, HEIGHT, x, y, direction);
@@ -62,106 +54,89 @@ static int sphere_of(const pictures *p, int x, int y)
 
 static void equal_pictures(void)
 {
-    pictures p;
-
-    NEED(begin(&p, 3, 4));
-    CHECK(compare(&p) == 12);
+    begin(3, 4);
+    CHECK(compare() == 12);
     for (int i = 0; i < 12; ++i)
         CHECK(p.rmse[i] == 0.0);
-    end(&p);
 }
 
 /* A picture that is f times the truth is off by |f - 1|, and each sphere by
  * its own. */
 static void known_errors(void)
 {
-    pictures p;
-
-    NEED(begin(&p, 2, 3));
+    begin(2, 3);
     for (int y = 0; y < HEIGHT; ++y)
         for (int x = 0; x < WIDTH; ++x) {
-            const int sphere = sphere_of(&p, x, y);
+            const int sphere = sphere_of(x, y);
             for (int c = 0; c < 3; ++c)
                 p.picture[3 * (y * WIDTH + x) + c] *=
                     sphere < 0 ? 9.0F : 1.0F + 0.25F * (float)(sphere - 2);
         }
-    CHECK(compare(&p) == 6);
+    CHECK(compare() == 6);
     for (int i = 0; i < 6; ++i)
         CHECK_NEAR(p.rmse[i], fabs(0.25 * (i - 2)), 1e-6);
-    end(&p);
 }
 
 /* A single pixel in the middle, by hand. */
 static void one_pixel(void)
 {
-    pictures p;
     double sum = 0.0;
     const size_t at = (size_t)3 * (HEIGHT / 2 * WIDTH + WIDTH / 2);
 
-    NEED(begin(&p, 1, 1));
+    begin(1, 1);
     for (int y = 1; y < HEIGHT - 1; ++y)
         for (int x = 1; x < WIDTH - 1; ++x) {
             bool inside = true;
             for (int j = -1; j <= 1; ++j)
                 for (int i = -1; i <= 1; ++i)
-                    inside = inside && sphere_of(&p, x + i, y + j) == 0;
+                    inside = inside && sphere_of(x + i, y + j) == 0;
             for (int c = 0; inside && c < 3; ++c)
                 sum += pow(p.truth[3 * (y * WIDTH + x) + c], 2.0);
         }
     p.picture[at + 1] = p.truth[at + 1] + 2.0F;
-    CHECK(compare(&p) == 1);
+    CHECK(compare() == 1);
     CHECK_NEAR(p.rmse[0], 2.0 / sqrt(sum), 1e-6);
-    end(&p);
 }
 
 /* The outline and what is around it have no part. */
 static void outline(void)
 {
-    pictures p;
-
-    NEED(begin(&p, 1, 2));
+    begin(1, 2);
     for (int y = 0; y < HEIGHT; ++y)
         for (int x = 0; x < WIDTH; ++x)
-            if (sphere_of(&p, x, y) < 0 || sphere_of(&p, x + 1, y) < 0 ||
-                sphere_of(&p, x, y - 1) < 0)
+            if (sphere_of(x, y) < 0 || sphere_of(x + 1, y) < 0 ||
+                sphere_of(x, y - 1) < 0)
                 p.picture[3 * (y * WIDTH + x)] = 1e6F;
-    CHECK(compare(&p) == 2);
+    CHECK(compare() == 2);
     CHECK(p.rmse[0] == 0.0 && p.rmse[1] == 0.0);
-    end(&p);
 }
 
 /* What is beyond the picture's edges is not known. */
 static void edges_of_the_picture(void)
 {
-    pictures p;
-
-    NEED(begin(&p, 1, 1));
+    begin(1, 1);
     p.settings.distance = 0.6;
     for (int y = 0; y < HEIGHT; ++y)
         for (int x = 0; x < WIDTH; ++x) {
-            CHECK(sphere_of(&p, x, y) == 0);
+            CHECK(sphere_of(x, y) == 0);
             if (x == 0 || y == 0 || x == WIDTH - 1 || y == HEIGHT - 1)
                 p.picture[3 * (y * WIDTH + x)] = 1e6F;
         }
-    CHECK(compare(&p) == 1 && p.rmse[0] == 0.0);
+    CHECK(compare() == 1 && p.rmse[0] == 0.0);
     p.picture[3 * (WIDTH + 1)] = 1e6F;
-    CHECK(compare(&p) == 1 && p.rmse[0] > 0.0);
-    end(&p);
+    CHECK(compare() == 1 && p.rmse[0] > 0.0);
 }
 
 static void black_and_unseen(void)
 {
-    pictures p;
-
-    NEED(begin(&p, 1, 1));
+    begin(1, 1);
     memset(p.truth, 0, (size_t)3 * WIDTH * HEIGHT * sizeof(float));
-    CHECK(compare(&p) == 1 && isinf(p.rmse[0]));
+    CHECK(compare() == 1 && isinf(p.rmse[0]));
     memset(p.picture, 0, (size_t)3 * WIDTH * HEIGHT * sizeof(float));
-    CHECK(compare(&p) == 1 && p.rmse[0] == 0.0);
+    CHECK(compare() == 1 && p.rmse[0] == 0.0);
     /* So far away that no pixel has it alone. */
     p.settings.distance = 1000.0;
-    CHECK(compare(&p) == 1 && p.rmse[0] == -1.0);
-    end(&p);
+    CHECK(compare() == 1 && p.rmse[0] == -1.0);
 }
 
 static const test tests[] = {

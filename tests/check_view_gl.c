@@ -3,7 +3,7 @@
 #include "view.h"
 
 #include "files.h"
-#include "maps.h"
+#include "sets.h"
 #include "view/gl.h"
 #include "view/message.h"
 #include "view/picture.h"
@@ -76,17 +76,15 @@ static void draw_whole(GLuint program, int width, int height)
 static void context(void)
 {
     int major = 0, minor = 0;
-    view_screen *screen = NULL;
 
-    if (!view_test_begin(16, 8))
-        return;
+    view_test_begin(16, 8);
     gl.GetIntegerv(GL_MAJOR_VERSION, &major);
     gl.GetIntegerv(GL_MINOR_VERSION, &minor);
     CHECK_MSG(10 * major + minor >= 33, "OpenGL %d.%d", major, minor);
     CHECK(view_gl_check("context"));
-    view_test_end();
+    view_test_close();
 
-    screen = view_screen_memory(31, 7);
+    view_screen *screen = view_screen_memory(31, 7);
     NEED(screen);
     int width = 0, height = 0;
     view_screen_size(screen, &width, &height);
@@ -119,9 +117,8 @@ static void library_missing(void)
 
 static void too_large(void)
 {
-    if (!view_test_begin(8, 8))
-        return;
-    view_test_end();
+    view_test_begin(8, 8);
+    view_test_close();
     view_test_catch();
     CHECK(!view_screen_memory(40000, 2));
     const char *said = view_test_caught();
@@ -154,8 +151,7 @@ static void version_too_old(void)
 
 static void errors_of_gl(void)
 {
-    if (!view_test_begin(8, 8))
-        return;
+    view_test_begin(8, 8);
     gl.Enable(0x1234);
     gl.Enable(0x1234);
     view_test_catch();
@@ -165,7 +161,6 @@ static void errors_of_gl(void)
                             "(0x0500)\n"),
               "%s", said);
     CHECK(view_gl_check("enabling"));
-    view_test_end();
 }
 
 /* ---- pictures -------------------------------------------------------- */
@@ -175,8 +170,7 @@ static void rows_of(int width, int height)
 {
     int wrong = 0;
 
-    if (!view_test_begin(width, height))
-        return;
+    view_test_begin(width, height);
     const GLuint program =
         view_program_from(shaders, "whole.vert", "place.frag");
     NEED(program);
@@ -193,9 +187,7 @@ static void rows_of(int width, int height)
         }
     CHECK_MSG(wrong == 0, "%d components differ", wrong);
     free(rgb);
-    gl.DeleteProgram(program);
     CHECK(view_gl_check("drawing"));
-    view_test_end();
 }
 
 /* Rows of some kilobytes, too. */
@@ -203,20 +195,6 @@ static void rows_from_the_top(void)
 {
     rows_of(37, 21);
     rows_of(3001, 4);
-}
-
-static void cleared(void)
-{
-    if (!view_test_begin(5, 3))
-        return;
-    gl.ClearColor(1, 0.2f, 0, 1);
-    gl.Clear(GL_COLOR_BUFFER_BIT);
-    unsigned char *rgb = view_picture_read(0, 5, 3);
-    NEED(rgb);
-    for (int i = 0; i < 15; i++)
-        CHECK(rgb[3 * i] == 255 && rgb[3 * i + 1] == 51 && !rgb[3 * i + 2]);
-    free(rgb);
-    view_test_end();
 }
 
 static void written_and_read(void)
@@ -244,7 +222,6 @@ static void written_and_read(void)
     unsigned char *bytes = file_load(path, &size);
     CHECK(size > 46 && !memcmp(bytes + 33, "\0\0\0\1sRGB", 8));
     free(bytes);
-    ibl_ctx_free(ctx);
 }
 
 static void not_writable(void)
@@ -258,7 +235,6 @@ static void not_writable(void)
     CHECK_MSG(!strncmp(said, "iblview: ", 9) && strstr(said, "picture.png") &&
                   strchr(said, '\n') == said + strlen(said) - 1,
               "%s", said);
-    ibl_ctx_free(ctx);
 }
 
 /* What was shown is drawn again for it, not read from the screen, which other
@@ -269,18 +245,13 @@ static void picture_of_the_last_draw(void)
         WIDTH = 32,
         HEIGHT = 24
     };
-    ibl_specular_options specular = ibl_specular_options_default();
     const view_settings settings = view_settings_default();
     baked_set set = {0};
 
-    if (!view_test_begin(WIDTH, HEIGHT))
-        return;
-    ibl_ctx *ctx = view_test_ctx(1);
-    ibl_image map = map_constant(ctx, 8, 4, 1);
+    view_test_begin(WIDTH, HEIGHT);
+    sets_white(&set);
     view_renderer *r = view_renderer_create();
-    specular.size = 16;
-    CHECK(r && view_set_bake_image(ctx, "map", &map, &specular, &set) &&
-          view_renderer_load(r, &set) &&
+    CHECK(r && view_renderer_load(r, &set) &&
           view_renderer_draw(r, &settings, WIDTH, HEIGHT));
     unsigned char *shown = view_picture_read(0, WIDTH, HEIGHT);
     gl.ClearColor(1, 0, 1, 1);
@@ -290,46 +261,40 @@ static void picture_of_the_last_draw(void)
     free(shown);
     free(rgb);
     view_renderer_free(r);
-    view_set_free(&set);
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
-    view_test_end();
 }
 
 /* ---- shaders --------------------------------------------------------- */
 
-static void refused(const char *fragment, const char *message)
-{
-    view_test_catch();
-    const GLuint program = view_program_from(shaders, "whole.vert", fragment);
-    const char *said = view_test_caught();
-
-    CHECK(!program);
-    CHECK_MSG(!strncmp(said, message, strlen(message)), "%s", said);
-    CHECK_MSG(strchr(said, '\n') == said + strlen(said) - 1, "%s", said);
-}
-
 static void shader_errors(void)
 {
-    if (!view_test_begin(8, 8))
-        return;
-    refused("deep.frag", "iblview: shader deep.frag: bad.glsl:3: error: ");
-    refused("after.frag", "iblview: shader after.frag: after.frag:4: error: ");
-    refused("unlinked.frag", "iblview: shader unlinked.frag: error: ");
-    refused("lost.frag", "iblview: shader lost.frag:2 includes gone.glsl, "
-                         "which is not in the program\n");
-    refused("absent.frag", "iblview: shader absent.frag is not in the "
-                           "program\n");
+    static const struct {
+        const char *fragment, *message;
+    } cases[] = {
+        {"deep.frag", "iblview: shader deep.frag: bad.glsl:3: error: "},
+        {"after.frag", "iblview: shader after.frag: after.frag:4: error: "},
+        {"unlinked.frag", "iblview: shader unlinked.frag: error: "},
+        {"lost.frag", "iblview: shader lost.frag:2 includes gone.glsl, "
+                      "which is not in the program\n"},
+        {"absent.frag", "iblview: shader absent.frag is not in the program\n"},
+    };
+
+    view_test_begin(8, 8);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        view_test_catch();
+        CHECK(!view_program_from(shaders, "whole.vert", cases[i].fragment));
+        const char *said = view_test_caught(), *message = cases[i].message;
+        CHECK_MSG(!strncmp(said, message, strlen(message)), "%s", said);
+        CHECK_MSG(strchr(said, '\n') == said + strlen(said) - 1, "%s", said);
+    }
     view_test_catch();
     CHECK(!view_program("none.vert", "none.frag"));
     const char *said = view_test_caught();
     CHECK_MSG(strstr(said, "none.vert is not in the program"), "%s", said);
     CHECK(view_gl_check("shaders"));
-    view_test_end();
 }
 
 /* A texture of one texel. */
-static GLuint texel(view_unit unit, GLenum kind, const unsigned char *rgba)
+static void texel(view_unit unit, GLenum kind, const unsigned char *rgba)
 {
     const bool cube = kind == GL_TEXTURE_CUBE_MAP;
     GLuint texture;
@@ -341,7 +306,6 @@ static GLuint texel(view_unit unit, GLenum kind, const unsigned char *rgba)
         gl.TexImage2D(cube ? GL_TEXTURE_CUBE_MAP_POSITIVE_X + face : kind, 0,
                       GL_RGBA8, 1, 1, 0, GL_RGBA, GL_UNSIGNED_BYTE, rgba);
     gl.TexParameteri(kind, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    return texture;
 }
 
 /* Samplers and the block get their places by name: the sum of the three
@@ -352,16 +316,15 @@ static void shader_units(void)
     static const unsigned char lut[4] = {0, 20, 0, 0};
     static const unsigned char picture[4] = {0, 0, 30, 255};
     static const float shade[4] = {1, 0, 0, 1};
-    GLuint textures[3], block;
+    GLuint block;
 
-    if (!view_test_begin(4, 4))
-        return;
+    view_test_begin(4, 4);
     const GLuint program =
         view_program_from(shaders, "whole.vert", "units.frag");
     NEED(program);
-    textures[0] = texel(VIEW_UNIT_SPECULAR, GL_TEXTURE_CUBE_MAP, specular);
-    textures[1] = texel(VIEW_UNIT_LUT, GL_TEXTURE_2D, lut);
-    textures[2] = texel(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, picture);
+    texel(VIEW_UNIT_SPECULAR, GL_TEXTURE_CUBE_MAP, specular);
+    texel(VIEW_UNIT_LUT, GL_TEXTURE_2D, lut);
+    texel(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, picture);
     gl.GenBuffers(1, &block);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, block);
     gl.BufferData(GL_UNIFORM_BUFFER, sizeof shade, shade, GL_STATIC_DRAW);
@@ -371,11 +334,7 @@ static void shader_units(void)
     CHECK_MSG(rgb[0] == 10 && rgb[1] == 20 && rgb[2] == 30, "%d %d %d", rgb[0],
               rgb[1], rgb[2]);
     free(rgb);
-    gl.DeleteBuffers(1, &block);
-    gl.DeleteTextures(3, textures);
-    gl.DeleteProgram(program);
     CHECK(view_gl_check("units"));
-    view_test_end();
 }
 
 /* ---- messages -------------------------------------------------------- */
@@ -397,18 +356,11 @@ static void messages(void)
 }
 
 static const test tests[] = {
-    TEST(context),
-    TEST(library_missing),
-    TEST(too_large),
-    TEST(version_too_old),
-    TEST(errors_of_gl),
-    TEST(rows_from_the_top),
-    TEST(cleared),
-    TEST(written_and_read),
-    TEST(not_writable),
-    TEST(shader_errors),
-    TEST(shader_units),
-    TEST(messages),
-    TEST(picture_of_the_last_draw),
+    TEST(context),          TEST(library_missing),
+    TEST(too_large),        TEST(version_too_old),
+    TEST(errors_of_gl),     TEST(rows_from_the_top),
+    TEST(written_and_read), TEST(not_writable),
+    TEST(shader_errors),    TEST(shader_units),
+    TEST(messages),         TEST(picture_of_the_last_draw),
 };
 TEST_MAIN(tests)

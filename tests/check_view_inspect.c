@@ -29,14 +29,7 @@ static float seen[MOST * MOST][4]; /* rows from the bottom */
 /* ---- sets --------------------------------------------------------------- */
 
 static ibl_ctx *ctx;
-
-static void free_set(baked_set *set)
-{
-    for (int i = 0; i < VIEW_CONTENTS; i++)
-        ibl_texture_free(&set->texture[i]);
-    ibl_ctx_free(ctx);
-    ctx = NULL;
-}
+static baked_set set; /* of the running test */
 
 /* A cube that tells of each texel which it is, all different. */
 static void name_texels(ibl_texture *tex, int edge, int levels, double extra)
@@ -76,16 +69,29 @@ static void ramp_table(ibl_texture *tex)
     CHECK(!ibl_texture_from_lut(ctx, &lut, IBL_PIXEL_RG32F, tex, NULL));
 }
 
-static baked_set make_set(int edge, int levels)
+static void free_textures(void *unused)
 {
-    baked_set set = {.lod_scale = levels - 1, .irradiance_scale = 1};
+    (void)unused;
+    for (int i = 0; i < VIEW_CONTENTS; i++)
+        ibl_texture_free(&set.texture[i]);
+}
 
-    ctx = test_ctx(1, IBL_ISA_C);
+static void make_set(int edge, int levels)
+{
+    free_textures(NULL);
+    ctx = view_test_ctx(1);
+    test_defer(free_textures, NULL);
+    set = (baked_set){
+        .lod_scale = levels - 1, .irradiance_scale = 1, .sh_degree = -1};
     name_texels(&set.texture[VIEW_SPECULAR], edge, levels, 0);
     name_texels(&set.texture[VIEW_IRRADIANCE], edge / 2 + 1, 1, 100);
     ramp_table(&set.texture[VIEW_LUT]);
-    set.sh_degree = -1;
-    return set;
+}
+
+static view_texel inspect(const view_settings *s, int width, int height,
+                          double x, double y)
+{
+    return view_inspect(&set, s, width, height, x, y);
 }
 
 /* ---- drawing ------------------------------------------------------------ */
@@ -96,41 +102,38 @@ static void bind_map(view_unit unit, const ibl_texture *tex, GLuint *name)
     *name = view_upload(tex, "test");
 }
 
-static bool begin(void)
+static void end(void *unused)
 {
-    if (!view_test_begin(16, 16))
-        return false;
+    (void)unused;
+    view_display_free(display);
+}
+
+static void begin(void)
+{
+    view_test_begin(16, 16);
     display = view_display_create();
+    NEED(display);
+    test_defer(end, NULL);
     gl.GenFramebuffers(1, &target);
     gl.GenBuffers(1, &uniforms);
     gl.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
-    return display != NULL;
 }
 
-static void end(void)
-{
-    gl.DeleteFramebuffers(1, &target);
-    gl.DeleteBuffers(1, &uniforms);
-    view_display_free(display);
-    view_test_end();
-}
-
-static void draw(const baked_set *set, const view_settings *s, int width,
-                 int height)
+static void draw(const view_settings *s, int width, int height)
 {
     view_frame frame;
     GLuint maps[3], picture;
 
-    bind_map(VIEW_UNIT_SPECULAR, &set->texture[VIEW_SPECULAR], &maps[0]);
-    bind_map(VIEW_UNIT_IRRADIANCE, &set->texture[VIEW_IRRADIANCE], &maps[1]);
-    bind_map(VIEW_UNIT_LUT, &set->texture[VIEW_LUT], &maps[2]);
+    bind_map(VIEW_UNIT_SPECULAR, &set.texture[VIEW_SPECULAR], &maps[0]);
+    bind_map(VIEW_UNIT_IRRADIANCE, &set.texture[VIEW_IRRADIANCE], &maps[1]);
+    bind_map(VIEW_UNIT_LUT, &set.texture[VIEW_LUT], &maps[2]);
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
     picture = view_float_target(width, height);
     gl.BindFramebuffer(GL_FRAMEBUFFER, target);
     gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
                             picture, 0);
     gl.Viewport(0, 0, width, height);
-    view_frame_fill(&frame, s, set, width, height);
+    view_frame_fill(&frame, s, &set, width, height);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, uniforms);
     gl.BufferData(GL_UNIFORM_BUFFER, sizeof frame, &frame, GL_DYNAMIC_DRAW);
     view_display_inspect(display);
@@ -145,8 +148,7 @@ static void draw(const baked_set *set, const view_settings *s, int width,
 /* ---- cubes -------------------------------------------------------------- */
 
 /* How many pixels differ; of how many the map is. */
-static int differ(const baked_set *set, const view_settings *s, int width,
-                  int height, int *inside)
+static int differ(const view_settings *s, int width, int height, int *inside)
 {
     int bad = 0;
 
@@ -154,7 +156,7 @@ static int differ(const baked_set *set, const view_settings *s, int width,
     for (int y = 0; y < height; y++)
         for (int x = 0; x < width; x++) {
             const float *c = seen[(height - 1 - y) * width + x];
-            const view_texel t = view_inspect(set, s, width, height, x, y);
+            const view_texel t = inspect(s, width, height, x, y);
             *inside += t.inside;
             if (t.inside)
                 bad += c[3] != 1 || memcmp(c, t.value, sizeof t.value);
@@ -164,7 +166,7 @@ static int differ(const baked_set *set, const view_settings *s, int width,
     return bad;
 }
 
-static void compare_views(const baked_set *set, view_settings *s)
+static void compare_views(view_settings *s)
 {
     static const struct {
         int width, height;
@@ -183,8 +185,8 @@ static void compare_views(const baked_set *set, view_settings *s)
             s->layout = (view_layout)kind;
             s->zoom = views[i].zoom;
             memcpy(s->pan, views[i].pan, sizeof s->pan);
-            draw(set, s, w, h);
-            const int bad = differ(set, s, w, h, &inside);
+            draw(s, w, h);
+            const int bad = differ(s, w, h, &inside);
             CHECK_MSG(!bad, "%s, view %d, level %d: %d of %d pixels differ",
                       view_layout_names[s->layout], (int)i, s->level, bad,
                       w * h);
@@ -197,40 +199,33 @@ static void shader_and_readout_agree(void)
     static const int edges[][2] = {{32, 6}, {12, 3}, {7, 2}, {1, 1}};
     view_settings s = view_settings_default();
 
-    if (!begin())
-        return;
+    begin();
     for (size_t i = 0; i < sizeof edges / sizeof *edges; i++) {
-        baked_set set = make_set(edges[i][0], edges[i][1]);
+        make_set(edges[i][0], edges[i][1]);
         s.mode = VIEW_LEVELS;
         for (s.level = 0; s.level < edges[i][1]; s.level += 2)
-            compare_views(&set, &s);
+            compare_views(&s);
         s.mode = VIEW_IRRADIANCE_MAP;
-        compare_views(&set, &s);
-        free_set(&set);
+        compare_views(&s);
     }
-    end();
 }
 
 /* A sun beside a texel adds nothing to it. */
 static void texels_are_alone(void)
 {
-    baked_set set;
     view_settings s = view_settings_default();
     int inside;
 
-    if (!begin())
-        return;
-    set = make_set(16, 1);
+    begin();
+    make_set(16, 1);
     float *data = (float *)(void *)set.texture[VIEW_SPECULAR].data;
     for (int i = 0; i < 6 * 16 * 16; i++)
         if ((i + i / 16) % 2)
             data[4 * i] = 3e38f;
     s.mode = VIEW_LEVELS;
-    draw(&set, &s, 128, 96);
-    CHECK(differ(&set, &s, 128, 96, &inside) == 0);
+    draw(&s, 128, 96);
+    CHECK(differ(&s, 128, 96, &inside) == 0);
     CHECK(inside == 128 * 96 / 2);
-    free_set(&set);
-    end();
 }
 
 /* ---- where things are ---------------------------------------------------- */
@@ -247,7 +242,7 @@ static void faces_are_in_place(void)
 {
     static const int cross[6][2] = {{2, 1}, {0, 1}, {1, 0},
                                     {1, 2}, {1, 1}, {3, 1}};
-    baked_set set = make_set(8, 4);
+    make_set(8, 4);
     view_settings s = view_settings_default();
 
     s.mode = VIEW_LEVELS;
@@ -258,63 +253,60 @@ static void faces_are_in_place(void)
             double d[3];
             ibl_cube_direction(4, face, x, y, d);
             s.layout = VIEW_CROSS;
-            view_texel t = view_inspect(&set, &s, 160, 120,
-                                        cross[face][0] * 40 + x * 10 + 5,
-                                        cross[face][1] * 40 + y * 10 + 5);
+            view_texel t =
+                inspect(&s, 160, 120, cross[face][0] * 40 + x * 10 + 5,
+                        cross[face][1] * 40 + y * 10 + 5);
             CHECK(t.inside && t.face == face && t.x == x && t.y == y);
             CHECK(t.level == 1 && t.value[0] == (float)(10 + face));
             CHECK(length(t.direction, d) == 0);
             s.layout = VIEW_STRIP;
-            t = view_inspect(&set, &s, 240, 60, face * 40 + x * 10 + 5,
-                             10 + y * 10 + 5);
+            t = inspect(&s, 240, 60, face * 40 + x * 10 + 5, 10 + y * 10 + 5);
             CHECK(t.inside && t.face == face && t.x == x && t.y == y);
         }
     s.layout = VIEW_CROSS;
-    CHECK(!view_inspect(&set, &s, 160, 120, 0, 0).inside);
-    CHECK(!view_inspect(&set, &s, 160, 120, 80, 39).inside);
-    CHECK(!view_inspect(&set, &s, 160, 120, -1, 60).inside);
-    CHECK(!view_inspect(&set, &s, 160, 120, 160, 60).inside);
+    CHECK(!inspect(&s, 160, 120, 0, 0).inside);
+    CHECK(!inspect(&s, 160, 120, 80, 39).inside);
+    CHECK(!inspect(&s, 160, 120, -1, 60).inside);
+    CHECK(!inspect(&s, 160, 120, 160, 60).inside);
     s.level = 99;
-    CHECK(view_inspect(&set, &s, 160, 120, 50, 50).level == 3);
+    CHECK(inspect(&s, 160, 120, 50, 50).level == 3);
     s.level = -1;
-    CHECK(view_inspect(&set, &s, 160, 120, 50, 50).level == 0);
-    free_set(&set);
+    CHECK(inspect(&s, 160, 120, 50, 50).level == 0);
 }
 
 /* Neighbours in a cross are neighbours on the sphere. */
 static void crosses_fold(void)
 {
-    baked_set set = make_set(16, 1);
+    make_set(16, 1);
     view_settings s = view_settings_default();
     int pairs = 0;
 
     s.mode = VIEW_LEVELS;
     for (int y = 0; y < 48; y++)
         for (int x = 0; x < 64; x++) {
-            const view_texel t = view_inspect(&set, &s, 64, 48, x, y);
-            const view_texel r = view_inspect(&set, &s, 64, 48, x + 1, y);
-            const view_texel d = view_inspect(&set, &s, 64, 48, x, y + 1);
+            const view_texel t = inspect(&s, 64, 48, x, y);
+            const view_texel r = inspect(&s, 64, 48, x + 1, y);
+            const view_texel d = inspect(&s, 64, 48, x, y + 1);
             if (t.inside && r.inside)
                 pairs++, CHECK(length(t.direction, r.direction) < 0.126);
             if (t.inside && d.inside)
                 pairs++, CHECK(length(t.direction, d.direction) < 0.126);
         }
     CHECK(pairs == 6 * 2 * 16 * 15 + 5 * 16);
-    free_set(&set);
 }
 
 /* u = atan2(z, x) / 2pi + 1/2, v from the zenith: a pixel shows the texel that
  * its direction is in. */
 static void equirects_are_mapped(void)
 {
-    baked_set set = make_set(64, 1);
+    make_set(64, 1);
     view_settings s = view_settings_default();
 
     s.mode = VIEW_LEVELS;
     s.layout = VIEW_EQUIRECT;
     for (int y = 0; y < 128; y++)
         for (int x = 0; x < 256; x++) {
-            const view_texel t = view_inspect(&set, &s, 256, 128, x, y);
+            const view_texel t = inspect(&s, 256, 128, x, y);
             const double phi = 2 * PI * ((x + 0.5) / 256 - 0.5);
             const double theta = PI * (y + 0.5) / 128;
             const double d[3] = {sin(theta) * cos(phi), cos(theta),
@@ -323,14 +315,13 @@ static void equirects_are_mapped(void)
             CHECK_MSG(t.inside && length(t.direction, d) < 1.45 / 64,
                       "%d, %d: %g away", x, y, length(t.direction, d));
         }
-    free_set(&set);
 }
 
 /* The sky behind spheres: the direction of a pixel's ray, turned. */
 static void skies_are_read(void)
 {
     static const double turns[] = {0, 30, 90, -135};
-    baked_set set = make_set(256, 1);
+    make_set(256, 1);
     view_settings s = view_settings_default();
     view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
 
@@ -342,8 +333,7 @@ static void skies_are_read(void)
         const int count = view_grid(&s, spheres);
         for (int y = 0; y < 60; y++)
             for (int x = 0; x < 80; x++) {
-                const view_texel t =
-                    view_inspect(&set, &s, 80, 60, x + 0.9, y + 0.9);
+                const view_texel t = inspect(&s, 80, 60, x + 0.9, y + 0.9);
                 double world[3], d[3];
                 view_camera_ray(&c, 80, 60, x, y, world);
                 view_turn(s.turn, world, d);
@@ -355,7 +345,7 @@ static void skies_are_read(void)
             }
     }
     s.turn = s.yaw = s.pitch = 0;
-    view_texel t = view_inspect(&set, &s, 400, 60, 0, 30);
+    view_texel t = inspect(&s, 400, 60, 0, 30);
     CHECK(t.inside && t.direction[0] < -0.5 && t.direction[2] < -0.1);
     s.turn = 90; /* what was ahead, -Z, is now to the left */
     const double world[3] = {-1, 0, 0};
@@ -363,13 +353,12 @@ static void skies_are_read(void)
     view_turn(s.turn, world, d);
     CHECK_NEAR(d[2], -1, 1e-12);
     name_texels(&set.texture[VIEW_SKY], 8, 1, 50);
-    t = view_inspect(&set, &s, 400, 60, 0, 30);
+    t = inspect(&s, 400, 60, 0, 30);
     CHECK(t.value[0] == (float)(50 + t.face) && t.x < 8);
-    CHECK(!view_inspect(&set, &s, 400, 60, -1, 30).inside);
-    CHECK(!view_inspect(&set, &s, 400, 60, 0, 60).inside);
+    CHECK(!inspect(&s, 400, 60, -1, 30).inside);
+    CHECK(!inspect(&s, 400, 60, 0, 60).inside);
     s.sky = false;
-    CHECK(!view_inspect(&set, &s, 400, 60, 0, 30).inside);
-    free_set(&set);
+    CHECK(!inspect(&s, 400, 60, 0, 30).inside);
 }
 
 /* The same of a picture: a sky whose texels are their own directions. */
@@ -383,9 +372,8 @@ static void skies_are_drawn_so(void)
     view_settings s = view_settings_default();
     int sky = 0, bad = 0;
 
-    if (!begin())
-        return;
-    baked_set set = make_set(N, 1);
+    begin();
+    make_set(N, 1);
     float *data = (float *)(void *)set.texture[VIEW_SPECULAR].data;
     for (int i = 0; i < IBL_FACES * N * N; i++) {
         double d[3];
@@ -403,22 +391,18 @@ static void skies_are_drawn_so(void)
     /* Spheres cover part of pixels beside them whose middle shows the sky. */
     for (int y = 1; y < H - 1; y++)
         for (int x = 1; x < W - 1; x++) {
-            const view_texel t = view_inspect(&set, &s, W, H, x, y);
+            const view_texel t = inspect(&s, W, H, x, y);
             const float *c = seen[0] + 3 * (y * W + x);
             const double drawn[3] = {c[0], c[1], c[2]};
             bool clear = true;
             for (int i = 0; i < 9; i++)
-                clear &=
-                    view_inspect(&set, &s, W, H, x + i % 3 - 1, y + i / 3 - 1)
-                        .inside;
+                clear &= inspect(&s, W, H, x + i % 3 - 1, y + i / 3 - 1).inside;
             sky += clear;
             /* Half of a texel's diagonal, and how far chords lie inside. */
             bad += clear && length(t.direction, drawn) > 1.45 / N;
         }
     CHECK_MSG(sky > W * H / 4 && !bad, "%d of %d differ", bad, sky);
     view_renderer_free(r);
-    free_set(&set);
-    end();
 }
 
 /* ---- the table ------------------------------------------------------------
@@ -431,19 +415,17 @@ static void lines_are_at_values(void)
     enum {
         W = 256
     };
-    baked_set set;
     view_settings s = view_settings_default();
     int white = 0, blue = 0;
 
-    if (!begin())
-        return;
-    set = make_set(4, 1);
+    begin();
+    make_set(4, 1);
     s.mode = VIEW_TABLE;
-    draw(&set, &s, W, W);
+    draw(&s, W, W);
     for (int y = 0; y < W; y++)
         for (int x = 0; x < W; x++) {
             const float *c = seen[(W - 1 - y) * W + x];
-            const view_texel t = view_inspect(&set, &s, W, W, x, y);
+            const view_texel t = inspect(&s, W, W, x, y);
             const double r = (x + 0.5) / W, g = (W - y - 0.5) / W / 2;
             /* pixels from a line */
             const double far_r = fabs(r - fmax(rint(r * 10), 1) / 10) * W;
@@ -463,8 +445,6 @@ static void lines_are_at_values(void)
                 CHECK(c[0] == t.value[0] && c[1] == t.value[1] && c[2] == 0);
         }
     CHECK(white >= 9 * W / 2 && blue >= 4 * W / 2);
-    free_set(&set);
-    end();
 }
 
 /* Whatever values there are, none is at 0 or 1. */
@@ -473,13 +453,11 @@ static void no_lines_at_the_ends(void)
     enum {
         W = 256
     };
-    baked_set set;
     view_settings s = view_settings_default();
     int bad = 0, ends = 0;
 
-    if (!begin())
-        return;
-    set = make_set(4, 1);
+    begin();
+    make_set(4, 1);
     const ibl_texture *lut = &set.texture[VIEW_LUT];
     float *rg = (float *)(void *)lut->data;
     for (int i = 0; i < lut->width * lut->height; i++) {
@@ -487,9 +465,9 @@ static void no_lines_at_the_ends(void)
         rg[2 * i + 1] = 0.5f;
     }
     s.mode = VIEW_TABLE;
-    draw(&set, &s, W, W);
+    draw(&s, W, W);
     for (int i = 0; i < W * W; i++) {
-        const view_texel t = view_inspect(&set, &s, W, W, i % W, W - 1 - i / W);
+        const view_texel t = inspect(&s, W, W, i % W, W - 1 - i / W);
         const float r = t.value[0];
         if (r > 0.07f && r < 0.93f)
             continue;
@@ -497,32 +475,26 @@ static void no_lines_at_the_ends(void)
         bad += seen[i][0] != r || seen[i][1] != 0.5f || seen[i][2] != 0;
     }
     CHECK_MSG(ends > W * W / 4 && !bad, "%d of %d", bad, ends);
-    free_set(&set);
-    end();
 }
 
 /* A flat table has no lines, though it is all at a line's value. */
 static void flat_tables_have_no_lines(void)
 {
-    baked_set set;
     view_settings s = view_settings_default();
     int bad = 0;
 
-    if (!begin())
-        return;
-    set = make_set(4, 1);
+    begin();
+    make_set(4, 1);
     ibl_texture *lut = &set.texture[VIEW_LUT];
     for (size_t i = 0; i < lut->bytes / sizeof(float); i++)
         ((float *)(void *)lut->data)[i] = 0.5f;
     s.mode = VIEW_TABLE;
     s.zoom = 2;
-    draw(&set, &s, 100, 60);
+    draw(&s, 100, 60);
     for (int i = 0; i < 6000; i++)
         if (seen[i][3] != 0)
             bad += seen[i][0] != 0.5f || seen[i][1] != 0.5f || seen[i][2] != 0;
     CHECK(!bad);
-    free_set(&set);
-    end();
 }
 
 /* ---- moving and telling ----------------------------------------------------
@@ -530,18 +502,18 @@ static void flat_tables_have_no_lines(void)
 
 static void zoom_keeps_what_is_there(void)
 {
-    baked_set set = make_set(64, 1);
+    make_set(64, 1);
     view_settings s = view_settings_default();
 
     s.mode = VIEW_LEVELS;
-    const view_texel t = view_inspect(&set, &s, 320, 240, 100, 130);
+    const view_texel t = inspect(&s, 320, 240, 100, 130);
     for (int i = 0; i < 4; i++)
         view_inspect_zoom(&set, &s, 320, 240, 100.5, 130.5, 1.25);
     CHECK_NEAR(s.zoom, 1.25 * 1.25 * 1.25 * 1.25, 1e-12);
-    view_texel u = view_inspect(&set, &s, 320, 240, 100, 130);
+    view_texel u = inspect(&s, 320, 240, 100, 130);
     CHECK(u.inside && u.face == t.face && u.x == t.x && u.y == t.y);
     view_inspect_drag(&set, &s, 320, 240, 40, -25);
-    u = view_inspect(&set, &s, 320, 240, 140, 105);
+    u = inspect(&s, 320, 240, 140, 105);
     CHECK(u.inside && u.face == t.face && u.x == t.x && u.y == t.y);
     for (int i = 0; i < 100; i++)
         view_inspect_zoom(&set, &s, 320, 240, 140, 105, 1.25);
@@ -552,7 +524,6 @@ static void zoom_keeps_what_is_there(void)
     CHECK(s.zoom == 0.25);
     view_inspect_drag(&set, &s, 320, 240, 1e9, -1e9);
     CHECK(s.pan[0] == -0.5 && s.pan[1] == 0.5);
-    free_set(&set);
 }
 
 static void texels_are_told(void)
@@ -579,12 +550,11 @@ static void texels_are_told(void)
 
 static void absent_maps_are_not_inside(void)
 {
-    const baked_set set = {0};
     view_settings s = view_settings_default();
 
     for (int mode = 0; mode < VIEW_MODES; mode++) {
         s.mode = (view_mode)mode;
-        CHECK(!view_inspect(&set, &s, 64, 48, 32, 24).inside);
+        CHECK(!inspect(&s, 64, 48, 32, 24).inside);
         view_inspect_zoom(&set, &s, 64, 48, 0, 0, 2);
         view_inspect_drag(&set, &s, 64, 48, 1, 1);
     }

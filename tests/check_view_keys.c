@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maps.h"
+#include "sets.h"
 #include "test.h"
 #include "view.h"
 #include "view/key_bindings.h"
@@ -81,31 +81,22 @@ enum {
 static view_app app;
 static view_options options;
 
-static bool begin(void)
+static void end(void *unused)
 {
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_image map = map_constant(ctx, 8, 4, 1);
-    ibl_specular_options specular = ibl_specular_options_default();
-    bool ok;
+    (void)unused;
+    view_screen_close(app.screen);
+}
 
-    specular.size = 16;
-    specular.levels = 3;
+static void begin(void)
+{
     memset(&app, 0, sizeof app);
     memset(&options, 0, sizeof options);
     options.settings = view_settings_default();
     app.options = &options;
     app.settings = options.settings;
-    ok = view_set_bake_image(ctx, "map", &map, &specular, &app.sets[0]);
+    test_defer(end, NULL);
+    sets_white(&app.sets[0]);
     app.set = &app.sets[0];
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
-    return ok;
-}
-
-static void end(void)
-{
-    view_screen_close(app.screen);
-    view_set_free(&app.sets[0]);
 }
 
 /* Keys that move about ask the screen for its size. */
@@ -158,32 +149,24 @@ static void try_case(const key_case *c)
                   "key %d is not taken back by %d", c->key, c->back);
 }
 
-static bool needs_screen(void)
-{
-    if (!view_test_begin(64, 48)) /* skips the test where there is none */
-        return false;
-    view_test_end();
-    app.screen = view_screen_memory(64, 48);
-    return app.screen;
-}
-
 static void change_one_setting(void)
 {
-    NEED(begin());
+    begin();
     for (int i = 0; i < CASES; i++)
         if (!moves(&cases[i]))
             try_case(&cases[i]);
-    end();
 }
 
 static void move(void)
 {
-    NEED(begin());
-    if (needs_screen())
-        for (int i = 0; i < CASES; i++)
-            if (moves(&cases[i]))
-                try_case(&cases[i]);
-    end();
+    begin();
+    view_test_begin(64, 48); /* skips the test where there is none */
+    view_test_close();
+    app.screen = view_screen_memory(64, 48);
+    NEED(app.screen);
+    for (int i = 0; i < CASES; i++)
+        if (moves(&cases[i]))
+            try_case(&cases[i]);
 }
 
 /* To the first step up, as the list of keys says. */
@@ -213,7 +196,7 @@ static void go_the_right_way(void)
         {'h', offsetof(view_settings, probes), 1},
     };
 
-    NEED(begin());
+    begin();
     for (size_t i = 0; i < sizeof reals / sizeof *reals; i++) {
         double x;
         app.settings = options.settings;
@@ -247,7 +230,6 @@ static void go_the_right_way(void)
         view_spin(&app.settings, 180 * sign);
         CHECK_NEAR(app.settings.turn, 180, 0);
     }
-    end();
 }
 
 /* A tenth from where the camera is without a distance of its own. */
@@ -255,7 +237,7 @@ static void nearer_by_a_tenth(void)
 {
     const view_place at = {640, 480, 0, 0};
 
-    NEED(begin());
+    begin();
     for (int scene = 0; scene < 2; scene++) {
         view_settings s = options.settings;
         s.mode = scene ? VIEW_SCENE : VIEW_SPHERES;
@@ -269,17 +251,15 @@ static void nearer_by_a_tenth(void)
         view_approach(&s, app.set, at, 1);
         CHECK_NEAR(s.distance, sqrt(away) / 1.1, 1e-9);
     }
-    end();
 }
 
 static void tab_goes_back_with_shift(void)
 {
-    NEED(begin());
+    begin();
     view_keys_press(&app, VIEW_KEY_TAB, true);
     CHECK(app.settings.mode == VIEW_SCENE);
     view_keys_press(&app, VIEW_KEY_TAB, false);
     CHECK(app.settings.mode == VIEW_SPHERES);
-    end();
 }
 
 static void check_ranges(int key)
@@ -313,7 +293,7 @@ static void check_ranges(int key)
 /* Every key, pressed on and on. */
 static void stay_in_range(void)
 {
-    NEED(begin());
+    begin();
     for (int i = 0; i < CASES; i++) {
         if (moves(&cases[i]))
             continue;
@@ -326,7 +306,6 @@ static void stay_in_range(void)
             }
         }
     }
-    end();
 }
 
 static void moving_stays_in_range(void)
@@ -334,7 +313,7 @@ static void moving_stays_in_range(void)
     const view_place at = {640, 480, 0, 0};
     view_settings s;
 
-    NEED(begin());
+    begin();
     for (int sign = -1; sign <= 1; sign += 2) {
         s = options.settings;
         for (int n = 0; n < 300; n++) {
@@ -347,23 +326,21 @@ static void moving_stays_in_range(void)
         CHECK_NEAR(s.pitch, 89 * sign, 0);
         CHECK_NEAR(s.distance, sign > 0 ? 0.6 : 1000, 0);
     }
-    end();
 }
 
 static void reset_brings_all_back(void)
 {
-    NEED(begin());
+    begin();
     for (int i = 0; i < CASES; i++)
         if (!moves(&cases[i]))
             view_keys_press(&app, cases[i].key, false);
     view_keys_press(&app, '0', false);
     CHECK(same_but(app.settings, &options.settings, 0, 0));
-    end();
 }
 
 static void others_do_nothing(void)
 {
-    NEED(begin());
+    begin();
     view_keys_press(&app, 'Q', false);
     view_keys_press(&app, 0x3b1, false);
     view_keys_press(&app, VIEW_KEY_ENTER, true);
@@ -371,18 +348,16 @@ static void others_do_nothing(void)
     CHECK(!app.quit);
     view_keys_press(&app, 'q', false);
     CHECK(app.quit);
-    end();
 }
 
 /* Without harmonics there is nothing to switch to, and that is said. */
 static void no_harmonics(void)
 {
-    NEED(begin());
+    begin();
     app.sets[0].sh_degree = -1;
     view_keys_press(&app, 'd', false);
     CHECK(app.settings.diffuse == VIEW_DIFFUSE_MAP);
     CHECK(strstr(app.notice, "harmonics"));
-    end();
 }
 
 /* Every line fits the columns that --keys and the list on screen have. */

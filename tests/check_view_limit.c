@@ -3,6 +3,7 @@
  * by alpha, and in the picture the next probe fills in, as ibl/probes.h says.
  */
 #include "room.h"
+#include "shade.h"
 #include "view.h"
 
 #include <math.h>
@@ -24,37 +25,22 @@ static const float light[3] = {0.5F, 0.6F, 0.8F}; /* of the environment */
 /* Nothing is lost: the split sum of a surface is F0 R + G and the rest. */
 static const float table[2] = {0.95F, 0.05F};
 
-typedef struct look {
-    room_stage on;
-    float *rgba; /* of the last picture */
-} look;
+static room_stage on;
 
-static look *begin(void)
+static void begin(void)
 {
-    look *l = calloc(1, sizeof *l);
-
-    if (!l || !room_stage_begin(&l->on, WIDTH, HEIGHT, light, table)) {
-        free(l);
-        return NULL;
-    }
-    l->on.s.probe_size = SIZE;
-    l->on.s.probes = 1;
-    l->on.s.probe_limit = true;
-    return l;
+    room_stage_begin(&on, WIDTH, HEIGHT, light, table);
+    on.s.probe_size = SIZE;
+    on.s.probes = 1;
+    on.s.probe_limit = true;
 }
 
-static void end(look *l)
+/* What the captures of a picture were drawn by; *rgba is the picture. */
+static const view_room_draw *draw(const float **rgba)
 {
-    free(l->rgba);
-    room_stage_end(&l->on);
-    free(l);
-}
-
-static const view_room_draw *draw(look *l)
-{
-    free(l->rgba);
-    l->rgba = room_stage_draw(&l->on);
-    return l->rgba ? view_scene_drawn(l->on.stage) : NULL;
+    *rgba = room_stage_draw(&on);
+    NEED(*rgba);
+    return view_scene_drawn(on.stage);
 }
 
 /* ---- what probes hold --------------------------------------------------- */
@@ -86,7 +72,6 @@ static void read_face(GLuint texture, int count, int layer, int level, int n,
                       int face, float *rgba)
 {
     const size_t floats = (size_t)4 * n * n;
-    float *all;
 
     gl.ActiveTexture(GL_TEXTURE0);
     if (!count) {
@@ -95,14 +80,11 @@ static void read_face(GLuint texture, int count, int layer, int level, int n,
                        GL_RGBA, GL_FLOAT, rgba);
         return;
     }
-    all = malloc(floats * sizeof *all * IBL_FACES * (size_t)count);
-    if (!all)
-        exit(1);
+    float *all = test_alloc(floats * IBL_FACES * (size_t)count, sizeof *all);
     gl.BindTexture(GL_TEXTURE_CUBE_MAP_ARRAY, texture);
     gl.GetTexImage(GL_TEXTURE_CUBE_MAP_ARRAY, level, GL_RGBA, GL_FLOAT, all);
     memcpy(rgba, all + floats * (size_t)(IBL_FACES * layer + face),
            floats * sizeof *all);
-    free(all);
 }
 
 static probe_texels *read_probe(const view_room_draw *d, int i)
@@ -113,10 +95,8 @@ static probe_texels *read_probe(const view_room_draw *d, int i)
     const GLuint specular = local ? d->locals.specular : d->dynamic.specular;
     const GLuint irradiance =
         local ? d->locals.irradiance : d->dynamic.irradiance;
-    probe_texels *t = malloc(sizeof *t);
+    probe_texels *t = test_alloc(1, sizeof *t);
 
-    if (!t)
-        exit(1);
     for (int face = 0; face < IBL_FACES; face++) {
         for (int level = 0; level < LEVELS; level++)
             read_face(specular, count, layer, level, SIZE >> level, face,
@@ -189,73 +169,51 @@ static void check_marks(const view_room_draw *d, const probe_texels *t,
 static void marks_what_is_beyond(void)
 {
     static const double around[VIEW_PROBE_CAPTURES] = {0.5, 2};
-    look *l = begin();
+    const float *rgba;
 
-    if (!l)
-        return;
+    begin();
     for (int kind = 0; kind < VIEW_PROBE_CAPTURES; kind++) {
-        l->on.s.probe_capture = (view_probe_capture)kind;
-        const view_room_draw *d = draw(l);
-        NEED(d && count_probes(d) == 2);
+        on.s.probe_capture = (view_probe_capture)kind;
+        const view_room_draw *d = draw(&rgba);
+        NEED(count_probes(d) == 2);
         for (int i = 0; i < count_probes(d); i++) {
             view_room_draw captured = *d;
             const ibl_probe p = probe_of(d, i);
             probe_texels *t = read_probe(d, i);
             captured.moving = i == 1;
             check_marks(&captured, t, &p, around[kind]);
-            free(t);
         }
     }
-    end(l);
 }
 
 /* Without the limit nothing is marked. */
 static void sees_all_without(void)
 {
-    look *l = begin();
+    const float *rgba;
     int marked = 0;
 
-    if (!l)
-        return;
-    l->on.s.probe_limit = false;
-    const view_room_draw *d = draw(l);
-    NEED(d && count_probes(d) == 2);
+    begin();
+    on.s.probe_limit = false;
+    const view_room_draw *d = draw(&rgba);
+    NEED(count_probes(d) == 2);
     for (int i = 0; i < 2; i++) {
         probe_texels *t = read_probe(d, i);
         for (int at = 0; at < IBL_FACES * SIZE * SIZE; at++)
             marked += t->specular[0][at / (SIZE * SIZE)]
                                  [4 * (at % (SIZE * SIZE)) + 3] < 1;
-        free(t);
     }
     CHECK_MSG(marked == 0, "%d texels", marked);
-    end(l);
 }
 
 /* ---- what fills in ------------------------------------------------------ */
-
-/* Where a direction is on a cube: its face, and 0..1 to the right and down. */
-static int place_of(const double d[3], double *u, double *v)
-{
-    int axis = 0;
-
-    for (int k = 1; k < 3; k++)
-        if (fabs(d[k]) > fabs(d[axis]))
-            axis = k;
-    const double m = fabs(d[axis]), s = d[axis] < 0 ? -1 : 1;
-    const double right[3] = {-s * d[2], d[0], s * d[0]};
-    const double down[3] = {-d[1], s * d[2], -d[1]};
-    *u = 0.5 + 0.5 * right[axis] / m;
-    *v = 0.5 + 0.5 * down[axis] / m;
-    return 2 * axis + (s < 0);
-}
 
 /* Bilinear. False near edges, where other faces have a share. */
 static bool lookup(const float *const faces[IBL_FACES], int size,
                    const double direction[3], double rgba[4])
 {
-    double u, v;
-    const float *texels = faces[place_of(direction, &u, &v)];
-    const double x = u * size - 0.5, y = v * size - 0.5;
+    double s, t;
+    const float *texels = faces[shade_face(direction, &s, &t)];
+    const double x = (s + 1) / 2 * size - 0.5, y = (t + 1) / 2 * size - 0.5;
 
     memset(rgba, 0, 4 * sizeof *rgba);
     if (!(x >= 0 && y >= 0 && x < size - 1 && y < size - 1))
@@ -318,16 +276,16 @@ static void fill_in(const ibl_probe *probes, int count, const double point[3],
     }
 }
 
-typedef struct lit {
+typedef struct scene_light {
     const view_room_draw *d;
     ibl_probe probes[MOST];
     probe_texels *texels[MOST];
-} lit;
+} scene_light;
 
 /* What is to be seen of a hit. False where that is hard to say. holes: the
  * first probe, of which there is a share there, has not seen what is
  * reflected. */
-static bool shade(const lit *m, const room_hit *h, const double ray[3],
+static bool shade(const scene_light *m, const room_hit *h, const double ray[3],
                   double rgb[3], bool *holes)
 {
     double r[3], seen[MOST][4], from[MOST][4];
@@ -370,7 +328,7 @@ static double error_of(const float *pixel, const double rgb[3])
 }
 
 /* Whether a point is where a probe's influence falls to 0. */
-static bool is_between(const lit *m, const double point[3])
+static bool is_between(const scene_light *m, const double point[3])
 {
     for (int i = 0; i < count_probes(m->d); i++) {
         const double x = ibl_probe_influence(&m->probes[i], point);
@@ -384,20 +342,19 @@ static bool is_between(const lit *m, const double point[3])
  * their influences have sharp borders. */
 static void fills_holes_of(bool blend)
 {
-    look *l = begin();
+    const float *rgba;
     int floor = 0, filled = 0, between = 0, bad = 0;
 
-    if (!l)
-        return;
-    l->on.s.blend = blend;
-    l->on.s.seconds = 1;
-    l->on.s.probes = 2;
-    l->on.s.pitch = 35;
-    l->on.s.fov = 75;
-    const view_room_draw *d = draw(l);
-    NEED(d && count_probes(d) == 3);
-    const view_camera c = view_scene_camera(&l->on.s, WIDTH, HEIGHT);
-    lit m = {.d = d};
+    begin();
+    on.s.blend = blend;
+    on.s.seconds = 1;
+    on.s.probes = 2;
+    on.s.pitch = 35;
+    on.s.fov = 75;
+    const view_room_draw *d = draw(&rgba);
+    NEED(count_probes(d) == 3);
+    const view_camera c = view_scene_camera(&on.s, WIDTH, HEIGHT);
+    scene_light m = {.d = d};
     for (int i = 0; i < count_probes(d); i++) {
         m.probes[i] = probe_of(d, i);
         m.texels[i] = read_probe(d, i);
@@ -414,14 +371,11 @@ static void fills_holes_of(bool blend)
         floor++;
         filled += hole;
         between += is_between(&m, h.point);
-        bad += !(error_of(l->rgba + 4 * i, rgb) < 0.02);
+        bad += !(error_of(rgba + 4 * i, rgb) < 0.02);
     }
     CHECK_MSG(floor > 1000 && filled > 100, "%d, %d", floor, filled);
     CHECK_MSG((between > 100) == blend, "%d", between);
     CHECK_MSG(bad <= floor / 100, "%d of %d pixels", bad, floor);
-    for (int i = 0; i < count_probes(d); i++)
-        free(m.texels[i]);
-    end(l);
 }
 
 static void fills_holes(void)

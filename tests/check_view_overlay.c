@@ -19,22 +19,22 @@ enum {
 static view_overlay *overlay;
 static unsigned char *seen;
 
-static bool begin(void)
+static void end(void *unused)
 {
-    if (!view_test_begin(WIDTH, HEIGHT))
-        return false;
-    overlay = view_overlay_create();
-    gl.Viewport(0, 0, WIDTH, HEIGHT);
-    return overlay != NULL;
-}
-
-static void end(void)
-{
+    (void)unused;
     CHECK(view_gl_check("test"));
     free(seen);
     seen = NULL;
     view_overlay_free(overlay);
-    view_test_end();
+}
+
+static void begin(void)
+{
+    view_test_begin(WIDTH, HEIGHT);
+    overlay = view_overlay_create();
+    NEED(overlay);
+    test_defer(end, NULL);
+    gl.Viewport(0, 0, WIDTH, HEIGHT);
 }
 
 /* On grey. */
@@ -104,8 +104,7 @@ static void text_is_where_measure_says(void)
                               "`abcdefghijklmnopqrstuvwxyz{|}~";
     double w1, h1, w2, h2;
 
-    if (!begin())
-        return;
+    begin();
     check_plate("H", 10, 20, 1);
     check_plate("two lines\nand more of them", 3, 5, 1);
     check_plate("columns\tof\tkeys\nq\tx\ty", 3, 5, 1);
@@ -126,14 +125,12 @@ static void text_is_where_measure_says(void)
     CHECK(w2 == w1 + 60);
     view_overlay_measure("\t\tone", 1, &w2, &h2);
     CHECK(w2 == w1 + 120);
-    end();
 }
 
 /* An H is two bars of seven pixels and one across; whole scales are exact. */
 static void strokes_are_sharp(void)
 {
-    if (!begin())
-        return;
+    begin();
     for (int scale = 1; scale <= 3; scale++) {
         view_overlay_text(overlay, 10.2, 19.9, scale, "H");
         draw();
@@ -148,13 +145,11 @@ static void strokes_are_sharp(void)
             CHECK(at(b.left, y) == 255 && at(b.right - 1, y) == 255);
         CHECK(at((b.left + b.right) / 2, b.top) < GREY);
     }
-    end();
 }
 
 static void plates_darken(void)
 {
-    if (!begin())
-        return;
+    begin();
     view_overlay_text(overlay, 0, 0, 1, ".");
     draw();
     CHECK_NEAR(at(0, 0), GREY * 0.35, 1);
@@ -163,7 +158,6 @@ static void plates_darken(void)
     view_overlay_text(overlay, 0, 0, 1, "");
     draw();
     CHECK(find(false).count == 0);
-    end();
 }
 
 /* What is partly or wholly outside. */
@@ -173,8 +167,7 @@ static void edges_cut(void)
         {-20, 30},  {WIDTH - 15, 30}, {50, -9},   {50, HEIGHT - 9},
         {-1e6, 30}, {1e6, 30},        {30, -1e6}, {30, 1e6}};
 
-    if (!begin())
-        return;
+    begin();
     for (int i = 0; i < 8; i++) {
         view_overlay_text(overlay, places[i][0], places[i][1], 1, "sun HDR");
         draw();
@@ -191,7 +184,6 @@ static void edges_cut(void)
         CHECK(i != 2 || b.top == 0);
         CHECK(i != 3 || b.bottom == HEIGHT);
     }
-    end();
 }
 
 /* A value under a plate, a trough and ink that cover so much of a pixel. */
@@ -206,8 +198,7 @@ static double under_bar(double cover)
 /* Half of a pixel at each side, a quarter in a corner. */
 static void parts_of_pixels(void)
 {
-    if (!begin())
-        return;
+    begin();
     view_overlay_bar(overlay, 10.5, 20.5, 6, 4, 1);
     draw();
     CHECK_NEAR(at(12, 22), under_bar(1), 1);
@@ -217,7 +208,6 @@ static void parts_of_pixels(void)
         for (int k = 0; k < 2; k++)
             CHECK_NEAR(at(i ? 16 : 10, k ? 24 : 20), under_bar(0.25), 3);
     }
-    end();
 }
 
 /* More strokes than the vertex buffer holds, many times; none is lost and the
@@ -225,19 +215,15 @@ static void parts_of_pixels(void)
 static void any_length_is_taken(void)
 {
     const int lines = TEST_SANITIZED ? 300 : 1500, columns = 40;
-    char *text = malloc((size_t)lines * (columns + 1) + 1);
+    char *text = test_alloc((size_t)lines * (columns + 1) + 1, 1);
     char *to = text;
 
-    if (!text || !begin()) {
-        free(text);
-        return;
-    }
+    begin();
     for (int y = 0; y < lines; y++) {
         memset(to, 'W', columns);
         to += columns;
         *to++ = '\n';
     }
-    *to = 0;
     view_overlay_text(overlay, 0, HEIGHT - 12 * lines - 4, 1, text);
     view_overlay_text(overlay, 20, 10, 1, "   ");
     draw();
@@ -254,8 +240,6 @@ static void any_length_is_taken(void)
     draw();
     b = find(false);
     CHECK(b.left == 5 && b.top == 5);
-    free(text);
-    end();
 }
 
 /* Bytes that the font has not are question marks. */
@@ -266,8 +250,7 @@ static void any_byte_is_taken(void)
     double w1, h1, w2, h2;
     int n = 0;
 
-    if (!begin())
-        return;
+    begin();
     for (int i = 1; i < 256; i++)
         if (i != '\n' && i != '\t' && (i < ' ' || i > '~'))
             text[n] = (char)i, marks[n++] = '?';
@@ -282,7 +265,6 @@ static void any_byte_is_taken(void)
     draw();
     CHECK(!memcmp(first, seen, sizeof first));
     CHECK(find(true).count > 100);
-    end();
 }
 
 /* No two printable characters look alike, but l and |, which this font has so.
@@ -295,8 +277,7 @@ static void letters_differ(void)
     };
     static unsigned char glyphs[128][BYTES];
 
-    if (!begin())
-        return;
+    begin();
     for (int c = ' '; c <= '~'; c++) {
         view_overlay_text(overlay, 0, 0, 1, (char[2]){(char)c, 0});
         draw();
@@ -307,15 +288,13 @@ static void letters_differ(void)
                           memcmp(glyphs[b], glyphs[c], BYTES),
                       "%c is as %c", b, c);
     }
-    end();
 }
 
 static void bars_are_as_long_as_their_share(void)
 {
     static const double shares[] = {-1, 0, 0.25, 0.5, 1, 2};
 
-    if (!begin())
-        return;
+    begin();
     for (int i = 0; i < 6; i++) {
         view_overlay_bar(overlay, 20, 30, 100, 8, shares[i]);
         draw();
@@ -326,14 +305,12 @@ static void bars_are_as_long_as_their_share(void)
             white += at(x, 33) == 255;
         CHECK(white == (int)(100 * fmin(fmax(shares[i], 0), 1)));
     }
-    end();
 }
 
 /* Its middle is the colour of middle grey and each stop has its own. */
 static void legends_show_the_scale(void)
 {
-    if (!begin())
-        return;
+    begin();
     view_overlay_legend(overlay, 10, 20, 168, 1);
     draw();
     const box b = find(false);
@@ -345,7 +322,6 @@ static void legends_show_the_scale(void)
         for (int k = 0; k < 3; k++)
             CHECK_NEAR(seen[3 * (28 * WIDTH + x) + k], 255 * c[k], 0.51);
     }
-    end();
 }
 
 static const test tests[] = {

@@ -34,8 +34,13 @@ static ibl_ctx *ctx;
 
 static void make_context(void)
 {
-    if (!ctx)
-        ctx = view_test_ctx(2);
+    ctx = view_test_ctx(2);
+}
+
+static void begin(void)
+{
+    view_test_begin(16, 16);
+    make_context();
 }
 
 /* Sums of powers of 2 alone, which halves and every pixel hold exactly. */
@@ -116,7 +121,8 @@ static view_probe_set *load(const char *dir)
 /* A level of a cube array: RGBA. */
 static float *read_array(GLuint cubes, int size, int layers, int level)
 {
-    float *rgba = malloc(sizeof *rgba * 4 * 6 * (size_t)(size * size * layers));
+    float *rgba =
+        test_alloc((size_t)(6 * size * size * layers), 4 * sizeof *rgba);
 
     gl.BindTexture(GL_TEXTURE_CUBE_MAP_ARRAY, cubes);
     gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
@@ -141,7 +147,7 @@ static void pictures_are_exact(void)
     make_context();
     for (int i = 0; i < 3; i++) {
         const int width = sizes[i][0], height = sizes[i][1];
-        uint16_t *rgba = malloc(8 * (size_t)(width * height));
+        uint16_t *rgba = test_alloc((size_t)(width * height), 8);
         void *bytes = NULL;
         size_t size = 0;
         ibl_read_options o = ibl_read_options_default();
@@ -174,7 +180,6 @@ static void pictures_are_exact(void)
             ibl_image_free(&img);
         }
         free(bytes);
-        free(rgba);
     }
 }
 
@@ -297,7 +302,6 @@ static void check_painted(const char *dir, const view_probe_set *set,
             CHECK_NEAR(got[3], 1, 0);
         }
     }
-    free(rgba);
 }
 
 static void faces_are_the_right_way_round(void)
@@ -309,9 +313,7 @@ static void faces_are_the_right_way_round(void)
         "--pixel r11g11b10f --irradiance sh",
     };
 
-    if (!view_test_begin(16, 16))
-        return;
-    make_context();
+    begin();
     for (int i = 0; i < 4; i++) {
         char dir[16];
         snprintf(dir, sizeof dir, "way%d", i);
@@ -325,15 +327,12 @@ static void faces_are_the_right_way_round(void)
         CHECK_NEAR(l->irradiance_scale, 1, 0);
         view_probe_set_free(set);
     }
-    view_test_end();
 }
 
 /* It has a layer, which no probe has. */
 static void the_global_environment_is_left_out(void)
 {
-    if (!view_test_begin(16, 16))
-        return;
-    make_context();
+    begin();
     NEED(bake("without", ""));
     NEED(file_run("sed -i 's/\"probes\": \\[/\"global\": {\"capture\": "
                   "{\"faces\": [%s, %s, %s]}},&/' painted/set.json && "
@@ -346,16 +345,13 @@ static void the_global_environment_is_left_out(void)
     NEED(set);
     check_painted("global", set, PROBES + 1);
     view_probe_set_free(set);
-    view_test_end();
 }
 
 /* Harmonics as cubes are nearly what the cubes are: irradiance has hardly more
  * than degree 2. */
 static void harmonics_become_cubes(void)
 {
-    if (!view_test_begin(16, 16))
-        return;
-    make_context();
+    begin();
     NEED(bake("cubes", "--irradiance 16") && bake("sums", "--irradiance sh"));
     view_probe_set *cubes = load("cubes"), *sums = load("sums");
     NEED(cubes && sums);
@@ -371,7 +367,6 @@ static void harmonics_become_cubes(void)
         mean += d / (4 * count);
     }
     CHECK_MSG(worst < 0.12 && mean < 0.02, "%g, %g", worst, mean);
-    free(a);
     view_probe_set_free(cubes);
     view_probe_set_free(sums);
     /* Whatever their order in the index. */
@@ -388,9 +383,6 @@ static void harmonics_become_cubes(void)
     a = read_array(view_probe_set_locals(sums)->irradiance, 16, PROBES, 0);
     CHECK(!memcmp(a, b, sizeof *a * 4 * count));
     view_probe_set_free(sums);
-    free(a);
-    free(b);
-    view_test_end();
 }
 
 /* Every level of an array is that of its file, bit for bit. */
@@ -433,9 +425,7 @@ static void lookups_are_as_told(void)
         {"s/\"scale\": \"E.pi\"/\"scale\": \"E\"/", 2, 0, 1 / M_PI, false},
     };
 
-    if (!view_test_begin(16, 16))
-        return;
-    make_context();
+    begin();
     NEED(bake("told", "--levels 3") &&
          file_run("cp told/index.json index.json"));
     for (size_t i = 0; i < sizeof told / sizeof *told; i++) {
@@ -450,7 +440,6 @@ static void lookups_are_as_told(void)
         check_levels(set, "told/probes_specular.ktx2");
         view_probe_set_free(set);
     }
-    view_test_end();
 }
 
 /* ---- a captured room --------------------------------------------------- */
@@ -479,9 +468,7 @@ static void a_room_comes_back(void)
                              .irradiance = 8,
                              .face = captured};
 
-    if (!view_test_begin(16, 16))
-        return;
-    make_context();
+    begin();
     o.size = edge;
     o.samples = 1;
     NEED(box_begin(&box));
@@ -512,11 +499,9 @@ static void a_room_comes_back(void)
     }
     /* But for edges of squares within a texel. */
     CHECK_MSG(right > 0.97 * count, "%d of %d", right, count);
-    free(rgba);
     view_probe_set_free(set);
     view_capture_free(c.cookie);
     box_end(&box);
-    view_test_end();
 }
 
 /* ---- files that will not do -------------------------------------------- */
@@ -539,21 +524,49 @@ static void refuses(const char *dir, const char *words)
         CHECK_MSG(strstr(said, word), "no \"%s\" in: %s", word, said);
 }
 
-/* An index with its text changed by sed. */
-static void refuses_edited(const char *sed, const char *words)
-{
-    NEED(file_run("cp whole/index.json bad/ && sed -i -E '%s' bad/index.json "
-                  "&& ! cmp -s whole/index.json bad/index.json",
-                  sed));
-    refuses("bad", words);
-    NEED(file_run("cp whole/index.json bad/"));
-}
-
+/* What sed makes of an index, too. */
 static void damaged_indices_are_refused(void)
 {
-    if (!view_test_begin(16, 16))
-        return;
-    make_context();
+    static const struct {
+        const char *sed, *words;
+    } edits[] = {
+        {"s/\"version\": 1,/\"version\": 2,/", "index.json: version|found 2"},
+        {"s/\"layer\": 1/\"layer\": 3/",
+         "probes[1].layer: expected a whole number from 0 to 2, "
+         "found 3"},
+        {"s/\"layer\": 1/\"layer\": -1/", "probes[1].layer|found -1"},
+        {"s/\"linear\"/\"cubic\"/",
+         "specular.mapping: expected linear or filament, "
+         "found \"cubic\""},
+        {"s/\"kind\": \"sh\"/\"kind\": 3/", "irradiance.kind|found 3"},
+        {"s/\"scale\": \"E.pi\"/\"scale\": \"E2\"/",
+         "irradiance.scale|found \"E2\""},
+        {"s/\"radius\": 3.0/\"radius\": 0/",
+         "influence.sphere.radius: expected a number above 0"},
+        {"s/\"sphere\"/\"cone\"/",
+         "influence.cone: expected no such member, but box or sphere"},
+        {"s/\"position\": \\[2.0, /\"position\": [/",
+         "probes[0].position: expected an array of 3"},
+        {"s/\"sh\": \\[/\"sh\": [[1, 2, 3],/",
+         "probes[0].sh: expected an array of 9, found an array of "
+         "10"},
+        {"s/\"lod_scale\": 1.0/\"lod_scale\": null/",
+         "specular.lod_scale|found null"},
+        {"s/\"file\": \"probes/\"file\": \"..\\/probes/",
+         "files.specular.file|beside the index"},
+        {"s/\"file\": \"probes_specular/\"file\": \"probes_none/",
+         "probes_none.ktx2"},
+        {"s/\"layers\": 3/\"layers\": 300/",
+         "has 3 layers, its index says 300"},
+        {"s/\"layers\": 3/\"layers\": 3000000/", "files.specular.layers"},
+        {"s/\"size\": 16/\"size\": 32/",
+         "16 texels with levels: 2, its index says 32 with 2"},
+        {"s/\"levels\": 2/\"levels\": 5/", "its index says 16 with 5"},
+        {"s/\"rgba16f\"/\"rgb9e5\"/", "holds rgba16f, its index says rgb9e5"},
+        {"s/\"name\": \"[^\"]*\",/\"priority\": 1,/", "no JSON"},
+    };
+
+    begin();
     NEED(bake("whole", "--irradiance sh") && file_run("cp -r whole bad"));
     refuses("missing", "missing/index.json: cannot be read");
     NEED(file_run("mkfifo bad/pipe && mkdir holes && cd holes && mkfifo "
@@ -569,55 +582,19 @@ static void damaged_indices_are_refused(void)
     refuses("bad", "expected an object");
     NEED(file_run("cp painted/set.json bad/index.json"));
     refuses("bad", "is a set to bake");
-    refuses_edited("s/\"version\": 1,/\"version\": 2,/",
-                   "index.json: version|found 2");
-    refuses_edited("s/\"layer\": 1/\"layer\": 3/",
-                   "probes[1].layer: expected a whole number from 0 to 2, "
-                   "found 3");
-    refuses_edited("s/\"layer\": 1/\"layer\": -1/", "probes[1].layer|found -1");
-    refuses_edited("s/\"linear\"/\"cubic\"/",
-                   "specular.mapping: expected linear or filament, "
-                   "found \"cubic\"");
-    refuses_edited("s/\"kind\": \"sh\"/\"kind\": 3/",
-                   "irradiance.kind|found 3");
-    refuses_edited("s/\"scale\": \"E.pi\"/\"scale\": \"E2\"/",
-                   "irradiance.scale|found \"E2\"");
-    refuses_edited("s/\"radius\": 3.0/\"radius\": 0/",
-                   "influence.sphere.radius: expected a number above 0");
-    refuses_edited(
-        "s/\"sphere\"/\"cone\"/",
-        "influence.cone: expected no such member, but box or sphere");
-    refuses_edited("s/\"position\": \\[2.0, /\"position\": [/",
-                   "probes[0].position: expected an array of 3");
-    refuses_edited("s/\"sh\": \\[/\"sh\": [[1, 2, 3],/",
-                   "probes[0].sh: expected an array of 9, found an array of "
-                   "10");
-    refuses_edited("s/\"lod_scale\": 1.0/\"lod_scale\": null/",
-                   "specular.lod_scale|found null");
-    refuses_edited("s/\"file\": \"probes/\"file\": \"..\\/probes/",
-                   "files.specular.file|beside the index");
-    refuses_edited("s/\"file\": \"probes_specular/\"file\": \"probes_none/",
-                   "probes_none.ktx2");
-    refuses_edited("s/\"layers\": 3/\"layers\": 300/",
-                   "has 3 layers, its index says 300");
-    refuses_edited("s/\"layers\": 3/\"layers\": 3000000/",
-                   "files.specular.layers");
-    refuses_edited("s/\"size\": 16/\"size\": 32/",
-                   "16 texels with levels: 2, its index says 32 with 2");
-    refuses_edited("s/\"levels\": 2/\"levels\": 5/",
-                   "its index says 16 with 5");
-    refuses_edited("s/\"rgba16f\"/\"rgb9e5\"/",
-                   "holds rgba16f, its index says rgb9e5");
-    refuses_edited("s/\"name\": \"[^\"]*\",/\"priority\": 1,/", "no JSON");
-    view_test_end();
+    for (size_t i = 0; i < sizeof edits / sizeof *edits; i++) {
+        NEED(file_run("cp whole/index.json bad/ && sed -i -E '%s' "
+                      "bad/index.json && ! cmp -s whole/index.json "
+                      "bad/index.json",
+                      edits[i].sed));
+        refuses("bad", edits[i].words);
+    }
 }
 
 /* More than fit in a frame, all of the same layer. */
 static void too_many_are_refused(void)
 {
-    if (!view_test_begin(16, 16))
-        return;
-    make_context();
+    begin();
     NEED(bake("whole", "--irradiance sh") && file_run("rm -rf bad; cp -r "
                                                       "whole bad"));
     json_t *root = json_load_file(file_path("whole/index.json"), 0, NULL);
@@ -632,7 +609,6 @@ static void too_many_are_refused(void)
     CHECK(set && view_probe_set_locals(set)->count == 64);
     view_probe_set_free(set);
     json_decref(root);
-    view_test_end();
 }
 
 /* Pokes a texel's channel of an array of halves. */
@@ -659,9 +635,7 @@ static void damaged_arrays_are_refused(void)
     static const char specular[] = "bad/probes_specular.ktx2";
     struct stat st;
 
-    if (!view_test_begin(16, 16))
-        return;
-    make_context();
+    begin();
     NEED(bake("whole", "") && file_run("rm -rf bad; cp -r whole bad"));
     NEED(!stat(file_path(specular), &st));
     for (long cut = 0; cut < st.st_size; cut += 1 + cut / 2) {
@@ -690,7 +664,6 @@ static void damaged_arrays_are_refused(void)
                   "bad/probes_irradiance.ktx2",
                   specular));
     refuses("bad", "probes_irradiance.ktx2");
-    view_test_end();
 }
 
 /* By how much the clock is behind, in seconds: as if files were written by the
@@ -711,9 +684,7 @@ int __wrap_clock_gettime(clockid_t clock, struct timespec *now)
 /* A file of a time to come has settled as one of the past has. */
 static void clocks_of_other_machines(void)
 {
-    if (!view_test_begin(16, 16))
-        return;
-    make_context();
+    begin();
     NEED(bake("watched", ""));
     view_probe_set *probes = load("watched");
     NEED(probes && file_run("echo >map"));
@@ -729,7 +700,6 @@ static void clocks_of_other_machines(void)
     behind = 0;
     view_set_free(&set);
     view_probe_set_free(probes);
-    view_test_end();
 }
 
 /* A copy that is as old is another file nevertheless. */
@@ -745,9 +715,7 @@ static void replace(view_probe_set *set, const char *file)
 
 static void changes_are_seen(void)
 {
-    if (!view_test_begin(16, 16))
-        return;
-    make_context();
+    begin();
     NEED(bake("watched", ""));
     view_probe_set *set = load("watched");
     NEED(set);
@@ -761,7 +729,6 @@ static void changes_are_seen(void)
     NEED(file_run("rm watched/index.json"));
     CHECK(!view_probe_set_changed(set, 0));
     view_probe_set_free(set);
-    view_test_end();
 }
 
 /* Keys do not ask for other probes then. */
@@ -769,9 +736,7 @@ static void keys_say_whose_they_are(void)
 {
     view_app app = {.settings = view_settings_default()};
 
-    if (!view_test_begin(16, 16))
-        return;
-    make_context();
+    begin();
     NEED(bake("keyed", ""));
     app.probes = load("keyed");
     NEED(app.probes);
@@ -780,7 +745,6 @@ static void keys_say_whose_they_are(void)
     CHECK_MSG(!strcmp(app.notice, "the 3 local probes are of a file"), "%s",
               app.notice);
     view_probe_set_free(app.probes);
-    view_test_end();
 }
 
 static const test tests[] = {

@@ -73,12 +73,12 @@ static const char fragment_text[] =
 typedef float texel[4];
 
 /* What draws with it: units 0..4 in the order of the samplers. */
-typedef struct stage {
+static struct {
     GLuint program, buffer, frame, vertices, textures[6];
     ibl_probe probes[MOST];
     int order[MOST];
     texel points[PIXELS], directions[PIXELS], seen[PIXELS];
-} stage;
+} on;
 
 enum {
     BUFFER,
@@ -89,27 +89,15 @@ enum {
     SEEN
 };
 
-static char *read_text(const char *path)
+static void set(const char *name, int value)
 {
-    FILE *f = fopen(path, "rb");
-    char *text = calloc(1, 65536);
-
-    if (!f || !text || fread(text, 1, 65535, f) == 0)
-        exit(1);
-    fclose(f);
-    return text;
+    gl.Uniform1i(gl.GetUniformLocation(on.program, name), value);
 }
 
-static void set(const stage *s, const char *name, int value)
-{
-    gl.Uniform1i(gl.GetUniformLocation(s->program, name), value);
-}
-
-static void upload(const stage *s, int which, int width, int height,
-                   const texel *texels)
+static void upload(int which, int width, int height, const texel *texels)
 {
     gl.ActiveTexture(GL_TEXTURE0 + (GLenum)which);
-    gl.BindTexture(GL_TEXTURE_2D, s->textures[which]);
+    gl.BindTexture(GL_TEXTURE_2D, on.textures[which]);
     gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
     gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA,
@@ -117,7 +105,7 @@ static void upload(const stage *s, int which, int width, int height,
 }
 
 /* Masks of 4 x 4 tiles. */
-static void upload_masks(const stage *s, const unsigned long long *masks)
+static void upload_masks(const unsigned long long *masks)
 {
     unsigned words[32];
 
@@ -126,102 +114,79 @@ static void upload_masks(const stage *s, const unsigned long long *masks)
         words[2 * i + 1] = (unsigned)(masks[i] >> 32);
     }
     gl.ActiveTexture(GL_TEXTURE0 + MASK);
-    gl.BindTexture(GL_TEXTURE_2D, s->textures[MASK]);
+    gl.BindTexture(GL_TEXTURE_2D, on.textures[MASK]);
     gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
     gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RG32UI, 4, 4, 0, GL_RG_INTEGER,
                   GL_UNSIGNED_INT, words);
 }
 
-/* Gives the shader the probes in s->order. */
-static void upload_probes(const stage *s, int count)
+/* Gives the shader the probes in on.order. */
+static void upload_probes(int count)
 {
     float texels[MOST * IBL_PROBE_FLOATS];
 
-    ibl_probes_pack(s->probes, count, s->order, texels);
-    gl.BindBuffer(GL_TEXTURE_BUFFER, s->buffer);
+    ibl_probes_pack(on.probes, count, on.order, texels);
+    gl.BindBuffer(GL_TEXTURE_BUFFER, on.buffer);
     gl.BufferData(GL_TEXTURE_BUFFER,
                   (GLsizeiptr)sizeof(float) * IBL_PROBE_FLOATS * count, texels,
                   GL_DYNAMIC_DRAW);
     gl.ActiveTexture(GL_TEXTURE0 + BUFFER);
-    gl.BindTexture(GL_TEXTURE_BUFFER, s->textures[BUFFER]);
-    gl.TexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, s->buffer);
-    set(s, "count", count);
+    gl.BindTexture(GL_TEXTURE_BUFFER, on.textures[BUFFER]);
+    gl.TexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, on.buffer);
+    set("count", count);
 }
 
-static void draw(stage *s, int what, int part)
+static void draw(int what, int part)
 {
-    set(s, "what", what);
-    set(s, "part", part);
+    set("what", what);
+    set("part", part);
     gl.DrawArrays(GL_TRIANGLES, 0, 3);
-    gl.ReadPixels(0, 0, EDGE, EDGE, GL_RGBA, GL_FLOAT, s->seen);
+    gl.ReadPixels(0, 0, EDGE, EDGE, GL_RGBA, GL_FLOAT, on.seen);
     if (!view_gl_check("test"))
         exit(1);
 }
 
-static void close_stage(stage *s)
-{
-    if (s) {
-        gl.DeleteProgram(s->program);
-        gl.DeleteBuffers(1, &s->buffer);
-        gl.DeleteFramebuffers(1, &s->frame);
-        gl.DeleteVertexArrays(1, &s->vertices);
-        gl.DeleteTextures(6, s->textures);
-    }
-    free(s);
-    view_test_end();
-}
-
 static GLuint make_program(void)
 {
-    char *text = read_text("include/ibl/probes.glsl");
-    const view_shader_file files[] = {{"probes.glsl", text},
-                                      {"all.vert", vertex_text},
-                                      {"probes.frag", fragment_text},
-                                      {NULL, NULL}};
-    const GLuint program = view_program_from(files, "all.vert", "probes.frag");
+    const view_shader_file files[] = {
+        {"probes.glsl", view_test_shader("probes.glsl")},
+        {"all.vert", vertex_text},
+        {"probes.frag", fragment_text},
+        {NULL, NULL}};
 
-    free(text);
-    return program;
+    return view_program_from(files, "all.vert", "probes.frag");
 }
 
-static stage *open_stage(void)
+static void begin(void)
 {
     static const char *const names[] = {"probes", "mask", "points",
                                         "directions", "camera"};
-    stage *s;
 
-    if (!view_test_begin(EDGE, EDGE))
-        return NULL;
-    s = calloc(1, sizeof *s);
-    if (!s)
-        exit(1);
-    s->program = make_program();
-    CHECK_MSG(s->program, "%s", view_test_caught());
-    gl.GenBuffers(1, &s->buffer);
-    gl.GenFramebuffers(1, &s->frame);
-    gl.GenVertexArrays(1, &s->vertices);
-    gl.GenTextures(6, s->textures);
-    gl.UseProgram(s->program);
+    view_test_begin(EDGE, EDGE);
+    memset(&on, 0, sizeof on);
+    on.program = make_program();
+    NEED(on.program);
+    gl.GenBuffers(1, &on.buffer);
+    gl.GenFramebuffers(1, &on.frame);
+    gl.GenVertexArrays(1, &on.vertices);
+    gl.GenTextures(6, on.textures);
+    gl.UseProgram(on.program);
     for (int i = 0; i < 5; i++)
-        set(s, names[i], i);
+        set(names[i], i);
     for (int i = 0; i < MOST; i++)
-        s->order[i] = i;
-    upload(s, POINTS, EDGE, EDGE, s->points);
-    upload(s, DIRECTIONS, EDGE, EDGE, s->points);
-    upload(s, CAMERA, 4, 1, s->points);
-    upload(s, SEEN, EDGE, EDGE, NULL);
-    upload_masks(s, (unsigned long long[16]){0});
-    gl.BindFramebuffer(GL_FRAMEBUFFER, s->frame);
+        on.order[i] = i;
+    upload(POINTS, EDGE, EDGE, on.points);
+    upload(DIRECTIONS, EDGE, EDGE, on.points);
+    upload(CAMERA, 4, 1, on.points);
+    upload(SEEN, EDGE, EDGE, NULL);
+    upload_masks((unsigned long long[16]){0});
+    gl.BindFramebuffer(GL_FRAMEBUFFER, on.frame);
     gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
-                            s->textures[SEEN], 0);
-    gl.BindVertexArray(s->vertices);
+                            on.textures[SEEN], 0);
+    gl.BindVertexArray(on.vertices);
     gl.Viewport(0, 0, EDGE, EDGE);
-    if (!s->program || !view_gl_check("test")) {
-        close_stage(s);
-        return NULL;
-    }
-    return s;
+    NEED(view_gl_check("test"));
 }
 
 /* ---- what is drawn: numbers of float, as the shader gets them ------------ */
@@ -236,10 +201,10 @@ static int pick(test_random *r, int n)
     return (int)(test_random_u64(r) % (uint64_t)n);
 }
 
-static void random_probes(stage *s, test_random *r, int count, bool crowded)
+static void random_probes(test_random *r, int count, bool crowded)
 {
     for (int i = 0; i < count; i++) {
-        ibl_probe *p = &s->probes[i];
+        ibl_probe *p = &on.probes[i];
 
         *p = (ibl_probe){.blend =
                              crowded ? between(r, 3, 6) : between(r, 0.1, 1.5)};
@@ -251,11 +216,11 @@ static void random_probes(stage *s, test_random *r, int count, bool crowded)
             p->influence.half[k] = between(r, 0.3, 2.5);
         }
         if (i > 0 && pick(r, 6) == 0)
-            p->influence = s->probes[i - 1].influence;
+            p->influence = on.probes[i - 1].influence;
     }
-    ibl_probes_order(s->probes, count, s->order);
+    ibl_probes_order(on.probes, count, on.order);
     for (int i = count; i < MOST; i++)
-        s->order[i] = i;
+        on.order[i] = i;
 }
 
 static void random_texels(test_random *r, texel *texels, double reach)
@@ -279,36 +244,35 @@ typedef struct mixes {
     int nearest[PIXELS];
 } mixes;
 
-static void draw_mixes(stage *s, int what, mixes *m)
+static void draw_mixes(int what, mixes *m)
 {
     static texel weights[PIXELS];
 
     memset(m, 0, sizeof *m);
-    draw(s, what, 0);
-    memcpy(weights, s->seen, sizeof weights);
-    draw(s, what, 1);
+    draw(what, 0);
+    memcpy(weights, on.seen, sizeof weights);
+    draw(what, 1);
     for (int i = 0; i < PIXELS; i++) {
         for (int k = 0; k < 4; k++)
-            m->weight[i][(int)s->seen[i][k] & (MOST - 1)] +=
+            m->weight[i][(int)on.seen[i][k] & (MOST - 1)] +=
                 (double)weights[i][k];
     }
-    draw(s, what, 2);
+    draw(what, 2);
     for (int i = 0; i < PIXELS; i++) {
-        m->rest[i] = (double)s->seen[i][0];
-        m->nearest[i] = (int)s->seen[i][2];
+        m->rest[i] = (double)on.seen[i][0];
+        m->nearest[i] = (int)on.seen[i][2];
     }
 }
 
 /* The largest difference to the shader's, of weights and rest. */
-static double differ(const stage *s, const mixes *m, int pixel,
-                     const ibl_probe_mix *mix)
+static double differ(const mixes *m, int pixel, const ibl_probe_mix *mix)
 {
     double weight[MOST] = {0}, worst = fabs(m->rest[pixel] - mix->rest);
 
     for (int i = 0; i < mix->count; i++)
         weight[mix->probe[i]] = mix->weight[i];
     for (int i = 0; i < MOST; i++) {
-        const double d = fabs(m->weight[pixel][i] - weight[s->order[i]]);
+        const double d = fabs(m->weight[pixel][i] - weight[on.order[i]]);
         worst = d <= worst ? worst : d;
     }
     return worst;
@@ -318,72 +282,68 @@ static double differ(const stage *s, const mixes *m, int pixel,
 
 static void blends(void)
 {
-    stage *s = open_stage();
-    mixes *m = malloc(sizeof *m);
+    mixes *m = test_alloc(1, sizeof *m);
     test_random r = {1};
     ibl_probe_mix mix;
     double p[3], worst = 0;
     int full = 0;
 
-    for (int n = 0; s && m && n < (TEST_SANITIZED ? 4 : 16); n++) {
+    begin();
+    for (int n = 0; n < (TEST_SANITIZED ? 4 : 16); n++) {
         const int count = 1 + pick(&r, 16);
-        random_probes(s, &r, count, n % 2);
-        random_texels(&r, s->points, 2.5);
-        upload(s, POINTS, EDGE, EDGE, s->points);
-        upload_probes(s, count);
-        draw_mixes(s, 0, m);
+        random_probes(&r, count, n % 2);
+        random_texels(&r, on.points, 2.5);
+        upload(POINTS, EDGE, EDGE, on.points);
+        upload_probes(count);
+        draw_mixes(0, m);
         for (int i = 0; i < PIXELS; i++) {
-            widen(s->points[i], p);
-            ibl_probes_blend(s->probes, count, s->order, p, NULL, &mix);
-            worst = fmax(worst, differ(s, m, i, &mix));
+            widen(on.points[i], p);
+            ibl_probes_blend(on.probes, count, on.order, p, NULL, &mix);
+            worst = fmax(worst, differ(m, i, &mix));
             full += mix.count == IBL_MAX_PROBES_AT;
         }
     }
     /* Slopes to 15 a unit, at coordinates to 5, by some roundings. */
     CHECK_MSG(!(worst > 1e-5), "differs by %g", worst);
-    CHECK(!s || full > 500);
-    free(m);
-    close_stage(s);
+    CHECK(full > 500);
 }
 
 static void blends_of_masks(void)
 {
-    stage *s = open_stage();
-    mixes *m = malloc(sizeof *m);
+    mixes *m = test_alloc(1, sizeof *m);
     test_random r = {2};
     ibl_probe_mix mix;
     unsigned long long masks[16];
     double p[3], worst = 0;
 
-    for (int n = 0; s && m && n < (TEST_SANITIZED ? 2 : 8); n++) {
-        random_probes(s, &r, MOST, n % 2);
-        random_texels(&r, s->points, 2.5);
-        upload(s, POINTS, EDGE, EDGE, s->points);
-        upload_probes(s, MOST);
+    begin();
+    for (int n = 0; n < (TEST_SANITIZED ? 2 : 8); n++) {
+        random_probes(&r, MOST, n % 2);
+        random_texels(&r, on.points, 2.5);
+        upload(POINTS, EDGE, EDGE, on.points);
+        upload_probes(MOST);
         for (int i = 0; i < 16; i++)
             masks[i] =
                 test_random_u64(&r) & test_random_u64(&r) & test_random_u64(&r);
         masks[5] = 1ULL << 63;
         masks[6] = 1;
         masks[7] = 0;
-        upload_masks(s, masks);
-        draw_mixes(s, 1, m);
+        upload_masks(masks);
+        draw_mixes(1, m);
         for (int i = 0; i < PIXELS; i++) {
             const unsigned long long mask =
                 masks[i / EDGE / 16 * 4 + i % EDGE / 16];
             int some[MOST], count = 0;
             for (int k = 0; k < MOST; k++) {
                 if (mask >> k & 1)
-                    some[count++] = s->order[k];
+                    some[count++] = on.order[k];
             }
-            widen(s->points[i], p);
-            ibl_probes_blend(s->probes, count, some, p, NULL, &mix);
-            worst = fmax(worst, differ(s, m, i, &mix));
+            widen(on.points[i], p);
+            ibl_probes_blend(on.probes, count, some, p, NULL, &mix);
+            worst = fmax(worst, differ(m, i, &mix));
         }
     }
     CHECK_MSG(!(worst > 1e-5), "differs by %g", worst);
-    free(m);
-    close_stage(s);
 }
 
 /* Whether the k + 1 nearest are far enough apart for float: what rounding does
@@ -408,7 +368,7 @@ static double near_error(const ibl_probe *probes, int count, const double p[3],
 }
 
 /* Of those that are as near the first, with equal shares. */
-static void check_equally_near(stage *s, mixes *m, int k)
+static void check_equally_near(mixes *m, int k)
 {
     enum {
         COUNT = 6
@@ -416,12 +376,12 @@ static void check_equally_near(stage *s, mixes *m, int k)
     int bad = 0;
 
     for (int i = 0; i < COUNT; i++) {
-        s->probes[i] = (ibl_probe){.position = {0.25, -0.5, 1}};
-        s->order[i] = i;
+        on.probes[i] = (ibl_probe){.position = {0.25, -0.5, 1}};
+        on.order[i] = i;
     }
-    upload_probes(s, COUNT);
-    set(s, "k", k);
-    draw_mixes(s, 2, m);
+    upload_probes(COUNT);
+    set("k", k);
+    draw_mixes(2, m);
     for (int i = 0; i < PIXELS; i++) {
         bad += m->nearest[i] != 0;
         for (int n = 0; n < COUNT; n++)
@@ -432,51 +392,49 @@ static void check_equally_near(stage *s, mixes *m, int k)
 
 static void nearest_ones(void)
 {
-    stage *s = open_stage();
-    mixes *m = malloc(sizeof *m);
+    mixes *m = test_alloc(1, sizeof *m);
     test_random r = {3};
     ibl_probe_mix mix;
     double p[3];
     int compared = 0;
 
-    for (int n = 0; s && m && n < (TEST_SANITIZED ? 4 : 16); n++) {
+    begin();
+    for (int n = 0; n < (TEST_SANITIZED ? 4 : 16); n++) {
         const int count = pick(&r, 16), k = 1 + n % 4;
-        random_probes(s, &r, count, false);
-        random_texels(&r, s->points, 2.5);
+        random_probes(&r, count, false);
+        random_texels(&r, on.points, 2.5);
         for (int i = 0; i < 3 && count > 0; i++)
-            s->points[7][i] = (float)s->probes[0].position[i];
-        upload(s, POINTS, EDGE, EDGE, s->points);
-        upload_probes(s, count);
-        set(s, "k", k);
-        draw_mixes(s, 2, m);
+            on.points[7][i] = (float)on.probes[0].position[i];
+        upload(POINTS, EDGE, EDGE, on.points);
+        upload_probes(count);
+        set("k", k);
+        draw_mixes(2, m);
         for (int i = 0; i < PIXELS; i++) {
-            widen(s->points[i], p);
-            ibl_probes_near(s->probes, count, p, k, &mix);
-            const double error = near_error(s->probes, count, p, k);
-            const int nearest = ibl_probes_nearest(s->probes, count, p);
+            widen(on.points[i], p);
+            ibl_probes_near(on.probes, count, p, k, &mix);
+            const double error = near_error(on.probes, count, p, k);
+            const int nearest = ibl_probes_nearest(on.probes, count, p);
             CHECK((nearest < 0) == (m->nearest[i] < 0));
             if (error > 1e-3)
                 continue;
             compared++;
-            CHECK(nearest < 0 || s->order[m->nearest[i]] == nearest);
-            CHECK_MSG(!(differ(s, m, i, &mix) > error), "differs by %g of %g",
-                      differ(s, m, i, &mix), error);
+            CHECK(nearest < 0 || on.order[m->nearest[i]] == nearest);
+            CHECK_MSG(!(differ(m, i, &mix) > error), "differs by %g of %g",
+                      differ(m, i, &mix), error);
         }
     }
-    CHECK(!s || compared > (TEST_SANITIZED ? 10000 : 50000));
-    for (int k = 1; s && m && k <= 4; k++)
-        check_equally_near(s, m, k);
-    free(m);
-    close_stage(s);
+    CHECK(compared > (TEST_SANITIZED ? 10000 : 50000));
+    for (int k = 1; k <= 4; k++)
+        check_equally_near(m, k);
 }
 
 /* Within, on the wall, a hair outside, outside, where numbers are exact in
  * float; directions with components of 0 and of any length. */
-static void random_rays(stage *s, test_random *r)
+static void random_rays(test_random *r)
 {
     static const float lengths[] = {1, 1, 5, 1e-25F, 1e25F};
     static const double parts[] = {-1, 1, 0.5, 0, -1.0005, 1.5};
-    const ibl_volume *v = &s->probes[0].proxy;
+    const ibl_volume *v = &on.probes[0].proxy;
     const bool round = v->shape == IBL_SHAPE_SPHERE;
 
     for (int i = 0; i < PIXELS; i++) {
@@ -489,16 +447,16 @@ static void random_rays(stage *s, test_random *r)
                 part = round ? 0 : parts[pick(r, 6)];
             if (round && k == axis && pick(r, 3) == 0)
                 part = parts[pick(r, 6)];
-            s->points[i][k] = (float)(v->centre[k] + part * half);
-            s->directions[i][k] = (float)between(r, -1, 1) * length;
+            on.points[i][k] = (float)(v->centre[k] + part * half);
+            on.directions[i][k] = (float)between(r, -1, 1) * length;
             if (pick(r, 4) == 0)
-                s->directions[i][k] = 0;
+                on.directions[i][k] = 0;
         }
         if (i % 500 == 0)
-            memset(s->directions[i], 0, sizeof s->directions[i]);
+            memset(on.directions[i], 0, sizeof on.directions[i]);
     }
-    upload(s, POINTS, EDGE, EDGE, s->points);
-    upload(s, DIRECTIONS, EDGE, EDGE, s->directions);
+    upload(POINTS, EDGE, EDGE, on.points);
+    upload(DIRECTIONS, EDGE, EDGE, on.directions);
 }
 
 /* How far the point is from where another answer begins: the border of what
@@ -525,13 +483,13 @@ static bool on_an_edge(const ibl_volume *v, const double p[3])
 
 static void parallax(void)
 {
-    stage *s = open_stage();
     test_random r = {4};
     int hits = 0, misses = 0;
     double worst = 0;
 
-    for (int n = 0; s && n < (TEST_SANITIZED ? 6 : 40); n++) {
-        ibl_probe *probe = &s->probes[0];
+    begin();
+    for (int n = 0; n < (TEST_SANITIZED ? 6 : 40); n++) {
+        ibl_probe *probe = &on.probes[0];
         ibl_volume *v = &probe->proxy;
         *probe = (ibl_probe){.has_proxy = n % 10 != 9, .blend = 1};
         v->shape = (ibl_shape)(n % 2);
@@ -544,18 +502,18 @@ static void parallax(void)
             probe->position[k] =
                 (float)(v->centre[k] +
                         v->half[n % 2 ? 0 : k] * between(&r, -0.4, 0.4));
-        random_rays(s, &r);
-        upload_probes(s, 1);
-        draw(s, 3, 0);
+        random_rays(&r);
+        upload_probes(1);
+        draw(3, 0);
         for (int i = 0; i < PIXELS; i++) {
             double p[3], d[3], truth[3], seen[3], apart = 0;
-            widen(s->points[i], p);
-            widen(s->directions[i], d);
-            widen(s->seen[i], seen);
+            widen(on.points[i], p);
+            widen(on.directions[i], d);
+            widen(on.seen[i], seen);
             if (on_an_edge(v, p))
                 continue;
             const int hit = ibl_probe_parallax(probe, p, d, truth);
-            CHECK(hit == (int)s->seen[i][3]);
+            CHECK(hit == (int)on.seen[i][3]);
             for (int k = 0; k < 3; k++)
                 apart = fmax(apart, fabs(seen[k] - truth[k]));
             CHECK(apart == apart && isfinite(seen[0] + seen[1] + seen[2]));
@@ -566,8 +524,7 @@ static void parallax(void)
     }
     /* Where the ray meets may be an eighth of the size from the probe. */
     CHECK_MSG(!(worst > 1e-5), "differs by %g", worst);
-    CHECK(!s || (hits > 10000 && misses > 4000));
-    close_stage(s);
+    CHECK(hits > 10000 && misses > 4000);
 }
 
 /* ---- tiles -------------------------------------------------------------- */
@@ -599,14 +556,14 @@ static void random_camera(test_random *r, float clip[16])
 
 static void tiles_agree(void)
 {
-    stage *s = open_stage();
     test_random r = {5};
     static unsigned long long exact[PIXELS], larger[PIXELS];
     ibl_probe grown[MOST];
     float clip[16];
     long named = 0, more = 0;
 
-    for (int n = 0; s && n < (TEST_SANITIZED ? 3 : 12); n++) {
+    begin();
+    for (int n = 0; n < (TEST_SANITIZED ? 3 : 12); n++) {
         ibl_tiles tiles = {.tile = 3 + pick(&r, 14)};
         const int count = n % 2 ? MOST : 1 + pick(&r, MOST);
 
@@ -616,31 +573,31 @@ static void tiles_agree(void)
         random_camera(&r, clip);
         for (int i = 0; i < 16; i++)
             tiles.clip[i] = (double)clip[i];
-        random_probes(s, &r, count, false);
+        random_probes(&r, count, false);
         for (int i = 0; i < count; i++) {
             for (int k = 0; k < 3; k++) {
-                s->probes[i].influence.centre[k] = between(&r, -6, 6);
-                s->probes[i].influence.half[k] *= 0.5;
+                on.probes[i].influence.centre[k] = between(&r, -6, 6);
+                on.probes[i].influence.half[k] *= 0.5;
             }
         }
         /* Margins of float let a small sphere far away grow by a percent. */
         for (int i = 0; i < count; i++) {
-            grown[i] = s->probes[i];
+            grown[i] = on.probes[i];
             for (int k = 0; k < 3; k++)
                 grown[i].influence.half[k] += 2e-2;
         }
         for (int i = 0; i < count; i++)
-            s->order[i] = i;
-        upload_probes(s, count);
-        upload(s, CAMERA, 4, 1, (const texel *)clip);
-        set(s, "width", tiles.width);
-        set(s, "height", tiles.height);
-        set(s, "tile", tiles.tile);
-        draw(s, 4, 0);
-        CHECK(ibl_tiles_cull(&tiles, s->probes, count, exact) == IBL_OK);
+            on.order[i] = i;
+        upload_probes(count);
+        upload(CAMERA, 4, 1, (const texel *)clip);
+        set("width", tiles.width);
+        set("height", tiles.height);
+        set("tile", tiles.tile);
+        draw(4, 0);
+        CHECK(ibl_tiles_cull(&tiles, on.probes, count, exact) == IBL_OK);
         CHECK(ibl_tiles_cull(&tiles, grown, count, larger) == IBL_OK);
         for (int t = 0; t < columns * ibl_tiles_rows(&tiles); t++) {
-            const float *seen = s->seen[t / columns * EDGE + t % columns];
+            const float *seen = on.seen[t / columns * EDGE + t % columns];
             unsigned long long mask = 0;
             for (int k = 3; k >= 0; k--)
                 mask = mask << 16 | (unsigned long long)seen[k];
@@ -652,10 +609,8 @@ static void tiles_agree(void)
             more += __builtin_popcountll(mask & ~exact[t]);
         }
     }
-    CHECK_MSG(!s ||
-                  (named > (TEST_SANITIZED ? 300 : 2000) && more < named / 100),
+    CHECK_MSG(named > (TEST_SANITIZED ? 300 : 2000) && more < named / 100,
               "%ld, %ld more", named, more);
-    close_stage(s);
 }
 
 static const test tests[] = {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The room against rays that are cast in double into its boxes and spheres. */
-#include "lit_room.h"
+#include "room.h"
 #include "view.h"
 
 #include <math.h>
@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "ibl/ibl.h"
+#include "view/capture.h"
 
 static double dot(const double a[3], const double b[3])
 {
@@ -20,7 +21,7 @@ static double dot(const double a[3], const double b[3])
 static float *read_depths(const view_camera *c)
 {
     const int w = lit.target.width, h = lit.target.height;
-    float *depth = malloc(sizeof *depth * w * h);
+    float *depth = test_alloc((size_t)w * h, sizeof *depth);
     const double a = (c->far + c->near) / (c->far - c->near);
     const double b = -2 * c->far * c->near / (c->far - c->near);
 
@@ -63,8 +64,7 @@ static void depth_order(void)
         {{0, 9, 7}, {0, 1, 0}, 5},
     };
 
-    if (!lit_begin(160, 96))
-        return;
+    lit_begin(160, 96);
     for (size_t v = 0; v < sizeof views / sizeof views[0]; v++) {
         const view_camera c =
             room_camera(views[v].eye, views[v].at, 70, 160, 96);
@@ -79,10 +79,7 @@ static void depth_order(void)
                             (double)depths[160 * (95 - y) + x], 0.06);
         }
         CHECK_MSG(bad == 0, "view %zu: %d of %d pixels", v, bad, 160 * 96);
-        free(depths);
-        free(picture);
     }
-    lit_end();
 }
 
 /* Seen in a mirror, everything is where it was, the other way round. */
@@ -90,8 +87,7 @@ static void mirrored(void)
 {
     const double eye[3] = {3.4, 2.3, 4.6}, at[3] = {-1, 1, -1};
 
-    if (!lit_begin(96, 64))
-        return;
+    lit_begin(96, 64);
     const view_camera c = room_camera(eye, at, 70, 96, 64);
     view_room_draw d = lit_draw(&c);
     float *straight = lit_render(&d), *depths = read_depths(&c);
@@ -108,11 +104,6 @@ static void mirrored(void)
         bad += !same;
     }
     CHECK_MSG(bad < 96 * 64 / 100, "%d pixels", bad);
-    free(other_depths);
-    free(other);
-    free(depths);
-    free(straight);
-    lit_end();
 }
 
 /* ---- light ---------------------------------------------------------------*/
@@ -122,9 +113,7 @@ static void panels_emit(void)
     const float some[2] = {0.7f, 0.2f};
     int panels = 0;
 
-    if (!lit_begin(4, 4))
-        return;
-    gl.DeleteTextures(1, &lit.table);
+    lit_begin(4, 4);
     lit.table = room_table_of(some[0], some[1]);
     for (int i = 0; i < view_room_boxes(); i++) {
         const view_room_box *b = view_room_box_at(i);
@@ -139,11 +128,9 @@ static void panels_emit(void)
         view_room_draw d = lit_draw(&c);
         float *picture = lit_render(&d);
         CHECK(!memcmp(picture, b->material.emission, 3 * sizeof *picture));
-        free(picture);
         panels++;
     }
     CHECK(panels == 6);
-    lit_end();
 }
 
 /* A box without walls that says where on its inside one looks. */
@@ -230,7 +217,6 @@ static void count_errors(const view_camera *c, const view_room_draw *d,
         *all += 1;
         *wrong += !(reflection_error(&at, from, ray, picture + 4 * i) <= 1);
     }
-    free(picture);
 }
 
 /* what: 0 the floor, 1 the mirror */
@@ -240,8 +226,6 @@ static void reflects(int what, bool local)
     const double eye[3] = {1.7, 1.9, 1.9}, at[3] = {-0.3, 0.6, -0.2};
     int all, wrong;
 
-    if (!lit_begin(96, 96))
-        return;
     const GLuint cube =
         (local ? room_layer : room_cube)(CUBE, place_texel, from);
     const GLuint dark = room_cubes_of(1, &(const float[4]){0, 0, 0, 1});
@@ -265,19 +249,18 @@ static void reflects(int what, bool local)
     probe.has_proxy = d.dynamic.probe.has_proxy = 0;
     count_errors(&c, &d, from, what, &all, &wrong);
     CHECK_MSG(wrong * 100 > 95 * all, "no proxy: %d of %d", wrong, all);
-    gl.DeleteTextures(1, &cube);
-    gl.DeleteTextures(1, &dark);
-    lit_end();
 }
 
 static void floor_reflects(void)
 {
+    lit_begin(96, 96);
     reflects(0, false);
     reflects(0, true);
 }
 
 static void mirror_reflects(void)
 {
+    lit_begin(96, 96);
     reflects(1, false);
     reflects(1, true);
 }
@@ -292,7 +275,6 @@ static void shares(view_room_draw *d, double share[3])
 
     for (int k = 0; k < 3; k++)
         share[k] = (double)picture[4 * 5 + k] / 0.06;
-    free(picture);
 }
 
 static view_room_draw above_floor(double x, double z)
@@ -317,9 +299,6 @@ static void blends(bool red_is_local)
     const float *other = red_is_local ? green : red;
     const double origin[3] = {0, 1, 0};
 
-    if (!lit_begin(4, 4))
-        return;
-    gl.DeleteTextures(1, &lit.sky);
     lit.sky = room_cube_of(0, 0, 1, 1);
     const GLuint cubes = room_cubes_of(1, (const float(*)[4])local);
     const GLuint cube = room_cube_of(other[0], other[1], other[2], other[3]);
@@ -346,14 +325,11 @@ static void blends(bool red_is_local)
         CHECK_NEAR(share[1], fmin(0.25, 1 - w), 1e-3);
         CHECK_NEAR(share[2], 1 - w - fmin(0.25, 1 - w), 1e-3);
     }
-    gl.DeleteTextures(1, &cubes);
-    gl.DeleteTextures(1, &cube);
-    gl.DeleteTextures(1, &dark);
-    lit_end();
 }
 
 static void blending(void)
 {
+    lit_begin(4, 4);
     blends(true);
     blends(false);
 }
@@ -368,8 +344,7 @@ static void layers_of_probes(void)
     float specular[COUNT][4], light[COUNT][4];
     ibl_probe probes[COUNT];
 
-    if (!lit_begin(4, 4))
-        return;
+    lit_begin(4, 4);
     for (int i = 0; i < COUNT; i++) {
         const double at[3] = {i - 4, 1, 1.2}; /* beside the mirror */
         const int layer = (i + 4) % COUNT;
@@ -397,11 +372,7 @@ static void layers_of_probes(void)
         CHECK_NEAR((double)picture[0], 0.06 * 0.1 * (i + 1), 1e-5);
         CHECK_NEAR((double)picture[1], albedo * 0.1 * (i + 1), 1e-5);
         CHECK_NEAR((double)picture[2], 0, 1e-6);
-        free(picture);
     }
-    gl.DeleteTextures(1, &cubes);
-    gl.DeleteTextures(1, &lights);
-    lit_end();
 }
 
 /* Cubes of two levels, black and then red: how red the floor is, is the level
@@ -430,8 +401,7 @@ static void levels_of_roughness(void)
     static const double origin[3] = {0, 1, 0};
     ibl_probe probe = room_probe(origin);
 
-    if (!lit_begin(4, 4))
-        return;
+    lit_begin(4, 4);
     const GLuint cubes = black_and_red();
     const GLuint dark = room_cubes_of(1, &(const float[4]){0, 0, 0, 1});
     for (int filament = 0; filament < 2; filament++) {
@@ -450,9 +420,6 @@ static void levels_of_roughness(void)
         shares(&d, share);
         CHECK_NEAR(share[0], 0.125 + 4 * (filament ? r * (2 - r) : r), 6e-3);
     }
-    gl.DeleteTextures(1, &cubes);
-    gl.DeleteTextures(1, &dark);
-    lit_end();
 }
 
 /* What irradiance adds goes with its scale. */
@@ -462,8 +429,7 @@ static void irradiance_scales(void)
     float *seen[3];
     int more = 0, bad = 0;
 
-    if (!lit_begin(32, 32))
-        return;
+    lit_begin(32, 32);
     const view_camera c = room_camera(eye, at, 80, 32, 32);
     view_room_draw d = lit_draw(&c);
     d.dynamic = (view_room_dynamic){0};
@@ -478,9 +444,6 @@ static void irradiance_scales(void)
                  1e-5F * (seen[2][i] + 1));
     }
     CHECK_MSG(more > 500 && !bad, "%d, %d", more, bad);
-    for (int i = 0; i < 3; i++)
-        free(seen[i]);
-    lit_end();
 }
 
 /* Beyond the limit all is 0, and inside nothing else. */
@@ -488,8 +451,7 @@ static void limited(void)
 {
     const double eye[3] = {0.5, 1.5, 3.2}, at[3] = {-1, 1, -2};
 
-    if (!lit_begin(64, 64))
-        return;
+    lit_begin(64, 64);
     const view_camera c = room_camera(eye, at, 80, 64, 64);
     view_room_draw d = lit_draw(&c);
     float *whole = lit_render(&d);
@@ -518,9 +480,105 @@ static void limited(void)
     }
     CHECK(inside > 500 && inside < 3500);
     CHECK_MSG(bad < 8, "%d pixels", bad);
-    free(part);
-    free(whole);
-    lit_end();
+}
+
+/* ---- captures ------------------------------------------------------------ */
+
+/* What a capture asks for, drawn as it is asked. */
+static void capture_scene(void *cookie, const double clip[16],
+                          const double eye[3], int size, int side)
+{
+    view_room_draw d = *(const view_room_draw *)cookie;
+
+    (void)size;
+    memcpy(d.clip, clip, sizeof d.clip);
+    memcpy(d.eye, eye, sizeof d.eye);
+    d.paraboloid = side >= 0;
+    view_room_render(lit.room, &d);
+}
+
+/* Whether a texel sees that, or what is up to so many texels away; or it is
+ * between two things, and may be a mix of them. */
+static bool texel_sees(const view_room_draw *d, const double from[3],
+                       const ibl_cube *cube, int face, int x, int y,
+                       double around)
+{
+    enum {
+        FINE = 64
+    };
+    const view_room_material *first = NULL;
+    const float *texel =
+        ibl_cube_face(cube, 0, face) + 3 * ((size_t)y * cube->size + x);
+
+    for (int i = 0; i < 9; i++) {
+        double direction[3];
+        ibl_cube_direction(
+            cube->size * FINE, face,
+            x * FINE + FINE / 2 + (int)(around * FINE) * ((i + 1) % 3 - 1),
+            y * FINE + FINE / 2 + (int)(around * FINE) * ((i + 4) / 3 % 3 - 1),
+            direction);
+        const room_hit h = room_cast(d, from, direction);
+        if (lit_has_colour(texel, &h, 2e-3) || (i && h.material != first))
+            return true;
+        first = h.material;
+    }
+    return false;
+}
+
+/* Captures of the room see what is there, whichever way they are made. */
+static void captured(view_probe_capture kind, const double from[3],
+                     double around, int most)
+{
+    enum {
+        SIZE = 64
+    };
+    const view_camera any = {.near = 1, .far = 2};
+    view_capture_options o = view_capture_options_default();
+    ibl_ctx *ctx = view_test_ctx(1);
+    ibl_cube cube = {0};
+    int bad = 0;
+
+    view_room_draw d = lit_draw(&any);
+    o.kind = kind;
+    o.size = SIZE;
+    o.samples = 1;
+    o.far = 40;
+    view_capture *c = view_capture_create(&o);
+    NEED(c && view_capture_update(c, from, capture_scene, &d) &&
+         ibl_cube_alloc(ctx, SIZE, 1, &cube) == IBL_OK &&
+         view_capture_read(c, &cube));
+    for (int i = 0; i < IBL_FACES * SIZE * SIZE; i++)
+        bad += !texel_sees(&d, from, &cube, i / (SIZE * SIZE), i % SIZE,
+                           i / SIZE % SIZE, around);
+    CHECK_MSG(bad <= most, "%d of %d texels", bad, IBL_FACES * SIZE * SIZE);
+    ibl_cube_free(&cube);
+    view_capture_free(c);
+}
+
+static const double middle[3] = {1.11, 2.07, 0.83};
+
+static void captured_faces(void)
+{
+    lit_begin(4, 4);
+    captured(VIEW_PROBE_FACES, middle, 0.1, 0);
+}
+
+/* Edges of triangles are straight there, so that some are further away. */
+static void captured_paraboloids(void)
+{
+    lit_begin(4, 4);
+    captured(VIEW_PROBE_PARABOLOIDS, middle, 1.5, 24);
+}
+
+/* The mirror is not in the way of what is captured within it. */
+static void captured_in_mirror(void)
+{
+    double centre[3], radius;
+
+    lit_begin(4, 4);
+    view_room_sphere(0, 0, centre, &radius);
+    captured(VIEW_PROBE_FACES, centre, 0.1, 0);
+    captured(VIEW_PROBE_PARABOLOIDS, centre, 1.5, 48);
 }
 
 /* ---- movement ----------------------------------------------------------- */
@@ -565,11 +623,12 @@ static void movement(void)
 }
 
 static const test tests[] = {
-    TEST(depth_order),       TEST(mirrored),
-    TEST(panels_emit),       TEST(floor_reflects),
-    TEST(mirror_reflects),   TEST(blending),
-    TEST(layers_of_probes),  TEST(levels_of_roughness),
-    TEST(irradiance_scales), TEST(limited),
-    TEST(movement),
+    TEST(depth_order),        TEST(mirrored),
+    TEST(panels_emit),        TEST(floor_reflects),
+    TEST(mirror_reflects),    TEST(blending),
+    TEST(layers_of_probes),   TEST(levels_of_roughness),
+    TEST(irradiance_scales),  TEST(limited),
+    TEST(captured_faces),     TEST(captured_paraboloids),
+    TEST(captured_in_mirror), TEST(movement),
 };
 TEST_MAIN(tests)

@@ -46,7 +46,6 @@ static void containers_agree(void)
     sets_check_same(&sets[0], &sets[2], "dds");
     for (int i = 0; i < 3; i++)
         view_set_free(&sets[i]);
-    ibl_ctx_free(ctx);
 }
 
 /* Floats of level 0. */
@@ -106,7 +105,6 @@ static void pixels_hold_the_map(void)
         view_set_free(&set);
     }
     free(exact);
-    ibl_ctx_free(ctx);
 }
 
 /* ---- roughness ------------------------------------------------------- */
@@ -169,7 +167,6 @@ static void mappings_and_ranges(void)
             view_set_free(&set);
         }
     }
-    ibl_ctx_free(ctx);
 }
 
 static void lobe_and_geometry(void)
@@ -190,7 +187,6 @@ static void lobe_and_geometry(void)
         CHECK(set.irradiance_scale == 1);
         view_set_free(&set);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* Neither keys nor sidecar: defaults, and a line for each. */
@@ -210,7 +206,6 @@ static void nothing_is_told(void)
     CHECK(set.mapping == IBL_ROUGHNESS_LINEAR && set.sh_degree == -1);
     check_lod(&set, 0, 1);
     view_set_free(&set);
-    ibl_ctx_free(ctx);
 }
 
 /* ---- what a set has not ----------------------------------------------- */
@@ -270,7 +265,6 @@ static void table_is_made(void)
         CHECK_NEAR((double)pair[1], truth[1], 5e-5 + 0x1p-12);
     }
     view_set_free(&set);
-    ibl_ctx_free(ctx);
 }
 
 /* Bounds: the sum puts what is in a texel of 2.8 degrees in its centre, at most
@@ -318,7 +312,6 @@ static void irradiance_is_made(void)
         check_irradiance(ctx, &set, cases[i].bound);
         view_set_free(&set);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* A sun that halves do not hold: the last level knows what it gave. */
@@ -361,7 +354,6 @@ static void clipped_sun(void)
     view_set_free(&baked);
     view_set_free(&set);
     ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 /* ---- harmonics -------------------------------------------------------- */
@@ -405,7 +397,6 @@ static void harmonics_are_irradiance(void)
         view_set_free(&set);
     }
     ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 /* Each Y_lm against tests/truth.c. */
@@ -453,7 +444,6 @@ static void of_cmgen(void)
     check_lod(&set, 0, 1);
     view_set_free(&set);
     sets_refused(ctx, file_path("cm/cm_skybox.ktx"), "holds a skybox");
-    ibl_ctx_free(ctx);
 }
 
 static const test tests[] = {

@@ -56,7 +56,6 @@ static void directories(void)
     CHECK(!strcmp(set.name, "lonely") && !set.sidecar);
     CHECK(set.mapping == IBL_ROUGHNESS_LINEAR && set.sh_degree == -1);
     view_set_free(&set);
-    ibl_ctx_free(ctx);
 }
 
 /* Beside each other, a set has the table of its own; without a sidecar the one
@@ -81,7 +80,6 @@ static void tables_of_two_geometries(void)
                   i, set.path[VIEW_LUT], ibl_geometry_name(set.geometry));
         view_set_free(&set);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* What a probe set holds. */
@@ -103,7 +101,6 @@ static void arrays(void)
     ibl_outputs_free(out);
     ibl_texture_free(&one);
     ibl_texture_free(&two);
-    ibl_ctx_free(ctx);
 }
 
 static void wrong_kinds(void)
@@ -170,7 +167,6 @@ static void wrong_kinds(void)
         sets_check_refused(ctx, &what, named[i].lut ? lut : irradiance,
                            named[i].words);
     }
-    ibl_ctx_free(ctx);
 }
 
 static void skies(void)
@@ -190,7 +186,6 @@ static void skies(void)
     view_set_free(&set);
     sets_check_refused(ctx, &(view_request){.path = path, .sky = table}, table,
                        "leave --sky out");
-    ibl_ctx_free(ctx);
 }
 
 /* A table with four channels, one that is not square. */
@@ -220,7 +215,6 @@ static void wrong_tables(void)
         const view_request what = {.path = path, .lut = lut};
         sets_check_refused(ctx, &what, lut, words[i]);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* ---- sidecars --------------------------------------------------------- */
@@ -264,7 +258,6 @@ static void sidecars(void)
     CHECK(strstr(view_test_caught(), "not written by iblbake"));
     CHECK(!set.sidecar && set.sh_degree == -1);
     view_set_free(&set);
-    ibl_ctx_free(ctx);
 }
 
 /* Files in three containers beside each other: each goes with its own. */
@@ -292,7 +285,6 @@ static void same_container(void)
         CHECK(!strcmp(strrchr(set.path[VIEW_LUT], '.') + 1, end));
         view_set_free(&set);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* A texture whose key says something else. */
@@ -325,7 +317,6 @@ static void wrong_keys(void)
     refuses_key(ctx, "iblbake.lod_scale", "1.5x", "lod_scale nan");
     refuses_key(ctx, "iblbake.lod_offset", "", "lod_offset nan");
     refuses_key(ctx, "iblbake.lobe", "wax", "wax");
-    ibl_ctx_free(ctx);
 }
 
 /* Keys and sidecar of two bakes, which differ in one thing: the keys hold. Of
@@ -375,7 +366,6 @@ static void two_accounts(void)
         view_set_free(&side);
     }
     view_set_free(&keys);
-    ibl_ctx_free(ctx);
 }
 
 /* Whatever a sidecar holds: a set, or one line. */
@@ -416,7 +406,6 @@ static void hostile_sidecars(void)
     }
     free(bytes);
     free(bad);
-    ibl_ctx_free(ctx);
 }
 
 static void maps_are_told(void)

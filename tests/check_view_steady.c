@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "maps.h"
+#include "sets.h"
 #include "test.h"
 #include "view.h"
 #include "view/window_text.h"
@@ -150,14 +150,18 @@ static void count_calls(void)
 static view_app app;
 static view_options options;
 
-static bool begin(void)
+static void end(void *unused)
 {
-    ibl_ctx *ctx = NULL;
-    ibl_specular_options specular = ibl_specular_options_default();
+    (void)unused;
+    view_overlay_free(app.overlay);
+    view_renderer_free(app.renderer);
+    view_screen_close(app.screen);
+}
 
-    if (!view_test_begin(WIDTH, HEIGHT))
-        return false;
-    view_test_end();
+static void begin(void)
+{
+    view_test_begin(WIDTH, HEIGHT);
+    view_test_close();
     memset(&app, 0, sizeof app);
     memset(&options, 0, sizeof options);
     options.settings = view_settings_default();
@@ -166,30 +170,14 @@ static bool begin(void)
     app.settings = options.settings;
     app.mouse[0] = app.mouse[1] = 3; /* a texel is read out */
     app.screen = view_screen_memory(WIDTH, HEIGHT);
-    if (!app.screen)
-        return false;
+    NEED(app.screen);
+    test_defer(end, NULL);
     count_calls();
-    ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_image map = map_constant(ctx, 8, 4, 1);
-    specular.size = 16;
-    specular.levels = 3;
     app.renderer = view_renderer_create();
     app.overlay = view_overlay_create();
-    const bool ok =
-        view_set_bake_image(ctx, "map", &map, &specular, &app.sets[0]) &&
-        view_renderer_load(app.renderer, &app.sets[0]);
+    sets_white(&app.sets[0]);
+    NEED(view_renderer_load(app.renderer, &app.sets[0]));
     app.set = &app.sets[0];
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
-    return ok;
-}
-
-static void end(void)
-{
-    view_overlay_free(app.overlay);
-    view_renderer_free(app.renderer);
-    view_set_free(&app.sets[0]);
-    view_screen_close(app.screen);
 }
 
 /* As app.c draws one, a sixtieth of a second after the last. */
@@ -231,16 +219,14 @@ static void stay(const char *what, int most)
 /* Of the sky, spheres, display and text. */
 static void spheres(void)
 {
-    if (begin()) {
-        stay("spheres", 4);
-        app.settings.light_count = VIEW_MAX_LIGHTS;
-        app.settings.false_colour = true;
-        stay("lights and false colours", 4);
-        app.settings.help = true;
-        view_app_notice(&app, "a notice");
-        stay("list of keys", 4);
-    }
-    end();
+    begin();
+    stay("spheres", 4);
+    app.settings.light_count = VIEW_MAX_LIGHTS;
+    app.settings.false_colour = true;
+    stay("lights and false colours", 4);
+    app.settings.help = true;
+    view_app_notice(&app, "a notice");
+    stay("list of keys", 4);
 }
 
 /* Of the map, display and text. */
@@ -249,40 +235,35 @@ static void maps(void)
     static const view_mode modes[] = {VIEW_LEVELS, VIEW_IRRADIANCE_MAP,
                                       VIEW_TABLE};
 
-    if (begin())
-        for (int i = 0; i < 3; i++) {
-            app.settings.mode = modes[i];
-            stay(view_mode_names[modes[i]], 3);
-        }
-    end();
+    begin();
+    for (int i = 0; i < 3; i++) {
+        app.settings.mode = modes[i];
+        stay(view_mode_names[modes[i]], 3);
+    }
 }
 
 /* The truth gathers samples, pass by pass. */
 static void reference(void)
 {
-    if (begin()) {
-        app.settings.compare = VIEW_DIFFERENCE;
-        stay("reference", 1000);
-    }
-    end();
+    begin();
+    app.settings.compare = VIEW_DIFFERENCE;
+    stay("reference", 1000);
 }
 
 /* With a capture in each frame, all of it or a face. */
 static void scene(void)
 {
-    if (begin()) {
-        app.settings.mode = VIEW_SCENE;
-        app.settings.probe_interval = 0;
-        app.settings.probes = 1;
-        stay("scene, captured whole", 1000);
-        app.settings.probe_faces = 1;
-        stay("scene, a face at a time", 1000);
-        app.settings.probe_capture = VIEW_PROBE_PARABOLOIDS;
-        stay("scene, paraboloids", 1000);
-        app.settings.probe_interval = 1000;
-        stay("scene, no capture", 20);
-    }
-    end();
+    begin();
+    app.settings.mode = VIEW_SCENE;
+    app.settings.probe_interval = 0;
+    app.settings.probes = 1;
+    stay("scene, captured whole", 1000);
+    app.settings.probe_faces = 1;
+    stay("scene, a face at a time", 1000);
+    app.settings.probe_capture = VIEW_PROBE_PARABOLOIDS;
+    stay("scene, paraboloids", 1000);
+    app.settings.probe_interval = 1000;
+    stay("scene, no capture", 20);
 }
 
 /* That something is counted at all. */
@@ -296,12 +277,10 @@ static void counted(void)
     text = calloc(1, 1);
     free(text);
     CHECK(allocations == 2);
-    if (begin()) {
-        makings = uses = 0;
-        app.settings.mode = VIEW_SCENE;
-        CHECK(frame() && makings > 0 && uses > 0);
-    }
-    end();
+    begin();
+    makings = uses = 0;
+    app.settings.mode = VIEW_SCENE;
+    CHECK(frame() && makings > 0 && uses > 0);
 }
 
 static const test tests[] = {

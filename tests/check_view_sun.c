@@ -3,6 +3,8 @@
  * light and shadows in the room against rays that are cast to it. */
 #include "maps.h"
 #include "room.h"
+#include "sets.h"
+#include "truth.h"
 #include "view.h"
 
 #include <math.h>
@@ -163,14 +165,13 @@ static void finds_known_sun(void)
 {
     static const double directions[][3] = {
         {1, 0, 0}, {-0.3, 0.7, 0.5}, {1, 0.4, -1}, {-1, 1, 1}, {0.001, 1, 0}};
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    ibl_ctx *ctx = view_test_ctx(1);
 
     for (int i = 0; i < 5; i++) {
         disc s = {.radius_deg = 1 + 0.3 * i, .radiance = {9000, 7000, 4000}};
         memcpy(s.direction, directions[i], sizeof s.direction);
         check_disc(ctx, i % 2 ? 96 : 64, s);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* A box of half the edge tan, bright by so much, on 1. */
@@ -192,7 +193,7 @@ static void finds_no_other(void)
 {
     static const soft boxes[] = {
         {0, 0}, {0.3, 60}, {1, 60}, {0.02, 30}, {0.5, 1e4}};
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    ibl_ctx *ctx = view_test_ctx(1);
 
     for (size_t i = 0; i <= sizeof boxes / sizeof *boxes; i++) {
         const disc none = {.direction = {1, 0, 0}};
@@ -210,7 +211,6 @@ static void finds_no_other(void)
         CHECK_NEAR(rgb[2], 9e9, 0);
         ibl_texture_free(&tex);
     }
-    ibl_ctx_free(ctx);
 }
 
 static void even_disc(const void *cookie, const double d[3], double rgb[3])
@@ -236,7 +236,7 @@ static void limits_of_suns(void)
                  {2.95, 9000, false},
                  {1, 1.15 * least, true},
                  {1, 0.85 * least, false}};
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    ibl_ctx *ctx = view_test_ctx(1);
 
     for (int i = 0; i < 4; i++) {
         const double l = discs[i].radiance;
@@ -249,24 +249,30 @@ static void limits_of_suns(void)
         CHECK_MSG(view_room_sun_shines(&sun) == discs[i].shines, "disc %d", i);
         ibl_texture_free(&tex);
     }
-    ibl_ctx_free(ctx);
+}
+
+static void bake_sky(ibl_ctx *ctx, int size, baked_set *set)
+{
+    ibl_specular_options o = ibl_specular_options_default();
+    ibl_image map;
+
+    o.size = size;
+    o.levels = 1;
+    NEED(!ibl_image_read(ctx, test_data("sky.exr"), NULL, &map, NULL));
+    NEED(view_set_bake_image(ctx, "sky", &map, &o, set));
+    ibl_image_free(&map);
 }
 
 /* Of a photograph's like the same comes out at each size and of halves. */
 static void finds_sun_of_sky(void)
 {
-    ibl_ctx *ctx = test_ctx(0, IBL_ISA_AUTO);
+    ibl_ctx *ctx = view_test_ctx(0);
     view_room_sun first = {0};
 
     for (int size = 64; size <= 256; size *= 2) {
-        ibl_specular_options o = ibl_specular_options_default();
-        ibl_image map = {0};
-        baked_set set = {0};
+        baked_set set;
         view_room_sun sun;
-        o.size = size;
-        o.levels = 1;
-        NEED(!ibl_image_read(ctx, test_data("sky.exr"), NULL, &map, NULL));
-        NEED(view_set_bake_image(ctx, "sky", &map, &o, &set));
+        bake_sky(ctx, size, &set);
         CHECK(view_room_sun_find(&set.texture[VIEW_SPECULAR], &sun));
         CHECK(view_room_sun_shines(&sun));
         if (size == 64)
@@ -275,47 +281,16 @@ static void finds_sun_of_sky(void)
         for (int k = 0; k < 3; k++)
             CHECK_NEAR(sun.irradiance[k] / first.irradiance[k], 1, 0.05);
         view_set_free(&set);
-        ibl_image_free(&map);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* ---- in the room --------------------------------------------------------- */
-
-static view_room *room;
-static room_target target;
-static GLuint white, sky, table;
 
 enum {
     WIDTH = 160,
     HEIGHT = 96,
     FEW = 2 /* pixels */
 };
-
-/* Light is white everywhere, and the table that of a surface that loses
- * nothing. */
-static bool begin(void)
-{
-    if (!view_test_begin(WIDTH, HEIGHT))
-        return false;
-    room = view_room_create();
-    room_target_make(&target, WIDTH, HEIGHT);
-    white = room_cube_of(1, 1, 1, 1);
-    sky = room_cube_of(10, 20, 30, 1);
-    table = room_table_of(1, 0);
-    return room != NULL;
-}
-
-static void end(void)
-{
-    const GLuint maps[] = {white, sky, table};
-
-    CHECK(view_gl_check("drawing the room"));
-    gl.DeleteTextures(3, maps);
-    room_target_free(&target);
-    view_room_free(room);
-    view_test_end();
-}
 
 /* Of the world, for a turn of 0. */
 static view_room_sun sun_at(double x, double y, double z)
@@ -332,25 +307,15 @@ static view_room_sun sun_at(double x, double y, double z)
 static view_room_draw sunny_draw(const view_camera *camera,
                                  const view_room_sun *sun)
 {
-    view_room_draw d = room_draw_by(camera);
+    view_room_draw d = lit_draw(camera);
 
-    d.environment.specular = d.environment.irradiance = white;
-    d.environment.sky = sky;
     d.environment.sun = *sun;
-    d.table = table;
     /* One probe has all, so that nothing is taken off what is white. */
     d.dynamic =
-        (view_room_dynamic){.specular = white,
-                            .irradiance = white,
+        (view_room_dynamic){.specular = lit.white,
+                            .irradiance = lit.white,
                             .probe = {.influence = {.half = {20, 20, 20}}}};
     return d;
-}
-
-static float *render(const view_room_draw *d)
-{
-    room_target_bind(&target);
-    view_room_render(room, d);
-    return room_target_read(&target);
 }
 
 /* Whether a point is in a box: such have no light. */
@@ -419,11 +384,11 @@ static void sun_term(const view_room_sun *sun, const room_hit *h,
 /* Whether a pixel has what is expected, in the sun or not. */
 static bool has_colour(const float *pixel, const view_room_draw *d,
                        const room_hit *h, const double l[3],
-                       const double ray[3], bool lit, double tolerance)
+                       const double ray[3], bool in_sun, double tolerance)
 {
     double rgb[3] = {0};
 
-    if (lit)
+    if (in_sun)
         sun_term(&d->environment.sun, h, l, ray, rgb);
     for (int k = 0; k < 3; k++) {
         const double f0 = (double)h->material->f0[k];
@@ -470,7 +435,7 @@ static void count_pixels(const view_camera *c, const view_room_draw *d,
     const view_room_environment *e = &d->environment;
     const double away = 2 * view_room_shadow_texel(&e->sun, e->turn);
     const bool spheres = tolerance < 0.08;
-    float *picture = render(d);
+    float *picture = lit_render(d);
     double l[3], ray[3];
 
     *n = (counts){0};
@@ -492,7 +457,6 @@ static void count_pixels(const view_camera *c, const view_room_draw *d,
         n->unsure += seen > 0 && seen < 9;
         n->bad += !ok && seen % 9 == 0;
     }
-    free(picture);
 }
 
 /* Whole pictures: boxes, spheres that move from one to the next, the sun where
@@ -509,8 +473,7 @@ static void shadows_are_those_of_rays(void)
         {{-9, 5, 8}, {0, 1, 0}, {-0.3, 0.8, 0.5}, 4.4, 0}, /* from outside */
     };
 
-    if (!begin())
-        return;
+    lit_begin(WIDTH, HEIGHT);
     for (size_t v = 0; v < sizeof views / sizeof views[0]; v++) {
         const view_camera c =
             room_camera(views[v].eye, views[v].at, 70, WIDTH, HEIGHT);
@@ -533,7 +496,6 @@ static void shadows_are_those_of_rays(void)
                       v, shadows, n.bad, n.lit, n.dark, n.unsure);
         }
     }
-    end();
 }
 
 /* From one draw to the next only one thing is another: what moves takes its
@@ -549,10 +511,9 @@ static void shadows_follow(void)
         {1.6, 9, true}, {1.6, 9, false}, {6, 9, false},
     };
     const double eye[3] = {1.5, 2.8, 0.5}, at[3] = {3.3, 0, -1.7};
-    int lit[sizeof draws / sizeof *draws];
+    int sunlit[sizeof draws / sizeof *draws];
 
-    if (!begin())
-        return;
+    lit_begin(WIDTH, HEIGHT);
     /* Through a window on the mirror, before which another sphere comes. */
     const view_room_sun sun = sun_at(-5, 1.1, 2.5);
     const view_camera c = room_camera(eye, at, 80, WIDTH, HEIGHT);
@@ -564,11 +525,11 @@ static void shadows_follow(void)
         d.environment.turn = draws[i].turn;
         count_pixels(&c, &d, 0.004, &n);
         CHECK_MSG(n.bad <= FEW, "draw %zu: %d wrong, %d lit", i, n.bad, n.lit);
-        lit[i] = n.lit;
+        sunlit[i] = n.lit;
     }
-    CHECK_MSG(lit[1] < lit[0] - 50, "%d, %d", lit[0], lit[1]);
-    CHECK_MSG(lit[1] < lit[2] - 50, "%d, %d", lit[2], lit[1]);
-    CHECK_MSG(abs(lit[3] - lit[2]) > 50, "%d, %d", lit[2], lit[3]);
+    CHECK_MSG(sunlit[1] < sunlit[0] - 50, "%d, %d", sunlit[0], sunlit[1]);
+    CHECK_MSG(sunlit[1] < sunlit[2] - 50, "%d, %d", sunlit[2], sunlit[1]);
+    CHECK_MSG(abs(sunlit[3] - sunlit[2]) > 50, "%d, %d", sunlit[2], sunlit[3]);
     /* The same but for one component of its direction, and one more. */
     static const double near_by[][3] = {{-0.8, 0.36, 0.48},
                                         {-0.8, 0.48, 0.36},
@@ -581,44 +542,30 @@ static void shadows_follow(void)
         count_pixels(&c, &d, 0.004, &n);
         CHECK_MSG(n.bad <= FEW, "sun %d: %d wrong, %d lit", i, n.bad, n.lit);
     }
-    end();
 }
 
 /* The sky that is shown, whatever was shown before. */
 static void each_set_has_its_own(void)
 {
-    ibl_ctx *ctx = test_ctx(0, IBL_ISA_AUTO);
-    ibl_specular_options o = ibl_specular_options_default();
+    static baked_set plain;
     view_settings s = view_settings_default();
-    baked_set sets[2] = {0};
+    baked_set sunny;
 
-    if (!view_test_begin(32, 24))
-        return;
-    o.size = 64;
+    view_test_begin(32, 24);
     s.mode = VIEW_SCENE;
     s.probe_size = 16;
     view_renderer *r = view_renderer_create();
-    for (int i = 0; i < 2; i++) {
-        ibl_image map = {0};
-        if (i)
-            NEED(!ibl_image_read(ctx, test_data("sky.exr"), NULL, &map, NULL));
-        else
-            map = map_constant(ctx, 16, 8, 1);
-        NEED(view_set_bake_image(ctx, "sky", &map, &o, &sets[i]));
-        ibl_image_free(&map);
-    }
+    sets_white(&plain);
+    bake_sky(view_test_ctx(0), 64, &sunny);
     for (int i = 0; i < 4; i++) {
-        NEED(view_renderer_load(r, &sets[i % 2]));
+        NEED(view_renderer_load(r, i % 2 ? &sunny : &plain));
         CHECK(view_renderer_draw(r, &s, 32, 24));
         const view_scene *stage = view_renderer_stage(r);
         CHECK(view_room_sun_shines(&view_scene_drawn(stage)->environment.sun) ==
               (i % 2 == 1));
     }
     view_renderer_free(r);
-    for (int i = 0; i < 2; i++)
-        view_set_free(&sets[i]);
-    ibl_ctx_free(ctx);
-    view_test_end();
+    view_set_free(&sunny);
 }
 
 /* The sky has what is left. */
@@ -626,8 +573,7 @@ static void sky_is_cut(void)
 {
     const double eye[3] = {0, 9, 0}, at[3] = {-9, 16, 3};
 
-    if (!begin())
-        return;
+    lit_begin(WIDTH, HEIGHT);
     const view_camera c = room_camera(eye, at, 70, WIDTH, HEIGHT);
     view_room_sun sun = sun_at(-9, 8, 4);
     view_room_draw d = sunny_draw(&c, &sun);
@@ -636,7 +582,8 @@ static void sky_is_cut(void)
               (double[]){sun.direction[0], sun.direction[1], sun.direction[2]},
               sun.direction);
     d.environment.sun = sun;
-    float *picture = render(&d);
+    d.environment.sky = room_cube_of(10, 20, 30, 1);
+    float *picture = lit_render(&d);
     int bad = 0, cut = 0;
     for (int i = 0; i < WIDTH * HEIGHT; i++) {
         double ray[3], rgb[3] = {10, 20, 30}, env[3];
@@ -651,31 +598,17 @@ static void sky_is_cut(void)
     }
     CHECK_MSG(bad == 0 && cut > 300 && cut < 5000, "%d wrong, %d cut", bad,
               cut);
-    free(picture);
-    end();
 }
 
-static void sun_on_white(const void *cookie, const double d[3], double rgb[3])
-{
-    const disc *s = cookie;
-    const bool in = dot(d, s->direction) > cos(s->radius_deg * PI / 180);
-
-    for (int k = 0; k < 3; k++)
-        rgb[k] = 1 + (in ? s->radiance[k] : 0);
-}
-
-/* A map as sun_on_white has it. */
+/* A map of even_disc. */
 static ibl_image map_of(ibl_ctx *ctx, const disc *s)
 {
     ibl_image map = map_constant(ctx, 512, 256, 1);
 
     for (int i = 0; i < 512 * 256; i++) {
-        const double phi = 2 * PI * ((i % 512 + 0.5) / 512 - 0.5);
-        const double theta = PI * (i / 512 + 0.5) / 256;
-        const double d[3] = {sin(theta) * cos(phi), cos(theta),
-                             sin(theta) * sin(phi)};
-        double rgb[3];
-        sun_on_white(s, d, rgb);
+        double d[3], rgb[3];
+        truth_latlong_direction(512, 256, i % 512, i / 512, d);
+        even_disc(s, d, rgb);
         map_set(&map, i % 512, i / 512, (float)rgb[0], (float)rgb[1],
                 (float)rgb[2]);
     }
@@ -699,31 +632,25 @@ static bool use_set(const baked_set *set, view_room_environment *e)
 static void is_not_counted_twice(void)
 {
     const double eye[3] = {3.4, 2.3, 4.6}, at[3] = {-0.8, 0.6, -1};
-    disc s = {{-0.8, 0.5, 0.55}, 2, {900, 700, 500}};
+    disc s = {{-0.8, 0.5, 0.55}, 2, {901, 701, 501}};
     baked_set set = {0};
 
-    if (!begin())
-        return;
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    lit_begin(WIDTH, HEIGHT);
+    ibl_ctx *ctx = view_test_ctx(1);
     normalise(s.direction);
     ibl_image map = map_of(ctx, &s);
     const view_camera c = room_camera(eye, at, 70, WIDTH, HEIGHT);
     view_room_draw d = sunny_draw(&c, &(view_room_sun){0});
-    if (view_set_bake_image(ctx, "sun", &map, NULL, &set) &&
-        use_set(&set, &d.environment)) {
-        counts n;
-        d.dynamic = (view_room_dynamic){0};
-        CHECK(view_room_sun_shines(&d.environment.sun));
-        count_pixels(&c, &d, 0.1, &n);
-        CHECK_MSG(n.bad == 0 && n.lit > 300, "%d wrong, %d lit, %d dark", n.bad,
-                  n.lit, n.dark);
-        gl.DeleteTextures(1, &d.environment.specular);
-        gl.DeleteTextures(1, &d.environment.irradiance);
-    }
+    counts n;
+    NEED(view_set_bake_image(ctx, "sun", &map, NULL, &set) &&
+         use_set(&set, &d.environment));
+    d.dynamic = (view_room_dynamic){0};
+    CHECK(view_room_sun_shines(&d.environment.sun));
+    count_pixels(&c, &d, 0.1, &n);
+    CHECK_MSG(n.bad == 0 && n.lit > 300, "%d wrong, %d lit, %d dark", n.bad,
+              n.lit, n.dark);
     view_set_free(&set);
     ibl_image_free(&map);
-    ibl_ctx_free(ctx);
-    end();
 }
 
 static const test tests[] = {

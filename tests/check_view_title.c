@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "maps.h"
+#include "sets.h"
 #include "test.h"
 #include "view.h"
 #include "view/clock.h"
@@ -33,36 +33,24 @@ double __wrap_view_clock(void)
 static view_app app;
 static char title[sizeof app.title];
 
-static bool begin(void)
+static void end(void *unused)
 {
-    ibl_specular_options specular = ibl_specular_options_default();
+    (void)unused;
+    view_renderer_free(app.renderer);
+}
 
-    if (!view_test_begin(WIDTH, HEIGHT))
-        return false;
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_image map = map_constant(ctx, 8, 4, 1);
-    specular.size = 16;
+static void begin(void)
+{
+    view_test_begin(WIDTH, HEIGHT);
     memset(&app, 0, sizeof app);
     app.settings = view_settings_default();
     app.settings.mode = VIEW_SCENE;
     app.settings.probe_size = 16;
     app.renderer = view_renderer_create();
-    const bool ok =
-        app.renderer &&
-        view_set_bake_image(ctx, "map", &map, &specular, &app.sets[0]) &&
-        view_renderer_load(app.renderer, &app.sets[0]);
+    test_defer(end, NULL);
+    sets_white(&app.sets[0]);
+    NEED(app.renderer && view_renderer_load(app.renderer, &app.sets[0]));
     app.set = &app.sets[0];
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
-    CHECK(ok);
-    return ok;
-}
-
-static void end(void)
-{
-    view_renderer_free(app.renderer);
-    view_set_free(&app.sets[0]);
-    view_test_end();
 }
 
 static const char *title_after_draw(void)
@@ -79,8 +67,7 @@ static bool has(const char *part)
 
 static void tells_of_both_filters(void)
 {
-    if (!begin())
-        return;
+    begin();
     title_after_draw();
     CHECK_MSG(has("scene") && has("probe 16, faces, gpu, 0.5 s"), "%s", title);
     CHECK_MSG(has(" ms: drawing ") && has("| gpu ") && !has("| cpu "), "%s",
@@ -107,7 +94,6 @@ static void tells_of_both_filters(void)
         title_after_draw();
         CHECK_MSG(!has("| gpu ") && has("| cpu "), "%s", title);
     }
-    end();
 }
 
 /* Each step of an update takes a millisecond: six faces or two paraboloids are
@@ -115,8 +101,7 @@ static void tells_of_both_filters(void)
  * irradiance. An update is not longer than the one before. */
 static void times_are_of_one_update(void)
 {
-    if (!begin())
-        return;
+    begin();
     tick = 1e-3;
     const int levels = 1 + 6 * (ibl_default_levels(16) - 1);
     for (int i = 0; i < 4; i++) {
@@ -130,24 +115,20 @@ static void times_are_of_one_update(void)
         CHECK_MSG(has(want), "not \"%s\": %s", want, title);
     }
     tick = 0;
-    end();
 }
 
 /* Before the first draw there is nothing to tell. */
 static void tells_no_times_before(void)
 {
-    if (!begin())
-        return;
+    begin();
     view_title_text(&app, title, sizeof title);
     CHECK_MSG(has("scene") && !has("drawing"), "%s", title);
-    end();
 }
 
 /* The longest one is not cut. */
 static void has_room(void)
 {
-    if (!begin())
-        return;
+    begin();
     view_settings *s = &app.settings;
     s->turn = s->yaw = -123.4;
     s->pitch = -89;
@@ -164,7 +145,6 @@ static void has_room(void)
     view_title_text(&app, title, sizeof title);
     CHECK_MSG(has("12345.6 ms") && strlen(title) < sizeof app.title - 60, "%s",
               title);
-    end();
 }
 
 /* The title has part after a change and had not before. */
@@ -190,8 +170,7 @@ static void tells(const view_settings *changed, const char *part)
 /* Each in the modes that it matters to. */
 static void tells_every_setting(void)
 {
-    if (!begin())
-        return;
+    begin();
     for (int i = 0; i < 2; i++) {
         const view_mode mode = i ? VIEW_SCENE : VIEW_SPHERES;
         TELLS(mode, turn, 15, "| turn 15 |");
@@ -234,7 +213,6 @@ static void tells_every_setting(void)
     app.sets[0].name[1] = '\n';
     view_title_text(&app, title, sizeof title);
     CHECK_MSG(strstr(title, "m?p | ") == title, "%s", title);
-    end();
 }
 
 /* ---- without room ---------------------------------------------------------
@@ -270,8 +248,7 @@ static void press_without_room(void)
 /* What a key asks for and cannot be made leaves what was there. */
 static void goes_back_without_room(void)
 {
-    if (!begin())
-        return;
+    begin();
     real_image = gl.TexImage3D;
     gl.TexImage3D = scarce_image;
     most_layers = IBL_FACES;
@@ -293,7 +270,6 @@ static void goes_back_without_room(void)
     CHECK(!view_app_draw(&app, false, WIDTH, HEIGHT));
     CHECK(strstr(view_test_caught(), "2 local probes"));
     gl.TexImage3D = real_image;
-    end();
 }
 
 /* ---- --stats ------------------------------------------------------------ */
@@ -332,8 +308,7 @@ static void a_line_for_each_update(void)
 {
     view_stats stats = {0};
 
-    if (!begin())
-        return;
+    begin();
     const char *line = frame(&stats, 0);
     CHECK_MSG(strstr(line, "probe seconds=0.000 size=16 capture=faces "
                            "filter=gpu ms=") == line &&
@@ -345,7 +320,6 @@ static void a_line_for_each_update(void)
     CHECK_MSG(strstr(line, "probe seconds=1.000 ") == line &&
                   strstr(line, " frames=3 frame=15.0 worst=20.0\n"),
               "%s", line);
-    end();
 }
 
 /* Without a probe they are of a second each. */
@@ -353,8 +327,7 @@ static void a_line_for_each_second(void)
 {
     view_stats stats = {0};
 
-    if (!begin())
-        return;
+    begin();
     app.settings.mode = VIEW_SPHERES;
     /* From the beginning of the first one. */
     CHECK(!*frame(&stats, 49));
@@ -369,7 +342,6 @@ static void a_line_for_each_second(void)
     now += 1;
     line = frame(&stats, 1);
     CHECK_MSG(strstr(line, "frames=2 frame=15.0 worst=20.0"), "%s", line);
-    end();
 }
 
 /* ---- pictures ----------------------------------------------------------- */
@@ -393,8 +365,7 @@ static void times_of_frames(void)
     view_options o = {.size = {WIDTH, HEIGHT}};
     double ms;
 
-    if (!begin())
-        return;
+    begin();
     real_finish = gl.Finish;
     gl.Finish = slow_finish;
     app.settings.mode = VIEW_SPHERES;
@@ -413,7 +384,6 @@ static void times_of_frames(void)
         CHECK_NEAR(stats.worst, i ? 1000 : spread, 1e-6);
     }
     gl.Finish = real_finish;
-    end();
 }
 
 static const test tests[] = {

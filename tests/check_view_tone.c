@@ -18,81 +18,65 @@ enum {
 };
 
 /* What a test draws with; pictures have row 0 on top. */
-typedef struct stage {
+static struct {
     view_display *display;
     GLuint textures[2], uniforms;
     view_frame frame;
     float picture[2][HEIGHT][WIDTH][4];
     unsigned char *seen; /* [HEIGHT][WIDTH][3] */
-} stage;
+} on;
 
-static void close_stage(stage *s)
+static void end(void *unused)
 {
-    if (s) {
-        free(s->seen);
-        gl.DeleteTextures(2, s->textures);
-        gl.DeleteBuffers(1, &s->uniforms);
-        view_display_free(s->display);
-    }
-    free(s);
-    view_test_end();
+    (void)unused;
+    free(on.seen);
+    view_display_free(on.display);
 }
 
-static stage *open_stage(void)
+static void begin(void)
 {
-    stage *s;
-
-    if (!view_test_begin(WIDTH, HEIGHT))
-        return NULL;
-    s = calloc(1, sizeof *s);
-    if (s)
-        s->display = view_display_create();
-    CHECK(s && s->display);
-    if (!s || !s->display) {
-        close_stage(s);
-        return NULL;
-    }
-    gl.GenTextures(2, s->textures);
-    gl.GenBuffers(1, &s->uniforms);
-    gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, s->uniforms);
+    view_test_begin(WIDTH, HEIGHT);
+    memset(&on, 0, sizeof on);
+    on.display = view_display_create();
+    NEED(on.display);
+    test_defer(end, NULL);
+    gl.GenTextures(2, on.textures);
+    gl.GenBuffers(1, &on.uniforms);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, on.uniforms);
     gl.Viewport(0, 0, WIDTH, HEIGHT);
-    s->frame.viewport[0] = WIDTH;
-    s->frame.viewport[1] = HEIGHT;
-    s->frame.display[0] = s->frame.display[2] = 1;
+    on.frame.viewport[0] = WIDTH;
+    on.frame.viewport[1] = HEIGHT;
+    on.frame.display[0] = on.frame.display[2] = 1;
     for (int i = 0; i < 2 * WIDTH * HEIGHT; i++)
-        s->picture[i / (WIDTH * HEIGHT)][i / WIDTH % HEIGHT][i % WIDTH][3] = 1;
-    return s;
+        on.picture[i / (WIDTH * HEIGHT)][i / WIDTH % HEIGHT][i % WIDTH][3] = 1;
 }
 
-static void draw(stage *s)
+static void draw(void)
 {
     static float flipped[HEIGHT][WIDTH][4];
 
     for (int i = 0; i < 2; i++) {
         for (int y = 0; y < HEIGHT; y++)
-            memcpy(flipped[HEIGHT - 1 - y], s->picture[i][y],
+            memcpy(flipped[HEIGHT - 1 - y], on.picture[i][y],
                    sizeof flipped[0]);
         gl.ActiveTexture(GL_TEXTURE0);
-        gl.BindTexture(GL_TEXTURE_2D, s->textures[i]);
+        gl.BindTexture(GL_TEXTURE_2D, on.textures[i]);
         gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
         gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, WIDTH, HEIGHT, 0, GL_RGBA,
                       GL_FLOAT, flipped);
     }
-    gl.BindBuffer(GL_UNIFORM_BUFFER, s->uniforms);
-    gl.BufferData(GL_UNIFORM_BUFFER, sizeof s->frame, &s->frame,
+    gl.BindBuffer(GL_UNIFORM_BUFFER, on.uniforms);
+    gl.BufferData(GL_UNIFORM_BUFFER, sizeof on.frame, &on.frame,
                   GL_DYNAMIC_DRAW);
-    view_display_draw(s->display, s->textures[0], s->textures[1]);
-    free(s->seen);
-    s->seen = view_picture_read(0, WIDTH, HEIGHT);
-    CHECK(s->seen);
-    CHECK(view_gl_check("test"));
-    if (!s->seen)
-        exit(1);
+    view_display_draw(on.display, on.textures[0], on.textures[1]);
+    free(on.seen);
+    on.seen = view_picture_read(0, WIDTH, HEIGHT);
+    NEED(on.seen && view_gl_check("test"));
 }
 
-static const unsigned char *seen(const stage *s, int x, int y)
+static const unsigned char *seen(int x, int y)
 {
-    return s->seen + 3 * ((size_t)y * WIDTH + (size_t)x);
+    return on.seen + 3 * ((size_t)y * WIDTH + (size_t)x);
 }
 
 /* ---- closed forms ------------------------------------------------------ */
@@ -167,7 +151,7 @@ static void (*const curves[VIEW_TONES])(double c[3]) = {linear, reinhard, aces,
 
 /* From 2^-16 to 2^16 in columns; rows of grey, pure, mixed and random hues,
  * the last of them with negative parts. */
-static void fill_sweep(stage *s)
+static void fill_sweep(void)
 {
     test_random r = {1};
 
@@ -180,12 +164,12 @@ static void fill_sweep(stage *s)
         for (int x = 0; x < WIDTH; x++) {
             const double level = exp2(32.0 * x / (WIDTH - 1) - 16);
             for (int k = 0; k < 3; k++)
-                s->picture[0][y][x][k] = (float)(level * hue[k]);
+                on.picture[0][y][x][k] = (float)(level * hue[k]);
         }
     }
 }
 
-static void compare_curve(const stage *s, int tone, double exposure)
+static void compare_curve(int tone, double exposure)
 {
     double worst = 0;
     int at[2] = {0};
@@ -194,10 +178,10 @@ static void compare_curve(const stage *s, int tone, double exposure)
         for (int x = 0; x < WIDTH; x++) {
             double c[3];
             for (int k = 0; k < 3; k++)
-                c[k] = fmax(s->picture[0][y][x][k] * exposure, 0);
+                c[k] = fmax(on.picture[0][y][x][k] * exposure, 0);
             curves[tone](c);
             for (int k = 0; k < 3; k++) {
-                const double off = fabs(255 * encode(c[k]) - seen(s, x, y)[k]);
+                const double off = fabs(255 * encode(c[k]) - seen(x, y)[k]);
                 if (off > worst)
                     worst = off, at[0] = x, at[1] = y;
             }
@@ -209,19 +193,15 @@ static void compare_curve(const stage *s, int tone, double exposure)
 
 static void curves_are_their_formulas(void)
 {
-    stage *s = open_stage();
-
-    if (!s)
-        return;
-    fill_sweep(s);
+    begin();
+    fill_sweep();
     for (int tone = 0; tone < VIEW_TONES; tone++)
         for (int ev = -6; ev <= 6; ev += 3) {
-            s->frame.show[0] = tone;
-            s->frame.display[0] = (float)exp2(ev);
-            draw(s);
-            compare_curve(s, tone, exp2(ev));
+            on.frame.show[0] = tone;
+            on.frame.display[0] = (float)exp2(ev);
+            draw();
+            compare_curve(tone, exp2(ev));
         }
-    close_stage(s);
 }
 
 /* What the fits must hold whoever typed them: grey stays grey, the neutral
@@ -232,53 +212,46 @@ static void curves_keep_grey(void)
         CHECK_NEAR(aces_in[k][0] + aces_in[k][1] + aces_in[k][2], 1, 1e-4);
         CHECK_NEAR(aces_out[k][0] + aces_out[k][1] + aces_out[k][2], 1, 1e-4);
     }
-    stage *s = open_stage();
-    if (!s)
-        return;
-    fill_sweep(s);
+    begin();
+    fill_sweep();
     for (int tone = 0; tone < VIEW_TONES; tone++) {
-        s->frame.show[0] = tone;
-        draw(s);
+        on.frame.show[0] = tone;
+        draw();
         for (int x = 0; x < WIDTH; x++) {
-            const unsigned char *c = seen(s, x, 0);
+            const unsigned char *c = seen(x, 0);
             CHECK(abs(c[0] - c[1]) <= 1 && abs(c[1] - c[2]) <= 1);
-            CHECK(!x || c[1] >= seen(s, x - 1, 0)[1]);
+            CHECK(!x || c[1] >= seen(x - 1, 0)[1]);
         }
-        CHECK(seen(s, WIDTH - 1, 0)[1] == 255);
-        CHECK(seen(s, 0, 0)[1] == 0);
+        CHECK(seen(WIDTH - 1, 0)[1] == 255);
+        CHECK(seen(0, 0)[1] == 0);
     }
     for (int x = 0; x < WIDTH; x++) {
-        const double grey = s->picture[0][0][x][0];
+        const double grey = on.picture[0][0][x][0];
         if (grey > 0.08 && grey < 0.8)
-            CHECK_NEAR(seen(s, x, 0)[1], 255 * encode(grey - 0.04), 0.51);
+            CHECK_NEAR(seen(x, 0)[1], 255 * encode(grey - 0.04), 0.51);
     }
-    close_stage(s);
 }
 
 /* All 256 values, and where the two pieces meet. */
 static void srgb_is_exact(void)
 {
-    stage *s = open_stage();
-
-    if (!s)
-        return;
+    begin();
     for (int i = 0; i < 256; i++) {
         const double v = i / 255.0;
         const double c =
             v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4);
-        s->picture[0][i / WIDTH][i % WIDTH][0] = (float)c;
-        s->picture[0][i / WIDTH][i % WIDTH][1] = (float)(c * c);
-        s->picture[0][i / WIDTH][i % WIDTH][2] = (float)(i * 0.0062616 / 255);
+        on.picture[0][i / WIDTH][i % WIDTH][0] = (float)c;
+        on.picture[0][i / WIDTH][i % WIDTH][1] = (float)(c * c);
+        on.picture[0][i / WIDTH][i % WIDTH][2] = (float)(i * 0.0062616 / 255);
     }
-    draw(s);
+    draw();
     for (int i = 0; i < 256; i++) {
-        const unsigned char *c = seen(s, i % WIDTH, i / WIDTH);
-        const float *from = s->picture[0][i / WIDTH][i % WIDTH];
+        const unsigned char *c = seen(i % WIDTH, i / WIDTH);
+        const float *from = on.picture[0][i / WIDTH][i % WIDTH];
         CHECK_MSG(c[0] == i, "%d came back as %d", i, c[0]);
         for (int k = 1; k < 3; k++)
             CHECK_NEAR(c[k], 255 * encode(from[k]), 0.508);
     }
-    close_stage(s);
 }
 
 /* ---- false colour ------------------------------------------------------ */
@@ -305,14 +278,13 @@ static void false_colours_rise(void)
     }
 }
 
-static void stripes(const stage *s, int x0, int x1, const int a[3],
-                    const int b[3])
+static void stripes(int x0, int x1, const int a[3], const int b[3])
 {
     int count[2] = {0, 0};
 
     for (int y = 0; y < HEIGHT; y++)
         for (int x = x0; x < x1; x++) {
-            const unsigned char *c = seen(s, x, y);
+            const unsigned char *c = seen(x, y);
             count[0] += c[0] == a[0] && c[1] == a[1] && c[2] == a[2];
             count[1] += c[0] == b[0] && c[1] == b[1] && c[2] == b[2];
         }
@@ -322,7 +294,7 @@ static void stripes(const stage *s, int x0, int x1, const int a[3],
 }
 
 /* One hue a row, all of the luminance of their column: 9.5 stops each way. */
-static void fill_stops(stage *s, double ev)
+static void fill_stops(double ev)
 {
     test_random r = {2};
 
@@ -332,7 +304,7 @@ static void fill_stops(stage *s, double ev)
             hue[k] = test_random_unit(&r);
         for (int x = 0; x < WIDTH; x++)
             for (int k = 0; k < 3; k++)
-                s->picture[0][y][x][k] =
+                on.picture[0][y][x][k] =
                     (float)(hue[k] / brightness(hue) * 0.18 *
                             exp2((x + 0.3) * 19 / WIDTH - 9.5 - ev));
     }
@@ -340,28 +312,25 @@ static void fill_stops(stage *s, double ev)
 
 static void false_colours_are_of_luminance(void)
 {
-    stage *s = open_stage();
     const int first = 11, last = WIDTH - 11;
 
-    if (!s)
-        return;
-    s->frame.show[1] = 1;
+    begin();
+    on.frame.show[1] = 1;
     for (int ev = -3; ev <= 3; ev += 3) {
-        fill_stops(s, ev);
-        s->frame.display[0] = (float)exp2(ev);
-        draw(s);
+        fill_stops(ev);
+        on.frame.display[0] = (float)exp2(ev);
+        draw();
         for (int y = 0; y < HEIGHT; y++)
             for (int x = first; x < last; x++) {
                 double c[3];
                 view_false_colour((x + 0.3) * 19 / WIDTH - 9.5, c);
                 for (int k = 0; k < 3; k++)
-                    CHECK_NEAR(seen(s, x, y)[k], 255 * c[k], 0.51);
+                    CHECK_NEAR(seen(x, y)[k], 255 * c[k], 0.51);
             }
-        stripes(s, 0, 10, (const int[3]){0, 0, 0}, (const int[3]){0, 0, 128});
-        stripes(s, WIDTH - 10, WIDTH, (const int[3]){255, 255, 255},
+        stripes(0, 10, (const int[3]){0, 0, 0}, (const int[3]){0, 0, 128});
+        stripes(WIDTH - 10, WIDTH, (const int[3]){255, 255, 255},
                 (const int[3]){255, 0, 0});
     }
-    close_stage(s);
 }
 
 /* ---- no numbers, and comparing ------------------------------------------ */
@@ -373,66 +342,62 @@ static bool is(const unsigned char *c, int r, int g, int b)
 
 static void no_number_hides(void)
 {
-    stage *s = open_stage();
-
-    if (!s)
-        return;
-    s->picture[0][3][5][0] = NAN;
-    s->picture[0][3][6][1] = -NAN;
-    s->picture[0][3][7][2] = INFINITY;
-    s->picture[0][3][8][0] = -INFINITY;
-    s->picture[0][3][9][0] = NAN;
-    s->picture[0][3][9][1] = INFINITY;
-    s->picture[0][3][10][0] = FLT_MAX;
-    s->picture[0][3][10][1] = FLT_MAX;
-    s->picture[0][3][10][2] = FLT_MAX;
-    s->picture[1][3][100][2] = NAN;
-    s->picture[1][3][101][2] = INFINITY;
+    begin();
+    on.picture[0][3][5][0] = NAN;
+    on.picture[0][3][6][1] = -NAN;
+    on.picture[0][3][7][2] = INFINITY;
+    on.picture[0][3][8][0] = -INFINITY;
+    on.picture[0][3][9][0] = NAN;
+    on.picture[0][3][9][1] = INFINITY;
+    on.picture[0][3][10][0] = FLT_MAX;
+    on.picture[0][3][10][1] = FLT_MAX;
+    on.picture[0][3][10][2] = FLT_MAX;
+    on.picture[1][3][100][2] = NAN;
+    on.picture[1][3][101][2] = INFINITY;
     for (int i = 0; i < 2 * VIEW_TONES; i++) {
-        s->frame.show[0] = i / 2;
-        s->frame.show[1] = i % 2;
+        on.frame.show[0] = i / 2;
+        on.frame.show[1] = i % 2;
         for (int compare = 0; compare < VIEW_COMPARES; compare++) {
-            s->frame.show[2] = compare;
-            s->frame.display[0] = compare == VIEW_SPLIT ? 8 : 0.125f;
-            s->frame.display[1] = 0.5f;
-            draw(s);
+            on.frame.show[2] = compare;
+            on.frame.display[0] = compare == VIEW_SPLIT ? 8 : 0.125f;
+            on.frame.display[1] = 0.5f;
+            draw();
             const bool left = compare != VIEW_REFERENCE;
             const bool right = compare != VIEW_SPLIT_SUM;
-            CHECK(is(seen(s, 5, 3), 255, 0, 255) == left);
-            CHECK(is(seen(s, 6, 3), 255, 0, 255) == left);
-            CHECK(is(seen(s, 7, 3), 0, 255, 255) == left);
-            CHECK(is(seen(s, 8, 3), 0, 255, 255) == left);
-            CHECK(is(seen(s, 9, 3), 255, 0, 255) == left);
-            CHECK(is(seen(s, 100, 3), 255, 0, 255) == right);
-            CHECK(is(seen(s, 101, 3), 0, 255, 255) == right);
-            CHECK(!is(seen(s, 10, 3), 0, 255, 255) &&
-                  !is(seen(s, 10, 3), 255, 0, 255));
-            CHECK(i % 2 || !left || is(seen(s, 10, 3), 255, 255, 255));
+            CHECK(is(seen(5, 3), 255, 0, 255) == left);
+            CHECK(is(seen(6, 3), 255, 0, 255) == left);
+            CHECK(is(seen(7, 3), 0, 255, 255) == left);
+            CHECK(is(seen(8, 3), 0, 255, 255) == left);
+            CHECK(is(seen(9, 3), 255, 0, 255) == left);
+            CHECK(is(seen(100, 3), 255, 0, 255) == right);
+            CHECK(is(seen(101, 3), 0, 255, 255) == right);
+            CHECK(!is(seen(10, 3), 0, 255, 255) &&
+                  !is(seen(10, 3), 255, 0, 255));
+            CHECK(i % 2 || !left || is(seen(10, 3), 255, 255, 255));
         }
     }
-    close_stage(s);
 }
 
-static void fill_both(stage *s)
+static void fill_both(void)
 {
     test_random r = {3};
 
     for (int i = 0; i < 2 * WIDTH * HEIGHT; i++)
         for (int k = 0; k < 3; k++)
-            s->picture[i / (WIDTH * HEIGHT)][i / WIDTH % HEIGHT][i % WIDTH][k] =
+            on.picture[i / (WIDTH * HEIGHT)][i / WIDTH % HEIGHT][i % WIDTH][k] =
                 (float)test_random_unit(&r);
 }
 
 /* Pixels of columns x0 .. x1 are those of a picture. */
-static void same(const stage *s, int x0, int x1, int which)
+static void same(int x0, int x1, int which)
 {
     int bad = 0;
 
     for (int y = 0; y < HEIGHT; y++)
         for (int x = x0; x < x1; x++)
             for (int k = 0; k < 3; k++)
-                bad += !(fabs(255 * encode(s->picture[which][y][x][k]) -
-                              seen(s, x, y)[k]) <= 0.508);
+                bad += !(fabs(255 * encode(on.picture[which][y][x][k]) -
+                              seen(x, y)[k]) <= 0.508);
     CHECK_MSG(!bad, "columns %d to %d: %d are not of picture %d", x0, x1, bad,
               which);
 }
@@ -440,63 +405,57 @@ static void same(const stage *s, int x0, int x1, int which)
 static void pictures_are_compared(void)
 {
     static const double splits[] = {0, 0.25, 0.4999, 0.5, 0.777, 1};
-    stage *s = open_stage();
 
-    if (!s)
-        return;
-    fill_both(s);
-    draw(s);
-    same(s, 0, WIDTH, 0);
-    s->frame.show[2] = VIEW_REFERENCE;
-    draw(s);
-    same(s, 0, WIDTH, 1);
-    s->frame.show[2] = VIEW_SPLIT;
+    begin();
+    fill_both();
+    draw();
+    same(0, WIDTH, 0);
+    on.frame.show[2] = VIEW_REFERENCE;
+    draw();
+    same(0, WIDTH, 1);
+    on.frame.show[2] = VIEW_SPLIT;
     for (size_t i = 0; i < sizeof splits / sizeof *splits; i++) {
         const int at = (int)(splits[i] * WIDTH);
-        s->frame.display[1] = (float)splits[i];
-        draw(s);
-        same(s, 0, at - 1, 0);
-        same(s, at + 1, WIDTH, 1);
+        on.frame.display[1] = (float)splits[i];
+        draw();
+        same(0, at - 1, 0);
+        same(at + 1, WIDTH, 1);
         for (int y = 0; y < HEIGHT; y++) {
-            CHECK(at == WIDTH || is(seen(s, at, y), 255, 255, 255));
-            CHECK(at == 0 || is(seen(s, at - 1, y), 0, 0, 0));
+            CHECK(at == WIDTH || is(seen(at, y), 255, 255, 255));
+            CHECK(at == 0 || is(seen(at - 1, y), 0, 0, 0));
         }
     }
-    close_stage(s);
 }
 
 static void differences_are_amplified(void)
 {
-    stage *s = open_stage();
     int bad = 0;
 
-    if (!s)
-        return;
-    fill_both(s);
-    s->frame.show[2] = VIEW_DIFFERENCE;
-    s->frame.display[0] = 2;
+    begin();
+    fill_both();
+    on.frame.show[2] = VIEW_DIFFERENCE;
+    on.frame.display[0] = 2;
     for (int gain = 1; gain <= 16; gain *= 4) {
-        s->frame.display[2] = (float)gain;
-        draw(s);
+        on.frame.display[2] = (float)gain;
+        draw();
         for (int y = 0; y < HEIGHT; y++)
             for (int x = 0; x < WIDTH; x++)
                 for (int k = 0; k < 3; k++) {
-                    const double a = s->picture[0][y][x][k];
-                    const double b = s->picture[1][y][x][k];
+                    const double a = on.picture[0][y][x][k];
+                    const double b = on.picture[1][y][x][k];
                     bad += !(fabs(255 * encode(fabs(a - b) * gain * 2) -
-                                  seen(s, x, y)[k]) <= 0.508);
+                                  seen(x, y)[k]) <= 0.508);
                 }
         CHECK_MSG(!bad, "gain %d: %d are off", gain, bad);
     }
     /* Maps have nothing to be compared with, and are nowhere where alpha says
      * so. */
-    s->frame.inspect[0] = VIEW_LEVELS;
-    s->frame.display[0] = 1;
-    s->picture[0][7][0][3] = 0;
-    draw(s);
-    same(s, 1, WIDTH, 0);
-    CHECK(is(seen(s, 0, 7), 26, 26, 26) || is(seen(s, 0, 7), 25, 25, 25));
-    close_stage(s);
+    on.frame.inspect[0] = VIEW_LEVELS;
+    on.frame.display[0] = 1;
+    on.picture[0][7][0][3] = 0;
+    draw();
+    same(1, WIDTH, 0);
+    CHECK(is(seen(0, 7), 26, 26, 26) || is(seen(0, 7), 25, 25, 25));
 }
 
 static const test tests[] = {

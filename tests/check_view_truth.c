@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "ibl/reference.h"
+#include "shade.h"
 #include "test.h"
 #include "truth.h"
 #include "view.h"
@@ -19,14 +20,13 @@ static const double pi = 3.14159265358979323846;
 
 /* ---- a scene in memory -------------------------------------------------- */
 
-typedef struct scene {
+static struct {
     ibl_ctx *ctx;
     baked_set set;
     view_renderer *renderer;
     view_settings settings;
     int width, height;
-    float *rgb;
-} scene;
+} on;
 
 /* Lights on every face, on an edge and near a corner over a sky that changes
  * slowly. */
@@ -71,7 +71,7 @@ static void black(ibl_image *map)
            (size_t)3 * map->width * map->height * sizeof *map->data);
 }
 
-static bool bake(scene *s, void (*fill)(ibl_image *), double roughness_min,
+static bool bake(void (*fill)(ibl_image *), double roughness_min,
                  baked_set *set)
 {
     ibl_specular_options opts = ibl_specular_options_default();
@@ -80,59 +80,58 @@ static bool bake(scene *s, void (*fill)(ibl_image *), double roughness_min,
 
     opts.size = 16;
     opts.roughness_min = roughness_min;
-    if (ibl_image_alloc(s->ctx, 64, 32, &map) != IBL_OK)
+    if (ibl_image_alloc(on.ctx, 64, 32, &map) != IBL_OK)
         return false;
     fill(&map);
-    ok = view_set_bake_image(s->ctx, "test", &map, &opts, set);
+    ok = view_set_bake_image(on.ctx, "test", &map, &opts, set);
     ibl_image_free(&map);
     return ok;
 }
 
-static void end(scene *s)
+static void end(void *unused)
 {
-    view_renderer_free(s->renderer);
-    view_test_end();
-    view_set_free(&s->set);
-    ibl_ctx_free(s->ctx);
-    free(s->rgb);
+    (void)unused;
+    view_renderer_free(on.renderer);
+    view_set_free(&on.set);
 }
 
 /* A grid of rows x columns under a map, 32 pixels a sphere. */
-static bool begin(scene *s, void (*fill)(ibl_image *), int rows, int columns)
+static void begin(void (*fill)(ibl_image *), int rows, int columns)
 {
-    *s = (scene){.width = 32 * columns, .height = 32 * rows};
-    if (!view_test_begin(s->width, s->height))
-        return false;
-    s->ctx = test_ctx(0, IBL_ISA_AUTO);
-    s->rgb = malloc((size_t)3 * s->width * s->height * sizeof *s->rgb);
-    s->settings = view_settings_default();
-    s->settings.compare = VIEW_REFERENCE;
-    s->settings.rows = rows;
-    s->settings.columns = columns;
-    s->renderer = view_renderer_create();
-    if (s->rgb && s->renderer && bake(s, fill, 0.0, &s->set) &&
-        view_renderer_load(s->renderer, &s->set))
-        return true;
-    test_check(false, __FILE__, __LINE__, "the scene is made");
-    end(s);
-    return false;
+    memset(&on, 0, sizeof on);
+    on.width = 32 * columns;
+    on.height = 32 * rows;
+    view_test_begin(on.width, on.height);
+    on.ctx = view_test_ctx(0);
+    on.settings = view_settings_default();
+    on.settings.compare = VIEW_REFERENCE;
+    on.settings.rows = rows;
+    on.settings.columns = columns;
+    on.renderer = view_renderer_create();
+    test_defer(end, NULL);
+    NEED(on.renderer && bake(fill, 0.0, &on.set) &&
+         view_renderer_load(on.renderer, &on.set));
 }
 
-static size_t bytes_of(const scene *s)
+static size_t count_floats(void)
 {
-    return (size_t)3 * s->width * s->height * sizeof *s->rgb;
+    return (size_t)3 * on.width * on.height;
 }
 
-static bool draw(scene *s, int samples)
+static void draw(int samples)
 {
-    view_renderer_pace(s->renderer, samples);
-    return view_renderer_draw(s->renderer, &s->settings, s->width, s->height);
+    view_renderer_pace(on.renderer, samples);
+    NEED(view_renderer_draw(on.renderer, &on.settings, on.width, on.height));
 }
 
-/* The reference after samples more, in s->rgb. */
-static bool add(scene *s, int samples)
+/* The reference after samples more; from test_alloc. */
+static float *add(int samples)
 {
-    return draw(s, samples) && view_renderer_read(s->renderer, true, s->rgb);
+    float *rgb = test_alloc(count_floats(), sizeof *rgb);
+
+    draw(samples);
+    NEED(view_renderer_read(on.renderer, true, rgb));
+    return rgb;
 }
 
 /* ---- what a pixel shows ---------------------------------------------------
@@ -149,15 +148,15 @@ static double dot(const double a[3], const double b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-static point point_at(const scene *s, int x, int y)
+static point point_at(int x, int y)
 {
     view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
-    const view_camera c = view_camera_of(&s->settings, s->width, s->height);
-    const int count = view_grid(&s->settings, spheres);
+    const view_camera c = view_camera_of(&on.settings, on.width, on.height);
+    const int count = view_grid(&on.settings, spheres);
     point p = {.sphere = -1};
     double ray[3], n[3];
 
-    view_camera_ray(&c, s->width, s->height, x, y, ray);
+    view_camera_ray(&c, on.width, on.height, x, y, ray);
     p.sphere = view_grid_hit(spheres, count, c.eye, ray, p.n);
     for (int k = 0; k < 3; ++k)
         p.v[k] = -ray[k];
@@ -165,88 +164,12 @@ static point point_at(const scene *s, int x, int y)
         p.ball = spheres[p.sphere];
     p.n_v = dot(p.n, p.v);
     for (int i = 0; i < 4; ++i) {
-        view_camera_ray(&c, s->width, s->height, x + (i & 1 ? 1 : -1),
+        view_camera_ray(&c, on.width, on.height, x + (i & 1 ? 1 : -1),
                         y + (i & 2 ? 1 : -1), ray);
         if (view_grid_hit(spheres, count, c.eye, ray, n) != p.sphere)
             p.sphere = -1;
     }
     return p;
-}
-
-/* ---- level 0 between its texels --------------------------------------------
- */
-
-static void face_of(const double d[3], int *face, double *u, double *v)
-{
-    const double x = d[0], y = d[1], z = d[2];
-    const double a = fabs(x), b = fabs(y), c = fabs(z);
-
-    if (a >= b && a >= c) {
-        *face = x > 0 ? 0 : 1;
-        *u = (x > 0 ? -z : z) / a;
-        *v = -y / a;
-    } else if (b >= c) {
-        *face = y > 0 ? 2 : 3;
-        *u = x / b;
-        *v = (y > 0 ? z : -z) / b;
-    } else {
-        *face = z > 0 ? 4 : 5;
-        *u = (z > 0 ? x : -x) / c;
-        *v = -y / c;
-    }
-}
-
-/* The middle of a texel, or just beyond the edge that it is beyond. */
-static double beyond(int n, int x)
-{
-    return x < 0 ? -0.5 - 1e-9 : x >= n ? n - 0.5 + 1e-9 : x;
-}
-
-/* A texel, or, beyond one edge of the face, that across the edge. */
-static const float *texel(const ibl_cube *cube, int face, int x, int y)
-{
-    const int n = cube->size;
-    double d[3], u, v;
-
-    if (x < 0 || x >= n || y < 0 || y >= n) {
-        truth_cube_direction(n, face, beyond(n, x), beyond(n, y), d);
-        face_of(d, &face, &u, &v);
-        x = (int)fmin(fmax((u + 1.0) * 0.5 * n, 0.0), n - 1.0);
-        y = (int)fmin(fmax((v + 1.0) * 0.5 * n, 0.0), n - 1.0);
-    }
-    return ibl_cube_face(cube, 0, face) + 3 * (y * n + x);
-}
-
-/* Bilinear, across the edges of faces; at a corner the texel that is not there
- * is the mean of the three that are. */
-static void light_from(const ibl_cube *cube, const double d[3], double rgb[3])
-{
-    const int n = cube->size;
-    double u, v;
-    int face;
-
-    face_of(d, &face, &u, &v);
-    const double px = (u + 1.0) * 0.5 * n - 0.5, py = (v + 1.0) * 0.5 * n - 0.5;
-    const int x = (int)floor(px), y = (int)floor(py);
-    double t[4][3], corner[3] = {0.0};
-    int missing = -1;
-    for (int i = 0; i < 4; ++i) {
-        const int tx = x + (i & 1), ty = y + (i >> 1);
-        if ((tx < 0 || tx >= n) && (ty < 0 || ty >= n)) {
-            missing = i;
-            continue;
-        }
-        const float *p = texel(cube, face, tx, ty);
-        for (int k = 0; k < 3; ++k) {
-            t[i][k] = p[k];
-            corner[k] += p[k] / 3.0;
-        }
-    }
-    if (missing >= 0)
-        memcpy(t[missing], corner, sizeof corner);
-    for (int k = 0; k < 3; ++k)
-        rgb[k] = (1 - py + y) * ((1 - px + x) * t[0][k] + (px - x) * t[1][k]) +
-                 (py - y) * ((1 - px + x) * t[2][k] + (px - x) * t[3][k]);
 }
 
 /* ---- the integrals in double ------------------------------------------------
@@ -265,36 +188,25 @@ typedef struct field {
     double (*d)[3], (*light)[3], *solid_angle;
 } field;
 
-static bool make_field(const scene *s, field *f)
+static field make_field(void)
 {
-    *f = (field){.turn = s->settings.turn};
-    if (ibl_texture_to_cube(s->ctx, &s->set.texture[VIEW_SPECULAR], &f->cube) !=
-        IBL_OK)
-        return false;
-    const int n = f->cube.size * PARTS;
-    f->count = 6 * n * n;
-    f->d = malloc(f->count * sizeof *f->d);
-    f->light = malloc(f->count * sizeof *f->light);
-    f->solid_angle = malloc(f->count * sizeof *f->solid_angle);
-    if (!f->d || !f->light || !f->solid_angle)
-        return false;
-    for (int i = 0; i < f->count; ++i) {
+    field f = {.turn = on.settings.turn};
+
+    NEED(!ibl_texture_to_cube(on.ctx, &on.set.texture[VIEW_SPECULAR], &f.cube));
+    const int n = f.cube.size * PARTS;
+    f.count = 6 * n * n;
+    f.d = test_alloc((size_t)f.count, sizeof *f.d);
+    f.light = test_alloc((size_t)f.count, sizeof *f.light);
+    f.solid_angle = test_alloc((size_t)f.count, sizeof *f.solid_angle);
+    for (int i = 0; i < f.count; ++i) {
         const int x = i % n, y = i / n % n;
         double d[3];
         truth_cube_direction(n, i / n / n, x, y, d);
-        light_from(&f->cube, d, f->light[i]);
-        view_unturn(f->turn, d, f->d[i]);
-        f->solid_angle[i] = ibl_cube_solid_angle(n, x, y);
+        shade_cube(&f.cube, 0, d, f.light[i]);
+        view_unturn(f.turn, d, f.d[i]);
+        f.solid_angle[i] = ibl_cube_solid_angle(n, x, y);
     }
-    return true;
-}
-
-static void free_field(field *f)
-{
-    free(f->solid_angle);
-    free(f->light);
-    free(f->d);
-    ibl_cube_free(&f->cube);
+    return f;
 }
 
 /* Smith's lambda: Heitz 2014, eq. 72. */
@@ -383,7 +295,7 @@ static void by_half_vectors(const field *f, const point *p,
         if (n_l <= 0.0 || v_h <= 0.0)
             continue;
         view_turn(f->turn, l, env);
-        light_from(&f->cube, env, light);
+        shade_cube(&f->cube, 0, env, light);
         const double g = masking(n_l, p->n_v, alpha, geometry) * v_h /
                          (p->n_v * n_h) * 4.0 * w * w * w /
                          ((double)HALF_STEPS * HALF_STEPS);
@@ -405,24 +317,21 @@ static double diffuse_factor(double f0, double albedo, const double rg[2],
     return more + albedo * (1.0 - single - more);
 }
 
-static bool expected(const scene *s, const field *f, const point *p,
-                     double rgb[3])
+static void expected(const field *f, const point *p, double rgb[3])
 {
     double specular[3] = {0.0}, diffuse[3] = {0.0}, rg[2];
 
-    by_texels(f, p, s->set.geometry, specular, diffuse);
+    by_texels(f, p, on.set.geometry, specular, diffuse);
     if (p->ball.roughness < 0.4) {
         memset(specular, 0, sizeof specular);
-        by_half_vectors(f, p, s->set.geometry, specular);
+        by_half_vectors(f, p, on.set.geometry, specular);
     }
-    if (ibl_reference_lut(s->ctx, p->n_v, p->ball.roughness, s->set.geometry,
-                          rg) != IBL_OK)
-        return false;
+    NEED(!ibl_reference_lut(on.ctx, p->n_v, p->ball.roughness, on.set.geometry,
+                            rg));
     for (int k = 0; k < 3; ++k)
         rgb[k] = specular[k] +
                  diffuse[k] * diffuse_factor(p->ball.f0[k], p->ball.albedo[k],
-                                             rg, s->settings.multiscatter);
-    return true;
+                                             rg, on.settings.multiscatter);
 }
 
 /* ---- against the integrals -------------------------------------------- */
@@ -434,22 +343,19 @@ enum {
 
 /* Means of stretches of the sequence that have no sample in common, each as it
  * would be alone: what a draw added to the mean. */
-static bool draw_batches(scene *s, float *batches[BATCHES])
+static void draw_batches(float *batches[BATCHES])
 {
-    const size_t floats = bytes_of(s) / sizeof *s->rgb;
-    double *sum = calloc(floats, sizeof *sum);
-    bool ok = sum != NULL;
+    const size_t floats = count_floats();
+    double *sum = test_alloc(floats, sizeof *sum);
 
-    for (int b = 0; ok && b < BATCHES; ++b) {
-        ok = add(s, BATCH) && (batches[b] = malloc(bytes_of(s))) != NULL;
-        for (size_t i = 0; ok && i < floats; ++i) {
-            const double all = (b + 1.0) * s->rgb[i];
+    for (int b = 0; b < BATCHES; ++b) {
+        batches[b] = add(BATCH);
+        for (size_t i = 0; i < floats; ++i) {
+            const double all = (b + 1.0) * batches[b][i];
             batches[b][i] = (float)(all - sum[i]);
             sum[i] = all;
         }
     }
-    free(sum);
-    return ok;
 }
 
 /* Mean and standard error of a pixel's batches. */
@@ -489,32 +395,31 @@ static void add_to_bias(bias *all, float *const batches[BATCHES], size_t at,
  * standard errors and 0.05 % of nothing, of the whole picture and of each batch
  * alone, and their root mean square below `noise`.
  */
-static void compare(scene *s, double noise)
+static void compare(double noise)
 {
-    float *batches[BATCHES] = {NULL};
+    float *batches[BATCHES];
     bias all = {.count = 0};
-    field f;
+    field f = make_field();
     const int every = TEST_SANITIZED ? 17 : 7;
 
-    if (test_check(make_field(s, &f) && draw_batches(s, batches), __FILE__,
-                   __LINE__, "all is drawn"))
-        for (int i = 0; i < s->width * s->height; i += every) {
-            const point p = point_at(s, i % s->width, i / s->width);
-            double rgb[3], error;
-            if (p.sphere < 0 || p.n_v < 0.02)
-                continue;
-            test_check(expected(s, &f, &p, rgb), __FILE__, __LINE__, "table");
-            for (int k = 0; k < 3; ++k) {
-                const size_t at = 3 * (size_t)i + (size_t)k;
-                const double mean = mean_of(batches, at, &error);
-                CHECK_MSG(fabs(mean - rgb[k]) <= 5.0 * error + 2e-3 * rgb[k],
-                          "roughness %g, metallic %g, N.V %.3f: %g +- %g, "
-                          "should be %g",
-                          p.ball.roughness, p.ball.metallic, p.n_v, mean, error,
-                          rgb[k]);
-                add_to_bias(&all, batches, at, mean, rgb[k]);
-            }
+    draw_batches(batches);
+    for (int i = 0; i < on.width * on.height; i += every) {
+        const point p = point_at(i % on.width, i / on.width);
+        double rgb[3], error;
+        if (p.sphere < 0 || p.n_v < 0.02)
+            continue;
+        expected(&f, &p, rgb);
+        for (int k = 0; k < 3; ++k) {
+            const size_t at = 3 * (size_t)i + (size_t)k;
+            const double mean = mean_of(batches, at, &error);
+            CHECK_MSG(fabs(mean - rgb[k]) <= 5.0 * error + 2e-3 * rgb[k],
+                      "roughness %g, metallic %g, N.V %.3f: %g +- %g, should "
+                      "be %g",
+                      p.ball.roughness, p.ball.metallic, p.n_v, mean, error,
+                      rgb[k]);
+            add_to_bias(&all, batches, at, mean, rgb[k]);
         }
+    }
     CHECK(all.count > 50);
     for (int b = 0; b <= BATCHES && all.count; ++b) {
         const double mean = all.sum[b] / all.count;
@@ -526,60 +431,46 @@ static void compare(scene *s, double noise)
     }
     const double rms = sqrt(all.square[BATCHES] / all.count);
     CHECK_MSG(rms <= noise, "noise: %g", rms);
-    for (int b = 0; b < BATCHES; ++b)
-        free(batches[b]);
-    free_field(&f);
+    ibl_cube_free(&f.cube);
 }
 
 /* Wide lobes, dielectric below and metal above, seen from the front and at
  * grazing angles. */
 static void wide_lobes(void)
 {
-    scene s;
-
-    if (!begin(&s, lights, 2, 3))
-        return;
-    s.settings.roughness[0] = 0.4;
-    s.settings.yaw = 20.0;
+    begin(lights, 2, 3);
+    on.settings.roughness[0] = 0.4;
+    on.settings.yaw = 20.0;
     for (int i = 0; i < 2; ++i) {
-        s.settings.turn = i ? 217.0 : 37.0;
-        s.settings.pitch = i ? -25.0 : 25.0;
-        s.settings.multiscatter = i;
-        compare(&s, 0.01);
+        on.settings.turn = i ? 217.0 : 37.0;
+        on.settings.pitch = i ? -25.0 : 25.0;
+        on.settings.multiscatter = i;
+        compare(0.01);
     }
-    end(&s);
 }
 
 static void narrow_lobes(void)
 {
-    scene s;
-
-    if (!begin(&s, lights, 1, 2))
-        return;
-    s.settings.roughness[0] = 0.1;
-    s.settings.roughness[1] = 0.25;
-    s.settings.metallic[0] = 1.0;
-    s.settings.multiscatter = false;
-    s.settings.yaw = -70.0;
-    compare(&s, 0.01);
-    end(&s);
+    begin(lights, 1, 2);
+    on.settings.roughness[0] = 0.1;
+    on.settings.roughness[1] = 0.25;
+    on.settings.metallic[0] = 1.0;
+    on.settings.multiscatter = false;
+    on.settings.yaw = -70.0;
+    compare(0.01);
 }
 
 /* The geometry of the table that comes with the set. */
 static void schlick_geometry(void)
 {
-    scene s;
-
-    if (!begin(&s, lights, 1, 2))
-        return;
-    s.settings.roughness[0] = 0.5;
-    s.settings.metallic[0] = 1.0;
-    s.settings.multiscatter = false;
-    s.settings.pitch = -40.0;
-    s.set.geometry = IBL_GEOMETRY_SCHLICK_IBL;
-    if (CHECK(view_renderer_load(s.renderer, &s.set)))
-        compare(&s, 0.01);
-    end(&s);
+    begin(lights, 1, 2);
+    on.settings.roughness[0] = 0.5;
+    on.settings.metallic[0] = 1.0;
+    on.settings.multiscatter = false;
+    on.settings.pitch = -40.0;
+    on.set.geometry = IBL_GEOMETRY_SCHLICK_IBL;
+    NEED(view_renderer_load(on.renderer, &on.set));
+    compare(0.01);
 }
 
 /* ---- closed forms ---------------------------------------------------------
@@ -589,88 +480,73 @@ static void schlick_geometry(void)
  * kind, show 1 if nothing is lost; else what the table says. */
 static void white_furnace(void)
 {
-    scene s;
-    int material = 0;
-
-    if (!begin(&s, constant, 2, 4))
-        return;
-    while (strcmp(view_materials[material].name, "white") != 0)
-        ++material;
-    s.settings.material = material;
+    begin(constant, 2, 4);
+    on.settings.material = shade_material("white");
     for (int multiple = 0; multiple < 2; ++multiple) {
-        s.settings.multiscatter = multiple;
-        if (!CHECK(add(&s, 512)))
-            break;
-        for (int i = 0; i < s.width * s.height; i += 5) {
-            const point p = point_at(&s, i % s.width, i / s.width);
+        on.settings.multiscatter = multiple;
+        const float *rgb = add(512);
+        for (int i = 0; i < on.width * on.height; i += 5) {
+            const point p = point_at(i % on.width, i / on.width);
             double rg[2] = {1.0, 0.0};
             if (p.sphere < 0 || p.n_v < 0.05)
                 continue;
             if (!multiple)
-                ibl_reference_lut(s.ctx, p.n_v, p.ball.roughness,
-                                  s.set.geometry, rg);
+                ibl_reference_lut(on.ctx, p.n_v, p.ball.roughness,
+                                  on.set.geometry, rg);
             const double single = p.ball.f0[0] * rg[0] + rg[1];
-            CHECK_NEAR(s.rgb[3 * i],
+            CHECK_NEAR(rgb[3 * i],
                        multiple ? 1.0
                                 : single + p.ball.albedo[0] * (1.0 - single),
                        1e-2);
         }
     }
-    end(&s);
 }
 
 /* Without a lobe there is nothing to average: one sample is the reflection of
  * level 0, as it is in the split sum. */
 static void mirror(void)
 {
-    scene s;
     double error;
 
-    if (!begin(&s, lights, 1, 1))
-        return;
-    s.settings.metallic[0] = 1.0;
-    s.settings.roughness[0] = 0.0;
-    s.settings.multiscatter = false;
+    begin(lights, 1, 1);
+    on.settings.metallic[0] = 1.0;
+    on.settings.roughness[0] = 0.0;
+    on.settings.multiscatter = false;
     for (int turn = 0; turn < 360; turn += 75) {
-        s.settings.turn = turn;
-        CHECK(draw(&s, 1));
-        CHECK(view_renderer_errors(s.renderer, &error) == 1);
+        on.settings.turn = turn;
+        draw(1);
+        CHECK(view_renderer_errors(on.renderer, &error) == 1);
         CHECK_MSG(error < 1e-3, "turned by %d: %g", turn, error);
     }
-    end(&s);
 }
 
 /* Lights without a size are summed, not sampled: in the dark both pictures are
  * the same, up to Schlick's Fresnel in the table. */
 static void point_lights(void)
 {
-    scene s;
     double errors[6], most = 0.0;
 
-    if (!begin(&s, black, 2, 3))
-        return;
-    s.settings.light_count = 2;
-    s.settings.light[0] = (view_light){{2, 3, 4}, {10, 20, 30}};
-    s.settings.light[1] = (view_light){{-3, 1, 2}, {30, 5, 10}};
-    CHECK(draw(&s, 1));
-    CHECK(view_renderer_errors(s.renderer, errors) == 6);
+    begin(black, 2, 3);
+    on.settings.light_count = 2;
+    on.settings.light[0] = (view_light){{2, 3, 4}, {10, 20, 30}};
+    on.settings.light[1] = (view_light){{-3, 1, 2}, {30, 5, 10}};
+    const float *rgb = add(1);
+    CHECK(view_renderer_errors(on.renderer, errors) == 6);
     for (int i = 0; i < 6; ++i)
         CHECK_MSG(errors[i] < 1e-5, "sphere %d: %g", i, errors[i]);
-    CHECK(view_renderer_read(s.renderer, true, s.rgb));
-    for (size_t i = 0; i < bytes_of(&s) / sizeof *s.rgb; ++i)
-        most = fmax(most, s.rgb[i]);
+    for (size_t i = 0; i < count_floats(); ++i)
+        most = fmax(most, rgb[i]);
     CHECK(most > 0.1);
-    end(&s);
 }
 
 /* ---- sample after sample ---------------------------------------------------
  */
 
-static double largest_difference(const float *a, const float *b, size_t floats)
+static double largest_difference(const float *a, const float *b)
 {
     double most = 0.0;
 
-    for (size_t i = 0; i < floats; ++i)
+    for (size_t i = 0; i < count_floats(); ++i)
         most = fmax(most, fabs((double)a[i] - b[i]) / (1.0 + fabs(b[i])));
     return most;
 }
@@ -678,24 +554,13 @@ static double largest_difference(const float *a, const float *b, size_t floats)
 /* However samples are divided into draws, they are the same. */
 static void one_by_one(void)
 {
-    scene s;
-    float *whole;
-
-    if (!begin(&s, lights, 1, 2))
-        return;
-    whole = malloc(bytes_of(&s));
-    if (CHECK(whole && add(&s, 37))) {
-        memcpy(whole, s.rgb, bytes_of(&s));
-        view_renderer_load(s.renderer, &s.set);
-        for (int i = 0; i < 37; ++i)
-            CHECK(add(&s, 1));
-        CHECK(view_renderer_samples(s.renderer) == 37);
-        CHECK_NEAR(
-            largest_difference(s.rgb, whole, bytes_of(&s) / sizeof *whole), 0.0,
-            2e-5);
-    }
-    free(whole);
-    end(&s);
+    begin(lights, 1, 2);
+    const float *whole = add(37), *last = NULL;
+    NEED(view_renderer_load(on.renderer, &on.set));
+    for (int i = 0; i < 37; ++i)
+        last = add(1);
+    CHECK(view_renderer_samples(on.renderer) == 37);
+    CHECK_NEAR(largest_difference(last, whole), 0.0, 2e-5);
 }
 
 /* Draws of spheres: of the split sum, and of each pass of the reference. */
@@ -710,43 +575,39 @@ static void APIENTRY count_draw(GLenum kind, GLint first, GLsizei vertices,
 }
 
 /* How often a frame draws spheres. */
-static int draws(scene *s, int samples)
+static int draws(int samples)
 {
     sphere_draws = 0;
     draw_instances = gl.DrawArraysInstanced;
     gl.DrawArraysInstanced = count_draw;
-    CHECK(draw(s, samples));
+    draw(samples);
     gl.DrawArraysInstanced = draw_instances;
     return sphere_draws;
 }
 
 /* Samples after a draw of 4 with settings changed by change, after 4 before;
  * *split: whether that drew the split sum as well. */
-static int after(scene *s, const view_settings *changed, bool *split)
+static int after(const view_settings *changed, bool *split)
 {
-    const view_settings old = s->settings;
-    int samples = -1;
+    const view_settings old = on.settings;
 
-    view_renderer_load(s->renderer, &s->set);
-    if (CHECK(draws(s, 4) == 2 && view_renderer_samples(s->renderer) == 4)) {
-        CHECK(draws(s, 4) == 1);
-        view_renderer_load(s->renderer, &s->set);
-        CHECK(draws(s, 4) == 2);
-        s->settings = *changed;
-        *split = draws(s, 4) == 2;
-        samples = view_renderer_samples(s->renderer);
-        s->settings = old;
-    }
-    return samples;
+    view_renderer_load(on.renderer, &on.set);
+    NEED(draws(4) == 2 && view_renderer_samples(on.renderer) == 4);
+    CHECK(draws(4) == 1);
+    view_renderer_load(on.renderer, &on.set);
+    CHECK(draws(4) == 2);
+    on.settings = *changed;
+    *split = draws(4) == 2;
+    on.settings = old;
+    return view_renderer_samples(on.renderer);
 }
 
 #define AFTER(member, value, samples, redrawn)                                 \
     do {                                                                       \
-        view_settings changed = s.settings;                                    \
+        view_settings changed = on.settings;                                   \
         bool split = false;                                                    \
         changed.member = (value);                                              \
-        CHECK_MSG(after(&s, &changed, &split) == (samples) &&                  \
-                      split == (redrawn),                                      \
+        CHECK_MSG(after(&changed, &split) == (samples) && split == (redrawn),  \
                   "%s = %s", #member, #value);                                 \
     } while (0)
 
@@ -754,10 +615,7 @@ static int after(scene *s, const view_settings *changed, bool *split)
  * depends on does not. */
 static void restart(void)
 {
-    scene s;
-
-    if (!begin(&s, lights, 2, 2))
-        return;
+    begin(lights, 2, 2);
     AFTER(ev, 2.0, 8, false);
     AFTER(tone, VIEW_TONE_REINHARD, 8, false);
     AFTER(false_colour, true, 8, false);
@@ -771,58 +629,38 @@ static void restart(void)
     AFTER(distance, 9.0, 4, true);
     AFTER(fov, 50.0, 4, true);
     AFTER(turn, 1.0, 4, true);
-    AFTER(sky, !s.settings.sky, 4, true);
-    AFTER(multiscatter, !s.settings.multiscatter, 4, true);
+    AFTER(sky, !on.settings.sky, 4, true);
+    AFTER(multiscatter, !on.settings.multiscatter, 4, true);
     AFTER(material, 1, 4, true);
     AFTER(rows, 1, 4, true);
     AFTER(columns, 3, 4, true);
     AFTER(metallic[1], 0.5, 4, true);
     AFTER(roughness[0], 0.5, 4, true);
     AFTER(light_count, 1, 4, true);
-    end(&s);
 }
 
 /* Nothing of what was before is left in what is begun anew. */
 static void same_as_new(void)
 {
-    scene s;
-    float *first;
-
-    if (!begin(&s, lights, 1, 2))
-        return;
-    first = malloc(bytes_of(&s));
-    if (CHECK(first && add(&s, 5))) {
-        memcpy(first, s.rgb, bytes_of(&s));
-        s.settings.yaw = 33.0;
-        CHECK(draw(&s, 3));
-        CHECK(view_renderer_draw(s.renderer, &s.settings, 20, 20));
-        s.settings.yaw = 0.0;
-        CHECK(add(&s, 5));
-        CHECK(memcmp(s.rgb, first, bytes_of(&s)) == 0);
-    }
-    free(first);
-    end(&s);
+    begin(lights, 1, 2);
+    const float *first = add(5);
+    on.settings.yaw = 33.0;
+    draw(3);
+    CHECK(view_renderer_draw(on.renderer, &on.settings, 20, 20));
+    on.settings.yaw = 0.0;
+    CHECK(!memcmp(add(5), first, count_floats() * sizeof *first));
 }
 
 /* At VIEW_TRUTH_SAMPLES it rests. */
 static void rest(void)
 {
-    scene s;
-    float *last;
-
-    if (!begin(&s, lights, 1, 1))
-        return;
-    last = malloc(bytes_of(&s));
-    s.settings.distance = 40.0; /* few pixels */
-    if (CHECK(last && draw(&s, VIEW_TRUTH_SAMPLES - 1) && add(&s, 1000))) {
-        CHECK(view_renderer_samples(s.renderer) == VIEW_TRUTH_SAMPLES);
-        memcpy(last, s.rgb, bytes_of(&s));
-        CHECK(add(&s, 1));
-        CHECK(view_renderer_samples(s.renderer) == VIEW_TRUTH_SAMPLES);
-        CHECK(memcmp(last, s.rgb, bytes_of(&s)) == 0);
-    }
-    free(last);
-    end(&s);
+    begin(lights, 1, 1);
+    on.settings.distance = 40.0; /* few pixels */
+    draw(VIEW_TRUTH_SAMPLES - 1);
+    const float *last = add(1000);
+    CHECK(view_renderer_samples(on.renderer) == VIEW_TRUTH_SAMPLES);
+    CHECK(!memcmp(add(1), last, count_floats() * sizeof *last));
+    CHECK(view_renderer_samples(on.renderer) == VIEW_TRUTH_SAMPLES);
 }
 
 /* Everyone's clock, and how much it goes on by whenever it is looked at. */
@@ -845,52 +683,39 @@ static void by_the_clock(void)
     } frames[] = {{0.01, 1},  {0.01, 2},  {0.01, 4},  {0.01, 8}, {0.07, 16},
                   {0.07, 16}, {0.2, 16},  {0.2, 8},   {0.01, 4}, {0.01, 8},
                   {0.01, 16}, {0.01, 32}, {0.01, 64}, {0.01, 64}};
-    scene s;
     int all = 0;
 
-    if (!begin(&s, lights, 1, 1))
-        return;
+    begin(lights, 1, 1);
     for (size_t i = 0; i < sizeof frames / sizeof *frames; ++i) {
         tick = frames[i].took;
-        CHECK(draw(&s, 0));
+        draw(0);
         all += frames[i].samples;
-        CHECK_MSG(view_renderer_samples(s.renderer) == all, "%zu: %d, not %d",
-                  i, view_renderer_samples(s.renderer), all);
+        CHECK_MSG(view_renderer_samples(on.renderer) == all, "%zu: %d, not %d",
+                  i, view_renderer_samples(on.renderer), all);
     }
     tick = 0;
-    end(&s);
 }
 
 /* A chain of rough levels alone with a skybox: that is the environment. One
  * with the environment in it has no need of a skybox, which may be another. */
 static void skybox(void)
 {
-    scene s;
-    float *whole;
     baked_set rough;
 
-    if (!begin(&s, lights, 1, 2))
-        return;
-    whole = malloc(bytes_of(&s));
-    s.settings.sky = false;
-    if (CHECK(whole && add(&s, 8) && bake(&s, lights, 0.4, &rough))) {
-        memcpy(whole, s.rgb, bytes_of(&s));
-        CHECK(rough.roughness[0] > 0.3 && !rough.texture[VIEW_SKY].data);
-        s.set.texture[VIEW_SKY] = rough.texture[VIEW_SPECULAR];
-        CHECK(view_renderer_load(s.renderer, &s.set) && add(&s, 8));
-        CHECK(largest_difference(s.rgb, whole, bytes_of(&s) / sizeof *whole) <
-              1e-4);
-        s.set.texture[VIEW_SKY] = (ibl_texture){0};
-        rough.texture[VIEW_SKY] = s.set.texture[VIEW_SPECULAR];
-        s.set.texture[VIEW_SPECULAR] = (ibl_texture){0};
-        CHECK(view_renderer_load(s.renderer, &rough));
-        CHECK(add(&s, 8));
-        CHECK(largest_difference(s.rgb, whole, bytes_of(&s) / sizeof *whole) <
-              1e-4);
-        view_set_free(&rough);
-    }
-    free(whole);
-    end(&s);
+    begin(lights, 1, 2);
+    on.settings.sky = false;
+    const float *whole = add(8);
+    NEED(bake(lights, 0.4, &rough));
+    CHECK(rough.roughness[0] > 0.3 && !rough.texture[VIEW_SKY].data);
+    on.set.texture[VIEW_SKY] = rough.texture[VIEW_SPECULAR];
+    CHECK(view_renderer_load(on.renderer, &on.set));
+    CHECK(largest_difference(add(8), whole) < 1e-4);
+    on.set.texture[VIEW_SKY] = (ibl_texture){0};
+    rough.texture[VIEW_SKY] = on.set.texture[VIEW_SPECULAR];
+    on.set.texture[VIEW_SPECULAR] = (ibl_texture){0};
+    CHECK(view_renderer_load(on.renderer, &rough));
+    CHECK(largest_difference(add(8), whole) < 1e-4);
+    view_set_free(&rough);
 }
 
 static const test tests[] = {

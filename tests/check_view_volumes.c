@@ -16,32 +16,19 @@ enum {
     PIXELS = WIDTH * HEIGHT
 };
 
-static view_room *room;
 static view_volumes *volumes;
-static room_target target;
-static GLuint grey, table;
 
-static bool begin(void)
+static void free_volumes(void *unused)
 {
-    if (!view_test_begin(WIDTH, HEIGHT))
-        return false;
-    room = view_room_create();
-    volumes = view_volumes_create();
-    room_target_make(&target, WIDTH, HEIGHT);
-    grey = room_cube_of(0.5F, 0.5F, 0.5F, 1);
-    table = room_table_of(1, 0);
-    return true;
+    (void)unused;
+    view_volumes_free(volumes);
 }
 
-static void end(void)
+static void begin(void)
 {
-    CHECK(view_gl_check("drawing wires"));
-    gl.DeleteTextures(1, &grey);
-    gl.DeleteTextures(1, &table);
-    room_target_free(&target);
-    view_volumes_free(volumes);
-    view_room_free(room);
-    view_test_end();
+    lit_begin(WIDTH, HEIGHT);
+    volumes = view_volumes_create();
+    test_defer(free_volumes, NULL);
 }
 
 /* ---- which pixels are drawn --------------------------------------------- */
@@ -69,16 +56,11 @@ static void draw(wires *w, const ibl_probe *probes, int count, double ev)
     const float scale = (float)exp2(-ev);
     int other = 0;
 
-    w->draw.environment.specular = w->draw.environment.irradiance = grey;
-    w->draw.environment.sky = grey;
-    w->draw.table = table;
     memcpy(d.clip, w->draw.clip, sizeof d.clip);
     memcpy(d.eye, w->draw.eye, sizeof d.eye);
-    room_target_bind(&target);
-    view_room_render(room, &w->draw);
-    float *before = room_target_read(&target);
+    float *before = lit_render(&w->draw);
     view_volumes_render(volumes, &d);
-    float *after = room_target_read(&target);
+    float *after = room_target_read(&lit.target);
     for (int i = 0; i < PIXELS; i++) {
         const float *a = after + 4 * i;
         w->drawn[i] = !memcmp(before + 4 * i, a, 4 * sizeof *a)     ? 0
@@ -88,8 +70,6 @@ static void draw(wires *w, const ibl_probe *probes, int count, double ev)
         other += w->drawn[i] == 3;
     }
     CHECK_MSG(other == 0, "%d pixels of other colours", other);
-    free(after);
-    free(before);
 }
 
 /* Where a point of the world is, pixels from the upper left. False behind the
@@ -169,12 +149,10 @@ static void walk(wires *w, const ibl_volume *v, int kind)
 
 static wires *look(const double eye[3], const double at[3])
 {
-    wires *w = calloc(1, sizeof *w);
+    wires *w = test_alloc(1, sizeof *w);
 
-    if (!w)
-        exit(1);
     w->camera = room_camera(eye, at, 70, WIDTH, HEIGHT);
-    w->draw = room_draw_by(&w->camera);
+    w->draw = lit_draw(&w->camera);
     w->draw.seconds = 1;
     return w;
 }
@@ -217,15 +195,12 @@ static void are_where_volumes_are(void)
     static const double eyes[][3] = {{0.3, 2.4, 4.6}, {4.4, 1.4, 1.2}};
     const double at[3] = {-0.2, 1.1, -0.4};
 
-    if (!begin())
-        return;
+    begin();
     for (int i = 0; i < 2; i++) {
         wires *w = look(eyes[i], at);
         draw(w, some, 3, 0);
         check_wires(w, some, 3, 5000);
-        free(w);
     }
-    end();
 }
 
 /* A wall's own edges are seen, though they are no nearer than the wall. */
@@ -234,24 +209,20 @@ static void show_on_walls(void)
     const double eye[3] = {0.3, 2.4, 3.6}, at[3] = {-0.2, 2, -5};
     int proxy = 0;
 
-    if (!begin())
-        return;
+    begin();
     wires *w = look(eye, at);
     draw(w, some, 1, 0);
     for (int i = 0; i < PIXELS; i++)
         proxy += w->drawn[i] == 2;
     /* Three sides of the far wall, at least. */
     CHECK_MSG(proxy > WIDTH, "%d pixels", proxy);
-    free(w);
-    end();
 }
 
 static void none_without_probes(void)
 {
     const double eye[3] = {0.3, 2.4, 4.6}, at[3] = {0, 1, 0};
 
-    if (!begin())
-        return;
+    begin();
     wires *w = look(eye, at);
     draw(w, some, 0, 0);
     for (int i = 0; i < PIXELS; i++)
@@ -262,8 +233,6 @@ static void none_without_probes(void)
     p.has_proxy = 0;
     draw(w, &p, 1, -2);
     check_wires(w, &p, 1, 2000);
-    free(w);
-    end();
 }
 
 static const test tests[] = {

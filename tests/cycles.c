@@ -229,7 +229,7 @@ static int compare(const char *map, const char *picture)
     ibl_image cycles = {0};
     int worse = 0;
 
-    if (!view_test_begin(WIDTH, HEIGHT))
+    if (!view_test_open(WIDTH, HEIGHT))
         return 0;
     if (!read_picture(picture, &cycles) || !render(map, &s, truth, split)) {
         fprintf(stderr, "cycles: %s and %s cannot be compared\n", map, picture);
@@ -269,7 +269,7 @@ static int compare(const char *map, const char *picture)
         worse += !(fabs(t->sum[1] / t->sum[0] - 1) <= bound);
     }
     ibl_image_free(&cycles);
-    view_test_end();
+    view_test_close();
     if (worse)
         printf("check-cycles: %d spheres are further from Cycles than %g\n",
                worse, bound);

@@ -2,21 +2,10 @@
 #include "room.h"
 
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "ibl/ibl.h"
 #include "view.h"
-
-static void *need(void *memory)
-{
-    if (!memory) {
-        fprintf(stderr, "room: no memory\n");
-        exit(1);
-    }
-    return memory;
-}
 
 /* ---- targets ----------------------------------------------------------- */
 
@@ -35,8 +24,18 @@ static GLuint texture(GLenum target)
     return t;
 }
 
+static void free_target(void *target)
+{
+    const room_target *t = target;
+
+    gl.DeleteFramebuffers(1, &t->framebuffer);
+    gl.DeleteTextures(1, &t->depth);
+    gl.DeleteTextures(1, &t->colour);
+}
+
 void room_target_make(room_target *t, int width, int height)
 {
+    test_defer(free_target, t);
     *t = (room_target){.width = width, .height = height};
     t->colour = texture(GL_TEXTURE_2D);
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA,
@@ -53,13 +52,6 @@ void room_target_make(room_target *t, int width, int height)
     gl.Viewport(0, 0, width, height);
 }
 
-void room_target_free(room_target *t)
-{
-    gl.DeleteFramebuffers(1, &t->framebuffer);
-    gl.DeleteTextures(1, &t->depth);
-    gl.DeleteTextures(1, &t->colour);
-}
-
 void room_target_bind(const room_target *t)
 {
     gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer);
@@ -69,14 +61,13 @@ void room_target_bind(const room_target *t)
 float *room_target_read(const room_target *t)
 {
     const size_t row = 4 * (size_t)t->width, rows = (size_t)t->height;
-    float *up = need(malloc(row * rows * sizeof *up));
-    float *down = need(malloc(row * rows * sizeof *down));
+    float *up = test_alloc(row * rows, sizeof *up);
+    float *down = test_alloc(row * rows, sizeof *down);
 
     room_target_bind(t);
     gl.ReadPixels(0, 0, t->width, t->height, GL_RGBA, GL_FLOAT, up);
     for (size_t y = 0; y < rows; y++)
         memcpy(down + y * row, up + (rows - 1 - y) * row, row * sizeof *up);
-    free(up);
     return down;
 }
 
@@ -207,22 +198,30 @@ bool room_is_floor(const room_hit *h)
 
 /* ---- maps -------------------------------------------------------------- */
 
+/* All faces, one after the other. */
+static float *fill_faces(int size, room_texel *texel, void *cookie)
+{
+    const int face = size * size;
+    float *texels = test_alloc((size_t)IBL_FACES * face, 4 * sizeof *texels);
+
+    for (int i = 0; i < IBL_FACES * face; i++) {
+        double d[3];
+        ibl_cube_direction(size, i / face, i % size, i % face / size, d);
+        texel(cookie, d, texels + 4 * (size_t)i);
+    }
+    return texels;
+}
+
 GLuint room_cube(int size, room_texel *texel, void *cookie)
 {
     const GLuint cube = texture(GL_TEXTURE_CUBE_MAP);
-    float *texels = need(malloc(4 * sizeof(float) * size * size));
+    const float *texels = fill_faces(size, texel, cookie);
 
     gl.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
-    for (int face = 0; face < IBL_FACES; face++) {
-        for (int i = 0; i < size * size; i++) {
-            double d[3];
-            ibl_cube_direction(size, face, i % size, i / size, d);
-            texel(cookie, d, texels + 4 * (size_t)i);
-        }
+    for (int face = 0; face < IBL_FACES; face++)
         gl.TexImage2D(GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)face, 0,
-                      GL_RGBA32F, size, size, 0, GL_RGBA, GL_FLOAT, texels);
-    }
-    free(texels);
+                      GL_RGBA32F, size, size, 0, GL_RGBA, GL_FLOAT,
+                      texels + 4 * (size_t)(size * size * face));
     return cube;
 }
 
@@ -242,30 +241,22 @@ GLuint room_cube_of(float r, float g, float b, float a)
 GLuint room_cubes_of(int count, const float (*rgba)[4])
 {
     const GLuint array = texture(GL_TEXTURE_CUBE_MAP_ARRAY);
-    float *texels = need(malloc(sizeof(float) * 4 * IBL_FACES * (size_t)count));
+    float *texels = test_alloc((size_t)IBL_FACES * count, 4 * sizeof *texels);
 
     for (int i = 0; i < IBL_FACES * count; i++)
         memcpy(texels + 4 * (size_t)i, rgba[i / IBL_FACES], sizeof rgba[0]);
     gl.TexImage3D(GL_TEXTURE_CUBE_MAP_ARRAY, 0, GL_RGBA32F, 1, 1,
                   IBL_FACES * count, 0, GL_RGBA, GL_FLOAT, texels);
-    free(texels);
     return array;
 }
 
 GLuint room_layer(int size, room_texel *texel, void *cookie)
 {
     const GLuint array = texture(GL_TEXTURE_CUBE_MAP_ARRAY);
-    const int face = size * size;
-    float *texels = need(malloc(sizeof(float) * 4 * IBL_FACES * (size_t)face));
 
-    for (int i = 0; i < IBL_FACES * face; i++) {
-        double d[3];
-        ibl_cube_direction(size, i / face, i % size, i % face / size, d);
-        texel(cookie, d, texels + 4 * (size_t)i);
-    }
     gl.TexImage3D(GL_TEXTURE_CUBE_MAP_ARRAY, 0, GL_RGBA32F, size, size,
-                  IBL_FACES, 0, GL_RGBA, GL_FLOAT, texels);
-    free(texels);
+                  IBL_FACES, 0, GL_RGBA, GL_FLOAT,
+                  fill_faces(size, texel, cookie));
     return array;
 }
 
@@ -278,13 +269,89 @@ GLuint room_table_of(float r, float g)
     return table;
 }
 
+/* ---- the room in white light ------------------------------------------- */
+
+lit_room lit;
+
+static void sky_texel(void *cookie, const double direction[3], float rgba[4])
+{
+    (void)cookie;
+    for (int k = 0; k < 3; k++)
+        rgba[k] = (float)(0.5 + 0.5 * direction[k]);
+    rgba[3] = 1;
+}
+
+static void lit_end(void *unused)
+{
+    (void)unused;
+    CHECK(view_gl_check("drawing the room"));
+    view_room_free(lit.room);
+}
+
+void lit_begin(int width, int height)
+{
+    view_test_begin(width, height);
+    test_defer(lit_end, NULL);
+    lit.room = view_room_create();
+    room_target_make(&lit.target, width, height);
+    lit.white = room_cube_of(1, 1, 1, 1);
+    lit.black = room_cube_of(0, 0, 0, 1);
+    lit.sky = room_cube(64, sky_texel, NULL);
+    lit.table = room_table_of(1, 0);
+    NEED(lit.room);
+}
+
+view_room_draw lit_draw(const view_camera *camera)
+{
+    view_room_draw d = room_draw_by(camera);
+
+    d.environment.specular = d.environment.irradiance = lit.white;
+    d.environment.sky = lit.sky;
+    d.table = lit.table;
+    return d;
+}
+
+float *lit_render(const view_room_draw *draw)
+{
+    room_target_bind(&lit.target);
+    view_room_render(lit.room, draw);
+    return room_target_read(&lit.target);
+}
+
+static void material_colour(const room_hit *hit, double rgb[3])
+{
+    for (int k = 0; k < 3; k++) {
+        if (hit->what < 0) {
+            rgb[k] = 0.5 + 0.5 * hit->sky[k];
+            continue;
+        }
+        const double f0 = (double)hit->material->f0[k];
+        rgb[k] = f0 + (1 - f0) * (double)hit->material->albedo[k] +
+                 (double)hit->material->emission[k];
+    }
+}
+
+bool lit_has_colour(const float *pixel, const room_hit *hit, double tolerance)
+{
+    double rgb[3], most = 0;
+
+    material_colour(hit, rgb);
+    for (int k = 0; k < 3; k++)
+        most = fmax(most, fabs((double)pixel[k] - rgb[k]) / (1 + rgb[k]));
+    return most < (hit->what < 0 ? fmax(tolerance, 1e-3) : tolerance);
+}
+
 /* ---- the stage --------------------------------------------------------- */
 
-bool room_stage_begin(room_stage *on, int width, int height,
+static void free_scene(void *scene)
+{
+    view_scene_free(scene);
+}
+
+void room_stage_begin(room_stage *on, int width, int height,
                       const float light[3], const float table[2])
 {
-    if (!view_test_begin(width, height))
-        return false;
+    view_test_begin(width, height);
     const GLuint all = room_cube_of(light[0], light[1], light[2], 1);
     *on = (room_stage){.s = view_settings_default(),
                        .environment = {.specular = all,
@@ -295,24 +362,15 @@ bool room_stage_begin(room_stage *on, int width, int height,
     on->s.mode = VIEW_SCENE;
     room_target_make(&on->target, width, height);
     on->stage = view_scene_create();
-    return true;
-}
-
-void room_stage_end(room_stage *on)
-{
-    view_scene_free(on->stage);
-    room_target_free(&on->target);
-    gl.DeleteTextures(1, &on->table);
-    gl.DeleteTextures(1, &on->environment.sky);
-    view_test_end();
+    NEED(on->stage);
+    test_defer(free_scene, on->stage);
 }
 
 float *room_stage_draw(room_stage *on)
 {
     const room_target *t = &on->target;
 
-    if (!on->stage ||
-        !view_scene_draw(on->stage, &on->s, &on->environment, on->table,
+    if (!view_scene_draw(on->stage, &on->s, &on->environment, on->table,
                          t->colour, t->width, t->height))
         return NULL;
     return room_target_read(t);

@@ -7,16 +7,16 @@
 #include "view/scene_captures.h"
 #include "view/sphere_grid.h"
 
-/* Floats with depth, drawn into once they are bound. */
+/* Floats with depth, drawn into once they are bound; they last as long as the
+ * running test. */
 typedef struct room_target {
     int width, height;
     GLuint colour, depth, framebuffer;
 } room_target;
 
 void room_target_make(room_target *t, int width, int height);
-void room_target_free(room_target *t);
 void room_target_bind(const room_target *t);
-/* RGBA, rows from the top; free() it. */
+/* RGBA, rows from the top, from test_alloc. */
 float *room_target_read(const room_target *t);
 
 /* Looks from eye to a point; fov in degrees is vertical. */
@@ -55,19 +55,38 @@ GLuint room_layer(int size, room_texel *texel, void *cookie);
 /* A table that is the same everywhere. */
 GLuint room_table_of(float r, float g);
 
+/* The room in light that is white everywhere, by the table of a surface that
+ * loses nothing: each material has one colour. The sky says what direction it
+ * is in. */
+typedef struct lit_room {
+    view_room *room;
+    room_target target;
+    GLuint white, black, sky, table;
+} lit_room;
+
+extern lit_room lit;
+
+/* Opens a screen of that size, too, for the running test. */
+void lit_begin(int width, int height);
+view_room_draw lit_draw(const view_camera *camera);
+/* As room_target_read has it. */
+float *lit_render(const view_room_draw *draw);
+/* Whether a pixel has the colour of what a ray meets. The sky is a filtered
+ * texture, which is less exact. */
+bool lit_has_colour(const float *pixel, const room_hit *hit, double tolerance);
+
 /* What --mode scene shows, in uniform light of the environment. */
 typedef struct room_stage {
-    view_scene *stage; /* NULL: it could not be made */
-    view_settings s;   /* the defaults, in that mode */
+    view_scene *stage;
+    view_settings s; /* the defaults, in that mode */
     view_room_environment environment;
     GLuint table;
     room_target target;
 } room_stage;
 
-/* Opens a screen of that size, too. False where the running test is skipped. */
-bool room_stage_begin(room_stage *on, int width, int height,
+/* Opens a screen of that size, too, for the running test. */
+void room_stage_begin(room_stage *on, int width, int height,
                       const float light[3], const float table[2]);
-void room_stage_end(room_stage *on);
 /* A picture as room_target_read has it; NULL after a failure. */
 float *room_stage_draw(room_stage *on);
 

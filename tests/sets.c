@@ -32,6 +32,24 @@ ibl_image sets_map(ibl_ctx *ctx, int width, double sun)
     return map;
 }
 
+static void free_set(void *set)
+{
+    view_set_free(set);
+}
+
+void sets_white(baked_set *set)
+{
+    ibl_ctx *ctx = view_test_ctx(1);
+    ibl_image map = map_constant(ctx, 8, 4, 1);
+    ibl_specular_options opts = ibl_specular_options_default();
+
+    opts.size = 16;
+    opts.levels = 3;
+    NEED(view_set_bake_image(ctx, "map", &map, &opts, set));
+    test_defer(free_set, set);
+    ibl_image_free(&map);
+}
+
 const char *sets_file(void)
 {
     static char path[512];
@@ -61,7 +79,6 @@ const char *sets_file(void)
         exit(1);
     }
     ibl_image_free(&map);
-    ibl_ctx_free(ctx);
     return path;
 }
 

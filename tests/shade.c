@@ -12,6 +12,7 @@
 
 static view_renderer *renderer;
 static ibl_ctx *ctx;
+shade_set shade_sets[SHADE_SETS];
 static int picture_width, picture_height;
 
 static void need(bool ok, const char *what)
@@ -22,24 +23,34 @@ static void need(bool ok, const char *what)
     }
 }
 
-bool shade_begin(int width, int height)
+static void free_set(shade_set *s)
 {
-    if (!view_test_begin(width, height))
-        return false;
+    for (int i = 0; i < VIEW_CONTENTS; i++)
+        ibl_texture_free(&s->set.texture[i]);
+    ibl_cube_free(&s->specular);
+    ibl_cube_free(&s->irradiance);
+    ibl_lut_free(&s->lut);
+    *s = (shade_set){0};
+}
+
+static void end(void *unused)
+{
+    (void)unused;
+    for (int i = 0; i < SHADE_SETS; i++)
+        free_set(&shade_sets[i]);
+    view_renderer_free(renderer);
+    ibl_ctx_free(ctx);
+    ctx = NULL;
+}
+
+void shade_begin(int width, int height)
+{
+    view_test_begin(width, height);
+    test_defer(end, NULL);
     renderer = view_renderer_create();
     need(renderer, "no renderer");
     picture_width = width;
     picture_height = height;
-    return true;
-}
-
-void shade_end(void)
-{
-    view_renderer_free(renderer);
-    renderer = NULL;
-    view_test_end();
-    ibl_ctx_free(ctx);
-    ctx = NULL;
 }
 
 ibl_ctx *shade_ctx(void)
@@ -71,6 +82,7 @@ static void begin_set(shade_set *s)
 {
     static char name[] = "test";
 
+    free_set(s);
     *s = (shade_set){.set = {.name = name, .irradiance_scale = 1}};
     need(!ibl_bake_lut(shade_ctx(), &(ibl_lut_options){.size = SHADE_TABLE},
                        &s->lut),
@@ -124,23 +136,14 @@ void shade_bake(shade_set *s, const ibl_image *map,
     end_set(s);
 }
 
-void shade_free(shade_set *s)
-{
-    for (int i = 0; i < VIEW_CONTENTS; i++)
-        ibl_texture_free(&s->set.texture[i]);
-    ibl_cube_free(&s->specular);
-    ibl_cube_free(&s->irradiance);
-    ibl_lut_free(&s->lut);
-}
-
 /* ---- pictures ---------------------------------------------------------- */
 
 float *shade_draw(const baked_set *set, const view_settings *s)
 {
     float *rgb =
-        malloc(3 * sizeof *rgb * (size_t)(picture_width * picture_height));
+        test_alloc((size_t)(picture_width * picture_height), 3 * sizeof *rgb);
 
-    need(rgb && view_renderer_load(renderer, set) &&
+    need(view_renderer_load(renderer, set) &&
              view_renderer_draw(renderer, s, picture_width, picture_height) &&
              view_renderer_read(renderer, false, rgb),
          "no picture");
@@ -177,10 +180,9 @@ shade_pixel *shade_pixels(const view_settings *s)
     const view_camera c = view_camera_of(s, w, h);
     static view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
     const int count = view_grid(s, spheres);
-    shade_pixel *all = calloc((size_t)(w * h), sizeof *all);
-    int *hit = malloc((size_t)((w + 2) * (h + 2)) * sizeof *hit);
+    shade_pixel *all = test_alloc((size_t)(w * h), sizeof *all);
+    int *hit = test_alloc((size_t)((w + 2) * (h + 2)), sizeof *hit);
 
-    need(all && hit, "memory");
     for (int i = 0; i < (w + 2) * (h + 2); i++) {
         const int x = i % (w + 2) - 1, y = i / (w + 2) - 1;
         const bool in = x >= 0 && y >= 0 && x < w && y < h;
@@ -203,7 +205,6 @@ shade_pixel *shade_pixels(const view_settings *s)
             if (at[(k / 3 - 1) * (w + 2) + k % 3 - 1] != *at)
                 all[i].sphere = -2;
     }
-    free(hit);
     return all;
 }
 
@@ -223,8 +224,7 @@ int shade_centre(const view_settings *s, const view_sphere *sphere)
 
 /* ---- lookups ----------------------------------------------------------- */
 
-/* OpenGL 3.3, table 3.20: face, and s and t in -1..1. */
-static int face_of(const double d[3], double *s, double *t)
+int shade_face(const double d[3], double *s, double *t)
 {
     const double x = fabs(d[0]), y = fabs(d[1]), z = fabs(d[2]);
 
@@ -277,7 +277,7 @@ static void texel_beyond(const ibl_cube *cube, int level, int face, int x,
     for (int k = 0; k < 3; k++)
         d[k] = out * middle[k] + u * (right[k] * sqrt(2) - middle[k]) +
                v * (down[k] * sqrt(2) - middle[k]);
-    const int other = face_of(d, &s, &t);
+    const int other = shade_face(d, &s, &t);
     texel(cube, level, other, (int)floor((s + 1) / 2 * n),
           (int)floor((t + 1) / 2 * n), rgb);
 }
@@ -309,7 +309,7 @@ static void bilinear(const ibl_cube *cube, int level, const double dir[3],
 {
     const int n = ibl_cube_edge(cube->size, level);
     double s, t, four[4][3];
-    const int face = face_of(dir, &s, &t);
+    const int face = shade_face(dir, &s, &t);
     const double x = (s + 1) / 2 * n - 0.5, y = (t + 1) / 2 * n - 0.5;
     const double fx = x - floor(x), fy = y - floor(y);
 

@@ -9,9 +9,8 @@
 
 #include "test.h"
 
-/* A screen and a renderer; false where the running test is skipped. */
-bool shade_begin(int width, int height);
-void shade_end(void);
+/* A screen and a renderer for the running test. */
+void shade_begin(int width, int height);
 ibl_ctx *shade_ctx(void);
 
 /* A set with the maps that its textures were made of. Unless a test says
@@ -22,8 +21,12 @@ typedef struct shade_set {
     ibl_lut lut;
 } shade_set;
 
-/* Edge of the tables that are made here. */
-#define SHADE_TABLE 128
+enum {
+    SHADE_TABLE = 128, /* edge of the tables that are made here */
+    SHADE_SETS = 2
+};
+/* Those of a test, freed after it. */
+extern shade_set shade_sets[SHADE_SETS];
 
 void shade_constant(shade_set *s, const float rgb[3]);
 /* Specular chain of size and levels (opts), irradiance, harmonics, table. */
@@ -31,9 +34,8 @@ void shade_bake(shade_set *s, const ibl_image *map,
                 const ibl_specular_options *opts);
 /* Textures anew, from maps that a test has changed. */
 void shade_pack(shade_set *s, ibl_pixel cubes, ibl_pixel lut);
-void shade_free(shade_set *s);
 
-/* Draws; linear RGB, rows from the top, for free(). Exits if it cannot. */
+/* Draws; linear RGB, rows from the top, from test_alloc. Exits if it cannot. */
 float *shade_draw(const baked_set *set, const view_settings *s);
 int shade_width(void);
 int shade_height(void);
@@ -47,11 +49,14 @@ typedef struct shade_pixel {
     double normal[3], view[3], reflected[3];
     double n_v;
 } shade_pixel;
-/* For each pixel of the picture; free(). */
+/* For each pixel of the picture; from test_alloc. */
 shade_pixel *shade_pixels(const view_settings *s);
 /* The pixel under which a sphere's centre is. */
 int shade_centre(const view_settings *s, const view_sphere *sphere);
 
+/* OpenGL 3.3, table 3.20: the face that a direction is on, and s and t in
+ * -1..1. */
+int shade_face(const double d[3], double *s, double *t);
 /* Trilinear and seamless; dir in the environment's own frame. */
 void shade_cube(const ibl_cube *cube, double level, const double dir[3],
                 double rgb[3]);

@@ -2,6 +2,7 @@
 #include "test.h"
 
 #include <math.h>
+#include <setjmp.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -52,6 +53,54 @@ void test_skip(const char *fmt, ...)
     skipped = true;
 }
 
+/* ---- the end of a test ------------------------------------------------ */
+
+typedef struct deferred {
+    struct deferred *before;
+    void (*release)(void *thing);
+    void *thing;
+} deferred;
+
+static jmp_buf leave;
+static deferred *last_deferred;
+
+void test_leave(void)
+{
+    longjmp(leave, 1);
+}
+
+void test_defer(void (*release)(void *thing), void *thing)
+{
+    deferred *d = malloc(sizeof *d);
+
+    if (!d)
+        exit(1);
+    *d = (deferred){last_deferred, release, thing};
+    last_deferred = d;
+}
+
+void *test_alloc(size_t count, size_t size)
+{
+    void *memory = calloc(count, size);
+
+    if (!memory)
+        exit(1);
+    test_defer(free, memory);
+    return memory;
+}
+
+static void run(const test *t)
+{
+    if (!setjmp(leave))
+        t->run();
+    while (last_deferred) {
+        deferred *d = last_deferred;
+        last_deferred = d->before;
+        d->release(d->thing);
+        free(d);
+    }
+}
+
 static bool picked(int argc, char **argv, const char *name)
 {
     for (int i = 1; i < argc; i++) {
@@ -80,7 +129,7 @@ int test_main(int argc, char **argv, const test *tests, size_t count)
         running = tests[i].name;
         failed = skipped = false;
         const double begin = cpu_seconds();
-        tests[i].run();
+        run(&tests[i]);
         if (times)
             printf("%8.2f s %s\n", cpu_seconds() - begin, running);
         if (failed) {

@@ -50,10 +50,7 @@ typedef struct test {
     test_near((a), (b), (tol), __FILE__, __LINE__, #a " = " #b)
 /* Ends the running test if expr is false: for what later lines need. */
 #define NEED(expr)                                                             \
-    do {                                                                       \
-        if (!test_check((expr), __FILE__, __LINE__, #expr))                    \
-            return;                                                            \
-    } while (0)
+    (test_check((expr), __FILE__, __LINE__, #expr) ? (void)0 : test_leave())
 #define TEST(f)                                                                \
     {                                                                          \
 #f, f                                                                  \
@@ -73,6 +70,13 @@ bool test_near(double a, double b, double tol, const char *file, int line,
 void test_skip(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
 /* With IBL_TEST_VERBOSE=1 prints how near a result came to its bound. */
 void test_measured(const char *what, double seen, double limit);
+/* Ends the running test at once. */
+void test_leave(void) __attribute__((noreturn));
+/* Calls release(thing) after the running test, however that ends; the last one
+ * first. */
+void test_defer(void (*release)(void *thing), void *thing);
+/* Zeroed memory until the running test ends; exits if there is none. */
+void *test_alloc(size_t count, size_t size);
 int test_main(int argc, char **argv, const test *tests, size_t count);
 
 /* A seeded generator (splitmix64), the same on every machine. */

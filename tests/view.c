@@ -2,6 +2,7 @@
 #include "view.h"
 
 #include "view/message.h"
+#include "view/program.h"
 #include "view/screen.h"
 #include <stdio.h>
 #include <stdlib.h>
@@ -27,14 +28,14 @@ const char *__lsan_default_suppressions(void)
     return "leak:libOSMesa.so\n";
 }
 
-bool view_test_begin(int width, int height)
+bool view_test_open(int width, int height)
 {
     if (THREAD_SANITIZER) {
         test_skip("OSMesa compiles as it runs, which the thread sanitizer "
                   "does not follow");
         return false;
     }
-    view_test_end();
+    view_test_close();
     view_test_catch();
     screen = view_screen_memory(width, height);
     const char *said = view_test_caught();
@@ -43,15 +44,42 @@ bool view_test_begin(int width, int height)
     return screen != NULL;
 }
 
-void view_test_end(void)
+void view_test_close(void)
 {
     view_screen_close(screen);
     screen = NULL;
 }
 
+static void close_screen(void *unused)
+{
+    (void)unused;
+    view_test_close();
+}
+
+void view_test_begin(int width, int height)
+{
+    test_defer(close_screen, NULL);
+    if (!view_test_open(width, height))
+        test_leave();
+}
+
 const char *view_test_about(void)
 {
     return view_screen_about(screen);
+}
+
+const char *view_test_shader(const char *name)
+{
+    const view_shader_file *f = view_shader_files;
+
+    while (f->name && strcmp(f->name, name) != 0)
+        f++;
+    return f->text;
+}
+
+static void free_ctx(void *ctx)
+{
+    ibl_ctx_free(ctx);
 }
 
 ibl_ctx *view_test_ctx(int threads)
@@ -65,6 +93,7 @@ ibl_ctx *view_test_ctx(int threads)
         printf("no context\n");
         exit(1);
     }
+    test_defer(free_ctx, ctx);
     return ctx;
 }
 

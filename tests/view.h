@@ -9,12 +9,19 @@
 
 /* Opens a screen in memory, with gl loaded. False, and the running test is
  * skipped, where there is no OSMesa, and under the thread sanitizer. */
-bool view_test_begin(int width, int height);
-void view_test_end(void); /* also without a screen */
+bool view_test_open(int width, int height);
+void view_test_close(void); /* also without a screen */
+/* The same for the running test, which ends at once where it is skipped; the
+ * screen is closed after it. */
+void view_test_begin(int width, int height);
 /* view_screen_about of the screen. */
 const char *view_test_about(void);
 
-/* A context whose messages are the viewer's; exits on failure. */
+/* The text of one of the viewer's shaders. */
+const char *view_test_shader(const char *name);
+
+/* A context for the running test whose messages are the viewer's; exits on
+ * failure. */
 ibl_ctx *view_test_ctx(int threads);
 
 /* Keeps what is written to standard error, until view_test_caught gives it:
