@@ -6,7 +6,6 @@
 
 #include "cli/bake_record.h"
 #include "cli/session.h"
-#include "cli/signals.h"
 
 /* ---- read and bake ---------------------------------------------------- */
 

@@ -16,7 +16,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "cli/signals.h"
+#include "cli/session.h"
 
 /* ---- commands -------------------------------------------------------- */
 

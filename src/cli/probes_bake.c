@@ -8,7 +8,6 @@
 #include "cli/probe_capture.h"
 #include "cli/probes.h"
 #include "cli/session.h"
-#include "cli/signals.h"
 #include "common/path.h"
 
 ibl_status ibl_probes_no_memory(const ibl_probes_bake *p)

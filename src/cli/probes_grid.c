@@ -9,7 +9,6 @@
 #include "cli/probes.h"
 #include "cli/session.h"
 #include "cli/shell_words.h"
-#include "cli/signals.h"
 #include "common/json_at.h"
 
 enum {

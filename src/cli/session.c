@@ -1,12 +1,90 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/session.h"
 
+#include <errno.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/wait.h>
 
-#include "cli/signals.h"
 #include "common/path.h"
+
+/* ---- signals ---------------------------------------------------------- */
+
+/* What ends a program and may come from outside; ABRT comes from libraries
+ * that give up. */
+static const int caught[] = {SIGHUP,  SIGINT,  SIGQUIT, SIGABRT, SIGUSR1,
+                             SIGUSR2, SIGPIPE, SIGALRM, SIGTERM, SIGXCPU};
+static _Atomic(ibl_outputs *) guarded;
+static _Atomic(pid_t) running;
+
+/* The signal is blocked while this runs, so that the one raised here arrives
+ * when it returns, with the default action. */
+static void die(int number)
+{
+    const int saved = errno;
+    const pid_t group = atomic_load(&running);
+
+    if (group > 0) {
+        kill(-group, SIGKILL);
+        waitpid(group, NULL, 0);
+    }
+    ibl_outputs_abort(atomic_load(&guarded));
+    signal(number, SIG_DFL);
+    raise(number);
+    errno = saved;
+}
+
+static void caught_set(sigset_t *set)
+{
+    sigemptyset(set);
+    for (size_t i = 0; i < sizeof caught / sizeof caught[0]; i++)
+        sigaddset(set, caught[i]);
+}
+
+void ibl_signals_pass(void (*handler)(int number))
+{
+    struct sigaction action = {.sa_handler = handler}, old;
+
+    caught_set(&action.sa_mask);
+    for (size_t i = 0; i < sizeof caught / sizeof caught[0]; i++)
+        if (!sigaction(caught[i], NULL, &old) && old.sa_handler != SIG_IGN)
+            sigaction(caught[i], &action, NULL);
+}
+
+void ibl_signals_catch(void)
+{
+    ibl_signals_pass(die);
+    /* A file-size limit is an error of write(), with its own message. */
+    signal(SIGXFSZ, SIG_IGN);
+}
+
+void ibl_signals_guard(ibl_outputs *outputs)
+{
+    atomic_store(&guarded, outputs);
+}
+
+void ibl_signals_group(pid_t group)
+{
+    atomic_store(&running, group);
+}
+
+void ibl_signals_hold(void)
+{
+    sigset_t set;
+    caught_set(&set);
+    pthread_sigmask(SIG_BLOCK, &set, NULL);
+}
+
+void ibl_signals_release(void)
+{
+    sigset_t set;
+    caught_set(&set);
+    pthread_sigmask(SIG_UNBLOCK, &set, NULL);
+}
+
+/* ---- context and outputs ---------------------------------------------- */
 
 ibl_status ibl_start(const ibl_common *common, ibl_console *console,
                      ibl_ctx **ctx)
@@ -53,6 +131,8 @@ ibl_status ibl_commit_outputs(ibl_outputs *outputs)
     ibl_signals_release();
     return status;
 }
+
+/* ---- warnings --------------------------------------------------------- */
 
 void ibl_warn_of_small_faces(ibl_console *console,
                              const ibl_specular_layout *layout)

@@ -1,6 +1,11 @@
 /* SPDX-License-Identifier: MIT */
+/* What every command sets up: a context, outputs, and signals. Interrupted,
+ * the program leaves no temporary files and dies of the signal, at once. */
 #ifndef CLI_SESSION_H
 #define CLI_SESSION_H
+
+#include <signal.h>
+#include <sys/types.h>
 
 #include "cli/common_options.h"
 #include "cli/console.h"
@@ -27,5 +32,19 @@ void ibl_warn_of_overflow(ibl_console *console, const char *file,
 /* Warns of levels with so few texels that lookups between them are wrong. */
 void ibl_warn_of_small_faces(ibl_console *console,
                              const ibl_specular_layout *layout);
+
+/* Catches what ends a program by default, from HUP to XCPU, where it was not
+ * ignored already. */
+void ibl_signals_catch(void);
+/* Gives those signals to another handler, or to SIG_DFL. */
+void ibl_signals_pass(void (*handler)(int number));
+/* The set that a signal aborts; NULL: none. */
+void ibl_signals_guard(ibl_outputs *outputs);
+/* The process group that a signal kills along with us, led by a child of this
+ * process; 0: none. */
+void ibl_signals_group(pid_t group);
+/* Holds those signals back, or lets them through again. */
+void ibl_signals_hold(void);
+void ibl_signals_release(void);
 
 #endif

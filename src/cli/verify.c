@@ -6,7 +6,6 @@
 
 #include "cli/json_text.h"
 #include "cli/session.h"
-#include "cli/signals.h"
 #include "cli/verify_files.h"
 #include "common/names.h"
 
