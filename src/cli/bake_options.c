@@ -72,118 +72,113 @@ static bool parse_range(void *field, const char *value)
 
 /* ---- the table ------------------------------------------------------- */
 
-#define FLAG(field) IBL_FLAG(ibl_opts, field)
-#define TEXT(field, what) IBL_TEXT(ibl_opts, field, what)
-#define INT(field, lo, hi) IBL_INT(ibl_opts, field, lo, hi)
-#define REAL(field, what, lo, hi) IBL_REAL(ibl_opts, field, what, lo, hi)
-#define CHOICE(field, names) IBL_CHOICE(ibl_opts, field, names)
-#define OTHER(field, what, parse) IBL_OTHER(ibl_opts, field, what, parse)
+#define IBL_SETTINGS ibl_opts
 
 /* clang-format off */
 static const ibl_option outputs[] = {
-    {"output", 'o', IBL_DIR(ibl_opts, directory), .standard = "",
+    {"output", 'o', IBL_DIR(directory), .standard = "",
      .help = "directory of the outputs, created if missing; required"},
-    {"name", 0, TEXT(name, "NAME"),
+    {"name", 0, IBL_TEXT(name, "NAME"),
      .standard = "ENV without directory and extension",
      .help = "outputs are NAME_specular.EXT and so on"},
-    {"format", 0, CHOICE(format, ibl_container_names),
+    {"format", 0, IBL_CHOICE(format, ibl_container_names),
      .help = "container, and the extension of its files"},
-    {"pixel", 0, CHOICE(pixel, ibl_pixel_names),
+    {"pixel", 0, IBL_CHOICE(pixel, ibl_pixel_names),
      .help = "texels of the cubes; the LUT is rg32f with rgba32f, else rg16f"},
-    {"overflow", 0, CHOICE(overflow, ibl_overflow_names),
+    {"overflow", 0, IBL_CHOICE(overflow, ibl_overflow_names),
      .help = "light above the largest value of the pixel format: spread over "
              "the texels around it, or clip"},
-    {"only", 0, OTHER(only, "LIST", parse_only),
+    {"only", 0, IBL_OTHER(only, "LIST", parse_only),
      .allowed = "a list of specular, irradiance, lut, skybox, json",
      .standard = "all", .help = "make only these outputs"},
-    {"skybox", 0, INT(bake.skybox, 1, IBL_MAX_CUBE_SIZE),
+    {"skybox", 0, IBL_INT(bake.skybox, 1, IBL_MAX_CUBE_SIZE),
      .standard = "none",
      .help = "also write the environment as a cube with mips, N texels along "
              "an edge"},
-    {"preview", 0, IBL_PNG(ibl_opts, preview, "FILE"),
+    {"preview", 0, IBL_PNG(preview, "FILE"),
      .help = "a PNG picture of all outputs"},
-    {"depfile", 0, TEXT(depfile, "FILE"), .standard = "",
+    {"depfile", 0, IBL_TEXT(depfile, "FILE"), .standard = "",
      .help = "a rule for make and ninja: outputs depend on ENV"},
-    {"sync", 0, FLAG(sync),
+    {"sync", 0, IBL_FLAG(sync),
      .help = "wait until everything is on the disk, so that a power cut "
              "leaves whole files"},
-    {"timings", 0, FLAG(timings),
+    {"timings", 0, IBL_FLAG(timings),
      .help = "add the time of each stage to the sidecar, which then differs "
              "from run to run"},
-    {"verify", 0, FLAG(verify),
+    {"verify", 0, IBL_FLAG(verify),
      .help = "compare the outputs with the exact sums, as iblbake verify "
              "does, print the table and add it to the sidecar"},
-    {"max-error", 0, REAL(max_error, "E", 0, 1000), .standard = "none",
+    {"max-error", 0, IBL_REAL(max_error, "E", 0, 1000), .standard = "none",
      .help = "verify, and write nothing if the nRMSE of a level or the largest "
              "error of the table is above E"},
 };
 
 static const ibl_option input[] = {
-    {"rotate", 0, OTHER(bake.yaw_deg, "DEG", ibl_rotate_parse),
+    {"rotate", 0, IBL_OTHER(bake.yaw_deg, "DEG", ibl_rotate_parse),
      .allowed = IBL_ROTATE_ALLOWED,
      .standard = "0",
      .help = "turn the environment about +Y, counter-clockwise from above"},
 };
 
 static const ibl_option specular[] = {
-    {"size", 0, INT(bake.specular_options.size, 1, IBL_MAX_CUBE_SIZE),
+    {"size", 0, IBL_INT(bake.specular_options.size, 1, IBL_MAX_CUBE_SIZE),
      .help = "edge of the largest level in texels"},
-    {"levels", 0, INT(bake.specular_options.levels, 1, IBL_MAX_LEVELS),
+    {"levels", 0, IBL_INT(bake.specular_options.levels, 1, IBL_MAX_LEVELS),
      .standard = "down to 8x8", .help = "number of levels"},
-    {"lobe", 0, CHOICE(bake.specular_options.lobe, ibl_lobe_names),
+    {"lobe", 0, IBL_CHOICE(bake.specular_options.lobe, ibl_lobe_names),
      .help = "lobe of the convolution: GGX, the sheen of glTF, or a cosine "
              "power"},
-    {"mapping", 0, CHOICE(bake.specular_options.mapping, ibl_mapping_names),
+    {"mapping", 0, IBL_CHOICE(bake.specular_options.mapping, ibl_mapping_names),
      .help = "roughness of the levels: lod = r (levels - 1), or "
              "r (2 - r) (levels - 1)"},
-    {"roughness-range", 0, OTHER(bake.specular_options, "A:B", parse_range),
+    {"roughness-range", 0, IBL_OTHER(bake.specular_options, "A:B", parse_range),
      .allowed = "two numbers from 0 to 1, the smaller first",
      .standard = "0:1",
      .help = "make only the levels that these roughnesses need"},
-    {"method", 0, CHOICE(bake.specular_options.method, ibl_method_names),
+    {"method", 0, IBL_CHOICE(bake.specular_options.method, ibl_method_names),
      .help = "method for the levels: exact (spectral), or importance "
              "sampling; auto: exact, except for the levels of --level-samples"},
-    {"samples", 0, INT(bake.specular_options.samples, 1, 1048576),
+    {"samples", 0, IBL_INT(bake.specular_options.samples, 1, 1048576),
      .help = "samples for each texel of a sampled level"},
-    {"level-samples", 0, OTHER(bake.specular_options.level_samples, "LIST",
+    {"level-samples", 0, IBL_OTHER(bake.specular_options.level_samples, "LIST",
      parse_level_samples),
      .allowed = "LEVEL=N,..., with N from 1 to 1048576",
      .standard = "",
      .help = "samples of single levels, in place of --samples; auto samples "
              "these levels"},
-    {"tolerance", 0, REAL(bake.specular_options.tolerance, "E", 1e-6, 1),
+    {"tolerance", 0, IBL_REAL(bake.specular_options.tolerance, "E", 1e-6, 1),
      .help = "relative error accepted for 95 % of the texels of each level; "
              "a larger one takes less time"},
-    {"lod-bias", 0, REAL(bake.specular_options.lod_bias, "BIAS", -4, 4),
+    {"lod-bias", 0, IBL_REAL(bake.specular_options.lod_bias, "BIAS", -4, 4),
      .help = "added to the mip level of each sample's lookup"},
-    {"jitter", 0, FLAG(bake.specular_options.jitter),
+    {"jitter", 0, IBL_FLAG(bake.specular_options.jitter),
      .help = "rotate the sample pattern from texel to texel: noise instead "
              "of structure, the same in every run"},
-    {"pdf-mip", 0, CHOICE(bake.specular_options.pdf_mip, no_yes),
+    {"pdf-mip", 0, IBL_CHOICE(bake.specular_options.pdf_mip, no_yes),
      .help = "choose the mip level of a lookup by the sample's density; no: "
              "always use the full resolution"},
 };
 
 static const ibl_option irradiance[] = {
     {"irradiance-size", 0,
-     INT(bake.irradiance_options.size, 1, IBL_MAX_CUBE_SIZE),
+     IBL_INT(bake.irradiance_options.size, 1, IBL_MAX_CUBE_SIZE),
      .help = "edge of the faces in texels"},
     {"irradiance-step", 0,
-     REAL(bake.irradiance_options.step, "RAD", 0.001, 0.5),
+     IBL_REAL(bake.irradiance_options.step, "RAD", 0.001, 0.5),
      .standard = "none: exact",
      .help = "use the classic grid over the hemisphere, with this step in "
              "radians"},
     {"sh", 0,
-     INT(bake.sh_degree, 0, IBL_MAX_SH_DEGREE),
+     IBL_INT(bake.sh_degree, 0, IBL_MAX_SH_DEGREE),
      .help = "degree of the coefficients in the sidecar; 2 gives 9 of them"},
 };
 
 static const ibl_option lut[] = {
-    {"lut-size", 0, INT(lut.size, 1, 4096),
+    {"lut-size", 0, IBL_INT(lut.size, 1, 4096),
      .help = "edge in texels"},
-    {"lut-samples", 0, INT(lut.samples, 0, 1048576),
+    {"lut-samples", 0, IBL_INT(lut.samples, 0, 1048576),
      .help = "sample each texel with N points; 0: exact quadrature"},
-    {"geometry", 0, CHOICE(lut.geometry, ibl_geometry_names),
+    {"geometry", 0, IBL_CHOICE(lut.geometry, ibl_geometry_names),
      .help = "shadowing and masking: Smith height-correlated, or Schlick "
              "with k = r r / 2"},
 };

@@ -126,9 +126,9 @@ static bool parse_name(void *field, const char *value)
     return true;
 }
 
-#define LIST(axis) IBL_OTHER(ibl_bench_opts, lists[axis], "LIST", parse_list)
-#define NAMED(field, what) IBL_OTHER(ibl_bench_opts, field, what, parse_name)
-#define TEXT(field, what) IBL_TEXT(ibl_bench_opts, field, what)
+#define IBL_SETTINGS ibl_bench_opts
+#define LIST(axis) IBL_OTHER(lists[axis], "LIST", parse_list)
+#define NAMED(field, what) IBL_OTHER(field, what, parse_name)
 
 /* clang-format off */
 static const ibl_option sweep[] = {
@@ -156,10 +156,10 @@ static const ibl_option sweep[] = {
      .standard = "a half of, once, twice and four times the map's, up to 8192",
      .help = "bake the map resampled to these widths, too, from Radiance "
              ".hdr files made for it"},
-    {"full", 0, IBL_FLAG(ibl_bench_opts, full),
+    {"full", 0, IBL_FLAG(full),
      .help = "every combination of the lists, not one list at a time round "
              "the base"},
-    {"bake", 0, TEXT(bake, "OPTIONS"), .standard = "none",
+    {"bake", 0, IBL_TEXT(bake, "OPTIONS"), .standard = "none",
      .help = "more options of every bake, as in a shell; not those that are "
              "swept"},
     {"variant", 0, NAMED(variants, "NAME=OPTIONS"),
@@ -181,17 +181,17 @@ static const ibl_option peers[] = {
 };
 
 static const ibl_option runs[] = {
-    {"rounds", 0, IBL_INT(ibl_bench_opts, rounds, 1, IBL_BENCH_ROUNDS),
+    {"rounds", 0, IBL_INT(rounds, 1, IBL_BENCH_ROUNDS),
      .help = "counted rounds; one more before them is not counted"},
-    {"timeout", 0, IBL_REAL(ibl_bench_opts, timeout_s, "SECONDS", 0.1, 86400),
+    {"timeout", 0, IBL_REAL(timeout_s, "SECONDS", 0.1, 86400),
      .help = "give up on a command that takes longer"},
-    {"texels", 0, IBL_INT(ibl_bench_opts, texels, 0, 1048576),
+    {"texels", 0, IBL_INT(texels, 0, 1048576),
      .allowed = "0 or 24 to 1048576",
      .help = "texels of each level that are compared with the reference; 0: "
              "none, only times"},
-    {"quiet", 'q', IBL_FLAG(ibl_bench_opts, common.quiet),
+    {"quiet", 'q', IBL_FLAG(common.quiet),
      .help = "print only errors and the table"},
-    {"verbose", 'v', IBL_FLAG(ibl_bench_opts, common.verbose),
+    {"verbose", 'v', IBL_FLAG(common.verbose),
      .help = "print each command before the first round"},
     {"help", 'h', .kind = IBL_OPTION_HELP, .help = "print this text"},
     {"version", 0, .kind = IBL_OPTION_PRINT, .print = ibl_version_print,
@@ -199,11 +199,11 @@ static const ibl_option runs[] = {
 };
 
 static const ibl_option reports[] = {
-    {"csv", 0, TEXT(csv, "FILE"), .standard = "",
+    {"csv", 0, IBL_TEXT(csv, "FILE"), .standard = "",
      .help = "the table for programs, one line a level"},
-    {"json", 0, TEXT(json, "FILE"), .standard = "",
+    {"json", 0, IBL_TEXT(json, "FILE"), .standard = "",
      .help = "everything that was measured, each round of it"},
-    {"html", 0, TEXT(html, "FILE"), .standard = "",
+    {"html", 0, IBL_TEXT(html, "FILE"), .standard = "",
      .help = "a report with plots, in one file"},
 };
 /* clang-format on */

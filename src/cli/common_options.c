@@ -110,28 +110,30 @@ bool ibl_rotate_parse(void *yaw_deg, const char *value)
     return ibl_number_real(value, -360, 360, yaw, &end) && !*end;
 }
 
+#define IBL_SETTINGS ibl_common
+
 /* clang-format off */
 static const ibl_option input[] = {
-    {"layer", 0, IBL_TEXT(ibl_common, read.layer, "NAME"),
+    {"layer", 0, IBL_TEXT(read.layer, "NAME"),
      .standard = "the unnamed or only one", .help = "layer of an EXR file"},
-    {"part", 0, IBL_INT(ibl_common, read.part, 0, 65535),
+    {"part", 0, IBL_INT(read.part, 0, 65535),
      .standard = "the first with colour",
      .help = "part of a multi-part EXR file, from 0"},
-    {"any-aspect", 0, IBL_FLAG(ibl_common, read.any_aspect),
+    {"any-aspect", 0, IBL_FLAG(read.any_aspect),
      .help = "accept maps whose width is not twice their height"},
-    {"strict", 0, IBL_FLAG(ibl_common, read.strict),
+    {"strict", 0, IBL_FLAG(read.strict),
      .help = "refuse infinite, NaN and negative pixels, which are otherwise "
              "repaired"},
 };
 
 static const ibl_option running[] = {
-    {"threads", 'j', IBL_INT(ibl_common, threads, 0, 1024),
+    {"threads", 'j', IBL_INT(threads, 0, 1024),
      .help = "threads; 0: one for each CPU that this process may use. The "
              "outputs do not depend on the number"},
-    {"isa", 0, IBL_CHOICE(ibl_common, isa, isa_names),
+    {"isa", 0, IBL_CHOICE(isa, isa_names),
      .help = "instruction set of the hot loops; auto: the best of this CPU"},
-    {"quiet", 'q', IBL_FLAG(ibl_common, quiet), .help = "print only errors"},
-    {"verbose", 'v', IBL_FLAG(ibl_common, verbose),
+    {"quiet", 'q', IBL_FLAG(quiet), .help = "print only errors"},
+    {"verbose", 'v', IBL_FLAG(verbose),
      .help = "print what was done and the time of each stage"},
     {"help", 'h', .kind = IBL_OPTION_HELP, .help = "print this text"},
     {"version", 0, .kind = IBL_OPTION_PRINT, .print = ibl_version_print,

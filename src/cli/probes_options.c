@@ -18,43 +18,41 @@ static bool parse_irradiance(void *field, const char *value)
     return ibl_number_int(value, 1, IBL_MAX_CUBE_SIZE, field, &end) && !*end;
 }
 
-#define FLAG(field) IBL_FLAG(ibl_probes_opts, field)
-#define INT(field, lo, hi) IBL_INT(ibl_probes_opts, field, lo, hi)
-#define CHOICE(field, names) IBL_CHOICE(ibl_probes_opts, field, names)
-#define OTHER(field, what, parse) IBL_OTHER(ibl_probes_opts, field, what, parse)
+#define IBL_SETTINGS ibl_probes_opts
 
 /* clang-format off */
 static const ibl_option outputs[] = {
-    {"output", 'o', IBL_DIR(ibl_probes_opts, output), .standard = "",
+    {"output", 'o', IBL_DIR(output), .standard = "",
      .help = "directory of the outputs, made if it is not there; required. "
              "With --grid the file that the set is written to, or else "
              "standard output"},
-    {"force", 0, FLAG(force),
+    {"force", 0, IBL_FLAG(force),
      .help = "bake every probe, whatever a former run left"},
-    {"grid", 0, FLAG(grid),
+    {"grid", 0, IBL_FLAG(grid),
      .help = "bake nothing: SET.json describes a grid, of which a set is made"},
-    {"sync", 0, FLAG(sync),
+    {"sync", 0, IBL_FLAG(sync),
      .help = "wait until everything is on the disk, so that a power cut "
              "leaves whole files"},
 };
 
 static const ibl_option overrides[] = {
-    {"alpha", 0, CHOICE(said.alpha, ibl_set_alphas), .standard = FROM_SET,
+    {"alpha", 0, IBL_CHOICE(said.alpha, ibl_set_alphas), .standard = FROM_SET,
      .help = "alpha of captures: drop it, take colours as the file's format "
              "says, or as not yet multiplied by it"},
-    {"container", 0, CHOICE(said.container, ibl_container_names),
+    {"container", 0, IBL_CHOICE(said.container, ibl_container_names),
      .standard = FROM_SET,
      .help = "container of the arrays, and the extension of their files"},
-    {"pixel", 0, CHOICE(said.pixel, ibl_pixel_names), .standard = FROM_SET,
+    {"pixel", 0, IBL_CHOICE(said.pixel, ibl_pixel_names), .standard = FROM_SET,
      .help = "texels of the arrays"},
-    {"overflow", 0, CHOICE(said.overflow, ibl_overflow_names), .standard = FROM_SET,
+    {"overflow", 0,
+     IBL_CHOICE(said.overflow, ibl_overflow_names), .standard = FROM_SET,
      .help = "light of texels brighter than the pixel holds: spread over the "
              "texels around them, or clip"},
-    {"size", 0, INT(said.size, 1, IBL_MAX_CUBE_SIZE), .standard = FROM_SET,
+    {"size", 0, IBL_INT(said.size, 1, IBL_MAX_CUBE_SIZE), .standard = FROM_SET,
      .help = "edge of the largest specular level in texels"},
-    {"levels", 0, INT(said.levels, 1, IBL_MAX_LEVELS), .standard = FROM_SET,
+    {"levels", 0, IBL_INT(said.levels, 1, IBL_MAX_LEVELS), .standard = FROM_SET,
      .help = "number of specular levels"},
-    {"irradiance", 0, OTHER(said.irradiance, "N", parse_irradiance),
+    {"irradiance", 0, IBL_OTHER(said.irradiance, "N", parse_irradiance),
      .allowed = "1 to 16384 or sh", .standard = FROM_SET,
      .help = "edge of the irradiance cubes; sh: spherical harmonics in the "
              "index instead"},

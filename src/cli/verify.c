@@ -70,69 +70,65 @@ static bool parse_axes(void *field, const char *value)
     return true;
 }
 
-#define FLAG(field) IBL_FLAG(ibl_verify_opts, field)
-#define TEXT(field, what) IBL_TEXT(ibl_verify_opts, field, what)
-#define INT(field, lo, hi) IBL_INT(ibl_verify_opts, field, lo, hi)
-#define REAL(field, what, lo, hi) IBL_REAL(ibl_verify_opts, field, what, lo, hi)
-#define CHOICE(field, names) IBL_CHOICE(ibl_verify_opts, field, names)
-#define OTHER(field, what, parse) IBL_OTHER(ibl_verify_opts, field, what, parse)
+#define IBL_SETTINGS ibl_verify_opts
 
 /* clang-format off */
 static const ibl_option files[] = {
-    {"name", 0, TEXT(name, "NAME"),
+    {"name", 0, IBL_TEXT(name, "NAME"),
      .standard = "ENV without directory and extension",
      .help = "the files in DIR are NAME_specular.EXT and so on"},
-    {"specular", 0, TEXT(files[IBL_OUTPUT_SPECULAR], "FILE"), .standard = "",
+    {"specular", 0,
+     IBL_TEXT(files[IBL_OUTPUT_SPECULAR], "FILE"), .standard = "",
      .help = "a specular cube: KTX2, KTX or DDS, or six images a level, named "
              "by a pattern with %l for the level and %f for the face"},
-    {"irradiance", 0, TEXT(files[IBL_OUTPUT_IRRADIANCE], "FILE"),
+    {"irradiance", 0, IBL_TEXT(files[IBL_OUTPUT_IRRADIANCE], "FILE"),
      .standard = "", .help = "a diffuse cube, or a pattern with %f"},
-    {"skybox", 0, TEXT(files[IBL_OUTPUT_SKYBOX], "FILE"), .standard = "",
+    {"skybox", 0, IBL_TEXT(files[IBL_OUTPUT_SKYBOX], "FILE"), .standard = "",
      .help = "the environment as a cube, or a pattern with %f"},
-    {"lut", 0, TEXT(files[IBL_OUTPUT_LUT], "FILE"), .standard = "",
+    {"lut", 0, IBL_TEXT(files[IBL_OUTPUT_LUT], "FILE"), .standard = "",
      .help = "a BRDF table; without other files it needs no ENV"},
-    {"face-names", 0, OTHER(face_names, "LIST", parse_face_names),
+    {"face-names", 0, IBL_OTHER(face_names, "LIST", parse_face_names),
      .allowed = "six names in the order +X -X +Y -Y +Z -Z",
      .standard = "px,nx,py,ny,pz,nz", .help = "names that replace %f"},
 };
 
 static const ibl_option meaning[] = {
-    {"lobe", 0, CHOICE(lobe, lobe_names),
+    {"lobe", 0, IBL_CHOICE(lobe, lobe_names),
      .help = "lobe of the specular levels; auto: what the files say, else ggx"},
-    {"roughness-map", 0, OTHER(roughness, "MAP", parse_roughness_map),
+    {"roughness-map", 0, IBL_OTHER(roughness, "MAP", parse_roughness_map),
      .allowed = "linear, filament or a list of each level's, as 0,0.5,1",
      .standard = "what the files say, else linear",
      .help = "roughness of the specular levels"},
-    {"rotate", 0, OTHER(yaw_deg, "DEG", ibl_rotate_parse),
+    {"rotate", 0, IBL_OTHER(yaw_deg, "DEG", ibl_rotate_parse),
      .allowed = IBL_ROTATE_ALLOWED,
      .standard = "what the files say, else 0",
      .help = "rotation of the environment about +Y in the bake"},
-    {"axes", 0, OTHER(axes, "LIST", parse_axes),
+    {"axes", 0, IBL_OTHER(axes, "LIST", parse_axes),
      .allowed = "a permutation of x, y and z, each with or without a minus",
      .standard = "x,y,z",
      .help = "axes of iblbake's world that +X, +Y and +Z of the files are"},
-    {"irradiance-scale", 0, CHOICE(scale, scale_names),
+    {"irradiance-scale", 0, IBL_CHOICE(scale, scale_names),
      .help = "scale of the irradiance"},
-    {"geometry", 0, CHOICE(geometry, geometry_names),
+    {"geometry", 0, IBL_CHOICE(geometry, geometry_names),
      .help = "shadowing and masking of the table; auto: what the files say, "
              "else smith"},
 };
 
 static const ibl_option judging[] = {
-    {"texels", 0, INT(judge.texels, IBL_JUDGE_MIN_TEXELS, 1000000),
+    {"texels", 0, IBL_INT(judge.texels, IBL_JUDGE_MIN_TEXELS, 1000000),
      .help = "approximate number of texels to judge in each level"},
-    {"all", 0, FLAG(judge.all), .help = "judge every texel; slow"},
-    {"seed", 0, INT(judge.seed, 0, 1000000000),
+    {"all", 0, IBL_FLAG(judge.all), .help = "judge every texel; slow"},
+    {"seed", 0, IBL_INT(judge.seed, 0, 1000000000),
      .help = "another seed judges other texels"},
-    {"max-error", 0, REAL(max_error, "E", 0, 1000), .standard = "none",
+    {"max-error", 0, IBL_REAL(max_error, "E", 0, 1000), .standard = "none",
      .help = "exit with status 1 if the nRMSE of a level or the largest "
              "error of the table is above E, or a texel is not finite"},
 };
 
 static const ibl_option results[] = {
-    {"json", 0, TEXT(json, "FILE"), .standard = "",
+    {"json", 0, IBL_TEXT(json, "FILE"), .standard = "",
      .help = "the table as JSON; -: to standard output, in place of the table"},
-    {"heatmap", 0, IBL_PNG(ibl_verify_opts, heatmap, "FILE"),
+    {"heatmap", 0, IBL_PNG(heatmap, "FILE"),
      .help = "a PNG picture of the errors over the faces; judges more texels"},
 };
 /* clang-format on */

@@ -40,26 +40,25 @@ typedef struct ibl_option {
     const char *help;
 } ibl_option;
 
-/* Rows of a table, for a settings type and its field. */
-#define IBL_AT(type, field) .offset = offsetof(type, field)
-#define IBL_FLAG(type, field) .kind = IBL_OPTION_FLAG, IBL_AT(type, field)
-#define IBL_TEXT(type, field, what)                                            \
-    .kind = IBL_OPTION_TEXT, .value = (what), IBL_AT(type, field)
-#define IBL_PNG(type, field, what)                                             \
-    .kind = IBL_OPTION_PNG, .value = (what), IBL_AT(type, field)
-#define IBL_DIR(type, field)                                                   \
-    .kind = IBL_OPTION_DIR, .value = "DIR", IBL_AT(type, field)
-#define IBL_INT(type, field, lo, hi)                                           \
-    .kind = IBL_OPTION_INT, .value = "N", IBL_AT(type, field), .low = (lo),    \
+/* Rows of a table, for a field of IBL_SETTINGS, which is the settings' type. */
+#define IBL_AT(field) .offset = offsetof(IBL_SETTINGS, field)
+#define IBL_FLAG(field) .kind = IBL_OPTION_FLAG, IBL_AT(field)
+#define IBL_TEXT(field, what)                                                  \
+    .kind = IBL_OPTION_TEXT, .value = (what), IBL_AT(field)
+#define IBL_PNG(field, what)                                                   \
+    .kind = IBL_OPTION_PNG, .value = (what), IBL_AT(field)
+#define IBL_DIR(field) .kind = IBL_OPTION_DIR, .value = "DIR", IBL_AT(field)
+#define IBL_INT(field, lo, hi)                                                 \
+    .kind = IBL_OPTION_INT, .value = "N", IBL_AT(field), .low = (lo),          \
     .high = (hi)
-#define IBL_REAL(type, field, what, lo, hi)                                    \
-    .kind = IBL_OPTION_REAL, .value = (what), IBL_AT(type, field),             \
-    .low = (lo), .high = (hi)
-#define IBL_CHOICE(type, field, names)                                         \
-    .kind = IBL_OPTION_CHOICE, .value = "NAME", IBL_AT(type, field),           \
+#define IBL_REAL(field, what, lo, hi)                                          \
+    .kind = IBL_OPTION_REAL, .value = (what), IBL_AT(field), .low = (lo),      \
+    .high = (hi)
+#define IBL_CHOICE(field, names)                                               \
+    .kind = IBL_OPTION_CHOICE, .value = "NAME", IBL_AT(field),                 \
     .choices = (names)
-#define IBL_OTHER(type, field, what, function)                                 \
-    .kind = IBL_OPTION_OTHER, .value = (what), IBL_AT(type, field),            \
+#define IBL_OTHER(field, what, function)                                       \
+    .kind = IBL_OPTION_OTHER, .value = (what), IBL_AT(field),                  \
     .parse = (function)
 
 /* Options under one heading of --help, which neighbours with the same title

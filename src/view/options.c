@@ -293,25 +293,22 @@ static bool validate(void *options)
 
 /* ---- the tables --------------------------------------------------------- */
 
-#define SET(field) IBL_AT(view_options, settings.field)
-#define FLAG(field) .kind = IBL_OPTION_ON, IBL_AT(view_options, field)
+#define IBL_SETTINGS view_options
+#define SET(field) IBL_AT(settings.field)
+#define FLAG(field) .kind = IBL_OPTION_ON, IBL_AT(field)
 #define OFF(field) .kind = IBL_OPTION_OFF, SET(field)
-#define TEXT(field, what) IBL_TEXT(view_options, field, what)
-#define PNG(field) IBL_PNG(view_options, field, "OUT.png")
-#define INT(field, lo, hi) IBL_INT(view_options, field, lo, hi)
-#define REAL(field, what, lo, hi)                                              \
-    IBL_REAL(view_options, settings.field, what, lo, hi)
-#define CHOICE(field, names) IBL_CHOICE(view_options, field, names)
+#define PNG(field) IBL_PNG(field, "OUT.png")
+#define REAL(field, what, lo, hi) IBL_REAL(settings.field, what, lo, hi)
 #define OTHER(what, function)                                                  \
     .kind = IBL_OPTION_OTHER, .value = (what), .parse = (function)
 
 /* clang-format off */
 static const ibl_option files[] = {
-    {"irradiance", 0, TEXT(request.irradiance, "FILE"), .standard = "",
+    {"irradiance", 0, IBL_TEXT(request.irradiance, "FILE"), .standard = "",
      .help = "the irradiance map, if it is not beside PATH"},
-    {"lut", 0, TEXT(request.lut, "FILE"), .standard = "",
+    {"lut", 0, IBL_TEXT(request.lut, "FILE"), .standard = "",
      .help = "the BRDF table"},
-    {"sky", 0, TEXT(request.sky, "FILE"), .standard = "",
+    {"sky", 0, IBL_TEXT(request.sky, "FILE"), .standard = "",
      .help = "the cube behind the spheres, in place of the skybox or level 0"},
 };
 
@@ -320,19 +317,19 @@ static const ibl_option pictures[] = {
      .help = "write a picture and open no window: needs no display"},
     {"contact-sheet", 0, PNG(contact_sheet),
      .help = "write a sheet of pictures the same way"},
-    {"sheet-rows", 0, CHOICE(rows, view_axis_names),
+    {"sheet-rows", 0, IBL_CHOICE(rows, view_axis_names),
      .standard = "material, of maps level, of the scene turn",
      .help = "what the rows of the sheet go through"},
-    {"sheet-columns", 0, CHOICE(columns, view_axis_names),
+    {"sheet-columns", 0, IBL_CHOICE(columns, view_axis_names),
      .standard = "turn, of maps and the scene ev",
      .help = "what its columns go through"},
     {"size", 0, OTHER("WxH", parse_size), .allowed = "1x1 to 16384x16384",
      .standard = "1280x720, 320x240 in a sheet",
      .help = "of window or picture, of each picture of a sheet"},
-    {"frames", 0, INT(frames, 1, 100000), .standard = "1",
+    {"frames", 0, IBL_INT(frames, 1, 100000), .standard = "1",
      .help = "frames drawn before a picture is written; each adds 16 samples "
              "to the reference"},
-    {"samples", 0, INT(samples, 1, VIEW_TRUTH_SAMPLES),
+    {"samples", 0, IBL_INT(samples, 1, VIEW_TRUTH_SAMPLES),
      .standard = "256, without --frames",
      .help = "draw a picture until the reference has that many at each pixel"},
     {"texel", 0, OTHER("X,Y", parse_texel), .allowed = "0,0 to 16383,16383",
@@ -342,11 +339,11 @@ static const ibl_option pictures[] = {
 };
 
 static const ibl_option shows[] = {
-    {"mode", 0, CHOICE(settings.mode, view_mode_names),
+    {"mode", 0, IBL_CHOICE(settings.mode, view_mode_names),
      .help = "spheres, the maps themselves, or a scene with a probe"},
-    {"layout", 0, CHOICE(settings.layout, view_layout_names),
+    {"layout", 0, IBL_CHOICE(settings.layout, view_layout_names),
      .help = "how a cube is laid out flat"},
-    {"level", 0, INT(settings.level, 0, IBL_MAX_LEVELS - 1),
+    {"level", 0, IBL_INT(settings.level, 0, IBL_MAX_LEVELS - 1),
      .help = "of the specular cube that is shown"},
     {"zoom", 0, REAL(zoom, "Z", 0.25, 10000),
      .help = "of maps; 1: all of it just fits"},
@@ -368,7 +365,7 @@ static const ibl_option spheres[] = {
     {"roughness", 0, OTHER("A:B", parse_roughness),
      .allowed = "two numbers from 0 to 1", .standard = "0:1",
      .help = "of the first and the last column"},
-    {"diffuse", 0, CHOICE(settings.diffuse, view_diffuse_names),
+    {"diffuse", 0, IBL_CHOICE(settings.diffuse, view_diffuse_names),
      .help = "irradiance map, or spherical harmonics of the sidecar"},
     {"multiscatter", 0, FLAG(settings.multiscatter),
      .help = "compensate for what single scattering loses (default)"},
@@ -389,20 +386,21 @@ static const ibl_option scene[] = {
     {"no-blend", 0, OFF(blend),
      .help = "of probes: each point has all of the first whose box it is in, "
              "by priority and size"},
-    {"probes", 0, INT(settings.probes, 0, VIEW_MAX_LOCALS),
+    {"probes", 0, IBL_INT(settings.probes, 0, VIEW_MAX_LOCALS),
      .help = "local probes besides, captured once, of what stands still"},
-    {"probe-set", 0, TEXT(probe_set, "INDEX"), .standard = "",
+    {"probe-set", 0, IBL_TEXT(probe_set, "INDEX"), .standard = "",
      .help = "local probes that iblbake probes has baked: its index.json"},
-    {"save-probes", 0, IBL_DIR(view_options, save_probes), .standard = "",
+    {"save-probes", 0, IBL_DIR(save_probes), .standard = "",
      .help = "write what local probes have captured, and DIR/set.json for "
              "iblbake probes; opens no window"},
     {"probe-size", 0, OTHER("N", parse_probe_size),
      .allowed = "a power of two from 16 to 1024", .standard = "256",
      .help = "edge of the faces of each probe's cube"},
     {"probe-capture", 0,
-     CHOICE(settings.probe_capture, view_probe_capture_names),
+     IBL_CHOICE(settings.probe_capture, view_probe_capture_names),
      .help = "draw six faces, or two paraboloids"},
-    {"probe-filter", 0, CHOICE(settings.probe_filter, view_probe_filter_names),
+    {"probe-filter", 0,
+     IBL_CHOICE(settings.probe_filter, view_probe_filter_names),
      .help = "what filters captures: this OpenGL, or the library"},
     {"probe-limit", 0, FLAG(settings.probe_limit),
      .help = "each sees only what is in the box of points that it is for: "
@@ -413,7 +411,7 @@ static const ibl_option scene[] = {
     {"probe-interval", 0, REAL(probe_interval, "S", 0, 3600),
      .help = "seconds from a capture to the next in a window, if something "
              "has moved; 0: every frame"},
-    {"probe-faces", 0, INT(settings.probe_faces, 0, 1000),
+    {"probe-faces", 0, IBL_INT(settings.probe_faces, 0, 1000),
      .help = "faces that a frame in a window draws or filters of a capture; "
              "0: all at once"},
     {"no-capture-shadows", 0, OFF(capture_shadows),
@@ -438,7 +436,8 @@ static const ibl_option camera[] = {
 
 static const ibl_option display[] = {
     {"ev", 0, REAL(ev, "EV", -30, 30), .help = "exposure in stops"},
-    {"tone", 0, CHOICE(settings.tone, view_tone_names), .help = "tone curve"},
+    {"tone", 0,
+     IBL_CHOICE(settings.tone, view_tone_names), .help = "tone curve"},
     {"false-colour", 0, FLAG(settings.false_colour),
      .help = "luminance in false colours instead"},
 };
@@ -446,7 +445,7 @@ static const ibl_option display[] = {
 static const ibl_option reference[] = {
     {"reference", 0, .kind = IBL_OPTION_OTHER, .parse = set_reference,
      .help = "shade by the integral itself: the same as --compare reference"},
-    {"compare", 0, CHOICE(settings.compare, view_compare_names),
+    {"compare", 0, IBL_CHOICE(settings.compare, view_compare_names),
      .help = "the split sum, the reference, both side by side, or the "
              "difference; pictures print the error of each sphere"},
     {"split", 0, REAL(split, "X", 0, 1),
