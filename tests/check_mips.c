@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "ibl/ibl.h"
+#include "image/cube.h"
 #include "image/pyramid.h"
 #include "test.h"
 #include "truth.h"
@@ -151,6 +152,13 @@ static const float *texel(const ibl_pyramid *p, int level, int face, int x,
     return p->texels[level] + 4 * ((face * row + y + 1) * row + x + 1);
 }
 
+/* By its number. */
+static const float *of(const ibl_pyramid *p, int level, int i)
+{
+    const int n = p->size >> level;
+    return texel(p, level, i / n / n, i % n, i / n % n);
+}
+
 /* The nearest texel of any other face, by angle. */
 static void neighbours_are_nearest(void)
 {
@@ -160,7 +168,7 @@ static void neighbours_are_nearest(void)
             const int x = side == 0 ? -1 : side == 1 ? n : i;
             const int y = side == 2 ? -1 : side == 3 ? n : i;
             double d[3], best = -2;
-            int f, sx, sy, want = -1;
+            int want = -1;
             truth_cube_direction(n, face, x, y, d);
             for (int t = 0; t < IBL_FACES * n * n; t++) {
                 double e[3];
@@ -173,10 +181,9 @@ static void neighbours_are_nearest(void)
                     want = t;
                 }
             }
-            ibl_cube_neighbour(n, face, x, y, &f, &sx, &sy);
-            CHECK_MSG((f * n + sy) * n + sx == want,
-                      "edge %d face %d (%d, %d): face %d (%d, %d)", n, face, x,
-                      y, f, sx, sy);
+            const int got = (int)ibl_cube_neighbour(n, face, x, y);
+            CHECK_MSG(got == want, "edge %d face %d (%d, %d): %d, not %d", n,
+                      face, x, y, got, want);
         }
     }
 }
@@ -192,13 +199,10 @@ static void borders_hold_neighbours(void)
         const int n = 8 >> l;
         for (int face = 0; face < IBL_FACES; face++) {
             for (int i = 0; i < n; i++) {
-                int f, x, y;
-                ibl_cube_neighbour(n, face, n, i, &f, &x, &y);
-                CHECK(!memcmp(texel(&p, l, face, n, i), texel(&p, l, f, x, y),
-                              16));
-                ibl_cube_neighbour(n, face, i, -1, &f, &x, &y);
-                CHECK(!memcmp(texel(&p, l, face, i, -1), texel(&p, l, f, x, y),
-                              16));
+                const int right = (int)ibl_cube_neighbour(n, face, n, i);
+                const int above = (int)ibl_cube_neighbour(n, face, i, -1);
+                CHECK(!memcmp(texel(&p, l, face, n, i), of(&p, l, right), 16));
+                CHECK(!memcmp(texel(&p, l, face, i, -1), of(&p, l, above), 16));
             }
             for (int c = 0; c < 4; c++) {
                 const double mean = ((double)texel(&p, l, face, 0, 0)[c] +

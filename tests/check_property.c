@@ -18,7 +18,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "image/pyramid.h"
+#include "image/cube.h"
 #include "maps.h"
 #include "truth.h"
 
@@ -577,11 +577,9 @@ static double seam_jumps(int n, const double *error, double rms, double *inside)
             const int to_x = x + (k == 0) - (k == 1);
             const int to_y = y + (k == 2) - (k == 3);
             const bool out = to_x < 0 || to_y < 0 || to_x == n || to_y == n;
-            int f = face, sx = to_x, sy = to_y;
-            if (out)
-                ibl_cube_neighbour(n, face, to_x, to_y, &f, &sx, &sy);
-            const double *a = error + 3 * i;
-            const double *b = error + 3 * ((f * n + sy) * n + sx);
+            const int to = out ? (int)ibl_cube_neighbour(n, face, to_x, to_y)
+                               : (face * n + to_y) * n + to_x;
+            const double *a = error + 3 * i, *b = error + 3 * to;
             for (int c = 0; c < 3; c++)
                 sum[out] += pow(a[c] - b[c], 2);
             count[out] += 3;

@@ -2,6 +2,7 @@
 #include "image/cube.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #include "core/alloc.h"
 #include "core/context.h"
@@ -111,4 +112,63 @@ double ibl_cube_solid_angle(int size, int x, int y)
     const double v0 = 2.0 * y / size - 1, v1 = 2.0 * (y + 1) / size - 1;
     return ibl_face_angle(u1, v1) - ibl_face_angle(u0, v1) -
            ibl_face_angle(u1, v0) + ibl_face_angle(u0, v0);
+}
+
+/* The texel whose centre is at d, in half texels from the cube's middle: one
+ * component is n or -n, the others are less. */
+static size_t texel_at(int n, const int d[3])
+{
+    int face = 0, x = n - 1, y = n - 1;
+    for (int k = 0; k < 3; k++)
+        if (abs(d[k]) == n)
+            face = 2 * k + (d[k] < 0);
+    for (int k = 0; k < 3; k++) {
+        x += d[k] * ibl_face[face].right[k];
+        y += d[k] * ibl_face[face].down[k];
+    }
+    return ((size_t)face * (size_t)n + (size_t)(y / 2)) * (size_t)n +
+           (size_t)(x / 2);
+}
+
+static int clamp(int a, int most)
+{
+    return a < -most ? -most : a > most ? most : a;
+}
+
+/* A centre is folded over the edge: it lands on the next face, half a texel
+ * from the edge. */
+size_t ibl_cube_neighbour(int n, int face, int x, int y)
+{
+    const ibl_face_axes *from = &ibl_face[face];
+    const int u = clamp(2 * x + 1 - n, n), v = clamp(2 * y + 1 - n, n);
+    int d[3];
+    for (int k = 0; k < 3; k++)
+        d[k] =
+            (n - 1) * from->forward[k] + u * from->right[k] + v * from->down[k];
+    return texel_at(n, d);
+}
+
+static size_t octant_texel(int n, int k, ibl_octant_face face, int line, int z)
+{
+    static const int axes[4][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
+    const int *begin = axes[k / 2], *end = axes[(k / 2 + 1) % 4];
+    const int *foot = k % 2 ? end : begin, *side = k % 2 ? begin : end;
+    const int centre = 1 - n % 2, along = 2 * z + centre;
+    const int out = face == IBL_OCTANT_SIDE ? n : 2 * line + centre;
+    const int up = face == IBL_OCTANT_SIDE  ? n - 1 - 2 * line
+                   : face == IBL_OCTANT_TOP ? n
+                                            : -n;
+    return texel_at(n, (int[]){out * foot[0] + along * side[0], up,
+                               out * foot[1] + along * side[1]});
+}
+
+ibl_octant_place ibl_octant_place_of(const ibl_cube *cube, int k,
+                                     ibl_octant_face face)
+{
+    const int n = cube->size, lines = face == IBL_OCTANT_SIDE ? n : (n + 1) / 2;
+    float *base = cube->data + 3 * octant_texel(n, k, face, 0, 0);
+    const float *below =
+        cube->data + 3 * octant_texel(n, k, face, lines > 1, 0);
+    const float *beside = cube->data + 3 * octant_texel(n, k, face, 0, n > 2);
+    return (ibl_octant_place){base, below - base, beside - base};
 }

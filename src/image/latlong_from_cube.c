@@ -31,12 +31,6 @@ enum {
     JOB_COLUMNS = 4
 };
 
-/* Sixteen ways: s quarter turns from +X to +Z, m mirrored before that. */
-typedef struct way {
-    int s;
-    bool m, south;
-} way;
-
 typedef struct mapper {
     const ibl_cube *cube;
     ibl_image *map;
@@ -47,12 +41,14 @@ typedef struct mapper {
     double *edges;      /* azimuths of those between columns of texels */
     double *z;          /* of the edges of rows, height / 2 + 1 */
     float *side, *pole; /* half x half bundles */
-    double *sums;       /* of each worker: a bundle for each row */
+    ibl_octant_place place[WAYS / 2][3];
+    double *sums; /* of each worker: a bundle for each row */
 } mapper;
 
-static way way_of(int i)
+/* Sixteen ways: the octants of the horizon, in the north and in the south. */
+static bool is_south(int way)
 {
-    return (way){i & 3, i & 4, i & 8};
+    return way >= WAYS / 2;
 }
 
 int ibl_latlong_width(int size)
@@ -64,34 +60,18 @@ int ibl_latlong_width(int size)
 
 /* ---- bundles ----------------------------------------------------------- */
 
-/* The index along a whole edge of texel c from the middle. */
-static int place(const mapper *m, int c, bool negative)
+static const float *side_texel(const mapper *m, int way, int column, int row)
 {
-    return negative ? m->half - 1 - c : m->cube->size - m->half + c;
+    const ibl_octant_place *p = &m->place[way % 8][IBL_OCTANT_SIDE];
+    const int line = is_south(way) ? m->cube->size - 1 - row : row;
+    return p->base + line * p->line + column * p->step;
 }
 
-static const float *texel(const mapper *m, int face, int x, int y)
+static const float *pole_texel(const mapper *m, int way, int line, int z)
 {
-    return ibl_cube_face(m->cube, 0, face) +
-           3 * ((size_t)y * (size_t)m->cube->size + (size_t)x);
-}
-
-static const float *side_texel(const mapper *m, way w, int c, int y)
-{
-    static const int faces[] = {0, 4, 1, 5};
-    return texel(m, faces[w.s], place(m, c, !w.m),
-                 w.south ? m->cube->size - 1 - y : y);
-}
-
-/* p along +X, q along +Z before the turns. */
-static const float *pole_texel(const mapper *m, way w, int p, int q)
-{
-    const bool odd = w.s & 1;
-    const int x = odd ? q : p, z = odd ? p : q;
-    const bool less_x = odd ? (w.s == 1) != w.m : w.s == 2;
-    const bool less_z = odd ? w.s == 3 : (w.s == 2) != w.m;
-    return texel(m, w.south ? 3 : 2, place(m, x, less_x),
-                 place(m, z, less_z != w.south));
+    const ibl_octant_place *p =
+        &m->place[way % 8][is_south(way) ? IBL_OCTANT_BOTTOM : IBL_OCTANT_TOP];
+    return p->base + line * p->line + z * p->step;
 }
 
 static void bundle_row(void *arg, int row, int worker)
@@ -103,10 +83,8 @@ static void bundle_row(void *arg, int row, int worker)
     for (int i = 0; i < m->half; i++)
         for (int k = 0; k < WAYS; k++) {
             const size_t at = first + (size_t)(BUNDLE * i + 3 * k);
-            memcpy(m->side + at, side_texel(m, way_of(k), row, i),
-                   3 * sizeof(float));
-            memcpy(m->pole + at, pole_texel(m, way_of(k), row, i),
-                   3 * sizeof(float));
+            memcpy(m->side + at, side_texel(m, k, row, i), 3 * sizeof(float));
+            memcpy(m->pole + at, pole_texel(m, k, row, i), 3 * sizeof(float));
         }
 }
 
@@ -207,7 +185,7 @@ static void put_row(const mapper *m, const size_t column[WAYS], int row,
         (double)width / (2 * IBL_PI * (m->z[row] - m->z[row + 1]));
 
     for (int k = 0; k < WAYS; k++, sums += 3) {
-        const int y = way_of(k).south ? m->map->height - 1 - row : row;
+        const int y = is_south(k) ? m->map->height - 1 - row : row;
         float *pixel = m->map->data + 3 * ((size_t)y * width + column[k]);
         for (int c = 0; c < 3; c++)
             pixel[c] = (float)(sums[c] * scale);
@@ -220,9 +198,8 @@ static void put_column(const mapper *m, int x, const double *sums)
     size_t column[WAYS];
 
     for (int k = 0; k < WAYS; k++) {
-        const way w = way_of(k);
-        const int turned = width / 2 + w.s * (width / 4) + (w.m ? -1 - x : x);
-        column[k] = (size_t)(turned % width);
+        const int from = width / 2 + (k % 8 + 1) / 2 * (width / 4);
+        column[k] = (size_t)((from + (k % 2 ? -1 - x : x)) % width);
     }
     for (int r = 0; r < m->map->height / 2; r++)
         put_row(m, column, r, sums + (size_t)r * BUNDLE);
@@ -258,6 +235,9 @@ static bool make(mapper *m, int threads)
     m->sums = ibl_alloc_array(rows * (size_t)threads, BUNDLE * sizeof *m->sums);
     if (!m->edges || !m->lines || !m->z || !m->side || !m->pole || !m->sums)
         return false;
+    for (int k = 0; k < 3 * WAYS / 2; k++)
+        m->place[k / 3][k % 3] =
+            ibl_octant_place_of(m->cube, k / 3, (ibl_octant_face)(k % 3));
     for (int c = 0; c <= m->half; c++) {
         m->lines[c] =
             c ? 2.0 * (m->cube->size - m->half + c) / m->cube->size - 1 : 0;

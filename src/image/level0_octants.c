@@ -6,7 +6,6 @@
 
 #include "core/alloc.h"
 #include "core/context.h"
-#include "image/cube.h"
 
 enum {
     SHARED = IBL_OCTANT_RGB + 1, /* doubles of a shared texel: and its weight */
@@ -15,67 +14,6 @@ enum {
 };
 
 /* ---- where octants are ------------------------------------------------ */
-
-/* Axes of psi = 0 and, at a right angle, of z, as (x, z) of the world. */
-static void octant_axes(int k, int foot[2], int side[2])
-{
-    static const int feet[4][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
-    const int from = k / 2, to = (from + 1) % 4;
-    const int *f = feet[k % 2 ? to : from], *s = feet[k % 2 ? from : to];
-    for (int i = 0; i < 2; i++) {
-        foot[i] = f[i];
-        side[i] = s[i];
-    }
-}
-
-static int face_towards(int x, int y, int z)
-{
-    for (int f = 0; f < IBL_FACES; f++) {
-        const signed char *d = ibl_face[f].forward;
-        if (d[0] == x && d[1] == y && d[2] == z)
-            return f;
-    }
-    return 0;
-}
-
-/* Adds texels counted from the middle of a face along an axis of it that looks
- * this way or the other; step: between them. */
-static void add_axis(ibl_octant_place *p, int n, int sign, ptrdiff_t pitch,
-                     ptrdiff_t *step)
-{
-    if (sign == 0)
-        return;
-    p->base += (sign > 0 ? n / 2 : (n - 1) / 2) * pitch;
-    *step = sign * pitch;
-}
-
-static int dot(const signed char axis[3], const int xz[2])
-{
-    return axis[0] * xz[0] + axis[2] * xz[1];
-}
-
-static void place_octant(const ibl_cube *cube, int k, ibl_octant_place place[3])
-{
-    const int n = cube->size;
-    int foot[2], side[2];
-    octant_axes(k, foot, side);
-    for (int i = IBL_OCTANT_TOP; i <= IBL_OCTANT_BOTTOM; i++) {
-        const int face = i == IBL_OCTANT_SIDE
-                             ? face_towards(foot[0], 0, foot[1])
-                             : face_towards(0, i == IBL_OCTANT_TOP ? 1 : -1, 0);
-        const ibl_face_axes *axes = &ibl_face[face];
-        ibl_octant_place *p = &place[i];
-        *p = (ibl_octant_place){.base = ibl_cube_face(cube, 0, face)};
-        add_axis(p, n, dot(axes->right, side), 3, &p->step);
-        add_axis(p, n, dot(axes->down, side), 3 * n, &p->step);
-        if (i == IBL_OCTANT_SIDE) {
-            p->line = 3 * n;
-            continue;
-        }
-        add_axis(p, n, dot(axes->right, foot), 3, &p->line);
-        add_axis(p, n, dot(axes->down, foot), 3 * n, &p->line);
-    }
-}
 
 /* Where psi = 0 is, in columns: whole numbers are borders. A yaw in degrees is
  * taken for the multiple of half a pixel that it means. */
@@ -213,7 +151,8 @@ ibl_status ibl_octants_init(ibl_ctx *ctx, const ibl_cube *cube, int columns,
     for (int k = 0; k < IBL_OCTANTS; k++) {
         int column, to = 0;
         const double b = first_pixel(k, columns, yaw_deg, &column);
-        place_octant(cube, k, set->place[k]);
+        for (int f = IBL_OCTANT_TOP; f <= IBL_OCTANT_BOTTOM; f++)
+            set->place[k][f] = ibl_octant_place_of(cube, k, (ibl_octant_face)f);
         while (to < set->groups && fabs(before[to] - b) > 1e-9)
             to++;
         if (to == set->groups)

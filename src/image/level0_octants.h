@@ -13,20 +13,8 @@
 #include <stddef.h>
 
 #include "ibl/ibl.h"
+#include "image/cube.h"
 #include "image/level0_geometry.h"
-
-/* Texel z of a line i is at base + i * line + z * step. i counts from the
- * pole on top and bottom, on the side from its upper edge. */
-typedef struct ibl_octant_place {
-    float *base;
-    ptrdiff_t line, step;
-} ibl_octant_place;
-
-typedef enum ibl_octant_face {
-    IBL_OCTANT_TOP,
-    IBL_OCTANT_SIDE,
-    IBL_OCTANT_BOTTOM
-} ibl_octant_face;
 
 /* Spans of a part's northern rows, kept for their mirrors in the south: of so
  * many rows, from the pole on, as there is room for. */

@@ -83,37 +83,6 @@ static void basin_free(basin *b)
 
 /* ---- neighbours ------------------------------------------------------- */
 
-static int clamp(int a, int most)
-{
-    return a < -most ? -most : a > most ? most : a;
-}
-
-/*
- * The texel over the edge of a face from (x, y), one of which is outside by
- * one. In half texels from the middle of the cube, whose faces are n away, a
- * texel's centre is folded over the edge: it lands on the next face, half a
- * texel from the edge.
- */
-static uint32_t fold(int n, int face, int x, int y)
-{
-    const ibl_face_axes *from = &ibl_face[face];
-    const int u = clamp(2 * x + 1 - n, n), v = clamp(2 * y + 1 - n, n);
-    int p[3], to = 0, i = n - 1, j = n - 1;
-
-    for (int k = 0; k < 3; k++) {
-        p[k] =
-            (n - 1) * from->forward[k] + u * from->right[k] + v * from->down[k];
-        if (abs(p[k]) == n)
-            to = 2 * k + (p[k] < 0);
-    }
-    for (int k = 0; k < 3; k++) {
-        i += p[k] * ibl_face[to].right[k];
-        j += p[k] * ibl_face[to].down[k];
-    }
-    const uint32_t size = (uint32_t)n;
-    return ((uint32_t)to * size + (uint32_t)(j / 2)) * size + (uint32_t)(i / 2);
-}
-
 /* Puts the neighbours of a texel that were not seen at the end of the queue:
  * those with a common edge, or corners, too. full: only those that are. Returns
  * the new end. */
@@ -130,7 +99,7 @@ static size_t add_neighbours(basin *b, uint32_t texel, bool corners, bool full,
         if (k == 4 || (dx && dy && !corners) || (beyond_x && beyond_y))
             continue; /* at a cube's corner three texels meet, not four */
         const uint32_t to = beyond_x || beyond_y
-                                ? fold(n, face, i, j)
+                                ? (uint32_t)ibl_cube_neighbour(n, face, i, j)
                                 : texel + (uint32_t)(dy * n + dx);
         if (b->seen[to] || (full && *value(b, to) < b->max))
             continue;

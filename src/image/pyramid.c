@@ -31,38 +31,10 @@ static float *texel_at(const fill *a, int face, int x, int y)
 
 /* ---- borders ---------------------------------------------------------- */
 
-static long dot(const signed char axis[3], const long d[3])
-{
-    return axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2];
-}
-
-/*
- * The texel's centre, seen from the cube's centre, hits the neighbour inside
- * the texel next to the shared edge with the same index along it. In whole
- * numbers: the face is the square |u|, |v| <= n at distance n.
- */
-void ibl_cube_neighbour(int n, int face, int x, int y, int *sface, int *sx,
-                        int *sy)
-{
-    const ibl_face_axes *axes = &ibl_face[face];
-    const long u = 2L * x + 1 - n, v = 2L * y + 1 - n, major = n + 1L;
-    long d[3];
-    for (int i = 0; i < 3; i++)
-        d[i] = n * axes->forward[i] + u * axes->right[i] + v * axes->down[i];
-
-    int f = 0;
-    while (dot(ibl_face[f].forward, d) != major)
-        f++;
-    *sface = f;
-    *sx = (int)((dot(ibl_face[f].right, d) + major) * n / (2 * major));
-    *sy = (int)((dot(ibl_face[f].down, d) + major) * n / (2 * major));
-}
-
 static void copy_neighbour(const fill *a, int face, int x, int y)
 {
-    int f, sx, sy;
-    ibl_cube_neighbour(a->edge, face, x, y, &f, &sx, &sy);
-    memcpy(texel_at(a, face, x, y), texel_at(a, f, sx, sy),
+    const int n = a->edge, i = (int)ibl_cube_neighbour(n, face, x, y);
+    memcpy(texel_at(a, face, x, y), texel_at(a, i / n / n, i % n, i / n % n),
            CHANNELS * sizeof(float));
 }
 

@@ -35,11 +35,4 @@ ibl_status ibl_pyramid_create(ibl_ctx *ctx, const ibl_cube *cube, int levels,
                               ibl_pyramid *pyramid);
 void ibl_pyramid_free(ibl_pyramid *pyramid); /* NULL and zeroed are fine */
 
-/*
- * The texel that (x, y), outside a face of edge n by one texel in one
- * direction, stands for: texel (*sx, *sy) of face *sface.
- */
-void ibl_cube_neighbour(int n, int face, int x, int y, int *sface, int *sx,
-                        int *sy);
-
 #endif
