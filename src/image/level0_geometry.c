@@ -26,27 +26,24 @@ static double border(const ibl_wedge *w, int i)
 static void strips_free(ibl_wedge_strips *s)
 {
     ibl_free(s->cosine);
-    ibl_free(s->sine);
-    ibl_free(s->secant);
-    ibl_free(s->width);
     ibl_free(s->pixel);
-    ibl_free(s->column);
-    ibl_free(s->run);
 }
 
-static bool strips_alloc(ibl_wedge_strips *s, int most, bool columns)
+/* Room for `most` strips, and for the first of each of so many columns. */
+static bool strips_alloc(ibl_wedge_strips *s, int most, int columns)
 {
-    const size_t n = (size_t)most + IBL_COVERAGE_PAD;
-    s->cosine = ibl_alloc_zeroed(n + 1, sizeof *s->cosine);
-    s->sine = ibl_alloc_zeroed(n + 1, sizeof *s->sine);
-    s->secant = ibl_alloc_array(n + 1, sizeof *s->secant);
-    s->width = ibl_alloc_zeroed(n, sizeof *s->width);
-    s->pixel = ibl_alloc_array(n, sizeof *s->pixel);
-    s->run = ibl_alloc_array(n, sizeof *s->run);
-    if (columns)
-        s->column = ibl_alloc_array(n, sizeof *s->column);
-    return s->cosine && s->sine && s->secant && s->width && s->pixel &&
-           s->run && (s->column || !columns);
+    const size_t n = (size_t)most + IBL_COVERAGE_PAD + 1;
+    s->cosine = ibl_alloc_zeroed(4 * n, sizeof *s->cosine);
+    s->pixel = ibl_alloc_zeroed(3 * n + (size_t)columns, sizeof *s->pixel);
+    if (!s->cosine || !s->pixel)
+        return false;
+    s->sine = s->cosine + n;
+    s->secant = s->cosine + 2 * n;
+    s->width = s->cosine + 3 * n;
+    s->column = s->pixel + n;
+    s->run = s->pixel + 2 * n;
+    s->first = s->pixel + 3 * n;
+    return true;
 }
 
 static void find_runs(ibl_wedge_strips *s)
@@ -55,7 +52,7 @@ static void find_runs(ibl_wedge_strips *s)
         const int j = i + 1;
         const bool on = j < s->count && s->pixel[j] == s->pixel[i] + 1 &&
                         s->width[j] == s->width[i] &&
-                        (!s->column || s->column[j] == s->column[i]);
+                        s->column[j] == s->column[i];
         s->run[i] = on ? s->run[j] : j;
     }
 }
@@ -67,10 +64,10 @@ static void set_border(ibl_wedge_strips *s, double psi)
     s->secant[s->count] = 1 / cos(psi);
 }
 
-/* Borders of pixels and, if the strips have columns, of texels on the side;
- * two that differ by rounding alone are one. */
+/* Borders of pixels and, if by_column, of texels on the side; two that differ
+ * only by rounding are one. */
 static void strips_fill(const ibl_wedge *w, int columns, double before,
-                        ibl_wedge_strips *s)
+                        bool by_column, ibl_wedge_strips *s)
 {
     const double step = 2 * IBL_PI / columns, same = 1e-9 * step;
     double at = 0;
@@ -79,7 +76,7 @@ static void strips_fill(const ibl_wedge *w, int columns, double before,
     while (at < IBL_PI / 4) {
         const double pixel_end = (pixel + 1 - before) * step;
         const double column_end =
-            s->column ? atan(w->border[column + 1]) : IBL_PI / 4;
+            by_column ? atan(w->border[column + 1]) : IBL_PI / 4;
         double to = pixel_end < column_end ? pixel_end : column_end;
         if (to > IBL_PI / 4 - same)
             to = IBL_PI / 4;
@@ -89,15 +86,15 @@ static void strips_fill(const ibl_wedge *w, int columns, double before,
         if (to > at + same) {
             s->width[s->count] = begins_pixel && ends_pixel ? step : to - at;
             s->pixel[s->count] = pixel;
-            if (s->column)
-                s->column[s->count] = column;
-            s->count++;
+            s->column[s->count++] = column;
             set_border(s, to);
             at = to;
         }
         pixel += ends_pixel;
-        column += ends_column;
+        if (by_column && ends_column)
+            s->first[++column] = s->count;
     }
+    find_runs(s);
 }
 
 ibl_status ibl_wedge_init(ibl_ctx *ctx, int size, int columns, double before,
@@ -108,17 +105,15 @@ ibl_status ibl_wedge_init(ibl_ctx *ctx, int size, int columns, double before,
     w->pixels = (int)ceil(columns / 8.0 + before);
     assert(w->pixels <= UINT16_MAX);
     w->border = ibl_alloc_array((size_t)w->half * 2, sizeof *w->border);
-    if (!w->border || !strips_alloc(&w->plain, w->pixels + 1, false) ||
-        !strips_alloc(&w->cut, w->pixels + w->half + 1, true)) {
+    if (!w->border || !strips_alloc(&w->plain, w->pixels + 1, 0) ||
+        !strips_alloc(&w->cut, w->pixels + w->half + 1, w->half + 1)) {
         ibl_wedge_free(w);
         return ibl_no_memory(ctx, "level 0's tables");
     }
     for (int i = 0; i < 2 * w->half; i++)
         w->border[i] = border(w, i);
-    strips_fill(w, columns, before, &w->plain);
-    strips_fill(w, columns, before, &w->cut);
-    find_runs(&w->plain);
-    find_runs(&w->cut);
+    strips_fill(w, columns, before, false, &w->plain);
+    strips_fill(w, columns, before, true, &w->cut);
     return IBL_OK;
 }
 
@@ -159,20 +154,19 @@ bool ibl_wedge_row_init(const ibl_wedge *w, int rows, int j, bool south,
         return false;
     if (to > IBL_PI / 2)
         to = IBL_PI / 2;
-    *row = (ibl_wedge_row){.south = south,
-                           .top = cos(from),
-                           .bottom = cos(to),
-                           .top_tan = tan(from),
-                           .bottom_tan = tan(to)};
-    row->top_cot = 1 / row->top_tan;
-    row->bottom_cot = 1 / row->bottom_tan;
+    const ibl_coverage_row cut = {cos(from), cos(to), tan(from), tan(to)};
+    const double top_cot = 1 / cut.top_tan, bottom_cot = 1 / cut.bottom_tan;
     const int first =
-        line_at(w, row->top_tan * sqrt(0.5), row->top_cot * sqrt(2), -MARGIN);
-    const int last = line_at(w, row->bottom_tan, row->bottom_cot, MARGIN);
-    row->top_lines = first < w->half;
-    row->side = last >= w->half;
-    row->first_line = first;
-    row->last_line = last;
+        line_at(w, cut.top_tan * sqrt(0.5), top_cot * sqrt(2), -MARGIN);
+    const int last = line_at(w, cut.bottom_tan, bottom_cot, MARGIN);
+    *row = (ibl_wedge_row){.south = south,
+                           .cut = cut,
+                           .top_cot = top_cot,
+                           .bottom_cot = bottom_cot,
+                           .top_lines = first < w->half,
+                           .side = last >= w->half,
+                           .first_line = first,
+                           .last_line = last};
     return true;
 }
 
@@ -202,19 +196,6 @@ static int strips_below(const ibl_wedge_strips *s, double x)
     return low;
 }
 
-static int strips_before_column(const ibl_wedge_strips *s, int column)
-{
-    int low = 0, high = s->count;
-    while (low < high) {
-        const int middle = (low + high) / 2;
-        if (s->column[middle] < column)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low;
-}
-
 const ibl_wedge_strips *ibl_wedge_range(const ibl_wedge *w,
                                         const ibl_wedge_row *row,
                                         const ibl_wedge_part *part, int *begin,
@@ -223,16 +204,16 @@ const ibl_wedge_strips *ibl_wedge_range(const ibl_wedge *w,
     const ibl_wedge_strips *s = row->side ? &w->cut : &w->plain;
     *begin = *end = 0;
     if (row->side) {
-        *begin = strips_before_column(s, part->first_z);
-        *end = strips_before_column(s, part->end_z);
+        *begin = s->first[part->first_z];
+        *end = s->first[part->end_z];
     }
     if (row->top_lines) { /* z = t sin(psi) */
         const double slack = 2 * MARGIN / w->size;
         const double low = w->border[part->first_z] - slack;
         const double high = w->border[part->end_z] + slack;
-        const int to = strips_below(s, high / row->top_tan);
+        const int to = strips_below(s, high / row->cut.top_tan);
         if (!row->side) {
-            *begin = strips_below(s, low / row->bottom_tan);
+            *begin = strips_below(s, low / row->cut.bottom_tan);
             *begin -= *begin > 0;
         }
         *end = to > *end ? to : *end;
@@ -274,23 +255,16 @@ struct cutter {
     int pixel, column;
 };
 
-static ibl_coverage_row share_row(const ibl_wedge_row *row)
-{
-    return (ibl_coverage_row){row->top, row->bottom, row->top_tan,
-                              row->bottom_tan};
-}
-
 /* Gives the spans their weights, drops those of other parts, and hands the
  * rest on. */
 static void settle(const struct cutter *c)
 {
     ibl_wedge_sink *s = c->sink;
-    const ibl_coverage_row row = share_row(c->row);
     const double *share = s->share;
     double above = 0;
     int kept = 0;
     if (s->cut_count)
-        s->dsp.share(&row, &s->cuts, s->cut_count, s->share);
+        s->dsp.share(&c->row->cut, &s->cuts, s->cut_count, s->share);
     for (int i = 0; i < s->count; i++) {
         ibl_octant_span span = s->spans[i];
         if (s->kind[i] == CUT) {
@@ -325,17 +299,13 @@ static int slot_of(const struct cutter *c, int line, int column)
     return line * (part->end_z - part->first_z) + column - part->first_z;
 }
 
-/* A wedge has fewer pixels than 2^16. */
-static ibl_octant_span span_of(double weight, int slot, int pixel, int count)
+/* Adds a run of count pixels, fewer than 2^16. */
+static void add_span(ibl_wedge_sink *s, int kind, double weight, int slot,
+                     int pixel, int count)
 {
-    return (ibl_octant_span){weight, slot, (uint16_t)pixel, (uint16_t)count};
-}
-
-static void add_span(const struct cutter *c, int slot, double area, int kind)
-{
-    ibl_wedge_sink *s = c->sink;
     s->kind[s->count] = (unsigned char)kind;
-    s->spans[s->count++] = span_of(area, slot, c->pixel, 1);
+    s->spans[s->count++] =
+        (ibl_octant_span){weight, slot, (uint16_t)pixel, (uint16_t)count};
 }
 
 /*
@@ -354,14 +324,13 @@ static int add_whole(const struct cutter *c, const ibl_wedge_strips *s, int i,
             ? w->border[column + 1] * c->row->bottom_cot - 2 * MARGIN / w->size
             : 1;
     const int most = s->run[i] < end ? s->run[i] : end;
-    const int slot = slot_of(c, line, column);
-    if (c->sink->count == c->sink->capacity)
-        settle(c);
-    add_span(c, slot, s->width[i] * c->height, WHOLE);
     int next = i + 1;
     while (next < most && s->cosine[next + 1] >= q && s->sine[next + 1] <= r)
         next++;
-    c->sink->spans[c->sink->count - 1].count = (uint16_t)(next - i);
+    if (c->sink->count == c->sink->capacity)
+        settle(c);
+    add_span(c->sink, WHOLE, s->width[i] * c->height, slot_of(c, line, column),
+             c->pixel, next - i);
     return next;
 }
 
@@ -397,11 +366,10 @@ static void share_out(const struct cutter *c, const struct box *b,
             top && column < b->column[1] &&
             (!down || border[column + 1] * q < border[line + 1] * r);
         const int slot = slot_of(c, line, top ? column : c->column);
-        if (!across && !down) {
-            add_span(c, slot, area, LAST);
+        const bool last = !across && !down;
+        add_span(c->sink, last ? LAST : CUT, area, slot, c->pixel, 1);
+        if (last)
             return;
-        }
-        add_span(c, slot, area, CUT);
         add_cut(c, e, border[across ? column + 1 : line + 1], across);
         line += !across;
         column += across;
@@ -461,12 +429,12 @@ static struct box box_of(const ibl_wedge *w, const ibl_wedge_row *row,
     const double *secant = s->secant + i;
     struct box b;
     b.line[0] =
-        line_at(w, row->top_tan * q[1], row->top_cot * secant[1], -MARGIN);
-    b.line[1] =
-        line_at(w, row->bottom_tan * q[0], row->bottom_cot * secant[0], MARGIN);
+        line_at(w, row->cut.top_tan * q[1], row->top_cot * secant[1], -MARGIN);
+    b.line[1] = line_at(w, row->cut.bottom_tan * q[0],
+                        row->bottom_cot * secant[0], MARGIN);
     if (b.line[0] < w->half) {
-        b.column[0] = column_at(w, row->top_tan * r[0], -MARGIN);
-        b.column[1] = column_at(w, row->bottom_tan * r[1], MARGIN);
+        b.column[0] = column_at(w, row->cut.top_tan * r[0], -MARGIN);
+        b.column[1] = column_at(w, row->cut.bottom_tan * r[1], MARGIN);
     } else {
         b.column[0] = b.column[1] = s->column[i];
     }
@@ -500,8 +468,7 @@ static void find_zone(const struct cutter *c, const ibl_wedge_strips *s,
         .q = {s->cosine + first, s->cosine + first + 1},
         .r = {s->sine + first, s->sine + first + 1},
         .width = s->width + first};
-    const ibl_coverage_row row = share_row(c->row);
-    sink->dsp.share(&row, &cuts, count, z->share);
+    sink->dsp.share(&c->row->cut, &cuts, count, z->share);
 }
 
 /* The texels of a line, between two borders. slot: of column 0. */
@@ -521,10 +488,8 @@ static void side_line(const struct cutter *c, const ibl_wedge_strips *s,
             next = s->run[i] < upper->begin ? s->run[i] : upper->begin;
         if (sink->count == sink->capacity)
             settle(c);
-        sink->kind[sink->count] = WHOLE;
-        sink->spans[sink->count++] =
-            span_of(share * s->width[i] * c->height, slot + s->column[i],
-                    s->pixel[i] - origin, next - i);
+        add_span(sink, WHOLE, share * s->width[i] * c->height,
+                 slot + s->column[i], s->pixel[i] - origin, next - i);
     }
 }
 
@@ -537,9 +502,9 @@ static void cut_side(const struct cutter *c, const ibl_wedge_strips *s,
 {
     const ibl_wedge *w = c->w;
     const ibl_wedge_row *row = c->row;
-    const int last = line_at(w, row->bottom_tan * s->cosine[begin],
+    const int last = line_at(w, row->cut.bottom_tan * s->cosine[begin],
                              row->bottom_cot * s->secant[begin], MARGIN);
-    const int first = line_at(w, row->top_tan * s->cosine[end],
+    const int first = line_at(w, row->cut.top_tan * s->cosine[end],
                               row->top_cot * s->secant[end], -MARGIN);
     struct zone lower = {begin, begin, c->sink->zone[0]};
     struct zone upper = {begin, begin, c->sink->zone[1]};
@@ -566,7 +531,7 @@ static void cut_top(struct cutter *c, const ibl_wedge_strips *s, int begin,
     for (int i = begin; i < end;) {
         const struct box b = box_of(c->w, c->row, s, i);
         c->pixel = s->pixel[i] - s->pixel[begin];
-        c->column = s->column ? s->column[i] : 0;
+        c->column = s->column[i];
         if (b.line[0] == b.line[1] && b.column[0] == b.column[1]) {
             i = add_whole(c, s, i, end, b.line[0], b.column[0]);
             continue;
@@ -588,7 +553,7 @@ void ibl_wedge_cut(const ibl_wedge *w, const ibl_wedge_row *row,
                        row,
                        part,
                        sink,
-                       row->top - row->bottom,
+                       row->cut.top - row->cut.bottom,
                        row->first_line % part->ring,
                        0,
                        0};
@@ -600,14 +565,6 @@ void ibl_wedge_cut(const ibl_wedge *w, const ibl_wedge_row *row,
 }
 
 /* ---- sinks ------------------------------------------------------------ */
-
-/* An array of the work space, of so many doubles. */
-static double *take(double **room, size_t count)
-{
-    double *p = *room;
-    *room += count;
-    return p;
-}
 
 bool ibl_wedge_sink_init(ibl_wedge_sink *s, const ibl_wedge *w, ibl_isa isa)
 {
@@ -621,21 +578,19 @@ bool ibl_wedge_sink_init(ibl_wedge_sink *s, const ibl_wedge *w, ibl_isa isa)
     ibl_coverage_dsp_init(&s->dsp, isa);
     s->spans = ibl_alloc_array(SPANS, sizeof *s->spans);
     s->kind = ibl_alloc_array(SPANS, sizeof *s->kind);
-    s->room = ibl_alloc_zeroed(7 * SPANS + 3 * strips, sizeof *s->room);
-    if (!s->spans || !s->kind || !s->room) {
+    s->share = ibl_alloc_zeroed(7 * SPANS + 3 * strips, sizeof *s->share);
+    if (!s->spans || !s->kind || !s->share) {
         ibl_wedge_sink_free(s);
         return false;
     }
-    double *room = s->room;
-    s->share = take(&room, SPANS);
-    s->cuts.a = take(&room, SPANS);
-    s->cuts.width = take(&room, SPANS);
-    for (int k = 0; k < 2; k++) {
-        s->cuts.q[k] = take(&room, SPANS);
-        s->cuts.r[k] = take(&room, SPANS);
-        s->zone[k] = take(&room, strips);
-    }
-    s->border = take(&room, strips);
+    double *room = s->share + SPANS;
+    s->cuts = (ibl_coverage_cuts){room,
+                                  {room + SPANS, room + 2 * SPANS},
+                                  {room + 3 * SPANS, room + 4 * SPANS},
+                                  room + 5 * SPANS};
+    s->border = room + 6 * SPANS;
+    s->zone[0] = s->border + strips;
+    s->zone[1] = s->border + 2 * strips;
     return true;
 }
 
@@ -643,6 +598,6 @@ void ibl_wedge_sink_free(ibl_wedge_sink *s)
 {
     ibl_free(s->spans);
     ibl_free(s->kind);
-    ibl_free(s->room);
+    ibl_free(s->share);
     *s = (ibl_wedge_sink){0};
 }

@@ -33,11 +33,10 @@
  * other are cut into the same spans. */
 typedef struct ibl_wedge_row {
     bool south;
-    double top, bottom; /* cosines, top > bottom */
+    ibl_coverage_row cut; /* cosines and tangents of the borders */
     double top_cot, bottom_cot;
-    double top_tan, bottom_tan; /* of theta, up to infinite */
-    bool top_lines, side;       /* which texels it can touch */
-    int first_line, last_line;  /* that it can touch, from its pole on */
+    bool top_lines, side;      /* which texels it can touch */
+    int first_line, last_line; /* that it can touch, from its pole on */
 } ibl_wedge_row;
 
 /* Strips of a row, in order of psi. */
@@ -45,10 +44,10 @@ typedef struct ibl_wedge_strips {
     int count;
     double *cosine, *sine, *secant; /* of psi: count + 1 borders */
     double *width;                  /* count, in psi */
-    int *pixel;                     /* count */
-    int *column; /* count: texel on the side; NULL if not cut so */
-    int *run;    /* count: the first strip that does not go on with this one as
-                    the next pixel, as wide, of the same column */
+    int *pixel, *column;            /* count; the texel on the side, or 0 */
+    int *run;   /* count: the first strip that does not go on with this one as
+                   the next pixel, as wide, of the same column */
+    int *first; /* half + 1: of each column, if cut by them */
 } ibl_wedge_strips;
 
 typedef struct ibl_wedge {
@@ -105,9 +104,8 @@ typedef struct ibl_wedge_sink {
     unsigned char *kind;
     ibl_coverage_cuts cuts;
     int cut_count;
-    double *share;
+    double *share;            /* owns the arrays of doubles */
     double *border, *zone[2]; /* for every strip */
-    double *room;             /* all arrays of doubles */
 } ibl_wedge_sink;
 
 /* For wedges with no more strips than w. False: no memory. */
