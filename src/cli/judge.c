@@ -149,18 +149,14 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* The truth of the small map at the middle of every cell. */
-static ibl_status find_coarse(const ibl_judge *j, const known *k, double *dirs,
-                              double *rgb)
+/* What the level has in count directions, but for an environment's texels. */
+static ibl_status convolve(const ibl_reference *reference, const known *k,
+                           const double *dirs, size_t count, double *rgb)
 {
-    for (int c = 0; c < CELLS; c++)
-        ibl_cube_direction(IBL_DARK_CELLS, c / (CELLS / IBL_FACES),
-                           c % IBL_DARK_CELLS,
-                           c / IBL_DARK_CELLS % IBL_DARK_CELLS, dirs + 3 * c);
     if (k->role == IBL_ROLE_IRRADIANCE)
-        return ibl_reference_irradiance(j->coarse_reference, dirs, CELLS, rgb);
-    return ibl_reference_lobe(j->coarse_reference, k->lobe, k->roughness, dirs,
-                              CELLS, rgb);
+        return ibl_reference_irradiance(reference, dirs, count, rgb);
+    return ibl_reference_lobe(reference, k->lobe, k->roughness, dirs, count,
+                              rgb);
 }
 
 /* Marks the cells that are in the darkest tenth of the level, by what the
@@ -174,7 +170,12 @@ static ibl_status find_dark(const ibl_judge *j, const known *k,
 
     if (!dirs)
         return IBL_ERR_MEMORY;
-    const ibl_status status = find_coarse(j, k, dirs, rgb);
+    for (int c = 0; c < CELLS; c++)
+        ibl_cube_direction(IBL_DARK_CELLS, c / (CELLS / IBL_FACES),
+                           c % IBL_DARK_CELLS,
+                           c / IBL_DARK_CELLS % IBL_DARK_CELLS, dirs + 3 * c);
+    const ibl_status status =
+        convolve(j->coarse_reference, k, dirs, CELLS, rgb);
     for (int c = 0; c < CELLS && !status; c++)
         value[c] = rgb[3 * c] + rgb[3 * c + 1] + rgb[3 * c + 2];
     if (!status) {
@@ -201,20 +202,10 @@ static ibl_status find_truth(const ibl_judge *j, known *k)
         ibl_cube_direction(k->size, texels[i].face, texels[i].x, texels[i].y,
                            dirs + 3 * i);
     }
-    switch (k->role) {
-    case IBL_ROLE_ENVIRONMENT:
-        status = ibl_reference_texels(j->reference, k->base, k->size, texels,
-                                      k->count, k->truth);
-        break;
-    case IBL_ROLE_SPECULAR:
-        status = ibl_reference_lobe(j->reference, k->lobe, k->roughness, dirs,
-                                    k->count, k->truth);
-        break;
-    case IBL_ROLE_IRRADIANCE:
-        status =
-            ibl_reference_irradiance(j->reference, dirs, k->count, k->truth);
-        break;
-    }
+    status = k->role == IBL_ROLE_ENVIRONMENT
+                 ? ibl_reference_texels(j->reference, k->base, k->size, texels,
+                                        k->count, k->truth)
+                 : convolve(j->reference, k, dirs, k->count, k->truth);
 
 fail:
     free(dirs);
@@ -285,21 +276,19 @@ static bool is_finite(const float *rgb)
 static void survey(const ibl_judge *j, const ibl_judge_level *level,
                    ibl_verdict *v)
 {
+    const int n = level->size, texels = IBL_FACES * n * n;
     double sum = 0, total = 0;
-    ibl_texel t;
 
-    for (t.face = 0; t.face < IBL_FACES; t.face++)
-        for (t.y = 0; t.y < level->size; t.y++)
-            for (t.x = 0; t.x < level->size; t.x++) {
-                const float *x = texel_of(level, t);
-                const double w = ibl_cube_solid_angle(level->size, t.x, t.y);
-                if (is_finite(x)) {
-                    sum += w * ((double)x[0] + (double)x[1] + (double)x[2]);
-                    total += w;
-                } else {
-                    v->nonfinite++;
-                }
-            }
+    for (int i = 0; i < texels; i++) {
+        const float *x = level->texels + 3 * (size_t)i;
+        const double w = ibl_cube_solid_angle(n, i % n, i / n % n);
+        if (is_finite(x)) {
+            sum += w * ((double)x[0] + (double)x[1] + (double)x[2]);
+            total += w;
+        } else {
+            v->nonfinite++;
+        }
+    }
     const double source = j->mean[0] + j->mean[1] + j->mean[2];
     const double mean = total > 0 ? sum / total / level->scale : 0;
     v->bias = (mean - source) / fmax(source, (double)FLT_MIN);
@@ -402,18 +391,6 @@ static void judge_dark(ibl_judged_texel *texels, size_t count,
                                .worst = n ? texels[n - 1].error : 0};
 }
 
-static void find_worst(const known *k, ibl_verdict *v)
-{
-    for (size_t i = 0; i < v->count; i++)
-        if (i == 0 || v->texels[i].error > v->worst) {
-            v->worst = v->texels[i].error;
-            v->worst_at = v->texels[i].at;
-        }
-    if (v->count)
-        ibl_cube_direction(k->size, v->worst_at.face, v->worst_at.x,
-                           v->worst_at.y, v->worst_dir);
-}
-
 static ibl_status compare(const ibl_judge *j, const ibl_judge_level *level,
                           const known *k, ibl_verdict *v)
 {
@@ -449,9 +426,14 @@ static ibl_status compare(const ibl_judge *j, const ibl_judge_level *level,
         all += w * size;
         rounding += w * loss;
         overflow += w * beyond;
-        v->texels[v->count] = k->picks[i];
-        v->texels[v->count].value = t[0] + t[1] + t[2];
-        v->texels[v->count++].error = ibl_relative_error(got, t, j->mean);
+        ibl_judged_texel *texel = &v->texels[v->count++];
+        *texel = k->picks[i];
+        texel->value = t[0] + t[1] + t[2];
+        texel->error = ibl_relative_error(got, t, j->mean);
+        if (v->count == 1 || texel->error > v->worst) {
+            v->worst = texel->error;
+            v->worst_at = texel->at;
+        }
     }
     memcpy(sorted, v->texels, v->count * sizeof *sorted);
     qsort(sorted, v->count, sizeof *sorted, by_error);
@@ -459,7 +441,9 @@ static ibl_status compare(const ibl_judge *j, const ibl_judge_level *level,
     v->p95 = quantile(sorted, v->count, 0.95);
     judge_dark(sorted, v->count, &v->dark);
     free(sorted);
-    find_worst(k, v);
+    if (v->count)
+        ibl_cube_direction(k->size, v->worst_at.face, v->worst_at.x,
+                           v->worst_at.y, v->worst_dir);
     v->nrmse = sqrt(wrong) / fmax(sqrt(all), (double)FLT_MIN);
     v->rounding = sqrt(rounding) / fmax(sqrt(all), (double)FLT_MIN);
     v->rounding_share = wrong > 0 ? fmin(rounding / wrong, 1) : 0;
