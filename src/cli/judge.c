@@ -407,7 +407,7 @@ static ibl_status compare(const ibl_judge *j, const ibl_judge_level *level,
     for (size_t i = 0; i < k->count; i++) {
         const float *x = texel_of(level, k->picks[i].at);
         const double *t = k->truth + 3 * i, w = k->picks[i].weight;
-        double got[3], rounded[3], off = 0, size = 0, loss = 0, beyond = 0;
+        double got[3], rounded[3], off = 0, size = 0, loss = 0, excess = 0;
         if (!is_finite(x))
             continue;
         round_truth(level, t, rounded);
@@ -418,14 +418,14 @@ static ibl_status compare(const ibl_judge *j, const ibl_judge_level *level,
             size += t[c] * t[c];
             if (t[c] * level->scale > (double)max[c] ||
                 (error > 0 && is_by_full(level, k->picks[i].at, c, max[c])))
-                beyond += error * error;
+                excess += error * error;
             else
                 loss += (rounded[c] - t[c]) * (rounded[c] - t[c]);
         }
         wrong += w * off;
         all += w * size;
         rounding += w * loss;
-        overflow += w * beyond;
+        overflow += w * excess;
         ibl_judged_texel *texel = &v->texels[v->count++];
         *texel = k->picks[i];
         texel->value = t[0] + t[1] + t[2];

@@ -35,8 +35,8 @@ typedef enum ibl_probes_file {
 /* What the index notes of a layer. */
 typedef struct ibl_probes_layer {
     char hash[IBL_HASH_SIZE];         /* of its inputs and options */
-    size_t saturated;                 /* values beyond what the pixel holds */
-    ibl_overflow_level beyond;        /* of all its levels together */
+    size_t overflow_values;           /* values beyond what the pixel holds */
+    ibl_overflow_level overflow;      /* of all its levels together */
     double sh[IBL_PROBES_SH_NUMBERS]; /* irradiance / pi, if asked for */
     bool alpha;                       /* it has not seen everything */
     double alpha_sh[IBL_PROBES_SH_NUMBERS / 3]; /* as sh, of alpha */

@@ -137,9 +137,9 @@ static ibl_status take_cube(ibl_probes_bake *p, int kind, int layer,
         p->ctx, cube, (ibl_pixel)p->set.bake.pixel,
         (ibl_overflow)p->set.bake.overflow, &tex, &report);
 
-    l->saturated += report.values;
+    l->overflow_values += report.values;
     for (int i = 0; i < cube->levels; i++)
-        ibl_overflow_add(&report.level[i], &l->beyond);
+        ibl_overflow_add(&report.level[i], &l->overflow);
     if (!status && alpha->data)
         status = ibl_texture_set_alpha(p->ctx, &tex, alpha);
     if (!status)
@@ -202,7 +202,7 @@ static ibl_status take_capture(ibl_probes_bake *p, int layer,
         take_sh(l, colour->sh, alpha->sh);
     snprintf(name, sizeof name, "%s: %s", p->opts->input, e->capture.place);
     ibl_warn_of_overflow(p->console, name, (ibl_pixel)p->set.bake.pixel,
-                         (ibl_overflow)p->set.bake.overflow, &l->beyond);
+                         (ibl_overflow)p->set.bake.overflow, &l->overflow);
     return IBL_OK;
 }
 

@@ -55,12 +55,12 @@ static bool take_layer(json_t *entry, ibl_probes_index *index)
     if (json_unpack(entry, "{si sI ss s?b s?{sI sF sF} s?o s?o}", "layer",
                     &layer, "saturated", &saturated, "hash", &hash, "alpha",
                     &alpha, "beyond", "texels", &texels, "moved",
-                    &l.beyond.moved, "lost", &l.beyond.lost, "sh", &sh,
+                    &l.overflow.moved, "lost", &l.overflow.lost, "sh", &sh,
                     "alpha_sh", &alpha_sh) ||
         layer < 0 || layer >= index->layers || !take_hash(hash, l.hash))
         return false;
-    l.saturated = (size_t)saturated;
-    l.beyond.texels = (size_t)texels;
+    l.overflow_values = (size_t)saturated;
+    l.overflow.texels = (size_t)texels;
     l.alpha = alpha;
     for (size_t i = 0; i < IBL_PROBES_SH_NUMBERS; i++)
         l.sh[i] =
@@ -255,9 +255,9 @@ static json_t *entry(const ibl_probe_set *set, const ibl_probes_index *index,
             put(&j, "proxy", volume(&e->probe.proxy));
         put(&j, "alpha", json_boolean(l->alpha));
     }
-    put(&j, "saturated", json_integer((json_int_t)l->saturated));
-    if (l->beyond.texels)
-        put(&j, "beyond", ibl_json_overflow(&l->beyond));
+    put(&j, "saturated", json_integer((json_int_t)l->overflow_values));
+    if (l->overflow.texels)
+        put(&j, "beyond", ibl_json_overflow(&l->overflow));
     if (!set->bake.irradiance)
         put_harmonics(&j, l);
     put(&j, "hash", json_string(l->hash));
