@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 #include "common/path.h"
-#include "view/interrupt.h"
+#include "common/signals.h"
 #include "view/message.h"
 #include "view/still.h"
 #include "view/window.h"
@@ -57,7 +57,7 @@ int main(int argc, char **argv)
     view_options o;
     int status;
 
-    view_interrupt_catch();
+    ibl_signals_catch();
     if (view_options_parse(argc > 0 ? argv + 1 : argv, &o, &status))
         status = run(&o) ? 0 : 1;
     if (fflush(stdout) || ferror(stdout)) {

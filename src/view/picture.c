@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "view/picture.h"
 
-#include "ibl/io.h"
+#include "common/signals.h"
 #include "view/gl.h"
-#include "view/interrupt.h"
 #include "view/message.h"
 #include <png.h>
 #include <stdlib.h>
@@ -74,12 +73,10 @@ bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
     ibl_outputs *outputs = NULL;
     void *png = encode(path, width, height, rgb, &size);
 
-    /* What fails here has told the context's log. */
-    bool ok = png && !ibl_outputs_create(ctx, &outputs);
-    view_interrupt_guard(outputs);
-    ok = ok && !ibl_outputs_add(outputs, path, png, size) &&
-         !ibl_outputs_commit(outputs);
-    view_interrupt_end(outputs);
+    const bool ok = png && !ibl_start_outputs(ctx, false, &outputs) &&
+                    !ibl_outputs_add(outputs, path, png, size) &&
+                    !ibl_commit_outputs(outputs);
+    ibl_end_outputs(outputs);
     free(png);
     return ok;
 }

@@ -8,8 +8,8 @@
 #include "common/memory_file.h"
 #include "common/number.h"
 #include "common/path.h"
+#include "common/signals.h"
 #include "ibl/io.h"
-#include "view/interrupt.h"
 #include "view/message.h"
 #include "view/write_exr.h"
 
@@ -37,13 +37,6 @@ static char *path_of(const char *dir, const char *name)
     return path;
 }
 
-/* What fails has told the context's log. */
-static bool add(ibl_outputs *outputs, const char *path, const void *bytes,
-                size_t size)
-{
-    return !ibl_outputs_add(outputs, path, bytes, size);
-}
-
 /* ---- faces ------------------------------------------------------------- */
 
 static bool add_face(ibl_outputs *outputs, const char *dir,
@@ -59,7 +52,7 @@ static bool add_face(ibl_outputs *outputs, const char *dir,
     const bool ok =
         path && c->face(c->cookie, probe, face, rgba) &&
         view_exr_encode(path, c->size, c->size, rgba, &bytes, &size) &&
-        add(outputs, path, bytes, size);
+        !ibl_outputs_add(outputs, path, bytes, size);
     free(bytes);
     free(path);
     return ok;
@@ -159,7 +152,7 @@ static bool add_set(ibl_outputs *outputs, const char *dir,
     char *text = ibl_memory_close(to, &file);
     if (path && !text)
         view_fail("%s: no memory for it", path);
-    const bool ok = text && add(outputs, path, text, file.size);
+    const bool ok = text && !ibl_outputs_add(outputs, path, text, file.size);
     free(text);
     free(path);
     return ok;
@@ -169,12 +162,11 @@ bool view_probe_save(ibl_ctx *ctx, const char *dir,
                      const view_probe_captures *captures)
 {
     ibl_outputs *outputs = NULL;
-    bool ok = !ibl_outputs_create(ctx, &outputs);
+    const bool ok =
+        !ibl_start_outputs(ctx, false, &outputs) &&
+        !ibl_outputs_mkdir(outputs, dir) && add_faces(outputs, dir, captures) &&
+        add_set(outputs, dir, captures) && !ibl_commit_outputs(outputs);
 
-    view_interrupt_guard(outputs);
-    ok = ok && !ibl_outputs_mkdir(outputs, dir) &&
-         add_faces(outputs, dir, captures) && add_set(outputs, dir, captures) &&
-         !ibl_outputs_commit(outputs);
-    view_interrupt_end(outputs);
+    ibl_end_outputs(outputs);
     return ok;
 }
