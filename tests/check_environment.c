@@ -6,16 +6,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ibl/reference.h"
-#include "maps.h"
-#include "test.h"
+#include "reference.h"
 #include "truth.h"
 
 /* A map that is handed out row by row, once. */
 typedef struct feeder {
     const ibl_image *map;
     int row;
-    int fail_at; /* row before which it fails; 0: never */
+    int fail_at;       /* row before which it fails; 0: never */
+    const float *last; /* where the last rows went */
     ibl_ctx *cancel;
 } feeder;
 
@@ -27,6 +26,8 @@ static ibl_status feed(void *cookie, int rows, float *rgb)
         return IBL_ERR_IO;
     if (f->cancel)
         ibl_ctx_cancel(f->cancel);
+    CHECK(rgb != f->last); /* they may still be in use */
+    f->last = rgb;
     memcpy(rgb, f->map->data + row * (size_t)f->row,
            row * (size_t)rows * sizeof *rgb);
     f->row += rows;
@@ -88,6 +89,7 @@ static void compare(const ibl_image *map, ibl_method method)
         const ibl_environment env = i ? by_rows(&f) : in_memory(map);
         ibl_bake_result result;
         NEED(!ibl_bake_environment(ctx, &env, &o, &result));
+        CHECK(f.row == (i ? map->height : 0));
         if (i)
             CHECK_MSG(same(&result, &first), "%dx%d, %s, %d threads differ",
                       map->width, map->height, ibl_method_name(method),
@@ -103,10 +105,11 @@ static void compare(const ibl_image *map, ibl_method method)
 
 static void rows_and_threads(void)
 {
-    static const int sizes[][2] = {{256, 128}, {200, 77}, {64, 530}, {9, 5}};
+    static const int sizes[][2] = {
+        {256, 128}, {200, 77}, {64, 530}, {9, 5}, {1024, 291}};
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     test_random r = {11};
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 5; i++) {
         ibl_image map =
             map_of_kind(ctx, &r, MAP_SUNNY, sizes[i][0], sizes[i][1]);
         for (int m = IBL_METHOD_AUTO; m <= IBL_METHOD_SAMPLED; m++)
@@ -243,42 +246,6 @@ static void harmonics(void)
 
 /* ---- estimates --------------------------------------------------------- */
 
-enum {
-    PICKS = 150
-};
-
-static int rising(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-/* The 95th percentile of the relative errors of a level. */
-static double percentile(const ibl_reference *ref, ibl_lobe lobe,
-                         const ibl_cube *cube, int level, double roughness)
-{
-    const int n = ibl_cube_edge(cube->size, level), all = IBL_FACES * n * n;
-    const int count = all < PICKS ? all : PICKS;
-    double dirs[3 * PICKS], want[3 * PICKS], errors[PICKS], mean[3];
-    int at[PICKS];
-
-    for (int i = 0; i < count; i++) {
-        at[i] = (int)((long long)i * all / count);
-        ibl_cube_direction(n, at[i] / (n * n), at[i] % n, at[i] / n % n,
-                           dirs + 3 * i);
-    }
-    if (ibl_reference_mean(ref, mean) ||
-        ibl_reference_lobe(ref, lobe, roughness, dirs, (size_t)count, want))
-        return INFINITY;
-    for (int i = 0; i < count; i++) {
-        const float *p = ibl_cube_face(cube, level, 0) + 3 * at[i];
-        const double rgb[3] = {(double)p[0], (double)p[1], (double)p[2]};
-        errors[i] = ibl_relative_error(rgb, want + 3 * i, mean);
-    }
-    qsort(errors, (size_t)count, sizeof *errors, rising);
-    return errors[(count - 1) * 19 / 20];
-}
-
 static void judge(ibl_ctx *ctx, const ibl_image *map, ibl_lobe lobe,
                   double tolerance)
 {
@@ -302,8 +269,8 @@ static void judge(ibl_ctx *ctx, const ibl_image *map, ibl_lobe lobe,
                       report.level[l].error <= tolerance,
                   "%dx%d, tolerance %g: level %d, estimated %.3g", map->width,
                   map->height, tolerance, l, report.level[l].error);
-        const double seen =
-            percentile(ref, lobe, &cube, l, report.layout.roughness[l]);
+        const double seen = percentile_95(ref, lobe, report.layout.roughness[l],
+                                          &cube, l, NULL);
         CHECK_MSG(seen <= report.level[l].error,
                   "%dx%d, %s, tolerance %g: level %d, degree %d: %.3g, "
                   "estimated %.3g",
@@ -316,40 +283,20 @@ static void judge(ibl_ctx *ctx, const ibl_image *map, ibl_lobe lobe,
 
 static void estimates_hold(void)
 {
-    static const int sizes[][2] = {{256, 128}, {200, 100}, {101, 53}};
-    static const double tolerances[] = {IBL_TOLERANCE_DEFAULT, 1e-3, 0.05};
+    static const int sizes[][2] = {{128, 64}, {101, 53}};
+    static const double tolerances[] = {IBL_TOLERANCE_DEFAULT, 0.02};
     ibl_ctx *ctx; /* in silence: samples miss these tolerances */
     test_random r = {14};
     NEED(!ibl_ctx_create(NULL, &ctx));
     for (int kind = 0; kind < MAP_KINDS; kind += TEST_SANITIZED ? 3 : 1)
-        for (int i = TEST_RACES; i < 3; i += TEST_SANITIZED ? 2 : 1) {
+        for (int i = TEST_RACES; i < 2; i++) {
             ibl_image map =
                 map_of_kind(ctx, &r, (map_kind)kind, sizes[i][0], sizes[i][1]);
-            for (int t = 0; t < 3; t++)
+            for (int t = 0; t < 2; t++)
                 judge(ctx, &map, IBL_LOBE_GGX, tolerances[t]);
             ibl_image_free(&map);
         }
     ibl_ctx_free(ctx);
-}
-
-/* The 95th percentile of the relative errors of the irradiance. */
-static double irradiance_error(const ibl_reference *ref, const ibl_cube *cube)
-{
-    double errors[IBL_FACES * 64], mean[3];
-
-    if (ibl_reference_mean(ref, mean))
-        return INFINITY;
-    for (int i = 0; i < IBL_FACES * 64; i++) {
-        const float *p = cube->data + 3 * i;
-        const double rgb[3] = {(double)p[0], (double)p[1], (double)p[2]};
-        double d[3], want[3];
-        ibl_cube_direction(8, i / 64, i % 8, i / 8 % 8, d);
-        if (ibl_reference_irradiance(ref, d, 1, want))
-            return INFINITY;
-        errors[i] = ibl_relative_error(rgb, want, mean);
-    }
-    qsort(errors, IBL_FACES * 64, sizeof *errors, rising);
-    return errors[IBL_FACES * 61];
 }
 
 /* The irradiance keeps a tolerance, too, and takes fewer degrees for it: of a
@@ -375,7 +322,8 @@ static void check_irradiance(ibl_ctx *ctx, map_kind kind)
         o.specular_options.lobe = (ibl_lobe)(k < 5 ? 0 : k - 5);
         o.specular = k >= 5;
         NEED(!ibl_bake_environment(ctx, &env, &o, &made));
-        const double error = irradiance_error(ref, &made.irradiance);
+        const double error =
+            percentile_95(ref, IBL_LOBE_GGX, 1, &made.irradiance, 0, NULL);
         CHECK_MSG(error <= tolerance, "tolerance %g, %s, degree %d: %g",
                   tolerance, ibl_lobe_name(o.specular_options.lobe),
                   made.irradiance_degree, error);
@@ -393,60 +341,6 @@ static void irradiance_kept(void)
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     check_irradiance(ctx, MAP_SUNNY);
     check_irradiance(ctx, MAP_SMOOTH);
-    ibl_ctx_free(ctx);
-}
-
-/* ---- values ------------------------------------------------------------ */
-
-/* The largest floats, everywhere and here and there, stay finite and within
- * the range of the map. */
-static void largest_floats(void)
-{
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    for (int k = 0; k < 3; k++) {
-        ibl_image map = map_constant(ctx, 128, 64, k ? 1 : 3.4e38f);
-        ibl_bake_options o = options(16);
-        const ibl_environment env = in_memory(&map);
-        ibl_bake_result made;
-        for (int i = 0; k && i < 128 * 64; i += k == 1 ? 7 : 1 + i % 1999)
-            map_set(&map, i % 128, i / 128, 3.4e38f, 3e38f, 0);
-        NEED(!ibl_bake_environment(ctx, &env, &o, &made));
-        for (size_t i = 0; i < cube_floats(&made.specular); i++)
-            if (!(made.specular.data[i] >= 0 &&
-                  made.specular.data[i] <= 3.4e38f)) {
-                test_fail(__FILE__, __LINE__, "map %d: float %zu is %g", k, i,
-                          (double)made.specular.data[i]);
-                break;
-            }
-        ibl_bake_result_free(&made);
-        ibl_image_free(&map);
-    }
-    ibl_ctx_free(ctx);
-}
-
-/* Floats that are less than sums of them can tell are no lights: a map of them
- * takes no longer than any other. */
-static void smallest_floats(void)
-{
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    for (int k = 0; k < 2; k++) {
-        ibl_image map = map_constant(ctx, 1024, 512, k ? 1e-39f : 1e-45f);
-        ibl_bake_options o = options(16);
-        const ibl_environment env = in_memory(&map);
-        ibl_bake_result made;
-        for (int i = 0; k && i < 1024 * 512; i += 3)
-            map_set(&map, i % 1024, i / 1024, 2e-39f, 1e-39f, 0);
-        NEED(!ibl_bake_environment(ctx, &env, &o, &made));
-        for (size_t i = 0; i < cube_floats(&made.specular); i++)
-            if (!(made.specular.data[i] >= 0 &&
-                  made.specular.data[i] <= 2e-39f)) {
-                test_fail(__FILE__, __LINE__, "map %d: float %zu is %g", k, i,
-                          (double)made.specular.data[i]);
-                break;
-            }
-        ibl_bake_result_free(&made);
-        ibl_image_free(&map);
-    }
     ibl_ctx_free(ctx);
 }
 
@@ -573,9 +467,9 @@ static void arguments(void)
     ibl_ctx_free(ctx);
 }
 
-static const test tests[] = {
-    TEST(rows_and_threads), TEST(pieces),         TEST(size_of_image),
-    TEST(given_level0),     TEST(harmonics),      TEST(estimates_hold),
-    TEST(irradiance_kept),  TEST(largest_floats), TEST(smallest_floats),
-    TEST(progress),         TEST(failures),       TEST(arguments)};
+static const test tests[] = {TEST(rows_and_threads), TEST(pieces),
+                             TEST(size_of_image),    TEST(given_level0),
+                             TEST(harmonics),        TEST(estimates_hold),
+                             TEST(irradiance_kept),  TEST(progress),
+                             TEST(failures),         TEST(arguments)};
 TEST_MAIN(tests)

@@ -65,24 +65,6 @@ static void random_maps(void)
     ibl_ctx_free(ctx);
 }
 
-/* A constant has Y_00 alone; the pixels' solid angles sum to 4 pi, and every
- * order but the zonal ones of the y axis cancels along the rows. */
-static void constant_map(void)
-{
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_image env = map_constant(ctx, 512, 256, 0);
-
-    for (int k = 0; k < 3 * 512 * 256; k++)
-        env.data[k] = 2.0f;
-    double *c = bake(ctx, &env, 4, 0.0);
-    CHECK_NEAR(c[0], 2.0 * sqrt(4.0 * pi), 1e-12);
-    for (size_t k = 3; k < count(4); k++)
-        CHECK_NEAR(c[k], 0.0, 5e-4);
-    free(c);
-    ibl_image_free(&env);
-    ibl_ctx_free(ctx);
-}
-
 /* The graphics convention by its nine polynomials, spelt out: radiance
  * 1 + x is DC and Y_11, and so on. */
 static void nine(void)
@@ -175,7 +157,7 @@ static void one_pixel_low(void)
 static void one_pixel_high(void)
 {
     one_pixel(200, 50, 25);
-    one_pixel(TEST_SANITIZED ? 300 : IBL_MAX_SH_DEGREE, 2048, 1024);
+    one_pixel(TEST_SANITIZED ? 300 : IBL_MAX_SH_DEGREE, 4096, 2048);
 }
 
 /* Several blocks of rows and of orders give what one does. */
@@ -187,15 +169,6 @@ static void tall_map(void)
     map_fill(&env, 8);
     double *low = bake(ctx, &env, 3, 5.0);
     double *high = bake(ctx, &env, TEST_SANITIZED ? 200 : 600, 5.0);
-    for (size_t k = 0; k < count(3); k++)
-        CHECK_NEAR(low[k], high[k], floats * low[k % 3]);
-    free(low);
-    free(high);
-    ibl_image_free(&env);
-    env = map_constant(ctx, 40000, 2, 0);
-    map_fill(&env, 8);
-    low = bake(ctx, &env, 3, 5.0);
-    high = bake(ctx, &env, 150, 5.0);
     for (size_t k = 0; k < count(3); k++)
         CHECK_NEAR(low[k], high[k], floats * low[k % 3]);
     free(low);
@@ -258,34 +231,6 @@ static void cosine_factors(void)
     CHECK(isfinite(ibl_sh_cosine(IBL_MAX_SH_DEGREE)));
 }
 
-/* Irradiance from the coefficients up to l = 4 against the sum over pixels:
- * what is cut off is small. */
-static void irradiance_from_coefficients(void)
-{
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_image env = map_constant(ctx, 64, 32, 0);
-
-    map_fill(&env, 4);
-    for (int j = 0; j < 10; j++)
-        map_pixel(&env, 20, j)[0] = 5.0f;
-    double *c = bake(ctx, &env, 30, 0.0);
-    double dir[3] = {0.36, 0.48, 0.8}, want[3];
-    truth_irradiance(&env, dir, want);
-    double got[3] = {0};
-    for (int l = 0; l <= 4; l++) {
-        for (int m = -l; m <= l; m++) {
-            for (int k = 0; k < 3; k++)
-                got[k] += ibl_sh_cosine(l) * c[3 * (l * (l + 1) + m) + k] *
-                          truth_sh(l, m, dir);
-        }
-    }
-    for (int k = 0; k < 3; k++)
-        CHECK_NEAR(got[k], want[k], 0.01 * want[k]);
-    free(c);
-    ibl_image_free(&env);
-    ibl_ctx_free(ctx);
-}
-
 static void bad_arguments(void)
 {
     test_messages kept = {{{0}}};
@@ -305,15 +250,8 @@ static void bad_arguments(void)
 }
 
 static const test tests[] = {
-    TEST(random_maps),
-    TEST(constant_map),
-    TEST(nine),
-    TEST(one_pixel_low),
-    TEST(one_pixel_high),
-    TEST(tall_map),
-    TEST(threads_and_isa),
-    TEST(cosine_factors),
-    TEST(irradiance_from_coefficients),
-    TEST(bad_arguments),
+    TEST(random_maps),    TEST(nine),          TEST(one_pixel_low),
+    TEST(one_pixel_high), TEST(tall_map),      TEST(threads_and_isa),
+    TEST(cosine_factors), TEST(bad_arguments),
 };
 TEST_MAIN(tests)

@@ -182,10 +182,11 @@ static void check_suns_in(const suns *s, const level *l, int stride,
     CHECK_MSG(blue <= dark_bound, "%s, %s: %g of the peak in black blue", where,
               l->name, blue);
     test_measured(whole ? "suns in the series, nRMSE" : "suns, nRMSE", nrmse,
-             nrmse_bound);
+                  nrmse_bound);
     test_measured(whole ? "suns in the series, worst" : "suns, worst", worst,
-             worst_bound);
-    test_measured(whole ? "suns in the series, dark" : "suns, dark", dark, limit);
+                  worst_bound);
+    test_measured(whole ? "suns in the series, dark" : "suns, dark", dark,
+                  limit);
 }
 
 /* With a sanitizer each map is baked with one lobe, in turn: they are other

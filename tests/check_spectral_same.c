@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * What must be the same by the spectral method, whatever the map: constants,
- * turned and mirrored worlds, other scales, threads, instruction sets, maps
- * read row by row; and what it must have in common with the sampled one.
+ * turned and mirrored worlds, other scales, instruction sets.
+ * check_environment has threads and maps that are read row by row.
  */
 #include <float.h>
 #include <math.h>
@@ -267,39 +267,7 @@ static void within_the_range(void)
     ibl_ctx_free(ctx);
 }
 
-/* ---- threads, instruction sets, rows ----------------------------------- */
-
-static bool same_bytes(const ibl_bake_result *a, const ibl_bake_result *b)
-{
-    return !memcmp(a->specular.data, b->specular.data,
-                   cube_floats(&a->specular) * sizeof(float)) &&
-           !memcmp(a->irradiance.data, b->irradiance.data,
-                   cube_floats(&a->irradiance) * sizeof(float)) &&
-           !memcmp(a->sh, b->sh, 75 * sizeof *a->sh);
-}
-
-static void every_thread_count(void)
-{
-    static const int counts[] = {2, 3, 7, 64};
-    static const int sizes[][2] = {{WIDE, HIGH}, {301, 150}};
-    const ibl_bake_options o = options(IBL_LOBE_GGX, 30);
-
-    for (int s = TEST_SANITIZED; s < 2; s++) {
-        ibl_ctx *one = test_ctx(1, IBL_ISA_AUTO);
-        ibl_image map = sunny(one, sizes[s][0], sizes[s][1], 9);
-        ibl_bake_result a = bake(one, &map, &o);
-        for (int k = 0; k < 4; k++) {
-            ibl_ctx *ctx = test_ctx(counts[k], IBL_ISA_AUTO);
-            ibl_bake_result b = bake(ctx, &map, &o);
-            CHECK_MSG(same_bytes(&a, &b), "%d threads", counts[k]);
-            ibl_bake_result_free(&b);
-            ibl_ctx_free(ctx);
-        }
-        ibl_bake_result_free(&a);
-        ibl_image_free(&map);
-        ibl_ctx_free(one);
-    }
-}
+/* ---- instruction sets --------------------------------------------------- */
 
 static void every_isa(void)
 {
@@ -322,63 +290,6 @@ static void every_isa(void)
             ibl_image_free(&map);
             ibl_ctx_free(plain);
         }
-}
-
-typedef struct reader {
-    const ibl_image *map;
-    int row, fail_at;
-    const float *last; /* where the last rows went */
-} reader;
-
-static ibl_status read_some(void *cookie, int rows, float *rgb)
-{
-    reader *r = cookie;
-    const size_t row = 3 * (size_t)r->map->width;
-
-    if (r->row + rows > r->map->height)
-        return IBL_ERR_ARGUMENT;
-    if (r->fail_at >= 0 && r->row + rows > r->fail_at)
-        return IBL_ERR_FORMAT;
-    CHECK(rgb != r->last); /* they may still be in use */
-    r->last = rgb;
-    memcpy(rgb, r->map->data + row * (size_t)r->row,
-           row * (size_t)rows * sizeof *rgb);
-    r->row += rows;
-    return IBL_OK;
-}
-
-/* Read row by row or in memory, the bytes are the same; every row is read
- * once, and a reader's failure is the bake's. */
-static void row_by_row(void)
-{
-    static const int sizes[][2] = {
-        {WIDE, HIGH},
-        {TEST_SANITIZED ? 700 : 2048, TEST_SANITIZED ? 349 : 1023},
-        {301, 17},
-        {5, 3}};
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    const ibl_bake_options o = options(IBL_LOBE_GGX, 30);
-
-    for (int k = 0; k < 4; k += TEST_RACES ? 2 : 1) {
-        ibl_image map = sunny(ctx, sizes[k][0], sizes[k][1], 11);
-        reader from = {&map, 0, -1, NULL};
-        ibl_environment env = {.width = map.width,
-                               .height = map.height,
-                               .read = read_some,
-                               .cookie = &from};
-        ibl_bake_result a = bake(ctx, &map, &o), b = {0};
-        NEED(!ibl_bake_environment(ctx, &env, &o, &b));
-        CHECK_MSG(from.row == map.height, "%d of %d rows", from.row,
-                  map.height);
-        CHECK_MSG(same_bytes(&a, &b), "%dx%d", map.width, map.height);
-        ibl_bake_result_free(&a);
-        ibl_bake_result_free(&b);
-        from = (reader){&map, 0, map.height / 2, NULL};
-        CHECK(ibl_bake_environment(ctx, &env, &o, &b) == IBL_ERR_FORMAT);
-        CHECK(!b.specular.data && !b.irradiance.data && !b.sh);
-        ibl_image_free(&map);
-    }
-    ibl_ctx_free(ctx);
 }
 
 /* ---- memory ------------------------------------------------------------ */
@@ -448,87 +359,9 @@ static void memory_large(void)
         within(16384, 8192, 200);
 }
 
-/* ---- the two methods --------------------------------------------------- */
-
-/* The more samples the nearer. Samples are Hammersley's in a mip chain: a few
- * percent at 64 on a map without suns, falling at each step. */
-static void samples_come_nearer(void)
-{
-    static const int samples[] = {64, 512, 4096};
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    test_random r = {12};
-    ibl_image map = map_of_kind(ctx, &r, MAP_SMOOTH, WIDE, HIGH);
-
-    for (int i = 0; i < WIDE * HIGH; i += 97) /* small lights */
-        map_set(&map, i % WIDE, i / WIDE, 5, 6, 7);
-    for (int lobe = 0; lobe < (TEST_SANITIZED ? 1 : LOBES); lobe++) {
-        ibl_bake_options o = options((ibl_lobe)lobe, 0);
-        double last[4] = {0.1, 0.1, 0.1, 0.1};
-        ibl_bake_result a = bake(ctx, &map, &o);
-        o.specular_options.method = IBL_METHOD_SAMPLED;
-        for (int k = 0; k < (TEST_SANITIZED ? 2 : 3); k++) {
-            o.specular_options.samples = samples[k];
-            ibl_bake_result b = bake(ctx, &map, &o);
-            for (int l = 1; l < 4; l++) {
-                const double off = differ(&a.specular, &b.specular, l, NULL);
-                CHECK_MSG(off < last[l], "%s, %d samples, level %d: %g",
-                          ibl_lobe_name((ibl_lobe)lobe), samples[k], l, off);
-                test_measured(ibl_lobe_name((ibl_lobe)lobe), off, last[l]);
-                last[l] = off;
-            }
-            ibl_bake_result_free(&b);
-        }
-        ibl_bake_result_free(&a);
-    }
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
-}
-
-/* The coefficients are ibl_bake_sh's, and the roughest level of GGX and the
- * power lobe the irradiance. */
-static void one_analysis(void)
-{
-    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_bake_options o = options(IBL_LOBE_PHONG, 25);
-    ibl_image map = sunny(ctx, WIDE, HIGH, 13);
-    double sh[75], most = 0, worst = 0;
-
-    o.irradiance_options.size = 8;
-    ibl_bake_result r = bake(ctx, &map, &o);
-    NEED(!ibl_bake_sh(ctx, &map, 4, 25, sh));
-    for (int i = 0; i < 75; i++) {
-        most = fmax(most, fabs(sh[i]));
-        worst = fmax(worst, fabs(r.sh[i] - sh[i]));
-    }
-    CHECK_MSG(worst <= 1e-6 * most, "coefficients: %g of %g", worst, most);
-    test_measured("coefficients", worst / most, 1e-6);
-    CHECK(ibl_cube_edge(r.specular.size, 3) == 8);
-    worst = 0;
-    for (size_t i = 0; i < cube_floats(&r.irradiance); i++)
-        worst = fmax(worst, fabs((double)ibl_cube_face(&r.specular, 3, 0)[i] /
-                                     (double)r.irradiance.data[i] -
-                                 1));
-    CHECK_MSG(worst <= 1e-4, "irradiance: %g", worst);
-    test_measured("irradiance", worst, 1e-4);
-    ibl_bake_result_free(&r);
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
-}
-
-static const test tests[] = {
-    TEST(constant_maps),
-    TEST(constant_channel),
-    TEST(turned),
-    TEST(mirrored),
-    TEST(scaled),
-    TEST(ends_of_floats),
-    TEST(within_the_range),
-    TEST(every_thread_count),
-    TEST(every_isa),
-    TEST(row_by_row),
-    TEST(memory),
-    TEST(memory_large),
-    TEST(samples_come_nearer),
-    TEST(one_analysis),
-};
+static const test tests[] = {TEST(constant_maps),    TEST(constant_channel),
+                             TEST(turned),           TEST(mirrored),
+                             TEST(scaled),           TEST(ends_of_floats),
+                             TEST(within_the_range), TEST(every_isa),
+                             TEST(memory),           TEST(memory_large)};
 TEST_MAIN(tests)

@@ -7,14 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ibl/ibl.h"
-#include "ibl/reference.h"
-#include "test.h"
+#include "reference.h"
 
 enum {
     SIZE = 64,
-    LEVELS = 4,
-    PICKED = 150
+    LEVELS = 4
 };
 
 static ibl_ctx *context(int threads, test_messages *kept)
@@ -48,40 +45,6 @@ static void made_map(ibl_ctx *ctx, int w, int h, ibl_image *env)
 
 /* ---- the tolerance ------------------------------------------------------ */
 
-static int falling(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return x < y ? 1 : x > y ? -1 : 0;
-}
-
-static double worst; /* of the last that were measured */
-
-/* The 95th percentile of relative errors over some texels of a level. */
-static double measured(const ibl_reference *ref, ibl_lobe lobe,
-                       const ibl_cube *cube, int level, double roughness)
-{
-    const int n = ibl_cube_edge(cube->size, level), all = 6 * n * n;
-    const int count = all < PICKED ? all : PICKED;
-    const float *texels = ibl_cube_face(cube, level, 0);
-    static double dir[3 * PICKED], truth[3 * PICKED], error[PICKED];
-    double mean[3];
-
-    CHECK(!ibl_reference_mean(ref, mean));
-    for (int i = 0; i < count; i++) {
-        const int at = (int)((long)i * all / count);
-        ibl_cube_direction(n, at / n / n, at % n, at / n % n, dir + 3 * i);
-    }
-    CHECK(!ibl_reference_lobe(ref, lobe, roughness, dir, (size_t)count, truth));
-    for (int i = 0; i < count; i++) {
-        const float *p = texels + 3 * (ptrdiff_t)((long)i * all / count);
-        const double rgb[3] = {(double)p[0], (double)p[1], (double)p[2]};
-        error[i] = ibl_relative_error(rgb, truth + 3 * i, mean);
-    }
-    qsort(error, (size_t)count, sizeof *error, falling);
-    worst = error[0];
-    return error[count / 20];
-}
-
 /* A larger one never takes a higher degree, and every one is kept: also
  * where it lets 2 x 2 pixels be one, at 0.3 for the wider map. */
 static void check_kept(int width)
@@ -104,8 +67,8 @@ static void check_kept(int width)
         o.tolerance = tolerance[k];
         NEED(!ibl_bake_specular_report(ctx, &env, &o, &cube, &report));
         for (int l = 1; l < LEVELS; l++) {
-            const double p95 =
-                measured(ref, o.lobe, &cube, l, report.layout.roughness[l]);
+            const double p95 = percentile_95(
+                ref, o.lobe, report.layout.roughness[l], &cube, l, NULL);
             /* Floats leave about 1e-5. */
             CHECK_MSG(p95 <= fmax(tolerance[k], 2e-5),
                       "%d wide, tolerance %g, level %d: %.2g", width,
@@ -157,8 +120,9 @@ static void check_narrow(ibl_lobe lobe, double tolerance, int width,
     o.roughness_max = 1.5 * roughness;
     NEED(!ibl_bake_specular_report(ctx, &env, &o, &cube, &report));
     for (int l = 0; l < 2; l++) {
-        const double p95 =
-            measured(ref, lobe, &cube, l, report.layout.roughness[l]);
+        double worst;
+        const double p95 = percentile_95(ref, lobe, report.layout.roughness[l],
+                                         &cube, l, &worst);
         const double error = report.level[l].error;
         CHECK(report.level[l].reach > 0 && report.level[l].reach < 0.5);
         missed |= error > tolerance;
