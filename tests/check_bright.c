@@ -325,7 +325,7 @@ static void many_lights(void)
 
 enum {
     SIDE = 4,
-    CUT = 16 /* parts of a pixel's side */
+    CUT = 12 /* parts of a pixel's side */
 };
 
 /* A disc of pixels of a map 512 wide, around a direction, of many a
@@ -392,9 +392,9 @@ static void suns(void)
             NEED(!ibl_bright_create(ctx, patches, count, &shape, 2e-5, 0,
                                     &bright));
             NEED(!light_level(ctx, bright, n, &cube));
-            for (int i = 0; i < 6 * n * n; i += 11)
+            for (int i = 0; i < 6 * n * n; i += 5)
                 most = fmax(most, (double)cube.data[3 * i]);
-            for (int i = 0; i < 6 * n * n; i += 11) {
+            for (int i = 0; i < 6 * n * n; i += 5) {
                 double d[3];
                 truth_cube_direction(n, i / (n * n), i % n, i / n % n, d);
                 const double want = sun_truth(l, patches, count, d);

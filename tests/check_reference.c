@@ -447,10 +447,10 @@ static void alone(void)
 static void many(void)
 {
     enum {
-        MANY = 16384 + 9,
+        MANY = 65536 + 9,
         SOME = 20
     };
-    subject *it = subject_make(2, 8, 4, 2, 5);
+    subject *it = subject_make(2, 4, 2, 2, 5);
     double *dirs = malloc(2 * 3 * MANY * sizeof *dirs);
     double *rgb = dirs + 3 * MANY;
     test_random rnd = {6};

@@ -16,12 +16,12 @@
  * The factor a2 / t, squared, is used in place of 1 / t^2: it is 1 at the peak
  * and the constants cancel in the quotient.
  *
- * A job takes a few directions over a few rows: a row's pixels are converted
- * once for all of them. Inside a row sums are plain, in LANES parts, all terms
- * >= 0; rows are added with compensation.
+ * A job takes a few directions over all rows: a row's pixels are converted once
+ * for all of them. Inside a row sums are plain, in LANES parts, all terms >= 0;
+ * rows are added with compensation.
  */
+#include <float.h>
 #include <stdbool.h>
-#include <stdint.h>
 #include <string.h>
 
 #include "bake/reference_sums.h"
@@ -30,11 +30,10 @@
 #include "image/image.h"
 
 enum {
-    LANES = 2,            /* more spill registers */
-    RUN = 16,             /* patches at a time */
-    GROUP = 8,            /* directions of a job */
-    JOB_PIXELS = 1 << 16, /* of each */
-    BATCH_SUMS = 1 << 14  /* partial sums held at once */
+    LANES = 2, /* more spill registers */
+    RUN = 16,  /* patches at a time */
+    GROUP = 8, /* directions of a job */
+    BATCH = 1 << 16
 };
 
 static const double pi = REFERENCE_PI;
@@ -43,20 +42,29 @@ static const double pi = REFERENCE_PI;
 
 const ibl_gauss *ibl_reference_gauss(int n)
 {
-    static const ibl_gauss rules[4] = {
-        {{-0.577350269189625765, 0.577350269189625765}, {1, 1}},
-        {{-0.774596669241483377, 0, 0.774596669241483377},
-         {5.0 / 9, 8.0 / 9, 5.0 / 9}},
-        {{-0.861136311594052575, -0.339981043584856265, 0.339981043584856265,
-          0.861136311594052575},
-         {0.347854845137453857, 0.652145154862546143, 0.652145154862546143,
-          0.347854845137453857}},
-        {{-0.932469514203152028, -0.661209386466264514, -0.238619186083196909,
-          0.238619186083196909, 0.661209386466264514, 0.932469514203152028},
-         {0.171324492379170345, 0.360761573048138608, 0.467913934572691047,
-          0.467913934572691047, 0.360761573048138608, 0.171324492379170345}}};
+    static const ibl_gauss rules[] = {
+        [2] = {{-0.577350269189625765, 0.577350269189625765}, {1, 1}},
+        [3] = {{-0.774596669241483377, 0, 0.774596669241483377},
+               {5.0 / 9, 8.0 / 9, 5.0 / 9}},
+        [4] = {{-0.861136311594052575, -0.339981043584856265,
+                0.339981043584856265, 0.861136311594052575},
+               {0.347854845137453857, 0.652145154862546143,
+                0.652145154862546143, 0.347854845137453857}},
+        [6] = {{-0.932469514203152028, -0.661209386466264514,
+                -0.238619186083196909, 0.238619186083196909,
+                0.661209386466264514, 0.932469514203152028},
+               {0.171324492379170345, 0.360761573048138608,
+                0.467913934572691047, 0.467913934572691047,
+                0.360761573048138608, 0.171324492379170345}},
+        [8] = {
+            {-0.960289856497536232, -0.796666477413626740,
+             -0.525532409916328986, -0.183434642495649805, 0.183434642495649805,
+             0.525532409916328986, 0.796666477413626740, 0.960289856497536232},
+            {0.101228536290376259, 0.222381034453374471, 0.313706645877887287,
+             0.362683783378361983, 0.362683783378361983, 0.313706645877887287,
+             0.222381034453374471, 0.101228536290376259}}};
 
-    return &rules[n == 6 ? 3 : n - 2];
+    return &rules[n];
 }
 
 /* Where the points of n = 2 or 3 start in the tables. */
@@ -135,13 +143,6 @@ void ibl_reference_free(ibl_reference *ref)
     ibl_free(ref->sin_phi);
     ibl_free(ref->row_angle);
     ibl_free(ref);
-}
-
-int ibl_reference_strip(const ibl_reference *ref, int pixels)
-{
-    const int rows = pixels / ref->env->width;
-
-    return rows < 1 ? 1 : rows < ref->env->height ? rows : ref->env->height;
 }
 
 static ibl_aim aim_at(const ibl_reference *ref, const double dir[3])
@@ -467,11 +468,10 @@ static void add_row(const ibl_reference *ref, const struct lobe *lobe,
 struct sums {
     const ibl_reference *ref;
     struct lobe lobe;
-    const ibl_aim *aims;
-    int count;            /* of a batch */
-    int strip, strips;    /* rows of a job, jobs of a group */
-    double *scratch;      /* of each worker: a row's colours */
-    ibl_exact (*part)[4]; /* strips for each direction */
+    const double *dirs;
+    int count;
+    double *scratch; /* of each worker: a row's colours */
+    double *rgb;
 };
 
 static size_t scratch_size(const ibl_reference *ref)
@@ -491,28 +491,6 @@ static void convert_row(const ibl_reference *ref, int j, double *rgb)
     }
 }
 
-static void sums_job(void *arg, int job, int worker)
-{
-    const struct sums *s = arg;
-    const ibl_reference *ref = s->ref;
-    const int group = job / s->strips * GROUP, strip = job % s->strips;
-    const int left = s->count - group, n = left < GROUP ? left : GROUP;
-    const int begin = strip * s->strip;
-    const int end = begin + s->strip < ref->env->height ? begin + s->strip
-                                                        : ref->env->height;
-    double *rgb = s->scratch + (size_t)worker * scratch_size(ref);
-
-    for (int k = 0; k < n; k++)
-        memset(s->part[(size_t)(group + k) * (size_t)s->strips + strip], 0,
-               sizeof *s->part);
-    for (int j = begin; j < end; j++) {
-        convert_row(ref, j, rgb);
-        for (int k = 0; k < n; k++)
-            add_row(ref, &s->lobe, &s->aims[group + k], j, rgb,
-                    s->part[(size_t)(group + k) * (size_t)s->strips + strip]);
-    }
-}
-
 /* The pixel that a direction is in. */
 static void mirror(const ibl_reference *ref, const double dir[3], double rgb[3])
 {
@@ -527,25 +505,32 @@ static void mirror(const ibl_reference *ref, const double dir[3], double rgb[3])
         rgb[c] = (double)ref->env->data[3 * at + (size_t)c];
 }
 
-/* The quotient of a direction's sums; false where nothing has weight. */
-static bool quotient(const struct sums *s, int direction, double rgb[3])
+/* The quotients of a group's sums; the pixel where nothing has weight. */
+static void sums_job(void *arg, int job, int worker)
 {
-    ibl_exact sum[4] = {{0, 0}};
+    const struct sums *s = arg;
+    const ibl_reference *ref = s->ref;
+    const int first = job * GROUP, left = s->count - first;
+    const int n = left < GROUP ? left : GROUP;
+    double *colours = s->scratch + (size_t)worker * scratch_size(ref);
+    ibl_exact sum[GROUP][4] = {{{0, 0}}};
+    ibl_aim aim[GROUP];
 
-    for (int k = 0; k < s->strips; k++) {
-        const ibl_exact *part =
-            s->part[(size_t)direction * (size_t)s->strips + k];
-        for (int c = 0; c < 4; c++) {
-            ibl_exact_add(&sum[c], part[c].value);
-            ibl_exact_add(&sum[c], part[c].rest);
-        }
+    for (int k = 0; k < n; k++)
+        aim[k] = aim_at(ref, s->dirs + 3 * (ptrdiff_t)(first + k));
+    for (int j = 0; j < ref->env->height && !ibl_cancelled(ref->ctx); j++) {
+        convert_row(ref, j, colours);
+        for (int k = 0; k < n; k++)
+            add_row(ref, &s->lobe, &aim[k], j, colours, sum[k]);
     }
-    const double weight = ibl_exact_total(&sum[3]);
-    if (!(weight > 0))
-        return false;
-    for (int c = 0; c < 3; c++)
-        rgb[c] = ibl_exact_total(&sum[c]) / weight;
-    return true;
+    for (int k = 0; k < n; k++) {
+        const double weight = ibl_exact_total(&sum[k][3]);
+        double *rgb = s->rgb + 3 * (ptrdiff_t)(first + k);
+        for (int c = 0; c < 3; c++)
+            rgb[c] = ibl_exact_total(&sum[k][c]) / weight;
+        if (!(weight > 0))
+            mirror(ref, s->dirs + 3 * (ptrdiff_t)(first + k), rgb);
+    }
 }
 
 static ibl_status check_dirs(const ibl_reference *ref, const double *dirs,
@@ -566,39 +551,21 @@ static ibl_status check_dirs(const ibl_reference *ref, const double *dirs,
 static ibl_status run_sums(const ibl_reference *ref, struct lobe lobe,
                            const double *dirs, size_t count, double *rgb)
 {
-    struct sums s = {.ref = ref, .lobe = lobe};
     const size_t threads = (size_t)ibl_ctx_threads(ref->ctx);
+    struct sums s = {.ref = ref, .lobe = lobe};
     ibl_status status = IBL_OK;
 
-    s.strip = ibl_reference_strip(ref, JOB_PIXELS);
-    s.strips = (ref->env->height + s.strip - 1) / s.strip;
-    int batch = BATCH_SUMS / s.strips / GROUP * GROUP;
-    batch = batch < GROUP ? GROUP : batch;
-    ibl_aim *aims = ibl_alloc_array((size_t)batch, sizeof *aims);
-    s.aims = aims;
     s.scratch = ibl_alloc_zeroed(threads, scratch_size(ref) * sizeof(double));
-    s.part = ibl_alloc_array((size_t)batch * (size_t)s.strips, sizeof *s.part);
-    if (!aims || !s.scratch || !s.part) {
-        status = ibl_no_memory(ref->ctx, "the reference's sums");
-        goto fail;
-    }
+    if (!s.scratch)
+        return ibl_no_memory(ref->ctx, "the reference's sums");
     for (size_t at = 0; at < count && !status; at += (size_t)s.count) {
-        s.count = count - at < (size_t)batch ? (int)(count - at) : batch;
-        for (int k = 0; k < s.count; k++)
-            aims[k] = aim_at(ref, dirs + 3 * (at + (size_t)k));
-        status =
-            ibl_run(ref->ctx, NULL, (s.count + GROUP - 1) / GROUP * s.strips,
-                    sums_job, &s);
-        for (int k = 0; k < s.count && !status; k++) {
-            double *to = rgb + 3 * (at + (size_t)k);
-            if (!quotient(&s, k, to))
-                mirror(ref, dirs + 3 * (at + (size_t)k), to);
-        }
+        s.count = count - at < BATCH ? (int)(count - at) : BATCH;
+        s.dirs = dirs + 3 * at;
+        s.rgb = rgb + 3 * at;
+        status = ibl_run(ref->ctx, NULL, (s.count + GROUP - 1) / GROUP,
+                         sums_job, &s);
     }
-fail:
-    ibl_free(aims);
     ibl_free(s.scratch);
-    ibl_free(s.part);
     return status;
 }
 
@@ -654,4 +621,22 @@ ibl_status ibl_reference_irradiance(const ibl_reference *ref,
     return status
                ? status
                : run_sums(ref, lobe_of(ref, IBL_LOBE_GGX, 1), dirs, count, rgb);
+}
+
+/* ---- how far off ------------------------------------------------------ */
+
+static double length(const double v[3])
+{
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+double ibl_relative_error(const double rgb[3], const double truth[3],
+                          const double mean[3])
+{
+    const double d[3] = {rgb[0] - truth[0], rgb[1] - truth[1],
+                         rgb[2] - truth[2]};
+    const double floor = IBL_RELATIVE_FLOOR * length(mean);
+    const double scale = fmax(length(truth), floor);
+    /* So that a black map has finite errors. */
+    return length(d) / fmax(scale, (double)FLT_MIN);
 }

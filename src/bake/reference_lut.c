@@ -15,8 +15,9 @@
  *
  * Both integrals are taken by the double exponential rule (Takahasi and Mori
  * 1974), which endpoint singularities do not slow down, its step halved until
- * that changes nothing; an interval that does not settle is halved, too.
+ * that changes nothing.
  */
+
 #include <stdbool.h>
 
 #include "bake/reference_sums.h"
@@ -25,9 +26,8 @@
 static const double pi = REFERENCE_PI;
 
 enum {
-    FINEST = 64,  /* steps in 0.5 */
-    POINTS = 423, /* up to t = 3.3 */
-    MAX_DEPTH = 12
+    FINEST = 64, /* steps in 0.5 */
+    POINTS = 423 /* up to t = 3.3 */
 };
 
 static const double inner_tolerance = 1e-11;
@@ -74,25 +74,24 @@ static void add_samples(integrand *f, void *arg, const struct rule *r,
     }
 }
 
-/* False if halving the step still changes the integral. */
-static bool settle(integrand *f, void *arg, const struct rule *r, double length,
-                   double tolerance, struct pair *out)
+static struct pair settle(integrand *f, void *arg, const struct rule *r,
+                          double length, double tolerance)
 {
-    struct pair sum = {{0, 0}};
+    struct pair sum = {{0, 0}}, out = {{0, 0}};
 
     add_samples(f, arg, r, length, 0, FINEST, &sum);
     for (int stride = FINEST / 2; stride; stride /= 2) {
-        const struct pair before = *out;
+        const struct pair before = out;
         double change = 0;
         add_samples(f, arg, r, length, stride, 2 * stride, &sum);
         for (int c = 0; c < 2; c++) {
-            out->v[c] = sum.v[c] * 0.5 * stride / FINEST;
-            change = fmax(change, fabs(out->v[c] - before.v[c]));
+            out.v[c] = sum.v[c] * 0.5 * stride / FINEST;
+            change = fmax(change, fabs(out.v[c] - before.v[c]));
         }
         if (stride < FINEST / 2 && change <= tolerance)
-            return true;
+            break;
     }
-    return false;
+    return out;
 }
 
 /* ---- over phi --------------------------------------------------------- */
@@ -145,15 +144,6 @@ static struct pair at_phi(void *arg, double phi, double left)
     return y;
 }
 
-static struct pair over_phi(struct point *p)
-{
-    struct pair y = {{0, 0}};
-
-    /* One interval settles: nothing inside it is singular. */
-    settle(at_phi, p, p->rule, p->phi_m, inner_tolerance, &y);
-    return y;
-}
-
 /* ---- over s ----------------------------------------------------------- */
 
 static struct pair at_s(void *arg, double from_begin, double from_end)
@@ -178,27 +168,10 @@ static struct pair at_s(void *arg, double from_begin, double from_end)
         return (struct pair){{0, 0}};
     /* cos(phi_m) = -nv cos(2 theta) / across, by its half angle. */
     p->phi_m = p->whole ? pi : 2 * atan2(sqrt(above), sqrt(-below));
-    struct pair y = over_phi(p);
+    struct pair y = settle(at_phi, p, p->rule, p->phi_m, inner_tolerance);
     for (int c = 0; c < 2; c++)
         y.v[c] *= 2 * density * density / pi;
     return y;
-}
-
-static void over_s(struct point *p, double from, double to, int depth,
-                   struct pair *total)
-{
-    struct pair part = {{0, 0}};
-
-    p->from = from;
-    p->length = to - from;
-    if (!settle(at_s, p, p->rule, to - from, outer_tolerance, &part) && depth) {
-        const double middle = 0.5 * (from + to);
-        over_s(p, from, middle, depth - 1, total);
-        over_s(p, middle, to, depth - 1, total);
-        return;
-    }
-    for (int c = 0; c < 2; c++)
-        total->v[c] += part.v[c];
 }
 
 static void insert(double *at, int count, double x)
@@ -221,8 +194,13 @@ static struct pair integrate(struct point *p)
     for (int k = 0; k < knots; k++)
         insert(at, k, fmin(fmax(knot[k], lowest), highest));
     for (int k = 0; k + 1 < knots; k++) {
-        if (at[k + 1] > at[k])
-            over_s(p, at[k], at[k + 1], MAX_DEPTH, &total);
+        p->from = at[k];
+        p->length = at[k + 1] - at[k];
+        const struct pair part =
+            p->length > 0 ? settle(at_s, p, p->rule, p->length, outer_tolerance)
+                          : (struct pair){{0, 0}};
+        total.v[0] += part.v[0];
+        total.v[1] += part.v[1];
     }
     return total;
 }

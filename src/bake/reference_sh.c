@@ -15,9 +15,6 @@
  * Nothing of it is normalised before the end; at degree 64 the largest Q is
  * below 1e120.
  */
-#include <stdbool.h>
-#include <string.h>
-
 #include "bake/reference_sums.h"
 #include "core/alloc.h"
 #include "core/context.h"
@@ -26,10 +23,7 @@ enum {
     MAX_DEGREE = 64,
     BLOCK = 64, /* pixels at a time */
     LANES = 8,
-    PARTS = 6, /* R, G, B of the cosine's, then of the sine's */
-    SH_PIXELS = 1 << 14,
-    MEAN_PIXELS = 1 << 18,
-    BATCH = 64 /* strips whose sums are held at once */
+    PARTS = 6 /* R, G, B of the cosine's, then of the sine's */
 };
 
 static const double pi = REFERENCE_PI;
@@ -39,11 +33,10 @@ static const double pi = REFERENCE_PI;
 struct harmonics {
     const ibl_reference *ref;
     int degree;
-    int strip, first_strip;
     int parts, points;         /* of a pixel along an axis, and of a part */
     double *cos_phi, *sin_phi; /* of the points, in the world: width of each
                                   in a pixel */
-    ibl_exact *part;           /* offset(degree + 1) of each strip */
+    ibl_exact *sums;           /* offset(degree + 1) */
 };
 
 /* Where order m starts; PARTS sums for each degree m..degree. */
@@ -166,20 +159,13 @@ static void add_row(const struct harmonics *h, int m, int row, ibl_exact *sums)
     }
 }
 
-static void harmonics_job(void *arg, int job, int worker)
+static void order_job(void *arg, int m, int worker)
 {
     const struct harmonics *h = arg;
-    const int m = job % (h->degree + 1), slot = job / (h->degree + 1);
-    const int begin = (h->first_strip + slot) * h->strip;
-    const int height = h->ref->env->height;
-    const int end = begin + h->strip < height ? begin + h->strip : height;
-    ibl_exact *sums = h->part +
-                      (size_t)slot * offset(h->degree, h->degree + 1) +
-                      offset(h->degree, m);
     (void)worker;
 
-    for (int j = begin; j < end; j++)
-        add_row(h, m, j, sums);
+    for (int j = 0; j < h->ref->env->height && !ibl_cancelled(h->ref->ctx); j++)
+        add_row(h, m, j, h->sums + offset(h->degree, m));
 }
 
 static double norm(int l, int m)
@@ -207,26 +193,6 @@ static void write_coefficients(int degree, const ibl_exact *total,
             }
         }
     }
-}
-
-static ibl_status run_harmonics(struct harmonics *h, int strips,
-                                ibl_exact *total)
-{
-    const size_t size = offset(h->degree, h->degree + 1);
-    ibl_status status = IBL_OK;
-
-    for (int at = 0; at < strips && !status; at += BATCH) {
-        const int n = strips - at < BATCH ? strips - at : BATCH;
-        h->first_strip = at;
-        memset(h->part, 0, (size_t)n * size * sizeof *h->part);
-        status =
-            ibl_run(h->ref->ctx, NULL, n * (h->degree + 1), harmonics_job, h);
-        for (size_t k = 0; k < (size_t)n * size; k++) {
-            ibl_exact_add(&total[k % size], h->part[k].value);
-            ibl_exact_add(&total[k % size], h->part[k].rest);
-        }
-    }
-    return status;
 }
 
 static void set_points(struct harmonics *h)
@@ -266,83 +232,47 @@ ibl_status ibl_reference_sh(const ibl_reference *ref, int degree,
                         MAX_DEGREE);
     struct harmonics h = {.ref = ref, .degree = degree};
     set_points(&h);
-    h.strip = ibl_reference_strip(ref, SH_PIXELS);
-    const int strips = (ref->env->height + h.strip - 1) / h.strip;
-    const size_t size = offset(degree, degree + 1);
     const size_t columns =
         (size_t)(h.parts * h.points) * (size_t)ref->env->width;
-    const size_t held = (size_t)(strips < BATCH ? strips : BATCH);
-    ibl_exact *total = ibl_alloc_zeroed(size, sizeof *total);
     h.cos_phi = ibl_alloc_array(columns, sizeof(double));
     h.sin_phi = ibl_alloc_array(columns, sizeof(double));
-    h.part = ibl_alloc_array(held * size, sizeof *h.part);
-    if (!total || !h.cos_phi || !h.sin_phi || !h.part) {
+    h.sums = ibl_alloc_zeroed(offset(degree, degree + 1), sizeof *h.sums);
+    if (h.cos_phi && h.sin_phi && h.sums) {
+        fill_phi(&h);
+        status = ibl_run(ref->ctx, NULL, degree + 1, order_job, &h);
+    } else {
         status = ibl_no_memory(ref->ctx, "the reference's coefficients");
-        goto fail;
     }
-    fill_phi(&h);
-    status = run_harmonics(&h, strips, total);
     if (!status)
-        write_coefficients(degree, total, coeffs);
-fail:
-    ibl_free(total);
+        write_coefficients(degree, h.sums, coeffs);
+    ibl_free(h.sums);
     ibl_free(h.cos_phi);
     ibl_free(h.sin_phi);
-    ibl_free(h.part);
     return status;
 }
 
 /* ---- mean ------------------------------------------------------------- */
 
-struct mean {
-    const ibl_reference *ref;
-    int strip;
-    ibl_exact (*part)[3];
-};
-
-static void mean_job(void *arg, int job, int worker)
-{
-    const struct mean *m = arg;
-    const int w = m->ref->env->width, h = m->ref->env->height;
-    const int begin = job * m->strip;
-    const int end = begin + m->strip < h ? begin + m->strip : h;
-    (void)worker;
-
-    for (int j = begin; j < end; j++) {
-        const float *p = m->ref->env->data + 3 * (size_t)j * (size_t)w;
-        ibl_exact row[3] = {{0, 0}};
-        for (int i = 0; i < w; i++) {
-            for (int c = 0; c < 3; c++)
-                ibl_exact_add(&row[c], (double)p[3 * i + c]);
-        }
-        for (int c = 0; c < 3; c++)
-            ibl_exact_add(&m->part[job][c],
-                          ibl_exact_total(&row[c]) * m->ref->row_angle[j]);
-    }
-}
-
 ibl_status ibl_reference_mean(const ibl_reference *ref, double rgb[3])
 {
-    ibl_status status = ibl_reference_check(ref, 1, ref, rgb);
-    if (status)
-        return status;
-    struct mean m = {.ref = ref,
-                     .strip = ibl_reference_strip(ref, MEAN_PIXELS)};
-    const int strips = (ref->env->height + m.strip - 1) / m.strip;
+    const ibl_status status = ibl_reference_check(ref, 1, ref, rgb);
     ibl_exact total[3] = {{0, 0}};
 
-    m.part = ibl_alloc_zeroed((size_t)strips, sizeof *m.part);
-    if (!m.part)
-        return ibl_no_memory(ref->ctx, "the reference's mean");
-    status = ibl_run(ref->ctx, NULL, strips, mean_job, &m);
-    for (int k = 0; k < strips; k++) {
-        for (int c = 0; c < 3; c++) {
-            ibl_exact_add(&total[c], m.part[k][c].value);
-            ibl_exact_add(&total[c], m.part[k][c].rest);
-        }
+    if (status)
+        return status;
+    for (int j = 0; j < ref->env->height; j++) {
+        const int w = ref->env->width;
+        const float *p = ref->env->data + 3 * (size_t)j * (size_t)w;
+        double row[3] = {0};
+        if (ibl_cancelled(ref->ctx))
+            return IBL_ERR_CANCELLED;
+        for (int i = 0; i < 3 * w; i += 3)
+            for (int c = 0; c < 3; c++)
+                row[c] += (double)p[i + c];
+        for (int c = 0; c < 3; c++)
+            ibl_exact_add(&total[c], row[c] * ref->row_angle[j]);
     }
-    ibl_free(m.part);
-    for (int c = 0; c < 3 && !status; c++)
+    for (int c = 0; c < 3; c++)
         rgb[c] = ibl_exact_total(&total[c]) / (4 * pi);
-    return status;
+    return IBL_OK;
 }

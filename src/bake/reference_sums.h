@@ -23,9 +23,9 @@ enum {
     REFERENCE_POINTS = 5 /* in a pixel's width: 2 of Gauss' rule, 3 of his */
 };
 
-/* Gauss' points on -1..1 and their weights; n is 2, 3, 4 or 6. */
+/* Gauss' points on -1..1 and their weights; n is 2, 3, 4, 6 or 8. */
 typedef struct ibl_gauss {
-    double node[6], mass[6];
+    double node[8], mass[8];
 } ibl_gauss;
 
 const ibl_gauss *ibl_reference_gauss(int n);
@@ -89,8 +89,5 @@ void ibl_reference_patches(const ibl_aim *aim, const ibl_weight *weight,
  * where it writes: IBL_ERR_ARGUMENT. */
 ibl_status ibl_reference_check(const ibl_reference *ref, size_t count,
                                const void *in, const void *out);
-
-/* Rows that a job takes, so that it takes about a millisecond. */
-int ibl_reference_strip(const ibl_reference *ref, int pixels);
 
 #endif

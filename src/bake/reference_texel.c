@@ -25,144 +25,84 @@
 
 enum {
     GAUSS = 8,
-    MAX_EDGES = 4
+    EDGES = 4
 };
 
 static const double pi = REFERENCE_PI;
 
-static const double node[GAUSS] = {-0.960289856497536232, -0.796666477413626740,
-                                   -0.525532409916328986, -0.183434642495649805,
-                                   0.183434642495649805,  0.525532409916328986,
-                                   0.796666477413626740,  0.960289856497536232};
-static const double mass[GAUSS] = {0.101228536290376259, 0.222381034453374471,
-                                   0.313706645877887287, 0.362683783378361983,
-                                   0.362683783378361983, 0.313706645877887287,
-                                   0.222381034453374471, 0.101228536290376259};
-
 /* ---- the texel -------------------------------------------------------- */
 
-/* A texel that is not a meridian's: cot(theta) = slope cos(phi - foot). */
-struct edge {
-    double slope, foot;
-};
+/* Of each face the direction of u = v = 0, and those of u and v. */
+static const double face_axes[6][3][3] = {
+    {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
+    {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
+    {{0, 0, 1}, {1, 0, 0}, {0, -1, 0}},  {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}}};
 
+/* The directions d with plane . d >= 0 for all four planes. */
 struct region {
-    double u0, u1, v0, v1; /* on its face */
-    bool polar;            /* on +Y or -Y */
-    double up;             /* there 1 or -1 */
-    double forward;        /* on the others: azimuth of the face's centre */
-    double phi0, phi1;     /* azimuths of the world */
-    double theta0, theta1; /* bounds, not tight */
-    int edges;
-    struct edge edge[MAX_EDGES];
+    double plane[4][3];
+    double corner[4]; /* azimuths of the world; NaN: a pole */
+    double phi0, phi1;
 };
-
-/* The number of a..b next to 0. */
-static double nearest_zero(double a, double b)
-{
-    return a > 0 ? a : b < 0 ? b : 0;
-}
-
-static double largest(double a, double b)
-{
-    return fmax(fabs(a), fabs(b));
-}
-
-/* +X (1, -v, -u)  -X (-1, -v, u)  +Z (u, -v, 1)  -Z (-u, -v, -1): azimuth
- * forward - atan(u), and -v cos(azimuth - forward) is cot(theta). */
-static void side_region(int face, struct region *r)
-{
-    const double forward[6] = {0, pi, 0, 0, 0.5 * pi, -0.5 * pi};
-    const double near = 1 / sqrt(1 + pow(nearest_zero(r->u0, r->u1), 2));
-    const double far = 1 / sqrt(1 + pow(largest(r->u0, r->u1), 2));
-
-    r->forward = forward[face];
-    r->phi0 = r->forward - atan(r->u1);
-    r->phi1 = r->forward - atan(r->u0);
-    r->theta0 = atan2(1, -r->v0 * (r->v0 < 0 ? near : far));
-    r->theta1 = atan2(1, -r->v1 * (r->v1 < 0 ? far : near));
-    r->edges = 2;
-    r->edge[0] = (struct edge){-r->v0, r->forward};
-    r->edge[1] = (struct edge){-r->v1, r->forward};
-}
-
-/* +Y (u, 1, v)  -Y (u, -1, -v): azimuth atan2(up v, u). */
-static void polar_region(struct region *r)
-{
-    const double u[4] = {r->u0, r->u1, r->u0, r->u1};
-    const double v[4] = {r->v0, r->v0, r->v1, r->v1};
-    const double inner =
-        hypot(nearest_zero(r->u0, r->u1), nearest_zero(r->v0, r->v1));
-    const double outer = hypot(largest(r->u0, r->u1), largest(r->v0, r->v1));
-
-    r->theta0 = r->up > 0 ? atan(inner) : pi - atan(outer);
-    r->theta1 = r->up > 0 ? atan(outer) : pi - atan(inner);
-    if (r->u0 < 0 && r->u1 > 0 && r->v0 < 0 && r->v1 > 0) {
-        r->phi0 = -pi;
-        r->phi1 = pi;
-    } else {
-        const double middle = atan2(r->up * (r->v0 + r->v1), r->u0 + r->u1);
-        r->phi0 = r->phi1 = middle;
-        for (int k = 0; k < 4; k++) {
-            if (u[k] == 0 && v[k] == 0)
-                continue;
-            const double d =
-                remainder(atan2(r->up * v[k], u[k]) - middle, 2 * pi);
-            r->phi0 = fmin(r->phi0, middle + d);
-            r->phi1 = fmax(r->phi1, middle + d);
-        }
-    }
-    const double at[4] = {r->u0, r->u1, r->up * r->v0, r->up * r->v1};
-    for (int k = 0; k < 4; k++) {
-        const double turn = k < 2 ? 0 : 0.5 * pi;
-        if (at[k] != 0)
-            r->edge[r->edges++] = (struct edge){r->up / fabs(at[k]),
-                                                at[k] > 0 ? turn : turn + pi};
-    }
-}
 
 static struct region region_of(int size, ibl_texel texel)
 {
-    struct region r = {.u0 = 2.0 * texel.x / size - 1,
-                       .u1 = 2.0 * (texel.x + 1) / size - 1,
-                       .v0 = 2.0 * texel.y / size - 1,
-                       .v1 = 2.0 * (texel.y + 1) / size - 1};
+    const double(*axis)[3] = face_axes[texel.face];
+    const double u[2] = {2.0 * texel.x / size - 1,
+                         2.0 * (texel.x + 1) / size - 1};
+    const double v[2] = {2.0 * texel.y / size - 1,
+                         2.0 * (texel.y + 1) / size - 1};
+    const bool polar = texel.face == 2 || texel.face == 3;
+    struct region r;
+    double middle[3];
 
-    r.polar = texel.face == 2 || texel.face == 3;
-    r.up = texel.face == 3 ? -1 : 1;
-    if (r.polar)
-        polar_region(&r);
-    else
-        side_region(texel.face, &r);
+    for (int k = 0; k < 3; k++) {
+        for (int side = 0; side < 2; side++) {
+            const int sign = side ? -1 : 1;
+            r.plane[side][k] = sign * (axis[1][k] - u[side] * axis[0][k]);
+            r.plane[2 + side][k] = sign * (axis[2][k] - v[side] * axis[0][k]);
+        }
+        middle[k] = axis[0][k] + 0.5 * (u[0] + u[1]) * axis[1][k] +
+                    0.5 * (v[0] + v[1]) * axis[2][k];
+    }
+    r.phi0 = r.phi1 = atan2(middle[2], middle[0]);
+    for (int c = 0; c < 4; c++) {
+        double d[3];
+        for (int k = 0; k < 3; k++)
+            d[k] = axis[0][k] + u[c % 2] * axis[1][k] + v[c / 2] * axis[2][k];
+        r.corner[c] = d[0] == 0 && d[2] == 0 ? NAN : atan2(d[2], d[0]);
+    }
+    const double centre = r.phi0;
+    for (int c = 0; c < 4; c++) {
+        const double turn = remainder(r.corner[c] - centre, 2 * pi);
+        r.phi0 = fmin(r.phi0, centre + turn);
+        r.phi1 = fmax(r.phi1, centre + turn);
+    }
+    if (polar && u[0] < 0 && u[1] > 0 && v[0] < 0 && v[1] > 0) {
+        r.phi0 = -pi;
+        r.phi1 = pi;
+    }
     return r;
-}
-
-/* Clips from..to, the part of a ray that is left, to the slab a..b. */
-static void clip(double direction, double a, double b, double *from, double *to)
-{
-    if (fabs(direction) < 1e-300)
-        return;
-    const double p = a / direction, q = b / direction;
-    *from = fmax(*from, fmin(p, q));
-    *to = fmin(*to, fmax(p, q));
 }
 
 /* The texel's interval of theta at an azimuth of the world. */
 static void interval(const struct region *r, double phi, double *from,
                      double *to)
 {
-    if (!r->polar) {
-        const double c = cos(phi - r->forward);
-        *from = atan2(1, -r->v0 * c);
-        *to = atan2(1, -r->v1 * c);
-        return;
+    const double c = cos(phi), s = sin(phi);
+
+    *from = 0;
+    *to = pi;
+    for (int k = 0; k < 4; k++) {
+        /* up cos(theta) + across sin(theta) >= 0 */
+        const double up = r->plane[k][1];
+        const double across = r->plane[k][0] * c + r->plane[k][2] * s;
+        if (up > 0)
+            *to = fmin(*to, atan2(up, -across));
+        else if (up < 0)
+            *from = fmax(*from, atan2(-up, across));
     }
-    double inner = 0, outer = 2;
-    clip(cos(phi), r->u0, r->u1, &inner, &outer);
-    clip(r->up * sin(phi), r->v0, r->v1, &inner, &outer);
-    outer = fmax(inner, outer);
-    *from = r->up > 0 ? atan(inner) : pi - atan(outer);
-    *to = r->up > 0 ? atan(outer) : pi - atan(inner);
+    *to = fmax(*from, *to);
 }
 
 /* ---- knots ------------------------------------------------------------ */
@@ -180,7 +120,7 @@ struct texels {
 
 static size_t max_knots(const struct texels *t)
 {
-    return (size_t)t->columns + 4 + MAX_EDGES * 2 * ((size_t)t->rows + 2) + 64;
+    return (size_t)t->columns + 4 + EDGES * 2 * ((size_t)t->rows + 2) + 64;
 }
 
 struct knots {
@@ -207,23 +147,21 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Where the edges meet the boundaries of rows. */
+/* Where the edges meet the boundaries of rows: on one, cot(theta) =
+ * slope cos(phi - foot). */
 static void keep_crossings(const struct texels *t, struct knots *k)
 {
-    const struct region *r = k->r;
-    const int h = t->rows;
-    const int first = (int)floor(r->theta0 / pi * h);
-    const int last = (int)ceil(r->theta1 / pi * h);
-
-    for (int j = first < 0 ? 0 : first; j <= last && j <= h; j++) {
-        const double theta = pi * j / h;
-        const double cot = cos(theta) / sin(theta);
-        for (int e = 0; e < r->edges; e++) {
-            const double c = cot / r->edge[e].slope;
+    for (int e = 0; e < EDGES; e++) {
+        const double *n = k->r->plane[e];
+        const double slope = hypot(n[0], n[2]) / fabs(n[1]);
+        const double foot = atan2(-n[2] / n[1], -n[0] / n[1]);
+        for (int j = 1; n[1] != 0 && j < t->rows; j++) {
+            const double theta = pi * j / t->rows;
+            const double c = cos(theta) / sin(theta) / slope;
             if (!(fabs(c) <= 1))
                 continue;
-            keep(k, r->edge[e].foot + acos(c));
-            keep(k, r->edge[e].foot - acos(c));
+            keep(k, foot + acos(c));
+            keep(k, foot - acos(c));
         }
     }
 }
@@ -240,11 +178,8 @@ static size_t find_knots(const struct texels *t, const struct region *r,
     for (double x = floor(from) + 1; x < to; x++)
         at[k.count++] = (x / per_turn - 0.5) * 2 * pi - t->ref->yaw;
     keep_crossings(t, &k);
-    if (r->polar) {
-        for (int c = 0; c < 4; c++)
-            keep(&k,
-                 atan2(r->up * (c < 2 ? r->v0 : r->v1), c % 2 ? r->u1 : r->u0));
-    }
+    for (int c = 0; c < 4; c++)
+        keep(&k, r->corner[c]);
     for (int c = 1; c < 16; c++)
         keep(&k, r->phi0 + c * pi / 8);
     at[k.count++] = r->phi1;
@@ -342,17 +277,18 @@ static void add_wedge(const struct texels *t, const struct region *r,
                       double phi0, double phi1, ibl_exact total[4])
 {
     const double middle = 0.5 * (phi0 + phi1), half = 0.5 * (phi1 - phi0);
+    const ibl_gauss *rule = ibl_reference_gauss(GAUSS);
     double wedge[4] = {0};
 
     for (int k = 0; k < GAUSS; k++) {
-        const double phi = middle + half * node[k];
+        const double phi = middle + half * rule->node[k];
         const double turns = (phi + t->ref->yaw) / (2 * pi) + 0.5;
         const int column = (int)((turns - floor(turns)) * t->columns);
         double from, to, sum[4] = {0};
         interval(r, phi, &from, &to);
         add_patches(t, column < t->columns ? column : 0, from, to, sum);
         for (int c = 0; c < 4; c++)
-            wedge[c] += mass[k] * sum[c];
+            wedge[c] += rule->mass[k] * sum[c];
     }
     for (int c = 0; c < 4; c++)
         ibl_exact_add(&total[c], wedge[c] * half);
