@@ -21,18 +21,144 @@
 
 #include <math.h>
 #include <stdbool.h>
+#include <stdint.h>
 #include <string.h>
 
 #include "bake/spectral/gauss.h"
-#include "bake/spectral/near_table.h"
 #include "core/alloc.h"
 #include "core/context.h"
 #include "core/pi.h"
 
 enum {
     POINTS = IBL_GAUSS_POINTS,
-    MAX_HALVINGS = 40
+    MAX_HALVINGS = 40,
+    BITS = 5,
+    PIECES = 1 << BITS, /* of the table, an octave */
+    FIT = 4             /* nodes of a piece: 0, 1/3, 2/3, 1 */
 };
+
+/* ---- H as a table -------------------------------------------------------- */
+
+/*
+ * H of near.h as a function of q = sin^2(psi / 2), where
+ *     H(q) = 2 int_q^reach K dq',
+ * since sin(psi) dpsi = 2 dq; and (H(0) - H(q)) / q, which keeps its digits
+ * where q is small. Cubic pieces, PIECES an octave of q + start: within 1e-6.
+ */
+typedef struct table {
+    double start; /* a power of two */
+    double reach; /* the largest q; beyond it H is 0 */
+    double peak;  /* H(0) */
+    int64_t base; /* number of the first piece */
+    double *coef; /* 8 a piece: of H, and of (H(0) - H) / q */
+} table;
+
+/* exp(-REACH) of the near part of GGX is left out, exp(-NOTHING) of Phong. */
+static const double REACH = 12, NOTHING = 20;
+
+static double reach_of(const ibl_lobe_shape *s)
+{
+    if (s->lobe == IBL_LOBE_PHONG)
+        return -0.5 * expm1(-NOTHING / (s->power + 2));
+    return s->split > 0 ? fmin(REACH / s->split, 0.5) : 0.5;
+}
+
+static double near_weight(const ibl_lobe_shape *s, double q)
+{
+    const double k = ibl_lobe_value(s, q, 1 - 2 * q);
+    return s->split > 0 ? k * ibl_lobe_near_share(s, q) : k;
+}
+
+/* 2 int K dq, by four points of Gauss and Legendre. */
+static double integral(const ibl_lobe_shape *s, double from, double to)
+{
+    double sum = 0;
+    for (int k = 0; k < IBL_GAUSS_POINTS; k++)
+        sum += ibl_gauss_mass[k] *
+               near_weight(s, from + (to - from) * ibl_gauss_node[k]);
+    return 2 * (to - from) * sum;
+}
+
+/* Where a node of a piece stands, as q. */
+static double node_at(const table *t, int piece, int node)
+{
+    const double octave = ldexp(t->start, piece / PIECES);
+    const double part = piece % PIECES + node / (FIT - 1.0);
+    return fmin(octave * (1 + part / PIECES) - t->start, t->reach);
+}
+
+/* The cubic of x = 0..1 through values at 0, 1/3, 2/3, 1. */
+static void fit_cubic(const double f[FIT], double c[4])
+{
+    c[0] = f[0];
+    c[1] = (-11 * f[0] + 18 * f[1] - 9 * f[2] + 2 * f[3]) / 2;
+    c[2] = 4.5 * (2 * f[0] - 5 * f[1] + 4 * f[2] - f[3]);
+    c[3] = 4.5 * (f[3] - 3 * f[2] + 3 * f[1] - f[0]);
+}
+
+/* Integrals from 0 to the nodes, upwards, and from the reach to them,
+ * downwards, so that neither is a small difference of large ones. */
+static void fill_table(const ibl_lobe_shape *s, int pieces, table *t)
+{
+    double sum = 0, nodes[FIT];
+    for (int k = 0; k < pieces; k++) {
+        double *c = t->coef + 8 * (ptrdiff_t)k;
+        for (int i = 0; i < FIT; i++) {
+            const double q = node_at(t, k, i);
+            if (i > 0)
+                sum += integral(s, node_at(t, k, i - 1), q);
+            nodes[i] = q > 0 ? sum / q : 2 * near_weight(s, 0);
+        }
+        fit_cubic(nodes, c + 4);
+    }
+    t->peak = sum;
+    sum = 0;
+    for (int k = pieces - 1; k >= 0; k--) {
+        for (int i = FIT - 1; i >= 0; i--) {
+            if (i < FIT - 1)
+                sum += integral(s, node_at(t, k, i), node_at(t, k, i + 1));
+            nodes[i] = sum;
+        }
+        fit_cubic(nodes, t->coef + 8 * (ptrdiff_t)k);
+    }
+}
+
+static bool make_table(const ibl_lobe_shape *shape, table *out)
+{
+    const double size = 0.0625 * shape->alpha * shape->alpha;
+    int64_t bits;
+    *out = (table){.start = exp2(floor(log2(size))), .reach = reach_of(shape)};
+    const double octaves = log2(1 + out->reach / out->start);
+    const int pieces = PIECES * (int)ceil(octaves) + 1;
+    out->coef = ibl_alloc_array(8 * (size_t)pieces, sizeof *out->coef);
+    if (!out->coef)
+        return false;
+    memcpy(&bits, &out->start, sizeof bits);
+    out->base = bits >> (52 - BITS);
+    fill_table(shape, pieces, out);
+    return true;
+}
+
+/* H(q) for which = 0, (H(0) - H(q)) / q for which = 1; q in 0..reach. */
+static inline double value_at(const table *t, double q, int which)
+{
+    const double v = q + t->start;
+    int64_t bits;
+    double x;
+
+    memcpy(&bits, &v, sizeof bits);
+    const double *c =
+        t->coef + 8 * ((bits >> (52 - BITS)) - t->base) + 4 * which;
+    /* The rest of the fraction, as a number in 0..1. */
+    const int64_t rest = (int64_t)((uint64_t)bits << (12 + BITS) >> 12);
+    const int64_t one = rest | 0x3ff0000000000000;
+    memcpy(&x, &one, sizeof x);
+    x -= 1;
+    return ((c[3] * x + c[2]) * x + c[1]) * x + c[0];
+}
+
+/* ---- the map --------------------------------------------------------------
+ */
 
 /* Of a pixel: how near to its edges a texel's direction may be. */
 static const double margin = 1e-6;
@@ -46,7 +172,7 @@ struct ibl_near {
     ibl_ctx *ctx;
     ibl_near_map map;
     int n;
-    ibl_near_table table;
+    table table;
     double alpha2;
     half *edge;    /* of the phi of each edge */
     half *point;   /* of the phi of the points of each pixel */
@@ -155,15 +281,15 @@ static double angle_at(const edge *e, double at)
 /* int of H d gamma, or of (H(0) - H) d gamma. */
 static double points_sum(const edge *e, double from, double to, int near)
 {
-    const ibl_near_table *table = &e->a->table;
+    const table *h = &e->a->table;
     double sum = 0;
     for (int k = 0; k < POINTS; k++) {
         const place p = place_at(e, from + (to - from) * ibl_gauss_node[k]);
-        if (p.q < table->reach)
-            sum += ibl_gauss_mass[k] * p.turn * ibl_near_at(table, p.q, near) /
+        if (p.q < h->reach)
+            sum += ibl_gauss_mass[k] * p.turn * value_at(h, p.q, near) /
                    (4 * (near ? 1 : p.q) * (1 - p.q));
         else if (near)
-            sum += ibl_gauss_mass[k] * p.turn * table->peak /
+            sum += ibl_gauss_mass[k] * p.turn * h->peak /
                    (4 * p.q * (1 - p.q));
     }
     return sum * (to - from);
@@ -293,7 +419,7 @@ static double meridian_sum(const ibl_near *a, const texel *t, double theta,
     }
     for (int k = 0; k < POINTS; k++)
         if (q[k] < a->table.reach)
-            sum += ibl_gauss_mass[k] * ibl_near_at(&a->table, q[k], 0) /
+            sum += ibl_gauss_mass[k] * value_at(&a->table, q[k], 0) /
                    (q[k] * (1 - q[k]));
     return 0.25 * height * t->sine * sine * sum;
 }
@@ -322,7 +448,7 @@ static double parallel_sum(const ibl_near *a, const texel *t, const line *top,
     }
     for (int k = 0; k < POINTS; k++)
         if (q[k] < a->table.reach)
-            sum += ibl_gauss_mass[k] * ibl_near_at(&a->table, q[k], 0) *
+            sum += ibl_gauss_mass[k] * value_at(&a->table, q[k], 0) *
                    (top->along + 2 * top->cosine * t->sine * across[k]) /
                    (q[k] * (1 - q[k]));
     return 0.25 * width * top->sine * sum;
@@ -474,7 +600,7 @@ ibl_status ibl_near_create(ibl_ctx *ctx, const ibl_near_map *map,
     a->least = ibl_alloc_array(2 * IBL_FACES * (size_t)n, sizeof *a->least);
     a->sum = ibl_alloc_zeroed(3 * IBL_FACES * texels, sizeof *a->sum);
     if (!a->edge || !a->point || !a->row || !a->last || !a->least || !a->sum ||
-        !ibl_near_table_make(shape, &a->table)) {
+        !make_table(shape, &a->table)) {
         ibl_near_free(a);
         *out = NULL;
         return ibl_no_memory(ctx, "a narrow lobe");
@@ -488,7 +614,7 @@ void ibl_near_free(ibl_near *a)
 {
     if (!a)
         return;
-    ibl_near_table_free(&a->table);
+    ibl_free(a->table.coef);
     ibl_free(a->edge);
     ibl_free(a->point);
     ibl_free(a->row);
