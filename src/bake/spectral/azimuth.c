@@ -7,7 +7,6 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "bake/spectral/spread.h"
 #include "core/alloc.h"
 #include "core/context.h"
 #include "core/pi.h"
@@ -18,20 +17,122 @@ enum {
     LANES = IBL_ROW_BLOCK_LANES,
     BLOCK = 64, /* pixels taken into lanes at a time before they are spread */
     MOST_PIXELS = 8, /* a sample */
-    MIN_RING = 16    /* samples: more than IBL_ROW_BLOCK_TAPS */
+    MIN_RING = 16,   /* samples: more than IBL_ROW_BLOCK_TAPS */
+    NODES = 12       /* of the filter's transform */
 };
+
+static const double TAPS = IBL_ROW_BLOCK_TAPS;
 
 struct ibl_azimuth {
     int width; /* pixels of a row */
     int orders;
     int ring;     /* samples of the real transforms, a power of two */
-    bool spreads; /* else pixel i is sample i ring / width */
+    bool spreads; /* else pixels are samples */
     ibl_row_block_spread spread;
     ibl_fft fft; /* of ring / 2 */
     ibl_fft_pair *pairs;
     ibl_fft_dsp fft_dsp;
     ibl_row_block_dsp strip_dsp;
 };
+
+/* ---- spreading ---------------------------------------------------------- */
+
+/*
+ * The filter, in samples: g(x) = e^(beta (sqrt(1 - (2 x / taps)^2) - 1)) for
+ * |x| <= taps / 2, "exponential of semicircle" (Barnett, Magland, af
+ * Klinteberg 2019, A parallel nonuniform fast Fourier transform library
+ * based on an "exponential of semicircle" kernel, section 2).
+ */
+typedef struct window {
+    double beta;
+    double weight[NODES], angle[NODES]; /* its transform: weight cos(f angle) */
+} window;
+
+/* The filter for orders below `orders` on a ring of n >= 4 (orders - 1)
+ * samples: |g^(k + m / n)| / g^(m / n) summed over k != 0 is at most 5e-8
+ * for all m < orders, where g^ is the Fourier transform of g: a sum over
+ * midpoints in the angle a of x = taps / 2 sin a, where the integrand is smooth
+ * but for e^-beta at the ends. */
+static window window_of(int n, int orders)
+{
+    /* The first alias of the highest order begins at 1 - f. The factor trades
+     * what leaks from there against what the edge of g leaks everywhere. */
+    const double f = (double)(orders - 1) / (double)n;
+    window g = {.beta = 0.98 * IBL_PI * TAPS * (1 - f)};
+    for (int i = 0; i < NODES; i++) {
+        const double a = IBL_PI / 2 * (i + 0.5) / NODES;
+        g.weight[i] =
+            TAPS * IBL_PI / 2 / NODES * cos(a) * exp(g.beta * (cos(a) - 1));
+        g.angle[i] = IBL_PI * TAPS * sin(a);
+    }
+    return g;
+}
+
+/* g(x), 0 outside. */
+static double window_at(const window *g, double x)
+{
+    const double z = 2 * x / TAPS;
+    const double square = 1 - z * z;
+    return square < 0 ? 0 : exp(g->beta * (sqrt(square) - 1));
+}
+
+/* g^(f): the integral of g(x) cos(2 pi f x) dx, |f| <= 1/4; error 1e-10. */
+static double window_transform(const window *g, double f)
+{
+    double sum = 0;
+    for (int i = 0; i < NODES; i++)
+        sum += g->weight[i] * cos(f * g->angle[i]);
+    return sum;
+}
+
+static int common_divisor(int a, int b)
+{
+    while (b) {
+        const int rest = a % b;
+        a = b;
+        b = rest;
+    }
+    return a;
+}
+
+/* The first sample not below x - taps / 2, x = (2 i + 1) n / 2 w. */
+static int64_t first_sample(int64_t i, int64_t w, int64_t n)
+{
+    const int64_t above = (2 * i + 1) * n - IBL_ROW_BLOCK_TAPS * w;
+    const int64_t floor_of =
+        above >= 0 ? above / (2 * w) : -((-above + 2 * w - 1) / (2 * w));
+    return floor_of + (floor_of * 2 * w < above);
+}
+
+/* The taps for rows of width pixels onto n samples. Pixel 0 adds to ring sample
+ * *origin (may be negative) first, which is sample 0 of the spread. False if
+ * there is no memory. */
+static bool make_spread(ibl_row_block_spread *spread, int width, int n,
+                        const window *g, int *origin)
+{
+    const int common = common_divisor(width, n);
+    /* Short periods some times over: each is a turn of a loop. */
+    const int times = 1 + 63 / (width / common);
+    const int period = width / common * times;
+    *spread =
+        (ibl_row_block_spread){.period = period, .step = n / common * times};
+    spread->first = ibl_alloc_array((size_t)period, sizeof *spread->first);
+    spread->taps = ibl_alloc_array((size_t)period * IBL_ROW_BLOCK_TAPS,
+                                   sizeof *spread->taps);
+    if (!spread->first || !spread->taps)
+        return false;
+    const int64_t zero = first_sample(0, width, n);
+    for (int i = 0; i < period; i++) {
+        const int64_t first = first_sample(i, width, n);
+        const double x = (i + 0.5) * (double)n / (double)width;
+        spread->first[i] = (int32_t)(first - zero);
+        for (int t = 0; t < IBL_ROW_BLOCK_TAPS; t++)
+            spread->taps[(size_t)i * IBL_ROW_BLOCK_TAPS + (size_t)t] =
+                (float)window_at(g, (double)(first + t) - x);
+    }
+    *origin = (int)zero;
+    return true;
+}
 
 /* ---- plans ------------------------------------------------------------ */
 
@@ -96,14 +197,12 @@ static double sign_of(int m)
  * the filter's as a factor.
  */
 static void forward_factors(const ibl_azimuth *plan, double turn_rad,
-                            const ibl_spread_window *window, int origin,
-                            double *factor)
+                            const window *g, int origin, double *factor)
 {
     const double n = plan->ring;
     const double first = plan->spreads ? (double)origin : 0.5 * n / plan->width;
     for (int m = 0; m < plan->orders; m++) {
-        const double size =
-            plan->spreads ? 1 / ibl_spread_transform(window, m / n) : 1;
+        const double size = plan->spreads ? 1 / window_transform(g, m / n) : 1;
         /* Whole turns go before the product is rounded. */
         const double turns = fmod(m * first, n) / n;
         set_factor(factor, m,
@@ -115,7 +214,7 @@ static void forward_factors(const ibl_azimuth *plan, double turn_rad,
 ibl_status ibl_azimuth_create(ibl_ctx *ctx, int width, int orders,
                               double turn_rad, ibl_azimuth **out)
 {
-    ibl_spread_window window = {0};
+    window g = {0};
     double *factor = NULL;
     int origin = 0;
     *out = NULL;
@@ -125,18 +224,18 @@ ibl_status ibl_azimuth_create(ibl_ctx *ctx, int width, int orders,
     if (!plan)
         goto fail;
     plan->ring = ring_of(width, orders);
-    plan->spreads = !power_of_two(width) || spreading_pays(width, plan->ring);
+    plan->spreads =
+        width < 4 || !power_of_two(width) || spreading_pays(width, plan->ring);
     if (plan->spreads) {
-        window = ibl_spread_window_of(plan->ring, orders);
-        if (!ibl_spread_init(&plan->spread, width, plan->ring, &window,
-                             &origin))
+        g = window_of(plan->ring, orders);
+        if (!make_spread(&plan->spread, width, plan->ring, &g, &origin))
             goto fail;
     } else {
-        plan->ring = width < 4 ? 4 : width;
+        plan->ring = width;
     }
     if (!make_tables(plan, orders, &factor))
         goto fail;
-    forward_factors(plan, turn_rad, &window, origin, factor);
+    forward_factors(plan, turn_rad, &g, origin, factor);
     ibl_fft_real_pairs(plan->ring / 2, factor, orders, plan->pairs);
     ibl_free(factor);
     *out = plan;
@@ -176,7 +275,8 @@ void ibl_azimuth_free(ibl_azimuth *plan)
 {
     if (!plan)
         return;
-    ibl_spread_free(&plan->spread);
+    ibl_free(plan->spread.first);
+    ibl_free(plan->spread.taps);
     ibl_fft_free(&plan->fft);
     ibl_free(plan->pairs);
     ibl_free(plan);
@@ -193,24 +293,8 @@ static size_t channel_floats(const ibl_azimuth *plan)
 
 size_t ibl_azimuth_scratch(const ibl_azimuth *plan)
 {
-    const size_t block = plan->ring == plan->width ? 0 : (size_t)BLOCK * LANES;
+    const size_t block = !plan->spreads ? 0 : (size_t)BLOCK * LANES;
     return 3 * (channel_floats(plan) + block);
-}
-
-/* Pixels of a row of 1 or 2, with zeros between them. */
-static void load_sparse(const ibl_azimuth *plan, const float *const *rows,
-                        const ibl_row_block_change *change, float *ring)
-{
-    const size_t channel = channel_floats(plan);
-    float *pixels = ring + 3 * channel;
-    memset(ring, 0, 3 * channel * sizeof *ring);
-    plan->strip_dsp.load(rows, plan->width, change, pixels, BLOCK * LANES);
-    for (size_t c = 0; c < 3; c++)
-        for (int i = 0; i < plan->width; i++)
-            memcpy(ring + c * channel +
-                       (size_t)(i * plan->ring / plan->width) * LANES,
-                   pixels + (c * BLOCK + (size_t)i) * LANES,
-                   LANES * sizeof *ring);
 }
 
 /* Zeros where no pixel reached, and adds what went around to the start. */
@@ -259,8 +343,6 @@ void ibl_azimuth_forward(const ibl_azimuth *plan, const ibl_azimuth_rows *rows,
     }
     if (plan->spreads)
         load_spread(plan, row, &rows->change, scratch);
-    else if (plan->width < plan->ring)
-        load_sparse(plan, row, &rows->change, scratch);
     else
         plan->strip_dsp.load(row, plan->width, &rows->change, scratch, channel);
     for (int c = 0; c < 3; c++) {

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "bake/spectral/state.h"
 #include "core/alloc.h"
 #include "core/context.h"
 

@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bake/spectral/engine.h"
 #include "bake/spectral/kernel.h"
-#include "bake/spectral/state.h"
 #include "brdf/lobe.h"
 #include "core/alloc.h"
 #include "core/context.h"

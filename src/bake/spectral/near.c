@@ -289,8 +289,7 @@ static double points_sum(const edge *e, double from, double to, int near)
             sum += ibl_gauss_mass[k] * p.turn * value_at(h, p.q, near) /
                    (4 * (near ? 1 : p.q) * (1 - p.q));
         else if (near)
-            sum += ibl_gauss_mass[k] * p.turn * h->peak /
-                   (4 * p.q * (1 - p.q));
+            sum += ibl_gauss_mass[k] * p.turn * h->peak / (4 * p.q * (1 - p.q));
     }
     return sum * (to - from);
 }

@@ -26,7 +26,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "bake/spectral/state.h"
+#include "bake/spectral/engine.h"
 #include "core/alloc.h"
 #include "core/context.h"
 
