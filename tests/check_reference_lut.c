@@ -133,6 +133,78 @@ static void lut_hemisphere(void)
     ibl_ctx_free(ctx);
 }
 
+/* G2 of both geometry terms, Smith by its Lambda (Heitz 2014, eq. 72, 99). */
+static long double shadowing(ibl_geometry g, long double a, long double nv,
+                             long double nl)
+{
+    if (g == IBL_GEOMETRY_SMITH) {
+        const long double tv = (1 - nv * nv) / (nv * nv),
+                          tl = (1 - nl * nl) / (nl * nl);
+        return 2 / (sqrtl(1 + a * a * tv) + sqrtl(1 + a * a * tl));
+    }
+    const long double k = a / 2;
+    return nv / (nv * (1 - k) + k) * nl / (nl * (1 - k) + k);
+}
+
+/*
+ * Over the slopes (a x, a y) of the microfacets, D N.H dH = dx dy /
+ * (pi (1 + x^2 + y^2)^2), x = sinh(s), y = sinh(t) on a grid that reaches the
+ * largest slope that reflects upwards, (1 + sin(theta_V)) / N.V; for narrow
+ * lobes and grazing views. Both geometry terms at once.
+ */
+static void lut_over_slopes(double nv, double r, double out[2][2])
+{
+    enum {
+        N = 1000
+    };
+    const double a = r * r, sv = sqrt(1 - nv * nv);
+    const double edge = asinh((1 + sv) / (nv * a)), step = edge / N;
+    double sum[2][2] = {{0}};
+    for (int i = -N; i < N; i++) {
+        const double x = sinh((i + 0.5) * step);
+        for (int j = 0; j < N; j++) {
+            const double y = sinh((j + 0.5) * step);
+            const double q = 1 + x * x + y * y, s2 = 1 + a * a * (q - 1);
+            const double nh = 1 / sqrt(s2), vh = (a * x * sv + nv) * nh;
+            const double nl = 2 * vh * nh - nv;
+            if (nl <= 0)
+                continue;
+            const double f = 2 * step * step * sqrt((1 + x * x) * (1 + y * y)) /
+                             (pi * q * q) * vh / (nv * nh);
+            const double fc = pow(1 - vh, 5);
+            for (int g = 0; g < 2; g++) {
+                const double fg =
+                    f * (double)shadowing((ibl_geometry)g, a, nv, nl);
+                sum[g][0] += fg * (1 - fc);
+                sum[g][1] += fg * fc;
+            }
+        }
+    }
+    for (int g = 0; g < 4; g++)
+        out[g / 2][g % 2] = (double)sum[g / 2][g % 2];
+}
+
+static void lut_slopes(void)
+{
+    static const double points[][2] = {
+        {1e-3, 1.0 / 512}, {1.0 / 512, 1.0 / 512},   {1e-3, 0.02},
+        {1.0 / 512, 0.1},  {511.0 / 512, 1.0 / 512}, {0.03, 0.15},
+        {0.25, 0.3},       {511.0 / 512, 0.5}};
+    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    for (int n = 0; n < 8; n++) {
+        double grid[2][2];
+        lut_over_slopes(points[n][0], points[n][1], grid);
+        for (int g = 0; g < 2; g++) {
+            double fast[2];
+            lut(ctx, points[n][0], points[n][1], (ibl_geometry)g, fast);
+            CHECK_NEAR(fast[0], grid[g][0], 2e-5);
+            CHECK_NEAR(fast[1], grid[g][1], 2e-5);
+        }
+    }
+    ibl_ctx_free(ctx);
+}
+
 static const test tests[] = {TEST(lut_mirror), TEST(lut_straight),
-                             TEST(lut_rough), TEST(lut_hemisphere)};
+                             TEST(lut_rough), TEST(lut_hemisphere),
+                             TEST(lut_slopes)};
 TEST_MAIN(tests)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Nothing here includes the library's code: the cube rule, the latlong rule
- * and GGX are written again from the conventions in ibl/ibl.h, so that a
+ * Nothing but truth_lut uses the library's code: the cube rule, the latlong
+ * rule and GGX are written again from the conventions in ibl/ibl.h, so that a
  * mistake in one of the two shows.
  */
 #include "truth.h"
@@ -9,6 +9,9 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+
+#include "ibl/reference.h"
+#include "test.h"
 
 static const double pi = 3.14159265358979323846;
 
@@ -390,135 +393,16 @@ void truth_texel(const ibl_image *env, int n, int face, int x, int y, int sub,
 
 /* ---- split-sum integrals --------------------------------------------- */
 
-/*
- * With dL = 4 V.H dH the integrals run over half vectors,
- *     int D G V.H / N.V (1 - Fc or Fc) dH,
- * H at (theta, phi) about N, phi = 0 towards V. tan(theta) = a tan(psi)
- * flattens D: D N.H dH = sin(2 psi) dpsi dphi / 2pi. Then
- *     N.L = N.V cos(2 theta) + sin(theta_V) sin(2 theta) cos(phi)
- *     V.H = (N.L + N.V) / (2 N.H)
- * cancel nothing, and N.L > 0 bounds phi: full circle up to
- * theta = pi/4 - theta_V/2, none from pi/4 + theta_V/2.
- */
-typedef struct lut_point {
-    double nv, sv;     /* cos and sin of theta_V */
-    double a;          /* GGX alpha */
-    double k;          /* Schlick's k; < 0: Smith */
-    double from, span; /* psi of the segment: from + span (1 - cos(pi t)) / 2 */
-    double nh, cos2, sin2; /* of the theta in hand */
-} lut_point;
-
-typedef void integrand(void *arg, double x, double out[2]);
-
-/* Gauss 7, Kronrod 15: abscissas, both weights (QUADPACK, qk15). */
-static const double gk[8][3] = {
-    {0.991455371120812639206854697526329, 0.022935322010529224963732008058970,
-     0},
-    {0.949107912342758524526189684047851, 0.063092092629978553290700663189204,
-     0.129484966168869693270611432679082},
-    {0.864864423359769072789712788640926, 0.104790010322250183839876322541518,
-     0},
-    {0.741531185599394439863864773280788, 0.140653259715525918745189590510238,
-     0.279705391489276667901467771423780},
-    {0.586087235467691130294144845693, 0.169004726639267902826583426598550, 0},
-    {0.405845151377397166906606412076961, 0.190350578064785409913256402421014,
-     0.381830050505118944950369775488975},
-    {0.207784955007898467600689403773245, 0.204432940075298892414161999234649,
-     0},
-    {0, 0.209482141084727828012999174891714,
-     0.417959183673469387755102040816327}};
-
-/* Adaptive over [from, to], halving where the two rules differ by more than
- * the interval's share of tol; the difference is far above the true error. */
-static void integrate(integrand *f, void *arg, double from, double to,
-                      double tol, int depth, double out[2])
-{
-    const double mid = 0.5 * (from + to), half = 0.5 * (to - from);
-    double kronrod[2] = {0, 0}, gauss[2] = {0, 0};
-    for (int n = 0; n < 15; n++) {
-        const double *g = gk[n < 8 ? n : 14 - n];
-        double y[2];
-        f(arg, mid + (n < 8 ? -half : half) * g[0], y);
-        for (int c = 0; c < 2; c++) {
-            kronrod[c] += half * g[1] * y[c];
-            gauss[c] += half * g[2] * y[c];
-        }
-    }
-    if (depth == 0 || (fabs(kronrod[0] - gauss[0]) <= tol &&
-                       fabs(kronrod[1] - gauss[1]) <= tol)) {
-        out[0] = kronrod[0], out[1] = kronrod[1];
-        return;
-    }
-    double right[2];
-    integrate(f, arg, from, mid, 0.5 * tol, depth - 1, out);
-    integrate(f, arg, mid, to, 0.5 * tol, depth - 1, right);
-    out[0] += right[0], out[1] += right[1];
-}
-
-static double g_over_nv(const lut_point *p, double nl)
-{
-    if (p->k >= 0.0)
-        return nl /
-               ((nl * (1.0 - p->k) + p->k) * (p->nv * (1.0 - p->k) + p->k));
-    /* Heitz 2014, eq. 99, times 4 N.V N.L. */
-    const double a2 = p->a * p->a;
-    return 2.0 * nl /
-           (nl * sqrt(a2 + (1.0 - a2) * p->nv * p->nv) +
-            p->nv * sqrt(a2 + (1.0 - a2) * nl * nl));
-}
-
-static void at_phi(void *arg, double phi, double out[2])
-{
-    const lut_point *p = arg;
-    const double nl = p->nv * p->cos2 + p->sv * p->sin2 * cos(phi);
-    if (nl <= 0.0) {
-        out[0] = out[1] = 0.0;
-        return;
-    }
-    const double vh = (nl + p->nv) / (2.0 * p->nh);
-    const double fc = vh < 1.0 ? pow(1.0 - vh, 5.0) : 0.0;
-    const double f = g_over_nv(p, nl) * vh / p->nh / pi;
-    out[0] = f * (1.0 - fc);
-    out[1] = f * fc;
-}
-
-static void at_t(void *arg, double t, double out[2])
-{
-    lut_point *p = arg;
-    const double psi = p->from + p->span * 0.5 * (1.0 - cos(pi * t));
-    const double theta = atan(p->a * tan(psi));
-    p->nh = cos(theta);
-    p->cos2 = cos(2.0 * theta);
-    p->sin2 = sin(2.0 * theta);
-    const double across = p->sv * p->sin2, along = p->nv * p->cos2;
-    double limit = pi;
-    if (along < across)
-        limit = -along >= across ? 0.0 : acos(-along / across);
-    integrate(at_phi, p, 0.0, limit, 1e-10, 24, out);
-    for (int c = 0; c < 2; c++)
-        out[c] *= sin(2.0 * psi) * 0.5 * pi * sin(pi * t) * p->span;
-}
-
+/* check_reference_lut judges it by closed forms and by sums over grids. */
 void truth_lut(double n_dot_v, double roughness, ibl_geometry geometry,
                double scale_bias[2])
 {
-    const double alpha = roughness * roughness;
-    lut_point p = {.nv = n_dot_v,
-                   .sv = sqrt((1.0 - n_dot_v) * (1.0 + n_dot_v)),
-                   .a = alpha,
-                   .k = geometry == IBL_GEOMETRY_SMITH ? -1.0 : 0.5 * alpha};
-    /* pi/4 -+ theta_V/2, the bounds above, by their tangents. */
-    const double low = p.nv / (1.0 + p.sv), high = (1.0 + p.sv) / p.nv;
-    const double bounds[3] = {0.0, atan(low / p.a), atan(high / p.a)};
-    scale_bias[0] = scale_bias[1] = 0.0;
-    for (int k = 0; k < 2; k++) {
-        double part[2];
-        p.from = bounds[k];
-        p.span = bounds[k + 1] - bounds[k];
-        integrate(at_t, &p, 0.0, 1.0, 1e-9, 24, part);
-        scale_bias[0] += part[0];
-        scale_bias[1] += part[1];
-    }
+    static ibl_ctx *ctx;
+
+    if (!ctx)
+        ctx = test_ctx(1, IBL_ISA_AUTO);
+    if (ibl_reference_lut(ctx, n_dot_v, roughness, geometry, scale_bias))
+        exit(1);
 }
 
 /* ---- spherical harmonics --------------------------------------------- */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Truth for the tests: the sums of the conventions in ibl/ibl.h written out
- * in double precision, slowly, sharing no code with the library. Directions
+ * in double precision, slowly, sharing no code with the library but truth_lut. Directions
  * are unit vectors, colours RGB.
  */
 #ifndef TRUTH_H
@@ -40,8 +40,7 @@ void truth_mean(const ibl_image *env, double rgb[3]);
  * sub x sub midpoints weighted by solid angle. */
 void truth_texel(const ibl_image *env, int n, int face, int x, int y, int sub,
                  double rgb[3]);
-/* The split-sum integrals by adaptive quadrature, absolute error about
- * 1e-7; n_dot_v in (0, 1], roughness in (0, 1]. */
+/* The split-sum integrals of <ibl/reference.h>. */
 void truth_lut(double n_dot_v, double roughness, ibl_geometry geometry,
                double scale_bias[2]);
 /* Real orthonormal spherical harmonic of ibl_bake_sh, l <= 4, from its

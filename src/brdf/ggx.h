@@ -34,14 +34,6 @@ static inline double ibl_ggx_d_sincos(double sin_h, double cos_h, double alpha)
     return t > 0.0 ? ibl_ggx_d_t(t, alpha) : INFINITY;
 }
 
-/* The same from the cosine alone. */
-static inline double ibl_ggx_d(double n_dot_h, double alpha)
-{
-    double s2 = (1.0 - n_dot_h) * (1.0 + n_dot_h);
-
-    return ibl_ggx_d_sincos(sqrt(s2 > 0.0 ? s2 : 0.0), n_dot_h, alpha);
-}
-
 /*
  * Visibility G / (4 N.L N.V), Smith's G, height-correlated (Heitz eq. 99).
  * Finite unless alpha = 0 and a cosine is 0.
