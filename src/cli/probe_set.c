@@ -25,9 +25,9 @@ int ibl_probe_set_layers(const ibl_probe_set *set)
 
 /* ---- captures ---------------------------------------------------------- */
 
-bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind)
+bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind,
+                     const char *file[IBL_FACES])
 {
-    const char *text;
     int found = 0;
 
     if (!ibl_json_object(at, capture_names))
@@ -39,11 +39,11 @@ bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind)
     *kind = (ibl_capture_kind)found;
     const ibl_json_at files = ibl_json_member(&at, capture_names[found]);
     if (*kind != IBL_CAPTURE_FACES)
-        return ibl_json_text_at(files, &text);
+        return ibl_json_text_at(files, &file[0]);
     if (json_array_size(files.value) != IBL_FACES)
         return ibl_json_wrong(files, "an array of 6 files, +X -X +Y -Y +Z -Z");
     for (size_t i = 0; i < IBL_FACES; i++)
-        if (!ibl_json_text_at(ibl_json_element(&files, i), &text))
+        if (!ibl_json_text_at(ibl_json_element(&files, i), &file[i]))
             return false;
     return true;
 }
@@ -55,25 +55,20 @@ static bool no_memory(ibl_json_at at)
 
 static bool take_capture(ibl_json_at at, ibl_capture *c)
 {
+    const char *file[IBL_FACES];
     char place[128];
 
-    if (!ibl_set_capture(at, &c->kind))
+    if (!ibl_set_capture(at, &c->kind, file))
         return false;
     ibl_json_path(&at, place, sizeof place);
     c->place = strdup(place);
-    if (!c->place)
-        return no_memory(at);
-    const json_t *files = json_object_get(at.value, ibl_capture_name(c->kind));
+    bool ok = c->place;
     const int count = c->kind == IBL_CAPTURE_FACES ? IBL_FACES : 1;
-    for (; c->count < count; c->count++) {
-        const json_t *file =
-            count == 1 ? files : json_array_get(files, (size_t)c->count);
-        c->file[c->count] =
-            ibl_path_beside(at.file->name, json_string_value(file));
-        if (!c->file[c->count])
-            return no_memory(at);
+    for (; c->count < count && ok; c->count++) {
+        c->file[c->count] = ibl_path_beside(at.file->name, file[c->count]);
+        ok = c->file[c->count];
     }
-    return true;
+    return ok || no_memory(at);
 }
 
 /* ---- probes ------------------------------------------------------------ */

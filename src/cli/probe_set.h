@@ -80,7 +80,8 @@ void ibl_probe_set_free(ibl_probe_set *set);
 /* What a member may be; the values of the options, too. */
 extern const char *const ibl_set_alphas[];
 
-/* Checks a capture; file names are not looked at. */
-bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind);
+/* Checks and takes a capture: its files as they are named, six or one. */
+bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind,
+                     const char *file[IBL_FACES]);
 
 #endif

@@ -21,8 +21,10 @@ typedef struct grid {
     int counts[3];
     double cell[3];
     const char *name;
-    const json_t *capture;
-    json_t *solid; /* array of {"min", "max"}, or NULL */
+    ibl_capture_kind kind;
+    const char *capture[IBL_FACES]; /* as in ibl_set_capture */
+    json_t *solid;                  /* array of {"min", "max"}, or NULL */
+    json_t *proxy;                  /* of every probe, or NULL */
     double blend;
     int priority;
     json_t *probes; /* those of the set that is made */
@@ -123,14 +125,6 @@ static bool take_solid(ibl_json_at at, grid *g)
     return ok;
 }
 
-static bool take_capture(ibl_json_at at, grid *g)
-{
-    ibl_capture_kind kind;
-
-    g->capture = at.value;
-    return !at.value || ibl_set_capture(at, &kind);
-}
-
 static bool take_blend(ibl_json_at at, grid *g)
 {
     const double least = fmin(g->cell[0], fmin(g->cell[1], g->cell[2]));
@@ -144,8 +138,11 @@ static bool take_grid(ibl_json_at root, grid *g)
     static const char *const keys[] = {
         "version", "min",   "max",      "spacing",  "counts", "solid", "name",
         "capture", "blend", "priority", "defaults", "global", "proxy", NULL};
-    ibl_volume proxy;
+    const ibl_json_at proxy = ibl_json_optional(&root, "proxy");
+    ibl_volume volume;
     int version;
+
+    g->proxy = (json_t *)proxy.value;
 
     if (ibl_json_member(&root, "probes").value)
         return ibl_json_complain(root, "is a set already: leave out --grid");
@@ -155,74 +152,57 @@ static bool take_grid(ibl_json_at root, grid *g)
            take_box(root, g->low, g->high) && take_cells(root, g) &&
            take_solid(ibl_json_optional(&root, "solid"), g) &&
            take_name(ibl_json_optional(&root, "name"), g) &&
-           take_capture(ibl_json_member(&root, "capture"), g) &&
+           ibl_set_capture(ibl_json_optional(&root, "capture"), &g->kind,
+                           g->capture) &&
            take_blend(ibl_json_optional(&root, "blend"), g) &&
            ibl_json_int(ibl_json_optional(&root, "priority"), -IBL_SET_PRIORITY,
                         IBL_SET_PRIORITY, &g->priority) &&
-           ibl_json_volume(ibl_json_optional(&root, "proxy"), &proxy);
+           ibl_json_volume(proxy, &volume);
 }
 
 /* ---- making ------------------------------------------------------------ */
 
 static bool is_solid(const grid *g, const double p[3])
 {
-    const json_t *box;
+    json_t *box;
     size_t i;
 
     json_array_foreach(g->solid, i, box)
     {
-        bool inside = true;
-        for (size_t k = 0; k < 3 && inside; k++)
-            inside =
-                p[k] >= json_number_value(
-                            json_array_get(json_object_get(box, "min"), k)) &&
-                p[k] <= json_number_value(
-                            json_array_get(json_object_get(box, "max"), k));
+        double low[3], high[3];
+        bool inside =
+            !json_unpack(box, "{s[FFF] s[FFF]}", "min", &low[0], &low[1],
+                         &low[2], "max", &high[0], &high[1], &high[2]);
+        for (size_t k = 0; k < 3; k++)
+            inside = inside && p[k] >= low[k] && p[k] <= high[k];
         if (inside)
             return true;
     }
     return false;
 }
 
-/* A copy of a capture with {name} in its file names replaced; NULL: no
- * memory. */
-static json_t *fill(const json_t *value, const char *name)
+/* A file of a capture with {name} in it replaced; NULL: no memory. */
+static json_t *fill(const char *file, const char *name)
 {
     const ibl_placeholder holder = {"name", name};
-    json_t *copy = NULL, *part;
-    const char *key;
-    size_t i;
+    char *text = ibl_words_fill(file, &holder, 1);
+    json_t *filled = text ? json_string(text) : NULL;
 
-    if (json_is_string(value)) {
-        char *text = ibl_words_fill(json_string_value(value), &holder, 1);
-        copy = text ? json_string(text) : NULL;
-        free(text);
-    } else if (json_is_array(value)) {
-        copy = json_array();
-        json_array_foreach((json_t *)value, i, part)
-        {
-            append(&copy, fill(part, name));
-        }
-    } else if (json_is_object(value)) {
-        copy = json_object();
-        json_object_foreach((json_t *)value, key, part)
-        {
-            put(&copy, key, fill(part, name));
-        }
-    }
-    return copy;
+    free(text);
+    return filled;
 }
 
 static json_t *make_capture(const grid *g, const char *name)
 {
-    json_t *standard, *copy;
+    const char *kind = ibl_capture_name(g->kind);
+    json_t *files;
 
-    if (g->capture)
-        return fill(g->capture, name);
-    standard = json_pack("{ss}", "equirect", "captures/{name}.exr");
-    copy = fill(standard, name);
-    json_decref(standard);
-    return copy;
+    if (g->kind != IBL_CAPTURE_FACES)
+        return json_pack("{so}", kind, fill(g->capture[0], name));
+    files = json_array();
+    for (int i = 0; i < IBL_FACES; i++)
+        append(&files, fill(g->capture[i], name));
+    return json_pack("{so}", kind, files);
 }
 
 /* A probe in the middle of its cell, with an influence that reaches half the
@@ -232,6 +212,7 @@ static bool add_probe(grid *g, const int at[3], const double p[3])
     char number[3][16];
     const ibl_placeholder holders[] = {
         {"x", number[0]}, {"y", number[1]}, {"z", number[2]}};
+    json_t *probe = NULL;
     double half[3];
 
     for (int k = 0; k < 3; k++) {
@@ -239,17 +220,15 @@ static bool add_probe(grid *g, const int at[3], const double p[3])
         half[k] = (g->cell[k] + g->blend) / 2;
     }
     char *name = ibl_words_fill(g->name, holders, 3);
-    const json_t *proxy = json_object_get(g->file->root, "proxy");
-    json_t *probe =
-        name ? json_pack("{ss s[fff] so s{s{s[fff] s[fff]}} sf}", "name", name,
-                         "position", p[0], p[1], p[2], "capture",
-                         make_capture(g, name), "influence", "box", "centre",
-                         p[0], p[1], p[2], "half", half[0], half[1], half[2],
-                         "blend", g->blend)
-             : NULL;
+    if (name)
+        probe = json_pack("{ss s[fff] so s{s{s[fff] s[fff]}} sf}", "name", name,
+                          "position", p[0], p[1], p[2], "capture",
+                          make_capture(g, name), "influence", "box", "centre",
+                          p[0], p[1], p[2], "half", half[0], half[1], half[2],
+                          "blend", g->blend);
     free(name);
-    if (proxy)
-        put(&probe, "proxy", json_deep_copy(proxy));
+    if (g->proxy)
+        put(&probe, "proxy", json_incref(g->proxy));
     if (g->priority)
         put(&probe, "priority", json_integer(g->priority));
     append(&g->probes, probe);
@@ -260,27 +239,25 @@ static bool add_probe(grid *g, const int at[3], const double p[3])
 static bool add_probes(grid *g)
 {
     const ibl_json_at root = ibl_json_root(g->file);
-    int at[3];
+    const int *n = g->counts;
 
-    for (at[2] = 0; at[2] < g->counts[2]; at[2]++)
-        for (at[1] = 0; at[1] < g->counts[1]; at[1]++)
-            for (at[0] = 0; at[0] < g->counts[0]; at[0]++) {
-                double p[3];
-                for (int k = 0; k < 3; k++)
-                    p[k] = g->low[k] + (at[k] + 0.5) * g->cell[k];
-                if (is_solid(g, p)) {
-                    g->skipped++;
-                    continue;
-                }
-                if (++g->made > IBL_MAX_SET_LAYERS)
-                    return ibl_json_complain(
-                        root,
-                        "expected a grid of at most %d probes, found more: "
-                        "choose a wider spacing",
-                        IBL_MAX_SET_LAYERS);
-                if (!add_probe(g, at, p))
-                    return ibl_json_complain(root, "no memory for the set");
-            }
+    for (int cell = 0; cell < n[0] * n[1] * n[2]; cell++) {
+        const int at[3] = {cell % n[0], cell / n[0] % n[1], cell / n[0] / n[1]};
+        double p[3];
+        for (int k = 0; k < 3; k++)
+            p[k] = g->low[k] + (at[k] + 0.5) * g->cell[k];
+        if (is_solid(g, p)) {
+            g->skipped++;
+            continue;
+        }
+        if (++g->made > IBL_MAX_SET_LAYERS)
+            return ibl_json_complain(root,
+                                     "expected a grid of at most %d probes, "
+                                     "found more: choose a wider spacing",
+                                     IBL_MAX_SET_LAYERS);
+        if (!add_probe(g, at, p))
+            return ibl_json_complain(root, "no memory for the set");
+    }
     return g->made ||
            ibl_json_complain(root,
                              "expected a cell that is free, found all "
@@ -343,7 +320,7 @@ int ibl_probes_grid(const ibl_probes_opts *opts)
     ibl_console console;
     ibl_json_file file = {
         .name = opts->input, .fail = ibl_console_error, .cookie = &console};
-    grid g = {.file = &file};
+    grid g = {.file = &file, .capture = {"captures/{name}.exr"}};
     char *text = NULL;
     ibl_status status = IBL_ERR_FORMAT;
 
