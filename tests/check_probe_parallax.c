@@ -9,16 +9,6 @@
 #include "ibl/probes.h"
 #include "test.h"
 
-static double between(test_random *r, double a, double b)
-{
-    return a + (b - a) * test_random_unit(r);
-}
-
-static int pick(test_random *r, int n)
-{
-    return (int)(test_random_u64(r) % (uint64_t)n);
-}
-
 static long double length3(const double v[3])
 {
     return hypotl(hypotl(v[0], v[1]), v[2]);
@@ -110,12 +100,12 @@ static ibl_probe random_probe(test_random *r, ibl_shape shape, double scale)
 
     probe.proxy.shape = shape;
     for (int i = 0; i < 3; i++) {
-        probe.proxy.half[i] = scale * between(r, 0.2, 3);
-        probe.proxy.centre[i] = scale * between(r, -5, 5);
+        probe.proxy.half[i] = scale * test_random_between(r, 0.2, 3);
+        probe.proxy.centre[i] = scale * test_random_between(r, -5, 5);
     }
     for (int i = 0; i < 3; i++)
         probe.position[i] =
-            probe.proxy.centre[i] + scale * between(r, -0.1, 0.1);
+            probe.proxy.centre[i] + scale * test_random_between(r, -0.1, 0.1);
     return probe;
 }
 
@@ -123,14 +113,14 @@ static ibl_probe random_probe(test_random *r, ibl_shape shape, double scale)
 static void random_direction(test_random *r, double d[3])
 {
     static const double lengths[] = {1, 1, 7, 1e-300, 1e300};
-    const double length = lengths[pick(r, 5)];
+    const double length = lengths[test_random_below(r, 5)];
 
     do {
         for (int i = 0; i < 3; i++) {
-            d[i] = between(r, -1, 1) * length;
-            if (pick(r, 4) == 0)
-                d[i] = pick(r, 2) ? 0 : -0.;
-            else if (pick(r, 8) == 0)
+            d[i] = test_random_between(r, -1, 1) * length;
+            if (test_random_below(r, 4) == 0)
+                d[i] = test_random_below(r, 2) ? 0 : -0.;
+            else if (test_random_below(r, 8) == 0)
                 d[i] *= 1e-20;
         }
     } while (length3(d) == 0);
@@ -146,7 +136,7 @@ static void boxes_inside(void)
         const ibl_probe probe = random_probe(&r, IBL_SHAPE_BOX, scales[n % 6]);
         for (int i = 0; i < 3; i++)
             p[i] = probe.proxy.centre[i] +
-                   between(&r, -0.999, 0.999) * probe.proxy.half[i];
+                   test_random_between(&r, -0.999, 0.999) * probe.proxy.half[i];
         random_direction(&r, d);
         check_ray(&probe, p, d, 2e-15);
     }
@@ -188,7 +178,7 @@ static void spheres_inside(void)
             random_probe(&r, IBL_SHAPE_SPHERE, scales[n % 6]);
         for (int i = 0; i < 3; i++)
             p[i] = probe.proxy.centre[i] +
-                   between(&r, -0.57, 0.57) * probe.proxy.half[0];
+                   test_random_between(&r, -0.57, 0.57) * probe.proxy.half[0];
         random_direction(&r, d);
         check_ray(&probe, p, d, 1e-14);
     }
@@ -224,12 +214,13 @@ static void falls_back(void)
 
     for (int n = 0; n < 4000; n++) {
         ibl_probe probe = random_probe(&r, (ibl_shape)(n % 2), 1);
-        const int axis = pick(&r, 3);
+        const int axis = test_random_below(&r, 3);
         const double half = probe.proxy.half[n % 2 ? 0 : axis];
 
         memcpy(p, probe.proxy.centre, sizeof p);
-        p[axis] += pick(&r, 2) ? half * between(&r, 1.002, 9)
-                               : -half * between(&r, 1.002, 9);
+        p[axis] += test_random_below(&r, 2)
+                       ? half * test_random_between(&r, 1.002, 9)
+                       : -half * test_random_between(&r, 1.002, 9);
         random_direction(&r, d);
         if (n % 3 == 0) {
             memcpy(p, probe.position, sizeof p);
@@ -263,9 +254,10 @@ static void a_hair_outside(void)
 
     for (int n = 0; n < 4000; n++) {
         const ibl_probe probe = random_probe(&r, (ibl_shape)(n % 2), 1);
-        const int axis = pick(&r, 3), side = pick(&r, 2) ? 1 : -1;
+        const int axis = test_random_below(&r, 3),
+                  side = test_random_below(&r, 2) ? 1 : -1;
         const double half = probe.proxy.half[n % 2 ? 0 : axis];
-        const double hair = half * between(&r, 1e-16, 0.9 / 1024);
+        const double hair = half * test_random_between(&r, 1e-16, 0.9 / 1024);
 
         memcpy(p, probe.proxy.centre, sizeof p);
         p[axis] += side * half;
@@ -301,9 +293,10 @@ static double hostile(test_random *r)
 {
     static const double values[] = {0,     -0., 1e-75, 1e75, 1,  0.5,
                                     1e-30, 3,   1e30,  1e16, -1, 1e-75};
-    const double v = pick(r, 3) ? values[pick(r, 12)] : between(r, -3, 3);
+    const double v = test_random_below(r, 3) ? values[test_random_below(r, 12)]
+                                             : test_random_between(r, -3, 3);
 
-    return pick(r, 2) ? v : -v;
+    return test_random_below(r, 2) ? v : -v;
 }
 
 static void no_nan(void)
@@ -317,17 +310,18 @@ static void no_nan(void)
         ibl_probe probe = {.has_proxy = 1};
         double p[3], d[3], lookup[3];
 
-        probe.proxy.shape = (ibl_shape)pick(&r, 2);
+        probe.proxy.shape = (ibl_shape)test_random_below(&r, 2);
         for (int i = 0; i < 3; i++) {
             probe.proxy.half[i] = fmax(fabs(hostile(&r)), 1e-75);
-            probe.proxy.centre[i] = pick(&r, 2) ? hostile(&r) : 0;
-            probe.position[i] = pick(&r, 2) ? hostile(&r) : 0;
+            probe.proxy.centre[i] = test_random_below(&r, 2) ? hostile(&r) : 0;
+            probe.position[i] = test_random_below(&r, 2) ? hostile(&r) : 0;
             p[i] = probe.proxy.centre[i];
-            if (pick(&r, 2))
-                p[i] += (pick(&r, 3) - 1) * probe.proxy.half[i];
-            else if (pick(&r, 2))
+            if (test_random_below(&r, 2))
+                p[i] += (test_random_below(&r, 3) - 1) * probe.proxy.half[i];
+            else if (test_random_below(&r, 2))
                 p[i] = hostile(&r);
-            d[i] = pick(&r, 5) ? hostile(&r) : tiny[pick(&r, 4)];
+            d[i] = test_random_below(&r, 5) ? hostile(&r)
+                                            : tiny[test_random_below(&r, 4)];
         }
         if (length3(d) == 0)
             d[0] = 1;

@@ -13,16 +13,6 @@ enum {
     MOST_TILES = 40 * 40
 };
 
-static double between(test_random *r, double a, double b)
-{
-    return a + (b - a) * test_random_unit(r);
-}
-
-static int pick(test_random *r, int n)
-{
-    return (int)(test_random_u64(r) % (uint64_t)n);
-}
-
 /* A camera as the test knows it: axes are unit and square to each other. */
 struct camera {
     double eye[3], right[3], up[3], forward[3];
@@ -33,26 +23,28 @@ struct camera {
 
 static void random_camera(test_random *r, struct camera *c)
 {
-    const double yaw = between(r, -3.2, 3.2), pitch = between(r, -1.5, 1.5);
-    const double roll = pick(r, 2) ? between(r, -3, 3) : 0;
+    const double yaw = test_random_between(r, -3.2, 3.2),
+                 pitch = test_random_between(r, -1.5, 1.5);
+    const double roll =
+        test_random_below(r, 2) ? test_random_between(r, -3, 3) : 0;
     const double side[3] = {cos(yaw), 0, sin(yaw)};
     const double top[3] = {sin(pitch) * sin(yaw), cos(pitch),
                            -sin(pitch) * cos(yaw)};
 
-    *c = (struct camera){.parallel = pick(r, 5) == 0};
+    *c = (struct camera){.parallel = test_random_below(r, 5) == 0};
     c->forward[0] = sin(yaw) * cos(pitch);
     c->forward[1] = -sin(pitch);
     c->forward[2] = -cos(yaw) * cos(pitch);
     for (int i = 0; i < 3; i++) {
-        c->eye[i] = between(r, -3, 3);
+        c->eye[i] = test_random_between(r, -3, 3);
         c->right[i] = cos(roll) * side[i] + sin(roll) * top[i];
         c->up[i] = cos(roll) * top[i] - sin(roll) * side[i];
     }
-    c->focal_y = between(r, 0.4, 3) / (c->parallel ? 5 : 1);
-    c->focal_x = c->focal_y * between(r, 0.5, 1);
-    if (pick(r, 3) == 0) {
-        c->shift_x = between(r, -0.5, 0.5);
-        c->shift_y = between(r, -0.5, 0.5);
+    c->focal_y = test_random_between(r, 0.4, 3) / (c->parallel ? 5 : 1);
+    c->focal_x = c->focal_y * test_random_between(r, 0.5, 1);
+    if (test_random_below(r, 3) == 0) {
+        c->shift_x = test_random_between(r, -0.5, 0.5);
+        c->shift_y = test_random_between(r, -0.5, 0.5);
     }
 }
 
@@ -99,26 +91,27 @@ static void camera_ray(const struct camera *c, double x, double y,
 static ibl_probe random_volume(test_random *r)
 {
     ibl_probe probe = {.blend = 0.1};
-    const double size = pick(r, 4) ? 1.5 : 0.1;
+    const double size = test_random_below(r, 4) ? 1.5 : 0.1;
 
-    probe.influence.shape = (ibl_shape)pick(r, 2);
+    probe.influence.shape = (ibl_shape)test_random_below(r, 2);
     for (int i = 0; i < 3; i++) {
-        probe.influence.centre[i] = between(r, -6, 6);
-        probe.influence.half[i] = between(r, 0.05, 1.5) * size;
+        probe.influence.centre[i] = test_random_between(r, -6, 6);
+        probe.influence.half[i] = test_random_between(r, 0.05, 1.5) * size;
     }
-    if (pick(r, 5) == 0)
-        probe.influence.half[pick(r, 3)] = between(r, 2, 8);
+    if (test_random_below(r, 5) == 0)
+        probe.influence.half[test_random_below(r, 3)] =
+            test_random_between(r, 2, 8);
     return probe;
 }
 
 static ibl_tiles random_tiles(test_random *r, struct camera *c)
 {
-    ibl_tiles tiles = {.tile = 5 + pick(r, 20)};
+    ibl_tiles tiles = {.tile = 5 + test_random_below(r, 20)};
 
     random_camera(r, c);
     camera_matrix(c, tiles.clip);
-    tiles.width = tiles.tile * 3 + pick(r, 200);
-    tiles.height = 1 + pick(r, 200);
+    tiles.width = tiles.tile * 3 + test_random_below(r, 200);
+    tiles.height = 1 + test_random_below(r, 200);
     while (ibl_tiles_columns(&tiles) > 40 || ibl_tiles_rows(&tiles) > 40)
         tiles.tile++;
     return tiles;
@@ -130,8 +123,8 @@ static void random_point_of(test_random *r, const ibl_volume *v, double p[3])
     double d[3], square = 0;
 
     for (int i = 0; i < 3; i++) {
-        d[i] = between(r, -1, 1);
-        if (v->shape == IBL_SHAPE_BOX && pick(r, 2))
+        d[i] = test_random_between(r, -1, 1);
+        if (v->shape == IBL_SHAPE_BOX && test_random_below(r, 2))
             d[i] = d[i] < 0 ? -1 : 1;
         square += d[i] * d[i];
     }
@@ -139,8 +132,9 @@ static void random_point_of(test_random *r, const ibl_volume *v, double p[3])
         if (v->shape == IBL_SHAPE_BOX)
             p[i] = v->centre[i] + v->half[i] * d[i];
         else
-            p[i] = v->centre[i] + v->half[0] * d[i] / sqrt(square) *
-                                      (pick(r, 4) ? 1 : test_random_unit(r));
+            p[i] = v->centre[i] +
+                   v->half[0] * d[i] / sqrt(square) *
+                       (test_random_below(r, 4) ? 1 : test_random_unit(r));
     }
 }
 
@@ -176,10 +170,10 @@ static void never_misses(void)
         for (int i = 0; i < 8; i++) {
             probes[i] = random_volume(&r);
             /* Next to the eye, and around it. */
-            if (pick(&r, 3) == 0) {
+            if (test_random_below(&r, 3) == 0) {
                 for (int k = 0; k < 3; k++)
                     probes[i].influence.centre[k] =
-                        camera.eye[k] + between(&r, -1, 1);
+                        camera.eye[k] + test_random_between(&r, -1, 1);
             }
         }
         CHECK(ibl_tiles_cull(&tiles, probes, 8, masks) == IBL_OK);

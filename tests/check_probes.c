@@ -12,20 +12,10 @@ enum {
     MOST = 12
 };
 
-static double between(test_random *r, double a, double b)
-{
-    return a + (b - a) * test_random_unit(r);
-}
-
-static int pick(test_random *r, int n)
-{
-    return (int)(test_random_u64(r) % (uint64_t)n);
-}
-
 static void random_point(test_random *r, double reach, double p[3])
 {
     for (int i = 0; i < 3; i++)
-        p[i] = between(r, -reach, reach);
+        p[i] = test_random_between(r, -reach, reach);
 }
 
 static ibl_probe random_probe(test_random *r)
@@ -35,10 +25,12 @@ static ibl_probe random_probe(test_random *r)
     random_point(r, 2, probe.position);
     random_point(r, 2, probe.influence.centre);
     for (int i = 0; i < 3; i++)
-        probe.influence.half[i] = between(r, 0.3, 2.5);
-    probe.influence.shape = pick(r, 2) ? IBL_SHAPE_BOX : IBL_SHAPE_SPHERE;
-    probe.blend = between(r, 0.1, 1.5);
-    probe.priority = pick(r, 4) == 0 ? pick(r, 3) - 1 : 0;
+        probe.influence.half[i] = test_random_between(r, 0.3, 2.5);
+    probe.influence.shape =
+        test_random_below(r, 2) ? IBL_SHAPE_BOX : IBL_SHAPE_SPHERE;
+    probe.blend = test_random_between(r, 0.1, 1.5);
+    probe.priority =
+        test_random_below(r, 4) == 0 ? test_random_below(r, 3) - 1 : 0;
     return probe;
 }
 
@@ -46,21 +38,21 @@ static ibl_probe random_probe(test_random *r)
  * wall with one; in every third set many have a small share at once. */
 static int random_set(test_random *r, ibl_probe *probes)
 {
-    const int count = 1 + pick(r, MOST);
-    const bool crowded = pick(r, 3) == 0;
+    const int count = 1 + test_random_below(r, MOST);
+    const bool crowded = test_random_below(r, 3) == 0;
 
     for (int i = 0; i < count; i++) {
         probes[i] = random_probe(r);
         if (crowded) {
             random_point(r, 0.5, probes[i].influence.centre);
-            probes[i].blend = between(r, 3, 6);
+            probes[i].blend = test_random_between(r, 3, 6);
             continue;
         }
         if (i == 0)
             continue;
-        const ibl_volume *other = &probes[pick(r, i)].influence;
+        const ibl_volume *other = &probes[test_random_below(r, i)].influence;
         ibl_volume *mine = &probes[i].influence;
-        switch (pick(r, 4)) {
+        switch (test_random_below(r, 4)) {
         case 0:
             *mine = *other;
             break;
@@ -331,68 +323,6 @@ static void near_at_special_points(void)
     CHECK(mix.count == 1 && mix.weight[0] == 1);
 }
 
-/* Steps now straight on, now into another direction. */
-static void step_from(test_random *r, const double p[3], double step,
-                      double d[3], double q[3])
-{
-    if (pick(r, 20) == 0)
-        random_point(r, 1, d);
-    const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-    for (int i = 0; i < 3; i++)
-        q[i] = p[i] + d[i] * (step / length);
-}
-
-/* The bound of the header, the worst within a step of the point; 0 for none. */
-static double near_slope(const ibl_probe *probes, int count, const double p[3],
-                         int k, double step)
-{
-    long double d[MOST + 2];
-
-    sorted_distances(probes, count, p, d);
-    const double reach = (double)d[k], gap = (double)(d[k] - d[0]) - 2 * step;
-    const double second = (double)d[1] - step;
-
-    if (gap <= 0 || second <= 0)
-        return 0;
-    return 8 * (k - 1) / second * (isinf(reach) ? 1 : (reach + step) / gap);
-}
-
-static void near_walks(void)
-{
-    test_random r = {5};
-    ibl_probe probes[MOST];
-    ibl_probe_mix mix;
-    double p[3], q[3], d[3] = {1, 0, 0}, here[MOST], there[MOST];
-    int bounded = 0, swaps = 0;
-    const double step = 3e-3;
-
-    for (int n = 0; n < 400; n++) {
-        const int count = random_set(&r, probes), k = 2 + n % 3;
-
-        random_point(&r, 3, p);
-        ibl_probes_near(probes, count, p, k, &mix);
-        dense(&mix, here);
-        for (int i = 0; i < 200; i++) {
-            const double slope = near_slope(probes, count, p, k, step);
-            const int last = mix.probe[mix.count - 1];
-
-            step_from(&r, p, step, d, q);
-            ibl_probes_near(probes, count, q, k, &mix);
-            dense(&mix, there);
-            bounded += slope > 0;
-            swaps += mix.probe[mix.count - 1] != last;
-            for (int j = 0; j < count && slope > 0; j++)
-                CHECK_MSG(fabs(there[j] - here[j]) <= slope * step + 1e-12,
-                          "weight steps by %g, at most %g",
-                          fabs(there[j] - here[j]), slope * step);
-            memcpy(here, there, sizeof here);
-            memcpy(p, q, sizeof p);
-        }
-    }
-    CHECK_MSG(bounded > 60000, "only %d steps had a bound", bounded);
-    CHECK_MSG(swaps > 100, "only %d changes of probe", swaps);
-}
-
 /* ---- volumes ------------------------------------------------------------ */
 
 /* The shares, from sums that are never over 1; returns how many have one. */
@@ -441,7 +371,7 @@ static void blend_by_definition(void)
         const double *seen = n % 2 ? alpha : NULL;
 
         for (int i = 0; i < count; i++)
-            alpha[i] = pick(&r, 3) ? test_random_unit(&r) : 0;
+            alpha[i] = test_random_below(&r, 3) ? test_random_unit(&r) : 0;
         ibl_probes_order(probes, count, order);
         random_point(&r, 2.5, p);
         crowded += true_shares(probes, count, order, p, seen, share) > 4;
@@ -461,63 +391,6 @@ static void blend_by_definition(void)
         }
     }
     CHECK_MSG(crowded > 200, "only %d points with many", crowded);
-}
-
-/* The sum of 1.5 / blend over the probes whose width is within a step. */
-static double blend_slope(const ibl_probe *probes, int count, const double p[3],
-                          double step)
-{
-    double slope = 0;
-
-    for (int i = 0; i < count; i++) {
-        const double depth = (double)true_depth(&probes[i].influence, p);
-        if (depth > -step && depth < probes[i].blend + step)
-            slope += 1.5 / probes[i].blend;
-    }
-    return slope;
-}
-
-static void blend_walks(void)
-{
-    test_random r = {7};
-    ibl_probe probes[MOST];
-    ibl_probe_mix mix;
-    long double share[MOST];
-    double p[3], q[3], d[3] = {1, 0, 0}, here[MOST], there[MOST];
-    int order[MOST], crowded = 0, moved = 0;
-    const double step = 2e-3;
-
-    for (int n = 0; n < 600; n++) {
-        const int count = random_set(&r, probes);
-
-        ibl_probes_order(probes, count, order);
-        random_point(&r, 2, p);
-        ibl_probes_blend(probes, count, order, p, NULL, &mix);
-        double rest = mix.rest;
-        dense(&mix, here);
-        for (int i = 0; i < 200; i++) {
-            const double most = step * blend_slope(probes, count, p, step);
-            int many = true_shares(probes, count, order, p, NULL, share) > 4;
-
-            step_from(&r, p, step, d, q);
-            many |= true_shares(probes, count, order, q, NULL, share) > 4;
-            ibl_probes_blend(probes, count, order, q, NULL, &mix);
-            dense(&mix, there);
-            for (int j = 0; j < count; j++) {
-                const double moves = fabs(there[j] - here[j]);
-                CHECK_MSG(moves <= (many ? 2 : 1) * most + 1e-12,
-                          "weight steps by %g, at most %g", moves, most);
-                moved += moves > 0;
-            }
-            CHECK(fabs(mix.rest - rest) <= (many ? 5 : 1) * most + 1e-12);
-            crowded += many;
-            rest = mix.rest;
-            memcpy(here, there, sizeof here);
-            memcpy(p, q, sizeof p);
-        }
-    }
-    CHECK_MSG(crowded > 1000, "only %d steps with many", crowded);
-    CHECK_MSG(moved > 50000, "only %d weights changed", moved);
 }
 
 /* A small probe with holes in a bigger one, in the open. */
@@ -546,6 +419,106 @@ static void blend_nested(void)
     probes[1].priority = -1;
     ibl_probes_order(probes, 2, order);
     CHECK(order[0] == 0);
+}
+
+/* ---- walks -------------------------------------------------------------- */
+
+/* Steps now straight on, now into another direction. */
+static void step_from(test_random *r, const double p[3], double step,
+                      double d[3], double q[3])
+{
+    if (test_random_below(r, 20) == 0)
+        random_point(r, 1, d);
+    const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    for (int i = 0; i < 3; i++)
+        q[i] = p[i] + d[i] * (step / length);
+}
+
+/* The bound of the header, the worst within a step of the point; 0 for none. */
+static double near_slope(const ibl_probe *probes, int count, const double p[3],
+                         int k, double step)
+{
+    long double d[MOST + 2];
+
+    sorted_distances(probes, count, p, d);
+    const double reach = (double)d[k], gap = (double)(d[k] - d[0]) - 2 * step;
+    const double second = (double)d[1] - step;
+
+    if (gap <= 0 || second <= 0)
+        return 0;
+    return 8 * (k - 1) / second * (isinf(reach) ? 1 : (reach + step) / gap);
+}
+
+/* The sum of 1.5 / blend over the probes whose width is within a step. */
+static double blend_slope(const ibl_probe *probes, int count, const double p[3],
+                          double step)
+{
+    double slope = 0;
+
+    for (int i = 0; i < count; i++) {
+        const double depth = (double)true_depth(&probes[i].influence, p);
+        if (depth > -step && depth < probes[i].blend + step)
+            slope += 1.5 / probes[i].blend;
+    }
+    return slope;
+}
+
+/* Weights are no steeper than ibl/probes.h says, of the k nearest and (k = 0)
+ * by volumes, where they may be steeper if many have a share. */
+static void walk(test_random *r, int k, double step, int counts[3])
+{
+    ibl_probe probes[MOST];
+    ibl_probe_mix mix[2];
+    long double share[MOST];
+    double p[2][3], d[3] = {1, 0, 0}, weight[2][MOST];
+    const int count = random_set(r, probes);
+    int order[MOST];
+    bool many[2] = {false, false};
+
+    ibl_probes_order(probes, count, order);
+    random_point(r, k ? 3 : 2, p[0]);
+    for (int i = 0; i <= 200; i++) {
+        const int now = i % 2, before = !now;
+        const double slope = k ? near_slope(probes, count, p[before], k, step)
+                               : blend_slope(probes, count, p[before], step);
+        if (i > 0)
+            step_from(r, p[before], step, d, p[now]);
+        if (k)
+            ibl_probes_near(probes, count, p[now], k, &mix[now]);
+        else
+            ibl_probes_blend(probes, count, order, p[now], NULL, &mix[now]);
+        dense(&mix[now], weight[now]);
+        many[now] =
+            !k && true_shares(probes, count, order, p[now], NULL, share) > 4;
+        if (i == 0 || (k && slope <= 0))
+            continue;
+        const bool crowd = many[0] || many[1];
+        counts[0]++;
+        counts[1] += crowd;
+        for (int j = 0; j < count; j++) {
+            const double moves = fabs(weight[0][j] - weight[1][j]);
+            const double most = (crowd ? 2 : 1) * slope * step + 1e-12;
+            CHECK_MSG(moves <= most, "weight steps by %g, at most %g", moves,
+                      most);
+            counts[2] += (weight[0][j] > 0) != (weight[1][j] > 0);
+        }
+        if (!k)
+            CHECK(fabs(mix[0].rest - mix[1].rest) <=
+                  (crowd ? 5 : 1) * slope * step + 1e-12);
+    }
+}
+
+static void walks(void)
+{
+    test_random r = {5};
+    int near[3] = {0}, blend[3] = {0};
+
+    for (int n = 0; n < 400; n++)
+        walk(&r, 2 + n % 3, 3e-3, near);
+    for (int n = 0; n < 600; n++)
+        walk(&r, 0, 2e-3, blend);
+    CHECK_MSG(near[0] > 60000 && near[2] > 100, "%d, %d", near[0], near[2]);
+    CHECK_MSG(blend[1] > 1000 && blend[2] > 100, "%d, %d", blend[1], blend[2]);
 }
 
 /* ---- for shaders -------------------------------------------------------- */
@@ -579,13 +552,13 @@ static double hostile(test_random *r, bool positive)
 {
     static const double values[] = {0,   1e-75, 1e75, 1,    0.5, 2,
                                     -0., 1e-30, 1e30, 3e-9, 7e8, 1e-75};
-    double v = values[pick(r, 12)];
+    double v = values[test_random_below(r, 12)];
 
-    if (pick(r, 2))
-        v = between(r, 0, 4);
+    if (test_random_below(r, 2))
+        v = test_random_between(r, 0, 4);
     if (positive)
         return v > 0 ? v : 1;
-    return pick(r, 2) ? v : -v;
+    return test_random_below(r, 2) ? v : -v;
 }
 
 static void no_nan(void)
@@ -607,8 +580,8 @@ static void no_nan(void)
                 probes[j].influence.half[i] = hostile(&r, true);
             }
             probes[j].blend = fabs(hostile(&r, false));
-            probes[j].influence.shape = (ibl_shape)pick(&r, 2);
-            if (pick(&r, 3) == 0)
+            probes[j].influence.shape = (ibl_shape)test_random_below(&r, 2);
+            if (test_random_below(&r, 3) == 0)
                 memcpy(p, probes[j].position, sizeof p);
         }
         ibl_probes_order(probes, 6, order);
@@ -627,9 +600,8 @@ static const test tests[] = {
     TEST(nearest_by_brute_force),
     TEST(near_by_definition),
     TEST(near_at_special_points),
-    TEST(near_walks),
     TEST(blend_by_definition),
-    TEST(blend_walks),
+    TEST(walks),
     TEST(blend_nested),
     TEST(packed),
     TEST(no_nan),

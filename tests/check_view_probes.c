@@ -196,11 +196,6 @@ static double between(test_random *r, double a, double b)
     return (float)(a + (b - a) * test_random_unit(r));
 }
 
-static int pick(test_random *r, int n)
-{
-    return (int)(test_random_u64(r) % (uint64_t)n);
-}
-
 static void random_probes(test_random *r, int count, bool crowded)
 {
     for (int i = 0; i < count; i++) {
@@ -208,14 +203,14 @@ static void random_probes(test_random *r, int count, bool crowded)
 
         *p = (ibl_probe){.blend =
                              crowded ? between(r, 3, 6) : between(r, 0.1, 1.5)};
-        p->influence.shape = (ibl_shape)pick(r, 2);
-        p->priority = pick(r, 5) == 0;
+        p->influence.shape = (ibl_shape)test_random_below(r, 2);
+        p->priority = test_random_below(r, 5) == 0;
         for (int k = 0; k < 3; k++) {
             p->position[k] = between(r, -2, 2);
             p->influence.centre[k] = between(r, -2, 2) * (crowded ? 0.25 : 1);
             p->influence.half[k] = between(r, 0.3, 2.5);
         }
-        if (i > 0 && pick(r, 6) == 0)
+        if (i > 0 && test_random_below(r, 6) == 0)
             p->influence = on.probes[i - 1].influence;
     }
     ibl_probes_order(on.probes, count, on.order);
@@ -290,7 +285,7 @@ static void blends(void)
 
     begin();
     for (int n = 0; n < (TEST_SANITIZED ? 4 : 16); n++) {
-        const int count = 1 + pick(&r, 16);
+        const int count = 1 + test_random_below(&r, 16);
         random_probes(&r, count, n % 2);
         random_texels(&r, on.points, 2.5);
         upload(POINTS, EDGE, EDGE, on.points);
@@ -400,7 +395,7 @@ static void nearest_ones(void)
 
     begin();
     for (int n = 0; n < (TEST_SANITIZED ? 4 : 16); n++) {
-        const int count = pick(&r, 16), k = 1 + n % 4;
+        const int count = test_random_below(&r, 16), k = 1 + n % 4;
         random_probes(&r, count, false);
         random_texels(&r, on.points, 2.5);
         for (int i = 0; i < 3 && count > 0; i++)
@@ -438,18 +433,18 @@ static void random_rays(test_random *r)
     const bool round = v->shape == IBL_SHAPE_SPHERE;
 
     for (int i = 0; i < PIXELS; i++) {
-        const float length = lengths[pick(r, 5)];
-        const int axis = pick(r, 3);
+        const float length = lengths[test_random_below(r, 5)];
+        const int axis = test_random_below(r, 3);
         for (int k = 0; k < 3; k++) {
             const double half = v->half[round ? 0 : k];
             double part = between(r, -1, 1) * (round ? 0.55 : 0.99);
-            if (pick(r, 3) == 0)
-                part = round ? 0 : parts[pick(r, 6)];
-            if (round && k == axis && pick(r, 3) == 0)
-                part = parts[pick(r, 6)];
+            if (test_random_below(r, 3) == 0)
+                part = round ? 0 : parts[test_random_below(r, 6)];
+            if (round && k == axis && test_random_below(r, 3) == 0)
+                part = parts[test_random_below(r, 6)];
             on.points[i][k] = (float)(v->centre[k] + part * half);
             on.directions[i][k] = (float)between(r, -1, 1) * length;
-            if (pick(r, 4) == 0)
+            if (test_random_below(r, 4) == 0)
                 on.directions[i][k] = 0;
         }
         if (i % 500 == 0)
@@ -495,8 +490,8 @@ static void parallax(void)
         v->shape = (ibl_shape)(n % 2);
         for (int k = 0; k < 3; k++) {
             /* Of few bits, so that walls are where they are. */
-            v->half[k] = (1 + pick(&r, 64)) / 16.;
-            v->centre[k] = (pick(&r, 128) - 64) / 16.;
+            v->half[k] = (1 + test_random_below(&r, 64)) / 16.;
+            v->centre[k] = (test_random_below(&r, 128) - 64) / 16.;
         }
         for (int k = 0; k < 3; k++)
             probe->position[k] =
@@ -564,11 +559,11 @@ static void tiles_agree(void)
 
     begin();
     for (int n = 0; n < (TEST_SANITIZED ? 3 : 12); n++) {
-        ibl_tiles tiles = {.tile = 3 + pick(&r, 14)};
-        const int count = n % 2 ? MOST : 1 + pick(&r, MOST);
+        ibl_tiles tiles = {.tile = 3 + test_random_below(&r, 14)};
+        const int count = n % 2 ? MOST : 1 + test_random_below(&r, MOST);
 
-        tiles.width = 1 + pick(&r, tiles.tile * 50);
-        tiles.height = 1 + pick(&r, tiles.tile * 30);
+        tiles.width = 1 + test_random_below(&r, tiles.tile * 50);
+        tiles.height = 1 + test_random_below(&r, tiles.tile * 30);
         const int columns = ibl_tiles_columns(&tiles);
         random_camera(&r, clip);
         for (int i = 0; i < 16; i++)

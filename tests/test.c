@@ -158,6 +158,16 @@ double test_random_unit(test_random *r)
     return (double)(test_random_u64(r) >> 11) * 0x1p-53;
 }
 
+double test_random_between(test_random *r, double a, double b)
+{
+    return a + (b - a) * test_random_unit(r);
+}
+
+int test_random_below(test_random *r, int n)
+{
+    return (int)(test_random_u64(r) % (uint64_t)n);
+}
+
 void test_log(void *cookie, ibl_log_level level, const char *text)
 {
     (void)cookie;

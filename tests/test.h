@@ -85,6 +85,8 @@ typedef struct test_random {
 } test_random;
 uint64_t test_random_u64(test_random *r);
 double test_random_unit(test_random *r); /* [0, 1) */
+double test_random_between(test_random *r, double a, double b);
+int test_random_below(test_random *r, int n); /* 0..n - 1 */
 
 /* For what is measured: milliseconds of a clock, and the median of some
  * numbers, which are sorted then. */

@@ -9,6 +9,7 @@
 #include "cli/child.h"
 #include "cli/session.h"
 #include "cli/shell_words.h"
+#include "common/path.h"
 
 static void free_bench(ibl_bench *b)
 {
@@ -41,9 +42,7 @@ static bool check_reports(const ibl_bench *b, const report *reports, int count)
         const char *path = reports[i].path;
         if (!path)
             continue;
-        const char *slash = strrchr(path, '/');
-        char *parent = slash ? strndup(path, slash > path ? slash - path : 1)
-                             : strdup(".");
+        char *parent = ibl_path_beside(path, ".");
         const bool ok = parent && !access(parent, W_OK | X_OK);
         const int why = errno;
         free(parent);
@@ -131,7 +130,7 @@ bool ibl_bench_is_special(const ibl_bench *b, const ibl_bench_point *p)
 }
 
 /* In the private directory. */
-static int work(void *cookie, const char *directory)
+static int work(const void *cookie, const char *directory)
 {
     const ibl_bench_opts *opts = cookie;
     const report reports[] = {{opts->csv, ibl_bench_csv},
@@ -157,8 +156,7 @@ static int work(void *cookie, const char *directory)
     return ok ? 0 : 1;
 }
 
-int ibl_bench_run(const ibl_bench_opts *opts)
+int ibl_bench_run(const void *opts)
 {
-    ibl_bench_opts copy = *opts;
-    return ibl_scratch_run(work, &copy);
+    return ibl_scratch_run(work, opts);
 }

@@ -67,6 +67,9 @@ typedef struct ibl_bench_names {
     const char *text[IBL_BENCH_NAMED];
 } ibl_bench_names;
 
+/* The first of that name; -1: none. */
+int ibl_bench_find_name(const ibl_bench_names *names, const char *name);
+
 typedef struct ibl_bench_opts {
     ibl_common common; /* threads and isa: of the judging */
     int env_count;
@@ -160,7 +163,7 @@ typedef struct ibl_bench {
 } ibl_bench;
 
 /* The whole command; returns the exit status. */
-int ibl_bench_run(const ibl_bench_opts *opts);
+int ibl_bench_run(const void *opts);
 
 /* The parts of a run, in this order. All but the first and the texts return
  * false after one line on stderr. */

@@ -20,30 +20,29 @@ typedef struct judging {
     ibl_judge *judge; /* NULL: none */
 } judging;
 
+/* The arguments by which a point's output is judged, after ENV; NULL: none. */
 static const char *output_of(const ibl_bench *b, const ibl_bench_point *p)
 {
     const ibl_bench_names *outputs = &b->opts->outputs;
 
-    for (int i = 0; i < outputs->count; i++)
-        if (!strcmp(outputs->name[i], b->opts->peers.name[p->index]))
-            return outputs->text[i];
-    return NULL;
+    if (p->kind != IBL_BENCH_PEER)
+        return "{out} --name bake";
+    const int i = ibl_bench_find_name(outputs, b->opts->peers.name[p->index]);
+    return i < 0 ? NULL : outputs->text[i];
 }
 
 static bool is_judged(const ibl_bench *b, const ibl_bench_point *p)
 {
     return b->opts->texels && !b->sources[p->source].resampled &&
-           (p->kind != IBL_BENCH_PEER || output_of(b, p));
+           output_of(b, p);
 }
 
 /* ENV and the rest of iblbake verify's arguments; free with ibl_words_free.
  * NULL: no memory, or an open quote. */
 static char **arguments(const ibl_bench *b, const ibl_bench_point *p)
 {
-    const bool peer = p->kind == IBL_BENCH_PEER;
     char *env = ibl_words_quote(b->sources[p->source].path);
-    char *rest =
-        ibl_bench_fill(b, p, peer ? output_of(b, p) : "{out} --name bake");
+    char *rest = ibl_bench_fill(b, p, output_of(b, p));
     char *all = env && rest ? ibl_bench_text("%s %s", env, rest) : NULL;
     char **words = all ? ibl_words_split(all) : NULL;
 

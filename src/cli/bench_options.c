@@ -275,24 +275,39 @@ static bool check_isas(const ibl_bench_opts *o)
     return true;
 }
 
-/* Refuses options of the bake that this command sets itself. */
-static bool check_bake(const char *option, const char *text,
-                       const char *const *own)
+/* Options of a bake that this command sets: of each, and of those that are
+ * swept. */
+static const char *const own[] = {
+    "--output", "-o",     "--name", "--timings", "--depfile", "--preview",
+    "--verify", "--help", "-h",     "--version", "--method",  "--samples",
+    "--size",   "-j",     "--isa",  "--pdf-mip", "--threads"};
+enum {
+    OWN_OF_EACH = 10,
+    OWN = sizeof own / sizeof *own
+};
+
+/* Whether a word is an option: a long one may have its value after =, a short
+ * one in the same word. */
+static bool is_option(const char *word, const char *option)
 {
-    char **words;
+    const size_t length = strlen(option);
+
+    return !strncmp(word, option, length) &&
+           (option[1] != '-' || !word[length] || word[length] == '=');
+}
+
+/* Refuses the first `count` of own among the options that a bake is given. */
+static bool check_bake(const char *option, const char *text, int count)
+{
+    char **words = text ? ibl_words_split(text) : NULL;
     bool ok = true;
 
-    if (!text)
-        return true;
-    words = ibl_words_split(text);
-    if (!words)
+    if (text && !words)
         return ibl_misuse("%s %s: an open quote, or no memory: close it",
                           option, text);
-    for (int i = 0; words[i] && ok; i++)
-        for (int j = 0; own[j] && ok; j++)
-            if (!strncmp(words[i], own[j], strlen(own[j])) &&
-                (own[j][1] != '-' || !words[i][strlen(own[j])] ||
-                 words[i][strlen(own[j])] == '='))
+    for (int i = 0; words && words[i] && ok; i++)
+        for (int j = 0; j < count && ok; j++)
+            if (is_option(words[i], own[j]))
                 ok = ibl_misuse("%s %s: %s is set by iblbake bench: leave it "
                                 "out",
                                 option, text, own[j]);
@@ -300,50 +315,38 @@ static bool check_bake(const char *option, const char *text,
     return ok;
 }
 
+int ibl_bench_find_name(const ibl_bench_names *names, const char *name)
+{
+    for (int i = 0; i < names->count; i++)
+        if (!strcmp(names->name[i], name))
+            return i;
+    return -1;
+}
+
 static bool check_twice(const char *option, const ibl_bench_names *names)
 {
     for (int i = 0; i < names->count; i++)
-        for (int j = 0; j < i; j++)
-            if (!strcmp(names->name[i], names->name[j]))
-                return ibl_misuse("%s %s=...: that name twice: choose another",
-                                  option, names->name[i]);
-    return true;
-}
-
-/* Every output is of a peer. */
-static bool check_outputs(const ibl_bench_opts *o)
-{
-    for (int i = 0; i < o->outputs.count; i++) {
-        int peer = 0;
-        while (peer < o->peers.count &&
-               strcmp(o->peers.name[peer], o->outputs.name[i]) != 0)
-            peer++;
-        if (peer == o->peers.count)
-            return ibl_misuse("--peer-output %s=...: there is no --peer of "
-                              "that name",
-                              o->outputs.name[i]);
-    }
+        if (ibl_bench_find_name(names, names->name[i]) < i)
+            return ibl_misuse("%s %s=...: that name twice: choose another",
+                              option, names->name[i]);
     return true;
 }
 
 static bool check_names(const ibl_bench_opts *o)
 {
-    static const char *const swept[] = {
-        "--method",  "--output",  "-o",     "--name", "--timings", "--samples",
-        "--size",    "--threads", "-j",     "--isa",  "--pdf-mip", "--depfile",
-        "--preview", "--verify",  "--help", "-h",     "--version", NULL};
-    static const char *const placed[] = {
-        "--output", "-o",     "--name", "--timings", "--depfile", "--preview",
-        "--verify", "--help", "-h",     "--version", NULL};
+    bool ok = check_bake("--bake", o->bake, OWN);
 
-    if (!check_bake("--bake", o->bake, swept))
-        return false;
-    for (int i = 0; i < o->variants.count; i++)
-        if (!check_bake("--variant", o->variants.text[i], placed))
-            return false;
-    return check_twice("--variant", &o->variants) &&
-           check_twice("--peer", &o->peers) &&
-           check_twice("--peer-output", &o->outputs) && check_outputs(o);
+    for (int i = 0; i < o->variants.count && ok; i++)
+        ok = check_bake("--variant", o->variants.text[i], OWN_OF_EACH);
+    ok = ok && check_twice("--variant", &o->variants) &&
+         check_twice("--peer", &o->peers) &&
+         check_twice("--peer-output", &o->outputs);
+    for (int i = 0; i < o->outputs.count && ok; i++)
+        if (ibl_bench_find_name(&o->peers, o->outputs.name[i]) < 0)
+            ok = ibl_misuse("--peer-output %s=...: there is no --peer of "
+                            "that name",
+                            o->outputs.name[i]);
+    return ok;
 }
 
 static bool validate(void *settings)
@@ -359,11 +362,6 @@ static bool validate(void *settings)
                           o->texels, IBL_JUDGE_MIN_TEXELS);
     fill_defaults(o);
     return check_isas(o) && check_names(o) && ibl_common_validate(&o->common);
-}
-
-static int run(const void *settings)
-{
-    return ibl_bench_run(settings);
 }
 
 const ibl_command ibl_bench_command = {
@@ -384,5 +382,5 @@ const ibl_command ibl_bench_command = {
     .defaults = defaults,
     .take = take,
     .validate = validate,
-    .run = run,
+    .run = ibl_bench_run,
 };

@@ -229,8 +229,8 @@ static void pass_on(int number)
 }
 
 /* Forks the worker and waits for it; its status as of waitpid. */
-static int run_worker(int (*work)(void *, const char *), void *cookie,
-                      const char *path)
+static int run_worker(int (*work)(const void *, const char *),
+                      const void *cookie, const char *path)
 {
     fflush(stdout);
     worker = fork();
@@ -272,7 +272,8 @@ static int take_over(int status)
     return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
 }
 
-int ibl_scratch_run(int (*work)(void *cookie, const char *path), void *cookie)
+int ibl_scratch_run(int (*work)(const void *cookie, const char *path),
+                    const void *cookie)
 {
     const char *parent = getenv("TMPDIR");
     char path[4096];

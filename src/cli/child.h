@@ -42,7 +42,8 @@ int ibl_child_call(bool (*work)(void *cookie), void *cookie);
  * process ends by it too. 1 after one line on stderr: the directory cannot be
  * made or removed, or another signal killed the child.
  */
-int ibl_scratch_run(int (*work)(void *cookie, const char *path), void *cookie);
+int ibl_scratch_run(int (*work)(const void *cookie, const char *path),
+                    const void *cookie);
 
 /* Removes path and its contents, not following links. errno on failure. */
 bool ibl_scratch_remove(const char *path);
