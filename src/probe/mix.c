@@ -1,0 +1,236 @@
+/* SPDX-License-Identifier: MIT */
+/* Which probes a point has: by their volumes, in order, or the nearest. */
+#include <math.h>
+#include <stdbool.h>
+
+#include "core/pi.h"
+#include "core/vector.h"
+#include "ibl/probes.h"
+
+/* ---- volumes ------------------------------------------------------------ */
+
+const char *ibl_shape_name(ibl_shape shape)
+{
+    switch (shape) {
+    case IBL_SHAPE_BOX:
+        return "box";
+    case IBL_SHAPE_SPHERE:
+        return "sphere";
+    }
+    return "unknown";
+}
+
+double ibl_volume_size(const ibl_volume *volume)
+{
+    const double *h = volume->half;
+
+    if (volume->shape == IBL_SHAPE_SPHERE)
+        return 4 * IBL_PI / 3 * h[0] * h[0] * h[0];
+    return 8 * h[0] * h[1] * h[2];
+}
+
+/* How far inside of a volume a point is; negative outside. No two points
+ * differ by more than their distance. */
+static double depth_in(const ibl_volume *volume, const double point[3])
+{
+    const double *c = volume->centre, *h = volume->half;
+
+    if (volume->shape == IBL_SHAPE_SPHERE)
+        return h[0] - distance3(point, c);
+    const double x = h[0] - fabs(point[0] - c[0]);
+    const double y = h[1] - fabs(point[1] - c[1]);
+    const double z = h[2] - fabs(point[2] - c[2]);
+
+    return fmin(fmin(x, y), z);
+}
+
+double ibl_probe_influence(const ibl_probe *probe, const double point[3])
+{
+    const double depth = depth_in(&probe->influence, point);
+
+    if (!(depth > 0))
+        return 0;
+    if (!(depth < probe->blend))
+        return 1;
+    const double t = depth / probe->blend;
+
+    return t * t * (3 - 2 * t);
+}
+
+/* ---- order -------------------------------------------------------------- */
+
+static bool before(const ibl_probe *a, const ibl_probe *b)
+{
+    if (a->priority != b->priority)
+        return a->priority > b->priority;
+    return ibl_volume_size(&a->influence) < ibl_volume_size(&b->influence);
+}
+
+void ibl_probes_order(const ibl_probe *probes, int count, int *order)
+{
+    for (int i = 0; i < count; i++) {
+        int at = i;
+
+        for (; at > 0 && before(&probes[i], &probes[order[at - 1]]); at--)
+            order[at] = order[at - 1];
+        order[at] = i;
+    }
+}
+
+/* ---- by volumes --------------------------------------------------------- */
+
+/* Takes out an entry of the mix. */
+static void drop(ibl_probe_mix *mix, int at)
+{
+    mix->count--;
+    for (int i = at; i < mix->count; i++) {
+        mix->probe[i] = mix->probe[i + 1];
+        mix->weight[i] = mix->weight[i + 1];
+    }
+}
+
+/* Adds a share; the least goes where there are too many. Returns the one that
+ * went, or 0. */
+static double add(ibl_probe_mix *mix, int probe, double share)
+{
+    double gone = 0;
+
+    if (mix->count == IBL_MAX_PROBES_AT) {
+        int least = 0;
+
+        for (int i = 1; i < mix->count; i++) {
+            if (mix->weight[i] <= mix->weight[least])
+                least = i;
+        }
+        if (!(share > mix->weight[least]))
+            return share;
+        gone = mix->weight[least];
+        drop(mix, least);
+    }
+    mix->probe[mix->count] = probe;
+    mix->weight[mix->count] = share;
+    mix->count++;
+    return gone;
+}
+
+void ibl_probes_blend(const ibl_probe *probes, int count, const int *order,
+                      const double point[3], const double *alpha,
+                      ibl_probe_mix *mix)
+{
+    double left = 1, fifth = 0, sum = 0;
+
+    *mix = (ibl_probe_mix){0};
+    for (int i = 0; i < count && left > 0; i++) {
+        const int probe = order[i];
+        double share = ibl_probe_influence(&probes[probe], point);
+
+        if (alpha)
+            share *= alpha[probe];
+        share = fmin(share, left);
+        if (!(share > 0))
+            continue;
+        left -= share;
+        fifth = fmax(fifth, add(mix, probe, share));
+    }
+    for (int i = mix->count - 1; i >= 0; i--) {
+        mix->weight[i] -= fifth;
+        if (!(mix->weight[i] > 0))
+            drop(mix, i);
+    }
+    for (int i = 0; i < mix->count; i++)
+        sum += mix->weight[i];
+    mix->rest = fmax(1 - sum, 0);
+}
+
+/* ---- the nearest -------------------------------------------------------- */
+
+/* The n nearest, nearest first, of equals the first; returns how many. */
+static int find_near(const ibl_probe *probes, int count, const double point[3],
+                     int n, int *index, double *distance)
+{
+    int found = 0;
+
+    for (int i = 0; i < count; i++) {
+        const double d = distance3(probes[i].position, point);
+        if (found == n && !(d < distance[n - 1]))
+            continue;
+        int at = found < n ? found++ : n - 1;
+        for (; at > 0 && d < distance[at - 1]; at--) {
+            index[at] = index[at - 1];
+            distance[at] = distance[at - 1];
+        }
+        index[at] = i;
+        distance[at] = d;
+    }
+    return found;
+}
+
+/* (1/d - 1/R)^2, times the square of the least d, which is finite there. */
+static double weigh(double d, double least, double reach)
+{
+    if (!(d > 0))
+        return 1;
+    const double w = (1 - d / reach) * (least / d);
+
+    return w * w;
+}
+
+void ibl_probes_near(const ibl_probe *probes, int count, const double point[3],
+                     int k, ibl_probe_mix *mix)
+{
+    int index[IBL_MAX_PROBES_AT + 1];
+    double distance[IBL_MAX_PROBES_AT + 1], sum = 0;
+
+    *mix = (ibl_probe_mix){.rest = 1};
+    k = k < 1 ? 1 : k > IBL_MAX_PROBES_AT ? IBL_MAX_PROBES_AT : k;
+    const int found = find_near(probes, count, point, k + 1, index, distance);
+    const double reach = found > k ? distance[k] : HUGE_VAL;
+
+    if (found == 0)
+        return;
+    mix->rest = 0;
+    mix->count = found < k ? found : k;
+    for (int i = 0; i < mix->count; i++) {
+        mix->probe[i] = index[i];
+        mix->weight[i] = weigh(distance[i], distance[0], reach);
+        sum += mix->weight[i];
+    }
+    for (int i = 0; i < mix->count; i++)
+        mix->weight[i] = sum > 0 ? mix->weight[i] / sum : 1.0 / mix->count;
+}
+
+int ibl_probes_nearest(const ibl_probe *probes, int count,
+                       const double point[3])
+{
+    ibl_probe_mix mix;
+
+    ibl_probes_near(probes, count, point, 1, &mix);
+    return mix.count ? mix.probe[0] : -1;
+}
+
+/* ---- for shaders -------------------------------------------------------- */
+
+static void pack3(const double v[3], double fourth, float texel[4])
+{
+    for (int i = 0; i < 3; i++)
+        texel[i] = (float)v[i];
+    texel[3] = (float)fourth;
+}
+
+static void pack_volume(const ibl_volume *volume, double with, float *texels)
+{
+    pack3(volume->centre, with, texels);
+    pack3(volume->half, volume->shape == IBL_SHAPE_SPHERE, texels + 4);
+}
+
+void ibl_probes_pack(const ibl_probe *probes, int count, const int *order,
+                     float *texels)
+{
+    for (int i = 0; i < count; i++, texels += IBL_PROBE_FLOATS) {
+        const ibl_probe *probe = &probes[order[i]];
+
+        pack_volume(&probe->influence, probe->blend, texels);
+        pack_volume(&probe->proxy, probe->has_proxy != 0, texels + 8);
+        pack3(probe->position, probe->layer, texels + 16);
+    }
+}
