@@ -1,18 +1,25 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/bake_record.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
-bool ibl_bake_is_part(const ibl_bake *b)
+#include "cli/json_text.h"
+#include "common/json_load.h"
+#include "common/path.h"
+
+/* Whether only a part of the range of roughness was requested. */
+static bool is_part(const ibl_bake *b)
 {
     const ibl_specular_options *o = &b->opts->bake.specular_options;
     return o->roughness_min > 0 || o->roughness_max < 1;
 }
 
-bool ibl_bake_is_sampled(const ibl_bake *b)
+static bool is_sampled(const ibl_bake *b)
 {
     bool sampled = false;
     for (int l = 0; l < b->made.report.layout.levels; l++)
@@ -20,7 +27,8 @@ bool ibl_bake_is_sampled(const ibl_bake *b)
     return sampled;
 }
 
-const char *ibl_level_method(const ibl_specular_level *level)
+/* Of a level that is the environment itself "environment". */
+static const char *level_method(const ibl_specular_level *level)
 {
     if (level->samples)
         return "sampled";
@@ -33,17 +41,17 @@ const char *ibl_bake_specular_method(const ibl_bake *b)
     for (int l = 0; l < b->made.report.layout.levels; l++)
         spectral |= b->made.report.level[l].degree > 0 ||
                     b->made.report.level[l].reach > 0;
-    if (ibl_bake_is_sampled(b))
+    if (is_sampled(b))
         return spectral ? "mixed" : "sampled";
     return spectral ? "spectral" : "environment";
 }
 
-const char *ibl_bake_irradiance_method(const ibl_bake *b)
+static const char *irradiance_method(const ibl_bake *b)
 {
     return b->made.irradiance_degree ? "spectral" : "hemisphere grid";
 }
 
-const char *ibl_bake_lut_method(const ibl_bake *b)
+static const char *lut_method(const ibl_bake *b)
 {
     return b->opts->lut.samples ? "hammersley" : "quadrature";
 }
@@ -72,7 +80,7 @@ static void set(setter *s, const char *key, const char *fmt, ...)
 }
 
 /* Appends to a list with commas. */
-static void append(char *list, size_t size, int digits, double x)
+static void add_number(char *list, size_t size, int digits, double x)
 {
     const size_t used = strlen(list);
     snprintf(list + used, size - used, "%s%.*g", used ? "," : "", digits, x);
@@ -89,10 +97,10 @@ static void set_specular(setter *s, const ibl_bake *b)
 
     for (int l = 0; l < made->layout.levels; l++) {
         const ibl_specular_level *level = &made->level[l];
-        append(roughness, sizeof roughness, 9, made->layout.roughness[l]);
-        append(samples, sizeof samples, 9, level->samples);
-        append(degrees, sizeof degrees, 9, level->degree);
-        append(errors, sizeof errors, 3, fmax(level->error, 0));
+        add_number(roughness, sizeof roughness, 9, made->layout.roughness[l]);
+        add_number(samples, sizeof samples, 9, level->samples);
+        add_number(degrees, sizeof degrees, 9, level->degree);
+        add_number(errors, sizeof errors, 3, fmax(level->error, 0));
     }
     set(s, "iblbake.method", "%s", ibl_bake_specular_method(b));
     set(s, "iblbake.lobe", "%s", ibl_lobe_name(o->lobe));
@@ -100,13 +108,13 @@ static void set_specular(setter *s, const ibl_bake *b)
     set(s, "iblbake.roughness", "%s", roughness);
     set(s, "iblbake.lod_scale", "%.9g", made->layout.lod_scale);
     set(s, "iblbake.lod_offset", "%.9g", made->layout.lod_offset);
-    if (ibl_bake_is_part(b))
+    if (is_part(b))
         set(s, "iblbake.roughness_range", "%.9g:%.9g", o->roughness_min,
             o->roughness_max);
     set(s, "iblbake.degrees", "%s", degrees);
     set(s, "iblbake.estimate", "%s", errors);
     set(s, "iblbake.tolerance", "%.9g", o->tolerance);
-    if (!ibl_bake_is_sampled(b))
+    if (!is_sampled(b))
         return;
     set(s, "iblbake.samples", "%s", samples);
     set(s, "iblbake.lod_bias", "%.9g", o->lod_bias);
@@ -116,7 +124,7 @@ static void set_specular(setter *s, const ibl_bake *b)
 
 static void set_irradiance(setter *s, const ibl_bake *b)
 {
-    set(s, "iblbake.method", "%s", ibl_bake_irradiance_method(b));
+    set(s, "iblbake.method", "%s", irradiance_method(b));
     set(s, "iblbake.irradiance_scale", "E/pi");
     if (b->opts->bake.irradiance_options.step > 0)
         set(s, "iblbake.step", "%.9g", b->opts->bake.irradiance_options.step);
@@ -124,7 +132,7 @@ static void set_irradiance(setter *s, const ibl_bake *b)
 
 static void set_lut(setter *s, const ibl_bake *b)
 {
-    set(s, "iblbake.method", "%s", ibl_bake_lut_method(b));
+    set(s, "iblbake.method", "%s", lut_method(b));
     set(s, "iblbake.geometry", "%s", ibl_geometry_name(b->opts->lut.geometry));
     set(s, "iblbake.axes", "u=N.V,v=roughness");
     if (b->opts->lut.samples)
@@ -146,4 +154,293 @@ ibl_status ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
     else if (kind == IBL_OUTPUT_LUT)
         set_lut(&s, b);
     return s.status;
+}
+
+/* ---- the sidecar ------------------------------------------------------ */
+
+static bool is_utf8(const char *bytes)
+{
+    json_t *string = json_string(bytes);
+    json_decref(string);
+    return string != NULL;
+}
+
+/* All of a sidecar's names of files are, where one of them has to be. */
+static bool has_encoded_names(const ibl_bake *b)
+{
+    return !is_utf8(b->opts->input) || !is_utf8(b->opts->name);
+}
+
+static json_t *file_name(const ibl_bake *b, const char *name)
+{
+    return has_encoded_names(b) ? ibl_json_encoded(name) : json_string(name);
+}
+
+static json_t *source(const ibl_bake *b)
+{
+    const ibl_read_report *r = &b->report;
+    json_t *j = json_object();
+    put(&j, "path", file_name(b, b->opts->input));
+    put(&j, "format", ibl_json_string(r->format));
+    put(&j, "width", json_integer(b->width));
+    put(&j, "height", json_integer(b->height));
+    put(&j, "peak", json_real((double)r->peak));
+    put(&j, "nonfinite_pixels", json_integer((json_int_t)r->nonfinite));
+    put(&j, "negative_pixels", json_integer((json_int_t)r->negative));
+    put(&j, "low_range", json_boolean(r->low_range));
+    put(&j, "bridged", json_boolean(r->bridged));
+    return j;
+}
+
+static json_t *orientation(const ibl_bake *b)
+{
+    json_t *j = json_object();
+    put(&j, "world", json_string("right-handed, +Y up"));
+    put(&j, "equirect",
+        json_string("row 0 is +Y, u = atan2(z, x) / 2pi + 1/2"));
+    put(&j, "faces", json_string("+X -X +Y -Y +Z -Z, row 0 on top"));
+    put(&j, "yaw_deg", json_real(b->opts->bake.yaw_deg));
+    return j;
+}
+
+/* In a radian. */
+static const double degrees = 57.295779513082320877;
+
+static json_t *levels(const ibl_bake *b, ibl_output_kind kind)
+{
+    const ibl_texture *shape = &b->files[kind].shape;
+    json_t *j = json_array();
+
+    for (int l = 0; l < shape->levels; l++) {
+        json_t *level = json_object();
+        put(&level, "size", json_integer(ibl_cube_edge(shape->width, l)));
+        if (kind == IBL_OUTPUT_SPECULAR) {
+            const ibl_specular_level *made = &b->made.report.level[l];
+            put(&level, "roughness",
+                json_real(b->made.report.layout.roughness[l]));
+            put(&level, "method", json_string(level_method(made)));
+            if (made->samples)
+                put(&level, "samples", json_integer(made->samples));
+            if (made->degree)
+                put(&level, "degree", json_integer(made->degree));
+            if (made->reach > 0)
+                put(&level, "reach_deg", json_real(made->reach * degrees));
+            /* JSON has no infinity; a bound beyond all use says as much. */
+            if (made->error >= 0)
+                put(&level, "estimated_error",
+                    json_real(fmin(made->error, DBL_MAX)));
+        }
+        const ibl_overflow_level *overflow = &b->files[kind].overflow.level[l];
+        if (overflow->texels)
+            put(&level, "beyond", ibl_json_overflow(overflow));
+        append(&j, level);
+    }
+    return j;
+}
+
+/* Where a shader finds a roughness: in words for the whole chain, else with
+ * its numbers. */
+static json_t *lod(const ibl_bake *b)
+{
+    const ibl_specular_layout *layout = &b->made.report.layout;
+    const bool linear =
+        b->opts->bake.specular_options.mapping == IBL_ROUGHNESS_LINEAR;
+    const char *x = linear ? "roughness" : "roughness * (2 - roughness)";
+    if (!is_part(b))
+        return json_sprintf("%s * (levels - 1)", x);
+    return json_sprintf("%s * %.9g + %.9g", x, layout->lod_scale,
+                        layout->lod_offset);
+}
+
+/* Of the whole chain, what was not made. */
+static void put_part(const ibl_bake *b, json_t **j)
+{
+    const ibl_specular_options *o = &b->opts->bake.specular_options;
+    json_t *whole = json_object();
+    put(j, "roughness_range",
+        json_pack("[ff]", o->roughness_min, o->roughness_max));
+    put(&whole, "size", json_integer(o->size));
+    put(&whole, "levels", json_integer(ibl_default_levels(o->size)));
+    put(j, "whole_chain", whole);
+}
+
+/* The lobe, N = V = R. */
+static const char *weight_of(ibl_lobe lobe)
+{
+    switch (lobe) {
+    case IBL_LOBE_CHARLIE:
+        return "sin(theta_h)^(1 / alpha) N.L, alpha = roughness^2";
+    case IBL_LOBE_PHONG:
+        return "(R.L)^n N.L, n = (1 / alpha^2 - 1) / 2, alpha = roughness^2";
+    case IBL_LOBE_GGX:
+        break;
+    }
+    return "D_GGX(N.H) N.L, alpha = roughness^2";
+}
+
+static void put_specular(const ibl_bake *b, json_t **j)
+{
+    const ibl_specular_options *o = &b->opts->bake.specular_options;
+    const ibl_specular_report *made = &b->made.report;
+    put(j, "lobe", json_string(ibl_lobe_name(o->lobe)));
+    put(j, "weight", json_string(weight_of(o->lobe)));
+    put(j, "method", json_string(ibl_bake_specular_method(b)));
+    put(j, "mapping", json_string(ibl_roughness_map_name(o->mapping)));
+    put(j, "lod", lod(b));
+    put(j, "lod_scale", json_real(made->layout.lod_scale));
+    put(j, "lod_offset", json_real(made->layout.lod_offset));
+    if (is_part(b))
+        put_part(b, j);
+    put(j, "tolerance", json_real(o->tolerance));
+    put(j, "estimate",
+        json_string("bound of the 95th percentile of the relative error, "
+                    "before rounding to the pixel"));
+    if (!is_sampled(b))
+        return;
+    put(j, "lookup_size", json_integer(made->lookup_size));
+    put(j, "lod_bias", json_real(o->lod_bias));
+    put(j, "jitter", json_boolean(o->jitter));
+    put(j, "pdf_mip", json_boolean(o->pdf_mip));
+}
+
+static void put_irradiance(const ibl_bake *b, json_t **j)
+{
+    put(j, "scale", json_string("E/pi"));
+    put(j, "method", json_string(irradiance_method(b)));
+    if (b->made.irradiance_degree)
+        put(j, "degree", json_integer(b->made.irradiance_degree));
+    if (b->opts->bake.irradiance_options.step > 0)
+        put(j, "step_rad", json_real(b->opts->bake.irradiance_options.step));
+}
+
+static void put_lut(const ibl_bake *b, json_t **j)
+{
+    const ibl_lut_options *o = &b->opts->lut;
+    put(j, "axes",
+        json_string("u = N.V, v = roughness, at texel centres; row 0 is the "
+                    "smoothest"));
+    put(j, "values", json_string("specular = F0 * R + G"));
+    put(j, "geometry", json_string(ibl_geometry_name(o->geometry)));
+    put(j, "method", json_string(lut_method(b)));
+    if (o->samples)
+        put(j, "samples", json_integer(o->samples));
+}
+
+static json_t *output(const ibl_bake *b, ibl_output_kind kind)
+{
+    const ibl_baked *file = &b->files[kind];
+    json_t *j = json_object();
+
+    put(&j, "content", json_string(ibl_output_content(kind)));
+    put(&j, "file", file_name(b, ibl_path_name(file->path)));
+    put(&j, "container", json_string(ibl_container_name(b->opts->format)));
+    put(&j, "pixel", json_string(ibl_pixel_name(file->shape.pixel)));
+    put(&j, "width", json_integer(file->shape.width));
+    put(&j, "height", json_integer(file->shape.height));
+    put(&j, "faces", json_integer(file->shape.faces));
+    put(&j, "bytes", json_integer((json_int_t)file->bytes));
+    put(&j, "saturated", json_integer((json_int_t)file->overflow.values));
+    if (kind != IBL_OUTPUT_LUT)
+        put(&j, "overflow", json_string(ibl_overflow_name(b->opts->overflow)));
+    if (kind == IBL_OUTPUT_SPECULAR)
+        put_specular(b, &j);
+    else if (kind == IBL_OUTPUT_IRRADIANCE)
+        put_irradiance(b, &j);
+    else if (kind == IBL_OUTPUT_LUT)
+        put_lut(b, &j);
+    if (kind != IBL_OUTPUT_LUT)
+        put(&j, "levels", levels(b, kind));
+    return j;
+}
+
+static json_t *outputs(const ibl_bake *b)
+{
+    json_t *j = json_array();
+    for (int kind = 0; kind < IBL_OUTPUT_JSON; kind++)
+        if (b->files[kind].path)
+            append(&j, output(b, (ibl_output_kind)kind));
+    return j;
+}
+
+/* The coefficients, as radiance or each l times ibl_sh_cosine(l). */
+static json_t *coefficients(const ibl_bake *b, bool cosine)
+{
+    const int degree = b->opts->bake.sh_degree;
+    const double *a = b->made.sh;
+    json_t *j = json_array();
+
+    for (int l = 0; l <= degree; l++) {
+        const double k = cosine ? ibl_sh_cosine(l) : 1;
+        for (int m = -l; m <= l; m++, a += 3)
+            append(&j, json_pack("[fff]", k * a[0] + 0.0, k * a[1] + 0.0,
+                                 k * a[2] + 0.0));
+    }
+    return j;
+}
+
+/* The basis up to l = 2 as polynomials in the direction (Ramamoorthi and
+ * Hanrahan 2001, eq. 3): sqrt(1/4pi), sqrt(3/4pi), sqrt(15/4pi),
+ * sqrt(5/16pi), sqrt(15/16pi). */
+static json_t *glsl(int degree)
+{
+    static const char *const terms[] = {
+        "0.28209479 * c[0]",
+        " + 0.48860251 * (n.y * c[1] + n.z * c[2] + n.x * c[3])",
+        " + 1.09254843 * (n.x * n.y * c[4] + n.y * n.z * c[5] + n.z * n.x * "
+        "c[7]) + 0.31539157 * (3.0 * n.z * n.z - 1.0) * c[6] + 0.54627422 * "
+        "(n.x * n.x - n.y * n.y) * c[8]"};
+    const int last = degree < 2 ? degree : 2;
+
+    return json_sprintf("vec3 irradiance(vec3 n, vec3 c[%d]) { return %s%s%s; "
+                        "}",
+                        (last + 1) * (last + 1), terms[0],
+                        last > 0 ? terms[1] : "", last > 1 ? terms[2] : "");
+}
+
+static json_t *spherical_harmonics(const ibl_bake *b)
+{
+    json_t *j = json_object();
+    ibl_json_put_basis(&j, b->opts->bake.sh_degree);
+    put(&j, "radiance", coefficients(b, false));
+    put(&j, "irradiance_scale", json_string("E/pi"));
+    put(&j, "irradiance", coefficients(b, true));
+    put(&j, "glsl", glsl(b->opts->bake.sh_degree));
+    put(&j, "glsl_use",
+        json_string("c: the first of \"irradiance\", n: unit normal in the "
+                    "world; gives E/pi up to l = 2"));
+    return j;
+}
+
+/* What was spent until now, to the microsecond. */
+static json_t *timings(const ibl_bake *b)
+{
+    const ibl_console *c = b->console;
+    json_t *j = json_object(), *stages = json_object();
+
+    put(&j, "threads", json_integer(ibl_ctx_threads(b->ctx)));
+    for (int i = 0; i < c->count; i++)
+        put(&stages, c->stages[i].name,
+            json_real(round(c->stages[i].seconds * 1e6) / 1e6));
+    put(&j, "seconds", stages);
+    return j;
+}
+
+char *ibl_sidecar_text(const ibl_bake *b)
+{
+    json_t *root = json_object();
+
+    put(&root, "generator", ibl_json_generator(ibl_ctx_isa(b->ctx)));
+    if (has_encoded_names(b))
+        put(&root, "names", json_string(IBL_NAMES_ENCODED));
+    put(&root, "source", source(b));
+    put(&root, "orientation", orientation(b));
+    put(&root, "outputs", outputs(b));
+    put(&root, "sh", spherical_harmonics(b));
+    if (b->opts->verify)
+        put(&root, "verify", ibl_report_json(&b->judged));
+    if (b->opts->timings)
+        put(&root, "timings", timings(b));
+    char *text = ibl_json_text(root);
+    json_decref(root);
+    return text;
 }

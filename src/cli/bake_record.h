@@ -32,17 +32,9 @@ typedef struct ibl_bake {
     ibl_baked files[IBL_OUTPUT_COUNT];
 } ibl_bake;
 
-/* Whether only a part of the range of roughness was requested. */
-bool ibl_bake_is_part(const ibl_bake *b);
-/* Whether any level of the specular chain was sampled. */
-bool ibl_bake_is_sampled(const ibl_bake *b);
-/* "spectral" or "sampled" of a level; "environment": it is that. */
-const char *ibl_level_method(const ibl_specular_level *level);
-/* The same of the whole chain; "mixed": both occur. */
+/* "spectral", "sampled", or "mixed" where levels differ; "environment" where
+ * all are that. */
 const char *ibl_bake_specular_method(const ibl_bake *b);
-/* "spectral" or "hemisphere grid"; "quadrature" or "hammersley". */
-const char *ibl_bake_irradiance_method(const ibl_bake *b);
-const char *ibl_bake_lut_method(const ibl_bake *b);
 
 /* Sets the key/values that a texture of the bake carries: see FILES in the
  * manual page. */

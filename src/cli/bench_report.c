@@ -7,7 +7,7 @@
 
 #include "cli/bench.h"
 #include "cli/json_text.h"
-#include "common/memory_file.h"
+#include "common/text.h"
 
 /* ---- JSON ------------------------------------------------------------ */
 

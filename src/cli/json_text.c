@@ -6,8 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/memory_file.h"
-#include "common/number.h"
+#include "common/text.h"
 
 /* Not json_dumps, which does not notice that there is no memory for a key. */
 char *ibl_json_dump(const json_t *root, size_t flags)

@@ -8,8 +8,8 @@
 #include <sys/file.h>
 
 #include "cli/probes.h"
-#include "common/memory_file.h"
 #include "common/path.h"
+#include "common/text.h"
 
 /* ---- one run at a time ------------------------------------------------- */
 

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/memory_file.h"
+#include "common/text.h"
 
 static bool is_blank(char c)
 {

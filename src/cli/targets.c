@@ -10,9 +10,9 @@
 #include <unistd.h>
 
 #include "common/json_load.h"
-#include "common/memory_file.h"
 #include "common/names.h"
 #include "common/path.h"
+#include "common/text.h"
 
 static char *make_path(const ibl_opts *o, ibl_output_kind kind)
 {

@@ -14,9 +14,9 @@
 
 #include "cli/faces.h"
 #include "common/json_load.h"
-#include "common/memory_file.h"
 #include "common/names.h"
 #include "common/path.h"
+#include "common/text.h"
 
 typedef struct reader {
     const ibl_verify_opts *opts;

@@ -5,8 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/memory_file.h"
-#include "common/number.h"
+#include "common/text.h"
 #include "common/path.h"
 #include "common/signals.h"
 #include "ibl/io.h"

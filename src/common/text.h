@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* A stream into memory, for what open_memstream is not: where memory runs out
  * glibc's loses text, and neither ferror nor fclose tells. */
-#ifndef COMMON_MEMORY_FILE_H
-#define COMMON_MEMORY_FILE_H
+#ifndef COMMON_TEXT_H
+#define COMMON_TEXT_H
 
 #include <stdio.h>
 
@@ -16,5 +16,13 @@ FILE *ibl_memory_open(ibl_memory_file *m);
 /* Closes it. All that was written, ended by a NUL beyond m->size, for free();
  * NULL: there was no memory for some of it, or to is NULL. */
 char *ibl_memory_close(FILE *to, ibl_memory_file *m);
+
+enum {
+    IBL_NUMBER_BYTES = 32
+};
+
+/* The fewest digits that read back as the same double; with an exponent only
+ * below 1e-5 and from 1e9 up. */
+void ibl_number_text(double x, char text[IBL_NUMBER_BYTES]);
 
 #endif
