@@ -121,41 +121,29 @@ static bool find_colour(const exr_attr_chlist_t *list, const char *layer,
     return true;
 }
 
-/* Calls add for every layer with colour. The core sorts channels by name, but
- * a layer's may still lie apart ("a-b.R" sorts between "a" and "a.R"), so a
- * layer counts at its first channel only. */
-static void list_layers(const exr_attr_chlist_t *list, text_list *out,
-                        ibl_exr_pick *last)
+/* Lists the layers with colour, leaves the last in pick and returns how many
+ * there are. The core sorts channels by name, but a layer's may still lie apart
+ * ("a-b.R" sorts between "a" and "a.R"), so a layer counts at its first channel
+ * only. */
+static int list_layers(const exr_attr_chlist_t *list, text_list *out,
+                       ibl_exr_pick *pick)
 {
+    int count = 0;
     for (int i = 0; i < list->num_channels; i++) {
         const char *channel = list->entries[i].name.str;
         const size_t length = layer_length(channel);
         bool seen = false;
         for (int j = 0; j < i && !seen; j++)
             seen = in_layer(list->entries[j].name.str, channel, length);
-        if (seen || !find_colour(list, channel, length, last))
+        if (seen || !find_colour(list, channel, length, pick))
             continue;
         if (length)
             list_add(out, "%.*s", (int)(length > 255 ? 255 : length), channel);
         else
             list_add(out, "(unnamed)");
+        count++;
     }
-}
-
-/* Looks for the wanted colour in one part. count: how many layers have
- * colour where it is not clear which is meant. */
-static bool look_in_part(const exr_attr_chlist_t *channels, const char *layer,
-                         ibl_exr_pick *pick, int *count)
-{
-    text_list layers = {.count = 0};
-    *count = 0;
-    if (layer)
-        return find_colour(channels, layer, strlen(layer), pick);
-    if (find_colour(channels, "", 0, pick))
-        return true;
-    list_layers(channels, &layers, pick);
-    *count = layers.count;
-    return layers.count == 1;
+    return count;
 }
 
 static bool is_deep(exr_storage_t storage)
@@ -172,46 +160,49 @@ static const exr_attr_chlist_t *channels_of(const ibl_exr_file *file, int part)
     return list && list->num_channels <= MAX_CHANNELS ? list : NULL;
 }
 
-/* Why no part had what was wanted. */
-static ibl_status explain(const ibl_exr_file *file,
-                          const ibl_read_options *opts, int parts,
-                          bool ambiguous)
-{
-    text_list layers = {.count = 0}, names = {.count = 0};
-    int deep = 0, flat = 0;
-    ibl_exr_pick scratch;
+/* What the parts have that were looked at. */
+typedef struct found {
+    text_list layers, names; /* layers with colour, all channels */
+    int deep, flat;          /* parts */
+    bool ambiguous;          /* one has several layers with colour */
+} found;
 
-    for (int p = 0; p < parts; p++) {
-        exr_storage_t storage;
-        const exr_attr_chlist_t *list = channels_of(file, p);
-        if ((opts->part >= 0 && p != opts->part) ||
-            exr_get_storage(file->exr, p, &storage))
-            continue;
-        deep += is_deep(storage);
-        flat += !is_deep(storage);
-        if (!list || is_deep(storage))
-            continue;
-        list_layers(list, &layers, &scratch);
-        for (int i = 0; i < list->num_channels; i++)
-            list_add(&names, "%s", list->entries[i].name.str);
-    }
-    if (deep && !flat)
+/* Why no part had what was wanted. */
+static ibl_status explain(const ibl_exr_file *file, const char *layer,
+                          const found *f)
+{
+    if (f->deep && !f->flat)
         return ibl_reject(
             file->in, IBL_ERR_UNSUPPORTED,
             "deep EXR data has no one colour per pixel; flatten it first");
-    if (!layers.count)
+    if (!f->layers.count)
         return ibl_reject(file->in, IBL_ERR_FORMAT,
                           "no colour in this EXR: it has %s; R, G and B or Y "
                           "alone are needed",
-                          names.count ? names.text : "no channels");
-    if (ambiguous)
+                          f->names.count ? f->names.text : "no channels");
+    if (f->ambiguous)
         return ibl_reject(
             file->in, IBL_ERR_FORMAT,
             "several layers have colour: %s; pick one with the layer option",
-            layers.text);
+            f->layers.text);
     return ibl_reject(file->in, IBL_ERR_FORMAT,
                       "no layer '%s' with colour; there are: %s",
-                      opts->layer ? opts->layer : "", layers.text);
+                      layer ? layer : "", f->layers.text);
+}
+
+/* Looks for the wanted colour in one part: that of the layer, or of the unnamed
+ * one, or of the only one that has it. */
+static bool look_in_part(const exr_attr_chlist_t *list, const char *layer,
+                         ibl_exr_pick *pick, found *f)
+{
+    pick->channels = list;
+    if (find_colour(list, layer ? layer : "", layer ? strlen(layer) : 0, pick))
+        return true;
+    const int count = list_layers(list, &f->layers, pick);
+    for (int i = 0; i < list->num_channels; i++)
+        list_add(&f->names, "%s", list->entries[i].name.str);
+    f->ambiguous |= !layer && count > 1;
+    return !layer && count == 1;
 }
 
 static ibl_status no_such_part(const ibl_exr_file *file, int part, int parts)
@@ -230,8 +221,8 @@ static ibl_status no_such_part(const ibl_exr_file *file, int part, int parts)
 static ibl_status choose_part(const ibl_exr_file *file,
                               const ibl_read_options *opts, ibl_exr_pick *pick)
 {
+    found f = {.deep = 0};
     int parts = 0;
-    bool ambiguous = false;
 
     if (exr_get_count(file->exr, &parts) || parts < 1)
         return ibl_reject(file->in, IBL_ERR_FORMAT, "this EXR has no parts");
@@ -239,22 +230,20 @@ static ibl_status choose_part(const ibl_exr_file *file,
         return no_such_part(file, opts->part, parts);
     for (int p = 0; p < parts; p++) {
         exr_storage_t storage;
-        int count;
-        if (opts->part >= 0 && p != opts->part)
+        if ((opts->part >= 0 && p != opts->part) ||
+            exr_get_storage(file->exr, p, &storage))
             continue;
-        if (exr_get_storage(file->exr, p, &storage) || is_deep(storage))
-            continue;
-        pick->channels = channels_of(file, p);
-        if (!pick->channels)
-            continue;
-        if (look_in_part(pick->channels, opts->layer, pick, &count)) {
+        const bool deep = is_deep(storage);
+        const exr_attr_chlist_t *list = deep ? NULL : channels_of(file, p);
+        f.deep += deep;
+        f.flat += !deep;
+        if (list && look_in_part(list, opts->layer, pick, &f)) {
             pick->part = p;
             pick->tiled = storage == EXR_STORAGE_TILED;
             return IBL_OK;
         }
-        ambiguous |= count > 1;
     }
-    return explain(file, opts, parts, ambiguous);
+    return explain(file, opts->layer, &f);
 }
 
 /* Sampling rates that are wanted: 1 everywhere, 2 for both chroma channels.

@@ -11,10 +11,9 @@
  * failure half-way puts it back.
  *
  * ibl_outputs_abort may run in a signal handler at any point. What it needs is
- * in arrays of fixed size; a name is there before its file is, and which of
- * two names a file bears that is being renamed is not remembered but asked of
- * the file system by inode, so there is no moment at which the record is wrong.
- * Where the file system does not say, what was done before has to do.
+ * in arrays of fixed size. A name is recorded before its file is made. Which of
+ * two names a file has during a rename is not recorded: the file system is
+ * asked, by inode. If it does not answer, the last recorded state counts.
  */
 #define _GNU_SOURCE
 #include <errno.h>
@@ -67,12 +66,6 @@ typedef struct made_dir {
     char *path;
 } made_dir;
 
-/* Why a file could not be written. */
-typedef struct trouble {
-    const char *what;
-    int error; /* errno */
-} trouble;
-
 /* A texture that another thread writes. */
 typedef struct writing {
     bool on;
@@ -80,8 +73,8 @@ typedef struct writing {
     int fd;
     ibl_texture tex;
     ibl_pieces file;
-    ibl_status status;
-    trouble why;
+    const char *trouble; /* as write_temporary returns it */
+    int error;           /* its errno */
 } writing;
 
 struct ibl_outputs {
@@ -133,10 +126,9 @@ static ibl_status failed(const ibl_outputs *out, const char *path,
                     strerror(error), advice(error));
 }
 
-static ibl_status check_length(const ibl_outputs *out, const char *path,
-                               size_t more)
+static ibl_status check_length(const ibl_outputs *out, const char *path)
 {
-    const size_t limit = PATH_BYTES - 1 - more;
+    const size_t limit = PATH_BYTES - 1 - SUFFIX_BYTES;
     if (!path || !path[0])
         return ibl_fail(out->ctx, IBL_ERR_ARGUMENT, "an output without a path");
     if (strlen(path) > limit)
@@ -214,7 +206,7 @@ ibl_status ibl_outputs_mkdir(ibl_outputs *out, const char *path)
     char prefix[PATH_BYTES];
     if (!out)
         return ibl_missing(NULL, "ibl_outputs_mkdir: out");
-    ibl_status status = check_length(out, path, SUFFIX_BYTES);
+    ibl_status status = check_length(out, path);
     size_t n = 0;
 
     while (!status && path[n]) {
@@ -246,20 +238,20 @@ static void name_dir(const char *path, char dir[PATH_BYTES])
 /* Replaces a target that is a symbolic link by what it names, there or not. */
 static ibl_status follow_links(const ibl_outputs *out, char *target)
 {
-    for (int i = 0; i < MAX_LINKS; i++) {
+    int error = ELOOP;
+    for (int i = 0; i < MAX_LINKS && error == ELOOP; i++) {
         char link[PATH_BYTES];
         const ssize_t n = readlink(target, link, sizeof link - 1);
         if (n < 0)
             return IBL_OK; /* no link, or nothing at all */
         link[n] = '\0';
         const size_t dir = link[0] == '/' ? 0 : dir_length(target);
-        if (dir + (size_t)n >= PATH_BYTES - SUFFIX_BYTES) {
-            errno = ENAMETOOLONG;
-            return failed(out, target, "is a link that cannot be followed");
-        }
-        memcpy(target + dir, link, (size_t)n + 1);
+        if (dir + (size_t)n >= PATH_BYTES - SUFFIX_BYTES)
+            error = ENAMETOOLONG;
+        else
+            memcpy(target + dir, link, (size_t)n + 1);
     }
-    errno = ELOOP;
+    errno = error;
     return failed(out, target, "is a link that cannot be followed");
 }
 
@@ -267,10 +259,8 @@ static ibl_status follow_links(const ibl_outputs *out, char *target)
 static ibl_status check_existing(const ibl_outputs *out, const char *path)
 {
     struct stat st;
-    if (stat(path, &st)) {
-        /* Not there: well. No way there: creating will tell. */
-        return IBL_OK;
-    }
+    if (stat(path, &st))
+        return IBL_OK; /* if its directory is missing, creating fails */
     if (S_ISDIR(st.st_mode))
         return ibl_fail(
             out->ctx, IBL_ERR_IO,
@@ -300,7 +290,7 @@ static bool same_target(const slot *a, const slot *b)
 static ibl_status aim(ibl_outputs *out, const char *path, slot *s)
 {
     struct stat st;
-    ibl_status status = check_length(out, path, SUFFIX_BYTES);
+    ibl_status status = check_length(out, path);
     if (!status)
         status = check_existing(out, path);
     if (status)
@@ -334,15 +324,12 @@ static ibl_status aim(ibl_outputs *out, const char *path, slot *s)
 static int create_temporary(ibl_outputs *out, slot *s)
 {
     const size_t dir = dir_length(s->target);
-    char name[KEPT_NAME_BYTES + 1];
     int fd = -1;
-    const size_t kept = strnlen(s->target + dir, KEPT_NAME_BYTES);
-    memcpy(name, s->target + dir, kept);
-    name[kept] = '\0';
     memcpy(s->temporary, s->target, dir);
     for (int i = 0; i < MAX_TRIES; i++) {
-        snprintf(s->temporary + dir, PATH_BYTES - dir, ".%s.iblbake-%ld-%u.tmp",
-                 name, (long)getpid(), out->serial++);
+        snprintf(s->temporary + dir, PATH_BYTES - dir,
+                 ".%.*s.iblbake-%ld-%u.tmp", KEPT_NAME_BYTES, s->target + dir,
+                 (long)getpid(), out->serial++);
         atomic_store(&s->state, NAMED);
         fd = open(s->temporary,
                   O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
@@ -355,76 +342,74 @@ static int create_temporary(ibl_outputs *out, slot *s)
     return fd;
 }
 
-static ibl_status trouble_of(trouble *why, const char *what)
-{
-    *why = (trouble){what, errno};
-    return IBL_ERR_IO;
-}
+static const char cancelled[] = "cancelled";
 
-static ibl_status write_piece(const ibl_outputs *out, int fd, ibl_piece piece,
-                              trouble *why)
+static const char *write_piece(const ibl_outputs *out, int fd, ibl_piece piece)
 {
     const unsigned char *bytes = piece.bytes;
     while (piece.size) {
         const size_t chunk = piece.size < CHUNK ? piece.size : CHUNK;
         const ssize_t n = write(fd, bytes, chunk);
         if (ibl_cancelled(out->ctx))
-            return IBL_ERR_CANCELLED;
+            return cancelled;
         if (n < 0 && errno == EINTR)
             continue;
         if (n < 0)
-            return trouble_of(why, "cannot be written");
+            return "cannot be written";
         bytes += n;
         piece.size -= (size_t)n;
     }
-    return IBL_OK;
+    return NULL;
 }
 
 /* Some file systems cannot flush and say so by EINVAL. */
-static ibl_status flush_file(int fd, trouble *why)
+static const char *flush_file(int fd)
 {
     while (fsync(fd)) {
         if (errno == EINVAL)
             break;
         if (errno != EINTR)
-            return trouble_of(why, "cannot be flushed to the disk");
+            return "cannot be flushed to the disk";
     }
-    return IBL_OK;
+    return NULL;
 }
 
-/* Writes and closes a temporary, and removes it if that fails. On any thread:
- * the caller's reports. */
-static ibl_status write_temporary(ibl_outputs *out, slot *s, int fd,
-                                  const ibl_pieces *file, trouble *why)
+/* Writes and closes a temporary, and removes it if that fails: returns NULL, or
+ * `cancelled`, or what failed, for errno. On any thread; the caller's reports
+ * it. */
+static const char *write_temporary(ibl_outputs *out, slot *s, int fd,
+                                   const ibl_pieces *file)
 {
     struct stat st;
-    ibl_status status = IBL_OK;
-    if (fstat(fd, &st))
-        status = trouble_of(why, "cannot be written");
-    for (int i = 0; i < file->count && !status; i++)
-        status = write_piece(out, fd, file->piece[i], why);
-    if (!status && out->sync)
-        status = flush_file(fd, why);
-    /* Here NFS tells of a full disk, and there is no second time. */
-    if (close(fd) && errno != EINTR && !status)
-        status = trouble_of(why, "cannot be written");
-    if (status) {
+    const char *trouble = fstat(fd, &st) ? "cannot be written" : NULL;
+    for (int i = 0; i < file->count && !trouble; i++)
+        trouble = write_piece(out, fd, file->piece[i]);
+    if (!trouble && out->sync)
+        trouble = flush_file(fd);
+    int error = errno;
+    /* NFS reports a full disk here, and only here. */
+    if (close(fd) && errno != EINTR && !trouble) {
+        trouble = "cannot be written";
+        error = errno;
+    }
+    if (trouble) {
         unlink(s->temporary);
         atomic_store(&s->state, UNUSED);
-        return status;
+        errno = error;
+        return trouble;
     }
     s->device = st.st_dev;
     s->inode = st.st_ino;
     atomic_store(&s->replaces, false);
     atomic_store(&s->state, WRITTEN);
-    return IBL_OK;
+    return NULL;
 }
 
 static ibl_status report(const ibl_outputs *out, const char *path,
-                         ibl_status status, const trouble *why)
+                         const char *trouble)
 {
-    errno = why->error;
-    return status == IBL_ERR_IO ? failed(out, path, why->what) : status;
+    return trouble == cancelled ? IBL_ERR_CANCELLED
+                                : failed(out, path, trouble);
 }
 
 /* Makes an empty temporary in the next slot. */
@@ -455,17 +440,16 @@ static ibl_status begin_file(ibl_outputs *out, const char *path, slot **s,
 static ibl_status add_file(ibl_outputs *out, const char *path,
                            const ibl_pieces *file)
 {
-    trouble why = {0};
     slot *s;
     int fd;
-    ibl_status status = begin_file(out, path, &s, &fd);
+    const ibl_status status = begin_file(out, path, &s, &fd);
     if (status)
         return status;
-    status = write_temporary(out, s, fd, file, &why);
-    if (!status)
+    const char *trouble = write_temporary(out, s, fd, file);
+    if (!trouble)
         return IBL_OK;
     out->count--;
-    return report(out, path, status, &why);
+    return report(out, path, trouble);
 }
 
 ibl_status ibl_outputs_add(ibl_outputs *out, const char *path,
@@ -502,7 +486,8 @@ static void write_later(void *arg)
 {
     ibl_outputs *out = arg;
     writing *w = &out->later;
-    w->status = write_temporary(out, w->s, w->fd, &w->file, &w->why);
+    w->trouble = write_temporary(out, w->s, w->fd, &w->file);
+    w->error = errno;
 }
 
 ibl_status ibl_outputs_take_texture(ibl_outputs *out, const char *path,
@@ -538,21 +523,29 @@ done:
     return status;
 }
 
+static void end_writing(ibl_outputs *out)
+{
+    if (!out->later.on)
+        return;
+    ibl_task_finish(out->ctx);
+    out->later.on = false;
+    ibl_pieces_free(&out->later.file);
+    ibl_texture_free(&out->later.tex);
+}
+
 ibl_status ibl_outputs_wait(ibl_outputs *out)
 {
     if (!out)
         return ibl_missing(NULL, "ibl_outputs_wait: out");
-    writing *w = &out->later;
-    if (!w->on)
-        return IBL_OK;
-    ibl_task_finish(out->ctx);
-    w->on = false;
-    ibl_pieces_free(&w->file);
-    ibl_texture_free(&w->tex);
-    if (!w->status)
+    const writing *w = &out->later;
+    end_writing(out);
+    if (!w->trouble)
         return IBL_OK;
     ibl_outputs_abort(out);
-    return report(out, w->s->target, w->status, &w->why);
+    errno = w->error;
+    const ibl_status status = report(out, w->s->target, w->trouble);
+    out->later.trouble = NULL;
+    return status;
 }
 
 /* ---- commit and abort ----------------------------------------------- */
@@ -649,11 +642,8 @@ void ibl_outputs_abort(ibl_outputs *out)
 
 void ibl_outputs_free(ibl_outputs *out)
 {
-    if (out && out->later.on) {
-        ibl_task_finish(out->ctx);
-        ibl_pieces_free(&out->later.file);
-        ibl_texture_free(&out->later.tex);
-    }
+    if (out)
+        end_writing(out);
     ibl_outputs_abort(out);
     ibl_free(out);
 }

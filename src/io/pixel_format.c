@@ -16,14 +16,15 @@ static const struct {
     const char *name;
     int channels;
     int has_alpha;
-    float max;
+    float max, max_blue;
 } formats[IBL_PIXEL_COUNT] = {
-    [IBL_PIXEL_RGBA16F] = {"rgba16f", 3, 1, IBL_HALF_MAX},
-    [IBL_PIXEL_RGBA32F] = {"rgba32f", 3, 1, FLT_MAX},
-    [IBL_PIXEL_RGB9E5] = {"rgb9e5", 3, 0, IBL_RGB9E5_MAX},
-    [IBL_PIXEL_R11G11B10F] = {"r11g11b10f", 3, 0, IBL_SMALL11_MAX},
-    [IBL_PIXEL_RG16F] = {"rg16f", 2, 0, IBL_HALF_MAX},
-    [IBL_PIXEL_RG32F] = {"rg32f", 2, 0, FLT_MAX},
+    [IBL_PIXEL_RGBA16F] = {"rgba16f", 3, 1, IBL_HALF_MAX, IBL_HALF_MAX},
+    [IBL_PIXEL_RGBA32F] = {"rgba32f", 3, 1, FLT_MAX, FLT_MAX},
+    [IBL_PIXEL_RGB9E5] = {"rgb9e5", 3, 0, IBL_RGB9E5_MAX, IBL_RGB9E5_MAX},
+    [IBL_PIXEL_R11G11B10F] = {"r11g11b10f", 3, 0, IBL_SMALL11_MAX,
+                              IBL_SMALL10_MAX},
+    [IBL_PIXEL_RG16F] = {"rg16f", 2, 0, IBL_HALF_MAX, IBL_HALF_MAX},
+    [IBL_PIXEL_RG32F] = {"rg32f", 2, 0, FLT_MAX, FLT_MAX},
 };
 
 /* Numbers: vulkan_core.h, dxgiformat.h, d3d9types.h, the OpenGL registry. */
@@ -87,6 +88,45 @@ float ibl_pixel_max(ibl_pixel pixel)
 {
     assert(pixel < IBL_PIXEL_COUNT);
     return formats[pixel].max;
+}
+
+float ibl_pixel_max_blue(ibl_pixel pixel)
+{
+    assert(pixel < IBL_PIXEL_COUNT);
+    return formats[pixel].max_blue;
+}
+
+/* The last word of texel i. */
+static size_t last_word(const ibl_layout *l, size_t i)
+{
+    return (i + 1) * (size_t)l->texel_bytes - (size_t)l->word_bytes;
+}
+
+void ibl_pixel_set_alpha(ibl_pixel pixel, unsigned char *texels, size_t i,
+                         float alpha)
+{
+    const ibl_layout *l = &ibl_layouts[pixel];
+    const uint16_t half = ibl_half_from_float(alpha);
+    assert(formats[pixel].has_alpha);
+    if (l->word_bytes == sizeof half)
+        memcpy(texels + last_word(l, i), &half, sizeof half);
+    else
+        memcpy(texels + last_word(l, i), &alpha, sizeof alpha);
+}
+
+float ibl_pixel_get_alpha(ibl_pixel pixel, const unsigned char *texels,
+                          size_t i)
+{
+    const ibl_layout *l = &ibl_layouts[pixel];
+    uint16_t half;
+    float alpha;
+    if (!formats[pixel].has_alpha)
+        return 1;
+    memcpy(&half, texels + last_word(l, i), sizeof half);
+    if (l->word_bytes == sizeof half)
+        return ibl_half_to_float(half);
+    memcpy(&alpha, texels + last_word(l, i), sizeof alpha);
+    return alpha;
 }
 
 /* ---- data format descriptors ---------------------------------------- */

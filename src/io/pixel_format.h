@@ -32,6 +32,15 @@ extern const ibl_layout ibl_layouts[IBL_LAYOUT_COUNT];
  */
 const ibl_layout *ibl_layout_find(size_t member, uint32_t number);
 
+/* Largest finite value of blue; ibl_pixel_max is that of red and green. */
+float ibl_pixel_max_blue(ibl_pixel pixel);
+
+/* The alpha of texel i, which is its last word; 1 in pixels without. */
+void ibl_pixel_set_alpha(ibl_pixel pixel, unsigned char *texels, size_t i,
+                         float alpha);
+float ibl_pixel_get_alpha(ibl_pixel pixel, const unsigned char *texels,
+                          size_t i);
+
 enum {
     IBL_MAX_SAMPLES = 6
 };

@@ -132,8 +132,7 @@ static ibl_status settle_level(ibl_ctx *ctx, const ibl_cube *cube, int level,
                                ibl_overflow_level *report)
 {
     const float top = ibl_pixel_max(tex->pixel);
-    const bool small_blue = tex->pixel == IBL_PIXEL_R11G11B10F;
-    const float max[3] = {top, top, small_blue ? IBL_SMALL10_MAX : top};
+    const float max[3] = {top, top, ibl_pixel_max_blue(tex->pixel)};
     const size_t n = (size_t)ibl_cube_edge(cube->size, level);
     float *settled = NULL;
     size_t beyond;
@@ -264,6 +263,69 @@ ibl_status ibl_texture_to_lut(ibl_ctx *ctx, const ibl_texture *tex,
         return ibl_no_memory(ctx, "a LUT");
     ibl_pixel_decode(tex->pixel, tex->data, texels, data);
     *lut = (ibl_lut){tex->width, data};
+    return IBL_OK;
+}
+
+/* ---- the alpha of cubes ---------------------------------------------- */
+
+static ibl_status check_alpha(ibl_ctx *ctx, const ibl_texture *tex,
+                              const ibl_cube *alpha)
+{
+    ibl_status status = ibl_texture_check(ctx, tex);
+
+    if (!status)
+        status = ibl_check_cube(ctx, alpha);
+    if (status)
+        return status;
+    if (!ibl_pixel_has_alpha(tex->pixel))
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "alpha of %s texels: rgba16f and rgba32f alone have it",
+                        ibl_pixel_name(tex->pixel));
+    if (tex->faces != IBL_FACES || tex->layers != 1 ||
+        tex->width != alpha->size || tex->levels != alpha->levels)
+        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                        "alpha of size %d with %d levels for a texture of size "
+                        "%d with %d levels, %d layers and %d faces: a cube of "
+                        "one layer and the same shape is needed",
+                        alpha->size, alpha->levels, tex->width, tex->levels,
+                        tex->layers, tex->faces);
+    return IBL_OK;
+}
+
+ibl_status ibl_texture_set_alpha(ibl_ctx *ctx, ibl_texture *tex,
+                                 const ibl_cube *alpha)
+{
+    const ibl_status status = check_alpha(ctx, tex, alpha);
+
+    if (status)
+        return status;
+    const size_t texels = ibl_cube_texels(alpha->size, alpha->levels);
+    for (size_t i = 0; i < texels; i++) {
+        const float a = alpha->data[3 * i];
+        const float clamped = !(a > 0) ? 0 : a < 1 ? a : 1; /* NaN: 0 */
+        ibl_pixel_set_alpha(tex->pixel, tex->data, i, clamped);
+    }
+    tex->premultiplied = 1;
+    return IBL_OK;
+}
+
+ibl_status ibl_texture_get_alpha(ibl_ctx *ctx, const ibl_texture *tex,
+                                 ibl_cube *alpha)
+{
+    if (!alpha)
+        return ibl_missing(ctx, "ibl_texture_get_alpha: alpha");
+    ibl_cube cube = {0};
+    const ibl_status status = ibl_texture_to_cube(ctx, tex, &cube);
+
+    if (status)
+        return status;
+    const size_t texels = ibl_cube_texels(cube.size, cube.levels);
+    for (size_t i = 0; i < texels; i++) {
+        const float a = ibl_pixel_get_alpha(tex->pixel, tex->data, i);
+        for (int k = 0; k < 3; k++)
+            cube.data[3 * i + k] = a;
+    }
+    *alpha = cube;
     return IBL_OK;
 }
 

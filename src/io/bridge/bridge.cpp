@@ -63,17 +63,18 @@ const int wide_pixels = 8192;
 #define ONE_THREAD 1
 #endif
 #endif
-#if defined(__SANITIZE_THREAD__) || defined(ONE_THREAD)
-int threads_of(const ibl_bridge_request &)
-{
-    return 1;
-}
-#else
+#if defined(__SANITIZE_THREAD__)
+#define ONE_THREAD 1
+#endif
 int threads_of(const ibl_bridge_request &request)
 {
+#ifdef ONE_THREAD
+    (void)request;
+    return 1;
+#else
     return request.threads;
-}
 #endif
+}
 
 struct failure {
     ibl_bridge_result result;
@@ -100,10 +101,8 @@ template <typename F> ibl_bridge_result guarded(char *message, F f)
         say(message, e.text);
         return e.result;
     } catch (const std::bad_alloc &) {
-        say(message, "out of memory");
         return IBL_BRIDGE_MEMORY;
     } catch (const std::length_error &) {
-        say(message, "out of memory");
         return IBL_BRIDGE_MEMORY;
     } catch (const std::exception &e) {
         say(message, e.what());
