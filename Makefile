@@ -116,7 +116,7 @@ ISA =
                    -mavx512vl -mavx2 -mfma -mf16c -mprefer-vector-width=512
 EXR_OBJ := $(addprefix $(BUILD)/obj/,src/io/exr.o src/io/exr_%.o tests/check_exr_chroma.o tests/check_exr_damage.o tests/check_source.o tests/bench_exr.o)
 $(EXR_OBJ): LOCAL = $(EXR_CFLAGS)
-$(BUILD)/obj/src/io/exr_unpack.o: LOCAL = $(EXR_CFLAGS) $(DEFLATE_CFLAGS)
+$(BUILD)/obj/src/io/exr_chunks.o: LOCAL = $(EXR_CFLAGS) $(DEFLATE_CFLAGS)
 $(BUILD)/obj/src/io/bridge.o: LOCAL = -DIBL_BRIDGE='"$(LIBDIR)/iblbake/libiblbridge.so"'
 $(BUILD)/obj/src/view/%.o: LOCAL = $(VIEW_CFLAGS)
 $(BUILD)/obj/src/view/write_exr.o: LOCAL = $(VIEW_CFLAGS) $(EXR_CFLAGS)
@@ -134,7 +134,7 @@ $(BUILD)/used-cc $(BUILD)/used-libdir $(BUILD)/used-revision \
 	@mkdir -p $(@D)
 	@echo "$$USED" | cmp -s - $@ || echo "$$USED" >$@
 $(BUILD)/obj/src/io/bridge.o: $(BUILD)/used-libdir
-$(BUILD)/obj/src/io/exr_unpack.o: $(BUILD)/used-deflate
+$(BUILD)/obj/src/io/exr_chunks.o: $(BUILD)/used-deflate
 $(addprefix $(BUILD)/obj/src/cli/,common_options.o json_text.o probes_plan.o): \
     $(BUILD)/used-revision
 

@@ -45,19 +45,19 @@ static ibl_status not_there(const ibl_bridge_source *source, const char *path,
     const char *kind = kind_of(source, text);
 
     if (access(path, F_OK))
-        return ibl_reject(
-            source->in, IBL_ERR_UNSUPPORTED,
+        return ibl_unsupported(
+            source->in,
             "%s the image bridge, and %s is not there: install the package "
             "libopenimageio-dev and build iblbake again",
             kind, path);
     if (error && strstr(error, "libOpenImageIO"))
-        return ibl_reject(source->in, IBL_ERR_UNSUPPORTED,
-                          "%s the image bridge, which needs OpenImageIO: "
-                          "install the package libopenimageio2.4 (%s)",
-                          kind, error);
-    return ibl_reject(source->in, IBL_ERR_UNSUPPORTED,
-                      "%s the image bridge, which cannot be loaded: %s", kind,
-                      error ? error : path);
+        return ibl_unsupported(source->in,
+                               "%s the image bridge, which needs OpenImageIO: "
+                               "install the package libopenimageio2.4 (%s)",
+                               kind, error);
+    return ibl_unsupported(source->in,
+                           "%s the image bridge, which cannot be loaded: %s",
+                           kind, error ? error : path);
 }
 
 const char *ibl_bridge_path(void)
@@ -88,10 +88,10 @@ static ibl_status load(const ibl_bridge_source *source, bridge_calls *calls)
         !find(library, "ibl_bridge_read", &calls->read) ||
         !find(library, "ibl_bridge_close", &calls->close) ||
         calls->abi() != IBL_BRIDGE_ABI)
-        return ibl_reject(source->in, IBL_ERR_UNSUPPORTED,
-                          "%s is not the image bridge of this version; rebuild "
-                          "or reinstall it",
-                          path);
+        return ibl_unsupported(source->in,
+                               "%s is not the image bridge of this version; "
+                               "rebuild or reinstall it",
+                               path);
     return IBL_OK;
 }
 
@@ -134,17 +134,15 @@ static ibl_status translate(const ibl_input *in, const char *kind,
         return ibl_reject(in, IBL_ERR_MEMORY, "no memory to decode it");
     case IBL_BRIDGE_UNKNOWN:
         if (kind)
-            return ibl_reject(in, IBL_ERR_UNSUPPORTED, "is %s, but %s", kind,
-                              message);
-        return ibl_reject(in, IBL_ERR_FORMAT,
-                          "is no image: neither Radiance .hdr nor OpenEXR nor "
-                          "anything that OpenImageIO knows");
+            return ibl_unsupported(in, "is %s, but %s", kind, message);
+        return ibl_bad_file(in, "is no image: neither Radiance .hdr nor "
+                                "OpenEXR nor anything that OpenImageIO knows");
     case IBL_BRIDGE_FORMAT:
     case IBL_BRIDGE_NEEDS_FILE:
         break;
     }
-    return ibl_reject(in, IBL_ERR_FORMAT, "damaged or unsupported %s: %s",
-                      kind ? kind : "image", message);
+    return ibl_bad_file(in, "damaged or unsupported %s: %s",
+                        kind ? kind : "image", message);
 }
 
 /*
@@ -164,11 +162,11 @@ static ibl_status check_claims(const ibl_input *in, size_t size,
     if (status || (map <= 1e8 && info->raw_bytes <= 1e8))
         return status;
     if (map > 64 * data || info->raw_bytes > most)
-        return ibl_reject(in, IBL_ERR_FORMAT,
-                          "%zu bytes claim to hold %dx%d pixels of a %dx%d "
-                          "map, which is taken for damage",
-                          size, info->data_width, info->data_height,
-                          info->width, info->height);
+        return ibl_bad_file(in,
+                            "%zu bytes claim to hold %dx%d pixels of a %dx%d "
+                            "map, which is taken for damage",
+                            size, info->data_width, info->data_height,
+                            info->width, info->height);
     return IBL_OK;
 }
 
@@ -246,10 +244,10 @@ static ibl_status open_either(bridge_rows *r, const ibl_bridge_source *source,
     if (result == IBL_BRIDGE_NEEDS_FILE) {
         r->fd = make_file(request, path);
         if (r->fd < 0)
-            return ibl_reject(r->in, IBL_ERR_IO,
-                              "no temporary file for the image bridge in %s: "
-                              "%s",
-                              P_tmpdir, strerror(errno));
+            return ibl_reject(
+                r->in, IBL_ERR_IO,
+                "no temporary file for the image bridge in %s: %s", P_tmpdir,
+                strerror(errno));
         request->path = path;
         result = r->calls.open(request, &r->bridge, info, message);
     }
@@ -281,8 +279,7 @@ static ibl_status check_and_open(bridge_rows *r,
     const char *missing =
         ibl_truncation_check(request.reader, in->bytes, in->size);
     if (missing)
-        return ibl_reject(in, IBL_ERR_FORMAT, "damaged %s: %s", source->kind,
-                          missing);
+        return ibl_bad_file(in, "damaged %s: %s", source->kind, missing);
     request.bytes = in->bytes;
     request.size = in->size;
     request.want_alpha = opts->alpha != IBL_ALPHA_IGNORE;

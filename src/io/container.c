@@ -19,10 +19,10 @@ bool ibl_input_has(const ibl_input *in, uint64_t at, uint64_t size)
 
 ibl_status ibl_input_short(const ibl_input *in, const char *what)
 {
-    return ibl_reject(in, IBL_ERR_FORMAT,
-                      "damaged or cut short: its %zu bytes do not hold %s: "
-                      "copy or make it again",
-                      in->size, what);
+    return ibl_bad_file(in,
+                        "damaged or cut short: its %zu bytes do not hold %s: "
+                        "copy or make it again",
+                        in->size, what);
 }
 
 static size_t edge(int size, int level)
@@ -60,10 +60,9 @@ static uint32_t max_levels(uint32_t width, uint32_t height)
 static ibl_status unsupported(const ibl_input *in, const char *what,
                               uint32_t value)
 {
-    return ibl_reject(
-        in, IBL_ERR_UNSUPPORTED,
-        "%s (%u): only 2D textures, cubes and arrays of them are read", what,
-        value);
+    return ibl_unsupported(
+        in, "%s (%u): only 2D textures, cubes and arrays of them are read",
+        what, value);
 }
 
 static ibl_status check_shape(const ibl_input *in, const ibl_shape *s)
@@ -73,28 +72,23 @@ static ibl_status check_shape(const ibl_input *in, const ibl_shape *s)
     if (s->width && !s->height)
         return unsupported(in, "a 1D texture, by its width", s->width);
     if (s->width < 1 || s->height < 1)
-        return ibl_reject(in, IBL_ERR_FORMAT,
-                          "%ux%u texels: a texture has at least 1x1", s->width,
-                          s->height);
+        return ibl_bad_file(in, "%ux%u texels: a texture has at least 1x1",
+                            s->width, s->height);
     if (s->width > IBL_MAX_EDGE || s->height > IBL_MAX_EDGE)
-        return ibl_reject(in, IBL_ERR_UNSUPPORTED,
-                          "%ux%u texels: the limit is %d", s->width, s->height,
-                          IBL_MAX_EDGE);
+        return ibl_unsupported(in, "%ux%u texels: the limit is %d", s->width,
+                               s->height, IBL_MAX_EDGE);
     if (s->layers > IBL_MAX_LAYERS)
-        return ibl_reject(in, IBL_ERR_UNSUPPORTED,
-                          "an array of %u layers: the limit is %d", s->layers,
-                          IBL_MAX_LAYERS);
+        return ibl_unsupported(in, "an array of %u layers: the limit is %d",
+                               s->layers, IBL_MAX_LAYERS);
     if (s->faces != 1 && s->faces != IBL_FACES)
-        return ibl_reject(in, IBL_ERR_FORMAT, "%u faces: must be 6 or 1",
-                          s->faces);
+        return ibl_bad_file(in, "%u faces: must be 6 or 1", s->faces);
     if (s->faces == IBL_FACES && s->width != s->height)
-        return ibl_reject(in, IBL_ERR_FORMAT,
-                          "cube faces of %ux%u texels: must be square",
-                          s->width, s->height);
+        return ibl_bad_file(in, "cube faces of %ux%u texels: must be square",
+                            s->width, s->height);
     if (s->levels > max_levels(s->width, s->height))
-        return ibl_reject(
-            in, IBL_ERR_FORMAT, "%u levels of %ux%u texels: the limit is %u",
-            s->levels, s->width, s->height, max_levels(s->width, s->height));
+        return ibl_bad_file(in, "%u levels of %ux%u texels: the limit is %u",
+                            s->levels, s->width, s->height,
+                            max_levels(s->width, s->height));
     return IBL_OK;
 }
 
@@ -136,10 +130,10 @@ ibl_status ibl_texture_begin(const ibl_input *in, const ibl_shape *shape,
             images * ibl_texture_width(tex, l) * ibl_texture_height(tex, l);
     }
     if (stored > in->size)
-        return ibl_reject(in, IBL_ERR_FORMAT,
-                          "damaged or cut short: its texels take %llu bytes, "
-                          "the file has %zu: copy or make it again",
-                          (unsigned long long)stored, in->size);
+        return ibl_bad_file(in,
+                            "damaged or cut short: its texels take %llu bytes, "
+                            "the file has %zu: copy or make it again",
+                            (unsigned long long)stored, in->size);
     /* No more than 4/3 of the file's own size from here on. */
     tex->bytes = (size_t)texels * ibl_pixel_bytes(tex->pixel);
     tex->data = ibl_alloc_array(tex->bytes, 1);
@@ -187,8 +181,8 @@ ibl_status ibl_place_read(const ibl_input *in, const ibl_place *place,
         tex->data + ibl_texture_layer_offset(tex, level, layer, face);
 
     if (!ibl_input_has(in, place->at, ibl_place_bytes(place, tex, level)))
-        return ibl_reject(
-            in, IBL_ERR_FORMAT,
+        return ibl_bad_file(
+            in,
             "damaged or cut short: face %d of level %d, layer %d, is at %llu, "
             "beyond the file's %zu bytes: copy or make it again",
             face, level, layer, (unsigned long long)place->at, in->size);

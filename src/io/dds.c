@@ -106,10 +106,11 @@ static ibl_status read_dx10(const ibl_input *in, const header *h,
         return ibl_input_short(in, "a DX10 header");
     *layout = ibl_layout_find(offsetof(ibl_layout, dxgi), h->dxgi);
     if (!*layout)
-        return ibl_reject(in, IBL_ERR_UNSUPPORTED,
-                          "DXGI format %u: only 10, 2, 67, 26, 34, 16 and 6 "
-                          "are read (RGBA, RG, RGB floats, RGB9E5, R11G11B10)",
-                          h->dxgi);
+        return ibl_unsupported(
+            in,
+            "DXGI format %u: only 10, 2, 67, 26, 34, 16 and 6 are read (RGBA, "
+            "RG, RGB floats, RGB9E5, R11G11B10)",
+            h->dxgi);
     if (h->dimension != DIMENSION_2D) {
         const char *name = h->dimension == 2   ? " (1D)"
                            : h->dimension == 4 ? " (3D)"
@@ -119,8 +120,7 @@ static ibl_status read_dx10(const ibl_input *in, const header *h,
                           h->dimension, name);
     }
     if (!h->array)
-        return ibl_reject(in, IBL_ERR_FORMAT,
-                          "damaged: an array of no textures");
+        return ibl_bad_file(in, "damaged: an array of no textures");
     shape->layers = h->array;
     if (h->misc & MISC_CUBE)
         shape->faces = IBL_FACES;
@@ -136,32 +136,29 @@ static ibl_status read_direct3d9(const ibl_input *in, const header *h,
         memcpy(text, &h->pf_fourcc, 4);
         for (int i = 0; i < 4; i++)
             text[i] = text[i] >= ' ' && text[i] < 127 ? text[i] : '.';
-        return ibl_reject(in, IBL_ERR_UNSUPPORTED,
-                          "FourCC 0x%X (%s): only DX10 and the formats 112, "
-                          "113, 115 and 116 of Direct3D 9 are read",
-                          h->pf_fourcc, text);
+        return ibl_unsupported(in,
+                               "FourCC 0x%X (%s): only DX10 and the formats "
+                               "112, 113, 115 and 116 of Direct3D 9 are read",
+                               h->pf_fourcc, text);
     }
     if (!(h->caps2 & CAPS2_CUBE))
         return IBL_OK;
     shape->faces = IBL_FACES;
     if ((h->caps2 & CAPS2_FACES) == CAPS2_FACES)
         return IBL_OK;
-    return ibl_reject(in, IBL_ERR_UNSUPPORTED,
-                      "a cube of some faces only (0x%X)",
-                      h->caps2 & CAPS2_FACES);
+    return ibl_unsupported(in, "a cube of some faces only (0x%X)",
+                           h->caps2 & CAPS2_FACES);
 }
 
 static ibl_status check_header(const ibl_input *in, const header *h)
 {
     if (h->size != SIZE || h->pf_size != PF_SIZE)
-        return ibl_reject(
-            in, IBL_ERR_FORMAT,
-            "damaged: headers of %u and %u bytes, must be %d and %d", h->size,
-            h->pf_size, SIZE, PF_SIZE);
+        return ibl_bad_file(
+            in, "damaged: headers of %u and %u bytes, must be %d and %d",
+            h->size, h->pf_size, SIZE, PF_SIZE);
     if (!(h->pf_flags & PF_HAS_FOURCC))
-        return ibl_reject(
-            in, IBL_ERR_UNSUPPORTED,
-            "texels of %u integer bits: only float formats are read",
+        return ibl_unsupported(
+            in, "texels of %u integer bits: only float formats are read",
             h->pf_bits);
     return IBL_OK;
 }

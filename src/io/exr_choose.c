@@ -172,22 +172,21 @@ static ibl_status explain(const ibl_exr_file *file, const char *layer,
                           const found *f)
 {
     if (f->deep && !f->flat)
-        return ibl_reject(
-            file->in, IBL_ERR_UNSUPPORTED,
+        return ibl_unsupported(
+            file->in,
             "deep EXR data has no one colour per pixel; flatten it first");
     if (!f->layers.count)
-        return ibl_reject(file->in, IBL_ERR_FORMAT,
-                          "no colour in this EXR: it has %s; R, G and B or Y "
-                          "alone are needed",
-                          f->names.count ? f->names.text : "no channels");
+        return ibl_bad_file(file->in,
+                            "no colour in this EXR: it has %s; R, G and B or Y "
+                            "alone are needed",
+                            f->names.count ? f->names.text : "no channels");
     if (f->ambiguous)
-        return ibl_reject(
-            file->in, IBL_ERR_FORMAT,
+        return ibl_bad_file(
+            file->in,
             "several layers have colour: %s; pick one with the layer option",
             f->layers.text);
-    return ibl_reject(file->in, IBL_ERR_FORMAT,
-                      "no layer '%s' with colour; there are: %s",
-                      layer ? layer : "", f->layers.text);
+    return ibl_bad_file(file->in, "no layer '%s' with colour; there are: %s",
+                        layer ? layer : "", f->layers.text);
 }
 
 /* Looks for the wanted colour in one part: that of the layer, or of the unnamed
@@ -214,8 +213,8 @@ static ibl_status no_such_part(const ibl_exr_file *file, int part, int parts)
             name = "(unnamed)";
         list_add(&names, "%d %s", p, name);
     }
-    return ibl_reject(file->in, IBL_ERR_FORMAT, "no part %d; there are: %s",
-                      part, names.text);
+    return ibl_bad_file(file->in, "no part %d; there are: %s", part,
+                        names.text);
 }
 
 static ibl_status choose_part(const ibl_exr_file *file,
@@ -225,7 +224,7 @@ static ibl_status choose_part(const ibl_exr_file *file,
     int parts = 0;
 
     if (exr_get_count(file->exr, &parts) || parts < 1)
-        return ibl_reject(file->in, IBL_ERR_FORMAT, "this EXR has no parts");
+        return ibl_bad_file(file->in, "this EXR has no parts");
     if (opts->part >= parts)
         return no_such_part(file, opts->part, parts);
     for (int p = 0; p < parts; p++) {
@@ -258,12 +257,12 @@ static ibl_status check_sampling(const ibl_exr_file *file, ibl_exr_pick *pick)
         exr_get_scanlines_per_chunk(file->exr, pick->part, &lines);
     for (int i = 0; i < pick->channels->num_channels; i++) {
         if (lines > 1 && lines % all[i].y_sampling)
-            return ibl_reject(file->in, IBL_ERR_UNSUPPORTED,
-                              "channel %s has every %dth line only, which %s "
-                              "blocks of %d lines cannot hold",
-                              all[i].name.str, all[i].y_sampling,
-                              ibl_exr_compression_name(pick->compression),
-                              lines);
+            return ibl_unsupported(file->in,
+                                   "channel %s has every %dth line only, which "
+                                   "%s blocks of %d lines cannot hold",
+                                   all[i].name.str, all[i].y_sampling,
+                                   ibl_exr_compression_name(pick->compression),
+                                   lines);
     }
     pick->chroma_step = 1;
     if (pick->colour == IBL_EXR_LUMA_CHROMA)
@@ -273,16 +272,16 @@ static ibl_status check_sampling(const ibl_exr_file *file, ibl_exr_pick *pick)
         const int step = chroma ? pick->chroma_step : 1;
         const exr_attr_chlist_entry_t *e = &all[pick->channel[c]];
         if (e->x_sampling != step || e->y_sampling != step || step > 2)
-            return ibl_reject(file->in, IBL_ERR_UNSUPPORTED,
-                              "channel %s is sampled every %d x %d pixels; "
-                              "only RY and BY may be, every 2 x 2",
-                              e->name.str, e->x_sampling, e->y_sampling);
+            return ibl_unsupported(file->in,
+                                   "channel %s is sampled every %d x %d "
+                                   "pixels; only RY and BY may be, every 2 x 2",
+                                   e->name.str, e->x_sampling, e->y_sampling);
     }
     const exr_attr_chlist_entry_t *a =
         pick->alpha < 0 ? NULL : &all[pick->alpha];
     if (a && (a->x_sampling != 1 || a->y_sampling != 1))
-        return ibl_reject(
-            file->in, IBL_ERR_UNSUPPORTED,
+        return ibl_unsupported(
+            file->in,
             "channel %s is sampled every %d x %d pixels; alpha may not be",
             a->name.str, a->x_sampling, a->y_sampling);
     return IBL_OK;
@@ -296,10 +295,9 @@ static ibl_status read_window(const ibl_exr_file *file,
     const long long height = (long long)box->max.y - box->min.y + 1;
     if (width < 1 || height < 1 || width > IBL_MAX_EDGE ||
         height > IBL_MAX_EDGE)
-        return ibl_reject(
-            file->in, IBL_ERR_FORMAT,
-            "the EXR's %s is %lldx%lld; each edge must be 1 to %d", what, width,
-            height, IBL_MAX_EDGE);
+        return ibl_bad_file(
+            file->in, "the EXR's %s is %lldx%lld; each edge must be 1 to %d",
+            what, width, height, IBL_MAX_EDGE);
     *w = (ibl_exr_window){box->min.x, box->min.y, box->max.x,
                           box->max.y, (int)width, (int)height};
     return IBL_OK;
@@ -314,14 +312,13 @@ static ibl_status check_windows(const ibl_exr_file *file,
 
     if (data->x1 < map->x0 || data->x0 > map->x1 || data->y1 < map->y0 ||
         data->y0 > map->y1)
-        return ibl_reject(file->in, IBL_ERR_FORMAT,
-                          "the EXR's data window lies outside its display "
-                          "window, so the map is empty");
+        return ibl_bad_file(file->in, "the EXR's data window lies outside its "
+                                      "display window, so the map is empty");
     if (pixels > 8e6 && pixels > 64.0 * data->width * data->height)
-        return ibl_reject(file->in, IBL_ERR_FORMAT,
-                          "the EXR's display window is %dx%d but its data only "
-                          "%dx%d; less than 1/64 is taken for damage",
-                          map->width, map->height, data->width, data->height);
+        return ibl_bad_file(file->in,
+                            "the EXR's display window is %dx%d but its data "
+                            "only %dx%d; less than 1/64 is taken for damage",
+                            map->width, map->height, data->width, data->height);
     return IBL_OK;
 }
 
@@ -334,8 +331,8 @@ static ibl_status read_luma(const ibl_exr_file *file, ibl_exr_pick *pick)
         return IBL_OK;
     exr_attr_get_chromaticities(file->exr, pick->part, "chromaticities", &c);
     if (!ibl_exr_luma(&c, pick->luma))
-        return ibl_reject(file->in, IBL_ERR_FORMAT,
-                          "the EXR's chromaticities span no colour space");
+        return ibl_bad_file(file->in,
+                            "the EXR's chromaticities span no colour space");
     return IBL_OK;
 }
 
@@ -345,9 +342,9 @@ static ibl_status refuse_cube(const ibl_exr_file *file, int part)
     if (exr_attr_get_envmap(file->exr, part, "envmap", &kind) ||
         kind != EXR_ENVMAP_CUBE)
         return IBL_OK;
-    return ibl_reject(file->in, IBL_ERR_UNSUPPORTED,
-                      "this EXR holds the six faces of a cube; a "
-                      "latitude-longitude map is needed (exrenvmap makes one)");
+    return ibl_unsupported(
+        file->in, "this EXR holds the six faces of a cube; a "
+                  "latitude-longitude map is needed (exrenvmap makes one)");
 }
 
 ibl_status ibl_exr_choose(ibl_exr_file *file, const ibl_read_options *opts,
@@ -369,8 +366,7 @@ ibl_status ibl_exr_choose(ibl_exr_file *file, const ibl_read_options *opts,
         (pick->tiled &&
          exr_get_tile_sizes(file->exr, pick->part, 0, 0, &pick->tile_width,
                             &pick->tile_height)))
-        return ibl_reject(file->in, IBL_ERR_FORMAT, "damaged EXR header: %s",
-                          file->text);
+        return ibl_bad_file(file->in, "damaged EXR header: %s", file->text);
     status = refuse_cube(file, pick->part);
     if (!status)
         status = read_window(file, &display, "display window", &pick->display);

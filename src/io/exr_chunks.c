@@ -1,16 +1,35 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The blocks of an EXR part: which there are.
+ * The blocks of an EXR part: which there are, and their pixels.
  *
  * OpenEXRCore reads the chunk table; the layout of the pixels is computed here
  * and compared with what the core says, so that a header cannot make either of
- * them write out of bounds.
+ * them write out of bounds. ZIP is undone by libdeflate, if it was there to
+ * build with; other compressions by OpenEXRCore.
+ *
+ * A chunk's bytes are its lines from the top, in a line the channels in the
+ * list's order, of a channel the samples whose coordinates are multiples of
+ * its sampling rates.
  */
+#include <errno.h>
 #include <limits.h>
+#include <string.h>
+
+#if IBL_LIBDEFLATE
+#include <libdeflate.h>
+#endif
 
 #include "core/alloc.h"
 #include "core/context.h"
+#include "core/half.h"
+#include "io/exr_chroma.h"
 #include "io/exr_file.h"
+
+enum {
+    JOB_BYTES = 1 << 17 /* about 0.2 ms of inflating */
+};
+
+/* ---- the layout ----------------------------------------------------- */
 
 /* The most that a block can shrink. zlib: 1032 (zlib.net/zlib_tech.html), of
  * which PXR24 packs 3 bytes of 4; RLE: 128 bytes in 2; PIZ: Huffman codes of
@@ -38,18 +57,21 @@ static double max_ratio(exr_compression_t compression)
     }
 }
 
-int ibl_exr_sample_bytes(const exr_attr_chlist_entry_t *channel)
+/* Bytes of a sample. */
+static int sample_bytes(const exr_attr_chlist_entry_t *channel)
 {
     return channel->pixel_type == EXR_PIXEL_HALF ? 2 : 4;
 }
 
-bool ibl_exr_has_line(const exr_attr_chlist_entry_t *channel, int y)
+/* Whether there are samples on line y. */
+static bool has_line(const exr_attr_chlist_entry_t *channel, int y)
 {
     return y % channel->y_sampling == 0;
 }
 
-uint64_t ibl_exr_layout_bytes(const exr_attr_chlist_t *channels, int y,
-                              int width, int height)
+/* Bytes of the lines y..y+height-1, width pixels wide. */
+static uint64_t layout_bytes(const exr_attr_chlist_t *channels, int y,
+                             int width, int height)
 {
     uint64_t bytes = 0;
     for (int c = 0; c < channels->num_channels; c++) {
@@ -59,44 +81,46 @@ uint64_t ibl_exr_layout_bytes(const exr_attr_chlist_t *channels, int y,
             lines = height;
         else
             for (int i = 0; i < height; i++)
-                lines += ibl_exr_has_line(e, y + i);
+                lines += has_line(e, y + i);
         bytes += (uint64_t)(width / e->x_sampling) * (uint64_t)lines *
-                 (uint64_t)ibl_exr_sample_bytes(e);
+                 (uint64_t)sample_bytes(e);
     }
     return bytes;
 }
+
+/* ---- the table ------------------------------------------------------ */
 
 static ibl_status add_chunk(const ibl_exr_file *file, const ibl_exr_pick *pick,
                             const exr_chunk_info_t *info, int x, int y,
                             ibl_exr_table *table)
 {
     const uint64_t bytes =
-        ibl_exr_layout_bytes(pick->channels, y, info->width, info->height);
+        layout_bytes(pick->channels, y, info->width, info->height);
     const double ratio =
         (double)bytes / (info->packed_size ? (double)info->packed_size : 1);
     /* at 0 all channels have samples */
-    const uint64_t line =
-        ibl_exr_layout_bytes(pick->channels, 0, info->width, 1);
+    const uint64_t line = layout_bytes(pick->channels, 0, info->width, 1);
 
     if (info->packed_size > file->in->size ||
         info->data_offset > file->in->size - info->packed_size)
-        return ibl_reject(file->in, IBL_ERR_FORMAT,
-                          "EXR cut short: the block of line %d ends past the "
-                          "end of the file: copy it again",
-                          y);
+        return ibl_bad_file(file->in,
+                            "EXR cut short: the block of line %d ends past the "
+                            "end of the file: copy it again",
+                            y);
     if (bytes != info->unpacked_size || bytes > INT_MAX)
-        return ibl_reject(file->in, IBL_ERR_UNSUPPORTED,
-                          "the block of line %d unpacks to %llu bytes, not "
-                          "what its channels need, or too many for OpenEXRCore",
-                          y, (unsigned long long)bytes);
+        return ibl_unsupported(
+            file->in,
+            "the block of line %d unpacks to %llu bytes, not what its channels "
+            "need, or too many for OpenEXRCore",
+            y, (unsigned long long)bytes);
     if (info->packed_size > bytes ||
         (bytes > 4096 && ratio > max_ratio(pick->compression)))
-        return ibl_reject(file->in, IBL_ERR_FORMAT,
-                          "damaged EXR: the block of line %d claims %llu bytes "
-                          "for %llu, which %s cannot do",
-                          y, (unsigned long long)info->packed_size,
-                          (unsigned long long)bytes,
-                          ibl_exr_compression_name(pick->compression));
+        return ibl_bad_file(file->in,
+                            "damaged EXR: the block of line %d claims %llu "
+                            "bytes for %llu, which %s cannot do",
+                            y, (unsigned long long)info->packed_size,
+                            (unsigned long long)bytes,
+                            ibl_exr_compression_name(pick->compression));
     table->chunks[table->count++] = (ibl_exr_chunk){info->data_offset,
                                                     (uint32_t)info->packed_size,
                                                     (uint32_t)bytes,
@@ -129,9 +153,9 @@ static ibl_status bad_chunk(const ibl_exr_file *file, int y)
         return ibl_no_memory(file->in->ctx, "the blocks of an EXR");
     if (file->error)
         return ibl_input_unread(file->in, file->error);
-    return ibl_reject(file->in, IBL_ERR_FORMAT,
-                      "EXR damaged or cut short at the block of line %d: %s", y,
-                      file->text[0] ? file->text : "its entry cannot be read");
+    return ibl_bad_file(
+        file->in, "EXR damaged or cut short at the block of line %d: %s", y,
+        file->text[0] ? file->text : "its entry cannot be read");
 }
 
 static int steps(int length, int step)
@@ -191,22 +215,453 @@ ibl_status ibl_exr_list_chunks(ibl_exr_file *file, const ibl_exr_pick *pick,
     const uint64_t count = (uint64_t)steps(pick->data.width, width) *
                            (uint64_t)steps(pick->data.height, height);
     if (count > file->in->size / 8 || count > INT_MAX)
-        return ibl_reject(file->in, IBL_ERR_FORMAT,
-                          "EXR damaged or cut short: its %llu blocks cannot be "
-                          "in %zu bytes",
-                          (unsigned long long)count, file->in->size);
+        return ibl_bad_file(
+            file->in,
+            "EXR damaged or cut short: its %llu blocks cannot be in %zu bytes",
+            (unsigned long long)count, file->in->size);
     table->chunks = ibl_alloc_array((size_t)count, sizeof *table->chunks);
     if (!table->chunks)
         return ibl_no_memory(file->in->ctx, "the blocks of an EXR");
     table->lines = height < pick->data.height ? height : pick->data.height;
-    const ibl_status status = list_blocks(file, pick, width, height, table);
-    if (status)
-        ibl_exr_table_free(table);
-    return status;
+    return list_blocks(file, pick, width, height, table);
 }
 
-void ibl_exr_table_free(ibl_exr_table *table)
+/* ---- undoing the compression ---------------------------------------- */
+
+/* A worker's own. */
+struct ibl_exr_unpacker {
+    exr_decode_pipeline_t pipeline;
+    bool made; /* by the first chunk that needs it */
+    unsigned char *packed;
+    const unsigned char *bytes;  /* of the chunk in hand, packed */
+    const unsigned char *pixels; /* its next line, unless that is zipped */
+    /* of ZIP: a block, inflated, and one line of it */
+    struct libdeflate_decompressor *inflater;
+    unsigned char *inflated, *line;
+    const unsigned char *even, *odd; /* of the next line; NULL: not zipped */
+    unsigned char last[2];
+};
+
+/* Stands in for the core's reading: the packed bytes are in memory already.
+ * A buffer of size 0 is one that the core does not free. */
+static exr_result_t use_bytes(exr_decode_pipeline_t *pipeline)
 {
-    ibl_free(table->chunks);
-    *table = (ibl_exr_table){0};
+    const ibl_exr_unpacker *u = pipeline->decoding_user_data;
+    pipeline->packed_buffer = (void *)(uintptr_t)u->bytes;
+    pipeline->packed_alloc_size = 0;
+    return EXR_ERR_SUCCESS;
+}
+
+static exr_result_t leave_packed(exr_decode_pipeline_t *pipeline)
+{
+    (void)pipeline;
+    return EXR_ERR_SUCCESS;
+}
+
+/* Gets the packed bytes of a chunk: *error is errno where they cannot be
+ * read, 0 where the file has become too short. */
+static bool fetch(const ibl_exr_file *file, const ibl_exr_chunk *chunk,
+                  ibl_exr_unpacker *u, int *error)
+{
+    size_t got;
+
+    *error = 0;
+    if (file->in->bytes) {
+        u->bytes = file->in->bytes + chunk->offset;
+        return true;
+    }
+    u->bytes = u->packed;
+    if (!ibl_input_read(file->in, chunk->offset, chunk->packed, u->packed,
+                        &got)) {
+        *error = errno;
+        return false;
+    }
+    return got == chunk->packed;
+}
+
+static exr_result_t make_pipeline(const ibl_exr_file *file,
+                                  const ibl_exr_pick *pick,
+                                  const exr_chunk_info_t *info,
+                                  ibl_exr_unpacker *u)
+{
+    exr_result_t rv =
+        exr_decoding_initialize(file->exr, pick->part, info, &u->pipeline);
+    if (!rv) {
+        u->made = true;
+        rv = exr_decoding_choose_default_routines(file->exr, pick->part,
+                                                  &u->pipeline);
+    }
+    u->pipeline.decoding_user_data = u;
+    u->pipeline.read_fn = use_bytes;
+    u->pipeline.unpack_and_convert_fn = leave_packed;
+    return rv;
+}
+
+#if IBL_LIBDEFLATE
+/* False without memory. */
+static bool make_unzipper(const ibl_exr_decoder *d, ibl_exr_unpacker *u)
+{
+    if (!u->inflater)
+        u->inflater = libdeflate_alloc_decompressor();
+    if (!u->inflated)
+        u->inflated = ibl_alloc_array(d->table.most_unpacked, 1);
+    if (!u->line)
+        u->line = ibl_alloc_array(d->table.most_line, 1);
+    return u->inflater && u->inflated && u->line;
+}
+
+/* ZIP and ZIPS, but for what next_line does. */
+static exr_result_t unzip(const ibl_exr_decoder *d, const ibl_exr_chunk *chunk,
+                          ibl_exr_unpacker *u)
+{
+    if (!make_unzipper(d, u))
+        return EXR_ERR_OUT_OF_MEMORY;
+    if (libdeflate_zlib_decompress(u->inflater, u->bytes, chunk->packed,
+                                   u->inflated, chunk->unpacked,
+                                   NULL) != LIBDEFLATE_SUCCESS)
+        return EXR_ERR_CORRUPT_CHUNK;
+    u->even = u->inflated;
+    u->odd = u->inflated + chunk->unpacked / 2;
+    ibl_unzip_begin(&d->dsp, u->even, chunk->unpacked / 2, u->last);
+    return EXR_ERR_SUCCESS;
+}
+#endif
+
+/* By the core. */
+static exr_result_t run_pipeline(const ibl_exr_decoder *d,
+                                 const ibl_exr_chunk *chunk,
+                                 ibl_exr_unpacker *u)
+{
+    const ibl_exr_file *file = &d->file;
+    const ibl_exr_pick *pick = &d->pick;
+    const exr_chunk_info_t info = {
+        .start_x = chunk->x,
+        .start_y = chunk->y,
+        .width = chunk->width,
+        .height = chunk->height,
+        .type = pick->tiled ? EXR_STORAGE_TILED : EXR_STORAGE_SCANLINE,
+        .compression = (uint8_t)pick->compression,
+        .data_offset = chunk->offset,
+        .packed_size = chunk->packed,
+        .unpacked_size = chunk->unpacked,
+    };
+    exr_result_t rv = u->made ? exr_decoding_update(file->exr, pick->part,
+                                                    &info, &u->pipeline)
+                              : make_pipeline(file, pick, &info, u);
+    if (!rv)
+        rv = exr_decoding_run(file->exr, pick->part, &u->pipeline);
+    return rv;
+}
+
+/* Undoes the compression of the chunk whose bytes were fetched, but for what
+ * next_line does. */
+static exr_result_t unpack(const ibl_exr_decoder *d, const ibl_exr_chunk *chunk,
+                           ibl_exr_unpacker *u)
+{
+    u->even = NULL;
+    /* B44 too: a block that did not shrink is stored as it is, although the
+     * core would take one of B44 for packed. */
+    if (chunk->packed == chunk->unpacked) {
+        u->pixels = u->bytes;
+        return EXR_ERR_SUCCESS;
+    }
+#if IBL_LIBDEFLATE
+    if (d->pick.compression == EXR_COMPRESSION_ZIP ||
+        d->pick.compression == EXR_COMPRESSION_ZIPS)
+        return unzip(d, chunk, u);
+#endif
+    const exr_result_t rv = run_pipeline(d, chunk, u);
+    u->pixels = u->pipeline.unpacked_buffer;
+    return rv;
+}
+
+/* The next line of the chunk that was unpacked, at y. Lines have an even
+ * number of bytes. */
+static const unsigned char *next_line(const ibl_exr_decoder *d,
+                                      const ibl_exr_chunk *chunk, int y,
+                                      ibl_exr_unpacker *u)
+{
+    const size_t bytes = layout_bytes(d->pick.channels, y, chunk->width, 1);
+
+    if (!u->even) {
+        u->pixels += bytes;
+        return u->pixels - bytes;
+    }
+    d->dsp.unzip(u->even, u->odd, bytes / 2, u->last, u->line);
+    u->even += bytes / 2;
+    u->odd += bytes / 2;
+    return u->line;
+}
+
+/* Whether three channels of halves make the picture, none the luma alone. */
+static bool is_halves(const ibl_exr_pick *pick)
+{
+    bool all = pick->colour != IBL_EXR_LUMA && pick->chroma_step == 1;
+    for (int c = 0; c < 3; c++)
+        all = all && pick->channels->entries[pick->channel[c]].pixel_type ==
+                         EXR_PIXEL_HALF;
+    return all;
+}
+
+ibl_status ibl_exr_decoder_init(ibl_exr_decoder *d)
+{
+    ibl_ctx *ctx = d->file.in->ctx;
+    const size_t threads = (size_t)ibl_ctx_threads(ctx);
+    const uint64_t each = d->table.unpacked / (uint64_t)d->table.count;
+
+    ibl_half_planes_dsp_init(&d->dsp, ibl_ctx_isa(ctx));
+    d->halves = is_halves(&d->pick);
+    d->look = ibl_max_finite(ibl_ctx_isa(ctx));
+    d->per_job = each < JOB_BYTES ? (int)(JOB_BYTES / (each ? each : 1)) : 1;
+    d->threads = (int)threads;
+    d->unpackers = ibl_alloc_zeroed(threads, sizeof *d->unpackers);
+    if (!d->unpackers)
+        return ibl_no_memory(ctx, "decoding an EXR");
+    for (size_t i = 0; i < threads && !d->file.in->bytes; i++) {
+        d->unpackers[i].packed = ibl_alloc_array(d->table.most_packed, 1);
+        if (!d->unpackers[i].packed)
+            return ibl_no_memory(ctx, "decoding an EXR");
+    }
+    return IBL_OK;
+}
+
+void ibl_exr_decoder_free(ibl_exr_decoder *d)
+{
+    if (!d)
+        return;
+    for (int i = 0; d->unpackers && i < d->threads; i++) {
+        if (d->unpackers[i].made)
+            exr_decoding_destroy(d->file.exr, &d->unpackers[i].pipeline);
+#if IBL_LIBDEFLATE
+        libdeflate_free_decompressor(d->unpackers[i].inflater);
+#endif
+        ibl_free(d->unpackers[i].inflated);
+        ibl_free(d->unpackers[i].line);
+        ibl_free(d->unpackers[i].packed);
+    }
+    ibl_free(d->unpackers);
+    ibl_free(d->table.chunks);
+    if (d->file.exr)
+        exr_finish(&d->file.exr);
+    ibl_free(d);
+}
+
+bool ibl_exr_can_decode(ibl_exr_decoder *d)
+{
+    int error;
+
+    if (d->pick.compression < EXR_COMPRESSION_DWAA)
+        return true;
+    for (int i = 0; i < d->table.count; i++) {
+        const ibl_exr_chunk *chunk = &d->table.chunks[i];
+        if (chunk->packed == chunk->unpacked)
+            continue;
+        return !fetch(&d->file, chunk, &d->unpackers[0], &error) ||
+               unpack(d, chunk, &d->unpackers[0]) !=
+                   EXR_ERR_FEATURE_NOT_IMPLEMENTED;
+    }
+    return true;
+}
+
+/* ---- pixels --------------------------------------------------------- */
+
+static uint16_t load16(const unsigned char *p)
+{
+    return (uint16_t)(p[0] | p[1] << 8);
+}
+
+static uint32_t load32(const unsigned char *p)
+{
+    return load16(p) | (uint32_t)load16(p + 2) << 16;
+}
+
+static float as_float(uint32_t bits)
+{
+    float f;
+    memcpy(&f, &bits, sizeof f);
+    return f;
+}
+
+/* count samples as floats, uints as the numbers that they are. */
+static void to_floats(const unsigned char *src, exr_pixel_type_t type,
+                      int count, float *dst, int dst_step)
+{
+    if (type == EXR_PIXEL_HALF) {
+        for (int i = 0; i < count; i++)
+            dst[i * dst_step] = ibl_half_to_float(load16(src + 2 * i));
+    } else if (type == EXR_PIXEL_FLOAT) {
+        for (int i = 0; i < count; i++)
+            dst[i * dst_step] = as_float(load32(src + 4 * i));
+    } else {
+        for (int i = 0; i < count; i++)
+            dst[i * dst_step] = (float)load32(src + 4 * i);
+    }
+}
+
+/* What went wrong with a job's first chunk that did. */
+typedef struct outcome {
+    exr_result_t code; /* EXR_ERR_READ_IO: not read, for error */
+    int error;
+    int y;
+} outcome;
+
+/* Chunks that are decoded together. */
+typedef struct decoding {
+    const ibl_exr_decoder *d;
+    int first, count; /* chunks */
+    const ibl_exr_target *target;
+    outcome *outcomes; /* of each job */
+} decoding;
+
+/* What shows of a line of a chunk, and where it goes in the target. */
+typedef struct shown {
+    int skip, count;    /* pixels of the line: before, and those that show */
+    float *rgb, *alpha; /* NULL: none is wanted */
+} shown;
+
+static shown shown_of(const decoding *g, const ibl_exr_chunk *chunk, int y)
+{
+    const ibl_exr_window *map = &g->d->pick.display;
+    const ibl_exr_target *t = g->target;
+    const int end = chunk->x + chunk->width - 1;
+    const int x0 = chunk->x > map->x0 ? chunk->x : map->x0;
+    const int x1 = end < map->x1 ? end : map->x1;
+    const int line = y - map->y0, row = line - t->row;
+    const size_t width = (size_t)map->width, at = (size_t)(x0 - map->x0);
+    shown s = {.skip = x0 - chunk->x, .count = x1 - x0 + 1};
+
+    if (s.count < 1 || y < map->y0 || y > map->y1)
+        return s;
+    if (row >= 0 && row < t->count)
+        s.rgb = t->rgb + 3 * (width * (size_t)row + at);
+    if (t->alpha)
+        s.alpha = t->alpha + width * (size_t)line + at;
+    return s;
+}
+
+/* Samples of a half-size chroma channel: to its plane. */
+static void put_chroma(const decoding *g, const ibl_exr_chunk *chunk, int y,
+                       const unsigned char *src, exr_pixel_type_t type, int c)
+{
+    const ibl_exr_chroma *chroma = g->target->chroma;
+    const size_t row = (size_t)((y - g->d->pick.data.y0) / 2);
+    to_floats(src, type, chunk->width / 2,
+              chroma->plane[c - 1] + row * chroma->width, 1);
+}
+
+/* Makes R, G and B of what count pixels have in their place. */
+static void finish_pixels(const ibl_exr_pick *pick, float *p, int count)
+{
+    if (pick->colour == IBL_EXR_LUMA_CHROMA && pick->chroma_step == 1)
+        ibl_exr_line_to_rgb(pick->luma, p, count);
+    if (pick->colour != IBL_EXR_LUMA)
+        return;
+    for (; count > 0; count--, p += 3)
+        p[1] = p[2] = p[0];
+}
+
+static void put_line(const decoding *g, const ibl_exr_chunk *chunk, int y,
+                     const unsigned char *src)
+{
+    const ibl_exr_pick *pick = &g->d->pick;
+    const ibl_exr_target *t = g->target;
+    const int wanted = pick->colour == IBL_EXR_LUMA ? 1 : 3;
+    const shown s = shown_of(g, chunk, y);
+    const unsigned char *plane[3] = {NULL, NULL, NULL};
+
+    for (int i = 0; i < pick->channels->num_channels; i++) {
+        const exr_attr_chlist_entry_t *e = &pick->channels->entries[i];
+        const ptrdiff_t bytes = sample_bytes(e);
+        const unsigned char *first = src + bytes * s.skip;
+        if (!has_line(e, y))
+            continue;
+        if (i == pick->alpha && s.alpha)
+            to_floats(first, e->pixel_type, s.count, s.alpha, 1);
+        for (int c = 0; c < wanted; c++) {
+            if (pick->channel[c] != i)
+                continue;
+            if (e->x_sampling > 1)
+                put_chroma(g, chunk, y, src, e->pixel_type, c);
+            else if (g->d->halves)
+                plane[c] = first;
+            else if (s.rgb)
+                to_floats(first, e->pixel_type, s.count, s.rgb + c, 3);
+        }
+        src += bytes * (chunk->width / e->x_sampling);
+    }
+    if (!s.rgb)
+        return;
+    if (g->d->halves)
+        g->d->dsp.to_rgb(plane, s.count, s.rgb);
+    finish_pixels(pick, s.rgb, s.count);
+    if (t->most) { /* then the chunk has all that the row has */
+        const size_t floats = 3 * (size_t)pick->display.width;
+        const int row = y - pick->display.y0 - t->row;
+        t->most[row] = g->d->look(t->rgb + floats * (size_t)row, floats);
+    }
+}
+
+static void decode_job(void *arg, int job, int worker)
+{
+    const decoding *g = arg;
+    const ibl_exr_decoder *d = g->d;
+    ibl_exr_unpacker *u = &d->unpackers[worker];
+    outcome *o = &g->outcomes[job];
+    const int first = job * d->per_job;
+
+    for (int i = first; i < first + d->per_job && i < g->count; i++) {
+        const ibl_exr_chunk *chunk = &d->table.chunks[g->first + i];
+        o->y = chunk->y;
+        o->code = EXR_ERR_READ_IO;
+        if (fetch(&d->file, chunk, u, &o->error))
+            o->code = unpack(d, chunk, u);
+        if (o->code)
+            return;
+        for (int y = chunk->y; y < chunk->y + chunk->height; y++)
+            put_line(g, chunk, y, next_line(d, chunk, y, u));
+    }
+}
+
+static ibl_status report(const ibl_exr_decoder *d, const outcome *o)
+{
+    const exr_compression_t compression = d->pick.compression;
+
+    if (o->code == EXR_ERR_READ_IO && o->error)
+        return ibl_input_unread(d->file.in, o->error);
+    if (o->code == EXR_ERR_READ_IO)
+        return ibl_bad_file(d->file.in,
+                            "EXR cut short: the block of line %d ends past the "
+                            "end of the file: copy it again",
+                            o->y);
+    if (o->code == EXR_ERR_OUT_OF_MEMORY &&
+        compression != EXR_COMPRESSION_PXR24 &&
+        compression < EXR_COMPRESSION_B44)
+        return ibl_no_memory(d->file.in->ctx, "decoding an EXR");
+    return ibl_bad_file(
+        d->file.in,
+        "damaged EXR: the %s block of line %d cannot be unpacked: %s",
+        ibl_exr_compression_name(compression), o->y,
+        exr_get_default_error_message(o->code));
+}
+
+ibl_status ibl_exr_decode_chunks(ibl_exr_decoder *d, int first, int count,
+                                 const ibl_exr_target *target)
+{
+    ibl_ctx *ctx = d->file.in->ctx;
+    const int jobs = (count + d->per_job - 1) / d->per_job;
+    decoding g = {.d = d, .first = first, .count = count, .target = target};
+
+    g.outcomes = ibl_alloc_zeroed((size_t)jobs, sizeof *g.outcomes);
+    if (!g.outcomes)
+        return ibl_no_memory(ctx, "decoding an EXR");
+    d->file.deaf = true;
+    ibl_status status = ibl_run(ctx, NULL, jobs, decode_job, &g);
+    d->file.deaf = false;
+    /* Names the first job that failed, whatever order they ran in. */
+    for (int j = 0; j < jobs && !status; j++) {
+        if (g.outcomes[j].code)
+            status = report(d, &g.outcomes[j]);
+    }
+    ibl_free(g.outcomes);
+    return status;
 }

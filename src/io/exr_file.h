@@ -86,20 +86,11 @@ typedef struct ibl_exr_table {
  * sizes are ones which the compression can reach. */
 ibl_status ibl_exr_list_chunks(ibl_exr_file *file, const ibl_exr_pick *pick,
                                ibl_exr_table *table);
-void ibl_exr_table_free(ibl_exr_table *table);
-
 /* Half-size planes of RY and BY, those of the data window. */
 typedef struct ibl_exr_chroma {
     int width, height;
     float *plane[2];
 } ibl_exr_chroma;
-
-/* Bytes of a sample, and whether there are samples on line y. */
-int ibl_exr_sample_bytes(const exr_attr_chlist_entry_t *channel);
-bool ibl_exr_has_line(const exr_attr_chlist_entry_t *channel, int y);
-/* Bytes of the lines y..y+height-1, width pixels wide. */
-uint64_t ibl_exr_layout_bytes(const exr_attr_chlist_t *channels, int y,
-                              int width, int height);
 
 /* A worker's own things. */
 typedef struct ibl_exr_unpacker ibl_exr_unpacker;
@@ -142,10 +133,6 @@ typedef struct ibl_exr_target {
  */
 ibl_status ibl_exr_decode_chunks(ibl_exr_decoder *d, int first, int count,
                                  const ibl_exr_target *target);
-
-/* Rows of a part without half-size chroma; d becomes theirs, even after an
- * error. */
-ibl_status ibl_exr_rows(ibl_exr_decoder *d, ibl_rows **rows);
 
 /* Weights of R, G and B in Y for a file's chromaticities; false if those
  * span no colour space. */

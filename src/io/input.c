@@ -116,8 +116,8 @@ static ibl_status read_some(loading *l, ssize_t *n)
 
 static ibl_status too_long(const loading *l, uint64_t most, const char *why)
 {
-    return ibl_reject(&l->in, IBL_ERR_FORMAT, "over %llu MiB%s",
-                      (unsigned long long)(most >> 20), why);
+    return ibl_bad_file(&l->in, "over %llu MiB%s",
+                        (unsigned long long)(most >> 20), why);
 }
 
 /* Room for more of what may go on. */
@@ -152,7 +152,7 @@ static ibl_status read_all(loading *l)
             return IBL_ERR_CANCELLED;
     }
     if (!l->size)
-        return ibl_reject(&l->in, IBL_ERR_FORMAT, "is empty");
+        return ibl_bad_file(&l->in, "is empty");
     return IBL_OK;
 }
 

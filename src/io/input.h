@@ -29,6 +29,9 @@ typedef struct ibl_input {
 /* ibl_fail with the name and ": " before the text. */
 ibl_status ibl_reject(const ibl_input *in, ibl_status status, const char *fmt,
                       ...) __attribute__((format(printf, 3, 4)));
+#define ibl_bad_file(in, ...) ibl_reject(in, IBL_ERR_FORMAT, __VA_ARGS__)
+#define ibl_unsupported(in, ...)                                               \
+    ibl_reject(in, IBL_ERR_UNSUPPORTED, __VA_ARGS__)
 /* Says that a read failed, with an errno. */
 ibl_status ibl_input_unread(const ibl_input *in, int error);
 

@@ -210,19 +210,17 @@ static ibl_status read_pairs(const ibl_input *in, uint64_t at, uint64_t end,
     while (at < end) {
         stored_pair pair;
         if (!next_pair(in, &at, end, &pair))
-            return ibl_reject(in, IBL_ERR_FORMAT,
-                              "damaged: a key or value in its metadata does "
-                              "not end where it should");
+            return ibl_bad_file(in, "damaged: a key or value in its metadata "
+                                    "does not end where it should");
         if (!is_text(&pair))
             continue;
         if (tex->key_count == IBL_MAX_KEYS)
-            return ibl_reject(in, IBL_ERR_UNSUPPORTED,
-                              "over %d keys of metadata", IBL_MAX_KEYS);
+            return ibl_unsupported(in, "over %d keys of metadata",
+                                   IBL_MAX_KEYS);
         const int i = find_key(tex, pair.key);
         if (has_key(tex, i, pair.key))
-            return ibl_reject(in, IBL_ERR_FORMAT,
-                              "damaged: the key \"%s\" is there twice",
-                              printable(pair.key, text));
+            return ibl_bad_file(in, "damaged: the key \"%s\" is there twice",
+                                printable(pair.key, text));
         if (!insert_pair(tex, i, pair.key, pair.value, pair.value_bytes))
             return ibl_no_memory(in->ctx, "a texture's keys");
     }
@@ -251,11 +249,10 @@ static ibl_status take_orientation(const ibl_input *in, const char *down,
     const char *value = tex->keys[at].value;
     *bottom_up = !strcmp(value, up);
     if (strcmp(value, down) && !(*bottom_up && tex->faces == 1))
-        return ibl_reject(
-            in, IBL_ERR_UNSUPPORTED, "%s \"%s\": only \"%s\" is read%s%s%s",
-            orientation_key, printable(value, text), down,
-            tex->faces == 1 ? " and \"" : "", tex->faces == 1 ? up : "",
-            tex->faces == 1 ? "\"" : " for cubes");
+        return ibl_unsupported(
+            in, "%s \"%s\": only \"%s\" is read%s%s%s", orientation_key,
+            printable(value, text), down, tex->faces == 1 ? " and \"" : "",
+            tex->faces == 1 ? up : "", tex->faces == 1 ? "\"" : " for cubes");
     remove_key(tex, at);
     return IBL_OK;
 }

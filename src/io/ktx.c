@@ -94,10 +94,10 @@ static ibl_status find_layout(const ibl_input *in, const header *h,
     const uint32_t internal = h->gl_internal_format;
 
     if (!type || !format)
-        return ibl_reject(in, IBL_ERR_UNSUPPORTED,
-                          "compressed texels (glInternalFormat 0x%X): only "
-                          "float formats are read",
-                          internal);
+        return ibl_unsupported(in,
+                               "compressed texels (glInternalFormat 0x%X): "
+                               "only float formats are read",
+                               internal);
     for (int i = 0; i < IBL_LAYOUT_COUNT; i++) {
         const ibl_layout *l = &ibl_layouts[i];
         /* Unsized internal formats are the format's own number. Filament's
@@ -109,8 +109,8 @@ static ibl_status find_layout(const ibl_input *in, const header *h,
             return IBL_OK;
         }
     }
-    return ibl_reject(
-        in, IBL_ERR_UNSUPPORTED,
+    return ibl_unsupported(
+        in,
         "glType 0x%X, glFormat 0x%X, glInternalFormat 0x%X: only RGBA, RGB and "
         "RG of half or float, RGB9_E5 and R11F_G11F_B10F are read",
         type, format, internal);
@@ -126,9 +126,8 @@ static ibl_status read_header(ibl_input *in, header *h)
     const uint32_t order = h->endianness;
     in->swap = order == big;
     if (order != little && order != big)
-        return ibl_reject(
-            in, IBL_ERR_FORMAT,
-            "damaged: endianness 0x%08X, must be 0x%08X or 0x%08X", order,
+        return ibl_bad_file(
+            in, "damaged: endianness 0x%08X, must be 0x%08X or 0x%08X", order,
             little, big);
     for (size_t at = words; at < sizeof *h; at += sizeof order) {
         const uint32_t word = ibl_input_u32(in, at);
@@ -149,9 +148,9 @@ static ibl_status read_level(const ibl_input *in, ibl_place *place, bool array,
         return ibl_input_short(in, "one of its levels");
     const uint64_t bytes = ibl_input_u32(in, place->at);
     if (bytes != must)
-        return ibl_reject(
-            in, IBL_ERR_FORMAT, "damaged: level %d of %llu bytes, must be %llu",
-            level, (unsigned long long)bytes, (unsigned long long)must);
+        return ibl_bad_file(in, "damaged: level %d of %llu bytes, must be %llu",
+                            level, (unsigned long long)bytes,
+                            (unsigned long long)must);
     place->at += 4;
     return ibl_place_read_level(in, place, tex, level);
 }
@@ -169,9 +168,8 @@ ibl_status ibl_ktx_decode(ibl_input *in, ibl_texture *tex)
     /* And 1 for its size, which matters to no file that is not turned. */
     if (h.gl_type_size != (uint32_t)place.layout->word_bytes &&
         (h.gl_type_size != 1 || in->swap))
-        return ibl_reject(in, IBL_ERR_FORMAT,
-                          "damaged: glTypeSize %u, must be %d", h.gl_type_size,
-                          place.layout->word_bytes);
+        return ibl_bad_file(in, "damaged: glTypeSize %u, must be %d",
+                            h.gl_type_size, place.layout->word_bytes);
     status = ibl_texture_begin(in, &h.shape, place.layout, ROW_ALIGN, tex);
     if (status)
         return status;

@@ -134,35 +134,34 @@ static ibl_status find_layout(const ibl_input *in, const header *h,
                                           "ZLIB"};
 
     if (h->scheme)
-        return ibl_reject(
-            in, IBL_ERR_UNSUPPORTED,
-            "supercompression %u (%s): only uncompressed KTX2 is read",
+        return ibl_unsupported(
+            in, "supercompression %u (%s): only uncompressed KTX2 is read",
             h->scheme, h->scheme < 4 ? schemes[h->scheme] : "unknown");
     *layout = ibl_layout_find(offsetof(ibl_layout, vk), h->vk_format);
     if (*layout)
         return IBL_OK;
-    return ibl_reject(in, IBL_ERR_UNSUPPORTED,
-                      "VkFormat %u: only 97, 109, 123, 122, 83, 103, 90 and "
-                      "106 are read (RGBA, RG, RGB floats, RGB9E5, R11G11B10)",
-                      h->vk_format);
+    return ibl_unsupported(
+        in,
+        "VkFormat %u: only 97, 109, 123, 122, 83, 103, 90 and 106 are read "
+        "(RGBA, RG, RGB floats, RGB9E5, R11G11B10)",
+        h->vk_format);
 }
 
 static ibl_status check_header(const ibl_input *in, const header *h,
                                const ibl_layout *layout)
 {
     if (h->type_size != (uint32_t)layout->word_bytes)
-        return ibl_reject(in, IBL_ERR_FORMAT,
-                          "damaged: typeSize %u, must be %d for VkFormat %u",
-                          h->type_size, layout->word_bytes, layout->vk);
+        return ibl_bad_file(in,
+                            "damaged: typeSize %u, must be %d for VkFormat %u",
+                            h->type_size, layout->word_bytes, layout->vk);
     if (h->sgd_bytes)
-        return ibl_reject(
-            in, IBL_ERR_FORMAT,
-            "damaged: supercompression data without supercompression");
+        return ibl_bad_file(
+            in, "damaged: supercompression data without supercompression");
     if (!ibl_input_has(in, h->dfd, h->dfd_bytes))
         return ibl_input_short(in, "its data format descriptor");
     if (h->dfd_bytes < DFD_HEAD || ibl_input_u32(in, h->dfd) != h->dfd_bytes)
-        return ibl_reject(
-            in, IBL_ERR_FORMAT,
+        return ibl_bad_file(
+            in,
             "damaged: a data format descriptor of %u bytes that says otherwise",
             h->dfd_bytes);
     return IBL_OK;
@@ -179,9 +178,9 @@ static ibl_status read_level(const ibl_input *in, const ibl_layout *layout,
                           (uint64_t)tex->layers * (uint64_t)tex->faces;
 
     if (entry.bytes != must || entry.bytes != entry.bytes_uncompressed)
-        return ibl_reject(
-            in, IBL_ERR_FORMAT, "damaged: level %d of %llu bytes, must be %llu",
-            level, (unsigned long long)entry.bytes, (unsigned long long)must);
+        return ibl_bad_file(in, "damaged: level %d of %llu bytes, must be %llu",
+                            level, (unsigned long long)entry.bytes,
+                            (unsigned long long)must);
     /* So that adding a face to the offset cannot overflow. */
     if (!ibl_input_has(in, entry.at, entry.bytes))
         return ibl_input_short(in, "one of its levels");

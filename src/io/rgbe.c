@@ -153,26 +153,25 @@ static ibl_status report_fault(const ibl_input *in, fault f, int row,
 {
     switch (f) {
     case ZERO_RUN:
-        return ibl_reject(
-            in, IBL_ERR_FORMAT,
-            "scanline %d of %d has a run of no pixels: the file is damaged",
+        return ibl_bad_file(
+            in, "scanline %d of %d has a run of no pixels: the file is damaged",
             row + 1, h->rows);
     case OVERRUN:
-        return ibl_reject(in, IBL_ERR_FORMAT,
-                          "scanline %d of %d has a run that ends %d pixels "
-                          "beyond its %d: the file is damaged",
-                          row + 1, h->rows, value, h->row_px);
+        return ibl_bad_file(in,
+                            "scanline %d of %d has a run that ends %d pixels "
+                            "beyond its %d: the file is damaged",
+                            row + 1, h->rows, value, h->row_px);
     case BAD_LENGTH:
-        return ibl_reject(in, IBL_ERR_FORMAT,
-                          "scanline %d of %d says it has %d pixels, not %d: "
-                          "the file is damaged",
-                          row + 1, h->rows, value, h->row_px);
+        return ibl_bad_file(in,
+                            "scanline %d of %d says it has %d pixels, not %d: "
+                            "the file is damaged",
+                            row + 1, h->rows, value, h->row_px);
     case WHOLE:
     case CUT:
         break;
     }
-    return ibl_reject(
-        in, IBL_ERR_FORMAT,
+    return ibl_bad_file(
+        in,
         "the file ends in scanline %d of %d: it is cut short: copy it again",
         row + 1, h->rows);
 }
@@ -563,15 +562,15 @@ static ibl_status check_length(const rgbe_rows *r)
 {
     const size_t bytes = r->in->size - r->h.data;
     if (!bytes)
-        return ibl_reject(
-            r->in, IBL_ERR_FORMAT,
+        return ibl_bad_file(
+            r->in,
             "the file ends after its header: it is cut short: copy it again");
     /* no scanline is shorter than a pixel */
     if (bytes / 4 < (size_t)r->h.rows)
-        return ibl_reject(r->in, IBL_ERR_FORMAT,
-                          "%zu bytes of pixels cannot hold %d scanlines: the "
-                          "file is cut short: copy it again",
-                          bytes, r->h.rows);
+        return ibl_bad_file(r->in,
+                            "%zu bytes of pixels cannot hold %d scanlines: the "
+                            "file is cut short: copy it again",
+                            bytes, r->h.rows);
     return IBL_OK;
 }
 

@@ -162,9 +162,9 @@ static ibl_status take_factors(const ibl_input *in, const char *what,
     for (int i = 0; i < count; i++) {
         double f;
         if (!take_number(&value, &f) || !(f >= 0) || isinf(f))
-            return ibl_reject(
-                in, IBL_ERR_FORMAT, "%s is \"%s\": must be %s above 0", what,
-                quote(all, text), count > 1 ? "three numbers" : "a number");
+            return ibl_bad_file(in, "%s is \"%s\": must be %s above 0", what,
+                                quote(all, text),
+                                count > 1 ? "three numbers" : "a number");
         if (f > 0)
             factors[i] *= f;
         else
@@ -191,9 +191,8 @@ static ibl_status take_format(const ibl_input *in, struct text value,
         v->xyz = true;
         return IBL_OK;
     }
-    return ibl_reject(
-        in, IBL_ERR_UNSUPPORTED,
-        "FORMAT is \"%s\": must be 32-bit_rle_rgbe or 32-bit_rle_xyze",
+    return ibl_unsupported(
+        in, "FORMAT is \"%s\": must be 32-bit_rle_rgbe or 32-bit_rle_xyze",
         quote(all, text));
 }
 
@@ -285,13 +284,12 @@ static ibl_status take_resolution(const ibl_input *in, struct text line,
     if (take_edges(line, h, &is_one))
         return IBL_OK;
     if (is_one)
-        return ibl_reject(
-            in, IBL_ERR_FORMAT,
+        return ibl_bad_file(
+            in,
             "the resolution line is \"%s\": each edge must be 1 to %d pixels",
             quote(line, text), IBL_MAX_EDGE);
-    return ibl_reject(
-        in, IBL_ERR_FORMAT,
-        "the resolution line is \"%s\": must be like \"-Y 512 +X 1024\"",
+    return ibl_bad_file(
+        in, "the resolution line is \"%s\": must be like \"-Y 512 +X 1024\"",
         quote(line, text));
 }
 
@@ -345,10 +343,10 @@ static ibl_status set_factors(const ibl_input *in, const struct variables *v,
     for (int c = 0; c < 3; c++) {
         scale[c] = 1 / (v->exposure * v->correction[c]);
         if (!(scale[c] >= FLT_MIN && scale[c] <= FLT_MAX))
-            return ibl_reject(in, IBL_ERR_FORMAT,
-                              "EXPOSURE and COLORCORR multiply to %g: must be "
-                              "between 1e-38 and 1e38",
-                              v->exposure * v->correction[c]);
+            return ibl_bad_file(in,
+                                "EXPOSURE and COLORCORR multiply to %g: must "
+                                "be between 1e-38 and 1e38",
+                                v->exposure * v->correction[c]);
     }
     h->xyz = v->xyz;
     for (int c = 0; c < 3; c++)
@@ -415,22 +413,21 @@ ibl_status ibl_rgbe_parse(const ibl_input *in, const unsigned char *bytes,
 
     memcpy(v.primaries, default_primaries, sizeof v.primaries);
     if (!ibl_rgbe_is(bytes, size))
-        return ibl_reject(in, IBL_ERR_FORMAT,
-                          "no Radiance picture: must begin with \"#?\"");
+        return ibl_bad_file(in, "no Radiance picture: must begin with \"#?\"");
     while (!status && next_line(&rest, bare_cr, &line) &&
            (!ends || line.at != last.at))
         status = take_line(in, line, &v);
     if (status)
         return status;
     if (!ends)
-        return ibl_reject(in, IBL_ERR_FORMAT,
-                          "the file ends in its header, before the resolution "
-                          "line: it is cut short: copy it again");
+        return ibl_bad_file(in,
+                            "the file ends in its header, before the "
+                            "resolution line: it is cut short: copy it again");
     if (!is_resolution(last))
-        return ibl_reject(in, IBL_ERR_FORMAT,
-                          "no resolution line after the header but \"%s\": "
-                          "must be like \"-Y 512 +X 1024\"",
-                          quote(last, text));
+        return ibl_bad_file(in,
+                            "no resolution line after the header but \"%s\": "
+                            "must be like \"-Y 512 +X 1024\"",
+                            quote(last, text));
     *header = (ibl_rgbe_header){.data = (size_t)(pixels.at - bytes)};
     status = take_resolution(in, last, header);
     if (status)

@@ -52,13 +52,12 @@ ibl_status ibl_map_check_size(const ibl_input *in, const ibl_read_options *opts,
 {
     if (width < 1 || height < 1 || width > IBL_MAX_EDGE ||
         height > IBL_MAX_EDGE)
-        return ibl_reject(in, IBL_ERR_FORMAT,
-                          "%lldx%lld pixels; each edge must be 1 to %d", width,
-                          height, IBL_MAX_EDGE);
+        return ibl_bad_file(in, "%lldx%lld pixels; each edge must be 1 to %d",
+                            width, height, IBL_MAX_EDGE);
     const bool cross = 3 * width == 4 * height || 4 * width == 3 * height;
     if (width != 2 * height && !opts->any_aspect)
-        return ibl_reject(
-            in, IBL_ERR_FORMAT,
+        return ibl_bad_file(
+            in,
             "%lldx%lld is not 2:1%s; an equirectangular map that high is "
             "%lldx%lld (the option any-aspect takes others)",
             width, height,
@@ -77,8 +76,8 @@ ibl_status ibl_map_alloc(const ibl_input *in, int width, int height,
 
     if (!data)
         return ibl_reject(in, IBL_ERR_MEMORY,
-                          "no memory for %dx%d pixels at once, %.1f GiB: "
-                          "scale it down, or free some",
+                          "no memory for %dx%d pixels at once, %.1f GiB: scale "
+                          "it down, or free some",
                           width, height, (double)pixels * 12 / (1 << 30));
     *img = (ibl_image){width, height, data};
     return IBL_OK;

@@ -142,14 +142,13 @@ static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
         return ibl_exr_open(&s->in, opts, &s->rows);
     const ibl_container texture = ibl_container_of(first, size);
     if (texture == IBL_CONTAINER_KTX2 || texture == IBL_CONTAINER_KTX)
-        return ibl_reject(&s->in, IBL_ERR_FORMAT,
-                          "is a texture, %s, where a map is wanted: give the "
-                          "map that it was baked from",
-                          texture == IBL_CONTAINER_KTX ? "KTX" : "KTX2");
+        return ibl_bad_file(&s->in,
+                            "is a texture, %s, where a map is wanted: give the "
+                            "map that it was baked from",
+                            texture == IBL_CONTAINER_KTX ? "KTX" : "KTX2");
     if (opts->layer || opts->part > 0)
-        return ibl_reject(
-            &s->in, IBL_ERR_FORMAT,
-            "has no %s: only OpenEXR files do, so do not ask for one",
+        return ibl_bad_file(
+            &s->in, "has no %s: only OpenEXR files do, so do not ask for one",
             opts->layer ? "layers" : "parts");
     if (ibl_rgbe_is(first, size))
         return ibl_rgbe_open(&s->in, opts, &s->rows);
@@ -285,8 +284,8 @@ static ibl_status report_alpha(const ibl_source *s)
     const ibl_alpha_mender *a = &s->alpha;
 
     if (s->strict && (a->nonfinite || a->beyond))
-        return ibl_reject(
-            &s->in, IBL_ERR_FORMAT,
+        return ibl_bad_file(
+            &s->in,
             "alpha is not finite in %zu pixels and not from 0 to 1 in %zu, "
             "which strict reading refuses and any other mends",
             a->nonfinite, a->beyond);
@@ -315,10 +314,10 @@ static ibl_status report_mended(const ibl_source *s)
     const ibl_repair *done = &s->mender.done;
 
     if (s->strict && (done->nonfinite || done->negative))
-        return ibl_reject(&s->in, IBL_ERR_FORMAT,
-                          "%zu pixels are not finite and %zu negative, which "
-                          "strict reading refuses and any other mends",
-                          done->nonfinite, done->negative);
+        return ibl_bad_file(&s->in,
+                            "%zu pixels are not finite and %zu negative, which "
+                            "strict reading refuses and any other mends",
+                            done->nonfinite, done->negative);
     if (done->nonfinite)
         ibl_warn(s->ctx,
                  "%s: %zu pixels were not finite; each became its brightest "
