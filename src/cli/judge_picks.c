@@ -42,13 +42,6 @@ typedef struct pixel {
     int x, y;
 } pixel;
 
-static float value_of(const ibl_image *env, int x, int y)
-{
-    const float *p =
-        env->data + 3 * ((size_t)y * (size_t)env->width + (size_t)x);
-    return p[0] + p[1] + p[2];
-}
-
 /* The convention of ibl/ibl.h, then the turn about +Y. */
 static void pixel_direction(const ibl_image *env, double yaw_deg, pixel at,
                             double dir[3])
@@ -61,22 +54,25 @@ static void pixel_direction(const ibl_image *env, double yaw_deg, pixel at,
     dir[2] = sin(theta) * sin(phi);
 }
 
-static pixel brightest(const ibl_image *env, int block)
+/* The brightest pixel of each block; the value of blocks beyond a small map
+ * stays below 0. */
+static void find_brightest(const ibl_image *env,
+                           pixel blocks[BLOCKS / 2][BLOCKS])
 {
     const int columns = env->width < BLOCKS ? env->width : BLOCKS;
     const int rows = env->height < BLOCKS / 2 ? env->height : BLOCKS / 2;
-    const long long i = block % columns, j = block / columns;
-    pixel best = {-1, 0, 0};
+    const float *p = env->data;
 
-    if (j >= rows)
-        return best;
-    for (int y = (int)(j * env->height / rows);
-         y < (int)((j + 1) * env->height / rows); y++)
-        for (int x = (int)(i * env->width / columns);
-             x < (int)((i + 1) * env->width / columns); x++)
-            if (value_of(env, x, y) > best.value)
-                best = (pixel){value_of(env, x, y), x, y};
-    return best;
+    for (int b = 0; b < BLOCKS * BLOCKS / 2; b++)
+        blocks[b / BLOCKS][b % BLOCKS].value = -1;
+    for (long long y = 0; y < env->height; y++)
+        for (long long x = 0; x < env->width; x++, p += 3) {
+            pixel *best = &blocks[((y + 1) * rows - 1) / env->height]
+                                 [((x + 1) * columns - 1) / env->width];
+            const float value = p[0] + p[1] + p[2];
+            if (value > best->value)
+                *best = (pixel){value, (int)x, (int)y};
+        }
 }
 
 static bool is_far(const double dir[3], double dirs[][3], int count)
@@ -91,11 +87,10 @@ static bool is_far(const double dir[3], double dirs[][3], int count)
 int ibl_find_lights(const ibl_image *env, double yaw_deg, int most,
                     double dirs[][3])
 {
-    pixel blocks[BLOCKS * BLOCKS / 2];
+    pixel grid[BLOCKS / 2][BLOCKS], *const blocks = grid[0];
     int count = 0;
 
-    for (int b = 0; b < BLOCKS * BLOCKS / 2; b++)
-        blocks[b] = brightest(env, b);
+    find_brightest(env, grid);
     while (count < most) {
         pixel *best = NULL;
         double dir[3];

@@ -149,16 +149,15 @@ static bool replaces(const ibl_bake *b, const json_t *sidecar)
 }
 
 static ibl_status check_sidecar(const ibl_bake *b, const char *path,
-                                const json_t *sidecar)
+                                json_t *sidecar)
 {
     const ibl_opts *o = b->opts;
-    const char *writer = json_string_value(
-        json_object_get(json_object_get(sidecar, "generator"), "name"));
-    const char *was = json_string_value(
-        json_object_get(json_object_get(sidecar, "source"), "path"));
+    const char *writer, *was;
 
-    if (!writer || strcmp(writer, "iblbake") != 0 || !was ||
-        is_source(was, o->input) || !replaces(b, sidecar))
+    if (json_unpack(sidecar, "{s:{s:s},s:{s:s}}", "generator", "name", &writer,
+                    "source", "path", &was) ||
+        strcmp(writer, "iblbake") != 0 || is_source(was, o->input) ||
+        !replaces(b, sidecar))
         return IBL_OK;
     return ibl_refuse(b->console, IBL_ERR_ARGUMENT,
                       "%s: was made from %s, and %s would replace its files: "

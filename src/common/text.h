@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* A stream into memory, for what open_memstream is not: where memory runs out
- * glibc's loses text, and neither ferror nor fclose tells. */
+/* Text in memory, and numbers in it. */
 #ifndef COMMON_TEXT_H
 #define COMMON_TEXT_H
 
 #include <stdio.h>
 
+/* A stream into memory, in place of open_memstream: where memory runs out,
+ * glibc's loses text, and neither ferror nor fclose reports it. */
 typedef struct ibl_memory_file {
     char *text;
     size_t size, room;

@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/text.h"
 #include "common/path.h"
 #include "common/signals.h"
+#include "common/text.h"
 #include "ibl/io.h"
 #include "view/message.h"
 #include "view/write_exr.h"
