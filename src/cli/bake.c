@@ -192,7 +192,7 @@ static ibl_status write_all(ibl_bake *b)
 
 /* ---- the whole -------------------------------------------------------- */
 
-/* What was read and written, for -v. */
+/* Logs the files that were read and written, for -v. */
 static void log_summary(const ibl_bake *b)
 {
     if (b->opts->input)

@@ -411,7 +411,7 @@ static json_t *spherical_harmonics(const ibl_bake *b)
     return j;
 }
 
-/* What was spent until now, to the microsecond. */
+/* The time of each stage until now, to the microsecond. */
 static json_t *timings(const ibl_bake *b)
 {
     const ibl_console *c = b->console;

@@ -28,7 +28,7 @@ extern const ibl_section ibl_running_section; /* the rest, --help, --version */
 ibl_common ibl_common_default(void);
 bool ibl_common_validate(const ibl_common *c);
 
-/* What a bake can leave, in the order in which it is made. */
+/* The outputs of a bake, in the order in which they are made. */
 typedef enum ibl_output_kind {
     IBL_OUTPUT_SKYBOX,
     IBL_OUTPUT_SPECULAR,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What the user sees on stderr: messages, the progress bar, stage times. */
+/* Standard error: messages, the progress bar, stage times. */
 #ifndef CLI_CONSOLE_H
 #define CLI_CONSOLE_H
 

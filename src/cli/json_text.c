@@ -97,7 +97,7 @@ static bool write_value(const json_t *value, int depth, FILE *to)
     if (!json_is_real(value))
         return !json_dumpf(value, to, JSON_ENCODE_ANY);
     ibl_number_text(json_real_value(value), text);
-    /* Still a real, for readers that tell 1 from 1.0. */
+    /* Still a real, for readers that distinguish 1 and 1.0. */
     fprintf(to, "%s%s", text, strpbrk(text, ".e") ? "" : ".0");
     return true;
 }

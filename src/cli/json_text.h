@@ -7,7 +7,7 @@
 #include <ibl/ibl.h>
 #include <ibl/io.h>
 
-/* What jansson makes of root by its flags, for free(); NULL: no memory. */
+/* root as jansson writes it with these flags, for free(); NULL: no memory. */
 char *ibl_json_dump(const json_t *root, size_t flags);
 /*
  * JSON for people and programs: indented, arrays of plain values on one line,
@@ -19,14 +19,13 @@ char *ibl_json_text(const json_t *root);
 
 /* A string of any bytes: those that are not UTF-8 become U+FFFD. */
 json_t *ibl_json_string(const char *bytes);
-/* The same so that it can be told what they were: those, and '%', become %XX.
- * ibl_sidecar_load has the inverse. */
+/* The same without loss: those bytes, and '%', become %XX. ibl_sidecar_load
+ * has the inverse. */
 json_t *ibl_json_encoded(const char *bytes);
 
-/* What has written a file. NULL: no memory. */
+/* The program that writes a file. NULL: no memory. */
 json_t *ibl_json_generator(ibl_isa isa);
-/* What spherical harmonics are that stand beside it, as ibl_bake_sh has
- * them. */
+/* Describes the spherical harmonics of ibl_bake_sh, which stand beside it. */
 void ibl_json_put_basis(json_t **object, int degree);
 /* {"texels": .., "moved": .., "lost": ..}; NULL: no memory. */
 json_t *ibl_json_overflow(const ibl_overflow_level *level);

@@ -14,7 +14,7 @@ enum {
     CELLS = IBL_FACES * IBL_DARK_CELLS * IBL_DARK_CELLS
 };
 
-/* What was judged before: the choice and the truth. */
+/* The chosen texels and the truth of a level, kept for the next one alike. */
 typedef struct known {
     ibl_role role;
     ibl_lobe lobe;
@@ -149,7 +149,7 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* What the level has in count directions, but for an environment's texels. */
+/* The truth in count directions; ENVIRONMENT: at single points. */
 static ibl_status convolve(const ibl_reference *reference, const known *k,
                            const double *dirs, size_t count, double *rgb)
 {
@@ -309,7 +309,7 @@ static void round_truth(const ibl_judge_level *level, const double *truth,
                          : (double)rgb[c] / level->scale;
 }
 
-/* The texel dx, dy aside, over edges too. False: there is none. */
+/* The texel at an offset of dx, dy, also over edges. False: none exists. */
 static bool neighbour(int n, ibl_texel at, int dx, int dy, ibl_texel *to)
 {
     const double u = 2 * (at.x + dx + 0.5) / n - 1;

@@ -1,41 +1,37 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * How far baked maps are from the truth of <ibl/reference.h>.
+ * Measures the errors of baked maps against <ibl/reference.h>.
  *
- * A level of a cube is judged at chosen texels. Each stands for as many
- * texels as its kind has members for one that was chosen, and every statistic
- * weighs it by that number, so that the statistics estimate those of the
- * whole level although the hard texels are looked at more closely. The kinds,
- * the first that fits:
+ * A level of a cube is judged at chosen texels. Each stands for as many texels
+ * as its kind has members per chosen one. All statistics are weighted by that
+ * number, so that they estimate those of the whole level although hard texels
+ * are chosen more often. The kinds; the first that fits counts:
  *   light   the 3x3 texels around each of the environment's brightest pixels
  *           (at least 10 degrees apart); all of them
  *   corner  the three texels at each of the cube's corners; all of them
  *   near    within 20 degrees of the brightest pixel
  *   edge    at the edge of a face
  *   dark    in the darkest tenth of the level
- *   rest    the others, one for each cell of a grid over the faces
+ *   rest    one for each cell of a grid over the faces
  * The choice depends on the environment, the size, the lobe, the roughness, the
- * count and the seed, never on what is judged.
+ * count and the seed, never on the judged texels.
  *
- * With x the texel's RGB, t the truth's, |.| the root of the sum of squares
- * over R, G and B, and means over texels:
+ * x is the texel's RGB, t the truth's, |.| the root of the sum of squares over
+ * R, G and B; means are over texels:
  *   nRMSE           sqrt(mean |x - t|^2) / sqrt(mean |t|^2)
  *   relative error  ibl_relative_error: |x - t| / max(|t|, floor)
  *   median, p95     of the relative error
- *   bias            mean of the level over the mean of the environment - 1:
- *                   R + G + B, every texel of the level, weighted by solid
- *                   angle
- *   rounding        nRMSE of the truth itself when it is encoded as the pixel
- *                   format and decoded, without what overflow has of it
- *   overflow        what nRMSE has of components whose truth is beyond the
- *                   largest value of the pixel format, and of those that are
- *                   brighter than the truth beside such a light, in a texel
- *                   that holds the largest value or next to one: what cannot
- *                   be stored where it is, and where it went
- *   darkest tenth   of the texels in the order of the truth's R + G + B: the
- *                   relative error among these alone, where ringing and
- *                   cancellation show first
- * Texels that are not finite are counted over the whole level and left out of
+ *   bias            mean of the level / mean of the environment - 1, of
+ *                   R + G + B over all texels, weighted by solid angle
+ *   rounding        nRMSE of the truth when it is encoded as the pixel format
+ *                   and decoded, without the components of overflow
+ *   overflow        the part of nRMSE from components whose truth is above the
+ *                   largest value of the pixel format, and from components
+ *                   brighter than the truth in or next to a texel that holds
+ *                   the largest value: light that was clipped or moved
+ *   darkest tenth   relative error of the texels with the smallest R + G + B
+ *                   of the truth, where ringing and cancellation show first
+ * Texels that are not finite are counted over the whole level and excluded from
  * everything else.
  */
 #ifndef CLI_JUDGE_H
@@ -52,7 +48,7 @@ enum {
 
 ibl_judge_options ibl_judge_options_default(void);
 
-/* What a level holds; in the order of ibl_output_kind. */
+/* The content of a level, in the order of ibl_output_kind. */
 typedef enum ibl_role {
     IBL_ROLE_ENVIRONMENT, /* means over texels: skybox, or roughness 0 */
     IBL_ROLE_SPECULAR,
@@ -130,7 +126,7 @@ void ibl_judge_round(ibl_pixel pixel, float *values);
 typedef struct ibl_lut_verdict {
     int size;
     size_t count;    /* texels judged: corners, edges, and cells of a grid */
-    double max, rms; /* rms by the numbers that texels stand for, too */
+    double max, rms; /* rms is weighted as above */
     double worst_n_dot_v, worst_roughness;
     double rounding; /* rms that the pixel format leaves */
     size_t nonfinite;

@@ -29,7 +29,7 @@ typedef struct ibl_judged_texel {
     double value;  /* R + G + B of the truth */
 } ibl_judged_texel;
 
-/* What the choice depends on, of one level. */
+/* The level that texels are chosen of. */
 typedef struct ibl_pick_scene {
     int size;
     int light_count; /* of lights, from the brightest */

@@ -137,7 +137,7 @@ void ibl_report_print(const ibl_report *report, FILE *to)
                 "= %.3f, r = %.3f; rms %.2e (rounding alone %.2e); NaN %zu\n",
                 lut->size, lut->count, lut->max, lut->worst_n_dot_v,
                 lut->worst_roughness, lut->rms, lut->rounding, lut->nonfinite);
-    /* What is then said on standard error comes after it in a log, too. */
+    /* So that later messages on standard error follow it in a log. */
     fflush(to);
 }
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What every command sets up and warns of. */
+/* The context of a command, and warnings that several commands have. */
 #ifndef CLI_SESSION_H
 #define CLI_SESSION_H
 

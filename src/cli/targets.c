@@ -129,7 +129,7 @@ static bool is_source(const char *was, const char *input)
     return !strcmp(ibl_path_name(was), ibl_path_name(input));
 }
 
-/* Whether the bake writes the sidecar or any file that it tells of. */
+/* Whether the bake writes the sidecar or any file that it names. */
 static bool replaces(const ibl_bake *b, const json_t *sidecar)
 {
     const json_t *outputs = json_object_get(sidecar, "outputs"), *output;
@@ -166,8 +166,8 @@ static ibl_status check_sidecar(const ibl_bake *b, const char *path,
                       path, was, o->input, o->name);
 }
 
-/* A name that was asked for may be anybody's; one that follows from the input
- * may not be that of another's outputs. */
+/* A name that was given may replace any files; one that follows from the input
+ * may not replace those of another environment. */
 static ibl_status check_source(const ibl_bake *b)
 {
     struct stat st;
@@ -217,8 +217,7 @@ static void put_path(FILE *to, const char *path)
 /*
  * Besides the above make takes '=' for a variable's, '|' and ';' for what
  * follows the prerequisites, '%' for a pattern, a last ')' for an archive's,
- * '~' for a home; ninja ends a name at most others. There is nothing to quote
- * them with.
+ * '~' for a home; ninja ends a name at most others. They cannot be quoted.
  */
 static bool is_unquotable(const char *path, char why[WHY_BYTES])
 {

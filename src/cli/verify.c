@@ -37,18 +37,15 @@ static bool parse_face_names(void *field, const char *value)
 
 static bool parse_roughness_map(void *field, const char *value)
 {
-    ibl_verify_map m = {.given = 1};
-
+    ibl_verify_map *m = field;
     const int named = ibl_names_find(ibl_mapping_names, value);
 
+    *m = (ibl_verify_map){.given = 1};
     if (named >= 0)
-        m.map = (ibl_roughness_map)named;
+        m->map = (ibl_roughness_map)named;
     else
-        m.count = ibl_roughness_list(value, m.list);
-    if (named < 0 && !m.count)
-        return false;
-    *(ibl_verify_map *)field = m;
-    return true;
+        m->count = ibl_roughness_list(value, m->list);
+    return named >= 0 || m->count;
 }
 
 static bool parse_axes(void *field, const char *value)

@@ -51,9 +51,9 @@ static json_t *find_output(const reader *r, ibl_output_kind kind)
 
     json_array_foreach(outputs, i, output)
     {
-        const char *content =
-            json_string_value(json_object_get(output, "content"));
-        if (content && !strcmp(content, ibl_output_content(kind)))
+        const char *content;
+        if (!json_unpack(output, "{s:s}", "content", &content) &&
+            !strcmp(content, ibl_output_content(kind)))
             return output;
     }
     return NULL;
@@ -90,13 +90,13 @@ static ibl_status open_sidecar(reader *r)
                                   : "");
 }
 
-/* What the sidecar names; *path stays NULL if it names nothing. */
+/* The file that the sidecar names; *path stays NULL if it names none. */
 static ibl_status find_named(const reader *r, ibl_output_kind kind, char **path)
 {
-    const char *file =
-        json_string_value(json_object_get(find_output(r, kind), "file"));
+    const char *file;
 
-    if (!file || strchr(file, '/'))
+    if (json_unpack(find_output(r, kind), "{s:s}", "file", &file) ||
+        strchr(file, '/'))
         return IBL_OK;
     *path = in_directory(r, "%s", file);
     if (!*path)
@@ -192,18 +192,20 @@ int ibl_roughness_list(const char *text, double list[IBL_MAX_LEVELS])
 /* The same of an array of levels. */
 static int read_levels(json_t *levels, double list[IBL_MAX_LEVELS])
 {
-    const size_t count = json_array_size(levels);
+    json_t *level;
+    size_t l;
 
-    for (size_t l = 0; l < count && count <= IBL_MAX_LEVELS; l++) {
-        json_t *value = json_object_get(json_array_get(levels, l), "roughness");
-        list[l] = json_number_value(value);
-        if (!json_is_number(value) || !(list[l] >= 0 && list[l] <= 1))
+    json_array_foreach(levels, l, level)
+    {
+        if (l == IBL_MAX_LEVELS ||
+            json_unpack(level, "{s:F}", "roughness", &list[l]) ||
+            !(list[l] >= 0 && list[l] <= 1))
             return 0;
     }
-    return count <= IBL_MAX_LEVELS ? (int)count : 0;
+    return (int)json_array_size(levels);
 }
 
-/* What the texture's key says, else the sidecar if it found the file. */
+/* The value of the texture's key, else of the sidecar if it found the file. */
 static const char *said(const reader *r, ibl_output_kind kind,
                         const ibl_texture *tex, const char *key)
 {
@@ -269,7 +271,7 @@ static ibl_status find_lobe(const reader *r, const ibl_texture *tex,
                       r->files->path[IBL_OUTPUT_SPECULAR], name);
 }
 
-/* What the levels of a specular chain were convolved with. */
+/* Sets the lobe and the roughness of the levels. */
 static ibl_status describe_specular(const reader *r, const ibl_texture *tex,
                                     ibl_verify_chain *c)
 {
@@ -312,16 +314,16 @@ static ibl_status note_yaw(const reader *r, const ibl_texture *tex,
     return IBL_OK;
 }
 
-/* What neither an option nor a file has said. */
+/* The rotation that neither an option nor a texture has given. */
 static void settle_yaw(const reader *r)
 {
-    json_t *yaw =
-        json_object_get(json_object_get(r->sidecar, "orientation"), "yaw_deg");
+    double *yaw = &r->files->yaw_deg;
 
     if (!isnan(r->opts->yaw_deg))
-        r->files->yaw_deg = r->opts->yaw_deg;
-    else if (isnan(r->files->yaw_deg))
-        r->files->yaw_deg = json_number_value(yaw); /* 0 for none */
+        *yaw = r->opts->yaw_deg;
+    else if (isnan(*yaw) && json_unpack(r->sidecar, "{s:{s:F}}", "orientation",
+                                        "yaw_deg", yaw))
+        *yaw = 0;
 }
 
 /* ---- reading --------------------------------------------------------- */

@@ -11,7 +11,7 @@
 
 typedef struct ibl_json_file {
     const char *name; /* for messages */
-    /* Is told what is wrong, one line each time. */
+    /* Receives each error, one line. */
     void (*fail)(void *cookie, const char *text);
     void *cookie;
     json_t *root;

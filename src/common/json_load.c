@@ -37,7 +37,7 @@ static void *too_large(const char *path, ibl_json_why *why)
                 IBL_JSON_BYTES >> 20);
 }
 
-/* Reads until the end, whatever size the system told of. */
+/* Reads until the end, whatever size the system reported. */
 static char *read_all(int fd, const char *path, size_t *size, ibl_json_why *why)
 {
     char *bytes = NULL;
@@ -97,7 +97,7 @@ char *ibl_json_bytes(const char *path, size_t *size, ibl_json_why *why)
 
 /* ---- JSON -------------------------------------------------------------- */
 
-/* Whether memory was missing: jansson says nothing then, or tells of an invalid
+/* Whether memory was missing: jansson reports nothing then, or an invalid
  * token. */
 static _Thread_local bool starved;
 

@@ -21,7 +21,7 @@ extern const char *const ibl_method_names[];
 extern const char *const ibl_lobe_names[];
 extern const char *const ibl_geometry_names[];
 
-/* What the table's file is called without its extension, by ibl_geometry. */
+/* The name of the table's file without its extension, by ibl_geometry. */
 extern const char *const ibl_lut_stems[];
 
 #endif

@@ -75,7 +75,7 @@ typedef struct ibl_section {
         (title), (table), (int)(sizeof(table) / sizeof *(table))               \
     }
 
-/* What the program can be told to do. */
+/* A command of the program. */
 typedef struct ibl_command {
     const char *name;     /* the first argument; NULL: what the program does
                              without one */
@@ -108,8 +108,8 @@ extern const ibl_program ibl_this_program;
 int ibl_command_main(int argc, char **argv);
 
 /* Settings of a command (settings_size bytes) from the words of the command
- * line, ended by NULL. Strings point into words. False: the program is to end
- * with *status, after --help or its like or after a line on stderr. */
+ * line, ended by NULL. Strings point into words. False: the program ends with
+ * *status, after --help or its like or after a line on stderr. */
 bool ibl_command_line(const ibl_command *cmd, char **words, void *settings,
                       int *status);
 /* The same from words that came from elsewhere, where nothing is printed but

@@ -2,7 +2,7 @@
 #ifndef COMMON_PATH_H
 #define COMMON_PATH_H
 
-/* What follows the last slash. */
+/* The part after the last slash. */
 const char *ibl_path_name(const char *path);
 
 /* Both are for free(); NULL: no memory. */

@@ -2,7 +2,7 @@
 #ifndef COMMON_STDERR_LINE_H
 #define COMMON_STDERR_LINE_H
 
-/* Room for two paths and what is to be said about them. */
+/* Room for two paths and a message about them. */
 enum {
     IBL_LINE_BYTES = 2 * 4096 + 1024
 };
