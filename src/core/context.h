@@ -28,28 +28,21 @@ bool ibl_cancelled(const ibl_ctx *ctx);
 /* Tells the progress callback. */
 void ibl_progress(ibl_ctx *ctx, const char *stage, double done);
 
-/*
- * Runs jobs on the context's pool and reports progress under stage (NULL:
- * silently). Jobs should take milliseconds: a cancel waits for those in
- * flight. Returns IBL_OK or IBL_ERR_CANCELLED. Called from the context's
- * caller only, never from a job.
- */
+/* Runs jobs on the context's pool and reports progress under stage (NULL:
+ * silently). Jobs should take milliseconds: a cancel waits for those that run.
+ * Returns IBL_OK or IBL_ERR_CANCELLED. Never called from a job. */
 ibl_status ibl_run(ibl_ctx *ctx, const char *stage, int jobs, ibl_job_fn *fn,
                    void *arg);
 
-/*
- * Lets the pool begin with jobs while the caller goes on: until ibl_run_end
- * has returned, arg and what they work on are theirs. At most IBL_POOL_BEGUN
- * at a time. ibl_run_end takes part, telling of each the progress that it was
- * begun with; it returns IBL_OK or IBL_ERR_CANCELLED, and at once where nothing
- * was begun.
- */
+/* ibl_pool_begin: until ibl_run_end has returned, arg and the data of the jobs
+ * are theirs. ibl_run_end takes part in each, reporting the progress that it
+ * was begun with, and returns IBL_OK or IBL_ERR_CANCELLED. */
 void ibl_run_begin(ibl_ctx *ctx, const char *stage, double done, int jobs,
                    ibl_job_fn *fn, void *arg);
 ibl_status ibl_run_end(ibl_ctx *ctx);
 
-/* ibl_pool_start and ibl_pool_finish of the context's pool. fn says nothing:
- * messages come from the caller's thread. */
+/* ibl_pool_start and ibl_pool_finish. fn logs nothing: messages come from the
+ * caller's thread. */
 bool ibl_task_start(ibl_ctx *ctx, ibl_task_fn *fn, void *arg);
 void ibl_task_finish(ibl_ctx *ctx);
 

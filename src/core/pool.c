@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A batch is open from when the caller has described it until it finds no job
- * left; workers enter while it is open, and the caller waits for those that
- * did. A worker that arrives after the batch closed (waking an idle core takes
- * longer than a short job) skips it; the caller does not wait. One atomic word
- * holds both the open bit and the number of workers inside, so that no worker
- * enters a batch that is being closed.
+ * A batch is open from its description until no job is left; workers enter
+ * while it is open, and the caller waits for those that did. A worker that
+ * arrives after the batch closed (waking an idle core takes longer than a short
+ * job) skips it; the caller does not wait. One atomic word holds both the open
+ * bit and the number of workers inside, so that no worker enters a batch that
+ * is being closed.
  *
- * Batches that were begun stay open beside the one that is run; workers look
- * at them first.
+ * The task and the begun batches stay open beside the one that is run; workers
+ * look at them first.
  *
- * Waiting begins with looking again for a while: about as long as it takes
- * to wake a thread, so that it costs at most about twice what is best.
+ * A waiting thread first spins, about as long as it takes to wake a thread, so
+ * that waiting costs at most about twice the optimum.
  */
 #include "core/pool.h"
 
@@ -120,8 +120,8 @@ static void pause_briefly(void)
 #endif
 }
 
-/* Looks for a while. The core is offered to others in between: the one who
- * is to make it ready may be waiting for it. */
+/* Spins for a while. It yields the core in between: the thread that makes it
+ * ready may need it. */
 static bool becomes_ready(const ibl_pool *pool, ready_fn *ready,
                           const void *arg)
 {

@@ -9,6 +9,7 @@
  * themselves alone; beyond the edges the last sample repeats.
  */
 #include <math.h>
+#include <string.h>
 
 #include "core/alloc.h"
 #include "core/context.h"
@@ -82,10 +83,11 @@ static void blend_rows(const ibl_exr_chroma *chroma, int plane, int y,
     const int w = chroma->width, h = chroma->height, k = y / 2;
     const float *src = chroma->plane[plane];
 
-    for (int x = 0; x < w; x++)
-        out[x] = y % 2 ? 0 : src[(size_t)k * w + x];
-    if (y % 2 == 0)
+    if (y % 2 == 0) {
+        memcpy(out, src + (size_t)k * w, (size_t)w * sizeof *out);
         return;
+    }
+    memset(out, 0, (size_t)w * sizeof *out);
     for (int t = 0; t < TAPS; t++) {
         const float *above = src + (size_t)clamp(k - t, h) * w;
         const float *below = src + (size_t)clamp(k + 1 + t, h) * w;
@@ -106,23 +108,6 @@ static float blend_columns(const float *row, int w, int x)
     return sum;
 }
 
-static void half_row(const job_data *d, int y, float *scratch)
-{
-    const ibl_exr_window *map = &d->pick->display, *data = &d->pick->data;
-    const int w = d->chroma->width;
-    float *row[2] = {scratch, scratch + w};
-
-    for (int i = 0; i < 2; i++)
-        blend_rows(d->chroma, i, y - data->y0, row[i]);
-    for (int x = map->x0; x <= map->x1; x++) {
-        float *p = d->img->data + 3 * ((size_t)(y - map->y0) * map->width +
-                                       (size_t)(x - map->x0));
-        if (x >= data->x0 && x <= data->x1)
-            pixel_to_rgb(p, p[0], blend_columns(row[0], w, x - data->x0),
-                         blend_columns(row[1], w, x - data->x0), d->pick->luma);
-    }
-}
-
 void ibl_exr_line_to_rgb(const float luma[3], float *p, int count)
 {
     for (; count > 0; count--, p += 3)
@@ -133,11 +118,24 @@ static void rows_job(void *arg, int job, int worker)
 {
     const job_data *d = arg;
     const ibl_exr_window *map = &d->pick->display, *data = &d->pick->data;
+    const int w = d->chroma->width;
+    float *scratch = d->scratch + (size_t)worker * 2 * (size_t)data->width;
+    float *chroma[2] = {scratch, scratch + w};
+
     for (int i = job * ROWS; i < (job + 1) * ROWS && i < map->height; i++) {
-        const int y = map->y0 + i;
-        if (y < data->y0 || y > data->y1)
+        const int y = map->y0 + i - data->y0;
+        float *row = d->img->data + 3 * (size_t)i * (size_t)map->width;
+        if (y < 0 || y >= data->height)
             continue;
-        half_row(d, y, d->scratch + (size_t)worker * 2 * (size_t)data->width);
+        for (int k = 0; k < 2; k++)
+            blend_rows(d->chroma, k, y, chroma[k]);
+        for (int j = 0; j < map->width; j++) {
+            const int x = map->x0 + j - data->x0;
+            float *p = row + 3 * j;
+            if (x >= 0 && x < data->width)
+                pixel_to_rgb(p, p[0], blend_columns(chroma[0], w, x),
+                             blend_columns(chroma[1], w, x), d->pick->luma);
+        }
     }
 }
 

@@ -63,23 +63,40 @@ static bool take(struct text *t, const char *word)
     return true;
 }
 
+static bool is_word(struct text t, const char *word)
+{
+    return take(&t, word) && t.at == t.end;
+}
+
+/* Takes a sign, if there is one; true for a minus. */
+static bool take_sign(struct text *t)
+{
+    const bool minus = take(t, "-");
+    if (!minus)
+        take(t, "+");
+    return minus;
+}
+
+static bool at_digit(const struct text *t)
+{
+    return t->at < t->end && *t->at >= '0' && *t->at <= '9';
+}
+
 /* A decimal number, the same in every locale. */
 static bool take_number(struct text *t, double *value)
 {
     uint64_t digits = 0;
     int exponent = 0, seen = 0;
-    bool negative, point = false;
+    bool point = false;
 
     skip_blanks(t);
-    negative = take(t, "-");
-    if (!negative)
-        take(t, "+");
-    for (; t->at < t->end; t->at++) {
-        if (*t->at == '.' && !point) {
+    const bool negative = take_sign(t);
+    for (;; t->at++) {
+        if (!point && t->at < t->end && *t->at == '.') {
             point = true;
             continue;
         }
-        if (*t->at < '0' || *t->at > '9')
+        if (!at_digit(t))
             break;
         if (digits < UINT64_MAX / 10 - 1) {
             digits = digits * 10 + (*t->at - '0');
@@ -94,17 +111,13 @@ static bool take_number(struct text *t, double *value)
 
     struct text tail = *t;
     if (take(&tail, "e") || take(&tail, "E")) {
-        const bool minus = take(&tail, "-");
+        const bool minus = take_sign(&tail);
         int e = 0;
-        if (!minus)
-            take(&tail, "+");
-        if (tail.at < tail.end && *tail.at >= '0' && *tail.at <= '9') {
-            for (; tail.at < tail.end && *tail.at >= '0' && *tail.at <= '9';
-                 tail.at++)
-                e = e < 10000 ? e * 10 + (*tail.at - '0') : e;
-            exponent += minus ? -e : e;
-            *t = tail;
+        for (; at_digit(&tail); *t = tail) {
+            e = e < 10000 ? e * 10 + (*tail.at - '0') : e;
+            tail.at++;
         }
+        exponent += minus ? -e : e;
     }
     if (!digits)
         exponent = 0; /* 0e9999 is 0, and not 0 * Inf */
@@ -179,30 +192,20 @@ static ibl_status take_format(const ibl_input *in, struct text value,
     char text[QUOTE];
     while (value.end > value.at && is_blank(value.end[-1]))
         value.end--;
-    const struct text all = value;
-
     v->has_format = true;
-    if (take(&value, "32-bit_rle_rgbe") && value.at == value.end) {
-        v->xyz = false;
+    v->xyz = is_word(value, "32-bit_rle_xyze");
+    if (v->xyz || is_word(value, "32-bit_rle_rgbe"))
         return IBL_OK;
-    }
-    value = all;
-    if (take(&value, "32-bit_rle_xyze") && value.at == value.end) {
-        v->xyz = true;
-        return IBL_OK;
-    }
     return ibl_unsupported(
         in, "FORMAT is \"%s\": must be 32-bit_rle_rgbe or 32-bit_rle_xyze",
-        quote(all, text));
+        quote(value, text));
 }
 
 static void take_primaries(struct text value, struct variables *v)
 {
     v->bad_primaries = false;
-    for (int i = 0; i < 8; i++) {
-        if (!take_number(&value, &v->primaries[i]))
-            v->bad_primaries = true;
-    }
+    for (int i = 0; i < 8; i++)
+        v->bad_primaries |= !take_number(&value, &v->primaries[i]);
 }
 
 static ibl_status take_line(const ibl_input *in, struct text line,
@@ -244,10 +247,9 @@ static bool take_axis(struct text *t, char axis, bool *decreasing, int *edge)
     if ((!*decreasing && !take(t, "+")) || !take(t, (char[]){axis, 0}) ||
         !take_number(t, &value))
         return false;
-    *edge = value > INT32_MAX   ? INT32_MAX
-            : value < INT32_MIN ? INT32_MIN
-                                : (int)value;
-    return *edge == value || *edge == INT32_MAX || *edge == INT32_MIN;
+    value = fmin(fmax(value, INT32_MIN), INT32_MAX);
+    *edge = (int)value;
+    return *edge == value;
 }
 
 /* The eight orientations. The picture's X grows to the right and its Y up, so
@@ -327,10 +329,9 @@ static bool rgb_from_xyz(const double primaries[8], double m[9])
         for (int j = 0; j < 3; j++)
             m[3 * i + j] = inv[3 * i + j] / (det * s);
     }
-    for (int i = 0; i < 9; i++) {
+    for (int i = 0; i < 9; i++)
         if (!(fabs(m[i]) < 1e6))
             return false;
-    }
     return true;
 }
 
