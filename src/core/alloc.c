@@ -14,11 +14,11 @@ enum {
     ALIGNMENT = 64,
     HUGE_PAGE = 1 << 21, /* of x86-64 and of arm64 with pages of 4 KiB */
     HUGE_FROM = HUGE_PAGE / 4,
-    KEPT_FROM = HUGE_PAGE / 8, /* what may take a kept block */
+    KEPT_FROM = HUGE_PAGE / 8, /* that may use a kept block */
     MAX_BLOCKS = 1024 /* a set of probes has a texture or two for each */
 };
 
-/* Kept for the next who asks. Sanitizers are to see every block come and go. */
+/* Freed memory that is kept; none with sanitizers, which check each block. */
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define KEPT_BYTES 0
 #elif defined(__has_feature)
@@ -31,16 +31,15 @@ enum {
 #endif
 
 /*
- * Large memory is asked for in huge pages. The first touch of a fresh page
- * costs nearly the same whatever its size, and that is most of what
- * short-lived buffers cost: 0.4 ms for each MiB of 4 KiB pages, 0.05 of huge
- * ones, measured. Rounding up wastes 1.5 MiB of a block at most; where the
- * system gives no huge pages the rest is never touched.
+ * Large memory is allocated in huge pages. The first touch of a page costs
+ * about the same for any page size, and most of the cost of short-lived
+ * buffers: 0.4 ms for each MiB of 4 KiB pages, 0.05 of huge ones, measured.
+ * Rounding up wastes at most 1.5 MiB of a block; without huge pages the rest is
+ * never touched.
  *
- * A few of them are kept when they are freed, for a bake takes one after the
- * other: memory that was touched costs nothing. Without it a bake of a 1k map
- * takes 7 % longer. They belong to no context, since what is allocated knows of
- * none, but are kept only as long as there is one.
+ * Some freed blocks are kept, as a bake allocates one after the other: without
+ * this a bake of a 1k map takes 7 % longer. They belong to no context, since
+ * allocations know of none, but are kept only while there is one.
  */
 typedef struct block {
     void *at; /* NULL: no block */
@@ -106,7 +105,7 @@ static bool keep(void *at)
     return stays;
 }
 
-/* Returns what is kept to the system. Under lock. */
+/* Returns the kept blocks to the system. Under lock. */
 static void trim(void)
 {
     for (block *b = blocks; b < blocks_end; b++)
@@ -142,7 +141,7 @@ static size_t physical(void)
 static void *alloc_huge(size_t bytes)
 {
     bytes = (bytes + HUGE_PAGE - 1) / HUGE_PAGE * HUGE_PAGE;
-    /* The system might promise it, and kill who takes it at its word. */
+    /* An overcommitting system might grant it and kill the program later. */
     if (bytes > physical())
         return NULL;
     void *p = take_kept(bytes, 2 * bytes);

@@ -14,7 +14,7 @@ enum {
     MESSAGE_BYTES = 2 * 4096 + 1024 /* two paths and some words */
 };
 
-/* What ibl_run_end tells of a begun run. */
+/* The progress of a begun run, which ibl_run_end reports. */
 struct begun {
     const char *stage;
     double done;

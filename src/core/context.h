@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What a call needs from its context: messages, the pool, the dispatch. */
+/* Services of a context: messages, jobs, progress, cancelling. */
 #ifndef IBL_CORE_CONTEXT_H
 #define IBL_CORE_CONTEXT_H
 

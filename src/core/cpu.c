@@ -69,7 +69,7 @@ const char *ibl_isa_name(ibl_isa isa)
     return i < sizeof names / sizeof names[0] ? names[i] : "unknown";
 }
 
-/* What one read of a system's file gives, as text; false if it is not there. */
+/* Reads a small system file as text; false if it is missing or empty. */
 static bool read_text(const char *path, char *text, size_t size)
 {
     const int fd = open(path, O_RDONLY | O_CLOEXEC);

@@ -48,7 +48,7 @@ struct worker {
     int index;
 };
 
-/* What the word does not say is read by who is inside. */
+/* All but the word is read only by workers that are inside. */
 typedef struct batch {
     atomic_uint_fast64_t word;
     ibl_job_fn *fn;
@@ -79,7 +79,7 @@ struct ibl_pool {
 
 /* ---- waiting -------------------------------------------------------- */
 
-/* arg: what the one who waits knows. */
+/* arg: state of the waiting thread. */
 typedef bool ready_fn(const ibl_pool *pool, const void *arg);
 
 static bool is_new(uint64_t word, uint64_t seen)
@@ -173,7 +173,7 @@ static void wake(ibl_pool *pool, int wanted)
 {
     if (wanted < 1 || !atomic_load(&pool->sleepers))
         return;
-    /* Through the lock: who was counted is waiting then. */
+    /* Through the lock, so that the counted sleepers are waiting. */
     pthread_mutex_lock(&pool->lock);
     const int sleepers = atomic_load(&pool->sleepers);
     pthread_mutex_unlock(&pool->lock);

@@ -28,7 +28,7 @@ typedef struct bridge_calls {
     void (*close)(ibl_bridge *);
 } bridge_calls;
 
-/* What the file is, in a sentence about it. */
+/* The kind of the file, for the middle of a sentence. */
 static const char *kind_of(const ibl_bridge_source *source, char text[96])
 {
     if (!source->kind)
@@ -37,7 +37,7 @@ static const char *kind_of(const ibl_bridge_source *source, char text[96])
     return text;
 }
 
-/* Says which package is missing, by what the loader said. */
+/* Names the missing package, from the loader's message. */
 static ibl_status not_there(const ibl_bridge_source *source, const char *path,
                             const char *error)
 {
@@ -254,7 +254,7 @@ static ibl_status open_either(bridge_rows *r, const ibl_bridge_source *source,
     return translate(r->in, source->kind, result, message);
 }
 
-/* What libpng needs of a PNG: see io/truncation_check.h. */
+/* Keeps the chunks that libpng needs: see io/truncation_check.h. */
 static ibl_status clean_png(bridge_rows *r, ibl_bridge_request *request)
 {
     r->picture = ibl_alloc_array(request->size, 1);

@@ -8,7 +8,7 @@
 
 typedef struct ibl_bridge_source {
     const ibl_input *in; /* with bytes */
-    const char *kind;    /* what the file is, for messages; NULL: unknown */
+    const char *kind;    /* of the file, for messages; NULL: unknown */
     const float *luma;   /* the channels are Y RY BY: their weights; NULL: they
                             are not */
     /* The format, the part and the channels; the rest is filled in. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What the three containers share: shapes, rows in and out, KTX key/values. A
- * reader trusts nothing but in->size. */
+/* Shared by the three containers: shapes, texels in and out, KTX key/values. A
+ * reader trusts only in->size. */
 #ifndef IBL_IO_CONTAINER_H
 #define IBL_IO_CONTAINER_H
 
@@ -36,11 +36,8 @@ typedef struct ibl_shape {
 
 ibl_shape ibl_shape_of(const ibl_texture *tex);
 
-/*
- * Checks shape, that the file has as many bytes as its texels take, and only
- * then allocates tex, without keys. row_align: rows in the file begin at
- * multiples of so many bytes.
- */
+/* Allocates tex, without keys, after checking shape and that the file has
+ * enough bytes. Rows in the file begin at multiples of row_align. */
 ibl_status ibl_texture_begin(const ibl_input *in, const ibl_shape *shape,
                              const ibl_layout *layout, uint32_t row_align,
                              ibl_texture *tex);
@@ -59,8 +56,8 @@ uint64_t ibl_place_bytes(const ibl_place *place, const ibl_texture *tex,
 /* Copies one in, turning words round and widening where needed. */
 ibl_status ibl_place_read(const ibl_input *in, const ibl_place *place,
                           ibl_texture *tex, int level, int layer, int face);
-/* Reads a level whose layers' faces follow one another at place->at, and
- * moves that behind them. */
+/* Reads a level, whose faces follow one another, and moves place->at behind
+ * it. */
 ibl_status ibl_place_read_level(const ibl_input *in, ibl_place *place,
                                 ibl_texture *tex, int level);
 
@@ -74,13 +71,9 @@ size_t ibl_texture_level_bytes(const ibl_texture *tex, int level);
  * IBL_ERR_ARGUMENT. */
 ibl_status ibl_texture_check(ibl_ctx *ctx, const ibl_texture *tex);
 
-/*
- * Reads key/value pairs as KTX and KTX2 store them. Values that are no text
- * (no UTF-8, or zeros inside) are left out, for ibl_key_value has no place
- * for them. KTXorientation is taken out of the keys and understood:
- *   down   the orientation whose rows go from the top, "rd" or "S=r,T=d"
- *   up     the one from the bottom
- */
+/* Reads key/value pairs of KTX and KTX2. Values that are not text (no UTF-8, or
+ * zeros inside) are left out. KTXorientation is not kept: *bottom_up is true if
+ * it is `up`, false if it is `down`; others are refused. */
 ibl_status ibl_keys_read(const ibl_input *in, uint64_t at, uint64_t size,
                          const char *down, const char *up, ibl_texture *tex,
                          bool *bottom_up);
@@ -116,8 +109,8 @@ enum {
     IBL_MAX_TEXTURE_LEVELS = 17
 };
 
-/* A file to be written, piece after piece. Texels stay where they are in the
- * texture; all else is in head. */
+/* A file to write, piece after piece. Texels stay in the texture; the rest is
+ * in head. */
 typedef struct ibl_pieces {
     unsigned char *head; /* owned, as piece: ibl_pieces_free */
     ibl_piece *piece;
@@ -125,7 +118,7 @@ typedef struct ibl_pieces {
     int count, room;
 } ibl_pieces;
 
-/* Room for so many pieces, and a zeroed head. False without memory. */
+/* Room for `room` pieces, and a zeroed head. False without memory. */
 bool ibl_pieces_alloc(ibl_pieces *file, size_t head_bytes, int room);
 void ibl_pieces_free(ibl_pieces *file);
 void ibl_pieces_add(ibl_pieces *file, const void *bytes, size_t size);

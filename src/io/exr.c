@@ -292,7 +292,7 @@ static ibl_status open_rows(ibl_exr_decoder *d, ibl_rows **rows)
 
 /* ---- opening -------------------------------------------------------- */
 
-/* Opens the file and finds what is asked for. */
+/* Opens the file and finds the part, channels and chunks to read. */
 static ibl_status choose(const ibl_read_options *opts, ibl_exr_decoder *d)
 {
     ibl_status status = open_file(&d->file);
@@ -377,7 +377,7 @@ static ibl_status open_bridged(const ibl_exr_pick *pick, ibl_input *in,
                                "neither OpenEXRCore nor the image bridge reads "
                                "%s with half-size RY and BY; save it as RGB",
                                compression);
-    const ibl_status status = ibl_input_load(NULL, in);
+    const ibl_status status = ibl_input_load(in);
     if (status)
         return status;
     ibl_bridge_source source = {

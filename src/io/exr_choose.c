@@ -160,14 +160,14 @@ static const exr_attr_chlist_t *channels_of(const ibl_exr_file *file, int part)
     return list && list->num_channels <= MAX_CHANNELS ? list : NULL;
 }
 
-/* What the parts have that were looked at. */
+/* Contents of the parts that were searched. */
 typedef struct found {
     text_list layers, names; /* layers with colour, all channels */
     int deep, flat;          /* parts */
     bool ambiguous;          /* one has several layers with colour */
 } found;
 
-/* Why no part had what was wanted. */
+/* Reports why no part has the wanted colour. */
 static ibl_status explain(const ibl_exr_file *file, const char *layer,
                           const found *f)
 {
@@ -324,7 +324,7 @@ static ibl_status check_windows(const ibl_exr_file *file,
 
 static ibl_status read_luma(const ibl_exr_file *file, ibl_exr_pick *pick)
 {
-    /* Rec. 709, what a file without the attribute means. */
+    /* Rec. 709, the default of a file without the attribute. */
     exr_attr_chromaticities_t c = {0.64f, 0.33f, 0.30f,   0.60f,
                                    0.15f, 0.06f, 0.3127f, 0.3290f};
     if (pick->colour != IBL_EXR_LUMA_CHROMA)

@@ -211,7 +211,7 @@ ibl_status ibl_exr_list_chunks(ibl_exr_file *file, const ibl_exr_pick *pick,
     if (width < 1 || height < 1)
         return bad_chunk(file, pick->data.y0);
 
-    /* The table alone takes 8 bytes of the file for each of them. */
+    /* Each takes at least 8 bytes of the file, in the chunk table. */
     const uint64_t count = (uint64_t)steps(pick->data.width, width) *
                            (uint64_t)steps(pick->data.height, height);
     if (count > file->in->size / 8 || count > INT_MAX)
@@ -393,7 +393,7 @@ static const unsigned char *next_line(const ibl_exr_decoder *d,
     return u->line;
 }
 
-/* Whether three channels of halves make the picture, none the luma alone. */
+/* Whether three channels of halves make the picture. */
 static bool is_halves(const ibl_exr_pick *pick)
 {
     bool all = pick->colour != IBL_EXR_LUMA && pick->chroma_step == 1;
@@ -498,7 +498,7 @@ static void to_floats(const unsigned char *src, exr_pixel_type_t type,
     }
 }
 
-/* What went wrong with a job's first chunk that did. */
+/* The error of the first chunk of a job that failed. */
 typedef struct outcome {
     exr_result_t code; /* EXR_ERR_READ_IO: not read, for error */
     int error;
@@ -513,7 +513,7 @@ typedef struct decoding {
     outcome *outcomes; /* of each job */
 } decoding;
 
-/* What shows of a line of a chunk, and where it goes in the target. */
+/* The visible part of a line of a chunk, and its place in the target. */
 typedef struct shown {
     int skip, count;    /* pixels of the line: before, and those that show */
     float *rgb, *alpha; /* NULL: none is wanted */
@@ -549,7 +549,7 @@ static void put_chroma(const decoding *g, const ibl_exr_chunk *chunk, int y,
               chroma->plane[c - 1] + row * chroma->width, 1);
 }
 
-/* Makes R, G and B of what count pixels have in their place. */
+/* Converts count pixels, of luma or Y RY BY, to R G B. */
 static void finish_pixels(const ibl_exr_pick *pick, float *p, int count)
 {
     if (pick->colour == IBL_EXR_LUMA_CHROMA && pick->chroma_step == 1)
@@ -657,7 +657,7 @@ ibl_status ibl_exr_decode_chunks(ibl_exr_decoder *d, int first, int count,
     d->file.deaf = true;
     ibl_status status = ibl_run(ctx, NULL, jobs, decode_job, &g);
     d->file.deaf = false;
-    /* Names the first job that failed, whatever order they ran in. */
+    /* The first job in order, so that any thread count reports the same. */
     for (int j = 0; j < jobs && !status; j++) {
         if (g.outcomes[j].code)
             status = report(d, &g.outcomes[j]);

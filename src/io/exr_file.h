@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What the parts of the EXR reader share. */
+/* Shared by the files of the EXR reader. */
 #ifndef IBL_IO_EXR_FILE_H
 #define IBL_IO_EXR_FILE_H
 
@@ -35,7 +35,7 @@ typedef struct ibl_exr_window {
 
 typedef enum ibl_exr_colour {
     IBL_EXR_RGB,
-    IBL_EXR_LUMA,       /* Y alone */
+    IBL_EXR_LUMA,       /* only Y */
     IBL_EXR_LUMA_CHROMA /* Y RY BY */
 } ibl_exr_colour;
 
@@ -57,10 +57,8 @@ typedef struct ibl_exr_pick {
 /* "ZIP", "DWAA", ... */
 const char *ibl_exr_compression_name(exr_compression_t compression);
 
-/*
- * Finds the part and layer that opts ask for, and the part's windows.
- * Refuses what cannot be read, naming the parts or layers that there are.
- */
+/* Finds the part and layer of opts, and the part's windows. If they cannot be
+ * read, the message lists the parts or layers of the file. */
 ibl_status ibl_exr_choose(ibl_exr_file *file, const ibl_read_options *opts,
                           ibl_exr_pick *pick);
 
@@ -82,8 +80,8 @@ typedef struct ibl_exr_table {
     uint32_t most_unpacked, most_line; /* of a line of one */
 } ibl_exr_table;
 
-/* Lists the chunks, having checked that the file holds them and that their
- * sizes are ones which the compression can reach. */
+/* Lists the chunks; checks that the file holds them and that the compression
+ * can reach their sizes. */
 ibl_status ibl_exr_list_chunks(ibl_exr_file *file, const ibl_exr_pick *pick,
                                ibl_exr_table *table);
 /* Half-size planes of RY and BY, those of the data window. */
@@ -95,7 +93,7 @@ typedef struct ibl_exr_chroma {
 /* A worker's own things. */
 typedef struct ibl_exr_unpacker ibl_exr_unpacker;
 
-/* What decodes a part. */
+/* The state of decoding a part. */
 typedef struct ibl_exr_decoder {
     ibl_exr_file file;
     ibl_exr_pick pick;
@@ -109,8 +107,8 @@ typedef struct ibl_exr_decoder {
     int per_job; /* chunks */
 } ibl_exr_decoder;
 
-/* To be called with file, pick and table filled. Freeing d, which is memory
- * of ibl_alloc_zeroed, closes the file, too. */
+/* file, pick and table must be filled. Freeing d (of ibl_alloc_zeroed) also
+ * closes the file. */
 ibl_status ibl_exr_decoder_init(ibl_exr_decoder *d);
 void ibl_exr_decoder_free(ibl_exr_decoder *d); /* NULL is fine */
 
@@ -126,11 +124,8 @@ typedef struct ibl_exr_target {
     ibl_exr_chroma *chroma;
 } ibl_exr_target;
 
-/*
- * Decodes count chunks on the pool. What shows in the target is written there;
- * what the data window lacks stays as it is. Chroma that is sampled by half
- * goes to chroma instead.
- */
+/* Decodes the visible part of count chunks to the target, on the pool. Pixels
+ * outside the data window stay unchanged. Half-size chroma goes to chroma. */
 ibl_status ibl_exr_decode_chunks(ibl_exr_decoder *d, int first, int count,
                                  const ibl_exr_target *target);
 

@@ -23,7 +23,7 @@ enum {
     MAX_READ = 1 << 24
 };
 
-/* Streams end somewhere; a machine's memory should not be what ends them. */
+/* Limit of streams of unknown kind, so that they do not fill the memory. */
 static const uint64_t longest_unknown = (uint64_t)256 << 20;
 
 typedef struct loading {
@@ -73,7 +73,7 @@ static ibl_status grow(loading *l, uint64_t most)
     return IBL_OK;
 }
 
-/* Waits until a stream has something, with an eye on cancelling. */
+/* Waits until a stream has data, or for a cancel. */
 static ibl_status wait_for(const loading *l)
 {
     struct pollfd p = {.fd = l->in.fd, .events = POLLIN};
@@ -109,7 +109,7 @@ static ibl_status read_some(loading *l, ssize_t *n)
         } else if (*n == 0) {
             if (waited >= GRACE_MS)
                 return refuse(l, "is a pipe that nobody writes to");
-            waited += POLL_MS; /* what wait_for took */
+            waited += POLL_MS; /* the time in wait_for */
         }
     }
 }
@@ -120,7 +120,7 @@ static ibl_status too_long(const loading *l, uint64_t most, const char *why)
                         (unsigned long long)(most >> 20), why);
 }
 
-/* Room for more of what may go on. */
+/* Makes room for more, up to the limit for the kind of the file. */
 static ibl_status make_room(loading *l)
 {
     const uint64_t longest =
@@ -156,7 +156,7 @@ static ibl_status read_all(loading *l)
     return IBL_OK;
 }
 
-/* Looks at what was opened. */
+/* Checks the kind of the opened file. */
 static ibl_status look(loading *l, bool standard_input)
 {
     struct stat st;
@@ -235,10 +235,9 @@ ibl_input ibl_input_of(ibl_ctx *ctx, const char *name, const void *bytes,
         .ctx = ctx, .name = name, .size = size, .bytes = bytes, .fd = -1};
 }
 
-ibl_status ibl_input_load(ibl_longest_fn *longest, ibl_input *in)
+ibl_status ibl_input_load(ibl_input *in)
 {
-    loading l = {
-        .in = *in, .may_end = true, .longest = longest, .file_size = in->size};
+    loading l = {.in = *in, .may_end = true, .file_size = in->size};
     if (in->bytes)
         return IBL_OK;
     if (lseek(in->fd, 0, SEEK_SET))

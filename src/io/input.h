@@ -51,7 +51,7 @@ ibl_status ibl_input_open(ibl_ctx *ctx, const char *path,
 ibl_input ibl_input_of(ibl_ctx *ctx, const char *name, const void *bytes,
                        size_t size);
 /* Reads the file into memory, if it is not there. */
-ibl_status ibl_input_load(ibl_longest_fn *longest, ibl_input *in);
+ibl_status ibl_input_load(ibl_input *in);
 /*
  * Copies up to size bytes from offset on; *got is less at the end, which may
  * come before in->size where the file was cut since. False: errno says why.

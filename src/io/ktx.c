@@ -42,7 +42,7 @@ static header header_of(const ibl_texture *tex, size_t key_bytes)
                     .key_bytes = (uint32_t)key_bytes};
 }
 
-/* What is written before a level. */
+/* The size that is written before a level. */
 static size_t image_size(const ibl_texture *tex, int level)
 {
     return tex->layers > 1 ? ibl_texture_level_bytes(tex, level)

@@ -34,14 +34,14 @@
 
 enum {
     PATH_BYTES = 4096,     /* a path and its zero, Linux's PATH_MAX */
-    SUFFIX_BYTES = 64,     /* what a temporary's name has more */
+    SUFFIX_BYTES = 64,     /* that a temporary's name is longer */
     KEPT_NAME_BYTES = 128, /* of the target's name in the temporary's */
     MAX_LINKS = 40,        /* followed before it is a loop */
     CHUNK = 1 << 22,       /* written between two looks whether to stop */
     MAX_TRIES = 1000       /* of temporary names */
 };
 
-/* What abort has to do for a slot. */
+/* The state of a slot, by what abort must do for it. */
 enum {
     UNUSED,  /* nothing */
     NAMED,   /* remove the temporary if it is there */
@@ -93,7 +93,7 @@ struct ibl_outputs {
     char paths[2 * IBL_MAX_OUTPUTS + IBL_MAX_OUTPUT_DIRS][PATH_BYTES];
 };
 
-/* What to do about an errno. */
+/* Advice to the user for an errno. */
 static const char *advice(int error)
 {
     switch (error) {
@@ -185,7 +185,7 @@ static ibl_status make_dir(ibl_outputs *out, const char *path)
                         "%s: over %d directories to make", path,
                         IBL_MAX_OUTPUT_DIRS);
 
-    /* Known before it is there; nobody else's, since it was not. */
+    /* Recorded before it exists; ours, as it did not exist. */
     made_dir *dir = &out->dirs[out->dir_count];
     memcpy(dir->path, path, strlen(path) + 1);
     atomic_store(&dir->used, true);
@@ -255,7 +255,7 @@ static ibl_status follow_links(const ibl_outputs *out, char *target)
     return failed(out, target, "is a link that cannot be followed");
 }
 
-/* What a target is that already exists. */
+/* Refuses targets that exist and cannot be replaced. */
 static ibl_status check_existing(const ibl_outputs *out, const char *path)
 {
     struct stat st;
@@ -320,7 +320,7 @@ static ibl_status aim(ibl_outputs *out, const char *path, slot *s)
     return IBL_OK;
 }
 
-/* Creates the temporary under a name that nobody has. */
+/* Creates the temporary under an unused name. */
 static int create_temporary(ibl_outputs *out, slot *s)
 {
     const size_t dir = dir_length(s->target);

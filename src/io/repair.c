@@ -13,7 +13,7 @@ enum {
     ROWS = 16 /* of a job */
 };
 
-/* What renderers and filters leave of 0 and 1 is no fault of the file. */
+/* Renderers and filters round 0 and 1; that is not an error of the file. */
 static const float rounding = 1e-3f;
 
 /* Whether a row has something that is not finite. Once signs are mended that

@@ -21,7 +21,7 @@ typedef struct ibl_repair {
 typedef struct ibl_mender {
     ibl_rows *rows;
     ibl_repair done;    /* so far */
-    uint32_t *most;     /* what is known of each row of the map */
+    uint32_t *most;     /* ibl_max_finite of each row of the map */
     const float *above; /* the last row of the last call, before its repair */
     float *before[2];   /* rows before their repair, in turns */
     int turn;

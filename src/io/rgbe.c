@@ -254,7 +254,7 @@ typedef struct pack {
     size_t line[PACK_LINES + 1]; /* where they begin, and the last one ends */
     int lines, used;
     bool is_full; /* has been filled */
-    /* what came after its last scanline */
+    /* after its last scanline: */
     bool ambiguous; /* one that may be coded or flat */
     fault fault;
     int value; /* of the fault */
@@ -273,7 +273,7 @@ typedef struct rgbe_rows {
     /* the end of what has been passed over */
     size_t at;
     int line;
-    int pack_lines; /* that the next pack is to have */
+    int pack_lines; /* of the next pack */
     bool flat;      /* no scanline is coded, whatever it looks like */
     bool settled;   /* it is known whether it is flat */
     bool has_new, has_old;
@@ -598,7 +598,7 @@ static ibl_status alloc_packs(rgbe_rows *r)
     return IBL_OK;
 }
 
-/* Decodes what does not come in the order of rows to a whole image. */
+/* Decodes scanlines that are not rows from the top to a whole image. */
 static ibl_status decode_whole(rgbe_rows *r, ibl_rows **out)
 {
     ibl_image img;
@@ -646,7 +646,7 @@ ibl_status ibl_rgbe_open(const ibl_input *in, const ibl_read_options *opts,
     r->settled = !has_flat_size(r);
     ibl_rgbe_dsp_init(&r->dsp, ibl_ctx_isa(in->ctx));
     r->look = ibl_max_finite(ibl_ctx_isa(in->ctx));
-    /* Large memory only for what is known to be there. */
+    /* Take much memory only if the file has all scanlines. */
     if ((double)h->width * h->height * 12 > 64.0 * (double)in->size)
         status = settle(r);
     if (!status && !h->by_column && !h->reverse_rows) {

@@ -1,10 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Radiance pictures (.hdr, .pic): RGBE and XYZE.
- *
- * The header, then scanlines one after the other: their ends are found by
- * passing over them, and once that is known for some they are decoded side by
- * side.
+ * Radiance pictures (.hdr, .pic): RGBE and XYZE. A header, then scanlines,
+ * whose ends are found by passing over them; then they are decoded in parallel.
  *
  * Format: Radiance reference manual, "Picture files"; Ward 1991, "Real
  * Pixels", Graphics Gems II.
@@ -52,12 +49,11 @@ typedef struct ibl_rgbe_header {
     size_t data;     /* offset of the first scanline */
 } ibl_rgbe_header;
 
-/* The most bytes that a picture has which begins so, 1 MiB of whatever comes
- * after it included. */
+/* The most bytes of a picture with this beginning, and 1 MiB after it. */
 uint64_t ibl_rgbe_longest(const unsigned char *bytes, size_t size);
 
-/* Whether the bytes, the first of a picture, have its header or enough of it
- * to say what is wrong with it. */
+/* Whether the first bytes of a picture have all of its header, or enough to
+ * report an error. */
 bool ibl_rgbe_has_header(const unsigned char *bytes, size_t size);
 
 /* bytes: of in, from its first on. */

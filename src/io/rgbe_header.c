@@ -12,7 +12,7 @@ struct text {
     const unsigned char *at, *end;
 };
 
-/* What the lines say; each EXPOSURE and COLORCORR multiplies. */
+/* The values of the lines; EXPOSURE and COLORCORR multiply. */
 struct variables {
     bool has_format, xyz;
     double exposure;

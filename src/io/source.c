@@ -13,7 +13,7 @@
 #include "io/rows.h"
 
 enum {
-    SNIFF_BYTES = 64 /* that tell the kind of a file */
+    SNIFF_BYTES = 64 /* that identify the kind of a file */
 };
 
 struct ibl_source {
@@ -123,7 +123,7 @@ static uint64_t longest(const unsigned char *bytes, size_t size)
 
 static ibl_status open_bridged(ibl_source *s, const ibl_read_options *opts)
 {
-    const ibl_status status = ibl_input_load(longest, &s->in);
+    const ibl_status status = ibl_input_load(&s->in);
     if (status)
         return status;
     ibl_bridge_source source = {.in = &s->in};

@@ -126,7 +126,7 @@ static ibl_status check_pixel(ibl_ctx *ctx, ibl_pixel pixel, int channels,
     return IBL_OK;
 }
 
-/* Encodes what is beyond the largest value anew. */
+/* Encodes a level again if values exceed the largest of the pixel. */
 static ibl_status settle_level(ibl_ctx *ctx, const ibl_cube *cube, int level,
                                ibl_overflow overflow, ibl_texture *tex,
                                ibl_overflow_level *report)
@@ -521,7 +521,7 @@ ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
     ibl_status status = ibl_input_open(ctx, path, longest, &in);
     if (status)
         return status;
-    status = ibl_input_load(longest, &in);
+    status = ibl_input_load(&in);
     if (!status)
         status =
             ibl_texture_decode(ctx, in.name, in.bytes, in.size, tex, container);

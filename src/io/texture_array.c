@@ -5,7 +5,7 @@
 #include "core/alloc.h"
 #include "io/container.h"
 
-/* The shape of tex with so many layers, and memory for its texels. */
+/* The shape of tex with `layers` layers, and memory for its texels. */
 static ibl_status begin(ibl_ctx *ctx, const ibl_texture *tex, int layers,
                         ibl_texture *out)
 {
