@@ -48,12 +48,12 @@ static size_t make_hdr(unsigned char *bytes, int width, int height)
 /* ---- mending -------------------------------------------------------- */
 
 /* The rule of ibl/io.h, by looking at every pixel's neighbours in a copy. */
-static ibl_repair truth(ibl_image *img)
+static ibl_read_report truth(ibl_image *img)
 {
     const int w = img->width, h = img->height;
     const size_t bytes = 3 * sizeof(float) * (size_t)w * (size_t)h;
     float *was = malloc(bytes);
-    ibl_repair count = {0};
+    ibl_read_report count = {.format = ""};
     memcpy(was, img->data, bytes);
     for (int y = 0; y < h; y++) {
         for (int x = 0; x < w; x++) {
@@ -93,7 +93,7 @@ static ibl_repair truth(ibl_image *img)
 
 /* Rows that a test has made, mended in calls of at most `most` rows. */
 static ibl_status mend(ibl_ctx *ctx, ibl_image *img, int most, test_random *r,
-                       ibl_repair *done)
+                       ibl_read_report *done)
 {
     const size_t floats = 3 * (size_t)img->width;
     ibl_image copy;
@@ -101,7 +101,7 @@ static ibl_status mend(ibl_ctx *ctx, ibl_image *img, int most, test_random *r,
     ibl_mender m = {0};
     ibl_status status = ibl_image_alloc(ctx, img->width, img->height, &copy);
 
-    *done = (ibl_repair){0};
+    *done = (ibl_read_report){.format = ""};
     if (status)
         return status;
     memcpy(copy.data, img->data, floats * sizeof(float) * (size_t)img->height);
@@ -114,7 +114,8 @@ static ibl_status mend(ibl_ctx *ctx, ibl_image *img, int most, test_random *r,
         n = n < left ? n : left;
         status = ibl_mender_read(&m, n, img->data + floats * (size_t)y);
     }
-    *done = m.done;
+    if (rows)
+        *done = rows->report;
     ibl_mender_free(&m);
     ibl_rows_close(rows);
     return status;
@@ -135,7 +136,7 @@ static void mending(void)
             const int calls[] = {1, 3, 20, h};
             const size_t bytes = 3 * sizeof(float) * (size_t)w * (size_t)h;
             ibl_image a, b;
-            ibl_repair done;
+            ibl_read_report done;
             NEED(!ibl_image_alloc(ctx, w, h, &a));
             NEED(!ibl_image_alloc(ctx, w, h, &b));
             for (int i = 0; i < 3 * w * h; i++) {
@@ -145,7 +146,7 @@ static void mending(void)
                                 : (float)test_random_unit(&r);
             }
             memcpy(b.data, a.data, bytes);
-            const ibl_repair want = truth(&b);
+            const ibl_read_report want = truth(&b);
             NEED(!mend(ctx, &a, calls[s / 35], &r, &done));
             CHECK_MSG(done.nonfinite == want.nonfinite &&
                           done.negative == want.negative,

@@ -78,13 +78,10 @@ ibl_status ibl_keys_read(const ibl_input *in, uint64_t at, uint64_t size,
                          const char *down, const char *up, ibl_texture *tex,
                          bool *bottom_up);
 
-/* The pairs that go into a file: tex's, with KTXorientation and KTXwriter
- * ours. NULL without memory; free with ibl_free. */
-ibl_key_value *ibl_keys_list(const ibl_texture *tex, const char *orientation,
-                             int *count);
-size_t ibl_keys_bytes(const ibl_key_value *keys, int count);
-/* Writes exactly those bytes. */
-void ibl_keys_write(const ibl_key_value *keys, int count, unsigned char *dst);
+/* The pairs of a file: tex's, with KTXorientation and KTXwriter ours. NULL
+ * without memory; free with ibl_free. */
+unsigned char *ibl_keys_encode(const ibl_texture *tex, const char *orientation,
+                               size_t *size);
 
 /* The first bytes of files, without the zero. */
 #define IBL_KTX2_MAGIC "\xABKTX 20\xBB\r\n\x1A\n"

@@ -274,8 +274,23 @@ static int compare_keys(const void *a, const void *b)
     return strcmp(x->key, y->key);
 }
 
-ibl_key_value *ibl_keys_list(const ibl_texture *tex, const char *orientation,
-                             int *count)
+/* Writes a pair, or, if dst is NULL, nothing; returns its bytes. */
+static size_t write_pair(const ibl_key_value *pair, unsigned char *dst)
+{
+    const size_t key = strlen(pair->key) + 1, value = strlen(pair->value) + 1;
+    const uint32_t bytes = (uint32_t)(key + value);
+    const size_t padded = (key + value + 3) / 4 * 4;
+    if (dst) {
+        memset(dst, 0, 4 + padded);
+        memcpy(dst, &bytes, 4);
+        memcpy(dst + 4, pair->key, key);
+        memcpy(dst + 4 + key, pair->value, value);
+    }
+    return 4 + padded;
+}
+
+unsigned char *ibl_keys_encode(const ibl_texture *tex, const char *orientation,
+                               size_t *size)
 {
     ibl_key_value *list =
         ibl_alloc_array((size_t)tex->key_count + 2, sizeof *list);
@@ -291,33 +306,13 @@ ibl_key_value *ibl_keys_list(const ibl_texture *tex, const char *orientation,
             list[n++] = tex->keys[i];
     }
     qsort(list, (size_t)n, sizeof *list, compare_keys);
-    *count = n;
-    return list;
-}
-
-static size_t pair_bytes(const ibl_key_value *pair)
-{
-    return strlen(pair->key) + 1 + strlen(pair->value) + 1;
-}
-
-size_t ibl_keys_bytes(const ibl_key_value *keys, int count)
-{
-    size_t bytes = 0;
-    for (int i = 0; i < count; i++)
-        bytes += 4 + (pair_bytes(&keys[i]) + 3) / 4 * 4;
+    *size = 0;
+    for (int i = 0; i < n; i++)
+        *size += write_pair(&list[i], NULL);
+    unsigned char *bytes = ibl_alloc_array(*size, 1);
+    unsigned char *to = bytes;
+    for (int i = 0; to && i < n; i++)
+        to += write_pair(&list[i], to);
+    ibl_free(list);
     return bytes;
-}
-
-void ibl_keys_write(const ibl_key_value *keys, int count, unsigned char *dst)
-{
-    for (int i = 0; i < count; i++) {
-        const size_t bytes = pair_bytes(&keys[i]);
-        const size_t key = strlen(keys[i].key) + 1;
-        const size_t padded = (bytes + 3) / 4 * 4;
-        memcpy(dst, &(uint32_t){(uint32_t)bytes}, 4);
-        memcpy(dst + 4, keys[i].key, key);
-        memcpy(dst + 4 + key, keys[i].value, bytes - key);
-        memset(dst + 4 + bytes, 0, padded - bytes);
-        dst += 4 + padded;
-    }
 }

@@ -52,17 +52,16 @@ static size_t image_size(const ibl_texture *tex, int level)
 ibl_status ibl_ktx_encode(ibl_ctx *ctx, const ibl_texture *tex,
                           ibl_pieces *file)
 {
-    int count;
+    size_t key_bytes;
     if (image_size(tex, 0) > UINT32_MAX)
         return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
                         "KTX 1.1: a %s of %dx%d %s texels is over its limit of "
                         "4 GiB; use ktx2",
                         tex->layers > 1 ? "level of an array" : "face",
                         tex->width, tex->height, ibl_pixel_name(tex->pixel));
-    ibl_key_value *keys = ibl_keys_list(tex, rows_down, &count);
+    unsigned char *keys = ibl_keys_encode(tex, rows_down, &key_bytes);
     if (!keys)
         return ibl_no_memory(ctx, "a KTX file");
-    const size_t key_bytes = ibl_keys_bytes(keys, count);
     const size_t begin = sizeof(header) + key_bytes;
     if (key_bytes > UINT32_MAX ||
         !ibl_pieces_alloc(file, begin + 4 * (size_t)tex->levels,
@@ -72,7 +71,7 @@ ibl_status ibl_ktx_encode(ibl_ctx *ctx, const ibl_texture *tex,
     }
     const header h = header_of(tex, key_bytes);
     memcpy(file->head, &h, sizeof h);
-    ibl_keys_write(keys, count, file->head + sizeof h);
+    memcpy(file->head + sizeof h, keys, key_bytes);
     ibl_pieces_add(file, file->head, begin);
     /* A size before each level. Texels of 4, 8 or 16 bytes leave nothing to
      * pad, neither rows nor faces nor levels. */

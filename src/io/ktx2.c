@@ -84,12 +84,11 @@ ibl_status ibl_ktx2_encode(ibl_ctx *ctx, const ibl_texture *tex,
     const size_t kvd = dfd + dfd_bytes;
     /* lcm(4, texel size): texels take 4, 8 or 16 bytes. */
     const size_t align = ibl_pixel_bytes(tex->pixel);
-    int count;
+    size_t kvd_bytes;
 
-    ibl_key_value *keys = ibl_keys_list(tex, "rd", &count);
+    unsigned char *keys = ibl_keys_encode(tex, "rd", &kvd_bytes);
     if (!keys)
         return ibl_no_memory(ctx, "a KTX2 file");
-    const size_t kvd_bytes = ibl_keys_bytes(keys, count);
     const size_t head_bytes = (kvd + kvd_bytes + align - 1) / align * align;
     ibl_status status = IBL_OK;
     if (kvd_bytes > UINT32_MAX - kvd)
@@ -118,7 +117,7 @@ ibl_status ibl_ktx2_encode(ibl_ctx *ctx, const ibl_texture *tex,
     memcpy(file->head, &h, sizeof h);
     memcpy(file->head + sizeof h, index, index_bytes);
     memcpy(file->head + dfd, descriptor, dfd_bytes);
-    ibl_keys_write(keys, count, file->head + kvd);
+    memcpy(file->head + kvd, keys, kvd_bytes);
 
 done:
     ibl_free(keys);

@@ -16,6 +16,12 @@ enum {
 /* Renderers and filters round 0 and 1; that is not an error of the file. */
 static const float rounding = 1e-3f;
 
+/* Of a job, as in the report. */
+typedef struct counts {
+    size_t nonfinite, negative;
+    float peak;
+} counts;
+
 /* Whether a row has something that is not finite. Once signs are mended that
  * is all that most says of rows that needed it. */
 static bool is_dirty(uint32_t most)
@@ -36,7 +42,7 @@ static bool is_finite(float f)
 }
 
 /* Zeroes what is negative and counts, pixel by pixel. */
-static void mend_signs(float *p, size_t pixels, ibl_repair *count)
+static void mend_signs(float *p, size_t pixels, counts *count)
 {
     for (size_t i = 0; i < pixels; i++, p += 3) {
         bool negative = false, nonfinite = false;
@@ -59,15 +65,15 @@ static void mend_signs(float *p, size_t pixels, ibl_repair *count)
 typedef struct batch {
     float *rgb;
     int width, count;
-    uint32_t *most;     /* of each row */
-    ibl_repair *counts; /* of each job */
+    uint32_t *most; /* of each row */
+    counts *counts; /* of each job */
 } batch;
 
 static void signs_job(void *arg, int job, int worker)
 {
     const batch *b = arg;
     const size_t floats = 3 * (size_t)b->width;
-    ibl_repair count = {0};
+    counts count = {0};
 
     (void)worker;
     for (int y = job * ROWS; y < b->count && y < (job + 1) * ROWS; y++) {
@@ -81,7 +87,7 @@ static void signs_job(void *arg, int job, int worker)
 }
 
 /* Zeroes what is negative in rows that need it; what is not finite stays. */
-static ibl_status mend_batch(ibl_ctx *ctx, batch *b, ibl_repair *done)
+static ibl_status mend_batch(ibl_ctx *ctx, batch *b, ibl_read_report *report)
 {
     const int jobs = (b->count + ROWS - 1) / ROWS;
     bool needed = false;
@@ -91,8 +97,8 @@ static ibl_status mend_batch(ibl_ctx *ctx, batch *b, ibl_repair *done)
         memcpy(&most, &b->most[y], sizeof most);
         if (is_dirty(b->most[y]))
             needed = true;
-        else if (most > done->peak)
-            done->peak = most;
+        else if (most > report->peak)
+            report->peak = most;
     }
     if (!needed)
         return IBL_OK;
@@ -101,9 +107,9 @@ static ibl_status mend_batch(ibl_ctx *ctx, batch *b, ibl_repair *done)
         return ibl_no_memory(ctx, "looking over an image");
     const ibl_status status = ibl_run(ctx, NULL, jobs, signs_job, b);
     for (int j = 0; j < jobs; j++) {
-        done->nonfinite += b->counts[j].nonfinite;
-        done->negative += b->counts[j].negative;
-        done->peak = fmaxf(done->peak, b->counts[j].peak);
+        report->nonfinite += b->counts[j].nonfinite;
+        report->negative += b->counts[j].negative;
+        report->peak = fmaxf(report->peak, b->counts[j].peak);
     }
     ibl_free(b->counts);
     return status;
@@ -168,7 +174,7 @@ static void mend_nonfinite(ibl_mender *m, const uint32_t *most, int count,
         memcpy(before, row, floats * sizeof *before);
         if (is_dirty(most[y]))
             mend_row(row, (const float *const[3]){m->above, before, below},
-                     m->rows->width, &m->done.peak);
+                     m->rows->width, &m->rows->report.peak);
         m->above = before;
         m->turn = !m->turn;
     }
@@ -198,7 +204,7 @@ static ibl_status read_new(ibl_mender *m, int count, float *rgb)
     if (!count)
         return IBL_OK;
     const ibl_status status = ibl_rows_read(rows, count, rgb, b.most);
-    return status ? status : mend_batch(rows->ctx, &b, &m->done);
+    return status ? status : mend_batch(rows->ctx, &b, &rows->report);
 }
 
 ibl_status ibl_mender_read(ibl_mender *m, int count, float *rgb)
@@ -231,40 +237,32 @@ void ibl_mender_free(ibl_mender *m)
 
 /* ---- alpha ---------------------------------------------------------- */
 
-ibl_alpha_mender ibl_alpha_mender_of(bool straight)
-{
-    return (ibl_alpha_mender){.straight = straight,
-                              .lowest = INFINITY,
-                              .highest = -INFINITY,
-                              .least = INFINITY,
-                              .most = -INFINITY};
-}
-
-static float mend_alpha(ibl_alpha_mender *m, float a)
+static float mend_alpha(float a, ibl_alpha_range *range,
+                        ibl_read_report *report)
 {
     if (!is_finite(a)) {
-        m->nonfinite++;
+        report->alpha_nonfinite++;
         return 0;
     }
-    m->lowest = fminf(m->lowest, a);
-    m->highest = fmaxf(m->highest, a);
-    m->beyond += a < -rounding || a > 1 + rounding;
+    range->lowest = fminf(range->lowest, a);
+    range->highest = fmaxf(range->highest, a);
+    report->alpha_beyond += a < -rounding || a > 1 + rounding;
     return a > 0 ? fminf(a, 1) : 0;
 }
 
-void ibl_alpha_mend(ibl_alpha_mender *m, float *alpha, float *rgb,
-                    size_t pixels)
+void ibl_alpha_mend(float *alpha, float *rgb, size_t pixels, bool straight,
+                    ibl_alpha_range *range, ibl_read_report *report)
 {
     for (size_t i = 0; i < pixels; i++, rgb += 3) {
         const bool known = is_finite(alpha[i]);
-        const float a = mend_alpha(m, alpha[i]);
-        const float factor = m->straight || a <= 0 ? a : 1;
+        const float a = mend_alpha(alpha[i], range, report);
+        const float factor = straight || a <= 0 ? a : 1;
 
         alpha[i] = a;
-        m->least = fminf(m->least, a);
-        m->most = fmaxf(m->most, a);
-        m->hidden +=
-            !m->straight && a <= 0 && known && rgb[0] + rgb[1] + rgb[2] > 0;
+        report->alpha_least = fminf(report->alpha_least, a);
+        report->alpha_most = fmaxf(report->alpha_most, a);
+        report->alpha_hidden +=
+            !straight && a <= 0 && known && rgb[0] + rgb[1] + rgb[2] > 0;
         for (int k = 0; k < 3; k++)
             rgb[k] *= factor;
     }

@@ -9,18 +9,11 @@
 
 #include "io/rows.h"
 
-typedef struct ibl_repair {
-    size_t nonfinite; /* pixels that held Inf or NaN */
-    size_t negative;  /* pixels that held a finite value below 0 */
-    float peak;       /* largest component after */
-} ibl_repair;
-
-/* Reads rows and mends their Inf, NaN and negative values: the same for any
- * number of threads and any division into calls. -0 becomes 0 and is not
- * counted. */
+/* Reads rows and mends their Inf, NaN and negative values, which it counts in
+ * the rows' report: the same for any number of threads and any division into
+ * calls. -0 becomes 0 and is not counted. */
 typedef struct ibl_mender {
     ibl_rows *rows;
-    ibl_repair done;    /* so far */
     uint32_t *most;     /* ibl_max_finite of each row of the map */
     const float *above; /* the last row of the last call, before its repair */
     float *before[2];   /* rows before their repair, in turns */
@@ -35,19 +28,13 @@ ibl_status ibl_mender_init(ibl_mender *m, ibl_rows *rows);
 ibl_status ibl_mender_read(ibl_mender *m, int count, float *rgb);
 void ibl_mender_free(ibl_mender *m);
 
-/* Mends alpha and applies it to the colours; counts pixels. */
-typedef struct ibl_alpha_mender {
-    bool straight;         /* colours are not multiplied by alpha yet */
-    size_t nonfinite;      /* Inf or NaN */
-    size_t beyond;         /* below 0 or above 1, by more than rounding */
-    size_t hidden;         /* colours that became 0, of those not straight */
-    float lowest, highest; /* finite alpha before its repair */
-    float least, most;     /* and after */
-} ibl_alpha_mender;
+typedef struct ibl_alpha_range {
+    float lowest, highest;
+} ibl_alpha_range;
 
-ibl_alpha_mender ibl_alpha_mender_of(bool straight);
-/* Of `pixels` values and their colours. */
-void ibl_alpha_mend(ibl_alpha_mender *m, float *alpha, float *rgb,
-                    size_t pixels);
+/* Mends alpha, applies it to the colours, which it multiplies if they are
+ * straight, and counts in report. range: finite alpha before its repair. */
+void ibl_alpha_mend(float *alpha, float *rgb, size_t pixels, bool straight,
+                    ibl_alpha_range *range, ibl_read_report *report);
 
 #endif

@@ -26,9 +26,10 @@ typedef struct ibl_rows ibl_rows;
 struct ibl_rows {
     ibl_ctx *ctx;
     int width, height;
-    int row;                /* the next */
-    ibl_read_report report; /* format, low_range and bridged, once all is
-                               read */
+    int row; /* the next */
+    /* Format, low_range and bridged, once all is read; io/repair.h and
+     * source.c fill in the rest. */
+    ibl_read_report report;
     /* Reads the count rows from `row` on the pool; the caller then adds count
      * to row. most: for each row the ibl_max_finite of its floats. Not to be
      * called again after an error. */

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#include <math.h>
 #include <stdbool.h>
 #include <string.h>
 
@@ -22,9 +23,9 @@ struct ibl_source {
     ibl_input in;
     ibl_rows *rows;
     ibl_mender mender;
-    ibl_alpha_mender alpha;
-    ibl_read_report report;
-    int strict;
+    ibl_alpha_range alpha;
+    bool strict;
+    bool straight;     /* colours are not multiplied by alpha yet */
     int row;           /* the next */
     ibl_status status; /* of a read that failed */
 };
@@ -185,22 +186,6 @@ static ibl_status make(ibl_ctx *ctx, const char *name,
     return IBL_OK;
 }
 
-static void fill_report(ibl_source *s)
-{
-    ibl_read_report *r = &s->report;
-
-    *r = s->rows->report;
-    r->nonfinite = s->mender.done.nonfinite;
-    r->negative = s->mender.done.negative;
-    r->peak = s->mender.done.peak;
-    r->has_alpha = s->rows->alpha != NULL;
-    r->alpha_least = s->row && r->has_alpha ? s->alpha.least : 1;
-    r->alpha_most = s->row && r->has_alpha ? s->alpha.most : 1;
-    r->alpha_nonfinite = s->alpha.nonfinite;
-    r->alpha_beyond = s->alpha.beyond;
-    r->alpha_hidden = s->alpha.hidden;
-}
-
 /* Opens a file, or, with bytes, memory that must stay until all rows have been
  * read. */
 static ibl_status open_source(ibl_ctx *ctx, const char *name, const void *bytes,
@@ -229,9 +214,10 @@ static ibl_status open_source(ibl_ctx *ctx, const char *name, const void *bytes,
     }
     if (s->rows->whole.data)
         ibl_input_close(&s->in);
-    s->alpha = ibl_alpha_mender_of(s->rows->straight ||
-                                   opts.alpha == IBL_ALPHA_STRAIGHT);
-    fill_report(s);
+    s->straight = s->rows->straight || opts.alpha == IBL_ALPHA_STRAIGHT;
+    s->alpha = (ibl_alpha_range){INFINITY, -INFINITY};
+    s->rows->report.has_alpha = s->rows->alpha != NULL;
+    s->rows->report.alpha_least = s->rows->report.alpha_most = 1;
     *out = s;
     return IBL_OK;
 }
@@ -275,58 +261,59 @@ const float *ibl_source_alpha(const ibl_source *source)
 
 const ibl_read_report *ibl_source_report(const ibl_source *source)
 {
-    return &source->report;
+    return &source->rows->report;
 }
 
 /* As report_mended, of alpha. */
 static ibl_status report_alpha(const ibl_source *s)
 {
-    const ibl_alpha_mender *a = &s->alpha;
+    const ibl_read_report *r = &s->rows->report;
 
-    if (s->strict && (a->nonfinite || a->beyond))
+    if (s->strict && (r->alpha_nonfinite || r->alpha_beyond))
         return ibl_bad_file(
             &s->in,
             "alpha is not finite in %zu pixels and not from 0 to 1 in %zu, "
             "which strict reading refuses and any other mends",
-            a->nonfinite, a->beyond);
-    if (a->nonfinite)
+            r->alpha_nonfinite, r->alpha_beyond);
+    if (r->alpha_nonfinite)
         ibl_warn(s->ctx,
                  "%s: alpha of %zu pixels was not finite and became 0: they "
                  "count as not seen",
-                 s->in.name, a->nonfinite);
-    if (a->beyond)
+                 s->in.name, r->alpha_nonfinite);
+    if (r->alpha_beyond)
         ibl_warn(s->ctx,
                  "%s: alpha of %zu pixels was not from 0 to 1 but from %.9g to "
                  "%.9g, and became 0 or 1",
-                 s->in.name, a->beyond, (double)a->lowest, (double)a->highest);
-    if (a->hidden)
+                 s->in.name, r->alpha_beyond, (double)s->alpha.lowest,
+                 (double)s->alpha.highest);
+    if (r->alpha_hidden)
         ibl_warn(s->ctx,
                  "%s: %zu pixels had a colour but alpha 0, and became black: "
                  "colours are taken as multiplied by alpha unless they are "
                  "said to be straight",
-                 s->in.name, a->hidden);
+                 s->in.name, r->alpha_hidden);
     return IBL_OK;
 }
 
 /* After the last row: warns of what was mended, or refuses it. */
 static ibl_status report_mended(const ibl_source *s)
 {
-    const ibl_repair *done = &s->mender.done;
+    const ibl_read_report *r = &s->rows->report;
 
-    if (s->strict && (done->nonfinite || done->negative))
+    if (s->strict && (r->nonfinite || r->negative))
         return ibl_bad_file(&s->in,
                             "%zu pixels are not finite and %zu negative, which "
                             "strict reading refuses and any other mends",
-                            done->nonfinite, done->negative);
-    if (done->nonfinite)
+                            r->nonfinite, r->negative);
+    if (r->nonfinite)
         ibl_warn(s->ctx,
                  "%s: %zu pixels were not finite; each became its brightest "
                  "neighbour",
-                 s->in.name, done->nonfinite);
-    if (done->negative)
+                 s->in.name, r->nonfinite);
+    if (r->negative)
         ibl_warn(s->ctx, "%s: %zu pixels were negative and became 0",
-                 s->in.name, done->negative);
-    if (s->report.low_range)
+                 s->in.name, r->negative);
+    if (r->low_range)
         ibl_warn(s->ctx,
                  "%s: low dynamic range (integers, taken for sRGB): lamps and "
                  "the sun are clipped, so it cannot light well",
@@ -338,10 +325,14 @@ static ibl_status report_mended(const ibl_source *s)
 static void apply_alpha(ibl_source *s, int rows, float *rgb)
 {
     const size_t width = (size_t)s->rows->width;
+    ibl_read_report *report = &s->rows->report;
 
-    if (s->rows->alpha)
-        ibl_alpha_mend(&s->alpha, s->rows->alpha + width * (size_t)s->row, rgb,
-                       width * (size_t)rows);
+    if (!s->rows->alpha)
+        return;
+    if (!s->row)
+        report->alpha_most = 0;
+    ibl_alpha_mend(s->rows->alpha + width * (size_t)s->row, rgb,
+                   width * (size_t)rows, s->straight, &s->alpha, report);
 }
 
 ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
@@ -361,7 +352,6 @@ ibl_status ibl_source_read(ibl_source *source, int rows, float *rgb)
     if (!s->status)
         apply_alpha(s, rows, rgb);
     s->row += rows;
-    fill_report(s);
     if (!s->status && rows == left)
         s->status = report_mended(s);
     if (!s->status && rows == left && s->rows->silent)
@@ -389,7 +379,7 @@ static ibl_status read_all(ibl_source *source, ibl_image *img,
     else
         *img = whole;
     if (report)
-        *report = source->report;
+        *report = rows->report;
     ibl_source_close(source);
     return status;
 }
