@@ -5,7 +5,8 @@
 #include <string.h>
 
 #include "cli/bake_record.h"
-#include "cli/session.h"
+#include "cli/console.h"
+#include "common/signals.h"
 
 /* ---- read and bake ---------------------------------------------------- */
 

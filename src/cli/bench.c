@@ -7,9 +7,10 @@
 #include <unistd.h>
 
 #include "cli/child.h"
-#include "cli/session.h"
+#include "cli/console.h"
 #include "cli/shell_words.h"
 #include "common/path.h"
+#include "common/signals.h"
 
 static void free_bench(ibl_bench *b)
 {

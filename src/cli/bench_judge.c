@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "cli/bench.h"
-#include "cli/session.h"
+#include "cli/console.h"
 #include "cli/shell_words.h"
 #include "cli/verify_files.h"
 

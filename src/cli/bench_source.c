@@ -9,8 +9,8 @@
 
 #include "cli/bench.h"
 #include "cli/child.h"
+#include "cli/console.h"
 #include "cli/resample.h"
-#include "cli/session.h"
 
 enum {
     LARGEST = 8192, /* width, where no list asks for more */

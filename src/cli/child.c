@@ -16,7 +16,8 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "cli/session.h"
+#include "cli/console.h"
+#include "common/signals.h"
 
 /* ---- commands -------------------------------------------------------- */
 

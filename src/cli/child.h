@@ -38,7 +38,7 @@ int ibl_child_call(bool (*work)(void *cookie), void *cookie);
  * Makes a directory (mode 0700, in $TMPDIR or /tmp), runs work(cookie, path)
  * in a child process and returns its status. When the child has ended, for
  * whatever reason, removes the directory and its contents. Passes the signals
- * of cli/session.h on to the child; if one of them ends the child, this
+ * of common/signals.h on to the child; if one of them ends the child, this
  * process ends by it too. 1 after one line on stderr: the directory cannot be
  * made or removed, or another signal killed the child.
  */

@@ -1,12 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* Standard error: messages, the progress bar, stage times. */
+/* Standard error: messages, the progress bar, stage times; the context that
+ * reports there, and warnings that several commands have. */
 #ifndef CLI_CONSOLE_H
 #define CLI_CONSOLE_H
 
-#include <stdbool.h>
-
-#include <ibl/ibl.h>
-
+#include "cli/common_options.h"
 #include "common/stderr_line.h"
 
 enum {
@@ -55,5 +53,21 @@ void ibl_console_info(ibl_console *c, const char *fmt, ...)
 void ibl_console_finish(ibl_console *c);
 /* Prints the time of each stage. */
 void ibl_console_print_times(const ibl_console *c);
+
+/* A context for the settings, that reports to the console. */
+ibl_status ibl_start(const ibl_common *common, ibl_console *console,
+                     ibl_ctx **ctx);
+
+/* Adds a level to the sum of several: all their texels, and the largest
+ * shares. */
+void ibl_overflow_add(const ibl_overflow_level *level, ibl_overflow_level *sum);
+/* Warns of a file whose levels together overflow, if they do. */
+void ibl_warn_of_overflow(ibl_console *console, const char *file,
+                          ibl_pixel pixel, ibl_overflow overflow,
+                          const ibl_overflow_level *sum);
+
+/* Warns of levels with so few texels that lookups between them are wrong. */
+void ibl_warn_of_small_faces(ibl_console *console,
+                             const ibl_specular_layout *layout);
 
 #endif

@@ -5,10 +5,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "cli/console.h"
 #include "cli/probe_capture.h"
 #include "cli/probes.h"
-#include "cli/session.h"
 #include "common/path.h"
+#include "common/signals.h"
 
 ibl_status ibl_probes_no_memory(const ibl_probes_bake *p)
 {

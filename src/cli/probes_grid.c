@@ -5,11 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/console.h"
 #include "cli/json_text.h"
 #include "cli/probes.h"
-#include "cli/session.h"
 #include "cli/shell_words.h"
 #include "common/json_at.h"
+#include "common/signals.h"
 
 enum {
     MOST_ALONG = 1000 /* cells along an axis */

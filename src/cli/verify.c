@@ -4,10 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/console.h"
 #include "cli/json_text.h"
-#include "cli/session.h"
 #include "cli/verify_files.h"
 #include "common/names.h"
+#include "common/signals.h"
 
 /* ---- options --------------------------------------------------------- */
 
