@@ -118,6 +118,12 @@ done
 grep -rn pthread_create src | grep -vE '^src/(core/pool|view/baker)\.c' &&
     complain 'threads are started in core/pool.c and view/baker.c only'
 
+# Mutants fit the source as it is.
+bash tests/mutants/run.sh --check >"$build/mutants.txt" || {
+    cat "$build/mutants.txt"
+    complain 'mutants whose lines or tests are gone'
+}
+
 for page in man/*.[0-9]; do
     [ -f "$page" ] || continue
     mandoc -Tlint -Wstyle "$page" || complain "$page: mandoc"

@@ -1,7 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# run.sh [TABLE...]: breaks the program on purpose, one change at a time, and
-# reports which changes the tests see. Takes an hour or more.
+# run.sh [--check] [TABLE...]: breaks the program on purpose, one change at a
+# time, and reports which changes the tests see. Takes an hour or more. --check
+# builds and runs nothing: it checks that each mutant's lines and tests exist.
 #
 # A table, tests/mutants/*.txt, is a list of mutants with empty lines between:
 #   # NOTE       what breaks, for the reader
@@ -18,30 +19,64 @@ set -u
 cd "$(dirname "$0")/../.." || exit 1
 work=$(mktemp -d) || exit 1
 trap 'rm -rf "$work"' EXIT
-copy=$work/tree
-mkdir "$copy" "$work/tmp"
-export TMPDIR=$work/tmp
+each=try
+[ "${1:-}" != --check ] || { each=look; shift; }
 [ $# -gt 0 ] || set -- tests/mutants/*.txt
 tables=()
 for table; do tables+=("$(realpath "$table")"); done
 
-echo "mutants: building"
-git ls-files -z --cached --others --exclude-standard |
-    xargs -0 cp -p --parents -t "$copy" || exit 1
-mkdir "$copy/build"
-for part in build/*; do
-    case $part in
-    build/asan | build/clang | build/tsan | 'build/*') ;;
-    *) cp -a "$part" "$copy/build" ;;
-    esac
-done
-[ ! -d ../shared ] || ln -s "$(realpath ../shared)" "$work/shared"
-cd "$copy" || exit 1
-make -s -j"$(nproc)" DEPS=no all tests || exit 1
+# Builds a copy of the tree, which is then the working directory.
+prepare() {
+    local copy=$work/tree part
+    echo "mutants: building"
+    mkdir "$copy" "$work/tmp"
+    export TMPDIR=$work/tmp
+    git ls-files -z --cached --others --exclude-standard |
+        xargs -0 cp -p --parents -t "$copy" || exit 1
+    mkdir "$copy/build"
+    for part in build/*; do
+        case $part in
+        build/asan | build/clang | build/tsan | 'build/*') ;;
+        *) cp -a "$part" "$copy/build" ;;
+        esac
+    done
+    [ ! -d ../shared ] || ln -s "$(realpath ../shared)" "$work/shared"
+    cd "$copy" || exit 1
+    make -s -j"$(nproc)" DEPS=no all tests || exit 1
+}
 
-killed=0 survived=0 explained=0 wrong=0
+mutants=0 killed=0 survived=0 explained=0 wrong=0
 note='' file='' old='' new='' tests='' reason=''
 report() { printf '%-9s %s%s\n' "$1" "$file" "${note:+: $note}"; }
+mistake() { # WORDS
+    wrong=$((wrong + 1))
+    report "$1"
+}
+
+# The file with the mutant, which must fit in one place.
+mutated() {
+    OLD=$old NEW=$new perl -0777 -pe '
+        my $n = () = /\Q$ENV{OLD}\E/g;
+        die if $n != 1 || $ENV{OLD} eq $ENV{NEW};
+        s/\Q$ENV{OLD}\E/$ENV{NEW}/' "$file" 2>/dev/null
+}
+
+# Checks that the mutant's lines and the tests that it names exist.
+look() {
+    local t
+    { [ -f "$file" ] && mutated >/dev/null; } || mistake 'NOT FOUND'
+    for t in $tests; do
+        case $t in
+        *.sh) [ -f "tests/$t" ] ;;
+        *.sh:*)
+            { cat "tests/${t%%:*}" tests/cli/*.case; ls tests/cli; } |
+                grep -E -- "${t#*:}" >/dev/null
+            ;;
+        *:*) grep -qw -- "${t#*:}" "tests/${t%%:*}.c" 2>/dev/null ;;
+        *) [ -f "tests/$t.c" ] ;;
+        esac || mistake "NO $t"
+    done
+}
 
 # A test that fails or does not end sees the mutant.
 sees() {
@@ -63,23 +98,17 @@ sees() {
 
 try() {
     local t status by=
-    cp "$file" "$work/original" 2>/dev/null &&
-        OLD=$old NEW=$new perl -0777 -pe '
-            my $n = () = /\Q$ENV{OLD}\E/g;
-            die if $n != 1 || $ENV{OLD} eq $ENV{NEW};
-            s/\Q$ENV{OLD}\E/$ENV{NEW}/' "$work/original" >"$file" 2>/dev/null
-    if [ $? -ne 0 ]; then
-        wrong=$((wrong + 1))
-        report 'NOT FOUND'
-        [ ! -f "$work/original" ] || cp "$work/original" "$file"
+    if ! mutated >"$work/mutant"; then
+        mistake 'NOT FOUND'
         return
     fi
+    cp "$file" "$work/original"
+    cp "$work/mutant" "$file"
     for t in $tests; do
         sees "$t" </dev/null
         status=$?
         if [ $status = 2 ]; then
-            wrong=$((wrong + 1))
-            report 'NO BUILD'
+            mistake 'NO BUILD'
             by=none
         elif [ $status = 0 ]; then
             killed=$((killed + 1))
@@ -99,10 +128,11 @@ try() {
 }
 
 flush() {
-    [ -z "$file" ] || try
+    [ -z "$file" ] || { $each; mutants=$((mutants + 1)); }
     note='' file='' old='' new='' tests='' reason=''
 }
 
+[ $each = look ] || prepare
 for table in "${tables[@]}"; do
     while IFS= read -r line; do
         case $line in
@@ -118,6 +148,10 @@ for table in "${tables[@]}"; do
     flush
 done
 
+if [ $each = look ]; then
+    echo "$mutants mutants, $wrong mistakes"
+    exit $((wrong > 0))
+fi
 all=$((killed + survived + explained))
 echo "$killed of $all mutants killed" \
     "($((all ? 100 * killed / all : 0)) %), $explained survivors explained," \
