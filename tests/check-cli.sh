@@ -4,15 +4,16 @@
 # Runs the built program as a user would. BUILD names the build.
 #
 # tests/cli/*.case hold the plain cases. Lines by their first characters:
-#   == NAME   begins a case, in a fresh directory with env.hdr (32x16, with a
-#             sun beyond half floats) and env.exr (64x32, mild)
+#   == NAME   begins cases of that name, each of which runs in a fresh directory
+#             with env.hdr (32x16, with a sun beyond half floats) and env.exr
+#             (64x32, mild)
+#   ? STATUS  of the cases from here on
 #   $ LINE    shell; the lines from the first to the one before the last
 #             command set up, the last command is what is judged. A line whose
 #             predecessor ends in a backslash continues it.
-#   ! GLOB    the one line on standard error; none: nothing there
 #   + FILES   exist afterwards and are not empty
 #   - FILES   do not
-#   ? STATUS  ends the case
+#   ! GLOB    ends the case: the one line on standard error; none: nothing there
 # After any other status than 0 the directory must be as it was before the
 # last command.
 set -u
@@ -90,13 +91,11 @@ run_case() {
 }
 
 run_cases() {
-    local line name= setup= command= error= with= without= more=no
+    local line name= status= setup= command= with= without= more=no
     while IFS= read -r line; do
         case $line in
-        '== '*)
-            name="${1##*/}: ${line#== }"
-            setup= command= error= with= without= more=no
-            ;;
+        '== '*) name="${1##*/}: ${line#== }" ;;
+        '? '*) status=${line#? } ;;
         '$ '*)
             if [ $more = no ]; then
                 setup=$setup$command$'\n'
@@ -105,13 +104,14 @@ run_cases() {
             command=$command${line#$ }$'\n'
             case $line in *\\) more=yes ;; *) more=no ;; esac
             ;;
-        '! '*) error=${line#! } ;;
         '+ '*) with=${line#+ } ;;
         '- '*) without=${line#- } ;;
-        '? '*)
-            run_case "$name" "$setup" "$command" "${line#? }" "$error" \
-                "$with" "$without"
+        '!'*)
+            line=${line#!}
+            run_case "$name: ${command%%$'\n'*}" "$setup" "$command" "$status" \
+                "${line# }" "$with" "$without"
             cd "$top"
+            setup= command= with= without= more=no
             ;;
         esac
     done <"$1"

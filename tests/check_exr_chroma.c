@@ -87,7 +87,7 @@ static void luma_chroma(void)
         test_skip("libOpenEXR-3_1.so.30 is not here");
         return;
     }
-    ibl_ctx *ctx = file_ctx(3, &test_exr_kept, NULL);
+    test_exr_ctx = file_ctx(3, &test_exr_kept, NULL);
     smooth(w, h, saved[pad]);
     for (int i = 0; i < 8; i++) {
         const char *path = file_path("yc.exr");
@@ -109,7 +109,7 @@ static void luma_chroma(void)
         NEED(l.set_input(in, theirs[0], 1, w));
         NEED(l.read(in, top, top + h - 1));
         l.close_input(in);
-        CHECK_MSG(!test_exr_decode(ctx, path, NULL, -1, &ours, &report),
+        CHECK_MSG(!test_exr_decode("yc.exr", NULL, -1, &ours, &report),
                   "%d: %s", i, test_exr_kept.text[0]);
         NEED(ours.data && ours.width == w && ours.height == h);
         CHECK(strstr(report.format, "Y RY BY") != NULL);
@@ -123,68 +123,7 @@ static void luma_chroma(void)
         CHECK_NEAR(worst, 0, (codes[i] < 6 ? 4 : 16) * 4 * 0x1p-11);
         ibl_image_free(&ours);
     }
-    ibl_ctx_free(ctx);
-}
-
-/* A file by OpenEXRCore's writer: channels in any list, one chunk of lines
- * after another. */
-typedef struct writer_channel {
-    const char *name;
-    exr_pixel_type_t type;
-    int step;
-    const float *data; /* of the samples that there are */
-} writer_channel;
-
-static int envmap = -1; /* of files that write_core writes; -1: not said */
-
-static bool write_core(const char *path, int w, int h, exr_compression_t comp,
-                       const writer_channel *channels, int count,
-                       const exr_attr_chromaticities_t *chroma)
-{
-    exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
-    exr_context_t f;
-    exr_encode_pipeline_t pipe = EXR_ENCODE_PIPELINE_INITIALIZER;
-    int part, lines;
-    bool ok = true;
-
-    if (exr_start_write(&f, path, EXR_WRITE_FILE_DIRECTLY, &init))
-        return false;
-    ok &= !exr_add_part(f, "p", EXR_STORAGE_SCANLINE, &part);
-    ok &= !exr_initialize_required_attr_simple(f, part, w, h, comp);
-    for (int i = 0; i < count; i++)
-        ok &= !exr_add_channel(f, part, channels[i].name, channels[i].type,
-                               EXR_PERCEPTUALLY_LOGARITHMIC, channels[i].step,
-                               channels[i].step);
-    if (chroma)
-        ok &= !exr_attr_set_chromaticities(f, part, "chromaticities", chroma);
-    if (envmap >= 0)
-        ok &= !exr_attr_set_envmap(f, part, "envmap", (exr_envmap_t)envmap);
-    ok &= !exr_write_header(f);
-    ok = ok && !exr_get_scanlines_per_chunk(f, part, &lines);
-    for (int y = 0; ok && y < h; y += lines) {
-        exr_chunk_info_t info;
-        ok &= !exr_write_scanline_chunk_info(f, part, y, &info);
-        ok &= y ? !exr_encoding_update(f, part, &info, &pipe)
-                : !exr_encoding_initialize(f, part, &info, &pipe);
-        for (int i = 0; ok && i < pipe.channel_count; i++) {
-            exr_coding_channel_info_t *c = &pipe.channels[i];
-            const writer_channel *from = channels;
-            while (strcmp(from->name, c->channel_name))
-                from++;
-            c->user_data_type = EXR_PIXEL_FLOAT;
-            c->user_bytes_per_element = 4;
-            c->user_pixel_stride = 4;
-            c->user_line_stride = 4 * w / from->step;
-            c->encode_from_ptr =
-                (const uint8_t *)(from->data + (size_t)(y / from->step) *
-                                                   (size_t)(w / from->step));
-        }
-        if (!y)
-            ok &= !exr_encoding_choose_default_routines(f, part, &pipe);
-        ok &= !exr_encoding_run(f, part, &pipe);
-    }
-    exr_encoding_destroy(f, &pipe);
-    return !exr_finish(&f) && ok;
+    ibl_ctx_free(test_exr_ctx);
 }
 
 /* Interpolation of one row or column of half-size samples in double. */
@@ -216,11 +155,11 @@ static void luma_chroma_core(void)
     const exr_attr_chromaticities_t aces = {
         0.7347f, 0.2653f, 0.0f, 1.0f, 0.0001f, -0.077f, 0.32168f, 0.33767f};
     const double yw[3] = {0.3439664498, 0.7281660966, -0.0721325464};
-    const writer_channel channels[] = {{"BY", EXR_PIXEL_HALF, 2, chroma[1]},
-                                       {"RY", EXR_PIXEL_HALF, 2, chroma[0]},
-                                       {"Y", EXR_PIXEL_FLOAT, 1, luma}};
+    const test_exr_channel channels[] = {{"BY", EXR_PIXEL_HALF, 2, chroma[1]},
+                                         {"RY", EXR_PIXEL_HALF, 2, chroma[0]},
+                                         {"Y", EXR_PIXEL_FLOAT, 1, luma}};
     test_random r = {5};
-    ibl_ctx *ctx = file_ctx(2, &test_exr_kept, NULL);
+    test_exr_ctx = file_ctx(2, &test_exr_kept, NULL);
     ibl_image img = {0};
     ibl_read_report report;
 
@@ -242,11 +181,10 @@ static void luma_chroma_core(void)
                 full[p][y * w + x] = half_band(&wide[p][x], h / 2, w, y);
     }
     for (int comp = 0; comp < 4; comp++) {
-        NEED(write_core(file_path("core.exr"), w, h, (exr_compression_t)comp,
-                        channels, 3, &aces));
-        CHECK_MSG(!test_exr_decode(ctx, file_path("core.exr"), NULL, -1, &img,
-                                   &report),
-                  "%s", test_exr_kept.text[0]);
+        NEED(test_exr_write(file_path("core.exr"), w, h,
+                            (exr_compression_t)comp, channels, 3, &aces, -1));
+        CHECK_MSG(!test_exr_decode("core.exr", NULL, -1, &img, &report), "%s",
+                  test_exr_kept.text[0]);
         NEED(img.data);
         for (int i = 0; i < w * h; i++) {
             const double y = (double)luma[i];
@@ -259,7 +197,7 @@ static void luma_chroma_core(void)
         }
         ibl_image_free(&img);
     }
-    ibl_ctx_free(ctx);
+    ibl_ctx_free(test_exr_ctx);
 }
 
 /* Without chroma all three are the luminance, to the bit. */
@@ -271,81 +209,76 @@ static void grey_is_exact(void)
     };
     static float zero[w * h], luma[w * h];
     test_random r = {8};
-    ibl_ctx *ctx = file_ctx(1, &test_exr_kept, NULL);
+    test_exr_ctx = file_ctx(1, &test_exr_kept, NULL);
     for (int i = 0; i < w * h; i++)
         luma[i] = (float)exp(20 * test_random_unit(&r) - 10);
     for (int step = 1; step <= 2; step++) {
-        const writer_channel channels[] = {{"BY", EXR_PIXEL_FLOAT, step, zero},
-                                           {"RY", EXR_PIXEL_FLOAT, step, zero},
-                                           {"Y", EXR_PIXEL_FLOAT, 1, luma}};
+        const test_exr_channel channels[] = {
+            {"BY", EXR_PIXEL_FLOAT, step, zero},
+            {"RY", EXR_PIXEL_FLOAT, step, zero},
+            {"Y", EXR_PIXEL_FLOAT, 1, luma}};
         ibl_image img = {0};
         ibl_read_report report;
-        NEED(write_core(file_path("grey.exr"), w, h, EXR_COMPRESSION_NONE,
-                        channels, 3, NULL));
-        NEED(!test_exr_decode(ctx, file_path("grey.exr"), NULL, -1, &img,
-                              &report));
+        NEED(test_exr_write(file_path("grey.exr"), w, h, EXR_COMPRESSION_NONE,
+                            channels, 3, NULL, -1));
+        NEED(!test_exr_decode("grey.exr", NULL, -1, &img, &report));
         for (int i = 0; i < 3 * w * h; i++)
             CHECK(img.data[i] == luma[i / 3]);
         ibl_image_free(&img);
     }
-    ibl_ctx_free(ctx);
+    ibl_ctx_free(test_exr_ctx);
 }
 
 /* A file that says it is a cube is none, one that says it is a map is. */
 static void environments(void)
 {
     static float zero[32 * 16];
-    const writer_channel y[] = {{"Y", EXR_PIXEL_HALF, 1, zero}};
-    ibl_ctx *ctx = file_ctx(1, &test_exr_kept, NULL);
-    for (envmap = EXR_ENVMAP_LATLONG; envmap <= EXR_ENVMAP_CUBE; envmap++) {
+    const test_exr_channel y[] = {{"Y", EXR_PIXEL_HALF, 1, zero}};
+    test_exr_ctx = file_ctx(1, &test_exr_kept, NULL);
+    for (int envmap = EXR_ENVMAP_LATLONG; envmap <= EXR_ENVMAP_CUBE; envmap++) {
         ibl_image img = {0};
         ibl_read_report report;
-        NEED(write_core(file_path("env.exr"), 32, 16, EXR_COMPRESSION_ZIP, y, 1,
-                        NULL));
-        CHECK(test_exr_decode(ctx, file_path("env.exr"), NULL, -1, &img,
-                              &report) ==
+        NEED(test_exr_write(file_path("env.exr"), 32, 16, EXR_COMPRESSION_ZIP,
+                            y, 1, NULL, envmap));
+        CHECK(test_exr_decode("env.exr", NULL, -1, &img, &report) ==
               (envmap == EXR_ENVMAP_CUBE ? IBL_ERR_UNSUPPORTED : IBL_OK));
         ibl_image_free(&img);
     }
-    envmap = -1;
     CHECK_MSG(strstr(test_exr_kept.text[0], "six faces"), "%s",
               test_exr_kept.text[0]);
-    ibl_ctx_free(ctx);
+    ibl_ctx_free(test_exr_ctx);
 }
 
 static void sampling_refused(void)
 {
     static float zero[32 * 16];
-    const writer_channel rgb[] = {{"B", EXR_PIXEL_HALF, 1, zero},
-                                  {"G", EXR_PIXEL_HALF, 2, zero},
-                                  {"R", EXR_PIXEL_HALF, 1, zero}};
-    const writer_channel yc[] = {{"BY", EXR_PIXEL_HALF, 4, zero},
-                                 {"RY", EXR_PIXEL_HALF, 4, zero},
-                                 {"Y", EXR_PIXEL_HALF, 1, zero}};
+    const test_exr_channel rgb[] = {{"B", EXR_PIXEL_HALF, 1, zero},
+                                    {"G", EXR_PIXEL_HALF, 2, zero},
+                                    {"R", EXR_PIXEL_HALF, 1, zero}};
+    const test_exr_channel yc[] = {{"BY", EXR_PIXEL_HALF, 4, zero},
+                                   {"RY", EXR_PIXEL_HALF, 4, zero},
+                                   {"Y", EXR_PIXEL_HALF, 1, zero}};
     const exr_attr_chromaticities_t flat = {0.3f, 0.3f, 0.3f, 0.3f,
                                             0.3f, 0.3f, 0.3f, 0.3f};
-    const writer_channel plain[] = {{"BY", EXR_PIXEL_HALF, 1, zero},
-                                    {"RY", EXR_PIXEL_HALF, 1, zero},
-                                    {"Y", EXR_PIXEL_HALF, 1, zero}};
-    ibl_ctx *ctx = file_ctx(1, &test_exr_kept, NULL);
+    const test_exr_channel plain[] = {{"BY", EXR_PIXEL_HALF, 1, zero},
+                                      {"RY", EXR_PIXEL_HALF, 1, zero},
+                                      {"Y", EXR_PIXEL_HALF, 1, zero}};
+    test_exr_ctx = file_ctx(1, &test_exr_kept, NULL);
     ibl_image img;
     ibl_read_report report;
 
-    NEED(write_core(file_path("a.exr"), 32, 16, 0, rgb, 3, NULL));
-    CHECK(test_exr_decode(ctx, file_path("a.exr"), NULL, -1, &img, &report) ==
+    NEED(test_exr_write(file_path("a.exr"), 32, 16, 0, rgb, 3, NULL, -1));
+    test_exr_refused("a.exr", NULL, -1, IBL_ERR_UNSUPPORTED,
+                     "channel G is sampled");
+    NEED(test_exr_write(file_path("b.exr"), 32, 16, 0, yc, 3, NULL, -1));
+    CHECK(test_exr_decode("b.exr", NULL, -1, &img, &report) ==
           IBL_ERR_UNSUPPORTED);
-    CHECK_MSG(strstr(test_exr_kept.text[0], "channel G is sampled"), "%s",
-              test_exr_kept.text[0]);
-    NEED(write_core(file_path("b.exr"), 32, 16, 0, yc, 3, NULL));
-    CHECK(test_exr_decode(ctx, file_path("b.exr"), NULL, -1, &img, &report) ==
-          IBL_ERR_UNSUPPORTED);
-    NEED(write_core(file_path("c.exr"), 32, 16, 0, plain, 3, &flat));
-    CHECK(test_exr_decode(ctx, file_path("c.exr"), NULL, -1, &img, &report) ==
-          IBL_ERR_FORMAT);
-    NEED(write_core(file_path("d.exr"), 32, 16, 0, plain, 3, NULL));
-    CHECK(!test_exr_decode(ctx, file_path("d.exr"), NULL, -1, &img, &report));
+    NEED(test_exr_write(file_path("c.exr"), 32, 16, 0, plain, 3, &flat, -1));
+    CHECK(test_exr_decode("c.exr", NULL, -1, &img, &report) == IBL_ERR_FORMAT);
+    NEED(test_exr_write(file_path("d.exr"), 32, 16, 0, plain, 3, NULL, -1));
+    CHECK(!test_exr_decode("d.exr", NULL, -1, &img, &report));
     ibl_image_free(&img);
-    ibl_ctx_free(ctx);
+    ibl_ctx_free(test_exr_ctx);
 }
 
 /* ---- alpha beside luminance ------------------------------------------ */
@@ -358,15 +291,15 @@ static void luma_chroma_alpha(void)
         h = 36
     };
     static float luma[h * w], chroma[h / 2 * (w / 2)], alpha[h * w];
-    const writer_channel channels[] = {{"A", EXR_PIXEL_FLOAT, 1, alpha},
-                                       {"BY", EXR_PIXEL_HALF, 2, chroma},
-                                       {"RY", EXR_PIXEL_HALF, 2, chroma},
-                                       {"Y", EXR_PIXEL_FLOAT, 1, luma}};
-    const writer_channel coarse[] = {{"A", EXR_PIXEL_HALF, 2, chroma},
-                                     {"B", EXR_PIXEL_HALF, 1, luma},
-                                     {"G", EXR_PIXEL_HALF, 1, luma},
-                                     {"R", EXR_PIXEL_HALF, 1, luma}};
-    ibl_ctx *ctx = file_ctx(2, &test_exr_kept, NULL);
+    const test_exr_channel channels[] = {{"A", EXR_PIXEL_FLOAT, 1, alpha},
+                                         {"BY", EXR_PIXEL_HALF, 2, chroma},
+                                         {"RY", EXR_PIXEL_HALF, 2, chroma},
+                                         {"Y", EXR_PIXEL_FLOAT, 1, luma}};
+    const test_exr_channel coarse[] = {{"A", EXR_PIXEL_HALF, 2, chroma},
+                                       {"B", EXR_PIXEL_HALF, 1, luma},
+                                       {"G", EXR_PIXEL_HALF, 1, luma},
+                                       {"R", EXR_PIXEL_HALF, 1, luma}};
+    test_exr_ctx = file_ctx(2, &test_exr_kept, NULL);
     ibl_read_options opts = ibl_read_options_default();
     ibl_source *source;
     static float rgb[3 * w * h];
@@ -377,11 +310,12 @@ static void luma_chroma_alpha(void)
         luma[i] = 2 * alpha[i];
     }
     for (int comp = 0; comp < 4; comp++) {
-        NEED(write_core(file_path("core.exr"), w, h, (exr_compression_t)comp,
-                        channels, 4, NULL));
+        NEED(test_exr_write(file_path("core.exr"), w, h,
+                            (exr_compression_t)comp, channels, 4, NULL, -1));
         for (int want = 0; want < 2; want++) {
             opts.alpha = want ? IBL_ALPHA_FILE : IBL_ALPHA_IGNORE;
-            NEED(!ibl_source_open(ctx, file_path("core.exr"), &opts, &source));
+            NEED(!ibl_source_open(test_exr_ctx, file_path("core.exr"), &opts,
+                                  &source));
             NEED(!ibl_source_read(source, 5, rgb));
             NEED(!ibl_source_read(source, h - 5, rgb + 3 * 5 * w));
             const float *got = ibl_source_alpha(source);
@@ -392,15 +326,15 @@ static void luma_chroma_alpha(void)
             ibl_source_close(source);
         }
     }
-    NEED(write_core(file_path("a.exr"), w, h, 0, coarse, 4, NULL));
-    CHECK(ibl_source_open(ctx, file_path("a.exr"), &opts, &source) ==
+    NEED(test_exr_write(file_path("a.exr"), w, h, 0, coarse, 4, NULL, -1));
+    CHECK(ibl_source_open(test_exr_ctx, file_path("a.exr"), &opts, &source) ==
           IBL_ERR_UNSUPPORTED);
     CHECK_MSG(strstr(test_exr_kept.text[0], "channel A is sampled"), "%s",
               test_exr_kept.text[0]);
     opts.alpha = IBL_ALPHA_IGNORE;
-    NEED(!ibl_source_open(ctx, file_path("a.exr"), &opts, &source));
+    NEED(!ibl_source_open(test_exr_ctx, file_path("a.exr"), &opts, &source));
     ibl_source_close(source);
-    ibl_ctx_free(ctx);
+    ibl_ctx_free(test_exr_ctx);
 }
 
 static const test tests[] = {TEST(luma_chroma),      TEST(luma_chroma_core),

@@ -41,7 +41,7 @@ exr_result_t __wrap_exr_start_read(exr_context_t *exr, const char *name,
 
 /* Decodes bytes in memory of just their size, so that a sanitizer sees every
  * byte too far. True if it went well or was refused with one line. */
-static bool survives(ibl_ctx *ctx, const unsigned char *bytes, size_t size,
+static bool survives(const unsigned char *bytes, size_t size,
                      ibl_status *status)
 {
     ibl_read_options opts = ibl_read_options_default();
@@ -52,7 +52,7 @@ static bool survives(ibl_ctx *ctx, const unsigned char *bytes, size_t size,
     memset(&test_exr_kept, 0, sizeof test_exr_kept);
     opts.any_aspect = 1;
     opts.alpha = IBL_ALPHA_FILE;
-    *status = test_exr_decode_bytes(ctx, copy, size, &opts, &img, &report);
+    *status = test_exr_decode_bytes(copy, size, &opts, &img, &report);
     free(copy);
     if (!*status) {
         ibl_image_free(&img);
@@ -64,12 +64,9 @@ static bool survives(ibl_ctx *ctx, const unsigned char *bytes, size_t size,
 
 static void cut_short(void)
 {
-    if (!test_exr_ready())
+    if (!test_exr_begin(2, 24, 40))
         return;
-    ibl_ctx *ctx = file_ctx(2, &test_exr_kept, NULL);
-    ibl_image img = test_exr_source(ctx, 24, 40);
 
-    NEED(file_save_pfm(file_path("s.pfm"), &img));
     NEED(file_run("oiiotool s.pfm -d half --compression zip -o 0.exr "
                   "--compression piz -o 1.exr --tile 16 16 --compression b44 "
                   "-o 2.exr --scanline --compression zip s.pfm s.pfm "
@@ -83,27 +80,23 @@ static void cut_short(void)
         /* A multi-part file's first part may be whole in a cut file. */
         const size_t end = i == 3 ? size / 2 : size;
         for (size_t n = 0; n < end; n += n < 600 ? 1 : 7) {
-            CHECK_MSG(survives(ctx, bytes, n, &status), "%s at %zu", name, n);
+            CHECK_MSG(survives(bytes, n, &status), "%s at %zu", name, n);
             CHECK_MSG(status == IBL_ERR_FORMAT, "%s at %zu: %d", name, n,
                       status);
         }
         free(bytes);
     }
-    ibl_image_free(&img);
-    ibl_ctx_free(ctx);
+    test_exr_end();
 }
 
 static void bits_flipped(void)
 {
-    if (!test_exr_ready())
+    if (!test_exr_begin(2, 24, 40))
         return;
-    ibl_ctx *ctx = file_ctx(2, &test_exr_kept, NULL);
-    ibl_image img = test_exr_source(ctx, 24, 40);
     test_random r = {2024};
     char command[2000] = "oiiotool s.pfm --ch R,G,B,A=0.5";
     int refused = 0;
 
-    NEED(file_save_pfm(file_path("s.pfm"), &img));
     for (int c = 0; c < 8; c++)
         sprintf(command + strlen(command),
                 " -d %s --compression %s --scanline -o %d.exr --tile 16 16 -o "
@@ -127,7 +120,7 @@ static void bits_flipped(void)
                 was[k] = bytes[at[k]];
                 bytes[at[k]] ^= (unsigned char)(1 << test_random_u64(&r) % 8);
             }
-            CHECK_MSG(survives(ctx, bytes, size, &status), "%s round %d", name,
+            CHECK_MSG(survives(bytes, size, &status), "%s round %d", name,
                       round);
             refused += status != IBL_OK;
             for (int k = 3; k-- > 0;)
@@ -136,8 +129,7 @@ static void bits_flipped(void)
         free(bytes);
     }
     CHECK(refused > 100);
-    ibl_image_free(&img);
-    ibl_ctx_free(ctx);
+    test_exr_end();
 }
 
 /* Where the value of an attribute begins. */
@@ -168,12 +160,9 @@ static void absurd_claims(void)
                                        {0, 0, 65535, 39},
                                        {0, 0, 23, 0x3ffffff},
                                        {0x3ffffff0, 0, 0x3ffffff8, 9}};
-    if (!test_exr_ready())
+    if (!test_exr_begin(2, 24, 40))
         return;
-    ibl_ctx *ctx = file_ctx(2, &test_exr_kept, NULL);
-    ibl_image img = test_exr_source(ctx, 24, 40);
 
-    NEED(file_save_pfm(file_path("s.pfm"), &img));
     NEED(file_run("oiiotool s.pfm -d half --compression zip -o 0.exr --tile 16 "
                   "16 -o 1.exr --compression none --scanline -o 2.exr"));
     for (int i = 0; i < 3; i++) {
@@ -196,7 +185,7 @@ static void absurd_claims(void)
                                 4 * k,
                             (uint32_t)boxes[b][k]);
                 }
-                CHECK_MSG(survives(ctx, copy, size, &status) &&
+                CHECK_MSG(survives(copy, size, &status) &&
                               (status == IBL_ERR_FORMAT ||
                                status == IBL_ERR_UNSUPPORTED),
                           "%s box %zu: %d %s", name, b, status,
@@ -209,14 +198,13 @@ static void absurd_claims(void)
             memcpy(copy, bytes, size);
             for (uint32_t v = 0; v < 0x40000000u; v = v * 2 + 1) {
                 patch32(attribute(copy, size, "tiles", "tiledesc"), v);
-                CHECK(survives(ctx, copy, size, &status));
+                CHECK(survives(copy, size, &status));
             }
             free(copy);
         }
         free(bytes);
     }
-    ibl_image_free(&img);
-    ibl_ctx_free(ctx);
+    test_exr_end();
 }
 
 /* Where the first block's number of bytes and its bytes are. */
@@ -251,13 +239,10 @@ static void zip_streams(void)
                   {PIXELS + 1, 0, 0, false}, {PIXELS / 2, 0, 0, false},
                   {0, 0, 0, false},          {9 * PIXELS, 0, 0, false}};
     static const Bytef raw[9 * PIXELS];
-    if (!test_exr_ready())
+    if (!test_exr_begin(2, 24, 40))
         return;
-    ibl_ctx *ctx = file_ctx(2, &test_exr_kept, NULL);
-    ibl_image img = test_exr_source(ctx, 24, 40);
     size_t size;
 
-    NEED(file_save_pfm(file_path("s.pfm"), &img));
     NEED(file_run("oiiotool s.pfm -d half --compression zip -o 0.exr"));
     unsigned char *bytes = file_load(file_path("0.exr"), &size);
     unsigned char *data = bytes + first_block(file_path("0.exr"));
@@ -269,25 +254,21 @@ static void zip_streams(void)
         file_set_u32(data - 4, (uint32_t)((int)packed + blocks[b].more));
         if (blocks[b].flip)
             data[packed - (uLong)blocks[b].flip] ^= 1;
-        CHECK(survives(ctx, bytes, size, &status));
+        CHECK(survives(bytes, size, &status));
         CHECK_MSG(status == (blocks[b].good ? IBL_OK : IBL_ERR_FORMAT),
                   "%zu: %d %s", b, status, test_exr_kept.text[0]);
     }
     free(bytes);
-    ibl_image_free(&img);
-    ibl_ctx_free(ctx);
+    test_exr_end();
 }
 
 /* However early memory runs out, whatever attribute it was for: OpenEXRCore
  * itself opens a file whose compression it had no room to remember. */
 static void out_of_memory(void)
 {
-    if (!test_exr_ready())
+    if (!test_exr_begin(2, 24, 40))
         return;
-    ibl_ctx *ctx = file_ctx(2, &test_exr_kept, NULL);
-    ibl_image img = test_exr_source(ctx, 24, 40);
 
-    NEED(file_save_pfm(file_path("s.pfm"), &img));
     NEED(file_run("oiiotool s.pfm -d half --compression zip -o 0.exr --tile "
                   "16 16 --compression piz -o 1.exr"));
     for (int i = 0; i < 2; i++) {
@@ -299,7 +280,7 @@ static void out_of_memory(void)
         unsigned char *bytes = file_load(file_path(name), &size);
         for (; n < 200 && status; n++) {
             grants = n;
-            CHECK(survives(ctx, bytes, size, &status));
+            CHECK(survives(bytes, size, &status));
             grants = -1;
             CHECK_MSG(!status || status == IBL_ERR_MEMORY, "%s, %d: %d %s",
                       name, n, status, test_exr_kept.text[0]);
@@ -307,31 +288,18 @@ static void out_of_memory(void)
         CHECK_MSG(n > 10 && !status, "%s: %d", name, n);
         free(bytes);
     }
-    ibl_image_free(&img);
-    ibl_ctx_free(ctx);
+    test_exr_end();
 }
 
 static void refused_kinds(void)
 {
-    if (!test_exr_ready())
+    if (!test_exr_begin(2, 70, 35))
         return;
-    ibl_ctx *ctx = file_ctx(2, &test_exr_kept, NULL);
-    ibl_image img = test_exr_source(ctx, 70, 35), a = {0};
-    ibl_read_report report;
-
-    NEED(file_save_pfm(file_path("s.pfm"), &img));
     NEED(file_run("oiiotool s.pfm --ch R,G,B,A=1,Z=1 -d half --deepen -o "
                   "deep.exr s.pfm --ch Z=1,id=2 -o z.exr"));
-    CHECK(test_exr_decode(ctx, file_path("deep.exr"), NULL, -1, &a, &report) ==
-          IBL_ERR_UNSUPPORTED);
-    CHECK_MSG(strstr(test_exr_kept.text[0], "deep"), "%s",
-              test_exr_kept.text[0]);
-    CHECK(test_exr_decode(ctx, file_path("z.exr"), NULL, -1, &a, &report) ==
-          IBL_ERR_FORMAT);
-    CHECK_MSG(strstr(test_exr_kept.text[0], "Z, id"), "%s",
-              test_exr_kept.text[0]);
-    ibl_image_free(&img);
-    ibl_ctx_free(ctx);
+    test_exr_refused("deep.exr", NULL, -1, IBL_ERR_UNSUPPORTED, "deep");
+    test_exr_refused("z.exr", NULL, -1, IBL_ERR_FORMAT, "Z, id");
+    test_exr_end();
 }
 
 static const test tests[] = {TEST(cut_short),     TEST(bits_flipped),

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "core/cpu.h"
+#include "files.h"
 #include "io/rgbe.h"
 #include "kern/max_finite.h"
 #include "test.h"
@@ -184,18 +185,6 @@ static unsigned char *picture(int w, int h)
 
 static test_messages kept;
 
-static ibl_ctx *quiet_ctx(int threads, ibl_isa isa)
-{
-    ibl_ctx_options opts = ibl_ctx_options_default();
-    ibl_ctx *ctx = NULL;
-    opts.threads = threads;
-    opts.isa = isa;
-    opts.log = test_keep;
-    opts.log_cookie = &kept;
-    ibl_ctx_create(&opts, &ctx);
-    return ctx;
-}
-
 /* All rows, in calls of a few at a time. */
 static ibl_status read_rows(ibl_rows *rows, ibl_image *img)
 {
@@ -283,10 +272,15 @@ static void every_variant(void)
     int n = 0;
 
     for (int l = 0; l < 4; l++) {
+        ibl_ctx_options opts = ibl_ctx_options_default();
+        opts.threads = 1;
+        opts.isa = levels[l];
+        opts.log = test_keep;
+        opts.log_cookie = &kept;
         if (ibl_cpu_has(levels[l]))
-            ctxs[n++] = quiet_ctx(1, levels[l]);
+            NEED(!ibl_ctx_create(&opts, &ctxs[n++]));
     }
-    ctxs[n++] = quiet_ctx(2, IBL_ISA_AUTO);
+    ctxs[n++] = test_keeping_ctx(2, &kept);
     for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {
         const int w = sizes[s][0], h = sizes[s][1];
         unsigned char *px = picture(w, h);
@@ -309,12 +303,14 @@ static void widths(void)
     static const int w[] = {1,   2,     3,     7,     8,    9,   15,
                             127, 128,   129,   255,   256,  257, 1000,
                             511, 32767, 32768, 65535, 65536};
-    ibl_ctx *ctx = quiet_ctx(2, IBL_ISA_AUTO);
+    ibl_ctx *ctx = test_keeping_ctx(2, &kept);
     for (size_t i = 0; i < sizeof w / sizeof *w; i++) {
         unsigned char *px = picture(w[i], 3);
         for (int k = 0; k < CODINGS; k++) {
             file f = encode(HEADER, (coding)k, orientations[0], px, w[i], 3);
             check_file(ctx, &f, px, w[i], 3, "width");
+            put_text(&f, "and more");
+            check_file(ctx, &f, px, w[i], 3, "width and more");
             free(f.data);
         }
         free(px);
@@ -327,7 +323,7 @@ static void describes_format(void)
     static const char *const want[MIXED] = {"Radiance RGBE, flat",
                                             "Radiance RGBE, old run-length",
                                             "Radiance RGBE, run-length"};
-    ibl_ctx *ctx = quiet_ctx(1, IBL_ISA_AUTO);
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
     unsigned char *px = picture(500, 9);
     for (int k = 0; k < MIXED; k++) {
         file f = encode(HEADER, (coding)k, orientations[0], px, 500, 9);
@@ -422,7 +418,7 @@ static void headers(void)
           (float)(1 / 123.45678901234567890123) / 4},
          ""},
     };
-    ibl_ctx *ctx = quiet_ctx(1, IBL_ISA_AUTO);
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         float rgb[3] = {0};
         CHECK_MSG(!one_pixel(ctx, cases[i].text, rgb), "case %zu: %s", i,
@@ -480,7 +476,7 @@ static void xyze(void)
     static const double srgb[3][3] = {{3.2409699, -1.5373832, -0.4986108},
                                       {-0.9692436, 1.8759675, 0.0415551},
                                       {0.0556301, -0.2039770, 1.0569715}};
-    ibl_ctx *ctx = quiet_ctx(1, IBL_ISA_AUTO);
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
     float rgb[3];
 
     for (int k = 0; k < 2; k++) {
@@ -545,15 +541,16 @@ static void xyze(void)
 
 /* ---- traps ---------------------------------------------------------- */
 
-/* Pixels that look like codes in files that have none. */
+/* Flat pixels that look like codes: the width itself, another length, a repeat
+ * at the beginning, one inside. Bytes after the last pixel change nothing, also
+ * where the width allows no new run lengths. */
 static void flat_lookalikes(void)
 {
-    ibl_ctx *ctx = quiet_ctx(1, IBL_ISA_AUTO);
-    static const int w[] = {4, 7, 8, 300, 512};
+    static const int w[] = {4, 7, 8, 300, 512, 32768, 65536};
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
     for (size_t i = 0; i < sizeof w / sizeof *w; i++) {
         for (int k = 0; k < 4; k++) {
             unsigned char *px = picture(w[i], 5);
-            /* the width itself, another length, a repeat first, one inside */
             const unsigned char marks[4][4] = {
                 {2, 2, (unsigned char)(w[i] >> 8), (unsigned char)w[i]},
                 {2, 2, 1, 1},
@@ -563,6 +560,10 @@ static void flat_lookalikes(void)
                 memcpy(px + 4 * (row * w[i] + (k == 3 ? 2 : 0)), marks[k], 4);
             file f = encode(HEADER, FLAT, orientations[0], px, w[i], 5);
             check_file(ctx, &f, px, w[i], 5, "lookalike");
+            if (k < 2 && (w[i] < 8 || w[i] > 32767)) {
+                put_text(&f, "and more");
+                check_file(ctx, &f, px, w[i], 5, "lookalike and more");
+            }
             free(f.data);
             free(px);
         }
@@ -575,7 +576,7 @@ static void flat_lookalikes(void)
 static void old_counts(void)
 {
     static const int runs[] = {1, 254, 255, 256, 257, 511, 512, 40000, 65535};
-    ibl_ctx *ctx = quiet_ctx(1, IBL_ISA_AUTO);
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
     for (size_t i = 0; i < sizeof runs / sizeof *runs; i++) {
         const int w = runs[i] + 1;
         unsigned char *px = malloc(4 * (size_t)w);
@@ -594,41 +595,6 @@ static void old_counts(void)
     const unsigned char want[] = {1, 1, 1, 7, 1, 1, 1, 7, 1, 1, 1, 7};
     check_file(ctx, &f, want, 3, 1, "first pixel");
     free(f.data);
-    ibl_ctx_free(ctx);
-}
-
-/* Widths that the new run lengths are not for, where the size of the file
- * does not help. */
-static void widths_without_codes(void)
-{
-    static const int w[] = {4, 7, 32768, 65536};
-    ibl_ctx *ctx = quiet_ctx(1, IBL_ISA_AUTO);
-    for (size_t i = 0; i < sizeof w / sizeof *w; i++) {
-        unsigned char *px = picture(w[i], 3);
-        for (int row = 0; row < 3; row++)
-            memcpy(px + 4 * row * w[i],
-                   (unsigned char[]){2, 2, 0, (unsigned char)w[i]}, 4);
-        file f = encode(HEADER, FLAT, orientations[0], px, w[i], 3);
-        put_text(&f, "and more");
-        check_file(ctx, &f, px, w[i], 3, "width without codes");
-        free(f.data);
-        free(px);
-    }
-    ibl_ctx_free(ctx);
-}
-
-/* More bytes than the scanlines need are nobody's business. */
-static void bytes_after(void)
-{
-    ibl_ctx *ctx = quiet_ctx(1, IBL_ISA_AUTO);
-    unsigned char *px = picture(20, 9);
-    for (int k = 0; k < CODINGS; k++) {
-        file f = encode(HEADER, (coding)k, orientations[0], px, 20, 9);
-        put_text(&f, "and more");
-        check_file(ctx, &f, px, 20, 9, "bytes after");
-        free(f.data);
-    }
-    free(px);
     ibl_ctx_free(ctx);
 }
 
@@ -725,7 +691,7 @@ static void damaged(void)
         {B(V "\n-Y 65536 +X 65536\nabcdefgh"), "cannot hold 65536 scanlines"},
         {B(V "\n-Y 2 +X 65536\nabcdefghijkl"), "scanline 1 of 2"},
     };
-    ibl_ctx *ctx = quiet_ctx(1, IBL_ISA_AUTO);
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
     const long before = peak_kb();
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
         check_refused(ctx, cases[i].bytes, cases[i].size, cases[i].needle);
@@ -735,7 +701,7 @@ static void damaged(void)
 
 static void cut_everywhere(void)
 {
-    ibl_ctx *ctx = quiet_ctx(2, IBL_ISA_AUTO);
+    ibl_ctx *ctx = test_keeping_ctx(2, &kept);
     unsigned char *px = picture(19, 6);
     for (int k = 0; k < CODINGS; k++) {
         file f = encode(HEADER, (coding)k, orientations[k], px, 19, 6);
@@ -752,7 +718,7 @@ static void cut_everywhere(void)
 /* Random damage: an answer with a line, or a picture of the size it says. */
 static void noise(void)
 {
-    ibl_ctx *ctx = quiet_ctx(1, IBL_ISA_AUTO);
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
     int taken = 0, refused = 0;
     for (int round = 0; round < 4000; round++) {
         const int w = 1 + below(40), h = 1 + below(12);
@@ -791,135 +757,48 @@ static void noise(void)
     ibl_ctx_free(ctx);
 }
 
-static void cancelled(void)
-{
-    ibl_ctx *ctx = quiet_ctx(1, IBL_ISA_AUTO);
-    unsigned char *px = picture(50, 10);
-    file f = encode(HEADER, NEW, orientations[0], px, 50, 10);
-    ibl_image img;
-    char format[64];
-    ibl_ctx_cancel(ctx);
-    CHECK(decode(ctx, f.data, f.size, &img, format) == IBL_ERR_CANCELLED);
-    CHECK(!img.data);
-    free(f.data);
-    free(px);
-    ibl_ctx_free(ctx);
-}
-
 /* ---- OpenImageIO ---------------------------------------------------- */
 
-static unsigned char *load(const char *path, size_t *size)
-{
-    FILE *f = fopen(path, "rb");
-    unsigned char *bytes = NULL;
-    if (!f)
-        return NULL;
-    if (!fseek(f, 0, SEEK_END)) {
-        *size = (size_t)ftell(f);
-        rewind(f);
-        bytes = malloc(*size + 1);
-        if (bytes && fread(bytes, 1, *size, f) != *size) {
-            free(bytes);
-            bytes = NULL;
-        }
-    }
-    fclose(f);
-    return bytes;
-}
-
-static uint32_t le(const unsigned char *p, int bytes)
-{
-    uint32_t v = 0;
-    while (bytes--)
-        v = v << 8 | p[bytes];
-    return v;
-}
-
-/* Value i of a directory entry of SHORT or LONG. */
-static uint32_t tag_value(const unsigned char *tiff, const unsigned char *tag,
-                          uint32_t i)
-{
-    const int size = le(tag + 2, 2) == 3 ? 2 : 4;
-    const bool is_inline = le(tag + 4, 4) * (uint32_t)size <= 4;
-    const unsigned char *at = is_inline ? tag + 8 : tiff + le(tag + 8, 4);
-    return le(at + i * (uint32_t)size, size);
-}
-
-/* Pixels of an uncompressed little-endian float RGB TIFF, as oiiotool writes
- * it; NULL if it is not one. */
-static float *read_tiff(const char *path, int *w, int *h)
-{
-    size_t size, at = 0;
-    const unsigned char *offsets = NULL, *counts = NULL;
-    unsigned char *b = load(path, &size);
-    float *px = NULL;
-
-    *w = *h = 0;
-    if (!b || size < 8 || memcmp(b, "II*", 3))
-        goto done;
-    const unsigned char *dir = b + le(b + 4, 4);
-    for (uint32_t i = 0; i < le(dir, 2); i++) {
-        const unsigned char *tag = dir + 2 + 12 * i;
-        if (le(tag, 2) == 256)
-            *w = (int)tag_value(b, tag, 0);
-        else if (le(tag, 2) == 257)
-            *h = (int)tag_value(b, tag, 0);
-        else if (le(tag, 2) == 273)
-            offsets = tag;
-        else if (le(tag, 2) == 279)
-            counts = tag;
-    }
-    const size_t bytes = 12 * (size_t)*w * (size_t)*h;
-    px = malloc(bytes + 1);
-    for (uint32_t i = 0; px && offsets && counts && i < le(offsets + 4, 4);
-         i++) {
-        const uint32_t n = tag_value(b, counts, i);
-        if (at + n <= bytes)
-            memcpy((unsigned char *)px + at, b + tag_value(b, offsets, i), n);
-        at += n;
-    }
-    if (at != bytes) {
-        free(px);
-        px = NULL;
-    }
-done:
-    free(b);
-    return px;
-}
-
-/* A picture as its scanlines lie in the file, from one as it is seen. */
-static void compare_oiio(ibl_ctx *ctx, const char *hdr, const char *tiff,
+/* A picture as its scanlines lie in the file, from one as it is seen. exr: what
+ * OpenImageIO read, as uncompressed floats. A row there is its number, its
+ * size, then blue, green and red, and the rows end the file. */
+static void compare_oiio(ibl_ctx *ctx, const char *hdr, const char *exr,
                          const char *orientation, float exposure)
 {
-    size_t size;
-    int w, h, wrong = 0;
+    size_t size, exr_size;
+    int wrong = 0;
     ibl_image img = {0};
     char format[64];
-    unsigned char *bytes = load(hdr, &size);
-    float *px = read_tiff(tiff, &w, &h);
+    unsigned char *bytes = file_load(hdr, &size);
+    unsigned char *seen = file_load(exr, &exr_size);
     const bool by_column = orientation[1] == 'X';
     const bool y_up = strstr(orientation, "+Y") != NULL;
     const bool x_down = strstr(orientation, "-X") != NULL;
 
-    CHECK_MSG(bytes && px, "%s or %s is missing", hdr, tiff);
-    if (bytes && px) {
-        CHECK_MSG(!decode(ctx, bytes, size, &img, format), "%s: %s", hdr,
-                  kept.text[IBL_LOG_ERROR]);
-        CHECK(img.width == (by_column ? h : w) &&
-              img.height == (by_column ? w : h));
-    }
-    for (int i = 0; img.data && i < w * h; i++) {
+    CHECK_MSG(!decode(ctx, bytes, size, &img, format), "%s: %s", hdr,
+              kept.text[IBL_LOG_ERROR]);
+    const int w = by_column ? img.height : img.width;
+    const int h = by_column ? img.width : img.height;
+    const size_t row = 8 + 12 * (size_t)w, rows = row * (size_t)h;
+    NEED(img.data && exr_size > rows);
+    for (int i = 0; i < w * h; i++) {
         int x = by_column ? i / w : i % w, y = by_column ? i % w : i / w;
         x = x_down ? img.width - 1 - x : x;
         y = y_up ? img.height - 1 - y : y;
-        for (int c = 0; c < 3; c++)
+        const unsigned char *from =
+            seen + exr_size - rows + row * (size_t)(i / w) + 8;
+        CHECK(file_u32(from - 8) == (uint32_t)(i / w));
+        for (int c = 0; c < 3; c++) {
+            float want;
+            memcpy(&want, from + 4 * (w * (2 - c) + i % w), sizeof want);
             wrong += img.data[3 * ((size_t)y * (size_t)img.width + x) + c] *
                          exposure !=
-                     px[3 * i + c];
+                     want;
+        }
     }
     CHECK_MSG(!wrong, "%s: %d components of %dx%d differ", hdr, wrong, w, h);
     ibl_image_free(&img);
-    free(px);
+    free(seen);
     free(bytes);
 }
 
@@ -935,16 +814,16 @@ static void as_openimageio(void)
                                    {127, 2},   {128, 2},  {129, 2}, {640, 200},
                                    {32767, 2}, {32768, 2}};
     enum {
-        SIZES = sizeof sizes / sizeof *sizes,
-        FILES = 16 + SIZES
+        FILES = 16 + sizeof sizes / sizeof *sizes
     };
     static const char *const real[] = {"quarry_01_1k.hdr",
                                        "royal_esplanade_1k.hdr"};
-    static char command[16384], names[FILES][400], tiffs[FILES + 2][400];
-    ibl_ctx *ctx = quiet_ctx(2, IBL_ISA_AUTO);
-    int used = snprintf(command, sizeof command, "oiiotool");
+    static char command[FILES * 40 + 1000] =
+        "oiiotool -d float --compression none";
+    ibl_ctx *ctx = test_keeping_ctx(2, &kept);
+    char hdr[16], exr[16];
 
-    if (system("oiiotool --version >/dev/null 2>&1")) {
+    if (!file_have("oiiotool")) {
         ibl_ctx_free(ctx);
         test_skip("oiiotool is missing");
         return;
@@ -962,49 +841,34 @@ static void as_openimageio(void)
                                : HEADER,
                         i & 8 || i >= 16 ? NEW : FLAT,
                         orientations[i < 16 ? i & 7 : 0], px, size[0], size[1]);
-        snprintf(names[i], sizeof names[i], "%s/%d.hdr", test_dir(), i);
-        snprintf(tiffs[i], sizeof tiffs[i], "%s/%d.tif", test_dir(), i);
-        FILE *out = fopen(names[i], "wb");
-        CHECK(out && fwrite(f.data, 1, f.size, out) == f.size);
-        if (out)
-            fclose(out);
-        used += snprintf(command + used, sizeof command - (size_t)used,
-                         " %s -d float --compression none -o %s", names[i],
-                         tiffs[i]);
+        snprintf(hdr, sizeof hdr, "%d.hdr", i);
+        NEED(file_save(file_path(hdr), f.data, f.size));
+        sprintf(command + strlen(command), " %s -o %d.exr", hdr, i);
         free(f.data);
         free(px);
     }
-    for (int i = 0; i < 2 && test_shared_data(real[i]); i++) {
-        char *tiff = tiffs[FILES + i];
-        snprintf(tiff, sizeof tiffs[0], "%s/real%d.tif", test_dir(), i);
-        used += snprintf(command + used, sizeof command - (size_t)used,
-                         " %s -d float --compression none -o %s",
-                         test_shared_data(real[i]), tiff);
-    }
-    CHECK(!system(command));
-    for (int i = 0; i < FILES; i++)
-        compare_oiio(ctx, names[i], tiffs[i], orientations[i < 16 ? i & 7 : 0],
-                     i == 3 ? 4.0f : 1.0f);
     for (int i = 0; i < 2 && test_shared_data(real[i]); i++)
-        compare_oiio(ctx, test_shared_data(real[i]), tiffs[FILES + i],
-                     orientations[0], 1.0f);
+        sprintf(command + strlen(command), " \"$OLDPWD/%s\" -o real%d.exr",
+                test_shared_data(real[i]), i);
+    NEED(file_run("%s", command));
+    for (int i = 0; i < 2 && test_shared_data(real[i]); i++) {
+        snprintf(exr, sizeof exr, "real%d.exr", i);
+        compare_oiio(ctx, test_shared_data(real[i]), file_path(exr),
+                     orientations[0], 1);
+    }
+    for (int i = 0; i < FILES; i++) {
+        snprintf(hdr, sizeof hdr, "%d.hdr", i);
+        snprintf(exr, sizeof exr, "%d.exr", i);
+        compare_oiio(ctx, file_path(hdr), file_path(exr),
+                     orientations[i < 16 ? i & 7 : 0], i == 3 ? 4.0f : 1.0f);
+    }
     ibl_ctx_free(ctx);
 }
 
 static const test tests[] = {
-    TEST(every_variant),
-    TEST(widths),
-    TEST(describes_format),
-    TEST(headers),
-    TEST(xyze),
-    TEST(flat_lookalikes),
-    TEST(old_counts),
-    TEST(widths_without_codes),
-    TEST(bytes_after),
-    TEST(damaged),
-    TEST(cut_everywhere),
-    TEST(noise),
-    TEST(cancelled),
-    TEST(as_openimageio),
+    TEST(every_variant), TEST(widths),         TEST(describes_format),
+    TEST(headers),       TEST(xyze),           TEST(flat_lookalikes),
+    TEST(old_counts),    TEST(damaged),        TEST(cut_everywhere),
+    TEST(noise),         TEST(as_openimageio),
 };
 TEST_MAIN(tests)

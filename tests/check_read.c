@@ -485,19 +485,6 @@ static void aspect_and_options(void)
     ibl_ctx_free(ctx);
 }
 
-static void cancelled(void)
-{
-    static unsigned char bytes[40000];
-    const size_t size = make_hdr(bytes, 64, 32);
-    ibl_ctx *ctx = file_ctx(2, &kept, NULL);
-    ibl_image img = {0};
-    ibl_ctx_cancel(ctx);
-    CHECK(ibl_image_decode(ctx, "m.hdr", bytes, size, NULL, &img, NULL) ==
-          IBL_ERR_CANCELLED);
-    CHECK(!img.data);
-    ibl_ctx_free(ctx);
-}
-
 /* ---- the bridge ----------------------------------------------------- */
 
 static void without_bridge(void)
@@ -866,38 +853,6 @@ static void cut_through_bridge(void)
     ibl_ctx_free(ctx);
 }
 
-static void shared_exr(void)
-{
-    static const char *const names[] = {"sky.exr", "studio.exr", "forest.exr",
-                                        "night.exr"};
-    if (!ready())
-        return;
-    if (!test_shared_data("sky.exr")) {
-        test_skip("../shared/data is not here");
-        return;
-    }
-    ibl_ctx *ctx = file_ctx(2, &kept, file_bridge());
-    for (int i = 0; i < 4; i++) {
-        ibl_image a, b;
-        ibl_read_report report;
-        const char *path = test_shared_data(names[i]);
-        NEED(path);
-        char *full = realpath(path, NULL);
-        NEED(full);
-        NEED(
-            file_run("oiiotool '%s' --compression zip -d half -o z.exr", full));
-        free(full);
-        NEED(!read_file(ctx, path, &a, &report));
-        CHECK(report.bridged && !strcmp(report.format, "OpenEXR, DWAB"));
-        NEED(!read_file(ctx, file_path("z.exr"), &b, &report));
-        CHECK(!report.bridged && a.width == 512 && a.height == 256);
-        CHECK(!memcmp(a.data, b.data, sizeof(float) * 3 * 512 * 256));
-        ibl_image_free(&a);
-        ibl_image_free(&b);
-    }
-    ibl_ctx_free(ctx);
-}
-
 static const test tests[] = {TEST(mending),
                              TEST(mended_and_strict),
                              TEST(not_to_be_opened),
@@ -906,7 +861,6 @@ static const test tests[] = {TEST(mending),
                              TEST(streams_without_end),
                              TEST(more_than_the_machine_has),
                              TEST(aspect_and_options),
-                             TEST(cancelled),
                              TEST(without_bridge),
                              TEST(broken_bridge),
                              TEST(float_formats),
@@ -915,6 +869,5 @@ static const test tests[] = {TEST(mending),
                              TEST(kinds),
                              TEST(png_headers),
                              TEST(large_claims),
-                             TEST(cut_through_bridge),
-                             TEST(shared_exr)};
+                             TEST(cut_through_bridge)};
 TEST_MAIN(tests)

@@ -61,15 +61,6 @@ static bool numbered(const unsigned char *at, size_t bytes, int level,
     return true;
 }
 
-static unsigned char *encode(const ibl_texture *tex, ibl_container container,
-                             size_t *size)
-{
-    void *bytes = NULL;
-    *size = 0;
-    CHECK(!ibl_texture_encode(ctx, tex, container, &bytes, size));
-    return bytes;
-}
-
 static void offsets(void)
 {
     /* Faces of 128, 32 and 8 bytes; levels of 3840, 960 and 240. */
@@ -89,36 +80,43 @@ static void offsets(void)
 static void check_files(ibl_texture *tex, ibl_container container,
                         const void *bytes, size_t size)
 {
+    static const char *const names[] = {"lent", "taken"};
     ibl_outputs *out;
-    char path[2][300];
     size_t told[2] = {0};
-    unsigned char *got = malloc(size + 1);
-    snprintf(path[0], sizeof path[0], "%s/lent", test_dir());
-    snprintf(path[1], sizeof path[1], "%s/taken", test_dir());
-    NEED(got && !ibl_outputs_create(ctx, &out));
-    CHECK(!ibl_outputs_add_texture(out, path[0], tex, container, &told[0]));
-    CHECK(!ibl_outputs_take_texture(out, path[1], tex, container, &told[1]));
+    NEED(!ibl_outputs_create(ctx, &out));
+    CHECK(!ibl_outputs_add_texture(out, file_path(names[0]), tex, container,
+                                   &told[0]));
+    CHECK(!ibl_outputs_take_texture(out, file_path(names[1]), tex, container,
+                                    &told[1]));
     CHECK(!tex->data && !ibl_outputs_commit(out));
     ibl_outputs_free(out);
     for (int i = 0; i < 2; i++) {
-        FILE *f = fopen(path[i], "rb");
-        NEED(f);
-        CHECK(told[i] == size && fread(got, 1, size + 1, f) == size &&
-              !memcmp(got, bytes, size));
-        fclose(f);
+        size_t got_size;
+        unsigned char *got = file_load(file_path(names[i]), &got_size);
+        CHECK(told[i] == size && got_size == size && !memcmp(got, bytes, size));
+        free(got);
     }
-    free(got);
 }
 
 static void round_trip(const int *s, ibl_pixel p, int layers, ibl_container c)
 {
     ibl_texture tex = make(p, s[0], s[1], s[2], layers, s[3]), back;
     ibl_container found = IBL_CONTAINER_COUNT;
-    size_t size;
-    unsigned char *bytes = encode(&tex, c, &size);
+    size_t size, size_again;
+    ibl_texture_set(ctx, &tex, "iblRoughness", "0 0.25 0.5");
+    unsigned char *bytes = texture_encode(ctx, &tex, c, &size);
     NEED(!ibl_texture_decode(ctx, "x", bytes, size, &back, &found));
     CHECK(found == c && texture_same(&tex, &back));
-    CHECK(texture_has(&back, "zeta", c == IBL_CONTAINER_DDS ? NULL : "last"));
+    if (c == IBL_CONTAINER_DDS) {
+        CHECK(!back.key_count);
+    } else {
+        CHECK(back.key_count == 3 && texture_has(&back, "zeta", "last") &&
+              texture_has(&back, "iblRoughness", "0 0.25 0.5") &&
+              texture_has(&back, "KTXwriter", "iblbake " IBL_VERSION));
+        unsigned char *again = texture_encode(ctx, &back, c, &size_again);
+        CHECK(size == size_again && !memcmp(bytes, again, size));
+        ibl_bytes_free(again);
+    }
     check_files(&tex, c, bytes, size);
     ibl_bytes_free(bytes);
     ibl_texture_free(&back);
@@ -146,8 +144,7 @@ static void ktx2_structure(void)
     /* Faces of 2x2 and 1x1 texels of 4 bytes; 18 of them a level. */
     ibl_texture tex = make_numbered(IBL_PIXEL_RGB9E5, 2, 2, 3, 6);
     size_t size;
-    unsigned char *b = encode(&tex, IBL_CONTAINER_KTX2, &size);
-    NEED(b);
+    unsigned char *b = texture_encode(ctx, &tex, IBL_CONTAINER_KTX2, &size);
     CHECK(file_u32(b + 32) == 3 && file_u32(b + 36) == 6 &&
           file_u32(b + 40) == 2);
     CHECK(file_u32(b + 88) == 288 && file_u32(b + 96) == 288);
@@ -170,8 +167,7 @@ static void ktx_structure(void)
 {
     ibl_texture tex = make_numbered(IBL_PIXEL_RGB9E5, 2, 2, 3, 6);
     size_t size;
-    unsigned char *b = encode(&tex, IBL_CONTAINER_KTX, &size);
-    NEED(b);
+    unsigned char *b = texture_encode(ctx, &tex, IBL_CONTAINER_KTX, &size);
     CHECK(file_u32(b + 44) == 0 && file_u32(b + 48) == 3 &&
           file_u32(b + 52) == 6 && file_u32(b + 56) == 2);
     const unsigned char *large = b + 64 + file_u32(b + 60);
@@ -195,8 +191,7 @@ static void dds_structure(void)
     for (int faces = 1; faces <= 6; faces += 5) {
         ibl_texture tex = make_numbered(IBL_PIXEL_RGB9E5, 2, 2, 3, faces);
         size_t size;
-        unsigned char *b = encode(&tex, IBL_CONTAINER_DDS, &size);
-        NEED(b);
+        unsigned char *b = texture_encode(ctx, &tex, IBL_CONTAINER_DDS, &size);
         CHECK(file_u32(b + 132) == 3 &&
               file_u32(b + 136) == (faces == 6 ? 4 : 0) &&
               file_u32(b + 140) == 3);
@@ -213,8 +208,7 @@ static void dds_structure(void)
     /* More than one surface, with neither levels nor faces. */
     ibl_texture flat = make(IBL_PIXEL_RG16F, 4, 4, 1, 2, 1);
     size_t size;
-    unsigned char *b = encode(&flat, IBL_CONTAINER_DDS, &size);
-    NEED(b);
+    unsigned char *b = texture_encode(ctx, &flat, IBL_CONTAINER_DDS, &size);
     CHECK(file_u32(b + 108) == 0x1008 && file_u32(b + 140) == 2);
     ibl_bytes_free(b);
     ibl_texture_free(&flat);
@@ -228,8 +222,7 @@ static void arrays_of_one(void)
     ibl_texture tex = make(IBL_PIXEL_RGBA16F, 4, 4, 2, 1, 6), back;
     for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
         size_t size;
-        unsigned char *b = encode(&tex, c, &size);
-        NEED(b);
+        unsigned char *b = texture_encode(ctx, &tex, c, &size);
         CHECK(file_u32(b + places[c]) == (c == IBL_CONTAINER_DDS));
         file_set_u32(b + places[c], 1);
         if (c == IBL_CONTAINER_KTX) {
@@ -387,8 +380,7 @@ static void visited(void)
     for (int c = 0; c < 3; c++) {
         gathered g = {0};
         size_t size;
-        unsigned char *b = encode(&tex, c, &size);
-        NEED(b);
+        unsigned char *b = texture_encode(ctx, &tex, c, &size);
         NEED(!ibl_texture_visit(ctx, &tex, (ibl_container)c, gather, &g));
         CHECK(g.size == size && !memcmp(g.bytes, b, size));
         free(g.bytes);
@@ -453,8 +445,7 @@ static void limits(void)
     static const size_t places[] = {32, 48, 140};
     for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
         size_t size;
-        unsigned char *b = encode(&tex, c, &size);
-        NEED(b);
+        unsigned char *b = texture_encode(ctx, &tex, c, &size);
         NEED(!ibl_texture_decode(ctx, "most", b, size, &out, NULL));
         CHECK(texture_same(&tex, &out));
         ibl_texture_free(&out);
@@ -507,8 +498,7 @@ static void counts(void)
     ibl_texture tex = make(IBL_PIXEL_RGBA16F, 4, 4, 2, 3, 6), back;
     for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
         size_t size;
-        unsigned char *b = encode(&tex, c, &size);
-        NEED(b);
+        unsigned char *b = texture_encode(ctx, &tex, c, &size);
         for (size_t i = 0; i < sizeof lies / sizeof lies[0]; i++) {
             file_set_u32(b + places[c], lies[i]);
             const ibl_status status =
@@ -534,40 +524,40 @@ static void counts(void)
 
 static void damaged(void)
 {
-    static const size_t words[] = {12, 16, 20, 24, 28,  32,  36,  40, 44,
-                                   48, 52, 56, 60, 128, 136, 140, 88, 96};
-    for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
-        ibl_texture tex = make(IBL_PIXEL_R11G11B10F, 2, 2, 2, 2, 6);
+    size_t places[60];
+    for (int i = 0; i < 2 * IBL_CONTAINER_COUNT; i++) {
+        ibl_texture tex = make(IBL_PIXEL_R11G11B10F, 2, 2, 2, 1 + i % 2, 6);
         size_t size;
-        unsigned char *b = encode(&tex, c, &size);
-        NEED(b);
+        unsigned char *b =
+            texture_encode(ctx, &tex, (ibl_container)(i / 2), &size);
         texture_damage(quiet, b, size);
-        texture_damage_words(quiet, b, size, words,
-                             sizeof words / sizeof words[0], 17);
+        for (size_t k = 0; k < 60; k++)
+            places[k] = 12 + k * 4 % (size - 16);
+        texture_damage_words(quiet, b, size, places, 60, 13);
         ibl_bytes_free(b);
         ibl_texture_free(&tex);
     }
 }
 
-/* Headers of the largest arrays, and nothing behind them. */
+/* Headers of the largest cubes and arrays, and nothing behind them. */
 static void boundless(void)
 {
     static const size_t places[][4] = {
         {20, 24, 40, 32}, {36, 40, 56, 48}, {16, 12, 28, 140}};
-    ibl_texture tex = make(IBL_PIXEL_RGBA32F, 4, 4, 1, 2, 6);
-    for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
+    static const uint32_t lies[] = {65536, 65536, 17, 2048};
+    for (int i = 0; i < 2 * IBL_CONTAINER_COUNT; i++) {
+        const int layers = 1 + i % 2;
+        ibl_texture tex = make(IBL_PIXEL_RGBA32F, 4, 4, 1, layers, 6);
         size_t size;
-        unsigned char *b = encode(&tex, c, &size);
-        NEED(b);
-        file_set_u32(b + places[c][0], 65536);
-        file_set_u32(b + places[c][1], 65536);
-        file_set_u32(b + places[c][2], 17);
-        file_set_u32(b + places[c][3], 2048);
+        unsigned char *b =
+            texture_encode(ctx, &tex, (ibl_container)(i / 2), &size);
+        for (int k = 0; k < 2 + layers; k++)
+            file_set_u32(b + places[i / 2][k], lies[k]);
         texture_boundless(quiet, b, size);
         CHECK(said("cut short"));
         ibl_bytes_free(b);
+        ibl_texture_free(&tex);
     }
-    ibl_texture_free(&tex);
 }
 
 static const test tests[] = {

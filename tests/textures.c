@@ -30,6 +30,16 @@ ibl_texture texture_random(ibl_ctx *ctx, ibl_pixel pixel, const int shape[4],
     return tex;
 }
 
+unsigned char *texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
+                              ibl_container container, size_t *size)
+{
+    void *bytes;
+
+    if (ibl_texture_encode(ctx, tex, container, &bytes, size))
+        exit(1);
+    return bytes;
+}
+
 bool texture_same(const ibl_texture *a, const ibl_texture *b)
 {
     return a->pixel == b->pixel && a->width == b->width &&

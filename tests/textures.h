@@ -13,6 +13,9 @@
  * height, levels, faces. Exits if there is no memory. */
 ibl_texture texture_random(ibl_ctx *ctx, ibl_pixel pixel, const int shape[4],
                            int layers);
+/* The bytes of a file, for ibl_bytes_free(). Exits if encoding fails. */
+unsigned char *texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
+                              ibl_container container, size_t *size);
 /* Shape and bytes, not keys. */
 bool texture_same(const ibl_texture *a, const ibl_texture *b);
 /* Whether a key has that value; NULL: is not there. */
