@@ -3,7 +3,6 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -277,20 +276,17 @@ static void is_the_hdr(const ibl_image *img, int width, int height)
         CHECK(fabsf(img->data[3 * i] - (float)(128 + i % 100) / 128) < 0.01f);
 }
 
-static void nap(long milliseconds)
-{
-    const struct timespec t = {0, milliseconds * 1000000L};
-    nanosleep(&t, NULL);
-}
-
-/* Writes a .hdr to fd after a pause that is short beside the half second for
- * which a pipe's writer is waited for, bit by bit; returns the writer. */
+/* Writes to fd, or to a named pipe, after a pause that is short beside the half
+ * second for which a pipe's writer is waited for, in parts; returns the
+ * writer. */
 static pid_t writer(const char *fifo, int fd, const void *bytes, size_t size)
 {
+    const struct timespec pause = {0, 20000000}, nap = {0, 1000000};
     const pid_t child = fork();
     if (child)
         return child;
-    nap(20);
+    close(STDIN_FILENO); /* maybe the other end */
+    nanosleep(&pause, NULL);
     if (fifo)
         fd = open(fifo, O_WRONLY);
     for (size_t done = 0; done < size;) {
@@ -299,9 +295,30 @@ static pid_t writer(const char *fifo, int fd, const void *bytes, size_t size)
         if (wrote <= 0)
             _exit(1);
         done += (size_t)wrote;
-        nap(1);
+        nanosleep(&nap, NULL);
     }
     _exit(0);
+}
+
+/* Reads what a writer sends to standard input; by its name, or "-". */
+static ibl_status read_stdin(ibl_ctx *ctx, const char *name, const void *bytes,
+                             size_t size, ibl_image *img)
+{
+    const int saved = dup(STDIN_FILENO);
+    int ends[2], code;
+
+    if (pipe(ends) || fflush(NULL))
+        exit(1);
+    fcntl(ends[0], F_SETFD, FD_CLOEXEC);
+    dup2(ends[0], STDIN_FILENO);
+    close(ends[0]);
+    const pid_t child = writer(NULL, ends[1], bytes, size);
+    close(ends[1]);
+    const ibl_status status = read_file(ctx, name, img, NULL);
+    dup2(saved, STDIN_FILENO); /* the writer sees it closed */
+    close(saved);
+    waitpid(child, &code, 0);
+    return status;
 }
 
 static void streams(void)
@@ -311,36 +328,24 @@ static void streams(void)
     ibl_ctx *ctx = file_ctx(1, &kept, NULL);
     const char *fifo = file_path("stream");
     ibl_image img;
-    int ends[2], code;
+    int code;
 
     /* A named pipe whose writer comes a little later. */
     NEED(!mkfifo(fifo, 0600));
-    pid_t child = writer(fifo, -1, bytes, size);
+    const pid_t child = writer(fifo, -1, bytes, size);
     CHECK_MSG(!read_file(ctx, fifo, &img, NULL), "%s", kept.text[0]);
     is_the_hdr(&img, 300, 150);
     ibl_image_free(&img);
     waitpid(child, &code, 0);
-
-    /* Standard input, as "-" and by name. */
-    const int saved = dup(STDIN_FILENO);
     for (int i = 0; i < 2; i++) {
-        NEED(!pipe(ends));
-        child = writer(NULL, ends[1], bytes, size);
-        close(ends[1]);
-        dup2(ends[0], STDIN_FILENO);
-        close(ends[0]);
-        CHECK_MSG(!read_file(ctx, i ? "/dev/stdin" : "-", &img, NULL), "%s",
-                  kept.text[0]);
+        CHECK_MSG(!read_stdin(ctx, i ? "/dev/stdin" : "-", bytes, size, &img),
+                  "%s", kept.text[0]);
         is_the_hdr(&img, 300, 150);
         ibl_image_free(&img);
-        waitpid(child, &code, 0);
     }
-    NEED(!pipe(ends));
-    close(ends[1]);
-    dup2(ends[0], STDIN_FILENO);
-    close(ends[0]);
-    refused(ctx, "-", IBL_ERR_FORMAT, "standard input: is empty");
-    const int zero = open("/dev/zero", O_RDONLY);
+    CHECK(read_stdin(ctx, "-", "", 0, &img) == IBL_ERR_FORMAT);
+    CHECK(test_said(&kept, "standard input: is empty"));
+    const int saved = dup(STDIN_FILENO), zero = open("/dev/zero", O_RDONLY);
     dup2(zero, STDIN_FILENO);
     close(zero);
     refused(ctx, "-", IBL_ERR_FORMAT, "over 256 MiB");
@@ -351,49 +356,19 @@ static void streams(void)
 
 /* What a header has no room for is not waited for: a stream that says 2x1
  * pixels and goes on for 8 MiB. What comes after pixels in a small one is
- * nobody's business. */
+ * ignored. */
 static void streams_without_end(void)
 {
     static unsigned char bytes[8 << 20];
-    static const char head[] =
-        "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n";
-    static const size_t sizes[] = {500000, sizeof bytes};
     ibl_ctx *ctx = file_ctx(1, &kept, NULL);
-    const int saved = dup(STDIN_FILENO);
+    ibl_image img;
 
     memset(bytes, 128, sizeof bytes);
-    memcpy(bytes, head, sizeof head - 1);
-    for (int i = 0; i < 2; i++) {
-        int ends[2], code;
-        ibl_image img;
-        NEED(!pipe(ends));
-        fflush(NULL);
-        const pid_t child = fork();
-        NEED(child >= 0);
-        if (!child) {
-            signal(SIGPIPE, SIG_IGN);
-            close(ends[0]);
-            for (size_t done = 0; done < sizes[i];) {
-                const ssize_t n = write(ends[1], bytes + done, sizes[i] - done);
-                if (n < 0)
-                    break;
-                done += (size_t)n;
-            }
-            _exit(0);
-        }
-        close(ends[1]);
-        dup2(ends[0], STDIN_FILENO);
-        close(ends[0]);
-        if (i) {
-            refused(ctx, "-", IBL_ERR_FORMAT, "standard input: over 1 MiB");
-        } else {
-            CHECK_MSG(!read_file(ctx, "-", &img, NULL), "%s", kept.text[0]);
-            ibl_image_free(&img);
-        }
-        dup2(saved, STDIN_FILENO); /* the writer sees it closed */
-        waitpid(child, &code, 0);
-    }
-    close(saved);
+    make_hdr(bytes, 2, 1);
+    CHECK_MSG(!read_stdin(ctx, "-", bytes, 500000, &img), "%s", kept.text[0]);
+    ibl_image_free(&img);
+    CHECK(read_stdin(ctx, "-", bytes, sizeof bytes, &img) == IBL_ERR_FORMAT);
+    CHECK(test_said(&kept, "standard input: over 1 MiB"));
     ibl_ctx_free(ctx);
 }
 
@@ -410,7 +385,6 @@ static void more_than_the_machine_has(void)
         "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 65536 +X 65536\n",
         "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n+X 65536 -Y 65536\n"};
     static unsigned char bytes[EDGE * sizeof row + 64];
-    ibl_read_options opts = ibl_read_options_default();
     ibl_ctx *ctx = file_ctx(1, &kept, NULL);
 
     if ((double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE) >=
@@ -419,19 +393,15 @@ static void more_than_the_machine_has(void)
         test_skip("this machine has 48 GiB");
         return;
     }
-    opts.any_aspect = 1;
     for (int i = 0; i < 2; i++) {
         const size_t head = strlen(heads[i]);
-        ibl_image img = {0};
         memcpy(bytes, heads[i], head);
         for (int y = 0; y < EDGE; y++)
             memcpy(bytes + head + (size_t)y * sizeof row, row, sizeof row);
-        CHECK(ibl_image_decode(ctx, "run.hdr", bytes, head + EDGE * sizeof row,
-                               &opts, &img, NULL) == IBL_ERR_MEMORY);
-        CHECK_MSG(strstr(kept.text[0], "run.hdr: no memory for 65536x65536 "
-                                       "pixels at once, 48.0 GiB: scale"),
-                  "%s", kept.text[0]);
-        CHECK(!img.data);
+        NEED(file_save(file_path("run.hdr"), bytes, head + EDGE * sizeof row));
+        refused(ctx, file_path("run.hdr"), IBL_ERR_MEMORY,
+                "run.hdr: no memory for 65536x65536 pixels at once, 48.0 GiB: "
+                "scale");
     }
     ibl_ctx_free(ctx);
 }
@@ -681,22 +651,10 @@ static void kinds(void)
         {"DDS", "DDS ", 4},
         {"JPEG 2000", "\0\0\0\x0cjP  \r\n\x87\n", 12},
         {"JPEG 2000", "\xff\x4f\xff\x51", 4},
-        {"HEIF",
-         "\0\0\0\x18"
-         "ftypheic",
-         12},
-        {"HEIF",
-         "\0\0\0\x18"
-         "ftypheix",
-         12},
-        {"HEIF",
-         "\0\0\0\x18"
-         "ftypmif1",
-         12},
-        {"AVIF",
-         "\0\0\0\x1c"
-         "ftypavif",
-         12},
+        {"HEIF", "\0\0\0\030ftypheic", 12},
+        {"HEIF", "\0\0\0\030ftypheix", 12},
+        {"HEIF", "\0\0\0\030ftypmif1", 12},
+        {"AVIF", "\0\0\0\034ftypavif", 12},
         {"DPX", "SDPX", 4},
         {"DPX", "XPDS", 4},
         {"Cineon", "\x80\x2a\x5f\xd7", 4},
@@ -791,28 +749,23 @@ static void not_images(void)
 /* Headers that claim much more than the file has. */
 static void large_claims(void)
 {
+    static const char *const pfms[] = {"PF\n60000 30000\n-1.0\n1234567890",
+                                       "PF\n600000 300000\n-1.0\n1234567890"};
     if (!ready())
         return;
     ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
-    char pfm[64];
-    ibl_image img;
-    unsigned char *bytes;
     size_t size;
 
-    sprintf(pfm, "PF\n60000 30000\n-1.0\n1234567890");
-    NEED(file_save(file_path("big.pfm"), pfm, strlen(pfm)));
-    CHECK(read_file(ctx, file_path("big.pfm"), &img, NULL) == IBL_ERR_FORMAT);
-    sprintf(pfm, "PF\n600000 300000\n-1.0\n1234567890");
-    NEED(file_save(file_path("big.pfm"), pfm, strlen(pfm)));
-    CHECK(read_file(ctx, file_path("big.pfm"), &img, NULL) == IBL_ERR_FORMAT);
+    for (int i = 0; i < 2; i++) {
+        NEED(file_save(file_path("big.pfm"), pfms[i], strlen(pfms[i])));
+        refused(ctx, file_path("big.pfm"), IBL_ERR_FORMAT, "");
+    }
     NEED(file_run(
         "oiiotool --pattern constant:color=.2,.3,.4 64x32 3 -o c.png"));
-    bytes = file_load(file_path("c.png"), &size);
+    unsigned char *bytes = file_load(file_path("c.png"), &size);
     bytes[18] = 200; /* width, with a wrong check sum */
     NEED(file_save(file_path("c.png"), bytes, size));
-    CHECK(read_file(ctx, file_path("c.png"), &img, NULL) == IBL_ERR_FORMAT);
-    CHECK_MSG(kept.text[0][0] && !strchr(kept.text[0], '\n'), "%s",
-              kept.text[0]);
+    refused(ctx, file_path("c.png"), IBL_ERR_FORMAT, "");
     free(bytes);
     ibl_ctx_free(ctx);
 }

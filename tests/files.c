@@ -8,6 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "float_exr.h"
 #include "test.h"
 
 const char *file_path(const char *name)
@@ -93,86 +94,22 @@ bool file_save_pfm(const char *path, const ibl_image *img)
     return !fclose(f) && ok;
 }
 
-/* ---- OpenEXR: "OpenEXR File Layout" ---------------------------------- */
-
-static void put_u32(FILE *f, uint32_t value)
-{
-    fwrite(&value, sizeof value, 1, f);
-}
-
-static void put_float(FILE *f, float value)
-{
-    fwrite(&value, sizeof value, 1, f);
-}
-
-static void put_attribute(FILE *f, const char *name, const char *type,
-                          size_t size)
-{
-    fprintf(f, "%s%c%s%c", name, 0, type, 0);
-    put_u32(f, (uint32_t)size);
-}
-
-static void put_header(FILE *f, int width, int height, const char *channels)
-{
-    static const char *const boxes[] = {"dataWindow", "displayWindow"};
-    const size_t count = strlen(channels);
-
-    put_u32(f, 20000630);
-    put_u32(f, 2);
-    put_attribute(f, "channels", "chlist", 18 * count + 1);
-    for (size_t c = 0; c < count; c++) {
-        fprintf(f, "%c%c", channels[c], 0);
-        put_u32(f, 2); /* floats */
-        put_u32(f, 0);
-        put_u32(f, 1);
-        put_u32(f, 1);
-    }
-    fputc(0, f);
-    put_attribute(f, "compression", "compression", 1);
-    fputc(0, f);
-    for (int i = 0; i < 2; i++) {
-        put_attribute(f, boxes[i], "box2i", 16);
-        put_u32(f, 0);
-        put_u32(f, 0);
-        put_u32(f, (uint32_t)width - 1);
-        put_u32(f, (uint32_t)height - 1);
-    }
-    put_attribute(f, "lineOrder", "lineOrder", 1);
-    fputc(0, f);
-    put_attribute(f, "pixelAspectRatio", "float", 4);
-    put_float(f, 1);
-    put_attribute(f, "screenWindowCenter", "v2f", 8);
-    put_u32(f, 0);
-    put_u32(f, 0);
-    put_attribute(f, "screenWindowWidth", "float", 4);
-    put_float(f, 1);
-    fputc(0, f);
-}
-
 bool file_save_exr(const char *path, const ibl_image *img, const float *alpha)
 {
-    const char *channels = alpha ? "ABGR" : "BGR";
-    const size_t w = (size_t)img->width, row = 4 * strlen(channels) * w;
+    const size_t count = (size_t)img->width * (size_t)img->height;
+    float *samples = malloc(4 * count * sizeof *samples), *to = samples;
     FILE *f = fopen(path, "wb");
 
-    if (!f)
+    if (!f || !samples)
         return false;
-    put_header(f, img->width, img->height, channels);
-    const size_t start = (size_t)ftell(f) + 8 * (size_t)img->height;
-    for (int y = 0; y < img->height; y++) {
-        put_u32(f, (uint32_t)(start + (size_t)y * (row + 8)));
-        put_u32(f, 0);
-    }
-    for (int y = 0; y < img->height; y++) {
-        put_u32(f, (uint32_t)y);
-        put_u32(f, (uint32_t)row);
-        if (alpha)
-            fwrite(alpha + (size_t)y * w, sizeof *alpha, w, f);
-        for (int c = 2; c >= 0; c--)
-            for (size_t x = 0; x < w; x++)
-                put_float(f, img->data[3 * ((size_t)y * w + x) + (size_t)c]);
-    }
-    const bool ok = !ferror(f);
+    for (size_t i = 0; alpha && i < count; i++)
+        *to++ = alpha[i];
+    for (size_t c = 3; c-- > 0;)
+        for (size_t i = 0; i < count; i++)
+            *to++ = img->data[3 * i + c];
+    const bool ok = test_write_float_exr(f, img->width, img->height,
+                                         alpha ? "ABGR" : "BGR", samples);
+    free(samples);
     return !fclose(f) && ok;
 }
 

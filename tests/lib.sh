@@ -65,6 +65,29 @@ interrupt() {
     { wait $pid; } 2>/dev/null # where the shell tells of the signal
     status=$?
 }
+# Prints a flat .hdr of 16x8 pixels: so many of the bytes after each number.
+map_of() { # COUNT BYTES...
+    local i
+    printf '#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n'
+    for (( ; $# > 1; )); do
+        # shellcheck disable=SC2059
+        for ((i = 0; i < $1; i++)); do printf "$2"; done
+        shift 2
+    done
+}
+# Runs standard input by node, with fs, json(FILE), which reads one, and
+# near(WHAT, GOT, WANT, BY), which says what is farther apart than BY.
+js() { # ARGUMENTS
+    {
+        cat <<'END'
+import fs from 'fs';
+const json = name => JSON.parse(fs.readFileSync(name));
+const near = (what, got, want, by) => Math.abs(got - want) <= by ||
+    console.log(`${what}: ${got}, not ${want}`);
+END
+        cat
+    } | node --input-type=module - "$@"
+}
 need() { # PROGRAM
     command -v "$1" >/dev/null || { echo "$1 is missing"; exit 1; }
 }
@@ -76,7 +99,8 @@ use() { # PROGRAM...
     sanitized=no
     grep -qE '__(asan|tsan)_init' "$build/$1" && sanitized=yes
     mkdir "$work/bin"
-    ${CC:-cc} -std=c11 -o "$work/bin/mkenv" tests/cli/mkenv.c -lm || exit 1
+    ${CC:-cc} -std=c11 -Itests -o "$work/bin/mkenv" tests/cli/mkenv.c \
+        tests/float_exr.c -lm || exit 1
     for program; do
         [ -x "$build/$program" ] || { echo "$program: not built"; exit 1; }
         ln -s "$build/$program" "$work/bin"

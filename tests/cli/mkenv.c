@@ -10,10 +10,11 @@
  *                        R, G and B are multiplied by it if it is from 0 to 1
  */
 #include <math.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "float_exr.h"
 
 static void direction(int w, int h, int i, int j, double d[3])
 {
@@ -69,85 +70,24 @@ static double sh_light(char channel, const double d[3])
     return 1 + 0.2 * (3 * z * z - 1) + 0.3 * (x * x - y * y);
 }
 
-static void put_bytes(uint64_t value, int bytes)
-{
-    for (int i = 0; i < bytes; i++)
-        putchar((int)(value >> 8 * i & 255));
-}
-
-static void put_float(float f)
-{
-    uint32_t bits;
-    memcpy(&bits, &f, sizeof bits);
-    put_bytes(bits, 4);
-}
-
-static void attribute(const char *name, const char *type, size_t size)
-{
-    printf("%s%c%s%c", name, 0, type, 0);
-    put_bytes(size, 4);
-}
-
-static size_t exr_header(int w, int h, const char *names)
-{
-    static const char *const boxes[] = {"dataWindow", "displayWindow"};
-    const size_t channels = strlen(names);
-
-    put_bytes(20000630, 4);
-    put_bytes(2, 4);
-    attribute("channels", "chlist", 18 * channels + 1);
-    for (size_t c = 0; c < channels; c++) {
-        printf("%c%c", names[c], 0);
-        put_bytes(2, 4);
-        put_bytes(0, 4);
-        put_bytes(1, 4);
-        put_bytes(1, 4);
-    }
-    putchar(0);
-    attribute("compression", "compression", 1);
-    putchar(0);
-    for (int i = 0; i < 2; i++) {
-        attribute(boxes[i], "box2i", 16);
-        put_bytes(0, 8);
-        put_bytes((uint64_t)(w - 1), 4);
-        put_bytes((uint64_t)(h - 1), 4);
-    }
-    attribute("lineOrder", "lineOrder", 1);
-    putchar(0);
-    attribute("pixelAspectRatio", "float", 4);
-    put_float(1);
-    attribute("screenWindowCenter", "v2f", 8);
-    put_bytes(0, 8);
-    attribute("screenWindowWidth", "float", 4);
-    put_float(1);
-    putchar(0);
-    /* magic and version; then name, type and size of each attribute with its
-     * value, as printed above */
-    return 8 + (9 + 7 + 4 + 18 * channels + 1) + (12 + 12 + 4 + 1) +
-           (11 + 6 + 4 + 16) + (14 + 6 + 4 + 16) + (10 + 10 + 4 + 1) +
-           (17 + 6 + 4 + 4) + (19 + 4 + 4 + 8) + (18 + 6 + 4 + 4) + 1;
-}
-
 static void exr(int w, int h, const char *names)
 {
-    const size_t row = 4 * strlen(names) * (size_t)w;
-    const size_t start = exr_header(w, h, names) + 8 * (size_t)h;
+    float *samples = malloc(sizeof *samples * strlen(names) * (size_t)(w * h));
+    float *to = samples;
 
-    for (int j = 0; j < h; j++)
-        put_bytes(start + (size_t)j * (row + 8), 8);
-    for (int j = 0; j < h; j++) {
-        put_bytes((uint64_t)j, 4);
-        put_bytes(row, 4);
-        for (const char *c = names; *c; c++)
-            for (int i = 0; i < w; i++) {
-                double d[3];
-                direction(w, h, i, j, d);
-                const double a = alpha(d);
-                put_float((float)(strchr("AY", *c)   ? a
-                                  : a >= 0 && a <= 1 ? a * sh_light(*c, d)
-                                                     : sh_light(*c, d)));
-            }
-    }
+    if (!samples)
+        exit(1);
+    for (const char *c = names; *c; c++)
+        for (int i = 0; i < w * h; i++) {
+            double d[3];
+            direction(w, h, i % w, i / w, d);
+            const double a = alpha(d);
+            *to++ = (float)(strchr("AY", *c)   ? a
+                            : a >= 0 && a <= 1 ? a * sh_light(*c, d)
+                                               : sh_light(*c, d));
+        }
+    test_write_float_exr(stdout, w, h, names, samples);
+    free(samples);
 }
 
 int main(int argc, char **argv)
