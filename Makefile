@@ -90,7 +90,7 @@ endif
 
 .DELETE_ON_ERROR:
 .SECONDARY:
-.PHONY: all lib deps tests benches demo check check-run mutants check-cycles bench \
+.PHONY: all lib deps tests benches demo check check-run check-quick mutants check-cycles bench \
         bench-probes lint format install uninstall clean list \
         FORCE
 
@@ -303,6 +303,11 @@ check-run:
 	+@$(STRICT) config=asan
 	+@$(STRICT) config=tsan
 	@bash tests/run.sh $(CHECKED)
+
+## check-quick: the tests of one build without the slow ones (a minute)
+check-quick:
+	+@$(STRICT)
+	@bash tests/run.sh --quick $(BUILD)
 
 ## bench: set up, then compare with stb_image and cmgen (minutes)
 bench:

@@ -135,29 +135,6 @@ test_version() {
     grep -q 'OpenEXRCore' version || cat version
 }
 
-test_formats_and_pixels() {
-    local format pixel want
-    for format in ktx2 ktx dds; do
-        for pixel in rgba16f rgba32f rgb9e5 r11g11b10f; do
-            taken || continue # each of both at least once
-            iblbake env.exr -q $small -o out --skybox 8 --format $format \
-                --pixel $pixel || echo "$format $pixel: status $?"
-            case $format in
-            ktx2) want='KTX 2\|KTX2\|Khronos' ;;
-            ktx) want='Khronos KTX' ;;
-            dds) want='DirectDraw Surface' ;;
-            esac
-            for f in env_specular env_irradiance env_skybox brdf_lut; do
-                file "out/$f.$format" | grep -q "$want" ||
-                    file "out/$f.$format"
-            done
-            grep -q "\"pixel\": \"$pixel\"" out/env.json ||
-                echo "$format $pixel: not in the sidecar"
-        done
-    done
-    ls out | wc -l | grep -qx 13 || ls out
-}
-
 test_same_bytes_for_any_number_of_threads() {
     local j
     for j in 1 2 7; do
@@ -388,25 +365,20 @@ test_depfile_of_standard_input() {
     tr -d '\\\n' <env.d | grep -q 'out/env.json:$' || cat env.d
 }
 
-test_preview_is_a_picture() {
-    iblbake -q $small env.hdr -o out --preview p.png
-    file p.png | grep -q 'PNG image data, [0-9]* x [0-9]*, 8-bit/color RGB' ||
-        file p.png
-    iblbake -q --only lut --lut-size 16 -o out --preview p.png || echo "no LUT"
-    # The table's name, to its right, in grey.
-    oiiotool p.png --cut 80x10+312+16 --printstats | grep -q 'Max: 0.784' ||
-        echo 'no label'
-}
-
 # The table as values: the smoothest row is below, with R near 1 and G near 0.
 test_preview_of_the_table() {
     iblbake -q --only lut --lut-size 32 -o out --preview p.png
+    file p.png | grep -q 'PNG image data, [0-9]* x [0-9]*, 8-bit/color RGB' ||
+        file p.png
     oiiotool p.png --cut 144x4+144+300 --printstats p.png \
         --cut 144x4+144+16 --printstats |
         sed -n 's/.*Stats Avg: \([0-9. ]*\).*/\1/p' | paste -sd' ' |
         awk '{ if (!($1 > 0.9 && $2 < 0.1 && $3 == 0 && $4 < 0.8))
             print "the table: " $0 }'
-    # The L of its name: a bar on the left and one below, by dots of 2.
+    # Its name, to its right, in grey: the L is a bar on the left and one below,
+    # by dots of 2.
+    oiiotool p.png --cut 80x10+312+16 --printstats | grep -q 'Max: 0.784' ||
+        echo 'no label'
     oiiotool p.png --cut 2x10+376+16 --printstats p.png \
         --cut 4x8+378+16 --printstats p.png --cut 4x2+378+24 --printstats |
         sed -n 's/.*Stats Avg: \([0-9.]*\).*/\1/p' | paste -sd' ' |

@@ -8,7 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/half.h"
 #include "exr.h"
 #include "files.h"
 #include "ibl/io.h"
@@ -423,24 +422,6 @@ static void nonfinite_and_grey(void)
     test_exr_end();
 }
 
-static void every_half(void)
-{
-    ibl_image a;
-    if (!test_exr_begin(2, 256, 86))
-        return;
-    memset(test_exr_img.data, 0, 3 * sizeof(float) * 256 * 86);
-    for (int i = 0; i < 65536; i++) {
-        const float f = ibl_half_to_float((uint16_t)i);
-        test_exr_img.data[i] = isnan(f) ? 0 : f;
-    }
-    NEED(file_save_pfm(file_path("s.pfm"), &test_exr_img));
-    NEED(file_run("oiiotool s.pfm --compression zip -d half -o h.exr"));
-    NEED(!test_exr_decode("h.exr", NULL, -1, &a, NULL));
-    CHECK(test_exr_same(&a, &test_exr_img));
-    ibl_image_free(&a);
-    test_exr_end();
-}
-
 static const test tests[] = {TEST(every_compression),
                              TEST(constant_maps),
                              TEST(every_block_zipped),
@@ -450,6 +431,5 @@ static const test tests[] = {TEST(every_compression),
                              TEST(parts),
                              TEST(windows),
                              TEST(line_orders_and_mips),
-                             TEST(nonfinite_and_grey),
-                             TEST(every_half)};
+                             TEST(nonfinite_and_grey)};
 TEST_MAIN(tests)

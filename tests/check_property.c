@@ -583,19 +583,19 @@ PROPERTY(roughest_is_irradiance)
 PROPERTY(any_threads)
 
 static const test tests[] = {
-    {"energy_of_level0", each_energy_of_level0},
-    {"energy_of_levels", each_energy_of_levels},
-    {"range_of_level0", each_range_of_level0},
-    {"range_of_irradiance", each_range_of_irradiance},
-    {"range_of_specular", each_range_of_specular},
-    {"range_at_the_top", each_range_at_the_top},
-    {"linear", each_linear},
-    {"linear_harmonics", each_linear_harmonics},
-    {"powers_of_two", each_powers_of_two},
-    {"turned", each_turned},
-    {"mirrored", each_mirrored},
-    {"near_truth", each_near_truth},
-    {"roughest_is_irradiance", each_roughest_is_irradiance},
-    {"any_threads", each_any_threads},
+    {"energy_of_level0", each_energy_of_level0, false},
+    {"energy_of_levels", each_energy_of_levels, false},
+    {"range_of_level0", each_range_of_level0, false},
+    {"range_of_irradiance", each_range_of_irradiance, false},
+    {"range_of_specular", each_range_of_specular, false},
+    {"range_at_the_top", each_range_at_the_top, false},
+    {"linear", each_linear, false},
+    {"linear_harmonics", each_linear_harmonics, false},
+    {"powers_of_two", each_powers_of_two, false},
+    {"turned", each_turned, false},
+    {"mirrored", each_mirrored, false},
+    {"near_truth", each_near_truth, false},
+    {"roughest_is_irradiance", each_roughest_is_irradiance, false},
+    {"any_threads", each_any_threads, false},
 };
 TEST_MAIN(tests)

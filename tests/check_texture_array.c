@@ -23,6 +23,9 @@ static void contexts(void)
     quiet = test_keeping_ctx(1, &kept);
 }
 
+/* Where a container says how many layers it has. */
+static const size_t count_at[IBL_CONTAINER_COUNT] = {32, 48, 140};
+
 static bool said(const char *words)
 {
     return test_said(&kept, words);
@@ -218,13 +221,12 @@ static void dds_structure(void)
  * in KTX its cube has another imageSize. */
 static void arrays_of_one(void)
 {
-    static const size_t places[] = {32, 48, 140};
     ibl_texture tex = make(IBL_PIXEL_RGBA16F, 4, 4, 2, 1, 6), back;
     for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
         size_t size;
         unsigned char *b = texture_encode(ctx, &tex, c, &size);
-        CHECK(file_u32(b + places[c]) == (c == IBL_CONTAINER_DDS));
-        file_set_u32(b + places[c], 1);
+        CHECK(file_u32(b + count_at[c]) == (c == IBL_CONTAINER_DDS));
+        file_set_u32(b + count_at[c], 1);
         if (c == IBL_CONTAINER_KTX) {
             CHECK(ibl_texture_decode(quiet, "one", b, size, &back, NULL) ==
                   IBL_ERR_FORMAT);
@@ -442,14 +444,13 @@ static void not_single(void)
 static void limits(void)
 {
     ibl_texture tex = make(IBL_PIXEL_RGB9E5, 2, 2, 2, IBL_MAX_LAYERS, 6), out;
-    static const size_t places[] = {32, 48, 140};
     for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
         size_t size;
         unsigned char *b = texture_encode(ctx, &tex, c, &size);
         NEED(!ibl_texture_decode(ctx, "most", b, size, &out, NULL));
         CHECK(texture_same(&tex, &out));
         ibl_texture_free(&out);
-        file_set_u32(b + places[c], IBL_MAX_LAYERS + 1);
+        file_set_u32(b + count_at[c], IBL_MAX_LAYERS + 1);
         CHECK(ibl_texture_decode(quiet, "most", b, size, &out, NULL) ==
               IBL_ERR_UNSUPPORTED);
         CHECK(said("most: an array of 2049 layers: the limit is 2048"));
@@ -491,7 +492,6 @@ static void ktx_too_large(void)
 /* Counts that are not what the file has. */
 static void counts(void)
 {
-    static const size_t places[] = {32, 48, 140};
     static const uint32_t lies[] = {
         0x80000000, 0xFFFFFFFF, 0x7FFFFFFF, 0x2AAAAAAB, 65537, 2049,
         2048,       4,          2,          1,          0};
@@ -500,7 +500,7 @@ static void counts(void)
         size_t size;
         unsigned char *b = texture_encode(ctx, &tex, c, &size);
         for (size_t i = 0; i < sizeof lies / sizeof lies[0]; i++) {
-            file_set_u32(b + places[c], lies[i]);
+            file_set_u32(b + count_at[c], lies[i]);
             const ibl_status status =
                 ibl_texture_decode(quiet, "lie", b, size, &back, NULL);
             /* A DDS file does not say how long it is. */

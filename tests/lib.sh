@@ -108,14 +108,22 @@ use() { # PROGRAM...
     export PATH=$work/bin:$PATH
 }
 
-# Whether a test is wanted: all are, or with ONLY those whose name it matches.
+# Whether a test is wanted: with ONLY those whose name it matches, else all, but
+# with IBL_TEST_QUICK those that do not match slow, which a script may set.
+slow=
 picked() { # NAME
-    [[ $1 =~ ${ONLY:-} ]]
+    [[ $1 =~ ${ONLY:-} ]] || return
+    [ -n "${ONLY:-}" ] || [ -z "${IBL_TEST_QUICK:-}" ] || [ -z "$slow" ] ||
+        [[ ! $1 =~ $slow ]]
 }
 
-# Of many alike cases whether to take this one: with a sanitizer each third is.
+# Of many alike cases whether to take this one: each third with a sanitizer or
+# with IBL_TEST_QUICK.
 asked=0
-taken() { [ $sanitized = no ] || [ $((asked++ % 3)) = 0 ]; }
+taken() {
+    { [ $sanitized = no ] && [ -z "${IBL_TEST_QUICK:-}" ]; } ||
+        [ $((asked++ % 3)) = 0 ]
+}
 
 # ---- the viewer without a display --------------------------------------------
 

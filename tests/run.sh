@@ -1,14 +1,20 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# run.sh BUILD...: runs the test programs of every build, and with the first
-# build the scripts; the sanitized ones run the scripts that bake, too. As many
-# run at once as there are processors, in an order that is always the same and
-# in which they are told. Ends with what failed, told again, since of a long
-# log often only the end is kept, and with the line `N passed, N failed, N
-# skipped`.
+# run.sh [--quick] BUILD...: runs the test programs of every build, and with the
+# first build the scripts; the sanitized ones run the scripts that bake, too. As
+# many run at once as there are processors; results are printed in a fixed
+# order. Repeats at the end what failed, and prints `N passed, N failed, N
+# skipped`. --quick leaves out slow tests, windows and installation.
 set -u
 work=$(mktemp -d) || exit 1
 trap 'rm -rf "$work"' EXIT
+
+quick=no
+if [ "${1:-}" = --quick ]; then
+    quick=yes
+    export IBL_TEST_QUICK=1
+    shift
+fi
 
 # Scripts run make as a user would, not as a part of the make that runs them.
 unset MAKEFLAGS MFLAGS MAKELEVEL
@@ -60,11 +66,13 @@ programs() {
 scripts() {
     local build=$1 script
     for script in tests/check-*.sh; do
-        case $build:$script in
+        case $quick:$build:$script in
+        yes:*/check-install.sh | yes:*/check-readers.sh | \
+            yes:*/check-view-window.sh) ;;
         # Builds the program anew that the other scripts run.
-        "$first":*/check-install.sh) alone+=("$build: $script") ;;
+        *:"$first":*/check-install.sh) alone+=("$build: $script") ;;
         # What check-view-probes.sh runs in the viewer, a program runs, too.
-        "$first":* | *san:*/check-cli.sh | *asan:*/check-verify.sh | \
+        *:"$first":* | *san:*/check-cli.sh | *asan:*/check-verify.sh | \
             *asan:*/check-view.sh | *asan:*/check-view-window.sh | \
             *asan:*/check-probes.sh)
             tests+=("$build: $script") ;;

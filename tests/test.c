@@ -101,13 +101,13 @@ static void run(const test *t)
     }
 }
 
-static bool picked(int argc, char **argv, const char *name)
+static bool picked(int argc, char **argv, const test *t)
 {
     for (int i = 1; i < argc; i++) {
-        if (!strcmp(argv[i], name))
+        if (!strcmp(argv[i], t->name))
             return true;
     }
-    return argc < 2;
+    return argc < 2 && !(t->slow && getenv("IBL_TEST_QUICK"));
 }
 
 /* The time of all threads, which a busy machine does not lengthen. */
@@ -124,7 +124,7 @@ int test_main(int argc, char **argv, const test *tests, size_t count)
     int n_passed = 0, n_failed = 0, n_skipped = 0;
     setvbuf(stdout, NULL, _IOLBF, 0);
     for (size_t i = 0; i < count; i++) {
-        if (!picked(argc, argv, tests[i].name))
+        if (!picked(argc, argv, &tests[i]))
             continue;
         running = tests[i].name;
         failed = skipped = false;

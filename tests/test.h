@@ -38,6 +38,7 @@
 typedef struct test {
     const char *name;
     void (*run)(void);
+    bool slow; /* not run where IBL_TEST_QUICK is set, unless by name */
 } test;
 
 /* A failed check ends nothing: the test goes on and counts as failed once. */
@@ -53,7 +54,11 @@ typedef struct test {
     (test_check((expr), __FILE__, __LINE__, #expr) ? (void)0 : test_leave())
 #define TEST(f)                                                                \
     {                                                                          \
-#f, f                                                                  \
+#f, f, false                                                           \
+    }
+#define TEST_SLOW(f)                                                           \
+    {                                                                          \
+#f, f, true                                                            \
     }
 #define TEST_MAIN(array)                                                       \
     int main(int argc, char **argv)                                            \
