@@ -59,46 +59,34 @@ ibl_ctx_options ibl_ctx_options_default(void)
     return (ibl_ctx_options){.isa = IBL_ISA_AUTO};
 }
 
-/* Reports through opts while there is no context yet. */
-static ibl_status refuse(const ibl_ctx_options *opts, ibl_status status,
-                         const char *text)
-{
-    if (opts->log)
-        opts->log(opts->log_cookie, IBL_LOG_ERROR, text);
-    return status;
-}
-
 ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **out)
 {
     const ibl_ctx_options defaults = ibl_ctx_options_default();
-    char text[128];
 
     if (!opts)
         opts = &defaults;
+    /* Errors are logged by this, as long as there is no other context. */
+    ibl_ctx early = {.log = opts->log, .log_cookie = opts->log_cookie};
     if (!out)
-        return refuse(opts, IBL_ERR_ARGUMENT,
-                      "ibl_ctx_create: ctx is NULL: must be given");
+        return ibl_missing(&early, "ibl_ctx_create: ctx");
     *out = NULL;
-    if (opts->threads < 0 || opts->threads > MAX_THREADS) {
-        snprintf(text, sizeof text, "%d threads: must be 1 to %d, or 0",
-                 opts->threads, MAX_THREADS);
-        return refuse(opts, IBL_ERR_ARGUMENT, text);
-    }
-    if ((unsigned)opts->isa > IBL_ISA_AVX512) {
-        snprintf(text, sizeof text, "instruction set %d: must be %d to %d",
-                 (int)opts->isa, IBL_ISA_AUTO, IBL_ISA_AVX512);
-        return refuse(opts, IBL_ERR_ARGUMENT, text);
-    }
+    if (opts->threads < 0 || opts->threads > MAX_THREADS)
+        return ibl_fail(&early, IBL_ERR_ARGUMENT,
+                        "%d threads: must be 1 to %d, or 0", opts->threads,
+                        MAX_THREADS);
+    if ((unsigned)opts->isa > IBL_ISA_AVX512)
+        return ibl_fail(&early, IBL_ERR_ARGUMENT,
+                        "instruction set %d: must be %d to %d", (int)opts->isa,
+                        IBL_ISA_AUTO, IBL_ISA_AVX512);
     const ibl_isa isa = opts->isa == IBL_ISA_AUTO ? ibl_isa_best() : opts->isa;
-    if (!ibl_cpu_has(isa)) {
-        snprintf(text, sizeof text, "this CPU has no %s; the best it has is %s",
-                 ibl_isa_name(isa), ibl_isa_name(ibl_isa_best()));
-        return refuse(opts, IBL_ERR_UNSUPPORTED, text);
-    }
+    if (!ibl_cpu_has(isa))
+        return ibl_fail(&early, IBL_ERR_UNSUPPORTED,
+                        "this CPU has no %s; the best it has is %s",
+                        ibl_isa_name(isa), ibl_isa_name(ibl_isa_best()));
 
     ibl_ctx *ctx = ibl_alloc_zeroed(1, sizeof *ctx);
     if (!ctx)
-        return refuse(opts, IBL_ERR_MEMORY, "no memory for a context");
+        return ibl_fail(&early, IBL_ERR_MEMORY, "no memory for a context");
     ibl_alloc_hold();
     ctx->isa = isa;
     ctx->log = opts->log;
@@ -122,7 +110,8 @@ ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **out)
 
 no_memory:
     ibl_ctx_free(ctx);
-    return refuse(opts, IBL_ERR_MEMORY, "no memory or threads for a context");
+    return ibl_fail(&early, IBL_ERR_MEMORY,
+                    "no memory or threads for a context");
 }
 
 void ibl_ctx_free(ibl_ctx *ctx)

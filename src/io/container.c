@@ -12,11 +12,6 @@ uint32_t ibl_input_u32(const ibl_input *in, uint64_t at)
     return in->swap ? __builtin_bswap32(value) : value;
 }
 
-bool ibl_input_has(const ibl_input *in, uint64_t at, uint64_t size)
-{
-    return at <= in->size && size <= in->size - at;
-}
-
 ibl_status ibl_input_short(const ibl_input *in, const char *what)
 {
     return ibl_bad_file(in,

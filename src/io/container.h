@@ -24,8 +24,6 @@ enum {
 
 /* The word at an offset that the caller has checked. */
 uint32_t ibl_input_u32(const ibl_input *in, uint64_t at);
-/* Whether [at, at + size) is inside. */
-bool ibl_input_has(const ibl_input *in, uint64_t at, uint64_t size);
 ibl_status ibl_input_short(const ibl_input *in, const char *what);
 
 /* A texture's shape as KTX and KTX2 headers have it. 0 levels are 1, 0 layers

@@ -58,21 +58,6 @@ static ibl_status refuse(const loading *l, const char *why)
     return ibl_reject(&l->in, IBL_ERR_IO, "%s", why);
 }
 
-/* Twice as much, but not more than one byte over the most. */
-static ibl_status grow(loading *l, uint64_t most)
-{
-    const size_t room = l->room <= most / 2 ? l->room * 2 : (size_t)most + 1;
-    unsigned char *more = room > l->room ? ibl_alloc_array(room, 1) : NULL;
-    if (!more)
-        return ibl_reject(&l->in, IBL_ERR_MEMORY,
-                          "no memory for more than %zu bytes", l->size);
-    memcpy(more, l->bytes, l->size);
-    ibl_free(l->bytes);
-    l->bytes = more;
-    l->room = room;
-    return IBL_OK;
-}
-
 /* Waits until a stream has data, or for a cancel. */
 static ibl_status wait_for(const loading *l)
 {
@@ -120,7 +105,8 @@ static ibl_status too_long(const loading *l, uint64_t most, const char *why)
                         (unsigned long long)(most >> 20), why);
 }
 
-/* Makes room for more, up to the limit for the kind of the file. */
+/* Makes room for twice as much, but not for more than one byte over the limit
+ * for the kind of the file. */
 static ibl_status make_room(loading *l)
 {
     const uint64_t longest =
@@ -130,7 +116,16 @@ static ibl_status make_room(loading *l)
         return too_long(l, most,
                         longest ? ", more than a file that begins so has"
                                 : " of no known kind of file");
-    return grow(l, most);
+    const size_t room = l->room <= most / 2 ? l->room * 2 : (size_t)most + 1;
+    unsigned char *more = room > l->room ? ibl_alloc_array(room, 1) : NULL;
+    if (!more)
+        return ibl_reject(&l->in, IBL_ERR_MEMORY,
+                          "no memory for more than %zu bytes", l->size);
+    memcpy(more, l->bytes, l->size);
+    ibl_free(l->bytes);
+    l->bytes = more;
+    l->room = room;
+    return IBL_OK;
 }
 
 static ibl_status read_all(loading *l)
@@ -233,6 +228,11 @@ ibl_input ibl_input_of(ibl_ctx *ctx, const char *name, const void *bytes,
 {
     return (ibl_input){
         .ctx = ctx, .name = name, .size = size, .bytes = bytes, .fd = -1};
+}
+
+bool ibl_input_has(const ibl_input *in, uint64_t at, uint64_t size)
+{
+    return at <= in->size && size <= in->size - at;
 }
 
 ibl_status ibl_input_load(ibl_input *in)

@@ -50,6 +50,8 @@ ibl_status ibl_input_open(ibl_ctx *ctx, const char *path,
 /* An input of bytes that stay the caller's. */
 ibl_input ibl_input_of(ibl_ctx *ctx, const char *name, const void *bytes,
                        size_t size);
+/* Whether [at, at + size) is inside. */
+bool ibl_input_has(const ibl_input *in, uint64_t at, uint64_t size);
 /* Reads the file into memory, if it is not there. */
 ibl_status ibl_input_load(ibl_input *in);
 /*

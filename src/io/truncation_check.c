@@ -5,25 +5,15 @@
 #include <stdint.h>
 #include <string.h>
 
-/* Bytes of a file, most significant first or last. */
-typedef struct view {
-    const unsigned char *bytes;
-    size_t size;
-    bool little;
-} view;
-
-static bool has(const view *v, uint64_t offset, uint64_t count)
-{
-    return offset <= v->size && count <= v->size - offset;
-}
+#include "io/input.h"
 
 /* An integer of 1 to 8 bytes, which are there. */
-static uint64_t get(const view *v, uint64_t offset, int count)
+static uint64_t get(const ibl_input *in, uint64_t offset, int count)
 {
     uint64_t n = 0;
     for (int i = 0; i < count; i++)
         n = n << 8 |
-            v->bytes[offset + (uint64_t)(v->little ? count - 1 - i : i)];
+            in->bytes[offset + (uint64_t)(in->swap ? i : count - 1 - i)];
     return n;
 }
 
@@ -42,19 +32,20 @@ static uint32_t png_crc(const unsigned char *p, size_t n)
     return ~crc;
 }
 
-static bool is_chunk(const view *v, uint64_t at, const char *type)
+static bool is_chunk(const ibl_input *in, uint64_t at, const char *type)
 {
-    return !memcmp(v->bytes + at + 4, type, 4);
+    return !memcmp(in->bytes + at + 4, type, 4);
 }
 
 /* IHDR is first and holds a size, a depth and a colour type. */
-static const char *check_png_header(const view *v, uint64_t at, uint64_t length)
+static const char *check_png_header(const ibl_input *in, uint64_t at,
+                                    uint64_t length)
 {
     static const unsigned char depths[7] = {0x1f, 0, 0x18, 0x0f, 0x18, 0, 0x18};
-    if (!is_chunk(v, at, "IHDR") || length != 13)
+    if (!is_chunk(in, at, "IHDR") || length != 13)
         return "its first chunk is not IHDR";
-    const uint64_t width = get(v, at + 8, 4), height = get(v, at + 12, 4);
-    const unsigned depth = v->bytes[at + 16], colour = v->bytes[at + 17];
+    const uint64_t width = get(in, at + 8, 4), height = get(in, at + 12, 4);
+    const unsigned depth = in->bytes[at + 16], colour = in->bytes[at + 17];
     if (!width || !height || width >> 31 || height >> 31)
         return "its width or height is 0 or absurd";
     if (colour > 6 || depth > 16 || !depth || depth & (depth - 1) ||
@@ -63,23 +54,23 @@ static const char *check_png_header(const view *v, uint64_t at, uint64_t length)
     return NULL;
 }
 
-static const char *check_png(const view *v)
+static const char *check_png(const ibl_input *in)
 {
     for (uint64_t at = png_header;;) {
-        if (!has(v, at, 12))
+        if (!ibl_input_has(in, at, 12))
             return "it is cut short";
-        const uint64_t length = get(v, at, 4);
-        if (!has(v, at, length + 12))
+        const uint64_t length = get(in, at, 4);
+        if (!ibl_input_has(in, at, length + 12))
             return "it is cut short";
-        if (png_crc(v->bytes + at + 4, (size_t)length + 4) !=
-            get(v, at + 8 + length, 4))
+        if (png_crc(in->bytes + at + 4, (size_t)length + 4) !=
+            get(in, at + 8 + length, 4))
             return "the check sum of a chunk is wrong";
         if (at == png_header) {
-            const char *text = check_png_header(v, at, length);
+            const char *text = check_png_header(in, at, length);
             if (text)
                 return text;
         }
-        if (is_chunk(v, at, "IEND"))
+        if (is_chunk(in, at, "IEND"))
             return NULL;
         at += length + 12;
     }
@@ -89,11 +80,12 @@ size_t ibl_png_picture(const unsigned char *bytes, size_t size,
                        unsigned char *dst)
 {
     static const char kept[][5] = {"IHDR", "PLTE", "tRNS", "IDAT", "IEND"};
-    const view v = {bytes, size, false};
+    ibl_input v = ibl_input_of(NULL, NULL, bytes, size);
+    v.swap = true;
     size_t done = png_header;
 
     memcpy(dst, bytes, png_header);
-    for (uint64_t at = png_header; has(&v, at, 12);) {
+    for (uint64_t at = png_header; ibl_input_has(&v, at, 12);) {
         const uint64_t whole = get(&v, at, 4) + 12;
         for (size_t i = 0; i < sizeof kept / sizeof kept[0]; i++) {
             if (!is_chunk(&v, at, kept[i]))
@@ -110,12 +102,12 @@ size_t ibl_png_picture(const unsigned char *bytes, size_t size,
 
 /* ---- JPEG: ITU T.81, annex B ----------------------------------------- */
 
-static const char *check_jpeg(const view *v)
+static const char *check_jpeg(const ibl_input *in)
 {
     uint64_t at = 2; /* after SOI */
-    while (has(v, at, 2)) {
-        const unsigned marker = v->bytes[at + 1];
-        if (v->bytes[at] != 0xff) {
+    while (ibl_input_has(in, at, 2)) {
+        const unsigned marker = in->bytes[at + 1];
+        if (in->bytes[at] != 0xff) {
             at++; /* entropy-coded data, or stuffing */
         } else if (marker == 0xd9) {
             return NULL;
@@ -123,10 +115,10 @@ static const char *check_jpeg(const view *v)
             at++; /* fill bytes */
         } else if (marker <= 0x01 || (marker >= 0xd0 && marker <= 0xd8)) {
             at += 2; /* stuffed zero, TEM, RSTn, SOI: no length */
-        } else if (!has(v, at, 4)) {
+        } else if (!ibl_input_has(in, at, 4)) {
             break;
         } else {
-            at += 2 + get(v, at + 2, 2);
+            at += 2 + get(in, at + 2, 2);
         }
     }
     return "it is cut short";
@@ -152,71 +144,76 @@ static int tiff_type_size(unsigned type)
 }
 
 /* The strips and tiles of a directory lie within the file. */
-static const char *check_tiff_data(const view *v, const tiff_array *offsets,
+static const char *check_tiff_data(const ibl_input *in,
+                                   const tiff_array *offsets,
                                    const tiff_array *bytes)
 {
     if (!offsets->size || !bytes->size)
         return NULL; /* to be complained about by the reader */
     if (offsets->count != bytes->count ||
-        !has(v, offsets->at, offsets->count * (uint64_t)offsets->size) ||
-        !has(v, bytes->at, bytes->count * (uint64_t)bytes->size))
+        !ibl_input_has(in, offsets->at,
+                       offsets->count * (uint64_t)offsets->size) ||
+        !ibl_input_has(in, bytes->at, bytes->count * (uint64_t)bytes->size))
         return "its list of strips or tiles is damaged or cut short";
     for (uint64_t i = 0; i < offsets->count; i++) {
         const uint64_t at =
-            get(v, offsets->at + i * (uint64_t)offsets->size, offsets->size);
+            get(in, offsets->at + i * (uint64_t)offsets->size, offsets->size);
         const uint64_t n =
-            get(v, bytes->at + i * (uint64_t)bytes->size, bytes->size);
-        if (!has(v, at, n))
+            get(in, bytes->at + i * (uint64_t)bytes->size, bytes->size);
+        if (!ibl_input_has(in, at, n))
             return "it is cut short: a strip or tile ends past the end of the "
                    "file";
     }
     return NULL;
 }
 
-static const char *check_tiff(view *v)
+static const char *check_tiff(ibl_input *in)
 {
     tiff_array offsets = {0}, bytes = {0};
-    v->little = v->bytes[0] == 'I';
-    const bool big = get(v, 2, 2) == 43;
+    in->swap = in->bytes[0] == 'M';
+    const bool big = get(in, 2, 2) == 43;
     const int word = big ? 8 : 4, entry = big ? 20 : 12, counter = big ? 8 : 2;
 
-    if (!has(v, 0, big ? 16 : 8))
+    if (!ibl_input_has(in, 0, big ? 16 : 8))
         return "it is cut short";
-    const uint64_t directory = get(v, big ? 8 : 4, word);
-    if (!has(v, directory, (uint64_t)counter))
+    const uint64_t directory = get(in, big ? 8 : 4, word);
+    if (!ibl_input_has(in, directory, (uint64_t)counter))
         return "it is cut short: its directory lies past the end of the file";
-    const uint64_t entries = get(v, directory, counter);
+    const uint64_t entries = get(in, directory, counter);
     uint64_t at = directory + (uint64_t)counter;
-    if (entries > v->size || !has(v, at, entries * (uint64_t)entry))
+    if (entries > in->size || !ibl_input_has(in, at, entries * (uint64_t)entry))
         return "its directory is damaged or cut short";
     for (uint64_t i = 0; i < entries; i++, at += (uint64_t)entry) {
-        const uint64_t tag = get(v, at, 2);
-        tiff_array a = {.size = tiff_type_size((unsigned)get(v, at + 2, 2)),
-                        .count = get(v, at + 4, word),
+        const uint64_t tag = get(in, at, 2);
+        tiff_array a = {.size = tiff_type_size((unsigned)get(in, at + 2, 2)),
+                        .count = get(in, at + 4, word),
                         .at = at + 4 + (uint64_t)word};
-        if (a.count > v->size)
+        if (a.count > in->size)
             a.size = 0;
         else if (a.count * (uint64_t)a.size > (uint64_t)word)
-            a.at = get(v, a.at, word);
+            a.at = get(in, a.at, word);
         if (tag == TIFF_STRIP_OFFSETS || tag == TIFF_TILE_OFFSETS)
             offsets = a;
         if (tag == TIFF_STRIP_BYTES || tag == TIFF_TILE_BYTES)
             bytes = a;
     }
-    return check_tiff_data(v, &offsets, &bytes);
+    return check_tiff_data(in, &offsets, &bytes);
 }
 
 /* ---- Maya IFF -------------------------------------------------------- */
 
-static const char *check_iff(const view *v)
+static const char *check_iff(const ibl_input *in)
 {
-    return !has(v, 0, 8) || !has(v, 8, get(v, 4, 4)) ? "it is cut short" : NULL;
+    return !ibl_input_has(in, 0, 8) || !ibl_input_has(in, 8, get(in, 4, 4))
+               ? "it is cut short"
+               : NULL;
 }
 
 const char *ibl_truncation_check(const char *reader, const unsigned char *bytes,
                                  size_t size)
 {
-    view v = {bytes, size, false};
+    ibl_input v = ibl_input_of(NULL, NULL, bytes, size);
+    v.swap = true; /* but for TIFF, which says so */
     if (!reader || size < 4)
         return NULL;
     if (!strcmp(reader, "png"))
