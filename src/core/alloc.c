@@ -2,6 +2,7 @@
 #define _DEFAULT_SOURCE
 #include "core/alloc.h"
 
+#include <malloc.h>
 #include <pthread.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -14,8 +15,7 @@ enum {
     ALIGNMENT = 64,
     HUGE_PAGE = 1 << 21, /* of x86-64 and of arm64 with pages of 4 KiB */
     HUGE_FROM = HUGE_PAGE / 4,
-    KEPT_FROM = HUGE_PAGE / 8, /* that may use a kept block */
-    MAX_BLOCKS = 1024 /* a set of probes has a texture or two for each */
+    KEPT_FROM = HUGE_PAGE / 8 /* that may use a kept block */
 };
 
 /* Freed memory that is kept; none with sanitizers, which check each block. */
@@ -42,65 +42,47 @@ enum {
  * allocations know of none, but are kept only while there is one.
  */
 typedef struct block {
-    void *at; /* NULL: no block */
+    struct block *next;
     size_t bytes;
-    bool kept;
-} block;
+} block; /* at the beginning of a kept block */
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
-static block blocks[MAX_BLOCKS];   /* under lock; others are not kept */
-static block *blocks_end = blocks; /* of those that ever were in use */
+static block *kept; /* under lock, as the rest */
 static size_t kept_bytes;
 static int holders; /* contexts */
 
 /* The smallest kept block that holds bytes and is no more than most. */
 static void *take_kept(size_t bytes, size_t most)
 {
-    block *best = NULL;
-    void *at = NULL;
+    block **best = NULL, *at = NULL;
 
     pthread_mutex_lock(&lock);
-    for (block *b = blocks; kept_bytes && b < blocks_end; b++)
-        if (b->kept && b->bytes >= bytes && b->bytes <= most &&
-            (!best || b->bytes < best->bytes))
+    for (block **b = &kept; *b; b = &(*b)->next)
+        if ((*b)->bytes >= bytes && (*b)->bytes <= most &&
+            (!best || (*b)->bytes < (*best)->bytes))
             best = b;
     if (best) {
-        at = best->at;
-        best->kept = false;
-        kept_bytes -= best->bytes;
+        at = *best;
+        *best = at->next;
+        kept_bytes -= at->bytes;
     }
     pthread_mutex_unlock(&lock);
     return at;
 }
 
-static void remember(void *at, size_t bytes)
-{
-    pthread_mutex_lock(&lock);
-    for (block *b = blocks; b < blocks + MAX_BLOCKS; b++)
-        if (!b->at) {
-            *b = (block){at, bytes, false};
-            blocks_end = b < blocks_end ? blocks_end : b + 1;
-            break;
-        }
-    pthread_mutex_unlock(&lock);
-}
-
-/* Whether a block that is being freed stays here. */
+/* Whether a block that is being freed stays here. It is one of alloc_huge's, or
+ * serves as one. */
 static bool keep(void *at)
 {
-    bool stays = false;
+    const size_t bytes = malloc_usable_size(at) / HUGE_PAGE * HUGE_PAGE;
 
     pthread_mutex_lock(&lock);
-    for (block *b = blocks; b < blocks_end; b++)
-        if (b->at == at) {
-            stays = holders && b->bytes <= KEPT_BYTES - kept_bytes;
-            b->kept = stays;
-            if (stays)
-                kept_bytes += b->bytes;
-            else
-                b->at = NULL;
-            break;
-        }
+    const bool stays = bytes && holders && bytes <= KEPT_BYTES - kept_bytes;
+    if (stays) {
+        *(block *)at = (block){kept, bytes};
+        kept = at;
+        kept_bytes += bytes;
+    }
     pthread_mutex_unlock(&lock);
     return stays;
 }
@@ -108,11 +90,11 @@ static bool keep(void *at)
 /* Returns the kept blocks to the system. Under lock. */
 static void trim(void)
 {
-    for (block *b = blocks; b < blocks_end; b++)
-        if (b->kept) {
-            free(b->at);
-            *b = (block){0};
-        }
+    while (kept) {
+        block *b = kept;
+        kept = b->next;
+        free(b);
+    }
     kept_bytes = 0;
 }
 
@@ -159,7 +141,6 @@ static void *alloc_huge(size_t bytes)
 #ifdef MADV_HUGEPAGE
     madvise(p, bytes, MADV_HUGEPAGE); /* a wish */
 #endif
-    remember(p, bytes);
     return p;
 }
 
