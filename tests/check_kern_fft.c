@@ -197,7 +197,7 @@ static void compare_inverse(ibl_isa isa, int n, int count, int step)
     fixture_free(&x);
 }
 
-static void lengths(ibl_isa isa)
+static void every_length_of(ibl_isa isa)
 {
     for (int n = 4; n <= 1024; n *= 2) {
         /* Primes, so that a step goes through every lane. */
@@ -214,26 +214,20 @@ static void lengths(ibl_isa isa)
     }
 }
 
-static void every_length_against_direct_sums(void)
-{
-    kern_each_isa(lengths);
-}
+KERN_TEST(every_length)
 
 /* Bins are of period n, however many are asked for. */
-static void periodic(ibl_isa isa)
+static void bins_beyond_the_length_of(ibl_isa isa)
 {
     compare_forward(isa, 4, 37, 1);
     compare_forward(isa, 8, 29, 1);
     compare_forward(isa, 32, 100, 1);
 }
 
-static void bins_beyond_the_length(void)
-{
-    kern_each_isa(periodic);
-}
+KERN_TEST(bins_beyond_the_length)
 
 /* Lanes know nothing of each other: infinite ones spoil themselves alone. */
-static void lane_alone(ibl_isa isa)
+static void independent_lanes_of(ibl_isa isa)
 {
     enum {
         N = 256,
@@ -258,12 +252,8 @@ static void lane_alone(ibl_isa isa)
     fixture_free(&y);
 }
 
-static void lanes_are_independent(void)
-{
-    kern_each_isa(lane_alone);
-}
+KERN_TEST(independent_lanes)
 
-static const test tests[] = {TEST(every_length_against_direct_sums),
-                             TEST(bins_beyond_the_length),
-                             TEST(lanes_are_independent)};
+static const test tests[] = {TEST(every_length), TEST(bins_beyond_the_length),
+                             TEST(independent_lanes)};
 TEST_MAIN(tests)

@@ -146,10 +146,7 @@ static void values_of(ibl_isa isa)
         check_values(isa, of[i][0], extreme, of[i][1], of[i][2]);
 }
 
-static void values(void)
-{
-    kern_each_isa(values_of);
-}
+KERN_TEST(values)
 
 /* ---- sums --------------------------------------------------------------- */
 
@@ -223,10 +220,7 @@ static void analysis_of(ibl_isa isa)
     }
 }
 
-static void analysis_is_the_direct_sum(void)
-{
-    kern_each_isa(analysis_of);
-}
+KERN_TEST(analysis)
 
 /* The direct sum for ring j and a part, and its bound, with the result's
  * rounding to float. */
@@ -273,11 +267,7 @@ static void synthesis_of(ibl_isa isa)
     }
 }
 
-static void synthesis_is_the_direct_sum(void)
-{
-    kern_each_isa(synthesis_of);
-}
+KERN_TEST(synthesis)
 
-static const test tests[] = {TEST(values), TEST(analysis_is_the_direct_sum),
-                             TEST(synthesis_is_the_direct_sum)};
+static const test tests[] = {TEST(values), TEST(analysis), TEST(synthesis)};
 TEST_MAIN(tests)

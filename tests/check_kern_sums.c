@@ -245,10 +245,7 @@ static void gather_of(ibl_isa isa)
     check_ties(isa);
 }
 
-static void gather(void)
-{
-    kern_each_isa(gather_of);
-}
+KERN_TEST(gather)
 
 /* ---- interpolation ------------------------------------------------------ */
 
@@ -290,10 +287,7 @@ static void angles_of(ibl_isa isa)
     }
 }
 
-static void angles(void)
-{
-    kern_each_isa(angles_of);
-}
+KERN_TEST(angles)
 
 static double polynomial(const ibl_taps *taps, int k, double t)
 {
@@ -335,10 +329,7 @@ static void weights_of(ibl_isa isa)
     }
 }
 
-static void weights(void)
-{
-    kern_each_isa(weights_of);
-}
+KERN_TEST(weights)
 
 /* One texel's channel in double, and the sum of the terms' sizes. */
 static double true_texel(const ibl_interp_row *row, int i, int channel,
@@ -421,10 +412,7 @@ static void rows_of(ibl_isa isa)
             check_row(isa, count, seed);
 }
 
-static void rows(void)
-{
-    kern_each_isa(rows_of);
-}
+KERN_TEST(rows)
 
 /* ---- the design of the weights ------------------------------------------- */
 
@@ -532,10 +520,7 @@ static void points_of(ibl_isa isa)
     }
 }
 
-static void points(void)
-{
-    kern_each_isa(points_of);
-}
+KERN_TEST(points)
 
 static double ring_lobe(double chord, const void *arg)
 {
@@ -630,10 +615,7 @@ static void lights_of(ibl_isa isa)
     ibl_ctx_free(ctx);
 }
 
-static void lights(void)
-{
-    kern_each_isa(lights_of);
-}
+KERN_TEST(lights)
 
 /* ---- pixels to samples --------------------------------------------------- */
 
@@ -678,10 +660,7 @@ static void spread_of(ibl_isa isa)
     kern_free(taps);
 }
 
-static void spread(void)
-{
-    kern_each_isa(spread_of);
-}
+KERN_TEST(spread)
 
 /* ---- Legendre coefficients ----------------------------------------------- */
 
@@ -743,7 +722,7 @@ static double *coefficients(ibl_isa isa, const double *y, const double *w,
 
 /* |P_l| <= 1; a point's rounding grows with the root of the steps, and next
  * to y = 2, the other pole, as in every recurrence from l = 0, with l. */
-static void coefficients_of(ibl_isa isa)
+static void legendre_coefficients_of(ibl_isa isa)
 {
     static const int degrees[] = {0, 1, 2, 3, 7, 63, 256, MAX_DEGREE};
     test_random r = {41};
@@ -766,6 +745,8 @@ static void coefficients_of(ibl_isa isa)
         }
 }
 
+KERN_TEST(legendre_coefficients)
+
 /* Next to the pole P_l(cos psi) is J_0((l + 1/2) psi), with which plain
  * recurrences in cos(psi) part; 1 - P_l, to second order in y: l (l + 1) y / 2.
  */
@@ -783,11 +764,7 @@ static void near_the_pole_of(ibl_isa isa)
     kern_free(k);
 }
 
-static void legendre_coefficients(void)
-{
-    kern_each_isa(coefficients_of);
-    kern_each_isa(near_the_pole_of);
-}
+KERN_TEST(near_the_pole)
 
 /* ---- the table of the BRDF ------------------------------------------------
  */
@@ -828,10 +805,7 @@ static void brdf_sums_of(ibl_isa isa)
     }
 }
 
-static void brdf_sums(void)
-{
-    kern_each_isa(brdf_sums_of);
-}
+KERN_TEST(brdf_sums)
 
 static void mix_of(ibl_isa isa)
 {
@@ -869,15 +843,13 @@ static void mix_of(ibl_isa isa)
     kern_free(pair);
 }
 
-static void mix(void)
-{
-    kern_each_isa(mix_of);
-}
+KERN_TEST(mix)
 
 static const test tests[] = {
-    TEST(gather),    TEST(angles),  TEST(weights),
-    TEST(rows),      TEST(designs), TEST(promises),
-    TEST(points),    TEST(lights),  TEST(legendre_coefficients),
-    TEST(brdf_sums), TEST(mix),     TEST(spread),
+    TEST(gather),        TEST(angles),    TEST(weights),
+    TEST(rows),          TEST(designs),   TEST(promises),
+    TEST(points),        TEST(lights),    TEST(legendre_coefficients),
+    TEST(near_the_pole), TEST(brdf_sums), TEST(mix),
+    TEST(spread),
 };
 TEST_MAIN(tests)

@@ -63,6 +63,22 @@ static ibl_cube settled(const ibl_cube *cube, float max, ibl_overflow_level *l)
     return back;
 }
 
+/* Where texel i of 6 n n looks, and its solid angle. */
+static void look(int n, int i, double dir[3])
+{
+    ibl_cube_direction(n, i / n / n, i % n, i / n % n, dir);
+}
+
+static double angle_of(int n, int i)
+{
+    return ibl_cube_solid_angle(n, i % n, i / n % n);
+}
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
 /* Corner c of texel i, in half texels from the cube's middle. */
 static void corner(int n, int i, int c, int p[3])
 {
@@ -96,13 +112,12 @@ static void one_light(void)
             ibl_cube cube = constant(n, 0);
             ibl_overflow_level level;
             set_texel(&cube, i, 1.5 * (double)half_max, 0, 3);
-            const double light = 0.5 * (double)half_max *
-                                 ibl_cube_solid_angle(n, i % n, i / n % n);
+            const double light = 0.5 * (double)half_max * angle_of(n, i);
             ibl_cube got = settled(&cube, half_max, &level);
             double angle = 0;
             for (int k = 0; k < texels; k++)
                 if (k != i && touch(n, i, k))
-                    angle += ibl_cube_solid_angle(n, k % n, k / n % n);
+                    angle += angle_of(n, k);
             for (int k = 0; k < texels; k++) {
                 const double want = k == i           ? (double)half_max
                                     : touch(n, i, k) ? light / angle
@@ -213,10 +228,9 @@ static int texel_towards(int n, const double dir[3])
     double most = -1;
     for (int i = 0; i < IBL_FACES * n * n; i++) {
         double d[3];
-        ibl_cube_direction(n, i / n / n, i % n, i / n % n, d);
-        const double dot = d[0] * dir[0] + d[1] * dir[1] + d[2] * dir[2];
-        if (dot > most) {
-            most = dot;
+        look(n, i, d);
+        if (dot(d, dir) > most) {
+            most = dot(d, dir);
             best = i;
         }
     }
@@ -228,7 +242,7 @@ static int texel_towards(int n, const double dir[3])
 static int moved(int n, int i, const int map[3])
 {
     double d[3], e[3];
-    ibl_cube_direction(n, i / n / n, i % n, i / n % n, d);
+    look(n, i, d);
     for (int k = 0; k < 3; k++)
         e[k] = map[k] < 0 ? -d[-map[k] - 1] : d[map[k] - 1];
     return texel_towards(n, e);
@@ -240,16 +254,11 @@ static void check_symmetry(int n, const double towards[3], const int map[3])
 {
     ibl_cube cube = constant(n, 0.25f);
     ibl_overflow_level level;
-    const double length =
-        sqrt(towards[0] * towards[0] + towards[1] * towards[1] +
-             towards[2] * towards[2]);
+    const double length = sqrt(dot(towards, towards));
     for (int i = 0; i < IBL_FACES * n * n; i++) {
         double d[3];
-        ibl_cube_direction(n, i / n / n, i % n, i / n % n, d);
-        const double dot =
-            (d[0] * towards[0] + d[1] * towards[1] + d[2] * towards[2]) /
-            length;
-        if (dot > cos(2.0 / n))
+        look(n, i, d);
+        if (dot(d, towards) > length * cos(2.0 / n))
             set_texel(&cube, i, 4e6, 7e5, 1e4);
     }
     ibl_cube got = settled(&cube, half_max, &level);
@@ -305,7 +314,7 @@ static void nearly_full(void)
         const double bright = (k ? 2.1 : 1.9) * (double)half_max;
         for (int i = 0; i < 6 * 48 * 48; i++) {
             double d[3];
-            ibl_cube_direction(48, i / 48 / 48, i % 48, i / 48 % 48, d);
+            look(48, i, d);
             if (d[1] > 0)
                 set_texel(&cube, i, bright, bright, bright);
         }
@@ -325,8 +334,6 @@ static void nearly_full(void)
     }
 }
 
-/* A light of fifty texels: what it is spread over is as round as texels allow,
- * centred on it. */
 /* Unlike lights that meet: which comes first is seen by how bright it is, and
  * so what becomes of them turns over as they do. */
 static void unlike_lights(void)
@@ -378,6 +385,7 @@ static void round_patch(void)
     ibl_cube_free(&cube);
 }
 
+/* A light of fifty texels: what it is spread over is near it, centred on it. */
 static void stays_in_place(void)
 {
     test_random r = {5};
@@ -385,27 +393,22 @@ static void stays_in_place(void)
         const int n = 32, at = (int)(test_random_u64(&r) % (6 * 32 * 32));
         ibl_cube cube = constant(n, 0);
         ibl_overflow_level level;
-        double d[3], sum[3] = {0}, all = 0;
+        double d[3], sum[3] = {0};
         set_texel(&cube, at, 50 * (double)half_max, 0, 0);
         ibl_cube got = settled(&cube, half_max, &level);
-        ibl_cube_direction(n, at / n / n, at % n, at / n % n, d);
+        look(n, at, d);
         for (int i = 0; i < 6 * n * n; i++) {
             double e[3];
-            ibl_cube_direction(n, i / n / n, i % n, i / n % n, e);
-            const double light = (double)got.data[3 * i] *
-                                 ibl_cube_solid_angle(n, i % n, i / n % n);
-            const double dot = fmin(d[0] * e[0] + d[1] * e[1] + d[2] * e[2], 1);
-            CHECK_MSG(light <= 0 || acos(dot) < 7 * 2.0 / n,
-                      "light %.3g degrees away", acos(dot) * 180 / 3.14159265);
+            look(n, i, e);
+            const double light = (double)got.data[3 * i] * angle_of(n, i);
+            const double away = acos(fmin(dot(d, e), 1));
+            CHECK_MSG(light <= 0 || away < 7 * 2.0 / n, "light %.3g away",
+                      away);
             for (int c = 0; c < 3; c++)
                 sum[c] += light * e[c];
         }
-        for (int c = 0; c < 3; c++)
-            all += sum[c] * sum[c];
-        const double dot =
-            (sum[0] * d[0] + sum[1] * d[1] + sum[2] * d[2]) / sqrt(all);
-        CHECK_MSG(acos(fmin(dot, 1)) < 2.0 / n, "centre %.3g texels aside",
-                  acos(dot) * n / 2);
+        const double aside = acos(fmin(dot(sum, d) / sqrt(dot(sum, sum)), 1));
+        CHECK_MSG(aside < 2.0 / n, "centre %.3g texels aside", aside * n / 2);
         ibl_cube_free(&got);
         ibl_cube_free(&cube);
     }

@@ -7,8 +7,14 @@
 #include "core/cpu.h"
 #include "test.h"
 
-/* For each instruction set that this CPU has, plain C first. */
+/* For each instruction set that this CPU has, plain C first; and a test that
+ * does so with the function name_of. */
 void kern_each_isa(void (*check)(ibl_isa isa));
+#define KERN_TEST(name)                                                        \
+    static void name(void)                                                     \
+    {                                                                          \
+        kern_each_isa(name##_of);                                              \
+    }
 
 /* Memory of some bytes, all KERN_FILL. It ends less than align, a power of two,
  * before a page that cannot be touched. Exits if there is none. */

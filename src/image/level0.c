@@ -260,20 +260,14 @@ static bool init_adders(ibl_level0 *l)
 ibl_status ibl_level0_create(ibl_ctx *ctx, int width, int height,
                              double yaw_deg, ibl_cube *cube, ibl_level0 **out)
 {
-    ibl_status status;
     *out = NULL;
-    if (!isfinite(yaw_deg))
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT, "the yaw must be finite");
-    if (width < 1 || width > IBL_MAX_EDGE || height < 1 ||
-        height > IBL_MAX_EDGE)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "a map of %dx%d: each edge must be 1 to %d", width,
-                        height, IBL_MAX_EDGE);
+    assert(isfinite(yaw_deg));
     ibl_level0 *l = ibl_alloc_zeroed(1, sizeof *l);
     if (!l)
         return ibl_no_memory(ctx, "level 0");
     l->ctx = ctx;
-    status = ibl_upsample_init(ctx, width, height, cube->size, &l->fine);
+    ibl_status status =
+        ibl_upsample_init(ctx, width, height, cube->size, &l->fine);
     if (!status)
         status = ibl_octants_init(ctx, cube, l->fine.columns, l->fine.rows,
                                   yaw_deg, !l->fine.taps, &l->set);
@@ -320,6 +314,8 @@ ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
     ibl_status status = ibl_check_image(ctx, env);
     if (!status)
         status = ibl_check_cube(ctx, cube);
+    if (!status && !isfinite(yaw_deg))
+        status = ibl_fail(ctx, IBL_ERR_ARGUMENT, "the yaw must be finite");
     if (!status)
         status =
             ibl_level0_create(ctx, env->width, env->height, yaw_deg, cube, &l);

@@ -12,12 +12,9 @@
 
 typedef struct ibl_level0 ibl_level0;
 
-/*
- * For a map of width x height pixels, turned by yaw_deg, into level 0 of cube.
- * Borrows ctx and cube, whose level 0 holds nothing of use before
- * ibl_level0_finish. IBL_ERR_ARGUMENT: yaw_deg is not finite, or a size is
- * below 1.
- */
+/* For a map of width x height pixels, each 1 to IBL_MAX_EDGE, turned by a
+ * finite yaw_deg, into level 0 of cube. Borrows ctx and cube, whose level 0
+ * holds nothing of use before ibl_level0_finish. */
 ibl_status ibl_level0_create(ibl_ctx *ctx, int width, int height,
                              double yaw_deg, ibl_cube *cube, ibl_level0 **out);
 

@@ -158,6 +158,8 @@ ibl_status ibl_octants_init(ibl_ctx *ctx, const ibl_cube *cube, int columns,
         if (to == set->groups)
             before[set->groups++] = b;
         ibl_octant_group *g = &set->group[to];
+        set->of[k] = to;
+        set->lane[k] = g->octants;
         g->octant[g->octants++] = k;
     }
     for (int i = 0; i < set->groups && !status; i++) {
@@ -265,18 +267,6 @@ void ibl_octants_finish(const ibl_octant_set *set, ibl_octant_group *g,
         finish_line(set, g, s, s->written++);
 }
 
-/* The lane of an octant. */
-static const ibl_octant_group *lane_of(const ibl_octant_set *set, int octant,
-                                       int *lane)
-{
-    for (const ibl_octant_group *g = set->group;; g++) {
-        for (*lane = 0; *lane < g->octants; ++*lane) {
-            if (g->octant[*lane] == octant)
-                return g;
-        }
-    }
-}
-
 /* Writes a texel that octants first..first + count - 1 have parts of. */
 static void join_texel(const ibl_octant_set *set, int line, bool axis,
                        int first, int count)
@@ -285,9 +275,9 @@ static void join_texel(const ibl_octant_set *set, int line, bool axis,
     int i = line;
     const ibl_octant_face face = face_of(&set->group[0].wedge, &i);
     for (int k = first; k < first + count; k++) {
-        int lane;
-        const ibl_octant_group *g = lane_of(set, k % IBL_OCTANTS, &lane);
-        const double *from = shared_texel(g, line, axis);
+        const int octant = k % IBL_OCTANTS, lane = set->lane[octant];
+        const double *from =
+            shared_texel(&set->group[set->of[octant]], line, axis);
         for (int c = 0; c < 3; c++)
             rgb[c] += from[c * IBL_OCTANTS + lane];
         weight += from[IBL_OCTANT_RGB];

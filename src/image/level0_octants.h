@@ -53,6 +53,7 @@ typedef struct ibl_octant_group {
 typedef struct ibl_octant_set {
     int groups;
     ibl_octant_group group[IBL_OCTANTS];
+    int of[IBL_OCTANTS], lane[IBL_OCTANTS]; /* group and lane of an octant */
     ibl_octants_dsp dsp;
     ibl_octant_place place[IBL_OCTANTS][3];
 } ibl_octant_set;

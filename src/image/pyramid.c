@@ -17,7 +17,6 @@ typedef struct fill {
     const ibl_cube *cube;
     ibl_pyramid *pyramid;
     int level, edge;
-    float *lows; /* of level 0: the smallest value of each row number */
 } fill;
 
 /* (x, y) from -1 to edge. */
@@ -70,34 +69,16 @@ static void fill_border(const fill *a)
 
 /* ---- level 0 ---------------------------------------------------------- */
 
-/* The smallest values of row y of every face. */
-static void floor_job(void *arg, int y, int worker)
-{
-    const fill *a = arg;
-    const size_t n = (size_t)a->edge;
-    float *low = a->lows + 3 * y;
-    (void)worker;
-    memcpy(low, a->cube->data + 3 * (size_t)y * n, 3 * sizeof *low);
-    for (int face = 0; face < IBL_FACES; face++) {
-        const float *p = ibl_cube_face(a->cube, 0, face) + 3 * (size_t)y * n;
-        for (size_t i = 0; i < 3 * n; i += 3) {
-            for (int c = 0; c < 3; c++)
-                low[c] = p[i + c] < low[c] ? p[i + c] : low[c];
-        }
-    }
-}
-
-static ibl_status find_floor(ibl_ctx *ctx, fill *a)
+/* The smallest value of each channel. */
+static void find_floor(const fill *a)
 {
     float *low = a->pyramid->floor;
-    a->lows = ibl_alloc_array((size_t)a->edge, 3 * sizeof *a->lows);
-    if (!a->lows)
-        return ibl_no_memory(ctx, "a cube for lookups");
-    const ibl_status status = ibl_run(ctx, NULL, a->edge, floor_job, a);
-    for (int i = 0; i < 3 * a->edge && !status; i++)
-        low[i % 3] = i < 3 || a->lows[i] < low[i % 3] ? a->lows[i] : low[i % 3];
-    ibl_free(a->lows);
-    return status;
+    const size_t floats = 3 * ibl_cube_texels(a->edge, 1);
+    memcpy(low, a->cube->data, 3 * sizeof *low);
+    for (size_t i = 3; i < floats; i += 3)
+        for (size_t c = 0; c < 3; c++)
+            low[c] =
+                a->cube->data[i + c] < low[c] ? a->cube->data[i + c] : low[c];
 }
 
 static void copy_row(const fill *a, int face, int y)
@@ -182,9 +163,8 @@ static size_t level_floats(int size, int level)
 static ibl_status fill_levels(ibl_ctx *ctx, fill *a)
 {
     a->edge = a->pyramid->size;
-    ibl_status status = find_floor(ctx, a);
-    if (!status)
-        status = ibl_run(ctx, NULL, (a->edge + 1) / 2, copy_job, a);
+    find_floor(a);
+    ibl_status status = ibl_run(ctx, NULL, (a->edge + 1) / 2, copy_job, a);
     if (!status)
         fill_border(a);
     for (a->level = 1; a->level < a->pyramid->levels && !status; a->level++) {

@@ -56,12 +56,12 @@ static double radius(double alpha, double y, double *sin_h, double *cos_h)
     return 8.0 * tanh_y * e / ((1.0 + e) * (1.0 + e));
 }
 
+/* Full rings up to y = end. */
 static void add_inner(const ibl_brdf_rule *r, const ibl_split_view *v,
                       double end, double sum[2])
 {
-    double sin_h, cos_h;
-
     for (int i = 0; i < IBL_BRDF_INNER; i++) {
+        double sin_h, cos_h;
         const double w = end * r->inner_weight[i] / IBL_BRDF_ANGLES *
                          radius(v->alpha, end * r->inner_at[i], &sin_h, &cos_h);
         for (int k = 0; k < IBL_BRDF_ANGLES; k++)
@@ -69,13 +69,13 @@ static void add_inner(const ibl_brdf_rule *r, const ibl_split_view *v,
     }
 }
 
+/* Arcs beyond. */
 static void add_outer(const ibl_brdf_rule *r, const ibl_split_view *v,
                       ibl_brdf_limits y, double sum[2])
 {
     const double length = y.outer - y.inner;
-    double sin_h, cos_h;
-
     for (int i = 0; i < IBL_BRDF_OUTER; i++) {
+        double sin_h, cos_h;
         const double du =
             radius(v->alpha, y.inner + length * r->outer_at[i], &sin_h, &cos_h);
         const double t = sin_h / cos_h;

@@ -10,16 +10,16 @@
 #include "kern/brdf_quadrature.h"
 #include "kern/lanes.h"
 
-typedef struct split_lanes {
+typedef struct views {
     vf cosine, sine, inner, outer; /* inner, outer: limits of y */
     vf a2, rest;                   /* alpha^2, 1 - alpha^2; Schlick: k, 1 - k */
     vf of_view;                    /* the visibility's part without N.L */
     vf alpha;
     bool schlick;
-} split_lanes;
+} views;
 
 /* exp(y), 0 <= y < 80, to 2e-7: Taylor's series of 2^f, |f| <= 1/2. */
-static inline vf split_exp(vf y)
+static inline vf vf_exp(vf y)
 {
     /* 1.5 2^23: adding it leaves the nearest integer in the low bits. */
     const vf magic = vf_all(12582912.0f);
@@ -42,7 +42,7 @@ static inline vf split_exp(vf y)
 
 /* acos(x), -1 <= x <= 1, to 1e-7 but for rounding (Abramowitz and Stegun
  * 4.4.46). */
-static inline vf split_acos(vf x)
+static inline vf vf_acos(vf x)
 {
     const vf size = vf_max(x, -x);
     vf p = vf_all(-0.0012624911f);
@@ -59,7 +59,7 @@ static inline vf split_acos(vf x)
 
 /* cos(a), 0 <= a <= pi, as 1 - 2 sin^2(a / 2), the sine by its series to the
  * eleventh power: within 1.2e-7. */
-static inline vf split_cos(vf a)
+static inline vf vf_cos(vf a)
 {
     const vf x = vf_all(0.5f) * a, q = x * x;
     vf p = vf_all(-1.0f / 39916800);
@@ -72,25 +72,25 @@ static inline vf split_cos(vf a)
     return vf_fma(vf_all(-2) * s, s, vf_all(1));
 }
 
-/* A radius: t, its root 1 / cos_h, du / dy. */
-typedef struct split_radius {
+/* t, its root 1 / cos_h, du / dy. */
+typedef struct radius {
     vf t, root, du;
-} split_radius;
+} radius;
 
-static inline split_radius split_radius_at(const split_lanes *v, vf y)
+static inline radius radius_at(const views *v, vf y)
 {
     const vf one = vf_all(1);
-    const vf up = split_exp(y), down = one / up, e = down * down;
+    const vf up = vf_exp(y), down = one / up, e = down * down;
     const vf t = v->alpha * vf_all(0.5f) * (up - down);
     const vf plus = one + e;
-    return (split_radius){t, vf_sqrt(vf_fma(t, t, one)),
-                          vf_all(8) * (one - e) * e / (plus * plus * plus)};
+    return (radius){t, vf_sqrt(vf_fma(t, t, one)),
+                    vf_all(8) * (one - e) * e / (plus * plus * plus)};
 }
 
 /* Adds the integrand at a half vector, but for the weight; a and b are the
  * parts of V.H with and without cos(phi). */
-static inline void split_add(const split_lanes *v, vf a, vf b, vf cos_h,
-                             vf root, vf cos_phi, vf weight, vf sum[2])
+static inline void add_point(const views *v, vf a, vf b, vf cos_h, vf root,
+                             vf cos_phi, vf weight, vf sum[2])
 {
     vf v_dot_h = vf_fma(a, cos_phi, b);
     const vf n_dot_l = vf_fma(vf_all(2) * v_dot_h, cos_h, -v->cosine);
@@ -113,59 +113,55 @@ static inline void split_add(const split_lanes *v, vf a, vf b, vf cos_h,
 }
 
 /* Adds w times the points of a ring or, with `half` its angle, of an arc. */
-static inline void split_radius_add(const ibl_brdf_rule *r,
-                                    const split_lanes *v,
-                                    const split_radius *at, const vf *half,
-                                    vf w, vf sum[2])
+static inline void add_radius(const ibl_brdf_rule *r, const views *v,
+                              const radius *at, const vf *half, vf w, vf sum[2])
 {
     const vf one = vf_all(1), cos_h = one / at->root;
     const vf a = v->sine * at->t * cos_h, b = v->cosine * cos_h;
     vf part[2] = {vf_all(0), vf_all(0)};
 
     for (int k = 0; k < IBL_BRDF_ANGLES; k++)
-        split_add(v, a, b, cos_h, at->root,
-                  half ? split_cos(*half * vf_all((float)r->arc_at[k]))
+        add_point(v, a, b, cos_h, at->root,
+                  half ? vf_cos(*half * vf_all((float)r->arc_at[k]))
                        : vf_all((float)r->ring[k]),
                   half ? vf_all((float)r->arc_weight[k]) : one, part);
     sum[0] = vf_fma(w, part[0], sum[0]);
     sum[1] = vf_fma(w, part[1], sum[1]);
 }
 
-static inline void split_inner(const ibl_brdf_rule *r, const split_lanes *v,
-                               vf sum[2])
+static inline void add_inner(const ibl_brdf_rule *r, const views *v, vf sum[2])
 {
     for (int i = 0; i < IBL_BRDF_INNER; i++) {
         const vf y = v->inner * vf_all((float)r->inner_at[i]);
-        const split_radius at = split_radius_at(v, y);
+        const radius at = radius_at(v, y);
         const vf w = v->inner * at.du *
                      vf_all((float)(r->inner_weight[i] / IBL_BRDF_ANGLES));
-        split_radius_add(r, v, &at, NULL, w, sum);
+        add_radius(r, v, &at, NULL, w, sum);
     }
 }
 
-static inline void split_outer(const ibl_brdf_rule *r, const split_lanes *v,
-                               vf sum[2])
+static inline void add_outer(const ibl_brdf_rule *r, const views *v, vf sum[2])
 {
     const vf length = v->outer - v->inner, one = vf_all(1);
 
     for (int i = 0; i < IBL_BRDF_OUTER; i++) {
         const vf y = vf_fma(length, vf_all((float)r->outer_at[i]), v->inner);
-        const split_radius at = split_radius_at(v, y);
+        const radius at = radius_at(v, y);
         const vf c0 =
             v->cosine * vf_fma(at.t, at.t, -one) / (vf_all(2) * v->sine * at.t);
-        const vf half = split_acos(vf_max(vf_min(c0, one), -one));
+        const vf half = vf_acos(vf_max(vf_min(c0, one), -one));
         const vf w = length * at.du * half *
                      vf_all((float)(r->outer_weight[i] / IBL_PI));
-        split_radius_add(r, v, &at, &half, w, sum);
+        add_radius(r, v, &at, &half, w, sum);
     }
 }
 
 /* Lanes beyond count repeat the last view. */
-static inline split_lanes split_lanes_of(ibl_geometry geometry, double alpha,
-                                         const double *n_dot_v, int count)
+static inline views views_of(ibl_geometry geometry, double alpha,
+                             const double *n_dot_v, int count)
 {
     float cosine[VF], sine[VF], inner[VF], outer[VF];
-    split_lanes l;
+    views l;
 
     for (int i = 0; i < VF; i++) {
         const ibl_split_view v = ibl_split_view_of(
@@ -196,11 +192,11 @@ static void split_sums(const ibl_brdf_rule *rule, ibl_geometry geometry,
 {
     for (int i = 0; i < count; i += VF) {
         const int n = count - i < VF ? count - i : VF;
-        const split_lanes v = split_lanes_of(geometry, alpha, n_dot_v + i, n);
+        const views v = views_of(geometry, alpha, n_dot_v + i, n);
         vf both[2] = {vf_all(0), vf_all(0)};
         float scale[VF], bias[VF];
-        split_inner(rule, &v, both);
-        split_outer(rule, &v, both);
+        add_inner(rule, &v, both);
+        add_outer(rule, &v, both);
         vf_store(scale, both[0]);
         vf_store(bias, both[1]);
         for (int k = 0; k < n; k++) {
@@ -211,7 +207,7 @@ static void split_sums(const ibl_brdf_rule *rule, ibl_geometry geometry,
 }
 
 /* Both floats of a pair in turn. */
-static inline vf split_pair(const float *pair)
+static inline vf both_of(const float *pair)
 {
     double both;
     memcpy(&both, pair, sizeof both);
@@ -227,7 +223,7 @@ static void split_mix(const float *table, size_t stride, const float *pair,
         vf sum[4] = {vf_all(0), vf_all(0), vf_all(0), vf_all(0)};
         for (int k = 0; k < terms; k++) {
             const float *from = table + (size_t)k * stride + (size_t)i;
-            const vf both = split_pair(pair + 2 * k);
+            const vf both = both_of(pair + 2 * k);
             sum[0] = vf_fma(vf_load(from), both, sum[0]);
             sum[1] = vf_fma(vf_load(from + VF), both, sum[1]);
             sum[2] = vf_fma(vf_load(from + 2 * VF), both, sum[2]);
@@ -240,7 +236,7 @@ static void split_mix(const float *table, size_t stride, const float *pair,
         vf sum = vf_all(0);
         for (int k = 0; k < terms; k++)
             sum = vf_fma(vf_load(table + (size_t)k * stride + (size_t)i),
-                         split_pair(pair + 2 * k), sum);
+                         both_of(pair + 2 * k), sum);
         vf_store(out + i, sum);
     }
     ibl_brdf_mix_c(table + i, stride, pair, terms, count - i, out + i);
