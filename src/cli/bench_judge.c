@@ -64,7 +64,7 @@ static bool settings_of(const ibl_bench *b, const ibl_bench_point *p,
                          p->name);
         return false;
     }
-    if (!ibl_command_parse(&ibl_verify_command, *words, opts))
+    if (!ibl_command_line(&ibl_verify_command, *words, opts, NULL))
         return false;
     opts->common = b->opts->common;
     opts->judge.texels = b->opts->texels;

@@ -71,10 +71,9 @@ const char *ibl_output_content(ibl_output_kind kind)
 
 bool ibl_stem(const char *input, char *stem, size_t size)
 {
-    const char *slash = input ? strrchr(input, '/') : NULL;
-    const char *base = slash ? slash + 1 : input;
+    const char *base = input ? ibl_path_name(input) : "";
 
-    if (!base || !strcmp(base, "-") || !*base)
+    if (!strcmp(base, "-") || !*base)
         base = "env";
     const char *dot = strrchr(base, '.');
     const size_t length =

@@ -107,14 +107,12 @@ extern const ibl_program ibl_this_program;
  * command's name must be the first argument; else it is the first command. */
 int ibl_command_main(int argc, char **argv);
 
-/* Settings of a command (settings_size bytes) from the words of the command
- * line, ended by NULL. Strings point into words. False: the program ends with
- * *status, after --help or its like or after a line on stderr. */
+/* Settings of a command (settings_size bytes) from words, ended by NULL, to
+ * which their strings point. False: the program ends with *status, after --help
+ * or its like or after a line on stderr. status NULL: the words are not those
+ * of the command line; --help and its like are refused. */
 bool ibl_command_line(const ibl_command *cmd, char **words, void *settings,
                       int *status);
-/* The same from words that came from elsewhere, where nothing is printed but
- * the line on stderr. */
-bool ibl_command_parse(const ibl_command *cmd, char **words, void *settings);
 
 /* The whole --help, from the tables; at most 80 columns. */
 void ibl_command_help(const ibl_command *cmd, FILE *to);

@@ -316,27 +316,19 @@ static bool parse(line *l)
     return l->cmd->validate(l->settings);
 }
 
-bool ibl_command_parse(const ibl_command *cmd, char **words, void *settings)
-{
-    line l = {.cmd = cmd, .settings = settings, .argv = words};
-
-    return parse(&l) &&
-           (!l.stop ||
-            ibl_misuse("--%s: only on the command line: leave it out",
-                       l.stop->name));
-}
-
 bool ibl_command_line(const ibl_command *cmd, char **words, void *settings,
                       int *status)
 {
     line l = {.cmd = cmd, .settings = settings, .argv = words};
+    const bool parsed = parse(&l);
 
-    *status = 2;
-    if (!parse(&l))
-        return false;
-    if (!l.stop)
-        return true;
-    *status = 0;
+    if (status)
+        *status = parsed ? 0 : 2;
+    if (!parsed || !l.stop)
+        return parsed;
+    if (!status)
+        return ibl_misuse("--%s: only on the command line: leave it out",
+                          l.stop->name);
     if (l.stop->kind == IBL_OPTION_HELP)
         ibl_command_help(cmd, stdout);
     else
