@@ -251,10 +251,8 @@ static ibl_status choose_part(const ibl_exr_file *file,
 static ibl_status check_sampling(const ibl_exr_file *file, ibl_exr_pick *pick)
 {
     const exr_attr_chlist_entry_t *all = pick->channels->entries;
-    int lines = 1;
+    const int lines = pick->tiled ? 1 : pick->block_height;
 
-    if (!pick->tiled)
-        exr_get_scanlines_per_chunk(file->exr, pick->part, &lines);
     for (int i = 0; i < pick->channels->num_channels; i++) {
         if (lines > 1 && lines % all[i].y_sampling)
             return ibl_unsupported(file->in,
@@ -351,6 +349,7 @@ ibl_status ibl_exr_choose(ibl_exr_file *file, const ibl_read_options *opts,
                           ibl_exr_pick *pick)
 {
     exr_attr_box2i_t display, data;
+    int *width = &pick->block_width, *height = &pick->block_height;
     ibl_status status;
 
     *pick = (ibl_exr_pick){0};
@@ -363,15 +362,17 @@ ibl_status ibl_exr_choose(ibl_exr_file *file, const ibl_read_options *opts,
     if (exr_get_display_window(file->exr, pick->part, &display) ||
         exr_get_data_window(file->exr, pick->part, &data) ||
         exr_get_compression(file->exr, pick->part, &pick->compression) ||
-        (pick->tiled &&
-         exr_get_tile_sizes(file->exr, pick->part, 0, 0, &pick->tile_width,
-                            &pick->tile_height)))
+        (pick->tiled
+             ? exr_get_tile_sizes(file->exr, pick->part, 0, 0, width, height)
+             : exr_get_scanlines_per_chunk(file->exr, pick->part, height)))
         return ibl_bad_file(file->in, "damaged EXR header: %s", file->text);
     status = refuse_cube(file, pick->part);
     if (!status)
         status = read_window(file, &display, "display window", &pick->display);
     if (!status)
         status = read_window(file, &data, "data window", &pick->data);
+    if (!pick->tiled)
+        *width = pick->data.width;
     if (!status)
         status = check_windows(file, pick);
     if (!status)

@@ -163,10 +163,10 @@ static int steps(int length, int step)
     return (length - 1) / step + 1;
 }
 
-/* Lists blocks of width x height pixels, columns * rows of them. */
 static ibl_status list_blocks(ibl_exr_file *file, const ibl_exr_pick *pick,
-                              int width, int height, ibl_exr_table *table)
+                              ibl_exr_table *table)
 {
+    const int width = pick->block_width, height = pick->block_height;
     const ibl_exr_window *data = &pick->data;
     const int columns = steps(data->width, width);
     const int rows = steps(data->height, height);
@@ -198,16 +198,10 @@ static ibl_status list_blocks(ibl_exr_file *file, const ibl_exr_pick *pick,
 ibl_status ibl_exr_list_chunks(ibl_exr_file *file, const ibl_exr_pick *pick,
                                ibl_exr_table *table)
 {
-    int width = pick->data.width, height = 0;
+    const int width = pick->block_width, height = pick->block_height;
 
     *table = (ibl_exr_table){0};
     ibl_exr_listen(file);
-    if (pick->tiled) {
-        width = pick->tile_width;
-        height = pick->tile_height;
-    } else if (exr_get_scanlines_per_chunk(file->exr, pick->part, &height)) {
-        height = 0;
-    }
     if (width < 1 || height < 1)
         return bad_chunk(file, pick->data.y0);
 
@@ -223,7 +217,7 @@ ibl_status ibl_exr_list_chunks(ibl_exr_file *file, const ibl_exr_pick *pick,
     if (!table->chunks)
         return ibl_no_memory(file->in->ctx, "the blocks of an EXR");
     table->lines = height < pick->data.height ? height : pick->data.height;
-    return list_blocks(file, pick, width, height, table);
+    return list_blocks(file, pick, table);
 }
 
 /* ---- undoing the compression ---------------------------------------- */

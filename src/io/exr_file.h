@@ -49,7 +49,7 @@ typedef struct ibl_exr_pick {
     const exr_attr_chlist_t *channels; /* owned by the core */
     exr_compression_t compression;
     bool tiled;
-    int tile_width, tile_height; /* of tiled parts */
+    int block_width, block_height; /* of a tile, or of a scan line's block */
     ibl_exr_window display, data;
     float luma[3]; /* Y's weights of R, G and B */
 } ibl_exr_pick;

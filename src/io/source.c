@@ -19,7 +19,6 @@ enum {
 
 struct ibl_source {
     ibl_ctx *ctx;
-    char *name;
     ibl_input in;
     ibl_rows *rows;
     ibl_mender mender;
@@ -28,6 +27,7 @@ struct ibl_source {
     bool straight;     /* colours are not multiplied by alpha yet */
     int row;           /* the next */
     ibl_status status; /* of a read that failed */
+    char name[];
 };
 
 ibl_read_options ibl_read_options_default(void)
@@ -156,12 +156,8 @@ static ibl_status open_any(ibl_source *s, const ibl_read_options *opts)
     return open_bridged(s, opts);
 }
 
-/* A source without its input; owns a copy of the name. */
-static ibl_status make(ibl_ctx *ctx, const char *name,
-                       const ibl_read_options *opts, ibl_source **out)
+static ibl_status check_options(ibl_ctx *ctx, const ibl_read_options *opts)
 {
-    const size_t bytes = strlen(name) + 1;
-
     if (opts->part < -1)
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "part %d: must be -1 or the number of a part, from 0",
@@ -170,19 +166,6 @@ static ibl_status make(ibl_ctx *ctx, const char *name,
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "alpha option %d: must be at most %d", (int)opts->alpha,
                         IBL_ALPHA_STRAIGHT);
-    ibl_source *s = ibl_alloc_zeroed(1, sizeof *s);
-    if (!s)
-        return ibl_no_memory(ctx, "a source");
-    s->ctx = ctx;
-    s->in.fd = -1;
-    s->strict = opts->strict;
-    s->name = ibl_alloc_array(bytes, 1);
-    if (!s->name) {
-        ibl_source_close(s);
-        return ibl_no_memory(ctx, "a source");
-    }
-    memcpy(s->name, name, bytes);
-    *out = s;
     return IBL_OK;
 }
 
@@ -193,11 +176,18 @@ static ibl_status open_source(ibl_ctx *ctx, const char *name, const void *bytes,
                               ibl_source **out)
 {
     const ibl_read_options opts = given ? *given : ibl_read_options_default();
-    ibl_source *s = NULL;
-    ibl_status status = make(ctx, name, &opts, &s);
+    const size_t name_bytes = strlen(name) + 1;
+    ibl_status status = check_options(ctx, &opts);
 
     if (status)
         return status;
+    ibl_source *s = ibl_alloc_zeroed(1, sizeof *s + name_bytes);
+    if (!s)
+        return ibl_no_memory(ctx, "a source");
+    s->ctx = ctx;
+    s->in.fd = -1;
+    s->strict = opts.strict;
+    memcpy(s->name, name, name_bytes);
     if (bytes)
         s->in = ibl_input_of(ctx, s->name, bytes, size);
     else
@@ -238,7 +228,6 @@ void ibl_source_close(ibl_source *source)
     ibl_mender_free(&source->mender);
     ibl_rows_close(source->rows);
     ibl_input_close(&source->in);
-    ibl_free(source->name);
     ibl_free(source);
 }
 
