@@ -27,7 +27,7 @@ static void erase_bar(ibl_console *c)
     c->drawn = false;
 }
 
-void ibl_console_log(void *console, ibl_log_level level, const char *text)
+static void print_log(void *console, ibl_log_level level, const char *text)
 {
     ibl_console *c = console;
     const char *kind = level == IBL_LOG_WARNING ? "warning: " : "";
@@ -47,7 +47,7 @@ static void say(ibl_console *c, ibl_log_level level, const char *fmt,
 {
     char text[IBL_LINE_BYTES];
     vsnprintf(text, sizeof text, fmt, ap);
-    ibl_console_log(c, level, text);
+    print_log(c, level, text);
 }
 
 void ibl_console_fail(ibl_console *c, const char *fmt, ...)
@@ -177,7 +177,7 @@ ibl_status ibl_start(const ibl_common *common, ibl_console *console,
 
     opts.threads = common->threads;
     opts.isa = common->isa;
-    opts.log = ibl_console_log;
+    opts.log = print_log;
     opts.log_cookie = console;
     opts.progress = ibl_console_progress;
     opts.progress_cookie = console;

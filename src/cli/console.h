@@ -32,11 +32,10 @@ typedef struct ibl_console {
 } ibl_console;
 
 void ibl_console_init(ibl_console *c, bool quiet, bool verbose);
-/* An ibl_log_fn and an ibl_progress_fn whose cookie is the console. Of the
- * errors only the first is printed: it is the cause. */
-void ibl_console_log(void *console, ibl_log_level level, const char *text);
+/* An ibl_progress_fn whose cookie is the console. */
 void ibl_console_progress(void *console, const char *stage, double done);
-/* Prints an error, "iblbake: ..." with a newline. */
+/* Prints an error, "iblbake: ..." with a newline, if it is the first, which is
+ * the cause of the others. */
 void ibl_console_fail(ibl_console *c, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
 /* The same; returns status. */

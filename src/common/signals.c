@@ -10,7 +10,7 @@
  * that give up. */
 static const int caught[] = {SIGHUP,  SIGINT,  SIGQUIT, SIGABRT, SIGUSR1,
                              SIGUSR2, SIGPIPE, SIGALRM, SIGTERM, SIGXCPU};
-static _Atomic(ibl_outputs *) guarded;
+static _Atomic(ibl_outputs *) guarded; /* a signal aborts it */
 static _Atomic(pid_t) running;
 
 /* The signal is blocked while this runs, so that the one raised here arrives
@@ -54,11 +54,6 @@ void ibl_signals_catch(void)
     signal(SIGXFSZ, SIG_IGN);
 }
 
-void ibl_signals_guard(ibl_outputs *outputs)
-{
-    atomic_store(&guarded, outputs);
-}
-
 void ibl_signals_group(pid_t group)
 {
     atomic_store(&running, group);
@@ -84,7 +79,7 @@ ibl_status ibl_start_outputs(ibl_ctx *ctx, int sync, ibl_outputs **outputs)
 
     if (!status) {
         ibl_outputs_sync(*outputs, sync);
-        ibl_signals_guard(*outputs);
+        atomic_store(&guarded, *outputs);
     }
     return status;
 }
@@ -93,7 +88,7 @@ void ibl_end_outputs(ibl_outputs *outputs)
 {
     /* Guarded until nothing is left. */
     ibl_outputs_abort(outputs);
-    ibl_signals_guard(NULL);
+    atomic_store(&guarded, NULL);
     ibl_outputs_free(outputs);
 }
 
@@ -101,7 +96,7 @@ ibl_status ibl_commit_outputs(ibl_outputs *outputs)
 {
     ibl_signals_hold();
     const ibl_status status = ibl_outputs_commit(outputs);
-    ibl_signals_guard(NULL);
+    atomic_store(&guarded, NULL);
     ibl_signals_release();
     return status;
 }

@@ -14,8 +14,6 @@
 void ibl_signals_catch(void);
 /* Gives those signals to another handler, or to SIG_DFL. */
 void ibl_signals_pass(void (*handler)(int number));
-/* The set that a signal aborts; NULL: none. */
-void ibl_signals_guard(ibl_outputs *outputs);
 /* The process group that a signal kills along with us, led by a child of this
  * process; 0: none. */
 void ibl_signals_group(pid_t group);
