@@ -24,7 +24,6 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
 #include "core/alloc.h"
@@ -550,24 +549,14 @@ ibl_status ibl_outputs_wait(ibl_outputs *out)
 
 /* ---- commit and abort ----------------------------------------------- */
 
-/* Swaps two names; ENOSYS or EINVAL where that cannot be done. */
+/* Exchanges two names; ENOSYS or EINVAL where that cannot be done. */
 static int exchange(const char *a, const char *b)
 {
-#ifdef SYS_renameat2
-    enum {
-        EXCHANGE = 2 /* RENAME_EXCHANGE */
-    };
-    return (int)syscall(SYS_renameat2, AT_FDCWD, a, AT_FDCWD, b, EXCHANGE);
-#else
-    (void)a;
-    (void)b;
-    errno = ENOSYS;
-    return -1;
-#endif
+    return renameat2(AT_FDCWD, a, AT_FDCWD, b, RENAME_EXCHANGE);
 }
 
-/* Whether the file bears the name. errno is 0 where another one does, ENOENT
- * where none does, and something else where that cannot be known. */
+/* Whether the file has the name. errno: 0 if another file has it, ENOENT if
+ * none has, others if that is unknown. */
 static bool is_ours(const slot *s, const char *path)
 {
     struct stat st;
@@ -575,8 +564,8 @@ static bool is_ours(const slot *s, const char *path)
     return !lstat(path, &st) && st.st_dev == s->device && st.st_ino == s->inode;
 }
 
-/* Brings the old file back. What rename has replaced, on a file system that
- * cannot exchange, is gone: there the new one stays. */
+/* Brings the old file back. If the file system cannot exchange names, rename
+ * has removed it: then the new one stays. */
 static void take_back(slot *s)
 {
     if (!atomic_load(&s->replaces)) {
@@ -592,7 +581,8 @@ static void take_back(slot *s)
     unlink(s->temporary);
 }
 
-/* Brings one file of the set away, and the old one back. Only system calls. */
+/* Removes one file of the set and brings back the old one. Only system calls.
+ */
 static void undo(slot *s)
 {
     const int state = atomic_load(&s->state);
@@ -606,8 +596,7 @@ static void undo(slot *s)
     atomic_store(&s->state, UNUSED);
 }
 
-/* After a commit: what bears a temporary's name is the file that was there
- * before, or nothing. */
+/* After a commit: a temporary's name is that of the old file, or of none. */
 static void remove_old(ibl_outputs *out)
 {
     for (int i = 0; i < IBL_MAX_OUTPUTS; i++) {
