@@ -4,7 +4,6 @@
 
 #include <assert.h>
 #include <float.h>
-#include <pthread.h>
 #include <string.h>
 
 #include "core/half.h"
@@ -191,20 +190,13 @@ int ibl_pixel_samples(ibl_pixel pixel, ibl_sample s[IBL_MAX_SAMPLES])
     return 0;
 }
 
-static ibl_pixel_dsp best;
-static pthread_once_t best_once = PTHREAD_ONCE_INIT;
-
-static void find_best(void)
-{
-    ibl_pixel_dsp_init(&best, ibl_isa_best());
-}
-
 size_t ibl_pixel_encode(ibl_pixel pixel, const float *src, size_t count,
                         void *dst)
 {
     assert(pixel < IBL_PIXEL_COUNT);
-    pthread_once(&best_once, find_best);
-    return best.encode[pixel](src, count, dst);
+    ibl_pixel_dsp dsp;
+    ibl_pixel_dsp_init(&dsp, ibl_isa_best());
+    return dsp.encode[pixel](src, count, dst);
 }
 
 static void decode_halves(const unsigned char *src, int channels, int stride,

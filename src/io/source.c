@@ -90,36 +90,28 @@ static bool is_pnm(const unsigned char *b, size_t size)
             b[2] == '#');
 }
 
-/* What kind of image the bridge would have to read, by its first bytes: *kind
- * is its name for people, *reader OpenImageIO's; both NULL if unknown. */
-static void sniff(const unsigned char *bytes, size_t size, const char **kind,
-                  const char **reader)
+/* Of an image that the bridge would have to read: its name for people and
+ * OpenImageIO's; NULL: unknown. */
+static const signature *sniff(const unsigned char *bytes, size_t size)
 {
-    *kind = *reader = NULL;
+    static const signature pnm = {.kind = "PNM", .reader = "pnm"};
+
     for (size_t i = 0; i < sizeof signatures / sizeof signatures[0]; i++) {
         const signature *s = &signatures[i];
-        if (size < (size_t)s->offset + s->size ||
-            memcmp(bytes + s->offset, s->bytes, s->size) != 0)
-            continue;
-        *kind = s->kind;
-        *reader = s->reader;
-        return;
+        if (size >= (size_t)s->offset + s->size &&
+            !memcmp(bytes + s->offset, s->bytes, s->size))
+            return s;
     }
-    if (is_pnm(bytes, size)) {
-        *kind = "PNM";
-        *reader = "pnm";
-    }
+    return is_pnm(bytes, size) ? &pnm : NULL;
 }
 
 /* ---- opening -------------------------------------------------------- */
 
 static uint64_t longest(const unsigned char *bytes, size_t size)
 {
-    const char *kind, *reader;
     if (ibl_rgbe_is(bytes, size))
         return ibl_rgbe_longest(bytes, size);
-    sniff(bytes, size, &kind, &reader);
-    return kind || ibl_exr_is(bytes, size) ? IBL_LONGEST : 0;
+    return sniff(bytes, size) || ibl_exr_is(bytes, size) ? IBL_LONGEST : 0;
 }
 
 static ibl_status open_bridged(ibl_source *s, const ibl_read_options *opts)
@@ -128,7 +120,11 @@ static ibl_status open_bridged(ibl_source *s, const ibl_read_options *opts)
     if (status)
         return status;
     ibl_bridge_source source = {.in = &s->in};
-    sniff(s->in.bytes, s->in.size, &source.kind, &source.request.reader);
+    const signature *known = sniff(s->in.bytes, s->in.size);
+    if (known) {
+        source.kind = known->kind;
+        source.request.reader = known->reader;
+    }
     return ibl_bridge_rows(&source, opts, &s->rows);
 }
 
