@@ -90,7 +90,8 @@ static ibl_read_report truth(ibl_image *img)
     return count;
 }
 
-/* Rows that a test has made, mended in calls of at most `most` rows. */
+/* Rows that a test has made, mended in calls of at most `most` rows, all to the
+ * same memory. */
 static ibl_status mend(ibl_ctx *ctx, ibl_image *img, int most, test_random *r,
                        ibl_read_report *done)
 {
@@ -103,6 +104,7 @@ static ibl_status mend(ibl_ctx *ctx, ibl_image *img, int most, test_random *r,
     *done = (ibl_read_report){.format = ""};
     if (status)
         return status;
+    float *call = malloc(floats * sizeof(float) * (size_t)most);
     memcpy(copy.data, img->data, floats * sizeof(float) * (size_t)img->height);
     status = ibl_rows_of_image(ctx, &copy, &rows);
     if (!status)
@@ -111,12 +113,15 @@ static ibl_status mend(ibl_ctx *ctx, ibl_image *img, int most, test_random *r,
         const int left = img->height - y;
         n = 1 + (int)(test_random_unit(r) * most);
         n = n < left ? n : left;
-        status = ibl_mender_read(&m, n, img->data + floats * (size_t)y);
+        status = ibl_mender_read(&m, n, call);
+        memcpy(img->data + floats * (size_t)y, call,
+               floats * sizeof(float) * (size_t)n);
     }
     if (rows)
         *done = rows->report;
     ibl_mender_free(&m);
     ibl_rows_close(rows);
+    free(call);
     return status;
 }
 
