@@ -3,9 +3,9 @@
  * iblbake: reading images, reading and writing textures.
  *
  * Conventions, status codes and thread rules: <ibl/ibl.h>. Programs that use
- * ibl_image_read, ibl_image_decode or ibl_source_open also link OpenEXRCore and,
- * if the library was built with it, libdeflate. Everything else here needs only
- * the C library.
+ * ibl_image_read, ibl_image_decode or ibl_source_open also link OpenEXRCore
+ * and, if the library was built with it, libdeflate. Everything else here needs
+ * only the C library.
  */
 #ifndef IBL_IO_H
 #define IBL_IO_H

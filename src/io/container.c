@@ -103,24 +103,22 @@ uint64_t ibl_place_bytes(const ibl_place *place, const ibl_texture *tex,
 }
 
 ibl_status ibl_texture_begin(const ibl_input *in, const ibl_shape *shape,
-                             const ibl_layout *layout, uint32_t row_align,
-                             ibl_texture *tex)
+                             const ibl_place *place, ibl_texture *tex)
 {
     const ibl_status status = check_shape(in, shape);
     if (status)
         return status;
-    *tex = (ibl_texture){.pixel = layout->pixel,
+    *tex = (ibl_texture){.pixel = place->layout->pixel,
                          .width = (int)shape->width,
                          .height = (int)shape->height,
                          .levels = shape->levels ? (int)shape->levels : 1,
                          .layers = shape->layers ? (int)shape->layers : 1,
                          .faces = (int)shape->faces};
 
-    const ibl_place place = {layout, 0, row_align, false};
     const uint64_t images = (uint64_t)tex->layers * (uint64_t)tex->faces;
     uint64_t stored = 0, texels = 0;
     for (int l = 0; l < tex->levels; l++) { /* below 2^51, by the limits */
-        stored += images * ibl_place_bytes(&place, tex, l);
+        stored += images * ibl_place_bytes(place, tex, l);
         texels +=
             images * ibl_texture_width(tex, l) * ibl_texture_height(tex, l);
     }

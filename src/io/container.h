@@ -34,19 +34,18 @@ typedef struct ibl_shape {
 
 ibl_shape ibl_shape_of(const ibl_texture *tex);
 
-/* Allocates tex, without keys, after checking shape and that the file has
- * enough bytes. Rows in the file begin at multiples of row_align. */
-ibl_status ibl_texture_begin(const ibl_input *in, const ibl_shape *shape,
-                             const ibl_layout *layout, uint32_t row_align,
-                             ibl_texture *tex);
-
 /* Where a level's face of a layer is in the file. */
 typedef struct ibl_place {
     const ibl_layout *layout;
     uint64_t at;
-    uint32_t row_align;
-    bool bottom_up; /* the first row in the file is the lowest */
+    uint32_t row_align; /* rows begin at multiples of it */
+    bool bottom_up;     /* the first row in the file is the lowest */
 } ibl_place;
+
+/* Allocates tex, without keys, after checking shape and that the file has
+ * enough bytes for place's layout and alignment. */
+ibl_status ibl_texture_begin(const ibl_input *in, const ibl_shape *shape,
+                             const ibl_place *place, ibl_texture *tex);
 
 /* Bytes of a level's face in the file. */
 uint64_t ibl_place_bytes(const ibl_place *place, const ibl_texture *tex,

@@ -187,7 +187,7 @@ ibl_status ibl_dds_decode(ibl_input *in, ibl_texture *tex)
         status = read_direct3d9(in, &h, &place.layout, &shape);
     }
     if (!status)
-        status = ibl_texture_begin(in, &shape, place.layout, 1, tex);
+        status = ibl_texture_begin(in, &shape, &place, tex);
     if (status)
         return status;
     for (int i = 0; i < tex->layers * tex->faces; i++) {

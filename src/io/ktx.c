@@ -169,7 +169,7 @@ ibl_status ibl_ktx_decode(ibl_input *in, ibl_texture *tex)
         (h.gl_type_size != 1 || in->swap))
         return ibl_bad_file(in, "damaged: glTypeSize %u, must be %d",
                             h.gl_type_size, place.layout->word_bytes);
-    status = ibl_texture_begin(in, &h.shape, place.layout, ROW_ALIGN, tex);
+    status = ibl_texture_begin(in, &h.shape, &place, tex);
     if (status)
         return status;
     status = ibl_keys_read(in, sizeof h, h.key_bytes, rows_down, rows_up, tex,

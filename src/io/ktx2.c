@@ -166,14 +166,13 @@ static ibl_status check_header(const ibl_input *in, const header *h,
     return IBL_OK;
 }
 
-static ibl_status read_level(const ibl_input *in, const ibl_layout *layout,
-                             ibl_texture *tex, int level, bool bottom_up)
+static ibl_status read_level(const ibl_input *in, ibl_place *place,
+                             ibl_texture *tex, int level)
 {
     index_entry entry;
     memcpy(&entry, in->bytes + sizeof(header) + sizeof entry * (size_t)level,
            sizeof entry);
-    ibl_place place = {layout, entry.at, 1, bottom_up};
-    const uint64_t must = ibl_place_bytes(&place, tex, level) *
+    const uint64_t must = ibl_place_bytes(place, tex, level) *
                           (uint64_t)tex->layers * (uint64_t)tex->faces;
 
     if (entry.bytes != must || entry.bytes != entry.bytes_uncompressed)
@@ -183,35 +182,36 @@ static ibl_status read_level(const ibl_input *in, const ibl_layout *layout,
     /* So that adding a face to the offset cannot overflow. */
     if (!ibl_input_has(in, entry.at, entry.bytes))
         return ibl_input_short(in, "one of its levels");
-    return ibl_place_read_level(in, &place, tex, level);
+    place->at = entry.at;
+    return ibl_place_read_level(in, place, tex, level);
 }
 
 ibl_status ibl_ktx2_decode(ibl_input *in, ibl_texture *tex)
 {
-    const ibl_layout *layout = NULL;
+    ibl_place place = {.row_align = 1};
     header h;
-    bool bottom_up;
     ibl_status status;
 
     if (!ibl_input_has(in, 0, sizeof h))
         return ibl_input_short(in, "a KTX2 header");
     memcpy(&h, in->bytes, sizeof h);
-    status = find_layout(in, &h, &layout);
+    status = find_layout(in, &h, &place.layout);
     if (!status)
-        status = check_header(in, &h, layout);
+        status = check_header(in, &h, place.layout);
     if (!status)
-        status = ibl_texture_begin(in, &h.shape, layout, 1, tex);
+        status = ibl_texture_begin(in, &h.shape, &place, tex);
     if (status)
         return status;
     if (!ibl_input_has(in, sizeof h,
                        sizeof(index_entry) * (uint64_t)tex->levels))
         return ibl_input_short(in, "its level index");
-    status = ibl_keys_read(in, h.kvd, h.kvd_bytes, "rd", "ru", tex, &bottom_up);
+    status = ibl_keys_read(in, h.kvd, h.kvd_bytes, "rd", "ru", tex,
+                           &place.bottom_up);
     tex->premultiplied =
-        layout->texel_bytes == (int)ibl_pixel_bytes(tex->pixel) &&
+        place.layout->texel_bytes == (int)ibl_pixel_bytes(tex->pixel) &&
         ibl_pixel_has_alpha(tex->pixel) &&
         in->bytes[h.dfd + DFD_FLAGS] & ALPHA_PREMULTIPLIED;
     for (int l = 0; !status && l < tex->levels; l++)
-        status = read_level(in, layout, tex, l, bottom_up);
+        status = read_level(in, &place, tex, l);
     return status;
 }

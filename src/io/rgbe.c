@@ -148,34 +148,6 @@ size_t ibl_rgbe_most_bytes(const ibl_rgbe_header *h)
     return 8 * (size_t)h->row_px + 64;
 }
 
-static ibl_status report_fault(const ibl_input *in, fault f, int row,
-                               const ibl_rgbe_header *h, int value)
-{
-    switch (f) {
-    case ZERO_RUN:
-        return ibl_bad_file(
-            in, "scanline %d of %d has a run of no pixels: the file is damaged",
-            row + 1, h->rows);
-    case OVERRUN:
-        return ibl_bad_file(in,
-                            "scanline %d of %d has a run that ends %d pixels "
-                            "beyond its %d: the file is damaged",
-                            row + 1, h->rows, value, h->row_px);
-    case BAD_LENGTH:
-        return ibl_bad_file(in,
-                            "scanline %d of %d says it has %d pixels, not %d: "
-                            "the file is damaged",
-                            row + 1, h->rows, value, h->row_px);
-    case WHOLE:
-    case CUT:
-        break;
-    }
-    return ibl_bad_file(
-        in,
-        "the file ends in scanline %d of %d: it is cut short: copy it again",
-        row + 1, h->rows);
-}
-
 /* ---- their pixels ------------------------------------------------------ */
 
 static size_t plane_bytes(const ibl_rgbe_header *h)
@@ -345,12 +317,39 @@ static void fill_pack(rgbe_rows *r, pack *p)
         p->fault = WHOLE;
 }
 
+/* The error of the scanline after those of a pack, if it has one. */
 static ibl_status report(const rgbe_rows *r, const pack *p)
 {
+    const ibl_input *in = r->in;
+    const int line = r->line + 1, lines = r->h.rows, pixels = r->h.row_px;
+
     if (p->error)
-        return ibl_input_unread(r->in, p->error);
-    return p->fault ? report_fault(r->in, p->fault, r->line, &r->h, p->value)
-                    : IBL_OK;
+        return ibl_input_unread(in, p->error);
+    switch (p->fault) {
+    case ZERO_RUN:
+        return ibl_bad_file(
+            in, "scanline %d of %d has a run of no pixels: the file is damaged",
+            line, lines);
+    case OVERRUN:
+        return ibl_bad_file(in,
+                            "scanline %d of %d has a run that ends %d pixels "
+                            "beyond its %d: the file is damaged",
+                            line, lines, p->value, pixels);
+    case BAD_LENGTH:
+        return ibl_bad_file(in,
+                            "scanline %d of %d says it has %d pixels, not %d: "
+                            "the file is damaged",
+                            line, lines, p->value, pixels);
+    case CUT:
+        return ibl_bad_file(
+            in,
+            "the file ends in scanline %d of %d: it is cut short: copy it "
+            "again",
+            line, lines);
+    case WHOLE:
+        break;
+    }
+    return IBL_OK;
 }
 
 static bool has_flat_size(const rgbe_rows *r)
