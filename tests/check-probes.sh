@@ -841,7 +841,7 @@ test_without_memory() {
     rm -rf whole
     iblbake probes -q -j 1 tiny.json -o whole
     local at status
-    for ((at = 0; at < 400; at += 3)); do
+    for ((at = 0; at < 800; at += 3)); do
         rm -rf scarce
         LD_PRELOAD=$PWD/no_memory.so NO_MEMORY_AT=$at \
             iblbake probes -q -j 1 tiny.json -o scarce 2>err

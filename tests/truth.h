@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Truth for the tests: the sums of the conventions in ibl/ibl.h written out
- * in double precision, slowly, sharing no code with the library but truth_lut. Directions
- * are unit vectors, colours RGB.
+ * in double precision, slowly, sharing no code with the library but truth_lut.
+ * Directions are unit vectors, colours RGB.
  */
 #ifndef TRUTH_H
 #define TRUTH_H

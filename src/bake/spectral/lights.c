@@ -8,6 +8,7 @@
 enum {
     LANES = 4,     /* pixels looked at together: what is kept of them is in
                       registers */
+    SCALED = 64,   /* pixels scaled at a time, a multiple of that */
     OUTSHINE = 64, /* times the mean of the others */
     MOST_STEPS = 40
 };
@@ -50,9 +51,26 @@ static void look_at(const float *rgb, int pixels, const float base[3],
     *to = s;
 }
 
-/* What is known of all rows in the end, with their sums. */
+/* The same, times a power of two, which changes no digits. */
+static void look_at_scaled(const float *rgb, int pixels, const float base[3],
+                           float scale, lanes *to)
+{
+    float some[3 * SCALED], from[3];
+
+    for (int c = 0; c < 3; c++)
+        from[c] = base[c] * scale;
+    for (int done = 0; done < pixels; done += SCALED) {
+        const int count = pixels - done < SCALED ? pixels - done : SCALED;
+        for (int i = 0; i < 3 * count; i++)
+            some[i] = rgb[3 * done + i] * scale;
+        look_at(some, count, from, to);
+    }
+}
+
+/* What is known of all rows in the end, with their sums to the scale. */
 static lanes look_at_rows(const float *rgb, int width, int rows,
-                          const float base[3], double total[3], double *squares)
+                          const float base[3], float scale, double total[3],
+                          double *squares)
 {
     lanes s;
 
@@ -64,29 +82,17 @@ static lanes look_at_rows(const float *rgb, int width, int rows,
     for (int j = 0; j < rows; j++, rgb += 3 * (size_t)width) {
         memset(s.sum, 0, sizeof s.sum);
         memset(s.square, 0, sizeof s.square);
-        look_at(rgb, width, base, &s);
+        if (scale < 1 || scale > 1)
+            look_at_scaled(rgb, width, base, scale, &s);
+        else
+            look_at(rgb, width, base, &s);
         squares[j] = 0;
         for (int k = 0; k < 3 * LANES; k++) {
-            total[k % 3] += (double)s.sum[k];
-            squares[j] += (double)s.square[k];
+            total[k % 3] += (double)s.sum[k] / (double)scale;
+            squares[j] += (double)s.square[k] / (double)scale / (double)scale;
         }
     }
     return s;
-}
-
-/* The sums alone, in double. */
-static void sum_in_double(const float *rgb, int width, int rows,
-                          const float base[3], double total[3], double *squares)
-{
-    total[0] = total[1] = total[2] = 0;
-    for (int j = 0; j < rows; j++) {
-        squares[j] = 0;
-        for (int k = 0; k < 3 * width; k++, rgb++) {
-            const double above = (double)*rgb - (double)base[k % 3];
-            total[k % 3] += (double)*rgb;
-            squares[j] += above * above;
-        }
-    }
 }
 
 void ibl_row_range_of(const float *rgb, int width, int rows,
@@ -95,7 +101,7 @@ void ibl_row_range_of(const float *rgb, int width, int rows,
 {
     double total[3];
     float most = 0;
-    const lanes s = look_at_rows(rgb, width, rows, base, total, squares);
+    const lanes s = look_at_rows(rgb, width, rows, base, 1, total, squares);
 
     for (int k = 0; k < 3 * LANES; k++) {
         const int c = k % 3;
@@ -106,7 +112,8 @@ void ibl_row_range_of(const float *rgb, int width, int rows,
         most = fmaxf(most, fmaxf(s.high[k], base[c]));
     }
     if (most > largest || (most > 0 && most < smallest))
-        sum_in_double(rgb, width, rows, base, total, squares);
+        look_at_rows(rgb, width, rows, base, most > 1 ? 0x1p-90f : 0x1p100f,
+                     total, squares);
     for (int c = 0; c < 3; c++)
         range->mean[c] = total[c] / width / rows;
 }

@@ -32,7 +32,8 @@ typedef struct ibl_row_range {
 /*
  * Looks at `rows` rows of `width` pixels.
  *   squares  of each row, the sum of squares of what all channels have above
- *            base
+ *            base. Values that are less than 2^-60 of the group's high or of
+ *            base may not count.
  */
 void ibl_row_range_of(const float *rgb, int width, int rows,
                       const float base[3], ibl_row_range *range,
