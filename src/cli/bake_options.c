@@ -250,10 +250,8 @@ static bool check_level_samples(const ibl_specular_options *s, int levels)
 static bool check_levels(const ibl_specular_options *s)
 {
     ibl_specular_layout layout;
-    int most = 1;
+    const int most = ibl_most_levels(s->size);
 
-    while (s->size >> most)
-        most++;
     if (s->levels > most)
         return ibl_misuse("--levels %d: a cube of size %d has 1 to %d levels",
                           s->levels, s->size, most);

@@ -69,6 +69,15 @@ const char *ibl_output_content(ibl_output_kind kind)
     return kind == IBL_OUTPUT_LUT ? "brdf_lut" : ibl_output_name(kind);
 }
 
+int ibl_most_levels(int size)
+{
+    int levels = 1;
+
+    while (size >> levels)
+        levels++;
+    return levels;
+}
+
 bool ibl_stem(const char *input, char *stem, size_t size)
 {
     const char *base = input ? ibl_path_name(input) : "";

@@ -43,6 +43,9 @@ const char *ibl_output_name(ibl_output_kind kind);
 /* The same as sidecars and keys have it: "brdf_lut" for "lut". */
 const char *ibl_output_content(ibl_output_kind kind);
 
+/* Of a cube of that size, down to 1x1. */
+int ibl_most_levels(int size);
+
 /* An environment's name without directory and extension; "env" for standard
  * input or none. False, after a line on stderr, if it does not fit. */
 bool ibl_stem(const char *input, char *stem, size_t size);

@@ -30,11 +30,17 @@ static void break_line(int depth, FILE *to)
     fprintf(to, "\n%*s", 2 * depth, "");
 }
 
-static bool write_string(const char *text, FILE *to)
+/* Few keys need escapes, and only those take memory. */
+static bool write_key(const char *key, FILE *to)
 {
-    json_t *string = json_string(text);
-    const bool ok = !json_dumpf(string, to, JSON_ENCODE_ANY);
+    const char *c = key;
 
+    while ((unsigned char)*c >= ' ' && *c != '"' && *c != '\\')
+        c++;
+    if (!*c)
+        return fprintf(to, "\"%s\"", key) > 0;
+    json_t *string = json_string(key);
+    const bool ok = !json_dumpf(string, to, JSON_ENCODE_ANY);
     json_decref(string);
     return ok;
 }
@@ -51,7 +57,7 @@ static bool write_object(json_t *object, int depth, FILE *to)
         fputs(between, to);
         between = ",";
         break_line(depth + 1, to);
-        ok &= write_string(key, to);
+        ok &= write_key(key, to);
         fputs(": ", to);
         ok &= write_value(value, depth + 1, to);
     }

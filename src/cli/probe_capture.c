@@ -29,12 +29,11 @@ static ibl_status check_alpha(const taker *t, float least, float most,
     *needed = least < IBL_CAPTURE_OPAQUE;
     if (most > 0)
         return IBL_OK;
-    ibl_console_fail(t->console,
-                     "%s: %s: alpha is 0 everywhere, so nothing would be seen "
-                     "of this probe: save it with alpha 1 where something is, "
-                     "or take --alpha ignore",
-                     t->set, t->capture->place);
-    return IBL_ERR_FORMAT;
+    return ibl_refuse(t->console, IBL_ERR_FORMAT,
+                      "%s: %s: alpha is 0 everywhere, so nothing would be "
+                      "seen of this probe: save it with alpha 1 where "
+                      "something is, or take --alpha ignore",
+                      t->set, t->capture->place);
 }
 
 /* ---- maps -------------------------------------------------------------- */
@@ -139,10 +138,9 @@ static ibl_status wrong_shape(const taker *t, int i, const ibl_image *img,
         snprintf(place, sizeof place, "%s.faces[%d]", t->capture->place, i);
     else
         snprintf(place, sizeof place, "%s.cross", t->capture->place);
-    ibl_console_fail(t->console, "%s: %s: %s: expected %s, found %d x %d",
-                     t->set, place, t->capture->file[i], expected, img->width,
-                     img->height);
-    return IBL_ERR_FORMAT;
+    return ibl_refuse(t->console, IBL_ERR_FORMAT,
+                      "%s: %s: %s: expected %s, found %d x %d", t->set, place,
+                      t->capture->file[i], expected, img->width, img->height);
 }
 
 /* Cubes of faces of n, with alpha 1. */

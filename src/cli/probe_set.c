@@ -181,15 +181,6 @@ static bool take_irradiance(ibl_json_at at, int *edge)
     return true;
 }
 
-int ibl_most_levels(int size)
-{
-    int levels = 1;
-
-    while (size >> levels)
-        levels++;
-    return levels;
-}
-
 /* levels comes after size, which limits it. */
 static bool take_defaults(ibl_json_at at, ibl_set_bake *b)
 {

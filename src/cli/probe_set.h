@@ -65,9 +65,6 @@ typedef struct ibl_probe_set {
     ibl_set_entry *entry;
 } ibl_probe_set;
 
-/* Of a cube of that size, down to 1x1. */
-int ibl_most_levels(int size);
-
 /* Layers of the arrays: probes and the global environment. */
 int ibl_probe_set_layers(const ibl_probe_set *set);
 

@@ -2,7 +2,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "cli/console.h"
@@ -13,8 +12,8 @@
 
 ibl_status ibl_probes_no_memory(const ibl_probes_bake *p)
 {
-    ibl_console_fail(p->console, "%s: no memory for the set", p->opts->input);
-    return IBL_ERR_MEMORY;
+    return ibl_refuse(p->console, IBL_ERR_MEMORY, "%s: no memory for the set",
+                      p->opts->input);
 }
 
 /* ---- what is asked for -------------------------------------------------- */
@@ -59,12 +58,10 @@ static ibl_status find_options(ibl_probes_bake *p)
     if (b->irradiance)
         p->options.irradiance_options.size = b->irradiance;
     p->options.sh_degree = b->irradiance ? -1 : IBL_PROBES_SH_DEGREE;
-    if (ibl_specular_layout_of(s, &layout)) {
-        ibl_console_fail(p->console,
-                         "--levels %d: a cube of size %d has 1 to %d levels",
-                         b->levels, b->size, ibl_most_levels(b->size));
-        return IBL_ERR_ARGUMENT;
-    }
+    if (ibl_specular_layout_of(s, &layout))
+        return ibl_refuse(p->console, IBL_ERR_ARGUMENT,
+                          "--levels %d: a cube of size %d has 1 to %d levels",
+                          b->levels, b->size, ibl_most_levels(b->size));
     ibl_warn_of_small_faces(p->console, &layout);
     return IBL_OK;
 }
@@ -88,23 +85,14 @@ static ibl_status name_files(ibl_probes_bake *p)
     return p->path[IBL_PROBES_INDEX] ? IBL_OK : ibl_probes_no_memory(p);
 }
 
-static bool is_same_file(const char *a, const char *b)
-{
-    struct stat x, y;
-    return !stat(a, &x) && !stat(b, &y) && x.st_dev == y.st_dev &&
-           x.st_ino == y.st_ino;
-}
-
 ibl_status ibl_probes_check_input(const ibl_probes_bake *p, const char *input)
 {
     for (int i = 0; i < IBL_PROBES_FILES; i++)
-        if (p->path[i] && is_same_file(p->path[i], input)) {
-            ibl_console_fail(p->console,
-                             "%s: is both input and output: choose another "
-                             "directory",
-                             p->path[i]);
-            return IBL_ERR_ARGUMENT;
-        }
+        if (p->path[i] && ibl_path_same(p->path[i], input))
+            return ibl_refuse(
+                p->console, IBL_ERR_ARGUMENT,
+                "%s: is both input and output: choose another directory",
+                p->path[i]);
     return IBL_OK;
 }
 
@@ -171,11 +159,10 @@ static ibl_status check_alpha(const ibl_probes_bake *p, const ibl_set_entry *e)
 
     if (ibl_pixel_has_alpha(pixel))
         return IBL_OK;
-    ibl_console_fail(p->console,
-                     "%s: %s: has alpha below 1, which %s has no room for: "
-                     "choose --pixel rgba16f or rgba32f, or --alpha ignore",
-                     p->opts->input, e->capture.place, ibl_pixel_name(pixel));
-    return IBL_ERR_UNSUPPORTED;
+    return ibl_refuse(p->console, IBL_ERR_UNSUPPORTED,
+                      "%s: %s: has alpha below 1, which %s has no room for: "
+                      "choose --pixel rgba16f or rgba32f, or --alpha ignore",
+                      p->opts->input, e->capture.place, ibl_pixel_name(pixel));
 }
 
 static ibl_status take_capture(ibl_probes_bake *p, int layer,

@@ -73,11 +73,6 @@ static bool is_open_directory(const char *path)
     return ok;
 }
 
-static bool is_same(const struct stat *a, const struct stat *b)
-{
-    return a->st_dev == b->st_dev && a->st_ino == b->st_ino;
-}
-
 static bool is_link(const char *path)
 {
     struct stat st;
@@ -87,7 +82,7 @@ static bool is_link(const char *path)
 static ibl_status check_target(const ibl_bake *b, const char *path)
 {
     const char *input = b->opts->input;
-    struct stat in, out;
+    struct stat out;
     const int error = stat(path, &out) ? errno : 0;
 
     if (!error && !S_ISREG(out.st_mode))
@@ -107,8 +102,7 @@ static ibl_status check_target(const ibl_bake *b, const char *path)
             "%s: %s: choose a shorter one, the outputs' with --name", path,
             strerror(error));
     }
-    if (input && strcmp(input, "-") != 0 && !stat(input, &in) &&
-        is_same(&in, &out))
+    if (input && strcmp(input, "-") != 0 && ibl_path_same(input, path))
         return ibl_refuse(
             b->console, IBL_ERR_ARGUMENT,
             "%s: is both input and output: choose another --name or "
@@ -121,11 +115,9 @@ static ibl_status check_target(const ibl_bake *b, const char *path)
  * the same name if it is not to be found from here. */
 static bool is_source(const char *was, const char *input)
 {
-    struct stat a, b;
-
-    if (strcmp(was, "-") != 0 && strcmp(input, "-") != 0 && !stat(was, &a) &&
-        !stat(input, &b))
-        return is_same(&a, &b);
+    if (strcmp(was, "-") != 0 && strcmp(input, "-") != 0 &&
+        !access(was, F_OK) && !access(input, F_OK))
+        return ibl_path_same(was, input);
     return !strcmp(ibl_path_name(was), ibl_path_name(input));
 }
 

@@ -2,8 +2,12 @@
 #ifndef COMMON_PATH_H
 #define COMMON_PATH_H
 
+#include <stdbool.h>
+
 /* The part after the last slash. */
 const char *ibl_path_name(const char *path);
+/* Whether both exist and are the same file. */
+bool ibl_path_same(const char *a, const char *b);
 
 /* Both are for free(); NULL: no memory. */
 
