@@ -31,7 +31,7 @@ typedef struct bridge_calls {
 /* The kind of the file, for the middle of a sentence. */
 static const char *kind_of(const ibl_bridge_source *source, char text[96])
 {
-    if (!source->kind)
+    if (!source->kind[0])
         return "is no Radiance .hdr or OpenEXR file, other kinds need";
     snprintf(text, 96, "is %s, which needs", source->kind);
     return text;
@@ -124,16 +124,19 @@ static int make_file(const ibl_bridge_request *request, char path[32])
     return fd;
 }
 
-static ibl_status translate(const ibl_input *in, const char *kind,
+static ibl_status translate(const ibl_bridge_source *source,
                             ibl_bridge_result result, const char *message)
 {
+    const ibl_input *in = source->in;
+    const char *kind = source->kind;
+
     switch (result) {
     case IBL_BRIDGE_OK:
         return IBL_OK;
     case IBL_BRIDGE_MEMORY:
         return ibl_reject(in, IBL_ERR_MEMORY, "no memory to decode it");
     case IBL_BRIDGE_UNKNOWN:
-        if (kind)
+        if (kind[0])
             return ibl_unsupported(in, "is %s, but %s", kind, message);
         return ibl_bad_file(in, "is no image: neither Radiance .hdr nor "
                                 "OpenEXR nor anything that OpenImageIO knows");
@@ -142,7 +145,7 @@ static ibl_status translate(const ibl_input *in, const char *kind,
         break;
     }
     return ibl_bad_file(in, "damaged or unsupported %s: %s",
-                        kind ? kind : "image", message);
+                        kind[0] ? kind : "image", message);
 }
 
 /*
@@ -180,12 +183,9 @@ typedef struct bridge_rows {
     ibl_rows rows;
     bridge_calls calls;
     ibl_bridge *bridge;
-    const ibl_input *in;
-    char kind[64];          /* "": unknown */
+    ibl_bridge_source source;
     unsigned char *picture; /* the bytes that it reads, if not the source's */
     int fd;                 /* of a file with the bytes, or -1 */
-    bool is_luma;           /* Y RY BY, of these weights */
-    float luma[3];
 } bridge_rows;
 
 static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
@@ -206,10 +206,9 @@ static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
             return IBL_ERR_CANCELLED;
         const ibl_bridge_result result =
             r->calls.read(r->bridge, rows->row + done, n, dst, alpha, message);
-        ibl_status status =
-            translate(r->in, r->kind[0] ? r->kind : NULL, result, message);
-        if (!status && r->is_luma)
-            ibl_exr_line_to_rgb(r->luma, dst, n * rows->width);
+        ibl_status status = translate(&r->source, result, message);
+        if (!status && r->source.is_luma)
+            ibl_exr_line_to_rgb(r->source.luma, dst, n * rows->width);
         if (!status)
             status = ibl_rows_look(rows->ctx, dst, rows->width, n, most + done);
         if (status)
@@ -233,10 +232,9 @@ static void rows_close(ibl_rows *rows)
 /* ---- opening -------------------------------------------------------- */
 
 /* From memory, else through a file. */
-static ibl_status open_either(bridge_rows *r, const ibl_bridge_source *source,
-                              ibl_bridge_request *request,
-                              ibl_bridge_info *info)
+static ibl_status open_either(bridge_rows *r, ibl_bridge_info *info)
 {
+    ibl_bridge_request *request = &r->source.request;
     char message[IBL_BRIDGE_MESSAGE], path[32];
 
     ibl_bridge_result result =
@@ -245,18 +243,21 @@ static ibl_status open_either(bridge_rows *r, const ibl_bridge_source *source,
         r->fd = make_file(request, path);
         if (r->fd < 0)
             return ibl_reject(
-                r->in, IBL_ERR_IO,
+                r->source.in, IBL_ERR_IO,
                 "no temporary file for the image bridge in %s: %s", P_tmpdir,
                 strerror(errno));
         request->path = path;
         result = r->calls.open(request, &r->bridge, info, message);
+        request->path = NULL;
     }
-    return translate(r->in, source->kind, result, message);
+    return translate(&r->source, result, message);
 }
 
 /* Keeps the chunks that libpng needs: see io/truncation_check.h. */
-static ibl_status clean_png(bridge_rows *r, ibl_bridge_request *request)
+static ibl_status clean_png(bridge_rows *r)
 {
+    ibl_bridge_request *request = &r->source.request;
+
     r->picture = ibl_alloc_array(request->size, 1);
     if (!r->picture)
         return ibl_no_memory(r->rows.ctx, "a PNG");
@@ -265,31 +266,29 @@ static ibl_status clean_png(bridge_rows *r, ibl_bridge_request *request)
     return IBL_OK;
 }
 
-static ibl_status check_and_open(bridge_rows *r,
-                                 const ibl_bridge_source *source,
-                                 const ibl_read_options *opts)
+static ibl_status check_and_open(bridge_rows *r, const ibl_read_options *opts)
 {
-    const ibl_input *in = source->in;
+    const ibl_input *in = r->source.in;
     ibl_read_report *report = &r->rows.report;
-    ibl_bridge_request request = source->request;
+    ibl_bridge_request *request = &r->source.request;
     ibl_bridge_info info;
-    ibl_status status = load(source, &r->calls);
+    ibl_status status = load(&r->source, &r->calls);
     if (status)
         return status;
     const char *missing =
-        ibl_truncation_check(request.reader, in->bytes, in->size);
+        ibl_truncation_check(request->reader, in->bytes, in->size);
     if (missing)
-        return ibl_bad_file(in, "damaged %s: %s", source->kind, missing);
-    request.bytes = in->bytes;
-    request.size = in->size;
-    request.want_alpha = opts->alpha != IBL_ALPHA_IGNORE;
-    request.threads = ibl_ctx_threads(in->ctx);
-    if (request.reader && !strcmp(request.reader, "png"))
-        status = clean_png(r, &request);
+        return ibl_bad_file(in, "damaged %s: %s", r->source.kind, missing);
+    request->bytes = in->bytes;
+    request->size = in->size;
+    request->want_alpha = opts->alpha != IBL_ALPHA_IGNORE;
+    request->threads = ibl_ctx_threads(in->ctx);
+    if (request->reader && !strcmp(request->reader, "png"))
+        status = clean_png(r);
     if (!status)
-        status = open_either(r, source, &request, &info);
+        status = open_either(r, &info);
     if (!status)
-        status = check_claims(in, request.size, opts, &info);
+        status = check_claims(in, request->size, opts, &info);
     if (status)
         return status;
     r->rows.width = info.width;
@@ -312,13 +311,9 @@ ibl_status ibl_bridge_rows(const ibl_bridge_source *source,
     if (!r)
         return ibl_no_memory(ctx, "an image");
     r->rows = (ibl_rows){.ctx = ctx, .read = rows_read, .close = rows_close};
+    r->source = *source;
     r->fd = -1;
-    r->in = source->in;
-    snprintf(r->kind, sizeof r->kind, "%s", source->kind ? source->kind : "");
-    r->is_luma = source->luma != NULL;
-    if (source->luma)
-        memcpy(r->luma, source->luma, sizeof r->luma);
-    const ibl_status status = check_and_open(r, source, opts);
+    const ibl_status status = check_and_open(r, opts);
     if (status)
         ibl_rows_close(&r->rows);
     else

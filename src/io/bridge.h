@@ -8,9 +8,9 @@
 
 typedef struct ibl_bridge_source {
     const ibl_input *in; /* with bytes */
-    const char *kind;    /* of the file, for messages; NULL: unknown */
-    const float *luma;   /* the channels are Y RY BY: their weights; NULL: they
-                            are not */
+    char kind[64];       /* of the file, for messages; "": unknown */
+    bool is_luma;        /* the channels are Y RY BY, with these weights */
+    float luma[3];
     /* The format, the part and the channels; the rest is filled in. */
     ibl_bridge_request request;
 } ibl_bridge_source;

@@ -370,7 +370,6 @@ static ibl_status open_bridged(const ibl_exr_pick *pick, ibl_input *in,
 {
     const exr_attr_chlist_entry_t *all = pick->channels->entries;
     const char *compression = ibl_exr_compression_name(pick->compression);
-    char kind[64];
 
     if (pick->chroma_step != 1)
         return ibl_unsupported(in,
@@ -382,15 +381,15 @@ static ibl_status open_bridged(const ibl_exr_pick *pick, ibl_input *in,
         return status;
     ibl_bridge_source source = {
         .in = in,
-        .kind = kind,
-        .luma = pick->colour == IBL_EXR_LUMA_CHROMA ? pick->luma : NULL,
+        .is_luma = pick->colour == IBL_EXR_LUMA_CHROMA,
         .request = {.reader = "openexr", .subimage = pick->part},
     };
+    snprintf(source.kind, sizeof source.kind, "OpenEXR, %s", compression);
+    memcpy(source.luma, pick->luma, sizeof source.luma);
     if (pick->alpha >= 0)
         source.request.alpha = all[pick->alpha].name.str;
     for (int c = 0; c < 3; c++)
         source.request.channels[c] = all[pick->channel[c]].name.str;
-    snprintf(kind, sizeof kind, "OpenEXR, %s", compression);
     return ibl_bridge_rows(&source, opts, rows);
 }
 

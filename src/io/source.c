@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include <math.h>
 #include <stdbool.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -122,7 +123,7 @@ static ibl_status open_bridged(ibl_source *s, const ibl_read_options *opts)
     ibl_bridge_source source = {.in = &s->in};
     const signature *known = sniff(s->in.bytes, s->in.size);
     if (known) {
-        source.kind = known->kind;
+        snprintf(source.kind, sizeof source.kind, "%s", known->kind);
         source.request.reader = known->reader;
     }
     return ibl_bridge_rows(&source, opts, &s->rows);
