@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/bake_record.h"
 
-#include <math.h>
-
 static ibl_status judge_lut(ibl_bake *b, const ibl_texture *tex)
 {
     ibl_lut lut = {0};
@@ -74,8 +72,7 @@ ibl_status ibl_bake_judged(const ibl_bake *b)
     ibl_console_finish(b->console);
     if (!b->opts->common.quiet)
         ibl_report_print(&b->judged, stdout);
-    if (isnan(b->opts->max_error) ||
-        ibl_report_passes(&b->judged, b->opts->max_error, why, sizeof why))
+    if (ibl_report_passes(&b->judged, b->opts->max_error, why, sizeof why))
         return IBL_OK;
     return ibl_refuse(b->console, IBL_ERR_ARGUMENT, "%s: nothing was written",
                       why);

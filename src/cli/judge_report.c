@@ -35,6 +35,8 @@ void ibl_report_free(ibl_report *report)
 bool ibl_report_passes(const ibl_report *report, double max_error, char *why,
                        size_t size)
 {
+    if (isnan(max_error))
+        return true;
     for (int i = 0; i < report->count; i++) {
         const ibl_report_row *row = &report->rows[i];
         const ibl_verdict *v = &row->verdict;

@@ -34,7 +34,8 @@ ibl_status ibl_report_add(ibl_report *report, ibl_judge *judge,
 void ibl_report_free(ibl_report *report);
 
 /* Whether every nRMSE and the table's largest error are at most max_error and
- * everything is finite; else why says what is not, in one line. */
+ * everything is finite; else why gets the reason, in one line. NAN: no limit.
+ */
 bool ibl_report_passes(const ibl_report *report, double max_error, char *why,
                        size_t size);
 

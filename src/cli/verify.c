@@ -346,8 +346,7 @@ static int run(const void *settings)
     if (!status)
         status = judge_all(&v);
     if (!status) {
-        passed = isnan(opts->max_error) ||
-                 ibl_report_passes(&v.report, opts->max_error, why, sizeof why);
+        passed = ibl_report_passes(&v.report, opts->max_error, why, sizeof why);
         status = put_results(&v, passed);
     }
     ibl_console_finish(&console);
