@@ -18,6 +18,7 @@
 # last command.
 set -u
 . tests/lib.sh
+slow='interrupted'
 program=$build/iblbake
 need node
 use iblbake

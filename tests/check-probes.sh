@@ -5,6 +5,7 @@
 # names the build.
 set -u
 . tests/lib.sh
+slow='without_memory|options_change|cubes|mended|alpha_ch|interrupted|sixty'
 need node
 use iblbake
 mkenv hdr 32 16 >"$work/sun.hdr"

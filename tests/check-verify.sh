@@ -5,6 +5,7 @@
 # programs, and on nonsense. BUILD names the build.
 set -u
 . tests/lib.sh
+slow='lobes|every_thread|damage_is|figures_of|containers_and|tenth|heatmap|in_spite'
 need node
 use iblbake
 cp tests/cli/damage.mjs "$work/bin"

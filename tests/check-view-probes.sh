@@ -4,6 +4,7 @@
 # bakes it, and iblview lights the scene by that. BUILD names the build.
 set -u
 . tests/lib.sh
+slow='limited|saving|every_way'
 use_viewer
 mkenv exr 64 32 BGR >"$work/env.exr"
 iblbake -q "$work/env.exr" -o "$work/sky" --size 32 --irradiance-size 8 \

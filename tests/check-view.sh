@@ -4,6 +4,7 @@
 # and what is said about what does not work. BUILD names the build.
 set -u
 . tests/lib.sh
+slow='scene|every_option_counts|sheets_are|stats'
 use_viewer
 mkenv hdr 32 16 >"$work/env.hdr"
 mkenv exr 64 32 BGR >"$work/env.exr"

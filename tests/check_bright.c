@@ -414,5 +414,5 @@ static void suns(void)
 }
 
 static const test tests[] = {TEST(values), TEST(peaks),       TEST(horizon),
-                             TEST(levels), TEST(many_lights), TEST(suns)};
+                             TEST(levels), TEST(many_lights), TEST_SLOW(suns)};
 TEST_MAIN(tests)

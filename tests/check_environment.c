@@ -469,7 +469,7 @@ static void arguments(void)
 
 static const test tests[] = {TEST(rows_and_threads), TEST(pieces),
                              TEST(size_of_image),    TEST(given_level0),
-                             TEST(harmonics),        TEST(estimates_hold),
+                             TEST_SLOW(harmonics),   TEST_SLOW(estimates_hold),
                              TEST(irradiance_kept),  TEST(progress),
                              TEST(failures),         TEST(arguments)};
 TEST_MAIN(tests)

@@ -258,7 +258,7 @@ static void bad_options(void)
     ibl_ctx_free(ctx);
 }
 
-static const test tests[] = {TEST(random_maps),     TEST(large_cube),
-                             TEST(one_pixel_sun),   TEST(cosine_lobe),
-                             TEST(hemisphere_grid), TEST(bad_options)};
+static const test tests[] = {TEST_SLOW(random_maps), TEST(large_cube),
+                             TEST(one_pixel_sun),    TEST(cosine_lobe),
+                             TEST(hemisphere_grid),  TEST(bad_options)};
 TEST_MAIN(tests)

@@ -709,6 +709,6 @@ static void floats_to_halves(void)
     CHECK(isnan(ibl_half_to_float(ibl_half_from_float(NAN))));
 }
 
-static const test tests[] = {TEST(same_bytes), TEST(integral),
+static const test tests[] = {TEST_SLOW(same_bytes), TEST(integral),
                              TEST(floats_to_halves)};
 TEST_MAIN(tests)

@@ -269,5 +269,6 @@ static void synthesis_of(ibl_isa isa)
 
 KERN_TEST(synthesis)
 
-static const test tests[] = {TEST(values), TEST(analysis), TEST(synthesis)};
+static const test tests[] = {TEST_SLOW(values), TEST_SLOW(analysis),
+                             TEST(synthesis)};
 TEST_MAIN(tests)

@@ -427,7 +427,7 @@ static void progress(void)
 
 static const test tests[] = {TEST(any_batch_and_threads),
                              TEST(any_isa),
-                             TEST(near_reference),
+                             TEST_SLOW(near_reference),
                              TEST(memory),
                              TEST(arguments),
                              TEST(constant_map),

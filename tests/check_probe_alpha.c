@@ -485,10 +485,8 @@ static void crosses_have_alpha_in_their_faces(void)
 }
 
 static const test tests[] = {
-    TEST(hole_shows_what_is_behind),
-    TEST(no_rims),
-    TEST(faces_are_filtered),
-    TEST(crosses_are_as_faces),
+    TEST(hole_shows_what_is_behind),         TEST(no_rims),
+    TEST_SLOW(faces_are_filtered),           TEST(crosses_are_as_faces),
     TEST(crosses_have_alpha_in_their_faces),
 };
 

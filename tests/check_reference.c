@@ -597,23 +597,14 @@ static void cancel(void)
     ibl_ctx_free(ctx);
 }
 
-static const test tests[] = {TEST(wide),
-                             TEST(narrow),
-                             TEST(edge_on_horizon),
-                             TEST(caps),
-                             TEST(quarters),
-                             TEST(rings),
-                             TEST(constants),
-                             TEST(ends),
-                             TEST(continuous),
-                             TEST(linear_light),
-                             TEST(means),
-                             TEST(threads),
-                             TEST(alone),
-                             TEST(many),
-                             TEST(exact_sums),
-                             TEST(in_four),
-                             TEST(relative_errors),
-                             TEST(bad_arguments),
+static const test tests[] = {TEST_SLOW(wide),       TEST_SLOW(narrow),
+                             TEST(edge_on_horizon), TEST(caps),
+                             TEST(quarters),        TEST(rings),
+                             TEST(constants),       TEST(ends),
+                             TEST(continuous),      TEST(linear_light),
+                             TEST(means),           TEST(threads),
+                             TEST(alone),           TEST_SLOW(many),
+                             TEST(exact_sums),      TEST(in_four),
+                             TEST(relative_errors), TEST(bad_arguments),
                              TEST(cancel)};
 TEST_MAIN(tests)

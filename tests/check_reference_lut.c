@@ -206,5 +206,5 @@ static void lut_slopes(void)
 
 static const test tests[] = {TEST(lut_mirror), TEST(lut_straight),
                              TEST(lut_rough), TEST(lut_hemisphere),
-                             TEST(lut_slopes)};
+                             TEST_SLOW(lut_slopes)};
 TEST_MAIN(tests)

@@ -137,5 +137,5 @@ static void in_four(void)
 }
 
 static const test tests[] = {TEST(orthonormal), TEST(one_patch), TEST(divided),
-                             TEST(in_four)};
+                             TEST_SLOW(in_four)};
 TEST_MAIN(tests)

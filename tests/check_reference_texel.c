@@ -182,5 +182,5 @@ static void texels_energy(void)
     }
 }
 
-static const test tests[] = {TEST(texels), TEST(texels_energy)};
+static const test tests[] = {TEST_SLOW(texels), TEST(texels_energy)};
 TEST_MAIN(tests)

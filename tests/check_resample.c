@@ -450,9 +450,15 @@ static void cancelled(void)
     ibl_ctx_free(ctx);
 }
 
-static const test tests[] = {
-    TEST(samples_a_wave), TEST(edges),    TEST(isas),
-    TEST(tiny_grids),     TEST(borders),  TEST(without_spectrum),
-    TEST(constants),      TEST(local),    TEST(threads),
-    TEST(large),          TEST(cancelled)};
+static const test tests[] = {TEST_SLOW(samples_a_wave),
+                             TEST(edges),
+                             TEST(isas),
+                             TEST(tiny_grids),
+                             TEST(borders),
+                             TEST(without_spectrum),
+                             TEST(constants),
+                             TEST(local),
+                             TEST(threads),
+                             TEST(large),
+                             TEST(cancelled)};
 TEST_MAIN(tests)

@@ -250,8 +250,8 @@ static void bad_arguments(void)
 }
 
 static const test tests[] = {
-    TEST(random_maps),    TEST(nine),          TEST(one_pixel_low),
-    TEST(one_pixel_high), TEST(tall_map),      TEST(threads_and_isa),
-    TEST(cosine_factors), TEST(bad_arguments),
+    TEST_SLOW(random_maps),    TEST(nine),          TEST(one_pixel_low),
+    TEST_SLOW(one_pixel_high), TEST(tall_map),      TEST(threads_and_isa),
+    TEST(cosine_factors),      TEST(bad_arguments),
 };
 TEST_MAIN(tests)

@@ -568,10 +568,11 @@ static void memory_large(void)
     within(16384, 8192, 120);
 }
 
-static const test tests[] = {
-    TEST(radiance), TEST(other_formats),  TEST(arguments),   TEST(cancelled),
-    TEST(cut),      TEST(cut_while_read), TEST(short_reads), TEST(long_header),
-    TEST(memory),   TEST(memory_large)};
+static const test tests[] = {TEST(radiance),    TEST(other_formats),
+                             TEST(arguments),   TEST(cancelled),
+                             TEST(cut),         TEST(cut_while_read),
+                             TEST(short_reads), TEST(long_header),
+                             TEST_SLOW(memory), TEST(memory_large)};
 
 int main(int argc, char **argv)
 {

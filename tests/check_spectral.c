@@ -592,9 +592,9 @@ static void photograph(void)
 }
 
 static const test tests[] = {
-    TEST(one_pixel_suns), TEST(square_suns),
-    TEST(wide_suns),      TEST(noise_of_five_decades),
-    TEST(lamps_on_a_sky), TEST(edges),
-    TEST(sizes),          TEST(photograph),
+    TEST(one_pixel_suns),      TEST_SLOW(square_suns),
+    TEST_SLOW(wide_suns),      TEST_SLOW(noise_of_five_decades),
+    TEST_SLOW(lamps_on_a_sky), TEST_SLOW(edges),
+    TEST_SLOW(sizes),          TEST_SLOW(photograph),
 };
 TEST_MAIN(tests)

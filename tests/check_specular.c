@@ -619,9 +619,9 @@ static void frames_are_right_handed(void)
 }
 
 static const test tests[] = {
-    TEST(near_truth),
-    TEST(samples_converge),
-    TEST(quarry),
+    TEST_SLOW(near_truth),
+    TEST_SLOW(samples_converge),
+    TEST_SLOW(quarry),
     TEST(mirror_is_level0),
     TEST(nearly_mirror),
     TEST(constant_stays),

@@ -262,8 +262,8 @@ static void bad_options(void)
 }
 
 static const test tests[] = {
-    TEST(kept),
-    TEST(narrow_and_dark),
+    TEST_SLOW(kept),
+    TEST_SLOW(narrow_and_dark),
     TEST(whole_range_is_the_chain),
     TEST(layouts_follow_their_lod),
     TEST(bad_options),

@@ -359,5 +359,5 @@ static void any_threads(void)
 }
 
 static const test tests[] = {TEST(rings_of_harmonics), TEST(power),
-                             TEST(rows_of_patches), TEST(any_threads)};
+                             TEST_SLOW(rows_of_patches), TEST(any_threads)};
 TEST_MAIN(tests)

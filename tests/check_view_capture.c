@@ -631,7 +631,7 @@ static const test tests[] = {
     TEST(paraboloids_are_near_faces),
     TEST(a_constant_stays),
     TEST(levels_are_the_librarys),
-    TEST(levels_with_panels),
+    TEST_SLOW(levels_with_panels),
     TEST(library_filters_as_well),
     TEST(paraboloids_have_no_holes),
     TEST(alpha_is_filtered),

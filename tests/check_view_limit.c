@@ -389,7 +389,7 @@ static void without_blending(void)
 }
 
 static const test tests[] = {
-    TEST(marks_what_is_beyond),
+    TEST_SLOW(marks_what_is_beyond),
     TEST(sees_all_without),
     TEST(fills_holes),
     TEST(without_blending),

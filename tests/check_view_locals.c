@@ -520,7 +520,7 @@ static void needs_cube_arrays(void)
 static const test tests[] = {
     TEST(placed),
     TEST(masks_are_those_of_the_library),
-    TEST(tiles_change_nothing),
+    TEST_SLOW(tiles_change_nothing),
     TEST(weights_of_many),
     TEST(weights_of_nine),
     TEST(weights_with_alpha),

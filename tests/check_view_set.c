@@ -453,7 +453,7 @@ static const test tests[] = {
     TEST(lobe_and_geometry),
     TEST(nothing_is_told),
     TEST(table_is_made),
-    TEST(irradiance_is_made),
+    TEST_SLOW(irradiance_is_made),
     TEST(clipped_sun),
     TEST(harmonics_are_irradiance),
     TEST(harmonics_basis),

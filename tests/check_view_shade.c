@@ -425,7 +425,7 @@ static void everything_is_finite(void)
 }
 
 static const test tests[] = {
-    TEST(coloured_furnace),           TEST(constant_light),
+    TEST(coloured_furnace),           TEST_SLOW(constant_light),
     TEST(pixels_in_double),           TEST(irradiance_scale),
     TEST(harmonics_in_double),        TEST(centres_by_library),
     TEST(lights_add_up_to_a_furnace), TEST(one_light),

@@ -352,13 +352,13 @@ static void camera_stays_inside(void)
 static const test tests[] = {
     TEST(follows_within_the_interval),
     TEST(is_spread_over_frames),
-    TEST(light_bounces_three_times),
+    TEST_SLOW(light_bounces_three_times),
     TEST(wires_are_seen),
-    TEST(settings_count),
+    TEST_SLOW(settings_count),
     TEST(sun_counts),
     TEST(failure_is_said_once),
-    TEST(moves_among_locals),
-    TEST(locals_are_spread_over_frames),
+    TEST_SLOW(moves_among_locals),
+    TEST_SLOW(locals_are_spread_over_frames),
     TEST(camera_stays_inside),
 };
 TEST_MAIN(tests)

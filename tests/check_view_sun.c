@@ -658,10 +658,10 @@ static const test tests[] = {
     TEST(finds_no_other),
     TEST(limits_of_suns),
     TEST(finds_sun_of_sky),
-    TEST(shadows_are_those_of_rays),
-    TEST(shadows_follow),
+    TEST_SLOW(shadows_are_those_of_rays),
+    TEST_SLOW(shadows_follow),
     TEST(sky_is_cut),
     TEST(is_not_counted_twice),
-    TEST(each_set_has_its_own),
+    TEST_SLOW(each_set_has_its_own),
 };
 TEST_MAIN(tests)

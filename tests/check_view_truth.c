@@ -719,9 +719,11 @@ static void skybox(void)
 }
 
 static const test tests[] = {
-    TEST(wide_lobes),    TEST(narrow_lobes), TEST(schlick_geometry),
-    TEST(white_furnace), TEST(mirror),       TEST(point_lights),
-    TEST(one_by_one),    TEST(restart),      TEST(same_as_new),
-    TEST(rest),          TEST(by_the_clock), TEST(skybox),
+    TEST_SLOW(wide_lobes),  TEST_SLOW(narrow_lobes),
+    TEST(schlick_geometry), TEST_SLOW(white_furnace),
+    TEST(mirror),           TEST(point_lights),
+    TEST(one_by_one),       TEST(restart),
+    TEST(same_as_new),      TEST(rest),
+    TEST(by_the_clock),     TEST(skybox),
 };
 TEST_MAIN(tests)

@@ -115,6 +115,14 @@ for f in $(git ls-files 'src/common/*' 'src/cli/*' 'src/view/*'); do
     grep -nE '#include "(core|image|brdf|kern|bake|probe|io)/' "$f" &&
         complain "$f: programs see include/ only"
 done
+# No module, NAME.h with NAME.c and NAME_simd.c, needs itself through others.
+git grep '^#include "' -- 'src/*.[ch]' 'src/*.cpp' |
+    sed -E 's/^src\///; s/(_simd|_lanes)?\.(c|h|cpp):.*"(.*)"$/ \3/
+        s/(_simd|_lanes)?\.h$//' | awk '$1 != $2' |
+    tsort 2>"$build/circles.txt" >/dev/null || {
+    cat "$build/circles.txt"
+    complain 'modules include each other in a circle'
+}
 grep -rn pthread_create src | grep -vE '^src/(core/pool|view/baker)\.c' &&
     complain 'threads are started in core/pool.c and view/baker.c only'
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * legendre.h for vectors of VD rings: sums with the functions of
- * legendre_recurrence_lanes.h. As many sums stay in registers as there are, so
+ * legendre_lanes.h. As many sums stay in registers as there are, so
  * that the multiply-adds are what takes time: over rings in the analysis, for
  * two k at a time with 32 registers; over k in the synthesis, for two vectors
  * of rings.
@@ -10,7 +10,7 @@
 
 #include "kern/lanes.h"
 #include "kern/legendre.h"
-#include "kern/legendre_recurrence_lanes.h"
+#include "kern/legendre_lanes.h"
 
 enum {
     /* k in the analysis, vectors of rings in the synthesis: 24 sums in the 32

@@ -18,8 +18,8 @@
  * the input or output of odd l - m, and the combination of r_k and r_k-1 into
  * the coefficients.
  */
-#ifndef IBL_KERN_LEGENDRE_RECURRENCE_LANES_H
-#define IBL_KERN_LEGENDRE_RECURRENCE_LANES_H
+#ifndef IBL_KERN_LEGENDRE_LANES_H
+#define IBL_KERN_LEGENDRE_LANES_H
 
 #include <math.h>
 #include <string.h>
