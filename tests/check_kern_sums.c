@@ -8,8 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bake/spectral/interp_weights.h"
 #include "bake/spectral/lobe_table.h"
-#include "bake/spectral/taps.h"
 #include "kern.h"
 #include "kern/brdf_quadrature.h"
 #include "kern/gather.h"
@@ -289,7 +289,7 @@ static void angles_of(ibl_isa isa)
 
 KERN_TEST(angles)
 
-static double polynomial(const ibl_taps *taps, int k, double t)
+static double polynomial(const ibl_interp_weights *taps, int k, double t)
 {
     double sum = 0;
     for (int d = 0; d <= IBL_TAPS_DEGREE; d++)
@@ -301,8 +301,8 @@ static double polynomial(const ibl_taps *taps, int k, double t)
 static void weights_of(ibl_isa isa)
 {
     ibl_interp_dsp dsp;
-    ibl_taps taps;
-    ibl_taps_design(NULL, 20, 64, &taps);
+    ibl_interp_weights taps;
+    ibl_interp_weights_design(NULL, 20, 64, &taps);
     ibl_interp_dsp_init(&dsp, isa);
     for (int count = 0; count <= MAX_TEXELS; count++) {
         test_random r = {(uint64_t)count + 1};
@@ -422,8 +422,9 @@ static void designs(void)
     static const double circles[] = {2.2, 2.5, 3, 4, 8, 50, 1000};
     for (int degree = 0; degree <= 300; degree += 30) {
         for (size_t i = 0; i < 7; i++) {
-            ibl_taps taps;
-            ibl_taps_design(NULL, degree, circles[i] * (degree + 1), &taps);
+            ibl_interp_weights taps;
+            ibl_interp_weights_design(NULL, degree, circles[i] * (degree + 1),
+                                      &taps);
             for (int n = 0; n <= 20; n++) {
                 double sum = 0;
                 for (int k = 0; k < 8; k++) {
@@ -453,9 +454,9 @@ static void promises(void)
     for (size_t i = 0; i < 5; i++) {
         const double circle = circles[i] * DEGREE;
         double errors = 0, powers = 0;
-        ibl_taps taps;
+        ibl_interp_weights taps;
         const double promised =
-            ibl_taps_design(spectrum, DEGREE, circle, &taps);
+            ibl_interp_weights_design(spectrum, DEGREE, circle, &taps);
         for (int n = 0; n < 50; n++) {
             const double t = (n + 0.5) / 50;
             for (int l = 1; l <= DEGREE; l++) {
@@ -559,9 +560,9 @@ static void random_scene(uint64_t seed, float *point,
 }
 
 /*
- * Against plain C, which check_bright compares with the lobes. Roundings of q
- * cost a lobe no more than a few of themselves, but near the horizon: there
- * what they do to 1 - q/2 counts. `steep` is how much K falls by there.
+ * Against plain C, which check_point_lights compares with the lobes. Roundings
+ * of q cost a lobe no more than a few of themselves, but near the horizon:
+ * there what they do to 1 - q/2 counts. `steep` is how much K falls by there.
  */
 static void check_lights(ibl_isa isa, const ibl_radial *lobe, double steep,
                          int count, uint64_t seed)

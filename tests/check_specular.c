@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "bake/sampled.h"
-#include "bake/spectral/kernel.h"
+#include "bake/spectral/lobe_coefficients.h"
 #include "ibl/io.h"
 #include "ibl/reference.h"
 #include "maps.h"
@@ -572,7 +572,7 @@ static void sets_take_blur_back(void)
     const ibl_lobe_shape shape = ibl_lobe_shape_of(IBL_LOBE_GGX, 0.5);
     double k[2];
 
-    NEED(!ibl_kernel_make(ctx, &shape, 1, k));
+    NEED(!ibl_lobe_coefficients(ctx, &shape, 1, k));
     for (int mip = 0; mip < 2; mip++) {
         const ibl_sampling sampling = {.shape = shape,
                                        .count = 20000,

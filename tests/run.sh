@@ -57,7 +57,7 @@ programs() {
             */tsan/tests/check_view_probe_set) tests+=("$program") ;;
         */tsan/tests/check_view_* | */tsan/tests/check_kern | \
             */tsan/tests/check_kern_* | \
-            */tsan/tests/check_azimuth | */tsan/tests/check_truth | \
+            */tsan/tests/check_row_fft | */tsan/tests/check_truth | \
             */tsan/tests/check_probe_alpha | */tsan/tests/check_null) ;;
         *) [ -x "$program" ] && tests+=("$program") ;;
         esac

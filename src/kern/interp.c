@@ -26,7 +26,7 @@ static void polar(double v, int size, int count, double *angle, double *azimuth)
 }
 
 /* Horner's rule for one tap. */
-static double weight_of(const ibl_taps *taps, int tap, double t)
+static double weight_of(const ibl_interp_weights *taps, int tap, double t)
 {
     double w = taps->coef[IBL_TAPS_DEGREE][tap];
     for (int d = IBL_TAPS_DEGREE - 1; d >= 0; d--)
@@ -34,7 +34,7 @@ static double weight_of(const ibl_taps *taps, int tap, double t)
     return w;
 }
 
-static void weights(const ibl_taps *taps, double shift, double scale,
+static void weights(const ibl_interp_weights *taps, double shift, double scale,
                     const double *angle, int count, int *first, float *weight)
 {
     for (int i = 0; i < count; i++) {

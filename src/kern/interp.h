@@ -22,9 +22,9 @@ enum {
 /* The weight of tap k at whole + t is the polynomial of t - 1/2, 0 <= t < 1,
  * with the coefficients coef[0..degree][k], constant first. They sum to 1 for
  * every t, and tap 7 - k is tap k mirrored. */
-typedef struct ibl_taps {
+typedef struct ibl_interp_weights {
     double coef[IBL_TAPS_DEGREE + 1][IBL_TAPS];
-} ibl_taps;
+} ibl_interp_weights;
 
 /*
  * A row of texels to be interpolated. Texel i is the sum, over j and k = 0..7,
@@ -68,7 +68,7 @@ typedef struct ibl_interp_dsp {
      * the least index, weight[8 i ..] those of it and the next seven, their
      * sum 1 but for the rounding of the largest of them.
      */
-    void (*weights)(const ibl_taps *taps, double shift, double scale,
+    void (*weights)(const ibl_interp_weights *taps, double shift, double scale,
                     const double *angle, int count, int *first, float *weight);
     void (*row)(const ibl_interp_row *row);
     /*

@@ -94,7 +94,7 @@ static inline vd round_weights(vd exact, float *w)
     return exact - vd_load_floats(w);
 }
 
-static void weights(const ibl_taps *taps, double shift, double scale,
+static void weights(const ibl_interp_weights *taps, double shift, double scale,
                     const double *angle, int count, int *first, float *weight)
 {
     for (int i = 0; i < count; i++) {

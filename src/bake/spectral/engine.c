@@ -26,7 +26,7 @@ static ibl_status allocate(ibl_spectral *s)
 {
     const size_t groups = (size_t)s->groups, rows = (size_t)s->height;
     const size_t threads = (size_t)ibl_ctx_threads(s->ctx);
-    const size_t scratch = ibl_azimuth_scratch(s->azimuth);
+    const size_t scratch = ibl_row_fft_scratch(s->azimuth);
 
     s->weight = ibl_alloc_array(rows, sizeof *s->weight);
     s->widths = ibl_alloc_array((size_t)s->degree + 1, sizeof *s->widths);
@@ -74,7 +74,7 @@ ibl_status ibl_spectral_create(ibl_ctx *ctx, int width, int height,
     s->scale = 1;
     s->yaw = (yaw_deg - 360 * floor(yaw_deg / 360)) / 180 * IBL_PI;
     ibl_status status =
-        ibl_azimuth_create(ctx, s->width, degree + 1, s->yaw, &s->azimuth);
+        ibl_row_fft_create(ctx, s->width, degree + 1, s->yaw, &s->azimuth);
     if (!status)
         status = allocate(s);
     if (status) {
@@ -88,7 +88,7 @@ ibl_status ibl_spectral_create(ibl_ctx *ctx, int width, int height,
 
 static void free_reading(ibl_spectral *s)
 {
-    ibl_azimuth_free(s->azimuth);
+    ibl_row_fft_free(s->azimuth);
     ibl_ring_spectra_free(&s->rows);
     ibl_free(s->scratch);
     ibl_free(s->found);
@@ -134,12 +134,12 @@ static void halve(const float *rgb, int width, float lower, float *out)
 }
 
 /* The rows of a job; own: room for them. */
-static ibl_azimuth_rows group_of(const ibl_spectral *s, int job, float *own)
+static ibl_row_fft_rows group_of(const ibl_spectral *s, int job, float *own)
 {
     const ibl_spectral_batch *b = &s->batch;
     const size_t row = 3 * (size_t)s->width;
     const int first = job * GROUP, left = b->rows - first;
-    ibl_azimuth_rows in = {.rgb = b->rgb + row * (size_t)first,
+    ibl_row_fft_rows in = {.rgb = b->rgb + row * (size_t)first,
                            .stride = row,
                            .count = left < GROUP ? left : GROUP};
 
@@ -157,7 +157,7 @@ static ibl_azimuth_rows group_of(const ibl_spectral *s, int job, float *own)
 }
 
 /* Takes the lights out of a copy, that becomes the group's rows. */
-static void take_lights(ibl_spectral *s, ibl_azimuth_rows *in, int group,
+static void take_lights(ibl_spectral *s, ibl_row_fft_rows *in, int group,
                         float *copy, double *squares)
 {
     ibl_pixel_light *lights = s->taken + (size_t)group * IBL_LIGHTS_GROUP;
@@ -185,7 +185,7 @@ static void group_job(void *arg, int job, int worker)
     const int first = s->batch.first + job * GROUP, group = first / GROUP;
     float *scratch = s->scratch + (size_t)worker * s->worker_floats;
     float *own = scratch + s->worker_floats - patched_floats(s);
-    ibl_azimuth_rows in = group_of(s, job, own);
+    ibl_row_fft_rows in = group_of(s, job, own);
     double squares[GROUP];
 
     ibl_row_range_of(in.rgb, s->width, in.count, s->base, &s->range[group],
@@ -197,7 +197,7 @@ static void group_job(void *arg, int job, int worker)
     s->squares[group] = 0;
     for (int j = 0; j < in.count; j++)
         s->squares[group] += squares[j] * s->weight[first + j];
-    ibl_azimuth_forward(s->azimuth, &in, scratch, &s->rows, first);
+    ibl_row_fft_forward(s->azimuth, &in, scratch, &s->rows, first);
 }
 
 /*

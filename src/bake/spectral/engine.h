@@ -15,14 +15,14 @@
 
 #include <stdbool.h>
 
-#include "bake/spectral/azimuth.h"
 #include "bake/spectral/lights.h"
 #include "bake/spectral/near.h"
 #include "bake/spectral/resample.h"
+#include "bake/spectral/row_fft.h"
 #include "bake/spectral/transform.h"
 #include "ibl/ibl.h"
 
-#define IBL_SPECTRAL_GROUP IBL_AZIMUTH_ROWS /* analysed together */
+#define IBL_SPECTRAL_GROUP IBL_ROW_FFT_ROWS /* analysed together */
 
 /* Memory that levels use one after the other, and what is in the grid: the
  * diffuse lobe is that of a level, too. */
@@ -54,7 +54,7 @@ typedef struct ibl_spectral {
     int added;  /* rows */
     int groups; /* of IBL_SPECTRAL_GROUP rows */
     ibl_spectral_batch batch;
-    ibl_azimuth *azimuth;
+    ibl_row_fft *azimuth;
     ibl_ring_spectra rows;
     float *scratch; /* worker_floats for each worker */
     size_t worker_floats;

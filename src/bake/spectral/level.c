@@ -8,13 +8,13 @@
 #include <string.h>
 
 #include "bake/spectral/engine.h"
-#include "bake/spectral/kernel.h"
+#include "bake/spectral/lobe_coefficients.h"
 #include "brdf/lobe.h"
 #include "core/alloc.h"
 #include "core/context.h"
 
 enum {
-    GROUP = IBL_AZIMUTH_ROWS,
+    GROUP = IBL_ROW_FFT_ROWS,
     MIN_COLUMNS = 64,
     LEAST_DEGREE = 8,
     MOST_MARGIN = 10000, /* darker texels count by the floor */
@@ -38,11 +38,11 @@ struct level {
     const ibl_spectral_target *target;
     double *kernel; /* ibl_spectral_known of the analysis + 1 */
     int degree, rings, columns;
-    double *field;      /* amplitude of the level in each degree */
-    double margin;      /* see wanted_rms */
-    double rms;         /* estimate of the error, absolute */
-    ibl_bright *bright; /* NULL: no lights */
-    ibl_azimuth *azimuth;
+    double *field;            /* amplitude of the level in each degree */
+    double margin;            /* see wanted_rms */
+    double rms;               /* estimate of the error, absolute */
+    ibl_point_lights *bright; /* NULL: no lights */
+    ibl_row_fft *azimuth;
     float *scratch;
     size_t scratch_floats;
 };
@@ -154,10 +154,10 @@ static void rings_job(void *arg, int job, int worker)
     const struct level *v = arg;
     const int first = job * GROUP, left = v->rings - first;
     const ibl_ring_grid *grid = &v->s->work.grid;
-    const ibl_azimuth_samples out = {.rgba = ibl_ring_grid_at(grid, first),
+    const ibl_row_fft_samples out = {.rgba = ibl_ring_grid_at(grid, first),
                                      .stride = grid->stride,
                                      .count = left < GROUP ? left : GROUP};
-    ibl_azimuth_inverse(v->azimuth, &v->s->work.spectra, first,
+    ibl_row_fft_inverse(v->azimuth, &v->s->work.spectra, first,
                         v->scratch + (size_t)worker * v->scratch_floats, &out);
     ibl_ring_grid_close(grid, first, out.count);
 }
@@ -198,11 +198,11 @@ static ibl_status fill_grid(struct level *v)
         status = ibl_sht_synthesise(s->ctx, NULL, &s->harmonics, v->kernel,
                                     v->degree, &w->spectra);
     if (!status)
-        status = ibl_azimuth_create_inverse(s->ctx, v->columns, v->degree + 1,
+        status = ibl_row_fft_create_inverse(s->ctx, v->columns, v->degree + 1,
                                             &v->azimuth);
     if (status)
         return status;
-    v->scratch_floats = (ibl_azimuth_scratch(v->azimuth) + 15) / 16 * 16;
+    v->scratch_floats = (ibl_row_fft_scratch(v->azimuth) + 15) / 16 * 16;
     v->scratch = ibl_alloc_array((size_t)ibl_ctx_threads(s->ctx),
                                  v->scratch_floats * sizeof(float));
     if (!v->scratch)
@@ -256,7 +256,7 @@ static ibl_status make_lights(struct level *v)
         return ibl_no_memory(s->ctx, "the lights");
     for (int i = 0; i < s->light_count; i++)
         patches[i] = patch_of(s, &s->lights[i]);
-    const ibl_status status = ibl_bright_create(
+    const ibl_status status = ibl_point_lights_create(
         s->ctx, patches, s->light_count, v->target->shape, error,
         of_horizon * error * mean_of(s) * s->scale, &v->bright);
     ibl_free(patches);
@@ -325,7 +325,8 @@ static ibl_status allocate(struct level *v)
     if (!v->kernel)
         return ibl_no_memory(v->s->ctx, "a lobe");
     v->field = v->kernel + count;
-    return ibl_kernel_make(v->s->ctx, v->target->shape, degree, v->kernel);
+    return ibl_lobe_coefficients(v->s->ctx, v->target->shape, degree,
+                                 v->kernel);
 }
 
 /* Makes the level with what the margin asks for. */
@@ -339,7 +340,7 @@ static ibl_status make_level(struct level *v, const char *stage)
         ibl_progress(v->s->ctx, stage, 1);
     if (!status)
         status = fill_texels(v);
-    ibl_azimuth_free(v->azimuth);
+    ibl_row_fft_free(v->azimuth);
     ibl_free(v->scratch);
     v->azimuth = NULL;
     v->scratch = NULL;
@@ -372,7 +373,7 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
         enough = enough || more <= 1;
         v.margin = fmin(v.margin * fmax(1.1 * more, 2), MOST_MARGIN);
     }
-    ibl_bright_free(v.bright);
+    ibl_point_lights_free(v.bright);
     ibl_free(v.kernel);
     return status;
 }

@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-#include "bake/spectral/kernel.h"
+#include "bake/spectral/lobe_coefficients.h"
 #include "core/pi.h"
 
 static const int min_degree = 32;
@@ -47,7 +47,7 @@ static ibl_status find_degree(const struct request *q,
 {
     const int most = 2 * (int)most_limit;
     const ibl_status status =
-        ibl_kernel_band(q->ctx, shape, q->tail, most, degree);
+        ibl_lobe_degree(q->ctx, shape, q->tail, most, degree);
     if (*degree < min_degree)
         *degree = min_degree;
     return status;

@@ -17,7 +17,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "bake/spectral/taps.h"
+#include "bake/spectral/interp_weights.h"
 #include "core/alloc.h"
 #include "core/context.h"
 #include "core/pi.h"
@@ -129,7 +129,7 @@ typedef struct level {
     const ibl_level_sum *sum;
     ibl_interp_dsp dsp;
     ibl_radial_dsp radial;
-    ibl_taps ring_taps, column_taps;
+    ibl_interp_weights ring_taps, column_taps;
     ibl_interp_range range;
     places column;  /* of +X, every row */
     scratch *parts; /* one for each worker */
@@ -238,8 +238,8 @@ static void add_lights(const level *a, const tile *t, int count, float *rgba)
     float point[6 * IBL_RADIAL_BLOCK];
     for (int at = 0; at < count; at += IBL_RADIAL_BLOCK) {
         a->radial.points(v, a->n, t->begin + at, IBL_RADIAL_BLOCK, point);
-        ibl_bright_add(a->sum->bright, t->face, &a->radial, point,
-                       rgba + 4 * at);
+        ibl_point_lights_add(a->sum->bright, t->face, &a->radial, point,
+                             rgba + 4 * at);
     }
 }
 
@@ -400,8 +400,8 @@ static void cut_level(cutter *c, level *a, int threads)
 /* Small levels in few jobs, and jobs of many lights not too long. */
 static void divide(level *a)
 {
-    const ibl_bright *bright = a->sum->bright;
-    const long lights = bright ? ibl_bright_count(bright) : 0;
+    const ibl_point_lights *bright = a->sum->bright;
+    const long lights = bright ? ibl_point_lights_count(bright) : 0;
     long chunk = LIGHTS_PER_JOB / (8L * a->n * (lights + 1));
     chunk = chunk > PAIRS ? PAIRS : chunk < 1 ? 1 : chunk;
     a->half = (a->n + 1) / 2;
@@ -414,10 +414,10 @@ static ibl_status run_level(ibl_ctx *ctx, const char *stage, level *a)
     const ibl_level_sum *sum = a->sum;
     ibl_interp_dsp_init(&a->dsp, ibl_ctx_isa(ctx));
     ibl_radial_dsp_init(&a->radial, ibl_ctx_isa(ctx));
-    ibl_taps_design(sum->spectrum, sum->degree, 2.0 * sum->grid->rings,
-                    &a->ring_taps);
-    ibl_taps_design(sum->spectrum, sum->degree, sum->grid->columns,
-                    &a->column_taps);
+    ibl_interp_weights_design(sum->spectrum, sum->degree,
+                              2.0 * sum->grid->rings, &a->ring_taps);
+    ibl_interp_weights_design(sum->spectrum, sum->degree, sum->grid->columns,
+                              &a->column_taps);
     a->range.gain = sum->gain;
     for (int k = 0; k < 3; k++) {
         a->range.offset[k] = sum->offset[k];
@@ -450,7 +450,8 @@ ibl_status ibl_spectral_texels(ibl_ctx *ctx, const char *stage,
 double ibl_ring_grid_error(const double *spectrum, int degree, int rings,
                            int columns)
 {
-    ibl_taps taps;
-    return hypot(ibl_taps_design(spectrum, degree, 2.0 * rings, &taps),
-                 ibl_taps_design(spectrum, degree, columns, &taps));
+    ibl_interp_weights taps;
+    return hypot(
+        ibl_interp_weights_design(spectrum, degree, 2.0 * rings, &taps),
+        ibl_interp_weights_design(spectrum, degree, columns, &taps));
 }

@@ -23,7 +23,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "bake/spectral/bright.h"
+#include "bake/spectral/point_lights.h"
 #include "ibl/ibl.h"
 
 enum {
@@ -88,9 +88,9 @@ typedef struct ibl_level_sum {
                                   unit (the lobe's k_l); NULL: falling
                                   exponentially to 1e-5 at degree */
     int degree;                /* of the field, >= 0 */
-    const ibl_bright *bright;  /* NULL: no lights */
-    const double *local;       /* of each texel, 3 numbers; NULL: 0 */
-    float gain;                /* a power of two */
+    const ibl_point_lights *bright;   /* NULL: no lights */
+    const double *local;              /* of each texel, 3 numbers; NULL: 0 */
+    float gain;                       /* a power of two */
     float offset[3], low[3], high[3]; /* low may be -INFINITY, high INFINITY;
                                          NaN becomes low */
 } ibl_level_sum;

@@ -17,7 +17,7 @@
  *
  * The horizon is always the end of a panel.
  */
-#include "bake/spectral/kernel.h"
+#include "bake/spectral/lobe_coefficients.h"
 
 #include <assert.h>
 #include <math.h>
@@ -200,8 +200,8 @@ static void add_points(points *p, int degree)
 
 /* ---- the calls --------------------------------------------------------- */
 
-ibl_status ibl_kernel_make(ibl_ctx *ctx, const ibl_lobe_shape *shape,
-                           int degree, double *k)
+ibl_status ibl_lobe_coefficients(ibl_ctx *ctx, const ibl_lobe_shape *shape,
+                                 int degree, double *k)
 {
     ibl_legendre_sums_dsp dsp;
     points p = {.shape = *shape};
@@ -266,7 +266,7 @@ static int band_of(const double *k, int degree, double corner, double tail,
     return l;
 }
 
-ibl_status ibl_kernel_band(ibl_ctx *ctx, const ibl_lobe_shape *shape,
+ibl_status ibl_lobe_degree(ibl_ctx *ctx, const ibl_lobe_shape *shape,
                            double tail, int limit, int *degree)
 {
     assert(tail >= 1e-12 && tail <= 1);
@@ -278,7 +278,7 @@ ibl_status ibl_kernel_band(ibl_ctx *ctx, const ibl_lobe_shape *shape,
         double *k = ibl_alloc_array((size_t)tried + 1, sizeof *k);
         if (!k)
             return ibl_no_memory(ctx, "the coefficients of a lobe");
-        const ibl_status status = ibl_kernel_make(ctx, shape, tried, k);
+        const ibl_status status = ibl_lobe_coefficients(ctx, shape, tried, k);
         const int band = status ? 0 : band_of(k, tried, corner, tail, limit);
         ibl_free(k);
         if (status)

@@ -2,7 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "bake/spectral/kernel.h"
+#include "bake/spectral/lobe_coefficients.h"
 #include "test.h"
 
 static const long double pi = 3.141592653589793238462643383279503L;
@@ -21,7 +21,7 @@ static double *make(ibl_ctx *ctx, ibl_lobe lobe, double alpha, int degree)
 {
     double *k = doubles(degree + 1);
     const ibl_lobe_shape shape = ibl_lobe_shape_of(lobe, alpha);
-    CHECK(ibl_kernel_make(ctx, &shape, degree, k) == IBL_OK);
+    CHECK(ibl_lobe_coefficients(ctx, &shape, degree, k) == IBL_OK);
     return k;
 }
 
@@ -29,7 +29,7 @@ static ibl_status band_of(ibl_ctx *ctx, ibl_lobe lobe, double alpha,
                           double tail, int limit, int *band)
 {
     const ibl_lobe_shape shape = ibl_lobe_shape_of(lobe, alpha);
-    return ibl_kernel_band(ctx, &shape, tail, limit, band);
+    return ibl_lobe_degree(ctx, &shape, tail, limit, band);
 }
 
 /* ---- brute force ------------------------------------------------------- */

@@ -9,29 +9,31 @@
  * on fewer nodes are enough. Where the horizon of a texel crosses a cluster its
  * lights are summed one by one, and cut at the horizon.
  */
-#ifndef IBL_BAKE_SPECTRAL_BRIGHT_H
-#define IBL_BAKE_SPECTRAL_BRIGHT_H
+#ifndef IBL_BAKE_SPECTRAL_POINT_LIGHTS_H
+#define IBL_BAKE_SPECTRAL_POINT_LIGHTS_H
 
 #include "bake/spectral/patch.h"
 #include "ibl/ibl.h"
 #include "kern/radial.h"
 
 /* Constant after creation. */
-typedef struct ibl_bright ibl_bright;
+typedef struct ibl_point_lights ibl_point_lights;
 
 /*
  *   error  of the light of a cluster, relative, that is accepted
  *   least  what a light may miss on the horizon, absolute
  */
-ibl_status ibl_bright_create(ibl_ctx *ctx, const ibl_patch *patches, int count,
-                             const ibl_lobe_shape *shape, double error,
-                             double least, ibl_bright **out);
-void ibl_bright_free(ibl_bright *bright); /* NULL is fine */
+ibl_status ibl_point_lights_create(ibl_ctx *ctx, const ibl_patch *patches,
+                                   int count, const ibl_lobe_shape *shape,
+                                   double error, double least,
+                                   ibl_point_lights **out);
+void ibl_point_lights_free(ibl_point_lights *bright); /* NULL is fine */
 /* How many points, at most, a texel sees. */
-int ibl_bright_count(const ibl_bright *bright);
+int ibl_point_lights_count(const ibl_point_lights *bright);
 /* Adds the lights to IBL_RADIAL_BLOCK texels of a row of a face, as
  * ibl_radial_dsp has it, with that of points() for them. */
-void ibl_bright_add(const ibl_bright *bright, int face,
-                    const ibl_radial_dsp *dsp, const float *point, float *rgba);
+void ibl_point_lights_add(const ibl_point_lights *bright, int face,
+                          const ibl_radial_dsp *dsp, const float *point,
+                          float *rgba);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "bake/spectral/azimuth.h"
+#include "bake/spectral/row_fft.h"
 
 #include <assert.h>
 #include <complex.h>
@@ -23,7 +23,7 @@ enum {
 
 static const double TAPS = IBL_ROW_BLOCK_TAPS;
 
-struct ibl_azimuth {
+struct ibl_row_fft {
     int width; /* pixels of a row */
     int orders;
     int ring;     /* samples of the real transforms, a power of two */
@@ -146,7 +146,7 @@ static bool power_of_two(int n)
 static int ring_of(int width, int orders)
 {
     int n = MIN_RING;
-    while (n < IBL_AZIMUTH_OVER * (orders - 1) || n < width / MOST_PIXELS)
+    while (n < IBL_ROW_FFT_OVER * (orders - 1) || n < width / MOST_PIXELS)
         n *= 2;
     return n;
 }
@@ -159,9 +159,9 @@ static bool spreading_pays(int width, int ring)
     return ring <= width / 4;
 }
 
-static ibl_azimuth *new_plan(ibl_ctx *ctx, int width, int orders)
+static ibl_row_fft *new_plan(ibl_ctx *ctx, int width, int orders)
 {
-    ibl_azimuth *plan = ibl_alloc_zeroed(1, sizeof *plan);
+    ibl_row_fft *plan = ibl_alloc_zeroed(1, sizeof *plan);
     if (!plan)
         return NULL;
     plan->width = width;
@@ -172,7 +172,7 @@ static ibl_azimuth *new_plan(ibl_ctx *ctx, int width, int orders)
 }
 
 /* Room for `pairs` pairs and as many factors, and the transform of ring. */
-static bool make_tables(ibl_azimuth *plan, int pairs, double **factor)
+static bool make_tables(ibl_row_fft *plan, int pairs, double **factor)
 {
     *factor = ibl_alloc_array((size_t)pairs, 2 * sizeof **factor);
     plan->pairs = ibl_alloc_array((size_t)pairs, sizeof *plan->pairs);
@@ -196,7 +196,7 @@ static double sign_of(int m)
  * i is at x_0 + i. Spread: sample j is at origin + j, and its transform has
  * the filter's as a factor.
  */
-static void forward_factors(const ibl_azimuth *plan, double turn_rad,
+static void forward_factors(const ibl_row_fft *plan, double turn_rad,
                             const window *g, int origin, double *factor)
 {
     const double n = plan->ring;
@@ -211,8 +211,8 @@ static void forward_factors(const ibl_azimuth *plan, double turn_rad,
     }
 }
 
-ibl_status ibl_azimuth_create(ibl_ctx *ctx, int width, int orders,
-                              double turn_rad, ibl_azimuth **out)
+ibl_status ibl_row_fft_create(ibl_ctx *ctx, int width, int orders,
+                              double turn_rad, ibl_row_fft **out)
 {
     window g = {0};
     double *factor = NULL;
@@ -220,7 +220,7 @@ ibl_status ibl_azimuth_create(ibl_ctx *ctx, int width, int orders,
     *out = NULL;
     assert(width >= 1 && width <= IBL_MAX_EDGE && orders >= 1 &&
            orders <= IBL_SHT_MAX_DEGREE + 1);
-    ibl_azimuth *plan = new_plan(ctx, width, orders);
+    ibl_row_fft *plan = new_plan(ctx, width, orders);
     if (!plan)
         goto fail;
     plan->ring = ring_of(width, orders);
@@ -242,18 +242,18 @@ ibl_status ibl_azimuth_create(ibl_ctx *ctx, int width, int orders,
     return IBL_OK;
 fail:
     ibl_free(factor);
-    ibl_azimuth_free(plan);
+    ibl_row_fft_free(plan);
     return ibl_no_memory(ctx, "the transform along the rows");
 }
 
-ibl_status ibl_azimuth_create_inverse(ibl_ctx *ctx, int columns, int orders,
-                                      ibl_azimuth **out)
+ibl_status ibl_row_fft_create_inverse(ibl_ctx *ctx, int columns, int orders,
+                                      ibl_row_fft **out)
 {
     double *factor = NULL;
     *out = NULL;
     assert(columns >= 4 && columns <= IBL_MAX_EDGE && power_of_two(columns) &&
            orders >= 1 && orders <= columns / 2);
-    ibl_azimuth *plan = new_plan(ctx, columns, orders);
+    ibl_row_fft *plan = new_plan(ctx, columns, orders);
     if (!plan)
         goto fail;
     plan->ring = columns;
@@ -267,11 +267,11 @@ ibl_status ibl_azimuth_create_inverse(ibl_ctx *ctx, int columns, int orders,
     return IBL_OK;
 fail:
     ibl_free(factor);
-    ibl_azimuth_free(plan);
+    ibl_row_fft_free(plan);
     return ibl_no_memory(ctx, "the transform along the rings");
 }
 
-void ibl_azimuth_free(ibl_azimuth *plan)
+void ibl_row_fft_free(ibl_row_fft *plan)
 {
     if (!plan)
         return;
@@ -285,20 +285,20 @@ void ibl_azimuth_free(ibl_azimuth *plan)
 /* ---- batches ---------------------------------------------------------- */
 
 /* Floats of one channel's ring, and what the last pixels spread beyond. */
-static size_t channel_floats(const ibl_azimuth *plan)
+static size_t channel_floats(const ibl_row_fft *plan)
 {
     const int beyond = plan->spreads ? MIN_RING : 0;
     return (size_t)(plan->ring + beyond) * LANES;
 }
 
-size_t ibl_azimuth_scratch(const ibl_azimuth *plan)
+size_t ibl_row_fft_scratch(const ibl_row_fft *plan)
 {
     const size_t block = !plan->spreads ? 0 : (size_t)BLOCK * LANES;
     return 3 * (channel_floats(plan) + block);
 }
 
 /* Zeros where no pixel reached, and adds what went around to the start. */
-static void close_ring(const ibl_azimuth *plan, float *samples)
+static void close_ring(const ibl_row_fft *plan, float *samples)
 {
     const size_t end = ((size_t)plan->ring + IBL_ROW_BLOCK_TAPS) * LANES;
     const size_t n = (size_t)plan->ring * LANES;
@@ -310,7 +310,7 @@ static void close_ring(const ibl_azimuth *plan, float *samples)
         samples[k - n] += samples[k];
 }
 
-static void load_spread(const ibl_azimuth *plan, const float **rows,
+static void load_spread(const ibl_row_fft *plan, const float **rows,
                         const ibl_row_block_change *change, float *ring)
 {
     const size_t channel = channel_floats(plan);
@@ -329,7 +329,7 @@ static void load_spread(const ibl_azimuth *plan, const float **rows,
         close_ring(plan, ring + c * channel);
 }
 
-void ibl_azimuth_forward(const ibl_azimuth *plan, const ibl_azimuth_rows *rows,
+void ibl_row_fft_forward(const ibl_row_fft *plan, const ibl_row_fft_rows *rows,
                          float *scratch, ibl_ring_spectra *out, int first_ring)
 {
     const size_t channel = channel_floats(plan);
@@ -357,9 +357,9 @@ void ibl_azimuth_forward(const ibl_azimuth *plan, const ibl_azimuth_rows *rows,
     }
 }
 
-void ibl_azimuth_inverse(const ibl_azimuth *plan, const ibl_ring_spectra *in,
+void ibl_row_fft_inverse(const ibl_row_fft *plan, const ibl_ring_spectra *in,
                          int first_ring, float *scratch,
-                         const ibl_azimuth_samples *out)
+                         const ibl_row_fft_samples *out)
 {
     const size_t channel = channel_floats(plan);
     float *row[LANES];

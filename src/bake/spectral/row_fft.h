@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Along the rows of a map: Fourier coefficients of each row, and back. One
- * call is one batch of up to IBL_AZIMUTH_ROWS rows on one thread, without
+ * call is one batch of up to IBL_ROW_FFT_ROWS rows on one thread, without
  * allocation: made to be called from jobs, each with its worker's scratch.
  * A row's result depends on nothing but the row.
  *
@@ -9,16 +9,16 @@
  *
  * Rows of a power of two are transformed as they are, exactly (to rounding).
  * Others, and long ones of which few orders are wanted, are first spread
- * onto a ring of a power of two, n >= IBL_AZIMUTH_OVER (orders - 1): pixel i
+ * onto a ring of a power of two, n >= IBL_ROW_FFT_OVER (orders - 1): pixel i
  * adds its value times g(j - x_i) to sample j, x_i = (i + 1/2) n / width, and
  * the transform of g is divided out of the coefficients. This is the
  * non-uniform FFT of type 1 (Dutt and Rokhlin 1993; g: Barnett, Magland and
  * af Klinteberg 2019), and for width = k n a polyphase decimation. What
- * orders m + k n leak into F_m is at most IBL_AZIMUTH_STOP times the sum of
+ * orders m + k n leak into F_m is at most IBL_ROW_FFT_STOP times the sum of
  * |f_i| of the row.
  */
-#ifndef IBL_BAKE_SPECTRAL_AZIMUTH_H
-#define IBL_BAKE_SPECTRAL_AZIMUTH_H
+#ifndef IBL_BAKE_SPECTRAL_ROW_FFT_H
+#define IBL_BAKE_SPECTRAL_ROW_FFT_H
 
 #include <stddef.h>
 
@@ -26,12 +26,12 @@
 #include "ibl/ibl.h"
 #include "kern/row_block.h"
 
-#define IBL_AZIMUTH_ROWS 16   /* rows in a batch */
-#define IBL_AZIMUTH_OVER 4    /* samples of the spread ring an order */
-#define IBL_AZIMUTH_STOP 1e-7 /* stop band of the spreading */
+#define IBL_ROW_FFT_ROWS 16   /* rows in a batch */
+#define IBL_ROW_FFT_OVER 4    /* samples of the spread ring an order */
+#define IBL_ROW_FFT_STOP 1e-7 /* stop band of the spreading */
 
 /* Constant after creation: any number of threads may use one. */
-typedef struct ibl_azimuth ibl_azimuth;
+typedef struct ibl_row_fft ibl_row_fft;
 
 /*
  * A plan for rows of width pixels to orders m = 0..orders - 1:
@@ -42,8 +42,8 @@ typedef struct ibl_azimuth ibl_azimuth;
  *   turn_rad  the azimuth that becomes 0
  * IBL_ERR_MEMORY: *out is NULL.
  */
-ibl_status ibl_azimuth_create(ibl_ctx *ctx, int width, int orders,
-                              double turn_rad, ibl_azimuth **out);
+ibl_status ibl_row_fft_create(ibl_ctx *ctx, int width, int orders,
+                              double turn_rad, ibl_row_fft **out);
 
 /*
  * A plan for the way back, orders m = 0..orders - 1 to columns samples:
@@ -51,49 +51,49 @@ ibl_status ibl_azimuth_create(ibl_ctx *ctx, int width, int orders,
  *   columns  a power of two, 4..IBL_MAX_EDGE, at least 2 orders
  * IBL_ERR_MEMORY: *out is NULL.
  */
-ibl_status ibl_azimuth_create_inverse(ibl_ctx *ctx, int columns, int orders,
-                                      ibl_azimuth **out);
-void ibl_azimuth_free(ibl_azimuth *plan); /* NULL is fine */
+ibl_status ibl_row_fft_create_inverse(ibl_ctx *ctx, int columns, int orders,
+                                      ibl_row_fft **out);
+void ibl_row_fft_free(ibl_row_fft *plan); /* NULL is fine */
 
 /* Scratch that a call needs, one for each worker: floats, 64-byte aligned,
  * contents irrelevant before and after. */
-size_t ibl_azimuth_scratch(const ibl_azimuth *plan);
+size_t ibl_row_fft_scratch(const ibl_row_fft *plan);
 
-/* Up to IBL_AZIMUTH_ROWS rows of a map. */
-typedef struct ibl_azimuth_rows {
+/* Up to IBL_ROW_FFT_ROWS rows of a map. */
+typedef struct ibl_row_fft_rows {
     const float *rgb; /* interleaved, finite; row j begins at rgb + j stride */
     size_t stride;    /* floats from row to row */
-    int count;        /* 1..IBL_AZIMUTH_ROWS */
+    int count;        /* 1..IBL_ROW_FFT_ROWS */
     ibl_row_block_change change; /* what pixels are first */
-} ibl_azimuth_rows;
+} ibl_row_fft_rows;
 
 /*
  * Writes F_m of rows to rings first_ring, first_ring + 1, ... of out, and
- * what it likes to the rest of those IBL_AZIMUTH_ROWS.
- *   plan        of ibl_azimuth_create
+ * what it likes to the rest of those IBL_ROW_FFT_ROWS.
+ *   plan        of ibl_row_fft_create
  *   out         at least the plan's orders; those beyond are left alone
- *   first_ring  a multiple of IBL_AZIMUTH_ROWS
+ *   first_ring  a multiple of IBL_ROW_FFT_ROWS
  * Rows equal to change.subtract give zeros, exactly; F_0 is real, exactly.
  */
-void ibl_azimuth_forward(const ibl_azimuth *plan, const ibl_azimuth_rows *rows,
+void ibl_row_fft_forward(const ibl_row_fft *plan, const ibl_row_fft_rows *rows,
                          float *scratch, ibl_ring_spectra *out, int first_ring);
 
-/* Where the samples of up to IBL_AZIMUTH_ROWS rings go. */
-typedef struct ibl_azimuth_samples {
+/* Where the samples of up to IBL_ROW_FFT_ROWS rings go. */
+typedef struct ibl_row_fft_samples {
     float *rgba;   /* row j begins at rgba + j stride; A becomes 0 */
     size_t stride; /* floats from row to row, at least 4 columns */
-    int count;     /* 1..IBL_AZIMUTH_ROWS */
-} ibl_azimuth_samples;
+    int count;     /* 1..IBL_ROW_FFT_ROWS */
+} ibl_row_fft_samples;
 
 /*
  * Writes the samples of rings first_ring, first_ring + 1, ... of in: columns
  * texels a row and nothing around them.
- *   plan        of ibl_azimuth_create_inverse
+ *   plan        of ibl_row_fft_create_inverse
  *   in          at least the plan's orders; those beyond are left out
- *   first_ring  a multiple of IBL_AZIMUTH_ROWS
+ *   first_ring  a multiple of IBL_ROW_FFT_ROWS
  */
-void ibl_azimuth_inverse(const ibl_azimuth *plan, const ibl_ring_spectra *in,
+void ibl_row_fft_inverse(const ibl_row_fft *plan, const ibl_ring_spectra *in,
                          int first_ring, float *scratch,
-                         const ibl_azimuth_samples *out);
+                         const ibl_row_fft_samples *out);
 
 #endif

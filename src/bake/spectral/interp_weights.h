@@ -7,8 +7,8 @@
  * under the best of Kaiser's windows is 8e-6. They are polynomials of the
  * position between two samples.
  */
-#ifndef IBL_BAKE_SPECTRAL_TAPS_H
-#define IBL_BAKE_SPECTRAL_TAPS_H
+#ifndef IBL_BAKE_SPECTRAL_INTERP_WEIGHTS_H
+#define IBL_BAKE_SPECTRAL_INTERP_WEIGHTS_H
 
 #include "kern/interp.h"
 
@@ -22,7 +22,7 @@
  * Returns their root mean square error over all positions, in parts of that of
  * the waves without the constant; what is below 1e-7 may be off by as much.
  */
-double ibl_taps_design(const double *spectrum, int degree, double circle,
-                       ibl_taps *taps);
+double ibl_interp_weights_design(const double *spectrum, int degree,
+                                 double circle, ibl_interp_weights *taps);
 
 #endif

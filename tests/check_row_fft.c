@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "bake/spectral/azimuth.h"
+#include "bake/spectral/row_fft.h"
 #include "core/alloc.h"
 #include "core/cpu.h"
 #include "test.h"
@@ -17,7 +17,7 @@
 #define PI 3.1415926535897932384626433832795
 
 enum {
-    ROWS = IBL_AZIMUTH_ROWS,
+    ROWS = IBL_ROW_FFT_ROWS,
     BEFORE = 16, /* rings before those written */
     RINGS = BEFORE + ROWS + 7,
     GUARD = 32
@@ -77,21 +77,21 @@ static void fixture_free(fixture *x)
 
 static void forward(ibl_ctx *ctx, fixture *x)
 {
-    ibl_azimuth *plan;
-    if (ibl_azimuth_create(ctx, x->width, x->orders, x->turn, &plan))
+    ibl_row_fft *plan;
+    if (ibl_row_fft_create(ctx, x->width, x->orders, x->turn, &plan))
         exit(1);
-    const size_t n = ibl_azimuth_scratch(plan);
+    const size_t n = ibl_row_fft_scratch(plan);
     float *scratch = floats(n + GUARD);
-    const ibl_azimuth_rows rows = {
+    const ibl_row_fft_rows rows = {
         x->rgb,
         x->stride,
         x->count,
         {{x->subtract[0], x->subtract[1], x->subtract[2]}, 1}};
-    ibl_azimuth_forward(plan, &rows, scratch, &x->out, BEFORE);
+    ibl_row_fft_forward(plan, &rows, scratch, &x->out, BEFORE);
     for (size_t i = n; i < n + GUARD; i++)
         CHECK(scratch[i] == marker);
     ibl_free(scratch);
-    ibl_azimuth_free(plan);
+    ibl_row_fft_free(plan);
 }
 
 static float pixel(const fixture *x, int row, int i, int channel)
@@ -165,8 +165,8 @@ static void check_width(ibl_ctx *ctx, int width, int orders, int count,
     fixture_init(ctx, &x, width, orders, count);
     forward(ctx, &x);
     const worst w = compare(&x, step);
-    CHECK_MSG(w.l1 <= IBL_AZIMUTH_STOP + 2 * FLT_EPSILON &&
-                  w.l2 <= IBL_AZIMUTH_STOP * sqrt(width) + 12 * FLT_EPSILON,
+    CHECK_MSG(w.l1 <= IBL_ROW_FFT_STOP + 2 * FLT_EPSILON &&
+                  w.l2 <= IBL_ROW_FFT_STOP * sqrt(width) + 12 * FLT_EPSILON,
               "%s, width %d, %d orders: error %.3g of the l1 norm, %.3g of "
               "the l2 norm",
               ibl_isa_name(ibl_ctx_isa(ctx)), width, orders, w.l1, w.l2);
@@ -260,7 +260,7 @@ static void impulses(ibl_ctx *ctx)
             if (ibl_ctx_isa(ctx) == IBL_ISA_C)
                 from += 97;
         }
-        CHECK_MSG(worst_error <= IBL_AZIMUTH_STOP + 3 * FLT_EPSILON,
+        CHECK_MSG(worst_error <= IBL_ROW_FFT_STOP + 3 * FLT_EPSILON,
                   "width %d: error %.3g", x.width, worst_error);
         fixture_free(&x);
     }
@@ -303,7 +303,7 @@ static void high_frequencies(void)
                 }
     }
     /* The sum of |cos| over a row is 2 / pi of the width. */
-    CHECK_MSG(leak <= IBL_AZIMUTH_STOP * WIDTH * 2 / PI, "leak %.3g of l1",
+    CHECK_MSG(leak <= IBL_ROW_FFT_STOP * WIDTH * 2 / PI, "leak %.3g of l1",
               leak / (WIDTH * 2 / PI));
     fixture_free(&x);
     ibl_ctx_free(ctx);
@@ -369,16 +369,16 @@ static void inverse(ibl_ctx *ctx, int columns, int orders, int count, int step)
     test_random r = {(uint64_t)(columns + orders)};
     const size_t stride = (size_t)columns * 4 + 2 * BORDER;
     ibl_ring_spectra in;
-    ibl_azimuth *plan;
+    ibl_row_fft *plan;
     if (ibl_ring_spectra_alloc(ctx, RINGS, orders + 2, &in) ||
-        ibl_azimuth_create_inverse(ctx, columns, orders, &plan))
+        ibl_row_fft_create_inverse(ctx, columns, orders, &plan))
         exit(1);
     for (size_t i = 0; i < (size_t)(orders + 2) * 6 * in.stride; i++)
         in.data[i] = (float)(2 * test_random_unit(&r) - 1);
     float *rgba = floats(stride * ROWS);
-    float *scratch = floats(ibl_azimuth_scratch(plan));
-    const ibl_azimuth_samples out = {rgba + BORDER, stride, count};
-    ibl_azimuth_inverse(plan, &in, BEFORE, scratch, &out);
+    float *scratch = floats(ibl_row_fft_scratch(plan));
+    const ibl_row_fft_samples out = {rgba + BORDER, stride, count};
+    ibl_row_fft_inverse(plan, &in, BEFORE, scratch, &out);
 
     double error = 0, truth = 0;
     for (int k = 0; k < columns * count * 3; k += step) {
@@ -408,7 +408,7 @@ static void inverse(ibl_ctx *ctx, int columns, int orders, int count, int step)
         }
     ibl_free(rgba);
     ibl_free(scratch);
-    ibl_azimuth_free(plan);
+    ibl_row_fft_free(plan);
     ibl_ring_spectra_free(&in);
 }
 

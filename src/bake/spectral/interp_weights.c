@@ -10,7 +10,7 @@
  * waves alone would not tell them. Solved at Chebyshev's nodes of g and made
  * into polynomials of g by Newton's divided differences.
  */
-#include "bake/spectral/taps.h"
+#include "bake/spectral/interp_weights.h"
 #include "core/pi.h"
 
 #include <math.h>
@@ -164,8 +164,8 @@ static void through(const double g[NODES], double f[NODES])
         f[k] = poly[k];
 }
 
-double ibl_taps_design(const double *spectrum, int degree, double circle,
-                       ibl_taps *taps)
+double ibl_interp_weights_design(const double *spectrum, int degree,
+                                 double circle, ibl_interp_weights *taps)
 {
     double a[IBL_TAPS][IBL_TAPS], lag[IBL_TAPS], ones[IBL_TAPS], g[NODES];
     double c[NODES][IBL_TAPS], error = 0, whole = 0;

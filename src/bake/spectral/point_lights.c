@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "bake/spectral/bright.h"
+#include "bake/spectral/point_lights.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -70,7 +70,7 @@ struct cluster {
     struct stand stand[2]; /* by range */
 };
 
-struct ibl_bright {
+struct ibl_point_lights {
     ibl_lobe_shape shape;
     ibl_radial lobe;
     ibl_rule rule; /* along the sides of what is cut */
@@ -82,7 +82,7 @@ struct ibl_bright {
 
 /* What is needed while they are made. */
 struct maker {
-    ibl_bright *b;
+    ibl_point_lights *b;
     double reach[2]; /* distance of the lobe's singularities, by range */
     double error;
     ibl_light *light; /* the points of the pixels, until they are put */
@@ -236,7 +236,7 @@ static int divide_pixels(struct pixel *pixel, int count)
 /* The cheapest clusters of some pixels, after those that there are. */
 static double find_clusters(const struct maker *m, struct span pixels)
 {
-    ibl_bright *b = m->b;
+    ibl_point_lights *b = m->b;
     struct pixel *pixel = b->pixel + pixels.first;
     struct cluster whole = {.pixels = pixels};
     const int before = b->clusters;
@@ -347,7 +347,7 @@ static void make_nodes(const struct maker *m, const struct cluster *c,
 /* The points of the pixels, near and far. */
 static ibl_status make_lights(struct maker *m)
 {
-    const ibl_bright *b = m->b;
+    const ibl_point_lights *b = m->b;
     ibl_patch_rules rules = {.down = {.count = 0}};
     int next = 0;
 
@@ -371,7 +371,7 @@ static ibl_status make_lights(struct maker *m)
 /* Puts the points of the pixels in the order of clusters. */
 static void put_pixels(const struct maker *m)
 {
-    const ibl_bright *b = m->b;
+    const ibl_point_lights *b = m->b;
     int next = 0;
 
     for (int i = 0; i < 2 * b->pixels; i++) {
@@ -385,7 +385,7 @@ static void put_pixels(const struct maker *m)
 
 static ibl_status make_points(const struct maker *m)
 {
-    ibl_bright *b = m->b;
+    ibl_point_lights *b = m->b;
 
     b->points = m->lights;
     for (int i = 0; i < 2 * b->clusters; i++) {
@@ -429,7 +429,7 @@ static ibl_status make_bright(struct maker *m)
  * slope r / 4 of its light. */
 static void find_cuts(const struct maker *m, double least)
 {
-    ibl_bright *b = m->b;
+    ibl_point_lights *b = m->b;
     /* Phong has none at 0 itself. */
     const double slope = 100 * ibl_lobe_value(&b->shape, 0.495, 0.01);
     double largest = 0;
@@ -451,11 +451,12 @@ static void find_cuts(const struct maker *m, double least)
     }
 }
 
-ibl_status ibl_bright_create(ibl_ctx *ctx, const ibl_patch *patches, int count,
-                             const ibl_lobe_shape *shape, double error,
-                             double least, ibl_bright **out)
+ibl_status ibl_point_lights_create(ibl_ctx *ctx, const ibl_patch *patches,
+                                   int count, const ibl_lobe_shape *shape,
+                                   double error, double least,
+                                   ibl_point_lights **out)
 {
-    ibl_bright *b = *out = ibl_alloc_zeroed(1, sizeof *b);
+    ibl_point_lights *b = *out = ibl_alloc_zeroed(1, sizeof *b);
     struct maker m = {.b = b, .error = error};
     ibl_status status = b ? IBL_OK : IBL_ERR_MEMORY;
 
@@ -487,13 +488,13 @@ ibl_status ibl_bright_create(ibl_ctx *ctx, const ibl_patch *patches, int count,
     else
         status = ibl_radial_make(ctx, shape, &b->lobe);
     if (status) {
-        ibl_bright_free(b);
+        ibl_point_lights_free(b);
         *out = NULL;
     }
     return status;
 }
 
-void ibl_bright_free(ibl_bright *b)
+void ibl_point_lights_free(ibl_point_lights *b)
 {
     if (!b)
         return;
@@ -504,7 +505,7 @@ void ibl_bright_free(ibl_bright *b)
     ibl_free(b);
 }
 
-int ibl_bright_count(const ibl_bright *b)
+int ibl_point_lights_count(const ibl_point_lights *b)
 {
     return b->points;
 }
@@ -541,7 +542,7 @@ static void make_block(int face, const float *point, struct block *block)
     cap->sine = sqrt(fmax(1 - cap->cosine * cap->cosine, 0));
 }
 
-static void add_points(const ibl_bright *b, const struct span *points,
+static void add_points(const ibl_point_lights *b, const struct span *points,
                        const ibl_radial_dsp *dsp, const struct block *block,
                        float *rgba)
 {
@@ -550,7 +551,7 @@ static void add_points(const ibl_bright *b, const struct span *points,
 }
 
 /* What its points lack of a pixel that the horizon of d may cut. */
-static void cut_pixel(const ibl_bright *b, const struct pixel *p,
+static void cut_pixel(const ibl_point_lights *b, const struct pixel *p,
                       const double d[3], float *rgba)
 {
     const double value = ibl_patch_lobe(&p->patch, &b->shape, &b->rule, d);
@@ -572,7 +573,7 @@ static void cut_pixel(const ibl_bright *b, const struct pixel *p,
 }
 
 /* The pixels of a cluster, cut at the horizon of a texel that crosses them. */
-static void cut_cluster(const ibl_bright *b, const struct cluster *c,
+static void cut_cluster(const ibl_point_lights *b, const struct cluster *c,
                         const double d[3], float *rgba)
 {
     for (int i = c->pixels.first; i < c->pixels.first + c->pixels.count; i++) {
@@ -584,7 +585,7 @@ static void cut_cluster(const ibl_bright *b, const struct cluster *c,
 
 /* Adds a cluster to texels whose horizons may cross it. Those whose horizon
  * does see its pixels. */
-static void add_crossed(const ibl_bright *b, const struct cluster *c,
+static void add_crossed(const ibl_point_lights *b, const struct cluster *c,
                         const struct span *points, const ibl_radial_dsp *dsp,
                         const struct block *block, float *rgba)
 {
@@ -616,8 +617,9 @@ static void add_crossed(const ibl_bright *b, const struct cluster *c,
     }
 }
 
-void ibl_bright_add(const ibl_bright *b, int face, const ibl_radial_dsp *dsp,
-                    const float *point, float *rgba)
+void ibl_point_lights_add(const ibl_point_lights *b, int face,
+                          const ibl_radial_dsp *dsp, const float *point,
+                          float *rgba)
 {
     struct block block;
 

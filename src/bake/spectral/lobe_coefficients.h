@@ -7,8 +7,8 @@
  * P_l Legendre's polynomials; k_0 = 1 (Funk and Hecke's theorem). A point
  * light's response, K itself, has sum (2 l + 1) k_l^2 = 4 pi int K^2 dO.
  */
-#ifndef IBL_BAKE_SPECTRAL_KERNEL_H
-#define IBL_BAKE_SPECTRAL_KERNEL_H
+#ifndef IBL_BAKE_SPECTRAL_LOBE_COEFFICIENTS_H
+#define IBL_BAKE_SPECTRAL_LOBE_COEFFICIENTS_H
 
 #include "brdf/lobe.h"
 
@@ -17,8 +17,8 @@
  * about 1e-14, by quadrature at about 0.9 degree + 64 points: some tens of
  * microseconds at degree 512, and as the square.
  */
-ibl_status ibl_kernel_make(ibl_ctx *ctx, const ibl_lobe_shape *shape,
-                           int degree, double *k);
+ibl_status ibl_lobe_coefficients(ibl_ctx *ctx, const ibl_lobe_shape *shape,
+                                 int degree, double *k);
 
 /*
  * The smallest degree that keeps all but `tail` of a point light's response:
@@ -29,7 +29,7 @@ ibl_status ibl_kernel_make(ibl_ctx *ctx, const ibl_lobe_shape *shape,
  * within some percent, not searched for.
  *   tail   1e-12..1
  */
-ibl_status ibl_kernel_band(ibl_ctx *ctx, const ibl_lobe_shape *shape,
+ibl_status ibl_lobe_degree(ibl_ctx *ctx, const ibl_lobe_shape *shape,
                            double tail, int limit, int *degree);
 
 #endif

@@ -9,8 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "bake/spectral/bright.h"
 #include "bake/spectral/lobe_table.h"
+#include "bake/spectral/point_lights.h"
 #include "bake/spectral/resample.h"
 #include "test.h"
 #include "truth.h"
@@ -229,8 +229,8 @@ static void random_lights(ibl_light *lights, int count, int n)
 }
 
 /* Nothing but lights, on faces of n x n. */
-static ibl_status light_level(ibl_ctx *ctx, const ibl_bright *bright, int n,
-                              ibl_cube *cube)
+static ibl_status light_level(ibl_ctx *ctx, const ibl_point_lights *bright,
+                              int n, ibl_cube *cube)
 {
     ibl_ring_grid grid = {0};
     ibl_status status = ibl_cube_alloc(ctx, n, 1, cube);
@@ -257,7 +257,7 @@ static double level_error(ibl_ctx *ctx, const lobe *l, int n, int count)
     const ibl_lobe_shape shape = ibl_lobe_shape_of(l->of, l->alpha);
     ibl_light *lights = malloc((size_t)(count + 1) * sizeof *lights);
     ibl_patch *patches = malloc((size_t)(count + 1) * sizeof *patches);
-    ibl_bright *bright = NULL;
+    ibl_point_lights *bright = NULL;
     ibl_cube cube = {0};
     double worst = 0;
     if (!lights || !patches)
@@ -269,7 +269,8 @@ static double level_error(ibl_ctx *ctx, const lobe *l, int n, int count)
             energy[c] = (float)lights[i].rgb[c];
         patches[i] = point_at(lights[i].direction, energy);
     }
-    if (ibl_bright_create(ctx, patches, count, &shape, 1e-7, 0, &bright) ||
+    if (ibl_point_lights_create(ctx, patches, count, &shape, 1e-7, 0,
+                                &bright) ||
         light_level(ctx, bright, n, &cube))
         return INFINITY;
     for (int i = 0; i < 6 * n * n; i++) {
@@ -288,7 +289,7 @@ static double level_error(ibl_ctx *ctx, const lobe *l, int n, int count)
         const double e = fabs((double)cube.data[3 * i + 1] - want) / limit;
         worst = e > worst || isnan(e) ? e : worst;
     }
-    ibl_bright_free(bright);
+    ibl_point_lights_free(bright);
     ibl_cube_free(&cube);
     free(lights);
     free(patches);
@@ -386,11 +387,11 @@ static void suns(void)
             const lobe *l = &lobes[of[k]];
             const ibl_lobe_shape shape = ibl_lobe_shape_of(l->of, l->alpha);
             const int count = make_sun(at[s][0], at[s][1], patches), n = 16;
-            ibl_bright *bright;
+            ibl_point_lights *bright;
             ibl_cube cube;
             double worst = 0, most = 0;
-            NEED(!ibl_bright_create(ctx, patches, count, &shape, 2e-5, 0,
-                                    &bright));
+            NEED(!ibl_point_lights_create(ctx, patches, count, &shape, 2e-5, 0,
+                                          &bright));
             NEED(!light_level(ctx, bright, n, &cube));
             for (int i = 0; i < 6 * n * n; i += 5)
                 most = fmax(most, (double)cube.data[3 * i]);
@@ -406,8 +407,8 @@ static void suns(void)
                       "sun %d, %s %g: %d pixels, %d points, %.2f "
                       "times the limit",
                       s, ibl_lobe_name(l->of), l->alpha, count,
-                      ibl_bright_count(bright), worst);
-            ibl_bright_free(bright);
+                      ibl_point_lights_count(bright), worst);
+            ibl_point_lights_free(bright);
             ibl_cube_free(&cube);
         }
     ibl_ctx_free(ctx);
