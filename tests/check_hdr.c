@@ -821,7 +821,7 @@ static void as_openimageio(void)
     static char command[FILES * 40 + 1000] =
         "oiiotool -d float --compression none";
     ibl_ctx *ctx = test_keeping_ctx(2, &kept);
-    char hdr[16], exr[16];
+    char hdr[32], exr[32];
 
     if (!file_have("oiiotool")) {
         ibl_ctx_free(ctx);

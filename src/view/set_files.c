@@ -154,21 +154,22 @@ static void fail_several(const char *path, struct dirent *const *found,
                          int count)
 {
     char text[256] = "";
+    size_t used = 0;
     int shown = 0;
 
     for (; shown < count; shown++) {
-        const size_t used = strlen(text);
-        if (used + strlen(found[shown]->d_name) + 16 > sizeof text)
+        const char *name = found[shown]->d_name;
+        if (used + strlen(name) + 16 > sizeof text)
             break;
-        snprintf(text + used, sizeof text - used, "%s%s",
-                 shown == 0           ? ""
-                 : shown + 1 == count ? " and "
-                                      : ", ",
-                 found[shown]->d_name);
+        used += (size_t)snprintf(text + used, sizeof text - used, "%s%s",
+                                 shown == 0           ? ""
+                                 : shown + 1 == count ? " and "
+                                                      : ", ",
+                                 name);
     }
     if (shown < count)
-        snprintf(text + strlen(text), sizeof text - strlen(text),
-                 " and %d more", count - shown);
+        snprintf(text + used, sizeof text - used, " and %d more",
+                 count - shown);
     view_fail("%s: holds %d sets: name one of its files: %s", path, count,
               text);
 }
