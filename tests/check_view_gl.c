@@ -206,7 +206,7 @@ static void written_and_read(void)
     unsigned char rgb[3 * WIDTH * HEIGHT], back[sizeof rgb];
     png_image image = {.version = PNG_IMAGE_VERSION};
     test_random r = {7};
-    ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
+    ibl_ctx *ctx = view_test_ctx(1);
     const char *path = file_path("picture.png");
     size_t size;
 
@@ -246,7 +246,7 @@ static void picture_of_the_last_draw(void)
         HEIGHT = 24
     };
     const view_settings settings = view_settings_default();
-    baked_set set = {0};
+    static baked_set set;
 
     view_test_begin(WIDTH, HEIGHT);
     sets_white(&set);

@@ -9,7 +9,8 @@
 
 /* A smooth sky, none of it zero, with a pixel of so much as the sun. */
 ibl_image sets_map(ibl_ctx *ctx, int width, double sun);
-/* A set of a white map, three levels of 16, until the running test ends. */
+/* A set of a white map, three levels of 16, until the running test has ended,
+ * when set must still be there. */
 void sets_white(baked_set *set);
 /* One of 64 pixels as a flat Radiance file: its path; and as the library reads
  * that. */

@@ -281,9 +281,13 @@ typedef enum ibl_lobe {
     IBL_LOBE_CHARLIE,
     IBL_LOBE_PHONG
 } ibl_lobe;
+#define IBL_LOBE_COUNT 3
+#define IBL_LOBE_NAMES "ggx", "charlie", "phong" /* in that order */
 
-/* "ggx", "charlie" or "phong". */
+/* One of IBL_LOBE_NAMES. */
 const char *ibl_lobe_name(ibl_lobe lobe);
+/* Its weight with N = V = R, as the sidecar names it. */
+const char *ibl_lobe_formula(ibl_lobe lobe);
 
 /* How the levels of a specular chain are made. */
 typedef enum ibl_method {

@@ -187,6 +187,7 @@ void ibl_source_close(ibl_source *source); /* NULL is fine */
 
 /* ---- textures ------------------------------------------------------- */
 
+/* The formats of cubes come first. */
 typedef enum ibl_pixel {
     IBL_PIXEL_RGBA16F,    /* 8 bytes: 4 halves */
     IBL_PIXEL_RGBA32F,    /* 16 bytes: 4 floats */

@@ -80,18 +80,15 @@ static ibl_status check_specular(ibl_ctx *ctx, const ibl_specular_options *o)
                         "sampled (%d)",
                         (int)o->method, IBL_METHOD_AUTO, IBL_METHOD_SPECTRAL,
                         IBL_METHOD_SAMPLED);
-    if (o->lobe < IBL_LOBE_GGX || o->lobe > IBL_LOBE_PHONG)
-        return ibl_fail(ctx, IBL_ERR_ARGUMENT,
-                        "lobe %d: must be ggx (%d), charlie (%d) or phong (%d)",
-                        (int)o->lobe, IBL_LOBE_GGX, IBL_LOBE_CHARLIE,
-                        IBL_LOBE_PHONG);
     if (!(o->tolerance >= 1e-6 && o->tolerance <= 1))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a tolerance of %g: must be 1e-6 to 1", o->tolerance);
     if (!(o->lod_bias >= -4 && o->lod_bias <= 4))
         return ibl_fail(ctx, IBL_ERR_ARGUMENT,
                         "a lod bias of %g: must be -4 to 4", o->lod_bias);
-    ibl_status status = ibl_check_roughness(ctx, o);
+    ibl_status status = ibl_lobe_check(ctx, o->lobe);
+    if (!status)
+        status = ibl_check_roughness(ctx, o);
     if (!status)
         status = check_samples(ctx, " a texel", o->samples);
     for (int l = 0; l < IBL_MAX_LEVELS && !status; l++) {

@@ -25,6 +25,7 @@
 #include <string.h>
 
 #include "bake/reference_sums.h"
+#include "brdf/lobe.h"
 #include "core/alloc.h"
 #include "core/context.h"
 #include "image/image.h"
@@ -173,25 +174,26 @@ struct lobe {
     double outer[2]; /* above which there are nine points; patches */
 };
 
-/* GGX changes over 2 sqrt(t). Charlie over some alpha, and is not smooth at
- * the aim. Phong over some alpha, and is not smooth on the horizon unless it
- * is the cosine. */
+/* There are points where the weight changes slowly, patches elsewhere: around
+ * the peak, and along the horizon where it is not smooth. */
 static struct lobe lobe_of(const ibl_reference *ref, ibl_lobe which,
                            double alpha)
 {
     const double p = fmax(pi / ref->env->height, 2 * pi / ref->env->width);
-    const double a2 = alpha * alpha;
     struct lobe lobe = {ibl_reference_weight(which, alpha), {0, 0}, {1, 1}};
+    const ibl_weight *w = &lobe.weight;
 
     for (int k = 0; k < 2; k++) {
         const double least = (k ? 40 : 9) * p, t = 0.25 * least * least;
-        if (which == IBL_LOBE_GGX)
-            lobe.inner[k] = t <= a2 ? 0 : t >= 1 ? 1 : (t - a2) / (1 - a2);
-        else if (which == IBL_LOBE_CHARLIE)
-            lobe.inner[k] = 10 * alpha < least ? 1 : t;
-        else if (3 * alpha < least)
+        if (w->ring)
+            lobe.inner[k] = 10 * w->alpha < least ? 1 : t;
+        else if (!(w->width > 0))
+            lobe.inner[k] = t <= w->a2 ? 0
+                            : t >= 1   ? 1
+                                       : (t - w->a2) / (1 - w->a2);
+        else if (w->width < least)
             lobe.outer[!k] = 0;
-        else if (lobe.weight.power > 1)
+        else if (w->fractional)
             lobe.outer[!k] = 0.5 - least / 6;
     }
     return lobe;
@@ -260,16 +262,6 @@ static struct row row_of(const ibl_reference *ref, const struct lobe *lobe,
     return row;
 }
 
-static double weight_at(const ibl_weight *w, double c)
-{
-    if (w->lobe == IBL_LOBE_CHARLIE)
-        return w->scale * pow(1 - c, w->power) * c;
-    if (w->lobe == IBL_LOBE_PHONG)
-        return w->power > 1 ? pow(fmax(c, 0), w->power) : c;
-    const double g = 2 * w->a2 / ((1 + w->a2) - (1 - w->a2) * c);
-    return c * g * g;
-}
-
 /* Columns begin..end - 1 of any lobe. */
 static void add_points(const struct row *row, const double *rgb, int begin,
                        int end, double sum[4])
@@ -286,8 +278,9 @@ static void add_points(const struct row *row, const double *rgb, int begin,
             const double y = c[at] * ahead + s[at] * aside;
             double line = 0;
             for (int g = 0; g < row->n; g++)
-                line += row->mass[g] * weight_at(&row->lobe->weight,
-                                                 row->c0[g] + row->c1[g] * y);
+                line += row->mass[g] *
+                        ibl_reference_weight_at(&row->lobe->weight,
+                                                row->c0[g] + row->c1[g] * y);
             weight += line * ibl_reference_gauss(row->n)->mass[k];
         }
         for (int n = 0; n < 3; n++)
@@ -578,24 +571,20 @@ ibl_status ibl_reference_lobe(const ibl_reference *ref, ibl_lobe lobe,
     ibl_status status = ibl_reference_check(ref, count, dirs, rgb);
     if (status)
         return status;
-    if (lobe < IBL_LOBE_GGX || lobe > IBL_LOBE_PHONG)
-        return ibl_fail(ref->ctx, IBL_ERR_ARGUMENT,
-                        "lobe %d: must be ggx (%d), charlie (%d) or phong (%d)",
-                        (int)lobe, IBL_LOBE_GGX, IBL_LOBE_CHARLIE,
-                        IBL_LOBE_PHONG);
+    status = ibl_lobe_check(ref->ctx, lobe);
+    if (status)
+        return status;
     if (!(roughness >= 0 && roughness <= 1))
         return ibl_fail(ref->ctx, IBL_ERR_ARGUMENT,
                         "a roughness of %g: must be 0 to 1", roughness);
     status = check_dirs(ref, dirs, count);
     if (status)
         return status;
-    double alpha = roughness * roughness;
-    if (lobe == IBL_LOBE_CHARLIE && roughness > 0)
-        alpha = fmax(alpha, 1e-9);
+    const double alpha = roughness * roughness;
     /* Narrower than that, the lobe outside the pixel, less than alpha^2 times
      * the pixels' number squared, is nothing even to the floats' whole range
      * of 1e84. */
-    if (alpha < 1e-75) {
+    if (!(alpha > 0) || ibl_reference_weight(lobe, alpha).alpha < 1e-75) {
         for (size_t k = 0; k < count; k++)
             mirror(ref, dirs + 3 * k, rgb + 3 * k);
         return ibl_cancelled(ref->ctx) ? IBL_ERR_CANCELLED : IBL_OK;

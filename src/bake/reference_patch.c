@@ -49,15 +49,8 @@ static double ggx_beyond(double a2, double q)
 }
 
 /* The integral of the weight over q from 0, and from q to the horizon. */
-static double within(const ibl_weight *w, double q)
+static double ggx_within(const ibl_weight *w, double q)
 {
-    if (q >= 0.5)
-        return w->total;
-    if (w->lobe == IBL_LOBE_CHARLIE)
-        return 0.5 * w->scale * pow(2 * q, w->power + 1) *
-               (1 / (w->power + 1) - 2 * q / (w->power + 2));
-    if (w->lobe == IBL_LOBE_PHONG)
-        return -0.5 / (w->power + 1) * expm1((w->power + 1) * log1p(-2 * q));
     if (w->a2 > 0.5)
         return w->total - ggx_beyond(w->a2, q);
     const double b = 1 - w->a2, f = w->a2 / b;
@@ -65,37 +58,79 @@ static double within(const ibl_weight *w, double q)
            2 * f * f * log1p(q / f);
 }
 
+static double within(const ibl_weight *w, double q)
+{
+    if (q >= 0.5)
+        return w->total;
+    switch (w->lobe) {
+    case IBL_LOBE_GGX:
+        break;
+    case IBL_LOBE_CHARLIE:
+        return 0.5 * w->scale * pow(2 * q, w->power + 1) *
+               (1 / (w->power + 1) - 2 * q / (w->power + 2));
+    case IBL_LOBE_PHONG:
+        return -0.5 / (w->power + 1) * expm1((w->power + 1) * log1p(-2 * q));
+    }
+    return ggx_within(w, q);
+}
+
 static double beyond(const ibl_weight *w, double q)
 {
     if (q >= 0.5)
         return 0;
-    if (w->lobe == IBL_LOBE_CHARLIE)
+    switch (w->lobe) {
+    case IBL_LOBE_GGX:
+        break;
+    case IBL_LOBE_CHARLIE:
         return w->total - within(w, q);
-    if (w->lobe == IBL_LOBE_PHONG)
+    case IBL_LOBE_PHONG:
         return 0.5 / (w->power + 1) * exp((w->power + 1) * log1p(-2 * q));
+    }
     return ggx_beyond(w->a2, q);
+}
+
+double ibl_reference_weight_at(const ibl_weight *w, double c)
+{
+    switch (w->lobe) {
+    case IBL_LOBE_GGX:
+        break;
+    case IBL_LOBE_CHARLIE:
+        return w->scale * pow(1 - c, w->power) * c;
+    case IBL_LOBE_PHONG:
+        return w->power > 1 ? pow(fmax(c, 0), w->power) : c;
+    }
+    const double g = 2 * w->a2 / ((1 + w->a2) - (1 - w->a2) * c);
+    return c * g * g;
 }
 
 ibl_weight ibl_reference_weight(ibl_lobe lobe, double alpha)
 {
-    const double a2 = alpha * alpha;
-    ibl_weight w = {
-        .lobe = lobe, .alpha = alpha, .a2 = a2, .scale = 1, .most = 0.5};
+    ibl_weight w = {.lobe = lobe,
+                    .alpha = alpha,
+                    .a2 = alpha * alpha,
+                    .scale = 1,
+                    .most = 0.5};
 
     switch (lobe) {
     case IBL_LOBE_GGX:
-        w.total = ggx_beyond(a2, 0);
+        w.total = ggx_beyond(w.a2, 0);
         break;
     case IBL_LOBE_CHARLIE:
-        w.power = 0.5 / alpha;
+        w.alpha = fmax(alpha, 1e-9);
+        w.a2 = w.alpha * w.alpha;
+        w.power = 0.5 / w.alpha;
         w.scale = (w.power + 1) * exp(1);
         w.least = 0.5 * exp(nothing / w.power);
         w.total = 0.5 * exp(1) / (w.power + 2);
+        w.width = 4 * w.alpha;
+        w.ring = true;
         break;
     case IBL_LOBE_PHONG:
         w.power = 1 + 0.5 * (1 / alpha - 1) * (1 / alpha + 1);
         w.most = -0.5 * expm1(nothing / w.power);
         w.total = 0.5 / (w.power + 1);
+        w.width = 3 * alpha;
+        w.fractional = w.power > 1;
         break;
     }
     return w;
@@ -162,7 +197,7 @@ static double flux_at(const struct line *line, double s)
     const double lean = line->lean + line->turn * square;
 
     if (!(q > 0)) /* U is w q there. */
-        return w->lobe == IBL_LOBE_CHARLIE ? 0 : 0.5 * lean;
+        return w->ring ? 0 : 0.5 * lean;
     return (line->inside ? within(w, q) : -beyond(w, q)) / (2 * q * (1 - q)) *
            lean;
 }
@@ -171,13 +206,12 @@ static double flux_at(const struct line *line, double s)
 static double reach_at(const struct line *line, double q)
 {
     const ibl_weight *w = line->weight;
-    const bool peak = line->inside && w->lobe != IBL_LOBE_CHARLIE;
+    const bool peak = line->inside && !w->ring;
     const double t = peak ? q + w->a2 * (1 - q) : q, rest = 1 - q;
     const double reach = 2 * sqrt(t < rest ? t : rest > 0 ? rest : 0);
 
-    if (w->lobe == IBL_LOBE_GGX || q < w->least || q > w->most)
-        return reach;
-    return fmin(reach, (w->lobe == IBL_LOBE_CHARLIE ? 4 : 3) * w->alpha);
+    return w->width > 0 && q >= w->least && q <= w->most ? fmin(reach, w->width)
+                                                         : reach;
 }
 
 /* Whether points on all of a part, `reach` from what is not smooth, have its
@@ -194,8 +228,8 @@ static bool is_smooth(const struct line *line, struct end a, struct end b,
     return (length <= 0.5 * reach ||
             (length <= 0.5 &&
              far - near <= 0.2 * reach * sqrt(near * (1 - far)))) &&
-           (line->weight->lobe != IBL_LOBE_PHONG || line->weight->power == 1 ||
-            fmin(a.q, b.q) >= 0.5 || fabs(a.q - b.q) <= 0.25 * c);
+           (!line->weight->fractional || fmin(a.q, b.q) >= 0.5 ||
+            fabs(a.q - b.q) <= 0.25 * c);
 }
 
 static double gauss(const struct line *line, double begin, double end, int n)
@@ -285,7 +319,7 @@ static void set_meridian(const ibl_aim *aim, struct patch *p, int k, double y)
 static bool is_inside(const ibl_aim *aim, const ibl_weight *w,
                       const struct patch *p, double q[2][2])
 {
-    if (w->lobe == IBL_LOBE_CHARLIE)
+    if (w->ring)
         return q[0][0] + q[0][1] + q[1][0] + q[1][1] < 1;
     const double turn = 2 * pi * round((p->y[0] + p->y[1]) / (4 * pi));
     const bool ahead = p->y[0] <= turn && p->y[1] >= turn;

@@ -4,6 +4,7 @@
 #define IBL_BAKE_REFERENCE_SUMS_H
 
 #include <math.h>
+#include <stdbool.h>
 
 #include "ibl/reference.h"
 
@@ -68,10 +69,15 @@ typedef struct ibl_weight {
     double alpha, a2, power, scale;
     double least, most; /* q; elsewhere the weight is less than 1e-20 */
     double total;       /* its integral over q */
+    double width;       /* angle over which it changes; 0: 2 sqrt(t), GGX's */
+    bool ring;          /* 0 at the aim, and not smooth there */
+    bool fractional;    /* not smooth on the horizon */
 } ibl_weight;
 
-/* alpha in [1e-75, 1]; Charlie's no less than 1e-9. */
+/* alpha in (0, 1]; Charlie's counts as 1e-9 at least. */
 ibl_weight ibl_reference_weight(ibl_lobe lobe, double alpha);
+/* The weight at an angle of cosine c, 0 to 1 but for rounding. */
+double ibl_reference_weight_at(const ibl_weight *weight, double c);
 
 /*
  * The integrals of a weight over pixels begin..end - 1 of row j of a w x h map,

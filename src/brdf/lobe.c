@@ -1,10 +1,42 @@
 /* SPDX-License-Identifier: MIT */
 #include "brdf/lobe.h"
 
+#include <assert.h>
+
+#include "core/context.h"
+
+static const char *const names[] = {IBL_LOBE_NAMES};
+static_assert(sizeof names / sizeof *names == IBL_LOBE_COUNT, "lobes' names");
+
 const char *ibl_lobe_name(ibl_lobe lobe)
 {
-    static const char *const names[] = {"ggx", "charlie", "phong"};
-    return names[lobe >= IBL_LOBE_GGX && lobe <= IBL_LOBE_PHONG ? lobe : 0];
+    return names[lobe >= 0 && lobe < IBL_LOBE_COUNT ? lobe : 0];
+}
+
+const char *ibl_lobe_formula(ibl_lobe lobe)
+{
+    switch (lobe) {
+    case IBL_LOBE_GGX:
+        break;
+    case IBL_LOBE_CHARLIE:
+        return "sin(theta_h)^(1 / alpha) N.L, alpha = roughness^2";
+    case IBL_LOBE_PHONG:
+        return "(R.L)^n N.L, n = (1 / alpha^2 - 1) / 2, alpha = roughness^2";
+    }
+    return "D_GGX(N.H) N.L, alpha = roughness^2";
+}
+
+ibl_status ibl_lobe_check(ibl_ctx *ctx, ibl_lobe lobe)
+{
+    switch (lobe) {
+    case IBL_LOBE_GGX:
+    case IBL_LOBE_CHARLIE:
+    case IBL_LOBE_PHONG:
+        return IBL_OK;
+    }
+    return ibl_fail(ctx, IBL_ERR_ARGUMENT,
+                    "lobe %d: must be ggx (%d), charlie (%d) or phong (%d)",
+                    (int)lobe, IBL_LOBE_GGX, IBL_LOBE_CHARLIE, IBL_LOBE_PHONG);
 }
 
 /*
@@ -30,17 +62,24 @@ static double ggx_integral(double alpha)
 
 ibl_lobe_shape ibl_lobe_shape_of(ibl_lobe lobe, double alpha)
 {
-    ibl_lobe_shape s = {lobe, fmax(alpha, 1e-75), 0, 0, 0};
+    ibl_lobe_shape s = {
+        .lobe = lobe, .alpha = fmax(alpha, 1e-75), .reach = 0.5, .end = 1};
+
     switch (lobe) {
     case IBL_LOBE_CHARLIE:
+        s.kind = IBL_LOBE_RING;
         s.power = 1 / (2 * s.alpha);
         s.scale = (s.power + 1) * (s.power + 2) / (2 * IBL_PI);
         break;
     case IBL_LOBE_PHONG:
+        s.kind = IBL_LOBE_COMPACT;
         s.power = (1 / s.alpha - 1) * (1 / s.alpha + 1) / 2;
         s.scale = (s.power + 2) / (2 * IBL_PI);
+        s.reach = -0.5 * expm1(-20 / (s.power + 2));
+        s.end = s.power + 1;
         break;
     case IBL_LOBE_GGX:
+        s.kind = IBL_LOBE_TAILED;
         s.scale = 1 / ggx_integral(s.alpha);
         break;
     }

@@ -25,13 +25,26 @@
 #include "brdf/ggx.h"
 #include "ibl/ibl.h"
 
+/* K around its peak, which decides how a narrow lobe is made. */
+typedef enum ibl_lobe_kind {
+    IBL_LOBE_TAILED, /* smooth within alpha, a power of 1 / psi beyond */
+    IBL_LOBE_RING,   /* 0 at the peak, with a corner */
+    IBL_LOBE_COMPACT /* smooth, and nothing a few widths away */
+} ibl_lobe_kind;
+
 typedef struct ibl_lobe_shape {
     ibl_lobe lobe;
     double alpha;
     double power; /* Charlie's s, Phong's n */
     double scale;
     double split; /* of the far part, see there; else 0: the whole lobe */
+    ibl_lobe_kind kind;
+    double reach; /* K is less than e^-20 of its peak where q is larger */
+    double end;   /* K falls as this power of N.L on the horizon */
 } ibl_lobe_shape;
+
+/* Whether there is such a lobe: else IBL_ERR_ARGUMENT. */
+ibl_status ibl_lobe_check(ibl_ctx *ctx, ibl_lobe lobe);
 
 /* alpha in (0, 1]; below 1e-75, where its square would underflow, as there. */
 ibl_lobe_shape ibl_lobe_shape_of(ibl_lobe lobe, double alpha);
@@ -111,36 +124,55 @@ typedef struct ibl_lobe_sample {
     double pdf;          /* per steradian */
 } ibl_lobe_sample;
 
-/* u in (0, 1); the density falls as u grows. */
+/* Above the horizon the half vector is within 45 degrees, which is the first
+ * 1 / (1 + alpha^2) of Walter's u. pdf = D N.H / (4 V.H), and V = N. */
+static inline ibl_lobe_sample ibl_lobe_draw_ggx(double alpha, double u)
+{
+    const double part = 1 / (1 + alpha * alpha);
+    ibl_lobe_sample r;
+
+    ibl_ggx_sample_half(u * part, alpha, &r.sin_h, &r.cos_h);
+    r.cosine = (r.cos_h - r.sin_h) * (r.cos_h + r.sin_h);
+    r.pdf = ibl_ggx_d_sincos(r.sin_h, r.cos_h, alpha) / (4 * part);
+    return r;
+}
+
+/* v = 2 q and N.L = 1 - v, of which one is x = exp(log_x). */
+static inline ibl_lobe_sample ibl_lobe_draw_power(double power, double log_x,
+                                                  double v, double cosine)
+{
+    return (ibl_lobe_sample){sqrt(v / 2), sqrt((1 + cosine) / 2), cosine,
+                             (power + 1) / (2 * IBL_PI) * exp(power * log_x)};
+}
+
+/* u in (0, 1); the density falls as u grows. The power p of v or 1 - v, in
+ * 0..1, is drawn as u^(1 / (p + 1)). */
 static inline ibl_lobe_sample ibl_lobe_draw(const ibl_lobe_shape *s, double u)
 {
-    ibl_lobe_sample r = {0, 1, 1, 0};
-
-    if (s->lobe == IBL_LOBE_GGX) {
-        /* Above the horizon the half vector is within 45 degrees, which is the
-         * first 1 / (1 + alpha^2) of Walter's u. pdf = D N.H / (4 V.H), and
-         * V = N. */
-        const double part = 1 / (1 + s->alpha * s->alpha);
-        ibl_ggx_sample_half(u * part, s->alpha, &r.sin_h, &r.cos_h);
-        r.cosine = (r.cos_h - r.sin_h) * (r.cos_h + r.sin_h);
-        r.pdf = ibl_ggx_d_sincos(r.sin_h, r.cos_h, s->alpha) / (4 * part);
-        return r;
-    }
-    /* The power p of v or 1 - v, in 0..1, is drawn as u^(1 / (p + 1)). */
     const double log_x = log1p(-u) / (s->power + 1);
-    const double v = s->lobe == IBL_LOBE_CHARLIE ? exp(log_x) : -expm1(log_x);
-    r.cosine = s->lobe == IBL_LOBE_CHARLIE ? -expm1(log_x) : exp(log_x);
-    r.sin_h = sqrt(v / 2);
-    r.cos_h = sqrt((1 + r.cosine) / 2);
-    r.pdf = (s->power + 1) / (2 * IBL_PI) * exp(s->power * log_x);
-    return r;
+
+    switch (s->lobe) {
+    case IBL_LOBE_GGX:
+        break;
+    case IBL_LOBE_CHARLIE:
+        return ibl_lobe_draw_power(s->power, log_x, exp(log_x), -expm1(log_x));
+    case IBL_LOBE_PHONG:
+        return ibl_lobe_draw_power(s->power, log_x, -expm1(log_x), exp(log_x));
+    }
+    return ibl_lobe_draw_ggx(s->alpha, u);
 }
 
 /* The largest pdf, to a factor of two. */
 static inline double ibl_lobe_peak(const ibl_lobe_shape *s)
 {
-    return s->lobe == IBL_LOBE_GGX ? 1 / (4 * IBL_PI * s->alpha * s->alpha)
-                                   : (s->power + 1) / (2 * IBL_PI);
+    switch (s->lobe) {
+    case IBL_LOBE_GGX:
+        break;
+    case IBL_LOBE_CHARLIE:
+    case IBL_LOBE_PHONG:
+        return (s->power + 1) / (2 * IBL_PI);
+    }
+    return 1 / (4 * IBL_PI * s->alpha * s->alpha);
 }
 
 #endif

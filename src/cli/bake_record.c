@@ -264,26 +264,12 @@ static void put_part(const ibl_bake *b, json_t **j)
     put(j, "whole_chain", whole);
 }
 
-/* The lobe, N = V = R. */
-static const char *weight_of(ibl_lobe lobe)
-{
-    switch (lobe) {
-    case IBL_LOBE_CHARLIE:
-        return "sin(theta_h)^(1 / alpha) N.L, alpha = roughness^2";
-    case IBL_LOBE_PHONG:
-        return "(R.L)^n N.L, n = (1 / alpha^2 - 1) / 2, alpha = roughness^2";
-    case IBL_LOBE_GGX:
-        break;
-    }
-    return "D_GGX(N.H) N.L, alpha = roughness^2";
-}
-
 static void put_specular(const ibl_bake *b, json_t **j)
 {
     const ibl_specular_options *o = &b->opts->bake.specular_options;
     const ibl_specular_report *made = &b->made.report;
     put(j, "lobe", json_string(ibl_lobe_name(o->lobe)));
-    put(j, "weight", json_string(weight_of(o->lobe)));
+    put(j, "weight", json_string(ibl_lobe_formula(o->lobe)));
     put(j, "method", json_string(ibl_bake_specular_method(b)));
     put(j, "mapping", json_string(ibl_roughness_map_name(o->mapping)));
     put(j, "lod", lod(b));

@@ -13,8 +13,7 @@
 /* ---- options --------------------------------------------------------- */
 
 static const char *const scale_names[] = {"E/pi", "E", NULL};
-static const char *const lobe_names[] = {"auto", "ggx", "charlie", "phong",
-                                         NULL};
+static const char *const lobe_names[] = {"auto", IBL_LOBE_NAMES, NULL};
 static const char *const geometry_names[] = {"auto", "smith", "schlick-ibl",
                                              NULL};
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "common/names.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -15,6 +16,9 @@ const char *const ibl_pixel_names[] = {[IBL_PIXEL_RGBA16F] = "rgba16f",
                                        [IBL_PIXEL_RGB9E5] = "rgb9e5",
                                        [IBL_PIXEL_R11G11B10F] = "r11g11b10f",
                                        NULL};
+static_assert(sizeof ibl_pixel_names / sizeof *ibl_pixel_names ==
+                  IBL_PIXEL_RG16F + 1,
+              "names of the formats of cubes, which come first");
 const char *const ibl_overflow_names[] = {
     [IBL_OVERFLOW_SPREAD] = "spread", [IBL_OVERFLOW_CLIP] = "clip", NULL};
 const char *const ibl_mapping_names[] = {[IBL_ROUGHNESS_LINEAR] = "linear",
@@ -24,10 +28,7 @@ const char *const ibl_method_names[] = {[IBL_METHOD_AUTO] = "auto",
                                         [IBL_METHOD_SPECTRAL] = "spectral",
                                         [IBL_METHOD_SAMPLED] = "sampled",
                                         NULL};
-const char *const ibl_lobe_names[] = {[IBL_LOBE_GGX] = "ggx",
-                                      [IBL_LOBE_CHARLIE] = "charlie",
-                                      [IBL_LOBE_PHONG] = "phong",
-                                      NULL};
+const char *const ibl_lobe_names[] = {IBL_LOBE_NAMES, NULL};
 const char *const ibl_geometry_names[] = {[IBL_GEOMETRY_SMITH] = "smith",
                                           [IBL_GEOMETRY_SCHLICK_IBL] =
                                               "schlick-ibl",

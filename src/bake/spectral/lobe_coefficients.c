@@ -235,7 +235,7 @@ static double energy(const double *k, int from, int to)
  * where the lobe ends on the horizon as x^p, k_l ~ l^(-p - 3/2). */
 static double corner_of(const ibl_lobe_shape *s)
 {
-    return s->lobe == IBL_LOBE_PHONG ? 2 * s->power + 3 : 3;
+    return 2 * s->end + 1;
 }
 
 /* Whether it does so already: the last two octaves are in that ratio. Rounding

@@ -53,14 +53,12 @@ typedef struct table {
     double *coef; /* 8 a piece: of H, and of (H(0) - H) / q */
 } table;
 
-/* exp(-REACH) of the near part of GGX is left out, exp(-NOTHING) of Phong. */
-static const double REACH = 12, NOTHING = 20;
+/* exp(-REACH) of a near part is left out. */
+static const double REACH = 12;
 
 static double reach_of(const ibl_lobe_shape *s)
 {
-    if (s->lobe == IBL_LOBE_PHONG)
-        return -0.5 * expm1(-NOTHING / (s->power + 2));
-    return s->split > 0 ? fmin(REACH / s->split, 0.5) : 0.5;
+    return s->split > 0 ? fmin(REACH / s->split, s->reach) : s->reach;
 }
 
 static double near_weight(const ibl_lobe_shape *s, double q)

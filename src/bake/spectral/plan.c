@@ -62,15 +62,15 @@ static ibl_status plan_lobe(const struct request *q, ibl_lobe_shape *shape,
     if (status || *degree <= q->limit)
         return status;
     *degree = (int)q->limit;
-    switch (shape->lobe) {
-    case IBL_LOBE_CHARLIE:
+    switch (shape->kind) {
+    case IBL_LOBE_RING:
         /* A ring around the world averages what is beyond. */
         break;
-    case IBL_LOBE_PHONG:
+    case IBL_LOBE_COMPACT:
         *parts = (ibl_spectral_parts){.near = true};
         *degree = -1;
         break;
-    case IBL_LOBE_GGX:
+    case IBL_LOBE_TAILED:
         /* The near part of a wide one is nothing: what it lacks is a corner on
          * the horizon. */
         parts->near = split * shape->alpha * shape->alpha < no_near;

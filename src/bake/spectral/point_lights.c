@@ -101,6 +101,19 @@ static double reach_of(const ibl_lobe_shape *shape)
     return 2 * size;
 }
 
+static double far_reach_of(const ibl_lobe_shape *shape, double near)
+{
+    switch (shape->kind) {
+    case IBL_LOBE_TAILED:
+        return hypot(near, far_away);
+    case IBL_LOBE_RING:
+        return fmin(near, far_away);
+    case IBL_LOBE_COMPACT:
+        break;
+    }
+    return near;
+}
+
 /* ---- clusters ---------------------------------------------------------- */
 
 /* A cap around some pixels; its radius. */
@@ -159,9 +172,8 @@ static void plan_stand(const struct maker *m, struct cluster *c,
     *s = (struct stand){.points = {0}};
     for (int i = 0; i < c->pixels.count; i++)
         s->points.count += pixel[i].points[range].count;
-    /* Charlie has a corner at its peak. */
     if (c->pixels.count == 1 ||
-        (range == NEAR && m->b->shape.lobe == IBL_LOBE_CHARLIE))
+        (range == NEAR && m->b->shape.kind == IBL_LOBE_RING))
         return;
     for (int k = 0; k < 2; k++) {
         const double extent = c->frame.high[k] - c->frame.low[k];
@@ -460,12 +472,8 @@ ibl_status ibl_point_lights_create(ibl_ctx *ctx, const ibl_patch *patches,
     struct maker m = {.b = b, .error = error};
     ibl_status status = b ? IBL_OK : IBL_ERR_MEMORY;
 
-    /* Phong falls much faster from afar. */
-    m.reach[NEAR] = m.reach[FAR] = reach_of(shape);
-    if (shape->lobe == IBL_LOBE_GGX)
-        m.reach[FAR] = hypot(m.reach[NEAR], far_away);
-    if (shape->lobe == IBL_LOBE_CHARLIE)
-        m.reach[FAR] = fmin(m.reach[NEAR], far_away);
+    m.reach[NEAR] = reach_of(shape);
+    m.reach[FAR] = far_reach_of(shape, m.reach[NEAR]);
     if (b) {
         b->shape = *shape;
         b->pixels = count;

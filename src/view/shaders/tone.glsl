@@ -63,17 +63,16 @@ vec3 srgb(vec3 c) {
                lessThanEqual(c, vec3(0.0031308)));
 }
 
-// curve: view_tone of view/settings.h.
+// As view_tone of view/settings.h; 0 is linear.
+const int REINHARD = 1, ACES = 2, NEUTRAL = 3;
+
 vec3 tone(vec3 c, int curve) {
     // Beyond 1e12 every curve has met its end, and squares are still floats.
     c = clamp(c, 0.0, 1e12);
-    if (curve == 1)
-        return reinhard(c);
-    if (curve == 2)
-        return aces(c);
-    if (curve == 3)
-        return neutral(c);
-    return c;
+    return curve == REINHARD  ? reinhard(c)
+           : curve == ACES    ? aces(c)
+           : curve == NEUTRAL ? neutral(c)
+                              : c;
 }
 
 // Cubehelix: Green 2011, "A colour scheme for the display of astronomical
