@@ -557,6 +557,54 @@ static void captured(view_probe_capture kind, const double from[3],
 
 static const double middle[3] = {1.11, 2.07, 0.83};
 
+/* Triangles have straight edges there, so that edges are up to a pixel away. */
+static void paraboloids(void)
+{
+    enum {
+        SIZE = 64
+    };
+    const view_camera any = {.near = 1, .far = 2};
+
+    lit_begin(SIZE, SIZE);
+    for (int side = 0; side < 2; side++) {
+        const double s = side ? -1 : 1;
+        const double far = 40, near = 0.05;
+        view_room_draw d = lit_draw(&any);
+        d.paraboloid = true;
+        memcpy(d.eye, middle, sizeof d.eye);
+        /* x, y and z of the paraboloid, in parts of far; w says near. */
+        memset(d.clip, 0, sizeof d.clip);
+        for (int k = 0; k < 3; k++) {
+            const double turned = k == 1 ? 1 : s;
+            d.clip[4 * k + k] = turned / far;
+            d.clip[12 + k] = -turned * middle[k] / far;
+        }
+        d.clip[15] = near / far;
+        float *picture = lit_render(&d);
+        int bad = 0, all = 0;
+        for (int i = 0; i < SIZE * SIZE; i++) {
+            const double fill = 0.9375; /* of the picture */
+            const double x = ((i % SIZE + 0.5) * 2 / SIZE - 1) / fill;
+            const double y = (1 - (i / SIZE + 0.5) * 2 / SIZE) / fill;
+            bool seen = false;
+            if (x * x + y * y > 1)
+                continue;
+            for (int k = 0; k < 9; k++) {
+                const double u = x + (k % 3 - 1) * 1.5 / SIZE;
+                const double v = y + (k / 3 - 1) * 1.5 / SIZE;
+                const double r2 = 1 + u * u + v * v;
+                const double direction[3] = {s * 2 * u / r2, 2 * v / r2,
+                                             s * (2 - r2) / r2};
+                const room_hit h = room_cast(&d, middle, direction);
+                seen = seen || lit_has_colour(picture + 4 * i, &h, 1e-4);
+            }
+            bad += !seen;
+            all++;
+        }
+        CHECK_MSG(bad * 200 <= all, "side %d: %d of %d pixels", side, bad, all);
+    }
+}
+
 static void captured_faces(void)
 {
     lit_begin(4, 4);
@@ -623,12 +671,20 @@ static void movement(void)
 }
 
 static const test tests[] = {
-    TEST(depth_order),        TEST(mirrored),
-    TEST(panels_emit),        TEST(floor_reflects),
-    TEST(mirror_reflects),    TEST(blending),
-    TEST(layers_of_probes),   TEST(levels_of_roughness),
-    TEST(irradiance_scales),  TEST(limited),
-    TEST(captured_faces),     TEST(captured_paraboloids),
-    TEST(captured_in_mirror), TEST(movement),
+    TEST(depth_order),
+    TEST(mirrored),
+    TEST(panels_emit),
+    TEST(floor_reflects),
+    TEST(mirror_reflects),
+    TEST(blending),
+    TEST(layers_of_probes),
+    TEST(levels_of_roughness),
+    TEST(irradiance_scales),
+    TEST(limited),
+    TEST(paraboloids),
+    TEST(captured_faces),
+    TEST(captured_paraboloids),
+    TEST(captured_in_mirror),
+    TEST(movement),
 };
 TEST_MAIN(tests)
