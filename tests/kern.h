@@ -19,7 +19,7 @@ void kern_each_isa(void (*check)(ibl_isa isa));
 /* Memory of some bytes, all KERN_FILL. It ends less than align, a power of two,
  * before a page that cannot be touched. Exits if there is none. */
 enum {
-    KERN_FILL = 0xA5
+    KERN_FILL = 0x7B /* a float of 1e36: no sum with one is right */
 };
 void *kern_alloc(size_t bytes, size_t align);
 /* Checks that the bytes before and after are as they were. NULL is fine. */
