@@ -319,80 +319,80 @@ static const ibl_option pictures[] = {
      .help = "write a sheet of pictures the same way"},
     {"sheet-rows", 0, IBL_CHOICE(rows, view_axis_names),
      .standard = "material, of maps level, of the scene turn",
-     .help = "what the rows of the sheet go through"},
+     .help = "property that changes from row to row"},
     {"sheet-columns", 0, IBL_CHOICE(columns, view_axis_names),
      .standard = "turn, of maps and the scene ev",
-     .help = "what its columns go through"},
+     .help = "property that changes from column to column"},
     {"size", 0, OTHER("WxH", parse_size), .allowed = "1x1 to 16384x16384",
      .standard = "1280x720, 320x240 in a sheet",
-     .help = "of window or picture, of each picture of a sheet"},
+     .help = "size of the window, the picture or each picture of a sheet"},
     {"frames", 0, IBL_INT(frames, 1, 100000), .standard = "1",
-     .help = "frames drawn before a picture is written; each adds 16 samples "
-             "to the reference"},
+     .help = "number of frames to draw before a picture is written; each adds "
+              "16 samples to the reference"},
     {"samples", 0, IBL_INT(samples, 1, VIEW_TRUTH_SAMPLES),
      .standard = "256, without --frames",
-     .help = "draw a picture until the reference has that many at each pixel"},
+     .help = "samples of the reference at each pixel of a picture"},
     {"texel", 0, OTHER("X,Y", parse_texel), .allowed = "0,0 to 16383,16383",
      .standard = "none",
-     .help = "print what is under that pixel of the picture: texel, "
-             "direction, value"},
+     .help = "print texel, direction and value under that pixel of the "
+              "picture"},
 };
 
 static const ibl_option shows[] = {
     {"mode", 0, IBL_CHOICE(settings.mode, view_mode_names),
      .help = "spheres, the maps themselves, or a scene with a probe"},
     {"layout", 0, IBL_CHOICE(settings.layout, view_layout_names),
-     .help = "how a cube is laid out flat"},
+     .help = "flat layout of a cube"},
     {"level", 0, IBL_INT(settings.level, 0, IBL_MAX_LEVELS - 1),
-     .help = "of the specular cube that is shown"},
+     .help = "level of the specular cube"},
     {"zoom", 0, REAL(zoom, "Z", 0.25, 10000),
-     .help = "of maps; 1: all of it just fits"},
+     .help = "zoom of maps; 1: the whole map fits"},
     {"pan", 0, OTHER("X,Y", parse_pan), .allowed = "-0.5,-0.5 to 0.5,0.5",
      .standard = "0,0",
-     .help = "the point of a map that is in the middle: shares of its size to "
-             "the right and down of its own"},
+     .help = "the point of a map in the middle of the picture, from the "
+              "map's centre, as fractions of its size to the right and down"},
 };
 
 static const ibl_option spheres[] = {
     {"material", 0, OTHER("NAME", parse_material),
      .allowed = "a name that --materials lists", .standard = "gold",
-     .help = "metal of the upper rows and plastic of the lower ones"},
+     .help = "material: its metal in the upper rows, its plastic in the lower"},
     {"grid", 0, OTHER("RxC", parse_grid), .allowed = "1x1 to 16x16",
      .standard = "7x7, 2x4 in a sheet", .help = "rows and columns"},
     {"metallic", 0, OTHER("A:B", parse_metallic),
      .allowed = "two numbers from 0 to 1", .standard = "0:1",
-     .help = "of the lowest and the highest row"},
+     .help = "metallic of the lowest and the highest row"},
     {"roughness", 0, OTHER("A:B", parse_roughness),
      .allowed = "two numbers from 0 to 1", .standard = "0:1",
-     .help = "of the first and the last column"},
+     .help = "roughness of the first and the last column"},
     {"diffuse", 0, IBL_CHOICE(settings.diffuse, view_diffuse_names),
-     .help = "irradiance map, or spherical harmonics of the sidecar"},
+     .help = "irradiance map, or the sidecar's spherical harmonics"},
     {"multiscatter", 0, FLAG(settings.multiscatter),
-     .help = "compensate for what single scattering loses (default)"},
+     .help = "add the energy that single scattering loses (default)"},
     {"no-multiscatter", 0, OFF(multiscatter),
-     .help = "do not"},
+     .help = "do not add it"},
     {"light", 0, OTHER("X,Y,Z,R,G,B", parse_light),
      .allowed = "six numbers, colours 0 or more; up to 4 times",
      .standard = "none",
-     .help = "a point light: place and intensity; spheres have radius 0.45 "
-             "and stand 1 apart about 0,0,0"},
+     .help = "a point light: position and intensity; spheres have radius 0.45 "
+              "and stand 1 apart around 0,0,0"},
 };
 
 static const ibl_option scene[] = {
     {"seconds", 0, REAL(seconds, "T", 0, 1e6),
-     .help = "where what moves is in a picture, and begins in a window"},
+     .help = "time of the animation in a picture, or at its start in a window"},
     {"no-parallax", 0, OFF(parallax),
-     .help = "look reflections up as if all were infinitely far away"},
+     .help = "look up reflections as if everything were infinitely far away"},
     {"no-blend", 0, OFF(blend),
-     .help = "of probes: each point has all of the first whose box it is in, "
-             "by priority and size"},
+     .help = "do not blend probes: a point uses only the first probe whose box "
+              "it is in, by priority and size"},
     {"probes", 0, IBL_INT(settings.probes, 0, VIEW_MAX_LOCALS),
-     .help = "local probes besides, captured once, of what stands still"},
+     .help = "local probes, captured once; they see only what does not move"},
     {"probe-set", 0, IBL_TEXT(probe_set, "INDEX"), .standard = "",
-     .help = "local probes that iblbake probes has baked: its index.json"},
+     .help = "local probes that iblbake probes baked: its index.json"},
     {"save-probes", 0, IBL_DIR(save_probes), .standard = "",
-     .help = "write what local probes have captured, and DIR/set.json for "
-             "iblbake probes; opens no window"},
+     .help = "write the captures of local probes, and DIR/set.json for iblbake "
+              "probes; no window opens"},
     {"probe-size", 0, OTHER("N", parse_probe_size),
      .allowed = "a power of two from 16 to 1024", .standard = "256",
      .help = "edge of the faces of each probe's cube"},
@@ -401,34 +401,34 @@ static const ibl_option scene[] = {
      .help = "draw six faces, or two paraboloids"},
     {"probe-filter", 0,
      IBL_CHOICE(settings.probe_filter, view_probe_filter_names),
-     .help = "what filters captures: this OpenGL, or the library"},
+     .help = "what filters captures: OpenGL, or the library on the CPU"},
     {"probe-limit", 0, FLAG(settings.probe_limit),
-     .help = "each sees only what is in the box of points that it is for: "
-             "others and the environment fill in"},
+     .help = "a probe captures only what is inside its influence box; other "
+              "probes and the environment fill the rest"},
     {"volumes", 0, FLAG(settings.volumes),
-     .help = "show what probes are for as wires, and the walls that their "
-             "reflections are looked up on"},
+     .help = "draw the influence volumes of probes as wires, and the walls of "
+              "their parallax correction"},
     {"probe-interval", 0, REAL(probe_interval, "S", 0, 3600),
-     .help = "seconds from a capture to the next in a window, if something "
-             "has moved; 0: every frame"},
+     .help = "seconds between captures in a window, if something moved; 0: "
+              "every frame"},
     {"probe-faces", 0, IBL_INT(settings.probe_faces, 0, 1000),
-     .help = "faces that a frame in a window draws or filters of a capture; "
-             "0: all at once"},
+     .help = "faces of a capture that one frame in a window draws or filters; "
+              "0: all"},
     {"no-capture-shadows", 0, OFF(capture_shadows),
-     .help = "captures see everything in the sun, behind other things too"},
+     .help = "draw captures without the sun's shadows"},
     {"no-sun", 0, OFF(sun),
-     .help = "leave the sun in the environment: it casts no shadows then"},
+     .help = "leave the sun in the environment: it then casts no shadows"},
 };
 
 static const ibl_option camera[] = {
     {"turn", 0, REAL(turn, "DEG", -3600, 3600),
      .help = "turn the environment about +Y, counter-clockwise from above"},
     {"yaw", 0, REAL(yaw, "DEG", -3600, 3600),
-     .help = "of the camera about the spheres"},
+     .help = "turn of the camera around the spheres"},
     {"pitch", 0, REAL(pitch, "DEG", -89, 89),
-     .help = "of the camera; positive: from above"},
+     .help = "height angle of the camera; positive: from above"},
     {"distance", 0, REAL(distance, "D", 0, 1000),
-     .help = "from the middle of the grid; 0: so that all of it is seen"},
+     .help = "distance of the camera from the middle of the grid; 0: far enough to see all of it"},
     {"fov", 0, REAL(fov, "DEG", 1, 120), .help = "vertical field of view"},
     {"no-sky", 0, OFF(sky),
      .help = "black behind the spheres"},
@@ -444,26 +444,26 @@ static const ibl_option display[] = {
 
 static const ibl_option reference[] = {
     {"reference", 0, .kind = IBL_OPTION_OTHER, .parse = set_reference,
-     .help = "shade by the integral itself: the same as --compare reference"},
+     .help = "shade by the integral: the same as --compare reference"},
     {"compare", 0, IBL_CHOICE(settings.compare, view_compare_names),
      .help = "the split sum, the reference, both side by side, or the "
              "difference; pictures print the error of each sphere"},
     {"split", 0, REAL(split, "X", 0, 1),
-     .help = "where the reference begins, of the width"},
-    {"gain", 0, REAL(gain, "G", 1e-3, 1e6), .help = "of the difference"},
+     .help = "where the reference begins, as a fraction of the width"},
+    {"gain", 0, REAL(gain, "G", 1e-3, 1e6), .help = "factor of the difference"},
 };
 
 static const ibl_option running[] = {
     {"quiet", 'q', FLAG(quiet), .help = "print only errors"},
     {"verbose", 'v', FLAG(verbose),
-     .help = "print what was loaded, with what it is drawn and how fast"},
+     .help = "print the loaded files, the renderer and the frame rate"},
     {"stats", 0, FLAG(stats),
-     .help = "print times to read by a program: a line for each update of the "
-             "scene's probe"},
+     .help = "print times for programs to read: a line for each update of the "
+              "scene's probe"},
     {"keys", 0, .kind = IBL_OPTION_PRINT, .print = view_print_keys,
-     .help = "print what the keys of the window do"},
+     .help = "print the keys of the window"},
     {"materials", 0, .kind = IBL_OPTION_PRINT, .print = print_materials,
-     .help = "print the materials and where their numbers are from"},
+     .help = "print the materials and the sources of their numbers"},
     {"help", 'h', .kind = IBL_OPTION_HELP, .help = "print this text"},
     {"version", 0, .kind = IBL_OPTION_PRINT, .print = print_version,
      .help = "print the version"},
