@@ -428,7 +428,8 @@ static const ibl_option camera[] = {
     {"pitch", 0, REAL(pitch, "DEG", -89, 89),
      .help = "height angle of the camera; positive: from above"},
     {"distance", 0, REAL(distance, "D", 0, 1000),
-     .help = "distance of the camera from the middle of the grid; 0: far enough to see all of it"},
+     .help = "distance of the camera from the middle of the grid; 0: far "
+             "enough to see all of it"},
     {"fov", 0, REAL(fov, "DEG", 1, 120), .help = "vertical field of view"},
     {"no-sky", 0, OFF(sky),
      .help = "black behind the spheres"},
