@@ -21,8 +21,8 @@ tidy() {
 trap tidy EXIT
 mkdir "$work/bin" "$work/screen"
 for tool in mkenv shown desktop; do
-    ${CC:-cc} -std=c11 -D_XOPEN_SOURCE=700 -o "$work/bin/$tool" \
-        "tests/cli/$tool.c" -lm -lpng -lX11 2>"$work/err" || {
+    ${CC:-cc} -std=c11 -D_XOPEN_SOURCE=700 -Itests -o "$work/bin/$tool" \
+        "tests/cli/$tool.c" tests/float_exr.c -lm -lpng -lX11 2>"$work/err" || {
         cat "$work/err"
         skip_all "tests/cli/$tool.c does not compile (package libx11-dev?)"
     }

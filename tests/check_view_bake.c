@@ -27,13 +27,13 @@ static void bake_is_that_of_the_program(void)
     NEED(sets_open(ctx, "same", &read));
     NEED(view_set_bake(ctx, sets_file(), &made));
     sets_check_same(&read, &made, "baked");
-    CHECK(made.map && !strcmp(made.map, sets_file()));
-    CHECK(!view_stamp_changed(&made, &made.read, 0));
-    CHECK(made.read.file[VIEW_CONTENTS + 1].size > 0);
+    CHECK(made.path[VIEW_MAP] && !strcmp(made.path[VIEW_MAP], sets_file()));
+    CHECK(!view_set_changed(&made, 0));
+    CHECK(made.seen[VIEW_MAP].size > 0);
     if (!TEST_SANITIZED) {
         NEED(view_set_bake_image(ctx, "sky", &map, NULL, &image));
         sets_check_same(&read, &image, "baked from memory");
-        CHECK(!image.map);
+        CHECK(!image.path[VIEW_MAP]);
         view_set_free(&image);
     }
     view_set_free(&read);
@@ -182,10 +182,10 @@ static void baker_fails(void)
 /* ---- files that change ------------------------------------------------ */
 
 /* Whether a change is seen within some seconds. */
-static bool comes(const baked_set *set, const view_stamp *stamp, double settle)
+static bool comes(const baked_set *set, double settle)
 {
     for (int i = 0; i < 200; i++) {
-        if (view_stamp_changed(set, stamp, settle))
+        if (view_set_changed(set, settle))
             return true;
         pause_for(0.01);
     }
@@ -195,8 +195,7 @@ static bool comes(const baked_set *set, const view_stamp *stamp, double settle)
 /* Where another file is gone, one that has just changed is not enough once it
  * is as old as the time to settle. Judged only if it is not much older by then;
  * else it changes again. */
-static bool waits_longer(const baked_set *set, const view_stamp *stamp,
-                         const char *name)
+static bool waits_longer(const baked_set *set, const char *name)
 {
     for (int n = 0; n < 100; n++) {
         char path[1000];
@@ -204,7 +203,7 @@ static bool waits_longer(const baked_set *set, const view_stamp *stamp,
         snprintf(path, sizeof path, "%s", file_path(name));
         while (settle < 0.01)
             view_file_stamp_of(path, &settle);
-        const bool changed = view_stamp_changed(set, stamp, settle);
+        const bool changed = view_set_changed(set, settle);
         view_file_stamp_of(path, &age);
         if (age < 10 * settle)
             return !changed;
@@ -217,49 +216,45 @@ static void stamps(void)
 {
     ibl_ctx *ctx = view_test_ctx(2);
     baked_set set;
-    view_stamp stamp;
 
     NEED(sets_bake("stamp", ""));
     NEED(sets_open(ctx, "stamp", &set));
-    view_stamp_take(&set, &stamp);
-    for (int i = 0; i < VIEW_STAMPS; i++)
-        CHECK(stamp.file[i].size < 0 ||
-              view_file_stamp_same(&set.read.file[i], &stamp.file[i]));
-    CHECK(!view_stamp_changed(&set, &set.read, 0));
-    CHECK(!view_stamp_changed(&set, &stamp, 0));
+    for (int i = 0; i < VIEW_FILES; i++)
+        CHECK(!set.path[i] || set.seen[i].size > 0);
+    CHECK(!view_set_changed(&set, 0));
     /* Renamed over with the same size and time: another file all the same. */
     NEED(file_run("cd stamp && cp -p brdf_lut.ktx2 x && mv x brdf_lut.ktx2"));
-    CHECK(comes(&set, &stamp, 0));
-    CHECK(!view_stamp_changed(&set, &stamp, 60));
-    CHECK(comes(&set, &stamp, 0.2));
-    view_stamp_take(&set, &stamp);
-    CHECK(!view_stamp_changed(&set, &stamp, 0));
+    CHECK(comes(&set, 0));
+    CHECK(!view_set_changed(&set, 60));
+    CHECK(comes(&set, 0.2));
+    view_set_seen(&set);
+    CHECK(!view_set_changed(&set, 0));
     /* Written anew by the program itself. */
     NEED(sets_bake("stamp", "--levels 2"));
-    CHECK(comes(&set, &stamp, 0));
+    CHECK(comes(&set, 0));
     /* One that is gone alone is about to come back, or so it may be. */
-    view_stamp_take(&set, &stamp);
+    view_set_seen(&set);
     NEED(file_run("mv stamp/sky.json away"));
-    CHECK(!view_stamp_changed(&set, &stamp, 0));
+    CHECK(!view_set_changed(&set, 0));
     NEED(file_run("touch stamp/brdf_lut.ktx2"));
-    CHECK(!view_stamp_changed(&set, &stamp, 60));
-    CHECK(waits_longer(&set, &stamp, "stamp/brdf_lut.ktx2"));
-    CHECK(comes(&set, &stamp, 0));
-    CHECK(comes(&set, &stamp, 0.02));
+    CHECK(!view_set_changed(&set, 60));
+    CHECK(waits_longer(&set, "stamp/brdf_lut.ktx2"));
+    CHECK(comes(&set, 0));
+    CHECK(comes(&set, 0.02));
     /* Without the specular file there is no set. */
     NEED(file_run("mv stamp/sky_specular.ktx2 specular"));
-    CHECK(!view_stamp_changed(&set, &stamp, 0));
+    CHECK(!view_set_changed(&set, 0));
     NEED(file_run("mv specular stamp/sky_specular.ktx2"));
     NEED(file_run("mv away stamp/sky.json"));
-    CHECK(comes(&set, &stamp, 0));
+    CHECK(comes(&set, 0));
     view_set_free(&set);
     /* A map that was baked here. */
     NEED(file_run("cp '%s' map_of_stamp.hdr", sets_file()));
-    set.map = strdup(file_path("map_of_stamp.hdr"));
-    view_stamp_take(&set, &stamp);
-    CHECK(!view_stamp_changed(&set, &stamp, 0));
+    set.path[VIEW_MAP] = strdup(file_path("map_of_stamp.hdr"));
+    view_set_seen(&set);
+    CHECK(!view_set_changed(&set, 0));
     NEED(file_run("touch -d 2001-02-03 map_of_stamp.hdr"));
-    CHECK(comes(&set, &stamp, 0));
+    CHECK(comes(&set, 0));
     view_set_free(&set);
 }
 

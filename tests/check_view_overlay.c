@@ -120,9 +120,9 @@ static void text_is_where_measure_says(void)
     CHECK(w2 == 3 * w1 && h2 == 3 * h1);
     view_overlay_measure("", 1, &w2, &h2);
     CHECK(w2 == 0 && h2 == 0);
-    /* A column is 60 wide: from its beginning to the next one's. */
+    /* A column is 100 wide: from its beginning to the next one's. */
     view_overlay_measure("\tone", 1, &w2, &h2);
-    CHECK(w2 == w1 + 60);
+    CHECK(w2 == w1 + 100);
     view_overlay_measure("\t\tone", 1, &w2, &h2);
     CHECK(w2 == w1 + 120);
 }

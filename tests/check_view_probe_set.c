@@ -14,6 +14,7 @@
 #include "box.h"
 #include "common/json_at.h"
 #include "files.h"
+#include "sets.h"
 #include "test.h"
 #include "view.h"
 #include "view/capture.h"
@@ -688,15 +689,14 @@ static void clocks_of_other_machines(void)
     NEED(bake("watched", ""));
     view_probe_set *probes = load("watched");
     NEED(probes && file_run("echo >map"));
-    baked_set set = {.map = strdup(file_path("map"))};
-    view_stamp stamp;
-    view_stamp_take(&set, &stamp);
+    baked_set set = {.path[VIEW_MAP] = strdup(file_path("map"))};
+    view_set_seen(&set);
     NEED(file_run("echo more >>map && touch watched/index.json"));
     behind = 1000;
     CHECK(view_probe_set_changed(probes, 900));
     CHECK(!view_probe_set_changed(probes, 1100));
-    CHECK(view_stamp_changed(&set, &stamp, 900));
-    CHECK(!view_stamp_changed(&set, &stamp, 1100));
+    CHECK(view_set_changed(&set, 900));
+    CHECK(!view_set_changed(&set, 1100));
     behind = 0;
     view_set_free(&set);
     view_probe_set_free(probes);
@@ -740,7 +740,9 @@ static void keys_say_whose_they_are(void)
     NEED(bake("keyed", ""));
     app.probes = load("keyed");
     NEED(app.probes);
-    view_keys_press(&app, 'h', false);
+    sets_white(&app.sets[0]);
+    app.set = &app.sets[0];
+    view_keys_press(&app, 'h');
     CHECK(!app.settings.probes);
     CHECK_MSG(!strcmp(app.notice, "the 3 local probes are of a file"), "%s",
               app.notice);

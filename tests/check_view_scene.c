@@ -59,7 +59,7 @@ static void dielectrics(void)
 
 static void all_materials(void)
 {
-    const int count = view_material_count();
+    const int count = VIEW_MATERIALS;
 
     CHECK(!view_materials[count].name);
     for (int i = 0; i < count; i++) {

@@ -41,7 +41,8 @@ static void containers_agree(void)
     CHECK(sets[0].mapping == IBL_ROUGHNESS_FILAMENT);
     CHECK(sets[0].sh_degree == 4);
     CHECK(!strcmp(sets[0].name, "sky"));
-    CHECK(sets[0].sidecar && sets[0].path[VIEW_LUT] && !sets[0].map);
+    CHECK(sets[0].path[VIEW_SIDECAR] && sets[0].path[VIEW_LUT] &&
+          !sets[0].path[VIEW_MAP]);
     sets_check_same(&sets[0], &sets[1], "ktx");
     sets_check_same(&sets[0], &sets[2], "dds");
     for (int i = 0; i < 3; i++)

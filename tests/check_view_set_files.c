@@ -42,7 +42,7 @@ static void directories(void)
     /* One of several, by name; with a slash at the end; a file whose name says
      * nothing. */
     NEED(sets_open(ctx, "several/sky_specular.ktx", &set));
-    CHECK(!strcmp(set.name, "sky") && set.sidecar);
+    CHECK(!strcmp(set.name, "sky") && set.path[VIEW_SIDECAR]);
     CHECK(set.path[VIEW_IRRADIANCE] != NULL);
     view_set_free(&set);
     NEED(sets_open(ctx, "one/", &set));
@@ -53,7 +53,7 @@ static void directories(void)
     const bool ok = sets_open(ctx, "lonely", &set);
     CHECK(sets_lines(view_test_caught()) == 2);
     NEED(ok);
-    CHECK(!strcmp(set.name, "lonely") && !set.sidecar);
+    CHECK(!strcmp(set.name, "lonely") && !set.path[VIEW_SIDECAR]);
     CHECK(set.mapping == IBL_ROUGHNESS_LINEAR && set.sh_degree == -1);
     view_set_free(&set);
 }
@@ -256,7 +256,7 @@ static void sidecars(void)
     view_test_catch();
     NEED(view_set_open(ctx, &what, &set));
     CHECK(strstr(view_test_caught(), "not written by iblbake"));
-    CHECK(!set.sidecar && set.sh_degree == -1);
+    CHECK(!set.path[VIEW_SIDECAR] && set.sh_degree == -1);
     view_set_free(&set);
 }
 

@@ -155,13 +155,11 @@ static void end(void *unused)
     (void)unused;
     view_overlay_free(app.overlay);
     view_renderer_free(app.renderer);
-    view_screen_close(app.screen);
 }
 
 static void begin(void)
 {
     view_test_begin(WIDTH, HEIGHT);
-    view_test_close();
     memset(&app, 0, sizeof app);
     memset(&options, 0, sizeof options);
     options.settings = view_settings_default();
@@ -169,8 +167,9 @@ static void begin(void)
     app.options = &options;
     app.settings = options.settings;
     app.mouse[0] = app.mouse[1] = 3; /* a texel is read out */
-    app.screen = view_screen_memory(WIDTH, HEIGHT);
-    NEED(app.screen);
+    app.width = WIDTH;
+    app.height = HEIGHT;
+    app.scale = 1;
     test_defer(end, NULL);
     count_calls();
     app.renderer = view_renderer_create();
@@ -189,10 +188,9 @@ static bool frame(void)
     if (!view_renderer_draw(app.renderer, &app.settings, WIDTH, HEIGHT))
         return false;
     gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
-    view_window_text(&app, WIDTH, HEIGHT);
+    view_window_text(&app);
     view_overlay_draw(app.overlay, WIDTH, HEIGHT);
     gl.Finish();
-    view_screen_show(app.screen);
     view_title_text(&app, title, sizeof title);
     return true;
 }

@@ -43,6 +43,8 @@ static void begin(void)
 {
     view_test_begin(WIDTH, HEIGHT);
     memset(&app, 0, sizeof app);
+    app.width = WIDTH;
+    app.height = HEIGHT;
     app.settings = view_settings_default();
     app.settings.mode = VIEW_SCENE;
     app.settings.probe_size = 16;
@@ -232,10 +234,10 @@ static void APIENTRY scarce_image(GLenum target, GLint level, GLint format,
 
 static void press_without_room(void)
 {
-    view_keys_press(&app, 'h', false);
+    view_keys_press(&app, 'h');
     CHECK(app.settings.probes == 2);
     view_test_catch();
-    CHECK(view_app_draw(&app, false, WIDTH, HEIGHT));
+    CHECK(view_app_draw(&app, false));
     const char *said = view_test_caught();
     CHECK_MSG(strstr(said, "2 local probes with faces of 16: this OpenGL has "
                            "no room for them"),
@@ -254,20 +256,20 @@ static void goes_back_without_room(void)
     most_layers = IBL_FACES;
     app.begun = view_clock();
     app.settings.probes = 1;
-    CHECK(view_app_draw(&app, false, WIDTH, HEIGHT));
+    CHECK(view_app_draw(&app, false));
     for (int i = 0; i < 2; i++)
         press_without_room();
     CHECK(view_scene_drawn(view_renderer_stage(app.renderer))->locals.count ==
           1);
     most_layers = 2 * IBL_FACES;
-    view_keys_press(&app, 'h', false);
-    CHECK(view_app_draw(&app, false, WIDTH, HEIGHT));
+    view_keys_press(&app, 'h');
+    CHECK(view_app_draw(&app, false));
     CHECK(app.settings.probes == 2);
     /* With room for neither there is nothing left to show. */
     most_layers = 0;
-    view_keys_press(&app, 'h', false);
+    view_keys_press(&app, 'h');
     view_test_catch();
-    CHECK(!view_app_draw(&app, false, WIDTH, HEIGHT));
+    CHECK(!view_app_draw(&app, false));
     CHECK(strstr(view_test_caught(), "2 local probes"));
     gl.TexImage3D = real_image;
 }

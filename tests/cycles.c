@@ -47,7 +47,7 @@ static view_settings scene(void)
     s.multiscatter = false;
     s.light_count = 0;
     s.compare = VIEW_REFERENCE;
-    for (int i = 0; i < view_material_count(); i++)
+    for (int i = 0; i < VIEW_MATERIALS; i++)
         if (!strcmp(view_materials[i].name, "white"))
             s.material = i;
     return s;

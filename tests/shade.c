@@ -162,7 +162,7 @@ int shade_height(void)
 
 int shade_material(const char *name)
 {
-    for (int i = 0; i < view_material_count(); i++)
+    for (int i = 0; i < VIEW_MATERIALS; i++)
         if (!strcmp(view_materials[i].name, name))
             return i;
     need(false, name);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "view.h"
 
+#include "view/gl.h"
 #include "view/message.h"
 #include "view/program.h"
 #include "view/screen.h"
@@ -65,7 +66,7 @@ void view_test_begin(int width, int height)
 
 const char *view_test_about(void)
 {
-    return view_screen_about(screen);
+    return (const char *)gl.GetString(GL_RENDERER);
 }
 
 const char *view_test_shader(const char *name)

@@ -14,7 +14,7 @@ void view_test_close(void); /* also without a screen */
 /* The same for the running test, which ends at once where it is skipped; the
  * screen is closed after it. */
 void view_test_begin(int width, int height);
-/* view_screen_about of the screen. */
+/* The renderer of OpenGL. */
 const char *view_test_about(void);
 
 /* The text of one of the viewer's shaders. */

@@ -4,12 +4,16 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 
 #include "common/stderr_line.h"
 #include "view/clock.h"
-#include "view/gl.h"
+#include "view/message.h"
 #include "view/picture.h"
+
+/* Files that nobody has written to for so long are complete. */
+static const double SETTLE_S = 0.25;
 
 void view_app_notice(view_app *app, const char *fmt, ...)
 {
@@ -22,23 +26,199 @@ void view_app_notice(view_app *app, const char *fmt, ...)
     app->redraw = true;
 }
 
-void view_app_reset(view_app *app)
+/* The end of a long path tells more than its beginning. */
+void view_app_notice_path(view_app *app, const char *path)
 {
-    app->settings = app->options->settings;
-    if (app->set && app->settings.level >= app->set->texture[0].levels)
-        app->settings.level = app->set->texture[0].levels - 1;
+    enum {
+        MOST = 60
+    };
+    const size_t length = strlen(path), cut = length > MOST ? length - MOST : 0;
+
+    view_app_notice(app, "%s%s is not shown: the terminal says why",
+                    cut ? ".." : "", path + cut);
+}
+
+/* ---- opening ------------------------------------------------------------ */
+
+static baked_set *free_slot(view_app *app)
+{
+    return app->set == &app->sets[0] ? &app->sets[1] : &app->sets[0];
+}
+
+void view_app_fit(view_app *app)
+{
+    const int levels = app->set->texture[VIEW_SPECULAR].levels;
+
+    if (app->settings.level >= levels)
+        app->settings.level = levels - 1;
+    if (app->settings.diffuse == VIEW_DIFFUSE_SH && app->set->sh_degree < 0) {
+        app->settings.diffuse = VIEW_DIFFUSE_MAP;
+        view_app_notice(app, "there are no spherical harmonics: the sidecar "
+                             "has them");
+    }
     app->redraw = true;
+}
+
+/* Shows what is in the free slot. If that fails, restores what was shown and
+ * empties the slot. */
+static bool show(view_app *app)
+{
+    baked_set *set = free_slot(app);
+
+    if (!view_renderer_load(app->renderer, set)) {
+        view_set_free(set);
+        if (app->set && !view_renderer_load(app->renderer, app->set))
+            app->set = NULL;
+        return false;
+    }
+    app->set = set;
+    app->drew = false;
+    view_set_free(free_slot(app)); /* what was shown */
+    view_app_fit(app);
+    if (app->options->verbose)
+        view_report_set(set);
+    return true;
+}
+
+/* The same, and watches the files it is from. If that fails, the old ones are
+ * still watched. */
+static bool show_from(view_app *app, const view_request *what)
+{
+    char *path = strdup(what->path);
+
+    if (!path) {
+        view_set_free(free_slot(app));
+        return view_fail("%s: no memory for its name", what->path);
+    }
+    if (!show(app)) {
+        free(path);
+        return false;
+    }
+    app->request = *what;
+    app->request.path = path;
+    free(app->path); /* perhaps what->path */
+    app->path = path;
+    return true;
+}
+
+static void stop_bake(view_app *app)
+{
+    if (app->baker)
+        view_baker_finish(app->baker, NULL);
+    app->baker = NULL;
+}
+
+static bool start_bake(view_app *app, const char *path)
+{
+    stop_bake(app);
+    free(app->baking);
+    app->baking = strdup(path);
+    if (!app->baking)
+        return view_fail("%s: no memory for its name", path);
+    app->baker = view_baker_start(app->baking);
+    app->baked = 0;
+    snprintf(app->stage, sizeof app->stage, "starting");
+    app->redraw = true;
+    return app->baker;
+}
+
+bool view_app_open(view_app *app, const view_request *what)
+{
+    if (view_is_map(what->path))
+        return start_bake(app, what->path);
+    if (!view_set_open(app->ctx, what, free_slot(app)) || !show_from(app, what))
+        return false;
+    /* What was asked for before would come over it. */
+    stop_bake(app);
+    return true;
+}
+
+bool view_app_probes(view_app *app)
+{
+    view_probe_set *set =
+        view_probe_set_load(app->ctx, app->options->probe_set);
+
+    if (!set)
+        return false;
+    view_renderer_probes(app->renderer, set);
+    view_probe_set_free(app->probes);
+    app->probes = set;
+    app->redraw = true;
+    return true;
+}
+
+void view_app_end(view_app *app)
+{
+    stop_bake(app);
+    view_overlay_free(app->overlay);
+    view_renderer_free(app->renderer);
+    view_probe_set_free(app->probes);
+    view_set_free(&app->sets[0]);
+    view_set_free(&app->sets[1]);
+    free(app->baking);
+    free(app->path);
+}
+
+/* ---- between frames ------------------------------------------------------ */
+
+bool view_app_tend_bake(view_app *app)
+{
+    view_baker *baker = app->baker;
+
+    if (!baker)
+        return true;
+    app->redraw = true;
+    if (!view_baker_poll(baker, app->stage, &app->baked))
+        return true;
+    app->baker = NULL;
+    if (view_baker_finish(baker, free_slot(app)) &&
+        show_from(app, &(view_request){.path = app->baking}))
+        return true;
+    view_app_notice_path(app, app->baking);
+    return app->set;
+}
+
+static void tend_set(view_app *app)
+{
+    if (!app->set || app->baker || !view_set_changed(app->set, SETTLE_S))
+        return;
+    /* If that fails, it is tried again after the next change. */
+    view_set_seen(app->set);
+    if (!view_app_open(app, &app->request))
+        view_app_notice(app, "the files have changed, but cannot be shown: "
+                             "the terminal says why");
+    else if (!app->baker)
+        view_note("%s: read anew", app->request.path);
+}
+
+static void tend_probes(view_app *app)
+{
+    const char *path = app->options->probe_set;
+
+    if (!app->probes || !view_probe_set_changed(app->probes, SETTLE_S))
+        return;
+    view_probe_set_seen(app->probes);
+    if (view_app_probes(app))
+        view_note("%s: read anew", path);
+    else
+        view_app_notice_path(app, path);
+}
+
+void view_app_tend_files(view_app *app)
+{
+    tend_set(app);
+    tend_probes(app);
 }
 
 /* ---- frames -------------------------------------------------------------- */
 
-static bool draw_as_set(view_app *app, bool spread, int width, int height)
+static bool draw_as_set(view_app *app, bool spread)
 {
     view_settings now = app->settings;
 
     now.spread = spread;
     now.seconds += view_clock() - app->begun;
-    return view_renderer_draw(app->renderer, &now, width, height);
+    return view_renderer_draw(app->renderer, &now, app->width, app->height);
 }
 
 /* What has just been asked for may need more memory than there is. */
@@ -52,21 +232,29 @@ static bool go_back(view_app *app)
     return true;
 }
 
-bool view_app_draw(view_app *app, bool spread, int width, int height)
+bool view_app_draw(view_app *app, bool spread)
 {
     if (!app->set) {
         gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
-        gl.Viewport(0, 0, width, height);
+        gl.Viewport(0, 0, app->width, app->height);
         gl.ClearColor(0, 0, 0, 1);
         gl.Clear(GL_COLOR_BUFFER_BIT);
         return true;
     }
-    if (!draw_as_set(app, spread, width, height) &&
-        !(go_back(app) && draw_as_set(app, spread, width, height)))
+    if (!draw_as_set(app, spread) &&
+        !(go_back(app) && draw_as_set(app, spread)))
         return false;
     app->drawn = app->settings;
     app->drew = true;
     return true;
+}
+
+/* ---- what keys do ------------------------------------------------------- */
+
+void view_app_reset(view_app *app)
+{
+    app->settings = app->options->settings;
+    view_app_fit(app);
 }
 
 /* A name that no file has yet. */
@@ -83,7 +271,6 @@ static bool free_name(char *path, size_t size)
 void view_app_picture(view_app *app)
 {
     char path[32];
-    int width, height;
     unsigned char *rgb = NULL;
 
     if (!free_name(path, sizeof path)) {
@@ -91,10 +278,9 @@ void view_app_picture(view_app *app)
                         path);
         return;
     }
-    view_screen_size(app->screen, &width, &height);
-    if (view_app_draw(app, false, width, height))
+    if (view_app_draw(app, false))
         rgb = view_renderer_picture(app->renderer);
-    if (rgb && view_picture_write(app->ctx, path, width, height, rgb))
+    if (rgb && view_picture_write(app->ctx, path, app->width, app->height, rgb))
         view_app_notice(app, "%s is written", path);
     else
         view_app_notice(app, "%s is not written: the terminal says why", path);

@@ -8,12 +8,14 @@
 #include "view/probe_set.h"
 #include "view/renderer.h"
 #include "view/report.h"
-#include "view/screen.h"
 
 typedef struct view_app {
     ibl_ctx *ctx;
     const view_options *options;
-    view_screen *screen;
+    struct GLFWwindow *window;
+    int width, height; /* of the framebuffer in pixels: more than asked for
+                          where the display has a scale */
+    double scale;      /* pixels of text for one of an ordinary display */
     view_renderer *renderer;
     view_overlay *overlay;
     view_probe_set *probes; /* of a file, or NULL */
@@ -24,8 +26,7 @@ typedef struct view_app {
 
     /* What is shown: one slot, while the other one is filled. */
     baked_set sets[2];
-    const baked_set *set; /* NULL: nothing yet */
-    view_stamp stamp;     /* of its files */
+    baked_set *set;       /* NULL: nothing yet */
     view_request request; /* where it is from; path is its own copy */
     char *path;           /* the same */
 
@@ -36,7 +37,7 @@ typedef struct view_app {
     double baked; /* share of the whole bake */
 
     double begun;    /* view_clock() when the scene's time began */
-    double mouse[2]; /* pixels from the upper left */
+    double mouse[2]; /* pixels from the upper left; -1: not in the window */
     bool held[3];    /* buttons */
     double frame_ms;
     view_stats stats;
@@ -46,10 +47,29 @@ typedef struct view_app {
     bool quit;
 } view_app;
 
+/* ---- what is shown ------------------------------------------------------ */
+
+/* Opens a set, or begins to bake a map. False after a message; the picture
+ * stays. */
+bool view_app_open(view_app *app, const view_request *what);
+/* Asks for the progress of the bake, and shows its result. False: the first
+ * thing to show has failed. */
+bool view_app_tend_bake(view_app *app);
+/* Reads files anew that have changed. Those that cannot be read leave what is
+ * shown. */
+void view_app_tend_files(view_app *app);
+/* Reads options->probe_set in place of what was read before. False after a
+ * message. */
+bool view_app_probes(view_app *app);
+/* Limits the settings to what the set has, and asks for a frame. */
+void view_app_fit(view_app *app);
+/* Ends the bake and frees what is shown. */
+void view_app_end(view_app *app);
+
 /* Draws what is shown into framebuffer 0; spread: as settings have it. If that
  * fails, restores the settings of the last frame, draws that and gives a
  * notice. False, with a message, if that fails too. */
-bool view_app_draw(view_app *app, bool spread, int width, int height);
+bool view_app_draw(view_app *app, bool spread);
 
 /* ---- what keys do ------------------------------------------------------- */
 
@@ -60,5 +80,7 @@ void view_app_picture(view_app *app);
 /* Says something on the screen until the next key or click. */
 void view_app_notice(view_app *app, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
+/* The same of a file that is not shown. */
+void view_app_notice_path(view_app *app, const char *path);
 
 #endif

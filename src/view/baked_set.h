@@ -18,12 +18,12 @@ typedef enum view_content {
     VIEW_CONTENTS
 } view_content;
 
-#define VIEW_STAMPS (VIEW_CONTENTS + 2) /* the textures, sidecar, map */
-
-/* The state of a set's files. */
-typedef struct view_stamp {
-    view_file_stamp file[VIEW_STAMPS];
-} view_stamp;
+/* Files of a set: its textures, then these. */
+enum {
+    VIEW_SIDECAR = VIEW_CONTENTS,
+    VIEW_MAP, /* that was baked here */
+    VIEW_FILES
+};
 
 typedef struct baked_set {
     char *name; /* for titles: "sky" */
@@ -33,10 +33,8 @@ typedef struct baked_set {
      * format, of the last level if its roughness is 1, else of the spherical
      * harmonics. A note reports both. */
     ibl_texture texture[VIEW_CONTENTS];
-    char *path[VIEW_CONTENTS]; /* of each file; NULL: none */
-    char *sidecar;             /* path, or NULL */
-    char *map;                 /* the map that was baked here, or NULL */
-    view_stamp read;           /* of those, just before they were read */
+    char *path[VIEW_FILES];           /* NULL: none */
+    view_file_stamp seen[VIEW_FILES]; /* just before they were read */
 
     ibl_roughness_map mapping;
     double lod_scale, lod_offset;     /* as in ibl_specular_layout */
@@ -90,13 +88,12 @@ void view_set_sh_irradiance(const baked_set *set, const double normal[3],
 
 /* ---- files that change ------------------------------------------------- */
 
-/* The files' present state. */
-void view_stamp_take(const baked_set *set, view_stamp *stamp);
-/* Whether a file differs from its stamp and all that differ were left alone for
- * settle seconds, longer if one is gone. Never while the specular file or the
- * map is missing. With set.read it notices changes during the reading too. */
-bool view_stamp_changed(const baked_set *set, const view_stamp *stamp,
-                        double settle);
+/* Whether a file is another than the one that was read or seen, and all such
+ * were left alone for settle seconds, longer if one is gone. Never while the
+ * specular file or the map is missing. Notices changes during the reading. */
+bool view_set_changed(const baked_set *set, double settle);
+/* Looks no more at what the files are now, until they change again. */
+void view_set_seen(baked_set *set);
 
 /* ---- a bake beside the window ------------------------------------------ */
 

@@ -22,33 +22,41 @@ view_file_stamp view_file_stamp_of(const char *path, double *age)
     return (view_file_stamp){st.st_mtim, st.st_size, (long long)st.st_ino};
 }
 
-bool view_file_stamp_same(const view_file_stamp *a, const view_file_stamp *b)
+static bool same(const view_file_stamp *a, const view_file_stamp *b)
 {
     return a->size == b->size && a->inode == b->inode &&
            a->written.tv_sec == b->written.tv_sec &&
            a->written.tv_nsec == b->written.tv_nsec;
 }
 
-bool view_files_changed(const view_watched_file *files, int count,
-                        double settle, double settle_gone)
+void view_files_see(char *const *paths, int count, view_file_stamp *seen)
 {
-    bool changed = false, gone = false;
+    for (int i = 0; i < count; i++)
+        seen[i] = view_file_stamp_of(paths[i], NULL);
+}
+
+bool view_files_changed(char *const *paths, int count,
+                        const view_file_stamp *seen, double settle,
+                        double settle_gone)
+{
+    bool first = true, changed = false, gone = false;
     double nearest = INFINITY;
 
     for (int i = 0; i < count; i++) {
         double age;
-        const view_file_stamp now = view_file_stamp_of(files[i].path, &age);
-        if (!files[i].path || view_file_stamp_same(&now, files[i].seen))
+        if (!paths[i])
             continue;
-        if (now.size < 0 && files[i].needed)
+        const view_file_stamp now = view_file_stamp_of(paths[i], &age);
+        if (now.size < 0 && first)
             return false;
-        if (now.size < 0) {
-            gone = true;
+        first = false;
+        if (same(&now, &seen[i]))
             continue;
-        }
+        gone = gone || now.size < 0;
+        changed = changed || now.size >= 0;
         /* Below 0, in the future, by another machine's clock. */
-        nearest = fmin(nearest, fabs(age));
-        changed = true;
+        if (now.size >= 0)
+            nearest = fmin(nearest, fabs(age));
     }
     return changed && nearest >= (gone ? settle_gone : settle);
 }

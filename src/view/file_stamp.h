@@ -15,17 +15,14 @@ typedef struct view_file_stamp {
  * was written or got its name, 0 if it is gone; below 0 by another machine's
  * clock. */
 view_file_stamp view_file_stamp_of(const char *path, double *age);
-bool view_file_stamp_same(const view_file_stamp *a, const view_file_stamp *b);
 
-typedef struct view_watched_file {
-    const char *path; /* NULL: none */
-    bool needed;      /* without it nothing has changed */
-    const view_file_stamp *seen;
-} view_watched_file;
-
-/* Whether a file differs from its stamp, and all that differ were left alone
- * for settle seconds, or settle_gone if one is gone. */
-bool view_files_changed(const view_watched_file *files, int count,
-                        double settle, double settle_gone);
+/* The present state of files whose paths are not NULL. */
+void view_files_see(char *const *paths, int count, view_file_stamp *seen);
+/* Whether a file is another than the one that was seen, and all such were left
+ * alone for settle seconds, or settle_gone if one is gone. Never while the
+ * first that has a path is missing. */
+bool view_files_changed(char *const *paths, int count,
+                        const view_file_stamp *seen, double settle,
+                        double settle_gone);
 
 #endif

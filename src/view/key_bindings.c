@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "view/key_bindings.h"
 
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <string.h>
@@ -14,61 +17,7 @@ static int next(int value, int step, int count)
     return (value + step + count) % count;
 }
 
-static void clamp(double *x, double low, double high)
-{
-    *x = *x < low ? low : *x > high ? high : *x;
-}
-
-/* ---- what is shown ------------------------------------------------------ */
-
-static void change_level(view_app *app, int step)
-{
-    const int levels = app->set->texture[VIEW_SPECULAR].levels;
-    const int level = app->settings.level + step;
-
-    if (level >= 0 && level < levels)
-        app->settings.level = level;
-}
-
-static void change_split(view_app *app, int step)
-{
-    app->settings.split += 0.05 * step;
-    clamp(&app->settings.split, 0, 1);
-}
-
-static void change_gain(view_app *app, int step)
-{
-    app->settings.gain *= step > 0 ? 2 : 0.5;
-    clamp(&app->settings.gain, 1e-3, 1e6);
-}
-
 /* ---- spheres ------------------------------------------------------------ */
-
-static void choose_material(view_app *app, int index)
-{
-    if (index < view_material_count())
-        app->settings.material = index;
-}
-
-static void change_material(view_app *app, int step)
-{
-    view_settings *s = &app->settings;
-    s->material = next(s->material, step, view_material_count());
-}
-
-static void change_columns(view_app *app, int step)
-{
-    const int columns = app->settings.columns + step;
-    if (columns >= 1 && columns <= VIEW_MAX_GRID)
-        app->settings.columns = columns;
-}
-
-static void change_rows(view_app *app, int step)
-{
-    const int rows = app->settings.rows + step;
-    if (rows >= 1 && rows <= VIEW_MAX_GRID)
-        app->settings.rows = rows;
-}
 
 /* The next of some ranges; the command line's own range comes to the first. */
 static void change_range(double range[2], const double (*ranges)[2], int count,
@@ -96,25 +45,6 @@ static void change_roughness(view_app *app, int step)
     static const double ranges[][2] = {
         {0, 1}, {0, 0.25}, {0.25, 0.5}, {0.5, 1}};
     change_range(app->settings.roughness, ranges, 4, step);
-}
-
-static void change_diffuse(view_app *app, int step)
-{
-    view_settings *s = &app->settings;
-
-    s->diffuse = (view_diffuse)next((int)s->diffuse, step, VIEW_DIFFUSES);
-    if (s->diffuse == VIEW_DIFFUSE_SH && app->set->sh_degree < 0) {
-        s->diffuse = VIEW_DIFFUSE_MAP;
-        view_app_notice(app, "there are no spherical harmonics: the sidecar "
-                             "has them");
-    }
-}
-
-static void change_lights(view_app *app, int step)
-{
-    const int count = app->settings.light_count + step;
-    if (count >= 0 && count <= VIEW_MAX_LIGHTS)
-        app->settings.light_count = count;
 }
 
 /* ---- scene -------------------------------------------------------------- */
@@ -155,48 +85,27 @@ static void change_interval(view_app *app, int step)
 
 static void move_across(view_app *app, int step)
 {
-    int width, height;
-
-    view_screen_size(app->screen, &width, &height);
-    view_drag(&app->settings, app->set, width, height, -step * height / 36.0,
-              0);
+    view_drag(&app->settings, app->set, app->width, app->height,
+              -step * app->height / 36.0, 0);
 }
 
 static void move_up(view_app *app, int step)
 {
-    int width, height;
-
-    view_screen_size(app->screen, &width, &height);
-    view_drag(&app->settings, app->set, width, height, 0, step * height / 36.0);
+    view_drag(&app->settings, app->set, app->width, app->height, 0,
+              step * app->height / 36.0);
 }
 
 static void approach(view_app *app, int step)
 {
-    view_place at;
+    const view_place at = {app->width, app->height, 0.5 * app->width,
+                           0.5 * app->height};
 
-    view_screen_size(app->screen, &at.width, &at.height);
-    at.x = 0.5 * at.width;
-    at.y = 0.5 * at.height;
     view_approach(&app->settings, app->set, at, step);
-}
-
-static void change_fov(view_app *app, int step)
-{
-    app->settings.fov += 5 * step;
-    clamp(&app->settings.fov, 1, 120);
 }
 
 static void turn(view_app *app, int step)
 {
     view_spin(&app->settings, 5 * step);
-}
-
-/* ---- display ------------------------------------------------------------ */
-
-static void change_exposure(view_app *app, int step)
-{
-    app->settings.ev += 0.25 * step;
-    clamp(&app->settings.ev, -30, 30);
 }
 
 /* ---- the rest ----------------------------------------------------------- */
@@ -226,114 +135,158 @@ static void quit(view_app *app, int step)
     app->quit = true;
 }
 
+/* ---- the table ----------------------------------------------------------- */
+
+/* How a key changes a setting. */
+typedef enum change {
+    SWITCHES,   /* a bool */
+    CYCLES,     /* an enumeration, through `high` values */
+    COUNTS,     /* an int, by 1 */
+    ADDS,       /* a double, by `by` */
+    MULTIPLIES, /* a double, by the factor `by` */
+} change;
+
 typedef struct key_row {
     const char *name;
     int key;  /* act(app, 1) */
     int back; /* act(app, -1), 0: none */
     int last; /* key..last: act(app, which of them) */
     void (*act)(view_app *app, int step); /* NULL: it changes a setting: */
-    size_t offset;                        /* where that is, */
-    int count;        /* and its values, an enumeration's; 0: a bool */
+    change change;
+    size_t offset; /* where that is, */
+    double by;
+    double low, high; /* and its limits */
     const char *what; /* what it is for */
 } key_row;
 
-#define ACT(function) (function), 0, 0
-#define SWITCH(field) NULL, offsetof(view_settings, field), 0
-#define CYCLE(field, count) NULL, offsetof(view_settings, field), (count)
+#define ACT(function) .act = (function)
+#define CHANGE(how, field)                                                     \
+    .change = (how), .offset = offsetof(view_settings, field)
+#define SWITCH(field) CHANGE(SWITCHES, field)
+#define CYCLE(field, count) CHANGE(CYCLES, field), .high = (count)
+#define COUNT(field, lo, hi) CHANGE(COUNTS, field), .low = (lo), .high = (hi)
+#define ADD(field, step, lo, hi)                                               \
+    CHANGE(ADDS, field), .by = (step), .low = (lo), .high = (hi)
+#define MULTIPLY(field, factor, lo, hi)                                        \
+    CHANGE(MULTIPLIES, field), .by = (factor), .low = (lo), .high = (hi)
+#define NAMED(code) VIEW_KEY(GLFW_KEY_##code)
 
-/* Tab with Shift, as it is everywhere, goes the other way. */
+/* clang-format off */
 static const key_row rows[] = {
-    {"m M", 'm', 'M', 0, CYCLE(mode, VIEW_MODES),
-     "mode: spheres, levels, irradiance, table, scene"},
-    {"Tab", VIEW_KEY_TAB, 0, 0, CYCLE(mode, VIEW_MODES),
-     "the same; back with Shift"},
-    {"l L", 'l', 'L', 0, CYCLE(layout, VIEW_LAYOUTS),
-     "layout: cross, strip, equirect"},
-    {"] [", ']', '[', 0, ACT(change_level), "next level, the one before"},
-    {"r R", 'r', 'R', 0, CYCLE(compare, VIEW_COMPARES),
-     "split sum, reference, split, difference"},
-    {"s S", 's', 'S', 0, ACT(change_split), "move the split right, left"},
-    {"g G", 'g', 'G', 0, ACT(change_gain), "more gain of the difference, less"},
-    {"1 to 9", '1', 0, '9', ACT(choose_material), "material"},
-    {"n N", 'n', 'N', 0, ACT(change_material), "next material, the one before"},
-    {"} {", '}', '{', 0, ACT(change_columns), "more columns, fewer"},
-    {") (", ')', '(', 0, ACT(change_rows), "more rows, fewer"},
-    {"a A", 'a', 'A', 0, ACT(change_metallic), "range of metallic"},
-    {"u U", 'u', 'U', 0, ACT(change_roughness), "range of roughness"},
-    {"d", 'd', 0, 0, ACT(change_diffuse), "diffuse: map, spherical harmonics"},
-    {"c", 'c', 0, 0, SWITCH(multiscatter), "multiple scattering"},
-    {"i I", 'i', 'I', 0, ACT(change_lights), "more point lights, fewer"},
-    {"x", 'x', 0, 0, SWITCH(parallax), "parallax of the scene's probe"},
-    {"k", 'k', 0, 0, CYCLE(probe_capture, VIEW_PROBE_CAPTURES),
-     "its capture: faces, paraboloids"},
-    {"y", 'y', 0, 0, CYCLE(probe_filter, VIEW_PROBE_FILTERS),
-     "its filter: OpenGL, the library"},
-    {"j J", 'j', 'J', 0, ACT(change_interval),
-     "captured more rarely, more often"},
-    {"h H", 'h', 'H', 0, ACT(change_probes), "more local probes, fewer"},
-    {"B", 'B', 0, 0, SWITCH(blend), "blending of probes"},
-    {"V", 'V', 0, 0, SWITCH(volumes), "volumes of probes as wires"},
-    {"z", 'z', 0, 0, SWITCH(capture_shadows), "shadows in captures"},
-    {"Z", 'Z', 0, 0, SWITCH(sun), "the sun as a light with shadows"},
-    {"e E", 'e', 'E', 0, ACT(change_exposure),
-     "exposure: a quarter stop up, down"},
-    {"t T", 't', 'T', 0, CYCLE(tone, VIEW_TONES),
-     "tone: linear, Reinhard, ACES, neutral"},
-    {"v", 'v', 0, 0, SWITCH(false_colour), "false colours of luminance"},
-    {"b", 'b', 0, 0, SWITCH(sky), "sky behind the spheres"},
-    {"Right Left", VIEW_KEY_RIGHT, VIEW_KEY_LEFT, 0, ACT(move_across),
-     "camera round, or map sideways; mouse: drag"},
-    {"Up Down", VIEW_KEY_UP, VIEW_KEY_DOWN, 0, ACT(move_up),
-     "camera or map up, down"},
-    {"+ -", '+', '-', 0, ACT(approach), "nearer, farther; mouse: wheel"},
-    {"PageUp PageDown", VIEW_KEY_PAGE_UP, VIEW_KEY_PAGE_DOWN, 0, ACT(approach),
-     "the same"},
-    {"o O", 'o', 'O', 0, ACT(change_fov), "wider field of view, narrower"},
-    {". ,", '.', ',', 0, ACT(turn), "turn the environment; mouse: right drag"},
-    {"0", '0', 0, 0, ACT(reset), "all as it was in the beginning"},
-    {"Home", VIEW_KEY_HOME, 0, 0, ACT(reset), "the same"},
-    {"w", 'w', 0, 0, ACT(print_errors), "print the error of each sphere"},
-    {"p", 'p', 0, 0, ACT(take_picture), "write iblview-NNN.png"},
-    {"?", '?', 0, 0, SWITCH(help), "this list"},
-    {"q", 'q', 0, 0, ACT(quit), "quit"},
-    {"Escape", VIEW_KEY_ESCAPE, 0, 0, ACT(quit), "the same"},
+    {"m M", 'm', 'M', CYCLE(mode, VIEW_MODES),
+     .what = "mode: spheres, levels, irradiance, table, scene"},
+    {"Tab", NAMED(TAB), VIEW_KEY_BACK_TAB, CYCLE(mode, VIEW_MODES),
+     .what = "the same; back with Shift"},
+    {"l L", 'l', 'L', CYCLE(layout, VIEW_LAYOUTS),
+     .what = "layout: cross, strip, equirect"},
+    {"] [", ']', '[', COUNT(level, 0, IBL_MAX_LEVELS - 1),
+     .what = "next level, the one before"},
+    {"r R", 'r', 'R', CYCLE(compare, VIEW_COMPARES),
+     .what = "split sum, reference, split, difference"},
+    {"s S", 's', 'S', ADD(split, 0.05, 0, 1),
+     .what = "move the split right, left"},
+    {"g G", 'g', 'G', MULTIPLY(gain, 2, 1e-3, 1e6),
+     .what = "more gain of the difference, less"},
+    {"1 to 9", '1', .last = '9', COUNT(material, 0, 8), .what = "material"},
+    {"n N", 'n', 'N', CYCLE(material, VIEW_MATERIALS),
+     .what = "next material, the one before"},
+    {"} {", '}', '{', COUNT(columns, 1, VIEW_MAX_GRID),
+     .what = "more columns, fewer"},
+    {") (", ')', '(', COUNT(rows, 1, VIEW_MAX_GRID),
+     .what = "more rows, fewer"},
+    {"a A", 'a', 'A', ACT(change_metallic), .what = "range of metallic"},
+    {"u U", 'u', 'U', ACT(change_roughness), .what = "range of roughness"},
+    {"d", 'd', CYCLE(diffuse, VIEW_DIFFUSES),
+     .what = "diffuse: map, spherical harmonics"},
+    {"c", 'c', SWITCH(multiscatter), .what = "multiple scattering"},
+    {"i I", 'i', 'I', COUNT(light_count, 0, VIEW_MAX_LIGHTS),
+     .what = "more point lights, fewer"},
+    {"x", 'x', SWITCH(parallax), .what = "parallax of the scene's probe"},
+    {"k", 'k', CYCLE(probe_capture, VIEW_PROBE_CAPTURES),
+     .what = "its capture: faces, paraboloids"},
+    {"y", 'y', CYCLE(probe_filter, VIEW_PROBE_FILTERS),
+     .what = "its filter: OpenGL, the library"},
+    {"j J", 'j', 'J', ACT(change_interval),
+     .what = "captured more rarely, more often"},
+    {"h H", 'h', 'H', ACT(change_probes), .what = "more local probes, fewer"},
+    {"B", 'B', SWITCH(blend), .what = "blending of probes"},
+    {"V", 'V', SWITCH(volumes), .what = "volumes of probes as wires"},
+    {"z", 'z', SWITCH(capture_shadows), .what = "shadows in captures"},
+    {"Z", 'Z', SWITCH(sun), .what = "the sun as a light with shadows"},
+    {"e E", 'e', 'E', ADD(ev, 0.25, -30, 30),
+     .what = "exposure: a quarter stop up, down"},
+    {"t T", 't', 'T', CYCLE(tone, VIEW_TONES),
+     .what = "tone: linear, Reinhard, ACES, neutral"},
+    {"v", 'v', SWITCH(false_colour), .what = "false colours of luminance"},
+    {"b", 'b', SWITCH(sky), .what = "sky behind the spheres"},
+    {"Right Left", NAMED(RIGHT), NAMED(LEFT), ACT(move_across),
+     .what = "camera round, or map sideways; mouse: drag"},
+    {"Up Down", NAMED(UP), NAMED(DOWN), ACT(move_up),
+     .what = "camera or map up, down"},
+    {"+ -", '+', '-', ACT(approach), .what = "nearer, farther; mouse: wheel"},
+    {"PageUp PageDown", NAMED(PAGE_UP), NAMED(PAGE_DOWN), ACT(approach),
+     .what = "the same"},
+    {"o O", 'o', 'O', ADD(fov, 5, 1, 120),
+     .what = "wider field of view, narrower"},
+    {". ,", '.', ',', ACT(turn),
+     .what = "turn the environment; mouse: right drag"},
+    {"0", '0', ACT(reset), .what = "all as it was in the beginning"},
+    {"Home", NAMED(HOME), ACT(reset), .what = "the same"},
+    {"w", 'w', ACT(print_errors), .what = "print the error of each sphere"},
+    {"p", 'p', ACT(take_picture), .what = "write iblview-NNN.png"},
+    {"?", '?', SWITCH(help), .what = "this list"},
+    {"q", 'q', ACT(quit), .what = "quit"},
+    {"Escape", NAMED(ESCAPE), ACT(quit), .what = "the same"},
 };
+/* clang-format on */
 
 /* Enumerations are as wide as an int, but may be unsigned. */
 _Static_assert(sizeof(view_mode) == sizeof(int),
                "enumerations are not as wide as an int");
+
+static void change_number(double *x, const key_row *r, int step)
+{
+    if (r->change == ADDS)
+        *x += step * r->by;
+    else
+        *x *= step > 0 ? r->by : 1 / r->by;
+    *x = fmin(fmax(*x, r->low), r->high);
+}
 
 static void change_setting(view_settings *s, const key_row *r, int step)
 {
     void *field = (char *)s + r->offset;
     int value;
 
-    if (!r->count) {
+    if (r->change == SWITCHES) {
         *(bool *)field = !*(bool *)field;
         return;
     }
+    if (r->change >= ADDS) {
+        change_number(field, r, step);
+        return;
+    }
     memcpy(&value, field, sizeof value);
-    value = next(value, step, r->count);
+    if (r->change == CYCLES)
+        value = next(value, step, (int)r->high);
+    else if (value + step >= r->low && value + step <= r->high)
+        value += step;
     memcpy(field, &value, sizeof value);
 }
 
-void view_keys_press(view_app *app, int key, bool shift)
+void view_keys_press(view_app *app, int key)
 {
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         const key_row *r = &rows[i];
-        int step = 0;
+        int step = key == r->key ? 1 : r->back && key == r->back ? -1 : 0;
         if (r->last && key >= r->key && key <= r->last)
             r->act(app, key - r->key);
-        else if (!r->last && key == r->key)
-            step = key == VIEW_KEY_TAB && shift ? -1 : 1;
-        else if (r->back && key == r->back)
-            step = -1;
-        if (step && r->act)
+        else if (step && r->act)
             r->act(app, step);
         else if (step)
             change_setting(&app->settings, r, step);
     }
-    app->redraw = true;
+    view_app_fit(app);
 }
 
 void view_keys_text(char *text, int size)
@@ -341,14 +294,12 @@ void view_keys_text(char *text, int size)
     int used = 0;
 
     for (size_t i = 0; i < sizeof rows / sizeof *rows && used < size; i++)
-        used += snprintf(text + used, (size_t)(size - used), "%-15s %s\n",
+        used += snprintf(text + used, (size_t)(size - used), "%s\t%s\n",
                          rows[i].name, rows[i].what);
 }
 
 void view_print_keys(FILE *to)
 {
-    char text[VIEW_KEYS_BYTES];
-
-    view_keys_text(text, sizeof text);
-    fputs(text, to);
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+        fprintf(to, "%-15s %s\n", rows[i].name, rows[i].what);
 }

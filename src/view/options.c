@@ -108,7 +108,7 @@ static bool parse_probe_size(void *options, const char *value)
 
 static bool parse_material(void *options, const char *value)
 {
-    for (int i = 0; i < view_material_count(); i++)
+    for (int i = 0; i < VIEW_MATERIALS; i++)
         if (!strcmp(view_materials[i].name, value)) {
             ((view_options *)options)->settings.material = i;
             return true;

@@ -16,7 +16,7 @@ enum {
     BATCH = 4096, /* rectangles in the vertex buffer */
     GLYPH = 16,   /* at most in a character; X has 11 */
     LINE = 12,    /* font units from line to line, */
-    TAB = 60,     /* from column to column, */
+    TAB = 100,    /* from column to column, */
     MARGIN = 4    /* and of the plate around text */
 };
 

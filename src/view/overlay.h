@@ -13,8 +13,8 @@ void view_overlay_free(view_overlay *o); /* NULL is fine */
 
 /* Adds text on a dark background whose upper left corner is at pixel x, y. Text
  * is ASCII, other bytes become ?; \n ends a line, \t goes to the next column of
- * 60 * scale pixels. A character is about 7 * scale pixels high. Letters differ
- * in width. Any length is taken; what is outside is not seen. */
+ * 100 * scale pixels. A character is about 7 * scale pixels high. Letters
+ * differ in width. Any length is taken; what is outside is not seen. */
 void view_overlay_text(view_overlay *o, double x, double y, double scale,
                        const char *text);
 /* Size in pixels that the plate of text would have; 0 and 0 if it is empty. */

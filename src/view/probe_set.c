@@ -61,33 +61,27 @@ struct view_probe_set {
 
 /* ---- files that change ------------------------------------------------- */
 
-/* NULL: there is none. */
-static const char *file_of(const view_probe_set *set, int i)
+static void list_files(const view_probe_set *set, char *paths[FILES])
 {
-    return i == INDEX      ? set->path
-           : i == SPECULAR ? set->index.specular.path
-                           : set->index.irradiance.path;
+    paths[INDEX] = set->path;
+    paths[SPECULAR] = set->index.specular.path;
+    paths[IRRADIANCE] = set->index.irradiance.path;
 }
 
 bool view_probe_set_changed(const view_probe_set *set, double settle)
 {
-    view_watched_file files[FILES];
+    char *paths[FILES];
 
-    for (int i = 0; i < FILES; i++)
-        files[i] =
-            (view_watched_file){file_of(set, i), i == INDEX, &set->read[i]};
-    return view_files_changed(files, FILES, settle, settle);
-}
-
-static void see(view_probe_set *set, int i)
-{
-    set->read[i] = view_file_stamp_of(file_of(set, i), NULL);
+    list_files(set, paths);
+    return view_files_changed(paths, FILES, set->read, settle, settle);
 }
 
 void view_probe_set_seen(view_probe_set *set)
 {
-    for (int i = 0; i < FILES; i++)
-        see(set, i);
+    char *paths[FILES];
+
+    list_files(set, paths);
+    view_files_see(paths, FILES, set->read);
 }
 
 /* ---- index ------------------------------------------------------------- */
@@ -443,11 +437,11 @@ static bool load(ibl_ctx *ctx, view_probe_set *set)
         return view_fail("%s: needs cube map arrays: OpenGL 4.0, or "
                          "ARB_texture_cube_map_array",
                          set->path);
-    see(set, INDEX);
+    view_files_see(&set->path, 1, &set->read[INDEX]);
     if (!read_index(set->path, x))
         return false;
-    see(set, SPECULAR);
-    see(set, IRRADIANCE);
+    view_files_see(&x->specular.path, 1, &set->read[SPECULAR]);
+    view_files_see(&x->irradiance.path, 1, &set->read[IRRADIANCE]);
     *l = (view_room_locals){.count = x->count,
                             .probe = x->probe,
                             .filament = x->mapping == IBL_ROUGHNESS_FILAMENT,

@@ -41,6 +41,12 @@ bool view_report_print(const view_renderer *r, const view_settings *s)
     return true;
 }
 
+void view_report_gl(void)
+{
+    printf("OpenGL %s, %s\n", (const char *)gl.GetString(GL_VERSION),
+           (const char *)gl.GetString(GL_RENDERER));
+}
+
 void view_report_set(const baked_set *set)
 {
     static const char *const what[] = {"specular", "irradiance", "table",

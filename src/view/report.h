@@ -9,6 +9,8 @@
 /* Prints the error of the split sum of the last draw for each sphere, as they
  * stand on the screen. False: there is no reference. */
 bool view_report_print(const view_renderer *r, const view_settings *s);
+/* Prints the version and the renderer of OpenGL. */
+void view_report_gl(void);
 /* Prints what a set consists of. */
 void view_report_set(const baked_set *set);
 

@@ -260,7 +260,7 @@ bool view_sidecar_sh(const json_t *root, baked_set *set)
     const json_int_t most = json_integer_value(degree);
     if (!json_is_integer(degree) || most < 0 || most > IBL_MAX_SH_DEGREE ||
         json_array_size(radiance) != (size_t)((most + 1) * (most + 1)))
-        return damaged(set->sidecar,
+        return damaged(set->path[VIEW_SIDECAR],
                        "its harmonics are not as many as their degree says");
     const int used = most < VIEW_SH_DEGREE ? (int)most : VIEW_SH_DEGREE;
     for (int l = 0, i = 0; l <= used; l++) {
@@ -268,7 +268,7 @@ bool view_sidecar_sh(const json_t *root, baked_set *set)
             const json_t *rgb = json_array_get(radiance, (size_t)i / 3);
             const json_t *x = json_array_get(rgb, (size_t)i % 3);
             if (!json_is_number(x))
-                return damaged(set->sidecar,
+                return damaged(set->path[VIEW_SIDECAR],
                                "its harmonics are not all numbers");
             set->sh[i] = json_number_value(x) * ibl_sh_cosine(l);
         }

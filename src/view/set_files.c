@@ -230,32 +230,18 @@ char *view_file_specular(const char *path)
 
 /* ---- files that change ------------------------------------------------- */
 
-static const char *path_of(const baked_set *set, int i)
+void view_set_see(baked_set *set, int i)
 {
-    return i < VIEW_CONTENTS    ? set->path[i]
-           : i == VIEW_CONTENTS ? set->sidecar
-                                : set->map;
+    view_files_see(&set->path[i], 1, &set->seen[i]);
 }
 
-void view_stamp_read(baked_set *set, int i)
+void view_set_seen(baked_set *set)
 {
-    set->read.file[i] = view_file_stamp_of(path_of(set, i), NULL);
+    view_files_see(set->path, VIEW_FILES, set->seen);
 }
 
-void view_stamp_take(const baked_set *set, view_stamp *stamp)
+bool view_set_changed(const baked_set *set, double settle)
 {
-    for (int i = 0; i < VIEW_STAMPS; i++)
-        stamp->file[i] = view_file_stamp_of(path_of(set, i), NULL);
-}
-
-bool view_stamp_changed(const baked_set *set, const view_stamp *stamp,
-                        double settle)
-{
-    view_watched_file files[VIEW_STAMPS];
-
-    for (int i = 0; i < VIEW_STAMPS; i++)
-        files[i] = (view_watched_file){path_of(set, i),
-                                       i == VIEW_SPECULAR || i > VIEW_CONTENTS,
-                                       &stamp->file[i]};
-    return view_files_changed(files, VIEW_STAMPS, settle, GONE * settle);
+    return view_files_changed(set->path, VIEW_FILES, set->seen, settle,
+                              GONE * settle);
 }

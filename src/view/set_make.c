@@ -342,9 +342,10 @@ static bool bake_source(ibl_ctx *ctx, const char *path, baked_set *set)
 
 bool view_set_bake(ibl_ctx *ctx, const char *path, baked_set *set)
 {
-    *set = (baked_set){.name = view_file_stem(path), .map = strdup(path)};
-    view_stamp_read(set, VIEW_CONTENTS + 1);
-    if (!set->map)
+    *set = (baked_set){.name = view_file_stem(path)};
+    set->path[VIEW_MAP] = strdup(path);
+    view_set_see(set, VIEW_MAP);
+    if (!set->path[VIEW_MAP])
         view_fail("%s: no memory to bake it", path);
     else if (bake_source(ctx, path, set))
         return true;

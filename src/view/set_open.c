@@ -163,16 +163,17 @@ static bool load(opener *o, view_content content, view_about *about)
         return view_fail("%s: is %s, where %s (KTX2, KTX or DDS) is wanted: %s",
                          path, words, view_content_words(content),
                          remedy(content));
-    view_stamp_read(o->set, content);
+    view_set_see(o->set, content);
     if (ibl_texture_read(o->ctx, path, tex, NULL) ||
         !check_shape(tex, path, content) ||
         !view_about_keys(tex, path, about) ||
         !check_content(o, path, content, about) ||
-        !view_about_entry(entry_of(o, content), o->set->sidecar, &entry))
+        !view_about_entry(entry_of(o, content), o->set->path[VIEW_SIDECAR],
+                          &entry))
         return false;
     if (view_about_differ(about, &entry))
         view_note("%s: does not say what %s says of it: taken as the file says",
-                  path, o->set->sidecar);
+                  path, o->set->path[VIEW_SIDECAR]);
     view_about_add(about, &entry);
     return true;
 }
@@ -191,7 +192,7 @@ static bool check_sidecar_shape(const opener *o)
     return view_fail("%s: has %d levels from %d texels, but %s tells of %d "
                      "from %d: bake the set again, or take that file away",
                      o->set->path[VIEW_SPECULAR], tex->levels, tex->width,
-                     o->set->sidecar, levels, width);
+                     o->set->path[VIEW_SIDECAR], levels, width);
 }
 
 /* What the spheres cannot make up for. */
@@ -256,15 +257,15 @@ static bool open_sidecar(opener *o, const char *path)
         set->name[length] = '\0';
     char name[1024];
     snprintf(name, sizeof name, "%s.json", set->name);
-    set->sidecar = ibl_path_beside(path, name);
-    if (!set->sidecar)
+    set->path[VIEW_SIDECAR] = ibl_path_beside(path, name);
+    if (!set->path[VIEW_SIDECAR])
         return view_file_no_memory(path);
-    view_stamp_read(set, VIEW_CONTENTS);
-    if (!view_sidecar_open(set->sidecar, &o->sidecar))
+    view_set_see(set, VIEW_SIDECAR);
+    if (!view_sidecar_open(set->path[VIEW_SIDECAR], &o->sidecar))
         return false;
     if (!o->sidecar) {
-        free(set->sidecar);
-        set->sidecar = NULL;
+        free(set->path[VIEW_SIDECAR]);
+        set->path[VIEW_SIDECAR] = NULL;
     }
     return true;
 }
@@ -335,13 +336,11 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
 
 void view_set_free(baked_set *set)
 {
-    for (int i = 0; i < VIEW_CONTENTS; i++) {
+    for (int i = 0; i < VIEW_CONTENTS; i++)
         ibl_texture_free(&set->texture[i]);
+    for (int i = 0; i < VIEW_FILES; i++)
         free(set->path[i]);
-    }
     free(set->name);
-    free(set->sidecar);
-    free(set->map);
     *set = (baked_set){0};
 }
 

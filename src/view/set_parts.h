@@ -40,8 +40,8 @@ char *view_file_specular(const char *path);
 /* Prints that there is no memory to open path; false. */
 bool view_file_no_memory(const char *path);
 
-/* Fills entry i of set->read; called before that file is read. */
-void view_stamp_read(baked_set *set, int i);
+/* Fills entry i of set->seen; called before that file is read. */
+void view_set_see(baked_set *set, int i);
 
 /* ---- how a file was baked (set_about.c) --------------------------------- */
 

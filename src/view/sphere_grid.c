@@ -25,7 +25,7 @@ static const double border = 0.04;
 #define METALS "Real-Time Rendering, 4th edition, table 9.2"
 #define GLOSS 0.04 /* dielectrics without a name of their own: n = 1.5 */
 
-const view_material view_materials[] = {
+const view_material view_materials[VIEW_MATERIALS + 1] = {
     {"gold", {1.000, 0.782, 0.344}, GLOSS, {1.000, 0.782, 0.344}, METALS},
     {"copper", {0.955, 0.638, 0.538}, GLOSS, {0.955, 0.638, 0.538}, METALS},
     {"iron", {0.562, 0.565, 0.578}, GLOSS, {0.562, 0.565, 0.578}, METALS},
@@ -60,11 +60,6 @@ const view_material view_materials[] = {
     {"white", {1, 1, 1}, GLOSS, {1, 1, 1}, "none: shows what energy is lost"},
     {NULL, {0}, 0, {0}, NULL},
 };
-
-int view_material_count(void)
-{
-    return (int)(sizeof view_materials / sizeof *view_materials) - 1;
-}
 
 /* ---- the grid --------------------------------------------------------- */
 

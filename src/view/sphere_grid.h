@@ -13,9 +13,12 @@ typedef struct view_material {
     const char *source;   /* where the numbers are from */
 } view_material;
 
+enum {
+    VIEW_MATERIALS = 12
+};
+
 /* Ended by a NULL name; the first is the default. */
-extern const view_material view_materials[];
-int view_material_count(void);
+extern const view_material view_materials[VIEW_MATERIALS + 1];
 
 typedef struct view_sphere {
     double centre[3], radius;

@@ -120,7 +120,7 @@ static int axis_count(view_axis axis, const baked_set *set)
 {
     switch (axis) {
     case VIEW_AXIS_MATERIAL:
-        return view_material_count();
+        return VIEW_MATERIALS;
     case VIEW_AXIS_TURN:
         return 4;
     case VIEW_AXIS_TONE:
@@ -296,7 +296,7 @@ static bool draw(ibl_ctx *ctx, const view_options *o, const baked_set *set)
     if (!screen)
         return false;
     if (o->verbose)
-        printf("%s\n", view_screen_about(screen));
+        view_report_gl();
     if (o->probe_set && !(probes = view_probe_set_load(ctx, o->probe_set)))
         goto fail;
     if (probes && o->verbose)

@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: MIT */
+/* The window by GLFW, whose error texts become part of our messages. */
 #include "view/window.h"
 
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <dlfcn.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "view/app.h"
@@ -14,174 +17,238 @@
 #include "view/truth.h"
 #include "view/window_text.h"
 
-static const double POLL_S = 0.5;    /* how often files are looked at */
-static const double BAKING_S = 0.1;  /* how often a bake is asked */
-static const double SETTLE_S = 0.25; /* files left alone so long are whole */
+static const double POLL_S = 0.5;   /* how often files are looked at */
+static const double BAKING_S = 0.1; /* how often a bake is asked */
 
-/* ---- opening ------------------------------------------------------------ */
+static char reason[512];
 
-static baked_set *free_slot(view_app *app)
+static void keep_reason(int code, const char *text)
 {
-    return app->set == &app->sets[0] ? &app->sets[1] : &app->sets[0];
+    (void)code;
+    snprintf(reason, sizeof reason, "%s", text);
 }
 
-/* Shows what is in the free slot. If that fails, restores what was shown and
- * empties the slot. */
-static bool show(view_app *app)
-{
-    baked_set *set = free_slot(app);
-    const int levels = set->texture[VIEW_SPECULAR].levels;
+/* ---- events -------------------------------------------------------------- */
 
-    if (!view_renderer_load(app->renderer, set)) {
-        view_set_free(set);
-        if (app->set && !view_renderer_load(app->renderer, app->set))
-            app->set = NULL;
-        return false;
-    }
-    app->set = set;
-    app->drew = false;
-    view_set_free(free_slot(app)); /* what was shown */
-    app->stamp = set->read;
-    if (app->settings.level >= levels)
-        app->settings.level = levels - 1;
-    if (app->settings.diffuse == VIEW_DIFFUSE_SH && set->sh_degree < 0)
-        app->settings.diffuse = VIEW_DIFFUSE_MAP;
+static view_app *app_of(GLFWwindow *window)
+{
+    return glfwGetWindowUserPointer(window);
+}
+
+static void press(view_app *app, int key)
+{
+    app->notice[0] = '\0';
+    if (app->set)
+        view_keys_press(app, key);
+    else if (key == 'q' || key == VIEW_KEY(GLFW_KEY_ESCAPE))
+        app->quit = true;
+}
+
+static void on_character(GLFWwindow *window, unsigned int code)
+{
+    press(app_of(window), (int)code);
+}
+
+/* Keys with a character come by on_character, as the keyboard's layout has
+ * them. */
+static void on_key(GLFWwindow *window, int key, int scancode, int action,
+                   int mods)
+{
+    const bool back = key == GLFW_KEY_TAB && mods & GLFW_MOD_SHIFT;
+
+    (void)scancode;
+    if (action != GLFW_RELEASE && key >= GLFW_KEY_ESCAPE)
+        press(app_of(window), back ? VIEW_KEY_BACK_TAB : VIEW_KEY(key));
+}
+
+/* The pointer is there, in pixels of the framebuffer; it may not have moved. */
+static void move_to(view_app *app, double x, double y)
+{
+    view_settings *s = &app->settings;
+    const double dx = x - app->mouse[0], dy = y - app->mouse[1];
+
+    app->mouse[0] = x;
+    app->mouse[1] = y;
     app->redraw = true;
-    if (app->options->verbose)
-        view_report_set(set);
+    if (!app->set)
+        return;
+    if (app->held[0])
+        view_drag(s, app->set, app->width, app->height, dx, dy);
+    else if (app->held[1])
+        view_spin(s, 180 * dx / app->height);
+    if (app->held[2])
+        s->split = x < 0 ? 0 : x > app->width ? 1 : x / app->width;
+}
+
+/* Positions come in screen coordinates. */
+static void on_move(GLFWwindow *window, double x, double y)
+{
+    view_app *app = app_of(window);
+    int width, height;
+
+    glfwGetWindowSize(window, &width, &height);
+    if (width > 0 && height > 0)
+        move_to(app, x * app->width / width, y * app->height / height);
+}
+
+/* The place is that of the last move: glfwGetCursorPos is ahead of events still
+ * to come. */
+static void on_button(GLFWwindow *window, int button, int action, int mods)
+{
+    view_app *app = app_of(window);
+
+    (void)mods;
+    if (button > GLFW_MOUSE_BUTTON_MIDDLE)
+        return;
+    app->held[button] = action == GLFW_PRESS;
+    if (action == GLFW_PRESS)
+        app->notice[0] = '\0';
+    move_to(app, app->mouse[0], app->mouse[1]);
+}
+
+/* While a button is held the window hears of the pointer out there as well. */
+static void on_enter(GLFWwindow *window, int entered)
+{
+    view_app *app = app_of(window);
+
+    if (!entered && !app->held[0] && !app->held[1] && !app->held[2])
+        move_to(app, -1, -1);
+}
+
+static void on_wheel(GLFWwindow *window, double x, double steps)
+{
+    view_app *app = app_of(window);
+    const view_place at = {app->width, app->height, app->mouse[0],
+                           app->mouse[1]};
+
+    (void)x;
+    if (app->set)
+        view_approach(&app->settings, app->set, at, steps);
+    app->redraw = true;
+}
+
+static void on_drop(GLFWwindow *window, int count, const char **paths)
+{
+    view_app *app = app_of(window);
+
+    for (int i = 0; i < count; i++)
+        if (!view_app_open(app, &(view_request){.path = paths[i]}))
+            view_app_notice_path(app, paths[i]);
+}
+
+static void on_refresh(GLFWwindow *window)
+{
+    app_of(window)->redraw = true;
+}
+
+/* A window that is minimized may have no pixels: it has one here. */
+static void on_size(GLFWwindow *window, int width, int height)
+{
+    view_app *app = app_of(window);
+    float x = 1, y = 1;
+
+    glfwGetWindowContentScale(window, &x, &y);
+    app->scale = (double)(y > 1 ? y : 1);
+    app->width = width > 1 ? width : 1;
+    app->height = height > 1 ? height : 1;
+    app->redraw = true;
+}
+
+static void listen(GLFWwindow *window)
+{
+    glfwSetCharCallback(window, on_character);
+    glfwSetKeyCallback(window, on_key);
+    glfwSetCursorPosCallback(window, on_move);
+    glfwSetMouseButtonCallback(window, on_button);
+    glfwSetCursorEnterCallback(window, on_enter);
+    glfwSetScrollCallback(window, on_wheel);
+    glfwSetDropCallback(window, on_drop);
+    glfwSetWindowRefreshCallback(window, on_refresh);
+    glfwSetFramebufferSizeCallback(window, on_size);
+}
+
+/* ---- errors of the X11 display ---------------------------------------- */
+
+/* From X11/Xlib.h, which need not be there to build with GLFW. */
+typedef struct x_error {
+    int type;
+    void *display;
+    unsigned long resource, serial;
+    unsigned char code, request, minor;
+} x_error;
+typedef int x_handler(void *display, x_error *error);
+enum {
+    BAD_WINDOW = 3
+};
+
+static x_handler *other_errors;
+
+static int on_error(void *display, x_error *error)
+{
+    return error->code == BAD_WINDOW ? 0 : other_errors(display, error);
+}
+
+/* GLFW answers the window that something is dragged from. If it is gone, Xlib
+ * would end this program. */
+static void survive_others_windows(void)
+{
+    x_handler *(*set)(x_handler *);
+    void *library = dlopen("libX11.so.6", RTLD_LAZY | RTLD_LOCAL);
+    void *symbol = library ? dlsym(library, "XSetErrorHandler") : NULL;
+
+    memcpy(&set, &symbol, sizeof set);
+    if (set)
+        other_errors = set(on_error);
+}
+
+/* ---- the window ---------------------------------------------------------- */
+
+/* No depth, no samples: what is drawn here is a picture that is ready. */
+static GLFWwindow *create(const view_options *o)
+{
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
+    glfwWindowHint(GLFW_DEPTH_BITS, 0);
+    glfwWindowHint(GLFW_STENCIL_BITS, 0);
+    glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
+    /* What a desktop knows the program's windows by. */
+    glfwWindowHintString(GLFW_X11_CLASS_NAME, "iblview");
+    glfwWindowHintString(GLFW_X11_INSTANCE_NAME, "iblview");
+    return glfwCreateWindow(o->size[0], o->size[1], "iblview", NULL, NULL);
+}
+
+/* Opens the window with a current context and gl loaded. */
+static bool open_window(view_app *app)
+{
+    static const char advice[] =
+        "--offscreen OUT.png makes pictures without one";
+    int width, height;
+    double x, y;
+
+    glfwSetErrorCallback(keep_reason);
+    if (!glfwInit())
+        return view_fail("no window: %s; %s", reason, advice);
+    app->window = create(app->options);
+    if (!app->window)
+        return view_fail("no window with OpenGL 3.3 core: %s; %s", reason,
+                         advice);
+    glfwSetWindowUserPointer(app->window, app);
+    glfwMakeContextCurrent(app->window);
+    if (!view_gl_load(glfwGetProcAddress))
+        return false;
+    glfwSwapInterval(1);
+    survive_others_windows(); /* of GLFW's own it has taken care by now */
+    listen(app->window);
+    glfwGetFramebufferSize(app->window, &width, &height);
+    on_size(app->window, width, height);
+    glfwGetCursorPos(app->window, &x, &y);
+    on_move(app->window, x, y);
     return true;
 }
 
-static void stop_bake(view_app *app)
-{
-    if (app->baker)
-        view_baker_finish(app->baker, NULL);
-    app->baker = NULL;
-}
-
-static bool start_bake(view_app *app, const char *path)
-{
-    stop_bake(app);
-    free(app->baking);
-    app->baking = strdup(path);
-    if (!app->baking)
-        return view_fail("%s: no memory for its name", path);
-    app->baker = view_baker_start(app->baking);
-    app->baked = 0;
-    snprintf(app->stage, sizeof app->stage, "starting");
-    app->redraw = true;
-    return app->baker;
-}
-
-/* Shows what is in the free slot and watches its files. If that fails, the old
- * ones are watched on. */
-static bool show_from(view_app *app, const view_request *what)
-{
-    char *path = strdup(what->path);
-
-    if (!path) {
-        view_set_free(free_slot(app));
-        return view_fail("%s: no memory for its name", what->path);
-    }
-    if (!show(app)) {
-        free(path);
-        return false;
-    }
-    app->request = *what;
-    app->request.path = path;
-    free(app->path); /* perhaps what->path */
-    app->path = path;
-    return true;
-}
-
-/* Opens a set, or begins to bake a map. False after a message; the picture
- * stays. */
-static bool open_path(view_app *app, const view_request *what)
-{
-    if (view_is_map(what->path))
-        return start_bake(app, what->path);
-    if (!view_set_open(app->ctx, what, free_slot(app)) || !show_from(app, what))
-        return false;
-    /* What was asked for before would come over it. */
-    stop_bake(app);
-    return true;
-}
-
-/* The end of a long path tells more than its beginning. */
-static void say_why(view_app *app, const char *path)
-{
-    enum {
-        MOST = 60
-    };
-    const size_t length = strlen(path), cut = length > MOST ? length - MOST : 0;
-
-    view_app_notice(app, "%s%s is not shown: the terminal says why",
-                    cut ? ".." : "", path + cut);
-}
-
-static void drop(void *cookie, const char *path)
-{
-    view_app *app = cookie;
-
-    if (!open_path(app, &(view_request){.path = path}))
-        say_why(app, path);
-}
-
-/* ---- between frames ------------------------------------------------------ */
-
-/* Asks for the progress of the bake, and shows its result. False: the first
- * thing to show has failed. */
-static bool tend_bake(view_app *app)
-{
-    view_baker *baker = app->baker;
-
-    if (!baker)
-        return true;
-    app->redraw = true;
-    if (!view_baker_poll(baker, app->stage, &app->baked))
-        return true;
-    app->baker = NULL;
-    if (view_baker_finish(baker, free_slot(app)) &&
-        show_from(app, &(view_request){.path = app->baking}))
-        return true;
-    say_why(app, app->baking);
-    return app->set;
-}
-
-/* Reads the files anew if they have changed. */
-static void tend_files(view_app *app)
-{
-    if (!app->set || app->baker ||
-        !view_stamp_changed(app->set, &app->stamp, SETTLE_S))
-        return;
-    /* If that fails, it is tried again after the next change. */
-    view_stamp_take(app->set, &app->stamp);
-    if (!open_path(app, &app->request))
-        view_app_notice(app, "the files have changed, but cannot be shown: "
-                             "the terminal says why");
-    else if (!app->baker)
-        view_note("%s: read anew", app->request.path);
-}
-
-/* The same of baked probes. Those that cannot be read leave the old ones. */
-static void tend_probes(view_app *app)
-{
-    view_probe_set *set;
-
-    if (!app->probes || !view_probe_set_changed(app->probes, SETTLE_S))
-        return;
-    view_probe_set_seen(app->probes);
-    set = view_probe_set_load(app->ctx, view_probe_set_path(app->probes));
-    if (!set) {
-        say_why(app, view_probe_set_path(app->probes));
-        return;
-    }
-    view_note("%s: read anew", view_probe_set_path(set));
-    view_renderer_probes(app->renderer, set);
-    view_probe_set_free(app->probes);
-    app->probes = set;
-    app->redraw = true;
-}
+/* ---- frames -------------------------------------------------------------- */
 
 /* Whether the next frame is another though nothing was done. */
 static bool goes_on(const view_app *app)
@@ -195,62 +262,6 @@ static bool goes_on(const view_app *app)
            view_renderer_samples(app->renderer) < VIEW_TRUTH_SAMPLES;
 }
 
-/* ---- events -------------------------------------------------------------- */
-
-static void key(void *cookie, int code, bool shift)
-{
-    view_app *app = cookie;
-
-    app->notice[0] = '\0';
-    if (app->set)
-        view_keys_press(app, code, shift);
-    else if (code == 'q' || code == VIEW_KEY_ESCAPE)
-        app->quit = true;
-}
-
-static void mouse(void *cookie, double x, double y, int button, bool down)
-{
-    view_app *app = cookie;
-    view_settings *s = &app->settings;
-    const double dx = x - app->mouse[0], dy = y - app->mouse[1];
-    int width, height;
-
-    view_screen_size(app->screen, &width, &height);
-    app->mouse[0] = x;
-    app->mouse[1] = y;
-    app->redraw = true;
-    if (button >= 0 && button < 3)
-        app->held[button] = down;
-    if (button >= 0 && down)
-        app->notice[0] = '\0';
-    if (!app->set || width < 1 || height < 1)
-        return;
-    if (button < 0 && app->held[0])
-        view_drag(s, app->set, width, height, dx, dy);
-    else if (button < 0 && app->held[1])
-        view_spin(s, 180 * dx / height);
-    if (app->held[2])
-        s->split = x < 0 ? 0 : x > width ? 1 : x / width;
-}
-
-static void wheel(void *cookie, double steps)
-{
-    view_app *app = cookie;
-    view_place at = {.x = app->mouse[0], .y = app->mouse[1]};
-
-    view_screen_size(app->screen, &at.width, &at.height);
-    if (app->set && at.width > 0 && at.height > 0)
-        view_approach(&app->settings, app->set, at, steps);
-    app->redraw = true;
-}
-
-static void refresh(void *cookie)
-{
-    ((view_app *)cookie)->redraw = true;
-}
-
-/* ---- frames -------------------------------------------------------------- */
-
 static void tell_stats(view_app *app)
 {
     if (!app->options->stats || !app->set)
@@ -263,37 +274,33 @@ static bool draw(view_app *app)
 {
     const double begun = view_clock();
     char title[sizeof app->title];
-    int width, height;
 
     app->redraw = false;
-    view_screen_size(app->screen, &width, &height);
-    if (width < 1 || height < 1) /* minimised */
-        return true;
-    if (!view_app_draw(app, true, width, height))
+    if (!view_app_draw(app, true))
         return false;
     gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
-    view_window_text(app, width, height);
-    view_overlay_draw(app->overlay, width, height);
+    view_window_text(app);
+    view_overlay_draw(app->overlay, app->width, app->height);
     gl.Finish();
     app->frame_ms = 1e3 * (view_clock() - begun);
-    view_screen_show(app->screen);
+    glfwSwapBuffers(app->window);
     tell_stats(app);
     view_title_text(app, title, sizeof title);
-    if (strcmp(title, app->title) != 0)
-        view_screen_title(app->screen, title);
+    if (strcmp(title, app->title) != 0) /* a message to the display */
+        glfwSetWindowTitle(app->window, title);
     memcpy(app->title, title, sizeof title);
     return true;
 }
 
-/* Waits for events while there is nothing else to do. False: close the
- * window. */
-static bool wait(view_app *app)
+/* Delivers events; waits for one while there is nothing else to do. False: the
+ * window is to be closed. */
+static bool poll(view_app *app)
 {
-    const double seconds = app->redraw || goes_on(app) ? 0
-                           : app->baker                ? BAKING_S
-                                                       : POLL_S;
-
-    return view_screen_poll(app->screen, seconds) && !app->quit;
+    if (app->redraw || goes_on(app))
+        glfwPollEvents();
+    else
+        glfwWaitEventsTimeout(app->baker ? BAKING_S : POLL_S);
+    return !glfwWindowShouldClose(app->window) && !app->quit;
 }
 
 static bool loop(view_app *app)
@@ -306,13 +313,12 @@ static bool loop(view_app *app)
     for (;;) {
         if ((app->redraw || goes_on(app)) && !draw(app))
             return false;
-        if (!wait(app))
+        if (!poll(app))
             return true;
-        if (!tend_bake(app))
+        if (!view_app_tend_bake(app))
             return false;
         if (view_clock() - looked >= POLL_S) {
-            tend_files(app);
-            tend_probes(app);
+            view_app_tend_files(app);
             looked = view_clock();
         }
     }
@@ -320,43 +326,25 @@ static bool loop(view_app *app)
 
 /* ---- the whole ----------------------------------------------------------- */
 
-static bool use_probes(view_app *app, const char *index)
-{
-    app->probes = view_probe_set_load(app->ctx, index);
-    if (!app->probes)
-        return false;
-    view_renderer_probes(app->renderer, app->probes);
-    if (app->options->verbose)
-        view_report_probe_set(app->probes);
-    return true;
-}
-
-static bool make(view_app *app, const view_events *events)
+static bool make(view_app *app)
 {
     const view_options *o = app->options;
 
-    app->screen = view_screen_window(o->size[0], o->size[1], "iblview", events);
-    if (!app->screen)
+    if (!open_window(app))
         return false;
     if (o->verbose)
-        printf("%s\n", view_screen_about(app->screen));
+        view_report_gl();
     app->renderer = view_renderer_create();
     app->overlay = view_overlay_create();
-    return app->renderer && app->overlay &&
-           (!o->probe_set || use_probes(app, o->probe_set));
-}
-
-static void unmake(view_app *app)
-{
-    stop_bake(app);
-    view_overlay_free(app->overlay);
-    view_renderer_free(app->renderer);
-    view_probe_set_free(app->probes);
-    view_screen_close(app->screen);
-    view_set_free(&app->sets[0]);
-    view_set_free(&app->sets[1]);
-    free(app->baking);
-    free(app->path);
+    if (!app->renderer || !app->overlay)
+        return false;
+    if (!o->probe_set)
+        return true;
+    if (!view_app_probes(app))
+        return false;
+    if (o->verbose)
+        view_report_probe_set(app->probes);
+    return true;
 }
 
 bool view_window_run(ibl_ctx *ctx, const view_options *options)
@@ -366,12 +354,12 @@ bool view_window_run(ibl_ctx *ctx, const view_options *options)
                     .settings = options->settings,
                     .mouse = {-1, -1},
                     .begun = view_clock()};
-    const view_events events = {&app, key, mouse, wheel, drop, refresh};
-    bool ok;
+    const bool ok = view_options_may(options) && make(&app) &&
+                    view_app_open(&app, &options->request) &&
+                    (!app.set || view_options_suit(options, app.set)) &&
+                    loop(&app);
 
-    ok = view_options_may(options) && make(&app, &events) &&
-         open_path(&app, &options->request) &&
-         (!app.set || view_options_suit(options, app.set)) && loop(&app);
-    unmake(&app);
+    view_app_end(&app);
+    glfwTerminate(); /* destroys the window; fine without one */
     return ok;
 }

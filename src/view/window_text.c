@@ -20,86 +20,80 @@ static double fit(double scale, double size, double room)
     return size > room && room > 0 ? scale * room / size : scale;
 }
 
-/* In two columns, keys and what they do, since letters differ in width. */
-static void add_keys(view_app *app, double scale, int width, int height)
+static void add_keys(view_app *app)
 {
-    enum {
-        COLUMN = 16
-    };
-    char text[VIEW_KEYS_BYTES], left[VIEW_KEYS_BYTES] = "",
-                                right[VIEW_KEYS_BYTES] = "";
-    double w, more, h, size = TEXT * scale;
+    const double margin = MARGIN * app->scale;
+    char text[VIEW_KEYS_BYTES];
+    double w, h, size = TEXT * app->scale;
 
     view_keys_text(text, sizeof text);
-    for (char *line = strtok(text, "\n"); line; line = strtok(NULL, "\n")) {
-        strncat(left, line, COLUMN);
-        strcat(left, "\n");
-        strcat(strcat(right, line + COLUMN), "\n");
-    }
-    left[strlen(left) - 1] = right[strlen(right) - 1] = '\0';
-    view_overlay_measure(right, size, &more, &h);
-    view_overlay_measure(left, size, &w, &h);
-    size = fmin(fit(size, h, height - 2 * MARGIN * scale),
-                fit(size, w + more, width - 2 * MARGIN * scale));
-    view_overlay_measure(left, size, &w, &h);
-    view_overlay_text(app->overlay, MARGIN * scale, MARGIN * scale, size, left);
-    view_overlay_text(app->overlay, MARGIN * scale + w, MARGIN * scale, size,
-                      right);
+    view_overlay_measure(text, size, &w, &h);
+    size = fmin(fit(size, h, app->height - 2 * margin),
+                fit(size, w, app->width - 2 * margin));
+    view_overlay_text(app->overlay, margin, margin, size, text);
 }
 
-static void add_progress(view_app *app, double scale, int width, int height)
+/* The scale at which a line of text is as wide as the window at most, and its
+ * size in pixels. */
+static double fit_line(const view_app *app, const char *text, double *w,
+                       double *h)
 {
+    double size = TEXT * app->scale;
+
+    view_overlay_measure(text, size, w, h);
+    size = fit(size, *w, app->width - 2 * MARGIN * app->scale);
+    view_overlay_measure(text, size, w, h);
+    return size;
+}
+
+static void add_progress(view_app *app)
+{
+    const double bar_width = 0.5 * app->width, bar_height = 12 * app->scale;
     char text[400];
-    double w, h, size = TEXT * scale;
-    const double bar_width = 0.5 * width, bar_height = 12 * scale;
+    double w, h;
 
     snprintf(text, sizeof text, "baking %s: %s", app->baking, app->stage);
     ibl_one_line(text);
-    view_overlay_measure(text, size, &w, &h);
-    size = fit(size, w, width - 2 * MARGIN * scale);
-    view_overlay_measure(text, size, &w, &h);
-    view_overlay_text(app->overlay, 0.5 * (width - w),
-                      0.5 * height - h - bar_height, size, text);
-    view_overlay_bar(app->overlay, 0.5 * (width - bar_width), 0.5 * height,
-                     bar_width, bar_height, app->baked);
+    const double size = fit_line(app, text, &w, &h);
+    view_overlay_text(app->overlay, 0.5 * (app->width - w),
+                      0.5 * app->height - h - bar_height, size, text);
+    view_overlay_bar(app->overlay, 0.5 * (app->width - bar_width),
+                     0.5 * app->height, bar_width, bar_height, app->baked);
 }
 
 /* A line of text at the lower left, above what is there already. */
-static double add_line(view_app *app, double scale, int width, double below,
-                       const char *text)
+static double add_line(view_app *app, double below, const char *text)
 {
-    double w, h, size = TEXT * scale;
+    double w, h;
+    const double size = fit_line(app, text, &w, &h);
 
-    view_overlay_measure(text, size, &w, &h);
-    size = fit(size, w, width - 2 * MARGIN * scale);
-    view_overlay_measure(text, size, &w, &h);
-    view_overlay_text(app->overlay, MARGIN * scale, below - h, size, text);
+    view_overlay_text(app->overlay, MARGIN * app->scale, below - h, size, text);
     return below - h;
 }
 
-void view_window_text(view_app *app, int width, int height)
+void view_window_text(view_app *app)
 {
-    const double scale = view_screen_scale(app->screen);
+    const double margin = MARGIN * app->scale;
     const view_settings *s = &app->settings;
-    double below = height - MARGIN * scale;
+    double below = app->height - margin;
     char text[200];
 
     if (app->set) {
-        const view_texel t = view_inspect(app->set, s, width, height,
+        const view_texel t = view_inspect(app->set, s, app->width, app->height,
                                           app->mouse[0], app->mouse[1]);
         view_texel_text(&t, text, sizeof text);
         if (t.inside && !s->help)
-            below = add_line(app, scale, width, below, text);
+            below = add_line(app, below, text);
         if (s->false_colour)
-            view_overlay_legend(app->overlay, 0.5 * width, MARGIN * scale,
-                                0.5 * width - MARGIN * scale, TEXT * scale);
+            view_overlay_legend(app->overlay, 0.5 * app->width, margin,
+                                0.5 * app->width - margin, TEXT * app->scale);
     }
     if (app->notice[0])
-        add_line(app, scale, width, below, app->notice);
+        add_line(app, below, app->notice);
     if (app->baker)
-        add_progress(app, scale, width, height);
+        add_progress(app);
     if (s->help)
-        add_keys(app, scale, width, height);
+        add_keys(app);
 }
 
 /* ---- the title ----------------------------------------------------------- */
