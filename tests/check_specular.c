@@ -187,7 +187,7 @@ static void samples_converge(void)
 }
 
 /* The project's promise for this map; a tenth of what cmgen 1.9 shows is
- * 0.025, 0.017, 0.015, 0.014 (bench_quality measures both). */
+ * 0.025, 0.017, 0.015, 0.014. */
 static void quarry(void)
 {
     static const double most[] = {0, 0.068, 0.038, 0.027, 0.015};
