@@ -16,43 +16,41 @@ static ibl_status read_rows(void *cookie, int rows, float *rgb)
 }
 
 /* From a map in memory, for what looks at it again. */
-static ibl_status bake_image(ibl_bake *b)
+static bool bake_image(ibl_bake *b)
 {
     const ibl_environment rows = {.image = &b->env};
-    const ibl_status status = ibl_image_read(
-        b->ctx, b->opts->input, &b->opts->common.read, &b->env, &b->report);
 
+    if (ibl_image_read(b->ctx, b->opts->input, &b->opts->common.read, &b->env,
+                       &b->report))
+        return false;
     b->width = b->env.width;
     b->height = b->env.height;
-    return status
-               ? status
-               : ibl_bake_environment(b->ctx, &rows, &b->opts->bake, &b->made);
+    return !ibl_bake_environment(b->ctx, &rows, &b->opts->bake, &b->made);
 }
 
-static ibl_status bake_source(ibl_bake *b)
+static bool bake_source(ibl_bake *b)
 {
     ibl_source *source = NULL;
-    ibl_status status =
-        ibl_source_open(b->ctx, b->opts->input, &b->opts->common.read, &source);
 
-    if (status)
-        return status;
+    if (ibl_source_open(b->ctx, b->opts->input, &b->opts->common.read, &source))
+        return false;
     b->width = ibl_source_width(source);
     b->height = ibl_source_height(source);
     const ibl_environment rows = {.width = b->width,
                                   .height = b->height,
                                   .read = read_rows,
                                   .cookie = source};
-    status = ibl_bake_environment(b->ctx, &rows, &b->opts->bake, &b->made);
+    const bool ok =
+        !ibl_bake_environment(b->ctx, &rows, &b->opts->bake, &b->made);
     b->report = *ibl_source_report(source);
     ibl_source_close(source);
-    return status;
+    return ok;
 }
 
-static ibl_status bake_environment(ibl_bake *b)
+static bool bake_environment(ibl_bake *b)
 {
     if (!b->opts->input)
-        return IBL_OK;
+        return true;
     ibl_console_progress(b->console, "decode", 0);
     return b->opts->verify || b->opts->preview ? bake_image(b) : bake_source(b);
 }
@@ -70,42 +68,36 @@ static void warn_of_overflow(const ibl_bake *b, const ibl_baked *file)
 }
 
 /* Writes and frees a texture. */
-static ibl_status write_texture(ibl_bake *b, ibl_output_kind kind,
-                                ibl_texture *tex)
+static bool write_texture(ibl_bake *b, ibl_output_kind kind, ibl_texture *tex)
 {
     ibl_baked *file = &b->files[kind];
-    ibl_status status = ibl_texture_metadata(b, kind, tex);
 
-    if (!status && b->opts->verify)
-        status = ibl_bake_judge(b, kind, tex);
-    ibl_console_progress(b->console, "write", 0);
     file->shape = *tex;
     file->shape.data = NULL;
     file->shape.keys = NULL;
     file->shape.key_count = 0;
-    if (status)
-        ibl_texture_free(tex);
-    else
-        status = ibl_outputs_take_texture(b->outputs, file->path, tex,
-                                          b->opts->format, &file->bytes);
-    if (!status)
+    const bool ok = ibl_texture_metadata(b, kind, tex) &&
+                    (!b->opts->verify || ibl_bake_judge(b, kind, tex)) &&
+                    !ibl_outputs_take_texture(b->outputs, file->path, tex,
+                                              b->opts->format, &file->bytes);
+    ibl_texture_free(tex);
+    if (ok)
         warn_of_overflow(b, file);
-    return status;
+    return ok;
 }
 
-static ibl_status write_cube(ibl_bake *b, ibl_output_kind kind,
-                             const ibl_cube *cube)
+static bool write_cube(ibl_bake *b, ibl_output_kind kind, const ibl_cube *cube)
 {
     ibl_texture tex = {0};
 
     ibl_console_progress(b->console, "write", 0);
-    const ibl_status status =
-        ibl_texture_from_cube(b->ctx, cube, b->opts->pixel, b->opts->overflow,
-                              &tex, &b->files[kind].overflow);
-    return status ? status : write_texture(b, kind, &tex);
+    return !ibl_texture_from_cube(b->ctx, cube, b->opts->pixel,
+                                  b->opts->overflow, &tex,
+                                  &b->files[kind].overflow) &&
+           write_texture(b, kind, &tex);
 }
 
-static ibl_status write_specular(ibl_bake *b)
+static bool write_specular(ibl_bake *b)
 {
     char given[IBL_SAMPLING_BYTES];
 
@@ -119,42 +111,38 @@ static ibl_status write_specular(ibl_bake *b)
     return write_cube(b, IBL_OUTPUT_SPECULAR, &b->made.specular);
 }
 
-/* The table is rg32f where the cubes are rgba32f, else rg16f. */
-static ibl_status write_lut(ibl_bake *b)
+static bool write_lut(ibl_bake *b)
 {
-    const ibl_pixel pixel =
-        b->opts->pixel == IBL_PIXEL_RGBA32F ? IBL_PIXEL_RG32F : IBL_PIXEL_RG16F;
     ibl_texture tex = {0};
 
     ibl_console_progress(b->console, "lut", 0);
-    ibl_status status = ibl_bake_lut(b->ctx, &b->opts->lut, &b->lut);
-    if (!status)
-        status =
-            ibl_texture_from_lut(b->ctx, &b->lut, pixel, &tex,
-                                 &b->files[IBL_OUTPUT_LUT].overflow.values);
-    return status ? status : write_texture(b, IBL_OUTPUT_LUT, &tex);
+    return !ibl_bake_lut(b->ctx, &b->opts->lut, &b->lut) &&
+           !ibl_texture_from_lut(b->ctx, &b->lut, ibl_lut_pixel(b->opts->pixel),
+                                 &tex,
+                                 &b->files[IBL_OUTPUT_LUT].overflow.values) &&
+           write_texture(b, IBL_OUTPUT_LUT, &tex);
 }
 
 /* Writes and frees bytes; NULL: there was no memory for them. */
-static ibl_status write_bytes(ibl_bake *b, const char *path, void *bytes,
-                              size_t size, const char *what)
+static bool write_bytes(ibl_bake *b, const char *path, void *bytes, size_t size,
+                        const char *what)
 {
     ibl_console_progress(b->console, "write", 0);
     if (!bytes)
-        return ibl_refuse(b->console, IBL_ERR_MEMORY,
-                          "no memory for %s: ask for less", what);
-    const ibl_status status = ibl_outputs_add(b->outputs, path, bytes, size);
+        return ibl_console_fail(b->console, "no memory for %s: ask for less",
+                                what);
+    const bool ok = !ibl_outputs_add(b->outputs, path, bytes, size);
     free(bytes);
-    return status;
+    return ok;
 }
 
-static ibl_status write_text(ibl_bake *b, const char *path, char *text,
-                             const char *what)
+static bool write_text(ibl_bake *b, const char *path, char *text,
+                       const char *what)
 {
     return write_bytes(b, path, text, text ? strlen(text) : 0, what);
 }
 
-static ibl_status write_preview(ibl_bake *b)
+static bool write_preview(ibl_bake *b)
 {
     void *png = NULL;
     size_t size = 0;
@@ -165,30 +153,37 @@ static ibl_status write_preview(ibl_bake *b)
     return write_bytes(b, b->opts->preview, png, size, "the preview");
 }
 
-static ibl_status write_all(ibl_bake *b)
+static bool write_output(ibl_bake *b, ibl_output_kind kind)
 {
-    const ibl_baked *f = b->files;
-    ibl_status status = IBL_OK;
-
-    if (f[IBL_OUTPUT_SKYBOX].path)
-        status = write_cube(b, IBL_OUTPUT_SKYBOX, &b->made.skybox);
-    if (!status && f[IBL_OUTPUT_SPECULAR].path)
-        status = write_specular(b);
-    if (!status && f[IBL_OUTPUT_IRRADIANCE].path)
-        status = write_cube(b, IBL_OUTPUT_IRRADIANCE, &b->made.irradiance);
-    if (!status && f[IBL_OUTPUT_LUT].path)
-        status = write_lut(b);
-    if (!status && f[IBL_OUTPUT_JSON].path) {
+    switch (kind) {
+    case IBL_OUTPUT_SKYBOX:
+        return write_cube(b, kind, &b->made.skybox);
+    case IBL_OUTPUT_SPECULAR:
+        return write_specular(b);
+    case IBL_OUTPUT_IRRADIANCE:
+        return write_cube(b, kind, &b->made.irradiance);
+    case IBL_OUTPUT_LUT:
+        return write_lut(b);
+    case IBL_OUTPUT_JSON:
         ibl_console_progress(b->console, "write", 0);
-        status = write_text(b, f[IBL_OUTPUT_JSON].path, ibl_sidecar_text(b),
-                            "the sidecar");
+        return write_text(b, b->files[kind].path, ibl_sidecar_text(b),
+                          "the sidecar");
+    case IBL_OUTPUT_COUNT:
+        break;
     }
-    if (!status && b->opts->preview)
-        status = write_preview(b);
-    if (!status && b->opts->depfile)
-        status =
-            write_text(b, b->opts->depfile, ibl_depfile_text(b), "the depfile");
-    return status;
+    return false;
+}
+
+static bool write_all(ibl_bake *b)
+{
+    const ibl_opts *o = b->opts;
+    bool ok = true;
+
+    for (int kind = 0; kind < IBL_OUTPUT_COUNT && ok; kind++)
+        ok = !b->files[kind].path || write_output(b, (ibl_output_kind)kind);
+    return ok && (!o->preview || write_preview(b)) &&
+           (!o->depfile ||
+            write_text(b, o->depfile, ibl_depfile_text(b), "the depfile"));
 }
 
 /* ---- the whole -------------------------------------------------------- */
@@ -234,38 +229,22 @@ static int run(const void *settings)
     const ibl_opts *opts = settings;
     ibl_console console;
     ibl_bake b = {.opts = opts, .console = &console};
-    ibl_status status;
 
     ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
     ibl_signals_catch();
-    status = ibl_start(&opts->common, &console, &b.ctx);
-    if (!status)
-        status = ibl_start_outputs(b.ctx, opts->sync, &b.outputs);
-    if (!status)
-        status = ibl_outputs_mkdir(b.outputs, opts->directory);
-    if (!status)
-        status = ibl_targets_plan(&b);
-    if (!status)
-        status = bake_environment(&b);
-    if (!status)
-        status = write_all(&b);
-    if (!status && opts->verify)
-        status = ibl_bake_judged(&b);
-    if (!status) {
-        ibl_console_progress(&console, "write", 1);
-        status = ibl_outputs_wait(b.outputs);
-    }
-    if (!status)
-        status = ibl_commit_outputs(b.outputs);
-    ibl_console_finish(&console);
-    if (status)
-        ibl_console_fail(&console, "%s", ibl_status_text(status));
-    else if (opts->common.verbose) {
+    const bool ok = !ibl_start(&opts->common, &console, &b.ctx) &&
+                    !ibl_start_outputs(b.ctx, opts->sync, &b.outputs) &&
+                    !ibl_outputs_mkdir(b.outputs, opts->directory) &&
+                    !ibl_targets_plan(&b) && bake_environment(&b) &&
+                    write_all(&b) && (!opts->verify || ibl_bake_judged(&b)) &&
+                    ibl_console_commit(&console, b.outputs);
+    const int status = ibl_console_end(&console, ok);
+    if (ok && opts->common.verbose) {
         log_summary(&b);
         ibl_console_print_times(&console);
     }
     free_bake(&b);
-    return status ? 1 : 0;
+    return status;
 }
 
 const ibl_command ibl_bake_command = {

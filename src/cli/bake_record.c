@@ -139,8 +139,8 @@ static void set_lut(setter *s, const ibl_bake *b)
         set(s, "iblbake.samples", "%d", b->opts->lut.samples);
 }
 
-ibl_status ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
-                                ibl_texture *tex)
+bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
+                          ibl_texture *tex)
 {
     setter s = {b->ctx, tex, IBL_OK};
 
@@ -153,7 +153,7 @@ ibl_status ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
         set_irradiance(&s, b);
     else if (kind == IBL_OUTPUT_LUT)
         set_lut(&s, b);
-    return s.status;
+    return !s.status;
 }
 
 /* ---- the sidecar ------------------------------------------------------ */
@@ -348,22 +348,6 @@ static json_t *outputs(const ibl_bake *b)
     return j;
 }
 
-/* The coefficients, as radiance or each l times ibl_sh_cosine(l). */
-static json_t *coefficients(const ibl_bake *b, bool cosine)
-{
-    const int degree = b->opts->bake.sh_degree;
-    const double *a = b->made.sh;
-    json_t *j = json_array();
-
-    for (int l = 0; l <= degree; l++) {
-        const double k = cosine ? ibl_sh_cosine(l) : 1;
-        for (int m = -l; m <= l; m++, a += 3)
-            append(&j, json_pack("[fff]", k * a[0] + 0.0, k * a[1] + 0.0,
-                                 k * a[2] + 0.0));
-    }
-    return j;
-}
-
 /* The basis up to l = 2 as polynomials in the direction (Ramamoorthi and
  * Hanrahan 2001, eq. 3): sqrt(1/4pi), sqrt(3/4pi), sqrt(15/4pi),
  * sqrt(5/16pi), sqrt(15/16pi). */
@@ -385,12 +369,14 @@ static json_t *glsl(int degree)
 
 static json_t *spherical_harmonics(const ibl_bake *b)
 {
+    const int degree = b->opts->bake.sh_degree;
     json_t *j = json_object();
-    ibl_json_put_basis(&j, b->opts->bake.sh_degree);
-    put(&j, "radiance", coefficients(b, false));
+
+    ibl_json_put_basis(&j, degree);
+    put(&j, "radiance", ibl_json_harmonics(b->made.sh, degree, false));
     put(&j, "irradiance_scale", json_string("E/pi"));
-    put(&j, "irradiance", coefficients(b, true));
-    put(&j, "glsl", glsl(b->opts->bake.sh_degree));
+    put(&j, "irradiance", ibl_json_harmonics(b->made.sh, degree, true));
+    put(&j, "glsl", glsl(degree));
     put(&j, "glsl_use",
         json_string("c: the first of \"irradiance\", n: unit normal in the "
                     "world; gives E/pi up to l = 2"));

@@ -38,8 +38,8 @@ const char *ibl_bake_specular_method(const ibl_bake *b);
 
 /* Sets the key/values that a texture of the bake carries: see FILES in the
  * manual page. */
-ibl_status ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
-                                ibl_texture *tex);
+bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
+                          ibl_texture *tex);
 
 /* NAME.json: see FILES in the manual page. Says nothing of threads or times
  * unless --timings was given, so that equal bakes give equal bytes. The text
@@ -67,9 +67,8 @@ char *ibl_depfile_text(const ibl_bake *b);
 
 /* --verify. Judges the file that a texture is written as and adds to the
  * report. */
-ibl_status ibl_bake_judge(ibl_bake *b, ibl_output_kind kind,
-                          const ibl_texture *tex);
+bool ibl_bake_judge(ibl_bake *b, ibl_output_kind kind, const ibl_texture *tex);
 /* Prints the report; fails, with a message, if it is above --max-error. */
-ibl_status ibl_bake_judged(const ibl_bake *b);
+bool ibl_bake_judged(const ibl_bake *b);
 
 #endif

@@ -69,6 +69,11 @@ const char *ibl_output_content(ibl_output_kind kind)
     return kind == IBL_OUTPUT_LUT ? "brdf_lut" : ibl_output_name(kind);
 }
 
+ibl_pixel ibl_lut_pixel(ibl_pixel cubes)
+{
+    return cubes == IBL_PIXEL_RGBA32F ? IBL_PIXEL_RG32F : IBL_PIXEL_RG16F;
+}
+
 int ibl_most_levels(int size)
 {
     int levels = 1;

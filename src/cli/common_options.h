@@ -43,6 +43,9 @@ const char *ibl_output_name(ibl_output_kind kind);
 /* The same as sidecars and keys have it: "brdf_lut" for "lut". */
 const char *ibl_output_content(ibl_output_kind kind);
 
+/* Of the table that goes with cubes: rg32f with rgba32f, else rg16f. */
+ibl_pixel ibl_lut_pixel(ibl_pixel cubes);
+
 /* Of a cube of that size, down to 1x1. */
 int ibl_most_levels(int size);
 

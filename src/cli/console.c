@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "common/path.h"
+#include "common/signals.h"
 
 #define REDRAW_SECONDS 0.2
 
@@ -50,12 +51,13 @@ static void say(ibl_console *c, ibl_log_level level, const char *fmt,
     print_log(c, level, text);
 }
 
-void ibl_console_fail(ibl_console *c, const char *fmt, ...)
+bool ibl_console_fail(ibl_console *c, const char *fmt, ...)
 {
     va_list ap;
     va_start(ap, fmt);
     say(c, IBL_LOG_ERROR, fmt, ap);
     va_end(ap);
+    return false;
 }
 
 ibl_status ibl_refuse(ibl_console *c, ibl_status status, const char *fmt, ...)
@@ -159,6 +161,14 @@ void ibl_console_finish(ibl_console *c)
     erase_bar(c);
 }
 
+int ibl_console_end(ibl_console *c, bool ok)
+{
+    ibl_console_finish(c);
+    if (!ok)
+        ibl_console_fail(c, "%s", ibl_status_text(IBL_ERR_MEMORY));
+    return ok ? 0 : 1;
+}
+
 void ibl_console_print_times(const ibl_console *c)
 {
     for (int i = 0; i < c->count; i++)
@@ -185,6 +195,12 @@ ibl_status ibl_start(const ibl_common *common, ibl_console *console,
     const ibl_status status = ibl_ctx_create(&opts, ctx);
     free(bridge);
     return status;
+}
+
+bool ibl_console_commit(ibl_console *console, ibl_outputs *outputs)
+{
+    ibl_console_progress(console, "write", 1);
+    return !ibl_outputs_wait(outputs) && !ibl_commit_outputs(outputs);
 }
 
 /* ---- warnings --------------------------------------------------------- */

@@ -35,8 +35,8 @@ void ibl_console_init(ibl_console *c, bool quiet, bool verbose);
 /* An ibl_progress_fn whose cookie is the console. */
 void ibl_console_progress(void *console, const char *stage, double done);
 /* Prints an error, "iblbake: ..." with a newline, if it is the first, which is
- * the cause of the others. */
-void ibl_console_fail(ibl_console *c, const char *fmt, ...)
+ * the cause of the others. False. */
+bool ibl_console_fail(ibl_console *c, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
 /* The same; returns status. */
 ibl_status ibl_refuse(ibl_console *c, ibl_status status, const char *fmt, ...)
@@ -50,12 +50,18 @@ void ibl_console_info(ibl_console *c, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
 /* Ends the running stage and takes the bar off the screen. */
 void ibl_console_finish(ibl_console *c);
+/* The same at the end of a command. If it failed without a message, there was
+ * no memory: prints that. Returns the exit status. */
+int ibl_console_end(ibl_console *c, bool ok);
 /* Prints the time of each stage. */
 void ibl_console_print_times(const ibl_console *c);
 
 /* A context for the settings, that reports to the console. */
 ibl_status ibl_start(const ibl_common *common, ibl_console *console,
                      ibl_ctx **ctx);
+
+/* Waits until the outputs are written, and puts them in their places. */
+bool ibl_console_commit(ibl_console *console, ibl_outputs *outputs);
 
 /* Adds a level to the sum of several: all their texels, and the largest
  * shares. */

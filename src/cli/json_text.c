@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "cli/json_text.h"
 
-#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -195,4 +194,17 @@ json_t *ibl_json_overflow(const ibl_overflow_level *level)
 {
     return json_pack("{s:I,s:f,s:f}", "texels", (json_int_t)level->texels,
                      "moved", level->moved, "lost", level->lost);
+}
+
+json_t *ibl_json_harmonics(const double *sh, int degree, bool cosine)
+{
+    json_t *j = json_array();
+
+    for (int l = 0; l <= degree; l++) {
+        const double k = cosine ? ibl_sh_cosine(l) : 1;
+        for (int m = -l; m <= l; m++, sh += 3)
+            append(&j, json_pack("[fff]", k * sh[0] + 0.0, k * sh[1] + 0.0,
+                                 k * sh[2] + 0.0));
+    }
+    return j;
 }

@@ -3,6 +3,7 @@
 #define CLI_JSON_TEXT_H
 
 #include <jansson.h>
+#include <stdbool.h>
 
 #include <ibl/ibl.h>
 #include <ibl/io.h>
@@ -27,6 +28,9 @@ json_t *ibl_json_encoded(const char *bytes);
 json_t *ibl_json_generator(ibl_isa isa);
 /* Describes the spherical harmonics of ibl_bake_sh, which stand beside it. */
 void ibl_json_put_basis(json_t **object, int degree);
+/* The coefficients themselves, [R, G, B] each, or each times ibl_sh_cosine(l);
+ * NULL: no memory. */
+json_t *ibl_json_harmonics(const double *sh, int degree, bool cosine);
 /* {"texels": .., "moved": .., "lost": ..}; NULL: no memory. */
 json_t *ibl_json_overflow(const ibl_overflow_level *level);
 

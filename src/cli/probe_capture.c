@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/probe_capture.h"
-
+/* The capture of a probe, read and baked. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "cli/faces.h"
+#include "cli/probes.h"
 
 enum {
     COLOUR = IBL_CAPTURE_COLOUR,
@@ -12,28 +12,33 @@ enum {
     PARTS = IBL_CAPTURE_PARTS
 };
 
-typedef struct taker {
-    ibl_ctx *ctx;
-    ibl_console *console;
-    const char *set;
-    const ibl_capture *capture;
-    const ibl_read_options *read;
-    const ibl_bake_options *options;
-    ibl_bake_result *made;
-} taker;
+static const ibl_capture *capture_of(const ibl_probes_bake *p, int layer)
+{
+    return &p->set.entry[layer].capture;
+}
+
+static bool open_file(const ibl_probes_bake *p, int layer, int i,
+                      ibl_source **source)
+{
+    const ibl_capture *c = capture_of(p, layer);
+    ibl_read_options read = p->opts->common.read;
+
+    read.alpha = ibl_probes_alpha(&p->set, layer);
+    read.any_aspect |= c->kind != IBL_CAPTURE_EQUIRECT;
+    return !ibl_source_open(p->ctx, c->file[i], &read, source);
+}
 
 /* Whether alpha needs a bake; from the least and the most of a capture. */
-static ibl_status check_alpha(const taker *t, float least, float most,
-                              bool *needed)
+static bool check_alpha(const ibl_probes_bake *p, int layer, float least,
+                        float most, bool *needed)
 {
     *needed = least < IBL_CAPTURE_OPAQUE;
-    if (most > 0)
-        return IBL_OK;
-    return ibl_refuse(t->console, IBL_ERR_FORMAT,
-                      "%s: %s: alpha is 0 everywhere, so nothing would be "
-                      "seen of this probe: save it with alpha 1 where "
-                      "something is, or take --alpha ignore",
-                      t->set, t->capture->place);
+    return most > 0 ||
+           ibl_console_fail(p->console,
+                            "%s: %s: alpha is 0 everywhere, so nothing would "
+                            "be seen of this probe: save it with alpha 1 where "
+                            "something is, or take --alpha ignore",
+                            p->opts->input, capture_of(p, layer)->place);
 }
 
 /* ---- maps -------------------------------------------------------------- */
@@ -60,218 +65,204 @@ static ibl_status read_greys(void *cookie, int rows, float *rgb)
     return IBL_OK;
 }
 
-static ibl_status bake_source(const taker *t, ibl_source *source)
+static bool bake_source(const ibl_probes_bake *p, int layer, ibl_source *source,
+                        ibl_bake_result made[PARTS])
 {
+    const ibl_read_report *r = ibl_source_report(source);
+    const ibl_bake_options *options = &p->set.bake.options;
     greys grey = {ibl_source_alpha(source), ibl_source_width(source)};
     ibl_environment rows = {.width = ibl_source_width(source),
                             .height = ibl_source_height(source),
                             .read = read_rows,
                             .cookie = source};
-    ibl_status status =
-        ibl_bake_environment(t->ctx, &rows, t->options, &t->made[COLOUR]);
     bool needed = false;
 
-    if (!status && grey.alpha) {
-        const ibl_read_report *r = ibl_source_report(source);
-        status = check_alpha(t, r->alpha_least, r->alpha_most, &needed);
-    }
-    if (!status && needed) {
-        rows.read = read_greys;
-        rows.cookie = &grey;
-        status =
-            ibl_bake_environment(t->ctx, &rows, t->options, &t->made[ALPHA]);
-    }
-    return status;
+    if (ibl_bake_environment(p->ctx, &rows, options, &made[COLOUR]) ||
+        (grey.alpha &&
+         !check_alpha(p, layer, r->alpha_least, r->alpha_most, &needed)))
+        return false;
+    rows.read = read_greys;
+    rows.cookie = &grey;
+    return !needed ||
+           !ibl_bake_environment(p->ctx, &rows, options, &made[ALPHA]);
 }
 
-static ibl_status bake_equirect(const taker *t)
+static bool bake_equirect(const ibl_probes_bake *p, int layer,
+                          ibl_bake_result made[PARTS])
 {
     ibl_source *source = NULL;
-    ibl_status status =
-        ibl_source_open(t->ctx, t->capture->file[0], t->read, &source);
+    const bool ok =
+        open_file(p, layer, 0, &source) && bake_source(p, layer, source, made);
 
-    if (!status)
-        status = bake_source(t, source);
     ibl_source_close(source);
-    return status;
+    return ok;
 }
 
 /* ---- cubes ------------------------------------------------------------- */
 
-/* Colours and alpha of a file, without texels where it has none. */
-static ibl_status read_view(const taker *t, const char *file,
-                            ibl_image view[PARTS])
-{
-    ibl_read_options read = *t->read;
-    ibl_source *source = NULL;
+/* A picture of a face or of all six. */
+typedef struct view {
+    ibl_source *source;
+    ibl_image img;
+    const float *alpha; /* of each pixel, the source's; NULL: it has none */
+    bool cross;
+} view;
 
-    read.any_aspect = 1;
-    ibl_status status = ibl_source_open(t->ctx, file, &read, &source);
-    if (status)
-        return status;
-    greys grey = {ibl_source_alpha(source), ibl_source_width(source)};
-    for (int part = 0; part < PARTS && !status; part++)
-        if (part == COLOUR || grey.alpha)
-            status = ibl_image_alloc(t->ctx, grey.width,
-                                     ibl_source_height(source), &view[part]);
-    if (!status)
-        status =
-            ibl_source_read(source, view[COLOUR].height, view[COLOUR].data);
-    if (!status && grey.alpha)
-        read_greys(&grey, view[ALPHA].height, view[ALPHA].data);
-    ibl_source_close(source);
-    return status;
+static bool read_view(const ibl_probes_bake *p, int layer, int i, view *v)
+{
+    *v = (view){.cross = capture_of(p, layer)->kind == IBL_CAPTURE_CROSS};
+    if (!open_file(p, layer, i, &v->source))
+        return false;
+    v->alpha = ibl_source_alpha(v->source);
+    return !ibl_image_alloc(p->ctx, ibl_source_width(v->source),
+                            ibl_source_height(v->source), &v->img) &&
+           !ibl_source_read(v->source, v->img.height, v->img.data);
 }
 
-static void free_view(ibl_image view[PARTS])
+static void free_view(view *v)
 {
-    for (int part = 0; part < PARTS; part++)
-        ibl_image_free(&view[part]);
+    ibl_image_free(&v->img);
+    ibl_source_close(v->source);
 }
 
-static ibl_status wrong_shape(const taker *t, int i, const ibl_image *img,
-                              const char *expected)
+/* The edge of a view's faces; 0: it has another shape. */
+static int face_edge(const view *v)
 {
-    char place[160];
+    const int width = v->img.width, height = v->img.height;
+    const bool lying = width > height;
+    const int columns = !v->cross ? 1 : lying ? 4 : 3;
+    const int rows = !v->cross ? 1 : lying ? 3 : 4;
+    const int n = width / columns;
+    const bool fits = width == n * columns && height == n * rows;
 
-    if (t->capture->count > 1)
-        snprintf(place, sizeof place, "%s.faces[%d]", t->capture->place, i);
+    return fits && n <= IBL_MAX_CUBE_SIZE ? n : 0;
+}
+
+static bool wrong_shape(const ibl_probes_bake *p, int layer, int i,
+                        const view *v, int size)
+{
+    const ibl_capture *c = capture_of(p, layer);
+    char place[16] = "", expected[64];
+
+    if (!v->cross)
+        snprintf(place, sizeof place, "[%d]", i);
+    if (size)
+        snprintf(expected, sizeof expected, "%d x %d as faces[0]", size, size);
     else
-        snprintf(place, sizeof place, "%s.cross", t->capture->place);
-    return ibl_refuse(t->console, IBL_ERR_FORMAT,
-                      "%s: %s: %s: expected %s, found %d x %d", t->set, place,
-                      t->capture->file[i], expected, img->width, img->height);
+        snprintf(expected, sizeof expected,
+                 v->cross ? "a cross of 4 x 3 or 3 x 4 faces" : "a square");
+    return ibl_console_fail(
+        p->console, "%s: %s.%s%s: %s: expected %s, found %d x %d",
+        p->opts->input, c->place, ibl_capture_name(c->kind), place, c->file[i],
+        expected, v->img.width, v->img.height);
 }
 
 /* Cubes of faces of n, with alpha 1. */
-static ibl_status alloc_cubes(const taker *t, int n, ibl_cube cubes[PARTS])
+static bool alloc_cubes(const ibl_probes_bake *p, int n, ibl_cube cubes[PARTS])
 {
     const int levels = ibl_most_levels(n);
-    ibl_status status = ibl_cube_alloc(t->ctx, n, levels, &cubes[COLOUR]);
 
-    if (!status)
-        status = ibl_cube_alloc(t->ctx, n, levels, &cubes[ALPHA]);
-    for (size_t i = 0; !status && i < 3 * ibl_cube_texels(n, 1); i++)
+    if (ibl_cube_alloc(p->ctx, n, levels, &cubes[COLOUR]) ||
+        ibl_cube_alloc(p->ctx, n, levels, &cubes[ALPHA]))
+        return false;
+    for (size_t i = 0; i < 3 * ibl_cube_texels(n, 1); i++)
         cubes[ALPHA].data[i] = 1;
-    return status;
+    return true;
 }
 
-/* Copies a face from the place in a picture whose upper left texel is (x, y);
- * turned: by half a turn. */
-static void cut_face(const ibl_image *img, int x, int y, bool turned, int n,
-                     float *face)
+/* Copies a face. Both crosses are those of cli/faces.h but for -Z, which in the
+ * upright one hangs below -Y and stands on its head. */
+static void cut_face(const view *v, int face, ibl_cube cubes[PARTS])
 {
-    for (int j = 0; j < n; j++)
-        for (int i = 0; i < n; i++, face += 3) {
-            const int from_x = x + (turned ? n - 1 - i : i);
-            const int from_y = y + (turned ? n - 1 - j : j);
-            memcpy(face,
-                   img->data + 3 * ((size_t)from_y * (size_t)img->width +
-                                    (size_t)from_x),
-                   3 * sizeof *face);
+    const ibl_image *img = &v->img;
+    const bool turned = v->cross && face == 5 && img->height > img->width;
+    const int n = cubes[COLOUR].size;
+    const int column = turned ? 1 : v->cross ? ibl_cross_place[face][0] : 0;
+    const int row = turned ? 3 : v->cross ? ibl_cross_place[face][1] : 0;
+    float *colour = ibl_cube_face(&cubes[COLOUR], 0, face);
+    float *alpha = ibl_cube_face(&cubes[ALPHA], 0, face);
+
+    for (int y = 0; y < n; y++)
+        for (int x = 0; x < n; x++, colour += 3, alpha += 3) {
+            const int from_x = n * column + (turned ? n - 1 - x : x);
+            const int from_y = n * row + (turned ? n - 1 - y : y);
+            const size_t from =
+                (size_t)from_y * (size_t)img->width + (size_t)from_x;
+            memcpy(colour, img->data + 3 * from, 3 * sizeof *colour);
+            for (int k = 0; k < 3 && v->alpha; k++)
+                alpha[k] = v->alpha[from];
         }
 }
 
-static void cut_view(const ibl_image view[PARTS], int x, int y, bool turned,
-                     int face, ibl_cube cubes[PARTS])
+/* Puts the faces of file i of a capture into cubes, which the first file's
+ * allocate. */
+static bool take_view(const ibl_probes_bake *p, int layer, int i, const view *v,
+                      ibl_cube cubes[PARTS])
 {
-    for (int part = 0; part < PARTS; part++)
-        if (view[part].data)
-            cut_face(&view[part], x, y, turned, cubes[part].size,
-                     ibl_cube_face(&cubes[part], 0, face));
+    const int n = face_edge(v), size = cubes[COLOUR].size;
+
+    if (!n || (size && n != size))
+        return wrong_shape(p, layer, i, v, size);
+    if (!size && !alloc_cubes(p, n, cubes))
+        return false;
+    if (!v->cross)
+        cut_face(v, i, cubes);
+    for (int f = 0; f < IBL_FACES && v->cross; f++)
+        cut_face(v, f, cubes);
+    return true;
 }
 
-static ibl_status read_faces(const taker *t, ibl_cube cubes[PARTS])
+static bool read_cubes(const ibl_probes_bake *p, int layer,
+                       ibl_cube cubes[PARTS])
 {
-    ibl_status status = IBL_OK;
+    bool ok = true;
 
-    for (int f = 0; f < IBL_FACES && !status; f++) {
-        const int size = cubes[COLOUR].size;
-        ibl_image view[PARTS] = {0};
-        char expected[64] = "a square";
-        status = read_view(t, t->capture->file[f], view);
-        const ibl_image *img = &view[COLOUR];
-        if (size)
-            snprintf(expected, sizeof expected, "%d x %d as faces[0]", size,
-                     size);
-        if (!status &&
-            (img->width != img->height || img->width > IBL_MAX_CUBE_SIZE ||
-             (size && img->width != size)))
-            status = wrong_shape(t, f, img, expected);
-        if (!status && !size)
-            status = alloc_cubes(t, img->width, cubes);
-        if (!status)
-            cut_view(view, 0, 0, false, f, cubes);
-        free_view(view);
+    for (int i = 0; i < capture_of(p, layer)->count && ok; i++) {
+        view v;
+        ok = read_view(p, layer, i, &v) && take_view(p, layer, i, &v, cubes);
+        free_view(&v);
     }
-    return status;
-}
-
-/* Both crosses are those of cli/faces.h but for -Z, which in the upright one
- * hangs below -Y and stands on its head. */
-static ibl_status read_cross(const taker *t, ibl_cube cubes[PARTS])
-{
-    ibl_image view[PARTS] = {0};
-    ibl_status status = read_view(t, t->capture->file[0], view);
-    const ibl_image *img = &view[COLOUR];
-    const bool lying = img->width > img->height;
-    const int n = lying ? img->width / 4 : img->width / 3;
-
-    if (!status &&
-        (n < 1 || n > IBL_MAX_CUBE_SIZE || img->width != n * (lying ? 4 : 3) ||
-         img->height != n * (lying ? 3 : 4)))
-        status = wrong_shape(t, 0, img, "a cross of 4 x 3 or 3 x 4 faces");
-    if (!status)
-        status = alloc_cubes(t, n, cubes);
-    for (int f = 0; f < IBL_FACES && !status; f++) {
-        const bool last = f == 5 && !lying;
-        cut_view(view, n * (last ? 1 : ibl_cross_place[f][0]),
-                 n * (last ? 3 : ibl_cross_place[f][1]), last, f, cubes);
-    }
-    free_view(view);
-    return status;
+    return ok;
 }
 
 /* Level 0 is the faces where it can be; else it has no texels. */
-static ibl_status find_level0(const taker *t, ibl_cube *cube, ibl_cube *level0)
+static bool find_level0(const ibl_probes_bake *p, ibl_cube *cube,
+                        ibl_cube *level0)
 {
-    const int size = t->options->specular_options.size;
+    const int size = p->set.bake.options.specular_options.size;
     int level = 0;
 
     *level0 = (ibl_cube){0};
     while (level + 1 < cube->levels && cube->size >> level > size)
         level++;
     if (size << level != cube->size)
-        return IBL_OK;
+        return true;
     *level0 = (ibl_cube){size, 1, ibl_cube_face(cube, level, 0)};
-    return level ? ibl_cube_build_mips(t->ctx, cube) : IBL_OK;
+    return !level || !ibl_cube_build_mips(p->ctx, cube);
 }
 
-static ibl_status bake_cube(const taker *t, ibl_cube *cube,
-                            ibl_bake_result *made)
+static bool bake_cube(const ibl_probes_bake *p, ibl_cube *cube,
+                      ibl_bake_result *made)
 {
     const int width = ibl_latlong_width(cube->size);
-    ibl_bake_options options = *t->options;
+    ibl_bake_options options = p->set.bake.options;
     ibl_image map = {0};
+    const ibl_environment env = {.image = &map};
     ibl_cube level0;
 
-    ibl_status status = ibl_image_alloc(t->ctx, width, width / 2, &map);
-    if (!status)
-        status = ibl_latlong_from_cube(t->ctx, cube, &map);
-    if (!status)
-        status = find_level0(t, cube, &level0);
-    if (!status) {
-        const ibl_environment env = {.image = &map};
-        options.level0 = level0.data ? &level0 : NULL;
-        status = ibl_bake_environment(t->ctx, &env, &options, made);
-    }
+    bool ok = !ibl_image_alloc(p->ctx, width, width / 2, &map) &&
+              !ibl_latlong_from_cube(p->ctx, cube, &map) &&
+              find_level0(p, cube, &level0);
+    if (ok && level0.data)
+        options.level0 = &level0;
+    ok = ok && !ibl_bake_environment(p->ctx, &env, &options, made);
     ibl_image_free(&map);
-    return status;
+    return ok;
 }
 
-/* Of the faces alone: a cross has transparent pixels beside them. */
-static ibl_status check_cube_alpha(const taker *t, const ibl_cube *alpha,
-                                   bool *needed)
+/* Of the faces only: a cross has transparent pixels beside them. */
+static bool check_cube_alpha(const ibl_probes_bake *p, int layer,
+                             const ibl_cube *alpha, bool *needed)
 {
     const size_t texels = ibl_cube_texels(alpha->size, 1);
     float least = 1, most = 0;
@@ -281,36 +272,29 @@ static ibl_status check_cube_alpha(const taker *t, const ibl_cube *alpha,
         least = a < least ? a : least;
         most = a > most ? a : most;
     }
-    return check_alpha(t, least, most, needed);
+    return check_alpha(p, layer, least, most, needed);
 }
 
-static ibl_status bake_cubes(const taker *t)
+static bool bake_cubes(const ibl_probes_bake *p, int layer,
+                       ibl_bake_result made[PARTS])
 {
     ibl_cube cubes[PARTS] = {0};
     bool needed[PARTS] = {true};
-    ibl_status status = t->capture->kind == IBL_CAPTURE_FACES
-                            ? read_faces(t, cubes)
-                            : read_cross(t, cubes);
+    bool ok = read_cubes(p, layer, cubes) &&
+              check_cube_alpha(p, layer, &cubes[ALPHA], &needed[ALPHA]);
 
-    if (!status)
-        status = check_cube_alpha(t, &cubes[ALPHA], &needed[ALPHA]);
     for (int part = 0; part < PARTS; part++) {
-        if (!status && needed[part])
-            status = bake_cube(t, &cubes[part], &t->made[part]);
+        ok = ok && (!needed[part] || bake_cube(p, &cubes[part], &made[part]));
         ibl_cube_free(&cubes[part]);
     }
-    return status;
+    return ok;
 }
 
-ibl_status ibl_capture_bake(ibl_ctx *ctx, ibl_console *console, const char *set,
-                            const ibl_capture *capture,
-                            const ibl_read_options *read,
-                            const ibl_bake_options *options,
-                            ibl_bake_result made[PARTS])
+bool ibl_capture_bake(const ibl_probes_bake *p, int layer,
+                      ibl_bake_result made[PARTS])
 {
-    const taker t = {ctx, console, set, capture, read, options, made};
-
-    ibl_console_progress(console, "decode", 0);
-    return capture->kind == IBL_CAPTURE_EQUIRECT ? bake_equirect(&t)
-                                                 : bake_cubes(&t);
+    ibl_console_progress(p->console, "decode", 0);
+    return capture_of(p, layer)->kind == IBL_CAPTURE_EQUIRECT
+               ? bake_equirect(p, layer, made)
+               : bake_cubes(p, layer, made);
 }

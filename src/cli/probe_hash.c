@@ -1,14 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/probe_hash.h"
-
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <xxhash.h>
+
+#include "cli/probes.h"
 
 enum {
     BUFFER_BYTES = 256 * 1024 /* stays in the second level of caches */
@@ -46,50 +45,45 @@ ibl_status ibl_hash_texture(ibl_ctx *ctx, const ibl_texture *tex,
     return status;
 }
 
-/* An errno, or 0 at the end of the file. */
-static int read_all(int fd, XXH3_state_t *state, char *buffer)
+/* An errno; 0: all of the file is hashed. */
+static int hash_all(int fd, char hash[IBL_HASH_SIZE])
 {
-    for (;;) {
-        const ssize_t got = read(fd, buffer, BUFFER_BYTES);
-        if (got < 0 && errno == EINTR)
-            continue;
-        if (got <= 0)
-            return got ? errno : 0;
-        XXH3_128bits_update(state, buffer, (size_t)got);
+    XXH3_state_t *state = XXH3_createState();
+    char *buffer = malloc(BUFFER_BYTES);
+    int why = state && buffer ? 0 : ENOMEM;
+    ssize_t got = 1;
+
+    if (!why)
+        XXH3_128bits_reset(state);
+    while (!why && got) {
+        got = read(fd, buffer, BUFFER_BYTES);
+        if (got > 0)
+            XXH3_128bits_update(state, buffer, (size_t)got);
+        else if (got < 0 && errno != EINTR)
+            why = errno;
     }
+    if (!why)
+        put_hash(XXH3_128bits_digest(state), hash);
+    XXH3_freeState(state);
+    free(buffer);
+    return why;
 }
 
 bool ibl_hash_file(const char *path, char hash[IBL_HASH_SIZE])
 {
     /* A pipe nobody writes to must not hold us up. */
     const int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    XXH3_state_t *state = XXH3_createState();
-    char *buffer = malloc(BUFFER_BYTES);
     struct stat st;
-    int why = 0;
+    int why;
 
     if (fd < 0 || fstat(fd, &st))
         why = errno;
     else if (!S_ISREG(st.st_mode))
         why = S_ISDIR(st.st_mode) ? EISDIR : EINVAL;
-    else if (!state || !buffer)
-        why = ENOMEM;
-    if (!why) {
-        XXH3_128bits_reset(state);
-        why = read_all(fd, state, buffer);
-    }
-    if (!why)
-        put_hash(XXH3_128bits_digest(state), hash);
+    else
+        why = hash_all(fd, hash);
     if (fd >= 0)
         close(fd);
-    XXH3_freeState(state);
-    free(buffer);
     errno = why;
     return !why;
-}
-
-bool ibl_hash_is(const char *text)
-{
-    return strlen(text) == IBL_HASH_SIZE - 1 &&
-           strspn(text, "0123456789abcdef") == IBL_HASH_SIZE - 1;
 }

@@ -18,11 +18,6 @@ const char *ibl_capture_name(ibl_capture_kind kind)
     return capture_names[kind];
 }
 
-int ibl_probe_set_layers(const ibl_probe_set *set)
-{
-    return set->count + set->has_global;
-}
-
 /* ---- captures ---------------------------------------------------------- */
 
 bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind,
@@ -159,25 +154,37 @@ static bool take_global(ibl_json_at at, ibl_set_entry *e)
 
 static ibl_set_bake bake_default(void)
 {
-    return (ibl_set_bake){.size = 128,
-                          .pixel = IBL_PIXEL_RGBA16F,
-                          .container = 0,
-                          .irradiance = 16,
-                          .alpha = IBL_ALPHA_FILE,
-                          .lut_size = ibl_lut_options_default().size};
+    ibl_set_bake b = {.options = ibl_bake_options_default(),
+                      .alpha = IBL_ALPHA_FILE,
+                      .lut_size = ibl_lut_options_default().size};
+
+    b.options.specular_options.size = 128;
+    b.options.irradiance_options.size = 16;
+    return b;
+}
+
+static bool take_int(ibl_json_at at, const char *key, int low, int high,
+                     int *value)
+{
+    return ibl_json_int(ibl_json_optional(&at, key), low, high, value);
+}
+
+static bool take_choice(ibl_json_at at, const char *key,
+                        const char *const *names, void *value)
+{
+    return ibl_json_choice(ibl_json_optional(&at, key), names, value);
 }
 
 static bool take_irradiance(ibl_json_at at, int *edge)
 {
     const char *word = json_string_value(at.value);
-    const json_int_t n =
-        word && !strcmp(word, "sh") ? 0 : json_integer_value(at.value);
+    const bool harmonics = word && !strcmp(word, "sh");
+    const json_int_t n = json_integer_value(at.value);
 
-    if (word ? strcmp(word, "sh") != 0
-             : !json_is_integer(at.value) || n < 1 || n > IBL_MAX_CUBE_SIZE)
+    if (!harmonics && (n < 1 || n > IBL_MAX_CUBE_SIZE))
         return ibl_json_wrong(at, "a whole number from 1 to %d or \"sh\"",
                               IBL_MAX_CUBE_SIZE);
-    *edge = (int)n;
+    *edge = harmonics ? 0 : (int)n;
     return true;
 }
 
@@ -188,32 +195,23 @@ static bool take_defaults(ibl_json_at at, ibl_set_bake *b)
         "size",      "levels",   "mapping",   "method",     "samples",
         "tolerance", "pixel",    "container", "irradiance", "lut_size",
         "alpha",     "overflow", NULL};
+    ibl_specular_options *s = &b->options.specular_options;
 
     return ibl_json_object(at, keys) &&
-           ibl_json_int(ibl_json_optional(&at, "size"), 1, IBL_MAX_CUBE_SIZE,
-                        &b->size) &&
-           ibl_json_int(ibl_json_optional(&at, "levels"), 1,
-                        ibl_most_levels(b->size), &b->levels) &&
-           ibl_json_choice(ibl_json_optional(&at, "mapping"), ibl_mapping_names,
-                           &b->mapping) &&
-           ibl_json_choice(ibl_json_optional(&at, "method"), ibl_method_names,
-                           &b->method) &&
-           ibl_json_int(ibl_json_optional(&at, "samples"), 1, 1048576,
-                        &b->samples) &&
+           take_int(at, "size", 1, IBL_MAX_CUBE_SIZE, &s->size) &&
+           take_int(at, "levels", 1, ibl_most_levels(s->size), &s->levels) &&
+           take_choice(at, "mapping", ibl_mapping_names, &s->mapping) &&
+           take_choice(at, "method", ibl_method_names, &s->method) &&
+           take_int(at, "samples", 1, 1048576, &s->samples) &&
            ibl_json_real(ibl_json_optional(&at, "tolerance"), 1e-6, 1, false,
-                         &b->tolerance) &&
-           ibl_json_choice(ibl_json_optional(&at, "pixel"), ibl_pixel_names,
-                           &b->pixel) &&
-           ibl_json_choice(ibl_json_optional(&at, "container"),
-                           ibl_container_names, &b->container) &&
+                         &s->tolerance) &&
+           take_choice(at, "pixel", ibl_pixel_names, &b->pixel) &&
+           take_choice(at, "container", ibl_container_names, &b->container) &&
            take_irradiance(ibl_json_optional(&at, "irradiance"),
-                           &b->irradiance) &&
-           ibl_json_int(ibl_json_optional(&at, "lut_size"), 1, 4096,
-                        &b->lut_size) &&
-           ibl_json_choice(ibl_json_optional(&at, "alpha"), ibl_set_alphas,
-                           &b->alpha) &&
-           ibl_json_choice(ibl_json_optional(&at, "overflow"),
-                           ibl_overflow_names, &b->overflow);
+                           &b->options.irradiance_options.size) &&
+           take_int(at, "lut_size", 1, 4096, &b->lut_size) &&
+           take_choice(at, "alpha", ibl_set_alphas, &b->alpha) &&
+           take_choice(at, "overflow", ibl_overflow_names, &b->overflow);
 }
 
 /* Entries in the order in which a point takes them; layers are in the same. */
@@ -266,12 +264,11 @@ static bool take_set(ibl_json_at root, ibl_probe_set *set)
     for (size_t i = 0; i < count; i++) {
         const bool ok =
             take_probe(ibl_json_element(&probes, i), set, &set->entry[i]);
-        set->count++;
+        set->count = ++set->layers;
         if (!ok)
             return false;
     }
-    set->has_global = global.value != NULL;
-    if (global.value && !take_global(global, &set->entry[count]))
+    if (global.value && !take_global(global, &set->entry[set->layers++]))
         return false;
     return sort(set) || no_memory(root);
 }
@@ -282,7 +279,7 @@ bool ibl_probe_set_read(const char *path, ibl_console *console,
     ibl_json_file file = {
         .name = path, .fail = ibl_console_error, .cookie = console};
 
-    *set = (ibl_probe_set){.path = path, .bake = bake_default()};
+    *set = (ibl_probe_set){.bake = bake_default()};
     if (!ibl_json_open(&file))
         return false;
     const bool ok = take_set(ibl_json_root(&file), set);
@@ -292,7 +289,7 @@ bool ibl_probe_set_read(const char *path, ibl_console *console,
 
 void ibl_probe_set_free(ibl_probe_set *set)
 {
-    for (int i = 0; set->entry && i < ibl_probe_set_layers(set); i++) {
+    for (int i = 0; i < set->layers; i++) {
         free(set->entry[i].name);
         for (int k = 0; k < set->entry[i].capture.count; k++)
             free(set->entry[i].capture.file[k]);

@@ -42,31 +42,23 @@ typedef struct ibl_set_entry {
     ibl_probe probe; /* layer included; unused of the global environment */
 } ibl_set_entry;
 
-/* What all layers have in common; 0 and -1 as in the library's options. */
+/* How the layers of a set are baked. */
 typedef struct ibl_set_bake {
-    int size, levels;
-    int mapping; /* ibl_roughness_map */
-    int method;  /* ibl_method */
-    int samples;
-    double tolerance;
-    int pixel;      /* ibl_pixel */
-    int overflow;   /* ibl_overflow */
-    int container;  /* ibl_container */
-    int irradiance; /* edge; 0: spherical harmonics in the index */
-    int alpha;      /* ibl_alpha, of the captures of probes */
+    ibl_bake_options options; /* irradiance's size 0: spherical harmonics in
+                                 the index */
+    ibl_alpha alpha;          /* of the captures of probes */
+    ibl_pixel pixel;
+    ibl_overflow overflow;
+    ibl_container container;
     int lut_size;
 } ibl_set_bake;
 
 typedef struct ibl_probe_set {
-    const char *path;
     ibl_set_bake bake;
-    int count;      /* of probes, in the order of ibl_probes_order */
-    int has_global; /* entry[count] is the global environment */
-    ibl_set_entry *entry;
+    int count;  /* of probes, in the order of ibl_probes_order */
+    int layers; /* count, or with the global environment, the last, one more */
+    ibl_set_entry *entry; /* of each layer */
 } ibl_probe_set;
-
-/* Layers of the arrays: probes and the global environment. */
-int ibl_probe_set_layers(const ibl_probe_set *set);
 
 /* Reads a set; false after one line on stderr. Freed with
  * ibl_probe_set_free, after a failure too. */

@@ -5,7 +5,6 @@
 
 #include "cli/common_options.h"
 #include "cli/console.h"
-#include "cli/probe_hash.h"
 #include "cli/probe_set.h"
 
 typedef struct ibl_probes_opts {
@@ -15,11 +14,34 @@ typedef struct ibl_probes_opts {
     int force;
     int grid;
     int sync;
-    ibl_set_bake said; /* in place of the set's; -1: nothing */
+    ibl_set_bake said; /* -1 in fields that keep the set's value */
 } ibl_probes_opts;
 
+/* The set's settings, with the command line's in their place. */
+void ibl_probes_override(const ibl_probes_opts *opts, ibl_set_bake *bake);
+
+/* ---- hashes ------------------------------------------------------------- */
+
+/* Names of contents: 128 bits of XXH3, as 32 hexadecimal digits. They detect
+ * changes, not forgery. */
+enum {
+    IBL_HASH_SIZE = 33
+};
+
+void ibl_hash_bytes(const void *bytes, size_t size, char hash[IBL_HASH_SIZE]);
+
+/* Of the file that the texture is in a container; see ibl_texture_visit. */
+ibl_status ibl_hash_texture(ibl_ctx *ctx, const ibl_texture *tex,
+                            ibl_container container, char hash[IBL_HASH_SIZE]);
+
+/* Of a regular file; false with errno if it cannot be read, EINVAL if it is
+ * something else than a file. */
+bool ibl_hash_file(const char *path, char hash[IBL_HASH_SIZE]);
+
+/* ---- a set while it is baked ------------------------------------------- */
+
 /* The files of a set. */
-typedef enum ibl_probes_file {
+typedef enum ibl_probes_kind {
     IBL_PROBES_SPECULAR,
     IBL_PROBES_IRRADIANCE,
     IBL_PROBES_LUT,
@@ -27,57 +49,15 @@ typedef enum ibl_probes_file {
     IBL_PROBES_FILES,
     IBL_PROBES_TEXTURES = IBL_PROBES_INDEX,
     IBL_PROBES_ARRAYS = IBL_PROBES_LUT
+} ibl_probes_kind;
+
+typedef struct ibl_probes_file {
+    char *path; /* NULL: not wanted */
+    char *old;  /* what the old index names, if it is unchanged; else NULL */
+    char hash[IBL_HASH_SIZE]; /* of its bytes: the old file's until it is
+                                 written */
+    bool same;                /* the old file is what would be written */
 } ibl_probes_file;
-
-#define IBL_PROBES_SH_DEGREE 2
-#define IBL_PROBES_SH_NUMBERS (3 * 9)
-
-/* What the index notes of a layer. */
-typedef struct ibl_probes_layer {
-    char hash[IBL_HASH_SIZE];         /* of its inputs and options */
-    size_t overflow_values;           /* values beyond what the pixel holds */
-    ibl_overflow_level overflow;      /* of all its levels together */
-    double sh[IBL_PROBES_SH_NUMBERS]; /* irradiance / pi, if asked for */
-    bool alpha;                       /* it has not seen everything */
-    double alpha_sh[IBL_PROBES_SH_NUMBERS / 3]; /* as sh, of alpha */
-} ibl_probes_layer;
-
-/* A file of the set; its name is without the directory, "" where there is
- * none. */
-typedef struct ibl_probes_texture {
-    char name[32];
-    char hash[IBL_HASH_SIZE];   /* of its bytes */
-    char inputs[IBL_HASH_SIZE]; /* of what it was made from: the LUT */
-} ibl_probes_texture;
-
-/* What an index says, or will say. */
-typedef struct ibl_probes_index {
-    int layers;
-    int probes, dropped; /* of one that was read, and those of them that the
-                            set has no more */
-    ibl_probes_layer *layer;
-    ibl_probes_texture file[IBL_PROBES_TEXTURES];
-} ibl_probes_index;
-
-void ibl_probes_index_free(ibl_probes_index *index);
-
-/* Reads what a former run of perhaps another set left in a directory; text is
- * the file's (to be freed) and index what it says. Silently empty where there
- * is none or it is damaged, of another version or edited: then everything is
- * baked again. */
-void ibl_probes_index_read(const char *path, const ibl_probe_set *set,
-                           char **text, ibl_probes_index *index);
-
-/* The text of an index; to be freed, NULL: no memory. options are those of
- * the specular cubes. */
-char *ibl_probes_index_text(const ibl_probe_set *set,
-                            const ibl_probes_index *index,
-                            const ibl_specular_options *options, ibl_isa isa);
-
-/* Of the table of a set. */
-ibl_pixel ibl_probes_lut_pixel(const ibl_set_bake *bake);
-
-/* ---- a set while it is baked ------------------------------------------- */
 
 typedef enum ibl_probes_origin {
     IBL_FROM_BAKE,
@@ -85,11 +65,15 @@ typedef enum ibl_probes_origin {
     IBL_FROM_TWIN /* an earlier layer with the same inputs */
 } ibl_probes_origin;
 
-/* Where a layer comes from. */
-typedef struct ibl_probes_source {
+typedef struct ibl_probes_layer {
+    char hash[IBL_HASH_SIZE]; /* of its inputs and options */
     ibl_probes_origin from;
-    int layer; /* of the old arrays, or the twin */
-} ibl_probes_source;
+    int source;   /* of the old arrays, or the twin */
+    bool alpha;   /* it has not seen everything */
+    json_t *note; /* what the index says of its texels */
+} ibl_probes_layer;
+
+#define IBL_PROBES_SH_DEGREE 2
 
 typedef struct ibl_probes_bake {
     const ibl_probes_opts *opts;
@@ -98,22 +82,25 @@ typedef struct ibl_probes_bake {
     ibl_outputs *outputs;
     ibl_isa isa;
     ibl_probe_set set;
-    ibl_bake_options options;
-    int layers;
-    char *path[IBL_PROBES_FILES];
-    char *old_text; /* of the index */
-    ibl_probes_index old, index;
-    bool whole[IBL_PROBES_TEXTURES]; /* the old file is what its index says */
-    bool same[IBL_PROBES_FILES];     /* and what we would write */
-    ibl_probes_source *source;
+    ibl_specular_layout layout;
+    ibl_pixel lut_pixel;
+    char lut_inputs[IBL_HASH_SIZE]; /* hash of what the LUT is made from */
+    ibl_probes_file file[IBL_PROBES_FILES];
+    ibl_probes_layer *layer;              /* set.layers */
     ibl_texture array[IBL_PROBES_ARRAYS]; /* as layers come */
-    int held;                             /* the output directory, or -1 */
+    char *old_text;                       /* of the old index, NULL: none */
+    json_t *old; /* it, if it is whole; its layers are "probes", to which the
+                    global environment's is added */
+    int old_probes, dropped; /* probes of it, and those that the set has not */
+    int held;                /* the output directory, or -1 */
 } ibl_probes_bake;
 
-/* IBL_ERR_MEMORY, after a line on stderr. */
-ibl_status ibl_probes_no_memory(const ibl_probes_bake *p);
+/* Functions return false after a line on stderr. */
+
+/* False: reports that there is no memory. */
+bool ibl_probes_no_memory(const ibl_probes_bake *p);
 /* Refuses outputs that would replace what they are made from. */
-ibl_status ibl_probes_check_input(const ibl_probes_bake *p, const char *input);
+bool ibl_probes_check_input(const ibl_probes_bake *p, const char *input);
 
 /* Waits until no other run works in the output directory, and makes others wait
  * until p->held is closed: the old arrays that one takes layers from must not
@@ -125,15 +112,54 @@ bool ibl_probes_hold(ibl_probes_bake *p);
  * could fill in, so its alpha is ignored. */
 ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer);
 
+/* Alpha from here on counts as 1, since renderers round it. */
+#define IBL_CAPTURE_OPAQUE 0.999f
+
+/* What a capture has: colours (multiplied by alpha), and alpha as greys. */
+typedef enum ibl_capture_part {
+    IBL_CAPTURE_COLOUR,
+    IBL_CAPTURE_ALPHA,
+    IBL_CAPTURE_PARTS
+} ibl_capture_part;
+
+/*
+ * Bakes the capture of a layer. An equirectangular one is read row by row, as
+ * in the bake of that file. Faces and crosses become a map; level 0 of the
+ * specular cube is then not made from the map but is the faces themselves, or
+ * the means of their texels, where they are 2^k times as large. made  empty;
+ * the caller's to free with ibl_bake_result_free. Alpha stays empty unless the
+ * layer's is read and some is below IBL_CAPTURE_OPAQUE Alpha that is 0
+ * everywhere is an error.
+ */
+bool ibl_capture_bake(const ibl_probes_bake *p, int layer,
+                      ibl_bake_result made[IBL_CAPTURE_PARTS]);
+
 /* Finds the hash of each layer and of the table. */
-ibl_status ibl_probes_hash_inputs(ibl_probes_bake *p);
-/* Reads the old index and sees which of its files are still what it says. */
-ibl_status ibl_probes_look_back(ibl_probes_bake *p);
+bool ibl_probes_hash_inputs(ibl_probes_bake *p);
+/* Reads the index that a former run of perhaps another set left, and sees which
+ * of its files are still what it says. An index that is missing, damaged,
+ * edited or of another version is ignored: then everything is baked again. */
+bool ibl_probes_look_back(ibl_probes_bake *p);
 /* Where each layer comes from, and which files stay as they are. */
 void ibl_probes_plan(ibl_probes_bake *p);
 
+/* Layers of the old arrays, 0 without an old index. */
+int ibl_probes_old_layers(const ibl_probes_bake *p);
+/* The number of the old layer with these inputs, that of its own place first;
+ * -1: there is none. */
+int ibl_probes_find_old(const ibl_probes_bake *p, int layer, const char *hash);
+/* What the old index says of a layer; for json_decref, NULL: no memory. */
+json_t *ibl_probes_old_note(const ibl_probes_bake *p, int layer, bool *alpha);
+/* The same of a layer that was baked. overflow is that of all its cubes,
+ * values the number of values beyond what the pixel holds. */
+json_t *ibl_probes_note(const ibl_bake_result made[IBL_CAPTURE_PARTS],
+                        const ibl_overflow_level *overflow, size_t values);
+
+/* The text of the index; for free(), NULL: no memory. */
+char *ibl_probes_index_text(const ibl_probes_bake *p);
+
 /* Writes what is not the same: arrays, table, index. */
-ibl_status ibl_probes_put(ibl_probes_bake *p);
+bool ibl_probes_put(ibl_probes_bake *p);
 
 /* Does what the options ask for. The exit status. */
 int ibl_probes_run(const void *settings);

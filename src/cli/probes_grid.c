@@ -290,30 +290,27 @@ static char *make_set(grid *g)
 
 /* ---- writing ------------------------------------------------------------ */
 
-static ibl_status write_set(const ibl_probes_opts *opts, ibl_console *console,
-                            const char *text)
+static bool write_set(const ibl_probes_opts *opts, ibl_console *console,
+                      const char *text)
 {
     ibl_ctx *ctx = NULL;
     ibl_outputs *outputs = NULL;
     ibl_common common = opts->common;
-    ibl_status status;
 
     if (!opts->output) {
         fputs(text, stdout);
-        return IBL_OK;
+        return true;
     }
     ibl_signals_catch();
     common.threads = 1;
-    status = ibl_start(&common, console, &ctx);
-    if (!status)
-        status = ibl_start_outputs(ctx, opts->sync, &outputs);
-    if (!status)
-        status = ibl_outputs_add(outputs, opts->output, text, strlen(text));
-    if (!status)
-        status = ibl_commit_outputs(outputs);
+    const bool ok =
+        !ibl_start(&common, console, &ctx) &&
+        !ibl_start_outputs(ctx, opts->sync, &outputs) &&
+        !ibl_outputs_add(outputs, opts->output, text, strlen(text)) &&
+        !ibl_commit_outputs(outputs);
     ibl_end_outputs(outputs);
     ibl_ctx_free(ctx);
-    return status;
+    return ok;
 }
 
 int ibl_probes_grid(const ibl_probes_opts *opts)
@@ -323,22 +320,16 @@ int ibl_probes_grid(const ibl_probes_opts *opts)
         .name = opts->input, .fail = ibl_console_error, .cookie = &console};
     grid g = {.file = &file, .capture = {"captures/{name}.exr"}};
     char *text = NULL;
-    ibl_status status = IBL_ERR_FORMAT;
 
     ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
-    if (ibl_json_open(&file)) {
-        if (take_grid(ibl_json_root(&file), &g))
-            text = make_set(&g);
-        if (text)
-            status = write_set(opts, &console, text);
-    }
-    ibl_console_finish(&console);
-    if (status)
-        ibl_console_fail(&console, "%s", ibl_status_text(status));
-    else
+    if (ibl_json_open(&file) && take_grid(ibl_json_root(&file), &g))
+        text = make_set(&g);
+    const bool ok = text && write_set(opts, &console, text);
+    const int status = ibl_console_end(&console, ok);
+    if (ok)
         ibl_console_info(&console, "placed %d probes, left out %d solid cells",
                          g.made, g.skipped);
     json_decref(file.root);
     free(text);
-    return status ? 1 : 0;
+    return status;
 }

@@ -1,25 +1,18 @@
 /* SPDX-License-Identifier: MIT */
 /* The index of a set: what iblbake-probes(1) says of index.json. */
-#include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "cli/json_text.h"
 #include "cli/probes.h"
 #include "common/json_load.h"
+#include "common/path.h"
 
 enum {
     INDEX_VERSION = 1
 };
 
 static const char *const file_keys[] = {"specular", "irradiance", "brdf_lut"};
-
-void ibl_probes_index_free(ibl_probes_index *index)
-{
-    free(index->layer);
-    *index = (ibl_probes_index){0};
-}
 
 /* Name of what an index says, which has no hash of its own. False: no
  * memory. */
@@ -36,119 +29,159 @@ static bool hash_index(const json_t *root, char hash[IBL_HASH_SIZE])
 
 /* ---- reading ----------------------------------------------------------- */
 
-static bool take_hash(const char *text, char hash[IBL_HASH_SIZE])
+/* A string of an object, "" if there is none. */
+static const char *text_of(const json_t *object, const char *key)
 {
-    if (!ibl_hash_is(text))
-        return false;
-    memcpy(hash, text, IBL_HASH_SIZE);
-    return true;
+    const char *text = json_string_value(json_object_get(object, key));
+    return text ? text : "";
 }
 
-static bool take_layer(json_t *entry, ibl_probes_index *index)
+/* Whether the index is of this version and as it was written. */
+static bool is_sound(json_t *root)
 {
-    json_t *sh = NULL, *alpha_sh = NULL;
-    json_int_t saturated, texels = 0;
-    ibl_probes_layer l = {0};
-    const char *hash;
-    int layer, alpha = 0;
+    json_t *said = json_incref(json_object_get(root, "hash"));
+    char hash[IBL_HASH_SIZE];
 
-    if (json_unpack(entry, "{si sI ss s?b s?{sI sF sF} s?o s?o}", "layer",
-                    &layer, "saturated", &saturated, "hash", &hash, "alpha",
-                    &alpha, "beyond", "texels", &texels, "moved",
-                    &l.overflow.moved, "lost", &l.overflow.lost, "sh", &sh,
-                    "alpha_sh", &alpha_sh) ||
-        layer < 0 || layer >= index->layers || !take_hash(hash, l.hash))
-        return false;
-    l.overflow_values = (size_t)saturated;
-    l.overflow.texels = (size_t)texels;
-    l.alpha = alpha;
-    for (size_t i = 0; i < IBL_PROBES_SH_NUMBERS; i++)
-        l.sh[i] =
-            json_number_value(json_array_get(json_array_get(sh, i / 3), i % 3));
-    for (size_t i = 0; i < IBL_PROBES_SH_NUMBERS / 3; i++)
-        l.alpha_sh[i] = json_number_value(json_array_get(alpha_sh, i));
-    index->layer[layer] = l;
-    return true;
+    json_object_del(root, "hash");
+    const bool sound =
+        json_integer_value(json_object_get(root, "version")) == INDEX_VERSION &&
+        said && hash_index(root, hash) && json_is_string(said) &&
+        !strcmp(json_string_value(said), hash);
+    json_decref(said);
+    return sound;
 }
 
-static bool take_file(json_t *files, int kind, ibl_probes_index *index)
-{
-    const char *name, *hash, *inputs = NULL;
-    json_t *file = json_object_get(files, file_keys[kind]);
-    ibl_probes_texture *t = &index->file[kind];
-
-    if (!file)
-        return kind == IBL_PROBES_IRRADIANCE;
-    if (json_unpack(file, "{ss ss s?s}", "file", &name, "hash", &hash, "inputs",
-                    &inputs) ||
-        strlen(name) >= sizeof t->name || strchr(name, '/'))
-        return false;
-    strcpy(t->name, name);
-    return take_hash(hash, t->hash) &&
-           (kind != IBL_PROBES_LUT || (inputs && take_hash(inputs, t->inputs)));
-}
-
-static bool take_index(json_t *root, ibl_probes_index *index)
-{
-    json_t *files, *probes, *global = NULL;
-    char said[IBL_HASH_SIZE], is[IBL_HASH_SIZE];
-    const char *hash;
-    int version;
-    bool ok = true;
-
-    if (json_unpack(root, "{si ss so so s?o}", "version", &version, "hash",
-                    &hash, "files", &files, "probes", &probes, "global",
-                    &global) ||
-        version != INDEX_VERSION || !take_hash(hash, said) ||
-        json_object_del(root, "hash") || !hash_index(root, is) ||
-        strcmp(said, is) != 0)
-        return false;
-    index->layers = (int)json_array_size(probes) + (global != NULL);
-    index->layer = calloc((size_t)index->layers + 1, sizeof *index->layer);
-    if (!index->layer)
-        return false;
-    for (size_t i = 0; i < json_array_size(probes) && ok; i++)
-        ok = take_layer(json_array_get(probes, i), index);
-    ok = ok && (!global || take_layer(global, index));
-    for (int kind = 0; kind < IBL_PROBES_TEXTURES && ok; kind++)
-        ok = take_file(files, kind, index);
-    return ok;
-}
-
-/* Counts the probes that set does not have, by name. */
-static void count_dropped(const json_t *root, const ibl_probe_set *set,
-                          ibl_probes_index *index)
+/* Counts the probes that the set does not have, by name. */
+static void count_dropped(ibl_probes_bake *p)
 {
     json_t *probe;
     size_t k;
 
-    json_array_foreach(json_object_get(root, "probes"), k, probe)
+    json_array_foreach(json_object_get(p->old, "probes"), k, probe)
     {
-        const char *name = json_string_value(json_object_get(probe, "name"));
+        const char *name = text_of(probe, "name");
         int i = 0;
-        while (name && i < set->count && strcmp(set->entry[i].name, name) != 0)
+        while (i < p->set.count && strcmp(p->set.entry[i].name, name) != 0)
             i++;
-        index->probes++;
-        index->dropped += name && i == set->count;
+        p->old_probes++;
+        p->dropped += i == p->set.count;
     }
 }
 
-void ibl_probes_index_read(const char *path, const ibl_probe_set *set,
-                           char **text, ibl_probes_index *index)
+static void read_index(ibl_probes_bake *p)
 {
-    json_t *root = NULL;
+    const char *path = p->file[IBL_PROBES_INDEX].path;
     ibl_json_why why;
+    json_t *root = NULL;
     size_t size;
 
-    *index = (ibl_probes_index){0};
-    *text = ibl_json_bytes(path, &size, &why);
-    if (*text)
-        root = ibl_json_parse(path, *text, size, JSON_REJECT_DUPLICATES, &why);
-    if (root && take_index(root, index))
-        count_dropped(root, set, index);
-    else
-        ibl_probes_index_free(index);
-    json_decref(root);
+    p->old_text = ibl_json_bytes(path, &size, &why);
+    if (p->old_text)
+        root = ibl_json_parse(path, p->old_text, size, JSON_REJECT_DUPLICATES,
+                              &why);
+    if (!root || !is_sound(root)) {
+        json_decref(root);
+        return;
+    }
+    p->old = root;
+    count_dropped(p);
+    json_array_append(json_object_get(root, "probes"),
+                      json_object_get(root, "global"));
+}
+
+bool ibl_probes_look_back(ibl_probes_bake *p)
+{
+    read_index(p);
+    for (int kind = 0; kind < IBL_PROBES_TEXTURES; kind++) {
+        ibl_probes_file *f = &p->file[kind];
+        const json_t *was =
+            json_object_get(json_object_get(p->old, "files"), file_keys[kind]);
+        const char *name = text_of(was, "file");
+        if (!*name)
+            continue;
+        f->old = ibl_path_join(p->opts->output, name);
+        if (!f->old)
+            return ibl_probes_no_memory(p);
+        if (!ibl_hash_file(f->old, f->hash) ||
+            strcmp(f->hash, text_of(was, "hash")) != 0) {
+            free(f->old);
+            f->old = NULL;
+        }
+        f->same = f->old && f->path && !strcmp(f->old, f->path) &&
+                  (kind != IBL_PROBES_LUT ||
+                   !strcmp(p->lut_inputs, text_of(was, "inputs")));
+    }
+    return true;
+}
+
+int ibl_probes_old_layers(const ibl_probes_bake *p)
+{
+    return (int)json_array_size(json_object_get(p->old, "probes"));
+}
+
+static const json_t *old_layer(const ibl_probes_bake *p, int layer)
+{
+    return json_array_get(json_object_get(p->old, "probes"), (size_t)layer);
+}
+
+int ibl_probes_find_old(const ibl_probes_bake *p, int layer, const char *hash)
+{
+    const int count = ibl_probes_old_layers(p);
+
+    if (!strcmp(text_of(old_layer(p, layer), "hash"), hash))
+        return layer;
+    for (int i = 0; i < count; i++)
+        if (!strcmp(text_of(old_layer(p, i), "hash"), hash))
+            return i;
+    return -1;
+}
+
+/* ---- what is noted of a layer -------------------------------------------- */
+
+json_t *ibl_probes_old_note(const ibl_probes_bake *p, int layer, bool *alpha)
+{
+    static const char *const keys[] = {"saturated", "beyond", "sh", "alpha_sh"};
+    const json_t *was = old_layer(p, layer);
+    json_t *note = json_object();
+
+    for (size_t i = 0; i < sizeof keys / sizeof *keys; i++) {
+        json_t *value = json_object_get(was, keys[i]);
+        if (value)
+            put(&note, keys[i], json_incref(value));
+    }
+    *alpha = json_is_true(json_object_get(was, "alpha"));
+    return note;
+}
+
+/* The first of each three numbers. */
+static json_t *firsts(json_t *triples)
+{
+    json_t *list = triples ? json_array() : NULL, *triple;
+    size_t i;
+
+    json_array_foreach(triples, i, triple)
+    {
+        append(&list, json_incref(json_array_get(triple, 0)));
+    }
+    json_decref(triples);
+    return list;
+}
+
+json_t *ibl_probes_note(const ibl_bake_result made[IBL_CAPTURE_PARTS],
+                        const ibl_overflow_level *overflow, size_t values)
+{
+    const double *sh = made[IBL_CAPTURE_COLOUR].sh;
+    const double *alpha = made[IBL_CAPTURE_ALPHA].sh;
+    json_t *note = json_pack("{sI}", "saturated", (json_int_t)values);
+
+    if (overflow->texels)
+        put(&note, "beyond", ibl_json_overflow(overflow));
+    if (sh)
+        put(&note, "sh", ibl_json_harmonics(sh, IBL_PROBES_SH_DEGREE, true));
+    if (alpha)
+        put(&note, "alpha_sh",
+            firsts(ibl_json_harmonics(alpha, IBL_PROBES_SH_DEGREE, true)));
+    return note;
 }
 
 /* ---- writing ----------------------------------------------------------- */
@@ -167,28 +200,27 @@ static json_t *volume(const ibl_volume *v)
                      "radius", v->half[0]);
 }
 
-static json_t *files(const ibl_probe_set *set, const ibl_probes_index *index,
-                     const ibl_specular_layout *layout)
+static json_t *files(const ibl_probes_bake *p)
 {
-    const ibl_set_bake *bake = &set->bake;
-    const int size[] = {layout->size, bake->irradiance, bake->lut_size};
+    const ibl_set_bake *bake = &p->set.bake;
+    const int size[] = {p->layout.size, bake->options.irradiance_options.size,
+                        bake->lut_size};
     json_t *j = json_object();
 
     for (int kind = 0; kind < IBL_PROBES_TEXTURES; kind++) {
-        const ibl_probes_texture *t = &index->file[kind];
+        const ibl_probes_file *f = &p->file[kind];
         const bool lut = kind == IBL_PROBES_LUT;
-        if (!*t->name)
+        if (!f->path)
             continue;
-        json_t *file = json_pack(
-            "{ss ss ss si si si ss}", "file", t->name, "container",
-            ibl_container_name((ibl_container)bake->container), "pixel",
-            ibl_pixel_name(lut ? ibl_probes_lut_pixel(bake)
-                               : (ibl_pixel)bake->pixel),
-            "size", size[kind], "levels",
-            kind == IBL_PROBES_SPECULAR ? layout->levels : 1, "layers",
-            lut ? 1 : index->layers, "hash", t->hash);
+        json_t *file =
+            json_pack("{ss ss ss si si si ss}", "file", ibl_path_name(f->path),
+                      "container", ibl_container_name(bake->container), "pixel",
+                      ibl_pixel_name(lut ? p->lut_pixel : bake->pixel), "size",
+                      size[kind], "levels",
+                      kind == IBL_PROBES_SPECULAR ? p->layout.levels : 1,
+                      "layers", lut ? 1 : p->set.layers, "hash", f->hash);
         if (lut)
-            put(&file, "inputs", json_string(t->inputs));
+            put(&file, "inputs", json_string(p->lut_inputs));
         put(&j, file_keys[kind], file);
     }
     return j;
@@ -211,78 +243,60 @@ static json_t *specular(const ibl_specular_options *options,
         "lod_scale", layout->lod_scale, "lod_offset", layout->lod_offset);
 }
 
-static json_t *irradiance(const ibl_set_bake *bake)
+static json_t *irradiance(const ibl_bake_options *options)
 {
-    json_t *j = json_pack("{ss ss}", "kind", bake->irradiance ? "cube" : "sh",
-                          "scale", "E/pi");
+    const bool cubes = options->irradiance;
+    json_t *j =
+        json_pack("{ss ss}", "kind", cubes ? "cube" : "sh", "scale", "E/pi");
 
-    if (!bake->irradiance)
+    if (!cubes)
         ibl_json_put_basis(&j, IBL_PROBES_SH_DEGREE);
     return j;
 }
 
-static void put_harmonics(json_t **j, const ibl_probes_layer *l)
-{
-    json_t *sh = json_array(), *alpha = json_array();
-
-    for (int i = 0; i < IBL_PROBES_SH_NUMBERS; i += 3) {
-        append(&sh, triple(&l->sh[i]));
-        append(&alpha, json_real(l->alpha_sh[i / 3]));
-    }
-    put(j, "sh", sh);
-    if (l->alpha)
-        put(j, "alpha_sh", alpha);
-    else
-        json_decref(alpha);
-}
-
 /* Of layer i: a probe, or the global environment, which is the last. */
-static json_t *entry(const ibl_probe_set *set, const ibl_probes_index *index,
-                     int i)
+static json_t *entry(const ibl_probes_bake *p, int i)
 {
-    const ibl_set_entry *e = &set->entry[i];
-    const ibl_probes_layer *l = &index->layer[i];
-    json_t *j;
+    const ibl_set_entry *e = &p->set.entry[i];
+    const ibl_probes_layer *l = &p->layer[i];
+    const char *key;
+    json_t *j, *value;
 
-    if (i == set->count) {
+    if (i == p->set.count) {
         j = json_pack("{si}", "layer", i);
     } else {
-        j = json_pack("{ss si si so so sf}", "name", e->name, "layer",
-                      e->probe.layer, "priority", e->probe.priority, "position",
+        j = json_pack("{ss si si so so sf}", "name", e->name, "layer", i,
+                      "priority", e->probe.priority, "position",
                       triple(e->probe.position), "influence",
                       volume(&e->probe.influence), "blend", e->probe.blend);
         if (e->probe.has_proxy)
             put(&j, "proxy", volume(&e->probe.proxy));
         put(&j, "alpha", json_boolean(l->alpha));
     }
-    put(&j, "saturated", json_integer((json_int_t)l->overflow_values));
-    if (l->overflow.texels)
-        put(&j, "beyond", ibl_json_overflow(&l->overflow));
-    if (!set->bake.irradiance)
-        put_harmonics(&j, l);
+    json_object_foreach(l->note, key, value)
+    {
+        put(&j, key, json_incref(value));
+    }
     put(&j, "hash", json_string(l->hash));
     return j;
 }
 
-char *ibl_probes_index_text(const ibl_probe_set *set,
-                            const ibl_probes_index *index,
-                            const ibl_specular_options *options, ibl_isa isa)
+char *ibl_probes_index_text(const ibl_probes_bake *p)
 {
-    ibl_specular_layout layout;
+    const ibl_bake_options *options = &p->set.bake.options;
     json_t *probes = json_array();
     char hash[IBL_HASH_SIZE], *text = NULL;
 
-    ibl_specular_layout_of(options, &layout);
-    for (int i = 0; i < set->count; i++)
-        append(&probes, entry(set, index, i));
+    for (int i = 0; i < p->set.count; i++)
+        append(&probes, entry(p, i));
     json_t *root = json_pack(
         "{si so ss so so so so}", "version", INDEX_VERSION, "generator",
-        ibl_json_generator(isa), "world",
+        ibl_json_generator(p->isa), "world",
         "right-handed, +Y up; faces +X -X +Y -Y +Z -Z, row 0 on top", "files",
-        files(set, index, &layout), "specular", specular(options, &layout),
-        "irradiance", irradiance(&set->bake), "probes", probes);
-    if (set->has_global)
-        put(&root, "global", entry(set, index, set->count));
+        files(p), "specular", specular(&options->specular_options, &p->layout),
+        "irradiance", irradiance(options), "probes", probes);
+    if (p->set.layers > p->set.count)
+        put(&root, "global", entry(p, p->set.count));
     if (root && hash_index(root, hash)) {
         put(&root, "hash", json_string(hash));
         text = ibl_json_text(root);

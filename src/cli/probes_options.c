@@ -48,16 +48,20 @@ static const ibl_option overrides[] = {
      IBL_CHOICE(said.overflow, ibl_overflow_names), .standard = FROM_SET,
      .help = "light of texels brighter than the pixel holds: spread over the "
              "texels around them, or clip"},
-    {"size", 0, IBL_INT(said.size, 1, IBL_MAX_CUBE_SIZE), .standard = FROM_SET,
+    {"size", 0, IBL_INT(said.options.specular_options.size, 1, IBL_MAX_CUBE_SIZE), .standard = FROM_SET,
      .help = "edge of the largest specular level in texels"},
-    {"levels", 0, IBL_INT(said.levels, 1, IBL_MAX_LEVELS), .standard = FROM_SET,
+    {"levels", 0, IBL_INT(said.options.specular_options.levels, 1, IBL_MAX_LEVELS), .standard = FROM_SET,
      .help = "number of specular levels"},
-    {"irradiance", 0, IBL_OTHER(said.irradiance, "N", parse_irradiance),
+    {"irradiance", 0, IBL_OTHER(said.options.irradiance_options.size, "N", parse_irradiance),
      .allowed = "1 to 16384 or sh", .standard = FROM_SET,
      .help = "edge of the irradiance cubes; sh: spherical harmonics in the "
              "index instead"},
 };
 /* clang-format on */
+
+enum {
+    OVERRIDES = sizeof overrides / sizeof *overrides
+};
 
 static const ibl_section *const sections[] = {
     IBL_SECTION("Outputs", outputs),
@@ -67,11 +71,31 @@ static const ibl_section *const sections[] = {
     NULL,
 };
 
+/* The field of an override, an int or an enumeration, in the options. */
+static int *said_field(const ibl_probes_opts *o, size_t i)
+{
+    return (int *)((char *)o + overrides[i].offset);
+}
+
 static void defaults(void *settings)
 {
-    *(ibl_probes_opts *)settings = (ibl_probes_opts){
-        .common = ibl_common_default(),
-        .said = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1}};
+    ibl_probes_opts *o = settings;
+
+    *o = (ibl_probes_opts){.common = ibl_common_default()};
+    for (size_t i = 0; i < OVERRIDES; i++)
+        *said_field(o, i) = -1;
+}
+
+void ibl_probes_override(const ibl_probes_opts *o, ibl_set_bake *bake)
+{
+    /* Levels of the set go with its size. */
+    if (o->said.options.specular_options.size >= 0)
+        bake->options.specular_options.levels = 0;
+    for (size_t i = 0; i < OVERRIDES; i++) {
+        const size_t at = overrides[i].offset - offsetof(ibl_probes_opts, said);
+        if (*said_field(o, i) >= 0)
+            *(int *)((char *)bake + at) = *said_field(o, i);
+    }
 }
 
 static bool take(void *settings, const char *word)
@@ -99,11 +123,9 @@ static bool check_grid(const ibl_probes_opts *o)
                          : r->strict     ? "strict"
                                          : NULL;
 
-    for (size_t i = 0; i < sizeof overrides / sizeof *overrides; i++) {
-        const void *field = (const char *)o + overrides[i].offset;
-        if (*(const int *)field >= 0)
+    for (size_t i = 0; i < OVERRIDES; i++)
+        if (*said_field(o, i) >= 0)
             baking = overrides[i].name;
-    }
     return !baking || ibl_misuse("--%s: --grid bakes nothing: leave out one of "
                                  "them",
                                  baking);

@@ -6,26 +6,25 @@
 
 #include "cli/probes.h"
 
-static ibl_status set_keys(const ibl_probes_bake *p, ibl_probes_file kind,
-                           ibl_texture *tex)
+static bool set_keys(const ibl_probes_bake *p, ibl_probes_kind kind,
+                     ibl_texture *tex)
 {
-    const ibl_specular_options *o = &p->options.specular_options;
-    ibl_specular_layout layout;
+    const ibl_specular_options *o = &p->set.bake.options.specular_options;
+    const ibl_specular_layout *layout = &p->layout;
     char roughness[IBL_MAX_LEVELS * 24] = "", scale[32], offset[32];
-    ibl_status status = IBL_OK;
+    bool ok = true;
 
-    ibl_specular_layout_of(o, &layout);
-    for (int l = 0; l < layout.levels; l++) {
+    for (int l = 0; l < layout->levels; l++) {
         const size_t used = strlen(roughness);
         snprintf(roughness + used, sizeof roughness - used, "%s%.9g",
-                 l ? "," : "", layout.roughness[l]);
+                 l ? "," : "", layout->roughness[l]);
     }
-    snprintf(scale, sizeof scale, "%.9g", layout.lod_scale);
-    snprintf(offset, sizeof offset, "%.9g", layout.lod_offset);
+    snprintf(scale, sizeof scale, "%.9g", layout->lod_scale);
+    snprintf(offset, sizeof offset, "%.9g", layout->lod_offset);
     /* Alpha in any case: layers of old arrays bring their keys along. */
     const char *alpha = tex->premultiplied ? "premultiplied" : "opaque";
     const struct {
-        ibl_probes_file kind;
+        ibl_probes_kind kind;
         const char *key, *value;
     } keys[] = {
         {IBL_PROBES_LUT, "iblbake.content", "brdf_lut"},
@@ -43,47 +42,39 @@ static ibl_status set_keys(const ibl_probes_bake *p, ibl_probes_file kind,
         {IBL_PROBES_SPECULAR, "iblbake.lod_scale", scale},
         {IBL_PROBES_SPECULAR, "iblbake.lod_offset", offset},
     };
-    for (size_t i = 0; i < sizeof keys / sizeof *keys && !status; i++)
-        if (keys[i].kind == kind)
-            status = ibl_texture_set(p->ctx, tex, keys[i].key, keys[i].value);
-    return status;
+    for (size_t i = 0; i < sizeof keys / sizeof *keys && ok; i++)
+        ok = keys[i].kind != kind ||
+             !ibl_texture_set(p->ctx, tex, keys[i].key, keys[i].value);
+    return ok;
 }
 
 /* Writes tex, which is empty afterwards. */
-static ibl_status put_texture(ibl_probes_bake *p, ibl_probes_file kind,
-                              ibl_texture *tex)
+static bool put_texture(ibl_probes_bake *p, ibl_probes_kind kind,
+                        ibl_texture *tex)
 {
-    const ibl_container container = (ibl_container)p->set.bake.container;
-    ibl_status status = set_keys(p, kind, tex);
+    const ibl_container container = p->set.bake.container;
+    ibl_probes_file *f = &p->file[kind];
 
     ibl_console_progress(p->console, "hash", 0);
-    if (!status)
-        status =
-            ibl_hash_texture(p->ctx, tex, container, p->index.file[kind].hash);
+    if (!set_keys(p, kind, tex) ||
+        ibl_hash_texture(p->ctx, tex, container, f->hash))
+        return false;
     ibl_console_progress(p->console, "write", 0);
-    if (!status)
-        status = ibl_outputs_take_texture(p->outputs, p->path[kind], tex,
-                                          container, NULL);
-    return status;
+    return !ibl_outputs_take_texture(p->outputs, f->path, tex, container, NULL);
 }
 
-static ibl_status put_array(ibl_probes_bake *p, ibl_probes_file kind)
+static bool put_array(ibl_probes_bake *p, ibl_probes_kind kind)
 {
     ibl_texture *array = &p->array[kind];
 
     /* Layers of old arrays are as the array was. */
     array->premultiplied = 0;
-    for (int i = 0; i < p->layers; i++)
-        array->premultiplied |= p->index.layer[i].alpha;
+    for (int i = 0; i < p->set.layers; i++)
+        array->premultiplied |= p->layer[i].alpha;
     return put_texture(p, kind, array);
 }
 
-ibl_pixel ibl_probes_lut_pixel(const ibl_set_bake *bake)
-{
-    return bake->pixel == IBL_PIXEL_RGBA32F ? IBL_PIXEL_RG32F : IBL_PIXEL_RG16F;
-}
-
-static ibl_status put_lut(ibl_probes_bake *p)
+static bool put_lut(ibl_probes_bake *p)
 {
     ibl_lut_options options = ibl_lut_options_default();
     ibl_lut lut = {0};
@@ -91,46 +82,37 @@ static ibl_status put_lut(ibl_probes_bake *p)
 
     options.size = p->set.bake.lut_size;
     ibl_console_progress(p->console, "lut", 0);
-    ibl_status status = ibl_bake_lut(p->ctx, &options, &lut);
-    if (!status)
-        status = ibl_texture_from_lut(
-            p->ctx, &lut, ibl_probes_lut_pixel(&p->set.bake), &tex, NULL);
-    if (!status)
-        status = put_texture(p, IBL_PROBES_LUT, &tex);
+    const bool ok =
+        !ibl_bake_lut(p->ctx, &options, &lut) &&
+        !ibl_texture_from_lut(p->ctx, &lut, p->lut_pixel, &tex, NULL) &&
+        put_texture(p, IBL_PROBES_LUT, &tex);
     ibl_texture_free(&tex);
     ibl_lut_free(&lut);
-    return status;
+    return ok;
 }
 
 /* Writes the index unless it is there, to the byte. */
-static ibl_status put_index(ibl_probes_bake *p)
+static bool put_index(ibl_probes_bake *p)
 {
-    char *text = ibl_probes_index_text(&p->set, &p->index,
-                                       &p->options.specular_options, p->isa);
-    ibl_status status = text ? IBL_OK : ibl_probes_no_memory(p);
+    ibl_probes_file *f = &p->file[IBL_PROBES_INDEX];
+    char *text = ibl_probes_index_text(p);
 
-    p->same[IBL_PROBES_INDEX] =
-        text && p->old_text && !p->opts->force && !strcmp(text, p->old_text);
-    if (!status && !p->same[IBL_PROBES_INDEX])
-        status = ibl_outputs_add(p->outputs, p->path[IBL_PROBES_INDEX], text,
-                                 strlen(text));
+    if (!text)
+        return ibl_probes_no_memory(p);
+    f->same = p->old_text && !p->opts->force && !strcmp(text, p->old_text);
+    const bool ok =
+        f->same || !ibl_outputs_add(p->outputs, f->path, text, strlen(text));
     free(text);
-    return status;
+    return ok;
 }
 
-ibl_status ibl_probes_put(ibl_probes_bake *p)
+bool ibl_probes_put(ibl_probes_bake *p)
 {
-    ibl_status status = IBL_OK;
+    bool ok = true;
 
-    for (int kind = 0; kind < IBL_PROBES_TEXTURES && !status; kind++) {
-        if (!p->path[kind])
-            continue;
-        if (p->same[kind])
-            p->index.file[kind] = p->old.file[kind];
-        else if (kind == IBL_PROBES_LUT)
-            status = put_lut(p);
-        else
-            status = put_array(p, (ibl_probes_file)kind);
-    }
-    return status ? status : put_index(p);
+    for (int kind = 0; kind < IBL_PROBES_TEXTURES && ok; kind++)
+        if (p->file[kind].path && !p->file[kind].same)
+            ok = kind == IBL_PROBES_LUT ? put_lut(p)
+                                        : put_array(p, (ibl_probes_kind)kind);
+    return ok && put_index(p);
 }

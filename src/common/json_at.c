@@ -196,14 +196,14 @@ bool ibl_json_int(ibl_json_at at, int low, int high, int *value)
     return true;
 }
 
-bool ibl_json_choice(ibl_json_at at, const char *const *names, int *value)
+bool ibl_json_choice(ibl_json_at at, const char *const *names, void *value)
 {
     const char *word = json_string_value(at.value);
     const int found = word ? ibl_names_find(names, word) : -1;
     char text[256];
 
     if (found >= 0) {
-        *value = found;
+        memcpy(value, &found, sizeof found);
         return true;
     }
     ibl_names_text(names, text, sizeof text);

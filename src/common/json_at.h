@@ -61,8 +61,8 @@ bool ibl_json_text_at(ibl_json_at at, const char **text);
 bool ibl_json_real(ibl_json_at at, double low, double high, bool open,
                    double *value);
 bool ibl_json_int(ibl_json_at at, int low, int high, int *value);
-/* One of the names, ended by NULL; its number. */
-bool ibl_json_choice(ibl_json_at at, const char *const *names, int *value);
+/* One of the names, ended by NULL; its number, into an int or enumeration. */
+bool ibl_json_choice(ibl_json_at at, const char *const *names, void *value);
 /* Three numbers as ibl_json_real takes them. */
 bool ibl_json_triple(ibl_json_at at, double low, double high, bool open,
                      double value[3]);
