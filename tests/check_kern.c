@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "core/half.h"
+#include "image/strip_coverage.h"
 #include "kern.h"
 #include "kern/half_planes.h"
 #include "kern/interp.h"
@@ -16,7 +17,6 @@
 #include "kern/pixel.h"
 #include "kern/rgbe.h"
 #include "kern/row_block.h"
-#include "kern/strip_coverage.h"
 
 /* The version to take where the definition is plain C. */
 static ibl_isa plain_or(ibl_isa isa)
@@ -499,57 +499,8 @@ static const double pi = 3.14159265358979323846;
 static ibl_coverage_row make_row(double theta, double height)
 {
     const double to = fmin(theta + height, pi / 2);
-    return (ibl_coverage_row){cos(theta), cos(to), tan(theta), tan(to)};
-}
-
-/* n strips, where a border of the sphere's octant can be, most of them in the
- * row. No closer to the pole than pixels are wide: these are no wider than
- * texels. The caller frees c->a. */
-static void make_cuts(ibl_coverage_cuts *c, test_random *r, int n, double theta,
-                      double height)
-{
-    const size_t pad = IBL_COVERAGE_PAD;
-    const size_t room = ((size_t)n + pad - 1) / pad * pad;
-    c->a = kern_alloc(6 * room * sizeof *c->a, 64);
-    for (size_t k = 0; k < 2; k++) {
-        c->q[k] = c->a + (1 + 2 * k) * room;
-        c->r[k] = c->a + (2 + 2 * k) * room;
-    }
-    c->width = c->a + 5 * room;
-    for (int i = 0; i < n; i++) {
-        const double psi = kern_between(r, 0, pi / 2 - 0.02);
-        const double width = kern_between(r, 1e-5, 0.0125);
-        const double at = kern_between(r, theta - height, theta + 2 * height);
-        const double tangent = tan(fmin(fmax(at, 1e-3), pi / 2 - 1e-3));
-        c->a[i] = i % 9 ? tangent * cos(psi + kern_between(r, 0, width))
-                        : kern_between(r, 1e-4, 2);
-        c->q[0][i] = cos(psi);
-        c->r[0][i] = sin(psi);
-        c->q[1][i] = cos(psi + width);
-        c->r[1][i] = sin(psi + width);
-        c->width[i] = width;
-    }
-}
-
-static size_t coverage(ibl_isa isa, test_random *r, int n, void *out)
-{
-    const double height = kern_between(r, 2e-4, 0.1);
-    const double theta = n % 7   ? kern_between(r, 0, pi / 2 - height)
-                         : n % 2 ? 0
-                                 : pi / 2 - height;
-    const ibl_coverage_row row = make_row(theta, height);
-    const size_t pad = IBL_COVERAGE_PAD;
-    double *share =
-        kern_alloc(((size_t)n + pad - 1) / pad * pad * sizeof *share, 64);
-    ibl_coverage_cuts cuts;
-    ibl_coverage_dsp dsp;
-    make_cuts(&cuts, r, n, theta, height);
-    ibl_coverage_dsp_init(&dsp, plain_or(isa));
-    dsp.share(&row, &cuts, n, share);
-    memcpy(out, share, (size_t)n * sizeof *share);
-    kern_free(share);
-    kern_free(cuts.a);
-    return 0;
+    return (ibl_coverage_row){cos(theta), cos(to), 1 / (cos(theta) - cos(to)),
+                              tan(theta), tan(to)};
 }
 
 static double cosine(double a, double psi)
@@ -600,33 +551,36 @@ static double true_share(const ibl_coverage_row *row, double a, double psi,
     return sum;
 }
 
+/* Strips where a border of the sphere's octant can be, most of them in the row.
+ * No closer to the pole than pixels are wide: these are no wider than texels.
+ */
+static void check_strip(test_random *r, int i, double theta, double height)
+{
+    const ibl_coverage_row row = make_row(theta, height);
+    const double psi = kern_between(r, 0, pi / 2 - 0.02);
+    const double width = kern_between(r, 1e-5, 0.0125), end = psi + width;
+    const double at = kern_between(r, theta - height, theta + 2 * height);
+    const double tangent = tan(fmin(fmax(at, 1e-3), pi / 2 - 1e-3));
+    const double a = i % 9 ? tangent * cos(psi + kern_between(r, 0, width))
+                           : kern_between(r, 1e-4, 2);
+    const ibl_border_point high = ibl_border_point_at(a, cos(psi), sin(psi));
+    const ibl_border_point low = ibl_border_point_at(a, cos(end), sin(end));
+    const double share = ibl_coverage_share(&row, a, &high, &low, width);
+    double bound;
+    const double want = true_share(&row, a, psi, width, &bound);
+    CHECK_MSG(fabs(share - want) <= bound,
+              "theta %g + %g, psi %g + %g, a %g: %.9g, not %.9g +- %g", theta,
+              height, psi, width, a, share, want, bound);
+}
+
 static void integral(void)
 {
-    enum {
-        COUNT = 64
-    };
     test_random r = {9};
-    ibl_coverage_dsp dsp;
-    double share[COUNT];
-    ibl_coverage_dsp_init(&dsp, IBL_ISA_C);
     for (int k = 0; k < 30; k++) {
         const double height = kern_between(&r, 2e-4, 0.02);
         const double theta = k % 10 ? kern_between(&r, 0, pi / 2 - height) : 0;
-        const ibl_coverage_row row = make_row(theta, height);
-        ibl_coverage_cuts c;
-        make_cuts(&c, &r, COUNT, theta, height);
-        dsp.share(&row, &c, COUNT, share);
-        for (int i = 0; i < COUNT; i++) {
-            const double psi = atan2(c.r[0][i], c.q[0][i]);
-            double bound;
-            const double want =
-                true_share(&row, c.a[i], psi, c.width[i], &bound);
-            CHECK_MSG(fabs(share[i] - want) <= bound,
-                      "theta %g + %g, psi %g + %g, a %g: %.9g, not %.9g +- %g",
-                      theta, height, psi, c.width[i], c.a[i], share[i], want,
-                      bound);
-        }
-        kern_free(c.a);
+        for (int i = 0; i < 64; i++)
+            check_strip(&r, i, theta, height);
     }
 }
 
@@ -673,7 +627,6 @@ static const kern_same kernels[] = {
     {"octants: blend", blend, 8 * IBL_OCTANT_RGB, 64, 40, 1, 0},
     {"octants: add", add, 8 * IBL_OCTANT_RGB, 64, 40, 1, 0},
     {"octants: write", write, 16 * IBL_OCTANTS, 4, 40, 1, 0},
-    {"coverage", coverage, 8, 8, 64, 1, 0},
     {"finish", finish, 12, 4, 40, 4, 0},
 };
 

@@ -85,6 +85,7 @@ static void take_spans(ibl_wedge_sink *sink)
                (size_t)sink->count * sizeof *sink->spans);
         kept->count += sink->count;
     }
+    sink->count = 0;
 }
 
 static void collect(const ibl_level0 *l, const struct work_row *r,
@@ -249,8 +250,7 @@ static bool init_adders(ibl_level0 *l)
         a->dsp = &l->set.dsp;
         a->pixels = ibl_alloc_zeroed((size_t)l->fine.columns / 8 + 2,
                                      IBL_OCTANT_RGB * sizeof *a->pixels);
-        if (!a->pixels ||
-            !ibl_wedge_sink_init(&a->sink, most, ibl_ctx_isa(l->ctx)))
+        if (!a->pixels || !ibl_wedge_sink_init(&a->sink, most))
             return false;
         a->sink.full = take_spans;
     }

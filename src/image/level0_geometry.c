@@ -32,7 +32,7 @@ static void strips_free(ibl_wedge_strips *s)
 /* Room for `most` strips, and for the first of each of so many columns. */
 static bool strips_alloc(ibl_wedge_strips *s, int most, int columns)
 {
-    const size_t n = (size_t)most + IBL_COVERAGE_PAD + 1;
+    const size_t n = (size_t)most + 1;
     s->cosine = ibl_alloc_zeroed(4 * n, sizeof *s->cosine);
     s->pixel = ibl_alloc_zeroed(3 * n + (size_t)columns, sizeof *s->pixel);
     if (!s->cosine || !s->pixel)
@@ -154,7 +154,8 @@ bool ibl_wedge_row_init(const ibl_wedge *w, int rows, int j, bool south,
         return false;
     if (to > IBL_PI / 2)
         to = IBL_PI / 2;
-    const ibl_coverage_row cut = {cos(from), cos(to), tan(from), tan(to)};
+    const ibl_coverage_row cut = {cos(from), cos(to), 1 / (cos(from) - cos(to)),
+                                  tan(from), tan(to)};
     const double top_cot = 1 / cut.top_tan, bottom_cot = 1 / cut.bottom_tan;
     const int first =
         line_at(w, cut.top_tan * sqrt(0.5), top_cot * sqrt(2), -MARGIN);
@@ -223,17 +224,6 @@ const ibl_wedge_strips *ibl_wedge_range(const ibl_wedge *w,
 
 /* ---- cutting ---------------------------------------------------------- */
 
-enum {
-    PIECE_SPANS = 64 /* more than a piece can have */
-};
-
-/* How a span's weight goes on from the area of its piece. */
-enum {
-    WHOLE, /* it is that */
-    CUT,   /* the part above the next border, less what is above already */
-    LAST   /* what is left */
-};
-
 /* The part of a strip between two angles, as their cosine and sine. */
 struct piece {
     double q[2], r[2];
@@ -255,36 +245,6 @@ struct cutter {
     int pixel, column;
 };
 
-/* Gives the spans their weights, drops those of other parts, and hands the
- * rest on. */
-static void settle(const struct cutter *c)
-{
-    ibl_wedge_sink *s = c->sink;
-    const double *share = s->share;
-    double above = 0;
-    int kept = 0;
-    if (s->cut_count)
-        s->dsp.share(&c->row->cut, &s->cuts, s->cut_count, s->share);
-    for (int i = 0; i < s->count; i++) {
-        ibl_octant_span span = s->spans[i];
-        if (s->kind[i] == CUT) {
-            const double next = *share > above ? *share : above;
-            span.weight *= next - above;
-            above = next;
-            share++;
-        } else if (s->kind[i] == LAST) {
-            span.weight *= 1 - above;
-            above = 0;
-        }
-        if (span.slot >= 0 && span.weight > 0)
-            s->spans[kept++] = span;
-    }
-    s->count = kept;
-    if (kept)
-        s->full(s);
-    s->count = s->cut_count = 0;
-}
-
 /* The slot of a texel, -1 if it is not of the part. */
 static int slot_of(const struct cutter *c, int line, int column)
 {
@@ -299,11 +259,14 @@ static int slot_of(const struct cutter *c, int line, int column)
     return line * (part->end_z - part->first_z) + column - part->first_z;
 }
 
-/* Adds a run of count pixels, fewer than 2^16. */
-static void add_span(ibl_wedge_sink *s, int kind, double weight, int slot,
-                     int pixel, int count)
+/* Adds a run of count pixels, fewer than 2^16, to a slot of the part. */
+static void add_span(ibl_wedge_sink *s, double weight, int slot, int pixel,
+                     int count)
 {
-    s->kind[s->count] = (unsigned char)kind;
+    if (slot < 0 || !(weight > 0))
+        return;
+    if (s->count == IBL_WEDGE_SPANS)
+        s->full(s);
     s->spans[s->count++] =
         (ibl_octant_span){weight, slot, (uint16_t)pixel, (uint16_t)count};
 }
@@ -327,30 +290,25 @@ static int add_whole(const struct cutter *c, const ibl_wedge_strips *s, int i,
     int next = i + 1;
     while (next < most && s->cosine[next + 1] >= q && s->sine[next + 1] <= r)
         next++;
-    if (c->sink->count == c->sink->capacity)
-        settle(c);
-    add_span(c->sink, WHOLE, s->width[i] * c->height, slot_of(c, line, column),
+    add_span(c->sink, s->width[i] * c->height, slot_of(c, line, column),
              c->pixel, next - i);
     return next;
 }
 
-/* A piece's border: of a line, or across it of a column, which rises. */
-static void add_cut(const struct cutter *c, const struct piece *e, double a,
-                    bool rises)
+/* The part of a piece above a border: of a line, or across it of a column,
+ * which rises. */
+static double piece_above(const struct cutter *c, const struct piece *e,
+                          double a, bool rises)
 {
-    ibl_wedge_sink *s = c->sink;
-    const ibl_coverage_cuts *k = &s->cuts;
-    const int i = s->cut_count++;
-    k->a[i] = a;
-    k->width[i] = e->width;
-    k->q[0][i] = rises ? e->r[1] : e->q[0];
-    k->r[0][i] = rises ? e->q[1] : e->r[0];
-    k->q[1][i] = rises ? e->r[0] : e->q[1];
-    k->r[1][i] = rises ? e->q[0] : e->r[1];
+    const double *q = rises ? e->r : e->q, *r = rises ? e->q : e->r;
+    const ibl_border_point high = ibl_border_point_at(a, q[rises], r[rises]);
+    const ibl_border_point low = ibl_border_point_at(a, q[!rises], r[!rises]);
+    return ibl_coverage_share(&c->row->cut, a, &high, &low, e->width);
 }
 
-/* Hands a piece out to the texels of a box, downwards. Borders of the box do
- * not cross within the piece, so their order is that in the middle. */
+/* Hands a piece out to the texels of a box, downwards: each gets what its lower
+ * border adds. Borders of the box do not cross within the piece, so their order
+ * is that in the middle. */
 static void share_out(const struct cutter *c, const struct box *b,
                       const struct piece *e)
 {
@@ -358,19 +316,22 @@ static void share_out(const struct cutter *c, const struct box *b,
     const double q = e->q[0] + e->q[1], r = e->r[0] + e->r[1];
     const double area = e->width * c->height;
     int line = b->line[0], column = b->column[0];
-    if (c->sink->count + PIECE_SPANS > c->sink->capacity)
-        settle(c);
-    for (;;) {
+    for (double above = 0;;) {
         const bool top = line < c->w->half, down = line < b->line[1];
         const bool across =
             top && column < b->column[1] &&
             (!down || border[column + 1] * q < border[line + 1] * r);
-        const int slot = slot_of(c, line, top ? column : c->column);
         const bool last = !across && !down;
-        add_span(c->sink, last ? LAST : CUT, area, slot, c->pixel, 1);
+        const double share =
+            last ? 1
+                 : piece_above(c, e, border[across ? column + 1 : line + 1],
+                               across);
+        const double next = share > above ? share : above;
+        add_span(c->sink, area * (next - above),
+                 slot_of(c, line, top ? column : c->column), c->pixel, 1);
         if (last)
             return;
-        add_cut(c, e, border[across ? column + 1 : line + 1], across);
+        above = next;
         line += !across;
         column += across;
     }
@@ -397,13 +358,6 @@ static bool first_crossing(const ibl_wedge *w, const struct box *b,
     return found;
 }
 
-/* Angle between the ends of a piece, not more than 0.02. */
-static double width_of(const struct piece *e)
-{
-    const double s = e->r[1] * e->q[0] - e->q[1] * e->r[0], s2 = s * s;
-    return s * (1 + s2 * (1.0 / 6 + s2 * (3.0 / 40)));
-}
-
 static void cut_strip(const struct cutter *c, const struct box *b,
                       struct piece rest)
 {
@@ -413,7 +367,7 @@ static void cut_strip(const struct cutter *c, const struct box *b,
         struct piece e = rest;
         e.q[1] = x * length;
         e.r[1] = z * length;
-        e.width = width_of(&e);
+        e.width = ibl_coverage_angle(e.q[0], e.r[0], e.q[1], e.r[1]);
         share_out(c, b, &e);
         rest.q[0] = e.q[1];
         rest.r[0] = e.r[1];
@@ -453,22 +407,21 @@ struct zone {
 static void find_zone(const struct cutter *c, const ibl_wedge_strips *s,
                       int end, double a, struct zone *z)
 {
-    ibl_wedge_sink *sink = c->sink;
-    const double high = a * c->row->top_cot, low = a * c->row->bottom_cot;
-    while (z->begin < end && s->cosine[z->begin + 1] >= high)
+    const double from = a * c->row->top_cot, to = a * c->row->bottom_cot;
+    while (z->begin < end && s->cosine[z->begin + 1] >= from)
         z->begin++;
     z->end = z->end > z->begin ? z->end : z->begin;
-    while (z->end < end && s->cosine[z->end] > low)
+    while (z->end < end && s->cosine[z->end] > to)
         z->end++;
-    const int first = z->begin, count = z->end - first;
-    for (int i = 0; i < count + IBL_COVERAGE_PAD; i++)
-        sink->border[i] = a;
-    const ibl_coverage_cuts cuts = {
-        .a = sink->border,
-        .q = {s->cosine + first, s->cosine + first + 1},
-        .r = {s->sine + first, s->sine + first + 1},
-        .width = s->width + first};
-    sink->dsp.share(&c->row->cut, &cuts, count, z->share);
+    ibl_border_point high =
+        ibl_border_point_at(a, s->cosine[z->begin], s->sine[z->begin]);
+    for (int i = z->begin; i < z->end; i++) {
+        const ibl_border_point low =
+            ibl_border_point_at(a, s->cosine[i + 1], s->sine[i + 1]);
+        z->share[i - z->begin] =
+            ibl_coverage_share(&c->row->cut, a, &high, &low, s->width[i]);
+        high = low;
+    }
 }
 
 /* The texels of a line, between two borders. slot: of column 0. */
@@ -476,20 +429,15 @@ static void side_line(const struct cutter *c, const ibl_wedge_strips *s,
                       int origin, int slot, const struct zone *lower,
                       const struct zone *upper)
 {
-    ibl_wedge_sink *sink = c->sink;
     for (int i = lower->begin, next; i < upper->end; i = next) {
         double share = i < lower->end ? lower->share[i - lower->begin] : 1;
         if (i >= upper->begin)
             share -= upper->share[i - upper->begin];
         next = i + 1;
-        if (!(share > 0))
-            continue;
         if (i >= lower->end && i < upper->begin)
             next = s->run[i] < upper->begin ? s->run[i] : upper->begin;
-        if (sink->count == sink->capacity)
-            settle(c);
-        add_span(sink, WHOLE, share * s->width[i] * c->height,
-                 slot + s->column[i], s->pixel[i] - origin, next - i);
+        add_span(c->sink, share * s->width[i] * c->height, slot + s->column[i],
+                 s->pixel[i] - origin, next - i);
     }
 }
 
@@ -506,8 +454,8 @@ static void cut_side(const struct cutter *c, const ibl_wedge_strips *s,
                              row->bottom_cot * s->secant[begin], MARGIN);
     const int first = line_at(w, row->cut.top_tan * s->cosine[end],
                               row->top_cot * s->secant[end], -MARGIN);
-    struct zone lower = {begin, begin, c->sink->zone[0]};
-    struct zone upper = {begin, begin, c->sink->zone[1]};
+    struct zone lower = {begin, begin, c->sink->zone};
+    struct zone upper = {begin, begin, c->sink->zone + w->cut.count};
     for (int line = last; line >= first; line--) {
         double *const room = lower.share;
         if (line > first)
@@ -561,43 +509,27 @@ void ibl_wedge_cut(const ibl_wedge *w, const ibl_wedge_row *row,
         cut_top(&c, row->side ? &w->cut : &w->plain, begin, end);
     else
         cut_side(&c, &w->cut, begin, end);
-    settle(&c);
+    if (sink->count)
+        sink->full(sink);
 }
 
 /* ---- sinks ------------------------------------------------------------ */
 
-bool ibl_wedge_sink_init(ibl_wedge_sink *s, const ibl_wedge *w, ibl_isa isa)
+bool ibl_wedge_sink_init(ibl_wedge_sink *s, const ibl_wedge *w)
 {
-    enum {
-        SPANS = 1024
-    };
-    /* Pads, and the alignment of what follows. */
-    const size_t strips = ((size_t)w->cut.count + 2 * IBL_COVERAGE_PAD) /
-                          IBL_COVERAGE_PAD * IBL_COVERAGE_PAD;
-    *s = (ibl_wedge_sink){.capacity = SPANS};
-    ibl_coverage_dsp_init(&s->dsp, isa);
-    s->spans = ibl_alloc_array(SPANS, sizeof *s->spans);
-    s->kind = ibl_alloc_array(SPANS, sizeof *s->kind);
-    s->share = ibl_alloc_zeroed(7 * SPANS + 3 * strips, sizeof *s->share);
-    if (!s->spans || !s->kind || !s->share) {
-        ibl_wedge_sink_free(s);
-        return false;
-    }
-    double *room = s->share + SPANS;
-    s->cuts = (ibl_coverage_cuts){room,
-                                  {room + SPANS, room + 2 * SPANS},
-                                  {room + 3 * SPANS, room + 4 * SPANS},
-                                  room + 5 * SPANS};
-    s->border = room + 6 * SPANS;
-    s->zone[0] = s->border + strips;
-    s->zone[1] = s->border + 2 * strips;
-    return true;
+    const size_t strips = (size_t)w->cut.count;
+    *s = (ibl_wedge_sink){0};
+    s->spans = ibl_alloc_array(IBL_WEDGE_SPANS, sizeof *s->spans);
+    s->zone = ibl_alloc_array(2 * strips, sizeof *s->zone);
+    if (s->spans && s->zone)
+        return true;
+    ibl_wedge_sink_free(s);
+    return false;
 }
 
 void ibl_wedge_sink_free(ibl_wedge_sink *s)
 {
     ibl_free(s->spans);
-    ibl_free(s->kind);
-    ibl_free(s->share);
+    ibl_free(s->zone);
     *s = (ibl_wedge_sink){0};
 }

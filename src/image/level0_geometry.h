@@ -25,8 +25,8 @@
 #include <stdbool.h>
 
 #include "ibl/ibl.h"
+#include "image/strip_coverage.h"
 #include "kern/octant_sums.h"
-#include "kern/strip_coverage.h"
 
 /* A row of the source between two borders and not across the equator. South of
  * it all is as in the north, counted from the nadir: rows that mirror each
@@ -93,23 +93,21 @@ const ibl_wedge_strips *ibl_wedge_range(const ibl_wedge *w,
                                         const ibl_wedge_part *part, int *begin,
                                         int *end);
 
+enum {
+    IBL_WEDGE_SPANS = 1024 /* that a sink collects */
+};
+
 /* Collects spans and hands them on, many at a time. full is the caller's to
- * set. */
+ * set: it takes the spans and sets count to 0. */
 typedef struct ibl_wedge_sink {
     ibl_octant_span *spans;
-    int count, capacity;
-    void (*full)(struct ibl_wedge_sink *sink); /* takes the spans */
-    /* work space */
-    ibl_coverage_dsp dsp;
-    unsigned char *kind;
-    ibl_coverage_cuts cuts;
-    int cut_count;
-    double *share;            /* owns the arrays of doubles */
-    double *border, *zone[2]; /* for every strip */
+    int count;
+    void (*full)(struct ibl_wedge_sink *sink);
+    double *zone; /* work space: two for every strip */
 } ibl_wedge_sink;
 
 /* For wedges with no more strips than w. False: no memory. */
-bool ibl_wedge_sink_init(ibl_wedge_sink *s, const ibl_wedge *w, ibl_isa isa);
+bool ibl_wedge_sink_init(ibl_wedge_sink *s, const ibl_wedge *w);
 void ibl_wedge_sink_free(ibl_wedge_sink *s);
 
 /* Cuts the strips; pixels are counted from that of strip begin. */
