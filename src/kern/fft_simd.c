@@ -7,6 +7,7 @@
  * the count of stages is odd.
  */
 #include "kern/fft.h"
+#define IBL_LANES_16
 #include "kern/lanes.h"
 
 typedef struct vc {

@@ -6,7 +6,6 @@
  */
 #include "kern/gather.h"
 
-#include <stdbool.h>
 #include <stddef.h>
 
 #include "kern/lanes.h"
@@ -80,24 +79,9 @@ static inline void make_taps(const points *p, const ibl_gather_level *level,
 
 /* Adds one sample's texels to the sums, of which there are two so that one
  * addition need not wait for the last. */
-#if VF == 16
+#if VF == 8
 static inline void add_taps(const taps *t, int i, const float *texels,
-                            size_t row, bool alternate, vf sums[2])
-{
-    const __m512i spread =
-        _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
-    const __m512i mine = _mm512_add_epi32(spread, _mm512_set1_epi32(i / 4 * 4));
-    const float *p = texels + (size_t)t->at[i];
-    const vf w = vf_load(t->weight + i % 4 * VF);
-    const vf texel =
-        _mm512_insertf32x8(_mm512_castps256_ps512(_mm256_loadu_ps(p)),
-                           _mm256_loadu_ps(p + row), 1);
-    vf *sum = sums + (alternate ? i % 2 : 0);
-    *sum = vf_fma(texel, _mm512_permutexvar_ps(mine, w), *sum);
-}
-#elif VF == 8
-static inline void add_taps(const taps *t, int i, const float *texels,
-                            size_t row, bool alternate, vf sums[2])
+                            size_t row, vf sums[2])
 {
     const __m256i part = _mm256_set1_epi32(i / 4 * 4);
     const __m256i upper =
@@ -106,18 +90,16 @@ static inline void add_taps(const taps *t, int i, const float *texels,
         _mm256_add_epi32(part, _mm256_setr_epi32(2, 2, 2, 2, 3, 3, 3, 3));
     const float *p = texels + (size_t)t->at[i];
     const vf w = vf_load(t->weight + i % 4 * VF);
-    (void)alternate;
     sums[0] = vf_fma(vf_load(p), _mm256_permutevar8x32_ps(w, upper), sums[0]);
     sums[1] =
         vf_fma(vf_load(p + row), _mm256_permutevar8x32_ps(w, lower), sums[1]);
 }
 #else
 static inline void add_taps(const taps *t, int i, const float *texels,
-                            size_t row, bool alternate, vf sums[2])
+                            size_t row, vf sums[2])
 {
     const float *p = texels + (size_t)t->at[i];
     const float *w = t->weight + VF * i;
-    (void)alternate;
     sums[0] += vf_load(p) * vf_all(w[0]) + vf_load(p + 4) * vf_all(w[1]);
     p += row;
     sums[1] += vf_load(p) * vf_all(w[2]) + vf_load(p + 4) * vf_all(w[3]);
@@ -129,12 +111,12 @@ static inline void add_batch(const taps *t, int count,
 {
     const size_t row = 4 * ((size_t)level->edge + 2);
     if (count >= VF) {
-#pragma GCC unroll 16
+#pragma GCC unroll 8
         for (int i = 0; i < VF; i++)
-            add_taps(t, i, level->texels, row, true, sums);
+            add_taps(t, i, level->texels, row, sums);
     } else {
         for (int i = 0; i < count; i++)
-            add_taps(t, i, level->texels, row, false, sums);
+            add_taps(t, i, level->texels, row, sums);
     }
 }
 

@@ -71,11 +71,7 @@ static void unzip(const unsigned char *even, const unsigned char *odd,
 /* VF halves. */
 static vf widen(const unsigned char *src)
 {
-#if VF == 16
-    return _mm512_cvtph_ps(_mm256_loadu_si256((const __m256i *)src));
-#else
     return _mm256_cvtph_ps(_mm_loadu_si128((const __m128i *)src));
-#endif
 }
 
 static void to_rgb(const unsigned char *const plane[3], int count, float *dst)

@@ -11,16 +11,7 @@ enum {
 };
 
 /* The weights of samples VF/4 k and on, each four times. */
-#if VF == 16
-static inline vf spread(const float *w, int k)
-{
-    const __m512i which = _mm512_add_epi32(
-        _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3),
-        _mm512_set1_epi32(4 * k));
-    return _mm512_permutexvar_ps(which,
-                                 _mm512_castps256_ps512(_mm256_loadu_ps(w)));
-}
-#elif VF == 8
+#if VF == 8
 static inline vf spread(const float *w, int k)
 {
     const __m256i which = _mm256_add_epi32(

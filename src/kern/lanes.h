@@ -2,6 +2,9 @@
 /*
  * Vectors as wide as the file that includes this is compiled for. A kernel
  * whose versions differ only in width is written once with them: see isa.h.
+ * With AVX-512 they have 8 floats, as loads from anywhere and shuffles gain
+ * nothing from 16; a file whose time is arithmetic on aligned data defines
+ * IBL_LANES_16 first.
  *
  * Arithmetic, comparisons and masks are written with operators, of gcc and
  * clang; a fused multiply-add is asked for by name, vf_fma(a, b, c) = a b + c,
@@ -14,7 +17,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#if defined(__AVX512F__)
+#if defined(__AVX512F__) && defined(IBL_LANES_16)
 #define VF 16 /* floats in a vf */
 #define MM(operation) _mm512_##operation
 typedef __m512 vf;
@@ -127,11 +130,7 @@ static inline vi vi_max(vi a, vi b)
 }
 #endif
 
-/*
- * VD floats from p, widened. Of quads, a vector's quarters of four floats: the
- * same one VF / 4 times, those at p[0], p[1], ..., quad k of a vector, and the
- * sum of all. Whether any lane of a mask is set.
- */
+/* VD floats from p, widened, and the way back. */
 #if VF == 16
 static inline vd vd_load_floats(const float *p)
 {
@@ -141,40 +140,6 @@ static inline vd vd_load_floats(const float *p)
 static inline void vd_store_floats(float *p, vd v)
 {
     _mm256_storeu_ps(p, _mm512_cvtpd_ps(v));
-}
-
-static inline vf vf_all_quads(__m128 quad)
-{
-    return _mm512_broadcast_f32x4(quad);
-}
-
-static inline vf vf_load_quads(const float *const p[4])
-{
-    const __m512 a = _mm512_castps128_ps512(_mm_loadu_ps(p[0]));
-    const __m512 b = _mm512_insertf32x4(a, _mm_loadu_ps(p[1]), 1);
-    const __m512 c = _mm512_insertf32x4(b, _mm_loadu_ps(p[2]), 2);
-    return _mm512_insertf32x4(c, _mm_loadu_ps(p[3]), 3);
-}
-
-static inline __m128 vf_quad(vf v, size_t k)
-{
-    return k == 0   ? _mm512_castps512_ps128(v)
-           : k == 1 ? _mm512_extractf32x4_ps(v, 1)
-           : k == 2 ? _mm512_extractf32x4_ps(v, 2)
-                    : _mm512_extractf32x4_ps(v, 3);
-}
-
-static inline bool vi_any(vi mask)
-{
-    return _mm512_movepi32_mask((__m512i)mask) != 0;
-}
-
-static inline __m128 vf_fold(vf v)
-{
-    const __m256 half =
-        _mm256_add_ps(_mm512_castps512_ps256(v), _mm512_extractf32x8_ps(v, 1));
-    return _mm_add_ps(_mm256_castps256_ps128(half),
-                      _mm256_extractf128_ps(half, 1));
 }
 #elif VF == 8
 static inline vd vd_load_floats(const float *p)
@@ -186,13 +151,30 @@ static inline void vd_store_floats(float *p, vd v)
 {
     _mm_storeu_ps(p, _mm256_cvtpd_ps(v));
 }
+#else
+static inline vd vd_load_floats(const float *p)
+{
+    return _mm_cvtps_pd(_mm_castsi128_ps(_mm_loadl_epi64((const __m128i *)p)));
+}
 
+static inline void vd_store_floats(float *p, vd v)
+{
+    _mm_storel_pi((__m64 *)p, _mm_cvtpd_ps(v));
+}
+#endif
+
+/*
+ * Of quads, a vector's halves or all of it, four floats: the same one for each,
+ * those at p[0] and p[1], quad k of a vector, and the sum of all. Whether any
+ * lane of a mask is set.
+ */
+#if VF == 8
 static inline vf vf_all_quads(__m128 quad)
 {
     return _mm256_set_m128(quad, quad);
 }
 
-static inline vf vf_load_quads(const float *const p[4])
+static inline vf vf_load_quads(const float *const p[VF / 4])
 {
     const __m256 a = _mm256_castps128_ps256(_mm_loadu_ps(p[0]));
     return _mm256_insertf128_ps(a, _mm_loadu_ps(p[1]), 1);
@@ -212,23 +194,13 @@ static inline __m128 vf_fold(vf v)
 {
     return _mm_add_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
 }
-#else
-static inline vd vd_load_floats(const float *p)
-{
-    return _mm_cvtps_pd(_mm_castsi128_ps(_mm_loadl_epi64((const __m128i *)p)));
-}
-
-static inline void vd_store_floats(float *p, vd v)
-{
-    _mm_storel_pi((__m64 *)p, _mm_cvtpd_ps(v));
-}
-
+#elif VF == 4
 static inline vf vf_all_quads(__m128 quad)
 {
     return quad;
 }
 
-static inline vf vf_load_quads(const float *const p[4])
+static inline vf vf_load_quads(const float *const p[VF / 4])
 {
     return _mm_loadu_ps(p[0]);
 }
@@ -262,35 +234,7 @@ static inline void vf_transpose(vf v[4])
 }
 
 /* VF R, G and B each to floats R G B R G B ... */
-#if VF == 16
-/* Sixteen R, G, B each to 48 floats: R and G by one permutation (G is 16 and
- * up), then B put in between. */
-static inline void vf_store_rgb(float *dst, vf r, vf g, vf b)
-{
-    const __m512i rg0 =
-        _mm512_setr_epi32(0, 16, 0, 1, 17, 0, 2, 18, 0, 3, 19, 0, 4, 20, 0, 5);
-    const __m512i rg1 = _mm512_setr_epi32(21, 0, 6, 22, 0, 7, 23, 0, 8, 24, 0,
-                                          9, 25, 0, 10, 26);
-    const __m512i rg2 = _mm512_setr_epi32(0, 11, 27, 0, 12, 28, 0, 13, 29, 0,
-                                          14, 30, 0, 15, 31, 0);
-    const __m512i b0 =
-        _mm512_setr_epi32(0, 0, 0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0, 4, 0);
-    const __m512i b1 =
-        _mm512_setr_epi32(0, 5, 0, 0, 6, 0, 0, 7, 0, 0, 8, 0, 0, 9, 0, 0);
-    const __m512i b2 =
-        _mm512_setr_epi32(10, 0, 0, 11, 0, 0, 12, 0, 0, 13, 0, 0, 14, 0, 0, 15);
-
-    _mm512_storeu_ps(
-        dst, _mm512_mask_permutexvar_ps(_mm512_permutex2var_ps(r, rg0, g),
-                                        0x4924, b0, b));
-    _mm512_storeu_ps(
-        dst + 16, _mm512_mask_permutexvar_ps(_mm512_permutex2var_ps(r, rg1, g),
-                                             0x2492, b1, b));
-    _mm512_storeu_ps(
-        dst + 32, _mm512_mask_permutexvar_ps(_mm512_permutex2var_ps(r, rg2, g),
-                                             0x9249, b2, b));
-}
-#elif VF == 8
+#if VF == 8
 /* Eight R, G, B each to 24 floats: every lane of each is put where it goes,
  * then blended. */
 static inline void vf_store_rgb(float *dst, vf r, vf g, vf b)
@@ -309,7 +253,7 @@ static inline void vf_store_rgb(float *dst, vf r, vf g, vf b)
     _mm256_storeu_ps(dst + 16,
                      _mm256_blend_ps(_mm256_blend_ps(r, g, 0x49), b, 0x92));
 }
-#else
+#elif VF == 4
 /* Four R, G, B each to twelve floats R G B R G B ... */
 static inline void vf_store_rgb(float *dst, vf r, vf g, vf b)
 {

@@ -24,6 +24,7 @@
 #include <math.h>
 #include <string.h>
 
+#define IBL_LANES_16
 #include "kern/lanes.h"
 #include "kern/legendre.h"
 

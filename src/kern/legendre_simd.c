@@ -8,8 +8,6 @@
  */
 #include <string.h>
 
-#include "kern/lanes.h"
-#include "kern/legendre.h"
 #include "kern/legendre_lanes.h"
 
 enum {

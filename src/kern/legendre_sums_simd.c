@@ -2,6 +2,7 @@
 /* kern/legendre_sums.c in vectors: four of points stay in registers while l
  * runs, and add to one of sums for each l, whose lanes are added up at the end.
  */
+#define IBL_LANES_16
 #include "kern/lanes.h"
 #include "kern/legendre_sums.h"
 

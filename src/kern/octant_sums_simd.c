@@ -8,9 +8,7 @@
 /* The RGB at p, and nothing beyond it, with a zero or other. */
 static inline __m128 load_rgb(const float *p)
 {
-#if VD == 8
-    return _mm_maskz_loadu_ps(7, p);
-#elif VD == 4
+#if VD == 4
     return _mm_maskload_ps(p, _mm_setr_epi32(-1, -1, -1, 0));
 #else
     const __m128 rg = _mm_loadl_pi(_mm_setzero_ps(), (const __m64 *)p);
@@ -32,7 +30,7 @@ static inline void collect_four(const float *row, const int *offset,
 
 static inline void store_four(double *out, __m128 x)
 {
-#if VD >= 4
+#if VD == 4
     _mm256_store_pd(out, _mm256_cvtps_pd(x));
 #else
     _mm_store_pd(out, _mm_cvtps_pd(x));
@@ -58,7 +56,7 @@ static void collect(const float *row, const int *offset, int count,
 
 /* The RGB of a pixel and something, times a weight. */
 typedef struct weighed {
-#if VD >= 4
+#if VD == 4
     __m256d rgb;
 #else
     __m128d rg, b;
@@ -68,7 +66,7 @@ typedef struct weighed {
 static inline weighed weigh(const float *p, double weight)
 {
     const __m128 rgb = load_rgb(p);
-#if VD >= 4
+#if VD == 4
     return (weighed){_mm256_set1_pd(weight) * _mm256_cvtps_pd(rgb)};
 #else
     const __m128d w = _mm_set1_pd(weight);
@@ -79,7 +77,7 @@ static inline weighed weigh(const float *p, double weight)
 
 static inline weighed sum_of(weighed a, weighed b)
 {
-#if VD >= 4
+#if VD == 4
     return (weighed){a.rgb + b.rgb};
 #else
     return (weighed){a.rg + b.rg, a.b + b.b};
@@ -88,7 +86,7 @@ static inline weighed sum_of(weighed a, weighed b)
 
 static inline void store_lane(double *pixel, weighed x)
 {
-#if VD >= 4
+#if VD == 4
     const __m128d rg = _mm256_castpd256_pd128(x.rgb);
     const __m128d b = _mm256_extractf128_pd(x.rgb, 1);
 #else
@@ -125,7 +123,7 @@ static void blend(const ibl_octant_blend *row, const int *column, int count,
 /* Vectors of a pixel that are summed at a time: as many chains of sums as
  * registers hold. */
 enum {
-    CHAINS = VD == 8 ? 3 : 6,
+    CHAINS = 6,
     OF_A_PIXEL = IBL_OCTANT_RGB / VD
 };
 
@@ -163,7 +161,7 @@ static void add_spans(const ibl_octant_span *spans, int count,
 /* Four lanes times scale. */
 static inline __m128 four_floats(const double *p, double scale)
 {
-#if VD >= 4
+#if VD == 4
     return _mm256_cvtpd_ps(_mm256_load_pd(p) * _mm256_set1_pd(scale));
 #else
     const vd s = vd_all(scale);

@@ -18,13 +18,7 @@ static inline vf clamp(vf v, vi *beyond)
     return (vf)((vi)vf_min(size, limit) | (bits & sign_bit));
 }
 
-#if VF == 16
-static inline void store_halves(unsigned char *out, vf v)
-{
-    _mm256_storeu_si256((__m256i *)(void *)out,
-                        _mm512_cvtps_ph(v, _MM_FROUND_TO_NEAREST_INT));
-}
-#elif VF == 8
+#if VF == 8
 static inline void store_halves(unsigned char *out, vf v)
 {
     _mm_storeu_si128((__m128i *)(void *)out,
@@ -49,7 +43,7 @@ static inline void store_halves(unsigned char *out, vf v)
 /* VF / 4 texels of R, G, B, and an alpha of 1. Reads a float beyond them. */
 static inline vf load_rgba(const float *src)
 {
-    const float *const at[] = {src, src + 3, src + 6, src + 9};
+    const float *const at[] = {src, src + 3};
     const vi alpha = vf_all_quads(_mm_setr_ps(0, 0, 0, 1)) != vf_all(0);
     return vf_either(alpha, vf_all(1), vf_load_quads(at));
 }

@@ -9,8 +9,8 @@
 static inline void add_rgb(float *rgba, vf r, vf g, vf b)
 {
     vf t[4] = {r, g, b, vf_all(0)};
-    vf_transpose(t); /* texels 0 4 8 12, 1 5 9 13, ... */
-#pragma GCC unroll 16
+    vf_transpose(t); /* texels 0 4, 1 5, ... */
+#pragma GCC unroll 8
     for (size_t i = 0; i < VF; i++) {
         float *to = rgba + 4 * i;
         _mm_storeu_ps(to, _mm_loadu_ps(to) + vf_quad(t[i % 4], i / 4));
@@ -71,7 +71,7 @@ static inline vf tabulated(const ibl_radial *lobe, vf q)
     vf c[4];
 #pragma GCC unroll 4
     for (int i = 0; i < 4; i++) {
-        const float *from[4];
+        const float *from[VF / 4];
 #pragma GCC unroll 4
         for (int k = 0; k < VF / 4; k++)
             from[k] = lobe->coef + piece[4 * k + i];

@@ -6,7 +6,7 @@
 #include "kern/lanes.h"
 
 enum {
-    BLOCK = VF == 16 ? 64 : 32 /* bytes that are expanded at once */
+    BLOCK = 32 /* bytes that are expanded at once */
 };
 
 /* A vector of bytes anywhere. */
@@ -43,12 +43,7 @@ static const unsigned char *expand(const unsigned char *src, int count,
 }
 
 /* VF bytes. */
-#if VF == 16
-static vi widen(const unsigned char *src)
-{
-    return (vi)_mm512_cvtepu8_epi32(_mm_loadu_si128((const __m128i *)src));
-}
-#elif VF == 8
+#if VF == 8
 static vi widen(const unsigned char *src)
 {
     return (vi)_mm256_cvtepu8_epi32(_mm_loadl_epi64((const __m128i *)src));

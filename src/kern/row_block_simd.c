@@ -13,43 +13,27 @@
 /* Four floats of every fourth row, from rows[0] on. */
 static inline vf quads(const float *const *rows, size_t at)
 {
-    const float *p[4];
+    const float *p[VF / 4];
 #pragma GCC unroll 4
     for (size_t k = 0; k < VF / 4; k++)
         p[k] = rows[4 * k] + at;
     return vf_load_quads(p);
 }
 
-/*
- * Floats at .. at + 4 GROUPS - 1 of VF rows, into as many vectors of lanes.
- * Rows that are a power of two apart share a few sets of the cache, so what a
- * line holds of a row is taken at once: 16 floats, where registers allow.
- */
-#define GROUPS (VF == 16 ? 4 : 1)
-static inline void take(const float *const *rows, size_t at, vf *v)
-{
-#pragma GCC unroll 4
-    for (size_t k = 0; k < 4; k++)
-#pragma GCC unroll 4
-        for (size_t g = 0; g < GROUPS; g++)
-            v[4 * g + k] = quads(rows + k, at + 4 * g);
-#pragma GCC unroll 4
-    for (size_t g = 0; g < GROUPS; g++)
-        vf_transpose(v + 4 * g);
-}
-
-/* 4 GROUPS pixels of VF rows, in three takes. */
-static inline void load_some(const float *const *rows, size_t i,
+/* Four pixels of VF rows, four floats of each at a time. */
+static inline void load_four(const float *const *rows, size_t i,
                              const ibl_row_block_change *change, float *to,
                              size_t channel)
 {
 #pragma GCC unroll 3
-    for (size_t part = 0; part < 3; part++) {
-        const size_t at = part * 4 * GROUPS;
-        vf v[4 * GROUPS];
-        take(rows, 3 * i + at, v);
-#pragma GCC unroll 16
-        for (size_t k = 0; k < 4 * GROUPS; k++) {
+    for (size_t at = 0; at < 12; at += 4) {
+        vf v[4];
+#pragma GCC unroll 4
+        for (size_t k = 0; k < 4; k++)
+            v[k] = quads(rows + k, 3 * i + at);
+        vf_transpose(v);
+#pragma GCC unroll 4
+        for (size_t k = 0; k < 4; k++) {
             const size_t c = (at + k) % 3, pixel = (at + k) / 3;
             vf_store(to + c * channel + pixel * IBL_ROW_BLOCK_LANES,
                      (v[k] - vf_all(change->subtract[c])) *
@@ -63,10 +47,10 @@ static void load(const float *const rows[IBL_ROW_BLOCK_LANES], int count,
                  size_t channel)
 {
     const float *ends[IBL_ROW_BLOCK_LANES];
-    const int whole = count - count % (4 * GROUPS);
+    const int whole = count - count % 4;
     for (size_t l = 0; l < IBL_ROW_BLOCK_LANES; l += VF)
-        for (size_t i = 0; i < (size_t)whole; i += 4 * GROUPS)
-            load_some(rows + l, i, change, lanes + i * IBL_ROW_BLOCK_LANES + l,
+        for (size_t i = 0; i < (size_t)whole; i += 4)
+            load_four(rows + l, i, change, lanes + i * IBL_ROW_BLOCK_LANES + l,
                       channel);
     for (int r = 0; r < IBL_ROW_BLOCK_LANES; r++)
         ends[r] = rows[r] + 3 * (size_t)whole;
@@ -74,73 +58,29 @@ static void load(const float *const rows[IBL_ROW_BLOCK_LANES], int count,
                          lanes + (size_t)whole * IBL_ROW_BLOCK_LANES, channel);
 }
 
-/*
- * TEXELS texels of AT_ONCE rows, which are half of them at most: rows that
- * are a power of two apart share a few sets of the cache, and the sets do not
- * hold a line of each of sixteen.
- */
-#if VF == 16
-#define TEXELS 4
-#define AT_ONCE 8
-
-/* One channel of two texels of eight rows. */
-static inline vf two_texels(const float *from)
-{
-    const __m512 a = _mm512_castps256_ps512(_mm256_loadu_ps(from));
-    return _mm512_insertf32x8(a, _mm256_loadu_ps(from + IBL_ROW_BLOCK_LANES),
-                              1);
-}
-
-static inline void store_some(const float *from, size_t channel, size_t i,
-                              float *const *rows)
-{
-    vf v[2][4];
-#pragma GCC unroll 2
-    for (size_t k = 0; k < 2; k++) {
-        const float *at = from + 2 * k * IBL_ROW_BLOCK_LANES;
-        v[k][0] = two_texels(at);
-        v[k][1] = two_texels(at + channel);
-        v[k][2] = two_texels(at + 2 * channel);
-        v[k][3] = vf_all(0);
-        vf_transpose(v[k]);
-    }
-    /* In v[k][j]: rows j and j + 4 of one texel, then of the next. */
-#pragma GCC unroll 4
-    for (size_t j = 0; j < 4; j++) {
-        vf_store(rows[j] + 4 * i, _mm512_shuffle_f32x4(v[0][j], v[1][j], 0x88));
-        vf_store(rows[j + 4] + 4 * i,
-                 _mm512_shuffle_f32x4(v[0][j], v[1][j], 0xDD));
-    }
-}
-#else
-#define TEXELS 1
-#define AT_ONCE VF
-
-static inline void store_some(const float *from, size_t channel, size_t i,
-                              float *const *rows)
+/* Texel i of VF rows. */
+static inline void store_texel(const float *from, size_t channel, size_t i,
+                               float *const *rows)
 {
     vf v[4] = {vf_load(from), vf_load(from + channel),
                vf_load(from + 2 * channel), vf_all(0)};
     vf_transpose(v);
 #pragma GCC unroll 8
-    for (size_t r = 0; r < AT_ONCE; r++)
+    for (size_t r = 0; r < VF; r++)
         _mm_storeu_ps(rows[r] + 4 * i, vf_quad(v[r % 4], r / 4));
 }
-#endif
 
 static void store(const float *lanes, size_t channel, int count,
                   float *const rows[IBL_ROW_BLOCK_LANES], int used)
 {
-    float *ends[IBL_ROW_BLOCK_LANES];
-    const int whole = used < IBL_ROW_BLOCK_LANES ? 0 : count - count % TEXELS;
-    for (size_t l = 0; l < IBL_ROW_BLOCK_LANES; l += AT_ONCE)
-        for (size_t i = 0; i < (size_t)whole; i += TEXELS)
-            store_some(lanes + i * IBL_ROW_BLOCK_LANES + l, channel, i,
-                       rows + l);
-    for (int r = 0; r < used; r++)
-        ends[r] = rows[r] + 4 * (size_t)whole;
-    ibl_row_block_store_c(lanes + (size_t)whole * IBL_ROW_BLOCK_LANES, channel,
-                          count - whole, ends, used);
+    if (used < IBL_ROW_BLOCK_LANES) {
+        ibl_row_block_store_c(lanes, channel, count, rows, used);
+        return;
+    }
+    for (size_t l = 0; l < IBL_ROW_BLOCK_LANES; l += VF)
+        for (size_t i = 0; i < (size_t)count; i++)
+            store_texel(lanes + i * IBL_ROW_BLOCK_LANES + l, channel, i,
+                        rows + l);
 }
 
 /* The samples under way are in registers, the oldest first. */
