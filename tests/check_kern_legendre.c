@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Legendre sums of one order, of every instruction set: the values of P_lm
- * themselves and sums with them, against long double. A ring that is 1 and all
- * else 0 makes the analysis give P_lm in double.
+ * themselves and sums with them, against long double. Rows that step from 0 to
+ * 1 at an edge make the analysis give sin^2 P_lm in double.
  */
 #include <float.h>
 #include <math.h>
@@ -18,11 +18,19 @@ enum {
 
 static const long double pi = 3.141592653589793238462643383279502884L;
 
-static void true_legendre(int rings, int j, int m, int degree, long double *p)
+/* Sine of a ring's angle from the pole. */
+static long double sine_of(ibl_ring_kind kind, int rings, int j)
 {
-    const long double half = pi / 2 / rings;
-    truth_legendre(sinl(half * (rings - 1 - 2 * j)), sinl(half * (2 * j + 1)),
-                   m, degree, p);
+    const int edges = kind == IBL_RINGS_EDGES;
+    return sinl(pi / 2 / (rings + edges) * (2 * j + 1 + edges));
+}
+
+static void true_legendre(ibl_ring_kind kind, int rings, int j, int m,
+                          int degree, long double *p)
+{
+    const int rows = rings + (kind == IBL_RINGS_EDGES);
+    truth_legendre(sinl(pi / 2 / rows * (rings - 1 - 2 * j)),
+                   sine_of(kind, rings, j), m, degree, p);
 }
 
 /* ---- fixture ------------------------------------------------------------ */
@@ -32,18 +40,21 @@ typedef struct fixture {
     ibl_legendre_rings rings;
     ibl_legendre_order order;
     size_t stride, terms;
-    float *f; /* PARTS x stride: 0, and NaN beyond the rings */
+    ibl_ring_kind kind;
+    int rows; /* rings or, of edges, what is between them */
+    float *f; /* PARTS x stride: 0, and NaN beyond the rows */
     double *a;
     long double *p; /* terms */
 } fixture;
 
-/* weight: of rings, NULL: all 1. */
-static void make(fixture *x, ibl_isa isa, int rings, int degree, int m,
-                 const double *weight)
+static void make(fixture *x, ibl_isa isa, ibl_ring_kind kind, int rings,
+                 int degree, int m)
 {
     const size_t scratch = ibl_legendre_scratch(degree);
     *x = (fixture){.stride = ((size_t)rings + 15) / 16 * 16 + 16,
-                   .terms = (size_t)(degree - m) + 1};
+                   .terms = (size_t)(degree - m) + 1,
+                   .kind = kind,
+                   .rows = rings + (kind == IBL_RINGS_EDGES)};
     ibl_legendre_dsp_init(&x->dsp, isa);
     x->f = kern_alloc(PARTS * x->stride * sizeof *x->f, 64);
     x->a = kern_alloc(PARTS * x->terms * sizeof *x->a, 8);
@@ -54,9 +65,8 @@ static void make(fixture *x, ibl_isa isa, int rings, int degree, int m,
     for (size_t i = 0; i < scratch; i++)
         x->order.scratch[i] = NAN;
     for (size_t i = 0; i < PARTS * x->stride; i++)
-        x->f[i] = i % x->stride < (size_t)rings ? 0 : NAN;
-    if (!ibl_legendre_rings_init(&x->rings, IBL_RINGS_CENTRES, rings, degree,
-                                 weight))
+        x->f[i] = i % x->stride < (size_t)x->rows ? 0 : NAN;
+    if (!ibl_legendre_rings_init(&x->rings, kind, rings, degree))
         exit(1);
 }
 
@@ -69,8 +79,8 @@ static void drop(fixture *x)
 {
     int written = 0;
     for (size_t i = 0; i < PARTS * x->stride; i++)
-        written += i % x->stride >= (size_t)x->rings.count && !isnan(x->f[i]);
-    CHECK_MSG(!written, "%d written beyond the rings", written);
+        written += i % x->stride >= (size_t)x->rows && !isnan(x->f[i]);
+    CHECK_MSG(!written, "%d written beyond the rows", written);
     ibl_legendre_rings_free(&x->rings);
     kern_free(x->order.scratch);
     kern_free(x->f);
@@ -85,9 +95,10 @@ static void drop(fixture *x)
  * cos theta moves theta by eps / sin theta and P_lm by l times that; near a
  * pole, where P_lm is even or odd in theta, by no more than l^2 eps.
  */
-static double value_bound(int rings, int ring, int l)
+static double value_bound(const fixture *x, int ring, int l)
 {
-    const double s = sin((double)pi * (ring + 0.5) / rings), n = l + 1.0;
+    const double s = (double)sine_of(x->kind, x->rings.count, ring);
+    const double n = l + 1.0;
     return DBL_EPSILON * n * sqrt(n) * fmin(n, 2.0 / s) + IBL_LEGENDRE_NOTHING;
 }
 
@@ -96,17 +107,20 @@ static void check_values(ibl_isa isa, int rings, const int ring[PARTS], int m,
                          int degree)
 {
     fixture x;
-    make(&x, isa, rings, degree, m, NULL);
+    make(&x, isa, IBL_RINGS_EDGES, rings, degree, m);
     for (int part = 0; part < PARTS; part++)
-        *ring_of(&x, part, ring[part]) = 1;
+        for (int j = ring[part] + 1; j < x.rows; j++)
+            *ring_of(&x, part, j) = 1;
     x.dsp.analyse(&x.order, x.f, x.stride, x.a);
     for (int part = 0; part < PARTS; part++) {
+        const long double s = sine_of(x.kind, rings, ring[part]),
+                          square = s * s;
         double worst = 0;
-        true_legendre(rings, ring[part], m, degree, x.p);
+        true_legendre(x.kind, rings, ring[part], m, degree, x.p);
         for (int l = m; l <= degree; l++) {
             const double got = x.a[PARTS * (l - m) + part];
-            const double error = (double)fabsl(got - x.p[l - m]);
-            const double e = error / value_bound(rings, ring[part], l);
+            const double error = (double)fabsl(got / square - x.p[l - m]);
+            const double e = error / value_bound(&x, ring[part], l);
             worst = e > worst || isnan(e) ? e : worst;
         }
         CHECK_MSG(worst <= 1, "%s: P_lm, m %d, on ring %d of %d: %.2g of bound",
@@ -171,43 +185,42 @@ static const int shapes[][3] = {
 };
 enum {
     SHAPES = sizeof shapes / sizeof shapes[0],
-    MAX_RINGS = 1100,
     MAX_DEGREE = 300
 };
 
 /* a_lm by the direct sum in long double, and what its error may be. */
-static void true_analysis(const fixture *x, const double *weight, int part,
-                          long double *sum, double *bound)
+static void true_analysis(const fixture *x, int part, long double *sum,
+                          double *bound)
 {
     const int rings = x->rings.count, m = x->order.m;
     for (size_t l = 0; l < x->terms; l++)
         sum[l] = bound[l] = 0;
     for (int j = 0; j < rings; j++) {
-        const long double f = weight[j] * (long double)*ring_of(x, part, j);
-        true_legendre(rings, j, m, x->order.degree, x->p);
+        const float *row = ring_of(x, part, j);
+        const long double s = sine_of(x->kind, rings, j);
+        const long double f = s * s * ((long double)row[1] - row[0]);
+        true_legendre(x->kind, rings, j, m, x->order.degree, x->p);
         for (size_t l = 0; l < x->terms; l++) {
             sum[l] += f * x->p[l];
-            bound[l] += (double)fabsl(f) * value_bound(rings, j, m + (int)l);
+            bound[l] += (double)fabsl(f) * value_bound(x, j, m + (int)l);
         }
     }
 }
 
 static void analysis_of(ibl_isa isa)
 {
-    static double weight[MAX_RINGS], bound[MAX_DEGREE + 1];
+    static double bound[MAX_DEGREE + 1];
     static long double sum[MAX_DEGREE + 1];
     test_random r = {5};
     for (int i = 0; i < SHAPES; i++) {
         const int rings = shapes[i][0], degree = shapes[i][1], m = shapes[i][2];
         fixture x;
-        for (int j = 0; j < rings; j++)
-            weight[j] = test_random_unit(&r);
-        make(&x, isa, rings, degree, m, weight);
-        for (int k = 0; k < PARTS * rings; k++)
+        make(&x, isa, IBL_RINGS_EDGES, rings, degree, m);
+        for (int k = 0; k < PARTS * x.rows; k++)
             *ring_of(&x, k % PARTS, k / PARTS) = (float)hostile(&r);
         x.dsp.analyse(&x.order, x.f, x.stride, x.a);
         for (int part = 0; part < PARTS; part++) {
-            true_analysis(&x, weight, part, sum, bound);
+            true_analysis(&x, part, sum, bound);
             for (int l = 0; l <= degree - m; l++) {
                 const double got = x.a[PARTS * l + part];
                 CHECK_MSG(fabs(got - (double)sum[l]) <= bound[l],
@@ -233,7 +246,7 @@ static double true_synthesis(const fixture *x, const double *factor, int j,
     for (size_t l = 0; l < x->terms; l++) {
         const double c = factor[(size_t)m + l] * x->a[PARTS * l + (size_t)part];
         sum += c * x->p[l];
-        *bound += fabs(c) * value_bound(x->rings.count, j, m + (int)l);
+        *bound += fabs(c) * value_bound(x, j, m + (int)l);
     }
     *bound += (double)FLT_EPSILON / 2 * (double)fabsl(sum) + 1e-45;
     return (double)sum;
@@ -246,14 +259,14 @@ static void synthesis_of(ibl_isa isa)
     for (int i = 0; i < SHAPES; i++) {
         const int rings = shapes[i][0], degree = shapes[i][1], m = shapes[i][2];
         fixture x;
-        make(&x, isa, rings, degree, m, NULL);
+        make(&x, isa, IBL_RINGS_CENTRES, rings, degree, m);
         for (int l = 0; l <= degree; l++)
             factor[l] = hostile(&r);
         for (size_t l = 0; l < PARTS * x.terms; l++)
             x.a[l] = kern_between(&r, -0.5, 0.5);
         x.dsp.synthesise(&x.order, x.a, factor, x.f, x.stride);
         for (int j = 0; j < rings; j++) {
-            true_legendre(rings, j, m, degree, x.p);
+            true_legendre(x.kind, rings, j, m, degree, x.p);
             for (int part = 0; part < PARTS; part++) {
                 const double got = (double)*ring_of(&x, part, j);
                 double bound;

@@ -25,11 +25,6 @@ static inline vf spread(const float *w, int k)
 }
 #endif
 
-static inline vd vd_abs(vd x)
-{
-    return (vd)((vl)x & ~(vl)vd_all(-0.0));
-}
-
 /*
  * Arc tangent of |x| <= sqrt(2), within 1e-12: half the angle has the tangent
  * t = x / (1 + sqrt(1 + x^2)) <= 0.518, and atan(t) = t P(t^2), P fitted at

@@ -97,6 +97,11 @@ static inline vd vd_sqrt(vd v)
     return MM(sqrt_pd)(v);
 }
 
+static inline vd vd_abs(vd v)
+{
+    return (vd)((vl)v & ~(vl)vd_all(-0.0));
+}
+
 /* What a CPU without AVX2 lacks. */
 #if VF == 4
 static inline vf vf_fma(vf a, vf b, vf c)

@@ -18,7 +18,7 @@ static const double pi = IBL_PI;
 
 enum {
     PAD = 16,   /* pairs, a multiple of every vector's lanes */
-    ARRAYS = 9, /* of an ibl_legendre_rings, without start */
+    ARRAYS = 7, /* of an ibl_legendre_rings, without start */
     PARTS = 6
 };
 
@@ -38,17 +38,15 @@ static void split(double value, double *mantissa, double *exponent)
     *exponent = e;
 }
 
-static void fill_pair(ibl_legendre_rings *r, int j, const double *weight)
+static void fill_pair(ibl_legendre_rings *r, ibl_ring_kind kind, int j)
 {
-    const int mirror = r->count - 1 - j, edges = r->kind == IBL_RINGS_EDGES;
+    const int edges = kind == IBL_RINGS_EDGES;
     const double half = 0.5 * pi / (r->count + edges);
 
     /* The sine of the latitude: to the last bits also at the equator. */
     r->x[j] = sin(half * (r->count - 1 - 2 * j));
     r->x2[j] = r->x[j] * r->x[j];
     r->sine[j] = sin(half * (2 * j + 1 + edges));
-    r->north[j] = weight ? weight[j] : 1.0;
-    r->south[j] = mirror == j ? 0.0 : weight ? weight[mirror] : 1.0;
     split(r->sine[j], &r->mantissa[j], &r->exponent[j]);
     /* 2^256 at most. */
     split(pow(r->mantissa[j], 512.0), &r->mantissa_512[j], &r->exponent_512[j]);
@@ -63,7 +61,7 @@ static void fill_start(double *start, int degree)
 }
 
 bool ibl_legendre_rings_init(ibl_legendre_rings *r, ibl_ring_kind kind,
-                             int count, int degree, const double *weight)
+                             int count, int degree)
 {
     const int pairs = (count + 1) / 2;
     const size_t padded = ((size_t)pairs + PAD - 1) / PAD * PAD;
@@ -74,10 +72,8 @@ bool ibl_legendre_rings_init(ibl_legendre_rings *r, ibl_ring_kind kind,
     if (!memory)
         return false;
     *r = (ibl_legendre_rings){
-        kind,
         count,
         pairs,
-        degree,
         memory,
         memory + padded,
         memory + 2 * padded,
@@ -85,14 +81,12 @@ bool ibl_legendre_rings_init(ibl_legendre_rings *r, ibl_ring_kind kind,
         memory + 4 * padded,
         memory + 5 * padded,
         memory + 6 * padded,
-        memory + 7 * padded,
-        memory + 8 * padded,
         memory + ARRAYS * padded,
     };
     for (int j = 0; j < pairs; j++)
-        fill_pair(r, j, weight);
+        fill_pair(r, kind, j);
     for (size_t j = (size_t)pairs; j < padded; j++) {
-        r->x[j] = r->x2[j] = r->north[j] = r->south[j] = 0.0;
+        r->x[j] = r->x2[j] = 0.0;
         r->sine[j] = r->mantissa[j] = r->mantissa_512[j] = 1.0;
         r->exponent[j] = r->exponent_512[j] = 0.0;
     }
@@ -161,11 +155,10 @@ static const double *coefficients(const ibl_legendre_order *o)
     return o->scratch;
 }
 
-/* F_j of a ring. */
-static double value(const ibl_legendre_rings *r, const float *f, int j)
+/* The difference of the rows on both sides of an edge. */
+static double step_of(const float *f, int j)
 {
-    return r->kind == IBL_RINGS_EDGES ? (double)f[j + 1] - (double)f[j]
-                                      : (double)f[j];
+    return (double)f[j + 1] - (double)f[j];
 }
 
 static void analyse(const ibl_legendre_order *o, const float *f, size_t stride,
@@ -179,10 +172,13 @@ static void analyse(const ibl_legendre_order *o, const float *f, size_t stride,
     for (int j = 0; j < r->pairs; j++) {
         struct legendre q = begin(o, j);
         double sum[2][PARTS]; /* for even and odd l - m */
+        const int mirror = r->count - 1 - j;
+        const double weight = r->sine[j] * r->sine[j];
         for (int part = 0; part < PARTS; part++) {
             const float *ring = f + (size_t)part * stride;
-            const double north = r->north[j] * value(r, ring, j);
-            const double south = r->south[j] * value(r, ring, r->count - 1 - j);
+            const double north = weight * step_of(ring, j);
+            const double south =
+                mirror == j ? 0.0 : weight * step_of(ring, mirror);
             sum[0][part] = north + south;
             sum[1][part] = north - south;
         }

@@ -35,31 +35,25 @@
 #define IBL_LEGENDRE_NOTHING 0x1p-54
 
 /*
- * What the sums need to know of the rings, the same for all orders. Arrays
- * are of pairs, from the pole to the equator, and go on with zero weights to
- * a multiple of 16.
- */
-/*
- * CENTRES: theta_j = pi (j + 1/2) / count.
- * EDGES: theta_j = pi (j + 1) / (count + 1), between count + 1 rows of equal
- * height. An analysis takes f as the values of the rows, and F_j is the
- * difference f_j+1 - f_j between those of edge j, in double.
+ * CENTRES: theta_j = pi (j + 1/2) / count, of rows of equal height.
+ * EDGES: theta_j = pi (j + 1) / (count + 1), between count + 1 such rows.
  */
 typedef enum ibl_ring_kind {
     IBL_RINGS_CENTRES,
     IBL_RINGS_EDGES
 } ibl_ring_kind;
 
+/*
+ * What the sums need to know of the rings, the same for all orders. Arrays
+ * are of pairs, from the pole to the equator, to a multiple of 16; those
+ * beyond the pairs are at the equator.
+ */
 typedef struct ibl_legendre_rings {
-    ibl_ring_kind kind;
-    int count;             /* rings */
-    int pairs;             /* (count + 1) / 2: an odd one's middle pairs with
-                              itself, and its weight south is 0 */
-    int degree;            /* the highest that start goes to */
-    double *x;             /* cos theta, >= 0 */
-    double *x2;            /* x^2 */
-    double *sine;          /* sin theta */
-    double *north, *south; /* weights, for the analysis */
+    int count;    /* rings */
+    int pairs;    /* (count + 1) / 2: an odd one's middle pairs with itself */
+    double *x;    /* cos theta, >= 0 */
+    double *x2;   /* x^2 */
+    double *sine; /* sin theta */
     double *mantissa;     /* sin theta = mantissa 2^exponent, the mantissa in */
     double *exponent;     /*   [sqrt(1/2), sqrt(2)) */
     double *mantissa_512; /* the same of mantissa^512 */
@@ -67,16 +61,15 @@ typedef struct ibl_legendre_rings {
     double *start; /* P_mm / (sin theta)^m, m = 0..degree */
 } ibl_legendre_rings;
 
-/* count: 0 or more. weight: one for each ring, or NULL: all 1. False if there
- * is no memory; then r is empty. */
+/* count: 0 or more. False if there is no memory; then r is empty. */
 bool ibl_legendre_rings_init(ibl_legendre_rings *r, ibl_ring_kind kind,
-                             int count, int degree, const double *weight);
+                             int count, int degree);
 void ibl_legendre_rings_free(ibl_legendre_rings *r);
 
 /* The order to work on. */
 typedef struct ibl_legendre_order {
     const ibl_legendre_rings *rings;
-    int m, degree;   /* 0 <= m <= degree <= rings->degree */
+    int m, degree;   /* 0 <= m <= degree <= that of start */
     double *scratch; /* ibl_legendre_scratch(degree) doubles, 64-byte aligned,
                         contents undefined */
 } ibl_legendre_order;
@@ -85,9 +78,10 @@ size_t ibl_legendre_scratch(int degree);
 
 typedef struct ibl_legendre_dsp {
     /*
-     * a[6 (l - m) + part] = sum over rings j of w_j P_lm(cos theta_j) F_j for
-     * l = m..degree and 6 parts, F_j = f[part * stride + j] (of EDGES, see
-     * there).
+     * Rings are EDGES: a[6 (l - m) + part] =
+     *     sum over rings j of (sin theta_j)^2 P_lm(cos theta_j) (f_j+1 - f_j)
+     * for l = m..degree and 6 parts, f_j = f[part * stride + j] the value of a
+     * row; the difference is taken in double.
      */
     void (*analyse)(const ibl_legendre_order *o, const float *f, size_t stride,
                     double *a);

@@ -267,7 +267,7 @@ struct scaled {
 
 static inline struct scaled normalised(struct scaled s)
 {
-    const vd now = (vd)((vu)s.now << 1 >> 1), last = (vd)((vu)s.last << 1 >> 1);
+    const vd now = vd_abs(s.now), last = vd_abs(s.last);
     const vd e = vd_exponent(vd_either((vl)(now > last), now, last));
     const vd scale = vd_power_of_two(vd_all(0.0) - e);
 
@@ -313,7 +313,7 @@ static inline void recur(const struct work *w, int k, vd x2, vd *now, vd *last)
     *now = next;
 }
 
-/* Where a lane's `now` is to be looked at: when its ring comes in (of rings
+/* From which size a lane's `now` is looked at: when its ring comes in (of rings
  * that have, never) or is to be normalised. Growth by a block is below
  * 2^200, too. */
 static inline vd look_at(vd exponent, vl done)
@@ -340,7 +340,7 @@ static bool follow(struct work *w, int v, vd x2, struct scaled s)
         const struct scaled begin = s;
         for (int k = b * BLOCK; k < (b + 1) * BLOCK; k++)
             recur(w, k, x2, &s.now, &s.last);
-        if (!vd_signs((vd)(vl)(s.now >= look)))
+        if (!vd_signs((vd)(vl)(vd_abs(s.now) >= look)))
             continue;
         s = normalised(s);
         const vl in = (vl)(s.exponent >= vd_all(STARTS_AT)) & ~done;

@@ -67,29 +67,25 @@ static inline struct six six_load(const vd *from)
 
 /* ---- analysis ------------------------------------------------------- */
 
-/* F of VD rings and of their mirror images, from north j on. */
+/* The differences of the rows on both sides of VD edges and of their mirror
+ * images, from north j on. */
 static inline void load_pairs(const ibl_legendre_rings *r, int j,
                               const float *ring, vd *north, vd *south)
 {
     const int mirror = r->count - VD - j;
-    const bool edges = r->kind == IBL_RINGS_EDGES;
 
     if (j + VD <= r->count / 2) {
-        *north = vd_load_floats(ring + j);
-        *south = vd_load_floats(ring + mirror);
-        if (edges) {
-            *north = vd_load_floats(ring + j + 1) - *north;
-            *south = vd_load_floats(ring + mirror + 1) - *south;
-        }
-        *south = vd_reverse(*south);
+        *north = vd_load_floats(ring + j + 1) - vd_load_floats(ring + j);
+        *south = vd_reverse(vd_load_floats(ring + mirror + 1) -
+                            vd_load_floats(ring + mirror));
         return;
     }
     *north = *south = vd_all(0.0);
     for (int i = 0; i < VD && j + i < r->pairs; i++) {
         const float *n = ring + j + i, *s = ring + mirror + VD - 1 - i;
-        (*north)[i] = (double)n[edges] - (edges ? (double)n[0] : 0.0);
+        (*north)[i] = (double)n[1] - (double)n[0];
         if (j + i < r->count / 2)
-            (*south)[i] = (double)s[edges] - (edges ? (double)s[0] : 0.0);
+            (*south)[i] = (double)s[1] - (double)s[0];
     }
 }
 
@@ -115,14 +111,13 @@ static void gather_chunk(struct work *w, int j, const float *f, size_t stride)
     for (int v = w->active; v < w->vectors; v++) {
         const int at = j + v * VD;
         const vd x = vd_load(r->x + at);
-        const vd weight_n = vd_load(r->north + at);
-        const vd weight_s = vd_load(r->south + at);
+        const vd sine = vd_load(r->sine + at), weight = sine * sine;
         double *to = w->data + (size_t)v * SUMS * VD;
         for (int part = 0; part < 6; part++, to += VD) {
             vd n, s;
             load_pairs(r, at, f + (size_t)part * stride, &n, &s);
-            n *= weight_n;
-            s *= weight_s;
+            n *= weight;
+            s *= weight;
             vd_store(to, n + s);
             vd_store(to + 6 * VD, x * (n - s));
         }

@@ -263,7 +263,7 @@ static ibl_status prepare(ibl_ctx *ctx, struct transform *t, ibl_ring_kind kind,
     t->first = ibl_alloc_array((size_t)t->degree + 2, sizeof *t->first);
     t->scratch = ibl_alloc_array(workers, scratch_of(t) * sizeof *t->scratch);
     if (!t->first || !t->scratch ||
-        !ibl_legendre_rings_init(&t->rings, kind, rings, t->degree, NULL))
+        !ibl_legendre_rings_init(&t->rings, kind, rings, t->degree))
         return ibl_no_memory(ctx, "a spherical harmonic transform");
     plan_jobs(t);
     return IBL_OK;
@@ -341,11 +341,6 @@ ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
     if (!row_integrals_init(&t.integrals, in->rings, out->degree))
         return ibl_no_memory(ctx, "a spherical harmonic transform");
     status = prepare(ctx, &t, IBL_RINGS_EDGES, in->rings - 1);
-    for (int j = 0; !status && j < t.rings.pairs; j++) {
-        const double square = t.rings.sine[j] * t.rings.sine[j];
-        t.rings.north[j] *= square;
-        t.rings.south[j] *= square;
-    }
     if (!status)
         status = ibl_run(ctx, stage, t.jobs, analyse_job, &t);
     release(&t);
