@@ -299,8 +299,8 @@ static void estimates_hold(void)
     ibl_ctx_free(ctx);
 }
 
-/* The irradiance keeps a tolerance, too, and takes fewer degrees for it: of a
- * sun also where 2 x 2 pixels could be one, and beside levels of any lobe. */
+/* The irradiance keeps a tolerance, too, and takes fewer degrees for it: also
+ * of a sun, and beside levels of any lobe. */
 static void check_irradiance(ibl_ctx *ctx, map_kind kind)
 {
     static const double tolerances[] = {IBL_TOLERANCE_DEFAULT, 0.01, 0.05, 0.2,

@@ -237,7 +237,8 @@ static ibl_status light_level(ibl_ctx *ctx, const ibl_point_lights *bright,
     if (!status)
         status = ibl_ring_grid_alloc(ctx, 8, 16, &grid);
     if (!status)
-        memset(grid.data, 0, grid.room * sizeof *grid.data);
+        memset(grid.data, 0,
+               (8 + 2 * IBL_GRID_BORDER) * grid.stride * sizeof *grid.data);
     const ibl_level_sum sum = {.grid = &grid,
                                .degree = 2,
                                .bright = bright,

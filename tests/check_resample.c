@@ -65,6 +65,12 @@ static void field_at(const field *f, const double d[3], double rgb[3])
     }
 }
 
+/* Floats of a grid with its borders. */
+static size_t floats_of(const ibl_ring_grid *g)
+{
+    return (size_t)(g->rings + 2 * IBL_GRID_BORDER) * g->stride;
+}
+
 /* Of ring j, column i, also where they are in the border. */
 static void grid_direction(const ibl_ring_grid *g, int j, int i, double d[3])
 {
@@ -263,7 +269,7 @@ static void check_borders(int rings, int columns)
     ibl_ring_grid grid = {0};
     int bad = 0;
     NEED(!ibl_ring_grid_alloc(ctx, rings, columns, &grid));
-    for (size_t i = 0; i < grid.room; i++)
+    for (size_t i = 0; i < floats_of(&grid); i++)
         grid.data[i] = NAN;
     for (int j = 0; j < rings; j++)
         for (int i = 0; i < 4 * columns; i++)
@@ -306,7 +312,7 @@ static ibl_status fill(ibl_ctx *ctx, float value, int rings, int columns,
                        ibl_ring_grid *grid)
 {
     const ibl_status status = ibl_ring_grid_alloc(ctx, rings, columns, grid);
-    for (size_t i = 0; !status && i < grid->room; i++)
+    for (size_t i = 0; !status && i < floats_of(grid); i++)
         grid->data[i] = value;
     return status;
 }

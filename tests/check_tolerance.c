@@ -45,8 +45,7 @@ static void made_map(ibl_ctx *ctx, int w, int h, ibl_image *env)
 
 /* ---- the tolerance ------------------------------------------------------ */
 
-/* A larger one never takes a higher degree, and every one is kept: also
- * where it lets 2 x 2 pixels be one, at 0.3 for the wider map. */
+/* A larger one never takes a higher degree, and every one is kept. */
 static void check_kept(int width)
 {
     static const double tolerance[] = {1e-6, 5e-5, 1e-3, 0.02, 0.1, 0.3};

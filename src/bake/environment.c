@@ -124,7 +124,7 @@ static ibl_status prepare(bake *b)
     if (!status && b->plan.degree >= 0)
         status = ibl_spectral_create(b->ctx, b->env->width, b->env->height,
                                      b->opts.yaw_deg, b->plan.degree,
-                                     b->plan.halved, &b->spectral);
+                                     &b->spectral);
     for (int l = 0; l < b->layout.levels && !status; l++)
         if (b->plan.parts[l].near)
             status = prepare_near(b, l);

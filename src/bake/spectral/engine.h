@@ -24,47 +24,35 @@
 
 #define IBL_SPECTRAL_GROUP IBL_ROW_FFT_ROWS /* analysed together */
 
-/* Memory that levels use one after the other, and what is in the grid: the
- * diffuse lobe is that of a level, too. */
-typedef struct ibl_spectral_work {
-    ibl_ring_spectra spectra;
-    ibl_ring_grid grid;
-    ibl_lobe_shape shape; /* its alpha 0: nothing */
-    int degree;
-    double margin; /* see level.c */
-} ibl_spectral_work;
+/* What is known of IBL_SPECTRAL_GROUP rows. */
+typedef struct ibl_spectral_group {
+    ibl_row_range range;
+    double squares; /* sum over its pixels, by solid angle */
+    int exponent;   /* its Fourier coefficients are times 2^exponent */
+    int lights;     /* taken out of it */
+} ibl_spectral_group;
 
-void ibl_spectral_work_free(ibl_spectral_work *work);
-
-/* Rows that were added last. */
-typedef struct ibl_spectral_batch {
-    const float *rgb;
-    int first, rows;
-} ibl_spectral_batch;
-
-typedef struct ibl_spectral {
-    ibl_ctx *ctx;
-    int width, height, degree;
-    bool halved; /* the map is twice as wide and high */
-    double yaw;  /* radians, 0..2 pi */
-
-    double scale; /* of everything that is summed: see choose_scale */
-
-    /* While rows come in. */
-    int added;  /* rows */
-    int groups; /* of IBL_SPECTRAL_GROUP rows */
-    ibl_spectral_batch batch;
+/* What is needed while rows come in. */
+typedef struct ibl_spectral_reading {
+    const float *rgb; /* rows first..added - 1, which were added last */
+    int first, added;
     ibl_row_fft *azimuth;
     ibl_ring_spectra rows;
     float *scratch; /* worker_floats for each worker */
     size_t worker_floats;
-    ibl_row_range *range;   /* of each group */
-    double *squares;        /* of each group: sum over its pixels, by dO */
-    float peak;             /* of the groups until now */
-    int *found;             /* lights of each group */
+    ibl_spectral_group *group;
     ibl_pixel_light *taken; /* IBL_LIGHTS_GROUP for each group */
+} ibl_spectral_reading;
 
-    /* What is kept of them. */
+typedef struct ibl_spectral {
+    ibl_ctx *ctx;
+    int width, height, degree;
+    int groups; /* of IBL_SPECTRAL_GROUP rows */
+    double yaw; /* radians, 0..2 pi */
+    ibl_spectral_reading reading;
+
+    /* What is kept of the rows. */
+    double scale;      /* of everything that is summed: see choose_scale */
     float mean[3];     /* of all but the lights; no part of the harmonics, and
                           added to every texel */
     float base[3];     /* taken from every pixel */
@@ -76,23 +64,18 @@ typedef struct ibl_spectral {
     ibl_pixel_light *lights; /* added to each texel, scaled */
     int light_count;
     ibl_harmonics harmonics; /* of everything else */
-
-    ibl_spectral_work work;
 } ibl_spectral;
 
 /*
  * For a map of width x height pixels, turned by yaw_deg. Borrows ctx.
  *   degree   of the analysis, the highest of any level
- *   halved   whether 2 x 2 pixels, their mean, are one: width and height are
- *            even
  */
 ibl_status ibl_spectral_create(ibl_ctx *ctx, int width, int height,
-                               double yaw_deg, int degree, bool halved,
-                               ibl_spectral **out);
+                               double yaw_deg, int degree, ibl_spectral **out);
 void ibl_spectral_free(ibl_spectral *s); /* NULL is fine */
 
-/* The next rows from the zenith, RGB: a multiple of 2 IBL_SPECTRAL_GROUP,
- * but for the last ones. Begins jobs of the context's pool: ibl_run_end comes
+/* The next rows from the zenith, RGB: a multiple of IBL_SPECTRAL_GROUP, but for
+ * the last ones. Begins jobs of the context's pool: ibl_run_end comes
  * before the next call for s, and rgb stays until that has returned. */
 ibl_status ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb);
 /* All rows have been added. Reports as stage "analysis". */

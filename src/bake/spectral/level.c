@@ -42,16 +42,12 @@ struct level {
     double margin;            /* see wanted_rms */
     double rms;               /* estimate of the error, absolute */
     ibl_point_lights *bright; /* NULL: no lights */
+    ibl_ring_spectra spectra;
+    ibl_ring_grid grid;
     ibl_row_fft *azimuth;
     float *scratch;
     size_t scratch_floats;
 };
-
-void ibl_spectral_work_free(ibl_spectral_work *work)
-{
-    ibl_ring_spectra_free(&work->spectra);
-    ibl_ring_grid_free(&work->grid);
-}
 
 /* ---- the degree -------------------------------------------------------- */
 
@@ -153,50 +149,24 @@ static void rings_job(void *arg, int job, int worker)
 {
     const struct level *v = arg;
     const int first = job * GROUP, left = v->rings - first;
-    const ibl_ring_grid *grid = &v->s->work.grid;
-    const ibl_row_fft_samples out = {.rgba = ibl_ring_grid_at(grid, first),
-                                     .stride = grid->stride,
+    const ibl_row_fft_samples out = {.rgba = ibl_ring_grid_at(&v->grid, first),
+                                     .stride = v->grid.stride,
                                      .count = left < GROUP ? left : GROUP};
-    ibl_row_fft_inverse(v->azimuth, &v->s->work.spectra, first,
+    ibl_row_fft_inverse(v->azimuth, &v->spectra, first,
                         v->scratch + (size_t)worker * v->scratch_floats, &out);
-    ibl_ring_grid_close(grid, first, out.count);
-}
-
-static bool is_same_lobe(const ibl_lobe_shape *a, const ibl_lobe_shape *b)
-{
-    return a->lobe == b->lobe && !(a->alpha < b->alpha) &&
-           !(a->alpha > b->alpha) && !(a->split < b->split) &&
-           !(a->split > b->split);
-}
-
-static bool is_in_grid(const struct level *v)
-{
-    const ibl_spectral_work *w = &v->s->work;
-    return is_same_lobe(&w->shape, v->target->shape) &&
-           w->degree == v->degree && w->grid.rings == v->rings &&
-           w->grid.columns == v->columns;
+    ibl_ring_grid_close(&v->grid, first, out.count);
 }
 
 static ibl_status fill_grid(struct level *v)
 {
-    ibl_spectral *s = v->s;
-    ibl_spectral_work *w = &s->work;
-    ibl_status status = IBL_OK;
-
-    if (is_in_grid(v))
-        return IBL_OK;
-    w->shape.alpha = 0;
-
-    if (w->spectra.rings != v->rings || w->spectra.orders <= v->degree) {
-        ibl_ring_spectra_free(&w->spectra);
-        status = ibl_ring_spectra_alloc(s->ctx, v->rings, v->degree + 1,
-                                        &w->spectra);
-    }
+    const ibl_spectral *s = v->s;
+    ibl_status status =
+        ibl_ring_spectra_alloc(s->ctx, v->rings, v->degree + 1, &v->spectra);
     if (!status)
-        status = ibl_ring_grid_alloc(s->ctx, v->rings, v->columns, &w->grid);
+        status = ibl_ring_grid_alloc(s->ctx, v->rings, v->columns, &v->grid);
     if (!status)
         status = ibl_sht_synthesise(s->ctx, NULL, &s->harmonics, v->kernel,
-                                    v->degree, &w->spectra);
+                                    v->degree, &v->spectra);
     if (!status)
         status = ibl_row_fft_create_inverse(s->ctx, v->columns, v->degree + 1,
                                             &v->azimuth);
@@ -207,14 +177,17 @@ static ibl_status fill_grid(struct level *v)
                                  v->scratch_floats * sizeof(float));
     if (!v->scratch)
         return ibl_no_memory(s->ctx, "the rings of a level");
-    status =
-        ibl_run(s->ctx, NULL, (v->rings + GROUP - 1) / GROUP, rings_job, v);
-    if (!status) {
-        w->shape = *v->target->shape;
-        w->degree = v->degree;
-        w->margin = v->margin;
-    }
-    return status;
+    return ibl_run(s->ctx, NULL, (v->rings + GROUP - 1) / GROUP, rings_job, v);
+}
+
+static void free_grid(struct level *v)
+{
+    ibl_ring_spectra_free(&v->spectra);
+    ibl_ring_grid_free(&v->grid);
+    ibl_row_fft_free(v->azimuth);
+    ibl_free(v->scratch);
+    v->azimuth = NULL;
+    v->scratch = NULL;
 }
 
 /* ---- texels ------------------------------------------------------------ */
@@ -267,7 +240,7 @@ static ibl_status fill_texels(const struct level *v)
 {
     const ibl_spectral *s = v->s;
     const ibl_spectral_target *t = v->target;
-    ibl_level_sum sum = {.grid = &s->work.grid,
+    ibl_level_sum sum = {.grid = &v->grid,
                          .spectrum = v->field,
                          .degree = v->degree,
                          .bright = v->bright,
@@ -340,10 +313,7 @@ static ibl_status make_level(struct level *v, const char *stage)
         ibl_progress(v->s->ctx, stage, 1);
     if (!status)
         status = fill_texels(v);
-    ibl_row_fft_free(v->azimuth);
-    ibl_free(v->scratch);
-    v->azimuth = NULL;
-    v->scratch = NULL;
+    free_grid(v);
     return status;
 }
 
@@ -354,8 +324,6 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
     struct level v = {.s = s, .target = target, .margin = 20};
     bool enough = false;
 
-    if (is_same_lobe(&s->work.shape, target->shape))
-        v.margin = s->work.margin;
     ibl_status status = allocate(&v);
     if (!status)
         status = make_lights(&v);

@@ -20,9 +20,6 @@ static const double far_end = 3.2;
 /* split alpha^2 from which exp(-split alpha^2) is no part of a lobe. */
 static const double no_near = 40;
 
-/* The part of the tolerance that larger pixels may take. */
-static const double of_halving = 0.5;
-
 /* What of a point light the degrees may leave out, relative to the tolerance:
  * maps are smoother than points, and the brightest are no part of them. */
 static const double slack = 4;
@@ -125,30 +122,6 @@ static ibl_status plan_irradiance(const struct request *q,
     return status;
 }
 
-/* Beside the horizon a cosine changes faster: a tenth of the texels that see a
- * light have it lower than to change by ten times what it is moved by. */
-static const double horizon_slope = 10;
-
-/* Whether 2 x 2 pixels may be one. What is moved by half a pixel changes by up
- * to that over 2 alpha, and a harmonic by as many times its degree. */
-static bool may_halve(const ibl_spectral_plan *plan,
-                      const ibl_bake_options *opts, int width, int height)
-{
-    const double tolerance = opts->specular_options.tolerance;
-    const double half = 0.5 * fmax(IBL_PI / height, 2 * IBL_PI / width);
-    double slope = horizon_slope;
-
-    for (int l = 0; l < IBL_MAX_LEVELS; l++) {
-        if (plan->parts[l].near)
-            return false;
-        if (plan->parts[l].spectral)
-            slope = fmax(slope, 0.5 / plan->shape[l].alpha);
-    }
-    return width % 2 == 0 && height % 2 == 0 &&
-           half * slope <= of_halving * tolerance &&
-           half * opts->sh_degree <= of_halving * tolerance;
-}
-
 ibl_status ibl_spectral_plan_make(ibl_ctx *ctx, int width, int height,
                                   const ibl_bake_options *opts,
                                   const ibl_specular_layout *layout,
@@ -168,6 +141,5 @@ ibl_status ibl_spectral_plan_make(ibl_ctx *ctx, int width, int height,
         status = plan_irradiance(&q, &opts->irradiance_options, plan);
     if (opts->sh_degree > plan->degree)
         plan->degree = opts->sh_degree;
-    plan->halved = may_halve(plan, opts, width, height);
     return status;
 }

@@ -20,7 +20,6 @@ typedef struct ibl_spectral_plan {
     ibl_lobe_shape shape[IBL_MAX_LEVELS];     /* with the split, if any */
     ibl_method irradiance;                    /* SAMPLED: the classic grid */
     int degree;                               /* of the analysis; -1: none */
-    bool halved;                              /* see ibl_spectral_create */
     bool whole;                               /* the whole map has to be kept */
 } ibl_spectral_plan;
 

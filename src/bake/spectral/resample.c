@@ -37,19 +37,14 @@ ibl_status ibl_ring_grid_alloc(ibl_ctx *ctx, int rings, int columns,
 {
     assert(rings >= 1 && rings <= IBL_MAX_EDGE && columns >= 4 &&
            columns <= IBL_MAX_EDGE && !(columns & (columns - 1)));
-    grid->rings = rings;
-    grid->columns = columns;
-    grid->stride = 4 * ((size_t)columns + 2 * IBL_GRID_BORDER);
+    const size_t stride = 4 * ((size_t)columns + 2 * IBL_GRID_BORDER);
     const size_t rows = (size_t)rings + 2 * IBL_GRID_BORDER;
-    if (grid->room / grid->stride >= rows)
-        return IBL_OK;
-    ibl_free(grid->data);
-    grid->data = ibl_alloc_array(rows, grid->stride * sizeof *grid->data);
-    grid->room = rows * grid->stride;
-    if (!grid->data) {
-        *grid = (ibl_ring_grid){0};
+    float *data = ibl_alloc_array(rows, stride * sizeof *data);
+
+    *grid = (ibl_ring_grid){0};
+    if (!data)
         return ibl_no_memory(ctx, "a grid of rings");
-    }
+    *grid = (ibl_ring_grid){rings, columns, stride, data};
     return IBL_OK;
 }
 

@@ -41,13 +41,11 @@ typedef struct ibl_ring_grid {
     int columns;   /* a power of two, 4..IBL_MAX_EDGE */
     size_t stride; /* floats from ring to ring, a multiple of 16 */
     float *data;   /* 4 floats a sample, 64-byte aligned, borders included */
-    size_t room;   /* floats that data has */
 } ibl_ring_grid;
 
 /*
- * Gives grid a shape, contents undefined. A grid that has been given one
- * before keeps its memory where that is enough; else a zeroed one. After an
- * error it is empty. Free with ibl_ring_grid_free.
+ * Allocates a grid, contents undefined. It is empty after an error. Free with
+ * ibl_ring_grid_free.
  */
 ibl_status ibl_ring_grid_alloc(ibl_ctx *ctx, int rings, int columns,
                                ibl_ring_grid *grid);
