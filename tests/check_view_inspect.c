@@ -8,13 +8,10 @@
 
 #include "test.h"
 #include "view.h"
-#include "view/display.h"
-#include "view/frame.h"
 #include "view/inspect.h"
 #include "view/program.h"
 #include "view/renderer.h"
 #include "view/sphere_grid.h"
-#include "view/upload.h"
 
 #define PI 3.14159265358979323846
 
@@ -22,8 +19,7 @@ enum {
     MOST = 256 /* pixels of a window's side */
 };
 
-static view_display *display;
-static GLuint target, uniforms;
+static view_renderer *renderer;
 static float seen[MOST * MOST][4]; /* rows from the bottom */
 
 /* ---- sets --------------------------------------------------------------- */
@@ -96,53 +92,27 @@ static view_texel inspect(const view_settings *s, int width, int height,
 
 /* ---- drawing ------------------------------------------------------------ */
 
-static void bind_map(view_unit unit, const ibl_texture *tex, GLuint *name)
-{
-    gl.ActiveTexture(GL_TEXTURE0 + unit);
-    *name = view_upload(tex, "test");
-}
-
 static void end(void *unused)
 {
     (void)unused;
-    view_display_free(display);
+    view_renderer_free(renderer);
 }
 
 static void begin(void)
 {
     view_test_begin(16, 16);
-    display = view_display_create();
-    NEED(display);
+    renderer = view_renderer_create();
+    NEED(renderer);
     test_defer(end, NULL);
-    gl.GenFramebuffers(1, &target);
-    gl.GenBuffers(1, &uniforms);
-    gl.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
 }
 
 static void draw(const view_settings *s, int width, int height)
 {
-    view_frame frame;
-    GLuint maps[3], picture;
-
-    bind_map(VIEW_UNIT_SPECULAR, &set.texture[VIEW_SPECULAR], &maps[0]);
-    bind_map(VIEW_UNIT_IRRADIANCE, &set.texture[VIEW_IRRADIANCE], &maps[1]);
-    bind_map(VIEW_UNIT_LUT, &set.texture[VIEW_LUT], &maps[2]);
-    gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
-    picture = view_float_target(width, height);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, target);
-    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
-                            picture, 0);
-    gl.Viewport(0, 0, width, height);
-    view_frame_fill(&frame, s, &set, width, height);
-    gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, uniforms);
-    gl.BufferData(GL_UNIFORM_BUFFER, sizeof frame, &frame, GL_DYNAMIC_DRAW);
-    view_display_inspect(display);
+    CHECK(view_renderer_load(renderer, &set));
+    CHECK(view_renderer_draw(renderer, s, width, height));
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_UNIT_PICTURE);
     gl.GetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_FLOAT, seen);
     CHECK(view_gl_check("test"));
-    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
-    gl.DeleteTextures(1, &picture);
-    gl.DeleteTextures(3, maps);
 }
 
 /* ---- cubes -------------------------------------------------------------- */

@@ -8,9 +8,10 @@
 
 #include "test.h"
 #include "view.h"
-#include "view/display.h"
 #include "view/frame.h"
+#include "view/overlay.h"
 #include "view/picture.h"
+#include "view/program.h"
 
 enum {
     WIDTH = 128,
@@ -19,8 +20,7 @@ enum {
 
 /* What a test draws with; pictures have row 0 on top. */
 static struct {
-    view_display *display;
-    GLuint textures[2], uniforms;
+    GLuint display, textures[2], uniforms;
     view_frame frame;
     float picture[2][HEIGHT][WIDTH][4];
     unsigned char *seen; /* [HEIGHT][WIDTH][3] */
@@ -30,14 +30,13 @@ static void end(void *unused)
 {
     (void)unused;
     free(on.seen);
-    view_display_free(on.display);
 }
 
 static void begin(void)
 {
     view_test_begin(WIDTH, HEIGHT);
     memset(&on, 0, sizeof on);
-    on.display = view_display_create();
+    on.display = view_program("full.vert", "display.frag");
     NEED(on.display);
     test_defer(end, NULL);
     gl.GenTextures(2, on.textures);
@@ -68,7 +67,9 @@ static void draw(void)
     gl.BindBuffer(GL_UNIFORM_BUFFER, on.uniforms);
     gl.BufferData(GL_UNIFORM_BUFFER, sizeof on.frame, &on.frame,
                   GL_DYNAMIC_DRAW);
-    view_display_draw(on.display, on.textures[0], on.textures[1]);
+    view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, on.textures[0]);
+    view_gl_bind(VIEW_UNIT_TRUTH, GL_TEXTURE_2D, on.textures[1]);
+    view_gl_draw_full(on.display);
     free(on.seen);
     on.seen = view_picture_read(0, WIDTH, HEIGHT);
     NEED(on.seen && view_gl_check("test"));

@@ -23,7 +23,7 @@ void view_overlay_measure(const char *text, double scale, double *width,
 /* A bar of share 0..1. */
 void view_overlay_bar(view_overlay *o, double x, double y, double width,
                       double height, double share);
-/* The scale of false colours (view/display.h), darkest to the left, with the
+/* The scale of false colours, darkest to the left, with the
  * stops below it: as high as two lines of text. */
 void view_overlay_legend(view_overlay *o, double x, double y, double width,
                          double scale);
@@ -32,5 +32,14 @@ void view_overlay_legend(view_overlay *o, double x, double y, double width,
  * values, and forgets it. Leaves blending off (source over, alpha kept), and
  * its program and vertex array bound. */
 void view_overlay_draw(view_overlay *o, int width, int height);
+
+/* False colours: a spiral through the colour cube that rises evenly in
+ * perceived brightness (Green 2011), over stops around middle grey, 0.18. Each
+ * stop is a step, in which the colour goes half of the way to the next. Values
+ * outside are striped black and blue, or white and red. */
+#define VIEW_STOPS 8 /* on either side of middle grey */
+/* The sRGB-encoded colour of -VIEW_STOPS .. VIEW_STOPS stops from middle grey,
+ * for the legend. Same formula as shaders/tone.glsl. */
+void view_false_colour(double stops, double srgb[3]);
 
 #endif

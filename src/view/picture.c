@@ -8,13 +8,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void flip(unsigned char *pixels, size_t row_bytes, int height)
+void view_picture_flip(void *pixels, size_t row_bytes, int height)
 {
     unsigned char part[4096];
 
     for (int i = 0; i < height / 2; i++) {
-        unsigned char *a = pixels + (size_t)i * row_bytes;
-        unsigned char *b = pixels + (size_t)(height - 1 - i) * row_bytes;
+        unsigned char *a = (unsigned char *)pixels + (size_t)i * row_bytes;
+        unsigned char *b = a + (size_t)(height - 1 - 2 * i) * row_bytes;
         for (size_t done = 0; done < row_bytes; done += sizeof part) {
             const size_t left = row_bytes - done;
             const size_t n = left < sizeof part ? left : sizeof part;
@@ -37,7 +37,7 @@ unsigned char *view_picture_read(GLuint framebuffer, int width, int height)
     gl.BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
     gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
     gl.ReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, rgb);
-    flip(rgb, row_bytes, height);
+    view_picture_flip(rgb, row_bytes, height);
     return rgb;
 }
 

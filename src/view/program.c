@@ -9,110 +9,78 @@
 
 enum {
     MAX_FILES = 64,
+    NAME_BYTES = 64,
     LOG_BYTES = 4096
 };
 
-/* Where a stretch of lines is from. */
-typedef struct stretch {
-    int begin;      /* line of the text */
-    int file, line; /* of the table, and its line */
-} stretch;
-
-/* A shader with its includes, as the compiler sees it. Lines are counted here,
- * since Mesa forgets the file number of #line in most errors. */
+/* A shader with its includes. A comment "//@FILE:LINE" behind each line says
+ * where it is from, since Mesa forgets the file number of #line in most
+ * errors. */
 typedef struct source {
     const view_shader_file *files;
     bool had[MAX_FILES];
-    char *text; /* NULL after an error */
-    size_t size, room;
-    int lines;
-    stretch from[2 * MAX_FILES]; /* a file begins, or goes on after another */
-    int count;
+    FILE *text;
 } source;
 
 /* ---- including ------------------------------------------------------- */
 
-/* Adds a line, without its end. */
-static bool append(source *s, const char *line, size_t size)
-{
-    if (s->room - s->size < size + 2) {
-        const size_t room = 2 * (s->room + size) + 1024;
-        char *grown = realloc(s->text, room);
-        if (!grown)
-            return view_fail("no memory for the shaders");
-        s->text = grown;
-        s->room = room;
-    }
-    memcpy(s->text + s->size, line, size);
-    memcpy(s->text + s->size + size, "\n", 2);
-    s->size += size + 1;
-    s->lines++;
-    return true;
-}
-
-static void mark(source *s, int file, int line)
-{
-    s->from[s->count++] = (stretch){s->lines + 1, file, line};
-}
-
-static int find_file(const view_shader_file *files, const char *name, size_t n)
+static int find_file(const view_shader_file *files, const char *name)
 {
     for (int i = 0; files[i].name && i < MAX_FILES; i++)
-        if (strlen(files[i].name) == n && !memcmp(files[i].name, name, n))
+        if (!strcmp(files[i].name, name))
             return i;
     return -1;
-}
-
-/* The name between the quotes of an #include line. */
-static bool is_include(const char *line, const char **name, size_t *size)
-{
-    static const char word[] = "#include \"";
-
-    if (strncmp(line, word, sizeof word - 1) != 0)
-        return false;
-    *name = line + sizeof word - 1;
-    *size = strcspn(*name, "\"\n");
-    return (*name)[*size] == '"';
 }
 
 /* Adds a file; each only once, which ends every circle. */
 static bool include(source *s, int file)
 {
-    const char *line = s->files[file].text;
+    const view_shader_file *f = &s->files[file];
+    const char *line = f->text;
 
     s->had[file] = true;
-    mark(s, file, 1);
     for (int number = 1; *line; number++) {
-        const char *name;
-        size_t name_size;
+        char name[NAME_BYTES];
         const size_t size = strcspn(line, "\n");
-        const bool wants = is_include(line, &name, &name_size);
-        const int other = wants ? find_file(s->files, name, name_size) : -1;
+        const bool wants = sscanf(line, "#include \"%63[^\"\n]\"", name) == 1;
+        const int other = wants ? find_file(s->files, name) : -1;
         if (wants && other < 0)
-            return view_fail("shader %s:%d includes %.*s, which is not in the "
+            return view_fail("shader %s:%d includes %s, which is not in the "
                              "program",
-                             s->files[file].name, number, (int)name_size, name);
-        if (wants && !s->had[other]) {
-            if (!include(s, other))
-                return false;
-            mark(s, file, number + 1);
-        } else if (!append(s, line, wants ? 0 : size)) {
+                             f->name, number, name);
+        if (!wants)
+            fprintf(s->text, "%.*s //@%s:%d\n", (int)size, line, f->name,
+                    number);
+        else if (!s->had[other] && !include(s, other))
             return false;
-        }
         line += size + (line[size] == '\n');
     }
     return true;
 }
 
-/* s->text is the caller's to free. */
-static bool load(source *s, const char *name)
+/* The whole shader, for free(). NULL, with a message. */
+static char *load(const view_shader_file *files, const char *name)
 {
-    static const char head[] = "#version 330 core";
-    const int file = find_file(s->files, name, strlen(name));
+    source s = {.files = files};
+    const int file = find_file(files, name);
+    char *text = NULL;
+    size_t size;
 
-    if (file < 0)
-        return view_fail("shader %s is not in the program", name);
-    return append(s, head, sizeof head - 1) && include(s, file);
+    if (file < 0) {
+        view_fail("shader %s is not in the program", name);
+        return NULL;
+    }
+    s.text = open_memstream(&text, &size);
+    if (s.text)
+        fputs("#version 330 core\n", s.text);
+    const bool ok = s.text && include(&s, file);
+    if (!s.text || fclose(s.text)) {
+        view_fail("no memory for the shaders");
+    } else if (ok) {
+        return text;
+    }
+    free(text);
+    return NULL;
 }
 
 /* ---- what compilers say ---------------------------------------------- */
@@ -141,29 +109,29 @@ static int log_place(const char *log, const char **rest)
 /* The first line that tells of an error, not of a warning; else the first. */
 static const char *log_line(const char *log)
 {
-    const char *line = log;
+    const char *line = strstr(log, "rror");
 
-    while (*line) {
-        const size_t size = strcspn(line, "\n");
-        const char *error = strstr(line, "rror");
-        if (error && error < line + size)
-            return line;
-        line += size + (line[size] == '\n');
-    }
-    return log;
+    while (line && line > log && line[-1] != '\n')
+        line--;
+    return line ? line : log;
 }
 
-static void tell(const source *s, const char *name, const char *log)
+/* Where a line of the text is from. */
+static bool origin(const char *text, int number, char where[2 * NAME_BYTES])
+{
+    for (; number > 1 && *text; number--)
+        text += strcspn(text, "\n") + 1;
+    return number == 1 && sscanf(text, "%*[^@\n]@%127[^\n]", where) == 1;
+}
+
+static void tell(const char *text, const char *name, const char *log)
 {
     const char *line = log_line(log), *rest = line;
     const int number = log_place(line, &rest);
-    const stretch *at = NULL;
+    char where[2 * NAME_BYTES];
 
-    for (int i = 0; i < s->count && s->from[i].begin <= number; i++)
-        at = &s->from[i];
-    if (at)
-        view_fail("shader %s: %s:%d: %.*s", name, s->files[at->file].name,
-                  at->line + number - at->begin, (int)strcspn(rest, "\n"),
+    if (number && origin(text, number, where))
+        view_fail("shader %s: %s: %.*s", name, where, (int)strcspn(rest, "\n"),
                   rest);
     else
         view_fail("shader %s: %.*s", name, (int)strcspn(line, "\n"), line);
@@ -174,25 +142,23 @@ static void tell(const source *s, const char *name, const char *log)
 static GLuint compile(const view_shader_file *files, GLenum kind,
                       const char *name)
 {
-    source s = {.files = files};
-    GLuint shader = 0;
+    char *text = load(files, name);
     GLint ok = 0;
 
-    if (load(&s, name)) {
-        shader = gl.CreateShader(kind);
-        gl.ShaderSource(shader, 1, (const GLchar *const *)&s.text, NULL);
-        gl.CompileShader(shader);
-        gl.GetShaderiv(shader, GL_COMPILE_STATUS, &ok);
-        if (!ok) {
-            char log[LOG_BYTES] = "the compiler does not say why";
-            gl.GetShaderInfoLog(shader, sizeof log, NULL, log);
-            tell(&s, name, log);
-            gl.DeleteShader(shader);
-            shader = 0;
-        }
+    if (!text)
+        return 0;
+    const GLuint shader = gl.CreateShader(kind);
+    gl.ShaderSource(shader, 1, (const GLchar *const *)&text, NULL);
+    gl.CompileShader(shader);
+    gl.GetShaderiv(shader, GL_COMPILE_STATUS, &ok);
+    if (!ok) {
+        char log[LOG_BYTES] = "the compiler does not say why";
+        gl.GetShaderInfoLog(shader, sizeof log, NULL, log);
+        tell(text, name, log);
+        gl.DeleteShader(shader);
     }
-    free(s.text);
-    return shader;
+    free(text);
+    return ok ? shader : 0;
 }
 
 static GLuint link_program(GLuint vertex, GLuint fragment, const char *name)

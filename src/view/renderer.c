@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "view/display.h"
 #include "view/errors.h"
 #include "view/frame.h"
 #include "view/message.h"
@@ -18,19 +17,22 @@ enum {
     MAX_SPHERES = VIEW_MAX_GRID * VIEW_MAX_GRID
 };
 
-/* What sphere.vert is given. */
+/* A view_sphere as sphere.vert takes it. */
 typedef struct instance {
-    float centre_radius[4], f0_metallic[4], albedo_roughness[4];
+    float value[12];
 } instance;
 
+_Static_assert(sizeof(view_sphere) == 12 * sizeof(double),
+               "all are attributes");
+
 struct view_renderer {
-    GLuint sky, sphere; /* programs */
+    GLuint sky, sphere, inspect, display; /* programs */
+    GLuint nearest;                       /* sampler of maps */
     GLuint instances, instance_buffer, frame_buffer;
     GLuint maps[VIEW_CONTENTS];
     GLuint picture, target; /* the linear picture, and the framebuffer on it */
-    view_display *display;
-    view_truth *truth;            /* made when first asked for */
-    view_scene *stage;            /* the same */
+    view_truth *truth;      /* made when first asked for */
+    view_scene *stage;      /* the same */
     const view_probe_set *probes; /* of the stage, or NULL */
     int samples; /* of the truth for each draw; 0: by the clock */
     const baked_set *set;
@@ -44,7 +46,6 @@ struct view_renderer {
     view_frame linear; /* what the linear picture was drawn by */
     bool stale;        /* or it was drawn of something else */
     int count;
-    view_sphere spheres[MAX_SPHERES];
     instance sorted[MAX_SPHERES];
 };
 
@@ -60,6 +61,10 @@ static void make_arrays(view_renderer *r)
         view_gl_attribute(i, 4, sizeof(instance), 4 * i * sizeof(float), 1);
     gl.BindVertexArray(0);
     r->frame_buffer = view_gl_buffer(GL_UNIFORM_BUFFER, sizeof r->frame, NULL);
+    gl.GenSamplers(1, &r->nearest);
+    gl.SamplerParameteri(r->nearest, GL_TEXTURE_MIN_FILTER,
+                         GL_NEAREST_MIPMAP_NEAREST);
+    gl.SamplerParameteri(r->nearest, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
     gl.GenFramebuffers(1, &r->target);
 }
 
@@ -73,8 +78,9 @@ view_renderer *view_renderer_create(void)
     }
     r->sky = view_program("full.vert", "sky.frag");
     r->sphere = view_program("sphere.vert", "sphere.frag");
-    r->display = view_display_create();
-    if (!r->sky || !r->sphere || !r->display)
+    r->inspect = view_program("full.vert", "inspect.frag");
+    r->display = view_program("full.vert", "display.frag");
+    if (!r->sky || !r->sphere || !r->inspect || !r->display)
         goto fail;
     make_arrays(r);
     gl.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
@@ -95,13 +101,15 @@ void view_renderer_free(view_renderer *r)
         return;
     view_truth_free(r->truth);
     view_scene_free(r->stage);
-    view_display_free(r->display);
     gl.DeleteFramebuffers(1, &r->target);
     gl.DeleteTextures(1, &r->picture);
     gl.DeleteTextures(VIEW_CONTENTS, r->maps);
     gl.DeleteBuffers(1, &r->frame_buffer);
     gl.DeleteBuffers(1, &r->instance_buffer);
     gl.DeleteVertexArrays(1, &r->instances);
+    gl.DeleteSamplers(1, &r->nearest);
+    gl.DeleteProgram(r->display);
+    gl.DeleteProgram(r->inspect);
     gl.DeleteProgram(r->sphere);
     gl.DeleteProgram(r->sky);
     free(r);
@@ -151,18 +159,6 @@ static void bind_maps(const view_renderer *r)
 
 /* ---- spheres ----------------------------------------------------------- */
 
-static void fill_instance(instance *to, const view_sphere *p)
-{
-    for (int k = 0; k < 3; k++) {
-        to->centre_radius[k] = (float)p->centre[k];
-        to->f0_metallic[k] = (float)p->f0[k];
-        to->albedo_roughness[k] = (float)p->albedo[k];
-    }
-    to->centre_radius[3] = (float)p->radius;
-    to->f0_metallic[3] = (float)p->metallic;
-    to->albedo_roughness[3] = (float)p->roughness;
-}
-
 static double distance2(const view_sphere *p, const double eye[3])
 {
     double sum = 0;
@@ -193,21 +189,23 @@ static void update_spheres(view_renderer *r, int width, int height)
     instance sorted[MAX_SPHERES];
     int order[MAX_SPHERES];
     const int count = view_grid(&r->settings, spheres);
-    const size_t bytes = count * sizeof *spheres;
+    const size_t bytes = count * sizeof *sorted;
 
-    if (r->truth && (count != r->count || memcmp(spheres, r->spheres, bytes)))
-        view_truth_restart(r->truth);
-    memcpy(r->spheres, spheres, bytes);
     sort_spheres(spheres, count, camera.eye, order);
-    for (int i = 0; i < count; i++)
-        fill_instance(&sorted[i], &spheres[order[i]]);
-    if (count == r->count && !memcmp(sorted, r->sorted, count * sizeof *sorted))
+    for (int i = 0; i < count; i++) {
+        double values[12];
+        memcpy(values, &spheres[order[i]], sizeof values);
+        for (int k = 0; k < 12; k++)
+            sorted[i].value[k] = (float)values[k];
+    }
+    if (count == r->count && !memcmp(sorted, r->sorted, bytes))
         return;
+    view_renderer_restart(r);
     r->stale = true;
     r->count = count;
-    memcpy(r->sorted, sorted, count * sizeof *sorted);
+    memcpy(r->sorted, sorted, bytes);
     gl.BindBuffer(GL_ARRAY_BUFFER, r->instance_buffer);
-    gl.BufferSubData(GL_ARRAY_BUFFER, 0, count * sizeof *sorted, sorted);
+    gl.BufferSubData(GL_ARRAY_BUFFER, 0, (GLsizeiptr)bytes, sorted);
 }
 
 /* ---- passes ------------------------------------------------------------ */
@@ -291,6 +289,16 @@ static bool draw_stage(view_renderer *r)
                            r->picture, r->width, r->height);
 }
 
+/* Shows texels of maps as they are. */
+static void inspect(const view_renderer *r)
+{
+    gl.BindSampler(VIEW_UNIT_SPECULAR, r->nearest);
+    gl.BindSampler(VIEW_UNIT_IRRADIANCE, r->nearest);
+    view_gl_draw_full(r->inspect);
+    gl.BindSampler(VIEW_UNIT_SPECULAR, 0);
+    gl.BindSampler(VIEW_UNIT_IRRADIANCE, 0);
+}
+
 static bool linear_pass(view_renderer *r)
 {
     if (stays(r))
@@ -301,7 +309,7 @@ static bool linear_pass(view_renderer *r)
     gl.Viewport(0, 0, r->width, r->height);
     gl.Disable(GL_BLEND);
     if (r->settings.mode != VIEW_SPHERES) {
-        view_display_inspect(r->display);
+        inspect(r);
         return true;
     }
     view_gl_draw_full(r->sky);
@@ -339,8 +347,10 @@ static void display_pass(const view_renderer *r, GLuint framebuffer)
     gl.Viewport(0, 0, r->width, r->height);
     gl.Disable(GL_BLEND);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, VIEW_BLOCK_FRAME, r->frame_buffer);
-    view_display_draw(r->display, r->picture,
-                      r->has_truth ? view_truth_texture(r->truth) : 0);
+    view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D, r->picture);
+    view_gl_bind(VIEW_UNIT_TRUTH, GL_TEXTURE_2D,
+                 r->has_truth ? view_truth_texture(r->truth) : 0);
+    view_gl_draw_full(r->display);
 }
 
 bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
@@ -367,22 +377,13 @@ bool view_renderer_draw(view_renderer *r, const view_settings *s, int width,
 
 bool view_renderer_read(const view_renderer *r, bool truth, float *rgb)
 {
-    const size_t row = 3 * (size_t)r->width;
-
     if (!r->width || (truth && !r->has_truth))
         return view_fail("there is no picture to read");
     view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D,
                  truth ? view_truth_texture(r->truth) : r->picture);
     gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
     gl.GetTexImage(GL_TEXTURE_2D, 0, GL_RGB, GL_FLOAT, rgb);
-    for (int y = 0; y < r->height / 2; y++) {
-        float *a = rgb + row * y, *b = rgb + row * (r->height - 1 - y);
-        for (size_t i = 0; i < row; i++) {
-            const float t = a[i];
-            a[i] = b[i];
-            b[i] = t;
-        }
-    }
+    view_picture_flip(rgb, 3 * (size_t)r->width * sizeof *rgb, r->height);
     return view_gl_check("reading the picture");
 }
 

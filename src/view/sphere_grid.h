@@ -20,11 +20,13 @@ enum {
 /* Ended by a NULL name; the first is the default. */
 extern const view_material view_materials[VIEW_MATERIALS + 1];
 
+/* In the order of sphere.vert's attributes. */
 typedef struct view_sphere {
     double centre[3], radius;
-    double f0[3];     /* mix of dielectric_f0 and metal by metallic */
+    double f0[3]; /* mix of dielectric_f0 and metal by metallic */
+    double metallic;
     double albedo[3]; /* diffuse: albedo (1 - metallic) */
-    double metallic, roughness;
+    double roughness;
 } view_sphere;
 
 /* Spheres of the grid, row by row from the bottom left: rows * columns. */

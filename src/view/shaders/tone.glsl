@@ -86,7 +86,7 @@ vec3 helix(float level) {
                                 1.78277, -0.90649, 0.0) * turn, 0.0, 1.0);
 }
 
-// Of a luminance, VIEW_STOPS around middle grey (view/display.h), sRGB-encoded.
+// Of a luminance, VIEW_STOPS around middle grey (view/overlay.h), sRGB-encoded.
 vec3 false_colour(float y, vec2 pixel) {
     const float stops = 8.0;
     bool stripe = fract((pixel.x + pixel.y) / 8.0) < 0.5;
