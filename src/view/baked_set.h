@@ -29,7 +29,7 @@ typedef struct baked_set {
     char *name; /* for titles: "sky" */
     /* Texels as in the files. Only the sky may be missing; it is zeroed then.
      * A missing table is made by ibl_bake_lut. Missing irradiance is made of
-     * level 0 by the cosine sum; if level 0 is rough or clipped by its pixel
+     * level 0 as a map; if level 0 is rough or clipped by its pixel
      * format, of the last level if its roughness is 1, else of the spherical
      * harmonics. A note reports both. */
     ibl_texture texture[VIEW_CONTENTS];

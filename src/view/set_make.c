@@ -4,17 +4,15 @@
 #include "view/set_parts.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "view/message.h"
-#include "view/vector.h"
 
 enum {
-    EDGE = 16,     /* of a made irradiance map */
-    SUM_EDGE = 32, /* of the cube that is summed: 2.8 degrees a texel */
-    LAST_EDGE = 8, /* smaller ones are too coarse to stand for irradiance */
-    DECODED = 1024 /* texels at a time */
+    SH_EDGE = 16,   /* of an irradiance map made of harmonics */
+    MAP_EDGE = 128, /* of the cube that is taken for a map at most */
+    LAST_EDGE = 8,  /* smaller ones are too coarse to stand for irradiance */
+    DECODED = 1024  /* texels at a time */
 };
 
 /* Level 0 may be summed up to this roughness: alpha 0.04 widens the cosine's
@@ -41,7 +39,7 @@ double view_set_peak(const baked_set *set)
     return (double)peak;
 }
 
-/* A level of the chain, as level 0 of a cube. Infinite texels become 0. */
+/* A level of the chain, as level 0 of a cube. What no light can be is 0. */
 static void decode_level(const baked_set *set, int level, const ibl_cube *cube)
 {
     const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
@@ -53,103 +51,40 @@ static void decode_level(const baked_set *set, int level, const ibl_cube *cube)
                          tex->data + ibl_texture_offset(tex, level, face),
                          texels, dst);
         for (size_t i = 0; i < 3 * texels; i++)
-            if (!isfinite(dst[i]))
+            if (!isfinite(dst[i]) || dst[i] < 0)
                 dst[i] = 0;
     }
 }
 
 /* ---- irradiance ------------------------------------------------------ */
 
-/* Allocates a cube and fills it by the direction of each texel. */
-static ibl_status fill_cube(ibl_ctx *ctx, const void *from,
-                            void (*irradiance)(const void *from,
-                                               const double normal[3],
-                                               double rgb[3]),
-                            ibl_cube *out)
-{
-    const ibl_status status = ibl_cube_alloc(ctx, EDGE, 1, out);
-
-    for (int i = 0; !status && i < 6 * EDGE * EDGE; i++) {
-        const int face = i / (EDGE * EDGE), at = i % (EDGE * EDGE);
-        double normal[3], rgb[3];
-        ibl_cube_direction(EDGE, face, at % EDGE, at / EDGE, normal);
-        irradiance(from, normal, rgb);
-        for (int c = 0; c < 3; c++)
-            out->data[3 * i + c] = (float)fmax(rgb[c], 0);
-    }
-    return status;
-}
-
-/* Texels of a level with directions, weighted by their solid angles. */
-typedef struct light {
-    double direction[3], rgb[3], weight;
-} light;
-
-typedef struct lights {
-    light *light;
-    int count;
-} lights;
-
-static void add_lights(lights *l, const ibl_cube *cube, int level)
-{
-    const int n = ibl_cube_edge(cube->size, level);
-
-    for (int face = 0; face < IBL_FACES; face++) {
-        const float *rgb = ibl_cube_face(cube, level, face);
-        for (int i = 0; i < n * n; i++, rgb += 3) {
-            light *to = &l->light[l->count++];
-            ibl_cube_direction(n, face, i % n, i / n, to->direction);
-            to->weight = ibl_cube_solid_angle(n, i % n, i / n);
-            for (int c = 0; c < 3; c++)
-                to->rgb[c] = (double)rgb[c] * to->weight;
-        }
-    }
-}
-
-/* sum L max(N.L, 0) dO / sum max(N.L, 0) dO, as ibl_bake_irradiance. */
-static void sum_cosine(const void *from, const double normal[3], double rgb[3])
-{
-    const lights *all = from;
-    double sum[3] = {0}, whole = 0;
-
-    for (int i = 0; i < all->count; i++) {
-        const light *l = &all->light[i];
-        const double cosine = dot3(l->direction, normal);
-        if (cosine <= 0)
-            continue;
-        whole += l->weight * cosine;
-        for (int c = 0; c < 3; c++)
-            sum[c] += l->rgb[c] * cosine;
-    }
-    for (int c = 0; c < 3; c++)
-        rgb[c] = whole > 0 ? sum[c] / whole : 0;
-}
-
 static ibl_status irradiance_of_level0(ibl_ctx *ctx, const baked_set *set,
                                        ibl_cube *out)
 {
+    const ibl_irradiance_options opts = ibl_irradiance_options_default();
     const int size = set->texture[VIEW_SPECULAR].width;
-    ibl_cube cube = {0};
-    lights all = {0};
+    ibl_cube cube = {0}, last = {.levels = 1};
+    ibl_image map = {0};
     int levels = 1;
 
-    while (ibl_cube_edge(size, levels - 1) > SUM_EDGE)
+    while (ibl_cube_edge(size, levels - 1) > MAP_EDGE)
         levels++;
+    last.size = ibl_cube_edge(size, levels - 1);
     ibl_status status = ibl_cube_alloc(ctx, size, levels, &cube);
     if (!status) {
         decode_level(set, 0, &cube);
+        last.data = ibl_cube_face(&cube, levels - 1, 0);
         status = ibl_cube_build_mips(ctx, &cube);
     }
     if (!status) {
-        const int n = ibl_cube_edge(size, levels - 1);
-        all.light = malloc(sizeof *all.light * (size_t)(6 * n * n));
-        status = all.light ? IBL_OK : IBL_ERR_MEMORY;
+        const int width = ibl_latlong_width(last.size);
+        status = ibl_image_alloc(ctx, width, width / 2, &map);
     }
-    if (!status) {
-        add_lights(&all, &cube, levels - 1);
-        status = fill_cube(ctx, &all, sum_cosine, out);
-    }
-    free(all.light);
+    if (!status)
+        status = ibl_latlong_from_cube(ctx, &last, &map);
+    if (!status)
+        status = ibl_bake_irradiance(ctx, &map, &opts, out);
+    ibl_image_free(&map);
     ibl_cube_free(&cube);
     return status;
 }
@@ -167,10 +102,20 @@ void view_set_sh_irradiance(const baked_set *set, const double normal[3],
             rgb[c] += y[i] * set->sh[3 * i + c];
 }
 
-static void sum_harmonics(const void *from, const double normal[3],
-                          double rgb[3])
+static ibl_status irradiance_of_sh(ibl_ctx *ctx, const baked_set *set,
+                                   ibl_cube *out)
 {
-    view_set_sh_irradiance(from, normal, rgb);
+    const ibl_status status = ibl_cube_alloc(ctx, SH_EDGE, 1, out);
+
+    for (int i = 0; !status && i < 6 * SH_EDGE * SH_EDGE; i++) {
+        const int face = i / (SH_EDGE * SH_EDGE), at = i % (SH_EDGE * SH_EDGE);
+        double normal[3], rgb[3];
+        ibl_cube_direction(SH_EDGE, face, at % SH_EDGE, at / SH_EDGE, normal);
+        view_set_sh_irradiance(set, normal, rgb);
+        for (int c = 0; c < 3; c++)
+            out->data[3 * i + c] = (float)fmax(rgb[c], 0);
+    }
+    return status;
 }
 
 /* At roughness 1 GGX and Phong are the cosine itself. */
@@ -213,7 +158,7 @@ static bool fill_irradiance(ibl_ctx *ctx, baked_set *set)
         status = irradiance_of_last(ctx, set, &cube);
     } else if (!whole && set->sh_degree >= 2) {
         from = "the spherical harmonics";
-        status = fill_cube(ctx, set, sum_harmonics, &cube);
+        status = irradiance_of_sh(ctx, set, &cube);
     } else {
         from = whole ? "the sum over level 0"
                      : "the sum over level 0, as blurred or clipped as it is";
