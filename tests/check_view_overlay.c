@@ -27,6 +27,14 @@ static void end(void *unused)
     view_overlay_free(overlay);
 }
 
+/* On grey. */
+static void clear(void)
+{
+    gl.ClearColor(GREY / 255.0f, GREY / 255.0f, GREY / 255.0f, 1);
+    gl.Clear(GL_COLOR_BUFFER_BIT);
+    view_overlay_begin(overlay, WIDTH, HEIGHT);
+}
+
 static void begin(void)
 {
     view_test_begin(WIDTH, HEIGHT);
@@ -34,18 +42,18 @@ static void begin(void)
     NEED(overlay);
     test_defer(end, NULL);
     gl.Viewport(0, 0, WIDTH, HEIGHT);
+    clear();
 }
 
-/* On grey. */
+/* Looks at what was drawn since the last look. */
 static void draw(void)
 {
-    gl.ClearColor(GREY / 255.0f, GREY / 255.0f, GREY / 255.0f, 1);
-    gl.Clear(GL_COLOR_BUFFER_BIT);
-    view_overlay_draw(overlay, WIDTH, HEIGHT);
+    view_overlay_end(overlay);
     free(seen);
     seen = view_picture_read(0, WIDTH, HEIGHT);
     if (!seen)
         exit(1);
+    clear();
 }
 
 static int at(int x, int y)

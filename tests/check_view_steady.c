@@ -189,7 +189,6 @@ static bool frame(void)
         return false;
     gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
     view_window_text(&app);
-    view_overlay_draw(app.overlay, WIDTH, HEIGHT);
     gl.Finish();
     view_title_text(&app, title, sizeof title);
     return true;

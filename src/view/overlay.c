@@ -12,7 +12,7 @@
 #include "view/program.h"
 
 enum {
-    BATCH = 4096, /* rectangles in the vertex buffer */
+    BATCH = 4096, /* rectangles of one draw call */
     GLYPH = 16,   /* at most in a character; X has 11 */
     LINE = 12,    /* font units from line to line, */
     TAB = 100,    /* from column to column, */
@@ -28,10 +28,8 @@ typedef struct rectangle {
 struct view_overlay {
     GLuint program, buffer, array;
     GLint window;
-    /* What was added: room grows until a frame's text fits and is then kept. */
-    rectangle *drawn;
-    size_t count, room;
-    bool lost; /* no memory: said once */
+    rectangle batch[BATCH]; /* not drawn yet */
+    int count;
 };
 
 static const float text_background[4] = {0, 0, 0, 0.65f};
@@ -53,8 +51,7 @@ view_overlay *view_overlay_create(void)
     o->window = gl.GetUniformLocation(o->program, "window");
     gl.GenVertexArrays(1, &o->array);
     gl.BindVertexArray(o->array);
-    o->buffer =
-        view_gl_buffer(GL_ARRAY_BUFFER, BATCH * sizeof(rectangle), NULL);
+    o->buffer = view_gl_buffer(GL_ARRAY_BUFFER, sizeof o->batch, NULL);
     for (GLuint i = 0; i < 2; i++)
         view_gl_attribute(i, 4, sizeof(rectangle), 4 * i * sizeof(float), 1);
     gl.BindVertexArray(0);
@@ -74,40 +71,46 @@ void view_overlay_free(view_overlay *o)
     gl.DeleteBuffers(1, &o->buffer);
     gl.DeleteVertexArrays(1, &o->array);
     gl.DeleteProgram(o->program);
-    free(o->drawn);
     free(o);
 }
 
-/* ---- adding ------------------------------------------------------------ */
+/* ---- drawing ----------------------------------------------------------- */
 
-static bool make_room(view_overlay *o)
+void view_overlay_begin(view_overlay *o, int width, int height)
 {
-    rectangle *grown;
-    const size_t room = o->room ? 2 * o->room : BATCH;
+    gl.UseProgram(o->program);
+    gl.Uniform2f(o->window, (float)width, (float)height);
+    gl.BindVertexArray(o->array);
+    gl.BindBuffer(GL_ARRAY_BUFFER, o->buffer);
+    gl.Enable(GL_BLEND);
+    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+}
 
-    if (o->count < o->room)
-        return true;
-    grown = o->lost ? NULL : realloc(o->drawn, room * sizeof *grown);
-    if (!grown) {
-        if (!o->lost)
-            view_fail("no memory for %zu characters' strokes of text", room);
-        o->lost = true;
-        return false;
-    }
-    o->drawn = grown;
-    o->room = room;
-    return true;
+static void draw_batch(view_overlay *o)
+{
+    gl.BufferSubData(GL_ARRAY_BUFFER, 0,
+                     (GLsizeiptr)o->count * (GLsizeiptr)sizeof *o->batch,
+                     o->batch);
+    gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, o->count);
+    o->count = 0;
+}
+
+void view_overlay_end(view_overlay *o)
+{
+    draw_batch(o);
+    gl.Disable(GL_BLEND);
 }
 
 static void add(view_overlay *o, double left, double top, double right,
                 double bottom, const float tint[4])
 {
-    if (!make_room(o))
-        return;
-    o->drawn[o->count] =
-        (rectangle){(float)left, (float)top, (float)right, (float)bottom, {0}};
-    memcpy(o->drawn[o->count].tint, tint, 4 * sizeof *tint);
-    o->count++;
+    if (o->count == BATCH)
+        draw_batch(o);
+    o->batch[o->count++] = (rectangle){(float)left,
+                                       (float)top,
+                                       (float)right,
+                                       (float)bottom,
+                                       {tint[0], tint[1], tint[2], tint[3]}};
 }
 
 /* The font has these and reads outside its tables for others. */
@@ -255,27 +258,4 @@ void view_overlay_legend(view_overlay *o, double x, double y, double width,
                     left + (right - left) * (i + VIEW_STOPS) / (2 * VIEW_STOPS),
                     below, left, right, scale, text);
     }
-}
-
-/* ---- drawing ----------------------------------------------------------- */
-
-void view_overlay_draw(view_overlay *o, int width, int height)
-{
-    if (!o->count)
-        return;
-    gl.UseProgram(o->program);
-    gl.Uniform2f(o->window, (float)width, (float)height);
-    gl.BindVertexArray(o->array);
-    gl.BindBuffer(GL_ARRAY_BUFFER, o->buffer);
-    gl.Enable(GL_BLEND);
-    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
-    for (size_t i = 0; i < o->count; i += BATCH) {
-        const size_t left = o->count - i, n = left < BATCH ? left : BATCH;
-        gl.BufferSubData(GL_ARRAY_BUFFER, 0,
-                         (GLsizeiptr)(n * sizeof(rectangle)), o->drawn + i);
-        gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, (GLsizei)n);
-    }
-    gl.Disable(GL_BLEND);
-    o->count = 0;
-    o->lost = false;
 }

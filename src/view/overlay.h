@@ -11,7 +11,14 @@ typedef struct view_overlay view_overlay;
 view_overlay *view_overlay_create(void); /* NULL, with a message */
 void view_overlay_free(view_overlay *o); /* NULL is fine */
 
-/* Adds text on a dark background whose upper left corner is at pixel x, y. Text
+/* Between these two, calls below draw into the bound framebuffer, of width x
+ * height pixels with sRGB-encoded values. Nothing else may draw there. The
+ * second one leaves blending off (source over, alpha kept), and the program and
+ * vertex array bound. */
+void view_overlay_begin(view_overlay *o, int width, int height);
+void view_overlay_end(view_overlay *o);
+
+/* Text on a dark background whose upper left corner is at pixel x, y. Text
  * is ASCII, other bytes become ?; \n ends a line, \t goes to the next column of
  * 100 * scale pixels. A character is about 7 * scale pixels high. Letters
  * differ in width. Any length is taken; what is outside is not seen. */
@@ -27,11 +34,6 @@ void view_overlay_bar(view_overlay *o, double x, double y, double width,
  * stops below it: as high as two lines of text. */
 void view_overlay_legend(view_overlay *o, double x, double y, double width,
                          double scale);
-
-/* Draws what was added, in order, into the bound framebuffer of sRGB-encoded
- * values, and forgets it. Leaves blending off (source over, alpha kept), and
- * its program and vertex array bound. */
-void view_overlay_draw(view_overlay *o, int width, int height);
 
 /* False colours: a spiral through the colour cube that rises evenly in
  * perceived brightness (Green 2011), over stops around middle grey, 0.18. Each

@@ -221,8 +221,9 @@ static bool draw_tile(sheet *h, int row, int column, double *ms)
         return false;
     snprintf(label, sizeof label, "%s, %s", row_label, column_label);
     gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
+    view_overlay_begin(h->overlay, w, height);
     view_overlay_text(h->overlay, 4, 4, w < 640 ? 1 : 2, label);
-    view_overlay_draw(h->overlay, w, height);
+    view_overlay_end(h->overlay);
 
     unsigned char *tile = view_picture_read(0, w, height);
     if (!tile)

@@ -280,7 +280,6 @@ static bool draw(view_app *app)
         return false;
     gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
     view_window_text(app);
-    view_overlay_draw(app->overlay, app->width, app->height);
     gl.Finish();
     app->frame_ms = 1e3 * (view_clock() - begun);
     glfwSwapBuffers(app->window);

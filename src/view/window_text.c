@@ -78,6 +78,7 @@ void view_window_text(view_app *app)
     double below = app->height - margin;
     char text[200];
 
+    view_overlay_begin(app->overlay, app->width, app->height);
     if (app->set) {
         const view_texel t = view_inspect(app->set, s, app->width, app->height,
                                           app->mouse[0], app->mouse[1]);
@@ -94,6 +95,7 @@ void view_window_text(view_app *app)
         add_progress(app);
     if (s->help)
         add_keys(app);
+    view_overlay_end(app->overlay);
 }
 
 /* ---- the title ----------------------------------------------------------- */

@@ -4,7 +4,7 @@
 
 #include "view/app.h"
 
-/* Adds the window's text: keys, the texel under the cursor, progress of a bake,
+/* Draws the window's text: keys, the texel under the cursor, progress of a bake,
  * notice, scale of false colours. */
 void view_window_text(view_app *app);
 
