@@ -86,19 +86,15 @@ static void pixels_hold_the_map(void)
         CHECK(!strcmp(ibl_pixel_name(set.texture[VIEW_LUT].pixel),
                       i ? "rg16f" : "rg32f"));
         float *rgb = decode(tex);
-        double peak = 0;
         for (int t = 0; t < 6 * 32 * 32; t++) {
             const float *p = rgb + 3 * t;
             const float *q = exact ? exact + 3 * t : p;
             const double most =
                 fmax((double)q[0], fmax((double)q[1], (double)q[2]));
-            for (int c = 0; c < 3; c++) {
+            for (int c = 0; c < 3; c++)
                 CHECK_NEAR((double)p[c], (double)q[c],
                            1.01 * most * pixels[i].step);
-                peak = fmax(peak, (double)p[c]);
-            }
         }
-        CHECK(set.peak == peak);
         if (exact)
             free(rgb);
         else
@@ -120,11 +116,9 @@ static void check_lod(const baked_set *set, double low, double high)
     for (int l = 0; l <= last; l++) {
         const double x = last ? from + (to - from) * l / last : from;
         CHECK_NEAR(set->roughness[l], linear ? x : 1 - sqrt(1 - x), 1e-8);
-        CHECK_NEAR(view_set_lod(set, set->roughness[l]), l, 1e-6);
+        if (last)
+            CHECK_NEAR(x * set->lod_scale + set->lod_offset, l, 1e-6);
     }
-    CHECK(view_set_lod(set, 0) >= 0);
-    CHECK(view_set_lod(set, 0) <= 1e-6 || low == 0);
-    CHECK_NEAR(view_set_lod(set, 1), last, 1e-6);
 }
 
 static void mappings_and_ranges(void)

@@ -46,7 +46,6 @@ typedef struct baked_set {
      * and with the basis of ibl_bake_sh. sh_degree -1: none. */
     int sh_degree; /* -1..VIEW_SH_DEGREE; higher degrees are left out */
     double sh[3 * VIEW_SH_COUNT];
-    double peak; /* largest component of level 0 */
 } baked_set;
 
 /* What to open. */
@@ -80,8 +79,6 @@ bool view_set_bake(ibl_ctx *ctx, const char *path, baked_set *set);
 bool view_set_bake_image(ibl_ctx *ctx, const char *name, const ibl_image *map,
                          const ibl_specular_options *opts, baked_set *set);
 
-/* The level, not rounded, 0 to the last, at which the set has a roughness. */
-double view_set_lod(const baked_set *set, double roughness);
 /* E/pi by the harmonics of a set that has them; may be a little negative. */
 void view_set_sh_irradiance(const baked_set *set, const double normal[3],
                             double rgb[3]);

@@ -10,6 +10,7 @@
 
 #include "common/json_load.h"
 #include "common/names.h"
+#include "common/path.h"
 #include "view/message.h"
 
 const char *const view_content_names[VIEW_CONTENTS + 1] = {
@@ -114,7 +115,8 @@ static bool take_list(view_about *a, const char *path, const char *text)
     return true;
 }
 
-bool view_about_keys(const ibl_texture *tex, const char *path, view_about *a)
+/* From the keys iblbake.* of a texture; nothing known is no failure. */
+static bool take_keys(const ibl_texture *tex, const char *path, view_about *a)
 {
     const char *scale = ibl_texture_get(tex, "iblbake.lod_scale");
     const char *offset = ibl_texture_get(tex, "iblbake.lod_offset");
@@ -164,7 +166,8 @@ static bool take_levels(view_about *a, const char *path, const json_t *levels)
     return true;
 }
 
-bool view_about_entry(const json_t *entry, const char *path, view_about *a)
+/* The same of an entry of the sidecar at path; NULL: nothing. */
+static bool take_entry(const json_t *entry, const char *path, view_about *a)
 {
     const json_t *scale = json_object_get(entry, "lod_scale");
     const json_t *offset = json_object_get(entry, "lod_offset");
@@ -181,31 +184,23 @@ bool view_about_entry(const json_t *entry, const char *path, view_about *a)
            check_numbers(a, path);
 }
 
-const char *view_entry_file(const json_t *entry)
-{
-    const char *file = text_of(entry, "file");
-    return file && *file && !strchr(file, '/') ? file : NULL;
-}
-
-view_content view_entry_content(const json_t *entry)
-{
-    const char *content = text_of(entry, "content");
-    const int found =
-        content ? ibl_names_find(view_content_names, content) : -1;
-    return found < 0 ? VIEW_CONTENTS : (view_content)found;
-}
-
-bool view_entry_shape(const json_t *entry, int *width, int *levels)
+/* Edge and levels of a chain. A sidecar with another size than its file is of
+ * another bake. */
+static bool check_shape(const json_t *entry, const char *sidecar,
+                        const ibl_texture *tex, const char *path)
 {
     const json_t *edge = json_object_get(entry, "width");
     const json_t *chain = json_object_get(entry, "levels");
+    const json_int_t width = json_integer_value(edge);
+    const size_t levels = json_array_size(chain);
 
-    if (!json_is_integer(edge) || !json_is_array(chain))
-        return false;
-    const json_int_t found = json_integer_value(edge);
-    *width = found > 0 && found <= IBL_MAX_CUBE_SIZE ? (int)found : 0;
-    *levels = json_array_size(chain) <= 64 ? (int)json_array_size(chain) : 0;
-    return true;
+    if (!json_is_integer(edge) || !json_is_array(chain) ||
+        (width == tex->width && levels == (size_t)tex->levels))
+        return true;
+    return view_fail("%s: has %d levels from %d texels, but %s tells of %zu "
+                     "from %lld: bake the set again, or take that file away",
+                     path, tex->levels, tex->width, sidecar, levels,
+                     (long long)width);
 }
 
 /* ---- the sidecar ------------------------------------------------------- */
@@ -233,8 +228,9 @@ bool view_sidecar_open(const char *path, json_t **root)
     return true;
 }
 
-const json_t *view_sidecar_entry(const json_t *root, const char *member,
-                                 const char *value)
+/* The entry of an output whose member has that value; NULL: none. */
+static const json_t *entry_of(const json_t *root, const char *member,
+                              const char *value)
 {
     json_t *entry;
     size_t i;
@@ -248,11 +244,20 @@ const json_t *view_sidecar_entry(const json_t *root, const char *member,
     return NULL;
 }
 
+const char *view_sidecar_file(const json_t *root, view_content content)
+{
+    const char *word = view_content_names[content];
+    const char *file = text_of(entry_of(root, "content", word), "file");
+
+    return file && *file && !strchr(file, '/') ? file : NULL;
+}
+
 bool view_sidecar_sh(const json_t *root, baked_set *set)
 {
     const json_t *sh = json_object_get(root, "sh");
     const json_t *radiance = json_object_get(sh, "radiance");
     const json_t *degree = json_object_get(sh, "degree");
+    double values[3 * VIEW_SH_COUNT];
 
     set->sh_degree = -1;
     if (!sh)
@@ -263,35 +268,47 @@ bool view_sidecar_sh(const json_t *root, baked_set *set)
         return damaged(set->path[VIEW_SIDECAR],
                        "its harmonics are not as many as their degree says");
     const int used = most < VIEW_SH_DEGREE ? (int)most : VIEW_SH_DEGREE;
-    for (int l = 0, i = 0; l <= used; l++) {
-        for (int n = 0; n < 3 * (2 * l + 1); n++, i++) {
-            const json_t *rgb = json_array_get(radiance, (size_t)i / 3);
-            const json_t *x = json_array_get(rgb, (size_t)i % 3);
-            if (!json_is_number(x))
-                return damaged(set->path[VIEW_SIDECAR],
-                               "its harmonics are not all numbers");
-            set->sh[i] = json_number_value(x) * ibl_sh_cosine(l);
-        }
+    for (int i = 0; i < 3 * (used + 1) * (used + 1); i++) {
+        const json_t *rgb = json_array_get(radiance, (size_t)i / 3);
+        const json_t *x = json_array_get(rgb, (size_t)i % 3);
+        if (!json_is_number(x))
+            return damaged(set->path[VIEW_SIDECAR],
+                           "its harmonics are not all numbers");
+        values[i] = json_number_value(x);
     }
-    set->sh_degree = used;
+    view_set_harmonics(set, used, values);
     return true;
 }
 
 /* ---- two accounts of one file ---------------------------------------- */
 
-void view_about_add(view_about *a, const view_about *from)
+/* Adds what only `from` knows. Returns whether they disagree about a value that
+ * both know, content aside; keys have nine digits. */
+static bool merge(view_about *a, const view_about *from)
 {
+    bool differ = false;
+
     for (int i = 0; i < VIEW_ABOUT_COUNT; i++)
         if (from->known[i] && !a->known[i])
             learn(a, i, from->value[i]);
+        else if (from->known[i] && i != VIEW_ABOUT_CONTENT)
+            differ |= fabs(a->value[i] - from->value[i]) >
+                      1e-6 * (1 + fabs(a->value[i]));
+    return differ;
 }
 
-/* Keys have nine digits. */
-bool view_about_differ(const view_about *a, const view_about *b)
+bool view_about_read(const baked_set *set, view_content content,
+                     const json_t *sidecar, view_about *a)
 {
-    for (int i = VIEW_ABOUT_CONTENT + 1; i < VIEW_ABOUT_COUNT; i++)
-        if (a->known[i] && b->known[i] &&
-            fabs(a->value[i] - b->value[i]) > 1e-6 * (1 + fabs(a->value[i])))
-            return true;
-    return false;
+    const ibl_texture *tex = &set->texture[content];
+    const char *path = set->path[content], *side = set->path[VIEW_SIDECAR];
+    const json_t *entry = entry_of(sidecar, "file", ibl_path_name(path));
+    view_about told;
+
+    if (!take_keys(tex, path, a) || !take_entry(entry, side, &told))
+        return false;
+    if (merge(a, &told))
+        view_note("%s: does not say what %s says of it: taken as the file says",
+                  path, side);
+    return content != VIEW_SPECULAR || check_shape(entry, side, tex, path);
 }

@@ -85,18 +85,16 @@ bool view_is_map(const char *path)
 
 /* ---- names ----------------------------------------------------------- */
 
-const char *view_file_name(const char *path)
+static size_t stem_length(const char *name)
 {
-    const char *slash = strrchr(path, '/');
-    return slash ? slash + 1 : path;
+    const char *dot = strrchr(name, '.');
+    return dot && dot > name ? (size_t)(dot - name) : strlen(name);
 }
 
 char *view_file_stem(const char *path)
 {
-    const char *name = view_file_name(path);
-    const char *dot = strrchr(name, '.');
-    return dot && dot > name ? strndup(name, (size_t)(dot - name))
-                             : strdup(name);
+    const char *name = ibl_path_name(path);
+    return strndup(name, stem_length(name));
 }
 
 bool view_file_no_memory(const char *path)
@@ -104,21 +102,24 @@ bool view_file_no_memory(const char *path)
     return view_fail("%s: no memory to open it", path);
 }
 
-view_content view_file_content(const char *stem, size_t *length)
+view_content view_file_content(const char *path, size_t *length)
 {
-    const size_t all = strlen(stem);
+    const char *name = ibl_path_name(path);
+    const size_t all = stem_length(name);
 
-    for (int i = 0; i < VIEW_CONTENTS; i++) {
-        const size_t size = strlen(view_content_names[i]);
-        *length = all - size;
-        if (all < size || strcmp(stem + all - size, view_content_names[i]) != 0)
-            continue;
-        if (all == size && i == VIEW_LUT)
-            return VIEW_LUT;
-        if (all > size + 1 && stem[--*length] == '_')
-            return (view_content)i;
-    }
     *length = all;
+    for (int i = 0; i < VIEW_CONTENTS; i++) {
+        const char *word = view_content_names[i];
+        const size_t size = strlen(word), before = all - size;
+        if (all < size || memcmp(name + before, word, size) != 0)
+            continue;
+        if (before == 0 && i == VIEW_LUT)
+            return VIEW_LUT;
+        if (before < 2 || name[before - 1] != '_')
+            continue;
+        *length = before - 1;
+        return (view_content)i;
+    }
     return VIEW_CONTENTS;
 }
 

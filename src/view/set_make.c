@@ -21,7 +21,8 @@ enum {
 
 /* ---- decoding -------------------------------------------------------- */
 
-double view_set_peak(const baked_set *set)
+/* The largest finite component of level 0. */
+static double peak_of(const baked_set *set)
 {
     const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
     const size_t step = ibl_pixel_bytes(tex->pixel);
@@ -89,6 +90,14 @@ static ibl_status irradiance_of_level0(ibl_ctx *ctx, const baked_set *set,
     return status;
 }
 
+void view_set_harmonics(baked_set *set, int degree, const double *radiance)
+{
+    set->sh_degree = degree;
+    for (int l = 0, i = 0; l <= degree; l++)
+        for (int n = 0; n < 3 * (2 * l + 1); n++, i++)
+            set->sh[i] = radiance[i] * ibl_sh_cosine(l);
+}
+
 void view_set_sh_irradiance(const baked_set *set, const double normal[3],
                             double rgb[3])
 {
@@ -143,7 +152,8 @@ static ibl_status irradiance_of_last(ibl_ctx *ctx, const baked_set *set,
 static bool level0_is_whole(const baked_set *set)
 {
     return set->roughness[0] <= SMOOTH &&
-           set->peak < (double)ibl_pixel_max(set->texture[VIEW_SPECULAR].pixel);
+           peak_of(set) <
+               (double)ibl_pixel_max(set->texture[VIEW_SPECULAR].pixel);
 }
 
 static bool fill_irradiance(ibl_ctx *ctx, baked_set *set)
@@ -226,11 +236,7 @@ static bool take(ibl_ctx *ctx, const ibl_bake_result *result,
     set->lod_offset = layout->lod_offset;
     memcpy(set->roughness, layout->roughness, sizeof set->roughness);
     set->irradiance_scale = 1;
-    set->sh_degree = VIEW_SH_DEGREE;
-    for (int l = 0, i = 0; l <= VIEW_SH_DEGREE; l++)
-        for (int n = 0; n < 3 * (2 * l + 1); n++, i++)
-            set->sh[i] = result->sh[i] * ibl_sh_cosine(l);
-    set->peak = view_set_peak(set);
+    view_set_harmonics(set, VIEW_SH_DEGREE, result->sh);
     return view_set_fill(ctx, set);
 }
 

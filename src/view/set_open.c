@@ -44,9 +44,8 @@ static bool try_name(const opener *o, const char *name, char **out)
 static bool find_beside(const opener *o, view_content content, char **out)
 {
     const char *const word = view_content_names[content];
-    const char *listed =
-        view_entry_file(view_sidecar_entry(o->sidecar, "content", word));
-    const char *own = strrchr(view_file_name(o->set->path[VIEW_SPECULAR]), '.');
+    const char *listed = view_sidecar_file(o->sidecar, content);
+    const char *own = strrchr(ibl_path_name(o->set->path[VIEW_SPECULAR]), '.');
     const int stems = content == VIEW_LUT ? 2 : 1;
 
     *out = NULL;
@@ -115,22 +114,15 @@ static bool check_shape(const ibl_texture *tex, const char *path,
 }
 
 /* By its keys, the sidecar or, last, the name. Any cube does for a sky. */
-static bool check_content(const opener *o, const char *path,
-                          view_content wanted, const view_about *keys)
+static bool check_content(const char *path, view_content wanted,
+                          const view_about *about)
 {
-    view_content found = view_entry_content(
-        view_sidecar_entry(o->sidecar, "file", view_file_name(path)));
+    size_t length;
+    const view_content found =
+        about->known[VIEW_ABOUT_CONTENT]
+            ? (view_content)about->value[VIEW_ABOUT_CONTENT]
+            : view_file_content(path, &length);
 
-    if (keys->known[VIEW_ABOUT_CONTENT]) {
-        found = (view_content)keys->value[VIEW_ABOUT_CONTENT];
-    } else if (found == VIEW_CONTENTS) {
-        char *stem = view_file_stem(path);
-        size_t length;
-        if (!stem)
-            return view_file_no_memory(path);
-        found = view_file_content(stem, &length);
-        free(stem);
-    }
     if (found == VIEW_CONTENTS || found == wanted || wanted == VIEW_SKY)
         return true;
     return view_fail("%s: holds %s, where %s is wanted: %s", path,
@@ -138,23 +130,11 @@ static bool check_content(const opener *o, const char *path,
                      remedy(wanted));
 }
 
-/* The sidecar's entry of a content, if it is about the file that was read. */
-static const json_t *entry_of(const opener *o, view_content content)
-{
-    const json_t *entry =
-        view_sidecar_entry(o->sidecar, "content", view_content_names[content]);
-    const char *file = view_entry_file(entry);
-
-    return file && !strcmp(file, view_file_name(o->set->path[content])) ? entry
-                                                                        : NULL;
-}
-
 /* Reads the file of a content, and how it was baked. */
 static bool load(opener *o, view_content content, view_about *about)
 {
     ibl_texture *tex = &o->set->texture[content];
     const char *path = o->set->path[content], *words;
-    view_about entry;
 
     const view_file_kind kind = view_file_look(path, &words);
     if (kind == VIEW_FILE_MISSING)
@@ -164,36 +144,13 @@ static bool load(opener *o, view_content content, view_about *about)
                          path, words, view_content_words(content),
                          remedy(content));
     view_set_see(o->set, content);
-    if (ibl_texture_read(o->ctx, path, tex, NULL) ||
-        !check_shape(tex, path, content) ||
-        !view_about_keys(tex, path, about) ||
-        !check_content(o, path, content, about) ||
-        !view_about_entry(entry_of(o, content), o->set->path[VIEW_SIDECAR],
-                          &entry))
-        return false;
-    if (view_about_differ(about, &entry))
-        view_note("%s: does not say what %s says of it: taken as the file says",
-                  path, o->set->path[VIEW_SIDECAR]);
-    view_about_add(about, &entry);
-    return true;
+    return !ibl_texture_read(o->ctx, path, tex, NULL) &&
+           check_shape(tex, path, content) &&
+           view_about_read(o->set, content, o->sidecar, about) &&
+           check_content(path, content, about);
 }
 
 /* ---- the specular chain ----------------------------------------------- */
-
-/* A sidecar with another size than its file is of another bake. */
-static bool check_sidecar_shape(const opener *o)
-{
-    const ibl_texture *tex = &o->set->texture[VIEW_SPECULAR];
-    int width, levels;
-
-    if (!view_entry_shape(entry_of(o, VIEW_SPECULAR), &width, &levels) ||
-        (width == tex->width && levels == tex->levels))
-        return true;
-    return view_fail("%s: has %d levels from %d texels, but %s tells of %d "
-                     "from %d: bake the set again, or take that file away",
-                     o->set->path[VIEW_SPECULAR], tex->levels, tex->width,
-                     o->set->path[VIEW_SIDECAR], levels, width);
-}
 
 /* What the spheres cannot make up for. */
 static void note_misfits(const baked_set *set)
@@ -249,12 +206,10 @@ static bool open_sidecar(opener *o, const char *path)
     baked_set *set = o->set;
     size_t length;
 
-    set->name = view_file_stem(path);
+    view_file_content(path, &length);
+    set->name = strndup(ibl_path_name(path), length);
     if (!set->name)
         return view_file_no_memory(path);
-    view_file_content(set->name, &length);
-    if (length)
-        set->name[length] = '\0';
     char name[1024];
     snprintf(name, sizeof name, "%s.json", set->name);
     set->path[VIEW_SIDECAR] = ibl_path_beside(path, name);
@@ -276,7 +231,7 @@ static bool open_specular(opener *o, const char *path)
     view_about about;
 
     return found && open_sidecar(o, found) && load(o, VIEW_SPECULAR, &about) &&
-           check_sidecar_shape(o) && take_specular(o->set, &about);
+           take_specular(o->set, &about);
 }
 
 /* ---- all of it -------------------------------------------------------- */
@@ -326,8 +281,6 @@ bool view_set_open(ibl_ctx *ctx, const view_request *what, baked_set *set)
     if (ok && !set->texture[VIEW_LUT].data)
         view_note("%s: has no BRDF table: made with the geometry %s", set->name,
                   ibl_geometry_name(IBL_GEOMETRY_SMITH));
-    if (ok)
-        set->peak = view_set_peak(set);
     if (ok && view_set_fill(ctx, set))
         return true;
     view_set_free(set);
@@ -342,13 +295,4 @@ void view_set_free(baked_set *set)
         free(set->path[i]);
     free(set->name);
     *set = (baked_set){0};
-}
-
-double view_set_lod(const baked_set *set, double roughness)
-{
-    const double r = roughness;
-    const double x = set->mapping == IBL_ROUGHNESS_LINEAR ? r : r * (2 - r);
-    const double lod = x * set->lod_scale + set->lod_offset;
-    const double last = set->texture[VIEW_SPECULAR].levels - 1;
-    return lod < 0 ? 0 : lod < last ? lod : last;
 }

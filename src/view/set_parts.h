@@ -28,12 +28,11 @@ typedef enum view_file_kind {
  * PNG picture" after "is". */
 view_file_kind view_file_look(const char *path, const char **words);
 
-/* The name in a path; and, for free(), that without its last extension. */
-const char *view_file_name(const char *path);
+/* The name in a path without its last extension, for free(). */
 char *view_file_stem(const char *path);
-/* The content whose name ends stem, "brdf_lut" or after a "_"; VIEW_CONTENTS:
- * none. *length is that of what is before. */
-view_content view_file_content(const char *stem, size_t *length);
+/* The content whose name ends that, "brdf_lut" or after a "_"; VIEW_CONTENTS:
+ * none. *length is that of what is before "_", or of all. */
+view_content view_file_content(const char *path, size_t *length);
 /* The specular file that a file's or directory's path means, for free(). NULL,
  * with a message. */
 char *view_file_specular(const char *path);
@@ -65,29 +64,19 @@ typedef struct view_about {
     double value[VIEW_ABOUT_COUNT];
 } view_about;
 
-/* From the keys iblbake.* of a texture; nothing known is no failure. False,
- * with a message about path, if one makes no sense. */
-bool view_about_keys(const ibl_texture *tex, const char *path, view_about *a);
-/* The same of an entry of the sidecar at path. */
-bool view_about_entry(const json_t *entry, const char *path, view_about *a);
-/* Adds what only `from` knows. */
-void view_about_add(view_about *a, const view_about *from);
-/* Whether both know a value and disagree about it; content aside. */
-bool view_about_differ(const view_about *a, const view_about *b);
+/* From the keys iblbake.* of a texture of the set and, what they do not say,
+ * from the sidecar's entry of its file; a note where they differ. Nothing known
+ * is no failure. False, with a message, if a value makes no sense or the
+ * sidecar is of another bake. */
+bool view_about_read(const baked_set *set, view_content content,
+                     const json_t *sidecar, view_about *a);
 
 /* Reads NAME.json; *root is to be freed with json_decref. It is NULL where
  * there is no such file, or one that iblbake did not write (with a note).
  * False, with a message, if it is damaged. */
 bool view_sidecar_open(const char *path, json_t **root);
-/* The entry of an output whose member has that value; NULL: none. */
-const json_t *view_sidecar_entry(const json_t *root, const char *member,
-                                 const char *value);
-/* Its file's name, never a path; NULL: none. */
-const char *view_entry_file(const json_t *entry);
-/* The content that it names; VIEW_CONTENTS: none. */
-view_content view_entry_content(const json_t *entry);
-/* Edge and levels of its texture; false if it has none. */
-bool view_entry_shape(const json_t *entry, int *width, int *levels);
+/* The name, never a path, of a content's file; NULL: none. */
+const char *view_sidecar_file(const json_t *root, view_content content);
 /* The harmonics into set; its degree is -1 where there are none. */
 bool view_sidecar_sh(const json_t *root, baked_set *set);
 
@@ -96,7 +85,8 @@ bool view_sidecar_sh(const json_t *root, baked_set *set);
 /* Makes the table and irradiance of a set whose specular chain is there, with
  * its roughness, where they are missing. */
 bool view_set_fill(ibl_ctx *ctx, baked_set *set);
-/* The largest finite component of level 0 of the specular chain. */
-double view_set_peak(const baked_set *set);
+/* The cosine-weighted harmonics of radiance, 3 for each (l, m) to a degree of
+ * VIEW_SH_DEGREE or less. */
+void view_set_harmonics(baked_set *set, int degree, const double *radiance);
 
 #endif
