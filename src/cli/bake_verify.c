@@ -24,7 +24,8 @@ static bool judge_cube(ibl_bake *b, ibl_output_kind kind,
               !ibl_texture_to_cube(b->ctx, tex, &cube);
     for (int l = 0; l < tex->levels && ok; l++) {
         const ibl_judge_level level = {
-            .role = (ibl_role)kind,
+            .content = kind,
+            .number = l,
             .lobe = o->bake.specular_options.lobe,
             .roughness = kind == IBL_OUTPUT_SPECULAR
                              ? b->made.report.layout.roughness[l]
@@ -34,7 +35,7 @@ static bool judge_cube(ibl_bake *b, ibl_output_kind kind,
             .base = cube.size,
             .texels = ibl_cube_face(&cube, l, 0),
             .pixel = tex->pixel};
-        ok = !ibl_report_add(&b->judged, b->judge, kind, l, &level);
+        ok = !ibl_report_add(&b->judged, b->judge, &level);
     }
     ibl_cube_free(&cube);
     return ok;

@@ -122,19 +122,20 @@ static json_t *number(double value)
     return isfinite(value) ? json_real(value) : json_null();
 }
 
-static bool keep_level(ibl_bench_point *p, const ibl_report_row *row)
+static bool keep_level(ibl_bench_point *p, const ibl_verdict *v)
 {
-    const ibl_verdict *v = &row->verdict;
+    const bool irradiance = v->level.content == IBL_OUTPUT_IRRADIANCE;
     /* Irradiance has the lobe of roughness 1. */
-    const double roughness = v->role == IBL_ROLE_IRRADIANCE ? 1 : v->roughness;
+    const double roughness = irradiance ? 1 : v->level.roughness;
 
     return !json_array_append_new(
         p->levels,
-        json_pack("{ss si si so so so so so so}", "content", row->content,
-                  "level", row->level, "size", v->size, "roughness",
+        json_pack("{ss si si so so so so so so}", "content",
+                  ibl_output_content(v->level.content), "level",
+                  v->level.number, "size", v->level.size, "roughness",
                   number(roughness), "nrmse", number(v->nrmse), "median",
-                  number(v->median), "p95", number(v->p95), "worst",
-                  number(v->worst), "bias", number(v->bias)));
+                  number(v->error.median), "p95", number(v->error.p95), "worst",
+                  number(v->error.worst), "bias", number(v->bias)));
 }
 
 static bool keep_lut(ibl_bench_point *p, const ibl_lut_verdict *v)
@@ -153,14 +154,14 @@ static ibl_status keep(ibl_bench_point *p, const ibl_report *report)
 
     p->levels = json_array();
     for (int i = 0; i < report->count; i++) {
-        const ibl_verdict *v = &report->rows[i].verdict;
-        if (!keep_level(p, &report->rows[i]))
+        const ibl_verdict *v = &report->rows[i];
+        if (!keep_level(p, v))
             return IBL_ERR_MEMORY;
-        if (strcmp(report->rows[i].content, "specular") != 0 ||
-            !(v->roughness > 0))
+        if (v->level.content != IBL_OUTPUT_SPECULAR ||
+            !(v->level.roughness > 0))
             continue;
         sum += v->nrmse * v->nrmse;
-        worst = fmax(worst, v->p95);
+        worst = fmax(worst, v->error.p95);
         rough++;
     }
     p->judged = rough > 0;
@@ -177,16 +178,14 @@ static ibl_status judge_files(judging *j, ibl_bench_point *p,
     ibl_status status =
         ibl_verify_files_read(opts, j->ctx, j->b->console, files);
 
+    /* What is swept has no part in the table. */
+    if (p->kind == IBL_BENCH_BAKE && !p->base)
+        ibl_lut_free(&files->lut);
     if (!status)
         status = take_judge(j, p->source, files->yaw_deg, &opts->judge);
     if (!status)
-        status = ibl_verify_judge(files, j->judge, j->b->console, report);
-    /* What is swept has no part in the table. */
-    report->has_lut =
-        files->path[IBL_OUTPUT_LUT] && (p->base || p->kind != IBL_BENCH_BAKE);
-    if (!status && report->has_lut)
-        status = ibl_judge_lut(j->ctx, &files->lut, files->lut_pixel,
-                               files->geometry, &opts->judge, &report->lut);
+        status =
+            ibl_verify_judge(files, j->ctx, j->judge, j->b->console, report);
     return status ? status : keep(p, report);
 }
 
@@ -199,6 +198,7 @@ static bool judge_point(judging *j, ibl_bench_point *p)
     bool ok = settings_of(j->b, p, &opts, &words);
 
     if (ok) {
+        report.options = opts.judge;
         const ibl_status status = judge_files(j, p, &opts, &files, &report);
         if (status)
             ibl_console_fail(j->b->console,

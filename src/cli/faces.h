@@ -13,6 +13,14 @@ void ibl_face_direction(int face, double u, double v, double dir[3]);
 /* The texel of a cube of `size` that a direction falls in. */
 ibl_texel ibl_face_texel(int size, const double dir[3]);
 
+/* A texel of a level whose faces of `size` follow each other. */
+static inline float *ibl_face_at(float *faces, int size, ibl_texel at)
+{
+    const size_t n = (size_t)size;
+    return faces +
+           3 * (((size_t)at.face * n + (size_t)at.y) * n + (size_t)at.x);
+}
+
 /* The mean of the pixels x0..x1 - 1 by y0..y1 - 1 of an RGB image, or of a
  * face; there is one at least. */
 void ibl_mean_rgb(const float *image, int width, int x0, int x1, int y0, int y1,

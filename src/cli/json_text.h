@@ -35,11 +35,20 @@ json_t *ibl_json_harmonics(const double *sh, int degree, bool cosine);
 json_t *ibl_json_overflow(const ibl_overflow_level *level);
 
 /* JSON as a list of calls: what fails makes the object or array NULL, and so in
- * turn what that was to be put into. Both take value over; NULL is a failure.
+ * turn what that was to be put into. All take the value over; NULL is a
+ * failure.
  */
 static inline void put(json_t **object, const char *key, json_t *value)
 {
     if (json_object_set_new(*object, key, value)) {
+        json_decref(*object);
+        *object = NULL;
+    }
+}
+
+static inline void put_all(json_t **object, json_t *members)
+{
+    if (json_object_update_new(*object, members)) {
         json_decref(*object);
         *object = NULL;
     }

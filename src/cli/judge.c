@@ -16,7 +16,7 @@ enum {
 
 /* The chosen texels and the truth of a level, kept for the next one alike. */
 typedef struct known {
-    ibl_role role;
+    ibl_output_kind content;
     ibl_lobe lobe;
     double roughness;
     int base, size;
@@ -50,14 +50,28 @@ void ibl_verdict_free(ibl_verdict *v)
     *v = (ibl_verdict){0};
 }
 
-void ibl_judge_round(ibl_pixel pixel, float *values)
+/* Rounds a pixel's channels to what its format holds. */
+static void round_to(ibl_pixel pixel, float values[4])
 {
     unsigned char bytes[16];
 
-    if (pixel == IBL_PIXEL_COUNT)
-        return;
     ibl_pixel_encode(pixel, values, 1, bytes);
     ibl_pixel_decode(pixel, bytes, 1, values);
+}
+
+void ibl_judge_loss(ibl_pixel pixel, double scale, const double *values, int n,
+                    double *loss)
+{
+    float rounded[4] = {0};
+
+    for (int c = 0; c < n; c++)
+        rounded[c] = (float)(values[c] * scale);
+    if (pixel != IBL_PIXEL_COUNT)
+        round_to(pixel, rounded);
+    for (int c = 0; c < n; c++)
+        loss[c] = pixel == IBL_PIXEL_COUNT
+                      ? 0
+                      : (double)rounded[c] / scale - values[c];
 }
 
 /* ---- the judge ------------------------------------------------------- */
@@ -86,35 +100,32 @@ static int at_most(int n, int most)
 ibl_status ibl_judge_create(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
                             const ibl_judge_options *opts, ibl_judge **out)
 {
-    ibl_judge *j = calloc(1, sizeof *j);
-    ibl_status status;
+    ibl_judge *j = *out = calloc(1, sizeof *j);
 
-    *out = NULL;
     if (!j)
         return IBL_ERR_MEMORY;
     j->ctx = ctx;
     j->opts = *opts;
-    status = ibl_image_alloc(ctx, at_most(env->width, COARSE),
-                             at_most(env->height, COARSE / 2), &j->coarse);
-    if (status)
-        goto fail;
-    shrink(env, &j->coarse);
-    status = ibl_reference_create(ctx, env, yaw_deg, &j->reference);
+    ibl_status status =
+        ibl_image_alloc(ctx, at_most(env->width, COARSE),
+                        at_most(env->height, COARSE / 2), &j->coarse);
+    if (!status) {
+        shrink(env, &j->coarse);
+        status = ibl_reference_create(ctx, env, yaw_deg, &j->reference);
+    }
     if (!status)
         status = ibl_reference_create(ctx, &j->coarse, yaw_deg,
                                       &j->coarse_reference);
     if (!status)
         status = ibl_reference_mean(j->reference, j->mean);
-    if (status)
-        goto fail;
+    if (status) {
+        ibl_judge_free(j);
+        *out = NULL;
+        return status;
+    }
     j->scene.light_count =
         ibl_find_lights(env, yaw_deg, IBL_JUDGE_LIGHTS, j->scene.lights);
-    *out = j;
     return IBL_OK;
-
-fail:
-    ibl_judge_free(j);
-    return status;
 }
 
 static void free_known(known *k)
@@ -149,11 +160,11 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* The truth in count directions; ENVIRONMENT: at single points. */
+/* The truth in count directions; SKYBOX: at single points. */
 static ibl_status convolve(const ibl_reference *reference, const known *k,
                            const double *dirs, size_t count, double *rgb)
 {
-    if (k->role == IBL_ROLE_IRRADIANCE)
+    if (k->content == IBL_OUTPUT_IRRADIANCE)
         return ibl_reference_irradiance(reference, dirs, count, rgb);
     return ibl_reference_lobe(reference, k->lobe, k->roughness, dirs, count,
                               rgb);
@@ -164,28 +175,23 @@ static ibl_status convolve(const ibl_reference *reference, const known *k,
 static ibl_status find_dark(const ibl_judge *j, const known *k,
                             ibl_pick_scene *scene)
 {
-    double *dirs = malloc(8 * CELLS * sizeof *dirs);
-    double *const rgb = dirs + 3 * CELLS, *const value = rgb + 3 * CELLS;
-    double *const sorted = value + CELLS;
+    double dirs[3 * CELLS], rgb[3 * CELLS], value[CELLS], sorted[CELLS];
 
-    if (!dirs)
-        return IBL_ERR_MEMORY;
     for (int c = 0; c < CELLS; c++)
         ibl_cube_direction(IBL_DARK_CELLS, c / (CELLS / IBL_FACES),
                            c % IBL_DARK_CELLS,
                            c / IBL_DARK_CELLS % IBL_DARK_CELLS, dirs + 3 * c);
     const ibl_status status =
         convolve(j->coarse_reference, k, dirs, CELLS, rgb);
-    for (int c = 0; c < CELLS && !status; c++)
+    if (status)
+        return status;
+    for (int c = 0; c < CELLS; c++)
         value[c] = rgb[3 * c] + rgb[3 * c + 1] + rgb[3 * c + 2];
-    if (!status) {
-        memcpy(sorted, value, CELLS * sizeof *sorted);
-        qsort(sorted, CELLS, sizeof *sorted, by_value);
-        for (int c = 0; c < CELLS; c++)
-            scene->dark[c] = value[c] <= sorted[CELLS / DARK_TENTH];
-    }
-    free(dirs);
-    return status;
+    memcpy(sorted, value, sizeof sorted);
+    qsort(sorted, CELLS, sizeof *sorted, by_value);
+    for (int c = 0; c < CELLS; c++)
+        scene->dark[c] = value[c] <= sorted[CELLS / DARK_TENTH];
+    return IBL_OK;
 }
 
 static ibl_status find_truth(const ibl_judge *j, known *k)
@@ -195,19 +201,16 @@ static ibl_status find_truth(const ibl_judge *j, known *k)
     ibl_status status = IBL_ERR_MEMORY;
 
     k->truth = malloc(3 * k->count * sizeof *k->truth);
-    if (!dirs || !texels || !k->truth)
-        goto fail;
-    for (size_t i = 0; i < k->count; i++) {
-        texels[i] = k->picks[i].at;
-        ibl_cube_direction(k->size, texels[i].face, texels[i].x, texels[i].y,
-                           dirs + 3 * i);
+    if (dirs && texels && k->truth) {
+        for (size_t i = 0; i < k->count; i++) {
+            const ibl_texel at = texels[i] = k->picks[i].at;
+            ibl_cube_direction(k->size, at.face, at.x, at.y, dirs + 3 * i);
+        }
+        status = k->content == IBL_OUTPUT_SKYBOX
+                     ? ibl_reference_texels(j->reference, k->base, k->size,
+                                            texels, k->count, k->truth)
+                     : convolve(j->reference, k, dirs, k->count, k->truth);
     }
-    status = k->role == IBL_ROLE_ENVIRONMENT
-                 ? ibl_reference_texels(j->reference, k->base, k->size, texels,
-                                        k->count, k->truth)
-                 : convolve(j->reference, k, dirs, k->count, k->truth);
-
-fail:
     free(dirs);
     free(texels);
     return status;
@@ -227,17 +230,20 @@ static ibl_status make_known(ibl_judge *j, known *k)
 static ibl_status find_known(ibl_judge *j, const ibl_judge_level *level,
                              const known **out)
 {
-    const bool specular = level->role == IBL_ROLE_SPECULAR;
-    const bool lobe = specular && level->roughness > 0;
+    const bool lobe =
+        level->content == IBL_OUTPUT_SPECULAR && level->roughness > 0;
     const known want = {
-        .role = specular && !lobe ? IBL_ROLE_ENVIRONMENT : level->role,
+        .content = level->content == IBL_OUTPUT_SPECULAR && !lobe
+                       ? IBL_OUTPUT_SKYBOX
+                       : level->content,
         .lobe = lobe ? level->lobe : IBL_LOBE_GGX,
         .roughness = lobe ? level->roughness : 0,
-        .base = level->role == IBL_ROLE_ENVIRONMENT ? level->base : level->size,
+        .base = level->content == IBL_OUTPUT_SKYBOX ? level->base : level->size,
         .size = level->size};
     known *k = j->known;
+    ibl_status status = IBL_OK;
 
-    while (k && !(k->role == want.role && k->size == want.size &&
+    while (k && !(k->content == want.content && k->size == want.size &&
                   k->base == want.base && k->lobe == want.lobe &&
                   k->roughness == want.roughness))
         k = k->next;
@@ -246,7 +252,7 @@ static ibl_status find_known(ibl_judge *j, const ibl_judge_level *level,
         if (!k)
             return IBL_ERR_MEMORY;
         *k = want;
-        const ibl_status status = make_known(j, k);
+        status = make_known(j, k);
         if (status) {
             free_known(k);
             return status;
@@ -255,17 +261,10 @@ static ibl_status find_known(ibl_judge *j, const ibl_judge_level *level,
         j->known = k;
     }
     *out = k;
-    return IBL_OK;
+    return status;
 }
 
 /* ---- statistics ------------------------------------------------------ */
-
-static const float *texel_of(const ibl_judge_level *level, ibl_texel at)
-{
-    const size_t n = (size_t)level->size;
-    return level->texels +
-           3 * (((size_t)at.face * n + (size_t)at.y) * n + (size_t)at.x);
-}
 
 static bool is_finite(const float *rgb)
 {
@@ -292,21 +291,6 @@ static void survey(const ibl_judge *j, const ibl_judge_level *level,
     const double source = j->mean[0] + j->mean[1] + j->mean[2];
     const double mean = total > 0 ? sum / total / level->scale : 0;
     v->bias = (mean - source) / fmax(source, (double)FLT_MIN);
-}
-
-/* The pixel format's version of the truth. */
-static void round_truth(const ibl_judge_level *level, const double *truth,
-                        double *rounded)
-{
-    float rgb[3];
-
-    for (int c = 0; c < 3; c++)
-        rgb[c] = (float)(truth[c] * level->scale);
-    ibl_judge_round(level->pixel, rgb);
-    for (int c = 0; c < 3; c++)
-        rounded[c] = level->pixel == IBL_PIXEL_COUNT
-                         ? truth[c]
-                         : (double)rgb[c] / level->scale;
 }
 
 /* The texel at an offset of dx, dy, also over edges. False: none exists. */
@@ -336,7 +320,7 @@ static bool is_by_full(const ibl_judge_level *level, ibl_texel at, int channel,
     for (int k = 0; k < 9; k++) {
         ibl_texel t;
         if (neighbour(level->size, at, k % 3 - 1, k / 3 - 1, &t) &&
-            texel_of(level, t)[channel] >= max)
+            ibl_face_at(level->texels, level->size, t)[channel] >= max)
             return true;
     }
     return false;
@@ -365,15 +349,24 @@ static double quantile(const ibl_judged_texel *texels, size_t count,
     return 0;
 }
 
+/* Sorts texels by error. */
+static ibl_error_spread spread_of(ibl_judged_texel *texels, size_t count)
+{
+    qsort(texels, count, sizeof *texels, by_error);
+    return (ibl_error_spread){.count = count,
+                              .median = quantile(texels, count, 0.5),
+                              .p95 = quantile(texels, count, 0.95),
+                              .worst = count ? texels[count - 1].error : 0};
+}
+
 static int by_darkness(const void *a, const void *b)
 {
     const ibl_judged_texel *x = a, *y = b;
     return (x->value > y->value) - (x->value < y->value);
 }
 
-/* The darkest tenth by weight. Sorts texels its own way. */
-static void judge_dark(ibl_judged_texel *texels, size_t count,
-                       ibl_dark_verdict *dark)
+/* How many of the texels, which it sorts, are the darkest tenth by weight. */
+static size_t sort_dark(ibl_judged_texel *texels, size_t count)
 {
     double total = 0, sum = 0;
     size_t n = 0;
@@ -384,72 +377,81 @@ static void judge_dark(ibl_judged_texel *texels, size_t count,
     while (n < count &&
            (sum < total / DARK_TENTH || texels[n].value <= texels[n - 1].value))
         sum += texels[n++].weight;
-    qsort(texels, n, sizeof *texels, by_error);
-    *dark = (ibl_dark_verdict){.count = n,
-                               .median = quantile(texels, n, 0.5),
-                               .p95 = quantile(texels, n, 0.95),
-                               .worst = n ? texels[n - 1].error : 0};
+    return n;
+}
+
+/* Weighted sums of squares. */
+typedef struct squares {
+    double wrong, truth, rounding, overflow;
+} squares;
+
+/* Adds a chosen texel to the sums and to the verdict. */
+static void judge_texel(const ibl_judge *j, const ibl_judge_level *level,
+                        const ibl_judged_texel *pick, const double truth[3],
+                        const float max[3], squares *sums, ibl_verdict *v)
+{
+    const float *x = ibl_face_at(level->texels, level->size, pick->at);
+    squares s = {0};
+    double got[3], loss[3];
+
+    ibl_judge_loss(level->pixel, level->scale, truth, 3, loss);
+    for (int c = 0; c < 3; c++) {
+        got[c] = (double)x[c] / level->scale;
+        const double error = got[c] - truth[c];
+        s.wrong += error * error;
+        s.truth += truth[c] * truth[c];
+        if (truth[c] * level->scale > (double)max[c] ||
+            (error > 0 && is_by_full(level, pick->at, c, max[c])))
+            s.overflow += error * error;
+        else
+            s.rounding += loss[c] * loss[c];
+    }
+    sums->wrong += pick->weight * s.wrong;
+    sums->truth += pick->weight * s.truth;
+    sums->rounding += pick->weight * s.rounding;
+    sums->overflow += pick->weight * s.overflow;
+    ibl_judged_texel *texel = &v->texels[v->error.count++];
+    *texel = *pick;
+    texel->value = truth[0] + truth[1] + truth[2];
+    texel->error = ibl_relative_error(got, truth, j->mean);
+    if (v->error.count == 1 || texel->error > v->error.worst) {
+        v->error.worst = texel->error;
+        ibl_cube_direction(level->size, pick->at.face, pick->at.x, pick->at.y,
+                           v->worst_dir);
+    }
 }
 
 static ibl_status compare(const ibl_judge *j, const ibl_judge_level *level,
                           const known *k, ibl_verdict *v)
 {
-    double wrong = 0, all = 0, rounding = 0, overflow = 0;
-    float max[3] = {FLT_MAX, FLT_MAX, FLT_MAX}; /* that the level can have */
+    squares sums = {0};
+    float max[4] = {FLT_MAX, FLT_MAX, FLT_MAX}; /* that the level can have */
 
-    ibl_judge_round(level->pixel, max);
+    if (level->pixel != IBL_PIXEL_COUNT)
+        round_to(level->pixel, max);
     v->texels = malloc(k->count * sizeof *v->texels);
     ibl_judged_texel *sorted = malloc(k->count * sizeof *sorted);
     if (!v->texels || !sorted) {
         free(sorted);
         return IBL_ERR_MEMORY;
     }
-    for (size_t i = 0; i < k->count; i++) {
-        const float *x = texel_of(level, k->picks[i].at);
-        const double *t = k->truth + 3 * i, w = k->picks[i].weight;
-        double got[3], rounded[3], off = 0, size = 0, loss = 0, excess = 0;
-        if (!is_finite(x))
-            continue;
-        round_truth(level, t, rounded);
-        for (int c = 0; c < 3; c++) {
-            got[c] = (double)x[c] / level->scale;
-            const double error = got[c] - t[c];
-            off += error * error;
-            size += t[c] * t[c];
-            if (t[c] * level->scale > (double)max[c] ||
-                (error > 0 && is_by_full(level, k->picks[i].at, c, max[c])))
-                excess += error * error;
-            else
-                loss += (rounded[c] - t[c]) * (rounded[c] - t[c]);
-        }
-        wrong += w * off;
-        all += w * size;
-        rounding += w * loss;
-        overflow += w * excess;
-        ibl_judged_texel *texel = &v->texels[v->count++];
-        *texel = k->picks[i];
-        texel->value = t[0] + t[1] + t[2];
-        texel->error = ibl_relative_error(got, t, j->mean);
-        if (v->count == 1 || texel->error > v->worst) {
-            v->worst = texel->error;
-            v->worst_at = texel->at;
-        }
-    }
-    memcpy(sorted, v->texels, v->count * sizeof *sorted);
-    qsort(sorted, v->count, sizeof *sorted, by_error);
-    v->median = quantile(sorted, v->count, 0.5);
-    v->p95 = quantile(sorted, v->count, 0.95);
-    judge_dark(sorted, v->count, &v->dark);
+    for (size_t i = 0; i < k->count; i++)
+        if (is_finite(ibl_face_at(level->texels, level->size, k->picks[i].at)))
+            judge_texel(j, level, &k->picks[i], k->truth + 3 * i, max, &sums,
+                        v);
+    const size_t count = v->error.count;
+    memcpy(sorted, v->texels, count * sizeof *sorted);
+    v->error = spread_of(sorted, count);
+    v->dark = spread_of(sorted, sort_dark(sorted, count));
     free(sorted);
-    if (v->count)
-        ibl_cube_direction(k->size, v->worst_at.face, v->worst_at.x,
-                           v->worst_at.y, v->worst_dir);
-    v->nrmse = sqrt(wrong) / fmax(sqrt(all), (double)FLT_MIN);
-    v->rounding = sqrt(rounding) / fmax(sqrt(all), (double)FLT_MIN);
-    v->rounding_share = wrong > 0 ? fmin(rounding / wrong, 1) : 0;
-    v->overflow = sqrt(overflow) / fmax(sqrt(all), (double)FLT_MIN);
-    v->overflow_share = wrong > 0 ? overflow / wrong : 0;
-    v->pixel = level->pixel;
+    const double truth = fmax(sqrt(sums.truth), (double)FLT_MIN);
+    v->nrmse = sqrt(sums.wrong) / truth;
+    v->rounding = sqrt(sums.rounding) / truth;
+    v->overflow = sqrt(sums.overflow) / truth;
+    if (sums.wrong > 0) {
+        v->rounding_share = fmin(sums.rounding / sums.wrong, 1);
+        v->overflow_share = sums.overflow / sums.wrong;
+    }
     return IBL_OK;
 }
 
@@ -458,11 +460,8 @@ ibl_status ibl_judge_cube_level(ibl_judge *judge, const ibl_judge_level *level,
 {
     const known *k = NULL;
 
-    *out = (ibl_verdict){.role = level->role,
-                         .lobe = level->lobe,
-                         .roughness = level->roughness,
-                         .size = level->size,
-                         .nonfinite = level->mended};
+    *out = (ibl_verdict){.level = *level, .nonfinite = level->mended};
+    out->level.texels = NULL;
     ibl_status status = find_known(judge, level, &k);
     if (status)
         return status;

@@ -37,8 +37,7 @@
 #ifndef CLI_JUDGE_H
 #define CLI_JUDGE_H
 
-#include <ibl/io.h>
-
+#include "cli/common_options.h"
 #include "cli/judge_picks.h"
 
 enum {
@@ -48,64 +47,49 @@ enum {
 
 ibl_judge_options ibl_judge_options_default(void);
 
-/* The content of a level, in the order of ibl_output_kind. */
-typedef enum ibl_role {
-    IBL_ROLE_ENVIRONMENT, /* means over texels: skybox, or roughness 0 */
-    IBL_ROLE_SPECULAR,
-    IBL_ROLE_IRRADIANCE
-} ibl_role;
-
+/* A level to judge: a cube of faces of one size. */
 typedef struct ibl_judge_level {
-    ibl_role role;
-    ibl_lobe lobe;       /* SPECULAR */
-    double roughness;    /* SPECULAR, 0..1; 0 is judged as ENVIRONMENT */
-    double scale;        /* what the truth is multiplied by: 1; pi where an
-                            irradiance map holds E */
-    int size;            /* of the faces */
-    int base;            /* ENVIRONMENT: size, or that of the level 0 that this
-                            is a mip of */
-    const float *texels; /* 3 * 6 * size * size, as a level of ibl_cube */
-    ibl_pixel pixel;     /* that they were decoded from; IBL_PIXEL_COUNT:
-                            none, they are what they are */
-    size_t mended;       /* texels that were not finite before a reader mended
-                            them: counted as such */
+    ibl_output_kind
+        content;      /* SKYBOX: means over texels; SPECULAR; IRRADIANCE */
+    int number;       /* in its chain */
+    ibl_lobe lobe;    /* SPECULAR */
+    double roughness; /* SPECULAR, 0..1; 0 is judged as SKYBOX */
+    double scale;     /* what the truth is multiplied by: 1; pi where an
+                         irradiance map holds E */
+    int size;         /* of the faces */
+    int base;         /* SKYBOX: size, or that of the level 0 that this is
+                         a mip of */
+    float *texels;    /* 3 * 6 * size * size, as a level of ibl_cube */
+    ibl_pixel pixel;  /* that they were decoded from; IBL_PIXEL_COUNT:
+                         none, they are what they are */
+    size_t mended;    /* texels that were not finite before a reader
+                         mended them: counted as such */
 } ibl_judge_level;
 
-/* The darkest tenth of a level, as defined above. */
-typedef struct ibl_dark_verdict {
-    size_t count; /* texels judged; at least one, and all that are as dark as
-                     the brightest of them */
-    double median, p95, worst; /* of the relative error */
-} ibl_dark_verdict;
+/* Relative errors of some texels. */
+typedef struct ibl_error_spread {
+    size_t count;
+    double median, p95, worst;
+} ibl_error_spread;
 
 typedef struct ibl_verdict {
-    ibl_role role;
-    ibl_lobe lobe;
-    double roughness;
-    int size;
-    size_t count; /* texels judged, of which texels holds each */
-    double nrmse; /* these eight as defined above */
-    double median;
-    double p95;
-    double worst; /* the largest relative error */
+    ibl_judge_level level;  /* texels: NULL */
+    ibl_error_spread error; /* of all texels that were judged */
+    ibl_error_spread dark;  /* of the darkest tenth: at least one, and all that
+                               are as dark as the brightest of them */
     double worst_dir[3];
-    ibl_texel worst_at;
-    double bias;
-    double rounding;
+    double nrmse, bias, rounding, overflow; /* as defined above */
     double rounding_share; /* (rounding / nrmse)^2, at most 1: the part of the
                               squared error that the pixel format explains */
-    double overflow;
     double overflow_share; /* as rounding_share */
-    ibl_pixel pixel;       /* as in ibl_judge_level */
     size_t nonfinite;      /* texels of the level with NaN or Inf */
-    ibl_dark_verdict dark;
-    ibl_judged_texel *texels;
+    ibl_judged_texel *texels; /* error.count */
 } ibl_verdict;
 
 void ibl_verdict_free(ibl_verdict *v); /* NULL and zeroed are fine */
 
 /* An environment with its truth at what was judged until now: levels of the
- * same role, roughness and size are judged again for little. */
+ * same content, roughness and size are judged again for little. */
 typedef struct ibl_judge ibl_judge;
 
 /* Borrows ctx and env until ibl_judge_free. yaw_deg as in
@@ -118,9 +102,10 @@ void ibl_judge_free(ibl_judge *judge); /* NULL is fine */
 ibl_status ibl_judge_cube_level(ibl_judge *judge, const ibl_judge_level *level,
                                 ibl_verdict *out);
 
-/* Rounds a pixel's channels to what its format holds; IBL_PIXEL_COUNT leaves
- * them. */
-void ibl_judge_round(ibl_pixel pixel, float *values);
+/* What encoding changes in n channels, at most 3, that a file holds multiplied
+ * by scale; 0 for IBL_PIXEL_COUNT. */
+void ibl_judge_loss(ibl_pixel pixel, double scale, const double *values, int n,
+                    double *loss);
 
 /* A split-sum table against the integrals, absolute errors over R and G. */
 typedef struct ibl_lut_verdict {

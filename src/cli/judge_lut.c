@@ -45,27 +45,22 @@ static ibl_status judge_texel(ibl_ctx *ctx, const ibl_lut *lut, ibl_pixel pixel,
     const double n_dot_v = (u.at + 0.5) / lut->size;
     const double roughness = (v.at + 0.5) / lut->size;
     const double weight = (double)u.weight * v.weight;
-    double truth[2];
-    float rounded[2];
+    double truth[2], loss[2];
 
     const ibl_status status =
         ibl_reference_lut(ctx, n_dot_v, roughness, geometry, truth);
     if (status || !isfinite(x[0]) || !isfinite(x[1]))
         return status;
-    for (int c = 0; c < 2; c++)
-        rounded[c] = (float)truth[c];
-    ibl_judge_round(pixel, rounded);
+    ibl_judge_loss(pixel, 1, truth, 2, loss);
     for (int c = 0; c < 2; c++) {
         const double off = fabs((double)x[c] - truth[c]);
-        const double loss =
-            pixel == IBL_PIXEL_COUNT ? 0 : (double)rounded[c] - truth[c];
         if (out->count == 0 || off > out->max) {
             out->max = off;
             out->worst_n_dot_v = n_dot_v;
             out->worst_roughness = roughness;
         }
         out->rms += weight / 2 * off * off;
-        out->rounding += weight / 2 * loss * loss;
+        out->rounding += weight / 2 * loss[c] * loss[c];
     }
     out->count++;
     return IBL_OK;

@@ -10,129 +10,121 @@
 #include "cli/sheet.h"
 
 ibl_status ibl_report_add(ibl_report *report, ibl_judge *judge,
-                          ibl_output_kind kind, int number,
                           const ibl_judge_level *level)
 {
     assert(report->count < IBL_REPORT_ROWS);
-    ibl_report_row *row = &report->rows[report->count];
-    const ibl_status status = ibl_judge_cube_level(judge, level, &row->verdict);
+    const ibl_status status =
+        ibl_judge_cube_level(judge, level, &report->rows[report->count]);
 
-    if (!status) {
-        row->content = ibl_output_content(kind);
-        row->level = number;
-        report->count++;
-    }
+    report->count += !status;
     return status;
 }
 
 void ibl_report_free(ibl_report *report)
 {
     for (int i = 0; i < report->count; i++)
-        ibl_verdict_free(&report->rows[i].verdict);
+        ibl_verdict_free(&report->rows[i]);
     report->count = 0;
+}
+
+static const char *content(const ibl_verdict *v)
+{
+    return ibl_output_content(v->level.content);
 }
 
 bool ibl_report_passes(const ibl_report *report, double max_error, char *why,
                        size_t size)
 {
+    const ibl_lut_verdict *lut = &report->lut;
+
+    *why = '\0';
     if (isnan(max_error))
         return true;
-    for (int i = 0; i < report->count; i++) {
-        const ibl_report_row *row = &report->rows[i];
-        const ibl_verdict *v = &row->verdict;
-        if (v->nonfinite) {
+    for (int i = 0; i < report->count && !*why; i++) {
+        const ibl_verdict *v = &report->rows[i];
+        if (v->nonfinite)
             snprintf(why, size, "level %d of %s has %zu texels of NaN or Inf",
-                     row->level, row->content, v->nonfinite);
-            return false;
-        }
-        if (!(v->nrmse <= max_error)) {
+                     v->level.number, content(v), v->nonfinite);
+        else if (!(v->nrmse <= max_error))
             snprintf(why, size,
                      "level %d of %s has an nRMSE of %.3g, above %g%s",
-                     row->level, row->content, v->nrmse, max_error,
+                     v->level.number, content(v), v->nrmse, max_error,
                      v->overflow_share > 0.5
                          ? ": most of it is light that its pixel cannot hold: "
                            "use --pixel rgba32f"
                          : "");
-            return false;
-        }
     }
-    if (report->has_lut && report->lut.nonfinite) {
+    if (*why || !report->has_lut)
+        return !*why;
+    if (lut->nonfinite)
         snprintf(why, size, "the BRDF table has %zu texels of NaN or Inf",
-                 report->lut.nonfinite);
-        return false;
-    }
-    if (report->has_lut && !(report->lut.max <= max_error)) {
+                 lut->nonfinite);
+    else if (!(lut->max <= max_error))
         snprintf(why, size,
                  "the BRDF table is off by %.3g at N.V = %.3g, r = %.3g, more "
                  "than %g",
-                 report->lut.max, report->lut.worst_n_dot_v,
-                 report->lut.worst_roughness, max_error);
-        return false;
-    }
-    return true;
+                 lut->max, lut->worst_n_dot_v, lut->worst_roughness, max_error);
+    return !*why;
 }
 
 /* ---- table ----------------------------------------------------------- */
 
-static void print_row(const ibl_report_row *row, FILE *to)
+static void print_row(const ibl_verdict *v, FILE *to)
 {
-    const ibl_verdict *v = &row->verdict;
-
-    fprintf(to, "%-10s %2d", row->content, row->level);
-    if (v->role == IBL_ROLE_SPECULAR)
-        fprintf(to, " %6.4f", v->roughness);
+    fprintf(to, "%-10s %2d", content(v), v->level.number);
+    if (v->level.content == IBL_OUTPUT_SPECULAR)
+        fprintf(to, " %6.4f", v->level.roughness);
     else
         fprintf(to, " %6s", "-");
     fprintf(to,
             " %5d %7zu  %8.2e %8.2e %8.2e %8.2e  (%+.2f %+.2f %+.2f)"
             "  %+9.1e %5zu %5.1f %%\n",
-            v->size, v->count, v->nrmse, v->median, v->p95, v->worst,
-            v->worst_dir[0], v->worst_dir[1], v->worst_dir[2], v->bias,
-            v->nonfinite, 100 * v->rounding_share);
+            v->level.size, v->error.count, v->nrmse, v->error.median,
+            v->error.p95, v->error.worst, v->worst_dir[0], v->worst_dir[1],
+            v->worst_dir[2], v->bias, v->nonfinite, 100 * v->rounding_share);
 }
 
-static void print_dark(const ibl_report *report, FILE *to)
+static void print_dark(const ibl_verdict *v, FILE *to)
 {
-    fprintf(to, "%-26s %7s  %8s %8s %8s %8s\n", "darkest tenth", "texels", "",
-            "median", "p95", "worst");
-    for (int i = 0; i < report->count; i++) {
-        const ibl_report_row *row = &report->rows[i];
-        const ibl_dark_verdict *dark = &row->verdict.dark;
-        fprintf(to, "%-10s %2d %13s %7zu  %8s %8.2e %8.2e %8.2e\n",
-                row->content, row->level, "", dark->count, "", dark->median,
-                dark->p95, dark->worst);
-    }
+    fprintf(to, "%-10s %2d %13s %7zu  %8s %8.2e %8.2e %8.2e\n", content(v),
+            v->level.number, "", v->dark.count, "", v->dark.median, v->dark.p95,
+            v->dark.worst);
 }
 
 /* With and without what the pixel format cannot hold. */
-static void print_overflow(const ibl_report *report, FILE *to)
+static void print_overflow(const ibl_verdict *v, FILE *to)
 {
-    for (int i = 0; i < report->count; i++) {
-        const ibl_report_row *row = &report->rows[i];
-        const ibl_verdict *v = &row->verdict;
-        if (v->overflow > 0)
-            fprintf(to,
-                    "%-10s %2d light above %.9g, the most that %s holds, makes "
-                    "%.1f %% of the squared error: without it nRMSE is %.2e\n",
-                    row->content, row->level, (double)ibl_pixel_max(v->pixel),
-                    ibl_pixel_name(v->pixel), 100 * v->overflow_share,
-                    v->nrmse * sqrt(fmax(0, 1 - v->overflow_share)));
-    }
+    if (v->overflow > 0)
+        fprintf(to,
+                "%-10s %2d light above %.9g, the most that %s holds, makes "
+                "%.1f %% of the squared error: without it nRMSE is %.2e\n",
+                content(v), v->level.number,
+                (double)ibl_pixel_max(v->level.pixel),
+                ibl_pixel_name(v->level.pixel), 100 * v->overflow_share,
+                v->nrmse * sqrt(fmax(0, 1 - v->overflow_share)));
+}
+
+static void print_each(const ibl_report *report, FILE *to,
+                       void (*print)(const ibl_verdict *v, FILE *to))
+{
+    for (int i = 0; i < report->count; i++)
+        print(&report->rows[i], to);
 }
 
 void ibl_report_print(const ibl_report *report, FILE *to)
 {
     const ibl_lut_verdict *lut = &report->lut;
 
-    if (report->count)
+    if (report->count) {
         fprintf(to, "%-13s %6s %5s %7s  %8s %8s %8s %8s  %-19s  %9s %5s %7s\n",
                 "level", "r", "size", "texels", "nRMSE", "median", "p95",
                 "worst", "towards", "bias", "NaN", "rounded");
-    for (int i = 0; i < report->count; i++)
-        print_row(&report->rows[i], to);
-    if (report->count)
-        print_dark(report, to);
-    print_overflow(report, to);
+        print_each(report, to, print_row);
+        fprintf(to, "%-26s %7s  %8s %8s %8s %8s\n", "darkest tenth", "texels",
+                "", "median", "p95", "worst");
+        print_each(report, to, print_dark);
+        print_each(report, to, print_overflow);
+    }
     if (report->has_lut)
         fprintf(to,
                 "BRDF table   size %d, %zu texels: largest error %.2e at N.V "
@@ -146,70 +138,61 @@ void ibl_report_print(const ibl_report *report, FILE *to)
 /* ---- JSON ------------------------------------------------------------ */
 
 /* Four digits: what is measured at chosen texels has no more. */
-static json_t *real(double x)
+static double digits(double x)
 {
     char text[32];
     snprintf(text, sizeof text, "%.3e", x);
-    return json_real(strtod(text, NULL));
+    return strtod(text, NULL);
 }
 
-static json_t *row_json(const ibl_report_row *row)
+static json_t *spread_json(const ibl_error_spread *s)
 {
-    const ibl_verdict *v = &row->verdict;
-    json_t *j = json_object();
+    return json_pack("{sI sf sf sf}", "texels", (json_int_t)s->count, "median",
+                     digits(s->median), "p95", digits(s->p95), "worst",
+                     digits(s->worst));
+}
 
-    put(&j, "content", json_string(row->content));
-    put(&j, "level", json_integer(row->level));
-    put(&j, "size", json_integer(v->size));
-    if (v->role == IBL_ROLE_SPECULAR) {
-        put(&j, "lobe", json_string(ibl_lobe_name(v->lobe)));
-        put(&j, "roughness", json_real(v->roughness));
+static json_t *row_json(const ibl_verdict *v)
+{
+    json_t *j = json_pack("{ss si si}", "content", content(v), "level",
+                          v->level.number, "size", v->level.size);
+
+    if (v->level.content == IBL_OUTPUT_SPECULAR) {
+        put(&j, "lobe", json_string(ibl_lobe_name(v->level.lobe)));
+        put(&j, "roughness", json_real(v->level.roughness));
     }
-    put(&j, "texels", json_integer((json_int_t)v->count));
-    put(&j, "nrmse", real(v->nrmse));
-    put(&j, "median", real(v->median));
-    put(&j, "p95", real(v->p95));
-    put(&j, "worst", real(v->worst));
-    put(&j, "worst_direction",
-        json_pack("[ooo]", real(v->worst_dir[0]), real(v->worst_dir[1]),
-                  real(v->worst_dir[2])));
-    put(&j, "darkest_tenth",
-        json_pack("{s:I,s:o,s:o,s:o}", "texels", (json_int_t)v->dark.count,
-                  "median", real(v->dark.median), "p95", real(v->dark.p95),
-                  "worst", real(v->dark.worst)));
-    put(&j, "bias", real(v->bias));
-    put(&j, "nonfinite", json_integer((json_int_t)v->nonfinite));
-    put(&j, "rounding_nrmse", real(v->rounding));
-    put(&j, "rounding_share", real(v->rounding_share));
-    put(&j, "overflow_nrmse", real(v->overflow));
-    put(&j, "overflow_share", real(v->overflow_share));
+    put_all(
+        &j,
+        json_pack(
+            "{sI sf sf sf sf s[fff] so sf sI sf sf sf sf}", "texels",
+            (json_int_t)v->error.count, "nrmse", digits(v->nrmse), "median",
+            digits(v->error.median), "p95", digits(v->error.p95), "worst",
+            digits(v->error.worst), "worst_direction", digits(v->worst_dir[0]),
+            digits(v->worst_dir[1]), digits(v->worst_dir[2]), "darkest_tenth",
+            spread_json(&v->dark), "bias", digits(v->bias), "nonfinite",
+            (json_int_t)v->nonfinite, "rounding_nrmse", digits(v->rounding),
+            "rounding_share", digits(v->rounding_share), "overflow_nrmse",
+            digits(v->overflow), "overflow_share", digits(v->overflow_share)));
     return j;
 }
 
 static json_t *lut_json(const ibl_lut_verdict *v)
 {
-    json_t *j = json_object();
-
-    put(&j, "size", json_integer(v->size));
-    put(&j, "texels", json_integer((json_int_t)v->count));
-    put(&j, "max", real(v->max));
-    put(&j, "worst_n_dot_v", real(v->worst_n_dot_v));
-    put(&j, "worst_roughness", real(v->worst_roughness));
-    put(&j, "rms", real(v->rms));
-    put(&j, "rounding_rms", real(v->rounding));
-    put(&j, "nonfinite", json_integer((json_int_t)v->nonfinite));
-    return j;
+    return json_pack("{si sI sf sf sf sf sf sI}", "size", v->size, "texels",
+                     (json_int_t)v->count, "max", digits(v->max),
+                     "worst_n_dot_v", digits(v->worst_n_dot_v),
+                     "worst_roughness", digits(v->worst_roughness), "rms",
+                     digits(v->rms), "rounding_rms", digits(v->rounding),
+                     "nonfinite", (json_int_t)v->nonfinite);
 }
 
 json_t *ibl_report_json(const ibl_report *report)
 {
+    const ibl_judge_options *o = &report->options;
     json_t *j = json_object(), *levels = json_array();
 
-    if (report->options.all)
-        put(&j, "texels", json_string("all"));
-    else
-        put(&j, "texels", json_integer(report->options.texels));
-    put(&j, "seed", json_integer(report->options.seed));
+    put(&j, "texels", o->all ? json_string("all") : json_integer(o->texels));
+    put(&j, "seed", json_integer(o->seed));
     for (int i = 0; i < report->count; i++)
         append(&levels, row_json(&report->rows[i]));
     put(&j, "levels", levels);
@@ -268,12 +251,12 @@ static void collect(const ibl_verdict *v, int face, field *f)
     f->count = 0;
     for (int i = 0; i < FACE * FACE; i++)
         f->error[i] = -1;
-    for (size_t i = 0; i < v->count; i++) {
+    for (size_t i = 0; i < v->error.count; i++) {
         const ibl_judged_texel *t = &v->texels[i];
         if (t->at.face != face)
             continue;
-        const int x = (int)((t->at.x + 0.5) * FACE / v->size);
-        const int y = (int)((t->at.y + 0.5) * FACE / v->size);
+        const int x = (int)((t->at.x + 0.5) * FACE / v->level.size);
+        const int y = (int)((t->at.y + 0.5) * FACE / v->level.size);
         float *e = &f->error[y * FACE + x];
         if (*e < 0)
             f->seeds[f->count++] = y * FACE + x;
@@ -306,19 +289,19 @@ static void draw_face(const ibl_sheet *s, int left, int top, const field *f)
 }
 
 static void draw_row(const ibl_sheet *s, int left, int top,
-                     const ibl_report_row *row, field *f)
+                     const ibl_verdict *v, field *f)
 {
     char text[64];
 
     for (int face = 0; face < IBL_FACES; face++) {
-        collect(&row->verdict, face, f);
+        collect(v, face, f);
         draw_face(s, left + FACE * ibl_cross_place[face][0],
                   top + FACE * ibl_cross_place[face][1], f);
     }
-    snprintf(text, sizeof text, "%s %d", row->content, row->level);
+    snprintf(text, sizeof text, "%s %d", content(v), v->level.number);
     ibl_sheet_write(s, left + 2 * FACE + GLYPH, top, text);
-    if (row->verdict.role == IBL_ROLE_SPECULAR) {
-        snprintf(text, sizeof text, "r = %.4g", row->verdict.roughness);
+    if (v->level.content == IBL_OUTPUT_SPECULAR) {
+        snprintf(text, sizeof text, "r = %.4g", v->level.roughness);
         ibl_sheet_write(s, left + 2 * FACE + GLYPH, top + IBL_SHEET_LINE, text);
     }
 }

@@ -6,30 +6,22 @@
 #include <jansson.h>
 #include <stdio.h>
 
-#include "cli/common_options.h"
 #include "cli/judge.h"
 
 enum {
     IBL_REPORT_ROWS = 2 * IBL_MAX_LEVELS + 1
 };
 
-typedef struct ibl_report_row {
-    const char *content; /* "skybox", "specular" or "irradiance" */
-    int level;
-    ibl_verdict verdict;
-} ibl_report_row;
-
 typedef struct ibl_report {
     ibl_judge_options options;
     int count;
-    ibl_report_row rows[IBL_REPORT_ROWS];
+    ibl_verdict rows[IBL_REPORT_ROWS];
     bool has_lut;
     ibl_lut_verdict lut;
 } ibl_report;
 
-/* Judges a level of an output, by its number, and adds the verdict. */
+/* Judges a level and adds the verdict. */
 ibl_status ibl_report_add(ibl_report *report, ibl_judge *judge,
-                          ibl_output_kind kind, int number,
                           const ibl_judge_level *level);
 void ibl_report_free(ibl_report *report);
 

@@ -206,41 +206,25 @@ typedef struct verify {
     ibl_report report;
 } verify;
 
-static ibl_status judge_cubes(verify *v)
+static ibl_status judge(verify *v)
 {
-    ibl_judge_options options = v->opts->judge;
-    ibl_status status;
-
-    if (v->opts->heatmap)
-        options.grid = IBL_HEATMAP_GRID;
-    ibl_console_progress(v->console, "decode", 0);
-    status = ibl_image_read(v->ctx, v->opts->input, &v->opts->common.read,
-                            &v->env, NULL);
-    if (!status)
-        status = ibl_judge_create(v->ctx, &v->env, v->files.yaw_deg, &options,
-                                  &v->judge);
-    return status
-               ? status
-               : ibl_verify_judge(&v->files, v->judge, v->console, &v->report);
-}
-
-static ibl_status judge_all(verify *v)
-{
+    ibl_judge_options *options = &v->report.options;
     ibl_status status = IBL_OK;
 
-    v->report.options = v->opts->judge;
-    if (v->files.path[IBL_OUTPUT_SKYBOX] ||
-        v->files.path[IBL_OUTPUT_SPECULAR] ||
-        v->files.path[IBL_OUTPUT_IRRADIANCE])
-        status = judge_cubes(v);
-    if (!status && v->files.path[IBL_OUTPUT_LUT]) {
-        ibl_console_progress(v->console, "lut", 0);
-        status =
-            ibl_judge_lut(v->ctx, &v->files.lut, v->files.lut_pixel,
-                          v->files.geometry, &v->opts->judge, &v->report.lut);
-        v->report.has_lut = !status;
+    *options = v->opts->judge;
+    if (v->opts->heatmap)
+        options->grid = IBL_HEATMAP_GRID;
+    if (v->files.count) {
+        ibl_console_progress(v->console, "decode", 0);
+        status = ibl_image_read(v->ctx, v->opts->input, &v->opts->common.read,
+                                &v->env, NULL);
+        if (!status)
+            status = ibl_judge_create(v->ctx, &v->env, v->files.yaw_deg,
+                                      options, &v->judge);
     }
-    return status;
+    return status ? status
+                  : ibl_verify_judge(&v->files, v->ctx, v->judge, v->console,
+                                     &v->report);
 }
 
 /* ---- results --------------------------------------------------------- */
@@ -263,10 +247,8 @@ static char *json_report(const verify *v, bool passed)
         put(&root, "max_error", json_real(o->max_error));
         put(&root, "passed", json_boolean(passed));
     }
-    json_t *report = ibl_report_json(&v->report);
-    const bool failed = !report || json_object_update(root, report) != 0;
-    char *text = failed ? NULL : ibl_json_text(root);
-    json_decref(report);
+    put_all(&root, ibl_report_json(&v->report));
+    char *text = ibl_json_text(root);
     json_decref(root);
     return text;
 }
@@ -343,7 +325,7 @@ static int run(const void *settings)
     if (!status)
         status = ibl_verify_files_read(opts, v.ctx, &console, &v.files);
     if (!status)
-        status = judge_all(&v);
+        status = judge(&v);
     if (!status) {
         passed = ibl_report_passes(&v.report, opts->max_error, why, sizeof why);
         status = put_results(&v, passed);

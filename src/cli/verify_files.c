@@ -5,7 +5,6 @@
 #include <float.h>
 #include <jansson.h>
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,30 +24,32 @@ typedef struct reader {
     char *sidecar_path;
     json_t *sidecar; /* NULL: there is none */
     ibl_verify_files *files;
+    /* The output that is read: */
+    ibl_output_kind kind;
+    const char *path;
+    int first; /* of its levels in files */
 } reader;
 
 /* ---- finding --------------------------------------------------------- */
 
 /* The path of a file in the directory; NULL: no memory. */
-static char *in_directory(const reader *r, const char *fmt, ...)
-    __attribute__((format(printf, 2, 3)));
-static char *in_directory(const reader *r, const char *fmt, ...)
+static char *in_directory(const reader *r, const char *stem, const char *rest)
 {
     char name[1024];
-    va_list ap;
 
-    va_start(ap, fmt);
-    vsnprintf(name, sizeof name, fmt, ap);
-    va_end(ap);
+    snprintf(name, sizeof name, "%s%s", stem, rest);
     return ibl_path_join(r->opts->directory, name);
 }
 
-/* The sidecar's account of a file, or NULL. */
+/* The sidecar's account of the files of a kind; NULL if there is none, or if
+ * an option names the file. */
 static json_t *find_output(const reader *r, ibl_output_kind kind)
 {
     json_t *outputs = json_object_get(r->sidecar, "outputs"), *output;
     size_t i;
 
+    if (r->opts->files[kind])
+        return NULL;
     json_array_foreach(outputs, i, output)
     {
         const char *content;
@@ -75,7 +76,7 @@ static ibl_status open_sidecar(reader *r)
             "%s: not a directory: give the environment first, then "
             "the directory of its bake",
             o->directory);
-    r->sidecar_path = in_directory(r, "%s.json", o->name);
+    r->sidecar_path = in_directory(r, o->name, ".json");
     if (!r->sidecar_path)
         return IBL_ERR_MEMORY;
     if (access(r->sidecar_path, F_OK))
@@ -98,7 +99,7 @@ static ibl_status find_named(const reader *r, ibl_output_kind kind, char **path)
     if (json_unpack(find_output(r, kind), "{s:s}", "file", &file) ||
         strchr(file, '/'))
         return IBL_OK;
-    *path = in_directory(r, "%s", file);
+    *path = in_directory(r, file, "");
     if (!*path)
         return IBL_ERR_MEMORY;
     if (access(*path, F_OK))
@@ -108,13 +109,15 @@ static ibl_status find_named(const reader *r, ibl_output_kind kind, char **path)
     return IBL_OK;
 }
 
-/* The file of any container with this stem, which kind's outputs have. */
+/* The file of any container whose name is stem, suffix and its extension. */
 static ibl_status find_there(const reader *r, ibl_output_kind kind,
                              const char *stem, const char *suffix, char **path)
 {
     for (int c = 0; c < IBL_CONTAINER_COUNT; c++) {
-        char *candidate = in_directory(r, "%s%s.%s", stem, suffix,
-                                       ibl_container_name((ibl_container)c));
+        char rest[32];
+        snprintf(rest, sizeof rest, "%s.%s", suffix,
+                 ibl_container_name((ibl_container)c));
+        char *candidate = in_directory(r, stem, rest);
         if (!candidate)
             return IBL_ERR_MEMORY;
         if (access(candidate, F_OK)) {
@@ -205,35 +208,32 @@ static int read_levels(json_t *levels, double list[IBL_MAX_LEVELS])
     return (int)json_array_size(levels);
 }
 
-/* The value of the texture's key, else of the sidecar if it found the file. */
-static const char *said(const reader *r, ibl_output_kind kind,
-                        const ibl_texture *tex, const char *key)
+/* The value of the texture's key, else of the sidecar. */
+static const char *said(const reader *r, const ibl_texture *tex,
+                        const char *key)
 {
     char name[64];
 
     snprintf(name, sizeof name, "iblbake.%s", key);
     const char *text = ibl_texture_get(tex, name);
-    if (text || r->opts->files[kind])
-        return text;
-    return json_string_value(json_object_get(find_output(r, kind), key));
+    return text ? text
+                : json_string_value(
+                      json_object_get(find_output(r, r->kind), key));
 }
 
-/* The roughness of each level; list has at least those of the chain. */
+/* The roughness of each level, from the option, the key or the sidecar. */
 static ibl_status find_roughness(const reader *r, const ibl_texture *tex,
                                  int levels, double list[IBL_MAX_LEVELS])
 {
     const ibl_verify_map *m = &r->opts->roughness;
-    const char *path = r->files->path[IBL_OUTPUT_SPECULAR];
     const char *key = ibl_texture_get(tex, "iblbake.roughness");
     const char *who = key ? "its key iblbake.roughness" : r->sidecar_path;
-    json_t *array = NULL;
+    json_t *array = json_object_get(find_output(r, r->kind), "levels");
 
     if (m->count && m->count != levels)
         return ibl_refuse(r->console, IBL_ERR_ARGUMENT,
                           "%s: has %d levels, but --roughness-map lists %d",
-                          path, levels, m->count);
-    if (!r->opts->files[IBL_OUTPUT_SPECULAR])
-        array = json_object_get(find_output(r, IBL_OUTPUT_SPECULAR), "levels");
+                          r->path, levels, m->count);
     if (m->given || (!key && !array)) {
         for (int l = 0; l < levels; l++)
             list[l] =
@@ -249,47 +249,36 @@ static ibl_status find_roughness(const reader *r, const ibl_texture *tex,
                           "%s: has %d levels, but %s lists the roughness of "
                           "%d: bake it again, or say what it is with "
                           "--roughness-map",
-                          path, levels, who, count);
+                          r->path, levels, who, count);
     return ibl_refuse(r->console, IBL_ERR_FORMAT,
                       "%s: %s lists no roughness that levels have: bake it "
                       "again, or say what it is with --roughness-map",
-                      path, who);
-}
-
-static ibl_status find_lobe(const reader *r, const ibl_texture *tex,
-                            ibl_lobe *lobe)
-{
-    const char *name = said(r, IBL_OUTPUT_SPECULAR, tex, "lobe");
-    const int found = name ? ibl_names_find(ibl_lobe_names, name) : 0;
-
-    *lobe = (ibl_lobe)(r->opts->lobe ? r->opts->lobe - 1 : found);
-    if (r->opts->lobe || found >= 0)
-        return IBL_OK;
-    return ibl_refuse(r->console, IBL_ERR_FORMAT,
-                      "%s: of a lobe %s, which is not known: say what it is "
-                      "with --lobe",
-                      r->files->path[IBL_OUTPUT_SPECULAR], name);
+                      r->path, who);
 }
 
 /* Sets the lobe and the roughness of the levels. */
-static ibl_status describe_specular(const reader *r, const ibl_texture *tex,
-                                    ibl_verify_chain *c)
+static ibl_status describe_specular(const reader *r, const ibl_texture *tex)
 {
+    ibl_judge_level *level = r->files->level + r->first;
+    const int levels = r->files->count - r->first;
+    const char *name = said(r, tex, "lobe");
+    const int found = name ? ibl_names_find(ibl_lobe_names, name) : 0;
     double roughness[IBL_MAX_LEVELS];
-    ibl_lobe lobe;
-    ibl_status status = find_lobe(r, tex, &lobe);
 
-    if (!status)
-        status = find_roughness(r, tex, c->levels, roughness);
-    for (int l = 0; l < c->levels && !status; l++) {
-        c->level[l].lobe = lobe;
-        c->level[l].roughness = roughness[l];
+    if (!r->opts->lobe && found < 0)
+        return ibl_refuse(r->console, IBL_ERR_FORMAT,
+                          "%s: of a lobe %s, which is not known: say what it "
+                          "is with --lobe",
+                          r->path, name);
+    const ibl_status status = find_roughness(r, tex, levels, roughness);
+    for (int l = 0; l < levels && !status; l++) {
+        level[l].lobe = (ibl_lobe)(r->opts->lobe ? r->opts->lobe - 1 : found);
+        level[l].roughness = roughness[l];
     }
     return status;
 }
 
-static ibl_status note_yaw(const reader *r, const ibl_texture *tex,
-                           const char *path)
+static ibl_status note_yaw(const reader *r, const ibl_texture *tex)
 {
     const char *text = ibl_texture_get(tex, "iblbake.yaw_deg"), *end;
     const double asked = r->opts->yaw_deg, before = r->files->yaw_deg;
@@ -302,14 +291,14 @@ static ibl_status note_yaw(const reader *r, const ibl_texture *tex,
             ibl_console_warn(r->console,
                              "%s: says --rotate %g, but is judged by --rotate "
                              "%g as asked",
-                             path, yaw, asked);
+                             r->path, yaw, asked);
         return IBL_OK;
     }
     if (!isnan(before) && yaw != before)
         return ibl_refuse(r->console, IBL_ERR_ARGUMENT,
                           "%s: baked with --rotate %g, another file with %g: "
                           "judge one at a time",
-                          path, yaw, before);
+                          r->path, yaw, before);
     r->files->yaw_deg = yaw;
     return IBL_OK;
 }
@@ -328,86 +317,95 @@ static void settle_yaw(const reader *r)
 
 /* ---- reading --------------------------------------------------------- */
 
-/* Adds a level of `from` to the chain, with our axes. */
-static ibl_status take_level(const reader *r, const ibl_cube *from, int level,
-                             ibl_output_kind kind)
+/* The texel of a face of ours that looks where this one of theirs does. */
+static ibl_texel turn(const reader *r, int n, int face, int x, int y)
 {
-    ibl_verify_chain *c = &r->files->chain[kind];
+    double theirs[3], ours[3];
+
+    ibl_cube_direction(n, face, x, y, theirs);
+    for (int k = 0; k < 3; k++) {
+        const int axis = r->opts->axes[k];
+        ours[abs(axis) - 1] = axis < 0 ? -theirs[k] : theirs[k];
+    }
+    return ibl_face_texel(n, ours);
+}
+
+/* Adds a level of `from` to the files, with our axes. */
+static ibl_status add_level(const reader *r, const ibl_cube *from, int level,
+                            ibl_pixel pixel, size_t mended)
+{
+    ibl_verify_files *f = r->files;
     const int n = ibl_cube_edge(from->size, level);
-    ibl_cube *to = &c->cube[c->levels];
+    const int first = f->count > r->first ? f->level[r->first].size : n;
+    ibl_cube *to = &f->cube[f->count];
     const ibl_status status = ibl_cube_alloc(r->ctx, n, 1, to);
 
     if (status)
         return status;
     for (int face = 0; face < IBL_FACES; face++)
         for (int y = 0; y < n; y++)
-            for (int x = 0; x < n; x++) {
-                double theirs[3], ours[3];
-                ibl_cube_direction(n, face, x, y, theirs);
-                for (int k = 0; k < 3; k++) {
-                    const int axis = r->opts->axes[k];
-                    ours[abs(axis) - 1] = axis < 0 ? -theirs[k] : theirs[k];
-                }
-                const ibl_texel t = ibl_face_texel(n, ours);
-                const size_t size = (size_t)n;
-                memcpy(ibl_cube_face(to, 0, t.face) +
-                           3 * ((size_t)t.y * size + (size_t)t.x),
-                       ibl_cube_face(from, level, face) +
-                           3 * ((size_t)y * size + (size_t)x),
+            for (int x = 0; x < n; x++)
+                memcpy(ibl_face_at(to->data, n, turn(r, n, face, x, y)),
+                       ibl_face_at(ibl_cube_face(from, level, 0), n,
+                                   (ibl_texel){face, x, y}),
                        3 * sizeof(float));
-            }
-    const int first = c->cube[0].size;
-    c->level[c->levels++] = (ibl_judge_level){
-        .role = (ibl_role)kind,
-        .scale = kind == IBL_OUTPUT_IRRADIANCE && r->opts->scale ? M_PI : 1,
+    f->level[f->count] = (ibl_judge_level){
+        .content = r->kind,
+        .number = f->count - r->first,
+        .scale = r->kind == IBL_OUTPUT_IRRADIANCE && r->opts->scale ? M_PI : 1,
         .size = n,
         .base = first > n ? first : n,
         .texels = to->data,
-        .pixel = IBL_PIXEL_COUNT};
+        .pixel = pixel,
+        .mended = mended};
+    f->count++;
     return IBL_OK;
 }
 
-static ibl_status check_single(const reader *r, const ibl_texture *tex,
-                               const char *path, const char *content)
+/* Reads a texture of one layer: a cube, or a table. */
+static ibl_status read_texture(const reader *r, ibl_texture *tex)
 {
-    if (tex->layers == 1)
-        return IBL_OK;
-    return ibl_refuse(r->console, IBL_ERR_FORMAT,
-                      "%s: an array of %d layers: %s is a single one", path,
-                      tex->layers, content);
+    const bool cube = r->kind != IBL_OUTPUT_LUT;
+    const ibl_status status = ibl_texture_read(r->ctx, r->path, tex, NULL);
+
+    if (status)
+        return status;
+    if (cube && tex->faces != IBL_FACES)
+        return ibl_refuse(r->console, IBL_ERR_FORMAT,
+                          "%s: a flat texture: %s is a cube", r->path,
+                          ibl_output_content(r->kind));
+    if (!cube && (tex->faces != 1 || tex->width != tex->height ||
+                  ibl_pixel_channels(tex->pixel) != 2))
+        return ibl_refuse(r->console, IBL_ERR_FORMAT,
+                          "%s: no BRDF table: it must be flat, square and of "
+                          "two channels",
+                          r->path);
+    if (tex->layers != 1)
+        return ibl_refuse(r->console, IBL_ERR_FORMAT,
+                          "%s: an array of %d layers: %s is a single one",
+                          r->path, tex->layers, ibl_output_content(r->kind));
+    return IBL_OK;
 }
 
-static ibl_status read_container(const reader *r, ibl_output_kind kind,
-                                 ibl_texture *tex)
+static ibl_status read_container(const reader *r, ibl_texture *tex)
 {
-    const char *path = r->files->path[kind];
-    ibl_verify_chain *c = &r->files->chain[kind];
     ibl_cube cube = {0};
 
-    if (strstr(path, "%l") && access(path, F_OK))
+    if (strstr(r->path, "%l") && access(r->path, F_OK))
         return ibl_refuse(
             r->console, IBL_ERR_ARGUMENT,
             "%s: has %%l but no %%f: put %%f where the names of the "
             "faces are",
-            path);
-    ibl_status status = ibl_texture_read(r->ctx, path, tex, NULL);
-    if (status)
-        return status;
-    if (tex->faces != IBL_FACES)
-        return ibl_refuse(r->console, IBL_ERR_FORMAT,
-                          "%s: a flat texture: %s is a cube", path,
-                          ibl_output_content(kind));
-    status = check_single(r, tex, path, ibl_output_content(kind));
+            r->path);
+    ibl_status status = read_texture(r, tex);
     if (!status)
         status = ibl_texture_to_cube(r->ctx, tex, &cube);
     /* Mips of an irradiance map are for minification, nothing to judge. */
-    const int levels = kind == IBL_OUTPUT_IRRADIANCE ? 1 : cube.levels;
-    for (int l = 0; l < levels && !status; l++) {
-        status = take_level(r, &cube, l, kind);
-        c->level[l].pixel = tex->pixel;
-    }
+    const int levels = r->kind == IBL_OUTPUT_IRRADIANCE ? 1 : cube.levels;
+    for (int l = 0; l < levels && !status; l++)
+        status = add_level(r, &cube, l, tex->pixel, 0);
     ibl_cube_free(&cube);
-    return status ? status : note_yaw(r, tex, path);
+    return status ? status : note_yaw(r, tex);
 }
 
 /* The pattern with %l as the level, %f as the face's name and %% as itself;
@@ -432,91 +430,82 @@ static char *expand(const char *pattern, int level, const char *face)
     return ibl_memory_close(to, &file);
 }
 
-static ibl_status copy_face(const reader *r, const char *path,
-                            const ibl_image *image, int face, ibl_cube *cube)
-{
-    if (image->width != image->height || image->width > IBL_MAX_CUBE_SIZE)
-        return ibl_refuse(r->console, IBL_ERR_FORMAT,
-                          "%s: %dx%d pixels: a face is square, %d at most",
-                          path, image->width, image->height, IBL_MAX_CUBE_SIZE);
-    if (!cube->data) {
-        const ibl_status status = ibl_cube_alloc(r->ctx, image->width, 1, cube);
-        if (status)
-            return status;
-    }
-    if (image->width != cube->size)
-        return ibl_refuse(r->console, IBL_ERR_FORMAT,
-                          "%s: %d pixels wide, but the faces before it %d",
-                          path, image->width, cube->size);
-    memcpy(ibl_cube_face(cube, 0, face), image->data,
-           3 * (size_t)cube->size * (size_t)cube->size * sizeof(float));
-    return IBL_OK;
-}
-
-static ibl_status read_faces(const reader *r, ibl_output_kind kind, int level)
+/* Reads a face of a level; the first one makes the cube. */
+static ibl_status read_face(const reader *r, const char *path, int face,
+                            ibl_cube *cube, size_t *mended)
 {
     const ibl_read_options read = {.part = -1, .any_aspect = 1};
+    ibl_image image = {0};
+    ibl_read_report report = {0};
+    ibl_status status = ibl_image_read(r->ctx, path, &read, &image, &report);
+
+    if (status)
+        return status;
+    if (image.width != image.height || image.width > IBL_MAX_CUBE_SIZE)
+        status = ibl_refuse(r->console, IBL_ERR_FORMAT,
+                            "%s: %dx%d pixels: a face is square, %d at most",
+                            path, image.width, image.height, IBL_MAX_CUBE_SIZE);
+    else if (!cube->data)
+        status = ibl_cube_alloc(r->ctx, image.width, 1, cube);
+    else if (image.width != cube->size)
+        status = ibl_refuse(r->console, IBL_ERR_FORMAT,
+                            "%s: %d pixels wide, but the faces before it %d",
+                            path, image.width, cube->size);
+    if (!status)
+        memcpy(ibl_cube_face(cube, 0, face), image.data,
+               3 * (size_t)cube->size * (size_t)cube->size * sizeof(float));
+    *mended += report.nonfinite;
+    ibl_image_free(&image);
+    return status;
+}
+
+static ibl_status read_faces(const reader *r, int level)
+{
     ibl_cube cube = {0};
     ibl_status status = IBL_OK;
     size_t mended = 0;
 
     for (int face = 0; face < IBL_FACES && !status; face++) {
-        ibl_image image = {0};
-        ibl_read_report report = {0};
-        char *path =
-            expand(r->files->path[kind], level, r->opts->face_names[face]);
-        if (!path) {
-            status = IBL_ERR_MEMORY;
-        } else {
-            status = ibl_image_read(r->ctx, path, &read, &image, &report);
-            if (!status)
-                status = copy_face(r, path, &image, face, &cube);
-            mended += report.nonfinite;
-        }
-        ibl_image_free(&image);
+        char *path = expand(r->path, level, r->opts->face_names[face]);
+        status =
+            path ? read_face(r, path, face, &cube, &mended) : IBL_ERR_MEMORY;
         free(path);
     }
     if (!status)
-        status = take_level(r, &cube, 0, kind);
-    if (!status)
-        r->files->chain[kind].level[level].mended = mended;
+        status = add_level(r, &cube, 0, IBL_PIXEL_COUNT, mended);
     ibl_cube_free(&cube);
     return status;
 }
 
-static bool is_there(const reader *r, const char *pattern, int level)
+static bool is_there(const reader *r, int level)
 {
-    char *path = expand(pattern, level, r->opts->face_names[0]);
+    char *path = expand(r->path, level, r->opts->face_names[0]);
     const bool there = path && !access(path, F_OK);
 
     free(path);
     return there;
 }
 
-static ibl_status read_pattern(const reader *r, ibl_output_kind kind)
+static ibl_status read_pattern(const reader *r)
 {
-    const char *pattern = r->files->path[kind];
-    const bool levels =
-        kind != IBL_OUTPUT_IRRADIANCE && strstr(pattern, "%l") != NULL;
-    ibl_status status = read_faces(r, kind, 0);
+    const bool chain =
+        r->kind != IBL_OUTPUT_IRRADIANCE && strstr(r->path, "%l");
+    ibl_status status = read_faces(r, 0);
 
-    for (int l = 1; levels && l < IBL_MAX_LEVELS && !status; l++) {
-        if (!is_there(r, pattern, l))
-            break;
-        status = read_faces(r, kind, l);
-    }
+    for (int l = 1; chain && l < IBL_MAX_LEVELS && !status && is_there(r, l);
+         l++)
+        status = read_faces(r, l);
     return status;
 }
 
-static ibl_status read_cube(const reader *r, ibl_output_kind kind)
+static ibl_status read_cube(const reader *r)
 {
     ibl_texture tex = {0}; /* empty for a pattern */
-    ibl_status status = strstr(r->files->path[kind], "%f")
-                            ? read_pattern(r, kind)
-                            : read_container(r, kind, &tex);
+    ibl_status status =
+        strstr(r->path, "%f") ? read_pattern(r) : read_container(r, &tex);
 
-    if (!status && kind == IBL_OUTPUT_SPECULAR)
-        status = describe_specular(r, &tex, &r->files->chain[kind]);
+    if (!status && r->kind == IBL_OUTPUT_SPECULAR)
+        status = describe_specular(r, &tex);
     ibl_texture_free(&tex);
     return status;
 }
@@ -524,31 +513,18 @@ static ibl_status read_cube(const reader *r, ibl_output_kind kind)
 static ibl_status read_lut(const reader *r)
 {
     ibl_verify_files *f = r->files;
-    const char *path = f->path[IBL_OUTPUT_LUT];
     ibl_texture tex = {0};
-    ibl_status status = ibl_texture_read(r->ctx, path, &tex, NULL);
+    ibl_status status = read_texture(r, &tex);
 
-    if (status)
-        return status;
-    const char *name = said(r, IBL_OUTPUT_LUT, &tex, "geometry");
-    const int found = name ? ibl_names_find(ibl_geometry_names, name) : 0;
-    f->geometry = (ibl_geometry)(r->opts->geometry ? r->opts->geometry - 1
-                                 : found > 0       ? found
-                                                   : 0);
-    f->lut_pixel = tex.pixel;
-    if (tex.faces != 1 || tex.width != tex.height ||
-        ibl_pixel_channels(tex.pixel) != 2) {
-        ibl_console_fail(r->console,
-                         "%s: no BRDF table: it must be flat, square and of "
-                         "two channels",
-                         path);
-        status = IBL_ERR_FORMAT;
-    }
-    if (!status)
-        status =
-            check_single(r, &tex, path, ibl_output_content(IBL_OUTPUT_LUT));
-    if (!status)
+    if (!status) {
+        const char *name = said(r, &tex, "geometry");
+        const int found = name ? ibl_names_find(ibl_geometry_names, name) : 0;
+        f->geometry = (ibl_geometry)(r->opts->geometry ? r->opts->geometry - 1
+                                     : found > 0       ? found
+                                                       : 0);
+        f->lut_pixel = tex.pixel;
         status = ibl_texture_to_lut(r->ctx, &tex, &f->lut);
+    }
     ibl_texture_free(&tex);
     return status;
 }
@@ -564,11 +540,13 @@ ibl_status ibl_verify_files_read(const ibl_verify_opts *opts, ibl_ctx *ctx,
         status = open_sidecar(&r);
     if (!status)
         status = find_files(&r);
-    for (int kind = 0; kind < IBL_OUTPUT_LUT && !status; kind++)
-        if (files->path[kind])
-            status = read_cube(&r, (ibl_output_kind)kind);
-    if (!status && files->path[IBL_OUTPUT_LUT])
-        status = read_lut(&r);
+    for (int kind = 0; kind < IBL_VERIFY_KINDS && !status; kind++) {
+        r.kind = (ibl_output_kind)kind;
+        r.path = files->path[kind];
+        r.first = files->count;
+        if (r.path)
+            status = kind == IBL_OUTPUT_LUT ? read_lut(&r) : read_cube(&r);
+    }
     settle_yaw(&r);
     json_decref(r.sidecar);
     free(r.sidecar_path);
@@ -577,29 +555,32 @@ ibl_status ibl_verify_files_read(const ibl_verify_opts *opts, ibl_ctx *ctx,
 
 void ibl_verify_files_free(ibl_verify_files *files)
 {
-    for (int kind = 0; kind < IBL_OUTPUT_LUT; kind++)
-        for (int l = 0; l < files->chain[kind].levels; l++)
-            ibl_cube_free(&files->chain[kind].cube[l]);
+    for (int i = 0; i < files->count; i++)
+        ibl_cube_free(&files->cube[i]);
     for (int kind = 0; kind < IBL_VERIFY_KINDS; kind++)
         free(files->path[kind]);
     ibl_lut_free(&files->lut);
 }
 
-ibl_status ibl_verify_judge(const ibl_verify_files *files, ibl_judge *judge,
-                            ibl_console *console, ibl_report *report)
+ibl_status ibl_verify_judge(const ibl_verify_files *files, ibl_ctx *ctx,
+                            ibl_judge *judge, ibl_console *console,
+                            ibl_report *report)
 {
     ibl_status status = IBL_OK;
 
-    for (int kind = 0; kind < IBL_OUTPUT_LUT; kind++) {
-        const ibl_verify_chain *c = &files->chain[kind];
-        for (int l = 0; l < c->levels && !status; l++) {
-            char stage[32];
-            snprintf(stage, sizeof stage, "%s %d",
-                     ibl_output_name((ibl_output_kind)kind), l);
-            ibl_console_progress(console, stage, 0);
-            status = ibl_report_add(report, judge, (ibl_output_kind)kind, l,
-                                    &c->level[l]);
-        }
+    for (int i = 0; i < files->count && !status; i++) {
+        const ibl_judge_level *level = &files->level[i];
+        char stage[32];
+        snprintf(stage, sizeof stage, "%s %d", ibl_output_name(level->content),
+                 level->number);
+        ibl_console_progress(console, stage, 0);
+        status = ibl_report_add(report, judge, level);
     }
+    if (status || !files->lut.data)
+        return status;
+    ibl_console_progress(console, ibl_output_name(IBL_OUTPUT_LUT), 0);
+    status = ibl_judge_lut(ctx, &files->lut, files->lut_pixel, files->geometry,
+                           &report->options, &report->lut);
+    report->has_lut = !status;
     return status;
 }

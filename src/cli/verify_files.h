@@ -39,17 +39,12 @@ typedef struct ibl_verify_opts {
     char stem[256];      /* holds name when it comes from input */
 } ibl_verify_opts;
 
-/* The levels of a cube, from one file or from those that a pattern names. */
-typedef struct ibl_verify_chain {
-    int levels;
-    ibl_cube cube[IBL_MAX_LEVELS]; /* one level each, faces as ours */
-    ibl_judge_level level[IBL_MAX_LEVELS];
-} ibl_verify_chain;
-
 typedef struct ibl_verify_files {
     char *path[IBL_VERIFY_KINDS]; /* or a pattern; NULL: none */
-    ibl_verify_chain chain[IBL_OUTPUT_LUT];
-    ibl_lut lut;
+    int count;                    /* of levels, by kind */
+    ibl_judge_level level[IBL_REPORT_ROWS];
+    ibl_cube cube[IBL_REPORT_ROWS]; /* texels of each, faces as ours */
+    ibl_lut lut;                    /* empty: none */
     ibl_pixel lut_pixel;
     ibl_geometry geometry;
     double yaw_deg;
@@ -64,8 +59,10 @@ ibl_status ibl_verify_files_read(const ibl_verify_opts *opts, ibl_ctx *ctx,
                                  ibl_console *console, ibl_verify_files *files);
 void ibl_verify_files_free(ibl_verify_files *files);
 
-/* Judges every cube of the files; judge has their yaw. */
-ibl_status ibl_verify_judge(const ibl_verify_files *files, ibl_judge *judge,
-                            ibl_console *console, ibl_report *report);
+/* Judges every level, and the table, by the report's options. judge has the
+ * files' yaw; NULL if there is only a table. */
+ibl_status ibl_verify_judge(const ibl_verify_files *files, ibl_ctx *ctx,
+                            ibl_judge *judge, ibl_console *console,
+                            ibl_report *report);
 
 #endif
