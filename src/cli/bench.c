@@ -4,7 +4,6 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "cli/child.h"
 #include "cli/console.h"
@@ -21,7 +20,6 @@ static void free_bench(ibl_bench *b)
         json_decref(p->levels);
         ibl_words_free(p->argv);
         free(p->directory);
-        free(p->log);
     }
     for (int i = 0; i < b->source_count; i++)
         free(b->sources[i].path);
@@ -41,17 +39,11 @@ static bool check_reports(const ibl_bench *b, const report *reports, int count)
 {
     for (int i = 0; i < count; i++) {
         const char *path = reports[i].path;
-        if (!path)
-            continue;
-        char *parent = ibl_path_beside(path, ".");
-        const bool ok = parent && !access(parent, W_OK | X_OK);
-        const int why = errno;
-        free(parent);
-        if (!ok) {
+        if (path && !ibl_path_is_open(path)) {
             ibl_console_fail(b->console,
                              "%s: cannot be written: %s: choose another "
                              "directory",
-                             path, strerror(why));
+                             path, strerror(errno));
             return false;
         }
     }

@@ -127,7 +127,7 @@ typedef struct ibl_bench_point {
     unsigned sweeps;        /* bit n: this point belongs to axis n's sweep */
     bool base;
     char **argv; /* of ibl_words_split */
-    char *directory, *log;
+    char *directory;
 
     ibl_bench_series series[IBL_BENCH_SERIES];
     int series_count;
@@ -173,11 +173,9 @@ void ibl_bench_machine_find(ibl_bench_machine *m);
 bool ibl_bench_sources_make(ibl_bench *b);
 /* Fills b->points. */
 bool ibl_bench_plan(ibl_bench *b);
-/* What printf makes of fmt, for free(); NULL: no memory. */
-char *ibl_bench_text(const char *fmt, ...)
-    __attribute__((format(printf, 1, 2)));
-/* text with {env}, {out} and {name} of a point filled in, as words of a shell,
- * for free(); NULL: no memory. */
+/* text with {env}, {out} and {name} of a point filled in, as words of a shell;
+ * of a bake of ours also {layer}, {bake} and {variant}. For free(); NULL: no
+ * memory. */
 char *ibl_bench_fill(const ibl_bench *b, const ibl_bench_point *p,
                      const char *text);
 bool ibl_bench_measure(ibl_bench *b);
@@ -201,8 +199,5 @@ void ibl_bench_print(const ibl_bench *b, FILE *to);
 char *ibl_bench_csv(const ibl_bench *b);
 char *ibl_bench_json(const ibl_bench *b);
 char *ibl_bench_html(const ibl_bench *b);
-
-/* Finds the median and the quartiles of n rounds, 1..IBL_BENCH_ROUNDS. */
-void ibl_bench_sum_up(ibl_bench_series *s, int n);
 
 #endif

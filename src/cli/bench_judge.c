@@ -8,16 +8,17 @@
 #include "cli/console.h"
 #include "cli/shell_words.h"
 #include "cli/verify_files.h"
+#include "common/text.h"
 
 /* What the points are judged by; the judge keeps the truth that it has worked
  * out, for the points that follow with the same map and rotation. */
 typedef struct judging {
     const ibl_bench *b;
     ibl_ctx *ctx;
-    int source; /* of env; -1: none */
+    ibl_judge *judge; /* NULL: none; else of this map and rotation: */
+    int source;
+    double yaw_deg;
     ibl_image env;
-    double yaw_deg;   /* of judge */
-    ibl_judge *judge; /* NULL: none */
 } judging;
 
 /* The arguments by which a point's output is judged, after ENV; NULL: none. */
@@ -41,14 +42,12 @@ static bool is_judged(const ibl_bench *b, const ibl_bench_point *p)
  * NULL: no memory, or an open quote. */
 static char **arguments(const ibl_bench *b, const ibl_bench_point *p)
 {
-    char *env = ibl_words_quote(b->sources[p->source].path);
-    char *rest = ibl_bench_fill(b, p, output_of(b, p));
-    char *all = env && rest ? ibl_bench_text("%s %s", env, rest) : NULL;
-    char **words = all ? ibl_words_split(all) : NULL;
+    char *text = ibl_format("{env} %s", output_of(b, p));
+    char *filled = text ? ibl_bench_fill(b, p, text) : NULL;
+    char **words = filled ? ibl_words_split(filled) : NULL;
 
-    free(all);
-    free(rest);
-    free(env);
+    free(filled);
+    free(text);
     return words;
 }
 
@@ -83,36 +82,28 @@ bool ibl_bench_check_output(const ibl_bench *b, const ibl_bench_point *p)
 
 /* ---- truths ---------------------------------------------------------- */
 
-static void drop_source(judging *j)
+static void drop_judge(judging *j)
 {
     ibl_judge_free(j->judge);
     j->judge = NULL;
     ibl_image_free(&j->env);
-    j->source = -1;
 }
 
 /* Makes j->judge that of a map with a rotation. */
 static ibl_status take_judge(judging *j, int source, double yaw_deg,
                              const ibl_judge_options *options)
 {
-    ibl_status status = IBL_OK;
-
-    if (j->source != source) {
-        drop_source(j);
-        status = ibl_image_read(j->ctx, j->b->sources[source].path,
-                                &j->b->opts->common.read, &j->env, NULL);
-        if (status)
-            return status;
-        j->source = source;
-    }
-    if (j->judge && j->yaw_deg != yaw_deg) {
-        ibl_judge_free(j->judge);
-        j->judge = NULL;
-    }
+    if (j->judge && j->source == source && j->yaw_deg == yaw_deg)
+        return IBL_OK;
+    drop_judge(j);
+    j->source = source;
     j->yaw_deg = yaw_deg;
-    if (!j->judge)
-        status = ibl_judge_create(j->ctx, &j->env, yaw_deg, options, &j->judge);
-    return status;
+    const ibl_status status =
+        ibl_image_read(j->ctx, j->b->sources[source].path,
+                       &j->b->opts->common.read, &j->env, NULL);
+    return status
+               ? status
+               : ibl_judge_create(j->ctx, &j->env, yaw_deg, options, &j->judge);
 }
 
 /* ---- verdicts -------------------------------------------------------- */
@@ -215,13 +206,13 @@ static bool judge_point(judging *j, ibl_bench_point *p)
 
 bool ibl_bench_judge(ibl_bench *b)
 {
-    judging j = {.b = b, .source = -1};
+    judging j = {.b = b};
     bool ok = !ibl_start(&b->opts->common, b->console, &j.ctx);
 
     for (int i = 0; i < b->point_count && ok; i++)
         if (is_judged(b, &b->points[i]))
             ok = judge_point(&j, &b->points[i]);
-    drop_source(&j);
+    drop_judge(&j);
     ibl_ctx_free(j.ctx);
     return ok;
 }

@@ -124,11 +124,13 @@ static bool record_stages(const ibl_bench *b, ibl_bench_point *p, int round,
 static bool run_point(const ibl_bench *b, ibl_bench_point *p, int round)
 {
     const double limit_s = b->opts->timeout_s;
+    char log[4200];
     ibl_child child;
 
     if (!empty_directory(b, p))
         return false;
-    if (!ibl_child_run(p->argv, p->log, limit_s, &child)) {
+    snprintf(log, sizeof log, "%s.log", p->directory);
+    if (!ibl_child_run(p->argv, log, limit_s, &child)) {
         ibl_console_fail(b->console, "%s %s: %s%s",
                          ibl_bench_kind_name(p->kind), p->name, child.reason,
                          child.timed_out ? ": give it more with --timeout, or "
@@ -156,10 +158,36 @@ static int add_size(const char *path, const struct stat *st, int kind,
     return 0;
 }
 
+static int by_value(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* The value below which the part q of n sorted values lies, interpolated
+ * between its two neighbours (R's type 7, the usual one). */
+static double quantile(const double *sorted, int n, double q)
+{
+    const double at = q * (n - 1);
+    const int i = (int)at;
+    return i + 1 < n ? sorted[i] + (at - i) * (sorted[i + 1] - sorted[i])
+                     : sorted[n - 1];
+}
+
+/* Finds the quartiles of a series, and how much the last round left. */
 static void sum_up(const ibl_bench *b, ibl_bench_point *p)
 {
-    for (int i = 0; i < p->series_count; i++)
-        ibl_bench_sum_up(&p->series[i], b->opts->rounds);
+    double sorted[IBL_BENCH_ROUNDS];
+    const int n = b->opts->rounds;
+
+    for (int i = 0; i < p->series_count; i++) {
+        ibl_bench_series *s = &p->series[i];
+        memcpy(sorted, s->rounds, (size_t)n * sizeof *sorted);
+        qsort(sorted, (size_t)n, sizeof *sorted, by_value);
+        s->low = quantile(sorted, n, 0.25);
+        s->median = quantile(sorted, n, 0.5);
+        s->high = quantile(sorted, n, 0.75);
+    }
     found_bytes = 0;
     nftw(p->directory, add_size, 16, FTW_PHYS);
     p->output_bytes = found_bytes;

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* Which commands a run has. */
-#define _GNU_SOURCE /* vasprintf */
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,17 +7,7 @@
 #include "cli/bench.h"
 #include "cli/common_options.h"
 #include "cli/shell_words.h"
-
-char *ibl_bench_text(const char *fmt, ...)
-{
-    char *text;
-    va_list ap;
-
-    va_start(ap, fmt);
-    const int length = vasprintf(&text, fmt, ap);
-    va_end(ap);
-    return length < 0 ? NULL : text;
-}
+#include "common/text.h"
 
 static bool no_memory(const ibl_bench *b)
 {
@@ -31,57 +20,68 @@ static bool no_memory(const ibl_bench *b)
 char *ibl_bench_fill(const ibl_bench *b, const ibl_bench_point *p,
                      const char *text)
 {
+    const ibl_bench_opts *o = b->opts;
+    const bool peer = p->kind == IBL_BENCH_PEER;
     const char *path = b->sources[p->source].path;
     char stem[256], *filled = NULL;
     char *env = ibl_words_quote(path), *out = ibl_words_quote(p->directory);
     char *name =
         ibl_stem(path, stem, sizeof stem) ? ibl_words_quote(stem) : NULL;
+    char *layer =
+        ibl_words_quote(o->common.read.layer ? o->common.read.layer : "");
 
-    if (env && out && name) {
+    if (env && out && name && layer) {
         const ibl_placeholder holders[] = {
-            {"env", env}, {"out", out}, {"name", name}};
-        filled = ibl_words_fill(text, holders, 3);
+            {"env", env},
+            {"out", out},
+            {"name", name},
+            {"layer", layer},
+            {"bake", o->bake ? o->bake : ""},
+            {"variant",
+             p->kind == IBL_BENCH_VARIANT ? o->variants.text[p->index] : ""}};
+        filled = ibl_words_fill(text, holders, peer ? 3 : 6);
     }
     free(env);
     free(out);
     free(name);
+    free(layer);
     return filled;
 }
 
 /* A bake by this program, whatever it is called by now. */
 static char *bake_command(const ibl_bench *b, const ibl_bench_point *p)
 {
-    const ibl_bench_source *source = &b->sources[p->source];
     const ibl_read_options plain = {.part = -1, .any_aspect = 1};
     const ibl_read_options *read =
-        source->resampled ? &plain : &b->opts->common.read;
+        b->sources[p->source].resampled ? &plain : &b->opts->common.read;
     const int method = p->at[IBL_BENCH_METHOD];
     const bool nomip = method == IBL_BENCH_SAMPLED_NOMIP;
-    const char *variant =
-        p->kind == IBL_BENCH_VARIANT ? b->opts->variants.text[p->index] : "";
-    char *layer = ibl_words_quote(read->layer ? read->layer : "");
-    char *out = ibl_words_quote(p->directory);
-    char *env = ibl_words_quote(source->path);
-    char part[32] = "", *command = NULL;
+    ibl_memory_file file;
+    FILE *to = ibl_memory_open(&file);
 
+    if (!to)
+        return NULL;
+    fputs("/proc/self/exe --quiet --timings --output={out} --name=bake", to);
+    if (read->layer)
+        fputs(" --layer={layer}", to);
     if (read->part >= 0)
-        snprintf(part, sizeof part, "--part=%d", read->part);
-    if (layer && out && env)
-        command = ibl_bench_text(
-            "/proc/self/exe --quiet --timings --output=%s --name=bake %s%s %s "
-            "%s %s --method=%s --pdf-mip=%s --samples=%d --size=%d "
-            "--threads=%d --isa=%s %s %s -- %s",
-            out, read->layer ? "--layer=" : "", read->layer ? layer : "", part,
-            read->any_aspect ? "--any-aspect" : "",
-            read->strict ? "--strict" : "",
+        fprintf(to, " --part=%d", read->part);
+    if (read->any_aspect)
+        fputs(" --any-aspect", to);
+    if (read->strict)
+        fputs(" --strict", to);
+    fprintf(to, " --method=%s --pdf-mip=%s",
             ibl_bench_method_name(nomip ? IBL_BENCH_SAMPLED : method),
-            nomip ? "no" : "yes", p->at[IBL_BENCH_SAMPLES],
-            p->at[IBL_BENCH_SIZE], p->at[IBL_BENCH_THREADS],
-            ibl_isa_name((ibl_isa)p->at[IBL_BENCH_ISA]),
-            b->opts->bake ? b->opts->bake : "", variant, env);
-    free(layer);
-    free(out);
-    free(env);
+            nomip ? "no" : "yes");
+    for (int axis = IBL_BENCH_SAMPLES; axis < IBL_BENCH_SOURCE; axis++) {
+        char value[16];
+        ibl_bench_value(axis, p->at[axis], value, sizeof value);
+        fprintf(to, " --%s=%s", ibl_bench_axis_name(axis), value);
+    }
+    fputs(" {bake} {variant} -- {env}", to);
+    char *text = ibl_memory_close(to, &file);
+    char *command = text ? ibl_bench_fill(b, p, text) : NULL;
+    free(text);
     return command;
 }
 
@@ -89,7 +89,7 @@ static char *peer_command(const ibl_bench *b, const ibl_bench_point *p)
 {
     char *filled = ibl_bench_fill(b, p, b->opts->peers.text[p->index]);
     char *quoted = filled ? ibl_words_quote(filled) : NULL;
-    char *command = quoted ? ibl_bench_text("/bin/sh -c %s", quoted) : NULL;
+    char *command = quoted ? ibl_format("/bin/sh -c %s", quoted) : NULL;
 
     free(quoted);
     free(filled);
@@ -129,34 +129,20 @@ static void name_bake(const ibl_bench *b, ibl_bench_point *p)
         extend(p, ", source %d", source->width);
 }
 
-static bool is_same(const ibl_bench_point *p, const ibl_bench_point *q)
+/* Adds a point, with its name and its command. */
+static bool add_point(ibl_bench *b, const ibl_bench_point *like)
 {
-    return p->kind == q->kind && p->index == q->index &&
-           p->source == q->source && !memcmp(p->at, q->at, sizeof p->at);
-}
+    const int number = b->point_count;
+    const size_t size = (size_t)(number + 1) * sizeof *b->points;
+    ibl_bench_point *points = realloc(b->points, size);
 
-/* Adds a point, or its sweep to the point that is there already. */
-static bool keep(ibl_bench *b, const ibl_bench_point *like)
-{
-    for (int i = 0; i < b->point_count; i++)
-        if (is_same(&b->points[i], like)) {
-            b->points[i].sweeps |= like->sweeps;
-            return true;
-        }
-    ibl_bench_point *points =
-        realloc(b->points, (size_t)(b->point_count + 1) * sizeof *b->points);
     if (!points)
         return no_memory(b);
     b->points = points;
-    b->points[b->point_count++] = *like;
-    return true;
-}
-
-static bool complete(ibl_bench *b, ibl_bench_point *p, int number)
-{
-    p->directory = ibl_bench_text("%s/%d", b->directory, number);
-    p->log = ibl_bench_text("%s/%d.log", b->directory, number);
-    if (!p->directory || !p->log)
+    ibl_bench_point *p = &points[b->point_count++];
+    *p = *like;
+    p->directory = ibl_format("%s/%d", b->directory, number);
+    if (!p->directory)
         return no_memory(b);
     char *command =
         p->kind == IBL_BENCH_PEER ? peer_command(b, p) : bake_command(b, p);
@@ -218,82 +204,80 @@ static unsigned find_sweeps(const ibl_bench_point *p, const ibl_bench *b)
     return sweeps;
 }
 
-/* Every combination of the values of some axes (a bit each), samples first,
- * with the base's of the others. */
-static bool plan_axes(ibl_bench *b, const ibl_bench_point *base, unsigned axes)
+/* Adds a bake if it belongs to a sweep, or with --full; samples that a method
+ * does not take would make the same bake again. */
+static bool plan_bake(ibl_bench *b, ibl_bench_point *p)
 {
-    static const int order[] = {IBL_BENCH_SAMPLES, IBL_BENCH_METHOD,
-                                IBL_BENCH_SIZE, IBL_BENCH_THREADS,
-                                IBL_BENCH_ISA};
-    const ibl_bench_list *lists = b->opts->lists;
-    int at[IBL_BENCH_SOURCE] = {0}, k = 0;
-
-    while (k < IBL_BENCH_SOURCE) {
-        ibl_bench_point p = *base;
-        for (int axis = 0; axis < IBL_BENCH_SOURCE; axis++)
-            if (axes >> axis & 1)
-                p.at[axis] = lists[axis].values[at[axis]];
-        p.sweeps = find_sweeps(&p, b);
-        /* Samples that a method does not take make the same bake again. */
-        if ((ibl_bench_takes_samples(p.at[IBL_BENCH_METHOD]) ||
-             p.at[IBL_BENCH_SAMPLES] == b->base[IBL_BENCH_SAMPLES]) &&
-            !keep(b, &p))
-            return false;
-        for (k = 0; k < IBL_BENCH_SOURCE; k++) {
-            const int axis = order[k];
-            if (axes >> axis & 1 && ++at[axis] < lists[axis].count)
-                break;
-            at[axis] = 0;
-        }
-    }
-    return true;
+    p->sweeps = find_sweeps(p, b);
+    if (!p->sweeps && !b->opts->full)
+        return true;
+    if (!ibl_bench_takes_samples(p->at[IBL_BENCH_METHOD]) &&
+        p->at[IBL_BENCH_SAMPLES] != b->base[IBL_BENCH_SAMPLES])
+        return true;
+    return add_point(b, p);
 }
 
-/* One axis at a time, but samples for every method, or all at once. */
-static bool plan_sweeps(ibl_bench *b, const ibl_bench_point *base)
+/* Plans every combination of the values of axes[0] and the axes behind it,
+ * with p's values of the others. Sweeps begin at the base. */
+static bool plan_axes(ibl_bench *b, ibl_bench_point *p,
+                      const ibl_bench_axis *axes)
 {
-    const unsigned methods = 1u << IBL_BENCH_METHOD | 1u << IBL_BENCH_SAMPLES;
+    const ibl_bench_axis axis = *axes;
+    const bool sweep = axis >= IBL_BENCH_SIZE && !b->opts->full;
+    bool ok = true;
 
-    if (b->opts->full)
-        return plan_axes(b, base, (1u << IBL_BENCH_SOURCE) - 1);
-    bool ok = plan_axes(b, base, methods);
-    for (int axis = IBL_BENCH_SIZE; axis < IBL_BENCH_SOURCE && ok; axis++)
-        ok = plan_axes(b, base, 1u << axis);
+    if (axis == IBL_BENCH_AXES)
+        return plan_bake(b, p);
+    const ibl_bench_list *list = &b->opts->lists[axis];
+    const int base = b->base[axis];
+    if (sweep) {
+        p->at[axis] = base;
+        ok = plan_axes(b, p, axes + 1);
+    }
+    for (int i = 0; i < list->count && ok; i++) {
+        p->at[axis] = list->values[i];
+        if (!sweep || p->at[axis] != base)
+            ok = plan_axes(b, p, axes + 1);
+    }
     return ok;
 }
 
-/* The variants or the peers. */
-static bool plan_named(ibl_bench *b, const ibl_bench_point *like,
-                       ibl_bench_kind kind, int count)
+/* Plans the variants or the peers. */
+static bool plan_named(ibl_bench *b, ibl_bench_point p, ibl_bench_kind kind,
+                       int count)
 {
-    ibl_bench_point p = *like;
     bool ok = true;
 
     p.kind = kind;
     for (p.index = 0; p.index < count && ok; p.index++)
-        ok = keep(b, &p);
+        ok = add_point(b, &p);
     return ok;
 }
 
-/* Of the source with this index, which is an environment as it is. */
+/* Plans all bakes of the source with this index, which is an environment as it
+ * is. */
 static bool plan_env(ibl_bench *b, int source)
 {
+    static const ibl_bench_axis axes[] = {IBL_BENCH_ISA,     IBL_BENCH_THREADS,
+                                          IBL_BENCH_SIZE,    IBL_BENCH_METHOD,
+                                          IBL_BENCH_SAMPLES, IBL_BENCH_AXES};
     ibl_bench_point base = {.kind = IBL_BENCH_BAKE, .source = source};
     const int env = b->sources[source].env;
 
     memcpy(base.at, b->base, sizeof base.at);
-    bool ok = plan_sweeps(b, &base);
+    ibl_bench_point p = base;
+    bool ok = plan_axes(b, &p, axes);
     for (int s = 0; s < b->source_count && ok; s++)
         if (b->sources[s].env == env && b->sources[s].resampled) {
-            ibl_bench_point p = base;
+            p = base;
             p.source = s;
             p.sweeps = 1u << IBL_BENCH_SOURCE;
-            ok = keep(b, &p);
+            ok = add_point(b, &p);
         }
-    ok = ok && plan_named(b, &base, IBL_BENCH_VARIANT, b->opts->variants.count);
+    ok = ok && plan_named(b, base, IBL_BENCH_VARIANT, b->opts->variants.count);
     for (int axis = 0; axis < IBL_BENCH_AXES; axis++)
         base.at[axis] = -1;
-    return ok && plan_named(b, &base, IBL_BENCH_PEER, b->opts->peers.count);
+    return ok && plan_named(b, base, IBL_BENCH_PEER, b->opts->peers.count);
 }
 
 bool ibl_bench_plan(ibl_bench *b)
@@ -304,7 +288,5 @@ bool ibl_bench_plan(ibl_bench *b)
     for (int s = 0; s < b->source_count && ok; s++)
         if (!b->sources[s].resampled)
             ok = plan_env(b, s);
-    for (int i = 0; i < b->point_count && ok; i++)
-        ok = complete(b, &b->points[i], i);
     return ok;
 }

@@ -11,13 +11,14 @@
 #include "cli/child.h"
 #include "cli/console.h"
 #include "cli/resample.h"
+#include "common/text.h"
 
 enum {
     LARGEST = 8192, /* width, where no list asks for more */
     MOST = IBL_BENCH_NAMED * (IBL_BENCH_VALUES + 1)
 };
 
-/* The work of a child, which the parent sees. */
+/* The work of a child, in memory that it shares with this process. */
 typedef struct job {
     ibl_bench *b;
     int env; /* that it is at */
@@ -28,11 +29,11 @@ typedef struct job {
 static char *source_path(const ibl_bench *b, const ibl_bench_source *s)
 {
     if (s->resampled)
-        return ibl_bench_text("%s/source-%d-%d.hdr", b->directory, s->env,
-                              s->width);
+        return ibl_format("%s/source-%d-%d.hdr", b->directory, s->env,
+                          s->width);
     /* A name that no command takes for an option. */
-    return ibl_bench_text("%s%s", *b->opts->envs[s->env] == '-' ? "./" : "",
-                          b->opts->envs[s->env]);
+    return ibl_format("%s%s", *b->opts->envs[s->env] == '-' ? "./" : "",
+                      b->opts->envs[s->env]);
 }
 
 static bool write_source(const ibl_bench *b, const ibl_image *image,

@@ -81,72 +81,24 @@ static void encode(const double *rgb, unsigned char *rgbe)
     rgbe[3] = (unsigned char)(exponent + 128);
 }
 
-/* One channel of a scan line: n bytes, 4 apart. */
-static void put_runs(const unsigned char *s, int n, FILE *to)
-{
-    int literal = 0; /* first byte that is not written yet */
-
-    for (int i = 0; i < n;) {
-        int run = 1;
-        while (run < 127 && i + run < n && s[4 * (i + run)] == s[4 * i])
-            run++;
-        if (run < 4 && i + run < n) {
-            i += run;
-            continue;
-        }
-        const int end = run < 4 ? i + run : i;
-        while (literal < end) {
-            const int count = end - literal < 128 ? end - literal : 128;
-            fputc(count, to);
-            for (int k = 0; k < count; k++)
-                fputc(s[4 * literal++], to);
-        }
-        if (run >= 4) {
-            fputc(128 + run, to);
-            fputc(s[4 * i], to);
-        }
-        i += run;
-        literal = i;
-    }
-}
-
-static void put_line(const unsigned char *rgbe, int width, FILE *to)
-{
-    if (width < 8 || width > 32767) {
-        fwrite(rgbe, 4, (size_t)width, to);
-        return;
-    }
-    fputc(2, to);
-    fputc(2, to);
-    fputc(width >> 8, to);
-    fputc(width & 255, to);
-    for (int c = 0; c < 4; c++)
-        put_runs(rgbe + c, width, to);
-}
-
 int ibl_resample_write(const ibl_image *env, int width, int height, FILE *to)
 {
     double *row = calloc(3 * (size_t)env->width, sizeof *row);
-    unsigned char *line = malloc(4 * (size_t)width);
-    const int failed = !row || !line ? ENOMEM : 0;
 
-    if (!failed)
-        fprintf(to,
-                "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y %d +X "
-                "%d\n",
-                height, width);
-    for (int y = 0; y < height && !failed; y++) {
+    if (!row)
+        return ENOMEM;
+    fprintf(to, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y %d +X %d\n", height,
+            width);
+    for (int y = 0; y < height; y++) {
         resample_rows(env, y, height, row);
         for (int x = 0; x < width; x++) {
+            unsigned char rgbe[4];
             double rgb[3];
             resample_pixel(row, env->width, x, width, rgb);
-            encode(rgb, line + 4 * (size_t)x);
+            encode(rgb, rgbe);
+            fwrite(rgbe, 1, sizeof rgbe, to);
         }
-        put_line(line, width, to);
     }
     free(row);
-    free(line);
-    if (failed)
-        return failed;
     return fflush(to) || ferror(to) ? (errno ? errno : EIO) : 0;
 }

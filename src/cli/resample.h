@@ -8,9 +8,8 @@
 
 /*
  * Writes an equirectangular map, resampled to width x height, as a Radiance
- * .hdr with run lengths (flat where the format has none, widths under 8 and
- * over 32767). Smaller: means over the solid angle; larger: bilinear, wrapping
- * at the seam. 0, or an errno.
+ * .hdr without run lengths. Smaller: means over the solid angle; larger:
+ * bilinear, wrapping at the seam. 0, or an errno.
  */
 int ibl_resample_write(const ibl_image *env, int width, int height, FILE *to);
 

@@ -16,18 +16,17 @@
 
 static char *make_path(const ibl_opts *o, ibl_output_kind kind)
 {
-    const bool cube = kind < IBL_OUTPUT_LUT;
-    const char *stem =
-        kind == IBL_OUTPUT_LUT ? ibl_lut_stems[o->lut.geometry] : o->name;
-    const size_t size = strlen(stem) + 32;
-    char *name = malloc(size);
+    const char *extension =
+        kind == IBL_OUTPUT_JSON ? "json" : ibl_container_name(o->format);
+    char *name =
+        kind < IBL_OUTPUT_LUT
+            ? ibl_format("%s_%s.%s", o->name, ibl_output_name(kind), extension)
+            : ibl_format("%s.%s",
+                         kind == IBL_OUTPUT_LUT ? ibl_lut_stems[o->lut.geometry]
+                                                : o->name,
+                         extension);
+    char *path = name ? ibl_path_join(o->directory, name) : NULL;
 
-    if (!name)
-        return NULL;
-    snprintf(name, size, "%s%s%s.%s", stem, cube ? "_" : "",
-             cube ? ibl_output_name(kind) : "",
-             kind == IBL_OUTPUT_JSON ? "json" : ibl_container_name(o->format));
-    char *path = ibl_path_join(o->directory, name);
     free(name);
     return path;
 }
@@ -61,18 +60,6 @@ static int list_targets(const ibl_bake *b,
 
 /* ---- what cannot be written ------------------------------------------ */
 
-/* Whether files may be made in the directory of path; errno if not. */
-static bool is_open_directory(const char *path)
-{
-    char *directory = ibl_path_beside(path, ".");
-    const bool ok = directory && !access(directory, W_OK | X_OK);
-    const int saved = errno;
-
-    free(directory);
-    errno = saved;
-    return ok;
-}
-
 static bool is_link(const char *path)
 {
     struct stat st;
@@ -90,7 +77,7 @@ static ibl_status check_target(const ibl_bake *b, const char *path)
             b->console, IBL_ERR_IO, "%s: is a %s: choose another name", path,
             S_ISDIR(out.st_mode) ? "directory" : "device, pipe or socket");
     /* Where a link leads is for the set of outputs to find out. */
-    if (!is_link(path) && !is_open_directory(path))
+    if (!is_link(path) && !ibl_path_is_open(path))
         return ibl_refuse(b->console, IBL_ERR_IO,
                           "%s: cannot be written: %s: choose another directory",
                           path, strerror(errno));

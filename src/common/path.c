@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "common/path.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -43,6 +44,17 @@ char *ibl_path_beside(const char *file, const char *name)
         strcpy(path + length, name);
     }
     return path;
+}
+
+bool ibl_path_is_open(const char *path)
+{
+    char *directory = ibl_path_beside(path, ".");
+    const bool ok = directory && !access(directory, W_OK | X_OK);
+    const int saved = errno;
+
+    free(directory);
+    errno = saved;
+    return ok;
 }
 
 char *ibl_bridge_beside(void)

@@ -8,6 +8,8 @@
 const char *ibl_path_name(const char *path);
 /* Whether both exist and are the same file. */
 bool ibl_path_same(const char *a, const char *b);
+/* Whether files may be made in the directory of path; errno if not. */
+bool ibl_path_is_open(const char *path);
 
 /* Both are for free(); NULL: no memory. */
 

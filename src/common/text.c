@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-#define _GNU_SOURCE /* fopencookie */
+#define _GNU_SOURCE /* fopencookie, vasprintf */
 #include "common/text.h"
 
+#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -50,6 +51,17 @@ char *ibl_memory_close(FILE *to, ibl_memory_file *m)
     }
     m->text[m->size] = '\0';
     return m->text;
+}
+
+char *ibl_format(const char *fmt, ...)
+{
+    char *text;
+    va_list ap;
+
+    va_start(ap, fmt);
+    const int length = vasprintf(&text, fmt, ap);
+    va_end(ap);
+    return length < 0 ? NULL : text;
 }
 
 static int is_same(const char *text, double x)

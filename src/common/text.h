@@ -18,6 +18,9 @@ FILE *ibl_memory_open(ibl_memory_file *m);
  * NULL: there was no memory for some of it, or to is NULL. */
 char *ibl_memory_close(FILE *to, ibl_memory_file *m);
 
+/* What printf makes of fmt, for free(); NULL: no memory. */
+char *ibl_format(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
+
 enum {
     IBL_NUMBER_BYTES = 32
 };
