@@ -24,6 +24,7 @@ bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind,
                      const char *file[IBL_FACES])
 {
     int found = 0;
+    bool ok = true;
 
     if (!ibl_json_object(at, capture_names))
         return false;
@@ -37,10 +38,9 @@ bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind,
         return ibl_json_text_at(files, &file[0]);
     if (json_array_size(files.value) != IBL_FACES)
         return ibl_json_wrong(files, "an array of 6 files, +X -X +Y -Y +Z -Z");
-    for (size_t i = 0; i < IBL_FACES; i++)
-        if (!ibl_json_text_at(ibl_json_element(&files, i), &file[i]))
-            return false;
-    return true;
+    for (size_t i = 0; i < IBL_FACES && ok; i++)
+        ok = ibl_json_text_at(ibl_json_element(&files, i), &file[i]);
+    return ok;
 }
 
 static bool no_memory(ibl_json_at at)
@@ -51,19 +51,17 @@ static bool no_memory(ibl_json_at at)
 static bool take_capture(ibl_json_at at, ibl_capture *c)
 {
     const char *file[IBL_FACES];
-    char place[128];
 
     if (!ibl_set_capture(at, &c->kind, file))
         return false;
-    ibl_json_path(&at, place, sizeof place);
-    c->place = strdup(place);
-    bool ok = c->place;
+    snprintf(c->place, sizeof c->place, "%s", at.path);
     const int count = c->kind == IBL_CAPTURE_FACES ? IBL_FACES : 1;
-    for (; c->count < count && ok; c->count++) {
+    for (; c->count < count; c->count++) {
         c->file[c->count] = ibl_path_beside(at.file->name, file[c->count]);
-        ok = c->file[c->count];
+        if (!c->file[c->count])
+            return no_memory(at);
     }
-    return ok || no_memory(at);
+    return true;
 }
 
 /* ---- probes ------------------------------------------------------------ */
@@ -107,19 +105,16 @@ static bool take_optional(ibl_json_at at, ibl_probe *p)
 static bool take_name(ibl_json_at at, const ibl_probe_set *set,
                       ibl_set_entry *e)
 {
-    const char *text;
-
-    if (!ibl_json_text_at(at, &text))
+    if (!ibl_json_text_at(at, &e->name))
         return false;
     for (int i = 0; i < set->count; i++)
-        if (!strcmp(set->entry[i].name, text))
+        if (!strcmp(set->entry[i].name, e->name))
             return ibl_json_complain(
                 at,
                 "expected a name of its own, found \"%.60s\", which "
                 "probes[%d] has",
-                text, i);
-    e->name = strdup(text);
-    return e->name || no_memory(at);
+                e->name, i);
+    return true;
 }
 
 static bool take_probe(ibl_json_at at, const ibl_probe_set *set,
@@ -143,11 +138,9 @@ static bool take_global(ibl_json_at at, ibl_set_entry *e)
 {
     static const char *const keys[] = {"capture", NULL};
 
-    if (!ibl_json_object(at, keys) ||
-        !take_capture(ibl_json_member(&at, "capture"), &e->capture))
-        return false;
-    e->name = strdup("");
-    return e->name || no_memory(at);
+    e->name = "";
+    return ibl_json_object(at, keys) &&
+           take_capture(ibl_json_member(&at, "capture"), &e->capture);
 }
 
 /* ---- the rest of a set ------------------------------------------------- */
@@ -282,19 +275,16 @@ bool ibl_probe_set_read(const char *path, ibl_console *console,
     *set = (ibl_probe_set){.bake = bake_default()};
     if (!ibl_json_open(&file))
         return false;
-    const bool ok = take_set(ibl_json_root(&file), set);
-    json_decref(file.root);
-    return ok;
+    set->root = file.root;
+    return take_set(ibl_json_root(&file), set);
 }
 
 void ibl_probe_set_free(ibl_probe_set *set)
 {
-    for (int i = 0; i < set->layers; i++) {
-        free(set->entry[i].name);
+    for (int i = 0; i < set->layers; i++)
         for (int k = 0; k < set->entry[i].capture.count; k++)
             free(set->entry[i].capture.file[k]);
-        free(set->entry[i].capture.place);
-    }
     free(set->entry);
+    json_decref(set->root);
     *set = (ibl_probe_set){0};
 }

@@ -31,13 +31,13 @@ const char *ibl_capture_name(ibl_capture_kind kind);
 
 typedef struct ibl_capture {
     ibl_capture_kind kind;
-    int count;             /* of files: 1 or 6 */
-    char *file[IBL_FACES]; /* relative to the working directory */
-    char *place;           /* "probes[3].capture" */
+    int count;                       /* of files: 1 or 6 */
+    char *file[IBL_FACES];           /* relative to the working directory */
+    char place[IBL_JSON_PATH_BYTES]; /* "probes[3].capture" */
 } ibl_capture;
 
 typedef struct ibl_set_entry {
-    char *name; /* "" of the global environment */
+    const char *name; /* "" of the global environment */
     ibl_capture capture;
     ibl_probe probe; /* layer included; unused of the global environment */
 } ibl_set_entry;
@@ -54,6 +54,7 @@ typedef struct ibl_set_bake {
 } ibl_set_bake;
 
 typedef struct ibl_probe_set {
+    json_t *root; /* has the names */
     ibl_set_bake bake;
     int count;  /* of probes, in the order of ibl_probes_order */
     int layers; /* count, or with the global environment, the last, one more */

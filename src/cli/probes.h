@@ -88,9 +88,8 @@ typedef struct ibl_probes_bake {
     ibl_probes_file file[IBL_PROBES_FILES];
     ibl_probes_layer *layer;              /* set.layers */
     ibl_texture array[IBL_PROBES_ARRAYS]; /* as layers come */
-    char *old_text;                       /* of the old index, NULL: none */
-    json_t *old; /* it, if it is whole; its layers are "probes", to which the
-                    global environment's is added */
+    json_t *old; /* the old index, NULL: none that is whole. Its layers are
+                    "probes", with the global environment's added */
     int old_probes, dropped; /* probes of it, and those that the set has not */
     int held;                /* the output directory, or -1 */
 } ibl_probes_bake;

@@ -295,7 +295,6 @@ static void free_probes(ibl_probes_bake *p)
     for (int i = 0; p->layer && i < p->set.layers; i++)
         json_decref(p->layer[i].note);
     free(p->layer);
-    free(p->old_text);
     json_decref(p->old);
     ibl_probe_set_free(&p->set);
     ibl_ctx_free(p->ctx);

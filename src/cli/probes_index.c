@@ -70,16 +70,11 @@ static void count_dropped(ibl_probes_bake *p)
 
 static void read_index(ibl_probes_bake *p)
 {
-    const char *path = p->file[IBL_PROBES_INDEX].path;
+    ibl_probes_file *f = &p->file[IBL_PROBES_INDEX];
     ibl_json_why why;
-    json_t *root = NULL;
-    size_t size;
+    json_t *root = ibl_json_load(f->path, JSON_REJECT_DUPLICATES, &why);
 
-    p->old_text = ibl_json_bytes(path, &size, &why);
-    if (p->old_text)
-        root = ibl_json_parse(path, p->old_text, size, JSON_REJECT_DUPLICATES,
-                              &why);
-    if (!root || !is_sound(root)) {
+    if (!root || !is_sound(root) || !ibl_hash_file(f->path, f->hash)) {
         json_decref(root);
         return;
     }

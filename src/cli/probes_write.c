@@ -95,11 +95,12 @@ static bool put_lut(ibl_probes_bake *p)
 static bool put_index(ibl_probes_bake *p)
 {
     ibl_probes_file *f = &p->file[IBL_PROBES_INDEX];
-    char *text = ibl_probes_index_text(p);
+    char *text = ibl_probes_index_text(p), hash[IBL_HASH_SIZE];
 
     if (!text)
         return ibl_probes_no_memory(p);
-    f->same = p->old_text && !p->opts->force && !strcmp(text, p->old_text);
+    ibl_hash_bytes(text, strlen(text), hash);
+    f->same = !p->opts->force && !strcmp(hash, f->hash);
     const bool ok =
         f->same || !ibl_outputs_add(p->outputs, f->path, text, strlen(text));
     free(text);

@@ -24,12 +24,25 @@ ibl_json_at ibl_json_root(const ibl_json_file *file)
     return (ibl_json_at){.file = file, .value = file->root};
 }
 
+/* A value in another, whose path goes on like that. */
+static ibl_json_at below(const ibl_json_at *at, const json_t *value,
+                         const char *fmt, ...)
+{
+    ibl_json_at in = {.file = at->file, .value = value};
+    const size_t used = strlen(at->path);
+    va_list ap;
+
+    memcpy(in.path, at->path, used);
+    va_start(ap, fmt);
+    vsnprintf(in.path + used, sizeof in.path - used, fmt, ap);
+    va_end(ap);
+    return in;
+}
+
 ibl_json_at ibl_json_member(const ibl_json_at *at, const char *key)
 {
-    return (ibl_json_at){.file = at->file,
-                         .value = json_object_get(at->value, key),
-                         .above = at,
-                         .key = key};
+    return below(at, json_object_get(at->value, key), *at->path ? ".%s" : "%s",
+                 key);
 }
 
 ibl_json_at ibl_json_optional(const ibl_json_at *at, const char *key)
@@ -42,38 +55,18 @@ ibl_json_at ibl_json_optional(const ibl_json_at *at, const char *key)
 
 ibl_json_at ibl_json_element(const ibl_json_at *at, size_t index)
 {
-    return (ibl_json_at){.file = at->file,
-                         .value = json_array_get(at->value, index),
-                         .above = at,
-                         .index = index};
-}
-
-void ibl_json_path(const ibl_json_at *at, char *text, size_t size)
-{
-    size_t used;
-
-    if (!at->above) {
-        snprintf(text, size, "%s", "");
-        return;
-    }
-    ibl_json_path(at->above, text, size);
-    used = strlen(text);
-    if (at->key)
-        snprintf(text + used, size - used, "%s%s", used ? "." : "", at->key);
-    else
-        snprintf(text + used, size - used, "[%zu]", at->index);
+    return below(at, json_array_get(at->value, index), "[%zu]", index);
 }
 
 static void describe(const json_t *value, char *text, size_t size)
 {
+    const char *key = json_object_iter_key(json_object_iter((json_t *)value));
+
     switch (value ? json_typeof(value) : JSON_NULL) {
-    case JSON_OBJECT: {
-        const char *key =
-            json_object_iter_key(json_object_iter((json_t *)value));
+    case JSON_OBJECT:
         snprintf(text, size, key ? "an object with \"%.40s\"" : "an object%s",
                  key ? key : " without members");
         break;
-    }
     case JSON_ARRAY:
         snprintf(text, size, "an array of %zu", json_array_size(value));
         break;
@@ -88,10 +81,8 @@ static void describe(const json_t *value, char *text, size_t size)
         snprintf(text, size, "%.10g", json_real_value(value));
         break;
     case JSON_TRUE:
-        snprintf(text, size, "true");
-        break;
     case JSON_FALSE:
-        snprintf(text, size, "false");
+        snprintf(text, size, json_is_true(value) ? "true" : "false");
         break;
     case JSON_NULL:
         snprintf(text, size, value ? "null" : "nothing");
@@ -101,15 +92,14 @@ static void describe(const json_t *value, char *text, size_t size)
 
 bool ibl_json_complain(ibl_json_at at, const char *fmt, ...)
 {
-    char path[512], text[2048], line[IBL_LINE_BYTES];
+    char text[2048], line[IBL_LINE_BYTES];
     va_list ap;
 
-    ibl_json_path(&at, path, sizeof path);
     va_start(ap, fmt);
     vsnprintf(text, sizeof text, fmt, ap);
     va_end(ap);
-    snprintf(line, sizeof line, "%s: %s%s%s", at.file->name, path,
-             *path ? ": " : "", text);
+    snprintf(line, sizeof line, "%s: %s%s%s", at.file->name, at.path,
+             *at.path ? ": " : "", text);
     at.file->fail(at.file->cookie, line);
     return false;
 }
@@ -213,14 +203,13 @@ bool ibl_json_choice(ibl_json_at at, const char *const *names, void *value)
 bool ibl_json_triple(ibl_json_at at, double low, double high, bool open,
                      double value[3])
 {
-    if (!json_is_array(at.value) || json_array_size(at.value) != 3)
-        return ibl_json_wrong(at, "an array of 3 numbers");
-    for (size_t k = 0; k < 3; k++) {
-        if (!ibl_json_real(ibl_json_element(&at, k), low, high, open,
-                           &value[k]))
-            return false;
-    }
-    return true;
+    bool ok = json_array_size(at.value) == 3 ||
+              ibl_json_wrong(at, "an array of 3 numbers");
+
+    for (size_t k = 0; k < 3 && ok; k++)
+        ok =
+            ibl_json_real(ibl_json_element(&at, k), low, high, open, &value[k]);
+    return ok;
 }
 
 static bool take_box(ibl_json_at at, ibl_volume *v)

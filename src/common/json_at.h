@@ -17,15 +17,16 @@ typedef struct ibl_json_file {
     json_t *root;
 } ibl_json_file;
 
-/* A place in a file: "probes[3].influence.box". Those that are made of it
- * point to it. */
+enum {
+    IBL_JSON_PATH_BYTES = 256
+};
+
+/* A place in a file. */
 typedef struct ibl_json_at {
     const ibl_json_file *file;
     const json_t *value; /* NULL: there is none */
-    const struct ibl_json_at *above;
-    const char *key; /* NULL: an element */
-    size_t index;
     bool optional;
+    char path[IBL_JSON_PATH_BYTES]; /* "probes[3].influence.box" */
 } ibl_json_at;
 
 /* Reads file->name by ibl_json_load; file->root is to be freed with
@@ -48,8 +49,6 @@ bool ibl_json_wrong(ibl_json_at at, const char *expected, ...)
 /* Reports something else of it: "FILE: PATH: ...". False. */
 bool ibl_json_complain(ibl_json_at at, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
-/* The path of at: "probes[3].name". */
-void ibl_json_path(const ibl_json_at *at, char *text, size_t size);
 
 /* These check what at is, and return ibl_json_wrong if it is not. */
 

@@ -24,58 +24,13 @@ static void *fail(ibl_json_why *why, bool damaged, const char *fmt, ...)
     return NULL;
 }
 
-static void *no_memory(const char *path, ibl_json_why *why)
-{
-    return fail(why, false, "%s: no memory to read it", path);
-}
-
-/* ---- bytes ------------------------------------------------------------- */
-
-static void *too_large(const char *path, ibl_json_why *why)
-{
-    return fail(why, true, "%s: over %d MiB, which no such file has", path,
-                IBL_JSON_BYTES >> 20);
-}
-
-/* Reads until the end, whatever size the system reported. */
-static char *read_all(int fd, const char *path, size_t *size, ibl_json_why *why)
-{
-    char *bytes = NULL;
-    size_t room = 0;
-
-    for (*size = 0;;) {
-        if (*size > IBL_JSON_BYTES) {
-            free(bytes);
-            return too_large(path, why);
-        }
-        if (room - *size < 2) {
-            char *more = realloc(bytes, room = 2 * room + 4096);
-            if (!more) {
-                free(bytes);
-                return no_memory(path, why);
-            }
-            bytes = more;
-        }
-        const ssize_t got = read(fd, bytes + *size, room - *size - 1);
-        if (got < 0 && errno != EINTR) {
-            free(bytes);
-            return fail(why, false, "%s: cannot be read: %s", path,
-                        strerror(errno));
-        }
-        if (!got)
-            break;
-        *size += got > 0 ? (size_t)got : 0;
-    }
-    bytes[*size] = '\0';
-    return bytes;
-}
-
-char *ibl_json_bytes(const char *path, size_t *size, ibl_json_why *why)
+/* A regular file; NULL: why says. */
+static FILE *open_file(const char *path, ibl_json_why *why)
 {
     /* A FIFO would be waited for. */
     const int fd = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    FILE *file = NULL;
     struct stat st;
-    char *bytes = NULL;
 
     if (fd < 0 || fstat(fd, &st))
         fail(why, false, "%s: cannot be read: %s", path, strerror(errno));
@@ -87,15 +42,14 @@ char *ibl_json_bytes(const char *path, size_t *size, ibl_json_why *why)
              "%s: is no file, but a pipe or a device: give the name of a file",
              path);
     else if (st.st_size > IBL_JSON_BYTES)
-        too_large(path, why);
-    else
-        bytes = read_all(fd, path, size, why);
-    if (fd >= 0)
+        fail(why, true, "%s: over %d MiB, which no such file has", path,
+             IBL_JSON_BYTES >> 20);
+    else if (!(file = fdopen(fd, "rb")))
+        fail(why, false, "%s: no memory to read it", path);
+    if (fd >= 0 && !file)
         close(fd);
-    return bytes;
+    return file;
 }
-
-/* ---- JSON -------------------------------------------------------------- */
 
 /* Whether memory was missing: jansson reports nothing then, or an invalid
  * token. */
@@ -109,31 +63,27 @@ static void *allocate(size_t size)
     return p;
 }
 
-json_t *ibl_json_parse(const char *path, const char *bytes, size_t size,
-                       size_t flags, ibl_json_why *why)
+json_t *ibl_json_load(const char *path, size_t flags, ibl_json_why *why)
 {
+    FILE *file = open_file(path, why);
     json_error_t error;
 
+    if (!file)
+        return NULL;
     starved = false;
     json_set_alloc_funcs(allocate, free);
-    json_t *root = json_loadb(bytes, size, flags, &error);
-    if (root && !starved)
+    json_t *root = json_loadf(file, flags, &error);
+    const bool failed = ferror(file);
+    fclose(file);
+    if (root && !starved && !failed)
         return root;
     json_decref(root);
     if (starved)
-        return no_memory(path, why);
+        return fail(why, false, "%s: no memory to read it", path);
+    if (failed)
+        return fail(why, false, "%s: cannot be read: %s", path, strerror(EIO));
     return fail(why, true, "%s:%d:%d: no JSON: %s", path, error.line,
                 error.column, error.text);
-}
-
-json_t *ibl_json_load(const char *path, size_t flags, ibl_json_why *why)
-{
-    size_t size;
-    char *bytes = ibl_json_bytes(path, &size, why);
-    json_t *root = bytes ? ibl_json_parse(path, bytes, size, flags, why) : NULL;
-
-    free(bytes);
-    return root;
 }
 
 /* ---- sidecars ---------------------------------------------------------- */
