@@ -329,6 +329,7 @@ scarce() {
 # ---- signals ---------------------------------------------------------------
 # As at a terminal (the whole group gets it), and sent to the program alone.
 begun() { ls "$work"/tmp/*/*/begun; }
+removed() { [ -z "$(nothing_left)" ]; }
 stopped() { # NAME SIGNAL WHOM
     picked "$1" || return
     # A job in the background of a script would ignore INT.
@@ -343,7 +344,7 @@ stopped() { # NAME SIGNAL WHOM
     running=
     verdict "$1: dies of it" "$([ $status = $((128 + $(kill -l "$2"))) ] ||
         echo "status $status: $(cat "$work/out.txt")")"
-    verdict "$1: left" "$(nothing_left)"
+    verdict "$1: left" "$(within removed || nothing_left)"
     verdict "$1: nothing runs on" "$(within ended || echo 'something does')"
 }
 stopped ctrl-c INT -

@@ -198,8 +198,6 @@ int ibl_child_call(bool (*work)(void *cookie), void *cookie)
 
 /* ---- directory ------------------------------------------------------- */
 
-static volatile sig_atomic_t worker;
-
 static int remove_entry(const char *path, const struct stat *st, int kind,
                         struct FTW *where)
 {
@@ -221,56 +219,54 @@ bool ibl_scratch_remove(const char *path)
     return false;
 }
 
-static void pass_on(int number)
+/* Removes the directory when the other end of the pipe is closed, by whatever
+ * ends the program. */
+static void remove_later(int end, const char *path)
 {
-    const int saved = errno;
-    if (worker > 0)
-        kill((pid_t)worker, number);
-    errno = saved;
+    char byte;
+
+    ibl_signals_pass(SIG_IGN);
+    setpgid(0, 0);
+    ibl_signals_release();
+    while (read(end, &byte, 1) < 0 && errno == EINTR)
+        ;
+    if (ibl_scratch_remove(path))
+        _exit(0);
+    fprintf(stderr, "iblbake: %s: cannot be removed: %s\n", path,
+            strerror(errno));
+    _exit(1);
 }
 
-/* Forks the worker and waits for it; its status as of waitpid. */
-static int run_worker(int (*work)(const void *, const char *),
-                      const void *cookie, const char *path)
+/* Makes a directory and the process that removes it once *end is closed; its
+ * id, or -1 after a line on stderr. */
+static pid_t make_scratch(const char *parent, char *path, int *end)
 {
-    fflush(stdout);
-    worker = fork();
-    if (worker == 0) {
-        ibl_signals_catch();
-        ibl_signals_release();
-        int status = work(cookie, path);
-        if (fflush(stdout) || ferror(stdout)) {
-            perror("iblbake: standard output");
-            status = 1;
-        }
-        exit(status);
+    pid_t pid = -1;
+    int ends[2];
+
+    if (!mkdtemp(path)) {
+        fprintf(stderr,
+                "iblbake: %s: no directory can be made there: %s: set "
+                "TMPDIR to another\n",
+                parent, strerror(errno));
+        return -1;
     }
-    if (worker < 0) {
+    if (!pipe2(ends, O_CLOEXEC)) {
+        pid = fork();
+        if (pid)
+            close(ends[0]);
+        else
+            close(ends[1]);
+        *end = ends[1];
+    }
+    if (pid == 0)
+        remove_later(ends[0], path);
+    if (pid < 0) {
         fprintf(stderr, "iblbake: no process can be made: %s\n",
                 strerror(errno));
-        return W_EXITCODE(1, 0);
+        rmdir(path);
     }
-    ibl_signals_pass(pass_on);
-    ibl_signals_release();
-    const int status = wait_for((pid_t)worker);
-    ibl_signals_hold();
-    return status;
-}
-
-/* The exit status that follows from the worker's. */
-static int take_over(int status)
-{
-    const int killer = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
-
-    if (killer == SIGKILL || killer == SIGSEGV || killer == SIGBUS ||
-        killer == SIGFPE || killer == SIGILL)
-        fprintf(stderr,
-                "iblbake: the measuring process was killed by signal "
-                "%d\n",
-                killer);
-    else if (killer)
-        raise(killer);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
+    return pid;
 }
 
 int ibl_scratch_run(int (*work)(const void *cookie, const char *path),
@@ -278,6 +274,7 @@ int ibl_scratch_run(int (*work)(const void *cookie, const char *path),
 {
     const char *parent = getenv("TMPDIR");
     char path[4096];
+    int end;
 
     if (!parent || !*parent)
         parent = "/tmp";
@@ -290,21 +287,12 @@ int ibl_scratch_run(int (*work)(const void *cookie, const char *path),
         return 1;
     }
     ibl_signals_hold();
-    if (!mkdtemp(path)) {
-        fprintf(stderr,
-                "iblbake: %s: no directory can be made there: %s: set "
-                "TMPDIR to another\n",
-                parent, strerror(errno));
-        ibl_signals_release();
-        return 1;
-    }
-    int status = run_worker(work, cookie, path);
-    if (!ibl_scratch_remove(path)) {
-        fprintf(stderr, "iblbake: %s: cannot be removed: %s\n", path,
-                strerror(errno));
-        status = WIFSIGNALED(status) ? status : W_EXITCODE(1, 0);
-    }
-    ibl_signals_pass(SIG_DFL);
+    const pid_t remover = make_scratch(parent, path, &end);
+    ibl_signals_catch();
     ibl_signals_release();
-    return take_over(status);
+    if (remover < 0)
+        return 1;
+    const int status = work(cookie, path);
+    close(end);
+    return wait_for(remover) ? 1 : status;
 }

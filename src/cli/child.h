@@ -35,12 +35,10 @@ bool ibl_child_run(char *const *argv, const char *log, double limit_s,
 int ibl_child_call(bool (*work)(void *cookie), void *cookie);
 
 /*
- * Makes a directory (mode 0700, in $TMPDIR or /tmp), runs work(cookie, path)
- * in a child process and returns its status. When the child has ended, for
- * whatever reason, removes the directory and its contents. Passes the signals
- * of common/signals.h on to the child; if one of them ends the child, this
- * process ends by it too. 1 after one line on stderr: the directory cannot be
- * made or removed, or another signal killed the child.
+ * Makes a directory (mode 0700, in $TMPDIR or /tmp) and returns
+ * work(cookie, path). A process that it starts removes the directory and its
+ * contents when work has returned or this process has ended, for whatever
+ * reason. 1 after one line on stderr: the directory cannot be made or removed.
  */
 int ibl_scratch_run(int (*work)(const void *cookie, const char *path),
                     const void *cookie);
