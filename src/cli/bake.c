@@ -224,7 +224,7 @@ static void free_bake(ibl_bake *b)
     ibl_ctx_free(b->ctx);
 }
 
-static int run(const void *settings)
+int ibl_bake_run(const void *settings)
 {
     const ibl_opts *opts = settings;
     ibl_console console;
@@ -246,24 +246,3 @@ static int run(const void *settings)
     free_bake(&b);
     return status;
 }
-
-const ibl_command ibl_bake_command = {
-    .usage = "[options] ENV -o DIR",
-    .intro =
-        "Bakes an equirectangular HDR environment (.hdr, .exr and others; - "
-        "reads\n"
-        "standard input) into the textures of image-based lighting:\n"
-        "  DIR/NAME_specular.EXT    prefiltered cube, one roughness per "
-        "level\n"
-        "  DIR/NAME_irradiance.EXT  diffuse cube, E/pi\n"
-        "  DIR/brdf_lut.EXT         scale and bias of F0 over N.V and "
-        "roughness\n"
-        "  DIR/NAME.json            spherical harmonics and what was done\n",
-    .statuses = "0 done, 1 failed, 2 wrong usage",
-    .sections = ibl_bake_sections,
-    .settings_size = sizeof(ibl_opts),
-    .defaults = ibl_bake_defaults,
-    .take = ibl_bake_take,
-    .validate = ibl_bake_validate,
-    .run = run,
-};

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/bake_options.h"
+#include "cli/bake_record.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -184,7 +184,7 @@ static const ibl_option lut[] = {
 };
 /* clang-format on */
 
-const ibl_section *const ibl_bake_sections[] = {
+static const ibl_section *const sections[] = {
     IBL_SECTION("Outputs", outputs),
     IBL_SECTION("Input", input),
     &ibl_input_section,
@@ -195,7 +195,7 @@ const ibl_section *const ibl_bake_sections[] = {
     NULL,
 };
 
-void ibl_bake_defaults(void *settings)
+static void defaults(void *settings)
 {
     *(ibl_opts *)settings = (ibl_opts){
         .common = ibl_common_default(),
@@ -211,7 +211,7 @@ void ibl_bake_defaults(void *settings)
 
 /* ---- all of them together -------------------------------------------- */
 
-bool ibl_bake_take(void *settings, const char *word)
+static bool take(void *settings, const char *word)
 {
     ibl_opts *o = settings;
 
@@ -275,7 +275,7 @@ static void select_parts(ibl_opts *o)
     o->bake.irradiance = (o->only & 1u << IBL_OUTPUT_IRRADIANCE) != 0;
 }
 
-bool ibl_bake_validate(void *settings)
+static bool validate(void *settings)
 {
     ibl_opts *o = settings;
 
@@ -318,3 +318,24 @@ void ibl_sampling_given(const ibl_opts *o, char text[IBL_SAMPLING_BYTES])
     const char *first = text + strspn(text, ", ");
     memmove(text, first, strlen(first) + 1);
 }
+
+const ibl_command ibl_bake_command = {
+    .usage = "[options] ENV -o DIR",
+    .intro =
+        "Bakes an equirectangular HDR environment (.hdr, .exr and others; - "
+        "reads\n"
+        "standard input) into the textures of image-based lighting:\n"
+        "  DIR/NAME_specular.EXT    prefiltered cube, one roughness per "
+        "level\n"
+        "  DIR/NAME_irradiance.EXT  diffuse cube, E/pi\n"
+        "  DIR/brdf_lut.EXT         scale and bias of F0 over N.V and "
+        "roughness\n"
+        "  DIR/NAME.json            spherical harmonics and what was done\n",
+    .statuses = "0 done, 1 failed, 2 wrong usage",
+    .sections = sections,
+    .settings_size = sizeof(ibl_opts),
+    .defaults = defaults,
+    .take = take,
+    .validate = validate,
+    .run = ibl_bake_run,
+};

@@ -179,28 +179,20 @@ static json_t *file_name(const ibl_bake *b, const char *name)
 static json_t *source(const ibl_bake *b)
 {
     const ibl_read_report *r = &b->report;
-    json_t *j = json_object();
-    put(&j, "path", file_name(b, b->opts->input));
-    put(&j, "format", ibl_json_string(r->format));
-    put(&j, "width", json_integer(b->width));
-    put(&j, "height", json_integer(b->height));
-    put(&j, "peak", json_real((double)r->peak));
-    put(&j, "nonfinite_pixels", json_integer((json_int_t)r->nonfinite));
-    put(&j, "negative_pixels", json_integer((json_int_t)r->negative));
-    put(&j, "low_range", json_boolean(r->low_range));
-    put(&j, "bridged", json_boolean(r->bridged));
-    return j;
+    return json_pack(
+        "{so so si si sf sI sI sb sb}", "path", file_name(b, b->opts->input),
+        "format", ibl_json_string(r->format), "width", b->width, "height",
+        b->height, "peak", (double)r->peak, "nonfinite_pixels",
+        (json_int_t)r->nonfinite, "negative_pixels", (json_int_t)r->negative,
+        "low_range", r->low_range, "bridged", r->bridged);
 }
 
 static json_t *orientation(const ibl_bake *b)
 {
-    json_t *j = json_object();
-    put(&j, "world", json_string("right-handed, +Y up"));
-    put(&j, "equirect",
-        json_string("row 0 is +Y, u = atan2(z, x) / 2pi + 1/2"));
-    put(&j, "faces", json_string("+X -X +Y -Y +Z -Z, row 0 on top"));
-    put(&j, "yaw_deg", json_real(b->opts->bake.yaw_deg));
-    return j;
+    return json_pack("{ss ss ss sf}", "world", "right-handed, +Y up",
+                     "equirect", "row 0 is +Y, u = atan2(z, x) / 2pi + 1/2",
+                     "faces", "+X -X +Y -Y +Z -Z, row 0 on top", "yaw_deg",
+                     b->opts->bake.yaw_deg);
 }
 
 /* In a radian. */
@@ -256,12 +248,11 @@ static json_t *lod(const ibl_bake *b)
 static void put_part(const ibl_bake *b, json_t **j)
 {
     const ibl_specular_options *o = &b->opts->bake.specular_options;
-    json_t *whole = json_object();
     put(j, "roughness_range",
         json_pack("[ff]", o->roughness_min, o->roughness_max));
-    put(&whole, "size", json_integer(o->size));
-    put(&whole, "levels", json_integer(ibl_default_levels(o->size)));
-    put(j, "whole_chain", whole);
+    put(j, "whole_chain",
+        json_pack("{si si}", "size", o->size, "levels",
+                  ibl_default_levels(o->size)));
 }
 
 static void put_specular(const ibl_bake *b, json_t **j)
@@ -315,17 +306,15 @@ static void put_lut(const ibl_bake *b, json_t **j)
 static json_t *output(const ibl_bake *b, ibl_output_kind kind)
 {
     const ibl_baked *file = &b->files[kind];
-    json_t *j = json_object();
+    json_t *j = json_pack(
+        "{ss so ss ss si si si sI sI}", "content", ibl_output_content(kind),
+        "file", file_name(b, ibl_path_name(file->path)), "container",
+        ibl_container_name(b->opts->format), "pixel",
+        ibl_pixel_name(file->shape.pixel), "width", file->shape.width, "height",
+        file->shape.height, "faces", file->shape.faces, "bytes",
+        (json_int_t)file->bytes, "saturated",
+        (json_int_t)file->overflow.values);
 
-    put(&j, "content", json_string(ibl_output_content(kind)));
-    put(&j, "file", file_name(b, ibl_path_name(file->path)));
-    put(&j, "container", json_string(ibl_container_name(b->opts->format)));
-    put(&j, "pixel", json_string(ibl_pixel_name(file->shape.pixel)));
-    put(&j, "width", json_integer(file->shape.width));
-    put(&j, "height", json_integer(file->shape.height));
-    put(&j, "faces", json_integer(file->shape.faces));
-    put(&j, "bytes", json_integer((json_int_t)file->bytes));
-    put(&j, "saturated", json_integer((json_int_t)file->overflow.values));
     if (kind != IBL_OUTPUT_LUT)
         put(&j, "overflow", json_string(ibl_overflow_name(b->opts->overflow)));
     if (kind == IBL_OUTPUT_SPECULAR)

@@ -4,9 +4,30 @@
 #ifndef CLI_BAKE_RECORD_H
 #define CLI_BAKE_RECORD_H
 
-#include "cli/bake_options.h"
 #include "cli/console.h"
 #include "cli/judge_report.h"
+
+/* The command line; strings point into argv, or name to stem. */
+typedef struct ibl_opts {
+    ibl_common common;
+    const char *input; /* "-": standard input; NULL: none (only the LUT) */
+    const char *directory;
+    const char *name;
+    ibl_container format;
+    ibl_pixel pixel; /* of the cubes */
+    ibl_overflow overflow;
+    unsigned only; /* bit n: ibl_output_kind n is wanted */
+    ibl_bake_options bake;
+    ibl_lut_options lut;
+    const char *preview;
+    const char *depfile;
+    int sync;    /* to the disk before the bake ends */
+    int timings; /* stage times in the sidecar */
+    int verify;
+    double max_error; /* of verify; NAN: none */
+    ibl_judge_options judge;
+    char stem[256]; /* holds name when it comes from input */
+} ibl_opts;
 
 /* An output file. path is set before anything is baked, the rest when the
  * file is made. */
@@ -31,6 +52,16 @@ typedef struct ibl_bake {
     ibl_report judged; /* empty without --verify */
     ibl_baked files[IBL_OUTPUT_COUNT];
 } ibl_bake;
+
+/* The options that affect only sampled levels, of those that are not as by
+ * default: "--samples, --jitter"; "" for none. */
+enum {
+    IBL_SAMPLING_BYTES = 64
+};
+void ibl_sampling_given(const ibl_opts *o, char text[IBL_SAMPLING_BYTES]);
+
+/* Bakes what the options say; the exit status. */
+int ibl_bake_run(const void *settings);
 
 /* "spectral", "sampled", or "mixed" where levels differ; "environment" where
  * all are that. */

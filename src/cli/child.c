@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#define _GNU_SOURCE /* wait4, environ */
+#define _GNU_SOURCE /* wait4, pipe2 */
 #include "cli/child.h"
 
 #include <errno.h>
@@ -7,7 +7,6 @@
 #include <ftw.h>
 #include <math.h>
 #include <signal.h>
-#include <spawn.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -33,32 +32,39 @@ static double seconds(struct timeval t)
     return (double)t.tv_sec + 1e-6 * (double)t.tv_usec;
 }
 
-/* Starts argv with the signals of mask blocked. 0, or an errno. */
-static int start(char *const *argv, const char *log, const sigset_t *mask,
-                 pid_t *pid)
+/* Forks a child that leads a process group and has the usual signals; one that
+ * ends this program ends the group too. The child's id, 0 in it; -1: errno. */
+static pid_t fork_group(void)
 {
-    posix_spawn_file_actions_t files;
-    posix_spawnattr_t how;
-    sigset_t ignored;
+    /* No signal may end us until the group is noted. */
+    ibl_signals_hold();
+    const pid_t pid = fork();
+    const int why = errno;
 
-    sigemptyset(&ignored);
-    sigaddset(&ignored, SIGXFSZ);
-    posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null",
-                                     O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, log,
-                                     O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
-    posix_spawnattr_init(&how);
-    posix_spawnattr_setflags(&how, POSIX_SPAWN_SETPGROUP |
-                                       POSIX_SPAWN_SETSIGMASK |
-                                       POSIX_SPAWN_SETSIGDEF);
-    posix_spawnattr_setsigmask(&how, mask);
-    posix_spawnattr_setsigdefault(&how, &ignored);
-    const int why = posix_spawn(pid, argv[0], &files, &how, argv, environ);
-    posix_spawnattr_destroy(&how);
-    posix_spawn_file_actions_destroy(&files);
-    return why;
+    if (pid == 0)
+        ibl_signals_pass(SIG_DFL);
+    if (pid >= 0)
+        setpgid(pid, pid); /* in both: either may come first */
+    if (pid > 0)
+        ibl_signals_group(pid);
+    ibl_signals_release();
+    errno = why;
+    return pid;
+}
+
+/* In the child: runs argv with the signals of mask blocked. */
+static void run(char *const *argv, const char *log, const sigset_t *mask)
+{
+    const int in = open("/dev/null", O_RDONLY | O_CLOEXEC);
+    const int out = open(log, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+
+    signal(SIGXFSZ, SIG_DFL);
+    sigprocmask(SIG_SETMASK, mask, NULL);
+    if (dup2(in, STDIN_FILENO) >= 0 && dup2(out, STDOUT_FILENO) >= 0 &&
+        dup2(out, STDERR_FILENO) >= 0)
+        execv(argv[0], argv);
+    dprintf(STDERR_FILENO, "cannot be run: %s\n", strerror(errno));
+    _exit(127);
 }
 
 /* Waits for pid, at most until `end`; SIGCHLD is blocked. Returns whether it
@@ -132,22 +138,18 @@ bool ibl_child_run(char *const *argv, const char *log, double limit_s,
     struct rusage usage = {0};
     sigset_t chld, mask;
     int status = 0;
-    pid_t pid;
 
     *result = (ibl_child){0};
     signal(SIGCHLD, SIG_DFL); /* ignored, there would be nothing to wait for */
     sigemptyset(&chld);
     sigaddset(&chld, SIGCHLD);
     sigprocmask(SIG_BLOCK, &chld, &mask);
-    /* No signal may end us until the group is noted. */
-    ibl_signals_hold();
     const double begin = now();
-    const int why = start(argv, log, &mask, &pid);
-    if (!why)
-        ibl_signals_group(pid);
-    ibl_signals_release();
-    if (why) {
-        snprintf(reason, size, "cannot be run: %s", strerror(why));
+    const pid_t pid = fork_group();
+    if (pid == 0)
+        run(argv, log, &mask);
+    if (pid < 0) {
+        snprintf(reason, size, "cannot be run: %s", strerror(errno));
     } else {
         result->timed_out = await(pid, begin + limit_s, &status, &usage);
         if (result->timed_out)
@@ -175,23 +177,11 @@ static int wait_for(pid_t pid)
 
 int ibl_child_call(bool (*work)(void *cookie), void *cookie)
 {
-    int status = -1;
+    const pid_t pid = fork_group();
 
-    ibl_signals_hold();
-    const pid_t pid = fork();
-    if (pid == 0) {
-        setpgid(0, 0);
-        ibl_signals_pass(SIG_DFL);
-        ibl_signals_release();
+    if (pid == 0)
         _exit(!work(cookie));
-    }
-    if (pid > 0) {
-        setpgid(pid, pid); /* here too: either may come first */
-        ibl_signals_group(pid);
-    }
-    ibl_signals_release();
-    if (pid > 0)
-        status = wait_for(pid);
+    const int status = pid > 0 ? wait_for(pid) : -1;
     ibl_signals_group(0);
     return status;
 }

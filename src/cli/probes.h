@@ -157,9 +157,6 @@ json_t *ibl_probes_note(const ibl_bake_result made[IBL_CAPTURE_PARTS],
 /* The text of the index; for free(), NULL: no memory. */
 char *ibl_probes_index_text(const ibl_probes_bake *p);
 
-/* Writes what is not the same: arrays, table, index. */
-bool ibl_probes_put(ibl_probes_bake *p);
-
 /* Does what the options ask for. The exit status. */
 int ibl_probes_run(const void *settings);
 int ibl_probes_grid(const ibl_probes_opts *opts);
