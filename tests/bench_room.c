@@ -137,8 +137,8 @@ int main(int argc, char **argv)
         return 2;
     }
     b.ctx = test_ctx(0, IBL_ISA_AUTO);
-    if (view_test_open(width, height))
-        b.room = view_room_create();
+    view_test_begin(width, height);
+    b.room = view_room_create();
     if (b.room && view_set_bake(b.ctx, test_data("sky.exr"), &set)) {
         const view_camera camera = room_camera(eye, at, 65, width, height);
         b.draw = room_draw_by(&camera);
@@ -151,6 +151,5 @@ int main(int argc, char **argv)
     view_room_free(b.room);
     view_set_free(&set);
     view_test_close();
-    ibl_ctx_free(b.ctx);
     return status;
 }

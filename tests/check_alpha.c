@@ -96,14 +96,6 @@ static double off_alpha(const seen *s)
     return worst;
 }
 
-static bool ready(void)
-{
-    if (file_have("oiiotool") && file_bridge())
-        return true;
-    test_skip("oiiotool or the bridge is missing");
-    return false;
-}
-
 /* ---- reading ----------------------------------------------------------- */
 
 /* Without being asked for, alpha changes nothing and is not there. */
@@ -119,7 +111,6 @@ static void dropped_by_default(void)
     CHECK(off_colour(&s, false) <= 0);
     CHECK(!kept.text[IBL_LOG_WARNING][0]);
     forget(&s);
-    ibl_ctx_free(ctx);
 }
 
 /* However the file is made and its rows are asked for. */
@@ -155,14 +146,12 @@ static void premultiplied_exr(void)
             forget(&s);
         }
     }
-    ibl_ctx_free(ctx);
 }
 
 /* Half-size chroma, and a data window that is not all of the map. */
 static void windows(void)
 {
-    if (!ready())
-        return;
+    file_need_oiio();
     ibl_ctx *ctx = file_ctx(2, &kept, file_bridge());
     make();
     NEED(file_save_exr(file_path("a.exr"), &img, alpha));
@@ -183,7 +172,6 @@ static void windows(void)
         }
         forget(&s);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* Which formats are multiplied already, and what is done to those that are
@@ -195,8 +183,7 @@ static void integer_formats(void)
         bool straight;
     } cases[] = {{"s.png", true}, {"s16.png", true}, {"grey.png", true},
                  {"s.tif", true}, {"p.tif", false},  {"s.tga", true}};
-    if (!ready())
-        return;
+    file_need_oiio();
     ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
     NEED(file_run(
         "oiiotool --create 8x4 4 -d uint8 --fill:color=0.6,0.6,0.6,0.4 8x4 "
@@ -224,7 +211,6 @@ static void integer_formats(void)
                   s.img.data ? (double)s.img.data[27] : -1);
         forget(&s);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* Files that break OpenEXR's rule, and those that have none. */
@@ -236,8 +222,7 @@ static void tall(void)
     };
     float data[3 * ROWS], alphas[ROWS];
     const ibl_image column = {1, ROWS, data};
-    if (!ready())
-        return;
+    file_need_oiio();
     ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
     for (int y = 0; y < ROWS; y++) {
         alphas[y] = (float)(y + 1) / 256;
@@ -252,7 +237,6 @@ static void tall(void)
         CHECK(s.alpha[y] == alphas[y] &&
               !memcmp(s.img.data + 3 * y, data + 3 * y, 3 * sizeof *data));
     forget(&s);
-    ibl_ctx_free(ctx);
 }
 
 static void straight_and_none(void)
@@ -282,7 +266,6 @@ static void straight_and_none(void)
     s = see(ctx, "white.exr", IBL_ALPHA_FILE, 7, 0);
     CHECK(!s.status && s.report.alpha_hidden);
     forget(&s);
-    ibl_ctx_free(ctx);
 }
 
 /* NaN, infinite, below 0, above 1, and colours without alpha. */
@@ -338,7 +321,6 @@ static void wild_values(void)
               (s.report.alpha_least == 0.25f && s.report.alpha_most == 0.5f));
         forget(&s);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* Colours are mended as they were before alpha is applied, whatever rows are
@@ -361,7 +343,6 @@ static void mended_beside_holes(void)
         CHECK(s.report.nonfinite == 1);
         forget(&s);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* ---- textures ---------------------------------------------------------- */
@@ -438,7 +419,6 @@ static void textures(void)
     }
     ibl_cube_free(&colour);
     ibl_cube_free(&grey);
-    ibl_ctx_free(ctx);
 }
 
 static void no_room_for_alpha(void)
@@ -465,7 +445,6 @@ static void no_room_for_alpha(void)
     }
     ibl_cube_free(&colour);
     ibl_cube_free(&grey);
-    ibl_ctx_free(ctx);
 }
 
 static const test tests[] = {

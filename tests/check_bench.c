@@ -66,7 +66,6 @@ static void constant(void)
         ibl_image_free(&out);
     }
     ibl_image_free(&env);
-    ibl_ctx_free(ctx);
 }
 
 static double energy(const ibl_image *env)
@@ -101,7 +100,6 @@ static void smaller_keeps_energy(void)
         ibl_image_free(&out);
     }
     ibl_image_free(&env);
-    ibl_ctx_free(ctx);
 }
 
 /* Three times as wide and high: every third pixel's centre is a pixel's of
@@ -132,7 +130,6 @@ static void larger_interpolates(void)
     }
     ibl_image_free(&out);
     ibl_image_free(&env);
-    ibl_ctx_free(ctx);
 }
 
 static void split(void)

@@ -12,7 +12,7 @@
 #include "core/context.h"
 #include "core/cpu.h"
 #include "files.h"
-#include "test.h"
+#include "maps.h"
 
 static void refusals(void)
 {
@@ -63,15 +63,13 @@ static void long_messages(void)
     static char path[PATH_MAX];
     ibl_ctx_options opts = ibl_ctx_options_default();
     char end[16] = {0};
-    ibl_ctx *ctx;
 
     opts.log = keep_end;
     opts.log_cookie = end;
-    NEED(!ibl_ctx_create(&opts, &ctx));
+    ibl_ctx *ctx = test_ctx_of(&opts);
     memset(path, 'x', sizeof path - 1);
     ibl_warn(ctx, "%s: cannot be renamed to %s: no", path, path);
     CHECK(!strcmp(end, ": no"));
-    ibl_ctx_free(ctx);
 }
 
 /* The CPUs that the process may run on, fewer than there are. */
@@ -184,7 +182,6 @@ static void every_job(void)
             for (int i = 0; i < JOBS; i++)
                 CHECK(b.ran[i] == (i < jobs));
             CHECK(!b.wrong);
-            ibl_ctx_free(b.ctx);
         }
     }
 }
@@ -213,7 +210,6 @@ static void many_batches(void)
                 nanosleep(&nap, NULL);
         }
         CHECK(!b.wrong);
-        ibl_ctx_free(b.ctx);
     }
 }
 
@@ -267,7 +263,6 @@ static void begun_beside_runs(void)
         ibl_run_begin(b.ctx, "begun", 0, 12, begun_job,
                       (void *)(uintptr_t)&part[0]);
         CHECK(ibl_run_end(b.ctx) == IBL_ERR_CANCELLED);
-        ibl_ctx_free(b.ctx);
     }
 }
 
@@ -291,7 +286,9 @@ static void task_beside_batches(void)
     static struct batch b;
     struct slow s = {0};
     for (int threads = 1; threads <= 4; threads++) {
-        b.ctx = test_ctx(threads, IBL_ISA_AUTO);
+        ibl_ctx_options opts = ibl_ctx_options_default();
+        opts.threads = threads;
+        NEED(!ibl_ctx_create(&opts, &b.ctx));
         b.stop_at = -1;
         ibl_task_finish(b.ctx);
         for (int n = 0; n < 300; n++) {
@@ -362,14 +359,12 @@ static void signals(void)
     }
     sigemptyset(&one);
     pthread_sigmask(SIG_SETMASK, &one, NULL);
-    ibl_ctx_free(ctx);
 }
 
 /* A cancel keeps jobs from starting, and everything later from running. */
 static void cancel(void)
 {
     static struct batch b;
-    ibl_image img = {0};
     ibl_cube cube = {0};
 
     b.ctx = test_ctx(1, IBL_ISA_AUTO);
@@ -378,13 +373,10 @@ static void cancel(void)
     for (int i = 0; i < JOBS; i++)
         CHECK(b.ran[i] == (i <= 10));
     CHECK(ibl_run(b.ctx, NULL, 1, count_job, &b) == IBL_ERR_CANCELLED);
-    NEED(!ibl_image_alloc(b.ctx, 2, 1, &img));
-    memset(img.data, 0, 6 * sizeof *img.data);
+    ibl_image img = map_constant(b.ctx, 2, 1, 0);
     CHECK(ibl_bake_specular(b.ctx, &img, NULL, &cube) == IBL_ERR_CANCELLED);
     CHECK(ibl_bake_irradiance(b.ctx, &img, NULL, &cube) == IBL_ERR_CANCELLED);
     CHECK(!cube.data);
-    ibl_image_free(&img);
-    ibl_ctx_free(b.ctx);
 }
 
 /* NULL for options is what ibl_..._options_default() returns. */
@@ -393,14 +385,10 @@ static void default_options(void)
     const ibl_specular_options s = ibl_specular_options_default();
     ibl_ctx *ctx = test_ctx(0, IBL_ISA_AUTO);
     ibl_cube a = {0}, b = {0};
-    ibl_image img = {0};
 
-    if (TEST_SANITIZED) {
-        ibl_ctx_free(ctx);
+    if (TEST_SANITIZED)
         test_skip("two bakes of the default size, as others bake smaller ones");
-        return;
-    }
-    NEED(!ibl_image_alloc(ctx, 4, 2, &img));
+    ibl_image img = map_constant(ctx, 4, 2, 0);
     for (int i = 0; i < 24; i++)
         img.data[i] = (float)(i * i % 7);
     NEED(!ibl_bake_specular(ctx, &img, NULL, &a));
@@ -410,8 +398,6 @@ static void default_options(void)
                   3 * sizeof *a.data * ibl_cube_texels(a.size, a.levels)));
     ibl_cube_free(&a);
     ibl_cube_free(&b);
-    ibl_image_free(&img);
-    ibl_ctx_free(ctx);
 }
 
 static const test tests[] = {

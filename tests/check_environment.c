@@ -98,7 +98,6 @@ static void compare(const ibl_image *map, ibl_method method)
             ibl_bake_result_free(&result);
         else
             first = result;
-        ibl_ctx_free(ctx);
     }
     ibl_bake_result_free(&first);
 }
@@ -114,9 +113,7 @@ static void rows_and_threads(void)
             map_of_kind(ctx, &r, MAP_SUNNY, sizes[i][0], sizes[i][1]);
         for (int m = IBL_METHOD_AUTO; m <= IBL_METHOD_SAMPLED; m++)
             compare(&map, (ibl_method)m);
-        ibl_image_free(&map);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* The pieces by themselves are those of the whole. */
@@ -126,33 +123,25 @@ static void pieces(void)
     test_random r = {12};
     ibl_image map = map_of_kind(ctx, &r, MAP_SUNNY, 128, 64);
     ibl_bake_options o = options(32);
-    const ibl_environment env = in_memory(&map);
-    ibl_bake_result all, none;
-    ibl_cube specular = {0}, sky = {0};
+    ibl_cube specular = {0}, sky = cube_alloc(ctx, 32, 6);
     ibl_specular_report report;
 
-    NEED(!ibl_bake_environment(ctx, &env, &o, &all));
+    const ibl_bake_result all = map_bake(ctx, &map, &o);
     o.specular_options.yaw_deg = o.yaw_deg;
     NEED(!ibl_bake_specular_report(ctx, &map, &o.specular_options, &specular,
                                    &report));
     CHECK(same_cube(&specular, &all.specular));
     CHECK(!memcmp(report.level, all.report.level, sizeof report.level));
-    NEED(!ibl_cube_alloc(ctx, 32, 6, &sky));
     NEED(!ibl_cube_from_latlong(ctx, &map, o.yaw_deg, &sky));
     NEED(!ibl_cube_build_mips(ctx, &sky));
     CHECK(same_cube(&sky, &all.skybox));
 
     o.skybox = o.specular = o.irradiance = 0;
     o.sh_degree = -1;
-    NEED(!ibl_bake_environment(ctx, &env, &o, &none));
+    const ibl_bake_result none = map_bake(ctx, &map, &o);
     CHECK(!none.skybox.data && !none.specular.data && !none.irradiance.data &&
           !none.sh);
-    ibl_bake_result_free(&none);
-    ibl_bake_result_free(&all);
     ibl_cube_free(&specular);
-    ibl_cube_free(&sky);
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 /* The size of an image is its own, whatever else is said of it. */
@@ -162,21 +151,17 @@ static void size_of_image(void)
     test_random r = {17};
     ibl_image map = map_of_kind(ctx, &r, MAP_NOISE, 64, 32);
     const ibl_bake_options o = options(16);
-    const ibl_environment plain = in_memory(&map);
-    ibl_bake_result want, made;
+    const ibl_bake_result want = map_bake(ctx, &map, &o);
 
-    NEED(!ibl_bake_environment(ctx, &plain, &o, &want));
     for (int i = 0; i < 3; i++) {
-        ibl_environment env = plain;
+        ibl_environment env = in_memory(&map);
+        ibl_bake_result made;
         env.width = i == 0 ? 4096 : i == 1 ? 8 : -1;
         env.height = i == 0 ? 2048 : i == 1 ? 4 : 0;
         NEED(!ibl_bake_environment(ctx, &env, &o, &made));
         CHECK_MSG(same(&made, &want), "called %dx%d", env.width, env.height);
         ibl_bake_result_free(&made);
     }
-    ibl_bake_result_free(&want);
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 /* A level 0 that is given is that of the chain, and all else is the same. */
@@ -186,26 +171,18 @@ static void given_level0(void)
     test_random r = {16};
     ibl_image map = map_of_kind(ctx, &r, MAP_SUNNY, 128, 64);
     ibl_bake_options o = options(32);
-    const ibl_environment env = in_memory(&map);
     const size_t first = 3 * ibl_cube_texels(32, 1);
-    ibl_bake_result a, b;
-    ibl_cube given = {0};
+    ibl_cube given = cube_alloc(ctx, 32, 1);
 
     o.specular_options.method = IBL_METHOD_SPECTRAL;
-    NEED(!ibl_cube_alloc(ctx, 32, 1, &given));
     for (size_t i = 0; i < first; i++)
         given.data[i] = (float)test_random_unit(&r);
-    NEED(!ibl_bake_environment(ctx, &env, &o, &a));
+    const ibl_bake_result a = map_bake(ctx, &map, &o);
     o.level0 = &given;
-    NEED(!ibl_bake_environment(ctx, &env, &o, &b));
+    const ibl_bake_result b = map_bake(ctx, &map, &o);
     CHECK(!memcmp(b.specular.data, given.data, first * sizeof(float)));
     memcpy(b.specular.data, a.specular.data, first * sizeof(float));
     CHECK(same(&a, &b));
-    ibl_bake_result_free(&a);
-    ibl_bake_result_free(&b);
-    ibl_cube_free(&given);
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 /* ---- coefficients ------------------------------------------------------ */
@@ -218,7 +195,6 @@ static void harmonics(void)
     test_random r = {13};
     ibl_image map = map_of_kind(ctx, &r, MAP_SUNNY, 200, 100);
     ibl_bake_options o = options(16);
-    ibl_bake_result made;
     double want[3 * 25 * 25];
 
     o.sh_degree = 24;
@@ -226,7 +202,6 @@ static void harmonics(void)
     for (int k = 0; k < 5; k++) {
         const double factor = k < 2 || k == 4 ? 1 : k == 2 ? 0x1p70 : 0x1p-90;
         ibl_image scaled = map_scaled(ctx, &map, (float)factor);
-        const ibl_environment env = in_memory(&scaled);
         /* By which nothing but these would need each pixel. */
         o.specular_options.tolerance = k == 1   ? 0.4
                                        : k == 4 ? 1
@@ -234,14 +209,10 @@ static void harmonics(void)
         /* and the mean is kept by 2 x 2 that are one */
         o.sh_degree = k == 4 ? 0 : 24;
         o.specular = o.irradiance = k == 0;
-        NEED(!ibl_bake_environment(ctx, &env, &o, &made));
+        const ibl_bake_result made = map_bake(ctx, &scaled, &o);
         for (int i = 0; i < (k == 4 ? 3 : 3 * 25 * 25); i++)
             CHECK_NEAR(made.sh[i] / factor, want[i], 1e-6 * want[i % 3]);
-        ibl_bake_result_free(&made);
-        ibl_image_free(&scaled);
     }
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 /* ---- estimates --------------------------------------------------------- */
@@ -251,7 +222,6 @@ static void judge(ibl_ctx *ctx, const ibl_image *map, ibl_lobe lobe,
 {
     ibl_specular_options o = ibl_specular_options_default();
     ibl_specular_report report;
-    ibl_reference *ref;
     ibl_cube cube;
 
     o.method = IBL_METHOD_SPECTRAL;
@@ -261,7 +231,7 @@ static void judge(ibl_ctx *ctx, const ibl_image *map, ibl_lobe lobe,
     o.samples = 8;
     o.tolerance = tolerance;
     NEED(!ibl_bake_specular_report(ctx, map, &o, &cube, &report));
-    NEED(!ibl_reference_create(ctx, map, 0, &ref));
+    ibl_reference *ref = reference_of(ctx, map, 0);
     for (int l = 1; l < o.levels; l++) {
         if (!report.level[l].degree)
             continue;
@@ -277,7 +247,6 @@ static void judge(ibl_ctx *ctx, const ibl_image *map, ibl_lobe lobe,
                   map->width, map->height, ibl_lobe_name(lobe), tolerance, l,
                   report.level[l].degree, seen, report.level[l].error);
     }
-    ibl_reference_free(ref);
     ibl_cube_free(&cube);
 }
 
@@ -285,18 +254,15 @@ static void estimates_hold(void)
 {
     static const int sizes[][2] = {{128, 64}, {101, 53}};
     static const double tolerances[] = {IBL_TOLERANCE_DEFAULT, 0.02};
-    ibl_ctx *ctx; /* in silence: samples miss these tolerances */
+    ibl_ctx *ctx = test_ctx_of(NULL); /* samples miss these tolerances */
     test_random r = {14};
-    NEED(!ibl_ctx_create(NULL, &ctx));
     for (int kind = 0; kind < MAP_KINDS; kind += TEST_SANITIZED ? 3 : 1)
         for (int i = TEST_RACES; i < 2; i++) {
             ibl_image map =
                 map_of_kind(ctx, &r, (map_kind)kind, sizes[i][0], sizes[i][1]);
             for (int t = 0; t < 2; t++)
                 judge(ctx, &map, IBL_LOBE_GGX, tolerances[t]);
-            ibl_image_free(&map);
         }
-    ibl_ctx_free(ctx);
 }
 
 /* The irradiance keeps a tolerance, too, and takes fewer degrees for it: also
@@ -308,20 +274,17 @@ static void check_irradiance(ibl_ctx *ctx, map_kind kind)
     test_random r = {18};
     ibl_image map = map_of_kind(ctx, &r, kind, 64, 32);
     ibl_bake_options o = options(16);
-    const ibl_environment env = in_memory(&map);
-    ibl_reference *ref;
     int degree = 0;
 
     o.skybox = 0;
     o.sh_degree = -1;
-    NEED(!ibl_reference_create(ctx, &map, o.yaw_deg, &ref));
+    ibl_reference *ref = reference_of(ctx, &map, o.yaw_deg);
     for (int k = 0; k < 5 + 3; k++) {
         const double tolerance = tolerances[k < 5 ? k : 2];
-        ibl_bake_result made;
         o.specular_options.tolerance = tolerance;
         o.specular_options.lobe = (ibl_lobe)(k < 5 ? 0 : k - 5);
         o.specular = k >= 5;
-        NEED(!ibl_bake_environment(ctx, &env, &o, &made));
+        const ibl_bake_result made = map_bake(ctx, &map, &o);
         const double error =
             percentile_95(ref, IBL_LOBE_GGX, 1, &made.irradiance, 0, NULL);
         CHECK_MSG(error <= tolerance, "tolerance %g, %s, degree %d: %g",
@@ -330,10 +293,7 @@ static void check_irradiance(ibl_ctx *ctx, map_kind kind)
         CHECK_MSG(!k || kind == MAP_SMOOTH || made.irradiance_degree < degree,
                   "tolerance %g: degree %d", tolerance, made.irradiance_degree);
         degree = k ? degree : made.irradiance_degree;
-        ibl_bake_result_free(&made);
     }
-    ibl_reference_free(ref);
-    ibl_image_free(&map);
 }
 
 static void irradiance_kept(void)
@@ -341,7 +301,6 @@ static void irradiance_kept(void)
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     check_irradiance(ctx, MAP_SUNNY);
     check_irradiance(ctx, MAP_SMOOTH);
-    ibl_ctx_free(ctx);
 }
 
 /* ---- progress ---------------------------------------------------------- */
@@ -374,10 +333,9 @@ static void progress(void)
     stages seen = {.count = 0};
     ibl_ctx_options with = ibl_ctx_options_default();
     test_random r = {16};
-    ibl_ctx *ctx;
     with.progress = note_stage;
     with.progress_cookie = &seen;
-    NEED(!ibl_ctx_create(&with, &ctx));
+    ibl_ctx *ctx = test_ctx_of(&with);
     ibl_image map = map_of_kind(ctx, &r, MAP_SUNNY, 128, 640);
     ibl_bake_options o = options(32);
     feeder f = {.map = &map};
@@ -392,8 +350,6 @@ static void progress(void)
                   "stage %s goes from %g to %g", seen.name[i], seen.first[i],
                   seen.last[i]);
     ibl_bake_result_free(&made);
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 /* ---- errors ------------------------------------------------------------ */
@@ -415,8 +371,6 @@ static void failures(void)
     feeder f = {.map = &map, .cancel = ctx};
     const ibl_environment env = by_rows(&f);
     CHECK(ibl_bake_environment(ctx, &env, &o, &made) == IBL_ERR_CANCELLED);
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 static void refused(ibl_ctx *ctx, const ibl_environment *env,
@@ -463,8 +417,6 @@ static void arguments(void)
     o = options(16);
     o.irradiance_options.step = 9;
     refused(ctx, &env, &o);
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 static const test tests[] = {TEST(rows_and_threads), TEST(pieces),

@@ -64,8 +64,7 @@ static bool survives(const unsigned char *bytes, size_t size,
 
 static void cut_short(void)
 {
-    if (!test_exr_begin(2, 24, 40))
-        return;
+    test_exr_begin(2, 24, 40);
 
     NEED(file_run("oiiotool s.pfm -d half --compression zip -o 0.exr "
                   "--compression piz -o 1.exr --tile 16 16 --compression b44 "
@@ -84,15 +83,12 @@ static void cut_short(void)
             CHECK_MSG(status == IBL_ERR_FORMAT, "%s at %zu: %d", name, n,
                       status);
         }
-        free(bytes);
     }
-    test_exr_end();
 }
 
 static void bits_flipped(void)
 {
-    if (!test_exr_begin(2, 24, 40))
-        return;
+    test_exr_begin(2, 24, 40);
     test_random r = {2024};
     char command[2000] = "oiiotool s.pfm --ch R,G,B,A=0.5";
     int refused = 0;
@@ -126,10 +122,8 @@ static void bits_flipped(void)
             for (int k = 3; k-- > 0;)
                 bytes[at[k]] = was[k];
         }
-        free(bytes);
     }
     CHECK(refused > 100);
-    test_exr_end();
 }
 
 /* Where the value of an attribute begins. */
@@ -160,8 +154,7 @@ static void absurd_claims(void)
                                        {0, 0, 65535, 39},
                                        {0, 0, 23, 0x3ffffff},
                                        {0x3ffffff0, 0, 0x3ffffff8, 9}};
-    if (!test_exr_begin(2, 24, 40))
-        return;
+    test_exr_begin(2, 24, 40);
 
     NEED(file_run("oiiotool s.pfm -d half --compression zip -o 0.exr --tile 16 "
                   "16 -o 1.exr --compression none --scanline -o 2.exr"));
@@ -202,9 +195,7 @@ static void absurd_claims(void)
             }
             free(copy);
         }
-        free(bytes);
     }
-    test_exr_end();
 }
 
 /* Where the first block's number of bytes and its bytes are. */
@@ -239,8 +230,7 @@ static void zip_streams(void)
                   {PIXELS + 1, 0, 0, false}, {PIXELS / 2, 0, 0, false},
                   {0, 0, 0, false},          {9 * PIXELS, 0, 0, false}};
     static const Bytef raw[9 * PIXELS];
-    if (!test_exr_begin(2, 24, 40))
-        return;
+    test_exr_begin(2, 24, 40);
     size_t size;
 
     NEED(file_run("oiiotool s.pfm -d half --compression zip -o 0.exr"));
@@ -258,16 +248,13 @@ static void zip_streams(void)
         CHECK_MSG(status == (blocks[b].good ? IBL_OK : IBL_ERR_FORMAT),
                   "%zu: %d %s", b, status, test_exr_kept.text[0]);
     }
-    free(bytes);
-    test_exr_end();
 }
 
 /* However early memory runs out, whatever attribute it was for: OpenEXRCore
  * itself opens a file whose compression it had no room to remember. */
 static void out_of_memory(void)
 {
-    if (!test_exr_begin(2, 24, 40))
-        return;
+    test_exr_begin(2, 24, 40);
 
     NEED(file_run("oiiotool s.pfm -d half --compression zip -o 0.exr --tile "
                   "16 16 --compression piz -o 1.exr"));
@@ -286,20 +273,16 @@ static void out_of_memory(void)
                       name, n, status, test_exr_kept.text[0]);
         }
         CHECK_MSG(n > 10 && !status, "%s: %d", name, n);
-        free(bytes);
     }
-    test_exr_end();
 }
 
 static void refused_kinds(void)
 {
-    if (!test_exr_begin(2, 70, 35))
-        return;
+    test_exr_begin(2, 70, 35);
     NEED(file_run("oiiotool s.pfm --ch R,G,B,A=1,Z=1 -d half --deepen -o "
                   "deep.exr s.pfm --ch Z=1,id=2 -o z.exr"));
     test_exr_refused("deep.exr", NULL, -1, IBL_ERR_UNSUPPORTED, "deep");
     test_exr_refused("z.exr", NULL, -1, IBL_ERR_FORMAT, "Z, id");
-    test_exr_end();
 }
 
 static const test tests[] = {TEST(cut_short),     TEST(bits_flipped),

@@ -149,11 +149,8 @@ static void sun_in_level0(void)
                   cube.data[3 * i + 1] == cube.data[3 * i] / 2);
             most = fmax(most, fabs(got - want) / (slack + 1e-9));
         }
-        ibl_cube_free(&cube);
-        ibl_image_free(&map);
     }
     test_measured("sun_in_level0, worst share of the bound", most, 1);
-    ibl_ctx_free(ctx);
 }
 
 /* ---- sizes ------------------------------------------------------------- */
@@ -163,8 +160,7 @@ static void sun_in_level0(void)
 static void check_large(int w, int h)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_image map = {0};
-    NEED(!ibl_image_alloc(ctx, w, h, &map));
+    ibl_image map = map_constant(ctx, w, h, 0);
     for (size_t i = 0; i < map_floats(&map); i++)
         map.data[i] = (float)(i * 2654435761u % 4096) / 4096;
     map_set(&map, 0, 0, 1e6f, 1e6f, 1e6f);
@@ -183,10 +179,6 @@ static void check_large(int w, int h)
             CHECK_NEAR(b.data[3 * face + c], sum[c],
                        IBL_TOLERANCE_DEFAULT * sum[c]);
     }
-    ibl_cube_free(&a);
-    ibl_cube_free(&b);
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 static void size_1600(void)
@@ -242,10 +234,6 @@ static void checkerboard(void)
     test_measured("checkerboard, level 0", worst[0], 4 * 9 * 0.5 / 64);
     test_measured("checkerboard, level 3", worst[3], worst[0]);
     test_measured("checkerboard, irradiance", worst[4], worst[0]);
-    ibl_cube_free(&cube);
-    ibl_cube_free(&b);
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 static const test tests[] = {TEST(sun_in_level0), TEST(size_1600),

@@ -613,7 +613,6 @@ static void lights_of(ibl_isa isa)
                      (uint64_t)k / 4);
     for (int n = 0; n < 4; n++)
         ibl_radial_free(&lobe[n]);
-    ibl_ctx_free(ctx);
 }
 
 KERN_TEST(lights)

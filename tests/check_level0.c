@@ -49,9 +49,8 @@ static ibl_cube by_rows(ibl_ctx *ctx, const struct subject *s, test_random *r,
 {
     const ibl_image *map = &s->map;
     ibl_level0 *l;
-    ibl_cube cube;
-    if (ibl_cube_alloc(ctx, s->size, 1, &cube) ||
-        ibl_level0_create(ctx, map->width, map->height, s->yaw, &cube, &l))
+    ibl_cube cube = cube_alloc(ctx, s->size, 1);
+    if (ibl_level0_create(ctx, map->width, map->height, s->yaw, &cube, &l))
         exit(1);
     for (int j = 0; j < map->height;) {
         const int left = map->height - j;
@@ -91,13 +90,8 @@ static void any_batch_and_threads(void)
         for (int i = 0; i < 3; i++) {
             ibl_cube got = by_rows(ctx[i], &s, &r, most[(i + k) % 3]);
             same_bytes(&s, &want, &got, "by batches or threads");
-            ibl_cube_free(&got);
         }
-        ibl_cube_free(&want);
-        ibl_image_free(&s.map);
     }
-    for (int i = 0; i < 3; i++)
-        ibl_ctx_free(ctx[i]);
 }
 
 static void any_isa(void)
@@ -111,12 +105,7 @@ static void any_isa(void)
             ibl_ctx *ctx = test_ctx(1, isa);
             ibl_cube got = by_rows(ctx, &s, &r, 0);
             same_bytes(&s, &want, &got, ibl_isa_name(isa));
-            ibl_cube_free(&got);
-            ibl_ctx_free(ctx);
         }
-        ibl_cube_free(&want);
-        ibl_image_free(&s.map);
-        ibl_ctx_free(plain);
     }
 }
 
@@ -150,7 +139,6 @@ static double worst_texel(ibl_ctx *ctx, const struct subject *s, test_random *r)
                          fabs((double)p[c] - rgb[3 * i + c]) / rgb[3 * i + c]);
     }
     ibl_reference_free(ref);
-    ibl_cube_free(&cube);
     return worst;
 }
 
@@ -167,7 +155,6 @@ static double off_reference(ibl_ctx *ctx, struct subject *s, int w, int h,
     const double off = worst_texel(ctx, s, r);
     CHECK_MSG(off <= 1e-5 + u, "%dx%d to %d, yaw %g: %.3g off", w, h, s->size,
               s->yaw, off);
-    ibl_image_free(&s->map);
     return off;
 }
 
@@ -196,7 +183,6 @@ static void near_reference(void)
     if (getenv("IBL_TEST_VERBOSE"))
         printf("near_reference: %.3g and, magnified, %.3g of 1e-5\n", most,
                magnified);
-    ibl_ctx_free(ctx);
 }
 
 /* Peak memory in KiB that a process of its own needs more for such a map. */
@@ -251,10 +237,8 @@ static long growth(int w, int h, double yaw, int n)
  * of the size of a row. */
 static void memory(void)
 {
-    if (TEST_SANITIZED) {
+    if (TEST_SANITIZED)
         test_skip("a sanitizer has memory of its own");
-        return;
-    }
     const long tall = growth(2048, 8192, 10, 64);
     const long small = growth(2048, 1024, 10, 64);
     const long large = growth(4096, 2048, 0, 1024);
@@ -278,9 +262,6 @@ static void arguments(void)
           IBL_ERR_ARGUMENT);
     CHECK(test_said(&said, "finite"));
     ibl_level0_free(NULL);
-    ibl_image_free(&map);
-    ibl_cube_free(&cube);
-    ibl_ctx_free(ctx);
 }
 
 /* ---- maps that say what comes out --------------------------------------- */
@@ -307,10 +288,7 @@ static void constant_map(void)
             off += cube.data[i] != 0.7f;
         CHECK_MSG(off == 0, "%dx%d to %d: %d components off", sizes[k][0],
                   sizes[k][1], sizes[k][2], off);
-        ibl_cube_free(&cube);
-        ibl_image_free(&map);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* The texels partition the sphere, so what the map holds the cube holds. Two
@@ -332,10 +310,7 @@ static void energy(void)
         ibl_cube cube = cube_level0(ctx, &map, 77 * k, sizes[k][2]);
         for (int c = 0; c < 3; c++)
             CHECK_NEAR(cube_mean(&cube, 0, c), want[c], 1e-6 * want[c]);
-        ibl_cube_free(&cube);
-        ibl_image_free(&map);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* A yaw of whole columns is the same as rolling the map; 360 is none. */
@@ -355,12 +330,7 @@ static void yaw_is_a_roll(void)
         ibl_cube b = cube_level0(ctx, &rolled, 0, N);
         CHECK_MSG(!memcmp(a.data, b.data, 12 * ibl_cube_texels(N, 1)),
                   "%d columns", roll);
-        ibl_cube_free(&a);
-        ibl_cube_free(&b);
-        ibl_image_free(&rolled);
     }
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 /* The texels' solid angles cover the sphere, and the conventions' directions
@@ -404,25 +374,18 @@ static void progress(void)
 {
     ibl_ctx_options options = ibl_ctx_options_default();
     told last = {.stage = ""};
-    ibl_ctx *other;
-    ibl_image img, back;
-    ibl_cube cube;
     options.progress = keep_progress;
     options.progress_cookie = &last;
-    NEED(!ibl_ctx_create(&options, &other));
-    img = map_constant(other, 64, 32, 1);
-    back = map_constant(other, 64, 32, 0);
-    NEED(!ibl_cube_alloc(other, 16, 5, &cube));
+    ibl_ctx *other = test_ctx_of(&options);
+    ibl_image img = map_constant(other, 64, 32, 1);
+    ibl_image back = map_constant(other, 64, 32, 0);
+    ibl_cube cube = cube_alloc(other, 16, 5);
     CHECK(!ibl_cube_from_latlong(other, &img, 0, &cube));
     CHECK(!strcmp(last.stage, "level 0") && last.done == 1 && last.calls > 9);
     CHECK(!ibl_cube_build_mips(other, &cube));
     CHECK(!strcmp(last.stage, "mips") && last.done == 1);
     CHECK(!ibl_latlong_from_cube(other, &cube, &back));
     CHECK(!strcmp(last.stage, "map") && last.done == 1);
-    ibl_cube_free(&cube);
-    ibl_image_free(&img);
-    ibl_image_free(&back);
-    ibl_ctx_free(other);
 }
 
 static const test tests[] = {TEST(any_batch_and_threads),

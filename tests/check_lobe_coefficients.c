@@ -11,10 +11,7 @@ static const ibl_lobe lobes[] = {IBL_LOBE_GGX, IBL_LOBE_CHARLIE,
 
 static double *doubles(int n)
 {
-    double *p = malloc((size_t)n * sizeof *p);
-    if (!p)
-        exit(1);
-    return p;
+    return test_alloc((size_t)n, sizeof(double));
 }
 
 static double *make(ibl_ctx *ctx, ibl_lobe lobe, double alpha, int degree)
@@ -106,7 +103,7 @@ static brute add_up(ibl_lobe lobe, double alpha, int degree)
     const long double half = pi / 4, most = 12.0L / (degree + 1);
     long double x[RULE], w[RULE];
     make_rule(x, w);
-    b.k = calloc((size_t)degree + 1, sizeof *b.k);
+    b.k = test_alloc((size_t)degree + 1, sizeof *b.k);
     if (!b.k)
         exit(1);
     for (int end = 0; end < 2; end++) {
@@ -160,10 +157,7 @@ static void against_brute_force(void)
         CHECK_MSG(worst_against(k, &b) < (fixed ? 4e-15 : 2e-15),
                   "%s alpha %g degree %d: %g off", ibl_lobe_name(lobes[i % 3]),
                   alpha, degree, worst_against(k, &b));
-        free(b.k);
-        free(k);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* ---- closed forms ------------------------------------------------------ */
@@ -191,9 +185,7 @@ static void phong_powers(void)
         power_moments(p, 300, want);
         for (int l = 0; l <= 300; l++)
             CHECK_NEAR(k[l], want[l] / want[0], 4e-15);
-        free(k);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* s = 1: c - c^2; s = 2: c - 2 c^2 + c^3; s = 3: c - 3 c^2 + 3 c^3 - c^4. */
@@ -211,9 +203,7 @@ static void charlie_powers(void)
         }
         for (int l = 0; l <= 300; l++)
             CHECK_NEAR(k[l], want[l] / want[0], 1e-14);
-        free(k);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* ---- what they add up to ----------------------------------------------- */
@@ -222,7 +212,6 @@ static void charlie_powers(void)
 static double squares_of(ibl_lobe lobe, double alpha)
 {
     brute b = add_up(lobe, alpha, 0);
-    free(b.k);
     return (double)(4 * pi * b.squares / (b.sum * b.sum));
 }
 
@@ -249,9 +238,7 @@ static void parseval(void)
                       want - sum <= octave / 5 + 1e-13 * want,
                   "%s alpha %g: %.15g of %.15g, last octave %g",
                   ibl_lobe_name(lobe), alpha, sum, want, octave);
-        free(k);
     }
-    ibl_ctx_free(ctx);
 }
 
 /*
@@ -278,9 +265,7 @@ static void ggx_falls_exponentially(void)
                       "alpha %g: k_%d = %g, asymptotically %g", alpha, l, k[l],
                       want);
         }
-        free(k);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* ---- tails and bands --------------------------------------------------- */
@@ -334,9 +319,7 @@ static void bands(void)
                 "%s alpha %g: degree %d leaves %g, one less %g of %g",
                 ibl_lobe_name(lobe), alpha, band, left, before, wanted[j]);
         }
-        free(k);
     }
-    ibl_ctx_free(ctx);
 }
 
 static void band_limits(void)
@@ -353,7 +336,6 @@ static void band_limits(void)
     CHECK(band == 0);
     CHECK(!band_of(ctx, IBL_LOBE_PHONG, 0.5, 1e-3, 0, &band));
     CHECK(band == 0);
-    ibl_ctx_free(ctx);
 }
 
 /* ---- ends of the range ------------------------------------------------- */
@@ -378,11 +360,7 @@ static void narrowest(void)
                 CHECK_NEAR(charlie[l], 0, 1e-6);
             }
         }
-        free(ggx);
-        free(phong);
-        free(charlie);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* The start of the coefficients does not depend on how many there are. */
@@ -395,11 +373,8 @@ static void every_degree(void)
             double *k = make(ctx, lobes[i], 0.1, degree);
             for (int l = 0; l <= degree; l++)
                 CHECK_NEAR(k[l], all[l], 4e-15);
-            free(k);
         }
-        free(all);
     }
-    ibl_ctx_free(ctx);
 }
 
 static const test tests[] = {TEST(against_brute_force),

@@ -9,6 +9,11 @@
 static const ibl_geometry geometries[] = {IBL_GEOMETRY_SMITH,
                                           IBL_GEOMETRY_SCHLICK_IBL};
 
+static void free_lut(void *lut)
+{
+    ibl_lut_free(lut);
+}
+
 static ibl_lut bake(ibl_ctx *ctx, int size, ibl_geometry geometry, int samples)
 {
     ibl_lut_options opts = ibl_lut_options_default();
@@ -19,6 +24,7 @@ static ibl_lut bake(ibl_ctx *ctx, int size, ibl_geometry geometry, int samples)
     opts.samples = samples;
     if (ibl_bake_lut(ctx, &opts, &lut))
         exit(1);
+    test_defer_copy(free_lut, &lut, sizeof lut);
     return lut;
 }
 
@@ -55,9 +61,7 @@ static void default_size(void)
         }
         CHECK_MSG(worst <= 1.5e-5, "%s: worst error %g",
                   ibl_geometry_name(geometries[g]), worst);
-        ibl_lut_free(&lut);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* Corners, and random texels, of sizes on both sides of where interpolation
@@ -86,9 +90,7 @@ static void other_sizes(void)
             worst = fmax(worst, error(&lut, g, 0, (int)(sqrt(n) * c / 2) % n));
         CHECK_MSG(worst <= 3e-5, "size %d, %s: worst error %g", n,
                   ibl_geometry_name(g), worst);
-        ibl_lut_free(&lut);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* A mirror: scale 1 - (1 - N.V)^5, bias (1 - N.V)^5. */
@@ -104,9 +106,7 @@ static void smooth_limit(void)
             CHECK_NEAR(texel(&lut, i, 0)[0], 1.0 - f, 3e-3 / (i + 0.5));
             CHECK_NEAR(texel(&lut, i, 0)[1], f, 3e-3 / (i + 0.5));
         }
-        ibl_lut_free(&lut);
     }
-    ibl_ctx_free(ctx);
 }
 
 /*
@@ -139,9 +139,7 @@ static void white_furnace(void)
             CHECK(t[0] >= 0.0f && t[1] >= 0.0f);
             CHECK((double)t[0] + t[1] <= 1.0 + 1e-5);
         }
-        ibl_lut_free(&lut);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* The published algorithm comes to the same integrals, as fast as its
@@ -164,23 +162,17 @@ static void samples(void)
             CHECK_MSG(mean[k] < 0.25 * last, "%d samples: mean error %g",
                       64 << (4 * k), mean[k]);
             last = mean[k];
-            ibl_lut_free(&lut);
         }
         CHECK(mean[2] < 3e-4);
         ibl_lut lut = bake(ctx, 24, geometries[g], 1);
         for (int t = 0; t < 2 * 24 * 24; t++)
             CHECK(isfinite(lut.data[t]) && lut.data[t] >= 0.0f);
-        ibl_lut_free(&lut);
-        ibl_lut_free(&exact);
     }
     /* Jobs of two texels and of one in a row. */
     ibl_lut exact = bake(ctx, 3, IBL_GEOMETRY_SMITH, 0);
     ibl_lut lut = bake(ctx, 3, IBL_GEOMETRY_SMITH, 400000);
     for (int t = 0; t < 2 * 9; t++)
         CHECK_NEAR(lut.data[t], exact.data[t], 1e-4);
-    ibl_lut_free(&lut);
-    ibl_lut_free(&exact);
-    ibl_ctx_free(ctx);
 }
 
 static void threads(void)
@@ -194,16 +186,10 @@ static void threads(void)
         for (int t = 0; t < 3; t++) {
             ibl_ctx *ctx = test_ctx(counts[t], IBL_ISA_AUTO);
             ibl_lut lut = bake(ctx, (int)n, IBL_GEOMETRY_SMITH, points[k / 2]);
-            if (first.data) {
-                CHECK(!memcmp(lut.data, first.data,
-                              2 * n * n * sizeof *lut.data));
-                ibl_lut_free(&lut);
-            } else {
+            if (!t)
                 first = lut;
-            }
-            ibl_ctx_free(ctx);
+            CHECK(!memcmp(lut.data, first.data, 2 * n * n * sizeof *lut.data));
         }
-        ibl_lut_free(&first);
     }
 }
 
@@ -235,7 +221,6 @@ static void bad_options(void)
     CHECK(!lut.data);
     ibl_lut_free(&lut);
     ibl_lut_free(NULL);
-    ibl_ctx_free(ctx);
     CHECK(!strcmp(ibl_geometry_name(IBL_GEOMETRY_SMITH), "smith"));
     CHECK(!strcmp(ibl_geometry_name(IBL_GEOMETRY_SCHLICK_IBL), "schlick-ibl"));
 }

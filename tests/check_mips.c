@@ -6,7 +6,7 @@
 #include "ibl/ibl.h"
 #include "image/cube.h"
 #include "image/pyramid.h"
-#include "test.h"
+#include "maps.h"
 #include "truth.h"
 
 static const double pi = 3.14159265358979323846;
@@ -20,16 +20,15 @@ static int all_levels(int size)
 }
 
 /* Level 0 random over six decades; the rest NaN, to be overwritten. */
-static void random_cube(ibl_ctx *ctx, int size, ibl_cube *cube)
+static ibl_cube random_cube(ibl_ctx *ctx, int size)
 {
     test_random r = {(uint64_t)size};
-    if (ibl_cube_alloc(ctx, size, all_levels(size), cube))
-        return;
-    const size_t all = 3 * ibl_cube_texels(size, cube->levels);
-    for (size_t i = 0; i < all; i++)
-        cube->data[i] = i < 18 * (size_t)size * (size_t)size
-                            ? (float)pow(10, 6 * test_random_unit(&r) - 3)
-                            : NAN;
+    ibl_cube cube = cube_alloc(ctx, size, all_levels(size));
+    for (size_t i = 0; i < cube_floats(&cube); i++)
+        cube.data[i] = i < 18 * (size_t)size * (size_t)size
+                           ? (float)pow(10, 6 * test_random_unit(&r) - 3)
+                           : NAN;
+    return cube;
 }
 
 static double level_energy(const ibl_cube *cube, int level, int channel)
@@ -50,9 +49,7 @@ static void mips_keep_energy(void)
     static const int sizes[] = {1, 2, 3, 5, 7, 12, 33, 64, 101};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {
-        ibl_cube cube = {0};
-        random_cube(ctx, sizes[s], &cube);
-        NEED(cube.data);
+        ibl_cube cube = random_cube(ctx, sizes[s]);
         CHECK(!ibl_cube_build_mips(ctx, &cube));
         for (int l = 1; l < cube.levels; l++) {
             for (int c = 0; c < 3; c++) {
@@ -63,28 +60,23 @@ static void mips_keep_energy(void)
                           sizes[s], l, c, got, want);
             }
         }
-        ibl_cube_free(&cube);
     }
-    ibl_ctx_free(ctx);
 }
 
 static void mips_of_a_constant(void)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     for (int size = 1; size < 40; size++) {
-        ibl_cube cube;
+        ibl_cube cube = cube_alloc(ctx, size, all_levels(size));
+        const size_t all = cube_floats(&cube);
         bool same = true;
-        NEED(!ibl_cube_alloc(ctx, size, all_levels(size), &cube));
-        const size_t all = 3 * ibl_cube_texels(size, cube.levels);
         for (size_t i = 0; i < all; i++)
             cube.data[i] = i < 18 * (size_t)size * (size_t)size ? 0.3f : NAN;
         CHECK(!ibl_cube_build_mips(ctx, &cube));
         for (size_t i = 0; i < all; i++)
             same = same && cube.data[i] == 0.3f;
         CHECK_MSG(same, "size %d", size);
-        ibl_cube_free(&cube);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* Texel (x, y) of m from n by many small cells, none of them split. */
@@ -109,10 +101,8 @@ static void mips_are_averages(void)
     static const int sizes[] = {2, 3, 5, 6, 7, 9};
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {
-        ibl_cube cube = {0};
         const int n = sizes[s], m = n / 2;
-        random_cube(ctx, n, &cube);
-        NEED(cube.data);
+        ibl_cube cube = random_cube(ctx, n);
         CHECK(!ibl_cube_build_mips(ctx, &cube));
         for (int i = 0; i < IBL_FACES * m * m; i++) {
             const int face = i / (m * m), x = i % m, y = i / m % m;
@@ -122,9 +112,7 @@ static void mips_are_averages(void)
                 (double)ibl_cube_face(&cube, 1, face)[3 * (y * m + x)];
             CHECK_NEAR(got, want, 2e-3 * want);
         }
-        ibl_cube_free(&cube);
     }
-    ibl_ctx_free(ctx);
 }
 
 static void mips_do_not_see_threads(void)
@@ -132,15 +120,11 @@ static void mips_do_not_see_threads(void)
     ibl_cube cubes[2] = {{0}};
     for (int i = 0; i < 2; i++) {
         ibl_ctx *ctx = test_ctx(i ? 7 : 1, IBL_ISA_AUTO);
-        random_cube(ctx, 45, &cubes[i]);
-        NEED(cubes[i].data);
+        cubes[i] = random_cube(ctx, 45);
         CHECK(!ibl_cube_build_mips(ctx, &cubes[i]));
-        ibl_ctx_free(ctx);
     }
     CHECK(!memcmp(cubes[0].data, cubes[1].data,
                   3 * sizeof(float) * ibl_cube_texels(45, cubes[0].levels)));
-    ibl_cube_free(&cubes[0]);
-    ibl_cube_free(&cubes[1]);
 }
 
 /* ---- pyramid ---------------------------------------------------------- */
@@ -191,10 +175,9 @@ static void neighbours_are_nearest(void)
 static void borders_hold_neighbours(void)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_cube cube = {0};
+    ibl_cube cube = random_cube(ctx, 8);
     ibl_pyramid p;
-    random_cube(ctx, 8, &cube);
-    NEED(cube.data && !ibl_pyramid_create(ctx, &cube, 4, &p));
+    NEED(!ibl_pyramid_create(ctx, &cube, 4, &p));
     for (int l = 0; l < 4; l++) {
         const int n = 8 >> l;
         for (int face = 0; face < IBL_FACES; face++) {
@@ -214,18 +197,14 @@ static void borders_hold_neighbours(void)
         }
     }
     ibl_pyramid_free(&p);
-    ibl_cube_free(&cube);
-    ibl_ctx_free(ctx);
 }
 
 /* The least of each channel, wherever it is. */
 static void pyramids_have_floors(void)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_cube cube = {0};
+    ibl_cube cube = random_cube(ctx, 8);
     ibl_pyramid p;
-    random_cube(ctx, 8, &cube);
-    NEED(cube.data);
     for (int i = 0; i < 3 * IBL_FACES * 8 * 8; i++) {
         const float was = cube.data[i];
         cube.data[i] = -1 - (float)i;
@@ -235,17 +214,14 @@ static void pyramids_have_floors(void)
         cube.data[i] = was;
         ibl_pyramid_free(&p);
     }
-    ibl_cube_free(&cube);
-    ibl_ctx_free(ctx);
 }
 
 static void pyramids_keep_energy(void)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_cube cube = {0};
+    ibl_cube cube = random_cube(ctx, 64);
     ibl_pyramid p;
-    random_cube(ctx, 64, &cube);
-    NEED(cube.data && !ibl_pyramid_create(ctx, &cube, 7, &p));
+    NEED(!ibl_pyramid_create(ctx, &cube, 7, &p));
     for (int l = 0; l < 7; l++) {
         const int n = 64 >> l;
         double angle = 0, energy = 0;
@@ -259,8 +235,6 @@ static void pyramids_keep_energy(void)
                    1e-6 * level_energy(&cube, 0, 1));
     }
     ibl_pyramid_free(&p);
-    ibl_cube_free(&cube);
-    ibl_ctx_free(ctx);
 }
 
 /* A light of one texel stays where it is: its centre of energy, in the
@@ -269,10 +243,9 @@ static void pyramids_keep_places(void)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     for (int at = 28; at < 36; at++) {
-        ibl_cube cube = {0};
+        ibl_cube cube = cube_alloc(ctx, 64, 1);
         ibl_pyramid p;
-        NEED(!ibl_cube_alloc(ctx, 64, 1, &cube));
-        memset(cube.data, 0, 3 * sizeof(float) * ibl_cube_texels(64, 1));
+        memset(cube.data, 0, cube_floats(&cube) * sizeof(float));
         ibl_cube_face(&cube, 0, 4)[3 * (30 * 64 + at)] = 1e6f;
         NEED(!ibl_pyramid_create(ctx, &cube, 4, &p));
         for (int l = 0; l < 4; l++) {
@@ -289,9 +262,7 @@ static void pyramids_keep_places(void)
             CHECK_NEAR(y / energy, 30.5 / 64, 1e-6);
         }
         ibl_pyramid_free(&p);
-        ibl_cube_free(&cube);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* ---- levels ----------------------------------------------------------- */
@@ -350,7 +321,6 @@ static void shapes(void)
         if (!status)
             ibl_image_free(&img);
     }
-    ibl_ctx_free(quiet);
 }
 
 static void default_levels(void)

@@ -34,13 +34,10 @@ static void expect(ibl_status status, int said, const char *call)
 static ibl_ctx *counting(void)
 {
     ibl_ctx_options o = ibl_ctx_options_default();
-    ibl_ctx *ctx;
     o.threads = 1;
     o.log = count_line;
-    if (ibl_ctx_create(&o, &ctx))
-        exit(1);
     lines = 0;
-    return ctx;
+    return test_ctx_of(&o);
 }
 
 static void contexts_and_images(void)
@@ -77,8 +74,6 @@ static void contexts_and_images(void)
     SILENT(ibl_specular_layout_of(NULL, &layout));
     SILENT(ibl_specular_layout_of(&s, NULL));
     ibl_cube_free(&cube);
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 static void bakes(void)
@@ -119,8 +114,6 @@ static void bakes(void)
     REFUSES(ibl_bake_environment(ctx, &env, &o, &result));
     REFUSES(ibl_bake_lut(ctx, NULL, NULL));
     SILENT(ibl_bake_lut(NULL, NULL, &lut));
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 static void references(void)
@@ -156,8 +149,6 @@ static void references(void)
     REFUSES(ibl_reference_lut(ctx, 1, 1, IBL_GEOMETRY_SMITH, NULL));
     SILENT(ibl_reference_lut(NULL, 1, 1, IBL_GEOMETRY_SMITH, rgb));
     ibl_reference_free(ref);
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 static void reading(void)
@@ -190,7 +181,6 @@ static void reading(void)
     REFUSES(ibl_texture_decode(ctx, "a", NULL, 9, &tex, NULL));
     REFUSES(ibl_texture_decode(ctx, "a", hdr, 9, NULL, NULL));
     SILENT(ibl_texture_decode(NULL, "a", hdr, 9, &tex, NULL));
-    ibl_ctx_free(ctx);
 }
 
 static void ignore(void *cookie, const void *bytes, size_t size)
@@ -275,7 +265,6 @@ static void textures(void)
     SILENT(ibl_texture_visit(NULL, &tex, IBL_CONTAINER_DDS, ignore, NULL));
     ibl_texture_free(&tex);
     ibl_cube_free(&cube);
-    ibl_ctx_free(ctx);
 }
 
 static void files_and_tiles(void)
@@ -308,7 +297,6 @@ static void files_and_tiles(void)
     SILENT(ibl_tiles_cull(NULL, &probe, 1, &mask));
     SILENT(ibl_tiles_cull(&tiles, NULL, 1, &mask));
     SILENT(ibl_tiles_cull(&tiles, &probe, 1, NULL));
-    ibl_ctx_free(ctx);
 }
 
 static const test tests[] = {TEST(contexts_and_images),

@@ -125,7 +125,6 @@ static void check_values(ibl_isa isa)
                   i % 2 ? "table" : "shape", worst);
         ibl_radial_free(&radial);
     }
-    ibl_ctx_free(ctx);
 }
 
 static void values(void)
@@ -153,7 +152,6 @@ static void peaks(void)
             ibl_radial_free(&radial);
         }
     }
-    ibl_ctx_free(ctx);
 }
 
 /* Beyond the horizon nothing, exactly; before it what there is. */
@@ -183,7 +181,6 @@ static void horizon(void)
             CHECK(k[2] == 0 && k[4] == 0);
             ibl_radial_free(&radial);
         }
-        ibl_ctx_free(ctx);
     }
 }
 
@@ -256,13 +253,11 @@ static ibl_status light_level(ibl_ctx *ctx, const ibl_point_lights *bright,
 static double level_error(ibl_ctx *ctx, const lobe *l, int n, int count)
 {
     const ibl_lobe_shape shape = ibl_lobe_shape_of(l->of, l->alpha);
-    ibl_light *lights = malloc((size_t)(count + 1) * sizeof *lights);
-    ibl_patch *patches = malloc((size_t)(count + 1) * sizeof *patches);
+    ibl_light *lights = test_alloc((size_t)(count + 1), sizeof *lights);
+    ibl_patch *patches = test_alloc((size_t)(count + 1), sizeof *patches);
     ibl_point_lights *bright = NULL;
     ibl_cube cube = {0};
     double worst = 0;
-    if (!lights || !patches)
-        return INFINITY;
     random_lights(lights, count, n);
     for (int i = 0; i < count; i++) {
         float energy[3];
@@ -292,8 +287,6 @@ static double level_error(ibl_ctx *ctx, const lobe *l, int n, int count)
     }
     ibl_point_lights_free(bright);
     ibl_cube_free(&cube);
-    free(lights);
-    free(patches);
     return worst;
 }
 
@@ -310,7 +303,6 @@ static void levels(void)
                       ibl_isa_name(isa), ibl_lobe_name(lobes[i].of),
                       lobes[i].alpha, n, e);
         }
-        ibl_ctx_free(ctx);
     }
 }
 
@@ -320,7 +312,6 @@ static void many_lights(void)
     CHECK(level_error(ctx, &lobes[1], 20, 1024) <= 1);
     CHECK(level_error(ctx, &lobes[2], 7, 0) <= 0);
     CHECK(level_error(ctx, &lobes[2], 40, 1) <= 1);
-    ibl_ctx_free(ctx);
 }
 
 /* ---- suns --------------------------------------------------------------- */
@@ -412,7 +403,6 @@ static void suns(void)
             ibl_point_lights_free(bright);
             ibl_cube_free(&cube);
         }
-    ibl_ctx_free(ctx);
 }
 
 static const test tests[] = {TEST(values), TEST(peaks),       TEST(horizon),

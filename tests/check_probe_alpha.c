@@ -500,6 +500,5 @@ int main(int argc, char **argv)
     ctx = test_ctx(2, IBL_ISA_AUTO);
     const int status =
         test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
-    ibl_ctx_free(ctx);
     return status;
 }

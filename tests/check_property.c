@@ -97,11 +97,9 @@ static void for_each_map(const char *name, property *f)
         subject s = {.ctx = ctx, .random = {seed + k}, .seed = seed + k};
         s.map = map_random(ctx, &s.random, &s.kind);
         f(&s);
-        ibl_image_free(&s.map);
     }
     if (number("IBL_TEST_VERBOSE", 0))
         printf("%s: at most %.3g of its bound\n", name, most);
-    ibl_ctx_free(ctx);
 }
 
 static int below(subject *s, int n)
@@ -144,7 +142,6 @@ static void energy_of_level0(subject *s)
                     fabs(cube_mean(&cube, 0, c) - mean[c]),
                     (u + 1.3e-5) * mean[c] + 0x1p-150))
             break;
-    ibl_cube_free(&cube);
 }
 
 /*
@@ -164,7 +161,6 @@ static void energy_of_levels(subject *s)
             within(s, l == 1 ? "mean at r = 0.5" : "mean at r = 1",
                    fabs(cube_mean(&cube, l, c) - mean[c]),
                    bounds[l] * mean[c] + underflow);
-    ibl_cube_free(&cube);
 }
 
 /* ---- ranges ----------------------------------------------------------- */
@@ -194,7 +190,6 @@ static void range_of_level0(subject *s)
     const int n = 1 + below(s, 24);
     ibl_cube cube = cube_level0(s->ctx, &s->map, 360.0 * below(s, 97) / 97, n);
     check_range(s, "range of level 0", &cube, u, 0);
-    ibl_cube_free(&cube);
 }
 
 static void range_of_irradiance(subject *s)
@@ -202,7 +197,6 @@ static void range_of_irradiance(subject *s)
     ibl_cube cube =
         cube_irradiance(s->ctx, &s->map, 1000.0 / 97, 1 + below(s, 7));
     check_range(s, "range of irradiance", &cube, u, 0);
-    ibl_cube_free(&cube);
 }
 
 static void range_of_specular(subject *s)
@@ -210,7 +204,6 @@ static void range_of_specular(subject *s)
     const int n = 1 + below(s, 20);
     ibl_cube cube = cube_specular(s->ctx, &s->map, 1000.0 / 97, n, 0, SAMPLES);
     check_range(s, "range of specular", &cube, gathered, underflow);
-    ibl_cube_free(&cube);
 }
 
 /* The same where floats end: a sum of weights that rounds to more than 1 must
@@ -225,8 +218,6 @@ static void range_at_the_top(subject *s)
     ibl_cube b = cube_irradiance(s->ctx, &s->map, 33, 3);
     check_range(s, "specular of the largest floats", &a, gathered, 0);
     check_range(s, "irradiance of the largest floats", &b, u, 0);
-    ibl_cube_free(&a);
-    ibl_cube_free(&b);
 }
 
 /* ---- three outputs ----------------------------------------------------- */
@@ -242,12 +233,6 @@ static outputs bake(ibl_ctx *ctx, const ibl_image *map, double yaw, int n,
     return (outputs){{cube_level0(ctx, map, yaw, n),
                       cube_irradiance(ctx, map, yaw, n),
                       cube_specular(ctx, map, yaw, n, levels, SAMPLES)}};
-}
-
-static void drop(outputs *o)
-{
-    for (int k = 0; k < 3; k++)
-        ibl_cube_free(&o->cube[k]);
 }
 
 /* ---- linear ----------------------------------------------------------- */
@@ -307,11 +292,6 @@ static void linear(subject *s)
                worst_sum(&x.cube[k], &y.cube[k], &z.cube[k], relative[k],
                          absolute[k]),
                1);
-    drop(&x);
-    drop(&y);
-    drop(&z);
-    ibl_image_free(&b);
-    ibl_image_free(&sum);
 }
 
 /* a_lm are sums in double of |L| dO |Y_lm| at most, |Y_lm| <= sqrt((2l + 1) /
@@ -345,8 +325,6 @@ static void linear_harmonics(subject *s)
                         mean[i % 3] +
                     1e-44))
             break;
-    ibl_image_free(&other);
-    ibl_image_free(&both);
 }
 
 /* A factor of 2^k moves no mantissa: the same bits come out, k higher, but
@@ -366,9 +344,6 @@ static void powers_of_two(subject *s)
         within(s, "scaled by a power of two", worst,
                s->kind == MAP_DENORMAL ? 4 * underflow : 0);
     }
-    drop(&a);
-    drop(&b);
-    ibl_image_free(&scaled);
 }
 
 /* ---- symmetry --------------------------------------------------------- */
@@ -376,7 +351,6 @@ static void powers_of_two(subject *s)
 /* A map of such a size that turns and lobes say something. */
 static void replace_map(subject *s, int width, int height)
 {
-    ibl_image_free(&s->map);
     s->map = map_of_kind(s->ctx, &s->random, s->kind, width, height);
 }
 
@@ -440,8 +414,6 @@ static void check_moved(subject *s, const ibl_image *map, double yaw,
         if (s->kind != MAP_DENORMAL)
             within(s, "level moved", m.nrmse, sqrt(2) * random_error);
     }
-    drop(&a);
-    drop(&b);
 }
 
 static void turned(subject *s)
@@ -453,7 +425,6 @@ static void turned(subject *s)
         replace_map(s, 4 * (1 + below(s, 16)), height);
         ibl_image map = map_turned(s->ctx, &s->map, s->map.width / 4);
         check_moved(s, &map, 0, cube_turned_from, false);
-        ibl_image_free(&map);
     }
 }
 
@@ -461,7 +432,6 @@ static void mirrored(subject *s)
 {
     ibl_image map = map_mirrored(s->ctx, &s->map);
     check_moved(s, &map, 0, cube_mirrored_from, true);
-    ibl_image_free(&map);
 }
 
 /* ---- specular against the truth --------------------------------------- */
@@ -517,7 +487,6 @@ static void near_truth(subject *s)
                seam_jumps(n, error, sqrt(norm / (18.0 * n * n))),
                sqrt(2) * random_error);
     }
-    ibl_cube_free(&cube);
 }
 
 /* At r = 1 the lobe is the cosine. Irradiance takes its pixels as points, the
@@ -533,8 +502,6 @@ static void roughest_is_irradiance(subject *s)
     if (s->kind != MAP_DENORMAL)
         within(s, "r = 1 against irradiance", cube_nrmse(&last, &b, 0),
                random_error + pixel / 6);
-    ibl_cube_free(&a);
-    ibl_cube_free(&b);
 }
 
 /* ---- threads ---------------------------------------------------------- */
@@ -556,10 +523,6 @@ static void any_threads(subject *s)
         same = same && !memcmp(a.cube[i].data, b.cube[i].data,
                                cube_floats(&a.cube[i]) * sizeof(float));
     fails(s, "other bytes with more threads", same ? 0 : threads, 0);
-    drop(&a);
-    drop(&b);
-    ibl_ctx_free(one);
-    ibl_ctx_free(many);
 }
 
 #define PROPERTY(f)                                                            \

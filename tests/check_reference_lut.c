@@ -35,7 +35,6 @@ static void lut_mirror(void)
         CHECK_NEAR(out[0], 0, 1e-9);
         CHECK_NEAR(out[1], 1, 1e-9);
     }
-    ibl_ctx_free(ctx);
 }
 
 /*
@@ -76,7 +75,6 @@ static void lut_straight(void)
         CHECK_NEAR(out[0], (double)sum[0], 1e-9);
         CHECK_NEAR(out[1], (double)sum[1], 1e-9);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* alpha = 1: D = 1/pi, Smith's vis 1 / (2 (N.L + N.V)), so
@@ -96,7 +94,6 @@ static void lut_rough(void)
         lut(ctx, nv, 1, IBL_GEOMETRY_SCHLICK_IBL, out);
         CHECK_NEAR(out[0] + out[1], 2 * (1 - log(2.0)) / (nv + 1), 1e-9);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* Any point, by midpoints over the hemisphere of L. */
@@ -130,7 +127,6 @@ static void lut_hemisphere(void)
         CHECK_NEAR(out[0], sum[0], 2e-5);
         CHECK_NEAR(out[1], sum[1], 2e-5);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* G2 of both geometry terms, Smith by its Lambda (Heitz 2014, eq. 72, 99). */
@@ -201,7 +197,6 @@ static void lut_slopes(void)
             CHECK_NEAR(fast[1], grid[g][1], 2e-5);
         }
     }
-    ibl_ctx_free(ctx);
 }
 
 static const test tests[] = {TEST(lut_mirror), TEST(lut_straight),

@@ -54,7 +54,6 @@ static void orthonormal(void)
             CHECK(a[3 * m] == 0);
         }
     }
-    subject_free(it);
 }
 
 /* One pixel's coefficients are L times the integral of Y over it: sums over
@@ -88,7 +87,6 @@ static void one_patch(void)
         /* The midpoints leave (l / 37 / 64)^2 / 2. */
         for (int m = 0; m < 16; m++)
             CHECK_NEAR(a[3 * m + 2], want[m], 1e-4 * flux);
-        subject_free(it);
     }
     free(a);
 }
@@ -112,8 +110,6 @@ static void divided(void)
     CHECK(!ibl_reference_sh(all->ref, 2, b));
     for (int k = 0; k < 3 * 9; k++)
         CHECK_NEAR(a[k], b[k], 1e-8 * a[k % 3]);
-    subject_free(one);
-    subject_free(all);
 }
 
 /* The same in four parts, which take other points of Gauss' rules. */
@@ -132,8 +128,6 @@ static void in_four(void)
         for (int k = 0; k < 3 * (degree + 1) * (degree + 1); k++)
             CHECK_NEAR(a[k], b[k], 1e-10 * a[k % 3]);
     }
-    subject_free(one);
-    subject_free(all);
 }
 
 static const test tests[] = {TEST(orthonormal), TEST(one_patch), TEST(divided),

@@ -126,7 +126,6 @@ static void compare_texels(int w, int h, int base, int n, double yaw_deg,
                       h, n, base, face, t[k].x, t[k].y, rgb[3 * k], want);
         }
     }
-    subject_free(it);
 }
 
 /* Points see the boundaries of patches to a point's share of a texel. */
@@ -178,7 +177,6 @@ static void texels_energy(void)
         CHECK(!ibl_reference_mean(it->ref, mean));
         for (int c = 0; c < 3; c++)
             CHECK_NEAR(sum[c], mean[c], 1e-9);
-        subject_free(it);
     }
 }
 

@@ -12,7 +12,7 @@
 
 #include "bake/spectral/resample.h"
 #include "core/cpu.h"
-#include "test.h"
+#include "maps.h"
 #include "truth.h"
 
 #define PI 3.14159265358979323846
@@ -138,28 +138,37 @@ static ibl_status to_cube(ibl_ctx *ctx, const char *stage,
     return ibl_spectral_texels(ctx, stage, &sum, cube, level);
 }
 
+static void free_grid(void *grid)
+{
+    ibl_ring_grid_free(grid);
+}
+
+/* Freed after the running test. */
+static ibl_ring_grid grid_of(ibl_ctx *ctx, int rings, int columns)
+{
+    ibl_ring_grid grid = {0};
+    if (ibl_ring_grid_alloc(ctx, rings, columns, &grid))
+        exit(1);
+    test_defer_copy(free_grid, &grid, sizeof grid);
+    return grid;
+}
+
 /* Interpolates the field from a grid to faces of n and tells the error. */
 static error run(ibl_ctx *ctx, const field *f, int rings, int columns, int n)
 {
-    ibl_ring_grid grid = {0};
-    ibl_cube cube = {0};
-    error e = {INFINITY, INFINITY};
-    if (!ibl_ring_grid_alloc(ctx, rings, columns, &grid) &&
-        !ibl_cube_alloc(ctx, n, 1, &cube)) {
-        const ibl_level_sum sum = {.grid = &grid,
-                                   .spectrum = f->spectrum,
-                                   .degree = f->degree,
-                                   .gain = 1,
-                                   .low = {-INFINITY, -INFINITY, -INFINITY},
-                                   .high = {INFINITY, INFINITY, INFINITY}};
-        sample(f, &grid);
-        ibl_ring_grid_close(&grid, 0, rings);
-        if (!ibl_spectral_texels(ctx, NULL, &sum, &cube, 0))
-            e = compare(f, &cube);
-    }
-    ibl_ring_grid_free(&grid);
-    ibl_cube_free(&cube);
-    return e;
+    ibl_ring_grid grid = grid_of(ctx, rings, columns);
+    ibl_cube cube = cube_alloc(ctx, n, 1);
+    const ibl_level_sum sum = {.grid = &grid,
+                               .spectrum = f->spectrum,
+                               .degree = f->degree,
+                               .gain = 1,
+                               .low = {-INFINITY, -INFINITY, -INFINITY},
+                               .high = {INFINITY, INFINITY, INFINITY}};
+    sample(f, &grid);
+    ibl_ring_grid_close(&grid, 0, rings);
+    if (ibl_spectral_texels(ctx, NULL, &sum, &cube, 0))
+        return (error){INFINITY, INFINITY};
+    return compare(f, &cube);
 }
 
 /* ---- accuracy ---------------------------------------------------------- */
@@ -186,7 +195,6 @@ static void samples_a_wave(void)
                   cases[i].at_degree, cases[i].rings, cases[i].columns, e.rms,
                   e.worst);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* Every edge to 20 and some more; texels at the poles and on the seams are
@@ -202,7 +210,6 @@ static void edges(void)
     }
     CHECK(run(ctx, &f, 31, 64, 63).worst <= 2e-6);
     CHECK(run(ctx, &f, 30, 64, 100).worst <= 2e-6);
-    ibl_ctx_free(ctx);
 }
 
 static void isas(void)
@@ -215,7 +222,6 @@ static void isas(void)
         ibl_ctx *ctx = test_ctx(1, isa);
         CHECK(run(ctx, &f, 44, 128, 16).worst <= 6e-6);
         CHECK(run(ctx, &f, 45, 128, 33).worst <= 6e-6);
-        ibl_ctx_free(ctx);
     }
 }
 
@@ -237,26 +243,20 @@ static void tiny_grids(void)
             }
         }
     }
-    ibl_ctx_free(ctx);
 }
 
 static void without_spectrum(void)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_ring_grid grid = {0};
-    ibl_cube cube = {0};
+    ibl_ring_grid grid = grid_of(ctx, 32, 64);
+    ibl_cube cube = cube_alloc(ctx, 10, 1);
     field f;
     field_init(&f, 16, 1e-5, 6);
-    NEED(!ibl_ring_grid_alloc(ctx, 32, 64, &grid));
-    NEED(!ibl_cube_alloc(ctx, 10, 1, &cube));
     sample(&f, &grid);
     ibl_ring_grid_close(&grid, 0, grid.rings);
     CHECK(!to_cube(ctx, NULL, &grid, &cube, 0));
     const error e = compare(&f, &cube);
     CHECK_MSG(e.rms <= 1e-6, "rms %.2e", e.rms);
-    ibl_ring_grid_free(&grid);
-    ibl_cube_free(&cube);
-    ibl_ctx_free(ctx);
 }
 
 /* ---- borders ----------------------------------------------------------- */
@@ -266,9 +266,8 @@ static void without_spectrum(void)
 static void check_borders(int rings, int columns)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    ibl_ring_grid grid = {0};
+    ibl_ring_grid grid = grid_of(ctx, rings, columns);
     int bad = 0;
-    NEED(!ibl_ring_grid_alloc(ctx, rings, columns, &grid));
     for (size_t i = 0; i < floats_of(&grid); i++)
         grid.data[i] = NAN;
     for (int j = 0; j < rings; j++)
@@ -292,8 +291,6 @@ static void check_borders(int rings, int columns)
     }
     CHECK_MSG(!bad, "%d rings, %d columns: %d differences", rings, columns,
               bad);
-    ibl_ring_grid_free(&grid);
-    ibl_ctx_free(ctx);
 }
 
 static void borders(void)
@@ -308,13 +305,12 @@ static void borders(void)
 /* ---- properties -------------------------------------------------------- */
 
 /* A grid of one value, everywhere. */
-static ibl_status fill(ibl_ctx *ctx, float value, int rings, int columns,
-                       ibl_ring_grid *grid)
+static ibl_ring_grid filled(ibl_ctx *ctx, float value, int rings, int columns)
 {
-    const ibl_status status = ibl_ring_grid_alloc(ctx, rings, columns, grid);
-    for (size_t i = 0; !status && i < floats_of(grid); i++)
-        grid->data[i] = value;
-    return status;
+    ibl_ring_grid grid = grid_of(ctx, rings, columns);
+    for (size_t i = 0; i < floats_of(&grid); i++)
+        grid.data[i] = value;
+    return grid;
 }
 
 /* Constants stay within 2 ulp, and offset alone is exact. */
@@ -324,11 +320,9 @@ static void constants(void)
         if (!ibl_cpu_has(isa))
             continue;
         ibl_ctx *ctx = test_ctx(1, isa);
-        ibl_ring_grid grid = {0};
-        ibl_cube cube = {0};
+        ibl_ring_grid grid = filled(ctx, 1, 50, 128);
+        ibl_cube cube = cube_alloc(ctx, 37, 1);
         float low = INFINITY, high = 0;
-        NEED(!ibl_cube_alloc(ctx, 37, 1, &cube));
-        NEED(!fill(ctx, 1, 50, 128, &grid));
         CHECK(!to_cube(ctx, NULL, &grid, &cube, 0));
         for (int i = 0; i < 18 * 37 * 37; i++) {
             low = fminf(low, cube.data[i]);
@@ -338,7 +332,7 @@ static void constants(void)
                   "%s: 1 %+.1f .. %+.1f epsilon", ibl_isa_name(isa),
                   (double)((low - 1) / FLT_EPSILON),
                   (double)((high - 1) / FLT_EPSILON));
-        NEED(!fill(ctx, 0, 50, 128, &grid));
+        grid = filled(ctx, 0, 50, 128);
         const ibl_level_sum sum = {.grid = &grid,
                                    .degree = 20,
                                    .gain = 1,
@@ -350,9 +344,6 @@ static void constants(void)
             bad += cube.data[3 * i] != 0.1f || cube.data[3 * i + 1] != 0.5f ||
                    cube.data[3 * i + 2] != 1e20f;
         CHECK(!bad);
-        ibl_ring_grid_free(&grid);
-        ibl_cube_free(&cube);
-        ibl_ctx_free(ctx);
     }
 }
 
@@ -364,13 +355,11 @@ static void local(void)
         TEXELS = 6 * N * N
     };
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_ring_grid grid = {0};
-    ibl_cube cube = {0};
+    ibl_ring_grid grid = grid_of(ctx, 40, 64);
+    ibl_cube cube = cube_alloc(ctx, N, 1);
     static double own[3 * TEXELS];
     field f;
     field_init(&f, 8, 1e-3, 8);
-    NEED(!ibl_ring_grid_alloc(ctx, 40, 64, &grid));
-    NEED(!ibl_cube_alloc(ctx, N, 1, &cube));
     sample(&f, &grid);
     for (int i = 0; i < 3 * TEXELS; i++)
         own[i] = i;
@@ -386,9 +375,6 @@ static void local(void)
     for (int i = 0; i < 3 * TEXELS; i++)
         cube.data[i] = 2 * (cube.data[i] - (float)own[i]);
     CHECK(compare(&f, &cube).worst <= 2e-6 * TEXELS);
-    ibl_ring_grid_free(&grid);
-    ibl_cube_free(&cube);
-    ibl_ctx_free(ctx);
 }
 
 /* The same bytes from any number of threads, on every level of a chain; what
@@ -401,16 +387,15 @@ static void threads(void)
     };
     ibl_ctx *ctx[3];
     ibl_cube cube[3];
-    ibl_ring_grid grid = {0};
     field f;
     field_init(&f, 10, 1e-2, 9);
     for (int k = 0; k < 3; k++) {
         ctx[k] = test_ctx(k + 1, IBL_ISA_AUTO);
-        NEED(!ibl_cube_alloc(ctx[k], SIZE, LEVELS, &cube[k]));
+        cube[k] = cube_alloc(ctx[k], SIZE, LEVELS);
         for (size_t i = 0; i < 3 * ibl_cube_texels(SIZE, LEVELS); i++)
             cube[k].data[i] = 1e30f;
     }
-    NEED(!ibl_ring_grid_alloc(ctx[0], 40, 64, &grid));
+    ibl_ring_grid grid = grid_of(ctx[0], 40, 64);
     sample(&f, &grid);
     ibl_ring_grid_close(&grid, 0, grid.rings);
     for (int l = 0; l < LEVELS; l++) {
@@ -426,11 +411,6 @@ static void threads(void)
         CHECK(left == 3 * (ibl_cube_texels(SIZE, LEVELS) -
                            ibl_cube_texels(SIZE, l + 1)));
     }
-    for (int k = 0; k < 3; k++) {
-        ibl_cube_free(&cube[k]);
-        ibl_ctx_free(ctx[k]);
-    }
-    ibl_ring_grid_free(&grid);
 }
 
 static void large(void)
@@ -439,21 +419,15 @@ static void large(void)
     field f;
     field_init(&f, 3, 1e-2, 10);
     CHECK(run(ctx, &f, 24, 32, 512).worst <= 2e-6);
-    ibl_ctx_free(ctx);
 }
 
 static void cancelled(void)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
-    ibl_ring_grid grid = {0};
-    ibl_cube cube;
-    NEED(!ibl_cube_alloc(ctx, 64, 1, &cube));
-    NEED(!fill(ctx, 1, 20, 32, &grid));
+    ibl_ring_grid grid = filled(ctx, 1, 20, 32);
+    ibl_cube cube = cube_alloc(ctx, 64, 1);
     ibl_ctx_cancel(ctx);
     CHECK(to_cube(ctx, "level", &grid, &cube, 0) == IBL_ERR_CANCELLED);
-    ibl_ring_grid_free(&grid);
-    ibl_cube_free(&cube);
-    ibl_ctx_free(ctx);
 }
 
 static const test tests[] = {TEST_SLOW(samples_a_wave),

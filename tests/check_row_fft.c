@@ -181,7 +181,6 @@ static void each_isa(void (*run)(ibl_ctx *ctx))
             continue;
         ibl_ctx *ctx = test_ctx(1, isa);
         run(ctx);
-        ibl_ctx_free(ctx);
     }
 }
 
@@ -225,7 +224,6 @@ static void longest_rows(void)
     check_width(ctx, 65521, 257, 2, 151);
     check_width(ctx, 65536, 16385, 1, 4999);
     check_width(ctx, 65535, 16385, 1, 4999);
-    ibl_ctx_free(ctx);
 }
 
 /* ---- leaks ------------------------------------------------------------ */
@@ -306,7 +304,6 @@ static void high_frequencies(void)
     CHECK_MSG(leak <= IBL_ROW_FFT_STOP * WIDTH * 2 / PI, "leak %.3g of l1",
               leak / (WIDTH * 2 / PI));
     fixture_free(&x);
-    ibl_ctx_free(ctx);
 }
 
 static void constants(ibl_ctx *ctx)

@@ -16,9 +16,9 @@ static size_t count(int degree)
 
 static double *bake(ibl_ctx *ctx, const ibl_image *env, int degree, double yaw)
 {
-    double *coeffs = malloc(count(degree) * sizeof *coeffs);
+    double *coeffs = test_alloc(count(degree), sizeof *coeffs);
 
-    if (!coeffs || ibl_bake_sh(ctx, env, degree, yaw, coeffs))
+    if (ibl_bake_sh(ctx, env, degree, yaw, coeffs))
         exit(1);
     return coeffs;
 }
@@ -32,7 +32,7 @@ static void against_truth(ibl_ctx *ctx, const ibl_image *env, int degree,
                           double yaw)
 {
     double *got = bake(ctx, env, degree, yaw);
-    double *want = malloc(count(degree) * sizeof *want);
+    double *want = test_alloc(count(degree), sizeof *want);
 
     if (!want)
         exit(1);
@@ -41,8 +41,6 @@ static void against_truth(ibl_ctx *ctx, const ibl_image *env, int degree,
         CHECK_MSG(fabs(got[i] - want[i]) <= floats * want[i % 3],
                   "%dx%d degree %d yaw %g: %zu: %.9g, not %.9g", env->width,
                   env->height, degree, yaw, i, got[i], want[i]);
-    free(want);
-    free(got);
 }
 
 static void random_maps(void)
@@ -60,9 +58,7 @@ static void random_maps(void)
         against_truth(ctx, &env, 4, 90.0);
         against_truth(ctx, &env, 12, 1234.5);
         against_truth(ctx, &env, 3, -20.0);
-        ibl_image_free(&env);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* The graphics convention by its nine polynomials, spelt out: radiance
@@ -88,7 +84,6 @@ static void nine(void)
         for (int i = 1; i < 9; i++)
             CHECK_NEAR(c[3 * i + k], i == index[k] ? linear : 0.0, 2e-5);
     }
-    free(c);
 
     for (int j = 0; j < 512; j++) {
         for (int i = 0; i < 1024; i++) {
@@ -105,9 +100,6 @@ static void nine(void)
     CHECK_NEAR(c[3 * 6 + 2], sqrt(16.0 * pi / 5.0), 5e-5);
     CHECK_NEAR(c[3 * 5], 0.0, 1e-6);
     CHECK_NEAR(c[3 * 4 + 1], 0.0, 1e-6);
-    free(c);
-    ibl_image_free(&env);
-    ibl_ctx_free(ctx);
 }
 
 static double legendre(int l, double x)
@@ -128,7 +120,7 @@ static void one_pixel(int degree, int w, int h)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_image env = map_constant(ctx, w, h, 0);
-    double *want = malloc(count(degree) * sizeof *want);
+    double *want = test_alloc(count(degree), sizeof *want);
 
     if (!want)
         exit(1);
@@ -142,10 +134,6 @@ static void one_pixel(int degree, int w, int h)
             fmax(worst, most > 0 ? fabs(got[i] - want[i]) / most : got[i] != 0);
     }
     CHECK_MSG(worst <= floats, "%dx%d, degree %d: %.3g", w, h, degree, worst);
-    free(got);
-    free(want);
-    ibl_image_free(&env);
-    ibl_ctx_free(ctx);
 }
 
 static void one_pixel_low(void)
@@ -171,10 +159,6 @@ static void tall_map(void)
     double *high = bake(ctx, &env, TEST_SANITIZED ? 200 : 600, 5.0);
     for (size_t k = 0; k < count(3); k++)
         CHECK_NEAR(low[k], high[k], floats * low[k % 3]);
-    free(low);
-    free(high);
-    ibl_image_free(&env);
-    ibl_ctx_free(ctx);
 }
 
 static void threads_and_isa(void)
@@ -194,19 +178,12 @@ static void threads_and_isa(void)
                 CHECK(!memcmp(c, same, count(50) * sizeof *c));
             else
                 same = c;
-            if (same != c)
-                free(c);
-            ibl_image_free(&env);
-            ibl_ctx_free(ctx);
         }
         if (!first)
             first = same;
         for (size_t i = 0; i < count(50); i++)
             CHECK_NEAR(same[i], first[i], floats * first[i % 3]);
-        if (same != first)
-            free(same);
     }
-    free(first);
 }
 
 /* pi times the factor is the integral of the clamped cosine with P_l, times
@@ -245,8 +222,6 @@ static void bad_arguments(void)
     CHECK(c[0] == 7 && c[2] == 7);
     ibl_ctx_cancel(ctx);
     CHECK(ibl_bake_sh(ctx, &env, 0, 0.0, c) == IBL_ERR_CANCELLED);
-    ibl_image_free(&env);
-    ibl_ctx_free(ctx);
 }
 
 static const test tests[] = {

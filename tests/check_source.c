@@ -89,8 +89,6 @@ static void every_way(const char *path)
     CHECK_MSG(
         !ibl_image_decode(ctx, "whole", bytes, size, &opts, &whole, &want),
         "%s: %s", path, kept.text[0]);
-    ibl_ctx_free(ctx);
-    free(bytes);
     NEED(whole.data);
     for (int i = 0; i < 15; i += TEST_SANITIZED ? 4 : 1) {
         ctx = file_ctx(threads[i / 5], &kept, file_bridge());
@@ -109,7 +107,6 @@ static void every_way(const char *path)
                       (double)got.peak);
         }
         ibl_image_free(&img);
-        ibl_ctx_free(ctx);
     }
     ibl_image_free(&whole);
 }
@@ -143,16 +140,7 @@ static bool save_wild(const char *name)
     wild(&img);
     const bool ok = file_save_pfm(file_path(name), &img);
     ibl_image_free(&img);
-    ibl_ctx_free(ctx);
     return ok;
-}
-
-static bool ready(void)
-{
-    if (file_bridge() && file_have("oiiotool"))
-        return true;
-    test_skip("needs the image bridge and oiiotool");
-    return false;
 }
 
 /* A flat or run-length encoded picture of W x H scanlines in any orientation;
@@ -221,8 +209,7 @@ static void other_formats(void)
         "0.exr", "1.exr", "2.exr", "3.exr",  "4.exr",  "5.exr",  "6.exr",
         "7.exr", "8.exr", "9.exr", "10.exr", "11.tif", "12.png", "w.pfm"};
     char command[2000] = "oiiotool";
-    if (!ready())
-        return;
+    file_need_oiio();
     NEED(save_wild("w.pfm"));
     for (size_t i = 0; i < sizeof options / sizeof *options; i++)
         sprintf(command + strlen(command), " w.pfm --scanline %s", options[i]);
@@ -277,7 +264,6 @@ static void arguments(void)
     CHECK(ibl_source_open(ctx, file_path("a.hdr"), &opts, &s) ==
           IBL_ERR_ARGUMENT);
     CHECK(ibl_source_open(ctx, "/nonexistent/x.hdr", NULL, &s) == IBL_ERR_IO);
-    ibl_ctx_free(ctx);
 }
 
 typedef struct canceller {
@@ -307,7 +293,7 @@ static void cancelled(void)
         ibl_image img;
         opts.progress = cancel_at;
         opts.progress_cookie = &c;
-        NEED(!ibl_ctx_create(&opts, &c.ctx));
+        c.ctx = test_ctx_of(&opts);
         name[1] = (char)('0' + i % 3);
         const ibl_status status = by_rows(c.ctx, file_path(name),
                                           i / 3 % 2 ? 16 : 0, NULL, &img, NULL);
@@ -317,7 +303,6 @@ static void cancelled(void)
                   "%s at %g: %d", name, c.at, status);
         CHECK(c.calls > 0);
         ibl_image_free(&img);
-        ibl_ctx_free(c.ctx);
     }
 }
 
@@ -369,11 +354,9 @@ static void cut(void)
                 victims[k], n,
                 by_rows(ctx, file_path("cut"), batch, NULL, &img, NULL));
         }
-        free(bytes);
     }
     CHECK_MSG(open_files() == before, "%d files stay open",
               open_files() - before);
-    ibl_ctx_free(ctx);
 }
 
 /* Files that are cut, and lengthened again, while they are read. */
@@ -400,9 +383,7 @@ static void cut_while_read(void)
             CHECK(status || k < 3);
             ibl_source_close(s);
         }
-        free(bytes);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* ---- a file system that gives little at a time -------------------------- */
@@ -466,7 +447,6 @@ static void short_reads(void)
         slow.left = -1;
         ibl_image_free(&want);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* A header of any length. */
@@ -487,7 +467,6 @@ static void long_header(void)
     NEED(!by_rows(ctx, path, 1, NULL, &img, NULL));
     CHECK(img.data[0] == 1 && img.data[95] == 0.25f);
     ibl_image_free(&img);
-    ibl_ctx_free(ctx);
 }
 
 /* ---- memory --------------------------------------------------------- */
@@ -517,7 +496,6 @@ static int child(const char *path)
     }
     free(rgb);
     ibl_source_close(s);
-    ibl_ctx_free(ctx);
     FILE *f = fopen("/proc/self/status", "r");
     while (f && fgets(line, sizeof line, f))
         sscanf(line, "VmHWM: %ld", &kb);
@@ -561,10 +539,8 @@ static void memory(void)
 /* 1.5 GiB. */
 static void memory_large(void)
 {
-    if (!getenv("IBL_TEST_LARGE") || !*getenv("IBL_TEST_LARGE")) {
+    if (!getenv("IBL_TEST_LARGE") || !*getenv("IBL_TEST_LARGE"))
         test_skip("16384x8192: set IBL_TEST_LARGE=1");
-        return;
-    }
     within(16384, 8192, 120);
 }
 

@@ -13,8 +13,8 @@
 
 #include "ibl/ibl.h"
 #include "ibl/io.h"
-#include "ibl/reference.h"
 #include "maps.h"
+#include "reference.h"
 #include "truth.h"
 
 static const double pi = 3.14159265358979323846;
@@ -38,8 +38,6 @@ static ibl_bake_result bake(ibl_ctx *ctx, const ibl_image *map,
                             ibl_method method, ibl_lobe lobe, double yaw)
 {
     ibl_bake_options o = ibl_bake_options_default();
-    const ibl_environment rows = {.image = map};
-    ibl_bake_result r = {0};
 
     o.specular_options.method = method;
     o.specular_options.lobe = lobe;
@@ -47,9 +45,7 @@ static ibl_bake_result bake(ibl_ctx *ctx, const ibl_image *map,
     o.specular_options.levels = LEVELS;
     o.irradiance_options.size = DIFFUSE;
     o.yaw_deg = yaw;
-    if (ibl_bake_environment(ctx, &rows, &o, &r))
-        exit(1);
-    return r;
+    return map_bake(ctx, map, &o);
 }
 
 /* A cube's level of a bake: those of specular, then irradiance. */
@@ -106,7 +102,7 @@ static suns suns_of(const ibl_image *map)
     suns s = {.width = map->width, .height = map->height};
     const int n = map->width * map->height;
 
-    s.pixel = malloc((size_t)n * sizeof *s.pixel);
+    s.pixel = test_alloc((size_t)n, sizeof *s.pixel);
     if (!s.pixel)
         exit(1);
     for (int i = 0; i < n; i++) {
@@ -224,9 +220,7 @@ static void check_suns(ibl_ctx *ctx, const ibl_image *map, double floor_at,
                       "%s, %s: not spectral", text, l.name);
             check_suns_in(&s, &l, stride, floor_at, text);
         }
-        ibl_bake_result_free(&r);
     }
-    free(s.pixel);
 }
 
 static void light(const ibl_image *map, int x, int y)
@@ -251,9 +245,7 @@ static void one_pixel_suns(void)
         light(&map, at[k][0], at[k][1]);
         snprintf(where, sizeof where, "%d, %d", at[k][0], at[k][1]);
         check_suns(ctx, &map, IBL_RELATIVE_FLOOR, where);
-        ibl_image_free(&map);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* 2x2, 3x3 and 10x10 pixels: in the open, over the seam, at a pole; of a map
@@ -275,9 +267,7 @@ static void square_suns(void)
         snprintf(where, sizeof where, "%dx%d at %d, %d of %d columns", n, n, x,
                  y, map.width);
         check_suns(ctx, &map, IBL_RELATIVE_FLOOR, where);
-        ibl_image_free(&map);
     }
-    ibl_ctx_free(ctx);
 }
 
 /*
@@ -306,9 +296,7 @@ static void wide_suns(void)
         }
         snprintf(where, sizeof where, "disk at %g, %g", at[k][0], at[k][1]);
         check_suns(ctx, &map, at[k][0] < 25 ? 1 : IBL_RELATIVE_FLOOR, where);
-        ibl_image_free(&map);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* ---- whole maps -------------------------------------------------------- */
@@ -361,7 +349,6 @@ static void check_map(ibl_ctx *ctx, const ibl_image *map, ibl_method method,
             const level l = level_of(&r, (ibl_lobe)lobe, k);
             check_level(map, &l, yaw, TEST_SANITIZED ? 24 : 64, text);
         }
-        ibl_bake_result_free(&r);
     }
 }
 
@@ -375,8 +362,6 @@ static void noise_of_five_decades(void)
     for (size_t i = 0; i < map_floats(&map); i++)
         map.data[i] = (float)pow(10, 5 * test_random_unit(&r));
     check_map(ctx, &map, IBL_METHOD_SPECTRAL, 0, "noise");
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 /* A dark floor, a sky that falls by 1e3 to the horizon, and 400 lamps of up
@@ -397,8 +382,6 @@ static void lamps_on_a_sky(void)
                 (int)(HIGH * test_random_unit(&r)), v, 0.9f * v, 0.4f * v);
     }
     check_map(ctx, &map, IBL_METHOD_SPECTRAL, 37, "lamps");
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 /* Half of the map black, half white: coefficients that fall slowly. */
@@ -411,8 +394,6 @@ static void edges(void)
         if ((i % WIDE / 32 + i / WIDE / 32) % 2)
             map_set(&map, i % WIDE, i / WIDE, 1, 1e-2f, 1e2f);
     check_map(ctx, &map, IBL_METHOD_SPECTRAL, -90, "edges");
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 /* ---- sizes ------------------------------------------------------------- */
@@ -467,7 +448,6 @@ static void check_size(ibl_ctx *ctx, const ibl_image *map, ibl_method method)
                           r.report.level[k + 1].degree > 0)
             check_level(map, &l, 0, 24, what);
     }
-    ibl_bake_result_free(&r);
 }
 
 static void sizes(void)
@@ -486,9 +466,7 @@ static void sizes(void)
             map_of_kind(ctx, &random, MAP_SUNNY, all[k][0], all[k][1]);
         check_size(ctx, &map, IBL_METHOD_SPECTRAL);
         check_size(ctx, &map, IBL_METHOD_AUTO);
-        ibl_image_free(&map);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* ---- a photograph ------------------------------------------------------ */
@@ -520,8 +498,8 @@ static void check_photograph(ibl_ctx *ctx, const ibl_reference *ref,
 {
     const int n = ibl_cube_edge(cube->size, level_at);
     const float *texels = ibl_cube_face(cube, level_at, 0);
-    double *dirs = malloc(7 * 600 * sizeof *dirs), *t = dirs + 1800;
-    int *at = malloc(600 * sizeof *at);
+    double *dirs = test_alloc(7 * 600, sizeof *dirs), *t = dirs + 1800;
+    int *at = test_alloc(600, sizeof *at);
     double mean[3], off = 0, all = 0, worst = 0;
 
     (void)ctx;
@@ -547,8 +525,6 @@ static void check_photograph(ibl_ctx *ctx, const ibl_reference *ref,
     CHECK_MSG(worst <= worst_bound, "r %g: worst %g", roughness, worst);
     test_measured("photograph, nRMSE", nrmse, nrmse_bound);
     test_measured("photograph, worst", worst, worst_bound);
-    free(dirs);
-    free(at);
 }
 
 static void photograph(void)
@@ -556,23 +532,18 @@ static void photograph(void)
     const char *path = test_shared_data("quarry_01_1k.hdr");
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_bake_options o = ibl_bake_options_default();
-    ibl_bake_result r = {0};
-    ibl_reference *ref = NULL;
     ibl_image map = {0};
     double sun[3];
     int brightest = 0;
 
     if (TEST_SANITIZED)
         path = NULL; /* a minute, for nothing that small maps do not show */
-    if (!path) {
+    if (!path)
         test_skip("no quarry_01_1k.hdr, or too slow with a sanitizer");
-        ibl_ctx_free(ctx);
-        return;
-    }
     NEED(!ibl_image_read(ctx, path, NULL, &map, NULL));
-    const ibl_environment rows = {.image = &map};
-    NEED(!ibl_bake_environment(ctx, &rows, &o, &r));
-    NEED(!ibl_reference_create(ctx, &map, 0, &ref));
+    test_image(map);
+    const ibl_bake_result r = map_bake(ctx, &map, &o);
+    const ibl_reference *ref = reference_of(ctx, &map, 0);
     for (int i = 0; i < map.width * map.height; i++)
         if (map.data[3 * i] > map.data[3 * brightest])
             brightest = i;
@@ -585,10 +556,6 @@ static void photograph(void)
                          sun);
     }
     check_photograph(ctx, ref, &r.irradiance, 0, -1, sun);
-    ibl_reference_free(ref);
-    ibl_bake_result_free(&r);
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 static const test tests[] = {

@@ -35,16 +35,6 @@ static ibl_bake_options options(ibl_lobe lobe, double yaw)
     return o;
 }
 
-static ibl_bake_result bake(ibl_ctx *ctx, const ibl_image *map,
-                            const ibl_bake_options *o)
-{
-    const ibl_environment env = {.image = map};
-    ibl_bake_result r = {0};
-    if (ibl_bake_environment(ctx, &env, o, &r))
-        exit(1);
-    return r;
-}
-
 static ibl_image sunny(ibl_ctx *ctx, int width, int height, uint64_t seed)
 {
     test_random r = {seed};
@@ -67,7 +57,7 @@ static void constant_maps(void)
             const ibl_bake_options o = options((ibl_lobe)lobe, 20);
             ibl_image map =
                 map_constant(ctx, sizes[k][0], sizes[k][1], values[k]);
-            ibl_bake_result r = bake(ctx, &map, &o);
+            ibl_bake_result r = map_bake(ctx, &map, &o);
             size_t bad = 0;
             for (size_t i = 0; i < cube_floats(&r.specular); i++)
                 bad += memcmp(r.specular.data + i, &values[k], 4) != 0;
@@ -76,10 +66,7 @@ static void constant_maps(void)
             CHECK_MSG(!bad, "%dx%d, %s: %zu values are not %g", map.width,
                       map.height, ibl_lobe_name((ibl_lobe)lobe), bad,
                       (double)values[k]);
-            ibl_bake_result_free(&r);
-            ibl_image_free(&map);
         }
-    ibl_ctx_free(ctx);
 }
 
 /* Channels have nothing to do with each other: a constant one stays that
@@ -95,17 +82,14 @@ static void constant_channel(void)
         ibl_bake_options o = options((ibl_lobe)(k / 2), 0);
         double worst = 0;
         o.specular_options.roughness_min = k % 2 ? 0.04 : 0;
-        ibl_bake_result r = bake(ctx, &map, &o);
+        ibl_bake_result r = map_bake(ctx, &map, &o);
         for (size_t i = 1; i < cube_floats(&r.specular); i += 3)
             worst = fmax(worst, fabs((double)r.specular.data[i] / 0.3f - 1));
         /* Texels go by sums of 8 x 8 weights that are 1 to a rounding each. */
         CHECK_MSG(worst <= 64 * 0x1p-24, "%s from %g: off by %g",
                   ibl_lobe_name(o.specular_options.lobe),
                   o.specular_options.roughness_min, worst);
-        ibl_bake_result_free(&r);
     }
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 /* ---- turned, mirrored, scaled ------------------------------------------ */
@@ -158,17 +142,12 @@ static void turned(void)
     for (int k = 0; k < 3; k += TEST_SANITIZED ? 2 : 1) {
         ibl_image map = sunny(ctx, sizes[k][0], sizes[k][1], 5);
         ibl_image moved = map_turned(ctx, &map, map.width / 4);
-        ibl_bake_result a = bake(ctx, &map, &o), b = bake(ctx, &moved, &o);
-        ibl_bake_result c = bake(ctx, &map, &yawed);
+        ibl_bake_result a = map_bake(ctx, &map, &o),
+                        b = map_bake(ctx, &moved, &o);
+        ibl_bake_result c = map_bake(ctx, &map, &yawed);
         check_same(&a, &b, cube_turned_from, "columns");
         check_same(&a, &c, cube_turned_from, "yaw");
-        ibl_bake_result_free(&a);
-        ibl_bake_result_free(&b);
-        ibl_bake_result_free(&c);
-        ibl_image_free(&map);
-        ibl_image_free(&moved);
     }
-    ibl_ctx_free(ctx);
 }
 
 static void mirrored(void)
@@ -180,14 +159,10 @@ static void mirrored(void)
     for (int k = TEST_SANITIZED; k < 2; k++) {
         ibl_image map = sunny(ctx, widths[k], 150, 6);
         ibl_image other = map_mirrored(ctx, &map);
-        ibl_bake_result a = bake(ctx, &map, &o), b = bake(ctx, &other, &o);
+        ibl_bake_result a = map_bake(ctx, &map, &o),
+                        b = map_bake(ctx, &other, &o);
         check_same(&a, &b, cube_mirrored_from, "mirrored");
-        ibl_bake_result_free(&a);
-        ibl_bake_result_free(&b);
-        ibl_image_free(&map);
-        ibl_image_free(&other);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* Nothing is measured in absolute radiance: powers of two change no bits. */
@@ -197,22 +172,17 @@ static void scaled(void)
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     const ibl_bake_options o = options(IBL_LOBE_GGX, 0);
     ibl_image map = sunny(ctx, WIDE, HIGH, 7);
-    ibl_bake_result a = bake(ctx, &map, &o);
+    ibl_bake_result a = map_bake(ctx, &map, &o);
 
     for (int k = 0; k < 3; k += TEST_SANITIZED ? 2 : 1) {
         ibl_image other = map_scaled(ctx, &map, factors[k]);
-        ibl_bake_result b = bake(ctx, &other, &o);
+        ibl_bake_result b = map_bake(ctx, &other, &o);
         size_t bad = 0;
         for (size_t i = 0; i < cube_floats(&a.specular); i++)
             bad += a.specular.data[i] * factors[k] > b.specular.data[i] ||
                    a.specular.data[i] * factors[k] < b.specular.data[i];
         CHECK_MSG(!bad, "times %g: %zu values", (double)factors[k], bad);
-        ibl_bake_result_free(&b);
-        ibl_image_free(&other);
     }
-    ibl_bake_result_free(&a);
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 static size_t outside(const float *p, size_t floats, float low, float high)
@@ -235,14 +205,11 @@ static void ends_of_floats(void)
         ibl_image map = sunny(ctx, WIDE, HIGH, 8);
         for (size_t i = 0; i < map_floats(&map); i++)
             map.data[i] = fminf(map.data[i], 1) * ends[k];
-        ibl_bake_result r = bake(ctx, &map, &o);
+        ibl_bake_result r = map_bake(ctx, &map, &o);
         const size_t bad =
             outside(r.specular.data, cube_floats(&r.specular), 0, ends[k]);
         CHECK_MSG(!bad, "up to %g: %zu values", (double)ends[k], bad);
-        ibl_bake_result_free(&r);
-        ibl_image_free(&map);
     }
-    ibl_ctx_free(ctx);
 }
 
 /* Above the horizon all is 1 and below it 2: away from it a series that is cut
@@ -256,15 +223,12 @@ static void within_the_range(void)
         map.data[i] = 2;
     for (int lobe = 0; lobe < (TEST_RACES ? 1 : LOBES); lobe++) {
         const ibl_bake_options o = options((ibl_lobe)lobe, 0);
-        ibl_bake_result r = bake(ctx, &map, &o);
+        ibl_bake_result r = map_bake(ctx, &map, &o);
         const size_t bad =
             outside(r.specular.data, cube_floats(&r.specular), 1, 2) +
             outside(r.irradiance.data, cube_floats(&r.irradiance), 1, 2);
         CHECK_MSG(!bad, "%s: %zu values", ibl_lobe_name((ibl_lobe)lobe), bad);
-        ibl_bake_result_free(&r);
     }
-    ibl_image_free(&map);
-    ibl_ctx_free(ctx);
 }
 
 /* ---- instruction sets --------------------------------------------------- */
@@ -278,17 +242,12 @@ static void every_isa(void)
             const ibl_bake_options o = options((ibl_lobe)lobe, 0);
             ibl_ctx *plain = test_ctx(2, IBL_ISA_C);
             ibl_image map = sunny(plain, sizes[s][0], sizes[s][1], 10);
-            ibl_bake_result a = bake(plain, &map, &o);
+            ibl_bake_result a = map_bake(plain, &map, &o);
             for (int isa = IBL_ISA_SSE2; isa <= (int)ibl_isa_best(); isa++) {
                 ibl_ctx *ctx = test_ctx(2, (ibl_isa)isa);
-                ibl_bake_result b = bake(ctx, &map, &o);
+                ibl_bake_result b = map_bake(ctx, &map, &o);
                 check_same(&a, &b, NULL, ibl_isa_name((ibl_isa)isa));
-                ibl_bake_result_free(&b);
-                ibl_ctx_free(ctx);
             }
-            ibl_bake_result_free(&a);
-            ibl_image_free(&map);
-            ibl_ctx_free(plain);
         }
 }
 

@@ -105,7 +105,6 @@ static void cubes(void)
         ibl_texture_free(&b);
     }
     ibl_cube_free(&cube);
-    ibl_ctx_free(one);
 }
 
 static void luts(void)
@@ -710,7 +709,5 @@ int main(int argc, char **argv)
     contexts();
     const int result =
         test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
-    ibl_ctx_free(ctx);
-    ibl_ctx_free(quiet);
     return result;
 }

@@ -14,33 +14,20 @@ enum {
     LEVELS = 4
 };
 
-static ibl_ctx *context(int threads, test_messages *kept)
-{
-    ibl_ctx_options o = ibl_ctx_options_default();
-    ibl_ctx *ctx = NULL;
-    o.threads = threads;
-    o.bridge = "build/libiblbridge.so";
-    o.log = kept ? test_keep : test_log;
-    o.log_cookie = kept;
-    if (ibl_ctx_create(&o, &ctx))
-        exit(1);
-    return ctx;
-}
-
 /* A sky that brightens upwards, a dim ground, and a small sun. */
-static void made_map(ibl_ctx *ctx, int w, int h, ibl_image *env)
+static ibl_image made_map(ibl_ctx *ctx, int w, int h)
 {
-    if (ibl_image_alloc(ctx, w, h, env))
-        exit(1);
+    ibl_image env = map_constant(ctx, w, h, 0);
     for (int i = 0; i < w * h; i++) {
         const int x = i % w, y = i / w;
         const float v = y < h / 2 ? 1 - (float)y / (float)h
                                   : 0.05f + 0.01f * (float)(x % 7);
         const bool sun = x * 3 / w == 2 && x * 3 % w < 4 && y == h / 4;
-        env->data[3 * i] = sun ? 3000 : v;
-        env->data[3 * i + 1] = sun ? 2500 : v;
-        env->data[3 * i + 2] = sun ? 2000 : 1.2f * v;
+        env.data[3 * i] = sun ? 3000 : v;
+        env.data[3 * i + 1] = sun ? 2500 : v;
+        env.data[3 * i + 2] = sun ? 2000 : 1.2f * v;
     }
+    return env;
 }
 
 /* ---- the tolerance ------------------------------------------------------ */
@@ -49,14 +36,12 @@ static void made_map(ibl_ctx *ctx, int w, int h, ibl_image *env)
 static void check_kept(int width)
 {
     static const double tolerance[] = {1e-6, 5e-5, 1e-3, 0.02, 0.1, 0.3};
-    ibl_ctx *ctx = context(2, NULL);
+    ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_specular_options o = ibl_specular_options_default();
-    ibl_reference *ref = NULL;
-    ibl_image env;
+    ibl_image env = made_map(ctx, width, width / 2);
+    ibl_reference *ref = reference_of(ctx, &env, 0);
     int before[LEVELS] = {1 << 20, 1 << 20, 1 << 20, 1 << 20};
 
-    made_map(ctx, width, width / 2, &env);
-    NEED(!ibl_reference_create(ctx, &env, 0, &ref));
     o.size = SIZE;
     o.levels = LEVELS;
     for (size_t k = width > 128 ? 3 : 0;
@@ -81,9 +66,6 @@ static void check_kept(int width)
         CHECK(k < 3 || before[1] < 200);
         ibl_cube_free(&cube);
     }
-    ibl_reference_free(ref);
-    ibl_image_free(&env);
-    ibl_ctx_free(ctx);
 }
 
 static void kept(void)
@@ -99,18 +81,16 @@ static void check_narrow(ibl_lobe lobe, double tolerance, int width,
                          double roughness, float dark)
 {
     test_messages said = {0};
-    ibl_ctx *ctx = context(2, &said);
+    ibl_ctx *ctx = test_keeping_ctx(2, &said);
     ibl_specular_options o = ibl_specular_options_default();
     ibl_specular_report report;
-    ibl_reference *ref = NULL;
+    ibl_image env = made_map(ctx, width, width / 2);
     ibl_cube cube = {0};
-    ibl_image env;
     bool missed = false;
 
-    made_map(ctx, width, width / 2, &env);
     for (int i = 0; i < 3 * width * width / 2; i++)
         env.data[i] *= i / 3 % width < 24 && i / 3 % 7 < 3 ? 10 : dark;
-    NEED(!ibl_reference_create(ctx, &env, 0, &ref));
+    ibl_reference *ref = reference_of(ctx, &env, 0);
     o.size = SIZE;
     o.levels = 2;
     o.lobe = lobe;
@@ -133,9 +113,6 @@ static void check_narrow(ibl_lobe lobe, double tolerance, int width,
     CHECK(told == (missed && tolerance > IBL_TOLERANCE_DEFAULT));
     CHECK(missed || dark > 0.01f);
     ibl_cube_free(&cube);
-    ibl_reference_free(ref);
-    ibl_image_free(&env);
-    ibl_ctx_free(ctx);
 }
 
 static void narrow_and_dark(void)
@@ -230,12 +207,11 @@ static void bad_options(void)
     static const double ranges[][2] = {
         {-0.1, 1}, {0, 1.1}, {0.6, 0.5}, {(double)NAN, 1}, {0, (double)NAN}};
     test_messages kept = {0};
-    ibl_ctx *ctx = context(1, &kept);
+    ibl_ctx *ctx = test_keeping_ctx(1, &kept);
     ibl_specular_options o = ibl_specular_options_default();
     ibl_specular_layout layout;
     ibl_cube cube = {0};
-    ibl_image env;
-    made_map(ctx, 8, 4, &env);
+    ibl_image env = made_map(ctx, 8, 4);
     o.method = IBL_METHOD_SAMPLED;
     o.size = 16;
     for (size_t i = 0; i < sizeof ranges / sizeof *ranges; i++) {
@@ -256,8 +232,6 @@ static void bad_options(void)
     o.tolerance = (double)NAN;
     CHECK(ibl_bake_specular(ctx, &env, &o, &cube) == IBL_ERR_ARGUMENT);
     CHECK(!cube.data);
-    ibl_image_free(&env);
-    ibl_ctx_free(ctx);
 }
 
 static const test tests[] = {

@@ -153,7 +153,6 @@ static void each_isa(void (*run)(ibl_ctx *ctx))
     for (int isa = IBL_ISA_C; isa <= (int)ibl_isa_best(); isa++) {
         ibl_ctx *ctx = test_ctx(2, (ibl_isa)isa);
         run(ctx);
-        ibl_ctx_free(ctx);
     }
 }
 
@@ -193,7 +192,6 @@ static void power(void)
         CHECK_NEAR(got[l], want, 1e-13 * want);
     }
     ibl_harmonics_free(&h);
-    ibl_ctx_free(ctx);
 }
 
 /* ---- rows of patches ------------------------------------------------ */
@@ -352,7 +350,6 @@ static void any_threads(void)
             ibl_harmonics_free(&h[at]);
             ibl_ring_spectra_free(&s[at]);
         }
-        ibl_ctx_free(ctx);
     }
     ibl_harmonics_free(&h[0]);
     ibl_ring_spectra_free(&s[0]);

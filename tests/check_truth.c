@@ -14,9 +14,8 @@ static const long double pil = 3.14159265358979323846264338327950288L;
 
 static ibl_image map_new(int w, int h)
 {
-    ibl_image env = {w, h, calloc((size_t)w * (size_t)h, 3 * sizeof(float))};
-    if (!env.data)
-        abort();
+    ibl_image env = {w, h,
+                     test_alloc((size_t)w * (size_t)h, 3 * sizeof(float))};
     return env;
 }
 
@@ -144,7 +143,6 @@ static void constant_map(void)
             CHECK_NEAR(t[k], c, tol);
         }
     }
-    free(env.data);
 }
 
 enum {
@@ -210,7 +208,6 @@ static void specular_in_long_double(void)
         for (int k = 0; k < 3; k++)
             CHECK_NEAR(fast[k], plain[k], midpoint_error(11, at) * plain[k]);
     }
-    free(env.data);
 }
 
 /* A pixel as 2x2 of the same colour is the same light, in every lobe. */
@@ -233,8 +230,6 @@ static void pixels_in_four(void)
         for (int k = 0; k < 3; k++)
             CHECK_NEAR(a[k], b[k], 1e-5 * b[k]);
     }
-    free(env.data);
-    free(fine.data);
 }
 
 /* Over a pixel above the horizon the integral of L is in closed form: cos(phi)
@@ -264,7 +259,6 @@ static void irradiance_of_a_pixel(void)
         truth_irradiance(&env, normal, rgb);
         CHECK_NEAR(rgb[1], fmax(want, 0.0), 1e-6 * fabs(want));
     }
-    free(env.data);
 }
 
 static void roughest_is_irradiance(void)
@@ -279,7 +273,6 @@ static void roughest_is_irradiance(void)
         for (int k = 0; k < 3; k++)
             CHECK_NEAR(s[k], e[k], 1e-12 * e[k]);
     }
-    free(env.data);
 }
 
 /*
@@ -307,8 +300,6 @@ static void irradiance_of_cosines(void)
     CHECK_NEAR(mean[0], 0.25, 1e-5);
     truth_mean(&ramp, mean);
     CHECK_NEAR(mean[0], 1.0, 1e-6);
-    free(lobe.data);
-    free(ramp.data);
 }
 
 /* integral of D N.L over the hemisphere, from dO = 4 pi dq of truth.c. */
@@ -359,7 +350,6 @@ static void one_pixel_sun(void)
     }
     truth_mean(&env, mean);
     CHECK_NEAR(mean[0], power / (4.0 * pi), 1e-12 * power);
-    free(env.data);
 }
 
 /* On the one texel of face +X, d.x averages to 2 acos(1/3) / sqrt(2) (the
@@ -385,7 +375,6 @@ static void lobes_of_a_cosine(void)
         truth_lobe(&env, d, IBL_LOBE_CHARLIE, roughness[k], got);
         CHECK_NEAR(got[0], 1 + c * 2 / (0.5 / alpha + 3), 2e-4);
     }
-    ibl_image_free(&env);
 }
 
 /* Midpoints over q. */
@@ -423,7 +412,6 @@ static void texel_average(void)
     truth_cube_direction(64, 3, 9, 50, d);
     truth_latlong_pixel(1024, 512, d, &i, &j);
     CHECK_NEAR(rgb[0], (double)texel(&env, i, j)[0], 1e-14);
-    free(env.data);
 }
 
 /* ---- spherical harmonics --------------------------------------------- */

@@ -10,7 +10,7 @@
 static bool make_cube(int edge, float value, ibl_texture *cube)
 {
     const size_t texels = (size_t)6 * edge * edge;
-    float *rgba = malloc(4 * texels * sizeof *rgba);
+    float *rgba = test_alloc(4 * texels, sizeof *rgba);
 
     *cube = (ibl_texture){.pixel = IBL_PIXEL_RGBA32F,
                           .width = edge,
@@ -43,12 +43,10 @@ static void nothing_outshines(void)
         NEED(make_cube(edge, 0.7F, &cube));
         NEED(view_aim_make(&cube, &aim));
         CHECK(aim.edge == 0 && !aim.chance && !aim.tokens);
-        free(cube.data);
     }
     NEED(make_cube(8, 0.0F, &cube));
     NEED(view_aim_make(&cube, &aim));
     CHECK(aim.edge == 0);
-    free(cube.data);
 }
 
 /* Chances are the tokens' shares, and in proportion to light above the mean. */
@@ -56,8 +54,8 @@ static void chances(void)
 {
     const int edge = 19;
     const size_t count = (size_t)6 * edge * edge;
-    double *light = calloc(count, sizeof *light), all = 0.0, mean = 0.0;
-    int *tokens = calloc(count, sizeof *tokens);
+    double *light = test_alloc(count, sizeof *light), all = 0.0, mean = 0.0;
+    int *tokens = test_alloc(count, sizeof *tokens);
     test_random random = {3};
     ibl_texture cube;
     view_aim aim;
@@ -97,9 +95,6 @@ static void chances(void)
             CHECK_NEAR(given, before, 0.55);
     }
     view_aim_free(&aim);
-    free(cube.data);
-    free(tokens);
-    free(light);
 }
 
 /* The cell of the direction, by looking at all. */
@@ -153,7 +148,6 @@ static void lights_on_edges(void)
                 CHECK_NEAR(aim.chance[at], 0.5, 0.02);
                 CHECK_NEAR(aim.chance[(face * edge + y) * edge + x], 0.5, 0.02);
                 view_aim_free(&aim);
-                free(cube.data);
             }
 }
 
@@ -174,7 +168,6 @@ static void large_cube(void)
     CHECK(aim.edge == VIEW_AIM_EDGE);
     CHECK_NEAR(aim.chance[at], 1.0, 1e-6);
     view_aim_free(&aim);
-    free(cube.data);
 }
 
 /* What no light can be is none. */
@@ -191,7 +184,6 @@ static void hostile_texels(void)
     NEED(view_aim_make(&cube, &aim) && aim.edge == 16);
     CHECK_NEAR(aim.chance[(5 * 16 + 3) * 16 + 3], 1.0, 1e-6);
     view_aim_free(&aim);
-    free(cube.data);
 }
 
 static const test tests[] = {

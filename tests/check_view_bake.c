@@ -38,7 +38,6 @@ static void bake_is_that_of_the_program(void)
     }
     view_set_free(&read);
     view_set_free(&made);
-    ibl_image_free(&map);
 }
 
 static void bake_fails_with_a_line(void)

@@ -217,7 +217,6 @@ static void written_and_read(void)
     /* The chunk behind the header: length 1, name, intent. */
     unsigned char *bytes = file_load(path, &size);
     CHECK(size > 46 && !memcmp(bytes + 33, "\0\0\0\1sRGB", 8));
-    free(bytes);
 }
 
 static void not_writable(void)

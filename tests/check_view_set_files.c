@@ -404,7 +404,6 @@ static void hostile_sidecars(void)
             CHECK(isfinite(set.sh[k]));
         view_set_free(&set);
     }
-    free(bytes);
     free(bad);
 }
 

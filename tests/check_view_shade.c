@@ -174,7 +174,6 @@ static void pixels_in_double(void)
         s.turn = 33 * i;
         against_double(&s, 1e-4);
     }
-    ibl_image_free(&map);
 }
 
 /* Coefficients of every degree that irradiance has, each as large as another;
@@ -218,7 +217,6 @@ static void irradiance_scale(void)
     set->set.irradiance_scale = 0.25;
     float *theirs = shade_draw(&set->set, &s);
     CHECK(!memcmp(ours, theirs, 3 * 96 * 96 * sizeof *ours));
-    ibl_image_free(&map);
 }
 
 /* ---- centres against the library ---------------------------------------- */
@@ -285,7 +283,6 @@ static void centres_by_library(void)
             centres(&map, &s);
         }
     }
-    ibl_image_free(&map);
 }
 
 /* ---- point lights ------------------------------------------------------ */

@@ -341,7 +341,6 @@ static void bake(shade_set *s, double yaw)
     opts.size = 64;
     opts.yaw_deg = yaw;
     shade_bake(s, &map, &opts);
-    ibl_image_free(&map);
 }
 
 /* To half a step of theirs: relative to the pixel for floats, to the

@@ -650,7 +650,6 @@ static void is_not_counted_twice(void)
     CHECK_MSG(n.bad == 0 && n.lit > 300, "%d wrong, %d lit, %d dark", n.bad,
               n.lit, n.dark);
     view_set_free(&set);
-    ibl_image_free(&map);
 }
 
 static const test tests[] = {

@@ -229,8 +229,7 @@ static int compare(const char *map, const char *picture)
     ibl_image cycles = {0};
     int worse = 0;
 
-    if (!view_test_open(WIDTH, HEIGHT))
-        return 0;
+    view_test_begin(WIDTH, HEIGHT);
     if (!read_picture(picture, &cycles) || !render(map, &s, truth, split)) {
         fprintf(stderr, "cycles: %s and %s cannot be compared\n", map, picture);
         return 1;

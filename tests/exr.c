@@ -10,6 +10,7 @@
 #include "files.h"
 #include "io/exr.h"
 #include "kern/max_finite.h"
+#include "maps.h"
 
 test_messages test_exr_kept;
 ibl_ctx *test_exr_ctx;
@@ -33,9 +34,7 @@ static void fill(ibl_image *img, uint64_t seed)
 
 ibl_image test_exr_source(ibl_ctx *ctx, int width, int height)
 {
-    ibl_image img;
-    if (ibl_image_alloc(ctx, width, height, &img))
-        exit(1);
+    ibl_image img = map_constant(ctx, width, height, 0);
     fill(&img, (uint64_t)width * 1000 + (uint64_t)height);
     return img;
 }
@@ -170,7 +169,7 @@ ibl_status test_exr_decode(const char *name, const char *layer, int part,
     opts.part = part;
     const ibl_status status =
         test_exr_decode_bytes(bytes, size, &opts, img, report);
-    free(bytes);
+    test_image(*img);
     return status;
 }
 
@@ -181,22 +180,12 @@ bool test_exr_same(const ibl_image *a, const ibl_image *b)
                    3 * sizeof(float) * (size_t)a->width * (size_t)a->height);
 }
 
-bool test_exr_begin(int threads, int width, int height)
+void test_exr_begin(int threads, int width, int height)
 {
-    if (!file_bridge() || !file_have("oiiotool")) {
-        test_skip("needs the image bridge and oiiotool");
-        return false;
-    }
+    file_need_oiio();
     test_exr_ctx = file_ctx(threads, &test_exr_kept, file_bridge());
     test_exr_img = test_exr_source(test_exr_ctx, width, height);
     CHECK(file_save_pfm(file_path("s.pfm"), &test_exr_img));
-    return true;
-}
-
-void test_exr_end(void)
-{
-    ibl_image_free(&test_exr_img);
-    ibl_ctx_free(test_exr_ctx);
 }
 
 void test_exr_refused(const char *name, const char *layer, int part,

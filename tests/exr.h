@@ -16,12 +16,10 @@ extern test_messages test_exr_kept;
 extern const char *const test_exr_compressions[8], *const test_exr_types[3];
 
 /* The context of these tests and test_exr_source(), which is s.pfm of
- * test_dir(); false, and the test is skipped, without the image bridge and
- * oiiotool. */
+ * test_dir(); the test is skipped without the image bridge and oiiotool. */
 extern ibl_ctx *test_exr_ctx;
 extern ibl_image test_exr_img;
-bool test_exr_begin(int threads, int width, int height);
-void test_exr_end(void);
+void test_exr_begin(int threads, int width, int height);
 
 /* Values of every size, signs, zeros, denormal halves; no two rows alike. */
 ibl_image test_exr_source(ibl_ctx *ctx, int width, int height);
@@ -46,8 +44,8 @@ bool test_exr_write(const char *path, int width, int height,
 /* All rows, in calls of a few at a time, and what was found in each. */
 ibl_status test_exr_read_rows(ibl_rows *rows, ibl_image *img);
 
-/* A file of test_dir() by the reader alone, pixels not mended; report: or
- * NULL. */
+/* A file of test_dir() by the reader alone, pixels not mended, freed after the
+ * running test; report: or NULL. Of bytes the caller frees img. */
 ibl_status test_exr_decode(const char *name, const char *layer, int part,
                            ibl_image *img, ibl_read_report *report);
 ibl_status test_exr_decode_bytes(const void *bytes, size_t size,

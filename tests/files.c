@@ -55,6 +55,7 @@ unsigned char *file_load(const char *path, size_t *size)
         exit(1);
     }
     fclose(f);
+    test_defer(free, bytes);
     *size = (size_t)end;
     return bytes;
 }
@@ -142,17 +143,18 @@ const char *file_bridge(void)
     return path;
 }
 
+void file_need_oiio(void)
+{
+    if (!file_bridge() || !file_have("oiiotool"))
+        test_skip("needs the image bridge and oiiotool");
+}
+
 ibl_ctx *file_ctx(int threads, void *kept, const char *bridge)
 {
     ibl_ctx_options opts = ibl_ctx_options_default();
-    ibl_ctx *ctx;
     opts.threads = threads;
     opts.log = test_keep;
     opts.log_cookie = kept;
     opts.bridge = bridge ? bridge : "/nonexistent/libiblbridge.so";
-    if (ibl_ctx_create(&opts, &ctx)) {
-        printf("no context\n");
-        exit(1);
-    }
-    return ctx;
+    return test_ctx_of(&opts);
 }

@@ -15,7 +15,7 @@ const char *file_path(const char *name);
 bool file_run(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
 /* Whether a program is there to be run. */
 bool file_have(const char *program);
-/* A file's bytes, for free(); exits if it cannot be read. */
+/* A file's bytes until the running test ends; exits if it cannot be read. */
 unsigned char *file_load(const char *path, size_t *size);
 bool file_save(const char *path, const void *bytes, size_t size);
 /* Four bytes of a header, the least significant first. */
@@ -33,6 +33,8 @@ bool file_save_exr(const char *path, const ibl_image *img, const float *alpha);
 const char *file_built(const char *name);
 /* The image bridge of this build; NULL if it has not been built. */
 const char *file_bridge(void);
+/* Skips the running test without that bridge and oiiotool. */
+void file_need_oiio(void);
 /* A context that keeps messages in *kept and uses that bridge (NULL: none
  * that exists); exits on failure. */
 ibl_ctx *file_ctx(int threads, void *kept, const char *bridge);

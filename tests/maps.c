@@ -19,7 +19,7 @@ ibl_image map_constant(ibl_ctx *ctx, int width, int height, float value)
         exit(1);
     for (size_t i = 0; i < map_floats(&map); i++)
         map.data[i] = value;
-    return map;
+    return test_image(map);
 }
 
 float *map_pixel(const ibl_image *map, int x, int y)
@@ -199,6 +199,14 @@ ibl_image map_random(ibl_ctx *ctx, test_random *r, map_kind *kind)
 
 /* ---- cubes ------------------------------------------------------------ */
 
+ibl_cube cube_alloc(ibl_ctx *ctx, int n, int levels)
+{
+    ibl_cube cube = {0};
+    if (ibl_cube_alloc(ctx, n, levels, &cube))
+        exit(1);
+    return test_cube(cube);
+}
+
 size_t cube_floats(const ibl_cube *cube)
 {
     return 3 * ibl_cube_texels(cube->size, cube->levels);
@@ -288,9 +296,8 @@ double cube_nrmse(const ibl_cube *a, const ibl_cube *b, int level)
 
 ibl_cube cube_level0(ibl_ctx *ctx, const ibl_image *map, double yaw, int n)
 {
-    ibl_cube cube = {0};
-    if (ibl_cube_alloc(ctx, n, 1, &cube) ||
-        ibl_cube_from_latlong(ctx, map, yaw, &cube))
+    ibl_cube cube = cube_alloc(ctx, n, 1);
+    if (ibl_cube_from_latlong(ctx, map, yaw, &cube))
         exit(1);
     return cube;
 }
@@ -301,7 +308,7 @@ ibl_cube cube_irradiance(ibl_ctx *ctx, const ibl_image *map, double yaw, int n)
     ibl_cube cube = {0};
     if (ibl_bake_irradiance(ctx, map, &o, &cube))
         exit(1);
-    return cube;
+    return test_cube(cube);
 }
 
 ibl_cube cube_specular(ibl_ctx *ctx, const ibl_image *map, double yaw, int n,
@@ -318,5 +325,21 @@ ibl_cube cube_specular(ibl_ctx *ctx, const ibl_image *map, double yaw, int n,
         o.levels++;
     if (ibl_bake_specular(ctx, map, &o, &cube))
         exit(1);
-    return cube;
+    return test_cube(cube);
+}
+
+static void free_result(void *result)
+{
+    ibl_bake_result_free(result);
+}
+
+ibl_bake_result map_bake(ibl_ctx *ctx, const ibl_image *map,
+                         const ibl_bake_options *options)
+{
+    const ibl_environment env = {.image = map};
+    ibl_bake_result r = {0};
+    if (ibl_bake_environment(ctx, &env, options, &r))
+        exit(1);
+    test_defer_copy(free_result, &r, sizeof r);
+    return r;
 }

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /* Maps for the tests of hard cases and properties, and what cubes of them are
- * compared by. Everything that cannot go on exits. */
+ * compared by. Everything that cannot go on exits. Maps and cubes are freed
+ * after the running test. */
 #ifndef MAPS_H
 #define MAPS_H
 
 #include "test.h"
 
-/* A map of one value, free with ibl_image_free. */
+/* A map of one value. */
 ibl_image map_constant(ibl_ctx *ctx, int width, int height, float value);
 /* Sets R G B of a pixel. */
 void map_set(const ibl_image *map, int x, int y, float r, float g, float b);
@@ -43,12 +44,15 @@ ibl_image map_random(ibl_ctx *ctx, test_random *r, map_kind *kind);
 ibl_image map_of_kind(ibl_ctx *ctx, test_random *r, map_kind kind, int width,
                       int height);
 
-/* The bakes, each the caller's to free with ibl_cube_free. Specular levels 0:
- * all down to one texel. */
+/* Not initialized. */
+ibl_cube cube_alloc(ibl_ctx *ctx, int n, int levels);
+/* The bakes. Specular levels 0: all down to one texel. */
 ibl_cube cube_level0(ibl_ctx *ctx, const ibl_image *map, double yaw, int n);
 ibl_cube cube_irradiance(ibl_ctx *ctx, const ibl_image *map, double yaw, int n);
 ibl_cube cube_specular(ibl_ctx *ctx, const ibl_image *map, double yaw, int n,
                        int levels, int samples);
+ibl_bake_result map_bake(ibl_ctx *ctx, const ibl_image *map,
+                         const ibl_bake_options *options);
 
 /* Mean of a level's channel by the texels' exact solid angles. */
 double cube_mean(const ibl_cube *cube, int level, int channel);

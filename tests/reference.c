@@ -6,29 +6,33 @@
 
 const long double pi_l = 3.14159265358979323846264338327950288L;
 
+static void free_reference(void *reference)
+{
+    ibl_reference_free(reference);
+}
+
+ibl_reference *reference_of(ibl_ctx *ctx, const ibl_image *map, double yaw_deg)
+{
+    ibl_reference *ref;
+
+    if (ibl_reference_create(ctx, map, yaw_deg, &ref))
+        exit(1);
+    test_defer(free_reference, ref);
+    return ref;
+}
+
 subject *subject_make(int threads, int width, int height, uint64_t seed,
                       double yaw_deg)
 {
-    subject *s = calloc(1, sizeof *s);
+    subject *s = test_alloc(1, sizeof *s);
     test_random rnd = {seed};
 
-    if (!s)
-        exit(1);
     s->ctx = test_ctx(threads, IBL_ISA_AUTO);
     s->env = map_constant(s->ctx, width, height, 0);
     for (size_t k = 0; seed && k < map_floats(&s->env); k++)
         s->env.data[k] = (float)pow(test_random_unit(&rnd), 6.0);
-    if (ibl_reference_create(s->ctx, &s->env, yaw_deg, &s->ref))
-        exit(1);
+    s->ref = reference_of(s->ctx, &s->env, yaw_deg);
     return s;
-}
-
-void subject_free(subject *s)
-{
-    ibl_reference_free(s->ref);
-    ibl_image_free(&s->env);
-    ibl_ctx_free(s->ctx);
-    free(s);
 }
 
 void polar_direction(double theta, double phi, double d[3])

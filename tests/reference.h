@@ -16,9 +16,10 @@ typedef struct subject {
 
 /* Of random values 0..1, few of them bright; seed 0: black. The reference sees
  * what is changed in the map. */
+/* Both are freed after the running test. */
+ibl_reference *reference_of(ibl_ctx *ctx, const ibl_image *map, double yaw_deg);
 subject *subject_make(int threads, int width, int height, uint64_t seed,
                       double yaw_deg);
-void subject_free(subject *s);
 
 /* theta from +Y, phi as the map's columns without yaw. */
 void polar_direction(double theta, double phi, double d[3]);

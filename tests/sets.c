@@ -47,7 +47,6 @@ void sets_white(baked_set *set)
     opts.levels = 3;
     NEED(view_set_bake_image(ctx, "map", &map, &opts, set));
     test_defer(free_set, set);
-    ibl_image_free(&map);
 }
 
 const char *sets_file(void)
@@ -78,7 +77,6 @@ const char *sets_file(void)
         printf("%s: cannot be written\n", path);
         exit(1);
     }
-    ibl_image_free(&map);
     return path;
 }
 

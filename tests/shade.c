@@ -39,7 +39,6 @@ static void end(void *unused)
     for (int i = 0; i < SHADE_SETS; i++)
         free_set(&shade_sets[i]);
     view_renderer_free(renderer);
-    ibl_ctx_free(ctx);
     ctx = NULL;
 }
 

@@ -42,17 +42,6 @@ bool test_near(double a, double b, double tol, const char *file, int line,
     return ok;
 }
 
-void test_skip(const char *fmt, ...)
-{
-    va_list ap;
-    va_start(ap, fmt);
-    printf("skipped %s: ", running);
-    vprintf(fmt, ap);
-    putchar('\n');
-    va_end(ap);
-    skipped = true;
-}
-
 /* ---- the end of a test ------------------------------------------------ */
 
 typedef struct deferred {
@@ -67,6 +56,20 @@ static deferred *last_deferred;
 void test_leave(void)
 {
     longjmp(leave, 1);
+}
+
+void test_skip(const char *fmt, ...)
+{
+    va_list ap;
+    va_start(ap, fmt);
+    printf("skipped%s%s: ", running ? " " : "", running ? running : "");
+    vprintf(fmt, ap);
+    putchar('\n');
+    va_end(ap);
+    if (!running)
+        exit(0);
+    skipped = true;
+    test_leave();
 }
 
 void test_defer(void (*release)(void *thing), void *thing)
@@ -89,16 +92,55 @@ void *test_alloc(size_t count, size_t size)
     return memory;
 }
 
-static void run(const test *t)
+void test_defer_copy(void (*release)(void *thing), const void *thing,
+                     size_t size)
 {
-    if (!setjmp(leave))
-        t->run();
-    while (last_deferred) {
+    void *copy = test_alloc(1, size);
+
+    memcpy(copy, thing, size);
+    test_defer(release, copy);
+}
+
+static void free_image(void *image)
+{
+    ibl_image_free(image);
+}
+
+ibl_image test_image(ibl_image image)
+{
+    test_defer_copy(free_image, &image, sizeof image);
+    return image;
+}
+
+static void free_cube(void *cube)
+{
+    ibl_cube_free(cube);
+}
+
+ibl_cube test_cube(ibl_cube cube)
+{
+    test_defer_copy(free_cube, &cube, sizeof cube);
+    return cube;
+}
+
+/* Down to what was deferred before. */
+static void release_until(const deferred *before)
+{
+    while (last_deferred != before) {
         deferred *d = last_deferred;
         last_deferred = d->before;
         d->release(d->thing);
         free(d);
     }
+}
+
+static void run(const test *t)
+{
+    const deferred *before = last_deferred;
+
+    if (!setjmp(leave))
+        t->run();
+    release_until(before);
 }
 
 static bool picked(int argc, char **argv, const test *t)
@@ -141,6 +183,7 @@ int test_main(int argc, char **argv, const test *tests, size_t count)
             n_passed++;
         }
     }
+    release_until(NULL);
     printf("%d passed, %d failed, %d skipped\n", n_passed, n_failed, n_skipped);
     return n_failed > 0 || n_passed + n_skipped == 0;
 }
@@ -216,7 +259,12 @@ bool test_said(const test_messages *kept, const char *words)
     return strstr(kept->text[IBL_LOG_ERROR], words) != NULL;
 }
 
-static ibl_ctx *make_ctx(const ibl_ctx_options *opts)
+static void free_ctx(void *ctx)
+{
+    ibl_ctx_free(ctx);
+}
+
+ibl_ctx *test_ctx_of(const ibl_ctx_options *opts)
 {
     ibl_ctx *ctx;
 
@@ -224,6 +272,7 @@ static ibl_ctx *make_ctx(const ibl_ctx_options *opts)
         printf("no context\n");
         exit(1);
     }
+    test_defer(free_ctx, ctx);
     return ctx;
 }
 
@@ -234,7 +283,7 @@ ibl_ctx *test_ctx(int threads, ibl_isa isa)
     opts.threads = threads;
     opts.isa = isa;
     opts.log = test_log;
-    return make_ctx(&opts);
+    return test_ctx_of(&opts);
 }
 
 ibl_ctx *test_keeping_ctx(int threads, test_messages *kept)
@@ -244,7 +293,7 @@ ibl_ctx *test_keeping_ctx(int threads, test_messages *kept)
     opts.threads = threads;
     opts.log = test_keep;
     opts.log_cookie = kept;
-    return make_ctx(&opts);
+    return test_ctx_of(&opts);
 }
 
 const char *test_data(const char *name)

@@ -17,6 +17,8 @@
 #include <stdint.h>
 #include <time.h>
 
+#include "ibl/ibl.h"
+
 /* Whether a sanitizer makes everything many times slower: tests of many cases
  * then take some of them. TEST_RACES: whether it is ThreadSanitizer, the
  * slowest, which looks for races alone: of cases that differ by numbers and not
@@ -71,17 +73,24 @@ void test_fail(const char *file, int line, const char *fmt, ...)
     __attribute__((format(printf, 3, 4)));
 bool test_near(double a, double b, double tol, const char *file, int line,
                const char *text);
-/* Marks the running test as skipped; return from it after. */
-void test_skip(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
+/* Ends the running test as skipped, without one the program. */
+void test_skip(const char *fmt, ...)
+    __attribute__((format(printf, 1, 2), noreturn));
 /* With IBL_TEST_VERBOSE=1 prints how near a result came to its bound. */
 void test_measured(const char *what, double seen, double limit);
 /* Ends the running test at once. */
 void test_leave(void) __attribute__((noreturn));
-/* Calls release(thing) after the running test, however that ends; the last one
- * first. */
+/* Calls release(thing) after the running test, however that ends, or, deferred
+ * before the first one, after the last; what came last goes first. */
 void test_defer(void (*release)(void *thing), void *thing);
+/* The same with a copy of the thing, which may be gone by then. */
+void test_defer_copy(void (*release)(void *thing), const void *thing,
+                     size_t size);
 /* Zeroed memory until the running test ends; exits if there is none. */
 void *test_alloc(size_t count, size_t size);
+/* What they are given, freed after the running test. */
+ibl_image test_image(ibl_image image);
+ibl_cube test_cube(ibl_cube cube);
 int test_main(int argc, char **argv, const test *tests, size_t count);
 
 /* A seeded generator (splitmix64), the same on every machine. */
@@ -99,7 +108,6 @@ double test_ms(clockid_t clock);
 double test_median(double *values, int count);
 
 /* A log callback (ibl_log_fn) that prints errors and warnings to stderr. */
-#include "ibl/ibl.h"
 void test_log(void *cookie, ibl_log_level level, const char *text);
 /* A log callback that keeps the last line of each level in a test_messages. */
 typedef struct test_messages {
@@ -110,7 +118,9 @@ void test_keep(void *cookie, ibl_log_level level, const char *text);
 /* Whether an error that was kept has these words. */
 bool test_said(const test_messages *kept, const char *words);
 
-/* A context with test_log, threads and isa as given; exits on failure. */
+/* Contexts are freed after the running test; none is a failure that exits. */
+ibl_ctx *test_ctx_of(const ibl_ctx_options *opts);
+/* One with test_log. */
 ibl_ctx *test_ctx(int threads, ibl_isa isa);
 /* The same with test_keep. */
 ibl_ctx *test_keeping_ctx(int threads, test_messages *kept);

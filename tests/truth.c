@@ -397,11 +397,10 @@ void truth_texel(const ibl_image *env, int n, int face, int x, int y, int sub,
 void truth_lut(double n_dot_v, double roughness, ibl_geometry geometry,
                double scale_bias[2])
 {
-    static ibl_ctx *ctx;
+    static ibl_ctx *ctx; /* for the whole program */
 
-    if (!ctx)
-        ctx = test_ctx(1, IBL_ISA_AUTO);
-    if (ibl_reference_lut(ctx, n_dot_v, roughness, geometry, scale_bias))
+    if ((!ctx && ibl_ctx_create(NULL, &ctx)) ||
+        ibl_reference_lut(ctx, n_dot_v, roughness, geometry, scale_bias))
         exit(1);
 }
 

@@ -29,22 +29,6 @@ const char *__lsan_default_suppressions(void)
     return "leak:libOSMesa.so\n";
 }
 
-bool view_test_open(int width, int height)
-{
-    if (THREAD_SANITIZER) {
-        test_skip("OSMesa compiles as it runs, which the thread sanitizer "
-                  "does not follow");
-        return false;
-    }
-    view_test_close();
-    view_test_catch();
-    screen = view_screen_memory(width, height);
-    const char *said = view_test_caught();
-    if (!screen)
-        test_skip("%.*s", (int)strcspn(said, "\n"), said);
-    return screen != NULL;
-}
-
 void view_test_close(void)
 {
     view_screen_close(screen);
@@ -59,9 +43,16 @@ static void close_screen(void *unused)
 
 void view_test_begin(int width, int height)
 {
+    if (THREAD_SANITIZER)
+        test_skip("OSMesa compiles as it runs, which the thread sanitizer "
+                  "does not follow");
+    view_test_close();
     test_defer(close_screen, NULL);
-    if (!view_test_open(width, height))
-        test_leave();
+    view_test_catch();
+    screen = view_screen_memory(width, height);
+    const char *said = view_test_caught();
+    if (!screen)
+        test_skip("%.*s", (int)strcspn(said, "\n"), said);
 }
 
 const char *view_test_about(void)
@@ -78,24 +69,13 @@ const char *view_test_shader(const char *name)
     return f->text;
 }
 
-static void free_ctx(void *ctx)
-{
-    ibl_ctx_free(ctx);
-}
-
 ibl_ctx *view_test_ctx(int threads)
 {
     ibl_ctx_options opts = ibl_ctx_options_default();
-    ibl_ctx *ctx;
 
     opts.threads = threads;
     opts.log = view_log;
-    if (ibl_ctx_create(&opts, &ctx)) {
-        printf("no context\n");
-        exit(1);
-    }
-    test_defer(free_ctx, ctx);
-    return ctx;
+    return test_ctx_of(&opts);
 }
 
 /* ---- standard error -------------------------------------------------- */

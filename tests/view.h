@@ -7,13 +7,11 @@
 
 #include "test.h"
 
-/* Opens a screen in memory, with gl loaded. False, and the running test is
- * skipped, where there is no OSMesa, and under the thread sanitizer. */
-bool view_test_open(int width, int height);
-void view_test_close(void); /* also without a screen */
-/* The same for the running test, which ends at once where it is skipped; the
- * screen is closed after it. */
+/* Opens a screen in memory until the running test has ended, with gl loaded.
+ * The test is skipped where there is no OSMesa, and under the thread
+ * sanitizer. */
 void view_test_begin(int width, int height);
+void view_test_close(void); /* also without a screen */
 /* The renderer of OpenGL. */
 const char *view_test_about(void);
 
