@@ -77,16 +77,17 @@ static void row(const ibl_interp_row *a)
     }
 }
 
-static void finish(const float *rgba, const ibl_interp_range *range, int count,
-                   float *rgb)
+void ibl_interp_finish(const float *rgba, const ibl_interp_range *range,
+                       int count, float *rgb)
 {
-    for (int i = 0; i < count; i++) {
+    const ibl_interp_range a = *range; /* which rgb cannot be */
+    for (int i = 0; i < count; i++, rgba += 4, rgb += 3)
+#pragma GCC unroll 3
         for (int c = 0; c < 3; c++) {
-            float x = rgba[4 * i + c] * range->gain + range->offset[c];
-            x = x > range->low[c] ? x : range->low[c];
-            rgb[3 * i + c] = x < range->high[c] ? x : range->high[c];
+            const float x = rgba[c] * a.gain + a.offset[c];
+            const float y = x > a.low[c] ? x : a.low[c];
+            rgb[c] = y < a.high[c] ? y : a.high[c];
         }
-    }
 }
 
-IBL_KERNEL(ibl_interp, latitudes, polar, weights, row, finish)
+IBL_KERNEL(ibl_interp, latitudes, polar, weights, row)

@@ -43,7 +43,7 @@ typedef struct ibl_interp_row {
     float *rgba;                /* 4 count floats, written */
 } ibl_interp_row;
 
-/* Colours that a texel is given at last, see finish(). */
+/* Colours that a texel is given at last, see ibl_interp_finish. */
 typedef struct ibl_interp_range {
     float gain;
     float offset[4], low[4], high[4]; /* R, G, B, unused */
@@ -71,15 +71,13 @@ typedef struct ibl_interp_dsp {
     void (*weights)(const ibl_interp_weights *taps, double shift, double scale,
                     const double *angle, int count, int *first, float *weight);
     void (*row)(const ibl_interp_row *row);
-    /*
-     * rgb[3 i + c] = rgba[4 i + c] gain + offset[c], then no less than low[c]
-     * and no more than high[c]; NaN becomes low[c].
-     *   rgb   3 count floats, written
-     */
-    void (*finish)(const float *rgba, const ibl_interp_range *range, int count,
-                   float *rgb);
 } ibl_interp_dsp;
 
 IBL_DECLARE_KERNEL(ibl_interp);
+
+/* rgb[3 i + c] = rgba[4 i + c] gain + offset[c], then no less than low[c] and
+ * no more than high[c]; NaN becomes low[c]. rgb: 3 count floats, written. */
+void ibl_interp_finish(const float *rgba, const ibl_interp_range *range,
+                       int count, float *rgb);
 
 #endif

@@ -152,26 +152,4 @@ static void row(const ibl_interp_row *row)
     }
 }
 
-/* Each texel is written with the first channel of the next, which is then
- * written over; but not the row's last. */
-static void finish(const float *rgba, const ibl_interp_range *range, int count,
-                   float *rgb)
-{
-    const __m128 gain = _mm_set1_ps(range->gain);
-    const __m128 offset = _mm_loadu_ps(range->offset);
-    const __m128 low = _mm_loadu_ps(range->low);
-    const __m128 high = _mm_loadu_ps(range->high);
-    for (int i = 0; i < count; i++) {
-        __m128 x = _mm_loadu_ps(rgba + 4 * (size_t)i);
-        x = _mm_max_ps(_mm_add_ps(_mm_mul_ps(x, gain), offset), low);
-        x = _mm_min_ps(x, high);
-        if (i < count - 1) {
-            _mm_storeu_ps(rgb + 3 * (size_t)i, x);
-        } else {
-            _mm_storel_pi((__m64 *)(rgb + 3 * (size_t)i), x);
-            _mm_store_ss(rgb + 3 * (size_t)i + 2, _mm_movehl_ps(x, x));
-        }
-    }
-}
-
-IBL_VECTOR_KERNEL(ibl_interp, latitudes, polar, weights, row, finish)
+IBL_VECTOR_KERNEL(ibl_interp, latitudes, polar, weights, row)

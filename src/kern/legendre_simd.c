@@ -16,55 +16,6 @@ enum {
     AT_ONCE = VD == 8 ? 2 : 1
 };
 
-/* ---- six sums at a time --------------------------------------------- */
-
-/* Named, not an array: they are to stay in registers. */
-struct six {
-    vd a, b, c, d, e, f;
-};
-
-static inline struct six six_zero(void)
-{
-    const vd z = vd_all(0.0);
-
-    return (struct six){z, z, z, z, z, z};
-}
-
-/* acc + r data, six vectors. */
-static inline struct six six_fma(struct six acc, vd r, const double *data)
-{
-    return (struct six){vd_fma(r, vd_load(data), acc.a),
-                        vd_fma(r, vd_load(data + VD), acc.b),
-                        vd_fma(r, vd_load(data + 2 * VD), acc.c),
-                        vd_fma(r, vd_load(data + 3 * VD), acc.d),
-                        vd_fma(r, vd_load(data + 4 * VD), acc.e),
-                        vd_fma(r, vd_load(data + 5 * VD), acc.f)};
-}
-
-/* acc + r coefficient, six numbers. */
-static inline struct six six_fma_all(struct six acc, vd r, const double *c)
-{
-    return (struct six){
-        vd_fma(r, vd_all(c[0]), acc.a), vd_fma(r, vd_all(c[1]), acc.b),
-        vd_fma(r, vd_all(c[2]), acc.c), vd_fma(r, vd_all(c[3]), acc.d),
-        vd_fma(r, vd_all(c[4]), acc.e), vd_fma(r, vd_all(c[5]), acc.f)};
-}
-
-static inline void six_store(vd *to, struct six s)
-{
-    to[0] = s.a;
-    to[1] = s.b;
-    to[2] = s.c;
-    to[3] = s.d;
-    to[4] = s.e;
-    to[5] = s.f;
-}
-
-static inline struct six six_load(const vd *from)
-{
-    return (struct six){from[0], from[1], from[2], from[3], from[4], from[5]};
-}
-
 /* ---- analysis ------------------------------------------------------- */
 
 /* The differences of the rows on both sides of VD edges and of their mirror
@@ -89,20 +40,6 @@ static inline void load_pairs(const ibl_legendre_rings *r, int j,
     }
 }
 
-/* Asks for the input of the chunk that begins with j. */
-static void prefetch_chunk(const ibl_legendre_rings *r, int j, const float *f,
-                           size_t stride)
-{
-    const int left = r->pairs - j, count = left < CHUNK ? left : CHUNK;
-
-    for (int part = 0; part < 6 && left > 0; part++, f += stride) {
-        for (int i = 0; i < count; i += 16) {
-            __builtin_prefetch(f + j + i);
-            __builtin_prefetch(f + (r->count - 1 - j - i));
-        }
-    }
-}
-
 /* north + south, and x (north - south), of the chunk that begins with j. */
 static void gather_chunk(struct work *w, int j, const float *f, size_t stride)
 {
@@ -124,13 +61,6 @@ static void gather_chunk(struct work *w, int j, const float *f, size_t stride)
     }
 }
 
-/* Adds the totals of count vectors to sums. */
-static inline void add_totals(const vd *acc, int count, double *sums)
-{
-    for (int i = 0; i < count; i += VD)
-        vd_store(sums + i, vd_load(sums + i) + vd_totals(acc + i));
-}
-
 /* Sums over the chunk for AT_ONCE k from k on. */
 static void sum_over_rings(struct work *w, int j, int k, int v)
 {
@@ -138,14 +68,12 @@ static void sum_over_rings(struct work *w, int j, int k, int v)
     double *now = w->now + v * VD, *last = w->last + v * VD;
     const double *data = w->data + (size_t)v * SUMS * VD;
     const double *end = w->data + (size_t)w->vectors * SUMS * VD;
-    struct six even[AT_ONCE], odd[AT_ONCE];
-    vd alpha[AT_ONCE], beta[AT_ONCE], totals[AT_ONCE * SUMS];
+    vd alpha[AT_ONCE], beta[AT_ONCE], sums[AT_ONCE][SUMS] = {{{0}}};
 
 #pragma GCC unroll 2
     for (int i = 0; i < AT_ONCE; i++) {
         alpha[i] = vd_all(w->alpha[k + i]);
         beta[i] = vd_all(w->beta[k + i]);
-        even[i] = odd[i] = six_zero();
     }
     for (; data < end; data += SUMS * VD, now += VD, last += VD, x2 += VD) {
         const vd x = vd_load(x2);
@@ -156,17 +84,16 @@ static void sum_over_rings(struct work *w, int j, int k, int v)
         vd_store(last, r[AT_ONCE]);
         vd_store(now, r[AT_ONCE + 1]);
 #pragma GCC unroll 2
-        for (int i = 0; i < AT_ONCE; i++) {
-            even[i] = six_fma(even[i], r[i + 1], data);
-            odd[i] = six_fma(odd[i], r[i + 1], data + 6 * VD);
-        }
+        for (int i = 0; i < AT_ONCE; i++)
+#pragma GCC unroll 12
+            for (int p = 0; p < SUMS; p++)
+                sums[i][p] =
+                    vd_fma(r[i + 1], vd_load(data + p * VD), sums[i][p]);
     }
-#pragma GCC unroll 2
-    for (int i = 0; i < AT_ONCE; i++) {
-        six_store(totals + i * SUMS, even[i]);
-        six_store(totals + i * SUMS + 6, odd[i]);
+    for (int i = 0; i < AT_ONCE * SUMS; i += VD) {
+        double *to = w->sums + (size_t)k * SUMS + i;
+        vd_store(to, vd_load(to) + vd_totals(sums[0] + i));
     }
-    add_totals(totals, AT_ONCE * SUMS, w->sums + (size_t)k * SUMS);
 }
 
 static void analyse_chunk(struct work *w, int j)
@@ -216,13 +143,11 @@ static void analyse(const ibl_legendre_order *o, const float *f, size_t stride,
 {
     struct work w = layout(o);
 
-    prefetch_chunk(o->rings, 0, f, stride);
     fill_coefficients(&w);
     memset(w.sums, 0, (size_t)w.blocks * BLOCK * SUMS * sizeof *w.sums);
     for (int j = 0; j < o->rings->pairs; j += CHUNK) {
         start_chunk(&w, j);
         gather_chunk(&w, j, f, stride);
-        prefetch_chunk(o->rings, j + CHUNK, f, stride);
         analyse_chunk(&w, j);
     }
     finish(&w, a);
@@ -249,32 +174,30 @@ static void combine(struct work *w, const double *a, const double *factor)
     }
 }
 
-/* Sums for k from..until - 1 of AT_ONCE vectors from v on, added to acc or, if
- * fresh, in its place. */
+/* Adds sums for k from..until - 1 of AT_ONCE vectors from v on to acc. */
 static void sum_over_k(struct work *w, int j, int v, int from, int until,
-                       bool fresh, vd acc[AT_ONCE * SUMS])
+                       vd acc[AT_ONCE][SUMS])
 {
     const double *c = w->sums + (size_t)from * SUMS;
     const double *x2 = w->rings->x2 + j + v * VD;
     double *now = w->now + v * VD, *last = w->last + v * VD;
-    struct six even[AT_ONCE], odd[AT_ONCE];
-    vd x[AT_ONCE], r[AT_ONCE], r_last[AT_ONCE];
+    vd x[AT_ONCE], r[AT_ONCE], r_last[AT_ONCE], sums[AT_ONCE][SUMS];
 
 #pragma GCC unroll 2
     for (int i = 0; i < AT_ONCE; i++) {
         x[i] = vd_load(x2 + i * VD);
         r[i] = vd_load(now + i * VD);
         r_last[i] = vd_load(last + i * VD);
-        even[i] = fresh ? six_zero() : six_load(acc + i * SUMS);
-        odd[i] = fresh ? six_zero() : six_load(acc + i * SUMS + 6);
+#pragma GCC unroll 12
+        for (int p = 0; p < SUMS; p++)
+            sums[i][p] = acc[i][p];
     }
     for (int k = from; k < until; k++, c += SUMS) {
+#pragma GCC unroll 12
+        for (int p = 0; p < SUMS; p++)
 #pragma GCC unroll 2
-        for (int i = 0; i < AT_ONCE; i++)
-            even[i] = six_fma_all(even[i], r[i], c);
-#pragma GCC unroll 2
-        for (int i = 0; i < AT_ONCE; i++)
-            odd[i] = six_fma_all(odd[i], r[i], c + 6);
+            for (int i = 0; i < AT_ONCE; i++)
+                sums[i][p] = vd_fma(r[i], vd_all(c[p]), sums[i][p]);
 #pragma GCC unroll 2
         for (int i = 0; i < AT_ONCE; i++)
             recur(w, k, x[i], &r[i], &r_last[i]);
@@ -283,8 +206,9 @@ static void sum_over_k(struct work *w, int j, int v, int from, int until,
     for (int i = 0; i < AT_ONCE; i++) {
         vd_store(now + i * VD, r[i]);
         vd_store(last + i * VD, r_last[i]);
-        six_store(acc + i * SUMS, even[i]);
-        six_store(acc + i * SUMS + 6, odd[i]);
+#pragma GCC unroll 12
+        for (int p = 0; p < SUMS; p++)
+            acc[i][p] = sums[i][p];
     }
 }
 
@@ -317,25 +241,24 @@ static void store_vector(const ibl_legendre_rings *r, int j, const vd acc[SUMS],
     }
 }
 
-/* AT_ONCE vectors from v on: stretches of k between which rings come in. */
-static void synthesise_side(struct work *w, int j, int v,
-                            vd acc[AT_ONCE * SUMS])
+/* Adds AT_ONCE vectors from v on to acc: stretches of k between which rings
+ * come in. */
+static void synthesise_side(struct work *w, int j, int v, vd acc[AT_ONCE][SUMS])
 {
     int b = w->blocks, until = 0;
-    bool fresh = true;
 
     for (int i = v; i < v + AT_ONCE; i++) {
         b = w->from_block[i] < b ? w->from_block[i] : b;
         until = w->until_block[i] > until ? w->until_block[i] : until;
     }
-    for (; b < until; b++, fresh = false) {
+    for (; b < until; b++) {
         for (int i = v; i < v + AT_ONCE; i++)
             come_in(w, i, b);
-        sum_over_k(w, j, v, b * BLOCK, (b + 1) * BLOCK, fresh, acc);
+        sum_over_k(w, j, v, b * BLOCK, (b + 1) * BLOCK, acc);
     }
     for (int i = v; i < v + AT_ONCE && b; i++)
         come_in(w, i, b);
-    sum_over_k(w, j, v, b * BLOCK, w->terms, fresh, acc);
+    sum_over_k(w, j, v, b * BLOCK, w->terms, acc);
 }
 
 /* The rings of `vectors` vectors from north j on, in which nothing comes in. */
@@ -354,7 +277,6 @@ static void store_nothing(const ibl_legendre_rings *r, int j, int vectors,
 static void synthesise_chunk(struct work *w, int j, float *g, size_t stride)
 {
     const int active = w->active / AT_ONCE * AT_ONCE;
-    vd acc[AT_ONCE * SUMS];
 
     store_nothing(w->rings, j, active, g, stride);
     /* To a multiple of AT_ONCE: the others do not come in. */
@@ -367,9 +289,10 @@ static void synthesise_chunk(struct work *w, int j, float *g, size_t stride)
         vd_store(w->last + w->vectors * VD, vd_all(0.0));
     }
     for (int v = active; v < w->vectors; v += AT_ONCE) {
+        vd acc[AT_ONCE][SUMS] = {{{0}}};
         synthesise_side(w, j, v, acc);
         for (int i = 0; i < AT_ONCE; i++)
-            store_vector(w->rings, j + (v + i) * VD, acc + i * SUMS, g, stride);
+            store_vector(w->rings, j + (v + i) * VD, acc[i], g, stride);
     }
 }
 

@@ -250,8 +250,8 @@ static void make_tile(const level *a, const tile *t)
     if (a->sum->local)
         add_local(a->sum->local + 3 * (at + (size_t)t->begin), count,
                   a->sum->gain, rgba);
-    a->dsp.finish(rgba, &a->range, count,
-                  a->texels + 3 * (at + (size_t)t->begin));
+    ibl_interp_finish(rgba, &a->range, count,
+                      a->texels + 3 * (at + (size_t)t->begin));
 }
 
 /* One face's upper or lower rows of a job. They are made tile by tile, in
