@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A batch is open from its description until no job is left; workers enter
- * while it is open, and the caller waits for those that did. A worker that
- * arrives after the batch closed (waking an idle core takes longer than a short
- * job) skips it; the caller does not wait. One atomic word holds both the open
- * bit and the number of workers inside, so that no worker enters a batch that
- * is being closed.
+ * A batch has work until its last job was taken or it was stopped. Workers look
+ * for one that has, and enter it, under the lock; the caller waits for those
+ * that did. A worker that arrives after the last job was taken (waking an idle
+ * core takes longer than a short job) skips the batch; the caller does not
+ * wait.
  *
- * The task and the begun batches stay open beside the one that is run; workers
+ * The task and the begun batches are there beside the one that is run; workers
  * look at them first.
  *
  * A waiting thread first spins, about as long as it takes to wake a thread, so
@@ -38,24 +37,19 @@ enum {
     BATCHES
 };
 
-/* The word: workers inside, whether the batch is open, how often it was. */
-static const uint64_t inside_mask = 0xFFFF, open_bit = 0x10000,
-                      turn_unit = 0x20000;
-
 struct worker {
     ibl_pool *pool;
     pthread_t thread;
     int index;
 };
 
-/* All but the word is read only by workers that are inside. */
 typedef struct batch {
-    atomic_uint_fast64_t word;
     ibl_job_fn *fn;
     void *arg;
     int jobs;
     atomic_int next, done;
     atomic_bool stop;
+    atomic_int inside; /* workers; changed under the lock */
 } batch;
 
 struct ibl_pool {
@@ -63,14 +57,14 @@ struct ibl_pool {
     int started; /* workers that have a thread */
     bool spins;
     struct worker *workers;
-    batch batches[BATCHES];
     int begun;
-    atomic_bool quit;
-    pthread_mutex_t lock;
-    pthread_cond_t work;  /* a batch is open, or quit */
-    pthread_cond_t idle;  /* a closed batch is empty */
-    atomic_int sleepers;  /* workers that wait for work */
-    atomic_bool sleeping; /* the caller waits for idle */
+    pthread_mutex_t lock; /* of batches that open and of what follows */
+    batch batches[BATCHES];
+    atomic_int opened; /* batches so far, and 1 to quit */
+    bool quit;
+    int sleepers;        /* workers that wait for work */
+    pthread_cond_t work; /* a batch was opened, or quit */
+    pthread_cond_t idle; /* a worker has left a batch as the last */
     /* the task */
     bool has_task;
     ibl_task_fn *task_fn;
@@ -78,31 +72,6 @@ struct ibl_pool {
 };
 
 /* ---- waiting -------------------------------------------------------- */
-
-/* arg: state of the waiting thread. */
-typedef bool ready_fn(const ibl_pool *pool, const void *arg);
-
-static bool is_new(uint64_t word, uint64_t seen)
-{
-    return word & open_bit && word / turn_unit != seen;
-}
-
-/* For a worker that has seen these turns of the batches. */
-static bool has_work(const ibl_pool *pool, const void *arg)
-{
-    const uint64_t *seen = arg;
-    for (int i = 0; i < BATCHES; i++)
-        if (is_new(atomic_load(&pool->batches[i].word), seen[i]))
-            return true;
-    return atomic_load(&pool->quit);
-}
-
-static bool is_empty(const ibl_pool *pool, const void *arg)
-{
-    const batch *b = arg;
-    (void)pool;
-    return !(atomic_load(&b->word) & inside_mask);
-}
 
 static int64_t nanoseconds(void)
 {
@@ -120,68 +89,48 @@ static void pause_briefly(void)
 #endif
 }
 
-/* Spins for a while. It yields the core in between: the thread that makes it
- * ready may need it. */
-static bool becomes_ready(const ibl_pool *pool, ready_fn *ready,
-                          const void *arg)
+/* Spins for a while; whether the number has changed. It yields the core in
+ * between: the thread that changes it may need it. */
+static bool changes(const ibl_pool *pool, const atomic_int *number, int from)
 {
-    if (ready(pool, arg))
-        return true;
-    if (!pool->spins)
-        return false;
-    const int64_t end = nanoseconds() + SPIN_NS;
-    do {
+    const int64_t end = pool->spins ? nanoseconds() + SPIN_NS : 0;
+    while (pool->spins && nanoseconds() < end) {
         for (int i = 0; i < LOOKS; i++) {
-            pause_briefly();
-            if (ready(pool, arg))
+            if (atomic_load(number) != from)
                 return true;
+            pause_briefly();
         }
         sched_yield();
-    } while (nanoseconds() < end);
+    }
     return false;
 }
 
-static void wait_for_work(ibl_pool *pool, const uint64_t seen[BATCHES])
+/* A worker that found no work. Under the lock, which it gives up meanwhile. */
+static void wait_for_work(ibl_pool *pool)
 {
-    if (becomes_ready(pool, has_work, seen))
-        return;
-    pthread_mutex_lock(&pool->lock);
-    /* Counted before the word is looked at; the caller does it the other way
-     * round, so one of the two sees the other. */
-    atomic_fetch_add(&pool->sleepers, 1);
-    while (!has_work(pool, seen))
-        pthread_cond_wait(&pool->work, &pool->lock);
-    atomic_fetch_sub(&pool->sleepers, 1);
+    const int opened = atomic_load(&pool->opened);
     pthread_mutex_unlock(&pool->lock);
+    changes(pool, &pool->opened, opened);
+    pthread_mutex_lock(&pool->lock);
+    pool->sleepers++;
+    while (atomic_load(&pool->opened) == opened)
+        pthread_cond_wait(&pool->work, &pool->lock);
+    pool->sleepers--;
 }
 
 /* The caller, until workers have left a batch. */
 static void wait_for_workers(ibl_pool *pool, const batch *b)
 {
-    if (becomes_ready(pool, is_empty, b))
+    int inside;
+    while ((inside = atomic_load(&b->inside)) != 0 &&
+           changes(pool, &b->inside, inside))
+        ;
+    if (!inside)
         return;
     pthread_mutex_lock(&pool->lock);
-    atomic_store(&pool->sleeping, true);
-    while (!is_empty(pool, b))
+    while (atomic_load(&b->inside))
         pthread_cond_wait(&pool->idle, &pool->lock);
-    atomic_store(&pool->sleeping, false);
     pthread_mutex_unlock(&pool->lock);
-}
-
-/* Wakes as many workers as there is work for. */
-static void wake(ibl_pool *pool, int wanted)
-{
-    if (wanted < 1 || !atomic_load(&pool->sleepers))
-        return;
-    /* Through the lock, so that the counted sleepers are waiting. */
-    pthread_mutex_lock(&pool->lock);
-    const int sleepers = atomic_load(&pool->sleepers);
-    pthread_mutex_unlock(&pool->lock);
-    if (wanted >= sleepers)
-        pthread_cond_broadcast(&pool->work);
-    else
-        for (int i = 0; i < wanted; i++)
-            pthread_cond_signal(&pool->work);
 }
 
 /* ---- working -------------------------------------------------------- */
@@ -198,47 +147,37 @@ static bool run_next(batch *b, int worker)
     return true;
 }
 
-/* Into a batch, if it still is open and was not seen. */
-static bool enter(batch *b, uint64_t *seen)
+/* Under the lock. */
+static batch *find_work(ibl_pool *pool)
 {
-    uint_fast64_t word = atomic_load(&b->word);
-    do {
-        if (!is_new(word, *seen))
-            return false;
-    } while (!atomic_compare_exchange_weak(&b->word, &word, word + 1));
-    *seen = word / turn_unit;
-    return true;
-}
-
-static void leave(ibl_pool *pool, batch *b)
-{
-    const uint64_t word = atomic_fetch_sub(&b->word, 1) - 1;
-    if (word & (inside_mask | open_bit) || !atomic_load(&pool->sleeping))
-        return;
-    pthread_mutex_lock(&pool->lock);
-    pthread_mutex_unlock(&pool->lock);
-    pthread_cond_signal(&pool->idle);
+    for (batch *b = pool->batches; b < pool->batches + BATCHES; b++)
+        if (atomic_load(&b->next) < b->jobs && !atomic_load(&b->stop))
+            return b;
+    return NULL;
 }
 
 static void *worker_main(void *arg)
 {
     const struct worker *self = arg;
     ibl_pool *pool = self->pool;
-    uint64_t seen[BATCHES] = {0};
 
-    for (;;) {
-        wait_for_work(pool, seen);
-        if (atomic_load(&pool->quit))
-            return NULL;
-        for (int i = 0; i < BATCHES; i++) {
-            batch *b = &pool->batches[i];
-            if (!enter(b, &seen[i]))
-                continue;
-            while (run_next(b, self->index))
-                ;
-            leave(pool, b);
+    pthread_mutex_lock(&pool->lock);
+    while (!pool->quit) {
+        batch *b = find_work(pool);
+        if (!b) {
+            wait_for_work(pool);
+            continue;
         }
+        atomic_fetch_add(&b->inside, 1);
+        pthread_mutex_unlock(&pool->lock);
+        while (run_next(b, self->index))
+            ;
+        pthread_mutex_lock(&pool->lock);
+        if (atomic_fetch_sub(&b->inside, 1) == 1)
+            pthread_cond_signal(&pool->idle);
     }
+    pthread_mutex_unlock(&pool->lock);
+    return NULL;
 }
 
 /* ---- the calls ------------------------------------------------------ */
@@ -291,8 +230,11 @@ void ibl_pool_free(ibl_pool *pool)
     if (!pool)
         return;
     ibl_pool_finish(pool);
-    atomic_store(&pool->quit, true);
-    wake(pool, pool->started);
+    pthread_mutex_lock(&pool->lock);
+    pool->quit = true;
+    atomic_fetch_add(&pool->opened, 1);
+    pthread_mutex_unlock(&pool->lock);
+    pthread_cond_broadcast(&pool->work);
     for (int i = 0; i < pool->started; i++)
         pthread_join(pool->workers[i].thread, NULL);
     pthread_cond_destroy(&pool->idle);
@@ -307,15 +249,24 @@ int ibl_pool_threads(const ibl_pool *pool)
     return pool->threads;
 }
 
-static void open_batch(batch *b, int jobs, ibl_job_fn *fn, void *arg)
+/* Describes a batch and wakes as many workers as there is work for. */
+static void open_batch(ibl_pool *pool, int which, int jobs, int wanted,
+                       ibl_job_fn *fn, void *arg)
 {
+    batch *b = &pool->batches[which];
+    pthread_mutex_lock(&pool->lock);
     b->fn = fn;
     b->arg = arg;
     b->jobs = jobs;
     atomic_store(&b->next, 0);
     atomic_store(&b->done, 0);
     atomic_store(&b->stop, false);
-    atomic_fetch_add(&b->word, turn_unit | open_bit);
+    atomic_fetch_add(&pool->opened, 1);
+    if (wanted > pool->sleepers)
+        wanted = pool->sleepers;
+    pthread_mutex_unlock(&pool->lock);
+    for (int i = 0; i < wanted; i++)
+        pthread_cond_signal(&pool->work);
 }
 
 /* Runs the jobs that are left, until tick stops it. */
@@ -325,15 +276,13 @@ static void close_batch(batch *b, ibl_tick_fn *tick, void *tick_arg)
         if (tick && !tick(tick_arg, atomic_load(&b->done), b->jobs))
             atomic_store(&b->stop, true);
     }
-    atomic_fetch_sub(&b->word, open_bit);
 }
 
 bool ibl_pool_run(ibl_pool *pool, int jobs, ibl_job_fn *fn, void *arg,
                   ibl_tick_fn *tick, void *tick_arg)
 {
     batch *b = &pool->batches[RUN];
-    open_batch(b, jobs, fn, arg);
-    wake(pool, jobs - 1 < pool->started ? jobs - 1 : pool->started);
+    open_batch(pool, RUN, jobs, jobs - 1, fn, arg);
     close_batch(b, tick, tick_arg);
     wait_for_workers(pool, b);
     return !atomic_load(&b->stop);
@@ -342,8 +291,7 @@ bool ibl_pool_run(ibl_pool *pool, int jobs, ibl_job_fn *fn, void *arg,
 void ibl_pool_begin(ibl_pool *pool, int jobs, ibl_job_fn *fn, void *arg)
 {
     assert(pool->begun < IBL_POOL_BEGUN);
-    open_batch(&pool->batches[BEGUN + pool->begun++], jobs, fn, arg);
-    wake(pool, jobs < pool->started ? jobs : pool->started);
+    open_batch(pool, BEGUN + pool->begun++, jobs, jobs, fn, arg);
 }
 
 bool ibl_pool_help(ibl_pool *pool, int i, ibl_tick_fn *tick, void *tick_arg)
@@ -375,8 +323,7 @@ bool ibl_pool_start(ibl_pool *pool, ibl_task_fn *fn, void *arg)
     pool->has_task = true;
     pool->task_fn = fn;
     pool->task_arg = arg;
-    open_batch(&pool->batches[TASK], 1, task_job, pool);
-    wake(pool, 1);
+    open_batch(pool, TASK, 1, 1, task_job, pool);
     return true;
 }
 
