@@ -4,56 +4,25 @@
 
 #include <fcntl.h>
 #include <sched.h>
-#include <stdatomic.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
-#if IBL_X86
-#include <cpuid.h>
-#endif
-
-/* The best set that CPU and system have. The instruction that tells costs
- * some microseconds under a hypervisor, so it is asked as little as may be. */
-static ibl_isa find_best(void)
+/* The best set that CPU and system have. All CPUs with AVX2 have F16C. */
+ibl_isa ibl_isa_best(void)
 {
 #if IBL_X86
-    enum {
-        LEAF_1 = bit_OSXSAVE | bit_AVX | bit_FMA | bit_F16C,
-        SAVED_AVX = 0x06, /* registers that the system keeps, of XCR0 */
-        SAVED_AVX512 = 0xE6
-    };
-    const unsigned leaf_7 =
-        bit_AVX512F | bit_AVX512BW | bit_AVX512DQ | bit_AVX512VL;
-    unsigned top, eax, ebx, ecx, edx, saved, high;
-
-    __cpuid(0, top, ebx, ecx, edx);
-    if (top < 7)
+    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))
         return IBL_ISA_SSE2;
-    __cpuid(1, eax, ebx, ecx, edx);
-    if ((ecx & LEAF_1) != LEAF_1)
-        return IBL_ISA_SSE2;
-    __asm__ volatile("xgetbv" : "=a"(saved), "=d"(high) : "c"(0));
-    __cpuid_count(7, 0, eax, ebx, ecx, edx);
-    if ((saved & SAVED_AVX) != SAVED_AVX || !(ebx & bit_AVX2))
-        return IBL_ISA_SSE2;
-    return (saved & SAVED_AVX512) == SAVED_AVX512 && (ebx & leaf_7) == leaf_7
+    return __builtin_cpu_supports("avx512f") &&
+                   __builtin_cpu_supports("avx512bw") &&
+                   __builtin_cpu_supports("avx512dq") &&
+                   __builtin_cpu_supports("avx512vl")
                ? IBL_ISA_AVX512
                : IBL_ISA_AVX2;
 #else
     return IBL_ISA_C;
 #endif
-}
-
-ibl_isa ibl_isa_best(void)
-{
-    static atomic_int best; /* IBL_ISA_AUTO: not yet known */
-    int isa = atomic_load(&best);
-    if (isa == IBL_ISA_AUTO) {
-        isa = (int)find_best();
-        atomic_store(&best, isa);
-    }
-    return (ibl_isa)isa;
 }
 
 /* Each set includes those before it. */
