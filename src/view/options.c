@@ -46,26 +46,29 @@ static bool parse_pair(int to[2], int low, int high, const char *value)
     return true;
 }
 
-static bool parse_size(void *options, const char *value)
+static bool parse_size(void *field, const char *value)
 {
-    return parse_pair(((view_options *)options)->size, 1, 16384, value);
+    return parse_pair(field, 1, 16384, value);
 }
 
-static bool parse_grid(void *options, const char *value)
+static bool parse_grid(void *field, const char *value)
 {
-    return parse_pair(((view_options *)options)->grid, 1, VIEW_MAX_GRID, value);
+    return parse_pair(field, 1, VIEW_MAX_GRID, value);
 }
 
-static bool parse_metallic(void *options, const char *value)
+static bool parse_range(void *field, const char *value)
 {
-    return parse_reals(((view_options *)options)->settings.metallic, 2, ':', 0,
-                       1, value);
+    return parse_reals(field, 2, ':', 0, 1, value);
 }
 
-static bool parse_roughness(void *options, const char *value)
+static bool parse_texel(void *field, const char *value)
 {
-    return parse_reals(((view_options *)options)->settings.roughness, 2, ':', 0,
-                       1, value);
+    return parse_reals(field, 2, ',', 0, 16383, value);
+}
+
+static bool parse_pan(void *field, const char *value)
+{
+    return parse_reals(field, 2, ',', -0.5, 0.5, value);
 }
 
 static bool parse_light(void *options, const char *value)
@@ -83,43 +86,32 @@ static bool parse_light(void *options, const char *value)
     return true;
 }
 
-static bool parse_texel(void *options, const char *value)
+static bool parse_probe_size(void *field, const char *value)
 {
-    return parse_reals(((view_options *)options)->texel, 2, ',', 0, 16383,
-                       value);
-}
+    const char *end;
+    int size;
 
-static bool parse_pan(void *options, const char *value)
-{
-    return parse_reals(((view_options *)options)->settings.pan, 2, ',', -0.5,
-                       0.5, value);
-}
-
-static bool parse_probe_size(void *options, const char *value)
-{
-    double x;
-
-    if (!parse_reals(&x, 1, '\0', 16, 1024, value) || x != floor(x) ||
-        ((int)x & ((int)x - 1)))
+    if (!ibl_number_int(value, 16, 1024, &size, &end) || *end ||
+        (size & (size - 1)))
         return false;
-    ((view_options *)options)->settings.probe_size = (int)x;
+    *(int *)field = size;
     return true;
 }
 
-static bool parse_material(void *options, const char *value)
+static bool parse_material(void *field, const char *value)
 {
     for (int i = 0; i < VIEW_MATERIALS; i++)
         if (!strcmp(view_materials[i].name, value)) {
-            ((view_options *)options)->settings.material = i;
+            *(int *)field = i;
             return true;
         }
     return false;
 }
 
-static bool set_reference(void *options, const char *value)
+static bool set_reference(void *field, const char *value)
 {
     (void)value;
-    ((view_options *)options)->settings.compare = VIEW_REFERENCE;
+    *(view_compare *)field = VIEW_REFERENCE;
     return true;
 }
 
@@ -143,44 +135,45 @@ static void print_version(FILE *to)
 
 /* ---- which options go together ------------------------------------------ */
 
-static bool misuse(const char *what, const char *why)
-{
-    return view_fail("%s: %s", what, why);
-}
+/* What the pictures of a sheet show; maps last. */
+typedef enum sheet_kind {
+    SPHERES,
+    SCENE,
+    CHAIN,     /* levels of a map */
+    ONE_LEVEL, /* of a map that has no others */
+} sheet_kind;
 
-/* Maps are the same with every material, turn and comparison. */
-static bool for_spheres(int axis)
+static sheet_kind kind_of(const view_options *o)
 {
-    return axis == VIEW_AXIS_MATERIAL || axis == VIEW_AXIS_TURN ||
-           axis == VIEW_AXIS_COMPARE;
-}
+    const view_mode mode = o->settings.mode;
 
-static bool shows_maps(const view_options *o)
-{
-    return (o->settings.mode != VIEW_SPHERES &&
-            o->settings.mode != VIEW_SCENE) ||
-           o->rows == VIEW_AXIS_LEVEL || o->columns == VIEW_AXIS_LEVEL;
-}
-
-static bool has_one_level(const view_options *o)
-{
-    return o->settings.mode == VIEW_IRRADIANCE_MAP ||
-           o->settings.mode == VIEW_TABLE;
+    if (mode == VIEW_SCENE)
+        return SCENE;
+    if (mode == VIEW_IRRADIANCE_MAP || mode == VIEW_TABLE)
+        return ONE_LEVEL;
+    return mode == VIEW_LEVELS || o->rows == VIEW_AXIS_LEVEL ||
+                   o->columns == VIEW_AXIS_LEVEL
+               ? CHAIN
+               : SPHERES;
 }
 
 /* Whether something changes along an axis. */
 static bool check_axis(const view_options *o, const char *option, int axis)
 {
-    if (o->settings.mode == VIEW_SCENE &&
-        (axis == VIEW_AXIS_MATERIAL || axis == VIEW_AXIS_COMPARE ||
-         axis == VIEW_AXIS_LEVEL))
+    const sheet_kind kind = kind_of(o);
+    const char *name = view_axis_names[axis];
+    const bool level = axis == VIEW_AXIS_LEVEL;
+    const bool shading =
+        axis == VIEW_AXIS_MATERIAL || axis == VIEW_AXIS_COMPARE;
+
+    if (kind == SCENE && (shading || level))
         return view_fail("%s %s: not of --mode scene: choose turn, ev or tone",
-                         option, view_axis_names[axis]);
-    if (shows_maps(o) && for_spheres(axis))
+                         option, name);
+    if (kind >= CHAIN && (shading || axis == VIEW_AXIS_TURN))
         return view_fail(
             "%s %s: maps are the same with each: choose ev or tone", option,
-            view_axis_names[axis]);
-    if (axis == VIEW_AXIS_LEVEL && has_one_level(o))
+            name);
+    if (kind == ONE_LEVEL && level)
         return view_fail("%s level: --mode %s has none: leave one of them out",
                          option, view_mode_names[o->settings.mode]);
     return true;
@@ -188,87 +181,70 @@ static bool check_axis(const view_options *o, const char *option, int axis)
 
 static bool check_sheet(const view_options *o)
 {
-    if (o->contact_sheet && o->rows == o->columns)
+    if (!o->contact_sheet)
+        return true;
+    if (o->rows == o->columns)
         return view_fail("--sheet-rows and --sheet-columns: both %s: choose "
                          "another for one of them",
                          view_axis_names[o->rows]);
-    if (o->contact_sheet && o->offscreen)
-        return misuse("--offscreen and --contact-sheet", "choose one");
-    if (o->contact_sheet && o->texel[0] >= 0)
-        return misuse("--texel and --contact-sheet", "choose one");
-    if (!o->contact_sheet && o->rows >= 0)
-        return misuse("--sheet-rows", "only with --contact-sheet");
-    if (!o->contact_sheet && o->columns >= 0)
-        return misuse("--sheet-columns", "only with --contact-sheet");
-    return !o->contact_sheet || (check_axis(o, "--sheet-rows", o->rows) &&
-                                 check_axis(o, "--sheet-columns", o->columns));
+    return check_axis(o, "--sheet-rows", o->rows) &&
+           check_axis(o, "--sheet-columns", o->columns);
 }
 
-static bool check_probes(const view_options *o)
+/* Options that do not go together. */
+static bool check_pairs(const view_options *o)
 {
-    const char *save = o->save_probes;
+    static const char one[] = "choose one";
+    const bool sheet = o->contact_sheet, save = o->save_probes,
+               picture = o->offscreen || sheet, texel = o->texel[0] >= 0;
+    const struct {
+        bool wrong;
+        const char *options, *why;
+    } rules[] = {
+        {sheet && o->offscreen, "--offscreen and --contact-sheet", one},
+        {sheet && texel, "--texel and --contact-sheet", one},
+        {!sheet && o->rows >= 0, "--sheet-rows", "only with --contact-sheet"},
+        {!sheet && o->columns >= 0, "--sheet-columns",
+         "only with --contact-sheet"},
+        {o->probe_set && o->settings.probes, "--probe-set and --probes", one},
+        {save && o->probe_set, "--save-probes and --probe-set", one},
+        {save && sheet, "--save-probes and --contact-sheet", one},
+        {save && o->settings.mode != VIEW_SCENE, "--save-probes",
+         "only with --mode scene"},
+        {save && !o->settings.probes, "--save-probes",
+         "there are no local probes: say how many by --probes"},
+        {o->quiet && o->verbose, "--quiet and --verbose", one},
+        {o->quiet && o->stats, "--quiet and --stats", one},
+        {o->stats && !picture && (save || texel), "--stats",
+         "no picture is drawn: add --offscreen or --contact-sheet"},
+        {o->frames && !picture, "--frames",
+         "only with --offscreen or --contact-sheet"},
+        {o->samples && !picture, "--samples",
+         "only with --offscreen or --contact-sheet"},
+        {o->frames && o->samples, "--frames and --samples", one},
+    };
 
-    if (o->probe_set && o->settings.probes)
-        return misuse("--probe-set and --probes", "choose one");
-    if (save && o->probe_set)
-        return misuse("--save-probes and --probe-set", "choose one");
-    if (save && o->contact_sheet)
-        return misuse("--save-probes and --contact-sheet", "choose one");
-    if (save && o->settings.mode != VIEW_SCENE)
-        return misuse("--save-probes", "only with --mode scene");
-    if (save && !o->settings.probes)
-        return misuse("--save-probes",
-                      "there are no local probes: say how many by --probes");
+    for (size_t i = 0; i < sizeof rules / sizeof *rules; i++)
+        if (rules[i].wrong)
+            return view_fail("%s: %s", rules[i].options, rules[i].why);
     return true;
 }
 
-static bool check(const view_options *o)
-{
-    static const char pictures_alone[] =
-        "only with --offscreen or --contact-sheet";
-    const bool picture = o->offscreen || o->contact_sheet;
-
-    if (!o->request.path)
-        return view_fail("nothing to show: iblview [options] PATH, see "
-                         "iblview --help");
-    if (o->quiet && o->verbose)
-        return misuse("--quiet and --verbose", "choose one");
-    if (o->quiet && o->stats)
-        return misuse("--quiet and --stats", "choose one");
-    if (o->stats && !picture && (o->save_probes || o->texel[0] >= 0))
-        return misuse("--stats", "no picture is drawn: add --offscreen or "
-                                 "--contact-sheet");
-    if (o->frames && !picture)
-        return misuse("--frames", pictures_alone);
-    if (o->samples && !picture)
-        return misuse("--samples", pictures_alone);
-    if (o->frames && o->samples)
-        return misuse("--frames and --samples", "choose one");
-    if (o->texel[0] >= o->size[0] || o->texel[1] >= o->size[1])
-        return view_fail("--texel %g,%g: outside the picture of %dx%d",
-                         o->texel[0], o->texel[1], o->size[0], o->size[1]);
-    return true;
-}
-
-/* An axis that was not chosen, with the other one. */
-static void choose_axis(int *axis, int other, view_axis first, view_axis second)
-{
-    if (*axis < 0)
-        *axis = other == (int)first ? (int)second : (int)first;
-}
-
+/* An axis that was not chosen is the usual one, or the other's. */
 static void choose_axes(view_options *o)
 {
-    const bool scene_shown = o->settings.mode == VIEW_SCENE;
-    const view_axis first = scene_shown         ? VIEW_AXIS_TURN
-                            : !shows_maps(o)    ? VIEW_AXIS_MATERIAL
-                            : !has_one_level(o) ? VIEW_AXIS_LEVEL
-                                                : VIEW_AXIS_TONE;
-    const view_axis second =
-        scene_shown || shows_maps(o) ? VIEW_AXIS_EV : VIEW_AXIS_TURN;
+    static const int usual[][2] = {
+        [SPHERES] = {VIEW_AXIS_MATERIAL, VIEW_AXIS_TURN},
+        [SCENE] = {VIEW_AXIS_TURN, VIEW_AXIS_EV},
+        [CHAIN] = {VIEW_AXIS_LEVEL, VIEW_AXIS_EV},
+        [ONE_LEVEL] = {VIEW_AXIS_TONE, VIEW_AXIS_EV},
+    };
+    const int *axes = usual[kind_of(o)];
 
-    choose_axis(&o->rows, o->columns, first, second);
-    choose_axis(&o->columns, o->rows, second, first);
+    if (o->rows < 0)
+        o->rows = axes[o->columns == axes[0]];
+    if (o->columns < 0)
+        o->columns = axes[o->rows != axes[1]];
 }
 
 static bool validate(void *options)
@@ -280,15 +256,25 @@ static bool validate(void *options)
         o->size[0] = sheet ? VIEW_TILE_WIDTH : VIEW_WIDTH;
         o->size[1] = sheet ? VIEW_TILE_HEIGHT : VIEW_HEIGHT;
     }
-    if (!o->grid[0]) {
-        o->grid[0] = sheet ? 2 : o->settings.rows;
-        o->grid[1] = sheet ? 4 : o->settings.columns;
+    if (sheet && !o->grid[0])
+        o->grid[0] = 2, o->grid[1] = 4;
+    if (o->grid[0]) {
+        o->settings.rows = o->grid[0];
+        o->settings.columns = o->grid[1];
     }
-    o->settings.rows = o->grid[0];
-    o->settings.columns = o->grid[1];
+    if (!check_pairs(o))
+        return false;
     if (sheet)
         choose_axes(o);
-    return check_sheet(o) && check_probes(o) && check(o);
+    if (!check_sheet(o))
+        return false;
+    if (!o->request.path)
+        return view_fail("nothing to show: iblview [options] PATH, see "
+                         "iblview --help");
+    if (o->texel[0] >= o->size[0] || o->texel[1] >= o->size[1])
+        return view_fail("--texel %g,%g: outside the picture of %dx%d",
+                         o->texel[0], o->texel[1], o->size[0], o->size[1]);
+    return true;
 }
 
 /* ---- the tables --------------------------------------------------------- */
@@ -299,8 +285,7 @@ static bool validate(void *options)
 #define OFF(field) .kind = IBL_OPTION_OFF, SET(field)
 #define PNG(field) IBL_PNG(field, "OUT.png")
 #define REAL(field, what, lo, hi) IBL_REAL(settings.field, what, lo, hi)
-#define OTHER(what, function)                                                  \
-    .kind = IBL_OPTION_OTHER, .value = (what), .parse = (function)
+#define OTHER(field, what, function) IBL_OTHER(settings.field, what, function)
 
 /* clang-format off */
 static const ibl_option files[] = {
@@ -323,7 +308,7 @@ static const ibl_option pictures[] = {
     {"sheet-columns", 0, IBL_CHOICE(columns, view_axis_names),
      .standard = "turn, of maps and the scene ev",
      .help = "property that changes from column to column"},
-    {"size", 0, OTHER("WxH", parse_size), .allowed = "1x1 to 16384x16384",
+    {"size", 0, IBL_OTHER(size, "WxH", parse_size), .allowed = "1x1 to 16384x16384",
      .standard = "1280x720, 320x240 in a sheet",
      .help = "size of the window, the picture or each picture of a sheet"},
     {"frames", 0, IBL_INT(frames, 1, 100000), .standard = "1",
@@ -332,7 +317,7 @@ static const ibl_option pictures[] = {
     {"samples", 0, IBL_INT(samples, 1, VIEW_TRUTH_SAMPLES),
      .standard = "256, without --frames",
      .help = "samples of the reference at each pixel of a picture"},
-    {"texel", 0, OTHER("X,Y", parse_texel), .allowed = "0,0 to 16383,16383",
+    {"texel", 0, IBL_OTHER(texel, "X,Y", parse_texel), .allowed = "0,0 to 16383,16383",
      .standard = "none",
      .help = "print texel, direction and value under that pixel of the "
               "picture"},
@@ -347,22 +332,22 @@ static const ibl_option shows[] = {
      .help = "level of the specular cube"},
     {"zoom", 0, REAL(zoom, "Z", 0.25, 10000),
      .help = "zoom of maps; 1: the whole map fits"},
-    {"pan", 0, OTHER("X,Y", parse_pan), .allowed = "-0.5,-0.5 to 0.5,0.5",
+    {"pan", 0, OTHER(pan, "X,Y", parse_pan), .allowed = "-0.5,-0.5 to 0.5,0.5",
      .standard = "0,0",
      .help = "the point of a map in the middle of the picture, from the "
               "map's centre, as fractions of its size to the right and down"},
 };
 
 static const ibl_option spheres[] = {
-    {"material", 0, OTHER("NAME", parse_material),
+    {"material", 0, OTHER(material, "NAME", parse_material),
      .allowed = "a name that --materials lists", .standard = "gold",
      .help = "material: its metal in the upper rows, its plastic in the lower"},
-    {"grid", 0, OTHER("RxC", parse_grid), .allowed = "1x1 to 16x16",
+    {"grid", 0, IBL_OTHER(grid, "RxC", parse_grid), .allowed = "1x1 to 16x16",
      .standard = "7x7, 2x4 in a sheet", .help = "rows and columns"},
-    {"metallic", 0, OTHER("A:B", parse_metallic),
+    {"metallic", 0, OTHER(metallic, "A:B", parse_range),
      .allowed = "two numbers from 0 to 1", .standard = "0:1",
      .help = "metallic of the lowest and the highest row"},
-    {"roughness", 0, OTHER("A:B", parse_roughness),
+    {"roughness", 0, OTHER(roughness, "A:B", parse_range),
      .allowed = "two numbers from 0 to 1", .standard = "0:1",
      .help = "roughness of the first and the last column"},
     {"diffuse", 0, IBL_CHOICE(settings.diffuse, view_diffuse_names),
@@ -371,7 +356,8 @@ static const ibl_option spheres[] = {
      .help = "add the energy that single scattering loses (default)"},
     {"no-multiscatter", 0, OFF(multiscatter),
      .help = "do not add it"},
-    {"light", 0, OTHER("X,Y,Z,R,G,B", parse_light),
+    {"light", 0, .kind = IBL_OPTION_OTHER, .value = "X,Y,Z,R,G,B",
+     .parse = parse_light,
      .allowed = "six numbers, colours 0 or more; up to 4 times",
      .standard = "none",
      .help = "a point light: position and intensity; spheres have radius 0.45 "
@@ -393,7 +379,7 @@ static const ibl_option scene[] = {
     {"save-probes", 0, IBL_DIR(save_probes), .standard = "",
      .help = "write the captures of local probes, and DIR/set.json for iblbake "
               "probes; no window opens"},
-    {"probe-size", 0, OTHER("N", parse_probe_size),
+    {"probe-size", 0, OTHER(probe_size, "N", parse_probe_size),
      .allowed = "a power of two from 16 to 1024", .standard = "256",
      .help = "edge of the faces of each probe's cube"},
     {"probe-capture", 0,
@@ -444,7 +430,7 @@ static const ibl_option display[] = {
 };
 
 static const ibl_option reference[] = {
-    {"reference", 0, .kind = IBL_OPTION_OTHER, .parse = set_reference,
+    {"reference", 0, OTHER(compare, NULL, set_reference),
      .help = "shade by the integral: the same as --compare reference"},
     {"compare", 0, IBL_CHOICE(settings.compare, view_compare_names),
      .help = "the split sum, the reference, both side by side, or the "

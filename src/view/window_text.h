@@ -4,8 +4,8 @@
 
 #include "view/app.h"
 
-/* Draws the window's text: keys, the texel under the cursor, progress of a bake,
- * notice, scale of false colours. */
+/* Draws the window's text: keys, the texel under the cursor, progress of a
+ * bake, notice, scale of false colours. */
 void view_window_text(view_app *app);
 
 /* What is shown and how, for the window's title. */
