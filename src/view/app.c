@@ -84,20 +84,12 @@ static bool show(view_app *app)
  * still watched. */
 static bool show_from(view_app *app, const view_request *what)
 {
-    char *path = strdup(what->path);
-
-    if (!path) {
-        view_set_free(free_slot(app));
-        return view_fail("%s: no memory for its name", what->path);
-    }
-    if (!show(app)) {
-        free(path);
+    if (!show(app))
         return false;
-    }
     app->request = *what;
-    app->request.path = path;
-    free(app->path); /* perhaps what->path */
-    app->path = path;
+    if (what->path != app->path)
+        snprintf(app->path, sizeof app->path, "%s", what->path);
+    app->request.path = app->path;
     return true;
 }
 
@@ -111,10 +103,7 @@ static void stop_bake(view_app *app)
 static bool start_bake(view_app *app, const char *path)
 {
     stop_bake(app);
-    free(app->baking);
-    app->baking = strdup(path);
-    if (!app->baking)
-        return view_fail("%s: no memory for its name", path);
+    snprintf(app->baking, sizeof app->baking, "%s", path);
     app->baker = view_baker_start(app->baking);
     app->baked = 0;
     snprintf(app->stage, sizeof app->stage, "starting");
@@ -133,7 +122,7 @@ bool view_app_open(view_app *app, const view_request *what)
     return true;
 }
 
-bool view_app_probes(view_app *app)
+static bool load_probes(view_app *app)
 {
     view_probe_set *set =
         view_probe_set_load(app->ctx, app->options->probe_set);
@@ -147,16 +136,29 @@ bool view_app_probes(view_app *app)
     return true;
 }
 
+bool view_app_make(view_app *app)
+{
+    const view_options *o = app->options;
+
+    if (o->verbose)
+        view_report_gl();
+    app->renderer = view_renderer_create();
+    app->overlay = view_overlay_create();
+    if (!app->renderer || !app->overlay)
+        return false;
+    if (o->probe_set && !load_probes(app))
+        return false;
+    if (o->verbose && o->probe_set)
+        view_report_probe_set(app->probes);
+    return true;
+}
+
 void view_app_end(view_app *app)
 {
     stop_bake(app);
     view_overlay_free(app->overlay);
     view_renderer_free(app->renderer);
     view_probe_set_free(app->probes);
-    view_set_free(&app->sets[0]);
-    view_set_free(&app->sets[1]);
-    free(app->baking);
-    free(app->path);
 }
 
 /* ---- between frames ------------------------------------------------------ */
@@ -198,7 +200,7 @@ static void tend_probes(view_app *app)
     if (!app->probes || !view_probe_set_changed(app->probes, SETTLE_S))
         return;
     view_probe_set_seen(app->probes);
-    if (view_app_probes(app))
+    if (load_probes(app))
         view_note("%s: read anew", path);
     else
         view_app_notice_path(app, path);

@@ -3,6 +3,8 @@
 #ifndef VIEW_APP_H
 #define VIEW_APP_H
 
+#include <limits.h>
+
 #include "view/options.h"
 #include "view/overlay.h"
 #include "view/probe_set.h"
@@ -27,12 +29,12 @@ typedef struct view_app {
     /* What is shown: one slot, while the other one is filled. */
     baked_set sets[2];
     baked_set *set;       /* NULL: nothing yet */
-    view_request request; /* where it is from; path is its own copy */
-    char *path;           /* the same */
+    view_request request; /* where it is from: */
+    char path[PATH_MAX];
 
     /* A map that is being baked, to be shown after that. */
     view_baker *baker;
-    char *baking; /* its path */
+    char baking[PATH_MAX]; /* its path */
     char stage[64];
     double baked; /* share of the whole bake */
 
@@ -49,6 +51,9 @@ typedef struct view_app {
 
 /* ---- what is shown ------------------------------------------------------ */
 
+/* Makes what draws, with the probes of the options, for the current context.
+ * False after a message. */
+bool view_app_make(view_app *app);
 /* Opens a set, or begins to bake a map. False after a message; the picture
  * stays. */
 bool view_app_open(view_app *app, const view_request *what);
@@ -58,12 +63,9 @@ bool view_app_tend_bake(view_app *app);
 /* Reads files anew that have changed. Those that cannot be read leave what is
  * shown. */
 void view_app_tend_files(view_app *app);
-/* Reads options->probe_set in place of what was read before. False after a
- * message. */
-bool view_app_probes(view_app *app);
 /* Limits the settings to what the set has, and asks for a frame. */
 void view_app_fit(view_app *app);
-/* Ends the bake and frees what is shown. */
+/* Ends the bake and frees what draws, while the context is current. */
 void view_app_end(view_app *app);
 
 /* Draws what is shown into framebuffer 0; spread: as settings have it. If that

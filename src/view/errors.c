@@ -7,28 +7,26 @@
 #include "view/message.h"
 #include "view/sphere_grid.h"
 
-/* The sphere that each pixel of a row shows, -1 for none. */
-static void hit_row(const view_camera *camera, const view_sphere *spheres,
-                    int count, int width, int height, int y, int *row)
+/* The sphere that each pixel shows, -1 for none. */
+static void find_spheres(const view_camera *camera, const view_sphere *spheres,
+                         int count, int width, int height, int *shown)
 {
     double direction[3];
 
-    for (int x = 0; x < width; ++x) {
-        view_camera_ray(camera, width, height, x, y, direction);
-        row[x] = view_grid_hit(spheres, count, camera->eye, direction, NULL);
+    for (int i = 0; i < width * height; ++i) {
+        view_camera_ray(camera, width, height, i % width, i / width, direction);
+        shown[i] = view_grid_hit(spheres, count, camera->eye, direction, NULL);
     }
 }
 
-/* Whether pixel x of the middle row and its neighbours show one sphere. */
-static bool inside(int *const rows[3], int width, int x)
+/* Whether a pixel that is not at the edge and its neighbours show one. */
+static bool inside(const int *shown, int width)
 {
-    const int sphere = rows[1][x];
-
-    if (sphere < 0 || x == 0 || x == width - 1)
+    if (*shown < 0)
         return false;
-    for (int j = 0; j < 3; ++j)
-        for (int i = x - 1; i <= x + 1; ++i)
-            if (rows[j][i] != sphere)
+    for (int y = -1; y <= 1; ++y)
+        for (int x = -1; x <= 1; ++x)
+            if (shown[y * width + x] != *shown)
                 return false;
     return true;
 }
@@ -55,33 +53,26 @@ int view_errors(const view_settings *s, int width, int height,
 {
     view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
     double sums[VIEW_MAX_GRID * VIEW_MAX_GRID][2] = {{0.0}};
-    bool shown[VIEW_MAX_GRID * VIEW_MAX_GRID] = {false};
+    bool seen[VIEW_MAX_GRID * VIEW_MAX_GRID] = {false};
     const view_camera camera = view_camera_of(s, width, height);
     const int count = view_grid(s, spheres);
-    const size_t row = (size_t)width;
-    int *hits = malloc(3 * row * sizeof *hits);
+    int *shown = malloc((size_t)width * (size_t)height * sizeof *shown);
 
-    if (!hits) {
-        view_fail("no memory for %d pixels of spheres", 3 * width);
+    if (!shown) {
+        view_fail("no memory for %d pixels of spheres", width * height);
         return 0;
     }
-    for (int y = 0; y < height; ++y) {
-        int *const rows[3] = {hits + (size_t)(y + 1) % 3 * row,
-                              hits + (size_t)(y + 2) % 3 * row,
-                              hits + (size_t)y % 3 * row};
-
-        hit_row(&camera, spheres, count, width, height, y, rows[2]);
-        for (int x = 0; y > 1 && x < width; ++x) {
-            const size_t at = 3 * ((size_t)(y - 1) * row + (size_t)x);
-
-            if (!inside(rows, width, x))
+    find_spheres(&camera, spheres, count, width, height, shown);
+    for (int y = 1; y < height - 1; ++y)
+        for (int x = 1; x < width - 1; ++x) {
+            const size_t i = (size_t)y * (size_t)width + (size_t)x;
+            if (!inside(shown + i, width))
                 continue;
-            shown[rows[1][x]] = true;
-            add_pixel(picture + at, truth + at, sums[rows[1][x]]);
+            seen[shown[i]] = true;
+            add_pixel(picture + 3 * i, truth + 3 * i, sums[shown[i]]);
         }
-    }
     for (int i = 0; i < count; ++i)
-        rmse[i] = relative(sums[i], shown[i]);
-    free(hits);
+        rmse[i] = relative(sums[i], seen[i]);
+    free(shown);
     return count;
 }

@@ -5,46 +5,18 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "view/app.h"
 #include "view/clock.h"
 #include "view/inspect.h"
 #include "view/message.h"
-#include "view/overlay.h"
 #include "view/picture.h"
-#include "view/report.h"
 #include "view/screen.h"
 
 enum {
-    TIMED = 101,     /* frames whose times are kept, the last ones */
     SMALL_EDGE = 16, /* of a picture that nobody asked for */
     GAP = 4,         /* of a sheet: pixels between pictures and around them */
     SHADE = 32       /* its grey */
 };
-
-static int compare_times(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *times, int count)
-{
-    qsort(times, (size_t)count, sizeof *times, compare_times);
-    return times[count / 2];
-}
-
-/* A frame, and how long it took. */
-static bool time_frame(view_renderer *r, const view_options *o,
-                       const view_settings *s, int samples, double *ms)
-{
-    const double begun = view_clock();
-
-    view_renderer_pace(r, samples);
-    if (!view_renderer_draw(r, s, o->size[0], o->size[1]))
-        return false;
-    gl.Finish();
-    *ms = 1e3 * (view_clock() - begun);
-    return true;
-}
 
 bool view_still_draw(view_renderer *r, const view_options *o,
                      const view_settings *s, double *ms, view_stats *stats)
@@ -55,38 +27,38 @@ bool view_still_draw(view_renderer *r, const view_options *o,
                        : !compares  ? VIEW_FRAME_SAMPLES
                        : o->samples ? o->samples
                                     : VIEW_DEFAULT_SAMPLES;
-    double times[TIMED];
-    int frames = 0;
 
     view_renderer_restart(r); /* of a sheet each is a picture of its own */
-    for (int samples = 0; samples < wanted; samples += VIEW_FRAME_SAMPLES) {
-        const int left = wanted - samples;
-        double *last = &times[frames++ % TIMED];
-        if (!time_frame(r, o, s,
-                        left < VIEW_FRAME_SAMPLES ? left : VIEW_FRAME_SAMPLES,
-                        last))
+    for (int left = wanted; left > 0; left -= VIEW_FRAME_SAMPLES) {
+        const double begun = view_clock();
+        view_renderer_pace(r, left < VIEW_FRAME_SAMPLES ? left
+                                                        : VIEW_FRAME_SAMPLES);
+        if (!view_renderer_draw(r, s, o->size[0], o->size[1]))
             return false;
-        view_stats_add(stats, *last);
+        gl.Finish();
+        *ms = 1e3 * (view_clock() - begun);
+        view_stats_add(stats, *ms);
     }
-    *ms = median(times, frames < TIMED ? frames : TIMED);
     return true;
 }
 
-static bool write_picture(ibl_ctx *ctx, const view_options *o)
+static bool write_picture(const view_app *app)
 {
+    const view_options *o = app->options;
     unsigned char *rgb = view_picture_read(0, o->size[0], o->size[1]);
-    const bool ok = rgb && view_picture_write(ctx, o->offscreen, o->size[0],
-                                              o->size[1], rgb);
+    const bool ok = rgb && view_picture_write(app->ctx, o->offscreen,
+                                              o->size[0], o->size[1], rgb);
     free(rgb);
     return ok;
 }
 
-static bool draw_picture(ibl_ctx *ctx, const view_options *o, view_renderer *r)
+static bool draw_picture(view_app *app)
 {
-    view_stats stats = {0};
+    const view_options *o = app->options;
+    view_renderer *r = app->renderer;
     double ms;
 
-    if (!view_still_draw(r, o, &o->settings, &ms, &stats))
+    if (!view_still_draw(r, o, &o->settings, &ms, &app->stats))
         return false;
     if (o->verbose)
         printf("%.1f ms a frame\n", ms);
@@ -96,17 +68,20 @@ static bool draw_picture(ibl_ctx *ctx, const view_options *o, view_renderer *r)
     }
     if (!o->quiet && o->settings.compare != VIEW_SPLIT_SUM)
         view_report_print(r, &o->settings);
-    return write_picture(ctx, o) &&
-           (!o->stats || view_stats_end(&stats, r, &o->settings));
+    return write_picture(app) &&
+           (!o->stats || view_stats_end(&app->stats, r, &o->settings));
 }
 
 /* Captures are the same in every picture: a small one will do. */
-static bool save_probes(ibl_ctx *ctx, const view_options *o, view_renderer *r)
+static bool save_probes(const view_app *app)
 {
-    if (!o->offscreen &&
-        !view_renderer_draw(r, &o->settings, SMALL_EDGE, SMALL_EDGE))
+    const view_options *o = app->options;
+
+    if (!o->offscreen && !view_renderer_draw(app->renderer, &o->settings,
+                                             SMALL_EDGE, SMALL_EDGE))
         return false;
-    if (!view_scene_save(view_renderer_stage(r), ctx, o->save_probes))
+    if (!view_scene_save(view_renderer_stage(app->renderer), app->ctx,
+                         o->save_probes))
         return false;
     if (o->verbose)
         view_tell("probes: %d, faces of %d, written to %s", o->settings.probes,
@@ -116,30 +91,21 @@ static bool save_probes(ibl_ctx *ctx, const view_options *o, view_renderer *r)
 
 /* ---- a sheet ------------------------------------------------------------- */
 
-static int axis_count(view_axis axis, const baked_set *set)
+static int axis_count(int axis, const baked_set *set)
 {
-    switch (axis) {
-    case VIEW_AXIS_MATERIAL:
-        return VIEW_MATERIALS;
-    case VIEW_AXIS_TURN:
-        return 4;
-    case VIEW_AXIS_TONE:
-        return VIEW_TONES;
-    case VIEW_AXIS_EV:
-        return 5;
-    case VIEW_AXIS_LEVEL:
-        return set->texture[VIEW_SPECULAR].levels;
-    case VIEW_AXIS_COMPARE:
-        return VIEW_COMPARES;
-    case VIEW_AXES:
-        break;
-    }
-    return 0;
+    static const int counts[VIEW_AXES] = {[VIEW_AXIS_MATERIAL] = VIEW_MATERIALS,
+                                          [VIEW_AXIS_TURN] = 4,
+                                          [VIEW_AXIS_TONE] = VIEW_TONES,
+                                          [VIEW_AXIS_EV] = 5,
+                                          [VIEW_AXIS_COMPARE] = VIEW_COMPARES};
+
+    return axis == VIEW_AXIS_LEVEL ? set->texture[VIEW_SPECULAR].levels
+                                   : counts[axis];
 }
 
 /* Sets the settings of place i along an axis, and its label. */
-static void axis_apply(view_axis axis, const baked_set *set, int i,
-                       view_settings *s, char *label, size_t size)
+static void axis_apply(int axis, const baked_set *set, int i, view_settings *s,
+                       char *label, size_t size)
 {
     switch (axis) {
     case VIEW_AXIS_MATERIAL:
@@ -166,64 +132,56 @@ static void axis_apply(view_axis axis, const baked_set *set, int i,
     case VIEW_AXIS_COMPARE:
         s->compare = (view_compare)i;
         snprintf(label, size, "%s", view_compare_names[s->compare]);
-        break;
-    case VIEW_AXES:
-        break;
     }
 }
 
 typedef struct sheet {
-    const view_options *o;
-    const baked_set *set;
-    view_renderer *renderer;
-    view_overlay *overlay;
     int rows, columns;
     int width, height;  /* of the whole */
     unsigned char *rgb; /* of the whole */
-    view_stats stats;
 } sheet;
 
-static bool prepare_sheet(sheet *h)
+static bool prepare_sheet(sheet *h, const view_options *o, const baked_set *set)
 {
-    const int w = h->o->size[0], height = h->o->size[1];
-    const long long wide = GAP + (long long)h->columns * (w + GAP),
-                    high = GAP + (long long)h->rows * (height + GAP);
+    h->rows = axis_count(o->rows, set);
+    h->columns = axis_count(o->columns, set);
+    const long long wide = GAP + (long long)h->columns * (o->size[0] + GAP),
+                    high = GAP + (long long)h->rows * (o->size[1] + GAP);
 
     if (wide > IBL_MAX_EDGE || high > IBL_MAX_EDGE)
         return view_fail("%s: a sheet of %lldx%lld pixels: more than %d along "
                          "an edge: choose a smaller --size",
-                         h->o->contact_sheet, wide, high, IBL_MAX_EDGE);
+                         o->contact_sheet, wide, high, IBL_MAX_EDGE);
     h->width = (int)wide;
     h->height = (int)high;
     h->rgb = malloc((size_t)(3 * wide) * (size_t)high);
     if (!h->rgb)
         return view_fail("%s: no memory for a sheet of %lldx%lld pixels: "
                          "choose a smaller --size",
-                         h->o->contact_sheet, wide, high);
+                         o->contact_sheet, wide, high);
     memset(h->rgb, SHADE, (size_t)(3 * wide) * (size_t)high);
-    h->overlay = view_overlay_create();
-    return h->overlay;
+    return true;
 }
 
 /* Draws a picture with its label and copies it to its place. */
-static bool draw_tile(sheet *h, int row, int column, double *ms)
+static bool draw_tile(view_app *app, const sheet *h, int row, int column,
+                      double *ms)
 {
-    const view_options *o = h->o;
+    const view_options *o = app->options;
     const int w = o->size[0], height = o->size[1];
     view_settings s = o->settings;
     char row_label[64] = "", column_label[64] = "", label[160];
 
-    axis_apply((view_axis)o->rows, h->set, row, &s, row_label,
-               sizeof row_label);
-    axis_apply((view_axis)o->columns, h->set, column, &s, column_label,
+    axis_apply(o->rows, app->set, row, &s, row_label, sizeof row_label);
+    axis_apply(o->columns, app->set, column, &s, column_label,
                sizeof column_label);
-    if (!view_still_draw(h->renderer, o, &s, ms, &h->stats))
+    if (!view_still_draw(app->renderer, o, &s, ms, &app->stats))
         return false;
     snprintf(label, sizeof label, "%s, %s", row_label, column_label);
     gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
-    view_overlay_begin(h->overlay, w, height);
-    view_overlay_text(h->overlay, 4, 4, w < 640 ? 1 : 2, label);
-    view_overlay_end(h->overlay);
+    view_overlay_begin(app->overlay, w, height);
+    view_overlay_text(app->overlay, 4, 4, w < 640 ? 1 : 2, label);
+    view_overlay_end(app->overlay);
 
     unsigned char *tile = view_picture_read(0, w, height);
     if (!tile)
@@ -237,79 +195,59 @@ static bool draw_tile(sheet *h, int row, int column, double *ms)
     return true;
 }
 
-static bool draw_tiles(sheet *h)
+static bool draw_tiles(view_app *app, const sheet *h)
 {
     double ms = 0;
 
     for (int row = 0; row < h->rows; row++)
         for (int column = 0; column < h->columns; column++)
-            if (!draw_tile(h, row, column, &ms))
+            if (!draw_tile(app, h, row, column, &ms))
                 return false;
-    if (h->o->verbose)
+    if (app->options->verbose)
         printf("%d pictures, the last one %.1f ms a frame\n",
                h->rows * h->columns, ms);
     return true;
 }
 
-static bool write_sheet(ibl_ctx *ctx, const view_options *o,
-                        const baked_set *set, view_renderer *r)
+static bool draw_sheet(view_app *app)
 {
-    sheet h = {.o = o, .set = set, .renderer = r};
-    bool ok;
+    const view_options *o = app->options;
+    sheet h = {0};
+    const bool ok =
+        prepare_sheet(&h, o, app->set) && draw_tiles(app, &h) &&
+        view_picture_write(app->ctx, o->contact_sheet, h.width, h.height,
+                           h.rgb) &&
+        (!o->stats || view_stats_end(&app->stats, app->renderer, &o->settings));
 
-    h.rows = axis_count((view_axis)o->rows, set);
-    h.columns = axis_count((view_axis)o->columns, set);
-    ok = prepare_sheet(&h) && draw_tiles(&h) &&
-         view_picture_write(ctx, o->contact_sheet, h.width, h.height, h.rgb) &&
-         (!o->stats || view_stats_end(&h.stats, r, &o->settings));
-    view_overlay_free(h.overlay);
     free(h.rgb);
     return ok;
 }
 
 /* ---- the whole ----------------------------------------------------------- */
 
-/* What is asked for. */
-static bool make(ibl_ctx *ctx, const view_options *o, const baked_set *set,
-                 view_renderer *r)
+static bool make(view_app *app)
 {
-    if (o->contact_sheet)
-        return write_sheet(ctx, o, set, r);
-    return (!o->offscreen || draw_picture(ctx, o, r)) &&
-           (!o->save_probes || save_probes(ctx, o, r));
-}
+    const view_options *o = app->options;
 
-static view_screen *open_screen(const view_options *o)
-{
-    const bool picture = o->offscreen || o->contact_sheet;
-
-    return picture ? view_screen_memory(o->size[0], o->size[1])
-                   : view_screen_memory(SMALL_EDGE, SMALL_EDGE);
-}
-
-static bool draw(ibl_ctx *ctx, const view_options *o, const baked_set *set)
-{
-    view_screen *screen = open_screen(o);
-    view_probe_set *probes = NULL;
-    view_renderer *r = NULL;
-    bool ok = false;
-
-    if (!screen)
+    if (!view_app_make(app) || !view_renderer_load(app->renderer, app->set))
         return false;
-    if (o->verbose)
-        view_report_gl();
-    if (o->probe_set && !(probes = view_probe_set_load(ctx, o->probe_set)))
-        goto fail;
-    if (probes && o->verbose)
-        view_report_probe_set(probes);
-    r = view_renderer_create();
-    if (!r || !view_renderer_load(r, set))
-        goto fail;
-    view_renderer_probes(r, probes);
-    ok = make(ctx, o, set, r);
-fail:
-    view_renderer_free(r);
-    view_probe_set_free(probes);
+    if (o->contact_sheet)
+        return draw_sheet(app);
+    return (!o->offscreen || draw_picture(app)) &&
+           (!o->save_probes || save_probes(app));
+}
+
+/* What is asked for, on a screen as large as a picture. */
+static bool draw(view_app *app)
+{
+    const view_options *o = app->options;
+    const bool picture = o->offscreen || o->contact_sheet;
+    view_screen *screen = picture ? view_screen_memory(o->size[0], o->size[1])
+                                  : view_screen_memory(SMALL_EDGE, SMALL_EDGE);
+    const bool ok = screen && make(app);
+
+    if (screen)
+        view_app_end(app);
     view_screen_close(screen);
     return ok;
 }
@@ -326,21 +264,21 @@ static void print_texel(const view_options *o, const baked_set *set)
 
 bool view_still_run(ibl_ctx *ctx, const view_options *o)
 {
-    baked_set set = {0};
+    view_app app = {.ctx = ctx, .options = o};
+    baked_set *set = app.set = &app.sets[0];
     bool ok;
 
     if (!view_options_may(o))
         return false;
-    ok = view_is_map(o->request.path)
-             ? view_set_bake(ctx, o->request.path, &set)
-             : view_set_open(ctx, &o->request, &set);
-    ok = ok && view_options_suit(o, &set);
+    ok = view_is_map(o->request.path) ? view_set_bake(ctx, o->request.path, set)
+                                      : view_set_open(ctx, &o->request, set);
+    ok = ok && view_options_suit(o, set);
     if (ok && o->verbose)
-        view_report_set(&set);
+        view_report_set(set);
     if (ok && (o->offscreen || o->contact_sheet || o->save_probes))
-        ok = draw(ctx, o, &set);
+        ok = draw(&app);
     if (ok && o->texel[0] >= 0)
-        print_texel(o, &set);
-    view_set_free(&set);
+        print_texel(o, set);
+    view_set_free(set);
     return ok;
 }

@@ -6,8 +6,8 @@
 #include "view/options.h"
 #include "view/report.h"
 
-/* Draws until the options' frames or samples are there. *ms: the median of the
- * frames' times; all of them are added to stats. False, with a message. */
+/* Draws until the options' frames or samples are there. *ms: the time of the
+ * last frame; those of all are added to stats. False, with a message. */
 bool view_still_draw(view_renderer *r, const view_options *o,
                      const view_settings *s, double *ms, view_stats *stats);
 

@@ -325,27 +325,6 @@ static bool loop(view_app *app)
 
 /* ---- the whole ----------------------------------------------------------- */
 
-static bool make(view_app *app)
-{
-    const view_options *o = app->options;
-
-    if (!open_window(app))
-        return false;
-    if (o->verbose)
-        view_report_gl();
-    app->renderer = view_renderer_create();
-    app->overlay = view_overlay_create();
-    if (!app->renderer || !app->overlay)
-        return false;
-    if (!o->probe_set)
-        return true;
-    if (!view_app_probes(app))
-        return false;
-    if (o->verbose)
-        view_report_probe_set(app->probes);
-    return true;
-}
-
 bool view_window_run(ibl_ctx *ctx, const view_options *options)
 {
     view_app app = {.ctx = ctx,
@@ -353,12 +332,14 @@ bool view_window_run(ibl_ctx *ctx, const view_options *options)
                     .settings = options->settings,
                     .mouse = {-1, -1},
                     .begun = view_clock()};
-    const bool ok = view_options_may(options) && make(&app) &&
-                    view_app_open(&app, &options->request) &&
-                    (!app.set || view_options_suit(options, app.set)) &&
-                    loop(&app);
+    const bool ok =
+        view_options_may(options) && open_window(&app) && view_app_make(&app) &&
+        view_app_open(&app, &options->request) &&
+        (!app.set || view_options_suit(options, app.set)) && loop(&app);
 
     view_app_end(&app);
+    view_set_free(&app.sets[0]);
+    view_set_free(&app.sets[1]);
     glfwTerminate(); /* destroys the window; fine without one */
     return ok;
 }

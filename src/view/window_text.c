@@ -52,7 +52,7 @@ static void add_progress(view_app *app)
     char text[400];
     double w, h;
 
-    snprintf(text, sizeof text, "baking %s: %s", app->baking, app->stage);
+    snprintf(text, sizeof text, "baking %.300s: %s", app->baking, app->stage);
     ibl_one_line(text);
     const double size = fit_line(app, text, &w, &h);
     view_overlay_text(app->overlay, 0.5 * (app->width - w),
