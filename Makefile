@@ -135,7 +135,7 @@ $(BUILD)/used-cc $(BUILD)/used-libdir $(BUILD)/used-revision \
 	@echo "$$USED" | cmp -s - $@ || echo "$$USED" >$@
 $(BUILD)/obj/src/io/bridge.o: $(BUILD)/used-libdir
 $(BUILD)/obj/src/io/exr_chunks.o: $(BUILD)/used-deflate
-$(addprefix $(BUILD)/obj/src/cli/,common_options.o json_text.o probes_plan.o): \
+$(addprefix $(BUILD)/obj/src/cli/,common_options.o json_text.o probes_hash.o): \
     $(BUILD)/used-revision
 
 define COMPILE

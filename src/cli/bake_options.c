@@ -229,21 +229,24 @@ static bool take(void *settings, const char *word)
 
 static bool check_level_samples(const ibl_specular_options *s, int levels)
 {
-    if (s->level_samples[0] && s->roughness_min <= 0)
-        return ibl_misuse("--level-samples 0=%d: level 0 is the environment "
-                          "itself and takes none: levels from 1 do",
-                          s->level_samples[0]);
-    for (int l = 0; l < IBL_MAX_LEVELS; l++)
-        if (s->level_samples[l] && s->method == IBL_METHOD_SPECTRAL)
+    for (int l = 0; l < IBL_MAX_LEVELS; l++) {
+        const int n = s->level_samples[l];
+        if (!n)
+            continue;
+        if (l == 0 && s->roughness_min <= 0)
+            return ibl_misuse("--level-samples 0=%d: level 0 is the "
+                              "environment itself and takes none: levels from "
+                              "1 do",
+                              n);
+        if (s->method == IBL_METHOD_SPECTRAL)
             return ibl_misuse("--level-samples %d=%d: --method spectral "
                               "samples no level: leave one of them out",
-                              l, s->level_samples[l]);
-    for (int l = levels; l < IBL_MAX_LEVELS; l++)
-        if (s->level_samples[l])
-            return ibl_misuse(
-                "--level-samples %d=%d: there is no such level: they "
-                "are 0 to %d",
-                l, s->level_samples[l], levels - 1);
+                              l, n);
+        if (l >= levels)
+            return ibl_misuse("--level-samples %d=%d: there is no such level: "
+                              "they are 0 to %d",
+                              l, n, levels - 1);
+    }
     return true;
 }
 

@@ -210,26 +210,24 @@ static bool take_defaults(ibl_json_at at, ibl_set_bake *b)
 /* Entries in the order in which a point takes them; layers are in the same. */
 static bool sort(ibl_probe_set *set)
 {
-    const size_t n = (size_t)set->count;
-    ibl_set_entry *from = calloc(n, sizeof *from);
-    ibl_probe *probes = calloc(n, sizeof *probes);
-    int *order = calloc(n, sizeof *order);
-    const bool ok = from && probes && order;
+    struct {
+        ibl_set_entry from[IBL_MAX_SET_LAYERS];
+        ibl_probe probe[IBL_MAX_SET_LAYERS];
+        int order[IBL_MAX_SET_LAYERS];
+    } *s = malloc(sizeof *s);
 
-    for (size_t i = 0; i < n && ok; i++) {
-        from[i] = set->entry[i];
-        probes[i] = from[i].probe;
+    for (int i = 0; s && i < set->count; i++) {
+        s->from[i] = set->entry[i];
+        s->probe[i] = set->entry[i].probe;
     }
-    if (ok)
-        ibl_probes_order(probes, set->count, order);
-    for (int i = 0; i < set->count && ok; i++) {
-        set->entry[i] = from[order[i]];
+    if (s)
+        ibl_probes_order(s->probe, set->count, s->order);
+    for (int i = 0; s && i < set->count; i++) {
+        set->entry[i] = s->from[s->order[i]];
         set->entry[i].probe.layer = i;
     }
-    free(from);
-    free(probes);
-    free(order);
-    return ok;
+    free(s);
+    return s != NULL;
 }
 
 static bool take_set(ibl_json_at root, ibl_probe_set *set)
@@ -281,9 +279,11 @@ bool ibl_probe_set_read(const char *path, ibl_console *console,
 
 void ibl_probe_set_free(ibl_probe_set *set)
 {
-    for (int i = 0; i < set->layers; i++)
+    for (int i = 0; i < set->layers; i++) {
         for (int k = 0; k < set->entry[i].capture.count; k++)
             free(set->entry[i].capture.file[k]);
+        json_decref(set->entry[i].note);
+    }
     free(set->entry);
     json_decref(set->root);
     *set = (ibl_probe_set){0};

@@ -36,10 +36,29 @@ typedef struct ibl_capture {
     char place[IBL_JSON_PATH_BYTES]; /* "probes[3].capture" */
 } ibl_capture;
 
+/* Names of contents: 128 bits of XXH3, as 32 hexadecimal digits. They detect
+ * changes, not forgery. */
+enum {
+    IBL_HASH_SIZE = 33
+};
+
+typedef enum ibl_probes_origin {
+    IBL_FROM_BAKE,
+    IBL_FROM_OLD, /* a layer of the old arrays */
+    IBL_FROM_TWIN /* an earlier layer with the same inputs */
+} ibl_probes_origin;
+
+/* A probe, or the global environment, and its layer. */
 typedef struct ibl_set_entry {
     const char *name; /* "" of the global environment */
     ibl_capture capture;
     ibl_probe probe; /* layer included; unused of the global environment */
+    /* While the set is baked: */
+    char hash[IBL_HASH_SIZE]; /* of its inputs and options */
+    ibl_probes_origin from;
+    int source;   /* of the old arrays, or the twin */
+    bool alpha;   /* it has not seen everything */
+    json_t *note; /* what the index says of its texels */
 } ibl_set_entry;
 
 /* How the layers of a set are baked. */

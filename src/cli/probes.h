@@ -22,12 +22,6 @@ void ibl_probes_override(const ibl_probes_opts *opts, ibl_set_bake *bake);
 
 /* ---- hashes ------------------------------------------------------------- */
 
-/* Names of contents: 128 bits of XXH3, as 32 hexadecimal digits. They detect
- * changes, not forgery. */
-enum {
-    IBL_HASH_SIZE = 33
-};
-
 void ibl_hash_bytes(const void *bytes, size_t size, char hash[IBL_HASH_SIZE]);
 
 /* Of the file that the texture is in a container; see ibl_texture_visit. */
@@ -59,20 +53,6 @@ typedef struct ibl_probes_file {
     bool same;                /* the old file is what would be written */
 } ibl_probes_file;
 
-typedef enum ibl_probes_origin {
-    IBL_FROM_BAKE,
-    IBL_FROM_OLD, /* a layer of the old arrays */
-    IBL_FROM_TWIN /* an earlier layer with the same inputs */
-} ibl_probes_origin;
-
-typedef struct ibl_probes_layer {
-    char hash[IBL_HASH_SIZE]; /* of its inputs and options */
-    ibl_probes_origin from;
-    int source;   /* of the old arrays, or the twin */
-    bool alpha;   /* it has not seen everything */
-    json_t *note; /* what the index says of its texels */
-} ibl_probes_layer;
-
 #define IBL_PROBES_SH_DEGREE 2
 
 typedef struct ibl_probes_bake {
@@ -86,11 +66,8 @@ typedef struct ibl_probes_bake {
     ibl_pixel lut_pixel;
     char lut_inputs[IBL_HASH_SIZE]; /* hash of what the LUT is made from */
     ibl_probes_file file[IBL_PROBES_FILES];
-    ibl_probes_layer *layer;              /* set.layers */
     ibl_texture array[IBL_PROBES_ARRAYS]; /* as layers come */
-    json_t *old; /* the old index, NULL: none that is whole. Its layers are
-                    "probes", with the global environment's added */
-    int old_probes, dropped; /* probes of it, and those that the set has not */
+    int old_probes, dropped; /* of the old index, and not in the set */
     int held;                /* the output directory, or -1 */
 } ibl_probes_bake;
 
@@ -103,9 +80,9 @@ bool ibl_probes_check_input(const ibl_probes_bake *p, const char *input);
 
 /* Waits until no other run works in the output directory, and makes others wait
  * until p->held is closed: the old arrays that one takes layers from must not
- * be replaced, nor the files of two be mixed. False: there is no such
- * directory. */
-bool ibl_probes_hold(ibl_probes_bake *p);
+ * be replaced, nor the files of two be mixed. Without the directory, does
+ * nothing. */
+void ibl_probes_hold(ibl_probes_bake *p);
 
 /* How a layer's alpha is read. Nothing lies behind the global environment that
  * could fill in, so its alpha is ignored. */
@@ -135,22 +112,15 @@ bool ibl_capture_bake(const ibl_probes_bake *p, int layer,
 
 /* Finds the hash of each layer and of the table. */
 bool ibl_probes_hash_inputs(ibl_probes_bake *p);
-/* Reads the index that a former run of perhaps another set left, and sees which
- * of its files are still what it says. An index that is missing, damaged,
- * edited or of another version is ignored: then everything is baked again. */
-bool ibl_probes_look_back(ibl_probes_bake *p);
-/* Where each layer comes from, and which files stay as they are. */
-void ibl_probes_plan(ibl_probes_bake *p);
+/* Where each layer comes from, and which files stay as they are: by the index
+ * that a former run of perhaps another set left, and by those of its files that
+ * still are what it says. An index that is missing, damaged, edited or of
+ * another version is ignored: then everything is baked again. */
+bool ibl_probes_plan(ibl_probes_bake *p);
 
-/* Layers of the old arrays, 0 without an old index. */
-int ibl_probes_old_layers(const ibl_probes_bake *p);
-/* The number of the old layer with these inputs, that of its own place first;
- * -1: there is none. */
-int ibl_probes_find_old(const ibl_probes_bake *p, int layer, const char *hash);
-/* What the old index says of a layer; for json_decref, NULL: no memory. */
-json_t *ibl_probes_old_note(const ibl_probes_bake *p, int layer, bool *alpha);
-/* The same of a layer that was baked. overflow is that of all its cubes,
- * values the number of values beyond what the pixel holds. */
+/* What the index says of a layer that was baked; for json_decref, NULL: no
+ * memory. overflow is that of all its cubes, values the number of values
+ * beyond what the pixel holds. */
 json_t *ibl_probes_note(const ibl_bake_result made[IBL_CAPTURE_PARTS],
                         const ibl_overflow_level *overflow, size_t values);
 

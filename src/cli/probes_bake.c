@@ -109,9 +109,8 @@ static bool take_capture(ibl_probes_bake *p, int layer,
 {
     const ibl_bake_result *colour = &made[IBL_CAPTURE_COLOUR];
     const ibl_bake_result *alpha = &made[IBL_CAPTURE_ALPHA];
-    const char *place = p->set.entry[layer].capture.place;
     const ibl_set_bake *b = &p->set.bake;
-    ibl_probes_layer *l = &p->layer[layer];
+    ibl_set_entry *l = &p->set.entry[layer];
     ibl_overflow_level overflow = {0};
     size_t values = 0;
     char name[512];
@@ -122,14 +121,14 @@ static bool take_capture(ibl_probes_bake *p, int layer,
             p->console,
             "%s: %s: has alpha below 1, which %s has no room for: choose "
             "--pixel rgba16f or rgba32f, or --alpha ignore",
-            p->opts->input, place, ibl_pixel_name(b->pixel));
+            p->opts->input, l->capture.place, ibl_pixel_name(b->pixel));
     if (!take_cube(p, IBL_PROBES_SPECULAR, layer, &colour->specular,
                    &alpha->specular, &overflow, &values) ||
         (b->options.irradiance &&
          !take_cube(p, IBL_PROBES_IRRADIANCE, layer, &colour->irradiance,
                     &alpha->irradiance, &overflow, &values)))
         return false;
-    snprintf(name, sizeof name, "%s: %s", p->opts->input, place);
+    snprintf(name, sizeof name, "%s: %s", p->opts->input, l->capture.place);
     ibl_warn_of_overflow(p->console, name, b->pixel, b->overflow, &overflow);
     l->note = ibl_probes_note(made, &overflow, values);
     return l->note || ibl_probes_no_memory(p);
@@ -152,7 +151,8 @@ static bool copy_layer(ibl_probes_bake *p, int kind, int layer,
 {
     ibl_texture tex = {0};
 
-    return !ibl_texture_layer(p->ctx, array, p->layer[layer].source, &tex) &&
+    return !ibl_texture_layer(p->ctx, array, p->set.entry[layer].source,
+                              &tex) &&
            take_texture(p, kind, layer, &tex);
 }
 
@@ -163,7 +163,7 @@ static bool copy_old(ibl_probes_bake *p, int kind)
     bool ok = true;
 
     for (int i = 0; i < p->set.layers && ok; i++)
-        if (p->layer[i].from == IBL_FROM_OLD)
+        if (p->set.entry[i].from == IBL_FROM_OLD)
             ok = (array.data ||
                   !ibl_texture_read(p->ctx, p->file[kind].old, &array, NULL)) &&
                  copy_layer(p, kind, i, &array);
@@ -173,40 +173,22 @@ static bool copy_old(ibl_probes_bake *p, int kind)
 
 static bool copy_twin(ibl_probes_bake *p, int layer)
 {
-    ibl_probes_layer *l = &p->layer[layer];
+    ibl_set_entry *l = &p->set.entry[layer];
     bool ok = true;
 
-    l->note = json_incref(p->layer[l->source].note);
-    l->alpha = p->layer[l->source].alpha;
+    l->note = json_incref(p->set.entry[l->source].note);
+    l->alpha = p->set.entry[l->source].alpha;
     for (int kind = 0; kind < IBL_PROBES_ARRAYS && ok; kind++)
         ok =
             !p->array[kind].data || copy_layer(p, kind, layer, &p->array[kind]);
     return ok;
 }
 
-/* Makes a layer whose texels are not in the old arrays, and its note. */
-static bool make_layer(ibl_probes_bake *p, int layer)
-{
-    ibl_probes_layer *l = &p->layer[layer];
-
-    switch (l->from) {
-    case IBL_FROM_BAKE:
-        return bake_layer(p, layer);
-    case IBL_FROM_TWIN:
-        return copy_twin(p, layer);
-    case IBL_FROM_OLD:
-        l->note = ibl_probes_old_note(p, l->source, &l->alpha);
-        break;
-    }
-    return l->note || ibl_probes_no_memory(p);
-}
-
 /* Where a layer came from, for -v. */
 static void log_layer(const ibl_probes_bake *p, int layer)
 {
-    const ibl_probes_layer *l = &p->layer[layer];
-    const char *name =
-        layer < p->set.count ? p->set.entry[layer].name : "(global)";
+    const ibl_set_entry *l = &p->set.entry[layer];
+    const char *name = layer < p->set.count ? l->name : "(global)";
 
     if (l->from == IBL_FROM_TWIN)
         ibl_console_info(p->console, "layer %d: %s: as layer %d", layer, name,
@@ -225,7 +207,10 @@ static bool make_layers(ibl_probes_bake *p)
     for (int kind = 0; kind < IBL_PROBES_ARRAYS && ok; kind++)
         ok = !p->file[kind].path || p->file[kind].same || copy_old(p, kind);
     for (int i = 0; i < p->set.layers && ok; i++) {
-        ok = make_layer(p, i);
+        const ibl_probes_origin from = p->set.entry[i].from;
+        ok = from == IBL_FROM_BAKE   ? bake_layer(p, i)
+             : from == IBL_FROM_TWIN ? copy_twin(p, i)
+                                     : true;
         if (ok)
             log_layer(p, i);
     }
@@ -298,7 +283,7 @@ static bool put_array(ibl_probes_bake *p, ibl_probes_kind kind)
     /* Layers of old arrays are as the array was. */
     array->premultiplied = 0;
     for (int i = 0; i < p->set.layers; i++)
-        array->premultiplied |= p->layer[i].alpha;
+        array->premultiplied |= p->set.entry[i].alpha;
     return put_texture(p, kind, array);
 }
 
@@ -357,15 +342,9 @@ static bool prepare(ibl_probes_bake *p)
         !find_options(p) || !name_files(p) ||
         !ibl_probes_check_input(p, p->opts->input))
         return false;
-    p->layer = calloc((size_t)p->set.layers, sizeof *p->layer);
-    if (!p->layer)
-        return ibl_probes_no_memory(p);
     ibl_console_progress(p->console, "look", 0);
-    const bool there = ibl_probes_hold(p);
-    if (!ibl_probes_hash_inputs(p) || (there && !ibl_probes_look_back(p)))
-        return false;
-    ibl_probes_plan(p);
-    return true;
+    ibl_probes_hold(p);
+    return ibl_probes_hash_inputs(p) && ibl_probes_plan(p);
 }
 
 /* Makes the output directory; where there was none, its lock is not held
@@ -385,7 +364,7 @@ static void log_summary(const ibl_probes_bake *p)
     int baked = 0;
 
     for (int i = 0; i < p->set.layers; i++)
-        baked += p->layer[i].from == IBL_FROM_BAKE;
+        baked += p->set.entry[i].from == IBL_FROM_BAKE;
     ibl_console_info(p->console, "baked %d of %d layers", baked, p->set.layers);
     for (int i = 0; i < IBL_PROBES_FILES; i++)
         if (p->file[i].path)
@@ -406,10 +385,6 @@ static void free_probes(ibl_probes_bake *p)
         free(p->file[i].path);
         free(p->file[i].old);
     }
-    for (int i = 0; p->layer && i < p->set.layers; i++)
-        json_decref(p->layer[i].note);
-    free(p->layer);
-    json_decref(p->old);
     ibl_probe_set_free(&p->set);
     ibl_ctx_free(p->ctx);
 }

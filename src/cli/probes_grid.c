@@ -24,7 +24,7 @@ typedef struct grid {
     const char *name;
     ibl_capture_kind kind;
     const char *capture[IBL_FACES]; /* as in ibl_set_capture */
-    json_t *solid;                  /* array of {"min", "max"}, or NULL */
+    ibl_json_at solid;              /* array of {"min", "max"}, if there */
     json_t *proxy;                  /* of every probe, or NULL */
     double blend;
     int priority;
@@ -118,7 +118,7 @@ static bool take_solid(ibl_json_at at, grid *g)
     double low[3], high[3];
     bool ok = ibl_json_array(at, 0, 1000000);
 
-    g->solid = (json_t *)at.value;
+    g->solid = at;
     for (size_t i = 0; i < json_array_size(at.value) && ok; i++) {
         const ibl_json_at box = ibl_json_element(&at, i);
         ok = ibl_json_object(box, keys) && take_box(box, low, high);
@@ -165,15 +165,9 @@ static bool take_grid(ibl_json_at root, grid *g)
 
 static bool is_solid(const grid *g, const double p[3])
 {
-    json_t *box;
-    size_t i;
-
-    json_array_foreach(g->solid, i, box)
-    {
+    for (size_t i = 0; i < json_array_size(g->solid.value); i++) {
         double low[3], high[3];
-        bool inside =
-            !json_unpack(box, "{s[FFF] s[FFF]}", "min", &low[0], &low[1],
-                         &low[2], "max", &high[0], &high[1], &high[2]);
+        bool inside = take_box(ibl_json_element(&g->solid, i), low, high);
         for (size_t k = 0; k < 3; k++)
             inside = inside && p[k] >= low[k] && p[k] <= high[k];
         if (inside)

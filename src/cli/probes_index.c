@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The index of a set: what iblbake-probes(1) says of index.json. */
+/* The index of a set, as iblbake-probes(1) describes it: what the old one still
+ * holds, and the new one. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -52,12 +53,12 @@ static bool is_sound(json_t *root)
 }
 
 /* Counts the probes that the set does not have, by name. */
-static void count_dropped(ibl_probes_bake *p)
+static void count_dropped(ibl_probes_bake *p, const json_t *probes)
 {
     json_t *probe;
     size_t k;
 
-    json_array_foreach(json_object_get(p->old, "probes"), k, probe)
+    json_array_foreach(probes, k, probe)
     {
         const char *name = text_of(probe, "name");
         int i = 0;
@@ -68,85 +69,128 @@ static void count_dropped(ibl_probes_bake *p)
     }
 }
 
-static void read_index(ibl_probes_bake *p)
+/* The old index, its "probes" with the global environment's layer; NULL: none
+ * that is sound. */
+static json_t *read_index(ibl_probes_bake *p)
 {
     ibl_probes_file *f = &p->file[IBL_PROBES_INDEX];
     ibl_json_why why;
     json_t *root = ibl_json_load(f->path, JSON_REJECT_DUPLICATES, &why);
+    json_t *probes = json_object_get(root, "probes");
 
     if (!root || !is_sound(root) || !ibl_hash_file(f->path, f->hash)) {
         json_decref(root);
-        return;
+        return NULL;
     }
-    p->old = root;
-    count_dropped(p);
-    json_array_append(json_object_get(root, "probes"),
-                      json_object_get(root, "global"));
+    count_dropped(p, probes);
+    json_array_append(probes, json_object_get(root, "global"));
+    return root;
 }
 
-bool ibl_probes_look_back(ibl_probes_bake *p)
+/* Finds the old file of a kind, if it is still what the index says of it. */
+static bool find_file(ibl_probes_bake *p, int kind, const json_t *was)
 {
-    read_index(p);
-    for (int kind = 0; kind < IBL_PROBES_TEXTURES; kind++) {
-        ibl_probes_file *f = &p->file[kind];
-        const json_t *was =
-            json_object_get(json_object_get(p->old, "files"), file_keys[kind]);
-        const char *name = text_of(was, "file");
-        if (!*name)
-            continue;
-        f->old = ibl_path_join(p->opts->output, name);
-        if (!f->old)
-            return ibl_probes_no_memory(p);
-        if (!ibl_hash_file(f->old, f->hash) ||
-            strcmp(f->hash, text_of(was, "hash")) != 0) {
-            free(f->old);
-            f->old = NULL;
-        }
-        f->same = f->old && f->path && !strcmp(f->old, f->path) &&
-                  (kind != IBL_PROBES_LUT ||
-                   !strcmp(p->lut_inputs, text_of(was, "inputs")));
+    ibl_probes_file *f = &p->file[kind];
+    const char *name = text_of(was, "file");
+
+    if (!*name)
+        return true;
+    f->old = ibl_path_join(p->opts->output, name);
+    if (!f->old)
+        return ibl_probes_no_memory(p);
+    if (!ibl_hash_file(f->old, f->hash) ||
+        strcmp(f->hash, text_of(was, "hash")) != 0) {
+        free(f->old);
+        f->old = NULL;
     }
+    f->same = f->old && f->path && !strcmp(f->old, f->path) &&
+              (kind != IBL_PROBES_LUT ||
+               !strcmp(p->lut_inputs, text_of(was, "inputs")));
     return true;
 }
 
-int ibl_probes_old_layers(const ibl_probes_bake *p)
-{
-    return (int)json_array_size(json_object_get(p->old, "probes"));
-}
+/* ---- plan -------------------------------------------------------------- */
 
-static const json_t *old_layer(const ibl_probes_bake *p, int layer)
+/* The old layer with these inputs, that of its own place first; -1: none. */
+static int find_old(const json_t *layers, int layer, const char *hash)
 {
-    return json_array_get(json_object_get(p->old, "probes"), (size_t)layer);
-}
+    const json_t *own = json_array_get(layers, (size_t)layer);
+    json_t *was;
+    size_t i;
 
-int ibl_probes_find_old(const ibl_probes_bake *p, int layer, const char *hash)
-{
-    const int count = ibl_probes_old_layers(p);
-
-    if (!strcmp(text_of(old_layer(p, layer), "hash"), hash))
+    if (!strcmp(text_of(own, "hash"), hash))
         return layer;
-    for (int i = 0; i < count; i++)
-        if (!strcmp(text_of(old_layer(p, i), "hash"), hash))
+    json_array_foreach(layers, i, was)
+    {
+        if (!strcmp(text_of(was, "hash"), hash))
+            return (int)i;
+    }
+    return -1;
+}
+
+/* An earlier layer with the same inputs; -1: none. */
+static int find_twin(const ibl_probes_bake *p, int layer)
+{
+    for (int i = 0; i < layer; i++)
+        if (!strcmp(p->set.entry[i].hash, p->set.entry[layer].hash))
             return i;
     return -1;
 }
 
-/* ---- what is noted of a layer -------------------------------------------- */
-
-json_t *ibl_probes_old_note(const ibl_probes_bake *p, int layer, bool *alpha)
+/* Notes of a layer what the index said of it. */
+static bool keep_note(const ibl_probes_bake *p, ibl_set_entry *e,
+                      const json_t *was)
 {
     static const char *const keys[] = {"saturated", "beyond", "sh", "alpha_sh"};
-    const json_t *was = old_layer(p, layer);
-    json_t *note = json_object();
 
+    e->alpha = json_is_true(json_object_get(was, "alpha"));
+    e->note = json_object();
     for (size_t i = 0; i < sizeof keys / sizeof *keys; i++) {
         json_t *value = json_object_get(was, keys[i]);
         if (value)
-            put(&note, keys[i], json_incref(value));
+            put(&e->note, keys[i], json_incref(value));
     }
-    *alpha = json_is_true(json_object_get(was, "alpha"));
-    return note;
+    return e->note || ibl_probes_no_memory(p);
 }
+
+static bool plan_layers(ibl_probes_bake *p, const json_t *layers, bool usable)
+{
+    bool moved = (int)json_array_size(layers) != p->set.layers, ok = true;
+
+    for (int i = 0; i < p->set.layers && ok; i++) {
+        ibl_set_entry *e = &p->set.entry[i];
+        const int old = usable ? find_old(layers, i, e->hash) : -1;
+        const int twin = find_twin(p, i);
+        e->from = old >= 0    ? IBL_FROM_OLD
+                  : twin >= 0 ? IBL_FROM_TWIN
+                              : IBL_FROM_BAKE;
+        e->source = old >= 0 ? old : twin;
+        if (old >= 0)
+            ok = keep_note(p, e, json_array_get(layers, (size_t)old));
+        moved |= old != i;
+    }
+    for (int kind = 0; kind < IBL_PROBES_ARRAYS; kind++)
+        p->file[kind].same &= !moved;
+    return ok;
+}
+
+bool ibl_probes_plan(ibl_probes_bake *p)
+{
+    json_t *old = read_index(p);
+    const json_t *files = p->opts->force ? NULL : json_object_get(old, "files");
+    bool ok = true;
+
+    for (int kind = 0; kind < IBL_PROBES_TEXTURES && ok; kind++)
+        ok = find_file(p, kind, json_object_get(files, file_keys[kind]));
+    const bool usable =
+        p->file[IBL_PROBES_SPECULAR].old &&
+        (!p->set.bake.options.irradiance || p->file[IBL_PROBES_IRRADIANCE].old);
+    ok = ok && plan_layers(p, json_object_get(old, "probes"), usable);
+    json_decref(old);
+    return ok;
+}
+
+/* ---- what is noted of a layer -------------------------------------------- */
 
 /* The first of each three numbers. */
 static json_t *firsts(json_t *triples)
@@ -253,7 +297,6 @@ static json_t *irradiance(const ibl_bake_options *options)
 static json_t *entry(const ibl_probes_bake *p, int i)
 {
     const ibl_set_entry *e = &p->set.entry[i];
-    const ibl_probes_layer *l = &p->layer[i];
     const char *key;
     json_t *j, *value;
 
@@ -266,13 +309,13 @@ static json_t *entry(const ibl_probes_bake *p, int i)
                       volume(&e->probe.influence), "blend", e->probe.blend);
         if (e->probe.has_proxy)
             put(&j, "proxy", volume(&e->probe.proxy));
-        put(&j, "alpha", json_boolean(l->alpha));
+        put(&j, "alpha", json_boolean(e->alpha));
     }
-    json_object_foreach(l->note, key, value)
+    json_object_foreach(e->note, key, value)
     {
         put(&j, key, json_incref(value));
     }
-    put(&j, "hash", json_string(l->hash));
+    put(&j, "hash", json_string(e->hash));
     return j;
 }
 

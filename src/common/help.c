@@ -25,31 +25,25 @@ void ibl_option_allowed(const ibl_option *opt, char *text, size_t size)
     }
 }
 
-/* Of an int, or of an enumeration. */
-static int index_of(const void *field)
-{
-    int i;
-
-    memcpy(&i, field, sizeof i);
-    return i;
-}
-
 /* The default in words ("" if there is none to speak of); settings are the
  * command's, as defaults left them. */
 static void describe_standard(const ibl_option *opt, const void *settings,
                               char *text, size_t size)
 {
     const void *field = (const char *)settings + opt->offset;
+    const bool whole =
+        opt->kind == IBL_OPTION_INT || opt->kind == IBL_OPTION_CHOICE;
+    const int i = whole ? *(const int *)field : 0;
 
     *text = '\0';
     if (opt->standard)
         snprintf(text, size, "%s", opt->standard);
     else if (opt->kind == IBL_OPTION_INT)
-        snprintf(text, size, "%d", *(const int *)field);
+        snprintf(text, size, "%d", i);
     else if (opt->kind == IBL_OPTION_REAL)
         snprintf(text, size, "%.10g", *(const double *)field);
     else if (opt->kind == IBL_OPTION_CHOICE)
-        snprintf(text, size, "%s", opt->choices[index_of(field)]);
+        snprintf(text, size, "%s", opt->choices[i]);
 }
 
 /* Prints text from column INDENT on, broken at spaces; column is where the

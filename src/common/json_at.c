@@ -212,35 +212,29 @@ bool ibl_json_triple(ibl_json_at at, double low, double high, bool open,
     return ok;
 }
 
-static bool take_box(ibl_json_at at, ibl_volume *v)
-{
-    static const char *const keys[] = {"centre", "half", NULL};
-
-    v->shape = IBL_SHAPE_BOX;
-    return ibl_json_object(at, keys) &&
-           ibl_json_place(ibl_json_member(&at, "centre"), v->centre) &&
-           ibl_json_triple(ibl_json_member(&at, "half"), 0, IBL_JSON_FARTHEST,
-                           true, v->half);
-}
-
-static bool take_sphere(ibl_json_at at, ibl_volume *v)
-{
-    static const char *const keys[] = {"centre", "radius", NULL};
-
-    v->shape = IBL_SHAPE_SPHERE;
-    if (!ibl_json_object(at, keys) ||
-        !ibl_json_place(ibl_json_member(&at, "centre"), v->centre) ||
-        !ibl_json_real(ibl_json_member(&at, "radius"), 0, IBL_JSON_FARTHEST,
-                       true, &v->half[0]))
-        return false;
-    v->half[1] = v->half[2] = v->half[0];
-    return true;
-}
-
 bool ibl_json_place(ibl_json_at at, double place[3])
 {
     return ibl_json_triple(at, -IBL_JSON_FARTHEST, IBL_JSON_FARTHEST, false,
                            place);
+}
+
+static bool take_shape(ibl_json_at at, ibl_shape shape, ibl_volume *v)
+{
+    static const char *const keys[][3] = {
+        [IBL_SHAPE_BOX] = {"centre", "half", NULL},
+        [IBL_SHAPE_SPHERE] = {"centre", "radius", NULL}};
+    const ibl_json_at size = ibl_json_member(&at, keys[shape][1]);
+
+    v->shape = shape;
+    if (!ibl_json_object(at, keys[shape]) ||
+        !ibl_json_place(ibl_json_member(&at, "centre"), v->centre))
+        return false;
+    if (shape == IBL_SHAPE_BOX)
+        return ibl_json_triple(size, 0, IBL_JSON_FARTHEST, true, v->half);
+    if (!ibl_json_real(size, 0, IBL_JSON_FARTHEST, true, &v->half[0]))
+        return false;
+    v->half[1] = v->half[2] = v->half[0];
+    return true;
 }
 
 bool ibl_json_volume(ibl_json_at at, ibl_volume *volume)
@@ -253,5 +247,6 @@ bool ibl_json_volume(ibl_json_at at, ibl_volume *volume)
         return false;
     if (!box.value == !sphere.value)
         return ibl_json_wrong(at, "one of box and sphere");
-    return box.value ? take_box(box, volume) : take_sphere(sphere, volume);
+    return box.value ? take_shape(box, IBL_SHAPE_BOX, volume)
+                     : take_shape(sphere, IBL_SHAPE_SPHERE, volume);
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* From the command line to a command's settings. */
+#include <ctype.h>
 #include <errno.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -59,25 +60,17 @@ static const ibl_option *option_at(const ibl_command *cmd, int n)
     return NULL;
 }
 
-static const ibl_option *find_name(const ibl_command *cmd, const char *word,
-                                   size_t length)
+/* The option of that name, or, with name NULL, of that letter. */
+static const ibl_option *find_option(const ibl_command *cmd, const char *name,
+                                     size_t length, char letter)
 {
     const ibl_option *opt;
     int n = 0;
 
     while ((opt = option_at(cmd, n++)))
-        if (strlen(opt->name) == length && !memcmp(opt->name, word, length))
-            break;
-    return opt;
-}
-
-static const ibl_option *find_letter(const ibl_command *cmd, char letter)
-{
-    const ibl_option *opt;
-    int n = 0;
-
-    while ((opt = option_at(cmd, n++)))
-        if (opt->letter == letter)
+        if (name ? strlen(opt->name) == length &&
+                       !memcmp(opt->name, name, length)
+                 : opt->letter == letter)
             break;
     return opt;
 }
@@ -110,17 +103,12 @@ static bool unknown_long(const ibl_command *cmd, const char *word,
     return unknown(cmd, "--", word, length);
 }
 
-static bool is_digit(char c)
-{
-    return c >= '0' && c <= '9';
-}
-
 bool ibl_number_int(const char *text, int low, int high, int *n,
                     const char **end)
 {
     char *after;
 
-    if (!is_digit(text[*text == '-']))
+    if (!isdigit((unsigned char)text[*text == '-']))
         return false;
     errno = 0;
     const long value = strtol(text, &after, 10);
@@ -137,7 +125,7 @@ bool ibl_number_real(const char *text, double low, double high, double *x,
     const char *digits = text + (*text == '-');
     char *after;
 
-    if (!is_digit(digits[*digits == '.']) ||
+    if (!isdigit((unsigned char)digits[*digits == '.']) ||
         (digits[0] == '0' && (digits[1] == 'x' || digits[1] == 'X')))
         return false;
     const double value = strtod(text, &after);
@@ -151,15 +139,6 @@ bool ibl_number_real(const char *text, double low, double high, double *x,
 /* Enumerations are as wide as an int, but may be unsigned. */
 _Static_assert(sizeof(ibl_option_kind) == sizeof(int),
                "enumerations are not as wide as an int");
-
-static bool set_choice(const ibl_option *opt, void *field, const char *value)
-{
-    const int i = ibl_names_find(opt->choices, value);
-
-    if (i >= 0)
-        memcpy(field, &i, sizeof i);
-    return i >= 0;
-}
 
 static bool ends_in_png(const char *name)
 {
@@ -183,17 +162,28 @@ static bool set_text(const ibl_option *opt, void *field, const char *value)
     return true;
 }
 
+/* A walk over the command line. */
+typedef struct line {
+    const ibl_command *cmd;
+    void *settings;
+    char **argv;
+    int next;               /* argument after the current one */
+    const ibl_option *stop; /* HELP or PRINT that was seen */
+} line;
+
 /* Stores the value of an option; value is NULL for a flag. */
-static bool set(void *settings, const ibl_option *opt, const char *value)
+static bool set(line *l, const ibl_option *opt, const char *value)
 {
-    void *field = (char *)settings + opt->offset;
+    void *field = (char *)l->settings + opt->offset;
     const char *end = "";
     char allowed[160];
     bool ok = false;
+    int choice;
 
     switch (opt->kind) {
     case IBL_OPTION_HELP:
     case IBL_OPTION_PRINT:
+        l->stop = opt;
         return true;
     case IBL_OPTION_FLAG:
         *(int *)field = 1;
@@ -209,7 +199,10 @@ static bool set(void *settings, const ibl_option *opt, const char *value)
         ok = ibl_number_real(value, opt->low, opt->high, field, &end);
         break;
     case IBL_OPTION_CHOICE:
-        ok = set_choice(opt, field, value);
+        choice = ibl_names_find(opt->choices, value);
+        ok = choice >= 0;
+        if (ok)
+            memcpy(field, &choice, sizeof choice);
         break;
     case IBL_OPTION_TEXT:
     case IBL_OPTION_PNG:
@@ -235,27 +228,11 @@ static bool no_value(const ibl_option *opt)
                       opt->value, *allowed ? ", " : "", allowed);
 }
 
-/* A walk over the command line. */
-typedef struct line {
-    const ibl_command *cmd;
-    void *settings;
-    char **argv;
-    int next;               /* argument after the current one */
-    const ibl_option *stop; /* HELP or PRINT that was seen */
-} line;
-
-static bool take(line *l, const ibl_option *opt, const char *value)
-{
-    if (opt->kind == IBL_OPTION_HELP || opt->kind == IBL_OPTION_PRINT)
-        l->stop = opt;
-    return set(l->settings, opt, value);
-}
-
 /* "--name", "--name=value" or "--name value". */
 static bool take_long(line *l, const char *word)
 {
     const size_t length = strcspn(word, "=");
-    const ibl_option *opt = find_name(l->cmd, word, length);
+    const ibl_option *opt = find_option(l->cmd, word, length, '\0');
     const char *value = word[length] ? word + length + 1 : NULL;
 
     if (!opt)
@@ -268,14 +245,14 @@ static bool take_long(line *l, const char *word)
             return no_value(opt);
         value = l->argv[l->next++];
     }
-    return take(l, opt, value);
+    return set(l, opt, value);
 }
 
 /* "-qv", "-j4", "-j 4". */
 static bool take_short(line *l, const char *word)
 {
     for (; *word; word++) {
-        const ibl_option *opt = find_letter(l->cmd, *word);
+        const ibl_option *opt = find_option(l->cmd, NULL, 0, *word);
         if (!opt)
             return unknown(l->cmd, "-", word, 1);
         if (opt->value) {
@@ -283,9 +260,9 @@ static bool take_short(line *l, const char *word)
             if (!value)
                 return no_value(opt);
             l->next += !word[1];
-            return take(l, opt, value);
+            return set(l, opt, value);
         }
-        take(l, opt, NULL);
+        set(l, opt, NULL);
     }
     return true;
 }

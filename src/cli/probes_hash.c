@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What of a set has to be baked: what has changed since the last time. */
+/* Hashes of what a set is made from, and one run at a time. */
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
@@ -97,13 +97,13 @@ bool ibl_hash_file(const char *path, char hash[IBL_HASH_SIZE])
 
 /* ---- one run at a time ------------------------------------------------- */
 
-bool ibl_probes_hold(ibl_probes_bake *p)
+void ibl_probes_hold(ibl_probes_bake *p)
 {
     const char *directory = p->opts->output;
 
     p->held = open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (p->held < 0)
-        return errno != ENOENT;
+        return;
     /* File systems without locks say so by other errors, and have none. */
     if (flock(p->held, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK) {
         ibl_console_warn(p->console,
@@ -112,7 +112,6 @@ bool ibl_probes_hold(ibl_probes_bake *p)
         while (flock(p->held, LOCK_EX) && errno == EINTR)
             continue;
     }
-    return true;
 }
 
 /* ---- hashes of layers --------------------------------------------------- */
@@ -183,44 +182,11 @@ bool ibl_probes_hash_inputs(ibl_probes_bake *p)
 
     for (int i = 0; i < p->set.layers && ok; i++)
         ok = hash_capture(p, &p->set.entry[i].capture,
-                          ibl_probes_alpha(&p->set, i), p->layer[i].hash);
+                          ibl_probes_alpha(&p->set, i), p->set.entry[i].hash);
     const int n =
         snprintf(lut, sizeof lut, "iblbake %s %s %s\nlut %d %d", IBL_VERSION,
                  IBL_REVISION, ibl_isa_name(p->isa), p->set.bake.lut_size,
                  p->set.bake.pixel == IBL_PIXEL_RGBA32F);
     ibl_hash_bytes(lut, (size_t)n, p->lut_inputs);
     return ok;
-}
-
-/* ---- plan -------------------------------------------------------------- */
-
-/* An earlier layer with the same inputs; -1: none. */
-static int find_twin(const ibl_probes_bake *p, int layer)
-{
-    for (int i = 0; i < layer; i++)
-        if (!strcmp(p->layer[i].hash, p->layer[layer].hash))
-            return i;
-    return -1;
-}
-
-void ibl_probes_plan(ibl_probes_bake *p)
-{
-    const bool force = p->opts->force;
-    const bool usable =
-        !force && p->file[IBL_PROBES_SPECULAR].old &&
-        (!p->set.bake.options.irradiance || p->file[IBL_PROBES_IRRADIANCE].old);
-    bool moved = ibl_probes_old_layers(p) != p->set.layers;
-
-    for (int i = 0; i < p->set.layers; i++) {
-        ibl_probes_layer *l = &p->layer[i];
-        const int old = usable ? ibl_probes_find_old(p, i, l->hash) : -1;
-        const int twin = find_twin(p, i);
-        l->from = old >= 0    ? IBL_FROM_OLD
-                  : twin >= 0 ? IBL_FROM_TWIN
-                              : IBL_FROM_BAKE;
-        l->source = old >= 0 ? old : twin;
-        moved |= old != i;
-    }
-    for (int kind = 0; kind < IBL_PROBES_TEXTURES; kind++)
-        p->file[kind].same &= !force && (kind == IBL_PROBES_LUT || !moved);
 }
