@@ -41,7 +41,6 @@ static const char *const names[METHODS] = {
 
 typedef struct job {
     ibl_ctx *ctx;
-    view_room *room;
     view_room_draw draw;
     int size;
     view_capture *capture[METHODS];
@@ -92,18 +91,6 @@ static void drop(job *j)
     }
 }
 
-static void draw_room(void *cookie, const double clip[16], const double from[3],
-                      int size, int side)
-{
-    job *j = cookie;
-
-    (void)size;
-    memcpy(j->draw.clip, clip, sizeof j->draw.clip);
-    memcpy(j->draw.eye, from, sizeof j->draw.eye);
-    j->draw.paraboloid = side >= 0;
-    view_room_render(j->room, &j->draw);
-}
-
 /* An update in steps, as it is spread over frames: all, and the longest. */
 static void update(job *j, int method, double ms[PARTS])
 {
@@ -114,7 +101,7 @@ static void update(job *j, int method, double ms[PARTS])
     ms[CPU] = -test_ms(CLOCK_PROCESS_CPUTIME_ID);
     for (int i = view_capture_steps(c); i > 0; i--) {
         const double begin = view_clock();
-        done = view_capture_advance(c, eye, draw_room, j, 1);
+        done = view_capture_advance(c, eye, lit_capture, &j->draw, 1);
         const double step = 1e3 * (view_clock() - begin);
         ms[ALL] += step;
         ms[LONGEST] = fmax(ms[LONGEST], step);
@@ -167,12 +154,11 @@ static void tell(job *j)
 int main(void)
 {
     job j = {.ctx = test_ctx(0, IBL_ISA_AUTO)};
+    const view_camera any = {.near = 1, .far = 2};
 
-    view_test_begin(32, 32);
-    if (!(j.room = view_room_create()))
-        fail("no room");
+    lit_begin(32, 32);
     const GLuint sky = room_cube_of(0.5F, 0.6F, 0.8F, 1);
-    j.draw.moving = true;
+    j.draw = lit_draw(&any);
     j.draw.environment = (view_room_environment){
         .specular = sky, .irradiance = sky, .sky = sky, .irradiance_scale = 1};
     j.draw.table = room_table_of(0.9F, 0.05F);
@@ -185,7 +171,5 @@ int main(void)
         tell(&j);
         drop(&j);
     }
-    view_room_free(j.room);
-    view_test_close();
     return 0;
 }

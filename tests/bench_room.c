@@ -53,25 +53,9 @@ enum {
 };
 
 typedef struct bench {
-    ibl_ctx *ctx;
-    view_room *room;
     view_room_draw draw; /* what of it all draws share */
-    room_target target;
     view_scene_locals *locals[COUNTS];
 } bench;
-
-static void capture_scene(void *cookie, const double clip[16],
-                          const double eye[3], int size, int side)
-{
-    const bench *b = cookie;
-    view_room_draw d = b->draw;
-
-    (void)size;
-    memcpy(d.clip, clip, sizeof d.clip);
-    memcpy(d.eye, eye, sizeof d.eye);
-    d.paraboloid = side >= 0;
-    view_room_render(b->room, &d);
-}
 
 static bool capture(bench *b)
 {
@@ -82,8 +66,8 @@ static bool capture(bench *b)
         if (!(b->locals[i] = view_scene_locals_create(&o, counts[i])))
             return false;
         for (int k = 0; k < counts[i]; k++)
-            if (!view_scene_locals_capture(b->locals[i], k, o.far,
-                                           capture_scene, b))
+            if (!view_scene_locals_capture(b->locals[i], k, o.far, lit_capture,
+                                           &b->draw))
                 return false;
     }
     return true;
@@ -96,10 +80,10 @@ static double draw(bench *b, int i)
     if (cases[i].locals)
         d.locals = view_scene_locals_drawn(b->locals[cases[i].locals - 1]);
     d.untiled = cases[i].untiled;
-    room_target_bind(&b->target);
+    room_target_bind(&lit.target);
     gl.Finish();
     const double before = view_clock();
-    view_room_render(b->room, &d);
+    view_room_render(lit.room, &d);
     gl.Finish();
     return 1e3 * (view_clock() - before);
 }
@@ -136,20 +120,15 @@ int main(int argc, char **argv)
         fprintf(stderr, "bench_room [WIDTH HEIGHT]\n");
         return 2;
     }
-    b.ctx = test_ctx(0, IBL_ISA_AUTO);
-    view_test_begin(width, height);
-    b.room = view_room_create();
-    if (b.room && view_set_bake(b.ctx, test_data("sky.exr"), &set)) {
+    lit_begin(width, height);
+    if (view_set_bake(test_ctx(0, IBL_ISA_AUTO), test_data("sky.exr"), &set)) {
         const view_camera camera = room_camera(eye, at, 65, width, height);
         b.draw = room_draw_by(&camera);
-        room_target_make(&b.target, width, height);
         if (load(&set, &b.draw)) {
             printf("%d x %d, %s\n", width, height, view_test_about());
             status = !run(&b);
         }
     }
-    view_room_free(b.room);
     view_set_free(&set);
-    view_test_close();
     return status;
 }

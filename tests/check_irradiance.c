@@ -182,6 +182,7 @@ static void check_grid(ibl_ctx *ctx, int w, int h)
     for (int k = 0; k < 3; k++) {
         opts.step = steps[k];
         NEED(!ibl_bake_irradiance(ctx, &env, &opts, &grid));
+        test_cube(grid);
         double worst = 0.0;
         for (size_t i = 0; i < floats(&exact); i++)
             worst = fmax(worst, fabs((double)grid.data[i] / exact.data[i] - 1));
@@ -192,6 +193,7 @@ static void check_grid(ibl_ctx *ctx, int w, int h)
     for (int k = 0; k < 3 * w * h; k++)
         env.data[k] = 3.0f;
     NEED(!ibl_bake_irradiance(ctx, &env, &opts, &grid));
+    test_cube(grid);
     for (size_t i = 0; i < floats(&grid); i++)
         CHECK_NEAR(grid.data[i], 3.0, 1e-6);
 }

@@ -707,7 +707,5 @@ static const test tests[] = {
 int main(int argc, char **argv)
 {
     contexts();
-    const int result =
-        test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
-    return result;
+    return test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
 }

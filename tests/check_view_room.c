@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The room against rays that are cast in double into its boxes and spheres. */
+#include "maps.h"
 #include "room.h"
 #include "view.h"
 
@@ -484,19 +485,6 @@ static void limited(void)
 
 /* ---- captures ------------------------------------------------------------ */
 
-/* What a capture asks for, drawn as it is asked. */
-static void capture_scene(void *cookie, const double clip[16],
-                          const double eye[3], int size, int side)
-{
-    view_room_draw d = *(const view_room_draw *)cookie;
-
-    (void)size;
-    memcpy(d.clip, clip, sizeof d.clip);
-    memcpy(d.eye, eye, sizeof d.eye);
-    d.paraboloid = side >= 0;
-    view_room_render(lit.room, &d);
-}
-
 /* Whether a texel sees that, or what is up to so many texels away; or it is
  * between two things, and may be a mix of them. */
 static bool texel_sees(const view_room_draw *d, const double from[3],
@@ -534,8 +522,7 @@ static void captured(view_probe_capture kind, const double from[3],
     };
     const view_camera any = {.near = 1, .far = 2};
     view_capture_options o = view_capture_options_default();
-    ibl_ctx *ctx = view_test_ctx(1);
-    ibl_cube cube = {0};
+    ibl_cube cube = cube_alloc(view_test_ctx(1), SIZE, 1);
     int bad = 0;
 
     view_room_draw d = lit_draw(&any);
@@ -544,14 +531,12 @@ static void captured(view_probe_capture kind, const double from[3],
     o.samples = 1;
     o.far = 40;
     view_capture *c = view_capture_create(&o);
-    NEED(c && view_capture_update(c, from, capture_scene, &d) &&
-         ibl_cube_alloc(ctx, SIZE, 1, &cube) == IBL_OK &&
+    NEED(c && view_capture_update(c, from, lit_capture, &d) &&
          view_capture_read(c, &cube));
     for (int i = 0; i < IBL_FACES * SIZE * SIZE; i++)
         bad += !texel_sees(&d, from, &cube, i / (SIZE * SIZE), i % SIZE,
                            i / SIZE % SIZE, around);
     CHECK_MSG(bad <= most, "%d of %d texels", bad, IBL_FACES * SIZE * SIZE);
-    ibl_cube_free(&cube);
     view_capture_free(c);
 }
 

@@ -318,6 +318,18 @@ float *lit_render(const view_room_draw *draw)
     return room_target_read(&lit.target);
 }
 
+void lit_capture(void *cookie, const double clip[16], const double eye[3],
+                 int size, int side)
+{
+    view_room_draw d = *(const view_room_draw *)cookie;
+
+    (void)size;
+    memcpy(d.clip, clip, sizeof d.clip);
+    memcpy(d.eye, eye, sizeof d.eye);
+    d.paraboloid = side >= 0;
+    view_room_render(lit.room, &d);
+}
+
 static void material_colour(const room_hit *hit, double rgb[3])
 {
     for (int k = 0; k < 3; k++) {

@@ -71,6 +71,9 @@ void lit_begin(int width, int height);
 view_room_draw lit_draw(const view_camera *camera);
 /* As room_target_read has it. */
 float *lit_render(const view_room_draw *draw);
+/* A view_capture_scene: draws what the cookie, a view_room_draw, shows. */
+void lit_capture(void *cookie, const double clip[16], const double eye[3],
+                 int size, int side);
 /* Whether a pixel has the colour of what a ray meets. The sky is a filtered
  * texture, which is less exact. */
 bool lit_has_colour(const float *pixel, const room_hit *hit, double tolerance);
