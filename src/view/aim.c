@@ -80,23 +80,20 @@ static double edge_value(const float *cells, int edge, int face, int x, int y)
  * light that this is. */
 static double take_mean_off(const float *cells, int edge, float *light)
 {
-    const size_t count = cell_of(edge, 6, 0, 0);
+    const int face_cells = edge * edge;
     double all = 0.0, above = 0.0;
 
-    for (size_t i = 0; i < count; ++i) {
-        const int x = (int)(i % (size_t)edge);
-        const int y = (int)(i / (size_t)edge % (size_t)edge);
-        const int face = (int)(i / (size_t)edge / (size_t)edge);
-        const double value = edge_value(cells, edge, face, x, y);
+    for (int i = 0; i < 6 * face_cells; ++i) {
+        const int x = i % edge, y = i / edge % edge;
+        const double value = edge_value(cells, edge, i / face_cells, x, y);
 
         light[i] = (float)value;
         all += value * ibl_cube_solid_angle(edge, x, y);
     }
-    for (size_t i = 0; i < count; ++i) {
-        const double solid_angle =
-            ibl_cube_solid_angle(edge, (int)(i % (size_t)edge),
-                                 (int)(i / (size_t)edge % (size_t)edge));
+    for (int i = 0; i < 6 * face_cells; ++i) {
         const double value = light[i] - all / (4.0 * acos(-1.0));
+        const double solid_angle =
+            ibl_cube_solid_angle(edge, i % edge, i / edge % edge);
 
         light[i] = value > 0.0 ? (float)(value * solid_angle) : 0.0F;
         above += light[i];

@@ -79,10 +79,6 @@ bool view_set_bake(ibl_ctx *ctx, const char *path, baked_set *set);
 bool view_set_bake_image(ibl_ctx *ctx, const char *name, const ibl_image *map,
                          const ibl_specular_options *opts, baked_set *set);
 
-/* E/pi by the harmonics of a set that has them; may be a little negative. */
-void view_set_sh_irradiance(const baked_set *set, const double normal[3],
-                            double rgb[3]);
-
 /* ---- files that change ------------------------------------------------- */
 
 /* Whether a file is another than the one that was read or seen, and all such

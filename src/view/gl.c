@@ -137,19 +137,16 @@ GLenum view_gl_face(int face)
 
 static const char *error_name(GLenum error)
 {
-    switch (error) {
-    case GL_INVALID_ENUM:
-        return "invalid enum";
-    case GL_INVALID_VALUE:
-        return "invalid value";
-    case GL_INVALID_OPERATION:
-        return "invalid operation";
-    case GL_INVALID_FRAMEBUFFER_OPERATION:
-        return "framebuffer not complete";
-    case GL_OUT_OF_MEMORY:
-        return "out of memory";
-    }
-    return "unknown error";
+    static const char *const names[] = {"invalid enum",
+                                        "invalid value",
+                                        "invalid operation",
+                                        "stack overflow",
+                                        "stack underflow",
+                                        "out of memory",
+                                        "framebuffer not complete"};
+    const GLenum i = error - GL_INVALID_ENUM;
+
+    return i < sizeof names / sizeof *names ? names[i] : "unknown error";
 }
 
 bool view_gl_check(const char *where)

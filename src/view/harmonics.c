@@ -5,7 +5,9 @@
 
 #include <math.h>
 
-void view_harmonics(const double d[3], double y[VIEW_SH_COUNT])
+#include "ibl/ibl.h"
+
+static void basis(const double d[3], double y[VIEW_SH_COUNT])
 {
     const double x = d[0], s = d[1], z = d[2], zz = z * z;
     const double c2 = x * x - s * s, s2 = 2 * x * s;
@@ -37,4 +39,30 @@ void view_harmonics(const double d[3], double y[VIEW_SH_COUNT])
     y[22] = sqrt(45 / (64 * M_PI)) * c2 * (7 * zz - 1);
     y[23] = sqrt(315 / (32 * M_PI)) * c3 * z;
     y[24] = sqrt(315 / (256 * M_PI)) * c4;
+}
+
+void view_harmonics_sum(const double *coefficients, int count, int channels,
+                        const double d[3], double *sum)
+{
+    double y[VIEW_SH_COUNT];
+
+    basis(d, y);
+    for (int c = 0; c < channels; c++) {
+        sum[c] = 0;
+        for (int i = 0; i < count; i++)
+            sum[c] += coefficients[channels * i + c] * y[i];
+    }
+}
+
+void view_harmonics_cube(const double *coefficients, int count, int channels,
+                         int edge, float *texels)
+{
+    for (int i = 0; i < IBL_FACES * edge * edge; i++) {
+        const int face = i / (edge * edge), at = i % (edge * edge);
+        double d[3], sum[4];
+        ibl_cube_direction(edge, face, at % edge, at / edge, d);
+        view_harmonics_sum(coefficients, count, channels, d, sum);
+        for (int c = 0; c < channels; c++)
+            *texels++ = (float)fmax(sum[c], 0);
+    }
 }

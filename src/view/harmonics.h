@@ -6,8 +6,12 @@
 #define VIEW_SH_DEGREE 4
 #define VIEW_SH_COUNT ((VIEW_SH_DEGREE + 1) * (VIEW_SH_DEGREE + 1))
 
-/* Y_lm of a unit direction, ordered and with the basis of ibl_bake_sh: the
- * first (l + 1)^2 are those to degree l. */
-void view_harmonics(const double d[3], double y[VIEW_SH_COUNT]);
+/* The sum of harmonics in a unit direction, of one to four channels. Ordered
+ * and with the basis of ibl_bake_sh: a count of (l + 1)^2 is to degree l. */
+void view_harmonics_sum(const double *coefficients, int count, int channels,
+                        const double d[3], double *sum);
+/* The same at the texels of a cube's level; what is below 0 is 0. */
+void view_harmonics_cube(const double *coefficients, int count, int channels,
+                         int edge, float *texels);
 
 #endif

@@ -6,21 +6,16 @@
 #include "view/message.h"
 #include <png.h>
 #include <stdlib.h>
-#include <string.h>
 
 void view_picture_flip(void *pixels, size_t row_bytes, int height)
 {
-    unsigned char part[4096];
-
     for (int i = 0; i < height / 2; i++) {
         unsigned char *a = (unsigned char *)pixels + (size_t)i * row_bytes;
         unsigned char *b = a + (size_t)(height - 1 - 2 * i) * row_bytes;
-        for (size_t done = 0; done < row_bytes; done += sizeof part) {
-            const size_t left = row_bytes - done;
-            const size_t n = left < sizeof part ? left : sizeof part;
-            memcpy(part, a + done, n);
-            memcpy(a + done, b + done, n);
-            memcpy(b + done, part, n);
+        for (size_t x = 0; x < row_bytes; x++) {
+            const unsigned char kept = a[x];
+            a[x] = b[x];
+            b[x] = kept;
         }
     }
 }

@@ -383,24 +383,11 @@ static GLuint load_array(ibl_ctx *ctx, const probe_array *a)
 /* A sum may be a little below 0 where it is dark, that of alpha above 1. */
 static void fill_cube(const double sh[4 * INDEX_SH], float *rgba)
 {
-    double d[3], y[VIEW_SH_COUNT];
-
-    for (int at = 0; at < IBL_FACES * SH_EDGE * SH_EDGE; at++, rgba += 4) {
-        const int face = at / (SH_EDGE * SH_EDGE);
-        ibl_cube_direction(SH_EDGE, face, at % SH_EDGE, at / SH_EDGE % SH_EDGE,
-                           d);
-        view_harmonics(d, y);
-        for (int c = 0; c < 4; c++) {
-            double sum = 0;
-            for (int i = 0; i < INDEX_SH; i++)
-                sum += sh[4 * i + c] * y[i];
-            rgba[c] = (float)fmax(sum, 0);
-        }
-        rgba[3] = fminf(rgba[3], 1);
-    }
+    view_harmonics_cube(sh, INDEX_SH, 4, SH_EDGE, rgba);
+    for (int i = 0; i < IBL_FACES * SH_EDGE * SH_EDGE; i++)
+        rgba[4 * i + 3] = fminf(rgba[4 * i + 3], 1);
 }
 
-/* Layers as those of the specular array; one that no probe has stays black. */
 static GLuint make_irradiance(const probe_index *x, const char *name)
 {
     const size_t floats = (size_t)4 * IBL_FACES * SH_EDGE * SH_EDGE;

@@ -202,30 +202,17 @@ static char *find_in_directory(const char *path)
 char *view_file_specular(const char *path)
 {
     const char *words;
+    const view_file_kind kind = view_file_look(path, &words);
     char *found = NULL;
 
-    switch (view_file_look(path, &words)) {
-    case VIEW_FILE_DIRECTORY:
+    if (kind == VIEW_FILE_DIRECTORY)
         return find_in_directory(path);
-    case VIEW_FILE_MISSING:
-        view_fail("%s: cannot be opened: %s", path, strerror(errno));
-        break;
-    case VIEW_FILE_JSON:
+    if (kind == VIEW_FILE_JSON)
         view_fail("%s: is JSON, no texture: name the NAME_specular file beside "
                   "it, or the directory",
                   path);
-        break;
-    case VIEW_FILE_OTHER:
-        view_fail("%s: is %s, where a baked specular file (KTX2, KTX or DDS) "
-                  "is wanted: bake it first",
-                  path, words);
-        break;
-    case VIEW_FILE_TEXTURE:
-    case VIEW_FILE_PIPE:
-        found = strdup(path);
-        if (!found)
-            view_file_no_memory(path);
-    }
+    else if (!(found = strdup(path)))
+        view_file_no_memory(path);
     return found;
 }
 

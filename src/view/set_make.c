@@ -98,32 +98,14 @@ void view_set_harmonics(baked_set *set, int degree, const double *radiance)
             set->sh[i] = radiance[i] * ibl_sh_cosine(l);
 }
 
-void view_set_sh_irradiance(const baked_set *set, const double normal[3],
-                            double rgb[3])
-{
-    const int count = (set->sh_degree + 1) * (set->sh_degree + 1);
-    double y[VIEW_SH_COUNT];
-
-    view_harmonics(normal, y);
-    rgb[0] = rgb[1] = rgb[2] = 0;
-    for (int i = 0; i < count; i++)
-        for (int c = 0; c < 3; c++)
-            rgb[c] += y[i] * set->sh[3 * i + c];
-}
-
 static ibl_status irradiance_of_sh(ibl_ctx *ctx, const baked_set *set,
                                    ibl_cube *out)
 {
+    const int count = (set->sh_degree + 1) * (set->sh_degree + 1);
     const ibl_status status = ibl_cube_alloc(ctx, SH_EDGE, 1, out);
 
-    for (int i = 0; !status && i < 6 * SH_EDGE * SH_EDGE; i++) {
-        const int face = i / (SH_EDGE * SH_EDGE), at = i % (SH_EDGE * SH_EDGE);
-        double normal[3], rgb[3];
-        ibl_cube_direction(SH_EDGE, face, at % SH_EDGE, at / SH_EDGE, normal);
-        view_set_sh_irradiance(set, normal, rgb);
-        for (int c = 0; c < 3; c++)
-            out->data[3 * i + c] = (float)fmax(rgb[c], 0);
-    }
+    if (!status)
+        view_harmonics_cube(set->sh, count, 3, SH_EDGE, out->data);
     return status;
 }
 

@@ -43,27 +43,24 @@ static bool try_name(const opener *o, const char *name, char **out)
  * its geometry. *out NULL: nowhere. */
 static bool find_beside(const opener *o, view_content content, char **out)
 {
-    const char *const word = view_content_names[content];
     const char *listed = view_sidecar_file(o->sidecar, content);
-    const char *own = strrchr(ibl_path_name(o->set->path[VIEW_SPECULAR]), '.');
-    const int stems = content == VIEW_LUT ? 2 : 1;
+    const char *dot = strrchr(ibl_path_name(o->set->path[VIEW_SPECULAR]), '.');
+    char own[1024], name[1024];
+    const char *const own_stems[] = {own, NULL};
 
     *out = NULL;
     if (listed && !try_name(o, listed, out))
         return false;
-    for (int s = 0; s < stems; s++)
+    snprintf(own, sizeof own, "%s_%s", o->set->name,
+             view_content_names[content]);
+    for (const char *const *stem = content == VIEW_LUT ? ibl_lut_stems
+                                                       : own_stems;
+         *stem; stem++)
         for (int i = -1; i < IBL_CONTAINER_COUNT && !*out; i++) {
-            const char *extension = i >= 0
-                                        ? ibl_container_name((ibl_container)i)
-                                    : own ? own + 1
-                                          : "ktx2";
-            char name[1024];
-            if (content == VIEW_LUT)
-                snprintf(name, sizeof name, "%s.%s", ibl_lut_stems[s],
-                         extension);
-            else
-                snprintf(name, sizeof name, "%s_%s.%s", o->set->name, word,
-                         extension);
+            snprintf(name, sizeof name, "%.1000s.%s", *stem,
+                     i >= 0 ? ibl_container_name((ibl_container)i)
+                     : dot  ? dot + 1
+                            : "ktx2");
             if (!try_name(o, name, out))
                 return false;
         }

@@ -33,7 +33,7 @@ char *view_file_stem(const char *path);
 /* The content whose name ends that, "brdf_lut" or after a "_"; VIEW_CONTENTS:
  * none. *length is that of what is before "_", or of all. */
 view_content view_file_content(const char *path, size_t *length);
-/* The specular file that a file's or directory's path means, for free(). NULL,
+/* The specular file that a directory's or its own path means, for free(). NULL,
  * with a message. */
 char *view_file_specular(const char *path);
 /* Prints that there is no memory to open path; false. */

@@ -150,9 +150,6 @@ static view_frame part_of(const view_frame *frame)
 {
     view_frame f = view_frame_linear(frame);
 
-    memset(f.lod, 0, sizeof f.lod);
-    memset(f.diffuse, 0, sizeof f.diffuse);
-    memset(f.sh, 0, sizeof f.sh);
     f.choice[1] = 0; /* diffuse */
     memset(f.inspect, 0, sizeof f.inspect);
     memset(f.inspect_at, 0, sizeof f.inspect_at);
