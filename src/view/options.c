@@ -308,8 +308,8 @@ static const ibl_option pictures[] = {
     {"sheet-columns", 0, IBL_CHOICE(columns, view_axis_names),
      .standard = "turn, of maps and the scene ev",
      .help = "property that changes from column to column"},
-    {"size", 0, IBL_OTHER(size, "WxH", parse_size), .allowed = "1x1 to 16384x16384",
-     .standard = "1280x720, 320x240 in a sheet",
+    {"size", 0, IBL_OTHER(size, "WxH", parse_size),
+     .allowed = "1x1 to 16384x16384", .standard = "1280x720, 320x240 in a sheet",
      .help = "size of the window, the picture or each picture of a sheet"},
     {"frames", 0, IBL_INT(frames, 1, 100000), .standard = "1",
      .help = "number of frames to draw before a picture is written; each adds "
@@ -317,8 +317,8 @@ static const ibl_option pictures[] = {
     {"samples", 0, IBL_INT(samples, 1, VIEW_TRUTH_SAMPLES),
      .standard = "256, without --frames",
      .help = "samples of the reference at each pixel of a picture"},
-    {"texel", 0, IBL_OTHER(texel, "X,Y", parse_texel), .allowed = "0,0 to 16383,16383",
-     .standard = "none",
+    {"texel", 0, IBL_OTHER(texel, "X,Y", parse_texel),
+     .allowed = "0,0 to 16383,16383", .standard = "none",
      .help = "print texel, direction and value under that pixel of the "
               "picture"},
 };

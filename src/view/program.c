@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "view/program.h"
 
+#include "common/text.h"
 #include "view/message.h"
 #include <ctype.h>
 #include <stdio.h>
@@ -61,24 +62,22 @@ static bool include(source *s, int file)
 /* The whole shader, for free(). NULL, with a message. */
 static char *load(const view_shader_file *files, const char *name)
 {
-    source s = {.files = files};
     const int file = find_file(files, name);
-    char *text = NULL;
-    size_t size;
+    ibl_memory_file memory;
+    source s = {.files = files};
 
     if (file < 0) {
         view_fail("shader %s is not in the program", name);
         return NULL;
     }
-    s.text = open_memstream(&text, &size);
-    if (s.text)
-        fputs("#version 330 core\n", s.text);
-    const bool ok = s.text && include(&s, file);
-    if (!s.text || fclose(s.text)) {
+    s.text = ibl_memory_open(&memory);
+    const bool ok = !s.text || (fputs("#version 330 core\n", s.text) >= 0 &&
+                                include(&s, file));
+    char *text = ibl_memory_close(s.text, &memory);
+    if (!text)
         view_fail("no memory for the shaders");
-    } else if (ok) {
+    if (ok)
         return text;
-    }
     free(text);
     return NULL;
 }
