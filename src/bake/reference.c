@@ -33,8 +33,7 @@
 enum {
     LANES = 2, /* more spill registers */
     RUN = 16,  /* patches at a time */
-    GROUP = 8, /* directions of a job */
-    BATCH = 1 << 16
+    GROUP = 8  /* directions of a job */
 };
 
 static const double pi = REFERENCE_PI;
@@ -76,7 +75,7 @@ static size_t points_at(const ibl_reference *ref, int n)
 
 static void fill_tables(ibl_reference *ref)
 {
-    const int w = ref->env->width, h = ref->env->height;
+    const int w = ref->env->width;
 
     for (int n = 2; n <= 3; n++) {
         double *c = ref->cos_phi + points_at(ref, n);
@@ -90,10 +89,6 @@ static void fill_tables(ibl_reference *ref)
             }
         }
     }
-    /* cos(top) - cos(bottom), as a product that cancels nothing. */
-    for (int j = 0; j < h; j++)
-        ref->row_angle[j] =
-            2 * pi / w * 2 * sin(pi * (j + 0.5) / h) * sin(0.5 * pi / h);
 }
 
 ibl_status ibl_reference_check(const ibl_reference *ref, size_t count,
@@ -126,8 +121,7 @@ ibl_status ibl_reference_create(ibl_ctx *ctx, const ibl_image *env,
     const size_t points = REFERENCE_POINTS * ((size_t)env->width + 1);
     ref->cos_phi = ibl_alloc_array(points, sizeof(double));
     ref->sin_phi = ibl_alloc_array(points, sizeof(double));
-    ref->row_angle = ibl_alloc_array((size_t)env->height, sizeof(double));
-    if (!ref->cos_phi || !ref->sin_phi || !ref->row_angle) {
+    if (!ref->cos_phi || !ref->sin_phi) {
         ibl_reference_free(ref);
         return ibl_no_memory(ctx, "the reference's tables");
     }
@@ -142,7 +136,6 @@ void ibl_reference_free(ibl_reference *ref)
         return;
     ibl_free(ref->cos_phi);
     ibl_free(ref->sin_phi);
-    ibl_free(ref->row_angle);
     ibl_free(ref);
 }
 
@@ -462,7 +455,7 @@ struct sums {
     const ibl_reference *ref;
     struct lobe lobe;
     const double *dirs;
-    int count;
+    size_t count;
     double *scratch; /* of each worker: a row's colours */
     double *rgb;
 };
@@ -503,14 +496,14 @@ static void sums_job(void *arg, int job, int worker)
 {
     const struct sums *s = arg;
     const ibl_reference *ref = s->ref;
-    const int first = job * GROUP, left = s->count - first;
-    const int n = left < GROUP ? left : GROUP;
+    const size_t first = (size_t)job * GROUP, left = s->count - first;
+    const int n = left < GROUP ? (int)left : GROUP;
     double *colours = s->scratch + (size_t)worker * scratch_size(ref);
     ibl_exact sum[GROUP][4] = {{{0, 0}}};
     ibl_aim aim[GROUP];
 
     for (int k = 0; k < n; k++)
-        aim[k] = aim_at(ref, s->dirs + 3 * (ptrdiff_t)(first + k));
+        aim[k] = aim_at(ref, s->dirs + 3 * (first + (size_t)k));
     for (int j = 0; j < ref->env->height && !ibl_cancelled(ref->ctx); j++) {
         convert_row(ref, j, colours);
         for (int k = 0; k < n; k++)
@@ -518,11 +511,11 @@ static void sums_job(void *arg, int job, int worker)
     }
     for (int k = 0; k < n; k++) {
         const double weight = ibl_exact_total(&sum[k][3]);
-        double *rgb = s->rgb + 3 * (ptrdiff_t)(first + k);
+        const size_t at = 3 * (first + (size_t)k);
         for (int c = 0; c < 3; c++)
-            rgb[c] = ibl_exact_total(&sum[k][c]) / weight;
+            s->rgb[at + (size_t)c] = ibl_exact_total(&sum[k][c]) / weight;
         if (!(weight > 0))
-            mirror(ref, s->dirs + 3 * (ptrdiff_t)(first + k), rgb);
+            mirror(ref, s->dirs + at, s->rgb + at);
     }
 }
 
@@ -545,19 +538,13 @@ static ibl_status run_sums(const ibl_reference *ref, struct lobe lobe,
                            const double *dirs, size_t count, double *rgb)
 {
     const size_t threads = (size_t)ibl_ctx_threads(ref->ctx);
-    struct sums s = {.ref = ref, .lobe = lobe};
-    ibl_status status = IBL_OK;
+    struct sums s = {ref, lobe, dirs, count, NULL, rgb};
 
     s.scratch = ibl_alloc_zeroed(threads, scratch_size(ref) * sizeof(double));
     if (!s.scratch)
         return ibl_no_memory(ref->ctx, "the reference's sums");
-    for (size_t at = 0; at < count && !status; at += (size_t)s.count) {
-        s.count = count - at < BATCH ? (int)(count - at) : BATCH;
-        s.dirs = dirs + 3 * at;
-        s.rgb = rgb + 3 * at;
-        status = ibl_run(ref->ctx, NULL, (s.count + GROUP - 1) / GROUP,
-                         sums_job, &s);
-    }
+    const ibl_status status = ibl_run(
+        ref->ctx, NULL, (int)((count + GROUP - 1) / GROUP), sums_job, &s);
     ibl_free(s.scratch);
     return status;
 }
@@ -598,18 +585,12 @@ ibl_status ibl_reference_specular(const ibl_reference *ref, double roughness,
     return ibl_reference_lobe(ref, IBL_LOBE_GGX, roughness, dirs, count, rgb);
 }
 
-/* At alpha = 1 the lobe is the cosine. */
+/* At roughness 1 the lobe is the cosine. */
 ibl_status ibl_reference_irradiance(const ibl_reference *ref,
                                     const double *dirs, size_t count,
                                     double *rgb)
 {
-    ibl_status status = ibl_reference_check(ref, count, dirs, rgb);
-    if (!status)
-        status = check_dirs(ref, dirs, count);
-
-    return status
-               ? status
-               : run_sums(ref, lobe_of(ref, IBL_LOBE_GGX, 1), dirs, count, rgb);
+    return ibl_reference_lobe(ref, IBL_LOBE_GGX, 1, dirs, count, rgb);
 }
 
 /* ---- how far off ------------------------------------------------------ */

@@ -21,8 +21,6 @@
 
 enum {
     MAX_DEGREE = 64,
-    BLOCK = 64, /* pixels at a time */
-    LANES = 8,
     PARTS = 6 /* R, G, B of the cosine's, then of the sine's */
 };
 
@@ -33,9 +31,9 @@ static const double pi = REFERENCE_PI;
 struct harmonics {
     const ibl_reference *ref;
     int degree;
-    int parts, points;         /* of a pixel along an axis, and of a part */
-    double *cos_phi, *sin_phi; /* of the points, in the world: width of each
-                                  in a pixel */
+    int points;                /* of a pixel along an axis */
+    double *place, *mass;      /* of each: 0..1 in the pixel, and its share */
+    double *cos_phi, *sin_phi; /* of those of a row, in the world */
     ibl_exact *sums;           /* offset(degree + 1) */
 };
 
@@ -45,127 +43,76 @@ static size_t offset(int degree, int m)
     return PARTS * ((size_t)m * (size_t)(2 * degree + 3 - m) / 2);
 }
 
-/* (x + iy)^m for a block, by squaring. */
-static void power(int m, const double *x, double y, double *re, double *im)
+/* (x + iy)^m, by squaring. */
+static void power(int m, double x, double y, double *re, double *im)
 {
-    double bre[BLOCK], bim[BLOCK];
-
-    for (int k = 0; k < BLOCK; k++) {
-        bre[k] = x[k], bim[k] = y;
-        re[k] = 1, im[k] = 0;
-    }
+    *re = 1, *im = 0;
     for (; m; m >>= 1) {
-        for (int k = 0; k < BLOCK && m & 1; k++) {
-            const double t = re[k] * bre[k] - im[k] * bim[k];
-            im[k] = re[k] * bim[k] + im[k] * bre[k];
-            re[k] = t;
+        const double next = (x - y) * (x + y), r = *re;
+        if (m & 1) {
+            *re = r * x - *im * y;
+            *im = r * y + *im * x;
         }
-        for (int k = 0; k < BLOCK; k++) {
-            const double t = (bre[k] - bim[k]) * (bre[k] + bim[k]);
-            bim[k] = 2 * bre[k] * bim[k];
-            bre[k] = t;
-        }
+        y *= 2 * x;
+        x = next;
     }
 }
 
-static double dot(const double *a, const double *b)
+/* Adds a point of order m: its direction, and its colour times solid angle. */
+static void add_point(int m, int degree, const double d[3],
+                      const double flux[3], double *sums)
 {
-    double s[LANES] = {0};
+    double q = 1, before = 0, part[PARTS], re, im;
 
-    for (int k = 0; k < BLOCK; k += LANES) {
-        for (int i = 0; i < LANES; i++)
-            s[i] += a[k + i] * b[k + i];
+    power(m, d[0], d[1], &re, &im);
+    for (int c = 0; c < 3; c++) {
+        part[c] = flux[c] * re;
+        part[3 + c] = flux[c] * im;
     }
-    return ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]));
-}
-
-/* Adds a block of one order; f holds the colours times (x + iy)^m. */
-static void add_block(int m, int degree, const double *z, double (*f)[BLOCK],
-                      ibl_exact *sums)
-{
-    double q[BLOCK], before[BLOCK] = {0}, first = 1;
-
     for (int k = 2; k <= m; k++)
-        first *= 2 * k - 1;
-    for (int k = 0; k < BLOCK; k++)
-        q[k] = first;
+        q *= 2 * k - 1;
     for (int l = m; l <= degree; l++, sums += PARTS) {
-        if (l > m) {
-            const double a = (2.0 * l - 1) / (l - m);
-            const double b = (l + m - 1.0) / (l - m);
-            for (int k = 0; k < BLOCK; k++) {
-                const double next = a * z[k] * q[k] - b * before[k];
-                before[k] = q[k];
-                q[k] = next;
-            }
-        }
         for (int c = 0; c < PARTS; c++)
-            ibl_exact_add(&sums[c], dot(q, f[c]));
+            sums[c] += q * part[c];
+        const double next =
+            ((2 * l + 1) * d[2] * q - (l + m) * before) / (l + 1 - m);
+        before = q;
+        q = next;
     }
 }
 
-/* Place in a pixel, 0..1, of one of its points along an axis; returns its
- * share of the pixel. */
-static double point_at(const struct harmonics *h, int k, double *place)
-{
-    const ibl_gauss *rule = ibl_reference_gauss(h->points);
-    const int part = k / h->points, n = k % h->points;
-
-    *place = (part + 0.5 + 0.5 * rule->node[n]) / h->parts;
-    return 0.5 * rule->mass[n] / h->parts;
-}
-
-/* A block of columns: their points k, of theta what up, across and the solid
- * angle say. */
-static void add_points(const struct harmonics *h, int m, int k, int begin,
-                       const double point[3], const float *p, ibl_exact *sums)
-{
-    const int w = h->ref->env->width, left = w - begin;
-    const int n = left < BLOCK ? left : BLOCK;
-    const size_t at = (size_t)k * (size_t)w + (size_t)begin;
-    double x[BLOCK] = {0}, z[BLOCK] = {0}, re[BLOCK], im[BLOCK];
-    double f[PARTS][BLOCK] = {{0}};
-
-    for (int i = 0; i < n; i++) {
-        x[i] = point[1] * h->cos_phi[at + (size_t)i];
-        z[i] = point[1] * h->sin_phi[at + (size_t)i];
-    }
-    power(m, x, point[0], re, im);
-    for (int i = 0; i < n; i++) {
-        for (int c = 0; c < 3; c++) {
-            const double flux = (double)p[3 * i + c] * point[2];
-            f[c][i] = flux * re[i];
-            f[3 + c][i] = flux * im[i];
-        }
-    }
-    add_block(m, h->degree, z, f, sums);
-}
-
-static void add_row(const struct harmonics *h, int m, int row, ibl_exact *sums)
+/* The points of a row at one theta. */
+static void add_line(const struct harmonics *h, int m, int row, int line,
+                     ibl_exact *sums)
 {
     const ibl_image *env = h->ref->env;
-    const int count = h->parts * h->points;
     const double tall = pi / env->height, wide = 2 * pi / env->width;
+    const double theta = tall * (row + h->place[line]), s = sin(theta);
     const float *p = env->data + 3 * (size_t)row * (size_t)env->width;
+    double plain[PARTS * (MAX_DEGREE + 1)] = {0};
 
-    for (int k = 0; k < count * count; k++) {
-        double place;
-        double mass = point_at(h, k / count, &place);
-        const double theta = tall * (row + place), s = sin(theta);
-        mass *= point_at(h, k % count, &place);
-        const double point[3] = {cos(theta), s, s * tall * wide * mass};
-        for (int i = 0; i < env->width; i += BLOCK)
-            add_points(h, m, k % count, i, point, p + 3 * i, sums);
+    for (int i = 0; i < env->width * h->points; i++) {
+        const float *rgb = p + 3 * (i / h->points);
+        const double angle =
+            s * tall * wide * h->mass[line] * h->mass[i % h->points];
+        const double d[3] = {s * h->cos_phi[i], cos(theta), s * h->sin_phi[i]};
+        const double flux[3] = {(double)rgb[0] * angle, (double)rgb[1] * angle,
+                                (double)rgb[2] * angle};
+        add_point(m, h->degree, d, flux, plain);
     }
+    for (int k = 0; k < PARTS * (h->degree - m + 1); k++)
+        ibl_exact_add(&sums[k], plain[k]);
 }
 
 static void order_job(void *arg, int m, int worker)
 {
     const struct harmonics *h = arg;
+    const int lines = h->ref->env->height * h->points;
     (void)worker;
 
-    for (int j = 0; j < h->ref->env->height && !ibl_cancelled(h->ref->ctx); j++)
-        add_row(h, m, j, h->sums + offset(h->degree, m));
+    for (int k = 0; k < lines && !ibl_cancelled(h->ref->ctx); k++)
+        add_line(h, m, k / h->points, k % h->points,
+                 h->sums + offset(h->degree, m));
 }
 
 static double norm(int l, int m)
@@ -195,29 +142,47 @@ static void write_coefficients(int degree, const ibl_exact *total,
     }
 }
 
-static void set_points(struct harmonics *h)
+/* Fills place and mass, of count parts with rule's points in each. */
+static void fill_points(const struct harmonics *h, int parts,
+                        const ibl_gauss *rule)
+{
+    const int each = h->points / parts;
+
+    for (int k = 0; k < h->points; k++) {
+        h->place[k] = (k / each + 0.5 + 0.5 * rule->node[k % each]) / parts;
+        h->mass[k] = 0.5 * rule->mass[k % each] / parts;
+    }
+}
+
+static ibl_status make_points(struct harmonics *h)
 {
     const ibl_image *env = h->ref->env;
     const double waves =
         (h->degree + 1) * fmax(pi / env->height, 2 * pi / env->width);
+    const int parts = (int)ceil(waves / 3);
+    const int each = waves <= 0.025  ? 2
+                     : waves <= 0.24 ? 3
+                     : waves <= 0.8  ? 4
+                                     : 6;
 
-    h->parts = (int)ceil(waves / 3);
-    h->points = waves <= 0.025 ? 2 : waves <= 0.24 ? 3 : waves <= 0.8 ? 4 : 6;
-}
-
-static void fill_phi(const struct harmonics *h)
-{
-    const int w = h->ref->env->width;
-
-    for (int k = 0; k < h->parts * h->points; k++) {
-        double place;
-        point_at(h, k, &place);
-        for (int i = 0; i < w; i++) {
-            const double phi = 2 * pi * ((i + place) / w - 0.5) - h->ref->yaw;
-            h->cos_phi[(size_t)k * (size_t)w + (size_t)i] = cos(phi);
-            h->sin_phi[(size_t)k * (size_t)w + (size_t)i] = sin(phi);
-        }
+    h->points = parts * each;
+    const size_t points = (size_t)h->points, row = points * (size_t)env->width;
+    h->place = ibl_alloc_array(2 * (points + row), sizeof *h->place);
+    h->sums =
+        ibl_alloc_zeroed(offset(h->degree, h->degree + 1), sizeof *h->sums);
+    if (!h->place || !h->sums)
+        return ibl_no_memory(h->ref->ctx, "the reference's coefficients");
+    h->mass = h->place + points;
+    h->cos_phi = h->mass + points;
+    h->sin_phi = h->cos_phi + row;
+    fill_points(h, parts, ibl_reference_gauss(each));
+    for (size_t i = 0; i < row; i++) {
+        const double column = (double)(i / points) + h->place[i % points];
+        const double phi = 2 * pi * (column / env->width - 0.5) - h->ref->yaw;
+        h->cos_phi[i] = cos(phi);
+        h->sin_phi[i] = sin(phi);
     }
+    return IBL_OK;
 }
 
 ibl_status ibl_reference_sh(const ibl_reference *ref, int degree,
@@ -231,23 +196,13 @@ ibl_status ibl_reference_sh(const ibl_reference *ref, int degree,
                         "degree %d of a reference: must be 0 to %d", degree,
                         MAX_DEGREE);
     struct harmonics h = {.ref = ref, .degree = degree};
-    set_points(&h);
-    const size_t columns =
-        (size_t)(h.parts * h.points) * (size_t)ref->env->width;
-    h.cos_phi = ibl_alloc_array(columns, sizeof(double));
-    h.sin_phi = ibl_alloc_array(columns, sizeof(double));
-    h.sums = ibl_alloc_zeroed(offset(degree, degree + 1), sizeof *h.sums);
-    if (h.cos_phi && h.sin_phi && h.sums) {
-        fill_phi(&h);
+    status = make_points(&h);
+    if (!status)
         status = ibl_run(ref->ctx, NULL, degree + 1, order_job, &h);
-    } else {
-        status = ibl_no_memory(ref->ctx, "the reference's coefficients");
-    }
     if (!status)
         write_coefficients(degree, h.sums, coeffs);
+    ibl_free(h.place);
     ibl_free(h.sums);
-    ibl_free(h.cos_phi);
-    ibl_free(h.sin_phi);
     return status;
 }
 
@@ -260,9 +215,12 @@ ibl_status ibl_reference_mean(const ibl_reference *ref, double rgb[3])
 
     if (status)
         return status;
-    for (int j = 0; j < ref->env->height; j++) {
-        const int w = ref->env->width;
+    const int w = ref->env->width, h = ref->env->height;
+    for (int j = 0; j < h; j++) {
         const float *p = ref->env->data + 3 * (size_t)j * (size_t)w;
+        /* cos(top) - cos(bottom), as a product that cancels nothing. */
+        const double angle =
+            2 * pi / w * 2 * sin(pi * (j + 0.5) / h) * sin(0.5 * pi / h);
         double row[3] = {0};
         if (ibl_cancelled(ref->ctx))
             return IBL_ERR_CANCELLED;
@@ -270,7 +228,7 @@ ibl_status ibl_reference_mean(const ibl_reference *ref, double rgb[3])
             for (int c = 0; c < 3; c++)
                 row[c] += (double)p[i + c];
         for (int c = 0; c < 3; c++)
-            ibl_exact_add(&total[c], row[c] * ref->row_angle[j]);
+            ibl_exact_add(&total[c], row[c] * angle);
     }
     for (int c = 0; c < 3; c++)
         rgb[c] = ibl_exact_total(&total[c]) / (4 * pi);

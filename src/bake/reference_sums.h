@@ -17,7 +17,6 @@ struct ibl_reference {
                    plus this */
     double *cos_phi, *sin_phi; /* width + 1 of each of REFERENCE_POINTS: of the
                                   map's azimuth at points in a column */
-    double *row_angle;         /* height: solid angle of one of its pixels */
 };
 
 enum {

@@ -25,7 +25,8 @@
 
 enum {
     GAUSS = 8,
-    EDGES = 4
+    EDGES = 4,
+    GROUP = 8 /* texels of a job */
 };
 
 static const double pi = REFERENCE_PI;
@@ -114,6 +115,7 @@ struct texels {
     int columns, rows;    /* of them */
     double *bend;         /* rows of the source less 1: see find_bends */
     const ibl_texel *texel;
+    size_t count;
     double *rgb;
     double *knots; /* max_knots of each worker */
 };
@@ -294,11 +296,9 @@ static void add_wedge(const struct texels *t, const struct region *r,
         ibl_exact_add(&total[c], wedge[c] * half);
 }
 
-static void texel_job(void *arg, int job, int worker)
+static void make_texel(const struct texels *t, size_t which, double *at)
 {
-    const struct texels *t = arg;
-    double *at = t->knots + (size_t)worker * max_knots(t);
-    const struct region r = region_of(t->size, t->texel[job]);
+    const struct region r = region_of(t->size, t->texel[which]);
     const size_t count = find_knots(t, &r, at);
     ibl_exact total[4] = {{0, 0}};
 
@@ -306,9 +306,18 @@ static void texel_job(void *arg, int job, int worker)
         if (at[k + 1] > at[k])
             add_wedge(t, &r, at[k], at[k + 1], total);
     }
-    for (int c = 0; c < 3; c++)
-        t->rgb[3 * (size_t)job + (size_t)c] =
+    for (size_t c = 0; c < 3; c++)
+        t->rgb[3 * which + c] =
             ibl_exact_total(&total[c]) / ibl_exact_total(&total[3]);
+}
+
+static void texel_job(void *arg, int job, int worker)
+{
+    const struct texels *t = arg;
+    const size_t first = (size_t)job * GROUP;
+
+    for (size_t k = first; k < first + GROUP && k < t->count; k++)
+        make_texel(t, k, t->knots + (size_t)worker * max_knots(t));
 }
 
 static ibl_status check_texels(const ibl_reference *ref, int base, int size,
@@ -368,21 +377,22 @@ ibl_status ibl_reference_texels(const ibl_reference *ref, int base, int size,
         status = check_texels(ref, base, size, texels, count);
     if (status)
         return status;
-    struct texels t = {.ref = ref, .base = base, .size = size};
+    struct texels t = {.ref = ref,
+                       .base = base,
+                       .size = size,
+                       .texel = texels,
+                       .count = count,
+                       .rgb = rgb};
     find_grid(&t);
     t.bend = ibl_alloc_array((size_t)ref->env->height, sizeof *t.bend);
     t.knots = ibl_alloc_array((size_t)ibl_ctx_threads(ref->ctx),
                               max_knots(&t) * sizeof *t.knots);
-    if (t.knots && t.bend)
+    if (t.knots && t.bend) {
         find_bends(&t);
-    else
+        status = ibl_run(ref->ctx, NULL, (int)((count + GROUP - 1) / GROUP),
+                         texel_job, &t);
+    } else {
         status = ibl_no_memory(ref->ctx, "the reference's knots");
-    for (size_t at = 0; at < count && !status;) {
-        const int n = count - at < 65536 ? (int)(count - at) : 65536;
-        t.texel = texels + at;
-        t.rgb = rgb + 3 * at;
-        status = ibl_run(ref->ctx, NULL, n, texel_job, &t);
-        at += (size_t)n;
     }
     ibl_free(t.bend);
     ibl_free(t.knots);

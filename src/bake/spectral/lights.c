@@ -8,19 +8,16 @@
 enum {
     LANES = 4,     /* pixels looked at together: what is kept of them is in
                       registers */
-    SCALED = 64,   /* pixels scaled at a time, a multiple of that */
     OUTSHINE = 64, /* times the mean of the others */
     MOST_STEPS = 40
 };
 
 /* ---- range ------------------------------------------------------------- */
 
-/* Squares of larger numbers may not be floats, or smaller ones be nothing. */
-static const float largest = 0x1p50f, smallest = 0x1p-50f;
-
 /* What is known of each float of LANES pixels. */
 typedef struct lanes {
-    float low[3 * LANES], high[3 * LANES], sum[3 * LANES], square[3 * LANES];
+    float low[3 * LANES], high[3 * LANES];
+    float sum[3 * LANES], square[3 * LANES]; /* of a row */
 } lanes;
 
 static void look(const float *rgb, int k, float base, lanes *s)
@@ -32,8 +29,9 @@ static void look(const float *rgb, int k, float base, lanes *s)
     s->square[k] += above * above;
 }
 
-static void look_at(const float *rgb, int pixels, const float base[3],
-                    lanes *to)
+/* Inlined by gcc 12, it does not keep its sums in registers. */
+__attribute__((noinline)) static void look_at(const float *rgb, int pixels,
+                                              const float base[3], lanes *to)
 {
     const int blocks = pixels / LANES;
     float from[3 * LANES];
@@ -51,69 +49,63 @@ static void look_at(const float *rgb, int pixels, const float base[3],
     *to = s;
 }
 
-/* The same, times a power of two, which changes no digits. */
-static void look_at_scaled(const float *rgb, int pixels, const float base[3],
-                           float scale, lanes *to)
+/* Squares of larger numbers may not be floats, or smaller ones be nothing. */
+static bool is_extreme(const ibl_row_range *range, const float base[3])
 {
-    float some[3 * SCALED], from[3];
-
+    float most = 0;
     for (int c = 0; c < 3; c++)
-        from[c] = base[c] * scale;
-    for (int done = 0; done < pixels; done += SCALED) {
-        const int count = pixels - done < SCALED ? pixels - done : SCALED;
-        for (int i = 0; i < 3 * count; i++)
-            some[i] = rgb[3 * done + i] * scale;
-        look_at(some, count, from, to);
-    }
+        most = fmaxf(most, fmaxf(range->high[c], base[c]));
+    return most > 0x1p50f || (most > 0 && most < 0x1p-50f);
 }
 
-/* What is known of all rows in the end, with their sums to the scale. */
-static lanes look_at_rows(const float *rgb, int width, int rows,
-                          const float base[3], float scale, double total[3],
-                          double *squares)
+/* The same sums where they may not be floats. */
+static void sum_in_doubles(const float *rgb, int width, int rows,
+                           const float base[3], double total[3],
+                           double *squares)
 {
-    lanes s;
-
-    for (int k = 0; k < 3 * LANES; k++) {
-        s.low[k] = INFINITY;
-        s.high[k] = 0;
-        total[k % 3] = 0;
-    }
-    for (int j = 0; j < rows; j++, rgb += 3 * (size_t)width) {
-        memset(s.sum, 0, sizeof s.sum);
-        memset(s.square, 0, sizeof s.square);
-        if (scale < 1 || scale > 1)
-            look_at_scaled(rgb, width, base, scale, &s);
-        else
-            look_at(rgb, width, base, &s);
+    double sum[3] = {0};
+    for (int j = 0; j < rows; j++) {
         squares[j] = 0;
-        for (int k = 0; k < 3 * LANES; k++) {
-            total[k % 3] += (double)s.sum[k] / (double)scale;
-            squares[j] += (double)s.square[k] / (double)scale / (double)scale;
+        for (int k = 0; k < 3 * width; k++, rgb++) {
+            const double above = (double)*rgb - (double)base[k % 3];
+            sum[k % 3] += (double)*rgb;
+            squares[j] += above * above;
         }
     }
-    return s;
+    for (int c = 0; c < 3; c++)
+        if (!isfinite(total[c]))
+            total[c] = sum[c];
 }
 
 void ibl_row_range_of(const float *rgb, int width, int rows,
                       const float base[3], ibl_row_range *range,
                       double *squares)
 {
-    double total[3];
-    float most = 0;
-    const lanes s = look_at_rows(rgb, width, rows, base, 1, total, squares);
+    double total[3] = {0};
+    lanes s = {.high = {0}};
 
-    for (int k = 0; k < 3 * LANES; k++) {
-        const int c = k % 3;
-        if (k < 3 || s.low[k] < range->low[c])
-            range->low[c] = s.low[k];
-        if (k < 3 || s.high[k] > range->high[c])
-            range->high[c] = s.high[k];
-        most = fmaxf(most, fmaxf(s.high[k], base[c]));
+    for (int k = 0; k < 3 * LANES; k++)
+        s.low[k] = INFINITY;
+    for (int j = 0; j < rows; j++) {
+        memset(s.sum, 0, sizeof s.sum);
+        memset(s.square, 0, sizeof s.square);
+        look_at(rgb + 3 * (size_t)width * (size_t)j, width, base, &s);
+        squares[j] = 0;
+        for (int k = 0; k < 3 * LANES; k++) {
+            total[k % 3] += (double)s.sum[k];
+            squares[j] += (double)s.square[k];
+        }
     }
-    if (most > largest || (most > 0 && most < smallest))
-        look_at_rows(rgb, width, rows, base, most > 1 ? 0x1p-90f : 0x1p100f,
-                     total, squares);
+    for (int c = 0; c < 3; c++) {
+        range->low[c] = s.low[c];
+        range->high[c] = s.high[c];
+        for (int k = c; k < 3 * LANES; k += 3) {
+            range->low[c] = fminf(range->low[c], s.low[k]);
+            range->high[c] = fmaxf(range->high[c], s.high[k]);
+        }
+    }
+    if (is_extreme(range, base))
+        sum_in_doubles(rgb, width, rows, base, total, squares);
     for (int c = 0; c < 3; c++)
         range->mean[c] = total[c] / width / rows;
 }
