@@ -17,20 +17,26 @@ enum {
 };
 
 typedef struct grid {
-    const ibl_json_file *file;
+    ibl_json_at root;
     double low[3], high[3];
     int counts[3];
     double cell[3];
     const char *name;
     ibl_capture_kind kind;
     const char *capture[IBL_FACES]; /* as in ibl_set_capture */
-    ibl_json_at solid;              /* array of {"min", "max"}, if there */
-    json_t *proxy;                  /* of every probe, or NULL */
+    double (*solid)[2][3];          /* corners of boxes */
+    size_t solids;
+    json_t *proxy; /* of every probe, or NULL */
     double blend;
     int priority;
     json_t *probes; /* those of the set that is made */
     int made, skipped;
 } grid;
+
+static bool no_memory(const grid *g)
+{
+    return ibl_json_complain(g->root, "no memory for the set");
+}
 
 /* ---- reading ----------------------------------------------------------- */
 
@@ -115,13 +121,18 @@ static bool take_name(ibl_json_at at, grid *g)
 static bool take_solid(ibl_json_at at, grid *g)
 {
     static const char *const keys[] = {"min", "max", NULL};
-    double low[3], high[3];
-    bool ok = ibl_json_array(at, 0, 1000000);
+    bool ok = true;
 
-    g->solid = at;
-    for (size_t i = 0; i < json_array_size(at.value) && ok; i++) {
-        const ibl_json_at box = ibl_json_element(&at, i);
-        ok = ibl_json_object(box, keys) && take_box(box, low, high);
+    if (!ibl_json_array(at, 0, 1000000))
+        return false;
+    const size_t count = json_array_size(at.value);
+    g->solid = calloc(count + 1, sizeof *g->solid);
+    if (!g->solid)
+        return no_memory(g);
+    for (; g->solids < count && ok; g->solids++) {
+        const ibl_json_at box = ibl_json_element(&at, g->solids);
+        ok = ibl_json_object(box, keys) &&
+             take_box(box, g->solid[g->solids][0], g->solid[g->solids][1]);
     }
     return ok;
 }
@@ -165,15 +176,15 @@ static bool take_grid(ibl_json_at root, grid *g)
 
 static bool is_solid(const grid *g, const double p[3])
 {
-    for (size_t i = 0; i < json_array_size(g->solid.value); i++) {
-        double low[3], high[3];
-        bool inside = take_box(ibl_json_element(&g->solid, i), low, high);
+    bool inside = false;
+
+    for (size_t i = 0; i < g->solids && !inside; i++) {
+        const double *low = g->solid[i][0], *high = g->solid[i][1];
+        inside = true;
         for (size_t k = 0; k < 3; k++)
             inside = inside && p[k] >= low[k] && p[k] <= high[k];
-        if (inside)
-            return true;
     }
-    return false;
+    return inside;
 }
 
 /* A file of a capture with {name} in it replaced; NULL: no memory. */
@@ -216,14 +227,12 @@ static bool add_probe(grid *g, const int at[3], const double p[3])
     }
     char *name = ibl_words_fill(g->name, holders, 3);
     if (name)
-        probe = json_pack("{ss s[fff] so s{s{s[fff] s[fff]}} sf}", "name", name,
-                          "position", p[0], p[1], p[2], "capture",
+        probe = json_pack("{ss s[fff] so s{s{s[fff] s[fff]}} sf sO*}", "name",
+                          name, "position", p[0], p[1], p[2], "capture",
                           make_capture(g, name), "influence", "box", "centre",
                           p[0], p[1], p[2], "half", half[0], half[1], half[2],
-                          "blend", g->blend);
+                          "blend", g->blend, "proxy", g->proxy);
     free(name);
-    if (g->proxy)
-        put(&probe, "proxy", json_incref(g->proxy));
     if (g->priority)
         put(&probe, "priority", json_integer(g->priority));
     append(&g->probes, probe);
@@ -233,7 +242,6 @@ static bool add_probe(grid *g, const int at[3], const double p[3])
 /* x fastest, then y, then z. False after a line on stderr. */
 static bool add_probes(grid *g)
 {
-    const ibl_json_at root = ibl_json_root(g->file);
     const int *n = g->counts;
 
     for (int cell = 0; cell < n[0] * n[1] * n[2]; cell++) {
@@ -246,15 +254,15 @@ static bool add_probes(grid *g)
             continue;
         }
         if (++g->made > IBL_MAX_SET_LAYERS)
-            return ibl_json_complain(root,
+            return ibl_json_complain(g->root,
                                      "expected a grid of at most %d probes, "
                                      "found more: choose a wider spacing",
                                      IBL_MAX_SET_LAYERS);
         if (!add_probe(g, at, p))
-            return ibl_json_complain(root, "no memory for the set");
+            return no_memory(g);
     }
     return g->made ||
-           ibl_json_complain(root,
+           ibl_json_complain(g->root,
                              "expected a cell that is free, found all "
                              "%d solid",
                              g->skipped);
@@ -262,22 +270,16 @@ static bool add_probes(grid *g)
 
 static char *make_set(grid *g)
 {
-    static const char *const copied[] = {"defaults", "global", NULL};
-    const ibl_json_at root = ibl_json_root(g->file);
-    json_t *set = json_object();
     char *text = NULL;
 
-    put(&set, "version", json_integer(IBL_SET_VERSION));
-    for (int i = 0; copied[i]; i++) {
-        json_t *part = json_object_get(g->file->root, copied[i]);
-        if (part)
-            put(&set, copied[i], json_incref(part));
-    }
     g->probes = json_array();
     const bool ok = add_probes(g);
-    put(&set, "probes", g->probes);
+    json_t *set = json_pack(
+        "{si sO* sO* so}", "version", IBL_SET_VERSION, "defaults",
+        json_object_get(g->root.value, "defaults"), "global",
+        json_object_get(g->root.value, "global"), "probes", g->probes);
     if (ok && !(text = ibl_json_text(set)))
-        ibl_json_complain(root, "no memory for the set");
+        no_memory(g);
     json_decref(set);
     return text;
 }
@@ -312,11 +314,13 @@ int ibl_probes_grid(const ibl_probes_opts *opts)
     ibl_console console;
     ibl_json_file file = {
         .name = opts->input, .fail = ibl_console_error, .cookie = &console};
-    grid g = {.file = &file, .capture = {"captures/{name}.exr"}};
+    grid g = {.capture = {"captures/{name}.exr"}};
     char *text = NULL;
 
     ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
-    if (ibl_json_open(&file) && take_grid(ibl_json_root(&file), &g))
+    const bool there = ibl_json_open(&file);
+    g.root = ibl_json_root(&file);
+    if (there && take_grid(g.root, &g))
         text = make_set(&g);
     const bool ok = text && write_set(opts, &console, text);
     const int status = ibl_console_end(&console, ok);
@@ -324,6 +328,7 @@ int ibl_probes_grid(const ibl_probes_opts *opts)
         ibl_console_info(&console, "placed %d probes, left out %d solid cells",
                          g.made, g.skipped);
     json_decref(file.root);
+    free(g.solid);
     free(text);
     return status;
 }
