@@ -155,7 +155,7 @@ static void split(void)
                       cases[i].text, words[n]);
         CHECK_MSG(!words[n] && !cases[i].words[n], "%s: %d words",
                   cases[i].text, n);
-        ibl_words_free(words);
+        free(words);
     }
     CHECK(!ibl_words_split("a 'b"));
     CHECK(!ibl_words_split("a \"b'"));
@@ -177,7 +177,7 @@ static void quote(void)
         NEED(shell);
         got[fread(got, 1, sizeof got - 1, shell)] = '\0';
         CHECK(!pclose(shell) && !strcmp(got, words[i]));
-        ibl_words_free(back);
+        free(back);
         free(quoted);
     }
 }

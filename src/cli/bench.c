@@ -18,7 +18,7 @@ static void free_bench(ibl_bench *b)
         for (int k = 0; k < p->series_count; k++)
             free(p->series[k].rounds);
         json_decref(p->levels);
-        ibl_words_free(p->argv);
+        free(p->argv);
         free(p->directory);
     }
     for (int i = 0; i < b->source_count; i++)

@@ -38,7 +38,7 @@ static bool is_judged(const ibl_bench *b, const ibl_bench_point *p)
            output_of(b, p);
 }
 
-/* ENV and the rest of iblbake verify's arguments; free with ibl_words_free.
+/* ENV and the rest of iblbake verify's arguments; for free().
  * NULL: no memory, or an open quote. */
 static char **arguments(const ibl_bench *b, const ibl_bench_point *p)
 {
@@ -76,7 +76,7 @@ bool ibl_bench_check_output(const ibl_bench *b, const ibl_bench_point *p)
     char **words = NULL;
     const bool ok = !is_judged(b, p) || settings_of(b, p, &opts, &words);
 
-    ibl_words_free(words);
+    free(words);
     return ok;
 }
 
@@ -200,7 +200,7 @@ static bool judge_point(judging *j, ibl_bench_point *p)
     }
     ibl_report_free(&report);
     ibl_verify_files_free(&files);
-    ibl_words_free(words);
+    free(words);
     return ok;
 }
 

@@ -311,7 +311,7 @@ static bool check_bake(const char *option, const char *text, int count)
                 ok = ibl_misuse("%s %s: %s is set by iblbake bench: leave it "
                                 "out",
                                 option, text, own[j]);
-    ibl_words_free(words);
+    free(words);
     return ok;
 }
 

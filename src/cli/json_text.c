@@ -7,19 +7,6 @@
 
 #include "common/text.h"
 
-/* Not json_dumps, which does not notice that there is no memory for a key. */
-char *ibl_json_dump(const json_t *root, size_t flags)
-{
-    ibl_memory_file file;
-    FILE *to = ibl_memory_open(&file);
-
-    if (to && json_dumpf(root, to, flags)) {
-        free(ibl_memory_close(to, &file));
-        return NULL;
-    }
-    return ibl_memory_close(to, &file);
-}
-
 /* ---- the program's layout ---------------------------------------------- */
 
 static bool write_value(const json_t *value, int depth, FILE *to);

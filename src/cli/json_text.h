@@ -8,8 +8,6 @@
 #include <ibl/ibl.h>
 #include <ibl/io.h>
 
-/* root as jansson writes it with these flags, for free(); NULL: no memory. */
-char *ibl_json_dump(const json_t *root, size_t flags);
 /*
  * JSON for people and programs: indented, arrays of plain values on one line,
  * each number with the fewest digits that read back as the same double. The

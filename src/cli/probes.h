@@ -119,10 +119,9 @@ bool ibl_probes_hash_inputs(ibl_probes_bake *p);
 bool ibl_probes_plan(ibl_probes_bake *p);
 
 /* What the index says of a layer that was baked; for json_decref, NULL: no
- * memory. overflow is that of all its cubes, values the number of values
- * beyond what the pixel holds. */
+ * memory. sum is the overflow of all its cubes and levels, as level 0. */
 json_t *ibl_probes_note(const ibl_bake_result made[IBL_CAPTURE_PARTS],
-                        const ibl_overflow_level *overflow, size_t values);
+                        const ibl_overflow_report *sum);
 
 /* The text of the index; for free(), NULL: no memory. */
 char *ibl_probes_index_text(const ibl_probes_bake *p);

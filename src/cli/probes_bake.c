@@ -81,11 +81,10 @@ static bool take_texture(ibl_probes_bake *p, int kind, int layer,
     return ok;
 }
 
-/* Adds to the sum of the layer's overflow and to its values. alpha without
- * texels: it is 1. */
+/* Adds its overflow to the layer's sum. alpha without texels: it is 1. */
 static bool take_cube(ibl_probes_bake *p, int kind, int layer,
                       const ibl_cube *cube, const ibl_cube *alpha,
-                      ibl_overflow_level *overflow, size_t *values)
+                      ibl_overflow_report *sum)
 {
     const ibl_set_bake *b = &p->set.bake;
     ibl_overflow_report report = {0};
@@ -98,9 +97,9 @@ static bool take_cube(ibl_probes_bake *p, int kind, int layer,
         (!alpha->data || !ibl_texture_set_alpha(p->ctx, &tex, alpha)) &&
         take_texture(p, kind, layer, &tex);
     ibl_texture_free(&tex);
-    *values += report.values;
+    sum->values += report.values;
     for (int i = 0; i < cube->levels; i++)
-        ibl_overflow_add(&report.level[i], overflow);
+        ibl_overflow_add(&report.level[i], &sum->level[0]);
     return ok;
 }
 
@@ -111,8 +110,7 @@ static bool take_capture(ibl_probes_bake *p, int layer,
     const ibl_bake_result *alpha = &made[IBL_CAPTURE_ALPHA];
     const ibl_set_bake *b = &p->set.bake;
     ibl_set_entry *l = &p->set.entry[layer];
-    ibl_overflow_level overflow = {0};
-    size_t values = 0;
+    ibl_overflow_report sum = {0};
     char name[512];
 
     l->alpha = alpha->specular.data != NULL;
@@ -123,14 +121,15 @@ static bool take_capture(ibl_probes_bake *p, int layer,
             "--pixel rgba16f or rgba32f, or --alpha ignore",
             p->opts->input, l->capture.place, ibl_pixel_name(b->pixel));
     if (!take_cube(p, IBL_PROBES_SPECULAR, layer, &colour->specular,
-                   &alpha->specular, &overflow, &values) ||
+                   &alpha->specular, &sum) ||
         (b->options.irradiance &&
          !take_cube(p, IBL_PROBES_IRRADIANCE, layer, &colour->irradiance,
-                    &alpha->irradiance, &overflow, &values)))
+                    &alpha->irradiance, &sum)))
         return false;
     snprintf(name, sizeof name, "%s: %s", p->opts->input, l->capture.place);
-    ibl_warn_of_overflow(p->console, name, b->pixel, b->overflow, &overflow);
-    l->note = ibl_probes_note(made, &overflow, values);
+    ibl_warn_of_overflow(p->console, name, b->pixel, b->overflow,
+                         &sum.level[0]);
+    l->note = ibl_probes_note(made, &sum);
     return l->note || ibl_probes_no_memory(p);
 }
 

@@ -19,8 +19,7 @@ static const char *const file_keys[] = {"specular", "irradiance", "brdf_lut"};
  * memory. */
 static bool hash_index(const json_t *root, char hash[IBL_HASH_SIZE])
 {
-    char *text = ibl_json_dump(root, JSON_COMPACT | JSON_SORT_KEYS |
-                                         JSON_REAL_PRECISION(17));
+    char *text = ibl_json_text(root);
 
     if (text)
         ibl_hash_bytes(text, strlen(text), hash);
@@ -207,14 +206,14 @@ static json_t *firsts(json_t *triples)
 }
 
 json_t *ibl_probes_note(const ibl_bake_result made[IBL_CAPTURE_PARTS],
-                        const ibl_overflow_level *overflow, size_t values)
+                        const ibl_overflow_report *sum)
 {
     const double *sh = made[IBL_CAPTURE_COLOUR].sh;
     const double *alpha = made[IBL_CAPTURE_ALPHA].sh;
-    json_t *note = json_pack("{sI}", "saturated", (json_int_t)values);
+    json_t *note = json_pack("{sI}", "saturated", (json_int_t)sum->values);
 
-    if (overflow->texels)
-        put(&note, "beyond", ibl_json_overflow(overflow));
+    if (sum->level[0].texels)
+        put(&note, "beyond", ibl_json_overflow(&sum->level[0]));
     if (sh)
         put(&note, "sh", ibl_json_harmonics(sh, IBL_PROBES_SH_DEGREE, true));
     if (alpha)

@@ -8,10 +8,7 @@
 
 #include "common/text.h"
 
-static bool is_blank(char c)
-{
-    return c == ' ' || c == '\t' || c == '\n';
-}
+static const char blanks[] = " \t\n";
 
 /* Copies the word at *text to `to` without its quotes and moves *text behind
  * it. Returns the end of the copy, NULL for an open quote. */
@@ -20,7 +17,7 @@ static char *take_word(const char **text, char *to)
     const char *s = *text;
     char quote = '\0';
 
-    for (; *s && (quote || !is_blank(*s)); s++) {
+    for (; *s && (quote || !strchr(blanks, *s)); s++) {
         if (quote ? *s == quote : *s == '\'' || *s == '"')
             quote = quote ? '\0' : *s;
         else if (*s == '\\' && quote != '\'' && s[1])
@@ -44,8 +41,7 @@ char **ibl_words_split(const char *text)
     size_t n = 0;
 
     while (words) {
-        while (is_blank(*text))
-            text++;
+        text += strspn(text, blanks);
         if (!*text)
             break;
         words[n++] = to;
@@ -58,11 +54,6 @@ char **ibl_words_split(const char *text)
     if (words)
         words[n] = NULL;
     return words;
-}
-
-void ibl_words_free(char **words)
-{
-    free(words);
 }
 
 char *ibl_words_quote(const char *word)

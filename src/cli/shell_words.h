@@ -6,10 +6,9 @@
 /*
  * The words of text: separated by blanks, '...' and "..." keep blanks, a
  * backslash keeps the next character (not inside '...'). Nothing is expanded.
- * Ended by NULL; free with ibl_words_free. NULL: an open quote, or no memory.
+ * Ended by NULL; one block for free(). NULL: an open quote, or no memory.
  */
 char **ibl_words_split(const char *text);
-void ibl_words_free(char **words); /* NULL is fine */
 
 /* word so that a shell reads it as it is; the caller's to free, NULL: no
  * memory. */
