@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#define _GNU_SOURCE /* asprintf */
 #include "common/path.h"
 
 #include <errno.h>
@@ -23,27 +24,19 @@ bool ibl_path_same(const char *a, const char *b)
 
 char *ibl_path_join(const char *directory, const char *name)
 {
-    const size_t size = strlen(directory) + strlen(name) + 2;
-    char *path = malloc(size);
+    const char *slash = directory[strlen(directory) - 1] == '/' ? "" : "/";
+    char *path;
 
-    if (path)
-        snprintf(path, size, "%s%s%s", directory,
-                 directory[strlen(directory) - 1] == '/' ? "" : "/", name);
-    return path;
+    return asprintf(&path, "%s%s%s", directory, slash, name) < 0 ? NULL : path;
 }
 
 char *ibl_path_beside(const char *file, const char *name)
 {
-    const char *slash = strrchr(file, '/');
-    const size_t length =
-        slash && *name != '/' ? (size_t)(slash - file) + 1 : 0;
-    char *path = malloc(length + strlen(name) + 1);
+    const char *last = ibl_path_name(file);
+    const int length = *name != '/' ? (int)(last - file) : 0;
+    char *path;
 
-    if (path) {
-        memcpy(path, file, length);
-        strcpy(path + length, name);
-    }
-    return path;
+    return asprintf(&path, "%.*s%s", length, file, name) < 0 ? NULL : path;
 }
 
 bool ibl_path_is_open(const char *path)
