@@ -17,7 +17,6 @@
 #include "view/clock.h"
 
 enum {
-    SAMPLES = 64,
     RUNS = 7, /* of large captures fewer */
     LARGE_RUNS = 5,
     TIMES = 3, /* drawing, levels, irradiance */
@@ -44,6 +43,7 @@ typedef struct job {
     view_room_draw draw;
     int size;
     view_capture *capture[METHODS];
+    view_cubes cubes[METHODS];
     ibl_cube cube[METHODS], irradiance[METHODS];
     double ms[METHODS][PARTS][RUNS];
 } job;
@@ -54,8 +54,6 @@ static void fail(const char *what)
     exit(1);
 }
 
-static const double eye[3] = {0, 1.2, 0};
-
 static int runs(const job *j)
 {
     return j->size < 512 ? RUNS : LARGE_RUNS;
@@ -64,17 +62,11 @@ static int runs(const job *j)
 static void make(job *j)
 {
     for (int m = 0; m < METHODS; m++) {
-        view_capture_options o = view_capture_options_default();
-        o.kind = m == PARABOLOIDS || m == PARABOLOIDS_LIBRARY
-                     ? VIEW_PROBE_PARABOLOIDS
-                     : VIEW_PROBE_FACES;
-        o.size = j->size;
-        o.samples = SAMPLES;
-        o.cpu = m >= FACES_LIBRARY ? j->ctx : NULL;
-        o.timed = true;
-        j->capture[m] = view_capture_create(&o);
-        if (!j->capture[m] ||
-            ibl_cube_alloc(j->ctx, j->size, view_capture_levels(j->capture[m]),
+        const bool bent = m == PARABOLOIDS || m == PARABOLOIDS_LIBRARY;
+        j->capture[m] = view_capture_create(
+            bent ? VIEW_PROBE_PARABOLOIDS : VIEW_PROBE_FACES, j->size);
+        if (!j->capture[m] || !view_cubes_make(&j->cubes[m], j->size, 1) ||
+            ibl_cube_alloc(j->ctx, j->size, ibl_default_levels(j->size),
                            &j->cube[m]) ||
             ibl_cube_alloc(j->ctx, VIEW_CAPTURE_IRRADIANCE, 1,
                            &j->irradiance[m]))
@@ -85,6 +77,7 @@ static void make(job *j)
 static void drop(job *j)
 {
     for (int m = 0; m < METHODS; m++) {
+        view_cubes_free(&j->cubes[m]);
         view_capture_free(j->capture[m]);
         ibl_cube_free(&j->cube[m]);
         ibl_cube_free(&j->irradiance[m]);
@@ -95,21 +88,28 @@ static void drop(job *j)
 static void update(job *j, int method, double ms[PARTS])
 {
     view_capture *c = j->capture[method];
-    bool done = false;
+    const view_capture_shot shot = {.room = lit.room,
+                                    .draw = j->draw,
+                                    .far = 100,
+                                    .to = &j->cubes[method],
+                                    .cpu =
+                                        method >= FACES_LIBRARY ? j->ctx : NULL,
+                                    .timed = true};
+    view_capture_state state = VIEW_CAPTURE_BEGUN;
 
     ms[ALL] = ms[LONGEST] = 0;
     ms[CPU] = -test_ms(CLOCK_PROCESS_CPUTIME_ID);
-    for (int i = view_capture_steps(c); i > 0; i--) {
+    while (state == VIEW_CAPTURE_BEGUN) {
         const double begin = view_clock();
-        done = view_capture_advance(c, eye, lit_capture, &j->draw, 1);
+        state = view_capture_update(c, &shot, 1);
         const double step = 1e3 * (view_clock() - begin);
         ms[ALL] += step;
         ms[LONGEST] = fmax(ms[LONGEST], step);
     }
     ms[CPU] += test_ms(CLOCK_PROCESS_CPUTIME_ID);
-    if (!done)
+    if (state != VIEW_CAPTURE_DONE)
         fail("no update");
-    view_capture_times(c, ms);
+    memcpy(ms, view_capture_times(c), TIMES * sizeof *ms);
 }
 
 /* The methods take turns, so that a busy machine is busy for all. */
@@ -122,10 +122,10 @@ static void measure(job *j)
             for (int p = 0; p < PARTS && run >= 0; p++)
                 j->ms[m][p][run] = ms[p];
         }
-    for (int m = 0; m < METHODS; m++)
-        if (!view_capture_read(j->capture[m], &j->cube[m]) ||
-            !view_capture_read_irradiance(j->capture[m], &j->irradiance[m]))
-            fail("nothing to read");
+    for (int m = 0; m < METHODS; m++) {
+        room_cube_read(j->cubes[m].specular, &j->cube[m]);
+        room_cube_read(j->cubes[m].irradiance, &j->irradiance[m]);
+    }
 }
 
 /* ---- report ------------------------------------------------------------ */
@@ -159,10 +159,11 @@ int main(void)
     lit_begin(32, 32);
     const GLuint sky = room_cube_of(0.5F, 0.6F, 0.8F, 1);
     j.draw = lit_draw(&any);
+    j.draw.eye[1] = 1.2;
     j.draw.environment = (view_room_environment){
         .specular = sky, .irradiance = sky, .sky = sky, .irradiance_scale = 1};
     j.draw.table = room_table_of(0.9F, 0.05F);
-    printf("%d samples, %s\n", SAMPLES, view_test_about());
+    printf("%s\n", view_test_about());
     printf("%5s %-20s %10s %10s %10s %10s %10s %10s  ms\n", "size", "",
            "drawing", "levels", "irradiance", "all", "a step", "cpu");
     for (j.size = 64; j.size <= 512; j.size *= 2) {

@@ -54,23 +54,47 @@ enum {
 
 typedef struct bench {
     view_room_draw draw; /* what of it all draws share */
-    view_scene_locals *locals[COUNTS];
+    view_cubes cubes[COUNTS];
+    ibl_probe probe[COUNTS][VIEW_MAX_LOCALS];
 } bench;
+
+enum {
+    SIZE = 64
+};
 
 static bool capture(bench *b)
 {
-    view_capture_options o = view_capture_options_default();
+    view_capture *c = view_capture_create(VIEW_PROBE_FACES, SIZE);
+    bool ok = c;
 
-    o.size = 64;
-    for (int i = 0; i < COUNTS; i++) {
-        if (!(b->locals[i] = view_scene_locals_create(&o, counts[i])))
-            return false;
-        for (int k = 0; k < counts[i]; k++)
-            if (!view_scene_locals_capture(b->locals[i], k, o.far, lit_capture,
-                                           &b->draw))
-                return false;
+    for (int i = 0; i < COUNTS && ok; i++) {
+        ok = view_cubes_make(&b->cubes[i], SIZE, counts[i]);
+        view_scene_place(b->probe[i], counts[i]);
+        for (int k = 0; k < counts[i] && ok; k++) {
+            view_capture_shot s = {.room = lit.room,
+                                   .draw = b->draw,
+                                   .far = 100,
+                                   .to = &b->cubes[i],
+                                   .layer = k};
+            memcpy(s.draw.eye, b->probe[i][k].position, sizeof s.draw.eye);
+            ok = view_capture_update(c, &s, 0) == VIEW_CAPTURE_DONE;
+        }
     }
-    return true;
+    view_capture_free(c);
+    return ok;
+}
+
+static view_probe_maps maps_of(const bench *b, int i)
+{
+    const float last = (float)(ibl_default_levels(SIZE) - 1);
+
+    return (view_probe_maps){.count = counts[i],
+                             .probe = b->probe[i],
+                             .specular = b->cubes[i].specular,
+                             .irradiance = b->cubes[i].irradiance,
+                             .lod_scale = last,
+                             .last_level = last,
+                             .irradiance_scale = 1};
 }
 
 static double draw(bench *b, int i)
@@ -78,7 +102,7 @@ static double draw(bench *b, int i)
     view_room_draw d = b->draw;
 
     if (cases[i].locals)
-        d.locals = view_scene_locals_drawn(b->locals[cases[i].locals - 1]);
+        d.locals = maps_of(b, cases[i].locals - 1);
     d.untiled = cases[i].untiled;
     room_target_bind(&lit.target);
     gl.Finish();
@@ -103,7 +127,7 @@ static bool run(bench *b)
     for (int i = 0; ok && i < CASES; i++)
         printf("%-24s %7.2f ms\n", cases[i].name, test_median(ms[i], RUNS));
     for (int i = 0; i < COUNTS; i++)
-        view_scene_locals_free(b->locals[i]);
+        view_cubes_free(&b->cubes[i]);
     return ok;
 }
 

@@ -64,46 +64,36 @@ static int count_probes(const view_room_draw *d)
 
 static ibl_probe probe_of(const view_room_draw *d, int i)
 {
-    return i < d->locals.count ? d->locals.probe[i] : d->dynamic.probe;
+    return i < d->locals.count ? d->locals.probe[i] : *d->dynamic.probe;
 }
 
-/* Of a cube array with count layers of n x n texels, or a cube, with 0. */
-static void read_face(GLuint texture, int count, int layer, int level, int n,
-                      int face, float *rgba)
+/* A level of a layer of cubes, from count layers. */
+static void read_layer(GLuint cubes, int count, int layer, int level, int n,
+                       float *rgba)
 {
-    const size_t floats = (size_t)4 * n * n;
+    const size_t floats = (size_t)4 * IBL_FACES * (size_t)(n * n);
+    const float *all = room_cubes_read(cubes, count, level, n);
 
-    gl.ActiveTexture(GL_TEXTURE0);
-    if (!count) {
-        gl.BindTexture(GL_TEXTURE_CUBE_MAP, texture);
-        gl.GetTexImage(GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)face, level,
-                       GL_RGBA, GL_FLOAT, rgba);
-        return;
-    }
-    float *all = test_alloc(floats * IBL_FACES * (size_t)count, sizeof *all);
-    gl.BindTexture(GL_TEXTURE_CUBE_MAP_ARRAY, texture);
-    gl.GetTexImage(GL_TEXTURE_CUBE_MAP_ARRAY, level, GL_RGBA, GL_FLOAT, all);
-    memcpy(rgba, all + floats * (size_t)(IBL_FACES * layer + face),
-           floats * sizeof *all);
+    memcpy(rgba, all + floats * (size_t)layer, floats * sizeof *rgba);
 }
 
 static probe_texels *read_probe(const view_room_draw *d, int i)
 {
     const bool local = i < d->locals.count;
-    const int count = local ? d->locals.count : 0;
-    const int layer = local ? d->locals.probe[i].layer : 0;
-    const GLuint specular = local ? d->locals.specular : d->dynamic.specular;
-    const GLuint irradiance =
-        local ? d->locals.irradiance : d->dynamic.irradiance;
+    const view_probe_maps *m = local ? &d->locals : &d->dynamic;
+    const int count = local ? m->count : 2, layer = probe_of(d, i).layer;
     probe_texels *t = test_alloc(1, sizeof *t);
 
-    for (int face = 0; face < IBL_FACES; face++) {
-        for (int level = 0; level < LEVELS; level++)
-            read_face(specular, count, layer, level, SIZE >> level, face,
-                      t->specular[level][face]);
-        read_face(irradiance, count, layer, 0, VIEW_CAPTURE_IRRADIANCE, face,
-                  t->irradiance[face]);
+    for (int level = 0; level < LEVELS; level++) {
+        const int n = SIZE >> level;
+        float all[IBL_FACES * 4 * SIZE * SIZE];
+        read_layer(m->specular, count, layer, level, n, all);
+        for (int face = 0; face < IBL_FACES; face++)
+            memcpy(t->specular[level][face], all + 4 * n * n * face,
+                   (size_t)(4 * n * n) * sizeof *all);
     }
+    read_layer(m->irradiance, count, layer, 0, VIEW_CAPTURE_IRRADIANCE,
+               t->irradiance[0]);
     return t;
 }
 

@@ -3,6 +3,7 @@
  * them are those of ibl/probes.h, with masks of tiles as without. */
 #include "room.h"
 #include "view.h"
+#include "view/program.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -158,17 +159,17 @@ static look *begin(int count, double least_alpha)
     fill_colours(l, &r, least_alpha);
     for (int i = 0; i < MOST; i++)
         dark[i][3] = 1;
-    const float *c = l->colour[MOST];
-    l->draw.locals = (view_room_locals){
+    l->draw.locals = (view_probe_maps){
         .count = count,
         .probe = l->probes,
         .specular = room_cubes_of(count, (const float(*)[4])l->colour),
         .irradiance = room_cubes_of(count, (const float(*)[4])dark),
         .irradiance_scale = 1};
-    l->draw.dynamic =
-        (view_room_dynamic){.specular = room_cube_of(c[0], c[1], c[2], c[3]),
-                            .irradiance = lit.black,
-                            .probe = l->probes[MOST]};
+    l->draw.dynamic = (view_probe_maps){
+        .count = 1,
+        .probe = &l->probes[MOST],
+        .specular = room_cubes_of(1, (const float(*)[4])l->colour[MOST]),
+        .irradiance = lit.black_layer};
     return l;
 }
 
@@ -190,16 +191,20 @@ static void look_at(look *l, int view)
 
 static unsigned long long *read_masks(int *columns, int *rows)
 {
-    const GLuint masks = view_room_masks(lit.room, columns, rows);
-    const size_t count = (size_t)(*columns * *rows);
     GLuint framebuffer;
+    GLint masks;
 
+    *columns = (WIDTH + VIEW_ROOM_TILE - 1) / VIEW_ROOM_TILE;
+    *rows = (HEIGHT + VIEW_ROOM_TILE - 1) / VIEW_ROOM_TILE;
+    const size_t count = (size_t)(*columns * *rows);
+    gl.ActiveTexture(GL_TEXTURE0 + VIEW_ROOM_UNIT_MASKS);
+    gl.GetIntegerv(GL_TEXTURE_BINDING_2D, &masks);
     unsigned *words = test_alloc(count, 2 * sizeof *words);
     unsigned long long *all = test_alloc(count, sizeof *all);
     gl.GenFramebuffers(1, &framebuffer);
     gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
-                            masks, 0);
+                            (GLuint)masks, 0);
     gl.ReadPixels(0, 0, *columns, *rows, GL_RG_INTEGER, GL_UNSIGNED_INT, words);
     gl.DeleteFramebuffers(1, &framebuffer);
     for (size_t i = 0; i < count; i++)
@@ -376,104 +381,60 @@ static void weights_with_alpha(void)
 
 /* ---- captures into layers ------------------------------------------------ */
 
-/* A colour of each face of each probe, on a ground that is the probe's alone:
- * what is filtered has no other. */
-typedef struct paint {
-    int probe, face;
-} paint;
-
 enum {
     COUNT = 3,
     EDGE = 16
 };
 
-static void colour_of(int probe, int face, float rgba[4])
+/* A probe's grey, or what its halves come to when filtered. */
+static int count_wrong(GLuint cubes, int level, int n)
 {
-    rgba[0] = 0.25f * (float)(probe + 1);
-    rgba[1] = 0.125f * (float)face;
-    rgba[2] = 0;
-    rgba[3] = 1;
-}
-
-static void paint_scene(void *cookie, const double clip[16],
-                        const double eye[3], int size, int side)
-{
-    paint *p = cookie;
-    float rgba[4];
-
-    (void)clip, (void)eye, (void)size, (void)side;
-    colour_of(p->probe, p->face++, rgba);
-    gl.ClearColor(rgba[0], rgba[1], rgba[2], rgba[3]);
-    gl.Clear(GL_COLOR_BUFFER_BIT);
-}
-
-static int count_wrong(const float *texels, size_t count, const float rgba[4],
-                       int channels)
-{
+    const float *rgba = room_cubes_read(cubes, COUNT, level, n);
+    const int texels = IBL_FACES * n * n;
     int bad = 0;
 
-    for (size_t i = 0; i < count; i++)
-        for (int k = 0; k < channels; k++)
-            bad += !(fabsf(texels[4 * i + (size_t)k] - rgba[k]) < 2e-3f);
+    for (int i = 0; i < 4 * COUNT * texels; i++) {
+        const float grey = 0.25F * (float)(i / (4 * texels) + 1);
+        bad += !(fabsf(rgba[i] - (i % 4 == 3 ? 1 : grey)) < 2e-3F);
+    }
     return bad;
 }
 
-/* Level 0 by face; of what is filtered, what all faces have. */
-static void check_layers(GLuint array, int level, int n, int channels)
-{
-    const size_t face = (size_t)n * n;
-    float *all = test_alloc(face * IBL_FACES * COUNT, 4 * sizeof *all);
-    int bad = 0;
-
-    gl.ActiveTexture(GL_TEXTURE0);
-    gl.BindTexture(GL_TEXTURE_CUBE_MAP_ARRAY, array);
-    gl.GetTexImage(GL_TEXTURE_CUBE_MAP_ARRAY, level, GL_RGBA, GL_FLOAT, all);
-    for (int i = 0; i < IBL_FACES * COUNT; i++) {
-        float rgba[4];
-        colour_of(i / IBL_FACES, i % IBL_FACES, rgba);
-        bad += count_wrong(all + 4 * face * (size_t)i, face, rgba, channels);
-    }
-    CHECK_MSG(bad == 0, "level %d of %d: %d", level, n, bad);
-}
-
+/* The last first; none changes another. */
 static void captures_are_layers(void)
 {
-    view_capture_options o = view_capture_options_default();
+    static const double eye[3] = {0};
 
-    view_test_begin(16, 16);
-    o.size = EDGE;
-    view_scene_locals *l = view_scene_locals_create(&o, COUNT);
-    NEED(l);
+    lit_begin(16, 16);
+    room_capture *c = room_capture_begin(VIEW_PROBE_FACES, EDGE, eye);
+    view_cubes_free(&c->cubes);
+    NEED(view_cubes_make(&c->cubes, EDGE, COUNT));
     for (int i = COUNT - 1; i >= 0; i--) {
-        paint p = {.probe = i};
-        CHECK(view_scene_locals_capture(l, i, 10, paint_scene, &p));
-        CHECK(p.face == IBL_FACES);
+        const float grey = 0.25F * (float)(i + 1);
+        c->shot.layer = i;
+        room_capture_sky(c, room_cube_of(grey, grey, grey, 1));
     }
-    const view_room_locals drawn = view_scene_locals_drawn(l);
-    CHECK(drawn.count == COUNT && drawn.last_level >= 1);
-    check_layers(drawn.specular, 0, EDGE, 4);
-    check_layers(drawn.specular, 1, EDGE / 2, 1);
-    check_layers(drawn.irradiance, 0, VIEW_CAPTURE_IRRADIANCE, 1);
-    view_scene_locals_free(l);
-    CHECK(view_gl_check("captures into layers"));
+    CHECK(count_wrong(c->cubes.specular, 0, EDGE) == 0);
+    CHECK(count_wrong(c->cubes.specular, 1, EDGE / 2) == 0);
+    CHECK(count_wrong(c->cubes.irradiance, 0, VIEW_CAPTURE_IRRADIANCE) == 0);
 }
 
 /* 3 GB are more than a texture of llvmpipe may have. */
 static void says_what_to_do_without_room(void)
 {
-    view_capture_options o = view_capture_options_default();
+    static const float light[3] = {1, 1, 1}, table[2] = {1, 0};
+    room_stage on;
 
-    view_test_begin(16, 16);
-    o.size = 1024;
+    room_stage_begin(&on, 16, 16, light, table);
+    on.s.probe_size = 1024;
+    on.s.probes = 64;
     view_test_catch();
-    view_scene_locals *l = view_scene_locals_create(&o, 64);
+    CHECK(!room_stage_draw(&on));
     const char *said = view_test_caught();
-    CHECK(!l);
     CHECK_MSG(!strcmp(said, "iblview: 64 local probes with faces of 1024: this "
                             "OpenGL has no room for them: take fewer by "
                             "--probes, or smaller ones by --probe-size\n"),
               "%s", said);
-    view_scene_locals_free(l);
     CHECK(view_gl_check("local probes without room"));
 }
 

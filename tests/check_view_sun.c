@@ -31,6 +31,18 @@ static void normalise(double a[3])
         a[k] /= length;
 }
 
+/* What is left of a texel in a direction, unit, of the environment. */
+static void cut_sun(const view_room_sun *sun, const double direction[3],
+                    double rgb[3])
+{
+    const double y = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+    const bool cut = view_room_sun_shines(sun) && y > sun->limit &&
+                     dot(direction, sun->direction) >= sun->cosine;
+
+    for (int k = 0; k < 3 && cut; k++)
+        rgb[k] *= sun->limit / y;
+}
+
 /* ---- finding it ---------------------------------------------------------- */
 
 /* Radiance of a direction (unit). */
@@ -101,7 +113,7 @@ static void integrate(const ibl_texture *tex, const view_room_sun *sun,
             rgb[k] = (double)texel[k];
             whole[k] += a * rgb[k];
         }
-        view_room_sun_cut(sun, d, rgb);
+        cut_sun(sun, d, rgb);
         for (int k = 0; k < 3; k++)
             left[k] += a * rgb[k];
     }
@@ -152,7 +164,7 @@ static void check_disc(ibl_ctx *ctx, int size, disc s)
     const double beside[3] = {c * z[0] + r * z[2] / flat, c * z[1],
                               c * z[2] - r * z[0] / flat};
     double rgb[3] = {9e9, 9e9, 9e9};
-    view_room_sun_cut(&sun, beside, rgb);
+    cut_sun(&sun, beside, rgb);
     CHECK_NEAR(rgb[0], 9e9, 0);
     integrate(&tex, &sun, whole, left);
     for (int k = 0; k < 3; k++)
@@ -207,7 +219,7 @@ static void finds_no_other(void)
         CHECK(view_room_sun_find(&tex, &sun));
         CHECK_MSG(!view_room_sun_shines(&sun), "%zu: %g", i, sun.irradiance[1]);
         double rgb[3] = {9, 99, 9e9};
-        view_room_sun_cut(&sun, sun.direction, rgb);
+        cut_sun(&sun, sun.direction, rgb);
         CHECK_NEAR(rgb[2], 9e9, 0);
         ibl_texture_free(&tex);
     }
@@ -307,14 +319,16 @@ static view_room_sun sun_at(double x, double y, double z)
 static view_room_draw sunny_draw(const view_camera *camera,
                                  const view_room_sun *sun)
 {
+    static const ibl_probe all = {.influence = {.half = {20, 20, 20}}};
     view_room_draw d = lit_draw(camera);
 
     d.environment.sun = *sun;
     /* One probe has all, so that nothing is taken off what is white. */
-    d.dynamic =
-        (view_room_dynamic){.specular = lit.white,
-                            .irradiance = lit.white,
-                            .probe = {.influence = {.half = {20, 20, 20}}}};
+    d.dynamic = (view_probe_maps){.count = 1,
+                                  .probe = &all,
+                                  .specular = lit.white_layer,
+                                  .irradiance = lit.white_layer,
+                                  .irradiance_scale = 1};
     return d;
 }
 
@@ -433,7 +447,7 @@ static void count_pixels(const view_camera *c, const view_room_draw *d,
                          double tolerance, counts *n)
 {
     const view_room_environment *e = &d->environment;
-    const double away = 2 * view_room_shadow_texel(&e->sun, e->turn);
+    const double away = 2 * 0.008; /* nearly the largest texel of shadows */
     const bool spheres = tolerance < 0.08;
     float *picture = lit_render(d);
     double l[3], ray[3];
@@ -591,7 +605,7 @@ static void sky_is_cut(void)
         view_turn(20, ray, env);
         if (fabs(dot(env, sun.direction) - sun.cosine) < 1e-5)
             continue;
-        view_room_sun_cut(&sun, env, rgb);
+        cut_sun(&sun, env, rgb);
         cut += rgb[0] < 9;
         for (int k = 0; k < 3; k++)
             bad += !(fabs((double)picture[4 * i + k] - rgb[k]) < 1e-4);
@@ -644,7 +658,7 @@ static void is_not_counted_twice(void)
     counts n;
     NEED(view_set_bake_image(ctx, "sun", &map, NULL, &set) &&
          use_set(&set, &d.environment));
-    d.dynamic = (view_room_dynamic){0};
+    d.dynamic = (view_probe_maps){0};
     CHECK(view_room_sun_shines(&d.environment.sun));
     count_pixels(&c, &d, 0.1, &n);
     CHECK_MSG(n.bad == 0 && n.lit > 300, "%d wrong, %d lit, %d dark", n.bad,

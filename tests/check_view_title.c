@@ -235,16 +235,16 @@ static void APIENTRY scarce_image(GLenum target, GLint level, GLint format,
 static void press_without_room(void)
 {
     view_keys_press(&app, 'h');
-    CHECK(app.settings.probes == 2);
+    CHECK(app.settings.probes == 4);
     view_test_catch();
     CHECK(view_app_draw(&app, false));
     const char *said = view_test_caught();
-    CHECK_MSG(strstr(said, "2 local probes with faces of 16: this OpenGL has "
+    CHECK_MSG(strstr(said, "4 local probes with faces of 16: this OpenGL has "
                            "no room for them"),
               "%s", said);
     CHECK(!strcmp(app.notice, "as it was before: the terminal says why"));
     view_title_text(&app, title, sizeof title);
-    CHECK_MSG(has("| local 1 |"), "%s", title);
+    CHECK_MSG(has("| local 2 |"), "%s", title);
 }
 
 /* What a key asks for and cannot be made leaves what was there. */
@@ -253,24 +253,24 @@ static void goes_back_without_room(void)
     begin();
     real_image = gl.TexImage3D;
     gl.TexImage3D = scarce_image;
-    most_layers = IBL_FACES;
+    most_layers = 2 * IBL_FACES;
     app.begun = view_clock();
-    app.settings.probes = 1;
+    app.settings.probes = 2;
     CHECK(view_app_draw(&app, false));
     for (int i = 0; i < 2; i++)
         press_without_room();
     CHECK(view_scene_drawn(view_renderer_stage(app.renderer))->locals.count ==
-          1);
-    most_layers = 2 * IBL_FACES;
+          2);
+    most_layers = 4 * IBL_FACES;
     view_keys_press(&app, 'h');
     CHECK(view_app_draw(&app, false));
-    CHECK(app.settings.probes == 2);
+    CHECK(app.settings.probes == 4);
     /* With room for neither there is nothing left to show. */
     most_layers = 0;
     view_keys_press(&app, 'h');
     view_test_catch();
     CHECK(!view_app_draw(&app, false));
-    CHECK(strstr(view_test_caught(), "2 local probes"));
+    CHECK(strstr(view_test_caught(), "no room for the cubes"));
     gl.TexImage3D = real_image;
 }
 

@@ -260,6 +260,11 @@ GLuint room_layer(int size, room_texel *texel, void *cookie)
     return array;
 }
 
+GLuint room_layer_of(float r, float g, float b, float a)
+{
+    return room_cubes_of(1, &(const float[4]){r, g, b, a});
+}
+
 GLuint room_table_of(float r, float g)
 {
     const GLuint table = texture(GL_TEXTURE_2D);
@@ -296,6 +301,8 @@ void lit_begin(int width, int height)
     room_target_make(&lit.target, width, height);
     lit.white = room_cube_of(1, 1, 1, 1);
     lit.black = room_cube_of(0, 0, 0, 1);
+    lit.white_layer = room_layer_of(1, 1, 1, 1);
+    lit.black_layer = room_layer_of(0, 0, 0, 1);
     lit.sky = room_cube(64, sky_texel, NULL);
     lit.table = room_table_of(1, 0);
     NEED(lit.room);
@@ -316,18 +323,6 @@ float *lit_render(const view_room_draw *draw)
     room_target_bind(&lit.target);
     view_room_render(lit.room, draw);
     return room_target_read(&lit.target);
-}
-
-void lit_capture(void *cookie, const double clip[16], const double eye[3],
-                 int size, int side)
-{
-    view_room_draw d = *(const view_room_draw *)cookie;
-
-    (void)size;
-    memcpy(d.clip, clip, sizeof d.clip);
-    memcpy(d.eye, eye, sizeof d.eye);
-    d.paraboloid = side >= 0;
-    view_room_render(lit.room, &d);
 }
 
 static void material_colour(const room_hit *hit, double rgb[3])
@@ -351,6 +346,66 @@ bool lit_has_colour(const float *pixel, const room_hit *hit, double tolerance)
     for (int k = 0; k < 3; k++)
         most = fmax(most, fabs((double)pixel[k] - rgb[k]) / (1 + rgb[k]));
     return most < (hit->what < 0 ? fmax(tolerance, 1e-3) : tolerance);
+}
+
+/* ---- captures ---------------------------------------------------------- */
+
+static void free_capture(void *capture)
+{
+    room_capture *c = capture;
+
+    view_cubes_free(&c->cubes);
+    view_capture_free(c->capture);
+}
+
+room_capture *room_capture_begin(view_probe_capture kind, int size,
+                                 const double eye[3])
+{
+    const view_camera any = {.near = 1, .far = 2};
+
+    room_capture *c = test_alloc(1, sizeof *c);
+    c->capture = view_capture_create(kind, size);
+    test_defer(free_capture, c);
+    NEED(c->capture && view_cubes_make(&c->cubes, size, 1));
+    c->shot = (view_capture_shot){
+        .room = lit.room, .draw = lit_draw(&any), .far = 40, .to = &c->cubes};
+    memcpy(c->shot.draw.eye, eye, sizeof c->shot.draw.eye);
+    return c;
+}
+
+void room_capture_update(room_capture *c)
+{
+    CHECK(view_capture_update(c->capture, &c->shot, 0) == VIEW_CAPTURE_DONE);
+}
+
+/* The room is too far away to be seen. */
+void room_capture_sky(room_capture *c, GLuint sky)
+{
+    c->shot.draw.eye[1] = 1000;
+    c->shot.draw.environment.sky = sky;
+    room_capture_update(c);
+}
+
+float *room_cubes_read(GLuint cubes, int count, int level, int n)
+{
+    const size_t floats = (size_t)4 * IBL_FACES * (size_t)(n * n);
+    float *rgba = test_alloc(floats * (size_t)count, sizeof *rgba);
+
+    gl.ActiveTexture(GL_TEXTURE0);
+    gl.BindTexture(GL_TEXTURE_CUBE_MAP_ARRAY, cubes);
+    gl.GetTexImage(GL_TEXTURE_CUBE_MAP_ARRAY, level, GL_RGBA, GL_FLOAT, rgba);
+    return rgba;
+}
+
+void room_cube_read(GLuint cubes, const ibl_cube *cube)
+{
+    for (int l = 0; l < cube->levels; l++) {
+        const int n = ibl_cube_edge(cube->size, l);
+        const float *rgba = room_cubes_read(cubes, 1, l, n);
+        for (int i = 0; i < IBL_FACES * n * n; i++)
+            memcpy(ibl_cube_face(cube, l, 0) + (size_t)3 * i, rgba + 4 * i,
+                   3 * sizeof *rgba);
+    }
 }
 
 /* ---- the stage --------------------------------------------------------- */

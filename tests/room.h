@@ -50,6 +50,7 @@ GLuint room_cube_of(float r, float g, float b, float a);
 /* Cubes of one texel a face, RGBA32F, each the same everywhere: count layers of
  * an array. */
 GLuint room_cubes_of(int count, const float (*rgba)[4]);
+GLuint room_layer_of(float r, float g, float b, float a); /* of one */
 /* The same as room_cube, as the one layer of an array. */
 GLuint room_layer(int size, room_texel *texel, void *cookie);
 /* A table that is the same everywhere. */
@@ -62,6 +63,7 @@ typedef struct lit_room {
     view_room *room;
     room_target target;
     GLuint white, black, sky, table;
+    GLuint white_layer, black_layer;
 } lit_room;
 
 extern lit_room lit;
@@ -71,12 +73,28 @@ void lit_begin(int width, int height);
 view_room_draw lit_draw(const view_camera *camera);
 /* As room_target_read has it. */
 float *lit_render(const view_room_draw *draw);
-/* A view_capture_scene: draws what the cookie, a view_room_draw, shows. */
-void lit_capture(void *cookie, const double clip[16], const double eye[3],
-                 int size, int side);
 /* Whether a pixel has the colour of what a ray meets. The sky is a filtered
  * texture, which is less exact. */
 bool lit_has_colour(const float *pixel, const room_hit *hit, double tolerance);
+
+/* Captures into one cube, for the running test: of the lit room from eye, as it
+ * has nothing else to do. */
+typedef struct room_capture {
+    view_capture *capture;
+    view_cubes cubes;
+    view_capture_shot shot;
+} room_capture;
+
+room_capture *room_capture_begin(view_probe_capture kind, int size,
+                                 const double eye[3]);
+/* A whole update. */
+void room_capture_update(room_capture *c);
+/* The same of a sky alone. */
+void room_capture_sky(room_capture *c, GLuint sky);
+/* A level of cubes with faces of n x n texels: RGBA, from test_alloc. */
+float *room_cubes_read(GLuint cubes, int count, int level, int n);
+/* The only one of these, without alpha. */
+void room_cube_read(GLuint cubes, const ibl_cube *cube);
 
 /* What --mode scene shows, in uniform light of the environment. */
 typedef struct room_stage {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* An update is a row of steps, each of which fills one face of a cube that is
- * not shown. The scene draws into a picture of floats. That goes, cut to the
+/* An update is a row of steps, each of which draws a picture or fills one face
+ * of a cube. The room draws into a picture of floats. That goes, cut to the
  * range of halves, into the lookups: a cube with levels, each more blurred. */
 #include "view/capture.h"
 
@@ -15,13 +15,7 @@
 #include "view/program.h"
 #include "view/upload.h"
 
-/* The parts of an update whose times are kept. */
-enum {
-    DRAWING,
-    LEVELS,
-    DIFFUSE,
-    PARTS
-};
+static const double near = 0.05;
 
 /* Programs that fill a face. */
 enum {
@@ -39,12 +33,9 @@ typedef struct pass {
     GLint face, edge, row, count, spread, rings;
 } pass;
 
-typedef struct cubes {
-    GLuint specular, irradiance;
-} cubes;
-
 struct view_capture {
-    view_capture_options options; /* levels resolved */
+    view_probe_capture kind;
+    int size, levels;
     pass pass[PASSES];
     GLuint picture[2];      /* RGBA32F: one, or two paraboloids */
     GLuint depth, drawn[2]; /* their depth, framebuffers */
@@ -52,82 +43,94 @@ struct view_capture {
     GLuint halved;          /* cube of half the edge, one level */
     GLuint lookup;          /* cube with blurred levels from 1 on */
     GLuint samples;         /* as view_capture_samples has them */
-    cubes set[2];
-    int shown; /* of the sets */
-    int step;  /* that is next */
-    bool failed;
-    double position[3];
-    double doing[PARTS], ms[PARTS];
+    int step;               /* that is next */
+    double ms[VIEW_CAPTURE_PARTS];
 };
 
-view_capture_options view_capture_options_default(void)
+/* Sides that are drawn. */
+static int draws(const view_capture *c)
 {
-    return (view_capture_options){.kind = VIEW_PROBE_FACES,
-                                  .size = 256,
-                                  .samples = 64,
-                                  .near = 0.05,
-                                  .far = 100};
+    return c->kind == VIEW_PROBE_PARABOLOIDS ? 2 : IBL_FACES;
 }
 
-static bool paraboloids(const view_capture *c)
+/* Pictures of them that are kept. */
+static int pictures(const view_capture *c)
 {
-    return c->options.kind == VIEW_PROBE_PARABOLOIDS;
+    return c->kind == VIEW_PROBE_PARABOLOIDS ? 2 : 1;
 }
 
-static int sides(const view_capture *c)
+/* ---- cubes ------------------------------------------------------------- */
+
+static void bind(int unit, GLuint cubes)
 {
-    return paraboloids(c) ? 2 : 1;
+    view_gl_bind(unit, GL_TEXTURE_CUBE_MAP_ARRAY, cubes);
 }
 
-/* Edge of what the scene draws. */
-static int picture_edge(const view_capture *c)
+static void attach(GLenum framebuffer, GLuint cubes, int layer, int level,
+                   int face)
 {
-    return sides(c) * c->options.size;
+    gl.FramebufferTextureLayer(framebuffer, GL_COLOR_ATTACHMENT0, cubes, level,
+                               IBL_FACES * layer + face);
+}
+
+/* False if there is no room. */
+static bool make_cubes(GLuint *cubes, int size, int levels, int count)
+{
+    const GLenum target = GL_TEXTURE_CUBE_MAP_ARRAY;
+    bool ok = true;
+
+    gl.GenTextures(1, cubes);
+    bind(VIEW_CAPTURE_UNIT, *cubes);
+    for (int l = 0; l < levels && ok; l++) {
+        const int n = ibl_cube_edge(size, l);
+        gl.TexImage3D(target, l, GL_RGBA16F, n, n, IBL_FACES * count, 0,
+                      GL_RGBA, GL_FLOAT, NULL);
+        ok = gl.GetError() == GL_NO_ERROR;
+    }
+    view_gl_filter(target, GL_LINEAR, levels);
+    return ok;
+}
+
+bool view_cubes_make(view_cubes *c, int size, int count)
+{
+    if (make_cubes(&c->specular, size, ibl_default_levels(size), count) &&
+        make_cubes(&c->irradiance, VIEW_CAPTURE_IRRADIANCE, 1, count))
+        return true;
+    view_cubes_free(c);
+    return false;
+}
+
+void view_cubes_free(view_cubes *c)
+{
+    gl.DeleteTextures(1, &c->irradiance);
+    gl.DeleteTextures(1, &c->specular);
+    *c = (view_cubes){0};
+}
+
+bool view_cubes_read(const view_cubes *c, int size, int layer, int face,
+                     uint16_t *rgba)
+{
+    GLuint framebuffer;
+
+    gl.GenFramebuffers(1, &framebuffer);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    attach(GL_FRAMEBUFFER, c->specular, layer, 0, face);
+    gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
+    gl.ReadPixels(0, 0, size, size, GL_RGBA, GL_HALF_FLOAT, rgba);
+    gl.DeleteFramebuffers(1, &framebuffer);
+    return view_gl_check("reading a local probe");
 }
 
 /* ---- passes ------------------------------------------------------------ */
 
-/* The state of OpenGL that is another's, from begin to end. */
-typedef struct kept_state {
-    GLint framebuffer, viewport[4];
-} kept_state;
-
-static kept_state begin(void)
-{
-    kept_state s = {0};
-
-    gl.GetIntegerv(GL_FRAMEBUFFER_BINDING, &s.framebuffer);
-    gl.GetIntegerv(GL_VIEWPORT, s.viewport);
-    gl.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
-    gl.Disable(GL_DEPTH_TEST);
-    gl.Disable(GL_BLEND);
-    return s;
-}
-
-static void end(const kept_state *s)
-{
-    gl.BindFramebuffer(GL_FRAMEBUFFER, (GLuint)s->framebuffer);
-    gl.Viewport(s->viewport[0], s->viewport[1], s->viewport[2], s->viewport[3]);
-    gl.Disable(GL_DEPTH_TEST);
-    gl.Disable(GL_BLEND);
-    gl.UseProgram(0);
-    gl.ActiveTexture(GL_TEXTURE0);
-}
-
-static void attach(GLenum framebuffer, GLuint cube, int level, int face)
-{
-    gl.FramebufferTexture2D(framebuffer, GL_COLOR_ATTACHMENT0,
-                            view_gl_face(face), cube, level);
-}
-
 /* Fills a face of a level of a cube, n x n, from the bound captures units. */
-static void fill(const view_capture *c, int which, GLuint cube, int level,
-                 int face, int n)
+static void fill(const view_capture *c, int which, GLuint cubes, int layer,
+                 int level, int face, int n)
 {
     const pass *p = &c->pass[which];
 
     gl.BindFramebuffer(GL_FRAMEBUFFER, c->target);
-    attach(GL_FRAMEBUFFER, cube, level, face);
+    attach(GL_FRAMEBUFFER, cubes, layer, level, face);
     gl.Viewport(0, 0, n, n);
     gl.UseProgram(p->program);
     gl.Uniform1i(p->face, face);
@@ -137,20 +140,17 @@ static void fill(const view_capture *c, int which, GLuint cube, int level,
 
 static bool make_passes(view_capture *c)
 {
-    const GLuint programs[PASSES] = {
-        [FACE] = view_program("full.vert", "capture_face.frag"),
-        [PARABOLOID] = view_program("full.vert", "capture_paraboloid.frag"),
-        [MIP] = view_program("full.vert", "capture_mip.frag"),
-        [BLUR] = view_program("full.vert", "capture_blur.frag"),
-        [LOBE] = view_program("full.vert", "capture_lobe.frag"),
-        [EQUIRECT] = view_program("full.vert", "capture_equirect.frag"),
+    static const char *const files[PASSES] = {
+        [FACE] = "capture_face.frag", [PARABOLOID] = "capture_paraboloid.frag",
+        [MIP] = "capture_mip.frag",   [BLUR] = "capture_blur.frag",
+        [LOBE] = "capture_lobe.frag", [EQUIRECT] = "capture_equirect.frag",
     };
-    bool ok = true;
 
     for (int i = 0; i < PASSES; i++) {
         pass *p = &c->pass[i];
-        p->program = programs[i];
-        ok = ok && p->program;
+        p->program = view_program("full.vert", files[i]);
+        if (!p->program)
+            return false;
         p->face = gl.GetUniformLocation(p->program, "face");
         p->edge = gl.GetUniformLocation(p->program, "edge");
         p->row = gl.GetUniformLocation(p->program, "row");
@@ -158,43 +158,21 @@ static bool make_passes(view_capture *c)
         p->spread = gl.GetUniformLocation(p->program, "spread");
         p->rings = gl.GetUniformLocation(p->program, "rings");
     }
-    return ok;
+    return true;
 }
 
 /* ---- life -------------------------------------------------------------- */
 
-/* Black. */
-static GLuint make_cube(const view_capture *c, int size, int levels)
-{
-    GLuint cube = 0;
-
-    gl.GenTextures(1, &cube);
-    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, cube);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, c->target);
-    gl.ClearColor(0, 0, 0, 0);
-    for (int i = 0; i < levels * IBL_FACES; i++) {
-        const int level = i / IBL_FACES, n = ibl_cube_edge(size, level);
-        gl.TexImage2D(view_gl_face(i % IBL_FACES), level, GL_RGBA16F, n, n, 0,
-                      GL_RGBA, GL_FLOAT, NULL);
-    }
-    view_gl_filter(GL_TEXTURE_CUBE_MAP, GL_LINEAR, levels);
-    for (int i = 0; i < levels * IBL_FACES; i++) {
-        attach(GL_FRAMEBUFFER, cube, i / IBL_FACES, i % IBL_FACES);
-        gl.Clear(GL_COLOR_BUFFER_BIT);
-    }
-    return cube;
-}
-
 static bool make_pictures(view_capture *c)
 {
-    const int n = picture_edge(c);
+    const int n = pictures(c) * c->size;
 
-    gl.GenFramebuffers(sides(c), c->drawn);
+    gl.GenFramebuffers(pictures(c), c->drawn);
     gl.GenRenderbuffers(1, &c->depth);
     gl.BindRenderbuffer(GL_RENDERBUFFER, c->depth);
     gl.RenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, n, n);
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_CAPTURE_UNIT);
-    for (int i = 0; i < sides(c); i++) {
+    for (int i = 0; i < pictures(c); i++) {
         c->picture[i] = view_float_target(n, n);
         view_gl_filter(GL_TEXTURE_2D, GL_LINEAR, 1);
         gl.BindFramebuffer(GL_FRAMEBUFFER, c->drawn[i]);
@@ -208,43 +186,36 @@ static bool make_pictures(view_capture *c)
     return true;
 }
 
-static bool make_cubes(view_capture *c)
-{
-    const int size = c->options.size;
-
-    gl.GenFramebuffers(1, &c->target);
-    gl.GenFramebuffers(1, &c->source);
-    c->halved = make_cube(c, size / 2, 1);
-    c->lookup = make_cube(c, size, view_capture_lookups(size));
-    for (int i = 0; i < 2; i++) {
-        c->set[i].specular = make_cube(c, size, c->options.levels);
-        c->set[i].irradiance = make_cube(c, VIEW_CAPTURE_IRRADIANCE, 1);
-    }
-    return gl.CheckFramebufferStatus(GL_FRAMEBUFFER) ==
-               GL_FRAMEBUFFER_COMPLETE ||
-           view_fail("OpenGL does not draw into cubes of halves");
-}
-
 static bool make_samples(view_capture *c)
 {
-    const view_capture_options *o = &c->options;
-    float *all = view_capture_samples(o->size, o->levels, o->samples);
+    float *all = view_capture_samples(c->size, c->levels);
 
     if (!all)
         return false;
     gl.GenTextures(1, &c->samples);
     view_gl_bind(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->samples);
-    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F,
-                  view_capture_diffuse_samples(o->samples), o->levels, 0,
-                  GL_RGBA, GL_FLOAT, all);
+    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, VIEW_CAPTURE_MOST_SAMPLES,
+                  c->levels, 0, GL_RGBA, GL_FLOAT, all);
     view_gl_filter(GL_TEXTURE_2D, GL_NEAREST, 1);
     free(all);
     return true;
 }
 
-view_capture *view_capture_create(const view_capture_options *options)
+static bool make(view_capture *c)
 {
-    const int size = options->size;
+    gl.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
+    gl.GenFramebuffers(1, &c->target);
+    gl.GenFramebuffers(1, &c->source);
+    if (!make_passes(c) || !make_pictures(c))
+        return false;
+    if (!make_cubes(&c->halved, c->size / 2, 1, 1) ||
+        !make_cubes(&c->lookup, c->size, view_capture_lookups(c->size), 1))
+        return view_fail("this OpenGL has no room for the cubes of a capture");
+    return make_samples(c) && view_gl_check("making a capture");
+}
+
+view_capture *view_capture_create(view_probe_capture kind, int size)
+{
     view_capture *c = calloc(1, sizeof *c);
 
     assert(size >= 16 && size <= 1024 && !(size & (size - 1)));
@@ -252,14 +223,10 @@ view_capture *view_capture_create(const view_capture_options *options)
         view_fail("no memory for a capture");
         return NULL;
     }
-    c->options = *options;
-    if (!c->options.levels)
-        c->options.levels = ibl_default_levels(size);
-    const kept_state state = begin();
-    const bool ok = make_passes(c) && make_pictures(c) && make_cubes(c) &&
-                    make_samples(c) && view_gl_check("the cubes of a capture");
-    end(&state);
-    if (ok)
+    c->kind = kind;
+    c->size = size;
+    c->levels = ibl_default_levels(size);
+    if (make(c))
         return c;
     view_capture_free(c);
     return NULL;
@@ -269,10 +236,8 @@ void view_capture_free(view_capture *c)
 {
     if (!c)
         return;
-    const GLuint textures[] = {
-        c->samples,           c->lookup,          c->halved,
-        c->picture[0],        c->picture[1],      c->set[0].specular,
-        c->set[0].irradiance, c->set[1].specular, c->set[1].irradiance};
+    const GLuint textures[] = {c->samples, c->lookup, c->halved, c->picture[0],
+                               c->picture[1]};
     const GLuint framebuffers[] = {c->source, c->target, c->drawn[0],
                                    c->drawn[1]};
 
@@ -284,65 +249,21 @@ void view_capture_free(view_capture *c)
     free(c);
 }
 
-/* ---- what is shown ----------------------------------------------------- */
-
-GLuint view_capture_specular(const view_capture *c)
+/* Binds the lookups, of which passes see levels first to last. */
+static void use_lookups(const view_capture *c, int first, int last)
 {
-    return c->set[c->shown].specular;
-}
+    const GLenum target = GL_TEXTURE_CUBE_MAP_ARRAY;
 
-GLuint view_capture_irradiance(const view_capture *c)
-{
-    return c->set[c->shown].irradiance;
-}
-
-int view_capture_size(const view_capture *c)
-{
-    return c->options.size;
-}
-
-int view_capture_levels(const view_capture *c)
-{
-    return c->options.levels;
-}
-
-void view_capture_times(const view_capture *c, double ms[3])
-{
-    memcpy(ms, c->ms, sizeof c->ms);
-}
-
-static bool read(GLuint texture, int size, int levels, ibl_cube *cube)
-{
-    if (cube->size != size || cube->levels > levels)
-        return view_fail("a cube of %d texels, %d levels for a capture of %d, "
-                         "%d",
-                         cube->size, cube->levels, size, levels);
-    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, texture);
-    gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
-    for (int l = 0; l < cube->levels; l++)
-        for (int f = 0; f < IBL_FACES; f++)
-            gl.GetTexImage(view_gl_face(f), l, GL_RGB, GL_FLOAT,
-                           ibl_cube_face(cube, l, f));
-    gl.ActiveTexture(GL_TEXTURE0);
-    return view_gl_check("reading a capture");
-}
-
-bool view_capture_read(const view_capture *c, ibl_cube *cube)
-{
-    return read(view_capture_specular(c), c->options.size, c->options.levels,
-                cube);
-}
-
-bool view_capture_read_irradiance(const view_capture *c, ibl_cube *cube)
-{
-    return read(view_capture_irradiance(c), VIEW_CAPTURE_IRRADIANCE, 1, cube);
+    bind(VIEW_CAPTURE_UNIT, c->lookup);
+    gl.TexParameteri(target, GL_TEXTURE_BASE_LEVEL, first);
+    gl.TexParameteri(target, GL_TEXTURE_MAX_LEVEL, last);
 }
 
 /* ---- through the library ----------------------------------------------- */
 
-/* The cube's mean over each pixel of a map: 4 floats a pixel; free() it. */
-static float *read_equirect(const view_capture *c, GLuint cube, int width,
-                            int height)
+/* The first lookup's mean over each pixel of a map: 4 floats a pixel; free()
+ * it. */
+static float *read_equirect(const view_capture *c, int width, int height)
 {
     float *rgba = malloc((size_t)width * height * 4 * sizeof *rgba);
 
@@ -357,7 +278,7 @@ static float *read_equirect(const view_capture *c, GLuint cube, int width,
     gl.Viewport(0, 0, width, height);
     gl.UseProgram(c->pass[EQUIRECT].program);
     gl.Uniform1f(c->pass[EQUIRECT].edge, (float)height);
-    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, cube);
+    use_lookups(c, 0, 0);
     view_gl_draw_full(c->pass[EQUIRECT].program);
     gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
     gl.ReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, rgba);
@@ -366,9 +287,9 @@ static float *read_equirect(const view_capture *c, GLuint cube, int width,
     return rgba;
 }
 
-/* Levels from first on. alpha without texels: 1. */
+/* Levels from first on into a layer. alpha without texels: 1. */
 static bool upload(const ibl_cube *rgb, const ibl_cube *alpha, int first,
-                   GLuint cube)
+                   GLuint cubes, int layer)
 {
     const size_t most = (size_t)rgb->size * rgb->size;
     const float largest = ibl_pixel_max(IBL_PIXEL_RGBA16F);
@@ -376,7 +297,7 @@ static bool upload(const ibl_cube *rgb, const ibl_cube *alpha, int first,
 
     if (!rgba)
         return view_fail("no memory for a level of a capture");
-    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, cube);
+    bind(VIEW_CAPTURE_UNIT, cubes);
     gl.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
     for (int l = first; l < rgb->levels; l++)
         for (int f = 0; f < IBL_FACES; f++) {
@@ -388,8 +309,9 @@ static bool upload(const ibl_cube *rgb, const ibl_cube *alpha, int first,
                     rgba[4 * i + k] = fminf(from[3 * i + k], largest);
                 rgba[4 * i + 3] = a ? fminf(a[3 * i], 1) : 1;
             }
-            gl.TexImage2D(view_gl_face(f), l, GL_RGBA16F, n, n, 0, GL_RGBA,
-                          GL_FLOAT, rgba);
+            gl.TexSubImage3D(GL_TEXTURE_CUBE_MAP_ARRAY, l, 0, 0,
+                             IBL_FACES * layer + f, n, n, 1, GL_RGBA, GL_FLOAT,
+                             rgba);
         }
     free(rgba);
     return true;
@@ -417,23 +339,25 @@ static bool bake(const view_capture *c, ibl_ctx *ctx, const ibl_image *map,
     const ibl_environment env = {.image = map};
     ibl_bake_options opts = ibl_bake_options_default();
 
-    opts.specular_options.size = c->options.size;
-    opts.specular_options.levels = c->options.levels;
+    opts.specular_options.size = c->size;
+    opts.specular_options.levels = c->levels;
     opts.irradiance_options.size = VIEW_CAPTURE_IRRADIANCE;
     opts.sh_degree = -1;
     return !ibl_bake_environment(ctx, &env, &opts, result);
 }
 
-/* Filters level 0 of a set into its other levels and its irradiance; the
- * library takes equirectangular maps. False, with a message, and they are as
+/* Filters the first lookup into the shot's levels from 1 on and irradiance; the
+ * library takes equirectangular maps. False, with a message, and these are as
  * they were. */
-static bool filter_by_library(view_capture *c, ibl_ctx *ctx, const cubes *set)
+static bool filter_by_library(const view_capture *c,
+                              const view_capture_shot *shot)
 {
-    const int width = 4 * c->options.size, height = 2 * c->options.size;
+    const int width = 4 * c->size, height = 2 * c->size;
+    ibl_ctx *ctx = shot->cpu;
     ibl_bake_result rgb = {0}, alpha = {0};
     ibl_image map = {0};
 
-    float *rgba = read_equirect(c, set->specular, width, height);
+    float *rgba = read_equirect(c, width, height);
     bool ok = rgba && !ibl_image_alloc(ctx, width, height, &map);
     if (ok) {
         take(rgba, false, &map);
@@ -443,8 +367,11 @@ static bool filter_by_library(view_capture *c, ibl_ctx *ctx, const cubes *set)
         take(rgba, true, &map);
         ok = bake(c, ctx, &map, &alpha);
     }
-    ok = ok && upload(&rgb.specular, &alpha.specular, 1, set->specular) &&
-         upload(&rgb.irradiance, &alpha.irradiance, 0, set->irradiance);
+    ok = ok &&
+         upload(&rgb.specular, &alpha.specular, 1, shot->to->specular,
+                shot->layer) &&
+         upload(&rgb.irradiance, &alpha.irradiance, 0, shot->to->irradiance,
+                shot->layer);
     ibl_bake_result_free(&alpha);
     ibl_bake_result_free(&rgb);
     ibl_image_free(&map);
@@ -480,87 +407,67 @@ static void set_row(double clip[16], int row, const int axis[3],
     clip[12 + row] = add - scale * along;
 }
 
-static void face_clip(const view_capture *c, int face, double clip[16])
+static void face_clip(const view_capture_shot *s, int face, double clip[16])
 {
-    const double near = c->options.near, far = c->options.far;
+    const double far = s->far, *eye = s->draw.eye;
 
-    set_row(clip, 0, faces[face][1], c->position, 1, 0);
-    set_row(clip, 1, faces[face][2], c->position, 1, 0);
-    set_row(clip, 2, faces[face][0], c->position, (far + near) / (far - near),
+    set_row(clip, 0, faces[face][1], eye, 1, 0);
+    set_row(clip, 1, faces[face][2], eye, 1, 0);
+    set_row(clip, 2, faces[face][0], eye, (far + near) / (far - near),
             -2 * far * near / (far - near));
-    set_row(clip, 3, faces[face][0], c->position, 1, 0);
+    set_row(clip, 3, faces[face][0], eye, 1, 0);
 }
 
 /* What shaders/paraboloid.glsl wants: distances in parts of far. */
-static void half_clip(const view_capture *c, int side, double clip[16])
+static void half_clip(const view_capture_shot *s, int side, double clip[16])
 {
     static const int none[3];
-    const double far = c->options.far;
+    const double far = s->far, *eye = s->draw.eye;
 
-    set_row(clip, 0, halves[side][1], c->position, 1 / far, 0);
-    set_row(clip, 1, halves[side][2], c->position, 1 / far, 0);
-    set_row(clip, 2, halves[side][0], c->position, 1 / far, 0);
-    set_row(clip, 3, none, c->position, 0, c->options.near / far);
+    set_row(clip, 0, halves[side][1], eye, 1 / far, 0);
+    set_row(clip, 1, halves[side][2], eye, 1 / far, 0);
+    set_row(clip, 2, halves[side][0], eye, 1 / far, 0);
+    set_row(clip, 3, none, eye, 0, near / far);
 }
 
-static void draw(view_capture *c, int index, view_capture_scene *scene,
-                 void *cookie)
+static void draw(const view_capture *c, const view_capture_shot *shot,
+                 int index)
 {
-    const bool two = paraboloids(c);
-    const int n = picture_edge(c);
-    double clip[16];
+    const bool two = pictures(c) == 2;
+    const int n = pictures(c) * c->size;
+    view_room_draw d = shot->draw;
 
-    (two ? half_clip : face_clip)(c, index, clip);
+    d.paraboloid = two;
+    (two ? half_clip : face_clip)(shot, index, d.clip);
     gl.BindFramebuffer(GL_FRAMEBUFFER, c->drawn[two ? index : 0]);
     gl.Viewport(0, 0, n, n);
-    gl.ClearColor(0, 0, 0, 0);
-    gl.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    gl.Enable(GL_DEPTH_TEST);
-    gl.Disable(GL_BLEND);
-    gl.ActiveTexture(GL_TEXTURE0);
-    scene(cookie, clip, c->position, n, two ? index : -1);
-    gl.Disable(GL_DEPTH_TEST);
-    gl.Disable(GL_BLEND);
+    view_room_render(shot->room, &d);
     if (two)
         return;
     view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0]);
-    fill(c, FACE, c->lookup, 0, index, n);
+    fill(c, FACE, c->lookup, 0, 0, index, n);
 }
 
 /* ---- lookups ----------------------------------------------------------- */
 
-static void resample(view_capture *c)
+static void resample(const view_capture *c)
 {
     view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_2D, c->picture[0]);
     view_gl_bind(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->picture[1]);
     for (int f = 0; f < IBL_FACES; f++)
-        fill(c, PARABOLOID, c->lookup, 0, f, c->options.size);
+        fill(c, PARABOLOID, c->lookup, 0, 0, f, c->size);
 }
 
-/* The set that is not shown. */
-static const cubes *back(const view_capture *c)
-{
-    return &c->set[!c->shown];
-}
-
-/* Level 0 of the set: the texels of the lookups. */
-static void copy(view_capture *c)
+/* Level 0 of the shot's cube: the texels of the lookups. */
+static void copy(const view_capture *c, const view_capture_shot *shot)
 {
     gl.BindFramebuffer(GL_READ_FRAMEBUFFER, c->source);
     gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, c->target);
     for (int f = 0; f < IBL_FACES; f++) {
-        attach(GL_READ_FRAMEBUFFER, c->lookup, 0, f);
-        attach(GL_DRAW_FRAMEBUFFER, back(c)->specular, 0, f);
-        view_gl_copy(c->options.size);
+        attach(GL_READ_FRAMEBUFFER, c->lookup, 0, 0, f);
+        attach(GL_DRAW_FRAMEBUFFER, shot->to->specular, shot->layer, 0, f);
+        view_gl_copy(c->size);
     }
-}
-
-/* Binds the lookups, of which passes see levels first to last. */
-static void use_lookups(const view_capture *c, int first, int last)
-{
-    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, c->lookup);
-    gl.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_BASE_LEVEL, first);
-    gl.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAX_LEVEL, last);
 }
 
 /* Makes a level of the lookups from the bound source, so that a lookup has the
@@ -572,7 +479,7 @@ static void use_lookups(const view_capture *c, int first, int last)
 static void blur(const view_capture *c, int level)
 {
     const pass *p = &c->pass[BLUR];
-    const int n = c->options.size >> level;
+    const int n = c->size >> level;
     const double mean = 4 * M_PI / (6.0 * n * n);
     const double middle = 4.0 / n / n; /* of the solid angles there */
     const bool first = level == 1;
@@ -583,17 +490,17 @@ static void blur(const view_capture *c, int level)
                  (float)(middle * (first ? 0.5 : 1.0 / 6)));
     gl.Uniform1i(p->rings, first ? 2 : 3);
     for (int f = 0; f < IBL_FACES; f++)
-        fill(c, BLUR, c->lookup, level, f, n);
+        fill(c, BLUR, c->lookup, 0, level, f, n);
 }
 
-static void make_lookups(view_capture *c)
+static void make_lookups(const view_capture *c)
 {
-    const int last = view_capture_lookups(c->options.size) - 1;
+    const int last = view_capture_lookups(c->size) - 1;
 
     use_lookups(c, 0, 0);
     for (int f = 0; f < IBL_FACES; f++)
-        fill(c, MIP, c->halved, 0, f, c->options.size / 2);
-    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, c->halved);
+        fill(c, MIP, c->halved, 0, 0, f, c->size / 2);
+    bind(VIEW_CAPTURE_UNIT, c->halved);
     blur(c, 1);
     for (int level = 2; level <= last; level++) {
         use_lookups(c, level - 1, level - 1);
@@ -602,141 +509,95 @@ static void make_lookups(view_capture *c)
     use_lookups(c, 0, last);
 }
 
-/* level options.levels: irradiance. */
-static void filter(view_capture *c, int level, int face)
+/* level c->levels: irradiance. */
+static void filter(const view_capture *c, const view_capture_shot *shot,
+                   int level, int face)
 {
     const pass *p = &c->pass[LOBE];
-    const bool diffuse = level == c->options.levels;
-    const int samples = c->options.samples;
+    const bool diffuse = level == c->levels;
 
-    view_gl_bind(VIEW_CAPTURE_UNIT, GL_TEXTURE_CUBE_MAP, c->lookup);
+    bind(VIEW_CAPTURE_UNIT, c->lookup);
     view_gl_bind(VIEW_CAPTURE_UNIT_MORE, GL_TEXTURE_2D, c->samples);
     gl.UseProgram(p->program);
     gl.Uniform1i(p->row, level - 1);
     gl.Uniform1i(p->count,
-                 diffuse ? view_capture_diffuse_samples(samples) : samples);
+                 diffuse ? VIEW_CAPTURE_MOST_SAMPLES : VIEW_CAPTURE_SAMPLES);
     if (diffuse)
-        fill(c, LOBE, back(c)->irradiance, 0, face, VIEW_CAPTURE_IRRADIANCE);
+        fill(c, LOBE, shot->to->irradiance, shot->layer, 0, face,
+             VIEW_CAPTURE_IRRADIANCE);
     else
-        fill(c, LOBE, back(c)->specular, level, face,
-             ibl_cube_edge(c->options.size, level));
+        fill(c, LOBE, shot->to->specular, shot->layer, level, face,
+             ibl_cube_edge(c->size, level));
 }
 
 /* ---- updates ----------------------------------------------------------- */
 
-int view_capture_draws(const view_capture *c)
+static int step_count(const view_capture *c, const view_capture_shot *shot)
 {
-    return paraboloids(c) ? 2 : IBL_FACES;
-}
-
-int view_capture_steps(const view_capture *c)
-{
-    return view_capture_draws(c) + 1 +
-           (c->options.cpu ? 0 : IBL_FACES * c->options.levels);
+    return draws(c) + 1 + (shot->cpu ? 0 : IBL_FACES * c->levels);
 }
 
 /* The part that its time counts to; -1: it failed. */
-static int do_step(view_capture *c, view_capture_scene *scene, void *cookie)
+static int do_step(const view_capture *c, const view_capture_shot *shot)
 {
-    const int index = c->step - view_capture_draws(c);
+    const int index = c->step - draws(c);
 
     if (index < 0) {
-        draw(c, c->step, scene, cookie);
-        return DRAWING;
+        draw(c, shot, c->step);
+        return VIEW_CAPTURE_DRAWING;
     }
     if (index > 0) {
         const int level = 1 + (index - 1) / IBL_FACES;
-        filter(c, level, (index - 1) % IBL_FACES);
-        return level == c->options.levels ? DIFFUSE : LEVELS;
+        filter(c, shot, level, (index - 1) % IBL_FACES);
+        return level == c->levels ? VIEW_CAPTURE_DIFFUSE : VIEW_CAPTURE_LEVELS;
     }
-    if (paraboloids(c))
+    if (c->kind == VIEW_PROBE_PARABOLOIDS)
         resample(c);
-    copy(c);
-    if (!c->options.cpu)
+    copy(c, shot);
+    if (!shot->cpu)
         make_lookups(c);
-    else if (!filter_by_library(c, c->options.cpu, back(c)))
+    else if (!filter_by_library(c, shot))
         return -1;
-    return LEVELS;
+    return VIEW_CAPTURE_LEVELS;
 }
 
-static bool timed_step(view_capture *c, view_capture_scene *scene, void *cookie)
+static bool timed_step(view_capture *c, const view_capture_shot *shot)
 {
     const double started = view_clock();
-    const int part = do_step(c, scene, cookie);
+    const int part = do_step(c, shot);
 
     if (part < 0)
         return false;
-    if (c->options.timed)
+    if (shot->timed)
         gl.Finish();
-    c->doing[part] += 1e3 * (view_clock() - started);
+    c->ms[part] += 1e3 * (view_clock() - started);
     c->step++;
     return true;
 }
 
-static bool show(view_capture *c)
+view_capture_state view_capture_update(view_capture *c,
+                                       const view_capture_shot *shot, int steps)
 {
-    c->shown = !c->shown;
-    memcpy(c->ms, c->doing, sizeof c->ms);
-    view_capture_restart(c);
-    return view_gl_check("a capture");
-}
-
-bool view_capture_advance(view_capture *c, const double position[3],
-                          view_capture_scene *scene, void *cookie, int steps)
-{
-    const kept_state state = begin();
-    const int all = view_capture_steps(c);
+    const int all = step_count(c, shot);
     bool ok = true;
 
+    if (!steps)
+        c->step = 0;
     if (!c->step)
-        memcpy(c->position, position, sizeof c->position);
-    for (int i = 0; i < steps && c->step < all && ok; i++)
-        ok = timed_step(c, scene, cookie);
-    if (!ok)
-        view_capture_restart(c);
-    const bool done = c->step == all;
-    end(&state);
-    c->failed = !ok || (done && !show(c));
-    return done && !c->failed;
-}
-
-bool view_capture_failed(const view_capture *c)
-{
-    return c->failed;
-}
-
-bool view_capture_update(view_capture *c, const double position[3],
-                         view_capture_scene *scene, void *cookie)
-{
-    view_capture_restart(c);
-    return view_capture_advance(c, position, scene, cookie,
-                                view_capture_steps(c));
-}
-
-void view_capture_set_far(view_capture *c, double far)
-{
-    c->options.far = far;
-}
-
-void view_capture_restart(view_capture *c)
-{
+        memset(c->ms, 0, sizeof c->ms);
+    const int end = steps && c->step + steps < all ? c->step + steps : all;
+    while (ok && c->step < end)
+        ok = timed_step(c, shot);
+    gl.UseProgram(0);
+    gl.ActiveTexture(GL_TEXTURE0);
+    if (ok && c->step < all)
+        return VIEW_CAPTURE_BEGUN;
     c->step = 0;
-    memset(c->doing, 0, sizeof c->doing);
+    return ok && view_gl_check("a capture") ? VIEW_CAPTURE_DONE
+                                            : VIEW_CAPTURE_FAILED;
 }
 
-bool view_capture_filter_cpu(view_capture *c, ibl_ctx *ctx)
+const double *view_capture_times(const view_capture *c)
 {
-    const kept_state state = begin();
-    const double started = view_clock();
-
-    view_capture_restart(c);
-    const bool ok = filter_by_library(c, ctx, &c->set[c->shown]);
-    if (ok && c->options.timed)
-        gl.Finish();
-    if (ok) {
-        c->ms[LEVELS] = 1e3 * (view_clock() - started);
-        c->ms[DIFFUSE] = 0;
-    }
-    end(&state);
-    return view_gl_check("a capture that the library filters") && ok;
+    return c->ms;
 }

@@ -241,16 +241,10 @@ int view_capture_lookups(int size)
     return levels;
 }
 
-int view_capture_diffuse_samples(int samples)
+float *view_capture_samples(int size, int levels)
 {
-    /* The cube is small, and is to be as good as a level. */
-    return samples < 128 ? 128 : samples;
-}
-
-float *view_capture_samples(int size, int levels, int samples)
-{
-    const int width = view_capture_diffuse_samples(samples);
-    float *all = calloc((size_t)width * levels, 4 * sizeof *all);
+    const size_t row = (size_t)4 * VIEW_CAPTURE_MOST_SAMPLES;
+    float *all = calloc((size_t)levels, row * sizeof *all);
     bool ok = all;
 
     for (int l = 1; l <= levels && ok; l++) {
@@ -258,10 +252,11 @@ float *view_capture_samples(int size, int levels, int samples)
         const double r =
             diffuse ? 1 : ibl_level_roughness(IBL_ROUGHNESS_LINEAR, l, levels);
         lobe b = {.alpha = r * r,
-                  .count = diffuse ? width : samples,
+                  .count = diffuse ? VIEW_CAPTURE_MOST_SAMPLES
+                                   : VIEW_CAPTURE_SAMPLES,
                   .texel = 4 * M_PI / (6.0 * size * size),
                   .last = view_capture_lookups(size) - 1};
-        ok = draw(&b, all + (size_t)4 * width * (l - 1));
+        ok = draw(&b, all + row * (size_t)(l - 1));
     }
     if (ok)
         return all;

@@ -9,12 +9,16 @@ int view_capture_lookups(int size);
  * of a texel: wide enough to hide that texels differ 5 times in size. */
 #define VIEW_CAPTURE_BLUR (5.0 / 3)
 
-/* Samples of an irradiance texel, where a level's has so many. */
-int view_capture_diffuse_samples(int samples);
+/* Of each texel of a level, and of irradiance: that cube is small, and is to be
+ * as good as a level. */
+enum {
+    VIEW_CAPTURE_SAMPLES = 64,
+    VIEW_CAPTURE_MOST_SAMPLES = 128
+};
 
-/* Rows of view_capture_diffuse_samples(samples): one for each level from 1 on,
- * one for irradiance. A sample is x, y of a direction about +Z, weight and
- * level of the lookup. For free(). NULL, with a message: no memory. */
-float *view_capture_samples(int size, int levels, int samples);
+/* Rows of VIEW_CAPTURE_MOST_SAMPLES: one for each level from 1 on, one for
+ * irradiance. A sample is x, y of a direction about +Z, weight and level of the
+ * lookup. For free(). NULL, with a message: no memory. */
+float *view_capture_samples(int size, int levels);
 
 #endif

@@ -23,8 +23,8 @@
     X(DeleteProgram) X(DeleteRenderbuffers) X(DeleteSamplers) X(DeleteShader)  \
     X(DeleteTextures) X(DeleteVertexArrays) X(DepthFunc) X(DepthMask)          \
     X(DetachShader) X(Disable) X(DrawArrays) X(DrawArraysInstanced)            \
-    X(DrawBuffer) X(DrawElements) X(DrawElementsInstanced) X(Enable)           \
-    X(EnableVertexAttribArray) X(Finish) X(FramebufferRenderbuffer)            \
+    X(DrawBuffer) X(DrawElements) X(Enable) X(EnableVertexAttribArray)         \
+    X(Finish) X(FramebufferRenderbuffer)                                       \
     X(FramebufferTexture2D) X(FramebufferTextureLayer) X(FrontFace)            \
     X(GenBuffers) X(GenFramebuffers) X(GenRenderbuffers) X(GenSamplers)        \
     X(GenTextures) X(GenVertexArrays) X(GetError) X(GetIntegerv)               \
@@ -32,10 +32,10 @@
     X(GetString) X(GetStringi) X(GetTexImage) X(GetUniformBlockIndex)          \
     X(GetUniformLocation) X(LinkProgram) X(PixelStorei) X(ReadBuffer)          \
     X(ReadPixels) X(RenderbufferStorage) X(SamplerParameteri) X(ShaderSource)  \
-    X(TexBuffer) X(TexImage2D) X(TexImage3D) X(TexParameteri) X(Uniform1f)     \
-    X(Uniform1i) X(Uniform2f) X(UniformBlockBinding) X(UseProgram)             \
-    X(VertexAttrib4f) X(VertexAttribDivisor) X(VertexAttribPointer)            \
-    X(Viewport)
+    X(TexBuffer) X(TexImage2D) X(TexImage3D) X(TexParameteri) X(TexSubImage3D) \
+    X(Uniform1f) X(Uniform1i) X(Uniform2f) X(UniformBlockBinding)              \
+    X(UseProgram) X(VertexAttrib4f) X(VertexAttribDivisor)                     \
+    X(VertexAttribPointer) X(Viewport)
 /* clang-format on */
 
 typedef struct view_gl {

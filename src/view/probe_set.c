@@ -56,7 +56,7 @@ struct view_probe_set {
     char *path;
     view_file_stamp read[FILES];
     probe_index index;
-    view_room_locals locals;
+    view_probe_maps locals;
 };
 
 /* ---- files that change ------------------------------------------------- */
@@ -418,7 +418,7 @@ static GLuint make_irradiance(const probe_index *x, const char *name)
 static bool load(ibl_ctx *ctx, view_probe_set *set)
 {
     probe_index *x = &set->index;
-    view_room_locals *l = &set->locals;
+    view_probe_maps *l = &set->locals;
 
     if (!view_gl_has_cube_arrays())
         return view_fail("%s: needs cube map arrays: OpenGL 4.0, or "
@@ -429,13 +429,13 @@ static bool load(ibl_ctx *ctx, view_probe_set *set)
         return false;
     view_files_see(&x->specular.path, 1, &set->read[SPECULAR]);
     view_files_see(&x->irradiance.path, 1, &set->read[IRRADIANCE]);
-    *l = (view_room_locals){.count = x->count,
-                            .probe = x->probe,
-                            .filament = x->mapping == IBL_ROUGHNESS_FILAMENT,
-                            .lod_scale = (float)x->lod_scale,
-                            .lod_offset = (float)x->lod_offset,
-                            .last_level = (float)(x->specular.levels - 1),
-                            .irradiance_scale = (float)x->irradiance_scale};
+    *l = (view_probe_maps){.count = x->count,
+                           .probe = x->probe,
+                           .filament = x->mapping == IBL_ROUGHNESS_FILAMENT,
+                           .lod_scale = (float)x->lod_scale,
+                           .lod_offset = (float)x->lod_offset,
+                           .last_level = (float)(x->specular.levels - 1),
+                           .irradiance_scale = (float)x->irradiance_scale};
     l->specular = load_array(ctx, &x->specular);
     if (l->specular)
         l->irradiance = x->irradiance.path ? load_array(ctx, &x->irradiance)
@@ -469,7 +469,7 @@ void view_probe_set_free(view_probe_set *set)
     free(set);
 }
 
-const view_room_locals *view_probe_set_locals(const view_probe_set *set)
+const view_probe_maps *view_probe_set_locals(const view_probe_set *set)
 {
     return &set->locals;
 }

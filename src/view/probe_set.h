@@ -17,7 +17,7 @@ view_probe_set *view_probe_set_load(ibl_ctx *ctx, const char *index);
 void view_probe_set_free(view_probe_set *set); /* NULL is fine */
 
 /* What the room is drawn with; owned by set. */
-const view_room_locals *view_probe_set_locals(const view_probe_set *set);
+const view_probe_maps *view_probe_set_locals(const view_probe_set *set);
 /* Whether alpha is below 1 anywhere: others have to fill in. */
 bool view_probe_set_holes(const view_probe_set *set);
 /* The index, as it was given. */

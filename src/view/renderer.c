@@ -142,7 +142,7 @@ bool view_renderer_load(view_renderer *r, const baked_set *set)
     r->knows_sun = false;
     r->stale = true;
     if (r->stage)
-        view_scene_restart(r->stage);
+        view_scene_use(r->stage, r->probes);
     return !r->truth || view_truth_load(r->truth, set);
 }
 

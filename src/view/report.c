@@ -64,7 +64,7 @@ void view_report_set(const baked_set *set)
 
 void view_report_probe_set(const view_probe_set *set)
 {
-    const view_room_locals *l = view_probe_set_locals(set);
+    const view_probe_maps *l = view_probe_set_locals(set);
 
     view_tell("probes: %s, %d, levels: %g", view_probe_set_path(set), l->count,
               (double)l->last_level + 1);

@@ -20,8 +20,8 @@
 
 typedef struct view_room view_room;
 
-/* Inside of the walls, for proxies. */
-extern const double view_room_centre[3], view_room_half[3];
+/* Inside of the walls, for proxies; and how thick these are. */
+extern const double view_room_centre[3], view_room_half[3], view_room_wall;
 
 typedef struct view_room_material {
     float albedo[3]; /* diffuse; 0 of metals */
@@ -46,21 +46,12 @@ const view_room_box *view_room_box_at(int i);
 void view_room_sphere(int i, double seconds, double centre[3], double *radius);
 bool view_room_sphere_moves(int i);
 const view_room_material *view_room_sphere_material(int i);
-/* Whether the inside of the box looks different at two times: a sphere has
- * moved and is in it at one of them. */
-bool view_room_moved(double from, double to, const double centre[3],
-                     const double half[3]);
+/* Whether a sphere is in another place. */
+bool view_room_moved(double from, double to);
 
-/* A probe that is captured anew: cubes as below, of its own. */
-typedef struct view_room_dynamic {
-    GLuint specular, irradiance;             /* 0: there is none */
-    float lod_scale, lod_offset, last_level; /* as below */
-    ibl_probe probe;                         /* layer is not looked at */
-} view_room_dynamic;
-
-/* Local probes, each a layer of cube arrays: filtered linearly; alpha is how
- * much has been seen, and colour is multiplied by it. */
-typedef struct view_room_locals {
+/* Probes, each a layer of cube arrays: filtered linearly; alpha is how much has
+ * been seen, and colour is multiplied by it. */
+typedef struct view_probe_maps {
     int count; /* 0..IBL_MAX_TILE_PROBES */
     const ibl_probe
         *probe; /* in the order of ibl_probes_order, with their layers */
@@ -68,7 +59,7 @@ typedef struct view_room_locals {
     bool filament; /* levels are linear in r (2 - r), not in roughness r */
     float lod_scale, lod_offset, last_level;
     float irradiance_scale; /* times the texel is E / pi */
-} view_room_locals;
+} view_probe_maps;
 
 /* What is seen through windows, and has the share that no probe takes. */
 typedef struct view_room_environment {
@@ -96,8 +87,8 @@ typedef struct view_room_draw {
     /* Probes at a point count in the order of ibl_probes_order, of equals the
      * local ones first, as in ibl_probes_blend with alpha, without a limit of
      * number. */
-    view_room_locals locals;
-    view_room_dynamic dynamic;
+    view_probe_maps locals;
+    view_probe_maps dynamic; /* a probe that is captured anew, or none */
     bool untiled; /* each pixel goes through all locals: the same picture */
     view_room_environment environment;
     GLuint table; /* of the split sum */
@@ -116,10 +107,9 @@ void view_room_free(view_room *r); /* NULL is fine */
  * off. */
 void view_room_render(view_room *r, const view_room_draw *d);
 
-/* The masks of the last draw with tiles, as ibl_tiles_cull has them, in words
- * of 32 bits, lower first: an RG32UI texture of at least columns x rows. None
- * of paraboloids, which are no projection. */
+/* Edge of a tile of the picture. Local probes of each are a texel of the unit
+ * VIEW_ROOM_UNIT_MASKS: the masks of ibl_tiles_cull in words of 32 bits, lower
+ * first. Paraboloids, which are no projection, have none. */
 #define VIEW_ROOM_TILE 16
-GLuint view_room_masks(const view_room *r, int *columns, int *rows);
 
 #endif

@@ -7,63 +7,64 @@
 
 #include "view/message.h"
 
-/* Edge of a cell, at most; and cells around a sphere and from pole to pole. */
+/* A grid of vertices, row by row. */
+typedef struct grid {
+    int columns, rows; /* cells */
+} grid;
+
+/* Edge of a box's cell, at most. */
 static const double cell = 0.5;
-enum {
-    AROUND = 64,
-    DOWN = 32
-};
+static const grid around = {64, 32}; /* a sphere, from pole to pole */
 
-static bool make_room(view_room_mesh *mesh, int vertices, int indices)
+static int grid_vertices(grid g)
 {
-    mesh->vertices = calloc((size_t)vertices, sizeof *mesh->vertices);
-    mesh->indices = calloc((size_t)indices, sizeof *mesh->indices);
-    if (mesh->vertices && mesh->indices)
-        return true;
-    view_room_mesh_free(mesh);
-    return view_fail("no memory for the room");
+    return (g.columns + 1) * (g.rows + 1);
 }
 
-void view_room_mesh_free(view_room_mesh *mesh)
+/* The quads of a grid, each of so many cells. */
+static void add_quads(view_room_mesh *mesh, grid g, int first, int step_x,
+                      int step_y)
 {
-    free(mesh->indices);
-    free(mesh->vertices);
-    *mesh = (view_room_mesh){0};
-}
+    const int row = g.columns + 1;
 
-/* Corners a b in the first row, c d in the next. */
-static void add_quad(view_room_mesh *mesh, GLuint a, GLuint b, GLuint c,
-                     GLuint d)
-{
-    const GLuint corners[6] = {a, b, d, a, d, c};
-
-    memcpy(mesh->indices + mesh->index_count, corners, sizeof corners);
-    mesh->index_count += 6;
+    for (int y = 0; y < g.rows; y += step_y)
+        for (int x = 0; x < g.columns; x += step_x) {
+            const GLuint a = (GLuint)(first + y * row + x);
+            const GLuint b = a + (GLuint)step_x;
+            const GLuint c = a + (GLuint)(step_y * row);
+            const GLuint d = c + (GLuint)step_x;
+            const GLuint corners[6] = {a, b, d, a, d, c};
+            memcpy(mesh->indices + mesh->index_count, corners, sizeof corners);
+            mesh->index_count += 6;
+        }
 }
 
 /* ---- boxes ------------------------------------------------------------- */
 
 /* A side: its normal is along axis, and u x v is that normal. */
 typedef struct side {
+    const view_room_box *box;
     int axis, u, v;
     bool high;
-    int columns, rows; /* cells */
+    grid cells;
 } side;
 
-static side side_of(const view_room_box *box, int i)
+/* Of all boxes. */
+static int side_count(void)
 {
-    side s = {.axis = i / 2, .high = i % 2};
+    return 6 * view_room_boxes();
+}
+
+static side side_of(int i)
+{
+    const view_room_box *box = view_room_box_at(i / 6);
+    side s = {.box = box, .axis = i % 6 / 2, .high = i % 2};
 
     s.u = (s.axis + (s.high ? 1 : 2)) % 3;
     s.v = (s.axis + (s.high ? 2 : 1)) % 3;
-    s.columns = (int)ceil((box->high[s.u] - box->low[s.u]) / cell);
-    s.rows = (int)ceil((box->high[s.v] - box->low[s.v]) / cell);
+    s.cells.columns = (int)ceil((box->high[s.u] - box->low[s.u]) / cell);
+    s.cells.rows = (int)ceil((box->high[s.v] - box->low[s.v]) / cell);
     return s;
-}
-
-static int side_vertices(const side *s)
-{
-    return (s->columns + 1) * (s->rows + 1);
 }
 
 static double between(const view_room_box *box, int axis, int i, int n)
@@ -72,86 +73,97 @@ static double between(const view_room_box *box, int axis, int i, int n)
                   : box->low[axis] + (box->high[axis] - box->low[axis]) * i / n;
 }
 
-static void add_side_vertices(view_room_mesh *mesh, const view_room_box *box,
-                              const side *s)
+static void add_side_vertices(view_room_mesh *mesh, const side *s)
 {
-    for (int y = 0; y <= s->rows; y++)
-        for (int x = 0; x <= s->columns; x++) {
-            view_room_vertex *to = &mesh->vertices[mesh->vertex_count++];
-            to->position[s->axis] =
-                (float)(s->high ? box->high : box->low)[s->axis];
-            to->position[s->u] = (float)between(box, s->u, x, s->columns);
-            to->position[s->v] = (float)between(box, s->v, y, s->rows);
-            to->normal[s->axis] = s->high ? 1 : -1;
-            to->material = box->material;
-        }
+    const view_room_box *box = s->box;
+    const grid g = s->cells;
+
+    for (int i = 0; i < grid_vertices(g); i++) {
+        const int x = i % (g.columns + 1), y = i / (g.columns + 1);
+        view_room_vertex *to = &mesh->vertices[mesh->vertex_count++];
+        to->position[s->axis] =
+            (float)(s->high ? box->high : box->low)[s->axis];
+        to->position[s->u] = (float)between(box, s->u, x, g.columns);
+        to->position[s->v] = (float)between(box, s->v, y, g.rows);
+        to->normal[s->axis] = s->high ? 1 : -1;
+        to->material = box->material;
+    }
 }
 
-/* In cells of so many steps. */
-static void add_side_quads(view_room_mesh *mesh, const side *s, GLuint first,
-                           int step_x, int step_y)
+static view_room_range add_sides(view_room_mesh *mesh, bool whole)
 {
-    const GLuint row = (GLuint)s->columns + 1;
+    const int before = mesh->index_count;
+    int first = 0;
 
-    for (int y = 0; y < s->rows; y += step_y)
-        for (int x = 0; x < s->columns; x += step_x) {
-            const GLuint a = first + (GLuint)y * row + (GLuint)x;
-            const GLuint c = a + (GLuint)step_y * row;
-            add_quad(mesh, a, a + (GLuint)step_x, c, c + (GLuint)step_x);
-        }
+    for (int i = 0; i < side_count(); i++) {
+        const grid g = side_of(i).cells;
+        add_quads(mesh, g, first, whole ? g.columns : 1, whole ? g.rows : 1);
+        first += grid_vertices(g);
+    }
+    return (view_room_range){before, mesh->index_count - before};
 }
 
-bool view_room_mesh_boxes(view_room_mesh *mesh)
-{
-    int vertices = 0, cells = 0;
-    const int sides = 6 * view_room_boxes();
+/* ---- spheres ----------------------------------------------------------- */
 
+static view_room_range add_sphere(view_room_mesh *mesh, int i)
+{
+    const int before = mesh->index_count;
+
+    add_quads(mesh, around, mesh->vertex_count, 1, 1);
+    for (int k = 0; k < grid_vertices(around); k++) {
+        const int x = k % (around.columns + 1), y = k / (around.columns + 1);
+        const double theta = M_PI * y / around.rows;
+        const double phi = 2 * M_PI * x / around.columns;
+        view_room_vertex *to = &mesh->vertices[mesh->vertex_count++];
+        to->position[0] = (float)(sin(theta) * sin(phi));
+        to->position[1] = (float)-cos(theta);
+        to->position[2] = (float)(sin(theta) * cos(phi));
+        memcpy(to->normal, to->position, sizeof to->normal);
+        to->material = *view_room_sphere_material(i);
+    }
+    return (view_room_range){before, mesh->index_count - before};
+}
+
+/* ---- all of it --------------------------------------------------------- */
+
+static bool allot(view_room_mesh *mesh)
+{
+    int vertices = VIEW_ROOM_SPHERES * grid_vertices(around);
+    int quads = VIEW_ROOM_SPHERES * around.columns * around.rows;
+
+    for (int i = 0; i < side_count(); i++) {
+        const grid g = side_of(i).cells;
+        vertices += grid_vertices(g);
+        quads += 1 + g.columns * g.rows;
+    }
+    mesh->vertices = calloc((size_t)vertices, sizeof *mesh->vertices);
+    mesh->indices = calloc((size_t)quads, 6 * sizeof *mesh->indices);
+    if (mesh->vertices && mesh->indices)
+        return true;
+    view_room_mesh_free(mesh);
+    return view_fail("no memory for the room");
+}
+
+bool view_room_mesh_make(view_room_mesh *mesh)
+{
     *mesh = (view_room_mesh){0};
-    for (int i = 0; i < sides; i++) {
-        const side s = side_of(view_room_box_at(i / 6), i % 6);
-        vertices += side_vertices(&s);
-        cells += s.columns * s.rows;
-    }
-    if (!make_room(mesh, vertices, 6 * (sides + cells)))
+    if (!allot(mesh))
         return false;
-    for (int fine = 0; fine < 2; fine++) {
-        GLuint first = 0;
-        for (int i = 0; i < sides; i++) {
-            const view_room_box *box = view_room_box_at(i / 6);
-            const side s = side_of(box, i % 6);
-            if (!fine)
-                add_side_vertices(mesh, box, &s);
-            add_side_quads(mesh, &s, first, fine ? 1 : s.columns,
-                           fine ? 1 : s.rows);
-            first += (GLuint)side_vertices(&s);
-        }
-        if (!fine)
-            mesh->coarse = mesh->index_count;
+    for (int i = 0; i < side_count(); i++) {
+        const side s = side_of(i);
+        add_side_vertices(mesh, &s);
     }
+    mesh->sides = add_sides(mesh, true);
+    mesh->cells = add_sides(mesh, false);
+    for (int i = 0; i < VIEW_ROOM_SPHERES; i++)
+        mesh->spheres[i] = add_sphere(mesh, i);
     return true;
 }
 
-/* ---- a sphere ---------------------------------------------------------- */
-
-bool view_room_mesh_sphere(view_room_mesh *mesh)
+void view_room_mesh_free(view_room_mesh *mesh)
 {
-    *mesh = (view_room_mesh){0};
-    if (!make_room(mesh, (AROUND + 1) * (DOWN + 1), 6 * AROUND * DOWN))
-        return false;
-    for (int y = 0; y <= DOWN; y++)
-        for (int x = 0; x <= AROUND; x++) {
-            view_room_vertex *to = &mesh->vertices[mesh->vertex_count++];
-            const double theta = M_PI * y / DOWN, phi = 2 * M_PI * x / AROUND;
-            to->position[0] = (float)(sin(theta) * sin(phi));
-            to->position[1] = (float)-cos(theta);
-            to->position[2] = (float)(sin(theta) * cos(phi));
-            memcpy(to->normal, to->position, sizeof to->normal);
-        }
-    for (GLuint y = 0; y < DOWN; y++)
-        for (GLuint x = 0; x < AROUND; x++) {
-            const GLuint a = y * (AROUND + 1) + x, c = a + AROUND + 1;
-            add_quad(mesh, a, a + 1, c, c + 1);
-        }
-    mesh->coarse = mesh->index_count;
-    return true;
+    free(mesh->indices);
+    free(mesh->vertices);
+    mesh->indices = NULL;
+    mesh->vertices = NULL;
 }

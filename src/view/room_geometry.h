@@ -10,19 +10,25 @@ typedef struct view_room_vertex {
     view_room_material material;
 } view_room_vertex;
 
-/* Triangles, counter-clockwise seen from outside. */
+/* Of the indices. */
+typedef struct view_room_range {
+    int first, count;
+} view_room_range;
+
+/* Triangles, counter-clockwise seen from outside. Boxes are in their places;
+ * spheres have radius 1 and their centre at 0. */
 typedef struct view_room_mesh {
     view_room_vertex *vertices;
     GLuint *indices;
     int vertex_count, index_count;
-    int coarse; /* of the indices, the first: the boxes' sides whole; after
-                   them the same sides in cells, as a paraboloid bends them */
+    view_room_range sides; /* the boxes' sides whole */
+    view_room_range cells; /* the same in cells, as a paraboloid bends them */
+    view_room_range spheres[VIEW_ROOM_SPHERES];
 } view_room_mesh;
 
-/* Boxes in their places; a sphere of radius 1 about 0 without material, coarse
- * = index_count. False, with a message, and *mesh zeroed. */
-bool view_room_mesh_boxes(view_room_mesh *mesh);
-bool view_room_mesh_sphere(view_room_mesh *mesh);
+/* False, with a message, and *mesh zeroed. */
+bool view_room_mesh_make(view_room_mesh *mesh);
+/* Frees the vertices and indices, and keeps the ranges. */
 void view_room_mesh_free(view_room_mesh *mesh); /* zeroed is fine */
 
 #endif

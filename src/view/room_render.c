@@ -18,7 +18,7 @@
 /* Uniform block "Room" (shaders/room.glsl), std140. */
 typedef struct room_block {
     float picture[16];
-    float range[4];
+    float paraboloid[4]; /* 1, 0, 0, 0, or zeros */
     float limit_centre[4], limit_half[4];
     view_room_probe_block probes;
 } room_block;
@@ -31,20 +31,13 @@ enum {
     NORMAL = MATERIAL + 3
 };
 
-/* What room.vert is given of each sphere. */
-typedef struct ball {
-    float centre_radius[4];
-    view_room_material material;
-} ball;
-
 struct view_room {
     GLuint surfaces, sky; /* programs */
-    view_room_shadow *shadow;
-    GLuint box_array, ball_array;
-    GLuint box_vertices, box_indices, ball_vertices, ball_indices, instances;
+    view_room_shadow shadow;
+    view_room_probes probes;
+    GLuint array, vertices, indices;
+    view_room_mesh mesh; /* its ranges */
     GLuint frame_buffer, room_buffer;
-    int box_count, box_coarse, ball_count; /* of indices */
-    view_room_probes *probes;
 };
 
 /* ---- what never changes ------------------------------------------------ */
@@ -53,67 +46,33 @@ static bool make_programs(view_room *r)
 {
     r->surfaces = view_program("room.vert", "room.frag");
     r->sky = view_program("room_sky.vert", "room_sky.frag");
-    r->shadow = view_room_shadow_create();
-    r->probes = view_room_probes_create();
-    return r->surfaces && r->sky && r->shadow && r->probes;
+    return r->surfaces && r->sky && view_room_shadow_make(&r->shadow) &&
+           view_room_probes_make(&r->probes);
 }
 
-/* Of a vertex or a ball, whose material is at offset. */
-static void material_attributes(size_t stride, size_t offset, GLuint divisor)
+static bool make_mesh(view_room *r)
 {
-    view_gl_attribute(MATERIAL, 4, stride, offset, divisor);
-    view_gl_attribute(MATERIAL + 1, 3, stride,
-                      offset + offsetof(view_room_material, f0), divisor);
-    view_gl_attribute(MATERIAL + 2, 3, stride,
-                      offset + offsetof(view_room_material, emission), divisor);
-}
+    const size_t stride = sizeof(view_room_vertex);
+    const size_t material = offsetof(view_room_vertex, material);
+    view_room_mesh *m = &r->mesh;
 
-/* Leaves array and vertices bound. */
-static void make_array(const view_room_mesh *mesh, GLuint *array,
-                       GLuint *vertices, GLuint *indices)
-{
-    const size_t stride = sizeof *mesh->vertices;
-
-    gl.GenVertexArrays(1, array);
-    gl.BindVertexArray(*array);
-    *indices = view_gl_buffer(GL_ELEMENT_ARRAY_BUFFER,
-                              (size_t)mesh->index_count * sizeof *mesh->indices,
-                              mesh->indices);
-    *vertices = view_gl_buffer(
-        GL_ARRAY_BUFFER, (size_t)mesh->vertex_count * stride, mesh->vertices);
+    if (!view_room_mesh_make(m))
+        return false;
+    gl.GenVertexArrays(1, &r->array);
+    gl.BindVertexArray(r->array);
+    r->indices =
+        view_gl_buffer(GL_ELEMENT_ARRAY_BUFFER,
+                       (size_t)m->index_count * sizeof *m->indices, m->indices);
+    r->vertices = view_gl_buffer(GL_ARRAY_BUFFER,
+                                 (size_t)m->vertex_count * stride, m->vertices);
     view_gl_attribute(POSITION, 3, stride, 0, 0);
     view_gl_attribute(NORMAL, 3, stride, offsetof(view_room_vertex, normal), 0);
-}
-
-static bool make_boxes(view_room *r)
-{
-    view_room_mesh mesh;
-
-    if (!view_room_mesh_boxes(&mesh))
-        return false;
-    make_array(&mesh, &r->box_array, &r->box_vertices, &r->box_indices);
-    material_attributes(sizeof *mesh.vertices,
-                        offsetof(view_room_vertex, material), 0);
-    r->box_count = mesh.index_count;
-    r->box_coarse = mesh.coarse;
-    view_room_mesh_free(&mesh);
-    return true;
-}
-
-static bool make_balls(view_room *r)
-{
-    view_room_mesh mesh;
-
-    if (!view_room_mesh_sphere(&mesh))
-        return false;
-    make_array(&mesh, &r->ball_array, &r->ball_vertices, &r->ball_indices);
-    r->instances =
-        view_gl_buffer(GL_ARRAY_BUFFER, VIEW_ROOM_SPHERES * sizeof(ball), NULL);
-    view_gl_attribute(CENTRE_RADIUS, 4, sizeof(ball),
-                      offsetof(ball, centre_radius), 1);
-    material_attributes(sizeof(ball), offsetof(ball, material), 1);
-    r->ball_count = mesh.index_count;
-    view_room_mesh_free(&mesh);
+    view_gl_attribute(MATERIAL, 4, stride, material, 0);
+    view_gl_attribute(MATERIAL + 1, 3, stride,
+                      material + offsetof(view_room_material, f0), 0);
+    view_gl_attribute(MATERIAL + 2, 3, stride,
+                      material + offsetof(view_room_material, emission), 0);
+    view_room_mesh_free(m);
     return true;
 }
 
@@ -131,7 +90,7 @@ view_room *view_room_create(void)
         view_fail("no memory for the room");
         return NULL;
     }
-    if (!make_programs(r) || !make_boxes(r) || !make_balls(r))
+    if (!make_programs(r) || !make_mesh(r))
         goto fail;
     r->frame_buffer =
         view_gl_buffer(GL_UNIFORM_BUFFER, sizeof(view_frame), NULL);
@@ -152,15 +111,13 @@ void view_room_free(view_room *r)
 {
     if (!r)
         return;
-    const GLuint buffers[] = {r->box_vertices, r->box_indices, r->ball_vertices,
-                              r->ball_indices, r->instances,   r->frame_buffer,
+    const GLuint buffers[] = {r->vertices, r->indices, r->frame_buffer,
                               r->room_buffer};
-    const GLuint arrays[] = {r->box_array, r->ball_array};
 
     gl.DeleteBuffers(sizeof buffers / sizeof buffers[0], buffers);
-    gl.DeleteVertexArrays(sizeof arrays / sizeof arrays[0], arrays);
-    view_room_probes_free(r->probes);
-    view_room_shadow_free(r->shadow);
+    gl.DeleteVertexArrays(1, &r->array);
+    view_room_probes_free(&r->probes);
+    view_room_shadow_free(&r->shadow);
     gl.DeleteProgram(r->sky);
     gl.DeleteProgram(r->surfaces);
     free(r);
@@ -214,8 +171,7 @@ static void fill_frame(view_frame *f, const view_room_draw *d)
 
 static void fill_block(room_block *b, const view_room_draw *d)
 {
-    b->range[0] = d->paraboloid;
-    b->range[1] = d->locals.filament;
+    b->paraboloid[0] = d->paraboloid;
     for (int k = 0; k < 3; k++) {
         b->limit_centre[k] = (float)d->limit_centre[k];
         b->limit_half[k] = (float)d->limit_half[k];
@@ -257,59 +213,40 @@ static void bind_maps(const view_room_draw *d)
 
 /* ---- drawing ----------------------------------------------------------- */
 
-static int upload_balls(view_room *r, const view_room_draw *d)
+/* centre and radius: of a sphere; boxes are in their places. */
+static void draw_range(const view_room_range *range, const double centre[3],
+                       double radius)
 {
-    ball balls[VIEW_ROOM_SPHERES];
-    int count = 0;
+    gl.VertexAttrib4f(CENTRE_RADIUS, (float)centre[0], (float)centre[1],
+                      (float)centre[2], (float)radius);
+    gl.DrawElements(GL_TRIANGLES, range->count, GL_UNSIGNED_INT,
+                    (const void *)((uintptr_t)range->first * sizeof(GLuint)));
+}
 
+static void draw_surfaces(const view_room *r, const view_room_draw *d,
+                          GLuint program, bool cells)
+{
+    double centre[3], radius;
+
+    gl.UseProgram(program);
+    gl.BindVertexArray(r->array);
     for (int i = 0; i < VIEW_ROOM_SPHERES; i++) {
-        double centre[3], radius;
         if (!d->moving && view_room_sphere_moves(i))
             continue;
-        ball *b = &balls[count++];
         view_room_sphere(i, d->seconds, centre, &radius);
-        for (int k = 0; k < 3; k++)
-            b->centre_radius[k] = (float)centre[k];
-        b->centre_radius[3] = (float)radius;
-        b->material = *view_room_sphere_material(i);
+        draw_range(&r->mesh.spheres[i], centre, radius);
     }
-    if (count) {
-        gl.BindBuffer(GL_ARRAY_BUFFER, r->instances);
-        gl.BufferSubData(GL_ARRAY_BUFFER, 0,
-                         (GLsizeiptr)((size_t)count * sizeof balls[0]), balls);
-    }
-    return count;
-}
-
-static void draw_boxes(const view_room *r, GLuint program, bool cells)
-{
-    const int first = cells ? r->box_coarse : 0;
-    const int end = cells ? r->box_count : r->box_coarse;
-
-    gl.UseProgram(program);
-    gl.BindVertexArray(r->box_array);
-    gl.VertexAttrib4f(CENTRE_RADIUS, 0, 0, 0, 1);
-    gl.DrawElements(GL_TRIANGLES, end - first, GL_UNSIGNED_INT,
-                    (const void *)((uintptr_t)first * sizeof(GLuint)));
-}
-
-static void draw_balls(const view_room *r, GLuint program, int count)
-{
-    gl.UseProgram(program);
-    gl.BindVertexArray(r->ball_array);
-    gl.DrawElementsInstanced(GL_TRIANGLES, r->ball_count, GL_UNSIGNED_INT, NULL,
-                             count);
+    draw_range(cells ? &r->mesh.cells : &r->mesh.sides, (double[3]){0}, 1);
 }
 
 static void draw_shadows(view_room *r, const view_room_draw *d)
 {
-    const GLuint program = view_room_shadow_begin(r->shadow, d);
+    const GLuint program = view_room_shadow_begin(&r->shadow, d);
 
     if (!program)
         return;
-    draw_balls(r, program, upload_balls(r, d));
-    draw_boxes(r, program, false);
-    view_room_shadow_end(r->shadow);
+    draw_surfaces(r, d, program, false);
+    view_room_shadow_end(&r->shadow);
 }
 
 void view_room_render(view_room *r, const view_room_draw *d)
@@ -319,11 +256,10 @@ void view_room_render(view_room *r, const view_room_draw *d)
     draw_shadows(r, d);
     gl.GetIntegerv(GL_VIEWPORT, viewport);
     const bool mirrored = upload_blocks(r, d, viewport);
-    const int count = upload_balls(r, d);
 
     bind_maps(d);
     gl.Disable(GL_BLEND);
-    view_room_probes_use(r->probes, d, viewport);
+    view_room_probes_use(&r->probes, d, viewport);
     gl.Enable(GL_DEPTH_TEST);
     gl.DepthFunc(GL_LEQUAL); /* the sky is as far as what was cleared */
     gl.Enable(GL_CULL_FACE);
@@ -331,18 +267,11 @@ void view_room_render(view_room *r, const view_room_draw *d)
     if (d->paraboloid)
         gl.Enable(GL_CLIP_DISTANCE0);
     gl.Clear(GL_DEPTH_BUFFER_BIT);
-    if (count)
-        draw_balls(r, r->surfaces, count);
-    draw_boxes(r, r->surfaces, d->paraboloid);
+    draw_surfaces(r, d, r->surfaces, d->paraboloid);
     gl.Disable(GL_CLIP_DISTANCE0);
     gl.Disable(GL_CULL_FACE);
     gl.FrontFace(GL_CCW);
     view_gl_draw_full(r->sky);
     gl.DepthFunc(GL_LESS);
     gl.Disable(GL_DEPTH_TEST);
-}
-
-GLuint view_room_masks(const view_room *r, int *columns, int *rows)
-{
-    return view_room_probes_masks(r->probes, columns, rows);
 }

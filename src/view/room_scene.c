@@ -30,6 +30,7 @@
 #define OUT (5 + WALL)
 
 const double view_room_centre[3] = {0, 2, 0}, view_room_half[3] = {5, 2, 5};
+const double view_room_wall = WALL;
 
 /* Five tiles of the floor, from -X to +X. */
 #define TILES(from, to, even, odd)                                             \
@@ -142,29 +143,13 @@ const view_room_material *view_room_sphere_material(int i)
     return &spheres[i].material;
 }
 
-static bool touches(const double sphere[3], double radius,
-                    const double centre[3], const double half[3])
-{
-    double sum = 0;
-
-    for (int k = 0; k < 3; k++) {
-        const double beyond = fabs(sphere[k] - centre[k]) - half[k];
-        sum += beyond > 0 ? beyond * beyond : 0;
-    }
-    return sum < radius * radius;
-}
-
-bool view_room_moved(double from, double to, const double centre[3],
-                     const double half[3])
+bool view_room_moved(double from, double to)
 {
     for (int i = 0; i < VIEW_ROOM_SPHERES; i++) {
         double was[3], is[3], radius;
         view_room_sphere(i, from, was, &radius);
         view_room_sphere(i, to, is, &radius);
-        if (was[0] == is[0] && was[1] == is[1] && was[2] == is[2])
-            continue;
-        if (touches(was, radius, centre, half) ||
-            touches(is, radius, centre, half))
+        if (was[0] != is[0] || was[1] != is[1] || was[2] != is[2])
             return true;
     }
     return false;

@@ -2,10 +2,8 @@
 #include "view/room_shadow.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "view/message.h"
 #include "view/program.h"
 #include "view/sphere_grid.h"
 #include "view/vector.h"
@@ -19,20 +17,6 @@ typedef struct sun_block {
     float clip[16];
     float direction[4], irradiance[4], right[4], up[4], limit[4];
 } sun_block;
-
-/* What the depths depend on. */
-typedef struct shadow_key {
-    double direction[3];
-    double seconds; /* 0 if nothing moves */
-    bool moving;
-} shadow_key;
-
-struct view_room_shadow {
-    GLuint program, depth, framebuffer, buffer;
-    bool made; /* depths, and by key */
-    shadow_key key;
-    GLint other_framebuffer, other_viewport[4]; /* from begin to end */
-};
 
 /* ---- where the sun is --------------------------------------------------- */
 
@@ -53,25 +37,16 @@ static void set_axes(const double direction[3], double axes[3][3])
     cross3(direction, axes[0], axes[1]);
 }
 
-/* All boxes are in it; spheres stay inside of the walls. */
+/* Walls, floor and ceiling fill a box; spheres stay inside of it. */
 static void fit(shadow_view *v)
 {
     for (int i = 0; i < 3; i++) {
-        double low = INFINITY, high = -INFINITY;
-        for (int b = 0; b < view_room_boxes(); b++) {
-            const view_room_box *box = view_room_box_at(b);
-            double most = 0, least = 0;
-            for (int k = 0; k < 3; k++) {
-                const double x = v->axes[i][k] * box->low[k];
-                const double y = v->axes[i][k] * box->high[k];
-                least += fmin(x, y);
-                most += fmax(x, y);
-            }
-            low = fmin(low, least);
-            high = fmax(high, most);
-        }
-        v->middle[i] = 0.5 * (low + high);
-        v->reach[i] = 0.5 * (high - low) * (1 + 2.0 / EDGE);
+        v->middle[i] = dot3(v->axes[i], view_room_centre);
+        v->reach[i] = 0;
+        for (int k = 0; k < 3; k++)
+            v->reach[i] +=
+                fabs(v->axes[i][k]) * (view_room_half[k] + view_room_wall);
+        v->reach[i] *= 1 + 2.0 / EDGE;
     }
 }
 
@@ -84,13 +59,6 @@ static shadow_view view_from(const view_room_sun *sun, double turn)
     set_axes(direction, v.axes);
     fit(&v);
     return v;
-}
-
-double view_room_shadow_texel(const view_room_sun *sun, double turn)
-{
-    const shadow_view v = view_from(sun, turn);
-
-    return 2 * fmax(v.reach[0], v.reach[1]) / EDGE;
 }
 
 /* ---- what is kept ------------------------------------------------------- */
@@ -113,34 +81,21 @@ static void make_depth(view_room_shadow *s)
     gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
 }
 
-view_room_shadow *view_room_shadow_create(void)
+bool view_room_shadow_make(view_room_shadow *s)
 {
-    view_room_shadow *s = calloc(1, sizeof *s);
-
-    if (!s) {
-        view_fail("no memory for the room's shadows");
-        return NULL;
-    }
     s->program = view_program("room_shadow.vert", "room_shadow.frag");
     make_depth(s);
     gl.GenFramebuffers(1, &s->framebuffer);
     s->buffer = view_gl_buffer(GL_UNIFORM_BUFFER, sizeof(sun_block), NULL);
-    if (!s->program) {
-        view_room_shadow_free(s);
-        return NULL;
-    }
-    return s;
+    return s->program;
 }
 
 void view_room_shadow_free(view_room_shadow *s)
 {
-    if (!s)
-        return;
     gl.DeleteBuffers(1, &s->buffer);
     gl.DeleteFramebuffers(1, &s->framebuffer);
     gl.DeleteTextures(1, &s->depth);
     gl.DeleteProgram(s->program);
-    free(s);
 }
 
 /* ---- draws -------------------------------------------------------------- */
@@ -178,19 +133,13 @@ static void fill_block(sun_block *b, const view_room_draw *d,
     b->limit[1] = (float)sun->cosine;
 }
 
-static bool same_key(const shadow_key *a, const shadow_key *b)
-{
-    return a->moving == b->moving && !(a->seconds < b->seconds) &&
-           !(a->seconds > b->seconds) &&
-           !memcmp(a->direction, b->direction, sizeof a->direction);
-}
-
 static void set_target(view_room_shadow *s)
 {
     gl.GetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &s->other_framebuffer);
     gl.GetIntegerv(GL_VIEWPORT, s->other_viewport);
     if (!s->made)
         allot(s, EDGE);
+    s->made = true;
     gl.BindFramebuffer(GL_FRAMEBUFFER, s->framebuffer);
     gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D,
                             s->depth, 0);
@@ -207,24 +156,22 @@ static void set_target(view_room_shadow *s)
 GLuint view_room_shadow_begin(view_room_shadow *s, const view_room_draw *d)
 {
     const view_room_sun *sun = &d->environment.sun;
+    double key[5] = {d->moving, d->moving ? d->seconds : 0};
     sun_block block = {0};
-    shadow_key key = {.moving = d->moving,
-                      .seconds = d->moving ? d->seconds : 0};
 
     view_gl_bind(VIEW_ROOM_UNIT_SHADOW, GL_TEXTURE_2D, s->depth);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, VIEW_BLOCK_SUN, s->buffer);
     if (view_room_sun_shines(sun)) {
         const shadow_view v = view_from(sun, d->environment.turn);
-        memcpy(key.direction, v.axes[2], sizeof key.direction);
+        memcpy(key + 2, v.axes[2], sizeof v.axes[2]);
         fill_block(&block, d, &v);
     }
     gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
     if (!view_room_sun_shines(sun) || !d->shadows ||
-        (s->made && same_key(&key, &s->key)))
+        (s->made && !memcmp(key, s->key, sizeof key)))
         return 0;
     set_target(s);
-    s->made = true;
-    s->key = key;
+    memcpy(s->key, key, sizeof key);
     return s->program;
 }
 

@@ -6,19 +6,21 @@
 
 #include "view/room.h"
 
-typedef struct view_room_shadow view_room_shadow;
+typedef struct view_room_shadow {
+    GLuint program, depth, framebuffer, buffer;
+    bool made;     /* depths, of what the key says */
+    double key[5]; /* what moves is drawn, its seconds; the sun's direction */
+    GLint other_framebuffer, other_viewport[4]; /* from begin to end */
+} view_room_shadow;
 
-view_room_shadow *view_room_shadow_create(void); /* NULL, with a message */
-void view_room_shadow_free(view_room_shadow *s); /* NULL is fine */
+/* Makes a zeroed one. False, with a message. */
+bool view_room_shadow_make(view_room_shadow *s);
+void view_room_shadow_free(view_room_shadow *s); /* zeroed is fine */
 
 /* Tells shaders of the sun of a draw. If its shadows have to be made anew,
  * returns the program that draws all casters, front faces counter-clockwise;
  * end follows. Else 0. */
 GLuint view_room_shadow_begin(view_room_shadow *s, const view_room_draw *d);
 void view_room_shadow_end(view_room_shadow *s);
-
-/* Edge of a texel across the light, in units of the room. Shadows are blurred
- * by one and a half of them each way. */
-double view_room_shadow_texel(const view_room_sun *sun, double turn);
 
 #endif

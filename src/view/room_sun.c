@@ -36,123 +36,89 @@ typedef struct texel {
     double direction[3], rgb[3], solid_angle;
 } texel;
 
-/* A row at a time of level 0. */
-typedef struct rows {
-    const ibl_texture *sky;
-    float *rgb;           /* of a row; what is not finite, or less, is 0 */
-    double *solid_angles; /* of a face */
-    int face, y;
-} rows;
-
-static bool start_rows(rows *r, const ibl_texture *sky)
+/* A row of level 0; what is not finite, or less, is 0. */
+static void read_row(const ibl_texture *sky, int face, int y, float *rgb)
 {
     const size_t n = (size_t)sky->width;
 
-    *r = (rows){.sky = sky};
-    r->rgb = malloc(3 * n * sizeof *r->rgb);
-    r->solid_angles = malloc(n * n * sizeof *r->solid_angles);
-    if (!r->rgb || !r->solid_angles)
-        return view_fail("no memory to look for the sun");
-    for (size_t i = 0; i < n * n; i++)
-        r->solid_angles[i] =
-            ibl_cube_solid_angle((int)n, (int)(i % n), (int)(i / n));
-    return true;
-}
-
-static void again(rows *r)
-{
-    r->face = 0;
-    r->y = -1;
-}
-
-static bool next_row(rows *r)
-{
-    const ibl_texture *t = r->sky;
-    const size_t n = (size_t)t->width;
-
-    if (++r->y == t->width) {
-        r->y = 0;
-        r->face++;
-    }
-    if (r->face == IBL_FACES)
-        return false;
-    ibl_pixel_decode(t->pixel,
-                     t->data + ibl_texture_offset(t, 0, r->face) +
-                         (size_t)r->y * n * ibl_pixel_bytes(t->pixel),
-                     n, r->rgb);
+    ibl_pixel_decode(sky->pixel,
+                     sky->data + ibl_texture_offset(sky, 0, face) +
+                         (size_t)y * n * ibl_pixel_bytes(sky->pixel),
+                     n, rgb);
     for (size_t i = 0; i < 3 * n; i++)
-        if (!isfinite(r->rgb[i]) || r->rgb[i] < 0)
-            r->rgb[i] = 0;
-    return true;
+        if (!isfinite(rgb[i]) || rgb[i] < 0)
+            rgb[i] = 0;
 }
 
-static void copy_rgb(const rows *r, int x, double rgb[3])
+static void copy_rgb(const float *row, int x, double rgb[3])
 {
     for (int k = 0; k < 3; k++)
-        rgb[k] = (double)r->rgb[3 * x + k];
+        rgb[k] = (double)row[3 * x + k];
 }
 
 /* Its luminance; 0 and no direction if all is black. */
-static double brightest(rows *r, double direction[3])
+static double brightest(const ibl_texture *sky, float *row, double direction[3])
 {
+    const int n = sky->width;
     double most = 0, rgb[3];
 
-    again(r);
-    while (next_row(r))
-        for (int x = 0; x < r->sky->width; x++) {
-            copy_rgb(r, x, rgb);
+    for (int i = 0; i < IBL_FACES * n; i++) {
+        read_row(sky, i / n, i % n, row);
+        for (int x = 0; x < n; x++) {
+            copy_rgb(row, x, rgb);
             if (luminance(rgb) <= most)
                 continue;
             most = luminance(rgb);
-            ibl_cube_direction(r->sky->width, r->face, x, r->y, direction);
+            ibl_cube_direction(n, i / n, x, i % n, direction);
         }
+    }
     return most;
 }
 
 /* What is near the brightest texel, and all the rest in one. */
 typedef struct region {
     texel *texels;
-    size_t count, room;
+    int count;
     double rest, rest_angle; /* integrals of what is not in the cone */
 } region;
 
-static bool keep(region *g, const texel *t)
+/* Twice the cone is 0.38 sr, the least texel 0.77 / n^2: they are fewer. */
+static size_t most_texels(size_t n)
 {
-    if (g->count == g->room) {
-        const size_t room = 2 * g->room + 1024;
-        texel *grown = realloc(g->texels, room * sizeof *grown);
-        if (!grown)
-            return view_fail("no memory to look for the sun");
-        g->texels = grown;
-        g->room = room;
+    return n * n / 2 + 4;
+}
+
+static void add_texel(region *g, const texel *t, const double peak[3])
+{
+    const double c = dot3(t->direction, peak);
+
+    if (c < cos(cone_deg * DEGREE)) {
+        g->rest += luminance(t->rgb) * t->solid_angle;
+        g->rest_angle += t->solid_angle;
     }
-    g->texels[g->count++] = *t;
-    return true;
+    if (c >= cos(2 * cone_deg * DEGREE))
+        g->texels[g->count++] = *t;
 }
 
 /* Keeps the texels in twice the cone, which will move from the peak to the
- * middle, and the mean outside of the cone. */
-static bool gather(rows *r, const double peak[3], region *g)
+ * middle, and the mean outside of the cone. Faces have the same angles. */
+static void gather(const ibl_texture *sky, float *row, double *angles,
+                   const double peak[3], region *g)
 {
-    const double inner = cos(cone_deg * DEGREE);
-    const double outer = cos(2 * cone_deg * DEGREE);
-    const int n = r->sky->width;
+    const int n = sky->width;
 
-    again(r);
-    while (next_row(r))
+    for (int i = 0; i < IBL_FACES * n; i++) {
+        const int face = i % IBL_FACES, y = i / IBL_FACES;
+        for (int x = 0; x < n && !face; x++)
+            angles[x] = ibl_cube_solid_angle(n, x, y);
+        read_row(sky, face, y, row);
         for (int x = 0; x < n; x++) {
-            texel t = {.solid_angle = r->solid_angles[r->y * n + x]};
-            copy_rgb(r, x, t.rgb);
-            ibl_cube_direction(n, r->face, x, r->y, t.direction);
-            const double c = dot3(t.direction, peak);
-            if (c < inner) {
-                g->rest += luminance(t.rgb) * t.solid_angle;
-                g->rest_angle += t.solid_angle;
-            }
-            if (c >= outer && !keep(g, &t))
-                return false;
+            texel t = {.solid_angle = angles[x]};
+            copy_rgb(row, x, t.rgb);
+            ibl_cube_direction(n, face, x, y, t.direction);
+            add_texel(g, &t, peak);
         }
-    return true;
+    }
 }
 
 /* ---- the sun ------------------------------------------------------------ */
@@ -160,18 +126,6 @@ static bool gather(rows *r, const double peak[3], region *g)
 bool view_room_sun_shines(const view_room_sun *sun)
 {
     return luminance(sun->irradiance) > 0;
-}
-
-void view_room_sun_cut(const view_room_sun *sun, const double direction[3],
-                       double rgb[3])
-{
-    const double y = luminance(rgb);
-
-    if (!view_room_sun_shines(sun) || y <= sun->limit ||
-        dot3(direction, sun->direction) < sun->cosine)
-        return;
-    for (int k = 0; k < 3; k++)
-        rgb[k] *= sun->limit / y;
 }
 
 /* Sums the light in the sun's cone above the limit. Returns its middle (not of
@@ -182,7 +136,7 @@ static double take(const region *g, view_room_sun *sun, double middle[3])
 
     memset(sun->irradiance, 0, sizeof sun->irradiance);
     memset(middle, 0, 3 * sizeof *middle);
-    for (size_t i = 0; i < g->count; i++) {
+    for (int i = 0; i < g->count; i++) {
         const texel *t = &g->texels[i];
         const double y = luminance(t->rgb);
         const double c = dot3(t->direction, sun->direction);
@@ -212,26 +166,38 @@ static double settle(const region *g, view_room_sun *sun)
     return square;
 }
 
-bool view_room_sun_find(const ibl_texture *sky, view_room_sun *sun)
+/* From the peak at sun->direction. */
+static void find(const ibl_texture *sky, float *row, double *angles, region *g,
+                 view_room_sun *sun)
 {
     const double most_square = pow(most_spread_deg * DEGREE, 2);
-    rows r;
-    region g = {0};
-    double square = 0;
 
-    *sun = (view_room_sun){.cosine = cos(cone_deg * DEGREE)};
-    bool ok = start_rows(&r, sky);
-    if (ok && brightest(&r, sun->direction) > 0)
-        ok = gather(&r, sun->direction, &g);
-    const double mean = g.rest_angle > 0 ? g.rest / g.rest_angle : 0;
+    gather(sky, row, angles, sun->direction, g);
+    const double mean = g->rest_angle > 0 ? g->rest / g->rest_angle : 0;
     sun->limit = times_mean * mean;
-    if (ok)
-        square = settle(&g, sun);
+    const double square = settle(g, sun);
     if (square > most_square ||
         luminance(sun->irradiance) <= least_share * M_PI * mean)
         *sun = (view_room_sun){0};
+}
+
+bool view_room_sun_find(const ibl_texture *sky, view_room_sun *sun)
+{
+    const size_t n = (size_t)sky->width;
+    float *row = malloc(3 * n * sizeof *row);
+    double *angles = malloc(n * sizeof *angles);
+    region g = {.texels = malloc(most_texels(n) * sizeof *g.texels)};
+    const bool ok = row && angles && g.texels;
+
+    *sun = (view_room_sun){.cosine = cos(cone_deg * DEGREE)};
+    if (!ok)
+        view_fail("no memory to look for the sun");
+    else if (brightest(sky, row, sun->direction) > 0)
+        find(sky, row, angles, &g, sun);
+    else
+        *sun = (view_room_sun){0};
     free(g.texels);
-    free(r.solid_angles);
-    free(r.rgb);
+    free(angles);
+    free(row);
     return ok;
 }

@@ -23,8 +23,5 @@ typedef struct view_room_sun {
 bool view_room_sun_find(const ibl_texture *sky, view_room_sun *sun);
 
 bool view_room_sun_shines(const view_room_sun *sun);
-/* What is left of a texel in a direction (unit, of the environment). */
-void view_room_sun_cut(const view_room_sun *sun, const double direction[3],
-                       double rgb[3]);
 
 #endif

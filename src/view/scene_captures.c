@@ -12,13 +12,15 @@
 
 enum {
     BOUNCES = 3, /* captures of a whole update, each lit by the one before */
-    ALL = 1 << 20
+    WHOLE = 0    /* steps of an update */
 };
 
 /* Nearer than any sphere comes to the mirror on that side. */
 const double view_scene_distance = 3.1;
 static const double from_wall = 0.3; /* least distance of the camera */
 
+/* The far plane of captures that see all of the room. */
+static const double far_away = 100;
 /* The box of a probe for all of the room reaches a little beyond the walls. */
 static const double beyond = 1;
 /* Beside local probes, which leave out what moves, the probe of the mirror
@@ -27,39 +29,39 @@ static const double near_half[3] = {1.5, 1.8, 1.5}, near_blend = 0.6;
 
 struct view_scene {
     view_room *room;
-    view_volumes *volumes;     /* made when they are first drawn */
-    view_capture *capture;     /* in the mirror, of what moves too */
-    view_scene_locals *locals; /* NULL: none */
+    view_volumes *volumes; /* made when they are first drawn */
+    view_capture *capture; /* of all probes */
+    view_cubes mirror;     /* two, of what moves too */
+    int shown;             /* of the two */
+    ibl_probe probe;       /* the mirror's, of the last draw */
+    view_cubes locals;
+    ibl_probe local[VIEW_MAX_LOCALS];
     int local_count;
     int due;  /* of them, the last, which are still to be captured anew */
     int seen; /* the first, which have been captured */
     const view_probe_set *set; /* baked probes; then there are no locals */
     ibl_ctx *ctx;              /* made when the library is to filter */
-    view_capture_options made; /* what capture was made by */
-    bool limited;              /* whether probes see only their boxes */
+    view_settings made;        /* what captures were made by */
     view_room_draw draw;       /* of the frame that is being made */
     GLuint framebuffer, depth;
-    int width, height;         /* of depth */
-    bool fresh;                /* a whole update fits what is asked for */
-    bool sun, capture_shadows; /* the settings that it was made by */
-    bool still;                /* captures leave out what moves */
-    bool begun;                /* an update that is spread over frames */
-    bool failed; /* the last one: there is none until something changes */
+    int width, height; /* of depth */
+    bool fresh;        /* a whole update fits what is asked for */
+    bool begun;        /* an update that is spread over frames */
+    bool failed;       /* the last one: there is none until something changes */
     double begun_at, shown_at;
     int updates;
     bool timed[VIEW_PROBE_FILTERS];
-    double ms[VIEW_PROBE_FILTERS][3];     /* of the last update by each */
-    ibl_probe wired[VIEW_MAX_LOCALS + 1]; /* whose volumes are drawn */
+    double ms[VIEW_PROBE_FILTERS][VIEW_CAPTURE_PARTS]; /* the last by each */
 };
 
 /* ---- life -------------------------------------------------------------- */
 
-void view_scene_drop_captures(view_scene *st)
+static void drop_captures(view_scene *st)
 {
     view_capture_free(st->capture);
     st->capture = NULL;
-    view_scene_locals_free(st->locals);
-    st->locals = NULL;
+    view_cubes_free(&st->mirror);
+    view_cubes_free(&st->locals);
     st->local_count = st->due = st->seen = 0;
     st->fresh = st->begun = false;
 }
@@ -85,7 +87,7 @@ void view_scene_free(view_scene *st)
 {
     if (!st)
         return;
-    view_scene_drop_captures(st);
+    drop_captures(st);
     ibl_ctx_free(st->ctx);
     view_volumes_free(st->volumes);
     view_room_free(st->room);
@@ -97,11 +99,6 @@ void view_scene_free(view_scene *st)
 void view_scene_use(view_scene *st, const view_probe_set *probes)
 {
     st->set = probes;
-    st->fresh = false;
-}
-
-void view_scene_restart(view_scene *st)
-{
     st->fresh = false;
 }
 
@@ -128,89 +125,81 @@ static bool make_context(view_scene *st)
     return st->ctx || !ibl_ctx_create(&o, &st->ctx);
 }
 
+/* count layers of cubes for the local probes, which are placed. */
+static bool make_locals(view_scene *st, int size, int count)
+{
+    GLint most = 0;
+
+    gl.GetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &most);
+    if (IBL_FACES * count > most)
+        return view_fail(
+            "%d probes are %d layers of a texture, this OpenGL has "
+            "%d: take %d probes",
+            count, IBL_FACES * count, most, most / IBL_FACES);
+    if (!view_cubes_make(&st->locals, size, count))
+        return view_fail("%d local probes with faces of %d: this OpenGL has no "
+                         "room for them: take fewer by --probes, or smaller "
+                         "ones by --probe-size",
+                         count, size);
+    view_scene_place(st->local, count);
+    st->local_count = count;
+    return true;
+}
+
+static bool make_cubes(view_scene *st, int size, int count)
+{
+    return (view_cubes_make(&st->mirror, size, 2) ||
+            view_fail("this OpenGL has no room for a probe with faces of %d",
+                      size)) &&
+           (!count || make_locals(st, size, count));
+}
+
 static bool make_captures(view_scene *st, const view_settings *s)
 {
-    view_capture_options o = view_capture_options_default();
     const int locals = st->set ? 0 : s->probes;
+    const bool alike = s->probe_size == st->made.probe_size &&
+                       s->probe_capture == st->made.probe_capture &&
+                       s->probe_limit == st->made.probe_limit;
 
-    o.size = s->probe_size;
-    o.kind = s->probe_capture;
-    o.timed = true;
-    if (s->probe_filter == VIEW_PROBE_CPU) {
-        if (!make_context(st))
-            return false;
-        o.cpu = st->ctx;
-    }
-    const bool alike = o.size == st->made.size && o.kind == st->made.kind &&
-                       s->probe_limit == st->limited;
-    if (st->capture && alike && o.cpu == st->made.cpu &&
-        locals == st->local_count)
+    if (s->probe_filter == VIEW_PROBE_CPU && !make_context(st))
+        return false;
+    if (st->capture && alike && locals == st->local_count)
         return true;
-    view_scene_drop_captures(st);
+    drop_captures(st);
     if (!alike) /* times compare filters of the same */
         memset(st->timed, 0, sizeof st->timed);
-    st->made = o;
-    st->limited = s->probe_limit;
-    st->capture = view_capture_create(&o);
-    if (!st->capture || !locals)
-        return st->capture;
-    o.timed = false;
-    st->locals = view_scene_locals_create(&o, locals);
-    st->local_count = st->locals ? locals : 0;
-    return st->locals;
+    st->made = *s;
+    st->capture = view_capture_create(s->probe_capture, s->probe_size);
+    if (st->capture && make_cubes(st, s->probe_size, locals))
+        return true;
+    drop_captures(st);
+    return false;
 }
 
 /* ---- the probe --------------------------------------------------------- */
 
 /* Of the mirror. It comes last while local probes are missing, and where they
  * leave to others what they do not see. */
-static ibl_probe mirror_probe(const view_scene *st, const double position[3])
+static ibl_probe mirror_probe(const view_scene *st)
 {
     const bool holes =
-        st->limited || (st->set && view_probe_set_holes(st->set));
+        st->made.probe_limit || (st->set && view_probe_set_holes(st->set));
     const bool all = st->seen == st->local_count;
     const bool whole = !st->draw.locals.count || !all || holes;
     ibl_probe p = {.has_proxy = 1,
                    .blend = whole ? 0 : near_blend,
                    .priority = whole ? -1 : 1,
-                   .layer = -1};
+                   .layer = st->shown};
+    double radius;
 
+    view_room_sphere(VIEW_SCENE_MIRROR, 0, p.position, &radius);
     for (int k = 0; k < 3; k++) {
-        p.position[k] = position[k];
         p.proxy.centre[k] = view_room_centre[k];
         p.proxy.half[k] = view_room_half[k];
-        p.influence.centre[k] = whole ? view_room_centre[k] : position[k];
+        p.influence.centre[k] = whole ? view_room_centre[k] : p.position[k];
         p.influence.half[k] = whole ? view_room_half[k] + beyond : near_half[k];
     }
     return p;
-}
-
-/* Whose capture it is: the mirror's, or a local one's. */
-typedef struct shot {
-    const view_scene *st;
-    ibl_probe probe;
-    bool local;
-} shot;
-
-static void capture_scene(void *cookie, const double clip[16],
-                          const double eye[3], int size, int side)
-{
-    const shot *s = cookie;
-    view_room_draw d = s->st->draw;
-
-    (void)size;
-    /* From within, the mirror is not seen: it has one side. */
-    d.moving = !s->local && !s->st->still;
-    /* All of an update is of one moment. */
-    d.seconds = s->st->begun_at;
-    d.shadows = s->st->capture_shadows;
-    d.limited = s->st->limited;
-    memcpy(d.limit_centre, s->probe.influence.centre, sizeof d.limit_centre);
-    memcpy(d.limit_half, s->probe.influence.half, sizeof d.limit_half);
-    memcpy(d.clip, clip, sizeof d.clip);
-    memcpy(d.eye, eye, sizeof d.eye);
-    d.paraboloid = side >= 0;
-    view_room_render(s->st->room, &d);
 }
 
 /* The far plane for a probe: limited to its box, a little behind the farthest
@@ -219,8 +208,8 @@ static double end_of(const view_scene *st, const ibl_probe *p)
 {
     double sum = 0;
 
-    if (!st->limited)
-        return view_capture_options_default().far;
+    if (!st->made.probe_limit)
+        return far_away;
     for (int k = 0; k < 3; k++) {
         const double away = fabs(p->position[k] - p->influence.centre[k]) +
                             p->influence.half[k];
@@ -229,113 +218,141 @@ static double end_of(const view_scene *st, const ibl_probe *p)
     return 1.01 * sqrt(sum);
 }
 
-static void use_capture(view_scene *st, const double position[3])
+/* The capture of a probe into its layer. */
+static view_capture_shot shot_of(const view_scene *st, const ibl_probe *p,
+                                 const view_cubes *to)
 {
-    const float last = (float)(view_capture_levels(st->capture) - 1);
+    view_capture_shot s = {.room = st->room,
+                           .draw = st->draw,
+                           .far = end_of(st, p),
+                           .to = to,
+                           .layer = p->layer};
+    view_room_draw *d = &s.draw;
 
-    st->draw.dynamic =
-        (view_room_dynamic){.specular = view_capture_specular(st->capture),
-                            .irradiance = view_capture_irradiance(st->capture),
-                            .lod_scale = last,
-                            .last_level = last,
-                            .probe = mirror_probe(st, position)};
+    if (st->made.probe_filter == VIEW_PROBE_CPU)
+        s.cpu = st->ctx;
+    d->moving = false;
+    d->seconds = st->begun_at; /* all of an update is of one moment */
+    d->shadows = st->made.capture_shadows;
+    d->limited = st->made.probe_limit;
+    memcpy(d->limit_centre, p->influence.centre, sizeof d->limit_centre);
+    memcpy(d->limit_half, p->influence.half, sizeof d->limit_half);
+    memcpy(d->eye, p->position, sizeof d->eye);
+    return s;
+}
+
+/* The cube of the mirror that is not shown. From within, the mirror is not
+ * seen: it has one side. */
+static view_capture_shot mirror_shot(const view_scene *st, bool moving)
+{
+    ibl_probe p = mirror_probe(st);
+
+    p.layer = !st->shown;
+    view_capture_shot s = shot_of(st, &p, &st->mirror);
+    s.draw.moving = moving;
+    s.timed = true;
+    return s;
+}
+
+static view_capture_state capture_mirror(view_scene *st, bool moving, int steps)
+{
+    const view_capture_shot s = mirror_shot(st, moving);
+    const view_capture_state state =
+        view_capture_update(st->capture, &s, steps);
+
+    if (state == VIEW_CAPTURE_DONE)
+        st->shown = !st->shown;
+    return state;
+}
+
+static view_probe_maps maps_of(const view_scene *st, const view_cubes *cubes,
+                               const ibl_probe *probe, int count)
+{
+    const float last = (float)(ibl_default_levels(st->made.probe_size) - 1);
+
+    return (view_probe_maps){.count = count,
+                             .probe = probe,
+                             .specular = cubes->specular,
+                             .irradiance = cubes->irradiance,
+                             .lod_scale = last,
+                             .last_level = last,
+                             .irradiance_scale = 1};
+}
+
+static void use_mirror(view_scene *st)
+{
+    st->probe = mirror_probe(st);
+    st->draw.dynamic = maps_of(st, &st->mirror, &st->probe, 1);
 }
 
 /* The last whole updates light what is drawn. */
-static void use_probes(view_scene *st, const double position[3])
+static void use_probes(view_scene *st)
 {
-    if (st->set)
-        st->draw.locals = *view_probe_set_locals(st->set);
-    else if (st->seen)
-        st->draw.locals = view_scene_locals_drawn(st->locals);
-    if (!st->set)
-        st->draw.locals.count = st->seen;
-    use_capture(st, position);
+    st->draw.locals = st->set ? *view_probe_set_locals(st->set)
+                              : maps_of(st, &st->locals, st->local, st->seen);
+    use_mirror(st);
 }
 
-static void note_times(view_scene *st, const view_capture *c,
-                       view_probe_filter filter)
+static void note_times(view_scene *st, view_probe_filter filter)
 {
-    view_capture_times(c, st->ms[filter]);
+    memcpy(st->ms[filter], view_capture_times(st->capture),
+           sizeof st->ms[filter]);
     st->timed[filter] = true;
 }
 
-static bool capture_mirror(view_scene *st, const double position[3])
-{
-    shot mirror = {st, mirror_probe(st, position), false};
-
-    view_capture_set_far(st->capture, end_of(st, &mirror.probe));
-    return view_capture_update(st->capture, position, capture_scene, &mirror);
-}
-
-/* Lit at first by the environment alone, then by itself. */
-static bool capture_bounces(view_scene *st, const double position[3])
-{
-    for (int bounce = 0; bounce < BOUNCES; bounce++) {
-        if (!capture_mirror(st, position))
-            return false;
-        use_capture(st, position);
-    }
-    return true;
-}
-
-static bool capture_local(view_scene *st, int i)
-{
-    const ibl_probe p = view_scene_locals_drawn(st->locals).probe[i];
-    shot local = {st, p, true};
-
-    return view_scene_locals_capture(st->locals, i, end_of(st, &p),
-                                     capture_scene, &local);
-}
-
 /* The mirror's capture is a whole one again. */
-static void show_update(view_scene *st, const double position[3])
+static void show_update(view_scene *st)
 {
-    use_probes(st, position);
+    use_probes(st);
+    st->begun = false;
     st->shown_at = st->begun_at;
     st->updates++;
-    note_times(st, st->capture, st->made.cpu ? VIEW_PROBE_CPU : VIEW_PROBE_GPU);
+    note_times(st, st->made.probe_filter);
 }
 
 /* Each of the local probes is captured only once, in the light of the mirror's
  * bounces, without what moves. The mirror's is captured again after them, and
  * after baked ones. */
-static bool capture_due(view_scene *st, const view_settings *s,
-                        const double position[3])
+static bool capture_due(view_scene *st, const view_settings *s)
 {
-    use_capture(st, position);
+    use_mirror(st);
     for (int left = s->spread && st->due ? 1 : st->due; left; left--) {
-        if (!capture_local(st, st->local_count - st->due))
+        const int i = st->local_count - st->due;
+        const view_capture_shot shot = shot_of(st, &st->local[i], &st->locals);
+        if (view_capture_update(st->capture, &shot, WHOLE) != VIEW_CAPTURE_DONE)
             return false;
         st->due--;
-        if (st->seen < st->local_count - st->due)
-            st->seen = st->local_count - st->due;
+        if (st->seen <= i)
+            st->seen = i + 1;
     }
-    use_probes(st, position);
+    use_probes(st);
     if (st->due)
         return true;
     st->begun_at = st->draw.seconds;
-    if (!capture_mirror(st, position))
+    if (capture_mirror(st, true, WHOLE) != VIEW_CAPTURE_DONE)
         return false;
-    show_update(st, position);
+    show_update(st);
     return true;
 }
 
-static bool capture_whole(view_scene *st, const view_settings *s,
-                          const double position[3])
+/* Lit at first by the environment alone, then by the mirror's probe. */
+static bool capture_whole(view_scene *st, const view_settings *s)
 {
-    const bool others = st->locals || st->set;
+    const bool others = st->local_count || st->set;
+    bool ok = true;
 
+    st->made = *s;
     st->begun_at = st->draw.seconds;
     st->begun = st->failed = st->fresh = false;
     st->due = st->local_count;
-    st->still = others;
-    bool ok = capture_bounces(st, position);
-    st->still = false;
+    for (int bounce = 0; bounce < BOUNCES && ok; bounce++) {
+        ok = capture_mirror(st, !others, WHOLE) == VIEW_CAPTURE_DONE;
+        use_mirror(st);
+    }
     if (ok && others)
-        ok = capture_due(st, s, position);
+        ok = capture_due(st, s);
     else if (ok)
-        show_update(st, position);
+        show_update(st);
     st->fresh = ok;
     return ok;
 }
@@ -346,43 +363,32 @@ static bool is_due(const view_scene *st, const view_settings *s)
     const double now = s->seconds;
 
     return (now < st->begun_at || now - st->begun_at >= s->probe_interval) &&
-           view_room_moved(st->shown_at, now, view_room_centre, view_room_half);
+           view_room_moved(st->shown_at, now);
 }
 
-/* An update that fails would fail, and say so, in each frame. */
-static void give_up(view_scene *st)
-{
-    st->failed = view_capture_failed(st->capture);
-    if (!st->failed)
-        return;
-    st->begun = false;
-    view_note("the scene's probe stays as it is until it is asked for in "
-              "another way");
-}
-
-static bool refresh(view_scene *st, const view_settings *s,
-                    const double position[3])
+static bool refresh(view_scene *st, const view_settings *s)
 {
     if (st->due)
-        return capture_due(st, s, position);
-    use_probes(st, position);
-    if (st->failed)
+        return capture_due(st, s);
+    use_probes(st);
+    if (st->failed || (!st->begun && !is_due(st, s)))
         return true;
-    if (!st->begun) {
-        if (!is_due(st, s))
-            return true;
-        st->begun = true;
+    if (!st->begun)
         st->begun_at = s->seconds;
+    st->begun = true;
+    switch (capture_mirror(st, true, s->probe_faces)) {
+    case VIEW_CAPTURE_BEGUN:
+        break;
+    case VIEW_CAPTURE_DONE:
+        show_update(st);
+        break;
+    case VIEW_CAPTURE_FAILED:
+        /* The next would fail as well, and say so, in each frame. */
+        st->failed = true;
+        st->begun = false;
+        view_note("the scene's probe stays as it is until it is asked for in "
+                  "another way");
     }
-    shot mirror = {st, st->draw.dynamic.probe, false};
-    view_capture_set_far(st->capture, end_of(st, &mirror.probe));
-    if (!view_capture_advance(st->capture, position, capture_scene, &mirror,
-                              s->probe_faces ? s->probe_faces : ALL)) {
-        give_up(st);
-        return true;
-    }
-    st->begun = false;
-    show_update(st, position);
     return true;
 }
 
@@ -410,12 +416,12 @@ view_camera view_scene_camera(const view_settings *s, int width, int height)
 /* Light that bounces is another with these, and what lights too. */
 static bool is_stale(const view_scene *st, const view_settings *s)
 {
-    const view_room_draw *d = &st->draw;
+    const view_settings *m = &st->made;
 
-    return !st->fresh || d->environment.turn < s->turn ||
-           d->environment.turn > s->turn || d->parallax != s->parallax ||
-           d->sharp == s->blend || st->sun != s->sun ||
-           st->capture_shadows != s->capture_shadows;
+    return !st->fresh || m->turn < s->turn || m->turn > s->turn ||
+           m->parallax != s->parallax || m->blend != s->blend ||
+           m->sun != s->sun || m->capture_shadows != s->capture_shadows ||
+           m->probe_filter != s->probe_filter;
 }
 
 /* The part of a box in the room, a little away from the walls, where proxies
@@ -435,27 +441,27 @@ static void clip_to_room(ibl_volume *box)
     }
 }
 
-static void add_volumes(view_scene *st, int i, const ibl_probe *p)
-{
-    st->wired[i] = *p;
-    st->wired[i].has_proxy = p->has_proxy && st->draw.parallax;
-    if (p->influence.shape == IBL_SHAPE_BOX)
-        clip_to_room(&st->wired[i].influence);
-}
-
+/* Proxies first: where both are, influences are seen. */
 static bool draw_volumes(view_scene *st, double ev)
 {
-    const view_room_locals *l = &st->draw.locals;
-    view_volumes_draw d = {.ev = ev, .count = l->count + 1, .probe = st->wired};
+    const view_probe_maps *l = &st->draw.locals;
+    view_volumes_draw d = {.ev = ev};
 
     if (!st->volumes && !(st->volumes = view_volumes_create()))
         return false;
-    for (int i = 0; i < l->count; i++)
-        add_volumes(st, i, &l->probe[i]);
-    add_volumes(st, l->count, &st->draw.dynamic.probe);
     memcpy(d.clip, st->draw.clip, sizeof d.clip);
     memcpy(d.eye, st->draw.eye, sizeof d.eye);
-    view_volumes_render(st->volumes, &d);
+    for (int i = 0; i <= l->count && st->draw.parallax; i++) {
+        const ibl_probe *p = i < l->count ? &l->probe[i] : &st->probe;
+        if (p->has_proxy)
+            view_volumes_render(st->volumes, &d, &p->proxy, view_volumes_proxy);
+    }
+    for (int i = 0; i <= l->count; i++) {
+        ibl_volume v = (i < l->count ? &l->probe[i] : &st->probe)->influence;
+        if (v.shape == IBL_SHAPE_BOX)
+            clip_to_room(&v);
+        view_volumes_render(st->volumes, &d, &v, view_volumes_influence);
+    }
     return true;
 }
 
@@ -463,11 +469,8 @@ bool view_scene_draw(view_scene *st, const view_settings *s,
                      const view_room_environment *environment, GLuint table,
                      GLuint picture, int width, int height)
 {
-    double position[3], radius;
-
     if (!resize(st, width, height) || !make_captures(st, s))
         return false;
-    const bool stale = is_stale(st, s);
     st->draw = (view_room_draw){.seconds = s->seconds,
                                 .moving = true,
                                 .shadows = true,
@@ -478,13 +481,10 @@ bool view_scene_draw(view_scene *st, const view_settings *s,
     st->draw.environment.turn = s->turn;
     if (!s->sun)
         st->draw.environment.sun = (view_room_sun){0};
-    st->sun = s->sun;
-    st->capture_shadows = s->capture_shadows;
     const view_camera camera = view_scene_camera(s, width, height);
     view_camera_matrix(&camera, st->draw.clip);
     memcpy(st->draw.eye, camera.eye, sizeof camera.eye);
-    view_room_sphere(VIEW_SCENE_MIRROR, s->seconds, position, &radius);
-    if (!(stale ? capture_whole : refresh)(st, s, position))
+    if (!(is_stale(st, s) ? capture_whole : refresh)(st, s))
         return false;
     view_gl_target(st->framebuffer, picture);
     gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D,
@@ -509,7 +509,7 @@ int view_scene_updates(const view_scene *st)
 }
 
 bool view_scene_times(const view_scene *st, view_probe_filter filter,
-                      double ms[3])
+                      double ms[VIEW_CAPTURE_PARTS])
 {
     for (int k = 0; k < 3; k++)
         ms[k] = st->timed[filter] ? st->ms[filter][k] : 0;
@@ -518,24 +518,18 @@ bool view_scene_times(const view_scene *st, view_probe_filter filter,
 
 bool view_scene_measure(view_scene *st, view_probe_filter filter)
 {
-    view_capture_options o = st->made;
-    shot mirror = {st, st->draw.dynamic.probe, false};
-    double position[3], radius;
+    view_capture_shot s = mirror_shot(st, true);
 
     if (filter == VIEW_PROBE_CPU && !make_context(st))
         return false;
-    o.cpu = filter == VIEW_PROBE_CPU ? st->ctx : NULL;
-    o.far = end_of(st, &mirror.probe);
-    view_room_sphere(VIEW_SCENE_MIRROR, st->begun_at, position, &radius);
-    view_capture *c = view_capture_create(&o);
-    bool ok = c;
+    s.cpu = filter == VIEW_PROBE_CPU ? st->ctx : NULL;
+    st->begun = false;
     /* With the first one, OpenGL compiles what it draws with. */
-    for (int i = 0; i < 2 && ok; i++)
-        ok = view_capture_update(c, position, capture_scene, &mirror);
-    if (ok)
-        note_times(st, c, filter);
-    view_capture_free(c);
-    return ok;
+    for (int i = 0; i < 2; i++)
+        if (view_capture_update(st->capture, &s, WHOLE) != VIEW_CAPTURE_DONE)
+            return false;
+    note_times(st, filter);
+    return true;
 }
 
 double view_scene_shown(const view_scene *st)
@@ -550,17 +544,23 @@ ibl_ctx *view_scene_context(view_scene *st)
 
 /* ---- captures as files ------------------------------------------------- */
 
+static bool read_face(void *scene, int probe, int face, uint16_t *rgba)
+{
+    const view_scene *st = scene;
+
+    return view_cubes_read(&st->locals, st->made.probe_size, probe, face, rgba);
+}
+
 bool view_scene_save(const view_scene *st, ibl_ctx *ctx, const char *dir)
 {
-    if (!st || !st->locals)
+    if (!st || !st->local_count)
         return view_fail("%s: there are no local probes to be written", dir);
-    const view_room_locals l = view_scene_locals_drawn(st->locals);
     return view_probe_save(
         ctx, dir,
-        &(view_probe_captures){.probe = l.probe,
-                               .count = l.count,
-                               .size = view_capture_size(st->capture),
+        &(view_probe_captures){.probe = st->local,
+                               .count = st->local_count,
+                               .size = st->made.probe_size,
                                .irradiance = VIEW_CAPTURE_IRRADIANCE,
-                               .face = view_scene_locals_face,
-                               .cookie = st->locals});
+                               .face = read_face,
+                               .cookie = (void *)st});
 }

@@ -6,7 +6,6 @@
 
 #include "view/capture.h"
 #include "view/probe_set.h"
-#include "view/room.h"
 #include "view/sphere_grid.h"
 
 typedef struct view_scene view_scene;
@@ -19,13 +18,9 @@ view_scene *view_scene_create(void);  /* NULL, with a message */
 void view_scene_free(view_scene *st); /* NULL is fine */
 
 /* Local probes in place of those that settings ask for; NULL: none. They stay
- * the caller's and must stay until the next call. */
+ * the caller's and must stay until the next call. The next draw captures anew,
+ * as it must when another environment lights the room. */
 void view_scene_use(view_scene *st, const view_probe_set *probes);
-
-/* What lights the room is another: the next draw captures anew. */
-void view_scene_restart(view_scene *st);
-/* Frees the captures; the next draw makes others. */
-void view_scene_drop_captures(view_scene *st);
 
 /*
  * Draws into a texture of width x height pixels by settings: camera, turn,
@@ -47,7 +42,7 @@ int view_scene_updates(const view_scene *st);
 /* Milliseconds of the last update that was filtered so: drawing, levels,
  * irradiance. False, and zeros: none of this size and kind of capture. */
 bool view_scene_times(const view_scene *st, view_probe_filter filter,
-                      double ms[3]);
+                      double ms[VIEW_CAPTURE_PARTS]);
 /* Captures the last draw once more, only for the times of that filter. False,
  * with a message. */
 bool view_scene_measure(view_scene *st, view_probe_filter filter);

@@ -109,7 +109,7 @@ typedef struct view_settings {
     int probes;            /* local ones, 0..VIEW_MAX_LOCALS */
     int probe_size;        /* of faces: a power of two */
     double probe_interval; /* seconds; 0: every frame */
-    int probe_faces;       /* steps of view_capture_advance a frame; 0: all */
+    int probe_faces;       /* steps of view_capture_update a frame; 0: all */
     view_probe_capture probe_capture;
     view_probe_filter probe_filter;
     bool spread;          /* local probes are captured one a frame */

@@ -110,17 +110,15 @@ static void project(const view_volumes_draw *d, const ibl_volume *volume,
     }
 }
 
-static void draw_volume(const view_volumes_draw *d, const ibl_volume *volume,
-                        const float colour[3])
+static void upload(const view_volumes_draw *d, const ibl_volume *volume,
+                   const float colour[3], int count)
 {
-    const bool sphere = volume->shape == IBL_SHAPE_SPHERE;
-    const int count = sphere ? MOST : 2 * EDGES;
     const float scale = (float)exp2(-d->ev);
     vertex vertices[MOST];
 
     for (int i = 0; i < count; i++) {
         double p[3];
-        if (sphere)
+        if (volume->shape == IBL_SHAPE_SPHERE)
             sphere_point(i / 2, i % 2, p);
         else
             box_point(i / 2, i % 2, p);
@@ -131,11 +129,13 @@ static void draw_volume(const view_volumes_draw *d, const ibl_volume *volume,
     gl.BufferData(GL_ARRAY_BUFFER,
                   (GLsizeiptr)((size_t)count * sizeof *vertices), vertices,
                   GL_STREAM_DRAW);
-    gl.DrawArrays(GL_LINES, 0, count);
 }
 
-void view_volumes_render(view_volumes *v, const view_volumes_draw *d)
+void view_volumes_render(const view_volumes *v, const view_volumes_draw *d,
+                         const ibl_volume *volume, const float colour[3])
 {
+    const int count = volume->shape == IBL_SHAPE_SPHERE ? MOST : 2 * EDGES;
+
     gl.Disable(GL_BLEND);
     gl.Enable(GL_DEPTH_TEST);
     gl.DepthFunc(GL_LEQUAL);
@@ -143,11 +143,8 @@ void view_volumes_render(view_volumes *v, const view_volumes_draw *d)
     gl.UseProgram(v->program);
     gl.BindVertexArray(v->array);
     gl.BindBuffer(GL_ARRAY_BUFFER, v->buffer);
-    for (int i = 0; i < d->count; i++)
-        if (d->probe[i].has_proxy)
-            draw_volume(d, &d->probe[i].proxy, view_volumes_proxy);
-    for (int i = 0; i < d->count; i++)
-        draw_volume(d, &d->probe[i].influence, view_volumes_influence);
+    upload(d, volume, colour, count);
+    gl.DrawArrays(GL_LINES, 0, count);
     gl.DepthMask(GL_TRUE);
     gl.DepthFunc(GL_LESS);
     gl.Disable(GL_DEPTH_TEST);

@@ -19,14 +19,12 @@ typedef struct view_volumes_draw {
                         drawn */
     double eye[3];   /* and from where */
     double ev;       /* that the picture is shown at: wires look alike at any */
-    int count;
-    const ibl_probe *probe;
 } view_volumes_draw;
 
-/* Draws the influence of each probe, and its proxy in another colour, into the
- * bound framebuffer, where nothing in its depth buffer is nearer; wires on a
- * surface are before it. Keeps the depth. Changes program and vertex array;
- * depth test and blending are off. */
-void view_volumes_render(view_volumes *v, const view_volumes_draw *d);
+/* Draws a volume into the bound framebuffer, where nothing in its depth buffer
+ * is nearer; wires on a surface are before it. Keeps the depth. Changes program
+ * and vertex array; depth test and blending are off. */
+void view_volumes_render(const view_volumes *v, const view_volumes_draw *d,
+                         const ibl_volume *volume, const float colour[3]);
 
 #endif

@@ -198,7 +198,7 @@ static void add_scene(const view_app *app, char *text, size_t size)
 {
     const view_settings *s = &app->settings;
     const view_scene *stage = view_renderer_stage(app->renderer);
-    const view_room_locals *baked =
+    const view_probe_maps *baked =
         app->probes ? view_probe_set_locals(app->probes) : NULL;
 
     append(text, size,

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
-// For the passes that fill a cube. Row 0, first in memory, is the upper one.
+// For the passes that fill a cube, most of them from an array of one. Row 0,
+// first in memory, is the upper one.
+#extension GL_ARB_texture_cube_map_array : require
 #include "cube.glsl"
 
 uniform int face;

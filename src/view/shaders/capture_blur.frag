@@ -6,7 +6,7 @@
 // (Abramowitz and Stegun 1964, table 25.9), every other one turned by a half.
 #include "capture.glsl"
 
-uniform samplerCube source; // its one level is what is blurred
+uniform samplerCubeArray source; // its one level is what is blurred
 // Variance along an axis: x, less y times the relative solid angle of the
 // texel.
 uniform vec2 spread;
@@ -33,7 +33,8 @@ void main()
         for (int i = 0; i < POINTS; i++) {
             float phi = TURN * (float(i) + 0.5 * float(r)) / float(POINTS);
             vec3 d = cos(angle) * n + s * (cos(phi) * t + sin(phi) * b);
-            sum += ring.y / float(POINTS) * textureLod(source, d, 0.0);
+            sum += ring.y / float(POINTS) *
+                   textureLod(source, vec4(d, 0.0), 0.0);
         }
     }
     colour = nearest(sum);

@@ -3,7 +3,7 @@
 // pixel's solid angle, so a light of one texel keeps its energy.
 #include "capture.glsl"
 
-uniform samplerCube source;
+uniform samplerCubeArray source;
 
 const int SUB = 4; // lookups along either side of a pixel
 const float PI = 3.14159265358979;
@@ -20,7 +20,7 @@ void main()
             float along = floor(gl_FragCoord.x) + (float(x) + 0.5) / float(SUB);
             float phi = PI * along / edge - PI;
             vec3 d = vec3(s * cos(phi), c, s * sin(phi));
-            sum += s * textureLod(source, d, 0.0);
+            sum += s * textureLod(source, vec4(d, 0.0), 0.0);
         }
         weights += float(SUB) * s;
     }

@@ -4,7 +4,7 @@
 // tangents: no jump on a face.
 #include "capture.glsl"
 
-uniform samplerCube source;
+uniform samplerCubeArray source;
 uniform sampler2D samples; // x, y, weight and level of a direction around +Z
 uniform int row, count;
 
@@ -17,7 +17,8 @@ void main()
     for (int i = 0; i < count; i++) {
         vec4 s = texelFetch(samples, ivec2(i, row), 0);
         float z = sqrt(max(1.0 - dot(s.xy, s.xy), 0.0));
-        sum += s.z * textureLod(source, s.x * t + s.y * b + z * n, s.w);
+        vec3 d = s.x * t + s.y * b + z * n;
+        sum += s.z * textureLod(source, vec4(d, 0.0), s.w);
     }
     // Weights below 0 may leave less than nothing, or more of alpha than all.
     colour = nearest(clamp(sum, vec4(0.0), vec4(vec3(LARGEST_HALF), 1.0)));

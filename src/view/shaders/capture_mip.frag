@@ -5,7 +5,7 @@
 // lookups, 3/4 of a texel from the middle, has 1/4 and 3/4 of two texels.
 #include "capture.glsl"
 
-uniform samplerCube source; // its one level is that above
+uniform samplerCubeArray source; // its one level is that above
 
 void main()
 {
@@ -16,7 +16,7 @@ void main()
         vec2 side = vec2(2 * (i & 1) - 1, 2 * (i >> 1) - 1);
         vec3 d = face_direction(face, p + side * (0.75 / edge));
         float r2 = dot(d, d), w = inversesqrt(r2) / r2;
-        sum += w * textureLod(source, d, 0.0);
+        sum += w * textureLod(source, vec4(d, 0.0), 0.0);
         weights += w;
     }
     colour = nearest(sum / weights);

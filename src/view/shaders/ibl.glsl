@@ -8,7 +8,8 @@ uniform sampler2D lut_map;
 
 // The level of a roughness: x scale + offset, x = r or, with Filament's
 // mapping, r (2 - r): ibl_specular_layout of ibl/ibl.h.
-float lod_of(float r)
+// lod: as in the frame.
+float lod_of(vec4 lod, float r)
 {
     float x = int(lod.w) == 1 ? r * (2.0 - r) : r;
     return clamp(x * lod.x + lod.y, 0.0, lod.z);
@@ -16,7 +17,7 @@ float lod_of(float r)
 
 vec3 specular_light(float roughness, vec3 direction)
 {
-    return textureLod(specular_map, turned(direction), lod_of(roughness)).rgb;
+    return textureLod(specular_map, turned(direction), lod_of(lod, roughness)).rgb;
 }
 
 // Sum of sh[] with the real basis of ibl_bake_sh, to degree 4: Sloan 2013,

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The split sum of sphere.frag, with the light of probes, and of the
 // environment what they leave: ibl_probes_blend of ibl/probes.h, with as many
-// as have a share. Local probes are layers of cube arrays; the dynamic one has
-// cubes.
+// as have a share. Probes are layers of cube arrays.
 #extension GL_ARB_texture_cube_map_array : require
 #include "room.glsl"
 #include "ibl.glsl"
@@ -15,8 +14,8 @@ uniform samplerBuffer probe_buffer;
 uniform usampler2D tile_masks;
 uniform samplerCubeArray local_specular;
 uniform samplerCubeArray local_irradiance;
-uniform samplerCube dynamic_specular;
-uniform samplerCube dynamic_irradiance;
+uniform samplerCubeArray dynamic_specular;
+uniform samplerCubeArray dynamic_irradiance;
 
 in vec3 surface_position;
 in vec3 surface_normal;
@@ -54,45 +53,23 @@ vec3 lookup_of(ibl_probe probe, vec3 reflected)
     return d;
 }
 
-// As lod_of of ibl.glsl.
-float level_of(vec4 lod, bool filament)
-{
-    float r = surface_albedo.a;
-    float x = filament ? r * (2.0 - r) : r;
-
-    return clamp(x * lod.x + lod.y, 0.0, lod.z);
-}
-
-void add_local(int i, vec3 normal, vec3 reflected, inout vec4 specular,
-               inout vec4 light)
+// lod and scale are those of the cubes.
+void add_probe(int i, samplerCubeArray radiance_cubes,
+               samplerCubeArray light_cubes, vec4 lod, float scale, vec3 normal,
+               vec3 reflected, inout vec4 specular, inout vec4 light)
 {
     float influence = influence_of(i);
     if (influence <= 0.0)
         return;
     ibl_probe probe = ibl_probe_fetch(probe_buffer, i);
     float layer = float(probe.layer);
-    vec4 seen = textureLod(local_specular,
+    vec4 seen = textureLod(radiance_cubes,
                            vec4(lookup_of(probe, reflected), layer),
-                           level_of(local_lod, range.y != 0.0));
-    vec4 diffuse = textureLod(local_irradiance, vec4(normal, layer), 0.0);
+                           lod_of(lod, surface_albedo.a));
+    vec4 diffuse = textureLod(light_cubes, vec4(normal, layer), 0.0);
 
     take(specular, seen, influence);
-    take(light, vec4(local_lod.w * diffuse.rgb, diffuse.a), influence);
-}
-
-void add_dynamic(vec3 normal, vec3 reflected, inout vec4 specular,
-                 inout vec4 light)
-{
-    float influence = dynamic_lod.w == 0.0 ? 0.0 : influence_of(DYNAMIC);
-    if (influence <= 0.0)
-        return;
-    ibl_probe probe = ibl_probe_fetch(probe_buffer, DYNAMIC);
-
-    take(specular,
-         textureLod(dynamic_specular, lookup_of(probe, reflected),
-                    level_of(dynamic_lod, false)),
-         influence);
-    take(light, textureLod(dynamic_irradiance, normal, 0.0), influence);
+    take(light, vec4(scale * diffuse.rgb, diffuse.a), influence);
 }
 
 // Of a number that is a power of two, as its exponent says.
@@ -114,8 +91,10 @@ void add_probes(vec3 normal, vec3 reflected, inout vec4 specular,
     for (int part = 0; part < 5; part++) {
         int word = part > 2 ? part - 3 : part;
         if (part == 2) {
-            if (specular.a > 0.0 || light.a > 0.0)
-                add_dynamic(normal, reflected, specular, light);
+            if (scales.z != 0.0 && (specular.a > 0.0 || light.a > 0.0))
+                add_probe(DYNAMIC, dynamic_specular, dynamic_irradiance,
+                          dynamic_lod, scales.y, normal, reflected, specular,
+                          light);
             continue;
         }
         uint bits = mask[word] & (part < 2 ? masks[2 + word]
@@ -123,7 +102,8 @@ void add_probes(vec3 normal, vec3 reflected, inout vec4 specular,
         while (bits != 0u && (specular.a > 0.0 || light.a > 0.0)) {
             int i = place_of(bits & (~bits + 1u));
             bits &= bits - 1u;
-            add_local(32 * word + i, normal, reflected, specular, light);
+            add_probe(32 * word + i, local_specular, local_irradiance,
+                      local_lod, scales.x, normal, reflected, specular, light);
         }
     }
 }

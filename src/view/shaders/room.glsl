@@ -8,13 +8,14 @@ const int DYNAMIC = 64;
 
 layout(std140) uniform Room {
     mat4 picture;       // x, y and depth in the picture to the direction
-    vec4 range;         // 1 of a paraboloid, 1 for locals' Filament's mapping
+    vec4 paraboloid;    // x: 1 of a paraboloid
     vec4 limit_centre;  // w: 1 if there is a limit
     vec4 limit_half;    // w: 1 for parallax
     ivec4 picture_size; // and edge of tiles, 0: no masks; locals
     uvec4 masks;        // xy: all locals; zw: those before the dynamic one
-    vec4 local_lod;     // scale, offset, last level, irradiance scale
-    vec4 dynamic_lod;   // the same; w: 1 if there is one
+    vec4 local_lod;     // as lod of frame.glsl
+    vec4 dynamic_lod;
+    vec4 scales;        // of locals' irradiance, of the dynamic one's; 1 with it
 };
 
 // before: below 0 of what is too far behind a paraboloid.
@@ -22,7 +23,7 @@ vec4 projected(vec3 point, out float before)
 {
     vec4 p = clip * vec4(point, 1.0);
     before = 1.0;
-    if (range.x == 0.0)
+    if (paraboloid.x == 0.0)
         return p;
     before = paraboloid_front(p) - PARABOLOID_BACK;
     return paraboloid_position(p);
@@ -33,5 +34,5 @@ vec3 seen_at(vec2 p)
 {
     vec2 q = p / PARABOLOID_FILL;
     return mat3(picture) *
-           (range.x == 0.0 ? vec3(p, 1.0) : vec3(2.0 * q, 1.0 - dot(q, q)));
+           (paraboloid.x == 0.0 ? vec3(p, 1.0) : vec3(2.0 * q, 1.0 - dot(q, q)));
 }
