@@ -67,7 +67,7 @@ static void all_materials(void)
         CHECK(m->name && m->source && strlen(m->source) > 4);
         for (int k = 0; k < 3; k++)
             CHECK(m->metal[k] >= m->dielectric_f0 / 2 && m->metal[k] <= 1 &&
-                  m->albedo[k] >= 0 && m->albedo[k] <= 1);
+                  (m->diffuse == 0 || m->diffuse == 1));
         for (int j = 0; j < i; j++)
             CHECK(strcmp(m->name, view_materials[j].name));
     }
@@ -95,8 +95,8 @@ static void grid(void)
         CHECK_NEAR(p[0].f0[k], m->dielectric_f0, 0);
         CHECK_NEAR(p[5].f0[k], (m->dielectric_f0 + m->metal[k]) / 2, 1e-15);
         CHECK_NEAR(p[14].f0[k], m->metal[k], 1e-15);
-        CHECK_NEAR(p[0].albedo[k], m->albedo[k], 0);
-        CHECK_NEAR(p[5].albedo[k], m->albedo[k] / 2, 1e-15);
+        CHECK_NEAR(p[0].albedo[k], m->diffuse * m->metal[k], 0);
+        CHECK_NEAR(p[5].albedo[k], m->diffuse * m->metal[k] / 2, 1e-15);
         CHECK_NEAR(p[14].albedo[k], 0, 0);
     }
     s.rows = s.columns = 1;

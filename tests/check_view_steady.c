@@ -9,7 +9,7 @@
 #include "sets.h"
 #include "test.h"
 #include "view.h"
-#include "view/window_text.h"
+#include "view/app.h"
 
 enum {
     WIDTH = 64,

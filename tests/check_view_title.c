@@ -9,11 +9,10 @@
 #include "sets.h"
 #include "test.h"
 #include "view.h"
+#include "view/app.h"
 #include "view/clock.h"
 #include "view/gl.h"
 #include "view/key_bindings.h"
-#include "view/still.h"
-#include "view/window_text.h"
 
 enum {
     WIDTH = 32,

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The state of the window, and what both its keys and its frames do to it. */
+/* What the program shows, in a window or in pictures, and what keys and frames
+ * do to it. */
 #ifndef VIEW_APP_H
 #define VIEW_APP_H
 
@@ -84,5 +85,29 @@ void view_app_notice(view_app *app, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
 /* The same of a file that is not shown. */
 void view_app_notice_path(view_app *app, const char *path);
+
+/* ---- the window (window.c, window_text.c) --------------------------------
+ */
+
+/* Shows what the options say until the window is closed. False after a
+ * message. */
+bool view_window_run(ibl_ctx *ctx, const view_options *options);
+/* Draws the window's text: keys, the texel under the cursor, progress of a
+ * bake, notice, scale of false colours. */
+void view_window_text(view_app *app);
+/* What is shown and how, for the window's title. */
+void view_title_text(const view_app *app, char *text, size_t size);
+
+/* ---- pictures without a window (still.c) ---------------------------------
+ */
+
+/* Opens or bakes what the options name, and makes what they ask for: a picture,
+ * captures, or a sheet with one choice along its rows and another along its
+ * columns. False, with a message. */
+bool view_still_run(ibl_ctx *ctx, const view_options *o);
+/* Draws until the options' frames or samples are there. *ms: the time of the
+ * last frame; those of all are added to stats. False, with a message. */
+bool view_still_draw(view_renderer *r, const view_options *o,
+                     const view_settings *s, double *ms, view_stats *stats);
 
 #endif

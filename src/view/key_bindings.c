@@ -25,13 +25,10 @@ static void change_range(double range[2], const double (*ranges)[2], int count,
 {
     int at = 0;
 
-    while (at < count &&
-           (range[0] < ranges[at][0] || range[0] > ranges[at][0] ||
-            range[1] < ranges[at][1] || range[1] > ranges[at][1]))
+    while (at < count && memcmp(range, ranges[at], sizeof ranges[at]) != 0)
         at++;
     at = at == count ? 0 : next(at, step, count);
-    range[0] = ranges[at][0];
-    range[1] = ranges[at][1];
+    memcpy(range, ranges[at], sizeof ranges[at]);
 }
 
 static void change_metallic(view_app *app, int step)

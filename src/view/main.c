@@ -8,9 +8,8 @@
 
 #include "common/path.h"
 #include "common/signals.h"
+#include "view/app.h"
 #include "view/message.h"
-#include "view/still.h"
-#include "view/window.h"
 
 /* Tells the stage of a bake on a terminal. */
 static void show_progress(void *cookie, const char *stage, double done)

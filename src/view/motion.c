@@ -8,11 +8,6 @@
 #include "view/sphere_grid.h"
 #include "view/vector.h"
 
-static double clamp(double x, double low, double high)
-{
-    return x < low ? low : x > high ? high : x;
-}
-
 /* Into (-180, 180]. */
 static double turned(double degrees)
 {
@@ -33,7 +28,7 @@ void view_drag(view_settings *s, const baked_set *set, int width, int height,
         return;
     }
     s->yaw = turned(s->yaw - 180 * dx / height);
-    s->pitch = clamp(s->pitch + 180 * dy / height, -89, 89);
+    s->pitch = fmin(fmax(s->pitch + 180 * dy / height, -89), 89);
 }
 
 void view_approach(view_settings *s, const baked_set *set, view_place at,
@@ -51,7 +46,7 @@ void view_approach(view_settings *s, const baked_set *set, view_place at,
         const view_camera c = view_camera_of(s, at.width, at.height);
         s->distance = sqrt(dot3(c.eye, c.eye));
     }
-    s->distance = clamp(s->distance / factor, 0.6, 1000);
+    s->distance = fmin(fmax(s->distance / factor, 0.6), 1000);
 }
 
 void view_spin(view_settings *s, double degrees)

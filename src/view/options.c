@@ -124,8 +124,8 @@ static void print_materials(FILE *to)
                 "%-12s metal F0 %.3f %.3f %.3f, else F0 %.3f and albedo %.3f "
                 "%.3f %.3f; %s\n",
                 m->name, m->metal[0], m->metal[1], m->metal[2],
-                m->dielectric_f0, m->albedo[0], m->albedo[1], m->albedo[2],
-                m->source);
+                m->dielectric_f0, m->diffuse * m->metal[0],
+                m->diffuse * m->metal[1], m->diffuse * m->metal[2], m->source);
 }
 
 static void print_version(FILE *to)
@@ -309,7 +309,8 @@ static const ibl_option pictures[] = {
      .standard = "turn, of maps and the scene ev",
      .help = "property that changes from column to column"},
     {"size", 0, IBL_OTHER(size, "WxH", parse_size),
-     .allowed = "1x1 to 16384x16384", .standard = "1280x720, 320x240 in a sheet",
+     .allowed = "1x1 to 16384x16384",
+     .standard = "1280x720, 320x240 in a sheet",
      .help = "size of the window, the picture or each picture of a sheet"},
     {"frames", 0, IBL_INT(frames, 1, 100000), .standard = "1",
      .help = "number of frames to draw before a picture is written; each adds "

@@ -71,8 +71,11 @@ static char *load(const view_shader_file *files, const char *name)
         return NULL;
     }
     s.text = ibl_memory_open(&memory);
-    const bool ok = !s.text || (fputs("#version 330 core\n", s.text) >= 0 &&
-                                include(&s, file));
+    bool ok = true;
+    if (s.text) {
+        fputs("#version 330 core\n", s.text);
+        ok = include(&s, file);
+    }
     char *text = ibl_memory_close(s.text, &memory);
     if (!text)
         view_fail("no memory for the shaders");

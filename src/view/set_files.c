@@ -9,6 +9,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "common/names.h"
 #include "common/path.h"
 #include "view/message.h"
 
@@ -125,29 +126,14 @@ view_content view_file_content(const char *path, size_t *length)
 
 /* ---- a directory ------------------------------------------------------ */
 
-static bool is_specular(const char *name)
-{
-    static const char end[] = "_specular.";
-    const char *dot = strrchr(name, '.');
-    const size_t before = dot ? (size_t)(dot + 1 - name) : 0;
-
-    if (*name == '.' || before < sizeof end ||
-        memcmp(name + before - (sizeof end - 1), end, sizeof end - 1) != 0)
-        return false;
-    for (int i = 0; i < IBL_CONTAINER_COUNT; i++)
-        if (!strcmp(dot + 1, ibl_container_name((ibl_container)i)))
-            return true;
-    return false;
-}
-
 static int choose_specular(const struct dirent *entry)
 {
-    return is_specular(entry->d_name);
-}
+    const char *name = entry->d_name, *dot = strrchr(name, '.');
+    size_t length;
 
-static int compare_names(const struct dirent **a, const struct dirent **b)
-{
-    return strcmp((*a)->d_name, (*b)->d_name);
+    return *name != '.' && dot &&
+           ibl_names_find(ibl_container_names, dot + 1) >= 0 &&
+           view_file_content(name, &length) == VIEW_SPECULAR;
 }
 
 /* "a, b, c and 5 more" */
@@ -159,14 +145,14 @@ static void fail_several(const char *path, struct dirent *const *found,
     int shown = 0;
 
     for (; shown < count; shown++) {
+        const char *before = shown == 0           ? ""
+                             : shown + 1 == count ? " and "
+                                                  : ", ";
         const char *name = found[shown]->d_name;
         if (used + strlen(name) + 16 > sizeof text)
             break;
         used += (size_t)snprintf(text + used, sizeof text - used, "%s%s",
-                                 shown == 0           ? ""
-                                 : shown + 1 == count ? " and "
-                                                      : ", ",
-                                 name);
+                                 before, name);
     }
     if (shown < count)
         snprintf(text + used, sizeof text - used, " and %d more",
@@ -180,7 +166,7 @@ static char *find_in_directory(const char *path)
 {
     struct dirent **names = NULL;
     char *found = NULL;
-    const int count = scandir(path, &names, choose_specular, compare_names);
+    const int count = scandir(path, &names, choose_specular, alphasort);
 
     if (count < 0)
         view_fail("%s: cannot be read: %s", path, strerror(errno));

@@ -23,43 +23,28 @@ static const double border = 0.04;
  * both ends; the metal end of plastics has their colour.
  */
 #define METALS "Real-Time Rendering, 4th edition, table 9.2"
+#define PLASTICS "Sultanova et al. 2003"
 #define GLOSS 0.04 /* dielectrics without a name of their own: n = 1.5 */
 
+/* clang-format off */
 const view_material view_materials[VIEW_MATERIALS + 1] = {
-    {"gold", {1.000, 0.782, 0.344}, GLOSS, {1.000, 0.782, 0.344}, METALS},
-    {"copper", {0.955, 0.638, 0.538}, GLOSS, {0.955, 0.638, 0.538}, METALS},
-    {"iron", {0.562, 0.565, 0.578}, GLOSS, {0.562, 0.565, 0.578}, METALS},
-    {"silver", {0.972, 0.960, 0.915}, GLOSS, {0.972, 0.960, 0.915}, METALS},
-    {"aluminium", {0.913, 0.922, 0.924}, GLOSS, {0.913, 0.922, 0.924}, METALS},
-    {"titanium", {0.542, 0.497, 0.449}, GLOSS, {0.542, 0.497, 0.449}, METALS},
-    {"red acrylic",
-     {0.60, 0.04, 0.03},
-     0.0389,
-     {0.60, 0.04, 0.03},
-     "n = 1.491: Sultanova et al. 2003"},
-    {"blue acrylic",
-     {0.03, 0.10, 0.50},
-     0.0389,
-     {0.03, 0.10, 0.50},
-     "n = 1.491: Sultanova et al. 2003"},
-    {"polystyrene",
-     {0.80, 0.80, 0.80},
-     0.0519,
-     {0.80, 0.80, 0.80},
-     "n = 1.590: Sultanova et al. 2003"},
-    {"water",
-     {0.0204, 0.0204, 0.0204},
-     0.0204,
-     {0, 0, 0},
+    {"gold", {1.000, 0.782, 0.344}, GLOSS, 1, METALS},
+    {"copper", {0.955, 0.638, 0.538}, GLOSS, 1, METALS},
+    {"iron", {0.562, 0.565, 0.578}, GLOSS, 1, METALS},
+    {"silver", {0.972, 0.960, 0.915}, GLOSS, 1, METALS},
+    {"aluminium", {0.913, 0.922, 0.924}, GLOSS, 1, METALS},
+    {"titanium", {0.542, 0.497, 0.449}, GLOSS, 1, METALS},
+    {"red acrylic", {0.60, 0.04, 0.03}, 0.0389, 1, "n = 1.491: " PLASTICS},
+    {"blue acrylic", {0.03, 0.10, 0.50}, 0.0389, 1, "n = 1.491: " PLASTICS},
+    {"polystyrene", {0.80, 0.80, 0.80}, 0.0519, 1, "n = 1.590: " PLASTICS},
+    {"water", {0.0204, 0.0204, 0.0204}, 0.0204, 0,
      "n = 1.333: Hale and Querry 1973"},
-    {"diamond",
-     {0.172, 0.172, 0.172},
-     0.172,
-     {0, 0, 0},
+    {"diamond", {0.172, 0.172, 0.172}, 0.172, 0,
      "n = 2.417: Phillip and Taft 1964"},
-    {"white", {1, 1, 1}, GLOSS, {1, 1, 1}, "none: shows what energy is lost"},
-    {NULL, {0}, 0, {0}, NULL},
+    {"white", {1, 1, 1}, GLOSS, 1, "none: shows what energy is lost"},
+    {.name = NULL},
 };
+/* clang-format on */
 
 /* ---- the grid --------------------------------------------------------- */
 
@@ -89,7 +74,7 @@ int view_grid(const view_settings *s,
         p->roughness = step(s->roughness, column, s->columns);
         for (int k = 0; k < 3; k++) {
             p->f0[k] = mix(m->dielectric_f0, m->metal[k], p->metallic);
-            p->albedo[k] = m->albedo[k] * (1 - p->metallic);
+            p->albedo[k] = m->diffuse * m->metal[k] * (1 - p->metallic);
         }
     }
     return s->rows * s->columns;

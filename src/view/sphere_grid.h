@@ -9,7 +9,8 @@ typedef struct view_material {
     const char *name;     /* "gold", ... */
     double metal[3];      /* F0 of the metal end, linear Rec. 709 */
     double dielectric_f0; /* of the other end */
-    double albedo[3];     /* diffuse colour of the other end */
+    double diffuse;       /* the diffuse colour of the other end is so much of
+                             that: 1 or 0 */
     const char *source;   /* where the numbers are from */
 } view_material;
 

@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-#include "view/still.h"
+#include "view/app.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "view/app.h"
 #include "view/clock.h"
 #include "view/inspect.h"
 #include "view/message.h"

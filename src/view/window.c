@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* The window by GLFW, whose error texts become part of our messages. */
-#include "view/window.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -15,7 +14,6 @@
 #include "view/message.h"
 #include "view/motion.h"
 #include "view/truth.h"
-#include "view/window_text.h"
 
 static const double POLL_S = 0.5;   /* how often files are looked at */
 static const double BAKING_S = 0.1; /* how often a bake is asked */

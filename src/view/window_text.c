@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "view/window_text.h"
+#include "view/app.h"
 
 #include <math.h>
 #include <stdarg.h>
