@@ -147,7 +147,7 @@ typedef struct key_row {
     const char *name;
     int key;  /* act(app, 1) */
     int back; /* act(app, -1), 0: none */
-    int last; /* key..last: act(app, which of them) */
+    int last; /* key..last: an int becomes the place among them; 0: none */
     void (*act)(view_app *app, int step); /* NULL: it changes a setting: */
     change change;
     size_t offset; /* where that is, */
@@ -184,7 +184,7 @@ static const key_row rows[] = {
      .what = "move the split right, left"},
     {"g G", 'g', 'G', MULTIPLY(gain, 2, 1e-3, 1e6),
      .what = "more gain of the difference, less"},
-    {"1 to 9", '1', .last = '9', COUNT(material, 0, 8), .what = "material"},
+    {"1 to 9", '1', .last = '9', CHANGE(CYCLES, material), .what = "material"},
     {"n N", 'n', 'N', CYCLE(material, VIEW_MATERIALS),
      .what = "next material, the one before"},
     {"} {", '}', '{', COUNT(columns, 1, VIEW_MAX_GRID),
@@ -275,9 +275,9 @@ void view_keys_press(view_app *app, int key)
 {
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         const key_row *r = &rows[i];
-        int step = key == r->key ? 1 : r->back && key == r->back ? -1 : 0;
-        if (r->last && key >= r->key && key <= r->last)
-            r->act(app, key - r->key);
+        const int step = key == r->key ? 1 : r->back && key == r->back ? -1 : 0;
+        if (key >= r->key && key <= r->last)
+            *(int *)((char *)&app->settings + r->offset) = key - r->key;
         else if (step && r->act)
             r->act(app, step);
         else if (step)
