@@ -235,7 +235,7 @@ int ibl_bake_run(const void *settings)
     const bool ok = !ibl_start(&opts->common, &console, &b.ctx) &&
                     !ibl_start_outputs(b.ctx, opts->sync, &b.outputs) &&
                     !ibl_outputs_mkdir(b.outputs, opts->directory) &&
-                    !ibl_targets_plan(&b) && bake_environment(&b) &&
+                    ibl_targets_plan(&b) && bake_environment(&b) &&
                     write_all(&b) && (!opts->verify || ibl_bake_judged(&b)) &&
                     ibl_console_commit(&console, b.outputs);
     const int status = ibl_console_end(&console, ok);

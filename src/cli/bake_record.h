@@ -90,7 +90,7 @@ bool ibl_preview_png(const ibl_bake *b, void **png, size_t *size);
  * before the work, what could not be written after it, and outputs that would
  * replace the input or, by chance, those of another environment. The output
  * directory is there. */
-ibl_status ibl_targets_plan(ibl_bake *b);
+bool ibl_targets_plan(ibl_bake *b);
 
 /* The rule "outputs: input" that make and ninja include, no prerequisite for
  * standard input. The text is the caller's to free; NULL: no memory. */

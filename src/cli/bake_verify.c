@@ -7,8 +7,8 @@ static bool judge_lut(ibl_bake *b, const ibl_texture *tex)
 
     b->judged.has_lut =
         !ibl_texture_to_lut(b->ctx, tex, &lut) &&
-        !ibl_judge_lut(b->ctx, &lut, tex->pixel, b->opts->lut.geometry,
-                       &b->opts->judge, &b->judged.lut);
+        ibl_judge_lut(b->ctx, &lut, tex->pixel, b->opts->lut.geometry,
+                      &b->opts->judge, &b->judged.lut);
     ibl_lut_free(&lut);
     return b->judged.has_lut;
 }
@@ -19,9 +19,10 @@ static bool judge_cube(ibl_bake *b, ibl_output_kind kind,
     const ibl_opts *o = b->opts;
     ibl_cube cube = {0};
 
-    bool ok = (b->judge || !ibl_judge_create(b->ctx, &b->env, o->bake.yaw_deg,
-                                             &o->judge, &b->judge)) &&
-              !ibl_texture_to_cube(b->ctx, tex, &cube);
+    if (!b->judge)
+        b->judge =
+            ibl_judge_create(b->ctx, &b->env, o->bake.yaw_deg, &o->judge);
+    bool ok = b->judge && !ibl_texture_to_cube(b->ctx, tex, &cube);
     for (int l = 0; l < tex->levels && ok; l++) {
         const ibl_judge_level level = {
             .content = kind,
@@ -35,7 +36,7 @@ static bool judge_cube(ibl_bake *b, ibl_output_kind kind,
             .base = cube.size,
             .texels = ibl_cube_face(&cube, l, 0),
             .pixel = tex->pixel};
-        ok = !ibl_report_add(&b->judged, b->judge, &level);
+        ok = ibl_report_add(&b->judged, b->judge, &level);
     }
     ibl_cube_free(&cube);
     return ok;

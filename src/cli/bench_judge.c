@@ -6,6 +6,7 @@
 
 #include "cli/bench.h"
 #include "cli/console.h"
+#include "cli/json_text.h"
 #include "cli/shell_words.h"
 #include "cli/verify_files.h"
 #include "common/text.h"
@@ -56,13 +57,11 @@ static bool settings_of(const ibl_bench *b, const ibl_bench_point *p,
                         ibl_verify_opts *opts, char ***words)
 {
     *words = arguments(b, p);
-    if (!*words) {
-        ibl_console_fail(b->console,
-                         "%s: its output's arguments have an open "
-                         "quote, or no memory: close it",
-                         p->name);
-        return false;
-    }
+    if (!*words)
+        return ibl_console_fail(b->console,
+                                "%s: its output's arguments have an open "
+                                "quote, or no memory: close it",
+                                p->name);
     if (!ibl_command_line(&ibl_verify_command, *words, opts, NULL))
         return false;
     opts->common = b->opts->common;
@@ -90,55 +89,45 @@ static void drop_judge(judging *j)
 }
 
 /* Makes j->judge that of a map with a rotation. */
-static ibl_status take_judge(judging *j, int source, double yaw_deg,
-                             const ibl_judge_options *options)
+static bool take_judge(judging *j, int source, double yaw_deg,
+                       const ibl_judge_options *options)
 {
     if (j->judge && j->source == source && j->yaw_deg == yaw_deg)
-        return IBL_OK;
+        return true;
     drop_judge(j);
     j->source = source;
     j->yaw_deg = yaw_deg;
-    const ibl_status status =
-        ibl_image_read(j->ctx, j->b->sources[source].path,
-                       &j->b->opts->common.read, &j->env, NULL);
-    return status
-               ? status
-               : ibl_judge_create(j->ctx, &j->env, yaw_deg, options, &j->judge);
+    if (ibl_image_read(j->ctx, j->b->sources[source].path,
+                       &j->b->opts->common.read, &j->env, NULL))
+        return false;
+    j->judge = ibl_judge_create(j->ctx, &j->env, yaw_deg, options);
+    return j->judge;
 }
 
 /* ---- verdicts -------------------------------------------------------- */
 
-static json_t *number(double value)
-{
-    return isfinite(value) ? json_real(value) : json_null();
-}
-
-static bool keep_level(ibl_bench_point *p, const ibl_verdict *v)
+static json_t *level_json(const ibl_verdict *v)
 {
     const bool irradiance = v->level.content == IBL_OUTPUT_IRRADIANCE;
+
     /* Irradiance has the lobe of roughness 1. */
-    const double roughness = irradiance ? 1 : v->level.roughness;
-
-    return !json_array_append_new(
-        p->levels,
-        json_pack("{ss si si so so so so so so}", "content",
-                  ibl_output_content(v->level.content), "level",
-                  v->level.number, "size", v->level.size, "roughness",
-                  number(roughness), "nrmse", number(v->nrmse), "median",
-                  number(v->error.median), "p95", number(v->error.p95), "worst",
-                  number(v->error.worst), "bias", number(v->bias)));
+    return json_pack("{ss si si sf sf sf sf sf sf}", "content",
+                     ibl_output_content(v->level.content), "level",
+                     v->level.number, "size", v->level.size, "roughness",
+                     irradiance ? 1 : v->level.roughness, "nrmse", v->nrmse,
+                     "median", v->error.median, "p95", v->error.p95, "worst",
+                     v->error.worst, "bias", v->bias);
 }
 
-static bool keep_lut(ibl_bench_point *p, const ibl_lut_verdict *v)
+static json_t *lut_json(const ibl_lut_verdict *v)
 {
-    return !json_array_append_new(
-        p->levels,
-        json_pack("{ss si si sn so sn sn so sn}", "content", "lut", "level", 0,
-                  "size", v->size, "roughness", "nrmse", number(v->rms),
-                  "median", "p95", "worst", number(v->max), "bias"));
+    return json_pack("{ss si si sn sf sn sn sf sn}", "content", "lut", "level",
+                     0, "size", v->size, "roughness", "nrmse", v->rms, "median",
+                     "p95", "worst", v->max, "bias");
 }
 
-static ibl_status keep(ibl_bench_point *p, const ibl_report *report)
+/* Takes the errors of a point from its report. */
+static bool keep(ibl_bench_point *p, const ibl_report *report)
 {
     double sum = 0, worst = 0;
     int rough = 0;
@@ -146,38 +135,38 @@ static ibl_status keep(ibl_bench_point *p, const ibl_report *report)
     p->levels = json_array();
     for (int i = 0; i < report->count; i++) {
         const ibl_verdict *v = &report->rows[i];
-        if (!keep_level(p, v))
-            return IBL_ERR_MEMORY;
-        if (v->level.content != IBL_OUTPUT_SPECULAR ||
-            !(v->level.roughness > 0))
-            continue;
-        sum += v->nrmse * v->nrmse;
-        worst = fmax(worst, v->error.p95);
-        rough++;
+        append(&p->levels, level_json(v));
+        if (v->level.content == IBL_OUTPUT_SPECULAR && v->level.roughness > 0) {
+            sum += v->nrmse * v->nrmse;
+            worst = fmax(worst, v->error.p95);
+            rough++;
+        }
     }
+    if (report->has_lut)
+        append(&p->levels, lut_json(&report->lut));
     p->judged = rough > 0;
-    p->error = rough ? sqrt(sum / rough) : (double)NAN;
-    p->worst_p95 = rough ? worst : (double)NAN;
-    return report->has_lut && !keep_lut(p, &report->lut) ? IBL_ERR_MEMORY
-                                                         : IBL_OK;
+    if (rough) {
+        p->error = sqrt(sum / rough);
+        p->worst_p95 = worst;
+    }
+    return p->levels;
 }
 
-static ibl_status judge_files(judging *j, ibl_bench_point *p,
-                              const ibl_verify_opts *opts,
-                              ibl_verify_files *files, ibl_report *report)
+static bool judge_files(judging *j, ibl_bench_point *p,
+                        const ibl_verify_opts *opts, ibl_verify_files *files,
+                        ibl_report *report)
 {
-    ibl_status status =
-        ibl_verify_files_read(opts, j->ctx, j->b->console, files);
+    ibl_console *console = j->b->console;
 
+    if (!ibl_verify_files_read(opts, j->ctx, console, files))
+        return false;
     /* What is swept has no part in the table. */
     if (p->kind == IBL_BENCH_BAKE && !p->base)
         ibl_lut_free(&files->lut);
-    if (!status)
-        status = take_judge(j, p->source, files->yaw_deg, &opts->judge);
-    if (!status)
-        status =
-            ibl_verify_judge(files, j->ctx, j->judge, j->b->console, report);
-    return status ? status : keep(p, report);
+    report->options = opts->judge;
+    return take_judge(j, p->source, files->yaw_deg, &opts->judge) &&
+           ibl_verify_judge(files, j->ctx, j->judge, console, report) &&
+           keep(p, report);
 }
 
 static bool judge_point(judging *j, ibl_bench_point *p)
@@ -188,16 +177,10 @@ static bool judge_point(judging *j, ibl_bench_point *p)
     char **words = NULL;
     bool ok = settings_of(j->b, p, &opts, &words);
 
-    if (ok) {
-        report.options = opts.judge;
-        const ibl_status status = judge_files(j, p, &opts, &files, &report);
-        if (status)
-            ibl_console_fail(j->b->console,
-                             "%s: its output cannot be judged: "
-                             "%s",
-                             p->name, ibl_status_text(status));
-        ok = !status;
-    }
+    if (ok && !judge_files(j, p, &opts, &files, &report))
+        ok = ibl_console_fail(j->b->console,
+                              "%s: its output cannot be judged: %s", p->name,
+                              ibl_status_text(IBL_ERR_MEMORY));
     ibl_report_free(&report);
     ibl_verify_files_free(&files);
     free(words);

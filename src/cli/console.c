@@ -60,15 +60,6 @@ bool ibl_console_fail(ibl_console *c, const char *fmt, ...)
     return false;
 }
 
-ibl_status ibl_refuse(ibl_console *c, ibl_status status, const char *fmt, ...)
-{
-    va_list ap;
-    va_start(ap, fmt);
-    say(c, IBL_LOG_ERROR, fmt, ap);
-    va_end(ap);
-    return status;
-}
-
 void ibl_console_error(void *console, const char *text)
 {
     ibl_console_fail(console, "%s", text);

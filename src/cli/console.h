@@ -38,9 +38,6 @@ void ibl_console_progress(void *console, const char *stage, double done);
  * the cause of the others. False. */
 bool ibl_console_fail(ibl_console *c, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
-/* The same; returns status. */
-ibl_status ibl_refuse(ibl_console *c, ibl_status status, const char *fmt, ...)
-    __attribute__((format(printf, 3, 4)));
 /* The same, for an ibl_json_file whose cookie is the console. */
 void ibl_console_error(void *console, const char *text);
 void ibl_console_warn(ibl_console *c, const char *fmt, ...)

@@ -97,35 +97,30 @@ static int at_most(int n, int most)
     return n < most ? n : most;
 }
 
-ibl_status ibl_judge_create(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
-                            const ibl_judge_options *opts, ibl_judge **out)
+ibl_judge *ibl_judge_create(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
+                            const ibl_judge_options *opts)
 {
-    ibl_judge *j = *out = calloc(1, sizeof *j);
+    ibl_judge *j = calloc(1, sizeof *j);
 
     if (!j)
-        return IBL_ERR_MEMORY;
+        return NULL;
     j->ctx = ctx;
     j->opts = *opts;
-    ibl_status status =
-        ibl_image_alloc(ctx, at_most(env->width, COARSE),
-                        at_most(env->height, COARSE / 2), &j->coarse);
-    if (!status) {
+    bool ok = !ibl_image_alloc(ctx, at_most(env->width, COARSE),
+                               at_most(env->height, COARSE / 2), &j->coarse);
+    if (ok)
         shrink(env, &j->coarse);
-        status = ibl_reference_create(ctx, env, yaw_deg, &j->reference);
-    }
-    if (!status)
-        status = ibl_reference_create(ctx, &j->coarse, yaw_deg,
-                                      &j->coarse_reference);
-    if (!status)
-        status = ibl_reference_mean(j->reference, j->mean);
-    if (status) {
+    ok =
+        ok && !ibl_reference_create(ctx, env, yaw_deg, &j->reference) &&
+        !ibl_reference_create(ctx, &j->coarse, yaw_deg, &j->coarse_reference) &&
+        !ibl_reference_mean(j->reference, j->mean);
+    if (!ok) {
         ibl_judge_free(j);
-        *out = NULL;
-        return status;
+        return NULL;
     }
     j->scene.light_count =
         ibl_find_lights(env, yaw_deg, IBL_JUDGE_LIGHTS, j->scene.lights);
-    return IBL_OK;
+    return j;
 }
 
 static void free_known(known *k)
@@ -161,19 +156,18 @@ static int by_value(const void *a, const void *b)
 }
 
 /* The truth in count directions; SKYBOX: at single points. */
-static ibl_status convolve(const ibl_reference *reference, const known *k,
-                           const double *dirs, size_t count, double *rgb)
+static bool convolve(const ibl_reference *reference, const known *k,
+                     const double *dirs, size_t count, double *rgb)
 {
-    if (k->content == IBL_OUTPUT_IRRADIANCE)
-        return ibl_reference_irradiance(reference, dirs, count, rgb);
-    return ibl_reference_lobe(reference, k->lobe, k->roughness, dirs, count,
-                              rgb);
+    return !(k->content == IBL_OUTPUT_IRRADIANCE
+                 ? ibl_reference_irradiance(reference, dirs, count, rgb)
+                 : ibl_reference_lobe(reference, k->lobe, k->roughness, dirs,
+                                      count, rgb));
 }
 
 /* Marks the cells that are in the darkest tenth of the level, by what the
  * small map says. */
-static ibl_status find_dark(const ibl_judge *j, const known *k,
-                            ibl_pick_scene *scene)
+static bool find_dark(const ibl_judge *j, const known *k, ibl_pick_scene *scene)
 {
     double dirs[3 * CELLS], rgb[3 * CELLS], value[CELLS], sorted[CELLS];
 
@@ -181,24 +175,22 @@ static ibl_status find_dark(const ibl_judge *j, const known *k,
         ibl_cube_direction(IBL_DARK_CELLS, c / (CELLS / IBL_FACES),
                            c % IBL_DARK_CELLS,
                            c / IBL_DARK_CELLS % IBL_DARK_CELLS, dirs + 3 * c);
-    const ibl_status status =
-        convolve(j->coarse_reference, k, dirs, CELLS, rgb);
-    if (status)
-        return status;
+    if (!convolve(j->coarse_reference, k, dirs, CELLS, rgb))
+        return false;
     for (int c = 0; c < CELLS; c++)
         value[c] = rgb[3 * c] + rgb[3 * c + 1] + rgb[3 * c + 2];
     memcpy(sorted, value, sizeof sorted);
     qsort(sorted, CELLS, sizeof *sorted, by_value);
     for (int c = 0; c < CELLS; c++)
         scene->dark[c] = value[c] <= sorted[CELLS / DARK_TENTH];
-    return IBL_OK;
+    return true;
 }
 
-static ibl_status find_truth(const ibl_judge *j, known *k)
+static bool find_truth(const ibl_judge *j, known *k)
 {
     double *dirs = malloc(3 * k->count * sizeof *dirs);
     ibl_texel *texels = malloc(k->count * sizeof *texels);
-    ibl_status status = IBL_ERR_MEMORY;
+    bool ok = false;
 
     k->truth = malloc(3 * k->count * sizeof *k->truth);
     if (dirs && texels && k->truth) {
@@ -206,29 +198,34 @@ static ibl_status find_truth(const ibl_judge *j, known *k)
             const ibl_texel at = texels[i] = k->picks[i].at;
             ibl_cube_direction(k->size, at.face, at.x, at.y, dirs + 3 * i);
         }
-        status = k->content == IBL_OUTPUT_SKYBOX
-                     ? ibl_reference_texels(j->reference, k->base, k->size,
-                                            texels, k->count, k->truth)
-                     : convolve(j->reference, k, dirs, k->count, k->truth);
+        ok = k->content == IBL_OUTPUT_SKYBOX
+                 ? !ibl_reference_texels(j->reference, k->base, k->size, texels,
+                                         k->count, k->truth)
+                 : convolve(j->reference, k, dirs, k->count, k->truth);
     }
     free(dirs);
     free(texels);
-    return status;
+    return ok;
 }
 
-static ibl_status make_known(ibl_judge *j, known *k)
+/* A level like want, with its texels and their truth; NULL on failure. */
+static known *make_known(const ibl_judge *j, const known *want)
 {
     ibl_pick_scene scene = j->scene;
+    known *k = malloc(sizeof *k);
 
+    if (!k)
+        return NULL;
+    *k = *want;
     scene.size = k->size;
-    ibl_status status = find_dark(j, k, &scene);
-    if (!status && !ibl_picks(&scene, &j->opts, &k->picks, &k->count))
-        status = IBL_ERR_MEMORY;
-    return status ? status : find_truth(j, k);
+    if (find_dark(j, k, &scene) &&
+        ibl_picks(&scene, &j->opts, &k->picks, &k->count) && find_truth(j, k))
+        return k;
+    free_known(k);
+    return NULL;
 }
 
-static ibl_status find_known(ibl_judge *j, const ibl_judge_level *level,
-                             const known **out)
+static const known *find_known(ibl_judge *j, const ibl_judge_level *level)
 {
     const bool lobe =
         level->content == IBL_OUTPUT_SPECULAR && level->roughness > 0;
@@ -240,28 +237,18 @@ static ibl_status find_known(ibl_judge *j, const ibl_judge_level *level,
         .roughness = lobe ? level->roughness : 0,
         .base = level->content == IBL_OUTPUT_SKYBOX ? level->base : level->size,
         .size = level->size};
-    known *k = j->known;
-    ibl_status status = IBL_OK;
 
-    while (k && !(k->content == want.content && k->size == want.size &&
-                  k->base == want.base && k->lobe == want.lobe &&
-                  k->roughness == want.roughness))
-        k = k->next;
-    if (!k) {
-        k = malloc(sizeof *k);
-        if (!k)
-            return IBL_ERR_MEMORY;
-        *k = want;
-        status = make_known(j, k);
-        if (status) {
-            free_known(k);
-            return status;
-        }
-        k->next = j->known;
-        j->known = k;
+    for (const known *k = j->known; k; k = k->next)
+        if (k->content == want.content && k->size == want.size &&
+            k->base == want.base && k->lobe == want.lobe &&
+            k->roughness == want.roughness)
+            return k;
+    known *made = make_known(j, &want);
+    if (made) {
+        made->next = j->known;
+        j->known = made;
     }
-    *out = k;
-    return status;
+    return made;
 }
 
 /* ---- statistics ------------------------------------------------------ */
@@ -421,8 +408,8 @@ static void judge_texel(const ibl_judge *j, const ibl_judge_level *level,
     }
 }
 
-static ibl_status compare(const ibl_judge *j, const ibl_judge_level *level,
-                          const known *k, ibl_verdict *v)
+static bool compare(const ibl_judge *j, const ibl_judge_level *level,
+                    const known *k, ibl_verdict *v)
 {
     squares sums = {0};
     float max[4] = {FLT_MAX, FLT_MAX, FLT_MAX}; /* that the level can have */
@@ -433,7 +420,7 @@ static ibl_status compare(const ibl_judge *j, const ibl_judge_level *level,
     ibl_judged_texel *sorted = malloc(k->count * sizeof *sorted);
     if (!v->texels || !sorted) {
         free(sorted);
-        return IBL_ERR_MEMORY;
+        return false;
     }
     for (size_t i = 0; i < k->count; i++)
         if (is_finite(ibl_face_at(level->texels, level->size, k->picks[i].at)))
@@ -452,22 +439,20 @@ static ibl_status compare(const ibl_judge *j, const ibl_judge_level *level,
         v->rounding_share = fmin(sums.rounding / sums.wrong, 1);
         v->overflow_share = sums.overflow / sums.wrong;
     }
-    return IBL_OK;
+    return true;
 }
 
-ibl_status ibl_judge_cube_level(ibl_judge *judge, const ibl_judge_level *level,
-                                ibl_verdict *out)
+bool ibl_judge_cube_level(ibl_judge *judge, const ibl_judge_level *level,
+                          ibl_verdict *out)
 {
-    const known *k = NULL;
+    const known *k = find_known(judge, level);
 
     *out = (ibl_verdict){.level = *level, .nonfinite = level->mended};
     out->level.texels = NULL;
-    ibl_status status = find_known(judge, level, &k);
-    if (status)
-        return status;
-    survey(judge, level, out);
-    status = compare(judge, level, k, out);
-    if (status)
-        ibl_verdict_free(out);
-    return status;
+    if (k && compare(judge, level, k, out)) {
+        survey(judge, level, out);
+        return true;
+    }
+    ibl_verdict_free(out);
+    return false;
 }

@@ -93,14 +93,15 @@ void ibl_verdict_free(ibl_verdict *v); /* NULL and zeroed are fine */
 typedef struct ibl_judge ibl_judge;
 
 /* Borrows ctx and env until ibl_judge_free. yaw_deg as in
- * ibl_cube_from_latlong. */
-ibl_status ibl_judge_create(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
-                            const ibl_judge_options *opts, ibl_judge **out);
+ * ibl_cube_from_latlong. These return NULL or false if there is no memory, or
+ * after a message through ctx. */
+ibl_judge *ibl_judge_create(ibl_ctx *ctx, const ibl_image *env, double yaw_deg,
+                            const ibl_judge_options *opts);
 void ibl_judge_free(ibl_judge *judge); /* NULL is fine */
 
 /* Judges a level; *out is the caller's to free. */
-ibl_status ibl_judge_cube_level(ibl_judge *judge, const ibl_judge_level *level,
-                                ibl_verdict *out);
+bool ibl_judge_cube_level(ibl_judge *judge, const ibl_judge_level *level,
+                          ibl_verdict *out);
 
 /* What encoding changes in n channels, at most 3, that a file holds multiplied
  * by scale; 0 for IBL_PIXEL_COUNT. */
@@ -118,8 +119,8 @@ typedef struct ibl_lut_verdict {
 } ibl_lut_verdict;
 
 /* pixel as in ibl_judge_level. */
-ibl_status ibl_judge_lut(ibl_ctx *ctx, const ibl_lut *lut, ibl_pixel pixel,
-                         ibl_geometry geometry, const ibl_judge_options *opts,
-                         ibl_lut_verdict *out);
+bool ibl_judge_lut(ibl_ctx *ctx, const ibl_lut *lut, ibl_pixel pixel,
+                   ibl_geometry geometry, const ibl_judge_options *opts,
+                   ibl_lut_verdict *out);
 
 #endif

@@ -36,9 +36,9 @@ static int pick_lines(int n, int parts, int seed, int stream, line *lines)
     return count;
 }
 
-static ibl_status judge_texel(ibl_ctx *ctx, const ibl_lut *lut, ibl_pixel pixel,
-                              ibl_geometry geometry, line u, line v,
-                              ibl_lut_verdict *out)
+static bool judge_texel(ibl_ctx *ctx, const ibl_lut *lut, ibl_pixel pixel,
+                        ibl_geometry geometry, line u, line v,
+                        ibl_lut_verdict *out)
 {
     const float *x =
         lut->data + 2 * ((size_t)v.at * (size_t)lut->size + (size_t)u.at);
@@ -47,10 +47,10 @@ static ibl_status judge_texel(ibl_ctx *ctx, const ibl_lut *lut, ibl_pixel pixel,
     const double weight = (double)u.weight * v.weight;
     double truth[2], loss[2];
 
-    const ibl_status status =
-        ibl_reference_lut(ctx, n_dot_v, roughness, geometry, truth);
-    if (status || !isfinite(x[0]) || !isfinite(x[1]))
-        return status;
+    if (ibl_reference_lut(ctx, n_dot_v, roughness, geometry, truth))
+        return false;
+    if (!isfinite(x[0]) || !isfinite(x[1]))
+        return true;
     ibl_judge_loss(pixel, 1, truth, 2, loss);
     for (int c = 0; c < 2; c++) {
         const double off = fabs((double)x[c] - truth[c]);
@@ -63,37 +63,34 @@ static ibl_status judge_texel(ibl_ctx *ctx, const ibl_lut *lut, ibl_pixel pixel,
         out->rounding += weight / 2 * loss[c] * loss[c];
     }
     out->count++;
-    return IBL_OK;
+    return true;
 }
 
-ibl_status ibl_judge_lut(ibl_ctx *ctx, const ibl_lut *lut, ibl_pixel pixel,
-                         ibl_geometry geometry, const ibl_judge_options *opts,
-                         ibl_lut_verdict *out)
+bool ibl_judge_lut(ibl_ctx *ctx, const ibl_lut *lut, ibl_pixel pixel,
+                   ibl_geometry geometry, const ibl_judge_options *opts,
+                   ibl_lut_verdict *out)
 {
     const int n = lut->size;
     const size_t texels = (size_t)n * (size_t)n;
     const int parts = opts->all ? n : (int)sqrt(opts->texels / 2.0) - 1;
     line *u = malloc((size_t)n * sizeof *u), *v = malloc((size_t)n * sizeof *v);
-    ibl_status status = u && v ? IBL_OK : IBL_ERR_MEMORY;
+    bool ok = u && v;
     double total = 0;
 
     *out = (ibl_lut_verdict){.size = n};
-    if (!status) {
-        const int columns = pick_lines(n, parts, opts->seed, 0, u);
-        const int rows = pick_lines(n, parts, opts->seed, 1, v);
-        for (int j = 0; j < rows && !status; j++)
-            for (int i = 0; i < columns && !status; i++) {
-                status =
-                    judge_texel(ctx, lut, pixel, geometry, u[i], v[j], out);
-                total += (double)u[i].weight * v[j].weight;
-            }
-        out->rms = sqrt(out->rms / total);
-        out->rounding = sqrt(out->rounding / total);
-    }
+    const int columns = ok ? pick_lines(n, parts, opts->seed, 0, u) : 0;
+    const int rows = ok ? pick_lines(n, parts, opts->seed, 1, v) : 0;
+    for (int j = 0; j < rows; j++)
+        for (int i = 0; i < columns && ok; i++) {
+            ok = judge_texel(ctx, lut, pixel, geometry, u[i], v[j], out);
+            total += (double)u[i].weight * v[j].weight;
+        }
+    out->rms = sqrt(out->rms / total);
+    out->rounding = sqrt(out->rounding / total);
     for (size_t i = 0; i < texels; i++)
         out->nonfinite +=
             !isfinite(lut->data[2 * i]) || !isfinite(lut->data[2 * i + 1]);
     free(u);
     free(v);
-    return status;
+    return ok;
 }

@@ -9,15 +9,15 @@
 #include "cli/json_text.h"
 #include "cli/sheet.h"
 
-ibl_status ibl_report_add(ibl_report *report, ibl_judge *judge,
-                          const ibl_judge_level *level)
+bool ibl_report_add(ibl_report *report, ibl_judge *judge,
+                    const ibl_judge_level *level)
 {
     assert(report->count < IBL_REPORT_ROWS);
-    const ibl_status status =
+    const bool ok =
         ibl_judge_cube_level(judge, level, &report->rows[report->count]);
 
-    report->count += !status;
-    return status;
+    report->count += ok;
+    return ok;
 }
 
 void ibl_report_free(ibl_report *report)

@@ -20,9 +20,9 @@ typedef struct ibl_report {
     ibl_lut_verdict lut;
 } ibl_report;
 
-/* Judges a level and adds the verdict. */
-ibl_status ibl_report_add(ibl_report *report, ibl_judge *judge,
-                          const ibl_judge_level *level);
+/* Judges a level and adds the verdict. False: as ibl_judge_create. */
+bool ibl_report_add(ibl_report *report, ibl_judge *judge,
+                    const ibl_judge_level *level);
 void ibl_report_free(ibl_report *report);
 
 /* Whether every nRMSE and the table's largest error are at most max_error and

@@ -31,17 +31,16 @@ static char *make_path(const ibl_opts *o, ibl_output_kind kind)
     return path;
 }
 
-static ibl_status name_files(ibl_bake *b)
+static bool name_files(ibl_bake *b)
 {
     for (int kind = 0; kind < IBL_OUTPUT_COUNT; kind++) {
         if (!(b->opts->only & 1u << kind))
             continue;
         b->files[kind].path = make_path(b->opts, (ibl_output_kind)kind);
         if (!b->files[kind].path)
-            return ibl_refuse(b->console, IBL_ERR_MEMORY,
-                              "no memory for file names");
+            return ibl_console_fail(b->console, "no memory for file names");
     }
-    return IBL_OK;
+    return true;
 }
 
 /* Everything that a depfile names but the input; returns how many. */
@@ -58,6 +57,12 @@ static int list_targets(const ibl_bake *b,
     return count;
 }
 
+/* Whether the bake reads a file, not standard input or nothing. */
+static bool is_file(const char *input)
+{
+    return input && strcmp(input, "-") != 0;
+}
+
 /* ---- what cannot be written ------------------------------------------ */
 
 static bool is_link(const char *path)
@@ -66,36 +71,32 @@ static bool is_link(const char *path)
     return !lstat(path, &st) && S_ISLNK(st.st_mode);
 }
 
-static ibl_status check_target(const ibl_bake *b, const char *path)
+static bool check_target(const ibl_bake *b, const char *path)
 {
     const char *input = b->opts->input;
     struct stat out;
     const int error = stat(path, &out) ? errno : 0;
 
     if (!error && !S_ISREG(out.st_mode))
-        return ibl_refuse(
-            b->console, IBL_ERR_IO, "%s: is a %s: choose another name", path,
+        return ibl_console_fail(
+            b->console, "%s: is a %s: choose another name", path,
             S_ISDIR(out.st_mode) ? "directory" : "device, pipe or socket");
     /* Where a link leads is for the set of outputs to find out. */
     if (!is_link(path) && !ibl_path_is_open(path))
-        return ibl_refuse(b->console, IBL_ERR_IO,
-                          "%s: cannot be written: %s: choose another directory",
-                          path, strerror(errno));
-    if (error) {
-        if (error != ENAMETOOLONG)
-            return IBL_OK;
-        return ibl_refuse(
-            b->console, IBL_ERR_IO,
+        return ibl_console_fail(
+            b->console, "%s: cannot be written: %s: choose another directory",
+            path, strerror(errno));
+    if (error == ENAMETOOLONG)
+        return ibl_console_fail(
+            b->console,
             "%s: %s: choose a shorter one, the outputs' with --name", path,
             strerror(error));
-    }
-    if (input && strcmp(input, "-") != 0 && ibl_path_same(input, path))
-        return ibl_refuse(
-            b->console, IBL_ERR_ARGUMENT,
-            "%s: is both input and output: choose another --name or "
-            "directory",
-            path);
-    return IBL_OK;
+    return error || !is_file(input) || !ibl_path_same(input, path) ||
+           ibl_console_fail(
+               b->console,
+               "%s: is both input and output: choose another --name or "
+               "directory",
+               path);
 }
 
 /* Whether what a sidecar calls its source is the input: the same file, or of
@@ -127,42 +128,41 @@ static bool replaces(const ibl_bake *b, const json_t *sidecar)
     return false;
 }
 
-static ibl_status check_sidecar(const ibl_bake *b, const char *path,
-                                json_t *sidecar)
+/* A name that was given may replace any files; one that follows from the input
+ * may not replace those of another environment. */
+static bool check_sidecar(const ibl_bake *b, const char *path)
 {
     const ibl_opts *o = b->opts;
     const char *writer, *was;
+    ibl_json_why why;
+    struct stat st;
 
-    if (json_unpack(sidecar, "{s:{s:s},s:{s:s}}", "generator", "name", &writer,
+    if (stat(path, &st) || !S_ISREG(st.st_mode))
+        return true;
+    json_t *sidecar = ibl_sidecar_load(path, &why);
+    const bool ok =
+        json_unpack(sidecar, "{s:{s:s},s:{s:s}}", "generator", "name", &writer,
                     "source", "path", &was) ||
         strcmp(writer, "iblbake") != 0 || is_source(was, o->input) ||
-        !replaces(b, sidecar))
-        return IBL_OK;
-    return ibl_refuse(b->console, IBL_ERR_ARGUMENT,
-                      "%s: was made from %s, and %s would replace its files: "
-                      "choose another --name or directory, or --name %s to "
-                      "replace them",
-                      path, was, o->input, o->name);
+        !replaces(b, sidecar) ||
+        ibl_console_fail(b->console,
+                         "%s: was made from %s, and %s would replace its "
+                         "files: choose another --name or directory, or "
+                         "--name %s to replace them",
+                         path, was, o->input, o->name);
+    json_decref(sidecar);
+    return ok;
 }
 
-/* A name that was given may replace any files; one that follows from the input
- * may not replace those of another environment. */
-static ibl_status check_source(const ibl_bake *b)
+static bool check_source(const ibl_bake *b)
 {
-    struct stat st;
-    ibl_status status = IBL_OK;
-
     if (!b->opts->input || b->opts->name != b->opts->stem)
-        return IBL_OK;
+        return true;
     char *path = make_path(b->opts, IBL_OUTPUT_JSON);
-    if (path && !stat(path, &st) && S_ISREG(st.st_mode)) {
-        ibl_json_why why;
-        json_t *sidecar = ibl_sidecar_load(path, &why);
-        status = check_sidecar(b, path, sidecar);
-        json_decref(sidecar);
-    }
+    const bool ok = path && check_sidecar(b, path);
+
     free(path);
-    return status;
+    return ok;
 }
 
 /* ---- the depfile ------------------------------------------------------ */
@@ -222,16 +222,16 @@ static bool is_unquotable(const char *path, char why[WHY_BYTES])
     return true;
 }
 
-static ibl_status check_depfile(const ibl_bake *b, const char *path)
+static bool check_depfile(const ibl_bake *b, const char *path)
 {
     char why[WHY_BYTES];
 
-    if (!is_unquotable(path, why))
-        return IBL_OK;
-    return ibl_refuse(b->console, IBL_ERR_ARGUMENT,
-                      "%s: has %s, which make or ninja cannot read in a "
-                      "depfile: choose another name or leave out --depfile",
-                      path, why);
+    return !is_unquotable(path, why) ||
+           ibl_console_fail(
+               b->console,
+               "%s: has %s, which make or ninja cannot read in a depfile: "
+               "choose another name or leave out --depfile",
+               path, why);
 }
 
 char *ibl_depfile_text(const ibl_bake *b)
@@ -248,7 +248,7 @@ char *ibl_depfile_text(const ibl_bake *b)
         put_path(to, paths[i]);
     }
     fputc(':', to);
-    if (input && strcmp(input, "-") != 0) {
+    if (is_file(input)) {
         fputc(' ', to);
         put_path(to, input);
     }
@@ -256,23 +256,22 @@ char *ibl_depfile_text(const ibl_bake *b)
     return ibl_memory_close(to, &file);
 }
 
-ibl_status ibl_targets_plan(ibl_bake *b)
+bool ibl_targets_plan(ibl_bake *b)
 {
     const ibl_opts *o = b->opts;
     const char *named[IBL_OUTPUT_COUNT + 2]; /* in a depfile */
-    ibl_status status = name_files(b);
+    bool ok = name_files(b);
     int count = list_targets(b, named);
 
-    for (int i = 0; i < count && !status; i++)
-        status = check_target(b, named[i]);
-    if (!status)
-        status = check_source(b);
-    if (status || !o->depfile)
-        return status;
-    status = check_target(b, o->depfile);
-    if (o->input && strcmp(o->input, "-") != 0)
+    for (int i = 0; i < count && ok; i++)
+        ok = check_target(b, named[i]);
+    ok = ok && check_source(b);
+    if (!ok || !o->depfile)
+        return ok;
+    if (is_file(o->input))
         named[count++] = o->input;
-    for (int i = 0; i < count && !status; i++)
-        status = check_depfile(b, named[i]);
-    return status;
+    ok = check_target(b, o->depfile);
+    for (int i = 0; i < count && ok; i++)
+        ok = check_depfile(b, named[i]);
+    return ok;
 }

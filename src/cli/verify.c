@@ -206,25 +206,24 @@ typedef struct verify {
     ibl_report report;
 } verify;
 
-static ibl_status judge(verify *v)
+static bool judge(verify *v)
 {
+    const ibl_verify_opts *o = v->opts;
     ibl_judge_options *options = &v->report.options;
-    ibl_status status = IBL_OK;
 
-    *options = v->opts->judge;
-    if (v->opts->heatmap)
+    *options = o->judge;
+    if (o->heatmap)
         options->grid = IBL_HEATMAP_GRID;
     if (v->files.count) {
         ibl_console_progress(v->console, "decode", 0);
-        status = ibl_image_read(v->ctx, v->opts->input, &v->opts->common.read,
-                                &v->env, NULL);
-        if (!status)
-            status = ibl_judge_create(v->ctx, &v->env, v->files.yaw_deg,
-                                      options, &v->judge);
+        if (ibl_image_read(v->ctx, o->input, &o->common.read, &v->env, NULL))
+            return false;
+        v->judge = ibl_judge_create(v->ctx, &v->env, v->files.yaw_deg, options);
+        if (!v->judge)
+            return false;
     }
-    return status ? status
-                  : ibl_verify_judge(&v->files, v->ctx, v->judge, v->console,
-                                     &v->report);
+    return ibl_verify_judge(&v->files, v->ctx, v->judge, v->console,
+                            &v->report);
 }
 
 /* ---- results --------------------------------------------------------- */
@@ -253,49 +252,42 @@ static char *json_report(const verify *v, bool passed)
     return text;
 }
 
-static ibl_status put_json(verify *v, bool passed)
+static bool put_json(verify *v, bool passed)
 {
     const char *path = v->opts->json;
     char *text = json_report(v, passed);
-    ibl_status status = text ? IBL_OK : IBL_ERR_MEMORY;
+    bool ok = text;
 
-    if (!status && !strcmp(path, "-"))
+    if (ok && !strcmp(path, "-"))
         fputs(text, stdout);
-    else if (!status)
-        status = ibl_outputs_add(v->outputs, path, text, strlen(text));
+    else
+        ok = ok && !ibl_outputs_add(v->outputs, path, text, strlen(text));
     free(text);
-    return status;
+    return ok;
 }
 
-static ibl_status put_heatmap(verify *v)
+static bool put_heatmap(verify *v)
 {
     void *png = NULL;
     size_t size;
 
     ibl_console_progress(v->console, "heatmap", 0);
-    if (!ibl_heatmap_png(&v->report, &png, &size))
-        return IBL_ERR_MEMORY;
-    const ibl_status status =
-        ibl_outputs_add(v->outputs, v->opts->heatmap, png, size);
+    const bool ok = ibl_heatmap_png(&v->report, &png, &size) &&
+                    !ibl_outputs_add(v->outputs, v->opts->heatmap, png, size);
     free(png);
-    return status;
+    return ok;
 }
 
-static ibl_status put_results(verify *v, bool passed)
+static bool put_results(verify *v, bool passed)
 {
-    ibl_status status = IBL_OK;
+    const ibl_verify_opts *o = v->opts;
 
-    if (v->opts->json)
-        status = put_json(v, passed);
-    if (!status && v->opts->heatmap)
-        status = put_heatmap(v);
-    if (status)
-        return status;
+    if ((o->json && !put_json(v, passed)) || (o->heatmap && !put_heatmap(v)))
+        return false;
     ibl_console_finish(v->console);
-    if (!v->opts->common.quiet &&
-        !(v->opts->json && !strcmp(v->opts->json, "-")))
+    if (!o->common.quiet && !(o->json && !strcmp(o->json, "-")))
         ibl_report_print(&v->report, stdout);
-    return ibl_commit_outputs(v->outputs);
+    return !ibl_commit_outputs(v->outputs);
 }
 
 static void free_verify(verify *v)
@@ -314,31 +306,22 @@ static int run(const void *settings)
     ibl_console console;
     verify v = {.opts = opts, .console = &console};
     char why[160] = "";
-    bool passed = true;
-    ibl_status status;
 
     ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
     ibl_signals_catch();
-    status = ibl_start(&opts->common, &console, &v.ctx);
-    if (!status)
-        status = ibl_start_outputs(v.ctx, 0, &v.outputs);
-    if (!status)
-        status = ibl_verify_files_read(opts, v.ctx, &console, &v.files);
-    if (!status)
-        status = judge(&v);
-    if (!status) {
-        passed = ibl_report_passes(&v.report, opts->max_error, why, sizeof why);
-        status = put_results(&v, passed);
-    }
-    ibl_console_finish(&console);
-    if (status)
-        ibl_console_fail(&console, "%s", ibl_status_text(status));
-    else if (!passed)
-        ibl_console_fail(&console, "%s", why);
-    else if (opts->common.verbose)
+    bool ok = !ibl_start(&opts->common, &console, &v.ctx) &&
+              !ibl_start_outputs(v.ctx, 0, &v.outputs) &&
+              ibl_verify_files_read(opts, v.ctx, &console, &v.files) &&
+              judge(&v);
+    const bool passed =
+        ok && ibl_report_passes(&v.report, opts->max_error, why, sizeof why);
+    ok = ok && put_results(&v, passed) &&
+         (passed || ibl_console_fail(&console, "%s", why));
+    const int status = ibl_console_end(&console, ok);
+    if (ok && opts->common.verbose)
         ibl_console_print_times(&console);
     free_verify(&v);
-    return status || !passed ? 1 : 0;
+    return status;
 }
 
 const ibl_command ibl_verify_command = {

@@ -24,10 +24,9 @@ typedef struct reader {
     char *sidecar_path;
     json_t *sidecar; /* NULL: there is none */
     ibl_verify_files *files;
-    /* The output that is read: */
-    ibl_output_kind kind;
-    const char *path;
-    int first; /* of its levels in files */
+    ibl_output_kind kind; /* what is sought or read */
+    char *path;           /* of that */
+    int first;            /* of its levels in files */
 } reader;
 
 /* ---- finding --------------------------------------------------------- */
@@ -41,138 +40,127 @@ static char *in_directory(const reader *r, const char *stem, const char *rest)
     return ibl_path_join(r->opts->directory, name);
 }
 
-/* The sidecar's account of the files of a kind; NULL if there is none, or if
- * an option names the file. */
-static json_t *find_output(const reader *r, ibl_output_kind kind)
+/* The sidecar's account of the output; NULL: none, or an option names it. */
+static json_t *find_output(const reader *r)
 {
     json_t *outputs = json_object_get(r->sidecar, "outputs"), *output;
     size_t i;
 
-    if (r->opts->files[kind])
+    if (r->opts->files[r->kind])
         return NULL;
     json_array_foreach(outputs, i, output)
     {
         const char *content;
         if (!json_unpack(output, "{s:s}", "content", &content) &&
-            !strcmp(content, ibl_output_content(kind)))
+            !strcmp(content, ibl_output_content(r->kind)))
             return output;
     }
     return NULL;
 }
 
-static ibl_status open_sidecar(reader *r)
+static bool open_sidecar(reader *r)
 {
-    const ibl_verify_opts *o = r->opts;
+    const char *directory = r->opts->directory;
     ibl_json_why why;
     struct stat st;
 
-    if (stat(o->directory, &st))
-        return ibl_refuse(r->console, IBL_ERR_IO,
-                          "%s: %s: give the directory of a bake", o->directory,
-                          strerror(errno));
+    if (stat(directory, &st))
+        return ibl_console_fail(r->console,
+                                "%s: %s: give the directory of a bake",
+                                directory, strerror(errno));
     if (!S_ISDIR(st.st_mode))
-        return ibl_refuse(
-            r->console, IBL_ERR_IO,
+        return ibl_console_fail(
+            r->console,
             "%s: not a directory: give the environment first, then "
             "the directory of its bake",
-            o->directory);
-    r->sidecar_path = in_directory(r, o->name, ".json");
-    if (!r->sidecar_path)
-        return IBL_ERR_MEMORY;
-    if (access(r->sidecar_path, F_OK))
-        return IBL_OK;
+            directory);
+    r->sidecar_path = in_directory(r, r->opts->name, ".json");
+    if (!r->sidecar_path || access(r->sidecar_path, F_OK))
+        return r->sidecar_path;
     r->sidecar = ibl_sidecar_load(r->sidecar_path, &why);
-    if (r->sidecar)
-        return IBL_OK;
-    return ibl_refuse(r->console, why.damaged ? IBL_ERR_FORMAT : IBL_ERR_IO,
-                      "%s%s", why.line,
-                      why.damaged ? ": bake again, or remove it and say what "
-                                    "the files mean"
-                                  : "");
+    return r->sidecar ||
+           ibl_console_fail(r->console, "%s%s", why.line,
+                            why.damaged ? ": bake again, or remove it and say "
+                                          "what the files mean"
+                                        : "");
 }
 
-/* The file that the sidecar names; *path stays NULL if it names none. */
-static ibl_status find_named(const reader *r, ibl_output_kind kind, char **path)
+/* Finds the file of any container whose name is stem, suffix and its
+ * extension. */
+static bool find_there(reader *r, const char *stem, const char *suffix)
 {
-    const char *file;
+    bool alone = true;
 
-    if (json_unpack(find_output(r, kind), "{s:s}", "file", &file) ||
-        strchr(file, '/'))
-        return IBL_OK;
-    *path = in_directory(r, file, "");
-    if (!*path)
-        return IBL_ERR_MEMORY;
-    if (access(*path, F_OK))
-        return ibl_refuse(r->console, IBL_ERR_IO,
-                          "%s: %s names it, but it is not there: bake again",
-                          *path, r->sidecar_path);
-    return IBL_OK;
-}
-
-/* The file of any container whose name is stem, suffix and its extension. */
-static ibl_status find_there(const reader *r, ibl_output_kind kind,
-                             const char *stem, const char *suffix, char **path)
-{
-    for (int c = 0; c < IBL_CONTAINER_COUNT; c++) {
+    for (int c = 0; c < IBL_CONTAINER_COUNT && alone; c++) {
         char rest[32];
         snprintf(rest, sizeof rest, "%s.%s", suffix,
                  ibl_container_name((ibl_container)c));
         char *candidate = in_directory(r, stem, rest);
         if (!candidate)
-            return IBL_ERR_MEMORY;
-        if (access(candidate, F_OK)) {
-            free(candidate);
-        } else if (!*path) {
-            *path = candidate;
-        } else {
-            ibl_console_fail(r->console,
-                             "%s: %s is there, too: name the one to judge with "
-                             "--%s",
-                             candidate, *path, ibl_output_name(kind));
-            free(candidate);
-            return IBL_ERR_ARGUMENT;
+            return false;
+        if (!r->path && !access(candidate, F_OK)) {
+            r->path = candidate;
+            continue;
         }
+        alone = access(candidate, F_OK) ||
+                ibl_console_fail(r->console,
+                                 "%s: %s is there, too: name the one to judge "
+                                 "with --%s",
+                                 candidate, r->path, ibl_output_name(r->kind));
+        free(candidate);
     }
-    return IBL_OK;
+    return alone;
 }
 
-static ibl_status find_file(const reader *r, ibl_output_kind kind, char **path)
+/* Finds the file of the output by the option, the sidecar or its name; r->path
+ * stays NULL if there is none. */
+static bool find_file(reader *r)
 {
     static const char *const suffixes[] = {"_skybox", "_specular",
                                            "_irradiance"};
-    const char *given = r->opts->files[kind];
+    const ibl_verify_opts *o = r->opts;
+    const char *file;
+    bool ok = true;
 
-    if (given) {
-        *path = strdup(given);
-        return *path ? IBL_OK : IBL_ERR_MEMORY;
+    if (o->files[r->kind])
+        return (r->path = strdup(o->files[r->kind]));
+    if (!o->directory)
+        return true;
+    if (!json_unpack(find_output(r), "{s:s}", "file", &file) &&
+        !strchr(file, '/')) {
+        r->path = in_directory(r, file, "");
+        return r->path &&
+               (!access(r->path, F_OK) ||
+                ibl_console_fail(
+                    r->console,
+                    "%s: %s names it, but it is not there: bake again", r->path,
+                    r->sidecar_path));
     }
-    if (!r->opts->directory)
-        return IBL_OK;
-    ibl_status status = find_named(r, kind, path);
-    if (!status && !*path && kind != IBL_OUTPUT_LUT)
-        return find_there(r, kind, r->opts->name, suffixes[kind], path);
-    for (int i = 0; ibl_lut_stems[i] && !status && !*path; i++)
-        status = find_there(r, kind, ibl_lut_stems[i], "", path);
-    return status;
+    if (r->kind != IBL_OUTPUT_LUT)
+        return find_there(r, o->name, suffixes[r->kind]);
+    for (int i = 0; ibl_lut_stems[i] && ok && !r->path; i++)
+        ok = find_there(r, ibl_lut_stems[i], "");
+    return ok;
 }
 
-static ibl_status find_files(const reader *r)
+static bool find_files(reader *r)
 {
     char **path = r->files->path;
+    bool ok = true;
 
-    for (int kind = 0; kind < IBL_VERIFY_KINDS; kind++) {
-        const ibl_status status =
-            find_file(r, (ibl_output_kind)kind, &path[kind]);
-        if (status)
-            return status;
+    for (int kind = 0; kind < IBL_VERIFY_KINDS && ok; kind++) {
+        r->kind = (ibl_output_kind)kind;
+        r->path = NULL;
+        ok = find_file(r);
+        path[kind] = r->path;
     }
-    if (!r->opts->directory || path[IBL_OUTPUT_SKYBOX] ||
-        path[IBL_OUTPUT_SPECULAR] || path[IBL_OUTPUT_IRRADIANCE])
-        return IBL_OK;
-    return ibl_refuse(r->console, IBL_ERR_IO,
+    return ok && (!r->opts->directory || path[IBL_OUTPUT_SKYBOX] ||
+                  path[IBL_OUTPUT_SPECULAR] || path[IBL_OUTPUT_IRRADIANCE] ||
+                  ibl_console_fail(
+                      r->console,
                       "%s: has no %s_specular, _irradiance or _skybox (.ktx2, "
                       ".ktx, .dds): give the --name of the bake",
-                      r->opts->directory, r->opts->name);
+                      r->opts->directory, r->opts->name));
 }
 
 /* ---- what files say -------------------------------------------------- */
@@ -208,99 +196,99 @@ static int read_levels(json_t *levels, double list[IBL_MAX_LEVELS])
     return (int)json_array_size(levels);
 }
 
-/* The value of the texture's key, else of the sidecar. */
-static const char *said(const reader *r, const ibl_texture *tex,
-                        const char *key)
+/* The number in names of what the texture's key or else the sidecar says; 0 if
+ * they say nothing, -1 if it is none of the names. */
+static int said(const reader *r, const ibl_texture *tex, const char *key,
+                const char *const *names, const char **word)
 {
     char name[64];
 
     snprintf(name, sizeof name, "iblbake.%s", key);
-    const char *text = ibl_texture_get(tex, name);
-    return text ? text
-                : json_string_value(
-                      json_object_get(find_output(r, r->kind), key));
+    *word = ibl_texture_get(tex, name);
+    if (!*word)
+        *word = json_string_value(json_object_get(find_output(r), key));
+    return *word ? ibl_names_find(names, *word) : 0;
 }
 
 /* The roughness of each level, from the option, the key or the sidecar. */
-static ibl_status find_roughness(const reader *r, const ibl_texture *tex,
-                                 int levels, double list[IBL_MAX_LEVELS])
+static bool find_roughness(const reader *r, const ibl_texture *tex, int levels,
+                           double list[IBL_MAX_LEVELS])
 {
     const ibl_verify_map *m = &r->opts->roughness;
     const char *key = ibl_texture_get(tex, "iblbake.roughness");
     const char *who = key ? "its key iblbake.roughness" : r->sidecar_path;
-    json_t *array = json_object_get(find_output(r, r->kind), "levels");
+    json_t *array = json_object_get(find_output(r), "levels");
 
     if (m->count && m->count != levels)
-        return ibl_refuse(r->console, IBL_ERR_ARGUMENT,
-                          "%s: has %d levels, but --roughness-map lists %d",
-                          r->path, levels, m->count);
+        return ibl_console_fail(
+            r->console, "%s: has %d levels, but --roughness-map lists %d",
+            r->path, levels, m->count);
     if (m->given || (!key && !array)) {
         for (int l = 0; l < levels; l++)
             list[l] =
                 m->count ? m->list[l] : ibl_level_roughness(m->map, l, levels);
-        return IBL_OK;
+        return true;
     }
     const int count =
         key ? ibl_roughness_list(key, list) : read_levels(array, list);
-    if (count == levels)
-        return IBL_OK;
-    if (count)
-        return ibl_refuse(r->console, IBL_ERR_FORMAT,
-                          "%s: has %d levels, but %s lists the roughness of "
-                          "%d: bake it again, or say what it is with "
-                          "--roughness-map",
-                          r->path, levels, who, count);
-    return ibl_refuse(r->console, IBL_ERR_FORMAT,
-                      "%s: %s lists no roughness that levels have: bake it "
-                      "again, or say what it is with --roughness-map",
-                      r->path, who);
+    if (count && count != levels)
+        return ibl_console_fail(
+            r->console,
+            "%s: has %d levels, but %s lists the roughness of %d: bake it "
+            "again, or say what it is with --roughness-map",
+            r->path, levels, who, count);
+    return count || ibl_console_fail(
+                        r->console,
+                        "%s: %s lists no roughness that levels have: bake it "
+                        "again, or say what it is with --roughness-map",
+                        r->path, who);
 }
 
 /* Sets the lobe and the roughness of the levels. */
-static ibl_status describe_specular(const reader *r, const ibl_texture *tex)
+static bool describe_specular(const reader *r, const ibl_texture *tex)
 {
     ibl_judge_level *level = r->files->level + r->first;
     const int levels = r->files->count - r->first;
-    const char *name = said(r, tex, "lobe");
-    const int found = name ? ibl_names_find(ibl_lobe_names, name) : 0;
+    const char *word;
+    const int found = said(r, tex, "lobe", ibl_lobe_names, &word);
     double roughness[IBL_MAX_LEVELS];
 
     if (!r->opts->lobe && found < 0)
-        return ibl_refuse(r->console, IBL_ERR_FORMAT,
-                          "%s: of a lobe %s, which is not known: say what it "
-                          "is with --lobe",
-                          r->path, name);
-    const ibl_status status = find_roughness(r, tex, levels, roughness);
-    for (int l = 0; l < levels && !status; l++) {
+        return ibl_console_fail(r->console,
+                                "%s: of a lobe %s, which is not known: say "
+                                "what it is with --lobe",
+                                r->path, word);
+    if (!find_roughness(r, tex, levels, roughness))
+        return false;
+    for (int l = 0; l < levels; l++) {
         level[l].lobe = (ibl_lobe)(r->opts->lobe ? r->opts->lobe - 1 : found);
         level[l].roughness = roughness[l];
     }
-    return status;
+    return true;
 }
 
-static ibl_status note_yaw(const reader *r, const ibl_texture *tex)
+static bool note_yaw(const reader *r, const ibl_texture *tex)
 {
     const char *text = ibl_texture_get(tex, "iblbake.yaw_deg"), *end;
     const double asked = r->opts->yaw_deg, before = r->files->yaw_deg;
     double yaw;
 
     if (!text || !ibl_number_real(text, -DBL_MAX, DBL_MAX, &yaw, &end) || *end)
-        return IBL_OK;
-    if (!isnan(asked)) {
-        if (yaw != asked)
-            ibl_console_warn(r->console,
-                             "%s: says --rotate %g, but is judged by --rotate "
-                             "%g as asked",
-                             r->path, yaw, asked);
-        return IBL_OK;
-    }
-    if (!isnan(before) && yaw != before)
-        return ibl_refuse(r->console, IBL_ERR_ARGUMENT,
-                          "%s: baked with --rotate %g, another file with %g: "
-                          "judge one at a time",
-                          r->path, yaw, before);
-    r->files->yaw_deg = yaw;
-    return IBL_OK;
+        return true;
+    if (isnan(asked) && !isnan(before) && yaw != before)
+        return ibl_console_fail(
+            r->console,
+            "%s: baked with --rotate %g, another file with %g: judge one at a "
+            "time",
+            r->path, yaw, before);
+    if (isnan(asked))
+        r->files->yaw_deg = yaw;
+    else if (yaw != asked)
+        ibl_console_warn(r->console,
+                         "%s: says --rotate %g, but is judged by --rotate %g "
+                         "as asked",
+                         r->path, yaw, asked);
+    return true;
 }
 
 /* The rotation that neither an option nor a texture has given. */
@@ -318,11 +306,11 @@ static void settle_yaw(const reader *r)
 /* ---- reading --------------------------------------------------------- */
 
 /* The texel of a face of ours that looks where this one of theirs does. */
-static ibl_texel turn(const reader *r, int n, int face, int x, int y)
+static ibl_texel turn(const reader *r, int n, ibl_texel at)
 {
     double theirs[3], ours[3];
 
-    ibl_cube_direction(n, face, x, y, theirs);
+    ibl_cube_direction(n, at.face, at.x, at.y, theirs);
     for (int k = 0; k < 3; k++) {
         const int axis = r->opts->axes[k];
         ours[abs(axis) - 1] = axis < 0 ? -theirs[k] : theirs[k];
@@ -331,24 +319,22 @@ static ibl_texel turn(const reader *r, int n, int face, int x, int y)
 }
 
 /* Adds a level of `from` to the files, with our axes. */
-static ibl_status add_level(const reader *r, const ibl_cube *from, int level,
-                            ibl_pixel pixel, size_t mended)
+static bool add_level(const reader *r, const ibl_cube *from, int level,
+                      ibl_pixel pixel, size_t mended)
 {
     ibl_verify_files *f = r->files;
     const int n = ibl_cube_edge(from->size, level);
     const int first = f->count > r->first ? f->level[r->first].size : n;
     ibl_cube *to = &f->cube[f->count];
-    const ibl_status status = ibl_cube_alloc(r->ctx, n, 1, to);
 
-    if (status)
-        return status;
-    for (int face = 0; face < IBL_FACES; face++)
-        for (int y = 0; y < n; y++)
-            for (int x = 0; x < n; x++)
-                memcpy(ibl_face_at(to->data, n, turn(r, n, face, x, y)),
-                       ibl_face_at(ibl_cube_face(from, level, 0), n,
-                                   (ibl_texel){face, x, y}),
-                       3 * sizeof(float));
+    if (ibl_cube_alloc(r->ctx, n, 1, to))
+        return false;
+    for (int i = 0; i < IBL_FACES * n * n; i++) {
+        const ibl_texel at = {i / n / n, i % n, i / n % n};
+        memcpy(ibl_face_at(to->data, n, turn(r, n, at)),
+               ibl_cube_face(from, level, 0) + 3 * (size_t)i,
+               3 * sizeof(float));
+    }
     f->level[f->count] = (ibl_judge_level){
         .content = r->kind,
         .number = f->count - r->first,
@@ -359,53 +345,47 @@ static ibl_status add_level(const reader *r, const ibl_cube *from, int level,
         .pixel = pixel,
         .mended = mended};
     f->count++;
-    return IBL_OK;
+    return true;
 }
 
 /* Reads a texture of one layer: a cube, or a table. */
-static ibl_status read_texture(const reader *r, ibl_texture *tex)
+static bool read_texture(const reader *r, ibl_texture *tex)
 {
     const bool cube = r->kind != IBL_OUTPUT_LUT;
-    const ibl_status status = ibl_texture_read(r->ctx, r->path, tex, NULL);
 
-    if (status)
-        return status;
+    if (ibl_texture_read(r->ctx, r->path, tex, NULL))
+        return false;
     if (cube && tex->faces != IBL_FACES)
-        return ibl_refuse(r->console, IBL_ERR_FORMAT,
-                          "%s: a flat texture: %s is a cube", r->path,
-                          ibl_output_content(r->kind));
+        return ibl_console_fail(r->console, "%s: a flat texture: %s is a cube",
+                                r->path, ibl_output_content(r->kind));
     if (!cube && (tex->faces != 1 || tex->width != tex->height ||
                   ibl_pixel_channels(tex->pixel) != 2))
-        return ibl_refuse(r->console, IBL_ERR_FORMAT,
-                          "%s: no BRDF table: it must be flat, square and of "
-                          "two channels",
-                          r->path);
-    if (tex->layers != 1)
-        return ibl_refuse(r->console, IBL_ERR_FORMAT,
-                          "%s: an array of %d layers: %s is a single one",
-                          r->path, tex->layers, ibl_output_content(r->kind));
-    return IBL_OK;
+        return ibl_console_fail(r->console,
+                                "%s: no BRDF table: it must be flat, square "
+                                "and of two channels",
+                                r->path);
+    return tex->layers == 1 ||
+           ibl_console_fail(r->console,
+                            "%s: an array of %d layers: %s is a single one",
+                            r->path, tex->layers, ibl_output_content(r->kind));
 }
 
-static ibl_status read_container(const reader *r, ibl_texture *tex)
+static bool read_container(const reader *r, ibl_texture *tex)
 {
     ibl_cube cube = {0};
 
     if (strstr(r->path, "%l") && access(r->path, F_OK))
-        return ibl_refuse(
-            r->console, IBL_ERR_ARGUMENT,
-            "%s: has %%l but no %%f: put %%f where the names of the "
-            "faces are",
+        return ibl_console_fail(
+            r->console,
+            "%s: has %%l but no %%f: put %%f where the names of the faces are",
             r->path);
-    ibl_status status = read_texture(r, tex);
-    if (!status)
-        status = ibl_texture_to_cube(r->ctx, tex, &cube);
+    bool ok = read_texture(r, tex) && !ibl_texture_to_cube(r->ctx, tex, &cube);
     /* Mips of an irradiance map are for minification, nothing to judge. */
     const int levels = r->kind == IBL_OUTPUT_IRRADIANCE ? 1 : cube.levels;
-    for (int l = 0; l < levels && !status; l++)
-        status = add_level(r, &cube, l, tex->pixel, 0);
+    for (int l = 0; l < levels && ok; l++)
+        ok = add_level(r, &cube, l, tex->pixel, 0);
     ibl_cube_free(&cube);
-    return status ? status : note_yaw(r, tex);
+    return ok && note_yaw(r, tex);
 }
 
 /* The pattern with %l as the level, %f as the face's name and %% as itself;
@@ -415,9 +395,7 @@ static char *expand(const char *pattern, int level, const char *face)
     ibl_memory_file file;
     FILE *to = ibl_memory_open(&file);
 
-    if (!to)
-        return NULL;
-    for (; *pattern; pattern++) {
+    for (; to && *pattern; pattern++) {
         const char next = *pattern == '%' ? pattern[1] : '\0';
         if (next == 'l')
             fprintf(to, "%d", level);
@@ -431,50 +409,47 @@ static char *expand(const char *pattern, int level, const char *face)
 }
 
 /* Reads a face of a level; the first one makes the cube. */
-static ibl_status read_face(const reader *r, const char *path, int face,
-                            ibl_cube *cube, size_t *mended)
+static bool read_face(const reader *r, const char *path, int face,
+                      ibl_cube *cube, size_t *mended)
 {
     const ibl_read_options read = {.part = -1, .any_aspect = 1};
     ibl_image image = {0};
     ibl_read_report report = {0};
-    ibl_status status = ibl_image_read(r->ctx, path, &read, &image, &report);
+    bool ok = !ibl_image_read(r->ctx, path, &read, &image, &report);
+    const int n = image.width;
 
-    if (status)
-        return status;
-    if (image.width != image.height || image.width > IBL_MAX_CUBE_SIZE)
-        status = ibl_refuse(r->console, IBL_ERR_FORMAT,
-                            "%s: %dx%d pixels: a face is square, %d at most",
-                            path, image.width, image.height, IBL_MAX_CUBE_SIZE);
-    else if (!cube->data)
-        status = ibl_cube_alloc(r->ctx, image.width, 1, cube);
-    else if (image.width != cube->size)
-        status = ibl_refuse(r->console, IBL_ERR_FORMAT,
-                            "%s: %d pixels wide, but the faces before it %d",
-                            path, image.width, cube->size);
-    if (!status)
+    if (ok && (n != image.height || n > IBL_MAX_CUBE_SIZE))
+        ok = ibl_console_fail(r->console,
+                              "%s: %dx%d pixels: a face is square, %d at most",
+                              path, n, image.height, IBL_MAX_CUBE_SIZE);
+    if (ok && !cube->data)
+        ok = !ibl_cube_alloc(r->ctx, n, 1, cube);
+    if (ok && n != cube->size)
+        ok = ibl_console_fail(r->console,
+                              "%s: %d pixels wide, but the faces before it %d",
+                              path, n, cube->size);
+    if (ok)
         memcpy(ibl_cube_face(cube, 0, face), image.data,
-               3 * (size_t)cube->size * (size_t)cube->size * sizeof(float));
+               3 * (size_t)n * (size_t)n * sizeof(float));
     *mended += report.nonfinite;
     ibl_image_free(&image);
-    return status;
+    return ok;
 }
 
-static ibl_status read_faces(const reader *r, int level)
+static bool read_faces(const reader *r, int level)
 {
     ibl_cube cube = {0};
-    ibl_status status = IBL_OK;
+    bool ok = true;
     size_t mended = 0;
 
-    for (int face = 0; face < IBL_FACES && !status; face++) {
+    for (int face = 0; face < IBL_FACES && ok; face++) {
         char *path = expand(r->path, level, r->opts->face_names[face]);
-        status =
-            path ? read_face(r, path, face, &cube, &mended) : IBL_ERR_MEMORY;
+        ok = path && read_face(r, path, face, &cube, &mended);
         free(path);
     }
-    if (!status)
-        status = add_level(r, &cube, 0, IBL_PIXEL_COUNT, mended);
+    ok = ok && add_level(r, &cube, 0, IBL_PIXEL_COUNT, mended);
     ibl_cube_free(&cube);
-    return status;
+    return ok;
 }
 
 static bool is_there(const reader *r, int level)
@@ -486,71 +461,63 @@ static bool is_there(const reader *r, int level)
     return there;
 }
 
-static ibl_status read_pattern(const reader *r)
+static bool read_pattern(const reader *r)
 {
     const bool chain =
         r->kind != IBL_OUTPUT_IRRADIANCE && strstr(r->path, "%l");
-    ibl_status status = read_faces(r, 0);
+    bool ok = read_faces(r, 0);
 
-    for (int l = 1; chain && l < IBL_MAX_LEVELS && !status && is_there(r, l);
-         l++)
-        status = read_faces(r, l);
-    return status;
+    for (int l = 1; chain && l < IBL_MAX_LEVELS && ok && is_there(r, l); l++)
+        ok = read_faces(r, l);
+    return ok;
 }
 
-static ibl_status read_cube(const reader *r)
+static bool read_cube(const reader *r)
 {
     ibl_texture tex = {0}; /* empty for a pattern */
-    ibl_status status =
-        strstr(r->path, "%f") ? read_pattern(r) : read_container(r, &tex);
+    const bool ok =
+        (strstr(r->path, "%f") ? read_pattern(r) : read_container(r, &tex)) &&
+        (r->kind != IBL_OUTPUT_SPECULAR || describe_specular(r, &tex));
 
-    if (!status && r->kind == IBL_OUTPUT_SPECULAR)
-        status = describe_specular(r, &tex);
     ibl_texture_free(&tex);
-    return status;
+    return ok;
 }
 
-static ibl_status read_lut(const reader *r)
+static bool read_lut(const reader *r)
 {
     ibl_verify_files *f = r->files;
     ibl_texture tex = {0};
-    ibl_status status = read_texture(r, &tex);
+    const char *word;
+    const bool ok =
+        read_texture(r, &tex) && !ibl_texture_to_lut(r->ctx, &tex, &f->lut);
+    const int found = said(r, &tex, "geometry", ibl_geometry_names, &word);
 
-    if (!status) {
-        const char *name = said(r, &tex, "geometry");
-        const int found = name ? ibl_names_find(ibl_geometry_names, name) : 0;
-        f->geometry = (ibl_geometry)(r->opts->geometry ? r->opts->geometry - 1
-                                     : found > 0       ? found
-                                                       : 0);
-        f->lut_pixel = tex.pixel;
-        status = ibl_texture_to_lut(r->ctx, &tex, &f->lut);
-    }
+    f->geometry = (ibl_geometry)(r->opts->geometry ? r->opts->geometry - 1
+                                 : found > 0       ? found
+                                                   : 0);
+    f->lut_pixel = tex.pixel;
     ibl_texture_free(&tex);
-    return status;
+    return ok;
 }
 
-ibl_status ibl_verify_files_read(const ibl_verify_opts *opts, ibl_ctx *ctx,
-                                 ibl_console *console, ibl_verify_files *files)
+bool ibl_verify_files_read(const ibl_verify_opts *opts, ibl_ctx *ctx,
+                           ibl_console *console, ibl_verify_files *files)
 {
     reader r = {.opts = opts, .ctx = ctx, .console = console, .files = files};
-    ibl_status status = IBL_OK;
 
     *files = (ibl_verify_files){.yaw_deg = NAN};
-    if (opts->directory)
-        status = open_sidecar(&r);
-    if (!status)
-        status = find_files(&r);
-    for (int kind = 0; kind < IBL_VERIFY_KINDS && !status; kind++) {
+    bool ok = (!opts->directory || open_sidecar(&r)) && find_files(&r);
+    for (int kind = 0; kind < IBL_VERIFY_KINDS && ok; kind++) {
         r.kind = (ibl_output_kind)kind;
         r.path = files->path[kind];
         r.first = files->count;
         if (r.path)
-            status = kind == IBL_OUTPUT_LUT ? read_lut(&r) : read_cube(&r);
+            ok = kind == IBL_OUTPUT_LUT ? read_lut(&r) : read_cube(&r);
     }
     settle_yaw(&r);
     json_decref(r.sidecar);
     free(r.sidecar_path);
-    return status;
+    return ok;
 }
 
 void ibl_verify_files_free(ibl_verify_files *files)
@@ -562,25 +529,25 @@ void ibl_verify_files_free(ibl_verify_files *files)
     ibl_lut_free(&files->lut);
 }
 
-ibl_status ibl_verify_judge(const ibl_verify_files *files, ibl_ctx *ctx,
-                            ibl_judge *judge, ibl_console *console,
-                            ibl_report *report)
+bool ibl_verify_judge(const ibl_verify_files *files, ibl_ctx *ctx,
+                      ibl_judge *judge, ibl_console *console,
+                      ibl_report *report)
 {
-    ibl_status status = IBL_OK;
+    bool ok = true;
 
-    for (int i = 0; i < files->count && !status; i++) {
+    for (int i = 0; i < files->count && ok; i++) {
         const ibl_judge_level *level = &files->level[i];
         char stage[32];
         snprintf(stage, sizeof stage, "%s %d", ibl_output_name(level->content),
                  level->number);
         ibl_console_progress(console, stage, 0);
-        status = ibl_report_add(report, judge, level);
+        ok = ibl_report_add(report, judge, level);
     }
-    if (status || !files->lut.data)
-        return status;
+    if (!ok || !files->lut.data)
+        return ok;
     ibl_console_progress(console, ibl_output_name(IBL_OUTPUT_LUT), 0);
-    status = ibl_judge_lut(ctx, &files->lut, files->lut_pixel, files->geometry,
-                           &report->options, &report->lut);
-    report->has_lut = !status;
-    return status;
+    report->has_lut =
+        ibl_judge_lut(ctx, &files->lut, files->lut_pixel, files->geometry,
+                      &report->options, &report->lut);
+    return report->has_lut;
 }

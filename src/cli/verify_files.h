@@ -53,16 +53,16 @@ typedef struct ibl_verify_files {
 /* "0,0.25,1", each from 0 to 1. Returns how many, 0: it is no such list. */
 int ibl_roughness_list(const char *text, double list[IBL_MAX_LEVELS]);
 
-/* Finds and reads what opts names, with what it means. Fails with one
+/* Finds and reads what opts names, with what it means. False after one
  * message; ibl_verify_files_free also then. */
-ibl_status ibl_verify_files_read(const ibl_verify_opts *opts, ibl_ctx *ctx,
-                                 ibl_console *console, ibl_verify_files *files);
+bool ibl_verify_files_read(const ibl_verify_opts *opts, ibl_ctx *ctx,
+                           ibl_console *console, ibl_verify_files *files);
 void ibl_verify_files_free(ibl_verify_files *files);
 
 /* Judges every level, and the table, by the report's options. judge has the
- * files' yaw; NULL if there is only a table. */
-ibl_status ibl_verify_judge(const ibl_verify_files *files, ibl_ctx *ctx,
-                            ibl_judge *judge, ibl_console *console,
-                            ibl_report *report);
+ * files' yaw; NULL if there is only a table. False: as ibl_report_add. */
+bool ibl_verify_judge(const ibl_verify_files *files, ibl_ctx *ctx,
+                      ibl_judge *judge, ibl_console *console,
+                      ibl_report *report);
 
 #endif
