@@ -7,6 +7,7 @@
 
 #include "cli/child.h"
 #include "cli/console.h"
+#include "cli/json_text.h"
 #include "cli/shell_words.h"
 #include "common/path.h"
 #include "common/signals.h"
@@ -24,14 +25,13 @@ static void free_bench(ibl_bench *b)
     for (int i = 0; i < b->source_count; i++)
         free(b->sources[i].path);
     free(b->points);
-    free(b->sources);
 }
 
 /* ---- files ----------------------------------------------------------- */
 
 typedef struct report {
     const char *path;
-    char *(*text)(const ibl_bench *b);
+    char *(*text)(const json_t *document);
 } report;
 
 /* Before the minutes of work, not after them. */
@@ -52,40 +52,38 @@ static bool check_reports(const ibl_bench *b, const report *reports, int count)
 
 static bool write_reports(const ibl_bench *b, const report *reports, int count)
 {
+    json_t *document = ibl_bench_document(b);
     ibl_ctx *ctx = NULL;
     ibl_outputs *outputs = NULL;
+    bool ok = document && !ibl_start(&b->opts->common, b->console, &ctx) &&
+              !ibl_start_outputs(ctx, 0, &outputs);
 
-    ibl_status status = ibl_start(&b->opts->common, b->console, &ctx);
-    if (!status)
-        status = ibl_start_outputs(ctx, 0, &outputs);
-    for (int i = 0; i < count && !status; i++) {
-        char *text;
-        if (!reports[i].path)
-            continue;
-        text = reports[i].text(b);
-        status =
-            text ? ibl_outputs_add(outputs, reports[i].path, text, strlen(text))
-                 : IBL_ERR_MEMORY;
+    for (int i = 0; i < count && ok; i++) {
+        const char *path = reports[i].path;
+        char *text = path ? reports[i].text(document) : NULL;
+        if (path)
+            ok = text && !ibl_outputs_add(outputs, path, text, strlen(text));
         free(text);
     }
-    if (!status)
-        status = ibl_commit_outputs(outputs);
-    if (status)
+    ok = ok && !ibl_commit_outputs(outputs);
+    if (!ok)
         ibl_console_fail(b->console, "the reports: %s",
-                         ibl_status_text(status));
+                         ibl_status_text(IBL_ERR_MEMORY));
     ibl_end_outputs(outputs);
     ibl_ctx_free(ctx);
-    return !status;
+    json_decref(document);
+    return ok;
 }
 
 /* ---- the run --------------------------------------------------------- */
 
+/* Whether q is as fast and as good as p, and faster or better. */
 static bool is_beaten(const ibl_bench_point *p, const ibl_bench_point *q)
 {
     const double time = p->series[IBL_BENCH_WALL_S].median;
     const double other = q->series[IBL_BENCH_WALL_S].median;
 
-    return q->error <= p->error && other <= time &&
+    return q->source == p->source && q->error <= p->error && other <= time &&
            (q->error < p->error || other < time);
 }
 
@@ -95,11 +93,9 @@ static void mark_front(ibl_bench *b)
     for (int i = 0; i < b->point_count; i++) {
         ibl_bench_point *p = &b->points[i];
         p->pareto = ibl_bench_is_rival(b, p);
-        for (int k = 0; k < b->point_count && p->pareto; k++) {
-            const ibl_bench_point *q = &b->points[k];
-            p->pareto = q->source != p->source || !ibl_bench_is_rival(b, q) ||
-                        !is_beaten(p, q);
-        }
+        for (int k = 0; k < b->point_count && p->pareto; k++)
+            p->pareto = !ibl_bench_is_rival(b, &b->points[k]) ||
+                        !is_beaten(p, &b->points[k]);
     }
 }
 
@@ -127,7 +123,7 @@ static int work(const void *cookie, const char *directory)
 {
     const ibl_bench_opts *opts = cookie;
     const report reports[] = {{opts->csv, ibl_bench_csv},
-                              {opts->json, ibl_bench_json},
+                              {opts->json, ibl_json_text},
                               {opts->html, ibl_bench_html}};
     const int count = (int)(sizeof reports / sizeof *reports);
     ibl_console console;
@@ -139,10 +135,8 @@ static int work(const void *cookie, const char *directory)
               ibl_bench_plan(&b) && ibl_bench_measure(&b) &&
               ibl_bench_judge(&b);
     ibl_console_finish(&console);
-    if (ok) {
-        mark_front(&b);
-        ok = write_reports(&b, reports, count);
-    }
+    mark_front(&b);
+    ok = ok && write_reports(&b, reports, count);
     if (ok)
         ibl_bench_print(&b, stdout);
     free_bench(&b);

@@ -33,8 +33,7 @@ typedef enum ibl_bench_method {
     IBL_BENCH_METHODS
 } ibl_bench_method;
 
-/* "auto", "spectral", "sampled", "sampled-nomip". */
-const char *ibl_bench_method_name(int method);
+extern const char *const ibl_bench_method_names[];
 /* Whether samples are swept with it: not with the first two. */
 bool ibl_bench_takes_samples(int method);
 
@@ -91,8 +90,7 @@ typedef enum ibl_bench_kind {
     IBL_BENCH_PEER
 } ibl_bench_kind;
 
-/* "bake", "variant", "peer". */
-const char *ibl_bench_kind_name(ibl_bench_kind kind);
+extern const char *const ibl_bench_kind_names[];
 
 /* A measured quantity over the rounds. */
 typedef struct ibl_bench_series {
@@ -195,9 +193,9 @@ bool ibl_bench_is_special(const ibl_bench *b, const ibl_bench_point *p);
 /* ---- reports --------------------------------------------------------- */
 
 void ibl_bench_print(const ibl_bench *b, FILE *to);
-/* Texts, the caller's to free; NULL: no memory. */
-char *ibl_bench_csv(const ibl_bench *b);
-char *ibl_bench_json(const ibl_bench *b);
-char *ibl_bench_html(const ibl_bench *b);
+/* All that was measured, and texts of it, for free(); NULL: no memory. */
+json_t *ibl_bench_document(const ibl_bench *b);
+char *ibl_bench_csv(const json_t *document);
+char *ibl_bench_html(const json_t *document);
 
 #endif

@@ -62,11 +62,9 @@ void ibl_bench_machine_find(ibl_bench_machine *m)
 
 static bool empty_directory(const ibl_bench *b, const ibl_bench_point *p)
 {
-    if (ibl_scratch_remove(p->directory) && !mkdir(p->directory, 0700))
-        return true;
-    ibl_console_fail(b->console, "%s: cannot be emptied: %s", p->directory,
-                     strerror(errno));
-    return false;
+    return (ibl_scratch_remove(p->directory) && !mkdir(p->directory, 0700)) ||
+           ibl_console_fail(b->console, "%s: cannot be emptied: %s",
+                            p->directory, strerror(errno));
 }
 
 /* Adds a value to the series of that name; stages beyond the most that a point
@@ -82,10 +80,9 @@ static bool record(const ibl_bench *b, ibl_bench_point *p, const char *name,
         return true;
     if (s == p->series + p->series_count) {
         s->rounds = calloc((size_t)b->opts->rounds, sizeof *s->rounds);
-        if (!s->rounds) {
-            ibl_console_fail(b->console, "no memory for the measurements");
-            return false;
-        }
+        if (!s->rounds)
+            return ibl_console_fail(b->console,
+                                    "no memory for the measurements");
         snprintf(s->name, sizeof s->name, "%s", name);
         p->series_count++;
     }
@@ -130,14 +127,12 @@ static bool run_point(const ibl_bench *b, ibl_bench_point *p, int round)
     if (!empty_directory(b, p))
         return false;
     snprintf(log, sizeof log, "%s.log", p->directory);
-    if (!ibl_child_run(p->argv, log, limit_s, &child)) {
-        ibl_console_fail(b->console, "%s %s: %s%s",
-                         ibl_bench_kind_name(p->kind), p->name, child.reason,
-                         child.timed_out ? ": give it more with --timeout, or "
-                                           "leave it out"
-                                         : "");
-        return false;
-    }
+    if (!ibl_child_run(p->argv, log, limit_s, &child))
+        return ibl_console_fail(
+            b->console, "%s %s: %s%s", ibl_bench_kind_names[p->kind], p->name,
+            child.reason,
+            child.timed_out ? ": give it more with --timeout, or leave it out"
+                            : "");
     return round < 0 ||
            (record(b, p, "wall_s", round, child.wall_s) &&
             record(b, p, "cpu_s", round, child.cpu_s) &&

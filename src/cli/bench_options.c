@@ -5,48 +5,36 @@
 #include "cli/bench.h"
 #include "cli/judge.h"
 #include "cli/shell_words.h"
+#include "common/names.h"
 
 #define STANDARD_METHODS "auto,spectral,sampled,sampled-nomip"
 #define STANDARD_SAMPLES "16,64,256,1024,4096"
 #define STANDARD_SIZES "64,128,256,512"
 
-const char *ibl_bench_method_name(int method)
-{
-    static const char *const names[] = {"auto", "spectral", "sampled",
-                                        "sampled-nomip"};
-    return names[method];
-}
+const char *const ibl_bench_method_names[] = {"auto", "spectral", "sampled",
+                                              "sampled-nomip", NULL};
+const char *const ibl_bench_kind_names[] = {"bake", "variant", "peer"};
+static const char *const isa_names[] = {"c", "sse2", "avx2", "avx512", NULL};
 
 bool ibl_bench_takes_samples(int method)
 {
     return method == IBL_BENCH_SAMPLED || method == IBL_BENCH_SAMPLED_NOMIP;
 }
 
-const char *ibl_bench_kind_name(ibl_bench_kind kind)
-{
-    static const char *const names[] = {"bake", "variant", "peer"};
-    return names[kind];
-}
-
 /* ---- lists ----------------------------------------------------------- */
-
-static const char *isa_name(int isa)
-{
-    return ibl_isa_name((ibl_isa)isa);
-}
 
 static const struct {
     const char *name;
     int low, high;
-    const char *(*word)(int value); /* NULL: values are numbers */
-    const char *standard;           /* NULL: depends on the machine or maps */
+    const char *const *words; /* of low and so on; NULL: values are numbers */
+    const char *standard;     /* NULL: depends on the machine or maps */
 } axes[IBL_BENCH_AXES] = {
-    {"method", 0, IBL_BENCH_METHODS - 1, ibl_bench_method_name,
+    {"method", 0, IBL_BENCH_METHODS - 1, ibl_bench_method_names,
      STANDARD_METHODS},
     {"samples", 1, 1048576, NULL, STANDARD_SAMPLES},
     {"size", 1, IBL_MAX_CUBE_SIZE, NULL, STANDARD_SIZES},
     {"threads", 1, 1024, NULL, NULL},
-    {"isa", IBL_ISA_C, IBL_ISA_AVX512, isa_name, NULL},
+    {"isa", IBL_ISA_C, IBL_ISA_AVX512, isa_names, NULL},
     {"source", 2, IBL_MAX_EDGE, NULL, NULL},
 };
 
@@ -57,8 +45,8 @@ const char *ibl_bench_axis_name(int axis)
 
 void ibl_bench_value(int axis, int value, char *text, size_t size)
 {
-    if (axes[axis].word)
-        snprintf(text, size, "%s", axes[axis].word(value));
+    if (axes[axis].words)
+        snprintf(text, size, "%s", axes[axis].words[value - axes[axis].low]);
     else
         snprintf(text, size, "%d", value);
 }
@@ -77,18 +65,17 @@ static bool put(ibl_bench_list *list, int value)
 /* The value that text begins with; *end is what follows. */
 static bool take_value(int axis, const char *text, int *value, const char **end)
 {
-    const size_t length = strcspn(text, ",");
+    const int length = (int)strcspn(text, ",");
+    char word[16];
 
-    if (!axes[axis].word)
+    if (!axes[axis].words)
         return ibl_number_int(text, axes[axis].low, axes[axis].high, value,
                               end);
     *end = text + length;
-    for (*value = axes[axis].low; *value <= axes[axis].high; ++*value) {
-        const char *word = axes[axis].word(*value);
-        if (strlen(word) == length && !memcmp(word, text, length))
-            return true;
-    }
-    return false;
+    snprintf(word, sizeof word, "%.*s", length, text);
+    const int found = ibl_names_find(axes[axis].words, word);
+    *value = axes[axis].low + found;
+    return found >= 0;
 }
 
 /* Values separated by commas; for sources also "none". */
@@ -270,7 +257,7 @@ static bool check_isas(const ibl_bench_opts *o)
     for (int i = 0; i < list->count; i++)
         if (list->values[i] > (int)ibl_isa_best())
             return ibl_misuse("--isa %s: this CPU has no more than %s",
-                              isa_name(list->values[i]),
+                              ibl_isa_name((ibl_isa)list->values[i]),
                               ibl_isa_name(ibl_isa_best()));
     return true;
 }

@@ -11,8 +11,7 @@
 
 static bool no_memory(const ibl_bench *b)
 {
-    ibl_console_fail(b->console, "no memory for the plan: sweep less");
-    return false;
+    return ibl_console_fail(b->console, "no memory for the plan: sweep less");
 }
 
 /* ---- commands -------------------------------------------------------- */
@@ -71,7 +70,7 @@ static char *bake_command(const ibl_bench *b, const ibl_bench_point *p)
     if (read->strict)
         fputs(" --strict", to);
     fprintf(to, " --method=%s --pdf-mip=%s",
-            ibl_bench_method_name(nomip ? IBL_BENCH_SAMPLED : method),
+            ibl_bench_method_names[nomip ? IBL_BENCH_SAMPLED : method],
             nomip ? "no" : "yes");
     for (int axis = IBL_BENCH_SAMPLES; axis < IBL_BENCH_SOURCE; axis++) {
         char value[16];
@@ -116,7 +115,7 @@ static void name_bake(const ibl_bench *b, ibl_bench_point *p)
 {
     const ibl_bench_source *source = &b->sources[p->source];
 
-    extend(p, "%s", ibl_bench_method_name(p->at[IBL_BENCH_METHOD]));
+    extend(p, "%s", ibl_bench_method_names[p->at[IBL_BENCH_METHOD]]);
     if (ibl_bench_takes_samples(p->at[IBL_BENCH_METHOD]))
         extend(p, " %d", p->at[IBL_BENCH_SAMPLES]);
     for (int axis = IBL_BENCH_SIZE; axis < IBL_BENCH_SOURCE; axis++) {

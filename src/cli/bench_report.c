@@ -62,7 +62,7 @@ static json_t *point(const ibl_bench *b, const ibl_bench_point *p)
         put(&stages, p->series[i].name, series(&p->series[i], rounds));
     json_t *j = json_pack(
         "{so ss sb sb sb so s{si si sb}}", "name", ibl_json_string(p->name),
-        "kind", ibl_bench_kind_name(p->kind), "base", p->base, "special",
+        "kind", ibl_bench_kind_names[p->kind], "base", p->base, "special",
         ibl_bench_is_special(b, p), "rival", ibl_bench_is_rival(b, p), "env",
         ibl_json_string(b->opts->envs[source->env]), "source", "width",
         source->width, "height", source->height, "resampled",
@@ -85,8 +85,7 @@ static json_t *point(const ibl_bench *b, const ibl_bench_point *p)
     return j;
 }
 
-/* NULL: no memory. */
-static json_t *report(const ibl_bench *b)
+json_t *ibl_bench_document(const ibl_bench *b)
 {
     json_t *points = json_array();
 
@@ -100,15 +99,6 @@ static json_t *report(const ibl_bench *b)
         "root mean square of the nRMSE of the specular levels with roughness "
         "above 0, against <ibl/reference.h>",
         "points", points);
-}
-
-char *ibl_bench_json(const ibl_bench *b)
-{
-    json_t *root = report(b);
-    char *text = ibl_json_text(root);
-
-    json_decref(root);
-    return text;
 }
 
 /* ---- HTML ------------------------------------------------------------ */
@@ -126,11 +116,11 @@ static void put_json(const char *json, FILE *to)
             fputc(*json, to);
 }
 
-char *ibl_bench_html(const ibl_bench *b)
+char *ibl_bench_html(const json_t *document)
 {
     static const char marker[] = "@JSON@";
     const char *place = strstr(ibl_bench_page, marker);
-    char *json = ibl_bench_json(b);
+    char *json = ibl_json_text(document);
     ibl_memory_file page;
     FILE *to = json ? ibl_memory_open(&page) : NULL;
 
@@ -140,7 +130,7 @@ char *ibl_bench_html(const ibl_bench *b)
         fputs(place + sizeof marker - 1, to);
     }
     free(json);
-    return to ? ibl_memory_close(to, &page) : NULL;
+    return ibl_memory_close(to, &page);
 }
 
 /* ---- CSV ------------------------------------------------------------- */
@@ -160,7 +150,7 @@ static const struct {
     {"threads", "threads", NULL},
     {"isa", "isa", NULL},
     {"sweeps", "sweeps", NULL},
-    {"rounds", "rounds", NULL},
+    {"rounds", "wall_s", "rounds"},
     {"wall_s", "wall_s", "median"},
     {"wall_q1_s", "wall_s", "q1"},
     {"wall_q3_s", "wall_s", "q3"},
@@ -168,22 +158,34 @@ static const struct {
     {"peak_bytes", "peak_bytes", NULL},
     {"output_bytes", "output_bytes", NULL},
 };
+
+/* The columns of a level, behind those of the stages and "front". */
+static const char *const members[] = {"content",   "level", "size",
+                                      "roughness", "nrmse", "median",
+                                      "p95",       "worst", "bias"};
+
 enum {
-    COLUMNS = sizeof columns / sizeof *columns
+    COLUMNS = sizeof columns / sizeof *columns,
+    MEMBERS = sizeof members / sizeof *members
 };
 
 /* Every stage that any point has, each point's in its order as far as
  * possible; returns how many. */
-static int find_stages(const ibl_bench *b, const char **names, int most)
+static int find_stages(const json_t *points, const char **names, int most)
 {
+    const json_t *point;
     int count = 0;
+    size_t i;
 
-    for (int i = 0; i < b->point_count; i++) {
-        const ibl_bench_point *p = &b->points[i];
+    json_array_foreach((json_t *)points, i, point)
+    {
+        const char *stage;
+        json_t *seconds;
         int next = 0;
-        for (int k = IBL_BENCH_STAGES; k < p->series_count; k++) {
+        json_object_foreach(json_object_get(point, "stages_s"), stage, seconds)
+        {
             int at = 0;
-            while (at < count && strcmp(names[at], p->series[k].name) != 0)
+            while (at < count && strcmp(names[at], stage) != 0)
                 at++;
             if (at == count && count == most)
                 continue;
@@ -191,7 +193,7 @@ static int find_stages(const ibl_bench *b, const char **names, int most)
                 at = next;
                 memmove(names + at + 1, names + at,
                         (size_t)(count++ - at) * sizeof *names);
-                names[at] = p->series[k].name;
+                names[at] = stage;
             }
             next = at + 1;
         }
@@ -214,8 +216,8 @@ static void put_text(const char *text, FILE *to)
     fputc('"', to);
 }
 
-/* Nothing for null, and for what is not there. */
-static void put_field(const json_t *value, FILE *to)
+/* A field and what ends it; nothing for null, and for what is not there. */
+static void put_field(const json_t *value, char end, FILE *to)
 {
     if (json_is_string(value))
         put_text(json_string_value(value), to);
@@ -225,45 +227,40 @@ static void put_field(const json_t *value, FILE *to)
         fprintf(to, "%" JSON_INTEGER_FORMAT, json_integer_value(value));
     else if (json_is_real(value))
         fprintf(to, "%.9g", json_real_value(value));
-    for (size_t i = 0; i < json_array_size(value); i++)
-        fprintf(to, "%s%s", i ? " " : "",
-                json_string_value(json_array_get(value, i)));
+    else if (json_is_real(json_array_get(value, 0)))
+        fprintf(to, "%zu", json_array_size(value));
+    else
+        for (size_t i = 0; i < json_array_size(value); i++)
+            fprintf(to, "%s%s", i ? " " : "",
+                    json_string_value(json_array_get(value, i)));
+    fputc(end, to);
 }
 
 /* A line: a point with one of its levels. */
 static void put_line(const json_t *point, const json_t *level,
                      const char **stages, int count, FILE *to)
 {
-    static const char *const members[] = {"content",   "level", "size",
-                                          "roughness", "nrmse", "median",
-                                          "p95",       "worst", "bias"};
     const json_t *seconds = json_object_get(point, "stages_s");
 
     for (int i = 0; i < COLUMNS; i++) {
         const json_t *value = json_object_get(point, columns[i].member);
-        if (i)
-            fputc(',', to);
         put_field(columns[i].part ? json_object_get(value, columns[i].part)
                                   : value,
-                  to);
+                  ',', to);
     }
-    for (int i = 0; i < count; i++) {
-        fputc(',', to);
+    for (int i = 0; i < count; i++)
         put_field(
-            json_object_get(json_object_get(seconds, stages[i]), "median"), to);
-    }
-    fputc(',', to);
-    put_field(json_object_get(point, "front"), to);
-    for (size_t i = 0; i < sizeof members / sizeof *members; i++) {
-        fputc(',', to);
-        put_field(json_object_get(level, members[i]), to);
-    }
-    fputc('\n', to);
+            json_object_get(json_object_get(seconds, stages[i]), "median"), ',',
+            to);
+    put_field(json_object_get(point, "front"), ',', to);
+    for (int i = 0; i < MEMBERS; i++)
+        put_field(json_object_get(level, members[i]),
+                  i + 1 < MEMBERS ? ',' : '\n', to);
 }
 
 /* Of a point: a line for all its levels, and one for each. */
-static bool put_point(const ibl_bench *b, json_t *point, const char **stages,
-                      int count, FILE *to)
+static bool put_point(const json_t *point, const char **stages, int count,
+                      FILE *to)
 {
     const json_t *levels = json_object_get(point, "levels"), *level;
     json_t *all = json_pack("{ss sO* sO*}", "content", "all", "nrmse",
@@ -271,8 +268,7 @@ static bool put_point(const ibl_bench *b, json_t *point, const char **stages,
                             json_object_get(point, "worst_p95"));
     size_t i;
 
-    if (!all ||
-        json_object_set_new(point, "rounds", json_integer(b->opts->rounds)))
+    if (!all)
         return false;
     put_line(point, all, stages, count, to);
     json_array_foreach((json_t *)levels, i, level)
@@ -283,36 +279,31 @@ static bool put_point(const ibl_bench *b, json_t *point, const char **stages,
     return true;
 }
 
-char *ibl_bench_csv(const ibl_bench *b)
+char *ibl_bench_csv(const json_t *document)
 {
+    const json_t *points = json_object_get(document, "points"), *point;
     const char *stages[IBL_BENCH_SERIES];
-    const int count = find_stages(b, stages, IBL_BENCH_SERIES);
-    json_t *root = report(b), *point;
+    const int count = find_stages(points, stages, IBL_BENCH_SERIES);
     ibl_memory_file file;
-    FILE *to = root ? ibl_memory_open(&file) : NULL;
-    bool ok = true;
+    FILE *to = ibl_memory_open(&file);
+    bool ok = to;
     size_t i;
 
-    if (!to) {
-        json_decref(root);
-        return NULL;
-    }
-    for (int k = 0; k < COLUMNS; k++)
-        fprintf(to, "%s%s", k ? "," : "", columns[k].name);
-    for (int k = 0; k < count; k++)
-        fprintf(to, ",%s_s", stages[k]);
-    fputs(",front,content,level,level_size,roughness,nrmse,median,p95,"
-          "worst,bias\n",
-          to);
-    json_array_foreach(json_object_get(root, "points"), i, point)
+    for (int k = 0; k < COLUMNS && ok; k++)
+        fprintf(to, "%s,", columns[k].name);
+    for (int k = 0; k < count && ok; k++)
+        fprintf(to, "%s_s,", stages[k]);
+    if (ok)
+        fputs("front,content,level,level_size,roughness,nrmse,median,p95,"
+              "worst,bias\n",
+              to);
+    json_array_foreach((json_t *)points, i, point)
     {
-        ok = ok && put_point(b, point, stages, count, to);
+        ok = ok && put_point(point, stages, count, to);
     }
-    json_decref(root);
     char *text = ibl_memory_close(to, &file);
-    if (!ok) {
-        free(text);
-        text = NULL;
-    }
-    return text;
+    if (ok)
+        return text;
+    free(text);
+    return NULL;
 }

@@ -26,6 +26,11 @@ typedef struct job {
     ibl_bench_source sources[MOST]; /* without their paths */
 } job;
 
+static bool no_memory(const ibl_bench *b)
+{
+    return ibl_console_fail(b->console, "no memory for the list of maps");
+}
+
 static char *source_path(const ibl_bench *b, const ibl_bench_source *s)
 {
     if (s->resampled)
@@ -115,41 +120,28 @@ static bool make(void *cookie)
     return ok;
 }
 
-static bool keep(ibl_bench *b, const job *made)
-{
-    b->sources = calloc(MOST, sizeof *b->sources);
-    for (int i = 0; b->sources && i < made->count; i++) {
-        b->sources[i] = made->sources[i];
-        b->sources[i].path = source_path(b, &b->sources[i]);
-        if (!b->sources[i].path)
-            break;
-        b->source_count++;
-    }
-    if (b->source_count < made->count)
-        ibl_console_fail(b->console, "no memory for the list of maps");
-    return b->source_count == made->count;
-}
-
+/* The memory that is shared with the child is kept as b->sources. */
 bool ibl_bench_sources_make(ibl_bench *b)
 {
     job *j = mmap(NULL, sizeof *j, PROT_READ | PROT_WRITE,
                   MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    bool ok = false;
 
-    if (j == MAP_FAILED) {
-        ibl_console_fail(b->console, "no memory for the list of maps");
-        return false;
-    }
+    if (j == MAP_FAILED)
+        return no_memory(b);
     *j = (job){.b = b};
     const int status = ibl_child_call(make, j);
     if (status == -1)
-        ibl_console_fail(b->console, "no process can be made: %s",
-                         strerror(errno));
-    else if (WIFSIGNALED(status))
-        ibl_console_fail(b->console, "%s: reading it ended by signal %d",
-                         b->opts->envs[j->env], WTERMSIG(status));
-    else
-        ok = !status && keep(b, j);
-    munmap(j, sizeof *j);
-    return ok;
+        return ibl_console_fail(b->console, "no process can be made: %s",
+                                strerror(errno));
+    if (WIFSIGNALED(status))
+        return ibl_console_fail(b->console, "%s: reading it ended by signal %d",
+                                b->opts->envs[j->env], WTERMSIG(status));
+    b->sources = j->sources;
+    for (; !status && b->source_count < j->count; b->source_count++) {
+        ibl_bench_source *s = &b->sources[b->source_count];
+        s->path = source_path(b, s);
+        if (!s->path)
+            return no_memory(b);
+    }
+    return !status;
 }

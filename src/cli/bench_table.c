@@ -123,7 +123,7 @@ void ibl_bench_print(const ibl_bench *b, FILE *to)
             continue;
         fprintf(to, "\n%s, %dx%d; base: %s, size %d, %d threads, %s\n",
                 file_name(source->path), source->width, source->height,
-                ibl_bench_method_name(b->base[IBL_BENCH_METHOD]),
+                ibl_bench_method_names[b->base[IBL_BENCH_METHOD]],
                 b->base[IBL_BENCH_SIZE], b->base[IBL_BENCH_THREADS],
                 ibl_isa_name((ibl_isa)b->base[IBL_BENCH_ISA]));
         fprintf(to, " %-*s %9s %17s %9s %8s %9s %9s\n", width, "", "time ms",
