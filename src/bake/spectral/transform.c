@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Orders are independent of each other: a job does some that follow each
- * other, and what an order becomes does not depend on its job. */
+/* Orders are independent of each other: a job does ORDERS of them. */
 #include "bake/spectral/transform.h"
 
 #include <assert.h>
@@ -16,7 +15,7 @@
 enum {
     LINE = 16, /* floats in a cache line */
     PARTS = 6,
-    KEPT = 32 /* orders between states of row integrals that are kept */
+    ORDERS = 4 /* of a job: a few milliseconds of the largest analysis */
 };
 
 /* ---- what is transformed ------------------------------------------------ */
@@ -110,7 +109,7 @@ typedef struct row_integrals {
     int edges;      /* from the pole to the equator */
     double *x;      /* cos theta of each */
     double *sine;   /* sin theta */
-    double *states; /* of every KEPT-th order */
+    double *states; /* of the first order of each job */
 } row_integrals;
 
 /* (sin theta)^m, S_m and S_m+-1 of each edge: doubles of a state. */
@@ -146,18 +145,9 @@ static void next_order(const row_integrals *r, int m, double *state)
     }
 }
 
-/* Makes state that of order m. */
-static void seek_order(const row_integrals *r, int m, double *state)
-{
-    const size_t each = state_size(r);
-    memcpy(state, r->states + (size_t)(m / KEPT) * each, each * sizeof *state);
-    for (int k = m / KEPT * KEPT; k < m; k++)
-        next_order(r, k, state);
-}
-
 static bool row_integrals_init(row_integrals *r, int rows, int degree)
 {
-    const size_t kept = (size_t)degree / KEPT + 1;
+    const size_t kept = (size_t)degree / ORDERS + 1;
     *r = (row_integrals){.rows = rows, .edges = rows / 2 + 1};
     const size_t edges = (size_t)r->edges, each = state_size(r);
     r->x = ibl_alloc_array(2 * edges + kept * each, sizeof *r->x);
@@ -173,7 +163,7 @@ static bool row_integrals_init(row_integrals *r, int rows, int degree)
     for (size_t k = 1; k < kept; k++) {
         double *state = r->states + k * each;
         memcpy(state, state - each, each * sizeof *state);
-        for (int m = (int)(k - 1) * KEPT; m < (int)k * KEPT; m++)
+        for (int m = (int)(k - 1) * ORDERS; m < (int)k * ORDERS; m++)
             next_order(r, m, state);
     }
     return true;
@@ -210,15 +200,10 @@ static double ratio(int l, int m)
 
 /* ---- both ways ---------------------------------------------------------- */
 
-/* Products of P_lm and a pair of rings in a job: well below a millisecond. */
-static const double job_work = 2e5;
-
 struct transform {
     ibl_legendre_dsp dsp;
     ibl_legendre_rings rings;
     int degree;
-    int *first; /* orders of job i: first[i]..first[i + 1] - 1 */
-    int jobs;
     double *scratch; /* of each worker */
     const ibl_harmonics *harmonics;
     const ibl_ring_spectra *spectra;
@@ -226,26 +211,6 @@ struct transform {
     const double *width; /* of each order, where rows are patches */
     row_integrals integrals;
 };
-
-/* The work of an order: its Legendre functions, and something for a start. */
-static double work_of(const struct transform *t, int m)
-{
-    return (t->degree - m + 16.0) * t->rings.pairs;
-}
-
-static void plan_jobs(struct transform *t)
-{
-    double work = 0.0;
-
-    for (int m = 0; m <= t->degree; m++) {
-        if (!m || work >= job_work) {
-            t->first[t->jobs++] = m;
-            work = 0.0;
-        }
-        work += work_of(t, m);
-    }
-    t->first[t->jobs] = t->degree + 1;
-}
 
 /* Doubles of scratch for a worker. */
 static size_t scratch_of(const struct transform *t)
@@ -260,12 +225,10 @@ static ibl_status prepare(ibl_ctx *ctx, struct transform *t, ibl_ring_kind kind,
     const size_t workers = (size_t)ibl_ctx_threads(ctx);
 
     ibl_legendre_dsp_init(&t->dsp, ibl_ctx_isa(ctx));
-    t->first = ibl_alloc_array((size_t)t->degree + 2, sizeof *t->first);
     t->scratch = ibl_alloc_array(workers, scratch_of(t) * sizeof *t->scratch);
-    if (!t->first || !t->scratch ||
+    if (!t->scratch ||
         !ibl_legendre_rings_init(&t->rings, kind, rings, t->degree))
         return ibl_no_memory(ctx, "a spherical harmonic transform");
-    plan_jobs(t);
     return IBL_OK;
 }
 
@@ -274,7 +237,12 @@ static void release(struct transform *t)
     row_integrals_free(&t->integrals);
     ibl_legendre_rings_free(&t->rings);
     ibl_free(t->scratch);
-    ibl_free(t->first);
+}
+
+static int last_order(const struct transform *t, int job)
+{
+    const int last = (job + 1) * ORDERS - 1;
+    return last < t->degree ? last : t->degree;
 }
 
 static ibl_legendre_order order(const struct transform *t, int m, int worker)
@@ -319,8 +287,11 @@ static void analyse_job(void *arg, int job, int worker)
     double *state = t->scratch + (size_t)worker * scratch_of(t) +
                     ibl_legendre_scratch(t->degree);
 
-    seek_order(&t->integrals, t->first[job], state);
-    for (int m = t->first[job]; m < t->first[job + 1]; m++) {
+    const size_t each = state_size(&t->integrals);
+
+    memcpy(state, t->integrals.states + (size_t)job * each,
+           each * sizeof *state);
+    for (int m = job * ORDERS; m <= last_order(t, job); m++) {
         const ibl_legendre_order o = order(t, m, worker);
         t->dsp.analyse(&o, ibl_ring_spectra_at(t->spectra, m, 0),
                        t->spectra->stride, ibl_harmonics_at(t->harmonics, m));
@@ -342,7 +313,7 @@ ibl_status ibl_sht_analyse(ibl_ctx *ctx, const char *stage,
         return ibl_no_memory(ctx, "a spherical harmonic transform");
     status = prepare(ctx, &t, IBL_RINGS_EDGES, in->rings - 1);
     if (!status)
-        status = ibl_run(ctx, stage, t.jobs, analyse_job, &t);
+        status = ibl_run(ctx, stage, t.degree / ORDERS + 1, analyse_job, &t);
     release(&t);
     return status;
 }
@@ -351,7 +322,7 @@ static void synthesise_job(void *arg, int job, int worker)
 {
     const struct transform *t = arg;
 
-    for (int m = t->first[job]; m < t->first[job + 1]; m++) {
+    for (int m = job * ORDERS; m <= last_order(t, job); m++) {
         const ibl_legendre_order o = order(t, m, worker);
         t->dsp.synthesise(&o, ibl_harmonics_at(t->harmonics, m), t->factor,
                           ibl_ring_spectra_at(t->spectra, m, 0),
@@ -369,7 +340,7 @@ ibl_status ibl_sht_synthesise(ibl_ctx *ctx, const char *stage,
     assert(degree >= 0 && degree <= in->degree && degree < out->orders);
     ibl_status status = prepare(ctx, &t, IBL_RINGS_CENTRES, out->rings);
     if (!status)
-        status = ibl_run(ctx, stage, t.jobs, synthesise_job, &t);
+        status = ibl_run(ctx, stage, degree / ORDERS + 1, synthesise_job, &t);
     release(&t);
     return status;
 }
