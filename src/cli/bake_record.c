@@ -244,7 +244,7 @@ static json_t *lod(const ibl_bake *b)
                         layout->lod_offset);
 }
 
-/* Of the whole chain, what was not made. */
+/* The whole chain, of which a part was made. */
 static void put_part(const ibl_bake *b, json_t **j)
 {
     const ibl_specular_options *o = &b->opts->bake.specular_options;

@@ -20,7 +20,7 @@ typedef struct ibl_child {
 
 /*
  * Runs argv (argv[0] a path, not looked up) as the leader of a process group,
- * waits at most limit_s seconds, and kills what is left of the group. Standard
+ * waits at most limit_s seconds, and kills the rest of the group. Standard
  * input is empty, both outputs go to the new file log. A signal that ends this
  * program ends the group too. False: it failed, for result->reason.
  *

@@ -103,8 +103,8 @@ bool ibl_stem(const char *input, char *stem, size_t size)
 
 /* Yaws that make faces look where another program's do. learnopengl and
  * threejs use the mapping of ibl/ibl.h; for cmgen (1.9, without --no-mirror)
- * it was measured: its +Z face shows the centre of the map and its +X face
- * what is a quarter of the width left of it. */
+ * it was measured: its +Z face shows the centre of the map, its +X face the
+ * point a quarter of the width to the left. */
 static const struct {
     const char *name;
     double yaw_deg;

@@ -11,9 +11,9 @@ static const ibl_command *const commands[] = {
 
 const ibl_program ibl_this_program = {"iblbake", commands};
 
-/* Opens what the caller closed of descriptors 0 to 2, the wrong way round so
- * that it stays unusable: else an output would get the number, and messages
- * would be written into it. */
+/* Opens those of descriptors 0 to 2 that the caller closed, in the wrong
+ * direction so that they stay unusable. Otherwise an output would get such a
+ * number, and messages would be written into it. */
 static void keep_standard(void)
 {
     for (int fd = 0; fd < 3; fd++)

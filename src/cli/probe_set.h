@@ -58,7 +58,7 @@ typedef struct ibl_set_entry {
     ibl_probes_origin from;
     int source;   /* of the old arrays, or the twin */
     bool alpha;   /* it has not seen everything */
-    json_t *note; /* what the index says of its texels */
+    json_t *note; /* members of its entry in the index */
 } ibl_set_entry;
 
 /* How the layers of a set are baked. */
@@ -86,7 +86,7 @@ bool ibl_probe_set_read(const char *path, ibl_console *console,
                         ibl_probe_set *set);
 void ibl_probe_set_free(ibl_probe_set *set);
 
-/* What a member may be; the values of the options, too. */
+/* Values of "alpha", and of the option. */
 extern const char *const ibl_set_alphas[];
 
 /* Checks and takes a capture: its files as they are named, six or one. */

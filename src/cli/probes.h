@@ -47,7 +47,7 @@ typedef enum ibl_probes_kind {
 
 typedef struct ibl_probes_file {
     char *path; /* NULL: not wanted */
-    char *old;  /* what the old index names, if it is unchanged; else NULL */
+    char *old;  /* the file in the old index if it is unchanged, else NULL */
     char hash[IBL_HASH_SIZE]; /* of its bytes: the old file's until it is
                                  written */
     bool same;                /* the old file is what would be written */
@@ -64,7 +64,7 @@ typedef struct ibl_probes_bake {
     ibl_probe_set set;
     ibl_specular_layout layout;
     ibl_pixel lut_pixel;
-    char lut_inputs[IBL_HASH_SIZE]; /* hash of what the LUT is made from */
+    char lut_inputs[IBL_HASH_SIZE]; /* hash of the inputs of the LUT */
     ibl_probes_file file[IBL_PROBES_FILES];
     ibl_texture array[IBL_PROBES_ARRAYS]; /* as layers come */
     int old_probes, dropped; /* of the old index, and not in the set */
@@ -75,7 +75,7 @@ typedef struct ibl_probes_bake {
 
 /* False: reports that there is no memory. */
 bool ibl_probes_no_memory(const ibl_probes_bake *p);
-/* Refuses outputs that would replace what they are made from. */
+/* Refuses outputs that would replace an input. */
 bool ibl_probes_check_input(const ibl_probes_bake *p, const char *input);
 
 /* Waits until no other run works in the output directory, and makes others wait
@@ -91,7 +91,7 @@ ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer);
 /* Alpha from here on counts as 1, since renderers round it. */
 #define IBL_CAPTURE_OPAQUE 0.999f
 
-/* What a capture has: colours (multiplied by alpha), and alpha as greys. */
+/* The parts of a capture: colours (multiplied by alpha), and alpha as greys. */
 typedef enum ibl_capture_part {
     IBL_CAPTURE_COLOUR,
     IBL_CAPTURE_ALPHA,
@@ -118,15 +118,15 @@ bool ibl_probes_hash_inputs(ibl_probes_bake *p);
  * another version is ignored: then everything is baked again. */
 bool ibl_probes_plan(ibl_probes_bake *p);
 
-/* What the index says of a layer that was baked; for json_decref, NULL: no
- * memory. sum is the overflow of all its cubes and levels, as level 0. */
+/* The note of a layer that was baked; for json_decref, NULL: no memory. sum has
+ * the overflow of all its cubes and levels as level 0. */
 json_t *ibl_probes_note(const ibl_bake_result made[IBL_CAPTURE_PARTS],
                         const ibl_overflow_report *sum);
 
 /* The text of the index; for free(), NULL: no memory. */
 char *ibl_probes_index_text(const ibl_probes_bake *p);
 
-/* Does what the options ask for. The exit status. */
+/* Run the command; the exit status. */
 int ibl_probes_run(const void *settings);
 int ibl_probes_grid(const ibl_probes_opts *opts);
 

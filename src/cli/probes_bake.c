@@ -14,7 +14,7 @@ bool ibl_probes_no_memory(const ibl_probes_bake *p)
                             p->opts->input);
 }
 
-/* ---- what is asked for -------------------------------------------------- */
+/* ---- options ------------------------------------------------------------ */
 
 /* The set's options with the command line's, as the library takes them. */
 static bool find_options(ibl_probes_bake *p)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Hashes of what a set is made from, and one run at a time. */
+/* Hashes of the inputs of a set, and the lock of its directory. */
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
@@ -78,7 +78,7 @@ static int hash_all(int fd, char hash[IBL_HASH_SIZE])
 
 bool ibl_hash_file(const char *path, char hash[IBL_HASH_SIZE])
 {
-    /* A pipe nobody writes to must not hold us up. */
+    /* A pipe without a writer must not block. */
     const int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     struct stat st;
     int why;
@@ -121,7 +121,7 @@ ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer)
     return layer < set->count ? set->bake.alpha : IBL_ALPHA_IGNORE;
 }
 
-/* What the texels of a layer depend on besides the files. */
+/* The settings that the texels of a layer depend on. */
 static void describe(const ibl_probes_bake *p, ibl_alpha alpha, FILE *to)
 {
     const ibl_set_bake *b = &p->set.bake;

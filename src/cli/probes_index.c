@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The index of a set, as iblbake-probes(1) describes it: what the old one still
- * holds, and the new one. */
+/* The index of a set, as iblbake-probes(1) describes it. Reads the old one and
+ * plans which layers and files to keep; makes the text of the new one. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,8 +15,7 @@ enum {
 
 static const char *const file_keys[] = {"specular", "irradiance", "brdf_lut"};
 
-/* Name of what an index says, which has no hash of its own. False: no
- * memory. */
+/* The hash of an index, which does not contain it yet. False: no memory. */
 static bool hash_index(const json_t *root, char hash[IBL_HASH_SIZE])
 {
     char *text = ibl_json_text(root);
@@ -86,7 +85,7 @@ static json_t *read_index(ibl_probes_bake *p)
     return root;
 }
 
-/* Finds the old file of a kind, if it is still what the index says of it. */
+/* Finds the old file of a kind, if it still has the hash in the index. */
 static bool find_file(ibl_probes_bake *p, int kind, const json_t *was)
 {
     ibl_probes_file *f = &p->file[kind];
@@ -110,7 +109,8 @@ static bool find_file(ibl_probes_bake *p, int kind, const json_t *was)
 
 /* ---- plan -------------------------------------------------------------- */
 
-/* The old layer with these inputs, that of its own place first; -1: none. */
+/* The old layer with these inputs, the one with the same number first; -1:
+ * none. */
 static int find_old(const json_t *layers, int layer, const char *hash)
 {
     const json_t *own = json_array_get(layers, (size_t)layer);
@@ -136,7 +136,7 @@ static int find_twin(const ibl_probes_bake *p, int layer)
     return -1;
 }
 
-/* Notes of a layer what the index said of it. */
+/* Takes the note of a layer from its entry in the old index. */
 static bool keep_note(const ibl_probes_bake *p, ibl_set_entry *e,
                       const json_t *was)
 {
@@ -189,7 +189,7 @@ bool ibl_probes_plan(ibl_probes_bake *p)
     return ok;
 }
 
-/* ---- what is noted of a layer -------------------------------------------- */
+/* ---- notes -------------------------------------------------------------- */
 
 /* The first of each three numbers. */
 static json_t *firsts(json_t *triples)

@@ -24,7 +24,7 @@ ibl_json_at ibl_json_root(const ibl_json_file *file)
     return (ibl_json_at){.file = file, .value = file->root};
 }
 
-/* A value in another, whose path goes on like that. */
+/* A member or element of at; fmt is what its path adds. */
 static ibl_json_at below(const ibl_json_at *at, const json_t *value,
                          const char *fmt, ...)
 {
