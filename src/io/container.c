@@ -133,32 +133,14 @@ ibl_status ibl_texture_begin(const ibl_input *in, const ibl_shape *shape,
     return tex->data ? IBL_OK : ibl_no_memory(in->ctx, "a texture");
 }
 
-static void turn_words(unsigned char *p, size_t bytes, int word)
+static void turn_words(unsigned char *p, size_t bytes, size_t word)
 {
-    for (size_t i = 0; i < bytes; i += (size_t)word) {
-        for (int a = 0, b = word - 1; a < b; a++, b--) {
-            const unsigned char t = p[i + (size_t)a];
-            p[i + (size_t)a] = p[i + (size_t)b];
-            p[i + (size_t)b] = t;
+    for (size_t i = 0; i < bytes; i += word) {
+        for (size_t a = i, b = i + word - 1; a < b; a++, b--) {
+            const unsigned char t = p[a];
+            p[a] = p[b];
+            p[b] = t;
         }
-    }
-}
-
-/* Three channels to four, the last 1. */
-static void widen(const ibl_layout *layout, const unsigned char *src,
-                  size_t count, bool swap, unsigned char *dst)
-{
-    static const uint16_t half_one = 0x3C00;
-    static const float float_one = 1;
-    const size_t word = (size_t)layout->word_bytes;
-    for (size_t i = 0; i < count; i++, src += 3 * word, dst += 4 * word) {
-        memcpy(dst, src, 3 * word);
-        if (swap)
-            turn_words(dst, 3 * word, layout->word_bytes);
-        if (word == sizeof half_one)
-            memcpy(dst + 3 * word, &half_one, word);
-        else
-            memcpy(dst + 3 * word, &float_one, word);
     }
 }
 
@@ -169,7 +151,9 @@ ibl_status ibl_place_read(const ibl_input *in, const ibl_place *place,
     const size_t width = ibl_texture_width(tex, level);
     const size_t height = ibl_texture_height(tex, level);
     const uint64_t in_bytes = row_bytes(layout, width, place->row_align);
-    const size_t out_bytes = width * ibl_pixel_bytes(tex->pixel);
+    const size_t texel = ibl_pixel_bytes(tex->pixel);
+    const size_t stored = (size_t)layout->texel_bytes; /* 3 channels of 4 */
+    const size_t out_bytes = width * texel;
     unsigned char *out =
         tex->data + ibl_texture_layer_offset(tex, level, layer, face);
 
@@ -182,13 +166,15 @@ ibl_status ibl_place_read(const ibl_input *in, const ibl_place *place,
     for (size_t y = 0; y < height; y++) {
         const size_t from = place->bottom_up ? height - 1 - y : y;
         const unsigned char *row = in->bytes + place->at + from * in_bytes;
-        if ((size_t)layout->texel_bytes != ibl_pixel_bytes(tex->pixel)) {
-            widen(layout, row, width, in->swap, out + y * out_bytes);
-            continue;
-        }
-        memcpy(out + y * out_bytes, row, out_bytes);
+        unsigned char *to = out + y * out_bytes;
+        if (stored == texel)
+            memcpy(to, row, out_bytes);
+        for (size_t x = 0; x < width && stored < texel; x++)
+            memcpy(to + x * texel, row + x * stored, stored);
         if (in->swap)
-            turn_words(out + y * out_bytes, out_bytes, layout->word_bytes);
+            turn_words(to, out_bytes, (size_t)layout->word_bytes);
+        for (size_t x = 0; x < width && stored < texel; x++)
+            ibl_pixel_set_alpha(tex->pixel, to, x, 1);
     }
     return IBL_OK;
 }

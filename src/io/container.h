@@ -75,10 +75,10 @@ ibl_status ibl_keys_read(const ibl_input *in, uint64_t at, uint64_t size,
                          const char *down, const char *up, ibl_texture *tex,
                          bool *bottom_up);
 
-/* The pairs of a file: tex's, with KTXorientation and KTXwriter ours. NULL
- * without memory; free with ibl_free. */
-unsigned char *ibl_keys_encode(const ibl_texture *tex, const char *orientation,
-                               size_t *size);
+/* Writes the pairs of a file to dst, or nowhere if it is NULL: those of tex,
+ * with KTXorientation and KTXwriter ours. Returns their bytes. */
+size_t ibl_keys_write(const ibl_texture *tex, const char *orientation,
+                      unsigned char *dst);
 
 /* The first bytes of files, without the zero. */
 #define IBL_KTX2_MAGIC "\xABKTX 20\xBB\r\n\x1A\n"

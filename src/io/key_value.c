@@ -3,7 +3,6 @@
  * Metadata: keys and values in a texture, and as KTX and KTX2 store them:
  *     uint32 size of key, its zero and the value; key; 0; value; padding to 4
  */
-#include <stdlib.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -268,12 +267,6 @@ ibl_status ibl_keys_read(const ibl_input *in, uint64_t at, uint64_t size,
     return status ? status : take_orientation(in, down, up, tex, bottom_up);
 }
 
-static int compare_keys(const void *a, const void *b)
-{
-    const ibl_key_value *x = a, *y = b;
-    return strcmp(x->key, y->key);
-}
-
 /* Writes a pair, or, if dst is NULL, nothing; returns its bytes. */
 static size_t write_pair(const ibl_key_value *pair, unsigned char *dst)
 {
@@ -289,30 +282,23 @@ static size_t write_pair(const ibl_key_value *pair, unsigned char *dst)
     return 4 + padded;
 }
 
-unsigned char *ibl_keys_encode(const ibl_texture *tex, const char *orientation,
-                               size_t *size)
+size_t ibl_keys_write(const ibl_texture *tex, const char *orientation,
+                      unsigned char *dst)
 {
-    ibl_key_value *list =
-        ibl_alloc_array((size_t)tex->key_count + 2, sizeof *list);
-    if (!list)
-        return NULL;
-    /* The list borrows its texts and is only read. */
-    list[0] = (ibl_key_value){(char *)orientation_key, (char *)orientation};
-    list[1] = (ibl_key_value){(char *)writer_key, (char *)writer};
-    int n = 2;
-    for (int i = 0; i < tex->key_count; i++) {
-        if (strcmp(tex->keys[i].key, orientation_key) &&
-            strcmp(tex->keys[i].key, writer_key))
-            list[n++] = tex->keys[i];
+    const ibl_key_value own[] = {{(char *)orientation_key, (char *)orientation},
+                                 {(char *)writer_key, (char *)writer}};
+    const ibl_key_value *key = tex->keys, *end = key + tex->key_count;
+    size_t size = 0;
+
+    for (int i = 0; i < 2 || key < end;) {
+        const int order = key == end ? 1
+                          : i == 2   ? -1
+                                     : strcmp(key->key, own[i].key);
+        if (order < 0)
+            size += write_pair(key, dst ? dst + size : NULL);
+        else
+            size += write_pair(&own[i++], dst ? dst + size : NULL);
+        key += order <= 0;
     }
-    qsort(list, (size_t)n, sizeof *list, compare_keys);
-    *size = 0;
-    for (int i = 0; i < n; i++)
-        *size += write_pair(&list[i], NULL);
-    unsigned char *bytes = ibl_alloc_array(*size, 1);
-    unsigned char *to = bytes;
-    for (int i = 0; to && i < n; i++)
-        to += write_pair(&list[i], to);
-    ibl_free(list);
-    return bytes;
+    return size;
 }

@@ -7,7 +7,6 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "core/alloc.h"
 #include "io/container.h"
 
 enum {
@@ -52,26 +51,22 @@ static size_t image_size(const ibl_texture *tex, int level)
 ibl_status ibl_ktx_encode(ibl_ctx *ctx, const ibl_texture *tex,
                           ibl_pieces *file)
 {
-    size_t key_bytes;
+    const size_t key_bytes = ibl_keys_write(tex, rows_down, NULL);
+    const size_t begin = sizeof(header) + key_bytes;
+
     if (image_size(tex, 0) > UINT32_MAX)
         return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
                         "KTX 1.1: a %s of %dx%d %s texels is over its limit of "
                         "4 GiB; use ktx2",
                         tex->layers > 1 ? "level of an array" : "face",
                         tex->width, tex->height, ibl_pixel_name(tex->pixel));
-    unsigned char *keys = ibl_keys_encode(tex, rows_down, &key_bytes);
-    if (!keys)
-        return ibl_no_memory(ctx, "a KTX file");
-    const size_t begin = sizeof(header) + key_bytes;
     if (key_bytes > UINT32_MAX ||
         !ibl_pieces_alloc(file, begin + 4 * (size_t)tex->levels,
-                          1 + 2 * tex->levels)) {
-        ibl_free(keys);
+                          1 + 2 * tex->levels))
         return ibl_no_memory(ctx, "a KTX file");
-    }
     const header h = header_of(tex, key_bytes);
     memcpy(file->head, &h, sizeof h);
-    memcpy(file->head + sizeof h, keys, key_bytes);
+    ibl_keys_write(tex, rows_down, file->head + sizeof h);
     ibl_pieces_add(file, file->head, begin);
     /* A size before each level. Texels of 4, 8 or 16 bytes leave nothing to
      * pad, neither rows nor faces nor levels. */
@@ -82,7 +77,6 @@ ibl_status ibl_ktx_encode(ibl_ctx *ctx, const ibl_texture *tex,
         ibl_pieces_add(file, to, sizeof size);
         ibl_pieces_add_level(file, tex, l);
     }
-    ibl_free(keys);
     return IBL_OK;
 }
 

@@ -7,7 +7,6 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "core/alloc.h"
 #include "io/container.h"
 
 typedef struct header {
@@ -29,46 +28,44 @@ typedef struct index_entry {
 _Static_assert(sizeof(header) == 80 && sizeof(index_entry) == 24,
                "as the specification has them");
 
+static const char rows_down[] = "rd", rows_up[] = "ru";
+
+/* ---- the data format descriptor -------------------------------------- */
+
 enum {
-    DFD_HEAD = 4 + 24, /* total size and the block without samples */
-    DFD_FLAGS = 15,
-    ALPHA_PREMULTIPLIED = 1,
-    SAMPLE_BYTES = 16
+    VERSION = 2, /* of the specification: 1.3 */
+    MODEL_RGBSDA = 1,
+    PRIMARIES_BT709 = 1,
+    TRANSFER_LINEAR = 1,
+    ALPHA_PREMULTIPLIED = 1
 };
 
-/* Writes the data format descriptor; returns its size. */
-static size_t write_descriptor(const ibl_texture *tex,
-                               uint32_t dst[DFD_HEAD / 4 + 4 * IBL_MAX_SAMPLES])
-{
-    enum {
-        VERSION = 2, /* of the specification: 1.3 */
-        MODEL_RGBSDA = 1,
-        PRIMARIES_BT709 = 1,
-        TRANSFER_LINEAR = 1
-    };
-    const uint32_t flags = tex->premultiplied ? ALPHA_PREMULTIPLIED : 0;
-    ibl_sample s[IBL_MAX_SAMPLES];
-    const int count = ibl_pixel_samples(tex->pixel, s);
-    const uint32_t bytes = DFD_HEAD + SAMPLE_BYTES * (uint32_t)count;
-    const uint32_t head[DFD_HEAD / 4] = {
-        bytes,
-        0, /* vendor Khronos, basic descriptor */
-        VERSION | (bytes - 4) << 16,
-        MODEL_RGBSDA | PRIMARIES_BT709 << 8 | TRANSFER_LINEAR << 16 |
-            flags << 24,
-        0,                                    /* blocks of one texel */
-        (uint32_t)ibl_pixel_bytes(tex->pixel) /* plane 0 */
-    };
+typedef struct descriptor {
+    uint32_t bytes; /* of all */
+    uint32_t vendor, version_and_block_bytes;
+    uint8_t model, primaries, transfer, flags;
+    uint32_t texel_block; /* 0: of one texel */
+    uint32_t plane_bytes[2];
+    ibl_sample samples[IBL_MAX_SAMPLES];
+} descriptor;
 
-    memcpy(dst, head, sizeof head);
-    dst += DFD_HEAD / 4;
-    for (int i = 0; i < count; i++) {
-        *dst++ = s[i].offset | (s[i].bits - 1) << 16 | s[i].channel << 24;
-        *dst++ = 0; /* at the texel's centre */
-        *dst++ = s[i].lower;
-        *dst++ = s[i].upper;
-    }
-    return bytes;
+_Static_assert(offsetof(descriptor, samples) == 28 && sizeof(ibl_sample) == 16,
+               "as the specification has them");
+
+static descriptor descriptor_of(const ibl_texture *tex)
+{
+    descriptor d = {.model = MODEL_RGBSDA,
+                    .primaries = PRIMARIES_BT709,
+                    .transfer = TRANSFER_LINEAR,
+                    .flags = tex->premultiplied ? ALPHA_PREMULTIPLIED : 0,
+                    .plane_bytes = {(uint32_t)ibl_pixel_bytes(tex->pixel)}};
+    const int samples = ibl_pixel_samples(tex->pixel, d.samples);
+
+    d.bytes = (uint32_t)(offsetof(descriptor, samples) +
+                         (size_t)samples * sizeof *d.samples);
+    d.version_and_block_bytes = VERSION | (d.bytes - (uint32_t)sizeof d.bytes)
+                                              << 16;
+    return d;
 }
 
 /* ---- writing -------------------------------------------------------- */
@@ -76,52 +73,42 @@ static size_t write_descriptor(const ibl_texture *tex,
 ibl_status ibl_ktx2_encode(ibl_ctx *ctx, const ibl_texture *tex,
                            ibl_pieces *file)
 {
-    uint32_t descriptor[DFD_HEAD / 4 + 4 * IBL_MAX_SAMPLES];
-    index_entry index[IBL_MAX_TEXTURE_LEVELS];
-    const size_t index_bytes = (size_t)tex->levels * sizeof *index;
-    const size_t dfd = sizeof(header) + index_bytes;
-    const size_t dfd_bytes = write_descriptor(tex, descriptor);
-    const size_t kvd = dfd + dfd_bytes;
+    const descriptor d = descriptor_of(tex);
+    const size_t index = sizeof(header);
+    const size_t dfd = index + (size_t)tex->levels * sizeof(index_entry);
+    const size_t kvd = dfd + d.bytes;
+    const size_t kvd_bytes = ibl_keys_write(tex, rows_down, NULL);
     /* lcm(4, texel size): texels take 4, 8 or 16 bytes. */
     const size_t align = ibl_pixel_bytes(tex->pixel);
-    size_t kvd_bytes;
-
-    unsigned char *keys = ibl_keys_encode(tex, "rd", &kvd_bytes);
-    if (!keys)
-        return ibl_no_memory(ctx, "a KTX2 file");
     const size_t head_bytes = (kvd + kvd_bytes + align - 1) / align * align;
-    ibl_status status = IBL_OK;
-    if (kvd_bytes > UINT32_MAX - kvd)
-        status =
-            ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
-                     "KTX2: %zu bytes of keys: the limit is 4 GiB", kvd_bytes);
-    else if (!ibl_pieces_alloc(file, head_bytes, 1 + tex->levels))
-        status = ibl_no_memory(ctx, "a KTX2 file");
-    if (status)
-        goto done;
-    ibl_pieces_add(file, file->head, head_bytes);
-    /* The smallest first. Each is a multiple of the alignment: no gaps. */
-    for (int l = tex->levels - 1; l >= 0; l--) {
-        const uint64_t bytes = ibl_texture_level_bytes(tex, l);
-        index[l] = (index_entry){file->size, bytes, bytes};
-        ibl_pieces_add_level(file, tex, l);
-    }
+
+    if (head_bytes > UINT32_MAX)
+        return ibl_fail(ctx, IBL_ERR_UNSUPPORTED,
+                        "KTX2: %zu bytes of keys: the limit is 4 GiB",
+                        kvd_bytes);
+    if (!ibl_pieces_alloc(file, head_bytes, 1 + tex->levels))
+        return ibl_no_memory(ctx, "a KTX2 file");
     const header h = {.identifier = IBL_KTX2_MAGIC,
                       .vk_format = ibl_layouts[tex->pixel].vk,
                       .type_size = (uint32_t)ibl_layouts[tex->pixel].word_bytes,
                       .shape = ibl_shape_of(tex),
                       .dfd = (uint32_t)dfd,
-                      .dfd_bytes = (uint32_t)dfd_bytes,
+                      .dfd_bytes = d.bytes,
                       .kvd = (uint32_t)kvd,
                       .kvd_bytes = (uint32_t)kvd_bytes};
     memcpy(file->head, &h, sizeof h);
-    memcpy(file->head + sizeof h, index, index_bytes);
-    memcpy(file->head + dfd, descriptor, dfd_bytes);
-    memcpy(file->head + kvd, keys, kvd_bytes);
-
-done:
-    ibl_free(keys);
-    return status;
+    memcpy(file->head + dfd, &d, d.bytes);
+    ibl_keys_write(tex, rows_down, file->head + kvd);
+    ibl_pieces_add(file, file->head, head_bytes);
+    /* The smallest first. Each is a multiple of the alignment: no gaps. */
+    for (int l = tex->levels - 1; l >= 0; l--) {
+        const uint64_t bytes = ibl_texture_level_bytes(tex, l);
+        const index_entry entry = {file->size, bytes, bytes};
+        memcpy(file->head + index + sizeof entry * (size_t)l, &entry,
+               sizeof entry);
+        ibl_pieces_add_level(file, tex, l);
+    }
+    return IBL_OK;
 }
 
 /* ---- reading -------------------------------------------------------- */
@@ -158,7 +145,8 @@ static ibl_status check_header(const ibl_input *in, const header *h,
             in, "damaged: supercompression data without supercompression");
     if (!ibl_input_has(in, h->dfd, h->dfd_bytes))
         return ibl_input_short(in, "its data format descriptor");
-    if (h->dfd_bytes < DFD_HEAD || ibl_input_u32(in, h->dfd) != h->dfd_bytes)
+    if (h->dfd_bytes < offsetof(descriptor, samples) ||
+        ibl_input_u32(in, h->dfd) != h->dfd_bytes)
         return ibl_bad_file(
             in,
             "damaged: a data format descriptor of %u bytes that says otherwise",
@@ -205,12 +193,12 @@ ibl_status ibl_ktx2_decode(ibl_input *in, ibl_texture *tex)
     if (!ibl_input_has(in, sizeof h,
                        sizeof(index_entry) * (uint64_t)tex->levels))
         return ibl_input_short(in, "its level index");
-    status = ibl_keys_read(in, h.kvd, h.kvd_bytes, "rd", "ru", tex,
+    status = ibl_keys_read(in, h.kvd, h.kvd_bytes, rows_down, rows_up, tex,
                            &place.bottom_up);
     tex->premultiplied =
         place.layout->texel_bytes == (int)ibl_pixel_bytes(tex->pixel) &&
         ibl_pixel_has_alpha(tex->pixel) &&
-        in->bytes[h.dfd + DFD_FLAGS] & ALPHA_PREMULTIPLIED;
+        in->bytes[h.dfd + offsetof(descriptor, flags)] & ALPHA_PREMULTIPLIED;
     for (int l = 0; !status && l < tex->levels; l++)
         status = read_level(in, &place, tex, l);
     return status;

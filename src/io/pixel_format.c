@@ -106,26 +106,31 @@ void ibl_pixel_set_alpha(ibl_pixel pixel, unsigned char *texels, size_t i,
 {
     const ibl_layout *l = &ibl_layouts[pixel];
     const uint16_t half = ibl_half_from_float(alpha);
+    const void *word = l->word_bytes == sizeof half ? (const void *)&half
+                                                    : (const void *)&alpha;
     assert(formats[pixel].has_alpha);
-    if (l->word_bytes == sizeof half)
-        memcpy(texels + last_word(l, i), &half, sizeof half);
-    else
-        memcpy(texels + last_word(l, i), &alpha, sizeof alpha);
+    memcpy(texels + last_word(l, i), word, (size_t)l->word_bytes);
+}
+
+/* A half or a float. */
+static float load_word(const unsigned char *p, int word_bytes)
+{
+    uint16_t half;
+    float f;
+    memcpy(&half, p, sizeof half);
+    if (word_bytes == sizeof half)
+        return ibl_half_to_float(half);
+    memcpy(&f, p, sizeof f);
+    return f;
 }
 
 float ibl_pixel_get_alpha(ibl_pixel pixel, const unsigned char *texels,
                           size_t i)
 {
     const ibl_layout *l = &ibl_layouts[pixel];
-    uint16_t half;
-    float alpha;
-    if (!formats[pixel].has_alpha)
-        return 1;
-    memcpy(&half, texels + last_word(l, i), sizeof half);
-    if (l->word_bytes == sizeof half)
-        return ibl_half_to_float(half);
-    memcpy(&alpha, texels + last_word(l, i), sizeof alpha);
-    return alpha;
+    return formats[pixel].has_alpha
+               ? load_word(texels + last_word(l, i), l->word_bytes)
+               : 1;
 }
 
 /* ---- data format descriptors ---------------------------------------- */
@@ -139,13 +144,20 @@ enum {
 
 static const uint32_t float_one = 0x3F800000, float_minus_one = 0xBF800000;
 
-static int float_samples(int channels, uint32_t bits, ibl_sample *s)
+static ibl_sample float_sample(int offset, int bits, int channel)
 {
-    for (int c = 0; c < channels; c++) {
-        const uint32_t channel = c == 3 ? CHANNEL_ALPHA : (uint32_t)c;
-        s[c] = (ibl_sample){(uint32_t)c * bits, bits, channel | SIGNED | FLOAT,
-                            float_minus_one, float_one};
-    }
+    return (ibl_sample){.offset = (uint16_t)offset,
+                        .last_bit = (uint8_t)(bits - 1),
+                        .channel = (uint8_t)(channel | FLOAT),
+                        .lower = channel & SIGNED ? float_minus_one : 0,
+                        .upper = float_one};
+}
+
+static int float_samples(int channels, int bits, ibl_sample *s)
+{
+    for (int c = 0; c < channels; c++)
+        s[c] =
+            float_sample(c * bits, bits, (c == 3 ? CHANNEL_ALPHA : c) | SIGNED);
     return channels;
 }
 
@@ -153,18 +165,18 @@ static int float_samples(int channels, uint32_t bits, ibl_sample *s)
  * 2^8) at the exponent's bias of 15 is 1. */
 static int shared_exponent_samples(ibl_sample *s)
 {
-    for (uint32_t c = 0; c < 3; c++) {
-        s[2 * c] = (ibl_sample){9 * c, 9, c, 0, 8448};
-        s[2 * c + 1] = (ibl_sample){27, 5, c | EXPONENT, 15, 31};
+    for (int c = 0; c < 3; c++) {
+        s[2 * c] = (ibl_sample){(uint16_t)(9 * c), 8, (uint8_t)c, 0, 0, 8448};
+        s[2 * c + 1] = (ibl_sample){27, 4, (uint8_t)(c | EXPONENT), 0, 15, 31};
     }
     return 6;
 }
 
 static int small_float_samples(ibl_sample *s)
 {
-    s[0] = (ibl_sample){0, 11, 0 | FLOAT, 0, float_one};
-    s[1] = (ibl_sample){11, 11, 1 | FLOAT, 0, float_one};
-    s[2] = (ibl_sample){22, 10, 2 | FLOAT, 0, float_one};
+    s[0] = float_sample(0, 11, 0);
+    s[1] = float_sample(11, 11, 1);
+    s[2] = float_sample(22, 10, 2);
     return 3;
 }
 
@@ -199,16 +211,14 @@ size_t ibl_pixel_encode(ibl_pixel pixel, const float *src, size_t count,
     return dsp.encode[pixel](src, count, dst);
 }
 
-static void decode_halves(const unsigned char *src, int channels, int stride,
-                          size_t count, float *dst)
+/* Texels of halves or floats: the first channels of each. */
+static void decode_words(ibl_pixel pixel, const unsigned char *src,
+                         size_t count, float *dst)
 {
-    for (size_t i = 0; i < count; i++, src += 2 * stride) {
-        for (int c = 0; c < channels; c++) {
-            uint16_t half;
-            memcpy(&half, src + 2 * c, sizeof half);
-            *dst++ = ibl_half_to_float(half);
-        }
-    }
+    const ibl_layout *l = &ibl_layouts[pixel];
+    for (size_t i = 0; i < count; i++, src += l->texel_bytes)
+        for (int c = 0; c < formats[pixel].channels; c++)
+            *dst++ = load_word(src + c * l->word_bytes, l->word_bytes);
 }
 
 static void decode_rgb9e5(const unsigned char *src, size_t count, float *dst)
@@ -238,28 +248,15 @@ static void decode_r11g11b10f(const unsigned char *src, size_t count,
     }
 }
 
-static void decode_floats(const unsigned char *src, size_t count, float *dst)
-{
-    for (size_t i = 0; i < count; i++)
-        memcpy(dst + 3 * i, src + 16 * i, 3 * sizeof *dst);
-}
-
 void ibl_pixel_decode(ibl_pixel pixel, const void *src, size_t count,
                       float *dst)
 {
     switch (pixel) {
     case IBL_PIXEL_RGBA16F:
-        decode_halves(src, 3, 4, count, dst);
-        break;
     case IBL_PIXEL_RG16F:
-        decode_halves(src, 2, 2, count, dst);
-        break;
     case IBL_PIXEL_RGBA32F:
-        decode_floats(src, count, dst);
-        break;
     case IBL_PIXEL_RG32F:
-        if (count) /* src and dst may be NULL with nothing to copy */
-            memcpy(dst, src, count * 2 * sizeof *dst);
+        decode_words(pixel, src, count, dst);
         break;
     case IBL_PIXEL_RGB9E5:
         decode_rgb9e5(src, count, dst);

@@ -45,10 +45,11 @@ enum {
     IBL_MAX_SAMPLES = 6
 };
 
-/* A part of a texel in a KTX2 data format descriptor. */
+/* A part of a texel, as the data format descriptor of a KTX2 file has it. */
 typedef struct ibl_sample {
-    uint32_t offset, bits; /* in the texel */
-    uint32_t channel;      /* with qualifiers */
+    uint16_t offset; /* in bits */
+    uint8_t last_bit, channel;
+    uint32_t position;     /* 0: the texel's centre */
     uint32_t lower, upper; /* -1 or 0, and 1, as the part encodes them */
 } ibl_sample;
 

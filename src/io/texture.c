@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include <assert.h>
+#include <stdatomic.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -55,24 +56,24 @@ enum {
     JOB_TEXELS = 1 << 14 /* well under a millisecond */
 };
 
-typedef struct encode_arg {
+typedef struct encoding {
     ibl_encode_fn *encode;
     const float *src;
     unsigned char *dst;
     size_t texels, texel_bytes;
     int channels;
-    size_t *beyond; /* of each job */
-} encode_arg;
+    atomic_size_t beyond;
+} encoding;
 
 static void encode_job(void *arg, int job, int worker)
 {
-    const encode_arg *a = arg;
+    encoding *e = arg;
     const size_t first = (size_t)job * JOB_TEXELS;
-    const size_t left = a->texels - first;
+    const size_t left = e->texels - first;
     (void)worker;
-    a->beyond[job] = a->encode(a->src + first * (size_t)a->channels,
-                               left < JOB_TEXELS ? left : JOB_TEXELS,
-                               a->dst + first * a->texel_bytes);
+    e->beyond += e->encode(e->src + first * (size_t)e->channels,
+                           left < JOB_TEXELS ? left : JOB_TEXELS,
+                           e->dst + first * e->texel_bytes);
 }
 
 /* Encodes texels to dst on the pool; *beyond is their count. */
@@ -84,20 +85,14 @@ static ibl_status encode_texels(ibl_ctx *ctx, ibl_pixel pixel, const float *src,
     ibl_pixel_dsp dsp;
 
     ibl_pixel_dsp_init(&dsp, ibl_ctx_isa(ctx));
-    encode_arg arg = {dsp.encode[pixel],
-                      src,
-                      dst,
-                      texels,
-                      ibl_pixel_bytes(pixel),
-                      ibl_pixel_channels(pixel),
-                      ibl_alloc_zeroed(jobs, sizeof *arg.beyond)};
-    if (!arg.beyond)
-        return ibl_no_memory(ctx, "a texture");
-    const ibl_status status = ibl_run(ctx, NULL, (int)jobs, encode_job, &arg);
-    *beyond = 0;
-    for (size_t i = 0; i < jobs; i++)
-        *beyond += arg.beyond[i];
-    ibl_free(arg.beyond);
+    encoding e = {.encode = dsp.encode[pixel],
+                  .src = src,
+                  .dst = dst,
+                  .texels = texels,
+                  .texel_bytes = ibl_pixel_bytes(pixel),
+                  .channels = ibl_pixel_channels(pixel)};
+    const ibl_status status = ibl_run(ctx, NULL, (int)jobs, encode_job, &e);
+    *beyond = e.beyond;
     return status;
 }
 
@@ -106,7 +101,7 @@ static ibl_status fill_texture(ibl_ctx *ctx, const float *src, size_t texels,
                                ibl_texture *tex, size_t *beyond)
 {
     tex->bytes = texels * ibl_pixel_bytes(tex->pixel);
-    tex->data = ibl_alloc_array(texels, ibl_pixel_bytes(tex->pixel));
+    tex->data = ibl_alloc_array(tex->bytes, 1);
     if (!tex->data)
         return ibl_no_memory(ctx, "a texture");
     return encode_texels(ctx, tex->pixel, src, texels, tex->data, beyond);
