@@ -7,7 +7,8 @@
 
 #include "files.h"
 #include "ibl/io.h"
-#include "test.h"
+#include "maps.h"
+#include "textures.h"
 
 enum {
     W = 48,
@@ -56,25 +57,18 @@ static seen see(ibl_ctx *ctx, const char *name, ibl_alpha want, int rows,
     if (s.status)
         return s;
     const int w = ibl_source_width(source), h = ibl_source_height(source);
-    s.status = ibl_image_alloc(ctx, w, h, &s.img);
+    s.img = map_constant(ctx, w, h, 0);
     for (int y = 0; y < h && !s.status; y += rows)
         s.status = ibl_source_read(source, h - y < rows ? h - y : rows,
                                    s.img.data + 3 * (size_t)y * (size_t)w);
     const float *a = ibl_source_alpha(source);
     if (a) {
-        s.alpha = malloc(sizeof *a * (size_t)w * (size_t)h);
+        s.alpha = test_alloc((size_t)w * (size_t)h, sizeof *a);
         memcpy(s.alpha, a, sizeof *a * (size_t)w * (size_t)h);
     }
     s.report = *ibl_source_report(source);
     ibl_source_close(source);
     return s;
-}
-
-static void forget(seen *s)
-{
-    ibl_image_free(&s->img);
-    free(s->alpha);
-    *s = (seen){0};
 }
 
 /* Largest differences from what make() made, whose colours may be divided. */
@@ -110,7 +104,6 @@ static void dropped_by_default(void)
     CHECK(s.report.alpha_least >= 1 && s.report.alpha_most <= 1);
     CHECK(off_colour(&s, false) <= 0);
     CHECK(!kept.text[IBL_LOG_WARNING][0]);
-    forget(&s);
 }
 
 /* However the file is made and its rows are asked for. */
@@ -143,7 +136,6 @@ static void premultiplied_exr(void)
                 CHECK(s.report.has_alpha && s.report.alpha_least <= 0 &&
                       s.report.alpha_most >= 1);
             }
-            forget(&s);
         }
     }
 }
@@ -170,7 +162,6 @@ static void windows(void)
             CHECK_NEAR((double)s.alpha[k], in ? (double)alpha[k] : 0,
                        i == 1 ? 1e-2 : 0);
         }
-        forget(&s);
     }
 }
 
@@ -203,17 +194,14 @@ static void integer_formats(void)
                            full * (cases[i].straight ? 0.4 : 1)) < 1e-5,
                       "%s: colour %g", cases[i].name, (double)s.img.data[27]);
         }
-        forget(&s);
         s = see(ctx, cases[i].name, IBL_ALPHA_IGNORE, 3, 0);
         CHECK_MSG(!s.status && !s.alpha &&
                       fabs((double)s.img.data[27] - full) < 1e-5,
                   "%s: without alpha %g", cases[i].name,
                   s.img.data ? (double)s.img.data[27] : -1);
-        forget(&s);
     }
 }
 
-/* Files that break OpenEXR's rule, and those that have none. */
 /* More rows than the bridge is asked for at once. */
 static void tall(void)
 {
@@ -236,9 +224,9 @@ static void tall(void)
     for (int y = 0; s.alpha && y < ROWS; y++)
         CHECK(s.alpha[y] == alphas[y] &&
               !memcmp(s.img.data + 3 * y, data + 3 * y, 3 * sizeof *data));
-    forget(&s);
 }
 
+/* Files that break OpenEXR's rule, and those that have none. */
 static void straight_and_none(void)
 {
     ibl_ctx *ctx = file_ctx(2, &kept, NULL);
@@ -250,11 +238,9 @@ static void straight_and_none(void)
     for (int i = 0; i < 3 * W * H; i++)
         CHECK(s.img.data[i] == img.data[i] * alpha[i / 3]);
     CHECK(!s.report.alpha_hidden && !kept.text[IBL_LOG_WARNING][0]);
-    forget(&s);
     s = see(ctx, "none.exr", IBL_ALPHA_STRAIGHT, 7, 0);
     CHECK(!s.status && !s.alpha && off_colour(&s, false) <= 0);
     CHECK(s.report.alpha_least >= 1 && s.report.alpha_most >= 1);
-    forget(&s);
     /* Straight colours of what is not seen are nothing to tell of. */
     for (int i = 0; i < 3 * W * H; i++)
         img.data[i] = 1;
@@ -262,10 +248,8 @@ static void straight_and_none(void)
     s = see(ctx, "white.exr", IBL_ALPHA_STRAIGHT, 7, 0);
     CHECK(!s.status && !s.report.alpha_hidden);
     CHECK(!kept.text[IBL_LOG_WARNING][0]);
-    forget(&s);
     s = see(ctx, "white.exr", IBL_ALPHA_FILE, 7, 0);
     CHECK(!s.status && s.report.alpha_hidden);
-    forget(&s);
 }
 
 /* NaN, infinite, below 0, above 1, and colours without alpha. */
@@ -297,16 +281,13 @@ static void wild_values(void)
         CHECK(s.report.alpha_hidden == 2);
         CHECK(s.report.alpha_least == 0 && s.report.alpha_most == 1);
         CHECK(!s.report.nonfinite && !s.report.negative);
-        forget(&s);
     }
     seen s = see(ctx, "wild.exr", IBL_ALPHA_FILE, 5, 1);
     CHECK(s.status == IBL_ERR_FORMAT);
     CHECK_MSG(strstr(kept.text[0], "wild.exr: alpha is not finite in 2 pixels"),
               "%s", kept.text[0]);
-    forget(&s);
     s = see(ctx, "wild.exr", IBL_ALPHA_IGNORE, 5, 1);
     CHECK(!s.status);
-    forget(&s);
     /* One alone, or none. */
     static const float odd[] = {NAN, -2, 7, 0.25f};
     for (int i = 0; i < 4; i++) {
@@ -319,7 +300,6 @@ static void wild_values(void)
                   "strict with %g", (double)odd[i]);
         CHECK(i < 3 ||
               (s.report.alpha_least == 0.25f && s.report.alpha_most == 0.5f));
-        forget(&s);
     }
 }
 
@@ -341,7 +321,6 @@ static void mended_beside_holes(void)
         for (int i = 0; i < W * H; i++)
             CHECK(s.img.data[3 * i] == 2 * alpha[i]);
         CHECK(s.report.nonfinite == 1);
-        forget(&s);
     }
 }
 
@@ -362,10 +341,8 @@ static void textures(void)
 {
     ibl_ctx *ctx = file_ctx(2, &kept, NULL);
     test_random r = {3};
-    ibl_cube colour, grey, back;
+    ibl_cube colour = cube_alloc(ctx, 8, 3), grey = cube_alloc(ctx, 8, 3), back;
 
-    NEED(!ibl_cube_alloc(ctx, 8, 3, &colour));
-    NEED(!ibl_cube_alloc(ctx, 8, 3, &grey));
     for (size_t i = 0; i < 3 * ibl_cube_texels(8, 3); i++) {
         colour.data[i] = (float)(9 * test_random_unit(&r));
         grey.data[i] = (float)(1.4 * test_random_unit(&r) - 0.2);
@@ -373,10 +350,10 @@ static void textures(void)
     grey.data[0] = NAN;
     for (ibl_pixel p = IBL_PIXEL_RGBA16F; p <= IBL_PIXEL_RGBA32F; p++) {
         const double rel = p == IBL_PIXEL_RGBA16F ? 5e-4 : 0;
-        ibl_texture tex, one, array, twin;
+        ibl_texture tex;
         NEED(!ibl_texture_from_cube(ctx, &colour, p, IBL_OVERFLOW_SPREAD, &tex,
                                     NULL));
-        NEED(!ibl_texture_layer(ctx, &tex, 0, &one));
+        const ibl_texture one = texture_layer(ctx, &tex, 0);
         CHECK(!tex.premultiplied && ibl_pixel_has_alpha(p));
         NEED(!ibl_texture_get_alpha(ctx, &tex, &back));
         for (size_t i = 0; i < 3 * ibl_cube_texels(8, 3); i++)
@@ -385,16 +362,13 @@ static void textures(void)
         NEED(!ibl_texture_set_alpha(ctx, &tex, &grey));
         CHECK(tex.premultiplied);
         const ibl_texture *const list[] = {&one, &tex};
-        NEED(!ibl_texture_array(ctx, list, 2, &array));
+        const ibl_texture array = texture_array(ctx, list, 2);
         for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
-            void *bytes;
             size_t size;
-            ibl_texture read;
-            NEED(!ibl_texture_encode(ctx, &array, c, &bytes, &size));
-            NEED(!ibl_texture_decode(ctx, "x", bytes, size, &read, NULL));
-            ibl_bytes_free(bytes);
+            const void *bytes = texture_encode(ctx, &array, c, &size);
+            const ibl_texture read = texture_decode(ctx, bytes, size);
             CHECK(read.premultiplied == (c == IBL_CONTAINER_KTX2));
-            NEED(!ibl_texture_layer(ctx, &read, 1, &twin));
+            const ibl_texture twin = texture_layer(ctx, &read, 1);
             CHECK(twin.bytes == tex.bytes &&
                   !memcmp(twin.data, tex.data, tex.bytes));
             NEED(!ibl_texture_get_alpha(ctx, &twin, &back));
@@ -410,25 +384,17 @@ static void textures(void)
                           3 * sizeof(float) * ibl_cube_texels(8, 3)));
             ibl_cube_free(&a);
             ibl_cube_free(&b);
-            ibl_texture_free(&twin);
-            ibl_texture_free(&read);
         }
-        ibl_texture_free(&array);
-        ibl_texture_free(&one);
         ibl_texture_free(&tex);
     }
-    ibl_cube_free(&colour);
-    ibl_cube_free(&grey);
 }
 
 static void no_room_for_alpha(void)
 {
     ibl_ctx *ctx = file_ctx(1, &kept, NULL);
-    ibl_cube colour, grey, back;
+    ibl_cube colour = cube_alloc(ctx, 4, 1), grey = cube_alloc(ctx, 4, 2), back;
     ibl_texture tex;
 
-    NEED(!ibl_cube_alloc(ctx, 4, 1, &colour));
-    NEED(!ibl_cube_alloc(ctx, 4, 2, &grey));
     memset(colour.data, 0, 3 * sizeof(float) * ibl_cube_texels(4, 1));
     memset(grey.data, 0, 3 * sizeof(float) * ibl_cube_texels(4, 2));
     for (ibl_pixel p = IBL_PIXEL_RGBA16F; p <= IBL_PIXEL_R11G11B10F; p++) {
@@ -443,8 +409,6 @@ static void no_room_for_alpha(void)
         ibl_cube_free(&back);
         ibl_texture_free(&tex);
     }
-    ibl_cube_free(&colour);
-    ibl_cube_free(&grey);
 }
 
 static const test tests[] = {

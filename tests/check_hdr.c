@@ -43,8 +43,11 @@ static int below(int n)
 static void put(file *f, const void *bytes, size_t size)
 {
     if (f->size + size > f->room) {
+        const unsigned char *before = f->data;
         f->room = 2 * (f->size + size);
-        f->data = realloc(f->data, f->room);
+        f->data = test_alloc(1, f->room);
+        if (before)
+            memcpy(f->data, before, f->size);
     }
     memcpy(f->data + f->size, bytes, size);
     f->size += size;
@@ -128,7 +131,7 @@ static void put_pixels(file *f, coding kind, const char *orientation,
     const bool y_up = strstr(orientation, "+Y") != NULL;
     const bool x_down = strstr(orientation, "-X") != NULL;
     const int rows = by_column ? w : h, length = by_column ? h : w;
-    unsigned char *row = malloc(4 * (size_t)length);
+    unsigned char *row = test_alloc(4, (size_t)length);
 
     for (int k = 0; k < rows; k++) {
         for (int j = 0; j < length; j++) {
@@ -139,7 +142,6 @@ static void put_pixels(file *f, coding kind, const char *orientation,
         }
         put_row(f, kind, row, length);
     }
-    free(row);
 }
 
 static file encode(const char *header, coding kind, const char *orientation,
@@ -160,7 +162,7 @@ static file encode(const char *header, coding kind, const char *orientation,
 /* Normalised pixels as an encoder writes them, with repeats and blacks. */
 static unsigned char *picture(int w, int h)
 {
-    unsigned char *px = malloc(4 * (size_t)w * (size_t)h);
+    unsigned char *px = test_alloc((size_t)w * (size_t)h, 4);
     int repeat = 0;
     for (int i = 0; i < w * h; i++) {
         unsigned char *p = px + 4 * i;
@@ -289,10 +291,8 @@ static void every_variant(void)
                 file f = encode(HEADER, (coding)k, orientations[o], px, w, h);
                 for (int c = 0; c < n; c++)
                     check_file(ctxs[c], &f, px, w, h, orientations[o]);
-                free(f.data);
             }
         }
-        free(px);
     }
 }
 
@@ -309,9 +309,7 @@ static void widths(void)
             check_file(ctx, &f, px, w[i], 3, "width");
             put_text(&f, "and more");
             check_file(ctx, &f, px, w[i], 3, "width and more");
-            free(f.data);
         }
-        free(px);
     }
 }
 
@@ -329,9 +327,7 @@ static void describes_format(void)
         CHECK(!decode(ctx, f.data, f.size, &img, format));
         CHECK_MSG(!strcmp(format, want[k]), "\"%s\"", format);
         ibl_image_free(&img);
-        free(f.data);
     }
-    free(px);
     CHECK(ibl_rgbe_is("#?RGBE", 6) && ibl_rgbe_is("#?", 2));
     CHECK(!ibl_rgbe_is("#", 1) && !ibl_rgbe_is("\x76/1\1", 4));
 }
@@ -347,7 +343,6 @@ static ibl_status one_pixel(ibl_ctx *ctx, const char *header, float rgb[3])
     put_text(&f, header);
     put(&f, (unsigned char[]){128, 64, 32, 129}, 4);
     const ibl_status status = decode(ctx, f.data, f.size, &img, format);
-    free(f.data);
     if (status)
         return status;
     memcpy(rgb, img.data, 3 * sizeof *rgb);
@@ -454,7 +449,6 @@ static void xyz_pixel(ibl_ctx *ctx, const char *variables, const double xyz[3],
     if (img.data)
         memcpy(rgb, img.data, 3 * sizeof *rgb);
     ibl_image_free(&img);
-    free(f.data);
 }
 
 /*
@@ -558,8 +552,6 @@ static void flat_lookalikes(void)
                 put_text(&f, "and more");
                 check_file(ctx, &f, px, w[i], 5, "lookalike and more");
             }
-            free(f.data);
-            free(px);
         }
     }
 }
@@ -572,14 +564,12 @@ static void old_counts(void)
     ibl_ctx *ctx = test_keeping_ctx(1, &kept);
     for (size_t i = 0; i < sizeof runs / sizeof *runs; i++) {
         const int w = runs[i] + 1;
-        unsigned char *px = malloc(4 * (size_t)w);
+        unsigned char *px = test_alloc(4, (size_t)w);
         for (int j = 0; j < w; j++)
             memcpy(px + 4 * j, (unsigned char[]){200, 9, 1, 130}, 4);
         file f = encode(HEADER, OLD, orientations[0], px, w, 1);
         CHECK(f.size < 80);
         check_file(ctx, &f, px, w, 1, "old count");
-        free(f.data);
-        free(px);
     }
     const unsigned char first[] = {1, 1, 1, 7, 1, 1, 1, 2};
     file f = {0};
@@ -587,7 +577,6 @@ static void old_counts(void)
     put(&f, first, sizeof first);
     const unsigned char want[] = {1, 1, 1, 7, 1, 1, 1, 7, 1, 1, 1, 7};
     check_file(ctx, &f, want, 3, 1, "first pixel");
-    free(f.data);
 }
 
 /* ---- damage --------------------------------------------------------- */
@@ -700,9 +689,7 @@ static void cut_everywhere(void)
             check_refused(ctx, f.data, n, "cut short");
         check_refused(ctx, f.data, 1, "#?");
         check_refused(ctx, f.data, 0, "#?");
-        free(f.data);
     }
-    free(px);
 }
 
 /* Random damage: an answer with a line, or a picture of the size it says. */
@@ -740,8 +727,6 @@ static void noise(void)
             ibl_image_free(&img);
             taken++;
         }
-        free(f.data);
-        free(px);
     }
     CHECK(taken > 100 && refused > 100);
 }
@@ -828,8 +813,6 @@ static void as_openimageio(void)
         snprintf(hdr, sizeof hdr, "%d.hdr", i);
         NEED(file_save(file_path(hdr), f.data, f.size));
         sprintf(command + strlen(command), " %s -o %d.exr", hdr, i);
-        free(f.data);
-        free(px);
     }
     for (int i = 0; i < 2 && test_shared_data(real[i]); i++)
         sprintf(command + strlen(command), " \"$OLDPWD/%s\" -o real%d.exr",

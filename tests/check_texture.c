@@ -12,7 +12,7 @@
 
 #include "files.h"
 #include "ibl/io.h"
-#include "test.h"
+#include "maps.h"
 #include "textures.h"
 
 static ibl_ctx *ctx;   /* prints its errors */
@@ -31,7 +31,7 @@ static ibl_texture make(ibl_pixel pixel, int width, int height, int levels,
     ibl_texture tex =
         texture_random(ctx, pixel, (int[]){width, height, levels, faces}, 1);
     ibl_texture_set(ctx, &tex, "iblRoughness", "0 0.25 0.5");
-    return tex;
+    return texture_owned(tex);
 }
 
 static void keys(void)
@@ -68,8 +68,7 @@ static void cubes(void)
 {
     ibl_ctx *const one = test_ctx(1, IBL_ISA_C);
     test_random r = {7};
-    ibl_cube cube, back;
-    NEED(!ibl_cube_alloc(ctx, 70, 5, &cube));
+    ibl_cube cube = cube_alloc(ctx, 70, 5), back;
     const size_t floats = 3 * ibl_cube_texels(70, 5);
     for (size_t i = 0; i < floats; i++)
         cube.data[i] = (float)ldexp(test_random_unit(&r),
@@ -104,7 +103,6 @@ static void cubes(void)
         ibl_texture_free(&a);
         ibl_texture_free(&b);
     }
-    ibl_cube_free(&cube);
 }
 
 static void luts(void)
@@ -128,7 +126,6 @@ static void luts(void)
     ibl_texture tex = make(IBL_PIXEL_RG16F, 4, 2, 1, 1);
     ibl_lut back;
     CHECK(ibl_texture_to_lut(quiet, &tex, &back) == IBL_ERR_ARGUMENT);
-    ibl_texture_free(&tex);
     CHECK(ibl_texture_from_lut(quiet, &lut, IBL_PIXEL_RGB9E5, &tex, NULL) ==
           IBL_ERR_ARGUMENT);
 }
@@ -167,8 +164,6 @@ static void ktx2_header(void)
             end = at + file_u32(entry + 8);
         }
         CHECK(end == size);
-        ibl_bytes_free(b);
-        ibl_texture_free(&tex);
     }
 }
 
@@ -226,8 +221,6 @@ static void ktx2_descriptor(void)
                   file_u32(at + 8) == want[p].word[s][1] &&
                   file_u32(at + 12) == want[p].word[s][2]);
         }
-        ibl_bytes_free(b);
-        ibl_texture_free(&tex);
     }
 }
 
@@ -245,8 +238,6 @@ static void ktx2_metadata(void)
     CHECK_MSG(file_u32(b + 60) == sizeof want - 1, "%u b, not %zu",
               file_u32(b + 60), sizeof want - 1);
     CHECK(!memcmp(b + file_u32(b + 56), want, sizeof want - 1));
-    ibl_bytes_free(b);
-    ibl_texture_free(&tex);
 }
 
 static void ktx_header(void)
@@ -276,8 +267,6 @@ static void ktx_header(void)
             at += 4 + 6 * face;
         }
         CHECK(at == size);
-        ibl_bytes_free(b);
-        ibl_texture_free(&tex);
     }
 }
 
@@ -308,16 +297,12 @@ static void dds_header(void)
             }
         }
         CHECK(at == b + size);
-        ibl_bytes_free(b);
-        ibl_texture_free(&tex);
     }
     ibl_texture flat = make(IBL_PIXEL_RG16F, 4, 4, 1, 1);
     size_t size;
     unsigned char *b = texture_encode(ctx, &flat, IBL_CONTAINER_DDS, &size);
     CHECK(file_u32(b + 8) == 0x100F && file_u32(b + 108) == 0x1000 &&
           !file_u32(b + 112) && !file_u32(b + 136));
-    ibl_bytes_free(b);
-    ibl_texture_free(&flat);
 }
 
 static void turn(unsigned char *p, size_t bytes, size_t word)
@@ -358,16 +343,12 @@ static void ktx_big_endian(void)
         size_t size;
         unsigned char *b = texture_encode(ctx, &tex, IBL_CONTAINER_KTX, &size);
         turn_ktx(b, &tex, file_u32(b + 20));
-        NEED(!ibl_texture_decode(ctx, "big", b, size, &back, NULL));
+        back = texture_decode(ctx, b, size);
         CHECK(texture_same(&tex, &back) && texture_has(&back, "zeta", "last"));
-        ibl_texture_free(&back);
         /* What is to be turned is not known of words of one byte. */
         file_set_u32(b + 20, 0x01000000);
         CHECK(ibl_texture_decode(quiet, "big", b, size, &back, NULL) ==
               IBL_ERR_FORMAT);
-        ibl_texture_free(&back);
-        ibl_texture_free(&tex);
-        ibl_bytes_free(b);
     }
 }
 
@@ -380,11 +361,8 @@ static void ktx_cmgen(void)
     unsigned char *b = texture_encode(ctx, &tex, IBL_CONTAINER_KTX, &size);
     file_set_u32(b + 16, 0x8C3A);
     file_set_u32(b + 20, 1);
-    NEED(!ibl_texture_decode(ctx, "cmgen", b, size, &back, NULL));
+    back = texture_decode(ctx, b, size);
     CHECK(texture_same(&tex, &back));
-    ibl_texture_free(&back);
-    ibl_texture_free(&tex);
-    ibl_bytes_free(b);
 }
 
 /* A 3x2 KTX of RGB halves, whose rows of 18 bytes are padded to 20, in either
@@ -407,7 +385,7 @@ static void ktx_rgb_halves(void)
             turn(b + 12, 56, 4);
             turn(b + 68, 40, 2);
         }
-        NEED(!ibl_texture_decode(ctx, "rgb", b, sizeof b, &tex, NULL));
+        tex = texture_decode(ctx, b, sizeof b);
         CHECK(tex.pixel == IBL_PIXEL_RGBA16F && tex.bytes == 48 &&
               tex.levels == 1);
         for (int i = 0; i < 6; i++) {
@@ -415,7 +393,6 @@ static void ktx_rgb_halves(void)
             CHECK(t[0] == 3 * i + 1 && t[2] == 3 * i + 2 && t[4] == 3 * i + 3);
             CHECK(t[1] == 0 && t[6] == 0 && t[7] == 0x3C);
         }
-        ibl_texture_free(&tex);
     }
 }
 
@@ -431,17 +408,13 @@ static void ktx2_rgb_floats(void)
           IBL_ERR_FORMAT); /* 96 uncompressed */
     file_set_u32(b + 96, 72);
     b[file_u32(b + 48) + 15] = 1; /* premultiplied, by an alpha that is not */
-    NEED(
-        !ibl_texture_decode(ctx, "rgb", b, file_u32(b + 80) + 72, &back, NULL));
+    back = texture_decode(ctx, b, file_u32(b + 80) + 72);
     CHECK(back.pixel == IBL_PIXEL_RGBA32F && back.bytes == 96);
     CHECK(!back.premultiplied);
     for (int i = 0; i < 6; i++) {
         CHECK(!memcmp(back.data + 16 * i, b + file_u32(b + 80) + 12 * i, 12));
         CHECK(file_u32(back.data + 16 * i + 12) == 0x3F800000);
     }
-    ibl_bytes_free(b);
-    ibl_texture_free(&tex);
-    ibl_texture_free(&back);
 }
 
 /* DDS files of Direct3D 9, with a number for a FourCC. */
@@ -461,20 +434,16 @@ static void dds_direct3d9(void)
         file_set_u32(b + 84, formats[i].d3d);
         memmove(b + 128, b + 148, size - 148);
         file_set_u32(b + 24, 4); /* a depth that no flag tells of */
-        NEED(!ibl_texture_decode(ctx, "d3d9", b, size - 20, &back, NULL));
+        back = texture_decode(ctx, b, size - 20);
         CHECK(texture_same(&tex, &back));
-        ibl_texture_free(&back);
         b[10] |= 0x80; /* DDSD_DEPTH */
         CHECK(ibl_texture_decode(quiet, "d3d9", b, size - 20, &back, NULL) ==
               IBL_ERR_UNSUPPORTED);
         file_set_u32(b + 24, 1);
-        NEED(!ibl_texture_decode(ctx, "d3d9", b, size - 20, &back, NULL));
-        ibl_texture_free(&back);
+        back = texture_decode(ctx, b, size - 20);
         file_set_u32(b + 112, 0x0600); /* +X alone */
         CHECK(ibl_texture_decode(quiet, "d3d9", b, size - 20, &back, NULL) ==
               IBL_ERR_UNSUPPORTED);
-        ibl_bytes_free(b);
-        ibl_texture_free(&tex);
     }
 }
 
@@ -501,8 +470,6 @@ static void orientation(ibl_container container, const char *from,
             CHECK(!memcmp(tex.data + 72, back.data + 72, 8));
         }
         ibl_texture_free(&back);
-        ibl_texture_free(&tex);
-        ibl_bytes_free(b);
     }
 }
 
@@ -561,9 +528,7 @@ static void named(void)
                       !strncmp(text, "NAME: ", 6),
                   "case %zu: status %d: %s", i, (int)status, text);
         CHECK(!back.data && !back.keys);
-        ibl_bytes_free(b);
     }
-    ibl_texture_free(&tex);
     CHECK(ibl_texture_decode(quiet, "NAME", "GIF89a", 6, &back, NULL) ==
           IBL_ERR_FORMAT);
 }
@@ -597,7 +562,7 @@ static void odd_metadata(void)
     size_t size;
     unsigned char *b = texture_encode(ctx, &tex, IBL_CONTAINER_KTX2, &size);
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        unsigned char *longer = malloc(size + cases[i].size);
+        unsigned char *longer = test_alloc(1, size + cases[i].size);
         memcpy(longer, b, size);
         memcpy(longer + size, cases[i].bytes, cases[i].size);
         file_set_u32(longer + 56, (uint32_t)size);
@@ -609,10 +574,7 @@ static void odd_metadata(void)
                   back.key_count);
         CHECK(!cases[i].value || texture_has(&back, "a", cases[i].value));
         ibl_texture_free(&back);
-        free(longer);
     }
-    ibl_bytes_free(b);
-    ibl_texture_free(&tex);
 }
 
 static void bad_arguments(void)
@@ -653,7 +615,6 @@ static void bad_arguments(void)
     CHECK(ibl_texture_encode(quiet, &good, IBL_CONTAINER_COUNT, &bytes,
                              &size) == IBL_ERR_ARGUMENT);
     CHECK(!bytes);
-    ibl_texture_free(&tex);
 }
 
 static void files(void)
@@ -680,8 +641,6 @@ static void files(void)
     CHECK(!ibl_texture_read(ctx, pipe_path, &back, NULL) &&
           texture_same(&tex, &back));
     close(ends[0]);
-    ibl_bytes_free(b);
-    ibl_texture_free(&tex);
     ibl_texture_free(&back);
 
     const int saved = dup(STDIN_FILENO);

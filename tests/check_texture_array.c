@@ -34,8 +34,8 @@ static bool said(const char *words)
 static ibl_texture make(ibl_pixel pixel, int width, int height, int levels,
                         int layers, int faces)
 {
-    return texture_random(ctx, pixel, (int[]){width, height, levels, faces},
-                          layers);
+    return texture_owned(texture_random(
+        ctx, pixel, (int[]){width, height, levels, faces}, layers));
 }
 
 /* Every byte of a face is 100 * level + 10 * layer + face + 1. */
@@ -75,7 +75,6 @@ static void offsets(void)
     CHECK(ibl_texture_layer_offset(&tex, 0, 1, 0) == 768);
     CHECK(ibl_texture_layer_offset(&tex, 1, 2, 3) == 3840 + 15 * 32);
     CHECK(ibl_texture_layer_offset(&tex, 2, 4, 5) == 5032);
-    ibl_texture_free(&tex);
 }
 
 /* A texture that goes straight to a file is what encoding gives, whoever
@@ -102,10 +101,11 @@ static void check_files(ibl_texture *tex, ibl_container container,
 
 static void round_trip(const int *s, ibl_pixel p, int layers, ibl_container c)
 {
-    ibl_texture tex = make(p, s[0], s[1], s[2], layers, s[3]), back;
+    ibl_texture tex = texture_random(ctx, p, s, layers), back;
     ibl_container found = IBL_CONTAINER_COUNT;
     size_t size, size_again;
     ibl_texture_set(ctx, &tex, "iblRoughness", "0 0.25 0.5");
+    texture_owned(tex);
     unsigned char *bytes = texture_encode(ctx, &tex, c, &size);
     NEED(!ibl_texture_decode(ctx, "x", bytes, size, &back, &found));
     CHECK(found == c && texture_same(&tex, &back));
@@ -117,12 +117,8 @@ static void round_trip(const int *s, ibl_pixel p, int layers, ibl_container c)
               texture_has(&back, "KTXwriter", "iblbake " IBL_VERSION));
         unsigned char *again = texture_encode(ctx, &back, c, &size_again);
         CHECK(size == size_again && !memcmp(bytes, again, size));
-        ibl_bytes_free(again);
     }
-    check_files(&tex, c, bytes, size);
-    ibl_bytes_free(bytes);
-    ibl_texture_free(&back);
-    ibl_texture_free(&tex);
+    check_files(&back, c, bytes, size);
 }
 
 static void round_trips(void)
@@ -159,8 +155,6 @@ static void ktx2_structure(void)
             CHECK(numbered(b + file_u32(b + 80) + 16 * i, 16, 0, layer, f));
             CHECK(numbered(b + file_u32(b + 104) + 4 * i, 4, 1, layer, f));
         }
-    ibl_bytes_free(b);
-    ibl_texture_free(&tex);
 }
 
 /* KTX 1.1: the imageSize of a cube that is no array is that of one face, all
@@ -182,8 +176,6 @@ static void ktx_structure(void)
             CHECK(numbered(large + 4 + 16 * i, 16, 0, layer, f));
             CHECK(numbered(small + 4 + 4 * i, 4, 1, layer, f));
         }
-    ibl_bytes_free(b);
-    ibl_texture_free(&tex);
 }
 
 /* DDS: arraySize counts cubes; a layer's faces follow one another, each with
@@ -204,16 +196,12 @@ static void dds_structure(void)
                 CHECK(numbered(at, 16, 0, layer, f) &&
                       numbered(at + 16, 4, 1, layer, f));
         CHECK(at == b + size);
-        ibl_bytes_free(b);
-        ibl_texture_free(&tex);
     }
     /* More than one surface, with neither levels nor faces. */
     ibl_texture flat = make(IBL_PIXEL_RG16F, 4, 4, 1, 2, 1);
     size_t size;
     unsigned char *b = texture_encode(ctx, &flat, IBL_CONTAINER_DDS, &size);
     CHECK(file_u32(b + 108) == 0x1008 && file_u32(b + 140) == 2);
-    ibl_bytes_free(b);
-    ibl_texture_free(&flat);
 }
 
 /* One layer is written as no array, and an array of one is read as one layer:
@@ -234,12 +222,9 @@ static void arrays_of_one(void)
             file_set_u32(level, 768);
             file_set_u32(level + 4 + 768, 192);
         }
-        NEED(!ibl_texture_decode(ctx, "one", b, size, &back, NULL));
+        back = texture_decode(ctx, b, size);
         CHECK(texture_same(&tex, &back));
-        ibl_texture_free(&back);
-        ibl_bytes_free(b);
     }
-    ibl_texture_free(&tex);
 }
 
 /* Two layers of 3x2 RGB halves, whose rows of 18 bytes are padded to 20, in
@@ -264,7 +249,7 @@ static void ktx_turned_and_widened(void)
     for (int row = 0; row < 4; row++)
         for (int i = 0; i < 9; i++)
             level[4 + 20 * row + 2 * i + 1] = (unsigned char)(9 * row + i + 1);
-    NEED(!ibl_texture_decode(ctx, "up", b, sizeof b, &tex, NULL));
+    tex = texture_decode(ctx, b, sizeof b);
     CHECK(tex.layers == 2 && tex.pixel == IBL_PIXEL_RGBA16F && tex.bytes == 96);
     for (int layer = 0; layer < 2; layer++)
         for (int y = 0; y < 2; y++)
@@ -274,7 +259,6 @@ static void ktx_turned_and_widened(void)
                 CHECK(t[0] == first && t[2] == first + 1 && t[4] == first + 2 &&
                       t[7] == 0x3C);
             }
-    ibl_texture_free(&tex);
 }
 
 /* Together and apart again. */
@@ -284,14 +268,15 @@ static void build(void)
     const ibl_texture *list[3] = {&one[0], &one[1], &one[2]};
     for (int i = 0; i < 3; i++) {
         char text[2] = {(char)('0' + i), '\0'};
-        one[i] = make(IBL_PIXEL_RGB9E5, 4, 4, 3, 1, 6);
+        one[i] = texture_random(ctx, IBL_PIXEL_RGB9E5, (int[]){4, 4, 3, 6}, 1);
         for (size_t k = 0; k < one[i].bytes; k++)
             one[i].data[k] = (unsigned char)(one[i].data[k] + i);
         ibl_texture_set(ctx, &one[i], "which", text);
         if (i)
             ibl_texture_set(ctx, &one[i], "only", "some");
+        texture_owned(one[i]);
     }
-    NEED(!ibl_texture_array(ctx, list, 3, &whole));
+    whole = texture_array(ctx, list, 3);
     CHECK(whole.layers == 3 && whole.bytes == 3 * one[0].bytes);
     /* Faces of 64, 16 and 4 bytes. */
     CHECK(!memcmp(whole.data + 6 * 64, one[1].data, 6 * 64));
@@ -300,25 +285,19 @@ static void build(void)
     CHECK(!memcmp(whole.data + 18 * 80 + 12 * 4, one[2].data + 6 * 80, 6 * 4));
     CHECK(texture_has(&whole, "zeta", "last") && whole.key_count == 1);
     for (int i = 0; i < 3; i++) {
-        NEED(!ibl_texture_layer(ctx, &whole, i, &layer));
+        layer = texture_layer(ctx, &whole, i);
         CHECK(texture_same(&layer, &one[i]) &&
               texture_has(&layer, "zeta", "last"));
-        ibl_texture_free(&layer);
     }
     /* Arrays one after the other. */
     const ibl_texture *more[3] = {&one[2], &whole, &one[0]};
     static const int order[5] = {2, 0, 1, 2, 0};
-    NEED(!ibl_texture_array(ctx, more, 3, &twice));
+    twice = texture_array(ctx, more, 3);
     CHECK(twice.layers == 5);
     for (int i = 0; i < 5; i++) {
-        NEED(!ibl_texture_layer(ctx, &twice, i, &layer));
+        layer = texture_layer(ctx, &twice, i);
         CHECK(texture_same(&layer, &one[order[i]]));
-        ibl_texture_free(&layer);
     }
-    ibl_texture_free(&twice);
-    ibl_texture_free(&whole);
-    for (int i = 0; i < 3; i++)
-        ibl_texture_free(&one[i]);
 }
 
 /* One layer at a time. */
@@ -333,8 +312,9 @@ static void filled(void)
             one[i].data[k] = (unsigned char)(one[i].data[k] + i);
     }
     one[1].premultiplied = 1;
-    NEED(!ibl_texture_array(ctx, list, 3, &whole));
+    whole = texture_array(ctx, list, 3);
     NEED(!ibl_texture_array_begin(ctx, &one[2], 3, &array));
+    texture_owned(array);
     for (int i = 2; i >= 0; i--)
         CHECK(!ibl_texture_array_put(ctx, &array, i, &one[i]));
     CHECK(array.layers == 3 && array.premultiplied && !array.key_count);
@@ -347,14 +327,9 @@ static void filled(void)
     other = make(IBL_PIXEL_RGBA16F, 5, 5, 2, 1, 6);
     CHECK(ibl_texture_array_put(quiet, &array, 0, &other) == IBL_ERR_ARGUMENT);
     CHECK(said("layer 0 of an array: its texels"));
-    ibl_texture_free(&other);
     CHECK(ibl_texture_array_begin(quiet, &one[0], IBL_MAX_LAYERS + 1, &other) ==
           IBL_ERR_ARGUMENT);
     CHECK(said("2049 layers: must be 1 to 2048") && !other.data);
-    ibl_texture_free(&array);
-    ibl_texture_free(&whole);
-    for (int i = 0; i < 3; i++)
-        ibl_texture_free(&one[i]);
 }
 
 /* What visit gives, one after the other. */
@@ -385,12 +360,10 @@ static void visited(void)
         NEED(!ibl_texture_visit(ctx, &tex, (ibl_container)c, gather, &g));
         CHECK(g.size == size && !memcmp(g.bytes, b, size));
         free(g.bytes);
-        ibl_bytes_free(b);
     }
     tex.bytes--;
     CHECK(ibl_texture_visit(quiet, &tex, IBL_CONTAINER_KTX2, gather, NULL) ==
           IBL_ERR_ARGUMENT);
-    ibl_texture_free(&tex);
 }
 
 static void unlike(void)
@@ -415,9 +388,6 @@ static void unlike(void)
     CHECK(ibl_texture_layer(quiet, &a, -1, &out) == IBL_ERR_ARGUMENT);
     CHECK(ibl_texture_layer(quiet, &other[5], 0, &out) == IBL_ERR_ARGUMENT);
     CHECK(!out.data);
-    ibl_texture_free(&a);
-    for (int i = 0; i < 6; i++)
-        ibl_texture_free(&other[i]);
 }
 
 /* What wants one cube or table says so. */
@@ -431,12 +401,9 @@ static void not_single(void)
     CHECK(said("3 layers"));
     CHECK(ibl_texture_to_lut(quiet, &luts, &lut) == IBL_ERR_ARGUMENT);
     CHECK(said("2 layers"));
-    NEED(!ibl_texture_layer(ctx, &cubes, 2, &layer));
+    layer = texture_layer(ctx, &cubes, 2);
     CHECK(!ibl_texture_to_cube(ctx, &layer, &cube));
     ibl_cube_free(&cube);
-    ibl_texture_free(&layer);
-    ibl_texture_free(&cubes);
-    ibl_texture_free(&luts);
 }
 
 /* The most layers, and one more. */
@@ -446,14 +413,12 @@ static void limits(void)
     for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
         size_t size;
         unsigned char *b = texture_encode(ctx, &tex, c, &size);
-        NEED(!ibl_texture_decode(ctx, "most", b, size, &out, NULL));
+        out = texture_decode(ctx, b, size);
         CHECK(texture_same(&tex, &out));
-        ibl_texture_free(&out);
         file_set_u32(b + count_at[c], IBL_MAX_LAYERS + 1);
         CHECK(ibl_texture_decode(quiet, "most", b, size, &out, NULL) ==
               IBL_ERR_UNSUPPORTED);
         CHECK(said("most: an array of 2049 layers: the limit is 2048"));
-        ibl_bytes_free(b);
     }
     const ibl_texture *list[2] = {&tex, &tex};
     CHECK(ibl_texture_array(quiet, list, 2, &out) == IBL_ERR_ARGUMENT);
@@ -465,7 +430,6 @@ static void limits(void)
     CHECK(ibl_texture_encode(quiet, &tex, IBL_CONTAINER_DDS, &bytes, &size) ==
           IBL_ERR_ARGUMENT);
     CHECK(said("2049 layers") && !bytes);
-    ibl_texture_free(&tex);
 }
 
 /* A level of 6.4 GB, which an imageSize cannot say; its texels are never
@@ -516,9 +480,7 @@ static void counts(void)
                 CHECK(said("cut short"));
             ibl_texture_free(&back);
         }
-        ibl_bytes_free(b);
     }
-    ibl_texture_free(&tex);
 }
 
 static void damaged(void)
@@ -533,8 +495,6 @@ static void damaged(void)
         for (size_t k = 0; k < 60; k++)
             places[k] = 12 + k * 4 % (size - 16);
         texture_damage_words(quiet, b, size, places, 60, 13);
-        ibl_bytes_free(b);
-        ibl_texture_free(&tex);
     }
 }
 
@@ -554,8 +514,6 @@ static void boundless(void)
             file_set_u32(b + places[i / 2][k], lies[k]);
         texture_boundless(quiet, b, size);
         CHECK(said("cut short"));
-        ibl_bytes_free(b);
-        ibl_texture_free(&tex);
     }
 }
 
@@ -582,7 +540,5 @@ static const test tests[] = {
 int main(int argc, char **argv)
 {
     contexts();
-    const int result =
-        test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
-    return result;
+    return test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
 }

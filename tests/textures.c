@@ -8,6 +8,17 @@
 #include "files.h"
 #include "test.h"
 
+static void free_texture(void *texture)
+{
+    ibl_texture_free(texture);
+}
+
+ibl_texture texture_owned(ibl_texture texture)
+{
+    test_defer_copy(free_texture, &texture, sizeof texture);
+    return texture;
+}
+
 ibl_texture texture_random(ibl_ctx *ctx, ibl_pixel pixel, const int shape[4],
                            int layers)
 {
@@ -30,6 +41,11 @@ ibl_texture texture_random(ibl_ctx *ctx, ibl_pixel pixel, const int shape[4],
     return tex;
 }
 
+static void free_bytes(void *bytes)
+{
+    ibl_bytes_free(bytes);
+}
+
 unsigned char *texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, size_t *size)
 {
@@ -37,7 +53,36 @@ unsigned char *texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
 
     if (ibl_texture_encode(ctx, tex, container, &bytes, size))
         exit(1);
+    test_defer(free_bytes, bytes);
     return bytes;
+}
+
+ibl_texture texture_decode(ibl_ctx *ctx, const void *bytes, size_t size)
+{
+    ibl_texture tex;
+
+    if (ibl_texture_decode(ctx, "x", bytes, size, &tex, NULL))
+        exit(1);
+    return texture_owned(tex);
+}
+
+ibl_texture texture_layer(ibl_ctx *ctx, const ibl_texture *tex, int layer)
+{
+    ibl_texture one;
+
+    if (ibl_texture_layer(ctx, tex, layer, &one))
+        exit(1);
+    return texture_owned(one);
+}
+
+ibl_texture texture_array(ibl_ctx *ctx, const ibl_texture *const *list,
+                          int count)
+{
+    ibl_texture array;
+
+    if (ibl_texture_array(ctx, list, count, &array))
+        exit(1);
+    return texture_owned(array);
 }
 
 bool texture_same(const ibl_texture *a, const ibl_texture *b)

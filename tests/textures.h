@@ -9,13 +9,19 @@
 
 #include "ibl/io.h"
 
+/* What it is given, freed after the running test. */
+ibl_texture texture_owned(ibl_texture texture);
 /* Of random bytes, which are always the same, with the key zeta; shape: width,
- * height, levels, faces. Exits if there is no memory. */
+ * height, levels, faces. The caller frees it. */
 ibl_texture texture_random(ibl_ctx *ctx, ibl_pixel pixel, const int shape[4],
                            int layers);
-/* The bytes of a file, for ibl_bytes_free(). Exits if encoding fails. */
+/* These are freed after the running test, too; they exit if they fail. */
 unsigned char *texture_encode(ibl_ctx *ctx, const ibl_texture *tex,
                               ibl_container container, size_t *size);
+ibl_texture texture_decode(ibl_ctx *ctx, const void *bytes, size_t size);
+ibl_texture texture_layer(ibl_ctx *ctx, const ibl_texture *tex, int layer);
+ibl_texture texture_array(ibl_ctx *ctx, const ibl_texture *const *list,
+                          int count);
 /* Shape and bytes, not keys. */
 bool texture_same(const ibl_texture *a, const ibl_texture *b);
 /* Whether a key has that value; NULL: is not there. */
