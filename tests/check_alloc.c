@@ -25,64 +25,6 @@ enum {
     SIZES = sizeof sizes / sizeof sizes[0]
 };
 
-/* Two rounds, so that memory is used again that was not zero. */
-static void every_size(void)
-{
-    unsigned char *p[SIZES];
-    for (int round = 0; round < 2; round++) {
-        for (int i = 0; i < SIZES; i++) {
-            p[i] = ibl_alloc_zeroed(sizes[i], 1);
-            NEED(p[i]);
-            CHECK((uintptr_t)p[i] % 64 == 0);
-            size_t others = 0;
-            for (size_t k = 0; k < sizes[i]; k++)
-                others += p[i][k] != 0;
-            CHECK_MSG(!others, "%zu of %zu bytes not 0", others, sizes[i]);
-            memset(p[i], i + 1, sizes[i]);
-        }
-        for (int i = 0; i < SIZES; i++) {
-            CHECK(!sizes[i] ||
-                  (p[i][0] == i + 1 && p[i][sizes[i] - 1] == i + 1));
-            ibl_free(p[i]);
-        }
-    }
-    ibl_free(NULL);
-}
-
-/* More large blocks than are remembered, freed in another order, some kept and
- * handed out again: none overlap. */
-static void many_large(void)
-{
-    enum {
-        BLOCKS = 80,
-        EDGE = 1 << 20
-    };
-    static unsigned char *p[BLOCKS];
-    test_random rnd = {5};
-
-    ibl_alloc_hold();
-    for (int n = 0; n < 600; n++) {
-        const int i = (int)(test_random_u64(&rnd) % BLOCKS);
-        if (p[i]) {
-            CHECK(p[i][0] == i && p[i][EDGE - 1] == i);
-            ibl_free(p[i]);
-            p[i] = NULL;
-        } else {
-            const size_t more = (size_t)(test_random_u64(&rnd) % (3 * EDGE));
-            p[i] = ibl_alloc_array(EDGE + more, 1);
-            NEED(p[i]);
-            p[i][0] = p[i][EDGE - 1] = (unsigned char)i;
-        }
-        if (n % 100 == 99) {
-            ibl_alloc_release();
-            ibl_alloc_hold();
-        }
-    }
-    for (int i = 0; i < BLOCKS; i++)
-        ibl_free(p[i]);
-    ibl_alloc_release();
-}
-
 enum {
     MIB = 1 << 20
 };
@@ -116,9 +58,10 @@ static double left_of(int blocks, int mib)
     return (double)mallinfo2().hblkhd / MIB;
 }
 
-/* Memory is kept as long as there is a context, whichever ends before: as much
- * as there is room for, again and again, and not for far less. */
-static void kept_for_contexts(void)
+/* The first test, as its heap has no large holes. Memory is kept as long as
+ * there is a context, whichever ends before: as much as there is room for,
+ * again and again, and not for far less. */
+TEST(kept_for_contexts)
 {
     if (TEST_SANITIZED)
         test_skip("sanitizers are to see every block go");
@@ -136,7 +79,65 @@ static void kept_for_contexts(void)
     CHECK(left_of(0, 0) < 1);
 }
 
-static void too_much(void)
+/* Two rounds, so that memory is used again that was not zero. */
+TEST(every_size)
+{
+    unsigned char *p[SIZES];
+    for (int round = 0; round < 2; round++) {
+        for (int i = 0; i < SIZES; i++) {
+            p[i] = ibl_alloc_zeroed(sizes[i], 1);
+            NEED(p[i]);
+            CHECK((uintptr_t)p[i] % 64 == 0);
+            size_t others = 0;
+            for (size_t k = 0; k < sizes[i]; k++)
+                others += p[i][k] != 0;
+            CHECK_MSG(!others, "%zu of %zu bytes not 0", others, sizes[i]);
+            memset(p[i], i + 1, sizes[i]);
+        }
+        for (int i = 0; i < SIZES; i++) {
+            CHECK(!sizes[i] ||
+                  (p[i][0] == i + 1 && p[i][sizes[i] - 1] == i + 1));
+            ibl_free(p[i]);
+        }
+    }
+    ibl_free(NULL);
+}
+
+/* More large blocks than are remembered, freed in another order, some kept and
+ * handed out again: none overlap. */
+TEST(many_large)
+{
+    enum {
+        BLOCKS = 80,
+        EDGE = 1 << 20
+    };
+    static unsigned char *p[BLOCKS];
+    test_random rnd = {5};
+
+    ibl_alloc_hold();
+    for (int n = 0; n < 600; n++) {
+        const int i = (int)(test_random_u64(&rnd) % BLOCKS);
+        if (p[i]) {
+            CHECK(p[i][0] == i && p[i][EDGE - 1] == i);
+            ibl_free(p[i]);
+            p[i] = NULL;
+        } else {
+            const size_t more = (size_t)(test_random_u64(&rnd) % (3 * EDGE));
+            p[i] = ibl_alloc_array(EDGE + more, 1);
+            NEED(p[i]);
+            p[i][0] = p[i][EDGE - 1] = (unsigned char)i;
+        }
+        if (n % 100 == 99) {
+            ibl_alloc_release();
+            ibl_alloc_hold();
+        }
+    }
+    for (int i = 0; i < BLOCKS; i++)
+        ibl_free(p[i]);
+    ibl_alloc_release();
+}
+
+TEST(too_much)
 {
     CHECK(!ibl_alloc_array(SIZE_MAX, 1));
     CHECK(!ibl_alloc_array(SIZE_MAX / 2, 1));
@@ -144,8 +145,3 @@ static void too_much(void)
     CHECK(!ibl_alloc_array(1, SIZE_MAX - 62));
     CHECK(!ibl_alloc_array((size_t)1 << 33, (size_t)1 << 33));
 }
-
-/* The first of them has a heap without large holes. */
-static const test tests[] = {TEST(kept_for_contexts), TEST(every_size),
-                             TEST(many_large), TEST(too_much)};
-TEST_MAIN(tests)

@@ -93,7 +93,7 @@ static double off_alpha(const seen *s)
 /* ---- reading ----------------------------------------------------------- */
 
 /* Without being asked for, alpha changes nothing and is not there. */
-static void dropped_by_default(void)
+TEST(dropped_by_default)
 {
     ibl_ctx *ctx = file_ctx(2, &kept, NULL);
     make();
@@ -107,7 +107,7 @@ static void dropped_by_default(void)
 }
 
 /* However the file is made and its rows are asked for. */
-static void premultiplied_exr(void)
+TEST(premultiplied_exr)
 {
     static const char *const names[] = {"a.exr",     "zip.exr",   "tiled.exr",
                                         "mixed.exr", "layer.exr", "dwa.exr"};
@@ -141,7 +141,7 @@ static void premultiplied_exr(void)
 }
 
 /* Half-size chroma, and a data window that is not all of the map. */
-static void windows(void)
+TEST(windows)
 {
     file_need_oiio();
     ibl_ctx *ctx = file_ctx(2, &kept, file_bridge());
@@ -167,7 +167,7 @@ static void windows(void)
 
 /* Which formats are multiplied already, and what is done to those that are
  * not: in linear light. */
-static void integer_formats(void)
+TEST(integer_formats)
 {
     static const struct {
         const char *name;
@@ -203,7 +203,7 @@ static void integer_formats(void)
 }
 
 /* More rows than the bridge is asked for at once. */
-static void tall(void)
+TEST(tall)
 {
     enum {
         ROWS = 200
@@ -227,7 +227,7 @@ static void tall(void)
 }
 
 /* Files that break OpenEXR's rule, and those that have none. */
-static void straight_and_none(void)
+TEST(straight_and_none)
 {
     ibl_ctx *ctx = file_ctx(2, &kept, NULL);
     make();
@@ -253,7 +253,7 @@ static void straight_and_none(void)
 }
 
 /* NaN, infinite, below 0, above 1, and colours without alpha. */
-static void wild_values(void)
+TEST(wild_values)
 {
     ibl_ctx *ctx = file_ctx(2, &kept, NULL);
     make();
@@ -305,7 +305,7 @@ static void wild_values(void)
 
 /* Colours are mended as they were before alpha is applied, whatever rows are
  * read ahead for that. */
-static void mended_beside_holes(void)
+TEST(mended_beside_holes)
 {
     ibl_ctx *ctx = file_ctx(2, &kept, NULL);
     make();
@@ -337,7 +337,7 @@ static bool same_alpha(const ibl_cube *got, const ibl_cube *want, double rel)
     return true;
 }
 
-static void textures(void)
+TEST(textures)
 {
     ibl_ctx *ctx = file_ctx(2, &kept, NULL);
     test_random r = {3};
@@ -389,7 +389,7 @@ static void textures(void)
     }
 }
 
-static void no_room_for_alpha(void)
+TEST(no_room_for_alpha)
 {
     ibl_ctx *ctx = file_ctx(1, &kept, NULL);
     ibl_cube colour = cube_alloc(ctx, 4, 1), grey = cube_alloc(ctx, 4, 2), back;
@@ -410,17 +410,3 @@ static void no_room_for_alpha(void)
         ibl_texture_free(&tex);
     }
 }
-
-static const test tests[] = {
-    TEST(dropped_by_default),
-    TEST(premultiplied_exr),
-    TEST(windows),
-    TEST(integer_formats),
-    TEST(tall),
-    TEST(straight_and_none),
-    TEST(wild_values),
-    TEST(mended_beside_holes),
-    TEST(textures),
-    TEST(no_room_for_alpha),
-};
-TEST_MAIN(tests)

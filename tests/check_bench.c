@@ -45,7 +45,7 @@ static bool fill(ibl_ctx *ctx, int width, int height, ibl_image *env)
 
 /* A colour is a fixed point of every mean and interpolation; RGBE keeps these
  * numbers. */
-static void constant(void)
+TEST(constant)
 {
     static const int sizes[][2] = {{7, 3}, {8, 4}, {64, 32}, {200, 100}};
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
@@ -86,7 +86,7 @@ static double energy(const ibl_image *env)
 
 /* Means over the solid angle keep the energy, whatever the ratio; RGBE cuts
  * off up to a 128th of a component below its pixel's largest. */
-static void smaller_keeps_energy(void)
+TEST(smaller_keeps_energy)
 {
     static const int sizes[][2] = {{50, 25}, {33, 16}, {10, 7}, {1, 1}};
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
@@ -104,7 +104,7 @@ static void smaller_keeps_energy(void)
 
 /* Three times as wide and high: every third pixel's centre is a pixel's of
  * the source, and columns go on across the seam. */
-static void larger_interpolates(void)
+TEST(larger_interpolates)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     ibl_image env, out = {0};
@@ -132,7 +132,7 @@ static void larger_interpolates(void)
     ibl_image_free(&env);
 }
 
-static void split(void)
+TEST(split)
 {
     static const struct {
         const char *text, *words[5];
@@ -162,7 +162,7 @@ static void split(void)
 }
 
 /* What is quoted comes back, through our words and through a shell's. */
-static void quote(void)
+TEST(quote)
 {
     static const char *const words[] = {"a.b-c", "", "a b", "it's",
                                         "$HOME `x` \\ \"q\" *"};
@@ -182,7 +182,7 @@ static void quote(void)
     }
 }
 
-static void placeholders(void)
+TEST(placeholders)
 {
     const ibl_placeholder holders[] = {{"env", "E"}, {"out", "O/{env}"}};
     char *text =
@@ -192,13 +192,3 @@ static void placeholders(void)
     CHECK(!strcmp(text, "E O/{env}/E{ {no} ${x} {envy} {env"));
     free(text);
 }
-
-static const test tests[] = {
-    TEST(constant),
-    TEST(smaller_keeps_energy),
-    TEST(larger_interpolates),
-    TEST(split),
-    TEST(quote),
-    TEST(placeholders),
-};
-TEST_MAIN(tests)

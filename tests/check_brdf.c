@@ -14,7 +14,7 @@ static uint32_t reverse_bit_by_bit(uint32_t i)
     return r;
 }
 
-static void radical_inverse(void)
+TEST(radical_inverse)
 {
     test_random rnd = {1};
     int wrong = 0;
@@ -33,7 +33,7 @@ static void radical_inverse(void)
     CHECK(ibl_radical_inverse(0xffffffffu) == 1.0 - 0x1p-32);
 }
 
-static void hammersley(void)
+TEST(hammersley)
 {
     /* n a power of two: each coordinate hits each of n intervals once. */
     unsigned char seen[256] = {0};
@@ -54,7 +54,7 @@ static void hammersley(void)
 
 /* 2pi integral of D cos sin over the hemisphere is 1 for every width; midpoint
  * in log(tan), which follows the peak. */
-static void ggx_normalised(void)
+TEST(ggx_normalised)
 {
     const double alphas[] = {1e-4, 1e-3, 0.01, 0.1, 0.3, 0.5, 0.9, 1.0};
 
@@ -70,7 +70,7 @@ static void ggx_normalised(void)
     }
 }
 
-static void ggx_values(void)
+TEST(ggx_values)
 {
     /* alpha = 1 is uniform: 1/pi; the peak is 1 / (pi alpha^2). */
     CHECK_NEAR(ibl_ggx_d_sincos(0.6, 0.8, 1), 1 / IBL_PI, 1e-15);
@@ -84,7 +84,7 @@ static void ggx_values(void)
 
 /* D against the sampled density: the share of half vectors within an angle is
  * the integral of D cos up to it, tan^2 / (tan^2 + alpha^2). */
-static void ggx_sampling(void)
+TEST(ggx_sampling)
 {
     const double alphas[] = {1e-8, 1e-3, 0.1, 0.7, 1.0};
 
@@ -101,7 +101,7 @@ static void ggx_sampling(void)
     }
 }
 
-static void ggx_sampling_limits(void)
+TEST(ggx_sampling_limits)
 {
     for (int i = 0; i <= 4; i++) {
         double s, c;
@@ -132,7 +132,7 @@ static double lambda(double c, double alpha)
     return 0.5 * (sqrt(1.0 + alpha * alpha * t2) - 1.0);
 }
 
-static void visibility(void)
+TEST(visibility)
 {
     test_random rnd = {2};
 
@@ -158,7 +158,7 @@ static void visibility(void)
  * Lambda(N) = 0, so at N.L = 1 the visibility gives G1. D cos dH is du, and
  * u = 1 - t^2 takes the 1/cos of the horizon out of the sum.
  */
-static void weak_white_furnace(void)
+TEST(weak_white_furnace)
 {
     const double views[] = {0.02, 0.1, 0.5, 0.9, 1.0};
     const int n = 400;
@@ -181,7 +181,7 @@ static void weak_white_furnace(void)
     }
 }
 
-static void fresnel(void)
+TEST(fresnel)
 {
     CHECK(ibl_fresnel_weight(1.0) == 0.0);
     CHECK(ibl_fresnel_weight(0.0) == 1.0);
@@ -189,7 +189,7 @@ static void fresnel(void)
 }
 
 /* Against differences of D. */
-static void lobe_slopes(void)
+TEST(lobe_slopes)
 {
     for (int k = 0; k < 27; k++) {
         const ibl_lobe_shape s =
@@ -206,7 +206,7 @@ static void lobe_slopes(void)
 
 /* The pdf of a draw is what u passes over in solid angle, and D but for a
  * factor; ibl_lobe_peak is its largest. */
-static void lobe_draws(void)
+TEST(lobe_draws)
 {
     static const double alphas[] = {1e-8, 1e-3, 0.1, 0.5, 0.9, 1};
 
@@ -237,13 +237,3 @@ static void lobe_draws(void)
         }
     }
 }
-
-static const test tests[] = {
-    TEST(lobe_draws),      TEST(lobe_slopes),
-    TEST(radical_inverse), TEST(hammersley),
-    TEST(ggx_normalised),  TEST(ggx_values),
-    TEST(ggx_sampling),    TEST(ggx_sampling_limits),
-    TEST(visibility),      TEST(weak_white_furnace),
-    TEST(fresnel),
-};
-TEST_MAIN(tests)

@@ -14,7 +14,7 @@
 #include "files.h"
 #include "maps.h"
 
-static void refusals(void)
+TEST(refusals)
 {
     static const struct {
         int threads, isa;
@@ -40,7 +40,7 @@ static void refusals(void)
     }
 }
 
-static void names(void)
+TEST(names)
 {
     CHECK(!strcmp(ibl_isa_name(IBL_ISA_AUTO), "auto"));
     CHECK(!strcmp(ibl_isa_name(IBL_ISA_AVX512), "avx512"));
@@ -58,7 +58,7 @@ static void keep_end(void *cookie, ibl_log_level level, const char *text)
 }
 
 /* Two of the longest paths and some words arrive whole. */
-static void long_messages(void)
+TEST(long_messages)
 {
     static char path[PATH_MAX];
     ibl_ctx_options opts = ibl_ctx_options_default();
@@ -73,7 +73,7 @@ static void long_messages(void)
 }
 
 /* The CPUs that the process may run on, fewer than there are. */
-static void bound_to_cpus(void)
+TEST(bound_to_cpus)
 {
     cpu_set_t all, one;
     int cpu = 0;
@@ -91,7 +91,7 @@ static void bound_to_cpus(void)
 
 /* Systems as the kernel's documentation has them: cgroup-v2.rst, and
  * sched-bwc.rst for version 1. */
-static void quotas(void)
+TEST(quotas)
 {
     static const struct {
         const char *groups;
@@ -170,7 +170,7 @@ static void count_job(void *arg, int job, int worker)
 }
 
 /* Every job once, a worker never twice at a time, whatever the threads. */
-static void every_job(void)
+TEST(every_job)
 {
     static struct batch b;
     for (int threads = 1; threads <= 8; threads++) {
@@ -188,7 +188,7 @@ static void every_job(void)
 
 /* Batch after batch on one pool, with and without a pause in which its threads
  * fall asleep: none is run twice, missed or begun before the last has ended. */
-static void many_batches(void)
+TEST(many_batches)
 {
     static struct batch b;
     const struct timespec nap = {0, 200000};
@@ -227,7 +227,7 @@ static void begun_job(void *arg, int job, int worker)
 /* Up to three batches that were begun go on beside runs: every job once, a
  * worker in one of them at a time, and all ended when the end has been waited
  * for. */
-static void begun_beside_runs(void)
+TEST(begun_beside_runs)
 {
     static struct batch b;
     for (int threads = 1; threads <= 8; threads *= 2) {
@@ -281,7 +281,7 @@ static void slow_task(void *arg)
 
 /* A task runs once, beside batches that lose nothing by it; a second one only
  * after the first was waited for; alone there is nobody to do it. */
-static void task_beside_batches(void)
+TEST(task_beside_batches)
 {
     static struct batch b;
     struct slow s = {0};
@@ -341,7 +341,7 @@ static void mask_job(void *arg, int job, int worker)
 
 /* A handler never runs beside the thread that made the context; what that one
  * blocks stays as it was. */
-static void signals(void)
+TEST(signals)
 {
     struct masks m = {0};
     ibl_ctx *ctx;
@@ -362,7 +362,7 @@ static void signals(void)
 }
 
 /* A cancel keeps jobs from starting, and everything later from running. */
-static void cancel(void)
+TEST(cancel)
 {
     static struct batch b;
     ibl_cube cube = {0};
@@ -380,7 +380,7 @@ static void cancel(void)
 }
 
 /* NULL for options is what ibl_..._options_default() returns. */
-static void default_options(void)
+TEST(default_options)
 {
     const ibl_specular_options s = ibl_specular_options_default();
     ibl_ctx *ctx = test_ctx(0, IBL_ISA_AUTO);
@@ -399,19 +399,3 @@ static void default_options(void)
     ibl_cube_free(&a);
     ibl_cube_free(&b);
 }
-
-static const test tests[] = {
-    TEST(refusals),
-    TEST(names),
-    TEST(quotas),
-    TEST(long_messages),
-    TEST(bound_to_cpus),
-    TEST(every_job),
-    TEST(many_batches),
-    TEST(begun_beside_runs),
-    TEST(task_beside_batches),
-    TEST(signals),
-    TEST(cancel),
-    TEST(default_options),
-};
-TEST_MAIN(tests)

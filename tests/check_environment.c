@@ -102,7 +102,7 @@ static void compare(const ibl_image *map, ibl_method method)
     ibl_bake_result_free(&first);
 }
 
-static void rows_and_threads(void)
+TEST(rows_and_threads)
 {
     static const int sizes[][2] = {
         {256, 128}, {200, 77}, {64, 530}, {9, 5}, {1024, 291}};
@@ -117,7 +117,7 @@ static void rows_and_threads(void)
 }
 
 /* The pieces by themselves are those of the whole. */
-static void pieces(void)
+TEST(pieces)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     test_random r = {12};
@@ -145,7 +145,7 @@ static void pieces(void)
 }
 
 /* The size of an image is its own, whatever else is said of it. */
-static void size_of_image(void)
+TEST(size_of_image)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     test_random r = {17};
@@ -165,7 +165,7 @@ static void size_of_image(void)
 }
 
 /* A level 0 that is given is that of the chain, and all else is the same. */
-static void given_level0(void)
+TEST(given_level0)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     test_random r = {16};
@@ -189,7 +189,7 @@ static void given_level0(void)
 
 /* Those of the analysis are the integrals over the pixels, lights and constant
  * and all, within what floats keep of the mean. */
-static void harmonics(void)
+TEST_SLOW(harmonics)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     test_random r = {13};
@@ -250,7 +250,7 @@ static void judge(ibl_ctx *ctx, const ibl_image *map, ibl_lobe lobe,
     ibl_cube_free(&cube);
 }
 
-static void estimates_hold(void)
+TEST_SLOW(estimates_hold)
 {
     static const int sizes[][2] = {{128, 64}, {101, 53}};
     static const double tolerances[] = {IBL_TOLERANCE_DEFAULT, 0.02};
@@ -296,7 +296,7 @@ static void check_irradiance(ibl_ctx *ctx, map_kind kind)
     }
 }
 
-static void irradiance_kept(void)
+TEST(irradiance_kept)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     check_irradiance(ctx, MAP_SUNNY);
@@ -328,7 +328,7 @@ static void note_stage(void *cookie, const char *stage, double done)
 }
 
 /* Every stage tells of its start and its end. */
-static void progress(void)
+TEST(progress)
 {
     stages seen = {.count = 0};
     ibl_ctx_options with = ibl_ctx_options_default();
@@ -354,7 +354,7 @@ static void progress(void)
 
 /* ---- errors ------------------------------------------------------------ */
 
-static void failures(void)
+TEST(failures)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     test_random r = {15};
@@ -381,7 +381,7 @@ static void refused(ibl_ctx *ctx, const ibl_environment *env,
     CHECK(!made.specular.data);
 }
 
-static void arguments(void)
+TEST(arguments)
 {
     test_messages kept = {0};
     ibl_ctx *ctx = test_keeping_ctx(0, &kept);
@@ -418,10 +418,3 @@ static void arguments(void)
     o.irradiance_options.step = 9;
     refused(ctx, &env, &o);
 }
-
-static const test tests[] = {TEST(rows_and_threads), TEST(pieces),
-                             TEST(size_of_image),    TEST(given_level0),
-                             TEST_SLOW(harmonics),   TEST_SLOW(estimates_hold),
-                             TEST(irradiance_kept),  TEST(progress),
-                             TEST(failures),         TEST(arguments)};
-TEST_MAIN(tests)

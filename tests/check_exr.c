@@ -70,7 +70,7 @@ static void compare_all(const char *const *files, int count)
 
 static const char *const shapes[] = {"--scanline", "--tile 32 16"};
 
-static void every_compression(void)
+TEST(every_compression)
 {
     test_exr_begin(3, W, H);
     ibl_image back;
@@ -104,7 +104,7 @@ static void every_compression(void)
 
 /* What a compression packs best, which is no damage: maps of one colour, black
  * or not, in blocks that are large. */
-static void constant_maps(void)
+TEST(constant_maps)
 {
     static const char *const values[] = {"0", "0.625"};
     char command[4000] = "oiiotool -d half", name[64];
@@ -133,7 +133,7 @@ static void constant_maps(void)
 
 /* Every block deflated, of ZIPS too: those of every_compression's short lines
  * are stored as they are. The last block of 16 lines has one. */
-static void every_block_zipped(void)
+TEST(every_block_zipped)
 {
     static const int sample[] = {2, 4, 4};
     char name[64];
@@ -155,7 +155,7 @@ static void every_block_zipped(void)
     }
 }
 
-static void dwa_by_bridge(void)
+TEST(dwa_by_bridge)
 {
     test_exr_begin(2, 64, 300);
     ibl_ctx *with = test_exr_ctx, *without = file_ctx(1, &test_exr_kept, NULL);
@@ -191,7 +191,7 @@ static void dwa_by_bridge(void)
     }
 }
 
-static void mixed_types_and_names(void)
+TEST(mixed_types_and_names)
 {
     static const char *const mixed[] = {"mixed.exr", "mixed_piz.exr",
                                         "mixed_b44.exr", "extra.exr",
@@ -216,7 +216,7 @@ static void mixed_types_and_names(void)
     }
 }
 
-static void layers(void)
+TEST(layers)
 {
     test_exr_begin(2, W, H);
     static const char *const diffuse[] = {"diffuse.R", "diffuse.G",
@@ -244,7 +244,7 @@ static void layers(void)
                      "no colour*diffuse.R");
 }
 
-static void parts(void)
+TEST(parts)
 {
     test_exr_begin(2, W, H);
     ibl_image a, b;
@@ -303,7 +303,7 @@ static bool opens(const char *name)
     return is_open;
 }
 
-static void windows(void)
+TEST(windows)
 {
     test_exr_begin(2, W, H);
 
@@ -341,7 +341,7 @@ static void windows(void)
     test_exr_refused("vast.exr", NULL, -1, IBL_ERR_FORMAT, "60000x30000");
 }
 
-static void line_orders_and_mips(void)
+TEST(line_orders_and_mips)
 {
     test_exr_begin(2, W, H);
     ibl_image a;
@@ -361,7 +361,7 @@ static void line_orders_and_mips(void)
     compare("mip.exr", NULL, -1, NULL, NULL);
 }
 
-static void nonfinite_and_grey(void)
+TEST(nonfinite_and_grey)
 {
     test_exr_begin(2, W, H);
     ibl_image a;
@@ -383,15 +383,3 @@ static void nonfinite_and_grey(void)
     compare("y_t.exr", NULL, -1, y, NULL);
     compare("y_l.exr", NULL, -1, NULL, NULL);
 }
-
-static const test tests[] = {TEST(every_compression),
-                             TEST(constant_maps),
-                             TEST(every_block_zipped),
-                             TEST(dwa_by_bridge),
-                             TEST(mixed_types_and_names),
-                             TEST(layers),
-                             TEST(parts),
-                             TEST(windows),
-                             TEST(line_orders_and_mips),
-                             TEST(nonfinite_and_grey)};
-TEST_MAIN(tests)

@@ -30,7 +30,7 @@ static double half_band(const double *s, int n, int stride, int i)
 }
 
 /* Wild chroma and chromaticities, against the definition in double. */
-static void luma_chroma_core(void)
+TEST(luma_chroma_core)
 {
     enum {
         w = 40,
@@ -86,7 +86,7 @@ static void luma_chroma_core(void)
 }
 
 /* Without chroma all three are the luminance, to the bit. */
-static void grey_is_exact(void)
+TEST(grey_is_exact)
 {
     enum {
         w = 32,
@@ -113,7 +113,7 @@ static void grey_is_exact(void)
 }
 
 /* A file that says it is a cube is none, one that says it is a map is. */
-static void environments(void)
+TEST(environments)
 {
     static float zero[32 * 16];
     const test_exr_channel y[] = {{"Y", EXR_PIXEL_HALF, 1, zero}};
@@ -130,7 +130,7 @@ static void environments(void)
               test_exr_kept.text[0]);
 }
 
-static void sampling_refused(void)
+TEST(sampling_refused)
 {
     static float zero[32 * 16];
     const test_exr_channel rgb[] = {{"B", EXR_PIXEL_HALF, 1, zero},
@@ -163,7 +163,7 @@ static void sampling_refused(void)
 /* ---- alpha beside luminance ------------------------------------------ */
 
 /* Beside half-size chroma, of which an image is made before rows are read. */
-static void luma_chroma_alpha(void)
+TEST(luma_chroma_alpha)
 {
     enum {
         w = 40,
@@ -214,8 +214,3 @@ static void luma_chroma_alpha(void)
     NEED(!ibl_source_open(test_exr_ctx, file_path("a.exr"), &opts, &source));
     ibl_source_close(source);
 }
-
-static const test tests[] = {TEST(luma_chroma_core), TEST(grey_is_exact),
-                             TEST(environments), TEST(sampling_refused),
-                             TEST(luma_chroma_alpha)};
-TEST_MAIN(tests)

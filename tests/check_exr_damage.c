@@ -62,7 +62,7 @@ static bool survives(const unsigned char *bytes, size_t size,
            !strchr(test_exr_kept.text[0], '\n');
 }
 
-static void cut_short(void)
+TEST(cut_short)
 {
     test_exr_begin(2, 24, 40);
 
@@ -86,7 +86,7 @@ static void cut_short(void)
     }
 }
 
-static void bits_flipped(void)
+TEST(bits_flipped)
 {
     test_exr_begin(2, 24, 40);
     test_random r = {2024};
@@ -143,7 +143,7 @@ static void patch32(unsigned char *at, uint32_t v)
         at[i] = (unsigned char)(v >> 8 * i);
 }
 
-static void absurd_claims(void)
+TEST(absurd_claims)
 {
     static const int32_t boxes[][4] = {{0, 0, 65535, 32767},
                                        {0, 0, 0x3ffffffe, 0x3ffffffe},
@@ -214,7 +214,7 @@ static size_t first_block(const char *path)
 
 /* A block of ZIP must inflate to what it has pixels for, no byte less or more,
  * and its checksum must be right. What follows it is nobody's. */
-static void zip_streams(void)
+TEST(zip_streams)
 {
     enum {
         PIXELS = 16 * 24 * 6
@@ -252,7 +252,7 @@ static void zip_streams(void)
 
 /* However early memory runs out, whatever attribute it was for: OpenEXRCore
  * itself opens a file whose compression it had no room to remember. */
-static void out_of_memory(void)
+TEST(out_of_memory)
 {
     test_exr_begin(2, 24, 40);
 
@@ -276,7 +276,7 @@ static void out_of_memory(void)
     }
 }
 
-static void refused_kinds(void)
+TEST(refused_kinds)
 {
     test_exr_begin(2, 70, 35);
     NEED(file_run("oiiotool s.pfm --ch R,G,B,A=1,Z=1 -d half --deepen -o "
@@ -284,8 +284,3 @@ static void refused_kinds(void)
     test_exr_refused("deep.exr", NULL, -1, IBL_ERR_UNSUPPORTED, "deep");
     test_exr_refused("z.exr", NULL, -1, IBL_ERR_FORMAT, "Z, id");
 }
-
-static const test tests[] = {TEST(cut_short),     TEST(bits_flipped),
-                             TEST(absurd_claims), TEST(zip_streams),
-                             TEST(out_of_memory), TEST(refused_kinds)};
-TEST_MAIN(tests)

@@ -119,7 +119,7 @@ static double shared(const ibl_image *map, const int at[2], int n, int face,
 /* Every texel of level 0 against the share of it that the bright pixel
  * covers: the solid angles of both (check_property, energy_of_level0: 1e-5 of
  * them), the meridians of the truth, one float. */
-static void sun_in_level0(void)
+TEST(sun_in_level0)
 {
     enum {
         N = 16
@@ -181,12 +181,12 @@ static void check_large(int w, int h)
     }
 }
 
-static void size_1600(void)
+TEST(size_1600)
 {
     check_large(1600, 800);
 }
 
-static void size_16384(void)
+TEST(size_16384)
 {
     const char *large = getenv("IBL_TEST_LARGE");
     if (!large || !*large || *large == '0') {
@@ -203,7 +203,7 @@ static void size_16384(void)
  * each row it crosses, at most 1 + rows of half a pixel, 1/64 of a texel
  * each. The levels below are averages of a cube of such texels: no worse.
  */
-static void checkerboard(void)
+TEST(checkerboard)
 {
     enum {
         N = 32
@@ -235,7 +235,3 @@ static void checkerboard(void)
     test_measured("checkerboard, level 3", worst[3], worst[0]);
     test_measured("checkerboard, irradiance", worst[4], worst[0]);
 }
-
-static const test tests[] = {TEST(sun_in_level0), TEST(size_1600),
-                             TEST(size_16384), TEST(checkerboard)};
-TEST_MAIN(tests)

@@ -65,7 +65,7 @@ static void check_formats(ibl_ctx *ctx, const ibl_cube *cube)
 /* Every output of a constant map is that constant, to the last bit of the
  * floats, so that each format holds the nearest that it has: quotients of the
  * same sums, and lookups above the smallest value, which is all there is. */
-static void constant(void)
+TEST(constant)
 {
     static const float values[][3] = {
         {0.3f, 1, 0.7f},          {65504, 65024, 64512}, {7e4f, 1e6f, 3e38f},
@@ -90,7 +90,7 @@ static void constant(void)
 
 /* A sun that no format but floats can hold: every component beyond is the
  * largest finite one and counted, every other rounded to nearest. */
-static void overflow(void)
+TEST(overflow)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_image map = map_constant(ctx, 64, 32, 0.5f);
@@ -106,7 +106,7 @@ static void overflow(void)
 /* A map of denormal halves bakes to what a float has of it, and halves keep
  * what is above half of their smallest. Scaled by 2^20 it is normal, and the
  * same (check_property, powers_of_two), so nothing is lost on the way. */
-static void denormal_halves(void)
+TEST(denormal_halves)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_image map = map_constant(ctx, 64, 32, 0);
@@ -122,7 +122,7 @@ static void denormal_halves(void)
 
 /* An exponent byte of 0 is black whatever the mantissas hold; 1 is the
  * smallest: 255 / 256 2^-127, a denormal float. */
-static void rgbe_without_exponent(void)
+TEST(rgbe_without_exponent)
 {
     static const unsigned char pixels[8] = {255, 128, 1, 0, 255, 128, 1, 1};
     unsigned char file[80];
@@ -138,8 +138,3 @@ static void rgbe_without_exponent(void)
         CHECK(map.data[3 + c] == ldexpf(pixels[c], 1 - 136));
     }
 }
-
-static const test tests[] = {TEST(constant), TEST(overflow),
-                             TEST(denormal_halves),
-                             TEST(rgbe_without_exponent)};
-TEST_MAIN(tests)

@@ -263,7 +263,7 @@ static void check_file(ibl_ctx *ctx, const file *f, const unsigned char *px,
     ibl_image_free(&img);
 }
 
-static void every_variant(void)
+TEST(every_variant)
 {
     static const int sizes[][2] = {{1, 1},   {1, 9},    {9, 1},
                                    {7, 5},   {8, 8},    {13, 30},
@@ -296,7 +296,7 @@ static void every_variant(void)
     }
 }
 
-static void widths(void)
+TEST(widths)
 {
     static const int w[] = {1,   2,     3,     7,     8,    9,   15,
                             127, 128,   129,   255,   256,  257, 1000,
@@ -313,7 +313,7 @@ static void widths(void)
     }
 }
 
-static void describes_format(void)
+TEST(describes_format)
 {
     static const char *const want[MIXED] = {"Radiance RGBE, flat",
                                             "Radiance RGBE, old run-length",
@@ -350,7 +350,7 @@ static ibl_status one_pixel(ibl_ctx *ctx, const char *header, float rgb[3])
     return IBL_OK;
 }
 
-static void headers(void)
+TEST(headers)
 {
     static const struct {
         const char *text;
@@ -456,7 +456,7 @@ static void xyz_pixel(ibl_ctx *ctx, const char *variables, const double xyz[3],
  * the white's gives R = G = B = Y. The pixels' 8 bits set the tolerance. Then
  * the matrix of sRGB, as CSS Color 4 has it.
  */
-static void xyze(void)
+TEST(xyze)
 {
     static const double rec2020[8] = {.708, .292, .17,   .797,
                                       .131, .046, .3127, .329};
@@ -532,7 +532,7 @@ static void xyze(void)
 /* Flat pixels that look like codes: the width itself, another length, a repeat
  * at the beginning, one inside. Bytes after the last pixel change nothing, also
  * where the width allows no new run lengths. */
-static void flat_lookalikes(void)
+TEST(flat_lookalikes)
 {
     static const int w[] = {4, 7, 8, 300, 512, 32768, 65536};
     ibl_ctx *ctx = test_keeping_ctx(1, &kept);
@@ -558,7 +558,7 @@ static void flat_lookalikes(void)
 
 /* Counts of more than a byte, whose low byte may be 0; a scanline that begins
  * with a repeat has nothing to repeat: it is a pixel. */
-static void old_counts(void)
+TEST(old_counts)
 {
     static const int runs[] = {1, 254, 255, 256, 257, 511, 512, 40000, 65535};
     ibl_ctx *ctx = test_keeping_ctx(1, &kept);
@@ -609,7 +609,7 @@ static void check_refused(ibl_ctx *ctx, const void *bytes, size_t size,
     ibl_image_free(&img);
 }
 
-static void damaged(void)
+TEST(damaged)
 {
 #define V "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n"
 #define B(text) text, sizeof text - 1
@@ -679,7 +679,7 @@ static void damaged(void)
     CHECK_MSG(peak_kb() - before < 2048, "%ld KB taken", peak_kb() - before);
 }
 
-static void cut_everywhere(void)
+TEST(cut_everywhere)
 {
     ibl_ctx *ctx = test_keeping_ctx(2, &kept);
     unsigned char *px = picture(19, 6);
@@ -693,7 +693,7 @@ static void cut_everywhere(void)
 }
 
 /* Random damage: an answer with a line, or a picture of the size it says. */
-static void noise(void)
+TEST(noise)
 {
     ibl_ctx *ctx = test_keeping_ctx(1, &kept);
     int taken = 0, refused = 0;
@@ -780,7 +780,7 @@ static void compare_oiio(ibl_ctx *ctx, const char *hdr, const char *exr,
  * old run lengths for pixels, and its 2^(e - 136) is one unit in the last
  * place low where e is 40, 223 or 226: far from any real picture.
  */
-static void as_openimageio(void)
+TEST(as_openimageio)
 {
     static const int sizes[][2] = {{33, 21},   {1, 3},    {7, 2},   {8, 9},
                                    {127, 2},   {128, 2},  {129, 2}, {640, 200},
@@ -830,11 +830,3 @@ static void as_openimageio(void)
                      orientations[i < 16 ? i & 7 : 0], i == 3 ? 4.0f : 1.0f);
     }
 }
-
-static const test tests[] = {
-    TEST(every_variant), TEST(widths),         TEST(describes_format),
-    TEST(headers),       TEST(xyze),           TEST(flat_lookalikes),
-    TEST(old_counts),    TEST(damaged),        TEST(cut_everywhere),
-    TEST(noise),         TEST(as_openimageio),
-};
-TEST_MAIN(tests)

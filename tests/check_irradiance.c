@@ -61,7 +61,7 @@ static void against_truth(const ibl_image *env, const ibl_cube *cube,
     }
 }
 
-static void random_maps(void)
+TEST_SLOW(random_maps)
 {
     static const int sizes[][2] = {{3, 2},   {4, 2},   {5, 3},  {7, 4}, {17, 9},
                                    {32, 16}, {61, 31}, {8, 64}, {64, 3}};
@@ -80,7 +80,7 @@ static void random_maps(void)
 }
 
 /* More families of texels than fit one round, and more rows. */
-static void large_cube(void)
+TEST(large_cube)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_image env = map_constant(ctx, 90, 45, 0);
@@ -105,7 +105,7 @@ static void direction_integral(int w, int h, int i, int j, double sum[3])
 /* One pixel of 1e6 gives the integral of L N.L / pi over it where it is whole
  * above the horizon; at most what its highest corner would where the horizon
  * crosses it, and normals that face away from all of it stay exactly black. */
-static void one_pixel_sun(void)
+TEST(one_pixel_sun)
 {
     static const int suns[][2] = {{0, 0},    {5, 0},    {0, 127}, {0, 64},
                                   {255, 64}, {128, 63}, {77, 30}};
@@ -141,7 +141,7 @@ static void one_pixel_sun(void)
 /* Radiance max(L.Y, 0): irradiance / pi is 2/3 looking up, 0 looking down and
  * 2/(3 pi) at the horizon (integrals of cos^2, and of cos over a quarter
  * sphere times sin^2). */
-static void cosine_lobe(void)
+TEST(cosine_lobe)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_image env = map_constant(ctx, 512, 256, 0);
@@ -198,7 +198,7 @@ static void check_grid(ibl_ctx *ctx, int w, int h)
         CHECK_NEAR(grid.data[i], 3.0, 1e-6);
 }
 
-static void hemisphere_grid(void)
+TEST(hemisphere_grid)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
 
@@ -207,7 +207,7 @@ static void hemisphere_grid(void)
     check_grid(ctx, 256, 16);
 }
 
-static void bad_options(void)
+TEST(bad_options)
 {
     test_messages kept = {{{0}}};
     ibl_ctx *ctx = test_keeping_ctx(1, &kept);
@@ -239,8 +239,3 @@ static void bad_options(void)
     CHECK(ibl_bake_irradiance(ctx, &env, NULL, &cube) == IBL_ERR_CANCELLED);
     CHECK(!cube.data);
 }
-
-static const test tests[] = {TEST_SLOW(random_maps), TEST(large_cube),
-                             TEST(one_pixel_sun),    TEST(cosine_lobe),
-                             TEST(hemisphere_grid),  TEST(bad_options)};
-TEST_MAIN(tests)

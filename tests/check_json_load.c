@@ -19,7 +19,7 @@ static const char text[] =
     "{\"a\": [1, 2.5, \"three\", {\"a long name of a member\": null}],\n"
     " \"b\": \"a string that is longer than most, \\u00e9 in it\"}\n";
 
-static void whole(void)
+TEST(whole)
 {
     ibl_json_why why;
     NEED(file_save(file_path("whole.json"), text, strlen(text)));
@@ -30,7 +30,7 @@ static void whole(void)
 }
 
 /* Longer than what is read at once. */
-static void large(void)
+TEST(large)
 {
     enum {
         COUNT = 100000
@@ -48,7 +48,7 @@ static void large(void)
     json_decref(root);
 }
 
-static void refused(void)
+TEST(refused)
 {
     static const struct {
         const char *name, *said;
@@ -80,7 +80,7 @@ static void refused(void)
 }
 
 /* Whichever allocation fails, that is what is said. */
-static void without_memory(void)
+TEST(without_memory)
 {
     int n = 0;
     json_t *root = NULL;
@@ -97,7 +97,3 @@ static void without_memory(void)
     CHECK_MSG(root && n > 10, "%d allocations", n);
     json_decref(root);
 }
-
-static const test tests[] = {TEST(whole), TEST(large), TEST(refused),
-                             TEST(without_memory)};
-TEST_MAIN(tests)

@@ -573,7 +573,7 @@ static void check_strip(test_random *r, int i, double theta, double height)
               height, psi, width, a, share, want, bound);
 }
 
-static void integral(void)
+TEST(integral)
 {
     test_random r = {9};
     for (int k = 0; k < 30; k++) {
@@ -609,7 +609,7 @@ static void finish_texels(test_random *r, int n)
     kern_free(rgb);
 }
 
-static void finish(void)
+TEST(finish)
 {
     test_random r = {11};
     for (int n = 0; n <= 160; n++)
@@ -634,7 +634,7 @@ static const kern_same kernels[] = {
     {"octants: write", write, 16 * IBL_OCTANTS, 4, 40, 1, 0},
 };
 
-static void same_bytes(void)
+TEST_SLOW(same_bytes)
 {
     for (size_t i = 0; i < sizeof kernels / sizeof *kernels; i++)
         kern_check_same(&kernels[i]);
@@ -642,7 +642,7 @@ static void same_bytes(void)
 
 /* Between each two halves that follow each other, 2^16 in place of Inf: what is
  * nearer, and of ties the even one. */
-static void floats_to_halves(void)
+TEST(floats_to_halves)
 {
     int wrong = 0;
     for (unsigned h = 0; h < 0x7C00; h++) {
@@ -665,7 +665,3 @@ static void floats_to_halves(void)
     CHECK(ibl_half_from_float(INFINITY) == 0x7C00);
     CHECK(isnan(ibl_half_to_float(ibl_half_from_float(NAN))));
 }
-
-static const test tests[] = {TEST_SLOW(same_bytes), TEST(integral),
-                             TEST(finish), TEST(floats_to_halves)};
-TEST_MAIN(tests)

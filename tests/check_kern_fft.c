@@ -253,7 +253,3 @@ static void independent_lanes_of(ibl_isa isa)
 }
 
 KERN_TEST(independent_lanes)
-
-static const test tests[] = {TEST(every_length), TEST(bins_beyond_the_length),
-                             TEST(independent_lanes)};
-TEST_MAIN(tests)

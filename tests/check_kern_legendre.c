@@ -160,7 +160,7 @@ static void values_of(ibl_isa isa)
         check_values(isa, of[i][0], extreme, of[i][1], of[i][2]);
 }
 
-KERN_TEST(values)
+KERN_TEST_SLOW(values)
 
 /* ---- sums --------------------------------------------------------------- */
 
@@ -233,7 +233,7 @@ static void analysis_of(ibl_isa isa)
     }
 }
 
-KERN_TEST(analysis)
+KERN_TEST_SLOW(analysis)
 
 /* The direct sum for ring j and a part, and its bound, with the result's
  * rounding to float. */
@@ -281,7 +281,3 @@ static void synthesis_of(ibl_isa isa)
 }
 
 KERN_TEST(synthesis)
-
-static const test tests[] = {TEST_SLOW(values), TEST_SLOW(analysis),
-                             TEST(synthesis)};
-TEST_MAIN(tests)

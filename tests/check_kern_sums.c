@@ -417,7 +417,7 @@ KERN_TEST(rows)
 /* ---- the design of the weights ------------------------------------------- */
 
 /* Mirrored taps, a sum of 1, and samples found again at their own places. */
-static void designs(void)
+TEST(designs)
 {
     static const double circles[] = {2.2, 2.5, 3, 4, 8, 50, 1000};
     for (int degree = 0; degree <= 300; degree += 30) {
@@ -442,7 +442,7 @@ static void designs(void)
 
 /* The error that a design promises, against what its weights do to each wave
  * of a spectrum that falls as a Gaussian. */
-static void promises(void)
+TEST(promises)
 {
     static const double circles[] = {2.2, 2.5, 3, 4, 5};
     enum {
@@ -844,12 +844,3 @@ static void mix_of(ibl_isa isa)
 }
 
 KERN_TEST(mix)
-
-static const test tests[] = {
-    TEST(gather),        TEST(angles),    TEST(weights),
-    TEST(rows),          TEST(designs),   TEST(promises),
-    TEST(points),        TEST(lights),    TEST(legendre_coefficients),
-    TEST(near_the_pole), TEST(brdf_sums), TEST(mix),
-    TEST(spread),
-};
-TEST_MAIN(tests)

@@ -41,7 +41,7 @@ static double map_energy(const ibl_image *map, int channel)
     return sum;
 }
 
-static void constant_stays(void)
+TEST(constant_stays)
 {
     static const int sizes[] = {1, 2, 3, 7, 32, 33};
 
@@ -71,7 +71,7 @@ static double lost_energy(ibl_cube *cube, int face, int x, int y)
 /* Each texel alone: what the map has of it is its solid angle. Texels of the
  * upright faces are cut exactly but for the slant of their edges, those of +Y
  * and -Y by meridians. */
-static void each_texel_keeps_its_energy(void)
+TEST(each_texel_keeps_its_energy)
 {
     static const int sizes[] = {1, 2, 5, 33};
     double upright = 0, pole = 0;
@@ -124,13 +124,13 @@ static double worst_look(int n)
     return worst;
 }
 
-static void pixels_look_where_texels_do(void)
+TEST(pixels_look_where_texels_do)
 {
     CHECK(worst_look(32) < 2.0 / 32);
     CHECK(worst_look(33) < 2.0 / 33);
 }
 
-static void any_number_of_threads(void)
+TEST(any_number_of_threads)
 {
     static const int sizes[] = {1, 13, 40};
     ibl_ctx *one = test_ctx(1, IBL_ISA_AUTO), *three = test_ctx(3, 0);
@@ -149,7 +149,7 @@ static void any_number_of_threads(void)
     }
 }
 
-static void shapes_that_do_not_fit(void)
+TEST(shapes_that_do_not_fit)
 {
     static const int shapes[][2] = {{4, 2}, {12, 6}, {16, 7}, {8, 1}};
     ibl_ctx *quiet = test_ctx_of(NULL);
@@ -188,7 +188,7 @@ static double truth(const ibl_cube *cube, double alpha, const double d[3])
 
 /* The bake of the map against sums over the faces themselves: noise with some
  * texels a thousand times as bright. */
-static void levels_are_those_of_the_faces(void)
+TEST(levels_are_those_of_the_faces)
 {
     const int n = 64;
     ibl_cube cube = make_cube(n), out = {0};
@@ -225,17 +225,7 @@ static void levels_are_those_of_the_faces(void)
     }
 }
 
-static const test tests[] = {
-    TEST(constant_stays),
-    TEST(each_texel_keeps_its_energy),
-    TEST(pixels_look_where_texels_do),
-    TEST(any_number_of_threads),
-    TEST(shapes_that_do_not_fit),
-    TEST(levels_are_those_of_the_faces),
-};
-
-int main(int argc, char **argv)
+void test_setup(void)
 {
     ctx = test_ctx(0, IBL_ISA_AUTO);
-    return test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
 }

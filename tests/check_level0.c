@@ -78,7 +78,7 @@ static void same_bytes(const struct subject *s, const ibl_cube *a,
               s->map.height, s->size, s->yaw, what);
 }
 
-static void any_batch_and_threads(void)
+TEST(any_batch_and_threads)
 {
     ibl_ctx *ctx[] = {test_ctx(1, IBL_ISA_AUTO), test_ctx(2, IBL_ISA_AUTO),
                       test_ctx(7, IBL_ISA_AUTO)};
@@ -94,7 +94,7 @@ static void any_batch_and_threads(void)
     }
 }
 
-static void any_isa(void)
+TEST(any_isa)
 {
     test_random r = {4};
     for (int k = 0; k < 12; k++) {
@@ -158,7 +158,7 @@ static double off_reference(ibl_ctx *ctx, struct subject *s, int w, int h,
     return off;
 }
 
-static void near_reference(void)
+TEST_SLOW(near_reference)
 {
     static const int widths[] = {512, 516, 514, 513, 200, 130, 73, 1024};
     static const double yaws[] = {0, 90, 45, 10, -77.7, 360.0 / 1024};
@@ -235,7 +235,7 @@ static long growth(int w, int h, double yaw, int n)
  * texels beyond the diagonal of a pole's face, that is a fifth of the cube,
  * and up to 16 MiB more if each part's sums end within a huge page. Tables are
  * of the size of a row. */
-static void memory(void)
+TEST(memory)
 {
     if (TEST_SANITIZED)
         test_skip("a sanitizer has memory of its own");
@@ -252,7 +252,7 @@ static void memory(void)
     CHECK_MSG(large <= cube / 2, "%ld KiB for a cube of %ld", large, cube);
 }
 
-static void arguments(void)
+TEST(arguments)
 {
     test_messages said = {0};
     ibl_ctx *ctx = test_keeping_ctx(0, &said);
@@ -277,7 +277,7 @@ enum {
     SIZES = sizeof sizes / sizeof sizes[0]
 };
 
-static void constant_map(void)
+TEST(constant_map)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     for (int k = 0; k < SIZES; k++) {
@@ -295,7 +295,7 @@ static void constant_map(void)
  * terms are left: texels divide by the solid angle of their pieces, which are
  * right to fourth order (see check_property: up to 1e-5 in a few texels, of
  * either sign: 1e-7 over the sphere), and floats round (6e-8). */
-static void energy(void)
+TEST(energy)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     for (int k = 0; k < SIZES; k++) {
@@ -314,7 +314,7 @@ static void energy(void)
 }
 
 /* A yaw of whole columns is the same as rolling the map; 360 is none. */
-static void yaw_is_a_roll(void)
+TEST(yaw_is_a_roll)
 {
     enum {
         W = 96,
@@ -335,7 +335,7 @@ static void yaw_is_a_roll(void)
 
 /* The texels' solid angles cover the sphere, and the conventions' directions
  * are what the library says. */
-static void cube_geometry(void)
+TEST(cube_geometry)
 {
     for (int n = 1; n < 40; n += 3) {
         double sum = 0;
@@ -370,7 +370,7 @@ static void keep_progress(void *cookie, const char *stage, double done)
 }
 
 /* Each call's progress ends with 1. */
-static void progress(void)
+TEST(progress)
 {
     ibl_ctx_options options = ibl_ctx_options_default();
     told last = {.stage = ""};
@@ -387,15 +387,3 @@ static void progress(void)
     CHECK(!ibl_latlong_from_cube(other, &cube, &back));
     CHECK(!strcmp(last.stage, "map") && last.done == 1);
 }
-
-static const test tests[] = {TEST(any_batch_and_threads),
-                             TEST(any_isa),
-                             TEST_SLOW(near_reference),
-                             TEST(memory),
-                             TEST(arguments),
-                             TEST(constant_map),
-                             TEST(energy),
-                             TEST(yaw_is_a_roll),
-                             TEST(cube_geometry),
-                             TEST(progress)};
-TEST_MAIN(tests)

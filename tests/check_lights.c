@@ -19,7 +19,7 @@ static void fill(float *rgb, test_random *r, double most)
         rgb[i] = (float)(most * test_random_unit(r));
 }
 
-static void ranges(void)
+TEST(ranges)
 {
     float rgb[3 * WIDTH * ROWS];
     test_random r = {1};
@@ -42,7 +42,7 @@ static void ranges(void)
 }
 
 /* Equal pixels outshine nobody, however small they are. */
-static void equal(void)
+TEST(equal)
 {
     float rgb[3 * WIDTH * ROWS];
     ibl_row_range range;
@@ -57,7 +57,7 @@ static void equal(void)
     }
 }
 
-static void taken(void)
+TEST(taken)
 {
     float rgb[3 * WIDTH * ROWS];
     ibl_pixel_light lights[IBL_LIGHTS_GROUP];
@@ -78,7 +78,7 @@ static void taken(void)
 }
 
 /* Against double, with a base that is above or below what there is. */
-static void squares(void)
+TEST(squares)
 {
     static const float bases[][3] = {{0, 0, 0}, {0.25f, 0.5f, 0}, {9, 9, 9}};
     static const double sizes[] = {0, 1e-30, 1, 1e30};
@@ -97,7 +97,3 @@ static void squares(void)
         CHECK_NEAR(sums[0], want, 1e-5 * want);
     }
 }
-
-static const test tests[] = {TEST(ranges), TEST(equal), TEST(taken),
-                             TEST(squares)};
-TEST_MAIN(tests)

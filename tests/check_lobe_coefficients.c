@@ -134,7 +134,7 @@ static double worst_against(const double *k, const brute *b)
 
 /* Widths and degrees at random, at the default chain's widths, at a high degree
  * and at wild widths. */
-static void against_brute_force(void)
+TEST(against_brute_force)
 {
     static const struct {
         double alpha;
@@ -174,7 +174,7 @@ static void power_moments(double p, int degree, double *to)
 }
 
 /* n + 1 odd and whole ends in zeros; others have power laws. */
-static void phong_powers(void)
+TEST(phong_powers)
 {
     static const double powers[] = {1, 2, 3, 5, 7.5, 11, 63, 1.25, 1999};
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
@@ -189,7 +189,7 @@ static void phong_powers(void)
 }
 
 /* s = 1: c - c^2; s = 2: c - 2 c^2 + c^3; s = 3: c - 3 c^2 + 3 c^3 - c^4. */
-static void charlie_powers(void)
+TEST(charlie_powers)
 {
     static const int binomial[3][4] = {{1, -1}, {1, -2, 1}, {1, -3, 3, -1}};
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
@@ -217,7 +217,7 @@ static double squares_of(ibl_lobe lobe, double alpha)
 
 /* The degrees that are left out fall as l^-4 or faster, so that they hold at
  * most a seventh of the last octave's, were that so from there on. */
-static void parseval(void)
+TEST(parseval)
 {
     static const double alphas[] = {0.02, 0.04, 0.1, 0.16, 0.36, 0.64, 1};
     enum {
@@ -246,7 +246,7 @@ static void parseval(void)
  * is z K_1(z), z = 2 alpha l, about sqrt(pi z / 2) exp(-z) (1 + 3 / (8 z)):
  * that falls all the way, until the corner on the horizon is left.
  */
-static void ggx_falls_exponentially(void)
+TEST(ggx_falls_exponentially)
 {
     static const double alphas[] = {0.02, 0.01, 0.005};
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
@@ -283,7 +283,7 @@ static double tail_of(const double *k, int degree, int from)
     return sqrt(tail / sum);
 }
 
-static void bands(void)
+TEST(bands)
 {
     static const double alphas[] = {0.02, 0.04, 0.16, 0.36, 0.64, 1};
     static const double wanted[] = {1e-2, 1e-3, 1e-4, 1e-6};
@@ -322,7 +322,7 @@ static void bands(void)
     }
 }
 
-static void band_limits(void)
+TEST(band_limits)
 {
     int band = -1;
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
@@ -341,7 +341,7 @@ static void band_limits(void)
 /* ---- ends of the range ------------------------------------------------- */
 
 /* A needle has all degrees; a ring on the horizon has P_l(0). */
-static void narrowest(void)
+TEST(narrowest)
 {
     static const double alphas[] = {1e-9, 1e-75, 1e-300};
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
@@ -364,7 +364,7 @@ static void narrowest(void)
 }
 
 /* The start of the coefficients does not depend on how many there are. */
-static void every_degree(void)
+TEST(every_degree)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     for (int i = 0; i < 3; i++) {
@@ -376,14 +376,3 @@ static void every_degree(void)
         }
     }
 }
-
-static const test tests[] = {TEST(against_brute_force),
-                             TEST(phong_powers),
-                             TEST(charlie_powers),
-                             TEST(parseval),
-                             TEST(ggx_falls_exponentially),
-                             TEST(bands),
-                             TEST(band_limits),
-                             TEST(narrowest),
-                             TEST(every_degree)};
-TEST_MAIN(tests)

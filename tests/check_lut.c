@@ -45,7 +45,7 @@ static double error(const ibl_lut *lut, ibl_geometry geometry, int i, int j)
 }
 
 /* The default size: the four edges, the corners and a grid between. */
-static void default_size(void)
+TEST(default_size)
 {
     static const int at[] = {0, 1, 4, 12, 18, 36, 70, 128, 200, 255};
     const int count = sizeof at / sizeof at[0];
@@ -66,7 +66,7 @@ static void default_size(void)
 
 /* Corners, and random texels, of sizes on both sides of where interpolation
  * begins. */
-static void other_sizes(void)
+TEST(other_sizes)
 {
     static const int sizes[] = {1, 2, 3, 17, 28, 29, 64, 100, 511, 4096};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
@@ -94,7 +94,7 @@ static void other_sizes(void)
 }
 
 /* A mirror: scale 1 - (1 - N.V)^5, bias (1 - N.V)^5. */
-static void smooth_limit(void)
+TEST(smooth_limit)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
 
@@ -116,7 +116,7 @@ static void smooth_limit(void)
  *     Schlick  2 / (1 + N.V) integral of m / (1 + m) dm
  * reached by extrapolating from the last three rows. Nowhere more than 1.
  */
-static void white_furnace(void)
+TEST(white_furnace)
 {
     const int n = 512;
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
@@ -144,7 +144,7 @@ static void white_furnace(void)
 
 /* The published algorithm comes to the same integrals, as fast as its
  * points allow, and its limits are finite. */
-static void samples(void)
+TEST(samples)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
 
@@ -175,7 +175,7 @@ static void samples(void)
         CHECK_NEAR(lut.data[t], exact.data[t], 1e-4);
 }
 
-static void threads(void)
+TEST(threads)
 {
     static const int counts[] = {1, 2, 7};
     static const int sizes[] = {20, 90}, points[] = {0, 100};
@@ -193,7 +193,7 @@ static void threads(void)
     }
 }
 
-static void bad_options(void)
+TEST(bad_options)
 {
     test_messages kept = {{{0}}};
     ibl_lut lut = {0};
@@ -224,10 +224,3 @@ static void bad_options(void)
     CHECK(!strcmp(ibl_geometry_name(IBL_GEOMETRY_SMITH), "smith"));
     CHECK(!strcmp(ibl_geometry_name(IBL_GEOMETRY_SCHLICK_IBL), "schlick-ibl"));
 }
-
-static const test tests[] = {
-    TEST(default_size),  TEST(other_sizes), TEST(smooth_limit),
-    TEST(white_furnace), TEST(samples),     TEST(threads),
-    TEST(bad_options),
-};
-TEST_MAIN(tests)

@@ -23,7 +23,7 @@ static char *write_numbers(int count, ibl_memory_file *file)
     return ibl_memory_close(to, file);
 }
 
-static void all_of_it(void)
+TEST(all_of_it)
 {
     static const int counts[] = {0, 1, 511, 512, 513, 20000};
 
@@ -41,7 +41,7 @@ static void all_of_it(void)
 }
 
 /* What comes after there is memory again does not hide it. */
-static void or_nothing(void)
+TEST(or_nothing)
 {
     for (int at = 0;; at++) {
         ibl_memory_file file;
@@ -56,16 +56,9 @@ static void or_nothing(void)
     }
 }
 
-static void none_is_none(void)
+TEST(none_is_none)
 {
     ibl_memory_file file;
 
     CHECK(!ibl_memory_close(NULL, &file));
 }
-
-static const test tests[] = {
-    TEST(all_of_it),
-    TEST(or_nothing),
-    TEST(none_is_none),
-};
-TEST_MAIN(tests)

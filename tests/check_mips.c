@@ -44,7 +44,7 @@ static double level_energy(const ibl_cube *cube, int level, int channel)
     return sum;
 }
 
-static void mips_keep_energy(void)
+TEST(mips_keep_energy)
 {
     static const int sizes[] = {1, 2, 3, 5, 7, 12, 33, 64, 101};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
@@ -63,7 +63,7 @@ static void mips_keep_energy(void)
     }
 }
 
-static void mips_of_a_constant(void)
+TEST(mips_of_a_constant)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     for (int size = 1; size < 40; size++) {
@@ -96,7 +96,7 @@ static double by_cells(const float *above, int n, int m, int x, int y)
     return sum / weights;
 }
 
-static void mips_are_averages(void)
+TEST(mips_are_averages)
 {
     static const int sizes[] = {2, 3, 5, 6, 7, 9};
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
@@ -115,7 +115,7 @@ static void mips_are_averages(void)
     }
 }
 
-static void mips_do_not_see_threads(void)
+TEST(mips_do_not_see_threads)
 {
     ibl_cube cubes[2] = {{0}};
     for (int i = 0; i < 2; i++) {
@@ -144,7 +144,7 @@ static const float *of(const ibl_pyramid *p, int level, int i)
 }
 
 /* The nearest texel of any other face, by angle. */
-static void neighbours_are_nearest(void)
+TEST(neighbours_are_nearest)
 {
     for (int n = 1; n < 6; n++) {
         for (int k = 0; k < IBL_FACES * 4 * n; k++) {
@@ -172,7 +172,7 @@ static void neighbours_are_nearest(void)
     }
 }
 
-static void borders_hold_neighbours(void)
+TEST(borders_hold_neighbours)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_cube cube = random_cube(ctx, 8);
@@ -200,7 +200,7 @@ static void borders_hold_neighbours(void)
 }
 
 /* The least of each channel, wherever it is. */
-static void pyramids_have_floors(void)
+TEST(pyramids_have_floors)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_cube cube = random_cube(ctx, 8);
@@ -216,7 +216,7 @@ static void pyramids_have_floors(void)
     }
 }
 
-static void pyramids_keep_energy(void)
+TEST(pyramids_keep_energy)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_cube cube = random_cube(ctx, 64);
@@ -239,7 +239,7 @@ static void pyramids_keep_energy(void)
 
 /* A light of one texel stays where it is: its centre of energy, in the
  * coordinates of the face, is the same at every level. */
-static void pyramids_keep_places(void)
+TEST(pyramids_keep_places)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     for (int at = 28; at < 36; at++) {
@@ -267,7 +267,7 @@ static void pyramids_keep_places(void)
 
 /* ---- levels ----------------------------------------------------------- */
 
-static void roughness_of_levels(void)
+TEST(roughness_of_levels)
 {
     CHECK(ibl_level_roughness(IBL_ROUGHNESS_LINEAR, 0, 1) == 0);
     CHECK(ibl_level_roughness(IBL_ROUGHNESS_FILAMENT, 0, 1) == 0);
@@ -286,7 +286,7 @@ static void roughness_of_levels(void)
 }
 
 /* Cubes of any size down to one texel, images of any two edges, no others. */
-static void shapes(void)
+TEST(shapes)
 {
     static const int edges[][3] = {{1, 1, 1},
                                    {IBL_MAX_EDGE, 1, 1},
@@ -323,7 +323,7 @@ static void shapes(void)
     }
 }
 
-static void default_levels(void)
+TEST(default_levels)
 {
     static const int known[][2] = {{256, 6}, {128, 5}, {8, 1}, {15, 1}, {16, 2},
                                    {7, 3},   {4, 3},   {2, 2}, {1, 1}};
@@ -332,13 +332,3 @@ static void default_levels(void)
                   "size %d: %d levels", known[i][0],
                   ibl_default_levels(known[i][0]));
 }
-
-static const test tests[] = {
-    TEST(mips_keep_energy),       TEST(mips_of_a_constant),
-    TEST(mips_are_averages),      TEST(mips_do_not_see_threads),
-    TEST(neighbours_are_nearest), TEST(borders_hold_neighbours),
-    TEST(pyramids_have_floors),   TEST(pyramids_keep_energy),
-    TEST(pyramids_keep_places),   TEST(roughness_of_levels),
-    TEST(default_levels),         TEST(shapes),
-};
-TEST_MAIN(tests)

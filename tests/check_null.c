@@ -40,7 +40,7 @@ static ibl_ctx *counting(void)
     return test_ctx_of(&o);
 }
 
-static void contexts_and_images(void)
+TEST(contexts_and_images)
 {
     ibl_ctx *ctx = counting();
     ibl_ctx_options o = ibl_ctx_options_default();
@@ -76,7 +76,7 @@ static void contexts_and_images(void)
     ibl_cube_free(&cube);
 }
 
-static void bakes(void)
+TEST(bakes)
 {
     ibl_ctx *ctx = counting();
     ibl_image map = map_constant(ctx, 16, 8, 1),
@@ -116,7 +116,7 @@ static void bakes(void)
     SILENT(ibl_bake_lut(NULL, NULL, &lut));
 }
 
-static void references(void)
+TEST(references)
 {
     ibl_ctx *ctx = counting();
     ibl_image map = map_constant(ctx, 16, 8, 1),
@@ -151,7 +151,7 @@ static void references(void)
     ibl_reference_free(ref);
 }
 
-static void reading(void)
+TEST(reading)
 {
     ibl_ctx *ctx = counting();
     static const char hdr[] = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n"
@@ -190,7 +190,7 @@ static void ignore(void *cookie, const void *bytes, size_t size)
     (void)size;
 }
 
-static void textures(void)
+TEST(textures)
 {
     ibl_ctx *ctx = counting();
     ibl_cube cube, no_cube = {.size = 4, .levels = 1};
@@ -267,7 +267,7 @@ static void textures(void)
     ibl_cube_free(&cube);
 }
 
-static void files_and_tiles(void)
+TEST(files_and_tiles)
 {
     const ibl_tiles tiles = {.width = 1, .height = 1, .tile = 1};
     const ibl_container dds = IBL_CONTAINER_DDS;
@@ -298,11 +298,3 @@ static void files_and_tiles(void)
     SILENT(ibl_tiles_cull(&tiles, NULL, 1, &mask));
     SILENT(ibl_tiles_cull(&tiles, &probe, 1, NULL));
 }
-
-static const test tests[] = {TEST(contexts_and_images),
-                             TEST(bakes),
-                             TEST(references),
-                             TEST(reading),
-                             TEST(textures),
-                             TEST(files_and_tiles)};
-TEST_MAIN(tests)

@@ -93,7 +93,7 @@ static ibl_status add(ibl_outputs *out, const char *path, const char *text)
     return ibl_outputs_add(out, path, text, strlen(text));
 }
 
-static void committed(void)
+TEST(committed)
 {
     ibl_outputs *out;
     struct stat st;
@@ -142,7 +142,7 @@ ssize_t __wrap_write(int fd, const void *bytes, size_t size)
 }
 
 /* More than is written between two looks whether to stop, and by parts. */
-static void large(void)
+TEST(large)
 {
     enum {
         NUMBERS = 2500000
@@ -173,7 +173,7 @@ static void large(void)
     free(numbers);
 }
 
-static void aborted(void)
+TEST(aborted)
 {
     ibl_outputs *out;
     NEED(!mkdir(at("a"), 0777));
@@ -196,7 +196,7 @@ static void aborted(void)
 }
 
 /* What cannot be a target stays as it is, and the set goes on. */
-static void refused(void)
+TEST(refused)
 {
     ibl_outputs *out;
     char path[5000];
@@ -243,7 +243,7 @@ static void refused(void)
     ibl_outputs_free(out);
 }
 
-static void twice(void)
+TEST(twice)
 {
     ibl_outputs *out;
     NEED(!mkdir(at("t"), 0777) && !symlink("x", at("t/link")) &&
@@ -260,7 +260,7 @@ static void twice(void)
     ibl_outputs_free(out);
 }
 
-static void too_many(void)
+TEST(too_many)
 {
     ibl_outputs *out;
     NEED(!mkdir(at("m"), 0777));
@@ -287,7 +287,7 @@ int __wrap_mkdir(const char *path, mode_t mode)
 }
 
 /* A directory that another program makes meanwhile is there, and not ours. */
-static void made_by_others(void)
+TEST(made_by_others)
 {
     ibl_outputs *out;
     NEED(!ibl_outputs_create(ctx, &out));
@@ -300,7 +300,7 @@ static void made_by_others(void)
 }
 
 /* A name may be as long as the file system lets it be. */
-static void long_names(void)
+TEST(long_names)
 {
     char name[NAME_MAX + 1];
     ibl_outputs *out;
@@ -315,7 +315,7 @@ static void long_names(void)
     }
 }
 
-static void links(void)
+TEST(links)
 {
     ibl_outputs *out;
     struct stat st;
@@ -338,7 +338,7 @@ static void links(void)
 }
 
 /* The third rename fails: the second file goes, the first is as before. */
-static void taken_back(void)
+TEST(taken_back)
 {
     ibl_outputs *out;
     NEED(!mkdir(at("b"), 0777));
@@ -419,7 +419,7 @@ static void in_child(int (*steps)(void))
         CHECK_MSG(!WEXITSTATUS(result), "step %d", WEXITSTATUS(result));
 }
 
-static void without_exchange(void)
+TEST(without_exchange)
 {
     static const unsigned refusals[] = {EINVAL, ENOSYS, EPERM, EOPNOTSUPP};
     NEED(!mkdir(at("p"), 0777));
@@ -489,7 +489,7 @@ static int times_flushed(const char *path)
 }
 
 /* Each file, and each directory that something was put or made in. */
-static void flushed(void)
+TEST(flushed)
 {
     static const char *const paths[] = {"f/a", "f/x/y/b", "f/x/y/c",
                                         "f",   "f/x",     "f/x/y"};
@@ -518,7 +518,7 @@ static void flushed(void)
 }
 
 /* A flush that is interrupted is done again; what cannot be flushed is not. */
-static void flushed_again(void)
+TEST(flushed_again)
 {
     static const int errors[] = {EINTR, EINVAL};
     NEED(!mkdir(at("g"), 0777));
@@ -551,7 +551,7 @@ static int close_in_vain(void)
     return 0;
 }
 
-static void not_closed(void)
+TEST(not_closed)
 {
     NEED(!mkdir(at("n"), 0777));
     in_child(close_in_vain);
@@ -575,7 +575,7 @@ int __wrap_lstat(const char *path, struct stat *st)
 
 /* Whichever answer is the last: all files are new or all old, and nothing else
  * is there. */
-static void no_answers(void)
+TEST(no_answers)
 {
     static const char *const names[] = {"a", "b", "sub/c", "sub/d"};
     int whole = 0;
@@ -607,7 +607,7 @@ static void no_answers(void)
     CHECK(whole > 0 && whole < 12);
 }
 
-static void cancelled(void)
+TEST(cancelled)
 {
     ibl_ctx *other = test_ctx(1, IBL_ISA_C);
     ibl_outputs *out;
@@ -653,7 +653,7 @@ static ibl_texture make_texture(int size)
 
 /* Textures that are taken over: written when waited for, by one thread or
  * more, and not left behind where nobody commits. */
-static void taken_over(void)
+TEST(taken_over)
 {
     test_messages messages = {0};
     NEED(!mkdir(at("over"), 0777));
@@ -706,7 +706,7 @@ static void fill_later(const char *dir, bool waits)
     CHECK(entries(at("%s", dir)) == 1);
 }
 
-static void file_limit(void)
+TEST(file_limit)
 {
     struct rlimit limit, less;
     NEED(!mkdir(at("limit"), 0777));
@@ -722,7 +722,7 @@ static void file_limit(void)
     signal(SIGXFSZ, SIG_DFL);
 }
 
-static void full_disk(void)
+TEST(full_disk)
 {
     NEED(!mkdir(at("disk"), 0777));
     if (mount("none", at("disk"), "tmpfs", 0, "size=200k"))
@@ -757,7 +757,7 @@ static int write_unwritable(void)
     return 0;
 }
 
-static void unwritable(void)
+TEST(unwritable)
 {
     NEED(!mkdir(at("u"), 0777));
     put(at("u/file"), "f");
@@ -813,7 +813,7 @@ static long generation(int i)
 }
 
 /* Ended at any moment, it leaves files of one generation and no others. */
-static void interrupted(void)
+TEST(interrupted)
 {
     test_random r = {21};
     NEED(!mkdir(at("s"), 0777));
@@ -847,34 +847,7 @@ static void interrupted(void)
     }
 }
 
-static const test tests[] = {
-    TEST(committed),
-    TEST(large),
-    TEST(aborted),
-    TEST(refused),
-    TEST(twice),
-    TEST(too_many),
-    TEST(made_by_others),
-    TEST(long_names),
-    TEST(links),
-    TEST(taken_back),
-    TEST(without_exchange),
-    TEST(flushed),
-    TEST(flushed_again),
-    TEST(not_closed),
-    TEST(taken_over),
-    TEST(no_answers),
-    TEST(cancelled),
-    TEST(file_limit),
-    TEST(full_disk),
-    TEST(unwritable),
-    TEST(interrupted),
-};
-
-int main(int argc, char **argv)
+void test_setup(void)
 {
     ctx = test_keeping_ctx(1, &kept);
-    const int result =
-        test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
-    return result;
 }

@@ -101,7 +101,7 @@ static bool touch(int n, int a, int b)
 
 /* A light on black, at every texel: what is over is in those that touch it, the
  * same in all of them, and no more nor less. */
-static void one_light(void)
+TEST(one_light)
 {
     static const int sizes[] = {1, 2, 3, 4, 7};
     for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {
@@ -156,7 +156,7 @@ static void check_kept(const ibl_cube *cube, const ibl_cube *got, double slack)
 }
 
 /* The mean of each channel; nothing is darker, nothing beyond. */
-static void mean_is_kept(void)
+TEST(mean_is_kept)
 {
     for (int n = 5; n < 80; n += 9) {
         ibl_cube cube = noisy(n, (uint64_t)n, n / 3);
@@ -174,7 +174,7 @@ static void mean_is_kept(void)
 
 /* Largest values of each channel; a texel's small channels round by the scale
  * of its large ones. */
-static void other_pixels(void)
+TEST(other_pixels)
 {
     const double max[IBL_PIXEL_COUNT][3] = {
         [IBL_PIXEL_RGBA16F] = {65504, 65504, 65504},
@@ -257,7 +257,7 @@ static void check_symmetry(int n, const double towards[3], const int map[3])
     }
 }
 
-static void symmetry(void)
+TEST(symmetry)
 {
     for (int n = 12; n < 14; n++) {
         check_symmetry(n, (double[]){1, 1, 1}, (int[]){2, 3, 1});
@@ -269,7 +269,7 @@ static void symmetry(void)
     }
 }
 
-static void constant_maps(void)
+TEST(constant_maps)
 {
     const float values[] = {0, 1, half_max, 65505, 1e6f};
     for (size_t k = 0; k < 5; k++) {
@@ -290,7 +290,7 @@ static void constant_maps(void)
 
 /* Half of the sphere has too much for itself, and the whole just room for it,
  * or not quite. */
-static void nearly_full(void)
+TEST(nearly_full)
 {
     for (int k = 0; k < 2; k++) {
         ibl_cube cube = constant(48, 0);
@@ -318,7 +318,7 @@ static void nearly_full(void)
 
 /* Unlike lights that meet: which comes first is seen by how bright it is, and
  * so what becomes of them turns over as they do. */
-static void unlike_lights(void)
+TEST(unlike_lights)
 {
     static const int maps[][3] = {{-1, 2, 3}, {1, -2, 3}, {2, 1, 3}, {3, 1, 2}};
     const int n = 12, texels = IBL_FACES * n * n;
@@ -342,7 +342,7 @@ static void unlike_lights(void)
 
 /* A large patch is round but for a tenth: its farthest texel beside the nearest
  * that is not of it. */
-static void round_patch(void)
+TEST(round_patch)
 {
     const int n = 65, middle = n / 2;
     ibl_cube cube = constant(n, 0);
@@ -362,7 +362,7 @@ static void round_patch(void)
 }
 
 /* A light of fifty texels: what it is spread over is near it, centred on it. */
-static void stays_in_place(void)
+TEST(stays_in_place)
 {
     test_random r = {5};
     for (int k = 0; k < 40; k++) {
@@ -389,7 +389,7 @@ static void stays_in_place(void)
 }
 
 /* Infinity is clipped; what is no number takes nothing. */
-static void no_numbers(void)
+TEST(no_numbers)
 {
     ibl_cube cube = constant(8, 2);
     ibl_overflow_level level;
@@ -404,7 +404,7 @@ static void no_numbers(void)
 }
 
 /* The largest floats in all texels of a level but one. */
-static void largest_floats(void)
+TEST(largest_floats)
 {
     ibl_cube cube = constant(6, 3.4e38f);
     ibl_overflow_level level;
@@ -416,7 +416,7 @@ static void largest_floats(void)
 }
 
 /* Clipping is what encoding does. Both have a report for each level. */
-static void clip(void)
+TEST(clip)
 {
     ibl_cube cube = cube_alloc(ctx, 16, 3), got;
     ibl_overflow_report report;
@@ -439,7 +439,7 @@ static void clip(void)
         CHECK(got.data[i] == 1);
 }
 
-static void same_bytes(void)
+TEST(same_bytes)
 {
     ibl_cube cube = noisy(60, 3, 400);
     ibl_texture first = {0};
@@ -459,15 +459,7 @@ static void same_bytes(void)
     ibl_texture_free(&first);
 }
 
-static const test tests[] = {
-    TEST(one_light),     TEST(mean_is_kept),   TEST(other_pixels),
-    TEST(symmetry),      TEST(constant_maps),  TEST(nearly_full),
-    TEST(unlike_lights), TEST(round_patch),    TEST(stays_in_place),
-    TEST(no_numbers),    TEST(largest_floats), TEST(clip),
-    TEST(same_bytes)};
-
-int main(int argc, char **argv)
+void test_setup(void)
 {
     ctx = test_ctx(2, IBL_ISA_AUTO);
-    return test_main(argc, argv, tests, sizeof tests / sizeof *tests);
 }

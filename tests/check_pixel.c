@@ -103,13 +103,13 @@ static void random_values(encoder *encode, int mantissa)
     }
 }
 
-static void halves(void)
+TEST(halves)
 {
     every_code(encode_half, 10);
     random_values(encode_half, 10);
 }
 
-static void halves_both_signs(void)
+TEST(halves_both_signs)
 {
     for (unsigned h = 0; h < 0x10000; h++) {
         const uint16_t in[4] = {(uint16_t)h, 0x3C00, (uint16_t)h, 0x3C00};
@@ -126,7 +126,7 @@ static void halves_both_signs(void)
     }
 }
 
-static void small_floats(void)
+TEST(small_floats)
 {
     every_code(encode_11, 6);
     every_code(encode_10, 5);
@@ -134,7 +134,7 @@ static void small_floats(void)
     random_values(encode_10, 5);
 }
 
-static void small_float_words(void)
+TEST(small_float_words)
 {
     test_random r = {2};
     for (int i = 0; i < 100000; i++) {
@@ -180,7 +180,7 @@ static void check_rgb9e5(const float rgb[3])
               shared_exponent(rgb));
 }
 
-static void rgb9e5(void)
+TEST(rgb9e5)
 {
     test_random r = {3};
     for (int i = 0; i < 300000; i++) {
@@ -211,7 +211,7 @@ static void rgb9e5(void)
 }
 
 /* Every texel that the encoder can give comes back as itself. */
-static void rgb9e5_words(void)
+TEST(rgb9e5_words)
 {
     test_random r = {4};
     for (uint32_t e = 0; e < 32; e++) {
@@ -233,7 +233,7 @@ static void rgb9e5_words(void)
 }
 
 /* No texel at all holds the largest component more nearly. */
-static void rgb9e5_nearest(void)
+TEST(rgb9e5_nearest)
 {
     test_random r = {5};
     for (int i = 0; i < 300; i++) {
@@ -255,7 +255,7 @@ static void rgb9e5_nearest(void)
 }
 
 /* NaN, infinities, negatives and what lies beyond, counted. */
-static void limits(void)
+TEST(limits)
 {
     for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
         const int channels = ibl_pixel_channels(p);
@@ -291,7 +291,7 @@ static void limits(void)
     }
 }
 
-static void floats_unchanged(void)
+TEST(floats_unchanged)
 {
     const float in[6] = {FLT_TRUE_MIN, -FLT_MAX, 1e-39f, 3.14159f, -0.0f, 7};
     float out[6];
@@ -306,13 +306,3 @@ static void floats_unchanged(void)
     ibl_pixel_decode(IBL_PIXEL_RG32F, texels + 1, 3, out);
     CHECK(!memcmp(in, out, sizeof in));
 }
-
-static const test tests[] = {
-    TEST(halves),           TEST(halves_both_signs),
-    TEST(small_floats),     TEST(small_float_words),
-    TEST(rgb9e5),           TEST(rgb9e5_words),
-    TEST(rgb9e5_nearest),   TEST(limits),
-    TEST(floats_unchanged),
-};
-
-TEST_MAIN(tests)

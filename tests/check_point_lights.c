@@ -127,14 +127,14 @@ static void check_values(ibl_isa isa)
     }
 }
 
-static void values(void)
+TEST(values)
 {
     for (int isa = IBL_ISA_C; isa <= (int)ibl_isa_best(); isa++)
         check_values((ibl_isa)isa);
 }
 
 /* The peak, to rounding: it is the integral that it tells of. */
-static void peaks(void)
+TEST(peaks)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     ibl_radial_dsp dsp;
@@ -155,7 +155,7 @@ static void peaks(void)
 }
 
 /* Beyond the horizon nothing, exactly; before it what there is. */
-static void horizon(void)
+TEST(horizon)
 {
     for (ibl_isa isa = IBL_ISA_C; isa <= ibl_isa_best(); isa++) {
         ibl_ctx *ctx = test_ctx(1, isa);
@@ -290,7 +290,7 @@ static double level_error(ibl_ctx *ctx, const lobe *l, int n, int count)
     return worst;
 }
 
-static void levels(void)
+TEST(levels)
 {
     for (ibl_isa isa = IBL_ISA_C; isa <= ibl_isa_best(); isa++) {
         ibl_ctx *ctx = test_ctx(2, isa);
@@ -306,7 +306,7 @@ static void levels(void)
     }
 }
 
-static void many_lights(void)
+TEST(many_lights)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     CHECK(level_error(ctx, &lobes[1], 20, 1024) <= 1);
@@ -368,7 +368,7 @@ static double sun_truth(const lobe *l, const ibl_patch *patches, int count,
 
 /* Suns anywhere, on a pole, and on both sides of the seam: what stands for
  * their pixels is as good as they are, near, far and on the horizon. */
-static void suns(void)
+TEST_SLOW(suns)
 {
     const double at[][2] = {{1.1, 2}, {0.001, 0}, {0.9, 0}, {3.1, 4}};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
@@ -404,7 +404,3 @@ static void suns(void)
             ibl_cube_free(&cube);
         }
 }
-
-static const test tests[] = {TEST(values), TEST(peaks),       TEST(horizon),
-                             TEST(levels), TEST(many_lights), TEST_SLOW(suns)};
-TEST_MAIN(tests)

@@ -212,7 +212,7 @@ static bool bake_pictures(void)
 
 /* In the hole the hall, elsewhere the niche, and what the hole takes away is
  * its solid angle. check-probes.sh: each layer is as a bake of its own. */
-static void hole_shows_what_is_behind(void)
+TEST(hole_shows_what_is_behind)
 {
     layer l[3] = {0};
     int count[2] = {0};
@@ -314,7 +314,7 @@ static void all_between(const char *file, double lo, double hi)
 /* Constant light in the niche, which has alpha of any kind, and in the hall:
  * nothing is darker or brighter than both, and one of their colour under any
  * alpha. */
-static void no_rims(void)
+TEST(no_rims)
 {
     static const struct {
         double niche, hall;
@@ -385,7 +385,7 @@ static double sum_alpha(const picture p[6], const double d[3], double roughness)
     return all / weights;
 }
 
-static void faces_are_filtered(void)
+TEST_SLOW(faces_are_filtered)
 {
     picture p[6];
     layer l[3] = {0};
@@ -440,7 +440,7 @@ static bool save_cross(const char *name, const picture p[6], bool upright)
     return ok;
 }
 
-static void crosses_are_as_faces(void)
+TEST(crosses_are_as_faces)
 {
     picture p[6];
     ibl_texture want, got;
@@ -464,7 +464,7 @@ static void crosses_are_as_faces(void)
 
 /* Beside the faces a cross is transparent, or has nothing at all: what counts
  * is in them. */
-static void crosses_have_alpha_in_their_faces(void)
+TEST(crosses_have_alpha_in_their_faces)
 {
     picture p[6];
 
@@ -484,21 +484,9 @@ static void crosses_have_alpha_in_their_faces(void)
         free_picture(&p[f]);
 }
 
-static const test tests[] = {
-    TEST(hole_shows_what_is_behind),         TEST(no_rims),
-    TEST_SLOW(faces_are_filtered),           TEST(crosses_are_as_faces),
-    TEST(crosses_have_alpha_in_their_faces),
-};
-
-int main(int argc, char **argv)
+void test_setup(void)
 {
-    if (!file_built("iblbake")) {
-        printf("skipped: iblbake is not built\n");
-        printf("0 passed, 0 failed, 1 skipped\n");
-        return 0;
-    }
+    if (!file_built("iblbake"))
+        test_skip("iblbake is not built");
     ctx = test_ctx(2, IBL_ISA_AUTO);
-    const int status =
-        test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
-    return status;
 }

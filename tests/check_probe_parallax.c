@@ -126,7 +126,7 @@ static void random_direction(test_random *r, double d[3])
     } while (length3(d) == 0);
 }
 
-static void boxes_inside(void)
+TEST(boxes_inside)
 {
     static const double scales[] = {1, 1, 1e-6, 1e6, 1e-70, 1e70};
     test_random r = {1};
@@ -144,7 +144,7 @@ static void boxes_inside(void)
 
 /* Walls, edges, corners and within, with every kind of direction, in a box of
  * numbers that are exact: what leaves at once, along a wall, and through. */
-static void boxes_on_the_wall(void)
+TEST(boxes_on_the_wall)
 {
     ibl_probe probe = {.has_proxy = 1, .position = {1.25, -0.5, 0.375}};
     const double part[3] = {-1, 0.25, 1};
@@ -167,7 +167,7 @@ static void boxes_on_the_wall(void)
     }
 }
 
-static void spheres_inside(void)
+TEST(spheres_inside)
 {
     static const double scales[] = {1, 1, 1e-6, 1e6, 1e-70, 1e70};
     test_random r = {2};
@@ -185,7 +185,7 @@ static void spheres_inside(void)
 }
 
 /* On the poles exactly: outwards at once, along the tangent, and across. */
-static void spheres_on_the_wall(void)
+TEST(spheres_on_the_wall)
 {
     ibl_probe probe = {.has_proxy = 1, .position = {0.25, 0.5, 0.125}};
 
@@ -207,7 +207,7 @@ static void spheres_on_the_wall(void)
 }
 
 /* How it falls back: the direction itself, unit. */
-static void falls_back(void)
+TEST(falls_back)
 {
     test_random r = {3};
     double p[3], d[3], lookup[3];
@@ -247,7 +247,7 @@ static void falls_back(void)
 
 /* A hair outside is on the wall, and what is looked up is what would be there:
  * a thousandth of the half width is a thousandth of it off at most. */
-static void a_hair_outside(void)
+TEST(a_hair_outside)
 {
     test_random r = {4};
     double p[3], q[3], d[3], lookup[3], wall[3];
@@ -274,7 +274,7 @@ static void a_hair_outside(void)
 }
 
 /* From the probe's position nothing changes, whatever the proxy. */
-static void from_the_probe(void)
+TEST(from_the_probe)
 {
     test_random r = {5};
     double d[3], lookup[3];
@@ -299,7 +299,7 @@ static double hostile(test_random *r)
     return test_random_below(r, 2) ? v : -v;
 }
 
-static void no_nan(void)
+TEST(no_nan)
 {
     static const double tiny[] = {5e-324, 1e-310, DBL_MIN, DBL_MAX};
     test_random r = {6};
@@ -330,11 +330,3 @@ static void no_nan(void)
     }
     CHECK(corrected > rounds / 5);
 }
-
-static const test tests[] = {
-    TEST(boxes_inside),   TEST(boxes_on_the_wall),
-    TEST(spheres_inside), TEST(spheres_on_the_wall),
-    TEST(falls_back),     TEST(a_hair_outside),
-    TEST(from_the_probe), TEST(no_nan),
-};
-TEST_MAIN(tests)

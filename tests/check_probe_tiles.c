@@ -156,7 +156,7 @@ static int tile_of(const ibl_tiles *tiles, const double p[3])
     return y / tiles->tile * ibl_tiles_columns(tiles) + x / tiles->tile;
 }
 
-static void never_misses(void)
+TEST(never_misses)
 {
     test_random r = {1};
     static unsigned long long masks[MOST_TILES];
@@ -248,7 +248,7 @@ static bool tile_hits(const ibl_tiles *tiles, const struct camera *c,
 
 /* Those that rays find, and how many more are named: what the rays, sixteen to
  * a tile's edge, pass by. */
-static void few_too_many(void)
+TEST(few_too_many)
 {
     test_random r = {2};
     static unsigned long long masks[MOST_TILES];
@@ -302,7 +302,7 @@ static void all_have(const ibl_tiles *tiles, const ibl_probe *probe,
         CHECK(masks[i] == mask);
 }
 
-static void around_and_behind(void)
+TEST(around_and_behind)
 {
     const ibl_tiles tiles = looking_along_z(100, 70, 16);
 
@@ -327,7 +327,7 @@ static void around_and_behind(void)
 
 /* Behind the eye, all but around it, and across the plane w = 0: only what is
  * seen opposite is near it. */
-static void at_the_back(void)
+TEST(at_the_back)
 {
     const ibl_tiles tiles = looking_along_z(100, 100, 10);
     unsigned long long masks[100];
@@ -341,7 +341,7 @@ static void at_the_back(void)
 
 /* Tiles named one by one: the last column and row are cut, the first row is at
  * the bottom. A pixel is 0.02 wide at the distance 1. */
-static void tiles_by_hand(void)
+TEST(tiles_by_hand)
 {
     const ibl_tiles tiles = looking_along_z(100, 100, 30);
     unsigned long long masks[16];
@@ -371,7 +371,7 @@ static void tiles_by_hand(void)
 }
 
 /* A body's side on the border of tiles, all exact, is in those on both. */
-static void touching(void)
+TEST(touching)
 {
     const ibl_tiles tiles = looking_along_z(64, 64, 16);
     unsigned long long masks[16];
@@ -385,7 +385,7 @@ static void touching(void)
 }
 
 /* The bounding rectangle of a ball has corners that the ball has not. */
-static void rounds_corners(void)
+TEST(rounds_corners)
 {
     const ibl_tiles tiles = looking_along_z(64, 64, 1);
     static unsigned long long masks[64 * 64];
@@ -403,7 +403,7 @@ static void rounds_corners(void)
     CHECK_MSG(named > disc && named < disc + 4 * radius + 16, "%d", named);
 }
 
-static void sixty_four(void)
+TEST(sixty_four)
 {
     test_random r = {3};
     static unsigned long long masks[MOST_TILES], one[MOST_TILES];
@@ -425,7 +425,7 @@ static void sixty_four(void)
         CHECK(masks[t] == 0);
 }
 
-static void refuses(void)
+TEST(refuses)
 {
     ibl_tiles good = looking_along_z(8, 8, 4), tiles = good;
     unsigned long long masks[4] = {7, 7, 7, 7};
@@ -447,10 +447,3 @@ static void refuses(void)
     tiles.tile = 2147483647;
     CHECK(ibl_tiles_columns(&tiles) == 1 && ibl_tiles_rows(&tiles) == 1);
 }
-
-static const test tests[] = {
-    TEST(never_misses), TEST(few_too_many),  TEST(around_and_behind),
-    TEST(at_the_back),  TEST(tiles_by_hand), TEST(rounds_corners),
-    TEST(touching),     TEST(sixty_four),    TEST(refuses),
-};
-TEST_MAIN(tests)

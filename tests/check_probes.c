@@ -109,7 +109,7 @@ static long double true_influence(const ibl_probe *probe, const double p[3])
 
 /* ---- influence ---------------------------------------------------------- */
 
-static void names_and_sizes(void)
+TEST(names_and_sizes)
 {
     const ibl_volume box = {IBL_SHAPE_BOX, {1, 2, 3}, {1, 2, 3}};
     const ibl_volume ball = {IBL_SHAPE_SPHERE, {1, 2, 3}, {2, 0, 0}};
@@ -121,7 +121,7 @@ static void names_and_sizes(void)
     CHECK_NEAR(ibl_volume_size(&ball), 33.510321638291127877, 1e-14);
 }
 
-static void influence_values(void)
+TEST(influence_values)
 {
     ibl_probe probe = {.blend = 0.5};
 
@@ -145,7 +145,7 @@ static void influence_values(void)
     CHECK(ibl_probe_influence(&probe, (double[]){10, 0, 0}) == 0.5);
 }
 
-static void influence_everywhere(void)
+TEST(influence_everywhere)
 {
     test_random r = {1};
     double p[3];
@@ -160,7 +160,7 @@ static void influence_everywhere(void)
 
 /* ---- order, nearest ----------------------------------------------------- */
 
-static void order_by_definition(void)
+TEST(order_by_definition)
 {
     test_random r = {2};
     ibl_probe probes[MOST];
@@ -191,7 +191,7 @@ static void order_by_definition(void)
     ibl_probes_order(probes, 0, NULL);
 }
 
-static void nearest_by_brute_force(void)
+TEST(nearest_by_brute_force)
 {
     test_random r = {3};
     ibl_probe probes[MOST];
@@ -257,7 +257,7 @@ static void check_mix(const ibl_probe_mix *mix, int count)
     CHECK_NEAR(sum, 1, 1e-15);
 }
 
-static void near_by_definition(void)
+TEST(near_by_definition)
 {
     test_random r = {4};
     ibl_probe probes[MOST];
@@ -288,7 +288,7 @@ static void near_by_definition(void)
     }
 }
 
-static void near_at_special_points(void)
+TEST(near_at_special_points)
 {
     ibl_probe probes[8] = {0};
     ibl_probe_mix mix;
@@ -357,7 +357,7 @@ static long double fifth_share(const long double *share, int count)
     return 0;
 }
 
-static void blend_by_definition(void)
+TEST(blend_by_definition)
 {
     test_random r = {6};
     ibl_probe probes[MOST];
@@ -394,7 +394,7 @@ static void blend_by_definition(void)
 }
 
 /* A small probe with holes in a bigger one, in the open. */
-static void blend_nested(void)
+TEST(blend_nested)
 {
     ibl_probe probes[2] = {{.blend = 1}, {.blend = 0.5}};
     const double alpha[2] = {1, 0.25};
@@ -508,7 +508,7 @@ static void walk(test_random *r, int k, double step, int counts[3])
     }
 }
 
-static void walks(void)
+TEST(walks)
 {
     test_random r = {5};
     int near[3] = {0}, blend[3] = {0};
@@ -523,7 +523,7 @@ static void walks(void)
 
 /* ---- for shaders -------------------------------------------------------- */
 
-static void packed(void)
+TEST(packed)
 {
     ibl_probe probes[2] = {{.blend = 0.25, .layer = 7, .priority = 1},
                            {.blend = 0.5, .has_proxy = 2, .layer = 2047}};
@@ -561,7 +561,7 @@ static double hostile(test_random *r, bool positive)
     return test_random_below(r, 2) ? v : -v;
 }
 
-static void no_nan(void)
+TEST(no_nan)
 {
     test_random r = {8};
     ibl_probe probes[6] = {0};
@@ -591,19 +591,3 @@ static void no_nan(void)
         check_mix(&mix, 6);
     }
 }
-
-static const test tests[] = {
-    TEST(names_and_sizes),
-    TEST(influence_values),
-    TEST(influence_everywhere),
-    TEST(order_by_definition),
-    TEST(nearest_by_brute_force),
-    TEST(near_by_definition),
-    TEST(near_at_special_points),
-    TEST(blend_by_definition),
-    TEST(walks),
-    TEST(blend_nested),
-    TEST(packed),
-    TEST(no_nan),
-};
-TEST_MAIN(tests)

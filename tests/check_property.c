@@ -525,40 +525,22 @@ static void any_threads(subject *s)
     fails(s, "other bytes with more threads", same ? 0 : threads, 0);
 }
 
-#define PROPERTY(f)                                                            \
-    static void each_##f(void)                                                 \
+#define PROPERTY(f, slow)                                                      \
+    TEST_OF(each_##f, #f, slow)                                                \
     {                                                                          \
         for_each_map(#f, f);                                                   \
     }
-PROPERTY(energy_of_level0)
-PROPERTY(energy_of_levels)
-PROPERTY(range_of_level0)
-PROPERTY(range_of_irradiance)
-PROPERTY(range_of_specular)
-PROPERTY(range_at_the_top)
-PROPERTY(linear)
-PROPERTY(linear_harmonics)
-PROPERTY(powers_of_two)
-PROPERTY(turned)
-PROPERTY(mirrored)
-PROPERTY(near_truth)
-PROPERTY(roughest_is_irradiance)
-PROPERTY(any_threads)
-
-static const test tests[] = {
-    {"energy_of_level0", each_energy_of_level0, false},
-    {"energy_of_levels", each_energy_of_levels, false},
-    {"range_of_level0", each_range_of_level0, false},
-    {"range_of_irradiance", each_range_of_irradiance, false},
-    {"range_of_specular", each_range_of_specular, false},
-    {"range_at_the_top", each_range_at_the_top, false},
-    {"linear", each_linear, true},
-    {"linear_harmonics", each_linear_harmonics, false},
-    {"powers_of_two", each_powers_of_two, true},
-    {"turned", each_turned, true},
-    {"mirrored", each_mirrored, true},
-    {"near_truth", each_near_truth, true},
-    {"roughest_is_irradiance", each_roughest_is_irradiance, false},
-    {"any_threads", each_any_threads, true},
-};
-TEST_MAIN(tests)
+PROPERTY(energy_of_level0, false)
+PROPERTY(energy_of_levels, false)
+PROPERTY(range_of_level0, false)
+PROPERTY(range_of_irradiance, false)
+PROPERTY(range_of_specular, false)
+PROPERTY(range_at_the_top, false)
+PROPERTY(linear, true)
+PROPERTY(linear_harmonics, false)
+PROPERTY(powers_of_two, true)
+PROPERTY(turned, true)
+PROPERTY(mirrored, true)
+PROPERTY(near_truth, true)
+PROPERTY(roughest_is_irradiance, false)
+PROPERTY(any_threads, true)

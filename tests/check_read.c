@@ -125,7 +125,7 @@ static ibl_status mend(ibl_ctx *ctx, ibl_image *img, int most, test_random *r,
     return status;
 }
 
-static void mending(void)
+TEST(mending)
 {
     static const int sizes[][2] = {{1, 1},   {2, 1},   {1, 2},   {3, 2},
                                    {37, 33}, {64, 32}, {300, 49}};
@@ -172,7 +172,7 @@ static void mending(void)
 }
 
 /* PFM is the plainest way to hand floats in; needs the bridge. */
-static void mended_and_strict(void)
+TEST(mended_and_strict)
 {
     if (!file_bridge())
         test_skip("needs the image bridge");
@@ -228,7 +228,7 @@ static void refused(ibl_ctx *ctx, const char *path, ibl_status want,
     CHECK(!img.data);
 }
 
-static void not_to_be_opened(void)
+TEST(not_to_be_opened)
 {
     ibl_ctx *ctx = file_ctx(1, &kept, NULL);
     const char *fifo = file_path("fifo");
@@ -246,7 +246,7 @@ static void not_to_be_opened(void)
 }
 
 /* Root may read anything, so the reading is done as nobody. */
-static void no_permission(void)
+TEST(no_permission)
 {
     NEED(file_save(file_path("secret.hdr"), "#?RADIANCE\n", 11));
     NEED(!chmod(file_path("secret.hdr"), 0));
@@ -321,7 +321,7 @@ static ibl_status read_stdin(ibl_ctx *ctx, const char *name, const void *bytes,
     return status;
 }
 
-static void streams(void)
+TEST_SLOW(streams)
 {
     static unsigned char bytes[400000];
     const size_t size = make_hdr(bytes, 300, 150);
@@ -356,7 +356,7 @@ static void streams(void)
 /* What a header has no room for is not waited for: a stream that says 2x1
  * pixels and goes on for 8 MiB. What comes after pixels in a small one is
  * ignored. */
-static void streams_without_end(void)
+TEST(streams_without_end)
 {
     static unsigned char bytes[8 << 20];
     ibl_ctx *ctx = file_ctx(1, &kept, NULL);
@@ -372,7 +372,7 @@ static void streams_without_end(void)
 
 /* Old run lengths hold 65536 pixels in 12 bytes: 48 GiB of floats in a file of
  * 786 kB. Where the machine has less, that is said, and nothing taken. */
-static void more_than_the_machine_has(void)
+TEST(more_than_the_machine_has)
 {
     enum {
         EDGE = 65536
@@ -400,7 +400,7 @@ static void more_than_the_machine_has(void)
     }
 }
 
-static void aspect_and_options(void)
+TEST(aspect_and_options)
 {
     static unsigned char bytes[40000];
     size_t size = make_hdr(bytes, 90, 60);
@@ -450,7 +450,7 @@ static void aspect_and_options(void)
 
 /* ---- the bridge ----------------------------------------------------- */
 
-static void without_bridge(void)
+TEST(without_bridge)
 {
     ibl_ctx *ctx = file_ctx(1, &kept, NULL);
     static const unsigned char png[] = "\x89PNG\r\n\x1a\n____";
@@ -466,7 +466,7 @@ static void without_bridge(void)
 }
 
 /* A bridge whose OpenImageIO has gone, and one that is something else. */
-static void broken_bridge(void)
+TEST(broken_bridge)
 {
     if (!file_run("echo 'int oiio(void) { return 1; }' >o.c && echo 'int "
                   "oiio(void); int x(void) { return oiio(); }' >b.c && cc "
@@ -499,7 +499,7 @@ static bool nothing_left(void)
 }
 
 /* Floats come back as they were, right side up. */
-static void float_formats(void)
+TEST(float_formats)
 {
     file_need_oiio();
     static const char *const names[] = {"f.pfm", "f.tif", "f_tiled.tif",
@@ -539,7 +539,7 @@ static double to_linear(double v)
 }
 
 /* A 16x16 ramp with every 8-bit value, as PPM; and as other formats. */
-static void integer_formats(void)
+TEST(integer_formats)
 {
     file_need_oiio();
     static const struct {
@@ -598,7 +598,7 @@ static void integer_formats(void)
 
 /* A message names what a file is by how it begins, as the formats' own texts
  * say, and only by all of it. */
-static void kinds(void)
+TEST(kinds)
 {
     static const struct {
         const char *kind, *begin;
@@ -669,7 +669,7 @@ static uint32_t crc_of(const unsigned char *p, size_t n)
 
 /* Table 11.1 of the standard: each depth of each type of colour, and no other,
  * is taken. */
-static void png_headers(void)
+TEST(png_headers)
 {
     static const char *const depths[] = {
         " 1 2 4 8 16 ", "", " 8 16 ", " 1 2 4 8 ", " 8 16 ", "", " 8 16 "};
@@ -692,7 +692,7 @@ static void png_headers(void)
         }
 }
 
-static void not_images(void)
+TEST(not_images)
 {
     file_need_oiio();
     ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
@@ -718,7 +718,7 @@ static void not_images(void)
 }
 
 /* Headers that claim much more than the file has. */
-static void large_claims(void)
+TEST(large_claims)
 {
     static const char *const pfms[] = {"PF\n60000 30000\n-1.0\n1234567890",
                                        "PF\n600000 300000\n-1.0\n1234567890"};
@@ -738,7 +738,7 @@ static void large_claims(void)
     refused(ctx, file_path("c.png"), IBL_ERR_FORMAT, "");
 }
 
-static void cut_through_bridge(void)
+TEST(cut_through_bridge)
 {
     file_need_oiio();
     ibl_ctx *ctx = file_ctx(1, &kept, file_bridge());
@@ -770,22 +770,3 @@ static void cut_through_bridge(void)
     }
     ibl_image_free(&img);
 }
-
-static const test tests[] = {TEST(mending),
-                             TEST(mended_and_strict),
-                             TEST(not_to_be_opened),
-                             TEST(no_permission),
-                             TEST_SLOW(streams),
-                             TEST(streams_without_end),
-                             TEST(more_than_the_machine_has),
-                             TEST(aspect_and_options),
-                             TEST(without_bridge),
-                             TEST(broken_bridge),
-                             TEST(float_formats),
-                             TEST(integer_formats),
-                             TEST(not_images),
-                             TEST(kinds),
-                             TEST(png_headers),
-                             TEST(large_claims),
-                             TEST(cut_through_bridge)};
-TEST_MAIN(tests)

@@ -102,7 +102,7 @@ static void compare(int w, int h, double r, double theta, double phi, int sub)
     }
 }
 
-static void wide(void)
+TEST_SLOW(wide)
 {
     static const double r[] = {1, 0.7, 0.5};
     for (int k = 0; k < 3; k++) {
@@ -115,7 +115,7 @@ static void wide(void)
     compare(128, 64, 1, 1.234, 0.567, 4);
 }
 
-static void narrow(void)
+TEST_SLOW(narrow)
 {
     compare(32, 16, 0.3, 1.234, 3.1, 16);
     compare(24, 13, 0.3, 0.05, -1, 32);
@@ -128,7 +128,7 @@ static void narrow(void)
 
 /* Edges of pixels on the horizon: what rounding leaves of them above it has no
  * digits to settle by, and halving it for them would not end. */
-static void edge_on_horizon(void)
+TEST(edge_on_horizon)
 {
     for (int k = -1; k < 3; k++) {
         compare(13, 7, 1, pi / 2, k * pi / 2, 32);
@@ -161,7 +161,7 @@ static double within(ibl_lobe lobe, long double alpha, long double v)
 
 /* Straight up, of few columns: patches throughout. Red is inside the cone,
  * green outside, to its own digits where the lobe has them. */
-static void caps(void)
+TEST(caps)
 {
     static const double r[] = {0.9, 0.6, 0.4, 0.3, 0.2, 0.1, 0.01, 1e-4, 1e-9};
     static const int lit[] = {1, 3, 20, 31, 32};
@@ -198,7 +198,7 @@ static void caps(void)
 
 /* Ahead, on the equator: by symmetry half of the lobe is above it and half to
  * the left, however thin the ring or the needle. The upper left is 1. */
-static void quarters(void)
+TEST(quarters)
 {
     static const int sizes[][2] = {{64, 32}, {8, 4}, {4, 64}, {100, 2}};
     static const double ahead[3] = {1, 0, 0};
@@ -225,7 +225,7 @@ static void quarters(void)
 /* A thin ring about a leaning direction: of the rows of a map it has the arc
  * of a great circle that is in them. Up to theta that is
  * 1/2 - asin(cos(theta) / sin(lean)) / pi, lean from +Y. */
-static void rings(void)
+TEST(rings)
 {
     enum {
         H = 24
@@ -251,7 +251,7 @@ static void rings(void)
     }
 }
 
-static void constants(void)
+TEST(constants)
 {
     static const int sizes[][2] = {{1, 1}, {2, 1},   {1, 3},
                                    {3, 2}, {31, 17}, {64, 32}};
@@ -284,7 +284,7 @@ static void constants(void)
 
 /* At roughness 1 Phong and GGX are the cosine; roughness 0 is the pixel, the
  * end of 1e-4 the middle of the same; GGX is what it is by its own name. */
-static void ends(void)
+TEST(ends)
 {
     subject *it = subject_make(2, 40, 20, 3, 90);
 
@@ -319,7 +319,7 @@ static void ends(void)
 }
 
 /* No step anywhere as r passes where pixels begin to be patches. */
-static void continuous(void)
+TEST(continuous)
 {
     subject *it = subject_make(2, 64, 32, 8, 0);
     double d[3], before = 0, rgb[3];
@@ -341,7 +341,7 @@ static void continuous(void)
 
 /* L = 1 + d.a: its mean under the cosine lobe is 1 + 2/3 N.a, and over the
  * sphere 1. */
-static void linear_light(void)
+TEST(linear_light)
 {
     subject *it = subject_make(2, 512, 256, 0, 25);
     const double a[3] = {0.3, -0.5, 0.4};
@@ -369,7 +369,7 @@ static void linear_light(void)
 }
 
 /* The mean, by its sum in long double. */
-static void means(void)
+TEST(means)
 {
     static const int sizes[][2] = {{1, 1}, {2, 1}, {3, 2}, {33, 17}, {64, 32}};
 
@@ -387,7 +387,7 @@ static void means(void)
 
 /* ---- the rules of every call ------------------------------------------ */
 
-static void threads(void)
+TEST(threads)
 {
     const int counts[] = {1, 2, 3, 7};
     double first[4][60], sh[3 * 81], dirs[60];
@@ -416,7 +416,7 @@ static void threads(void)
 }
 
 /* One direction alone or among others. */
-static void alone(void)
+TEST(alone)
 {
     subject *it = subject_make(2, 90, 45, 2, 5);
     double dirs[60], rgb[60], one[3];
@@ -433,7 +433,7 @@ static void alone(void)
 }
 
 /* More directions than are summed at once. */
-static void many(void)
+TEST_SLOW(many)
 {
     enum {
         MANY = 65536 + 9,
@@ -458,7 +458,7 @@ static void many(void)
 
 /* Pixels in four parts are what they were: within 1e-7 of a pixel's weight
  * where that is by a few points, and all digits but some near the aim. */
-static void in_four(void)
+TEST(in_four)
 {
     static const int widths[] = {16, 48, 120};
     static const double roughness[] = {0.05, 0.2, 0.4, 0.6, 0.8, 1};
@@ -485,7 +485,7 @@ static void in_four(void)
 }
 
 /* A sum of what rounds away. */
-static void exact_sums(void)
+TEST(exact_sums)
 {
     static const double terms[] = {1, 1e100, 1, -1e100};
     for (int k = 0; k < 4; k++) {
@@ -497,7 +497,7 @@ static void exact_sums(void)
 }
 
 /* By the definition, and what is nothing has finite errors. */
-static void relative_errors(void)
+TEST(relative_errors)
 {
     const double rgb[3] = {3, 4, 0}, far[3] = {6, 8, 0}, none[3] = {0};
     const double mean[3] = {0, 0, 5};
@@ -509,7 +509,7 @@ static void relative_errors(void)
     CHECK(isfinite(ibl_relative_error(rgb, none, none)));
 }
 
-static void bad_arguments(void)
+TEST(bad_arguments)
 {
     ibl_ctx *ctx = test_ctx_of(NULL);
     ibl_image env = map_constant(ctx, 8, 4, 1), none = {0};
@@ -547,7 +547,7 @@ static void bad_arguments(void)
     ibl_reference_free(NULL);
 }
 
-static void cancel(void)
+TEST(cancel)
 {
     ibl_ctx *ctx = test_ctx_of(NULL);
     ibl_image env = map_constant(ctx, 64, 32, 1);
@@ -567,15 +567,3 @@ static void cancel(void)
     CHECK(ibl_reference_lut(ctx, 1, 1, IBL_GEOMETRY_SMITH, out) ==
           IBL_ERR_CANCELLED);
 }
-
-static const test tests[] = {TEST_SLOW(wide),       TEST_SLOW(narrow),
-                             TEST(edge_on_horizon), TEST(caps),
-                             TEST(quarters),        TEST(rings),
-                             TEST(constants),       TEST(ends),
-                             TEST(continuous),      TEST(linear_light),
-                             TEST(means),           TEST(threads),
-                             TEST(alone),           TEST_SLOW(many),
-                             TEST(exact_sums),      TEST(in_four),
-                             TEST(relative_errors), TEST(bad_arguments),
-                             TEST(cancel)};
-TEST_MAIN(tests)

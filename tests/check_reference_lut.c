@@ -13,7 +13,7 @@ static void lut(ibl_ctx *ctx, double nv, double r, ibl_geometry g,
     CHECK(!ibl_reference_lut(ctx, nv, r, g, out));
 }
 
-static void lut_mirror(void)
+TEST(lut_mirror)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
 
@@ -43,7 +43,7 @@ static void lut_mirror(void)
  * double. At alpha = 1 Smith's G / (N.L N.V) is 2 / (N.L + 1) = 1 / c^2, and
  * R + G is the integral from sqrt(1/2) to 1 of 4c - 2/c, 1 - ln 2.
  */
-static void lut_straight(void)
+TEST(lut_straight)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     double out[2];
@@ -81,7 +81,7 @@ static void lut_straight(void)
  *     R + G = integral of 2 x / (2 (x + nv)) dx = 1 - nv ln((1 + nv) / nv),
  * and Schlick's, k = 1/2, 1 / ((x + 1) (nv + 1)):
  *     integral of 2 x / ((x + 1) (nv + 1)) dx = 2 (1 - ln 2) / (nv + 1). */
-static void lut_rough(void)
+TEST(lut_rough)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
 
@@ -97,7 +97,7 @@ static void lut_rough(void)
 }
 
 /* Any point, by midpoints over the hemisphere of L. */
-static void lut_hemisphere(void)
+TEST(lut_hemisphere)
 {
     const double points[][2] = {{0.9, 0.9}, {0.5, 0.7}, {0.2, 0.8}, {0.05, 1}};
     const int n = 800;
@@ -180,7 +180,7 @@ static void lut_over_slopes(double nv, double r, double out[2][2])
         out[g / 2][g % 2] = (double)sum[g / 2][g % 2];
 }
 
-static void lut_slopes(void)
+TEST_SLOW(lut_slopes)
 {
     static const double points[][2] = {
         {1e-3, 1.0 / 512}, {1.0 / 512, 1.0 / 512},   {1e-3, 0.02},
@@ -198,8 +198,3 @@ static void lut_slopes(void)
         }
     }
 }
-
-static const test tests[] = {TEST(lut_mirror), TEST(lut_straight),
-                             TEST(lut_rough), TEST(lut_hemisphere),
-                             TEST_SLOW(lut_slopes)};
-TEST_MAIN(tests)

@@ -33,7 +33,7 @@ static double harmonic(int k, const double d[3])
     return s[k];
 }
 
-static void orthonormal(void)
+TEST(orthonormal)
 {
     subject *it = subject_make(2, 256, 128, 0, -70);
 
@@ -58,7 +58,7 @@ static void orthonormal(void)
 
 /* One pixel's coefficients are L times the integral of Y over it: sums over
  * points in its patch. */
-static void one_patch(void)
+TEST(one_patch)
 {
     enum {
         SUB = 64
@@ -93,7 +93,7 @@ static void one_patch(void)
 
 /* Pixels in many parts side by side are what they were, also where rows are
  * more than are summed at once. */
-static void divided(void)
+TEST(divided)
 {
     enum {
         PARTS = 4096
@@ -113,7 +113,7 @@ static void divided(void)
 }
 
 /* The same in four parts, which take other points of Gauss' rules. */
-static void in_four(void)
+TEST_SLOW(in_four)
 {
     subject *one = subject_make(2, 60, 30, 7, 15);
     subject *all = subject_make(2, 120, 60, 0, 15);
@@ -129,7 +129,3 @@ static void in_four(void)
             CHECK_NEAR(a[k], b[k], 1e-10 * a[k % 3]);
     }
 }
-
-static const test tests[] = {TEST(orthonormal), TEST(one_patch), TEST(divided),
-                             TEST_SLOW(in_four)};
-TEST_MAIN(tests)

@@ -129,7 +129,7 @@ static void compare_texels(int w, int h, int base, int n, double yaw_deg,
 }
 
 /* Points see the boundaries of patches to a point's share of a texel. */
-static void texels(void)
+TEST_SLOW(texels)
 {
     compare_texels(32, 16, 1, 1, 0, 400, 1e-3);
     compare_texels(64, 32, 8, 8, 20, 300, 1e-3);
@@ -148,7 +148,7 @@ static void texels(void)
 }
 
 /* All texels, by their solid angles, make the mean of the source. */
-static void texels_energy(void)
+TEST(texels_energy)
 {
     const int sizes[][3] = {{37, 19, 9}, {64, 32, 16}, {33, 70, 7},
                             {16, 8, 16}, {5, 3, 7},    {1, 2, 5},
@@ -179,6 +179,3 @@ static void texels_energy(void)
             CHECK_NEAR(sum[c], mean[c], 1e-9);
     }
 }
-
-static const test tests[] = {TEST_SLOW(texels), TEST(texels_energy)};
-TEST_MAIN(tests)

@@ -174,7 +174,7 @@ static error run(ibl_ctx *ctx, const field *f, int rings, int columns, int n)
 /* ---- accuracy ---------------------------------------------------------- */
 
 /* What resample.h says, for both directions together. */
-static void samples_a_wave(void)
+TEST_SLOW(samples_a_wave)
 {
     static const struct {
         double at_degree;
@@ -199,7 +199,7 @@ static void samples_a_wave(void)
 
 /* Every edge to 20 and some more; texels at the poles and on the seams are
  * among them. */
-static void edges(void)
+TEST(edges)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     field f;
@@ -212,7 +212,7 @@ static void edges(void)
     CHECK(run(ctx, &f, 30, 64, 100).worst <= 2e-6);
 }
 
-static void isas(void)
+TEST(isas)
 {
     field f;
     field_init(&f, 20, 1e-5, 4);
@@ -226,7 +226,7 @@ static void isas(void)
 }
 
 /* Few samples, but more than two a wave. */
-static void tiny_grids(void)
+TEST(tiny_grids)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     for (int rings = 1; rings <= 9; rings++) {
@@ -245,7 +245,7 @@ static void tiny_grids(void)
     }
 }
 
-static void without_spectrum(void)
+TEST(without_spectrum)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     ibl_ring_grid grid = grid_of(ctx, 32, 64);
@@ -293,7 +293,7 @@ static void check_borders(int rings, int columns)
               bad);
 }
 
-static void borders(void)
+TEST(borders)
 {
     for (int rings = 1; rings <= 12; rings++)
         for (int columns = 4; columns <= 32; columns *= 2)
@@ -314,7 +314,7 @@ static ibl_ring_grid filled(ibl_ctx *ctx, float value, int rings, int columns)
 }
 
 /* Constants stay within 2 ulp, and offset alone is exact. */
-static void constants(void)
+TEST(constants)
 {
     for (ibl_isa isa = IBL_ISA_C; isa <= IBL_ISA_AVX512; isa++) {
         if (!ibl_cpu_has(isa))
@@ -348,7 +348,7 @@ static void constants(void)
 }
 
 /* What texels have of their own is added to what is scaled. */
-static void local(void)
+TEST(local)
 {
     enum {
         N = 11,
@@ -379,7 +379,7 @@ static void local(void)
 
 /* The same bytes from any number of threads, on every level of a chain; what
  * lies outside of the level is left alone. */
-static void threads(void)
+TEST(threads)
 {
     enum {
         SIZE = 130,
@@ -413,7 +413,7 @@ static void threads(void)
     }
 }
 
-static void large(void)
+TEST(large)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     field f;
@@ -421,7 +421,7 @@ static void large(void)
     CHECK(run(ctx, &f, 24, 32, 512).worst <= 2e-6);
 }
 
-static void cancelled(void)
+TEST(cancelled)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     ibl_ring_grid grid = filled(ctx, 1, 20, 32);
@@ -429,16 +429,3 @@ static void cancelled(void)
     ibl_ctx_cancel(ctx);
     CHECK(to_cube(ctx, "level", &grid, &cube, 0) == IBL_ERR_CANCELLED);
 }
-
-static const test tests[] = {TEST_SLOW(samples_a_wave),
-                             TEST(edges),
-                             TEST(isas),
-                             TEST(tiny_grids),
-                             TEST(borders),
-                             TEST(without_spectrum),
-                             TEST(constants),
-                             TEST(local),
-                             TEST(threads),
-                             TEST(large),
-                             TEST(cancelled)};
-TEST_MAIN(tests)

@@ -192,7 +192,7 @@ static void small(ibl_ctx *ctx)
             check_width(ctx, w, orders[k], 1 + (w + (int)k) % ROWS, 1 + w / 2);
 }
 
-static void every_small_width(void)
+TEST(every_small_width)
 {
     each_isa(small);
 }
@@ -212,12 +212,12 @@ static void large(ibl_ctx *ctx)
                     cases[k].orders * cases[k].width / 1200 + 1);
 }
 
-static void larger_widths(void)
+TEST(larger_widths)
 {
     each_isa(large);
 }
 
-static void longest_rows(void)
+TEST(longest_rows)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     check_width(ctx, 65536, 257, 2, 151);
@@ -264,13 +264,13 @@ static void impulses(ibl_ctx *ctx)
     }
 }
 
-static void an_impulse_anywhere(void)
+TEST(an_impulse_anywhere)
 {
     each_isa(impulses);
 }
 
 /* Cosines above the orders that are kept must not show in any of those. */
-static void high_frequencies(void)
+TEST(high_frequencies)
 {
     enum {
         WIDTH = 4096,
@@ -325,7 +325,7 @@ static void constants(ibl_ctx *ctx)
     }
 }
 
-static void constant_rows_vanish(void)
+TEST(constant_rows_vanish)
 {
     each_isa(constants);
 }
@@ -351,7 +351,7 @@ static void alone(ibl_ctx *ctx)
     }
 }
 
-static void rows_are_independent(void)
+TEST(rows_are_independent)
 {
     each_isa(alone);
 }
@@ -420,15 +420,7 @@ static void inverses(ibl_ctx *ctx)
     inverse(ctx, 4096, 1000, ROWS, 1999);
 }
 
-static void samples_of_rings(void)
+TEST(samples_of_rings)
 {
     each_isa(inverses);
 }
-
-static const test tests[] = {
-    TEST(every_small_width),    TEST(larger_widths),
-    TEST(longest_rows),         TEST(an_impulse_anywhere),
-    TEST(high_frequencies),     TEST(constant_rows_vanish),
-    TEST(rows_are_independent), TEST(samples_of_rings),
-};
-TEST_MAIN(tests)

@@ -43,7 +43,7 @@ static void against_truth(ibl_ctx *ctx, const ibl_image *env, int degree,
                   env->height, degree, yaw, i, got[i], want[i]);
 }
 
-static void random_maps(void)
+TEST_SLOW(random_maps)
 {
     static const int sizes[][2] = {{1, 1},   {2, 1},   {1, 2},  {3, 2},
                                    {4, 2},   {5, 3},   {7, 4},  {17, 9},
@@ -63,7 +63,7 @@ static void random_maps(void)
 
 /* The graphics convention by its nine polynomials, spelt out: radiance
  * 1 + x is DC and Y_11, and so on. */
-static void nine(void)
+TEST(nine)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     ibl_image env = map_constant(ctx, 1024, 512, 0);
@@ -136,20 +136,20 @@ static void one_pixel(int degree, int w, int h)
     CHECK_MSG(worst <= floats, "%dx%d, degree %d: %.3g", w, h, degree, worst);
 }
 
-static void one_pixel_low(void)
+TEST(one_pixel_low)
 {
     one_pixel(30, 64, 32);
     one_pixel(40, 7, 5);
 }
 
-static void one_pixel_high(void)
+TEST_SLOW(one_pixel_high)
 {
     one_pixel(200, 50, 25);
     one_pixel(TEST_SANITIZED ? 300 : IBL_MAX_SH_DEGREE, 4096, 2048);
 }
 
 /* Several blocks of rows and of orders give what one does. */
-static void tall_map(void)
+TEST(tall_map)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_image env = map_constant(ctx, 5, 901, 0);
@@ -161,7 +161,7 @@ static void tall_map(void)
         CHECK_NEAR(low[k], high[k], floats * low[k % 3]);
 }
 
-static void threads_and_isa(void)
+TEST(threads_and_isa)
 {
     static const int threads[] = {1, 2, 7};
     double *first = NULL;
@@ -188,7 +188,7 @@ static void threads_and_isa(void)
 
 /* pi times the factor is the integral of the clamped cosine with P_l, times
  * 2 pi: Simpson's rule over the half where it is not zero. */
-static void cosine_factors(void)
+TEST(cosine_factors)
 {
     CHECK_NEAR(ibl_sh_cosine(0), 1.0, 1e-15);
     CHECK_NEAR(ibl_sh_cosine(1), 2.0 / 3.0, 1e-15);
@@ -208,7 +208,7 @@ static void cosine_factors(void)
     CHECK(isfinite(ibl_sh_cosine(IBL_MAX_SH_DEGREE)));
 }
 
-static void bad_arguments(void)
+TEST(bad_arguments)
 {
     test_messages kept = {{{0}}};
     double c[3] = {7, 7, 7};
@@ -223,10 +223,3 @@ static void bad_arguments(void)
     ibl_ctx_cancel(ctx);
     CHECK(ibl_bake_sh(ctx, &env, 0, 0.0, c) == IBL_ERR_CANCELLED);
 }
-
-static const test tests[] = {
-    TEST_SLOW(random_maps),    TEST(nine),          TEST(one_pixel_low),
-    TEST_SLOW(one_pixel_high), TEST(tall_map),      TEST(threads_and_isa),
-    TEST(cosine_factors),      TEST(bad_arguments),
-};
-TEST_MAIN(tests)

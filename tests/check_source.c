@@ -178,7 +178,7 @@ static void save_hdr(const char *path, const char *resolution, bool coded)
     fclose(f);
 }
 
-static void radiance(void)
+TEST(radiance)
 {
     static const char *const resolutions[] = {
         "-Y 150 +X 300", "-Y 150 -X 300", "+Y 150 +X 300", "+Y 150 -X 300",
@@ -191,7 +191,7 @@ static void radiance(void)
 
 /* Blocks of one, 16 and 32 scan lines, tiles, windows that begin and end within
  * blocks, and what goes through the bridge; check_exr reads more kinds. */
-static void other_formats(void)
+TEST(other_formats)
 {
     static const char *const options[] = {
         "-d half --compression rle -o 0.exr",
@@ -231,7 +231,7 @@ static bool write_exr(const char *path, int w, int h, exr_compression_t comp)
 
 /* ---- calls ---------------------------------------------------------- */
 
-static void arguments(void)
+TEST(arguments)
 {
     ibl_ctx *ctx = file_ctx(2, &kept, NULL);
     static float rgb[3 * W * H];
@@ -281,7 +281,7 @@ static void cancel_at(void *cookie, const char *stage, double done)
         ibl_ctx_cancel(c->ctx);
 }
 
-static void cancelled(void)
+TEST(cancelled)
 {
     save_hdr(file_path("c0"), "-Y 150 +X 300", true);
     save_hdr(file_path("c1"), "-X 300 +Y 150", true);
@@ -337,7 +337,7 @@ static void make_victims(void)
 }
 
 /* Files that were cut before they are opened. */
-static void cut(void)
+TEST(cut)
 {
     ibl_ctx *ctx = file_ctx(2, &kept, NULL);
     ibl_image img;
@@ -360,7 +360,7 @@ static void cut(void)
 }
 
 /* Files that are cut, and lengthened again, while they are read. */
-static void cut_while_read(void)
+TEST(cut_while_read)
 {
     static float rgb[3 * W * H];
     ibl_ctx *ctx = file_ctx(2, &kept, NULL);
@@ -414,7 +414,7 @@ ssize_t __wrap_pread(int fd, void *to, size_t size, off_t offset)
 
 /* Reads that come short or are interrupted are gone on with, and what fails
  * fails. */
-static void short_reads(void)
+TEST(short_reads)
 {
     ibl_ctx *ctx = file_ctx(2, &kept, NULL);
 
@@ -450,7 +450,7 @@ static void short_reads(void)
 }
 
 /* A header of any length. */
-static void long_header(void)
+TEST(long_header)
 {
     ibl_ctx *ctx = file_ctx(1, &kept, NULL);
     const char *path = file_path("long.hdr");
@@ -531,28 +531,22 @@ static void within(int w, int h, int most)
 }
 
 /* The image would take 96 MiB. */
-static void memory(void)
+TEST_SLOW(memory)
 {
     within(4096, 2048, 40);
 }
 
 /* 1.5 GiB. */
-static void memory_large(void)
+TEST(memory_large)
 {
     if (!getenv("IBL_TEST_LARGE") || !*getenv("IBL_TEST_LARGE"))
         test_skip("16384x8192: set IBL_TEST_LARGE=1");
     within(16384, 8192, 120);
 }
 
-static const test tests[] = {TEST(radiance),    TEST(other_formats),
-                             TEST(arguments),   TEST(cancelled),
-                             TEST(cut),         TEST(cut_while_read),
-                             TEST(short_reads), TEST(long_header),
-                             TEST_SLOW(memory), TEST(memory_large)};
-
 int main(int argc, char **argv)
 {
     if (argc == 3 && !strcmp(argv[1], "--read"))
         return child(argv[2]);
-    return test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
+    return test_main(argc, argv);
 }

@@ -230,7 +230,7 @@ static void light(const ibl_image *map, int x, int y)
 
 /* Both poles, both sides of the seam, where faces meet, a corner of the cube
  * (theta = 54.7 degrees), anywhere. */
-static void one_pixel_suns(void)
+TEST(one_pixel_suns)
 {
     static const int at[][2] = {
         {0, 0},    {77, 0},   {200, HIGH - 1}, {0, 63},  {-1, 64},   {160, 64},
@@ -250,7 +250,7 @@ static void one_pixel_suns(void)
 
 /* 2x2, 3x3 and 10x10 pixels: in the open, over the seam, at a pole; of a map
  * of 4 WIDE columns and, 14 degrees wide, of WIDE. */
-static void square_suns(void)
+TEST_SLOW(square_suns)
 {
     static const int edges[] = {2, 3, 10};
     static const int at[][2] = {{360, 200}, {-4, 280}, {130, 0}};
@@ -276,7 +276,7 @@ static void square_suns(void)
  * to the mean, not to the dark, and the worst that an analysis is planned for:
  * 4 times the default tolerance of 5e-5.
  */
-static void wide_suns(void)
+TEST_SLOW(wide_suns)
 {
     static const double at[][2] = {{90, 17}, {40, 179}, {15, 100}, {0, 0}};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
@@ -353,7 +353,7 @@ static void check_map(ibl_ctx *ctx, const ibl_image *map, ibl_method method,
 }
 
 /* Every pixel by itself anywhere in five decades. */
-static void noise_of_five_decades(void)
+TEST_SLOW(noise_of_five_decades)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_image map = map_constant(ctx, WIDE, HIGH, 0);
@@ -366,7 +366,7 @@ static void noise_of_five_decades(void)
 
 /* A dark floor, a sky that falls by 1e3 to the horizon, and 400 lamps of up
  * to 1e5 times the floor, more than can be taken out one by one; turned. */
-static void lamps_on_a_sky(void)
+TEST_SLOW(lamps_on_a_sky)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_image map = map_constant(ctx, WIDE, HIGH, 1e-2f);
@@ -385,7 +385,7 @@ static void lamps_on_a_sky(void)
 }
 
 /* Half of the map black, half white: coefficients that fall slowly. */
-static void edges(void)
+TEST_SLOW(edges)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_image map = map_constant(ctx, WIDE, HIGH, 0);
@@ -450,7 +450,7 @@ static void check_size(ibl_ctx *ctx, const ibl_image *map, ibl_method method)
     }
 }
 
-static void sizes(void)
+TEST_SLOW(sizes)
 {
     static const int all[][2] = {{1, 1},   {2, 1},    {1, 2},    {3, 2},
                                  {37, 19}, {101, 51}, {64, 200}, {300, 40},
@@ -527,7 +527,7 @@ static void check_photograph(ibl_ctx *ctx, const ibl_reference *ref,
     test_measured("photograph, worst", worst, worst_bound);
 }
 
-static void photograph(void)
+TEST_SLOW(photograph)
 {
     const char *path = test_shared_data("quarry_01_1k.hdr");
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
@@ -557,11 +557,3 @@ static void photograph(void)
     }
     check_photograph(ctx, ref, &r.irradiance, 0, -1, sun);
 }
-
-static const test tests[] = {
-    TEST(one_pixel_suns),      TEST_SLOW(square_suns),
-    TEST_SLOW(wide_suns),      TEST_SLOW(noise_of_five_decades),
-    TEST_SLOW(lamps_on_a_sky), TEST_SLOW(edges),
-    TEST_SLOW(sizes),          TEST_SLOW(photograph),
-};
-TEST_MAIN(tests)

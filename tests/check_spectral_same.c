@@ -44,7 +44,7 @@ static ibl_image sunny(ibl_ctx *ctx, int width, int height, uint64_t seed)
 /* ---- constants --------------------------------------------------------- */
 
 /* Each value of each output is the map's, all its bits. */
-static void constant_maps(void)
+TEST(constant_maps)
 {
     static const int sizes[][2] = {{WIDE, HIGH}, {512, 256}, {100, 50},
                                    {37, 19},     {3, 2},     {1, 1}};
@@ -71,7 +71,7 @@ static void constant_maps(void)
 
 /* Channels have nothing to do with each other: a constant one stays that
  * beside suns in the others, also where all of a lobe is its near part. */
-static void constant_channel(void)
+TEST(constant_channel)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_image map = sunny(ctx, WIDE, HIGH, 3);
@@ -132,7 +132,7 @@ static void check_same(const ibl_bake_result *a, const ibl_bake_result *b,
 }
 
 /* By moving columns, and by yaw. */
-static void turned(void)
+TEST(turned)
 {
     static const int sizes[][2] = {{WIDE, HIGH}, {300, 150}, {212, 101}};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
@@ -150,7 +150,7 @@ static void turned(void)
     }
 }
 
-static void mirrored(void)
+TEST(mirrored)
 {
     static const int widths[] = {WIDE, 301};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
@@ -166,7 +166,7 @@ static void mirrored(void)
 }
 
 /* Nothing is measured in absolute radiance: powers of two change no bits. */
-static void scaled(void)
+TEST(scaled)
 {
     static const float factors[] = {0x1p-20f, 0x1p10f, 0x1p60f};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
@@ -195,7 +195,7 @@ static size_t outside(const float *p, size_t floats, float low, float high)
 }
 
 /* The ends of what floats hold give no NaN and stay within the map. */
-static void ends_of_floats(void)
+TEST(ends_of_floats)
 {
     static const float ends[] = {FLT_MAX, 1e37f, FLT_MIN, 1e-42f};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
@@ -214,7 +214,7 @@ static void ends_of_floats(void)
 
 /* Above the horizon all is 1 and below it 2: away from it a series that is cut
  * off swings about these, a mean of them does not. */
-static void within_the_range(void)
+TEST(within_the_range)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_image map = map_constant(ctx, WIDE, HIGH, 1);
@@ -233,7 +233,7 @@ static void within_the_range(void)
 
 /* ---- instruction sets --------------------------------------------------- */
 
-static void every_isa(void)
+TEST(every_isa)
 {
     static const int sizes[][2] = {{WIDE, HIGH}, {301, 150}};
 
@@ -299,7 +299,7 @@ static void within(int width, int height, int most)
 }
 
 /* The map as floats would take 96 MiB. */
-static void memory(void)
+TEST(memory)
 {
     if (TEST_SANITIZED)
         test_skip("sanitizers need memory of their own");
@@ -308,7 +308,7 @@ static void memory(void)
 }
 
 /* 1.5 GiB. */
-static void memory_large(void)
+TEST(memory_large)
 {
     const char *large = getenv("IBL_TEST_LARGE");
 
@@ -317,10 +317,3 @@ static void memory_large(void)
     else
         within(16384, 8192, 200);
 }
-
-static const test tests[] = {TEST(constant_maps),    TEST(constant_channel),
-                             TEST(turned),           TEST(mirrored),
-                             TEST(scaled),           TEST(ends_of_floats),
-                             TEST(within_the_range), TEST(every_isa),
-                             TEST(memory),           TEST(memory_large)};
-TEST_MAIN(tests)

@@ -67,7 +67,7 @@ static double lobe_error(const ibl_image *map, const ibl_cube *cube, int level,
 
 /* A smooth map, and suns on the seam, at both poles, and towards an edge and a
  * corner of the cube; each lobe, jitter and lookups in level 0 alone. */
-static void near_truth(void)
+TEST_SLOW(near_truth)
 {
     static const struct {
         ibl_lobe lobe;
@@ -133,7 +133,7 @@ static double random_error(double cosine, double alpha, int count, int edge,
  * at most 8 / (4 alpha^2). (Of 16 samples the footprints are as wide as the
  * lobe, which no first order takes back: 64 is where the bound begins.)
  */
-static void samples_converge(void)
+TEST_SLOW(samples_converge)
 {
     static const int counts[] = {64, 512, 4096, 32768};
     enum {
@@ -183,7 +183,7 @@ static void samples_converge(void)
 
 /* The project's promise for this map; a tenth of what cmgen 1.9 shows is
  * 0.025, 0.017, 0.015, 0.014. */
-static void quarry(void)
+TEST_SLOW(quarry)
 {
     static const double most[] = {0, 0.068, 0.038, 0.027, 0.015};
     const char *path = test_shared_data("quarry_01_1k.hdr");
@@ -222,7 +222,7 @@ static void quarry(void)
 /* ---- ends of the options ----------------------------------------------- */
 
 /* r = 0 is no lobe at all: level 0, byte for byte, alone or in a chain. */
-static void mirror_is_level0(void)
+TEST(mirror_is_level0)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_image map = sun_map(ctx, 60, 31, 37, 12);
@@ -243,7 +243,7 @@ static void mirror_is_level0(void)
  * position within 4 n u more. A bilinear lookup x from the centre along two
  * axes takes 2 x of a neighbour, at most the peak.
  */
-static void nearly_mirror(void)
+TEST(nearly_mirror)
 {
     static const double alphas[] = {1e-8, 1e-12, 1e-30, 1e-300};
     enum {
@@ -287,7 +287,7 @@ static void nearly_mirror(void)
     ibl_pyramid_free(&pyramid);
 }
 
-static void constant_stays(void)
+TEST(constant_stays)
 {
     static const int sizes[] = {1, 2, 3, 5, 7, 16, 33};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
@@ -313,7 +313,7 @@ static void constant_stays(void)
 
 /* The lookups' cube is as fine as half a pixel of the larger side, or as one
  * less lod bias makes it; sizes are powers of two. */
-static void lookup_sizes(void)
+TEST(lookup_sizes)
 {
     static const int shapes[][2] = {{128, 16}, {32, 64}, {128, 64}};
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
@@ -341,7 +341,7 @@ static void lookup_sizes(void)
 }
 
 /* By default a level is sampled if it has a number of samples of its own. */
-static void own_samples(void)
+TEST(own_samples)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_specular_options o = ibl_specular_options_default();
@@ -360,7 +360,7 @@ static void own_samples(void)
 
 /* Without jitter the sides of a map of equal columns are the same; with it
  * each texel has another turn. */
-static void jitter_differs(void)
+TEST(jitter_differs)
 {
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
     ibl_specular_options o = options(16, 3, 8);
@@ -384,7 +384,7 @@ static void jitter_differs(void)
 /* Sets share lookup positions and weights to the last bit (kern/gather.h), so
  * two of them differ by the rounding of two sums of the same terms. Level 0
  * has one version. */
-static void every_isa(void)
+TEST(every_isa)
 {
     const ibl_specular_options o = options(32, 5, 700);
     ibl_cube plain = {0};
@@ -407,7 +407,7 @@ static void every_isa(void)
     }
 }
 
-static void bad_options(void)
+TEST(bad_options)
 {
     test_messages kept = {0};
     ibl_specular_options o[11];
@@ -447,7 +447,7 @@ static void cancel(void *cookie, const char *stage, double done)
         ibl_ctx_cancel(*ctx);
 }
 
-static void cancelled(void)
+TEST(cancelled)
 {
     ibl_ctx_options co = ibl_ctx_options_default();
     const ibl_specular_options o = options(64, 3, 4096);
@@ -488,7 +488,7 @@ static void check_set(const ibl_samples *s, int levels)
 }
 
 /* From a delta to a cosine, few samples and many: nothing but numbers. */
-static void sample_sets_are_sound(void)
+TEST(sample_sets_are_sound)
 {
     static const double alphas[] = {1e-300, 1e-30, 1e-8, 1e-4, 0.018, 0.5, 1};
     static const int counts[] = {1, 2, 15, 16, 17, 1024, 5000};
@@ -522,7 +522,7 @@ static double blur_of(const ibl_samples *s, const ibl_gather_group *group,
 
 /* Blur by v along each axis takes v from the mean cosine: with it, samples have
  * the lobe's, but for what is left of the second order. */
-static void sets_take_blur_back(void)
+TEST(sets_take_blur_back)
 {
     const double texel = 4 * pi / (6 * 16 * 16);
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
@@ -557,7 +557,7 @@ static void sets_take_blur_back(void)
     }
 }
 
-static void frames_are_right_handed(void)
+TEST(frames_are_right_handed)
 {
     for (int i = 0; i < IBL_FACES * 25; i++) {
         float f[9];
@@ -573,22 +573,3 @@ static void frames_are_right_handed(void)
         }
     }
 }
-
-static const test tests[] = {
-    TEST_SLOW(near_truth),
-    TEST_SLOW(samples_converge),
-    TEST_SLOW(quarry),
-    TEST(mirror_is_level0),
-    TEST(nearly_mirror),
-    TEST(constant_stays),
-    TEST(lookup_sizes),
-    TEST(own_samples),
-    TEST(jitter_differs),
-    TEST(every_isa),
-    TEST(bad_options),
-    TEST(cancelled),
-    TEST(sample_sets_are_sound),
-    TEST(sets_take_blur_back),
-    TEST(frames_are_right_handed),
-};
-TEST_MAIN(tests)

@@ -19,7 +19,7 @@ static ibl_ctx *ctx;   /* prints its errors */
 static ibl_ctx *quiet; /* keeps them in kept */
 static test_messages kept;
 
-static void contexts(void)
+void test_setup(void)
 {
     ctx = test_ctx(2, IBL_ISA_AUTO);
     quiet = test_keeping_ctx(1, &kept);
@@ -34,7 +34,7 @@ static ibl_texture make(ibl_pixel pixel, int width, int height, int levels,
     return texture_owned(tex);
 }
 
-static void keys(void)
+TEST(keys)
 {
     ibl_texture tex = {0};
     CHECK(!ibl_texture_set(ctx, &tex, "b", "1"));
@@ -64,7 +64,7 @@ static void keys(void)
     ibl_texture_free(NULL);
 }
 
-static void cubes(void)
+TEST(cubes)
 {
     ibl_ctx *const one = test_ctx(1, IBL_ISA_C);
     test_random r = {7};
@@ -105,7 +105,7 @@ static void cubes(void)
     }
 }
 
-static void luts(void)
+TEST(luts)
 {
     float data[2 * 9] = {0, 1, 0.5f, 70000, 0.25f, -1};
     const ibl_lut lut = {3, data};
@@ -131,7 +131,7 @@ static void luts(void)
 }
 
 /* KTX 2.0, section 3: the header's words; 3.10: levels, smallest first. */
-static void ktx2_header(void)
+TEST(ktx2_header)
 {
     static const uint32_t formats[][2] = {{97, 2},  {109, 4}, {123, 4},
                                           {122, 4}, {83, 2},  {103, 4}};
@@ -170,7 +170,7 @@ static void ktx2_header(void)
 /* Words of Khronos' own descriptor tool for these formats (KTX-Software,
  * dfdutils): block head, then samples of offset | bits - 1 | channel, lower
  * and upper. */
-static void ktx2_descriptor(void)
+TEST(ktx2_descriptor)
 {
     static const struct {
         int samples;
@@ -225,7 +225,7 @@ static void ktx2_descriptor(void)
 }
 
 /* The metadata, byte for byte, sorted. */
-static void ktx2_metadata(void)
+TEST(ktx2_metadata)
 {
     static const char want[] = "\x12\0\0\0KTXorientation\0rd\0\0\0"
                                "\x18\0\0\0KTXwriter\0iblbake " IBL_VERSION "\0"
@@ -240,7 +240,7 @@ static void ktx2_metadata(void)
     CHECK(!memcmp(b + file_u32(b + 56), want, sizeof want - 1));
 }
 
-static void ktx_header(void)
+TEST(ktx_header)
 {
     static const uint32_t gl[IBL_PIXEL_COUNT][4] = {
         {0x140B, 2, 0x1908, 0x881A}, {0x1406, 4, 0x1908, 0x8814},
@@ -270,7 +270,7 @@ static void ktx_header(void)
     }
 }
 
-static void dds_header(void)
+TEST(dds_header)
 {
     static const uint32_t dxgi[IBL_PIXEL_COUNT] = {10, 2, 67, 26, 34, 16};
     for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
@@ -336,7 +336,7 @@ static void turn_ktx(unsigned char *b, const ibl_texture *tex, size_t word)
     }
 }
 
-static void ktx_big_endian(void)
+TEST(ktx_big_endian)
 {
     for (ibl_pixel p = 0; p < IBL_PIXEL_COUNT; p++) {
         ibl_texture tex = make(p, 6, 6, 3, 6), back;
@@ -354,7 +354,7 @@ static void ktx_big_endian(void)
 
 /* The header of Filament's cmgen has the internal format for glType, and 1
  * for its size. */
-static void ktx_cmgen(void)
+TEST(ktx_cmgen)
 {
     ibl_texture tex = make(IBL_PIXEL_R11G11B10F, 4, 4, 3, 6), back;
     size_t size;
@@ -367,7 +367,7 @@ static void ktx_cmgen(void)
 
 /* A 3x2 KTX of RGB halves, whose rows of 18 bytes are padded to 20, in either
  * byte order. */
-static void ktx_rgb_halves(void)
+TEST(ktx_rgb_halves)
 {
     for (int big = 0; big < 2; big++) {
         unsigned char b[64 + 4 + 40] = "\xABKTX 11\xBB\r\n\x1A\n";
@@ -397,7 +397,7 @@ static void ktx_rgb_halves(void)
 }
 
 /* Ours with the format turned to R32G32B32_SFLOAT and as many b less. */
-static void ktx2_rgb_floats(void)
+TEST(ktx2_rgb_floats)
 {
     ibl_texture tex = make(IBL_PIXEL_RGBA32F, 3, 2, 1, 1), back;
     size_t size;
@@ -418,7 +418,7 @@ static void ktx2_rgb_floats(void)
 }
 
 /* DDS files of Direct3D 9, with a number for a FourCC. */
-static void dds_direct3d9(void)
+TEST(dds_direct3d9)
 {
     static const struct {
         ibl_pixel pixel;
@@ -473,14 +473,14 @@ static void orientation(ibl_container container, const char *from,
     }
 }
 
-static void bottom_up(void)
+TEST(bottom_up)
 {
     orientation(IBL_CONTAINER_KTX2, "rd", "ru");
     orientation(IBL_CONTAINER_KTX, "S=r,T=d", "S=r,T=u");
 }
 
 /* What is not read is named. */
-static void named(void)
+TEST(named)
 {
     static const struct {
         ibl_container container;
@@ -534,7 +534,7 @@ static void named(void)
 }
 
 /* Metadata that is no text, has no padding at the end, is there twice. */
-static void odd_metadata(void)
+TEST(odd_metadata)
 {
     static const struct {
         const char *bytes;
@@ -577,7 +577,7 @@ static void odd_metadata(void)
     }
 }
 
-static void bad_arguments(void)
+TEST(bad_arguments)
 {
     ibl_texture tex = make(IBL_PIXEL_RGBA16F, 4, 4, 2, 6), bad;
     ibl_outputs *out;
@@ -617,7 +617,7 @@ static void bad_arguments(void)
     CHECK(!bytes);
 }
 
-static void files(void)
+TEST(files)
 {
     ibl_texture tex = make(IBL_PIXEL_RGBA16F, 8, 8, 4, 6), back;
     const char *path = file_path("t.dds");
@@ -652,19 +652,4 @@ static void files(void)
     dup2(saved, STDIN_FILENO);
     close(saved);
     close(ends[0]);
-}
-
-static const test tests[] = {
-    TEST(keys),          TEST(cubes),           TEST(luts),
-    TEST(ktx2_header),   TEST(ktx2_descriptor), TEST(ktx2_metadata),
-    TEST(ktx_header),    TEST(dds_header),      TEST(ktx_big_endian),
-    TEST(ktx_cmgen),     TEST(ktx_rgb_halves),  TEST(ktx2_rgb_floats),
-    TEST(dds_direct3d9), TEST(bottom_up),       TEST(named),
-    TEST(odd_metadata),  TEST(bad_arguments),   TEST(files),
-};
-
-int main(int argc, char **argv)
-{
-    contexts();
-    return test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
 }

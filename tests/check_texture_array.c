@@ -17,7 +17,7 @@ static ibl_ctx *ctx;   /* prints its errors */
 static ibl_ctx *quiet; /* keeps them in kept */
 static test_messages kept;
 
-static void contexts(void)
+void test_setup(void)
 {
     ctx = test_ctx(2, IBL_ISA_AUTO);
     quiet = test_keeping_ctx(1, &kept);
@@ -64,7 +64,7 @@ static bool numbered(const unsigned char *at, size_t bytes, int level,
     return true;
 }
 
-static void offsets(void)
+TEST(offsets)
 {
     /* Faces of 128, 32 and 8 bytes; levels of 3840, 960 and 240. */
     ibl_texture tex = make(IBL_PIXEL_RGBA16F, 4, 4, 3, 5, 6);
@@ -121,7 +121,7 @@ static void round_trip(const int *s, ibl_pixel p, int layers, ibl_container c)
     check_files(&back, c, bytes, size);
 }
 
-static void round_trips(void)
+TEST(round_trips)
 {
     static const int counts[] = {1, 2, 5};
     static const int shapes[][4] = {/* width, height, levels, faces */
@@ -137,7 +137,7 @@ static void round_trips(void)
 
 /* KTX 2.0: layerCount is 0 where there is no array; in a level layer by layer,
  * in a layer face by face. */
-static void ktx2_structure(void)
+TEST(ktx2_structure)
 {
     /* Faces of 2x2 and 1x1 texels of 4 bytes; 18 of them a level. */
     ibl_texture tex = make_numbered(IBL_PIXEL_RGB9E5, 2, 2, 3, 6);
@@ -159,7 +159,7 @@ static void ktx2_structure(void)
 
 /* KTX 1.1: the imageSize of a cube that is no array is that of one face, all
  * others cover the level. */
-static void ktx_structure(void)
+TEST(ktx_structure)
 {
     ibl_texture tex = make_numbered(IBL_PIXEL_RGB9E5, 2, 2, 3, 6);
     size_t size;
@@ -180,7 +180,7 @@ static void ktx_structure(void)
 
 /* DDS: arraySize counts cubes; a layer's faces follow one another, each with
  * all its levels. */
-static void dds_structure(void)
+TEST(dds_structure)
 {
     for (int faces = 1; faces <= 6; faces += 5) {
         ibl_texture tex = make_numbered(IBL_PIXEL_RGB9E5, 2, 2, 3, faces);
@@ -206,7 +206,7 @@ static void dds_structure(void)
 
 /* One layer is written as no array, and an array of one is read as one layer:
  * in KTX its cube has another imageSize. */
-static void arrays_of_one(void)
+TEST(arrays_of_one)
 {
     ibl_texture tex = make(IBL_PIXEL_RGBA16F, 4, 4, 2, 1, 6), back;
     for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
@@ -229,7 +229,7 @@ static void arrays_of_one(void)
 
 /* Two layers of 3x2 RGB halves, whose rows of 18 bytes are padded to 20, in
  * big-endian KTX, and the first row is the lowest. */
-static void ktx_turned_and_widened(void)
+TEST(ktx_turned_and_widened)
 {
     enum {
         KEYS = 28,
@@ -262,7 +262,7 @@ static void ktx_turned_and_widened(void)
 }
 
 /* Together and apart again. */
-static void build(void)
+TEST(build)
 {
     ibl_texture one[3], whole, twice, layer;
     const ibl_texture *list[3] = {&one[0], &one[1], &one[2]};
@@ -301,7 +301,7 @@ static void build(void)
 }
 
 /* One layer at a time. */
-static void filled(void)
+TEST(filled)
 {
     ibl_texture one[3], whole, array, other;
     const ibl_texture *list[3] = {&one[0], &one[1], &one[2]};
@@ -349,7 +349,7 @@ static void gather(void *cookie, const void *bytes, size_t size)
     g->size += size;
 }
 
-static void visited(void)
+TEST(visited)
 {
     ibl_texture tex = make(IBL_PIXEL_RGBA16F, 4, 4, 3, 2, 6);
 
@@ -366,7 +366,7 @@ static void visited(void)
           IBL_ERR_ARGUMENT);
 }
 
-static void unlike(void)
+TEST(unlike)
 {
     ibl_texture a = make(IBL_PIXEL_RGBA16F, 4, 4, 2, 1, 6), out;
     ibl_texture other[6] = {make(IBL_PIXEL_RGB9E5, 4, 4, 2, 1, 6),
@@ -391,7 +391,7 @@ static void unlike(void)
 }
 
 /* What wants one cube or table says so. */
-static void not_single(void)
+TEST(not_single)
 {
     ibl_texture cubes = make(IBL_PIXEL_RGBA16F, 4, 4, 2, 3, 6), layer;
     ibl_texture luts = make(IBL_PIXEL_RG16F, 4, 4, 1, 2, 1);
@@ -407,7 +407,7 @@ static void not_single(void)
 }
 
 /* The most layers, and one more. */
-static void limits(void)
+TEST(limits)
 {
     ibl_texture tex = make(IBL_PIXEL_RGB9E5, 2, 2, 2, IBL_MAX_LAYERS, 6), out;
     for (ibl_container c = 0; c < IBL_CONTAINER_COUNT; c++) {
@@ -434,7 +434,7 @@ static void limits(void)
 
 /* A level of 6.4 GB, which an imageSize cannot say; its texels are never
  * looked at. */
-static void ktx_too_large(void)
+TEST(ktx_too_large)
 {
     unsigned char byte;
     const ibl_texture tex = {.pixel = IBL_PIXEL_RGBA32F,
@@ -453,7 +453,7 @@ static void ktx_too_large(void)
 }
 
 /* Counts that are not what the file has. */
-static void counts(void)
+TEST(counts)
 {
     static const uint32_t lies[] = {
         0x80000000, 0xFFFFFFFF, 0x7FFFFFFF, 0x2AAAAAAB, 65537, 2049,
@@ -483,7 +483,7 @@ static void counts(void)
     }
 }
 
-static void damaged(void)
+TEST(damaged)
 {
     size_t places[60];
     for (int i = 0; i < 2 * IBL_CONTAINER_COUNT; i++) {
@@ -499,7 +499,7 @@ static void damaged(void)
 }
 
 /* Headers of the largest cubes and arrays, and nothing behind them. */
-static void boundless(void)
+TEST(boundless)
 {
     static const size_t places[][4] = {
         {20, 24, 40, 32}, {36, 40, 56, 48}, {16, 12, 28, 140}};
@@ -515,30 +515,4 @@ static void boundless(void)
         texture_boundless(quiet, b, size);
         CHECK(said("cut short"));
     }
-}
-
-static const test tests[] = {
-    TEST(offsets),
-    TEST(round_trips),
-    TEST(ktx2_structure),
-    TEST(ktx_structure),
-    TEST(dds_structure),
-    TEST(arrays_of_one),
-    TEST(ktx_turned_and_widened),
-    TEST(build),
-    TEST(filled),
-    TEST(visited),
-    TEST(unlike),
-    TEST(not_single),
-    TEST(limits),
-    TEST(ktx_too_large),
-    TEST(counts),
-    TEST(damaged),
-    TEST(boundless),
-};
-
-int main(int argc, char **argv)
-{
-    contexts();
-    return test_main(argc, argv, tests, sizeof tests / sizeof tests[0]);
 }

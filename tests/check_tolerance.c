@@ -68,7 +68,7 @@ static void check_kept(int width)
     }
 }
 
-static void kept(void)
+TEST_SLOW(kept)
 {
     check_kept(128);
     check_kept(512);
@@ -115,7 +115,7 @@ static void check_narrow(ibl_lobe lobe, double tolerance, int width,
     ibl_cube_free(&cube);
 }
 
-static void narrow_and_dark(void)
+TEST_SLOW(narrow_and_dark)
 {
     check_narrow(IBL_LOBE_GGX, IBL_TOLERANCE_DEFAULT, 256, 0.04, 0.1f);
     check_narrow(IBL_LOBE_GGX, 6e-5, 256, 0.04, 1e-4f);
@@ -141,7 +141,7 @@ static ibl_specular_layout layout_of(int size, int levels, double low,
     return l;
 }
 
-static void whole_range_is_the_chain(void)
+TEST(whole_range_is_the_chain)
 {
     for (int map = 0; map < 2; map++) {
         for (int size = 1; size < 600; size++) {
@@ -155,7 +155,7 @@ static void whole_range_is_the_chain(void)
     }
 }
 
-static void layouts_follow_their_lod(void)
+TEST(layouts_follow_their_lod)
 {
     test_random random = {8};
     for (int i = 0; i < 3000; i++) {
@@ -202,7 +202,7 @@ static void layouts_follow_their_lod(void)
     CHECK(one.levels == 1 && one.roughness[0] == 0.5 && one.lod_scale == 0);
 }
 
-static void bad_options(void)
+TEST(bad_options)
 {
     static const double ranges[][2] = {
         {-0.1, 1}, {0, 1.1}, {0.6, 0.5}, {(double)NAN, 1}, {0, (double)NAN}};
@@ -233,13 +233,3 @@ static void bad_options(void)
     CHECK(ibl_bake_specular(ctx, &env, &o, &cube) == IBL_ERR_ARGUMENT);
     CHECK(!cube.data);
 }
-
-static const test tests[] = {
-    TEST_SLOW(kept),
-    TEST_SLOW(narrow_and_dark),
-    TEST(whole_range_is_the_chain),
-    TEST(layouts_follow_their_lod),
-    TEST(bad_options),
-};
-
-TEST_MAIN(tests)

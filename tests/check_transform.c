@@ -169,13 +169,13 @@ static void rings_of(ibl_ctx *ctx)
         check_rings(ctx, 9, 2048, 293);
 }
 
-static void rings_of_harmonics(void)
+TEST(rings_of_harmonics)
 {
     each_isa(rings_of);
 }
 
 /* |a|^2 of m = 0 once, of the others twice: for m and -m. */
-static void power(void)
+TEST(power)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     test_random rnd = {5};
@@ -309,7 +309,7 @@ static void rows_of(ibl_ctx *ctx)
         check_rows(ctx, 40, 260, 129);
 }
 
-static void rows_of_patches(void)
+TEST_SLOW(rows_of_patches)
 {
     each_isa(rows_of);
 }
@@ -317,7 +317,7 @@ static void rows_of_patches(void)
 /* ---- threads -------------------------------------------------------- */
 
 /* Everything that both directions write, the same for any threads. */
-static void any_threads(void)
+TEST(any_threads)
 {
     enum {
         DEGREE = 70,
@@ -354,7 +354,3 @@ static void any_threads(void)
     ibl_harmonics_free(&h[0]);
     ibl_ring_spectra_free(&s[0]);
 }
-
-static const test tests[] = {TEST(rings_of_harmonics), TEST(power),
-                             TEST_SLOW(rows_of_patches), TEST(any_threads)};
-TEST_MAIN(tests)

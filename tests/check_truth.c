@@ -62,7 +62,7 @@ static void random_direction(test_random *r, double d[3])
 
 /* ---- directions ------------------------------------------------------ */
 
-static void solid_angles(void)
+TEST(solid_angles)
 {
     static const int sizes[][2] = {
         {1, 1}, {2, 1}, {3, 2}, {17, 31}, {512, 256}};
@@ -80,7 +80,7 @@ static void solid_angles(void)
 }
 
 /* The centre column looks along +X, u grows towards +Z, row 0 is the zenith. */
-static void latlong_directions(void)
+TEST(latlong_directions)
 {
     double d[3];
     truth_latlong_direction(2001, 1001, 1000, 500, d);
@@ -102,7 +102,7 @@ static void latlong_directions(void)
 
 /* OpenGL 4.6, table 8.19: major axis, sc and tc of each face; s = (sc / |ma|
  * + 1) / 2 from the left, t from the top row. */
-static void cube_directions(void)
+TEST(cube_directions)
 {
     for (int face = 0; face < 6; face++) {
         for (int k = 0; k < 25; k++) {
@@ -121,7 +121,7 @@ static void cube_directions(void)
 
 /* ---- sums over a map ------------------------------------------------- */
 
-static void constant_map(void)
+TEST(constant_map)
 {
     static const float colour[3] = {0.7f, 3e4f, 1e-5f};
     const ibl_image env = map_new(37, 19);
@@ -191,7 +191,7 @@ static double midpoint_error(int h, double r)
     return pow(pi / (h * FINE) / (r * r), 2.0) / 24.0 + 1e-5;
 }
 
-static void specular_in_long_double(void)
+TEST_SLOW(specular_in_long_double)
 {
     static const double roughness[] = {0.25, 0.4, 0.6, 0.8, 1.0, 0.3};
     const ibl_image env = map_noise(20, 11, 2);
@@ -211,7 +211,7 @@ static void specular_in_long_double(void)
 }
 
 /* A pixel as 2x2 of the same colour is the same light, in every lobe. */
-static void pixels_in_four(void)
+TEST(pixels_in_four)
 {
     static const double roughness[3][3] = {
         {0.05, 0.3, 1.0}, {0.4, 0.7, 1.0}, {0.4, 0.7, 1.0}};
@@ -234,7 +234,7 @@ static void pixels_in_four(void)
 
 /* Over a pixel above the horizon the integral of L is in closed form: cos(phi)
  * and sin(phi) by sin^2(theta), cos(theta) by sin(theta). */
-static void irradiance_of_a_pixel(void)
+TEST(irradiance_of_a_pixel)
 {
     const int w = 12, h = 8, x = 7, y = 2;
     const ibl_image env = map_new(w, h);
@@ -261,7 +261,7 @@ static void irradiance_of_a_pixel(void)
     }
 }
 
-static void roughest_is_irradiance(void)
+TEST(roughest_is_irradiance)
 {
     const ibl_image env = map_noise(128, 64, 5);
     test_random r = {6};
@@ -279,7 +279,7 @@ static void roughest_is_irradiance(void)
  * Two clamped cosines g apart integrate to 2/3 (sin g + (pi - g) cos g);
  * an unclamped one comes out of irradiance / pi with factor 2/3.
  */
-static void irradiance_of_cosines(void)
+TEST(irradiance_of_cosines)
 {
     static const double axis[3] = {0.48, -0.6, 0.64};
     const ibl_image lobe = map_cosine(512, 256, 0.0, 1.0, axis, 0.0);
@@ -314,7 +314,7 @@ static double lobe_integral(double r)
 
 /* One pixel, by 64x64 midpoints of the lobe's shape; its norm is the integral,
  * by which truth_pixel_weight divides to the same. */
-static void one_pixel_sun(void)
+TEST(one_pixel_sun)
 {
     enum {
         N = 64
@@ -357,7 +357,7 @@ static void one_pixel_sun(void)
 /* Of 1 + c, c the cosine to an axis: with its angle alone a lobe makes
  * 1 + k c of it, k the mean of N.L under it: (n + 2) / (n + 3) of a power
  * n + 1, 2 / (b + 3) of q^b (1 - 2 q), b = 1 / (2 alpha). */
-static void lobes_of_a_cosine(void)
+TEST(lobes_of_a_cosine)
 {
     static const double axis[3] = {0.48, -0.6, 0.64};
     static const double roughness[] = {0.5, 0.7, 1.0};
@@ -378,7 +378,7 @@ static void lobes_of_a_cosine(void)
 }
 
 /* Midpoints over q. */
-static void lobe_integrals(void)
+TEST(lobe_integrals)
 {
     static const double alphas[] = {0.05, 0.3, 0.9, 1};
 
@@ -395,7 +395,7 @@ static void lobe_integrals(void)
         }
 }
 
-static void texel_average(void)
+TEST(texel_average)
 {
     static const double axis[3] = {1, 0, 0};
     const ibl_image env = map_cosine(1024, 512, 1.0, 1.0, axis, -1.0);
@@ -416,7 +416,7 @@ static void texel_average(void)
 
 /* ---- spherical harmonics --------------------------------------------- */
 
-static void sh_polynomials(void)
+TEST(sh_polynomials)
 {
     test_random r = {9};
     for (int n = 0; n < 20; n++) {
@@ -438,7 +438,7 @@ static void sh_polynomials(void)
 
 /* Positive near +Z where phi is small (no Condon-Shortley phase), and the
  * phase about +Z that of cos(m phi), sin(|m| phi). */
-static void sh_phases(void)
+TEST(sh_phases)
 {
     for (int l = 0; l <= 4; l++) {
         for (int m = -l; m <= l; m++) {
@@ -453,7 +453,7 @@ static void sh_phases(void)
     }
 }
 
-static void sh_orthonormal(void)
+TEST(sh_orthonormal)
 {
     enum {
         W = 128,
@@ -477,21 +477,3 @@ static void sh_orthonormal(void)
         for (int b = 0; b < 25; b++)
             CHECK_NEAR(gram[a][b], a == b ? 1.0 : 0.0, 2e-5);
 }
-
-static const test tests[] = {TEST(solid_angles),
-                             TEST(latlong_directions),
-                             TEST(cube_directions),
-                             TEST(constant_map),
-                             TEST_SLOW(specular_in_long_double),
-                             TEST(pixels_in_four),
-                             TEST(irradiance_of_a_pixel),
-                             TEST(roughest_is_irradiance),
-                             TEST(irradiance_of_cosines),
-                             TEST(one_pixel_sun),
-                             TEST(lobes_of_a_cosine),
-                             TEST(lobe_integrals),
-                             TEST(texel_average),
-                             TEST(sh_polynomials),
-                             TEST(sh_phases),
-                             TEST(sh_orthonormal)};
-TEST_MAIN(tests)

@@ -34,7 +34,7 @@ static void set_texel(ibl_texture *cube, int face, int x, int y, float value)
         rgba[4 * ((face * edge + y) * edge + x) + c] = value;
 }
 
-static void nothing_outshines(void)
+TEST(nothing_outshines)
 {
     ibl_texture cube;
     view_aim aim;
@@ -50,7 +50,7 @@ static void nothing_outshines(void)
 }
 
 /* Chances are the tokens' shares, and in proportion to light above the mean. */
-static void chances(void)
+TEST(chances)
 {
     const int edge = 19;
     const size_t count = (size_t)6 * edge * edge;
@@ -118,7 +118,7 @@ static size_t nearest_cell(int edge, const double d[3])
 
 /* A light in a row at the edge of a face shines on the next one, and the cell
  * there is drawn half as often. */
-static void lights_on_edges(void)
+TEST(lights_on_edges)
 {
     const int edge = 8;
 
@@ -152,7 +152,7 @@ static void lights_on_edges(void)
 }
 
 /* More texels than cells: a light is where it was. */
-static void large_cube(void)
+TEST(large_cube)
 {
     const int edge = 700, x = 333, y = 87;
     const size_t at =
@@ -171,7 +171,7 @@ static void large_cube(void)
 }
 
 /* What no light can be is none. */
-static void hostile_texels(void)
+TEST(hostile_texels)
 {
     static const float values[] = {INFINITY, -INFINITY, NAN, -1e30F};
     ibl_texture cube;
@@ -185,9 +185,3 @@ static void hostile_texels(void)
     CHECK_NEAR(aim.chance[(5 * 16 + 3) * 16 + 3], 1.0, 1e-6);
     view_aim_free(&aim);
 }
-
-static const test tests[] = {
-    TEST(nothing_outshines), TEST(chances),        TEST(lights_on_edges),
-    TEST(large_cube),        TEST(hostile_texels),
-};
-TEST_MAIN(tests)

@@ -16,10 +16,13 @@
 
 /* ---- bakes ------------------------------------------------------------- */
 
-static void bake_is_that_of_the_program(void)
+TEST(bake_is_that_of_the_program)
 {
     ibl_ctx *ctx = view_test_ctx(2);
     baked_set read, made, image;
+
+    if (TEST_RACES)
+        test_skip("no threads, but half a minute");
     ibl_image map = sets_read_map(ctx);
 
     NEED(file_run("'%s' -q '%s' --sh 4 -o same", file_built("iblbake"),
@@ -40,7 +43,7 @@ static void bake_is_that_of_the_program(void)
     view_set_free(&made);
 }
 
-static void bake_fails_with_a_line(void)
+TEST(bake_fails_with_a_line)
 {
     ibl_ctx *ctx = view_test_ctx(2);
     baked_set set;
@@ -92,7 +95,7 @@ static void pause_for(double seconds)
     nanosleep(&t, NULL);
 }
 
-static void baker_bakes(void)
+TEST(baker_bakes)
 {
     ibl_ctx *ctx = view_test_ctx(2);
     baked_set made, set;
@@ -131,7 +134,7 @@ static double processor_seconds(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static void baker_is_cancelled(void)
+TEST(baker_is_cancelled)
 {
     static const double after[] = {0, 0.001, 0.01, 0.05};
     const char *path = large_map();
@@ -163,7 +166,7 @@ static void baker_is_cancelled(void)
     CHECK(!view_baker_finish(baker, NULL));
 }
 
-static void baker_fails(void)
+TEST(baker_fails)
 {
     baked_set set;
     view_baker *baker;
@@ -211,7 +214,7 @@ static bool waits_longer(const baked_set *set, const char *name)
     return false;
 }
 
-static void stamps(void)
+TEST(stamps)
 {
     ibl_ctx *ctx = view_test_ctx(2);
     baked_set set;
@@ -255,24 +258,4 @@ static void stamps(void)
     NEED(file_run("touch -d 2001-02-03 map_of_stamp.hdr"));
     CHECK(comes(&set, 0));
     view_set_free(&set);
-}
-
-static const test tests[] = {
-    TEST(bake_is_that_of_the_program),
-    TEST(bake_fails_with_a_line),
-    TEST(baker_bakes),
-    TEST(baker_is_cancelled),
-    TEST(baker_fails),
-    TEST(stamps),
-};
-
-int main(int argc, char **argv)
-{
-    const size_t count = sizeof tests / sizeof tests[0];
-#ifdef __SANITIZE_THREAD__
-    const size_t first = 1; /* no threads, but half a minute */
-#else
-    const size_t first = 0;
-#endif
-    return test_main(argc, argv, tests + first, count - first);
 }

@@ -144,7 +144,7 @@ static void update_bright(const bright *p)
 
 /* ---- filtering --------------------------------------------------------- */
 
-static void paraboloids_are_near_faces(void)
+TEST(paraboloids_are_near_faces)
 {
     /* Of level 0 it is edges, a pixel aside or mixed. */
     static const double most[4] = {0.3, 0.03, 0.02, 0.02};
@@ -175,7 +175,7 @@ static double furthest(const ibl_cube *cube, const float rgb[3])
     return worst;
 }
 
-static void a_constant_stays(void)
+TEST(a_constant_stays)
 {
     const float rgb[3] = {0.7F, 123.4F, 1e-3F};
 
@@ -204,14 +204,14 @@ static void near_library(const bright *p)
     CHECK_MSG(e < p->bound, "%s, irradiance: %g", p->what, e);
 }
 
-static void levels_are_the_librarys(void)
+TEST(levels_are_the_librarys)
 {
     begin(VIEW_PROBE_FACES, 64);
     near_library(&(bright){"even", {1, 1, 1}, 0, 0, 0.003});
 }
 
 /* In the middle of a face, on an edge, in a corner, and between these. */
-static void levels_with_panels(void)
+TEST_SLOW(levels_with_panels)
 {
     static const bright cases[] = {
         {"small, middle, 50", {1, 0.02, 0.01}, 0.06, 50, 0.02},
@@ -232,7 +232,7 @@ static void levels_with_panels(void)
 
 /* ---- the library's ------------------------------------------------------ */
 
-static void library_filters_as_well(void)
+TEST(library_filters_as_well)
 {
     static const bright panel = {"", {0.2, 0.3, 1}, 0.2, 50, 0};
 
@@ -257,7 +257,7 @@ static void library_filters_as_well(void)
 }
 
 /* What is behind the rim of a paraboloid is drawn as well. */
-static void paraboloids_have_no_holes(void)
+TEST(paraboloids_have_no_holes)
 {
     begin(VIEW_PROBE_PARABOLOIDS, 16);
     room_capture_update(rig.on);
@@ -267,7 +267,7 @@ static void paraboloids_have_no_holes(void)
 }
 
 /* Without a ceiling: alpha is how much of the room a lobe sees. */
-static void alpha_is_filtered(void)
+TEST(alpha_is_filtered)
 {
     const int cosines = 6 * VIEW_CAPTURE_IRRADIANCE * VIEW_CAPTURE_IRRADIANCE;
     const float *level[2], *cosine[2];
@@ -339,7 +339,7 @@ static void steps(view_probe_capture kind, int draws)
           VIEW_CAPTURE_DONE);
 }
 
-static void step_by_step(void)
+TEST(step_by_step)
 {
     begin(VIEW_PROBE_FACES, 16);
     steps(VIEW_PROBE_FACES, 6);
@@ -348,7 +348,7 @@ static void step_by_step(void)
 
 /* ---- what is hostile ----------------------------------------------------- */
 
-static void what_no_half_holds_is_cut(void)
+TEST(what_no_half_holds_is_cut)
 {
     static const float all[4] = {NAN, INFINITY, 1e6F, -1};
     static const float kept[4] = {0, 65504, 65504, 0};
@@ -367,12 +367,3 @@ static void what_no_half_holds_is_cut(void)
             CHECK_NEAR(rig.cube.data[k], kept[i], 0);
     }
 }
-
-static const test tests[] = {
-    TEST(paraboloids_are_near_faces), TEST(a_constant_stays),
-    TEST(levels_are_the_librarys),    TEST_SLOW(levels_with_panels),
-    TEST(library_filters_as_well),    TEST(paraboloids_have_no_holes),
-    TEST(alpha_is_filtered),          TEST(step_by_step),
-    TEST(what_no_half_holds_is_cut),
-};
-TEST_MAIN(tests)

@@ -52,7 +52,7 @@ static int sphere_of(int x, int y)
     return view_grid_hit(spheres, count, c.eye, direction, NULL);
 }
 
-static void equal_pictures(void)
+TEST(equal_pictures)
 {
     begin(3, 4);
     CHECK(compare() == 12);
@@ -62,7 +62,7 @@ static void equal_pictures(void)
 
 /* A picture that is f times the truth is off by |f - 1|, and each sphere by
  * its own. */
-static void known_errors(void)
+TEST(known_errors)
 {
     begin(2, 3);
     for (int y = 0; y < HEIGHT; ++y)
@@ -78,7 +78,7 @@ static void known_errors(void)
 }
 
 /* A single pixel in the middle, by hand. */
-static void one_pixel(void)
+TEST(one_pixel)
 {
     double sum = 0.0;
     const size_t at = (size_t)3 * (HEIGHT / 2 * WIDTH + WIDTH / 2);
@@ -99,7 +99,7 @@ static void one_pixel(void)
 }
 
 /* The outline and what is around it have no part. */
-static void outline(void)
+TEST(outline)
 {
     begin(1, 2);
     for (int y = 0; y < HEIGHT; ++y)
@@ -112,7 +112,7 @@ static void outline(void)
 }
 
 /* What is beyond the picture's edges is not known. */
-static void edges_of_the_picture(void)
+TEST(edges_of_the_picture)
 {
     begin(1, 1);
     p.settings.distance = 0.6;
@@ -127,7 +127,7 @@ static void edges_of_the_picture(void)
     CHECK(compare() == 1 && p.rmse[0] > 0.0);
 }
 
-static void black_and_unseen(void)
+TEST(black_and_unseen)
 {
     begin(1, 1);
     memset(p.truth, 0, (size_t)3 * WIDTH * HEIGHT * sizeof(float));
@@ -138,9 +138,3 @@ static void black_and_unseen(void)
     p.settings.distance = 1000.0;
     CHECK(compare() == 1 && p.rmse[0] == -1.0);
 }
-
-static const test tests[] = {
-    TEST(equal_pictures), TEST(known_errors),         TEST(one_pixel),
-    TEST(outline),        TEST(edges_of_the_picture), TEST(black_and_unseen),
-};
-TEST_MAIN(tests)

@@ -73,7 +73,7 @@ static void draw_whole(GLuint program, int width, int height)
 
 /* ---- the context ----------------------------------------------------- */
 
-static void context(void)
+TEST(context)
 {
     int major = 0, minor = 0;
 
@@ -93,7 +93,7 @@ static void context(void)
     view_screen_close(NULL);
 }
 
-static void library_missing(void)
+TEST(library_missing)
 {
     static const char *const names[] = {"libNoSuchMesa.so.8", NULL};
     static const char *const others[] = {"libm.so.6", NULL};
@@ -111,7 +111,7 @@ static void library_missing(void)
     CHECK_MSG(strstr(said, "older than 11.2"), "%s", said);
 }
 
-static void too_large(void)
+TEST(too_large)
 {
     view_test_begin(8, 8);
     view_test_close();
@@ -136,7 +136,7 @@ static view_gl_proc *old_get(const char *name)
     return strcmp(name, "glGetString") ? NULL : (view_gl_proc *)old_version;
 }
 
-static void version_too_old(void)
+TEST(version_too_old)
 {
     view_test_catch();
     CHECK(!view_gl_load(old_get));
@@ -145,7 +145,7 @@ static void version_too_old(void)
               "%s", said);
 }
 
-static void errors_of_gl(void)
+TEST(errors_of_gl)
 {
     view_test_begin(8, 8);
     gl.Enable(0x1234);
@@ -187,13 +187,13 @@ static void rows_of(int width, int height)
 }
 
 /* Rows of some kilobytes, too. */
-static void rows_from_the_top(void)
+TEST(rows_from_the_top)
 {
     rows_of(37, 21);
     rows_of(3001, 4);
 }
 
-static void written_and_read(void)
+TEST(written_and_read)
 {
     enum {
         WIDTH = 45,
@@ -219,7 +219,7 @@ static void written_and_read(void)
     CHECK(size > 46 && !memcmp(bytes + 33, "\0\0\0\1sRGB", 8));
 }
 
-static void not_writable(void)
+TEST(not_writable)
 {
     const unsigned char rgb[3] = {1, 2, 3};
     ibl_ctx *ctx = view_test_ctx(1);
@@ -234,7 +234,7 @@ static void not_writable(void)
 
 /* What was shown is drawn again for it, not read from the screen, which other
  * windows may cover. */
-static void picture_of_the_last_draw(void)
+TEST(picture_of_the_last_draw)
 {
     enum {
         WIDTH = 32,
@@ -260,7 +260,7 @@ static void picture_of_the_last_draw(void)
 
 /* ---- shaders --------------------------------------------------------- */
 
-static void shader_errors(void)
+TEST(shader_errors)
 {
     static const struct {
         const char *fragment, *message;
@@ -305,7 +305,7 @@ static void texel(view_unit unit, GLenum kind, const unsigned char *rgba)
 
 /* Samplers and the block get their places by name: the sum of the three
  * textures comes out, read where the block says. */
-static void shader_units(void)
+TEST(shader_units)
 {
     static const unsigned char specular[4] = {10, 0, 0, 0};
     static const unsigned char lut[4] = {0, 20, 0, 0};
@@ -334,7 +334,7 @@ static void shader_units(void)
 
 /* ---- messages -------------------------------------------------------- */
 
-static void messages(void)
+TEST(messages)
 {
     view_test_catch();
     CHECK(!view_fail("%s: is wrong", "a\033[31m\nb"));
@@ -349,13 +349,3 @@ static void messages(void)
                             "iblview: gone\n"),
               "%s", said);
 }
-
-static const test tests[] = {
-    TEST(context),          TEST(library_missing),
-    TEST(too_large),        TEST(version_too_old),
-    TEST(errors_of_gl),     TEST(rows_from_the_top),
-    TEST(written_and_read), TEST(not_writable),
-    TEST(shader_errors),    TEST(shader_units),
-    TEST(messages),         TEST(picture_of_the_last_draw),
-};
-TEST_MAIN(tests)

@@ -164,7 +164,7 @@ static void compare_views(view_settings *s)
         }
 }
 
-static void shader_and_readout_agree(void)
+TEST(shader_and_readout_agree)
 {
     static const int edges[][2] = {{32, 6}, {12, 3}, {7, 2}, {1, 1}};
     view_settings s = view_settings_default();
@@ -181,7 +181,7 @@ static void shader_and_readout_agree(void)
 }
 
 /* A sun beside a texel adds nothing to it. */
-static void texels_are_alone(void)
+TEST(texels_are_alone)
 {
     view_settings s = view_settings_default();
     int inside;
@@ -208,7 +208,7 @@ static double length(const double a[3], const double b[3])
 
 /* The faces of a cross and of a strip, and that texels lie in them as in the
  * file. */
-static void faces_are_in_place(void)
+TEST(faces_are_in_place)
 {
     static const int cross[6][2] = {{2, 1}, {0, 1}, {1, 0},
                                     {1, 2}, {1, 1}, {3, 1}};
@@ -245,7 +245,7 @@ static void faces_are_in_place(void)
 }
 
 /* Neighbours in a cross are neighbours on the sphere. */
-static void crosses_fold(void)
+TEST(crosses_fold)
 {
     make_set(16, 1);
     view_settings s = view_settings_default();
@@ -267,7 +267,7 @@ static void crosses_fold(void)
 
 /* u = atan2(z, x) / 2pi + 1/2, v from the zenith: a pixel shows the texel that
  * its direction is in. */
-static void equirects_are_mapped(void)
+TEST(equirects_are_mapped)
 {
     make_set(64, 1);
     view_settings s = view_settings_default();
@@ -288,7 +288,7 @@ static void equirects_are_mapped(void)
 }
 
 /* The sky behind spheres: the direction of a pixel's ray, turned. */
-static void skies_are_read(void)
+TEST(skies_are_read)
 {
     static const double turns[] = {0, 30, 90, -135};
     make_set(256, 1);
@@ -332,7 +332,7 @@ static void skies_are_read(void)
 }
 
 /* The same of a picture: a sky whose texels are their own directions. */
-static void skies_are_drawn_so(void)
+TEST(skies_are_drawn_so)
 {
     enum {
         N = 64,
@@ -380,7 +380,7 @@ static void skies_are_drawn_so(void)
 
 /* Lines lie where R (white) and G (blue) are 0.1, 0.2, .., and elsewhere the
  * texels are as they are. The table's ramps say where: R to the right, G up. */
-static void lines_are_at_values(void)
+TEST(lines_are_at_values)
 {
     enum {
         W = 256
@@ -418,7 +418,7 @@ static void lines_are_at_values(void)
 }
 
 /* Whatever values there are, none is at 0 or 1. */
-static void no_lines_at_the_ends(void)
+TEST(no_lines_at_the_ends)
 {
     enum {
         W = 256
@@ -448,7 +448,7 @@ static void no_lines_at_the_ends(void)
 }
 
 /* A flat table has no lines, though it is all at a line's value. */
-static void flat_tables_have_no_lines(void)
+TEST(flat_tables_have_no_lines)
 {
     view_settings s = view_settings_default();
     int bad = 0;
@@ -470,7 +470,7 @@ static void flat_tables_have_no_lines(void)
 /* ---- moving and telling ----------------------------------------------------
  */
 
-static void zoom_keeps_what_is_there(void)
+TEST(zoom_keeps_what_is_there)
 {
     make_set(64, 1);
     view_settings s = view_settings_default();
@@ -496,7 +496,7 @@ static void zoom_keeps_what_is_there(void)
     CHECK(s.pan[0] == -0.5 && s.pan[1] == 0.5);
 }
 
-static void texels_are_told(void)
+TEST(texels_are_told)
 {
     view_texel t = {
         true, 2, 3, 17, 40, {0.9812, 0.1249, -0.1001}, {1.25f, 0.91f, 86528}};
@@ -518,7 +518,7 @@ static void texels_are_told(void)
     CHECK(!*text);
 }
 
-static void absent_maps_are_not_inside(void)
+TEST(absent_maps_are_not_inside)
 {
     view_settings s = view_settings_default();
 
@@ -530,14 +530,3 @@ static void absent_maps_are_not_inside(void)
     }
     CHECK(s.zoom == 1 && s.pan[0] == 0);
 }
-
-static const test tests[] = {
-    TEST(shader_and_readout_agree),   TEST(texels_are_alone),
-    TEST(faces_are_in_place),         TEST(crosses_fold),
-    TEST(equirects_are_mapped),       TEST(skies_are_read),
-    TEST(skies_are_drawn_so),         TEST(lines_are_at_values),
-    TEST(no_lines_at_the_ends),       TEST(flat_tables_have_no_lines),
-    TEST(zoom_keeps_what_is_there),   TEST(texels_are_told),
-    TEST(absent_maps_are_not_inside),
-};
-TEST_MAIN(tests)

@@ -140,7 +140,7 @@ static void try_case(const key_case *c)
                   "key %d is not taken back by %d", c->key, c->back);
 }
 
-static void change_one_setting(void)
+TEST(change_one_setting)
 {
     begin();
     for (int i = 0; i < CASES; i++)
@@ -148,7 +148,7 @@ static void change_one_setting(void)
 }
 
 /* To the first step up, as the list of keys says. */
-static void go_the_right_way(void)
+TEST(go_the_right_way)
 {
     static const struct {
         int key;
@@ -211,7 +211,7 @@ static void go_the_right_way(void)
 }
 
 /* A tenth from where the camera is without a distance of its own. */
-static void nearer_by_a_tenth(void)
+TEST(nearer_by_a_tenth)
 {
     const view_place at = {640, 480, 0, 0};
 
@@ -231,7 +231,7 @@ static void nearer_by_a_tenth(void)
     }
 }
 
-static void tab_goes_back_with_shift(void)
+TEST(tab_goes_back_with_shift)
 {
     begin();
     view_keys_press(&app, VIEW_KEY_BACK_TAB);
@@ -269,7 +269,7 @@ static void check_ranges(int key)
 }
 
 /* Every key, pressed on and on. */
-static void stay_in_range(void)
+TEST(stay_in_range)
 {
     begin();
     for (int i = 0; i < 2 * CASES; i++) {
@@ -283,7 +283,7 @@ static void stay_in_range(void)
     }
 }
 
-static void moving_stays_in_range(void)
+TEST(moving_stays_in_range)
 {
     const view_place at = {640, 480, 0, 0};
     view_settings s;
@@ -303,7 +303,7 @@ static void moving_stays_in_range(void)
     }
 }
 
-static void reset_brings_all_back(void)
+TEST(reset_brings_all_back)
 {
     begin();
     for (int i = 0; i < CASES; i++)
@@ -312,7 +312,7 @@ static void reset_brings_all_back(void)
     CHECK(same_but(app.settings, &options.settings, 0, 0));
 }
 
-static void others_do_nothing(void)
+TEST(others_do_nothing)
 {
     begin();
     view_keys_press(&app, 'Q');
@@ -325,7 +325,7 @@ static void others_do_nothing(void)
 }
 
 /* Without harmonics there is nothing to switch to, and that is said. */
-static void no_harmonics(void)
+TEST(no_harmonics)
 {
     begin();
     app.sets[0].sh_degree = -1;
@@ -335,7 +335,7 @@ static void no_harmonics(void)
 }
 
 /* Every line fits the columns that --keys and the list on screen have. */
-static void list_fits(void)
+TEST(list_fits)
 {
     char text[VIEW_KEYS_BYTES];
     int lines = 0;
@@ -349,12 +349,3 @@ static void list_fits(void)
     }
     CHECK(lines > 30);
 }
-
-static const test tests[] = {
-    TEST(change_one_setting),    TEST(go_the_right_way),
-    TEST(nearer_by_a_tenth),     TEST(tab_goes_back_with_shift),
-    TEST(stay_in_range),         TEST(moving_stays_in_range),
-    TEST(reset_brings_all_back), TEST(others_do_nothing),
-    TEST(no_harmonics),          TEST(list_fits),
-};
-TEST_MAIN(tests)

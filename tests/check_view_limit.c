@@ -156,7 +156,7 @@ static void check_marks(const view_room_draw *d, const probe_texels *t,
               seen, none);
 }
 
-static void marks_what_is_beyond(void)
+TEST_SLOW(marks_what_is_beyond)
 {
     static const double around[VIEW_PROBE_CAPTURES] = {0.5, 2};
     const float *rgba;
@@ -177,7 +177,7 @@ static void marks_what_is_beyond(void)
 }
 
 /* Without the limit nothing is marked. */
-static void sees_all_without(void)
+TEST(sees_all_without)
 {
     const float *rgba;
     int marked = 0;
@@ -368,20 +368,12 @@ static void fills_holes_of(bool blend)
     CHECK_MSG(bad <= floor / 100, "%d of %d pixels", bad, floor);
 }
 
-static void fills_holes(void)
+TEST(fills_holes)
 {
     fills_holes_of(true);
 }
 
-static void without_blending(void)
+TEST(without_blending)
 {
     fills_holes_of(false);
 }
-
-static const test tests[] = {
-    TEST_SLOW(marks_what_is_beyond),
-    TEST(sees_all_without),
-    TEST(fills_holes),
-    TEST(without_blending),
-};
-TEST_MAIN(tests)

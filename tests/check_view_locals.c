@@ -89,7 +89,7 @@ static double width_of_row(const ibl_probe *probes, int count, double z,
     return width;
 }
 
-static void placed(void)
+TEST(placed)
 {
     ibl_probe probes[MOST];
     int order[MOST];
@@ -239,7 +239,7 @@ static void compare_masks(const look *l, int view)
               "view %d: %d of %d", view, all, count * l->draw.locals.count);
 }
 
-static void masks_are_those_of_the_library(void)
+TEST(masks_are_those_of_the_library)
 {
     look *l = begin(MOST, 1);
 
@@ -264,7 +264,7 @@ static void compare_tiles(look *l, int view)
 }
 
 /* Pixel for pixel, whichever way round the picture is. */
-static void tiles_change_nothing(void)
+TEST_SLOW(tiles_change_nothing)
 {
     look *l = begin(MOST, 0.3);
 
@@ -364,17 +364,17 @@ static void weights(int count, double least_alpha)
     }
 }
 
-static void weights_of_many(void)
+TEST(weights_of_many)
 {
     weights(MOST, 1);
 }
 
-static void weights_of_nine(void)
+TEST(weights_of_nine)
 {
     weights(9, 1);
 }
 
-static void weights_with_alpha(void)
+TEST(weights_with_alpha)
 {
     weights(MOST, 0.6);
 }
@@ -401,7 +401,7 @@ static int count_wrong(GLuint cubes, int level, int n)
 }
 
 /* The last first; none changes another. */
-static void captures_are_layers(void)
+TEST(captures_are_layers)
 {
     static const double eye[3] = {0};
 
@@ -420,7 +420,7 @@ static void captures_are_layers(void)
 }
 
 /* 3 GB are more than a texture of llvmpipe may have. */
-static void says_what_to_do_without_room(void)
+TEST(says_what_to_do_without_room)
 {
     static const float light[3] = {1, 1, 1}, table[2] = {1, 0};
     room_stage on;
@@ -458,7 +458,7 @@ static const GLubyte *APIENTRY old_strings(GLenum name, GLuint i)
     return (const GLubyte *)(i == 1 ? named : "GL_ARB_other");
 }
 
-static void needs_cube_arrays(void)
+TEST(needs_cube_arrays)
 {
     view_test_begin(16, 16);
     const PFNGLGETSTRINGIPROC strings = gl.GetStringi;
@@ -477,16 +477,3 @@ static void needs_cube_arrays(void)
     gl.GetIntegerv = real_integers;
     gl.GetStringi = strings;
 }
-
-static const test tests[] = {
-    TEST(placed),
-    TEST(masks_are_those_of_the_library),
-    TEST_SLOW(tiles_change_nothing),
-    TEST(weights_of_many),
-    TEST(weights_of_nine),
-    TEST(weights_with_alpha),
-    TEST(captures_are_layers),
-    TEST(says_what_to_do_without_room),
-    TEST(needs_cube_arrays),
-};
-TEST_MAIN(tests)

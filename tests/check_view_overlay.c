@@ -104,7 +104,7 @@ static void check_plate(const char *text, double x, double y, double scale)
     CHECK(ink.count > 0 && ink.count < plate.count / 2);
 }
 
-static void text_is_where_measure_says(void)
+TEST(text_is_where_measure_says)
 {
     static const char all[] = "!\"#$%&'()*+,-./0123456789:;<=>?\n"
                               "@ABCDEFGHIJKLMNOPQRSTUVWXYZ[\\]^_\n"
@@ -135,7 +135,7 @@ static void text_is_where_measure_says(void)
 }
 
 /* An H is two bars of seven pixels and one across; whole scales are exact. */
-static void strokes_are_sharp(void)
+TEST(strokes_are_sharp)
 {
     begin();
     for (int scale = 1; scale <= 3; scale++) {
@@ -154,7 +154,7 @@ static void strokes_are_sharp(void)
     }
 }
 
-static void plates_darken(void)
+TEST(plates_darken)
 {
     begin();
     view_overlay_text(overlay, 0, 0, 1, ".");
@@ -168,7 +168,7 @@ static void plates_darken(void)
 }
 
 /* What is partly or wholly outside. */
-static void edges_cut(void)
+TEST(edges_cut)
 {
     static const double places[][2] = {
         {-20, 30},  {WIDTH - 15, 30}, {50, -9},   {50, HEIGHT - 9},
@@ -203,7 +203,7 @@ static double under_bar(double cover)
 }
 
 /* Half of a pixel at each side, a quarter in a corner. */
-static void parts_of_pixels(void)
+TEST(parts_of_pixels)
 {
     begin();
     view_overlay_bar(overlay, 10.5, 20.5, 6, 4, 1);
@@ -219,7 +219,7 @@ static void parts_of_pixels(void)
 
 /* More strokes than the vertex buffer holds, many times; none is lost and the
  * order stays: the last plate is over all before it. */
-static void any_length_is_taken(void)
+TEST(any_length_is_taken)
 {
     const int lines = TEST_SANITIZED ? 300 : 1500, columns = 40;
     char *text = test_alloc((size_t)lines * (columns + 1) + 1, 1);
@@ -250,7 +250,7 @@ static void any_length_is_taken(void)
 }
 
 /* Bytes that the font has not are question marks. */
-static void any_byte_is_taken(void)
+TEST(any_byte_is_taken)
 {
     static unsigned char first[3 * WIDTH * HEIGHT];
     char text[256], marks[256];
@@ -276,7 +276,7 @@ static void any_byte_is_taken(void)
 
 /* No two printable characters look alike, but l and |, which this font has so.
  */
-static void letters_differ(void)
+TEST(letters_differ)
 {
     enum {
         W = 20,
@@ -297,7 +297,7 @@ static void letters_differ(void)
     }
 }
 
-static void bars_are_as_long_as_their_share(void)
+TEST(bars_are_as_long_as_their_share)
 {
     static const double shares[] = {-1, 0, 0.25, 0.5, 1, 2};
 
@@ -315,7 +315,7 @@ static void bars_are_as_long_as_their_share(void)
 }
 
 /* Its middle is the colour of middle grey and each stop has its own. */
-static void legends_show_the_scale(void)
+TEST(legends_show_the_scale)
 {
     begin();
     view_overlay_legend(overlay, 10, 20, 168, 1);
@@ -330,17 +330,3 @@ static void legends_show_the_scale(void)
             CHECK_NEAR(seen[3 * (28 * WIDTH + x) + k], 255 * c[k], 0.51);
     }
 }
-
-static const test tests[] = {
-    TEST(text_is_where_measure_says),
-    TEST(strokes_are_sharp),
-    TEST(plates_darken),
-    TEST(edges_cut),
-    TEST(parts_of_pixels),
-    TEST(any_length_is_taken),
-    TEST(any_byte_is_taken),
-    TEST(letters_differ),
-    TEST(bars_are_as_long_as_their_share),
-    TEST(legends_show_the_scale),
-};
-TEST_MAIN(tests)

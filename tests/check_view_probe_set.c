@@ -126,7 +126,7 @@ static const float *texel(const float *rgba, int size, int layer, int face,
 
 /* ---- pictures ---------------------------------------------------------- */
 
-static void pictures_are_exact(void)
+TEST(pictures_are_exact)
 {
     static const int sizes[][2] = {{1, 1}, {16, 16}, {37, 41}};
     test_random r = {7};
@@ -186,7 +186,7 @@ static void check_volume(const ibl_json_at *at, const char *name,
         CHECK_NEAR(got.half[k], want->half[k], 0);
 }
 
-static void sets_say_what_probes_are(void)
+TEST(sets_say_what_probes_are)
 {
     ibl_probe probe[PROBES];
 
@@ -230,7 +230,7 @@ static bool fail_late(void *cookie, int probe, int face, uint16_t *rgba)
                               : view_fail("face %d is missing", face);
 }
 
-static void failures_leave_nothing(void)
+TEST(failures_leave_nothing)
 {
     ibl_probe probe[PROBES];
 
@@ -291,7 +291,7 @@ static void check_painted(const char *dir, const view_probe_set *set,
     }
 }
 
-static void faces_are_the_right_way_round(void)
+TEST(faces_are_the_right_way_round)
 {
     static const char *const options[] = {
         "",
@@ -317,7 +317,7 @@ static void faces_are_the_right_way_round(void)
 }
 
 /* It has a layer, which no probe has. */
-static void the_global_environment_is_left_out(void)
+TEST(the_global_environment_is_left_out)
 {
     begin();
     NEED(bake("without", ""));
@@ -336,7 +336,7 @@ static void the_global_environment_is_left_out(void)
 
 /* Harmonics as cubes are nearly what the cubes are: irradiance has hardly more
  * than degree 2. */
-static void harmonics_become_cubes(void)
+TEST(harmonics_become_cubes)
 {
     begin();
     NEED(bake("cubes", "--irradiance 16") && bake("sums", "--irradiance sh"));
@@ -398,7 +398,7 @@ static void check_levels(const view_probe_set *set, const char *file)
 
 /* How levels and irradiance are to be looked up, as an index that sed has
  * changed says. */
-static void lookups_are_as_told(void)
+TEST(lookups_are_as_told)
 {
     static const struct {
         const char *sed;
@@ -443,7 +443,7 @@ static bool captured(void *cookie, int probe, int face, uint16_t *rgba)
 }
 
 /* Rays from the probe meet what it holds. */
-static void a_room_comes_back(void)
+TEST(a_room_comes_back)
 {
     static const double eye[3] = {1.11, 2.07, 0.83};
     const ibl_probe probe = {.position = {eye[0], eye[1], eye[2]},
@@ -500,7 +500,7 @@ static void refuses(const char *dir, const char *words)
 }
 
 /* What sed makes of an index, too. */
-static void damaged_indices_are_refused(void)
+TEST(damaged_indices_are_refused)
 {
     static const struct {
         const char *sed, *words;
@@ -567,7 +567,7 @@ static void damaged_indices_are_refused(void)
 }
 
 /* More than fit in a frame, all of the same layer. */
-static void too_many_are_refused(void)
+TEST(too_many_are_refused)
 {
     begin();
     NEED(bake("whole", "--irradiance sh") && file_run("rm -rf bad; cp -r "
@@ -605,7 +605,7 @@ static bool poke(const char *from, const char *to, size_t at, uint16_t value)
     return ok;
 }
 
-static void damaged_arrays_are_refused(void)
+TEST(damaged_arrays_are_refused)
 {
     static const char specular[] = "bad/probes_specular.ktx2";
     struct stat st;
@@ -657,7 +657,7 @@ int __wrap_clock_gettime(clockid_t clock, struct timespec *now)
 }
 
 /* A file of a time to come has settled as one of the past has. */
-static void clocks_of_other_machines(void)
+TEST(clocks_of_other_machines)
 {
     begin();
     NEED(bake("watched", ""));
@@ -687,7 +687,7 @@ static void replace(view_probe_set *set, const char *file)
     CHECK_MSG(!view_probe_set_changed(set, 0), "%s", file);
 }
 
-static void changes_are_seen(void)
+TEST(changes_are_seen)
 {
     begin();
     NEED(bake("watched", ""));
@@ -706,7 +706,7 @@ static void changes_are_seen(void)
 }
 
 /* Keys do not ask for other probes then. */
-static void keys_say_whose_they_are(void)
+TEST(keys_say_whose_they_are)
 {
     view_app app = {.settings = view_settings_default()};
 
@@ -722,21 +722,3 @@ static void keys_say_whose_they_are(void)
               app.notice);
     view_probe_set_free(app.probes);
 }
-
-static const test tests[] = {
-    TEST(pictures_are_exact),
-    TEST(sets_say_what_probes_are),
-    TEST(failures_leave_nothing),
-    TEST(faces_are_the_right_way_round),
-    TEST(the_global_environment_is_left_out),
-    TEST(harmonics_become_cubes),
-    TEST(lookups_are_as_told),
-    TEST(a_room_comes_back),
-    TEST(damaged_indices_are_refused),
-    TEST(too_many_are_refused),
-    TEST(damaged_arrays_are_refused),
-    TEST(changes_are_seen),
-    TEST(clocks_of_other_machines),
-    TEST(keys_say_whose_they_are),
-};
-TEST_MAIN(tests)

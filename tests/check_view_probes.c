@@ -275,7 +275,7 @@ static double differ(const mixes *m, int pixel, const ibl_probe_mix *mix)
 
 /* ---- tests -------------------------------------------------------------- */
 
-static void blends(void)
+TEST(blends)
 {
     mixes *m = test_alloc(1, sizeof *m);
     test_random r = {1};
@@ -303,7 +303,7 @@ static void blends(void)
     CHECK(full > 500);
 }
 
-static void blends_of_masks(void)
+TEST(blends_of_masks)
 {
     mixes *m = test_alloc(1, sizeof *m);
     test_random r = {2};
@@ -385,7 +385,7 @@ static void check_equally_near(mixes *m, int k)
     CHECK_MSG(!bad, "%d wrong of %d nearest", bad, k);
 }
 
-static void nearest_ones(void)
+TEST(nearest_ones)
 {
     mixes *m = test_alloc(1, sizeof *m);
     test_random r = {3};
@@ -476,7 +476,7 @@ static bool on_an_edge(const ibl_volume *v, const double p[3])
     return false;
 }
 
-static void parallax(void)
+TEST(parallax)
 {
     test_random r = {4};
     int hits = 0, misses = 0;
@@ -549,7 +549,7 @@ static void random_camera(test_random *r, float clip[16])
     }
 }
 
-static void tiles_agree(void)
+TEST(tiles_agree)
 {
     test_random r = {5};
     static unsigned long long exact[PIXELS], larger[PIXELS];
@@ -607,9 +607,3 @@ static void tiles_agree(void)
     CHECK_MSG(named > (TEST_SANITIZED ? 300 : 2000) && more < named / 100,
               "%ld, %ld more", named, more);
 }
-
-static const test tests[] = {
-    TEST(blends),   TEST(blends_of_masks), TEST(nearest_ones),
-    TEST(parallax), TEST(tiles_agree),
-};
-TEST_MAIN(tests)

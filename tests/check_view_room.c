@@ -53,7 +53,7 @@ static bool is_seen(const view_camera *c, const view_room_draw *d, int x, int y,
     return false;
 }
 
-static void depth_order(void)
+TEST(depth_order)
 {
     static const struct {
         double eye[3], at[3], seconds;
@@ -84,7 +84,7 @@ static void depth_order(void)
 }
 
 /* Seen in a mirror, everything is where it was, the other way round. */
-static void mirrored(void)
+TEST(mirrored)
 {
     const double eye[3] = {3.4, 2.3, 4.6}, at[3] = {-1, 1, -1};
 
@@ -109,7 +109,7 @@ static void mirrored(void)
 
 /* ---- light ---------------------------------------------------------------*/
 
-static void panels_emit(void)
+TEST(panels_emit)
 {
     const float some[2] = {0.7f, 0.2f};
     int panels = 0;
@@ -248,14 +248,14 @@ static void reflects(int what, bool local)
     CHECK_MSG(wrong * 100 > 95 * all, "no proxy: %d of %d", wrong, all);
 }
 
-static void floor_reflects(void)
+TEST(floor_reflects)
 {
     lit_begin(96, 96);
     reflects(0, false);
     reflects(0, true);
 }
 
-static void mirror_reflects(void)
+TEST(mirror_reflects)
 {
     lit_begin(96, 96);
     reflects(1, false);
@@ -324,7 +324,7 @@ static void blends(bool red_is_local)
     }
 }
 
-static void blending(void)
+TEST(blending)
 {
     lit_begin(4, 4);
     blends(true);
@@ -333,7 +333,7 @@ static void blending(void)
 
 /* Each local probe's cubes are its layer's: specular in red, irradiance in
  * green, which is scaled. */
-static void layers_of_probes(void)
+TEST(layers_of_probes)
 {
     enum {
         COUNT = 9
@@ -393,7 +393,7 @@ static GLuint black_and_red(void)
     return cubes;
 }
 
-static void levels_of_roughness(void)
+TEST(levels_of_roughness)
 {
     static const double origin[3] = {0, 1, 0};
     ibl_probe probe = room_probe(origin);
@@ -419,7 +419,7 @@ static void levels_of_roughness(void)
 }
 
 /* What irradiance adds goes with its scale. */
-static void irradiance_scales(void)
+TEST(irradiance_scales)
 {
     const double eye[3] = {0.5, 1.5, 3.2}, at[3] = {-1, 1, -2};
     float *seen[3];
@@ -441,7 +441,7 @@ static void irradiance_scales(void)
 }
 
 /* Beyond the limit all is 0, and inside nothing else. */
-static void limited(void)
+TEST(limited)
 {
     const double eye[3] = {0.5, 1.5, 3.2}, at[3] = {-1, 1, -2};
 
@@ -528,7 +528,7 @@ static void captured(view_probe_capture kind, const double from[3],
 static const double middle[3] = {1.11, 2.07, 0.83};
 
 /* Triangles have straight edges there, so that edges are up to a pixel away. */
-static void paraboloids(void)
+TEST(paraboloids)
 {
     enum {
         SIZE = 64
@@ -575,21 +575,21 @@ static void paraboloids(void)
     }
 }
 
-static void captured_faces(void)
+TEST(captured_faces)
 {
     lit_begin(4, 4);
     captured(VIEW_PROBE_FACES, middle, 0.1, 0);
 }
 
 /* Edges of triangles are straight there, so that some are further away. */
-static void captured_paraboloids(void)
+TEST(captured_paraboloids)
 {
     lit_begin(4, 4);
     captured(VIEW_PROBE_PARABOLOIDS, middle, 1.5, 24);
 }
 
 /* The mirror is not in the way of what is captured within it. */
-static void captured_in_mirror(void)
+TEST(captured_in_mirror)
 {
     double centre[3], radius;
 
@@ -601,7 +601,7 @@ static void captured_in_mirror(void)
 
 /* ---- movement ----------------------------------------------------------- */
 
-static void movement(void)
+TEST(movement)
 {
     CHECK(!view_room_moved(0.1, 0.1));
     CHECK(view_room_moved(0, 0.1) && view_room_moved(0.1, 0));
@@ -612,22 +612,3 @@ static void movement(void)
         CHECK((memcmp(was, is, sizeof was) != 0) == view_room_sphere_moves(i));
     }
 }
-
-static const test tests[] = {
-    TEST(depth_order),
-    TEST(mirrored),
-    TEST(panels_emit),
-    TEST(floor_reflects),
-    TEST(mirror_reflects),
-    TEST(blending),
-    TEST(layers_of_probes),
-    TEST(levels_of_roughness),
-    TEST(irradiance_scales),
-    TEST(limited),
-    TEST(paraboloids),
-    TEST(captured_faces),
-    TEST(captured_paraboloids),
-    TEST(captured_in_mirror),
-    TEST(movement),
-};
-TEST_MAIN(tests)

@@ -17,7 +17,7 @@ static double dot(const double a[3], const double b[3])
 
 /* Another publication: Hoffman 2010, "Background: Physically-Based Shading",
  * SIGGRAPH course notes, table 1. */
-static void metals(void)
+TEST(metals)
 {
     static const struct {
         const char *name;
@@ -38,7 +38,7 @@ static void metals(void)
     }
 }
 
-static void dielectrics(void)
+TEST(dielectrics)
 {
     static const struct {
         const char *name;
@@ -57,7 +57,7 @@ static void dielectrics(void)
     }
 }
 
-static void all_materials(void)
+TEST(all_materials)
 {
     const int count = VIEW_MATERIALS;
 
@@ -75,7 +75,7 @@ static void all_materials(void)
 
 /* ---- the grid ---------------------------------------------------------- */
 
-static void grid(void)
+TEST(grid)
 {
     view_settings s = view_settings_default();
     view_sphere p[VIEW_MAX_GRID * VIEW_MAX_GRID];
@@ -120,7 +120,7 @@ static void project(const view_camera *c, const double p[3], double ndc[3])
         ndc[k] = clip[k] / clip[3];
 }
 
-static void axes(void)
+TEST(axes)
 {
     view_settings s = view_settings_default();
     double ray[3];
@@ -146,7 +146,7 @@ static void axes(void)
 }
 
 /* A point of a pixel's ray is projected to that pixel. */
-static void rays_and_matrix(void)
+TEST(rays_and_matrix)
 {
     test_random r = {7};
 
@@ -176,7 +176,7 @@ static void rays_and_matrix(void)
 
 /* The whole grid is in the picture from wherever it is looked at, and fills it
  * when that is in front. */
-static void grid_fits(void)
+TEST(grid_fits)
 {
     static const int sizes[][2] = {{100, 100}, {1280, 720}, {300, 900}};
     static const int grids[][2] = {{7, 7}, {1, 1}, {1, 16}, {16, 2}};
@@ -231,7 +231,7 @@ static double first_touch(const view_sphere *p, const double eye[3],
     return high;
 }
 
-static void hits(void)
+TEST(hits)
 {
     test_random r = {3};
     int seen = 0;
@@ -272,7 +272,7 @@ static void hits(void)
     CHECK(seen > 500);
 }
 
-static void no_hits_behind_or_inside(void)
+TEST(no_hits_behind_or_inside)
 {
     const view_settings s = view_settings_default();
     view_sphere p[VIEW_MAX_GRID * VIEW_MAX_GRID];
@@ -285,7 +285,7 @@ static void no_hits_behind_or_inside(void)
 
 /* ---- turns ------------------------------------------------------------- */
 
-static void turns(void)
+TEST(turns)
 {
     const double x[3] = {1, 0, 0}, d[3] = {0.6, 0.48, 0.64};
     double e[3], back[3];
@@ -308,7 +308,7 @@ static void turns(void)
 }
 
 /* What shaders are told; the shading's tests see the rest. */
-static void frame(void)
+TEST(frame)
 {
     static view_frame f, again;
     view_settings s = view_settings_default();
@@ -344,7 +344,7 @@ static void frame(void)
 }
 
 /* Those that are switched on: before the corners of the grid. */
-static void lights(void)
+TEST(lights)
 {
     const view_settings s = view_settings_default();
 
@@ -356,7 +356,7 @@ static void lights(void)
     }
 }
 
-static void names(void)
+TEST(names)
 {
     for (int i = 0; i < VIEW_MODES; i++)
         CHECK(view_mode_names[i]);
@@ -373,12 +373,3 @@ static void names(void)
     for (int i = 0; i < VIEW_PROBE_FILTERS; i++)
         CHECK(view_probe_filter_names[i]);
 }
-
-static const test tests[] = {
-    TEST(metals),    TEST(dielectrics), TEST(all_materials),
-    TEST(grid),      TEST(axes),        TEST(rays_and_matrix),
-    TEST(grid_fits), TEST(hits),        TEST(no_hits_behind_or_inside),
-    TEST(turns),     TEST(frame),       TEST(names),
-    TEST(lights),
-};
-TEST_MAIN(tests)

@@ -19,7 +19,7 @@
 
 /* ---- what iblbake writes --------------------------------------------- */
 
-static void containers_agree(void)
+TEST(containers_agree)
 {
     static const char *const names[] = {"ktx2", "ktx", "dds"};
     ibl_ctx *ctx = view_test_ctx(2);
@@ -60,7 +60,7 @@ static float *decode(const ibl_texture *tex)
     return rgb;
 }
 
-static void pixels_hold_the_map(void)
+TEST(pixels_hold_the_map)
 {
     /* Half the last bit of a mantissa, of the texel's largest component for the
      * shared exponent; a little more where rounding reaches the next one. */
@@ -121,7 +121,7 @@ static void check_lod(const baked_set *set, double low, double high)
     }
 }
 
-static void mappings_and_ranges(void)
+TEST(mappings_and_ranges)
 {
     static const struct {
         const char *options;
@@ -164,7 +164,7 @@ static void mappings_and_ranges(void)
     }
 }
 
-static void lobe_and_geometry(void)
+TEST(lobe_and_geometry)
 {
     ibl_ctx *ctx = view_test_ctx(2);
 
@@ -185,7 +185,7 @@ static void lobe_and_geometry(void)
 }
 
 /* Neither keys nor sidecar: defaults, and a line for each. */
-static void nothing_is_told(void)
+TEST(nothing_is_told)
 {
     ibl_ctx *ctx = view_test_ctx(2);
     baked_set set;
@@ -231,7 +231,7 @@ static void check_irradiance(ibl_ctx *ctx, const baked_set *set, double bound)
     free(rgb);
 }
 
-static void table_is_made(void)
+TEST(table_is_made)
 {
     ibl_ctx *ctx = view_test_ctx(2);
     baked_set set;
@@ -266,7 +266,7 @@ static void table_is_made(void)
  * here); harmonics to degree 4 miss at most 5 % of a sun (l = 6: 13/64 of 17/4
  * at the pole); a level of roughness 0.3 has its light 2 alpha, 10 degrees,
  * away from where it was, and some of it in GGX's tails. */
-static void irradiance_is_made(void)
+TEST_SLOW(irradiance_is_made)
 {
     static const struct {
         const char *options, *from;
@@ -309,7 +309,7 @@ static void irradiance_is_made(void)
 }
 
 /* A sun that halves do not hold: the last level knows what it gave. */
-static void clipped_sun(void)
+TEST(clipped_sun)
 {
     ibl_ctx *ctx = view_test_ctx(2);
     ibl_specular_options opts = ibl_specular_options_default();
@@ -352,7 +352,7 @@ static void clipped_sun(void)
 /* ---- harmonics -------------------------------------------------------- */
 
 /* L = 1 + a.d + b d_x d_y has E/pi = 1 + 2/3 a.d + 1/4 b d_x d_y. */
-static void harmonics_are_irradiance(void)
+TEST(harmonics_are_irradiance)
 {
     ibl_ctx *ctx = view_test_ctx(2);
     ibl_image map = map_constant(ctx, 256, 128, 0);
@@ -392,7 +392,7 @@ static void harmonics_are_irradiance(void)
 }
 
 /* Each Y_lm against tests/truth.c. */
-static void harmonics_basis(void)
+TEST(harmonics_basis)
 {
     const double d[][3] = {
         {0.36, 0.48, 0.8}, {-0.8, 0.36, 0.48}, {0.48, -0.8, -0.36}};
@@ -413,7 +413,7 @@ static void harmonics_basis(void)
 
 /* ---- others' ---------------------------------------------------------- */
 
-static void of_cmgen(void)
+TEST(of_cmgen)
 {
     ibl_ctx *ctx;
     baked_set set;
@@ -435,18 +435,3 @@ static void of_cmgen(void)
     view_set_free(&set);
     sets_refused(ctx, file_path("cm/cm_skybox.ktx"), "holds a skybox");
 }
-
-static const test tests[] = {
-    TEST(containers_agree),
-    TEST(pixels_hold_the_map),
-    TEST(mappings_and_ranges),
-    TEST(lobe_and_geometry),
-    TEST(nothing_is_told),
-    TEST(table_is_made),
-    TEST_SLOW(irradiance_is_made),
-    TEST(clipped_sun),
-    TEST(harmonics_are_irradiance),
-    TEST(harmonics_basis),
-    TEST(of_cmgen),
-};
-TEST_MAIN(tests)

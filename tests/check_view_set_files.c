@@ -14,7 +14,7 @@
 
 /* ---- directories and files that do not fit ---------------------------- */
 
-static void directories(void)
+TEST(directories)
 {
     ibl_ctx *ctx = view_test_ctx(2);
     baked_set set;
@@ -60,7 +60,7 @@ static void directories(void)
 
 /* Beside each other, a set has the table of its own; without a sidecar the one
  * that is there, of smith first. */
-static void tables_of_two_geometries(void)
+TEST(tables_of_two_geometries)
 {
     ibl_ctx *ctx = view_test_ctx(2);
     baked_set set;
@@ -83,7 +83,7 @@ static void tables_of_two_geometries(void)
 }
 
 /* What a probe set holds. */
-static void arrays(void)
+TEST(arrays)
 {
     ibl_ctx *ctx = view_test_ctx(2);
     ibl_texture one = {0}, two = {0};
@@ -103,7 +103,7 @@ static void arrays(void)
     ibl_texture_free(&two);
 }
 
-static void wrong_kinds(void)
+TEST(wrong_kinds)
 {
     ibl_ctx *ctx = view_test_ctx(2);
 
@@ -169,7 +169,7 @@ static void wrong_kinds(void)
     }
 }
 
-static void skies(void)
+TEST(skies)
 {
     ibl_ctx *ctx = view_test_ctx(2);
     char path[512], sky[512], table[512];
@@ -189,7 +189,7 @@ static void skies(void)
 }
 
 /* A table with four channels, one that is not square. */
-static void wrong_tables(void)
+TEST(wrong_tables)
 {
     ibl_ctx *ctx = view_test_ctx(2);
     const ibl_texture tables[] = {
@@ -219,7 +219,7 @@ static void wrong_tables(void)
 
 /* ---- sidecars --------------------------------------------------------- */
 
-static void sidecars(void)
+TEST(sidecars)
 {
     ibl_ctx *ctx = view_test_ctx(2);
     baked_set set;
@@ -261,7 +261,7 @@ static void sidecars(void)
 }
 
 /* Files in three containers beside each other: each goes with its own. */
-static void same_container(void)
+TEST(same_container)
 {
     ibl_ctx *ctx = view_test_ctx(2);
 
@@ -305,7 +305,7 @@ static void refuses_key(ibl_ctx *ctx, const char *key, const char *value,
     ibl_texture_free(&tex);
 }
 
-static void wrong_keys(void)
+TEST(wrong_keys)
 {
     ibl_ctx *ctx = view_test_ctx(2);
 
@@ -321,7 +321,7 @@ static void wrong_keys(void)
 
 /* Keys and sidecar of two bakes, which differ in one thing: the keys hold. Of
  * files without keys the sidecar does. */
-static void two_accounts(void)
+TEST(two_accounts)
 {
     static const char *const seds[] = {
         "s/\"filament\"/\"linear\"/",
@@ -369,7 +369,7 @@ static void two_accounts(void)
 }
 
 /* Whatever a sidecar holds: a set, or one line. */
-static void hostile_sidecars(void)
+TEST(hostile_sidecars)
 {
     const int rounds = TEST_SANITIZED ? 150 : 600;
     ibl_ctx *ctx = view_test_ctx(2);
@@ -407,7 +407,7 @@ static void hostile_sidecars(void)
     free(bad);
 }
 
-static void maps_are_told(void)
+TEST(maps_are_told)
 {
     NEED(sets_bake("told", "--format dds"));
     NEED(sets_bake("told", "--format ktx"));
@@ -423,19 +423,3 @@ static void maps_are_told(void)
     CHECK(!view_is_map(file_path("told")));
     CHECK(!view_is_map(file_path("not here")));
 }
-
-static const test tests[] = {
-    TEST(directories),
-    TEST(wrong_kinds),
-    TEST(tables_of_two_geometries),
-    TEST(arrays),
-    TEST(skies),
-    TEST(wrong_tables),
-    TEST(sidecars),
-    TEST(same_container),
-    TEST(wrong_keys),
-    TEST(two_accounts),
-    TEST(hostile_sidecars),
-    TEST(maps_are_told),
-};
-TEST_MAIN(tests)

@@ -63,7 +63,7 @@ static void scattered_once(double n_v, double roughness, double rg[2])
 
 /* Metals and dielectrics reflect or scatter no more than there is, and a white
  * one all of it; light of another colour is a factor. */
-static void coloured_furnace(void)
+TEST(coloured_furnace)
 {
     const float rgb[3] = {0.25f, 1.5f, 30};
 
@@ -84,7 +84,7 @@ static void coloured_furnace(void)
 }
 
 /* Gold of every kind under a constant light. */
-static void constant_light(void)
+TEST_SLOW(constant_light)
 {
     const float rgb[3] = {2, 0.5f, 0.125f};
     view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
@@ -153,7 +153,7 @@ static void against_double(const view_settings *s, double tolerance)
     CHECK_MSG(worst <= tolerance * most, "off by %g of %g", worst, most);
 }
 
-static void pixels_in_double(void)
+TEST(pixels_in_double)
 {
     ibl_specular_options opts = ibl_specular_options_default();
 
@@ -178,7 +178,7 @@ static void pixels_in_double(void)
 
 /* Coefficients of every degree that irradiance has, each as large as another;
  * below 0 the sum is cut off. */
-static void harmonics_in_double(void)
+TEST(harmonics_in_double)
 {
     const float dim[3] = {0.01f, 0.01f, 0.01f};
     test_random r = {17};
@@ -201,7 +201,7 @@ static void harmonics_in_double(void)
 }
 
 /* A scale of the irradiance map that another baker chose. */
-static void irradiance_scale(void)
+TEST(irradiance_scale)
 {
     ibl_specular_options opts = ibl_specular_options_default();
 
@@ -257,7 +257,7 @@ static void centres(const ibl_image *map, const view_settings *s)
     ibl_reference_free(ref);
 }
 
-static void centres_by_library(void)
+TEST(centres_by_library)
 {
     ibl_specular_options opts = ibl_specular_options_default();
 
@@ -289,7 +289,7 @@ static void centres_by_library(void)
 
 /* Far lights all over the hemisphere, four at a time, are a white sky: what a
  * white metal reflects of them is R + G, of a white dielectric 1. */
-static void lights_add_up_to_a_furnace(void)
+TEST(lights_add_up_to_a_furnace)
 {
     const float black[3] = {0, 0, 0};
     const int rings = TEST_SANITIZED ? 8 : 16, around = 2 * rings;
@@ -366,7 +366,7 @@ static double light_at(const view_sphere *ball, const shade_pixel *p,
     return light->intensity[k] / d2 * d * g * f / (4 * p->n_v);
 }
 
-static void one_light(void)
+TEST(one_light)
 {
     const float black[3] = {0, 0, 0};
     view_sphere balls[VIEW_MAX_GRID * VIEW_MAX_GRID];
@@ -399,7 +399,7 @@ static void one_light(void)
 }
 
 /* Smooth mirrors, grazing views, lights in and on spheres: all finite. */
-static void everything_is_finite(void)
+TEST(everything_is_finite)
 {
     const float bright[3] = {65504, 0, 1e-7f};
 
@@ -420,12 +420,3 @@ static void everything_is_finite(void)
         CHECK_MSG(!wrong, "%d values", wrong);
     }
 }
-
-static const test tests[] = {
-    TEST(coloured_furnace),           TEST_SLOW(constant_light),
-    TEST(pixels_in_double),           TEST(irradiance_scale),
-    TEST(harmonics_in_double),        TEST(centres_by_library),
-    TEST(lights_add_up_to_a_furnace), TEST(one_light),
-    TEST(everything_is_finite),
-};
-TEST_MAIN(tests)

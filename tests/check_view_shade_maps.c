@@ -62,7 +62,7 @@ static void noise(void)
 }
 
 /* Every pixel, of the sphere and of the sky, is a lookup in level 0. */
-static void mirror(void)
+TEST(mirror)
 {
     shade_begin(160, 120);
     shade_constant(set, white);
@@ -111,7 +111,7 @@ static void mirror(void)
 }
 
 /* A sky of its own is shown in place of level 0, and only behind. */
-static void sky_of_its_own(void)
+TEST(sky_of_its_own)
 {
     const float red[3] = {4, 0, 0};
 
@@ -151,7 +151,7 @@ static void levels_of(void)
 
 /* Of a sky of its own smaller levels stand for many texels in a pixel; of a
  * specular chain they do not, however small the picture. */
-static void small_pictures_of_the_sky(void)
+TEST(small_pictures_of_the_sky)
 {
     shade_begin(16, 16);
     shade_constant(set, white);
@@ -177,7 +177,7 @@ static void small_pictures_of_the_sky(void)
 }
 
 /* An eye in a sphere sees through it; nothing is ever not a number. */
-static void from_within(void)
+TEST(from_within)
 {
     shade_begin(64, 48);
     shade_constant(set, white);
@@ -245,7 +245,7 @@ static void steps(const view_settings *s, double most[2], int seen[2])
 
 /* The camera sees each edge and each corner in the middle of a mirror and of
  * rough spheres: directions with two and three equal coordinates. */
-static void seams(void)
+TEST(seams)
 {
     double most[2] = {0, 0};
     int seen[2] = {0, 0};
@@ -303,7 +303,7 @@ static void check_levels(const double *roughness, int count)
 
 /* Whole chains, and chains of a part of the range as the library lays them out,
  * with what is beyond their ends. */
-static void levels(void)
+TEST(levels)
 {
     shade_begin(32, 32);
     shade_constant(set, white);
@@ -345,7 +345,7 @@ static void bake(shade_set *s, double yaw)
 
 /* To half a step of theirs: relative to the pixel for floats, to the
  * largest component for RGB9E5, of whatever is brightest here. */
-static void near_in_all_formats(void)
+TEST(near_in_all_formats)
 {
     static const double step[IBL_PIXEL_COUNT] = {
         [IBL_PIXEL_RGBA16F] = 0x1p-11,   [IBL_PIXEL_RGBA32F] = 0,
@@ -368,7 +368,7 @@ static void near_in_all_formats(void)
 
 /* ---- turns ------------------------------------------------ */
 
-static void turn_is_a_turned_bake(void)
+TEST(turn_is_a_turned_bake)
 {
     shade_begin(128, 128);
     bake(set, 0);
@@ -390,7 +390,7 @@ static void turn_is_a_turned_bake(void)
 
 /* White spheres on black: a pixel is the part of it that they cover, by 16x16
  * rays; overlapping ones too, but for where outlines cross. */
-static void coverage(void)
+TEST(coverage)
 {
     view_sphere balls[VIEW_MAX_GRID * VIEW_MAX_GRID];
     const int n = 48, sub = 16;
@@ -428,16 +428,3 @@ static void coverage(void)
     CHECK_MSG(worst < 0.12, "a pixel off by %g", worst);
     CHECK_NEAR(total / expected, 1, 2e-3);
 }
-
-static const test tests[] = {
-    TEST(mirror),
-    TEST(sky_of_its_own),
-    TEST(small_pictures_of_the_sky),
-    TEST(from_within),
-    TEST(seams),
-    TEST(levels),
-    TEST(near_in_all_formats),
-    TEST(turn_is_a_turned_bake),
-    TEST(coverage),
-};
-TEST_MAIN(tests)

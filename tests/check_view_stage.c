@@ -57,7 +57,7 @@ static double changed(void)
 
 /* What is captured within the interval is nearly what a stage shows that is
  * made then. */
-static void follows_within_the_interval(void)
+TEST(follows_within_the_interval)
 {
     float late[FLOATS], stale[FLOATS];
 
@@ -97,7 +97,7 @@ static void follows_within_the_interval(void)
 
 /* A face at a time it takes many frames, which all show the last whole one,
  * and then gives what all at once gives. */
-static void is_spread_over_frames(void)
+TEST(is_spread_over_frames)
 {
     int frames = 1;
 
@@ -133,7 +133,7 @@ static void APIENTRY count_clear(GLbitfield mask)
 
 /* Six faces for each of three bounces of light, then of each local probe and of
  * the mirror, and the picture itself; only that where nothing is new. */
-static void light_bounces_three_times(void)
+TEST_SLOW(light_bounces_three_times)
 {
     begin();
     real_clear = gl.Clear;
@@ -165,7 +165,7 @@ static void light_bounces_three_times(void)
 }
 
 /* Of a volume that goes beyond the walls wires are in the room. */
-static void wires_are_seen(void)
+TEST(wires_are_seen)
 {
     begin();
     on.s.volumes = true;
@@ -179,7 +179,7 @@ static void wires_are_seen(void)
 }
 
 /* Time that stands still needs no capture, whatever the interval. */
-static void settings_count(void)
+TEST_SLOW(settings_count)
 {
     begin();
     draw(1);
@@ -209,7 +209,7 @@ static void settings_count(void)
 
 /* What the library cannot filter it says once, and goes on with what there is,
  * until there is something else to do. */
-static void failure_is_said_once(void)
+TEST(failure_is_said_once)
 {
     begin();
     on.s.probe_filter = VIEW_PROBE_CPU;
@@ -233,7 +233,7 @@ static void failure_is_said_once(void)
 
 /* A sun through the windows is seen in captures with its shadows or without,
  * and no sun is no different from one that is not wanted. */
-static void sun_counts(void)
+TEST(sun_counts)
 {
     begin();
     draw(1);
@@ -262,7 +262,7 @@ static void sun_counts(void)
 
 /* The mirror shows what moves with local probes, too, which do not, whether
  * these see the whole room or leave to it what they do not see. */
-static void moves_among_locals(void)
+TEST_SLOW(moves_among_locals)
 {
     float alone[FLOATS];
 
@@ -304,7 +304,7 @@ static int frames_of_update(bool all)
 }
 
 /* What is then shown is what is captured at once. */
-static void locals_are_spread_over_frames(void)
+TEST_SLOW(locals_are_spread_over_frames)
 {
     float first[FLOATS], turned[FLOATS];
 
@@ -339,7 +339,7 @@ static void locals_are_spread_over_frames(void)
     CHECK(!memcmp(rgb, turned, sizeof turned));
 }
 
-static void camera_stays_inside(void)
+TEST(camera_stays_inside)
 {
     view_settings s = view_settings_default();
 
@@ -352,17 +352,3 @@ static void camera_stays_inside(void)
                       view_room_half[k] - 0.1);
         }
 }
-
-static const test tests[] = {
-    TEST(follows_within_the_interval),
-    TEST(is_spread_over_frames),
-    TEST_SLOW(light_bounces_three_times),
-    TEST(wires_are_seen),
-    TEST_SLOW(settings_count),
-    TEST(sun_counts),
-    TEST(failure_is_said_once),
-    TEST_SLOW(moves_among_locals),
-    TEST_SLOW(locals_are_spread_over_frames),
-    TEST(camera_stays_inside),
-};
-TEST_MAIN(tests)

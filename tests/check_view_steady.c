@@ -214,7 +214,7 @@ static void stay(const char *what, int most)
  */
 
 /* Of the sky, spheres, display and text. */
-static void spheres(void)
+TEST(spheres)
 {
     begin();
     stay("spheres", 4);
@@ -227,7 +227,7 @@ static void spheres(void)
 }
 
 /* Of the map, display and text. */
-static void maps(void)
+TEST(maps)
 {
     static const view_mode modes[] = {VIEW_LEVELS, VIEW_IRRADIANCE_MAP,
                                       VIEW_TABLE};
@@ -240,7 +240,7 @@ static void maps(void)
 }
 
 /* The truth gathers samples, pass by pass. */
-static void reference(void)
+TEST(reference)
 {
     begin();
     app.settings.compare = VIEW_DIFFERENCE;
@@ -248,7 +248,7 @@ static void reference(void)
 }
 
 /* With a capture in each frame, all of it or a face. */
-static void scene(void)
+TEST(scene)
 {
     begin();
     app.settings.mode = VIEW_SCENE;
@@ -264,7 +264,7 @@ static void scene(void)
 }
 
 /* That something is counted at all. */
-static void counted(void)
+TEST(counted)
 {
     char *volatile text = NULL; /* for the compiler to leave it be */
 
@@ -279,8 +279,3 @@ static void counted(void)
     app.settings.mode = VIEW_SCENE;
     CHECK(frame() && makings > 0 && uses > 0);
 }
-
-static const test tests[] = {
-    TEST(spheres), TEST(maps), TEST(reference), TEST(scene), TEST(counted),
-};
-TEST_MAIN(tests)

@@ -173,7 +173,7 @@ static void check_disc(ibl_ctx *ctx, int size, disc s)
 }
 
 /* In the middle of a face, off it, on an edge, in a corner, at a pole. */
-static void finds_known_sun(void)
+TEST(finds_known_sun)
 {
     static const double directions[][3] = {
         {1, 0, 0}, {-0.3, 0.7, 0.5}, {1, 0.4, -1}, {-1, 1, 1}, {0.001, 1, 0}};
@@ -201,7 +201,7 @@ static void soft_light(const void *cookie, const double d[3], double rgb[3])
 }
 
 /* Even light, a soft box, a little lamp; and all black. */
-static void finds_no_other(void)
+TEST(finds_no_other)
 {
     static const soft boxes[] = {
         {0, 0}, {0.3, 60}, {1, 60}, {0.02, 30}, {0.5, 1e4}};
@@ -237,7 +237,7 @@ static void even_disc(const void *cookie, const double d[3], double rgb[3])
 /* On 1, discs on either side of each limit: of the spread, which is the radius
  * by the root of 2 and 2 degrees at most, and of the irradiance besides 8 times
  * the mean, which is a tenth of pi at least. */
-static void limits_of_suns(void)
+TEST(limits_of_suns)
 {
     const double angle = 2 * PI * (1 - cos(PI / 180));
     const double least = 8 + 0.1 * PI / angle;
@@ -276,7 +276,7 @@ static void bake_sky(ibl_ctx *ctx, int size, baked_set *set)
 }
 
 /* Of a photograph's like the same comes out at each size and of halves. */
-static void finds_sun_of_sky(void)
+TEST(finds_sun_of_sky)
 {
     ibl_ctx *ctx = view_test_ctx(0);
     view_room_sun first = {0};
@@ -475,7 +475,7 @@ static void count_pixels(const view_camera *c, const view_room_draw *d,
 
 /* Whole pictures: boxes, spheres that move from one to the next, the sun where
  * it comes through these or those windows, or from above. */
-static void shadows_are_those_of_rays(void)
+TEST_SLOW(shadows_are_those_of_rays)
 {
     static const struct {
         double eye[3], at[3], sun[3], seconds, turn;
@@ -515,7 +515,7 @@ static void shadows_are_those_of_rays(void)
 /* From one draw to the next only one thing is another: what moves takes its
  * shadow along, or has none where it is not drawn, and the sun turns with the
  * environment. */
-static void shadows_follow(void)
+TEST_SLOW(shadows_follow)
 {
     static const struct {
         double seconds, turn;
@@ -559,7 +559,7 @@ static void shadows_follow(void)
 }
 
 /* The sky that is shown, whatever was shown before. */
-static void each_set_has_its_own(void)
+TEST_SLOW(each_set_has_its_own)
 {
     static baked_set plain;
     view_settings s = view_settings_default();
@@ -583,7 +583,7 @@ static void each_set_has_its_own(void)
 }
 
 /* The sky has what is left. */
-static void sky_is_cut(void)
+TEST(sky_is_cut)
 {
     const double eye[3] = {0, 9, 0}, at[3] = {-9, 16, 3};
 
@@ -643,7 +643,7 @@ static bool use_set(const baked_set *set, view_room_environment *e)
 
 /* Without a probe a baked environment lights all: together with the light of
  * its sun as much as what is about it and that light. */
-static void is_not_counted_twice(void)
+TEST(is_not_counted_twice)
 {
     const double eye[3] = {3.4, 2.3, 4.6}, at[3] = {-0.8, 0.6, -1};
     disc s = {{-0.8, 0.5, 0.55}, 2, {901, 701, 501}};
@@ -665,16 +665,3 @@ static void is_not_counted_twice(void)
               n.lit, n.dark);
     view_set_free(&set);
 }
-
-static const test tests[] = {
-    TEST(finds_known_sun),
-    TEST(finds_no_other),
-    TEST(limits_of_suns),
-    TEST(finds_sun_of_sky),
-    TEST_SLOW(shadows_are_those_of_rays),
-    TEST_SLOW(shadows_follow),
-    TEST(sky_is_cut),
-    TEST(is_not_counted_twice),
-    TEST_SLOW(each_set_has_its_own),
-};
-TEST_MAIN(tests)

@@ -66,7 +66,7 @@ static bool has(const char *part)
     return strstr(title, part) != NULL;
 }
 
-static void tells_of_both_filters(void)
+TEST(tells_of_both_filters)
 {
     begin();
     title_after_draw();
@@ -100,7 +100,7 @@ static void tells_of_both_filters(void)
 /* Each step of an update takes a millisecond: six faces or two paraboloids are
  * drawn; what is looked up is made, and six faces of each level; and six of
  * irradiance. An update is not longer than the one before. */
-static void times_are_of_one_update(void)
+TEST(times_are_of_one_update)
 {
     begin();
     tick = 1e-3;
@@ -119,7 +119,7 @@ static void times_are_of_one_update(void)
 }
 
 /* Before the first draw there is nothing to tell. */
-static void tells_no_times_before(void)
+TEST(tells_no_times_before)
 {
     begin();
     view_title_text(&app, title, sizeof title);
@@ -127,7 +127,7 @@ static void tells_no_times_before(void)
 }
 
 /* The longest one is not cut. */
-static void has_room(void)
+TEST(has_room)
 {
     begin();
     view_settings *s = &app.settings;
@@ -169,7 +169,7 @@ static void tells(const view_settings *changed, const char *part)
     } while (0)
 
 /* Each in the modes that it matters to. */
-static void tells_every_setting(void)
+TEST(tells_every_setting)
 {
     begin();
     for (int i = 0; i < 2; i++) {
@@ -247,7 +247,7 @@ static void press_without_room(void)
 }
 
 /* What a key asks for and cannot be made leaves what was there. */
-static void goes_back_without_room(void)
+TEST(goes_back_without_room)
 {
     begin();
     real_image = gl.TexImage3D;
@@ -305,7 +305,7 @@ static const char *frame(view_stats *stats, double seconds)
 }
 
 /* One line for each update of the probe, with the frames since the last. */
-static void a_line_for_each_update(void)
+TEST(a_line_for_each_update)
 {
     view_stats stats = {0};
 
@@ -324,7 +324,7 @@ static void a_line_for_each_update(void)
 }
 
 /* Without a probe they are of a second each. */
-static void a_line_for_each_second(void)
+TEST(a_line_for_each_second)
 {
     view_stats stats = {0};
 
@@ -358,7 +358,7 @@ static void APIENTRY slow_finish(void)
 }
 
 /* That of the last one, and the sum and the worst of all. */
-static void times_of_frames(void)
+TEST(times_of_frames)
 {
     view_options o = {.size = {WIDTH, HEIGHT}};
     double ms;
@@ -379,12 +379,3 @@ static void times_of_frames(void)
     }
     gl.Finish = real_finish;
 }
-
-static const test tests[] = {
-    TEST(tells_of_both_filters),  TEST(times_are_of_one_update),
-    TEST(tells_no_times_before),  TEST(has_room),
-    TEST(tells_every_setting),    TEST(goes_back_without_room),
-    TEST(a_line_for_each_update), TEST(a_line_for_each_second),
-    TEST(times_of_frames),
-};
-TEST_MAIN(tests)

@@ -192,7 +192,7 @@ static void compare_curve(int tone, double exposure)
               tone, log2(exposure), worst, at[0], at[1]);
 }
 
-static void curves_are_their_formulas(void)
+TEST(curves_are_their_formulas)
 {
     begin();
     fill_sweep();
@@ -207,7 +207,7 @@ static void curves_are_their_formulas(void)
 
 /* What the fits must hold whoever typed them: grey stays grey, the neutral
  * curve takes 0.04 off what is below its shoulder, and nothing goes down. */
-static void curves_keep_grey(void)
+TEST(curves_keep_grey)
 {
     for (int k = 0; k < 3; k++) {
         CHECK_NEAR(aces_in[k][0] + aces_in[k][1] + aces_in[k][2], 1, 1e-4);
@@ -234,7 +234,7 @@ static void curves_keep_grey(void)
 }
 
 /* All 256 values, and where the two pieces meet. */
-static void srgb_is_exact(void)
+TEST(srgb_is_exact)
 {
     begin();
     for (int i = 0; i < 256; i++) {
@@ -262,7 +262,7 @@ static double lightness(const double c[3])
     return 0.30 * c[0] + 0.59 * c[1] + 0.11 * c[2]; /* Green 2011, eq. 1 */
 }
 
-static void false_colours_rise(void)
+TEST(false_colours_rise)
 {
     double before = 0;
 
@@ -311,7 +311,7 @@ static void fill_stops(double ev)
     }
 }
 
-static void false_colours_are_of_luminance(void)
+TEST(false_colours_are_of_luminance)
 {
     const int first = 11, last = WIDTH - 11;
 
@@ -341,7 +341,7 @@ static bool is(const unsigned char *c, int r, int g, int b)
     return c[0] == r && c[1] == g && c[2] == b;
 }
 
-static void no_number_hides(void)
+TEST(no_number_hides)
 {
     begin();
     on.picture[0][3][5][0] = NAN;
@@ -403,7 +403,7 @@ static void same(int x0, int x1, int which)
               which);
 }
 
-static void pictures_are_compared(void)
+TEST(pictures_are_compared)
 {
     static const double splits[] = {0, 0.25, 0.4999, 0.5, 0.777, 1};
 
@@ -428,7 +428,7 @@ static void pictures_are_compared(void)
     }
 }
 
-static void differences_are_amplified(void)
+TEST(differences_are_amplified)
 {
     int bad = 0;
 
@@ -458,15 +458,3 @@ static void differences_are_amplified(void)
     same(1, WIDTH, 0);
     CHECK(is(seen(0, 7), 26, 26, 26) || is(seen(0, 7), 25, 25, 25));
 }
-
-static const test tests[] = {
-    TEST(curves_are_their_formulas),
-    TEST(curves_keep_grey),
-    TEST(srgb_is_exact),
-    TEST(false_colours_rise),
-    TEST(false_colours_are_of_luminance),
-    TEST(no_number_hides),
-    TEST(pictures_are_compared),
-    TEST(differences_are_amplified),
-};
-TEST_MAIN(tests)

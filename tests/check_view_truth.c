@@ -436,7 +436,7 @@ static void compare(double noise)
 
 /* Wide lobes, dielectric below and metal above, seen from the front and at
  * grazing angles. */
-static void wide_lobes(void)
+TEST_SLOW(wide_lobes)
 {
     begin(lights, 2, 3);
     on.settings.roughness[0] = 0.4;
@@ -449,7 +449,7 @@ static void wide_lobes(void)
     }
 }
 
-static void narrow_lobes(void)
+TEST_SLOW(narrow_lobes)
 {
     begin(lights, 1, 2);
     on.settings.roughness[0] = 0.1;
@@ -461,7 +461,7 @@ static void narrow_lobes(void)
 }
 
 /* The geometry of the table that comes with the set. */
-static void schlick_geometry(void)
+TEST(schlick_geometry)
 {
     begin(lights, 1, 2);
     on.settings.roughness[0] = 0.5;
@@ -478,7 +478,7 @@ static void schlick_geometry(void)
 
 /* Under light of 1 from everywhere white spheres, of whatever roughness and
  * kind, show 1 if nothing is lost; else what the table says. */
-static void white_furnace(void)
+TEST_SLOW(white_furnace)
 {
     begin(constant, 2, 4);
     on.settings.material = shade_material("white");
@@ -504,7 +504,7 @@ static void white_furnace(void)
 
 /* Without a lobe there is nothing to average: one sample is the reflection of
  * level 0, as it is in the split sum. */
-static void mirror(void)
+TEST(mirror)
 {
     double error;
 
@@ -522,7 +522,7 @@ static void mirror(void)
 
 /* Lights without a size are summed, not sampled: in the dark both pictures are
  * the same, up to Schlick's Fresnel in the table. */
-static void point_lights(void)
+TEST(point_lights)
 {
     double errors[6], most = 0.0;
 
@@ -552,7 +552,7 @@ static double largest_difference(const float *a, const float *b)
 }
 
 /* However samples are divided into draws, they are the same. */
-static void one_by_one(void)
+TEST(one_by_one)
 {
     begin(lights, 1, 2);
     const float *whole = add(37), *last = NULL;
@@ -613,7 +613,7 @@ static int after(const view_settings *changed, bool *split)
 
 /* What either picture depends on draws that anew, what only the display
  * depends on does not. */
-static void restart(void)
+TEST(restart)
 {
     begin(lights, 2, 2);
     AFTER(ev, 2.0, 8, false);
@@ -640,7 +640,7 @@ static void restart(void)
 }
 
 /* Nothing of what was before is left in what is begun anew. */
-static void same_as_new(void)
+TEST(same_as_new)
 {
     begin(lights, 1, 2);
     const float *first = add(5);
@@ -652,7 +652,7 @@ static void same_as_new(void)
 }
 
 /* At VIEW_TRUTH_SAMPLES it rests. */
-static void rest(void)
+TEST(rest)
 {
     begin(lights, 1, 1);
     on.settings.distance = 40.0; /* few pixels */
@@ -675,7 +675,7 @@ double __wrap_view_clock(void)
 
 /* By the clock there is a sample in the first frame, twice as many after one
  * that was quick, half as many after one that was slow, and no more than 64. */
-static void by_the_clock(void)
+TEST(by_the_clock)
 {
     static const struct {
         double took;
@@ -698,7 +698,7 @@ static void by_the_clock(void)
 
 /* A chain of rough levels alone with a skybox: that is the environment. One
  * with the environment in it has no need of a skybox, which may be another. */
-static void skybox(void)
+TEST(skybox)
 {
     baked_set rough;
 
@@ -717,13 +717,3 @@ static void skybox(void)
     CHECK(largest_difference(add(8), whole) < 1e-4);
     view_set_free(&rough);
 }
-
-static const test tests[] = {
-    TEST_SLOW(wide_lobes),  TEST_SLOW(narrow_lobes),
-    TEST(schlick_geometry), TEST_SLOW(white_furnace),
-    TEST(mirror),           TEST(point_lights),
-    TEST(one_by_one),       TEST(restart),
-    TEST(same_as_new),      TEST(rest),
-    TEST(by_the_clock),     TEST(skybox),
-};
-TEST_MAIN(tests)

@@ -196,7 +196,7 @@ static const ibl_probe some[] = {
     {.influence = {IBL_SHAPE_BOX, {0, 2, 0}, {6, 3, 6}}}, /* behind walls */
 };
 
-static void are_where_volumes_are(void)
+TEST(are_where_volumes_are)
 {
     static const double eyes[][3] = {{0.3, 2.4, 4.6}, {4.4, 1.4, 1.2}};
     const double at[3] = {-0.2, 1.1, -0.4};
@@ -210,7 +210,7 @@ static void are_where_volumes_are(void)
 }
 
 /* A wall's own edges are seen, though they are no nearer than the wall. */
-static void show_on_walls(void)
+TEST(show_on_walls)
 {
     const double eye[3] = {0.3, 2.4, 3.6}, at[3] = {-0.2, 2, -5};
     int proxy = 0;
@@ -224,7 +224,7 @@ static void show_on_walls(void)
     CHECK_MSG(proxy > WIDTH, "%d pixels", proxy);
 }
 
-static void none_without_probes(void)
+TEST(none_without_probes)
 {
     const double eye[3] = {0.3, 2.4, 4.6}, at[3] = {0, 1, 0};
 
@@ -240,10 +240,3 @@ static void none_without_probes(void)
     draw(w, &p, 1, -2);
     check_wires(w, &p, 1, 2000);
 }
-
-static const test tests[] = {
-    TEST(are_where_volumes_are),
-    TEST(show_on_walls),
-    TEST(none_without_probes),
-};
-TEST_MAIN(tests)

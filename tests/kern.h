@@ -8,12 +8,17 @@
 #include "test.h"
 
 /* For each instruction set that this CPU has, plain C first; and a test that
- * does so with the function name_of. */
+ * does so with the function f_of. */
 void kern_each_isa(void (*check)(ibl_isa isa));
-#define KERN_TEST(name)                                                        \
-    static void name(void)                                                     \
+#define KERN_TEST(f)                                                           \
+    TEST(f)                                                                    \
     {                                                                          \
-        kern_each_isa(name##_of);                                              \
+        kern_each_isa(f##_of);                                                 \
+    }
+#define KERN_TEST_SLOW(f)                                                      \
+    TEST_SLOW(f)                                                               \
+    {                                                                          \
+        kern_each_isa(f##_of);                                                 \
     }
 
 /* Memory of some bytes, all KERN_FILL. It ends less than align, a power of two,

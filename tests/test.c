@@ -66,8 +66,10 @@ void test_skip(const char *fmt, ...)
     vprintf(fmt, ap);
     putchar('\n');
     va_end(ap);
-    if (!running)
+    if (!running) {
+        printf("0 passed, 0 failed, 1 skipped\n");
         exit(0);
+    }
     skipped = true;
     test_leave();
 }
@@ -160,18 +162,35 @@ static double cpu_seconds(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-int test_main(int argc, char **argv, const test *tests, size_t count)
+static test *tests;
+
+void test_add(test *t)
+{
+    test **at = &tests;
+
+    while (*at && (*at)->line < t->line)
+        at = &(*at)->next;
+    t->next = *at;
+    *at = t;
+}
+
+__attribute__((weak)) void test_setup(void)
+{
+}
+
+int test_main(int argc, char **argv)
 {
     const bool times = getenv("IBL_TEST_TIMES") != NULL;
     int n_passed = 0, n_failed = 0, n_skipped = 0;
     setvbuf(stdout, NULL, _IOLBF, 0);
-    for (size_t i = 0; i < count; i++) {
-        if (!picked(argc, argv, &tests[i]))
+    test_setup();
+    for (const test *t = tests; t; t = t->next) {
+        if (!picked(argc, argv, t))
             continue;
-        running = tests[i].name;
+        running = t->name;
         failed = skipped = false;
         const double begin = cpu_seconds();
-        run(&tests[i]);
+        run(t);
         if (times)
             printf("%8.2f s %s\n", cpu_seconds() - begin, running);
         if (failed) {
@@ -186,6 +205,11 @@ int test_main(int argc, char **argv, const test *tests, size_t count)
     release_until(NULL);
     printf("%d passed, %d failed, %d skipped\n", n_passed, n_failed, n_skipped);
     return n_failed > 0 || n_passed + n_skipped == 0;
+}
+
+__attribute__((weak)) int main(int argc, char **argv)
+{
+    return test_main(argc, argv);
 }
 
 uint64_t test_random_u64(test_random *r)

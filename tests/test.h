@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A test program: an array of named functions and a main.
+ * A test program: functions that are tests, which run in the order of the file.
  *
- *     static void constant_map(void) { ... CHECK(x == y); ... }
- *     static const test tests[] = {TEST(constant_map)};
- *     TEST_MAIN(tests)
+ *     TEST(constant_map)
+ *     {
+ *         ... CHECK(x == y); ...
+ *     }
  *
  * Arguments pick tests by name; none runs all. The last line printed is
  * "N passed, N failed, N skipped"; the exit status is 1 if any failed.
@@ -41,7 +42,24 @@ typedef struct test {
     const char *name;
     void (*run)(void);
     bool slow; /* not run where IBL_TEST_QUICK is set, unless by name */
+    int line;
+    struct test *next;
 } test;
+
+/* The head of a test, and of one that is slow; both, with a name of its own. */
+#define TEST(f) TEST_OF(f, #f, false)
+#define TEST_SLOW(f) TEST_OF(f, #f, true)
+#define TEST_OF(f, name, slow)                                                 \
+    static void f(void);                                                       \
+    __attribute__((constructor)) static void add_##f(void)                     \
+    {                                                                          \
+        static test t = {name, f, slow, __LINE__, NULL};                       \
+        test_add(&t);                                                          \
+    }                                                                          \
+    static void f(void)
+void test_add(test *t);
+/* Runs before the tests, where a program has it. */
+void test_setup(void);
 
 /* A failed check ends nothing: the test goes on and counts as failed once. */
 #define CHECK(expr) test_check((expr), __FILE__, __LINE__, #expr)
@@ -54,19 +72,6 @@ typedef struct test {
 /* Ends the running test if expr is false: for what later lines need. */
 #define NEED(expr)                                                             \
     (test_check((expr), __FILE__, __LINE__, #expr) ? (void)0 : test_leave())
-#define TEST(f)                                                                \
-    {                                                                          \
-#f, f, false                                                           \
-    }
-#define TEST_SLOW(f)                                                           \
-    {                                                                          \
-#f, f, true                                                            \
-    }
-#define TEST_MAIN(array)                                                       \
-    int main(int argc, char **argv)                                            \
-    {                                                                          \
-        return test_main(argc, argv, array, sizeof array / sizeof array[0]);   \
-    }
 
 bool test_check(bool ok, const char *file, int line, const char *expr);
 void test_fail(const char *file, int line, const char *fmt, ...)
@@ -91,7 +96,8 @@ void *test_alloc(size_t count, size_t size);
 /* What they are given, freed after the running test. */
 ibl_image test_image(ibl_image image);
 ibl_cube test_cube(ibl_cube cube);
-int test_main(int argc, char **argv, const test *tests, size_t count);
+/* What main is, where a program has none of its own. */
+int test_main(int argc, char **argv);
 
 /* A seeded generator (splitmix64), the same on every machine. */
 typedef struct test_random {
