@@ -121,58 +121,58 @@ ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer)
     return layer < set->count ? set->bake.alpha : IBL_ALPHA_IGNORE;
 }
 
-/* The settings that the texels of a layer depend on. */
-static void describe(const ibl_probes_bake *p, ibl_alpha alpha, FILE *to)
+/* Everything that the texels of a layer depend on; for free(), NULL: no
+ * memory. */
+static char *describe(const ibl_probes_bake *p, int layer, const char *files)
 {
     const ibl_set_bake *b = &p->set.bake;
     const ibl_specular_options *s = &b->options.specular_options;
     const ibl_read_options *r = &p->opts->common.read;
 
-    fprintf(to,
-            "iblbake %s %s %s\nsize %d levels %d mapping %d method %d "
-            "samples %d tolerance %.17g pixel %d overflow %d irradiance %d\n"
-            "part %d strict %d any_aspect %d alpha %s layer %s\n",
-            IBL_VERSION, IBL_REVISION, ibl_isa_name(p->isa), s->size, s->levels,
-            (int)s->mapping, (int)s->method, s->samples, s->tolerance,
-            (int)b->pixel, (int)b->overflow, b->options.irradiance_options.size,
-            r->part, r->strict, r->any_aspect, ibl_alpha_name(alpha),
-            r->layer ? r->layer : "");
+    return ibl_format(
+        "iblbake %s %s %s\nsize %d levels %d mapping %d method %d samples %d "
+        "tolerance %.17g pixel %d overflow %d irradiance %d\npart %d strict %d "
+        "any_aspect %d alpha %s layer %s\n%s %s",
+        IBL_VERSION, IBL_REVISION, ibl_isa_name(p->isa), s->size, s->levels,
+        (int)s->mapping, (int)s->method, s->samples, s->tolerance,
+        (int)b->pixel, (int)b->overflow, b->options.irradiance_options.size,
+        r->part, r->strict, r->any_aspect,
+        ibl_alpha_name(ibl_probes_alpha(&p->set, layer)),
+        r->layer ? r->layer : "",
+        ibl_capture_name(p->set.entry[layer].capture.kind), files);
 }
 
-static bool hash_capture(const ibl_probes_bake *p, const ibl_capture *c,
-                         ibl_alpha alpha, char hash[IBL_HASH_SIZE])
+static bool hash_capture(const ibl_probes_bake *p, const ibl_capture *c, int i,
+                         char hash[IBL_HASH_SIZE])
 {
-    ibl_memory_file file;
-    FILE *to = ibl_memory_open(&file);
-    bool ok = true;
+    char element[16] = "";
 
-    if (!to)
-        return ibl_probes_no_memory(p);
-    describe(p, alpha, to);
-    fputs(ibl_capture_name(c->kind), to);
-    for (int i = 0; i < c->count && ok; i++) {
-        char one[IBL_HASH_SIZE];
-        ok = ibl_probes_check_input(p, c->file[i]);
-        if (ok && !ibl_hash_file(c->file[i], one)) {
-            char element[16] = "";
-            if (c->count > 1)
-                snprintf(element, sizeof element, "[%d]", i);
-            ok = ibl_console_fail(
-                p->console,
-                "%s: %s.%s%s: expected a file that can be read, "
-                "found %s: %s",
-                p->opts->input, c->place, ibl_capture_name(c->kind), element,
-                c->file[i],
-                errno == EINVAL ? "no regular file" : strerror(errno));
-        }
-        if (ok)
-            fprintf(to, " %s", one);
-    }
-    char *text = ibl_memory_close(to, &file);
+    if (!ibl_probes_check_input(p, c->file[i]))
+        return false;
+    if (ibl_hash_file(c->file[i], hash))
+        return true;
+    if (c->count > 1)
+        snprintf(element, sizeof element, "[%d]", i);
+    return ibl_console_fail(
+        p->console,
+        "%s: %s.%s%s: expected a file that can be read, found %s: %s",
+        p->opts->input, c->place, ibl_capture_name(c->kind), element,
+        c->file[i], errno == EINVAL ? "no regular file" : strerror(errno));
+}
+
+static bool hash_layer(const ibl_probes_bake *p, int layer)
+{
+    ibl_set_entry *e = &p->set.entry[layer];
+    char files[IBL_FACES * IBL_HASH_SIZE]; /* the hash of each */
+
+    for (int i = 0; i < e->capture.count; i++)
+        if (!hash_capture(p, &e->capture, i, files + i * (IBL_HASH_SIZE - 1)))
+            return false;
+    char *text = describe(p, layer, files);
     if (text)
-        ibl_hash_bytes(text, file.size, hash);
+        ibl_hash_bytes(text, strlen(text), e->hash);
     free(text);
-    return ok && (text || ibl_probes_no_memory(p));
+    return text || ibl_probes_no_memory(p);
 }
 
 bool ibl_probes_hash_inputs(ibl_probes_bake *p)
@@ -181,8 +181,7 @@ bool ibl_probes_hash_inputs(ibl_probes_bake *p)
     bool ok = true;
 
     for (int i = 0; i < p->set.layers && ok; i++)
-        ok = hash_capture(p, &p->set.entry[i].capture,
-                          ibl_probes_alpha(&p->set, i), p->set.entry[i].hash);
+        ok = hash_layer(p, i);
     const int n =
         snprintf(lut, sizeof lut, "iblbake %s %s %s\nlut %d %d", IBL_VERSION,
                  IBL_REVISION, ibl_isa_name(p->isa), p->set.bake.lut_size,

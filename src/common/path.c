@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: MIT */
-#define _GNU_SOURCE /* asprintf */
 #include "common/path.h"
 
 #include <errno.h>
@@ -8,6 +7,8 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+#include "common/text.h"
 
 const char *ibl_path_name(const char *path)
 {
@@ -25,18 +26,16 @@ bool ibl_path_same(const char *a, const char *b)
 char *ibl_path_join(const char *directory, const char *name)
 {
     const char *slash = directory[strlen(directory) - 1] == '/' ? "" : "/";
-    char *path;
 
-    return asprintf(&path, "%s%s%s", directory, slash, name) < 0 ? NULL : path;
+    return ibl_format("%s%s%s", directory, slash, name);
 }
 
 char *ibl_path_beside(const char *file, const char *name)
 {
     const char *last = ibl_path_name(file);
     const int length = *name != '/' ? (int)(last - file) : 0;
-    char *path;
 
-    return asprintf(&path, "%.*s%s", length, file, name) < 0 ? NULL : path;
+    return ibl_format("%.*s%s", length, file, name);
 }
 
 bool ibl_path_is_open(const char *path)
