@@ -78,7 +78,7 @@ static void to_rgb(const unsigned char *const plane[3], int count, float *dst)
 {
     int i = 0;
 
-    for (; i + VF <= count; i += VF, dst += 3 * VF)
+    for (; i + VF < count; i += VF, dst += 3 * VF)
         vf_store_rgb(dst, widen(plane[0] + 2 * i), widen(plane[1] + 2 * i),
                      widen(plane[2] + 2 * i));
     const unsigned char *const rest[3] = {plane[0] + 2 * i, plane[1] + 2 * i,

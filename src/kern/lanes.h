@@ -238,40 +238,15 @@ static inline void vf_transpose(vf v[4])
     v[3] = MM(shuffle_ps)(b, d, 0xEE);
 }
 
-/* VF R, G and B each to floats R G B R G B ... */
-#if VF == 8
-/* Eight R, G, B each to 24 floats: every lane of each is put where it goes,
- * then blended. */
+#if VF <= 8
+/* VF R, G and B each to floats R G B R G B ..., and one float beyond. */
 static inline void vf_store_rgb(float *dst, vf r, vf g, vf b)
 {
-    const __m256i at_r = _mm256_setr_epi32(0, 3, 6, 1, 4, 7, 2, 5);
-    const __m256i at_g = _mm256_setr_epi32(5, 0, 3, 6, 1, 4, 7, 2);
-    const __m256i at_b = _mm256_setr_epi32(2, 5, 0, 3, 6, 1, 4, 7);
-
-    r = _mm256_permutevar8x32_ps(r, at_r); /* r0 r3 r6 r1 r4 r7 r2 r5 */
-    g = _mm256_permutevar8x32_ps(g, at_g);
-    b = _mm256_permutevar8x32_ps(b, at_b);
-    _mm256_storeu_ps(dst,
-                     _mm256_blend_ps(_mm256_blend_ps(r, g, 0x92), b, 0x24));
-    _mm256_storeu_ps(dst + 8,
-                     _mm256_blend_ps(_mm256_blend_ps(r, g, 0x24), b, 0x49));
-    _mm256_storeu_ps(dst + 16,
-                     _mm256_blend_ps(_mm256_blend_ps(r, g, 0x49), b, 0x92));
-}
-#elif VF == 4
-/* Four R, G, B each to twelve floats R G B R G B ... */
-static inline void vf_store_rgb(float *dst, vf r, vf g, vf b)
-{
-    const __m128 rg_lo = _mm_unpacklo_ps(r, g);          /* r0 g0 r1 g1 */
-    const __m128 rg_hi = _mm_unpackhi_ps(r, g);          /* r2 g2 r3 g3 */
-    const __m128 b0_r1 = _mm_shuffle_ps(b, rg_lo, 0x20); /* b0 b0 r1 r1' */
-    const __m128 b1_g1 = _mm_shuffle_ps(rg_lo, b, 0x13); /* g1 r0 b1 b0 */
-    const __m128 b2_r3 = _mm_shuffle_ps(b, rg_hi, 0x22); /* b2 b0 r3 r2 */
-    const __m128 g3_b3 = _mm_shuffle_ps(rg_hi, b, 0x33); /* g3 r2 b3 b0 */
-
-    _mm_storeu_ps(dst, _mm_shuffle_ps(rg_lo, b0_r1, 0x84));
-    _mm_storeu_ps(dst + 4, _mm_shuffle_ps(b1_g1, rg_hi, 0x48));
-    _mm_storeu_ps(dst + 8, _mm_shuffle_ps(b2_r3, g3_b3, 0x88));
+    vf v[4] = {r, g, b, b};
+    vf_transpose(v); /* pixels 0 4, 1 5, ... */
+#pragma GCC unroll 8
+    for (size_t i = 0; i < VF; i++)
+        _mm_storeu_ps(dst + 3 * i, vf_quad(v[i % 4], i / 4));
 }
 #endif
 

@@ -84,7 +84,7 @@ static void to_rgb(const unsigned char *src, size_t plane_bytes, int count,
     const vf r = vf_all(scale[0]), g = vf_all(scale[1]), b = vf_all(scale[2]);
     int i = 0;
 
-    for (; i + VF <= count; i += VF) {
+    for (; i + VF < count; i += VF) {
         const unsigned char *p = src + i;
         const vf unit = unit_of(widen(p + 3 * plane_bytes));
         vf_store_rgb(dst + 3 * i, scale_by(widen(p), unit, r),
