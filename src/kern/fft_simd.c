@@ -104,61 +104,52 @@ static const float eighths[3][2] = {{0x1.6a09e6p-1f, -0x1.6a09e6p-1f},
                                     {0, -1},
                                     {-0x1.6a09e6p-1f, -0x1.6a09e6p-1f}};
 
-static inline void leaf_of_two(float *z)
-{
-    const vc x = vc_load(z, 0), y = vc_load(z, 1);
-    vc_store(z, 0, vc_add(x, y));
-    vc_store(z, 1, vc_sub(x, y));
-}
-
-/* The last stages: blocks of at most eight values. */
-static inline void leaf(float *z, int size)
+/* The last stages, or first ones on the way back: blocks of at most eight
+ * values. */
+static inline void leaf(float *z, int size, bool back)
 {
     vc v[4], u[4];
     if (size == 2) {
-        leaf_of_two(z);
+        const vc x = vc_load(z, 0), y = vc_load(z, 1);
+        vc_store(z, 0, vc_add(x, y));
+        vc_store(z, 1, vc_sub(x, y));
         return;
     }
     load_four(z, 1, v);
-    if (size == 8) {
-#pragma GCC unroll 4
-        for (size_t k = 0; k < 4; k++) {
-            const vc x = v[k], y = vc_load(z, k + 4), d = vc_sub(x, y);
-            v[k] = vc_add(x, y);
-            u[k] = k ? vc_mul(d, eighths[k - 1]) : d;
-        }
-        quarter(u);
-        store_four(z + 4 * IBL_FFT_VALUE, 1, u);
-    }
-    quarter(v);
-    store_four(z, 1, v);
-}
-
-static inline void leaf_inverse(float *z, int size)
-{
-    vc v[4], u[4];
-    if (size == 2) {
-        leaf_of_two(z);
-        return;
-    }
-    load_four(z, 1, v);
-    quarter_inverse(v);
+    if (back)
+        quarter_inverse(v);
     if (size == 8) {
         load_four(z + 4 * IBL_FFT_VALUE, 1, u);
-        quarter_inverse(u);
+        if (back)
+            quarter_inverse(u);
 #pragma GCC unroll 4
         for (size_t k = 0; k < 4; k++) {
             const vc x = v[k];
-            const vc y = k ? vc_mul_conj(u[k], eighths[k - 1]) : u[k];
+            const vc y = back && k ? vc_mul_conj(u[k], eighths[k - 1]) : u[k];
+            const vc d = vc_sub(x, y);
             v[k] = vc_add(x, y);
-            vc_store(z, k + 4, vc_sub(x, y));
+            u[k] = !back && k ? vc_mul(d, eighths[k - 1]) : d;
         }
+        if (!back)
+            quarter(u);
+        store_four(z + 4 * IBL_FFT_VALUE, 1, u);
     }
+    if (!back)
+        quarter(v);
     store_four(z, 1, v);
 }
 
+/* The three values that have factors, times them or, on the way back, their
+ * conjugates. */
+static inline void turn_three(vc v[4], const float *w, bool back)
+{
+    v[1] = back ? vc_mul_conj(v[1], w + 2) : vc_mul(v[1], w + 2);
+    v[2] = back ? vc_mul_conj(v[2], w) : vc_mul(v[2], w);
+    v[3] = back ? vc_mul_conj(v[3], w + 4) : vc_mul(v[3], w + 4);
+}
+
 /* Two stages of a block of size values. */
-static inline void pass(float *z, size_t size, const float *w)
+static inline void pass(float *z, size_t size, const float *w, bool back)
 {
     const size_t q = size / 4;
     for (size_t j = 0; j < q; j++, w += 6)
@@ -166,56 +157,29 @@ static inline void pass(float *z, size_t size, const float *w)
             float *at = z + j * IBL_FFT_VALUE + l;
             vc v[4];
             load_four(at, q, v);
-            quarter(v);
-            v[1] = vc_mul(v[1], w + 2);
-            v[2] = vc_mul(v[2], w);
-            v[3] = vc_mul(v[3], w + 4);
+            if (!back)
+                quarter(v);
+            turn_three(v, w, back);
+            if (back)
+                quarter_inverse(v);
             store_four(at, q, v);
         }
 }
 
-static inline void pass_inverse(float *z, size_t size, const float *w)
-{
-    const size_t q = size / 4;
-    for (size_t j = 0; j < q; j++, w += 6)
-        for (size_t l = 0; l < IBL_FFT_LANES; l += VF) {
-            float *at = z + j * IBL_FFT_VALUE + l;
-            vc v[4];
-            load_four(at, q, v);
-            v[1] = vc_mul_conj(v[1], w + 2);
-            v[2] = vc_mul_conj(v[2], w);
-            v[3] = vc_mul_conj(v[3], w + 4);
-            quarter_inverse(v);
-            store_four(at, q, v);
-        }
-}
-
-static void forward(const float *const *passes, float *z, int size)
+static void transform(float *const *passes, float *z, int size, bool back)
 {
     if (size <= 8) {
         for (size_t l = 0; l < IBL_FFT_LANES; l += VF)
-            leaf(z + l, size);
+            leaf(z + l, size, back);
         return;
     }
-    pass(z, (size_t)size, *passes);
-#pragma GCC unroll 4
+    if (!back)
+        pass(z, (size_t)size, *passes, false);
     for (size_t k = 0; k < 4; k++)
-        forward(passes + 1, z + k * ((size_t)size / 4) * IBL_FFT_VALUE,
-                size / 4);
-}
-
-static void inverse(const float *const *passes, float *z, int size)
-{
-    if (size <= 8) {
-        for (size_t l = 0; l < IBL_FFT_LANES; l += VF)
-            leaf_inverse(z + l, size);
-        return;
-    }
-#pragma GCC unroll 4
-    for (size_t k = 0; k < 4; k++)
-        inverse(passes + 1, z + k * ((size_t)size / 4) * IBL_FFT_VALUE,
-                size / 4);
-    pass_inverse(z, (size_t)size, *passes);
+        transform(passes + 1, z + k * ((size_t)size / 4) * IBL_FFT_VALUE,
+                  size / 4, back);
+    if (back)
+        pass(z, (size_t)size, *passes, true);
 }
 
 /* a x + b conj(y); part is from real to imaginary parts. */
@@ -258,14 +222,14 @@ static void merge(const ibl_fft_spectrum *in, const ibl_fft_pair *pairs,
         }
 }
 
-static void all_forward(const ibl_fft *fft, float *z)
+static void forward(const ibl_fft *fft, float *z)
 {
-    forward((const float *const *)fft->passes, z, fft->size);
+    transform(fft->passes, z, fft->size, false);
 }
 
-static void all_inverse(const ibl_fft *fft, float *z)
+static void inverse(const ibl_fft *fft, float *z)
 {
-    inverse((const float *const *)fft->passes, z, fft->size);
+    transform(fft->passes, z, fft->size, true);
 }
 
-IBL_VECTOR_KERNEL(ibl_fft, all_forward, all_inverse, split, merge)
+IBL_VECTOR_KERNEL(ibl_fft, forward, inverse, split, merge)
