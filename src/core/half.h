@@ -6,6 +6,39 @@
 #include <stdint.h>
 #include <string.h>
 
+static inline uint32_t ibl_bits_of(float f)
+{
+    uint32_t u;
+    memcpy(&u, &f, sizeof u);
+    return u;
+}
+
+static inline float ibl_float_of(uint32_t bits)
+{
+    float f;
+    memcpy(&f, &bits, sizeof f);
+    return f;
+}
+
+/* Floats of 5 exponent bits (bias 15), no sign and `mantissa` bits, at most 10.
+ * f is not NaN, >= 0 and at most the largest finite value; ties go to even. */
+static inline uint32_t ibl_small_float(float f, int mantissa)
+{
+    const uint32_t bits = ibl_bits_of(f);
+    const int drop = 23 - mantissa;
+
+    if (bits < 0x38800000) {
+        /* Below 2^-14 it counts in units of 2^(-14 - mantissa). Adding the
+         * power of two whose last bit is that unit leaves the count, rounded
+         * to even, in the sum's low bits. */
+        const float magic = ibl_float_of((uint32_t)(drop - 14 + 127) << 23);
+        return ibl_bits_of(f + magic) - ibl_bits_of(magic);
+    }
+    /* Add half less one, plus the bit that stays, and drop the bits. */
+    const uint32_t half = (1u << (drop - 1)) - 1;
+    return (bits + half + (bits >> drop & 1) - (112u << 23)) >> drop;
+}
+
 /* Rounds to nearest even; overflow gives +-Inf, NaN stays NaN, denormals are
  * kept. */
 uint16_t ibl_half_from_float(float f);
@@ -17,19 +50,12 @@ static inline float ibl_half_to_float(uint16_t h)
     const uint32_t sign = (uint32_t)(h & 0x8000) << 16;
     const uint32_t exponent = h & 0x7C00;
     uint32_t bits = ((uint32_t)(h & 0x7FFF) << 13) + (112u << 23);
-    float f;
 
     if (exponent == 0x7C00)
         bits += 112u << 23;
-    if (!exponent) {
-        bits += 1u << 23;
-        memcpy(&f, &bits, sizeof f);
-        f -= 0x1p-14f;
-        memcpy(&bits, &f, sizeof bits);
-    }
-    bits |= sign;
-    memcpy(&f, &bits, sizeof f);
-    return f;
+    if (!exponent)
+        bits = ibl_bits_of(ibl_float_of(bits + (1u << 23)) - 0x1p-14f);
+    return ibl_float_of(bits | sign);
 }
 
 #endif

@@ -81,37 +81,24 @@ static void find_floor(const fill *a)
                 a->cube->data[i + c] < low[c] ? a->cube->data[i + c] : low[c];
 }
 
-static void copy_row(const fill *a, int face, int y)
-{
-    const int n = a->edge;
-    const float *low = a->pyramid->floor;
-    const float *src =
-        ibl_cube_face(a->cube, 0, face) + 3 * (size_t)y * (size_t)n;
-    float *dst = texel_at(a, face, 0, y);
-    for (int x = 0; x < n; x++) {
-        for (int c = 0; c < 3; c++)
-            dst[CHANNELS * x + c] = src[3 * x + c] - low[c];
-    }
-}
-
-/* Row y and its mirror image of every face: they share the solid angles, and
- * so do the two halves of each. */
+/* Row y of every face. A texel and its mirror images get the same angle, to the
+ * last bit. */
 static void copy_job(void *arg, int y, int worker)
 {
     const fill *a = arg;
     const int n = a->edge, mirror = n - 1 - y;
+    const float *low = a->pyramid->floor;
     (void)worker;
-    for (int face = 0; face < IBL_FACES; face++) {
-        copy_row(a, face, y);
-        copy_row(a, face, mirror);
-    }
-    for (int x = 0; x <= n - 1 - x; x++) {
-        const float angle = (float)ibl_cube_solid_angle(n, x, y);
+    for (int x = 0; x < n; x++) {
+        const float angle = (float)ibl_cube_solid_angle(
+            n, x < n - 1 - x ? x : n - 1 - x, y < mirror ? y : mirror);
         for (int face = 0; face < IBL_FACES; face++) {
-            texel_at(a, face, x, y)[3] = angle;
-            texel_at(a, face, n - 1 - x, y)[3] = angle;
-            texel_at(a, face, x, mirror)[3] = angle;
-            texel_at(a, face, n - 1 - x, mirror)[3] = angle;
+            const float *src = ibl_cube_face(a->cube, 0, face) +
+                               3 * ((size_t)y * (size_t)n + (size_t)x);
+            float *dst = texel_at(a, face, x, y);
+            for (int c = 0; c < 3; c++)
+                dst[c] = src[c] - low[c];
+            dst[3] = angle;
         }
     }
 }
@@ -164,7 +151,7 @@ static ibl_status fill_levels(ibl_ctx *ctx, fill *a)
 {
     a->edge = a->pyramid->size;
     find_floor(a);
-    ibl_status status = ibl_run(ctx, NULL, (a->edge + 1) / 2, copy_job, a);
+    ibl_status status = ibl_run(ctx, NULL, a->edge, copy_job, a);
     if (!status)
         fill_border(a);
     for (a->level = 1; a->level < a->pyramid->levels && !status; a->level++) {

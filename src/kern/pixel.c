@@ -10,21 +10,6 @@
 
 #include "core/half.h"
 
-static uint32_t bits_of(float f)
-{
-    uint32_t u;
-    memcpy(&u, &f, sizeof u);
-    return u;
-}
-
-static float power_of_two(int exponent)
-{
-    const uint32_t u = (uint32_t)(exponent + 127) << 23;
-    float f;
-    memcpy(&f, &u, sizeof f);
-    return f;
-}
-
 /* f within [-max, max], NaN as 0; one more in *beyond if it was outside. */
 static float clamp_signed(float f, float max, size_t *beyond)
 {
@@ -116,9 +101,10 @@ static uint32_t shared_exponent(const float rgb[3], size_t *beyond)
         c[i] = clamp_unsigned(rgb[i], IBL_RGB9E5_MAX, beyond);
         max = c[i] > max ? c[i] : max;
     }
-    const int floor_log2 = (int)(bits_of(max) >> 23) - 127;
+    const int floor_log2 = (int)(ibl_bits_of(max) >> 23) - 127;
     int exponent = (floor_log2 > -B - 1 ? floor_log2 : -B - 1) + 1 + B;
-    double scale = power_of_two(B + N - exponent);
+    double scale =
+        (double)ibl_float_of((uint32_t)(127 + B + N - exponent) << 23);
     if ((uint32_t)(max * scale + 0.5) == 1u << N) {
         exponent++;
         scale /= 2;
@@ -140,26 +126,6 @@ static size_t encode_rgb9e5(const float *src, size_t count, void *dst)
     return beyond;
 }
 
-/* Floats of 5 exponent bits (bias 15), no sign and `mantissa` bits, of which
- * R11G11B10F has three. f is not NaN, >= 0 and at most the largest finite
- * value; ties go to even. */
-static uint32_t small_float(float f, int mantissa)
-{
-    const uint32_t bits = bits_of(f);
-    const int drop = 23 - mantissa;
-
-    if (bits < 0x38800000) {
-        /* Below 2^-14 it counts in units of 2^(-14 - mantissa). Adding the
-         * power of two whose last bit is that unit leaves the count, rounded
-         * to even, in the sum's low bits. */
-        const float magic = power_of_two(drop - 14);
-        return bits_of(f + magic) - bits_of(magic);
-    }
-    /* As in ibl_half_from_float: add half less one, plus the bit that stays. */
-    const uint32_t half = (1u << (drop - 1)) - 1;
-    return (bits + half + (bits >> drop & 1) - (112u << 23)) >> drop;
-}
-
 static size_t encode_r11g11b10f(const float *src, size_t count, void *dst)
 {
     unsigned char *out = dst;
@@ -168,8 +134,9 @@ static size_t encode_r11g11b10f(const float *src, size_t count, void *dst)
         const float r = clamp_unsigned(src[0], IBL_SMALL11_MAX, &beyond);
         const float g = clamp_unsigned(src[1], IBL_SMALL11_MAX, &beyond);
         const float b = clamp_unsigned(src[2], IBL_SMALL10_MAX, &beyond);
-        const uint32_t texel = small_float(r, 6) | small_float(g, 6) << 11 |
-                               small_float(b, 5) << 22;
+        const uint32_t texel = ibl_small_float(r, 6) |
+                               ibl_small_float(g, 6) << 11 |
+                               ibl_small_float(b, 5) << 22;
         memcpy(out, &texel, sizeof texel);
     }
     return beyond;

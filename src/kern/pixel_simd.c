@@ -25,7 +25,7 @@ static inline void store_halves(unsigned char *out, vf v)
                      _mm256_cvtps_ph(v, _MM_FROUND_TO_NEAREST_INT));
 }
 #else
-/* The arithmetic of small_float in pixel.c. */
+/* The arithmetic of ibl_small_float. */
 static inline void store_halves(unsigned char *out, vf v)
 {
     const vi bits = (vi)v & 0x7FFFFFFF, odd = bits >> 13 & 1;
