@@ -193,20 +193,24 @@ static int brightest_first(const void *a, const void *b)
     return (x->texel > y->texel) - (x->texel < y->texel);
 }
 
-/* All of the channel; *lost gets what nothing takes. False: no memory. */
-static bool spread(basin *b, size_t count, double *lost)
+/* All of a channel; *lost gets what nothing takes. False: no memory. */
+static bool spread(basin *b, int channel, float max, double *lost)
 {
-    source *sources = ibl_alloc_array(count, sizeof *sources);
-    size_t found = 0;
+    size_t count = 0, found = 0;
 
+    b->channel = channel;
+    b->max = max;
+    for (uint32_t i = 0; i < texels_of(b); i++)
+        count += *value(b, i) > max;
+    source *sources = ibl_alloc_array(count, sizeof *sources);
     if (!sources)
         return false;
     for (uint32_t i = 0; i < texels_of(b); i++)
-        if (*value(b, i) > b->max)
+        if (*value(b, i) > max)
             sources[found++] = (source){*value(b, i), i};
-    qsort(sources, found, sizeof *sources, brightest_first);
-    for (size_t i = 0; i < found; i++)
-        if (*value(b, sources[i].texel) > b->max)
+    qsort(sources, count, sizeof *sources, brightest_first);
+    for (size_t i = 0; i < count; i++)
+        if (*value(b, sources[i].texel) > max)
             *lost += pour(b, sources[i].texel);
     ibl_free(sources);
     return true;
@@ -215,8 +219,7 @@ static bool spread(basin *b, size_t count, double *lost)
 /* ---- the call --------------------------------------------------------- */
 
 typedef struct survey {
-    size_t texels;   /* that are beyond */
-    size_t count[3]; /* of them by channel */
+    size_t texels; /* that are beyond */
     double light, beyond;
 } survey;
 
@@ -230,46 +233,37 @@ static bool any_beyond(const float max[3], size_t texels, const float *level)
 }
 
 /* Of infinity nothing can be kept: it counts as nothing. */
-static void look_at(const float *rgb, const float max[3], double angle,
-                    survey *s)
-{
-    bool beyond = false;
-
-    for (int c = 0; c < 3; c++) {
-        if (isfinite(rgb[c]))
-            s->light += angle * (double)rgb[c];
-        if (!(rgb[c] > max[c]))
-            continue;
-        beyond = true;
-        s->count[c]++;
-        if (isfinite(rgb[c]))
-            s->beyond += angle * ((double)rgb[c] - (double)max[c]);
-    }
-    s->texels += beyond;
-}
-
 static survey look(const basin *b, const float max[3], const float *level)
 {
     survey s = {0};
 
-    for (int line = 0; line < IBL_FACES * b->n; line++)
-        for (int x = 0; x < b->n; x++, level += 3)
-            look_at(level, max, angle_at(b, x, line % b->n), &s);
+    for (uint32_t i = 0; i < texels_of(b); i++, level += 3) {
+        const double angle = solid_angle(b, i);
+        bool beyond = false;
+        for (int c = 0; c < 3; c++) {
+            const double value = isfinite(level[c]) ? (double)level[c] : 0;
+            s.light += angle * value;
+            if (value > (double)max[c])
+                s.beyond += angle * (value - (double)max[c]);
+            beyond |= level[c] > max[c];
+        }
+        s.texels += beyond;
+    }
     return s;
 }
 
-/* b has a copy of the level. */
-static bool spread_all(basin *b, const float max[3], const survey *s,
+/* Spreads what is beyond in a copy of the level. */
+static bool spread_all(basin *b, const float max[3], const float *level,
                        double *lost)
 {
     bool ok = true;
 
-    for (int c = 0; c < 3 && ok; c++) {
-        b->channel = c;
-        b->max = max[c];
-        if (s->count[c])
-            ok = spread(b, s->count[c], lost);
-    }
+    b->level = ibl_alloc_array(texels_of(b), 3 * sizeof *level);
+    if (!b->level)
+        return false;
+    memcpy(b->level, level, 3 * texels_of(b) * sizeof *level);
+    for (int c = 0; c < 3 && ok; c++)
+        ok = spread(b, c, max[c], lost);
     return ok;
 }
 
@@ -277,24 +271,18 @@ ibl_status ibl_overflow_settle(ibl_ctx *ctx, ibl_overflow how,
                                const float max[3], int n, const float *level,
                                float **settled, ibl_overflow_level *out)
 {
-    const size_t texels = IBL_FACES * (size_t)n * (size_t)n;
     basin b;
 
     *settled = NULL;
     *out = (ibl_overflow_level){0};
-    if (!any_beyond(max, texels, level))
+    if (!any_beyond(max, IBL_FACES * (size_t)n * (size_t)n, level))
         return IBL_OK;
     bool ok = basin_init(&b, n);
     if (ok) {
         const survey s = look(&b, max, level);
         double lost = how == IBL_OVERFLOW_SPREAD ? 0 : s.beyond;
-        if (how == IBL_OVERFLOW_SPREAD) {
-            b.level = ibl_alloc_array(texels, 3 * sizeof *b.level);
-            ok = b.level != NULL;
-            if (ok)
-                memcpy(b.level, level, 3 * texels * sizeof *level);
-            ok = ok && spread_all(&b, max, &s, &lost);
-        }
+        if (how == IBL_OVERFLOW_SPREAD)
+            ok = spread_all(&b, max, level, &lost);
         out->texels = s.texels;
         if (s.light > 0) {
             /* Less is what rounding leaves of the difference. */
