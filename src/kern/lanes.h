@@ -136,37 +136,18 @@ static inline vi vi_max(vi a, vi b)
 #endif
 
 /* VD floats from p, widened, and the way back. */
-#if VF == 16
+typedef float vd_floats
+    __attribute__((vector_size(4 * VD), aligned(4), may_alias));
+
 static inline vd vd_load_floats(const float *p)
 {
-    return _mm512_cvtps_pd(_mm256_loadu_ps(p));
+    return __builtin_convertvector(*(const vd_floats *)p, vd);
 }
 
 static inline void vd_store_floats(float *p, vd v)
 {
-    _mm256_storeu_ps(p, _mm512_cvtpd_ps(v));
+    *(vd_floats *)p = __builtin_convertvector(v, vd_floats);
 }
-#elif VF == 8
-static inline vd vd_load_floats(const float *p)
-{
-    return _mm256_cvtps_pd(_mm_loadu_ps(p));
-}
-
-static inline void vd_store_floats(float *p, vd v)
-{
-    _mm_storeu_ps(p, _mm256_cvtpd_ps(v));
-}
-#else
-static inline vd vd_load_floats(const float *p)
-{
-    return _mm_cvtps_pd(_mm_castsi128_ps(_mm_loadl_epi64((const __m128i *)p)));
-}
-
-static inline void vd_store_floats(float *p, vd v)
-{
-    _mm_storel_pi((__m64 *)p, _mm_cvtpd_ps(v));
-}
-#endif
 
 /*
  * Of quads, a vector's halves or all of it, four floats: the same one for each,

@@ -5,6 +5,19 @@
 #include "kern/lanes.h"
 #include "kern/octant_sums.h"
 
+/* Four floats, and as many doubles. */
+typedef float quad __attribute__((vector_size(16)));
+typedef double four __attribute__((vector_size(32), may_alias));
+
+static inline void widen(__m128 x, four *to)
+{
+#if VD == 4
+    *to = (four)_mm256_cvtps_pd(x);
+#else
+    *to = __builtin_convertvector((quad)x, four);
+#endif
+}
+
 /* The RGB at p, and nothing beyond it, with a zero or other. */
 static inline __m128 load_rgb(const float *p)
 {
@@ -28,16 +41,6 @@ static inline void collect_four(const float *row, const int *offset,
     rgb[2] = _mm_movelh_ps(_mm_unpackhi_ps(a, b), _mm_unpackhi_ps(c, d));
 }
 
-static inline void store_four(double *out, __m128 x)
-{
-#if VD == 4
-    _mm256_store_pd(out, _mm256_cvtps_pd(x));
-#else
-    _mm_store_pd(out, _mm_cvtps_pd(x));
-    _mm_store_pd(out + 2, _mm_cvtps_pd(_mm_movehl_ps(x, x)));
-#endif
-}
-
 static void collect(const float *row, const int *offset, int count,
                     double *pixels)
 {
@@ -46,8 +49,8 @@ static void collect(const float *row, const int *offset, int count,
         collect_four(row, offset, low);
         collect_four(row, offset + 4, high);
         for (int c = 0; c < 3; c++) {
-            store_four(pixels + c * IBL_OCTANTS, low[c]);
-            store_four(pixels + c * IBL_OCTANTS + 4, high[c]);
+            widen(low[c], (four *)(pixels + c * IBL_OCTANTS));
+            widen(high[c], (four *)(pixels + c * IBL_OCTANTS + 4));
         }
         offset += IBL_OCTANTS;
         pixels += IBL_OCTANT_RGB;
@@ -55,66 +58,38 @@ static void collect(const float *row, const int *offset, int count,
 }
 
 /* The RGB of a pixel and something, times a weight. */
-typedef struct weighed {
-#if VD == 4
-    __m256d rgb;
-#else
-    __m128d rg, b;
-#endif
-} weighed;
-
-static inline weighed weigh(const float *p, double weight)
+static inline void weigh(const float *p, double weight, four *rgb)
 {
-    const __m128 rgb = load_rgb(p);
-#if VD == 4
-    return (weighed){_mm256_set1_pd(weight) * _mm256_cvtps_pd(rgb)};
-#else
-    const __m128d w = _mm_set1_pd(weight);
-    return (weighed){w * _mm_cvtps_pd(rgb),
-                     w * _mm_cvtps_pd(_mm_movehl_ps(rgb, rgb))};
-#endif
-}
-
-static inline weighed sum_of(weighed a, weighed b)
-{
-#if VD == 4
-    return (weighed){a.rgb + b.rgb};
-#else
-    return (weighed){a.rg + b.rg, a.b + b.b};
-#endif
-}
-
-static inline void store_lane(double *pixel, weighed x)
-{
-#if VD == 4
-    const __m128d rg = _mm256_castpd256_pd128(x.rgb);
-    const __m128d b = _mm256_extractf128_pd(x.rgb, 1);
-#else
-    const __m128d rg = x.rg, b = x.b;
-#endif
-    _mm_storel_pd(pixel, rg);
-    _mm_storeh_pd(pixel + IBL_OCTANTS, rg);
-    _mm_storel_pd(pixel + 2 * IBL_OCTANTS, b);
+    widen(load_rgb(p), rgb);
+    *rgb *= weight;
 }
 
 /* A pixel's part of one row of the source. */
-static inline weighed part_of(const ibl_octant_blend *row, int k, int column)
+static inline void take_part(const ibl_octant_blend *row, int k, int column,
+                             four *rgb)
 {
     int x = column + row->turn[k];
     x -= x >= row->columns ? row->columns : 0;
     const ibl_octant_tap *tap = &row->taps[x];
-    const double right = row->weight[k] * tap->weight;
-    return sum_of(weigh(row->source[k] + tap->at[0], row->weight[k] - right),
-                  weigh(row->source[k] + tap->at[1], right));
+    const double weight = row->weight[k] * tap->weight;
+    four right;
+    weigh(row->source[k] + tap->at[0], row->weight[k] - weight, rgb);
+    weigh(row->source[k] + tap->at[1], weight, &right);
+    *rgb += right;
 }
 
 static void blend(const ibl_octant_blend *row, const int *column, int count,
                   int lanes, double *pixels)
 {
     for (int i = 0; i < count; i++) {
-        for (int m = 0; m < lanes; m++)
-            store_lane(pixels + m, sum_of(part_of(row, 0, column[m]),
-                                          part_of(row, 1, column[m])));
+        for (int m = 0; m < lanes; m++) {
+            four upper, lower;
+            take_part(row, 0, column[m], &upper);
+            take_part(row, 1, column[m], &lower);
+            upper += lower;
+            for (int c = 0; c < 3; c++)
+                pixels[c * IBL_OCTANTS + m] = upper[c];
+        }
         column += IBL_OCTANTS;
         pixels += IBL_OCTANT_RGB;
     }
@@ -161,13 +136,7 @@ static void add_spans(const ibl_octant_span *spans, int count,
 /* Four lanes times scale. */
 static inline __m128 four_floats(const double *p, double scale)
 {
-#if VD == 4
-    return _mm256_cvtpd_ps(_mm256_load_pd(p) * _mm256_set1_pd(scale));
-#else
-    const vd s = vd_all(scale);
-    return _mm_movelh_ps(_mm_cvtpd_ps(vd_load(p) * s),
-                         _mm_cvtpd_ps(vd_load(p + 2) * s));
-#endif
+    return (__m128) __builtin_convertvector(*(const four *)p * scale, quad);
 }
 
 static inline void write_rgb(float *const out[4], const ptrdiff_t step[4],
