@@ -32,75 +32,29 @@ enum {
     FILES
 };
 
-/* What an index says of an array. */
-typedef struct probe_array {
-    char *path; /* NULL: there is none */
-    ibl_pixel pixel;
-    int size, levels, layers;
-} probe_array;
-
-typedef struct probe_index {
-    int count;
-    ibl_probe *probe; /* in the order of ibl_probes_order, with their layers */
-    bool holes;       /* of some there are directions that have not been seen */
-    probe_array specular, irradiance;
-    ibl_roughness_map mapping;
-    double lod_scale, lod_offset;
-    double irradiance_scale; /* times the map, or sh, is E / pi */
-    /* Without an irradiance array: INDEX_SH coefficients, RGBA, of each
-     * probe. */
-    double (*sh)[4 * INDEX_SH];
-} probe_index;
-
 struct view_probe_set {
-    char *path;
+    char *paths[FILES]; /* NULL: there is none */
     view_file_stamp read[FILES];
-    probe_index index;
+    ibl_texture shape[FILES]; /* what the index says of an array; no data */
+    ibl_probe probe[IBL_MAX_TILE_PROBES]; /* as in locals */
+    bool holes; /* of some there are directions that have not been seen */
+    ibl_texture light; /* cubes of the index's harmonics, if it has these */
     view_probe_maps locals;
 };
 
 /* ---- files that change ------------------------------------------------- */
 
-static void list_files(const view_probe_set *set, char *paths[FILES])
-{
-    paths[INDEX] = set->path;
-    paths[SPECULAR] = set->index.specular.path;
-    paths[IRRADIANCE] = set->index.irradiance.path;
-}
-
 bool view_probe_set_changed(const view_probe_set *set, double settle)
 {
-    char *paths[FILES];
-
-    list_files(set, paths);
-    return view_files_changed(paths, FILES, set->read, settle, settle);
+    return view_files_changed(set->paths, FILES, set->read, settle, settle);
 }
 
 void view_probe_set_seen(view_probe_set *set)
 {
-    char *paths[FILES];
-
-    list_files(set, paths);
-    view_files_see(paths, FILES, set->read);
+    view_files_see(set->paths, FILES, set->read);
 }
 
 /* ---- index ------------------------------------------------------------- */
-
-static bool take_probe(ibl_json_at at, int layers, ibl_probe *p)
-{
-    const ibl_json_at proxy = ibl_json_optional(&at, "proxy");
-
-    p->has_proxy = proxy.value != NULL;
-    return ibl_json_int(ibl_json_member(&at, "layer"), 0, layers - 1,
-                        &p->layer) &&
-           ibl_json_int(ibl_json_member(&at, "priority"), -1000000, 1000000,
-                        &p->priority) &&
-           ibl_json_place(ibl_json_member(&at, "position"), p->position) &&
-           ibl_json_volume(ibl_json_member(&at, "influence"), &p->influence) &&
-           ibl_json_real(ibl_json_member(&at, "blend"), 0, IBL_JSON_FARTHEST,
-                         false, &p->blend) &&
-           ibl_json_volume(proxy, &p->proxy);
-}
 
 /* Probes that have seen everything have no harmonics of alpha. */
 static bool take_sh(ibl_json_at at, double sh[4 * INDEX_SH])
@@ -124,73 +78,73 @@ static bool take_sh(ibl_json_at at, double sh[4 * INDEX_SH])
     return true;
 }
 
-/* Programs write probes in their order; an edited index may have lost it. */
-static bool sort(const char *path, probe_index *x)
+/* A sum may be a little below 0 where it is dark, that of alpha above 1. */
+static bool take_light(ibl_json_at at, const ibl_texture *light, int layer)
 {
-    const size_t count = (size_t)x->count;
-    ibl_probe *from = calloc(count, sizeof *from);
-    double(*sh)[4 * INDEX_SH] = calloc(count, sizeof *sh);
-    int *order = calloc(count, sizeof *order);
-    const bool ok = from && sh && order;
+    const int floats = 4 * IBL_FACES * SH_EDGE * SH_EDGE;
+    float *texels = (float *)light->data + (size_t)floats * (size_t)layer;
+    double sh[4 * INDEX_SH];
 
-    if (ok) {
-        memcpy(from, x->probe, count * sizeof *from);
-        memcpy(sh, x->sh, count * sizeof *sh);
-        ibl_probes_order(from, x->count, order);
-    } else {
-        view_fail("%s: no memory for its probes", path);
-    }
-    for (size_t i = 0; i < count && ok; i++) {
-        x->probe[i] = from[order[i]];
-        memcpy(x->sh[i], sh[order[i]], sizeof *sh);
-    }
-    free(order);
-    free(sh);
-    free(from);
-    return ok;
+    if (!take_sh(at, sh))
+        return false;
+    view_harmonics_cube(sh, INDEX_SH, 4, SH_EDGE, texels);
+    for (int i = 3; i < floats; i += 4)
+        texels[i] = fminf(texels[i], 1);
+    return true;
 }
 
-/* Older indices do not have it. */
-static bool take_alpha(ibl_json_at at, probe_index *x)
+/* alpha: whether it has holes; older indices do not say so. */
+static bool take_probe(ibl_json_at at, view_probe_set *set, ibl_probe *p)
 {
+    const ibl_json_at proxy = ibl_json_optional(&at, "proxy");
     const ibl_json_at alpha = ibl_json_optional(&at, "alpha");
 
-    x->holes |= json_is_true(alpha.value);
-    return json_is_boolean(alpha.value) ||
-           ibl_json_wrong(alpha, "true or false");
+    p->has_proxy = proxy.value != NULL;
+    set->holes |= json_is_true(alpha.value);
+    return ibl_json_int(ibl_json_member(&at, "layer"), 0,
+                        set->shape[SPECULAR].layers - 1, &p->layer) &&
+           ibl_json_int(ibl_json_member(&at, "priority"), -1000000, 1000000,
+                        &p->priority) &&
+           ibl_json_place(ibl_json_member(&at, "position"), p->position) &&
+           ibl_json_volume(ibl_json_member(&at, "influence"), &p->influence) &&
+           ibl_json_real(ibl_json_member(&at, "blend"), 0, IBL_JSON_FARTHEST,
+                         false, &p->blend) &&
+           ibl_json_volume(proxy, &p->proxy) &&
+           (json_is_boolean(alpha.value) ||
+            ibl_json_wrong(alpha, "true or false")) &&
+           (!set->light.data || take_light(at, &set->light, p->layer));
 }
 
-static bool take_probes(ibl_json_at root, probe_index *x)
+/* Programs write probes in their order; an edited index may have lost it. */
+static bool take_probes(ibl_json_at root, view_probe_set *set)
 {
     const ibl_json_at probes = ibl_json_member(&root, "probes");
-    const size_t count = json_array_size(probes.value);
+    const int count = (int)json_array_size(probes.value);
+    ibl_probe probe[IBL_MAX_TILE_PROBES] = {0};
+    int order[IBL_MAX_TILE_PROBES];
 
-    if (json_is_array(probes.value) && count > IBL_MAX_TILE_PROBES)
+    if (count > IBL_MAX_TILE_PROBES)
         return ibl_json_wrong(probes,
                               "at most %d probes, which is what is drawn with",
                               IBL_MAX_TILE_PROBES);
     if (!ibl_json_array(probes, 1, IBL_MAX_TILE_PROBES))
         return false;
-    x->probe = calloc(count, sizeof *x->probe);
-    x->sh = calloc(count, sizeof *x->sh);
-    if (!x->probe || !x->sh)
-        return view_fail("%s: no memory for its probes", root.file->name);
-    for (size_t i = 0; i < count; i++) {
-        const ibl_json_at at = ibl_json_element(&probes, i);
-        if (!take_probe(at, x->specular.layers, &x->probe[i]) ||
-            !take_alpha(at, x) ||
-            (!x->irradiance.path && !take_sh(at, x->sh[i])))
+    for (int i = 0; i < count; i++)
+        if (!take_probe(ibl_json_element(&probes, (size_t)i), set, &probe[i]))
             return false;
-    }
-    x->count = (int)count;
-    return sort(root.file->name, x);
+    ibl_probes_order(probe, count, order);
+    for (int i = 0; i < count; i++)
+        set->probe[i] = probe[order[i]];
+    set->locals.count = count;
+    set->locals.probe = set->probe;
+    return true;
 }
 
-static bool take_array(ibl_json_at at, probe_array *a)
+static bool take_array(ibl_json_at at, char **path, ibl_texture *shape)
 {
     const ibl_json_at file = ibl_json_member(&at, "file");
     const char *name;
-    int choice;
+    int pixel;
 
     if (!ibl_json_text_at(file, &name))
         return false;
@@ -198,62 +152,84 @@ static bool take_array(ibl_json_at at, probe_array *a)
     if (strchr(name, '/'))
         return ibl_json_wrong(file, "the name of a file beside the index");
     if (!ibl_json_choice(ibl_json_member(&at, "pixel"), ibl_pixel_names,
-                         &choice) ||
+                         &pixel) ||
         !ibl_json_int(ibl_json_member(&at, "size"), 1, IBL_MAX_CUBE_SIZE,
-                      &a->size) ||
+                      &shape->width) ||
         !ibl_json_int(ibl_json_member(&at, "levels"), 1, IBL_MAX_LEVELS,
-                      &a->levels) ||
+                      &shape->levels) ||
         !ibl_json_int(ibl_json_member(&at, "layers"), 1, IBL_MAX_LAYERS,
-                      &a->layers))
+                      &shape->layers))
         return false;
-    a->pixel = (ibl_pixel)choice;
-    a->path = ibl_path_beside(at.file->name, name);
-    return a->path || view_fail("%s: no memory for names in it", at.file->name);
+    shape->pixel = (ibl_pixel)pixel;
+    *path = ibl_path_beside(at.file->name, name);
+    return *path || view_fail("%s: no memory for names in it", at.file->name);
 }
 
-static bool take_arrays(ibl_json_at root, probe_index *x)
+/* Layers as those of the specular array; one that no probe has stays black. */
+static bool make_light(const char *name, int layers, ibl_texture *light)
+{
+    *light = (ibl_texture){.pixel = IBL_PIXEL_RGBA32F,
+                           .width = SH_EDGE,
+                           .height = SH_EDGE,
+                           .levels = 1,
+                           .layers = layers,
+                           .faces = IBL_FACES};
+    light->bytes = ibl_pixel_bytes(light->pixel) * IBL_FACES * SH_EDGE *
+                   SH_EDGE * (size_t)layers;
+    light->data = calloc(1, light->bytes);
+    return light->data ||
+           view_fail("%s: no memory for irradiance of %d probes", name, layers);
+}
+
+static bool take_arrays(ibl_json_at root, view_probe_set *set)
 {
     static const char *const kinds[] = {"cube", "sh", NULL};
     const ibl_json_at files = ibl_json_member(&root, "files");
     const ibl_json_at irradiance = ibl_json_member(&files, "irradiance");
     const ibl_json_at about = ibl_json_member(&root, "irradiance");
-    int choice;
+    ibl_texture *shape = set->shape;
+    int harmonics;
 
-    if (!take_array(ibl_json_member(&files, "specular"), &x->specular) ||
-        !ibl_json_choice(ibl_json_member(&about, "kind"), kinds, &choice))
+    if (!take_array(ibl_json_member(&files, "specular"), &set->paths[SPECULAR],
+                    &shape[SPECULAR]) ||
+        !ibl_json_choice(ibl_json_member(&about, "kind"), kinds, &harmonics))
         return false;
-    if (choice == 1)
-        return true;
-    if (!take_array(irradiance, &x->irradiance))
+    if (harmonics)
+        return make_light(root.file->name, shape[SPECULAR].layers, &set->light);
+    if (!take_array(irradiance, &set->paths[IRRADIANCE], &shape[IRRADIANCE]))
         return false;
-    return x->irradiance.layers == x->specular.layers ||
+    return shape[IRRADIANCE].layers == shape[SPECULAR].layers ||
            ibl_json_wrong(ibl_json_member(&irradiance, "layers"),
                           "%d, as many as files.specular has",
-                          x->specular.layers);
+                          shape[SPECULAR].layers);
 }
 
-static bool take_lookups(ibl_json_at root, probe_index *x)
+static bool take_lookups(ibl_json_at root, view_probe_set *set)
 {
     static const char *const scales[] = {"E/pi", "E", NULL};
     const ibl_json_at specular = ibl_json_member(&root, "specular");
     const ibl_json_at irradiance = ibl_json_member(&root, "irradiance");
-    int map, choice;
+    view_probe_maps *l = &set->locals;
+    double scale, offset;
+    int filament, whole;
 
     if (!ibl_json_choice(ibl_json_member(&specular, "mapping"),
-                         ibl_mapping_names, &map) ||
+                         ibl_mapping_names, &filament) ||
         !ibl_json_real(ibl_json_member(&specular, "lod_scale"), 0, 1e6, false,
-                       &x->lod_scale) ||
+                       &scale) ||
         !ibl_json_real(ibl_json_member(&specular, "lod_offset"), -1e6, 1e6,
-                       false, &x->lod_offset) ||
-        !ibl_json_choice(ibl_json_member(&irradiance, "scale"), scales,
-                         &choice))
+                       false, &offset) ||
+        !ibl_json_choice(ibl_json_member(&irradiance, "scale"), scales, &whole))
         return false;
-    x->mapping = map ? IBL_ROUGHNESS_FILAMENT : IBL_ROUGHNESS_LINEAR;
-    x->irradiance_scale = choice ? 1 / M_PI : 1;
+    l->filament = filament;
+    l->lod_scale = (float)scale;
+    l->lod_offset = (float)offset;
+    l->last_level = (float)(set->shape[SPECULAR].levels - 1);
+    l->irradiance_scale = (float)(whole ? 1 / M_PI : 1);
     return true;
 }
 
-static bool take_index(ibl_json_at root, probe_index *x)
+static bool take_index(ibl_json_at root, view_probe_set *set)
 {
     const ibl_json_at version = ibl_json_member(&root, "version");
     int number;
@@ -267,8 +243,8 @@ static bool take_index(ibl_json_at root, probe_index *x)
                          "iblbake probes, and give its index.json",
                          root.file->name);
     return ibl_json_int(version, VERSION, VERSION, &number) &&
-           take_arrays(root, x) && take_lookups(root, x) &&
-           take_probes(root, x);
+           take_arrays(root, set) && take_lookups(root, set) &&
+           take_probes(root, set);
 }
 
 static void fail(void *cookie, const char *text)
@@ -277,53 +253,40 @@ static void fail(void *cookie, const char *text)
     view_fail("%s", text);
 }
 
-static void free_index(probe_index *index)
+static bool read_index(view_probe_set *set)
 {
-    free(index->sh);
-    free(index->irradiance.path);
-    free(index->specular.path);
-    free(index->probe);
-    *index = (probe_index){0};
-}
+    ibl_json_file file = {.name = set->paths[INDEX], .fail = fail};
 
-/* False, with a message, and *index zeroed. */
-static bool read_index(const char *path, probe_index *index)
-{
-    ibl_json_file file = {.name = path, .fail = fail};
-
-    *index = (probe_index){0};
     if (!ibl_json_open(&file))
         return false;
-    const bool ok = take_index(ibl_json_root(&file), index);
+    const bool ok = take_index(ibl_json_root(&file), set);
     json_decref(file.root);
-    if (!ok)
-        free_index(index);
     return ok;
 }
 
 /* ---- arrays ------------------------------------------------------------ */
 
 /* Whether a texture is what the index says of it. */
-static bool check_shape(const probe_array *a, const ibl_texture *tex)
+static bool check_shape(const char *path, const ibl_texture *says,
+                        const ibl_texture *tex)
 {
     if (tex->faces != IBL_FACES)
         return view_fail("%s: is flat, its index says %d cubes: bake the "
                          "probes again",
-                         a->path, a->layers);
-    if (tex->layers != a->layers)
+                         path, says->layers);
+    if (tex->layers != says->layers)
         return view_fail("%s: has %d layers, its index says %d: bake the "
                          "probes again",
-                         a->path, tex->layers, a->layers);
-    if (tex->width != a->size || tex->levels != a->levels)
+                         path, tex->layers, says->layers);
+    if (tex->width != says->width || tex->levels != says->levels)
         return view_fail("%s: %d texels with levels: %d, its index says %d "
                          "with %d: bake the probes again",
-                         a->path, tex->width, tex->levels, a->size, a->levels);
-    if (tex->pixel != a->pixel)
-        return view_fail("%s: holds %s, its index says %s: bake the probes "
-                         "again",
-                         a->path, ibl_pixel_name(tex->pixel),
-                         ibl_pixel_name(a->pixel));
-    return true;
+                         path, tex->width, tex->levels, says->width,
+                         says->levels);
+    return tex->pixel == says->pixel ||
+           view_fail("%s: holds %s, its index says %s: bake the probes again",
+                     path, ibl_pixel_name(tex->pixel),
+                     ibl_pixel_name(says->pixel));
 }
 
 /* Of those that have one; decoding leaves it out. */
@@ -365,51 +328,17 @@ static bool check_texels(const char *path, const ibl_texture *tex)
     return true;
 }
 
-static GLuint load_array(ibl_ctx *ctx, const probe_array *a)
+static GLuint load_array(ibl_ctx *ctx, const char *path,
+                         const ibl_texture *says)
 {
     ibl_texture tex = {0};
     GLuint cubes = 0;
 
-    if (ibl_texture_read(ctx, a->path, &tex, NULL))
+    if (ibl_texture_read(ctx, path, &tex, NULL))
         return 0;
-    if (check_shape(a, &tex) && check_texels(a->path, &tex))
-        cubes = view_upload_cubes(&tex, a->path);
+    if (check_shape(path, says, &tex) && check_texels(path, &tex))
+        cubes = view_upload_cubes(&tex, path);
     ibl_texture_free(&tex);
-    return cubes;
-}
-
-/* ---- spherical harmonics ----------------------------------------------- */
-
-/* A sum may be a little below 0 where it is dark, that of alpha above 1. */
-static void fill_cube(const double sh[4 * INDEX_SH], float *rgba)
-{
-    view_harmonics_cube(sh, INDEX_SH, 4, SH_EDGE, rgba);
-    for (int i = 0; i < IBL_FACES * SH_EDGE * SH_EDGE; i++)
-        rgba[4 * i + 3] = fminf(rgba[4 * i + 3], 1);
-}
-
-static GLuint make_irradiance(const probe_index *x, const char *name)
-{
-    const size_t floats = (size_t)4 * IBL_FACES * SH_EDGE * SH_EDGE;
-    ibl_texture tex = {.pixel = IBL_PIXEL_RGBA32F,
-                       .width = SH_EDGE,
-                       .height = SH_EDGE,
-                       .levels = 1,
-                       .layers = x->specular.layers,
-                       .faces = IBL_FACES};
-    float *texels = calloc((size_t)tex.layers, floats * sizeof *texels);
-    GLuint cubes;
-
-    if (!texels) {
-        view_fail("%s: no memory for irradiance of %d probes", name, x->count);
-        return 0;
-    }
-    for (int i = 0; i < x->count; i++)
-        fill_cube(x->sh[i], texels + floats * (size_t)x->probe[i].layer);
-    tex.data = (unsigned char *)texels;
-    tex.bytes = (size_t)tex.layers * floats * sizeof *texels;
-    cubes = view_upload_cubes(&tex, name);
-    free(texels);
     return cubes;
 }
 
@@ -417,29 +346,25 @@ static GLuint make_irradiance(const probe_index *x, const char *name)
 
 static bool load(ibl_ctx *ctx, view_probe_set *set)
 {
-    probe_index *x = &set->index;
+    const ibl_texture *shape = set->shape;
     view_probe_maps *l = &set->locals;
+    char **paths = set->paths;
 
     if (!view_gl_has_cube_arrays())
         return view_fail("%s: needs cube map arrays: OpenGL 4.0, or "
                          "ARB_texture_cube_map_array",
-                         set->path);
-    view_files_see(&set->path, 1, &set->read[INDEX]);
-    if (!read_index(set->path, x))
+                         paths[INDEX]);
+    view_files_see(paths, 1, set->read);
+    if (!read_index(set))
         return false;
-    view_files_see(&x->specular.path, 1, &set->read[SPECULAR]);
-    view_files_see(&x->irradiance.path, 1, &set->read[IRRADIANCE]);
-    *l = (view_probe_maps){.count = x->count,
-                           .probe = x->probe,
-                           .filament = x->mapping == IBL_ROUGHNESS_FILAMENT,
-                           .lod_scale = (float)x->lod_scale,
-                           .lod_offset = (float)x->lod_offset,
-                           .last_level = (float)(x->specular.levels - 1),
-                           .irradiance_scale = (float)x->irradiance_scale};
-    l->specular = load_array(ctx, &x->specular);
-    if (l->specular)
-        l->irradiance = x->irradiance.path ? load_array(ctx, &x->irradiance)
-                                           : make_irradiance(x, set->path);
+    view_files_see(paths + 1, FILES - 1, set->read + 1);
+    l->specular = load_array(ctx, paths[SPECULAR], &shape[SPECULAR]);
+    if (l->specular && set->light.data)
+        l->irradiance = view_upload_cubes(&set->light, paths[INDEX]);
+    else if (l->specular)
+        l->irradiance = load_array(ctx, paths[IRRADIANCE], &shape[IRRADIANCE]);
+    free(set->light.data);
+    set->light.data = NULL;
     gl.BindTexture(GL_TEXTURE_CUBE_MAP_ARRAY, 0);
     return l->irradiance;
 }
@@ -449,8 +374,8 @@ view_probe_set *view_probe_set_load(ibl_ctx *ctx, const char *index)
     view_probe_set *set = calloc(1, sizeof *set);
 
     if (set)
-        set->path = strdup(index);
-    if (!set || !set->path)
+        set->paths[INDEX] = strdup(index);
+    if (!set || !set->paths[INDEX])
         view_fail("%s: no memory for its name", index);
     else if (load(ctx, set))
         return set;
@@ -464,8 +389,9 @@ void view_probe_set_free(view_probe_set *set)
         return;
     gl.DeleteTextures(1, &set->locals.irradiance);
     gl.DeleteTextures(1, &set->locals.specular);
-    free_index(&set->index);
-    free(set->path);
+    free(set->light.data);
+    for (int i = 0; i < FILES; i++)
+        free(set->paths[i]);
     free(set);
 }
 
@@ -476,10 +402,10 @@ const view_probe_maps *view_probe_set_locals(const view_probe_set *set)
 
 bool view_probe_set_holes(const view_probe_set *set)
 {
-    return set->index.holes;
+    return set->holes;
 }
 
 const char *view_probe_set_path(const view_probe_set *set)
 {
-    return set->path;
+    return set->paths[INDEX];
 }
