@@ -16,18 +16,17 @@ enum {
     PIXELS = WIDTH * HEIGHT
 };
 
-static view_volumes *volumes;
+static view_volumes volumes;
 
 static void free_volumes(void *unused)
 {
     (void)unused;
-    view_volumes_free(volumes);
+    view_volumes_free(&volumes);
 }
 
 static void begin(void)
 {
     lit_begin(WIDTH, HEIGHT);
-    volumes = view_volumes_create();
     test_defer(free_volumes, NULL);
 }
 
@@ -61,10 +60,10 @@ static void draw(wires *w, const ibl_probe *probes, int count, double ev)
     float *before = lit_render(&w->draw);
     for (int i = 0; i < count; i++)
         if (probes[i].has_proxy)
-            view_volumes_render(volumes, &d, &probes[i].proxy,
+            view_volumes_render(&volumes, &d, &probes[i].proxy,
                                 view_volumes_proxy);
     for (int i = 0; i < count; i++)
-        view_volumes_render(volumes, &d, &probes[i].influence,
+        view_volumes_render(&volumes, &d, &probes[i].influence,
                             view_volumes_influence);
     float *after = room_target_read(&lit.target);
     for (int i = 0; i < PIXELS; i++) {

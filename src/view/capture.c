@@ -261,37 +261,60 @@ static void use_lookups(const view_capture *c, int first, int last)
 
 /* ---- through the library ----------------------------------------------- */
 
-/* The first lookup's mean over each pixel of a map: 4 floats a pixel; free()
- * it. */
-static float *read_equirect(const view_capture *c, int width, int height)
+/* The first lookup's mean over each pixel of a map, of its colours or of alpha
+ * as greys. False, with a message; map is to be freed. */
+static bool read_equirect(const view_capture *c, ibl_ctx *ctx, bool alpha,
+                          ibl_image *map)
 {
-    float *rgba = malloc((size_t)width * height * 4 * sizeof *rgba);
+    static const GLint colours[3] = {GL_RED, GL_GREEN, GL_BLUE};
+    const int width = 4 * c->size, height = 2 * c->size;
 
-    if (!rgba) {
-        view_fail("no memory for a capture's map of %d x %d pixels", width,
-                  height);
-        return NULL;
-    }
+    if (ibl_image_alloc(ctx, width, height, map))
+        return false;
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_CAPTURE_UNIT_MORE);
-    const GLuint map = view_float_target(width, height);
-    view_gl_target(c->target, map);
+    const GLuint picture = view_float_target(width, height);
+    view_gl_target(c->target, picture);
     gl.Viewport(0, 0, width, height);
     gl.UseProgram(c->pass[EQUIRECT].program);
     gl.Uniform1f(c->pass[EQUIRECT].edge, (float)height);
     use_lookups(c, 0, 0);
+    for (GLenum k = 0; k < 3; k++)
+        gl.TexParameteri(GL_TEXTURE_CUBE_MAP_ARRAY, GL_TEXTURE_SWIZZLE_R + k,
+                         alpha ? GL_ALPHA : colours[k]);
     view_gl_draw_full(c->pass[EQUIRECT].program);
+    for (GLenum k = 0; k < 3; k++)
+        gl.TexParameteri(GL_TEXTURE_CUBE_MAP_ARRAY, GL_TEXTURE_SWIZZLE_R + k,
+                         colours[k]);
     gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
-    gl.ReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, rgba);
+    gl.ReadPixels(0, 0, width, height, GL_RGB, GL_FLOAT, map->data);
     view_gl_target(c->target, 0);
-    gl.DeleteTextures(1, &map);
-    return rgba;
+    gl.DeleteTextures(1, &picture);
+    return true;
+}
+
+/* The levels and irradiance of a lookup's colours, or of alpha. */
+static bool bake(const view_capture *c, ibl_ctx *ctx, bool alpha,
+                 ibl_bake_result *result)
+{
+    ibl_image map = {0};
+    const ibl_environment env = {.image = &map};
+    ibl_bake_options opts = ibl_bake_options_default();
+
+    opts.specular_options.size = c->size;
+    opts.specular_options.levels = c->levels;
+    opts.irradiance_options.size = VIEW_CAPTURE_IRRADIANCE;
+    opts.sh_degree = -1;
+    const bool ok = read_equirect(c, ctx, alpha, &map) &&
+                    !ibl_bake_environment(ctx, &env, &opts, result);
+    ibl_image_free(&map);
+    return ok;
 }
 
 /* Levels from first on into a layer. alpha without texels: 1. */
 static bool upload(const ibl_cube *rgb, const ibl_cube *alpha, int first,
                    GLuint cubes, int layer)
 {
-    const size_t most = (size_t)rgb->size * rgb->size;
+    const size_t most = (size_t)IBL_FACES * rgb->size * rgb->size;
     const float largest = ibl_pixel_max(IBL_PIXEL_RGBA16F);
     float *rgba = malloc(4 * most * sizeof *rgba);
 
@@ -299,83 +322,39 @@ static bool upload(const ibl_cube *rgb, const ibl_cube *alpha, int first,
         return view_fail("no memory for a level of a capture");
     bind(VIEW_CAPTURE_UNIT, cubes);
     gl.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
-    for (int l = first; l < rgb->levels; l++)
-        for (int f = 0; f < IBL_FACES; f++) {
-            const int n = ibl_cube_edge(rgb->size, l);
-            const float *from = ibl_cube_face(rgb, l, f);
-            const float *a = alpha->data ? ibl_cube_face(alpha, l, f) : NULL;
-            for (int i = 0; i < n * n; i++) {
-                for (int k = 0; k < 3; k++)
-                    rgba[4 * i + k] = fminf(from[3 * i + k], largest);
-                rgba[4 * i + 3] = a ? fminf(a[3 * i], 1) : 1;
-            }
-            gl.TexSubImage3D(GL_TEXTURE_CUBE_MAP_ARRAY, l, 0, 0,
-                             IBL_FACES * layer + f, n, n, 1, GL_RGBA, GL_FLOAT,
-                             rgba);
+    for (int l = first; l < rgb->levels; l++) {
+        const int n = ibl_cube_edge(rgb->size, l);
+        const float *from = ibl_cube_face(rgb, l, 0);
+        const float *a = alpha->data ? ibl_cube_face(alpha, l, 0) : NULL;
+        for (int i = 0; i < IBL_FACES * n * n; i++) {
+            for (int k = 0; k < 3; k++)
+                rgba[4 * i + k] = fminf(from[3 * i + k], largest);
+            rgba[4 * i + 3] = a ? fminf(a[3 * i], 1) : 1;
         }
+        gl.TexSubImage3D(GL_TEXTURE_CUBE_MAP_ARRAY, l, 0, 0, IBL_FACES * layer,
+                         n, n, IBL_FACES, GL_RGBA, GL_FLOAT, rgba);
+    }
     free(rgba);
     return true;
-}
-
-/* The colours, or alpha as a map of greys. */
-static void take(const float *rgba, bool alpha, ibl_image *map)
-{
-    for (size_t i = 0; i < (size_t)map->width * map->height; i++)
-        for (int k = 0; k < 3; k++)
-            map->data[3 * i + k] = rgba[4 * i + (alpha ? 3 : k)];
-}
-
-static bool whole(const float *rgba, size_t pixels)
-{
-    for (size_t i = 0; i < pixels; i++)
-        if (rgba[4 * i + 3] < 0.999F) /* more than rounding */
-            return false;
-    return true;
-}
-
-static bool bake(const view_capture *c, ibl_ctx *ctx, const ibl_image *map,
-                 ibl_bake_result *result)
-{
-    const ibl_environment env = {.image = map};
-    ibl_bake_options opts = ibl_bake_options_default();
-
-    opts.specular_options.size = c->size;
-    opts.specular_options.levels = c->levels;
-    opts.irradiance_options.size = VIEW_CAPTURE_IRRADIANCE;
-    opts.sh_degree = -1;
-    return !ibl_bake_environment(ctx, &env, &opts, result);
 }
 
 /* Filters the first lookup into the shot's levels from 1 on and irradiance; the
- * library takes equirectangular maps. False, with a message, and these are as
- * they were. */
+ * library takes equirectangular maps. Without a limit all of it has been seen.
+ * False, with a message, and these are as they were. */
 static bool filter_by_library(const view_capture *c,
                               const view_capture_shot *shot)
 {
-    const int width = 4 * c->size, height = 2 * c->size;
-    ibl_ctx *ctx = shot->cpu;
+    const view_cubes *to = shot->to;
     ibl_bake_result rgb = {0}, alpha = {0};
-    ibl_image map = {0};
+    const bool ok =
+        bake(c, shot->cpu, false, &rgb) &&
+        (!shot->draw.limited || bake(c, shot->cpu, true, &alpha)) &&
+        upload(&rgb.specular, &alpha.specular, 1, to->specular, shot->layer) &&
+        upload(&rgb.irradiance, &alpha.irradiance, 0, to->irradiance,
+               shot->layer);
 
-    float *rgba = read_equirect(c, width, height);
-    bool ok = rgba && !ibl_image_alloc(ctx, width, height, &map);
-    if (ok) {
-        take(rgba, false, &map);
-        ok = bake(c, ctx, &map, &rgb);
-    }
-    if (ok && !whole(rgba, (size_t)width * height)) {
-        take(rgba, true, &map);
-        ok = bake(c, ctx, &map, &alpha);
-    }
-    ok = ok &&
-         upload(&rgb.specular, &alpha.specular, 1, shot->to->specular,
-                shot->layer) &&
-         upload(&rgb.irradiance, &alpha.irradiance, 0, shot->to->irradiance,
-                shot->layer);
     ibl_bake_result_free(&alpha);
     ibl_bake_result_free(&rgb);
-    ibl_image_free(&map);
-    free(rgba);
     return ok;
 }
 
@@ -407,27 +386,24 @@ static void set_row(double clip[16], int row, const int axis[3],
     clip[12 + row] = add - scale * along;
 }
 
-static void face_clip(const view_capture_shot *s, int face, double clip[16])
-{
-    const double far = s->far, *eye = s->draw.eye;
-
-    set_row(clip, 0, faces[face][1], eye, 1, 0);
-    set_row(clip, 1, faces[face][2], eye, 1, 0);
-    set_row(clip, 2, faces[face][0], eye, (far + near) / (far - near),
-            -2 * far * near / (far - near));
-    set_row(clip, 3, faces[face][0], eye, 1, 0);
-}
-
-/* What shaders/paraboloid.glsl wants: distances in parts of far. */
-static void half_clip(const view_capture_shot *s, int side, double clip[16])
+/* bent: what shaders/paraboloid.glsl wants, distances in parts of far. */
+static void set_clip(const view_capture_shot *s, const int axes[3][3],
+                     bool bent, double clip[16])
 {
     static const int none[3];
     const double far = s->far, *eye = s->draw.eye;
+    const double unit = bent ? 1 / far : 1;
 
-    set_row(clip, 0, halves[side][1], eye, 1 / far, 0);
-    set_row(clip, 1, halves[side][2], eye, 1 / far, 0);
-    set_row(clip, 2, halves[side][0], eye, 1 / far, 0);
-    set_row(clip, 3, none, eye, 0, near / far);
+    set_row(clip, 0, axes[1], eye, unit, 0);
+    set_row(clip, 1, axes[2], eye, unit, 0);
+    if (bent) {
+        set_row(clip, 2, axes[0], eye, unit, 0);
+        set_row(clip, 3, none, eye, 0, near / far);
+    } else {
+        set_row(clip, 2, axes[0], eye, (far + near) / (far - near),
+                -2 * far * near / (far - near));
+        set_row(clip, 3, axes[0], eye, 1, 0);
+    }
 }
 
 static void draw(const view_capture *c, const view_capture_shot *shot,
@@ -438,7 +414,7 @@ static void draw(const view_capture *c, const view_capture_shot *shot,
     view_room_draw d = shot->draw;
 
     d.paraboloid = two;
-    (two ? half_clip : face_clip)(shot, index, d.clip);
+    set_clip(shot, two ? halves[index] : faces[index], two, d.clip);
     gl.BindFramebuffer(GL_FRAMEBUFFER, c->drawn[two ? index : 0]);
     gl.Viewport(0, 0, n, n);
     view_room_render(shot->room, &d);

@@ -139,21 +139,17 @@ static void upload(view_room_probes *p, const view_room_draw *d)
 }
 
 /* A texel for each tile, in a framebuffer of its own. */
-static void cull(view_room_probes *p, const GLint viewport[4])
+static void cull(view_room_probes *p, const GLint size[2])
 {
-    const int columns = (viewport[2] + VIEW_ROOM_TILE - 1) / VIEW_ROOM_TILE;
-    const int rows = (viewport[3] + VIEW_ROOM_TILE - 1) / VIEW_ROOM_TILE;
-    GLint framebuffer;
+    const int columns = (size[0] + VIEW_ROOM_TILE - 1) / VIEW_ROOM_TILE;
+    const int rows = (size[1] + VIEW_ROOM_TILE - 1) / VIEW_ROOM_TILE;
 
     make_masks(p, columns, rows);
-    gl.GetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &framebuffer);
     gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, p->framebuffer);
     gl.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
                             GL_TEXTURE_2D, p->masks, 0);
     gl.Viewport(0, 0, columns, rows);
     view_gl_draw_full(p->program);
-    gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, (GLuint)framebuffer);
-    gl.Viewport(viewport[0], viewport[1], viewport[2], viewport[3]);
 }
 
 /* Drivers warn about empty samplers, or compile anew when they are filled:
@@ -168,12 +164,12 @@ static void bind_maps(const view_room_probes *p, const view_probe_maps *m,
 }
 
 void view_room_probes_use(view_room_probes *p, const view_room_draw *d,
-                          const GLint viewport[4])
+                          const GLint size[2])
 {
     upload(p, d);
     view_gl_bind(VIEW_ROOM_UNIT_BUFFER, GL_TEXTURE_BUFFER, p->texels);
     if (has_masks(d))
-        cull(p, viewport);
+        cull(p, size);
     bind_maps(p, &d->dynamic, VIEW_ROOM_UNIT_DYNAMIC);
     bind_maps(p, &d->locals, VIEW_ROOM_UNIT_LOCALS);
     view_gl_bind(VIEW_ROOM_UNIT_MASKS, GL_TEXTURE_2D, p->masks);

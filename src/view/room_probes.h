@@ -27,9 +27,10 @@ void view_room_probes_free(view_room_probes *p); /* zeroed is fine */
 
 void view_room_probes_block(view_room_probe_block *b, const view_room_draw *d,
                             const GLint size[2]);
-/* Binds what the shaders read, and makes masks if they are wanted. The blocks
- * have been uploaded; depth test and blending are off. */
+/* Binds what the shaders read, and makes masks if they are wanted: then the
+ * framebuffer and the viewport are others. The blocks have been uploaded; depth
+ * test, culling and blending are off. */
 void view_room_probes_use(view_room_probes *p, const view_room_draw *d,
-                          const GLint viewport[4]);
+                          const GLint size[2]);
 
 #endif

@@ -239,27 +239,33 @@ static void draw_surfaces(const view_room *r, const view_room_draw *d,
     draw_range(cells ? &r->mesh.cells : &r->mesh.sides, (double[3]){0}, 1);
 }
 
-static void draw_shadows(view_room *r, const view_room_draw *d)
+/* Shadows and masks, if the draw needs others, each in its own framebuffer.
+ * Returns whether the picture is mirrored. */
+static bool prepare(view_room *r, const view_room_draw *d,
+                    const GLint viewport[4])
 {
-    const GLuint program = view_room_shadow_begin(&r->shadow, d);
+    const GLuint shadows = view_room_shadow_use(&r->shadow, d);
 
-    if (!program)
-        return;
-    draw_surfaces(r, d, program, false);
-    view_room_shadow_end(&r->shadow);
+    if (shadows)
+        draw_surfaces(r, d, shadows, false);
+    gl.Disable(GL_CULL_FACE);
+    gl.Disable(GL_DEPTH_TEST);
+    gl.Disable(GL_BLEND);
+    const bool mirrored = upload_blocks(r, d, viewport);
+    bind_maps(d);
+    view_room_probes_use(&r->probes, d, viewport + 2);
+    return mirrored;
 }
 
 void view_room_render(view_room *r, const view_room_draw *d)
 {
-    GLint viewport[4];
+    GLint framebuffer, viewport[4];
 
-    draw_shadows(r, d);
+    gl.GetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &framebuffer);
     gl.GetIntegerv(GL_VIEWPORT, viewport);
-    const bool mirrored = upload_blocks(r, d, viewport);
-
-    bind_maps(d);
-    gl.Disable(GL_BLEND);
-    view_room_probes_use(&r->probes, d, viewport);
+    const bool mirrored = prepare(r, d, viewport);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, (GLuint)framebuffer);
+    gl.Viewport(viewport[0], viewport[1], viewport[2], viewport[3]);
     gl.Enable(GL_DEPTH_TEST);
     gl.DepthFunc(GL_LEQUAL); /* the sky is as far as what was cleared */
     gl.Enable(GL_CULL_FACE);

@@ -135,8 +135,6 @@ static void fill_block(sun_block *b, const view_room_draw *d,
 
 static void set_target(view_room_shadow *s)
 {
-    gl.GetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &s->other_framebuffer);
-    gl.GetIntegerv(GL_VIEWPORT, s->other_viewport);
     if (!s->made)
         allot(s, EDGE);
     s->made = true;
@@ -153,7 +151,7 @@ static void set_target(view_room_shadow *s)
     gl.FrontFace(GL_CCW);
 }
 
-GLuint view_room_shadow_begin(view_room_shadow *s, const view_room_draw *d)
+GLuint view_room_shadow_use(view_room_shadow *s, const view_room_draw *d)
 {
     const view_room_sun *sun = &d->environment.sun;
     double key[5] = {d->moving, d->moving ? d->seconds : 0};
@@ -173,14 +171,4 @@ GLuint view_room_shadow_begin(view_room_shadow *s, const view_room_draw *d)
     set_target(s);
     memcpy(s->key, key, sizeof key);
     return s->program;
-}
-
-void view_room_shadow_end(view_room_shadow *s)
-{
-    const GLint *v = s->other_viewport;
-
-    gl.Disable(GL_CULL_FACE);
-    gl.Disable(GL_DEPTH_TEST);
-    gl.BindFramebuffer(GL_FRAMEBUFFER, (GLuint)s->other_framebuffer);
-    gl.Viewport(v[0], v[1], v[2], v[3]);
 }

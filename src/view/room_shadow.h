@@ -10,7 +10,6 @@ typedef struct view_room_shadow {
     GLuint program, depth, framebuffer, buffer;
     bool made;     /* depths, of what the key says */
     double key[5]; /* what moves is drawn, its seconds; the sun's direction */
-    GLint other_framebuffer, other_viewport[4]; /* from begin to end */
 } view_room_shadow;
 
 /* Makes a zeroed one. False, with a message. */
@@ -18,9 +17,9 @@ bool view_room_shadow_make(view_room_shadow *s);
 void view_room_shadow_free(view_room_shadow *s); /* zeroed is fine */
 
 /* Tells shaders of the sun of a draw. If its shadows have to be made anew,
- * returns the program that draws all casters, front faces counter-clockwise;
- * end follows. Else 0. */
-GLuint view_room_shadow_begin(view_room_shadow *s, const view_room_draw *d);
-void view_room_shadow_end(view_room_shadow *s);
+ * binds their framebuffer, sets the viewport, depth test and culling, and
+ * returns the program that draws all casters, front faces counter-clockwise.
+ * Else 0. */
+GLuint view_room_shadow_use(view_room_shadow *s, const view_room_draw *d);
 
 #endif

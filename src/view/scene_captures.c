@@ -29,7 +29,7 @@ static const double near_half[3] = {1.5, 1.8, 1.5}, near_blend = 0.6;
 
 struct view_scene {
     view_room *room;
-    view_volumes *volumes; /* made when they are first drawn */
+    view_volumes volumes;
     view_capture *capture; /* of all probes */
     view_cubes mirror;     /* two, of what moves too */
     int shown;             /* of the two */
@@ -89,7 +89,7 @@ void view_scene_free(view_scene *st)
         return;
     drop_captures(st);
     ibl_ctx_free(st->ctx);
-    view_volumes_free(st->volumes);
+    view_volumes_free(&st->volumes);
     view_room_free(st->room);
     gl.DeleteFramebuffers(1, &st->framebuffer);
     gl.DeleteTextures(1, &st->depth);
@@ -446,23 +446,22 @@ static bool draw_volumes(view_scene *st, double ev)
 {
     const view_probe_maps *l = &st->draw.locals;
     view_volumes_draw d = {.ev = ev};
+    bool ok = true;
 
-    if (!st->volumes && !(st->volumes = view_volumes_create()))
-        return false;
     memcpy(d.clip, st->draw.clip, sizeof d.clip);
     memcpy(d.eye, st->draw.eye, sizeof d.eye);
-    for (int i = 0; i <= l->count && st->draw.parallax; i++) {
+    for (int i = 0; i <= l->count && st->draw.parallax && ok; i++) {
         const ibl_probe *p = i < l->count ? &l->probe[i] : &st->probe;
-        if (p->has_proxy)
-            view_volumes_render(st->volumes, &d, &p->proxy, view_volumes_proxy);
+        ok = !p->has_proxy || view_volumes_render(&st->volumes, &d, &p->proxy,
+                                                  view_volumes_proxy);
     }
-    for (int i = 0; i <= l->count; i++) {
+    for (int i = 0; i <= l->count && ok; i++) {
         ibl_volume v = (i < l->count ? &l->probe[i] : &st->probe)->influence;
         if (v.shape == IBL_SHAPE_BOX)
             clip_to_room(&v);
-        view_volumes_render(st->volumes, &d, &v, view_volumes_influence);
+        ok = view_volumes_render(&st->volumes, &d, &v, view_volumes_influence);
     }
-    return true;
+    return ok;
 }
 
 bool view_scene_draw(view_scene *st, const view_settings *s,

@@ -4,9 +4,7 @@
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <stdlib.h>
 
-#include "view/message.h"
 #include "view/program.h"
 
 enum {
@@ -27,44 +25,26 @@ typedef struct vertex {
     float position[4], colour[3];
 } vertex;
 
-struct view_volumes {
-    GLuint program, array, buffer;
-};
-
-view_volumes *view_volumes_create(void)
+static bool make(view_volumes *v)
 {
-    view_volumes *v = calloc(1, sizeof *v);
-
-    if (!v) {
-        view_fail("no memory for the wires of probes");
-        return NULL;
-    }
     v->program = view_program("volume.vert", "volume.frag");
-    if (!v->program)
-        goto fail;
     gl.GenVertexArrays(1, &v->array);
     gl.BindVertexArray(v->array);
     v->buffer = view_gl_buffer(GL_ARRAY_BUFFER, MOST * sizeof(vertex), NULL);
     view_gl_attribute(0, 4, sizeof(vertex), 0, 0);
     view_gl_attribute(1, 3, sizeof(vertex), offsetof(vertex, colour), 0);
-    gl.BindVertexArray(0);
-    if (!view_gl_check("making the wires of probes"))
-        goto fail;
-    return v;
-
-fail:
+    if (v->program && view_gl_check("making the wires of probes"))
+        return true;
     view_volumes_free(v);
-    return NULL;
+    return false;
 }
 
 void view_volumes_free(view_volumes *v)
 {
-    if (!v)
-        return;
     gl.DeleteBuffers(1, &v->buffer);
     gl.DeleteVertexArrays(1, &v->array);
     gl.DeleteProgram(v->program);
-    free(v);
+    *v = (view_volumes){0};
 }
 
 /* ---- lines ------------------------------------------------------------- */
@@ -131,11 +111,13 @@ static void upload(const view_volumes_draw *d, const ibl_volume *volume,
                   GL_STREAM_DRAW);
 }
 
-void view_volumes_render(const view_volumes *v, const view_volumes_draw *d,
+bool view_volumes_render(view_volumes *v, const view_volumes_draw *d,
                          const ibl_volume *volume, const float colour[3])
 {
     const int count = volume->shape == IBL_SHAPE_SPHERE ? MOST : 2 * EDGES;
 
+    if (!v->program && !make(v))
+        return false;
     gl.Disable(GL_BLEND);
     gl.Enable(GL_DEPTH_TEST);
     gl.DepthFunc(GL_LEQUAL);
@@ -148,4 +130,5 @@ void view_volumes_render(const view_volumes *v, const view_volumes_draw *d,
     gl.DepthMask(GL_TRUE);
     gl.DepthFunc(GL_LESS);
     gl.Disable(GL_DEPTH_TEST);
+    return true;
 }

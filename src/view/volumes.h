@@ -6,10 +6,11 @@
 #include "ibl/probes.h"
 #include "view/gl.h"
 
-typedef struct view_volumes view_volumes;
+typedef struct view_volumes {
+    GLuint program, array, buffer; /* 0 until they are first drawn */
+} view_volumes;
 
-view_volumes *view_volumes_create(void); /* NULL, with a message */
-void view_volumes_free(view_volumes *v); /* NULL is fine */
+void view_volumes_free(view_volumes *v); /* zeroed is fine */
 
 /* Scene-linear, at an exposure of 0. */
 extern const float view_volumes_influence[3], view_volumes_proxy[3];
@@ -23,8 +24,8 @@ typedef struct view_volumes_draw {
 
 /* Draws a volume into the bound framebuffer, where nothing in its depth buffer
  * is nearer; wires on a surface are before it. Keeps the depth. Changes program
- * and vertex array; depth test and blending are off. */
-void view_volumes_render(const view_volumes *v, const view_volumes_draw *d,
+ * and vertex array; depth test and blending are off. False, with a message. */
+bool view_volumes_render(view_volumes *v, const view_volumes_draw *d,
                          const ibl_volume *volume, const float colour[3]);
 
 #endif
