@@ -51,19 +51,17 @@ static bool is_colour(const float *pixel, const float colour[3], float scale)
 /* What differs from the room alone has one of two colours. */
 static void draw(wires *w, const ibl_probe *probes, int count, double ev)
 {
-    view_volumes_draw d = {.ev = ev};
+    const view_room_draw *d = &w->draw;
     const float scale = (float)exp2(-ev);
     int other = 0;
 
-    memcpy(d.clip, w->draw.clip, sizeof d.clip);
-    memcpy(d.eye, w->draw.eye, sizeof d.eye);
     float *before = lit_render(&w->draw);
     for (int i = 0; i < count; i++)
         if (probes[i].has_proxy)
-            view_volumes_render(&volumes, &d, &probes[i].proxy,
+            view_volumes_render(&volumes, d, ev, &probes[i].proxy,
                                 view_volumes_proxy);
     for (int i = 0; i < count; i++)
-        view_volumes_render(&volumes, &d, &probes[i].influence,
+        view_volumes_render(&volumes, d, ev, &probes[i].influence,
                             view_volumes_influence);
     float *after = room_target_read(&lit.target);
     for (int i = 0; i < PIXELS; i++) {

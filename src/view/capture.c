@@ -30,7 +30,7 @@ enum {
 
 typedef struct pass {
     GLuint program;
-    GLint face, edge, row, count, spread, rings;
+    GLint face, edge, row, count, spread, rings, alpha;
 } pass;
 
 struct view_capture {
@@ -157,6 +157,7 @@ static bool make_passes(view_capture *c)
         p->count = gl.GetUniformLocation(p->program, "count");
         p->spread = gl.GetUniformLocation(p->program, "spread");
         p->rings = gl.GetUniformLocation(p->program, "rings");
+        p->alpha = gl.GetUniformLocation(p->program, "alpha");
     }
     return true;
 }
@@ -266,7 +267,7 @@ static void use_lookups(const view_capture *c, int first, int last)
 static bool read_equirect(const view_capture *c, ibl_ctx *ctx, bool alpha,
                           ibl_image *map)
 {
-    static const GLint colours[3] = {GL_RED, GL_GREEN, GL_BLUE};
+    const pass *p = &c->pass[EQUIRECT];
     const int width = 4 * c->size, height = 2 * c->size;
 
     if (ibl_image_alloc(ctx, width, height, map))
@@ -275,16 +276,11 @@ static bool read_equirect(const view_capture *c, ibl_ctx *ctx, bool alpha,
     const GLuint picture = view_float_target(width, height);
     view_gl_target(c->target, picture);
     gl.Viewport(0, 0, width, height);
-    gl.UseProgram(c->pass[EQUIRECT].program);
-    gl.Uniform1f(c->pass[EQUIRECT].edge, (float)height);
+    gl.UseProgram(p->program);
+    gl.Uniform1f(p->edge, (float)height);
+    gl.Uniform1i(p->alpha, alpha);
     use_lookups(c, 0, 0);
-    for (GLenum k = 0; k < 3; k++)
-        gl.TexParameteri(GL_TEXTURE_CUBE_MAP_ARRAY, GL_TEXTURE_SWIZZLE_R + k,
-                         alpha ? GL_ALPHA : colours[k]);
-    view_gl_draw_full(c->pass[EQUIRECT].program);
-    for (GLenum k = 0; k < 3; k++)
-        gl.TexParameteri(GL_TEXTURE_CUBE_MAP_ARRAY, GL_TEXTURE_SWIZZLE_R + k,
-                         colours[k]);
+    view_gl_draw_full(p->program);
     gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
     gl.ReadPixels(0, 0, width, height, GL_RGB, GL_FLOAT, map->data);
     view_gl_target(c->target, 0);

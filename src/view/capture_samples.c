@@ -29,7 +29,8 @@
 static const double golden = 0.6180339887498949;
 
 enum {
-    BANDS = 200 /* most of a series */
+    BANDS = 200, /* most of a series */
+    MOST = VIEW_CAPTURE_MOST_SAMPLES
 };
 
 typedef struct lobe {
@@ -48,17 +49,23 @@ typedef struct point {
 
 /* ---- series ------------------------------------------------------------ */
 
+/* P_l(c). */
+static void legendre(double c, int bands, double p[BANDS])
+{
+    p[0] = 1;
+    p[1] = c;
+    for (int l = 1; l + 1 < bands; l++)
+        p[l + 1] = ((2 * l + 1) * c * p[l] - l * p[l - 1]) / (l + 1);
+}
+
 /* The sum of a_l b_l P_l(c). */
 static double product(const double *a, const double *b, int bands, double c)
 {
-    double before = 0, p = 1, sum = 0;
+    double p[BANDS], sum = 0;
 
-    for (int l = 0; l < bands; l++) {
-        const double next = ((2 * l + 1) * c * p - l * before) / (l + 1);
-        sum += a[l] * b[l] * p;
-        before = p;
-        p = next;
-    }
+    legendre(c, bands, p);
+    for (int l = 0; l < bands; l++)
+        sum += a[l] * b[l] * p[l];
     return sum;
 }
 
@@ -67,6 +74,7 @@ static void expand_lobe(lobe *b)
 {
     const int steps = 2000;
     const double a2 = b->alpha * b->alpha;
+    double p[BANDS];
 
     b->bands = (int)fmin(6 / b->alpha + 20, BANDS);
     for (int i = 0; i < steps; i++) {
@@ -74,13 +82,9 @@ static void expand_lobe(lobe *b)
         const double c = cos(theta), h2 = 0.5 + 0.5 * c;
         const double d = h2 * (a2 - 1) + 1;
         const double weight = c / (d * d) * sin(theta) * t;
-        double before = 0, p = 1;
-        for (int l = 0; l < b->bands; l++) {
-            const double next = ((2 * l + 1) * c * p - l * before) / (l + 1);
-            b->kernel[l] += weight * p;
-            before = p;
-            p = next;
-        }
+        legendre(c, b->bands, p);
+        for (int l = 0; l < b->bands; l++)
+            b->kernel[l] += weight * p[l];
     }
     const double all = b->kernel[0];
     for (int l = 0; l < b->bands; l++)
@@ -173,10 +177,17 @@ static void solve(const double *a, int n, double *x)
     }
 }
 
-/* matrix: count x count of room; x: count, becomes the weights; y: as many. */
-static void weigh(const lobe *b, const point *p, double *matrix, double *x,
-                  double *y)
+/* Of one lobe at a time. */
+typedef struct workspace {
+    point point[MOST];
+    double matrix[MOST * MOST], weight[MOST], one[MOST];
+} workspace;
+
+/* The weights of the points. */
+static void weigh(const lobe *b, workspace *w)
 {
+    const point *p = w->point;
+    double *matrix = w->matrix, *x = w->weight, *y = w->one;
     /* Lookups are off by about this much of themselves. */
     const double off = 0.03;
     const int n = b->count;
@@ -204,30 +215,19 @@ static void weigh(const lobe *b, const point *p, double *matrix, double *x,
         x[i] += y[i] * (1 - sum_x) / sum_y;
 }
 
-/* samples: x, y, weight and level of each. False: no memory. */
-static bool draw(lobe *b, float *samples)
+/* samples: x, y, weight and level of each. */
+static void draw(lobe *b, workspace *w, float *samples)
 {
-    const size_t n = (size_t)b->count;
-    point *p = malloc(n * sizeof *p);
-    double *room = malloc((n + 2) * n * sizeof *room);
-    const bool ok = p && room;
-
-    if (ok) {
-        double *weight = room + n * n;
-        expand_lobe(b);
-        for (int i = 0; i < b->count; i++)
-            p[i] = place(b, i);
-        weigh(b, p, room, weight, weight + n);
-        for (int i = 0; i < b->count; i++) {
-            samples[4 * i] = (float)p[i].x;
-            samples[4 * i + 1] = (float)p[i].y;
-            samples[4 * i + 2] = (float)weight[i];
-            samples[4 * i + 3] = (float)p[i].lod;
-        }
+    expand_lobe(b);
+    for (int i = 0; i < b->count; i++)
+        w->point[i] = place(b, i);
+    weigh(b, w);
+    for (int i = 0; i < b->count; i++) {
+        *samples++ = (float)w->point[i].x;
+        *samples++ = (float)w->point[i].y;
+        *samples++ = (float)w->weight[i];
+        *samples++ = (float)w->point[i].lod;
     }
-    free(room);
-    free(p);
-    return ok;
 }
 
 /* ---- all of it --------------------------------------------------------- */
@@ -243,24 +243,25 @@ int view_capture_lookups(int size)
 
 float *view_capture_samples(int size, int levels)
 {
-    const size_t row = (size_t)4 * VIEW_CAPTURE_MOST_SAMPLES;
+    const size_t row = (size_t)4 * MOST;
     float *all = calloc((size_t)levels, row * sizeof *all);
-    bool ok = all;
+    workspace *w = malloc(sizeof *w);
 
-    for (int l = 1; l <= levels && ok; l++) {
+    if (!all || !w) {
+        view_fail("no memory for the samples of a capture");
+        free(all);
+        all = NULL;
+    }
+    for (int l = 1; l <= levels && all; l++) {
         const bool diffuse = l == levels;
         const double r =
             diffuse ? 1 : ibl_level_roughness(IBL_ROUGHNESS_LINEAR, l, levels);
         lobe b = {.alpha = r * r,
-                  .count = diffuse ? VIEW_CAPTURE_MOST_SAMPLES
-                                   : VIEW_CAPTURE_SAMPLES,
+                  .count = diffuse ? MOST : VIEW_CAPTURE_SAMPLES,
                   .texel = 4 * M_PI / (6.0 * size * size),
                   .last = view_capture_lookups(size) - 1};
-        ok = draw(&b, all + row * (size_t)(l - 1));
+        draw(&b, w, all + row * (size_t)(l - 1));
     }
-    if (ok)
-        return all;
-    view_fail("no memory for the samples of a capture");
-    free(all);
-    return NULL;
+    free(w);
+    return all;
 }

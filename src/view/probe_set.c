@@ -37,7 +37,6 @@ struct view_probe_set {
     view_file_stamp read[FILES];
     ibl_texture shape[FILES]; /* what the index says of an array; no data */
     ibl_probe probe[IBL_MAX_TILE_PROBES]; /* as in locals */
-    bool holes; /* of some there are directions that have not been seen */
     ibl_texture light; /* cubes of the index's harmonics, if it has these */
     view_probe_maps locals;
 };
@@ -100,7 +99,7 @@ static bool take_probe(ibl_json_at at, view_probe_set *set, ibl_probe *p)
     const ibl_json_at alpha = ibl_json_optional(&at, "alpha");
 
     p->has_proxy = proxy.value != NULL;
-    set->holes |= json_is_true(alpha.value);
+    set->locals.holes |= json_is_true(alpha.value);
     return ibl_json_int(ibl_json_member(&at, "layer"), 0,
                         set->shape[SPECULAR].layers - 1, &p->layer) &&
            ibl_json_int(ibl_json_member(&at, "priority"), -1000000, 1000000,
@@ -398,11 +397,6 @@ void view_probe_set_free(view_probe_set *set)
 const view_probe_maps *view_probe_set_locals(const view_probe_set *set)
 {
     return &set->locals;
-}
-
-bool view_probe_set_holes(const view_probe_set *set)
-{
-    return set->holes;
 }
 
 const char *view_probe_set_path(const view_probe_set *set)

@@ -18,8 +18,6 @@ void view_probe_set_free(view_probe_set *set); /* NULL is fine */
 
 /* What the room is drawn with; owned by set. */
 const view_probe_maps *view_probe_set_locals(const view_probe_set *set);
-/* Whether alpha is below 1 anywhere: others have to fill in. */
-bool view_probe_set_holes(const view_probe_set *set);
 /* The index, as it was given. */
 const char *view_probe_set_path(const view_probe_set *set);
 

@@ -55,6 +55,7 @@ typedef struct view_probe_maps {
     int count; /* 0..IBL_MAX_TILE_PROBES */
     const ibl_probe
         *probe; /* in the order of ibl_probes_order, with their layers */
+    bool holes; /* somewhere alpha is below 1: others have to fill in */
     GLuint specular, irradiance;
     bool filament; /* levels are linear in r (2 - r), not in roughness r */
     float lod_scale, lod_offset, last_level;

@@ -182,10 +182,9 @@ static bool make_captures(view_scene *st, const view_settings *s)
  * leave to others what they do not see. */
 static ibl_probe mirror_probe(const view_scene *st)
 {
-    const bool holes =
-        st->made.probe_limit || (st->set && view_probe_set_holes(st->set));
-    const bool all = st->seen == st->local_count;
-    const bool whole = !st->draw.locals.count || !all || holes;
+    const view_probe_maps *l = &st->draw.locals;
+    const bool whole = !l->count || st->seen < st->local_count || l->holes ||
+                       st->made.probe_limit;
     ibl_probe p = {.has_proxy = 1,
                    .blend = whole ? 0 : near_blend,
                    .priority = whole ? -1 : 1,
@@ -445,21 +444,21 @@ static void clip_to_room(ibl_volume *box)
 static bool draw_volumes(view_scene *st, double ev)
 {
     const view_probe_maps *l = &st->draw.locals;
-    view_volumes_draw d = {.ev = ev};
+    const view_room_draw *d = &st->draw;
     bool ok = true;
 
-    memcpy(d.clip, st->draw.clip, sizeof d.clip);
-    memcpy(d.eye, st->draw.eye, sizeof d.eye);
-    for (int i = 0; i <= l->count && st->draw.parallax && ok; i++) {
+    for (int i = 0; i <= l->count && d->parallax && ok; i++) {
         const ibl_probe *p = i < l->count ? &l->probe[i] : &st->probe;
-        ok = !p->has_proxy || view_volumes_render(&st->volumes, &d, &p->proxy,
-                                                  view_volumes_proxy);
+        ok =
+            !p->has_proxy || view_volumes_render(&st->volumes, d, ev, &p->proxy,
+                                                 view_volumes_proxy);
     }
     for (int i = 0; i <= l->count && ok; i++) {
         ibl_volume v = (i < l->count ? &l->probe[i] : &st->probe)->influence;
         if (v.shape == IBL_SHAPE_BOX)
             clip_to_room(&v);
-        ok = view_volumes_render(&st->volumes, &d, &v, view_volumes_influence);
+        ok = view_volumes_render(&st->volumes, d, ev, &v,
+                                 view_volumes_influence);
     }
     return ok;
 }

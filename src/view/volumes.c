@@ -71,7 +71,7 @@ static void sphere_point(int part, int end, double p[3])
 }
 
 /* From -1..1 of a volume to clip space. */
-static void project(const view_volumes_draw *d, const ibl_volume *volume,
+static void project(const view_room_draw *d, const ibl_volume *volume,
                     const double p[3], float clip[4])
 {
     double at[4] = {0, 0, 0, 1};
@@ -90,10 +90,10 @@ static void project(const view_volumes_draw *d, const ibl_volume *volume,
     }
 }
 
-static void upload(const view_volumes_draw *d, const ibl_volume *volume,
+static void upload(const view_room_draw *d, double ev, const ibl_volume *volume,
                    const float colour[3], int count)
 {
-    const float scale = (float)exp2(-d->ev);
+    const float scale = (float)exp2(-ev);
     vertex vertices[MOST];
 
     for (int i = 0; i < count; i++) {
@@ -111,7 +111,7 @@ static void upload(const view_volumes_draw *d, const ibl_volume *volume,
                   GL_STREAM_DRAW);
 }
 
-bool view_volumes_render(view_volumes *v, const view_volumes_draw *d,
+bool view_volumes_render(view_volumes *v, const view_room_draw *d, double ev,
                          const ibl_volume *volume, const float colour[3])
 {
     const int count = volume->shape == IBL_SHAPE_SPHERE ? MOST : 2 * EDGES;
@@ -125,7 +125,7 @@ bool view_volumes_render(view_volumes *v, const view_volumes_draw *d,
     gl.UseProgram(v->program);
     gl.BindVertexArray(v->array);
     gl.BindBuffer(GL_ARRAY_BUFFER, v->buffer);
-    upload(d, volume, colour, count);
+    upload(d, ev, volume, colour, count);
     gl.DrawArrays(GL_LINES, 0, count);
     gl.DepthMask(GL_TRUE);
     gl.DepthFunc(GL_LESS);

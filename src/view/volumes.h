@@ -3,8 +3,7 @@
 #ifndef VIEW_VOLUMES_H
 #define VIEW_VOLUMES_H
 
-#include "ibl/probes.h"
-#include "view/gl.h"
+#include "view/room.h"
 
 typedef struct view_volumes {
     GLuint program, array, buffer; /* 0 until they are first drawn */
@@ -15,17 +14,12 @@ void view_volumes_free(view_volumes *v); /* zeroed is fine */
 /* Scene-linear, at an exposure of 0. */
 extern const float view_volumes_influence[3], view_volumes_proxy[3];
 
-typedef struct view_volumes_draw {
-    double clip[16]; /* world to clip space, column-major, as the scene was
-                        drawn */
-    double eye[3];   /* and from where */
-    double ev;       /* that the picture is shown at: wires look alike at any */
-} view_volumes_draw;
-
-/* Draws a volume into the bound framebuffer, where nothing in its depth buffer
- * is nearer; wires on a surface are before it. Keeps the depth. Changes program
- * and vertex array; depth test and blending are off. False, with a message. */
-bool view_volumes_render(view_volumes *v, const view_volumes_draw *d,
+/* Draws a volume into the bound framebuffer as d drew the room, where nothing
+ * in its depth buffer is nearer; wires on a surface are before it. Keeps the
+ * depth. ev: that the picture is shown at, wires look alike at any. Changes
+ * program and vertex array; depth test and blending are off. False, with a
+ * message. */
+bool view_volumes_render(view_volumes *v, const view_room_draw *d, double ev,
                          const ibl_volume *volume, const float colour[3]);
 
 #endif

@@ -4,6 +4,7 @@
 #include "capture.glsl"
 
 uniform samplerCubeArray source;
+uniform bool alpha; // as a grey, in place of the colours
 
 const int SUB = 4; // lookups along either side of a pixel
 const float PI = 3.14159265358979;
@@ -24,5 +25,5 @@ void main()
         }
         weights += float(SUB) * s;
     }
-    colour = sum / weights;
+    colour = (alpha ? sum.aaaa : sum) / weights;
 }
