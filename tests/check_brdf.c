@@ -52,6 +52,12 @@ TEST(hammersley)
     CHECK(u1 == 0.5 && u2 == 0.0);
 }
 
+static double d_of(double sin_h, double cos_h, double alpha)
+{
+    const double c = alpha * cos_h;
+    return ibl_ggx_d(sin_h * sin_h + c * c, alpha);
+}
+
 /* 2pi integral of D cos sin over the hemisphere is 1 for every width; midpoint
  * in log(tan), which follows the peak. */
 TEST(ggx_normalised)
@@ -64,7 +70,7 @@ TEST(ggx_normalised)
             double tan_h = alphas[k] * exp(x);
             double c = 1.0 / sqrt(1.0 + tan_h * tan_h), s = tan_h * c;
             double w = 2 * IBL_PI * c * s * (h * tan_h * c * c);
-            sum += ibl_ggx_d_sincos(s, c, alphas[k]) * w;
+            sum += d_of(s, c, alphas[k]) * w;
         }
         CHECK_NEAR(sum, 1.0, 1e-12);
     }
@@ -73,13 +79,11 @@ TEST(ggx_normalised)
 TEST(ggx_values)
 {
     /* alpha = 1 is uniform: 1/pi; the peak is 1 / (pi alpha^2). */
-    CHECK_NEAR(ibl_ggx_d_sincos(0.6, 0.8, 1), 1 / IBL_PI, 1e-15);
-    CHECK_NEAR(ibl_ggx_d_sincos(0, 1, 0.1), 100 / IBL_PI, 1e-12);
-    CHECK_NEAR(ibl_ggx_d_sincos(0.8, 0.6, 0.5),
+    CHECK_NEAR(d_of(0.6, 0.8, 1), 1 / IBL_PI, 1e-15);
+    CHECK_NEAR(d_of(0, 1, 0.1), 100 / IBL_PI, 1e-12);
+    CHECK_NEAR(d_of(0.8, 0.6, 0.5),
                0.25 / (IBL_PI * pow(0.36 * -0.75 + 1.0, 2)), 1e-15);
-    CHECK(ibl_ggx_d_sincos(0.6, 0.8, 0) == 0);
-    CHECK(isinf(ibl_ggx_d_sincos(0, 1, 0)));
-    CHECK(isfinite(ibl_ggx_d_sincos(0, 1, 1e-150)));
+    CHECK(isfinite(d_of(0, 1, 1e-150)));
 }
 
 /* D against the sampled density: the share of half vectors within an angle is

@@ -154,10 +154,10 @@ static ibl_status give_rows(bake *b, int rows, const float *rgb)
     if (!status && b->sky)
         status = ibl_level0_add(b->sky, rows, rgb);
     if (!status && b->spectral)
-        status = ibl_spectral_add(b->spectral, rows, rgb);
+        ibl_spectral_add(b->spectral, rows, rgb);
     for (int l = 0; l < IBL_MAX_LEVELS && !status; l++)
         if (b->near[l])
-            status = ibl_near_add(b->near[l], rows, rgb);
+            ibl_near_add(b->near[l], rows, rgb);
     return status;
 }
 

@@ -14,24 +14,13 @@
 
 #include "core/pi.h"
 
-/* Walter eq. 33 with t = sin^2 + alpha^2 cos^2 of the half vector's angle. */
-static inline double ibl_ggx_d_t(double t, double alpha)
+/* Distribution of normals, Walter eq. 33, with t = sin^2 + alpha^2 cos^2 of the
+ * half vector's angle: near the peak of a narrow lobe 1 - cos^2 has lost its
+ * digits. */
+static inline double ibl_ggx_d(double t, double alpha)
 {
     /* alpha / t first: alpha^2 may underflow. */
     return (alpha / t) * (alpha / t) / IBL_PI;
-}
-
-/*
- * Distribution of normals from the sine and the cosine of the half vector's
- * angle: near the peak of a narrow lobe 1 - cos^2 has lost its digits.
- * alpha = 0 is the delta: 0 off the peak, infinite on it.
- */
-static inline double ibl_ggx_d_sincos(double sin_h, double cos_h, double alpha)
-{
-    double c = alpha * cos_h;
-    double t = sin_h * sin_h + c * c;
-
-    return t > 0.0 ? ibl_ggx_d_t(t, alpha) : INFINITY;
 }
 
 /*

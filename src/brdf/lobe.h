@@ -59,7 +59,7 @@ static inline double ibl_lobe_d(const ibl_lobe_shape *s, double q,
 
     switch (s->lobe) {
     case IBL_LOBE_GGX:
-        return ibl_ggx_d_t(q + a2 * (1 - q), s->alpha);
+        return ibl_ggx_d(q + a2 * (1 - q), s->alpha);
     case IBL_LOBE_CHARLIE:
         log_d = cosine < 0.5 ? log1p(-cosine) : log(2 * q);
         break;
@@ -133,7 +133,8 @@ static inline ibl_lobe_sample ibl_lobe_draw_ggx(double alpha, double u)
 
     ibl_ggx_sample_half(u * part, alpha, &r.sin_h, &r.cos_h);
     r.cosine = (r.cos_h - r.sin_h) * (r.cos_h + r.sin_h);
-    r.pdf = ibl_ggx_d_sincos(r.sin_h, r.cos_h, alpha) / (4 * part);
+    const double c = alpha * r.cos_h;
+    r.pdf = ibl_ggx_d(r.sin_h * r.sin_h + c * c, alpha) / (4 * part);
     return r;
 }
 

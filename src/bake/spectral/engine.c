@@ -174,7 +174,7 @@ static void choose_base(ibl_spectral *s, const float *rgb)
     }
 }
 
-ibl_status ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb)
+void ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb)
 {
     ibl_spectral_reading *r = &s->reading;
     if (!r->added)
@@ -184,7 +184,6 @@ ibl_status ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb)
     r->added += rows;
     ibl_run_begin(s->ctx, "analysis", (double)r->first / s->height,
                   (rows + GROUP - 1) / GROUP, group_job, s);
-    return IBL_OK;
 }
 
 /* ---- lights ------------------------------------------------------------ */

@@ -77,7 +77,7 @@ void ibl_spectral_free(ibl_spectral *s); /* NULL is fine */
 /* The next rows from the zenith, RGB: a multiple of IBL_SPECTRAL_GROUP, but for
  * the last ones. Begins jobs of the context's pool: ibl_run_end comes
  * before the next call for s, and rgb stays until that has returned. */
-ibl_status ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb);
+void ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb);
 /* All rows have been added. Reports as stage "analysis". */
 ibl_status ibl_spectral_finish(ibl_spectral *s);
 

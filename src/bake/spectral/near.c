@@ -172,11 +172,10 @@ struct ibl_near {
     int n;
     table table;
     double alpha2;
-    half *edge;    /* of the phi of each edge */
-    half *point;   /* of the phi of the points of each pixel */
-    half *row;     /* of theta: of each row's upper edge and its points */
-    double *sum;   /* of each texel, three */
-    double *least; /* of each row of texels: the least and the largest theta */
+    half *edge;  /* of the phi of each edge */
+    half *point; /* of the phi of the points of each pixel */
+    half *row;   /* of theta: of each row's upper edge and its points */
+    double *sum; /* of each texel, three */
     float base[3];
     float *last; /* the row before the batch */
     const float *rgb;
@@ -523,16 +522,31 @@ static void add_texel(const ibl_near *a, const double d[3], double *sum)
         add_row(a, &t, j);
 }
 
+/* Whether the rows of the batch may be in reach of a row of texels, whose theta
+ * goes one way from either end to the middle. */
+static bool is_in_reach(const ibl_near *a, int face, int y)
+{
+    const int x[4] = {0, (a->n - 1) / 2, a->n / 2, a->n - 1};
+    const double reach = ibl_near_reach(a) + 2 * IBL_PI / a->map.height;
+    double least = IBL_PI, most = 0;
+
+    for (int k = 0; k < 4; k++) {
+        double d[3];
+        ibl_cube_direction(a->n, face, x[k], y, d);
+        const double theta = acos(fmin(fmax(d[1], -1), 1));
+        least = fmin(least, theta);
+        most = fmax(most, theta);
+    }
+    return least <= IBL_PI * (a->first + a->rows) / a->map.height + reach &&
+           most >= IBL_PI * a->first / a->map.height - reach;
+}
+
 static void row_job(void *arg, int job, int worker)
 {
     const ibl_near *a = arg;
-    const double reach = ibl_near_reach(a) + 2 * IBL_PI / a->map.height;
-    const double begin = IBL_PI * a->first / a->map.height;
-    const double end = IBL_PI * (a->first + a->rows) / a->map.height;
-    const double *bounds = a->least + 2 * (ptrdiff_t)job;
     (void)worker;
 
-    if (bounds[0] > end + reach || bounds[1] < begin - reach)
+    if (!is_in_reach(a, job / a->n, job % a->n))
         return;
     for (int x = 0; x < a->n; x++) {
         double d[3];
@@ -561,23 +575,6 @@ static void fill_halves(const ibl_near *a)
     }
 }
 
-/* The latitudes of rows of texels. */
-static void fill_bounds(const ibl_near *a)
-{
-    for (int job = 0; job < IBL_FACES * a->n; job++) {
-        double *bounds = a->least + 2 * (ptrdiff_t)job;
-        bounds[0] = IBL_PI;
-        bounds[1] = 0;
-        for (int x = 0; x < a->n; x++) {
-            double d[3];
-            ibl_cube_direction(a->n, job / a->n, x, job % a->n, d);
-            const double theta = acos(fmin(fmax(d[1], -1), 1));
-            bounds[0] = fmin(bounds[0], theta);
-            bounds[1] = fmax(bounds[1], theta);
-        }
-    }
-}
-
 ibl_status ibl_near_create(ibl_ctx *ctx, const ibl_near_map *map,
                            const ibl_lobe_shape *shape, int n, ibl_near **out)
 {
@@ -594,16 +591,14 @@ ibl_status ibl_near_create(ibl_ctx *ctx, const ibl_near_map *map,
     a->row =
         ibl_alloc_array((1 + POINTS) * (size_t)map->height, sizeof *a->row);
     a->last = ibl_alloc_array(3 * width, sizeof *a->last);
-    a->least = ibl_alloc_array(2 * IBL_FACES * (size_t)n, sizeof *a->least);
     a->sum = ibl_alloc_zeroed(3 * IBL_FACES * texels, sizeof *a->sum);
-    if (!a->edge || !a->point || !a->row || !a->last || !a->least || !a->sum ||
+    if (!a->edge || !a->point || !a->row || !a->last || !a->sum ||
         !make_table(shape, &a->table)) {
         ibl_near_free(a);
         *out = NULL;
         return ibl_no_memory(ctx, "a narrow lobe");
     }
     fill_halves(a);
-    fill_bounds(a);
     return IBL_OK;
 }
 
@@ -616,12 +611,11 @@ void ibl_near_free(ibl_near *a)
     ibl_free(a->point);
     ibl_free(a->row);
     ibl_free(a->last);
-    ibl_free(a->least);
     ibl_free(a->sum);
     ibl_free(a);
 }
 
-ibl_status ibl_near_add(ibl_near *a, int rows, const float *rgb)
+void ibl_near_add(ibl_near *a, int rows, const float *rgb)
 {
     const size_t stride = 3 * (size_t)a->map.width;
     const int next = a->first + a->rows;
@@ -635,7 +629,6 @@ ibl_status ibl_near_add(ibl_near *a, int rows, const float *rgb)
     a->rgb = rgb;
     ibl_run_begin(a->ctx, "near", (double)next / a->map.height,
                   IBL_FACES * a->n, row_job, a);
-    return IBL_OK;
 }
 
 double ibl_near_whole(const ibl_near *a)

@@ -34,7 +34,7 @@ void ibl_near_free(ibl_near *near); /* NULL is fine */
 
 /* The next rows from the zenith, RGB. Begins jobs of the context's pool, as
  * ibl_level0_add does. */
-ibl_status ibl_near_add(ibl_near *near, int rows, const float *rgb);
+void ibl_near_add(ibl_near *near, int rows, const float *rgb);
 
 /* How far from R it reaches, in radians. */
 double ibl_near_reach(const ibl_near *near);

@@ -56,7 +56,8 @@ void ibl_ring_grid_free(ibl_ring_grid *grid)
     *grid = (ibl_ring_grid){0};
 }
 
-int ibl_ring_grid_behind(const ibl_ring_grid *grid, int row, bool *turned)
+/* The ring that one of the border is, and whether half a turn away. */
+static int ring_behind(const ibl_ring_grid *grid, int row, bool *turned)
 {
     const int around = 2 * grid->rings;
     row = (row % around + around) % around;
@@ -89,7 +90,7 @@ static void close_ring(const ibl_ring_grid *grid, int ring)
         const int at = i < IBL_GRID_BORDER ? i - IBL_GRID_BORDER
                                            : rings + i - IBL_GRID_BORDER;
         bool turned;
-        if (ibl_ring_grid_behind(grid, at, &turned) == ring)
+        if (ring_behind(grid, at, &turned) == ring)
             copy_ring(grid, row, turned ? n / 2 : 0,
                       ibl_ring_grid_at(grid, at));
     }

@@ -20,7 +20,6 @@
 #ifndef IBL_BAKE_SPECTRAL_RESAMPLE_H
 #define IBL_BAKE_SPECTRAL_RESAMPLE_H
 
-#include <stdbool.h>
 #include <stddef.h>
 
 #include "bake/spectral/point_lights.h"
@@ -65,8 +64,6 @@ static inline float *ibl_ring_grid_at(const ibl_ring_grid *grid, int ring)
  * The border is complete when that was done for every ring.
  */
 void ibl_ring_grid_close(const ibl_ring_grid *grid, int first, int count);
-/* The ring that one of the border is, and whether half a turn away. */
-int ibl_ring_grid_behind(const ibl_ring_grid *grid, int ring, bool *turned);
 
 /*
  * What interpolation leaves of a field of that spectrum (see ibl_level_sum),
