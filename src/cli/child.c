@@ -20,13 +20,6 @@
 
 /* ---- commands -------------------------------------------------------- */
 
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 static double seconds(struct timeval t)
 {
     return (double)t.tv_sec + 1e-6 * (double)t.tv_usec;
@@ -76,7 +69,7 @@ static bool await(pid_t pid, double end, int *status, struct rusage *usage)
     sigemptyset(&set);
     sigaddset(&set, SIGCHLD);
     while (wait4(pid, status, WNOHANG, usage) == 0) {
-        const double left = end - now();
+        const double left = end - ibl_now();
         if (left <= 0) {
             kill(-pid, SIGKILL);
             while (wait4(pid, status, 0, usage) < 0 && errno == EINTR)
@@ -144,7 +137,7 @@ bool ibl_child_run(char *const *argv, const char *log, double limit_s,
     sigemptyset(&chld);
     sigaddset(&chld, SIGCHLD);
     sigprocmask(SIG_BLOCK, &chld, &mask);
-    const double begin = now();
+    const double begin = ibl_now();
     const pid_t pid = fork_group();
     if (pid == 0)
         run(argv, log, &mask);
@@ -156,7 +149,7 @@ bool ibl_child_run(char *const *argv, const char *log, double limit_s,
             snprintf(reason, size, "no end within %g s", limit_s);
         else
             explain(status, log, reason, size);
-        result->wall_s = now() - begin;
+        result->wall_s = ibl_now() - begin;
         result->cpu_s = seconds(usage.ru_utime) + seconds(usage.ru_stime);
         result->peak_bytes = (size_t)usage.ru_maxrss * 1024;
         kill(-pid, SIGKILL);

@@ -14,7 +14,7 @@
 
 #define REDRAW_SECONDS 0.2
 
-static double now(void)
+double ibl_now(void)
 {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
@@ -112,7 +112,7 @@ void ibl_console_init(ibl_console *c, bool quiet, bool verbose)
 {
     *c = (ibl_console){.quiet = quiet, .verbose = verbose, .running = -1};
     c->terminal = !quiet && isatty(STDERR_FILENO);
-    c->begun = now();
+    c->begun = ibl_now();
     run_stage(c, find_stage(c, "start"), c->begun);
 }
 
@@ -139,7 +139,7 @@ static void draw_bar(ibl_console *c, const char *stage, double done, double t)
 void ibl_console_progress(void *console, const char *stage, double done)
 {
     ibl_console *c = console;
-    const double t = now();
+    const double t = ibl_now();
 
     run_stage(c, find_stage(c, stage), t);
     if (c->terminal && (c->drawn_at == 0 || t - c->drawn_at >= REDRAW_SECONDS))
@@ -148,7 +148,7 @@ void ibl_console_progress(void *console, const char *stage, double done)
 
 void ibl_console_finish(ibl_console *c)
 {
-    run_stage(c, -1, now());
+    run_stage(c, -1, ibl_now());
     erase_bar(c);
 }
 
@@ -165,7 +165,7 @@ void ibl_console_print_times(const ibl_console *c)
     for (int i = 0; i < c->count; i++)
         fprintf(stderr, "%-16s %9.3f s\n", c->stages[i].name,
                 c->stages[i].seconds);
-    fprintf(stderr, "%-16s %9.3f s\n", "total", now() - c->begun);
+    fprintf(stderr, "%-16s %9.3f s\n", "total", ibl_now() - c->begun);
 }
 
 /* ---- context and warnings --------------------------------------------- */
