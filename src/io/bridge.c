@@ -12,7 +12,7 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "io/bridge/bridge.h"
-#include "io/exr_chroma.h"
+#include "io/colour_space.h"
 #include "io/truncation_check.h"
 
 #ifndef IBL_BRIDGE
@@ -208,7 +208,7 @@ static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
             r->calls.read(r->bridge, rows->row + done, n, dst, alpha, message);
         ibl_status status = translate(&r->source, result, message);
         if (!status && r->source.is_luma)
-            ibl_exr_line_to_rgb(r->source.luma, dst, n * rows->width);
+            ibl_luma_to_rgb(r->source.luma, dst, n * rows->width);
         if (!status)
             status = ibl_rows_look(rows->ctx, dst, rows->width, n, most + done);
         if (status)

@@ -6,12 +6,14 @@
  * dot; plain names are the unnamed layer. A layer has colour if it has R, G
  * and B, or Y, or Y, RY and BY ("Technical Introduction to OpenEXR").
  */
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
 
 #include "core/context.h"
+#include "io/colour_space.h"
 #include "io/exr_file.h"
 
 enum {
@@ -325,10 +327,14 @@ static ibl_status read_luma(const ibl_exr_file *file, ibl_exr_pick *pick)
     /* Rec. 709, the default of a file without the attribute. */
     exr_attr_chromaticities_t c = {0.64f, 0.33f, 0.30f,   0.60f,
                                    0.15f, 0.06f, 0.3127f, 0.3290f};
+    double rgb_from_xyz[9];
     if (pick->colour != IBL_EXR_LUMA_CHROMA)
         return IBL_OK;
     exr_attr_get_chromaticities(file->exr, pick->part, "chromaticities", &c);
-    if (!ibl_exr_luma(&c, pick->luma))
+    const double xy[8] = {c.red_x,  c.red_y,  c.green_x, c.green_y,
+                          c.blue_x, c.blue_y, c.white_x, c.white_y};
+    if (!ibl_colour_space(xy, rgb_from_xyz, pick->luma) ||
+        fabsf(pick->luma[1]) < 1e-6f)
         return ibl_bad_file(file->in,
                             "the EXR's chromaticities span no colour space");
     return IBL_OK;

@@ -8,12 +8,11 @@
  * filter of 27 taps, every second of them 0, that leaves the samples
  * themselves alone; beyond the edges the last sample repeats.
  */
-#include <math.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "core/context.h"
-#include "io/exr_chroma.h"
+#include "io/colour_space.h"
 #include "io/exr_file.h"
 
 enum {
@@ -23,46 +22,6 @@ enum {
 
 static const float taps[TAPS] = {0.627123f, -0.186077f, 0.087929f, -0.043159f,
                                  0.019597f, -0.007540f, 0.002128f};
-
-/* The middle row of the matrix from RGB to XYZ, whose columns are the
- * primaries scaled so that R = G = B = 1 is the white point. */
-bool ibl_exr_luma(const exr_attr_chromaticities_t *c, float luma[3])
-{
-    const double rx = c->red_x, ry = c->red_y, gx = c->green_x, gy = c->green_y,
-                 bx = c->blue_x, by = c->blue_y;
-    const double rz = 1 - rx - ry, gz = 1 - gx - gy, bz = 1 - bx - by;
-    const double wx = (double)c->white_x / c->white_y;
-    const double wz =
-        (1 - (double)c->white_x - (double)c->white_y) / c->white_y;
-    /* Cramer's rule for [r g b] s = (wx, 1, wz). */
-    const double det = rx * (gy * bz - by * gz) - gx * (ry * bz - by * rz) +
-                       bx * (ry * gz - gy * rz);
-    const double sr =
-        wx * (gy * bz - by * gz) - gx * (bz - by * wz) + bx * (gz - gy * wz);
-    const double sg =
-        rx * (bz - by * wz) - wx * (ry * bz - by * rz) + bx * (ry * wz - rz);
-    const double sb =
-        rx * (gy * wz - gz) - gx * (ry * wz - rz) + wx * (ry * gz - gy * rz);
-    const double y[3] = {ry * sr / det, gy * sg / det, by * sb / det};
-    const double sum = y[0] + y[1] + y[2];
-
-    for (int i = 0; i < 3; i++)
-        luma[i] = (float)(y[i] / sum);
-    return isfinite(luma[0]) && isfinite(luma[1]) && isfinite(luma[2]) &&
-           fabsf(luma[1]) > 1e-6f;
-}
-
-static void pixel_to_rgb(float p[3], float y, float ry, float by,
-                         const float luma[3])
-{
-    if (ry == 0 && by == 0) { /* grey stays exact */
-        p[0] = p[1] = p[2] = y;
-        return;
-    }
-    p[0] = (ry + 1) * y;
-    p[2] = (by + 1) * y;
-    p[1] = (y - p[0] * luma[0] - p[2] * luma[2]) / luma[1];
-}
 
 static int clamp(int i, int n)
 {
@@ -108,12 +67,6 @@ static float blend_columns(const float *row, int w, int x)
     return sum;
 }
 
-void ibl_exr_line_to_rgb(const float luma[3], float *p, int count)
-{
-    for (; count > 0; count--, p += 3)
-        pixel_to_rgb(p, p[0], p[1], p[2], luma);
-}
-
 static void rows_job(void *arg, int job, int worker)
 {
     const job_data *d = arg;
@@ -131,11 +84,10 @@ static void rows_job(void *arg, int job, int worker)
             blend_rows(d->chroma, k, y, chroma[k]);
         for (int j = 0; j < map->width; j++) {
             const int x = map->x0 + j - data->x0;
-            float *p = row + 3 * j;
-            if (x >= 0 && x < data->width)
-                pixel_to_rgb(p, p[0], blend_columns(chroma[0], w, x),
-                             blend_columns(chroma[1], w, x), d->pick->luma);
+            for (int k = 0; k < 2 && x >= 0 && x < data->width; k++)
+                row[3 * j + 1 + k] = blend_columns(chroma[k], w, x);
         }
+        ibl_luma_to_rgb(d->pick->luma, row, map->width);
     }
 }
 

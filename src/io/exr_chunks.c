@@ -22,7 +22,7 @@
 #include "core/alloc.h"
 #include "core/context.h"
 #include "core/half.h"
-#include "io/exr_chroma.h"
+#include "io/colour_space.h"
 #include "io/exr_file.h"
 
 enum {
@@ -547,7 +547,7 @@ static void put_chroma(const decoding *g, const ibl_exr_chunk *chunk, int y,
 static void finish_pixels(const ibl_exr_pick *pick, float *p, int count)
 {
     if (pick->colour == IBL_EXR_LUMA_CHROMA && pick->chroma_step == 1)
-        ibl_exr_line_to_rgb(pick->luma, p, count);
+        ibl_luma_to_rgb(pick->luma, p, count);
     if (pick->colour != IBL_EXR_LUMA)
         return;
     for (; count > 0; count--, p += 3)

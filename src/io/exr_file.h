@@ -129,10 +129,6 @@ typedef struct ibl_exr_target {
 ibl_status ibl_exr_decode_chunks(ibl_exr_decoder *d, int first, int count,
                                  const ibl_exr_target *target);
 
-/* Weights of R, G and B in Y for a file's chromaticities; false if those
- * span no colour space. */
-bool ibl_exr_luma(const exr_attr_chromaticities_t *c, float luma[3]);
-
 /* Turns an image of Y to R G B; half-size chroma is interpolated. */
 ibl_status ibl_exr_to_rgb(ibl_ctx *ctx, const ibl_exr_pick *pick,
                           const ibl_exr_chroma *chroma, ibl_image *img);

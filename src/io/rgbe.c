@@ -19,10 +19,9 @@
 enum {
     PACK_BYTES = 1 << 20, /* of a file that are read at once */
     PACK_LINES = 512,
-    CALL_LINES = 64,        /* in a pack, where a call wants fewer */
-    JOB_PIXELS = 1 << 14,   /* about 0.05 ms of decoding */
-    HEADER_BYTES = 1 << 16, /* where a header has mostly ended */
-    MIN_NEW = 8,            /* widths that the new run lengths are used for */
+    CALL_LINES = 64,      /* in a pack, where a call wants fewer */
+    JOB_PIXELS = 1 << 14, /* about 0.05 ms of decoding */
+    MIN_NEW = 8,          /* widths that the new run lengths are used for */
     MAX_NEW = 32767
 };
 
@@ -194,11 +193,11 @@ static void apply_matrix(const float m[9], int count, float *px)
 
 /*
  * Decodes a scanline that was passed to h->row_px RGB pixels.
- *   flat       it is not coded, whatever it looks like
- *   has_slack  IBL_RGBE_SLACK bytes beyond it are readable
+ *   src   readable for IBL_RGBE_SLACK bytes beyond it
+ *   flat  it is not coded, whatever it looks like
  */
 static void decode_line(const ibl_rgbe_dsp *dsp, const ibl_rgbe_header *h,
-                        const unsigned char *src, bool flat, bool has_slack,
+                        const unsigned char *src, bool flat,
                         unsigned char *scratch, float *dst)
 {
     const size_t stride = plane_bytes(h);
@@ -208,8 +207,7 @@ static void decode_line(const ibl_rgbe_dsp *dsp, const ibl_rgbe_header *h,
     } else {
         src += 4;
         for (int c = 0; c < 4; c++)
-            src = (has_slack ? dsp->expand : ibl_rgbe_expand_c)(
-                src, h->row_px, scratch + c * stride);
+            src = dsp->expand(src, h->row_px, scratch + c * stride);
     }
     dsp->to_rgb(scratch, stride, h->row_px, h->scale, dst);
     if (h->xyz)
@@ -220,17 +218,13 @@ static void decode_line(const ibl_rgbe_dsp *dsp, const ibl_rgbe_header *h,
 
 /* Scanlines that have been passed over. */
 typedef struct pack {
-    unsigned char *buffer; /* NULL: bytes are those of the input */
-    const unsigned char *bytes;
-    size_t size;                 /* of bytes, IBL_RGBE_SLACK are beyond it */
+    unsigned char *bytes; /* of the file, and IBL_RGBE_SLACK beyond them */
     size_t line[PACK_LINES + 1]; /* where they begin, and the last one ends */
     int lines, used;
     bool is_full; /* has been filled */
-    /* after its last scanline: */
-    bool ambiguous; /* one that may be coded or flat */
-    fault fault;
-    int value; /* of the fault */
-    int error; /* errno where reading failed */
+    fault fault;  /* of the scanline after its last one */
+    int value;    /* of the fault */
+    int error;    /* errno where reading failed */
 } pack;
 
 typedef struct rgbe_rows {
@@ -240,14 +234,13 @@ typedef struct rgbe_rows {
     ibl_rgbe_dsp dsp;
     ibl_max_finite_fn *look;
     pack packs[2]; /* the one in use, and the next */
-    size_t room;   /* of their buffers */
+    size_t room;   /* of their bytes */
     int now;       /* the one in use */
     /* the end of what has been passed over */
     size_t at;
     int line;
     int pack_lines; /* of the next pack */
     bool flat;      /* no scanline is coded, whatever it looks like */
-    bool settled;   /* it is known whether it is flat */
     bool has_new, has_old;
     unsigned char *scratch; /* one of scratch_bytes for each worker */
     size_t scratch_bytes;
@@ -261,40 +254,24 @@ static void describe(const rgbe_rows *r, char format[64])
                           : "flat");
 }
 
-/* Gets bytes from r->at on. False: p->error says why not. */
-static bool load_pack(const rgbe_rows *r, pack *p)
-{
-    if (!p->buffer) {
-        p->bytes = r->in->bytes + r->at;
-        p->size = r->in->size - r->at;
-        return true;
-    }
-    p->bytes = p->buffer;
-    if (ibl_input_read(r->in, r->at, r->room, p->buffer, &p->size))
-        return true;
-    p->error = errno;
-    return false;
-}
-
 /* Passes over the next scanlines. Runs in a job: what goes wrong is left in
  * the pack, for when its scanlines have been used. */
 static void fill_pack(rgbe_rows *r, pack *p)
 {
-    scan s = {.width = r->h.row_px};
+    scan s = {.bytes = p->bytes, .width = r->h.row_px};
     const int left = r->h.rows - r->line;
     const int want = left < r->pack_lines ? left : r->pack_lines;
     const size_t flat_bytes = 4 * (size_t)r->h.row_px;
 
     p->lines = p->used = 0;
     p->line[0] = 0;
-    p->ambiguous = false;
     p->fault = WHOLE;
     p->error = 0;
     p->is_full = true;
-    if (!load_pack(r, p))
+    if (!ibl_input_read(r->in, r->at, r->room, p->bytes, &s.size)) {
+        p->error = errno;
         return;
-    s.bytes = p->bytes;
-    s.size = p->size;
+    }
     while (p->lines < want) {
         if (r->flat && s.size - s.at < flat_bytes)
             p->fault = CUT;
@@ -302,8 +279,7 @@ static void fill_pack(rgbe_rows *r, pack *p)
             s.at += flat_bytes;
         else
             p->fault = pass(&s);
-        p->ambiguous = !r->settled && (s.is_new || s.is_old);
-        if (p->ambiguous || p->fault)
+        if (p->fault)
             break;
         r->has_new |= s.is_new;
         r->has_old |= s.is_old;
@@ -313,7 +289,7 @@ static void fill_pack(rgbe_rows *r, pack *p)
     r->at += p->line[p->lines];
     r->line += p->lines;
     /* The next pack begins with the scanline that this one has not whole. */
-    if (p->ambiguous || (p->fault == CUT && p->lines))
+    if (p->fault == CUT && p->lines)
         p->fault = WHOLE;
 }
 
@@ -366,25 +342,20 @@ static bool has_flat_size(const rgbe_rows *r)
 static ibl_status settle(rgbe_rows *r)
 {
     pack *p = &r->packs[!r->now];
-    const size_t at = r->at;
-    const int line = r->line;
 
-    r->settled = true;
     r->pack_lines = PACK_LINES;
     do {
         if (ibl_cancelled(r->rows.ctx))
             return IBL_ERR_CANCELLED;
         fill_pack(r, p);
     } while (r->line < r->h.rows && !p->fault && !p->error);
-    if (!p->error && (p->fault || r->at != r->in->size) && has_flat_size(r)) {
-        r->flat = true;
-        r->has_new = r->has_old = false;
-    } else if (p->fault || p->error) {
+    r->flat =
+        !p->error && (p->fault || r->at != r->in->size) && has_flat_size(r);
+    if (!r->flat && (p->fault || p->error))
         return report(r, p);
-    }
-    p->is_full = false;
-    r->at = at;
-    r->line = line;
+    p->is_full = r->has_new = r->has_old = false;
+    r->at = r->h.data;
+    r->line = 0;
     return IBL_OK;
 }
 
@@ -393,17 +364,12 @@ static ibl_status next_pack(rgbe_rows *r)
 {
     for (;;) {
         pack *p = &r->packs[r->now];
-        ibl_status status = IBL_OK;
 
         if (p->used < p->lines)
             return IBL_OK;
         if (p->fault || p->error)
             return report(r, p);
         p->is_full = false;
-        if (p->ambiguous && !r->settled)
-            status = settle(r);
-        if (status)
-            return status;
         r->now = !r->now;
         if (!r->packs[r->now].is_full)
             fill_pack(r, &r->packs[r->now]);
@@ -459,13 +425,10 @@ static void decode_job(void *arg, int job, int worker)
     }
     const int first = job * s->job_lines;
     for (int i = first; i < s->count && i < first + s->job_lines; i++) {
-        const int k = p->used + i;
-        const bool has_slack =
-            p->buffer || p->size - p->line[k + 1] >= IBL_RGBE_SLACK;
         float *to = s->dst + s->line_step * i;
         float *line = s->pixel_step == 3 ? to : spare;
 
-        decode_line(&r->dsp, &r->h, p->bytes + p->line[k], r->flat, has_slack,
+        decode_line(&r->dsp, &r->h, p->bytes + p->line[p->used + i], r->flat,
                     scratch, line);
         if (s->most)
             s->most[i] = r->look(line, 3 * (size_t)r->h.row_px);
@@ -489,10 +452,10 @@ static ibl_status decode(step *s, int count)
         pack *p = &r->packs[r->now], *next = &r->packs[!r->now];
         const int left = p->lines - p->used;
         s->p = p;
-        s->next = !next->is_full && r->line < r->h.rows && !p->fault &&
-                          !p->error && !p->ambiguous
-                      ? next
-                      : NULL;
+        s->next =
+            !next->is_full && r->line < r->h.rows && !p->fault && !p->error
+                ? next
+                : NULL;
         s->count = wanted < left ? wanted : left;
         const int jobs = (s->count + s->job_lines - 1) / s->job_lines;
         status =
@@ -524,38 +487,13 @@ static ibl_status rows_read(ibl_rows *rows, int count, float *rgb,
 static void rows_close(ibl_rows *rows)
 {
     rgbe_rows *r = (rgbe_rows *)rows;
-    ibl_free(r->packs[0].buffer);
-    ibl_free(r->packs[1].buffer);
+    ibl_free(r->packs[0].bytes);
+    ibl_free(r->packs[1].bytes);
     ibl_free(r->scratch);
     ibl_free(r);
 }
 
 /* ---- opening -------------------------------------------------------- */
-
-/* Parses the header; of a file as much is read as that takes. */
-static ibl_status parse(const ibl_input *in, ibl_rgbe_header *h)
-{
-    if (in->bytes)
-        return ibl_rgbe_parse(in, in->bytes, in->size, h);
-    for (size_t room = HEADER_BYTES;; room *= 2) {
-        unsigned char *bytes = ibl_alloc_array(room, 1);
-        size_t got;
-        if (!bytes)
-            return ibl_no_memory(in->ctx, "the header of a picture");
-        const bool is_read = ibl_input_read(in, 0, room, bytes, &got);
-        const bool enough = !is_read || got < room ||
-                            room >= IBL_RGBE_MOST_HEADER ||
-                            ibl_rgbe_has_header(bytes, got);
-        ibl_status status = IBL_OK;
-        if (!is_read)
-            status = ibl_input_unread(in, errno);
-        else if (enough)
-            status = ibl_rgbe_parse(in, bytes, got, h);
-        ibl_free(bytes);
-        if (enough)
-            return status;
-    }
-}
 
 static ibl_status check_length(const rgbe_rows *r)
 {
@@ -584,14 +522,12 @@ static ibl_status alloc_packs(rgbe_rows *r)
     r->scratch = ibl_alloc_array(threads, r->scratch_bytes);
     if (!r->scratch)
         return ibl_no_memory(r->rows.ctx, "scanlines");
-    if (r->in->bytes)
-        return IBL_OK;
     r->room = ibl_rgbe_most_bytes(&r->h);
     if (r->room < PACK_BYTES)
         r->room = PACK_BYTES;
     for (int i = 0; i < 2; i++) {
-        r->packs[i].buffer = ibl_alloc_array(r->room + IBL_RGBE_SLACK, 1);
-        if (!r->packs[i].buffer)
+        r->packs[i].bytes = ibl_alloc_array(r->room + IBL_RGBE_SLACK, 1);
+        if (!r->packs[i].bytes)
             return ibl_no_memory(r->rows.ctx, "scanlines");
     }
     return IBL_OK;
@@ -630,7 +566,7 @@ ibl_status ibl_rgbe_open(const ibl_input *in, const ibl_read_options *opts,
     r->in = in;
     r->rows =
         (ibl_rows){.ctx = in->ctx, .read = rows_read, .close = rows_close};
-    status = parse(in, h);
+    status = ibl_rgbe_parse(in, h);
     if (!status)
         status = ibl_map_check_size(in, opts, h->width, h->height);
     if (!status)
@@ -642,11 +578,11 @@ ibl_status ibl_rgbe_open(const ibl_input *in, const ibl_read_options *opts,
     r->rows.width = h->width;
     r->rows.height = h->height;
     r->at = h->data;
-    r->settled = !has_flat_size(r);
     ibl_rgbe_dsp_init(&r->dsp, ibl_ctx_isa(in->ctx));
     r->look = ibl_max_finite(ibl_ctx_isa(in->ctx));
     /* Take much memory only if the file has all scanlines. */
-    if ((double)h->width * h->height * 12 > 64.0 * (double)in->size)
+    if (has_flat_size(r) ||
+        (double)h->width * h->height * 12 > 64.0 * (double)in->size)
         status = settle(r);
     if (!status && !h->by_column && !h->reverse_rows) {
         *out = &r->rows;

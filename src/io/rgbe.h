@@ -16,10 +16,6 @@
 #include "io/input.h"
 #include "io/rows.h"
 
-enum {
-    IBL_RGBE_MOST_HEADER = 1 << 26 /* longer ones are taken for damage */
-};
-
 /* Whether the bytes begin like a Radiance picture: "#?". */
 bool ibl_rgbe_is(const void *bytes, size_t size);
 
@@ -50,15 +46,10 @@ typedef struct ibl_rgbe_header {
 } ibl_rgbe_header;
 
 /* The most bytes of a picture with this beginning, and 1 MiB after it. */
-uint64_t ibl_rgbe_longest(const unsigned char *bytes, size_t size);
+uint64_t ibl_rgbe_longest(const void *bytes, size_t size);
 
-/* Whether the first bytes of a picture have all of its header, or enough to
- * report an error. */
-bool ibl_rgbe_has_header(const unsigned char *bytes, size_t size);
-
-/* bytes: of in, from its first on. */
-ibl_status ibl_rgbe_parse(const ibl_input *in, const unsigned char *bytes,
-                          size_t size, ibl_rgbe_header *header);
+/* Reads the header; of a file as much as that takes. */
+ibl_status ibl_rgbe_parse(const ibl_input *in, ibl_rgbe_header *header);
 
 /* No scanline takes more bytes than this and has no fault. */
 size_t ibl_rgbe_most_bytes(const ibl_rgbe_header *header);

@@ -1,16 +1,17 @@
 /* SPDX-License-Identifier: MIT */
 /* The header of a Radiance picture: lines of text, then the resolution. */
+#include <errno.h>
 #include <float.h>
 #include <math.h>
 #include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "core/alloc.h"
 #include "core/context.h"
+#include "io/colour_space.h"
 #include "io/rgbe.h"
-
-struct text {
-    const unsigned char *at, *end;
-};
 
 /* The values of the lines; EXPOSURE and COLORCORR multiply. */
 struct variables {
@@ -26,98 +27,80 @@ static const double default_primaries[8] = {0.640, 0.330, 0.290,     0.600,
 
 enum {
     QUOTE = 48, /* bytes of a file that a message repeats, with the NUL */
+    FIRST_BYTES = 1 << 16, /* where a header has mostly ended */
+    MOST_BYTES = 1 << 26,  /* longer ones are taken for damage */
     BEYOND_BYTES = 1 << 20 /* after the pixels */
 };
 
 /* Printable text of a line, cut where it is long. */
-static const char *quote(struct text line, char out[QUOTE])
+static const char *quote(const char *line, char out[QUOTE])
 {
-    size_t n = 0;
-    for (; line.at < line.end && n < QUOTE - 4; line.at++)
-        out[n++] = *line.at >= 32 && *line.at < 127 ? (char)*line.at : '?';
-    if (line.at < line.end) {
-        memcpy(out + n, "...", 3);
-        n += 3;
-    }
-    out[n] = '\0';
+    enum {
+        KEPT = QUOTE - 4
+    };
+    snprintf(out, QUOTE, "%.*s%s", KEPT, line,
+             strlen(line) > KEPT ? "..." : "");
+    for (char *c = out; *c; c++)
+        *c = *c >= ' ' && *c < 127 ? *c : '?';
     return out;
 }
 
-static bool is_blank(unsigned char c)
+static bool is_blank(char c)
 {
     return c == ' ' || c == '\t';
 }
 
-static void skip_blanks(struct text *t)
+static void skip_blanks(char **t)
 {
-    while (t->at < t->end && is_blank(*t->at))
-        t->at++;
+    while (is_blank(**t))
+        ++*t;
 }
 
-static bool take(struct text *t, const char *word)
+static bool take(char **t, const char *word)
 {
     const size_t n = strlen(word);
-    if ((size_t)(t->end - t->at) < n || memcmp(t->at, word, n))
+    if (strncmp(*t, word, n))
         return false;
-    t->at += n;
+    *t += n;
     return true;
 }
 
-static bool is_word(struct text t, const char *word)
+static bool is_digit(char c)
 {
-    return take(&t, word) && t.at == t.end;
-}
-
-/* Takes a sign, if there is one; true for a minus. */
-static bool take_sign(struct text *t)
-{
-    const bool minus = take(t, "-");
-    if (!minus)
-        take(t, "+");
-    return minus;
-}
-
-static bool at_digit(const struct text *t)
-{
-    return t->at < t->end && *t->at >= '0' && *t->at <= '9';
+    return c >= '0' && c <= '9';
 }
 
 /* A decimal number, the same in every locale. */
-static bool take_number(struct text *t, double *value)
+static bool take_number(char **t, double *value)
 {
     uint64_t digits = 0;
-    int exponent = 0, seen = 0;
-    bool point = false;
+    int exponent = 0;
+    bool seen = false, point = false;
 
     skip_blanks(t);
-    const bool negative = take_sign(t);
-    for (;; t->at++) {
-        if (!point && t->at < t->end && *t->at == '.') {
+    const bool negative = take(t, "-");
+    if (!negative)
+        take(t, "+");
+    for (; is_digit(**t) || (**t == '.' && !point); ++*t) {
+        if (**t == '.') {
             point = true;
             continue;
         }
-        if (!at_digit(t))
-            break;
+        seen = true;
         if (digits < UINT64_MAX / 10 - 1) {
-            digits = digits * 10 + (*t->at - '0');
+            digits = digits * 10 + (uint64_t)(**t - '0');
             exponent -= point;
         } else {
             exponent += !point;
         }
-        seen++;
     }
     if (!seen)
         return false;
 
-    struct text tail = *t;
-    if (take(&tail, "e") || take(&tail, "E")) {
-        const bool minus = take_sign(&tail);
-        int e = 0;
-        for (; at_digit(&tail); *t = tail) {
-            e = e < 10000 ? e * 10 + (*tail.at - '0') : e;
-            tail.at++;
-        }
-        exponent += minus ? -e : e;
+    char *e = *t + 1;
+    if ((**t == 'e' || **t == 'E') && is_digit(e[*e == '-' || *e == '+'])) {
+        const long n = strtol(e, t, 10);
+        exponent += n < -9999 ? -9999 : n > 9999 ? 9999 : (int)n;
     }
     if (!digits)
         exponent = 0; /* 0e9999 is 0, and not 0 * Inf */
@@ -128,33 +111,33 @@ static bool take_number(struct text *t, double *value)
     return true;
 }
 
-/* Takes the next line, without its end. A file whose first line ends with a
- * bare CR has CR for line ends. */
-static bool next_line(struct text *t, bool bare_cr, struct text *line)
+/* A file whose first line ends with a bare CR has CR for line ends. */
+static char line_end(const char *text, size_t size)
 {
-    const unsigned char *end =
-        memchr(t->at, bare_cr ? '\r' : '\n', (size_t)(t->end - t->at));
-    if (!end)
-        return false;
-    *line = (struct text){t->at, end};
-    if (line->end > line->at && line->end[-1] == '\r')
-        line->end--;
-    t->at = end + 1;
-    return true;
+    size_t n = 0;
+    while (n < size && text[n] != '\r' && text[n] != '\n')
+        n++;
+    return n + 1 < size && text[n] == '\r' && text[n + 1] != '\n' ? '\r' : '\n';
 }
 
-static bool uses_bare_cr(struct text t)
+/* Takes the next line and cuts off its end; NULL: none has an end. */
+static char *next_line(char **rest, char end)
 {
-    while (t.at < t.end && *t.at != '\r' && *t.at != '\n')
-        t.at++;
-    return t.end - t.at > 1 && t.at[0] == '\r' && t.at[1] != '\n';
+    char *line = *rest, *stop = strchr(line, end);
+    if (!stop)
+        return NULL;
+    *rest = stop + 1;
+    if (stop > line && stop[-1] == '\r')
+        stop--;
+    *stop = '\0';
+    return line;
 }
 
 /* NAME=, with blanks around the sign. A line that begins with blanks is the
  * history of a picture that this one was made from. */
-static bool take_name(struct text *line, const char *name)
+static bool take_name(char **line, const char *name)
 {
-    struct text t = *line;
+    char *t = *line;
     if (!take(&t, name))
         return false;
     skip_blanks(&t);
@@ -168,9 +151,9 @@ static bool take_name(struct text *line, const char *name)
 /* Factors above 0. A 0, which Filament's cmgen writes for EXPOSURE, cannot have
  * been one: it is passed over. */
 static ibl_status take_factors(const ibl_input *in, const char *what,
-                               struct text value, double *factors, int count)
+                               char *value, double *factors, int count)
 {
-    const struct text all = value;
+    const char *all = value;
     char text[QUOTE];
     for (int i = 0; i < count; i++) {
         double f;
@@ -186,60 +169,56 @@ static ibl_status take_factors(const ibl_input *in, const char *what,
     return IBL_OK;
 }
 
-static ibl_status take_format(const ibl_input *in, struct text value,
+static ibl_status take_format(const ibl_input *in, char *value,
                               struct variables *v)
 {
     char text[QUOTE];
-    while (value.end > value.at && is_blank(value.end[-1]))
-        value.end--;
+    size_t n = strlen(value);
+    while (n && is_blank(value[n - 1]))
+        value[--n] = '\0';
     v->has_format = true;
-    v->xyz = is_word(value, "32-bit_rle_xyze");
-    if (v->xyz || is_word(value, "32-bit_rle_rgbe"))
+    v->xyz = !strcmp(value, "32-bit_rle_xyze");
+    if (v->xyz || !strcmp(value, "32-bit_rle_rgbe"))
         return IBL_OK;
     return ibl_unsupported(
         in, "FORMAT is \"%s\": must be 32-bit_rle_rgbe or 32-bit_rle_xyze",
         quote(value, text));
 }
 
-static void take_primaries(struct text value, struct variables *v)
-{
-    v->bad_primaries = false;
-    for (int i = 0; i < 8; i++)
-        v->bad_primaries |= !take_number(&value, &v->primaries[i]);
-}
-
-static ibl_status take_line(const ibl_input *in, struct text line,
+static ibl_status take_line(const ibl_input *in, char *line,
                             struct variables *v)
 {
-    struct text value = line;
     double gamma;
 
-    if (take_name(&value, "FORMAT"))
-        return take_format(in, value, v);
-    if (take_name(&value, "EXPOSURE"))
-        return take_factors(in, "EXPOSURE", value, &v->exposure, 1);
-    if (take_name(&value, "COLORCORR"))
-        return take_factors(in, "COLORCORR", value, v->correction, 3);
-    if (take_name(&value, "PRIMARIES"))
-        take_primaries(value, v);
-    else if (take_name(&value, "GAMMA") && take_number(&value, &gamma) &&
-             gamma != 1)
+    if (take_name(&line, "FORMAT"))
+        return take_format(in, line, v);
+    if (take_name(&line, "EXPOSURE"))
+        return take_factors(in, "EXPOSURE", line, &v->exposure, 1);
+    if (take_name(&line, "COLORCORR"))
+        return take_factors(in, "COLORCORR", line, v->correction, 3);
+    if (take_name(&line, "PRIMARIES")) {
+        v->bad_primaries = false;
+        for (int i = 0; i < 8; i++)
+            v->bad_primaries |= !take_number(&line, &v->primaries[i]);
+    } else if (take_name(&line, "GAMMA") && take_number(&line, &gamma) &&
+               gamma != 1) {
         ibl_warn(in->ctx,
                  "%s: GAMMA=%g is ignored: the pixels are taken as linear",
                  in->name, gamma);
+    }
     return IBL_OK;
 }
 
 /* Whether a line can only be the resolution: +X, -X, +Y or -Y, a blank. */
-static bool is_resolution(struct text line)
+static bool is_resolution(const char *line, size_t size)
 {
-    return line.end - line.at > 2 && (line.at[0] == '+' || line.at[0] == '-') &&
-           (line.at[1] == 'X' || line.at[1] == 'Y') && is_blank(line.at[2]);
+    return size > 2 && (line[0] == '+' || line[0] == '-') &&
+           (line[1] == 'X' || line[1] == 'Y') && is_blank(line[2]);
 }
 
 /* An edge, which may be any text of digits; more than int holds is as wrong
  * as INT_MAX. */
-static bool take_axis(struct text *t, char axis, bool *decreasing, int *edge)
+static bool take_axis(char **t, char axis, bool *decreasing, int *edge)
 {
     double value;
     skip_blanks(t);
@@ -255,18 +234,18 @@ static bool take_axis(struct text *t, char axis, bool *decreasing, int *edge)
 /* The eight orientations. The picture's X grows to the right and its Y up, so
  * rows that run with -Y begin at the top. False: it is no resolution, or has an
  * edge of no map. */
-static bool take_edges(struct text line, ibl_rgbe_header *h, bool *is_one)
+static bool take_edges(char *line, ibl_rgbe_header *h, bool *is_one)
 {
-    struct text t = line;
+    char *t = line;
     bool x_down, y_down;
 
-    h->by_column = line.end - line.at > 1 && line.at[1] == 'X';
+    h->by_column = line[1] == 'X';
     *is_one = h->by_column ? take_axis(&t, 'X', &x_down, &h->width) &&
                                  take_axis(&t, 'Y', &y_down, &h->height)
                            : take_axis(&t, 'Y', &y_down, &h->height) &&
                                  take_axis(&t, 'X', &x_down, &h->width);
     skip_blanks(&t);
-    *is_one = *is_one && t.at == t.end;
+    *is_one = *is_one && !*t;
     if (!*is_one || h->width < 1 || h->width > IBL_MAX_EDGE || h->height < 1 ||
         h->height > IBL_MAX_EDGE)
         return false;
@@ -277,7 +256,7 @@ static bool take_edges(struct text line, ibl_rgbe_header *h, bool *is_one)
     return true;
 }
 
-static ibl_status take_resolution(const ibl_input *in, struct text line,
+static ibl_status take_resolution(const ibl_input *in, char *line,
                                   ibl_rgbe_header *h)
 {
     char text[QUOTE];
@@ -293,46 +272,6 @@ static ibl_status take_resolution(const ibl_input *in, struct text line,
     return ibl_bad_file(
         in, "the resolution line is \"%s\": must be like \"-Y 512 +X 1024\"",
         quote(line, text));
-}
-
-/*
- * XYZ to RGB. The columns of P are the XYZ of the primaries up to a factor
- * each, which W = P s gives: white is R = G = B with Y = 1. Then the inverse
- * of P diag(s). False if the primaries have no such matrix.
- */
-static bool rgb_from_xyz(const double primaries[8], double m[9])
-{
-    double p[9], inv[9];
-    for (int i = 0; i < 3; i++) {
-        p[i] = primaries[2 * i];
-        p[3 + i] = primaries[2 * i + 1];
-        p[6 + i] = 1 - p[i] - p[3 + i];
-    }
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            const int a = (j + 1) % 3, b = (j + 2) % 3;
-            const int c = (i + 1) % 3, d = (i + 2) % 3;
-            inv[3 * i + j] =
-                p[3 * a + c] * p[3 * b + d] - p[3 * a + d] * p[3 * b + c];
-        }
-    }
-    const double det = p[0] * inv[0] + p[1] * inv[3] + p[2] * inv[6];
-    const double x = primaries[6], y = primaries[7];
-    if (!(fabs(det) > 1e-6) || !(fabs(y) > 1e-6))
-        return false;
-    for (int i = 0; i < 3; i++) {
-        const double s = (inv[3 * i] * x + inv[3 * i + 1] * y +
-                          inv[3 * i + 2] * (1 - x - y)) /
-                         (det * y);
-        if (!(fabs(s) > 1e-6))
-            return false;
-        for (int j = 0; j < 3; j++)
-            m[3 * i + j] = inv[3 * i + j] / (det * s);
-    }
-    for (int i = 0; i < 9; i++)
-        if (!(fabs(m[i]) < 1e6))
-            return false;
-    return true;
 }
 
 /* Turns the variables into the factors that the pixels need. */
@@ -354,12 +293,12 @@ static ibl_status set_factors(const ibl_input *in, const struct variables *v,
         h->scale[c] = v->xyz ? 1.0f : (float)scale[c];
     if (!v->xyz)
         return IBL_OK;
-    if (v->bad_primaries || !rgb_from_xyz(v->primaries, matrix)) {
+    if (v->bad_primaries || !ibl_colour_space(v->primaries, matrix, NULL)) {
         ibl_warn(in->ctx,
                  "%s: PRIMARIES is no triangle with a white: Radiance's "
                  "default ones are taken",
                  in->name);
-        rgb_from_xyz(default_primaries, matrix);
+        ibl_colour_space(default_primaries, matrix, NULL);
     }
     for (int i = 0; i < 9; i++)
         h->matrix[i] = (float)(matrix[i] * scale[i % 3]);
@@ -367,56 +306,55 @@ static ibl_status set_factors(const ibl_input *in, const struct variables *v,
 }
 
 /* Finds the resolution, or the first line after a blank one, and what follows
- * it. False: the bytes end before that. */
-static bool find_end(const unsigned char *bytes, size_t size, struct text *line,
-                     struct text *rest)
+ * it. False: the text ends before that. */
+static bool find_end(const char *text, size_t size, size_t *last, size_t *after)
 {
+    const char end = line_end(text, size);
     bool blank = false;
 
-    *rest = (struct text){bytes, bytes + size};
-    const bool bare_cr = uses_bare_cr(*rest);
-    while (next_line(rest, bare_cr, line)) {
-        if (blank || is_resolution(*line))
+    for (*last = 0;; *last = *after) {
+        const char *line = text + *last;
+        const char *stop = memchr(line, end, size - *last);
+        if (!stop)
+            return false;
+        *after = (size_t)(stop + 1 - text);
+        if (blank || is_resolution(line, (size_t)(stop - line)))
             return true;
-        blank = line->at == line->end;
+        blank = stop == line || (stop == line + 1 && *line == '\r');
     }
-    return false;
 }
 
-bool ibl_rgbe_has_header(const unsigned char *bytes, size_t size)
+uint64_t ibl_rgbe_longest(const void *bytes, size_t size)
 {
-    struct text line, rest;
-    return find_end(bytes, size, &line, &rest);
-}
-
-uint64_t ibl_rgbe_longest(const unsigned char *bytes, size_t size)
-{
-    struct text line, rest;
+    const char *text = bytes;
+    size_t last, after;
+    char line[128];
     ibl_rgbe_header h;
     bool is_one;
 
-    if (!find_end(bytes, size, &line, &rest) || !is_resolution(line) ||
-        !take_edges(line, &h, &is_one))
-        return IBL_RGBE_MOST_HEADER;
-    return (uint64_t)(rest.at - bytes) +
-           (uint64_t)h.rows * ibl_rgbe_most_bytes(&h) + BEYOND_BYTES;
+    if (!find_end(text, size, &last, &after) || after - last > sizeof line ||
+        !is_resolution(text + last, after - last))
+        return MOST_BYTES;
+    memcpy(line, text + last, after - last);
+    line[after - last - 1] = '\0';
+    line[strcspn(line, "\r")] = '\0';
+    if (!take_edges(line, &h, &is_one))
+        return MOST_BYTES;
+    return after + (uint64_t)h.rows * ibl_rgbe_most_bytes(&h) + BEYOND_BYTES;
 }
 
-ibl_status ibl_rgbe_parse(const ibl_input *in, const unsigned char *bytes,
-                          size_t size, ibl_rgbe_header *header)
+/* Parses a text that ends in a zero, up to the line at `last`. */
+static ibl_status parse_text(const ibl_input *in, char *text, size_t last,
+                             bool ends, ibl_rgbe_header *h)
 {
-    struct text rest = {bytes, bytes + size}, line, last, pixels;
     struct variables v = {.exposure = 1, .correction = {1, 1, 1}};
-    const bool bare_cr = uses_bare_cr(rest);
-    const bool ends = find_end(bytes, size, &last, &pixels);
+    const char end = line_end(text, strlen(text));
+    char *rest = text, *line;
+    char quoted[QUOTE];
     ibl_status status = IBL_OK;
-    char text[QUOTE];
 
     memcpy(v.primaries, default_primaries, sizeof v.primaries);
-    if (!ibl_rgbe_is(bytes, size))
-        return ibl_bad_file(in, "no Radiance picture: must begin with \"#?\"");
-    while (!status && next_line(&rest, bare_cr, &line) &&
-           (!ends || line.at != last.at))
+    while (!status && rest < text + last && (line = next_line(&rest, end)))
         status = take_line(in, line, &v);
     if (status)
         return status;
@@ -424,17 +362,55 @@ ibl_status ibl_rgbe_parse(const ibl_input *in, const unsigned char *bytes,
         return ibl_bad_file(in,
                             "the file ends in its header, before the "
                             "resolution line: it is cut short: copy it again");
-    if (!is_resolution(last))
+    line = next_line(&rest, end);
+    if (!is_resolution(line, strlen(line)))
         return ibl_bad_file(in,
                             "no resolution line after the header but \"%s\": "
                             "must be like \"-Y 512 +X 1024\"",
-                            quote(last, text));
-    *header = (ibl_rgbe_header){.data = (size_t)(pixels.at - bytes)};
-    status = take_resolution(in, last, header);
+                            quote(line, quoted));
+    status = take_resolution(in, line, h);
     if (status)
         return status;
     if (!v.has_format)
         ibl_warn(in->ctx, "%s: no FORMAT line: taken as 32-bit_rle_rgbe",
                  in->name);
-    return set_factors(in, &v, header);
+    return set_factors(in, &v, h);
+}
+
+/* Tries with the first bytes of the file; false: they are too few. */
+static bool parse_first(const ibl_input *in, size_t room, ibl_rgbe_header *h,
+                        ibl_status *status)
+{
+    char *text = ibl_alloc_array(room + 1, 1);
+    size_t size, last, after;
+    bool enough = true;
+
+    if (!text) {
+        *status = ibl_no_memory(in->ctx, "the header of a picture");
+    } else if (!ibl_input_read(in, 0, room, text, &size)) {
+        *status = ibl_input_unread(in, errno);
+    } else {
+        const bool ends = find_end(text, size, &last, &after);
+        if (!ends)
+            last = after = size;
+        for (size_t i = 0; i < after; i++)
+            text[i] = text[i] ? text[i] : '?';
+        text[after] = '\0';
+        *h = (ibl_rgbe_header){.data = after};
+        enough = ends || size < room || room >= MOST_BYTES;
+        if (enough)
+            *status = parse_text(in, text, last, ends, h);
+    }
+    ibl_free(text);
+    return enough;
+}
+
+ibl_status ibl_rgbe_parse(const ibl_input *in, ibl_rgbe_header *header)
+{
+    ibl_status status;
+    size_t room = FIRST_BYTES;
+
+    while (!parse_first(in, room, header, &status))
+        room *= 2;
+    return status;
 }
