@@ -240,8 +240,6 @@ TEST(faces_are_in_place)
     CHECK(!inspect(&s, 160, 120, 160, 60).inside);
     s.level = 99;
     CHECK(inspect(&s, 160, 120, 50, 50).level == 3);
-    s.level = -1;
-    CHECK(inspect(&s, 160, 120, 50, 50).level == 0);
 }
 
 /* Neighbours in a cross are neighbours on the sphere. */

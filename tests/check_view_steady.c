@@ -182,15 +182,13 @@ static void begin(void)
 /* As app.c draws one, a sixtieth of a second after the last. */
 static bool frame(void)
 {
-    char title[sizeof app.title];
-
     app.settings.seconds += 1.0 / 60;
     if (!view_renderer_draw(app.renderer, &app.settings, WIDTH, HEIGHT))
         return false;
     gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
     view_window_text(&app);
     gl.Finish();
-    view_title_text(&app, title, sizeof title);
+    view_app_title(&app);
     return true;
 }
 

@@ -30,7 +30,7 @@ double __wrap_view_clock(void)
 }
 
 static view_app app;
-static char title[sizeof app.title];
+static const char *const title = app.title;
 
 static void end(void *unused)
 {
@@ -57,7 +57,7 @@ static void begin(void)
 static const char *title_after_draw(void)
 {
     CHECK(view_renderer_draw(app.renderer, &app.settings, WIDTH, HEIGHT));
-    view_title_text(&app, title, sizeof title);
+    view_app_title(&app);
     return title;
 }
 
@@ -122,7 +122,7 @@ TEST(times_are_of_one_update)
 TEST(tells_no_times_before)
 {
     begin();
-    view_title_text(&app, title, sizeof title);
+    view_app_title(&app);
     CHECK_MSG(has("scene") && !has("drawing"), "%s", title);
 }
 
@@ -143,7 +143,7 @@ TEST(has_room)
     s->probe_filter = VIEW_PROBE_CPU;
     title_after_draw();
     app.frame_ms = 12345.6;
-    view_title_text(&app, title, sizeof title);
+    view_app_title(&app);
     CHECK_MSG(has("12345.6 ms") && strlen(title) < sizeof app.title - 60, "%s",
               title);
 }
@@ -153,10 +153,10 @@ static void tells(const view_settings *changed, const char *part)
 {
     app.settings = view_settings_default();
     app.settings.mode = changed->mode;
-    view_title_text(&app, title, sizeof title);
+    view_app_title(&app);
     CHECK_MSG(!has(part), "%s", title);
     app.settings = *changed;
-    view_title_text(&app, title, sizeof title);
+    view_app_title(&app);
     CHECK_MSG(has(part), "not \"%s\": %s", part, title);
 }
 
@@ -212,7 +212,7 @@ TEST(tells_every_setting)
     TELLS(VIEW_SCENE, capture_shadows, false, "| no capture shadows |");
     /* A name is what it is, but on one line. */
     app.sets[0].name[1] = '\n';
-    view_title_text(&app, title, sizeof title);
+    view_app_title(&app);
     CHECK_MSG(strstr(title, "m?p | ") == title, "%s", title);
 }
 
@@ -242,7 +242,7 @@ static void press_without_room(void)
                            "no room for them"),
               "%s", said);
     CHECK(!strcmp(app.notice, "as it was before: the terminal says why"));
-    view_title_text(&app, title, sizeof title);
+    view_app_title(&app);
     CHECK_MSG(has("| local 2 |"), "%s", title);
 }
 

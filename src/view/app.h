@@ -95,8 +95,8 @@ bool view_window_run(ibl_ctx *ctx, const view_options *options);
 /* Draws the window's text: keys, the texel under the cursor, progress of a
  * bake, notice, scale of false colours. */
 void view_window_text(view_app *app);
-/* What is shown and how, for the window's title. */
-void view_title_text(const view_app *app, char *text, size_t size);
+/* Sets the title to what is shown and how. */
+void view_app_title(view_app *app);
 
 /* ---- pictures without a window (still.c) ---------------------------------
  */

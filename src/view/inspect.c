@@ -10,27 +10,30 @@
 /* As in shaders/layout.glsl. */
 #define ASIDE (1.0 / 32)
 
-/* A map laid out flat. */
+/* A map laid out flat, as a window shows it. */
 typedef struct flat {
     const ibl_texture *map;
     int level;
-    int edge;       /* of a face; 0: the table */
-    double size[2]; /* of the picture, in texels */
+    int edge;         /* of a face; 0: the table */
+    double size[2];   /* of the picture, in texels */
+    double window[2]; /* in pixels */
+    double scale;     /* pixels to a texel */
 } flat;
-
-/* A point of the picture that a pixel's centre shows. */
-typedef struct window {
-    double size[2], scale; /* pixels; pixels to a texel */
-    double middle[2];      /* what the window's middle shows */
-} window;
 
 /* ---- the picture and the window ---------------------------------------- */
 
-static bool flatten(const baked_set *set, const view_settings *s, flat *f)
+/* Numbers that the shader has as floats are floats here. */
+static void fit(const view_settings *s, flat *f)
+{
+    f->scale = (float)s->zoom *
+               fmin(f->window[0] / f->size[0], f->window[1] / f->size[1]);
+}
+
+static bool flatten(const baked_set *set, const view_settings *s, int width,
+                    int height, flat *f)
 {
     static const int faces[VIEW_LAYOUTS][2] = {{4, 3}, {6, 1}, {4, 2}};
-    const bool chain = s->mode == VIEW_LEVELS;
-    const view_content content = chain ? VIEW_SPECULAR
+    const view_content content = s->mode == VIEW_LEVELS ? VIEW_SPECULAR
                                  : s->mode == VIEW_IRRADIANCE_MAP
                                      ? VIEW_IRRADIANCE
                                      : VIEW_LUT;
@@ -38,36 +41,27 @@ static bool flatten(const baked_set *set, const view_settings *s, flat *f)
 
     if (s->mode == VIEW_SCENE || !map->data)
         return false;
-    *f = (flat){.map = map, .size = {map->width, map->height}};
-    if (content == VIEW_LUT)
-        return true;
-    if (chain)
-        f->level = s->level < 0              ? 0
-                   : s->level >= map->levels ? map->levels - 1
-                                             : s->level;
-    f->edge = ibl_cube_edge(map->width, f->level);
-    for (int k = 0; k < 2; k++)
-        f->size[k] = (double)faces[s->layout][k] * f->edge;
+    *f = (flat){.map = map,
+                .size = {map->width, map->height},
+                .window = {width, height}};
+    if (content == VIEW_SPECULAR)
+        f->level = s->level < map->levels ? s->level : map->levels - 1;
+    if (content != VIEW_LUT) {
+        f->edge = ibl_cube_edge(map->width, f->level);
+        for (int k = 0; k < 2; k++)
+            f->size[k] = (double)faces[s->layout][k] * f->edge;
+    }
+    fit(s, f);
     return true;
 }
 
-/* Numbers that the shader has as floats are floats here. */
-static window look(const flat *f, const view_settings *s, int width, int height)
-{
-    window w = {.size = {width, height}};
-
-    w.scale =
-        (float)s->zoom * fmin(w.size[0] / f->size[0], w.size[1] / f->size[1]);
-    for (int k = 0; k < 2; k++)
-        w.middle[k] = f->size[k] * (0.5 + (float)s->pan[k]);
-    return w;
-}
-
-/* What is at x, y pixels of the window. */
-static void point(const window *w, const double at[2], double p[2])
+/* What is at x, y pixels of the window, whose middle shows pan. */
+static void point(const flat *f, const view_settings *s, const double at[2],
+                  double p[2])
 {
     for (int k = 0; k < 2; k++)
-        p[k] = w->middle[k] + (at[k] - 0.5 * w->size[k]) / w->scale;
+        p[k] = f->size[k] * (0.5 + (float)s->pan[k]) +
+               (at[k] - 0.5 * f->window[k]) / f->scale;
 }
 
 /* ---- cubes ------------------------------------------------------------- */
@@ -131,10 +125,9 @@ static view_texel take_flat(const baked_set *set, const view_settings *s,
     double p[2];
     flat f;
 
-    if (!flatten(set, s, &f))
+    if (!flatten(set, s, width, height, &f))
         return t;
-    const window w = look(&f, s, width, height);
-    point(&w, at, p);
+    point(&f, s, at, p);
     if (!(p[0] >= 0 && p[0] < f.size[0] && p[1] >= 0 && p[1] < f.size[1]))
         return t;
     t.level = f.level;
@@ -220,11 +213,10 @@ void view_inspect_drag(const baked_set *set, view_settings *s, int width,
 {
     flat f;
 
-    if (!flatten(set, s, &f))
+    if (!flatten(set, s, width, height, &f))
         return;
-    const double scale = look(&f, s, width, height).scale;
-    s->pan[0] -= dx / (scale * f.size[0]);
-    s->pan[1] -= dy / (scale * f.size[1]);
+    s->pan[0] -= dx / (f.scale * f.size[0]);
+    s->pan[1] -= dy / (f.scale * f.size[1]);
     keep_pan(s);
 }
 
@@ -232,17 +224,16 @@ void view_inspect_zoom(const baked_set *set, view_settings *s, int width,
                        int height, double x, double y, double factor)
 {
     const double at[2] = {x, y};
-    double before[2], after[2], most;
+    double before[2], after[2];
     flat f;
 
-    if (!flatten(set, s, &f))
+    if (!flatten(set, s, width, height, &f))
         return;
-    window w = look(&f, s, width, height);
-    most = fmin(w.size[0], w.size[1]) / 4 / w.scale * (float)s->zoom;
-    point(&w, at, before);
+    const double most = fmin(width, height) / 4 / f.scale * (float)s->zoom;
+    point(&f, s, at, before);
     s->zoom = fmax(fmin(s->zoom * factor, fmax(most, 1)), 0.25);
-    w = look(&f, s, width, height);
-    point(&w, at, after);
+    fit(s, &f);
+    point(&f, s, at, after);
     for (int k = 0; k < 2; k++)
         s->pan[k] += (before[k] - after[k]) / f.size[k];
     keep_pan(s);

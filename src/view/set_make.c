@@ -11,82 +11,66 @@
 enum {
     SH_EDGE = 16,   /* of an irradiance map made of harmonics */
     MAP_EDGE = 128, /* of the cube that is taken for a map at most */
-    LAST_EDGE = 8,  /* smaller ones are too coarse to stand for irradiance */
-    DECODED = 1024  /* texels at a time */
+    LAST_EDGE = 8   /* smaller ones are too coarse to stand for irradiance */
 };
 
 /* Level 0 may be summed up to this roughness: alpha 0.04 widens the cosine's
  * lobe by less than a texel. */
 #define SMOOTH 0.2
 
-/* ---- decoding -------------------------------------------------------- */
-
-/* The largest finite component of level 0. */
-static double peak_of(const baked_set *set)
-{
-    const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
-    const size_t step = ibl_pixel_bytes(tex->pixel);
-    const size_t count = 6 * ibl_texture_face_bytes(tex, 0) / step;
-    float texels[3 * DECODED];
-    float peak = 0;
-
-    for (size_t at = 0; at < count; at += DECODED) {
-        const size_t n = count - at < DECODED ? count - at : DECODED;
-        ibl_pixel_decode(tex->pixel, tex->data + at * step, n, texels);
-        for (size_t i = 0; i < 3 * n; i++)
-            if (isfinite(texels[i]) && texels[i] > peak)
-                peak = texels[i];
-    }
-    return (double)peak;
-}
-
-/* A level of the chain, as level 0 of a cube. What no light can be is 0. */
-static void decode_level(const baked_set *set, int level, const ibl_cube *cube)
+/* A level of the chain, as level 0 of a cube. What no light can be is 0.
+ * Returns the largest component. */
+static float decode_level(const baked_set *set, int level, const ibl_cube *cube)
 {
     const ibl_texture *tex = &set->texture[VIEW_SPECULAR];
     const size_t texels = (size_t)cube->size * cube->size;
+    float peak = 0;
 
     for (int face = 0; face < IBL_FACES; face++) {
         float *dst = ibl_cube_face(cube, 0, face);
         ibl_pixel_decode(tex->pixel,
                          tex->data + ibl_texture_offset(tex, level, face),
                          texels, dst);
-        for (size_t i = 0; i < 3 * texels; i++)
+        for (size_t i = 0; i < 3 * texels; i++) {
             if (!isfinite(dst[i]) || dst[i] < 0)
                 dst[i] = 0;
+            peak = fmaxf(peak, dst[i]);
+        }
     }
+    return peak;
 }
 
 /* ---- irradiance ------------------------------------------------------ */
 
-static ibl_status irradiance_of_level0(ibl_ctx *ctx, const baked_set *set,
-                                       ibl_cube *out)
+/* Mips of a cube, as levels of a chain. */
+static int mips_of(int size)
 {
-    const ibl_irradiance_options opts = ibl_irradiance_options_default();
-    const int size = set->texture[VIEW_SPECULAR].width;
-    ibl_cube cube = {0}, last = {.levels = 1};
-    ibl_image map = {0};
     int levels = 1;
 
     while (ibl_cube_edge(size, levels - 1) > MAP_EDGE)
         levels++;
-    last.size = ibl_cube_edge(size, levels - 1);
-    ibl_status status = ibl_cube_alloc(ctx, size, levels, &cube);
-    if (!status) {
-        decode_level(set, 0, &cube);
-        last.data = ibl_cube_face(&cube, levels - 1, 0);
-        status = ibl_cube_build_mips(ctx, &cube);
-    }
-    if (!status) {
-        const int width = ibl_latlong_width(last.size);
+    return levels;
+}
+
+static ibl_status irradiance_of_level0(ibl_ctx *ctx, ibl_cube *level0,
+                                       ibl_cube *out)
+{
+    const ibl_irradiance_options opts = ibl_irradiance_options_default();
+    const int mip = level0->levels - 1;
+    const ibl_cube last = {.size = ibl_cube_edge(level0->size, mip),
+                           .levels = 1,
+                           .data = ibl_cube_face(level0, mip, 0)};
+    const int width = ibl_latlong_width(last.size);
+    ibl_image map = {0};
+
+    ibl_status status = ibl_cube_build_mips(ctx, level0);
+    if (!status)
         status = ibl_image_alloc(ctx, width, width / 2, &map);
-    }
     if (!status)
         status = ibl_latlong_from_cube(ctx, &last, &map);
     if (!status)
         status = ibl_bake_irradiance(ctx, &map, &opts, out);
     ibl_image_free(&map);
-    ibl_cube_free(&cube);
     return status;
 }
 
@@ -130,32 +114,39 @@ static ibl_status irradiance_of_last(ibl_ctx *ctx, const baked_set *set,
     return status;
 }
 
-/* Neither blurred nor with a sun that its pixels could not hold. */
-static bool level0_is_whole(const baked_set *set)
+/* level0: with room for its mips. *from: what it is made of, for a note. */
+static ibl_status make_irradiance(ibl_ctx *ctx, const baked_set *set,
+                                  ibl_cube *level0, ibl_cube *out,
+                                  const char **from)
 {
-    return set->roughness[0] <= SMOOTH &&
-           peak_of(set) <
-               (double)ibl_pixel_max(set->texture[VIEW_SPECULAR].pixel);
+    const float most = ibl_pixel_max(set->texture[VIEW_SPECULAR].pixel);
+    /* Neither blurred nor with a sun that its pixels could not hold. */
+    const bool whole =
+        decode_level(set, 0, level0) < most && set->roughness[0] <= SMOOTH;
+
+    if (!whole && last_is_irradiance(set)) {
+        *from = "the last specular level, of roughness 1";
+        return irradiance_of_last(ctx, set, out);
+    }
+    if (!whole && set->sh_degree >= 2) {
+        *from = "the spherical harmonics";
+        return irradiance_of_sh(ctx, set, out);
+    }
+    *from = whole ? "the sum over level 0"
+                  : "the sum over level 0, as blurred or clipped as it is";
+    return irradiance_of_level0(ctx, level0, out);
 }
 
 static bool fill_irradiance(ibl_ctx *ctx, baked_set *set)
 {
-    const bool whole = level0_is_whole(set);
-    const char *from;
-    ibl_cube cube = {0};
-    ibl_status status;
+    const int size = set->texture[VIEW_SPECULAR].width;
+    ibl_cube level0 = {0}, cube = {0};
+    const char *from = "";
 
-    if (!whole && last_is_irradiance(set)) {
-        from = "the last specular level, of roughness 1";
-        status = irradiance_of_last(ctx, set, &cube);
-    } else if (!whole && set->sh_degree >= 2) {
-        from = "the spherical harmonics";
-        status = irradiance_of_sh(ctx, set, &cube);
-    } else {
-        from = whole ? "the sum over level 0"
-                     : "the sum over level 0, as blurred or clipped as it is";
-        status = irradiance_of_level0(ctx, set, &cube);
-    }
+    ibl_status status = ibl_cube_alloc(ctx, size, mips_of(size), &level0);
+    if (!status)
+        status = make_irradiance(ctx, set, &level0, &cube, &from);
+    ibl_cube_free(&level0);
     if (!status)
         status = ibl_texture_from_cube(ctx, &cube, IBL_PIXEL_RGBA32F,
                                        IBL_OVERFLOW_CLIP,

@@ -271,7 +271,7 @@ static void tell_stats(view_app *app)
 static bool draw(view_app *app)
 {
     const double begun = view_clock();
-    char title[sizeof app->title];
+    char before[sizeof app->title];
 
     app->redraw = false;
     if (!view_app_draw(app, true))
@@ -282,10 +282,10 @@ static bool draw(view_app *app)
     app->frame_ms = 1e3 * (view_clock() - begun);
     glfwSwapBuffers(app->window);
     tell_stats(app);
-    view_title_text(app, title, sizeof title);
-    if (strcmp(title, app->title) != 0) /* a message to the display */
-        glfwSetWindowTitle(app->window, title);
-    memcpy(app->title, title, sizeof title);
+    memcpy(before, app->title, sizeof before);
+    view_app_title(app);
+    if (strcmp(before, app->title) != 0) /* it is a message to the display */
+        glfwSetWindowTitle(app->window, app->title);
     return true;
 }
 

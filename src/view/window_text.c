@@ -100,108 +100,106 @@ void view_window_text(view_app *app)
 
 /* ---- the title ----------------------------------------------------------- */
 
-static void append(char *text, size_t size, const char *fmt, ...)
-    __attribute__((format(printf, 3, 4)));
-static void append(char *text, size_t size, const char *fmt, ...)
+static void append(view_app *app, const char *fmt, ...)
+    __attribute__((format(printf, 2, 3)));
+static void append(view_app *app, const char *fmt, ...)
 {
-    const size_t used = strlen(text);
+    const size_t used = strlen(app->title);
     va_list ap;
 
     va_start(ap, fmt);
-    vsnprintf(text + used, size - used, fmt, ap);
+    vsnprintf(app->title + used, sizeof app->title - used, fmt, ap);
     va_end(ap);
 }
 
 /* Of rows or columns, where it is not the usual one. */
-static void add_range(const char *name, const double range[2], char *text,
-                      size_t size)
+static void add_range(view_app *app, const char *name, const double range[2])
 {
     if (range[0] > 0 || range[1] < 1)
-        append(text, size, " | %s %.3g:%.3g", name, range[0], range[1]);
+        append(app, " | %s %.3g:%.3g", name, range[0], range[1]);
 }
 
 /* A number, where it is not the usual one. */
-static void add_number(const char *name, double x, double usual, char *text,
-                       size_t size)
+static void add_number(view_app *app, const char *name, double x, double usual)
 {
     if (x < usual || x > usual)
-        append(text, size, " | %s %.4g", name, x);
+        append(app, " | %s %.4g", name, x);
 }
 
 /* How the environment is turned, and from where it is looked at. */
-static void add_aim(const view_settings *s, char *text, size_t size)
+static void add_aim(view_app *app)
 {
-    const view_settings usual = view_settings_default();
+    const view_settings usual = view_settings_default(), *s = &app->settings;
 
-    add_number("turn", s->turn, usual.turn, text, size);
-    add_number("yaw", s->yaw, usual.yaw, text, size);
-    add_number("pitch", s->pitch, usual.pitch, text, size);
-    add_number("distance", s->distance, usual.distance, text, size);
-    add_number("fov", s->fov, usual.fov, text, size);
+    add_number(app, "turn", s->turn, usual.turn);
+    add_number(app, "yaw", s->yaw, usual.yaw);
+    add_number(app, "pitch", s->pitch, usual.pitch);
+    add_number(app, "distance", s->distance, usual.distance);
+    add_number(app, "fov", s->fov, usual.fov);
 }
 
-static void add_spheres(const view_app *app, char *text, size_t size)
+static void add_spheres(view_app *app)
 {
     const view_settings *s = &app->settings;
 
-    append(text, size, " | %s %dx%d | diffuse %s | multiscatter %s",
+    append(app, " | %s %dx%d | diffuse %s | multiscatter %s",
            view_materials[s->material].name, s->rows, s->columns,
            view_diffuse_names[s->diffuse], s->multiscatter ? "on" : "off");
-    add_range("metallic", s->metallic, text, size);
-    add_range("roughness", s->roughness, text, size);
+    add_range(app, "metallic", s->metallic);
+    add_range(app, "roughness", s->roughness);
     if (s->light_count)
-        append(text, size, " | lights %d", s->light_count);
-    add_aim(s, text, size);
+        append(app, " | lights %d", s->light_count);
+    add_aim(app);
     if (!s->sky)
-        append(text, size, " | no sky");
+        append(app, " | no sky");
     if (s->compare == VIEW_SPLIT_SUM)
         return;
-    append(text, size, " | %s %d/%d", view_compare_names[s->compare],
+    append(app, " | %s %d/%d", view_compare_names[s->compare],
            view_renderer_samples(app->renderer), VIEW_TRUTH_SAMPLES);
     if (s->compare == VIEW_SPLIT)
-        append(text, size, " at %.3g", s->split);
+        append(app, " at %.3g", s->split);
     if (s->compare == VIEW_DIFFERENCE)
-        append(text, size, " x %.4g", s->gain);
+        append(app, " x %.4g", s->gain);
 }
 
-static void add_map(const view_app *app, char *text, size_t size)
+static void add_map(view_app *app)
 {
     const view_settings *s = &app->settings;
 
-    append(text, size, " | %s", view_mode_names[s->mode]);
+    append(app, " | %s", view_mode_names[s->mode]);
     if (s->mode == VIEW_LEVELS)
-        append(text, size, " %d, roughness %.3g", s->level,
+        append(app, " %d, roughness %.3g", s->level,
                app->set->roughness[s->level]);
     if (s->mode != VIEW_TABLE)
-        append(text, size, " | %s", view_layout_names[s->layout]);
-    append(text, size, " | zoom %.3g", s->zoom);
+        append(app, " | %s", view_layout_names[s->layout]);
+    append(app, " | zoom %.3g", s->zoom);
     if (s->pan[0] < 0 || s->pan[0] > 0 || s->pan[1] < 0 || s->pan[1] > 0)
-        append(text, size, " | pan %.3g,%.3g", s->pan[0], s->pan[1]);
+        append(app, " | pan %.3g,%.3g", s->pan[0], s->pan[1]);
 }
 
 /* The parts of the one in use, and what the other one took. */
-static void add_times(const view_scene *stage, view_probe_filter filter,
-                      bool parts, char *text, size_t size)
+static void add_times(view_app *app, const view_scene *stage,
+                      view_probe_filter filter)
 {
     double ms[3];
 
     if (!view_scene_times(stage, filter, ms))
         return;
-    append(text, size, " | %s %.1f ms", view_probe_filter_names[filter],
+    append(app, " | %s %.1f ms", view_probe_filter_names[filter],
            ms[0] + ms[1] + ms[2]);
-    if (parts)
-        append(text, size, ": drawing %.1f levels %.1f irradiance %.1f", ms[0],
-               ms[1], ms[2]);
+    if (filter == app->settings.probe_filter)
+        append(app, ": drawing %.1f levels %.1f irradiance %.1f", ms[0], ms[1],
+               ms[2]);
 }
 
-static void add_scene(const view_app *app, char *text, size_t size)
+static void add_scene(view_app *app)
 {
     const view_settings *s = &app->settings;
     const view_scene *stage = view_renderer_stage(app->renderer);
     const view_probe_maps *baked =
         app->probes ? view_probe_set_locals(app->probes) : NULL;
 
-    append(text, size,
+    append(app,
            " | scene | parallax %s | blend %s | local %d%s | probe %d, %s, %s, "
            "%.3g s",
            s->parallax ? "on" : "off", s->blend ? "on" : "off",
@@ -209,34 +207,33 @@ static void add_scene(const view_app *app, char *text, size_t size)
            s->probe_size, view_probe_capture_names[s->probe_capture],
            view_probe_filter_names[s->probe_filter], s->probe_interval);
     if (s->probe_faces)
-        append(text, size, " | faces %d", s->probe_faces);
-    append(text, size, "%s%s%s%s", s->probe_limit ? " | limit" : "",
+        append(app, " | faces %d", s->probe_faces);
+    append(app, "%s%s%s%s", s->probe_limit ? " | limit" : "",
            s->volumes ? " | volumes" : "", s->sun ? "" : " | no sun",
            s->capture_shadows ? "" : " | no capture shadows");
-    add_aim(s, text, size);
+    add_aim(app);
     if (!stage)
         return;
     for (int i = 0; i < VIEW_PROBE_FILTERS; i++)
-        add_times(stage, (view_probe_filter)i, i == (int)s->probe_filter, text,
-                  size);
+        add_times(app, stage, (view_probe_filter)i);
 }
 
-void view_title_text(const view_app *app, char *text, size_t size)
+void view_app_title(view_app *app)
 {
     const view_settings *s = &app->settings;
 
-    snprintf(text, size, "iblview");
+    snprintf(app->title, sizeof app->title, "%s",
+             app->set ? app->set->name : "iblview");
     if (!app->set)
         return;
-    snprintf(text, size, "%s", app->set->name);
-    ibl_one_line(text);
+    ibl_one_line(app->title);
     if (s->mode == VIEW_SPHERES)
-        add_spheres(app, text, size);
+        add_spheres(app);
     else if (s->mode == VIEW_SCENE)
-        add_scene(app, text, size);
+        add_scene(app);
     else
-        add_map(app, text, size);
-    append(text, size, " | EV %+.4g | %s", s->ev,
+        add_map(app);
+    append(app, " | EV %+.4g | %s", s->ev,
            s->false_colour ? "false colour" : view_tone_names[s->tone]);
-    append(text, size, " | %.1f ms", app->frame_ms);
+    append(app, " | %.1f ms", app->frame_ms);
 }
