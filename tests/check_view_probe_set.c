@@ -380,7 +380,6 @@ static void check_levels(const view_probe_set *set, const char *file)
     NEED(!ibl_texture_read(ctx, file_path(file), &tex, NULL));
     gl.BindTexture(GL_TEXTURE_CUBE_MAP_ARRAY,
                    view_probe_set_locals(set)->specular);
-    gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
     for (int level = 0; level < tex.levels; level++) {
         const size_t bytes =
             PROBES * IBL_FACES * ibl_texture_face_bytes(&tex, level);

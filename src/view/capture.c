@@ -115,7 +115,6 @@ bool view_cubes_read(const view_cubes *c, int size, int layer, int face,
     gl.GenFramebuffers(1, &framebuffer);
     gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     attach(GL_FRAMEBUFFER, c->specular, layer, 0, face);
-    gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
     gl.ReadPixels(0, 0, size, size, GL_RGBA, GL_HALF_FLOAT, rgba);
     gl.DeleteFramebuffers(1, &framebuffer);
     return view_gl_check("reading a local probe");
@@ -204,7 +203,6 @@ static bool make_samples(view_capture *c)
 
 static bool make(view_capture *c)
 {
-    gl.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
     gl.GenFramebuffers(1, &c->target);
     gl.GenFramebuffers(1, &c->source);
     if (!make_passes(c) || !make_pictures(c))
@@ -281,7 +279,6 @@ static bool read_equirect(const view_capture *c, ibl_ctx *ctx, bool alpha,
     gl.Uniform1i(p->alpha, alpha);
     use_lookups(c, 0, 0);
     view_gl_draw_full(p->program);
-    gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
     gl.ReadPixels(0, 0, width, height, GL_RGB, GL_FLOAT, map->data);
     view_gl_target(c->target, 0);
     gl.DeleteTextures(1, &picture);
@@ -317,7 +314,6 @@ static bool upload(const ibl_cube *rgb, const ibl_cube *alpha, int first,
     if (!rgba)
         return view_fail("no memory for a level of a capture");
     bind(VIEW_CAPTURE_UNIT, cubes);
-    gl.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
     for (int l = first; l < rgb->levels; l++) {
         const int n = ibl_cube_edge(rgb->size, l);
         const float *from = ibl_cube_face(rgb, l, 0);

@@ -50,6 +50,11 @@ bool view_gl_load(view_gl_proc *(*get)(const char *name))
                          "a core profile",
                          version);
     gl.GenVertexArrays(1, &nothing);
+    gl.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
+    gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
+    gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    /* Coverage is alpha; alpha of pictures stays 1. */
+    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
     return true;
 }
 

@@ -48,7 +48,9 @@ extern view_gl gl;
 
 typedef void view_gl_proc(void);
 
-/* Fills gl for the current context. False, with a message, if that has no
+/* Fills gl for the current context and sets what no other call changes: cubes
+ * have no seams, rows of pixels have no padding, and blending is source over
+ * with the alpha kept. False, with a message, if that has no
  * OpenGL 3.3 core. */
 bool view_gl_load(view_gl_proc *(*get)(const char *name));
 /* Whether shaders of 3.30 have samplerCubeArray: OpenGL 4.0, or

@@ -4,7 +4,6 @@
 #include "view/options.h"
 
 #include <errno.h>
-#include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <string.h>
@@ -34,26 +33,22 @@ static bool parse_reals(double *to, int count, char between, double low,
     return true;
 }
 
-static bool parse_pair(int to[2], int low, int high, const char *value)
+static bool parse_pair(int to[2], int high, const char *value)
 {
-    double pair[2];
+    const char *end;
 
-    if (!parse_reals(pair, 2, 'x', low, high, value) ||
-        pair[0] != floor(pair[0]) || pair[1] != floor(pair[1]))
-        return false;
-    to[0] = (int)pair[0];
-    to[1] = (int)pair[1];
-    return true;
+    return ibl_number_int(value, 1, high, &to[0], &end) && *end == 'x' &&
+           ibl_number_int(end + 1, 1, high, &to[1], &end) && !*end;
 }
 
 static bool parse_size(void *field, const char *value)
 {
-    return parse_pair(field, 1, 16384, value);
+    return parse_pair(field, 16384, value);
 }
 
 static bool parse_grid(void *field, const char *value)
 {
-    return parse_pair(field, 1, VIEW_MAX_GRID, value);
+    return parse_pair(field, VIEW_MAX_GRID, value);
 }
 
 static bool parse_range(void *field, const char *value)

@@ -83,7 +83,6 @@ void view_overlay_begin(view_overlay *o, int width, int height)
     gl.BindVertexArray(o->array);
     gl.BindBuffer(GL_ARRAY_BUFFER, o->buffer);
     gl.Enable(GL_BLEND);
-    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
 }
 
 static void draw_batch(view_overlay *o)

@@ -13,8 +13,7 @@ void view_overlay_free(view_overlay *o); /* NULL is fine */
 
 /* Between these two, calls below draw into the bound framebuffer, of width x
  * height pixels with sRGB-encoded values. Nothing else may draw there. The
- * second one leaves blending off (source over, alpha kept), and the program and
- * vertex array bound. */
+ * second one leaves blending off, and the program and vertex array bound. */
 void view_overlay_begin(view_overlay *o, int width, int height);
 void view_overlay_end(view_overlay *o);
 

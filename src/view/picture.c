@@ -30,7 +30,6 @@ unsigned char *view_picture_read(GLuint framebuffer, int width, int height)
         return NULL;
     }
     gl.BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
-    gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
     gl.ReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, rgb);
     view_picture_flip(rgb, row_bytes, height);
     return rgb;

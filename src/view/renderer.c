@@ -83,9 +83,6 @@ view_renderer *view_renderer_create(void)
     if (!r->sky || !r->sphere || !r->inspect || !r->display)
         goto fail;
     make_arrays(r);
-    gl.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
-    /* Coverage is alpha; alpha of the picture stays 1. */
-    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
     if (!view_gl_check("making the renderer"))
         goto fail;
     return r;
@@ -378,7 +375,6 @@ bool view_renderer_read(const view_renderer *r, bool truth, float *rgb)
         return view_fail("there is no picture to read");
     view_gl_bind(VIEW_UNIT_PICTURE, GL_TEXTURE_2D,
                  truth ? view_truth_texture(r->truth) : r->picture);
-    gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
     gl.GetTexImage(GL_TEXTURE_2D, 0, GL_RGB, GL_FLOAT, rgb);
     view_picture_flip(rgb, 3 * (size_t)r->width * sizeof *rgb, r->height);
     return view_gl_check("reading the picture");

@@ -97,7 +97,6 @@ view_room *view_room_create(void)
     r->room_buffer =
         view_gl_buffer(GL_UNIFORM_BUFFER, sizeof(room_block), NULL);
     gl.BindVertexArray(0);
-    gl.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
     if (!view_gl_check("making the room"))
         goto fail;
     return r;

@@ -88,7 +88,6 @@ void view_truth_free(view_truth *t)
 
 static void upload_aim(view_truth *t, const view_aim *aim)
 {
-    gl.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
     view_gl_bind(VIEW_TRUTH_UNIT_TOKENS, GL_TEXTURE_2D, t->tokens);
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_R32F, VIEW_AIM_ROW, VIEW_AIM_ROW, 0,
                   GL_RED, GL_FLOAT, aim->tokens);
@@ -180,8 +179,6 @@ static void draw_pass(view_truth *t, GLuint instances, int count, int samples)
                        GL_COLOR_BUFFER_BIT, GL_NEAREST);
     gl.BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer[PASS]);
     gl.Enable(GL_BLEND);
-    /* Coverage is alpha; alpha of the pictures stays 1. */
-    gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
     gl.UseProgram(t->spheres);
     gl.Uniform1i(t->first_sample, t->samples);
     gl.Uniform1i(t->sample_count, samples);

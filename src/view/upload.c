@@ -66,7 +66,6 @@ static GLuint upload(const ibl_texture *tex, GLenum target, const char *name)
         return 0;
     gl.GenTextures(1, &texture);
     gl.BindTexture(target, texture);
-    gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
     for (int level = 0; level < tex->levels; level++)
         upload_level(tex, target, level);
     view_gl_filter(target, GL_LINEAR, tex->levels);
