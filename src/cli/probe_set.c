@@ -1,12 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-#include "cli/probe_set.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/json_at.h"
+#include "cli/probes.h"
 #include "common/names.h"
 #include "common/path.h"
 
