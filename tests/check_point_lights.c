@@ -239,9 +239,9 @@ static ibl_status light_level(ibl_ctx *ctx, const ibl_point_lights *bright,
     const ibl_level_sum sum = {.grid = &grid,
                                .degree = 2,
                                .bright = bright,
-                               .gain = 1,
-                               .low = {-1, -1, -1},
-                               .high = {INFINITY, INFINITY, INFINITY}};
+                               .range.gain = 1,
+                               .range.low = {-1, -1, -1},
+                               .range.high = {INFINITY, INFINITY, INFINITY}};
     if (!status)
         status = ibl_spectral_texels(ctx, NULL, &sum, cube, 0);
     ibl_ring_grid_free(&grid);

@@ -132,9 +132,9 @@ static ibl_status to_cube(ibl_ctx *ctx, const char *stage,
                                                            : grid->columns / 4;
     const ibl_level_sum sum = {.grid = grid,
                                .degree = degree,
-                               .gain = 1,
-                               .low = {-INFINITY, -INFINITY, -INFINITY},
-                               .high = {INFINITY, INFINITY, INFINITY}};
+                               .range.gain = 1,
+                               .range.low = {-INFINITY, -INFINITY, -INFINITY},
+                               .range.high = {INFINITY, INFINITY, INFINITY}};
     return ibl_spectral_texels(ctx, stage, &sum, cube, level);
 }
 
@@ -161,9 +161,9 @@ static error run(ibl_ctx *ctx, const field *f, int rings, int columns, int n)
     const ibl_level_sum sum = {.grid = &grid,
                                .spectrum = f->spectrum,
                                .degree = f->degree,
-                               .gain = 1,
-                               .low = {-INFINITY, -INFINITY, -INFINITY},
-                               .high = {INFINITY, INFINITY, INFINITY}};
+                               .range.gain = 1,
+                               .range.low = {-INFINITY, -INFINITY, -INFINITY},
+                               .range.high = {INFINITY, INFINITY, INFINITY}};
     sample(f, &grid);
     ibl_ring_grid_close(&grid, 0, rings);
     if (ibl_spectral_texels(ctx, NULL, &sum, &cube, 0))
@@ -335,9 +335,9 @@ TEST(constants)
         grid = filled(ctx, 0, 50, 128);
         const ibl_level_sum sum = {.grid = &grid,
                                    .degree = 20,
-                                   .gain = 1,
-                                   .offset = {0.1f, 0.7f, 1e20f},
-                                   .high = {1, 0.5f, INFINITY}};
+                                   .range.gain = 1,
+                                   .range.offset = {0.1f, 0.7f, 1e20f},
+                                   .range.high = {1, 0.5f, INFINITY}};
         CHECK(!ibl_spectral_texels(ctx, NULL, &sum, &cube, 0));
         int bad = 0;
         for (int i = 0; i < 6 * 37 * 37; i++)
@@ -367,9 +367,9 @@ TEST(local)
                                .spectrum = f.spectrum,
                                .degree = 8,
                                .local = own,
-                               .gain = 0.5f,
-                               .low = {-INFINITY, -INFINITY, -INFINITY},
-                               .high = {INFINITY, INFINITY, INFINITY}};
+                               .range.gain = 0.5f,
+                               .range.low = {-INFINITY, -INFINITY, -INFINITY},
+                               .range.high = {INFINITY, INFINITY, INFINITY}};
     ibl_ring_grid_close(&grid, 0, grid.rings);
     CHECK(!ibl_spectral_texels(ctx, NULL, &sum, &cube, 0));
     for (int i = 0; i < 3 * TEXELS; i++)

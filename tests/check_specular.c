@@ -101,7 +101,6 @@ TEST_SLOW(near_truth)
                       "case %zu, %s, level %d: %.4f", k, ibl_lobe_name(o.lobe),
                       l, e);
         }
-        ibl_image_free(&map);
     }
 }
 

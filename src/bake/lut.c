@@ -66,6 +66,14 @@ static void grid_init(grid *g, int points, int size, double shift)
     }
 }
 
+/* The texel centres themselves, for small tables: every texel is integrated. */
+static void grid_of_texels(grid *g, int size)
+{
+    g->points = size;
+    for (int k = 0; k < size; k++)
+        g->at[k] = (k + 0.5) / size;
+}
+
 /* The weight of each point in texel i, barycentric (Berrut and Trefethen
  * 2004, section 5). */
 static void grid_weights(const grid *g, int i, double weight[MAX_POINTS])
@@ -137,20 +145,6 @@ static void row_job(void *arg, int job, int worker)
         interpolate_row(b, row);
 }
 
-/* Small tables: every texel is integrated. */
-static void direct_job(void *arg, int job, int worker)
-{
-    const struct bake *b = arg;
-    const double r = (job + 0.5) / b->size;
-    double n_dot_v[MAX_POINTS];
-    (void)worker;
-
-    for (int i = 0; i < b->size; i++)
-        n_dot_v[i] = (i + 0.5) / b->size;
-    b->dsp.sums(&b->rule, b->geometry, r * r, n_dot_v, b->size,
-                b->out + 2 * (size_t)job * (size_t)b->size);
-}
-
 static ibl_status interpolate(ibl_ctx *ctx, struct bake *b)
 {
     const size_t nodes = (size_t)b->view.points * (size_t)b->rough.points;
@@ -181,8 +175,12 @@ static ibl_status quadrature(ibl_ctx *ctx, struct bake *b)
 
     ibl_brdf_dsp_init(&b->dsp, ibl_ctx_isa(ctx));
     ibl_brdf_rule_init(&b->rule);
-    if (b->size * b->size <= views * roughs)
-        return ibl_run(ctx, "lut", b->size, direct_job, b);
+    if (b->size * b->size <= views * roughs) {
+        grid_of_texels(&b->view, b->size);
+        grid_of_texels(&b->rough, b->size);
+        b->nodes = b->out;
+        return ibl_run(ctx, "lut", b->size, node_job, b);
+    }
     grid_init(&b->view, views, b->size, 0.0);
     /* About half the roughness that is as wide as the most grazing view:
      * below it the table is flat. */

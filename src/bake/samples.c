@@ -111,8 +111,6 @@ static ibl_status finish(ibl_ctx *ctx, const sample *all, int count,
 
 void ibl_samples_free(ibl_samples *samples)
 {
-    if (!samples)
-        return;
     ibl_free(samples->memory);
     ibl_free(samples->groups);
     *samples = (ibl_samples){0};

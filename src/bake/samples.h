@@ -38,6 +38,6 @@ ibl_status ibl_samples_specular(ibl_ctx *ctx, const ibl_sampling *sampling,
 ibl_status ibl_samples_hemisphere(ibl_ctx *ctx, double step,
                                   ibl_samples *samples);
 
-void ibl_samples_free(ibl_samples *samples); /* NULL and zeroed are fine */
+void ibl_samples_free(ibl_samples *samples); /* zeroed is fine */
 
 #endif

@@ -199,9 +199,9 @@ static void set_offset(const struct level *v, ibl_level_sum *sum)
     const ibl_near *near = v->target->near;
     for (int c = 0; c < 3; c++) {
         const double mean = (double)s->mean[c];
-        sum->offset[c] = s->mean[c];
+        sum->range.offset[c] = s->mean[c];
         if (near)
-            sum->offset[c] =
+            sum->range.offset[c] =
                 (float)(mean + ((double)ibl_near_base(near)[c] - mean) *
                                    ibl_near_whole(near));
     }
@@ -245,11 +245,11 @@ static ibl_status fill_texels(const struct level *v)
                          .degree = v->degree,
                          .bright = v->bright,
                          .local = t->near ? ibl_near_sums(t->near) : NULL,
-                         .gain = (float)(1 / s->scale)};
+                         .range.gain = (float)(1 / s->scale)};
 
     set_offset(v, &sum);
-    memcpy(sum.low, s->low, sizeof sum.low);
-    memcpy(sum.high, s->high, sizeof sum.high);
+    memcpy(sum.range.low, s->low, sizeof s->low);
+    memcpy(sum.range.high, s->high, sizeof s->high);
     return ibl_spectral_texels(s->ctx, "resampling", &sum, t->cube, t->level);
 }
 

@@ -189,8 +189,6 @@ ibl_status ibl_radial_make(ibl_ctx *ctx, const ibl_lobe_shape *shape,
 
 void ibl_radial_free(ibl_radial *lobe)
 {
-    if (!lobe)
-        return;
     ibl_free(lobe->coef);
     *lobe = (ibl_radial){0};
 }

@@ -25,6 +25,6 @@ ibl_status ibl_radial_make(ibl_ctx *ctx, const ibl_lobe_shape *shape,
                            ibl_radial *out);
 ibl_status ibl_radial_table(ibl_ctx *ctx, ibl_chord_fn *at, const void *arg,
                             ibl_radial *out);
-void ibl_radial_free(ibl_radial *lobe); /* NULL and zeroed are fine */
+void ibl_radial_free(ibl_radial *lobe); /* zeroed is fine */
 
 #endif

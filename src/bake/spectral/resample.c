@@ -22,7 +22,6 @@
 #include "core/context.h"
 #include "core/pi.h"
 #include "image/cube.h"
-#include "kern/interp.h"
 
 enum {
     PAIRS = 8, /* of rows in a job, at most */
@@ -50,8 +49,6 @@ ibl_status ibl_ring_grid_alloc(ibl_ctx *ctx, int rings, int columns,
 
 void ibl_ring_grid_free(ibl_ring_grid *grid)
 {
-    if (!grid)
-        return;
     ibl_free(grid->data);
     *grid = (ibl_ring_grid){0};
 }
@@ -126,7 +123,6 @@ typedef struct level {
     ibl_interp_dsp dsp;
     ibl_radial_dsp radial;
     ibl_interp_weights ring_taps, column_taps;
-    ibl_interp_range range;
     places column;  /* of +X, every row */
     scratch *parts; /* one for each worker */
     int n, half;    /* edge, and (n + 1) / 2 */
@@ -250,8 +246,8 @@ static void make_tile(const level *a, const tile *t)
         add_lights(a, t, count, rgba);
     if (a->sum->local)
         add_local(a->sum->local + 3 * (at + (size_t)t->begin), count,
-                  a->sum->gain, rgba);
-    ibl_interp_finish(rgba, &a->range, count,
+                  a->sum->range.gain, rgba);
+    ibl_interp_finish(rgba, &a->sum->range, count,
                       a->texels + 3 * (at + (size_t)t->begin));
 }
 
@@ -414,12 +410,6 @@ static ibl_status run_level(ibl_ctx *ctx, const char *stage, level *a)
                               2.0 * sum->grid->rings, &a->ring_taps);
     ibl_interp_weights_design(sum->spectrum, sum->degree, sum->grid->columns,
                               &a->column_taps);
-    a->range.gain = sum->gain;
-    for (int k = 0; k < 3; k++) {
-        a->range.offset[k] = sum->offset[k];
-        a->range.low[k] = sum->low[k];
-        a->range.high[k] = sum->high[k];
-    }
     side_columns(a, a->parts[0].angle);
     return ibl_run(ctx, stage, 2 * a->chunks, level_job, a);
 }

@@ -24,6 +24,7 @@
 
 #include "bake/spectral/point_lights.h"
 #include "ibl/ibl.h"
+#include "kern/interp.h"
 
 enum {
     IBL_GRID_BORDER = 4 /* columns and rings around a grid */
@@ -48,7 +49,7 @@ typedef struct ibl_ring_grid {
  */
 ibl_status ibl_ring_grid_alloc(ibl_ctx *ctx, int rings, int columns,
                                ibl_ring_grid *grid);
-void ibl_ring_grid_free(ibl_ring_grid *grid); /* NULL and zeroed are fine */
+void ibl_ring_grid_free(ibl_ring_grid *grid); /* zeroed is fine */
 
 /* Column 0 of a ring, -IBL_GRID_BORDER..rings + IBL_GRID_BORDER - 1; 64-byte
  * aligned. */
@@ -83,11 +84,11 @@ typedef struct ibl_level_sum {
                                   unit (the lobe's k_l); NULL: falling
                                   exponentially to 1e-5 at degree */
     int degree;                /* of the field, >= 0 */
-    const ibl_point_lights *bright;   /* NULL: no lights */
-    const double *local;              /* of each texel, 3 numbers; NULL: 0 */
-    float gain;                       /* a power of two */
-    float offset[3], low[3], high[3]; /* low may be -INFINITY, high INFINITY;
-                                         NaN becomes low */
+    const ibl_point_lights *bright; /* NULL: no lights */
+    const double *local;            /* of each texel, 3 numbers; NULL: 0 */
+    ibl_interp_range range;         /* gain a power of two; low may be
+                                       -INFINITY, high INFINITY; NaN becomes
+                                       low */
 } ibl_level_sum;
 
 /*

@@ -37,8 +37,6 @@ ibl_status ibl_ring_spectra_alloc(ibl_ctx *ctx, int rings, int orders,
 
 void ibl_ring_spectra_free(ibl_ring_spectra *s)
 {
-    if (!s)
-        return;
     ibl_free(s->data);
     *s = (ibl_ring_spectra){0};
 }
@@ -57,8 +55,6 @@ ibl_status ibl_harmonics_alloc(ibl_ctx *ctx, int degree, ibl_harmonics *out)
 
 void ibl_harmonics_free(ibl_harmonics *h)
 {
-    if (!h)
-        return;
     ibl_free(h->data);
     *h = (ibl_harmonics){0};
 }

@@ -53,7 +53,7 @@ typedef struct ibl_ring_spectra {
  * error; free with ibl_ring_spectra_free. */
 ibl_status ibl_ring_spectra_alloc(ibl_ctx *ctx, int rings, int orders,
                                   ibl_ring_spectra *out);
-void ibl_ring_spectra_free(ibl_ring_spectra *s); /* NULL and zeroed are fine */
+void ibl_ring_spectra_free(ibl_ring_spectra *s); /* zeroed is fine */
 
 /* Part `part` of F_m: `rings` floats. */
 static inline float *ibl_ring_spectra_at(const ibl_ring_spectra *s, int m,
@@ -74,7 +74,7 @@ typedef struct ibl_harmonics {
 /* Allocates coefficients, contents undefined. out is empty after an error;
  * free with ibl_harmonics_free. */
 ibl_status ibl_harmonics_alloc(ibl_ctx *ctx, int degree, ibl_harmonics *out);
-void ibl_harmonics_free(ibl_harmonics *h); /* NULL and zeroed are fine */
+void ibl_harmonics_free(ibl_harmonics *h); /* zeroed is fine */
 
 /* The coefficients of order m: 6 doubles each for l = m, m + 1, ..., degree. */
 static inline double *ibl_harmonics_at(const ibl_harmonics *h, int m)
