@@ -25,6 +25,7 @@ static void free_bench(ibl_bench *b)
     for (int i = 0; i < b->source_count; i++)
         free(b->sources[i].path);
     free(b->points);
+    json_decref(b->machine);
 }
 
 /* ---- files ----------------------------------------------------------- */
@@ -127,10 +128,16 @@ static int work(const void *cookie, const char *directory)
                               {opts->html, ibl_bench_html}};
     const int count = (int)(sizeof reports / sizeof *reports);
     ibl_console console;
-    ibl_bench b = {.opts = opts, .console = &console, .directory = directory};
+    ibl_bench b = {.opts = opts,
+                   .console = &console,
+                   .directory = directory,
+                   .machine = ibl_bench_machine()};
+    const time_t now = time(NULL);
+    struct tm utc;
 
     ibl_console_init(&console, opts->common.quiet, opts->common.verbose);
-    ibl_bench_machine_find(&b.machine);
+    if (gmtime_r(&now, &utc))
+        strftime(b.date, sizeof b.date, "%Y-%m-%d %H:%M UTC", &utc);
     bool ok = check_reports(&b, reports, count) && ibl_bench_sources_make(&b) &&
               ibl_bench_plan(&b) && ibl_bench_measure(&b) &&
               ibl_bench_judge(&b);

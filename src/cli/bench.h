@@ -138,20 +138,12 @@ typedef struct ibl_bench_point {
     bool pareto;      /* no other point of this map is faster and better */
 } ibl_bench_point;
 
-/* Names of what the times depend on. */
-typedef struct ibl_bench_machine {
-    char cpu[128], system[128], compiler[128], revision[64], date[32];
-    int cpus;        /* that this process may use */
-    int online_cpus; /* that the machine has */
-    double memory_bytes;
-    double load; /* of the last minute when the run began; < 0: unknown */
-} ibl_bench_machine;
-
 typedef struct ibl_bench {
     const ibl_bench_opts *opts;
     ibl_console *console;
     const char *directory; /* private, removed by its maker */
-    ibl_bench_machine machine;
+    json_t *machine;       /* what the times depend on */
+    char date[32];
     int base[IBL_BENCH_AXES];
     ibl_bench_source *sources;
     int source_count;
@@ -163,9 +155,11 @@ typedef struct ibl_bench {
 /* The whole command; returns the exit status. */
 int ibl_bench_run(const void *opts);
 
-/* The parts of a run, in this order. All but the first and the texts return
- * false after one line on stderr. */
-void ibl_bench_machine_find(ibl_bench_machine *m);
+/* The machine and its load now; NULL: no memory. */
+json_t *ibl_bench_machine(void);
+
+/* The parts of a run, in this order. They return false after one line on
+ * stderr. */
 /* Resamples the environments: fills b->sources. In a child process, so that
  * this one stays small: see ibl_child_run. */
 bool ibl_bench_sources_make(ibl_bench *b);

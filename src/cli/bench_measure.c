@@ -12,6 +12,7 @@
 
 #include "cli/bench.h"
 #include "cli/child.h"
+#include "cli/json_text.h"
 #include "common/json_load.h"
 
 /* ---- machine --------------------------------------------------------- */
@@ -35,27 +36,25 @@ static void find_cpu(char *cpu, size_t size, const char *machine)
         fclose(f);
 }
 
-void ibl_bench_machine_find(ibl_bench_machine *m)
+json_t *ibl_bench_machine(void)
 {
-    const time_t now = time(NULL);
+    char cpu[128] = "", system[128] = "";
     struct utsname name;
-    struct tm utc;
+    double load;
 
-    *m = (ibl_bench_machine){.cpus = ibl_cpu_count()};
     if (uname(&name) >= 0) {
-        snprintf(m->system, sizeof m->system, "%.40s %.60s %.20s", name.sysname,
+        snprintf(system, sizeof system, "%.40s %.60s %.20s", name.sysname,
                  name.release, name.machine);
-        find_cpu(m->cpu, sizeof m->cpu, name.machine);
+        find_cpu(cpu, sizeof cpu, name.machine);
     }
-    snprintf(m->compiler, sizeof m->compiler, "%s", ibl_version_compiler());
-    snprintf(m->revision, sizeof m->revision, "%s", ibl_version_revision());
-    if (gmtime_r(&now, &utc))
-        strftime(m->date, sizeof m->date, "%Y-%m-%d %H:%M UTC", &utc);
-    m->online_cpus = (int)sysconf(_SC_NPROCESSORS_ONLN);
-    m->memory_bytes =
-        (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE);
-    if (getloadavg(&m->load, 1) != 1)
-        m->load = -1;
+    return json_pack("{so si si sI so so so}", "cpu", ibl_json_string(cpu),
+                     "cpus", ibl_cpu_count(), "online_cpus",
+                     (int)sysconf(_SC_NPROCESSORS_ONLN), "memory_bytes",
+                     (json_int_t)sysconf(_SC_PHYS_PAGES) *
+                         sysconf(_SC_PAGESIZE),
+                     "system", ibl_json_string(system), "compiler",
+                     ibl_json_string(ibl_version_compiler()), "load",
+                     getloadavg(&load, 1) == 1 ? json_real(load) : json_null());
 }
 
 /* ---- one command ----------------------------------------------------- */

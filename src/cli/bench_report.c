@@ -11,16 +11,6 @@
 
 /* ---- JSON ------------------------------------------------------------ */
 
-static json_t *machine(const ibl_bench_machine *m)
-{
-    return json_pack("{so si si sI so so so}", "cpu", ibl_json_string(m->cpu),
-                     "cpus", m->cpus, "online_cpus", m->online_cpus,
-                     "memory_bytes", (json_int_t)m->memory_bytes, "system",
-                     ibl_json_string(m->system), "compiler",
-                     ibl_json_string(m->compiler), "load",
-                     m->load < 0 ? json_null() : json_real(m->load));
-}
-
 static json_t *series(const ibl_bench_series *s, int rounds)
 {
     json_t *values = json_array();
@@ -93,9 +83,9 @@ json_t *ibl_bench_document(const ibl_bench *b)
         append(&points, point(b, &b->points[i]));
     return json_pack(
         "{ss so ss so si sf ss so}", "generator", "iblbake bench " IBL_VERSION,
-        "revision", ibl_json_string(b->machine.revision), "date",
-        b->machine.date, "machine", machine(&b->machine), "rounds",
-        b->opts->rounds, "seconds", b->seconds, "error",
+        "revision", ibl_json_string(ibl_version_revision()), "date", b->date,
+        "machine", json_incref(b->machine), "rounds", b->opts->rounds,
+        "seconds", b->seconds, "error",
         "root mean square of the nRMSE of the specular levels with roughness "
         "above 0, against <ibl/reference.h>",
         "points", points);

@@ -3,23 +3,26 @@
 #include <string.h>
 
 #include "cli/bench.h"
+#include "common/path.h"
 
-static const char *file_name(const char *path)
+static double number(const json_t *object, const char *key)
 {
-    const char *slash = strrchr(path, '/');
-    return slash && slash[1] ? slash + 1 : path;
+    return json_number_value(json_object_get(object, key));
 }
 
 static void print_machine(const ibl_bench *b, FILE *to)
 {
-    const ibl_bench_machine *m = &b->machine;
+    const char *cpu = "", *system = "", *revision = ibl_version_revision();
+    const json_t *load = json_object_get(b->machine, "load");
 
-    fprintf(to, "%s, %d of %d CPUs, %.1f GiB; %s\n", m->cpu, m->cpus,
-            m->online_cpus, m->memory_bytes / (1 << 30), m->system);
-    fprintf(to, "iblbake %s%s%s, %s; %s", IBL_VERSION, *m->revision ? " " : "",
-            m->revision, m->compiler, m->date);
-    if (m->load >= 0)
-        fprintf(to, ", load %.1f at the start", m->load);
+    json_unpack(b->machine, "{ss ss}", "cpu", &cpu, "system", &system);
+    fprintf(to, "%s, %.0f of %.0f CPUs, %.1f GiB; %s\n", cpu,
+            number(b->machine, "cpus"), number(b->machine, "online_cpus"),
+            number(b->machine, "memory_bytes") / (1 << 30), system);
+    fprintf(to, "iblbake %s%s%s, %s; %s", IBL_VERSION, *revision ? " " : "",
+            revision, ibl_version_compiler(), b->date);
+    if (json_is_real(load))
+        fprintf(to, ", load %.1f at the start", json_real_value(load));
     fprintf(to,
             "\n%d rounds in turns in %.0f s, after one that is not "
             "counted\n",
@@ -40,11 +43,6 @@ static void print_point(const ibl_bench_point *p, int width, FILE *to)
     if (p->judged)
         fprintf(to, " %9.3g %9.3g", 100 * p->error, 100 * p->worst_p95);
     fputc('\n', to);
-}
-
-static double number(const json_t *level, const char *key)
-{
-    return json_number_value(json_object_get(level, key));
 }
 
 static void print_level(const json_t *l, const char *name, int width, FILE *to)
@@ -122,7 +120,7 @@ void ibl_bench_print(const ibl_bench *b, FILE *to)
         if (source->resampled)
             continue;
         fprintf(to, "\n%s, %dx%d; base: %s, size %d, %d threads, %s\n",
-                file_name(source->path), source->width, source->height,
+                ibl_path_name(source->path), source->width, source->height,
                 ibl_bench_method_names[b->base[IBL_BENCH_METHOD]],
                 b->base[IBL_BENCH_SIZE], b->base[IBL_BENCH_THREADS],
                 ibl_isa_name((ibl_isa)b->base[IBL_BENCH_ISA]));

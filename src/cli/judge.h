@@ -16,21 +16,14 @@
  * The choice depends on the environment, the size, the lobe, the roughness, the
  * count and the seed, never on the judged texels.
  *
- * x is the texel's RGB, t the truth's, |.| the root of the sum of squares over
- * R, G and B; means are over texels:
- *   nRMSE           sqrt(mean |x - t|^2) / sqrt(mean |t|^2)
- *   relative error  ibl_relative_error: |x - t| / max(|t|, floor)
- *   median, p95     of the relative error
- *   bias            mean of the level / mean of the environment - 1, of
- *                   R + G + B over all texels, weighted by solid angle
- *   rounding        nRMSE of the truth when it is encoded as the pixel format
- *                   and decoded, without the components of overflow
- *   overflow        the part of nRMSE from components whose truth is above the
- *                   largest value of the pixel format, and from components
- *                   brighter than the truth in or next to a texel that holds
- *                   the largest value: light that was clipped or moved
- *   darkest tenth   relative error of the texels with the smallest R + G + B
- *                   of the truth, where ringing and cancellation show first
+ * iblbake-verify(1) defines nRMSE, the relative error, the bias and the darkest
+ * tenth. Parts of nRMSE:
+ *   rounding  that of the truth when it is encoded as the pixel format and
+ *             decoded, without the components of overflow
+ *   overflow  from components whose truth is above the largest value of the
+ *             pixel format, and from components brighter than the truth in or
+ *             next to a texel that holds the largest value: light that was
+ *             clipped or moved
  * Texels that are not finite are counted over the whole level and excluded from
  * everything else.
  */
