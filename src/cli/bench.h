@@ -119,7 +119,7 @@ typedef struct ibl_bench_point {
     char name[64]; /* "auto", "sampled 1024", "auto, size 512", the variant's,
                       the peer's */
     ibl_bench_kind kind;
-    int index;              /* of the variant or peer */
+    const char *given;      /* the variant's options, the peer's command */
     int source;             /* of ibl_bench.sources */
     int at[IBL_BENCH_AXES]; /* settings of a bake; -1: does not apply */
     unsigned sweeps;        /* bit n: this point belongs to axis n's sweep */

@@ -29,7 +29,7 @@ static const char *output_of(const ibl_bench *b, const ibl_bench_point *p)
 
     if (p->kind != IBL_BENCH_PEER)
         return "{out} --name bake";
-    const int i = ibl_bench_find_name(outputs, b->opts->peers.name[p->index]);
+    const int i = ibl_bench_find_name(outputs, p->name);
     return i < 0 ? NULL : outputs->text[i];
 }
 

@@ -30,14 +30,12 @@ char *ibl_bench_fill(const ibl_bench *b, const ibl_bench_point *p,
         ibl_words_quote(o->common.read.layer ? o->common.read.layer : "");
 
     if (env && out && name && layer) {
-        const ibl_placeholder holders[] = {
-            {"env", env},
-            {"out", out},
-            {"name", name},
-            {"layer", layer},
-            {"bake", o->bake ? o->bake : ""},
-            {"variant",
-             p->kind == IBL_BENCH_VARIANT ? o->variants.text[p->index] : ""}};
+        const ibl_placeholder holders[] = {{"env", env},
+                                           {"out", out},
+                                           {"name", name},
+                                           {"layer", layer},
+                                           {"bake", o->bake ? o->bake : ""},
+                                           {"variant", p->given}};
         filled = ibl_words_fill(text, holders, peer ? 3 : 6);
     }
     free(env);
@@ -86,7 +84,7 @@ static char *bake_command(const ibl_bench *b, const ibl_bench_point *p)
 
 static char *peer_command(const ibl_bench *b, const ibl_bench_point *p)
 {
-    char *filled = ibl_bench_fill(b, p, b->opts->peers.text[p->index]);
+    char *filled = ibl_bench_fill(b, p, p->given);
     char *quoted = filled ? ibl_words_quote(filled) : NULL;
     char *command = quoted ? ibl_format("/bin/sh -c %s", quoted) : NULL;
 
@@ -153,10 +151,6 @@ static bool add_point(ibl_bench *b, const ibl_bench_point *like)
               !memcmp(p->at, b->base, sizeof p->at);
     if (p->kind == IBL_BENCH_BAKE)
         name_bake(b, p);
-    else if (p->kind == IBL_BENCH_VARIANT)
-        extend(p, "%s", b->opts->variants.name[p->index]);
-    else
-        extend(p, "%s", b->opts->peers.name[p->index]);
     return ibl_bench_check_output(b, p);
 }
 
@@ -243,13 +237,16 @@ static bool plan_axes(ibl_bench *b, ibl_bench_point *p,
 
 /* Plans the variants or the peers. */
 static bool plan_named(ibl_bench *b, ibl_bench_point p, ibl_bench_kind kind,
-                       int count)
+                       const ibl_bench_names *names)
 {
     bool ok = true;
 
     p.kind = kind;
-    for (p.index = 0; p.index < count && ok; p.index++)
+    for (int i = 0; i < names->count && ok; i++) {
+        snprintf(p.name, sizeof p.name, "%s", names->name[i]);
+        p.given = names->text[i];
         ok = add_point(b, &p);
+    }
     return ok;
 }
 
@@ -260,7 +257,8 @@ static bool plan_env(ibl_bench *b, int source)
     static const ibl_bench_axis axes[] = {IBL_BENCH_ISA,     IBL_BENCH_THREADS,
                                           IBL_BENCH_SIZE,    IBL_BENCH_METHOD,
                                           IBL_BENCH_SAMPLES, IBL_BENCH_AXES};
-    ibl_bench_point base = {.kind = IBL_BENCH_BAKE, .source = source};
+    ibl_bench_point base = {
+        .kind = IBL_BENCH_BAKE, .given = "", .source = source};
     const int env = b->sources[source].env;
 
     memcpy(base.at, b->base, sizeof base.at);
@@ -273,10 +271,10 @@ static bool plan_env(ibl_bench *b, int source)
             p.sweeps = 1u << IBL_BENCH_SOURCE;
             ok = add_point(b, &p);
         }
-    ok = ok && plan_named(b, base, IBL_BENCH_VARIANT, b->opts->variants.count);
+    ok = ok && plan_named(b, base, IBL_BENCH_VARIANT, &b->opts->variants);
     for (int axis = 0; axis < IBL_BENCH_AXES; axis++)
         base.at[axis] = -1;
-    return ok && plan_named(b, base, IBL_BENCH_PEER, b->opts->peers.count);
+    return ok && plan_named(b, base, IBL_BENCH_PEER, &b->opts->peers);
 }
 
 bool ibl_bench_plan(ibl_bench *b)
