@@ -9,6 +9,7 @@
 #include "files.h"
 #include "sets.h"
 #include "test.h"
+#include "textures.h"
 #include "view.h"
 #include "view/baked_set.h"
 
@@ -30,8 +31,9 @@ TEST(directories)
     NEED(
         file_run("for i in $(seq 100); do : >many/map${i}_specular.dds; done"));
     sets_refused(ctx, file_path("many"), "holds 100 sets");
+    const view_request many = {.path = file_path("many")};
     view_test_catch();
-    CHECK(!sets_open(ctx, "many", &set));
+    CHECK(!view_set_open(ctx, &many, &set));
     const char *said = view_test_caught(), *more = strstr(said, " and ");
     int named = 0;
     for (const char *c = said; (c = strstr(c, "_specular.dds")); c++)
@@ -41,21 +43,15 @@ TEST(directories)
     sets_refused(ctx, file_path("hidden"), "has no NAME_specular");
     /* One of several, by name; with a slash at the end; a file whose name says
      * nothing. */
-    NEED(sets_open(ctx, "several/sky_specular.ktx", &set));
+    sets_open(ctx, "several/sky_specular.ktx", &set);
     CHECK(!strcmp(set.name, "sky") && set.path[VIEW_SIDECAR]);
     CHECK(set.path[VIEW_IRRADIANCE] != NULL);
-    view_set_free(&set);
-    NEED(sets_open(ctx, "one/", &set));
+    sets_open(ctx, "one/", &set);
     CHECK(!strstr(set.path[VIEW_SPECULAR], "//"));
-    view_set_free(&set);
     NEED(file_run("cp one/sky_specular.ktx lonely"));
-    view_test_catch();
-    const bool ok = sets_open(ctx, "lonely", &set);
-    CHECK(sets_lines(view_test_caught()) == 2);
-    NEED(ok);
+    CHECK(sets_lines(sets_open(ctx, "lonely", &set)) == 2);
     CHECK(!strcmp(set.name, "lonely") && !set.path[VIEW_SIDECAR]);
     CHECK(set.mapping == IBL_ROUGHNESS_LINEAR && set.sh_degree == -1);
-    view_set_free(&set);
 }
 
 /* Beside each other, a set has the table of its own; without a sidecar the one
@@ -75,10 +71,9 @@ TEST(tables_of_two_geometries)
             NEED(file_run("mv two/brdf_lut.ktx2 kept && rm two/b.json"));
         if (i == 2)
             NEED(file_run("mv kept two/brdf_lut.ktx2"));
-        NEED(sets_open(ctx, "two/b_specular.ktx2", &set));
+        sets_open(ctx, "two/b_specular.ktx2", &set);
         CHECK_MSG(set.path[VIEW_LUT] && set.geometry == wanted[i], "%d: %s, %s",
                   i, set.path[VIEW_LUT], ibl_geometry_name(set.geometry));
-        view_set_free(&set);
     }
 }
 
@@ -86,21 +81,15 @@ TEST(tables_of_two_geometries)
 TEST(arrays)
 {
     ibl_ctx *ctx = view_test_ctx(2);
-    ibl_texture one = {0}, two = {0};
-    ibl_outputs *out;
+    ibl_texture one = {0};
     NEED(sets_bake("one", ""));
     NEED(
         !ibl_texture_read(ctx, file_path("one/sky_specular.ktx2"), &one, NULL));
+    texture_owned(one);
     const ibl_texture *const layers[] = {&one, &one};
-    NEED(!ibl_texture_array(ctx, layers, 2, &two));
-    NEED(!ibl_outputs_create(ctx, &out));
-    CHECK(!ibl_outputs_add_texture(out, file_path("array.ktx2"), &two,
-                                   IBL_CONTAINER_KTX2, NULL));
-    CHECK(!ibl_outputs_commit(out));
+    const ibl_texture two = texture_array(ctx, layers, 2);
+    NEED(sets_save(ctx, "array.ktx2", &two, IBL_CONTAINER_KTX2));
     sets_refused(ctx, file_path("array.ktx2"), "an array of 2 layers");
-    ibl_outputs_free(out);
-    ibl_texture_free(&one);
-    ibl_texture_free(&two);
 }
 
 TEST(wrong_kinds)
@@ -115,14 +104,10 @@ TEST(wrong_kinds)
                   ">picture.png; printf '\\377\\330\\377\\340' >picture.jpg"));
     for (int i = 0; i < 3; i++) {
         static const char *const ext[] = {"ktx2", "dds", "ktx"};
-        char name[32];
-        NEED(sets_bake("cut", i == 0   ? "--format ktx2"
-                              : i == 1 ? "--format dds"
-                                       : "--format ktx"));
+        NEED(sets_bake("cut", test_text("--format %s", ext[i])));
         NEED(
             file_run("head -c 1000 cut/sky_specular.%s >cut%d.bin", ext[i], i));
-        snprintf(name, sizeof name, "cut%d.bin", i);
-        sets_refused(ctx, file_path(name), "cut short");
+        sets_refused(ctx, file_path(test_text("cut%d.bin", i)), "cut short");
     }
     sets_refused(ctx, file_path("wrong/brdf_lut.ktx2"), "flat texture");
     sets_refused(ctx, file_path("wrong/sky_irradiance.ktx2"), "irradiance map");
@@ -154,17 +139,12 @@ TEST(wrong_kinds)
         {NULL, "nowhere", "No such file"},
     };
     for (size_t i = 0; i < sizeof named / sizeof *named; i++) {
-        char path[512], irradiance[512], lut[512];
-        snprintf(path, sizeof path, "%s/wrong", test_dir());
-        snprintf(irradiance, sizeof irradiance, "%s/%s", test_dir(),
-                 named[i].irradiance ? named[i].irradiance : "");
-        snprintf(lut, sizeof lut, "%s/%s", test_dir(),
-                 named[i].lut ? named[i].lut : "");
-        const view_request what = {.path = path,
-                                   .irradiance =
-                                       named[i].irradiance ? irradiance : NULL,
-                                   .lut = named[i].lut ? lut : NULL};
-        sets_check_refused(ctx, &what, named[i].lut ? lut : irradiance,
+        const char *irradiance = named[i].irradiance, *lut = named[i].lut;
+        const view_request what = {
+            .path = file_path("wrong"),
+            .irradiance = irradiance ? file_path(irradiance) : NULL,
+            .lut = lut ? file_path(lut) : NULL};
+        sets_check_refused(ctx, &what, lut ? what.lut : what.irradiance,
                            named[i].words);
     }
 }
@@ -172,13 +152,12 @@ TEST(wrong_kinds)
 TEST(skies)
 {
     ibl_ctx *ctx = view_test_ctx(2);
-    char path[512], sky[512], table[512];
+    const char *path = file_path("skies");
+    const char *sky = file_path("skies/sky_irradiance.ktx2");
+    const char *table = file_path("skies/brdf_lut.ktx2");
     baked_set set;
 
     NEED(sets_bake("skies", "--skybox 8"));
-    snprintf(path, sizeof path, "%s/skies", test_dir());
-    snprintf(sky, sizeof sky, "%s/skies/sky_irradiance.ktx2", test_dir());
-    snprintf(table, sizeof table, "%s/skies/brdf_lut.ktx2", test_dir());
     /* Any cube is a sky to those who name it. */
     NEED(view_set_open(ctx, &(view_request){.path = path, .sky = sky}, &set));
     CHECK(!strcmp(set.path[VIEW_SKY], sky));
@@ -200,20 +179,14 @@ TEST(wrong_tables)
     NEED(sets_bake("tables", ""));
     for (int i = 0; i < 2; i++) {
         ibl_texture tex = tables[i];
-        ibl_outputs *out;
-        char path[512], lut[512];
+        const char *name = test_text("table%d.dds", i);
+        const view_request what = {.path = file_path("tables"),
+                                   .lut = file_path(name)};
         tex.levels = tex.layers = tex.faces = 1;
         tex.bytes = ibl_pixel_bytes(tex.pixel) * (size_t)tex.width * tex.height;
-        tex.data = calloc(1, tex.bytes);
-        snprintf(path, sizeof path, "%s/tables", test_dir());
-        snprintf(lut, sizeof lut, "%s/table%d.dds", test_dir(), i);
-        NEED(!ibl_outputs_create(ctx, &out));
-        NEED(!ibl_outputs_add_texture(out, lut, &tex, IBL_CONTAINER_DDS, NULL));
-        NEED(!ibl_outputs_commit(out));
-        ibl_outputs_free(out);
-        free(tex.data);
-        const view_request what = {.path = path, .lut = lut};
-        sets_check_refused(ctx, &what, lut, words[i]);
+        tex.data = test_alloc(1, tex.bytes);
+        NEED(sets_save(ctx, name, &tex, IBL_CONTAINER_DDS));
+        sets_check_refused(ctx, &what, what.lut, words[i]);
     }
 }
 
@@ -266,24 +239,16 @@ TEST(same_container)
     ibl_ctx *ctx = view_test_ctx(2);
 
     for (int i = 0; i < IBL_CONTAINER_COUNT; i++) {
-        char options[40];
-        snprintf(options, sizeof options, "--format %s",
-                 ibl_container_name((ibl_container)i));
-        NEED(sets_bake("mixed", options));
+        const char *end = ibl_container_name((ibl_container)i);
+        NEED(sets_bake("mixed", test_text("--format %s", end)));
     }
     NEED(file_run("rm mixed/sky.json"));
     for (int i = 0; i < IBL_CONTAINER_COUNT; i++) {
         const char *end = ibl_container_name((ibl_container)i);
-        char name[40];
         baked_set set;
-        snprintf(name, sizeof name, "mixed/sky_specular.%s", end);
-        view_test_catch();
-        const bool ok = sets_open(ctx, name, &set);
-        view_test_caught();
-        NEED(ok);
+        sets_open(ctx, test_text("mixed/sky_specular.%s", end), &set);
         CHECK(!strcmp(strrchr(set.path[VIEW_IRRADIANCE], '.') + 1, end));
         CHECK(!strcmp(strrchr(set.path[VIEW_LUT], '.') + 1, end));
-        view_set_free(&set);
     }
 }
 
@@ -292,17 +257,13 @@ static void refuses_key(ibl_ctx *ctx, const char *key, const char *value,
                         const char *words)
 {
     ibl_texture tex = {0};
-    void *bytes = NULL;
-    size_t size;
 
     NEED(!ibl_texture_read(ctx, file_path("plain/sky_specular.ktx2"), &tex,
                            NULL));
     NEED(!ibl_texture_set(ctx, &tex, key, value));
-    NEED(!ibl_texture_encode(ctx, &tex, IBL_CONTAINER_KTX2, &bytes, &size));
-    NEED(file_save(file_path("key_specular.ktx2"), bytes, size));
+    texture_owned(tex);
+    NEED(sets_save(ctx, "key_specular.ktx2", &tex, IBL_CONTAINER_KTX2));
     sets_refused(ctx, file_path("key_specular.ktx2"), words);
-    ibl_bytes_free(bytes);
-    ibl_texture_free(&tex);
 }
 
 TEST(wrong_keys)
@@ -338,24 +299,19 @@ TEST(two_accounts)
 
     NEED(sets_bake("keys", "--mapping filament"));
     NEED(sets_bake("none", "--mapping filament --format dds"));
-    NEED(sets_open(ctx, "keys", &keys));
+    sets_open(ctx, "keys", &keys);
     NEED(file_run("cp keys/sky.json k && cp none/sky.json n"));
     for (int i = 0; i < count; i++) {
         baked_set set;
         NEED(file_run("sed '%s' k >keys/sky.json; sed '%s' n >none/sky.json",
                       seds[i], seds[i]));
-        view_test_catch();
-        NEED(sets_open(ctx, "keys", &set));
-        const char *said = view_test_caught();
+        const char *said = sets_open(ctx, "keys", &set);
         CHECK_MSG(strstr(said, "taken as the file says") &&
                       sets_lines(said) == 1,
                   "%s: %s", seds[i], said);
         sets_check_same(&set, &keys, seds[i]);
         CHECK(set.roughness[0] == 0 && set.irradiance_scale == 1);
-        view_set_free(&set);
-        view_test_catch();
-        NEED(sets_open(ctx, "none", &side));
-        view_test_caught();
+        sets_open(ctx, "none", &side);
         CHECK((side.mapping == IBL_ROUGHNESS_LINEAR) == (i == 0));
         CHECK((side.lod_scale == 1.5) == (i == 1));
         CHECK_NEAR(side.lod_offset, i == 2 ? 0.25 : 0, 0);
@@ -363,9 +319,7 @@ TEST(two_accounts)
         CHECK((side.lobe == IBL_LOBE_CHARLIE) == (i == 4));
         CHECK((side.geometry == IBL_GEOMETRY_SCHLICK_IBL) == (i == 5));
         CHECK_NEAR(side.irradiance_scale, i == 6 ? 1 / M_PI : 1, 1e-15);
-        view_set_free(&side);
     }
-    view_set_free(&keys);
 }
 
 /* Whatever a sidecar holds: a set, or one line. */
@@ -377,14 +331,12 @@ TEST(hostile_sidecars)
     size_t size;
 
     NEED(sets_bake("hostile", "--format dds"));
-    char path[512], directory[512];
-    snprintf(path, sizeof path, "%s/hostile/sky.json", test_dir());
-    snprintf(directory, sizeof directory, "%s/hostile", test_dir());
+    const char *path = file_path("hostile/sky.json");
+    const view_request what = {.path = file_path("hostile")};
     unsigned char *bytes = file_load(path, &size);
-    unsigned char *bad = malloc(size);
+    unsigned char *bad = test_alloc(1, size);
     for (int i = 0; i < rounds; i++) {
         static const char marks[] = "0123456789-+.eE\"[]{},:x";
-        const view_request what = {.path = directory};
         baked_set set;
         memcpy(bad, bytes, size);
         for (int n = 0; n < 1 + i % 3; n++)
@@ -404,7 +356,6 @@ TEST(hostile_sidecars)
             CHECK(isfinite(set.sh[k]));
         view_set_free(&set);
     }
-    free(bad);
 }
 
 TEST(maps_are_told)

@@ -13,11 +13,7 @@
 
 const char *file_path(const char *name)
 {
-    static char paths[4][512];
-    static int next;
-    char *path = paths[next++ % 4];
-    snprintf(path, sizeof paths[0], "%s/%s", test_dir(), name);
-    return path;
+    return test_text("%s/%s", test_dir(), name);
 }
 
 bool file_run(const char *fmt, ...)

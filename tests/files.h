@@ -9,7 +9,7 @@
 
 #include "ibl/io.h"
 
-/* Path of a file in test_dir(). Four buffers in turn. */
+/* Path of a file in test_dir(), until the running test ends. */
 const char *file_path(const char *name);
 /* Runs a shell command in test_dir(), quietly; true if it exits with 0. */
 bool file_run(const char *fmt, ...) __attribute__((format(printf, 1, 2)));

@@ -8,7 +8,7 @@
 
 #include "files.h"
 #include "maps.h"
-#include "test.h"
+#include "textures.h"
 #include "truth.h"
 #include "view.h"
 
@@ -87,11 +87,26 @@ bool sets_bake(const char *directory, const char *options)
                     file_built("iblbake"), sets_file(), directory, options);
 }
 
-bool sets_open(ibl_ctx *ctx, const char *name, baked_set *set)
+bool sets_save(ibl_ctx *ctx, const char *name, const ibl_texture *tex,
+               ibl_container container)
 {
-    const char *path = file_path(name);
-    const view_request what = {.path = path};
-    return view_set_open(ctx, &what, set);
+    size_t size;
+    const void *bytes = texture_encode(ctx, tex, container, &size);
+    return file_save(file_path(name), bytes, size);
+}
+
+const char *sets_open(ibl_ctx *ctx, const char *name, baked_set *set)
+{
+    const view_request what = {.path = file_path(name)};
+
+    view_test_catch();
+    const bool ok = view_set_open(ctx, &what, set);
+    const char *said = view_test_caught();
+    CHECK_MSG(ok, "%s: %s", name, said);
+    if (!ok)
+        test_leave();
+    test_defer_copy(free_set, set, sizeof *set);
+    return said;
 }
 
 int sets_lines(const char *text)
@@ -129,7 +144,7 @@ ibl_image sets_read_map(ibl_ctx *ctx)
     ibl_image map = {0};
     if (ibl_image_read(ctx, sets_file(), NULL, &map, NULL))
         exit(1);
-    return map;
+    return test_image(map);
 }
 
 void sets_check_refused(ibl_ctx *ctx, const view_request *what,

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#define _GNU_SOURCE /* vasprintf */
 #include "test.h"
 
 #include <math.h>
@@ -92,6 +93,19 @@ void *test_alloc(size_t count, size_t size)
         exit(1);
     test_defer(free, memory);
     return memory;
+}
+
+const char *test_text(const char *fmt, ...)
+{
+    char *text;
+    va_list ap;
+
+    va_start(ap, fmt);
+    if (vasprintf(&text, fmt, ap) < 0)
+        exit(1);
+    va_end(ap);
+    test_defer(free, text);
+    return text;
 }
 
 void test_defer_copy(void (*release)(void *thing), const void *thing,

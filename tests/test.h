@@ -93,6 +93,9 @@ void test_defer_copy(void (*release)(void *thing), const void *thing,
                      size_t size);
 /* Zeroed memory until the running test ends; exits if there is none. */
 void *test_alloc(size_t count, size_t size);
+/* Formatted text until then. */
+const char *test_text(const char *fmt, ...)
+    __attribute__((format(printf, 1, 2)));
 /* What they are given, freed after the running test. */
 ibl_image test_image(ibl_image image);
 ibl_cube test_cube(ibl_cube cube);
