@@ -37,7 +37,7 @@ static ibl_status decode_oiio(const char *name, int part,
     ibl_status status = ibl_bridge_rows(&s, &opts, &rows);
     *img = (ibl_image){0};
     if (!status)
-        status = test_exr_read_rows(rows, img);
+        status = file_read_rows(rows, img);
     test_image(*img);
     ibl_rows_close(rows);
     return status;

@@ -14,8 +14,6 @@
 #include "truth.h"
 
 static const double u = 0x1p-24;
-static const double pi = 3.14159265358979323846;
-
 /* ---- one bright pixel -------------------------------------------------- */
 
 /* Maps of even and odd size: a direction that is on the border of pixels in
@@ -103,12 +101,12 @@ enum {
 static double shared(const ibl_image *map, const int at[2], int n, int face,
                      int x, int y)
 {
-    const double top = cos(pi * at[1] / map->height);
-    const double bottom = cos(pi * (at[1] + 1) / map->height);
-    const double width = 2 * pi / map->width;
+    const double top = cos(M_PI * at[1] / map->height);
+    const double bottom = cos(M_PI * (at[1] + 1) / map->height);
+    const double width = 2 * M_PI / map->width;
     double sum = 0;
     for (int k = 0; k < MERIDIANS; k++) {
-        const double phi = (at[0] + (k + 0.5) / MERIDIANS) * width - pi;
+        const double phi = (at[0] + (k + 0.5) / MERIDIANS) * width - M_PI;
         double low, high;
         if (on_meridian(n, face, x, y, phi, &low, &high))
             sum += fmax(0, fmin(high, top) - fmax(low, bottom));
@@ -130,9 +128,9 @@ TEST(sun_in_level0)
         int at[2];
         ibl_image map = sun_map(ctx, sun_maps[k % 2], k / 2, 0, at);
         ibl_cube cube = cube_level0(ctx, &map, 0, N);
-        const double width = 2 * pi / map.width;
-        const double height =
-            cos(pi * at[1] / map.height) - cos(pi * (at[1] + 1) / map.height);
+        const double width = 2 * M_PI / map.width;
+        const double height = cos(M_PI * at[1] / map.height) -
+                              cos(M_PI * (at[1] + 1) / map.height);
         for (int i = 0; i < IBL_FACES * N * N; i++) {
             const int face = i / (N * N), x = i % N, y = i / N % N;
             const double angle = ibl_cube_solid_angle(N, x, y);

@@ -11,7 +11,6 @@
 #include "core/cpu.h"
 #include "files.h"
 #include "io/rgbe.h"
-#include "kern/max_finite.h"
 #include "test.h"
 
 /* ---- the encoder ---------------------------------------------------- */
@@ -187,28 +186,6 @@ static unsigned char *picture(int w, int h)
 
 static test_messages kept;
 
-/* All rows, in calls of a few at a time. */
-static ibl_status read_rows(ibl_rows *rows, ibl_image *img)
-{
-    uint32_t *most = malloc((size_t)rows->height * sizeof *most);
-    const size_t floats = 3 * (size_t)rows->width;
-    ibl_status status =
-        ibl_image_alloc(rows->ctx, rows->width, rows->height, img);
-    while (!status && rows->row < rows->height) {
-        const int left = rows->height - rows->row, some = 1 + below(9);
-        status = ibl_rows_read(rows, some < left ? some : left,
-                               img->data + floats * (size_t)rows->row,
-                               most + rows->row);
-    }
-    for (int y = 0; !status && y < rows->height; y++)
-        CHECK(most[y] ==
-              ibl_max_finite_c(img->data + floats * (size_t)y, floats));
-    if (status)
-        ibl_image_free(img);
-    free(most);
-    return status;
-}
-
 /* Decodes a copy of exactly size bytes, so that a read beyond is seen. */
 static ibl_status decode(ibl_ctx *ctx, const void *bytes, size_t size,
                          ibl_image *img, char format[64])
@@ -224,7 +201,7 @@ static ibl_status decode(ibl_ctx *ctx, const void *bytes, size_t size,
     opts.any_aspect = 1;
     ibl_status status = ibl_rgbe_open(&in, &opts, &rows);
     if (!status) {
-        status = read_rows(rows, img);
+        status = file_read_rows(rows, img);
         memcpy(format, rows->report.format, 64);
     }
     ibl_rows_close(rows);

@@ -6,8 +6,6 @@
 #include "maps.h"
 #include "truth.h"
 
-static const double pi = 3.14159265358979323846;
-
 static ibl_cube bake(ibl_ctx *ctx, const ibl_image *env, int size, double yaw)
 {
     ibl_irradiance_options opts = ibl_irradiance_options_default();
@@ -38,7 +36,7 @@ static void against_truth(const ibl_image *env, const ibl_cube *cube,
                           double yaw_deg, int stride)
 {
     const int n = cube->size;
-    const double c = cos(yaw_deg / 180 * pi), s = sin(yaw_deg / 180 * pi);
+    const double c = cos(yaw_deg / 180 * M_PI), s = sin(yaw_deg / 180 * M_PI);
     double mean[3];
 
     truth_mean(env, mean);
@@ -93,8 +91,8 @@ TEST(large_cube)
 /* The integral of the direction over a pixel. */
 static void direction_integral(int w, int h, int i, int j, double sum[3])
 {
-    const double a = pi * j / h, b = pi * (j + 1) / h;
-    const double c = 2 * pi * ((double)i / w - 0.5), d = c + 2 * pi / w;
+    const double a = M_PI * j / h, b = M_PI * (j + 1) / h;
+    const double c = 2 * M_PI * ((double)i / w - 0.5), d = c + 2 * M_PI / w;
     const double across = (b - a) / 2 - (sin(2 * b) - sin(2 * a)) / 4;
 
     sum[0] = across * (sin(d) - sin(c));
@@ -109,7 +107,7 @@ TEST(one_pixel_sun)
 {
     static const int suns[][2] = {{0, 0},    {5, 0},    {0, 127}, {0, 64},
                                   {255, 64}, {128, 63}, {77, 30}};
-    const double reach = hypot(pi / 256, pi / 256);
+    const double reach = hypot(M_PI / 256, M_PI / 256);
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
 
     for (size_t k = 0; k < sizeof suns / sizeof suns[0]; k++) {
@@ -118,7 +116,7 @@ TEST(one_pixel_sun)
         truth_latlong_direction(256, 128, suns[k][0], suns[k][1], sun);
         direction_integral(256, 128, suns[k][0], suns[k][1], sum);
         const double up =
-            1e6 / pi * truth_latlong_solid_angle(256, 128, suns[k][1]);
+            1e6 / M_PI * truth_latlong_solid_angle(256, 128, suns[k][1]);
         map_pixel(&env, suns[k][0], suns[k][1])[1] = 1e6f;
         ibl_cube cube = bake(ctx, &env, 16, 0.0);
         for (int t = 0; t < IBL_FACES * 256; t++) {
@@ -127,7 +125,7 @@ TEST(one_pixel_sun)
             truth_cube_direction(16, t / 256, t % 16, t / 16 % 16, d);
             const double c = d[0] * sun[0] + d[1] * sun[1] + d[2] * sun[2];
             const double want =
-                1e6 / pi * (d[0] * sum[0] + d[1] * sum[1] + d[2] * sum[2]);
+                1e6 / M_PI * (d[0] * sum[0] + d[1] * sum[1] + d[2] * sum[2]);
             CHECK(got[0] == 0.0f && got[2] == 0.0f);
             if (c >= reach)
                 CHECK_NEAR(got[1], want, IBL_TOLERANCE_DEFAULT * want);
@@ -148,13 +146,13 @@ TEST(cosine_lobe)
 
     for (int j = 0; j < 128; j++) {
         for (int i = 0; i < 512; i++)
-            map_pixel(&env, i, j)[0] = (float)cos(pi * (j + 0.5) / 256);
+            map_pixel(&env, i, j)[0] = (float)cos(M_PI * (j + 0.5) / 256);
     }
     ibl_cube cube = bake(ctx, &env, 1, 0.0);
     CHECK_NEAR(texel(&cube, 2, 0, 0)[0], 2.0 / 3.0, 1e-4);
     CHECK(texel(&cube, 3, 0, 0)[0] < 1e-15f);
-    CHECK_NEAR(texel(&cube, 0, 0, 0)[0], 2.0 / (3.0 * pi), 1e-4);
-    CHECK_NEAR(texel(&cube, 5, 0, 0)[0], 2.0 / (3.0 * pi), 1e-4);
+    CHECK_NEAR(texel(&cube, 0, 0, 0)[0], 2.0 / (3.0 * M_PI), 1e-4);
+    CHECK_NEAR(texel(&cube, 5, 0, 0)[0], 2.0 / (3.0 * M_PI), 1e-4);
 }
 
 /* The grid over the hemisphere comes to the same sum as its step falls, from

@@ -56,7 +56,7 @@ static float hostile(test_random *r)
  * many pixels. */
 static size_t rgbe_to_rgb(ibl_isa isa, test_random *r, int n, void *out)
 {
-    const size_t plane = (size_t)n + (size_t)kern_below(r, 9);
+    const size_t plane = (size_t)n + (size_t)test_random_below(r, 9);
     unsigned char *src = random_bytes(r, 3 * plane + (size_t)n);
     const float scale[3] = {(float)test_random_unit(r), 1e-30f, 1e30f};
     float *rgb = out;
@@ -85,16 +85,17 @@ static unsigned char *make_record(test_random *r, int count, int longest,
                                   unsigned char *p, unsigned char *plain)
 {
     while (count > 0) {
-        const int some = 1 + kern_below(r, longest);
+        const int some = 1 + test_random_below(r, longest);
         int n = some < count ? some : count;
-        if (kern_below(r, 2)) {
+        if (test_random_below(r, 2)) {
             n = n < 127 ? n : 127;
             *p++ = (unsigned char)(128 + n);
-            memset(plain, *p++ = (unsigned char)kern_below(r, 256), (size_t)n);
+            memset(plain, *p++ = (unsigned char)test_random_below(r, 256),
+                   (size_t)n);
         } else {
             *p++ = (unsigned char)n;
             for (int i = 0; i < n; i++)
-                *p++ = plain[i] = (unsigned char)kern_below(r, 256);
+                *p++ = plain[i] = (unsigned char)test_random_below(r, 256);
         }
         plain += n;
         count -= n;
@@ -108,7 +109,7 @@ static size_t rgbe_expand(ibl_isa isa, test_random *r, int n, void *out)
     const size_t slack = isa == IBL_ISA_C ? 0 : IBL_RGBE_SLACK;
     unsigned char *record = malloc(2 * (size_t)n + 1);
     const size_t size =
-        (size_t)(make_record(r, n, 1 + kern_below(r, 128), record, out) -
+        (size_t)(make_record(r, n, 1 + test_random_below(r, 128), record, out) -
                  record);
     if (isa != IBL_ISA_AUTO) {
         unsigned char *src = kern_alloc(size + slack, 1);
@@ -191,7 +192,7 @@ static size_t unzip(ibl_isa isa, test_random *r, int n, void *out)
     ibl_half_planes_dsp_init(&dsp, plain_or(isa));
     ibl_unzip_begin(&dsp, even, (size_t)n, last);
     for (int i = 0; isa && i < n;) {
-        const int some = 1 + kern_below(r, 300), left = n - i;
+        const int some = 1 + test_random_below(r, 300), left = n - i;
         const int count = some < left ? some : left;
         dsp.unzip(even + i, odd + i, (size_t)count, last,
                   (unsigned char *)out + 2 * i);
@@ -216,11 +217,11 @@ static size_t max_finite(ibl_isa isa, test_random *r, int n, void *out)
     bool clean = true;
     uint32_t bits;
     (void)out;
-    const bool any = kern_below(r, 4) == 0;
+    const bool any = test_random_below(r, 4) == 0;
     for (int i = 0; i < n; i++)
         src[i] = any ? fabsf(hostile(r)) : (float)test_random_unit(r);
     if (n > 0)
-        src[kern_below(r, n)] = odd[kern_below(r, 9)];
+        src[test_random_below(r, n)] = odd[test_random_below(r, 9)];
     for (int i = 0; i < n; i++) {
         clean = clean && isfinite(src[i]) && !signbit(src[i]);
         most = src[i] > most ? src[i] : most;
@@ -276,7 +277,7 @@ static void make_rows(test_random *r, int n, int channels, float *rows[ROWS])
         rows[l] =
             kern_alloc((size_t)(n * channels) * sizeof(float), sizeof(float));
         for (int i = 0; r && i < n * channels; i++)
-            rows[l][i] = (float)kern_between(r, -1, 1);
+            rows[l][i] = (float)test_random_between(r, -1, 1);
     }
 }
 
@@ -314,7 +315,7 @@ static size_t lanes_to_rows(ibl_isa isa, test_random *r, int n, void *out)
     float *lanes = kern_alloc(3 * channel * sizeof *lanes, 64);
     ibl_row_block_dsp dsp;
     for (size_t i = 0; i < 3 * channel; i++)
-        lanes[i] = (float)kern_between(r, -1, 1);
+        lanes[i] = (float)test_random_between(r, -1, 1);
     make_rows(NULL, n, 4, rows);
     if (isa) {
         ibl_row_block_dsp_init(&dsp, isa);
@@ -346,7 +347,7 @@ static float value(test_random *r)
     const float unit = (float)test_random_unit(r);
     const float of[] = {unit, unit * 1e6f,   FLT_MAX,
                         0,    unit * 1e-38f, 0x1p-149f};
-    return of[kern_below(r, 6)];
+    return of[test_random_below(r, 6)];
 }
 
 /* Ends where memory ends. */
@@ -373,7 +374,7 @@ static size_t collect(ibl_isa isa, test_random *r, int n, void *out)
     double *pixels = out;
     ibl_octants_dsp dsp;
     for (int i = 0; i < n * IBL_OCTANTS; i++)
-        offset[i] = 3 * (i % 5 ? kern_below(r, WIDTH) : WIDTH - 1);
+        offset[i] = 3 * (i % 5 ? test_random_below(r, WIDTH) : WIDTH - 1);
     ibl_octants_dsp_init(&dsp, plain_or(isa));
     if (isa)
         dsp.collect(row, offset, n, pixels);
@@ -414,15 +415,17 @@ static size_t blend(ibl_isa isa, test_random *r, int n, void *out)
     double *pixels = out;
     ibl_octants_dsp dsp;
     for (int i = 0; i < FINE; i++)
-        taps[i] = (ibl_octant_tap){{3 * kern_below(r, WIDTH), 3 * (WIDTH - 1)},
-                                   test_random_unit(r)};
+        taps[i] =
+            (ibl_octant_tap){{3 * test_random_below(r, WIDTH), 3 * (WIDTH - 1)},
+                             test_random_unit(r)};
     for (int i = 0; i < n * IBL_OCTANTS; i++)
-        column[i] = kern_below(r, FINE);
-    const ibl_octant_blend row = {.source = {source[0], source[1]},
-                                  .weight = {1 - t, t},
-                                  .turn = {n % 2 * WIDTH, kern_below(r, FINE)},
-                                  .columns = FINE,
-                                  .taps = taps};
+        column[i] = test_random_below(r, FINE);
+    const ibl_octant_blend row = {
+        .source = {source[0], source[1]},
+        .weight = {1 - t, t},
+        .turn = {n % 2 * WIDTH, test_random_below(r, FINE)},
+        .columns = FINE,
+        .taps = taps};
     ibl_octants_dsp_init(&dsp, plain_or(isa));
     dsp.blend(&row, column, n, lanes, pixels);
     for (int i = 0; !isa && i < n * IBL_OCTANT_RGB; i++) {
@@ -450,10 +453,13 @@ static size_t add(ibl_isa isa, test_random *r, int n, void *out)
     ibl_octant_span *spans = malloc((size_t)(n + 1) * sizeof *spans);
     ibl_octants_dsp dsp;
     for (int i = 0; i < n; i++) {
-        const int count = 1 + kern_below(r, kern_below(r, 3) ? 2 : PIXELS);
+        const int count =
+            1 + test_random_below(r, test_random_below(r, 3) ? 2 : PIXELS);
         spans[i] = (ibl_octant_span){
-            test_random_unit(r), kern_below(r, 3) ? i : kern_below(r, n),
-            (uint16_t)kern_below(r, PIXELS - count + 1), (uint16_t)count};
+            test_random_unit(r),
+            test_random_below(r, 3) ? i : test_random_below(r, n),
+            (uint16_t)test_random_below(r, PIXELS - count + 1),
+            (uint16_t)count};
     }
     for (int i = 0; i < n * IBL_OCTANT_RGB; i++)
         sums[i] = (double)value(r);
@@ -494,11 +500,9 @@ static size_t write(ibl_isa isa, test_random *r, int n, void *out)
 
 /* ---- strips under a border ---------------------------------------------- */
 
-static const double pi = 3.14159265358979323846;
-
 static ibl_coverage_row make_row(double theta, double height)
 {
-    const double to = fmin(theta + height, pi / 2);
+    const double to = fmin(theta + height, M_PI / 2);
     return (ibl_coverage_row){cos(theta), cos(to), 1 / (cos(theta) - cos(to)),
                               tan(theta), tan(to)};
 }
@@ -557,12 +561,15 @@ static double true_share(const ibl_coverage_row *row, double a, double psi,
 static void check_strip(test_random *r, int i, double theta, double height)
 {
     const ibl_coverage_row row = make_row(theta, height);
-    const double psi = kern_between(r, 0, pi / 2 - 0.02);
-    const double width = kern_between(r, 1e-5, 0.0125), end = psi + width;
-    const double at = kern_between(r, theta - height, theta + 2 * height);
-    const double tangent = tan(fmin(fmax(at, 1e-3), pi / 2 - 1e-3));
-    const double a = i % 9 ? tangent * cos(psi + kern_between(r, 0, width))
-                           : kern_between(r, 1e-4, 2);
+    const double psi = test_random_between(r, 0, M_PI / 2 - 0.02);
+    const double width = test_random_between(r, 1e-5, 0.0125),
+                 end = psi + width;
+    const double at =
+        test_random_between(r, theta - height, theta + 2 * height);
+    const double tangent = tan(fmin(fmax(at, 1e-3), M_PI / 2 - 1e-3));
+    const double a = i % 9
+                         ? tangent * cos(psi + test_random_between(r, 0, width))
+                         : test_random_between(r, 1e-4, 2);
     const ibl_border_point high = ibl_border_point_at(a, cos(psi), sin(psi));
     const ibl_border_point low = ibl_border_point_at(a, cos(end), sin(end));
     const double share = ibl_coverage_share(&row, a, &high, &low, width);
@@ -577,8 +584,9 @@ TEST(integral)
 {
     test_random r = {9};
     for (int k = 0; k < 30; k++) {
-        const double height = kern_between(&r, 2e-4, 0.02);
-        const double theta = k % 10 ? kern_between(&r, 0, pi / 2 - height) : 0;
+        const double height = test_random_between(&r, 2e-4, 0.02);
+        const double theta =
+            k % 10 ? test_random_between(&r, 0, M_PI / 2 - height) : 0;
         for (int i = 0; i < 64; i++)
             check_strip(&r, i, theta, height);
     }

@@ -24,7 +24,7 @@ static float *floats(size_t n)
 static void fill(test_random *r, float *p, size_t n)
 {
     for (size_t i = 0; i < n; i++)
-        p[i] = (float)kern_between(r, -1, 1);
+        p[i] = (float)test_random_between(r, -1, 1);
 }
 
 /* cos and sin of 2 pi k / n. */

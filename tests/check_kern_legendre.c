@@ -148,8 +148,8 @@ static void values_of(ibl_isa isa)
             check_values(isa, n, ring, m, 64);
     }
     for (int i = 0; i < (TEST_SANITIZED ? 15 : 60); i++) {
-        const int rings = 1 << kern_below(&r, 15);
-        const int degree = kern_below(&r, 2049);
+        const int rings = 1 << test_random_below(&r, 15);
+        const int degree = test_random_below(&r, 2049);
         const int m = (int)(degree * pow(test_random_unit(&r), 2.0));
         int ring[PARTS];
         for (int k = 0; k < PARTS; k++)
@@ -168,8 +168,8 @@ KERN_TEST_SLOW(values)
 static double hostile(test_random *r)
 {
     static const double of[] = {0.0, -0.0, 1e-45, 1e-30, 65504.0, 1e30};
-    const int pick = kern_below(r, 40);
-    return pick < 6 ? of[pick] : kern_between(r, -1, 1);
+    const int pick = test_random_below(r, 40);
+    return pick < 6 ? of[pick] : test_random_between(r, -1, 1);
 }
 
 static const int shapes[][3] = {
@@ -263,7 +263,7 @@ static void synthesis_of(ibl_isa isa)
         for (int l = 0; l <= degree; l++)
             factor[l] = hostile(&r);
         for (size_t l = 0; l < PARTS * x.terms; l++)
-            x.a[l] = kern_between(&r, -0.5, 0.5);
+            x.a[l] = test_random_between(&r, -0.5, 0.5);
         x.dsp.synthesise(&x.order, x.a, factor, x.f, x.stride);
         for (int j = 0; j < rings; j++) {
             true_legendre(x.kind, rings, j, m, degree, x.p);

@@ -22,7 +22,7 @@ static float *random_floats(test_random *r, size_t count, size_t align)
 {
     float *p = kern_alloc(count * sizeof *p, align);
     for (size_t i = 0; i < count; i++)
-        p[i] = (float)kern_between(r, -1, 1);
+        p[i] = (float)test_random_between(r, -1, 1);
     return p;
 }
 
@@ -47,18 +47,20 @@ typedef struct lookups {
 static void random_direction(test_random *r, float d[3])
 {
     static const float special[] = {0, 1, -1, 0.5f, -0.5f, 1.0000001f};
-    const int kind = kern_below(r, 4);
-    const float scale = kind == 3 ? ldexpf(1, kern_below(r, 120) - 60) : 1;
+    const int kind = test_random_below(r, 4);
+    const float scale =
+        kind == 3 ? ldexpf(1, test_random_below(r, 120) - 60) : 1;
     do {
         for (int k = 0; k < 3; k++)
-            d[k] = kind ? scale * (float)kern_between(r, -1, 1)
-                        : special[kern_below(r, 6)];
+            d[k] = kind ? scale * (float)test_random_between(r, -1, 1)
+                        : special[test_random_below(r, 6)];
     } while (d[0] == 0 && d[1] == 0 && d[2] == 0);
 }
 
 static void random_frame(test_random *r, bool identity, float frame[9])
 {
-    const double a = kern_between(r, 0, 6.3), b = kern_between(r, 0, 6.3);
+    const double a = test_random_between(r, 0, 6.3),
+                 b = test_random_between(r, 0, 6.3);
     const double f[9] = {cos(a),           sin(a),           0,
                          -sin(a) * cos(b), cos(a) * cos(b),  sin(b),
                          sin(a) * sin(b),  -cos(a) * sin(b), cos(b)};
@@ -78,7 +80,8 @@ static void lookups_make(lookups *x, int edge, int count, int mips, bool flat,
         const size_t floats = 24 * (size_t)((n + 2) * (n + 2));
         float *t = x->texels[l] = kern_alloc(floats * sizeof *t, 4);
         for (size_t i = 0; i < floats; i++)
-            t[i] = (float)(flat ? 3 + l : pow(10, kern_between(&r, -3, 5)));
+            t[i] =
+                (float)(flat ? 3 + l : pow(10, test_random_between(&r, -3, 5)));
         x->levels[l] = (ibl_gather_level){t, n};
     }
     x->groups[0] = (ibl_gather_group){0, count, 0, mips};
@@ -97,7 +100,7 @@ static void lookups_make(lookups *x, int edge, int count, int mips, bool flat,
         random_direction(&r, d);
         for (int k = 0; k < 3; k++)
             a[k * MAX_SAMPLES + i] =
-                flat ? d[k] : (float)kern_between(&r, -1, 1);
+                flat ? d[k] : (float)test_random_between(&r, -1, 1);
         for (int k = 3; k < 5; k++)
             a[k * MAX_SAMPLES + i] = used ? (float)test_random_unit(&r) : NAN;
     }
@@ -310,7 +313,7 @@ static void weights_of(ibl_isa isa)
         int *first = kern_alloc((size_t)count * sizeof *first, 4);
         float *weight = kern_alloc((size_t)count * 8 * sizeof *weight, 4);
         for (int i = 0; i < count; i++)
-            angle[i] = i % 5 ? kern_between(&r, 0, 40) : i / 5;
+            angle[i] = i % 5 ? test_random_between(&r, 0, 40) : i / 5;
         dsp.weights(&taps, -0.5, 10, angle, count, first, weight);
         for (int i = 0; i < count; i++) {
             const double position = 10 * angle[i] - 0.5;
@@ -368,8 +371,8 @@ static void check_row(ibl_isa isa, int count, uint64_t seed)
     for (size_t i = 0; i < RINGS * floats; i++)
         memory[i] = NAN;
     for (int i = 0; i < MAX_TEXELS; i++) {
-        ring[i] = kern_below(&r, RINGS - 7);
-        column[i] = kern_below(&r, COLUMNS - 7);
+        ring[i] = test_random_below(&r, RINGS - 7);
+        column[i] = test_random_below(&r, COLUMNS - 7);
     }
     float *const grid = memory + (seed & 4 ? (RINGS - 1) * floats : 0);
     const ibl_interp_row row = {
@@ -387,8 +390,8 @@ static void check_row(ibl_isa isa, int count, uint64_t seed)
         const int t = i / 256, j = i / 32 % 8, k = i % 32;
         grid[(row.ring[t * row.ring_step] + j) * row.stride +
              4 * row.column[t * row.column_step] + k] =
-            (float)(kern_between(&r, -0.3, 0.7) *
-                    pow(10, kern_between(&r, 0, 6)));
+            (float)(test_random_between(&r, -0.3, 0.7) *
+                    pow(10, test_random_between(&r, 0, 6)));
     }
     ibl_interp_dsp_init(&dsp, isa);
     dsp.row(&row);
@@ -543,13 +546,13 @@ static void random_scene(uint64_t seed, float *point,
 {
     test_random r = {seed};
     for (int i = 0; i < 6 * POINTS; i++)
-        point[i] =
-            (float)(kern_between(&r, -1, 1) * (i < 3 * POINTS ? 1 : 1e-8));
+        point[i] = (float)(test_random_between(&r, -1, 1) *
+                           (i < 3 * POINTS ? 1 : 1e-8));
     for (int l = 0; l < LIGHTS; l++) {
         for (int k = 0; k < 3; k++) {
-            lights[l].at[k] = (float)kern_between(&r, -1, 1);
+            lights[l].at[k] = (float)test_random_between(&r, -1, 1);
             lights[l].rest[k] = (float)(1e-8 * test_random_unit(&r));
-            lights[l].rgb[k] = (float)pow(10, kern_between(&r, -4, 4));
+            lights[l].rgb[k] = (float)pow(10, test_random_between(&r, -4, 4));
             point[k * POINTS + 5 * l] = lights[l].at[k];
             point[(k + 3) * POINTS + 5 * l] = lights[l].rest[k];
         }
@@ -673,14 +676,14 @@ enum {
 static void random_points(test_random *r, int count, double *y, double *w)
 {
     for (int i = 0; i < count; i++) {
-        const int pick = kern_below(r, 16);
+        const int pick = test_random_below(r, 16);
         const double psi = 3.141592653589793 * test_random_unit(r) *
                            (pick < 4 ? exp2(-20 * test_random_unit(r)) : 1);
         y[i] = pick == 4   ? 0
                : pick == 5 ? 2
                : pick == 6 ? 1
                            : 2 * sin(0.5 * psi) * sin(0.5 * psi);
-        w[i] = pick == 7 ? 0 : kern_between(r, -1, 1);
+        w[i] = pick == 7 ? 0 : test_random_between(r, -1, 1);
     }
 }
 

@@ -21,11 +21,6 @@
 
 static const double u = 0x1p-24;
 
-static int below(test_random *r, int n)
-{
-    return (int)(test_random_u64(r) % (uint64_t)n);
-}
-
 /* A map, a yaw and a size: of every kind that the geometry tells apart. */
 struct subject {
     ibl_image map;
@@ -37,9 +32,10 @@ static struct subject make(ibl_ctx *ctx, test_random *r)
 {
     static const int widths[] = {512, 516, 514, 513, 8, 20, 33, 1, 1030};
     static const double yaws[] = {0, 90, 45, 10, -77.7, 360.0 / 1024, 180};
-    const int w = widths[below(r, 9)];
-    const int h = 1 + below(r, below(r, 2) ? 40 : 160);
-    struct subject s = {.yaw = yaws[below(r, 7)], .size = 1 + below(r, 40)};
+    const int w = widths[test_random_below(r, 9)];
+    const int h = 1 + test_random_below(r, test_random_below(r, 2) ? 40 : 160);
+    struct subject s = {.yaw = yaws[test_random_below(r, 7)],
+                        .size = 1 + test_random_below(r, 40)};
     s.map = map_of_kind(ctx, r, MAP_NOISE, w, h);
     return s;
 }
@@ -54,7 +50,8 @@ static ibl_cube by_rows(ibl_ctx *ctx, const struct subject *s, test_random *r,
         exit(1);
     for (int j = 0; j < map->height;) {
         const int left = map->height - j;
-        const int rows = most ? 1 + below(r, most < left ? most : left) : left;
+        const int rows =
+            most ? 1 + test_random_below(r, most < left ? most : left) : left;
         const size_t floats = 3 * (size_t)rows * (size_t)map->width;
         /* Of its own size, so that reading beyond it is seen. */
         float *batch = malloc(floats * sizeof *batch);
@@ -123,8 +120,8 @@ static double worst_texel(ibl_ctx *ctx, const struct subject *s, test_random *r)
     ibl_cube cube = by_rows(ctx, s, r, 0);
     for (int i = 0; i < COUNT; i++) {
         /* Half of them on top and bottom, some by the axes and diagonals. */
-        t[i] = (ibl_texel){i % 2 ? 2 + i / 2 % 2 : below(r, 6), below(r, n),
-                           below(r, n)};
+        t[i] = (ibl_texel){i % 2 ? 2 + i / 2 % 2 : test_random_below(r, 6),
+                           test_random_below(r, n), test_random_below(r, n)};
         if (i % 5 == 0)
             t[i].x = i % 10 ? t[i].y : n / 2;
     }
@@ -166,18 +163,19 @@ TEST_SLOW(near_reference)
     test_random r = {5};
     double most = 0, magnified = 0;
     for (int k = 0; k < 40; k++) {
-        const int w = widths[below(&r, 8)];
-        struct subject s = {.yaw = yaws[below(&r, 6)],
-                            .size = 1 + below(&r, w / 4)};
-        const int h = 2 * s.size + below(&r, 2 * s.size);
+        const int w = widths[test_random_below(&r, 8)];
+        struct subject s = {.yaw = yaws[test_random_below(&r, 6)],
+                            .size = 1 + test_random_below(&r, w / 4)};
+        const int h = 2 * s.size + test_random_below(&r, 2 * s.size);
         most = fmax(most, off_reference(ctx, &s, w, h, &r));
     }
     /* Larger pixels than texels: down to one pixel, along an axis or both. */
     for (int k = 0; k < 60; k++) {
-        const int w = k % 3 ? 1 + below(&r, 100) : widths[below(&r, 8)];
-        struct subject s = {.yaw = yaws[below(&r, 6)],
-                            .size = w / 4 + 1 + below(&r, 150)};
-        const int h = 1 + below(&r, k % 3 == 1 ? 4 * s.size : 60);
+        const int w = k % 3 ? 1 + test_random_below(&r, 100)
+                            : widths[test_random_below(&r, 8)];
+        struct subject s = {.yaw = yaws[test_random_below(&r, 6)],
+                            .size = w / 4 + 1 + test_random_below(&r, 150)};
+        const int h = 1 + test_random_below(&r, k % 3 == 1 ? 4 * s.size : 60);
         magnified = fmax(magnified, off_reference(ctx, &s, w, h, &r));
     }
     if (getenv("IBL_TEST_VERBOSE"))

@@ -9,8 +9,6 @@
 #include "maps.h"
 #include "truth.h"
 
-static const double pi = 3.14159265358979323846;
-
 static int all_levels(int size)
 {
     int levels = 1;
@@ -230,7 +228,7 @@ TEST(pyramids_keep_energy)
             angle += (double)t[3];
             energy += (double)t[3] * ((double)t[1] + (double)p.floor[1]);
         }
-        CHECK_NEAR(angle, 4 * pi, 4e-6 * pi);
+        CHECK_NEAR(angle, 4 * M_PI, 4e-6 * M_PI);
         CHECK_NEAR(energy, level_energy(&cube, 0, 1),
                    1e-6 * level_energy(&cube, 0, 1));
     }

@@ -28,21 +28,18 @@
 static ibl_ctx *ctx;
 static test_messages kept;
 
-/* A path in a folder of the running test's own, in one of 8 buffers. */
+/* A path in a folder of the running test's own. */
 static const char *at(const char *fmt, ...)
     __attribute__((format(printf, 1, 2)));
 
 static const char *at(const char *fmt, ...)
 {
-    static char paths[8][PATH_MAX];
-    static int next;
-    char *path = paths[next++ % 8];
-    const int n = snprintf(path, PATH_MAX, "%s/", test_dir());
+    char path[PATH_MAX];
     va_list ap;
     va_start(ap, fmt);
-    vsnprintf(path + n, (size_t)(PATH_MAX - n), fmt, ap);
+    vsnprintf(path, sizeof path, fmt, ap);
     va_end(ap);
-    return path;
+    return test_text("%s/%s", test_dir(), path);
 }
 
 static void put(const char *path, const char *text)
@@ -86,6 +83,20 @@ static int entries(const char *path)
 static bool said(const char *text)
 {
     return strstr(kept.text[IBL_LOG_ERROR], text);
+}
+
+static void free_outputs(void *out)
+{
+    ibl_outputs_free(out);
+}
+
+/* Freed after the running test. */
+static ibl_outputs *create(void)
+{
+    ibl_outputs *out;
+    NEED(!ibl_outputs_create(ctx, &out));
+    test_defer(free_outputs, out);
+    return out;
 }
 
 static ibl_status add(ibl_outputs *out, const char *path, const char *text)
@@ -147,11 +158,10 @@ TEST(large)
     enum {
         NUMBERS = 2500000
     };
-    uint32_t *numbers = malloc(NUMBERS * sizeof *numbers), number;
+    uint32_t *numbers = test_alloc(NUMBERS, sizeof *numbers), number;
     ibl_outputs *out;
     size_t same = 0;
 
-    NEED(numbers);
     for (uint32_t i = 0; i < NUMBERS; i++)
         numbers[i] = i;
     for (size_t most = 0; most < 200000; most += 100003, same = 0) {
@@ -170,15 +180,13 @@ TEST(large)
         fclose(f);
         remove(at("large"));
     }
-    free(numbers);
 }
 
 TEST(aborted)
 {
-    ibl_outputs *out;
     NEED(!mkdir(at("a"), 0777));
     put(at("a/old"), "old");
-    NEED(!ibl_outputs_create(ctx, &out));
+    ibl_outputs *out = create();
     NEED(!ibl_outputs_mkdir(out, at("a/b/c")));
     NEED(!ibl_outputs_mkdir(out, at("a/mine")));
     CHECK(!add(out, at("a/old"), "new"));
@@ -192,18 +200,16 @@ TEST(aborted)
     CHECK(holds(at("a/mine/other"), "o") && entries(at("a")) == 2);
     CHECK(add(out, at("a/y"), "y") == IBL_ERR_ARGUMENT);
     CHECK(entries(at("a")) == 2);
-    ibl_outputs_free(out);
 }
 
 /* What cannot be a target stays as it is, and the set goes on. */
 TEST(refused)
 {
-    ibl_outputs *out;
     char path[5000];
     NEED(!mkdir(at("r"), 0777) && !mkdir(at("r/dir"), 0777));
     NEED(!mkfifo(at("r/pipe"), 0666));
     put(at("r/file"), "f");
-    NEED(!ibl_outputs_create(ctx, &out));
+    ibl_outputs *out = create();
     const struct {
         const char *path, *text;
         ibl_status status;
@@ -240,15 +246,13 @@ TEST(refused)
     CHECK(!add(out, at("r/good"), "g") && !ibl_outputs_commit(out));
     CHECK(holds(at("r/good"), "g") && holds(at("r/file"), "f"));
     CHECK(entries(at("r")) == 4 && !exists("/proc/iblbake"));
-    ibl_outputs_free(out);
 }
 
 TEST(twice)
 {
-    ibl_outputs *out;
     NEED(!mkdir(at("t"), 0777) && !symlink("x", at("t/link")) &&
          !symlink("t", at("t2")));
-    NEED(!ibl_outputs_create(ctx, &out));
+    ibl_outputs *out = create();
     CHECK(!add(out, at("t/x"), "1"));
     CHECK(add(out, at("t/x"), "2") == IBL_ERR_ARGUMENT &&
           said("give each its own"));
@@ -257,20 +261,17 @@ TEST(twice)
     CHECK(add(out, at("t2/x"), "5") == IBL_ERR_ARGUMENT);
     CHECK(!ibl_outputs_commit(out));
     CHECK(holds(at("t/x"), "1") && entries(at("t")) == 2);
-    ibl_outputs_free(out);
 }
 
 TEST(too_many)
 {
-    ibl_outputs *out;
     NEED(!mkdir(at("m"), 0777));
-    NEED(!ibl_outputs_create(ctx, &out));
+    ibl_outputs *out = create();
     for (int i = 0; i < IBL_MAX_OUTPUTS; i++)
         CHECK(!add(out, at("m/%d", i), "m"));
     CHECK(add(out, at("m/more"), "m") == IBL_ERR_ARGUMENT);
     CHECK(!ibl_outputs_commit(out));
     CHECK(entries(at("m")) == IBL_MAX_OUTPUTS);
-    ibl_outputs_free(out);
 }
 
 static bool rival; /* makes directories just before we do */
@@ -317,14 +318,13 @@ TEST(long_names)
 
 TEST(links)
 {
-    ibl_outputs *out;
     struct stat st;
     NEED(!mkdir(at("l"), 0777) && !mkdir(at("l/far"), 0777));
     put(at("l/far/file"), "old");
     NEED(!symlink("far/file", at("l/link")) &&
          !symlink("far/not-yet", at("l/dangling")) &&
          !symlink("loop", at("l/loop")) && !symlink("far", at("l/dir")));
-    NEED(!ibl_outputs_create(ctx, &out));
+    ibl_outputs *out = create();
     CHECK(!add(out, at("l/link"), "new"));
     CHECK(!add(out, at("l/dangling"), "made"));
     CHECK(add(out, at("l/loop"), "x") == IBL_ERR_IO);
@@ -334,7 +334,6 @@ TEST(links)
     CHECK(!lstat(at("l/dangling"), &st) && S_ISLNK(st.st_mode));
     CHECK(holds(at("l/far/file"), "new") && holds(at("l/far/not-yet"), "made"));
     CHECK(entries(at("l/far")) == 2 && entries(at("l")) == 5);
-    ibl_outputs_free(out);
 }
 
 /* The third rename fails: the second file goes, the first is as before. */

@@ -72,11 +72,6 @@ static double angle_of(int n, int i)
     return ibl_cube_solid_angle(n, i % n, i / n % n);
 }
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* Corner c of texel i, in half texels from the cube's middle. */
 static void corner(int n, int i, int c, int p[3])
 {
@@ -217,8 +212,8 @@ static int texel_towards(int n, const double dir[3])
     for (int i = 0; i < IBL_FACES * n * n; i++) {
         double d[3];
         look(n, i, d);
-        if (dot(d, dir) > most) {
-            most = dot(d, dir);
+        if (test_dot(d, dir) > most) {
+            most = test_dot(d, dir);
             best = i;
         }
     }
@@ -242,11 +237,11 @@ static void check_symmetry(int n, const double towards[3], const int map[3])
 {
     ibl_cube cube = constant(n, 0.25f);
     ibl_overflow_level level;
-    const double length = sqrt(dot(towards, towards));
+    const double length = sqrt(test_dot(towards, towards));
     for (int i = 0; i < IBL_FACES * n * n; i++) {
         double d[3];
         look(n, i, d);
-        if (dot(d, towards) > length * cos(2.0 / n))
+        if (test_dot(d, towards) > length * cos(2.0 / n))
             set_texel(&cube, i, 4e6, 7e5, 1e4);
     }
     ibl_cube got = settled(&cube, half_max, &level);
@@ -377,13 +372,14 @@ TEST(stays_in_place)
             double e[3];
             look(n, i, e);
             const double light = (double)got.data[3 * i] * angle_of(n, i);
-            const double away = acos(fmin(dot(d, e), 1));
+            const double away = acos(fmin(test_dot(d, e), 1));
             CHECK_MSG(light <= 0 || away < 7 * 2.0 / n, "light %.3g away",
                       away);
             for (int c = 0; c < 3; c++)
                 sum[c] += light * e[c];
         }
-        const double aside = acos(fmin(dot(sum, d) / sqrt(dot(sum, sum)), 1));
+        const double aside =
+            acos(fmin(test_dot(sum, d) / sqrt(test_dot(sum, sum)), 1));
         CHECK_MSG(aside < 2.0 / n, "centre %.3g texels aside", aside * n / 2);
     }
 }

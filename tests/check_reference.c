@@ -16,8 +16,6 @@ enum {
     LOBES = 3
 };
 
-static const double pi = 3.14159265358979323846;
-
 static bool same(const double *a, const double *b, size_t n)
 {
     return !memcmp(a, b, n * sizeof *a);
@@ -108,7 +106,7 @@ TEST_SLOW(wide)
     for (int k = 0; k < 3; k++) {
         compare(64, 32, r[k], 1.234, 0.567, 8);
         compare(51, 37, r[k], 0, 0, 8);
-        compare(64, 32, r[k], pi, 2, 8);
+        compare(64, 32, r[k], M_PI, 2, 8);
         compare(57, 32, r[k], 0.01, -3.1415, 8);
     }
     /* Most pixels by two points along an axis. */
@@ -119,7 +117,7 @@ TEST_SLOW(narrow)
 {
     compare(32, 16, 0.3, 1.234, 3.1, 16);
     compare(24, 13, 0.3, 0.05, -1, 32);
-    compare(16, 8, 0.2, pi, 0, 32);
+    compare(16, 8, 0.2, M_PI, 0, 32);
     compare(12, 6, 1, 1.8, 2.7, 32);
     compare(7, 3, 0.8, 0.9, -2.7, 64);
     compare(2, 1, 0.6, 0.9, 1.5, 128);
@@ -131,10 +129,10 @@ TEST_SLOW(narrow)
 TEST(edge_on_horizon)
 {
     for (int k = -1; k < 3; k++) {
-        compare(13, 7, 1, pi / 2, k * pi / 2, 32);
-        compare(13, 7, 0.4, pi / 2, k * pi / 2, 32);
+        compare(13, 7, 1, M_PI / 2, k * M_PI / 2, 32);
+        compare(13, 7, 0.4, M_PI / 2, k * M_PI / 2, 32);
     }
-    compare(4, 2, 1, pi / 2, pi / 2, 64);
+    compare(4, 2, 1, M_PI / 2, M_PI / 2, 64);
     compare(4, 2, 1, 0, 0, 64);
 }
 
@@ -237,8 +235,8 @@ TEST(rings)
         double d[3], rgb[3];
         polar_direction(lean, 1 + k, d);
         for (int rows = 1; rows < H; rows += 5) {
-            const double c = cos(pi * rows / H) / sin(lean);
-            const double want = 0.5 - asin(fmax(-1, fmin(1, c))) / pi;
+            const double c = cos(M_PI * rows / H) / sin(lean);
+            const double want = 0.5 - asin(fmax(-1, fmin(1, c))) / M_PI;
             for (int i = 0; i < 2 * H * H; i++)
                 it->env.data[3 * i] = i / (2 * H) < rows;
             CHECK(!ibl_reference_lobe(it->ref, IBL_LOBE_CHARLIE, 1e-4, d, 1,
@@ -293,8 +291,8 @@ TEST(ends)
         const float *p = map_pixel(&it->env, i, j);
         double d[3], rgb[3], want[3];
         /* The map's azimuth is the world's and a quarter turn. */
-        polar_direction(pi * (j + 0.3) / 20, 2 * pi * ((i + 0.6) / 40 - 0.75),
-                        d);
+        polar_direction(M_PI * (j + 0.3) / 20,
+                        2 * M_PI * ((i + 0.6) / 40 - 0.75), d);
         for (int l = 0; l < LOBES; l++) {
             CHECK(!ibl_reference_lobe(it->ref, (ibl_lobe)l, 0, d, 1, rgb));
             CHECK(rgb[0] == (double)p[0] && rgb[1] == (double)p[1] &&
@@ -350,9 +348,9 @@ TEST(linear_light)
 
     for (int k = 0; k < 512 * 256; k++) {
         double d[3];
-        polar_direction(pi * (k / 512 + 0.5) / 256,
-                        2 * pi * ((k % 512 + 0.5) / 512 - 0.5) - 25 * pi / 180,
-                        d);
+        polar_direction(
+            M_PI * (k / 512 + 0.5) / 256,
+            2 * M_PI * ((k % 512 + 0.5) / 512 - 0.5) - 25 * M_PI / 180, d);
         for (int c = 0; c < 3; c++)
             it->env.data[3 * k + c] =
                 (float)(1 + d[0] * a[0] + d[1] * a[1] + d[2] * a[2]);

@@ -4,8 +4,6 @@
 
 #include "reference.h"
 
-static const double pi = 3.14159265358979323846;
-
 static void lut(ibl_ctx *ctx, double nv, double r, ibl_geometry g,
                 double out[2])
 {
@@ -111,14 +109,14 @@ TEST(lut_hemisphere)
             const double x = (j + 0.5) / n, nl = x * x; /* dense at 0 */
             const double sl = sqrt(1 - nl * nl);
             for (int i = 0; i < n / 2; i++) {
-                const double phi = pi * (i + 0.5) / (n / 2);
+                const double phi = M_PI * (i + 0.5) / (n / 2);
                 const double vl = nv * nl + sv * sl * cos(phi);
                 const double vh = sqrt(0.5 * (1 + vl)), nh = (nl + nv) / 2 / vh;
                 const double t = nh * nh * (a2 - 1) + 1;
                 const double vis = 0.5 / (nl * sqrt(nv * nv * (1 - a2) + a2) +
                                           nv * sqrt(nl * nl * (1 - a2) + a2));
-                const double f =
-                    a2 / (pi * t * t) * vis * nl * 2 * x / n * 2 * pi / (n / 2);
+                const double f = a2 / (M_PI * t * t) * vis * nl * 2 * x / n *
+                                 2 * M_PI / (n / 2);
                 sum[0] += f * (1 - pow(1 - vh, 5));
                 sum[1] += f * pow(1 - vh, 5);
             }
@@ -166,7 +164,7 @@ static void lut_over_slopes(double nv, double r, double out[2][2])
             if (nl <= 0)
                 continue;
             const double f = 2 * step * step * sqrt((1 + x * x) * (1 + y * y)) /
-                             (pi * q * q) * vh / (nv * nh);
+                             (M_PI * q * q) * vh / (nv * nh);
             const double fc = pow(1 - vh, 5);
             for (int g = 0; g < 2; g++) {
                 const double fg =

@@ -6,8 +6,6 @@
 
 #include "reference.h"
 
-static const double pi = 3.14159265358979323846;
-
 /* Y_lm sampled on the map gives 1 at (l, m) and little elsewhere; l <= 3 from
  * the Cartesian polynomials. */
 static double harmonic(int k, const double d[3])
@@ -43,8 +41,8 @@ TEST(orthonormal)
             for (int i = 0; i < 256; i++) {
                 double d[3];
                 polar_direction(
-                    pi * (j + 0.5) / 128,
-                    2 * pi * ((i + 0.5) / 256 - 0.5) + 70 * pi / 180, d);
+                    M_PI * (j + 0.5) / 128,
+                    2 * M_PI * ((i + 0.5) / 256 - 0.5) + 70 * M_PI / 180, d);
                 map_pixel(&it->env, i, j)[1] = (float)harmonic(k, d);
             }
         }
@@ -77,8 +75,8 @@ TEST(one_patch)
             const int y = j * SUB + n / SUB, x = i * SUB + n % SUB;
             double d[3];
             polar_direction(
-                pi * (y + 0.5) / (19 * SUB),
-                2 * pi * ((x + 0.5) / (37 * SUB) - 0.5) - 15 * pi / 180, d);
+                M_PI * (y + 0.5) / (19 * SUB),
+                2 * M_PI * ((x + 0.5) / (37 * SUB) - 0.5) - 15 * M_PI / 180, d);
             for (int m = 0; m < 16; m++)
                 want[m] += 1000 * (double)row_angle(37 * SUB, 19 * SUB, y) *
                            harmonic(m, d);

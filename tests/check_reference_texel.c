@@ -6,8 +6,6 @@
 
 #include "reference.h"
 
-static const double pi = 3.14159265358979323846;
-
 /* The cube rule. */
 static void cube_point(int face, double u, double v, double d[3])
 {
@@ -40,7 +38,7 @@ static finer finer_of(const ibl_image *env, int n)
             const double t = (k + 0.5) / f.y - 0.5;
             const int row = j * f.y + k;
             const double zone =
-                cos(pi * row / (h * f.y)) - cos(pi * (row + 1) / (h * f.y));
+                cos(M_PI * row / (h * f.y)) - cos(M_PI * (row + 1) / (h * f.y));
             if (t < 0 || t >= 1)
                 continue;
             /* What is above the border, and what the upper row has with
@@ -80,8 +78,8 @@ static double finer_value(const finer *f, int i, int j)
 static double map_value(const finer *f, double theta, double phi)
 {
     const int columns = f->env->width * f->x, rows = f->env->height * f->y;
-    const int i = (int)((phi / (2 * pi) + 0.5) * columns);
-    const int j = (int)(theta / pi * rows);
+    const int i = (int)((phi / (2 * M_PI) + 0.5) * columns);
+    const int j = (int)(theta / M_PI * rows);
     return finer_value(f, i < columns ? i : 0, j < rows ? j : rows - 1);
 }
 
@@ -99,7 +97,7 @@ static double texel_points(const finer *f, int n, ibl_texel t, double yaw,
             const double v = 2 * (t.y + (b + 0.5) / sub) / n - 1;
             const double density = pow(1 + u * u + v * v, -1.5);
             cube_point(t.face, u, v, d);
-            const double phi = remainder(atan2(d[2], d[0]) + yaw, 2 * pi);
+            const double phi = remainder(atan2(d[2], d[0]) + yaw, 2 * M_PI);
             sum += density * map_value(f, atan2(hypot(d[0], d[2]), d[1]), phi);
             weights += density;
         }
@@ -120,7 +118,7 @@ static void compare_texels(int w, int h, int base, int n, double yaw_deg,
         CHECK(!ibl_reference_texels(it->ref, base, n, t, 3, rgb));
         for (int k = 0; k < 3; k++) {
             const double want =
-                texel_points(&f, n, t[k], yaw_deg / 180 * pi, sub);
+                texel_points(&f, n, t[k], yaw_deg / 180 * M_PI, sub);
             CHECK_MSG(fabs(rgb[3 * k] - want) <= tol,
                       "%dx%d to %d of %d, face %d (%d, %d): %.9g, not %.9g", w,
                       h, n, base, face, t[k].x, t[k].y, rgb[3 * k], want);
@@ -172,7 +170,7 @@ TEST(texels_energy)
                          atan2(a * b, sqrt(1 + a * a + b * b));
             }
             for (int c = 0; c < 3; c++)
-                sum[c] += rgb[c] * angle / (4 * pi);
+                sum[c] += rgb[c] * angle / (4 * M_PI);
         }
         CHECK(!ibl_reference_mean(it->ref, mean));
         for (int c = 0; c < 3; c++)

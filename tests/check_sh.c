@@ -7,8 +7,6 @@
 #include "test.h"
 #include "truth.h"
 
-static const double pi = 3.14159265358979323846;
-
 static size_t count(int degree)
 {
     return 3 * (size_t)(degree + 1) * (size_t)(degree + 1);
@@ -67,7 +65,7 @@ TEST(nine)
 {
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     ibl_image env = map_constant(ctx, 1024, 512, 0);
-    const double one = 2.0 * sqrt(pi), linear = sqrt(4.0 * pi / 3.0);
+    const double one = 2.0 * sqrt(M_PI), linear = sqrt(4.0 * M_PI / 3.0);
 
     for (int j = 0; j < 512; j++) {
         for (int i = 0; i < 1024; i++) {
@@ -95,9 +93,9 @@ TEST(nine)
         }
     }
     c = bake(ctx, &env, 2, 0.0);
-    CHECK_NEAR(c[3 * 4], sqrt(4.0 * pi / 15.0), 2e-5);
-    CHECK_NEAR(c[3 * 8 + 1], sqrt(16.0 * pi / 15.0), 2e-5);
-    CHECK_NEAR(c[3 * 6 + 2], sqrt(16.0 * pi / 5.0), 5e-5);
+    CHECK_NEAR(c[3 * 4], sqrt(4.0 * M_PI / 15.0), 2e-5);
+    CHECK_NEAR(c[3 * 8 + 1], sqrt(16.0 * M_PI / 15.0), 2e-5);
+    CHECK_NEAR(c[3 * 6 + 2], sqrt(16.0 * M_PI / 5.0), 5e-5);
     CHECK_NEAR(c[3 * 5], 0.0, 1e-6);
     CHECK_NEAR(c[3 * 4 + 1], 0.0, 1e-6);
 }

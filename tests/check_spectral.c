@@ -17,7 +17,6 @@
 #include "reference.h"
 #include "truth.h"
 
-static const double pi = 3.14159265358979323846;
 static const double nrmse_bound = 1e-4, worst_bound = 1e-3, dark_bound = 2e-6;
 /* Directions are floats: N.L is off by 4 roundings, a lobe next to its horizon
  * by that part of its peak. */
@@ -82,7 +81,7 @@ static void direction_of(const level *l, int i, double dir[3])
 /* Where the map has what is seen in dir of a world turned by yaw degrees. */
 static void to_map(double dir[3], double yaw)
 {
-    const double c = cos(yaw * pi / 180), s = sin(yaw * pi / 180);
+    const double c = cos(yaw * M_PI / 180), s = sin(yaw * M_PI / 180);
     const double x = dir[0], z = dir[2];
     dir[0] = c * x - s * z;
     dir[2] = s * x + c * z;
@@ -148,7 +147,7 @@ static void check_suns_in(const suns *s, const level *l, int stride,
                           double floor_share, const char *where)
 {
     const double peak = peak_of(s, l);
-    const double floor_at = floor_share * s->total / (4 * pi);
+    const double floor_at = floor_share * s->total / (4 * M_PI);
     const bool whole = floor_share > IBL_RELATIVE_FLOOR;
     const double limit = fmax(dark_bound * (1 + worst_bound),
                               whole ? worst_bound * floor_at / peak : 0);
@@ -283,7 +282,7 @@ TEST_SLOW(wide_suns)
 
     for (int k = 0; k < 4; k += TEST_SANITIZED ? 4 : 1) {
         ibl_image map = map_constant(ctx, 2 * WIDE, 2 * HIGH, 0);
-        const double theta = at[k][0] * pi / 180, phi = at[k][1] * pi / 180;
+        const double theta = at[k][0] * M_PI / 180, phi = at[k][1] * M_PI / 180;
         const double d[3] = {sin(theta) * cos(phi), cos(theta),
                              sin(theta) * sin(phi)};
         char where[48];
@@ -291,7 +290,7 @@ TEST_SLOW(wide_suns)
             const int x = i % map.width, y = i / map.width;
             double l[3];
             truth_latlong_direction(map.width, map.height, x, y, l);
-            if (l[0] * d[0] + l[1] * d[1] + l[2] * d[2] > cos(2.5 * pi / 180))
+            if (l[0] * d[0] + l[1] * d[1] + l[2] * d[2] > cos(2.5 * M_PI / 180))
                 light(&map, x, y);
         }
         snprintf(where, sizeof where, "disk at %g, %g", at[k][0], at[k][1]);
@@ -402,7 +401,7 @@ TEST_SLOW(edges)
 static void check_report(const ibl_bake_result *r, const ibl_image *map,
                          ibl_method method, const char *what)
 {
-    const double pixel = fmax(pi / map->height, 2 * pi / map->width);
+    const double pixel = fmax(M_PI / map->height, 2 * M_PI / map->width);
 
     for (int k = 0; k < r->report.layout.levels; k++) {
         const ibl_specular_level *l = &r->report.level[k];
@@ -429,7 +428,7 @@ static void check_finite(const ibl_cube *cube, const char *what)
 
 static void check_size(ibl_ctx *ctx, const ibl_image *map, ibl_method method)
 {
-    const double pixel = fmax(pi / map->height, 2 * pi / map->width);
+    const double pixel = fmax(M_PI / map->height, 2 * M_PI / map->width);
     ibl_bake_result r = bake(ctx, map, method, IBL_LOBE_GGX, 0);
     char what[64];
 
@@ -484,7 +483,7 @@ static size_t choose(int n, const double sun[3], double *dirs, int *texels)
         const double c = d[0] * sun[0] + d[1] * sun[1] + d[2] * sun[2];
         const bool on_grid = x * cells / n != (x - 1 + n) % n * cells / n &&
                              y * cells / n != (y - 1 + n) % n * cells / n;
-        if (!on_grid && acos(fmin(c, 1)) > 2.5 * pi / 2 / n)
+        if (!on_grid && acos(fmin(c, 1)) > 2.5 * M_PI / 2 / n)
             continue;
         memcpy(dirs + 3 * count, d, sizeof d);
         texels[count++] = i;

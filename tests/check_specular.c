@@ -13,7 +13,8 @@
 #include "maps.h"
 #include "truth.h"
 
-static const double pi = 3.14159265358979323846, u = 0x1p-24;
+static const double u = 0x1p-24;
+
 /* Float sums of groups of 256 samples, 8 products each, all >= 0. */
 static const double gathered = 8 * 256 * 0x1p-24;
 
@@ -115,12 +116,12 @@ static double random_error(double cosine, double alpha, int count, int edge,
 {
     const double q = (1 - cosine) / 2, a2 = alpha * alpha;
     const double t = q + a2 * (1 - q), part = 1 / (1 + a2);
-    const double pdf = a2 / (t * t) / pi / (4 * part);
-    const double h2 = 4 * pi / (6.0 * edge * edge);
+    const double pdf = a2 / (t * t) / M_PI / (4 * part);
+    const double h2 = 4 * M_PI / (6.0 * edge * edge);
     const double texels = 4 / (count * pdf * h2); /* 4^lod, lod_bias 1 */
     const double variance =
         (texels > 1 ? h2 * (texels * 5 / 12 - 1.0 / 6) : h2 / 4) + pixel / 12;
-    return 1 / sqrt(4 * pi * variance * count * pdf);
+    return 1 / sqrt(4 * M_PI * variance * count * pdf);
 }
 
 /*
@@ -141,7 +142,7 @@ TEST_SLOW(samples_converge)
         N = 8
     };
     ibl_ctx *ctx = test_ctx(2, IBL_ISA_AUTO);
-    const double pixel = 4 * pi / (W * H), alpha = 0.25;
+    const double pixel = 4 * M_PI / (W * H), alpha = 0.25;
     ibl_image map = sun_map(ctx, W, H, W * 5 / 8, H * 2 / 5);
     double sun[3], last = 1;
     truth_latlong_direction(W, H, W * 5 / 8, H * 2 / 5, sun);
@@ -162,7 +163,7 @@ TEST_SLOW(samples_converge)
                 bound += pow(
                     want[0] * random_error(c, alpha, counts[k], 64, pixel), 2);
         }
-        const double h2 = 4 * pi / (6 * 64 * 64);
+        const double h2 = 4 * M_PI / (6 * 64 * 64);
         const double blur =
             0.5 * (h2 / 4 + pixel / 6) * 8 / (4 * alpha * alpha);
         const double e = sqrt(error / norm), most = sqrt(bound / norm) + blur;
@@ -176,7 +177,7 @@ TEST_SLOW(samples_converge)
         last = e;
     }
     CHECK_MSG(TEST_RACES ||
-                  last <= 0.5 * (4 * pi / (6 * 64 * 64) / 4 + pixel / 6) * 32,
+                  last <= 0.5 * (4 * M_PI / (6 * 64 * 64) / 4 + pixel / 6) * 32,
               "32768 samples leave %.5f", last);
 }
 
@@ -523,7 +524,7 @@ static double blur_of(const ibl_samples *s, const ibl_gather_group *group,
  * the lobe's, but for what is left of the second order. */
 TEST(sets_take_blur_back)
 {
-    const double texel = 4 * pi / (6 * 16 * 16);
+    const double texel = 4 * M_PI / (6 * 16 * 16);
     ibl_ctx *ctx = test_ctx(1, IBL_ISA_AUTO);
     const ibl_lobe_shape shape = ibl_lobe_shape_of(IBL_LOBE_GGX, 0.5);
     double k[2];

@@ -17,7 +17,6 @@ enum {
     PARTS = 6
 };
 
-static const double pi = 3.14159265358979323846;
 static const long double long_pi = 3.141592653589793238462643383279502884L;
 
 static void *memory(size_t n, size_t size)
@@ -92,7 +91,7 @@ static void ring_legendre(int rings, int j, int m, int degree, long double *p)
 /* The bound of P_lm in transform.h. */
 static double legendre_bound(int rings, int j, int l)
 {
-    const double s = sin(pi * (j + 0.5) / rings), n = l + 1.0;
+    const double s = sin(M_PI * (j + 0.5) / rings), n = l + 1.0;
 
     return DBL_EPSILON * (n * sqrt(n) * fmin(n, 2.0 / s) + 1.0);
 }

@@ -9,7 +9,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-static const double pi = 3.14159265358979323846;
 static const long double pil = 3.14159265358979323846264338327950288L;
 
 static ibl_image map_new(int w, int h)
@@ -54,7 +53,7 @@ static ibl_image map_noise(int w, int h, uint64_t seed)
 static void random_direction(test_random *r, double d[3])
 {
     const double y = 2.0 * test_random_unit(r) - 1.0;
-    const double phi = 2.0 * pi * test_random_unit(r);
+    const double phi = 2.0 * M_PI * test_random_unit(r);
     d[0] = sqrt(1.0 - y * y) * cos(phi);
     d[1] = y;
     d[2] = sqrt(1.0 - y * y) * sin(phi);
@@ -71,11 +70,11 @@ TEST(solid_angles)
         double sum = 0.0;
         for (int j = 0; j < h; j++) {
             const double exact =
-                2.0 * pi / w * (cos(pi * j / h) - cos(pi * (j + 1) / h));
+                2.0 * M_PI / w * (cos(M_PI * j / h) - cos(M_PI * (j + 1) / h));
             CHECK_NEAR(truth_latlong_solid_angle(w, h, j), exact, 1e-14);
             sum += w * truth_latlong_solid_angle(w, h, j);
         }
-        CHECK_NEAR(sum, 4.0 * pi, 1e-13);
+        CHECK_NEAR(sum, 4.0 * M_PI, 1e-13);
     }
 }
 
@@ -188,7 +187,7 @@ static void plain_specular(const ibl_image *env, const double n[3], double r,
  * and 1e-5 for where the horizon cuts them. */
 static double midpoint_error(int h, double r)
 {
-    return pow(pi / (h * FINE) / (r * r), 2.0) / 24.0 + 1e-5;
+    return pow(M_PI / (h * FINE) / (r * r), 2.0) / 24.0 + 1e-5;
 }
 
 TEST_SLOW(specular_in_long_double)
@@ -238,8 +237,8 @@ TEST(irradiance_of_a_pixel)
 {
     const int w = 12, h = 8, x = 7, y = 2;
     const ibl_image env = map_new(w, h);
-    const double a = pi * y / h, b = pi * (y + 1) / h;
-    const double c = 2 * pi * x / w - pi, d = 2 * pi * (x + 1) / w - pi;
+    const double a = M_PI * y / h, b = M_PI * (y + 1) / h;
+    const double c = 2 * M_PI * x / w - M_PI, d = 2 * M_PI * (x + 1) / w - M_PI;
     const double squares = (b - a - (sin(2 * b) - sin(2 * a)) / 2) / 2;
     const double flux[3] = {squares * (sin(d) - sin(c)),
                             (sin(b) * sin(b) - sin(a) * sin(a)) / 2 * (d - c),
@@ -252,7 +251,7 @@ TEST(irradiance_of_a_pixel)
         random_direction(&r, normal);
         for (int k = 0; k < 3; k++) {
             dot += centre[k] * normal[k];
-            want += 3.0 * flux[k] * normal[k] / pi;
+            want += 3.0 * flux[k] * normal[k] / M_PI;
         }
         if (fabs(dot) < 0.45) /* the horizon cuts it */
             continue;
@@ -292,7 +291,7 @@ TEST(irradiance_of_cosines)
         const double c = d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2];
         const double g = acos(c);
         truth_irradiance(&lobe, d, e);
-        CHECK_NEAR(e[1], 2.0 / (3.0 * pi) * (sin(g) + (pi - g) * c), 2e-5);
+        CHECK_NEAR(e[1], 2.0 / (3.0 * M_PI) * (sin(g) + (M_PI - g) * c), 2e-5);
         truth_irradiance(&ramp, d, e);
         CHECK_NEAR(e[2], 1.0 + 2.0 / 3.0 * c, 2e-5);
     }
@@ -326,7 +325,7 @@ TEST(one_pixel_sun)
     test_random rnd = {8};
     texel(&env, x, y)[0] = (float)sun;
     const double power = sun * truth_latlong_solid_angle(w, h, y);
-    const double cut = 1e-6 * power / pi; /* where the horizon cuts it */
+    const double cut = 1e-6 * power / M_PI; /* where the horizon cuts it */
     for (int n = 0; n < 12; n++) {
         const double r = 0.25 + 0.25 * (n % 4), a2 = pow(r, 4.0);
         double d[3], rgb[3], expected = 0.0;
@@ -338,7 +337,7 @@ TEST(one_pixel_sun)
             const double nl = d[0] * s[0] + d[1] * s[1] + d[2] * s[2];
             const double t = (1.0 + nl) / 2.0 * (a2 - 1.0) + 1.0;
             if (nl > 0.0)
-                expected += a2 / (pi * t * t) * nl * sun / lobe_integral(r) *
+                expected += a2 / (M_PI * t * t) * nl * sun / lobe_integral(r) *
                             truth_latlong_solid_angle(N * w, N * h, row);
         }
         truth_specular(&env, d, r, rgb);
@@ -349,7 +348,7 @@ TEST(one_pixel_sun)
                    expected, 2e-5 * expected + cut);
     }
     truth_mean(&env, mean);
-    CHECK_NEAR(mean[0], power / (4.0 * pi), 1e-12 * power);
+    CHECK_NEAR(mean[0], power / (4.0 * M_PI), 1e-12 * power);
 }
 
 /* On the one texel of face +X, d.x averages to 2 acos(1/3) / sqrt(2) (the
@@ -390,7 +389,7 @@ TEST(lobe_integrals)
                 sum += truth_lobe_weight((ibl_lobe)lobe, alphas[k],
                                          0.5 * (i + 0.5) / n);
             CHECK_NEAR(truth_lobe_integral((ibl_lobe)lobe, alphas[k]) /
-                           (4 * pi * sum * 0.5 / n),
+                           (4 * M_PI * sum * 0.5 / n),
                        1, 1e-6);
         }
 }
@@ -399,7 +398,7 @@ TEST(texel_average)
 {
     static const double axis[3] = {1, 0, 0};
     const ibl_image env = map_cosine(1024, 512, 1.0, 1.0, axis, -1.0);
-    const double mean = sqrt(2.0) * acos(1.0 / 3.0) / (4.0 * pi / 6.0);
+    const double mean = sqrt(2.0) * acos(1.0 / 3.0) / (4.0 * M_PI / 6.0);
     double rgb[3], d[3];
     int i, j;
     truth_texel(&env, 1, 0, 0, 0, 1200, rgb);

@@ -50,11 +50,6 @@ static bool is_free(const double p[3])
     return sqrt(away) > radius + 0.1;
 }
 
-static double random_between(test_random *r, double low, double high)
-{
-    return low + (high - low) * test_random_unit(r);
-}
-
 /* Of all there are 1 at least everywhere in the room, walls and all. */
 static double least_sum(const ibl_probe *probes, int count, test_random *r)
 {
@@ -65,7 +60,7 @@ static double least_sum(const ibl_probe *probes, int count, test_random *r)
         for (int k = 0; k < 3; k++)
             p[k] = view_room_centre[k] +
                    view_room_half[k] *
-                       fmin(fmax(random_between(r, -1.1, 1.1), -1), 1);
+                       fmin(fmax(test_random_between(r, -1.1, 1.1), -1), 1);
         for (int n = 0; n < count; n++)
             sum += ibl_probe_influence(&probes[n], p);
         least = fmin(least, sum);
@@ -129,9 +124,9 @@ typedef struct look {
 static void fill_colours(look *l, test_random *r, double least_alpha)
 {
     for (int i = 0; i <= MOST; i++) {
-        const double a = random_between(r, least_alpha, 1);
+        const double a = test_random_between(r, least_alpha, 1);
         for (int k = 0; k < 3; k++)
-            l->colour[i][k] = (float)(a * random_between(r, 0, 2));
+            l->colour[i][k] = (float)(a * test_random_between(r, 0, 2));
         l->colour[i][3] = (float)a;
     }
 }

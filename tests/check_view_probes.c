@@ -191,24 +191,20 @@ static void begin(void)
 
 /* ---- what is drawn: numbers of float, as the shader gets them ------------ */
 
-static double between(test_random *r, double a, double b)
-{
-    return (float)(a + (b - a) * test_random_unit(r));
-}
-
 static void random_probes(test_random *r, int count, bool crowded)
 {
     for (int i = 0; i < count; i++) {
         ibl_probe *p = &on.probes[i];
 
-        *p = (ibl_probe){.blend =
-                             crowded ? between(r, 3, 6) : between(r, 0.1, 1.5)};
+        *p = (ibl_probe){.blend = crowded ? test_random_between(r, 3, 6)
+                                          : test_random_between(r, 0.1, 1.5)};
         p->influence.shape = (ibl_shape)test_random_below(r, 2);
         p->priority = test_random_below(r, 5) == 0;
         for (int k = 0; k < 3; k++) {
-            p->position[k] = between(r, -2, 2);
-            p->influence.centre[k] = between(r, -2, 2) * (crowded ? 0.25 : 1);
-            p->influence.half[k] = between(r, 0.3, 2.5);
+            p->position[k] = test_random_between(r, -2, 2);
+            p->influence.centre[k] =
+                test_random_between(r, -2, 2) * (crowded ? 0.25 : 1);
+            p->influence.half[k] = test_random_between(r, 0.3, 2.5);
         }
         if (i > 0 && test_random_below(r, 6) == 0)
             p->influence = on.probes[i - 1].influence;
@@ -222,7 +218,7 @@ static void random_texels(test_random *r, texel *texels, double reach)
 {
     for (int i = 0; i < PIXELS; i++) {
         for (int k = 0; k < 3; k++)
-            texels[i][k] = (float)between(r, -reach, reach);
+            texels[i][k] = (float)test_random_between(r, -reach, reach);
     }
 }
 
@@ -437,13 +433,13 @@ static void random_rays(test_random *r)
         const int axis = test_random_below(r, 3);
         for (int k = 0; k < 3; k++) {
             const double half = v->half[round ? 0 : k];
-            double part = between(r, -1, 1) * (round ? 0.55 : 0.99);
+            double part = test_random_between(r, -1, 1) * (round ? 0.55 : 0.99);
             if (test_random_below(r, 3) == 0)
                 part = round ? 0 : parts[test_random_below(r, 6)];
             if (round && k == axis && test_random_below(r, 3) == 0)
                 part = parts[test_random_below(r, 6)];
             on.points[i][k] = (float)(v->centre[k] + part * half);
-            on.directions[i][k] = (float)between(r, -1, 1) * length;
+            on.directions[i][k] = (float)test_random_between(r, -1, 1) * length;
             if (test_random_below(r, 4) == 0)
                 on.directions[i][k] = 0;
         }
@@ -495,8 +491,8 @@ TEST(parallax)
         }
         for (int k = 0; k < 3; k++)
             probe->position[k] =
-                (float)(v->centre[k] +
-                        v->half[n % 2 ? 0 : k] * between(&r, -0.4, 0.4));
+                (float)(v->centre[k] + v->half[n % 2 ? 0 : k] *
+                                           test_random_between(&r, -0.4, 0.4));
         random_rays(&r);
         upload_probes(1);
         draw(3, 0);
@@ -526,14 +522,16 @@ TEST(parallax)
 
 static void random_camera(test_random *r, float clip[16])
 {
-    const double yaw = between(r, -3.2, 3.2), pitch = between(r, -1.5, 1.5);
+    const double yaw = test_random_between(r, -3.2, 3.2),
+                 pitch = test_random_between(r, -1.5, 1.5);
     const double rows[3][3] = {
         {cos(yaw), 0, sin(yaw)},
         {sin(pitch) * sin(yaw), cos(pitch), -sin(pitch) * cos(yaw)},
         {sin(yaw) * cos(pitch), -sin(pitch), -cos(yaw) * cos(pitch)}};
-    const double eye[3] = {between(r, -3, 3), between(r, -3, 3),
-                           between(r, -3, 3)};
-    const double focal = between(r, 0.4, 3);
+    const double eye[3] = {test_random_between(r, -3, 3),
+                           test_random_between(r, -3, 3),
+                           test_random_between(r, -3, 3)};
+    const double focal = test_random_between(r, 0.4, 3);
     const int row_of[4] = {0, 1, 2, 2};
 
     memset(clip, 0, 16 * sizeof *clip);
@@ -571,7 +569,8 @@ TEST(tiles_agree)
         random_probes(&r, count, false);
         for (int i = 0; i < count; i++) {
             for (int k = 0; k < 3; k++) {
-                on.probes[i].influence.centre[k] = between(&r, -6, 6);
+                on.probes[i].influence.centre[k] =
+                    test_random_between(&r, -6, 6);
                 on.probes[i].influence.half[k] *= 0.5;
             }
         }

@@ -11,11 +11,6 @@
 #include "ibl/ibl.h"
 #include "view/capture.h"
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* ---- what is before what ------------------------------------------------ */
 
 /* Of a pixel, the other way round than view_camera_matrix. */
@@ -43,7 +38,7 @@ static bool is_seen(const view_camera *c, const view_room_draw *d, int x, int y,
                         x + near_by * ((i + 1) % 3 - 1),
                         y + near_by * ((i + 4) / 3 % 3 - 1), direction);
         const room_hit h = room_cast(d, c->eye, direction);
-        const double away = h.distance * dot(direction, c->forward);
+        const double away = h.distance * test_dot(direction, c->forward);
         const bool round = h.what >= view_room_boxes();
         if (lit_has_colour(pixel, &h, 1e-4) &&
             (h.what < 0 ? depth > 39
@@ -183,7 +178,7 @@ static double reflection_error(const room_hit *h, const double from[3],
                                const double eye_ray[3], const float *pixel)
 {
     double d[3], at[3], apart = 0, away = 0, seen[3], flat = 0;
-    const double cosine = dot(eye_ray, h->normal);
+    const double cosine = test_dot(eye_ray, h->normal);
 
     for (int k = 0; k < 3; k++)
         d[k] = eye_ray[k] - 2 * cosine * h->normal[k];
@@ -213,7 +208,7 @@ static void count_errors(const view_camera *c, const view_room_draw *d,
         const room_hit at = room_cast(d, c->eye, ray);
         const bool wanted =
             what ? at.what == view_room_boxes() : room_is_floor(&at);
-        if (!wanted || dot(ray, at.normal) > -0.1)
+        if (!wanted || test_dot(ray, at.normal) > -0.1)
             continue;
         *all += 1;
         *wrong += !(reflection_error(&at, from, ray, picture + 4 * i) <= 1);

@@ -8,11 +8,6 @@
 
 static const double degree = 3.14159265358979323846 / 180;
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* ---- materials --------------------------------------------------------- */
 
 /* Another publication: Hoffman 2010, "Background: Physically-Based Shading",
@@ -164,7 +159,7 @@ TEST(rays_and_matrix)
         const double far = 0.5 + 30 * test_random_unit(&r);
         double ray[3], p[3], ndc[3];
         view_camera_ray(&c, w, h, x, y, ray);
-        CHECK_NEAR(dot(ray, ray), 1, 1e-12);
+        CHECK_NEAR(test_dot(ray, ray), 1, 1e-12);
         for (int k = 0; k < 3; k++)
             p[k] = c.eye[k] + far * ray[k];
         project(&c, p, ndc);
@@ -220,13 +215,13 @@ static double first_touch(const view_sphere *p, const double eye[3],
 
     for (int k = 0; k < 3; k++)
         to[k] = p->centre[k] - eye[k];
-    high = dot(to, ray);
+    high = test_dot(to, ray);
     for (int i = 0; i < 200; i++) {
         const double t = (low + high) / 2;
         double d[3];
         for (int k = 0; k < 3; k++)
             d[k] = t * ray[k] - to[k];
-        *(dot(d, d) > p->radius * p->radius ? &low : &high) = t;
+        *(test_dot(d, d) > p->radius * p->radius ? &low : &high) = t;
     }
     return high;
 }
@@ -251,7 +246,7 @@ TEST(hits)
             double to[3], off2;
             for (int k = 0; k < 3; k++)
                 to[k] = p[j].centre[k] - c.eye[k];
-            off2 = dot(to, to) - dot(to, ray) * dot(to, ray);
+            off2 = test_dot(to, to) - test_dot(to, ray) * test_dot(to, ray);
             if (off2 > p[j].radius * p[j].radius)
                 continue;
             const double t = first_touch(&p[j], c.eye, ray);
@@ -297,7 +292,7 @@ TEST(turns)
     CHECK_NEAR(e[2], 1, 1e-15);
     for (double a = -400; a < 400; a += 37) {
         view_turn(a, d, e);
-        CHECK_NEAR(dot(e, e), 1, 1e-12);
+        CHECK_NEAR(test_dot(e, e), 1, 1e-12);
         CHECK_NEAR(e[1], d[1], 0);
         CHECK_NEAR(e[0] * d[0] + e[2] * d[2],
                    (d[0] * d[0] + d[2] * d[2]) * cos(a * degree), 1e-12);

@@ -11,8 +11,6 @@
 #include "truth.h"
 
 static shade_set *const set = &shade_sets[0];
-static const double pi = 3.14159265358979323846;
-
 static double shown(double linear)
 {
     const double c = fmin(fmax(linear, 0), 1);
@@ -312,7 +310,7 @@ TEST(lights_add_up_to_a_furnace)
         for (int j = 0; j < 4; j++) {
             /* Equal solid angles of the hemisphere towards the camera. */
             const double z = ((i + j) / around + 0.5) / rings;
-            const double phi = ((i + j) % around + 0.5) * 2 * pi / around;
+            const double phi = ((i + j) % around + 0.5) * 2 * M_PI / around;
             s.light[j] =
                 (view_light){{far * sqrt(1 - z * z) * cos(phi),
                               far * sqrt(1 - z * z) * sin(phi), far * z},
@@ -320,7 +318,7 @@ TEST(lights_add_up_to_a_furnace)
         }
         float *picture = shade_draw(&set->set, &s);
         for (int j = 0; j < 2; j++)
-            sum[j] += picture[3 * shade_centre(&s, &ball[j]) + 1] * 2 * pi /
+            sum[j] += picture[3 * shade_centre(&s, &ball[j]) + 1] * 2 * M_PI /
                       (rings * around);
         for (int j = 0; j < 31 * 31; j++)
             CHECK(picture[3 * j] == 0 && picture[3 * j + 2] == 0);
@@ -357,7 +355,7 @@ static double light_at(const view_sphere *ball, const shade_pixel *p,
     if (nl <= 0)
         return 0;
     const double tan2h = 1 / (nh * nh) - 1;
-    const double d = 1 / (pi * a2 * pow(nh, 4) * pow(1 + tan2h / a2, 2));
+    const double d = 1 / (M_PI * a2 * pow(nh, 4) * pow(1 + tan2h / a2, 2));
     const double lambda_l = (sqrt(1 + a2 * (1 / (nl * nl) - 1)) - 1) / 2;
     const double lambda_v =
         (sqrt(1 + a2 * (1 / (p->n_v * p->n_v) - 1)) - 1) / 2;

@@ -18,14 +18,9 @@
 
 #define PI 3.14159265358979323846
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 static void normalise(double a[3])
 {
-    const double length = sqrt(dot(a, a));
+    const double length = sqrt(test_dot(a, a));
 
     for (int k = 0; k < 3; k++)
         a[k] /= length;
@@ -37,7 +32,7 @@ static void cut_sun(const view_room_sun *sun, const double direction[3],
 {
     const double y = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
     const bool cut = view_room_sun_shines(sun) && y > sun->limit &&
-                     dot(direction, sun->direction) >= sun->cosine;
+                     test_dot(direction, sun->direction) >= sun->cosine;
 
     for (int k = 0; k < 3 && cut; k++)
         rgb[k] *= sun->limit / y;
@@ -62,7 +57,7 @@ static ibl_texture cube_of(ibl_ctx *ctx, int size, int most, radiance *light,
         const int face = i / (size * size), y = i / size % size, x = i % size;
         double sum[3] = {0}, whole = 0, d[3], rgb[3];
         ibl_cube_direction(size, face, x, y, d);
-        const int fine = dot(d, near_by) > 0.98 ? most : 1;
+        const int fine = test_dot(d, near_by) > 0.98 ? most : 1;
         for (int j = 0; j < fine * fine; j++) {
             const int u = x * fine + j % fine, v = y * fine + j / fine;
             const double a = ibl_cube_solid_angle(size * fine, u, v);
@@ -90,7 +85,7 @@ typedef struct disc {
 static void disc_light(const void *cookie, const double d[3], double rgb[3])
 {
     const disc *s = cookie;
-    const bool in = dot(d, s->direction) > cos(s->radius_deg * PI / 180);
+    const bool in = test_dot(d, s->direction) > cos(s->radius_deg * PI / 180);
 
     for (int k = 0; k < 3; k++)
         rgb[k] = (in ? s->radiance[k] : 0) + 0.5 + 0.3 * d[1] + 0.05 * k;
@@ -130,7 +125,7 @@ static double mean_beside(const ibl_texture *tex, const double direction[3])
         const double a = ibl_cube_solid_angle(n, i % n, i / n % n);
         double d[3];
         ibl_cube_direction(n, i / (n * n), i % n, i / n % n, d);
-        if (dot(d, direction) > cos(10 * PI / 180))
+        if (test_dot(d, direction) > cos(10 * PI / 180))
             continue;
         sum += a * (0.2126 * (double)texel[0] + 0.7152 * (double)texel[1] +
                     0.0722 * (double)texel[2]);
@@ -149,7 +144,7 @@ static void check_disc(ibl_ctx *ctx, int size, disc s)
     NEED(view_room_sun_find(&tex, &sun));
     NEED(view_room_sun_shines(&sun));
     const double apart =
-        acos(fmin(dot(sun.direction, s.direction), 1)) * 180 / PI;
+        acos(fmin(test_dot(sun.direction, s.direction), 1)) * 180 / PI;
     CHECK_MSG(apart < 45.0 / size, "%g degrees, %d texels", apart, size);
     const double angle = 2 * PI * (1 - cos(s.radius_deg * PI / 180));
     for (int k = 0; k < 3; k++)
@@ -228,7 +223,7 @@ TEST(finds_no_other)
 static void even_disc(const void *cookie, const double d[3], double rgb[3])
 {
     const disc *s = cookie;
-    const bool in = dot(d, s->direction) > cos(s->radius_deg * PI / 180);
+    const bool in = test_dot(d, s->direction) > cos(s->radius_deg * PI / 180);
 
     for (int k = 0; k < 3; k++)
         rgb[k] = in ? s->radiance[k] : 1;
@@ -289,7 +284,7 @@ TEST(finds_sun_of_sky)
         CHECK(view_room_sun_shines(&sun));
         if (size == 64)
             first = sun;
-        CHECK(dot(sun.direction, first.direction) > cos(0.7 * PI / 180));
+        CHECK(test_dot(sun.direction, first.direction) > cos(0.7 * PI / 180));
         for (int k = 0; k < 3; k++)
             CHECK_NEAR(sun.irradiance[k] / first.irradiance[k], 1, 0.05);
         view_set_free(&set);
@@ -359,8 +354,8 @@ static int count_seen(const view_room_draw *d, const room_hit *h,
     for (int i = 0; i < 9; i++) {
         const double a = away * (i % 3 - 1), b = away * (i / 3 - 1);
         const double rise =
-            -(a * dot(h->normal, right) + b * dot(h->normal, up)) /
-            dot(h->normal, l);
+            -(a * test_dot(h->normal, right) + b * test_dot(h->normal, up)) /
+            test_dot(h->normal, l);
         double p[3];
         for (int k = 0; k < 3; k++)
             p[k] = h->point[k] + a * right[k] + b * up[k] + rise * l[k] +
@@ -376,13 +371,15 @@ static void sun_term(const view_room_sun *sun, const room_hit *h,
 {
     const view_room_material *m = h->material;
     const double r = (double)m->roughness, alpha = r * r, a2 = alpha * alpha;
-    const double n_l = dot(h->normal, l), n_v = -dot(h->normal, eye_ray);
+    const double n_l = test_dot(h->normal, l),
+                 n_v = -test_dot(h->normal, eye_ray);
     double half[3];
 
     for (int k = 0; k < 3; k++)
         half[k] = l[k] - eye_ray[k];
     normalise(half);
-    const double n_h = dot(h->normal, half), v_h = -dot(half, eye_ray);
+    const double n_h = test_dot(h->normal, half),
+                 v_h = -test_dot(half, eye_ray);
     const double k2 = 1 - (1 - a2) * n_h * n_h;
     const double v = 0.5 / (n_v * sqrt(n_l * n_l * (1 - a2) + a2) +
                             n_l * sqrt(n_v * n_v * (1 - a2) + a2));
@@ -433,7 +430,7 @@ static room_hit hit_of(const view_camera *c, const view_room_draw *d, int i,
                         i / WIDTH + 0.6 * ((j + 4) / 3 % 3 - 1), ray);
         h = room_cast(d, c->eye, ray);
         if (j < 8 &&
-            (h.what != other.what || dot(h.normal, other.normal) < 0.8)) {
+            (h.what != other.what || test_dot(h.normal, other.normal) < 0.8)) {
             h.what = -2;
             return h;
         }
@@ -456,10 +453,11 @@ static void count_pixels(const view_camera *c, const view_room_draw *d,
     view_unturn(e->turn, e->sun.direction, l);
     for (int i = 0; i < WIDTH * HEIGHT; i++) {
         const room_hit h = hit_of(c, d, i, ray);
-        const double n_l = h.what >= 0 ? dot(h.normal, l) : 0;
+        const double n_l = h.what >= 0 ? test_dot(h.normal, l) : 0;
         const bool round = h.what >= view_room_boxes();
-        if (h.what < 0 || (round && (!spheres || dot(h.normal, ray) > -0.4 ||
-                                     fabs(n_l) < 0.1)))
+        if (h.what < 0 ||
+            (round &&
+             (!spheres || test_dot(h.normal, ray) > -0.4 || fabs(n_l) < 0.1)))
             continue;
         const int seen = n_l <= 0      ? 0
                          : !d->shadows ? 9
@@ -603,7 +601,7 @@ TEST(sky_is_cut)
         double ray[3], rgb[3] = {10, 20, 30}, env[3];
         view_camera_ray(&c, WIDTH, HEIGHT, i % WIDTH, i / WIDTH, ray);
         view_turn(20, ray, env);
-        if (fabs(dot(env, sun.direction) - sun.cosine) < 1e-5)
+        if (fabs(test_dot(env, sun.direction) - sun.cosine) < 1e-5)
             continue;
         cut_sun(&sun, env, rgb);
         cut += rgb[0] < 9;

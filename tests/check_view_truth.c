@@ -16,8 +16,6 @@
 #include "view/renderer.h"
 #include "view/truth.h"
 
-static const double pi = 3.14159265358979323846;
-
 /* ---- a scene in memory -------------------------------------------------- */
 
 static struct {
@@ -143,11 +141,6 @@ typedef struct point {
     view_sphere ball;
 } point;
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 static point point_at(int x, int y)
 {
     view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
@@ -162,7 +155,7 @@ static point point_at(int x, int y)
         p.v[k] = -ray[k];
     if (p.sphere >= 0)
         p.ball = spheres[p.sphere];
-    p.n_v = dot(p.n, p.v);
+    p.n_v = test_dot(p.n, p.v);
     for (int i = 0; i < 4; ++i) {
         view_camera_ray(&c, on.width, on.height, x + (i & 1 ? 1 : -1),
                         y + (i & 2 ? 1 : -1), ray);
@@ -239,7 +232,7 @@ static void by_texels(const field *f, const point *p, ibl_geometry geometry,
     const double alpha = p->ball.roughness * p->ball.roughness;
 
     for (int i = 0; i < f->count; ++i) {
-        const double *l = f->d[i], n_l = dot(p->n, l);
+        const double *l = f->d[i], n_l = test_dot(p->n, l);
         double h[3], length2 = 0.0;
         if (n_l <= 0.0)
             continue;
@@ -247,16 +240,16 @@ static void by_texels(const field *f, const point *p, ibl_geometry geometry,
             h[k] = l[k] + p->v[k];
             length2 += h[k] * h[k];
         }
-        const double n_h = dot(p->n, h) / sqrt(length2);
-        const double v_h = dot(p->v, h) / sqrt(length2);
+        const double n_h = test_dot(p->n, h) / sqrt(length2);
+        const double v_h = test_dot(p->v, h) / sqrt(length2);
         const double t = n_h * n_h * (alpha * alpha - 1.0) + 1.0;
-        const double d = alpha * alpha / (pi * t * t);
+        const double d = alpha * alpha / (M_PI * t * t);
         const double g = masking(n_l, p->n_v, alpha, geometry);
         for (int k = 0; k < 3; ++k) {
             const double light = f->light[i][k] * f->solid_angle[i];
             specular[k] +=
                 fresnel(p->ball.f0[k], v_h) * d * g / (4.0 * p->n_v) * light;
-            diffuse[k] += n_l / pi * light;
+            diffuse[k] += n_l / M_PI * light;
         }
     }
 }
@@ -272,7 +265,7 @@ static void by_half_vectors(const field *f, const point *p,
 
     for (int k = 0; k < 3; ++k)
         t[k] = p->v[k] - p->n_v * p->n[k];
-    const double length = sqrt(dot(t, t));
+    const double length = sqrt(test_dot(t, t));
     for (int k = 0; k < 3; ++k)
         t[k] /= length;
     for (int k = 0; k < 3; ++k)
@@ -281,17 +274,17 @@ static void by_half_vectors(const field *f, const point *p,
     for (int i = 0; i < HALF_STEPS * HALF_STEPS; ++i) {
         const double w = 1.0 - (i / HALF_STEPS + 0.5) / HALF_STEPS;
         const double left = w * w * (w * w); /* 1 - u */
-        const double phi = 2.0 * pi * (i % HALF_STEPS + 0.5) / HALF_STEPS;
+        const double phi = 2.0 * M_PI * (i % HALF_STEPS + 0.5) / HALF_STEPS;
         const double tan_h = alpha * sqrt((1.0 - left) / left);
         const double n_h = 1.0 / sqrt(1.0 + tan_h * tan_h);
         double h[3], l[3], env[3], light[3];
         for (int k = 0; k < 3; ++k)
             h[k] =
                 n_h * (p->n[k] + tan_h * (cos(phi) * t[k] + sin(phi) * b[k]));
-        const double v_h = dot(p->v, h);
+        const double v_h = test_dot(p->v, h);
         for (int k = 0; k < 3; ++k)
             l[k] = 2.0 * v_h * h[k] - p->v[k];
-        const double n_l = dot(p->n, l);
+        const double n_l = test_dot(p->n, l);
         if (n_l <= 0.0 || v_h <= 0.0)
             continue;
         view_turn(f->turn, l, env);

@@ -9,7 +9,6 @@
 
 #include "files.h"
 #include "io/exr.h"
-#include "kern/max_finite.h"
 #include "maps.h"
 
 test_messages test_exr_kept;
@@ -114,33 +113,6 @@ bool test_exr_write(const char *path, int width, int height,
     return !exr_finish(&f) && ok;
 }
 
-ibl_status test_exr_read_rows(ibl_rows *rows, ibl_image *img)
-{
-    static test_random r = {12};
-    const size_t floats = 3 * (size_t)rows->width;
-    uint32_t *most = malloc((size_t)rows->height * sizeof *most);
-    ibl_status status =
-        ibl_image_alloc(rows->ctx, rows->width, rows->height, img);
-    const int longest = test_random_u64(&r) % 2 ? 3 : 80;
-    while (!status && rows->row < rows->height) {
-        const int left = rows->height - rows->row;
-        const int some = 1 + (int)(test_random_u64(&r) % (uint64_t)longest);
-        status = ibl_rows_read(rows, some < left ? some : left,
-                               img->data + floats * (size_t)rows->row,
-                               most + rows->row);
-    }
-    for (int y = 0; !status && y < rows->height; y++) {
-        const uint32_t want =
-            ibl_max_finite_c(img->data + floats * (size_t)y, floats);
-        CHECK(want == most[y] ||
-              (want >= IBL_INFINITE_BITS && most[y] >= IBL_INFINITE_BITS));
-    }
-    if (status)
-        ibl_image_free(img);
-    free(most);
-    return status;
-}
-
 ibl_status test_exr_decode_bytes(const void *bytes, size_t size,
                                  const ibl_read_options *opts, ibl_image *img,
                                  ibl_read_report *report)
@@ -151,7 +123,7 @@ ibl_status test_exr_decode_bytes(const void *bytes, size_t size,
     ibl_status status = ibl_exr_open(&in, opts, &rows);
     *img = (ibl_image){0};
     if (!status)
-        status = test_exr_read_rows(rows, img);
+        status = file_read_rows(rows, img);
     if (!status && report)
         *report = rows->report;
     ibl_rows_close(rows);

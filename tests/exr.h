@@ -41,9 +41,6 @@ bool test_exr_write(const char *path, int width, int height,
                     const test_exr_channel *channels, int count,
                     const exr_attr_chromaticities_t *chroma, int envmap);
 
-/* All rows, in calls of a few at a time, and what was found in each. */
-ibl_status test_exr_read_rows(ibl_rows *rows, ibl_image *img);
-
 /* A file of test_dir() by the reader alone, pixels not mended, freed after the
  * running test; report: or NULL. Of bytes the caller frees img. */
 ibl_status test_exr_decode(const char *name, const char *layer, int part,

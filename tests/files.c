@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "float_exr.h"
+#include "kern/max_finite.h"
 #include "test.h"
 
 const char *file_path(const char *name)
@@ -108,6 +109,33 @@ bool file_save_exr(const char *path, const ibl_image *img, const float *alpha)
                                          alpha ? "ABGR" : "BGR", samples);
     free(samples);
     return !fclose(f) && ok;
+}
+
+ibl_status file_read_rows(ibl_rows *rows, ibl_image *img)
+{
+    static test_random r = {12};
+    const size_t floats = 3 * (size_t)rows->width;
+    uint32_t *most = malloc((size_t)rows->height * sizeof *most);
+    ibl_status status =
+        ibl_image_alloc(rows->ctx, rows->width, rows->height, img);
+    const int longest = test_random_u64(&r) % 2 ? 3 : 80;
+    while (!status && rows->row < rows->height) {
+        const int left = rows->height - rows->row;
+        const int some = 1 + (int)(test_random_u64(&r) % (uint64_t)longest);
+        status = ibl_rows_read(rows, some < left ? some : left,
+                               img->data + floats * (size_t)rows->row,
+                               most + rows->row);
+    }
+    for (int y = 0; !status && y < rows->height; y++) {
+        const uint32_t want =
+            ibl_max_finite_c(img->data + floats * (size_t)y, floats);
+        CHECK(want == most[y] ||
+              (want >= IBL_INFINITE_BITS && most[y] >= IBL_INFINITE_BITS));
+    }
+    if (status)
+        ibl_image_free(img);
+    free(most);
+    return status;
 }
 
 const char *file_built(const char *name)

@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "ibl/io.h"
+#include "io/rows.h"
 
 /* Path of a file in test_dir(), until the running test ends. */
 const char *file_path(const char *name);
@@ -27,6 +28,9 @@ bool file_save_pfm(const char *path, const ibl_image *img);
 /* Writes an image as OpenEXR: uncompressed floats B, G and R, and A, one for
  * each pixel, if alpha is not NULL. */
 bool file_save_exr(const char *path, const ibl_image *img, const float *alpha);
+
+/* All rows, in calls of a few at a time, and what was found in each. */
+ibl_status file_read_rows(ibl_rows *rows, ibl_image *img);
 
 /* A file of this build, beside the folder of the test programs; NULL if it is
  * not there. Static storage, overwritten by each call. */

@@ -61,18 +61,6 @@ void kern_free(void *memory)
     munmap(h.map, (size_t)(h.end - h.map) + (size_t)sysconf(_SC_PAGESIZE));
 }
 
-/* ---- random numbers ---------------------------------------------------- */
-
-double kern_between(test_random *r, double a, double b)
-{
-    return a + (b - a) * test_random_unit(r);
-}
-
-int kern_below(test_random *r, int n)
-{
-    return (int)(test_random_u64(r) % (uint64_t)n);
-}
-
 /* ---- the same bytes ---------------------------------------------------- */
 
 static void check_n(const kern_same *k, int n, uint64_t seed)

@@ -30,9 +30,6 @@ void *kern_alloc(size_t bytes, size_t align);
 /* Checks that the bytes before and after are as they were. NULL is fine. */
 void kern_free(void *memory);
 
-double kern_between(test_random *r, double a, double b);
-int kern_below(test_random *r, int n); /* 0..n - 1 */
-
 /*
  * A kernel all of whose versions give the same bytes. run() makes n things
  * from random numbers, hands them to the version for isa, and puts into out

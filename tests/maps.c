@@ -8,8 +8,6 @@
 
 #include "truth.h"
 
-static const double pi = 3.14159265358979323846;
-
 /* ---- maps ------------------------------------------------------------- */
 
 ibl_image map_constant(ibl_ctx *ctx, int width, int height, float value)
@@ -97,11 +95,6 @@ const char *map_kind_name(map_kind kind)
     return names[kind];
 }
 
-static int below(test_random *r, int n)
-{
-    return (int)(test_random_u64(r) % (uint64_t)n);
-}
-
 static void fill_noise(ibl_image *map, test_random *r)
 {
     for (size_t i = 0; i < map_floats(map); i++)
@@ -116,8 +109,9 @@ static void fill_decades(ibl_image *map, test_random *r)
 
 static void add_suns(ibl_image *map, test_random *r)
 {
-    for (int k = 1 + below(r, 4); k > 0; k--)
-        map_set(map, below(r, map->width), below(r, map->height),
+    for (int k = 1 + test_random_below(r, 4); k > 0; k--)
+        map_set(map, test_random_below(r, map->width),
+                test_random_below(r, map->height),
                 (float)(1e6 * test_random_unit(r)),
                 (float)(1e6 * test_random_unit(r)), 1e6f);
 }
@@ -126,7 +120,8 @@ static void fill_smooth(ibl_image *map, test_random *r)
 {
     double lobes[3][3];
     for (int k = 0; k < 3; k++)
-        truth_cube_direction(1, below(r, 6), test_random_unit(r) - 0.5,
+        truth_cube_direction(1, test_random_below(r, 6),
+                             test_random_unit(r) - 0.5,
                              test_random_unit(r) - 0.5, lobes[k]);
     for (int i = 0; i < map->width * map->height; i++) {
         double d[3];
@@ -142,7 +137,8 @@ static void fill_smooth(ibl_image *map, test_random *r)
 
 static void blacken(ibl_image *map, test_random *r)
 {
-    const int row = below(r, map->height), column = below(r, map->width);
+    const int row = test_random_below(r, map->height),
+              column = test_random_below(r, map->width);
     for (int i = 0; i < map->width * map->height; i++) {
         if (i / map->width == row || i % map->width == column ||
             i / map->width % 3 == 1)
@@ -153,10 +149,11 @@ static void blacken(ibl_image *map, test_random *r)
 /* Halves count in 2^-24 below 2^-14, floats in 2^-149 below 2^-126. */
 static void fill_denormal(ibl_image *map, test_random *r)
 {
-    const bool halves = below(r, 2);
+    const bool halves = test_random_below(r, 2);
     for (size_t i = 0; i < map_floats(map); i++)
-        map->data[i] = halves ? ldexpf((float)below(r, 1024), -24)
-                              : ldexpf((float)below(r, 1 << 23), -149);
+        map->data[i] = halves
+                           ? ldexpf((float)test_random_below(r, 1024), -24)
+                           : ldexpf((float)test_random_below(r, 1 << 23), -149);
 }
 
 static void fill_checkerboard(ibl_image *map)
@@ -190,10 +187,10 @@ ibl_image map_of_kind(ibl_ctx *ctx, test_random *r, map_kind kind, int width,
 
 ibl_image map_random(ibl_ctx *ctx, test_random *r, map_kind *kind)
 {
-    const bool two_to_one = below(r, 2);
-    const int height = 1 + below(r, two_to_one ? 32 : 40);
-    const int width = two_to_one ? 2 * height : 1 + below(r, 64);
-    *kind = (map_kind)below(r, MAP_KINDS);
+    const bool two_to_one = test_random_below(r, 2);
+    const int height = 1 + test_random_below(r, two_to_one ? 32 : 40);
+    const int width = two_to_one ? 2 * height : 1 + test_random_below(r, 64);
+    *kind = (map_kind)test_random_below(r, MAP_KINDS);
     return map_of_kind(ctx, r, *kind, width, height);
 }
 
@@ -232,7 +229,7 @@ double cube_mean(const ibl_cube *cube, int level, int channel)
     double sum = 0;
     for (int i = 0; i < IBL_FACES * n * n; i++)
         sum += texel_angle(n, i % n, i / n % n) * (double)p[3 * i + channel];
-    return sum / (4 * pi);
+    return sum / (4 * M_PI);
 }
 
 void cube_range(const ibl_cube *cube, int level, int channel, double *low,

@@ -123,11 +123,6 @@ view_room_draw room_draw_by(const view_camera *camera)
 
 /* ---- rays -------------------------------------------------------------- */
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 static bool cast_box(const view_room_box *b, const double eye[3],
                      const double d[3], room_hit *h)
 {
@@ -160,8 +155,8 @@ static bool cast_sphere(int i, double seconds, const double eye[3],
     view_room_sphere(i, seconds, centre, &radius);
     for (int k = 0; k < 3; k++)
         to[k] = centre[k] - eye[k];
-    const double along = dot(to, d);
-    const double half2 = along * along - dot(to, to) + radius * radius;
+    const double along = test_dot(to, d);
+    const double half2 = along * along - test_dot(to, to) + radius * radius;
     const double t = half2 > 0 ? along - sqrt(half2) : -1;
     if (t <= 0 || t >= h->distance)
         return false;

@@ -168,11 +168,6 @@ int shade_material(const char *name)
     return 0;
 }
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 shade_pixel *shade_pixels(const view_settings *s)
 {
     const int w = picture_width, h = picture_height;
@@ -192,10 +187,10 @@ shade_pixel *shade_pixels(const view_settings *s)
         for (int k = 0; in && k < 3; k++) {
             p->normal[k] = normal[k];
             p->view[k] = -ray[k];
-            p->reflected[k] = ray[k] - 2 * dot(ray, normal) * normal[k];
+            p->reflected[k] = ray[k] - 2 * test_dot(ray, normal) * normal[k];
         }
         if (in)
-            p->n_v = dot(p->normal, p->view);
+            p->n_v = test_dot(p->normal, p->view);
     }
     for (int i = 0; i < w * h; i++) {
         const int *at = hit + (i / w + 1) * (w + 2) + i % w + 1;

@@ -111,6 +111,11 @@ double test_random_unit(test_random *r); /* [0, 1) */
 double test_random_between(test_random *r, double a, double b);
 int test_random_below(test_random *r, int n); /* 0..n - 1 */
 
+static inline double test_dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
 /* For what is measured: milliseconds of a clock, and the median of some
  * numbers, which are sorted then. */
 double test_ms(clockid_t clock);

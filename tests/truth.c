@@ -13,8 +13,6 @@
 #include "ibl/reference.h"
 #include "test.h"
 
-static const double pi = 3.14159265358979323846;
-
 /* A sum that carries what rounding dropped (Neumaier 1974). */
 typedef struct sum {
     double value, rest;
@@ -37,8 +35,8 @@ static double total(const sum *s)
 
 void truth_latlong_direction(int w, int h, int i, int j, double dir[3])
 {
-    const double phi = 2.0 * pi * ((i + 0.5) / w - 0.5);
-    const double theta = pi * (j + 0.5) / h;
+    const double phi = 2.0 * M_PI * ((i + 0.5) / w - 0.5);
+    const double theta = M_PI * (j + 0.5) / h;
     dir[0] = sin(theta) * cos(phi);
     dir[1] = cos(theta);
     dir[2] = sin(theta) * sin(phi);
@@ -47,14 +45,15 @@ void truth_latlong_direction(int w, int h, int i, int j, double dir[3])
 double truth_latlong_solid_angle(int w, int h, int j)
 {
     /* cos(a) - cos(b) as a product, which cancels nothing at the poles. */
-    return 2.0 * pi / w * 2.0 * sin(pi * (j + 0.5) / h) * sin(0.5 * pi / h);
+    return 2.0 * M_PI / w * 2.0 * sin(M_PI * (j + 0.5) / h) *
+           sin(0.5 * M_PI / h);
 }
 
 void truth_latlong_pixel(int w, int h, const double dir[3], int *i, int *j)
 {
-    const double u = atan2(dir[2], dir[0]) / (2.0 * pi) + 0.5;
+    const double u = atan2(dir[2], dir[0]) / (2.0 * M_PI) + 0.5;
     const double theta = atan2(hypot(dir[0], dir[2]), dir[1]);
-    const int x = (int)floor(u * w), y = (int)floor(theta / pi * h);
+    const int x = (int)floor(u * w), y = (int)floor(theta / M_PI * h);
     *i = x >= w ? x - w : x;
     *j = y >= h ? h - 1 : y;
 }
@@ -125,14 +124,14 @@ double truth_lobe_integral(ibl_lobe lobe, double alpha)
     const double a2 = alpha * alpha;
 
     if (lobe == IBL_LOBE_PHONG)
-        return 2.0 * pi / (0.5 * (1.0 / a2 - 1.0) + 2.0);
+        return 2.0 * M_PI / (0.5 * (1.0 / a2 - 1.0) + 2.0);
     if (lobe == IBL_LOBE_CHARLIE) {
         const double b = 0.5 / alpha;
-        return 4.0 * pi * pow(0.5, b + 1.0) / ((b + 1.0) * (b + 2.0));
+        return 4.0 * M_PI * pow(0.5, b + 1.0) / ((b + 1.0) * (b + 2.0));
     }
     if (alpha == 1.0)
-        return pi;
-    return 4.0 * pi / ((1.0 - a2) * (1.0 - a2)) *
+        return M_PI;
+    return 4.0 * M_PI / ((1.0 - a2) * (1.0 - a2)) *
            ((1.0 + a2) / a2 - 2.0 - 2.0 * log((1.0 + a2) / (2.0 * a2)));
 }
 
@@ -178,13 +177,13 @@ static struct span span_of(double from, double to, double centre)
 
 static struct span row_span(const struct seen *r, int h, int j)
 {
-    return span_of(pi * j / h, pi * (j + 1) / h, r->theta);
+    return span_of(M_PI * j / h, M_PI * (j + 1) / h, r->theta);
 }
 
 static struct span column_span(const struct seen *r, int w, int i)
 {
-    return span_of(2.0 * pi * ((double)i / w - 0.5),
-                   2.0 * pi * ((i + 1.0) / w - 0.5), r->phi);
+    return span_of(2.0 * M_PI * ((double)i / w - 0.5),
+                   2.0 * M_PI * ((i + 1.0) / w - 0.5), r->phi);
 }
 
 /* Both terms are >= 0, so nothing cancels in the narrowest lobe. */
@@ -215,7 +214,7 @@ static double cut_rows(const struct seen *r, const struct span *theta,
 {
     static const double mass[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
     const double middle = 0.5 * (phi->from + phi->to);
-    const double turn = 2.0 * pi * round((middle - r->phi) / (2.0 * pi));
+    const double turn = 2.0 * M_PI * round((middle - r->phi) / (2.0 * M_PI));
     double all = 0.0;
 
     for (int j = 0; j < 3; j++) {
@@ -224,7 +223,7 @@ static double cut_rows(const struct seen *r, const struct span *theta,
         const double least = 1.0 - 2.0 * theta->turn[j] - most;
         const double away = acos(fmin(fmax(-least / most, -1.0), 1.0));
         for (int k = -1; k <= 1; k++) {
-            const double centre = r->phi + turn + 2.0 * pi * k;
+            const double centre = r->phi + turn + 2.0 * M_PI * k;
             const double from = fmax(phi->from, centre - away);
             const double to = fmin(phi->to, centre + away);
             if (from >= to)
@@ -284,11 +283,11 @@ static double patch_weight(const struct seen *r, const struct span *theta,
     const double nearest = 0.5 * fmax(0.0, psi - reach);
     const double length =
         r->lobe == IBL_LOBE_GGX ? 2.0 * hypot(nearest, r->alpha) : r->alpha;
-    const int cut = fabs(psi - 0.5 * pi) < 1.1 * reach;
+    const int cut = fabs(psi - 0.5 * M_PI) < 1.1 * reach;
     const int bent = r->lobe == IBL_LOBE_CHARLIE && psi < reach;
     struct span one, other;
 
-    if (psi - 1.1 * reach > 0.5 * pi)
+    if (psi - 1.1 * reach > 0.5 * M_PI)
         return 0.0;
     if (fmax(down, across) < 0.25 * length && turn < 1.0 &&
         (!bent || reach < 2e-3) && (!cut || reach < r->cut))
@@ -366,7 +365,7 @@ void truth_mean(const ibl_image *env, double rgb[3])
         add_row(s, row, truth_latlong_solid_angle(w, h, j));
     }
     for (int k = 0; k < 3; k++)
-        rgb[k] = total(&s[k]) / (4.0 * pi);
+        rgb[k] = total(&s[k]) / (4.0 * M_PI);
 }
 
 void truth_texel(const ibl_image *env, int n, int face, int x, int y, int sub,
@@ -415,7 +414,7 @@ double truth_sh(int l, int m, const double dir[3])
 {
     const int k = m < 0 ? -m : m;
     double re = 1.0, im = 0.0, p = 1.0, before = 0.0;
-    double norm = (2 * l + 1) / (4.0 * pi);
+    double norm = (2 * l + 1) / (4.0 * M_PI);
     for (int n = 1; n <= k; n++) {
         const double x = re * dir[0] - im * dir[1];
         im = re * dir[1] + im * dir[0];
@@ -441,7 +440,7 @@ static void add_harmonics(const double d[3], double weight, int degree,
                           double *sums)
 {
     const double phi = atan2(d[1], d[0]), s = hypot(d[0], d[1]);
-    double start = weight * sqrt(1.0 / (4.0 * pi));
+    double start = weight * sqrt(1.0 / (4.0 * M_PI));
     for (int m = 0; m <= degree; m++) {
         if (m)
             start *= s * sqrt((2.0 * m + 1.0) / (2.0 * m));
@@ -508,14 +507,14 @@ void truth_harmonics(const ibl_image *env, int degree, double yaw_deg,
     for (int at = 0; at < w * h; at++) {
         const float *rgb = env->data + 3 * (size_t)at;
         const int i = at % w, j = at / w;
-        const struct patch p = {pi * j / h, pi * (j + 1) / h,
-                                2.0 * pi * ((double)i / w - 0.5),
-                                2.0 * pi * ((i + 1.0) / w - 0.5)};
+        const struct patch p = {M_PI * j / h, M_PI * (j + 1) / h,
+                                2.0 * M_PI * ((double)i / w - 0.5),
+                                2.0 * M_PI * ((i + 1.0) / w - 0.5)};
         if (rgb[0] == 0.0f && rgb[1] == 0.0f && rgb[2] == 0.0f)
             continue;
         for (size_t n = 0; n < count; n++)
             pixel[n] = 0.0;
-        patch_harmonics(&p, degree, yaw_deg / 180.0 * pi, pixel);
+        patch_harmonics(&p, degree, yaw_deg / 180.0 * M_PI, pixel);
         for (size_t n = 0; n < 3 * count; n++)
             coeffs[n] += pixel[n / 3] * (double)rgb[n % 3];
     }
