@@ -60,11 +60,6 @@ static void error_fn(exr_const_context_t exr, exr_result_t code,
     }
 }
 
-void ibl_exr_listen(ibl_exr_file *file)
-{
-    file->text[0] = 0;
-}
-
 static ibl_status open_file(ibl_exr_file *file)
 {
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
@@ -73,7 +68,7 @@ static ibl_status open_file(ibl_exr_file *file)
     init.read_fn = read_fn;
     init.size_fn = size_fn;
     init.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
-    ibl_exr_listen(file);
+    file->text[0] = 0;
     const exr_result_t rv = exr_start_read(&file->exr, "input", &init);
     if (rv)
         file->exr = NULL;
@@ -117,7 +112,7 @@ typedef struct exr_rows {
 static int row_after(const exr_rows *r, int blocks)
 {
     const ibl_exr_table *table = &r->d->table;
-    const int y = table->chunks[0].y + (blocks + 1) * table->lines;
+    const int y = table->chunks[0].start_y + (blocks + 1) * table->lines;
     const int row = y - r->d->pick.display.y0;
     return row < r->end ? row : r->end;
 }
@@ -174,7 +169,7 @@ static ibl_status decode_some(exr_rows *r, int row, int *end, float *rgb,
     const ibl_exr_table *table = &r->d->table;
     const int all = table->count / table->columns;
     const int blocks =
-        (row + r->d->pick.display.y0 - table->chunks[0].y) / table->lines;
+        (row + r->d->pick.display.y0 - table->chunks[0].start_y) / table->lines;
     int count = 0;
 
     while (count < GROUPS * r->group && blocks + count < all &&

@@ -359,7 +359,7 @@ ibl_status ibl_exr_choose(ibl_exr_file *file, const ibl_read_options *opts,
     ibl_status status;
 
     *pick = (ibl_exr_pick){0};
-    ibl_exr_listen(file);
+    file->text[0] = 0;
     status = choose_part(file, opts, pick);
     if (status)
         return status;

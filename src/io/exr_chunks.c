@@ -90,52 +90,47 @@ static uint64_t layout_bytes(const exr_attr_chlist_t *channels, int y,
 
 /* ---- the table ------------------------------------------------------ */
 
-static ibl_status add_chunk(const ibl_exr_file *file, const ibl_exr_pick *pick,
-                            const exr_chunk_info_t *info, int x, int y,
-                            ibl_exr_table *table)
+static uint32_t larger(uint32_t a, uint64_t b)
 {
-    const uint64_t bytes =
-        layout_bytes(pick->channels, y, info->width, info->height);
-    const double ratio =
-        (double)bytes / (info->packed_size ? (double)info->packed_size : 1);
-    /* at 0 all channels have samples */
-    const uint64_t line = layout_bytes(pick->channels, 0, info->width, 1);
+    return a > b ? a : (uint32_t)b;
+}
 
-    if (info->packed_size > file->in->size ||
-        info->data_offset > file->in->size - info->packed_size)
+static ibl_status add_chunk(const ibl_exr_file *file, const ibl_exr_pick *pick,
+                            const exr_chunk_info_t *chunk, ibl_exr_table *table)
+{
+    const int y = chunk->start_y;
+    const uint64_t packed = chunk->packed_size;
+    const uint64_t bytes =
+        layout_bytes(pick->channels, y, chunk->width, chunk->height);
+    const double ratio = (double)bytes / (packed ? (double)packed : 1);
+    /* at 0 all channels have samples */
+    const uint64_t line = layout_bytes(pick->channels, 0, chunk->width, 1);
+
+    if (!ibl_input_has(file->in, chunk->data_offset, packed))
         return ibl_bad_file(file->in,
                             "EXR cut short: the block of line %d ends past the "
                             "end of the file: copy it again",
                             y);
-    if (bytes != info->unpacked_size || bytes > INT_MAX)
+    if (bytes != chunk->unpacked_size || bytes > INT_MAX)
         return ibl_unsupported(
             file->in,
             "the block of line %d unpacks to %llu bytes, not what its channels "
             "need, or too many for OpenEXRCore",
             y, (unsigned long long)bytes);
-    if (info->packed_size > bytes ||
+    if (packed > bytes ||
         (bytes > 4096 && ratio > max_ratio(pick->compression)))
         return ibl_bad_file(file->in,
                             "damaged EXR: the block of line %d claims %llu "
                             "bytes for %llu, which %s cannot do",
-                            y, (unsigned long long)info->packed_size,
+                            y, (unsigned long long)packed,
                             (unsigned long long)bytes,
                             ibl_exr_compression_name(pick->compression));
-    table->chunks[table->count++] = (ibl_exr_chunk){info->data_offset,
-                                                    (uint32_t)info->packed_size,
-                                                    (uint32_t)bytes,
-                                                    x,
-                                                    y,
-                                                    info->width,
-                                                    info->height};
+    table->chunks[table->count++] = *chunk;
     table->unpacked += bytes;
-    if (info->packed_size > table->most_packed)
-        table->most_packed = (uint32_t)info->packed_size;
-    if (bytes > table->most_unpacked)
-        table->most_unpacked = (uint32_t)bytes;
-    if ((line < bytes ? line : bytes) > table->most_line)
-        table->most_line = (uint32_t)(line < bytes ? line : bytes);
-    if (y == table->chunks[0].y)
+    table->most_packed = larger(table->most_packed, packed);
+    table->most_unpacked = larger(table->most_unpacked, bytes);
+    table->most_line = larger(table->most_line, line < bytes ? line : bytes);
+    if (y == table->chunks[0].start_y)
         table->columns = table->count;
     return IBL_OK;
 }
@@ -188,7 +183,9 @@ static ibl_status list_blocks(ibl_exr_file *file, const ibl_exr_pick *pick,
                 : exr_read_scanline_chunk_info(file->exr, pick->part, y, &info);
         if (rv || info.height != h || info.width != w)
             return bad_chunk(file, y);
-        const ibl_status status = add_chunk(file, pick, &info, x, y, table);
+        info.start_x = x; /* of a tile it is its column */
+        info.start_y = y;
+        const ibl_status status = add_chunk(file, pick, &info, table);
         if (status)
             return status;
     }
@@ -201,7 +198,7 @@ ibl_status ibl_exr_list_chunks(ibl_exr_file *file, const ibl_exr_pick *pick,
     const int width = pick->block_width, height = pick->block_height;
 
     *table = (ibl_exr_table){0};
-    ibl_exr_listen(file);
+    file->text[0] = 0;
     if (width < 1 || height < 1)
         return bad_chunk(file, pick->data.y0);
 
@@ -254,41 +251,23 @@ static exr_result_t leave_packed(exr_decode_pipeline_t *pipeline)
 
 /* Gets the packed bytes of a chunk: *error is errno where they cannot be
  * read, 0 where the file has become too short. */
-static bool fetch(const ibl_exr_file *file, const ibl_exr_chunk *chunk,
+static bool fetch(const ibl_exr_file *file, const exr_chunk_info_t *chunk,
                   ibl_exr_unpacker *u, int *error)
 {
     size_t got;
 
     *error = 0;
     if (file->in->bytes) {
-        u->bytes = file->in->bytes + chunk->offset;
+        u->bytes = file->in->bytes + chunk->data_offset;
         return true;
     }
     u->bytes = u->packed;
-    if (!ibl_input_read(file->in, chunk->offset, chunk->packed, u->packed,
-                        &got)) {
+    if (!ibl_input_read(file->in, chunk->data_offset, chunk->packed_size,
+                        u->packed, &got)) {
         *error = errno;
         return false;
     }
-    return got == chunk->packed;
-}
-
-static exr_result_t make_pipeline(const ibl_exr_file *file,
-                                  const ibl_exr_pick *pick,
-                                  const exr_chunk_info_t *info,
-                                  ibl_exr_unpacker *u)
-{
-    exr_result_t rv =
-        exr_decoding_initialize(file->exr, pick->part, info, &u->pipeline);
-    if (!rv) {
-        u->made = true;
-        rv = exr_decoding_choose_default_routines(file->exr, pick->part,
-                                                  &u->pipeline);
-    }
-    u->pipeline.decoding_user_data = u;
-    u->pipeline.read_fn = use_bytes;
-    u->pipeline.unpack_and_convert_fn = leave_packed;
-    return rv;
+    return got == chunk->packed_size;
 }
 
 #if IBL_LIBDEFLATE
@@ -305,57 +284,55 @@ static bool make_unzipper(const ibl_exr_decoder *d, ibl_exr_unpacker *u)
 }
 
 /* ZIP and ZIPS, but for what next_line does. */
-static exr_result_t unzip(const ibl_exr_decoder *d, const ibl_exr_chunk *chunk,
-                          ibl_exr_unpacker *u)
+static exr_result_t unzip(const ibl_exr_decoder *d,
+                          const exr_chunk_info_t *chunk, ibl_exr_unpacker *u)
 {
     if (!make_unzipper(d, u))
         return EXR_ERR_OUT_OF_MEMORY;
-    if (libdeflate_zlib_decompress(u->inflater, u->bytes, chunk->packed,
-                                   u->inflated, chunk->unpacked,
+    if (libdeflate_zlib_decompress(u->inflater, u->bytes, chunk->packed_size,
+                                   u->inflated, chunk->unpacked_size,
                                    NULL) != LIBDEFLATE_SUCCESS)
         return EXR_ERR_CORRUPT_CHUNK;
     u->even = u->inflated;
-    u->odd = u->inflated + chunk->unpacked / 2;
-    ibl_unzip_begin(&d->dsp, u->even, chunk->unpacked / 2, u->last);
+    u->odd = u->inflated + chunk->unpacked_size / 2;
+    ibl_unzip_begin(&d->dsp, u->even, chunk->unpacked_size / 2, u->last);
     return EXR_ERR_SUCCESS;
 }
 #endif
 
 /* By the core. */
 static exr_result_t run_pipeline(const ibl_exr_decoder *d,
-                                 const ibl_exr_chunk *chunk,
+                                 const exr_chunk_info_t *chunk,
                                  ibl_exr_unpacker *u)
 {
-    const ibl_exr_file *file = &d->file;
-    const ibl_exr_pick *pick = &d->pick;
-    const exr_chunk_info_t info = {
-        .start_x = chunk->x,
-        .start_y = chunk->y,
-        .width = chunk->width,
-        .height = chunk->height,
-        .type = pick->tiled ? EXR_STORAGE_TILED : EXR_STORAGE_SCANLINE,
-        .compression = (uint8_t)pick->compression,
-        .data_offset = chunk->offset,
-        .packed_size = chunk->packed,
-        .unpacked_size = chunk->unpacked,
-    };
-    exr_result_t rv = u->made ? exr_decoding_update(file->exr, pick->part,
-                                                    &info, &u->pipeline)
-                              : make_pipeline(file, pick, &info, u);
-    if (!rv)
-        rv = exr_decoding_run(file->exr, pick->part, &u->pipeline);
-    return rv;
+    const exr_context_t exr = d->file.exr;
+    exr_decode_pipeline_t *p = &u->pipeline;
+    const int part = d->pick.part;
+    exr_result_t rv = EXR_ERR_SUCCESS;
+
+    if (u->made) {
+        rv = exr_decoding_update(exr, part, chunk, p);
+    } else {
+        rv = exr_decoding_initialize(exr, part, chunk, p);
+        u->made = !rv;
+        if (!rv)
+            rv = exr_decoding_choose_default_routines(exr, part, p);
+        p->decoding_user_data = u;
+        p->read_fn = use_bytes;
+        p->unpack_and_convert_fn = leave_packed;
+    }
+    return rv ? rv : exr_decoding_run(exr, part, p);
 }
 
 /* Undoes the compression of the chunk whose bytes were fetched, but for what
  * next_line does. */
-static exr_result_t unpack(const ibl_exr_decoder *d, const ibl_exr_chunk *chunk,
-                           ibl_exr_unpacker *u)
+static exr_result_t unpack(const ibl_exr_decoder *d,
+                           const exr_chunk_info_t *chunk, ibl_exr_unpacker *u)
 {
     u->even = NULL;
     /* B44 too: a block that did not shrink is stored as it is, although the
      * core would take one of B44 for packed. */
-    if (chunk->packed == chunk->unpacked) {
+    if (chunk->packed_size == chunk->unpacked_size) {
         u->pixels = u->bytes;
         return EXR_ERR_SUCCESS;
     }
@@ -372,7 +349,7 @@ static exr_result_t unpack(const ibl_exr_decoder *d, const ibl_exr_chunk *chunk,
 /* The next line of the chunk that was unpacked, at y. Lines have an even
  * number of bytes. */
 static const unsigned char *next_line(const ibl_exr_decoder *d,
-                                      const ibl_exr_chunk *chunk, int y,
+                                      const exr_chunk_info_t *chunk, int y,
                                       ibl_exr_unpacker *u)
 {
     const size_t bytes = layout_bytes(d->pick.channels, y, chunk->width, 1);
@@ -447,8 +424,8 @@ bool ibl_exr_can_decode(ibl_exr_decoder *d)
     if (d->pick.compression < EXR_COMPRESSION_DWAA)
         return true;
     for (int i = 0; i < d->table.count; i++) {
-        const ibl_exr_chunk *chunk = &d->table.chunks[i];
-        if (chunk->packed == chunk->unpacked)
+        const exr_chunk_info_t *chunk = &d->table.chunks[i];
+        if (chunk->packed_size == chunk->unpacked_size)
             continue;
         return !fetch(&d->file, chunk, &d->unpackers[0], &error) ||
                unpack(d, chunk, &d->unpackers[0]) !=
@@ -459,36 +436,26 @@ bool ibl_exr_can_decode(ibl_exr_decoder *d)
 
 /* ---- pixels --------------------------------------------------------- */
 
-static uint16_t load16(const unsigned char *p)
-{
-    return (uint16_t)(p[0] | p[1] << 8);
-}
-
-static uint32_t load32(const unsigned char *p)
-{
-    return load16(p) | (uint32_t)load16(p + 2) << 16;
-}
-
-static float as_float(uint32_t bits)
-{
-    float f;
-    memcpy(&f, &bits, sizeof f);
-    return f;
-}
-
 /* count samples as floats, uints as the numbers that they are. */
 static void to_floats(const unsigned char *src, exr_pixel_type_t type,
                       int count, float *dst, int dst_step)
 {
+    uint16_t half;
+    uint32_t number;
+
     if (type == EXR_PIXEL_HALF) {
-        for (int i = 0; i < count; i++)
-            dst[i * dst_step] = ibl_half_to_float(load16(src + 2 * i));
+        for (int i = 0; i < count; i++) {
+            memcpy(&half, src + 2 * i, sizeof half);
+            dst[i * dst_step] = ibl_half_to_float(half);
+        }
     } else if (type == EXR_PIXEL_FLOAT) {
         for (int i = 0; i < count; i++)
-            dst[i * dst_step] = as_float(load32(src + 4 * i));
+            memcpy(&dst[i * dst_step], src + 4 * i, sizeof *dst);
     } else {
-        for (int i = 0; i < count; i++)
-            dst[i * dst_step] = (float)load32(src + 4 * i);
+        for (int i = 0; i < count; i++) {
+            memcpy(&number, src + 4 * i, sizeof number);
+            dst[i * dst_step] = (float)number;
+        }
     }
 }
 
@@ -513,16 +480,16 @@ typedef struct shown {
     float *rgb, *alpha; /* NULL: none is wanted */
 } shown;
 
-static shown shown_of(const decoding *g, const ibl_exr_chunk *chunk, int y)
+static shown shown_of(const decoding *g, const exr_chunk_info_t *chunk, int y)
 {
     const ibl_exr_window *map = &g->d->pick.display;
     const ibl_exr_target *t = g->target;
-    const int end = chunk->x + chunk->width - 1;
-    const int x0 = chunk->x > map->x0 ? chunk->x : map->x0;
+    const int end = chunk->start_x + chunk->width - 1;
+    const int x0 = chunk->start_x > map->x0 ? chunk->start_x : map->x0;
     const int x1 = end < map->x1 ? end : map->x1;
     const int line = y - map->y0, row = line - t->row;
     const size_t width = (size_t)map->width, at = (size_t)(x0 - map->x0);
-    shown s = {.skip = x0 - chunk->x, .count = x1 - x0 + 1};
+    shown s = {.skip = x0 - chunk->start_x, .count = x1 - x0 + 1};
 
     if (s.count < 1 || y < map->y0 || y > map->y1)
         return s;
@@ -534,7 +501,7 @@ static shown shown_of(const decoding *g, const ibl_exr_chunk *chunk, int y)
 }
 
 /* Samples of a half-size chroma channel: to its plane. */
-static void put_chroma(const decoding *g, const ibl_exr_chunk *chunk, int y,
+static void put_chroma(const decoding *g, const exr_chunk_info_t *chunk, int y,
                        const unsigned char *src, exr_pixel_type_t type, int c)
 {
     const ibl_exr_chroma *chroma = g->target->chroma;
@@ -554,7 +521,7 @@ static void finish_pixels(const ibl_exr_pick *pick, float *p, int count)
         p[1] = p[2] = p[0];
 }
 
-static void put_line(const decoding *g, const ibl_exr_chunk *chunk, int y,
+static void put_line(const decoding *g, const exr_chunk_info_t *chunk, int y,
                      const unsigned char *src)
 {
     const ibl_exr_pick *pick = &g->d->pick;
@@ -604,14 +571,14 @@ static void decode_job(void *arg, int job, int worker)
     const int first = job * d->per_job;
 
     for (int i = first; i < first + d->per_job && i < g->count; i++) {
-        const ibl_exr_chunk *chunk = &d->table.chunks[g->first + i];
-        o->y = chunk->y;
+        const exr_chunk_info_t *chunk = &d->table.chunks[g->first + i];
+        o->y = chunk->start_y;
         o->code = EXR_ERR_READ_IO;
         if (fetch(&d->file, chunk, u, &o->error))
             o->code = unpack(d, chunk, u);
         if (o->code)
             return;
-        for (int y = chunk->y; y < chunk->y + chunk->height; y++)
+        for (int y = chunk->start_y; y < chunk->start_y + chunk->height; y++)
             put_line(g, chunk, y, next_line(d, chunk, y, u));
     }
 }

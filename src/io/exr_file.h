@@ -21,11 +21,9 @@ typedef struct ibl_exr_file {
     bool deaf;      /* jobs run: texts of the core are not kept */
     bool no_memory; /* it ran out for the core */
     int error;      /* errno of a read of the core's that failed, or 0 */
-    char text[256]; /* the first complaint of the core since ibl_exr_listen */
+    char text[256]; /* the first complaint of the core; emptied before
+                       the next one is wanted */
 } ibl_exr_file;
-
-/* Forgets the core's last complaint, to have the next one in file->text. */
-void ibl_exr_listen(ibl_exr_file *file);
 
 /* Pixels x0..x1, y0..y1, both ends included. */
 typedef struct ibl_exr_window {
@@ -62,16 +60,11 @@ const char *ibl_exr_compression_name(exr_compression_t compression);
 ibl_status ibl_exr_choose(ibl_exr_file *file, const ibl_read_options *opts,
                           ibl_exr_pick *pick);
 
-/* One block of the part: its place in the file, and in the image. */
-typedef struct ibl_exr_chunk {
-    uint64_t offset;
-    uint32_t packed, unpacked; /* bytes; equal: stored as it is */
-    int x, y, width, height;   /* pixels, in the file's coordinates */
-} ibl_exr_chunk;
-
-/* Every chunk of level 0 that shows in the image, in the part's order. */
+/* Every chunk of level 0 that shows in the image, in the part's order.
+ * start_x and start_y are its first pixel, in the file's coordinates. A chunk
+ * whose packed and unpacked sizes are equal is stored as it is. */
 typedef struct ibl_exr_table {
-    ibl_exr_chunk *chunks;
+    exr_chunk_info_t *chunks;
     int count;
     int columns;          /* chunks side by side: 1 without tiles */
     int lines;            /* of a chunk, but for the last ones */

@@ -43,10 +43,11 @@ struct ibl_bridge {
     int alpha = -1; // its channel
     storage kind = storage::floats;
     int x0 = 0, y0 = 0, width = 0, height = 0; // the display window
-    // Rows strip_y..strip_end-1 of the data window, as they are stored.
-    std::vector<unsigned char> strip;
+    // Rows strip_y..strip_end-1 of the data window, channels first..last.
+    std::vector<float> strip;
+    int first = 0, last = 0;
     int strip_y = 0, strip_end = 0;
-    std::vector<float> table; // of 16-bit integers
+    std::vector<float> table; // sRGB of 16-bit integers
 };
 
 namespace
@@ -313,55 +314,72 @@ placement place(const ibl_bridge &b)
     return p;
 }
 
-// Rows y0..y1-1 of the data window, channels first..last, to buffer.
-void read_rows(ibl_bridge &b, int y0, int y1, int first, int last,
-               TypeDesc type, void *buffer)
+// Rows y0..y1-1 of the data window to the strip.
+void read_rows(ibl_bridge &b, int y0, int y1)
 {
+    const TypeDesc type =
+        b.kind == storage::counts ? TypeDesc::UINT32 : TypeDesc::FLOAT;
     ImageInput &in = *b.input;
     const ImageSpec &s = b.spec;
     const bool ok =
         s.tile_width > 0
             ? in.read_tiles(b.subimage, 0, s.x, s.x + s.width, y0, y1, s.z,
-                            s.z + 1, first, last + 1, type, buffer)
-            : in.read_scanlines(b.subimage, 0, y0, y1, s.z, first, last + 1,
-                                type, buffer);
+                            s.z + 1, b.first, b.last + 1, type, b.strip.data())
+            : in.read_scanlines(b.subimage, 0, y0, y1, s.z, b.first, b.last + 1,
+                                type, b.strip.data());
     if (!ok)
         throw failure{IBL_BRIDGE_FORMAT,
                       complaint(in, "its pixels cannot be read")};
 }
 
+// A sample of the strip as it was read to the number that it stands for.
+float convert(const ibl_bridge &b, float v, bool is_alpha)
+{
+    uint32_t count;
+    switch (b.kind) {
+    case storage::counts: // the bits of an integer
+        std::memcpy(&count, &v, sizeof count);
+        return float(count);
+    case storage::shorts: {
+        // 8 bits widen to 16 exactly: v * 257 / 65535 = v / 255.
+        const int n = int(v * 65535 + 0.5f);
+        return is_alpha ? float(n) / 65535 : b.table[size_t(n)];
+    }
+    case storage::fractions:
+        return is_alpha ? v : float(srgb_to_linear(double(v)));
+    case storage::floats:
+        break;
+    }
+    return v;
+}
+
 // The strip that has row y of the data window; of tiled files whole rows of
 // tiles.
-void load_strip(ibl_bridge &b, int y, int first, int last, TypeDesc type)
+void load_strip(ibl_bridge &b, int y)
 {
     const int tile = std::max(b.spec.tile_height, 1);
     const int rows = (strip_rows + tile - 1) / tile * tile;
     const int begin = b.spec.y + (y - b.spec.y) / rows * rows;
     const int end = std::min(begin + rows, b.spec.y + b.spec.height);
+    const int step = b.last - b.first + 1;
 
     b.strip_y = b.strip_end = 0;
-    b.strip.resize(size_t(last - first + 1) * type.size() *
-                   size_t(b.spec.width) *
+    b.strip.resize(size_t(step) * size_t(b.spec.width) *
                    size_t(std::min(rows, b.spec.height)));
-    read_rows(b, begin, end, first, last, type, b.strip.data());
+    read_rows(b, begin, end);
+    if (b.kind != storage::floats) {
+        for (size_t i = 0; i < b.strip.size();)
+            for (int c = 0; c < step; c++, i++)
+                b.strip[i] = convert(b, b.strip[i], b.first + c == b.alpha);
+    }
     b.strip_y = begin;
     b.strip_end = end;
 }
 
-// Converts colours; alpha, whose unit is one, is the same number whatever they
-// are.
-template <typename T, typename Convert>
-void read_map(ibl_bridge &b, TypeDesc type, const Convert &convert, float one,
-              int row, int rows, float *rgb, float *alpha)
+void read_map(ibl_bridge &b, int row, int rows, float *rgb, float *alpha)
 {
     const placement p = place(b);
-    int first = *std::min_element(b.channel, b.channel + 3);
-    int last = *std::max_element(b.channel, b.channel + 3);
-    if (alpha) {
-        first = std::min(first, b.alpha);
-        last = std::max(last, b.alpha);
-    }
-    const size_t step = size_t(last - first + 1);
+    const int step = b.last - b.first + 1;
 
     for (int y = b.y0 + row; y < b.y0 + row + rows; y++) {
         const size_t before = size_t(y - b.y0 - row) * size_t(b.width);
@@ -375,16 +393,17 @@ void read_map(ibl_bridge &b, TypeDesc type, const Convert &convert, float one,
         if (y < p.y0 || y >= p.y1)
             continue;
         if (y < b.strip_y || y >= b.strip_end)
-            load_strip(b, y, first, last, type);
-        const T *src = reinterpret_cast<const T *>(b.strip.data()) +
-                       step * (size_t(y - b.strip_y) * size_t(b.spec.width) +
-                               size_t(p.x0 - b.spec.x));
+            load_strip(b, y);
+        const float *src =
+            b.strip.data() +
+            size_t(step) * (size_t(y - b.strip_y) * size_t(b.spec.width) +
+                            size_t(p.x0 - b.spec.x));
         dst += 3 * size_t(p.x0 - b.x0);
         for (int x = p.x0; x < p.x1; x++, src += step, dst += 3) {
             for (int c = 0; c < 3; c++)
-                dst[c] = convert(src[b.channel[c] - first]);
+                dst[c] = src[b.channel[c] - b.first];
             if (a)
-                a[x - b.x0] = float(src[b.alpha - first]) / one;
+                a[x - b.x0] = src[b.alpha - b.first];
         }
     }
 }
@@ -426,6 +445,14 @@ EXPORT ibl_bridge_result ibl_bridge_open(const ibl_bridge_request *request,
         choose_channels(*b, *request);
         choose_alpha(*b, *request);
         b->kind = storage_of(*b);
+        b->first = *std::min_element(b->channel, b->channel + 3);
+        b->last = *std::max_element(b->channel, b->channel + 3);
+        if (b->alpha >= 0) {
+            b->first = std::min(b->first, b->alpha);
+            b->last = std::max(b->last, b->alpha);
+        }
+        for (int i = 0; i < 65536 && b->kind == storage::shorts; i++)
+            b->table.push_back(float(srgb_to_linear(i / 65535.0)));
         b->x0 = b->spec.full_x;
         b->y0 = b->spec.full_y;
         b->width = b->spec.full_width;
@@ -445,40 +472,8 @@ EXPORT ibl_bridge_result ibl_bridge_read(ibl_bridge *bridge, int first,
                                          char *message)
 {
     return guarded(message, [&] {
-        ibl_bridge &b = *bridge;
-        if (b.alpha < 0)
-            alpha = nullptr;
-        switch (b.kind) {
-        case storage::shorts: {
-            // 8 bits widen to 16 exactly: v * 257 / 65535 = v / 255.
-            if (b.table.empty()) {
-                b.table.resize(65536);
-                for (size_t i = 0; i < b.table.size(); i++)
-                    b.table[i] = float(srgb_to_linear(double(i) / 65535));
-            }
-            const float *table = b.table.data();
-            read_map<uint16_t>(
-                b, TypeDesc::UINT16, [&](uint16_t v) { return table[v]; },
-                65535, first, rows, rgb, alpha);
-            break;
-        }
-        case storage::fractions:
-            read_map<float>(
-                b, TypeDesc::FLOAT,
-                [](float v) { return float(srgb_to_linear(double(v))); }, 1,
-                first, rows, rgb, alpha);
-            break;
-        case storage::counts:
-            read_map<uint32_t>(
-                b, TypeDesc::UINT32, [](uint32_t v) { return float(v); }, 1,
-                first, rows, rgb, alpha);
-            break;
-        case storage::floats:
-            read_map<float>(
-                b, TypeDesc::FLOAT, [](float v) { return v; }, 1, first, rows,
-                rgb, alpha);
-            break;
-        }
+        read_map(*bridge, first, rows, rgb,
+                 bridge->alpha < 0 ? nullptr : alpha);
     });
 }
 
