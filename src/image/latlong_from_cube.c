@@ -60,17 +60,14 @@ int ibl_latlong_width(int size)
 
 /* ---- bundles ----------------------------------------------------------- */
 
-static const float *side_texel(const mapper *m, int way, int column, int row)
+static const float *texel(const mapper *m, int way, bool side, int line, int z)
 {
-    const ibl_octant_place *p = &m->place[way % 8][IBL_OCTANT_SIDE];
-    const int line = is_south(way) ? m->cube->size - 1 - row : row;
-    return p->base + line * p->line + column * p->step;
-}
-
-static const float *pole_texel(const mapper *m, int way, int line, int z)
-{
-    const ibl_octant_place *p =
-        &m->place[way % 8][is_south(way) ? IBL_OCTANT_BOTTOM : IBL_OCTANT_TOP];
+    const ibl_octant_face face = side            ? IBL_OCTANT_SIDE
+                                 : is_south(way) ? IBL_OCTANT_BOTTOM
+                                                 : IBL_OCTANT_TOP;
+    const ibl_octant_place *p = &m->place[way % 8][face];
+    if (side && is_south(way))
+        line = m->cube->size - 1 - line;
     return p->base + line * p->line + z * p->step;
 }
 
@@ -83,8 +80,8 @@ static void bundle_row(void *arg, int row, int worker)
     for (int i = 0; i < m->half; i++)
         for (int k = 0; k < WAYS; k++) {
             const size_t at = first + (size_t)(BUNDLE * i + 3 * k);
-            memcpy(m->side + at, side_texel(m, k, row, i), 3 * sizeof(float));
-            memcpy(m->pole + at, pole_texel(m, k, row, i), 3 * sizeof(float));
+            memcpy(m->side + at, texel(m, k, true, i, row), 3 * sizeof(float));
+            memcpy(m->pole + at, texel(m, k, false, row, i), 3 * sizeof(float));
         }
 }
 

@@ -326,12 +326,13 @@ static void share_out(const struct cutter *c, const struct box *b,
             last ? 1
                  : piece_above(c, e, border[across ? column + 1 : line + 1],
                                across);
-        const double next = share > above ? share : above;
-        add_span(c->sink, area * (next - above),
-                 slot_of(c, line, top ? column : c->column), c->pixel, 1);
+        if (share > above) {
+            add_span(c->sink, area * (share - above),
+                     slot_of(c, line, top ? column : c->column), c->pixel, 1);
+            above = share;
+        }
         if (last)
             return;
-        above = next;
         line += !across;
         column += across;
     }

@@ -28,24 +28,22 @@ static void fill_pass(int block, float *pass)
             root(block, k * j, pass);
 }
 
+/* All passes together have less than 4/3 of the first one's 3/2 size floats. */
 bool ibl_fft_init(ibl_fft *fft, int size)
 {
     assert(size >= 2 && size <= IBL_FFT_MAX_SIZE && !(size & (size - 1)));
     *fft = (ibl_fft){.size = size};
-    fft->roots = ibl_alloc_array((size_t)size, sizeof *fft->roots);
+    fft->roots = ibl_alloc_array((size_t)size, 3 * sizeof *fft->roots);
     if (!fft->roots)
         return false;
     for (int j = 0; j < size / 2; j++)
         root(size, j, fft->roots + 2 * (size_t)j);
+    float *pass = fft->roots + size;
     for (int p = 0; size >> 2 * p > 8; p++) {
         const int block = size >> 2 * p;
-        fft->passes[p] =
-            ibl_alloc_array((size_t)block / 4 * 6, sizeof *fft->passes[p]);
-        if (!fft->passes[p]) {
-            ibl_fft_free(fft);
-            return false;
-        }
-        fill_pass(block, fft->passes[p]);
+        fft->passes[p] = pass;
+        fill_pass(block, pass);
+        pass += block / 4 * 6;
     }
     return true;
 }
@@ -53,8 +51,6 @@ bool ibl_fft_init(ibl_fft *fft, int size)
 void ibl_fft_free(ibl_fft *fft)
 {
     ibl_free(fft->roots);
-    for (int p = 0; p < IBL_FFT_MAX_PASSES; p++)
-        ibl_free(fft->passes[p]);
     *fft = (ibl_fft){0};
 }
 

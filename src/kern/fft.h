@@ -29,8 +29,9 @@ enum {
 
 /* Tables of the complex transforms of one size, constant once made. */
 typedef struct ibl_fft {
-    int size;     /* a power of two, 2..IBL_FFT_MAX_SIZE */
-    float *roots; /* e^(-2 pi i j / size), j < size / 2: cos and sin */
+    int size; /* a power of two, 2..IBL_FFT_MAX_SIZE */
+    float
+        *roots; /* e^(-2 pi i j / size), j < size / 2: cos and sin; owns all */
     /* For blocks of size >> 2 p with more than 8 values, w = e^(-2 pi i /
      * block): w^j, w^2j, w^3j, cos and sin of each, j < block / 4. */
     float *passes[IBL_FFT_MAX_PASSES];

@@ -115,31 +115,37 @@ static uint32_t shared_exponent(const float rgb[3], size_t *beyond)
     return texel;
 }
 
-static size_t encode_rgb9e5(const float *src, size_t count, void *dst)
+static uint32_t small_floats(const float rgb[3], size_t *beyond)
+{
+    const float r = clamp_unsigned(rgb[0], IBL_SMALL11_MAX, beyond);
+    const float g = clamp_unsigned(rgb[1], IBL_SMALL11_MAX, beyond);
+    const float b = clamp_unsigned(rgb[2], IBL_SMALL10_MAX, beyond);
+    return ibl_small_float(r, 6) | ibl_small_float(g, 6) << 11 |
+           ibl_small_float(b, 5) << 22;
+}
+
+/* Texels of one word. */
+static inline size_t encode_words(uint32_t encode(const float rgb[3],
+                                                  size_t *beyond),
+                                  const float *src, size_t count, void *dst)
 {
     unsigned char *out = dst;
     size_t beyond = 0;
     for (size_t i = 0; i < count; i++, src += 3, out += 4) {
-        const uint32_t texel = shared_exponent(src, &beyond);
+        const uint32_t texel = encode(src, &beyond);
         memcpy(out, &texel, sizeof texel);
     }
     return beyond;
 }
 
+static size_t encode_rgb9e5(const float *src, size_t count, void *dst)
+{
+    return encode_words(shared_exponent, src, count, dst);
+}
+
 static size_t encode_r11g11b10f(const float *src, size_t count, void *dst)
 {
-    unsigned char *out = dst;
-    size_t beyond = 0;
-    for (size_t i = 0; i < count; i++, src += 3, out += 4) {
-        const float r = clamp_unsigned(src[0], IBL_SMALL11_MAX, &beyond);
-        const float g = clamp_unsigned(src[1], IBL_SMALL11_MAX, &beyond);
-        const float b = clamp_unsigned(src[2], IBL_SMALL10_MAX, &beyond);
-        const uint32_t texel = ibl_small_float(r, 6) |
-                               ibl_small_float(g, 6) << 11 |
-                               ibl_small_float(b, 5) << 22;
-        memcpy(out, &texel, sizeof texel);
-    }
-    return beyond;
+    return encode_words(small_floats, src, count, dst);
 }
 
 _Static_assert(IBL_PIXEL_COUNT == 6, "each has a row below");
