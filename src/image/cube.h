@@ -15,13 +15,6 @@ typedef struct ibl_face_axes {
 
 extern const ibl_face_axes ibl_face[IBL_FACES];
 
-/* Component of d along one of them. */
-static inline double ibl_face_along(const signed char axis[3],
-                                    const double d[3])
-{
-    return axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2];
-}
-
 /* Solid angle of the rectangle from the face's centre to (u, v), with the sign
  * of u v: four of them give that of any rectangle. */
 double ibl_face_angle(double u, double v);

@@ -240,19 +240,18 @@ ibl_status ibl_level0_finish(ibl_level0 *l)
 static bool init_adders(ibl_level0 *l)
 {
     const int threads = ibl_ctx_threads(l->ctx);
-    const ibl_wedge *most = &l->set.group[0].wedge;
-    for (int i = 1; i < l->set.groups; i++)
-        if (l->set.group[i].wedge.cut.count > most->cut.count)
-            most = &l->set.group[i].wedge;
+    const size_t pixels = (size_t)l->fine.columns / 8 + 2;
+    const size_t strips = pixels + (size_t)l->set.group[0].wedge.half;
     l->adders = ibl_alloc_zeroed((size_t)threads, sizeof *l->adders);
     for (int i = 0; l->adders && i < threads; i++) {
         struct adder *a = &l->adders[i];
         a->dsp = &l->set.dsp;
-        a->pixels = ibl_alloc_zeroed((size_t)l->fine.columns / 8 + 2,
-                                     IBL_OCTANT_RGB * sizeof *a->pixels);
-        if (!a->pixels || !ibl_wedge_sink_init(&a->sink, most))
-            return false;
+        a->pixels =
+            ibl_alloc_zeroed(pixels, IBL_OCTANT_RGB * sizeof *a->pixels);
+        a->sink.zone = ibl_alloc_array(2 * strips, sizeof *a->sink.zone);
         a->sink.full = take_spans;
+        if (!a->pixels || !a->sink.zone)
+            return false;
     }
     return l->adders;
 }
@@ -293,7 +292,7 @@ void ibl_level0_free(ibl_level0 *l)
         return;
     for (int i = 0; l->adders && i < ibl_ctx_threads(l->ctx); i++) {
         ibl_free(l->adders[i].pixels);
-        ibl_wedge_sink_free(&l->adders[i].sink);
+        ibl_free(l->adders[i].sink.zone);
     }
     ibl_free(l->adders);
     ibl_free(l->rows);

@@ -513,24 +513,3 @@ void ibl_wedge_cut(const ibl_wedge *w, const ibl_wedge_row *row,
     if (sink->count)
         sink->full(sink);
 }
-
-/* ---- sinks ------------------------------------------------------------ */
-
-bool ibl_wedge_sink_init(ibl_wedge_sink *s, const ibl_wedge *w)
-{
-    const size_t strips = (size_t)w->cut.count;
-    *s = (ibl_wedge_sink){0};
-    s->spans = ibl_alloc_array(IBL_WEDGE_SPANS, sizeof *s->spans);
-    s->zone = ibl_alloc_array(2 * strips, sizeof *s->zone);
-    if (s->spans && s->zone)
-        return true;
-    ibl_wedge_sink_free(s);
-    return false;
-}
-
-void ibl_wedge_sink_free(ibl_wedge_sink *s)
-{
-    ibl_free(s->spans);
-    ibl_free(s->zone);
-    *s = (ibl_wedge_sink){0};
-}

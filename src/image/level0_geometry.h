@@ -100,15 +100,11 @@ enum {
 /* Collects spans and hands them on, many at a time. full is the caller's to
  * set: it takes the spans and sets count to 0. */
 typedef struct ibl_wedge_sink {
-    ibl_octant_span *spans;
+    ibl_octant_span spans[IBL_WEDGE_SPANS];
     int count;
     void (*full)(struct ibl_wedge_sink *sink);
-    double *zone; /* work space: two for every strip */
+    double *zone; /* the caller's work space: two for every strip */
 } ibl_wedge_sink;
-
-/* For wedges with no more strips than w. False: no memory. */
-bool ibl_wedge_sink_init(ibl_wedge_sink *s, const ibl_wedge *w);
-void ibl_wedge_sink_free(ibl_wedge_sink *s);
 
 /* Cuts the strips; pixels are counted from that of strip begin. */
 void ibl_wedge_cut(const ibl_wedge *w, const ibl_wedge_row *row,

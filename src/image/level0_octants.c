@@ -70,11 +70,10 @@ static double *shared_texel(const ibl_octant_group *g, int line, bool axis)
 static int ring_size(const ibl_wedge *w, int rows)
 {
     int most = 1;
-    for (int i = 0; i < 2 * rows; i++) {
+    for (int i = 0; i <= rows / 2; i++) {
         ibl_wedge_row row;
-        if (!ibl_wedge_row_init(w, rows, i / 2, i % 2, &row))
-            continue;
-        if (row.last_line - row.first_line + 1 > most)
+        if (ibl_wedge_row_init(w, rows, i, false, &row) &&
+            row.last_line - row.first_line + 1 > most)
             most = row.last_line - row.first_line + 1;
     }
     return most;
