@@ -21,7 +21,7 @@
 #include "view/message.h"
 #include "view/probe_save.h"
 #include "view/probe_set.h"
-#include "view/write_exr.h"
+#include "view/picture.h"
 
 enum {
     SIZE = 16,

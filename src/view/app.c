@@ -59,9 +59,9 @@ void view_app_fit(view_app *app)
     app->redraw = true;
 }
 
-/* Shows what is in the free slot. If that fails, restores what was shown and
- * empties the slot. */
-static bool show(view_app *app)
+/* Shows what is in the free slot, and watches the files it is from. If that
+ * fails, restores what was shown and empties the slot. */
+static bool show(view_app *app, const view_request *what)
 {
     baked_set *set = free_slot(app);
 
@@ -77,15 +77,6 @@ static bool show(view_app *app)
     view_app_fit(app);
     if (app->options->verbose)
         view_report_set(set);
-    return true;
-}
-
-/* The same, and watches the files it is from. If that fails, the old ones are
- * still watched. */
-static bool show_from(view_app *app, const view_request *what)
-{
-    if (!show(app))
-        return false;
     app->request = *what;
     if (what->path != app->path)
         snprintf(app->path, sizeof app->path, "%s", what->path);
@@ -115,7 +106,7 @@ bool view_app_open(view_app *app, const view_request *what)
 {
     if (view_is_map(what->path))
         return start_bake(app, what->path);
-    if (!view_set_open(app->ctx, what, free_slot(app)) || !show_from(app, what))
+    if (!view_set_open(app->ctx, what, free_slot(app)) || !show(app, what))
         return false;
     /* What was asked for before would come over it. */
     stop_bake(app);
@@ -174,7 +165,7 @@ bool view_app_tend_bake(view_app *app)
         return true;
     app->baker = NULL;
     if (view_baker_finish(baker, free_slot(app)) &&
-        show_from(app, &(view_request){.path = app->baking}))
+        show(app, &(view_request){.path = app->baking}))
         return true;
     view_app_notice_path(app, app->baking);
     return app->set;

@@ -244,13 +244,12 @@ static void choose_axes(view_options *o)
 
 static bool validate(void *options)
 {
+    static const int window[2] = {1280, 720}, tile[2] = {320, 240};
     view_options *o = options;
     const bool sheet = o->contact_sheet;
 
-    if (!o->size[0]) {
-        o->size[0] = sheet ? VIEW_TILE_WIDTH : VIEW_WIDTH;
-        o->size[1] = sheet ? VIEW_TILE_HEIGHT : VIEW_HEIGHT;
-    }
+    if (!o->size[0])
+        memcpy(o->size, sheet ? tile : window, sizeof o->size);
     if (sheet && !o->grid[0])
         o->grid[0] = 2, o->grid[1] = 4;
     if (o->grid[0]) {

@@ -37,12 +37,7 @@ typedef struct view_options {
     view_settings settings;
 } view_options;
 
-/* Default sizes of window or picture, and of each picture of a sheet. */
 enum {
-    VIEW_WIDTH = 1280,
-    VIEW_HEIGHT = 720,
-    VIEW_TILE_WIDTH = 320,
-    VIEW_TILE_HEIGHT = 240,
     VIEW_DEFAULT_SAMPLES = 256, /* of the reference in pictures */
     VIEW_FRAME_SAMPLES = 16     /* that a frame of a picture adds */
 };

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* Pictures out of the framebuffer and into PNG files. */
+/* Pictures out of the framebuffer, as PNG files and as OpenEXR. */
 #ifndef VIEW_PICTURE_H
 #define VIEW_PICTURE_H
 
 #include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
 
 #include "ibl/ibl.h"
 #include "view/gl.h"
@@ -17,5 +19,16 @@ void view_picture_flip(void *pixels, size_t row_bytes, int height);
  * message. */
 bool view_picture_write(ibl_ctx *ctx, const char *path, int width, int height,
                         const unsigned char *rgb);
+
+/*
+ * The bytes of an EXR, ZIP, with the channels A, B, G and R: the halves of
+ * rgba, linear and premultiplied by alpha.
+ *   name   for messages
+ *   rgba   4 halves a pixel, rows from the top
+ *   bytes  for free(); NULL after an error
+ * False, with a message.
+ */
+bool view_exr_encode(const char *name, int width, int height,
+                     const uint16_t *rgba, void **bytes, size_t *size);
 
 #endif

@@ -10,7 +10,7 @@
 #include "common/text.h"
 #include "ibl/io.h"
 #include "view/message.h"
-#include "view/write_exr.h"
+#include "view/picture.h"
 
 _Static_assert(IBL_MAX_TILE_PROBES *IBL_FACES < IBL_MAX_OUTPUTS,
                "a set does not fit into one set of outputs");

@@ -22,28 +22,27 @@ static const double GONE = 12;
 
 /* ---- what a file is -------------------------------------------------- */
 
-static bool is_texture(const char *head)
-{
-    return !memcmp(head, "\xABKTX 20\xBB\r\n\x1A\n", MAGIC) ||
-           !memcmp(head, "\xABKTX 11\xBB\r\n\x1A\n", MAGIC) ||
-           !memcmp(head, "DDS ", 4);
-}
+static const struct {
+    const char *begin;
+    size_t size;
+    const char *words; /* NULL: a texture */
+} magics[] = {
+    {"\xABKTX 20\xBB\r\n\x1A\n", MAGIC, NULL},
+    {"\xABKTX 11\xBB\r\n\x1A\n", MAGIC, NULL},
+    {"DDS ", 4, NULL},
+    {"\x89PNG", 4, "a PNG picture"},
+    {"\xFF\xD8\xFF", 3, "a JPEG picture"},
+    {"#?", 2, "a Radiance map"},
+    {"\x76\x2F\x31\x01", 4, "an OpenEXR map"},
+    {"II*\0", 4, "a TIFF picture"},
+    {"MM\0*", 4, "a TIFF picture"},
+};
 
 static const char *describe(const char *head)
 {
-    static const struct {
-        const char *begin, *words;
-        size_t size;
-    } kinds[] = {{"\x89PNG", "a PNG picture", 4},
-                 {"\xFF\xD8\xFF", "a JPEG picture", 3},
-                 {"#?", "a Radiance map", 2},
-                 {"\x76\x2F\x31\x01", "an OpenEXR map", 4},
-                 {"II*\0", "a TIFF picture", 4},
-                 {"MM\0*", "a TIFF picture", 4}};
-
-    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
-        if (!memcmp(head, kinds[i].begin, kinds[i].size))
-            return kinds[i].words;
+    for (size_t i = 0; i < sizeof magics / sizeof *magics; i++)
+        if (!memcmp(head, magics[i].begin, magics[i].size))
+            return magics[i].words;
     return "of another kind";
 }
 
@@ -65,13 +64,11 @@ view_file_kind view_file_look(const char *path, const char **words)
         return VIEW_FILE_MISSING;
     const size_t got = fread(head, 1, MAGIC, file);
     fclose(file);
-    if (is_texture(head))
-        return VIEW_FILE_TEXTURE;
     *words = "JSON";
     if (head[strspn(head, " \t\r\n")] == '{')
         return VIEW_FILE_JSON;
     *words = got ? describe(head) : "empty";
-    return VIEW_FILE_OTHER;
+    return *words ? VIEW_FILE_OTHER : VIEW_FILE_TEXTURE;
 }
 
 bool view_is_map(const char *path)

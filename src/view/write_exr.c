@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "view/write_exr.h"
+#include "view/picture.h"
 
 #include <OpenEXR/openexr.h>
 #include <stdlib.h>
@@ -59,20 +59,6 @@ static void error_fn(exr_const_context_t exr, exr_result_t code,
         strncpy(s->why, text, sizeof s->why - 1);
 }
 
-static exr_result_t write_header(exr_context_t exr, int width, int height)
-{
-    int part;
-    exr_result_t rv = exr_add_part(exr, NULL, EXR_STORAGE_SCANLINE, &part);
-
-    if (!rv)
-        rv = exr_initialize_required_attr_simple(exr, part, width, height,
-                                                 EXR_COMPRESSION_ZIP);
-    for (int i = 0; i < CHANNELS && !rv; i++)
-        rv = exr_add_channel(exr, part, names[i], EXR_PIXEL_HALF,
-                             EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1);
-    return rv ? rv : exr_write_header(exr);
-}
-
 /* A block of lines. Each is packed by a pipeline of its own. */
 static exr_result_t write_block(exr_context_t exr, int width, int y,
                                 const uint16_t *rgba)
@@ -103,12 +89,23 @@ static exr_result_t write_block(exr_context_t exr, int width, int y,
     return rv;
 }
 
-static exr_result_t write_blocks(exr_context_t exr, int width, int height,
-                                 const uint16_t *rgba)
+static exr_result_t write_picture(exr_context_t exr, int width, int height,
+                                  const uint16_t *rgba)
 {
+    int part;
     int32_t lines = 0;
-    exr_result_t rv = exr_get_scanlines_per_chunk(exr, 0, &lines);
+    exr_result_t rv = exr_add_part(exr, NULL, EXR_STORAGE_SCANLINE, &part);
 
+    if (!rv)
+        rv = exr_initialize_required_attr_simple(exr, part, width, height,
+                                                 EXR_COMPRESSION_ZIP);
+    for (int i = 0; i < CHANNELS && !rv; i++)
+        rv = exr_add_channel(exr, part, names[i], EXR_PIXEL_HALF,
+                             EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1);
+    if (!rv)
+        rv = exr_write_header(exr);
+    if (!rv)
+        rv = exr_get_scanlines_per_chunk(exr, part, &lines);
     for (int y = 0; y < height && !rv; y += lines)
         rv = write_block(exr, width, y, rgba);
     return rv;
@@ -133,9 +130,7 @@ bool view_exr_encode(const char *name, int width, int height,
     exr_result_t rv =
         exr_start_write(&exr, name, EXR_WRITE_FILE_DIRECTLY, &init);
     if (!rv)
-        rv = write_header(exr, width, height);
-    if (!rv)
-        rv = write_blocks(exr, width, height, rgba);
+        rv = write_picture(exr, width, height, rgba);
     /* The table of where blocks are is written last. */
     const exr_result_t end = exr_finish(&exr);
     if (!rv)
