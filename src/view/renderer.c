@@ -315,19 +315,16 @@ static bool linear_pass(view_renderer *r)
     return true;
 }
 
-static bool make_truth(view_renderer *r)
-{
-    r->truth = view_truth_create();
-    return r->truth && view_truth_load(r->truth, r->set);
-}
-
 static bool truth_pass(view_renderer *r)
 {
     r->has_truth = false;
     if (!compares(r))
         return true;
-    if (!r->truth && !make_truth(r))
-        return false;
+    if (!r->truth) {
+        r->truth = view_truth_create();
+        if (!r->truth || !view_truth_load(r->truth, r->set))
+            return false;
+    }
     if (!view_truth_draw(r->truth, &r->frame, r->instances, r->count, r->width,
                          r->height, r->samples))
         return false;

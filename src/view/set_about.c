@@ -16,13 +16,6 @@
 const char *const view_content_names[VIEW_CONTENTS + 1] = {
     "specular", "irradiance", "brdf_lut", "skybox"};
 
-const char *view_content_words(view_content content)
-{
-    static const char *const words[] = {"a specular chain", "an irradiance map",
-                                        "a BRDF table", "a skybox"};
-    return words[content];
-}
-
 static const char *const scale_names[] = {"E/pi", "E", NULL};
 
 /* The values that are words; the place in this table is that in view_about. */

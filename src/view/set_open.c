@@ -69,16 +69,19 @@ static bool find_beside(const opener *o, view_content content, char **out)
 
 /* ---- what fits -------------------------------------------------------- */
 
-/* What to do about a file that is not what it was taken for. */
-static const char *remedy(view_content wanted)
-{
-    static const char *const words[] = {
-        "name the NAME_specular file, and others with --irradiance and --lut",
-        "name the NAME_irradiance file, or leave --irradiance out",
-        "name the brdf_lut file, or leave --lut out",
-        "name the NAME_skybox file or another cube, or leave --sky out"};
-    return words[wanted];
-}
+/* What a content is called in messages, and what to do about a file that is not
+ * what it was taken for. */
+static const struct {
+    const char *words, *remedy;
+} contents[VIEW_CONTENTS] = {
+    {"a specular chain",
+     "name the NAME_specular file, and others with --irradiance and --lut"},
+    {"an irradiance map",
+     "name the NAME_irradiance file, or leave --irradiance out"},
+    {"a BRDF table", "name the brdf_lut file, or leave --lut out"},
+    {"a skybox",
+     "name the NAME_skybox file or another cube, or leave --sky out"},
+};
 
 static bool check_shape(const ibl_texture *tex, const char *path,
                         view_content wanted)
@@ -89,21 +92,21 @@ static bool check_shape(const ibl_texture *tex, const char *path,
     if ((tex->faces == 1) != lut)
         return view_fail("%s: is a %s (%dx%d, %s), where %s is wanted: %s",
                          path, lut ? "cube" : "flat texture", tex->width,
-                         tex->height, pixel, view_content_words(wanted),
-                         remedy(wanted));
+                         tex->height, pixel, contents[wanted].words,
+                         contents[wanted].remedy);
     if ((ibl_pixel_channels(tex->pixel) == 2) != lut)
         return view_fail("%s: has %s texels, where %s has %s: %s", path, pixel,
-                         view_content_words(wanted),
+                         contents[wanted].words,
                          lut ? "two channels, rg16f or rg32f" : "colour",
-                         remedy(wanted));
+                         contents[wanted].remedy);
     if (tex->layers > 1)
         return view_fail(
             "%s: is an array of %d layers, of a probe set perhaps, "
             "where a single texture is wanted: %s",
-            path, tex->layers, remedy(wanted));
+            path, tex->layers, contents[wanted].remedy);
     if (lut && tex->width != tex->height)
         return view_fail("%s: is %dx%d, where a BRDF table is square: %s", path,
-                         tex->width, tex->height, remedy(wanted));
+                         tex->width, tex->height, contents[wanted].remedy);
     if (tex->width > IBL_MAX_CUBE_SIZE)
         return view_fail("%s: is %dx%d, more than %d: bake it smaller", path,
                          tex->width, tex->height, IBL_MAX_CUBE_SIZE);
@@ -123,8 +126,8 @@ static bool check_content(const char *path, view_content wanted,
     if (found == VIEW_CONTENTS || found == wanted || wanted == VIEW_SKY)
         return true;
     return view_fail("%s: holds %s, where %s is wanted: %s", path,
-                     view_content_words(found), view_content_words(wanted),
-                     remedy(wanted));
+                     contents[found].words, contents[wanted].words,
+                     contents[wanted].remedy);
 }
 
 /* Reads the file of a content, and how it was baked. */
@@ -138,8 +141,8 @@ static bool load(opener *o, view_content content, view_about *about)
         return view_fail("%s: cannot be opened: %s", path, strerror(errno));
     if (kind != VIEW_FILE_TEXTURE && kind != VIEW_FILE_PIPE)
         return view_fail("%s: is %s, where %s (KTX2, KTX or DDS) is wanted: %s",
-                         path, words, view_content_words(content),
-                         remedy(content));
+                         path, words, contents[content].words,
+                         contents[content].remedy);
     view_set_see(o->set, content);
     return !ibl_texture_read(o->ctx, path, tex, NULL) &&
            check_shape(tex, path, content) &&

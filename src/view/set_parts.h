@@ -10,8 +10,6 @@
 /* "specular", "irradiance", "brdf_lut", "skybox": in names of files, keys and
  * sidecars. Ended by NULL. */
 extern const char *const view_content_names[VIEW_CONTENTS + 1];
-/* For messages: "a specular chain", "a BRDF table", ... */
-const char *view_content_words(view_content content);
 
 /* ---- files by content and by name (set_files.c) ------------------------- */
 
