@@ -40,7 +40,7 @@ static const view_room_draw *draw(const float **rgba)
 {
     *rgba = room_stage_draw(&on);
     NEED(*rgba);
-    return view_scene_drawn(on.stage);
+    return &view_scene_state_of(on.stage)->draw;
 }
 
 /* ---- what probes hold --------------------------------------------------- */

@@ -63,13 +63,13 @@ TEST(follows_within_the_interval)
 
     begin();
     draw(0);
-    CHECK_NEAR(view_scene_shown(on.stage), 0, 0);
+    CHECK_NEAR(view_scene_state_of(on.stage)->shown, 0, 0);
     draw(0.4);
-    CHECK_NEAR(view_scene_shown(on.stage), 0, 0);
+    CHECK_NEAR(view_scene_state_of(on.stage)->shown, 0, 0);
     draw(0.5);
-    CHECK_NEAR(view_scene_shown(on.stage), 0.5, 0);
+    CHECK_NEAR(view_scene_state_of(on.stage)->shown, 0.5, 0);
     draw(0.9);
-    CHECK_NEAR(view_scene_shown(on.stage), 0.5, 0);
+    CHECK_NEAR(view_scene_state_of(on.stage)->shown, 0.5, 0);
     /* A jump is followed: the mirror has the lamp where it is then. */
     draw(2);
     CHECK(changed() > 0.01);
@@ -88,11 +88,11 @@ TEST(follows_within_the_interval)
     CHECK_MSG(changed() < 0.25 * behind, "%g, %g", changed(), behind);
     on.s.probe_interval = 0;
     draw(2.7);
-    CHECK_NEAR(view_scene_shown(on.stage), 2.7, 0);
+    CHECK_NEAR(view_scene_state_of(on.stage)->shown, 2.7, 0);
     /* Time that goes back is another one at once. */
     on.s.probe_interval = 9;
     draw(1);
-    CHECK_NEAR(view_scene_shown(on.stage), 1, 0);
+    CHECK_NEAR(view_scene_state_of(on.stage)->shown, 1, 0);
 }
 
 /* A face at a time it takes many frames, which all show the last whole one,
@@ -105,12 +105,12 @@ TEST(is_spread_over_frames)
     draw(0);
     on.s.probe_faces = 1;
     draw(1);
-    for (; frames < 200 && view_scene_shown(on.stage) < 1; frames++) {
+    for (; frames < 200 && view_scene_state_of(on.stage)->shown < 1; frames++) {
         CHECK(frames < 2 || !memcmp(rgb, before, sizeof rgb));
         draw(1);
     }
     CHECK_MSG(frames > 12 && frames < 200, "%d", frames);
-    CHECK_NEAR(view_scene_shown(on.stage), 1, 0);
+    CHECK_NEAR(view_scene_state_of(on.stage)->shown, 1, 0);
     draw(1);
     float spread[FLOATS];
     memcpy(spread, rgb, sizeof spread);
@@ -216,7 +216,7 @@ TEST(failure_is_said_once)
     on.s.probe_interval = 0;
     draw(0);
     draw(1);
-    CHECK_NEAR(view_scene_shown(on.stage), 1, 0);
+    CHECK_NEAR(view_scene_state_of(on.stage)->shown, 1, 0);
     NEED(view_scene_context(on.stage));
     ibl_ctx_cancel(view_scene_context(on.stage));
     view_test_catch();
@@ -224,11 +224,11 @@ TEST(failure_is_said_once)
         draw(i);
     const char *said = view_test_caught();
     CHECK_MSG(sets_lines(said) <= 2 && strstr(said, "probe stays"), "%s", said);
-    CHECK_NEAR(view_scene_shown(on.stage), 1, 0);
+    CHECK_NEAR(view_scene_state_of(on.stage)->shown, 1, 0);
     on.s.probe_filter = VIEW_PROBE_GPU;
     draw(8);
     draw(9);
-    CHECK_NEAR(view_scene_shown(on.stage), 9, 0);
+    CHECK_NEAR(view_scene_state_of(on.stage)->shown, 9, 0);
 }
 
 /* A sun through the windows is seen in captures with its shadows or without,
@@ -273,11 +273,11 @@ TEST_SLOW(moves_among_locals)
         on.s.probes = 9;
         on.s.probe_limit = i;
         draw(0);
-        CHECK(view_scene_drawn(on.stage)->locals.count == 9);
+        CHECK(view_scene_state_of(on.stage)->draw.locals.count == 9);
         draw(2);
         CHECK_MSG(changed() > 0.01, "%g", changed());
         /* Where they leave something to the mirror's it is the last. */
-        CHECK(view_scene_drawn(on.stage)->dynamic.probe->priority ==
+        CHECK(view_scene_state_of(on.stage)->draw.dynamic.probe->priority ==
               (i ? -1 : 1));
     }
     on.s.probes = 0;
@@ -291,13 +291,13 @@ TEST_SLOW(moves_among_locals)
  * or all of them where there were all. */
 static int frames_of_update(bool all)
 {
-    const int updates = view_scene_updates(on.stage);
+    const int updates = view_scene_state_of(on.stage)->updates;
     int frames = 0;
 
-    while (view_scene_updates(on.stage) == updates && frames < 99) {
+    while (view_scene_state_of(on.stage)->updates == updates && frames < 99) {
         draw(1);
         frames++;
-        const int count = view_scene_drawn(on.stage)->locals.count;
+        const int count = view_scene_state_of(on.stage)->draw.locals.count;
         CHECK_MSG(count == (all ? on.s.probes : frames), "%d", count);
     }
     return frames;

@@ -15,16 +15,9 @@
 #include "view/renderer.h"
 #include "view/room_shadow.h"
 #include "view/upload.h"
+#include "view/vector.h"
 
 #define PI 3.14159265358979323846
-
-static void normalise(double a[3])
-{
-    const double length = sqrt(test_dot(a, a));
-
-    for (int k = 0; k < 3; k++)
-        a[k] /= length;
-}
 
 /* What is left of a texel in a direction, unit, of the environment. */
 static void cut_sun(const view_room_sun *sun, const double direction[3],
@@ -139,7 +132,7 @@ static void check_disc(ibl_ctx *ctx, int size, disc s)
     view_room_sun sun;
     double whole[3], left[3];
 
-    normalise(s.direction);
+    normalise3(s.direction);
     ibl_texture tex = cube_of(ctx, size, 48, disc_light, &s, s.direction);
     NEED(view_room_sun_find(&tex, &sun));
     NEED(view_room_sun_shines(&sun));
@@ -307,7 +300,7 @@ static view_room_sun sun_at(double x, double y, double z)
                          .limit = 4,
                          .cosine = cos(10 * PI / 180)};
 
-    normalise(sun.direction);
+    normalise3(sun.direction);
     return sun;
 }
 
@@ -347,7 +340,7 @@ static int count_seen(const view_room_draw *d, const room_hit *h,
     double right[3] = {l[2], 0, -l[0]}, up[3];
     int seen = 0;
 
-    normalise(right);
+    normalise3(right);
     for (int k = 0; k < 3; k++)
         up[k] = l[(k + 1) % 3] * right[(k + 2) % 3] -
                 l[(k + 2) % 3] * right[(k + 1) % 3];
@@ -377,7 +370,7 @@ static void sun_term(const view_room_sun *sun, const room_hit *h,
 
     for (int k = 0; k < 3; k++)
         half[k] = l[k] - eye_ray[k];
-    normalise(half);
+    normalise3(half);
     const double n_h = test_dot(h->normal, half),
                  v_h = -test_dot(half, eye_ray);
     const double k2 = 1 - (1 - a2) * n_h * n_h;
@@ -573,7 +566,8 @@ TEST_SLOW(each_set_has_its_own)
         NEED(view_renderer_load(r, i % 2 ? &sunny : &plain));
         CHECK(view_renderer_draw(r, &s, 32, 24));
         const view_scene *stage = view_renderer_stage(r);
-        CHECK(view_room_sun_shines(&view_scene_drawn(stage)->environment.sun) ==
+        CHECK(view_room_sun_shines(
+                  &view_scene_state_of(stage)->draw.environment.sun) ==
               (i % 2 == 1));
     }
     view_renderer_free(r);
@@ -649,7 +643,7 @@ TEST(is_not_counted_twice)
 
     lit_begin(WIDTH, HEIGHT);
     ibl_ctx *ctx = view_test_ctx(1);
-    normalise(s.direction);
+    normalise3(s.direction);
     ibl_image map = map_of(ctx, &s);
     const view_camera c = room_camera(eye, at, 70, WIDTH, HEIGHT);
     view_room_draw d = sunny_draw(&c, &(view_room_sun){0});

@@ -258,8 +258,8 @@ TEST(goes_back_without_room)
     CHECK(view_app_draw(&app, false));
     for (int i = 0; i < 2; i++)
         press_without_room();
-    CHECK(view_scene_drawn(view_renderer_stage(app.renderer))->locals.count ==
-          2);
+    CHECK(view_scene_state_of(view_renderer_stage(app.renderer))
+              ->draw.locals.count == 2);
     most_layers = 4 * IBL_FACES;
     view_keys_press(&app, 'h');
     CHECK(view_app_draw(&app, false));

@@ -6,6 +6,7 @@
 
 #include "ibl/ibl.h"
 #include "view.h"
+#include "view/vector.h"
 
 /* ---- targets ----------------------------------------------------------- */
 
@@ -73,21 +74,6 @@ float *room_target_read(const room_target *t)
 
 /* ---- cameras ----------------------------------------------------------- */
 
-static void normalise(double a[3])
-{
-    const double length = sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
-
-    for (int k = 0; k < 3; k++)
-        a[k] /= length;
-}
-
-static void cross(const double a[3], const double b[3], double c[3])
-{
-    for (int k = 0; k < 3; k++)
-        c[k] =
-            a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
-}
-
 view_camera room_camera(const double eye[3], const double at[3], double fov,
                         int width, int height)
 {
@@ -98,12 +84,12 @@ view_camera room_camera(const double eye[3], const double at[3], double fov,
         c.eye[k] = eye[k];
         c.forward[k] = at[k] - eye[k];
     }
-    normalise(c.forward);
+    normalise3(c.forward);
     const bool upright = fabs(c.forward[1]) < 0.99;
     const double up[3] = {0, upright, !upright};
-    cross(c.forward, up, c.right);
-    normalise(c.right);
-    cross(c.right, c.forward, c.up);
+    cross3(c.forward, up, c.right);
+    normalise3(c.right);
+    cross3(c.right, c.forward, c.up);
     for (int k = 0; k < 3; k++) {
         c.right[k] *= scale * width / height;
         c.up[k] *= scale;

@@ -74,21 +74,16 @@ static bool add_faces(ibl_outputs *outputs, const char *dir,
 
 /* ---- the set ----------------------------------------------------------- */
 
-static void put_number(FILE *to, double x)
+/* One number, or an array of them. */
+static void put_numbers(FILE *to, const double *v, int count)
 {
     char text[IBL_NUMBER_BYTES];
 
-    ibl_number_text(x, text);
-    fputs(text, to);
-}
-
-static void put_triple(FILE *to, const double v[3])
-{
-    for (int k = 0; k < 3; k++) {
-        fputs(k ? ", " : "[", to);
-        put_number(to, v[k]);
+    for (int k = 0; k < count; k++) {
+        ibl_number_text(v[k], text);
+        fprintf(to, "%s%s", count == 1 ? "" : k ? ", " : "[", text);
     }
-    fputc(']', to);
+    fputs(count == 1 ? "" : "]", to);
 }
 
 static void put_volume(FILE *to, const char *name, const ibl_volume *v)
@@ -97,12 +92,9 @@ static void put_volume(FILE *to, const char *name, const ibl_volume *v)
 
     fprintf(to, ",\n      \"%s\": {\"%s\": {\"centre\": ", name,
             ibl_shape_name(v->shape));
-    put_triple(to, v->centre);
+    put_numbers(to, v->centre, 3);
     fputs(box ? ", \"half\": " : ", \"radius\": ", to);
-    if (box)
-        put_triple(to, v->half);
-    else
-        put_number(to, v->half[0]);
+    put_numbers(to, v->half, box ? 3 : 1);
     fputs("}}", to);
 }
 
@@ -113,7 +105,7 @@ static void put_probe(FILE *to, const ibl_probe *p, int i)
     fprintf(to,
             "%s    {\n      \"name\": \"probe_%02d\",\n      \"position\": ",
             i ? ",\n" : "", i);
-    put_triple(to, p->position);
+    put_numbers(to, p->position, 3);
     fputs(",\n      \"capture\": {\"faces\": [", to);
     for (int face = 0; face < IBL_FACES; face++) {
         name_face(i, face, name);
@@ -126,7 +118,7 @@ static void put_probe(FILE *to, const ibl_probe *p, int i)
     fputs("]}", to);
     put_volume(to, "influence", &p->influence);
     fputs(",\n      \"blend\": ", to);
-    put_number(to, p->blend);
+    put_numbers(to, &p->blend, 1);
     if (p->has_proxy)
         put_volume(to, "proxy", &p->proxy);
     fprintf(to, ",\n      \"priority\": %d\n    }", p->priority);

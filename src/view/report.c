@@ -73,7 +73,8 @@ void view_report_probe_set(const view_probe_set *set)
 
 void view_report_sun(const view_scene *stage)
 {
-    const view_room_environment *e = &view_scene_drawn(stage)->environment;
+    const view_room_environment *e =
+        &view_scene_state_of(stage)->draw.environment;
     double world[3];
 
     if (!view_room_sun_shines(&e->sun)) {
@@ -88,9 +89,8 @@ void view_report_sun(const view_scene *stage)
 
 void view_report_probe(const view_scene *stage, view_probe_filter filter)
 {
-    double ms[3];
+    const double *ms = view_scene_state_of(stage)->ms[filter];
 
-    view_scene_times(stage, filter, ms);
     printf("probe: %.1f ms drawing, %.1f levels, %.1f irradiance\n", ms[0],
            ms[1], ms[2]);
 }
@@ -118,12 +118,11 @@ static void print_frames(view_stats *t)
 static void print_probe(const view_scene *stage, const view_settings *s,
                         view_probe_filter filter)
 {
-    double ms[3];
+    const double *ms = view_scene_state_of(stage)->ms[filter];
 
-    view_scene_times(stage, filter, ms);
     printf("probe seconds=%.3f size=%d capture=%s filter=%s ms=%.1f "
            "drawing=%.1f levels=%.1f irradiance=%.1f",
-           view_scene_shown(stage), s->probe_size,
+           view_scene_state_of(stage)->shown, s->probe_size,
            view_probe_capture_names[s->probe_capture],
            view_probe_filter_names[filter], ms[0] + ms[1] + ms[2], ms[0], ms[1],
            ms[2]);
@@ -144,7 +143,7 @@ void view_stats_tell(view_stats *t, const view_renderer *r,
                      const view_settings *s)
 {
     const view_scene *stage = view_renderer_stage(r);
-    const int updates = stage ? view_scene_updates(stage) : 0;
+    const int updates = stage ? view_scene_state_of(stage)->updates : 0;
 
     if (!t->frames || (s->mode == VIEW_SCENE ? updates == t->updates
                                              : view_clock() - t->begun < 1))

@@ -42,16 +42,13 @@ struct view_scene {
     const view_probe_set *set; /* baked probes; then there are no locals */
     ibl_ctx *ctx;              /* made when the library is to filter */
     view_settings made;        /* what captures were made by */
-    view_room_draw draw;       /* of the frame that is being made */
+    view_scene_state now;      /* its draw is that which is being made */
     GLuint framebuffer, depth;
     int width, height; /* of depth */
     bool fresh;        /* a whole update fits what is asked for */
     bool begun;        /* an update that is spread over frames */
     bool failed;       /* the last one: there is none until something changes */
-    double begun_at, shown_at;
-    int updates;
-    bool timed[VIEW_PROBE_FILTERS];
-    double ms[VIEW_PROBE_FILTERS][VIEW_CAPTURE_PARTS]; /* the last by each */
+    double begun_at;
 };
 
 /* ---- life -------------------------------------------------------------- */
@@ -166,8 +163,10 @@ static bool make_captures(view_scene *st, const view_settings *s)
     if (st->capture && alike && locals == st->local_count)
         return true;
     drop_captures(st);
-    if (!alike) /* times compare filters of the same */
-        memset(st->timed, 0, sizeof st->timed);
+    if (!alike) { /* times compare filters of the same */
+        memset(st->now.timed, 0, sizeof st->now.timed);
+        memset(st->now.ms, 0, sizeof st->now.ms);
+    }
     st->made = *s;
     st->capture = view_capture_create(s->probe_capture, s->probe_size);
     if (st->capture && make_cubes(st, s->probe_size, locals))
@@ -182,7 +181,7 @@ static bool make_captures(view_scene *st, const view_settings *s)
  * leave to others what they do not see. */
 static ibl_probe mirror_probe(const view_scene *st)
 {
-    const view_probe_maps *l = &st->draw.locals;
+    const view_probe_maps *l = &st->now.draw.locals;
     const bool whole = !l->count || st->seen < st->local_count || l->holes ||
                        st->made.probe_limit;
     ibl_probe p = {.has_proxy = 1,
@@ -222,7 +221,7 @@ static view_capture_shot shot_of(const view_scene *st, const ibl_probe *p,
                                  const view_cubes *to)
 {
     view_capture_shot s = {.room = st->room,
-                           .draw = st->draw,
+                           .draw = st->now.draw,
                            .far = end_of(st, p),
                            .to = to,
                            .layer = p->layer};
@@ -281,22 +280,23 @@ static view_probe_maps maps_of(const view_scene *st, const view_cubes *cubes,
 static void use_mirror(view_scene *st)
 {
     st->probe = mirror_probe(st);
-    st->draw.dynamic = maps_of(st, &st->mirror, &st->probe, 1);
+    st->now.draw.dynamic = maps_of(st, &st->mirror, &st->probe, 1);
 }
 
 /* The last whole updates light what is drawn. */
 static void use_probes(view_scene *st)
 {
-    st->draw.locals = st->set ? *view_probe_set_locals(st->set)
+    st->now.draw.locals = st->set
+                              ? *view_probe_set_locals(st->set)
                               : maps_of(st, &st->locals, st->local, st->seen);
     use_mirror(st);
 }
 
 static void note_times(view_scene *st, view_probe_filter filter)
 {
-    memcpy(st->ms[filter], view_capture_times(st->capture),
-           sizeof st->ms[filter]);
-    st->timed[filter] = true;
+    memcpy(st->now.ms[filter], view_capture_times(st->capture),
+           sizeof st->now.ms[filter]);
+    st->now.timed[filter] = true;
 }
 
 /* The mirror's capture is a whole one again. */
@@ -304,8 +304,8 @@ static void show_update(view_scene *st)
 {
     use_probes(st);
     st->begun = false;
-    st->shown_at = st->begun_at;
-    st->updates++;
+    st->now.shown = st->begun_at;
+    st->now.updates++;
     note_times(st, st->made.probe_filter);
 }
 
@@ -327,7 +327,7 @@ static bool capture_due(view_scene *st, const view_settings *s)
     use_probes(st);
     if (st->due)
         return true;
-    st->begun_at = st->draw.seconds;
+    st->begun_at = st->now.draw.seconds;
     if (capture_mirror(st, true, WHOLE) != VIEW_CAPTURE_DONE)
         return false;
     show_update(st);
@@ -341,7 +341,7 @@ static bool capture_whole(view_scene *st, const view_settings *s)
     bool ok = true;
 
     st->made = *s;
-    st->begun_at = st->draw.seconds;
+    st->begun_at = st->now.draw.seconds;
     st->begun = st->failed = st->fresh = false;
     st->due = st->local_count;
     for (int bounce = 0; bounce < BOUNCES && ok; bounce++) {
@@ -362,7 +362,7 @@ static bool is_due(const view_scene *st, const view_settings *s)
     const double now = s->seconds;
 
     return (now < st->begun_at || now - st->begun_at >= s->probe_interval) &&
-           view_room_moved(st->shown_at, now);
+           view_room_moved(st->now.shown, now);
 }
 
 static bool refresh(view_scene *st, const view_settings *s)
@@ -443,8 +443,8 @@ static void clip_to_room(ibl_volume *box)
 /* Proxies first: where both are, influences are seen. */
 static bool draw_volumes(view_scene *st, double ev)
 {
-    const view_probe_maps *l = &st->draw.locals;
-    const view_room_draw *d = &st->draw;
+    const view_probe_maps *l = &st->now.draw.locals;
+    const view_room_draw *d = &st->now.draw;
     bool ok = true;
 
     for (int i = 0; i <= l->count && d->parallax && ok; i++) {
@@ -469,49 +469,36 @@ bool view_scene_draw(view_scene *st, const view_settings *s,
 {
     if (!resize(st, width, height) || !make_captures(st, s))
         return false;
-    st->draw = (view_room_draw){.seconds = s->seconds,
-                                .moving = true,
-                                .shadows = true,
-                                .environment = *environment,
-                                .table = table,
-                                .parallax = s->parallax,
-                                .sharp = !s->blend};
-    st->draw.environment.turn = s->turn;
+    st->now.draw = (view_room_draw){.seconds = s->seconds,
+                                    .moving = true,
+                                    .shadows = true,
+                                    .environment = *environment,
+                                    .table = table,
+                                    .parallax = s->parallax,
+                                    .sharp = !s->blend};
+    st->now.draw.environment.turn = s->turn;
     if (!s->sun)
-        st->draw.environment.sun = (view_room_sun){0};
+        st->now.draw.environment.sun = (view_room_sun){0};
     const view_camera camera = view_scene_camera(s, width, height);
-    view_camera_matrix(&camera, st->draw.clip);
-    memcpy(st->draw.eye, camera.eye, sizeof camera.eye);
+    view_camera_matrix(&camera, st->now.draw.clip);
+    memcpy(st->now.draw.eye, camera.eye, sizeof camera.eye);
     if (!(is_stale(st, s) ? capture_whole : refresh)(st, s))
         return false;
     view_gl_target(st->framebuffer, picture);
     gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D,
                             st->depth, 0);
     gl.Viewport(0, 0, width, height);
-    view_room_render(st->room, &st->draw);
+    view_room_render(st->room, &st->now.draw);
     if (s->volumes && !draw_volumes(st, s->ev))
         return false;
     return view_gl_check("drawing the scene");
 }
 
-const view_room_draw *view_scene_drawn(const view_scene *st)
-{
-    return &st->draw;
-}
-
 /* ---- what is told ------------------------------------------------------ */
 
-int view_scene_updates(const view_scene *st)
+const view_scene_state *view_scene_state_of(const view_scene *st)
 {
-    return st->updates;
-}
-
-bool view_scene_times(const view_scene *st, view_probe_filter filter,
-                      double ms[VIEW_CAPTURE_PARTS])
-{
-    for (int k = 0; k < 3; k++)
-        ms[k] = st->timed[filter] ? st->ms[filter][k] : 0;
-    return st->timed[filter];
+    return &st->now;
 }
 
 bool view_scene_measure(view_scene *st, view_probe_filter filter)
@@ -528,11 +515,6 @@ bool view_scene_measure(view_scene *st, view_probe_filter filter)
             return false;
     note_times(st, filter);
     return true;
-}
-
-double view_scene_shown(const view_scene *st)
-{
-    return st->shown_at;
 }
 
 ibl_ctx *view_scene_context(view_scene *st)

@@ -37,26 +37,27 @@ bool view_scene_draw(view_scene *st, const view_settings *s,
                      const view_room_environment *environment, GLuint table,
                      GLuint picture, int width, int height);
 
-/* Updates of the probe that were shown, so far. */
-int view_scene_updates(const view_scene *st);
-/* Milliseconds of the last update that was filtered so: drawing, levels,
- * irradiance. False, and zeros: none of this size and kind of capture. */
-bool view_scene_times(const view_scene *st, view_probe_filter filter,
-                      double ms[VIEW_CAPTURE_PARTS]);
+/* What draws have left. */
+typedef struct view_scene_state {
+    view_room_draw draw; /* what the last one was drawn by, with its probes */
+    int updates;         /* of the probe that were shown, so far */
+    double shown;        /* settings.seconds when the probe's capture began */
+    /* Milliseconds of the last update by each filter; false, and zeros: there
+     * was none of this size and kind of capture. */
+    bool timed[VIEW_PROBE_FILTERS];
+    double ms[VIEW_PROBE_FILTERS][VIEW_CAPTURE_PARTS];
+} view_scene_state;
+
+const view_scene_state *view_scene_state_of(const view_scene *st);
 /* Captures the last draw once more, only for the times of that filter. False,
  * with a message. */
 bool view_scene_measure(view_scene *st, view_probe_filter filter);
 /* What the library filters with, once it has been asked to; else NULL. */
 ibl_ctx *view_scene_context(view_scene *st);
-/* The time that the probe shows: settings.seconds when its capture began. */
-double view_scene_shown(const view_scene *st);
 
 /* Writes the captures of local probes into a directory (probe_save.h). False,
  * with a message, also if there are none. */
 bool view_scene_save(const view_scene *st, ibl_ctx *ctx, const char *dir);
-
-/* What the last draw was drawn by, with its probes. */
-const view_room_draw *view_scene_drawn(const view_scene *st);
 
 /* Of the camera, where settings have none. */
 extern const double view_scene_distance;

@@ -181,9 +181,10 @@ static void add_map(view_app *app)
 static void add_times(view_app *app, const view_scene *stage,
                       view_probe_filter filter)
 {
-    double ms[3];
+    const view_scene_state *state = view_scene_state_of(stage);
+    const double *ms = state->ms[filter];
 
-    if (!view_scene_times(stage, filter, ms))
+    if (!state->timed[filter])
         return;
     append(app, " | %s %.1f ms", view_probe_filter_names[filter],
            ms[0] + ms[1] + ms[2]);
