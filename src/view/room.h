@@ -46,8 +46,6 @@ const view_room_box *view_room_box_at(int i);
 void view_room_sphere(int i, double seconds, double centre[3], double *radius);
 bool view_room_sphere_moves(int i);
 const view_room_material *view_room_sphere_material(int i);
-/* Whether a sphere is in another place. */
-bool view_room_moved(double from, double to);
 
 /* Probes, each a layer of cube arrays: filtered linearly; alpha is how much has
  * been seen, and colour is multiplied by it. */

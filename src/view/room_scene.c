@@ -142,15 +142,3 @@ const view_room_material *view_room_sphere_material(int i)
 {
     return &spheres[i].material;
 }
-
-bool view_room_moved(double from, double to)
-{
-    for (int i = 0; i < VIEW_ROOM_SPHERES; i++) {
-        double was[3], is[3], radius;
-        view_room_sphere(i, from, was, &radius);
-        view_room_sphere(i, to, is, &radius);
-        if (was[0] != is[0] || was[1] != is[1] || was[2] != is[2])
-            return true;
-    }
-    return false;
-}

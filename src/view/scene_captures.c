@@ -356,13 +356,14 @@ static bool capture_whole(view_scene *st, const view_settings *s)
     return ok;
 }
 
-/* Seconds that go back are another time as well. */
+/* At another time what moves is in another place; one that has gone back is one
+ * as well. */
 static bool is_due(const view_scene *st, const view_settings *s)
 {
-    const double now = s->seconds;
+    const double now = s->seconds, shown = st->now.shown;
 
     return (now < st->begun_at || now - st->begun_at >= s->probe_interval) &&
-           view_room_moved(st->now.shown, now);
+           (now < shown || now > shown);
 }
 
 static bool refresh(view_scene *st, const view_settings *s)
