@@ -17,7 +17,8 @@ float lod_of(vec4 lod, float r)
 
 vec3 specular_light(float roughness, vec3 direction)
 {
-    return textureLod(specular_map, turned(direction), lod_of(lod, roughness)).rgb;
+    return textureLod(specular_map, turned(direction),
+                      lod_of(lod, roughness)).rgb;
 }
 
 // Sum of sh[] with the real basis of ibl_bake_sh, to degree 4: Sloan 2013,

@@ -15,7 +15,7 @@ layout(std140) uniform Room {
     uvec4 masks;        // xy: all locals; zw: those before the dynamic one
     vec4 local_lod;     // as lod of frame.glsl
     vec4 dynamic_lod;
-    vec4 scales;        // of locals' irradiance, of the dynamic one's; 1 with it
+    vec4 scales;        // irradiance of locals, of the dynamic one; 1 with it
 };
 
 // before: below 0 of what is too far behind a paraboloid.
@@ -33,6 +33,6 @@ vec4 projected(vec3 point, out float before)
 vec3 seen_at(vec2 p)
 {
     vec2 q = p / PARABOLOID_FILL;
-    return mat3(picture) *
-           (paraboloid.x == 0.0 ? vec3(p, 1.0) : vec3(2.0 * q, 1.0 - dot(q, q)));
+    vec3 bent = vec3(2.0 * q, 1.0 - dot(q, q));
+    return mat3(picture) * (paraboloid.x == 0.0 ? vec3(p, 1.0) : bent);
 }
