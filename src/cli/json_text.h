@@ -36,28 +36,27 @@ json_t *ibl_json_overflow(const ibl_overflow_level *level);
  * turn what that was to be put into. All take the value over; NULL is a
  * failure.
  */
+static inline void drop_if(int failed, json_t **container)
+{
+    if (failed) {
+        json_decref(*container);
+        *container = NULL;
+    }
+}
+
 static inline void put(json_t **object, const char *key, json_t *value)
 {
-    if (json_object_set_new(*object, key, value)) {
-        json_decref(*object);
-        *object = NULL;
-    }
+    drop_if(json_object_set_new(*object, key, value), object);
 }
 
 static inline void put_all(json_t **object, json_t *members)
 {
-    if (json_object_update_new(*object, members)) {
-        json_decref(*object);
-        *object = NULL;
-    }
+    drop_if(json_object_update_new(*object, members), object);
 }
 
 static inline void append(json_t **array, json_t *value)
 {
-    if (json_array_append_new(*array, value)) {
-        json_decref(*array);
-        *array = NULL;
-    }
+    drop_if(json_array_append_new(*array, value), array);
 }
 
 #endif
