@@ -180,9 +180,16 @@ ibl_status ibl_place_read(const ibl_input *in, const ibl_place *place,
 }
 
 ibl_status ibl_place_read_level(const ibl_input *in, ibl_place *place,
-                                ibl_texture *tex, int level)
+                                ibl_texture *tex, int level, int images,
+                                uint64_t bytes)
 {
     const uint64_t face_bytes = ibl_place_bytes(place, tex, level);
+    const uint64_t must = (uint64_t)images * face_bytes;
+
+    if (bytes != must)
+        return ibl_bad_file(in, "damaged: level %d of %llu bytes, must be %llu",
+                            level, (unsigned long long)bytes,
+                            (unsigned long long)must);
     for (int i = 0; i < tex->layers * tex->faces; i++) {
         const ibl_status status = ibl_place_read(
             in, place, tex, level, i / tex->faces, i % tex->faces);

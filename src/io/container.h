@@ -54,9 +54,10 @@ uint64_t ibl_place_bytes(const ibl_place *place, const ibl_texture *tex,
 ibl_status ibl_place_read(const ibl_input *in, const ibl_place *place,
                           ibl_texture *tex, int level, int layer, int face);
 /* Reads a level, whose faces follow one another, and moves place->at behind
- * it. */
+ * it. `images` faces must take the bytes that the file states. */
 ibl_status ibl_place_read_level(const ibl_input *in, ibl_place *place,
-                                ibl_texture *tex, int level);
+                                ibl_texture *tex, int level, int images,
+                                uint64_t bytes);
 
 /* Edges of a level. */
 size_t ibl_texture_width(const ibl_texture *tex, int level);

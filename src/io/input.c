@@ -48,6 +48,16 @@ ibl_status ibl_reject(const ibl_input *in, ibl_status status, const char *fmt,
     return ibl_fail(in->ctx, status, "%s: %s", in->name, text);
 }
 
+const char *ibl_quote(const char *text, char out[IBL_QUOTE_BYTES])
+{
+    const int kept = IBL_QUOTE_BYTES - 4;
+    snprintf(out, IBL_QUOTE_BYTES, "%.*s%s", kept, text,
+             strlen(text) > (size_t)kept ? "..." : "");
+    for (char *c = out; *c; c++)
+        *c = *c >= ' ' && *c < 127 ? *c : '?';
+    return out;
+}
+
 ibl_status ibl_input_unread(const ibl_input *in, int error)
 {
     return ibl_reject(in, IBL_ERR_IO, "cannot be read: %s", strerror(error));

@@ -32,6 +32,11 @@ ibl_status ibl_reject(const ibl_input *in, ibl_status status, const char *fmt,
 #define ibl_bad_file(in, ...) ibl_reject(in, IBL_ERR_FORMAT, __VA_ARGS__)
 #define ibl_unsupported(in, ...)                                               \
     ibl_reject(in, IBL_ERR_UNSUPPORTED, __VA_ARGS__)
+enum {
+    IBL_QUOTE_BYTES = 48
+};
+/* A text of a file as a message repeats it: printable, cut where it is long. */
+const char *ibl_quote(const char *text, char out[IBL_QUOTE_BYTES]);
 /* Says that a read failed, with an errno. */
 ibl_status ibl_input_unread(const ibl_input *in, int error);
 

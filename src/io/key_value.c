@@ -192,20 +192,10 @@ static bool is_text(stored_pair *pair)
            !memchr(pair->value, 0, pair->value_bytes);
 }
 
-/* The beginning of a text from a file, fit for a line of a message. */
-static const char *printable(const char *text, char out[41])
-{
-    size_t n = 0;
-    for (; n < 40 && text[n]; n++)
-        out[n] = text[n] >= ' ' && text[n] < 127 ? text[n] : '?';
-    out[n] = '\0';
-    return out;
-}
-
 static ibl_status read_pairs(const ibl_input *in, uint64_t at, uint64_t end,
                              ibl_texture *tex)
 {
-    char text[41];
+    char text[IBL_QUOTE_BYTES];
     while (at < end) {
         stored_pair pair;
         if (!next_pair(in, &at, end, &pair))
@@ -219,7 +209,7 @@ static ibl_status read_pairs(const ibl_input *in, uint64_t at, uint64_t end,
         const int i = find_key(tex, pair.key);
         if (has_key(tex, i, pair.key))
             return ibl_bad_file(in, "damaged: the key \"%s\" is there twice",
-                                printable(pair.key, text));
+                                ibl_quote(pair.key, text));
         if (!insert_pair(tex, i, pair.key, pair.value, pair.value_bytes))
             return ibl_no_memory(in->ctx, "a texture's keys");
     }
@@ -242,7 +232,7 @@ static ibl_status take_orientation(const ibl_input *in, const char *down,
                                    bool *bottom_up)
 {
     const int at = find_key(tex, orientation_key);
-    char text[41];
+    char text[IBL_QUOTE_BYTES];
     if (!has_key(tex, at, orientation_key))
         return IBL_OK;
     const char *value = tex->keys[at].value;
@@ -250,7 +240,7 @@ static ibl_status take_orientation(const ibl_input *in, const char *down,
     if (strcmp(value, down) && !(*bottom_up && tex->faces == 1))
         return ibl_unsupported(
             in, "%s \"%s\": only \"%s\" is read%s%s%s", orientation_key,
-            printable(value, text), down, tex->faces == 1 ? " and \"" : "",
+            ibl_quote(value, text), down, tex->faces == 1 ? " and \"" : "",
             tex->faces == 1 ? up : "", tex->faces == 1 ? "\"" : " for cubes");
     remove_key(tex, at);
     return IBL_OK;

@@ -134,18 +134,12 @@ static ibl_status read_header(ibl_input *in, header *h)
 static ibl_status read_level(const ibl_input *in, ibl_place *place, bool array,
                              ibl_texture *tex, int level)
 {
-    const uint64_t images =
-        array ? (uint64_t)tex->layers * (uint64_t)tex->faces : 1;
-    const uint64_t must = images * ibl_place_bytes(place, tex, level);
     if (!ibl_input_has(in, place->at, 4))
         return ibl_input_short(in, "one of its levels");
-    const uint64_t bytes = ibl_input_u32(in, place->at);
-    if (bytes != must)
-        return ibl_bad_file(in, "damaged: level %d of %llu bytes, must be %llu",
-                            level, (unsigned long long)bytes,
-                            (unsigned long long)must);
-    place->at += 4;
-    return ibl_place_read_level(in, place, tex, level);
+    const uint32_t bytes = ibl_input_u32(in, place->at);
+    place->at += sizeof bytes;
+    return ibl_place_read_level(in, place, tex, level,
+                                array ? tex->layers * tex->faces : 1, bytes);
 }
 
 ibl_status ibl_ktx_decode(ibl_input *in, ibl_texture *tex)

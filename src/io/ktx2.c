@@ -160,18 +160,16 @@ static ibl_status read_level(const ibl_input *in, ibl_place *place,
     index_entry entry;
     memcpy(&entry, in->bytes + sizeof(header) + sizeof entry * (size_t)level,
            sizeof entry);
-    const uint64_t must = ibl_place_bytes(place, tex, level) *
-                          (uint64_t)tex->layers * (uint64_t)tex->faces;
-
-    if (entry.bytes != must || entry.bytes != entry.bytes_uncompressed)
+    if (entry.bytes != entry.bytes_uncompressed)
         return ibl_bad_file(in, "damaged: level %d of %llu bytes, must be %llu",
                             level, (unsigned long long)entry.bytes,
-                            (unsigned long long)must);
+                            (unsigned long long)entry.bytes_uncompressed);
     /* So that adding a face to the offset cannot overflow. */
     if (!ibl_input_has(in, entry.at, entry.bytes))
         return ibl_input_short(in, "one of its levels");
     place->at = entry.at;
-    return ibl_place_read_level(in, place, tex, level);
+    return ibl_place_read_level(in, place, tex, level, tex->layers * tex->faces,
+                                entry.bytes);
 }
 
 ibl_status ibl_ktx2_decode(ibl_input *in, ibl_texture *tex)

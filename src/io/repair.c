@@ -2,6 +2,7 @@
 #include "io/repair.h"
 
 #include <math.h>
+#include <stdatomic.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -15,12 +16,6 @@ enum {
 
 /* Renderers and filters round 0 and 1; that is not an error of the file. */
 static const float rounding = 1e-3f;
-
-/* Of a job, as in the report. */
-typedef struct counts {
-    size_t nonfinite, negative;
-    float peak;
-} counts;
 
 /* Whether a row has something that is not finite. Once signs are mended that
  * is all that most says of rows that needed it. */
@@ -41,77 +36,82 @@ static bool is_finite(float f)
     return (bits_of(f) & IBL_INFINITE_BITS) != IBL_INFINITE_BITS;
 }
 
-/* Zeroes what is negative and counts, pixel by pixel. */
-static void mend_signs(float *p, size_t pixels, counts *count)
-{
-    for (size_t i = 0; i < pixels; i++, p += 3) {
-        bool negative = false, nonfinite = false;
-        for (int c = 0; c < 3; c++) {
-            if (!is_finite(p[c])) {
-                nonfinite = true;
-            } else if (p[c] <= 0) { /* -0 too */
-                negative |= p[c] < 0;
-                p[c] = 0;
-            } else if (p[c] > count->peak) {
-                count->peak = p[c];
-            }
-        }
-        count->negative += negative;
-        count->nonfinite += nonfinite;
-    }
-}
-
 /* Rows whose signs are mended together. */
 typedef struct batch {
     float *rgb;
     int width, count;
     uint32_t *most; /* of each row */
-    counts *counts; /* of each job */
+    atomic_size_t nonfinite, negative;
+    atomic_uint peak; /* the bits of a float */
 } batch;
+
+/* Zeroes what is negative in a row and counts its pixels; returns whether it
+ * has something that is not finite. */
+static bool mend_signs(batch *b, float *p)
+{
+    size_t nonfinite = 0, negative = 0;
+    float peak = 0;
+
+    for (int i = 0; i < b->width; i++, p += 3) {
+        bool is_negative = false, is_nonfinite = false;
+        for (int c = 0; c < 3; c++) {
+            if (!is_finite(p[c])) {
+                is_nonfinite = true;
+            } else if (p[c] <= 0) { /* -0 too */
+                is_negative |= p[c] < 0;
+                p[c] = 0;
+            } else if (p[c] > peak) {
+                peak = p[c];
+            }
+        }
+        negative += is_negative;
+        nonfinite += is_nonfinite;
+    }
+    b->negative += negative;
+    b->nonfinite += nonfinite;
+    /* The bits of positive floats have their order. */
+    for (unsigned old = b->peak; old < bits_of(peak);)
+        if (atomic_compare_exchange_weak(&b->peak, &old, bits_of(peak)))
+            break;
+    return nonfinite > 0;
+}
 
 static void signs_job(void *arg, int job, int worker)
 {
-    const batch *b = arg;
+    batch *b = arg;
     const size_t floats = 3 * (size_t)b->width;
-    counts count = {0};
 
     (void)worker;
     for (int y = job * ROWS; y < b->count && y < (job + 1) * ROWS; y++) {
-        if (!is_dirty(b->most[y]))
-            continue;
-        const size_t before = count.nonfinite;
-        mend_signs(b->rgb + floats * (size_t)y, (size_t)b->width, &count);
-        b->most[y] = count.nonfinite > before ? IBL_INFINITE_BITS : 0;
+        if (is_dirty(b->most[y]))
+            b->most[y] = mend_signs(b, b->rgb + floats * (size_t)y)
+                             ? IBL_INFINITE_BITS
+                             : 0;
     }
-    b->counts[job] = count;
 }
 
 /* Zeroes what is negative in rows that need it; what is not finite stays. */
 static ibl_status mend_batch(ibl_ctx *ctx, batch *b, ibl_read_report *report)
 {
     const int jobs = (b->count + ROWS - 1) / ROWS;
+    ibl_status status = IBL_OK;
     bool needed = false;
+    float peak;
 
+    b->peak = bits_of(report->peak);
     for (int y = 0; y < b->count; y++) {
-        float most;
-        memcpy(&most, &b->most[y], sizeof most);
         if (is_dirty(b->most[y]))
             needed = true;
-        else if (most > report->peak)
-            report->peak = most;
+        else if (b->most[y] > b->peak)
+            b->peak = b->most[y];
     }
-    if (!needed)
-        return IBL_OK;
-    b->counts = ibl_alloc_zeroed((size_t)jobs, sizeof *b->counts);
-    if (!b->counts)
-        return ibl_no_memory(ctx, "looking over an image");
-    const ibl_status status = ibl_run(ctx, NULL, jobs, signs_job, b);
-    for (int j = 0; j < jobs; j++) {
-        report->nonfinite += b->counts[j].nonfinite;
-        report->negative += b->counts[j].negative;
-        report->peak = fmaxf(report->peak, b->counts[j].peak);
-    }
-    ibl_free(b->counts);
+    if (needed)
+        status = ibl_run(ctx, NULL, jobs, signs_job, b);
+    const uint32_t bits = b->peak;
+    memcpy(&peak, &bits, sizeof peak);
+    report->peak = peak;
+    report->nonfinite += b->nonfinite;
+    report->negative += b->negative;
     return status;
 }
 
@@ -200,7 +200,10 @@ ibl_status ibl_mender_init(ibl_mender *m, ibl_rows *rows)
 static ibl_status read_new(ibl_mender *m, int count, float *rgb)
 {
     ibl_rows *rows = m->rows;
-    batch b = {rgb, rows->width, count, m->most + rows->row, NULL};
+    batch b = {.rgb = rgb,
+               .width = rows->width,
+               .count = count,
+               .most = m->most + rows->row};
     if (!count)
         return IBL_OK;
     const ibl_status status = ibl_rows_read(rows, count, rgb, b.most);

@@ -4,7 +4,6 @@
 #include <float.h>
 #include <math.h>
 #include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -26,24 +25,10 @@ static const double default_primaries[8] = {0.640, 0.330, 0.290,     0.600,
                                             0.150, 0.060, 1.0 / 3.0, 1.0 / 3.0};
 
 enum {
-    QUOTE = 48, /* bytes of a file that a message repeats, with the NUL */
     FIRST_BYTES = 1 << 16, /* where a header has mostly ended */
     MOST_BYTES = 1 << 26,  /* longer ones are taken for damage */
     BEYOND_BYTES = 1 << 20 /* after the pixels */
 };
-
-/* Printable text of a line, cut where it is long. */
-static const char *quote(const char *line, char out[QUOTE])
-{
-    enum {
-        KEPT = QUOTE - 4
-    };
-    snprintf(out, QUOTE, "%.*s%s", KEPT, line,
-             strlen(line) > KEPT ? "..." : "");
-    for (char *c = out; *c; c++)
-        *c = *c >= ' ' && *c < 127 ? *c : '?';
-    return out;
-}
 
 static bool is_blank(char c)
 {
@@ -154,12 +139,12 @@ static ibl_status take_factors(const ibl_input *in, const char *what,
                                char *value, double *factors, int count)
 {
     const char *all = value;
-    char text[QUOTE];
+    char text[IBL_QUOTE_BYTES];
     for (int i = 0; i < count; i++) {
         double f;
         if (!take_number(&value, &f) || !(f >= 0) || isinf(f))
             return ibl_bad_file(in, "%s is \"%s\": must be %s above 0", what,
-                                quote(all, text),
+                                ibl_quote(all, text),
                                 count > 1 ? "three numbers" : "a number");
         if (f > 0)
             factors[i] *= f;
@@ -172,7 +157,7 @@ static ibl_status take_factors(const ibl_input *in, const char *what,
 static ibl_status take_format(const ibl_input *in, char *value,
                               struct variables *v)
 {
-    char text[QUOTE];
+    char text[IBL_QUOTE_BYTES];
     size_t n = strlen(value);
     while (n && is_blank(value[n - 1]))
         value[--n] = '\0';
@@ -182,7 +167,7 @@ static ibl_status take_format(const ibl_input *in, char *value,
         return IBL_OK;
     return ibl_unsupported(
         in, "FORMAT is \"%s\": must be 32-bit_rle_rgbe or 32-bit_rle_xyze",
-        quote(value, text));
+        ibl_quote(value, text));
 }
 
 static ibl_status take_line(const ibl_input *in, char *line,
@@ -259,7 +244,7 @@ static bool take_edges(char *line, ibl_rgbe_header *h, bool *is_one)
 static ibl_status take_resolution(const ibl_input *in, char *line,
                                   ibl_rgbe_header *h)
 {
-    char text[QUOTE];
+    char text[IBL_QUOTE_BYTES];
     bool is_one;
 
     if (take_edges(line, h, &is_one))
@@ -268,10 +253,10 @@ static ibl_status take_resolution(const ibl_input *in, char *line,
         return ibl_bad_file(
             in,
             "the resolution line is \"%s\": each edge must be 1 to %d pixels",
-            quote(line, text), IBL_MAX_EDGE);
+            ibl_quote(line, text), IBL_MAX_EDGE);
     return ibl_bad_file(
         in, "the resolution line is \"%s\": must be like \"-Y 512 +X 1024\"",
-        quote(line, text));
+        ibl_quote(line, text));
 }
 
 /* Turns the variables into the factors that the pixels need. */
@@ -350,7 +335,7 @@ static ibl_status parse_text(const ibl_input *in, char *text, size_t last,
     struct variables v = {.exposure = 1, .correction = {1, 1, 1}};
     const char end = line_end(text, strlen(text));
     char *rest = text, *line;
-    char quoted[QUOTE];
+    char quoted[IBL_QUOTE_BYTES];
     ibl_status status = IBL_OK;
 
     memcpy(v.primaries, default_primaries, sizeof v.primaries);
@@ -367,7 +352,7 @@ static ibl_status parse_text(const ibl_input *in, char *text, size_t last,
         return ibl_bad_file(in,
                             "no resolution line after the header but \"%s\": "
                             "must be like \"-Y 512 +X 1024\"",
-                            quote(line, quoted));
+                            ibl_quote(line, quoted));
     status = take_resolution(in, line, h);
     if (status)
         return status;
