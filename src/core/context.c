@@ -24,11 +24,7 @@ struct ibl_ctx {
     ibl_pool *pool;
     struct begun begun[IBL_POOL_BEGUN];
     int begun_count;
-    ibl_isa isa;
-    ibl_log_fn *log;
-    void *log_cookie;
-    ibl_progress_fn *progress;
-    void *progress_cookie;
+    ibl_ctx_options opts; /* the instruction set found; bridge: not used */
     char *bridge;
     atomic_bool cancel;
 };
@@ -66,7 +62,7 @@ ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **out)
     if (!opts)
         opts = &defaults;
     /* Errors are logged by this, as long as there is no other context. */
-    ibl_ctx early = {.log = opts->log, .log_cookie = opts->log_cookie};
+    ibl_ctx early = {.opts = *opts};
     if (!out)
         return ibl_missing(&early, "ibl_ctx_create: ctx");
     *out = NULL;
@@ -88,11 +84,8 @@ ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **out)
     if (!ctx)
         return ibl_fail(&early, IBL_ERR_MEMORY, "no memory for a context");
     ibl_alloc_hold();
-    ctx->isa = isa;
-    ctx->log = opts->log;
-    ctx->log_cookie = opts->log_cookie;
-    ctx->progress = opts->progress;
-    ctx->progress_cookie = opts->progress_cookie;
+    ctx->opts = *opts;
+    ctx->opts.isa = isa;
     if (opts->bridge) {
         const size_t bytes = strlen(opts->bridge) + 1;
         ctx->bridge = ibl_alloc_array(bytes, 1);
@@ -131,7 +124,7 @@ int ibl_ctx_threads(const ibl_ctx *ctx)
 
 ibl_isa ibl_ctx_isa(const ibl_ctx *ctx)
 {
-    return ctx->isa;
+    return ctx->opts.isa;
 }
 
 const char *ibl_ctx_bridge(const ibl_ctx *ctx)
@@ -152,10 +145,10 @@ bool ibl_cancelled(const ibl_ctx *ctx)
 static void say(ibl_ctx *ctx, ibl_log_level level, const char *fmt, va_list ap)
 {
     char text[MESSAGE_BYTES];
-    if (!ctx || !ctx->log)
+    if (!ctx || !ctx->opts.log)
         return;
     vsnprintf(text, sizeof text, fmt, ap);
-    ctx->log(ctx->log_cookie, level, text);
+    ctx->opts.log(ctx->opts.log_cookie, level, text);
 }
 
 ibl_status ibl_fail(ibl_ctx *ctx, ibl_status status, const char *fmt, ...)
@@ -196,8 +189,8 @@ ibl_status ibl_missing(ibl_ctx *ctx, const char *what)
 
 void ibl_progress(ibl_ctx *ctx, const char *stage, double done)
 {
-    if (ctx->progress)
-        ctx->progress(ctx->progress_cookie, stage, done);
+    if (ctx->opts.progress)
+        ctx->opts.progress(ctx->opts.progress_cookie, stage, done);
 }
 
 struct tick {

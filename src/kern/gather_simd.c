@@ -83,16 +83,9 @@ static inline void make_taps(const points *p, const ibl_gather_level *level,
 static inline void add_taps(const taps *t, int i, const float *texels,
                             size_t row, vf sums[2])
 {
-    const __m256i part = _mm256_set1_epi32(i / 4 * 4);
-    const __m256i upper =
-        _mm256_add_epi32(part, _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1));
-    const __m256i lower =
-        _mm256_add_epi32(part, _mm256_setr_epi32(2, 2, 2, 2, 3, 3, 3, 3));
-    const float *p = texels + (size_t)t->at[i];
-    const vf w = vf_load(t->weight + i % 4 * VF);
-    sums[0] = vf_fma(vf_load(p), _mm256_permutevar8x32_ps(w, upper), sums[0]);
-    sums[1] =
-        vf_fma(vf_load(p + row), _mm256_permutevar8x32_ps(w, lower), sums[1]);
+    const float *p = texels + (size_t)t->at[i], *w = t->weight + i % 4 * VF;
+    sums[0] = vf_fma(vf_load(p), vf_spread(w, i / 4 * 2), sums[0]);
+    sums[1] = vf_fma(vf_load(p + row), vf_spread(w, i / 4 * 2 + 1), sums[1]);
 }
 #else
 static inline void add_taps(const taps *t, int i, const float *texels,

@@ -10,21 +10,6 @@ enum {
     PARTS = IBL_TAPS / VD        /* vectors that hold the weights */
 };
 
-/* The weights of samples VF/4 k and on, each four times. */
-#if VF == 8
-static inline vf spread(const float *w, int k)
-{
-    const __m256i which = _mm256_add_epi32(
-        _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1), _mm256_set1_epi32(2 * k));
-    return _mm256_permutevar8x32_ps(_mm256_loadu_ps(w), which);
-}
-#else
-static inline vf spread(const float *w, int k)
-{
-    return _mm_set1_ps(w[k]);
-}
-#endif
-
 /*
  * Arc tangent of |x| <= sqrt(2), within 1e-12: half the angle has the tangent
  * t = x / (1 + sqrt(1 + x^2)) <= 0.518, and atan(t) = t P(t^2), P fitted at
@@ -119,10 +104,10 @@ static inline void add_ring(const float *grid, float weight, vf along[VECTORS])
 /* The sum across the columns, even and odd vectors apart. */
 static inline vf across(const vf along[VECTORS], const float *w)
 {
-    vf sum[2] = {along[0] * spread(w, 0), along[1] * spread(w, 1)};
+    vf sum[2] = {along[0] * vf_spread(w, 0), along[1] * vf_spread(w, 1)};
 #pragma GCC unroll 8
     for (int k = 2; k < VECTORS; k++)
-        sum[k % 2] = vf_fma(along[k], spread(w, k), sum[k % 2]);
+        sum[k % 2] = vf_fma(along[k], vf_spread(w, k), sum[k % 2]);
     return sum[0] + sum[1];
 }
 

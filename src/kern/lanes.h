@@ -151,8 +151,9 @@ static inline void vd_store_floats(float *p, vd v)
 
 /*
  * Of quads, a vector's halves or all of it, four floats: the same one for each,
- * those at p[0] and p[1], quad k of a vector, and the sum of all. Whether any
- * lane of a mask is set.
+ * those at p[0] and p[1], quad k of a vector, the sum of all, and floats
+ * VF / 4 k and on of eight at w, each in a quad. Whether any lane of a mask is
+ * set.
  */
 #if VF == 8
 static inline vf vf_all_quads(__m128 quad)
@@ -180,6 +181,13 @@ static inline __m128 vf_fold(vf v)
 {
     return _mm_add_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
 }
+
+static inline vf vf_spread(const float *w, int k)
+{
+    const __m256i which = _mm256_add_epi32(
+        _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1), _mm256_set1_epi32(2 * k));
+    return _mm256_permutevar8x32_ps(_mm256_loadu_ps(w), which);
+}
 #elif VF == 4
 static inline vf vf_all_quads(__m128 quad)
 {
@@ -205,6 +213,11 @@ static inline bool vi_any(vi mask)
 static inline __m128 vf_fold(vf v)
 {
     return v;
+}
+
+static inline vf vf_spread(const float *w, int k)
+{
+    return _mm_set1_ps(w[k]);
 }
 #endif
 
