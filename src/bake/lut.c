@@ -21,8 +21,7 @@ enum {
     MAX_SIZE = 4096,
     MAX_SAMPLES = 1048576,
     MAX_POINTS = 64, /* of a grid */
-    ROWS = 16,       /* of an interpolating job */
-    JOB_EVALUATIONS = 1 << 20
+    ROWS = 16        /* of an interpolating job */
 };
 
 /* Interpolation from Chebyshev points in ln(x + shift). */
@@ -39,11 +38,10 @@ struct bake {
     ibl_brdf_dsp dsp;
     ibl_brdf_rule rule;
     grid view, rough;
-    float *nodes;      /* the table at the points of rough and view */
-    float *basis;      /* of view: for each point its weight in every texel,
-                          twice, for scale and bias */
-    double *turn;      /* cos(phi) of each sample */
-    int chunk, chunks; /* texels of a job, jobs of a row */
+    float *nodes; /* the table at the points of rough and view */
+    float *basis; /* of view: for each point its weight in every texel,
+                     twice, for scale and bias */
+    double *turn; /* cos(phi) of each sample */
     float *out;
 };
 
@@ -190,26 +188,23 @@ static ibl_status quadrature(ibl_ctx *ctx, struct bake *b)
 
 /* ---- samples -------------------------------------------------------- */
 
+/* One texel. */
 static void sample_job(void *arg, int job, int worker)
 {
     const struct bake *b = arg;
-    const int row = job / b->chunks, first = job % b->chunks * b->chunk;
-    const double n = b->samples, r = (row + 0.5) / b->size;
+    const double n = b->samples, r = (job / b->size + 0.5) / b->size;
+    const ibl_split_view v =
+        ibl_split_view_of((job % b->size + 0.5) / b->size, r * r, b->geometry);
+    double sum[2] = {0.0, 0.0};
     (void)worker;
 
-    for (int i = first; i < first + b->chunk && i < b->size; i++) {
-        const ibl_split_view v =
-            ibl_split_view_of((i + 0.5) / b->size, r * r, b->geometry);
-        float *out = b->out + 2 * ((size_t)row * (size_t)b->size + (size_t)i);
-        double sum[2] = {0.0, 0.0};
-        for (int k = 0; k < b->samples; k++) {
-            double sin_h, cos_h;
-            ibl_ggx_sample_half((k + 0.5) / n, v.alpha, &sin_h, &cos_h);
-            ibl_split_add(&v, sin_h, cos_h, b->turn[k], 1.0, sum);
-        }
-        out[0] = (float)(sum[0] / n);
-        out[1] = (float)(sum[1] / n);
+    for (int k = 0; k < b->samples; k++) {
+        double sin_h, cos_h;
+        ibl_ggx_sample_half((k + 0.5) / n, v.alpha, &sin_h, &cos_h);
+        ibl_split_add(&v, sin_h, cos_h, b->turn[k], 1.0, sum);
     }
+    for (int c = 0; c < 2; c++)
+        b->out[2 * (ptrdiff_t)job + c] = (float)(sum[c] / n);
 }
 
 static ibl_status sample(ibl_ctx *ctx, struct bake *b)
@@ -221,11 +216,7 @@ static ibl_status sample(ibl_ctx *ctx, struct bake *b)
         return ibl_no_memory(ctx, "the BRDF table's samples");
     for (int k = 0; k < b->samples; k++)
         b->turn[k] = cos(2.0 * IBL_PI * ibl_radical_inverse((uint32_t)k));
-    b->chunk = JOB_EVALUATIONS / b->samples;
-    if (b->chunk > b->size)
-        b->chunk = b->size;
-    b->chunks = (b->size + b->chunk - 1) / b->chunk;
-    status = ibl_run(ctx, "lut", b->size * b->chunks, sample_job, b);
+    status = ibl_run(ctx, "lut", b->size * b->size, sample_job, b);
     ibl_free(b->turn);
     return status;
 }
