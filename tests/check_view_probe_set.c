@@ -19,9 +19,9 @@
 #include "view.h"
 #include "view/key_bindings.h"
 #include "view/message.h"
+#include "view/picture.h"
 #include "view/probe_save.h"
 #include "view/probe_set.h"
-#include "view/picture.h"
 
 enum {
     SIZE = 16,
