@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The bake, from the command line to the files: all of them are written, or
- * none. */
+/* Runs a bake: reads, bakes and writes. Writes all files or none. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,7 +14,7 @@ static ibl_status read_rows(void *cookie, int rows, float *rgb)
     return ibl_source_read(cookie, rows, rgb);
 }
 
-/* From a map in memory, for what looks at it again. */
+/* Keeps the map in memory, for --verify and --preview. */
 static bool bake_image(ibl_bake *b)
 {
     const ibl_environment rows = {.image = &b->env};
@@ -123,7 +122,7 @@ static bool write_lut(ibl_bake *b)
            write_texture(b, IBL_OUTPUT_LUT, &tex);
 }
 
-/* Writes and frees bytes; NULL: there was no memory for them. */
+/* Writes and frees bytes. If bytes is NULL, reports that memory ran out. */
 static bool write_bytes(ibl_bake *b, const char *path, void *bytes, size_t size,
                         const char *what)
 {
@@ -186,7 +185,7 @@ static bool write_all(ibl_bake *b)
             write_text(b, o->depfile, ibl_depfile_text(b), "the depfile"));
 }
 
-/* ---- the whole -------------------------------------------------------- */
+/* ---- the command ------------------------------------------------------ */
 
 /* Logs the files that were read and written, for -v. */
 static void log_summary(const ibl_bake *b)

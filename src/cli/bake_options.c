@@ -37,7 +37,7 @@ static bool parse_only(void *field, const char *value)
     return only != 0;
 }
 
-/* LEVEL=N[,LEVEL=N]...; whether the levels exist is checked with --levels. */
+/* LEVEL=N[,LEVEL=N]...; check_level_samples checks that the levels exist. */
 static bool parse_level_samples(void *field, const char *value)
 {
     int *level_samples = field;
@@ -209,7 +209,7 @@ static void defaults(void *settings)
     };
 }
 
-/* ---- all of them together -------------------------------------------- */
+/* ---- checks ---------------------------------------------------------- */
 
 static bool take(void *settings, const char *word)
 {
@@ -265,7 +265,7 @@ static bool check_levels(const ibl_specular_options *s)
     return check_level_samples(s, layout.levels);
 }
 
-/* The parts of a bake that its outputs need. */
+/* Switches off the parts of the bake that no output needs. */
 static void select_parts(ibl_opts *o)
 {
     if (!o->bake.skybox)

@@ -27,7 +27,7 @@ static bool is_sampled(const ibl_bake *b)
     return sampled;
 }
 
-/* Of a level that is the environment itself "environment". */
+/* "environment": the level is the environment itself. */
 static const char *level_method(const ibl_specular_level *level)
 {
     if (level->samples)
@@ -58,7 +58,7 @@ static const char *lut_method(const ibl_bake *b)
 
 /* ---- keys ------------------------------------------------------------ */
 
-/* Sets keys until the first failure, which it keeps. */
+/* Sets keys until one fails; status keeps that failure. */
 typedef struct setter {
     ibl_ctx *ctx;
     ibl_texture *tex;
@@ -79,7 +79,7 @@ static void set(setter *s, const char *key, const char *fmt, ...)
         s->status = ibl_texture_set(s->ctx, s->tex, key, value);
 }
 
-/* Appends to a list with commas. */
+/* Appends a number to a list, after a comma if the list is not empty. */
 static void add_number(char *list, size_t size, int digits, double x)
 {
     const size_t used = strlen(list);
@@ -165,7 +165,7 @@ static bool is_utf8(const char *bytes)
     return string != NULL;
 }
 
-/* All of a sidecar's names of files are, where one of them has to be. */
+/* A sidecar encodes all its file names if one of them is not UTF-8. */
 static bool has_encoded_names(const ibl_bake *b)
 {
     return !is_utf8(b->opts->input) || !is_utf8(b->opts->name);
@@ -195,7 +195,7 @@ static json_t *orientation(const ibl_bake *b)
                      b->opts->bake.yaw_deg);
 }
 
-/* In a radian. */
+/* Degrees in a radian. */
 static const double degrees = 57.295779513082320877;
 
 static json_t *levels(const ibl_bake *b, ibl_output_kind kind)
@@ -217,7 +217,7 @@ static json_t *levels(const ibl_bake *b, ibl_output_kind kind)
                 put(&level, "degree", json_integer(made->degree));
             if (made->reach > 0)
                 put(&level, "reach_deg", json_real(made->reach * degrees));
-            /* JSON has no infinity; a bound beyond all use says as much. */
+            /* JSON has no infinity. */
             if (made->error >= 0)
                 put(&level, "estimated_error",
                     json_real(fmin(made->error, DBL_MAX)));
@@ -230,8 +230,8 @@ static json_t *levels(const ibl_bake *b, ibl_output_kind kind)
     return j;
 }
 
-/* Where a shader finds a roughness: in words for the whole chain, else with
- * its numbers. */
+/* The lod of a roughness: for the whole range a formula with "levels", else one
+ * with numbers. */
 static json_t *lod(const ibl_bake *b)
 {
     const ibl_specular_layout *layout = &b->made.report.layout;
@@ -244,7 +244,7 @@ static json_t *lod(const ibl_bake *b)
                         layout->lod_offset);
 }
 
-/* The whole chain, of which a part was made. */
+/* The requested range, and the whole chain that it is a part of. */
 static void put_part(const ibl_bake *b, json_t **j)
 {
     const ibl_specular_options *o = &b->opts->bake.specular_options;
@@ -337,7 +337,7 @@ static json_t *outputs(const ibl_bake *b)
     return j;
 }
 
-/* The basis up to l = 2 as polynomials in the direction (Ramamoorthi and
+/* The sum up to l = 2, with the basis as polynomials in n (Ramamoorthi and
  * Hanrahan 2001, eq. 3): sqrt(1/4pi), sqrt(3/4pi), sqrt(15/4pi),
  * sqrt(5/16pi), sqrt(15/16pi). */
 static json_t *glsl(int degree)
@@ -372,7 +372,7 @@ static json_t *spherical_harmonics(const ibl_bake *b)
     return j;
 }
 
-/* The time of each stage until now, to the microsecond. */
+/* The time of each stage so far, rounded to microseconds. */
 static json_t *timings(const ibl_bake *b)
 {
     const ibl_console *c = b->console;

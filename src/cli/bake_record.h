@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-/* One bake of the program: what was requested, read, made and written, and
- * the parts of bake.c, which plan, describe and judge its files. */
+/* The state of one bake, and the functions with which bake.c plans, describes
+ * and judges its files. */
 #ifndef CLI_BAKE_RECORD_H
 #define CLI_BAKE_RECORD_H
 
 #include "cli/console.h"
 #include "cli/judge_report.h"
 
-/* The command line; strings point into argv, or name to stem. */
+/* The command line. Strings point into argv; name may point to stem. */
 typedef struct ibl_opts {
     ibl_common common;
     const char *input; /* "-": standard input; NULL: none (only the LUT) */
@@ -21,16 +21,16 @@ typedef struct ibl_opts {
     ibl_lut_options lut;
     const char *preview;
     const char *depfile;
-    int sync;    /* to the disk before the bake ends */
-    int timings; /* stage times in the sidecar */
+    int sync;    /* 1: flush the files to the disk */
+    int timings; /* 1: write stage times into the sidecar */
     int verify;
-    double max_error; /* of verify; NAN: none */
+    double max_error; /* limit for verify; NAN: none */
     ibl_judge_options judge;
-    char stem[256]; /* holds name when it comes from input */
+    char stem[256]; /* input's name without directory and extension */
 } ibl_opts;
 
-/* An output file. path is set before anything is baked, the rest when the
- * file is made. */
+/* An output file. path is set before the bake, the rest when the file is
+ * written. */
 typedef struct ibl_baked {
     char *path;        /* NULL: not wanted */
     size_t bytes;      /* of the file */
@@ -43,63 +43,61 @@ typedef struct ibl_bake {
     ibl_console *console;
     ibl_ctx *ctx;
     ibl_outputs *outputs;
-    int width, height;      /* of the environment */
-    ibl_image env;          /* in memory if something looks at it again */
-    ibl_read_report report; /* of reading it */
-    ibl_bake_result made;   /* of it; empty where not wanted */
+    int width, height;      /* of the environment, in pixels */
+    ibl_image env;          /* the environment, for --verify and --preview */
+    ibl_read_report report; /* of reading the environment */
+    ibl_bake_result made;   /* cubes and coefficients; empty if not wanted */
     ibl_lut lut;
-    ibl_judge *judge;  /* with --verify, once a cube was judged */
+    ibl_judge *judge;  /* NULL until --verify judges a cube */
     ibl_report judged; /* empty without --verify */
     ibl_baked files[IBL_OUTPUT_COUNT];
 } ibl_bake;
 
-/* The options that affect only sampled levels, of those that are not as by
- * default: "--samples, --jitter"; "" for none. */
+/* Lists the options that affect only sampled levels and differ from their
+ * defaults: "--samples, --jitter"; "" for none. */
 enum {
     IBL_SAMPLING_BYTES = 64
 };
 void ibl_sampling_given(const ibl_opts *o, char text[IBL_SAMPLING_BYTES]);
 
-/* Bakes what the options say; the exit status. */
+/* Runs the bake with settings, an ibl_opts; returns the exit status. */
 int ibl_bake_run(const void *settings);
 
-/* "spectral", "sampled", or "mixed" where levels differ; "environment" where
- * all are that. */
+/* "spectral", "sampled", "mixed" (both), or "environment" if every level is the
+ * environment itself. */
 const char *ibl_bake_specular_method(const ibl_bake *b);
 
-/* Sets the key/values that a texture of the bake carries: see FILES in the
- * manual page. */
+/* Sets the keys of a texture: see FILES in the manual page. */
 bool ibl_texture_metadata(const ibl_bake *b, ibl_output_kind kind,
                           ibl_texture *tex);
 
-/* NAME.json: see FILES in the manual page. Says nothing of threads or times
- * unless --timings was given, so that equal bakes give equal bytes. The text
- * is the caller's to free; NULL: no memory. */
+/* The text of NAME.json: see FILES in the manual page. Without --timings it has
+ * neither threads nor times, so equal bakes give equal bytes. The caller must
+ * free it; NULL: no memory. */
 char *ibl_sidecar_text(const ibl_bake *b);
 
 /*
  * A contact sheet as a PNG file: the environment, each specular level, the
  * skybox and the irradiance as unfolded cubes (+Y on top, -X +Z +X -Z in the
  * middle row, -Y below), the LUT with N.V to the right and roughness upwards.
- * All radiance has the same exposure. *png is the caller's to free. False: no
+ * All radiance has the same exposure. The caller must free *png. False: no
  * memory.
  */
 bool ibl_preview_png(const ibl_bake *b, void **png, size_t *size);
 
-/* Sets the path of every file that is wanted. Refuses, with a message and
- * before the work, what could not be written after it, and outputs that would
- * replace the input or, by chance, those of another environment. The output
- * directory is there. */
+/* Sets the path of every wanted file; the output directory must exist. False,
+ * after a message: a file cannot be written, or would replace the input or,
+ * without --name, the outputs of another environment. */
 bool ibl_targets_plan(ibl_bake *b);
 
-/* The rule "outputs: input" that make and ninja include, no prerequisite for
- * standard input. The text is the caller's to free; NULL: no memory. */
+/* A rule "outputs: input" for make and ninja, without the input if it is
+ * standard input. The caller must free the text; NULL: no memory. */
 char *ibl_depfile_text(const ibl_bake *b);
 
-/* --verify. Judges the file that a texture is written as and adds to the
+/* For --verify. Encodes tex as its file, decodes and judges it, and adds to the
  * report. */
 bool ibl_bake_judge(ibl_bake *b, ibl_output_kind kind, const ibl_texture *tex);
-/* Prints the report; fails, with a message, if it is above --max-error. */
+/* Prints the report. False, after a message: an error is above --max-error. */
 bool ibl_bake_judged(const ibl_bake *b);
 
 #endif

@@ -25,11 +25,12 @@ static double seconds(struct timeval t)
     return (double)t.tv_sec + 1e-6 * (double)t.tv_usec;
 }
 
-/* Forks a child that leads a process group and has the usual signals; one that
- * ends this program ends the group too. The child's id, 0 in it; -1: errno. */
+/* Forks a child that leads a process group and has the default handlers. A
+ * signal that ends this program also kills the group. Returns the child's id,
+ * 0 in the child, or -1 with errno. */
 static pid_t fork_group(void)
 {
-    /* No signal may end us until the group is noted. */
+    /* A signal must not end this program before ibl_signals_group. */
     ibl_signals_hold();
     const pid_t pid = fork();
     const int why = errno;
@@ -37,7 +38,7 @@ static pid_t fork_group(void)
     if (pid == 0)
         ibl_signals_pass(SIG_DFL);
     if (pid >= 0)
-        setpgid(pid, pid); /* in both: either may come first */
+        setpgid(pid, pid); /* in both: either may run first */
     if (pid > 0)
         ibl_signals_group(pid);
     ibl_signals_release();
@@ -45,7 +46,7 @@ static pid_t fork_group(void)
     return pid;
 }
 
-/* In the child: runs argv with the signals of mask blocked. */
+/* In the child: runs argv with this signal mask. */
 static void run(char *const *argv, const char *log, const sigset_t *mask)
 {
     const int in = open("/dev/null", O_RDONLY | O_CLOEXEC);
@@ -60,8 +61,8 @@ static void run(char *const *argv, const char *log, const sigset_t *mask)
     _exit(127);
 }
 
-/* Waits for pid, at most until `end`; SIGCHLD is blocked. Returns whether it
- * had to be killed. */
+/* Waits for pid until the time `end`, then kills its group and returns true.
+ * The caller must have blocked SIGCHLD. */
 static bool await(pid_t pid, double end, int *status, struct rusage *usage)
 {
     sigset_t set;
@@ -83,7 +84,8 @@ static bool await(pid_t pid, double end, int *status, struct rusage *usage)
     return false;
 }
 
-/* The last line of a file that is not blank, without control characters. */
+/* The last line of a file that is not blank; control characters become
+ * blanks. */
 static void last_line(const char *path, char *line, size_t size)
 {
     char tail[1024];
@@ -109,7 +111,7 @@ static void last_line(const char *path, char *line, size_t size)
     snprintf(line, size, "%.*s", (int)size - 1, start);
 }
 
-/* Why a command with that status failed, if it did. */
+/* Writes why a command with this status failed; nothing if it did not. */
 static void explain(int status, const char *log, char *text, size_t size)
 {
     char line[400];
@@ -133,7 +135,7 @@ bool ibl_child_run(char *const *argv, const char *log, double limit_s,
     int status = 0;
 
     *result = (ibl_child){0};
-    signal(SIGCHLD, SIG_DFL); /* ignored, there would be nothing to wait for */
+    signal(SIGCHLD, SIG_DFL); /* if it is ignored, wait4 gets no status */
     sigemptyset(&chld);
     sigaddset(&chld, SIGCHLD);
     sigprocmask(SIG_BLOCK, &chld, &mask);
@@ -202,8 +204,8 @@ bool ibl_scratch_remove(const char *path)
     return false;
 }
 
-/* Removes the directory when the other end of the pipe is closed, by whatever
- * ends the program. */
+/* Waits until the program closes the other end of the pipe or ends in any way,
+ * then removes the directory. */
 static void remove_later(int end, const char *path)
 {
     char byte;
@@ -220,8 +222,8 @@ static void remove_later(int end, const char *path)
     _exit(1);
 }
 
-/* Makes a directory and the process that removes it once *end is closed; its
- * id, or -1 after a line on stderr. */
+/* Makes a directory and a process that removes it when *end is closed. Returns
+ * the process's id, or -1 after a line on stderr. */
 static pid_t make_scratch(const char *parent, char *path, int *end)
 {
     pid_t pid = -1;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Commands run and measured as child processes, and a private directory for
+/* Runs and measures commands as child processes; makes a private directory for
  * their files. */
 #ifndef CLI_CHILD_H
 #define CLI_CHILD_H
@@ -8,8 +8,8 @@
 #include <stddef.h>
 
 typedef struct ibl_child {
-    double wall_s;     /* from before the start until the end was seen */
-    double cpu_s;      /* user and system, including its own children */
+    double wall_s;     /* from before the fork until the end was seen */
+    double cpu_s;      /* user and system, including the child's children */
     size_t peak_bytes; /* largest resident set of it or of a child */
     bool timed_out;    /* was killed after limit_s */
     /* Why it failed, without a newline: "cannot be run: ...", "no end within
@@ -22,28 +22,28 @@ typedef struct ibl_child {
  * Runs argv (argv[0] a path, not looked up) as the leader of a process group,
  * waits at most limit_s seconds, and kills the rest of the group. Standard
  * input is empty, both outputs go to the new file log. A signal that ends this
- * program ends the group too. False: it failed, for result->reason.
+ * program also kills the group. False: it failed, see result->reason.
  *
- * Memory: Linux counts the pages that the parent had at the start, so call
- * this before allocating anything large.
+ * On Linux peak_bytes includes the pages that this process has at the fork, so
+ * call this before you allocate anything large.
  */
 bool ibl_child_run(char *const *argv, const char *log, double limit_s,
                    ibl_child *result);
 
 /* Runs work(cookie) in a forked child, under the same rules for signals.
- * Returns a status as of waitpid; -1: errno says why there is no child. */
+ * Returns the status from waitpid; -1, with errno: no child could be made. */
 int ibl_child_call(bool (*work)(void *cookie), void *cookie);
 
 /*
  * Makes a directory (mode 0700, in $TMPDIR or /tmp) and returns
- * work(cookie, path). A process that it starts removes the directory and its
- * contents when work has returned or this process has ended, for whatever
- * reason. 1 after one line on stderr: the directory cannot be made or removed.
+ * work(cookie, path). Another process removes the directory and its contents
+ * when work has returned or this process has ended for any reason. Returns 1
+ * after one line on stderr if the directory cannot be made or removed.
  */
 int ibl_scratch_run(int (*work)(const void *cookie, const char *path),
                     const void *cookie);
 
-/* Removes path and its contents, not following links. errno on failure. */
+/* Removes path and its contents; does not follow links. False sets errno. */
 bool ibl_scratch_remove(const char *path);
 
 #endif

@@ -44,7 +44,7 @@ void ibl_version_print(FILE *to)
             ibl_exr_version(), png_get_libpng_ver(NULL), zlibVersion(),
             jansson_version_str(), XXH_versionNumber() / 10000,
             XXH_versionNumber() / 100 % 100, XXH_versionNumber() % 100);
-    /* Not opened to look: that would take longer than all else here. */
+    /* Opening the bridge would take longer than everything else here. */
     if (access(bridge, R_OK))
         fprintf(to, "image bridge  none (%s)\n", bridge);
     else
@@ -101,10 +101,10 @@ bool ibl_stem(const char *input, char *stem, size_t size)
     return true;
 }
 
-/* Yaws that make faces look where another program's do. learnopengl and
- * threejs use the mapping of ibl/ibl.h; for cmgen (1.9, without --no-mirror)
- * it was measured: its +Z face shows the centre of the map, its +X face the
- * point a quarter of the width to the left. */
+/* Yaws with which faces look in the same directions as those of another
+ * program. learnopengl and threejs use the mapping of ibl/ibl.h. cmgen (1.9,
+ * without --no-mirror) was measured: its +Z face shows the centre of the map,
+ * its +X face the point a quarter of the width to the left. */
 static const struct {
     const char *name;
     double yaw_deg;

@@ -22,7 +22,7 @@ typedef struct ibl_common {
     int verbose;
 } ibl_common;
 
-extern const ibl_section ibl_input_section;   /* read: of ibl_common */
+extern const ibl_section ibl_input_section;   /* sets read of ibl_common */
 extern const ibl_section ibl_running_section; /* the rest, --help, --version */
 
 ibl_common ibl_common_default(void);
@@ -40,29 +40,30 @@ typedef enum ibl_output_kind {
 
 /* "skybox", "specular", "irradiance", "lut" or "json". */
 const char *ibl_output_name(ibl_output_kind kind);
-/* The same as sidecars and keys have it: "brdf_lut" for "lut". */
+/* The same name in sidecars and keys, where "lut" is "brdf_lut". */
 const char *ibl_output_content(ibl_output_kind kind);
 
-/* Of the table that goes with cubes: rg32f with rgba32f, else rg16f. */
+/* The LUT's pixel for this pixel of the cubes: rg32f for rgba32f, else
+ * rg16f. */
 ibl_pixel ibl_lut_pixel(ibl_pixel cubes);
 
-/* Of a cube of that size, down to 1x1. */
+/* The number of levels of a cube of this size down to 1x1. */
 int ibl_most_levels(int size);
 
-/* An environment's name without directory and extension; "env" for standard
- * input or none. False, after a line on stderr, if it does not fit. */
+/* Copies input's name without directory and extension; "env" for standard input
+ * or NULL. False, after a line on stderr: it does not fit. */
 bool ibl_stem(const char *input, char *stem, size_t size);
 
-/* Values of --rotate, into a double. */
+/* Parses a value of --rotate into a double. */
 #define IBL_ROTATE_ALLOWED                                                     \
     "-360 to 360, learnopengl, threejs (both 0) or cmgen (-90)"
 bool ibl_rotate_parse(void *yaw_deg, const char *value);
 
-/* --version: the program, what it was built with, what it runs on. */
+/* Prints the text of --version: program, compiler, libraries and machine. */
 void ibl_version_print(FILE *to);
 /* "gcc 12.2.0" */
 const char *ibl_version_compiler(void);
-/* Of the source, as git describes it; "" if it did not. */
+/* The source's revision from git describe; "": unknown. */
 const char *ibl_version_revision(void);
 
 #endif

@@ -97,7 +97,7 @@ static int find_stage(ibl_console *c, const char *name)
     return i;
 }
 
-/* Makes stage the running one (-1: none) from time t on. */
+/* Ends the running stage at time t and starts another (-1: none). */
 static void run_stage(ibl_console *c, int stage, double t)
 {
     if (stage == c->running)
@@ -121,7 +121,7 @@ static void draw_bar(ibl_console *c, const char *stage, double done, double t)
     static const char full[] = "##############################";
     const int width = (int)sizeof full - 1;
     const int filled = (int)(done * width);
-    /* Too early a guess is worse than none. */
+    /* An early estimate would be far off. */
     const double spent = t - c->stage_from;
     const bool guess = done > 0.02 && spent > 0.5;
     const int left = guess ? (int)(spent * (1 - done) / done + 0.5) : 0;
@@ -168,7 +168,7 @@ void ibl_console_print_times(const ibl_console *c)
     fprintf(stderr, "%-16s %9.3f s\n", "total", ibl_now() - c->begun);
 }
 
-/* ---- context and warnings --------------------------------------------- */
+/* ---- context ---------------------------------------------------------- */
 
 ibl_status ibl_start(const ibl_common *common, ibl_console *console,
                      ibl_ctx **ctx)

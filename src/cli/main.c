@@ -11,20 +11,20 @@ static const ibl_command *const commands[] = {
 
 const ibl_program ibl_this_program = {"iblbake", commands};
 
-/* Opens those of descriptors 0 to 2 that the caller closed, in the wrong
- * direction so that they stay unusable. Otherwise an output would get such a
- * number, and messages would be written into it. */
-static void keep_standard(void)
+/* Opens /dev/null for each of descriptors 0 to 2 that is closed, in the wrong
+ * direction, so that using it still fails. Otherwise an output file could get
+ * that number, and messages would be written into it. */
+static void fill_closed_streams(void)
 {
     for (int fd = 0; fd < 3; fd++)
         if (fcntl(fd, F_GETFD) < 0 && errno == EBADF)
             if (open("/dev/null", fd ? O_RDONLY : O_WRONLY) < 0)
-                return; /* then nothing else can be opened either */
+                return; /* no other file can be opened either */
 }
 
 int main(int argc, char **argv)
 {
-    keep_standard();
+    fill_closed_streams();
     int status = ibl_command_main(argc, argv);
 
     if (fflush(stdout) || ferror(stdout)) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The capture of a probe, read and baked. */
+/* Reads and bakes the capture of a probe. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -28,7 +28,7 @@ static bool open_file(const ibl_probes_bake *p, int layer, int i,
     return !ibl_source_open(p->ctx, c->file[i], &read, source);
 }
 
-/* Whether alpha needs a bake; from the least and the most of a capture. */
+/* *needed: whether alpha, from least to most, must be baked. */
 static bool check_alpha(const ibl_probes_bake *p, int layer, float least,
                         float most, bool *needed)
 {
@@ -48,7 +48,7 @@ static ibl_status read_rows(void *cookie, int rows, float *rgb)
     return ibl_source_read(cookie, rows, rgb);
 }
 
-/* Rows of alpha as rows of greys. */
+/* The cookie of read_greys; alpha is the next row. */
 typedef struct greys {
     const float *alpha;
     int width;
@@ -100,11 +100,11 @@ static bool bake_equirect(const ibl_probes_bake *p, int layer,
 
 /* ---- cubes ------------------------------------------------------------- */
 
-/* A picture of a face or of all six. */
+/* An image of one face, or a cross of all six. */
 typedef struct view {
     ibl_source *source;
     ibl_image img;
-    const float *alpha; /* of each pixel, the source's; NULL: it has none */
+    const float *alpha; /* of each pixel, owned by source; NULL: none */
     bool cross;
 } view;
 
@@ -125,7 +125,7 @@ static void free_view(view *v)
     ibl_source_close(v->source);
 }
 
-/* The edge of a view's faces; 0: it has another shape. */
+/* The edge of a view's faces in pixels; 0: the view has a wrong shape. */
 static int face_edge(const view *v)
 {
     const int width = v->img.width, height = v->img.height;
@@ -157,7 +157,7 @@ static bool wrong_shape(const ibl_probes_bake *p, int layer, int i,
         expected, v->img.width, v->img.height);
 }
 
-/* Cubes of faces of n, with alpha 1. */
+/* Allocates cubes with faces of n x n texels and all mips; sets alpha to 1. */
 static bool alloc_cubes(const ibl_probes_bake *p, int n, ibl_cube cubes[PARTS])
 {
     const int levels = ibl_most_levels(n);
@@ -170,8 +170,8 @@ static bool alloc_cubes(const ibl_probes_bake *p, int n, ibl_cube cubes[PARTS])
     return true;
 }
 
-/* Copies a face. Both crosses are those of cli/faces.h but for -Z, which in the
- * upright one hangs below -Y and stands on its head. */
+/* Copies a face. Faces are placed as in the cross of cli/faces.h, except that
+ * an upright cross has -Z below -Y, turned by 180 degrees. */
 static void cut_face(const view *v, int face, ibl_cube cubes[PARTS])
 {
     const ibl_image *img = &v->img;
@@ -194,8 +194,8 @@ static void cut_face(const view *v, int face, ibl_cube cubes[PARTS])
         }
 }
 
-/* Puts the faces of file i of a capture into cubes, which the first file's
- * allocate. */
+/* Copies the faces of file i of a capture into cubes, which are allocated with
+ * the first file. */
 static bool take_view(const ibl_probes_bake *p, int layer, int i, const view *v,
                       ibl_cube cubes[PARTS])
 {
@@ -225,7 +225,7 @@ static bool read_cubes(const ibl_probes_bake *p, int layer,
     return ok;
 }
 
-/* Level 0 is the faces where it can be; else it has no texels. */
+/* Sets level0 to the level of cube with the specular size; empty: none. */
 static bool find_level0(const ibl_probes_bake *p, ibl_cube *cube,
                         ibl_cube *level0)
 {
@@ -260,7 +260,7 @@ static bool bake_cube(const ibl_probes_bake *p, ibl_cube *cube,
     return ok;
 }
 
-/* Of the faces only: a cross has transparent pixels beside them. */
+/* Checks only the faces: a cross has transparent pixels beside them. */
 static bool check_cube_alpha(const ibl_probes_bake *p, int layer,
                              const ibl_cube *alpha, bool *needed)
 {

@@ -77,8 +77,7 @@ static bool is_inside(const ibl_volume *v, const double p[3])
     return v->shape == IBL_SHAPE_BOX || square <= v->half[0] * v->half[0];
 }
 
-/* Members that are absent keep their default: no blending, priority 0, no
- * proxy. */
+/* Absent members keep their defaults: no blending, priority 0, no proxy. */
 static bool take_optional(ibl_json_at at, ibl_probe *p)
 {
     const ibl_json_at blend = ibl_json_optional(&at, "blend");
@@ -179,7 +178,7 @@ static bool take_irradiance(ibl_json_at at, int *edge)
     return true;
 }
 
-/* levels comes after size, which limits it. */
+/* Reads size before levels, which it limits. */
 static bool take_defaults(ibl_json_at at, ibl_set_bake *b)
 {
     static const char *const keys[] = {
@@ -205,7 +204,7 @@ static bool take_defaults(ibl_json_at at, ibl_set_bake *b)
            take_choice(at, "overflow", ibl_overflow_names, &b->overflow);
 }
 
-/* Entries in the order in which a point takes them; layers are in the same. */
+/* Sorts the probes by ibl_probes_order and numbers their layers. */
 static bool sort(ibl_probe_set *set)
 {
     struct {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* iblbake probes: a set of reflection probes, as iblbake-probes(1) describes
- * SET.json, baked into arrays, and their index. */
+/* iblbake probes: bakes a set of reflection probes, SET.json of
+ * iblbake-probes(1), into arrays with an index. */
 #ifndef CLI_PROBES_H
 #define CLI_PROBES_H
 
@@ -11,29 +11,28 @@
 
 /* ---- hashes ------------------------------------------------------------- */
 
-/* Names of contents: 128 bits of XXH3, as 32 hexadecimal digits. They detect
- * changes, not forgery. */
+/* Hashes of contents: 128 bits of XXH3, as 32 hexadecimal digits and a NUL.
+ * They detect changes, not forgery. */
 enum {
     IBL_HASH_SIZE = 33
 };
 
 void ibl_hash_bytes(const void *bytes, size_t size, char hash[IBL_HASH_SIZE]);
 
-/* Of the file that the texture is in a container; see ibl_texture_visit. */
+/* Hashes the bytes of ibl_texture_visit, which are those of tex's file. */
 ibl_status ibl_hash_texture(ibl_ctx *ctx, const ibl_texture *tex,
                             ibl_container container, char hash[IBL_HASH_SIZE]);
 
-/* Of a regular file; false with errno if it cannot be read, EINVAL if it is
- * something else than a file. */
+/* Hashes a regular file. False, with errno: it cannot be read; EISDIR: it is a
+ * directory; EINVAL: it is neither. */
 bool ibl_hash_file(const char *path, char hash[IBL_HASH_SIZE]);
 
 /* ---- the set ------------------------------------------------------------- */
 
-/* Cubes in an array: 2048 layers of six faces is what Direct3D 11 and desktop
- * OpenGL 4 promise. */
+/* Cubes in an array: Direct3D 11 and desktop OpenGL 4 guarantee 2048 faces. */
 #define IBL_MAX_SET_LAYERS 341
 #define IBL_SET_VERSION 1
-/* Of priorities, the largest and, negative, the least. */
+/* Priorities are -IBL_SET_PRIORITY..IBL_SET_PRIORITY. */
 #define IBL_SET_PRIORITY 1000000
 
 typedef enum ibl_capture_kind {
@@ -60,22 +59,22 @@ typedef enum ibl_probes_origin {
 
 /* A probe, or the global environment, and its layer. */
 typedef struct ibl_set_entry {
-    const char *name; /* "" of the global environment */
+    const char *name; /* "": the global environment */
     ibl_capture capture;
-    ibl_probe probe; /* layer included; unused of the global environment */
+    ibl_probe probe; /* with its layer; unused for the global environment */
     /* While the set is baked: */
     char hash[IBL_HASH_SIZE]; /* of its inputs and options */
     ibl_probes_origin from;
-    int source;   /* of the old arrays, or the twin */
-    bool alpha;   /* it has not seen everything */
-    json_t *note; /* members of its entry in the index */
+    int source;   /* layer of the old arrays, or the twin's */
+    bool alpha;   /* the capture has alpha below IBL_CAPTURE_OPAQUE */
+    json_t *note; /* members that the bake adds to its entry in the index */
 } ibl_set_entry;
 
 /* How the layers of a set are baked. */
 typedef struct ibl_set_bake {
-    ibl_bake_options options; /* irradiance's size 0: spherical harmonics in
-                                 the index */
-    ibl_alpha alpha;          /* of the captures of probes */
+    ibl_bake_options options; /* irradiance size 0: spherical harmonics in the
+                                 index instead of cubes */
+    ibl_alpha alpha;          /* how the alpha of probes' captures is read */
     ibl_pixel pixel;
     ibl_overflow overflow;
     ibl_container container;
@@ -83,23 +82,24 @@ typedef struct ibl_set_bake {
 } ibl_set_bake;
 
 typedef struct ibl_probe_set {
-    json_t *root; /* has the names */
+    json_t *root; /* owns the names */
     ibl_set_bake bake;
     int count;  /* of probes, in the order of ibl_probes_order */
-    int layers; /* count, or with the global environment, the last, one more */
+    int layers; /* count, plus 1 for the global environment, the last layer */
     ibl_set_entry *entry; /* of each layer */
 } ibl_probe_set;
 
-/* Reads a set; false after one line on stderr. Free it with ibl_probe_set_free,
- * after a failure too. */
+/* Reads a set; false after one line on stderr. In both cases the caller must
+ * free it with ibl_probe_set_free. */
 bool ibl_probe_set_read(const char *path, ibl_console *console,
                         ibl_probe_set *set);
 void ibl_probe_set_free(ibl_probe_set *set);
 
-/* Values of "alpha", and of the option. */
+/* Values of "alpha" in a set and of --alpha, ended by NULL. */
 extern const char *const ibl_set_alphas[];
 
-/* Checks and takes a capture: its files as they are named, six or one. */
+/* Checks and reads a capture: its kind and the names of its 1 or 6 files, as
+ * they are in the JSON. */
 bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind,
                      const char *file[IBL_FACES]);
 
@@ -108,11 +108,11 @@ bool ibl_set_capture(ibl_json_at at, ibl_capture_kind *kind,
 typedef struct ibl_probes_opts {
     ibl_common common;
     const char *input;  /* SET.json, or the grid's description */
-    const char *output; /* DIR; with grid a file, NULL: standard output */
+    const char *output; /* DIR; with grid a file or NULL, standard output */
     int force;
     int grid;
     int sync;
-    ibl_set_bake said; /* -1 in fields that keep the set's value */
+    ibl_set_bake said; /* -1 in fields not given: the set's value stays */
 } ibl_probes_opts;
 
 /* Replaces the set's settings by those of the command line. */
@@ -133,10 +133,10 @@ typedef enum ibl_probes_kind {
 
 typedef struct ibl_probes_file {
     char *path; /* NULL: not wanted */
-    char *old;  /* the file in the old index if it is unchanged, else NULL */
-    char hash[IBL_HASH_SIZE]; /* of its bytes: the old file's until it is
-                                 written */
-    bool same;                /* the old file is what would be written */
+    char *old;  /* the file that the old index names; NULL: none or changed */
+    char hash[IBL_HASH_SIZE]; /* of its bytes; before it is written, of the old
+                                 file's */
+    bool same;                /* the old file is already what is wanted */
 } ibl_probes_file;
 
 #define IBL_PROBES_SH_DEGREE 2
@@ -152,29 +152,29 @@ typedef struct ibl_probes_bake {
     ibl_pixel lut_pixel;
     char lut_inputs[IBL_HASH_SIZE]; /* hash of the inputs of the LUT */
     ibl_probes_file file[IBL_PROBES_FILES];
-    ibl_texture array[IBL_PROBES_ARRAYS]; /* as layers come */
-    int old_probes, dropped; /* of the old index, and not in the set */
-    int held;                /* the output directory, or -1 */
+    ibl_texture array[IBL_PROBES_ARRAYS]; /* filled layer by layer */
+    int old_probes, dropped; /* in the old index; of these, not in the set */
+    int held;                /* descriptor of the locked directory, or -1 */
 } ibl_probes_bake;
 
 /* Functions return false after a line on stderr. */
 
-/* False: reports that there is no memory. */
+/* Reports that memory ran out; returns false. */
 bool ibl_probes_no_memory(const ibl_probes_bake *p);
-/* Refuses outputs that would replace an input. */
+/* Fails if an output would replace this input. */
 bool ibl_probes_check_input(const ibl_probes_bake *p, const char *input);
 
-/* Waits until no other run works in the output directory, and makes others wait
- * until p->held is closed: the old arrays that one takes layers from must not
- * be replaced, nor the files of two be mixed. Without the directory, does
- * nothing. */
+/* Locks the output directory until p->held is closed; waits for another run
+ * that holds the lock. So no run replaces the old arrays while another copies
+ * their layers, and files of two runs do not mix. Does nothing if the directory
+ * does not exist. */
 void ibl_probes_hold(ibl_probes_bake *p);
 
-/* How a layer's alpha is read. Nothing lies behind the global environment that
- * could fill in, so its alpha is ignored. */
+/* How a layer's alpha is read. The global environment's is ignored: there is
+ * nothing behind it. */
 ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer);
 
-/* Alpha from here on counts as 1, since renderers round it. */
+/* Alpha of at least this counts as 1, since renderers round it. */
 #define IBL_CAPTURE_OPAQUE 0.999f
 
 /* The parts of a capture: colours (multiplied by alpha), and alpha as greys. */
@@ -185,35 +185,34 @@ typedef enum ibl_capture_part {
 } ibl_capture_part;
 
 /*
- * Bakes the capture of a layer. An equirectangular one is read row by row, as
- * in the bake of that file. Faces and crosses become a map; level 0 of the
- * specular cube is then not made from the map but is the faces themselves, or
- * the means of their texels, where they are 2^k times as large.
- *   made  empty; the caller's to free with ibl_bake_result_free. Alpha stays
- *         empty unless the layer's is read and some is below
- *         IBL_CAPTURE_OPAQUE.
+ * Bakes the capture of a layer. An equirectangular one is read row by row.
+ * Faces and crosses become a map; but if their edge is 2^k times the specular
+ * cube's, level 0 is the faces (k = 0) or means of their texels.
+ *   made  empty; the caller must free both parts with ibl_bake_result_free.
+ *         IBL_CAPTURE_ALPHA stays empty unless the layer's alpha is read and
+ *         some is below IBL_CAPTURE_OPAQUE.
  * Alpha that is 0 everywhere is an error.
  */
 bool ibl_capture_bake(const ibl_probes_bake *p, int layer,
                       ibl_bake_result made[IBL_CAPTURE_PARTS]);
 
-/* Finds the hash of each layer and of the table. */
+/* Hashes the inputs of each layer and of the LUT. */
 bool ibl_probes_hash_inputs(ibl_probes_bake *p);
-/* Where each layer comes from, and which files stay as they are: by the index
- * that a former run of perhaps another set left, and by those of its files that
- * still are what it says. An index that is missing, damaged, edited or of
+/* Decides where each layer comes from and which files stay. Compares the set
+ * with the index of an earlier run, perhaps of another set; a file counts only
+ * if it still has its hash. An index that is missing, damaged, edited or of
  * another version is ignored: then everything is baked again. */
 bool ibl_probes_plan(ibl_probes_bake *p);
 
-/* The note of a layer that was baked; for json_decref, NULL: no memory. sum has
- * the overflow of all its cubes and levels as level 0. */
+/* The note of a baked layer; the caller must json_decref it, NULL: no memory.
+ * Level 0 of sum is the overflow of all the layer's cubes and levels. */
 json_t *ibl_probes_note(const ibl_bake_result made[IBL_CAPTURE_PARTS],
                         const ibl_overflow_report *sum);
 
-/* The text of the index; for free(), NULL: no memory. */
+/* The text of the index. The caller must free it; NULL: no memory. */
 char *ibl_probes_index_text(const ibl_probes_bake *p);
 
-/* Run the command; the exit status. */
+/* Run the command; return the exit status. */
 int ibl_probes_run(const void *settings);
 int ibl_probes_grid(const ibl_probes_opts *opts);
 

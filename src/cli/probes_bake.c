@@ -16,7 +16,8 @@ bool ibl_probes_no_memory(const ibl_probes_bake *p)
 
 /* ---- options ------------------------------------------------------------ */
 
-/* The set's options with the command line's, as the library takes them. */
+/* Completes the set's options by those of the command line; finds the layout.
+ */
 static bool find_options(ibl_probes_bake *p)
 {
     ibl_set_bake *b = &p->set.bake;
@@ -68,7 +69,7 @@ bool ibl_probes_check_input(const ibl_probes_bake *p, const char *input)
 
 /* ---- layers -------------------------------------------------------------- */
 
-/* Puts a layer into its array, and frees it. */
+/* Copies tex into a layer of its array, and frees it. */
 static bool take_texture(ibl_probes_bake *p, int kind, int layer,
                          ibl_texture *tex)
 {
@@ -81,7 +82,8 @@ static bool take_texture(ibl_probes_bake *p, int kind, int layer,
     return ok;
 }
 
-/* Adds its overflow to the layer's sum. alpha without texels: it is 1. */
+/* Encodes a cube as a layer and adds its overflow to sum. alpha may be
+ * empty: 1 everywhere. */
 static bool take_cube(ibl_probes_bake *p, int kind, int layer,
                       const ibl_cube *cube, const ibl_cube *alpha,
                       ibl_overflow_report *sum)
@@ -144,7 +146,7 @@ static bool bake_layer(ibl_probes_bake *p, int layer)
     return ok;
 }
 
-/* Copies a layer from its source in an array. */
+/* Copies a layer from layer `source` of array. */
 static bool copy_layer(ibl_probes_bake *p, int kind, int layer,
                        const ibl_texture *array)
 {
@@ -155,7 +157,7 @@ static bool copy_layer(ibl_probes_bake *p, int kind, int layer,
            take_texture(p, kind, layer, &tex);
 }
 
-/* Copies what does not have to be baked from the old array. */
+/* Copies the layers that the old array has. */
 static bool copy_old(ibl_probes_bake *p, int kind)
 {
     ibl_texture array = {0};
@@ -183,7 +185,7 @@ static bool copy_twin(ibl_probes_bake *p, int layer)
     return ok;
 }
 
-/* Where a layer came from, for -v. */
+/* Logs where a layer came from, for -v. */
 static void log_layer(const ibl_probes_bake *p, int layer)
 {
     const ibl_set_entry *l = &p->set.entry[layer];
@@ -233,7 +235,6 @@ static bool set_keys(const ibl_probes_bake *p, ibl_probes_kind kind,
     }
     snprintf(scale, sizeof scale, "%.9g", layout->lod_scale);
     snprintf(offset, sizeof offset, "%.9g", layout->lod_offset);
-    /* Alpha in any case: layers of old arrays bring their keys along. */
     const char *alpha = tex->premultiplied ? "premultiplied" : "opaque";
     const struct {
         ibl_probes_kind kind;
@@ -260,7 +261,7 @@ static bool set_keys(const ibl_probes_bake *p, ibl_probes_kind kind,
     return ok;
 }
 
-/* Writes tex, which is empty afterwards. */
+/* Hashes and writes tex, which is empty afterwards. */
 static bool put_texture(ibl_probes_bake *p, ibl_probes_kind kind,
                         ibl_texture *tex)
 {
@@ -279,7 +280,7 @@ static bool put_array(ibl_probes_bake *p, ibl_probes_kind kind)
 {
     ibl_texture *array = &p->array[kind];
 
-    /* Layers of old arrays are as the array was. */
+    /* Copied layers brought the flag of their whole old array. */
     array->premultiplied = 0;
     for (int i = 0; i < p->set.layers; i++)
         array->premultiplied |= p->set.entry[i].alpha;
@@ -303,7 +304,7 @@ static bool put_lut(ibl_probes_bake *p)
     return ok;
 }
 
-/* Writes the index unless it is there, to the byte. */
+/* Writes the index unless the old one has the same bytes. */
 static bool put_index(ibl_probes_bake *p)
 {
     ibl_probes_file *f = &p->file[IBL_PROBES_INDEX];
@@ -330,7 +331,7 @@ static bool put_files(ibl_probes_bake *p)
     return ok && put_index(p);
 }
 
-/* ---- the whole --------------------------------------------------------- */
+/* ---- the command ------------------------------------------------------- */
 
 static bool prepare(ibl_probes_bake *p)
 {
@@ -346,8 +347,7 @@ static bool prepare(ibl_probes_bake *p)
     return ibl_probes_hash_inputs(p) && ibl_probes_plan(p);
 }
 
-/* Makes the output directory; where there was none, its lock is not held
- * yet. */
+/* Makes the output directory, and locks it if it is new. */
 static bool make_directory(ibl_probes_bake *p)
 {
     if (ibl_outputs_mkdir(p->outputs, p->opts->output))
@@ -357,7 +357,7 @@ static bool make_directory(ibl_probes_bake *p)
     return true;
 }
 
-/* How much was done, for -v. */
+/* Logs counts, files and times, for -v. */
 static void log_summary(const ibl_probes_bake *p)
 {
     int baked = 0;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* A grid of probes in a box, as a set to complete with captures. */
+/* --grid: makes a set of probes in a regular grid; the user adds captures. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -24,12 +24,12 @@ typedef struct grid {
     const char *name;
     ibl_capture_kind kind;
     const char *capture[IBL_FACES]; /* as in ibl_set_capture */
-    double (*solid)[2][3];          /* corners of boxes */
+    double (*solid)[2][3];          /* low and high corners of boxes */
     size_t solids;
     json_t *proxy; /* of every probe, or NULL */
     double blend;
     int priority;
-    json_t *probes; /* those of the set that is made */
+    json_t *probes; /* of the new set */
     int made, skipped;
 } grid;
 
@@ -54,7 +54,7 @@ static bool take_box(ibl_json_at at, double low[3], double high[3])
     return true;
 }
 
-/* As many cells as keep probes no further apart than the spacing. */
+/* Takes the fewest cells that are no larger than the spacing. */
 static bool take_spacing(ibl_json_at at, grid *g)
 {
     double spacing[3];
@@ -68,7 +68,7 @@ static bool take_spacing(ibl_json_at at, grid *g)
         spacing[1] = spacing[2] = spacing[0];
     }
     for (int k = 0; k < 3; k++) {
-        /* 3 / 0.1 is a little more than 30. */
+        /* The factor is for rounding: 2.1 / 0.3 is a little more than 7. */
         const double n =
             ceil((g->high[k] - g->low[k]) / spacing[k] * (1 - 1e-12));
         if (n > MOST_ALONG)
@@ -187,7 +187,7 @@ static bool is_solid(const grid *g, const double p[3])
     return inside;
 }
 
-/* A file of a capture with {name} in it replaced; NULL: no memory. */
+/* A file name of a capture with {name} replaced; NULL: no memory. */
 static json_t *fill(const char *file, const char *name)
 {
     const ibl_placeholder holder = {"name", name};
@@ -211,8 +211,9 @@ static json_t *make_capture(const grid *g, const char *name)
     return json_pack("{so}", kind, files);
 }
 
-/* A probe in the middle of its cell, with an influence that reaches half the
- * blending into the neighbours, so that the weights of two have the sum 1. */
+/* Adds a probe in the middle p of its cell. Its influence reaches half the
+ * blend width into the neighbours, so the weights of two neighbours sum to
+ * 1. */
 static bool add_probe(grid *g, const int at[3], const double p[3])
 {
     char number[3][16];
@@ -239,7 +240,7 @@ static bool add_probe(grid *g, const int at[3], const double p[3])
     return g->probes;
 }
 
-/* x fastest, then y, then z. False after a line on stderr. */
+/* Adds the probes, x fastest, then y, then z. False after a line on stderr. */
 static bool add_probes(grid *g)
 {
     const int *n = g->counts;

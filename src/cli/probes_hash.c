@@ -17,7 +17,7 @@
 /* ---- hashes of contents ------------------------------------------------ */
 
 enum {
-    BUFFER_BYTES = 256 * 1024 /* stays in the second level of caches */
+    BUFFER_BYTES = 256 * 1024 /* fits in the L2 cache */
 };
 
 static void put_hash(XXH128_hash_t h, char hash[IBL_HASH_SIZE])
@@ -52,7 +52,7 @@ ibl_status ibl_hash_texture(ibl_ctx *ctx, const ibl_texture *tex,
     return status;
 }
 
-/* An errno; 0: all of the file is hashed. */
+/* Hashes a file to its end. Returns 0 or an errno. */
 static int hash_all(int fd, char hash[IBL_HASH_SIZE])
 {
     XXH3_state_t *state = XXH3_createState();
@@ -78,7 +78,7 @@ static int hash_all(int fd, char hash[IBL_HASH_SIZE])
 
 bool ibl_hash_file(const char *path, char hash[IBL_HASH_SIZE])
 {
-    /* A pipe without a writer must not block. */
+    /* O_NONBLOCK: do not wait for the writer of a FIFO. */
     const int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     struct stat st;
     int why;
@@ -104,7 +104,7 @@ void ibl_probes_hold(ibl_probes_bake *p)
     p->held = open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (p->held < 0)
         return;
-    /* File systems without locks say so by other errors, and have none. */
+    /* After other errors there is no lock: the file system has none. */
     if (flock(p->held, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK) {
         ibl_console_warn(p->console,
                          "%s: another run is at work there: waiting for it",
@@ -121,8 +121,8 @@ ibl_alpha ibl_probes_alpha(const ibl_probe_set *set, int layer)
     return layer < set->count ? set->bake.alpha : IBL_ALPHA_IGNORE;
 }
 
-/* Everything that the texels of a layer depend on; for free(), NULL: no
- * memory. */
+/* Everything that the texels of a layer depend on, as text. The caller must
+ * free it; NULL: no memory. */
 static char *describe(const ibl_probes_bake *p, int layer, const char *files)
 {
     const ibl_set_bake *b = &p->set.bake;
@@ -163,7 +163,7 @@ static bool hash_capture(const ibl_probes_bake *p, const ibl_capture *c, int i,
 static bool hash_layer(const ibl_probes_bake *p, int layer)
 {
     ibl_set_entry *e = &p->set.entry[layer];
-    char files[IBL_FACES * IBL_HASH_SIZE]; /* the hash of each */
+    char files[IBL_FACES * IBL_HASH_SIZE]; /* their hashes, in order */
 
     for (int i = 0; i < e->capture.count; i++)
         if (!hash_capture(p, &e->capture, i, files + i * (IBL_HASH_SIZE - 1)))

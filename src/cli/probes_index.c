@@ -15,7 +15,7 @@ enum {
 
 static const char *const file_keys[] = {"specular", "irradiance", "brdf_lut"};
 
-/* The hash of an index, which does not contain it yet. False: no memory. */
+/* Hashes an index without its member "hash". False: no memory. */
 static bool hash_index(const json_t *root, char hash[IBL_HASH_SIZE])
 {
     char *text = ibl_json_text(root);
@@ -28,14 +28,14 @@ static bool hash_index(const json_t *root, char hash[IBL_HASH_SIZE])
 
 /* ---- reading ----------------------------------------------------------- */
 
-/* A string of an object, "" if there is none. */
+/* A string in an object; "": there is none. */
 static const char *text_of(const json_t *object, const char *key)
 {
     const char *text = json_string_value(json_object_get(object, key));
     return text ? text : "";
 }
 
-/* Whether the index is of this version and as it was written. */
+/* Whether the index has this version and the right hash; removes "hash". */
 static bool is_sound(json_t *root)
 {
     json_t *said = json_incref(json_object_get(root, "hash"));
@@ -50,7 +50,7 @@ static bool is_sound(json_t *root)
     return sound;
 }
 
-/* Counts the probes that the set does not have, by name. */
+/* Counts the old probes, and those whose names the set does not have. */
 static void count_dropped(ibl_probes_bake *p, const json_t *probes)
 {
     json_t *probe;
@@ -67,8 +67,8 @@ static void count_dropped(ibl_probes_bake *p, const json_t *probes)
     }
 }
 
-/* The old index, its "probes" with the global environment's layer; NULL: none
- * that is sound. */
+/* Reads the old index and appends "global" to its "probes", which are then all
+ * layers. NULL: there is no sound index. */
 static json_t *read_index(ibl_probes_bake *p)
 {
     ibl_probes_file *f = &p->file[IBL_PROBES_INDEX];
@@ -85,7 +85,7 @@ static json_t *read_index(ibl_probes_bake *p)
     return root;
 }
 
-/* Finds the old file of a kind, if it still has the hash in the index. */
+/* Finds the old file of a kind, unless its hash differs from the index's. */
 static bool find_file(ibl_probes_bake *p, int kind, const json_t *was)
 {
     ibl_probes_file *f = &p->file[kind];
@@ -109,7 +109,7 @@ static bool find_file(ibl_probes_bake *p, int kind, const json_t *was)
 
 /* ---- plan -------------------------------------------------------------- */
 
-/* The old layer with these inputs, the one with the same number first; -1:
+/* The old layer with this hash, if possible the one with the same number; -1:
  * none. */
 static int find_old(const json_t *layers, int layer, const char *hash)
 {
@@ -136,7 +136,7 @@ static int find_twin(const ibl_probes_bake *p, int layer)
     return -1;
 }
 
-/* Takes the note of a layer from its entry in the old index. */
+/* Copies the note of a layer from its entry in the old index. */
 static bool keep_note(const ibl_probes_bake *p, ibl_set_entry *e,
                       const json_t *was)
 {
@@ -191,7 +191,7 @@ bool ibl_probes_plan(ibl_probes_bake *p)
 
 /* ---- notes -------------------------------------------------------------- */
 
-/* The first of each three numbers. */
+/* The first number of each triple; frees triples. */
 static json_t *firsts(json_t *triples)
 {
     json_t *list = triples ? json_array() : NULL, *triple;
@@ -292,7 +292,7 @@ static json_t *irradiance(const ibl_bake_options *options)
     return j;
 }
 
-/* Of layer i: a probe, or the global environment, which is the last. */
+/* The entry of layer i: a probe, or the global environment, the last layer. */
 static json_t *entry(const ibl_probes_bake *p, int i)
 {
     const ibl_set_entry *e = &p->set.entry[i];

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* iblbake probes on the command line. */
+/* The command line of iblbake probes. */
 #include <string.h>
 
 #include "cli/probes.h"
@@ -75,7 +75,7 @@ static const ibl_section *const sections[] = {
     NULL,
 };
 
-/* The field of an override, an int or an enumeration, in the options. */
+/* The field that an override sets, an int or an enumeration. */
 static int *said_field(const ibl_probes_opts *o, size_t i)
 {
     return (int *)((char *)o + overrides[i].offset);
@@ -92,7 +92,7 @@ static void defaults(void *settings)
 
 void ibl_probes_override(const ibl_probes_opts *o, ibl_set_bake *bake)
 {
-    /* Levels of the set go with its size. */
+    /* The set's number of levels belongs to the set's size. */
     if (o->said.options.specular_options.size >= 0)
         bake->options.specular_options.levels = 0;
     for (size_t i = 0; i < OVERRIDES; i++) {
@@ -116,7 +116,7 @@ static bool take(void *settings, const char *word)
     return true;
 }
 
-/* A grid is not baked: false, with a line, of an option that says how. */
+/* False, after a line on stderr: an option for bakes was given with --grid. */
 static bool check_grid(const ibl_probes_opts *o)
 {
     const ibl_read_options *r = &o->common.read;

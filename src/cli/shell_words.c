@@ -11,7 +11,7 @@
 static const char blanks[] = " \t\n";
 
 /* Copies the word at *text to `to` without its quotes and moves *text behind
- * it. Returns the end of the copy, NULL for an open quote. */
+ * it. Returns the end of the copy; NULL: a quote is not closed. */
 static char *take_word(const char **text, char *to)
 {
     const char *s = *text;
@@ -33,8 +33,8 @@ static char *take_word(const char **text, char *to)
 char **ibl_words_split(const char *text)
 {
     const size_t length = strlen(text);
-    /* A word and its end take two characters; their text follows the
-     * pointers. */
+    /* A word and the blank after it have two characters or more. The words'
+     * text follows the pointers. */
     const size_t most = length / 2 + 2;
     char **words = malloc(most * sizeof *words + length + 2);
     char *to = words ? (char *)(words + most) : NULL;

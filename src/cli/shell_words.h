@@ -4,23 +4,24 @@
 #define CLI_SHELL_WORDS_H
 
 /*
- * The words of text: separated by blanks, '...' and "..." keep blanks, a
- * backslash keeps the next character (not inside '...'). Nothing is expanded.
- * Ended by NULL; one block for free(). NULL: an open quote, or no memory.
+ * Splits text into words at blanks. '...' and "..." keep blanks; a backslash
+ * keeps the next character (not inside '...'). Nothing is expanded. The words
+ * end with NULL and are one block, which the caller must free. NULL: a quote is
+ * not closed, or no memory.
  */
 char **ibl_words_split(const char *text);
 
-/* word so that a shell reads it as it is; the caller's to free, NULL: no
+/* Quotes word for a shell, if needed. The caller must free the result; NULL: no
  * memory. */
 char *ibl_words_quote(const char *word);
 
-/* A replacement of {name} by text. */
+/* {name} is replaced by text. */
 typedef struct ibl_placeholder {
     const char *name, *text;
 } ibl_placeholder;
 
-/* text with every {name} out of count ones replaced; the rest, other braces
- * too, stays. The caller's to free, NULL: no memory. */
+/* Copies text with the {name} of count holders replaced; other braces stay. The
+ * caller must free the result; NULL: no memory. */
 char *ibl_words_fill(const char *text, const ibl_placeholder *holders,
                      int count);
 
