@@ -32,20 +32,8 @@ refuse() {
     [ $status -eq 1 ] || echo "verify $*: status $status"
     [ "$(wc -l <err)" = 1 ] || echo "verify $*: $(cat err)"
 }
-# wrong STATUS GLOB [arguments]: fails with one line like that.
-wrong() {
-    local want=$1 glob=$2
-    shift 2
-    iblbake verify "$@" 2>err >printed
-    status=$?
-    [ $status -eq "$want" ] || echo "verify $*: status $status, not $want"
-    [ "$(wc -l <err)" = 1 ] || echo "verify $*: several lines or none"
-    # shellcheck disable=SC2254
-    case $(cat err) in
-    $glob) ;;
-    *) echo "verify $*: $(cat err)" ;;
-    esac
-    [ ! -s printed ] || echo "verify $*: on stdout: $(head -n 1 printed)"
+wrong() { # STATUS GLOB [arguments]
+    refused "$1" "$2" iblbake verify "${@:3}"
 }
 
 # ---- our own bakes -----------------------------------------------------

@@ -36,6 +36,26 @@ skip_all() { # WHY
     echo '0 passed, 0 failed, 1 skipped'
     exit 0
 }
+# refused STATUS GLOB COMMAND...: the command ends with that status and one line
+# like GLOB, prints nothing, and leaves nothing in this directory.
+refused() {
+    local want=$1 glob=$2 status
+    shift 2
+    touch "$work/before" "$work/err" "$work/printed"
+    ls -A >"$work/before"
+    "$@" 2>"$work/err" >"$work/printed"
+    status=$?
+    ls -A | diff "$work/before" - || echo "$*: left something"
+    [ $status -eq "$want" ] || echo "$*: status $status, not $want"
+    [ "$(wc -l <"$work/err")" = 1 ] ||
+        echo "$*: not one line: $(cat "$work/err")"
+    # shellcheck disable=SC2254
+    case $(cat "$work/err") in
+    $glob) ;;
+    *) echo "$*: $(cat "$work/err")" ;;
+    esac
+    [ ! -s "$work/printed" ] || echo "$*: on stdout: $(cat "$work/printed")"
+}
 # within COMMAND...: true as soon as it is; false if it is not in a minute, or
 # longer on a busy machine.
 within() {
@@ -141,21 +161,7 @@ use_viewer() {
 need_pictures() { # FILE
     ! grep -q libosmesa6 "$1" || skip_all "$(cat "$1")"
 }
-# iblview fails with one line like that, and leaves nothing.
+# iblview fails so.
 wrong() { # STATUS GLOB [arguments]
-    local want=$1 glob=$2 status
-    shift 2
-    ls -A >"$work/before"
-    iblview "$@" 2>"$work/err" >"$work/printed"
-    status=$?
-    ls -A | diff "$work/before" - || echo "$*: left something"
-    [ $status -eq "$want" ] || echo "$*: status $status, not $want"
-    [ "$(wc -l <"$work/err")" = 1 ] ||
-        echo "$*: not one line: $(cat "$work/err")"
-    # shellcheck disable=SC2254
-    case $(cat "$work/err") in
-    $glob) ;;
-    *) echo "$*: $(cat "$work/err")" ;;
-    esac
-    [ ! -s "$work/printed" ] || echo "$*: on stdout: $(cat "$work/printed")"
+    refused "$1" "$2" iblview "${@:3}"
 }
