@@ -220,6 +220,20 @@ static void split_mix(const float *table, size_t stride, const float *pair,
 {
     int i = 0;
 
+    /* Four sums at once hide the latency of the multiply-add. */
+    for (; i + 4 * VF <= count; i += 4 * VF) {
+        vf sum[4] = {vf_all(0), vf_all(0), vf_all(0), vf_all(0)};
+        for (int k = 0; k < terms; k++) {
+            const float *from = table + (size_t)k * stride + (size_t)i;
+            const vf both = both_of(pair + 2 * k);
+            sum[0] = vf_fma(vf_load(from), both, sum[0]);
+            sum[1] = vf_fma(vf_load(from + VF), both, sum[1]);
+            sum[2] = vf_fma(vf_load(from + 2 * VF), both, sum[2]);
+            sum[3] = vf_fma(vf_load(from + 3 * VF), both, sum[3]);
+        }
+        for (int j = 0; j < 4; j++)
+            vf_store(out + i + j * VF, sum[j]);
+    }
     for (; i + VF <= count; i += VF) {
         vf sum = vf_all(0);
         for (int k = 0; k < terms; k++)
