@@ -35,7 +35,7 @@ typedef struct report {
     char *(*text)(const json_t *document);
 } report;
 
-/* Before the minutes of work, not after them. */
+/* Checks the report files before the minutes of work, not after them. */
 static bool check_reports(const ibl_bench *b, const report *reports, int count)
 {
     for (int i = 0; i < count; i++) {
@@ -78,7 +78,7 @@ static bool write_reports(const ibl_bench *b, const report *reports, int count)
 
 /* ---- the run --------------------------------------------------------- */
 
-/* Whether q is as fast and as good as p, and faster or better. */
+/* Whether q is as fast and good as p, and strictly better in one of them. */
 static bool is_beaten(const ibl_bench_point *p, const ibl_bench_point *q)
 {
     const double time = p->series[IBL_BENCH_WALL_S].median;
@@ -88,7 +88,7 @@ static bool is_beaten(const ibl_bench_point *p, const ibl_bench_point *q)
            (q->error < p->error || other < time);
 }
 
-/* Marks the points of a map that no other is both faster and better than. */
+/* Marks the Pareto front of each map: points that no other point beats. */
 static void mark_front(ibl_bench *b)
 {
     for (int i = 0; i < b->point_count; i++) {
@@ -119,7 +119,7 @@ bool ibl_bench_is_special(const ibl_bench *b, const ibl_bench_point *p)
             !b->sources[p->source].resampled);
 }
 
-/* In the private directory. */
+/* Does the work in the private directory. */
 static int work(const void *cookie, const char *directory)
 {
     const ibl_bench_opts *opts = cookie;

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * iblbake bench: what is measured, and the results.
+ * iblbake bench: the plan of a run, its measurements and the results.
  *
  * A run is a list of points. A point is one command: a bake of ours with one
- * setting of everything that is swept, a variant (the base bake with more
- * options) or a peer (another tool). All points run in turns, A B C A B C,
- * each in a child process; then the output of the last round is judged.
+ * value on each axis, a variant (the base bake with more options) or a peer
+ * (another tool). All points run in turns, A B C A B C, each in a child
+ * process; then the output of the last round is judged.
  */
 #ifndef CLI_BENCH_H
 #define CLI_BENCH_H
@@ -17,27 +17,27 @@
 #include "cli/console.h"
 
 enum {
-    IBL_BENCH_VALUES = 32, /* of one list */
+    IBL_BENCH_VALUES = 32, /* values in one list */
     IBL_BENCH_NAMED = 16,  /* variants, peers, environments */
-    IBL_BENCH_NAME = 32,   /* bytes of the name of a quantity */
-    IBL_BENCH_SERIES = 64, /* quantities of a point: three, and its stages */
+    IBL_BENCH_NAME = 32,   /* bytes of a series' name */
+    IBL_BENCH_SERIES = 64, /* series of a point: three, and its stages */
     IBL_BENCH_ROUNDS = 999
 };
 
-/* What a bake computes the specular levels with. */
+/* How a bake computes the specular levels. */
 typedef enum ibl_bench_method {
     IBL_BENCH_AUTO,
     IBL_BENCH_SPECTRAL,
-    IBL_BENCH_SAMPLED,       /* mip level of a lookup by the sample's density */
+    IBL_BENCH_SAMPLED, /* with a mip level chosen from the sample's density */
     IBL_BENCH_SAMPLED_NOMIP, /* --pdf-mip no */
     IBL_BENCH_METHODS
 } ibl_bench_method;
 
 extern const char *const ibl_bench_method_names[];
-/* Whether samples are swept with it: not with the first two. */
+/* Whether the samples axis applies to a method: false for the first two. */
 bool ibl_bench_takes_samples(int method);
 
-/* What is swept; the values of one axis are those of the others' base. */
+/* The swept axes. While one varies, the others stay at their base value. */
 typedef enum ibl_bench_axis {
     IBL_BENCH_METHOD,
     IBL_BENCH_SAMPLES,
@@ -50,7 +50,7 @@ typedef enum ibl_bench_axis {
 
 /* "method", "samples", "size", "threads", "isa", "source". */
 const char *ibl_bench_axis_name(int axis);
-/* A value of an axis as its option has it. */
+/* Writes a value of an axis as its option spells it. */
 void ibl_bench_value(int axis, int value, char *text, size_t size);
 
 typedef struct ibl_bench_list {
@@ -59,28 +59,28 @@ typedef struct ibl_bench_list {
     int values[IBL_BENCH_VALUES];
 } ibl_bench_list;
 
-/* NAME=TEXT options, each may be given several times. */
+/* NAME=TEXT options; each may be given several times. */
 typedef struct ibl_bench_names {
     int count;
     char name[IBL_BENCH_NAMED][48];
     const char *text[IBL_BENCH_NAMED];
 } ibl_bench_names;
 
-/* The first of that name; -1: none. */
+/* Index of the first entry with that name, or -1. */
 int ibl_bench_find_name(const ibl_bench_names *names, const char *name);
 
 typedef struct ibl_bench_opts {
-    ibl_common common; /* threads and isa: of the judging */
+    ibl_common common; /* threads and isa apply to the judging */
     int env_count;
     const char *envs[IBL_BENCH_NAMED];
-    /* Sources: widths, 0 for none; without values: defaults. */
+    /* For sources: widths, 0 for none. An empty list means the defaults. */
     ibl_bench_list lists[IBL_BENCH_AXES];
-    const char *bake; /* more options of every bake of ours, or NULL */
+    const char *bake; /* more options for every bake of ours, or NULL */
     ibl_bench_names variants, peers, outputs;
-    int full; /* every combination, not one axis at a time */
+    int full; /* every combination instead of one axis at a time */
     int rounds;
     double timeout_s;
-    int texels; /* judged in each level; 0: no judging */
+    int texels; /* texels judged in each level; 0: no judging */
     const char *csv, *json, *html;
 } ibl_bench_opts;
 
@@ -92,14 +92,14 @@ typedef enum ibl_bench_kind {
 
 extern const char *const ibl_bench_kind_names[];
 
-/* A measured quantity over the rounds. */
+/* One measured quantity over the rounds. */
 typedef struct ibl_bench_series {
     char name[IBL_BENCH_NAME];
-    double *rounds;           /* 0 where a round did not report it */
-    double low, median, high; /* low, high: the quartiles */
+    double *rounds;           /* one value per round, 0 where not reported */
+    double low, median, high; /* low and high are the quartiles */
 } ibl_bench_series;
 
-/* The first of a point's series; the others are seconds of its stages. */
+/* The first series of a point; the rest are seconds per stage. */
 enum {
     IBL_BENCH_WALL_S,
     IBL_BENCH_CPU_S,
@@ -107,7 +107,7 @@ enum {
     IBL_BENCH_STAGES
 };
 
-/* A map that is baked: an environment, or one resampled. */
+/* A map to bake: an environment, original or resampled. */
 typedef struct ibl_bench_source {
     int env; /* index of ibl_bench_opts.envs */
     int width, height;
@@ -116,78 +116,79 @@ typedef struct ibl_bench_source {
 } ibl_bench_source;
 
 typedef struct ibl_bench_point {
-    char name[64]; /* "auto", "sampled 1024", "auto, size 512", the variant's,
-                      the peer's */
+    char name[64]; /* "auto", "sampled 1024", "auto, size 512", or the variant's
+                      or peer's name */
     ibl_bench_kind kind;
-    const char *given;      /* the variant's options, the peer's command */
-    int source;             /* of ibl_bench.sources */
-    int at[IBL_BENCH_AXES]; /* settings of a bake; -1: does not apply */
-    unsigned sweeps;        /* bit n: this point belongs to axis n's sweep */
+    const char *given;      /* options of the variant or command of the peer */
+    int source;             /* index in ibl_bench.sources */
+    int at[IBL_BENCH_AXES]; /* values of a bake; -1: does not apply */
+    unsigned sweeps; /* bit n: the point belongs to the sweep of axis n */
     bool base;
-    char **argv; /* of ibl_words_split */
+    char **argv; /* from ibl_words_split */
     char *directory;
 
     ibl_bench_series series[IBL_BENCH_SERIES];
     int series_count;
-    size_t output_bytes; /* of all files that it left */
+    size_t output_bytes; /* total size of all files the command left */
 
-    json_t *levels;   /* of the JSON report; NULL: not judged */
-    bool judged;      /* and has specular levels with r > 0: */
-    double error;     /* rms over these of nRMSE */
-    double worst_p95; /* worst 95th percentile of these */
-    bool pareto;      /* no other point of this map is faster and better */
+    json_t *levels;   /* from the JSON report; NULL: not judged */
+    bool judged;      /* true if a level with roughness > 0 was judged */
+    double error;     /* rms of nRMSE over the levels with roughness > 0 */
+    double worst_p95; /* worst 95th percentile of the same levels */
+    bool pareto;      /* on the Pareto front of its map, see bench.c */
 } ibl_bench_point;
 
 typedef struct ibl_bench {
     const ibl_bench_opts *opts;
     ibl_console *console;
-    const char *directory; /* private, removed by its maker */
-    json_t *machine;       /* what the times depend on */
+    const char *directory; /* private; its creator removes it */
+    json_t *machine;       /* properties of the machine that affect times */
     char date[32];
     int base[IBL_BENCH_AXES];
     ibl_bench_source *sources;
     int source_count;
     ibl_bench_point *points;
     int point_count;
-    double seconds; /* that the timing took */
+    double seconds; /* duration of the timing */
 } ibl_bench;
 
-/* The whole command; returns the exit status. */
+/* Runs the whole command; returns the exit status. */
 int ibl_bench_run(const void *opts);
 
-/* The machine and its load now; NULL: no memory. */
+/* The machine and its current load; NULL: no memory. */
 json_t *ibl_bench_machine(void);
 
-/* The parts of a run, in this order. They return false after one line on
- * stderr. */
-/* Resamples the environments: fills b->sources. In a child process, so that
- * this one stays small: see ibl_child_run. */
+/* The steps of a run, in this order. Each returns false after printing one line
+ * on stderr. */
+/* Resamples the environments and fills b->sources. Works in a child process to
+ * keep this one small: see ibl_child_run. */
 bool ibl_bench_sources_make(ibl_bench *b);
 /* Fills b->points. */
 bool ibl_bench_plan(ibl_bench *b);
-/* text with {env}, {out} and {name} of a point filled in, as words of a shell;
- * of a bake of ours also {layer}, {bake} and {variant}. For free(); NULL: no
- * memory. */
+/* Fills {env}, {out} and {name} of a point into text, as shell words; for a
+ * bake of ours also {layer}, {bake} and {variant}. The caller must free it;
+ * NULL: no memory. */
 char *ibl_bench_fill(const ibl_bench *b, const ibl_bench_point *p,
                      const char *text);
 bool ibl_bench_measure(ibl_bench *b);
-/* Checks the arguments that a point's output is judged by, as far as possible
- * before it has run. */
+/* Checks the arguments for judging a point's output, as far as possible before
+ * the point has run. */
 bool ibl_bench_check_output(const ibl_bench *b, const ibl_bench_point *p);
 bool ibl_bench_judge(ibl_bench *b);
 
-/* Whether a point counts for error against time: judged, on a map as it is,
- * and a peer, a variant or a bake that differs from the base only by method or
- * samples. */
+/* Whether a point is compared by error against time: it is judged, its map is
+ * not resampled, and it is a peer, a variant or a bake that differs from the
+ * base only by method or samples. */
 bool ibl_bench_is_rival(const ibl_bench *b, const ibl_bench_point *p);
-/* Whether a point has its levels and stages listed: the base, bakes that
- * differ from it only by the method, variants and peers. */
+/* Whether the levels and stages of a point are listed: true for the base, bakes
+ * that differ from it only by the method, variants and peers. */
 bool ibl_bench_is_special(const ibl_bench *b, const ibl_bench_point *p);
 
 /* ---- reports --------------------------------------------------------- */
 
 void ibl_bench_print(const ibl_bench *b, FILE *to);
-/* All that was measured, and texts of it, for free(); NULL: no memory. */
+/* All measurements, and two texts made from them. The caller must free them;
+ * NULL: no memory. */
 json_t *ibl_bench_document(const ibl_bench *b);
 char *ibl_bench_csv(const json_t *document);
 char *ibl_bench_html(const json_t *document);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The error of what the last round left. */
+/* Judges the output of the last round. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,18 +11,18 @@
 #include "cli/verify_files.h"
 #include "common/text.h"
 
-/* What the points are judged by; the judge keeps the truth that it has worked
- * out, for the points that follow with the same map and rotation. */
+/* State of judging the points. The judge keeps the reference values, for later
+ * points with the same map and rotation. */
 typedef struct judging {
     const ibl_bench *b;
     ibl_ctx *ctx;
-    ibl_judge *judge; /* NULL: none; else of this map and rotation: */
+    ibl_judge *judge; /* NULL, or for this source and yaw: */
     int source;
     double yaw_deg;
     ibl_image env;
 } judging;
 
-/* The arguments by which a point's output is judged, after ENV; NULL: none. */
+/* The arguments after ENV for judging a point's output; NULL: not judged. */
 static const char *output_of(const ibl_bench *b, const ibl_bench_point *p)
 {
     const ibl_bench_names *outputs = &b->opts->outputs;
@@ -39,7 +39,7 @@ static bool is_judged(const ibl_bench *b, const ibl_bench_point *p)
            output_of(b, p);
 }
 
-/* ENV and the rest of iblbake verify's arguments; for free().
+/* ENV and the other arguments of iblbake verify. The caller must free them;
  * NULL: no memory, or an open quote. */
 static char **arguments(const ibl_bench *b, const ibl_bench_point *p)
 {
@@ -52,7 +52,7 @@ static char **arguments(const ibl_bench *b, const ibl_bench_point *p)
     return words;
 }
 
-/* Settings of verify for a point; *words has their strings. */
+/* Settings of verify for a point; *words holds their strings. */
 static bool settings_of(const ibl_bench *b, const ibl_bench_point *p,
                         ibl_verify_opts *opts, char ***words)
 {
@@ -88,7 +88,7 @@ static void drop_judge(judging *j)
     ibl_image_free(&j->env);
 }
 
-/* Makes j->judge that of a map with a rotation. */
+/* Makes j->judge the judge of a map with a rotation. */
 static bool take_judge(judging *j, int source, double yaw_deg,
                        const ibl_judge_options *options)
 {
@@ -126,7 +126,7 @@ static json_t *lut_json(const ibl_lut_verdict *v)
                      "p95", "worst", v->max, "bias");
 }
 
-/* Takes the errors of a point from its report. */
+/* Copies the errors of a point from its report. */
 static bool keep(ibl_bench_point *p, const ibl_report *report)
 {
     double sum = 0, worst = 0;
@@ -160,7 +160,7 @@ static bool judge_files(judging *j, ibl_bench_point *p,
 
     if (!ibl_verify_files_read(opts, j->ctx, console, files))
         return false;
-    /* What is swept has no part in the table. */
+    /* The swept settings do not affect the table. */
     if (p->kind == IBL_BENCH_BAKE && !p->base)
         ibl_lut_free(&files->lut);
     report->options = opts->judge;

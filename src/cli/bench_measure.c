@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Runs every command in turns and measures it; the machine it runs on. */
+/* Runs every command in turns and measures it; describes the machine. */
 #define _DEFAULT_SOURCE /* getloadavg */
 #include <errno.h>
 #include <ftw.h>
@@ -17,8 +17,7 @@
 
 /* ---- machine --------------------------------------------------------- */
 
-/* The value of the first "model name" of /proc/cpuinfo; other systems and
- * CPUs: the machine's kind. */
+/* The first "model name" in /proc/cpuinfo; without one the machine type. */
 static void find_cpu(char *cpu, size_t size, const char *machine)
 {
     FILE *f = fopen("/proc/cpuinfo", "r");
@@ -66,8 +65,7 @@ static bool empty_directory(const ibl_bench *b, const ibl_bench_point *p)
                             p->directory, strerror(errno));
 }
 
-/* Adds a value to the series of that name; stages beyond the most that a point
- * can have are left out. */
+/* Adds a value to the series of that name; drops it if all series are used. */
 static bool record(const ibl_bench *b, ibl_bench_point *p, const char *name,
                    int round, double value)
 {
@@ -89,8 +87,8 @@ static bool record(const ibl_bench *b, ibl_bench_point *p, const char *name,
     return true;
 }
 
-/* Records the stage times in the sidecar of a bake of ours, if it left one,
- * and the part of its wall_s that they do not cover. */
+/* Records the stage times from the sidecar of a bake of ours, if it wrote one,
+ * and the rest of its wall_s outside all stages. */
 static bool record_stages(const ibl_bench *b, ibl_bench_point *p, int round,
                           double wall_s)
 {
@@ -116,7 +114,7 @@ static bool record_stages(const ibl_bench *b, ibl_bench_point *p, int round,
     return ok;
 }
 
-/* Runs a point; round -1 is not counted. */
+/* Runs a point; round -1 is a warm-up and not counted. */
 static bool run_point(const ibl_bench *b, ibl_bench_point *p, int round)
 {
     const double limit_s = b->opts->timeout_s;
@@ -158,8 +156,7 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* The value below which the part q of n sorted values lies, interpolated
- * between its two neighbours (R's type 7, the usual one). */
+/* The q-quantile of n sorted values, interpolated as R's type 7. */
 static double quantile(const double *sorted, int n, double q)
 {
     const double at = q * (n - 1);
@@ -168,7 +165,7 @@ static double quantile(const double *sorted, int n, double q)
                      : sorted[n - 1];
 }
 
-/* Finds the quartiles of a series, and how much the last round left. */
+/* Finds the quartiles of each series, and the output size of the last round. */
 static void sum_up(const ibl_bench *b, ibl_bench_point *p)
 {
     double sorted[IBL_BENCH_ROUNDS];

@@ -26,8 +26,8 @@ bool ibl_bench_takes_samples(int method)
 static const struct {
     const char *name;
     int low, high;
-    const char *const *words; /* of low and so on; NULL: values are numbers */
-    const char *standard;     /* NULL: depends on the machine or maps */
+    const char *const *words; /* from low on; NULL: values are numbers */
+    const char *standard; /* default; NULL: depends on the machine or maps */
 } axes[IBL_BENCH_AXES] = {
     {"method", 0, IBL_BENCH_METHODS - 1, ibl_bench_method_names,
      STANDARD_METHODS},
@@ -62,7 +62,7 @@ static bool put(ibl_bench_list *list, int value)
     return true;
 }
 
-/* The value that text begins with; *end is what follows. */
+/* Parses the value at the start of text; *end points behind it. */
 static bool take_value(int axis, const char *text, int *value, const char **end)
 {
     const int length = (int)strcspn(text, ",");
@@ -78,7 +78,7 @@ static bool take_value(int axis, const char *text, int *value, const char **end)
     return found >= 0;
 }
 
-/* Values separated by commas; for sources also "none". */
+/* Parses values separated by commas; for sources also "none". */
 static bool parse_list(void *field, const char *text)
 {
     ibl_bench_list *list = field;
@@ -95,7 +95,7 @@ static bool parse_list(void *field, const char *text)
     return false;
 }
 
-/* NAME=TEXT. */
+/* Parses NAME=TEXT. */
 static bool parse_name(void *field, const char *value)
 {
     ibl_bench_names *names = field;
@@ -213,7 +213,7 @@ static void defaults(void *settings)
         o->lists[axis].axis = (ibl_bench_axis)axis;
 }
 
-/* Fills the lists that were not given, but for the sources: theirs depends on
+/* Fills the lists that were not given, except sources: their default depends on
  * the maps. */
 static void fill_defaults(ibl_bench_opts *o)
 {
@@ -262,8 +262,7 @@ static bool check_isas(const ibl_bench_opts *o)
     return true;
 }
 
-/* Options of a bake that this command sets: of each, and of those that are
- * swept. */
+/* Options that this command sets: for every bake, then for swept ones. */
 static const char *const own[] = {
     "--output", "-o",     "--name", "--timings", "--depfile", "--preview",
     "--verify", "--help", "-h",     "--version", "--method",  "--samples",
@@ -273,8 +272,7 @@ enum {
     OWN = sizeof own / sizeof *own
 };
 
-/* Whether a word is an option: a long one may have its value after =, a short
- * one in the same word. */
+/* Whether a word is an option, maybe with its value: --long=VALUE, -sVALUE. */
 static bool is_option(const char *word, const char *option)
 {
     const size_t length = strlen(option);
@@ -283,7 +281,7 @@ static bool is_option(const char *word, const char *option)
            (option[1] != '-' || !word[length] || word[length] == '=');
 }
 
-/* Refuses the first `count` of own among the options that a bake is given. */
+/* Rejects the first `count` options of own in the options for a bake. */
 static bool check_bake(const char *option, const char *text, int count)
 {
     char **words = text ? ibl_words_split(text) : NULL;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Which commands a run has. */
+/* Plans the commands of a run. */
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -45,7 +45,7 @@ char *ibl_bench_fill(const ibl_bench *b, const ibl_bench_point *p,
     return filled;
 }
 
-/* A bake by this program, whatever it is called by now. */
+/* The command of a bake by this program. */
 static char *bake_command(const ibl_bench *b, const ibl_bench_point *p)
 {
     const ibl_read_options plain = {.part = -1, .any_aspect = 1};
@@ -107,8 +107,8 @@ static void extend(ibl_bench_point *p, const char *fmt, ...)
     va_end(ap);
 }
 
-/* "sampled 1024, size 512": method, samples where it takes them, and what else
- * differs from the base. */
+/* "sampled 1024, size 512": the method, samples if it takes them, and the other
+ * differences from the base. */
 static void name_bake(const ibl_bench *b, ibl_bench_point *p)
 {
     const ibl_bench_source *source = &b->sources[p->source];
@@ -126,7 +126,7 @@ static void name_bake(const ibl_bench *b, ibl_bench_point *p)
         extend(p, ", source %d", source->width);
 }
 
-/* Adds a point, with its name and its command. */
+/* Adds a point; sets its name and its command. */
 static bool add_point(ibl_bench *b, const ibl_bench_point *like)
 {
     const int number = b->point_count;
@@ -156,7 +156,7 @@ static bool add_point(ibl_bench *b, const ibl_bench_point *like)
 
 /* ---- sweeps ---------------------------------------------------------- */
 
-/* The value if the list has it, else the list's first. */
+/* Returns value if the list has it, else the first of the list. */
 static int find_base(const ibl_bench_list *list, int value)
 {
     for (int i = 0; i < list->count; i++)
@@ -176,8 +176,8 @@ static void find_bases(ibl_bench *b)
         b->base[axis] = find_base(&b->opts->lists[axis], standard[axis]);
 }
 
-/* The sweeps that a bake belongs to: those of the axes by which alone it
- * differs from the base, where samples are swept for each method. */
+/* The sweeps a bake belongs to: an axis counts if the bake differs from the
+ * base on that axis only. For the samples axis the method may differ, too. */
 static unsigned find_sweeps(const ibl_bench_point *p, const ibl_bench *b)
 {
     unsigned sweeps = 0, differs = 0;
@@ -197,8 +197,8 @@ static unsigned find_sweeps(const ibl_bench_point *p, const ibl_bench *b)
     return sweeps;
 }
 
-/* Adds a bake if it belongs to a sweep, or with --full; samples that a method
- * does not take would make the same bake again. */
+/* Adds a bake if it belongs to a sweep, or always with --full. Skips samples
+ * that the method ignores, since they would repeat the same bake. */
 static bool plan_bake(ibl_bench *b, ibl_bench_point *p)
 {
     p->sweeps = find_sweeps(p, b);
@@ -210,8 +210,8 @@ static bool plan_bake(ibl_bench *b, ibl_bench_point *p)
     return add_point(b, p);
 }
 
-/* Plans every combination of the values of axes[0] and the axes behind it,
- * with p's values of the others. Sweeps begin at the base. */
+/* Plans every combination of the values of axes[0] and the following axes; the
+ * other axes keep p's values. A sweep begins at the base. */
 static bool plan_axes(ibl_bench *b, ibl_bench_point *p,
                       const ibl_bench_axis *axes)
 {
@@ -250,8 +250,7 @@ static bool plan_named(ibl_bench *b, ibl_bench_point p, ibl_bench_kind kind,
     return ok;
 }
 
-/* Plans all bakes of the source with this index, which is an environment as it
- * is. */
+/* Plans all bakes of a source that is not resampled. */
 static bool plan_env(ibl_bench *b, int source)
 {
     static const ibl_bench_axis axes[] = {IBL_BENCH_ISA,     IBL_BENCH_THREADS,

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Everything that was measured, for programs: JSON, CSV, and a page that draws
- * the JSON. */
+/* All measurements for programs: JSON, CSV, and a page that draws the JSON. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -93,10 +92,10 @@ json_t *ibl_bench_document(const ibl_bench *b)
 
 /* ---- HTML ------------------------------------------------------------ */
 
-/* Made by the build of bench_page.html. */
+/* Generated from bench_page.html by the build. */
 extern const char ibl_bench_page[];
 
-/* JSON inside a script element: nothing in a string may end the element. */
+/* Writes JSON for a script element: escapes whatever would end the element. */
 static void put_json(const char *json, FILE *to)
 {
     for (; *json; json++)
@@ -125,7 +124,7 @@ char *ibl_bench_html(const json_t *document)
 
 /* ---- CSV ------------------------------------------------------------- */
 
-/* A column, and the member of a point that it has, or the member of that. */
+/* A column: its name, and the member of a point, or part of it, it shows. */
 static const struct {
     const char *name, *member, *part;
 } columns[] = {
@@ -149,7 +148,7 @@ static const struct {
     {"output_bytes", "output_bytes", NULL},
 };
 
-/* The columns of a level, behind those of the stages and "front". */
+/* The columns for a level, after those for the stages and "front". */
 static const char *const members[] = {"content",   "level", "size",
                                       "roughness", "nrmse", "median",
                                       "p95",       "worst", "bias"};
@@ -159,8 +158,8 @@ enum {
     MEMBERS = sizeof members / sizeof *members
 };
 
-/* Every stage that any point has, each point's in its order as far as
- * possible; returns how many. */
+/* Collects the stages of all points, keeping each point's order where possible.
+ * Returns their number. */
 static int find_stages(const json_t *points, const char **names, int most)
 {
     const json_t *point;
@@ -206,7 +205,7 @@ static void put_text(const char *text, FILE *to)
     fputc('"', to);
 }
 
-/* A field and what ends it; nothing for null, and for what is not there. */
+/* Writes a field and its end character; null and missing values are empty. */
 static void put_field(const json_t *value, char end, FILE *to)
 {
     if (json_is_string(value))
@@ -226,7 +225,7 @@ static void put_field(const json_t *value, char end, FILE *to)
     fputc(end, to);
 }
 
-/* A line: a point with one of its levels. */
+/* Writes a line: a point with one of its levels. */
 static void put_line(const json_t *point, const json_t *level,
                      const char **stages, int count, FILE *to)
 {
@@ -248,7 +247,7 @@ static void put_line(const json_t *point, const json_t *level,
                   i + 1 < MEMBERS ? ',' : '\n', to);
 }
 
-/* Of a point: a line for all its levels, and one for each. */
+/* Writes the lines of a point: one for all its levels, then one for each. */
 static bool put_point(const json_t *point, const char **stages, int count,
                       FILE *to)
 {

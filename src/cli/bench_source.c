@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The maps of a run: the environments, and each resampled. */
+/* The maps of a run: each environment, original and resampled. */
 #define _DEFAULT_SOURCE /* MAP_ANONYMOUS */
 #include <errno.h>
 #include <stdlib.h>
@@ -14,16 +14,16 @@
 #include "common/text.h"
 
 enum {
-    LARGEST = 8192, /* width, where no list asks for more */
+    LARGEST = 8192, /* largest default width */
     MOST = IBL_BENCH_NAMED * (IBL_BENCH_VALUES + 1)
 };
 
-/* The work of a child, in memory that it shares with this process. */
+/* The child's work, in memory shared with this process. */
 typedef struct job {
     ibl_bench *b;
-    int env; /* that it is at */
+    int env; /* index of the current environment */
     int count;
-    ibl_bench_source sources[MOST]; /* without their paths */
+    ibl_bench_source sources[MOST]; /* paths are not filled in */
 } job;
 
 static bool no_memory(const ibl_bench *b)
@@ -36,7 +36,7 @@ static char *source_path(const ibl_bench *b, const ibl_bench_source *s)
     if (s->resampled)
         return ibl_format("%s/source-%d-%d.hdr", b->directory, s->env,
                           s->width);
-    /* A name that no command takes for an option. */
+    /* The "./" keeps a command from taking the name for an option. */
     return ibl_format("%s%s", *b->opts->envs[s->env] == '-' ? "./" : "",
                       b->opts->envs[s->env]);
 }
@@ -93,8 +93,7 @@ static bool resample(job *j, const ibl_image *image)
     return ok;
 }
 
-/* In the child: reads the environments and writes what they are resampled
- * to. */
+/* Runs in the child: reads the environments and writes the resampled maps. */
 static bool make(void *cookie)
 {
     job *j = cookie;
@@ -120,7 +119,7 @@ static bool make(void *cookie)
     return ok;
 }
 
-/* The memory that is shared with the child is kept as b->sources. */
+/* b->sources stays in the memory shared with the child. */
 bool ibl_bench_sources_make(ibl_bench *b)
 {
     job *j = mmap(NULL, sizeof *j, PROT_READ | PROT_WRITE,

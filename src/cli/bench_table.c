@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The table for people. */
+/* The results as a table for people. */
 #include <string.h>
 
 #include "cli/bench.h"
@@ -75,7 +75,7 @@ static void print_levels(const ibl_bench *b, int env, int width, FILE *to)
         for (size_t k = 0; k < json_array_size(p->levels); k++) {
             const json_t *level = json_array_get(p->levels, k);
             const json_t *content = json_object_get(level, "content");
-            /* The mips of a skybox are not what was swept. */
+            /* The mips of a skybox do not depend on the swept settings. */
             if (!is_listed(b, p, env) ||
                 !strcmp(json_string_value(content), "skybox"))
                 continue;
@@ -90,7 +90,7 @@ static void print_levels(const ibl_bench *b, int env, int width, FILE *to)
     }
 }
 
-/* Stages downwards: a point has more of them than there are points. */
+/* One row per stage, since a point has more stages than there are points. */
 static void print_stages(const ibl_bench *b, int env, int width, FILE *to)
 {
     for (int i = 0; i < b->point_count; i++) {

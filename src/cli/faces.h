@@ -1,19 +1,19 @@
 /* SPDX-License-Identifier: MIT */
-/* The faces of a cube: where texels look, and how a cube is unfolded. */
+/* The faces of a cube: directions of texels, and the unfolded cube. */
 #ifndef CLI_FACES_H
 #define CLI_FACES_H
 
 #include <ibl/ibl.h>
 #include <ibl/reference.h>
 
-/* Where point (u, v) in -1..1 of a face looks, not normalised. u and v may
- * run over the edges. */
+/* Direction of point (u, v) of a face, not normalised. u and v are -1..1 on the
+ * face and may lie beyond its edges. */
 void ibl_face_direction(int face, double u, double v, double dir[3]);
 
-/* The texel of a cube of `size` that a direction falls in. */
+/* The texel that a direction hits in a cube with faces of `size` texels. */
 ibl_texel ibl_face_texel(int size, const double dir[3]);
 
-/* A texel of a level whose faces of `size` follow each other. */
+/* A texel of a level whose faces of `size` are stored one after the other. */
 static inline float *ibl_face_at(float *faces, int size, ibl_texel at)
 {
     const size_t n = (size_t)size;
@@ -21,15 +21,15 @@ static inline float *ibl_face_at(float *faces, int size, ibl_texel at)
            3 * (((size_t)at.face * n + (size_t)at.y) * n + (size_t)at.x);
 }
 
-/* The mean of the pixels x0..x1 - 1 by y0..y1 - 1 of an RGB image, or of a
- * face; there is one at least. */
+/* The mean of pixels x0..x1 - 1 by y0..y1 - 1, at least one, of an RGB image or
+ * a face. */
 void ibl_mean_rgb(const float *image, int width, int x0, int x1, int y0, int y1,
                   double rgb[3]);
 
 /*
  * An unfolded cube is a cross of 4 by 3 faces, +Y on top, -X +Z +X -Z in the
- * middle row, -Y below, so that neighbours in it are neighbours on the cube.
- * These are the column and row of each face.
+ * middle row, -Y below, so that neighbours in the cross are neighbours on the
+ * cube. These are the column and row of each face.
  */
 enum {
     IBL_CROSS_COLUMNS = 4,

@@ -16,7 +16,7 @@ static void break_line(int depth, FILE *to)
     fprintf(to, "\n%*s", 2 * depth, "");
 }
 
-/* Keys are the program's own: none needs escapes. */
+/* Keys come from the program only: none needs escapes. */
 static bool write_object(json_t *object, int depth, FILE *to)
 {
     const char *key, *between = "";
@@ -62,7 +62,7 @@ static bool write_array(const json_t *array, int depth, FILE *to)
     return ok;
 }
 
-/* False: no memory, or no value. */
+/* False: no memory, or value is NULL. */
 static bool write_value(const json_t *value, int depth, FILE *to)
 {
     char text[IBL_NUMBER_BYTES];
@@ -74,7 +74,7 @@ static bool write_value(const json_t *value, int depth, FILE *to)
     if (!json_is_real(value))
         return !json_dumpf(value, to, JSON_ENCODE_ANY);
     ibl_number_text(json_real_value(value), text);
-    /* Still a real, for readers that distinguish 1 and 1.0. */
+    /* Keeps a real a real for readers that distinguish 1 and 1.0. */
     fprintf(to, "%s%s", text, strpbrk(text, ".e") ? "" : ".0");
     return true;
 }
@@ -94,7 +94,7 @@ char *ibl_json_text(const json_t *root)
 
 /* ---- strings ----------------------------------------------------------- */
 
-/* Bytes of the character that jansson finds there; 0: it is not UTF-8. */
+/* Bytes of the character at `bytes` by jansson's rules; 0: not UTF-8. */
 static size_t character_length(const char *bytes, size_t most)
 {
     for (size_t n = 1; n <= 4 && n <= most; n++) {
@@ -106,8 +106,8 @@ static size_t character_length(const char *bytes, size_t most)
     return 0;
 }
 
-/* A string of any bytes: those that are not UTF-8 become U+FFFD or, as '%' then
- * does, too, %XX. */
+/* Makes a string from any bytes. Bytes that are not UTF-8 become U+FFFD or,
+ * with percent, %XX; '%' then becomes %25. */
 static json_t *mend(const char *bytes, bool percent)
 {
     const size_t length = strlen(bytes);

@@ -11,31 +11,29 @@
 /*
  * JSON for people and programs: indented, arrays of plain values on one line,
  * each number with the fewest digits that read back as the same double. The
- * text ends with a newline and is the caller's to free; NULL: no memory, or
- * root is NULL.
+ * text ends with a newline. The caller must free it; NULL: no memory, or root
+ * is NULL.
  */
 char *ibl_json_text(const json_t *root);
 
-/* A string of any bytes: those that are not UTF-8 become U+FFFD. */
+/* A string from any bytes: those that are not UTF-8 become U+FFFD. */
 json_t *ibl_json_string(const char *bytes);
-/* The same without loss: those bytes, and '%', become %XX. ibl_sidecar_load
- * has the inverse. */
+/* A string from any bytes without loss: those that are not UTF-8, and '%',
+ * become %XX. ibl_sidecar_load decodes it. */
 json_t *ibl_json_encoded(const char *bytes);
 
-/* The program that writes a file. NULL: no memory. */
+/* Name and version of this program, as a file's generator. NULL: no memory. */
 json_t *ibl_json_generator(ibl_isa isa);
-/* Describes the spherical harmonics of ibl_bake_sh, which stand beside it. */
+/* Adds a description of the basis of ibl_bake_sh's coefficients. */
 void ibl_json_put_basis(json_t **object, int degree);
-/* The coefficients themselves, [R, G, B] each, or each times ibl_sh_cosine(l);
- * NULL: no memory. */
+/* Coefficients as [R, G, B], with cosine times ibl_sh_cosine(l), or NULL. */
 json_t *ibl_json_harmonics(const double *sh, int degree, bool cosine);
 /* {"texels": .., "moved": .., "lost": ..}; NULL: no memory. */
 json_t *ibl_json_overflow(const ibl_overflow_level *level);
 
-/* JSON as a list of calls: what fails makes the object or array NULL, and so in
- * turn what that was to be put into. All take the value over; NULL is a
- * failure.
- */
+/* Building JSON without checks after each call: a failed call sets the object
+ * or array to NULL, and so the container it is put into. All calls take
+ * ownership of value; a NULL value is a failure. */
 static inline void drop_if(int failed, json_t **container)
 {
     if (failed) {

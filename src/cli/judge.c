@@ -9,12 +9,13 @@
 #include "cli/faces.h"
 
 enum {
-    COARSE = 64,     /* columns of the small map that finds the dark texels */
+    COARSE = 64,     /* columns of the reduced map that finds the dark texels */
     DARK_TENTH = 10, /* one cell or texel in this many is dark */
     CELLS = IBL_FACES * IBL_DARK_CELLS * IBL_DARK_CELLS
 };
 
-/* The chosen texels and the truth of a level, kept for the next one alike. */
+/* The chosen texels of a level and their reference values, kept for the next
+ * level with the same properties. */
 typedef struct known {
     ibl_output_kind content;
     ibl_lobe lobe;
@@ -22,7 +23,7 @@ typedef struct known {
     int base, size;
     size_t count;
     ibl_judged_texel *picks;
-    double *truth; /* 3 each */
+    double *truth; /* [count][3], linear RGB */
     struct known *next;
 } known;
 
@@ -32,7 +33,7 @@ struct ibl_judge {
     ibl_reference *reference;
     ibl_image coarse;
     ibl_reference *coarse_reference;
-    ibl_pick_scene scene; /* the lights */
+    ibl_pick_scene scene; /* size and dark are unset */
     double mean[3];
     known *known;
 };
@@ -50,7 +51,7 @@ void ibl_verdict_free(ibl_verdict *v)
     *v = (ibl_verdict){0};
 }
 
-/* Rounds a pixel's channels to what its format holds. */
+/* Encodes and decodes a pixel's channels in its format. */
 static void round_to(ibl_pixel pixel, float values[4])
 {
     unsigned char bytes[16];
@@ -76,7 +77,7 @@ void ibl_judge_loss(ibl_pixel pixel, double scale, const double *values, int n,
 
 /* ---- the judge ------------------------------------------------------- */
 
-/* A map of few pixels, each the mean of those that it covers. */
+/* Reduces a map; each small pixel is the mean of the pixels it covers. */
 static void shrink(const ibl_image *env, ibl_image *small)
 {
     for (int j = 0; j < small->height; j++)
@@ -155,7 +156,7 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* The truth in count directions; SKYBOX: at single points. */
+/* The reference values in count directions; for SKYBOX the map's values. */
 static bool convolve(const ibl_reference *reference, const known *k,
                      const double *dirs, size_t count, double *rgb)
 {
@@ -165,8 +166,7 @@ static bool convolve(const ibl_reference *reference, const known *k,
                                       count, rgb));
 }
 
-/* Marks the cells that are in the darkest tenth of the level, by what the
- * small map says. */
+/* Marks the darkest tenth of the level's cells, judged by the small map. */
 static bool find_dark(const ibl_judge *j, const known *k, ibl_pick_scene *scene)
 {
     double dirs[3 * CELLS], rgb[3 * CELLS], value[CELLS], sorted[CELLS];
@@ -208,7 +208,7 @@ static bool find_truth(const ibl_judge *j, known *k)
     return ok;
 }
 
-/* A level like want, with its texels and their truth; NULL on failure. */
+/* A copy of want with texels and reference values; NULL on failure. */
 static known *make_known(const ibl_judge *j, const known *want)
 {
     ibl_pick_scene scene = j->scene;
@@ -258,7 +258,7 @@ static bool is_finite(const float *rgb)
     return isfinite(rgb[0]) && isfinite(rgb[1]) && isfinite(rgb[2]);
 }
 
-/* The mean of every texel and the count of those that are not finite. */
+/* Finds the bias of the whole level; counts the texels that are not finite. */
 static void survey(const ibl_judge *j, const ibl_judge_level *level,
                    ibl_verdict *v)
 {
@@ -280,7 +280,7 @@ static void survey(const ibl_judge *j, const ibl_judge_level *level,
     v->bias = (mean - source) / fmax(source, (double)FLT_MIN);
 }
 
-/* The texel at an offset of dx, dy, also over edges. False: none exists. */
+/* The texel at an offset of dx, dy, also across edges. False: none exists. */
 static bool neighbour(int n, ibl_texel at, int dx, int dy, ibl_texel *to)
 {
     const double u = 2 * (at.x + dx + 0.5) / n - 1;
@@ -291,7 +291,7 @@ static bool neighbour(int n, ibl_texel at, int dx, int dy, ibl_texel *to)
         return false;
     ibl_face_direction(at.face, u, v, d);
     if (fabs(u) > 1 || fabs(v) > 1) {
-        /* Folded, it is half a texel from the edge on the other face. */
+        /* Fold to half a texel from the edge on the next face. */
         d[at.face / 2] *= 1 - 1.0 / n;
         for (int k = 0; k < 3; k++)
             d[k] = fmax(-1, fmin(d[k], 1));
@@ -300,7 +300,7 @@ static bool neighbour(int n, ibl_texel at, int dx, int dy, ibl_texel *to)
     return true;
 }
 
-/* Whether a texel or one beside it is full. */
+/* Whether a texel or a neighbour holds at least max in a channel. */
 static bool is_by_full(const ibl_judge_level *level, ibl_texel at, int channel,
                        float max)
 {
@@ -319,8 +319,8 @@ static int by_error(const void *a, const void *b)
     return (x->error > y->error) - (x->error < y->error);
 }
 
-/* The least error that is not exceeded by a part of the weight; texels sorted
- * by error. */
+/* The smallest error that at least `part` of the weight does not exceed. texels
+ * must be sorted by error. */
 static double quantile(const ibl_judged_texel *texels, size_t count,
                        double part)
 {
@@ -336,7 +336,7 @@ static double quantile(const ibl_judged_texel *texels, size_t count,
     return 0;
 }
 
-/* Sorts texels by error. */
+/* Sorts texels by error; returns their statistics. */
 static ibl_error_spread spread_of(ibl_judged_texel *texels, size_t count)
 {
     qsort(texels, count, sizeof *texels, by_error);
@@ -352,7 +352,8 @@ static int by_darkness(const void *a, const void *b)
     return (x->value > y->value) - (x->value < y->value);
 }
 
-/* How many of the texels, which it sorts, are the darkest tenth by weight. */
+/* Sorts texels by darkness; returns how many make up the darkest tenth of the
+ * weight. */
 static size_t sort_dark(ibl_judged_texel *texels, size_t count)
 {
     double total = 0, sum = 0;
@@ -412,7 +413,7 @@ static bool compare(const ibl_judge *j, const ibl_judge_level *level,
                     const known *k, ibl_verdict *v)
 {
     squares sums = {0};
-    float max[4] = {FLT_MAX, FLT_MAX, FLT_MAX}; /* that the level can have */
+    float max[4] = {FLT_MAX, FLT_MAX, FLT_MAX}; /* of the pixel format */
 
     if (level->pixel != IBL_PIXEL_COUNT)
         round_to(level->pixel, max);

@@ -4,16 +4,16 @@
 
 #include "cli/judge.h"
 
-/* A row or column of the table and the number of those that it stands for. */
+/* A row or column of the table and how many of them it represents. */
 typedef struct line {
     int at;
     int weight;
 } line;
 
 /*
- * The first and the last of n, where the integrals change fastest, and one in
- * each of parts stretches of what is between; every one if parts is as many.
- * Returns how many.
+ * Picks the first and last of n lines, where the integrals change fastest, and
+ * one from each of `parts` equal stretches between them; all lines if parts >=
+ * n - 2. Returns their number.
  */
 static int pick_lines(int n, int parts, int seed, int stream, line *lines)
 {

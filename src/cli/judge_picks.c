@@ -7,11 +7,10 @@
 #include "cli/faces.h"
 
 enum {
-    BLOCKS = 32 /* of the map, along a row, of which each has one brightest
-                   pixel; half as many along a column */
+    BLOCKS = 32 /* along a row of the map; half as many along a column */
 };
 
-/* Kinds of texels; those of the last are split by the cells of a grid. */
+/* Kinds of texels; REST is split by the cells of a grid. */
 typedef enum kind {
     LIGHT,
     CORNER,
@@ -42,7 +41,7 @@ typedef struct pixel {
     int x, y;
 } pixel;
 
-/* The convention of ibl/ibl.h, then the turn about +Y. */
+/* Direction of a pixel by ibl/ibl.h's convention, turned about +Y. */
 static void pixel_direction(const ibl_image *env, double yaw_deg, pixel at,
                             double dir[3])
 {
@@ -54,8 +53,8 @@ static void pixel_direction(const ibl_image *env, double yaw_deg, pixel at,
     dir[2] = sin(theta) * sin(phi);
 }
 
-/* The brightest pixel of each block; the value of blocks beyond a small map
- * stays below 0. */
+/* Finds the brightest pixel of each block. Blocks without pixels, in a small
+ * map, keep a value below 0. */
 static void find_brightest(const ibl_image *env,
                            pixel blocks[BLOCKS / 2][BLOCKS])
 {
@@ -113,7 +112,7 @@ int ibl_find_lights(const ibl_image *env, double yaw_deg, int most,
 
 /* ---- kinds ----------------------------------------------------------- */
 
-/* Texels of which `quota` are chosen, evenly and at random. */
+/* A group of texels; `quota` members are chosen, evenly and at random. */
 typedef struct stratum {
     size_t members, quota;
     size_t seen, taken;
@@ -121,11 +120,11 @@ typedef struct stratum {
 
 typedef struct picker {
     const ibl_pick_scene *scene;
-    int n;    /* size */
+    int n;    /* texels along a face's edge */
     int grid; /* cells along an edge for REST */
     int light_count;
     ibl_texel lights[IBL_JUDGE_LIGHTS];
-    stratum *strata; /* one of each kind before REST, then the cells */
+    stratum *strata; /* one for each kind before REST, then one for each cell */
 } picker;
 
 static size_t cell_of(const picker *p, ibl_texel t, int grid)
@@ -192,7 +191,7 @@ static void set_grid(picker *p, const ibl_judge_options *opts)
         p->grid = p->n;
 }
 
-/* How many texels of each stratum are chosen; returns the sum. */
+/* Sets how many texels of each stratum are chosen; returns the sum. */
 static size_t set_quotas(const picker *p, const ibl_judge_options *opts,
                          size_t texels, size_t cells)
 {
@@ -210,8 +209,8 @@ static size_t set_quotas(const picker *p, const ibl_judge_options *opts,
     return sum;
 }
 
-/* Whether the next member of a stratum is chosen: of as many equal stretches
- * as the quota, a random one in each. */
+/* Whether the next member of a stratum is chosen. The members form `quota`
+ * equal stretches; one random member of each is chosen. */
 static bool is_chosen(stratum *s, size_t index, int seed)
 {
     const size_t seen = s->seen++;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Which texels are judged, and for how many each of them stands. */
+/* Chooses the texels to judge, and their weights. */
 #ifndef CLI_JUDGE_PICKS_H
 #define CLI_JUDGE_PICKS_H
 
@@ -11,44 +11,43 @@
 
 enum {
     IBL_JUDGE_LIGHTS = 8,
-    IBL_DARK_CELLS = 8 /* along a face's edge */
+    IBL_DARK_CELLS = 8 /* cells along a face's edge */
 };
 
 typedef struct ibl_judge_options {
-    int texels; /* of each level, about; at least IBL_JUDGE_MIN_TEXELS */
-    int all;    /* every texel instead */
+    int texels; /* about, of each level; IBL_JUDGE_MIN_TEXELS or more */
+    int all;    /* choose every texel instead */
     int seed;
-    int grid; /* cells along a face's edge, at least; for pictures. 0: as
-                 texels has it */
+    int grid; /* least cells along a face's edge, for heat maps, or 0 */
 } ibl_judge_options;
 
 typedef struct ibl_judged_texel {
     ibl_texel at;
-    double weight; /* texels that it stands for */
-    double error;  /* relative */
-    double value;  /* R + G + B of the truth */
+    double weight; /* number of texels that it represents */
+    double error;  /* relative error */
+    double value;  /* R + G + B of the reference */
 } ibl_judged_texel;
 
-/* The level that texels are chosen of. */
+/* The level whose texels are chosen. */
 typedef struct ibl_pick_scene {
     int size;
-    int light_count; /* of lights, from the brightest */
+    int light_count; /* entries of lights, brightest first */
     double lights[IBL_JUDGE_LIGHTS][3];
-    /* Cells of IBL_DARK_CELLS squared on each face that are dark. */
+    /* The dark cells; each face has IBL_DARK_CELLS x IBL_DARK_CELLS cells. */
     bool dark[IBL_FACES * IBL_DARK_CELLS * IBL_DARK_CELLS];
 } ibl_pick_scene;
 
-/* Chooses; *list, by face, row and column, is the caller's to free. error is
- * 0 in it. False: no memory. */
+/* Chooses texels. *list is in order of face, row and column, with error 0; the
+ * caller must free it. False: no memory. */
 bool ibl_picks(const ibl_pick_scene *scene, const ibl_judge_options *opts,
                ibl_judged_texel **list, size_t *count);
 
-/* Directions of the brightest pixels, each at least 10 degrees from the
- * brighter ones, of a map turned by yaw_deg. Returns their number, 1..most. */
+/* Finds the directions of the brightest pixels in a map turned by yaw_deg, at
+ * least 10 degrees apart, brightest first. Returns their number, 1..most. */
 int ibl_find_lights(const ibl_image *env, double yaw_deg, int most,
                     double dirs[][3]);
 
-/* Numbers that depend on nothing but what is passed: 0 <= x < 1. */
+/* A pseudo-random number 0 <= x < 1 that depends only on the arguments. */
 double ibl_pick_random(int seed, unsigned long long stream,
                        unsigned long long index);
 

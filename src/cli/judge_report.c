@@ -91,7 +91,7 @@ static void print_dark(const ibl_verdict *v, FILE *to)
             v->dark.worst);
 }
 
-/* With and without what the pixel format cannot hold. */
+/* Prints the errors with and without the pixel format's overflow. */
 static void print_overflow(const ibl_verdict *v, FILE *to)
 {
     if (v->overflow > 0)
@@ -131,13 +131,13 @@ void ibl_report_print(const ibl_report *report, FILE *to)
                 "= %.3f, r = %.3f; rms %.2e (rounding alone %.2e); NaN %zu\n",
                 lut->size, lut->count, lut->max, lut->worst_n_dot_v,
                 lut->worst_roughness, lut->rms, lut->rounding, lut->nonfinite);
-    /* So that later messages on standard error follow it in a log. */
+    /* Keeps the table before later messages on standard error in a log. */
     fflush(to);
 }
 
 /* ---- JSON ------------------------------------------------------------ */
 
-/* Four digits: what is measured at chosen texels has no more. */
+/* Rounds to four digits; results at chosen texels are not more precise. */
 static double digits(double x)
 {
     char text[32];
@@ -207,13 +207,13 @@ enum {
     FACE = IBL_SHEET_FACE,
     DOT = IBL_SHEET_DOT,
     GLYPH = IBL_SHEET_GLYPH,
-    BAR = 14, /* height of the scale */
+    BAR = 14, /* height of the scale in pixels */
     FOOTER = BAR + 6 * DOT + IBL_SHEET_GAP,
-    DECADES = 4 /* of the scale, up to 1 */
+    DECADES = 4 /* decades of error on the scale; its upper end is 1 */
 };
 
-/* The map "inferno" of matplotlib (van der Walt and Smith 2015), whose
- * lightness grows evenly, in the polynomial fit of Zucker 2019. */
+/* The colour map "inferno" of matplotlib (van der Walt and Smith 2015), with
+ * evenly growing lightness; polynomial fit of Zucker 2019. */
 static void inferno(double t, unsigned char rgb[3])
 {
     static const double c[7][3] = {
@@ -233,7 +233,7 @@ static void inferno(double t, unsigned char rgb[3])
     }
 }
 
-/* Where a relative error is on the scale: 0 at 1e-4 and below, 1 at 1. */
+/* Position of a relative error on the scale: 0 at 1e-4 and below, 1 at 1. */
 static double place(double error)
 {
     return error > 0 ? fmin(fmax(1 + log10(error) / DECADES, 0), 1) : 0;

@@ -28,10 +28,10 @@ static double luminance(const float *rgb)
 }
 
 /*
- * Exposure that puts the logarithmic mean of the map's luminance on middle
- * grey (Reinhard et al. 2002, eq. 1 and 2), but its plain mean, which is what
- * the rough levels show, not above 0.35: else a dark room with a few lamps
- * comes out as white panels.
+ * Exposure that maps the logarithmic mean of the luminance to middle grey
+ * (Reinhard et al. 2002, eq. 1 and 2). It is limited so that the plain mean,
+ * which the rough levels show, is at most 0.35: without the limit a dark room
+ * with a few lamps gives white panels.
  */
 static double find_exposure(const ibl_image *env)
 {
@@ -77,8 +77,7 @@ static void put_radiance(const sheet *s, int x, int y, const double rgb[3])
 
 /* ---- cubes ----------------------------------------------------------- */
 
-/* A texel of a face by coordinates that may run over its edges, where the
- * neighbouring face goes on. */
+/* A texel of a face. Coordinates beyond an edge continue on the neighbour. */
 static const float *texel(const ibl_cube *cube, int level, int face, int i,
                           int j)
 {
@@ -94,8 +93,8 @@ static const float *texel(const ibl_cube *cube, int level, int face, int i,
     return ibl_cube_face(cube, level, face) + 3 * ((size_t)j * (size_t)n + i);
 }
 
-/* Pixel (x, y) of a face: the mean of the texels that it covers, or what the
- * four around its centre give where it is smaller than one. */
+/* Pixel (x, y) of a face: the mean of the texels it covers, or the
+ * interpolation of the nearest four where it is smaller than a texel. */
 static void face_pixel(const ibl_cube *cube, int level, int face, int x, int y,
                        double rgb[3])
 {
@@ -133,7 +132,7 @@ static void draw_cube(const sheet *s, int left, int top, const ibl_cube *cube,
 
 /* ---- the other panels ------------------------------------------------ */
 
-/* A span of n samples under pixel x of a row of `pixels`; never empty. */
+/* Samples from..to - 1 of n under pixel x of a row of `pixels`; one or more. */
 static void span(int x, int pixels, int n, int *from, int *to)
 {
     *from = (int)((long long)x * n / pixels);
@@ -158,7 +157,7 @@ static void draw_map(const sheet *s, int left, int top, const ibl_image *env)
         }
 }
 
-/* The values as they are, not as light: red is the scale, green the bias. */
+/* Draws the stored values untouched: red is the scale, green the bias. */
 static void draw_lut(const sheet *s, int left, int top, const ibl_lut *lut)
 {
     for (int y = 0; y < PANEL_HEIGHT; y++)
@@ -177,11 +176,11 @@ static void draw_lut(const sheet *s, int left, int top, const ibl_lut *lut)
 /* ---- layout ---------------------------------------------------------- */
 
 typedef struct panel {
-    const ibl_image *map; /* one of the three */
+    const ibl_image *map; /* one of map, cube and lut is set */
     const ibl_cube *cube;
     const ibl_lut *lut;
     int level;
-    char text[2][32]; /* what it is, in two lines */
+    char text[2][32]; /* two lines of label */
 } panel;
 
 static int list_panels(const ibl_bake *b, panel panels[MAX_PANELS])
@@ -213,7 +212,7 @@ static int list_panels(const ibl_bake *b, panel panels[MAX_PANELS])
     return n;
 }
 
-/* Over the map, to the right of a cube's upper face or of the table. */
+/* Writes over a map, or to the right of a cube's upper face or the table. */
 static void write_label(const sheet *s, int left, int top, const panel *p)
 {
     if (p->map)

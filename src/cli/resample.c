@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Solid angle, but for the width, of the band between rows a and b of h. */
+/* Solid angle of the band between rows a and b of h, per radian of azimuth. */
 static double band(double a, double b, int h)
 {
     return cos(M_PI * a / h) - cos(M_PI * b / h);
@@ -23,7 +23,7 @@ static void add_row(const ibl_image *env, int y, double weight, double *row)
         row[i] += weight * (double)src[i];
 }
 
-/* Row y of height ones, as wide as the source. */
+/* Row y of `height` resampled rows, still as wide as the source. */
 static void resample_rows(const ibl_image *env, int y, int height, double *row)
 {
     const double scale = (double)env->height / height;
@@ -43,7 +43,7 @@ static void resample_rows(const ibl_image *env, int y, int height, double *row)
                 row);
 }
 
-/* Pixel x of width ones in a row of `from` pixels. */
+/* Pixel x of `width` resampled pixels from a row of `from` pixels. */
 static void resample_pixel(const double *row, int from, int x, int width,
                            double *rgb)
 {
@@ -66,7 +66,7 @@ static void resample_pixel(const double *row, int from, int x, int width,
                       row[3 * (size_t)i + c];
 }
 
-/* Ward's shared exponent. */
+/* Ward's shared exponent encoding. */
 static void encode(const double *rgb, unsigned char *rgbe)
 {
     const double most = fmax(rgb[0], fmax(rgb[1], rgb[2]));

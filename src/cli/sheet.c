@@ -7,7 +7,7 @@
 #include <string.h>
 
 enum {
-    BACKGROUND = 24 /* grey, as the file stores it */
+    BACKGROUND = 24 /* sRGB value of the grey */
 };
 
 bool ibl_sheet_create(ibl_sheet *sheet, int panels, int footer)
@@ -48,7 +48,7 @@ unsigned char *ibl_sheet_pixel(const ibl_sheet *sheet, int x, int y)
     return sheet->pixels + 3 * ((size_t)y * (size_t)sheet->width + (size_t)x);
 }
 
-/* Characters of 3 by 5 dots, a row an octal digit from the top. */
+/* Glyphs of 3 by 5 dots: one octal digit per row, from the top. */
 static const struct {
     char character;
     unsigned rows;

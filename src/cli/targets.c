@@ -43,7 +43,7 @@ static bool name_files(ibl_bake *b)
     return true;
 }
 
-/* Everything that a depfile names but the input; returns how many. */
+/* Lists a depfile's files except the input; returns their number. */
 static int list_targets(const ibl_bake *b,
                         const char *paths[IBL_OUTPUT_COUNT + 1])
 {
@@ -57,7 +57,7 @@ static int list_targets(const ibl_bake *b,
     return count;
 }
 
-/* Whether the bake reads a file, not standard input or nothing. */
+/* Whether the bake reads a file, and not standard input or nothing. */
 static bool is_file(const char *input)
 {
     return input && strcmp(input, "-") != 0;
@@ -81,7 +81,7 @@ static bool check_target(const ibl_bake *b, const char *path)
         return ibl_console_fail(
             b->console, "%s: is a %s: choose another name", path,
             S_ISDIR(out.st_mode) ? "directory" : "device, pipe or socket");
-    /* Where a link leads is for the set of outputs to find out. */
+    /* A link's target is checked by the set of outputs. */
     if (!is_link(path) && !ibl_path_is_open(path))
         return ibl_console_fail(
             b->console, "%s: cannot be written: %s: choose another directory",
@@ -99,8 +99,8 @@ static bool check_target(const ibl_bake *b, const char *path)
                path);
 }
 
-/* Whether what a sidecar calls its source is the input: the same file, or of
- * the same name if it is not to be found from here. */
+/* Whether the source that a sidecar names is the input: the same file, or the
+ * same name if one of the two is missing here. */
 static bool is_source(const char *was, const char *input)
 {
     if (strcmp(was, "-") != 0 && strcmp(input, "-") != 0 &&
@@ -128,8 +128,8 @@ static bool replaces(const ibl_bake *b, const json_t *sidecar)
     return false;
 }
 
-/* A name that was given may replace any files; one that follows from the input
- * may not replace those of another environment. */
+/* A name given by the user may replace any files. A name derived from the input
+ * must not replace files of another environment. */
 static bool check_sidecar(const ibl_bake *b, const char *path)
 {
     const ibl_opts *o = b->opts;
@@ -172,9 +172,9 @@ enum {
 };
 
 /*
- * Quotes as GCC's -MD does, which make and ninja both understand: a dollar is
- * doubled, '#' and ':' get a backslash, a blank too, and backslashes before a
- * blank are doubled. What cannot be quoted was refused.
+ * Quotes as GCC's -MD does; make and ninja both understand it. A dollar is
+ * doubled, '#', ':' and blanks get a backslash, and backslashes before a blank
+ * are doubled. Names that cannot be quoted were refused before.
  */
 static void put_path(FILE *to, const char *path)
 {
@@ -194,9 +194,9 @@ static void put_path(FILE *to, const char *path)
 }
 
 /*
- * Besides the above make takes '=' for a variable's, '|' and ';' for what
- * follows the prerequisites, '%' for a pattern, a last ')' for an archive's,
- * '~' for a home; ninja ends a name at most others. They cannot be quoted.
+ * Characters that cannot be quoted. Make takes '=' for a variable, '|' and ';'
+ * for the end of the prerequisites, '%' for a pattern, a last ')' for an
+ * archive member and '~' for a home; ninja ends a name at most others.
  */
 static bool is_unquotable(const char *path, char why[WHY_BYTES])
 {
@@ -259,7 +259,7 @@ char *ibl_depfile_text(const ibl_bake *b)
 bool ibl_targets_plan(ibl_bake *b)
 {
     const ibl_opts *o = b->opts;
-    const char *named[IBL_OUTPUT_COUNT + 2]; /* in a depfile */
+    const char *named[IBL_OUTPUT_COUNT + 2]; /* paths that the depfile names */
     bool ok = name_files(b);
     int count = list_targets(b, named);
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* iblbake verify: baked files against the exact sums. */
+/* iblbake verify: compares baked files with the exact sums. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -228,7 +228,7 @@ static bool judge(verify *v)
 
 /* ---- results --------------------------------------------------------- */
 
-/* The report with what it is about before it; NULL: no memory. */
+/* The report, preceded by its inputs; NULL: no memory. */
 static char *json_report(const verify *v, bool passed)
 {
     const ibl_verify_opts *o = v->opts;

@@ -22,11 +22,11 @@ typedef struct reader {
     ibl_ctx *ctx;
     ibl_console *console;
     char *sidecar_path;
-    json_t *sidecar; /* NULL: there is none */
+    json_t *sidecar; /* NULL: no sidecar */
     ibl_verify_files *files;
-    ibl_output_kind kind; /* what is sought or read */
-    char *path;           /* of that */
-    int first;            /* of its levels in files */
+    ibl_output_kind kind; /* output being searched or read */
+    char *path;           /* file of that output */
+    int first;            /* index of its first level in files */
 } reader;
 
 /* ---- finding --------------------------------------------------------- */
@@ -40,7 +40,7 @@ static char *in_directory(const reader *r, const char *stem, const char *rest)
     return ibl_path_join(r->opts->directory, name);
 }
 
-/* The sidecar's account of the output; NULL: none, or an option names it. */
+/* The sidecar's entry for the output; NULL: none, or an option has the file. */
 static json_t *find_output(const reader *r)
 {
     json_t *outputs = json_object_get(r->sidecar, "outputs"), *output;
@@ -85,8 +85,8 @@ static bool open_sidecar(reader *r)
                                         : "");
 }
 
-/* Finds the file of any container whose name is stem, suffix and its
- * extension. */
+/* Finds the one file named stem, suffix and a container's extension. Fails if
+ * there are two. */
 static bool find_there(reader *r, const char *stem, const char *suffix)
 {
     bool alone = true;
@@ -112,7 +112,7 @@ static bool find_there(reader *r, const char *stem, const char *suffix)
     return alone;
 }
 
-/* Finds the file of the output by the option, the sidecar or its name; r->path
+/* Finds the file of the output by the option, the sidecar or its name. r->path
  * stays NULL if there is none. */
 static bool find_file(reader *r)
 {
@@ -180,7 +180,7 @@ int ibl_roughness_list(const char *text, double list[IBL_MAX_LEVELS])
     return 0;
 }
 
-/* The same of an array of levels. */
+/* Reads the roughness of an array of levels; returns their number, 0: bad. */
 static int read_levels(json_t *levels, double list[IBL_MAX_LEVELS])
 {
     json_t *level;
@@ -196,8 +196,8 @@ static int read_levels(json_t *levels, double list[IBL_MAX_LEVELS])
     return (int)json_array_size(levels);
 }
 
-/* The number in names of what the texture's key or else the sidecar says; 0 if
- * they say nothing, -1 if it is none of the names. */
+/* Index in names of the value that the texture's key, else the sidecar, has for
+ * key; 0 if neither has one, -1 if the value is not in names. */
 static int said(const reader *r, const ibl_texture *tex, const char *key,
                 const char *const *names, const char **word)
 {
@@ -210,7 +210,7 @@ static int said(const reader *r, const ibl_texture *tex, const char *key,
     return *word ? ibl_names_find(names, *word) : 0;
 }
 
-/* The roughness of each level, from the option, the key or the sidecar. */
+/* Finds the roughness of each level in the option, the key or the sidecar. */
 static bool find_roughness(const reader *r, const ibl_texture *tex, int levels,
                            double list[IBL_MAX_LEVELS])
 {
@@ -291,7 +291,7 @@ static bool note_yaw(const reader *r, const ibl_texture *tex)
     return true;
 }
 
-/* The rotation that neither an option nor a texture has given. */
+/* Sets the rotation from the option, else a texture, else the sidecar. */
 static void settle_yaw(const reader *r)
 {
     double *yaw = &r->files->yaw_deg;
@@ -305,7 +305,7 @@ static void settle_yaw(const reader *r)
 
 /* ---- reading --------------------------------------------------------- */
 
-/* The texel of a face of ours that looks where this one of theirs does. */
+/* The texel of our cube with the direction of texel `at` of the files' cube. */
 static ibl_texel turn(const reader *r, int n, ibl_texel at)
 {
     double theirs[3], ours[3];
@@ -318,7 +318,7 @@ static ibl_texel turn(const reader *r, int n, ibl_texel at)
     return ibl_face_texel(n, ours);
 }
 
-/* Adds a level of `from` to the files, with our axes. */
+/* Adds a level of `from` to the files, turned to our axes. */
 static bool add_level(const reader *r, const ibl_cube *from, int level,
                       ibl_pixel pixel, size_t mended)
 {
@@ -348,7 +348,7 @@ static bool add_level(const reader *r, const ibl_cube *from, int level,
     return true;
 }
 
-/* Reads a texture of one layer: a cube, or a table. */
+/* Reads a texture and checks its shape: one layer, a cube or a table. */
 static bool read_texture(const reader *r, ibl_texture *tex)
 {
     const bool cube = r->kind != IBL_OUTPUT_LUT;
@@ -380,7 +380,7 @@ static bool read_container(const reader *r, ibl_texture *tex)
             "%s: has %%l but no %%f: put %%f where the names of the faces are",
             r->path);
     bool ok = read_texture(r, tex) && !ibl_texture_to_cube(r->ctx, tex, &cube);
-    /* Mips of an irradiance map are for minification, nothing to judge. */
+    /* Mips of an irradiance map serve minification and are not judged. */
     const int levels = r->kind == IBL_OUTPUT_IRRADIANCE ? 1 : cube.levels;
     for (int l = 0; l < levels && ok; l++)
         ok = add_level(r, &cube, l, tex->pixel, 0);
@@ -388,8 +388,8 @@ static bool read_container(const reader *r, ibl_texture *tex)
     return ok && note_yaw(r, tex);
 }
 
-/* The pattern with %l as the level, %f as the face's name and %% as itself;
- * the caller's to free. */
+/* Replaces %l by the level, %f by the face's name and %% by %. The caller must
+ * free the result. */
 static char *expand(const char *pattern, int level, const char *face)
 {
     ibl_memory_file file;
@@ -408,7 +408,7 @@ static char *expand(const char *pattern, int level, const char *face)
     return ibl_memory_close(to, &file);
 }
 
-/* Reads a face of a level; the first one makes the cube. */
+/* Reads a face of a level; the first face allocates the cube. */
 static bool read_face(const reader *r, const char *path, int face,
                       ibl_cube *cube, size_t *mended)
 {
@@ -474,7 +474,7 @@ static bool read_pattern(const reader *r)
 
 static bool read_cube(const reader *r)
 {
-    ibl_texture tex = {0}; /* empty for a pattern */
+    ibl_texture tex = {0}; /* stays empty for a pattern */
     const bool ok =
         (strstr(r->path, "%f") ? read_pattern(r) : read_container(r, &tex)) &&
         (r->kind != IBL_OUTPUT_SPECULAR || describe_specular(r, &tex));
