@@ -217,12 +217,13 @@ int ibl_default_levels(int size);
  * A finer pixel has the value at its centre:
  *   - Along a row, the value is linear between the centres of the source's
  *     pixels and wraps around.
- *   - Between the centres of two rows, t goes evenly from 0 to 1. The lower
+ *   - Between the centres of two rows, t rises linearly from 0 to 1. The lower
  *     row has the weight t + b t (1 - t), the upper row the rest. b is chosen
  *     so that every pixel keeps its energy: summed by solid angle over the
  *     finer rows between the centres, the upper row's weights equal the solid
  *     angle above the border of the two rows, the lower row's that below.
- *   - Beyond a pole, the row next to it continues, half a turn away; b is 0.
+ *   - Beyond a pole, the row next to it is used again, turned by 180 degrees;
+ *     b is 0.
  *   env       the map
  *   yaw_deg   turns the environment about +Y, counter-clockwise seen from
  *             above; any finite value
@@ -320,12 +321,13 @@ typedef struct ibl_specular_options {
     /* Only for sampled levels: */
     int samples;                       /* per texel, 1..1048576, default 1024 */
     int level_samples[IBL_MAX_LEVELS]; /* > 0 overrides samples there */
-    double lod_bias; /* added to the lookups' mip level, -4..4, default 1;
-                        less shows single samples, more blurs the horizon */
+    double lod_bias; /* added to the lookups' mip level, -4..4, default 1; a
+                        smaller value shows single samples, a larger one blurs
+                        the horizon */
     int jitter;      /* 1: rotate the sample pattern by a hash of the texel;
                         default 0 */
-    int pdf_mip;     /* 0: every lookup is at mip 0 (the tutorial's first
-                        version); default 1 */
+    int pdf_mip;     /* 0: every lookup is at mip 0, as in the first version of
+                        many tutorials; default 1 */
 } ibl_specular_options;
 
 ibl_specular_options ibl_specular_options_default(void);
@@ -416,7 +418,7 @@ double ibl_relative_error(const double rgb[3], const double truth[3],
                           const double mean[3]);
 
 /* How a level of a specular chain was made: with samples; or with a degree, a
- * reach or both. A level with none of them is the environment itself. */
+ * reach or both. A level without these is the environment itself. */
 typedef struct ibl_specular_level {
     int samples;  /* of each texel; 0: not sampled */
     int degree;   /* of the spherical harmonics; 0: none */
@@ -501,8 +503,8 @@ double ibl_sh_cosine(int l);
 
 /*
  * An environment that is read once, row by row. read writes the next `rows`
- * rows from the zenith down: 3 * width * rows floats, finite and >= 0. It is
- * called on the thread of the bake. An error that it returns ends the bake.
+ * rows from the zenith down: 3 * width * rows floats, finite and >= 0. The bake
+ * calls it on its caller's thread. An error that it returns ends the bake.
  */
 typedef struct ibl_environment {
     int width, height; /* 1..IBL_MAX_EDGE */
@@ -523,10 +525,10 @@ typedef struct ibl_bake_options {
     ibl_irradiance_options irradiance_options;
     int sh_degree;          /* 0..IBL_MAX_SH_DEGREE; -1: none; default 2 */
     double yaw_deg;         /* replaces those in the options above */
-    const ibl_cube *level0; /* level 0 of specular if its roughness is 0, not
-                               turned: the environment is a map of this cube.
-                               Its size is specular's. Default NULL: made from
-                               the environment */
+    const ibl_cube *level0; /* copied to level 0 of specular, not turned, if
+                               that has roughness 0; then the environment must
+                               be a map of this cube, and its size specular's.
+                               Default NULL: made from the environment */
 } ibl_bake_options;
 
 ibl_bake_options ibl_bake_options_default(void);

@@ -51,7 +51,7 @@ typedef struct ibl_read_options {
 
 ibl_read_options ibl_read_options_default(void);
 
-/* What was read and repaired. */
+/* Properties of the file, and counts of repaired pixels. */
 typedef struct ibl_read_report {
     char format[64];   /* "Radiance RGBE, run-length", "OpenEXR, ZIP", .. */
     size_t nonfinite;  /* pixels that held Inf or NaN */
@@ -59,14 +59,14 @@ typedef struct ibl_read_report {
     float peak;        /* largest component after repair, before alpha */
     int low_range;     /* 1: 8 or 16-bit integers, decoded from sRGB */
     int bridged;       /* 1: read by OpenImageIO */
-    int has_alpha;     /* 1: alpha is there and was read */
+    int has_alpha;     /* 1: the file has alpha, and it was read */
     float alpha_least; /* the smallest and largest alpha after repair; both 1 */
     float alpha_most;  /*   without alpha */
     size_t alpha_nonfinite; /* pixels whose alpha was Inf or NaN */
     size_t alpha_beyond;    /* pixels whose alpha was more than 0.001 below 0
                                or above 1 */
-    size_t alpha_hidden;    /* pixels with alpha 0 that lost a colour that the
-                               file calls multiplied by alpha */
+    size_t alpha_hidden;    /* pixels with alpha 0 and a colour that the file
+                               has multiplied by alpha; it became 0 */
 } ibl_read_report;
 
 /*
@@ -84,7 +84,7 @@ typedef struct ibl_read_report {
  *                  that is opened only if needed. 8 and 16-bit integers are
  *                  decoded from sRGB.
  * Alpha is dropped. Colours stay as in the file, neither multiplied nor divided
- * by alpha; for other choices see ibl_source_alpha.
+ * by alpha. To read alpha, see ibl_source_alpha.
  * A non-finite component becomes the largest finite one among the 8 neighbours
  * (columns wrap). If there is none, +Inf becomes 65504, others 0. Negative
  * components become 0. Both repairs are counted, with a warning.
@@ -438,10 +438,9 @@ ibl_status ibl_texture_read(ibl_ctx *ctx, const char *path, ibl_texture *tex,
  * then lost, and a new file may be empty or short in place of an old one.
  * ibl_outputs_sync prevents this.
  *
- * A target that is a symbolic link is followed: the file that it names is
- * replaced or made. Targets that are not files (directories, devices, pipes)
- * and files without write permission are refused with IBL_ERR_IO and stay
- * unchanged.
+ * If a target is a symbolic link, the file that it names is replaced or made.
+ * Targets that are not files (directories, devices, pipes) and files without
+ * write permission are refused with IBL_ERR_IO and stay unchanged.
  *
  * A path has at most 4031 bytes. Relative paths are valid while the working
  * directory stays the same. If RLIMIT_FSIZE is set, a program must ignore
@@ -455,10 +454,10 @@ typedef struct ibl_outputs ibl_outputs;
 /* Makes an empty set; it uses ctx for messages and cancellation. */
 ibl_status ibl_outputs_create(ibl_ctx *ctx, ibl_outputs **out);
 /*
- * 1: before they return, add and wait flush the files to the disk, and commit
- * flushes the directories. A power cut during commit may leave some files old
- * and some new, each complete. The calls wait for the disk. 0 (default): no
- * flush. Call this before the first add.
+ * sync 1: add and wait flush the files to the disk before they return, and
+ * commit flushes the directories. A power cut during commit may then leave some
+ * files old and some new, each complete. 0 (default): no flush. Call this
+ * before the first add.
  */
 void ibl_outputs_sync(ibl_outputs *out, int sync);
 /* Makes directory path and missing parents (mode 0777 & ~umask).

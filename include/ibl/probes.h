@@ -46,11 +46,11 @@ typedef struct ibl_probe {
                              than the volume is deep, 1 is never reached. */
     int has_proxy;        /* 0: reflections are infinitely far away */
     ibl_volume proxy;     /* where reflections come from */
-    int priority;         /* higher ones come first, before any volume */
+    int priority;         /* higher ones come first, whatever their volumes */
     int layer;            /* in the cube array */
 } ibl_probe;
 
-/* Most probes that light a point. */
+/* Largest number of probes that light a point. */
 #define IBL_MAX_PROBES_AT 4
 
 /* The probes of a point, with weights > 0 (of ibl_probes_near: >= 0). The sum
@@ -75,14 +75,13 @@ double ibl_probe_influence(const ibl_probe *probe, const double point[3]);
 double ibl_volume_size(const ibl_volume *volume);
 
 /*
- * The order in which ibl_probes_blend takes probes: priority falling, size of
- * the influence volume rising, then by index. Writes count indices. Time is
- * proportional to the square of count if probes come in the reverse order.
+ * The order in which ibl_probes_blend takes probes: by falling priority, then
+ * by rising size of the influence volume, then by rising index. Writes count
+ * indices. Takes time proportional to count^2 if the order is reversed.
  */
 void ibl_probes_order(const ibl_probe *probes, int count, int *order);
 
-/* The probe with the nearest position, of equals the first; -1 if count is 0.
- */
+/* The probe with the nearest position, the first of equals; -1: count is 0. */
 int ibl_probes_nearest(const ibl_probe *probes, int count,
                        const double point[3]);
 
@@ -95,23 +94,24 @@ int ibl_probes_nearest(const ibl_probe *probes, int count,
  * one position share it. rest is 0, or 1 if count is 0.
  *
  * With d1 and d2 the distances of the nearest two, no weight is steeper than
- * 8 (k - 1) R / (d2 (R - d1)). So weights are continuous except where R is d1,
+ * 8 (k - 1) R / (d2 (R - d1)). So weights are continuous except where R = d1,
  * that is where the k + 1 nearest are equally far: there the first k have equal
  * weights, which jump. For k = 1 this happens on every plane half-way between
- * two probes, on a regular grid in the middle of the cells. No weights of k
- * probes that sum to 1 can avoid it; volumes do.
+ * two probes; on a regular grid, in the middle of the cells. No weights of k
+ * probes that sum to 1 can avoid it; ibl_probes_blend does.
  */
 void ibl_probes_near(const ibl_probe *probes, int count, const double point[3],
                      int k, ibl_probe_mix *mix);
 
 /*
- * Weights by influence volumes: in the order of ibl_probes_order each probe
- * takes its influence, at most the rest of 1; the global environment gets what
- * remains. alpha, if not NULL, has for each probe (by index) the part 0..1 of
- * the lookup that the probe has seen; it scales the influence, and later probes
- * fill in. If more than IBL_MAX_PROBES_AT have a share, the largest are kept,
- * each reduced by the largest share that is not, so that a probe appears and
- * disappears with weight 0; the global environment gets the difference.
+ * Weights by influence volumes. In the order of ibl_probes_order each probe
+ * takes its influence, at most what is left of 1; the global environment gets
+ * what remains. alpha, if not NULL, has for each probe (by index) the part 0..1
+ * of the lookup that the probe has seen; it scales the influence, and later
+ * probes fill in. If more than IBL_MAX_PROBES_AT have a share, the largest are
+ * kept, each reduced by the largest share that is not kept, so that a probe
+ * appears and disappears with weight 0; the global environment gets the
+ * difference.
  *
  * Continuous if no blend is 0 and alpha is continuous. With G the sum of
  * 1.5 / blend of the probes in whose blend width the point is, no weight is
@@ -124,13 +124,13 @@ void ibl_probes_blend(const ibl_probe *probes, int count, const int *order,
 
 /*
  * Parallax: the unit direction from the probe's position to the point where the
- * ray from `point` along `direction` (any length) leaves the proxy. Returns 1;
- * or 0 with the normalised direction itself where there is no proxy, the point
- * is outside of it, the ray leaves at the probe's position, or the direction is
- * 0, which is returned as it is.
- * Points on the wall are inside, and so that rounding does not lose a floor
- * that is a wall, points outside by at most 1/1024 of the half width (or
- * radius) are moved to the wall. From there a ray outwards leaves at once.
+ * ray from `point` along `direction` (any length) leaves the proxy. Returns 1.
+ * Returns 0, with lookup the normalised direction (0 if it is 0), if there is
+ * no proxy, the point is outside it, the ray leaves at the probe's position, or
+ * the direction is 0.
+ * Points on the wall are inside. Points outside by at most 1/1024 of the half
+ * width (or radius) are moved to the wall, so that rounding does not lose a
+ * floor that is a wall. A ray outwards from there leaves at once.
  * Lagarde and Zanuttini 2012, "Local Image-based Lighting with
  * Parallax-corrected Cubemap".
  */
@@ -139,7 +139,7 @@ int ibl_probe_parallax(const ibl_probe *probe, const double point[3],
 
 /* ---- tiles of the screen ------------------------------------------------ */
 
-/* A picture in tiles. */
+/* A picture that is divided into tiles. */
 typedef struct ibl_tiles {
     double clip[16];   /* world to clip space, column-major; x and y from -w to
                           w are visible, w > 0 in front; z is ignored */
@@ -154,9 +154,10 @@ int ibl_tiles_rows(const ibl_tiles *tiles);
 /*
  * Writes a mask for each tile, row by row from the lower left (y = -w): bit i
  * is set if a point of the influence volume of probe i is visible in the tile,
- * at any depth. Conservative: rounding may set a bit too many, never one too
- * few. count is at most IBL_MAX_TILE_PROBES; masks holds columns x rows.
- * IBL_ERR_ARGUMENT: tiles or count out of range, masks untouched.
+ * at any depth. Rounding may set a bit of a probe that is not visible, but
+ * never misses one that is. count is at most IBL_MAX_TILE_PROBES; masks holds
+ * columns x rows. IBL_ERR_ARGUMENT: tiles or count out of range, masks
+ * unchanged.
  */
 ibl_status ibl_tiles_cull(const ibl_tiles *tiles, const ibl_probe *probes,
                           int count, unsigned long long *masks);
@@ -166,8 +167,8 @@ ibl_status ibl_tiles_cull(const ibl_tiles *tiles, const ibl_probe *probes,
 #define IBL_PROBE_FLOATS 20
 
 /*
- * Writes what ibl/probes.glsl reads, IBL_PROBE_FLOATS for each of count probes,
- * in order. The RGBA32F texels of the buffer texture are
+ * Writes the buffer texture that ibl/probes.glsl reads, IBL_PROBE_FLOATS floats
+ * for each of count probes, in order. Its RGBA32F texels are
  *
  *     influence's centre, blend
  *     influence's half, 1 for a sphere

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * iblbake: exact values to judge bakes by.
+ * iblbake: exact values to compare bakes with.
  *
  * The integrals of <ibl/ibl.h> over every pixel of the source at full
  * resolution, in double precision with compensated summation, for any direction
- * and roughness. Slow. Shares no code with what it judges: neither the cube's
- * conventions nor the lobes nor the solid angles. Conventions, status codes and
- * thread rules are those of <ibl/ibl.h>. No call reports progress.
+ * and roughness. Slow. Shares no code with the bakes, not even for the cube's
+ * conventions, lobes and solid angles. Conventions, status codes and thread
+ * rules are those of <ibl/ibl.h>. No call reports progress.
  */
 #ifndef IBL_REFERENCE_H
 #define IBL_REFERENCE_H
@@ -63,12 +63,12 @@ typedef struct ibl_texel {
 } ibl_texel;
 
 /*
- * Level 0: the mean over a texel's solid angle of the source as
- * ibl_cube_from_latlong takes it: pixels are constant patches or, where they
- * are larger than the texels, the smaller patches of its interpolation. Exact
- * to about 1e-9, for any aspect.
- *   base   edge of the level 0 that the interpolation is for: size, or, for the
- *          texels of one of its mips, more; size..IBL_MAX_CUBE_SIZE
+ * Level 0: the mean of the source over a texel's solid angle. As in
+ * ibl_cube_from_latlong, pixels are constant patches or, if they are larger
+ * than the texels, are divided into the smaller patches of the interpolation.
+ * Exact to about 1e-9, for any aspect.
+ *   base   edge of the level 0 that decides about the interpolation, size to
+ *          IBL_MAX_CUBE_SIZE: size, or more for the texels of one of its mips
  */
 ibl_status ibl_reference_texels(const ibl_reference *ref, int base, int size,
                                 const ibl_texel *texels, size_t count,

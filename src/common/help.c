@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* --help, and the words for an option's values and default. */
+/* Prints --help; describes an option's values and default. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -25,8 +25,8 @@ void ibl_option_allowed(const ibl_option *opt, char *text, size_t size)
     }
 }
 
-/* The default in words ("" if there is none to speak of); settings are the
- * command's, as defaults left them. */
+/* The default in words; "" if --help shows none. settings hold the command's
+ * defaults. */
 static void describe_standard(const ibl_option *opt, const void *settings,
                               char *text, size_t size)
 {
@@ -46,8 +46,8 @@ static void describe_standard(const ibl_option *opt, const void *settings,
         snprintf(text, size, "%s", opt->choices[i]);
 }
 
-/* Prints text from column INDENT on, broken at spaces; column is where the
- * cursor is. */
+/* Prints text from column INDENT on, broken at spaces. The cursor is in
+ * column. */
 static void wrap(FILE *to, const char *text, int column)
 {
     while (*text) {
@@ -94,7 +94,7 @@ static void print_option(FILE *to, const ibl_option *opt, const void *settings)
     wrap(to, text, column);
 }
 
-/* The other commands, under the first one's own usage. */
+/* Lists all commands but the first, for the first one's --help. */
 static void print_commands(FILE *to)
 {
     const ibl_command *const *all = ibl_this_program.commands;

@@ -24,7 +24,7 @@ ibl_json_at ibl_json_root(const ibl_json_file *file)
     return (ibl_json_at){.file = file, .value = file->root};
 }
 
-/* A member or element of at; fmt is what its path adds. */
+/* A member or element of at; fmt makes the end of its path. */
 static ibl_json_at below(const ibl_json_at *at, const json_t *value,
                          const char *fmt, ...)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Reading a JSON file: every error names the file, the path in it, what was
- * expected and what was found. */
+/* Reads and checks a JSON file. Every error names the file, the path in it,
+ * what was expected and what was found. */
 #ifndef COMMON_JSON_AT_H
 #define COMMON_JSON_AT_H
 
@@ -24,58 +24,58 @@ enum {
 /* A place in a file. */
 typedef struct ibl_json_at {
     const ibl_json_file *file;
-    const json_t *value; /* NULL: there is none */
-    bool optional;
+    const json_t *value;            /* NULL: absent */
+    bool optional;                  /* absence is no error */
     char path[IBL_JSON_PATH_BYTES]; /* "probes[3].influence.box" */
 } ibl_json_at;
 
-/* Reads file->name by ibl_json_load; file->root is to be freed with
- * json_decref. False after a failure. */
+/* Reads file->name by ibl_json_load; the caller must json_decref file->root.
+ * False after a report. */
 bool ibl_json_open(ibl_json_file *file);
 
 ibl_json_at ibl_json_root(const ibl_json_file *file);
-/* at is an object; the value is NULL where it has no such member. */
+/* A member of an object. */
 ibl_json_at ibl_json_member(const ibl_json_at *at, const char *key);
-/* The same of a member that may be absent: the checks below return true then,
- * and leave the value as it is. */
+/* The same for a member that may be absent: then the checks below return true
+ * and leave their output unchanged. */
 ibl_json_at ibl_json_optional(const ibl_json_at *at, const char *key);
-/* at is an array, index in it. */
+/* An element of an array; index must be in range. */
 ibl_json_at ibl_json_element(const ibl_json_at *at, size_t index);
 
-/* Reports that at is not what was expected, and what it is. False; true without
- * a report where at is optional and absent. */
+/* Reports what was expected and what was found; returns false. If at is
+ * optional and absent, returns true without a report. */
 bool ibl_json_wrong(ibl_json_at at, const char *expected, ...)
     __attribute__((format(printf, 2, 3)));
-/* Reports something else of it: "FILE: PATH: ...". False. */
+/* Reports another error, as "FILE: PATH: ..."; returns false. */
 bool ibl_json_complain(ibl_json_at at, const char *fmt, ...)
     __attribute__((format(printf, 2, 3)));
 
-/* These check what at is, and return ibl_json_wrong if it is not. */
+/* These check the value; if it is wrong, they return ibl_json_wrong. */
 
-/* An object without other members than the keys, ended by NULL. */
+/* An object whose members are all in keys, ended by NULL. */
 bool ibl_json_object(ibl_json_at at, const char *const *keys);
 bool ibl_json_array(ibl_json_at at, size_t least, size_t most);
 bool ibl_json_text_at(ibl_json_at at, const char **text);
-/* From low, or above it where open, to high. */
+/* A number from low to high; with open, above low. */
 bool ibl_json_real(ibl_json_at at, double low, double high, bool open,
                    double *value);
 bool ibl_json_int(ibl_json_at at, int low, int high, int *value);
-/* One of the names, ended by NULL; its number, into an int or enumeration. */
+/* One of names, ended by NULL. Its index is stored in value, an int or an
+ * enumeration. */
 bool ibl_json_choice(ibl_json_at at, const char *const *names, void *value);
-/* Three numbers as ibl_json_real takes them. */
+/* An array of three numbers as in ibl_json_real. */
 bool ibl_json_triple(ibl_json_at at, double low, double high, bool open,
                      double value[3]);
 
-/* Volumes of probes, which sets, grids and indices have alike. */
+/* Volumes of probes, the same in sets, grids and indices. */
 
-/* Lengths and places are in any unit; up to this, volumes and their ratios are
- * well inside of a double. */
+/* Largest length and coordinate, in any unit. Volumes and their ratios then
+ * stay far from the limits of a double. */
 #define IBL_JSON_FARTHEST 1e12
 
-/* Checks and takes the three coordinates of a place. */
+/* Three coordinates. */
 bool ibl_json_place(ibl_json_at at, double place[3]);
-/* Checks and takes {"box": {"centre", "half"}} or {"sphere": {"centre",
- * "radius"}}. */
+/* {"box": {"centre", "half"}} or {"sphere": {"centre", "radius"}}. */
 bool ibl_json_volume(ibl_json_at at, ibl_volume *volume);
 
 #endif

@@ -24,10 +24,10 @@ static void *fail(ibl_json_why *why, bool damaged, const char *fmt, ...)
     return NULL;
 }
 
-/* A regular file; NULL: why says. */
+/* Opens a regular file; NULL: see why. */
 static FILE *open_file(const char *path, ibl_json_why *why)
 {
-    /* A FIFO would be waited for. */
+    /* O_NONBLOCK: do not wait for the writer of a FIFO. */
     const int fd = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
     FILE *file = NULL;
     struct stat st;
@@ -51,8 +51,8 @@ static FILE *open_file(const char *path, ibl_json_why *why)
     return file;
 }
 
-/* Whether memory was missing: jansson reports nothing then, or an invalid
- * token. */
+/* Whether an allocation failed: jansson then reports an invalid token or
+ * nothing. */
 static _Thread_local bool starved;
 
 static void *allocate(size_t size)
@@ -88,7 +88,7 @@ json_t *ibl_json_load(const char *path, size_t flags, ibl_json_why *why)
 
 /* ---- sidecars ---------------------------------------------------------- */
 
-/* The name's inverse of ibl_json_encoded, in place. */
+/* The inverse of ibl_json_encoded, in place. */
 static void decode(char *name)
 {
     char *to = name;

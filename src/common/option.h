@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Commands of a program and their options, as tables that the parser and --help
- * are made from. */
+/* Commands of a program and their options: tables for the parser and --help. */
 #ifndef COMMON_OPTION_H
 #define COMMON_OPTION_H
 
@@ -18,29 +17,30 @@ typedef enum ibl_option_kind {
     IBL_OPTION_TEXT,   /* const char *, not empty */
     IBL_OPTION_PNG,    /* const char *, a name that ends in .png */
     IBL_OPTION_DIR,    /* const char *, a directory, so not "-" */
-    IBL_OPTION_OTHER,  /* parse decides, with a value or (NULL) without */
+    IBL_OPTION_OTHER,  /* parse stores it; a NULL value if it has none */
     IBL_OPTION_HELP,   /* prints the command's help and ends; no value */
-    IBL_OPTION_PRINT   /* print does, and the program ends; no value */
+    IBL_OPTION_PRINT   /* calls print and ends; no value */
 } ibl_option_kind;
 
 typedef struct ibl_option {
     const char *name; /* without the dashes */
     char letter;      /* short form, or 0 */
     ibl_option_kind kind;
-    const char *value; /* what the value is called; NULL for a flag */
+    const char *value; /* the value's name in --help; NULL: no value */
     size_t offset;     /* of the field in the command's settings */
     double low, high;
     const char *const *choices; /* ended by NULL */
-    /* Takes a value into the field or returns false. */
+    /* Stores a value in the field; false: the value is not allowed. */
     bool (*parse)(void *field, const char *value);
     void (*print)(FILE *to);
-    const char *allowed;  /* allowed values in words; NULL: from the rest */
-    const char *standard; /* the default in words; NULL: from the field,
-                             "": none to speak of */
+    const char *allowed;  /* allowed values in words; NULL: from kind, low, high
+                             and choices */
+    const char *standard; /* the default in words; NULL: from the field; "": not
+                             shown */
     const char *help;
 } ibl_option;
 
-/* Rows of a table, for a field of IBL_SETTINGS, which is the settings' type. */
+/* Members of a table's row, for a field of IBL_SETTINGS, the settings' type. */
 #define IBL_AT(field) .offset = offsetof(IBL_SETTINGS, field)
 #define IBL_FLAG(field) .kind = IBL_OPTION_FLAG, IBL_AT(field)
 #define IBL_TEXT(field, what)                                                  \
@@ -61,8 +61,8 @@ typedef struct ibl_option {
     .kind = IBL_OPTION_OTHER, .value = (what), IBL_AT(field),                  \
     .parse = (function)
 
-/* Options under one heading of --help, which neighbours with the same title
- * share. */
+/* Options under one heading of --help. Neighbours with the same title share the
+ * heading. */
 typedef struct ibl_section {
     const char *title;
     const ibl_option *options;
@@ -77,25 +77,23 @@ typedef struct ibl_section {
 
 /* A command of the program. */
 typedef struct ibl_command {
-    const char *name;     /* the first argument; NULL: what the program does
-                             without one */
+    const char *name;     /* the first argument; NULL: the default command */
     const char *usage;    /* its arguments */
     const char *brief;    /* what it does, for the list of commands */
-    const char *intro;    /* what --help begins with, as lines */
+    const char *intro;    /* the first lines of --help, after the usage */
     const char *statuses; /* its exit statuses */
     const ibl_section *const *sections; /* ended by NULL */
     size_t settings_size;
     void (*defaults)(void *settings);
-    /* Takes an argument that is no option. These two return false after one
-     * line through ibl_misuse. */
+    /* Takes an argument that is no option. False after one ibl_misuse. */
     bool (*take)(void *settings, const char *word);
-    /* Checks what can only be judged with every option known. */
+    /* Checks the options together. False after one ibl_misuse. */
     bool (*validate)(void *settings);
-    /* Does it; returns the exit status. */
+    /* Runs the command; returns the exit status. */
     int (*run)(const void *settings);
 } ibl_command;
 
-/* The program that this is linked into, which defines it. */
+/* Each program defines ibl_this_program. */
 typedef struct ibl_program {
     const char *name;
     const ibl_command *const *commands; /* ended by NULL; the first has no
@@ -103,27 +101,27 @@ typedef struct ibl_program {
 } ibl_program;
 extern const ibl_program ibl_this_program;
 
-/* Parses and does what the command line says; returns the exit status. A
- * command's name must be the first argument; else it is the first command. */
+/* Runs the command that the first argument names, else the first command.
+ * Returns the exit status. */
 int ibl_command_main(int argc, char **argv);
 
-/* Settings of a command (settings_size bytes) from words, ended by NULL, to
- * which their strings point. False: the program ends with *status, after --help
- * or its like or after a line on stderr. status NULL: the words are not those
- * of the command line; --help and its like are refused. */
+/* Parses words, ended by NULL, into settings (settings_size bytes), whose
+ * strings then point to the words. False after --help, --version or a line on
+ * stderr: the program must end with *status. With status NULL (words that are
+ * not the command line) --help and --version are refused. */
 bool ibl_command_line(const ibl_command *cmd, char **words, void *settings,
                       int *status);
 
-/* The whole --help, from the tables; at most 80 columns. */
+/* Prints --help from the tables; at most 80 columns. */
 void ibl_command_help(const ibl_command *cmd, FILE *to);
 
-/* Prints "PROGRAM: ..." on stderr; false. */
+/* Prints "PROGRAM: ..." on stderr; returns false. */
 bool ibl_misuse(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
 
 /*
- * The number that text begins with, in low..high: decimal digits, '-' before
- * them and, of a real one, a point and an exponent. No blank, '+', 0x or word.
- * *end is what follows. False: there is none, and nothing is stored.
+ * Parse the number at the start of text: decimal digits after an optional '-',
+ * for a real one also a point and an exponent; no blank, '+', 0x or word. *end
+ * points to the rest. False, nothing stored: no number, or not in low..high.
  */
 bool ibl_number_int(const char *text, int low, int high, int *n,
                     const char **end);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* From the command line to a command's settings. */
+/* Parses the command line into a command's settings. */
 #include <ctype.h>
 #include <errno.h>
 #include <stdarg.h>
@@ -23,8 +23,8 @@ bool ibl_misuse(const char *fmt, ...)
     return false;
 }
 
-/* Edit distance: insertions, deletions and replacements. Names longer than
- * the row are as far as they are long. */
+/* Edit distance: the number of insertions, deletions and replacements. If b is
+ * too long for the row: b_length. */
 static size_t distance(const char *a, const char *b, size_t b_length)
 {
     size_t row[32];
@@ -60,7 +60,7 @@ static const ibl_option *option_at(const ibl_command *cmd, int n)
     return NULL;
 }
 
-/* The option of that name, or, with name NULL, of that letter. */
+/* The option with this name or, if name is NULL, this letter; NULL: none. */
 static const ibl_option *find_option(const ibl_command *cmd, const char *name,
                                      size_t length, char letter)
 {
@@ -75,7 +75,6 @@ static const ibl_option *find_option(const ibl_command *cmd, const char *name,
     return opt;
 }
 
-/* "see iblbake probes --help". */
 static bool unknown(const ibl_command *cmd, const char *dashes,
                     const char *word, size_t length)
 {
@@ -136,7 +135,7 @@ bool ibl_number_real(const char *text, double low, double high, double *x,
     return true;
 }
 
-/* Enumerations are as wide as an int, but may be unsigned. */
+/* set stores choices as ints; enumerations may be unsigned. */
 _Static_assert(sizeof(ibl_option_kind) == sizeof(int),
                "enumerations are not as wide as an int");
 
@@ -162,13 +161,13 @@ static bool set_text(const ibl_option *opt, void *field, const char *value)
     return true;
 }
 
-/* A walk over the command line. */
+/* The state of parse. */
 typedef struct line {
     const ibl_command *cmd;
     void *settings;
     char **argv;
     int next;               /* argument after the current one */
-    const ibl_option *stop; /* HELP or PRINT that was seen */
+    const ibl_option *stop; /* the HELP or PRINT option found, or NULL */
 } line;
 
 /* Stores the value of an option; value is NULL for a flag. */
@@ -267,7 +266,7 @@ static bool take_short(line *l, const char *word)
     return true;
 }
 
-/* From the command's defaults; stops at --help and its like. */
+/* Fills the settings, first with the defaults; stops at HELP and PRINT. */
 static bool parse(line *l)
 {
     bool ended = false;

@@ -51,7 +51,7 @@ bool ibl_path_is_open(const char *path)
 
 char *ibl_bridge_beside(void)
 {
-    /* As built, and as installed under any prefix. */
+    /* In a build; installed under any prefix. */
     static const char *const places[] = {"libiblbridge.so",
                                          "../lib/iblbake/libiblbridge.so"};
     char program[2048], path[2304];

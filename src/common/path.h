@@ -8,19 +8,19 @@
 const char *ibl_path_name(const char *path);
 /* Whether both exist and are the same file. */
 bool ibl_path_same(const char *a, const char *b);
-/* Whether files may be made in the directory of path; errno if not. */
+/* Whether files can be made in path's directory; false sets errno. */
 bool ibl_path_is_open(const char *path);
 
-/* Both are for free(); NULL: no memory. */
+/* The caller must free the result; NULL: no memory. */
 
 /* directory/name; directory is not empty and may end in a slash. */
 char *ibl_path_join(const char *directory, const char *name);
-/* name as it is seen from the directory that file is in. */
+/* name in the directory of file; an absolute name stays. */
 char *ibl_path_beside(const char *file, const char *name);
 
-/* The image bridge beside the program, where a build leaves it, or in
- * ../lib/iblbake, where an installation has it; for free(). NULL: there is
- * none, take the one that the library was built with. */
+/* Path of the image bridge beside the program (in a build) or in ../lib/iblbake
+ * (installed). The caller must free it. NULL: not found, so the library's
+ * compiled-in path applies. */
 char *ibl_bridge_beside(void);
 
 #endif

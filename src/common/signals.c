@@ -6,14 +6,14 @@
 #include <stddef.h>
 #include <sys/wait.h>
 
-/* What ends a program and may come from outside; ABRT comes from libraries
- * that give up. */
+/* Signals from outside that end a program; ABRT comes from libraries that call
+ * abort(). */
 static const int caught[] = {SIGHUP,  SIGINT,  SIGQUIT, SIGABRT, SIGUSR1,
                              SIGUSR2, SIGPIPE, SIGALRM, SIGTERM, SIGXCPU};
-static _Atomic(ibl_outputs *) guarded; /* a signal aborts it */
-static _Atomic(pid_t) running;
+static _Atomic(ibl_outputs *) guarded; /* a signal aborts these */
+static _Atomic(pid_t) running;         /* see ibl_signals_group */
 
-/* The signal is blocked while this runs, so that the one raised here arrives
+/* The handler. The signal is blocked while it runs, so the raised one arrives
  * when it returns, with the default action. */
 static void die(int number)
 {
@@ -50,7 +50,7 @@ void ibl_signals_pass(void (*handler)(int number))
 void ibl_signals_catch(void)
 {
     ibl_signals_pass(die);
-    /* A file-size limit is an error of write(), with its own message. */
+    /* Then write() fails at a file-size limit, which is reported. */
     signal(SIGXFSZ, SIG_IGN);
 }
 
@@ -86,7 +86,7 @@ ibl_status ibl_start_outputs(ibl_ctx *ctx, int sync, ibl_outputs **outputs)
 
 void ibl_end_outputs(ibl_outputs *outputs)
 {
-    /* Guarded until nothing is left. */
+    /* A signal may abort them too until no file is left. */
     ibl_outputs_abort(outputs);
     atomic_store(&guarded, NULL);
     ibl_outputs_free(outputs);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Signals and the outputs that they abort. Interrupted, a program leaves no
- * temporary files and dies of the signal, at once. */
+/* Signals and the outputs that they abort. An interrupted program dies of the
+ * signal at once and leaves no temporary files. */
 #ifndef COMMON_SIGNALS_H
 #define COMMON_SIGNALS_H
 
@@ -9,23 +9,23 @@
 
 #include "ibl/io.h"
 
-/* Catches what ends a program by default, from HUP to XCPU, where it was not
- * ignored already. */
+/* Catches the signals that end a program by default, HUP to XCPU, except those
+ * that are ignored already. Ignores XFSZ. */
 void ibl_signals_catch(void);
-/* Gives those signals to another handler, or to SIG_DFL. */
+/* Sets another handler, SIG_DFL or SIG_IGN for those signals. */
 void ibl_signals_pass(void (*handler)(int number));
-/* The process group that a signal kills along with us, led by a child of this
- * process; 0: none. */
+/* Sets the process group that a signal also kills; a child of this process
+ * leads it. 0: none. */
 void ibl_signals_group(pid_t group);
-/* Holds those signals back, or lets them through again. */
+/* Block and unblock those signals. */
 void ibl_signals_hold(void);
 void ibl_signals_release(void);
 
-/* Outputs that a signal aborts, until they are committed or have ended. */
+/* Makes outputs that a signal aborts, until they are committed or ended. */
 ibl_status ibl_start_outputs(ibl_ctx *ctx, int sync, ibl_outputs **outputs);
-/* A signal waits until all of them are in place. */
+/* Commits the outputs; signals are blocked meanwhile. */
 ibl_status ibl_commit_outputs(ibl_outputs *outputs);
-/* Removes what was not committed, and frees them; NULL is fine. */
+/* Removes files not committed and frees the outputs; NULL is fine. */
 void ibl_end_outputs(ibl_outputs *outputs);
 
 #endif

@@ -7,12 +7,12 @@ enum {
     IBL_LINE_BYTES = 2 * 4096 + 1024
 };
 
-/* A byte in a name that would break a line or steer the terminal becomes
- * '?'. */
+/* Replaces control characters, which would break the line or act on the
+ * terminal, by '?'. */
 void ibl_one_line(char *text);
 
-/* Prints "PROGRAM: ", kind and text as one such line on standard error, by one
- * write, which other programs' lines do not cut. */
+/* Prints "PROGRAM: ", kind and text as one such line on standard error, in one
+ * write, so that lines of other programs do not mix with it. */
 void ibl_print_line(const char *kind, const char *text);
 
 #endif

@@ -10,7 +10,7 @@ enum {
     FIRST_BYTES = 4096
 };
 
-/* 0 is a failure, which the stream notes. */
+/* Returning 0 sets the stream's error. */
 static ssize_t take_piece(void *cookie, const char *bytes, size_t size)
 {
     ibl_memory_file *m = cookie;
@@ -74,7 +74,7 @@ void ibl_number_text(double x, char text[IBL_NUMBER_BYTES])
 {
     int decimals = 0;
 
-    /* Most need 16 or 17 digits: then the fewer are not all tried. */
+    /* Most numbers need 16 or 17 digits: then do not try all the fewer. */
     snprintf(text, IBL_NUMBER_BYTES, "%.14e", x);
     if (!is_same(text, x))
         decimals = 15;

@@ -5,28 +5,28 @@
 
 #include <stdio.h>
 
-/* A stream into memory, in place of open_memstream: where memory runs out,
- * glibc's loses text, and neither ferror nor fclose reports it. */
+/* A stream into memory. Not open_memstream: if memory runs out, glibc's loses
+ * text, and neither ferror nor fclose reports it. */
 typedef struct ibl_memory_file {
     char *text;
-    size_t size, room;
+    size_t size, room; /* bytes used and allocated */
 } ibl_memory_file;
 
 /* NULL: no memory. */
 FILE *ibl_memory_open(ibl_memory_file *m);
-/* Closes it. All that was written, ended by a NUL beyond m->size, for free();
- * NULL: there was no memory for some of it, or to is NULL. */
+/* Closes the stream. Returns its text, m->size bytes and a NUL, which the
+ * caller must free; NULL: memory ran out, or to is NULL. */
 char *ibl_memory_close(FILE *to, ibl_memory_file *m);
 
-/* What printf makes of fmt, for free(); NULL: no memory. */
+/* Prints into a string that the caller must free; NULL: no memory. */
 char *ibl_format(const char *fmt, ...) __attribute__((format(printf, 1, 2)));
 
 enum {
     IBL_NUMBER_BYTES = 32
 };
 
-/* The fewest digits that read back as the same double; with an exponent only
- * below 1e-5 and from 1e9 up. */
+/* Prints the fewest digits that read back as the same double, with an exponent
+ * only below 1e-5 and from 1e9 up. */
 void ibl_number_text(double x, char text[IBL_NUMBER_BYTES]);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Which probes a point has: by their volumes, in order, or the nearest. */
+/* The probes that light a point: by their volumes in order, or the nearest. */
 #include <math.h>
 #include <stdbool.h>
 
@@ -29,8 +29,8 @@ double ibl_volume_size(const ibl_volume *volume)
     return 8 * h[0] * h[1] * h[2];
 }
 
-/* How far inside of a volume a point is; negative outside. No two points
- * differ by more than their distance. */
+/* The depth of a point inside a volume; negative outside. Depths of two points
+ * differ at most by their distance. */
 static double depth_in(const ibl_volume *volume, const double point[3])
 {
     const double *c = volume->centre, *h = volume->half;
@@ -79,7 +79,7 @@ void ibl_probes_order(const ibl_probe *probes, int count, int *order)
 
 /* ---- by volumes --------------------------------------------------------- */
 
-/* Takes the least of n shares out, of equals the last; returns it. */
+/* Removes the least of n shares, the last of equals; returns it. */
 static double drop_least(int *probe, double *share, int n)
 {
     int least = 0;
@@ -129,7 +129,8 @@ void ibl_probes_blend(const ibl_probe *probes, int count, const int *order,
 
 /* ---- the nearest -------------------------------------------------------- */
 
-/* The n nearest, nearest first, of equals the first; returns how many. */
+/* Finds the n nearest probes, nearest first, equals by index. Returns their
+ * number, n or less. */
 static int find_near(const ibl_probe *probes, int count, const double point[3],
                      int n, int *index, double *distance)
 {
@@ -150,7 +151,7 @@ static int find_near(const ibl_probe *probes, int count, const double point[3],
     return found;
 }
 
-/* (1/d - 1/R)^2, times the square of the least d, which is finite there. */
+/* (1/d - 1/R)^2 times least^2, which makes it finite at d = least = 0. */
 static double weigh(double d, double least, double reach)
 {
     if (!(d > 0))

@@ -4,12 +4,12 @@
 #include "core/vector.h"
 #include "ibl/probes.h"
 
-/* How far beyond the wall a point is still taken for one on it: what rounding
- * does to points of a floor that is the wall. */
+/* A point is on the wall up to this many half widths or radii, so that rounding
+ * does not lose points of a floor that is the wall. */
 static const double slack = 1 + 1.0 / 1024;
 
-/* Where the ray from q along unit d leaves the box around the origin; false
- * with q outside. */
+/* Moves q to the point where the ray from q along unit d leaves the box around
+ * the origin. False: q is outside. */
 static bool leave_box(const double half[3], double q[3], const double d[3])
 {
     double least = HUGE_VAL;

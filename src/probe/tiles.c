@@ -1,21 +1,21 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * All is done in the space of (x, y, w) of clip space, where a tile is the cone
- * of four rays (x, y, 1) from the origin, whatever the camera: a box is there a
- * parallelepiped (flat, where nothing is in perspective) and a sphere an
- * ellipsoid. Convex bodies are apart if and only if a plane is between them.
- * Between a cone and another body there is then one through the origin, and n,
- * its normal, is never negative on the rays and always on the body.
+ * All computations are in (x, y, w) of clip space. There a tile is the cone of
+ * four rays (x, y, 1) from the origin for every camera, a box a parallelepiped
+ * (flat without perspective) and a sphere an ellipsoid. Convex bodies are apart
+ * if and only if a plane separates them. If one is a cone, the plane can go
+ * through the origin; its normal n has n'p >= 0 on the rays and n'p < 0 on the
+ * body.
  *
  *   box     the candidates are the cone's faces, the box's faces, and planes
  *           along an edge of each (the separating axis theorem)
- *   sphere  n is in the quadric n'Dn > 0, D = bb' - r^2 AA', of planes that
- *           miss the sphere; a cone of normals, which meets the cone of those
- *           that are not negative on the rays in a corner of the latter, in a
- *           face, or lies wholly in it
+ *   sphere  a plane misses the sphere if n'Dn > 0, D = bb' - r^2 AA', with the
+ *           matrix (A t) to (x, y, w) and the centre b. These normals are a
+ *           cone. It meets the cone of normals with n'p >= 0 on the rays in one
+ *           of the latter's edges or faces, or lies inside it.
  *
- * Rounding must not put what touches apart: margins are `tiny` times the size
- * of what is compared.
+ * Rounding must not separate bodies that touch: margins are `tiny` times the
+ * size of the terms compared.
  */
 #include <math.h>
 #include <string.h>
@@ -29,14 +29,14 @@ static const double tiny = 1e-12;
 struct body {
     bool round;
     double centre[3];
-    double size;       /* how far from the origin it reaches, about */
-    double edge[3][3]; /* of a box, half of each */
+    double size;       /* bound of |x| + |y| + |w| in the body */
+    double edge[3][3]; /* of a box: half of each edge, as vectors */
     double d[3][3];    /* of a sphere: D, with margin */
-    double apex[3];    /* of a sphere: the one normal to try within D */
+    double apex[3];    /* of a sphere: n with n'Dn > 0, if there is any */
 };
 
-/* Rays of a tile, around, and the normals of the faces between each and the
- * next, inwards. */
+/* Rays of a tile, in order around it, and the inward normals of the faces
+ * between each ray and the next. */
 struct cone {
     double ray[4][3];
     double face[4][3];
@@ -53,8 +53,7 @@ static double entry(const ibl_tiles *tiles, int row, int column)
     return tiles->clip[4 * column + (row < 2 ? row : 3)];
 }
 
-/* m^-1 v up to a factor >= 0, of a symmetric matrix; 0 or any, of a singular
- * one. */
+/* x is m^-1 v times the determinant of m, which is symmetric. */
 static void solve(double m[3][3], const double v[3], double x[3])
 {
     double adjoint[3][3];
@@ -111,7 +110,7 @@ static double form(const struct body *body, const double n[3],
            n[2] * dot3(body->d[2], m);
 }
 
-/* Whether all of the body is on the negative side of the plane n. */
+/* Whether the whole body is on the negative side of the plane n. */
 static bool behind(const struct body *body, const double n[3])
 {
     const double middle = dot3(n, body->centre);
@@ -125,9 +124,9 @@ static bool behind(const struct body *body, const double n[3])
     return middle + half < -tiny * size3(n) * body->size;
 }
 
-/* Whether the plane n is between, turned either way. A box's normals are made
- * of its edges, so that a ray may be in the plane: by rounding on either side
- * of it. */
+/* Whether the plane n or -n separates body and cone. A plane that was made from
+ * a ray contains it; rounding may put the ray on either side, so there is a
+ * margin. */
 static bool between(const struct body *body, const struct cone *cone,
                     const double n[3])
 {
@@ -161,8 +160,8 @@ static bool box_apart(const struct body *body, const struct cone *cone)
     return false;
 }
 
-/* Whether one of the normals a + s b, s > 0, misses the sphere, where neither a
- * nor b does: the most of the parabola in s. */
+/* Whether a plane a + s b, s > 0, has the sphere behind it, if neither a nor b
+ * has: tries the maximum of n'Dn, a parabola in s. */
 static bool sphere_apart_along(const struct body *body, const double a[3],
                                const double b[3])
 {
@@ -182,7 +181,7 @@ static bool sphere_apart(const struct body *body, const struct cone *cone)
     return between(body, cone, body->apex);
 }
 
-/* Of the tile from (left, bottom) to (right, top), -1..1. */
+/* The cone of the tile from (left, bottom) to (right, top), -1..1. */
 static void make_cone(double left, double bottom, double right, double top,
                       struct cone *cone)
 {
@@ -204,7 +203,7 @@ static bool touches(const struct body *body, const struct cone *cone)
     return !(body->round ? sphere_apart(body, cone) : box_apart(body, cone));
 }
 
-/* Where the tile i begins, -1..1. */
+/* The beginning of tile i, -1..1. */
 static double tile_at(int i, int tile, int edge)
 {
     const double at = (double)i * tile;
