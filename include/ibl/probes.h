@@ -34,8 +34,8 @@ const char *ibl_shape_name(ibl_shape shape);
 typedef struct ibl_volume {
     ibl_shape shape;
     double centre[3];
-    double half[3]; /* of a box, > 0; of a sphere half[0] is its radius, and
-                       the others are ignored */
+    double half[3]; /* box: half its edges, > 0; sphere: half[0] is the radius,
+                       half[1] and half[2] are ignored */
 } ibl_volume;
 
 typedef struct ibl_probe {

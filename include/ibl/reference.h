@@ -67,7 +67,7 @@ typedef struct ibl_texel {
  * ibl_cube_from_latlong, pixels are constant patches or, if they are larger
  * than the texels, are divided into the smaller patches of the interpolation.
  * Exact to about 1e-9, for any aspect.
- *   base   edge of the level 0 that decides about the interpolation, size to
+ *   base   edge of the level 0 that sets the interpolation, size to
  *          IBL_MAX_CUBE_SIZE: size, or more for the texels of one of its mips
  */
 ibl_status ibl_reference_texels(const ibl_reference *ref, int base, int size,

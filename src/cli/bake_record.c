@@ -230,8 +230,7 @@ static json_t *levels(const ibl_bake *b, ibl_output_kind kind)
     return j;
 }
 
-/* The lod of a roughness: for the whole range a formula with "levels", else one
- * with numbers. */
+/* The formula of the lod: with "levels" for the whole range, else numbers. */
 static json_t *lod(const ibl_bake *b)
 {
     const ibl_specular_layout *layout = &b->made.report.layout;

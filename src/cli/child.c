@@ -26,8 +26,7 @@ static double seconds(struct timeval t)
 }
 
 /* Forks a child that leads a process group and has the default handlers. A
- * signal that ends this program also kills the group. Returns the child's id,
- * 0 in the child, or -1 with errno. */
+ * signal that ends this program also kills the group. Returns as fork does. */
 static pid_t fork_group(void)
 {
     /* A signal must not end this program before ibl_signals_group. */
@@ -84,8 +83,7 @@ static bool await(pid_t pid, double end, int *status, struct rusage *usage)
     return false;
 }
 
-/* The last line of a file that is not blank; control characters become
- * blanks. */
+/* The last line of a file that is not blank; control characters become ' '. */
 static void last_line(const char *path, char *line, size_t size)
 {
     char tail[1024];

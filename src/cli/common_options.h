@@ -43,8 +43,7 @@ const char *ibl_output_name(ibl_output_kind kind);
 /* The same name in sidecars and keys, where "lut" is "brdf_lut". */
 const char *ibl_output_content(ibl_output_kind kind);
 
-/* The LUT's pixel for this pixel of the cubes: rg32f for rgba32f, else
- * rg16f. */
+/* The pixel of the LUT: rg32f if the cubes have rgba32f, else rg16f. */
 ibl_pixel ibl_lut_pixel(ibl_pixel cubes);
 
 /* The number of levels of a cube of this size down to 1x1. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Messages, progress bar and stage times on standard error; a context that
- * reports there; warnings that several commands share. */
+ * reports there; warnings of several commands. */
 #ifndef CLI_CONSOLE_H
 #define CLI_CONSOLE_H
 

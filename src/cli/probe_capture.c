@@ -129,9 +129,9 @@ static void free_view(view *v)
 static int face_edge(const view *v)
 {
     const int width = v->img.width, height = v->img.height;
-    const bool lying = width > height;
-    const int columns = !v->cross ? 1 : lying ? 4 : 3;
-    const int rows = !v->cross ? 1 : lying ? 3 : 4;
+    const bool wide = width > height;
+    const int columns = !v->cross ? 1 : wide ? 4 : 3;
+    const int rows = !v->cross ? 1 : wide ? 3 : 4;
     const int n = width / columns;
     const bool fits = width == n * columns && height == n * rows;
 
@@ -194,8 +194,7 @@ static void cut_face(const view *v, int face, ibl_cube cubes[PARTS])
         }
 }
 
-/* Copies the faces of file i of a capture into cubes, which are allocated with
- * the first file. */
+/* Copies the faces of file i of a capture; allocates cubes for the first. */
 static bool take_view(const ibl_probes_bake *p, int layer, int i, const view *v,
                       ibl_cube cubes[PARTS])
 {

@@ -16,8 +16,7 @@ bool ibl_probes_no_memory(const ibl_probes_bake *p)
 
 /* ---- options ------------------------------------------------------------ */
 
-/* Completes the set's options by those of the command line; finds the layout.
- */
+/* Completes the set's options by the command line's; finds the layout. */
 static bool find_options(ibl_probes_bake *p)
 {
     ibl_set_bake *b = &p->set.bake;
@@ -82,8 +81,7 @@ static bool take_texture(ibl_probes_bake *p, int kind, int layer,
     return ok;
 }
 
-/* Encodes a cube as a layer and adds its overflow to sum. alpha may be
- * empty: 1 everywhere. */
+/* Encodes a cube as a layer; adds its overflow to sum. Empty alpha means 1. */
 static bool take_cube(ibl_probes_bake *p, int kind, int layer,
                       const ibl_cube *cube, const ibl_cube *alpha,
                       ibl_overflow_report *sum)

@@ -212,8 +212,7 @@ static json_t *make_capture(const grid *g, const char *name)
 }
 
 /* Adds a probe in the middle p of its cell. Its influence reaches half the
- * blend width into the neighbours, so the weights of two neighbours sum to
- * 1. */
+ * blend width into each neighbour, so that their weights sum to 1. */
 static bool add_probe(grid *g, const int at[3], const double p[3])
 {
     char number[3][16];

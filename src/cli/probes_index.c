@@ -109,8 +109,7 @@ static bool find_file(ibl_probes_bake *p, int kind, const json_t *was)
 
 /* ---- plan -------------------------------------------------------------- */
 
-/* The old layer with this hash, if possible the one with the same number; -1:
- * none. */
+/* The old layer with this hash, `layer` itself if it has it; -1: none. */
 static int find_old(const json_t *layers, int layer, const char *hash)
 {
     const json_t *own = json_array_get(layers, (size_t)layer);

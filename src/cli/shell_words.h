@@ -11,8 +11,7 @@
  */
 char **ibl_words_split(const char *text);
 
-/* Quotes word for a shell, if needed. The caller must free the result; NULL: no
- * memory. */
+/* Quotes word for a shell. The caller must free the result; NULL: no memory. */
 char *ibl_words_quote(const char *word);
 
 /* {name} is replaced by text. */

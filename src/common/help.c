@@ -25,8 +25,7 @@ void ibl_option_allowed(const ibl_option *opt, char *text, size_t size)
     }
 }
 
-/* The default in words; "" if --help shows none. settings hold the command's
- * defaults. */
+/* The default in words, "" if not shown; settings hold the defaults. */
 static void describe_standard(const ibl_option *opt, const void *settings,
                               char *text, size_t size)
 {
@@ -46,7 +45,7 @@ static void describe_standard(const ibl_option *opt, const void *settings,
         snprintf(text, size, "%s", opt->choices[i]);
 }
 
-/* Prints text from column INDENT on, broken at spaces. The cursor is in
+/* Prints text from column INDENT on, broken at spaces; the cursor is at
  * column. */
 static void wrap(FILE *to, const char *text, int column)
 {

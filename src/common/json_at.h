@@ -29,8 +29,7 @@ typedef struct ibl_json_at {
     char path[IBL_JSON_PATH_BYTES]; /* "probes[3].influence.box" */
 } ibl_json_at;
 
-/* Reads file->name by ibl_json_load; the caller must json_decref file->root.
- * False after a report. */
+/* Reads file->name; the caller must json_decref file->root. False: reported. */
 bool ibl_json_open(ibl_json_file *file);
 
 ibl_json_at ibl_json_root(const ibl_json_file *file);
@@ -60,8 +59,7 @@ bool ibl_json_text_at(ibl_json_at at, const char **text);
 bool ibl_json_real(ibl_json_at at, double low, double high, bool open,
                    double *value);
 bool ibl_json_int(ibl_json_at at, int low, int high, int *value);
-/* One of names, ended by NULL. Its index is stored in value, an int or an
- * enumeration. */
+/* One of names, ended by NULL. *value, an int or enumeration, is its index. */
 bool ibl_json_choice(ibl_json_at at, const char *const *names, void *value);
 /* An array of three numbers as in ibl_json_real. */
 bool ibl_json_triple(ibl_json_at at, double low, double high, bool open,

@@ -51,15 +51,14 @@ static FILE *open_file(const char *path, ibl_json_why *why)
     return file;
 }
 
-/* Whether an allocation failed: jansson then reports an invalid token or
- * nothing. */
-static _Thread_local bool starved;
+/* An allocation failed. jansson then reports an invalid token or nothing. */
+static _Thread_local bool out_of_memory;
 
 static void *allocate(size_t size)
 {
     void *p = malloc(size);
 
-    starved |= !p;
+    out_of_memory |= !p;
     return p;
 }
 
@@ -70,15 +69,15 @@ json_t *ibl_json_load(const char *path, size_t flags, ibl_json_why *why)
 
     if (!file)
         return NULL;
-    starved = false;
+    out_of_memory = false;
     json_set_alloc_funcs(allocate, free);
     json_t *root = json_loadf(file, flags, &error);
     const bool failed = ferror(file);
     fclose(file);
-    if (root && !starved && !failed)
+    if (root && !out_of_memory && !failed)
         return root;
     json_decref(root);
-    if (starved)
+    if (out_of_memory)
         return fail(why, false, "%s: no memory to read it", path);
     if (failed)
         return fail(why, false, "%s: cannot be read: %s", path, strerror(EIO));

@@ -27,8 +27,7 @@ json_t *ibl_json_load(const char *path, size_t flags, ibl_json_why *why);
  * of them then have %XX for '%' and for bytes that are not UTF-8. */
 #define IBL_NAMES_ENCODED "percent-encoded"
 
-/* ibl_json_load of a sidecar. Decodes its file names, which may then be any
- * bytes. */
+/* ibl_json_load of a sidecar; decodes its file names, to any bytes. */
 json_t *ibl_sidecar_load(const char *path, ibl_json_why *why);
 
 #endif

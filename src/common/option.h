@@ -33,10 +33,9 @@ typedef struct ibl_option {
     /* Stores a value in the field; false: the value is not allowed. */
     bool (*parse)(void *field, const char *value);
     void (*print)(FILE *to);
-    const char *allowed;  /* allowed values in words; NULL: from kind, low, high
-                             and choices */
-    const char *standard; /* the default in words; NULL: from the field; "": not
-                             shown */
+    const char *allowed;  /* values in words; NULL: from the members above */
+    const char *standard; /* the default in words; NULL: from the field;
+                             "": not shown */
     const char *help;
 } ibl_option;
 
@@ -61,8 +60,7 @@ typedef struct ibl_option {
     .kind = IBL_OPTION_OTHER, .value = (what), IBL_AT(field),                  \
     .parse = (function)
 
-/* Options under one heading of --help. Neighbours with the same title share the
- * heading. */
+/* Options under a heading of --help; neighbours of one title share it. */
 typedef struct ibl_section {
     const char *title;
     const ibl_option *options;

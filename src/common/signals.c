@@ -6,8 +6,7 @@
 #include <stddef.h>
 #include <sys/wait.h>
 
-/* Signals from outside that end a program; ABRT comes from libraries that call
- * abort(). */
+/* Signals from outside that end a program, and ABRT, raised by libraries. */
 static const int caught[] = {SIGHUP,  SIGINT,  SIGQUIT, SIGABRT, SIGUSR1,
                              SIGUSR2, SIGPIPE, SIGALRM, SIGTERM, SIGXCPU};
 static _Atomic(ibl_outputs *) guarded; /* a signal aborts these */
@@ -50,7 +49,7 @@ void ibl_signals_pass(void (*handler)(int number))
 void ibl_signals_catch(void)
 {
     ibl_signals_pass(die);
-    /* Then write() fails at a file-size limit, which is reported. */
+    /* write() then fails at a file-size limit, and that is reported. */
     signal(SIGXFSZ, SIG_IGN);
 }
 

@@ -4,8 +4,8 @@
 #include "core/vector.h"
 #include "ibl/probes.h"
 
-/* A point is on the wall up to this many half widths or radii, so that rounding
- * does not lose points of a floor that is the wall. */
+/* Points up to this many half widths or radii from the centre are inside, so
+ * that rounding does not lose points of a floor that is the wall. */
 static const double slack = 1 + 1.0 / 1024;
 
 /* Moves q to the point where the ray from q along unit d leaves the box around

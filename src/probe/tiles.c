@@ -124,11 +124,10 @@ static bool behind(const struct body *body, const double n[3])
     return middle + half < -tiny * size3(n) * body->size;
 }
 
-/* Whether the plane n or -n separates body and cone. A plane that was made from
- * a ray contains it; rounding may put the ray on either side, so there is a
- * margin. */
-static bool between(const struct body *body, const struct cone *cone,
-                    const double n[3])
+/* Whether the plane n or -n separates body and cone. A ray that n was made from
+ * is in the plane, but rounding may put it on either side: hence the margin. */
+static bool separates(const struct body *body, const struct cone *cone,
+                      const double n[3])
 {
     const double minus[3] = {-n[0], -n[1], -n[2]};
     const double margin = 0.1 * tiny * size3(n);
@@ -149,11 +148,11 @@ static bool box_apart(const struct body *body, const struct cone *cone)
 
     for (int i = 0; i < 3; i++) {
         cross3(body->edge[i], body->edge[(i + 1) % 3], n);
-        if (between(body, cone, n))
+        if (separates(body, cone, n))
             return true;
         for (int k = 0; k < 4; k++) {
             cross3(body->edge[i], cone->ray[k], n);
-            if (between(body, cone, n))
+            if (separates(body, cone, n))
                 return true;
         }
     }
@@ -178,7 +177,7 @@ static bool sphere_apart(const struct body *body, const struct cone *cone)
         if (sphere_apart_along(body, cone->face[i], cone->face[(i + 1) % 4]))
             return true;
     }
-    return between(body, cone, body->apex);
+    return separates(body, cone, body->apex);
 }
 
 /* The cone of the tile from (left, bottom) to (right, top), -1..1. */
