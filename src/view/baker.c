@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* A bake on its own thread, with its own context, beside the window. `lock`
- * guards what the thread and its caller share. */
+/* Bakes on a thread with its own context while the window keeps drawing. `lock`
+ * guards the data that the thread and its caller share. */
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,20 +19,20 @@ struct view_baker {
     char *path;
     ibl_ctx *ctx;
     pthread_t thread;
-    baked_set set; /* the thread's, until it is joined */
-    bool ok;       /* so too */
+    baked_set set; /* belongs to the thread until it is joined */
+    bool ok;       /* the same */
 
     pthread_mutex_t lock;
     char stage[STAGE_BYTES];
-    double share[STAGES]; /* of each stage that is done */
+    double reached[STAGES]; /* done part of each stage, 0..1 */
     bool ended;
     char message[1024]; /* the error */
 };
 
 /* ---- progress -------------------------------------------------------- */
 
-/* Rough shares of the time with a map of 8192 pixels. Stages run side by side
- * and some twice, so the whole is the sum of the most that each reached. */
+/* Rough shares of the time with a map of 8192 pixels. Stages run side by side,
+ * some twice; progress sums the most that each has reached. */
 static const struct {
     const char *name;
     double weight;
@@ -50,12 +50,12 @@ static void on_progress(void *cookie, const char *stage, double done)
     pthread_mutex_lock(&b->lock);
     snprintf(b->stage, sizeof b->stage, "%s", stage);
     for (int i = 0; i < STAGES; i++)
-        if (!strcmp(stage, stages[i].name) && done > b->share[i])
-            b->share[i] = done < 1 ? done : 1;
+        if (!strcmp(stage, stages[i].name) && done > b->reached[i])
+            b->reached[i] = done < 1 ? done : 1;
     pthread_mutex_unlock(&b->lock);
 }
 
-/* A line tells of a failure when the caller comes for the set. */
+/* The caller prints an error when it takes the set; warnings appear at once. */
 static void on_log(void *cookie, ibl_log_level level, const char *text)
 {
     view_baker *b = cookie;
@@ -77,7 +77,7 @@ bool view_baker_poll(view_baker *baker, char *stage, double *done)
     const bool ended = baker->ended;
     memcpy(stage, baker->stage, sizeof baker->stage);
     for (int i = 0; i < STAGES; i++)
-        whole += stages[i].weight * baker->share[i];
+        whole += stages[i].weight * baker->reached[i];
     pthread_mutex_unlock(&baker->lock);
     *done = ended || whole > 1 ? 1 : whole;
     return ended;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* An update is a row of steps, each of which draws a picture or fills one face
- * of a cube. The room draws into a picture of floats. That goes, cut to the
- * range of halves, into the lookups: a cube with levels, each more blurred. */
+/* An update is a sequence of steps; each draws a picture or fills a face of a
+ * cube. The room is drawn as floats. The picture, clamped to the range of half
+ * floats, fills the lookups: a cube whose levels are more and more blurred. */
 #include "view/capture.h"
 
 #include <assert.h>
@@ -37,24 +37,24 @@ struct view_capture {
     view_probe_capture kind;
     int size, levels;
     pass pass[PASSES];
-    GLuint picture[2];      /* RGBA32F: one, or two paraboloids */
-    GLuint depth, drawn[2]; /* their depth, framebuffers */
-    GLuint target, source;  /* framebuffers of what is drawn and copied */
+    GLuint picture[2]; /* RGBA32F: one for all faces, or one per paraboloid */
+    GLuint depth, drawn[2]; /* depth and framebuffers of these */
+    GLuint target, source;  /* framebuffers: drawn to, read from */
     GLuint halved;          /* cube of half the edge, one level */
-    GLuint lookup;          /* cube with blurred levels from 1 on */
-    GLuint samples;         /* as view_capture_samples has them */
-    int step;               /* that is next */
+    GLuint lookup;          /* cube, blurred from level 1 on */
+    GLuint samples;         /* as from view_capture_samples */
+    int step;               /* index of the next one */
     double ms[VIEW_CAPTURE_PARTS];
 };
 
-/* Sides that are drawn. */
-static int draws(const view_capture *c)
+/* Number of sides that are drawn. */
+static int side_count(const view_capture *c)
 {
     return c->kind == VIEW_PROBE_PARABOLOIDS ? 2 : IBL_FACES;
 }
 
-/* Pictures of them that are kept. */
-static int pictures(const view_capture *c)
+/* Number of pictures: faces share one. */
+static int picture_count(const view_capture *c)
 {
     return c->kind == VIEW_PROBE_PARABOLOIDS ? 2 : 1;
 }
@@ -73,7 +73,7 @@ static void attach(GLenum framebuffer, GLuint cubes, int layer, int level,
                                IBL_FACES * layer + face);
 }
 
-/* False if there is no room. */
+/* False: OpenGL has no memory. */
 static bool make_cubes(GLuint *cubes, int size, int levels, int count)
 {
     const GLenum target = GL_TEXTURE_CUBE_MAP_ARRAY;
@@ -122,7 +122,7 @@ bool view_cubes_read(const view_cubes *c, int size, int layer, int face,
 
 /* ---- passes ------------------------------------------------------------ */
 
-/* Fills a face of a level of a cube, n x n, from the bound captures units. */
+/* Fills a face of a level of a cube, n x n texels, from the bound textures. */
 static void fill(const view_capture *c, int which, GLuint cubes, int layer,
                  int level, int face, int n)
 {
@@ -161,18 +161,18 @@ static bool make_passes(view_capture *c)
     return true;
 }
 
-/* ---- life -------------------------------------------------------------- */
+/* ---- create and free --------------------------------------------------- */
 
 static bool make_pictures(view_capture *c)
 {
-    const int n = pictures(c) * c->size;
+    const int n = picture_count(c) * c->size;
 
-    gl.GenFramebuffers(pictures(c), c->drawn);
+    gl.GenFramebuffers(picture_count(c), c->drawn);
     gl.GenRenderbuffers(1, &c->depth);
     gl.BindRenderbuffer(GL_RENDERBUFFER, c->depth);
     gl.RenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, n, n);
     gl.ActiveTexture(GL_TEXTURE0 + VIEW_CAPTURE_UNIT);
-    for (int i = 0; i < pictures(c); i++) {
+    for (int i = 0; i < picture_count(c); i++) {
         c->picture[i] = view_float_target(n, n);
         view_gl_filter(GL_TEXTURE_2D, GL_LINEAR, 1);
         gl.BindFramebuffer(GL_FRAMEBUFFER, c->drawn[i]);
@@ -248,7 +248,7 @@ void view_capture_free(view_capture *c)
     free(c);
 }
 
-/* Binds the lookups, of which passes see levels first to last. */
+/* Binds the lookups and limits passes to their levels first..last. */
 static void use_lookups(const view_capture *c, int first, int last)
 {
     const GLenum target = GL_TEXTURE_CUBE_MAP_ARRAY;
@@ -258,10 +258,10 @@ static void use_lookups(const view_capture *c, int first, int last)
     gl.TexParameteri(target, GL_TEXTURE_MAX_LEVEL, last);
 }
 
-/* ---- through the library ----------------------------------------------- */
+/* ---- filters of the library -------------------------------------------- */
 
-/* The first lookup's mean over each pixel of a map, of its colours or of alpha
- * as greys. False, with a message; map is to be freed. */
+/* Averages level 0 of the lookups, colours or alpha as a grey, over each pixel
+ * of a map. False, with a message. The caller must free map either way. */
 static bool read_equirect(const view_capture *c, ibl_ctx *ctx, bool alpha,
                           ibl_image *map)
 {
@@ -285,7 +285,7 @@ static bool read_equirect(const view_capture *c, ibl_ctx *ctx, bool alpha,
     return true;
 }
 
-/* The levels and irradiance of a lookup's colours, or of alpha. */
+/* Bakes levels and irradiance from colours or alpha of the lookups. */
 static bool bake(const view_capture *c, ibl_ctx *ctx, bool alpha,
                  ibl_bake_result *result)
 {
@@ -303,7 +303,7 @@ static bool bake(const view_capture *c, ibl_ctx *ctx, bool alpha,
     return ok;
 }
 
-/* Levels from first on into a layer. alpha without texels: 1. */
+/* Uploads levels from `first` on into a layer. alpha without data: 1. */
 static bool upload(const ibl_cube *rgb, const ibl_cube *alpha, int first,
                    GLuint cubes, int layer)
 {
@@ -330,9 +330,9 @@ static bool upload(const ibl_cube *rgb, const ibl_cube *alpha, int first,
     return true;
 }
 
-/* Filters the first lookup into the shot's levels from 1 on and irradiance; the
- * library takes equirectangular maps. Without a limit all of it has been seen.
- * False, with a message, and these are as they were. */
+/* Filters level 0 of the lookups into the shot's other levels and irradiance,
+ * by equirectangular maps, which the library takes. Without a limit alpha is 1.
+ * False, with a message; a failed bake changes no cube. */
 static bool filter_by_library(const view_capture *c,
                               const view_capture_shot *shot)
 {
@@ -352,20 +352,20 @@ static bool filter_by_library(const view_capture *c,
 
 /* ---- drawing the scene ------------------------------------------------- */
 
-/* Of each face: where it looks, where its columns and rows go. Pictures of an
- * ordinary camera begin below, and so draw the first row first. */
+/* For each face: view direction, x axis (next column), y axis (next row).
+ * OpenGL stores the lowest row of a picture first: it is the face's row 0. */
 static const int faces[IBL_FACES][3][3] = {
     {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
     {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
     {{0, 0, 1}, {1, 0, 0}, {0, -1, 0}},  {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}},
 };
-/* The same of paraboloids, upright: towards +Z and -Z. */
-static const int halves[2][3][3] = {
+/* The same for the paraboloids, upright, towards +Z and -Z. */
+static const int paraboloids[2][3][3] = {
     {{0, 0, 1}, {-1, 0, 0}, {0, 1, 0}},
     {{0, 0, -1}, {1, 0, 0}, {0, 1, 0}},
 };
 
-/* A row of a column-major matrix: scale * (axis . (p - eye)) + add. */
+/* Sets a row of a column-major matrix: scale * (axis . (p - eye)) + add. */
 static void set_row(double clip[16], int row, const int axis[3],
                     const double eye[3], double scale, double add)
 {
@@ -378,7 +378,7 @@ static void set_row(double clip[16], int row, const int axis[3],
     clip[12 + row] = add - scale * along;
 }
 
-/* bent: what shaders/paraboloid.glsl wants, distances in parts of far. */
+/* bent: for shaders/paraboloid.glsl, distances in units of far. */
 static void set_clip(const view_capture_shot *s, const int axes[3][3],
                      bool bent, double clip[16])
 {
@@ -401,12 +401,12 @@ static void set_clip(const view_capture_shot *s, const int axes[3][3],
 static void draw(const view_capture *c, const view_capture_shot *shot,
                  int index)
 {
-    const bool two = pictures(c) == 2;
-    const int n = pictures(c) * c->size;
+    const bool two = picture_count(c) == 2;
+    const int n = picture_count(c) * c->size;
     view_room_draw d = shot->draw;
 
     d.paraboloid = two;
-    set_clip(shot, two ? halves[index] : faces[index], two, d.clip);
+    set_clip(shot, two ? paraboloids[index] : faces[index], two, d.clip);
     gl.BindFramebuffer(GL_FRAMEBUFFER, c->drawn[two ? index : 0]);
     gl.Viewport(0, 0, n, n);
     view_room_render(shot->room, &d);
@@ -426,7 +426,7 @@ static void resample(const view_capture *c)
         fill(c, PARABOLOID, c->lookup, 0, 0, f, c->size);
 }
 
-/* Level 0 of the shot's cube: the texels of the lookups. */
+/* Copies level 0 of the lookups to level 0 of the shot's cube. */
 static void copy(const view_capture *c, const view_capture_shot *shot)
 {
     gl.BindFramebuffer(GL_READ_FRAMEBUFFER, c->source);
@@ -438,18 +438,17 @@ static void copy(const view_capture *c, const view_capture_shot *shot)
     }
 }
 
-/* Makes a level of the lookups from the bound source, so that a lookup has the
- * variance VIEW_CAPTURE_BLUR everywhere. The blur adds what is missing: not the
- * step between texels, 1/6 of one as large as it is there, and not the variance
- * of lookups in the source. That is a quarter of the whole in the level above.
- * In the halved cube it is 1/6, and 3/16 less 1/48 from the first texels to the
- * halved ones. */
+/* Makes a level of the lookups from the bound source, so that lookups have the
+ * variance VIEW_CAPTURE_BLUR everywhere. The blur adds what is missing. Already
+ * there, in texels of this level: 1/6 of a texel of that place, by
+ * interpolation; from level - 1 a quarter of the whole; from the halved cube
+ * 1/6 by interpolation and 3/16 - 1/48 by halving. */
 static void blur(const view_capture *c, int level)
 {
     const pass *p = &c->pass[BLUR];
     const int n = c->size >> level;
     const double mean = 4 * M_PI / (6.0 * n * n);
-    const double middle = 4.0 / n / n; /* of the solid angles there */
+    const double middle = 4.0 / n / n; /* the solid angle there */
     const bool first = level == 1;
     const double all = VIEW_CAPTURE_BLUR * mean * (first ? 1 : 0.75);
 
@@ -502,13 +501,13 @@ static void filter(const view_capture *c, const view_capture_shot *shot,
 
 static int step_count(const view_capture *c, const view_capture_shot *shot)
 {
-    return draws(c) + 1 + (shot->cpu ? 0 : IBL_FACES * c->levels);
+    return side_count(c) + 1 + (shot->cpu ? 0 : IBL_FACES * c->levels);
 }
 
-/* The part that its time counts to; -1: it failed. */
+/* Returns the part that the step's time counts for, or -1 on failure. */
 static int do_step(const view_capture *c, const view_capture_shot *shot)
 {
-    const int index = c->step - draws(c);
+    const int index = c->step - side_count(c);
 
     if (index < 0) {
         draw(c, shot, c->step);

@@ -1,20 +1,20 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The sample sets of filtered levels. Points cover the part of GGX's half
- * vectors that is above the horizon (Walter et al. 2007, eq. 35, 36), with
- * turns about the axis by the golden angle. Each looks up the environment,
- * blurred as much as the solid angle that the point stands for (Krivanek and
- * Colbert 2008).
+ * Sample sets of filtered levels. Points cover the GGX half vectors whose
+ * reflection is above the horizon (Walter et al. 2007, eq. 35, 36); each turns
+ * by the golden angle from the one before. Each looks up the environment,
+ * blurred by the solid angle that the point stands for (Krivanek and Colbert
+ * 2008).
  *
- * A texel's sum is then the cube under a known kernel: blurs b_i (Gaussians,
+ * A filtered texel is then the cube under a known kernel: blurs b_i (Gaussians,
  * see capture_blur.frag) around directions s_i, times weights w_i. The weights
- * are those that bring it nearest to the lobe, k = D N.L, in the mean of
- * squares over the sphere. In Legendre series, with sqrt(2 l + 1) in the
- * coefficients, the addition theorem gives
+ * minimise the mean square, over the sphere, of the difference to the lobe k =
+ * D N.L. In Legendre series, with sqrt(2 l + 1) in the coefficients, the
+ * addition theorem gives
  *   <b_i, b_j> = sum over l of b_il b_jl P_l(s_i . s_j),
  *   <b_i, k>   = sum over l of b_il k_l P_l(s_i . axis),
- * so that sum_j <b_i, b_j> w_j = <b_i, k>, with the sum of weights 1. Some
- * weights at the rim are below 0: they undo the width that blurs add.
+ * so sum_j <b_i, b_j> w_j = <b_i, k>, with the sum of weights 1. Some weights
+ * at the rim are below 0: they compensate for the width that blurs add.
  */
 #include "view/capture_samples.h"
 
@@ -25,31 +25,31 @@
 #include "ibl/ibl.h"
 #include "view/message.h"
 
-/* Of a turn: the golden ratio's fraction. */
+/* Turn from one point to the next: the golden ratio - 1. */
 static const double golden = 0.6180339887498949;
 
 enum {
-    BANDS = 200, /* most of a series */
+    BANDS = 200, /* maximum number of coefficients */
     MOST = VIEW_CAPTURE_MOST_SAMPLES
 };
 
 typedef struct lobe {
     double alpha;
     int count;
-    double texel; /* mean solid angle of one of level 0 */
-    int last;     /* level of the lookups */
+    double texel; /* mean solid angle of a texel of level 0, in sr */
+    int last;     /* last level of the lookups */
     int bands;
-    double kernel[BANDS]; /* the lobe's series */
+    double kernel[BANDS]; /* Legendre series of the lobe */
 } lobe;
 
 typedef struct point {
     double x, y, z, lod;
-    double series[BANDS]; /* of its blur */
+    double series[BANDS]; /* Legendre series of its blur */
 } point;
 
 /* ---- series ------------------------------------------------------------ */
 
-/* P_l(c). */
+/* Fills p with P_l(c). */
 static void legendre(double c, int bands, double p[BANDS])
 {
     p[0] = 1;
@@ -69,7 +69,8 @@ static double product(const double *a, const double *b, int bands, double c)
     return sum;
 }
 
-/* Of k, whose tail is long and whose peak narrow: theta goes by squares. */
+/* Expands k. Steps of theta grow linearly, since the peak is narrow and the
+ * tail long. */
 static void expand_lobe(lobe *b)
 {
     const int steps = 2000;
@@ -91,8 +92,8 @@ static void expand_lobe(lobe *b)
         b->kernel[l] *= sqrt(2 * l + 1) / all;
 }
 
-/* Variance along an axis of a lookup in a level. In level 0 it is 1/6 of a
- * texel between texels, less the 1/12 that a texel of one colour has itself. */
+/* Variance along an axis of a lookup in a level, in sr. Level 0: 1/6 of a texel
+ * by interpolation, less the 1/12 of a texel of one colour. */
 static double variance(const lobe *b, int level)
 {
     return b->texel * (level ? VIEW_CAPTURE_BLUR * pow(4, level) : 1.0 / 12);
@@ -113,9 +114,9 @@ static void expand_blur(const lobe *b, point *p)
 
 /* ---- points ------------------------------------------------------------ */
 
-/* Levels are only mixed from a sixth to five sixths: one lookup in three needs
- * one level, half the work. */
-static double snapped(double lod)
+/* Mixes levels only from 1/6 to 5/6, so one lookup in three needs one level and
+ * half the work. */
+static double snap_level(double lod)
 {
     const double level = floor(lod);
 
@@ -130,18 +131,19 @@ static point place(const lobe *b, int i)
     const double sin_h = sqrt(s2 / (s2 + c2)), cos_h = sqrt(c2 / (s2 + c2));
     const double t = sin_h * sin_h + a2 * cos_h * cos_h;
     const double pdf = a2 / (M_PI * t * t) / (4 * part);
-    /* The variance is the solid angle: less shows the points, more makes
-     * weights and the errors of lookups grow. */
+    /* The blur's variance is the point's solid angle: less would show single
+     * points, more would increase weights and the errors of lookups. */
     const double lod =
         0.5 * log2(1 / (b->count * pdf * VIEW_CAPTURE_BLUR * b->texel));
-    /* Level 0 is as coarse as texels are: not where level 1 will do. */
+    /* Lookups in level 0 show its texels. Level 1 must do where it is narrow
+     * enough for the lobe. */
     const double least = variance(b, 1) < a2;
     const double angle = 2 * atan2(sin_h, cos_h);
     const double phi = 2 * M_PI * fmod(i * golden, 1);
     point p = {.x = sin(angle) * cos(phi),
                .y = sin(angle) * sin(phi),
                .z = cos(angle),
-               .lod = snapped(fmin(fmax(lod, least), b->last))};
+               .lod = snap_level(fmin(fmax(lod, least), b->last))};
 
     expand_blur(b, &p);
     return p;
@@ -149,9 +151,9 @@ static point place(const lobe *b, int i)
 
 /* ---- weights ----------------------------------------------------------- */
 
-/* Cholesky: a, n x n, symmetric and positive; its root into the lower
- * triangle. */
-static void root(double *a, int n)
+/* Cholesky decomposition of a, n x n, symmetric and positive definite. The
+ * factor replaces the lower triangle. */
+static void cholesky(double *a, int n)
 {
     for (int j = 0; j < n; j++)
         for (int i = j; i < n; i++) {
@@ -177,19 +179,19 @@ static void solve(const double *a, int n, double *x)
     }
 }
 
-/* Of one lobe at a time. */
+/* Reused for each lobe. */
 typedef struct workspace {
     point point[MOST];
     double matrix[MOST * MOST], weight[MOST], one[MOST];
 } workspace;
 
-/* The weights of the points. */
-static void weigh(const lobe *b, workspace *w)
+/* Solves for the weights of the points. */
+static void find_weights(const lobe *b, workspace *w)
 {
     const point *p = w->point;
     double *matrix = w->matrix, *x = w->weight, *y = w->one;
-    /* Lookups are off by about this much of themselves. */
-    const double off = 0.03;
+    /* Assumed relative error of a lookup; keeps weights small. */
+    const double relative_error = 0.03;
     const int n = b->count;
     double sum_x = 0, sum_y = 0;
 
@@ -200,11 +202,11 @@ static void weigh(const lobe *b, workspace *w)
             matrix[(size_t)i * n + j] =
                 product(p[i].series, p[j].series, b->bands, c);
         }
-        matrix[(size_t)i * n + i] *= 1 + off * off;
+        matrix[(size_t)i * n + i] *= 1 + relative_error * relative_error;
         x[i] = product(p[i].series, b->kernel, b->bands, p[i].z);
         y[i] = 1;
     }
-    root(matrix, n);
+    cholesky(matrix, n);
     solve(matrix, n, x);
     solve(matrix, n, y);
     for (int i = 0; i < n; i++) {
@@ -215,13 +217,13 @@ static void weigh(const lobe *b, workspace *w)
         x[i] += y[i] * (1 - sum_x) / sum_y;
 }
 
-/* samples: x, y, weight and level of each. */
-static void draw(lobe *b, workspace *w, float *samples)
+/* Fills samples with x, y, weight and level of each point. */
+static void make_samples(lobe *b, workspace *w, float *samples)
 {
     expand_lobe(b);
     for (int i = 0; i < b->count; i++)
         w->point[i] = place(b, i);
-    weigh(b, w);
+    find_weights(b, w);
     for (int i = 0; i < b->count; i++) {
         *samples++ = (float)w->point[i].x;
         *samples++ = (float)w->point[i].y;
@@ -230,7 +232,7 @@ static void draw(lobe *b, workspace *w, float *samples)
     }
 }
 
-/* ---- all of it --------------------------------------------------------- */
+/* ---- sample sets ------------------------------------------------------- */
 
 int view_capture_lookups(int size)
 {
@@ -260,7 +262,7 @@ float *view_capture_samples(int size, int levels)
                   .count = diffuse ? MOST : VIEW_CAPTURE_SAMPLES,
                   .texel = 4 * M_PI / (6.0 * size * size),
                   .last = view_capture_lookups(size) - 1};
-        draw(&b, w, all + row * (size_t)(l - 1));
+        make_samples(&b, w, all + row * (size_t)(l - 1));
     }
     free(w);
     return all;

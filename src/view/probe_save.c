@@ -26,7 +26,7 @@ static void name_face(int probe, int face, char name[NAME_BYTES])
     snprintf(name, NAME_BYTES, "probe_%02d_%s.exr", probe, ends[face]);
 }
 
-/* dir/name, for free(). */
+/* Returns dir/name; the caller must free it. */
 static char *path_of(const char *dir, const char *name)
 {
     char *path = ibl_path_join(dir, name);
@@ -74,7 +74,7 @@ static bool add_faces(ibl_outputs *outputs, const char *dir,
 
 /* ---- the set ----------------------------------------------------------- */
 
-/* One number, or an array of them. */
+/* Writes one number, or an array of numbers. */
 static void put_numbers(FILE *to, const double *v, int count)
 {
     char text[IBL_NUMBER_BYTES];

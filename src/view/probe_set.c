@@ -17,14 +17,14 @@
 enum {
     VERSION = 1,
     INDEX_SH = 9,  /* coefficients of irradiance in an index */
-    SH_EDGE = 16,  /* of cubes that are made of harmonics */
-    DECODED = 1024 /* texels at a time */
+    SH_EDGE = 16,  /* edge of cubes made from harmonics */
+    DECODED = 1024 /* texels decoded at a time */
 };
 
-/* More than a bake can hold as irradiance. */
-static const double brightest = 1e30;
+/* Bound for coefficients: more than a bake can hold as irradiance. */
+static const double most_irradiance = 1e30;
 
-/* What a set is read from. */
+/* The files of a set. */
 enum {
     INDEX,
     SPECULAR,
@@ -33,15 +33,15 @@ enum {
 };
 
 struct view_probe_set {
-    char *paths[FILES]; /* NULL: there is none */
+    char *paths[FILES]; /* NULL: no such file */
     view_file_stamp read[FILES];
-    ibl_texture shape[FILES]; /* what the index says of an array; no data */
+    ibl_texture shape[FILES];             /* as in the index, without data */
     ibl_probe probe[IBL_MAX_TILE_PROBES]; /* as in locals */
-    ibl_texture light; /* cubes of the index's harmonics, if it has these */
+    ibl_texture light; /* cubes from the index's harmonics; data NULL: none */
     view_probe_maps locals;
 };
 
-/* ---- files that change ------------------------------------------------- */
+/* ---- changed files ----------------------------------------------------- */
 
 bool view_probe_set_changed(const view_probe_set *set, double settle)
 {
@@ -55,10 +55,10 @@ void view_probe_set_seen(view_probe_set *set)
 
 /* ---- index ------------------------------------------------------------- */
 
-/* Probes that have seen everything have no harmonics of alpha. */
+/* Probes without holes have no harmonics of alpha. */
 static bool take_sh(ibl_json_at at, double sh[4 * INDEX_SH])
 {
-    static const double constant = 3.5449077018110318; /* sqrt(4 pi): of 1 */
+    static const double constant = 3.5449077018110318; /* sqrt(4 pi), for 1 */
     const ibl_json_at all = ibl_json_member(&at, "sh");
     const ibl_json_at alphas = ibl_json_optional(&at, "alpha_sh");
 
@@ -68,8 +68,8 @@ static bool take_sh(ibl_json_at at, double sh[4 * INDEX_SH])
     for (size_t i = 0; i < INDEX_SH; i++) {
         double *to = &sh[4 * i];
         to[3] = i ? 0 : constant;
-        if (!ibl_json_triple(ibl_json_element(&all, i), -brightest, brightest,
-                             false, to) ||
+        if (!ibl_json_triple(ibl_json_element(&all, i), -most_irradiance,
+                             most_irradiance, false, to) ||
             (alphas.value && !ibl_json_real(ibl_json_element(&alphas, i), -100,
                                             100, false, &to[3])))
             return false;
@@ -77,7 +77,7 @@ static bool take_sh(ibl_json_at at, double sh[4 * INDEX_SH])
     return true;
 }
 
-/* A sum may be a little below 0 where it is dark, that of alpha above 1. */
+/* Sums overshoot: a little below 0 in the dark, alpha above 1. */
 static bool take_light(ibl_json_at at, const ibl_texture *light, int layer)
 {
     const int floats = 4 * IBL_FACES * SH_EDGE * SH_EDGE;
@@ -92,7 +92,7 @@ static bool take_light(ibl_json_at at, const ibl_texture *light, int layer)
     return true;
 }
 
-/* alpha: whether it has holes; older indices do not say so. */
+/* The member alpha: whether the probe has holes. Older indices lack it. */
 static bool take_probe(ibl_json_at at, view_probe_set *set, ibl_probe *p)
 {
     const ibl_json_at proxy = ibl_json_optional(&at, "proxy");
@@ -114,7 +114,7 @@ static bool take_probe(ibl_json_at at, view_probe_set *set, ibl_probe *p)
            (!set->light.data || take_light(at, &set->light, p->layer));
 }
 
-/* Programs write probes in their order; an edited index may have lost it. */
+/* An edited index may not keep the order of ibl_probes_order. */
 static bool take_probes(ibl_json_at root, view_probe_set *set)
 {
     const ibl_json_at probes = ibl_json_member(&root, "probes");
@@ -147,7 +147,7 @@ static bool take_array(ibl_json_at at, char **path, ibl_texture *shape)
 
     if (!ibl_json_text_at(file, &name))
         return false;
-    /* A name, never a way to somewhere else. */
+    /* A file name only, never a path to another folder. */
     if (strchr(name, '/'))
         return ibl_json_wrong(file, "the name of a file beside the index");
     if (!ibl_json_choice(ibl_json_member(&at, "pixel"), ibl_pixel_names,
@@ -164,7 +164,7 @@ static bool take_array(ibl_json_at at, char **path, ibl_texture *shape)
     return *path || view_fail("%s: no memory for names in it", at.file->name);
 }
 
-/* Layers as those of the specular array; one that no probe has stays black. */
+/* As many layers as the specular array; a layer without a probe stays black. */
 static bool make_light(const char *name, int layers, ibl_texture *light)
 {
     *light = (ibl_texture){.pixel = IBL_PIXEL_RGBA32F,
@@ -265,30 +265,30 @@ static bool read_index(view_probe_set *set)
 
 /* ---- arrays ------------------------------------------------------------ */
 
-/* Whether a texture is what the index says of it. */
-static bool check_shape(const char *path, const ibl_texture *says,
+/* Checks that a texture matches the index. */
+static bool check_shape(const char *path, const ibl_texture *expected,
                         const ibl_texture *tex)
 {
     if (tex->faces != IBL_FACES)
         return view_fail("%s: is flat, its index says %d cubes: bake the "
                          "probes again",
-                         path, says->layers);
-    if (tex->layers != says->layers)
+                         path, expected->layers);
+    if (tex->layers != expected->layers)
         return view_fail("%s: has %d layers, its index says %d: bake the "
                          "probes again",
-                         path, tex->layers, says->layers);
-    if (tex->width != says->width || tex->levels != says->levels)
+                         path, tex->layers, expected->layers);
+    if (tex->width != expected->width || tex->levels != expected->levels)
         return view_fail("%s: %d texels with levels: %d, its index says %d "
                          "with %d: bake the probes again",
-                         path, tex->width, tex->levels, says->width,
-                         says->levels);
-    return tex->pixel == says->pixel ||
+                         path, tex->width, tex->levels, expected->width,
+                         expected->levels);
+    return tex->pixel == expected->pixel ||
            view_fail("%s: holds %s, its index says %s: bake the probes again",
                      path, ibl_pixel_name(tex->pixel),
-                     ibl_pixel_name(says->pixel));
+                     ibl_pixel_name(expected->pixel));
 }
 
-/* Of those that have one; decoding leaves it out. */
+/* True for formats without alpha. Decoding drops alpha. */
 static bool alpha_is_finite(ibl_pixel pixel, const unsigned char *texel)
 {
     uint16_t half[4];
@@ -305,7 +305,7 @@ static bool alpha_is_finite(ibl_pixel pixel, const unsigned char *texel)
     return true;
 }
 
-/* A texel that is no finite number would spread over all that it lights. */
+/* A texel that is not finite would spread to everything that it lights. */
 static bool check_texels(const char *path, const ibl_texture *tex)
 {
     const size_t step = ibl_pixel_bytes(tex->pixel);
@@ -328,20 +328,20 @@ static bool check_texels(const char *path, const ibl_texture *tex)
 }
 
 static GLuint load_array(ibl_ctx *ctx, const char *path,
-                         const ibl_texture *says)
+                         const ibl_texture *expected)
 {
     ibl_texture tex = {0};
     GLuint cubes = 0;
 
     if (ibl_texture_read(ctx, path, &tex, NULL))
         return 0;
-    if (check_shape(path, says, &tex) && check_texels(path, &tex))
+    if (check_shape(path, expected, &tex) && check_texels(path, &tex))
         cubes = view_upload_cubes(&tex, path);
     ibl_texture_free(&tex);
     return cubes;
 }
 
-/* ---- the set ----------------------------------------------------------- */
+/* ---- load and free ----------------------------------------------------- */
 
 static bool load(ibl_ctx *ctx, view_probe_set *set)
 {
