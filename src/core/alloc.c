@@ -13,12 +13,12 @@
 
 enum {
     ALIGNMENT = 64,
-    HUGE_PAGE = 1 << 21, /* of x86-64 and of arm64 with pages of 4 KiB */
+    HUGE_PAGE = 1 << 21, /* bytes; on x86-64 and on arm64 with pages of 4 KiB */
     HUGE_FROM = HUGE_PAGE / 4,
-    KEPT_FROM = HUGE_PAGE / 8 /* that may use a kept block */
+    KEPT_FROM = HUGE_PAGE / 8 /* smaller requests get no kept block */
 };
 
-/* Freed memory that is kept; none with sanitizers, which check each block. */
+/* Most bytes of kept blocks; 0 with sanitizers, which check each block. */
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define KEPT_BYTES 0
 #elif defined(__has_feature)
@@ -32,26 +32,26 @@ enum {
 
 /*
  * Large memory is allocated in huge pages. The first touch of a page costs
- * about the same for any page size, and most of the cost of short-lived
- * buffers: 0.4 ms for each MiB of 4 KiB pages, 0.05 of huge ones, measured.
- * Rounding up wastes at most 1.5 MiB of a block; without huge pages the rest is
+ * about the same for any page size, and makes most of the cost of short-lived
+ * buffers: measured 0.4 ms per MiB with 4 KiB pages, 0.05 ms with huge pages.
+ * Rounding up wastes at most 1.5 MiB per block; without huge pages the waste is
  * never touched.
  *
- * Some freed blocks are kept, as a bake allocates one after the other: without
- * this a bake of a 1k map takes 7 % longer. They belong to no context, since
- * allocations know of none, but are kept only while there is one.
+ * Some freed blocks are kept for reuse, since a bake allocates one after the
+ * other: without this a bake of a 1k map takes 7 % longer. Allocations do not
+ * know their context, so contexts share the kept blocks; the last frees them.
  */
 typedef struct block {
     struct block *next;
     size_t bytes;
-} block; /* at the beginning of a kept block */
+} block; /* header at the start of a kept block */
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
-static block *kept; /* under lock, as the rest */
+static block *kept; /* guarded by lock, as the next two */
 static size_t kept_bytes;
-static int holders; /* contexts */
+static int holders; /* number of contexts */
 
-/* The smallest kept block that holds bytes and is no more than most. */
+/* Takes the smallest kept block of bytes..most bytes; NULL: none. */
 static void *take_kept(size_t bytes, size_t most)
 {
     block **best = NULL, *at = NULL;
@@ -70,8 +70,8 @@ static void *take_kept(size_t bytes, size_t most)
     return at;
 }
 
-/* Whether a block that is being freed stays here. It is one of alloc_huge's, or
- * serves as one. */
+/* Keeps a block for reuse if possible; false: the caller must free it. The
+ * block has the alignment of alloc_huge. */
 static bool keep(void *at)
 {
     const size_t bytes = malloc_usable_size(at) / HUGE_PAGE * HUGE_PAGE;
@@ -87,7 +87,7 @@ static bool keep(void *at)
     return stays;
 }
 
-/* Returns the kept blocks to the system. Under lock. */
+/* Returns the kept blocks to the system. The caller holds the lock. */
 static void trim(void)
 {
     while (kept) {
@@ -113,7 +113,7 @@ void ibl_alloc_release(void)
     pthread_mutex_unlock(&lock);
 }
 
-/* The machine's memory. */
+/* Bytes of physical memory. */
 static size_t physical(void)
 {
     const long pages = sysconf(_SC_PHYS_PAGES), size = sysconf(_SC_PAGESIZE);
@@ -123,7 +123,7 @@ static size_t physical(void)
 static void *alloc_huge(size_t bytes)
 {
     bytes = (bytes + HUGE_PAGE - 1) / HUGE_PAGE * HUGE_PAGE;
-    /* An overcommitting system might grant it and kill the program later. */
+    /* An overcommitting system might allocate it and kill the program later. */
     if (bytes > physical())
         return NULL;
     void *p = take_kept(bytes, 2 * bytes);
@@ -139,12 +139,12 @@ static void *alloc_huge(size_t bytes)
     if (!p)
         return NULL;
 #ifdef MADV_HUGEPAGE
-    madvise(p, bytes, MADV_HUGEPAGE); /* a wish */
+    madvise(p, bytes, MADV_HUGEPAGE); /* failure does no harm */
 #endif
     return p;
 }
 
-/* Memory as the C library gives it. */
+/* Memory from the C library, without huge pages. */
 static void *alloc_plain(size_t bytes)
 {
     if (!bytes)

@@ -11,10 +11,10 @@
 
 enum {
     MAX_THREADS = 1024,
-    MESSAGE_BYTES = 2 * 4096 + 1024 /* two paths and some words */
+    MESSAGE_BYTES = 2 * 4096 + 1024 /* for two paths and some words */
 };
 
-/* The progress of a begun run, which ibl_run_end reports. */
+/* Progress of a begun batch; ibl_run_end reports it. */
 struct begun {
     const char *stage;
     double done;
@@ -24,7 +24,7 @@ struct ibl_ctx {
     ibl_pool *pool;
     struct begun begun[IBL_POOL_BEGUN];
     int begun_count;
-    ibl_ctx_options opts; /* the instruction set found; bridge: not used */
+    ibl_ctx_options opts; /* isa is the set in use; bridge is not used */
     char *bridge;
     atomic_bool cancel;
 };
@@ -61,7 +61,7 @@ ibl_status ibl_ctx_create(const ibl_ctx_options *opts, ibl_ctx **out)
 
     if (!opts)
         opts = &defaults;
-    /* Errors are logged by this, as long as there is no other context. */
+    /* Logs errors until the context exists. */
     ibl_ctx early = {.opts = *opts};
     if (!out)
         return ibl_missing(&early, "ibl_ctx_create: ctx");

@@ -8,7 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
-/* The best set that CPU and system have. All CPUs with AVX2 have F16C. */
+/* The best set that CPU and system support. All CPUs with AVX2 have F16C. */
 ibl_isa ibl_isa_best(void)
 {
 #if IBL_X86
@@ -51,12 +51,12 @@ static bool read_text(const char *path, char *text, size_t size)
 }
 
 enum {
-    GROUP_BYTES = 8192,             /* of /proc/self/cgroup */
-    PATH_BYTES = GROUP_BYTES + 4096 /* of a group's file */
+    GROUP_BYTES = 8192,             /* bytes of /proc/self/cgroup */
+    PATH_BYTES = GROUP_BYTES + 4096 /* bytes of the path of a group's file */
 };
 
-/* CPUs that a group allows; 0: no limit. Version 1 has quota and period in two
- * files, with -1 for no limit, version 2 in one, with "max". */
+/* CPUs that a group allows, rounded up; 0: no limit. Version 1 has quota and
+ * period in two files, with -1 for no limit; version 2 one, with "max". */
 static int quota_of(const char *group, bool unified)
 {
     static const char *const files[2][2] = {
@@ -76,14 +76,14 @@ static int quota_of(const char *group, bool unified)
     return (int)((quota + period - 1) / period);
 }
 
-/* The tighter of two; 0 is none. */
+/* The tighter of two quotas; 0 means no limit. */
 static int tighter(int a, int b)
 {
     return a && (!b || a < b) ? a : b;
 }
 
-/* The tightest quota from a group, of text cut up here, to the root of its
- * hierarchy. In a container what is above its own group may not be there. */
+/* The tightest quota from a group up to the root of its hierarchy. Shortens
+ * group. In a container the parents of its group may be missing. */
 static int quota_up(const char *hierarchy, char *group, bool unified)
 {
     char path[PATH_BYTES];
@@ -97,7 +97,7 @@ static int quota_up(const char *hierarchy, char *group, bool unified)
     }
 }
 
-/* Whether a list, as "cpu,cpuacct", names the controller of CPUs. */
+/* Whether a list such as "cpu,cpuacct" contains the controller "cpu". */
 static bool has_cpu(const char *list)
 {
     for (; *list; list += strcspn(list, ","), list += *list == ',')
@@ -106,7 +106,7 @@ static bool has_cpu(const char *list)
     return false;
 }
 
-/* Lines are NUMBER:CONTROLLERS:GROUP, version 2's with 0 and no controllers. */
+/* Lines are NUMBER:CONTROLLERS:GROUP; version 2 has 0 and no controllers. */
 int ibl_cpu_quota(const char *root)
 {
     char text[GROUP_BYTES], path[PATH_BYTES], *rest;

@@ -6,18 +6,18 @@
 
 #include "ibl/ibl.h"
 
-/* Vector versions are compiled for this target. */
+/* Vector versions are compiled for x86-64 only. */
 #if defined(__x86_64__)
 #define IBL_X86 1
 #else
 #define IBL_X86 0
 #endif
 
-/* Whether isa's instructions may run here; true for IBL_ISA_C. */
+/* Whether isa's instructions may run on this CPU; true for IBL_ISA_C. */
 bool ibl_cpu_has(ibl_isa isa);
 
-/* CPUs that the cgroups of this process allow, of version 1 or 2, rounded up;
- * 0: no limit. root is "" but for tests, which have a system of their own. */
+/* CPUs that the cgroups of this process allow, version 1 or 2, rounded up; 0:
+ * no limit. root is the prefix of system paths: "", or a directory in tests. */
 int ibl_cpu_quota(const char *root);
 
 #endif

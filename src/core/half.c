@@ -8,7 +8,7 @@ uint16_t ibl_half_from_float(float f)
 
     if (mag > 0x7F800000) /* NaN */
         return sign | 0x7E00;
-    if (mag >= 0x477FF000) /* 65520 and above round to 2^16, which is Inf */
+    if (mag >= 0x477FF000) /* 65520 and up round to 2^16, which is Inf */
         return sign | 0x7C00;
     return sign | (uint16_t)ibl_small_float(ibl_float_of(mag), 10);
 }

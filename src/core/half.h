@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* IEEE 754 binary16, one value at a time: the reference for the rest. */
+/* IEEE 754 binary16, one value at a time; the vector versions must agree. */
 #ifndef IBL_CORE_HALF_H
 #define IBL_CORE_HALF_H
 
@@ -20,31 +20,31 @@ static inline float ibl_float_of(uint32_t bits)
     return f;
 }
 
-/* Floats of 5 exponent bits (bias 15), no sign and `mantissa` bits, at most 10.
- * f is not NaN, >= 0 and at most the largest finite value; ties go to even. */
+/* Encodes f with 5 exponent bits (bias 15), `mantissa` bits, at most 10, and no
+ * sign. f must be >= 0 and at most the largest finite value. Rounds to even. */
 static inline uint32_t ibl_small_float(float f, int mantissa)
 {
     const uint32_t bits = ibl_bits_of(f);
     const int drop = 23 - mantissa;
 
     if (bits < 0x38800000) {
-        /* Below 2^-14 it counts in units of 2^(-14 - mantissa). Adding the
-         * power of two whose last bit is that unit leaves the count, rounded
-         * to even, in the sum's low bits. */
+        /* Denormals, below 2^-14, have the unit 2^(-14 - mantissa). Adding the
+         * power of two whose last bit is this unit rounds f to even and leaves
+         * its count of units in the sum's low bits. */
         const float magic = ibl_float_of((uint32_t)(drop - 14 + 127) << 23);
         return ibl_bits_of(f + magic) - ibl_bits_of(magic);
     }
-    /* Add half less one, plus the bit that stays, and drop the bits. */
+    /* Add half a unit less one, plus the lowest kept bit; drop the rest. */
     const uint32_t half = (1u << (drop - 1)) - 1;
     return (bits + half + (bits >> drop & 1) - (112u << 23)) >> drop;
 }
 
-/* Rounds to nearest even; overflow gives +-Inf, NaN stays NaN, denormals are
+/* Rounds to nearest even. Overflow gives +-Inf, NaN stays NaN, denormals are
  * kept. */
 uint16_t ibl_half_from_float(float f);
 
-/* Exact. The exponent is rebiased by 112, twice that for Inf and NaN, and
- * denormals are normalised by a subtraction. */
+/* Exact. The exponent is rebiased by 112, for Inf and NaN by twice that. A
+ * subtraction normalises denormals. */
 static inline float ibl_half_to_float(uint16_t h)
 {
     const uint32_t sign = (uint32_t)(h & 0x8000) << 16;

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A batch has work until its last job was taken or it was stopped. Workers look
- * for one that has, and enter it, under the lock; the caller waits for those
- * that did. A worker that arrives after the last job was taken (waking an idle
- * core takes longer than a short job) skips the batch; the caller does not
- * wait.
+ * A batch has work until its last job was taken or it was stopped. Under the
+ * lock, workers look for a batch with work and enter it; the caller waits for
+ * the workers inside. A worker that arrives after the last job was taken
+ * (waking an idle core takes longer than a short job) skips the batch; the
+ * caller does not wait.
  *
- * The task and the begun batches are there beside the one that is run; workers
+ * The task and the begun batches exist beside the batch that is run; workers
  * look at them first.
  *
  * A waiting thread first spins, about as long as it takes to wake a thread, so
@@ -26,12 +26,12 @@
 
 enum {
     SPIN_NS = 50000,
-    LOOKS = 64 /* between two looks at the clock */
+    LOOKS = 64 /* reads of a number between two readings of the clock */
 };
 
-/* The batches: the task, those that were begun, and the one that is run. */
+/* Indices of the batches: the task, the begun ones, and the one being run. */
 enum {
-    TASK, /* of one job */
+    TASK, /* a batch of one job */
     BEGUN,
     RUN = BEGUN + IBL_POOL_BEGUN,
     BATCHES
@@ -49,23 +49,22 @@ typedef struct batch {
     int jobs;
     atomic_int next, done;
     atomic_bool stop;
-    atomic_int inside; /* workers; changed under the lock */
+    atomic_int inside; /* workers in the batch; changed under the lock */
 } batch;
 
 struct ibl_pool {
-    int threads; /* the caller's included */
-    int started; /* workers that have a thread */
+    int threads; /* including the caller's */
+    int started; /* threads started, without the caller's */
     bool spins;
     struct worker *workers;
     int begun;
-    pthread_mutex_t lock; /* of batches that open and of what follows */
+    pthread_mutex_t lock; /* guards opening of batches and all fields below */
     batch batches[BATCHES];
-    atomic_int opened; /* batches so far, and 1 to quit */
+    atomic_int opened; /* batches opened so far, and 1 to quit */
     bool quit;
-    int sleepers;        /* workers that wait for work */
-    pthread_cond_t work; /* a batch was opened, or quit */
-    pthread_cond_t idle; /* a worker has left a batch as the last */
-    /* the task */
+    int sleepers;        /* workers waiting for work */
+    pthread_cond_t work; /* signalled when a batch opens, or to quit */
+    pthread_cond_t idle; /* signalled when the last worker leaves a batch */
     bool has_task;
     ibl_task_fn *task_fn;
     void *task_arg;
@@ -89,8 +88,8 @@ static void pause_briefly(void)
 #endif
 }
 
-/* Spins for a while; whether the number has changed. It yields the core in
- * between: the thread that changes it may need it. */
+/* Spins for a while; true as soon as the number differs from `from`. Yields the
+ * core in between: the thread that changes the number may need it. */
 static bool changes(const ibl_pool *pool, const atomic_int *number, int from)
 {
     const int64_t end = pool->spins ? nanoseconds() + SPIN_NS : 0;
@@ -105,7 +104,7 @@ static bool changes(const ibl_pool *pool, const atomic_int *number, int from)
     return false;
 }
 
-/* A worker that found no work. Under the lock, which it gives up meanwhile. */
+/* Waits until a batch opens. The caller holds the lock; waiting releases it. */
 static void wait_for_work(ibl_pool *pool)
 {
     const int opened = atomic_load(&pool->opened);
@@ -118,7 +117,7 @@ static void wait_for_work(ibl_pool *pool)
     pool->sleepers--;
 }
 
-/* The caller, until workers have left a batch. */
+/* Waits until all workers have left a batch. */
 static void wait_for_workers(ibl_pool *pool, const batch *b)
 {
     int inside;
@@ -147,7 +146,7 @@ static bool run_next(batch *b, int worker)
     return true;
 }
 
-/* Under the lock. */
+/* The first batch with work, or NULL. The caller holds the lock. */
 static batch *find_work(ibl_pool *pool)
 {
     for (batch *b = pool->batches; b < pool->batches + BATCHES; b++)
@@ -182,8 +181,8 @@ static void *worker_main(void *arg)
 
 /* ---- the calls ------------------------------------------------------ */
 
-/* Starts a worker that no signal finds but those of its own faults: what a
- * program's handler interrupts is the program's own thread. */
+/* Starts a worker that blocks all signals except its own faults: a program's
+ * signal handlers then run on the program's own threads. */
 static int start_worker(struct worker *w)
 {
     static const int faults[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP};
@@ -249,7 +248,7 @@ int ibl_pool_threads(const ibl_pool *pool)
     return pool->threads;
 }
 
-/* Describes a batch and wakes as many workers as there is work for. */
+/* Opens a batch; wakes up to `wanted` sleeping workers. */
 static void open_batch(ibl_pool *pool, int which, int jobs, int wanted,
                        ibl_job_fn *fn, void *arg)
 {
@@ -269,7 +268,7 @@ static void open_batch(ibl_pool *pool, int which, int jobs, int wanted,
         pthread_cond_signal(&pool->work);
 }
 
-/* Runs the jobs that are left, until tick stops it. */
+/* Runs the remaining jobs on the calling thread, until tick stops the batch. */
 static void close_batch(batch *b, ibl_tick_fn *tick, void *tick_arg)
 {
     while (run_next(b, 0)) {

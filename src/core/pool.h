@@ -1,8 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * A fixed set of threads that run numbered jobs. Nothing else in the library
- * starts a thread.
- */
+/* A fixed set of threads that run numbered jobs: the library's only threads. */
 #ifndef IBL_CORE_POOL_H
 #define IBL_CORE_POOL_H
 
@@ -10,44 +7,45 @@
 
 typedef struct ibl_pool ibl_pool;
 
-/* Runs one job. worker is 0..threads-1; no two concurrent jobs have the same,
- * so it indexes scratch of which the caller keeps one for each worker. */
+/* Runs one job. worker is 0..threads-1 and differs between concurrent jobs: it
+ * can index the caller's scratch memory. */
 typedef void ibl_job_fn(void *arg, int job, int worker);
-/* Called on the thread of ibl_pool_run after each of its own jobs. False: no
- * further jobs start. */
+/* Called on the thread of ibl_pool_run after each of its own jobs. Returning
+ * false prevents further jobs from starting. */
 typedef bool ibl_tick_fn(void *arg, int done, int jobs);
 
-/* NULL if memory or threads are missing. One of the threads is the caller of
- * ibl_pool_run; the others block signals. spins: the machine has a core for
- * each, so that a waiting thread spins for some microseconds before it
+/* NULL if memory or threads are not available. The thread that calls
+ * ibl_pool_run is one of the threads; the others block signals. spins: each
+ * thread has a core, so a waiting thread spins for some microseconds before it
  * sleeps. */
 ibl_pool *ibl_pool_create(int threads, bool spins);
-void ibl_pool_free(ibl_pool *pool); /* NULL is fine */
+void ibl_pool_free(ibl_pool *pool); /* NULL is allowed */
 int ibl_pool_threads(const ibl_pool *pool);
 
-/* Runs jobs 0..jobs-1 in any order and returns when all have ended. tick may be
- * NULL. False if tick stopped it. Costs about 10 us if a thread must be woken,
- * else far less than 1 us; threads that wake too late are not waited for. */
+/* Runs jobs 0..jobs-1 in any order; returns when all have ended, false if tick
+ * stopped them. tick may be NULL. Costs about 10 us if a thread must be woken,
+ * else far less than 1 us. Does not wait for threads that wake too late. */
 bool ibl_pool_run(ibl_pool *pool, int jobs, ibl_job_fn *fn, void *arg,
                   ibl_tick_fn *tick, void *tick_arg);
 
 enum {
-    IBL_POOL_BEGUN = 20 /* level 0, the sky, the analysis, each level */
+    IBL_POOL_BEGUN = 20 /* level 0, the sky, the analysis and each level */
 };
 
-/* begin, up to IBL_POOL_BEGUN times, lets the threads start jobs while the
- * caller continues, also with ibl_pool_run. help runs the rest of batch i, from
- * 0 as they were begun (false if tick stopped it); end waits for all. */
+/* begin lets the threads start jobs while the caller continues; it may also
+ * call ibl_pool_run. Up to IBL_POOL_BEGUN batches can be begun. help runs the
+ * remaining jobs of batch i, counted from 0 in order of begin (false if tick
+ * stopped it). end waits for all. */
 void ibl_pool_begin(ibl_pool *pool, int jobs, ibl_job_fn *fn, void *arg);
 bool ibl_pool_help(ibl_pool *pool, int i, ibl_tick_fn *tick, void *tick_arg);
 void ibl_pool_end(ibl_pool *pool);
 
-/* Gives one of the threads a task beside the batches. False, and nothing
- * happens, if there is no other thread or the last task was not waited for. */
+/* Gives a thread a task beside the batches. Returns false without effect if
+ * there is no other thread or the last task was not finished. */
 typedef void ibl_task_fn(void *arg);
 bool ibl_pool_start(ibl_pool *pool, ibl_task_fn *fn, void *arg);
-/* Waits until the task has ended, or runs it here if no thread took it. Nothing
- * if none was started. */
+/* Waits until the task has ended, or runs it here if no thread took it. No
+ * effect without a task. */
 void ibl_pool_finish(ibl_pool *pool);
 
 #endif

@@ -31,8 +31,8 @@ static inline double distance3(const double a[3], const double b[3])
     return sqrt(dot3(d, d));
 }
 
-/* Makes v unit, whatever its length but 0: then false, and v stays. Scaled by
- * a power of two first, so that no square overflows or vanishes. */
+/* Normalises v of any length except 0: then false, and v is unchanged. Scales
+ * by a power of two first, so that no square overflows or underflows. */
 static inline bool unit3(double v[3])
 {
     const double most = fmax(fmax(fabs(v[0]), fabs(v[1])), fabs(v[2]));

@@ -114,8 +114,8 @@ double ibl_cube_solid_angle(int size, int x, int y)
            ibl_face_angle(u1, v0) + ibl_face_angle(u0, v0);
 }
 
-/* The texel whose centre is at d, in half texels from the cube's middle: one
- * component is n or -n, the others are less. */
+/* The texel with its centre at d, in half texels from the cube's middle: one
+ * component is n or -n, the others are smaller. */
 static size_t texel_at(int n, const int d[3])
 {
     int face = 0, x = n - 1, y = n - 1;
@@ -135,8 +135,8 @@ static int clamp(int a, int most)
     return a < -most ? -most : a > most ? most : a;
 }
 
-/* A centre is folded over the edge: it lands on the next face, half a texel
- * from the edge. */
+/* The centre is folded over the edge to the next face, half a texel from the
+ * edge. */
 size_t ibl_cube_neighbour(int n, int face, int x, int y)
 {
     const ibl_face_axes *from = &ibl_face[face];

@@ -4,8 +4,8 @@
 
 #include "ibl/ibl.h"
 
-/* Whether there is a context and an image that a caller filled in, with data
- * and a size in range: IBL_ERR_ARGUMENT. */
+/* Checks that there is a context and a valid image, with data and a size in
+ * range. Else IBL_ERR_ARGUMENT. */
 ibl_status ibl_check_image(ibl_ctx *ctx, const ibl_image *img);
 
 #endif

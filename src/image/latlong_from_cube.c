@@ -1,18 +1,17 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A cube as an equirectangular map: the other way than image/level0.c.
+ * Maps a cube to an equirectangular map: the reverse of image/level0.c.
  *
- * Along a meridian solid angle goes with the sine of the latitude, z, and the
- * texels it crosses end at z that are known in closed form. What meridians
- * cross is the same, but for which texels they are, in all eight octants of the
- * horizon, and north and south of it: they are walked in one of these sixteen,
- * and what lies there in all of them is a bundle of 16 x RGB that is added at
- * once. Of the sixteen octants of (azimuth, z) the one that is walked has
- * azimuths from 0 (+X) to pi/4 and is north: half of the +X face's upper half,
- * whose bundles are by column from the middle and row from the top, and an
- * eighth of +Y, by steps from the middle along +X and along +Z.
+ * Along a meridian, solid angle is proportional to z, the sine of the latitude.
+ * The z at which a meridian leaves a texel is known in closed form. By symmetry
+ * it is the same in sixteen octants: eight of the horizon, north and south. So
+ * one octant is walked, and 16 x RGB, a bundle of the mirrored texels, is added
+ * at once. The walked octant is north, with azimuths from 0 (+X) to pi/4. It
+ * covers half of the +X face's upper half, whose bundles are by column from the
+ * middle and row from the top, and an eighth of +Y, whose bundles are by steps
+ * from the middle along +X and along +Z.
  *
- * A job is some columns of the octant, and thus its own pixels of the map.
+ * A job is some columns of the octant, and writes only their pixels.
  */
 #include <math.h>
 #include <string.h>
@@ -34,18 +33,17 @@ enum {
 typedef struct mapper {
     const ibl_cube *cube;
     ibl_image *map;
-    int half;           /* texels from a face's middle to its edge, that in
-                           the middle counted whole */
-    double *lines;      /* between texels, from the middle of a face, 0, to its
-                           edge, 1: half + 1 */
-    double *edges;      /* azimuths of those between columns of texels */
-    double *z;          /* of the edges of rows, height / 2 + 1 */
-    float *side, *pole; /* half x half bundles */
+    int half; /* texels from a face's middle to its edge; a middle one counts */
+    double
+        *lines; /* half + 1 borders of texels, from a face's middle, 0, to 1 */
+    double *edges;      /* azimuths of the borders between columns: half + 1 */
+    double *z;          /* z of the borders of rows, height / 2 + 1 */
+    float *side, *pole; /* half x half bundles each */
     ibl_octant_place place[WAYS / 2][3];
-    double *sums; /* of each worker: a bundle for each row */
+    double *sums; /* for each worker one bundle per row */
 } mapper;
 
-/* Sixteen ways: the octants of the horizon, in the north and in the south. */
+/* The sixteen octants: eight in the north, then eight in the south. */
 static bool is_south(int way)
 {
     return way >= WAYS / 2;
@@ -87,11 +85,11 @@ static void bundle_row(void *arg, int row, int worker)
 
 /* ---- meridians --------------------------------------------------------- */
 
-/* On its way from +Y down. */
+/* State of the walk along a meridian from +Y down. */
 typedef struct walker {
     const mapper *m;
     double *sums;
-    double width; /* of the meridian */
+    double width; /* of the meridian, in radians */
     double z;
     int row;
 } walker;
@@ -103,7 +101,7 @@ static void add(double *restrict sums, const float *restrict bundle,
         sums[k] += weight * (double)bundle[k];
 }
 
-/* Goes on to z, through one bundle. */
+/* Moves down to z through one bundle. */
 static void go(walker *w, double z, const float *bundle)
 {
     const int last = w->m->map->height / 2 - 1;
@@ -117,7 +115,7 @@ static void go(walker *w, double z, const float *bundle)
     }
 }
 
-/* Distance rho from the middle of +Y is z = 1 / sqrt(1 + rho^2). */
+/* At distance rho from the middle of +Y, z = 1 / sqrt(1 + rho^2). */
 static void walk_pole(walker *w, double along_x, double along_z)
 {
     const mapper *m = w->m;
@@ -131,7 +129,7 @@ static void walk_pole(walker *w, double along_x, double along_z)
         go(w, 1 / sqrt(1 + rho * rho),
            m->pole + ((size_t)p * (size_t)m->half + (size_t)q) * BUNDLE);
         p += to_p <= rho;
-        /* On the diagonal rounding may want to leave by the other side. */
+        /* On the diagonal, rounding may choose the other side. */
         q += to_q <= rho && q + 1 < m->half;
     }
 }
@@ -149,8 +147,7 @@ static void walk_side(walker *w, double along_x, int column)
 
 /* ---- columns ----------------------------------------------------------- */
 
-/* Sums of the column x of the octant; *texels is the column of texels that it
- * begins in. */
+/* Sums column x of the octant. *texels is the column of texels at its start. */
 static void sum_column(const mapper *m, int x, int *texels, double *sums)
 {
     const int w = m->map->width;
@@ -173,7 +170,7 @@ static void sum_column(const mapper *m, int x, int *texels, double *sums)
     }
 }
 
-/* The pixels of one row of the octant: what the row's sums are in all ways. */
+/* Writes the pixels of one row in all sixteen octants from its sums. */
 static void put_row(const mapper *m, const size_t column[WAYS], int row,
                     const double *sums)
 {

@@ -5,19 +5,19 @@
  *
  * In the chart (phi, c = cos theta) solid angle is plain area, a source pixel
  * is a rectangle, and a texel is a region bounded by four curves. Each pixel
- * is cut by those that cross it (image/level0_geometry.h) and its parts are
+ * is cut by the curves that cross it (image/level0_geometry.h). Its parts are
  * added to their texels, in double and with weights >= 0 that sum to the
- * pixel's area: nothing is lost, and nothing cancels. Texels between the latest
- * row and the earliest that can still gain are sums, those before are in the
- * cube (image/level0_octants.h). Dividing by the sum of weights gives the
- * average, and makes a constant map constant to rounding.
+ * pixel's area: nothing is lost, and nothing cancels. Sums are kept only for
+ * texels that later rows can still reach; the texels before are in the cube
+ * (image/level0_octants.h). Dividing by the sum of weights gives the average,
+ * and keeps a constant map constant to rounding.
  *
- * A source whose pixels are larger than the texels is interpolated to a finer
- * grid on the way (image/upsample.h).
+ * A source whose pixels are larger than the texels is first interpolated to a
+ * finer grid (image/upsample.h).
  *
- * A job is a part of the horizon, so that no two write the same sums, and the
- * rows of a batch in their order: the same bytes for any number of threads and
- * for all batches.
+ * A job is a part of the horizon, so that no two jobs write the same sums. It
+ * takes the rows of a batch in order. So the bytes do not depend on the number
+ * of threads and on the batches.
  */
 #include <assert.h>
 #include <math.h>
@@ -32,24 +32,24 @@
 #include "image/upsample.h"
 
 enum {
-    PIXELS_PER_RUN = 1 << 21, /* of the fine grid: keeps jobs short */
+    PIXELS_PER_RUN = 1 << 21, /* of the fine grid; keeps jobs short */
     MAX_ROWS_PER_RUN = 256
 };
 
 /* A fine row, or its part on one side of the equator. */
 struct work_row {
     ibl_wedge_row cut;
-    int from_pole; /* rows before it, or after it in the south */
+    int from_pole; /* rows between it and its pole */
     ibl_octant_blend between;
 };
 
-/* A worker's own: spans on their way to a job's sums. */
+/* State of a worker: collects spans and adds them to a job's sums. */
 struct adder {
-    ibl_wedge_sink sink; /* first: it is what take_spans is given */
+    ibl_wedge_sink sink; /* must be first: take_spans casts it to adder */
     const ibl_octants_dsp *dsp;
     double *pixels;
-    ibl_octant_sums *sums; /* where they go */
-    bool keeps;            /* the row's spans */
+    ibl_octant_sums *sums; /* the job's sums */
+    bool keeps;            /* whether the row's spans are kept */
 };
 
 struct ibl_level0 {
@@ -57,12 +57,12 @@ struct ibl_level0 {
     ibl_upsample fine;
     ibl_octant_set set;
     float *last;   /* row of the source before the next one */
-    float *latest; /* where the one after these is copied */
-    int added;     /* rows of the source */
-    int done;      /* fine rows */
+    float *latest; /* buffer for the last row of the next batch */
+    int added;     /* rows of the source added so far */
+    int done;      /* fine rows taken so far */
     struct work_row *rows;
     int row_count;
-    struct adder *adders; /* for each worker */
+    struct adder *adders; /* one for each worker */
 };
 
 static void add_spans(const struct adder *a, const ibl_octant_span *spans,
@@ -159,8 +159,8 @@ static int job_count(const ibl_level0 *l)
 
 /* ---- rows ------------------------------------------------------------- */
 
-/* The next fine row, once its rows of the source are there: the rows at rgb
- * are those from l->added on. False: not yet. */
+/* Takes the next fine row if its source rows have arrived; false: not yet. rgb
+ * begins with source row l->added. */
 static bool next_row(ibl_level0 *l, int rows, const float *rgb)
 {
     struct work_row r;
@@ -186,8 +186,8 @@ static bool next_row(ibl_level0 *l, int rows, const float *rgb)
     return true;
 }
 
-/* Lines the next fine rows up, as many as there are but not above most.
- * Returns how many. */
+/* Moves available fine rows to l->rows, `most` at most; returns their number.
+ */
 static int take_rows(ibl_level0 *l, int most, int rows, const float *rgb)
 {
     int taken = 0;
@@ -307,7 +307,7 @@ ibl_status ibl_cube_from_latlong(ibl_ctx *ctx, const ibl_image *env,
                                  double yaw_deg, ibl_cube *cube)
 {
     enum {
-        STEPS = 16 /* that progress is told in */
+        STEPS = 16 /* batches, and thus reports of progress */
     };
     ibl_level0 *l;
     ibl_status status = ibl_check_image(ctx, env);

@@ -8,12 +8,12 @@
 #include "core/context.h"
 #include "core/pi.h"
 
-/* A row is searched so much of a texel beyond its borders, for rounding. */
+/* Rows are searched this part of a texel beyond their borders, for rounding. */
 static const double MARGIN = 1e-6;
 
 /* ---- strips ----------------------------------------------------------- */
 
-/* a of a line's upper border: up to half also z of a column's first one. */
+/* a of line i's upper border; for i <= half also z of column i's first one. */
 static double border(const ibl_wedge *w, int i)
 {
     if (i == 0)
@@ -29,7 +29,7 @@ static void strips_free(ibl_wedge_strips *s)
     ibl_free(s->pixel);
 }
 
-/* Room for `most` strips, and for the first of each of so many columns. */
+/* Allocates up to `most` strips, and `first` for this many columns. */
 static bool strips_alloc(ibl_wedge_strips *s, int most, int columns)
 {
     const size_t n = (size_t)most + 1;
@@ -64,8 +64,8 @@ static void set_border(ibl_wedge_strips *s, double psi)
     s->secant[s->count] = 1 / cos(psi);
 }
 
-/* Borders of pixels and, if by_column, of texels on the side; two that differ
- * only by rounding are one. */
+/* Fills strips between borders of pixels and, if by_column, of texels on the
+ * side. Borders that differ only by rounding are merged. */
 static void strips_fill(const ibl_wedge *w, int columns, double before,
                         bool by_column, ibl_wedge_strips *s)
 {
@@ -127,8 +127,8 @@ void ibl_wedge_free(ibl_wedge *w)
 
 /* ---- rows ------------------------------------------------------------- */
 
-/* The texel line, from its pole on, that has x = tan(theta) cos(psi) in the
- * plane of the top, moved by so much of a texel. inverse: 1 / x. */
+/* The texel line, counted from its pole, at x = tan(theta) cos(psi) in the
+ * plane of the top, after moving by `move` texels. inverse: 1 / x. */
 static int line_at(const ibl_wedge *w, double x, double inverse, double move)
 {
     const double scale = 0.5 * w->size;
@@ -138,7 +138,7 @@ static int line_at(const ibl_wedge *w, double x, double inverse, double move)
     return line < last ? line : last;
 }
 
-/* The same for z on top. */
+/* The texel column at z on top, after moving by `move` texels. */
 static int column_at(const ibl_wedge *w, double z, double move)
 {
     const double i = z * 0.5 * w->size + 0.5 * (w->size % 2) + move;
@@ -183,7 +183,7 @@ int ibl_wedge_slot(const ibl_wedge *w, const ibl_wedge_part *part, int line)
     return from_pole % part->ring * (part->end_z - part->first_z);
 }
 
-/* Strips with borders below sine x begin at those before this one. */
+/* The number of strip borders with a sine below x. */
 static int strips_below(const ibl_wedge_strips *s, double x)
 {
     int low = 0, high = s->count;
@@ -224,13 +224,13 @@ const ibl_wedge_strips *ibl_wedge_range(const ibl_wedge *w,
 
 /* ---- cutting ---------------------------------------------------------- */
 
-/* The part of a strip between two angles, as their cosine and sine. */
+/* The part of a strip between two angles, given by cosines q and sines r. */
 struct piece {
     double q[2], r[2];
     double width;
 };
 
-/* Texel lines and columns that a strip can touch. */
+/* First and last texel lines and columns that a strip can touch. */
 struct box {
     int line[2], column[2];
 };
@@ -240,17 +240,17 @@ struct cutter {
     const ibl_wedge_row *row;
     const ibl_wedge_part *part;
     ibl_wedge_sink *sink;
-    double height; /* of the row, in cosines */
-    int base;      /* where the row's first line is in the ring */
+    double height; /* of the row, as a difference of cosines */
+    int base;      /* place of the row's first line in the ring */
     int pixel, column;
 };
 
-/* The slot of a texel, -1 if it is not of the part. */
+/* The slot of a texel; -1: not in the part. */
 static int slot_of(const struct cutter *c, int line, int column)
 {
     const ibl_wedge_part *part = c->part;
     if (line < c->w->half && column > line)
-        column = line; /* by rounding, on the diagonal */
+        column = line; /* rounding on the diagonal */
     if (column < part->first_z || column >= part->end_z)
         return -1;
     line += c->base - c->row->first_line;
@@ -259,7 +259,7 @@ static int slot_of(const struct cutter *c, int line, int column)
     return line * (part->end_z - part->first_z) + column - part->first_z;
 }
 
-/* Adds a run of count pixels, fewer than 2^16, to a slot of the part. */
+/* Adds a span of count pixels, fewer than 2^16, to a slot of the part. */
 static void add_span(ibl_wedge_sink *s, double weight, int slot, int pixel,
                      int count)
 {
@@ -272,9 +272,9 @@ static void add_span(ibl_wedge_sink *s, double weight, int slot, int pixel,
 }
 
 /*
- * Adds strip i, which is inside a texel, and those after it that are, too:
- * while the upper border stays above and the lower one, on top, below. Returns
- * the first strip that may not be.
+ * Adds strip i, which lies inside one texel, and the following strips inside
+ * it: those with the upper border above and, on top, the lower border below.
+ * Returns the next strip to test.
  */
 static int add_whole(const struct cutter *c, const ibl_wedge_strips *s, int i,
                      int end, int line, int column)
@@ -295,8 +295,7 @@ static int add_whole(const struct cutter *c, const ibl_wedge_strips *s, int i,
     return next;
 }
 
-/* The part of a piece above a border: of a line, or across it of a column,
- * which rises. */
+/* The share of a piece above a border: a line's or, with rises, a column's. */
 static double piece_above(const struct cutter *c, const struct piece *e,
                           double a, bool rises)
 {
@@ -306,9 +305,9 @@ static double piece_above(const struct cutter *c, const struct piece *e,
     return ibl_coverage_share(&c->row->cut, a, &high, &low, e->width);
 }
 
-/* Hands a piece out to the texels of a box, downwards: each gets what its lower
- * border adds. Borders of the box do not cross within the piece, so their order
- * is that in the middle. */
+/* Distributes a piece over the texels of a box, from top to bottom. Each gets
+ * the difference of the shares above its two borders. Borders of the box must
+ * not cross within the piece; they are sorted by their order in its middle. */
 static void share_out(const struct cutter *c, const struct box *b,
                       const struct piece *e)
 {
@@ -338,11 +337,11 @@ static void share_out(const struct cutter *c, const struct box *b,
     }
 }
 
-/* The first place well within a piece where borders of the top cross. */
+/* Finds the first point inside a piece where borders of the top cross. */
 static bool first_crossing(const ibl_wedge *w, const struct box *b,
                            const struct piece *e, double *x, double *z)
 {
-    const double well = 1e-12; /* radians */
+    const double well = 1e-12; /* distance from the ends in radians */
     bool found = false;
     for (int i = b->line[0] + 1; i <= b->line[1] && i < w->half; i++) {
         for (int j = b->column[0] + 1; j <= b->column[1]; j++) {
@@ -398,13 +397,14 @@ static struct box box_of(const ibl_wedge *w, const ibl_wedge_row *row,
 
 /* ---- sides ------------------------------------------------------------ */
 
-/* Strips that a border crosses, and its shares of them. */
+/* The strips that a border crosses, and their shares above it. */
 struct zone {
     int begin, end;
     double *share;
 };
 
-/* The next border up crosses strips further on. */
+/* Moves a zone to border a. Borders must come from below to above: each crosses
+ * later strips than the one before. */
 static void find_zone(const struct cutter *c, const ibl_wedge_strips *s,
                       int end, double a, struct zone *z)
 {
@@ -425,7 +425,7 @@ static void find_zone(const struct cutter *c, const ibl_wedge_strips *s,
     }
 }
 
-/* The texels of a line, between two borders. slot: of column 0. */
+/* Adds the texels of a line, between two borders. slot is that of column 0. */
 static void side_line(const struct cutter *c, const ibl_wedge_strips *s,
                       int origin, int slot, const struct zone *lower,
                       const struct zone *upper)
@@ -442,10 +442,8 @@ static void side_line(const struct cutter *c, const ibl_wedge_strips *s,
     }
 }
 
-/*
- * A row that no top reaches: a line at a time, from the lowest at `begin` to
- * the highest. Borders are crossed by strips one after the other.
- */
+/* Cuts a row that does not reach the top, line by line from the lowest, at
+ * `begin`, to the highest. A border crosses one strip after the other. */
 static void cut_side(const struct cutter *c, const ibl_wedge_strips *s,
                      int begin, int end)
 {
@@ -473,7 +471,7 @@ static void cut_side(const struct cutter *c, const ibl_wedge_strips *s,
 
 /* ---- rows of strips --------------------------------------------------- */
 
-/* Strips of a row that the top reaches. */
+/* Cuts the strips of a row that reaches the top. */
 static void cut_top(struct cutter *c, const ibl_wedge_strips *s, int begin,
                     int end)
 {

@@ -8,15 +8,15 @@
 #include "core/context.h"
 
 enum {
-    SHARED = IBL_OCTANT_RGB + 1, /* doubles of a shared texel: and its weight */
-    MOST_KEPT = 20 << 20 /* bytes of spans: enough for those of 4096x2048
-                            pixels in texels a 512th of a face wide */
+    SHARED = IBL_OCTANT_RGB + 1, /* doubles of a shared texel: sums, weight */
+    MOST_KEPT = 20 << 20 /* bytes of spans: enough for 4096x2048 pixels and
+                            faces 512 texels wide */
 };
 
 /* ---- where octants are ------------------------------------------------ */
 
-/* Where psi = 0 is, in columns: whole numbers are borders. A yaw in degrees is
- * taken for the multiple of half a pixel that it means. */
+/* Position of psi = 0 in columns; whole numbers are borders. Snaps to half
+ * pixels, as a yaw in degrees is rounded. */
 static double octant_start(int k, int columns, double yaw_deg)
 {
     const double turns = yaw_deg / 360 - floor(yaw_deg / 360);
@@ -25,7 +25,7 @@ static double octant_start(int k, int columns, double yaw_deg)
     return fabs(at - snapped) < 1e-9 ? snapped : at;
 }
 
-/* The part of the first pixel before psi = 0, and its column. */
+/* The part of the first pixel that lies before psi = 0, and its column. */
 static double first_pixel(int k, int columns, double yaw_deg, int *column)
 {
     const double at = octant_start(k, columns, yaw_deg);
@@ -45,7 +45,7 @@ static int wrap(int i, int n)
     return i < 0 ? i + n : i;
 }
 
-/* Columns of the wedge's pixels in each lane, times scale. */
+/* Sets the columns of the wedge's pixels in each lane, times scale. */
 static void set_columns(ibl_octant_group *g, int columns, double yaw_deg,
                         int scale)
 {
@@ -59,14 +59,14 @@ static void set_columns(ibl_octant_group *g, int columns, double yaw_deg,
     }
 }
 
-/* Shared texels: one a line on a diagonal, and with n odd one by psi = 0. */
+/* A line's shared texel: on the diagonal or, with axis (n odd), at psi = 0. */
 static double *shared_texel(const ibl_octant_group *g, int line, bool axis)
 {
     const int each = 1 + g->wedge.size % 2;
     return g->shared + ((size_t)line * (size_t)each + axis) * SHARED;
 }
 
-/* Lines that a row and those before it need sums of at a time. */
+/* The largest number of lines that a row touches. */
 static int ring_size(const ibl_wedge *w, int rows)
 {
     int most = 1;
@@ -79,8 +79,8 @@ static int ring_size(const ibl_wedge *w, int rows)
     return most;
 }
 
-/* Room for the spans of a group's northern rows: for half as many again as
- * there are strips, or for none. A larger map takes longer to read. */
+/* Room for the spans of a group's northern rows: 1.5 for each strip, or 0 above
+ * the limit. For larger maps reading the file takes longer. */
 static int kept_room(const ibl_wedge *w, int rows, int groups)
 {
     const double spans = 1.5 * w->cut.count * (rows / 2 + 1);
@@ -88,7 +88,7 @@ static int kept_room(const ibl_wedge *w, int rows, int groups)
     return spans < most ? (int)spans : 0;
 }
 
-/* The parts differ in width: near the poles all pixels are in the first. */
+/* Parts differ in width, as near the poles all pixels are in the first part. */
 static bool init_parts(ibl_octant_group *g, int rows, int ring, int groups)
 {
     static const int ends[IBL_OCTANT_PARTS] = {1, 2, 4, 6, 8, 10, 13, 16};
@@ -189,7 +189,7 @@ void ibl_octants_free(ibl_octant_set *set)
 
 /* ---- into the cube ---------------------------------------------------- */
 
-/* A line's face and its number there. */
+/* The face of a line; *line becomes the line's index on it. */
 static ibl_octant_face face_of(const ibl_wedge *w, int *line)
 {
     if (*line < w->half)
@@ -202,8 +202,7 @@ static ibl_octant_face face_of(const ibl_wedge *w, int *line)
     return IBL_OCTANT_BOTTOM;
 }
 
-/* Texels z.. of a line of a face: where every lane has them, the one that the
- * sums are of. */
+/* Writes the texels of a line from z on, in the octants of all lanes. */
 static void write_texels(const ibl_octant_set *set, const ibl_octant_group *g,
                          ibl_octant_face face, int line, int z, int count,
                          const double *sums, const double *weights)
@@ -230,8 +229,9 @@ static void keep_shared(const ibl_octant_group *g, int line, bool axis,
     to[IBL_OCTANT_RGB] = weight;
 }
 
-/* A line of a part goes into the cube, but for its ends where these are half
- * texels: on the diagonal of a pole's face and, with n odd, by psi = 0. */
+/* Writes a line of a part to the cube and clears its sums. Half texels at its
+ * ends are kept as shared: on the diagonal of top and bottom and, with n odd,
+ * at psi = 0. */
 static void finish_line(const ibl_octant_set *set, ibl_octant_group *g,
                         ibl_octant_sums *s, int line)
 {
@@ -266,7 +266,7 @@ void ibl_octants_finish(const ibl_octant_set *set, ibl_octant_group *g,
         finish_line(set, g, s, s->written++);
 }
 
-/* Writes a texel that octants first..first + count - 1 have parts of. */
+/* Writes a texel shared by the octants first..first + count - 1. */
 static void join_texel(const ibl_octant_set *set, int line, bool axis,
                        int first, int count)
 {
@@ -294,7 +294,7 @@ void ibl_octants_join(const ibl_octant_set *set)
     for (int line = 0; line < w->lines; line++) {
         int i = line;
         const bool side = face_of(w, &i) == IBL_OCTANT_SIDE;
-        if (!side && i == 0 && odd) { /* in the middle */
+        if (!side && i == 0 && odd) { /* the face's middle texel */
             join_texel(set, line, false, 0, IBL_OCTANTS);
             continue;
         }

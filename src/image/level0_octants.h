@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The eight octants of the horizon, and the sums of their texels on the way
- * into the cube. Octant k reaches from the middle of a side face, psi = 0, to
- * its edge; phi grows along psi in the even ones. Those that see the map's
- * pixels in the same places share one geometry (image/level0_geometry.h) and
- * are the lanes of one set of sums: all eight of them if the yaw is a multiple
- * of half a pixel and the width one of four, else fewer.
+ * The eight octants of the horizon, and the sums of their texels before they
+ * are written to the cube. Octant k reaches from the middle of a side face,
+ * psi = 0, to its edge; phi grows along psi in the even ones. Octants whose
+ * pixels have the same positions share one geometry (image/level0_geometry.h)
+ * and are the lanes of one set of sums: all eight if the yaw is a multiple of
+ * half a pixel and the width a multiple of four, else fewer.
  */
 #ifndef IBL_IMAGE_LEVEL0_OCTANTS_H
 #define IBL_IMAGE_LEVEL0_OCTANTS_H
@@ -16,16 +16,16 @@
 #include "image/cube.h"
 #include "image/level0_geometry.h"
 
-/* Spans of a part's northern rows, kept for their mirrors in the south: of so
- * many rows, from the pole on, as there is room for. */
+/* Spans of a part's northern rows, kept for their mirrors in the south: of the
+ * first rows from the pole, as many as fit. */
 typedef struct ibl_octant_spans {
     ibl_octant_span *span;
     int count, room;
-    int *begin; /* where those of each row do: rows + 1 */
+    int *begin; /* rows + 1: start of each row's spans */
     int rows;
 } ibl_octant_spans;
 
-/* Sums of a part of a wedge, of its part.ring latest lines. */
+/* Sums of a part of a wedge for its latest part.ring lines. */
 typedef struct ibl_octant_sums {
     ibl_wedge_part part;
     double *sums;    /* IBL_OCTANT_RGB for each slot */
@@ -40,34 +40,34 @@ enum {
 
 typedef struct ibl_octant_group {
     ibl_wedge wedge;
-    int octants; /* 1..IBL_OCTANTS; other lanes repeat the first */
+    int octants; /* 1..IBL_OCTANTS; unused lanes repeat the first */
     int octant[IBL_OCTANTS];
-    int *column; /* IBL_OCTANTS for each pixel of the wedge: columns, or their
-                    offsets in floats */
+    int *column; /* IBL_OCTANTS for each pixel of the wedge: its columns, or
+                    their offsets in floats */
     int parts;
     ibl_octant_sums sums[IBL_OCTANT_PARTS];
-    ibl_octant_span *kept; /* room for the spans of all parts */
-    double *shared;        /* sums of texels that are of two octants or more */
+    ibl_octant_span *kept; /* memory for the kept spans of all parts */
+    double *shared;        /* sums of texels in two octants or more */
 } ibl_octant_group;
 
 typedef struct ibl_octant_set {
     int groups;
     ibl_octant_group group[IBL_OCTANTS];
-    int of[IBL_OCTANTS], lane[IBL_OCTANTS]; /* group and lane of an octant */
+    int of[IBL_OCTANTS], lane[IBL_OCTANTS]; /* group and lane of each octant */
     ibl_octants_dsp dsp;
     ibl_octant_place place[IBL_OCTANTS][3];
 } ibl_octant_set;
 
-/* For rows of columns pixels, rows of them, into level 0 of a cube. */
+/* Prepares level 0 of a cube from `rows` rows of `columns` pixels. */
 ibl_status ibl_octants_init(ibl_ctx *ctx, const ibl_cube *cube, int columns,
                             int rows, double yaw_deg, bool offsets,
                             ibl_octant_set *set);
 void ibl_octants_free(ibl_octant_set *set);
 
-/* Writes the lines before `line` of a part, which no row will touch again. */
+/* Writes the lines of a part before `line`; no later row may touch them. */
 void ibl_octants_finish(const ibl_octant_set *set, ibl_octant_group *g,
                         int part, int line);
-/* Writes what octants share, after all lines. */
+/* Writes the texels that octants share, after all lines. */
 void ibl_octants_join(const ibl_octant_set *set);
 
 #endif

@@ -2,8 +2,8 @@
 /*
  * The mip chain. A texel of a level covers 2x2 texels of the level above or,
  * where the edge above is odd, parts of 3x3: with n texels above and m below,
- * texel x spans x n/m to (x + 1) n/m of them. Each part weighs what it has of
- * solid angle, so every level holds the energy of the one above.
+ * texel x covers x n/m to (x + 1) n/m of them. Each part is weighted by its
+ * solid angle, so every level has the energy of the one above.
  */
 #include "core/alloc.h"
 #include "core/context.h"
@@ -15,19 +15,19 @@ enum {
 
 typedef struct mips {
     const ibl_cube *cube;
-    int level;       /* the one to fill */
-    int n, m;        /* edges above and of the level */
-    int taps;        /* texels above that a texel touches, along an edge */
+    int level;       /* index of the level to fill */
+    int n, m;        /* edge of the level above and of this level */
+    int taps;        /* texels above that one texel covers along an edge */
     double *scratch; /* scratch_size doubles for each worker */
     size_t scratch_size;
 } mips;
 
-/* Cut number k of 0..taps * m, in -1..1: the borders of the parts, those of
- * texel x from taps * x on. */
+/* Position in -1..1 of border k = 0..taps * m of the parts. Those of texel x
+ * begin at k = taps * x. */
 static double cut(const mips *a, int k)
 {
     const int x = k / a->taps, i = k % a->taps;
-    /* Along an odd edge the first part starts at a fraction. */
+    /* Along an odd edge the first part begins inside a texel. */
     const double at = i ? 2.0 * x + i : x * (double)a->n / a->m;
     return 2 * at / a->n - 1;
 }
@@ -61,7 +61,7 @@ static void row_weights(const mips *a, int y, double *lines, double *weights)
     }
 }
 
-/* flip: the weights are those of the row that mirrors y. */
+/* flip: use the weights of the mirrored row. */
 static void fill_row(const mips *a, int face, int y, bool flip,
                      const double *weights)
 {
@@ -88,7 +88,7 @@ static void fill_row(const mips *a, int face, int y, bool flip,
     }
 }
 
-/* Row y and the row that mirrors it, of every face: they share weights. */
+/* Fills row y and its mirror image, on every face: they share weights. */
 static void fill_job(void *arg, int y, int worker)
 {
     const mips *a = arg;
@@ -109,7 +109,7 @@ ibl_status ibl_cube_build_mips(ibl_ctx *ctx, ibl_cube *cube)
     if (status)
         return status;
 
-    /* Most taps and most texels of any level; see row_weights. */
+    /* Enough for the level with the most texels and taps; see row_weights. */
     const size_t m = (size_t)cube->size / 2;
     a.scratch_size =
         m * MAX_TAPS * MAX_TAPS + (MAX_TAPS + 1) * (MAX_TAPS * m + 1);

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Each channel for itself, from its brightest texel down. All texels around it
- * that are full, wall to wall, are one patch: what they have too much is poured
- * over the ring of texels around the patch, then over the ring around that, for
- * as long as some is left. A ring that can hold all of it comes nearer to full
- * by the same part of what is missing everywhere, which leaves a light its
- * symmetry. Every texel is full when its ring is done with, so each is seen a
- * few times at most, however much there is to pour.
+ * Each channel is treated separately, from its brightest texel down. The full
+ * texels connected to it form a patch. The patch's excess is spread over the
+ * ring of texels around the patch, then over the ring around that, until none
+ * is left. If a ring can hold the rest, each of its texels is filled by the
+ * same part of its free room, which keeps a light symmetric. Else the ring
+ * becomes full. So each texel is visited only a few times, for any excess.
  */
 #include "image/overflow.h"
 
@@ -21,12 +20,12 @@
 #include "image/cube.h"
 
 typedef struct basin {
-    float *level; /* a copy of what was given */
+    float *level; /* copy of the input level */
     int n, half;
-    double *corner;  /* ibl_face_angle at the corners of a quarter face's half x
-                        half texels: solid angles are their differences */
-    uint32_t *queue; /* texels of a patch and of its rings */
-    bool *seen;      /* of each texel: it is in the queue */
+    double *corner;  /* ibl_face_angle at the corners of half x half texels, a
+                        quarter of a face; solid angles are its differences */
+    uint32_t *queue; /* texels of a patch, then of its rings */
+    bool *seen;      /* for each texel: it is in the queue */
     int channel;
     float max;
 } basin;
@@ -83,9 +82,9 @@ static void basin_free(basin *b)
 
 /* ---- neighbours ------------------------------------------------------- */
 
-/* Puts the neighbours of a texel that were not seen at the end of the queue:
- * those with a common edge, or corners, too. full: only those that are. Returns
- * the new end. */
+/* Appends the unseen neighbours of a texel to the queue: those with a common
+ * edge, with corners also those with a common corner, with full only full ones.
+ * Returns the new end. */
 static size_t add_neighbours(basin *b, uint32_t texel, bool corners, bool full,
                              size_t end)
 {
@@ -97,7 +96,7 @@ static size_t add_neighbours(basin *b, uint32_t texel, bool corners, bool full,
         const int dx = k % 3 - 1, dy = k / 3 - 1, i = x + dx, j = y + dy;
         const bool beyond_x = i < 0 || i >= n, beyond_y = j < 0 || j >= n;
         if (k == 4 || (dx && dy && !corners) || (beyond_x && beyond_y))
-            continue; /* at a cube's corner three texels meet, not four */
+            continue; /* only three texels meet at a cube's corner */
         const uint32_t to = beyond_x || beyond_y
                                 ? (uint32_t)ibl_cube_neighbour(n, face, i, j)
                                 : texel + (uint32_t)(dy * n + dx);
@@ -111,7 +110,7 @@ static size_t add_neighbours(basin *b, uint32_t texel, bool corners, bool full,
 
 /* ---- pouring ---------------------------------------------------------- */
 
-/* What a texel has too much, which it loses. */
+/* Cuts a texel to max; returns its excess light, 0 for infinity. */
 static double take_excess(const basin *b, uint32_t texel)
 {
     float *at = value(b, texel);
@@ -122,7 +121,7 @@ static double take_excess(const basin *b, uint32_t texel)
     return excess * solid_angle(b, texel);
 }
 
-/* What it still takes: nothing where it is no number. */
+/* Light that a texel can still take; 0 for NaN and below -max. */
 static double room(const basin *b, uint32_t texel)
 {
     const float at = *value(b, texel);
@@ -131,8 +130,7 @@ static double room(const basin *b, uint32_t texel)
     return ((double)b->max - (double)at) * solid_angle(b, texel);
 }
 
-/* Pours light over a ring, which are texels of the queue; returns what is left.
- */
+/* Spreads light over the ring queue[first..end - 1]; returns the rest. */
 static double fill(const basin *b, size_t first, size_t end, double light)
 {
     double all = 0;
@@ -153,8 +151,9 @@ static double fill(const basin *b, size_t first, size_t end, double light)
 }
 
 /*
- * Empties the patch around a texel; returns what nothing takes. Every second
- * ring has no corners: together they are octagons, rounder than squares.
+ * Spreads the excess of the patch around a texel; returns the rest that found
+ * no room. Every second ring leaves out its corners, which gives octagons:
+ * rounder than squares.
  */
 static double pour(basin *b, uint32_t texel)
 {
@@ -193,7 +192,7 @@ static int brightest_first(const void *a, const void *b)
     return (x->texel > y->texel) - (x->texel < y->texel);
 }
 
-/* All of a channel; *lost gets what nothing takes. False: no memory. */
+/* Treats a whole channel; adds the lost light to *lost. False: no memory. */
 static bool spread(basin *b, int channel, float max, double *lost)
 {
     size_t count = 0, found = 0;
@@ -219,7 +218,7 @@ static bool spread(basin *b, int channel, float max, double *lost)
 /* ---- the call --------------------------------------------------------- */
 
 typedef struct survey {
-    size_t texels; /* that are beyond */
+    size_t texels; /* texels above max in a channel */
     double light, beyond;
 } survey;
 
@@ -232,7 +231,7 @@ static bool any_beyond(const float max[3], size_t texels, const float *level)
     return any;
 }
 
-/* Of infinity nothing can be kept: it counts as nothing. */
+/* Measures the light and its excess; infinite components count as 0. */
 static survey look(const basin *b, const float max[3], const float *level)
 {
     survey s = {0};
@@ -252,7 +251,7 @@ static survey look(const basin *b, const float max[3], const float *level)
     return s;
 }
 
-/* Spreads what is beyond in a copy of the level. */
+/* Spreads the excess in a copy of the level. */
 static bool spread_all(basin *b, const float max[3], const float *level,
                        double *lost)
 {
@@ -285,7 +284,7 @@ ibl_status ibl_overflow_settle(ibl_ctx *ctx, ibl_overflow how,
             ok = spread_all(&b, max, level, &lost);
         out->texels = s.texels;
         if (s.light > 0) {
-            /* Less is what rounding leaves of the difference. */
+            /* A smaller difference is rounding. */
             const double moved = s.beyond - lost;
             out->lost = lost / s.light;
             out->moved = moved > 1e-12 * s.beyond ? moved / s.light : 0;

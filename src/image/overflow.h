@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: MIT */
-/* Light that a pixel format cannot hold where it is: <ibl/io.h>'s
- * ibl_overflow. */
+/* Light above the range of a pixel format: <ibl/io.h>'s ibl_overflow. */
 #ifndef IBL_IMAGE_OVERFLOW_H
 #define IBL_IMAGE_OVERFLOW_H
 
 #include "ibl/io.h"
 
 /*
- * Says in out what of a level of n x n texels, 6 faces, is beyond the largest
- * values of the channels. Where that is anything and how is SPREAD, *settled
- * gets a copy of the level (ibl_free) that has nothing beyond any more; else
- * NULL. Texels are taken in order, on the caller's thread. IBL_ERR_MEMORY.
+ * Reports in out how much of a level of 6 faces of n x n texels is above max,
+ * the channels' largest values. If any is and how is SPREAD, *settled becomes a
+ * copy of the level with nothing above max (free with ibl_free), else NULL.
+ * Runs on the caller's thread, so the order of texels is fixed.
+ * Returns IBL_OK or IBL_ERR_MEMORY.
  */
 ibl_status ibl_overflow_settle(ibl_ctx *ctx, ibl_overflow how,
                                const float max[3], int n, const float *level,

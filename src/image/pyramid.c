@@ -12,14 +12,14 @@ enum {
     CHANNELS = 4
 };
 
-/* A level at work. */
+/* The level being filled. */
 typedef struct fill {
     const ibl_cube *cube;
     ibl_pyramid *pyramid;
     int level, edge;
 } fill;
 
-/* (x, y) from -1 to edge. */
+/* x and y are -1..edge. */
 static float *texel_at(const fill *a, int face, int x, int y)
 {
     const size_t row = (size_t)a->edge + 2;
@@ -37,7 +37,7 @@ static void copy_neighbour(const fill *a, int face, int x, int y)
            CHANNELS * sizeof(float));
 }
 
-/* (x, y) a corner of the border, (ix, iy) the face's texel in that corner. */
+/* (x, y) is a corner of the border, (ix, iy) the face's texel next to it. */
 static void fill_corner(const fill *a, int face, int x, int y, int ix, int iy)
 {
     const float *own = texel_at(a, face, ix, iy);
@@ -69,7 +69,7 @@ static void fill_border(const fill *a)
 
 /* ---- level 0 ---------------------------------------------------------- */
 
-/* The smallest value of each channel. */
+/* Finds the smallest value of each channel. */
 static void find_floor(const fill *a)
 {
     float *low = a->pyramid->floor;
@@ -81,8 +81,7 @@ static void find_floor(const fill *a)
                 a->cube->data[i + c] < low[c] ? a->cube->data[i + c] : low[c];
 }
 
-/* Row y of every face. A texel and its mirror images get the same angle, to the
- * last bit. */
+/* Copies row y of every face; mirrored texels get exactly the same angle. */
 static void copy_job(void *arg, int y, int worker)
 {
     const fill *a = arg;
@@ -105,7 +104,7 @@ static void copy_job(void *arg, int y, int worker)
 
 /* ---- the levels below ------------------------------------------------- */
 
-/* above: the first of 4x4 texels, row floats from row to row. */
+/* Writes one texel from 4x4 texels at above, row floats from row to row. */
 static void reduce(const float *above, size_t row, float *dst)
 {
     static const double tent[4] = {0.125, 0.375, 0.375, 0.125};
@@ -121,7 +120,7 @@ static void reduce(const float *above, size_t row, float *dst)
     }
     for (int c = 0; c < 3; c++)
         dst[c] = (float)(sum[c] / sum[3]);
-    /* The weights sum to 1/4 for each texel above. */
+    /* A texel above adds 1/4 of its angle in all: its weights sum to 1/4. */
     dst[3] = (float)(4 * sum[3]);
 }
 

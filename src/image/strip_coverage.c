@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "image/strip_coverage.h"
 
-/* Where the border crosses an end of the row: 1 / sqrt(a^2 + q^2) is
+/* Point where the border crosses an end of the row: there 1 / sqrt(a^2 + q^2) =
  * sin(theta) / a. */
 static ibl_border_point crossing(double a, double cosine, double tangent)
 {

@@ -8,8 +8,8 @@
 #include "core/pi.h"
 
 enum {
-    MIN_COLUMNS = 512 /* keeps the straight pieces short; a promise of
-                         ibl_cube_from_latlong where it interpolates */
+    MIN_COLUMNS = 512 /* keeps strips short; ibl_cube_from_latlong documents it
+                         for interpolation */
 };
 
 static int ceil_div(int a, int b)
@@ -23,7 +23,7 @@ static int wrap(int i, int n)
     return i < 0 ? i + n : i;
 }
 
-/* How far down between the centres of two rows a fine row is, 0..1; *above:
+/* Position of a fine row between the centres of two source rows, 0..1. *above:
  * the upper one, -1 beyond the zenith. */
 static double between_rows(const ibl_upsample *f, int row, int *above)
 {
@@ -34,10 +34,11 @@ static double between_rows(const ibl_upsample *f, int row, int *above)
 
 /*
  * Rows differ in solid angle, so a linear weight t of the lower row would give
- * pixels more or less light than they have: a sun next to a pole 8 % more.
- * With t + bend t (1 - t) every row has, between each two centres, the solid
- * angle that is its own up to the border. bend is at most 1/4, at the poles,
- * and the weights stay in 0..1 and sum to 1. Beyond a pole is the same row.
+ * pixels more or less light than they have: a sun next to a pole 8 % more. With
+ * t + bend t (1 - t) each row gets, between its centre and the next, exactly
+ * the solid angle from its centre to the border. bend is at most 1/4, at the
+ * poles. The weights stay in 0..1 and sum to 1. Beyond a pole the same row
+ * continues.
  */
 static void bend_rows(ibl_upsample *f)
 {
@@ -70,7 +71,7 @@ static ibl_octant_tap column_tap(const ibl_upsample *f, int column)
         {3 * wrap(left, f->width), 3 * wrap(left + 1, f->width)}, x - left};
 }
 
-/* A texel at the middle of a face is 2/n wide, its quarter turn n texels. */
+/* A quarter turn has n texels, and the middle one of a face is 2/n wide. */
 ibl_status ibl_upsample_init(ibl_ctx *ctx, int width, int height, int n,
                              ibl_upsample *f)
 {
@@ -79,7 +80,7 @@ ibl_status ibl_upsample_init(ibl_ctx *ctx, int width, int height, int n,
     const int columns = 4 * n > MIN_COLUMNS ? 4 * n : MIN_COLUMNS;
     f->scale_x = width < columns ? ceil_div(columns, width) : 1;
     f->scale_y = height < 2 * n ? ceil_div(2 * n, height) : 1;
-    /* Even, for beyond the poles: half a turn is whole columns. */
+    /* An even number of columns: half a turn beyond a pole is whole columns. */
     if (f->bilinear && width % 2 && f->scale_x % 2)
         f->scale_x++;
     f->columns = width * f->scale_x;
