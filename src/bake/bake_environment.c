@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * One reading of an environment for everything that is made of it. Rows go to
- * whoever takes them as they come: level 0, the sky, the spectral analysis.
- * What has to see the whole map keeps it.
+ * The driver of a bake. It reads the environment once and gives each batch of
+ * rows to level 0, the sky, the spectral analysis and the near parts. It keeps
+ * the whole map only if samples need it.
  */
 #include <math.h>
 #include <stdio.h>
@@ -20,23 +20,23 @@
 
 enum {
     GROUP = 2 * IBL_SPECTRAL_GROUP,
-    BATCH_BYTES = 1 << 20, /* of rows, about what a core's cache holds */
-    MOST_BYTES = 16 << 20  /* for many threads */
+    BATCH_BYTES = 1 << 20, /* least size of a batch: about a core's cache */
+    MOST_BYTES = 16 << 20  /* largest size of a batch, for many threads */
 };
 
-/* An environment in the making. */
+/* A bake in progress. */
 typedef struct bake {
     ibl_ctx *ctx;
     const ibl_environment *env;
     ibl_bake_options opts; /* in range, with the bake's yaw */
     ibl_spectral_plan plan;
     ibl_specular_layout layout;
-    ibl_image own;          /* the map, where it is needed and was not there */
-    const ibl_image *image; /* the map in memory, or NULL */
-    float *rows;            /* or two batches of it, by turns */
+    ibl_image own;          /* the map, if it was read as a whole */
+    const ibl_image *image; /* the whole map, or NULL */
+    float *rows;            /* without image: two batches of rows, by turns */
     ibl_level0 *level0, *sky;
     ibl_spectral *spectral;
-    ibl_near *near[IBL_MAX_LEVELS]; /* of levels that have a near part */
+    ibl_near *near[IBL_MAX_LEVELS]; /* NULL: the level has no near part */
     ibl_bake_result *out;
 } bake;
 
@@ -53,8 +53,8 @@ void ibl_bake_result_free(ibl_bake_result *r)
 
 /* ---- before anything is read ------------------------------------------- */
 
-/* Says what a part of the range leaves out. */
-static void tell_layout(const bake *b)
+/* Logs the layout if the range of roughness is only a part. */
+static void log_layout(const bake *b)
 {
     const ibl_specular_options *o = &b->opts.specular_options;
     if (o->roughness_min > 0 || o->roughness_max < 1)
@@ -69,7 +69,7 @@ static void tell_layout(const bake *b)
 static ibl_status prepare_specular(bake *b)
 {
     const ibl_specular_options *o = &b->opts.specular_options;
-    /* What the check passed but the layout refuses, ibl_cube_alloc explains. */
+    /* Without a layout ibl_cube_alloc fails and reports why. */
     if (ibl_specular_layout_of(o, &b->layout))
         b->layout.size = o->size, b->layout.levels = o->levels;
     const ibl_status status = ibl_cube_alloc(
@@ -79,7 +79,7 @@ static ibl_status prepare_specular(bake *b)
     b->out->report.layout = b->layout;
     for (int l = 0; l < b->layout.levels; l++)
         b->out->report.level[l].error = -1;
-    tell_layout(b);
+    log_layout(b);
     if (b->layout.roughness[0] > 0)
         return IBL_OK;
     if (!b->opts.level0)
@@ -133,7 +133,7 @@ static ibl_status prepare(bake *b)
 
 /* ---- reading ----------------------------------------------------------- */
 
-/* The next rows, the first of which is `row`. */
+/* Reads the next rows; the first of them is `row`. */
 static ibl_status read_rows(const bake *b, int row, int rows, float *rgb)
 {
     const double height = b->env->height;
@@ -144,8 +144,8 @@ static ibl_status read_rows(const bake *b, int row, int rows, float *rgb)
     return status;
 }
 
-/* Begins what is done with rows, after that with the rows of the call before.
- * They stay until the next call has returned. */
+/* Starts the jobs for these rows after those of the previous call have ended.
+ * rgb must stay valid until the next call returns. */
 static ibl_status give_rows(bake *b, int rows, const float *rgb)
 {
     ibl_status status = ibl_run_end(b->ctx);
@@ -161,8 +161,8 @@ static ibl_status give_rows(bake *b, int rows, const float *rgb)
     return status;
 }
 
-/* Whole groups of rows, one for every thread if that is not too much of
- * memory; what is made of them does not depend on how many. */
+/* Rows in a batch: whole groups, one for each thread if MOST_BYTES allows it.
+ * The results do not depend on this number. */
 static int batch_rows(const bake *b)
 {
     const int threads = ibl_ctx_threads(b->ctx);
@@ -235,7 +235,8 @@ static ibl_status read_all(bake *b)
     return status;
 }
 
-/* ---- what is made of it ------------------------------------------------ */
+/* ---- outputs --------------------------------------------------------------
+ */
 
 static ibl_status sample_levels(bake *b)
 {
@@ -254,7 +255,7 @@ static ibl_status sample_levels(bake *b)
                : IBL_OK;
 }
 
-/* A level that has no far part. */
+/* Makes a level from its near part only. */
 static void near_level(const bake *b, int level)
 {
     const int n = ibl_cube_edge(b->layout.size, level);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Which roughness a level of the specular chain stands for. */
+/* Sizes and roughnesses of the levels of the specular chain. */
 #include <math.h>
 
 #include "bake/options.h"
@@ -19,7 +19,7 @@ const char *ibl_method_name(ibl_method method)
                                           : "auto";
 }
 
-/* What grows in equal steps from level to level. */
+/* The quantity that grows in equal steps from level to level. */
 static double x_of(ibl_roughness_map map, double r)
 {
     return map == IBL_ROUGHNESS_FILAMENT ? r * (2 - r) : r;
@@ -47,23 +47,22 @@ int ibl_default_levels(int size)
 /* ---- parts of the range ----------------------------------------------- */
 
 /*
- * Texels along an edge that the lobe of roughness r needs, of a chain whose
+ * Texels along an edge that the lobe of roughness r needs, in a chain whose
  * level 0 has `size`.
  *
  * A prefiltered level is the environment convolved with its lobe, whose
- * spectrum falls like exp(-2 alpha l): above a degree l = ln(1 / eps) /
- * (2 alpha) less than eps is left, and texels pi / l apart, 90 degrees to a
- * face, hold the rest: l / 2 along an edge. A shader does not reconstruct it
- * from these, however, but interpolates. The picture of a small light is
- * the lobe (1 + (angle / 2 alpha)^2)^-2, whose curvature at the peak is
- * -1 / alpha^2 in each direction; amid four texels h apart bilinear
- * interpolation is short of it by h^2 / (4 alpha^2). Let that be a hundredth:
- * h = alpha / 5, an edge of 5 pi / (2 alpha), l = 5 pi / alpha. That leaves
- * eps = exp(-10 pi), nothing; and at r = 1, 8 texels: where
- * ibl_default_levels() ends.
+ * spectrum falls like exp(-2 alpha l). Above the degree l = ln(1 / eps) / (2
+ * alpha) less than eps is left. Texels pi / l apart hold the rest: l / 2 along
+ * an edge of 90 degrees. A shader, however, only interpolates. The image of a
+ * small light is the lobe (1 + (angle / 2 alpha)^2)^-2, with the curvature
+ * -1 / alpha^2 at the peak in each direction. Between four texels h apart,
+ * bilinear interpolation is too low by h^2 / (4 alpha^2). One percent of loss
+ * allows h = alpha / 5, that is an edge of 5 pi / (2 alpha) and l = 5
+ * pi / alpha. Then eps = exp(-10 pi) is negligible, and r = 1 needs 8 texels,
+ * where ibl_default_levels() ends.
  *
- * The whole chain halves its levels regardless of their lobes. What it has
- * for a roughness between two levels is the size at that lod.
+ * The whole chain halves its edge at every level, whatever the lobe. Its edge
+ * at the lod of r is the upper limit.
  */
 static double edge_for(ibl_roughness_map map, int size, double r)
 {
@@ -80,15 +79,14 @@ static int default_levels(const ibl_specular_options *o, double edge)
         return ibl_default_levels(o->size);
     if (o->roughness_min >= o->roughness_max)
         return 1;
-    /* The nearest number of halvings: the roughnesses should not lie further
-     * apart than they must. Where that rounds up, what a small light loses to
-     * interpolation is a fiftieth at most. */
+    /* The nearest number of halvings keeps the roughnesses close together. If
+     * it is rounded up, interpolation takes at most 2 % of a small light. */
     while (levels < IBL_MAX_LEVELS && edge * exp2(-levels) >= last * sqrt(0.5))
         levels++;
     return levels > 1 || edge < 2 ? levels : 2;
 }
 
-/* The least multiple of 2^(levels - 1) that is not below edge. */
+/* The smallest multiple of 2^(levels - 1) that is not below edge. */
 static int round_up(double edge, int levels)
 {
     const int step = 1 << (levels - 1);

@@ -3,10 +3,10 @@
  * The split-sum table (Karis 2013, "Real Shading in Unreal Engine 4"), by the
  * quadrature of kern/brdf_quadrature.h or by samples.
  *
- * The table is smooth in ln(N.V) and ln(roughness + constant), so it is
- * integrated at Chebyshev points of these and interpolated by their
- * polynomial. Errors against an adaptive double integral, all sizes: 2e-5 at
- * most (tests/check_lut.c); a half float near 1 rounds off 2.4e-4.
+ * The table is smooth in ln(N.V) and ln(roughness + constant). It is integrated
+ * at Chebyshev points of these and interpolated by polynomials. Errors against
+ * an adaptive double integral, all sizes: 2e-5 at most (tests/check_lut.c). A
+ * half float near 1 rounds by up to 2.4e-4.
  */
 #include <assert.h>
 #include <math.h>
@@ -20,8 +20,8 @@
 enum {
     MAX_SIZE = 4096,
     MAX_SAMPLES = 1048576,
-    MAX_POINTS = 64, /* of a grid */
-    ROWS = 16        /* of an interpolating job */
+    MAX_POINTS = 64, /* in a grid */
+    ROWS = 16        /* in a job of interpolation */
 };
 
 /* Interpolation from Chebyshev points in ln(x + shift). */
@@ -29,7 +29,7 @@ typedef struct grid {
     int size, points;
     double shift, from, half;
     double angle_cos[MAX_POINTS], angle_sin[MAX_POINTS];
-    double at[MAX_POINTS]; /* their x */
+    double at[MAX_POINTS]; /* x of the points */
 } grid;
 
 struct bake {
@@ -38,9 +38,9 @@ struct bake {
     ibl_brdf_dsp dsp;
     ibl_brdf_rule rule;
     grid view, rough;
-    float *nodes; /* the table at the points of rough and view */
-    float *basis; /* of view: for each point its weight in every texel,
-                     twice, for scale and bias */
+    float *nodes; /* scale and bias at the points of rough and view */
+    float *basis; /* weight of each point of view in each texel, twice: for
+                     scale and for bias */
     double *turn; /* cos(phi) of each sample */
     float *out;
 };
@@ -82,7 +82,7 @@ static void grid_weights(const grid *g, int i, double weight[MAX_POINTS])
 
     for (int k = 0; k < g->points; k++) {
         double gap = x - g->angle_cos[k];
-        /* On a point its weight outgrows the others to the last bit. */
+        /* At a point: this weight is so large that the others round to 0. */
         if (fabs(gap) < 1e-200)
             gap = 1e-200;
         weight[k] = g->angle_sin[k] / gap;
@@ -116,7 +116,7 @@ static void node_job(void *arg, int job, int worker)
                 b->nodes + 2 * (size_t)job * (size_t)b->view.points);
 }
 
-/* A row's polynomial across, then every texel of it. */
+/* Interpolates the values at the points of view, then all texels of a row. */
 static void interpolate_row(const struct bake *b, int row)
 {
     const int n = b->view.points, m = b->rough.points;
@@ -180,15 +180,14 @@ static ibl_status quadrature(ibl_ctx *ctx, struct bake *b)
         return ibl_run(ctx, "lut", b->size, node_job, b);
     }
     grid_init(&b->view, views, b->size, 0.0);
-    /* About half the roughness that is as wide as the most grazing view:
-     * below it the table is flat. */
+    /* About half the roughness whose alpha is the smallest N.V. The table is
+     * flat below it. */
     grid_init(&b->rough, roughs, b->size, 0.45 * sqrt(0.5 / b->size));
     return interpolate(ctx, b);
 }
 
 /* ---- samples -------------------------------------------------------- */
 
-/* One texel. */
 static void sample_job(void *arg, int job, int worker)
 {
     const struct bake *b = arg;

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: MIT */
-/* Whether options are in range: IBL_ERR_ARGUMENT, in words, if not. */
+/* Range checks of options. They fail with IBL_ERR_ARGUMENT and a message. */
 #ifndef IBL_BAKE_OPTIONS_H
 #define IBL_BAKE_OPTIONS_H
 
 #include "ibl/ibl.h"
 
-/* All of a bake; the size of env, and the yaw of opts alone, count. */
+/* All options of a bake and env's size; of the yaws, only opts->yaw_deg. */
 ibl_status ibl_check_bake(ibl_ctx *ctx, const ibl_environment *env,
                           const ibl_bake_options *opts);
-/* The mapping and the range of roughness; without a context in silence. */
+/* Checks the mapping and the range of roughness. ctx NULL: no message. */
 ibl_status ibl_check_roughness(ibl_ctx *ctx, const ibl_specular_options *opts);
 
 #endif

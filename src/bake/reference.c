@@ -1,24 +1,24 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The sums over every pixel, a direction against the whole source: a pixel is
- * a patch of constant radiance, and its weight the lobe's integral over it.
+ * The reference integrals: a direction's sums over all pixels of the source. A
+ * pixel is a patch of constant radiance; its weight is the lobe's integral.
  *
- * Where the lobe is smooth, that is by 2 x 2 or 3 x 3 Gauss points: along theta
- * and phi, with sin(theta) in the integrand. With a the length over which the
- * weight changes and p the larger edge of a pixel, two points miss at most
- * (p / a)^4 / 5 of a pixel's weight, three (p / a)^6 / 33 (those are the
- * fourth and the sixth derivative of psi^-4, GGX's tail): two are taken from
- * a = 40 p, three from 9 p, each within 1e-7. What is nearer, or within a pixel
- * of the horizon, where the weight has a kink, is ibl_reference_patch.
+ * Where the lobe is smooth, 2 x 2 or 3 x 3 Gauss points in theta and phi are
+ * enough, with sin(theta) in the integrand. Let a be the length over which the
+ * weight changes and p the larger edge of a pixel. Two points miss at most
+ * (p / a)^4 / 5 of a pixel's weight, three (p / a)^6 / 33 (from the fourth and
+ * the sixth derivative of psi^-4, GGX's tail). Two are used from a = 40 p,
+ * three from a = 9 p: errors below 1e-7. Nearer pixels, and those within a
+ * pixel of the horizon, where the weight has a kink, use ibl_reference_patches.
  *
  * With N = V = R and c = cos(psi) = 1 - 2 q,
  *     D_ggx N.L = a2 c / (pi t^2),   t = q + a2 (1 - q).
- * The factor a2 / t, squared, is used in place of 1 / t^2: it is 1 at the peak
- * and the constants cancel in the quotient.
+ * (a2 / t)^2 is used in place of 1 / t^2: it is 1 at the peak, and constants
+ * cancel in the quotient.
  *
- * A job takes a few directions over all rows: a row's pixels are converted once
- * for all of them. Inside a row sums are plain, in LANES parts, all terms >= 0;
- * rows are added with compensation.
+ * A job takes a few directions over all rows and converts a row's pixels once.
+ * Sums inside a row are plain, in LANES parts, with all terms >= 0. Rows are
+ * added with compensation.
  */
 #include <float.h>
 #include <stdbool.h>
@@ -31,9 +31,9 @@
 #include "image/image.h"
 
 enum {
-    LANES = 2, /* more spill registers */
-    RUN = 16,  /* patches at a time */
-    GROUP = 8  /* directions of a job */
+    LANES = 2, /* with more, registers spill */
+    RUN = 16,  /* patches in one call */
+    GROUP = 8  /* directions in a job */
 };
 
 static const double pi = REFERENCE_PI;
@@ -67,7 +67,7 @@ const ibl_gauss *ibl_reference_gauss(int n)
     return &rules[n];
 }
 
-/* Where the points of n = 2 or 3 start in the tables. */
+/* Index in the tables of the first point of the rule n = 2 or 3. */
 static size_t points_at(const ibl_reference *ref, int n)
 {
     return (n == 2 ? 0 : 2) * ((size_t)ref->env->width + 1);
@@ -152,23 +152,23 @@ static ibl_aim aim_at(const ibl_reference *ref, const double dir[3])
 
 /* ---- lobes ------------------------------------------------------------ */
 
-/* How pixels count, by q of their centres, from the aim outwards. */
+/* How a pixel is integrated, by q of its centre, from the aim outwards. */
 enum kind {
     NONE,
     PATCH,
     NINE,
     FOUR,
-    KINDS = 6 /* PATCH, NINE, FOUR, NINE, PATCH */
+    KINDS = 6 /* limits of PATCH, NINE, FOUR, NINE, PATCH */
 };
 
 struct lobe {
     ibl_weight weight;
-    double inner[2]; /* q below which there are patches; nine points */
-    double outer[2]; /* above which there are nine points; patches */
+    double inner[2]; /* below these q: patches; nine points */
+    double outer[2]; /* above these q: nine points; patches */
 };
 
-/* There are points where the weight changes slowly, patches elsewhere: around
- * the peak, and along the horizon where it is not smooth. */
+/* Uses points where the weight changes slowly. Around the peak, and along the
+ * horizon if the weight is not smooth there, it uses patches. */
 static struct lobe lobe_of(const ibl_reference *ref, ibl_lobe which,
                            double alpha)
 {
@@ -192,7 +192,7 @@ static struct lobe lobe_of(const ibl_reference *ref, ibl_lobe which,
     return lobe;
 }
 
-/* q of an angle that is that of q and `more`. */
+/* q of the angle of q plus `more` radians. */
 static double moved_out(double q, double more)
 {
     const double s = sin(fmin(fmax(asin(sqrt(q)) + 0.5 * more, 0), 0.5 * pi));
@@ -200,8 +200,8 @@ static double moved_out(double q, double more)
     return s * s;
 }
 
-/* Where kinds end in a row, q of the pixels' centres. A pixel reaches no
- * further from its centre than half its diagonal. */
+/* Finds where the kinds end in row j, as q of the pixels' centres. A pixel
+ * reaches no further from its centre than half its diagonal. */
 static void find_limits(const ibl_reference *ref, const struct lobe *lobe,
                         int j, double limit[KINDS])
 {
@@ -227,9 +227,9 @@ static void find_limits(const ibl_reference *ref, const struct lobe *lobe,
 
 /* ---- points ----------------------------------------------------------- */
 
-/* A row of a direction, n points in theta: there c = c0 + c1 cos(y), y the
- * azimuth from the aim. mass is a point's share of theta, with sin(theta), and
- * half the width of a pixel. */
+/* A row as seen from a direction, with n points in theta. There
+ * cos(psi) = c0 + c1 cos(y), y the azimuth from the aim. mass: sin(theta) times
+ * a point's part of the row's height, times half a pixel's width. */
 struct row {
     const ibl_reference *ref;
     const struct lobe *lobe;
@@ -255,7 +255,7 @@ static struct row row_of(const ibl_reference *ref, const struct lobe *lobe,
     return row;
 }
 
-/* Columns begin..end - 1 of any lobe. */
+/* Adds columns begin..end - 1 by points, for any lobe. */
 static void add_points(const struct row *row, const double *rgb, int begin,
                        int end, double sum[4])
 {
@@ -282,7 +282,7 @@ static void add_points(const struct row *row, const double *rgb, int begin,
     }
 }
 
-/* LANES doubles at once, a type of gcc and clang for any machine; loads need
+/* LANES doubles, a vector type of gcc and clang for any machine. load() needs
  * no alignment. */
 typedef double lanes __attribute__((vector_size(LANES * sizeof(double))));
 
@@ -294,13 +294,13 @@ static lanes load(const double *from)
     return v;
 }
 
-/* The same of GGX's two by two: w = c a2^2 / t^2 with t = t0 + t1 cos(y), and
- * c0 and c1 with what is constant. */
+/* GGX at 2 x 2 points: w = c a2^2 / t^2 with t = t0 + t1 cos(y). c0 and c1
+ * include the constant factors. */
 struct four {
     double t0[2], t1[2], c0[2], c1[2];
 };
 
-/* Both points of a column: one quotient for two. */
+/* Sum of two points in theta, with one division. */
 static inline lanes pair(const struct four *f, lanes y)
 {
     const lanes t = f->t0[0] + f->t1[0] * y, u = f->t0[1] + f->t1[1] * y;
@@ -342,7 +342,7 @@ static void add_four(const struct row *row, const double *rgb, int begin,
 
 /* ---- patches ---------------------------------------------------------- */
 
-/* Columns begin..end - 1, counted from 0 around the circle either way. */
+/* Adds columns begin..end - 1 by patches. Columns wrap around the map. */
 static void add_patches(const struct row *row, const double *rgb, int begin,
                         int end, ibl_exact sum[4])
 {
@@ -376,7 +376,7 @@ static void add_columns(const struct row *row, const double *rgb, int begin,
         row->n == 2 && row->lobe->weight.lobe == IBL_LOBE_GGX ? add_four
                                                               : add_points;
 
-    /* What is left and right of the borders of the map. */
+    /* Columns beyond the left and the right border wrap around. */
     if (begin < 0)
         add(row, rgb, begin + w, (end < 0 ? end : 0) + w, sum);
     if (begin < w && end > 0)
@@ -385,8 +385,8 @@ static void add_columns(const struct row *row, const double *rgb, int begin,
         add(row, rgb, begin > w ? begin - w : 0, end - w, sum);
 }
 
-/* A row's columns on both sides of the aim: `ends` of kinds, counted from the
- * first that is not left of it. */
+/* Where the kinds end in a row: numbers of columns to the left and to the right
+ * of `first`, the first column that is not left of the aim. */
 struct sides {
     int first, left[KINDS], right[KINDS];
 };
@@ -408,7 +408,7 @@ static void find_sides(const ibl_reference *ref, const ibl_aim *aim,
     const int most = (w + (right < 0.5)) / 2;
     for (int k = 0; k < KINDS; k++) {
         const double of = limit[k] - polar;
-        /* Of a half turn at most, more than all. */
+        /* In columns: at most half a turn, or w for all. */
         const double reach = of <= 0 ? 0
                              : of >= scale
                                  ? w
@@ -456,7 +456,7 @@ struct sums {
     struct lobe lobe;
     const double *dirs;
     size_t count;
-    double *scratch; /* of each worker: a row's colours */
+    double *scratch; /* a row's colours, for each worker */
     double *rgb;
 };
 
@@ -477,7 +477,7 @@ static void convert_row(const ibl_reference *ref, int j, double *rgb)
     }
 }
 
-/* The pixel that a direction is in. */
+/* Colour of the pixel that contains a direction. */
 static void mirror(const ibl_reference *ref, const double dir[3], double rgb[3])
 {
     const int w = ref->env->width, h = ref->env->height;
@@ -491,7 +491,7 @@ static void mirror(const ibl_reference *ref, const double dir[3], double rgb[3])
         rgb[c] = (double)ref->env->data[3 * at + (size_t)c];
 }
 
-/* The quotients of a group's sums; the pixel where nothing has weight. */
+/* Makes a group's quotients; with no weight, takes the pixel's colour. */
 static void sums_job(void *arg, int job, int worker)
 {
     const struct sums *s = arg;
@@ -568,9 +568,9 @@ ibl_status ibl_reference_lobe(const ibl_reference *ref, ibl_lobe lobe,
     if (status)
         return status;
     const double alpha = roughness * roughness;
-    /* Narrower than that, the lobe outside the pixel, less than alpha^2 times
-     * the pixels' number squared, is nothing even to the floats' whole range
-     * of 1e84. */
+    /* The part of a narrower lobe outside the pixel is less than alpha^2 times
+     * the square of the number of pixels: negligible even against the whole
+     * range of floats, 1e84. */
     if (!(alpha > 0) || ibl_reference_weight(lobe, alpha).alpha < 1e-75) {
         for (size_t k = 0; k < count; k++)
             mirror(ref, dirs + 3 * k, rgb + 3 * k);
@@ -593,7 +593,7 @@ ibl_status ibl_reference_irradiance(const ibl_reference *ref,
     return ibl_reference_lobe(ref, IBL_LOBE_GGX, 1, dirs, count, rgb);
 }
 
-/* ---- how far off ------------------------------------------------------ */
+/* ---- errors ------------------------------------------------------------ */
 
 static double length(const double v[3])
 {
@@ -607,6 +607,6 @@ double ibl_relative_error(const double rgb[3], const double truth[3],
                          rgb[2] - truth[2]};
     const double floor = IBL_RELATIVE_FLOOR * length(mean);
     const double scale = fmax(length(truth), floor);
-    /* So that a black map has finite errors. */
+    /* FLT_MIN keeps the errors of a black map finite. */
     return length(d) / fmax(scale, (double)FLT_MIN);
 }

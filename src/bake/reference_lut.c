@@ -3,18 +3,18 @@
  * The split-sum integrals at one point.
  *
  * With half vectors H = (tan(theta), phi) and tan(theta) = alpha rho, D N.H dH
- * is 2 rho drho / (1 + rho^2)^2 dphi / 2 pi, whatever alpha is (Walter et al.
+ * is 2 rho drho / (1 + rho^2)^2 dphi / 2 pi for every alpha (Walter et al.
  * 2007, eqs. 33 and 35). With s = ln(rho) and dL = 4 V.H dH the integrals are
  *     1/pi integral over phi in 0..pi, s of
  *         G / N.V  V.H / N.H  {1 - Fc, Fc}  2 rho^2 / (1 + rho^2)^2.
- * Everything that happens, at tan(theta) = alpha, 1 and where L meets the
- * horizon, happens over steps of about 1 in s.
+ * The integrand changes at tan(theta) = alpha, at tan(theta) = 1 and where L
+ * meets the horizon, each time over about 1 in s.
  *
- * L is above the horizon for all phi while theta < pi/4 - theta_V/2, for none
- * beyond pi/4 + theta_V/2, in between for phi < phi_m.
+ * L is above the horizon for all phi if theta < pi/4 - theta_V/2, for no phi if
+ * theta > pi/4 + theta_V/2, otherwise for phi < phi_m.
  *
- * Both integrals are taken by the double exponential rule (Takahasi and Mori
- * 1974), which endpoint singularities do not slow down.
+ * Both integrals use the double exponential rule (Takahasi and Mori 1974),
+ * which singularities at the ends do not slow down.
  */
 
 #include <stdbool.h>
@@ -25,25 +25,25 @@
 static const double pi = REFERENCE_PI;
 
 enum {
-    STEPS = 16,                  /* of the rule in 1 */
+    STEPS = 16,                  /* per unit of t */
     POINTS = 1 + 33 * STEPS / 10 /* up to t = 3.3 */
 };
 
-/* Where rho^2 and 1 / rho are nothing: the integrand is below
- * 8 rho^2 (1 + rho) and below 8 (1 + rho) / rho^2. */
+/* Limits of s. Beyond them rho^2 and 1 / rho are negligible: the integrand is
+ * below 8 rho^2 (1 + rho) and below 8 (1 + rho) / rho^2. */
 static const double lowest = -16, highest = 32;
 
 struct pair {
     double v[2];
 };
 
-/* Gets the distances from both ends of the interval: near an end the
- * argument itself has lost its digits. */
+/* The arguments are the distances from both ends of the interval: near an end
+ * the coordinate itself loses its digits. */
 typedef struct pair integrand(void *arg, double from_begin, double from_end);
 
-/* The rule's points on an interval of length 1, at t = k / STEPS on the far
- * side of its middle: x = tanh(pi/2 sinh(t)) has 1 - |x| = 2 / (1 +
- * exp(pi sinh|t|)) and dx/dt = pi/2 cosh(t) / cosh^2(pi/2 sinh(t)). */
+/* Points of the rule on an interval of length 1, in its upper half, at
+ * t = k / STEPS: x = tanh(pi/2 sinh(t)) has 1 - |x| = 2 / (1 + exp(pi sinh|t|))
+ * and dx/dt = pi/2 cosh(t) / cosh^2(pi/2 sinh(t)). */
 struct rule {
     double close[POINTS]; /* distance from the end */
     double weight[POINTS];
@@ -81,12 +81,12 @@ struct point {
     double alpha, nv, sv;
     double theta_low;    /* pi/4 - theta_V/2 */
     double from, length; /* the interval of s */
-    /* at one s */
+    /* set by at_s */
     double w;      /* tan(theta) */
     double nh;     /* cos(theta) */
     double across; /* sin(theta_V) sin(2 theta) */
-    double nl_pi;  /* N.L at phi = pi, if L is above the horizon there */
-    bool whole;    /* for all phi */
+    double nl_pi;  /* N.L at phi = pi; below 0: L is under the horizon */
+    bool whole;    /* L is above the horizon for all phi */
     double phi_m;
 };
 
@@ -132,7 +132,7 @@ static struct pair at_s(void *arg, double from_begin, double from_end)
                                            : p->from + p->length - from_end;
     const double rho = exp(s), w = p->alpha * rho, theta = atan(w);
     const double below = sin(2 * (p->theta_low - theta));
-    /* nv cos(2 theta) + sv sin(2 theta), where both are >= 0 or not. */
+    /* nv cos(2 theta) + sv sin(2 theta); both terms are >= 0 for w < 1. */
     const double above =
         w < 1 ? (p->nv * (1 - w * w) + p->sv * 2 * w) / (1 + w * w)
               : sin(2 * (atan(1 / w) - p->theta_low));
@@ -145,7 +145,7 @@ static struct pair at_s(void *arg, double from_begin, double from_end)
     p->whole = below >= 0;
     if (!p->whole && above <= 0)
         return (struct pair){{0, 0}};
-    /* cos(phi_m) = -nv cos(2 theta) / across, by its half angle. */
+    /* cos(phi_m) = -nv cos(2 theta) / across, from its half angle. */
     p->phi_m = p->whole ? pi : 2 * atan2(sqrt(above), sqrt(-below));
     struct pair y = integrate(at_phi, p, p->rule, p->phi_m);
     for (int c = 0; c < 2; c++)
@@ -160,7 +160,7 @@ static void insert(double *at, int count, double x)
     at[count] = x;
 }
 
-static struct pair all_of(struct point *p)
+static struct pair integrate_point(struct point *p)
 {
     const double low = p->nv / (1 + p->sv), high = (1 + p->sv) / p->nv;
     const double knot[] = {lowest, 0, -log(p->alpha), log(low / p->alpha),
@@ -213,14 +213,14 @@ ibl_status ibl_reference_lut(ibl_ctx *ctx, double n_dot_v, double roughness,
         return IBL_OK;
     }
     struct rule rule;
-    /* Far below every other scale the results do not depend on alpha. */
+    /* At this size the results no longer depend on alpha. */
     struct point p = {.rule = &rule,
                       .geometry = geometry,
                       .alpha = fmax(roughness * roughness, 1e-100),
                       .nv = n_dot_v,
                       .sv = sqrt((1 - n_dot_v) * (1 + n_dot_v))};
     fill_rule(&rule);
-    const struct pair total = all_of(&p);
+    const struct pair total = integrate_point(&p);
     scale_bias[0] = total.v[0];
     scale_bias[1] = total.v[1];
     return IBL_OK;

@@ -1,24 +1,24 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The lobe over a patch, by its edges.
+ * The integral of a lobe over a patch, from the patch's edges.
  *
  * A weight w(q), q = sin^2(psi / 2), is the divergence of a field that points
- * away from the aim and has length M / sin(psi), M the integral of
- * w sin(psi) dpsi = 2 w dq up to there. So the integral over a patch is what
- * of the field leaves through its edges: with x and y the offsets from the aim
- * in theta and phi, sin^2(psi) = 4 q (1 - q) and U the integral of w dq,
+ * away from the aim and has length M / sin(psi), M the integral of w sin(psi)
+ * dpsi = 2 w dq from the aim. The integral over a patch is the flux through its
+ * edges. With x and y the offsets from the aim in theta and phi, sin^2(psi) = 4
+ * q (1 - q), and U the integral of w dq, an edge contributes
  *     parallel   U / (2 q (1 - q)) sin(theta)
  *                (sin(x) + 2 cos(theta) sin(theta_N) sin^2(y / 2)) dy
  *     meridian   U / (2 q (1 - q)) sin(theta_N) sin(y) dx
- * U from the aim, smooth there, where the patch is at it or about it; elsewhere
- * minus what is left of it up to the horizon, which has no digits to lose in
- * small weights. Closed forms of both give integrals along a line, and the
- * horizon, which only ends lines, costs nothing. Offsets keep the digits of
- * the narrowest lobe.
+ * In patches at the aim or near it, U starts at the aim, where it is smooth.
+ * Elsewhere U is minus the integral from q to the horizon, which keeps its
+ * digits where weights are small. Both have closed forms, so that only
+ * integrals along lines are left. The horizon only ends lines. Offsets keep the
+ * digits of the narrowest lobe.
  *
- * A line is cut where q is least and where the horizon crosses it, and halved
- * down to a share of the distance to the nearest singularity, where Gauss'
- * points have all digits.
+ * A line is cut where q is least and where the horizon crosses it. The parts
+ * are halved down to a fraction of the distance to the nearest singularity,
+ * where Gauss points give all digits.
  */
 #include <stdbool.h>
 
@@ -26,13 +26,13 @@
 
 static const double pi = REFERENCE_PI;
 
-/* exp of that is 1e-20. */
+/* Weights below exp(nothing) = 1e-20 are left out. */
 static const double nothing = -46;
 
 /* ---- weights ---------------------------------------------------------- */
 
-/* What GGX has from q to the horizon, with c = 1 - 2 q and z = k c,
- * k = (1 - a2) / (1 + a2):
+/* GGX's integral over q from q to the horizon: with c = 1 - 2 q and z = k c,
+ * k = (1 - a2) / (1 + a2), it is
  *     2 (a2 / (1 + a2))^2 c^2 (z / (1 - z) + log(1 - z)) / z^2. */
 static double ggx_beyond(double a2, double q)
 {
@@ -48,7 +48,7 @@ static double ggx_beyond(double a2, double q)
     return 2 * f * f * c * c * sum;
 }
 
-/* The integral of the weight over q from 0, and from q to the horizon. */
+/* Integral of the weight over q: from 0 to q, or from q to the horizon. */
 static double ggx_within(const ibl_weight *w, double q)
 {
     if (w->a2 > 0.5)
@@ -141,15 +141,15 @@ ibl_weight ibl_reference_weight(ibl_lobe lobe, double alpha)
 /* A parallel or a meridian; s runs along it, y or x. */
 struct line {
     const ibl_weight *weight;
-    bool inside;         /* U from the aim, else minus what is left */
+    bool inside;         /* U starts at the aim; else minus the rest */
     bool parallel;       /* q = polar + scale sin^2(s / 2) */
     double polar, scale; /* meridian: sin^2(s / 2) + scale sin(polar + s) */
-    double lean, turn;   /* the field across it: lean + turn sin^2(s / 2) */
-    double pace;         /* length of a unit of s */
-    double foot;         /* where q is least */
+    double lean, turn;   /* factor of the field: lean + turn sin^2(s / 2) */
+    double pace;         /* length on the sphere per unit of s */
+    double foot;         /* s where q is least */
 };
 
-/* The end of a part of a line. */
+/* An end of a part of a line. */
 struct end {
     double s, q;
 };
@@ -196,13 +196,13 @@ static double flux_at(const struct line *line, double s)
                          : square + line->scale * sin(line->polar + s);
     const double lean = line->lean + line->turn * square;
 
-    if (!(q > 0)) /* U is w q there. */
+    if (!(q > 0)) /* U is w q near 0. */
         return w->ring ? 0 : 0.5 * lean;
     return (line->inside ? within(w, q) : -beyond(w, q)) / (2 * q * (1 - q)) *
            lean;
 }
 
-/* About the distance to what is not smooth. */
+/* Approximate distance to the nearest singularity. */
 static double reach_at(const struct line *line, double q)
 {
     const ibl_weight *w = line->weight;
@@ -214,9 +214,9 @@ static double reach_at(const struct line *line, double q)
                                                          : reach;
 }
 
-/* Whether points on all of a part, `reach` from what is not smooth, have its
- * digits. A power that is no integer is not smooth on the horizon either; next
- * to that there is next to nothing. */
+/* Whether Gauss points on a whole part have all digits; reach: its distance
+ * from the nearest singularity. A fractional power is not smooth on the horizon
+ * either, but the values beside the horizon are negligible. */
 static bool is_smooth(const struct line *line, struct end a, struct end b,
                       double reach)
 {
@@ -224,7 +224,7 @@ static bool is_smooth(const struct line *line, struct end a, struct end b,
     const double length = (b.s - a.s) * line->pace;
     const double near = fmin(a.q, b.q), far = fmax(a.q, b.q);
 
-    /* Along a line that stays as far from the aim the weight is the same. */
+    /* The weight hardly changes along a line at a constant distance. */
     return (length <= 0.5 * reach ||
             (length <= 0.5 &&
              far - near <= 0.2 * reach * sqrt(near * (1 - far)))) &&
@@ -243,7 +243,7 @@ static double gauss(const struct line *line, double begin, double end, int n)
     return sum * half;
 }
 
-/* A part in which q goes one way, on one side of the horizon. */
+/* Integrates a part on one side of the horizon in which q is monotone. */
 static double integrate(const struct line *line, struct end a, struct end b)
 {
     struct end middle = {0.5 * (a.s + b.s), 0};
@@ -261,7 +261,7 @@ static double integrate(const struct line *line, struct end a, struct end b)
     return integrate(line, a, middle) + integrate(line, middle, b);
 }
 
-/* Cuts a part in which q goes one way where the horizon is. */
+/* Integrates a part in which q is monotone. Cuts it at the horizon. */
 static double cut_horizon(const struct line *line, struct end a, struct end b)
 {
     if ((a.q < 0.5) == (b.q < 0.5))
@@ -278,8 +278,8 @@ static double cut_horizon(const struct line *line, struct end a, struct end b)
     return integrate(line, a, cut) + integrate(line, cut, b);
 }
 
-/* Cuts it first where q is least, and where it is most. */
-static double whole(const struct line *line, struct end a, struct end b)
+/* Integrates a line. Cuts it where q is least and where it is largest. */
+static double line_flux(const struct line *line, struct end a, struct end b)
 {
     double sum = 0;
 
@@ -298,7 +298,7 @@ static double whole(const struct line *line, struct end a, struct end b)
 
 /* ---- patches ---------------------------------------------------------- */
 
-/* Between two parallels and two meridians. */
+/* A patch between two parallels and two meridians. */
 struct patch {
     double x[2], y[2];
     double square[2];       /* sin^2(y / 2) */
@@ -315,7 +315,7 @@ static void set_meridian(const ibl_aim *aim, struct patch *p, int k, double y)
     p->line[1][k] = meridian_at(aim, y);
 }
 
-/* Whether U is taken from the aim: near its peak, and inside Charlie's ring. */
+/* Whether U starts at the aim: near the peak, and inside Charlie's ring. */
 static bool is_inside(const ibl_aim *aim, const ibl_weight *w,
                       const struct patch *p, double q[2][2])
 {
@@ -332,7 +332,7 @@ static bool is_inside(const ibl_aim *aim, const ibl_weight *w,
     return nearest < 0.25 * w->a2;
 }
 
-/* new_left: the meridian at the left is not that at the right of before. */
+/* new_left: the left meridian is not the right one of the previous patch. */
 static double patch_weight(const ibl_aim *aim, const ibl_weight *weight,
                            struct patch *p, bool new_left)
 {
@@ -354,7 +354,7 @@ static double patch_weight(const ibl_aim *aim, const ibl_weight *weight,
                               along ? q[second][1] : q[1][second]};
         line->weight = weight;
         line->inside = inside;
-        const double flux = k == 2 && !new_left ? left : whole(line, a, b);
+        const double flux = k == 2 && !new_left ? left : line_flux(line, a, b);
         sum += second ? flux : -flux;
         if (k == 3)
             p->right = flux;
@@ -362,8 +362,8 @@ static double patch_weight(const ibl_aim *aim, const ibl_weight *weight,
     return fmax(sum, 0);
 }
 
-/* Pixels are divided down to an eighth of a turn along either axis, so that
- * none is at the aim and at what is opposite of it. */
+/* Pixels are divided into parts of at most an eighth of a turn along either
+ * axis, so that no part touches both the aim and its antipode. */
 void ibl_reference_patches(const ibl_aim *aim, const ibl_weight *weight,
                            const ibl_pixels *run, double *out)
 {

@@ -2,18 +2,17 @@
 /*
  * Spherical harmonics of the source, pixel by pixel, and its mean.
  *
- * A pixel is a patch: Gauss' points in theta and phi, so many that they err by
- * less than 1e-10 of it. With x = (degree + 1) p, p its larger edge, n points
- * miss x^2n (n!)^4 / ((2n + 1) (2n)!^3) of a wave's amplitude at most: two are
- * enough up to x = 0.025, three to 0.24, four to 0.8, and six to 3; a larger
- * pixel is divided.
+ * A pixel is a patch. The number of its Gauss points in theta and phi keeps the
+ * error below 1e-10 of it. With p its larger edge and x = (degree + 1) p, n
+ * points miss at most x^2n (n!)^4 / ((2n + 1) (2n)!^3) of a wave's amplitude:
+ * two are enough up to x = 0.025, three to 0.24, four to 0.8, and six to 3. A
+ * larger pixel is divided.
  *
  * With the polar axis +Z, sin^m(t) cos(m phi) and sin^m(t) sin(m phi) are the
  * parts of (x + iy)^m, and Q_l = P_lm / sin^m(t) without Condon-Shortley phase
  * follows from Q_m = (2m - 1)!! by
  *     (l - m) Q_l = (2l - 1) z Q_l-1 - (l + m - 1) Q_l-2.
- * Nothing of it is normalised before the end; at degree 64 the largest Q is
- * below 1e120.
+ * The norm comes last; at degree 64 the largest Q is below 1e120.
  */
 #include "bake/reference_sums.h"
 #include "core/alloc.h"
@@ -21,7 +20,7 @@
 
 enum {
     MAX_DEGREE = 64,
-    PARTS = 6 /* R, G, B of the cosine's, then of the sine's */
+    PARTS = 6 /* R, G, B of the cosine terms, then of the sine terms */
 };
 
 static const double pi = REFERENCE_PI;
@@ -31,13 +30,13 @@ static const double pi = REFERENCE_PI;
 struct harmonics {
     const ibl_reference *ref;
     int degree;
-    int points;                /* of a pixel along an axis */
-    double *place, *mass;      /* of each: 0..1 in the pixel, and its share */
-    double *cos_phi, *sin_phi; /* of those of a row, in the world */
-    ibl_exact *sums;           /* offset(degree + 1) */
+    int points;                /* in a pixel along an axis */
+    double *place, *mass;      /* of each point: 0..1 in the pixel; sum 1 */
+    double *cos_phi, *sin_phi; /* of a row's points, in the world */
+    ibl_exact *sums;           /* offset(degree, degree + 1) sums */
 };
 
-/* Where order m starts; PARTS sums for each degree m..degree. */
+/* Index of order m in sums. It has PARTS sums for each degree m..degree. */
 static size_t offset(int degree, int m)
 {
     return PARTS * ((size_t)m * (size_t)(2 * degree + 3 - m) / 2);
@@ -58,7 +57,7 @@ static void power(int m, double x, double y, double *re, double *im)
     }
 }
 
-/* Adds a point of order m: its direction, and its colour times solid angle. */
+/* Adds a point to order m: direction, and colour times solid angle. */
 static void add_point(int m, int degree, const double d[3],
                       const double flux[3], double *sums)
 {
@@ -81,7 +80,7 @@ static void add_point(int m, int degree, const double d[3],
     }
 }
 
-/* The points of a row at one theta. */
+/* Adds the points of a row at one theta. */
 static void add_line(const struct harmonics *h, int m, int row, int line,
                      ibl_exact *sums)
 {
@@ -142,7 +141,7 @@ static void write_coefficients(int degree, const ibl_exact *total,
     }
 }
 
-/* Fills place and mass, of count parts with rule's points in each. */
+/* Fills place and mass: rule's points in each of `parts` parts of a pixel. */
 static void fill_points(const struct harmonics *h, int parts,
                         const ibl_gauss *rule)
 {
@@ -218,7 +217,7 @@ ibl_status ibl_reference_mean(const ibl_reference *ref, double rgb[3])
     const int w = ref->env->width, h = ref->env->height;
     for (int j = 0; j < h; j++) {
         const float *p = ref->env->data + 3 * (size_t)j * (size_t)w;
-        /* cos(top) - cos(bottom), as a product that cancels nothing. */
+        /* cos(top) - cos(bottom), as a product without cancellation. */
         const double angle =
             2 * pi / w * 2 * sin(pi * (j + 0.5) / h) * sin(0.5 * pi / h);
         double row[3] = {0};

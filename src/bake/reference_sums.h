@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What the files of the reference share. See ibl/reference.h. */
+/* Shared by the files of the reference. See ibl/reference.h. */
 #ifndef IBL_BAKE_REFERENCE_SUMS_H
 #define IBL_BAKE_REFERENCE_SUMS_H
 
@@ -13,24 +13,23 @@
 struct ibl_reference {
     ibl_ctx *ctx;
     const ibl_image *env;
-    double yaw; /* radians, 0..2 pi: the map's azimuth is the world's
-                   plus this */
-    double *cos_phi, *sin_phi; /* width + 1 of each of REFERENCE_POINTS: of the
-                                  map's azimuth at points in a column */
+    double yaw; /* radians, 0..2 pi: the map's azimuth minus the world's */
+    double *cos_phi, *sin_phi; /* of the map's azimuth: width + 1 for each of
+                                  REFERENCE_POINTS in a column */
 };
 
 enum {
-    REFERENCE_POINTS = 5 /* in a pixel's width: 2 of Gauss' rule, 3 of his */
+    REFERENCE_POINTS = 5 /* across a pixel: by 2 and by 3 Gauss points */
 };
 
-/* Gauss' points on -1..1 and their weights; n is 2, 3, 4, 6 or 8. */
+/* Gauss-Legendre points on -1..1 and weights; n is 2, 3, 4, 6 or 8. */
 typedef struct ibl_gauss {
     double node[8], mass[8];
 } ibl_gauss;
 
 const ibl_gauss *ibl_reference_gauss(int n);
 
-/* A sum that carries what rounding dropped (Neumaier 1974). */
+/* A sum with compensation for rounding (Neumaier 1974). */
 typedef struct ibl_exact {
     double value, rest;
 } ibl_exact;
@@ -66,22 +65,22 @@ typedef struct ibl_aim {
 typedef struct ibl_weight {
     ibl_lobe lobe;
     double alpha, a2, power, scale;
-    double least, most; /* q; elsewhere the weight is less than 1e-20 */
+    double least, most; /* range of q; outside it the weight is below 1e-20 */
     double total;       /* its integral over q */
-    double width;       /* angle over which it changes; 0: 2 sqrt(t), GGX's */
+    double width;       /* radians over which it changes; 0: 2 sqrt(t) (GGX) */
     bool ring;          /* 0 at the aim, and not smooth there */
     bool fractional;    /* not smooth on the horizon */
 } ibl_weight;
 
-/* alpha in (0, 1]; Charlie's counts as 1e-9 at least. */
+/* alpha in (0, 1]; for Charlie, values below 1e-9 count as 1e-9. */
 ibl_weight ibl_reference_weight(ibl_lobe lobe, double alpha);
-/* The weight at an angle of cosine c, 0 to 1 but for rounding. */
+/* The weight at an angle whose cosine c is in 0..1, up to rounding. */
 double ibl_reference_weight_at(const ibl_weight *weight, double c);
 
 /*
- * The integrals of a weight over pixels begin..end - 1 of row j of a w x h map,
- * counted from 0 around the circle either way, less than a turn from the aim.
- * Relative error about 1e-10.
+ * Pixels begin..end - 1 of row j of a w x h map. Columns wrap around and are
+ * less than a turn from the aim. ibl_reference_patches writes a weight's
+ * integral over each, with a relative error of about 1e-10.
  */
 typedef struct ibl_pixels {
     int w, h, j, begin, end;
@@ -90,8 +89,7 @@ typedef struct ibl_pixels {
 void ibl_reference_patches(const ibl_aim *aim, const ibl_weight *weight,
                            const ibl_pixels *run, double *out);
 
-/* Whether there are a reference and, if count is not 0, what a call reads and
- * where it writes: IBL_ERR_ARGUMENT. */
+/* Returns IBL_ERR_ARGUMENT if ref is NULL or, with count > 0, in or out is. */
 ibl_status ibl_reference_check(const ibl_reference *ref, size_t count,
                                const void *in, const void *out);
 

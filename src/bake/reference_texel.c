@@ -4,16 +4,15 @@
  *
  * A half plane through the vertical axis, at azimuth phi, meets a texel in one
  * interval of theta: on a face a meridian is a straight line and a texel is
- * convex. The integral over the interval is exact, with sin(theta) dtheta
- * against constants, the rows of the source or of its interpolation's finer
- * pixels. What is left is an integral over phi of a function that is smooth but
- * where the meridian passes a corner of the texel, a boundary of columns or a
- * point where one of the texel's edges crosses a boundary of rows.
- * Between those knots, which are all found in closed form, it is done by Gauss
- * points. An edge at height y and distance a from the axis, its foot at azimuth
- * phi_f, has cot(theta) = y / a cos(phi - phi_f), no knot interval is longer
- * than its distance from the edge's singularities in the complex plane, and 8
- * points leave less than 1e-9.
+ * convex. The integral of sin(theta) dtheta over the interval is exact, since
+ * the rows of the source, or of its finer interpolation, are constant. The
+ * remaining integral over phi is smooth except where the meridian passes a
+ * corner of the texel, a boundary of columns, or a point where an edge of the
+ * texel crosses a boundary of rows. These knots have closed forms; Gauss points
+ * integrate between them. An edge at height y and distance a from the axis,
+ * foot at azimuth phi_f, has cot(theta) = y / a cos(phi - phi_f). No interval
+ * between knots is longer than its distance from the edge's singularities in
+ * the complex plane, and 8 points leave less than 1e-9.
  */
 #include <stdbool.h>
 #include <stdlib.h>
@@ -26,14 +25,14 @@
 enum {
     GAUSS = 8,
     EDGES = 4,
-    GROUP = 8 /* texels of a job */
+    GROUP = 8 /* texels in a job */
 };
 
 static const double pi = REFERENCE_PI;
 
 /* ---- the texel -------------------------------------------------------- */
 
-/* Of each face the direction of u = v = 0, and those of u and v. */
+/* For each face the directions of u = v = 0, of u and of v. */
 static const double face_axes[6][3][3] = {
     {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
     {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
@@ -42,7 +41,7 @@ static const double face_axes[6][3][3] = {
 /* The directions d with plane . d >= 0 for all four planes. */
 struct region {
     double plane[4][3];
-    double corner[4]; /* azimuths of the world; NaN: a pole */
+    double corner[4]; /* azimuths in the world; NaN: a pole */
     double phi0, phi1;
 };
 
@@ -86,7 +85,7 @@ static struct region region_of(int size, ibl_texel texel)
     return r;
 }
 
-/* The texel's interval of theta at an azimuth of the world. */
+/* The texel's interval of theta at azimuth phi in the world. */
 static void interval(const struct region *r, double phi, double *from,
                      double *to)
 {
@@ -111,13 +110,13 @@ static void interval(const struct region *r, double phi, double *from,
 struct texels {
     const ibl_reference *ref;
     int base, size;
-    int finer_x, finer_y; /* pixels for each of the source */
-    int columns, rows;    /* of them */
-    double *bend;         /* rows of the source less 1: see find_bends */
+    int finer_x, finer_y; /* finer pixels per pixel of the source */
+    int columns, rows;    /* of finer pixels */
+    double *bend;         /* for each two adjacent rows: see find_bends */
     const ibl_texel *texel;
     size_t count;
     double *rgb;
-    double *knots; /* max_knots of each worker */
+    double *knots; /* max_knots for each worker */
 };
 
 static size_t max_knots(const struct texels *t)
@@ -131,7 +130,7 @@ struct knots {
     size_t count;
 };
 
-/* Keeps an azimuth, in any turn, that is inside the region. */
+/* Keeps an azimuth, of any turn, if it is inside the region. */
 static void keep(struct knots *k, double phi)
 {
     const double turn = 2 * pi;
@@ -149,8 +148,8 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Where the edges meet the boundaries of rows: on one, cot(theta) =
- * slope cos(phi - foot). */
+/* Keeps the azimuths where edges cross boundaries of rows. On an edge,
+ * cot(theta) = slope cos(phi - foot). */
 static void keep_crossings(const struct texels *t, struct knots *k)
 {
     for (int e = 0; e < EDGES; e++) {
@@ -192,14 +191,14 @@ static size_t find_knots(const struct texels *t, const struct region *r,
 /* ---- the source along a meridian -------------------------------------- */
 
 /*
- * The b of the weights t + b t (1 - t) between each two rows of the source: by
- * solid angle, the finer rows before the border of the two count as one of the
- * upper altogether, the others as one of the lower.
+ * Finds b of the weight t + b t (1 - t) of the lower of two adjacent rows of
+ * the source: summed by solid angle over the finer rows between both, these
+ * weights give the solid angle of the finer rows below the border of the two.
  */
 static void find_bends(const struct texels *t)
 {
     for (int j = 0; j + 1 < t->ref->env->height; j++) {
-        /* The first finer row whose centre is not before that of row j. */
+        /* First finer row whose centre is not above that of row j. */
         const int first = j * t->finer_y + t->finer_y / 2;
         ibl_exact lacks = {0, 0}, takes = {0, 0};
         for (int row = first; row < first + t->finer_y; row++) {
@@ -213,9 +212,9 @@ static void find_bends(const struct texels *t)
     }
 }
 
-/* Adds a part of a row of the source, which may be one beyond a pole: there it
- * is that beside the pole, half a turn on. x: a finer pixel's centre, in
- * columns of the source counted from the centre of the first. */
+/* Adds `part` times a row of the source at x. A row beyond a pole is the row at
+ * the pole, half a turn away. x: a finer pixel's centre, in columns of the
+ * source from the centre of the first. */
 static void add_source(const struct texels *t, int row, double x, double part,
                        double rgb[3])
 {
@@ -236,7 +235,7 @@ static void add_source(const struct texels *t, int row, double x, double part,
     }
 }
 
-/* The value of a finer pixel: the source's own where they are the same. */
+/* The value of a finer pixel, which may be a pixel of the source. */
 static void pixel_value(const struct texels *t, int row, int column,
                         double rgb[3])
 {
@@ -253,7 +252,7 @@ static void pixel_value(const struct texels *t, int row, int column,
         add_source(t, upper + 1, x, lower, rgb);
 }
 
-/* Adds the integral from..to of constant rows, and the solid angle. */
+/* Adds the integral of a column over theta = from..to; sum[3]: of 1. */
 static void add_patches(const struct texels *t, int column, double from,
                         double to, double sum[4])
 {
@@ -343,7 +342,7 @@ static ibl_status check_texels(const ibl_reference *ref, int base, int size,
     return IBL_OK;
 }
 
-/* The least number of parts of n that are `least` together. */
+/* The smallest count with count n >= least. */
 static int parts(int n, int least)
 {
     int count = 1;
@@ -352,7 +351,7 @@ static int parts(int n, int least)
     return count;
 }
 
-/* The grid that <ibl/ibl.h> says for the size of level 0. */
+/* Finds the finer grid that <ibl/ibl.h> defines for the size of level 0. */
 static void find_grid(struct texels *t)
 {
     const int w = t->ref->env->width, h = t->ref->env->height;

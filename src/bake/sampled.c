@@ -12,10 +12,10 @@
 #include "image/cube.h"
 
 enum {
-    LOOKUPS_PER_TEXEL = 128, /* measured */
-    CHEAP_EDGE = 128,        /* a cube of this is always worth making */
+    LOOKUPS_PER_TEXEL = 128, /* cost of a texel of the cube; measured */
+    CHEAP_EDGE = 128,        /* a cube up to this edge is always worth making */
     MAX_GRID_EDGE = 1024,    /* texels far smaller than any sensible step */
-    /* Some milliseconds at the slowest kernel's 50 ns a sample. */
+    /* A few milliseconds in the slowest kernel, at 50 ns a sample. */
     SAMPLES_PER_JOB = 1 << 17
 };
 
@@ -55,11 +55,11 @@ typedef struct filter {
     bool jitter;
     int level, edge;
     long count; /* texels */
-    int chunk;  /* of them in a job */
+    int chunk;  /* texels in a job */
     float *out;
 } filter;
 
-/* A turn that looks random from texel to texel: splitmix64 of its index. */
+/* Pseudo-random angle of a texel, 0..2 pi: splitmix64 of level and index. */
 static double turn_of(int level, long texel)
 {
     uint64_t z = ((uint64_t)level << 32 | (uint64_t)texel) + 1;
@@ -79,7 +79,7 @@ static void filter_texel(const filter *a, long texel)
     ibl_texel_frame(n, face, x, y, a->jitter ? turn_of(a->level, texel) : 0,
                     frame);
     a->dsp.gather(&a->samples->set, a->levels, frame, rgb);
-    /* Weights sum to 1 but for rounding, too much for the largest floats. */
+    /* Weights sum to 1 up to rounding, which the largest floats exceed. */
     for (int c = 0; c < 3; c++)
         a->out[3 * texel + c] =
             (float)fmin(rgb[c] + a->pyramid->floor[c], FLT_MAX);
@@ -125,9 +125,9 @@ typedef struct bake {
     const ibl_image *env;
     const ibl_specular_options *opts; /* in range */
     const ibl_specular_layout *layout;
-    const ibl_cube *cube;        /* of that layout */
+    const ibl_cube *cube;        /* with this layout */
     ibl_specular_report *report; /* levels with samples are sampled */
-    ibl_pyramid pyramid;         /* that is looked up */
+    ibl_pyramid pyramid;         /* for lookups */
 } bake;
 
 static int lookup_limit(const ibl_image *env)
@@ -152,11 +152,11 @@ static bool has_level0(const bake *b)
 }
 
 /*
- * Edge of the cube for lookups, a power of two. The finest sample should find
- * its texels a level below: a light in level 0 itself stands in the middle of
- * its texel (image/pyramid.h). Finer than half a pixel of the source is of no
- * use; and making a cube finer than the output, which a texel costs about as
- * much as LOOKUPS_PER_TEXEL samples, should not take longer than using it.
+ * Edge of the cube for lookups, a power of two. The finest sample should use
+ * level 1, since level 0 puts a light in the middle of its texel
+ * (image/pyramid.h). Texels smaller than half a pixel of the source are
+ * useless. A texel costs about as much as LOOKUPS_PER_TEXEL samples: making a
+ * cube finer than the output should not take longer than using it.
  */
 static int lookup_edge(const bake *b)
 {
@@ -184,13 +184,13 @@ static int lookup_edge(const bake *b)
         edge *= 2;
     while (edge > CHEAP_EDGE && edge > size && lookup_cost(edge) > lookups)
         edge /= 2;
-    /* Level 0 of the output is there already, if it is of that kind. */
+    /* Level 0 of the output exists already and may serve. */
     if (has_level0(b) && size >= edge && size <= 4 * edge)
         return size;
     return edge;
 }
 
-/* The cube to look up, of the map or, where it is there, of level 0. */
+/* Makes the pyramid for lookups from the map. */
 static ibl_status make_pyramid(ibl_ctx *ctx, const ibl_image *env, double yaw,
                                int edge, int levels, ibl_pyramid *pyramid)
 {
@@ -204,8 +204,8 @@ static ibl_status make_pyramid(ibl_ctx *ctx, const ibl_image *env, double yaw,
     return status;
 }
 
-/* Variance along an axis of a source pixel as a cube of this edge has it: a
- * constant patch or, where it is larger than the texels, a tent. */
+/* Variance of a source pixel along one axis, in square radians, in a cube of
+ * this edge: a constant patch or, if larger than the texels, a tent. */
 static double footprint(const ibl_image *env, int edge)
 {
     const double angle = 4 * IBL_PI / ((double)env->width * env->height);
@@ -263,7 +263,7 @@ ibl_status ibl_sample_levels(ibl_ctx *ctx, const ibl_image *env,
 /* ---- irradiance -----------------------------------------------------------
  */
 
-/* Edge of the cube to look up: texels like the source's pixels. */
+/* Edge of the cube for lookups: texels like the source's pixels. */
 static int grid_edge(const ibl_image *env)
 {
     const int across = env->width / 4, down = env->height / 2;

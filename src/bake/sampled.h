@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What is baked by samples: every texel the weighted sum of lookups in a
- * pyramid, by one set of samples for a level. */
+/* Baking by samples: every texel is a weighted sum of lookups in a pyramid. One
+ * set of samples serves a whole level. */
 #ifndef IBL_BAKE_SAMPLED_H
 #define IBL_BAKE_SAMPLED_H
 
@@ -19,8 +19,8 @@ void ibl_texel_frame(int n, int face, int x, int y, double turn,
                      float frame[9]);
 
 /*
- * Fills a level of out on the context's pool, reporting under stage.
- *   jitter  turn the set by a hash of level and texel, about the normal
+ * Fills a level of out on the context's pool; progress is reported under stage.
+ *   jitter  turn the set about the normal, by a hash of level and texel
  */
 ibl_status ibl_filter_level(ibl_ctx *ctx, const char *stage,
                             const ibl_pyramid *pyramid,
@@ -28,8 +28,8 @@ ibl_status ibl_filter_level(ibl_ctx *ctx, const char *stage,
                             const ibl_cube *out, int level);
 
 /*
- * Bakes the levels of cube that have samples in the report. Level 0 of the
- * cube is done if it is the environment.
+ * Bakes the levels of cube that have samples in the report. If level 0 has
+ * roughness 0, it must be done already.
  *   opts    in range
  *   report  with the layout; its lookup_size is written
  */
@@ -37,8 +37,8 @@ ibl_status ibl_sample_levels(ibl_ctx *ctx, const ibl_image *env,
                              const ibl_specular_options *opts,
                              const ibl_cube *cube, ibl_specular_report *report);
 
-/* The irradiance with opts->step > 0: the classic grid over the hemisphere.
- * out is allocated, opts->size and one level; opts is in range. */
+/* Irradiance with opts->step > 0, by the classic grid over the hemisphere. out
+ * must be allocated, with opts->size and one level; opts must be in range. */
 ibl_status ibl_irradiance_grid(ibl_ctx *ctx, const ibl_image *env,
                                const ibl_irradiance_options *opts,
                                const ibl_cube *out);

@@ -18,8 +18,8 @@ enum {
     JOB_SAMPLES = 256 /* some tens of microseconds */
 };
 
-/* One sample before it is stored. lod never falls from one to the next: D
- * falls with the regular coordinate of the Hammersley points. */
+/* One sample before it is stored. lod never falls from one sample to the next,
+ * since D falls with the regular coordinate of the Hammersley points. */
 typedef struct sample {
     double x, y, z, weight, lod;
 } sample;
@@ -36,8 +36,8 @@ static int mips_of(const sample *s)
     return s->lod > level_of(s) ? 2 : 1;
 }
 
-/* Cuts the samples into groups; groups may be NULL to count only. Returns
- * their number, in *stored the length of the arrays. */
+/* Cuts the samples into groups; with groups NULL it only counts them. Returns
+ * their number and writes the length of the arrays to *stored. */
 static int make_groups(const sample *all, int count, ibl_gather_group *groups,
                        size_t *stored)
 {
@@ -124,7 +124,7 @@ static double texel_angle(const ibl_sampling *s)
     return 4 * IBL_PI / (6.0 * s->edge * s->edge);
 }
 
-/* Below 0 where a sample wants a finer level than there is. */
+/* Mip level of a sample; below 0 if it needs a finer level than there is. */
 static double lod_of(const ibl_sampling *s, double pdf)
 {
     if (!s->pdf_mip)
@@ -132,7 +132,7 @@ static double lod_of(const ibl_sampling *s, double pdf)
     return 0.5 * log2(1 / (s->count * pdf * texel_angle(s))) + s->lod_bias;
 }
 
-/* d(ln D) for the angle from R: q = sin^2(angle / 2). */
+/* d(ln D) / d(angle), the angle from R: q = sin^2(angle / 2). */
 static double slope(const ibl_lobe_shape *shape, double sin_h, double cos_h,
                     double cosine)
 {
@@ -140,25 +140,25 @@ static double slope(const ibl_lobe_shape *shape, double sin_h, double cos_h,
 }
 
 /*
- * A sample's angle from the normal, moved so that the blur of its lookup
- * leaves the lobe as wide as it should be.
+ * A sample's angle from the normal, moved so that the blur of its lookup does
+ * not widen the lobe.
  *
- * A lookup averages the environment over a footprint. With variance v along
- * an axis that turns the lobe k into k + 1/2 laplace(v k). Samples moved by a
- * small s change their density by -div(k s), which takes the blur back where
+ * A lookup averages the environment over a footprint. A footprint with variance
+ * v along an axis turns the lobe k into k + 1/2 laplace(v k). Moving samples by
+ * a small s changes their density by -div(k s), which cancels the blur if
  *     k s = 1/2 grad(v k).
- * In texels h of level 0, v is h^2 (4^lod 5/12 - 1/6) at the pyramid's levels
- * (1/12 for level 0 itself, 3/4 4^l for each step down, 4^lod / 6 for the
- * bilinear tent), 1/4 h^2 where the level is clamped to 0, and everywhere the
- * footprint of the source's pixels. With k = D N.L:
+ * With h the edge of a texel of level 0, v is h^2 (4^lod 5/12 - 1/6) at the
+ * pyramid's levels (1/12 for level 0 itself, 3/4 4^l for each step down,
+ * 4^lod / 6 for the bilinear tent) and 1/4 h^2 where the level is clamped to 0.
+ * The footprint of the source's pixels is added everywhere. With k = D N.L:
  *
- * - The part that grows as 4^lod is as 1/D: of v k only N.L has a gradient.
- *   It and all else that D leaves give s = -v/2 tan(angle); of a cosine lobe
- *   this is sin -> sin / sqrt(1 + v), in which form it keeps light from
- *   leaking over the horizon.
- * - The constant part c adds s = c/2 d(ln D). It counts for lobes little wider
- *   than a texel; those narrower are past this first order, and their samples
- *   stay beyond half their angle, and above the horizon.
+ *   - The part that grows as 4^lod is proportional to 1/D: of v k only N.L has
+ *     a gradient. The gradients of N.L together give s = -v/2 tan(angle). For a
+ *     cosine lobe this is sin -> sin / sqrt(1 + v); in this form no light leaks
+ *     over the horizon.
+ *   - The constant part c adds s = c/2 d(ln D), which matters for lobes little
+ *     wider than a texel. Narrower lobes exceed this first order: their samples
+ *     move by half their angle at most and stay above the horizon.
  */
 static double moved_angle(const ibl_sampling *s, const ibl_lobe_sample *at,
                           double lod)

@@ -6,7 +6,7 @@
 #include "core/context.h"
 #include "image/image.h"
 
-/* Of opts with nothing asked for but what the caller sets then. */
+/* Options with no output; the caller then adds one. */
 static ibl_bake_options nothing(double yaw_deg)
 {
     ibl_bake_options o = ibl_bake_options_default();
@@ -16,7 +16,7 @@ static ibl_bake_options nothing(double yaw_deg)
     return o;
 }
 
-/* out: what the caller gave to write to, with its name for messages. */
+/* out: the caller's pointer for the result; name: its name in messages. */
 static ibl_status bake(ibl_ctx *ctx, const ibl_image *env,
                        const ibl_bake_options *opts, const void *out,
                        const char *name, ibl_bake_result *made)

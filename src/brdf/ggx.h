@@ -14,9 +14,9 @@
 
 #include "core/pi.h"
 
-/* Distribution of normals, Walter eq. 33, with t = sin^2 + alpha^2 cos^2 of the
- * half vector's angle: near the peak of a narrow lobe 1 - cos^2 has lost its
- * digits. */
+/* Distribution of normals (Walter eq. 33). t = sin^2 + alpha^2 cos^2 of the
+ * half vector's angle: 1 - cos^2 loses its digits near the peak of a narrow
+ * lobe. */
 static inline double ibl_ggx_d(double t, double alpha)
 {
     /* alpha / t first: alpha^2 may underflow. */
@@ -58,9 +58,9 @@ static inline double ibl_fresnel_weight(double v_dot_h)
 }
 
 /*
- * Angle of a half vector drawn with density D cos_h (Walter eq. 35): u in
- * [0, 1], falling density as u grows. Without cancellation at either end;
- * u = 1 is the horizon, and alpha = 0 gives the normal for every u.
+ * Sine and cosine of the angle of a half vector drawn with density D cos_h
+ * (Walter eq. 35). u in [0, 1]: the density falls as u grows, u = 1 is the
+ * horizon. No cancellation at either end. alpha = 0: the normal.
  */
 static inline void ibl_ggx_sample_half(double u, double alpha, double *sin_h,
                                        double *cos_h)

@@ -16,16 +16,16 @@ static inline uint32_t ibl_reverse_bits(uint32_t i)
     return i;
 }
 
-/* In [0, 1), exact. */
+/* Radical inverse in base 2, in [0, 1), exact. */
 static inline double ibl_radical_inverse(uint32_t i)
 {
     return (double)ibl_reverse_bits(i) * 0x1p-32;
 }
 
 /*
- * Point i of n. u1 is the regular coordinate, at the middles of n intervals,
- * so never 0 or 1: it drives the angle from the axis, which makes the density
- * of the samples monotone in i. u2 in [0, 1) drives the turn around the axis.
+ * Point i of n. u1 is the middle of interval i of n, so never 0 or 1. It sets
+ * the angle from the axis: the density of the samples is monotone in i. u2, in
+ * [0, 1), sets the azimuth.
  */
 static inline void ibl_hammersley(uint32_t i, uint32_t n, double *u1,
                                   double *u2)

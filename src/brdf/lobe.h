@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The lobes of ibl_lobe, each once, as functions of
+ * The lobes of ibl_lobe as functions of
  *     q = sin^2(psi / 2),
- * psi the angle from R: near the peak of a narrow lobe the cosine has lost its
- * digits, q has not. With N = V = R the half vector is at psi / 2, so
+ * psi the angle from R. Near the peak of a narrow lobe the cosine loses its
+ * digits, q does not. With N = V = R the half vector is at psi / 2, so
  * N.H^2 = 1 - q, sin^2(theta_h) = q, N.L = 1 - 2 q; and dO = 4 pi dq.
  *
  * A lobe is K = scale D N.L with an integral of 1 over the sphere:
  *   GGX      D = D_ggx (brdf/ggx.h)
- *   Charlie  D = (2 q)^s, s = 1 / (2 alpha): sin(theta_h)^(1 / alpha), but for
- *            its constant (Estevez and Kulla 2017, "Production Friendly
+ *   Charlie  D = (2 q)^s, s = 1 / (2 alpha): sin(theta_h)^(1 / alpha) up to a
+ *            constant (Estevez and Kulla 2017, "Production Friendly
  *            Microfacet Sheen BRDF")
  *   Phong    D = (1 - 2 q)^n, n = (1 / alpha^2 - 1) / 2
  *
@@ -25,11 +25,11 @@
 #include "brdf/ggx.h"
 #include "ibl/ibl.h"
 
-/* K around its peak, which decides how a narrow lobe is made. */
+/* Shape of K around its peak. It decides how a narrow lobe is baked. */
 typedef enum ibl_lobe_kind {
-    IBL_LOBE_TAILED, /* smooth within alpha, a power of 1 / psi beyond */
-    IBL_LOBE_RING,   /* 0 at the peak, with a corner */
-    IBL_LOBE_COMPACT /* smooth, and nothing a few widths away */
+    IBL_LOBE_TAILED, /* smooth within alpha, then a power of 1 / psi */
+    IBL_LOBE_RING,   /* 0 at the peak, not smooth there */
+    IBL_LOBE_COMPACT /* smooth, negligible a few widths away */
 } ibl_lobe_kind;
 
 typedef struct ibl_lobe_shape {
@@ -37,20 +37,20 @@ typedef struct ibl_lobe_shape {
     double alpha;
     double power; /* Charlie's s, Phong's n */
     double scale;
-    double split; /* of the far part, see there; else 0: the whole lobe */
+    double split; /* see ibl_lobe_near_share; 0: the whole lobe */
     ibl_lobe_kind kind;
-    double reach; /* K is less than e^-20 of its peak where q is larger */
+    double reach; /* q beyond which K is less than e^-20 of its peak */
     double end;   /* K falls as this power of N.L on the horizon */
 } ibl_lobe_shape;
 
-/* Whether there is such a lobe: else IBL_ERR_ARGUMENT. */
+/* Returns IBL_ERR_ARGUMENT if there is no such lobe. */
 ibl_status ibl_lobe_check(ibl_ctx *ctx, ibl_lobe lobe);
 
-/* alpha in (0, 1]; below 1e-75, where its square would underflow, as there. */
+/* alpha in (0, 1]. Values below 1e-75 count as 1e-75, to avoid underflow. */
 ibl_lobe_shape ibl_lobe_shape_of(ibl_lobe lobe, double alpha);
 
-/* D. q in 0..1/2 and cosine = 1 - 2 q > 0, each with its own digits: those of q
- * count at the peak of GGX and Phong, those of the cosine on the horizon. */
+/* D. q in 0..1/2; cosine = 1 - 2 q > 0. Both are passed for their digits: q has
+ * them at the peak of GGX and Phong, the cosine on the horizon. */
 static inline double ibl_lobe_d(const ibl_lobe_shape *s, double q,
                                 double cosine)
 {
@@ -78,12 +78,12 @@ static inline double ibl_lobe_value(const ibl_lobe_shape *s, double q,
 }
 
 /*
- * GGX in two parts, as Ewald's sums have it. With t = q + alpha^2 (1 - q) and
- * x = split t,
+ * Splits GGX into two parts, as in Ewald summation. With t = q + alpha^2
+ * (1 - q) and x = split t,
  *     near = K (1 + x) exp(-x),  far = K (1 - (1 + x) exp(-x)).
- * The near part ends a few times 1 / sqrt(split) from R like a Gaussian. Of
- * the far one, alpha^2 / t^2 has become a smooth function of t as wide as
- * that: its harmonics end like a Gaussian at a few times sqrt(split).
+ * The near part ends like a Gaussian, a few times 1 / sqrt(split) from R. In
+ * the far part alpha^2 / t^2 becomes a smooth function of t of the same width:
+ * its harmonics end like a Gaussian at a few times sqrt(split).
  */
 static inline double ibl_lobe_near_share(const ibl_lobe_shape *s, double q)
 {
@@ -91,7 +91,7 @@ static inline double ibl_lobe_near_share(const ibl_lobe_shape *s, double q)
     return (1 + x) * exp(-x);
 }
 
-/* K, or its far part where there is a split. */
+/* K, or its far part if split > 0. */
 static inline double ibl_lobe_far(const ibl_lobe_shape *s, double q,
                                   double cosine)
 {
@@ -100,7 +100,7 @@ static inline double ibl_lobe_far(const ibl_lobe_shape *s, double q,
     return s->split > 0 ? k * (-expm1(-x) - x * exp(-x)) : k;
 }
 
-/* The derivative of D over D, to q. That of Charlie has no limit at q = 0. */
+/* Derivative of ln D with respect to q. Charlie's has no limit at q = 0. */
 static inline double ibl_lobe_slope(const ibl_lobe_shape *s, double q,
                                     double cosine)
 {
@@ -124,8 +124,8 @@ typedef struct ibl_lobe_sample {
     double pdf;          /* per steradian */
 } ibl_lobe_sample;
 
-/* Above the horizon the half vector is within 45 degrees, which is the first
- * 1 / (1 + alpha^2) of Walter's u. pdf = D N.H / (4 V.H), and V = N. */
+/* L is above the horizon if the half vector is within 45 degrees: u below
+ * 1 / (1 + alpha^2) in Walter's formula. pdf = D N.H / (4 V.H), and V = N. */
 static inline ibl_lobe_sample ibl_lobe_draw_ggx(double alpha, double u)
 {
     const double part = 1 / (1 + alpha * alpha);
@@ -138,7 +138,7 @@ static inline ibl_lobe_sample ibl_lobe_draw_ggx(double alpha, double u)
     return r;
 }
 
-/* v = 2 q and N.L = 1 - v, of which one is x = exp(log_x). */
+/* v = 2 q and cosine = N.L = 1 - v. One of the two is x = exp(log_x). */
 static inline ibl_lobe_sample ibl_lobe_draw_power(double power, double log_x,
                                                   double v, double cosine)
 {
@@ -146,8 +146,8 @@ static inline ibl_lobe_sample ibl_lobe_draw_power(double power, double log_x,
                              (power + 1) / (2 * IBL_PI) * exp(power * log_x)};
 }
 
-/* u in (0, 1); the density falls as u grows. The power p of v or 1 - v, in
- * 0..1, is drawn as u^(1 / (p + 1)). */
+/* u in (0, 1); the density falls as u grows. Power p of x in 0..1, where x is v
+ * or 1 - v, is drawn as x = (1 - u)^(1 / (p + 1)). */
 static inline ibl_lobe_sample ibl_lobe_draw(const ibl_lobe_shape *s, double u)
 {
     const double log_x = log1p(-u) / (s->power + 1);
@@ -163,7 +163,7 @@ static inline ibl_lobe_sample ibl_lobe_draw(const ibl_lobe_shape *s, double u)
     return ibl_lobe_draw_ggx(s->alpha, u);
 }
 
-/* The largest pdf, to a factor of two. */
+/* The largest pdf, within a factor of two. */
 static inline double ibl_lobe_peak(const ibl_lobe_shape *s)
 {
     switch (s->lobe) {

@@ -13,7 +13,7 @@
 #include "ibl/ibl.h"
 
 typedef struct ibl_split_view {
-    double sine, cosine; /* of the view's angle, N.V */
+    double sine, cosine; /* of the angle between N and V */
     double alpha;
     ibl_geometry geometry;
 } ibl_split_view;
