@@ -19,7 +19,8 @@ ended() { ! pgrep -xf "sleep $long"; }
 
 # A name that has to be quoted everywhere.
 env="$work/it's a sky.exr"
-cp data/sky.exr "$env"
+sky=$top/data/sky.exr
+cp "$sky" "$env"
 
 # ---- a run with all reports ------------------------------------------------
 # The peer is ourselves with the settings of the base, so its error is known.
@@ -265,49 +266,35 @@ verdict full "$([ "$(grep -c '"kind": "bake"' "$work/full.json")" = 6 ] ||
 small=(-q --sizes 8 --samples 1 --methods sampled --threads 1 --isa c
     --source-sizes none --rounds 1 --texels 0)
 wrong() { # NAME STATUS GLOB ARGUMENTS: one line, no report, nothing left
-    local name=$1 want=$2 glob=$3 status text
-    picked "$name" || return
-    shift 3
-    rm -f "$work/no.csv"
-    "$program" bench "${small[@]}" --csv "$work/no.csv" "$@" \
-        >"$work/out.txt" 2>"$work/err"
-    status=$?
-    text=$(cat "$work/err")
-    # shellcheck disable=SC2254
-    case $text in
-    $glob) verdict "$name" ;;
-    *) verdict "$name" "stderr is: $text" ;;
-    esac
-    verdict "$name: one line" "$([ "$(wc -l <"$work/err")" = 1 ] || cat "$work/err")"
-    verdict "$name: status" "$([ $status = "$want" ] || echo $status)"
-    verdict "$name: reports" "$(ls "$work/no.csv" 2>/dev/null)"
-    verdict "$name: left" "$(nothing_left)"
+    picked "$1" || return
+    verdict "$1" "$(cd "$work/tmp" && refused "$2" "$3" "$program" bench \
+        "${small[@]}" --csv no.csv "${@:4}")"
 }
 wrong fails 1 'iblbake: peer bad: exit status 3: no luck' \
-    data/sky.exr --peer 'bad=echo trying; echo no luck >&2; exit 3'
+    "$sky" --peer 'bad=echo trying; echo no luck >&2; exit 3'
 wrong missing 1 'iblbake: peer bad: exit status 127: *not found*' \
-    data/sky.exr --peer 'bad=no-such-program {env}'
+    "$sky" --peer 'bad=no-such-program {env}'
 wrong killed 1 'iblbake: peer bad: killed by signal 9' \
-    data/sky.exr --peer 'bad=kill -9 $$'
+    "$sky" --peer 'bad=kill -9 $$'
 wrong hangs 1 'iblbake: peer slow: no end within 0.3 s: *--timeout*' \
-    data/sky.exr --timeout 0.3 --peer "slow=sleep $long & sleep $long; true"
+    "$sky" --timeout 0.3 --peer "slow=sleep $long & sleep $long; true"
 verdict 'hangs: nothing runs on' "$(within ended || echo 'something does')"
-wrong no-output 1 'iblbake: *cannot be opened*' data/sky.exr --texels 24 \
+wrong no-output 1 'iblbake: *cannot be opened*' "$sky" --texels 24 \
     --peer 'none=true' --peer-output 'none=--specular {out}/x.ktx'
 wrong bake-option 1 'iblbake: bake sampled 1: exit status 2: *--levels*' \
-    data/sky.exr --bake '--levels 9'
+    "$sky" --bake '--levels 9'
 wrong no-map 1 'iblbake: none.exr: *' none.exr
-wrong report 1 'iblbake: *none/x.json: cannot be written*' data/sky.exr \
+wrong report 1 'iblbake: *none/x.json: cannot be written*' "$sky" \
     --json "$work/none/x.json"
-wrong swept 2 'iblbake: --bake --size=4: --size is set by*' data/sky.exr \
+wrong swept 2 'iblbake: --bake --size=4: --size is set by*' "$sky" \
     --bake --size=4
-wrong placed 2 'iblbake: --variant -ox: -o is set by*' data/sky.exr \
+wrong placed 2 'iblbake: --variant -ox: -o is set by*' "$sky" \
     --variant v=-ox
-wrong method 2 'iblbake: --methods magic: not a value*' data/sky.exr \
+wrong method 2 'iblbake: --methods magic: not a value*' "$sky" \
     --methods magic
 wrong no-peer 2 'iblbake: --peer-output x=*: there is no --peer*' \
-    data/sky.exr --peer-output x=y
-wrong peer-arguments 1 'iblbake: --bogus: unknown option*' data/sky.exr \
+    "$sky" --peer-output x=y
+wrong peer-arguments 1 'iblbake: --bogus: unknown option*' "$sky" \
     --texels 24 --peer x=true --peer-output 'x=--bogus {out}'
 wrong stdin 2 'iblbake: -: standard input*' -
 wrong nothing 2 'iblbake: no environment*'
@@ -319,7 +306,7 @@ scarce() {
         return
     for ((at = 0; at < 30; at++)); do
         LD_PRELOAD=$work/no_memory.so NO_MEMORY_AT=$at \
-            "$program" bench "${small[@]}" data/sky.exr >/dev/null 2>&1
+            "$program" bench "${small[@]}" "$sky" >/dev/null 2>&1
         [ -z "$(nothing_left)" ] || echo "after $at: $(nothing_left)"
         rm -rf "${work:?}"/tmp/*
     done
@@ -333,7 +320,7 @@ removed() { [ -z "$(nothing_left)" ]; }
 stopped() { # NAME SIGNAL WHOM
     picked "$1" || return
     # A job in the background of a script would ignore INT.
-    setsid env --default-signal=INT "$program" bench "${small[@]}" data/sky.exr \
+    setsid env --default-signal=INT "$program" bench "${small[@]}" "$sky" \
         --peer "long=touch {out}/begun; sleep $long" >"$work/out.txt" 2>&1 &
     local pid=$! status
     running=$pid

@@ -42,8 +42,7 @@ static void lights(ibl_image *map)
             p[2] = 0.4F;
         }
     for (int i = 0; i < 8; ++i) {
-        const double length = sqrt(at[i][0] * at[i][0] + at[i][1] * at[i][1] +
-                                   at[i][2] * at[i][2]);
+        const double length = sqrt(test_dot(at[i], at[i]));
         const double d[3] = {at[i][0] / length, at[i][1] / length,
                              at[i][2] / length};
         int x, y;
@@ -56,11 +55,8 @@ static void lights(ibl_image *map)
 
 static void constant(ibl_image *map)
 {
-    for (int i = 0; i < map->width * map->height; ++i) {
-        map->data[3 * i] = 1.0F;
-        map->data[3 * i + 1] = 1.0F;
-        map->data[3 * i + 2] = 1.0F;
-    }
+    for (int i = 0; i < 3 * map->width * map->height; ++i)
+        map->data[i] = 1.0F;
 }
 
 static void black(ibl_image *map)
@@ -89,7 +85,6 @@ static bool bake(void (*fill)(ibl_image *), double roughness_min,
 static void end(void *unused)
 {
     (void)unused;
-    view_renderer_free(on.renderer);
     view_set_free(&on.set);
 }
 
@@ -99,16 +94,14 @@ static void begin(void (*fill)(ibl_image *), int rows, int columns)
     memset(&on, 0, sizeof on);
     on.width = 32 * columns;
     on.height = 32 * rows;
-    view_test_begin(on.width, on.height);
-    on.ctx = view_test_ctx(0);
+    test_defer(end, NULL);
+    on.renderer = shade_begin(on.width, on.height);
+    on.ctx = shade_ctx();
     on.settings = view_settings_default();
     on.settings.compare = VIEW_REFERENCE;
     on.settings.rows = rows;
     on.settings.columns = columns;
-    on.renderer = view_renderer_create();
-    test_defer(end, NULL);
-    NEED(on.renderer && bake(fill, 0.0, &on.set) &&
-         view_renderer_load(on.renderer, &on.set));
+    NEED(bake(fill, 0.0, &on.set) && view_renderer_load(on.renderer, &on.set));
 }
 
 static size_t count_floats(void)
@@ -132,37 +125,13 @@ static float *add(int samples)
     return rgb;
 }
 
-/* ---- what a pixel shows ---------------------------------------------------
- */
-
-typedef struct point {
-    int sphere; /* -1: none, or an outline */
-    double n[3], v[3], n_v;
-    view_sphere ball;
-} point;
-
-static point point_at(int x, int y)
+/* The spheres of the grid. */
+static const view_sphere *spheres(void)
 {
-    view_sphere spheres[VIEW_MAX_GRID * VIEW_MAX_GRID];
-    const view_camera c = view_camera_of(&on.settings, on.width, on.height);
-    const int count = view_grid(&on.settings, spheres);
-    point p = {.sphere = -1};
-    double ray[3], n[3];
+    static view_sphere all[VIEW_MAX_GRID * VIEW_MAX_GRID];
 
-    view_camera_ray(&c, on.width, on.height, x, y, ray);
-    p.sphere = view_grid_hit(spheres, count, c.eye, ray, p.n);
-    for (int k = 0; k < 3; ++k)
-        p.v[k] = -ray[k];
-    if (p.sphere >= 0)
-        p.ball = spheres[p.sphere];
-    p.n_v = test_dot(p.n, p.v);
-    for (int i = 0; i < 4; ++i) {
-        view_camera_ray(&c, on.width, on.height, x + (i & 1 ? 1 : -1),
-                        y + (i & 2 ? 1 : -1), ray);
-        if (view_grid_hit(spheres, count, c.eye, ray, n) != p.sphere)
-            p.sphere = -1;
-    }
-    return p;
+    view_grid(&on.settings, all);
+    return all;
 }
 
 /* ---- the integrals in double ------------------------------------------------
@@ -226,29 +195,30 @@ static double fresnel(double f0, double v_h)
 }
 
 /* Sum over all of level 0 of F D G / (4 N.V) L, and of N.L / pi L. */
-static void by_texels(const field *f, const point *p, ibl_geometry geometry,
-                      double specular[3], double diffuse[3])
+static void by_texels(const field *f, const shade_pixel *p,
+                      const view_sphere *ball, double specular[3],
+                      double diffuse[3])
 {
-    const double alpha = p->ball.roughness * p->ball.roughness;
+    const double alpha = ball->roughness * ball->roughness;
 
     for (int i = 0; i < f->count; ++i) {
-        const double *l = f->d[i], n_l = test_dot(p->n, l);
+        const double *l = f->d[i], n_l = test_dot(p->normal, l);
         double h[3], length2 = 0.0;
         if (n_l <= 0.0)
             continue;
         for (int k = 0; k < 3; ++k) {
-            h[k] = l[k] + p->v[k];
+            h[k] = l[k] + p->view[k];
             length2 += h[k] * h[k];
         }
-        const double n_h = test_dot(p->n, h) / sqrt(length2);
-        const double v_h = test_dot(p->v, h) / sqrt(length2);
+        const double n_h = test_dot(p->normal, h) / sqrt(length2);
+        const double v_h = test_dot(p->view, h) / sqrt(length2);
         const double t = n_h * n_h * (alpha * alpha - 1.0) + 1.0;
         const double d = alpha * alpha / (M_PI * t * t);
-        const double g = masking(n_l, p->n_v, alpha, geometry);
+        const double g = masking(n_l, p->n_v, alpha, on.set.geometry);
         for (int k = 0; k < 3; ++k) {
             const double light = f->light[i][k] * f->solid_angle[i];
             specular[k] +=
-                fresnel(p->ball.f0[k], v_h) * d * g / (4.0 * p->n_v) * light;
+                fresnel(ball->f0[k], v_h) * d * g / (4.0 * p->n_v) * light;
             diffuse[k] += n_l / M_PI * light;
         }
     }
@@ -257,20 +227,20 @@ static void by_texels(const field *f, const point *p, ibl_geometry geometry,
 /* The specular sum over half vectors, dL = 4 V.H dH, the measure D N.H dH being
  * du dphi / 2 pi (Walter et al. 2007, eq. 35 and 36), by midpoints in phi and
  * in the fourth root of 1 - u, so that the lobe's tail has its part of them. */
-static void by_half_vectors(const field *f, const point *p,
-                            ibl_geometry geometry, double specular[3])
+static void by_half_vectors(const field *f, const shade_pixel *p,
+                            const view_sphere *ball, double specular[3])
 {
-    const double alpha = p->ball.roughness * p->ball.roughness;
+    const double alpha = ball->roughness * ball->roughness;
     double t[3], b[3];
 
     for (int k = 0; k < 3; ++k)
-        t[k] = p->v[k] - p->n_v * p->n[k];
+        t[k] = p->view[k] - p->n_v * p->normal[k];
     const double length = sqrt(test_dot(t, t));
     for (int k = 0; k < 3; ++k)
         t[k] /= length;
     for (int k = 0; k < 3; ++k)
-        b[k] = p->n[(k + 1) % 3] * t[(k + 2) % 3] -
-               p->n[(k + 2) % 3] * t[(k + 1) % 3];
+        b[k] = p->normal[(k + 1) % 3] * t[(k + 2) % 3] -
+               p->normal[(k + 2) % 3] * t[(k + 1) % 3];
     for (int i = 0; i < HALF_STEPS * HALF_STEPS; ++i) {
         const double w = 1.0 - (i / HALF_STEPS + 0.5) / HALF_STEPS;
         const double left = w * w * (w * w); /* 1 - u */
@@ -279,21 +249,21 @@ static void by_half_vectors(const field *f, const point *p,
         const double n_h = 1.0 / sqrt(1.0 + tan_h * tan_h);
         double h[3], l[3], env[3], light[3];
         for (int k = 0; k < 3; ++k)
-            h[k] =
-                n_h * (p->n[k] + tan_h * (cos(phi) * t[k] + sin(phi) * b[k]));
-        const double v_h = test_dot(p->v, h);
+            h[k] = n_h *
+                   (p->normal[k] + tan_h * (cos(phi) * t[k] + sin(phi) * b[k]));
+        const double v_h = test_dot(p->view, h);
         for (int k = 0; k < 3; ++k)
-            l[k] = 2.0 * v_h * h[k] - p->v[k];
-        const double n_l = test_dot(p->n, l);
+            l[k] = 2.0 * v_h * h[k] - p->view[k];
+        const double n_l = test_dot(p->normal, l);
         if (n_l <= 0.0 || v_h <= 0.0)
             continue;
         view_turn(f->turn, l, env);
         shade_cube(&f->cube, 0, env, light);
-        const double g = masking(n_l, p->n_v, alpha, geometry) * v_h /
+        const double g = masking(n_l, p->n_v, alpha, on.set.geometry) * v_h /
                          (p->n_v * n_h) * 4.0 * w * w * w /
                          ((double)HALF_STEPS * HALF_STEPS);
         for (int k = 0; k < 3; ++k)
-            specular[k] += fresnel(p->ball.f0[k], v_h) * g * light[k];
+            specular[k] += fresnel(ball->f0[k], v_h) * g * light[k];
     }
 }
 
@@ -310,21 +280,22 @@ static double diffuse_factor(double f0, double albedo, const double rg[2],
     return more + albedo * (1.0 - single - more);
 }
 
-static void expected(const field *f, const point *p, double rgb[3])
+static void expected(const field *f, const shade_pixel *p,
+                     const view_sphere *ball, double rgb[3])
 {
     double specular[3] = {0.0}, diffuse[3] = {0.0}, rg[2];
 
-    by_texels(f, p, on.set.geometry, specular, diffuse);
-    if (p->ball.roughness < 0.4) {
+    by_texels(f, p, ball, specular, diffuse);
+    if (ball->roughness < 0.4) {
         memset(specular, 0, sizeof specular);
-        by_half_vectors(f, p, on.set.geometry, specular);
+        by_half_vectors(f, p, ball, specular);
     }
-    NEED(!ibl_reference_lut(on.ctx, p->n_v, p->ball.roughness, on.set.geometry,
+    NEED(!ibl_reference_lut(on.ctx, p->n_v, ball->roughness, on.set.geometry,
                             rg));
     for (int k = 0; k < 3; ++k)
         rgb[k] = specular[k] +
-                 diffuse[k] * diffuse_factor(p->ball.f0[k], p->ball.albedo[k],
-                                             rg, on.settings.multiscatter);
+                 diffuse[k] * diffuse_factor(ball->f0[k], ball->albedo[k], rg,
+                                             on.settings.multiscatter);
 }
 
 /* ---- against the integrals -------------------------------------------- */
@@ -394,21 +365,23 @@ static void compare(double noise)
     bias all = {.count = 0};
     field f = make_field();
     const int every = TEST_SANITIZED ? 17 : 7;
+    const shade_pixel *pixels = shade_pixels(&on.settings);
 
     draw_batches(batches);
     for (int i = 0; i < on.width * on.height; i += every) {
-        const point p = point_at(i % on.width, i / on.width);
+        const shade_pixel *p = &pixels[i];
         double rgb[3], error;
-        if (p.sphere < 0 || p.n_v < 0.02)
+        if (p->sphere < 0 || p->n_v < 0.02)
             continue;
-        expected(&f, &p, rgb);
+        const view_sphere *ball = &spheres()[p->sphere];
+        expected(&f, p, ball, rgb);
         for (int k = 0; k < 3; ++k) {
             const size_t at = 3 * (size_t)i + (size_t)k;
             const double mean = mean_of(batches, at, &error);
             CHECK_MSG(fabs(mean - rgb[k]) <= 5.0 * error + 2e-3 * rgb[k],
                       "roughness %g, metallic %g, N.V %.3f: %g +- %g, should "
                       "be %g",
-                      p.ball.roughness, p.ball.metallic, p.n_v, mean, error,
+                      ball->roughness, ball->metallic, p->n_v, mean, error,
                       rgb[k]);
             add_to_bias(&all, batches, at, mean, rgb[k]);
         }
@@ -478,18 +451,20 @@ TEST_SLOW(white_furnace)
     for (int multiple = 0; multiple < 2; ++multiple) {
         on.settings.multiscatter = multiple;
         const float *rgb = add(512);
+        const shade_pixel *pixels = shade_pixels(&on.settings);
         for (int i = 0; i < on.width * on.height; i += 5) {
-            const point p = point_at(i % on.width, i / on.width);
+            const shade_pixel *p = &pixels[i];
             double rg[2] = {1.0, 0.0};
-            if (p.sphere < 0 || p.n_v < 0.05)
+            if (p->sphere < 0 || p->n_v < 0.05)
                 continue;
+            const view_sphere *ball = &spheres()[p->sphere];
             if (!multiple)
-                ibl_reference_lut(on.ctx, p.n_v, p.ball.roughness,
+                ibl_reference_lut(on.ctx, p->n_v, ball->roughness,
                                   on.set.geometry, rg);
-            const double single = p.ball.f0[0] * rg[0] + rg[1];
+            const double single = ball->f0[0] * rg[0] + rg[1];
             CHECK_NEAR(rgb[3 * i],
                        multiple ? 1.0
-                                : single + p.ball.albedo[0] * (1.0 - single),
+                                : single + ball->albedo[0] * (1.0 - single),
                        1e-2);
         }
     }

@@ -8,7 +8,6 @@
 
 #include "truth.h"
 #include "view.h"
-#include "view/renderer.h"
 
 static view_renderer *renderer;
 static ibl_ctx *ctx;
@@ -42,7 +41,7 @@ static void end(void *unused)
     ctx = NULL;
 }
 
-void shade_begin(int width, int height)
+view_renderer *shade_begin(int width, int height)
 {
     view_test_begin(width, height);
     test_defer(end, NULL);
@@ -50,6 +49,7 @@ void shade_begin(int width, int height)
     need(renderer, "no renderer");
     picture_width = width;
     picture_height = height;
+    return renderer;
 }
 
 ibl_ctx *shade_ctx(void)

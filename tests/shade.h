@@ -5,12 +5,13 @@
 #define SHADE_H
 
 #include "view/baked_set.h"
+#include "view/renderer.h"
 #include "view/sphere_grid.h"
 
 #include "test.h"
 
-/* A screen and a renderer for the running test. */
-void shade_begin(int width, int height);
+/* A screen and a renderer, which it returns, for the running test. */
+view_renderer *shade_begin(int width, int height);
 ibl_ctx *shade_ctx(void);
 
 /* A set with the maps that its textures were made of. Unless a test says
