@@ -2,11 +2,10 @@
 /*
  * Measures the errors of baked maps against <ibl/reference.h>.
  *
- * A level of a cube is judged at chosen texels. Each chosen texel represents
- * several texels of its kind: members of the kind per chosen one. All
- * statistics use this number as weight. So they estimate those of the whole
- * level, although hard texels are chosen more often. The first kind that fits
- * counts:
+ * A level of a cube is judged at chosen texels. The weight of a chosen texel is
+ * the number of texels of its kind divided by the number chosen of this kind.
+ * All statistics use the weights. So they estimate those of the whole level,
+ * although hard texels are chosen more often. The first kind that fits counts:
  *   light   the 3x3 texels around each of the environment's brightest pixels
  *           (at least 10 degrees apart); all of them
  *   corner  the three texels at each of the cube's corners; all of them

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "kern/brdf_quadrature.h"
 
-/* The tail beyond y holds e^-2y of the lobe: 3e-7 in the inner part, where the
- * integrand is bounded; in the outer it may grow like 1 / N.H. */
+/* The tail beyond y has e^-2y of the lobe: 3e-7 in the inner part, where the
+ * integrand is bounded; in the outer part it may grow like 1 / N.H. */
 static const double inner_end = 7.5, outer_end = 30.0;
 
 /* Gauss-Legendre on [0, 1]: Newton's method on the Legendre polynomial. */
@@ -44,7 +44,7 @@ ibl_brdf_limits ibl_brdf_limits_of(const ibl_split_view *v)
     return (ibl_brdf_limits){inner, fmax(inner, outer)};
 }
 
-/* The half vector's angle at y, and du / dy. */
+/* cos_h and sin_h of the half vector at y; returns du / dy. */
 static double radius(double alpha, double y, double *sin_h, double *cos_h)
 {
     const double e = exp(-2.0 * y), tanh_y = (1.0 - e) / (1.0 + e);
@@ -56,7 +56,7 @@ static double radius(double alpha, double y, double *sin_h, double *cos_h)
     return 8.0 * tanh_y * e / ((1.0 + e) * (1.0 + e));
 }
 
-/* Full rings up to y = end. */
+/* Adds full rings up to y = end. */
 static void add_inner(const ibl_brdf_rule *r, const ibl_split_view *v,
                       double end, double sum[2])
 {
@@ -69,7 +69,7 @@ static void add_inner(const ibl_brdf_rule *r, const ibl_split_view *v,
     }
 }
 
-/* Arcs beyond. */
+/* Adds arcs from y.inner to y.outer. */
 static void add_outer(const ibl_brdf_rule *r, const ibl_split_view *v,
                       ibl_brdf_limits y, double sum[2])
 {

@@ -23,12 +23,12 @@
 #include "kern/isa.h"
 
 enum {
-    IBL_BRDF_INNER = 14, /* radii with full rings */
-    IBL_BRDF_OUTER = 20, /* radii with arcs */
-    IBL_BRDF_ANGLES = 10 /* on half a ring or arc */
+    IBL_BRDF_INNER = 14, /* radii of full rings */
+    IBL_BRDF_OUTER = 20, /* radii of arcs */
+    IBL_BRDF_ANGLES = 10 /* points on half a ring or arc */
 };
 
-/* Points and weights on [0, 1]; cos(phi) on rings. */
+/* Points and weights on [0, 1]; for rings cos(phi). */
 typedef struct ibl_brdf_rule {
     double inner_at[IBL_BRDF_INNER], inner_weight[IBL_BRDF_INNER];
     double outer_at[IBL_BRDF_OUTER], outer_weight[IBL_BRDF_OUTER];
@@ -38,7 +38,7 @@ typedef struct ibl_brdf_rule {
 
 void ibl_brdf_rule_init(ibl_brdf_rule *rule);
 
-/* Where y changes from the inner part to the outer, and ends. */
+/* The y where the outer part begins, and where it ends. */
 typedef struct ibl_brdf_limits {
     double inner, outer;
 } ibl_brdf_limits;
@@ -62,7 +62,7 @@ typedef struct ibl_brdf_dsp {
 
 IBL_DECLARE_KERNEL(ibl_brdf);
 
-/* The plain version, for what the vectors leave at the end. */
+/* The plain version, for the rest after whole vectors. */
 void ibl_brdf_mix_c(const float *table, size_t stride, const float *pair,
                     int terms, int count, float *out);
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * kern/brdf_quadrature.c in vectors of floats: a lane for each view, which all
- * have the same points but for their scale. What would lose digits (sines,
- * limits) is prepared in double.
+ * kern/brdf_quadrature.c in vectors of floats, one view per lane. The points
+ * differ between views only by their scale. Values that would lose digits
+ * (sines, limits) are prepared in double.
  */
 #include <stdbool.h>
 #include <string.h>
@@ -14,19 +14,19 @@
 typedef struct views {
     vf cosine, sine, inner, outer; /* inner, outer: limits of y */
     vf a2, rest;                   /* alpha^2, 1 - alpha^2; Schlick: k, 1 - k */
-    vf of_view;                    /* the visibility's part without N.L */
+    vf of_view;                    /* the part of the visibility without N.L */
     vf alpha;
     bool schlick;
 } views;
 
-/* exp(y), 0 <= y < 80, to 2e-7: Taylor's series of 2^f, |f| <= 1/2. */
+/* exp(y), 0 <= y < 80, within 2e-7: 2^n times the Taylor series of exp(f). */
 static inline vf vf_exp(vf y)
 {
     /* 1.5 2^23: adding it leaves the nearest integer in the low bits. */
     const vf magic = vf_all(12582912.0f);
     const vf n = vf_fma(y, vf_all(1.44269504f), magic);
     const vf whole = n - magic;
-    /* y - whole ln 2, in two parts. */
+    /* f = y - n ln 2, with ln 2 split in two. */
     const vf f = vf_fma(whole, vf_all(2.12194440e-4f),
                         vf_fma(whole, vf_all(-0.693359375f), y));
     vf p = vf_all(1.0f / 5040);
@@ -41,7 +41,7 @@ static inline vf vf_exp(vf y)
     return p * (vf)scale;
 }
 
-/* acos(x), -1 <= x <= 1, to 1e-7 but for rounding (Abramowitz and Stegun
+/* acos(x), -1 <= x <= 1, within 1e-7 plus rounding (Abramowitz and Stegun
  * 4.4.46). */
 static inline vf vf_acos(vf x)
 {
@@ -58,8 +58,8 @@ static inline vf vf_acos(vf x)
     return vf_either(x < vf_all(0), vf_all(3.14159265f) - acute, acute);
 }
 
-/* cos(a), 0 <= a <= pi, as 1 - 2 sin^2(a / 2), the sine by its series to the
- * eleventh power: within 1.2e-7. */
+/* cos(a), 0 <= a <= pi, within 1.2e-7: 1 - 2 sin^2(a / 2), with the sine's
+ * series to the eleventh power. */
 static inline vf vf_cos(vf a)
 {
     const vf x = vf_all(0.5f) * a, q = x * x;
@@ -73,7 +73,7 @@ static inline vf vf_cos(vf a)
     return vf_fma(vf_all(-2) * s, s, vf_all(1));
 }
 
-/* t, its root 1 / cos_h, du / dy. */
+/* t, 1 / cos_h = sqrt(1 + t^2), du / dy. */
 typedef struct radius {
     vf t, root, du;
 } radius;
@@ -88,15 +88,14 @@ static inline radius radius_at(const views *v, vf y)
                     vf_all(8) * (one - e) * e / (plus * plus * plus)};
 }
 
-/* Adds the integrand at a half vector, but for the weight; a and b are the
- * parts of V.H with and without cos(phi). */
+/* Adds the integrand at a half vector, times weight. V.H = a cos(phi) + b. */
 static inline void add_point(const views *v, vf a, vf b, vf cos_h, vf root,
                              vf cos_phi, vf weight, vf sum[2])
 {
     vf v_dot_h = vf_fma(a, cos_phi, b);
     const vf n_dot_l = vf_fma(vf_all(2) * v_dot_h, cos_h, -v->cosine);
     const vi above = n_dot_l > vf_all(0);
-    vf vis; /* times 4 */
+    vf vis; /* 4 times the visibility */
 
     v_dot_h = vf_min(v_dot_h, vf_all(1));
     if (v->schlick)
@@ -113,7 +112,8 @@ static inline void add_point(const views *v, vf a, vf b, vf cos_h, vf root,
     sum[1] += bias;
 }
 
-/* Adds w times the points of a ring or, with `half` its angle, of an arc. */
+/* Adds w times the points of a ring or, if half is not NULL, of an arc of this
+ * half angle. */
 static inline void add_radius(const ibl_brdf_rule *r, const views *v,
                               const radius *at, const vf *half, vf w, vf sum[2])
 {
@@ -157,7 +157,7 @@ static inline void add_outer(const ibl_brdf_rule *r, const views *v, vf sum[2])
     }
 }
 
-/* Lanes beyond count repeat the last view. */
+/* Lanes from count on repeat the last view. */
 static inline views views_of(ibl_geometry geometry, double alpha,
                              const double *n_dot_v, int count)
 {
@@ -207,7 +207,7 @@ static void split_sums(const ibl_brdf_rule *rule, ibl_geometry geometry,
     }
 }
 
-/* Both floats of a pair in turn. */
+/* A vector that alternates the two floats of a pair. */
 static inline vf both_of(const float *pair)
 {
     double both;

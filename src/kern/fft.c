@@ -72,8 +72,8 @@ static ibl_fft_pair pair(double complex a, double complex b, int first,
 }
 
 /*
- * With E and O the transforms of the even and the odd x, Z = E + i O, so
- * E_m = (Z_m + conj Z_-m) / 2, O_m = (Z_m - conj Z_-m) / 2i, all of period
+ * With E and O the transforms of the even and the odd x, Z = E + i O. So
+ * E_m = (Z_m + conj Z_-m) / 2, O_m = (Z_m - conj Z_-m) / 2i, all with period
  * size, and the transform of x is E_m + e^(-2 pi i m / n) O_m.
  */
 void ibl_fft_real_pairs(int size, const double *factor, int count,
@@ -91,9 +91,9 @@ void ibl_fft_real_pairs(int size, const double *factor, int count,
 }
 
 /*
- * The way back: 2 E_k = X_k + conj X_(size-k), 2 O_k = (X_k - conj
- * X_(size-k)) e^(2 pi i k / n), where X_m is 0 from count on; twice, since
- * the bins n - m are left out of the sum over m.
+ * The inverse: 2 E_k = X_k + conj X_(size-k), 2 O_k = (X_k - conj
+ * X_(size-k)) e^(2 pi i k / n), where X_m is 0 from count on. The factor 2
+ * replaces the bins n - m, which the sum over m leaves out.
  */
 void ibl_fft_real_pairs_inverse(int size, const double *factor, int count,
                                 ibl_fft_pair *pairs)
@@ -105,7 +105,7 @@ void ibl_fft_real_pairs_inverse(int size, const double *factor, int count,
         double complex a = 0, b = 0;
         int first = 0, second = 0;
         if (k == 0) {
-            /* Re F_0 = (F_0 + conj F_0) / 2, in even and odd samples. */
+            /* Re F_0 = (F_0 + conj F_0) / 2, for even and odd samples. */
             a = b = (1 + I) / 2 * factor[0];
         } else {
             if (k < count) {
@@ -124,7 +124,7 @@ void ibl_fft_real_pairs_inverse(int size, const double *factor, int count,
 
 /* ---- the plain transforms --------------------------------------------- */
 
-/* One butterfly of decimation in frequency: x, y to x + y, (x - y) w. */
+/* A butterfly of decimation in frequency: x, y become x + y, (x - y) w. */
 static void butterfly(float *x, float *y, const float w[2])
 {
     float *xi = x + IBL_FFT_LANES, *yi = y + IBL_FFT_LANES;
@@ -137,7 +137,7 @@ static void butterfly(float *x, float *y, const float w[2])
     }
 }
 
-/* One of decimation in time, the other way: x, y to x + y w*, x - y w*. */
+/* A butterfly of decimation in time: x, y become x + y w*, x - y w*. */
 static void butterfly_inverse(float *x, float *y, const float w[2])
 {
     float *xi = x + IBL_FFT_LANES, *yi = y + IBL_FFT_LANES;
@@ -151,7 +151,7 @@ static void butterfly_inverse(float *x, float *y, const float w[2])
     }
 }
 
-/* One stage: butterflies of values that are `half` apart. */
+/* One stage: butterflies of values `half` apart. */
 static void stage(const ibl_fft *fft, float *z, int half,
                   void (*turn)(float *x, float *y, const float w[2]))
 {
@@ -176,7 +176,7 @@ static void inverse(const ibl_fft *fft, float *z)
         stage(fft, z, half, butterfly_inverse);
 }
 
-/* a x + b conj(y) of 16 lanes; part is from real to imaginary parts. */
+/* a x + b conj(y) in 16 lanes; imaginary parts are `part` after real ones. */
 static void combine(const ibl_fft_pair *p, const float *x, const float *y,
                     size_t part, float *re, float *im)
 {

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Fast Fourier transforms of sixteen rows at once, row r in lane r of every
- * vector: no row waits for a shuffle, and the twiddle factors are shared.
+ * Fast Fourier transforms of sixteen rows at once. Row r is lane r of every
+ * vector: no shuffles are needed, and all rows share the twiddle factors.
  *
- * A complex value is 16 real parts and then 16 imaginary ones, value k at
- * z + k * IBL_FFT_VALUE. So sixteen real rows x_i, 16 floats for each i, are
- * as they stand the half as many complex values x_2k + i x_(2k+1), and a
- * real transform of n is a complex one of n / 2 and ibl_fft_dsp.split.
+ * A complex value is 16 real parts and then 16 imaginary ones; value k is at
+ * z + k * IBL_FFT_VALUE. So the memory of sixteen real rows x_i, 16 floats for
+ * each i, is also that of half as many complex values x_2k + i x_(2k+1). A real
+ * transform of n is a complex one of n / 2, followed by ibl_fft_dsp.split.
  *
  * All pointers to lanes are 64-byte aligned.
  */
@@ -27,31 +27,30 @@ enum {
     IBL_FFT_MAX_PASSES = 8
 };
 
-/* Tables of the complex transforms of one size, constant once made. */
+/* Tables for the complex transforms of one size. */
 typedef struct ibl_fft {
-    int size; /* a power of two, 2..IBL_FFT_MAX_SIZE */
-    float
-        *roots; /* e^(-2 pi i j / size), j < size / 2: cos and sin; owns all */
-    /* For blocks of size >> 2 p with more than 8 values, w = e^(-2 pi i /
-     * block): w^j, w^2j, w^3j, cos and sin of each, j < block / 4. */
+    int size;     /* a power of two, 2..IBL_FFT_MAX_SIZE */
+    float *roots; /* e^(-2 pi i j / size), j < size / 2: cos, sin; owns all */
+    /* For blocks of size >> 2 p with more than 8 values and w = e^(-2 pi i /
+     * block): w^j, w^2j, w^3j for j < block / 4, each as cos and sin. */
     float *passes[IBL_FFT_MAX_PASSES];
 } ibl_fft;
 
-/* False if memory cannot be had; *fft is then empty. */
+/* False if there is no memory; *fft is then empty. */
 bool ibl_fft_init(ibl_fft *fft, int size);
-void ibl_fft_free(ibl_fft *fft); /* zeroed is fine */
+void ibl_fft_free(ibl_fft *fft); /* zeroed is allowed */
 
-/* The bits of index i of size turned around. */
+/* Reverses the bits of index i in 0..size - 1. */
 int ibl_fft_slot(int size, int i);
 
-/* Two complex factors and two values. */
+/* Two complex factors and the indices of two values. */
 typedef struct ibl_fft_pair {
     float a[2], b[2];
     int32_t first, second;
 } ibl_fft_pair;
 
-/* Where the spectra of sixteen rows are: of bin m the 16 real parts at
- * data + m * bin, the imaginary ones `part` floats further on. */
+/* The spectra of sixteen rows. Bin m has its 16 real parts at data + m * bin,
+ * the imaginary ones `part` floats later. */
 typedef struct ibl_fft_spectrum {
     float *data;
     size_t bin, part;
@@ -81,10 +80,10 @@ typedef struct ibl_fft_dsp {
      */
     void (*forward)(const ibl_fft *fft, float *z);
     void (*inverse)(const ibl_fft *fft, float *z);
-    /* Bin m of count = a z[first] + b conj(z[second]) of pairs[m]. */
+    /* Bin m = a z[first] + b conj(z[second]), by pairs[m], for m < count. */
     void (*split)(const float *z, const ibl_fft_pair *pairs, int count,
                   const ibl_fft_spectrum *out);
-    /* z[k], k < count, = a F[first] + b conj(F[second]) of pairs[k]. */
+    /* z[k] = a F[first] + b conj(F[second]), by pairs[k], for k < count. */
     void (*merge)(const ibl_fft_spectrum *in, const ibl_fft_pair *pairs,
                   int count, float *z);
 } ibl_fft_dsp;

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The transforms of kern/fft.h over vectors, for the files that are compiled
- * for one instruction set each. Two stages of the plain version at a time
- * (radix 4), a quarter after the other, so that a block that fits a cache is
- * done with there before the next is begun; three stages at the end where
- * the count of stages is odd.
+ * The transforms of kern/fft.h with vectors. Two stages of the plain version
+ * are done at a time (radix 4), then each quarter is finished before the next,
+ * so that a block that fits a cache stays there. If the number of stages is
+ * odd, the last step has three.
  */
 #include "kern/fft.h"
 #define IBL_LANES_16
@@ -63,7 +62,7 @@ static inline vc vc_mul_conj(vc a, const float w[2])
     return (vc){vf_fma(a.re, c, a.im * s), vf_fma(a.im, c, -(a.re * s))};
 }
 
-/* Two stages of a block of four values without factors, and back. */
+/* Two stages of a block of four values without factors, and their inverse. */
 static inline void quarter(vc v[4])
 {
     const vc s0 = vc_add(v[0], v[2]), d0 = vc_sub(v[0], v[2]);
@@ -84,7 +83,7 @@ static inline void quarter_inverse(vc v[4])
     v[3] = vc_sub_i(d0, d1);
 }
 
-/* Four values, so many apart. */
+/* Loads four values, `apart` values from each other. */
 static inline void load_four(const float *z, size_t apart, vc v[4])
 {
 #pragma GCC unroll 4
@@ -104,7 +103,7 @@ static const float eighths[3][2] = {{0x1.6a09e6p-1f, -0x1.6a09e6p-1f},
                                     {0, -1},
                                     {-0x1.6a09e6p-1f, -0x1.6a09e6p-1f}};
 
-/* The last stages, or first ones on the way back: blocks of at most eight
+/* The last stages, or the first inverse ones: blocks of at most eight
  * values. */
 static inline void leaf(float *z, int size, bool back)
 {
@@ -139,7 +138,7 @@ static inline void leaf(float *z, int size, bool back)
     store_four(z, 1, v);
 }
 
-/* The three values that have factors, times them or, on the way back, their
+/* Multiplies the three values that have factors by them or, if back, by their
  * conjugates. */
 static inline void turn_three(vc v[4], const float *w, bool back)
 {
@@ -148,7 +147,7 @@ static inline void turn_three(vc v[4], const float *w, bool back)
     v[3] = back ? vc_mul_conj(v[3], w + 4) : vc_mul(v[3], w + 4);
 }
 
-/* Two stages of a block of size values. */
+/* Two stages of a block of `size` values. */
 static inline void pass(float *z, size_t size, const float *w, bool back)
 {
     const size_t q = size / 4;
@@ -182,7 +181,7 @@ static void transform(float *const *passes, float *z, int size, bool back)
         pass(z, (size_t)size, *passes, true);
 }
 
-/* a x + b conj(y); part is from real to imaginary parts. */
+/* a x + b conj(y); imaginary parts are `part` after real ones. */
 static inline vc combine(const ibl_fft_pair *p, const float *x, const float *y,
                          size_t part)
 {

@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stddef.h>
 
-/* Face and the point (u, v) on it, -1..1, that a direction hits: the rule of
- * ibl/ibl.h turned around. Of equal components x wins, then y. */
+/* The face that a direction hits, and the point (u, v) on it, -1..1: the
+ * inverse of the rule in ibl/ibl.h. Among equal components x wins, then y. */
 static int project(const float d[3], float *u, float *v)
 {
     const float ax = fabsf(d[0]), ay = fabsf(d[1]), az = fabsf(d[2]);
@@ -25,9 +25,9 @@ static int project(const float d[3], float *u, float *v)
 }
 
 /*
- * Adds weight times the bilinear lookup. In texels of the bordered face the
- * texel centres of the face itself are at 1 .. edge, so positions are in
- * 0.5 .. edge + 0.5 and all four taps inside the (edge + 2)^2.
+ * Adds weight times the bilinear lookup. In the bordered face the centres of
+ * the face's own texels are at 1..edge. So positions are in 0.5..edge + 0.5,
+ * and all four taps are inside (edge + 2)^2.
  */
 static void add_lookup(const ibl_gather_level *level, int face, float u,
                        float v, float weight, float sum[3])

@@ -11,19 +11,19 @@
 #include "kern/isa.h"
 
 enum {
-    IBL_GATHER_ALIGN = 16,      /* samples; groups begin at multiples */
-    IBL_GATHER_MAX_GROUP = 256, /* samples summed in float */
-    IBL_GATHER_MAX_EDGE = 8192  /* so that offsets in floats fit an int */
+    IBL_GATHER_ALIGN = 16, /* in samples; groups begin at multiples of it */
+    IBL_GATHER_MAX_GROUP = 256, /* most samples summed in float */
+    IBL_GATHER_MAX_EDGE = 8192  /* offsets in floats then fit an int */
 };
 
 /* A mip level as in image/pyramid.h: six faces of (edge + 2)^2 texels of 4
- * floats, the fourth finite and ignored, a border of one texel around each. */
+ * floats with a border of one texel. The fourth float is finite and ignored. */
 typedef struct ibl_gather_level {
     const float *texels;
     int edge; /* 1..IBL_GATHER_MAX_EDGE */
 } ibl_gather_level;
 
-/* Samples that look up the same mip level, and the next one if mips is 2. */
+/* Samples that look up one mip level, and if mips is 2 also the next. */
 typedef struct ibl_gather_group {
     int first; /* a multiple of IBL_GATHER_ALIGN */
     int count; /* 1..IBL_GATHER_MAX_GROUP */
@@ -32,8 +32,9 @@ typedef struct ibl_gather_group {
 } ibl_gather_group;
 
 /*
- * Samples as separate arrays, 64-byte aligned, readable (and directions not
- * zero) up to the next multiple of IBL_GATHER_ALIGN after each group.
+ * Samples as separate arrays, 64-byte aligned. They must be readable, with
+ * directions not zero, up to the next multiple of IBL_GATHER_ALIGN after each
+ * group.
  */
 typedef struct ibl_gather_samples {
     const float *x, *y, *z;     /* direction along tangent, bitangent, normal;

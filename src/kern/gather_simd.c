@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * VF samples at a time are turned, projected and given their weights. What
- * that leaves, an offset and four weights for each sample and mip, goes to the
- * sums, which take the texels of one sample at a time.
+ * Turns, projects and weights VF samples at a time. The result is an offset and
+ * four weights for each sample and mip; the sums then add the texels of one
+ * sample at a time.
  */
 #include "kern/gather.h"
 
@@ -10,8 +10,8 @@
 
 #include "kern/lanes.h"
 
-/* One mip's part of a batch. The weights of sample i, w00 w01 w10 w11, are
- * quarter i / 4 of vector i % 4. */
+/* Lookups of VF samples in one mip. The weights of sample i, w00 w01 w10 w11,
+ * are quarter i / 4 of vector i % 4. */
 typedef struct taps {
     _Alignas(64) int at[VF]; /* of the first texel, in floats */
     _Alignas(64) float weight[4 * VF];
@@ -30,7 +30,7 @@ static inline vf component(const ibl_gather_samples *s, int i,
            vf_load(s->z + i) * vf_all(frame[6 + k]);
 }
 
-/* As project() in gather.c. */
+/* See project() in gather.c. */
 static inline points project(const ibl_gather_samples *s, int i,
                              const float frame[9])
 {
@@ -49,12 +49,12 @@ static inline points project(const ibl_gather_samples *s, int i,
     const vi u =
         (vi)vf_either(on_x, (vf)((vi)dz ^ sign), dx) ^ (~on_y & negative);
     const vf v = vf_either(on_y, (vf)((vi)dz ^ negative), (vf)((vi)dy ^ sign));
-    /* Faces 0, 2 and 4, and the next where the sign is set. */
+    /* Face 0, 2 or 4, plus 1 where the sign is set. */
     const vi axis = ~on_x & (4 - (on_y & 2));
     return (points){(vf)u / size, v / size, axis - (negative != 0)};
 }
 
-/* Offsets and weights of the lookups at one mip. */
+/* Computes offsets and weights of the lookups in one mip. */
 static inline void make_taps(const points *p, const ibl_gather_level *level,
                              const float *weights, taps *t)
 {
@@ -77,8 +77,8 @@ static inline void make_taps(const points *p, const ibl_gather_level *level,
         vf_store(t->weight + k * VF, v[k]);
 }
 
-/* Adds one sample's texels to the sums, of which there are two so that one
- * addition need not wait for the last. */
+/* Adds one sample's texels to two sums, which shortens the chain of dependent
+ * additions. */
 #if VF == 8
 static inline void add_taps(const taps *t, int i, const float *texels,
                             size_t row, vf sums[2])

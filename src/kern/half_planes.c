@@ -22,7 +22,7 @@ void ibl_unzip_c(const unsigned char *even, const unsigned char *odd,
     }
 }
 
-/* The first byte is no difference: 128 is taken off what is added to it. */
+/* The first byte is stored as it is: `last` cancels the 128 that unzip adds. */
 void ibl_unzip_begin(const ibl_half_planes_dsp *dsp, const unsigned char *src,
                      size_t count, unsigned char last[2])
 {

@@ -5,13 +5,13 @@
 #if VF == 4
 void IBL_FOR_ISA(ibl_half_planes_init)(ibl_half_planes_dsp *dsp)
 {
-    (void)dsp; /* the plain versions */
+    (void)dsp; /* keeps the plain versions */
 }
 #else
 
 static unsigned char sum(const unsigned char *src, size_t count)
 {
-    __m256i sums = _mm256_setzero_si256(); /* of 8 lanes each */
+    __m256i sums = _mm256_setzero_si256(); /* each of 8 bytes */
     size_t i = 0;
 
     for (; i + 32 <= count; i += 32) {
@@ -25,9 +25,9 @@ static unsigned char sum(const unsigned char *src, size_t count)
                            ibl_unzip_sum_c(src + i, count - i));
 }
 
-/* The next 32 bytes from their differences; *last, the one before in every
- * lane, becomes the last of them. Sums of 2, 4, 8, 16 differences; only the
- * addition of *last waits for the bytes before. */
+/* Decodes the next 32 bytes from their differences. *last is the previous byte
+ * in every lane, and becomes the last of these. Adds up 2, 4, 8, 16 differences
+ * first; only the addition of *last depends on earlier bytes. */
 static __m256i add_up(const unsigned char *src, __m256i *last)
 {
     const __m256i ends = _mm256_set1_epi8(15);
@@ -68,7 +68,7 @@ static void unzip(const unsigned char *even, const unsigned char *odd,
     ibl_unzip_c(even + i, odd + i, count - i, last, dst + 2 * i);
 }
 
-/* VF halves. */
+/* VF halves as floats. */
 static vf widen(const unsigned char *src)
 {
     return _mm256_cvtph_ps(_mm_loadu_si128((const __m128i *)src));

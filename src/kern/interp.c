@@ -25,7 +25,7 @@ static void polar(double v, int size, int count, double *angle, double *azimuth)
     }
 }
 
-/* Horner's rule for one tap. */
+/* Weight of one tap by Horner's rule. */
 static double weight_of(const ibl_interp_weights *taps, int tap, double t)
 {
     double w = taps->coef[IBL_TAPS_DEGREE][tap];
@@ -48,8 +48,7 @@ static void weights(const ibl_interp_weights *taps, double shift, double scale,
             w[k] = (float)exact;
             rest += exact - (double)w[k];
         }
-        /* What rounding took away goes to the largest weight, so that
-         * constants stay what they are. */
+        /* Add the rounding errors to the largest weight: the sum stays 1. */
         w[t < 0 ? IBL_TAPS_FIRST : IBL_TAPS_FIRST + 1] += (float)rest;
         first[i] = (int)whole - IBL_TAPS_FIRST;
     }
@@ -80,7 +79,7 @@ static void row(const ibl_interp_row *a)
 void ibl_interp_finish(const float *rgba, const ibl_interp_range *range,
                        int count, float *rgb)
 {
-    const ibl_interp_range a = *range; /* which rgb cannot be */
+    const ibl_interp_range a = *range; /* a copy, which rgb cannot alias */
     for (int i = 0; i < count; i++, rgba += 4, rgb += 3)
 #pragma GCC unroll 3
         for (int c = 0; c < 3; c++) {

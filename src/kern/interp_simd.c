@@ -6,14 +6,14 @@
 #include "kern/lanes.h"
 
 enum {
-    VECTORS = 4 * IBL_TAPS / VF, /* that hold a ring's samples */
-    PARTS = IBL_TAPS / VD        /* vectors that hold the weights */
+    VECTORS = 4 * IBL_TAPS / VF, /* vectors for a ring's samples */
+    PARTS = IBL_TAPS / VD        /* vectors for the weights */
 };
 
 /*
- * Arc tangent of |x| <= sqrt(2), within 1e-12: half the angle has the tangent
- * t = x / (1 + sqrt(1 + x^2)) <= 0.518, and atan(t) = t P(t^2), P fitted at
- * Chebyshev's nodes of 0..0.2687.
+ * Arc tangent of |x| <= sqrt(2), within 1e-12. Half the angle has the tangent
+ * t = x / (1 + sqrt(1 + x^2)) <= 0.518, and atan(t) = t P(t^2), with P fitted
+ * at Chebyshev's nodes of 0..0.2687.
  */
 static inline vd arc_tangent(vd x)
 {
@@ -30,7 +30,7 @@ static inline vd arc_tangent(vd x)
     return 2.0 * t * s;
 }
 
-/* u of texels i, i + 1, ... */
+/* u of texels i..i + VD - 1. */
 static inline vd coordinates(int i, int size)
 {
     static const double odd[8] = {1, 3, 5, 7, 9, 11, 13, 15};
@@ -45,8 +45,8 @@ static void latitudes(double v, int size, int count, double *angle)
     }
 }
 
-/* The azimuth counts from the diagonal: a tangent of |v| - |u| over |v| + |u|,
- * never over 1; at the pole itself 0 / 1e-300. */
+/* The azimuth is measured from the diagonal: its tangent is (|v| - |u|) / (|v|
+ * + |u|), at most 1; at the pole it is 0 / 1e-300. */
 static void polar(double v, int size, int count, double *angle, double *azimuth)
 {
     const vd b = vd_abs(vd_all(v));
@@ -58,7 +58,7 @@ static void polar(double v, int size, int count, double *angle, double *azimuth)
     }
 }
 
-/* Rounds the weights to float and returns what that took away from each. */
+/* Rounds the weights to float; returns the rounding errors. */
 static inline vd round_weights(vd exact, float *w)
 {
     vd_store_floats(w, exact);
@@ -69,7 +69,7 @@ static void weights(const ibl_interp_weights *taps, double shift, double scale,
                     const double *angle, int count, int *first, float *weight)
 {
     for (int i = 0; i < count; i++) {
-        /* Casts round towards zero: positions are above -64. */
+        /* Casts round towards zero, and positions are above -64. */
         const double position = shift + scale * angle[i];
         const int whole = (int)(position + 64) - 64;
         const double t = position - whole - 0.5;
@@ -92,7 +92,7 @@ static void weights(const ibl_interp_weights *taps, double shift, double scale,
     }
 }
 
-/* Adds w times a ring's samples. */
+/* Adds weight times a ring's samples. */
 static inline void add_ring(const float *grid, float weight, vf along[VECTORS])
 {
     const vf w = vf_all(weight);
@@ -101,7 +101,7 @@ static inline void add_ring(const float *grid, float weight, vf along[VECTORS])
         along[k] = vf_fma(vf_load(grid + k * VF), w, along[k]);
 }
 
-/* The sum across the columns, even and odd vectors apart. */
+/* Sums across the columns; even and odd vectors have separate sums. */
 static inline vf across(const vf along[VECTORS], const float *w)
 {
     vf sum[2] = {along[0] * vf_spread(w, 0), along[1] * vf_spread(w, 1)};
@@ -111,8 +111,7 @@ static inline vf across(const vf along[VECTORS], const float *w)
     return sum[0] + sum[1];
 }
 
-/* Down the rings first, which keeps all channels and columns apart, then
- * across the columns. */
+/* Sums down the rings per channel and column first, then across columns. */
 static void row(const ibl_interp_row *row)
 {
     const ibl_interp_row a = *row;
@@ -126,7 +125,7 @@ static void row(const ibl_interp_row *row)
 #pragma GCC unroll 8
         for (int k = 0; k < VECTORS; k++)
             along[k] = vf_all(0);
-        /* What the rows of texels after this one will want. */
+        /* Prefetch for the following texels and rows. */
         __builtin_prefetch(grid + 8 * stride + 16);
         __builtin_prefetch(grid - stride + 16);
 #pragma GCC unroll 8

@@ -15,15 +15,15 @@
 
 #include "core/cpu.h"
 
-/* Declares name_dsp_init, which fills in the table for an instruction set, not
- * IBL_ISA_AUTO, and what it calls. */
+/* Declares name_dsp_init, which fills the table for an instruction set (not
+ * IBL_ISA_AUTO), and the functions it calls. */
 #define IBL_DECLARE_KERNEL(name)                                               \
     void name##_dsp_init(name##_dsp *dsp, ibl_isa isa);                        \
     void name##_init_sse2(name##_dsp *dsp);                                    \
     void name##_init_avx2(name##_dsp *dsp);                                    \
     void name##_init_avx512(name##_dsp *dsp)
 
-/* Replaces plain functions of a table by those for isa. */
+/* Replaces the plain functions of a table by those for isa. */
 #if IBL_X86
 #define IBL_INIT_VECTORS(name, dsp, isa)                                       \
     if ((isa) >= IBL_ISA_AVX512)                                               \
@@ -36,7 +36,7 @@
 #define IBL_INIT_VECTORS(name, dsp, isa) ((void)(isa))
 #endif
 
-/* Defines name_dsp_init: the plain functions in the order of the table. */
+/* Defines name_dsp_init; plain functions are in the order of the table. */
 #define IBL_KERNEL(name, ...)                                                  \
     void name##_dsp_init(name##_dsp *dsp, ibl_isa isa)                         \
     {                                                                          \
@@ -44,14 +44,14 @@
         IBL_INIT_VECTORS(name, dsp, isa);                                      \
     }
 
-/* Defines the same for the instruction set that is compiled for. */
+/* Defines name_init for the instruction set being compiled. */
 #define IBL_VECTOR_KERNEL(name, ...)                                           \
     void IBL_FOR_ISA(name##_init)(name##_dsp * dsp)                            \
     {                                                                          \
         *dsp = (name##_dsp){__VA_ARGS__};                                      \
     }
 
-/* IBL_FOR_ISA(ibl_name_init) is ibl_name_init_avx2, or another. */
+/* IBL_FOR_ISA(ibl_name_init) is ibl_name_init_avx2, for example. */
 #define IBL_JOIN(name, suffix) name##suffix
 #define IBL_JOIN_VALUES(name, suffix) IBL_JOIN(name, suffix)
 #define IBL_FOR_ISA(name) IBL_JOIN_VALUES(name, IBL_SUFFIX)

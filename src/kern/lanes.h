@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Vectors as wide as the file that includes this is compiled for. A kernel
- * whose versions differ only in width is written once with them: see isa.h.
- * With AVX-512 they have 8 floats, as loads from anywhere and shuffles gain
- * nothing from 16; a file whose time is arithmetic on aligned data defines
+ * Vectors as wide as the instruction set of the including file allows. Kernels
+ * whose versions differ only in width are written once with them: see isa.h.
+ * With AVX-512 a vector has 8 floats, since unaligned loads and shuffles gain
+ * nothing from 16. A file dominated by arithmetic on aligned data defines
  * IBL_LANES_16 first.
  *
- * Arithmetic, comparisons and masks are written with operators, of gcc and
- * clang; a fused multiply-add is asked for by name, vf_fma(a, b, c) = a b + c,
- * and is a product and a sum where the CPU has none.
+ * Arithmetic, comparisons and masks use the operators of gcc and clang. Only a
+ * fused multiply-add has a name, vf_fma(a, b, c) = a b + c; it is a product and
+ * a sum where the CPU has none.
  */
 #ifndef IBL_KERN_LANES_H
 #define IBL_KERN_LANES_H
@@ -37,7 +37,7 @@ typedef __m128d vd;
 #endif
 #define VD (VF / 2) /* doubles in a vd */
 
-/* As many integers; a comparison's are 0 or -1. */
+/* VF integers; a comparison gives 0 or -1 in each. */
 typedef int vi __attribute__((vector_size(4 * VF)));
 typedef long long vl __attribute__((vector_size(8 * VD)));
 
@@ -61,7 +61,7 @@ static inline vf vf_sqrt(vf v)
     return MM(sqrt_ps)(v);
 }
 
-/* b where one of them is NaN. */
+/* b where a or b is NaN. */
 static inline vf vf_min(vf a, vf b)
 {
     return MM(min_ps)(a, b);
@@ -102,7 +102,7 @@ static inline vd vd_abs(vd v)
     return (vd)((vl)v & ~(vl)vd_all(-0.0));
 }
 
-/* What a CPU without AVX2 lacks. */
+/* Replacements for instructions that need AVX2. */
 #if VF == 4
 static inline vf vf_fma(vf a, vf b, vf c)
 {
@@ -135,7 +135,7 @@ static inline vi vi_max(vi a, vi b)
 }
 #endif
 
-/* VD floats from p, widened, and the way back. */
+/* Loads VD floats as doubles, and stores doubles as VD floats. */
 typedef float vd_floats
     __attribute__((vector_size(4 * VD), aligned(4), may_alias));
 
@@ -150,10 +150,10 @@ static inline void vd_store_floats(float *p, vd v)
 }
 
 /*
- * Of quads, a vector's halves or all of it, four floats: the same one for each,
- * those at p[0] and p[1], quad k of a vector, the sum of all, and floats
- * VF / 4 k and on of eight at w, each in a quad. Whether any lane of a mask is
- * set.
+ * Quads are the groups of four floats in a vector, VF / 4 of them.
+ * vf_all_quads: the same quad everywhere. vf_load_quads: quad i from p[i].
+ * vf_quad: quad k. vf_fold: the sum of all quads. vf_spread: quad i is filled
+ * with w[VF / 4 k + i]; w has eight floats. vi_any: whether any lane is set.
  */
 #if VF == 8
 static inline vf vf_all_quads(__m128 quad)
@@ -221,7 +221,7 @@ static inline vf vf_spread(const float *w, int k)
 }
 #endif
 
-/* Turns rows into columns, in each quarter of four. */
+/* Transposes 4x4 floats, separately in each quad of the four vectors. */
 static inline void vf_transpose(vf v[4])
 {
     const vf a = MM(unpacklo_ps)(v[0], v[1]), b = MM(unpackhi_ps)(v[0], v[1]);
@@ -233,7 +233,7 @@ static inline void vf_transpose(vf v[4])
 }
 
 #if VF <= 8
-/* VF R, G and B each to floats R G B R G B ..., and one float beyond. */
+/* Stores VF pixels as R G B R G B ... and writes one float beyond them. */
 static inline void vf_store_rgb(float *dst, vf r, vf g, vf b)
 {
     vf v[4] = {r, g, b, b};

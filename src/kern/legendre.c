@@ -17,8 +17,8 @@
 static const double pi = IBL_PI;
 
 enum {
-    PAD = 16,   /* pairs, a multiple of every vector's lanes */
-    ARRAYS = 7, /* of an ibl_legendre_rings, without start */
+    PAD = 16,   /* pairs; a multiple of the lanes of every vector */
+    ARRAYS = 7, /* arrays of ibl_legendre_rings, without start */
     PARTS = 6
 };
 
@@ -43,12 +43,12 @@ static void fill_pair(ibl_legendre_rings *r, ibl_ring_kind kind, int j)
     const int edges = kind == IBL_RINGS_EDGES;
     const double half = 0.5 * pi / (r->count + edges);
 
-    /* The sine of the latitude: to the last bits also at the equator. */
+    /* Written as the sine of the latitude: exact also near the equator. */
     r->x[j] = sin(half * (r->count - 1 - 2 * j));
     r->x2[j] = r->x[j] * r->x[j];
     r->sine[j] = sin(half * (2 * j + 1 + edges));
     split(r->sine[j], &r->mantissa[j], &r->exponent[j]);
-    /* 2^256 at most. */
+    /* The mantissa's power is at most 2^256. */
     split(pow(r->mantissa[j], 512.0), &r->mantissa_512[j], &r->exponent_512[j]);
 }
 
@@ -104,13 +104,13 @@ void ibl_legendre_rings_free(ibl_legendre_rings *r)
 
 /* ---- the plain version ---------------------------------------------- */
 
-/* P_lm on one ring, l after l. The value is p 2^(-512 scaled). */
+/* P_lm on one ring for increasing l. The value is p 2^(-512 scaled). */
 struct legendre {
-    double x, p, last; /* of l and l - 1 */
+    double x, p, last; /* p at l, last at l - 1 */
     int scaled;
 };
 
-/* Makes of a value that has grown past 2^-256 a plain one. */
+/* Lowers `scaled` once p has grown past 2^256. */
 static void rescale(struct legendre *q)
 {
     if (q->scaled && q->p > 0x1p256) {
@@ -134,7 +134,7 @@ static struct legendre begin(const ibl_legendre_order *o, int j)
     return q;
 }
 
-/* From l to l + 1; e[0] is e_l. */
+/* Steps from l to l + 1; e[0] is e_l. */
 static void step(struct legendre *q, const double *e)
 {
     const double next = (q->x * q->p - e[0] * q->last) / e[1];
@@ -144,7 +144,7 @@ static void step(struct legendre *q, const double *e)
     rescale(q);
 }
 
-/* e_l for l = m..degree + 1. */
+/* Computes e_l for l = m..degree + 1. */
 static const double *coefficients(const ibl_legendre_order *o)
 {
     const double m = o->m;
@@ -155,7 +155,7 @@ static const double *coefficients(const ibl_legendre_order *o)
     return o->scratch;
 }
 
-/* The difference of the rows on both sides of an edge. */
+/* The difference of the rows beside an edge. */
 static double step_of(const float *f, int j)
 {
     return (double)f[j + 1] - (double)f[j];
@@ -171,7 +171,7 @@ static void analyse(const ibl_legendre_order *o, const float *f, size_t stride,
     memset(a, 0, (size_t)terms * PARTS * sizeof *a);
     for (int j = 0; j < r->pairs; j++) {
         struct legendre q = begin(o, j);
-        double sum[2][PARTS]; /* for even and odd l - m */
+        double sum[2][PARTS]; /* one for even, one for odd l - m */
         const int mirror = r->count - 1 - j;
         const double weight = r->sine[j] * r->sine[j];
         for (int part = 0; part < PARTS; part++) {
@@ -214,8 +214,8 @@ static void synthesise(const ibl_legendre_order *o, const double *a,
     }
 }
 
-/* A multiple of 8, so that scratch of several workers stays aligned. What the
- * vector versions need is in legendre_simd.c. */
+/* A multiple of 8 doubles, so that the scratch of each worker stays aligned.
+ * legendre_simd.c has the layout of the vector versions. */
 size_t ibl_legendre_scratch(int degree)
 {
     return ((size_t)degree / 2 / 8 + 3) * 8 * 17 + 17 * 256;

@@ -5,22 +5,22 @@
  * conventions (rings, P_lm) are kept.
  *
  * All versions work in double. A ring in the north and its mirror image in
- * the south share their P_lm but for the sign (-1)^(l - m), so sums are taken
- * over pairs of them. Near the poles P_lm falls below any double long before
- * it is of no interest, (sin theta)^m for l = m: values start with an exponent
- * of their own (Holmes and Featherstone 2002, "A unified approach to the
- * Clenshaw summation ...", J. Geodesy 76) and count only from where they
- * matter (Reinecke and Seljebotn 2013, "Libsharp", A&A 554; Schaeffer 2013,
- * "Efficient spherical harmonic transforms ...", G-cubed 14).
+ * the south share their P_lm except for the sign (-1)^(l - m), so sums are
+ * taken over pairs of them. Near the poles P_mm, which is (sin theta)^m times a
+ * factor, underflows a double, although P_lm matters at higher l. So values
+ * start with a separate exponent (Holmes and Featherstone 2002, "A unified
+ * approach to the Clenshaw summation ...", J. Geodesy 76) and are summed only
+ * from where they matter (Reinecke and Seljebotn 2013, "Libsharp", A&A 554;
+ * Schaeffer 2013, "Efficient spherical harmonic transforms ...", G-cubed 14).
  *
  * Errors. Each P_lm is within
  *     DBL_EPSILON (l + 1)^1.5 min(l + 1, 2 / sin theta)
  *     + IBL_LEGENDRE_NOTHING
- * of the truth (P_lm itself reaches sqrt(l / 2 pi)): a rounding of cos theta
- * moves theta by DBL_EPSILON / sin theta and P_lm by l times that, and next to
- * a pole, where P_lm is even or odd in theta, by l^2 DBL_EPSILON. The second
- * term is what rings add at most that are left out. The tests hold it, and
- * the sums with it, to degree 16384, against long double.
+ * of the exact value (P_lm itself reaches sqrt(l / 2 pi)): a rounding of cos
+ * theta moves theta by DBL_EPSILON / sin theta and P_lm by l times that, and
+ * next to a pole, where P_lm is even or odd in theta, by l^2 DBL_EPSILON. The
+ * second term bounds the values of omitted rings. The tests check it, and the
+ * sums, to degree 16384, against long double.
  */
 #ifndef IBL_KERN_LEGENDRE_H
 #define IBL_KERN_LEGENDRE_H
@@ -31,7 +31,7 @@
 #include "ibl/ibl.h"
 #include "kern/isa.h"
 
-/* Below what is lost beside P_00 in a double. */
+/* Values below this are lost when added to P_00 in a double. */
 #define IBL_LEGENDRE_NOTHING 0x1p-54
 
 /*
@@ -44,16 +44,16 @@ typedef enum ibl_ring_kind {
 } ibl_ring_kind;
 
 /*
- * What the sums need to know of the rings, the same for all orders. Arrays
- * are of pairs, from the pole to the equator, to a multiple of 16; those
- * beyond the pairs are at the equator.
+ * Properties of the rings that the sums need, the same for all orders. Arrays
+ * have an entry per pair, from the pole to the equator, and are padded to a
+ * multiple of 16 with entries at the equator.
  */
 typedef struct ibl_legendre_rings {
-    int count;    /* rings */
-    int pairs;    /* (count + 1) / 2: an odd one's middle pairs with itself */
-    double *x;    /* cos theta, >= 0 */
-    double *x2;   /* x^2 */
-    double *sine; /* sin theta */
+    int count;            /* rings */
+    int pairs;            /* (count + 1) / 2: a middle ring pairs with itself */
+    double *x;            /* cos theta, >= 0 */
+    double *x2;           /* x^2 */
+    double *sine;         /* sin theta */
     double *mantissa;     /* sin theta = mantissa 2^exponent, the mantissa in */
     double *exponent;     /*   [sqrt(1/2), sqrt(2)) */
     double *mantissa_512; /* the same of mantissa^512 */

@@ -14,9 +14,8 @@
  * and with r_k = s_k R_k, s_k+1 = -s_k-1 A_k-1 / A_k,
  *     R_k+1 = (alpha_k x^2 + beta_k) R_k + R_k-1,
  *     alpha_k = s_k / (A_k s_k+1),   beta_k = -B_k alpha_k:
- * two products for two degrees. All else is sums with R_k: x is taken into
- * the input or output of odd l - m, and the combination of r_k and r_k-1 into
- * the coefficients.
+ * two products for two degrees. The sums use R_k only: the input or output
+ * of odd l - m contains x, and the coefficients combine r_k and r_k-1.
  */
 #ifndef IBL_KERN_LEGENDRE_LANES_H
 #define IBL_KERN_LEGENDRE_LANES_H
@@ -29,12 +28,12 @@
 #include "kern/legendre.h"
 
 enum {
-    BLOCK = 8,   /* of k: rings come in at multiples of it */
-    CHUNK = 256, /* pairs of rings, whose data fit the nearest cache */
+    BLOCK = 8,   /* in k: rings join at multiples of it */
+    CHUNK = 256, /* pairs of rings, whose data fit the first-level cache */
     CHUNK_VECTORS = CHUNK / VD,
     SUMS = 12,       /* 6 parts for even l - m, 6 for odd */
-    NEVER = 1 << 30, /* block of rings that do not come in */
-    STARTS_AT = -62  /* exponent of R_k where rings come in: s_k <= 2^7 */
+    NEVER = 1 << 30, /* block of rings that never join */
+    STARTS_AT = -62  /* exponent of R_k from which rings join: s_k <= 2^7 */
 };
 
 typedef unsigned long long vu __attribute__((vector_size(8 * VD)));
@@ -58,13 +57,13 @@ static inline vd add_pairs(vd a, vd b)
     return _mm512_unpacklo_pd(a, b) + _mm512_unpackhi_pd(a, b);
 }
 
-/* The same of quarters: 128 bits take the place of a lane. */
+/* a0 + a1, a2 + a3, b0 + b1, b2 + b3 of quarters of 128 bits. */
 static inline vd add_quarters(vd a, vd b)
 {
     return _mm512_shuffle_f64x2(a, b, 0x88) + _mm512_shuffle_f64x2(a, b, 0xDD);
 }
 
-/* Lane i is the sum of v[i], for VD vectors. */
+/* Lane i is the sum of the lanes of v[i], for VD vectors. */
 static inline vd vd_totals(const vd v[VD])
 {
     return add_quarters(
@@ -106,7 +105,7 @@ static inline vd vd_totals(const vd v[VD])
 }
 #endif
 
-/* e with |v| = f 2^e, 1 <= f < 2, for normal numbers. */
+/* The e with |v| = f 2^e, 1 <= f < 2; v must be normal. */
 static inline vd vd_exponent(vd v)
 {
     const vu field = ((vu)v << 1) >> 53;
@@ -114,7 +113,7 @@ static inline vd vd_exponent(vd v)
     return (vd)(field | 0x4330000000000000) - vd_all(0x1p52 + 1023);
 }
 
-/* 2^e for whole e in -1022..1023. */
+/* 2^e; e must be whole, -1022..1023. */
 static inline vd vd_power_of_two(vd e)
 {
     return (vd)((vu)(e + vd_all(0x1p52 + 1023)) << 52);
@@ -132,28 +131,26 @@ static inline vd vd_either(vl mask, vd yes, vd no)
 
 /* ---- an order's coefficients ---------------------------------------- */
 
-/*
- * All in the caller's scratch. Tables in k hold `blocks` whole blocks and
- * another vector.
- */
+/* Arrays are in the caller's scratch. Tables over k have `blocks` whole blocks
+ * and room for another vector. */
 struct work {
     const ibl_legendre_order *o;
     const ibl_legendre_rings *rings;
-    int terms;             /* k = 0..terms - 1 */
-    int blocks;            /* of BLOCK that hold them */
-    double *alpha, *beta;  /* of the recurrence */
+    int terms;             /* number of k */
+    int blocks;            /* blocks of BLOCK terms */
+    double *alpha, *beta;  /* coefficients of the recurrence */
     double *odd;           /* s_k: P_m+2k+1 = x odd R_k */
     double *even, *before; /* P_m+2k = even R_k + before R_k-1 */
     double first;          /* R_0 / (sin theta)^m */
     double *sums;          /* [k][SUMS] */
-    /* of a chunk of rings */
-    double *now, *last;             /* R_k and R_k-1; 0 before they come in */
-    double *late_now, *late_last;   /* what they come in with */
-    double *block;                  /* when, in multiples of BLOCK */
+    /* for a chunk of rings: */
+    double *now, *last;             /* R_k and R_k-1; 0 before the ring joins */
+    double *late_now, *late_last;   /* their values when it joins */
+    double *block;                  /* block in which it joins, or NEVER */
     double *data;                   /* [vector][SUMS][VD] */
-    int from_block[CHUNK_VECTORS];  /* the first and the last of block in */
-    int until_block[CHUNK_VECTORS]; /*   a vector's lanes */
-    int vectors, active;            /* active..vectors - 1 come in at all */
+    int from_block[CHUNK_VECTORS];  /* first block in which a lane joins */
+    int until_block[CHUNK_VECTORS]; /* last block in which one does */
+    int vectors, active;            /* vectors before `active` never join */
 };
 
 static struct work layout(const ibl_legendre_order *o)
@@ -192,7 +189,7 @@ static inline vd counting(double from, double by)
     return v;
 }
 
-/* e_m+2k to before, e_m+2k+1 to even, -B_k to beta: with l = m + 2k,
+/* Writes e_m+2k to before, e_m+2k+1 to even, -B_k to beta: with l = m + 2k,
  *     e_l^2   = (l - m) (l + m) (2l + 3) / d
  *     e_l+1^2 = (l + 1 - m) (l + 1 + m) (2l - 1) / d
  *     d       = (2l - 1) (2l + 1) (2l + 3). */
@@ -216,14 +213,14 @@ static void fill_roots(struct work *w)
                                   vd_load(w->alpha + k + 1));
 }
 
-/* A_k, from before and even. */
+/* A_k, computed from before and even. */
 static inline vd product(const struct work *w, int k)
 {
     return vd_load(w->before + k + 1) * vd_load(w->even + k + 1);
 }
 
-/* s_0 = s_1 = 1 / sqrt(A_0), and on by -A_k-1 / A_k, for which the place of
- * the sums is used. */
+/* s_0 = s_1 = 1 / sqrt(A_0), then s_k+1 = -s_k-1 A_k-1 / A_k. Leaves A_k in the
+ * memory of the sums. */
 static void fill_scales(struct work *w)
 {
     const int count = w->blocks * BLOCK;
@@ -241,7 +238,7 @@ static void fill_scales(struct work *w)
 
 static void fill_coefficients(struct work *w)
 {
-    const double *a = w->sums; /* A_k, as fill_scales leaves it */
+    const double *a = w->sums; /* A_k, left by fill_scales */
 
     fill_roots(w);
     fill_scales(w);
@@ -252,7 +249,7 @@ static void fill_coefficients(struct work *w)
         vd_store(w->alpha + k, alpha);
         vd_store(w->beta + k, vd_load(w->beta + k) * alpha);
         vd_store(w->even + k, vd_load(w->even + k) * s);
-        /* before[k + 1] has the s before its own. */
+        /* The s of before[k + 1] is that of k. */
         vd_store(w->before + k + 1, vd_load(w->before + k + 1) * s);
     }
     w->before[0] = 0.0;
@@ -260,7 +257,7 @@ static void fill_coefficients(struct work *w)
 
 /* ---- how rings start ------------------------------------------------ */
 
-/* Values of R_k = now 2^exponent and R_k-1 = last 2^exponent. */
+/* R_k = now 2^exponent and R_k-1 = last 2^exponent. */
 struct scaled {
     vd now, last, exponent;
 };
@@ -287,7 +284,7 @@ static inline vd power(vd v, int n)
     return p;
 }
 
-/* R_0; j is a ring in the north. */
+/* R_0 of the rings j..j + VD - 1, in the north. */
 static inline struct scaled at_first(const struct work *w, int j)
 {
     const int m = w->o->m, low = m & 511, high = m >> 9;
@@ -313,9 +310,8 @@ static inline void recur(const struct work *w, int k, vd x2, vd *now, vd *last)
     *now = next;
 }
 
-/* From which size a lane's `now` is looked at: when its ring comes in (of rings
- * that have, never) or is to be normalised. Growth by a block is below
- * 2^200, too. */
+/* Sizes of `now` from which a lane joins or must be normalised; infinite for
+ * lanes that have joined. `now` grows by less than 2^200 in a block. */
 static inline vd look_at(vd exponent, vl done)
 {
     const vd left = vd_all(STARTS_AT) - exponent, most = vd_all(200.0);
@@ -325,8 +321,8 @@ static inline vd look_at(vd exponent, vl done)
 }
 
 /*
- * Vector v, some of whose rings are not yet to come in at k = 0: runs along
- * k until they have, or to the end. A ring comes in with the first block in
+ * Handles vector v if some of its rings do not matter yet at k = 0: runs along
+ * k until all have joined, or to the end. A ring joins with the first block in
  * which it matters. False if none ever does.
  */
 static bool follow(struct work *w, int v, vd x2, struct scaled s)
@@ -368,9 +364,10 @@ static bool follow(struct work *w, int v, vd x2, struct scaled s)
     return from != NEVER;
 }
 
-/* The chunk that begins with ring j: R_0 of the rings that matter at k = 0,
- * and what those come in with that matter later. From the equator to the
- * pole, as none comes in where one nearer to the equator does not. */
+/* Starts the chunk that begins with ring j: R_0 of the rings that matter at k =
+ * 0, and the later start values of the other rings. Runs from the equator to
+ * the pole and stops at the first vector whose rings never join: those nearer
+ * to the pole do not join either. */
 static void start_chunk(struct work *w, int j)
 {
     const int left = w->rings->pairs - j;
@@ -394,7 +391,7 @@ static void start_chunk(struct work *w, int j)
     }
 }
 
-/* Rings of vector v that come in with block b > 0. */
+/* Starts the rings of vector v that join with block b > 0. */
 static inline void come_in(struct work *w, int v, int b)
 {
     if (b < w->from_block[v] || b > w->until_block[v] || !w->until_block[v])

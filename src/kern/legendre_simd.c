@@ -1,25 +1,25 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * legendre.h for vectors of VD rings: sums with the functions of
- * legendre_lanes.h. As many sums stay in registers as there are, so
- * that the multiply-adds are what takes time: over rings in the analysis, for
- * two k at a time with 32 registers; over k in the synthesis, for two vectors
- * of rings.
+ * legendre_lanes.h. As many sums as possible stay in registers, so that
+ * multiply-adds take most of the time. The analysis sums over rings, for two k
+ * at a time with 32 registers; the synthesis sums over k, for two vectors of
+ * rings.
  */
 #include <string.h>
 
 #include "kern/legendre_lanes.h"
 
 enum {
-    /* k in the analysis, vectors of rings in the synthesis: 24 sums in the 32
-     * registers of AVX-512, else 12 in 16. */
+    /* k in the analysis, vectors of rings in the synthesis. AVX-512 has 32
+     * registers for 24 sums, the others 16 for 12. */
     AT_ONCE = VD == 8 ? 2 : 1
 };
 
 /* ---- analysis ------------------------------------------------------- */
 
-/* The differences of the rows on both sides of VD edges and of their mirror
- * images, from north j on. */
+/* The differences of the rows beside VD edges, from north j on, and beside
+ * their mirror images. */
 static inline void load_pairs(const ibl_legendre_rings *r, int j,
                               const float *ring, vd *north, vd *south)
 {
@@ -40,7 +40,7 @@ static inline void load_pairs(const ibl_legendre_rings *r, int j,
     }
 }
 
-/* north + south, and x (north - south), of the chunk that begins with j. */
+/* Computes north + south, x (north - south) for the chunk from ring j on. */
 static void gather_chunk(struct work *w, int j, const float *f, size_t stride)
 {
     const ibl_legendre_rings *r = w->rings;
@@ -61,7 +61,7 @@ static void gather_chunk(struct work *w, int j, const float *f, size_t stride)
     }
 }
 
-/* Sums over the chunk for AT_ONCE k from k on. */
+/* Adds the chunk to the sums of AT_ONCE k, from k on. */
 static void sum_over_rings(struct work *w, int j, int k, int v)
 {
     const double *x2 = w->rings->x2 + j + v * VD;
@@ -112,7 +112,7 @@ static void analyse_chunk(struct work *w, int j)
     }
 }
 
-/* to = p a + q b, six numbers. */
+/* to = p a + q b for six numbers. */
 static inline void blend_six(double p, const double *a, double q,
                              const double *b, double *to)
 {
@@ -123,7 +123,7 @@ static inline void blend_six(double p, const double *a, double q,
                       u * _mm_loadu_pd(a + i) + v * _mm_loadu_pd(b + i));
 }
 
-/* The coefficients from sums with R_k. */
+/* Computes the coefficients from the sums with R_k. */
 static void finish(const struct work *w, double *a)
 {
     const int count = w->o->degree - w->o->m + 1;
@@ -155,8 +155,8 @@ static void analyse(const ibl_legendre_order *o, const float *f, size_t stride,
 
 /* ---- synthesis ------------------------------------------------------ */
 
-/* The sums' coefficients of R_k: those of P_m+2k and P_m+2k+2, which both
- * hold it, and of P_m+2k+1. */
+/* Computes the coefficients of R_k in the sums: from P_m+2k and P_m+2k+2, which
+ * both contain R_k, and from P_m+2k+1. */
 static void combine(struct work *w, const double *a, const double *factor)
 {
     const int count = w->o->degree - w->o->m + 1;
@@ -174,7 +174,7 @@ static void combine(struct work *w, const double *a, const double *factor)
     }
 }
 
-/* Adds sums for k from..until - 1 of AT_ONCE vectors from v on to acc. */
+/* Adds the terms k = from..until - 1 for AT_ONCE vectors, from v on, to acc. */
 static void sum_over_k(struct work *w, int j, int v, int from, int until,
                        vd acc[AT_ONCE][SUMS])
 {
@@ -212,7 +212,7 @@ static void sum_over_k(struct work *w, int j, int v, int from, int until,
     }
 }
 
-/* VD rings and their mirror images, from north j on. */
+/* Stores VD rings, from north j on, and their mirror images. */
 static inline void store_pairs(const ibl_legendre_rings *r, int j, float *ring,
                                vd north, vd south)
 {
@@ -241,8 +241,7 @@ static void store_vector(const ibl_legendre_rings *r, int j, const vd acc[SUMS],
     }
 }
 
-/* Adds AT_ONCE vectors from v on to acc: stretches of k between which rings
- * come in. */
+/* Adds AT_ONCE vectors from v on to acc, block by block while rings join. */
 static void synthesise_side(struct work *w, int j, int v, vd acc[AT_ONCE][SUMS])
 {
     int b = w->blocks, until = 0;
@@ -261,7 +260,7 @@ static void synthesise_side(struct work *w, int j, int v, vd acc[AT_ONCE][SUMS])
     sum_over_k(w, j, v, b * BLOCK, w->terms, acc);
 }
 
-/* The rings of `vectors` vectors from north j on, in which nothing comes in. */
+/* Writes zeros to the rings of `vectors` vectors, from north j on. */
 static void store_nothing(const ibl_legendre_rings *r, int j, int vectors,
                           float *g, size_t stride)
 {
@@ -279,7 +278,7 @@ static void synthesise_chunk(struct work *w, int j, float *g, size_t stride)
     const int active = w->active / AT_ONCE * AT_ONCE;
 
     store_nothing(w->rings, j, active, g, stride);
-    /* To a multiple of AT_ONCE: the others do not come in. */
+    /* Round to multiples of AT_ONCE; the added vectors never join. */
     for (int v = active; v < w->active; v++)
         w->from_block[v] = NEVER;
     for (; w->vectors % AT_ONCE; w->vectors++) {

@@ -2,10 +2,10 @@
 #include "kern/legendre_sums.h"
 
 enum {
-    BLOCK = 8 /* points at once: each waits for its last step */
+    BLOCK = 8 /* points at once: a step waits for the last one */
 };
 
-/* The recurrence is linear: started with the weight it carries the weight. */
+/* The recurrence is linear: started with the weight it gives weighted P_l. */
 static void add_block(const double *y, const double *w, const double *inverse,
                       int degree, double *k)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Legendre coefficients of a function that is known at some points.
+ * Legendre coefficients of a function known at some points.
  *
  * With y = 1 - x the recurrence (l + 1) P_l+1 = (2 l + 1) x P_l - l P_l-1 is
  *     e_l+1 = e_l - (2 l + 1) y P_l,   P_l+1 = P_l + e_l+1 / (l + 1),
@@ -15,7 +15,7 @@
 #include "kern/isa.h"
 
 enum {
-    IBL_LEGENDRE_SUMS_POINTS = 32, /* their number is a multiple of this */
+    IBL_LEGENDRE_SUMS_POINTS = 32, /* divides the number of points */
     IBL_LEGENDRE_SUMS_SCRATCH = 8  /* doubles for each degree */
 };
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* kern/legendre_sums.c in vectors: four of points stay in registers while l
- * runs, and add to one of sums for each l, whose lanes are added up at the end.
- */
+/* kern/legendre_sums.c in vectors: four vectors of points stay in registers
+ * for all l; each l has a vector of sums, whose lanes are added at the end. */
 #define IBL_LANES_16
 #include "kern/lanes.h"
 #include "kern/legendre_sums.h"

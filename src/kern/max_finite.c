@@ -3,8 +3,8 @@
 
 #include <string.h>
 
-/* As unsigned integers, floats are in order from 0 to Inf, then come NaN,
- * then all that have a sign. */
+/* Ordered as unsigned integers, floats go from 0 to Inf, then follow NaN, then
+ * all with a sign. */
 uint32_t ibl_max_finite_c(const float *src, size_t count)
 {
     uint32_t most = 0;

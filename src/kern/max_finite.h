@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* One look at floats that are to be finite and not negative. */
+/* Checks that floats are finite and not negative, in one pass. */
 #ifndef IBL_KERN_MAX_FINITE_H
 #define IBL_KERN_MAX_FINITE_H
 
@@ -15,7 +15,7 @@
 /*
  * The bits of the largest of count floats. The result is below
  * IBL_INFINITE_BITS exactly when all of them are finite and none has a sign;
- * then every version returns the same. 0 for no floats. No alignment is needed.
+ * then all versions agree. 0 for no floats. No alignment is needed.
  */
 typedef uint32_t ibl_max_finite_fn(const float *src, size_t count);
 
@@ -25,7 +25,7 @@ typedef struct ibl_max_finite_dsp {
 
 IBL_DECLARE_KERNEL(ibl_max_finite);
 
-/* The version for an instruction set; and the plain one. */
+/* The version for an instruction set, and the plain one. */
 ibl_max_finite_fn *ibl_max_finite(ibl_isa isa);
 ibl_max_finite_fn ibl_max_finite_c;
 

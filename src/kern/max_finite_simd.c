@@ -3,7 +3,7 @@
 
 #include "kern/lanes.h"
 
-/* The maximum of signed integers, and beside it whether one has a sign. */
+/* The maximum as signed integers; separately checks for a sign. */
 static uint32_t most(const float *src, size_t count)
 {
     vi high[4] = {{0}}, all = {0};

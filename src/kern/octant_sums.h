@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Sums of pixels for eight images at once. Where eight parts of a map have
- * the same geometry, a weight counts for all of them: a value is a vector of
- * eight, one lane for each image, and a pixel or a sum is three of them, R, G
- * and B. All versions give the same bytes: they add in the same order, and
- * neither fuse nor reassociate.
+ * Sums of pixels for eight images at once. Eight parts of a map with the same
+ * geometry share their weights: a value is a vector of eight, one lane for each
+ * image. A pixel or a sum is three values: R, G and B. All versions give the
+ * same bytes: they add in the same order, without fusing or reassociating.
  */
 #ifndef IBL_KERN_OCTANT_SUMS_H
 #define IBL_KERN_OCTANT_SUMS_H
@@ -20,41 +19,41 @@ enum {
     IBL_OCTANT_RGB = 3 * IBL_OCTANTS, /* doubles of a pixel or a sum */
 };
 
-/* A weight for a run of pixels, to be added to one sum. */
+/* A weight for a run of pixels that is added to one sum. */
 typedef struct ibl_octant_span {
     double weight;
-    int slot;              /* of the sum */
-    uint16_t pixel, count; /* the first one, and how many: >= 1 */
+    int slot;              /* index of the sum */
+    uint16_t pixel, count; /* the first pixel, and how many: >= 1 */
 } ibl_octant_span;
 
-/* Where a pixel lies between two of a source's row: their offsets in floats and
- * the weight of the second. */
+/* A pixel between two pixels of a source row: their offsets in floats, and the
+ * weight of the second. */
 typedef struct ibl_octant_tap {
     int at[2];
     double weight;
 } ibl_octant_tap;
 
-/* A row of pixels between those of two rows of a source. */
+/* A row of pixels between two rows of a source. */
 typedef struct ibl_octant_blend {
     const float *source[2];
     double weight[2];
-    int turn[2]; /* columns to go on by in each, 0..columns - 1 */
+    int turn[2]; /* columns to shift each by, 0..columns - 1 */
     int columns;
-    const ibl_octant_tap *taps; /* of each column */
+    const ibl_octant_tap *taps; /* one for each column */
 } ibl_octant_blend;
 
 typedef struct ibl_octants_dsp {
     /*
-     * Brings pixels of a row side by side: lane m of pixel i is the RGB at
+     * Gathers pixels of a row: lane m of pixel i is the RGB at
      * row + offset[i * IBL_OCTANTS + m].
      *   pixels  count of IBL_OCTANT_RGB doubles, 64-byte aligned
      */
     void (*collect)(const float *row, const int *offset, int count,
                     double *pixels);
     /*
-     * The same from a row between two: lane m of pixel i is that at
+     * The same for an interpolated row: lane m of pixel i is that at
      * column[i * IBL_OCTANTS + m].
-     *   lanes   how many of them to write; what others hold stays
+     *   lanes   number of lanes to write; the rest stays unchanged
      */
     void (*blend)(const ibl_octant_blend *row, const int *column, int count,
                   int lanes, double *pixels);
@@ -67,7 +66,7 @@ typedef struct ibl_octants_dsp {
                 double *sums);
     /*
      * Writes sums * (1 / weight) as floats: lane m of sum i becomes the RGB at
-     * out[m] + i * step[m]. Lanes may share a place where nothing of use is.
+     * out[m] + i * step[m]. Unused lanes may share a dummy place.
      *   sums  count of IBL_OCTANT_RGB doubles, 64-byte aligned
      */
     void (*write)(const double *sums, const double *weights, int count,

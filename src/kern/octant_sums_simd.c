@@ -5,7 +5,7 @@
 #include "kern/lanes.h"
 #include "kern/octant_sums.h"
 
-/* Four floats, and as many doubles. */
+/* Four floats, and four doubles. */
 typedef float quad __attribute__((vector_size(16)));
 typedef double four __attribute__((vector_size(32), may_alias));
 
@@ -18,7 +18,7 @@ static inline void widen(__m128 x, four *to)
 #endif
 }
 
-/* The RGB at p, and nothing beyond it, with a zero or other. */
+/* The RGB at p and a zero; reads nothing beyond. */
 static inline __m128 load_rgb(const float *p)
 {
 #if VD == 4
@@ -29,7 +29,7 @@ static inline __m128 load_rgb(const float *p)
 #endif
 }
 
-/* Four images' pixel, one channel to a vector. */
+/* One pixel of four images, one vector per channel. */
 static inline void collect_four(const float *row, const int *offset,
                                 __m128 rgb[3])
 {
@@ -57,14 +57,14 @@ static void collect(const float *row, const int *offset, int count,
     }
 }
 
-/* The RGB of a pixel and something, times a weight. */
+/* The RGB at p times a weight. */
 static inline void weigh(const float *p, double weight, four *rgb)
 {
     widen(load_rgb(p), rgb);
     *rgb *= weight;
 }
 
-/* A pixel's part of one row of the source. */
+/* One source row's contribution to a pixel. */
 static inline void take_part(const ibl_octant_blend *row, int k, int column,
                              four *rgb)
 {
@@ -95,8 +95,7 @@ static void blend(const ibl_octant_blend *row, const int *column, int count,
     }
 }
 
-/* Vectors of a pixel that are summed at a time: as many chains of sums as
- * registers hold. */
+/* Vectors of a pixel that are summed at a time: as many as registers hold. */
 enum {
     CHAINS = 6,
     OF_A_PIXEL = IBL_OCTANT_RGB / VD
@@ -133,7 +132,7 @@ static void add_spans(const ibl_octant_span *spans, int count,
     }
 }
 
-/* Four lanes times scale. */
+/* Four lanes times scale, as floats. */
 static inline __m128 four_floats(const double *p, double scale)
 {
     return (__m128) __builtin_convertvector(*(const four *)p * scale, quad);

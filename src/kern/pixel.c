@@ -10,7 +10,7 @@
 
 #include "core/half.h"
 
-/* f within [-max, max], NaN as 0; one more in *beyond if it was outside. */
+/* Limits f to [-max, max], with NaN as 0; counts it in *beyond if outside. */
 static float clamp_signed(float f, float max, size_t *beyond)
 {
     if (f != f)
@@ -22,7 +22,7 @@ static float clamp_signed(float f, float max, size_t *beyond)
     return f;
 }
 
-/* f within [0, max], NaN as 0; one more in *beyond if it was above. */
+/* Limits f to [0, max], with NaN as 0; counts it in *beyond if above. */
 static float clamp_unsigned(float f, float max, size_t *beyond)
 {
     if (!(f > 0))
@@ -34,14 +34,14 @@ static float clamp_unsigned(float f, float max, size_t *beyond)
     return f;
 }
 
-/* Two channels, or three and an alpha of 1. */
+/* Encodes two channels, or three with an alpha of 1. */
 static size_t encode_halves(const float *src, size_t count, size_t channels,
                             unsigned char *out)
 {
     const size_t bytes = channels == 3 ? 8 : 4;
     size_t beyond = 0;
     for (size_t i = 0; i < count; i++, src += channels, out += bytes) {
-        uint16_t texel[4] = {[3] = 0x3C00 /* 1 */};
+        uint16_t texel[4] = {[3] = 0x3C00 /* alpha 1 */};
         for (size_t c = 0; c < channels; c++)
             texel[c] = ibl_half_from_float(
                 clamp_signed(src[c], IBL_HALF_MAX, &beyond));
@@ -85,10 +85,10 @@ static size_t encode_rg32f(const float *src, size_t count, void *dst)
 }
 
 /*
- * The shared exponent of EXT_texture_shared_exponent, N = 9, B = 15: with
- * floor(log2(max)) from the float's own exponent, one more if the largest
- * mantissa would round up to 2^9. Mantissas are floor(x + 1/2); the sum is
- * exact in double, in float 0.49999997 would become 1.
+ * The shared exponent of EXT_texture_shared_exponent, N = 9, B = 15. It uses
+ * floor(log2(max)) from the float's exponent, plus one if the largest mantissa
+ * would round up to 2^9. Mantissas are floor(x + 1/2). The sum is exact in
+ * double; in float 0.49999997 would become 1.
  */
 static uint32_t shared_exponent(const float rgb[3], size_t *beyond)
 {
@@ -124,7 +124,7 @@ static uint32_t small_floats(const float rgb[3], size_t *beyond)
            ibl_small_float(b, 5) << 22;
 }
 
-/* Texels of one word. */
+/* Encodes texels of one 32-bit word. */
 static inline size_t encode_words(uint32_t encode(const float rgb[3],
                                                   size_t *beyond),
                                   const float *src, size_t count, void *dst)

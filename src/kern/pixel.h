@@ -1,9 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * Encoders of the pixel formats in ibl/io.h. Every version of one gives the
- * same bytes and the same count as the plain one: they round alike, and there
- * is nothing to sum.
- */
+/* Encoders of the pixel formats in ibl/io.h. All versions give the same bytes
+ * and the same count as the plain one: they round alike and sum nothing. */
 #ifndef IBL_KERN_PIXEL_H
 #define IBL_KERN_PIXEL_H
 
@@ -16,8 +13,8 @@
 /*
  * Encodes count texels of ibl_pixel_channels(pixel) floats to count texels of
  * ibl_pixel_bytes(pixel), as ibl_pixel_encode says. No alignment, any count;
- * nothing outside of the two arrays is read or written. Returns how many
- * components were beyond the largest finite value.
+ * accesses nothing outside of the two arrays. Returns how many components were
+ * beyond the largest finite value.
  */
 typedef size_t ibl_encode_fn(const float *src, size_t count, void *dst);
 
@@ -32,7 +29,7 @@ IBL_DECLARE_KERNEL(ibl_pixel);
 #define IBL_SMALL10_MAX 64512.0f /* (2 - 2^-5) 2^15 */
 #define IBL_RGB9E5_MAX 65408.0f  /* 511/512 2^16 */
 
-/* The plain versions, for what the vectors leave at the end. */
+/* The plain versions, for the rest after whole vectors. */
 ibl_encode_fn ibl_encode_rgba16f_c, ibl_encode_rg16f_c;
 
 #endif

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* Halves, VF at a time. */
+/* Encodes halves, VF at a time. */
 #include <stdbool.h>
 
 #include "kern/lanes.h"
 #include "kern/pixel.h"
 
-/* NaN as 0, the rest within the halves; takes 1 off the lanes of *beyond where
- * a value was not. */
+/* Limits v to the range of halves, with NaN as 0. Subtracts 1 from the lanes of
+ * *beyond where v was outside. */
 static inline vf clamp(vf v, vi *beyond)
 {
     const vi sign_bit = (vi)vf_all(-0.0f);
@@ -25,22 +25,22 @@ static inline void store_halves(unsigned char *out, vf v)
                      _mm256_cvtps_ph(v, _MM_FROUND_TO_NEAREST_INT));
 }
 #else
-/* The arithmetic of ibl_small_float. */
+/* Uses the arithmetic of ibl_small_float. */
 static inline void store_halves(unsigned char *out, vf v)
 {
     const vi bits = (vi)v & 0x7FFFFFFF, odd = bits >> 13 & 1;
     const vi normal = (bits + odd + (0xFFF - (112 << 23))) >> 13;
-    /* 0.5's last bit is 2^-24, the unit of the denormal halves. */
+    /* The last bit of 0.5 is 2^-24, the unit of denormal halves. */
     const vf half = vf_all(0.5f);
     const vi denormal = (vi)((vf)bits + half) - (vi)half;
     const vi size = (vi)vf_either(bits < 0x38800000, (vf)denormal, (vf)normal);
-    /* The sign goes on upwards, as the packing wants it. */
+    /* Extends the sign upwards, as the signed packing needs it. */
     const __m128i halves = (__m128i)(size | ((vi)v & ~0x7FFFFFFF) >> 16);
     _mm_storel_epi64((__m128i *)(void *)out, _mm_packs_epi32(halves, halves));
 }
 #endif
 
-/* VF / 4 texels of R, G, B, and an alpha of 1. Reads a float beyond them. */
+/* VF / 4 texels of R, G, B and an alpha of 1. Reads one float beyond them. */
 static inline vf load_rgba(const float *src)
 {
     const float *const at[] = {src, src + 3};
@@ -49,10 +49,11 @@ static inline vf load_rgba(const float *src)
 }
 
 enum {
-    BLOCK = 1 << 24 /* texels for which the lanes' counts cannot overflow */
+    BLOCK = 1 << 24 /* texels without overflow of the lanes' counts */
 };
 
-/* As many texels as fill vectors; *done says how many. */
+/* Encodes the texels that fill whole vectors; *done is their number. Returns
+ * how many components were beyond the range. */
 static inline size_t encode(const float *src, size_t count, bool rgb,
                             unsigned char *out, size_t *done)
 {

@@ -5,7 +5,7 @@
 #include "kern/lanes.h"
 #include "kern/radial.h"
 
-/* Adds to VF texels of four floats; their fourth is left alone. */
+/* Adds to VF texels of four floats; their fourth float is unchanged. */
 static inline void add_rgb(float *rgba, vf r, vf g, vf b)
 {
     vf t[4] = {r, g, b, vf_all(0)};
@@ -55,7 +55,7 @@ static inline vf tabulated(const ibl_radial *lobe, vf q)
 {
     const int shift = 23 - lobe->bits;
     const vi far = q > vf_all(1);
-    /* 2 - q is less than q just where q > 1. */
+    /* 2 - q is less than q exactly when q > 1. */
     const vf other = vf_all(2) - q;
     const vf v = vf_max(vf_either(far, other, q), vf_all(0));
     const vf start =
@@ -67,7 +67,7 @@ static inline vf tabulated(const ibl_radial *lobe, vf q)
                  (1 / (float)(1 << shift));
     int piece[VF];
     memcpy(piece, &at, sizeof piece);
-    /* From four coefficients of each texel to vectors of each coefficient. */
+    /* Transposes four coefficients per texel to one vector per coefficient. */
     vf c[4];
 #pragma GCC unroll 4
     for (int i = 0; i < 4; i++) {

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Radiance pixels, plain C: what the vector versions must equal.
+ * Radiance pixels in plain C; the vector versions must agree.
  *
  * A pixel is three mantissas and an exponent, value = m * 2^(e - 136) (Ward
- * 1991, "Real Pixels", Graphics Gems II). Ward's own tools decode m + 0.5;
- * the readers that everything else is built on decode m, and so do we.
+ * 1991, "Real Pixels", Graphics Gems II). Ward's own tools decode m + 0.5. The
+ * readers that most programs use decode m, and so does this one.
  */
 #include "kern/rgbe.h"
 
@@ -29,7 +29,7 @@ const unsigned char *ibl_rgbe_expand_c(const unsigned char *src, int count,
     return src;
 }
 
-/* 2^(e - 128), which is a float for every e: denormal for 1, 0 for 0. */
+/* 2^(e - 128), a float for every e: denormal for 1, 0 for 0. */
 static float unit_of(uint32_t e)
 {
     const uint32_t bits = e > 1 ? (e - 1) << 23 : e << 22;

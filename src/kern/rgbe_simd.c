@@ -6,17 +6,17 @@
 #include "kern/lanes.h"
 
 enum {
-    BLOCK = 32 /* bytes that are expanded at once */
+    BLOCK = 32 /* bytes expanded at once */
 };
 
-/* A vector of bytes anywhere. */
+/* An unaligned vector of bytes. */
 typedef int bytes
     __attribute__((vector_size(sizeof(vi)), aligned(1), may_alias));
 
 /*
  * Runs and literals alternate without a pattern that a branch predictor could
- * learn, and most are short: both are made, one is kept by a mask, a block of
- * bytes at once, and only what is longer branches.
+ * learn, and most are short. So both are computed for a block of bytes and a
+ * mask selects one; only longer ones branch.
  */
 static const unsigned char *expand(const unsigned char *src, int count,
                                    unsigned char *dst)
@@ -42,7 +42,7 @@ static const unsigned char *expand(const unsigned char *src, int count,
     return src;
 }
 
-/* VF bytes. */
+/* Loads VF bytes as integers. */
 #if VF == 8
 static vi widen(const unsigned char *src)
 {
@@ -61,8 +61,8 @@ static vi widen(const unsigned char *src)
 #endif
 
 /*
- * m / 256 without a conversion: m under the exponent of 2^15 is 2^15 + m / 256.
- * Then times 2^(e - 128), which is a float for every e.
+ * m / 256 without a conversion: m combined with the bits of 2^15 is the float
+ * 2^15 + m / 256. Then times unit, which is 2^(e - 128).
  */
 static vf scale_by(vi m, vf unit, vf scale)
 {
@@ -70,8 +70,8 @@ static vf scale_by(vi m, vf unit, vf scale)
     return ((vf)(m | (vi)base) - base) * unit * scale;
 }
 
-/* 2^(e - 128): the larger of the normal float's bits, negative for e = 0,
- * and those of the denormal that e = 1 needs. */
+/* 2^(e - 128): the larger of the bits as a normal float, negative for e = 0,
+ * and those of the denormal for e = 1. */
 static vf unit_of(vi e)
 {
     const vi normal = (e << 23) - (1 << 23), denormal = e << 22;

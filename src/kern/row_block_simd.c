@@ -1,16 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The kernels of kern/row_block.h over vectors, for the files that are compiled
- * for one instruction set each.
+ * The kernels of kern/row_block.h with vectors.
  *
- * Rows and lanes change places four floats at a time: a vector is made of
- * the same four floats of rows r, r + 4, ..., so that after a transposition
- * of 4 x 4 inside the 128-bit parts of four of them lane r is row r.
+ * Rows become lanes four floats at a time. A vector is made of the same four
+ * floats of rows r, r + 4, ... Four such vectors are transposed as 4 x 4 in
+ * each 128-bit part; then lane r is row r.
  */
 #include "kern/lanes.h"
 #include "kern/row_block.h"
 
-/* Four floats of every fourth row, from rows[0] on. */
+/* Four floats of every fourth row, beginning with rows[0]. */
 static inline vf quads(const float *const *rows, size_t at)
 {
     const float *p[VF / 4];
@@ -20,7 +19,7 @@ static inline vf quads(const float *const *rows, size_t at)
     return vf_load_quads(p);
 }
 
-/* Four pixels of VF rows, four floats of each at a time. */
+/* Loads four pixels of VF rows, four floats at a time. */
 static inline void load_four(const float *const *rows, size_t i,
                              const ibl_row_block_change *change, float *to,
                              size_t channel)
@@ -58,7 +57,7 @@ static void load(const float *const rows[IBL_ROW_BLOCK_LANES], int count,
                          lanes + (size_t)whole * IBL_ROW_BLOCK_LANES, channel);
 }
 
-/* Texel i of VF rows. */
+/* Stores texel i of VF rows. */
 static inline void store_texel(const float *from, size_t channel, size_t i,
                                float *const *rows)
 {
@@ -83,7 +82,7 @@ static void store(const float *lanes, size_t channel, int count,
                         rows + l);
 }
 
-/* The samples under way are in registers, the oldest first. */
+/* Keeps the partial sums of samples in registers, the oldest first. */
 static inline void spread_lanes(const ibl_row_block_spread *spread,
                                 const float *pixels, int start, int count,
                                 float *samples)
@@ -105,7 +104,7 @@ static inline void spread_lanes(const ibl_row_block_spread *spread,
                 sum[t - 1] = sum[t];
             sum[IBL_ROW_BLOCK_TAPS - 1] = vf_all(0);
         }
-        /* Pixels that begin at one sample. */
+        /* Pixels with the same first sample. */
         do {
             const float *taps = spread->taps + (size_t)p * IBL_ROW_BLOCK_TAPS;
             const vf v = vf_load(pixels + (size_t)i * IBL_ROW_BLOCK_LANES);
