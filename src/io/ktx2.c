@@ -33,25 +33,12 @@ static const char rows_down[] = "rd", rows_up[] = "ru";
 /* ---- the data format descriptor -------------------------------------- */
 
 enum {
-    MAX_SAMPLES = 6,
     VERSION = 2, /* of the specification: 1.3 */
     MODEL_RGBSDA = 1,
     PRIMARIES_BT709 = 1,
     TRANSFER_LINEAR = 1,
-    ALPHA_PREMULTIPLIED = 1,
-    CHANNEL_ALPHA = 15,
-    EXPONENT = 0x20, /* qualifiers of a channel */
-    SIGNED = 0x40,
-    FLOAT = 0x80
+    ALPHA_PREMULTIPLIED = 1
 };
-
-/* A part of a texel. */
-typedef struct sample {
-    uint16_t offset; /* in bits */
-    uint8_t last_bit, channel;
-    uint32_t position;     /* 0: the texel's centre */
-    uint32_t lower, upper; /* -1 or 0, and 1, as the part encodes them */
-} sample;
 
 typedef struct descriptor {
     uint32_t bytes; /* of all */
@@ -59,45 +46,11 @@ typedef struct descriptor {
     uint8_t model, primaries, transfer, flags;
     uint32_t texel_block; /* 0: of one texel */
     uint32_t plane_bytes[2];
-    sample samples[MAX_SAMPLES];
+    ibl_sample samples[IBL_MAX_SAMPLES];
 } descriptor;
 
-_Static_assert(offsetof(descriptor, samples) == 28 && sizeof(sample) == 16,
+_Static_assert(offsetof(descriptor, samples) == 28 && sizeof(ibl_sample) == 16,
                "as the specification has them");
-
-static const uint32_t float_one = 0x3F800000, float_minus_one = 0xBF800000;
-
-/* Fills in s; returns the count. */
-static uint32_t describe_texel(ibl_pixel pixel, sample s[MAX_SAMPLES])
-{
-    const ibl_layout *layout = &ibl_layouts[pixel];
-    const int bits = 8 * layout->word_bytes;
-    const int words = layout->texel_bytes / layout->word_bytes;
-
-    if (pixel == IBL_PIXEL_R11G11B10F) {
-        s[0] = (sample){0, 10, 0 | FLOAT, 0, 0, float_one};
-        s[1] = (sample){11, 10, 1 | FLOAT, 0, 0, float_one};
-        s[2] = (sample){22, 9, 2 | FLOAT, 0, 0, float_one};
-        return 3;
-    }
-    /* Mantissa and exponent of each channel in turn; a mantissa of 8448 (2^13
-     * + 2^8) at the exponent's bias of 15 is 1. */
-    for (int c = 0; c < 3 && pixel == IBL_PIXEL_RGB9E5; c++) {
-        s[2 * c] = (sample){(uint16_t)(9 * c), 8, (uint8_t)c, 0, 0, 8448};
-        s[2 * c + 1] = (sample){27, 4, (uint8_t)(c | EXPONENT), 0, 15, 31};
-    }
-    if (pixel == IBL_PIXEL_RGB9E5)
-        return 6;
-    for (int c = 0; c < words; c++)
-        s[c] =
-            (sample){(uint16_t)(c * bits),
-                     (uint8_t)(bits - 1),
-                     (uint8_t)((c == 3 ? CHANNEL_ALPHA : c) | SIGNED | FLOAT),
-                     0,
-                     float_minus_one,
-                     float_one};
-    return (uint32_t)words;
-}
 
 static descriptor descriptor_of(const ibl_texture *tex)
 {
@@ -106,10 +59,10 @@ static descriptor descriptor_of(const ibl_texture *tex)
                     .transfer = TRANSFER_LINEAR,
                     .flags = tex->premultiplied ? ALPHA_PREMULTIPLIED : 0,
                     .plane_bytes = {(uint32_t)ibl_pixel_bytes(tex->pixel)}};
-    const uint32_t samples = describe_texel(tex->pixel, d.samples);
+    const int samples = ibl_pixel_samples(tex->pixel, d.samples);
 
-    d.bytes =
-        (uint32_t)(offsetof(descriptor, samples) + samples * sizeof(sample));
+    d.bytes = (uint32_t)(offsetof(descriptor, samples) +
+                         (size_t)samples * sizeof *d.samples);
     d.version_and_block_bytes = VERSION | (d.bytes - (uint32_t)sizeof d.bytes)
                                               << 16;
     return d;

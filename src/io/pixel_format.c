@@ -133,6 +133,75 @@ float ibl_pixel_get_alpha(ibl_pixel pixel, const unsigned char *texels,
                : 1;
 }
 
+/* ---- data format descriptors ---------------------------------------- */
+
+enum {
+    CHANNEL_ALPHA = 15,
+    EXPONENT = 0x20, /* qualifiers of a channel */
+    SIGNED = 0x40,
+    FLOAT = 0x80
+};
+
+static const uint32_t float_one = 0x3F800000, float_minus_one = 0xBF800000;
+
+static ibl_sample float_sample(int offset, int bits, int channel)
+{
+    return (ibl_sample){.offset = (uint16_t)offset,
+                        .last_bit = (uint8_t)(bits - 1),
+                        .channel = (uint8_t)(channel | FLOAT),
+                        .lower = channel & SIGNED ? float_minus_one : 0,
+                        .upper = float_one};
+}
+
+static int float_samples(int channels, int bits, ibl_sample *s)
+{
+    for (int c = 0; c < channels; c++)
+        s[c] =
+            float_sample(c * bits, bits, (c == 3 ? CHANNEL_ALPHA : c) | SIGNED);
+    return channels;
+}
+
+/* Mantissa and exponent of each channel in turn; a mantissa of 8448 (2^13 +
+ * 2^8) at the exponent's bias of 15 is 1. */
+static int shared_exponent_samples(ibl_sample *s)
+{
+    for (int c = 0; c < 3; c++) {
+        s[2 * c] = (ibl_sample){(uint16_t)(9 * c), 8, (uint8_t)c, 0, 0, 8448};
+        s[2 * c + 1] = (ibl_sample){27, 4, (uint8_t)(c | EXPONENT), 0, 15, 31};
+    }
+    return 6;
+}
+
+static int small_float_samples(ibl_sample *s)
+{
+    s[0] = float_sample(0, 11, 0);
+    s[1] = float_sample(11, 11, 1);
+    s[2] = float_sample(22, 10, 2);
+    return 3;
+}
+
+int ibl_pixel_samples(ibl_pixel pixel, ibl_sample s[IBL_MAX_SAMPLES])
+{
+    switch (pixel) {
+    case IBL_PIXEL_RGBA16F:
+        return float_samples(4, 16, s);
+    case IBL_PIXEL_RGBA32F:
+        return float_samples(4, 32, s);
+    case IBL_PIXEL_RG16F:
+        return float_samples(2, 16, s);
+    case IBL_PIXEL_RG32F:
+        return float_samples(2, 32, s);
+    case IBL_PIXEL_RGB9E5:
+        return shared_exponent_samples(s);
+    case IBL_PIXEL_R11G11B10F:
+        return small_float_samples(s);
+    case IBL_PIXEL_COUNT:
+        break;
+    }
+    assert(!"a pixel format");
+    return 0;
+}
+
 size_t ibl_pixel_encode(ibl_pixel pixel, const float *src, size_t count,
                         void *dst)
 {
@@ -142,12 +211,13 @@ size_t ibl_pixel_encode(ibl_pixel pixel, const float *src, size_t count,
     return dsp.encode[pixel](src, count, dst);
 }
 
-/* Texels of halves or floats, of which the first channels count. */
-static void decode_words(const ibl_layout *l, int channels,
-                         const unsigned char *src, size_t count, float *dst)
+/* Texels of halves or floats: the first channels of each. */
+static void decode_words(ibl_pixel pixel, const unsigned char *src,
+                         size_t count, float *dst)
 {
+    const ibl_layout *l = &ibl_layouts[pixel];
     for (size_t i = 0; i < count; i++, src += l->texel_bytes)
-        for (int c = 0; c < channels; c++)
+        for (int c = 0; c < formats[pixel].channels; c++)
             *dst++ = load_word(src + c * l->word_bytes, l->word_bytes);
 }
 
@@ -181,12 +251,20 @@ static void decode_r11g11b10f(const unsigned char *src, size_t count,
 void ibl_pixel_decode(ibl_pixel pixel, const void *src, size_t count,
                       float *dst)
 {
-    assert(pixel < IBL_PIXEL_COUNT);
-    if (pixel == IBL_PIXEL_RGB9E5)
+    switch (pixel) {
+    case IBL_PIXEL_RGBA16F:
+    case IBL_PIXEL_RG16F:
+    case IBL_PIXEL_RGBA32F:
+    case IBL_PIXEL_RG32F:
+        decode_words(pixel, src, count, dst);
+        break;
+    case IBL_PIXEL_RGB9E5:
         decode_rgb9e5(src, count, dst);
-    else if (pixel == IBL_PIXEL_R11G11B10F)
+        break;
+    case IBL_PIXEL_R11G11B10F:
         decode_r11g11b10f(src, count, dst);
-    else
-        decode_words(&ibl_layouts[pixel], formats[pixel].channels, src, count,
-                     dst);
+        break;
+    case IBL_PIXEL_COUNT:
+        assert(!"a pixel format");
+    }
 }

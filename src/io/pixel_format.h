@@ -41,4 +41,19 @@ void ibl_pixel_set_alpha(ibl_pixel pixel, unsigned char *texels, size_t i,
 float ibl_pixel_get_alpha(ibl_pixel pixel, const unsigned char *texels,
                           size_t i);
 
+enum {
+    IBL_MAX_SAMPLES = 6
+};
+
+/* A part of a texel, as the data format descriptor of a KTX2 file has it. */
+typedef struct ibl_sample {
+    uint16_t offset; /* in bits */
+    uint8_t last_bit, channel;
+    uint32_t position;     /* 0: the texel's centre */
+    uint32_t lower, upper; /* -1 or 0, and 1, as the part encodes them */
+} ibl_sample;
+
+/* Fills in s; returns the count. */
+int ibl_pixel_samples(ibl_pixel pixel, ibl_sample s[IBL_MAX_SAMPLES]);
+
 #endif
