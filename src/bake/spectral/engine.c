@@ -12,7 +12,7 @@ enum {
     GROUP = IBL_SPECTRAL_GROUP
 };
 
-/* A light stays one if it has this much of the map's energy. */
+/* Least share of the map's energy of a light that is added to texels. */
 static const double least_share = 1e-4;
 
 /* ---- create ------------------------------------------------------------ */
@@ -42,8 +42,8 @@ static ibl_status allocate(ibl_spectral *s)
     return ibl_ring_spectra_alloc(s->ctx, s->height, s->degree + 1, &r->rows);
 }
 
-/* Solid angles of a row's pixels, as a product that cancels nothing, and the
- * integrals of e^(-i m phi) over a pixel's width around its centre. */
+/* Fills the solid angles of each row's pixels, as a product without
+ * cancellation, and the integrals of e^(-i m phi) over a pixel's width. */
 static void fill_weights(const ibl_spectral *s)
 {
     for (int j = 0; j < s->height; j++)
@@ -107,7 +107,7 @@ void ibl_spectral_free(ibl_spectral *s)
 
 /* ---- rows -------------------------------------------------------------- */
 
-/* Takes the lights out of a copy, which becomes the group's rows. */
+/* Takes the lights out of a copy, which replaces the group's rows. */
 static void take_lights(const ibl_spectral *s, ibl_row_fft_rows *in, int number,
                         float *copy, double *squares)
 {
@@ -124,9 +124,9 @@ static void take_lights(const ibl_spectral *s, ibl_row_fft_rows *in, int number,
 }
 
 /*
- * Sums of the largest floats must stay floats, and those of denormal ones keep
- * their digits: a peak beyond 2^64 is scaled by 2^-64, one below 2^-64 by 2^64.
- * Returns the exponent of 2.
+ * Sums of the largest floats must not overflow, and those of denormals must
+ * keep their digits: a peak beyond 2^64 is scaled by 2^-64, one below 2^-64 by
+ * 2^64. Returns the exponent of 2.
  */
 static int scale_of(const float high[3])
 {
@@ -161,9 +161,8 @@ static void group_job(void *arg, int job, int worker)
 }
 
 /*
- * A constant that is taken from every pixel and added to every texel: the
- * least of the first row. A constant map is that alone and stays what it is,
- * to the last bit.
+ * Sets the constant that is subtracted from every pixel and added to every
+ * texel: the least value of the first row. A constant map stays exact.
  */
 static void choose_base(ibl_spectral *s, const float *rgb)
 {
@@ -188,7 +187,7 @@ void ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb)
 
 /* ---- lights ------------------------------------------------------------ */
 
-/* Radiance of all channels over the sphere, without the lights. */
+/* Integral of all channels over the sphere, without the lights; scaled. */
 static double energy_of_rows(const ibl_spectral *s)
 {
     double sum = 0;
@@ -200,7 +199,7 @@ static double energy_of_rows(const ibl_spectral *s)
     return sum;
 }
 
-/* By energy; else as they come in the map. */
+/* By falling energy, then in the order of the map. */
 static int stronger_first(const void *a, const void *b)
 {
     const ibl_pixel_light *x = a, *y = b;
@@ -211,7 +210,7 @@ static int stronger_first(const void *a, const void *b)
     return x->column > y->column ? 1 : -1;
 }
 
-/* All that were taken out, scaled. */
+/* Collects all lights that were taken out: scaled, the strongest first. */
 static ibl_status gather_lights(ibl_spectral *s, int *count)
 {
     const ibl_spectral_reading *r = &s->reading;
@@ -274,8 +273,8 @@ ibl_status ibl_spectral_add_lights(const ibl_spectral *s,
                  : IBL_OK;
 }
 
-/* Squares of lights that go back to their rows: what a pixel was besides is
- * nothing to what outshines it. */
+/* Adds the squares of lights that return to their rows. What remained of such a
+ * pixel is negligible beside its light. */
 static void return_squares(const ibl_spectral *s, int count)
 {
     for (int i = s->light_count; i < count; i++) {
@@ -288,8 +287,8 @@ static void return_squares(const ibl_spectral *s, int count)
     }
 }
 
-/* Of the lights that were taken out, the ones to be added to texels; the
- * others go back to their rows. */
+/* Chooses the lights that are added to texels; the rest return to their
+ * rows. */
 static ibl_status choose_lights(ibl_spectral *s)
 {
     double total = energy_of_rows(s);
@@ -309,7 +308,7 @@ static ibl_status choose_lights(ibl_spectral *s)
 
 /* ---- finish ------------------------------------------------------------ */
 
-/* Takes the mean out of the harmonics: it is the same in every texel. */
+/* Moves the mean out of the harmonics: it is the same in every texel. */
 static void take_mean(ibl_spectral *s)
 {
     double *a = ibl_harmonics_at(&s->harmonics, 0);
@@ -321,7 +320,7 @@ static void take_mean(ibl_spectral *s)
     }
 }
 
-/* What the harmonics do not hold of the mean square, unscaled (Parseval). */
+/* Finds the mean square that the harmonics lack, unscaled (Parseval). */
 static void find_unresolved(ibl_spectral *s)
 {
     double sum = 0, held = 0;

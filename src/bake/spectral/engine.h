@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The spectral method: lobes that depend on the angle to R alone are zonal
- * kernels, and a convolution with one multiplies the spherical harmonics of
- * the environment by a number for each degree (Ramamoorthi and Hanrahan 2001,
- * for the cosine). One analysis of the rows serves every level.
+ * The spectral method. A lobe that depends only on the angle to R is a zonal
+ * kernel: a convolution with it multiplies the spherical harmonics of the
+ * environment by one number per degree (Ramamoorthi and Hanrahan 2001, for the
+ * cosine). One analysis of the rows serves every level.
  *
- * What is computed is the integral of <ibl/ibl.h> over all pixels, constant
- * patches, to the tolerance. Pixels that outshine the rows around them are no
- * part of the analysis but added to each texel by the lobe's own formula: a
- * series that is cut rings, and next to a sun even a little of it would show.
+ * The result is the integral of <ibl/ibl.h> over all pixels, as constant
+ * patches, within the tolerance. Pixels that outshine the rows around them are
+ * left out of the analysis and added to each texel by the lobe's formula: a
+ * truncated series rings, which is visible next to a sun.
  */
 #ifndef IBL_BAKE_SPECTRAL_ENGINE_H
 #define IBL_BAKE_SPECTRAL_ENGINE_H
@@ -22,19 +22,19 @@
 #include "bake/spectral/transform.h"
 #include "ibl/ibl.h"
 
-#define IBL_SPECTRAL_GROUP IBL_ROW_FFT_ROWS /* analysed together */
+#define IBL_SPECTRAL_GROUP IBL_ROW_FFT_ROWS /* in one job */
 
-/* What is known of IBL_SPECTRAL_GROUP rows. */
+/* Results for IBL_SPECTRAL_GROUP rows. */
 typedef struct ibl_spectral_group {
     ibl_row_range range;
-    double squares; /* sum over its pixels, by solid angle */
-    int exponent;   /* its Fourier coefficients are times 2^exponent */
-    int lights;     /* taken out of it */
+    double squares; /* sum of (pixel - base)^2, by solid angle */
+    int exponent;   /* its Fourier coefficients are scaled by 2^exponent */
+    int lights;     /* number of lights taken out of it */
 } ibl_spectral_group;
 
-/* What is needed while rows come in. */
+/* State while rows are added. */
 typedef struct ibl_spectral_reading {
-    const float *rgb; /* rows first..added - 1, which were added last */
+    const float *rgb; /* the rows added last: first..added - 1 */
     int first, added;
     ibl_row_fft *azimuth;
     ibl_ring_spectra rows;
@@ -51,19 +51,19 @@ typedef struct ibl_spectral {
     double yaw; /* radians, 0..2 pi */
     ibl_spectral_reading reading;
 
-    /* What is kept of the rows. */
-    double scale;      /* of everything that is summed: see choose_scale */
-    float mean[3];     /* of all but the lights; no part of the harmonics, and
-                          added to every texel */
-    float base[3];     /* taken from every pixel */
-    double *power;     /* of the harmonics, in each degree */
-    double unresolved; /* mean square of what is beyond the harmonics */
+    /* Results of the analysis. */
+    double scale;          /* of the lights and harmonics: see choose_scale */
+    float mean[3];         /* without lights; in no harmonic, but added to every
+                              texel */
+    float base[3];         /* subtracted from every pixel */
+    double *power;         /* of the harmonics in each degree */
+    double unresolved;     /* mean square that the harmonics lack */
     float low[3], high[3]; /* the range of the map */
     double *weight;        /* solid angle of a pixel of each row */
-    double *widths;        /* of each order, what a pixel's width makes of it */
+    double *widths;        /* for each m: int e^(-i m phi) over a pixel */
     ibl_pixel_light *lights; /* added to each texel, scaled */
     int light_count;
-    ibl_harmonics harmonics; /* of everything else */
+    ibl_harmonics harmonics; /* without the mean and the lights */
 } ibl_spectral;
 
 /*
@@ -74,11 +74,11 @@ ibl_status ibl_spectral_create(ibl_ctx *ctx, int width, int height,
                                double yaw_deg, int degree, ibl_spectral **out);
 void ibl_spectral_free(ibl_spectral *s); /* NULL is fine */
 
-/* The next rows from the zenith, RGB: a multiple of IBL_SPECTRAL_GROUP, but for
- * the last ones. Begins jobs of the context's pool: ibl_run_end comes
- * before the next call for s, and rgb stays until that has returned. */
+/* Adds the next rows from the zenith, RGB: a multiple of IBL_SPECTRAL_GROUP,
+ * except for the last rows. Starts jobs on the context's pool: ibl_run_end must
+ * come before the next call for s; rgb must stay valid until then. */
 void ibl_spectral_add(ibl_spectral *s, int rows, const float *rgb);
-/* All rows have been added. Reports as stage "analysis". */
+/* To be called when all rows are added. Reports as stage "analysis". */
 ibl_status ibl_spectral_finish(ibl_spectral *s);
 
 typedef struct ibl_spectral_target {
@@ -86,14 +86,14 @@ typedef struct ibl_spectral_target {
     ibl_near *near;              /* the near part, all rows added; NULL: none */
     double tolerance;            /* of the relative error */
     ibl_cube *cube;              /* allocated */
-    int level;                   /* of cube, that is written */
+    int level;                   /* the level of cube to write */
 } ibl_spectral_target;
 
 /*
  * Makes a level at the smallest degree that keeps the tolerance. Reports its
  * synthesis under stage, then "resampling".
  *   degree   written: that degree
- *   error    written: the estimate, a bound of the 95th percentile of
+ *   error    written: estimated bound of the 95th percentile of
  *            ibl_relative_error over the level's texels
  */
 ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
@@ -105,7 +105,7 @@ ibl_status ibl_spectral_sh(const ibl_spectral *s, int degree, double *coeffs);
 
 /* ---- between the files of the engine ---- */
 
-/* The highest degree in which kernels are looked at: half as many again. */
+/* Highest degree in which kernels are computed: about 1.5 times `degree`. */
 static inline int ibl_spectral_known(int degree)
 {
     return degree + degree / 2 + 8;

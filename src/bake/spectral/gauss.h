@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The rule of Gauss and Legendre with four points, on 0..1. */
+/* The Gauss-Legendre rule with four points on 0..1. */
 #ifndef IBL_BAKE_SPECTRAL_GAUSS_H
 #define IBL_BAKE_SPECTRAL_GAUSS_H
 

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * With waves of power p at w radians a sample, the mean square error at the
- * position g of weights c_k of samples at x_k is
+ * For waves of power p at w radians per sample, weights c_k of samples at x_k
+ * have at position g the mean square error
  *     sum over w of p |e^(i w g) - sum over k of c_k e^(i w x_k)|^2
- * and least where A c = b - mu 1 with
+ * It is least where A c = b - mu 1 with
  *     A_jk = sum p cos(w (x_j - x_k)), b_k = sum p cos(w (g - x_k)),
- * mu such that the c_k sum to 1. White noise of the size of a float's
- * rounding, added to A's diagonal, keeps the weights from growing where the
- * waves alone would not tell them. Solved at Chebyshev's nodes of g and made
- * into polynomials of g by Newton's divided differences.
+ * where mu makes the c_k sum to 1. White noise as large as a float's rounding
+ * is added to A's diagonal: it limits weights that the waves do not determine.
+ * The solutions at Chebyshev nodes of g become polynomials of g by Newton's
+ * divided differences.
  */
 #include "bake/spectral/interp_weights.h"
 #include "core/pi.h"
@@ -17,7 +17,7 @@
 #include <string.h>
 
 enum {
-    WAVES = 32, /* that stand for the spectrum */
+    WAVES = 32, /* that represent the spectrum */
     NODES = IBL_TAPS_DEGREE + 1
 };
 
@@ -25,8 +25,8 @@ static const double noise_power = 1e-14;
 
 typedef struct waves {
     int count;
-    double angle[WAVES]; /* a sample, radians */
-    double power[WAVES]; /* their sum 1 */
+    double angle[WAVES]; /* radians per sample */
+    double power[WAVES]; /* sum 1 */
 } waves;
 
 static double sample_place(int k)
@@ -51,7 +51,7 @@ static void make_waves(const double *spectrum, int degree, double circle,
         s->power[i] = sum > 0 ? s->power[i] / sum : 1.0 / s->count;
 }
 
-/* A = L L^T in place, below the diagonal and on it. */
+/* A = L L^T in place, in the lower triangle. */
 static void factorise(double a[IBL_TAPS][IBL_TAPS])
 {
     for (int i = 0; i < IBL_TAPS; i++) {
@@ -59,7 +59,7 @@ static void factorise(double a[IBL_TAPS][IBL_TAPS])
             double x = a[i][j];
             for (int k = 0; k < j; k++)
                 x -= a[i][k] * a[j][k];
-            /* Rounding may leave less than the noise that was put in. */
+            /* Rounding may leave less than the added noise. */
             a[i][j] = i == j ? sqrt(fmax(x, 0.1 * noise_power)) : x / a[j][j];
         }
     }
@@ -148,7 +148,7 @@ static double weights_at(const waves *s, const double lag[IBL_TAPS],
     return error_of(lag, b, c);
 }
 
-/* The polynomial through (g[i], f[i]), constant first, in f. */
+/* Replaces f by the coefficients of the polynomial through (g[i], f[i]). */
 static void through(const double g[NODES], double f[NODES])
 {
     double poly[NODES] = {0};
@@ -177,7 +177,7 @@ double ibl_interp_weights_design(const double *spectrum, int degree,
         ones[k] = 1;
     solve(a, ones);
     for (int i = 0; i < NODES; i++) {
-        /* The nodes are closer towards the ends as the sine is less. */
+        /* The sine compensates for the denser nodes near the ends. */
         const double angle = IBL_PI * (i + 0.5) / NODES;
         g[i] = 0.5 * cos(angle);
         error += sin(angle) * weights_at(&s, lag, a, ones, g[i], c[i]);

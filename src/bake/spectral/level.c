@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A level from the analysis: synthesis onto rings, from there to texels, and
- * the lights on top.
+ * Makes a level from the analysis: synthesis onto rings, interpolation to
+ * texels, and the lights on top.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -17,26 +17,26 @@ enum {
     GROUP = IBL_ROW_FFT_ROWS,
     MIN_COLUMNS = 64,
     LEAST_DEGREE = 8,
-    MOST_MARGIN = 10000, /* darker texels count by the floor */
-    LAST = 8, /* degrees of the kernel's end that tell how it goes on */
+    MOST_MARGIN = 10000, /* darker texels are measured by the floor */
+    LAST = 8,            /* degrees at the kernel's end, to extrapolate it */
     PICKED = 1024
 };
 
-/* The part of the tolerance that the points of lights may take. */
-static const double of_lights = 0.2;
+/* Part of the tolerance that the points of lights may use. */
+static const double lights_part = 0.2;
 
-/* And of that part, in parts of the mean radiance, what one may miss where the
- * horizon cuts it: texels may be darker, and lights many. */
-static const double of_horizon = 0.5;
+/* Part of that, times the mean radiance, that one light may miss where the
+ * horizon cuts it: texels may be darker than the mean, and lights many. */
+static const double horizon_part = 0.5;
 
-/* What the transforms leave, in floats. */
+/* Relative error of the transforms, in floats. */
 static const double rounding = 5e-6;
 
-/* A level in the making. */
+/* A level in progress. */
 struct level {
     ibl_spectral *s;
     const ibl_spectral_target *target;
-    double *kernel; /* ibl_spectral_known of the analysis + 1 */
+    double *kernel; /* ibl_spectral_known(s->degree) + 1 */
     int degree, rings, columns;
     double *field;            /* amplitude of the level in each degree */
     double margin;            /* see wanted_rms */
@@ -51,11 +51,11 @@ struct level {
 
 /* ---- the degree -------------------------------------------------------- */
 
-/* Mean square of what the degrees beyond the analysis would add. Where the
- * kernel is known they are taken to have twice what the last ones of the
- * analysis have at most, and from there on all that is left, at the kernel's
- * last values. */
-static double beyond(const struct level *v)
+/* Estimates the mean square that the degrees beyond the analysis would add.
+ * Where the kernel is known, they have twice the largest power of the analysis'
+ * last degrees; beyond that, all unresolved power at the kernel's last
+ * values. */
+static double unresolved_power(const struct level *v)
 {
     const ibl_spectral *s = v->s;
     const int known = ibl_spectral_known(s->degree);
@@ -86,15 +86,14 @@ static double mean_of(const ibl_spectral *s)
     return sqrt(sum);
 }
 
-/* The error that is aimed at, in the root mean square: the tolerance times the
- * mean by the margin, as texels may be that much darker than the mean and
- * still keep it. Scaled. */
+/* The target rms error, scaled: tolerance times mean / margin. Texels that are
+ * darker than the mean by the margin still keep the tolerance. */
 static double wanted_rms(const struct level *v)
 {
     return v->target->tolerance / v->margin * mean_of(v->s) * v->s->scale;
 }
 
-/* The smallest degree that leaves no more. */
+/* Chooses the smallest degree that leaves at most the wanted rms. */
 static void choose_degree(struct level *v)
 {
     const ibl_spectral *s = v->s;
@@ -102,7 +101,7 @@ static void choose_degree(struct level *v)
     double left;
     int l = s->degree;
 
-    left = beyond(v);
+    left = unresolved_power(v);
     while (l > LEAST_DEGREE) {
         const double k = v->kernel[l];
         const double more = left + k * k * v->s->power[l] / (4 * IBL_PI);
@@ -117,8 +116,8 @@ static void choose_degree(struct level *v)
 
 /* ---- the grid ---------------------------------------------------------- */
 
-/* The coarsest grid that leaves as little as is wanted or a part of what the
- * degrees leave, of 2.5 to 8 samples for the shortest wave. */
+/* Chooses the coarsest grid, of 2.5 to 8 samples for the shortest wave, that
+ * leaves at most the wanted rms or a quarter of what the degrees leave. */
 static void choose_grid(struct level *v)
 {
     static const double samples[] = {2.5, 3, 4, 5, 6, 8};
@@ -192,7 +191,7 @@ static void free_grid(struct level *v)
 
 /* ---- texels ------------------------------------------------------------ */
 
-/* What every texel has in common: the mean of the rest of the map. */
+/* Sets the constant of every texel: the mean, and the near part's base. */
 static void set_offset(const struct level *v, ibl_level_sum *sum)
 {
     const ibl_spectral *s = v->s;
@@ -219,7 +218,7 @@ static ibl_patch patch_of(const ibl_spectral *s, const ibl_pixel_light *l)
 static ibl_status make_lights(struct level *v)
 {
     const ibl_spectral *s = v->s;
-    const double error = of_lights * v->target->tolerance;
+    const double error = lights_part * v->target->tolerance;
     ibl_patch *patches;
 
     if (!s->light_count)
@@ -231,7 +230,7 @@ static ibl_status make_lights(struct level *v)
         patches[i] = patch_of(s, &s->lights[i]);
     const ibl_status status = ibl_point_lights_create(
         s->ctx, patches, s->light_count, v->target->shape, error,
-        of_horizon * error * mean_of(s) * s->scale, &v->bright);
+        horizon_part * error * mean_of(s) * s->scale, &v->bright);
     ibl_free(patches);
     return status;
 }
@@ -260,8 +259,8 @@ static int falling(const void *a, const void *b)
 }
 
 /*
- * The 95th percentile of relative errors of twice the rms that is left, over
- * texels spread evenly over the level. What floats round is in it.
+ * Estimates the 95th percentile of relative errors, from twice the rms that is
+ * left, over texels spread evenly over the level. Includes rounding of floats.
  */
 static double estimate(const struct level *v)
 {
@@ -271,10 +270,10 @@ static double estimate(const struct level *v)
     const size_t count = texels < PICKED ? texels : PICKED;
     const float *p = ibl_cube_face(cube, v->target->level, 0);
     const double mean = mean_of(v->s);
-    /* With the default what the points of lights leave is not seen. */
+    /* At the default tolerance the error of the points is invisible. */
     const double other =
         v->bright && v->target->tolerance > IBL_TOLERANCE_DEFAULT
-            ? rounding + of_lights * v->target->tolerance
+            ? rounding + lights_part * v->target->tolerance
             : rounding;
     double errors[PICKED];
 
@@ -302,7 +301,7 @@ static ibl_status allocate(struct level *v)
                                  v->kernel);
 }
 
-/* Makes the level with what the margin asks for. */
+/* Makes the level for the current margin. */
 static ibl_status make_level(struct level *v, const char *stage)
 {
     ibl_progress(v->s->ctx, stage, 0);
@@ -333,8 +332,7 @@ ibl_status ibl_spectral_bake(ibl_spectral *s, const char *stage,
         *error = status ? INFINITY : estimate(&v);
         enough = *error <= target->tolerance || v.margin >= MOST_MARGIN ||
                  v.degree == s->degree;
-        /* Of the dark texels more is known now, and of what floats round no
-         * degree takes anything back. */
+        /* The dark texels are known now. No degree reduces the rounding. */
         const double asked =
             fmax(target->tolerance - rounding, 0.5 * target->tolerance);
         const double more = (*error - rounding) / asked;

@@ -6,21 +6,20 @@
 #include <string.h>
 
 enum {
-    LANES = 4,     /* pixels looked at together: what is kept of them is in
-                      registers */
-    OUTSHINE = 64, /* times the mean of the others */
+    LANES = 4,     /* pixels at a time: their results stay in registers */
+    OUTSHINE = 64, /* times the mean of the other pixels */
     MOST_STEPS = 40
 };
 
 /* ---- range ------------------------------------------------------------- */
 
-/* What is known of each float of LANES pixels. */
+/* Results for each float of LANES pixels. */
 typedef struct lanes {
     float low[3 * LANES], high[3 * LANES];
     float sum[3 * LANES], square[3 * LANES]; /* of a row */
 } lanes;
 
-static void look(const float *rgb, int k, float base, lanes *s)
+static void add_float(const float *rgb, int k, float base, lanes *s)
 {
     const float v = rgb[k], above = v - base;
     s->low[k] = v < s->low[k] ? v : s->low[k];
@@ -29,9 +28,9 @@ static void look(const float *rgb, int k, float base, lanes *s)
     s->square[k] += above * above;
 }
 
-/* Inlined by gcc 12, it does not keep its sums in registers. */
-__attribute__((noinline)) static void look_at(const float *rgb, int pixels,
-                                              const float base[3], lanes *to)
+/* If gcc 12 inlines it, the sums do not stay in registers. */
+__attribute__((noinline)) static void add_pixels(const float *rgb, int pixels,
+                                                 const float base[3], lanes *to)
 {
     const int blocks = pixels / LANES;
     float from[3 * LANES];
@@ -43,13 +42,13 @@ __attribute__((noinline)) static void look_at(const float *rgb, int pixels,
 #pragma GCC unroll 3
         for (int at = 0; at < 3 * LANES; at += LANES)
             for (int k = at; k < at + LANES; k++)
-                look(rgb, k, from[k], &s);
+                add_float(rgb, k, from[k], &s);
     for (int k = 0; k < 3 * (pixels - blocks * LANES); k++)
-        look(rgb, k, from[k], &s);
+        add_float(rgb, k, from[k], &s);
     *to = s;
 }
 
-/* Squares of larger numbers may not be floats, or smaller ones be nothing. */
+/* Squares of such values may overflow or underflow in floats. */
 static bool is_extreme(const ibl_row_range *range, const float base[3])
 {
     float most = 0;
@@ -58,7 +57,7 @@ static bool is_extreme(const ibl_row_range *range, const float base[3])
     return most > 0x1p50f || (most > 0 && most < 0x1p-50f);
 }
 
-/* The same sums where they may not be floats. */
+/* The same sums in doubles. */
 static void sum_in_doubles(const float *rgb, int width, int rows,
                            const float base[3], double total[3],
                            double *squares)
@@ -89,7 +88,7 @@ void ibl_row_range_of(const float *rgb, int width, int rows,
     for (int j = 0; j < rows; j++) {
         memset(s.sum, 0, sizeof s.sum);
         memset(s.square, 0, sizeof s.square);
-        look_at(rgb + 3 * (size_t)width * (size_t)j, width, base, &s);
+        add_pixels(rgb + 3 * (size_t)width * (size_t)j, width, base, &s);
         squares[j] = 0;
         for (int k = 0; k < 3 * LANES; k++) {
             total[k % 3] += (double)s.sum[k];
@@ -124,14 +123,14 @@ static double brightness(const float *p)
 
 bool ibl_lights_any(const ibl_row_range *r, size_t pixels)
 {
-    /* At the most, and the mean that the others then have at the least. */
+    /* The most that can be taken, and the least mean of the rest. */
     const double high = brightness(r->high);
     const double taken = IBL_LIGHTS_GROUP * high / (double)pixels;
     return high > brightness(r->low) &&
            high > OUTSHINE * (sum_of(r->mean) - taken);
 }
 
-/* Pixels above a brightness, and what is left to the others. */
+/* The pixels above a brightness, and the rest. */
 struct split {
     size_t above;
     double rest; /* mean of the others */
@@ -152,8 +151,8 @@ static struct split split_at(const float *rgb, size_t pixels,
     return s;
 }
 
-/* The lowest of some thresholds above which all pixels outshine the others,
- * and are not too many; infinite if there is none. */
+/* The lowest of some thresholds above which all pixels outshine the rest and
+ * are not too many; infinite if there is none. */
 static double find_threshold(const float *rgb, size_t pixels,
                              const ibl_row_range *range)
 {
@@ -172,7 +171,7 @@ static double find_threshold(const float *rgb, size_t pixels,
     return found;
 }
 
-/* What a group's other pixels are on average. */
+/* The mean of a group's other pixels. */
 static void mean_without(const ibl_row_range *range, size_t pixels,
                          const ibl_pixel_light *lights, int count,
                          float rest[3])

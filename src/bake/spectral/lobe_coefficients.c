@@ -1,19 +1,19 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * In psi, the angle, k_l is the integral over 0..pi / 2 of
+ * k_l is the integral over the angle psi in 0..pi / 2 of
  *     2 pi K sin(psi) P_l(cos(psi)).
- * P_l is about a cosine of (l + 1/2) psi: Gauss-Legendre panels of POINTS
- * points take up to PHASE radians of the highest degree each. Short of that,
- * the panels' ends are where the lobe wants them:
+ * P_l behaves like a cosine of (l + 1/2) psi: a Gauss-Legendre panel of POINTS
+ * points covers up to PHASE radians of the highest degree. Shorter panels
+ * depend on the lobe:
  *
- *   GGX      analytic but for poles at about +-2 i alpha: the first panel is a
- *            multiple of alpha long, those after it grow in proportion.
+ *   GGX      analytic except for poles at about +-2 i alpha: the first panel
+ *            is a multiple of alpha long, the next ones grow in proportion.
  *   Charlie  about exp(-s x), x from the horizon, which counts as a phase of
- *            s per radian; where it is narrow the rest of it is left out.
- *            Where it is wide, psi^(2 s) at 0 is no polynomial: psi = u^2
- *            there makes the power twice as large.
+ *            s per radian. A narrow lobe is cut off where it is negligible.
+ *            In a wide one psi^(2 s) at 0 is no polynomial: psi = u^2 there
+ *            doubles the power.
  *   Phong    about a Gaussian of variance 1 / n. The same, mirrored:
- *            x^(n + 1) at the horizon where it is wide.
+ *            x^(n + 1) at the horizon if the lobe is wide.
  *
  * The horizon is always the end of a panel.
  */
@@ -29,17 +29,17 @@
 #include "kern/legendre_sums.h"
 
 enum {
-    POINTS = 64 /* of a panel; a multiple of IBL_LEGENDRE_SUMS_POINTS */
+    POINTS = 64 /* in a panel; a multiple of IBL_LEGENDRE_SUMS_POINTS */
 };
 
 static const double PHASE = 130;
-/* Lengths of panels next to GGX's peak, and after it against their distance. */
+/* Length of GGX's first panel over alpha; of the next over their distance. */
 static const double FIRST = 16, GROWTH = 7;
-/* What a Gaussian's width counts as. */
+/* Phase that Phong's Gaussian counts as, in radians over its width. */
 static const double BEND = 12;
-/* exp(-NOTHING) of the peak is left out. */
+/* Values below exp(-NOTHING) of the peak are left out. */
 static const double NOTHING = 46;
-/* Powers above this are polynomials to POINTS points. */
+/* Powers above this are smooth enough for POINTS points. */
 static const double SMOOTH = 16;
 
 /* The 64-point rule on -1..1, abscissas above 0 and weights: Newton's method
@@ -81,7 +81,7 @@ static const double gauss[POINTS / 2][2] = {
 
 /* ---- points ------------------------------------------------------------ */
 
-/* Where a panel is curved, so that a power at that end becomes smooth. */
+/* The end of a panel where psi = u^2 makes a power smooth. */
 typedef enum bend {
     STRAIGHT,
     BENT_LOW,
@@ -90,8 +90,8 @@ typedef enum bend {
 
 typedef struct points {
     ibl_lobe_shape shape;
-    bool from_horizon; /* angles are measured up from there, else from R */
-    double *y, *w;     /* NULL: counted only */
+    bool from_horizon; /* angles are measured from there, else from R */
+    double *y, *w;     /* NULL: only count */
     int count;
 } points;
 
@@ -155,7 +155,7 @@ static void add_charlie(points *p, int degree)
 {
     const double s = p->shape.power, step = PHASE / (degree + s + 1);
     if (s > SMOOTH) {
-        /* (1 - cos(psi))^s is nothing beyond this. */
+        /* (1 - cos(psi))^s is negligible beyond this. */
         p->from_horizon = true;
         add_panels(p, 0, asin(-expm1(-NOTHING / s)), step);
         return;
@@ -170,7 +170,7 @@ static void add_phong(points *p, int degree)
 {
     const double n = p->shape.power + 1;
     const double step = PHASE / (degree + BEND * sqrt(n) + 1);
-    /* cos(psi)^n is nothing beyond this. */
+    /* cos(psi)^n is negligible beyond this. */
     const double stop = 2 * asin(sqrt(-0.5 * expm1(-NOTHING / n)));
     if (n > SMOOTH) {
         add_panels(p, 0, stop, step);
@@ -231,15 +231,16 @@ static double energy(const double *k, int from, int to)
     return sum;
 }
 
-/* sum of (2 l + 1) k_l^2 from a degree on falls as degree^-corner in the end:
- * where the lobe ends on the horizon as x^p, k_l ~ l^(-p - 3/2). */
+/* In the end the sum of (2 l + 1) k_l^2 from a degree on falls as
+ * degree^-corner: a lobe that ends on the horizon as x^p has k_l ~
+ * l^(-p - 3/2). */
 static double corner_of(const ibl_lobe_shape *s)
 {
     return 2 * s->end + 1;
 }
 
-/* Whether it does so already: the last two octaves are in that ratio. Rounding
- * keeps what falls faster from it. */
+/* Whether it already does: the last two octaves have that ratio. A faster fall
+ * drowns in rounding instead. */
 static bool is_corner(const double *k, int degree, double corner)
 {
     const double last = energy(k, degree / 2 + 1, degree);
@@ -247,11 +248,11 @@ static bool is_corner(const double *k, int degree, double corner)
     return degree >= 64 && last > 0 && fabs(log2(before / last) - corner) < 0.1;
 }
 
-/* The band, or -1 where k is too short to tell. */
+/* The degree that ibl_lobe_degree wants, or -1 if k is too short. */
 static int band_of(const double *k, int degree, double corner, double tail,
                    int limit)
 {
-    /* Too much, for what has not come to its corner. */
+    /* Too large before the corner's law holds. */
     double sum = energy(k, degree / 2 + 1, degree) / (exp2(corner) - 1);
     const double left = tail * tail * (energy(k, 0, degree) + sum);
     int l = degree;
@@ -271,7 +272,7 @@ ibl_status ibl_lobe_degree(ibl_ctx *ctx, const ibl_lobe_shape *shape,
 {
     assert(tail >= 1e-12 && tail <= 1);
     const double corner = corner_of(shape);
-    /* About where GGX's exp(-2 alpha l) is the tail, and some way on. */
+    /* Somewhat above the l where GGX's exp(-2 alpha l) is the tail. */
     const double guess = fmin(-0.8 * log(tail) / shape->alpha, 2.0 * limit);
     for (double n = fmax(guess, 16);; n *= 2) {
         const int tried = (int)n;

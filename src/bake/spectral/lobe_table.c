@@ -9,14 +9,14 @@
 #include "core/context.h"
 
 enum {
-    MIN_BITS = 3, /* pieces an octave, as a power of two */
+    MIN_BITS = 3, /* log2 of pieces per octave */
     MAX_BITS = 7,
     MIN_OCTAVES = 2, /* from 2^-k to 1 */
     MAX_OCTAVES = 40,
     NODES = IBL_GAUSS_POINTS
 };
 
-/* One side of a lobe: by v = q from the peak or v = 2 - q from the horizon. */
+/* A lobe from the peak, v = q, or the horizon, v = 2 - q; q = chord^2. */
 typedef struct side {
     ibl_chord_fn *at;
     const void *arg;
@@ -35,7 +35,7 @@ static double start_of(const side *s)
     return ldexp(1, -s->octaves);
 }
 
-/* The largest value, near enough. */
+/* About the largest value. */
 static double peak_of(const side s[2])
 {
     double peak = 0;
@@ -47,7 +47,7 @@ static double peak_of(const side s[2])
     return peak;
 }
 
-/* Octaves go down to where the lobe is near enough to its end. */
+/* Octaves go down to where the lobe is close to its value at v = 0. */
 static int octaves_of(const side *s, double peak)
 {
     const double end = value(s, 0);
@@ -60,11 +60,11 @@ static int octaves_of(const side *s, double peak)
 
 static int pieces_of(const side *s, int bits)
 {
-    /* t runs to 1 + start. */
+    /* v + start runs to 1 + start. */
     return (s->octaves << bits) + (int)(start_of(s) * (1 << bits)) + 1;
 }
 
-/* The cubic of x = 0..1 through the lobe at the nodes of a piece. */
+/* The cubic of x = 0..1 through the lobe's values at the nodes of a piece. */
 static void fit(const side *s, int bits, int piece, double c[4])
 {
     const double octave = ldexp(1, (piece >> bits) - s->octaves);
@@ -86,9 +86,9 @@ static void fit(const side *s, int bits, int piece, double c[4])
     memcpy(c, poly, sizeof poly);
 }
 
-/* Whether a piece is as near to the lobe as ibl_radial_table says. What lies
- * before the first whole octave, where a lobe that ends in a fractional power
- * of v has fallen to a millionth, may be a little off. */
+/* Whether a piece is as exact as ibl_radial_table promises. Below the first
+ * whole octave a lobe that ends in a fractional power of v has fallen to a
+ * millionth; the error may be a little larger there. */
 static int near_enough(const side *s, int bits, int piece, double peak)
 {
     const double octave = ldexp(1, (piece >> bits) - s->octaves);
@@ -108,8 +108,8 @@ static int near_enough(const side *s, int bits, int piece, double peak)
     return 1;
 }
 
-/* The fewest pieces that do, as far as the first and the middle one of each
- * octave tell. */
+/* The fewest pieces that are exact enough, judged by the first and the middle
+ * one of each octave. */
 static int bits_of(const side *s, double peak)
 {
     int bits = MIN_BITS;
@@ -135,7 +135,7 @@ static void fill(const side *s, int bits, float *coef)
     for (int piece = 0; piece < pieces_of(s, bits); piece++) {
         double c[4];
         fit(s, bits, piece, c);
-        /* Denormals would cost time and are nothing beside a peak. */
+        /* Denormals are slow, and negligible beside a peak. */
         for (int k = 0; k < 4; k++)
             coef[4 * piece + k] = fabs(c[k]) < 1e-36 ? 0 : (float)c[k];
     }
@@ -174,7 +174,7 @@ static double lobe_at(double chord, const void *shape)
     return ibl_lobe_far(shape, q, 1 - 2 * q);
 }
 
-/* sin^2 h + alpha^2 cos^2 h = alpha^2 + (1 - alpha^2) q / 4. */
+/* sin^2 h + alpha^2 cos^2 h = alpha^2 + (1 - alpha^2) q / 4, q = chord^2. */
 ibl_status ibl_radial_make(ibl_ctx *ctx, const ibl_lobe_shape *shape,
                            ibl_radial *out)
 {

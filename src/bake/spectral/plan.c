@@ -8,23 +8,23 @@
 
 static const int min_degree = 32;
 
-/* The highest degree of a lobe without a near part: in pixels of the map, and
- * at all. A pixel takes about two degrees; the near part of a lobe then reaches
- * two or three pixels. */
+/* Highest degree of a lobe without a near part: degrees_a_pixel over a pixel's
+ * size in radians, within limits. A near part then reaches two or three
+ * pixels. */
 static const double degrees_a_pixel = 8;
 static const double least_limit = 512, most_limit = 2048;
 
-/* 1 / sqrt(split) times the degree at which the far part ends. */
+/* Degree at which the far part ends, times 1 / sqrt(split). */
 static const double far_end = 3.2;
 
-/* split alpha^2 from which exp(-split alpha^2) is no part of a lobe. */
+/* split alpha^2 from which the near part is negligible. */
 static const double no_near = 40;
 
-/* What of a point light the degrees may leave out, relative to the tolerance:
- * maps are smoother than points, and the brightest are no part of them. */
+/* Share of a point light that degrees may leave out, over the tolerance: maps
+ * are smoother than points, and the brightest pixels are taken out. */
 static const double slack = 4;
-/* A tolerance that is looser by some factor lets degrees leave out more by its
- * square root: dark texels have to keep it, too. */
+/* If the tolerance grows by a factor, this share grows by its square root: dark
+ * texels must keep the tolerance, too. */
 static double tail_of(double tolerance)
 {
     const double factor = tolerance / IBL_TOLERANCE_DEFAULT;
@@ -34,7 +34,7 @@ static double tail_of(double tolerance)
 
 struct request {
     ibl_ctx *ctx;
-    double limit; /* of the degree of a whole lobe */
+    double limit; /* of the degree of a lobe without near part */
     double tail;
 };
 
@@ -61,15 +61,15 @@ static ibl_status plan_lobe(const struct request *q, ibl_lobe_shape *shape,
     *degree = (int)q->limit;
     switch (shape->kind) {
     case IBL_LOBE_RING:
-        /* A ring around the world averages what is beyond. */
+        /* A ring around the sphere averages the omitted degrees. */
         break;
     case IBL_LOBE_COMPACT:
         *parts = (ibl_spectral_parts){.near = true};
         *degree = -1;
         break;
     case IBL_LOBE_TAILED:
-        /* The near part of a wide one is nothing: what it lacks is a corner on
-         * the horizon. */
+        /* A wide lobe has no near part: only its corner on the horizon exceeds
+         * the limit. */
         parts->near = split * shape->alpha * shape->alpha < no_near;
         if (parts->near)
             shape->split = split;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* How levels are made, and the degree of the analysis that they need. */
+/* Chooses how levels are made, and the degree of the analysis they need. */
 #ifndef IBL_BAKE_SPECTRAL_PLAN_H
 #define IBL_BAKE_SPECTRAL_PLAN_H
 
@@ -20,14 +20,14 @@ typedef struct ibl_spectral_plan {
     ibl_lobe_shape shape[IBL_MAX_LEVELS];     /* with the split, if any */
     ibl_method irradiance;                    /* SAMPLED: the classic grid */
     int degree;                               /* of the analysis; -1: none */
-    bool whole;                               /* the whole map has to be kept */
+    bool whole;                               /* the whole map must be kept */
 } ibl_spectral_plan;
 
 /*
- * From the size of the map and what is asked for. A level is spectral unless
- * IBL_METHOD_SAMPLED or samples of its own say otherwise. Where the degree that
- * a lobe needs would cost more than the pixels in its reach, these are summed
- * up instead (near.h).
+ * Plans from the size of the map and the options. A level is spectral unless
+ * the method is IBL_METHOD_SAMPLED, or AUTO with level_samples for it. If the
+ * degree that a lobe needs costs more than the pixels in its reach, these are
+ * summed instead (near.h).
  *   layout   of the specular chain, if one is wanted
  */
 ibl_status ibl_spectral_plan_make(ibl_ctx *ctx, int width, int height,
